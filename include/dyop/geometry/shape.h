@@ -1,0 +1,52 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "dyop/core/types.h"
+#include "dyop/geometry/mass_properties.h"
+
+namespace dyop {
+
+enum class ShapeKind { TriangleMesh, Convex };
+
+/// What part of a shape a witness point lies on.
+enum class FeatureKind { Vertex, Edge, Face, Smooth };
+
+/// A feature named by the shape's own vertex numbers (for a curved shape: of its core).
+struct Feature {
+  FeatureKind kind = FeatureKind::Smooth;
+  std::array<std::int32_t, 3> vertices{-1, -1, -1};  ///< as many as the kind has; the rest -1
+
+  friend bool operator==(const Feature&, const Feature&) = default;
+};
+
+/// A rigid shape at rest in its own frame. Immutable once built, so that bodies and threads can
+/// share it.
+///
+/// Two kinds exist: TriangleMesh, and everything that derives from ConvexShape.
+///
+/// To add a shape:
+///   1. `include/dyop/geometry/<name>.h` and `src/geometry/<name>.cpp`, deriving from ConvexShape;
+///      list both in `src/geometry/CMakeLists.txt`;
+///   2. one word in `tests/geometry/all_shapes.h`: the contract tests check support function,
+///      bounds and mass properties, and every query with every other shape;
+///   3. its name in `src/io/scene_file.cpp`, if scenes shall use it.
+class Shape {
+ public:
+  virtual ~Shape() = default;
+
+  virtual ShapeKind kind() const = 0;
+
+  /// Axis-aligned bounds in the shape's frame; contains every point of the shape.
+  virtual AlignedBox bounding_box() const = 0;
+
+  /// Largest distance of a point of the shape from the frame's origin, rounded up.
+  virtual Scalar bounding_radius() const = 0;
+
+  /// Mass properties of the solid body of this density (mass per volume).
+  /// @throws InvalidArgument if density is not finite and positive, or the shape encloses no volume.
+  virtual MassProperties compute_mass_properties(Scalar density) const = 0;
+};
+
+}  // namespace dyop

@@ -1,0 +1,65 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "dyop/geometry/mesh_hierarchy.h"
+#include "dyop/geometry/shape.h"
+#include "dyop/geometry/triangle.h"
+
+namespace dyop {
+
+/// `count` rows of three numbers, each row `stride_bytes` after the one before: how a caller's
+/// vertex or index buffer is read. The memory is only used during the call.
+template <typename Number>
+struct StridedRows {
+  const Number* data = nullptr;
+  std::size_t count = 0;
+  std::size_t stride_bytes = 3 * sizeof(Number);
+};
+
+/// A set of triangles with a bounding hierarchy, built once. The set may be open, non-manifold,
+/// self-touching, and hold duplicate, zero-area, segment and point triangles: every query looks at
+/// the triangles as a surface with two sides and no inside. Copies share the data.
+class TriangleMesh final : public Shape {
+ public:
+  /// @throws InvalidArgument if there is no triangle, a vertex is not finite or beyond
+  ///         kLargestCoordinate, or an index is out of range; the message names the row and value.
+  TriangleMesh(std::vector<Vector3> vertices, std::vector<TriangleIndices> triangles);
+
+  /// From a caller's arrays, float or double, 32-bit indices.
+  static TriangleMesh from_arrays(StridedRows<double> vertices, StridedRows<std::int32_t> triangles);
+  static TriangleMesh from_arrays(StridedRows<float> vertices, StridedRows<std::int32_t> triangles);
+  static TriangleMesh from_arrays(StridedRows<double> vertices, StridedRows<std::uint32_t> triangles);
+  static TriangleMesh from_arrays(StridedRows<float> vertices, StridedRows<std::uint32_t> triangles);
+
+  std::span<const Vector3> vertices() const;
+  std::span<const TriangleIndices> triangles() const;
+  Triangle triangle(std::int32_t index) const;
+  const MeshHierarchy& hierarchy() const;
+
+  /// Every edge is used exactly twice, once in each direction (after merging nothing: vertices are
+  /// the same only if their numbers are).
+  bool is_closed() const;
+
+  ShapeKind kind() const override { return ShapeKind::TriangleMesh; }
+  AlignedBox bounding_box() const override;
+  Scalar bounding_radius() const override;
+
+  /// Exact integrals over the enclosed polyhedron ([Eberly2002]).
+  /// @throws InvalidArgument if the mesh is not closed or its signed volume is not positive.
+  MassProperties compute_mass_properties(Scalar density) const override;
+
+  /// Mass spread evenly over the surface: for open meshes. Segments and points weigh nothing.
+  /// @throws InvalidArgument if the area is zero or density (mass per area) is not positive.
+  MassProperties compute_shell_mass_properties(Scalar area_density) const;
+
+ private:
+  struct Data;
+  std::shared_ptr<const Data> data_;
+};
+
+}  // namespace dyop

@@ -1,0 +1,62 @@
+#pragma once
+
+#include "dyop/core/rigid_pose.h"
+#include "dyop/core/time_interval.h"
+#include "dyop/core/types.h"
+
+namespace dyop {
+
+/// Velocity of a body B in world W: of the body's origin, and angular, both expressed in W.
+struct Twist {
+  Vector3 v_WB = Vector3::Zero();  ///< length per time
+  Vector3 w_WB = Vector3::Zero();  ///< radians per time
+};
+
+/// Upper bounds that hold at every time of an interval (almost everywhere for accelerations).
+/// Infinity is a legal bound: it costs speed, never safety.
+struct TwistBound {
+  Scalar linear_speed = 0;          ///< sup |v_WB|, length per time
+  Scalar angular_speed = 0;         ///< sup |w_WB|, radians per time
+  Scalar linear_acceleration = 0;   ///< sup |dv_WB/dt|; infinite if v jumps in the interval
+  Scalar angular_acceleration = 0;  ///< sup |dw_WB/dt|; infinite if w jumps in the interval
+};
+
+/// A pose as a function of time, with rigorous bounds on how its twist changes. This is all that
+/// the impact engine knows of dynamics.
+///
+/// Motions are immutable, and all members may be called from several threads at once.
+///
+/// To add a motion:
+///   1. `include/dyop/motion/<name>_motion.h` and `src/motion/<name>_motion.cpp`, deriving from
+///      Motion; list both in `src/motion/CMakeLists.txt`;
+///   2. one word in `tests/motion/all_motions.h`: the contract test checks pose, twist and every
+///      bound against dense sampling.
+class Motion {
+ public:
+  virtual ~Motion() = default;
+
+  /// Pose X_WB of the body at time t, within domain(). The value must be within rounding of the
+  /// exact function: error at most kPoseNoise * (|p| + speeds * |t|) per unit of radius.
+  virtual RigidPose pose(Scalar t) const = 0;
+
+  /// Twist at time t, the derivative of pose; at a jump the value from the right.
+  virtual Twist twist(Scalar t) const = 0;
+
+  /// Bounds over `interval`, a sub-interval of domain(). Must round up, never down.
+  virtual TwistBound twist_bound(const TimeInterval& interval) const = 0;
+
+  /// Where the motion is defined. Default: always.
+  virtual TimeInterval domain() const { return {-kInfinity, kInfinity}; }
+
+  /// The end of the piece around t, from t on, in which the twist is Lipschitz: a time > t, at
+  /// which v or w may jump. Default: the end of domain(), or infinity beyond it.
+  virtual Scalar smooth_until(Scalar t) const {
+    const Scalar end = domain().end;
+    return t < end ? end : kInfinity;
+  }
+};
+
+/// Throws InvalidArgument unless `motion` is defined on all of `interval`.
+void require_defined(const Motion& motion, const TimeInterval& interval, const char* what);
+
+}  // namespace dyop
