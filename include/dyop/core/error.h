@@ -38,11 +38,11 @@ std::string compose_message(const Parts&... parts) {
 }  // namespace internal
 }  // namespace dyop
 
-/// Checks what a caller promised; always on. Usage: DYOP_REQUIRE(r >= 0, "radius must be >= 0, not ", r).
-/// The condition must be false for NaN: write `x >= 0`, never `!(x < 0)`.
-#define DYOP_REQUIRE(condition, ...)                                             \
-  do {                                                                           \
-    if (!(condition)) {                                                          \
+/// Checks what a caller promised; always on. Usage: DYOP_REQUIRE(r >= 0, "radius must be >= 0, not
+/// ", r). The condition must be false for NaN: write `x >= 0`, never `!(x < 0)`.
+#define DYOP_REQUIRE(condition, ...)                                                 \
+  do {                                                                               \
+    if (!(condition)) {                                                              \
       throw ::dyop::InvalidArgument(::dyop::internal::compose_message(__VA_ARGS__)); \
-    }                                                                            \
+    }                                                                                \
   } while (false)

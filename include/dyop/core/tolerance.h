@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstddef>
+
 #include "dyop/core/types.h"
 
 /// Every numerical constant of dyop. Three words, never mixed:
@@ -21,12 +23,145 @@ inline constexpr Scalar kRotationTolerance = 1e-6;
 /// much again. Used by everything that compares points of two bodies. Smaller: bounds may fail.
 inline constexpr Scalar kPoseNoise = 64 * kUnitRoundoff;
 
-/// Time of impact: the distance that is never undercut lies this fraction of the user's distance
-/// tolerance above the target. Larger: earlier reports; smaller: slower convergence at contact.
-inline constexpr Scalar kFloorFraction = 0.25;
+/// Time of impact divides the band of width distance_tolerance above the target, at these fractions
+/// of it. Steps towards contact stop at kFloorFraction: nearer to one, slower convergence at contact;
+/// nearer to zero, less room below. A query that begins below kLostFraction guarantees nothing; the
+/// room between the two is for the rounding of poses when a body is restarted from a contact.
+inline constexpr Scalar kLostFraction = 0.25;
+inline constexpr Scalar kFloorFraction = 0.5;
+
+/// GJK on polytopes has converged when the bounds on the distance of the cores, before rounding
+/// outward, differ by less than this multiple of the size of the query (|translation| + both
+/// bounding radii). Gap and length of v share the points they come from, so they differ by the
+/// rounding of a few dot products. Larger: wider bounds; smaller: more queries that are
+/// repeated in wide arithmetic. Used by gjk_distance.
+inline constexpr Scalar kGjkStopNoise = 8 * kUnitRoundoff;
+
+/// GJK on smooth cores has converged when the bounds differ by this fraction of the distance.
+/// Their iteration never ends by repeating a vertex and converges linearly. Used by gjk_distance.
+inline constexpr Scalar kGjkSmoothConvergence = 1e-10;
+
+/// Iterations of GJK, limit, in each of its two arithmetics. Polytopes take about 5, hulls of
+/// thousands of vertices below 30. Larger: slower worst case; smaller: wider bounds for smooth
+/// cores.
+inline constexpr int kGjkIterationLimit = 100;
+
+/// Steps of GJK that bring the nearest point no closer but may turn the normal, limit per arithmetic.
+/// More than the three features a triangle can pass through. Larger: only time; smaller: wider
+/// bounds where a vertex lies straight above the border of a face. Used by gjk_distance.
+inline constexpr int kGjkTieLimit = 8;
+
+/// Tolerance handed to libccd, relative to the size of the two shapes (the query is scaled to one).
+/// Polytopes end exactly at a face; smooth cores stop this near to the surface of the difference.
+/// Larger: poorer directions; smaller: libccd gets lost in rounding. Used by find_penetration.
+inline constexpr Scalar kPenetrationTolerance = 1e-10;
+
+/// Support points per shape that libccd may ask for, limit; its own loops have none. Box against
+/// box takes about 20. Larger: slower worst case (libccd's search is quadratic in it); smaller:
+/// poorer directions for smooth cores. Used by find_penetration.
+inline constexpr int kPenetrationSupportLimit = 300;
+
+/// Steps of GJK that improve libccd's direction, limit; each ends the loop unless the depth shrinks.
+/// Polytopes need one. Larger: slower for smooth cores; smaller: depths that are a little too large.
+/// Used by find_penetration.
+inline constexpr int kPenetrationPolishLimit = 4;
 
 /// Largest coordinate of a vertex, length. Products of four lengths must not overflow: 1e60^4 =
 /// 1e240 leaves room. Used by TriangleMesh and the convex shapes.
 inline constexpr Scalar kLargestCoordinate = 1e60;
+
+/// How much the half extents of a hierarchy's box are rounded up, relative to |center| + |half
+/// extents|: 56u |half extents| + 8u |center| is the sum of the errors of projecting the vertices,
+/// of axes that are orthonormal only to 8u an entry, of placing the center, and of a caller who
+/// evaluates center + axes * x in double. Used by MeshHierarchy. Smaller: boxes may lose vertices.
+inline constexpr Scalar kBoxNoise = 64 * kUnitRoundoff;
+
+/// Error of the determinant e1 x e2 . d of three differences of points in double, relative to the
+/// product of their 1-norms: 2u a difference, 6u the cross product, 4u the dot product, doubled.
+/// Used by the convex hull's filter and as the noise of a mesh's volume. Smaller: wrong signs.
+inline constexpr Scalar kDeterminantNoise = 32 * kUnitRoundoff;
+
+/// Most triangles of a mesh, so that node numbers of its hierarchy fit in 32 bits (limit).
+inline constexpr std::size_t kLargestTriangleCount = std::size_t{1} << 30;
+
+/// Rounding of triangle_distance(), as multiples of u (docs/algorithms/dyop.md, "Rounding", has the
+/// proof). The first times the computed length plus the second times the size of the pair covers
+/// the rounding of a slab gap (6.5 and 6.1 u needed) and of a witness length (5.6 and 5.1 u
+/// needed). Smaller: the bounds are no longer proven; larger: they widen.
+inline constexpr Scalar kTriangleRelativeSlack = 8 * kUnitRoundoff;
+inline constexpr Scalar kTriangleSizeSlack = 7 * kUnitRoundoff;
+
+/// A triangle pair is certified when its bounds differ by at most this times the size of the pair.
+/// The slacks above take 30u; the rest is room for the rounding of the witness itself. Larger:
+/// wider bounds are accepted; smaller: more pairs take the slow path. Used by triangle_noise().
+inline constexpr Scalar kTriangleNoise = 64 * kUnitRoundoff;
+
+/// Sizes of a triangle pair (length) between which it is solved as it is; others are first scaled
+/// by a power of two. Sixth powers of lengths occur: 2^(6*64) and 1e-60 of it stay within range.
+inline constexpr Scalar kSmallestTriangleSize = 0x1p-64;
+inline constexpr Scalar kLargestTriangleSize = 0x1p64;
+
+/// Squared norm below which a direction certifies nothing, so that underflow (2^-1075 a product)
+/// stays far below the slack u |m| size. Used by triangle_distance().
+inline constexpr Scalar kSmallestSquaredDirection = 0x1p-900;
+
+/// Squared sine below which two edges count as parallel when facets are ranked. Speed only: the
+/// Gram determinant has no correct digit below 1e-15. Used by triangle_distance().
+inline constexpr Scalar kTriangleParallelSquare = 1e-12;
+
+/// Steps from a witness to the edges that support along it, before all edges are tried (limit).
+/// Speed only, found by measurement. Used by triangle_distance().
+inline constexpr int kTriangleWalkLimit = 2;
+
+/// Taken from the score of an edge pair that is no facet, so that it never wins: more than any squared
+/// length in range. Used by triangle_distance().
+inline constexpr Scalar kLargestScore = 1e200;
+
+/// Convex combinations of witnesses that the proof of the upper bound has room for (limit). Two put
+/// a common point between edges of thin triangles. Used by triangle_distance().
+inline constexpr int kTriangleBlendLimit = 3;
+
+/// Times that the point where an edge pierces a face is solved for. The second removes the error of the
+/// normal of a face as thin as 1e-7 of its length; blends serve thinner ones. Used by
+/// triangle_distance().
+inline constexpr int kTrianglePiercingSteps = 2;
+
+/// A triangle pair is tried as a far one if the squared distance of the centroids exceeds this
+/// times the sum of the squared edges. Speed only, found by measurement. Used by
+/// triangle_distance().
+inline constexpr Scalar kTriangleFarRatio = 1;
+
+/// Fraction of the size of a triangle pair below which a gap may be contact: touching and crossing
+/// are looked for first. Speed only; the cube root of u squared. Used by triangle_distance().
+inline constexpr Scalar kTriangleContactGap = 0x1p-36;
+
+/// How much a motion's bounds are rounded up, relative to the largest coefficient they are computed
+/// from. Restricting a cubic, its derivatives and a product of the two to a part of the interval
+/// errs by at most 95u of it (docs/algorithms/motions.md); a rotation matrix that is orthonormal to
+/// rounding stretches by 8u. Used by every Motion. Smaller: a bound may be undercut by rounding.
+inline constexpr Scalar kMotionNoise = 128 * kUnitRoundoff;
+
+/// Coordinates below this count as zero when a convex hull is found, relative to the largest one.
+/// The last bit of a product of three is then above 2^-760, so that neither the exact predicates nor
+/// their error bound can underflow. Used by ConvexHull. Smaller: wrong signs; larger: points are
+/// moved by more.
+inline constexpr Scalar kSmallestHullCoordinate = 0x1p-200;
+
+/// Shortest step that is handed to a SUNDIALS solver, relative to |t| at both ends and to the last
+/// step. It refuses a first step below 4u and takes a stop time within 200u (|t| + |step|) for
+/// reached; this is five times as far. Shorter ones are a single explicit midpoint step, with linear
+/// dense output that errs by h^2 |y''| / 8: below rounding unless rates exceed 1e4 / |t|. Larger:
+/// that error; smaller: SUNDIALS may refuse. Used by SundialsIntegrator.
+inline constexpr Scalar kShortestSolverStep = 2048 * kUnitRoundoff;
+
+/// The same as a time, for t near zero: squares and reciprocals of a step must neither underflow nor
+/// overflow, and no motion is that fast. Used by SundialsIntegrator.
+inline constexpr Scalar kShortestSolverTime = 1e-100;
+
+/// Limit of sweeps over all contacts of an impact, and the change of velocity, relative to the
+/// largest relative speed, at which they have converged. Fewer: piles of bodies keep a closing
+/// velocity (reported as residual); the convergence is some 1e4 roundings. Used by the impact law.
+inline constexpr int kImpactIterations = 1000;
+inline constexpr Scalar kImpactConvergence = 1e-12;
 
 }  // namespace dyop

@@ -6,9 +6,9 @@ namespace dyop {
 
 /// Mass, centre of mass and inertia of a body, in the frame B of its shape.
 struct MassProperties {
-  Scalar mass = 0;                          ///< > 0
-  Vector3 p_BoBcm = Vector3::Zero();        ///< centre of mass
-  Matrix3 I_BBcm = Matrix3::Zero();         ///< rotational inertia about the centre of mass, axes of B
+  Scalar mass = 0;                    ///< > 0
+  Vector3 p_BoBcm = Vector3::Zero();  ///< centre of mass
+  Matrix3 I_BBcm = Matrix3::Zero();   ///< rotational inertia about the centre of mass, axes of B
 };
 
 /// The same distribution of mass scaled to a given total mass.

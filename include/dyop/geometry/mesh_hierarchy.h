@@ -15,10 +15,19 @@ struct OrientedBox {
   Vector3 half_extents = Vector3::Zero();
 };
 
-/// Binary tree of oriented boxes over triangles, one triangle a leaf. Each box contains all its
-/// triangles, rounding included (half extents are rounded up).
+/// Binary tree of oriented boxes over triangles, one triangle a leaf, in depth-first order. Each
+/// box contains all its triangles: exactly, and also when the corners center + axes * x are
+/// evaluated in double, because half extents are rounded up by kBoxNoise (|center| +
+/// |half_extents|).
+///
+/// An inner box is the smaller (by area) of the box along the principal axes of its vertices and
+/// the axis-aligned one; a leaf's is aligned with the triangle's longest edge and normal. Nodes are
+/// split by a binned surface-area heuristic [Wald2007]. The same input gives the same tree.
 class MeshHierarchy {
  public:
+  /// No node is deeper (the root has depth 0): enough for a traversal's stack of fixed size.
+  static constexpr int kMaxDepth = 96;
+
   struct Node {
     OrientedBox box;
     std::int32_t first = -1;  ///< inner: the children are nodes first and first + 1; leaf: triangle

@@ -45,7 +45,8 @@ class Shape {
   virtual Scalar bounding_radius() const = 0;
 
   /// Mass properties of the solid body of this density (mass per volume).
-  /// @throws InvalidArgument if density is not finite and positive, or the shape encloses no volume.
+  /// @throws InvalidArgument if density is not finite and positive, or the shape encloses no
+  /// volume.
   virtual MassProperties compute_mass_properties(Scalar density) const = 0;
 };
 

@@ -7,7 +7,7 @@ namespace dyop {
 /// Ball about the origin of its frame.
 class Sphere final : public ConvexShape {
  public:
-  /// @throws InvalidArgument unless radius is finite and > 0.
+  /// @throws InvalidArgument unless 0 < radius <= kLargestCoordinate.
   explicit Sphere(Scalar radius);
 
   Scalar radius() const { return radius_; }

@@ -30,11 +30,15 @@ class TriangleMesh final : public Shape {
   ///         kLargestCoordinate, or an index is out of range; the message names the row and value.
   TriangleMesh(std::vector<Vector3> vertices, std::vector<TriangleIndices> triangles);
 
-  /// From a caller's arrays, float or double, 32-bit indices.
-  static TriangleMesh from_arrays(StridedRows<double> vertices, StridedRows<std::int32_t> triangles);
+  /// From a caller's arrays, float or double, 32-bit indices. Rows need no alignment.
+  /// @throws InvalidArgument as above, and for null data or a stride shorter than a row.
+  static TriangleMesh from_arrays(StridedRows<double> vertices,
+                                  StridedRows<std::int32_t> triangles);
   static TriangleMesh from_arrays(StridedRows<float> vertices, StridedRows<std::int32_t> triangles);
-  static TriangleMesh from_arrays(StridedRows<double> vertices, StridedRows<std::uint32_t> triangles);
-  static TriangleMesh from_arrays(StridedRows<float> vertices, StridedRows<std::uint32_t> triangles);
+  static TriangleMesh from_arrays(StridedRows<double> vertices,
+                                  StridedRows<std::uint32_t> triangles);
+  static TriangleMesh from_arrays(StridedRows<float> vertices,
+                                  StridedRows<std::uint32_t> triangles);
 
   std::span<const Vector3> vertices() const;
   std::span<const TriangleIndices> triangles() const;
@@ -42,15 +46,20 @@ class TriangleMesh final : public Shape {
   const MeshHierarchy& hierarchy() const;
 
   /// Every edge is used exactly twice, once in each direction (after merging nothing: vertices are
-  /// the same only if their numbers are).
+  /// the same only if their numbers are). Triangles that repeat a vertex number do not count;
+  /// false if there are no others.
   bool is_closed() const;
 
   ShapeKind kind() const override { return ShapeKind::TriangleMesh; }
+  /// Of the vertices that triangles use.
   AlignedBox bounding_box() const override;
   Scalar bounding_radius() const override;
 
   /// Exact integrals over the enclosed polyhedron ([Eberly2002]).
-  /// @throws InvalidArgument if the mesh is not closed or its signed volume is not positive.
+  /// Computed about the middle of the bounding box, so a mesh far from the origin loses only what
+  /// its coordinates have lost already.
+  /// @throws InvalidArgument if the mesh is not closed or its signed volume is not positive (beyond
+  ///         rounding noise); the message has the volume.
   MassProperties compute_mass_properties(Scalar density) const override;
 
   /// Mass spread evenly over the surface: for open meshes. Segments and points weigh nothing.

@@ -42,7 +42,9 @@ class Motion {
   /// Twist at time t, the derivative of pose; at a jump the value from the right.
   virtual Twist twist(Scalar t) const = 0;
 
-  /// Bounds over `interval`, a sub-interval of domain(). Must round up, never down.
+  /// Bounds over `interval`, a sub-interval of domain(). Must round up, never down. A jump of the
+  /// twist at interval.end itself does not count, as nothing moves after it: there the values from
+  /// the left are bounded. So the bounds over [t, smooth_until(t)] have finite accelerations.
   virtual TwistBound twist_bound(const TimeInterval& interval) const = 0;
 
   /// Where the motion is defined. Default: always.

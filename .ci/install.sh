@@ -1,0 +1,44 @@
+#!/usr/bin/env bash
+# Installs the Debian packages that a job needs and that are missing. The only list of packages:
+# tests/architecture checks that the build asks for nothing else.
+# Usage: bash .ci/install.sh GROUP...     groups: build run test bench
+set -euo pipefail
+
+packages() {
+  case "$1" in
+    build) echo g++ cmake ninja-build pkg-config libeigen3-dev libccd-dev libsundials-dev libtbb-dev \
+                libassimp-dev nlohmann-json3-dev libcli11-dev zlib1g-dev ;;
+    run)   echo glmark2-data ;;
+    test)  echo libgtest-dev libcgal-dev libgmp-dev clang libclang-rt-14-dev clang-format clang-tidy ;;
+    bench) echo libbenchmark-dev libfcl-dev libbullet-dev ;;
+    *)     echo "install.sh: unknown group '$1' (build, run, test, bench)" >&2; exit 2 ;;
+  esac
+}
+
+wanted=()
+for group in "$@"; do
+  list=$(packages "$group")
+  read -r -a names <<< "$list"
+  wanted+=("${names[@]}")
+done
+
+missing=()
+for package in "${wanted[@]}"; do
+  if [ "$(dpkg-query -W -f='${db:Status-Status}' "$package" 2>/dev/null)" != installed ]; then
+    missing+=("$package")
+  fi
+done
+if [ ${#missing[@]} -eq 0 ]; then
+  echo "packages: all ${#wanted[@]} are installed"
+  exit 0
+fi
+
+as_root=()
+if [ "$(id -u)" -ne 0 ]; then
+  command -v sudo >/dev/null || { echo "install.sh: needs root or sudo to install: ${missing[*]}" >&2; exit 1; }
+  as_root=(sudo)
+fi
+echo "packages: installing ${missing[*]}"
+"${as_root[@]}" apt-get update -qq
+"${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends \
+  "${missing[@]}" >/dev/null

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <vector>
+
+#include "dyop/core/rigid_pose.h"
+#include "dyop/distance/distance_result.h"
+#include "dyop/geometry/shape.h"
+
+namespace dyop {
+
+struct DistanceOptions {
+  /// Stop as soon as the shapes are proven farther apart than this; length, >= 0.
+  Scalar upper_limit = kInfinity;
+  /// Compute penetration depth and direction of overlapping convex shapes (through libccd).
+  bool with_penetration = false;
+};
+
+/// Returns the distance of two shapes, with proven bounds lower <= d <= upper and witness points.
+///
+/// For meshes d is the distance of the surfaces: a body wholly inside a closed mesh is at a
+/// positive distance from it. For convex shapes d is the distance of the solids.
+/// upper - lower is rounding noise, see docs/concepts.md.
+///
+/// @param a, b       Shapes, each in its own frame A, B.
+/// @param X_WA, X_WB Their poses in world W; any consistent unit of length.
+/// @throws InvalidArgument if upper_limit is negative or NaN.
+/// Const, thread-safe. Method: docs/algorithms/distance.md.
+DistanceResult distance(const Shape& a, const RigidPose& X_WA, const Shape& b,
+                        const RigidPose& X_WB, const DistanceOptions& options = {});
+
+/// One pair of features within a given distance.
+struct Contact {
+  Vector3 p_WCa = Vector3::Zero();
+  Vector3 p_WCb = Vector3::Zero();
+  Vector3 nhat_AB_W = Vector3::UnitX();  ///< unit, from A to B
+  Scalar lower = 0;                      ///< bounds of the distance of the two features
+  Scalar upper = 0;
+  Feature feature_a;
+  Feature feature_b;
+  std::optional<std::int32_t> triangle_a;
+  std::optional<std::int32_t> triangle_b;
+};
+
+/// Returns every contact of two shapes: the witness points of all pairs of surface pieces at most
+/// `max_distance` apart, once per place (points closer than `max_distance` to one another with
+/// nearly the same normal count as one place). Sorted by lower bound, then by place, so that the
+/// order is reproducible. A cube resting on its face yields its corners, not one point.
+/// @throws InvalidArgument unless max_distance is finite and >= 0.
+std::vector<Contact> find_contacts(const Shape& a, const RigidPose& X_WA, const Shape& b,
+                                   const RigidPose& X_WB, Scalar max_distance);
+
+}  // namespace dyop

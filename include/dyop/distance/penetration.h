@@ -1,0 +1,17 @@
+#pragma once
+
+#include <optional>
+
+#include "dyop/core/rigid_pose.h"
+#include "dyop/distance/distance_result.h"
+#include "dyop/geometry/convex_shape.h"
+
+namespace dyop {
+
+/// Returns depth and direction of two overlapping convex shapes by libccd's expanding polytope
+/// algorithm, or nothing if libccd finds no overlap or does not converge. An estimate: libccd
+/// gives no bound.
+std::optional<Penetration> find_penetration(const ConvexShape& a, const RigidPose& X_WA,
+                                            const ConvexShape& b, const RigidPose& X_WB);
+
+}  // namespace dyop

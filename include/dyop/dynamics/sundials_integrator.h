@@ -1,0 +1,54 @@
+#pragma once
+
+#include <cstddef>
+#include <memory>
+
+#include "dyop/dynamics/integrator.h"
+
+namespace dyop {
+
+namespace internal {
+class SundialsSolver;
+}
+
+/// What the SUNDIALS integrators share: the bookkeeping of steps, and the cases that SUNDIALS
+/// itself refuses. A step too short for it (kShortestSolverStep) is one explicit midpoint step with
+/// linear dense output; a system of size zero steps to t_end at once.
+///
+/// Same inputs, same bits. After an exception time() and state() are unchanged, and the next step
+/// starts afresh from there. Exceptions of the right-hand side come out as they are. Not for
+/// concurrent use, not even evaluate().
+class SundialsIntegrator : public Integrator {
+ public:
+  ~SundialsIntegrator() override;
+
+  /// @throws InvalidArgument if t or y is not finite, or y has the wrong size.
+  void restart(Scalar t, std::span<const Scalar> y) override;
+
+  /// @throws InvalidArgument if t_end is not finite and > time(), or before the first restart();
+  /// IntegrationError if the solver fails, a derivative is not finite, or the step takes more than
+  /// max_internal_steps attempts.
+  void step(Scalar t_end) override;
+
+  Scalar begin() const override;
+  Scalar time() const override;
+  std::span<const Scalar> state() const override;
+
+  /// Exact (to the bit) at begin() and time().
+  /// @throws InvalidArgument if t is outside [begin(), time()], or y has the wrong size.
+  void evaluate(Scalar t, std::span<Scalar> y) const override;
+
+  /// Sums since construction; restart() does not reset them.
+  IntegratorStatistics statistics() const override;
+
+ protected:
+  /// The solver is null if and only if size is zero.
+  SundialsIntegrator(std::unique_ptr<internal::SundialsSolver> solver, std::size_t size,
+                     const IntegratorOptions& options);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace dyop

@@ -1,0 +1,29 @@
+#pragma once
+
+#include "dyop/geometry/convex_shape.h"
+#include "dyop/geometry/triangle_mesh.h"
+
+namespace dyop {
+
+/// Axis-aligned box about the origin of its frame. Bit k of a vertex number (0 to 7) is set where
+/// coordinate k is positive.
+class Box final : public ConvexShape {
+ public:
+  /// @throws InvalidArgument unless all half extents are > 0 and at most kLargestCoordinate.
+  explicit Box(const Vector3& half_extents);
+
+  const Vector3& half_extents() const { return half_extents_; }
+
+  SupportPoint core_support(const Vector3& direction) const override;
+  Vector3 core_center() const override { return Vector3::Zero(); }
+  const TriangleMesh* core_surface() const override { return &surface_; }
+  AlignedBox bounding_box() const override { return {-half_extents_, half_extents_}; }
+  Scalar bounding_radius() const override { return surface_.bounding_radius(); }
+  MassProperties compute_mass_properties(Scalar density) const override;
+
+ private:
+  Vector3 half_extents_;
+  TriangleMesh surface_;
+};
+
+}  // namespace dyop

@@ -1,0 +1,33 @@
+#pragma once
+
+#include "dyop/geometry/convex_shape.h"
+#include "dyop/geometry/triangle_mesh.h"
+
+namespace dyop {
+
+/// All points within a radius of a segment on the z axis that is centred at the origin. The core's
+/// vertex 0 is its lower end, vertex 1 its upper end.
+class Capsule final : public ConvexShape {
+ public:
+  /// @throws InvalidArgument unless 0 < radius and 0 <= half_length, both at most
+  ///         kLargestCoordinate.
+  Capsule(Scalar radius, Scalar half_length);
+
+  Scalar radius() const { return radius_; }
+  Scalar half_length() const { return half_length_; }
+
+  SupportPoint core_support(const Vector3& direction) const override;
+  Scalar rounding_radius() const override { return radius_; }
+  Vector3 core_center() const override { return Vector3::Zero(); }
+  const TriangleMesh* core_surface() const override { return &segment_; }
+  AlignedBox bounding_box() const override;
+  Scalar bounding_radius() const override;
+  MassProperties compute_mass_properties(Scalar density) const override;
+
+ private:
+  Scalar radius_;
+  Scalar half_length_;
+  TriangleMesh segment_;
+};
+
+}  // namespace dyop

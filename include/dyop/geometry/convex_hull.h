@@ -1,0 +1,53 @@
+#pragma once
+
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "dyop/geometry/convex_shape.h"
+#include "dyop/geometry/triangle_mesh.h"
+
+namespace dyop {
+
+namespace internal {
+class HullClimber;
+struct HullSurface;
+}  // namespace internal
+
+/// Convex hull of points. A flat set gives a polygon, a collinear one a segment, one place a point.
+///
+/// Found by quickhull [Barber1996] on exact orientation predicates [Shewchuk1997], so that every
+/// point left out lies in the hull of vertices() exactly, and flat or nearly flat input is no
+/// special danger. (Coordinates that are 2^-200 of the largest or less count as zero.)
+class ConvexHull final : public ConvexShape {
+ public:
+  /// @param points At least one, in any order; duplicates and inner points are dropped.
+  /// @throws InvalidArgument if there is no point, or a coordinate is not finite or beyond
+  ///         kLargestCoordinate; the message names the row and value.
+  explicit ConvexHull(std::vector<Vector3> points);
+
+  /// The corners, in the order of the input; all numbers of vertices refer to this list.
+  std::span<const Vector3> vertices() const { return surface_.vertices(); }
+
+  /// 3 if the points enclose a volume, 2 a polygon, 1 a segment, 0 a point.
+  int dimension() const { return dimension_; }
+
+  /// Cost: a scan of the vertices if they are few; else a climb along edges, and the scan only if
+  /// rounding leaves a doubt where the climb ends.
+  SupportPoint core_support(const Vector3& direction) const override;
+  Vector3 core_center() const override { return center_; }
+  const TriangleMesh* core_surface() const override { return &surface_; }
+  AlignedBox bounding_box() const override { return surface_.bounding_box(); }
+  Scalar bounding_radius() const override { return surface_.bounding_radius(); }
+  MassProperties compute_mass_properties(Scalar density) const override;
+
+ private:
+  ConvexHull(const std::vector<Vector3>& points, internal::HullSurface&& hull);
+
+  int dimension_;
+  TriangleMesh surface_;
+  Vector3 center_;
+  std::shared_ptr<const internal::HullClimber> climber_;  // null if a scan is cheap
+};
+
+}  // namespace dyop

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "dyop/distance/distance_result.h"
+#include "dyop/dynamics/world.h"
+#include "dyop/toi/toi_result.h"
+
+namespace dyop {
+
+/// The enumerator's name, as in the header.
+std::string_view name_of(DistanceStatus status);
+std::string_view name_of(ToiStatus status);
+std::string_view name_of(AdvanceStatus status);
+std::string_view name_of(FeatureKind kind);
+
+/// A result as one JSON object without line breaks, all fields under their own names; numbers read
+/// back exactly, an infinite number is null. Docs: docs/recording-format.md.
+std::string to_json_text(const DistanceResult& result);
+std::string to_json_text(const ToiResult& result);
+
+/// What two bodies are called in a text.
+struct PairNames {
+  std::string a = "A";
+  std::string b = "B";
+};
+
+/// A result in plain words, several lines.
+std::string describe(const DistanceResult& result, const PairNames& names = {});
+std::string describe(const ToiResult& result, const PairNames& names = {});
+
+}  // namespace dyop

@@ -1,0 +1,30 @@
+#pragma once
+
+#include "dyop/motion/motion.h"
+
+namespace dyop {
+
+/// The body's origin moves on a straight line while the body turns about it, both at a constant
+/// rate: p(t) = p0 + (t - t0) v, R(t) = exp((t - t0) w) R0. Defined at all times.
+///
+/// Both accelerations are zero, so the bounds are equalities (rounded up).
+class ConstantTwistMotion final : public Motion {
+ public:
+  /// @param X_WB0    Pose at time t0.
+  /// @param twist_WB v of the body's origin and w, both in world, constant.
+  /// @param t0       Reference time.
+  /// @throws InvalidArgument if a number is not finite.
+  ConstantTwistMotion(const RigidPose& X_WB0, const Twist& twist_WB, Scalar t0 = 0);
+
+  RigidPose pose(Scalar t) const override;
+  Twist twist(Scalar t) const override;
+  TwistBound twist_bound(const TimeInterval& interval) const override;
+
+ private:
+  RigidPose X_WB0_;
+  Twist twist_WB_;
+  TwistBound bound_;
+  Scalar t0_;
+};
+
+}  // namespace dyop

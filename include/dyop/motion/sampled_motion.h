@@ -1,0 +1,55 @@
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "dyop/motion/motion.h"
+
+namespace dyop {
+
+/// A log of poses, of a haptic device or a robot, at uneven time stamps. Between two stamps the
+/// origin moves linearly and the rotation along the shortest arc at a constant rate; at the stamps
+/// in between the twist jumps.
+///
+/// A turn by pi or more between two stamps cannot be told from the shorter one: sample faster.
+/// Cost: O(log n) for pose, twist and bound; no allocation.
+class SampledMotion final : public Motion {
+ public:
+  struct Sample {
+    Scalar t = 0;
+    RigidPose X_WB;
+  };
+
+  /// @throws InvalidArgument unless there are two samples or more, with finite, strictly
+  ///         increasing stamps, far enough apart for finite velocities; names index and values.
+  explicit SampledMotion(const std::vector<Sample>& samples);
+
+  RigidPose pose(Scalar t) const override;
+  Twist twist(Scalar t) const override;
+
+  /// Accelerations are infinite if a stamp lies inside the interval, else zero. Speeds are the
+  /// largest of the pieces that the interval overlaps.
+  TwistBound twist_bound(const TimeInterval& interval) const override;
+  TimeInterval domain() const override { return {stamps_.front(), stamps_.back()}; }
+
+  /// The next stamp after t, infinity after the last.
+  Scalar smooth_until(Scalar t) const override;
+
+ private:
+  struct Piece {
+    RigidPose X_WB0;
+    Twist twist_WB;
+  };
+  struct Speeds {
+    Scalar linear = 0;
+    Scalar angular = 0;
+  };
+  std::size_t piece_at(Scalar t) const;
+  Speeds largest_speeds(std::size_t first, std::size_t last) const;
+
+  std::vector<Scalar> stamps_;
+  std::vector<Piece> pieces_;
+  std::vector<Speeds> speed_tree_;  // node i holds the larger of nodes 2i and 2i + 1; leaves last
+};
+
+}  // namespace dyop

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <functional>
+
+#include "dyop/motion/motion.h"
+
+namespace dyop {
+
+/// A motion made of the caller's functions. Its certificate is worth what `twist_bound` is worth:
+/// the functions must meet the contracts of Motion of the same name, from several threads at once.
+class UserMotion final : public Motion {
+ public:
+  struct Functions {
+    std::function<RigidPose(Scalar)> pose;
+    std::function<Twist(Scalar)> twist;
+    std::function<TwistBound(const TimeInterval&)> twist_bound;
+    std::function<Scalar(Scalar)> smooth_until;  ///< empty: no jumps within the domain
+  };
+
+  /// @throws InvalidArgument if one of the first three functions is empty, or the domain is
+  ///         reversed or NaN; its ends may be infinite.
+  explicit UserMotion(Functions functions, const TimeInterval& domain = {-kInfinity, kInfinity});
+
+  RigidPose pose(Scalar t) const override;
+  Twist twist(Scalar t) const override;
+
+  /// @throws InvalidArgument if the function returned a negative number or NaN.
+  TwistBound twist_bound(const TimeInterval& interval) const override;
+  TimeInterval domain() const override { return domain_; }
+
+  /// @throws InvalidArgument if the function returned a time that is not after t.
+  Scalar smooth_until(Scalar t) const override;
+
+ private:
+  Functions functions_;
+  TimeInterval domain_;
+};
+
+}  // namespace dyop

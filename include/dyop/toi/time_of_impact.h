@@ -1,0 +1,47 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <optional>
+#include <stop_token>
+
+#include "dyop/core/time_interval.h"
+#include "dyop/geometry/shape.h"
+#include "dyop/motion/motion.h"
+#include "dyop/toi/toi_result.h"
+
+namespace dyop {
+
+struct ToiOptions {
+  /// Gap at which two shapes count as touching; length, >= 0.
+  Scalar target_distance = 0;
+  /// How much above the target an impact may be reported; length, > 0. Halving it costs little.
+  Scalar distance_tolerance = 1e-6;  // literal: a default in the user's unit, not a noise level
+  /// Largest number of node pairs to take from the queue. Spent: BudgetExhausted, with a valid
+  /// t_safe.
+  std::int64_t max_node_pairs = 10'000'000;
+  /// Point in time to stop at: BudgetExhausted, with a valid t_safe. Looked at every 64 node pairs.
+  std::optional<std::chrono::steady_clock::time_point> deadline;
+  /// Cooperative cancellation: Cancelled, with a valid t_safe.
+  std::stop_token stop;
+};
+
+/// Returns when two moving shapes first come within target_distance, or proves that they do not.
+///
+/// ToiResult states the guarantee. Best-first conservative advancement over pairs of hierarchy
+/// nodes, each keyed by a time before which that pair is proven apart.
+///
+/// A pair that begins, or passes, between δ + ε/4 and δ + ε while moving apart is not an impact:
+/// so a body that leaves a contact is not held by it.
+///
+/// @param a, b       Shapes, each in its own frame. For meshes the surfaces count, for convex
+/// shapes the solids.
+/// @param X_WA, X_WB Motions of A and B in world; defined on all of `interval`.
+/// @param interval   Finite, not reversed; a length of zero is legal.
+/// @throws InvalidArgument if an option is out of range or a motion is undefined on `interval`.
+/// Const, thread-safe, deterministic unless a deadline or stop ends it.
+/// See [Mirtich1996], [Tang2009], docs/algorithms/time_of_impact.md.
+ToiResult time_of_impact(const Shape& a, const Motion& X_WA, const Shape& b, const Motion& X_WB,
+                         const TimeInterval& interval, const ToiOptions& options = {});
+
+}  // namespace dyop

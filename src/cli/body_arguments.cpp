@@ -1,0 +1,138 @@
+#include "cli/body_arguments.h"
+
+#include <charconv>
+#include <numbers>
+
+#include "dyop/geometry/box.h"
+#include "dyop/geometry/capsule.h"
+#include "dyop/geometry/sphere.h"
+#include "dyop/io/motion_file.h"
+#include "dyop/motion/constant_twist_motion.h"
+#include "dyop/motion/rest_motion.h"
+
+namespace dyop::cli {
+namespace {
+
+Vector3 vector_or_zero(const std::vector<Scalar>& numbers) {
+  return numbers.empty() ? Vector3::Zero() : Vector3(numbers[0], numbers[1], numbers[2]);
+}
+
+// The numbers behind the colon of a primitive shape.
+std::vector<Scalar> parse_sizes(const std::string& text, std::size_t count) {
+  std::vector<Scalar> sizes;
+  std::size_t begin = text.find(':') + 1;
+  while (begin <= text.size()) {
+    const std::size_t end = std::min(text.find(',', begin), text.size());
+    Scalar value = 0;
+    const auto [stop, error] = std::from_chars(text.data() + begin, text.data() + end, value);
+    DYOP_REQUIRE(error == std::errc() && stop == text.data() + end, "expected a number, found '",
+                 text.substr(begin, end - begin), "'");
+    sizes.push_back(value);
+    begin = end + 1;
+  }
+  DYOP_REQUIRE(sizes.size() == count, "expected ", count, " numbers, found ", sizes.size());
+  return sizes;
+}
+
+MeshPlacement make_placement(const PlacementArguments& arguments) {
+  MeshPlacement placement;
+  placement.scale = arguments.scale;
+  if (arguments.center == "bounds") placement.center = MeshCenter::Bounds;
+  if (arguments.center == "mass") placement.center = MeshCenter::Mass;
+  return placement;
+}
+
+}  // namespace
+
+void add_placement_options(CLI::App& app, PlacementArguments& placement) {
+  app.add_option("--scale", placement.scale, "Scale of meshes, > 0")->capture_default_str();
+  app.add_option("--center", placement.center,
+                 "What becomes the origin of a mesh: none (as in the file), the middle of its "
+                 "bounds, or its centre of mass")
+      ->check(CLI::IsMember({"none", "bounds", "mass"}))
+      ->capture_default_str();
+}
+
+void add_pose_options(CLI::App& app, BodyArguments& body) {
+  const std::string group = "Body " + body.side;
+  app.add_option(body.option("position"), body.position, "Position x y z of its origin")
+      ->expected(3)
+      ->group(group);
+  auto* quaternion = app.add_option(body.option("rotation"), body.quaternion,
+                                    "Rotation as a unit quaternion w x y z")
+                         ->expected(4)
+                         ->group(group);
+  app.add_option(body.option("axis-angle"), body.axis_angle,
+                 "Rotation as an axis x y z and an angle in degrees")
+      ->expected(4)
+      ->excludes(quaternion)
+      ->group(group);
+  app.add_option(body.option("scale"), body.scale, "Scale of its mesh, in place of --scale")
+      ->group(group);
+}
+
+void add_motion_options(CLI::App& app, BodyArguments& body) {
+  const std::string group = "Body " + body.side;
+  app.add_option(body.option("velocity"), body.velocity, "Constant velocity x y z of its origin")
+      ->expected(3)
+      ->group(group);
+  app.add_option(body.option("spin"), body.spin,
+                 "Constant angular velocity x y z, radians per unit of time")
+      ->expected(3)
+      ->group(group);
+  auto* motion = app.add_option(body.option("motion"), body.motion_file,
+                                "Any motion, from a JSON file (docs/scene-format.md)")
+                     ->group(group);
+  for (const char* other : {"position", "rotation", "axis-angle", "velocity", "spin"}) {
+    motion->excludes(app.get_option(body.option(other)));
+  }
+}
+
+std::shared_ptr<const Shape> make_shape(const BodyArguments& body, PlacementArguments placement) {
+  placement.scale = body.scale.value_or(placement.scale);
+  return make_shape(body.shape, placement);
+}
+
+std::shared_ptr<const Shape> make_shape(const std::string& text,
+                                        const PlacementArguments& placement) {
+  return guard_option(text, [&]() -> std::shared_ptr<const Shape> {
+    if (text.starts_with("sphere:")) return std::make_shared<Sphere>(parse_sizes(text, 1)[0]);
+    if (text.starts_with("box:")) {
+      return std::make_shared<Box>(vector_or_zero(parse_sizes(text, 3)));
+    }
+    if (text.starts_with("capsule:")) {
+      const std::vector<Scalar> sizes = parse_sizes(text, 2);
+      return std::make_shared<Capsule>(sizes[0], sizes[1]);
+    }
+    return std::make_shared<TriangleMesh>(place_mesh(load_mesh(text), make_placement(placement)));
+  });
+}
+
+RigidPose make_pose(const BodyArguments& body) {
+  const Vector3 p = vector_or_zero(body.position);
+  if (!body.quaternion.empty()) {
+    const Quaternion q(body.quaternion[0], body.quaternion[1], body.quaternion[2],
+                       body.quaternion[3]);
+    return guard_option(body.option("rotation"), [&] { return RigidPose(q, p); });
+  }
+  if (!body.axis_angle.empty()) {
+    return guard_option(body.option("axis-angle"), [&] {
+      const Vector3 axis = vector_or_zero(body.axis_angle);
+      DYOP_REQUIRE(axis.norm() > 0, "the axis must not be zero");
+      const Scalar angle = body.axis_angle[3] * std::numbers::pi / 180;
+      return RigidPose(Quaternion(Eigen::AngleAxis<Scalar>(angle, axis.normalized())), p);
+    });
+  }
+  return guard_option(body.option("position"), [&] { return RigidPose(p); });
+}
+
+std::shared_ptr<const Motion> make_motion(const BodyArguments& body) {
+  if (!body.motion_file.empty()) return load_motion(body.motion_file);
+  const RigidPose X_WB0 = make_pose(body);
+  if (body.velocity.empty() && body.spin.empty()) return std::make_shared<RestMotion>(X_WB0);
+  const Twist twist{vector_or_zero(body.velocity), vector_or_zero(body.spin)};
+  return guard_option(body.option("velocity") + ", " + body.option("spin"),
+                      [&] { return std::make_shared<ConstantTwistMotion>(X_WB0, twist); });
+}
+
+}  // namespace dyop::cli

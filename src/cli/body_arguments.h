@@ -1,0 +1,59 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "dyop/geometry/shape.h"
+#include "dyop/io/mesh_file.h"
+#include "dyop/motion/motion.h"
+
+namespace dyop::cli {
+
+/// What the command line says about one of two bodies; `side` is "a" or "b".
+struct BodyArguments {
+  explicit BodyArguments(std::string the_side) : side(std::move(the_side)) {}
+
+  std::string side;
+  std::string shape;  ///< file, or sphere:R, box:X,Y,Z, capsule:R,H
+  std::vector<Scalar> position;
+  std::vector<Scalar> quaternion;
+  std::vector<Scalar> axis_angle;  ///< axis and degrees
+  std::vector<Scalar> velocity;
+  std::vector<Scalar> spin;
+  std::string motion_file;
+  std::optional<Scalar> scale;  ///< in place of the placement's
+
+  std::string option(const std::string& name) const { return "--" + name + "-" + side; }
+};
+
+/// How meshes are placed, unless a body says otherwise.
+struct PlacementArguments {
+  Scalar scale = 1;
+  std::string center = "none";
+};
+
+void add_placement_options(CLI::App& app, PlacementArguments& placement);
+void add_pose_options(CLI::App& app, BodyArguments& body);
+void add_motion_options(CLI::App& app, BodyArguments& body);
+
+/// @throws FileError, or InvalidArgument naming the argument.
+std::shared_ptr<const Shape> make_shape(const std::string& text,
+                                        const PlacementArguments& placement);
+std::shared_ptr<const Shape> make_shape(const BodyArguments& body, PlacementArguments placement);
+RigidPose make_pose(const BodyArguments& body);
+std::shared_ptr<const Motion> make_motion(const BodyArguments& body);
+
+/// Runs f; an InvalidArgument from it is told with the name of the option.
+template <typename Function>
+auto guard_option(const std::string& option, Function f) {
+  try {
+    return f();
+  } catch (const InvalidArgument& error) {
+    throw InvalidArgument(option + ": " + error.what());
+  }
+}
+
+}  // namespace dyop::cli

@@ -1,0 +1,69 @@
+#include <iostream>
+
+#include "cli/body_arguments.h"
+#include "cli/commands.h"
+#include "dyop/distance/distance.h"
+#include "dyop/io/result_text.h"
+
+namespace dyop::cli {
+namespace {
+
+constexpr const char* kExamples =
+    R"(Shapes are mesh files, or sphere:RADIUS, box:HX,HY,HZ (half extents), capsule:RADIUS,HALFLENGTH.
+
+Examples:
+  How far is a ball of radius 0.5 at (3, 0, 0) from a box with edges 2, 2, 2?
+    dyop distance sphere:0.5 box:1,1,1 --position-a 3 0 0
+  Two bunnies side by side, the second one turned by 90 degrees about y, as JSON:
+    dyop distance bunny.obj bunny.obj --position-b 2.5 0 0 --axis-angle-b 0 1 0 90 --json
+)";
+
+struct Arguments {
+  BodyArguments a{"a"};
+  BodyArguments b{"b"};
+  PlacementArguments placement;
+  DistanceOptions options;
+  bool is_json = false;
+  bool fails_on_impact = false;
+};
+
+ExitCode run(const Arguments& arguments) {
+  const auto a = make_shape(arguments.a, arguments.placement);
+  const auto b = make_shape(arguments.b, arguments.placement);
+  const DistanceResult result =
+      distance(*a, make_pose(arguments.a), *b, make_pose(arguments.b), arguments.options);
+  if (arguments.is_json) {
+    std::cout << to_json_text(result) << '\n';
+  } else {
+    std::cout << describe(result);
+  }
+  if (result.status == DistanceStatus::Overlapping) {
+    return exit_code_of_impact(arguments.fails_on_impact);
+  }
+  const bool is_decided = result.status == DistanceStatus::Separated ||
+                          result.status == DistanceStatus::FartherThanLimit;
+  return is_decided ? ExitCode::Answered : ExitCode::Undecided;
+}
+
+}  // namespace
+
+void add_distance_command(CLI::App& app, ExitCode& exit_code) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* command =
+      app.add_subcommand("distance", "Distance of two shapes, proven from both sides");
+  command->footer(kExamples);
+  command->add_option("A", arguments->a.shape, "First shape")->required();
+  command->add_option("B", arguments->b.shape, "Second shape")->required();
+  command->add_option("--limit", arguments->options.upper_limit,
+                      "Stop as soon as they are proven farther apart than this");
+  command->add_flag("--penetration", arguments->options.with_penetration,
+                    "Also the depth of overlapping convex shapes");
+  add_placement_options(*command, arguments->placement);
+  add_pose_options(*command, arguments->a);
+  add_pose_options(*command, arguments->b);
+  command->add_flag("--json", arguments->is_json, "One JSON object on stdout");
+  command->add_flag("--fail-on-impact", arguments->fails_on_impact, "Exit code 1 if they overlap");
+  command->callback([arguments, &exit_code] { exit_code = run(*arguments); });
+}
+
+}  // namespace dyop::cli

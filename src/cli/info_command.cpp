@@ -1,0 +1,159 @@
+#include <algorithm>
+#include <iostream>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "cli/body_arguments.h"
+#include "cli/commands.h"
+#include "dyop/geometry/triangle_mesh.h"
+
+namespace dyop::cli {
+namespace {
+
+constexpr const char* kExamples = R"(Examples:
+  Is this mesh closed, and how large is it?
+    dyop info bunny.obj
+  Mass properties of a unit density, about its centre of mass, ten times as large, as JSON:
+    dyop info bunny.obj --scale 10 --center mass --json
+)";
+
+struct Arguments {
+  std::string mesh;
+  PlacementArguments placement;
+  bool is_json = false;
+};
+
+struct MeshReport {
+  std::size_t vertices = 0;
+  std::size_t triangles = 0;
+  std::size_t degenerate = 0;
+  std::size_t duplicate = 0;
+  std::size_t nodes = 0;
+  std::size_t bytes = 0;
+  bool is_closed = false;
+  AlignedBox bounds;
+  Scalar bounding_radius = 0;
+  Scalar area = 0;
+  std::optional<MassProperties> solid;  ///< of unit density, if the mesh encloses a volume
+};
+
+std::size_t count_duplicates(const TriangleMesh& mesh) {
+  std::vector<TriangleIndices> sorted(mesh.triangles().begin(), mesh.triangles().end());
+  for (TriangleIndices& triangle : sorted) std::sort(triangle.begin(), triangle.end());
+  std::sort(sorted.begin(), sorted.end());
+  return std::size_t(sorted.end() - std::unique(sorted.begin(), sorted.end()));
+}
+
+bool has_no_area(const Triangle& triangle) {
+  return (triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]).isZero(0);
+}
+
+// The two below ask for what a mesh may not have; that is no error here.
+Scalar area_or_zero(const TriangleMesh& mesh) {
+  try {
+    return mesh.compute_shell_mass_properties(1).mass;
+  } catch (const InvalidArgument&) {
+    return 0;
+  }
+}
+
+std::optional<MassProperties> solid_or_nothing(const TriangleMesh& mesh) {
+  try {
+    return mesh.compute_mass_properties(1);
+  } catch (const InvalidArgument&) {
+    return std::nullopt;
+  }
+}
+
+MeshReport inspect(const TriangleMesh& mesh) {
+  MeshReport report;
+  report.vertices = mesh.vertices().size();
+  report.triangles = mesh.triangles().size();
+  for (std::size_t k = 0; k < report.triangles; ++k) {
+    report.degenerate += has_no_area(mesh.triangle(std::int32_t(k)));
+  }
+  report.duplicate = count_duplicates(mesh);
+  report.nodes = mesh.hierarchy().nodes().size();
+  report.bytes = report.vertices * sizeof(Vector3) + report.triangles * sizeof(TriangleIndices) +
+                 report.nodes * sizeof(MeshHierarchy::Node);
+  report.is_closed = mesh.is_closed();
+  report.bounds = mesh.bounding_box();
+  report.bounding_radius = mesh.bounding_radius();
+  report.area = area_or_zero(mesh);
+  report.solid = solid_or_nothing(mesh);
+  return report;
+}
+
+nlohmann::ordered_json to_json(const Vector3& v) {
+  return nlohmann::ordered_json::array({v.x(), v.y(), v.z()});
+}
+
+void print_json(const MeshReport& report) {
+  nlohmann::ordered_json json;
+  json["vertices"] = report.vertices;
+  json["triangles"] = report.triangles;
+  json["is_closed"] = report.is_closed;
+  json["degenerate_triangles"] = report.degenerate;
+  json["duplicate_triangles"] = report.duplicate;
+  json["bounds"] = {{"min", to_json(report.bounds.min())}, {"max", to_json(report.bounds.max())}};
+  json["bounding_radius"] = report.bounding_radius;
+  json["area"] = report.area;
+  json["solid"] = nullptr;
+  if (report.solid) {
+    const Matrix3& I = report.solid->I_BBcm;
+    json["solid"] = {{"volume", report.solid->mass},
+                     {"p_BoBcm", to_json(report.solid->p_BoBcm)},
+                     {"I_BBcm", {to_json(I.row(0)), to_json(I.row(1)), to_json(I.row(2))}}};
+  }
+  json["hierarchy_nodes"] = report.nodes;
+  json["bytes"] = report.bytes;
+  std::cout << json.dump() << '\n';
+}
+
+void print_words(const MeshReport& report) {
+  const Eigen::IOFormat row(9, Eigen::DontAlignCols, ", ", ", ", "", "", "(", ")");
+  std::cout.precision(9);
+  std::cout << "triangles         " << report.triangles << ", " << report.degenerate
+            << " without area, " << report.duplicate << " duplicate\n"
+            << "vertices          " << report.vertices << '\n'
+            << "closed            " << (report.is_closed ? "yes" : "no") << '\n'
+            << "bounds            " << report.bounds.min().transpose().format(row) << " to "
+            << report.bounds.max().transpose().format(row) << '\n'
+            << "bounding radius   " << report.bounding_radius << '\n'
+            << "area              " << report.area << '\n';
+  if (report.solid) {
+    const Matrix3& I = report.solid->I_BBcm;
+    std::cout << "volume            " << report.solid->mass << '\n'
+              << "centre of mass    " << report.solid->p_BoBcm.transpose().format(row) << '\n'
+              << "inertia           " << I.row(0).format(row) << '\n'
+              << "  (density 1)     " << I.row(1).format(row) << '\n'
+              << "                  " << I.row(2).format(row) << '\n';
+  } else {
+    std::cout << "volume            none: the mesh is open or turned inside out\n";
+  }
+  std::cout << "hierarchy         " << report.nodes << " nodes\n"
+            << "memory            " << Scalar(report.bytes) / (1 << 20) << " MiB\n";
+}
+
+ExitCode run(const Arguments& arguments) {
+  const auto shape = make_shape(arguments.mesh, arguments.placement);
+  const auto* mesh = dynamic_cast<const TriangleMesh*>(shape.get());
+  DYOP_REQUIRE(mesh != nullptr, arguments.mesh, ": expected a mesh file");
+  const MeshReport report = inspect(*mesh);
+  arguments.is_json ? print_json(report) : print_words(report);
+  return ExitCode::Answered;
+}
+
+}  // namespace
+
+void add_info_command(CLI::App& app, ExitCode& exit_code) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* command = app.add_subcommand("info", "What a mesh file holds");
+  command->footer(kExamples);
+  command->add_option("MESH", arguments->mesh, "Mesh file")->required();
+  add_placement_options(*command, arguments->placement);
+  command->add_flag("--json", arguments->is_json, "One JSON object on stdout");
+  command->callback([arguments, &exit_code] { exit_code = run(*arguments); });
+}
+
+}  // namespace dyop::cli

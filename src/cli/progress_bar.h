@@ -1,0 +1,27 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+
+namespace dyop::cli {
+
+/// One line on stderr that is written over and over, at most ten times a second, and wiped at the
+/// end. Silent unless stderr is a terminal.
+class ProgressBar {
+ public:
+  explicit ProgressBar(bool is_wanted);
+  ~ProgressBar();
+  ProgressBar(const ProgressBar&) = delete;
+  ProgressBar& operator=(const ProgressBar&) = delete;
+
+  /// @param fraction Part of the simulated time that is done, 0 to 1.
+  void update(double fraction, std::int64_t impacts);
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  bool is_shown_;
+  Clock::time_point begin_ = Clock::now();
+  Clock::time_point last_;
+};
+
+}  // namespace dyop::cli

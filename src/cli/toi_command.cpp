@@ -1,0 +1,126 @@
+#include <algorithm>
+#include <chrono>
+#include <iostream>
+#include <optional>
+
+#include "cli/body_arguments.h"
+#include "cli/commands.h"
+#include "cli/interrupt.h"
+#include "dyop/io/result_text.h"
+#include "dyop/toi/time_of_impact.h"
+
+namespace dyop::cli {
+namespace {
+
+constexpr const char* kExamples =
+    R"(Shapes are mesh files, or sphere:RADIUS, box:HX,HY,HZ (half extents), capsule:RADIUS,HALFLENGTH.
+Any units of length and time. Without options both bodies rest at the origin; a pose is that at
+time 0.
+
+Examples:
+  A ball flies at a wall:
+    dyop toi sphere:0.5 box:0.1,5,5 --position-a -3 0 0 --velocity-a 1 0 0 --interval 0 10
+  A turning bunny flies at another one; how near is 0.01, and a script wants the answer:
+    dyop toi bunny.obj bunny.obj --position-b 4 0 0 --velocity-b -3 0 0 --spin-b 0 2 5 \
+        --target 0.01 --json
+)";
+
+struct Arguments {
+  BodyArguments a{"a"};
+  BodyArguments b{"b"};
+  PlacementArguments placement;
+  std::vector<Scalar> interval{0, 1};
+  ToiOptions options;
+  std::optional<Scalar> tolerance;
+  std::optional<Scalar> time_limit;
+  bool is_json = false;
+  bool fails_on_impact = false;
+};
+
+ToiOptions make_options(const Arguments& arguments, const Shape& a, const Shape& b,
+                        const InterruptGuard& interrupt) {
+  ToiOptions options = arguments.options;
+  // literal: a millionth of the smaller body, the default that --help states
+  constexpr Scalar kRelativeTolerance = 1e-6;
+  options.distance_tolerance = arguments.tolerance.value_or(
+      kRelativeTolerance * std::min(a.bounding_radius(), b.bounding_radius()));
+  if (arguments.time_limit) {
+    using Clock = std::chrono::steady_clock;
+    options.deadline = Clock::now() + std::chrono::duration_cast<Clock::duration>(
+                                          std::chrono::duration<Scalar>(*arguments.time_limit));
+  }
+  options.stop = interrupt.token();
+  return options;
+}
+
+ExitCode exit_code_of(const ToiResult& result, bool fails_on_impact) {
+  switch (result.status) {
+    case ToiStatus::Separated:
+      return ExitCode::Answered;
+    case ToiStatus::Impact:
+    case ToiStatus::InitiallyWithinTarget:
+      return exit_code_of_impact(fails_on_impact);
+    default:
+      return ExitCode::Undecided;
+  }
+}
+
+ExitCode run(const Arguments& arguments) {
+  const InterruptGuard interrupt;
+  const TimeInterval interval{arguments.interval[0], arguments.interval[1]};
+  guard_option("--interval", [&] { require_valid(interval); });
+  const auto X_WA = make_motion(arguments.a);
+  const auto X_WB = make_motion(arguments.b);
+  const auto a = make_shape(arguments.a, arguments.placement);
+  const auto b = make_shape(arguments.b, arguments.placement);
+  const ToiOptions options = make_options(arguments, *a, *b, interrupt);
+  const auto begin = std::chrono::steady_clock::now();
+  const ToiResult result = time_of_impact(*a, *X_WA, *b, *X_WB, interval, options);
+  const std::chrono::duration<double, std::milli> spent = std::chrono::steady_clock::now() - begin;
+  if (arguments.is_json) {
+    std::cout << to_json_text(result) << '\n';
+  } else {
+    std::cout << describe(result) << "  time spent   " << spent.count() << " ms\n";
+  }
+  return exit_code_of(result, arguments.fails_on_impact);
+}
+
+}  // namespace
+
+void add_toi_command(CLI::App& app, ExitCode& exit_code) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* command =
+      app.add_subcommand("toi", "When two moving shapes first meet, or a proof that they do not");
+  command->footer(kExamples);
+  command->add_option("A", arguments->a.shape, "First shape")->required();
+  command->add_option("B", arguments->b.shape, "Second shape")->required();
+  command->add_option("--interval", arguments->interval, "Begin and end of the time to look at")
+      ->expected(2)
+      ->capture_default_str();
+  command
+      ->add_option("--target", arguments->options.target_distance,
+                   "Distance that counts as an impact")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+  command
+      ->add_option(
+          "--tolerance", arguments->tolerance,
+          "How much above the target an impact may be reported; default: a millionth of the "
+          "smaller bounding radius")
+      ->check(CLI::PositiveNumber);
+  command->add_option("--max-node-pairs", arguments->options.max_node_pairs, "Budget of work")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  command->add_option("--time-limit", arguments->time_limit, "Budget in seconds")
+      ->check(CLI::Range(0.0, 1e6));
+  add_placement_options(*command, arguments->placement);
+  for (BodyArguments* body : {&arguments->a, &arguments->b}) {
+    add_pose_options(*command, *body);
+    add_motion_options(*command, *body);
+  }
+  command->add_flag("--json", arguments->is_json, "One JSON object on stdout");
+  command->add_flag("--fail-on-impact", arguments->fails_on_impact, "Exit code 1 if they meet");
+  command->callback([arguments, &exit_code] { exit_code = run(*arguments); });
+}
+
+}  // namespace dyop::cli

@@ -1,0 +1,244 @@
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <tuple>
+#include <unordered_map>
+#include <vector>
+
+#include "distance/box_gap.h"
+#include "distance/piece_distance.h"
+#include "distance/shape_tree.h"
+#include "dyop/core/error.h"
+#include "dyop/distance/distance.h"
+#include "dyop/distance/triangle_distance.h"
+
+namespace dyop {
+namespace {
+
+using internal::ShapeTree;
+
+// The surface of a shape's core as a mesh, and the radius around it. A smooth core has none.
+struct CoreSurface {
+  explicit CoreSurface(const Shape& shape) {
+    if (shape.kind() == ShapeKind::TriangleMesh) {
+      mesh = static_cast<const TriangleMesh*>(&shape);
+      is_mesh = true;
+    } else {
+      const auto& convex = static_cast<const ConvexShape&>(shape);
+      mesh = convex.core_surface();
+      radius = convex.rounding_radius();
+    }
+  }
+  const TriangleMesh* mesh = nullptr;
+  Scalar radius = 0;
+  bool is_mesh = false;
+};
+
+// A vertex, edge or face of a triangle, as a degenerate triangle.
+struct TriangleFeature {
+  Triangle triangle;
+  Feature feature;  // with the mesh's vertex numbers
+};
+
+TriangleFeature vertex_of(const Triangle& t, const TriangleIndices& indices, std::size_t i) {
+  return {{t[i], t[i], t[i]}, {FeatureKind::Vertex, {indices[i], -1, -1}}};
+}
+
+TriangleFeature edge_of(const Triangle& t, const TriangleIndices& indices, std::size_t i) {
+  const std::size_t j = (i + 1) % 3;
+  return {{t[i], t[j], t[j]}, {FeatureKind::Edge, {indices[i], indices[j], -1}}};
+}
+
+bool is_vertex(const Feature& feature) {
+  return feature.kind == FeatureKind::Vertex;
+}
+
+// Gathers the contacts of two triangle surfaces in frame A.
+class ContactGathering {
+ public:
+  ContactGathering(const CoreSurface& a, const CoreSurface& b, const RigidPose& X_AB, Scalar noise,
+                   Scalar max_distance)
+      : a_(a), b_(b), X_AB_(X_AB), noise_(noise), max_distance_(max_distance) {}
+
+  void run();
+  std::vector<Contact> contacts;  // points and normals still in frame A
+
+ private:
+  void add_triangle_pair(std::int32_t triangle_a, std::int32_t triangle_b);
+  void add(const TriangleFeature& a, const TriangleFeature& b, bool only_interior);
+
+  const CoreSurface& a_;
+  const CoreSurface& b_;
+  const RigidPose& X_AB_;
+  Scalar noise_;
+  Scalar max_distance_;
+  std::int32_t triangle_a_ = 0;
+  std::int32_t triangle_b_ = 0;
+};
+
+// Adds the witness pair of two features if it is near enough. Edge pairs count only where both
+// witness points are inside their edges: the ends come as vertex-face pairs.
+void ContactGathering::add(const TriangleFeature& a, const TriangleFeature& b, bool only_interior) {
+  const TriangleDistance d = triangle_distance(a.triangle, b.triangle);
+  const Scalar radii = a_.radius + b_.radius;
+  if (d.lower - noise_ - radii > max_distance_) return;
+  if (only_interior && (is_vertex(d.feature_a) || is_vertex(d.feature_b))) return;
+  Contact contact;
+  contact.nhat_AB_W = d.normal;
+  contact.p_WCa = d.p_a + a_.radius * d.normal;
+  contact.p_WCb = d.p_b - b_.radius * d.normal;
+  contact.lower = std::max(0.0, d.lower - radii - noise_);
+  contact.upper = std::max(0.0, d.upper - radii) + noise_;
+  contact.feature_a = a.feature;
+  contact.feature_b = b.feature;
+  if (a_.is_mesh) contact.triangle_a = triangle_a_;
+  if (b_.is_mesh) contact.triangle_b = triangle_b_;
+  contacts.push_back(contact);
+}
+
+void ContactGathering::add_triangle_pair(std::int32_t triangle_a, std::int32_t triangle_b) {
+  triangle_a_ = triangle_a;
+  triangle_b_ = triangle_b;
+  const TriangleIndices& indices_a = a_.mesh->triangles()[static_cast<std::size_t>(triangle_a)];
+  const TriangleIndices& indices_b = b_.mesh->triangles()[static_cast<std::size_t>(triangle_b)];
+  const Triangle a = a_.mesh->triangle(triangle_a);
+  Triangle b = b_.mesh->triangle(triangle_b);
+  for (Vector3& vertex : b) vertex = X_AB_ * vertex;
+  const TriangleFeature face_a{a, {FeatureKind::Face, indices_a}};
+  const TriangleFeature face_b{b, {FeatureKind::Face, indices_b}};
+  // Most pairs of neighbouring boxes are not in contact: one test of the whole triangles first.
+  if (triangle_distance(a, b).lower - noise_ - a_.radius - b_.radius > max_distance_) return;
+  for (std::size_t i = 0; i < 3; ++i) {
+    add(vertex_of(a, indices_a, i), face_b, false);
+    add(face_a, vertex_of(b, indices_b, i), false);
+    for (std::size_t j = 0; j < 3; ++j) {
+      add(edge_of(a, indices_a, i), edge_of(b, indices_b, j), true);
+    }
+  }
+}
+
+void ContactGathering::run() {
+  const ShapeTree tree_a(*a_.mesh);
+  const ShapeTree tree_b(*b_.mesh);
+  const Scalar reach = max_distance_ + a_.radius + b_.radius;
+  std::vector<std::pair<std::int32_t, std::int32_t>> stack{{0, 0}};
+  while (!stack.empty()) {
+    const auto [node_a, node_b] = stack.back();
+    stack.pop_back();
+    if (internal::box_gap(tree_a.box(node_a), tree_b.box(node_b), X_AB_, noise_).gap > reach) {
+      continue;
+    }
+    const bool leaf_a = tree_a.is_leaf(node_a);
+    const bool leaf_b = tree_b.is_leaf(node_b);
+    if (leaf_a && leaf_b) {
+      add_triangle_pair(tree_a.triangle(node_a), tree_b.triangle(node_b));
+    } else if (!leaf_a && (leaf_b || tree_a.box(node_a).half_extents.squaredNorm() >=
+                                         tree_b.box(node_b).half_extents.squaredNorm())) {
+      stack.emplace_back(tree_a.first_child(node_a) + 1, node_b);
+      stack.emplace_back(tree_a.first_child(node_a), node_b);
+    } else {
+      stack.emplace_back(node_a, tree_b.first_child(node_b) + 1);
+      stack.emplace_back(node_a, tree_b.first_child(node_b));
+    }
+  }
+}
+
+// Keeps the nearest contact of each place: those within `radius` of one already kept, with nearly
+// its normal, are dropped. Contacts must be sorted. A grid of cells of that size finds neighbours.
+std::vector<Contact> one_per_place(const std::vector<Contact>& contacts, Scalar radius) {
+  constexpr Scalar kSameNormal = 0.99;  // cosine of 8 degrees
+  using Cell = std::tuple<std::int64_t, std::int64_t, std::int64_t>;
+  struct CellHash {
+    std::size_t operator()(const Cell& cell) const {
+      const auto [x, y, z] = cell;
+      return static_cast<std::size_t>(x * 73856093 ^ y * 19349663 ^ z * 83492791);
+    }
+  };
+  const auto cell_of = [&](const Vector3& p, int dx, int dy, int dz) {
+    const auto index = [&](Scalar x, int shift) {
+      // literal: beyond 2^52 cells neighbouring cells are the same number; clamp for the cast.
+      return static_cast<std::int64_t>(std::clamp(std::floor(x / radius), -4e15, 4e15)) + shift;
+    };
+    return Cell(index(p.x(), dx), index(p.y(), dy), index(p.z(), dz));
+  };
+  std::unordered_map<Cell, std::vector<std::size_t>, CellHash> grid;
+  std::vector<Contact> kept;
+  const auto is_new = [&](const Contact& contact) {
+    for (int dx = -1; dx <= 1; ++dx) {
+      for (int dy = -1; dy <= 1; ++dy) {
+        for (int dz = -1; dz <= 1; ++dz) {
+          const auto cell = grid.find(cell_of(contact.p_WCa, dx, dy, dz));
+          if (cell == grid.end()) continue;
+          for (const std::size_t other : cell->second) {
+            if ((kept[other].p_WCa - contact.p_WCa).norm() <= radius &&
+                kept[other].nhat_AB_W.dot(contact.nhat_AB_W) >= kSameNormal) {
+              return false;
+            }
+          }
+        }
+      }
+    }
+    return true;
+  };
+  for (const Contact& contact : contacts) {
+    if (!is_new(contact)) continue;
+    grid[cell_of(contact.p_WCa, 0, 0, 0)].push_back(kept.size());
+    kept.push_back(contact);
+  }
+  return kept;
+}
+
+bool comes_first(const Contact& x, const Contact& y) {
+  const auto key = [](const Contact& c) {
+    return std::make_tuple(c.lower, c.p_WCa.x(), c.p_WCa.y(), c.p_WCa.z(), c.p_WCb.x(), c.p_WCb.y(),
+                           c.p_WCb.z(), c.feature_a.vertices, c.feature_b.vertices);
+  };
+  return key(x) < key(y);
+}
+
+// For cores without a surface: the one contact of the nearest points.
+std::vector<Contact> nearest_contact(const Shape& a, const RigidPose& X_WA, const Shape& b,
+                                     const RigidPose& X_WB, Scalar max_distance) {
+  DistanceOptions options;
+  options.upper_limit = max_distance;
+  const DistanceResult nearest = distance(a, X_WA, b, X_WB, options);
+  if (nearest.status == DistanceStatus::FartherThanLimit) return {};
+  Contact contact;
+  contact.p_WCa = nearest.p_WCa;
+  contact.p_WCb = nearest.p_WCb;
+  contact.nhat_AB_W = nearest.nhat_AB_W;
+  contact.lower = nearest.lower;
+  contact.upper = nearest.upper;
+  contact.feature_a = nearest.feature_a;
+  contact.feature_b = nearest.feature_b;
+  contact.triangle_a = nearest.triangle_a;
+  contact.triangle_b = nearest.triangle_b;
+  return {contact};
+}
+
+}  // namespace
+
+std::vector<Contact> find_contacts(const Shape& a, const RigidPose& X_WA, const Shape& b,
+                                   const RigidPose& X_WB, Scalar max_distance) {
+  DYOP_REQUIRE(max_distance >= 0 && max_distance < kInfinity,
+               "find_contacts: max_distance must be finite and >= 0, not ", max_distance);
+  const CoreSurface surface_a(a);
+  const CoreSurface surface_b(b);
+  if (!surface_a.mesh || !surface_b.mesh) return nearest_contact(a, X_WA, b, X_WB, max_distance);
+
+  const Scalar noise = internal::pose_noise(a, X_WA, b, X_WB);
+  const RigidPose X_AB = X_WA.inverse() * X_WB;
+  ContactGathering gathering(surface_a, surface_b, X_AB, noise, max_distance);
+  gathering.run();
+  std::sort(gathering.contacts.begin(), gathering.contacts.end(), comes_first);
+  // Points of one place differ by the gap at most, and by rounding where the gap is nothing.
+  std::vector<Contact> kept = one_per_place(gathering.contacts, max_distance + 4 * noise);
+  for (Contact& contact : kept) {
+    contact.p_WCa = X_WA * contact.p_WCa;
+    contact.p_WCb = X_WA * contact.p_WCb;
+    contact.nhat_AB_W = X_WA.rotation() * contact.nhat_AB_W;
+  }
+  return kept;
+}
+
+}  // namespace dyop

@@ -1,0 +1,153 @@
+#include "dyop/distance/penetration.h"
+
+#include <ccd/ccd.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "dyop/core/tolerance.h"
+#include "dyop/distance/gjk.h"
+
+namespace dyop {
+namespace {
+
+static_assert(sizeof(ccd_real_t) == sizeof(Scalar), "libccd must be built with double precision");
+
+// One shape as libccd sees it, in frame A and in units of the query's size, because libccd's
+// tolerances are absolute.
+struct CcdShape {
+  const ConvexShape& shape;
+  RigidPose X_AS;
+  Scalar radius;  // of the ball that inflates the core
+  Scalar scale;
+  mutable int calls_left = kPenetrationSupportLimit;
+
+  Vector3 center() const { return X_AS * shape.core_center() / scale; }
+
+  Vector3 support(const Vector3& direction_A) const {
+    // libccd's loops end when a support point brings nothing new: a fixed point bounds them all.
+    if (--calls_left < 0 || !(direction_A.norm() > 0)) return center();
+    const Vector3 nhat_A = direction_A.normalized();
+    const Vector3 p_S = shape.core_support(X_AS.rotation().transpose() * nhat_A).point;
+    return (X_AS * p_S + radius * nhat_A) / scale;
+  }
+};
+
+ccd_vec3_t to_ccd(const Vector3& p) {
+  return {{p.x(), p.y(), p.z()}};
+}
+
+Vector3 from_ccd(const ccd_vec3_t& p) {
+  return {p.v[0], p.v[1], p.v[2]};
+}
+
+void support_callback(const void* shape, const ccd_vec3_t* direction, ccd_vec3_t* point) {
+  *point = to_ccd(static_cast<const CcdShape*>(shape)->support(from_ccd(*direction)));
+}
+
+void center_callback(const void* shape, ccd_vec3_t* point) {
+  *point = to_ccd(static_cast<const CcdShape*>(shape)->center());
+}
+
+// The direction along which two overlapping shapes must move apart the least, kept as the best of
+// several candidates. The depth of each is measured with the support functions, so that a poor
+// candidate can be too deep but never fails to separate.
+class DepthSearch {
+ public:
+  DepthSearch(const ConvexShape& a, const ConvexShape& b, const RigidPose& X_AB)
+      : a_(a),
+        b_(b),
+        X_AB_(X_AB),
+        scale_(X_AB.translation().norm() + a.bounding_radius() + b.bounding_radius()) {}
+
+  void try_direction(const Vector3& direction_A) {
+    const Scalar norm = direction_A.norm();
+    if (!(norm > 0 && std::isfinite(norm))) return;
+    const Vector3 nhat_A = direction_A / norm;
+    const Vector3 nhat_B = X_AB_.rotation().transpose() * nhat_A;
+    const Scalar depth = nhat_A.dot(a_.core_support(nhat_A).point) -
+                         nhat_A.dot(X_AB_ * b_.core_support(-nhat_B).point) + a_.rounding_radius() +
+                         b_.rounding_radius();
+    // Rounded up, so that a shape moved by it is apart in spite of rounding.
+    const Scalar rounded_up = depth + kPoseNoise * scale_;
+    if (rounded_up > 0 && rounded_up < depth_) {
+      depth_ = rounded_up;
+      nhat_AB_A_ = nhat_A;
+    }
+  }
+
+  // The expanding polytope algorithm, and minkowski portal refinement where that one fails.
+  // Of polytopes it ends at a face of the difference of the cores; the ball adds its radius to the
+  // depth and leaves the direction (parallel bodies of convex sets).
+  void try_libccd(bool with_rounding) {
+    ccd_t ccd;
+    CCD_INIT(&ccd);
+    ccd.support1 = support_callback;
+    ccd.support2 = support_callback;
+    ccd.center1 = center_callback;
+    ccd.center2 = center_callback;
+    ccd.max_iterations = kPenetrationSupportLimit;
+    ccd.epa_tolerance = kPenetrationTolerance;
+    ccd.mpr_tolerance = kPenetrationTolerance;
+    for (const auto algorithm : {ccdGJKPenetration, ccdMPRPenetration}) {
+      const CcdShape a{a_, RigidPose(), with_rounding ? a_.rounding_radius() : 0, scale_};
+      const CcdShape b{b_, X_AB_, with_rounding ? b_.rounding_radius() : 0, scale_};
+      ccd_real_t depth = 0;
+      ccd_vec3_t direction = to_ccd(Vector3::Zero());
+      ccd_vec3_t position = to_ccd(Vector3::Zero());
+      if (algorithm(&a, &b, &ccd, &depth, &direction, &position) == 0) {
+        try_direction(from_ccd(direction));
+      }
+    }
+  }
+
+  // libccd may stop a little before the right face. From just outside the overlap, GJK finds the
+  // nearest face itself.
+  void polish() {
+    for (int i = 0; i < kPenetrationPolishLimit && has_direction(); ++i) {
+      const Scalar previous = depth_;
+      // An eighth more than needed: far enough out for an accurate direction.
+      const RigidPose X_AB_apart = RigidPose::from_trusted(
+          X_AB_.rotation(), X_AB_.translation() + 1.125 * depth_ * nhat_AB_A_);
+      try_direction(gjk_distance(a_, b_, X_AB_apart).nhat_AB_A);
+      if (!(depth_ < previous)) return;
+    }
+  }
+
+  bool has_direction() const { return depth_ < kInfinity; }
+  Scalar depth() const { return depth_; }
+  const Vector3& nhat_AB_A() const { return nhat_AB_A_; }
+
+ private:
+  const ConvexShape& a_;
+  const ConvexShape& b_;
+  const RigidPose& X_AB_;
+  Scalar scale_;
+  Scalar depth_ = kInfinity;
+  Vector3 nhat_AB_A_ = Vector3::UnitX();
+};
+
+}  // namespace
+
+std::optional<Penetration> find_penetration(const ConvexShape& a, const RigidPose& X_WA,
+                                            const ConvexShape& b, const RigidPose& X_WB) {
+  const RigidPose X_AB = X_WA.inverse() * X_WB;
+  const GjkResult gjk = gjk_distance(a, b, X_AB);
+  if (!gjk.is_overlapping) return std::nullopt;
+
+  DepthSearch search(a, b, X_AB);
+  search.try_direction(gjk.nhat_AB_A);
+  const Scalar radii = a.rounding_radius() + b.rounding_radius();
+  // Less than the radii: the cores are apart, and the direction of their distance is the answer.
+  if (!(search.depth() < radii)) {
+    search.try_libccd(false);
+    // Cores with a flat difference (crossing segments, equal points) have no volume for libccd.
+    if (radii > 0) search.try_libccd(true);
+    search.polish();
+  }
+  if (!search.has_direction()) return std::nullopt;
+  return Penetration{search.depth(), X_WA.rotation() * search.nhat_AB_A(),
+                     X_WA * ((gjk.p_ACa + gjk.p_ACb) / 2)};
+}
+
+}  // namespace dyop

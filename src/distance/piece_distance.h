@@ -1,0 +1,39 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "distance/shape_tree.h"
+#include "dyop/core/rigid_pose.h"
+#include "dyop/distance/distance_result.h"
+
+namespace dyop::internal {
+
+/// Distance of two leaf pieces, everything in frame A.
+struct PieceDistance {
+  Scalar lower = 0;
+  Scalar upper = kInfinity;
+  Vector3 p_ACa = Vector3::Zero();
+  Vector3 p_ACb = Vector3::Zero();
+  Vector3 nhat_AB_A = Vector3::UnitX();  ///< unit; its slab gap proves lower
+  Feature feature_a;                     ///< with the shape's own vertex numbers
+  Feature feature_b;
+  bool is_overlapping = false;
+  int gjk_iterations = 0;
+};
+
+/// Certified distance of the pieces at two leaves.
+/// @param pose_noise How far a point of B can be off in frame A by rounding; widens both bounds.
+PieceDistance piece_distance(const ShapeTree& a, std::int32_t leaf_a, const ShapeTree& b,
+                             std::int32_t leaf_b, const RigidPose& X_AB, Scalar pose_noise);
+
+/// The triangle number at a leaf, or nothing for a convex shape.
+inline std::optional<std::int32_t> triangle_number(const ShapeTree& tree, std::int32_t leaf) {
+  if (!tree.mesh()) return std::nullopt;
+  return tree.triangle(leaf);
+}
+
+/// Rounding allowance for comparing points of two posed shapes (kPoseNoise has the reason).
+Scalar pose_noise(const Shape& a, const RigidPose& X_WA, const Shape& b, const RigidPose& X_WB);
+
+}  // namespace dyop::internal

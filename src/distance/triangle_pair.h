@@ -1,0 +1,188 @@
+#pragma once
+
+#include <cmath>
+#include <cstddef>
+
+#include "distance/lane_pair.h"
+#include "dyop/core/tolerance.h"
+#include "dyop/distance/triangle_distance.h"
+
+/// Building blocks of triangle_distance(), private to it. The proofs of the rounding bounds are in
+/// docs/algorithms/dyop.md, section "Rounding"; the order of operations here is the one proven
+/// there.
+namespace dyop::internal {
+
+/// Number of the corner (or edge) after k.
+inline constexpr int kNext[3] = {1, 2, 0};
+
+// Both return y if x is NaN. Ternaries, because they compile to one instruction without a branch.
+inline Scalar larger(Scalar x, Scalar y) {
+  return x > y ? x : y;
+}
+inline Scalar smaller(Scalar x, Scalar y) {
+  return x < y ? x : y;
+}
+
+/// x limited to [0, limit]; NaN gives 0.
+inline Scalar clamped(Scalar x, Scalar limit) {
+  x = x > 0 ? x : 0;
+  return x < limit ? x : limit;
+}
+
+/// Differences of the vertices of two triangles. Edge k of a triangle runs from vertex k to
+/// vertex k+1. Every vector is the rounded difference of two input points, so that its components
+/// have a relative error of at most u each, however far away the origin is.
+struct TrianglePair {
+  const Triangle& A;
+  const Triangle& B;
+  Vector3 a[3];
+  Vector3 b[3];
+  Vector3 r;     ///< from vertex 0 of A to vertex 0 of B
+  Scalar aa[3];  ///< squared lengths of the edges of A
+  Scalar bb[3];  ///< squared lengths of the edges of B
+  Scalar size;   ///< at least |r| + longest edge of A + longest edge of B, up to 4u relative
+
+  TrianglePair(const Triangle& A_in, const Triangle& B_in) : A(A_in), B(B_in), r(B[0] - A[0]) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      a[k] = A[(k + 1) % 3] - A[k];
+      b[k] = B[(k + 1) % 3] - B[k];
+      aa[k] = a[k].dot(a[k]);
+      bb[k] = b[k].dot(b[k]);
+    }
+    // The longest edge e of a triangle has e^2 <= 2/3 of the sum of squares, and
+    // x + y + z <= sqrt(3 (x^2 + y^2 + z^2)). A sum, not a maximum, so that NaN survives.
+    size = std::sqrt(3 * r.dot(r) + 2 * ((aa[0] + aa[1] + aa[2]) + (bb[0] + bb[1] + bb[2])));
+  }
+};
+
+/// Features are numbered 0..2 vertices, 3..5 edges, 6 face while computing.
+inline constexpr int kFaceCode = 6;
+
+/// The feature with that number, by local vertex numbers.
+inline const Feature& feature_of_place(int place) {
+  static constexpr Feature kFeatures[7] = {
+      {FeatureKind::Vertex, {0, -1, -1}}, {FeatureKind::Vertex, {1, -1, -1}},
+      {FeatureKind::Vertex, {2, -1, -1}}, {FeatureKind::Edge, {0, 1, -1}},
+      {FeatureKind::Edge, {1, 2, -1}},    {FeatureKind::Edge, {0, 2, -1}},
+      {FeatureKind::Face, {0, 1, 2}}};
+  return kFeatures[place];
+}
+
+/// Number of the place on edge k: its first end, the edge, or its other end.
+inline int edge_place(int k, bool leaves_start, bool reaches_end) {
+  static constexpr int kPlace[3][3] = {{0, 3, 1}, {1, 4, 2}, {2, 5, 0}};
+  return kPlace[k][static_cast<int>(leaves_start) + static_cast<int>(reaches_end)];
+}
+
+/// A point of A, a point of B, and the direction that should prove them closest.
+struct Witness {
+  Vector3 D;  ///< from the point of A to the point of B
+  Vector3 m;  ///< direction of the certificate, any length
+  Vector3 p_a;
+  Vector3 p_b;
+  int place_a = 0;
+  int place_b = 0;
+};
+
+/// What one direction and one witness vector prove.
+struct Bounds {
+  Scalar lower = 0;         ///< of the distance, from the slab gap along the direction
+  Scalar upper = 0;         ///< of the distance, from the length of the witness vector
+  Scalar gap = 0;           ///< the computed slab gap itself, may be negative
+  Scalar inverse_norm = 0;  ///< of the direction; 0 if the direction is useless
+};
+
+/// Returns proven bounds from direction m and witness vector D, whatever m is: NaN and tiny m give
+/// lower = 0.
+inline Bounds prove(const TrianglePair& pair, const Vector3& m, const Vector3& D) {
+  const VectorPair mm(m);
+  // m times the vertices 1 and 2, relative to vertex 0; of A negative, so that minima are wanted.
+  const LanePair on_a = mm.dot(VectorPair(pair.a[0], pair.a[2])) * LanePair(-1, 1);
+  const LanePair on_b = mm.dot(VectorPair(pair.b[0], pair.b[2])) * LanePair(1, -1);
+  const LanePair reach = smaller(smaller(lows(on_b, on_a), highs(on_b, on_a)), LanePair(0));
+  const Scalar gap = (m.dot(pair.r) + reach.low()) + reach.high();
+  const VectorPair mD(m, D);
+  const LanePair squares = mD.dot(mD);
+  const LanePair norms = root(squares);
+  const LanePair by_norm = LanePair(1, gap) / lows(norms, norms);
+  const LanePair middle = highs(by_norm, norms);
+  const LanePair slack =
+      LanePair(kTriangleRelativeSlack) * middle + LanePair(kTriangleSizeSlack * pair.size);
+  const LanePair outward = middle + slack * LanePair(-1, 1);
+  // Safe side: a comparison with NaN is false, and larger() then returns 0.
+  const LanePair is_usable = above(lows(squares, squares), LanePair(kSmallestSquaredDirection));
+  Bounds bounds;
+  bounds.lower = larger(masked(is_usable, outward), LanePair(0)).low();
+  bounds.upper = outward.high();
+  bounds.gap = middle.low();
+  bounds.inverse_norm = masked(is_usable, by_norm).low();
+  return bounds;
+}
+
+/// Witness of edge i of A and edge j of B: their closest points, by [Ericson2005] 5.1.9 with cross
+/// products in place of the Gram determinant, which would lose half of the digits for nearly
+/// parallel edges. Without branches, because they would be hard to predict.
+inline Witness edge_witness(const TrianglePair& pair, int i, int j) {
+  const Vector3& A = pair.A[static_cast<std::size_t>(i)];
+  const Vector3& B = pair.B[static_cast<std::size_t>(j)];
+  const Vector3 d = B - A;
+  const VectorPair edges(pair.a[i], pair.b[j]);
+  const VectorPair b = edges.highs();
+  const VectorPair crosses = VectorPair(pair.a[i], d).cross(b);
+  const VectorPair n = crosses.lows();
+  const LanePair solution = crosses.dot(n);
+  const LanePair inverse = LanePair(1) / LanePair(pair.aa[i], pair.bb[j]);
+  const LanePair ab(pair.a[i].dot(pair.b[j]));
+  const LanePair on_d = edges.dot(VectorPair(d));
+  // Parameters in both lanes: s of the lines, t for that s, s for that t.
+  LanePair s = clamped(highs(solution, solution) / lows(solution, solution));
+  const LanePair t = clamped((s * ab - highs(on_d, on_d)) * highs(inverse, inverse));
+  s = clamped((t * ab + lows(on_d, on_d)) * lows(inverse, inverse));
+  const LanePair st = lows(s, t);
+
+  Witness w;
+  const VectorPair along = edges * st;
+  w.D = (d + along.high()) - along.low();
+  const VectorPair points = VectorPair(A, B) + along;
+  w.p_a = points.low();
+  w.p_b = points.high();
+  const LanePair started = above(st, LanePair(0));
+  const LanePair unfinished = above(LanePair(1), st);
+  const int from = bits(started);
+  const int to = ~bits(unfinished);
+  w.place_a = edge_place(i, from & 1, to & 1);
+  w.place_b = edge_place(j, from & 2, to & 2);
+
+  // Square to both edges if both points are inside, else to the edge whose point is: there the
+  // closest direction is square to it, and rounding is removed.
+  const VectorPair D(w.D);
+  const LanePair inside = both(started, unfinished);
+  const LanePair both_inside = both(inside, swapped(inside));
+  const VectorPair level = edges * masked(inside, edges.dot(D) * inverse);
+  const Vector3 leveled = (w.D - level.low()) - level.high();
+  const LanePair side = n.dot(D);
+  w.m.x() = selected(both_inside, turned(n.x, side), LanePair(leveled.x())).low();
+  w.m.y() = selected(both_inside, turned(n.y, side), LanePair(leveled.y())).low();
+  w.m.z() = selected(both_inside, turned(n.z, side), LanePair(leveled.z())).low();
+  return w;
+}
+
+/// True if the bounds agree within the noise of the pair. False for NaN.
+inline bool is_certified(const TrianglePair& pair, Scalar lower, Scalar upper) {
+  return lower > 0 && upper - lower <= kTriangleNoise * pair.size;
+}
+
+/// Fills the result from a witness and says whether it is certified.
+inline bool certify(const TrianglePair& pair, const Witness& w, TriangleDistance& result) {
+  const Bounds bounds = prove(pair, w.m, w.D);
+  result.lower = bounds.lower;
+  result.upper = bounds.upper;
+  result.p_a = w.p_a;
+  result.p_b = w.p_b;
+  result.normal = w.m * bounds.inverse_norm;
+  result.feature_a = feature_of_place(w.place_a);
+  result.feature_b = feature_of_place(w.place_b);
+  return is_certified(pair, bounds.lower, bounds.upper);
+}
+
+}  // namespace dyop::internal

@@ -1,0 +1,183 @@
+#include "dyop/dynamics/sundials_integrator.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "dynamics/sundials_support.h"
+#include "dyop/core/tolerance.h"
+
+namespace dyop {
+
+using internal::compose_message;
+
+struct SundialsIntegrator::Impl {
+  // How the state is known between begin and time.
+  enum class Dense { Solver, Linear };
+
+  void midpoint_step(Scalar t_end);
+  void solver_step(Scalar t_end);
+  void accept(Scalar t);
+
+  std::unique_ptr<internal::SundialsSolver> solver;
+  IntegratorOptions options;
+  Scalar begin = 0;
+  Scalar time = 0;
+  Scalar solver_step_length = 0;  // of the solver's last step since its restart
+  std::vector<Scalar> begin_state;
+  std::vector<Scalar> state;
+  std::vector<Scalar> next;  // the state proposed by the step in progress
+  Dense dense = Dense::Linear;
+  bool is_started = false;
+  bool must_restart_solver = true;
+  std::int64_t steps = 0;
+  std::int64_t rejected_before = 0;  // by the solver before its last restart
+};
+
+SundialsIntegrator::SundialsIntegrator(std::unique_ptr<internal::SundialsSolver> solver,
+                                       std::size_t size, const IntegratorOptions& options)
+    : impl_(std::make_unique<Impl>()) {
+  impl_->solver = std::move(solver);
+  impl_->options = options;
+  impl_->begin_state.resize(size);
+  impl_->state.resize(size);
+  impl_->next.resize(size);
+}
+
+SundialsIntegrator::~SundialsIntegrator() = default;
+
+void SundialsIntegrator::restart(Scalar t, std::span<const Scalar> y) {
+  DYOP_REQUIRE(std::isfinite(t), "integrator: t must be finite, not ", t);
+  DYOP_REQUIRE(y.size() == impl_->state.size(), "integrator: y must have size ",
+               impl_->state.size(), ", not ", y.size());
+  for (std::size_t i = 0; i < y.size(); ++i) {
+    DYOP_REQUIRE(std::isfinite(y[i]), "integrator: y[", i, "] must be finite, not ", y[i]);
+  }
+  // y may be our own state().
+  std::copy(y.begin(), y.end(), impl_->next.begin());
+  impl_->state = impl_->next;
+  impl_->begin_state = impl_->next;
+  impl_->begin = t;
+  impl_->time = t;
+  impl_->dense = Impl::Dense::Linear;
+  impl_->is_started = true;
+  impl_->must_restart_solver = true;
+}
+
+void SundialsIntegrator::step(Scalar t_end) {
+  DYOP_REQUIRE(impl_->is_started, "integrator: restart() must come before the first step()");
+  const Scalar t = impl_->time;
+  DYOP_REQUIRE(t_end > t && t_end < kInfinity, "integrator: t_end must be finite and > ", t,
+               ", not ", t_end);
+  const Scalar target = std::min(t_end, t + impl_->options.max_step);
+  if (!(target > t)) {
+    throw IntegrationError(compose_message("integrator: max_step ", impl_->options.max_step,
+                                           " is below the resolution of time at t = ", t));
+  }
+  if (!impl_->solver) {
+    impl_->accept(target);
+    return;
+  }
+  const Scalar last_length = impl_->must_restart_solver ? 0 : impl_->solver_step_length;
+  const Scalar shortest =
+      std::max(kShortestSolverStep * std::max({std::abs(t), std::abs(target), last_length}),
+               kShortestSolverTime);
+  if (target - t <= shortest) {
+    impl_->midpoint_step(target);
+  } else {
+    impl_->solver_step(t_end);
+  }
+}
+
+void SundialsIntegrator::Impl::midpoint_step(Scalar t_end) {
+  const Scalar h = t_end - time;
+  std::vector<Scalar> rate(state.size());
+  solver->function().evaluate(time, state, rate);
+  for (std::size_t i = 0; i < state.size(); ++i) next[i] = state[i] + h / 2 * rate[i];
+  solver->function().evaluate(time + h / 2, next, rate);
+  for (std::size_t i = 0; i < state.size(); ++i) next[i] = state[i] + h * rate[i];
+  accept(t_end);
+  dense = Dense::Linear;
+  must_restart_solver = true;
+}
+
+void SundialsIntegrator::Impl::solver_step(Scalar t_end) {
+  if (must_restart_solver) {
+    rejected_before += solver->rejected_steps();
+    solver->restart(time, state);
+    solver_step_length = 0;
+  }
+  must_restart_solver = true;  // unless this step succeeds
+  const std::int64_t rejected = solver->rejected_steps();
+  // A step may be too short to advance time; the solver then lengthens the next one.
+  for (std::int64_t i = 1;; ++i) {
+    const Scalar reached = solver->step(t_end, next);
+    if (reached > time) {
+      solver_step_length = reached - time;
+      accept(reached);
+      dense = Dense::Solver;
+      must_restart_solver = false;
+      return;
+    }
+    if (i + solver->rejected_steps() - rejected >= options.max_internal_steps) {
+      throw IntegrationError(
+          compose_message(solver->name(), ": no progress at t = ", time,
+                          " after max_internal_steps = ", options.max_internal_steps, " attempts"));
+    }
+  }
+}
+
+void SundialsIntegrator::Impl::accept(Scalar t) {
+  for (std::size_t i = 0; i < next.size(); ++i) {
+    if (!std::isfinite(next[i])) {
+      throw IntegrationError(compose_message(solver->name(), ": y[", i, "] is ", next[i],
+                                             " at t = ", t, ", not finite"));
+    }
+  }
+  begin_state.swap(state);
+  state.swap(next);
+  begin = time;
+  time = t;
+  ++steps;
+}
+
+Scalar SundialsIntegrator::begin() const {
+  return impl_->begin;
+}
+
+Scalar SundialsIntegrator::time() const {
+  return impl_->time;
+}
+
+std::span<const Scalar> SundialsIntegrator::state() const {
+  return impl_->state;
+}
+
+void SundialsIntegrator::evaluate(Scalar t, std::span<Scalar> y) const {
+  const Impl& impl = *impl_;
+  DYOP_REQUIRE(impl.is_started, "integrator: restart() must come before evaluate()");
+  DYOP_REQUIRE(t >= impl.begin && t <= impl.time, "integrator: t must be in [", impl.begin, ", ",
+               impl.time, "], not ", t);
+  DYOP_REQUIRE(y.size() == impl.state.size(), "integrator: y must have size ", impl.state.size(),
+               ", not ", y.size());
+  if (t == impl.time) {
+    std::copy(impl.state.begin(), impl.state.end(), y.begin());
+  } else if (t == impl.begin) {
+    std::copy(impl.begin_state.begin(), impl.begin_state.end(), y.begin());
+  } else if (impl.dense == Impl::Dense::Solver) {
+    impl.solver->evaluate(t, y);
+  } else {
+    const Scalar s = (t - impl.begin) / (impl.time - impl.begin);
+    for (std::size_t i = 0; i < y.size(); ++i) {
+      y[i] = impl.begin_state[i] + s * (impl.state[i] - impl.begin_state[i]);
+    }
+  }
+}
+
+IntegratorStatistics SundialsIntegrator::statistics() const {
+  if (!impl_->solver) return {impl_->steps, 0, 0};
+  return {impl_->steps, impl_->rejected_before + impl_->solver->rejected_steps(),
+          impl_->solver->function().evaluations()};
+}
+
+}  // namespace dyop

@@ -1,0 +1,60 @@
+#include "dyop/geometry/capsule.h"
+
+#include <numbers>
+
+#include "geometry/solid.h"
+
+namespace dyop {
+namespace {
+
+TriangleMesh segment_on_z(Scalar half_length) {
+  DYOP_REQUIRE(half_length >= 0 && half_length <= kLargestCoordinate,
+               "half length of a capsule must be >= 0 and at most ", kLargestCoordinate, ", not ",
+               half_length);
+  return TriangleMesh({Vector3(0, 0, -half_length), Vector3(0, 0, half_length)}, {{0, 1, 1}});
+}
+
+// The sum rounded up: one addition errs by at most u relative.
+Scalar sum_up(Scalar a, Scalar b) {
+  return (a + b) * (1 + 4 * kUnitRoundoff);
+}
+
+}  // namespace
+
+Capsule::Capsule(Scalar radius, Scalar half_length)
+    : radius_(radius), half_length_(half_length), segment_(segment_on_z(half_length)) {
+  internal::require_length("radius", radius);
+}
+
+SupportPoint Capsule::core_support(const Vector3& direction) const {
+  if (direction.z() >= 0) return {Vector3(0, 0, half_length_), 1};
+  return {Vector3(0, 0, -half_length_), 0};
+}
+
+AlignedBox Capsule::bounding_box() const {
+  const Vector3 half(radius_, radius_, sum_up(radius_, half_length_));
+  return {-half, half};
+}
+
+Scalar Capsule::bounding_radius() const {
+  return sum_up(radius_, half_length_);
+}
+
+MassProperties Capsule::compute_mass_properties(Scalar density) const {
+  internal::require_density(density);
+  // A cylinder of length 2h and two half balls, whose centres of mass lie 3r/8 beyond its ends; a
+  // half ball's transverse moment about its flat side's centre is 2/5 m r^2, as a whole ball's.
+  const Scalar r = radius_;
+  const Scalar h = half_length_;
+  const Scalar cylinder = density * (2 * std::numbers::pi) * r * r * h;
+  const Scalar ball = density * (4 * std::numbers::pi / 3) * r * r * r;
+  const Scalar axial = cylinder * r * r / 2 + ball * 2 * r * r / 5;
+  const Scalar transverse =
+      cylinder * (r * r / 4 + h * h / 3) + ball * (2 * r * r / 5 + h * h + 3 * r * h / 4);
+  MassProperties properties;
+  properties.mass = cylinder + ball;
+  properties.I_BBcm = Vector3(transverse, transverse, axial).asDiagonal();
+  return internal::require_representable(properties);
+}
+
+}  // namespace dyop

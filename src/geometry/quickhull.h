@@ -1,0 +1,22 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "dyop/geometry/triangle.h"
+
+namespace dyop::internal {
+
+// The surface of a convex hull, numbered like the input points.
+struct HullSurface {
+  int dimension = 0;
+  // Dimension 3: closed, facing outwards. 2: a fan over the polygon. 1, 0: one triangle with
+  // repeated numbers.
+  std::vector<TriangleIndices> triangles;
+};
+
+// Convex hull of at least one finite point. Every point lies in the hull of those that the
+// triangles use, exactly but for the coordinates below 2^-200 of the largest, which count as zero.
+HullSurface quickhull(std::span<const Vector3> points);
+
+}  // namespace dyop::internal

@@ -1,0 +1,281 @@
+#include "dyop/geometry/triangle_mesh.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+#include "dyop/core/error.h"
+#include "dyop/core/tolerance.h"
+#include "geometry/solid.h"
+
+namespace dyop {
+namespace {
+
+void require_counts(std::size_t vertex_count, std::size_t triangle_count) {
+  DYOP_REQUIRE(triangle_count > 0, "a mesh needs at least one triangle, not 0 (with ", vertex_count,
+               " vertices)");
+  DYOP_REQUIRE(triangle_count <= kLargestTriangleCount, "a mesh has at most ",
+               kLargestTriangleCount, " triangles, not ", triangle_count);
+  constexpr std::size_t kMost = std::numeric_limits<std::int32_t>::max();
+  DYOP_REQUIRE(vertex_count <= kMost, "a mesh has at most ", kMost, " vertices, not ",
+               vertex_count);
+}
+
+void require_index(std::size_t row, std::int64_t index, std::size_t vertex_count) {
+  DYOP_REQUIRE(index >= 0 && index < std::int64_t(vertex_count), "triangle ", row,
+               ": vertex number ", index, " is out of range, the mesh has ", vertex_count,
+               " vertices");
+}
+
+void require_vertex(std::size_t row, const Vector3& p) {
+  DYOP_REQUIRE(p.allFinite(), "vertex ", row, " is not finite: (", p.x(), ", ", p.y(), ", ", p.z(),
+               ")");
+  DYOP_REQUIRE(p.cwiseAbs().maxCoeff() <= kLargestCoordinate, "vertex ", row, " is beyond ",
+               kLargestCoordinate, ": (", p.x(), ", ", p.y(), ", ", p.z(), ")");
+}
+
+template <typename Number>
+void require_rows(const char* what, const StridedRows<Number>& rows) {
+  DYOP_REQUIRE(rows.count == 0 || rows.data != nullptr, what, ": null data for ", rows.count,
+               " rows");
+  DYOP_REQUIRE(rows.count == 0 || rows.stride_bytes >= 3 * sizeof(Number), what, ": stride of ",
+               rows.stride_bytes, " bytes is less than a row of ", 3 * sizeof(Number));
+}
+
+// Copied bytewise: rows of a packed buffer may be unaligned.
+template <typename Number>
+std::array<Number, 3> read_row(const StridedRows<Number>& rows, std::size_t row) {
+  std::array<Number, 3> numbers;
+  std::memcpy(numbers.data(),
+              reinterpret_cast<const std::byte*>(rows.data) + row * rows.stride_bytes,
+              sizeof(numbers));
+  return numbers;
+}
+
+template <typename Number, typename Index>
+TriangleMesh mesh_from_rows(const StridedRows<Number>& vertex_rows,
+                            const StridedRows<Index>& triangle_rows) {
+  require_counts(vertex_rows.count, triangle_rows.count);
+  require_rows("vertices", vertex_rows);
+  require_rows("triangles", triangle_rows);
+  std::vector<Vector3> vertices(vertex_rows.count);
+  for (std::size_t row = 0; row < vertices.size(); ++row) {
+    const std::array<Number, 3> p = read_row(vertex_rows, row);
+    vertices[row] = Vector3(Scalar(p[0]), Scalar(p[1]), Scalar(p[2]));
+  }
+  std::vector<TriangleIndices> triangles(triangle_rows.count);
+  for (std::size_t row = 0; row < triangles.size(); ++row) {
+    const std::array<Index, 3> indices = read_row(triangle_rows, row);
+    for (std::size_t k = 0; k < 3; ++k) {
+      // Before narrowing, so that a large unsigned number is named as it is.
+      require_index(row, std::int64_t(indices[k]), vertices.size());
+      triangles[row][k] = std::int32_t(indices[k]);
+    }
+  }
+  return TriangleMesh(std::move(vertices), std::move(triangles));
+}
+
+bool repeats_a_vertex(const TriangleIndices& t) {
+  return t[0] == t[1] || t[1] == t[2] || t[2] == t[0];
+}
+
+bool find_closed(std::span<const TriangleIndices> triangles) {
+  // An edge as (smaller, larger, direction) in one number; sorted, both uses of it are neighbours.
+  std::vector<std::pair<std::uint64_t, bool>> edges;
+  edges.reserve(3 * triangles.size());
+  for (const TriangleIndices& t : triangles) {
+    if (repeats_a_vertex(t)) continue;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::int32_t from = t[k];
+      const std::int32_t to = t[(k + 1) % 3];
+      const auto [low, high] = std::minmax({from, to});
+      edges.emplace_back(std::uint64_t(low) << 32 | std::uint64_t(high), from < to);
+    }
+  }
+  if (edges.empty() || edges.size() % 2 != 0) return false;
+  std::sort(edges.begin(), edges.end());
+  for (std::size_t k = 0; k < edges.size(); k += 2) {
+    const bool is_pair =
+        edges[k].first == edges[k + 1].first && edges[k].second != edges[k + 1].second;
+    if (!is_pair) return false;
+    if (k > 0 && edges[k].first == edges[k - 1].first) return false;
+  }
+  return true;
+}
+
+// Largest norm, rounded up: scaling, three squares and sums, and the root err by less than 8u; the
+// last step up covers numbers below the normal range.
+Scalar largest_norm(std::span<const Vector3> vertices, std::span<const TriangleIndices> triangles,
+                    const AlignedBox& box) {
+  const Scalar scale = std::max(box.min().cwiseAbs().maxCoeff(), box.max().cwiseAbs().maxCoeff());
+  if (scale == 0) return 0;
+  Scalar largest_sq = 0;
+  for (const TriangleIndices& t : triangles) {
+    for (const std::int32_t v : t) {
+      largest_sq = std::max(largest_sq, (vertices[std::size_t(v)] / scale).squaredNorm());
+    }
+  }
+  const Scalar radius = scale * std::sqrt(largest_sq) * (1 + 16 * kUnitRoundoff);
+  return std::nextafter(radius, kInfinity);
+}
+
+AlignedBox find_bounds(std::span<const Vector3> vertices,
+                       std::span<const TriangleIndices> triangles) {
+  AlignedBox box;
+  for (const TriangleIndices& t : triangles) {
+    for (const std::int32_t v : t) box.extend(vertices[std::size_t(v)]);
+  }
+  return box;
+}
+
+// Moments of order 0, 1 and 2 of a distribution of mass about a point.
+struct Moments {
+  Scalar mass = 0;
+  Vector3 first = Vector3::Zero();
+  Matrix3 second = Matrix3::Zero();
+};
+
+// Moves the moments to the centre of mass; `origin` is the point they were taken about.
+MassProperties mass_properties_from(const Moments& moments, const Vector3& origin) {
+  MassProperties properties;
+  properties.mass = moments.mass;
+  const Vector3 c = moments.first / moments.mass;
+  properties.p_BoBcm = origin + c;
+  const Matrix3 central = moments.second - moments.first * c.transpose();
+  properties.I_BBcm = central.trace() * Matrix3::Identity() - central;
+  properties.I_BBcm = (0.5 * (properties.I_BBcm + properties.I_BBcm.transpose())).eval();
+  return internal::require_representable(properties);
+}
+
+// The sum of v v^T over the corners and over their sum: the integral of p p^T over a simplex with
+// these corners (and, for a tetrahedron, the origin) is a multiple of it.
+Matrix3 corner_products(const Triangle& p) {
+  const Vector3 sum = p[0] + p[1] + p[2];
+  return p[0] * p[0].transpose() + p[1] * p[1].transpose() + p[2] * p[2].transpose() +
+         sum * sum.transpose();
+}
+
+}  // namespace
+
+struct TriangleMesh::Data {
+  std::vector<Vector3> vertices;
+  std::vector<TriangleIndices> triangles;
+  MeshHierarchy hierarchy;
+  AlignedBox bounds;
+  Scalar radius;
+  bool is_closed;
+
+  Data(std::vector<Vector3> vertices_in, std::vector<TriangleIndices> triangles_in)
+      : vertices(std::move(vertices_in)),
+        triangles(std::move(triangles_in)),
+        hierarchy(vertices, triangles),
+        bounds(find_bounds(vertices, triangles)),
+        radius(largest_norm(vertices, triangles, bounds)),
+        is_closed(find_closed(triangles)) {}
+};
+
+TriangleMesh::TriangleMesh(std::vector<Vector3> vertices, std::vector<TriangleIndices> triangles) {
+  require_counts(vertices.size(), triangles.size());
+  for (std::size_t row = 0; row < vertices.size(); ++row) require_vertex(row, vertices[row]);
+  for (std::size_t row = 0; row < triangles.size(); ++row) {
+    for (const std::int32_t index : triangles[row]) require_index(row, index, vertices.size());
+  }
+  data_ = std::make_shared<const Data>(std::move(vertices), std::move(triangles));
+}
+
+TriangleMesh TriangleMesh::from_arrays(StridedRows<double> vertices,
+                                       StridedRows<std::int32_t> triangles) {
+  return mesh_from_rows(vertices, triangles);
+}
+
+TriangleMesh TriangleMesh::from_arrays(StridedRows<float> vertices,
+                                       StridedRows<std::int32_t> triangles) {
+  return mesh_from_rows(vertices, triangles);
+}
+
+TriangleMesh TriangleMesh::from_arrays(StridedRows<double> vertices,
+                                       StridedRows<std::uint32_t> triangles) {
+  return mesh_from_rows(vertices, triangles);
+}
+
+TriangleMesh TriangleMesh::from_arrays(StridedRows<float> vertices,
+                                       StridedRows<std::uint32_t> triangles) {
+  return mesh_from_rows(vertices, triangles);
+}
+
+std::span<const Vector3> TriangleMesh::vertices() const {
+  return data_->vertices;
+}
+
+std::span<const TriangleIndices> TriangleMesh::triangles() const {
+  return data_->triangles;
+}
+
+Triangle TriangleMesh::triangle(std::int32_t index) const {
+  const TriangleIndices& t = data_->triangles[std::size_t(index)];
+  return {data_->vertices[std::size_t(t[0])], data_->vertices[std::size_t(t[1])],
+          data_->vertices[std::size_t(t[2])]};
+}
+
+const MeshHierarchy& TriangleMesh::hierarchy() const {
+  return data_->hierarchy;
+}
+
+bool TriangleMesh::is_closed() const {
+  return data_->is_closed;
+}
+
+AlignedBox TriangleMesh::bounding_box() const {
+  return data_->bounds;
+}
+
+Scalar TriangleMesh::bounding_radius() const {
+  return data_->radius;
+}
+
+MassProperties TriangleMesh::compute_mass_properties(Scalar density) const {
+  internal::require_density(density);
+  DYOP_REQUIRE(data_->is_closed, "a mesh of ", data_->triangles.size(),
+               " triangles is not closed and has no volume; use compute_shell_mass_properties()");
+  const Vector3 origin = 0.5 * data_->bounds.min() + 0.5 * data_->bounds.max();
+  // Signed tetrahedra from the origin to each triangle.
+  Moments moments;
+  Scalar noise = 0;
+  for (std::size_t k = 0; k < data_->triangles.size(); ++k) {
+    const Triangle world = triangle(std::int32_t(k));
+    const Vector3 edge_1 = world[1] - world[0];
+    const Vector3 edge_2 = world[2] - world[0];
+    const Triangle p{world[0] - origin, world[1] - origin, world[2] - origin};
+    const Scalar determinant = p[0].dot(edge_1.cross(edge_2));
+    noise += kDeterminantNoise * p[0].lpNorm<1>() * edge_1.lpNorm<1>() * edge_2.lpNorm<1>() / 6;
+    moments.mass += determinant / 6;
+    moments.first += determinant / 24 * (p[0] + p[1] + p[2]);
+    moments.second += determinant / 120 * corner_products(p);
+  }
+  DYOP_REQUIRE(moments.mass > noise, "the enclosed signed volume must be > 0 (beyond rounding, ",
+               noise, "), not ", moments.mass, "; do the triangles face inwards?");
+  moments.mass *= density;
+  moments.first *= density;
+  moments.second *= density;
+  return mass_properties_from(moments, origin);
+}
+
+MassProperties TriangleMesh::compute_shell_mass_properties(Scalar area_density) const {
+  internal::require_density(area_density);
+  const Vector3 origin = 0.5 * data_->bounds.min() + 0.5 * data_->bounds.max();
+  Moments moments;
+  for (std::size_t k = 0; k < data_->triangles.size(); ++k) {
+    const Triangle world = triangle(std::int32_t(k));
+    const Triangle p{world[0] - origin, world[1] - origin, world[2] - origin};
+    const Scalar area = (world[1] - world[0]).cross(world[2] - world[0]).norm() / 2;
+    moments.mass += area_density * area;
+    moments.first += area_density * area / 3 * (p[0] + p[1] + p[2]);
+    moments.second += area_density * area / 12 * corner_products(p);
+  }
+  DYOP_REQUIRE(moments.mass > 0, "a shell needs a positive area, not ",
+               moments.mass / area_density);
+  return mass_properties_from(moments, origin);
+}
+
+}  // namespace dyop

@@ -1,0 +1,175 @@
+#include "io/json_reader.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "io/text_scanner.h"
+
+namespace dyop::internal {
+namespace {
+
+FilePosition position_of(const std::string& text, std::size_t byte_count) {
+  // The parser counts the bytes it has read; the last of them is the offending one.
+  const std::size_t at = std::min(byte_count > 0 ? byte_count - 1 : 0, text.size());
+  const std::size_t line_begin = at == 0 ? 0 : text.rfind('\n', at - 1) + 1;
+  const auto line = 1 + std::count(text.begin(), text.begin() + std::ptrdiff_t(line_begin), '\n');
+  return {std::size_t(line), at - line_begin + 1};
+}
+
+// What the parser says, without its own prefix and position.
+std::string syntax_problem(const std::string& what) {
+  constexpr std::string_view kMark = "column ";
+  const std::size_t mark = what.find(kMark);
+  if (mark != std::string::npos) {
+    const std::size_t colon = what.find(": ", mark);
+    if (colon != std::string::npos) return what.substr(colon + 2);
+  }
+  const std::size_t bracket = what.find("] ");
+  return bracket == std::string::npos ? what : what.substr(bracket + 2);
+}
+
+// Follows the parser's events to find keys that occur twice in one object.
+class DuplicateKeyFinder {
+ public:
+  bool operator()(int /*depth*/, Json::parse_event_t event, const Json& parsed) {
+    if (event == Json::parse_event_t::object_start) keys_.emplace_back();
+    if (event == Json::parse_event_t::object_end) keys_.pop_back();
+    if (event == Json::parse_event_t::key) {
+      const std::string key = parsed.get<std::string>();
+      const bool is_new = keys_.back().insert(key).second;
+      if (!is_new && !duplicate_) duplicate_ = key;
+    }
+    return true;
+  }
+  const std::optional<std::string>& duplicate() const { return duplicate_; }
+
+ private:
+  std::vector<std::set<std::string>> keys_;
+  std::optional<std::string> duplicate_;
+};
+
+std::string shown(const Json& value) {
+  if (value.is_object()) return "an object";
+  // Not printed if nested: the printer is recursive, and the file decides the depth.
+  const bool is_nested =
+      value.is_array() && std::any_of(value.begin(), value.end(),
+                                      [](const Json& entry) { return entry.is_structured(); });
+  if (is_nested) return "an array of arrays or objects";
+  constexpr std::size_t kLongest = 60;
+  const std::string text =
+      value.dump(-1, ' ', /*ensure_ascii=*/true, Json::error_handler_t::replace);
+  if (text.size() <= kLongest) return text;
+  return text.substr(0, kLongest) + "...";
+}
+
+}  // namespace
+
+Json parse_json(const std::filesystem::path& file, const std::string& text) {
+  DuplicateKeyFinder finder;
+  try {
+    Json json = Json::parse(text, std::ref(finder));
+    if (finder.duplicate()) {
+      throw FileError(file,
+                      "the key " + quote(*finder.duplicate()) + " occurs twice in one object");
+    }
+    return json;
+  } catch (const Json::parse_error& error) {
+    throw FileError(file, position_of(text, error.byte), syntax_problem(error.what()));
+  } catch (const Json::exception& error) {
+    throw FileError(file, syntax_problem(error.what()));
+  }
+}
+
+void JsonNode::require_object(std::initializer_list<std::string_view> keys) const {
+  if (!value_->is_object()) fail_expected("an object");
+  for (const auto& [key, value] : value_->items()) {
+    if (std::find(keys.begin(), keys.end(), key) != keys.end()) continue;
+    std::string known;
+    for (const std::string_view word : keys) known.append(known.empty() ? "" : ", ").append(word);
+    fail("unknown key " + quote(key) + "; known are " + known);
+  }
+}
+
+bool JsonNode::has(std::string_view key) const {
+  return value_->is_object() && value_->contains(key);
+}
+
+JsonNode JsonNode::at(std::string_view key) const {
+  if (!value_->is_object()) fail_expected("an object");
+  const auto found = value_->find(key);
+  if (found == value_->end()) fail("the key " + quote(key) + " is missing");
+  constexpr int kDeepest = 64;
+  if (depth_ >= kDeepest) fail("nested too deeply");
+  return JsonNode(*this, *found, path_.empty() ? std::string(key) : path_ + "." + std::string(key));
+}
+
+std::optional<JsonNode> JsonNode::find(std::string_view key) const {
+  if (!has(key)) return std::nullopt;
+  return at(key);
+}
+
+std::vector<JsonNode> JsonNode::items(std::size_t at_least) const {
+  if (!value_->is_array()) fail_expected("an array");
+  if (value_->size() < at_least) {
+    fail("expected at least " + std::to_string(at_least) + " elements, found " +
+         std::to_string(value_->size()));
+  }
+  std::vector<JsonNode> nodes;
+  nodes.reserve(value_->size());
+  for (std::size_t k = 0; k < value_->size(); ++k) {
+    nodes.push_back(JsonNode(*this, (*value_)[k], path_ + "[" + std::to_string(k) + "]"));
+  }
+  return nodes;
+}
+
+Scalar JsonNode::number() const {
+  if (!value_->is_number()) fail_expected("a number");
+  return value_->get<Scalar>();
+}
+
+Scalar JsonNode::positive_number() const {
+  if (!value_->is_number() || !(value_->get<Scalar>() > 0)) fail_expected("a number > 0");
+  return value_->get<Scalar>();
+}
+
+Scalar JsonNode::non_negative_number() const {
+  if (!value_->is_number() || !(value_->get<Scalar>() >= 0)) fail_expected("a number >= 0");
+  return value_->get<Scalar>();
+}
+
+std::int64_t JsonNode::positive_integer() const {
+  const bool fits = value_->is_number_integer() && value_->get<Scalar>() >= 1 &&
+                    value_->get<Scalar>() < Scalar(std::numeric_limits<std::int64_t>::max());
+  if (!fits) fail_expected("an integer > 0");
+  return value_->get<std::int64_t>();
+}
+
+bool JsonNode::boolean() const {
+  if (!value_->is_boolean()) fail_expected("true or false");
+  return value_->get<bool>();
+}
+
+std::string JsonNode::text() const {
+  if (!value_->is_string()) fail_expected("a text");
+  return value_->get<std::string>();
+}
+
+Vector3 JsonNode::vector3() const {
+  const bool is_vector = value_->is_array() && value_->size() == 3 &&
+                         std::all_of(value_->begin(), value_->end(),
+                                     [](const Json& entry) { return entry.is_number(); });
+  if (!is_vector) fail_expected("three numbers [x, y, z]");
+  return Vector3((*value_)[0].get<Scalar>(), (*value_)[1].get<Scalar>(),
+                 (*value_)[2].get<Scalar>());
+}
+
+void JsonNode::fail_expected(const std::string& expected) const {
+  fail("expected " + expected + ", found " + shown(*value_));
+}
+
+void JsonNode::fail(const std::string& problem) const {
+  throw FileError(*file_, path_.empty() ? problem : path_ + ": " + problem);
+}
+
+}  // namespace dyop::internal

@@ -1,0 +1,91 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <initializer_list>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "dyop/core/types.h"
+#include "dyop/io/file_error.h"
+
+namespace dyop::internal {
+
+/// Keeps the keys in the order of the file.
+using Json = nlohmann::ordered_json;
+
+/// Parses a JSON text. Throws FileError with line and column for a syntax error, and with the key
+/// for one that occurs twice in the same object.
+Json parse_json(const std::filesystem::path& file, const std::string& text);
+
+/// A value of a JSON file together with the path of keys that leads to it. Every reading function
+/// checks type and range, and throws a FileError `<file>: <path>: expected ..., found ...`.
+class JsonNode {
+ public:
+  /// The root of a file; `root` must outlive the node.
+  JsonNode(const std::filesystem::path& file, const Json& root) : file_(&file), value_(&root) {}
+
+  const std::string& path() const { return path_; }
+  const std::filesystem::path& file() const { return *file_; }
+
+  /// Requires an object without any other keys.
+  void require_object(std::initializer_list<std::string_view> keys) const;
+  bool has(std::string_view key) const;
+  JsonNode at(std::string_view key) const;
+  std::optional<JsonNode> find(std::string_view key) const;
+
+  /// Requires an array with at least so many elements.
+  std::vector<JsonNode> items(std::size_t at_least = 0) const;
+
+  bool is_string() const { return value_->is_string(); }
+  Scalar number() const;
+  Scalar positive_number() const;
+  Scalar non_negative_number() const;
+  std::int64_t positive_integer() const;
+  bool boolean() const;
+  std::string text() const;
+  Vector3 vector3() const;
+  /// One of the words of a table {word, value}.
+  template <typename Value>
+  Value choice(std::initializer_list<std::pair<std::string_view, Value>> table) const;
+
+  /// Runs f; an InvalidArgument from it becomes a FileError for this value.
+  template <typename Function>
+  auto guard(Function f) const;
+
+  [[noreturn]] void fail_expected(const std::string& expected) const;
+  [[noreturn]] void fail(const std::string& problem) const;
+
+ private:
+  JsonNode(const JsonNode& parent, const Json& value, std::string path)
+      : file_(parent.file_), value_(&value), path_(std::move(path)), depth_(parent.depth_ + 1) {}
+
+  const std::filesystem::path* file_;
+  const Json* value_;
+  std::string path_;
+  int depth_ = 0;
+};
+
+template <typename Value>
+Value JsonNode::choice(std::initializer_list<std::pair<std::string_view, Value>> table) const {
+  std::string words;
+  for (const auto& [word, value] : table) {
+    if (is_string() && value_->get_ref<const std::string&>() == word) return value;
+    words.append(words.empty() ? "one of " : ", ").append(word);
+  }
+  fail_expected(words);
+}
+
+template <typename Function>
+auto JsonNode::guard(Function f) const {
+  try {
+    return f();
+  } catch (const InvalidArgument& error) {
+    fail(error.what());
+  }
+}
+
+}  // namespace dyop::internal

@@ -1,0 +1,16 @@
+#pragma once
+
+#include <memory>
+
+#include "dyop/core/rigid_pose.h"
+#include "dyop/motion/motion.h"
+#include "io/json_reader.h"
+
+namespace dyop::internal {
+
+/// The objects "pose", "velocity" and "motion" of docs/scene-format.md.
+RigidPose read_pose(const JsonNode& node);
+Twist read_twist(const JsonNode& node);
+std::shared_ptr<const Motion> read_motion(const JsonNode& node);
+
+}  // namespace dyop::internal

@@ -1,0 +1,185 @@
+#include "dyop/io/result_text.h"
+
+#include <sstream>
+
+#include "io/result_json.h"
+#include "io/words.h"
+
+namespace dyop {
+namespace {
+
+using internal::place_words;
+using internal::show;
+
+std::string status_words(const ToiResult& result, const PairNames& names) {
+  const std::string pair = names.a + " and " + names.b;
+  const std::string t = show(result.t_safe);
+  switch (result.status) {
+    case ToiStatus::NotRun:
+      return "The query has not run.";
+    case ToiStatus::Separated:
+      return "No impact: " + pair + " are proven apart up to t = " + t + ", the end.";
+    case ToiStatus::Impact:
+      return "Impact at t = " + t + ": " + pair + " are proven apart until then.";
+    case ToiStatus::InitiallyWithinTarget:
+      return "Within the target from the begin: " + pair + " are too close at t = " + t +
+             " for anything to be proven.";
+    case ToiStatus::BudgetExhausted:
+      return "Undecided: the budget ended; " + pair + " are proven apart up to t = " + t + " only.";
+    case ToiStatus::Cancelled:
+      return "Undecided: stopped; " + pair + " are proven apart up to t = " + t + " only.";
+    case ToiStatus::NumericalLimit:
+      return "Undecided: rounding forbids the tolerance; " + pair +
+             " are proven apart up to t = " + t + " only.";
+  }
+  return "";
+}
+
+std::string status_words(DistanceStatus status, const PairNames& names) {
+  const std::string pair = names.a + " and " + names.b;
+  switch (status) {
+    case DistanceStatus::NotRun:
+      return "The query has not run.";
+    case DistanceStatus::Separated:
+      return pair + " are proven apart.";
+    case DistanceStatus::Overlapping:
+      return pair + " touch or intersect.";
+    case DistanceStatus::FartherThanLimit:
+      return pair + " are proven farther apart than the limit.";
+    case DistanceStatus::Inconclusive:
+      return "Undecided: neither separation nor overlap of " + pair + " was proven.";
+  }
+  return "";
+}
+
+}  // namespace
+
+std::string_view name_of(DistanceStatus status) {
+  switch (status) {
+    case DistanceStatus::NotRun:
+      return "NotRun";
+    case DistanceStatus::Separated:
+      return "Separated";
+    case DistanceStatus::Overlapping:
+      return "Overlapping";
+    case DistanceStatus::FartherThanLimit:
+      return "FartherThanLimit";
+    case DistanceStatus::Inconclusive:
+      return "Inconclusive";
+  }
+  return "NotRun";
+}
+
+std::string_view name_of(ToiStatus status) {
+  switch (status) {
+    case ToiStatus::NotRun:
+      return "NotRun";
+    case ToiStatus::Separated:
+      return "Separated";
+    case ToiStatus::Impact:
+      return "Impact";
+    case ToiStatus::InitiallyWithinTarget:
+      return "InitiallyWithinTarget";
+    case ToiStatus::BudgetExhausted:
+      return "BudgetExhausted";
+    case ToiStatus::Cancelled:
+      return "Cancelled";
+    case ToiStatus::NumericalLimit:
+      return "NumericalLimit";
+  }
+  return "NotRun";
+}
+
+std::string_view name_of(AdvanceStatus status) {
+  switch (status) {
+    case AdvanceStatus::NotRun:
+      return "NotRun";
+    case AdvanceStatus::Completed:
+      return "Completed";
+    case AdvanceStatus::StoppedAtImpact:
+      return "StoppedAtImpact";
+    case AdvanceStatus::BudgetExhausted:
+      return "BudgetExhausted";
+    case AdvanceStatus::ImpactLimit:
+      return "ImpactLimit";
+    case AdvanceStatus::InitialOverlap:
+      return "InitialOverlap";
+    case AdvanceStatus::Cancelled:
+      return "Cancelled";
+    case AdvanceStatus::NumericalLimit:
+      return "NumericalLimit";
+  }
+  return "NotRun";
+}
+
+std::string_view name_of(FeatureKind kind) {
+  switch (kind) {
+    case FeatureKind::Vertex:
+      return "Vertex";
+    case FeatureKind::Edge:
+      return "Edge";
+    case FeatureKind::Face:
+      return "Face";
+    case FeatureKind::Smooth:
+      return "Smooth";
+  }
+  return "Smooth";
+}
+
+std::string to_json_text(const DistanceResult& result) {
+  return internal::to_json(result).dump();
+}
+
+std::string to_json_text(const ToiResult& result) {
+  return internal::to_json(result).dump();
+}
+
+std::string describe(const DistanceResult& result, const PairNames& names) {
+  std::ostringstream out;
+  out << status_words(result.status, names) << '\n';
+  out << "  distance     at least " << show(result.lower) << ", at most " << show(result.upper)
+      << '\n';
+  out << "  on " << names.a << ": "
+      << place_words(result.p_WCa, result.feature_a, result.triangle_a) << '\n';
+  out << "  on " << names.b << ": "
+      << place_words(result.p_WCb, result.feature_b, result.triangle_b) << '\n';
+  out << "  normal       " << show(result.nhat_AB_W) << " from " << names.a << " to " << names.b
+      << '\n';
+  out << "  pivot        " << show(result.pivot_W) << '\n';
+  if (result.penetration) {
+    out << "  penetration  depth " << show(result.penetration->depth) << " along "
+        << show(result.penetration->nhat_AB_W) << " (estimate)\n";
+  }
+  out << "  work         " << result.statistics.box_tests << " box tests, "
+      << result.statistics.leaf_tests << " leaf tests, " << result.statistics.gjk_iterations
+      << " GJK iterations\n";
+  return out.str();
+}
+
+std::string describe(const ToiResult& result, const PairNames& names) {
+  std::ostringstream out;
+  out << status_words(result, names) << '\n';
+  if (result.t_hit) {
+    out << "  bracket      [" << show(result.t_safe) << ", " << show(*result.t_hit)
+        << "]: safe until its begin, in contact by its end\n";
+  }
+  if (result.contact) {
+    const ImpactContact& contact = *result.contact;
+    out << "  gap          at least " << show(contact.distance_lower) << ", at most "
+        << show(contact.distance_upper) << '\n';
+    out << "  on " << names.a << ": "
+        << place_words(contact.p_WCa, contact.feature_a, contact.triangle_a) << '\n';
+    out << "  on " << names.b << ": "
+        << place_words(contact.p_WCb, contact.feature_b, contact.triangle_b) << '\n';
+    out << "  normal       " << show(contact.nhat_AB_W) << " from " << names.a << " to " << names.b
+        << '\n';
+    out << "  pivot        " << show(contact.pivot_W) << '\n';
+    out << "  closing      at speed " << show(contact.closing_speed) << '\n';
+  }
+  out << "  work         " << result.statistics.node_pairs << " node pairs, "
+      << result.statistics.box_tests << " box tests, " << result.statistics.leaf_tests
+      << " leaf tests\n";
+  return out.str();
+}
+
+}  // namespace dyop

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "dyop/geometry/shape.h"
+#include "dyop/geometry/triangle_mesh.h"
+#include "io/json_reader.h"
+
+namespace dyop::internal {
+
+/// Reads the object "shape" of docs/scene-format.md. Each mesh file is loaded once.
+class ShapeReader {
+ public:
+  struct NamedShape {
+    std::shared_ptr<const Shape> shape;
+    std::string name;  ///< for people
+  };
+
+  /// @param directories Where meshes are looked for, in this order.
+  explicit ShapeReader(std::vector<std::filesystem::path> directories)
+      : directories_(std::move(directories)) {}
+
+  /// @param is_shell The body is a surface without an inside: decides what its centre of mass is.
+  NamedShape read(const JsonNode& node, bool is_shell);
+
+ private:
+  NamedShape read_mesh(const JsonNode& node, bool is_shell);
+  NamedShape read_hull(const JsonNode& node);
+  TriangleMesh read_placed_mesh(const JsonNode& node, bool is_shell);
+  const TriangleMesh& load(const JsonNode& node);
+  std::filesystem::path find(const JsonNode& node) const;
+
+  std::vector<std::filesystem::path> directories_;
+  std::map<std::filesystem::path, TriangleMesh> loaded_;
+};
+
+}  // namespace dyop::internal

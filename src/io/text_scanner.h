@@ -1,0 +1,54 @@
+#pragma once
+
+#include <charconv>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "dyop/core/types.h"
+
+namespace dyop::internal {
+
+/// Walks through a text file line by line, split at blanks, and throws FileErrors with the number
+/// of the current line.
+class TextScanner {
+ public:
+  TextScanner(const std::filesystem::path& file, std::string_view text)
+      : file_(file), rest_(text) {}
+
+  /// Goes to the next line; false at the end of the text. A backslash before the end of a line
+  /// joins it with the next one if `joins_lines`.
+  bool next_line(bool joins_lines = false);
+
+  /// Goes to the next line that has a word after everything from '#' on was dropped.
+  bool next_line_with_words();
+
+  const std::vector<std::string_view>& words() const { return words_; }
+  void drop_comment();
+  std::size_t line() const { return line_; }
+  std::string_view rest() const { return rest_; }
+
+  /// The word as a number; throws unless it is one and finite. `what` names it.
+  Scalar finite_number(std::string_view word, std::string_view what) const;
+  std::int64_t integer(std::string_view word, std::string_view what) const;
+
+  [[noreturn]] void fail(const std::string& problem) const;
+
+ private:
+  std::filesystem::path file_;
+  std::string_view rest_;
+  std::size_t line_ = 0;
+  std::vector<std::string_view> words_;
+};
+
+/// The word as an integer, or nothing.
+std::optional<std::int64_t> parse_integer(std::string_view word);
+
+/// A word in quotation marks, shortened and cleaned so that it can stand in a one-line message.
+std::string quote(std::string_view word);
+
+}  // namespace dyop::internal

@@ -1,0 +1,52 @@
+#include "io/words.h"
+
+#include <sstream>
+
+namespace dyop::internal {
+namespace {
+
+std::string feature_words(const Feature& feature) {
+  std::ostringstream out;
+  switch (feature.kind) {
+    case FeatureKind::Vertex:
+      out << "vertex";
+      break;
+    case FeatureKind::Edge:
+      out << "edge";
+      break;
+    case FeatureKind::Face:
+      out << "face";
+      break;
+    case FeatureKind::Smooth:
+      return "curved surface";
+  }
+  for (const std::int32_t vertex : feature.vertices) {
+    if (vertex >= 0) out << ' ' << vertex;
+  }
+  return out.str();
+}
+
+}  // namespace
+
+std::string show(Scalar value) {
+  std::ostringstream out;
+  out.precision(9);
+  out << value;
+  return out.str();
+}
+
+std::string show(const Vector3& v) {
+  std::ostringstream out;
+  out.precision(6);
+  out << '(' << v.x() << ", " << v.y() << ", " << v.z() << ')';
+  return out.str();
+}
+
+std::string place_words(const Vector3& p_WC, const Feature& feature,
+                        const std::optional<std::int32_t>& triangle) {
+  std::string words = show(p_WC) + ", " + feature_words(feature);
+  if (triangle) words += ", triangle " + std::to_string(*triangle);
+  return words;
+}
+
+}  // namespace dyop::internal

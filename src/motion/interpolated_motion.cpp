@@ -1,0 +1,71 @@
+#include "dyop/motion/interpolated_motion.h"
+
+#include "motion/rotation_rate.h"
+
+namespace dyop {
+
+InterpolatedMotion::Chart InterpolatedMotion::make_chart(const RigidPose& X_WB0,
+                                                         const RigidPose& X_WB1,
+                                                         RotationPath path) {
+  const Matrix3& R_WB0 = X_WB0.rotation();
+  const Matrix3& R_WB1 = X_WB1.rotation();
+  if (path == RotationPath::RotationVector) {
+    return {Matrix3::Identity(),
+            {X_WB0.translation(), rotation_vector(R_WB0)},
+            {X_WB1.translation(), rotation_vector(R_WB1)}};
+  }
+  return {R_WB0,
+          {X_WB0.translation(), Vector3::Zero()},
+          {X_WB1.translation(), rotation_vector(R_WB0.transpose() * R_WB1)}};
+}
+
+InterpolatedMotion::InterpolatedMotion(const TimeInterval& interval, const RigidPose& X_WB0,
+                                       const RigidPose& X_WB1, RotationPath path)
+    : InterpolatedMotion(interval, make_chart(X_WB0, X_WB1, path)) {}
+
+InterpolatedMotion InterpolatedMotion::from_chart(const TimeInterval& interval, const Matrix3& R_WC,
+                                                  const Node& begin, const Node& end) {
+  internal::require_finite(begin.p_WB, "position at begin");
+  internal::require_finite(end.p_WB, "position at end");
+  internal::require_finite(begin.theta, "rotation vector at begin");
+  internal::require_finite(end.theta, "rotation vector at end");
+  const Matrix3 rotation = RigidPose(R_WC, Vector3::Zero()).rotation();
+  return InterpolatedMotion(interval, Chart{rotation, begin, end});
+}
+
+InterpolatedMotion::InterpolatedMotion(const TimeInterval& interval, const Chart& chart)
+    : interval_(interval), R_WC_(chart.R_WC), begin_(chart.begin) {
+  require_valid(interval, "domain of interpolated motion");
+  const Scalar h = interval.length();
+  v_WB_ = (chart.end.p_WB - chart.begin.p_WB) / h;
+  theta_rate_ = (chart.end.theta - chart.begin.theta) / h;
+  DYOP_REQUIRE(h > 0 && v_WB_.allFinite() && theta_rate_.allFinite(),
+               "domain of interpolated motion must have a positive length and finite velocities, "
+               "not [",
+               interval.begin, ", ", interval.end, "]");
+  const Scalar theta_rate = theta_rate_.norm();
+  // theta x theta' is constant along the path; its rounding error is relative to the factors.
+  const Scalar turn = begin_.theta.cross(theta_rate_).norm();
+  const Scalar turn_noise = kMotionNoise * begin_.theta.norm() * theta_rate;
+  bound_.linear_speed = internal::round_up(v_WB_.norm());
+  bound_.angular_speed = internal::round_up(theta_rate);
+  bound_.angular_acceleration =
+      internal::round_up(internal::angular_acceleration_bound(theta_rate, 0, turn + turn_noise));
+}
+
+RigidPose InterpolatedMotion::pose(Scalar t) const {
+  const Scalar tau = t - interval_.begin;
+  return RigidPose::from_trusted(R_WC_ * rotation_from_vector(begin_.theta + tau * theta_rate_),
+                                 begin_.p_WB + tau * v_WB_);
+}
+
+Twist InterpolatedMotion::twist(Scalar t) const {
+  const Scalar tau = t - interval_.begin;
+  return {v_WB_, R_WC_ * internal::angular_velocity(begin_.theta + tau * theta_rate_, theta_rate_)};
+}
+
+TwistBound InterpolatedMotion::twist_bound(const TimeInterval&) const {
+  return bound_;
+}
+
+}  // namespace dyop

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <cmath>
+
+#include "dyop/core/error.h"
+#include "dyop/core/tolerance.h"
+#include "dyop/core/types.h"
+
+// Angular velocity and acceleration of R(t) = R_WC exp(theta(t)), and the rounding of bounds.
+// Proofs: docs/algorithms/motions.md.
+namespace dyop::internal {
+
+// Left Jacobian of SO(3) at theta, applied to theta_rate: the angular velocity in frame C.
+//   w = theta' + (1 - cos f)/f^2 theta x theta' + (f - sin f)/f^3 theta x (theta x theta'),
+// f = |theta|. Any finite arguments; error a few u |theta'|.
+Vector3 angular_velocity(const Vector3& theta, const Vector3& theta_rate);
+
+// The theta' whose angular velocity in frame C is w. For |theta| <= pi, where the Jacobian's
+// condition number is at most pi/2.
+Vector3 rotation_vector_rate(const Vector3& theta, const Vector3& w_C);
+
+// The computed bound x, raised by the relative error that a bound may carry. NaN becomes infinity.
+inline Scalar round_up(Scalar x) {
+  return x >= 0 ? x * (1 + kMotionNoise) : kInfinity;
+}
+
+// Bound of |w'| from bounds of |theta'|, |theta''| and |theta x theta'| over the same times:
+//   |w'| <= |theta''| + |theta'| min(|theta x theta'| / 6, |theta'| / pi) .
+Scalar angular_acceleration_bound(Scalar theta_rate, Scalar theta_acceleration, Scalar theta_turn);
+
+inline void require_finite(const Vector3& x, const char* what) {
+  DYOP_REQUIRE(x.allFinite(), what, " must be finite, not (", x.transpose(), ")");
+}
+
+}  // namespace dyop::internal

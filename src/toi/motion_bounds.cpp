@@ -1,0 +1,48 @@
+#include "toi/motion_bounds.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace dyop::internal {
+namespace {
+
+TwistBound join(const TwistBound& x, const TwistBound& y) {
+  return {std::max(x.linear_speed, y.linear_speed), std::max(x.angular_speed, y.angular_speed),
+          std::max(x.linear_acceleration, y.linear_acceleration),
+          std::max(x.angular_acceleration, y.angular_acceleration)};
+}
+
+}  // namespace
+
+MotionBounds::MotionBounds(const Motion& motion, const TimeInterval& interval)
+    : motion_(motion), interval_(interval), whole_(motion.twist_bound(interval)) {
+  is_uniform_ = (whole_.linear_acceleration == 0 && whole_.angular_acceleration == 0) ||
+                interval.length() <= 0;
+  if (is_uniform_) return;
+  for (int i = 0; i < kPieces; ++i) {
+    // Neighbours overlap by rounding at most, and piece_at() looks one piece too far either way.
+    const Scalar begin = interval.begin + interval.length() * i / kPieces;
+    const Scalar end = interval.begin + interval.length() * (i + 1) / kPieces;
+    pieces_[static_cast<std::size_t>(i)] =
+        motion.twist_bound({std::max(begin, interval.begin), std::min(end, interval.end)});
+  }
+}
+
+int MotionBounds::piece_at(Scalar t) const {
+  const Scalar x = (t - interval_.begin) / interval_.length() * kPieces;
+  return static_cast<int>(std::clamp(std::floor(x), 0.0, static_cast<Scalar>(kPieces - 1)));
+}
+
+TwistBound MotionBounds::over(Scalar begin, Scalar end) const {
+  if (is_uniform_) return whole_;
+  const int first = piece_at(begin);
+  // Rounding may put a time that lies on a border into either neighbour.
+  const int last = std::min(piece_at(end) + 1, kPieces - 1);
+  TwistBound bound = pieces_[static_cast<std::size_t>(std::max(first - 1, 0))];
+  for (int i = first; i <= last; ++i) bound = join(bound, pieces_[static_cast<std::size_t>(i)]);
+  if (bound.linear_acceleration < kInfinity && bound.angular_acceleration < kInfinity) return bound;
+  // A jump of the twist lies in one of the pieces, but not between begin and end.
+  return motion_.twist_bound({begin, end});
+}
+
+}  // namespace dyop::internal

@@ -1,0 +1,47 @@
+#include "toi/safe_step.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "dyop/core/tolerance.h"
+
+namespace dyop::internal {
+
+Scalar first_root(Scalar c0, Scalar c1, Scalar c2, Scalar h) {
+  // Positive coefficients: positive on all of [0, h]. NaN must not pass for positive.
+  if (c1 >= 0 && c2 >= 0) return kInfinity;
+  if (!std::isfinite(c1) || !std::isfinite(c2)) return 0;
+  // c0 (1-x)^2 + 2 c1 x (1-x) + c2 x^2 = c0 - 2 b x + a x^2 with b = c0 - c1, a = c0 - 2 c1 + c2.
+  const Scalar b = c0 - c1;
+  const Scalar a = b - (c1 - c2);
+  const Scalar discriminant = b * b - a * c0;
+  if (discriminant < 0) {
+    // a > 0 and no root: positive everywhere; within rounding of a double root, step to it.
+    const Scalar at_least = -discriminant;
+    // literal: relative noise of b * b - a * c0, a few roundings of each product.
+    if (at_least > 16 * kUnitRoundoff * (b * b + std::abs(a) * c0)) return kInfinity;
+  }
+  // The first positive root, in the form without cancellation: c0 / (b + sqrt(b^2 - a c0)) when the
+  // value falls at first (b > 0), (b - sqrt(b^2 - a c0)) / a when it rises and comes back (a < 0).
+  const Scalar root = std::sqrt(std::max(discriminant, 0.0));
+  if (b <= 0 && !(a < 0)) return kInfinity;
+  const Scalar x = b > 0 ? c0 / (b + root) : (b - root) / a;
+  if (x > 1) return kInfinity;
+  return x * h * (1 - 32 * kUnitRoundoff);
+}
+
+Scalar safe_time_of_balls(const PairInstant& pair, Scalar radius_a, Scalar radius_b, Scalar floor) {
+  const Vector3 p_AB_W = pair.b.p_WB - pair.a.p_WB;
+  const Scalar origins = p_AB_W.norm();
+  const Scalar gap = origins - radius_a - radius_b - floor - pair.noise;
+  if (!(gap > 0)) return 0;
+  const Scalar opening = p_AB_W.dot(pair.b.v_WB - pair.a.v_WB) / origins;
+  // On [0, h]: gap + opening s - acceleration s^2 / 2, with Bernstein coefficients
+  // gap, gap + opening h / 2, gap + opening h - acceleration h^2 / 2.
+  const Scalar h = pair.horizon;
+  const Scalar root = first_root(gap, gap + opening * h / 2,
+                                 gap + opening * h - pair.linear_acceleration * (h * h / 2), h);
+  return std::min(root, h);
+}
+
+}  // namespace dyop::internal

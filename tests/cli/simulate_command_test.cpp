@@ -1,0 +1,177 @@
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "cli/command.h"
+#include "dyop/io/run_recording.h"
+#include "io/cube_files.h"
+
+namespace dyop {
+namespace {
+
+using test::CommandResult;
+using test::run_command;
+using test::TemporaryDirectory;
+using Json = nlohmann::ordered_json;
+
+// A ball of radius 0.5 falls from a height of 1.5 above a box with its top at z = 0, under a
+// gravity of 2: the bottom of the ball begins at z = 1 and meets the box at t = 1.
+Json falling_ball() {
+  return Json::parse(R"({
+    "title": "A ball falls on a box",
+    "time": {"end": 1.5, "step": 0.125},
+    "bodies": [
+      {"name": "ball", "shape": {"sphere": {"radius": 0.5}}, "density": 1,
+       "pose": {"position": [0, 0, 1.5]}, "restitution": 1, "friction": 0},
+      {"name": "box", "kind": "static", "shape": {"box": {"half_extents": [5, 5, 1]}},
+       "pose": {"position": [0, 0, -1]}, "restitution": 1}
+    ],
+    "forces": {"gravity": [0, 0, -2]}})");
+}
+
+class SimulateCommand : public testing::Test {
+ protected:
+  std::string write(const Json& scene) const {
+    return directory_.write("scene.json", scene.dump(1)).string();
+  }
+  std::string out(const std::string& name = "run") const {
+    return (directory_.path() / name).string();
+  }
+  void expect_error(const Json& scene, const std::string& part) const {
+    const CommandResult result = run_command({"simulate", write(scene), "--out", out()});
+    EXPECT_EQ(result.exit_code, 2) << result.err;
+    EXPECT_TRUE(result.err.starts_with("dyop: error: " + write(scene) + ": ")) << result.err;
+    EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
+    EXPECT_NE(result.err.find(part), std::string::npos) << result.err << "has no\n" << part;
+  }
+
+  TemporaryDirectory directory_;
+};
+
+TEST_F(SimulateCommand, RecordsAnImpact) {
+  const CommandResult result =
+      run_command({"simulate", write(falling_ball()), "--out", out(), "--json"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_EQ(result.err, "");  // no progress bar: not a terminal
+  const Json json = Json::parse(result.out);
+  EXPECT_EQ(json.at("status"), "Completed");
+  EXPECT_EQ(json.at("impacts"), 1);
+  EXPECT_NEAR(json.at("first_impact").get<double>(), 1, 1e-5);
+
+  const RunRecording recording = read_recording(out() + "/recording.jsonl");
+  EXPECT_TRUE(recording.is_complete);
+  ASSERT_EQ(recording.impacts.size(), 1u);
+  EXPECT_EQ(recording.totals.t, 1.5);
+  // Elastic: at t = 1.5 the ball is where it was at t = 0.5, at 1.5 - t^2 = 1.25.
+  const RecordedStep& last = recording.steps.back();
+  EXPECT_NEAR(recorded_pose(last, 0, 1.5).translation().z(), 1.25, 1e-4);
+  // Without a gap between the steps.
+  for (std::size_t k = 1; k < recording.steps.size(); ++k) {
+    EXPECT_EQ(recording.steps[k].times.front(), recording.steps[k - 1].times.back());
+  }
+}
+
+TEST_F(SimulateCommand, WritesTheSummaryThatItPrints) {
+  const CommandResult result = run_command({"simulate", write(falling_ball()), "--out", out()});
+  EXPECT_EQ(TemporaryDirectory::read(out() + "/summary.txt"), result.out);
+  EXPECT_NE(result.out.find("1 impact. Completed at t = 1.5."), std::string::npos) << result.out;
+}
+
+TEST_F(SimulateCommand, RecordsTheSameBytesForEveryNumberOfThreads) {
+  Json scene = falling_ball();
+  scene["bodies"].push_back(Json::parse(R"({"name": "second", "mass": 1,
+    "shape": {"box": {"half_extents": [0.3, 0.2, 0.1]}}, "pose": {"position": [0.2, 0.1, 3]},
+    "velocity": {"angular": [1, 2, 3]}})"));
+  for (const char* threads : {"1", "2", "0"}) {
+    const CommandResult result =
+        run_command({"simulate", write(scene), "--out", out(threads), "--threads", threads});
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_EQ(TemporaryDirectory::read(out(threads) + "/recording.jsonl"),
+              TemporaryDirectory::read(out("1") + "/recording.jsonl"));
+  }
+}
+
+TEST_F(SimulateCommand, StopsAtAnImpactIfTheSceneAsks) {
+  Json scene = falling_ball();
+  scene["policy"] = "stop";
+  const CommandResult result =
+      run_command({"simulate", write(scene), "--out", out(), "--json", "--fail-on-impact"});
+  EXPECT_EQ(result.exit_code, 1) << result.err;
+  EXPECT_EQ(Json::parse(result.out).at("status"), "StoppedAtImpact");
+  EXPECT_NEAR(Json::parse(result.out).at("t").get<double>(), 1, 1e-5);
+}
+
+TEST_F(SimulateCommand, FindsMeshesByOptionAndEnvironment) {
+  const TemporaryDirectory meshes;
+  meshes.write("cube.obj", test::cube_obj());
+  Json scene = falling_ball();
+  scene["bodies"][1]["shape"] = {{"mesh", "cube.obj"}};
+  scene["bodies"][1].erase("pose");
+  scene["time"]["end"] = 0.125;
+  expect_error(scene, "bodies[1].shape.mesh: no mesh file cube.obj in ");
+  EXPECT_EQ(
+      run_command({"simulate", write(scene), "--out", out(), "--mesh-path", meshes.path().string()})
+          .exit_code,
+      2);  // the ball begins on a corner of the cube
+  scene["bodies"][0]["pose"]["position"] = {0, 0, 3};
+  EXPECT_EQ(
+      run_command({"simulate", write(scene), "--out", out(), "--mesh-path", meshes.path().string()})
+          .exit_code,
+      0);
+  setenv("DYOP_MESH_PATH", ("/nowhere:" + meshes.path().string()).c_str(), 1);
+  EXPECT_EQ(run_command({"simulate", write(scene), "--out", out()}).exit_code, 0);
+  unsetenv("DYOP_MESH_PATH");
+}
+
+TEST_F(SimulateCommand, NamesWhatIsWrongWithAScene) {
+  Json scene = falling_ball();
+  scene["bodys"] = 1;
+  expect_error(scene, "unknown key 'bodys'");
+  scene = falling_ball();
+  scene["bodies"][0]["density"] = 0;
+  expect_error(scene, "bodies[0].density: expected a number > 0, found 0");
+  scene = falling_ball();
+  scene["bodies"][0]["pose"]["quaternion"] = {2, 0, 0, 0};
+  expect_error(scene, "bodies[0].pose.quaternion: pose rotation must be a unit quaternion");
+  scene = falling_ball();
+  scene["bodies"][1]["shape"] = {{"mesh", "gone.obj"}};
+  expect_error(scene, "bodies[1].shape.mesh: no mesh file gone.obj in ");
+  scene = falling_ball();
+  scene["bodies"][1] = Json::parse(R"({"name": "arm", "kind": "kinematic",
+    "shape": {"sphere": {"radius": 1}},
+    "motion": {"kind": "interpolated", "interval": [2, 1], "from": {}, "to": {}}})");
+  expect_error(scene, "bodies[1].motion.interval: time interval must not be reversed");
+  scene = falling_ball();
+  scene["bodies"][0]["pose"]["position"] = {0, 0, 0};
+  expect_error(scene, "ball and box are within their margin at t = 0");
+}
+
+TEST_F(SimulateCommand, RefusesADirectoryThatCannotBeMade) {
+  const std::string file = directory_.write("file", "x").string();
+  const CommandResult result =
+      run_command({"simulate", write(falling_ball()), "--out", file + "/run"});
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_NE(result.err.find("cannot be made"), std::string::npos) << result.err;
+}
+
+TEST_F(SimulateCommand, EndsAtASignalWithWhatIsProven) {
+  Json scene = falling_ball();
+  scene["time"] = {{"end", 1e6}, {"step", 0.125}};
+  const test::Command command({"simulate", write(scene), "--out", out(), "--json"});
+  // The recording has its header as soon as the run has begun and a buffer of lines is full.
+  const std::filesystem::path recording = out() + "/recording.jsonl";
+  for (int k = 0; k < 500; ++k) {
+    std::error_code error;
+    if (std::filesystem::file_size(recording, error) > 0 && !error) break;
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  }
+  command.send(SIGINT);
+  const CommandResult result = command.wait();
+  EXPECT_EQ(result.exit_code, 3) << result.err;
+  EXPECT_EQ(Json::parse(result.out).at("status"), "Cancelled");
+  EXPECT_TRUE(read_recording(recording).is_complete);
+}
+
+}  // namespace
+}  // namespace dyop

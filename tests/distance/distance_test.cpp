@@ -1,0 +1,147 @@
+#include "dyop/distance/distance.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "dyop/core/error.h"
+#include "dyop/distance/distance_result.h"
+#include "dyop/geometry/box.h"
+#include "dyop/geometry/capsule.h"
+#include "dyop/geometry/sphere.h"
+#include "dyop/geometry/triangle_mesh.h"
+#include "support/mesh_generators.h"
+#include "support/random_inputs.h"
+#include "support/shape_oracle.h"
+
+namespace dyop {
+namespace {
+
+RigidPose at(Scalar x, Scalar y, Scalar z) {
+  return RigidPose(Vector3(x, y, z));
+}
+
+TEST(Distance, OfAMeshFromABoxNamesTrianglesFeaturesAndPivot) {
+  // The vertex (0, 0, 2) of a triangle hangs over the top z = 1 of a cube.
+  const TriangleMesh triangle({{0, 0, 2}, {1, 0, 3}, {0, 1, 3}}, {{0, 1, 2}});
+  const DistanceResult result = distance(Box({1, 1, 1}), RigidPose(), triangle, RigidPose());
+  EXPECT_EQ(result.status, DistanceStatus::Separated);
+  EXPECT_NEAR(result.lower, 1, 1e-12);
+  EXPECT_NEAR(result.upper, 1, 1e-12);
+  EXPECT_LT((result.nhat_AB_W - Vector3(0, 0, 1)).norm(), 1e-12);
+  EXPECT_LT((result.p_WCb - Vector3(0, 0, 2)).norm(), 1e-12);
+  EXPECT_LT((result.pivot_W - Vector3(0, 0, 1.5)).norm(), 1e-12);
+  EXPECT_EQ(result.feature_b.kind, FeatureKind::Vertex);
+  EXPECT_EQ(result.feature_b.vertices[0], 0);
+  EXPECT_EQ(result.triangle_b, 0);
+  EXPECT_FALSE(result.triangle_a.has_value());
+}
+
+TEST(Distance, IsBracketedForEveryPairOfShapesAsTheOracleSays) {
+  std::mt19937_64 random(23);
+  std::vector<std::shared_ptr<const Shape>> shapes{
+      std::make_shared<Sphere>(0.7), std::make_shared<Box>(Vector3(0.5, 0.8, 0.2)),
+      std::make_shared<Capsule>(0.3, 0.6),
+      std::make_shared<TriangleMesh>(test_support::icosphere(1).mesh()),
+      std::make_shared<TriangleMesh>(
+          TriangleMesh({{0, 0, 0}, {1, 0.2, 0}, {0, 1, 0.4}}, {{0, 1, 1}, {2, 2, 2}, {0, 1, 2}}))};
+  int separated = 0;
+  int total = 0;
+  for (const auto& a : shapes) {
+    for (const auto& b : shapes) {
+      for (int i = 0; i < 40; ++i) {
+        const Scalar offset = i % 4 == 0 ? 1e6 : 0;
+        const RigidPose X_WA(testing::random_rotation(random), Vector3::Constant(offset));
+        const RigidPose X_WB(testing::random_rotation(random),
+                             Vector3::Constant(offset) + testing::random_vector(2, random));
+        const testing::OracleDistance truth = testing::oracle_distance(*a, X_WA, *b, X_WB);
+        for (const bool is_swapped : {false, true}) {
+          const DistanceResult result =
+              is_swapped ? distance(*b, X_WB, *a, X_WA) : distance(*a, X_WA, *b, X_WB);
+          EXPECT_LE(result.lower, truth.upper());
+          EXPECT_GE(result.upper, truth.lower());
+          const Scalar size = 4 + 2 * offset;
+          EXPECT_LE(result.upper - result.lower, 1e-13 * size);
+          EXPECT_NEAR((result.p_WCb - result.p_WCa).norm(), static_cast<Scalar>(truth.distance),
+                      result.status == DistanceStatus::Separated ? 1e-13 * size : 4.0);
+          separated += result.status == DistanceStatus::Separated;
+          ++total;
+        }
+      }
+    }
+  }
+  EXPECT_GT(separated, total * 3 / 10);
+  EXPECT_LT(separated, total * 9 / 10);
+}
+
+TEST(Distance, StopsAtTheLimitWithAProof) {
+  const auto mesh = test_support::icosphere(4).mesh();
+  DistanceOptions options;
+  options.upper_limit = 0.5;
+  const DistanceResult far = distance(mesh, RigidPose(), mesh, at(4, 0, 0), options);
+  EXPECT_EQ(far.status, DistanceStatus::FartherThanLimit);
+  EXPECT_GT(far.lower, 0.5);
+  const DistanceResult full = distance(mesh, RigidPose(), mesh, at(4, 0, 0));
+  EXPECT_LT(far.statistics.box_tests, full.statistics.box_tests);
+  EXPECT_LE(far.lower, full.upper);
+  EXPECT_EQ(distance(mesh, RigidPose(), mesh, at(2.2, 0, 0), options).status,
+            DistanceStatus::Separated);
+}
+
+TEST(Distance, SaysOverlappingAndPenetrationOfConvexPairs) {
+  DistanceOptions options;
+  options.with_penetration = true;
+  const DistanceResult spheres =
+      distance(Sphere(1), RigidPose(), Sphere(1), at(1.5, 0, 0), options);
+  EXPECT_EQ(spheres.status, DistanceStatus::Overlapping);
+  EXPECT_EQ(spheres.lower, 0);
+  ASSERT_TRUE(spheres.penetration.has_value());
+  EXPECT_NEAR(spheres.penetration->depth, 0.5, 1e-6);
+  EXPECT_LT((spheres.penetration->nhat_AB_W - Vector3(1, 0, 0)).norm(), 1e-3);
+  const auto mesh = test_support::icosphere(2).mesh();
+  EXPECT_EQ(distance(mesh, RigidPose(), mesh, at(1, 0, 0)).status, DistanceStatus::Overlapping);
+}
+
+TEST(Distance, RefusesABadLimit) {
+  DistanceOptions options;
+  options.upper_limit = -1;
+  EXPECT_THROW(distance(Sphere(1), RigidPose(), Sphere(1), at(3, 0, 0), options), InvalidArgument);
+  options.upper_limit = std::nan("");
+  EXPECT_THROW(distance(Sphere(1), RigidPose(), Sphere(1), at(3, 0, 0), options), InvalidArgument);
+}
+
+TEST(FindContacts, OfACubeOnAPlateAreItsCorners) {
+  const Box plate({5, 5, 0.5});
+  const Box cube({1, 1, 1});
+  const std::vector<Contact> contacts =
+      find_contacts(plate, RigidPose(), cube, at(0.3, 0.2, 1.5 + 1e-6), 2e-6);
+  int corners = 0;
+  for (const Contact& contact : contacts) {
+    EXPECT_LT((contact.nhat_AB_W - Vector3(0, 0, 1)).norm(), 1e-6);
+    EXPECT_LE(contact.lower, 1e-6);
+    EXPECT_GE(contact.upper, 1e-6 - 1e-12);
+    const Vector3 p = contact.p_WCb - Vector3(0.3, 0.2, 0);
+    corners += std::abs(std::abs(p.x()) - 1) < 1e-9 && std::abs(std::abs(p.y()) - 1) < 1e-9;
+  }
+  EXPECT_EQ(corners, 4);
+  EXPECT_TRUE(find_contacts(plate, RigidPose(), cube, at(0, 0, 1.6), 2e-6).empty());
+}
+
+TEST(FindContacts, OfRoundShapesAreOnTheirSurfaces) {
+  const std::vector<Contact> spheres =
+      find_contacts(Sphere(1), RigidPose(), Sphere(0.5), at(0, 0, 1.5 + 1e-6), 2e-6);
+  ASSERT_EQ(spheres.size(), 1u);
+  EXPECT_LT((spheres[0].p_WCa - Vector3(0, 0, 1)).norm(), 1e-12);
+  EXPECT_LT((spheres[0].p_WCb - Vector3(0, 0, 1 + 1e-6)).norm(), 1e-12);
+  // A lying capsule touches a plate along its length: both ends of its core.
+  const RigidPose lying(Quaternion(Eigen::AngleAxisd(std::acos(0.0), Vector3::UnitY())),
+                        Vector3(0, 0, 0.5 + 0.3 + 1e-6));
+  EXPECT_GE(find_contacts(Box({5, 5, 0.5}), RigidPose(), Capsule(0.3, 1), lying, 2e-6).size(), 2u);
+}
+
+TEST(FindContacts, RefusesABadDistance) {
+  EXPECT_THROW(find_contacts(Sphere(1), RigidPose(), Sphere(1), at(3, 0, 0), -1), InvalidArgument);
+}
+
+}  // namespace
+}  // namespace dyop

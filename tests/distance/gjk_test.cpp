@@ -1,0 +1,431 @@
+#include "dyop/distance/gjk.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <cstdlib>
+#include <iostream>
+#include <numbers>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "distance/polytope_oracle.h"
+#include "distance/triangle_core.h"
+#include "dyop/core/tolerance.h"
+#include "dyop/geometry/box.h"
+#include "dyop/geometry/capsule.h"
+#include "dyop/geometry/convex_hull.h"
+#include "dyop/geometry/sphere.h"
+
+namespace dyop {
+namespace {
+
+using test::make_box;
+using test::make_capsule;
+using test::make_sphere;
+using test::PointHull;
+
+Scalar query_size(const ConvexShape& a, const ConvexShape& b, const RigidPose& X_AB) {
+  return X_AB.translation().norm() + a.bounding_radius() + b.bounding_radius();
+}
+
+// Both bounds, the certificate and the witness points, for (a, b) and for (b, a).
+void expect_distance(const ConvexShape& a, const ConvexShape& b, const RigidPose& X_AB,
+                     Scalar expected) {
+  const Scalar noise = 4 * kPoseNoise * query_size(a, b, X_AB);
+  const RigidPose X_BA = X_AB.inverse();
+  for (const bool is_swapped : {false, true}) {
+    const GjkResult r = is_swapped ? gjk_distance(b, a, X_BA) : gjk_distance(a, b, X_AB);
+    EXPECT_NEAR(r.lower, expected, noise);
+    EXPECT_NEAR(r.upper, expected, noise);
+    EXPECT_LE(r.lower, r.upper);
+    EXPECT_FALSE(r.is_overlapping);
+    EXPECT_NEAR((r.p_ACb - r.p_ACa).norm(), expected, noise);
+    EXPECT_NEAR(r.nhat_AB_A.norm(), 1, 4 * kUnitRoundoff);
+    EXPECT_GE(r.nhat_AB_A.dot(r.p_ACb - r.p_ACa), expected - noise);
+  }
+}
+
+void expect_overlap(const ConvexShape& a, const ConvexShape& b, const RigidPose& X_AB) {
+  const Scalar noise = 2 * kPoseNoise * query_size(a, b, X_AB);
+  for (const GjkResult& r : {gjk_distance(a, b, X_AB), gjk_distance(b, a, X_AB.inverse())}) {
+    EXPECT_TRUE(r.is_overlapping);
+    EXPECT_EQ(r.lower, 0);
+    EXPECT_LE(r.upper, noise);
+    EXPECT_LE((r.p_ACb - r.p_ACa).norm(), noise);
+    EXPECT_NEAR(r.nhat_AB_A.norm(), 1, 4 * kUnitRoundoff);
+  }
+}
+
+Matrix3 turn(const Vector3& axis, Scalar angle) {
+  return rotation_from_vector(axis.normalized() * angle);
+}
+
+const Scalar kQuarter = std::numbers::pi / 4;
+
+TEST(Gjk, SpheresAreApartByCentersMinusRadii) {
+  for (const Scalar s : {1e-4, 1.0, 1e4}) {
+    // |(3, 4, 12)| = 13.
+    expect_distance(make_sphere(2 * s), make_sphere(5 * s), RigidPose(s * Vector3(3, 4, 12)),
+                    6 * s);
+  }
+}
+
+TEST(Gjk, SphereMeetsFaceEdgeAndCornerOfBox) {
+  const PointHull box = make_box({1, 2, 3});
+  const PointHull sphere = make_sphere(0.5);
+  expect_distance(box, sphere, RigidPose(Vector3(4, 0.3, -0.2)), 4 - 1 - 0.5);
+  expect_distance(box, sphere, RigidPose(Vector3(4, 6, 0.7)), 5 - 0.5);  // (3, 4) to the edge
+  expect_distance(box, sphere, RigidPose(Vector3(4, 6, 15)), 13 - 0.5);  // (3, 4, 12)
+}
+
+TEST(Gjk, NamesFeaturesByVertexNumbers) {
+  const PointHull box = make_box({1, 2, 3});
+  const PointHull sphere = make_sphere(0.5);
+  const GjkResult corner = gjk_distance(box, sphere, RigidPose(Vector3(4, 6, 15)));
+  EXPECT_EQ(corner.feature_a, (Feature{FeatureKind::Vertex, {7, -1, -1}}));
+  EXPECT_EQ(corner.feature_b, (Feature{FeatureKind::Vertex, {0, -1, -1}}));
+  const GjkResult edge = gjk_distance(box, sphere, RigidPose(Vector3(4, 6, 0.7)));
+  EXPECT_EQ(edge.feature_a, (Feature{FeatureKind::Edge, {3, 7, -1}}));
+  const GjkResult face = gjk_distance(box, sphere, RigidPose(Vector3(4, 0.3, -0.2)));
+  EXPECT_EQ(face.feature_a.kind, FeatureKind::Face);
+  for (const std::int32_t vertex : face.feature_a.vertices) EXPECT_EQ(vertex & 1, 1);  // x = +1
+}
+
+TEST(Gjk, PlacesWitnessPointsOnTheRoundedSurfaces) {
+  const GjkResult r =
+      gjk_distance(make_box({1, 2, 3}), make_sphere(0.5), RigidPose(Vector3(4, 0.3, -0.2)));
+  EXPECT_LT((r.p_ACa - Vector3(1, 0.3, -0.2)).norm(), 1e-14);
+  EXPECT_LT((r.p_ACb - Vector3(3.5, 0.3, -0.2)).norm(), 1e-14);
+  EXPECT_LT((r.nhat_AB_A - Vector3::UnitX()).norm(), 1e-14);
+}
+
+TEST(Gjk, CapsulesParallelAndCrossed) {
+  const PointHull a = make_capsule(2, 0.25);
+  const PointHull b = make_capsule(1, 0.5);
+  expect_distance(a, b, RigidPose(Vector3(3, 4, 0.5)), 5 - 0.75);
+  // Segments [-2, 2] and [6, 8] along z: ends 4 apart in z and 3 in x.
+  expect_distance(a, b, RigidPose(Vector3(3, 0, 7)), 5 - 0.75);
+  // Crossed at right angles, a along z, b along y.
+  expect_distance(a, b, RigidPose(turn(Vector3::UnitX(), 2 * kQuarter), Vector3(2, 0.3, -0.4)),
+                  2 - 0.75);
+}
+
+TEST(Gjk, BoxesFaceToFaceEdgeToEdgeAndCornerToFace) {
+  const PointHull cube = make_box({1, 1, 1});
+  expect_distance(cube, cube, RigidPose(Vector3(2.5, 0, 0)), 0.5);
+  expect_distance(cube, cube, RigidPose(Vector3(2.5, 0.7, -1.1)), 0.5);
+  // Parallel edges: (3, 4) between them.
+  expect_distance(cube, cube, RigidPose(Vector3(5, 6, 0.5)), 5);
+  // Corner to corner: (3, 4, 12).
+  expect_distance(cube, cube, RigidPose(Vector3(5, 6, 14)), 13);
+  // b turned by 45 degrees about z shows an edge to a's face: it reaches sqrt(2) from its centre.
+  expect_distance(cube, cube, RigidPose(turn(Vector3::UnitZ(), kQuarter), Vector3(4, 0.2, 0.1)),
+                  4 - 1 - std::numbers::sqrt2);
+  // b's diagonal along x: a corner, sqrt(3) from its centre, to a's face.
+  const Matrix3 R_diagonal =
+      Quaternion::FromTwoVectors(Vector3(1, 1, 1), Vector3::UnitX()).toRotationMatrix();
+  expect_distance(cube, cube, RigidPose(R_diagonal, Vector3(4, 0.2, 0.1)),
+                  4 - 1 - std::numbers::sqrt3);
+  // Crossed edges: a turned 45 degrees about z, b about y; both show an edge along x.
+  const RigidPose X_WA(turn(Vector3::UnitZ(), kQuarter), Vector3::Zero());
+  const RigidPose X_WB(turn(Vector3::UnitY(), kQuarter), Vector3(5, 0.1, 0.2));
+  expect_distance(cube, cube, X_WA.inverse() * X_WB, 5 - 2 * std::numbers::sqrt2);
+}
+
+TEST(Gjk, OverlapIsProvenAtEveryDepth) {
+  const PointHull cube = make_box({1, 1, 1});
+  expect_overlap(cube, cube, RigidPose());
+  expect_overlap(cube, cube, RigidPose(Vector3(1.9, 0.1, 0.2)));
+  expect_overlap(cube, cube, RigidPose(turn({1, 2, 3}, 1), Vector3(0.5, 0.1, 0.2)));
+  expect_overlap(cube, make_box({1e-3, 1e-3, 1e-3}), RigidPose(Vector3(0.3, 0.4, 0.5)));
+  expect_overlap(make_sphere(1), make_sphere(2), RigidPose(Vector3(2.5, 0, 0)));
+  expect_overlap(make_sphere(1), make_sphere(1), RigidPose());
+  expect_overlap(make_capsule(1, 0.1), make_capsule(1, 0.1),
+                 RigidPose(turn(Vector3::UnitX(), 1), Vector3::Zero()));
+  expect_overlap(cube, make_sphere(0.1), RigidPose(Vector3(0.2, 0.1, 0)));
+}
+
+TEST(Gjk, TouchingIsOverlapUpToNoise) {
+  const PointHull cube = make_box({1, 1, 1});
+  expect_overlap(cube, cube, RigidPose(Vector3(2, 0, 0)));
+  expect_overlap(cube, cube, RigidPose(Vector3(2, 2, 2)));
+  expect_overlap(make_sphere(1), cube, RigidPose(Vector3(0, 0, 2)));
+}
+
+TEST(Gjk, OverlapOfRoundingsGivesACommonPoint) {
+  // Spheres of radius 1 and 2 with centres 2 apart: the point 2/3 from the first is in both.
+  const GjkResult r = gjk_distance(make_sphere(1), make_sphere(2), RigidPose(Vector3(2, 0, 0)));
+  EXPECT_EQ(r.upper, 0);
+  EXPECT_LT((r.p_ACa - Vector3(2.0 / 3, 0, 0)).norm(), 1e-15);
+  EXPECT_LT((r.p_ACb - r.p_ACa).norm(), 1e-15);
+}
+
+TEST(Gjk, ShapesOfTheLibraryGiveTheSameAnswers) {
+  const RigidPose X_AB(turn({1, 2, 3}, 1), Vector3(3, 4, -2));
+  const Scalar noise = 4 * kPoseNoise * 20;
+  const auto expect_same = [&](const GjkResult& r, const GjkResult& expected) {
+    EXPECT_GT(expected.lower, 0);
+    EXPECT_NEAR(r.lower, expected.lower, noise);
+    EXPECT_NEAR(r.upper, expected.upper, noise);
+    EXPECT_LT((r.nhat_AB_A - expected.nhat_AB_A).norm(), 1e-12);
+  };
+  const Vector3 half_extents(1, 2, 3);
+  const PointHull hull = make_box(half_extents);
+  const Box box(half_extents);
+  expect_same(gjk_distance(box, Capsule(0.5, 1), X_AB),
+              gjk_distance(hull, make_capsule(1, 0.5), X_AB));
+  expect_same(gjk_distance(Sphere(0.25), box, X_AB), gjk_distance(make_sphere(0.25), hull, X_AB));
+  expect_same(gjk_distance(ConvexHull(hull.points()), Sphere(0.25), X_AB),
+              gjk_distance(hull, make_sphere(0.25), X_AB));
+}
+
+TEST(Gjk, DegenerateTrianglesAreLegal) {
+  const Vector3 p(1, 2, 3);
+  const internal::TriangleCore point({p, p, p});
+  const internal::TriangleCore segment({p, p, p + Vector3(2, 0, 0)});
+  const internal::TriangleCore triangle({Vector3(0, 0, 0), Vector3(9, 0, 0), Vector3(0, 9, 0)});
+  expect_distance(triangle, point, RigidPose(), 3);
+  expect_distance(triangle, segment, RigidPose(), 3);
+  expect_distance(point, segment, RigidPose(Vector3(0, 0.5, 0)), 0.5);
+  expect_overlap(point, segment, RigidPose(Vector3(-1, 0, 0)));
+  EXPECT_EQ(gjk_distance(point, triangle, RigidPose()).feature_a,
+            (Feature{FeatureKind::Vertex, {0, -1, -1}}));
+}
+
+// An ellipsoid: a smooth core without vertices.
+class Ellipsoid final : public ConvexShape {
+ public:
+  explicit Ellipsoid(const Vector3& radii) : radii_(radii) {}
+  SupportPoint core_support(const Vector3& d) const override {
+    const Vector3 scaled = radii_.cwiseProduct(d);
+    const Scalar norm = scaled.norm();
+    return {norm > 0 ? Vector3(radii_.cwiseProduct(scaled) / norm) : Vector3::Zero(), -1};
+  }
+  Vector3 core_center() const override { return Vector3::Zero(); }
+  AlignedBox bounding_box() const override { return {-radii_, radii_}; }
+  Scalar bounding_radius() const override { return radii_.maxCoeff(); }
+  MassProperties compute_mass_properties(Scalar) const override { return {}; }
+
+ private:
+  Vector3 radii_;
+};
+
+TEST(Gjk, SmoothCoresConvergeRelatively) {
+  const Ellipsoid ball({1, 1, 1});
+  const GjkResult balls = gjk_distance(ball, ball, RigidPose(Vector3(3, 4, 12)));
+  EXPECT_LE(balls.lower, 11);
+  EXPECT_GE(balls.upper, 11);
+  EXPECT_LT(balls.upper - balls.lower, 1e-8);
+  const Ellipsoid egg({1, 2, 0.5});
+  const PointHull cube = make_box({1, 1, 1});
+  const GjkResult r = gjk_distance(egg, cube, RigidPose(turn({1, 2, 3}, 1), Vector3(1, 3, 2)));
+  EXPECT_GT(r.lower, 0);
+  EXPECT_LT(r.upper - r.lower, 1e-8);
+  EXPECT_EQ(r.feature_a.kind, FeatureKind::Smooth);
+  EXPECT_LE(r.iterations, 2 * kGjkIterationLimit);
+}
+
+// A support function that breaks its promise.
+class BrokenShape final : public ConvexShape {
+ public:
+  SupportPoint core_support(const Vector3&) const override {
+    return {Vector3::Constant(std::numeric_limits<Scalar>::quiet_NaN()), 0};
+  }
+  Vector3 core_center() const override { return Vector3::Zero(); }
+  AlignedBox bounding_box() const override { return {}; }
+  Scalar bounding_radius() const override { return 1; }
+  MassProperties compute_mass_properties(Scalar) const override { return {}; }
+};
+
+TEST(Gjk, NanEndsOnTheSafeSide) {
+  const PointHull cube = make_box({1, 1, 1});
+  for (const GjkResult& r : {gjk_distance(BrokenShape(), cube, RigidPose(Vector3(9, 0, 0))),
+                             gjk_distance(cube, BrokenShape(), RigidPose(Vector3(9, 0, 0)))}) {
+    EXPECT_EQ(r.lower, 0);
+    EXPECT_EQ(r.upper, kInfinity);
+    EXPECT_FALSE(r.is_overlapping);
+  }
+}
+
+// Random pairs over sizes, size ratios, gaps and kinds, a third of them aligned with the axes.
+class RandomPairs {
+ public:
+  explicit RandomPairs(std::uint64_t seed, int most_points) : rng_(seed), most_(most_points) {}
+
+  struct Pair {
+    PointHull a;
+    PointHull b;
+    RigidPose X_AB;
+  };
+
+  Pair next() {
+    const Scalar size = std::pow(10, uniform(-4, 4));
+    const Scalar ratio = below(4) == 0 ? std::pow(10, uniform(-6, 6)) : 1;
+    PointHull a = shape(size);
+    PointHull b = shape(size * ratio);
+    const bool is_aligned = below(3) == 0;
+    Matrix3 R_AB = turn(unit(), uniform(0, 3));
+    Vector3 nhat = unit();
+    if (is_aligned) {
+      R_AB.setIdentity();
+      if (below(2) == 0) R_AB << 0, 0, -1, 0, -1, 0, -1, 0, 0;
+      nhat = Vector3::Unit(below(3));
+    }
+    // The slab gap along nhat is `gap`.
+    Vector3 p_AB =
+        a.support(nhat) + nhat * gap(size, ratio) - R_AB * b.support(-(R_AB.transpose() * nhat));
+    if (is_aligned && below(2) == 0) {
+      const Vector3 shift = unit() * size * 0.5;
+      p_AB += shift - nhat * nhat.dot(shift);
+    }
+    return {std::move(a), std::move(b), RigidPose(R_AB, p_AB)};
+  }
+
+  Scalar uniform(Scalar low, Scalar high) {
+    return std::uniform_real_distribution<Scalar>(low, high)(rng_);
+  }
+  int below(int n) { return std::uniform_int_distribution<int>(0, n - 1)(rng_); }
+  Vector3 unit() {
+    std::normal_distribution<Scalar> normal;
+    return Vector3(normal(rng_), normal(rng_), normal(rng_)).normalized();
+  }
+
+ private:
+  Scalar gap(Scalar size, Scalar ratio) {
+    switch (below(6)) {
+      case 0:
+        return 0;
+      case 1:
+        return -uniform(0, 1) * size * std::min<Scalar>(1, ratio);
+      case 2:
+        return size * std::pow(10, uniform(-14, -6));
+      case 3:
+        return size * std::pow(10, uniform(-6, 0));
+      case 4:
+        return size * uniform(1, 100);
+      default:
+        return size * 1e6;
+    }
+  }
+
+  PointHull shape(Scalar s) {
+    switch (below(7)) {
+      case 0:
+        return make_box(s * Vector3(uniform(0.1, 1), uniform(0.1, 1), uniform(0.1, 1)));
+      case 1:
+        return make_box(s * Vector3(1, 1e-4, uniform(0.1, 1)));
+      case 2:
+        return cloud(4 + below(most_ - 3), s, Vector3::Zero());
+      case 3:
+        return make_capsule(s * uniform(0.1, 1), s * uniform(0.05, 0.5));
+      case 4:
+        return make_sphere(s * uniform(0.1, 1));
+      case 5:
+        return cloud(3, s, 1e3 * s * unit());
+      default:
+        return sliver(s);
+    }
+  }
+
+  PointHull cloud(int count, Scalar s, const Vector3& center) {
+    std::vector<Vector3> points;
+    for (int i = 0; i < count; ++i) points.push_back(center + s * unit());
+    return PointHull(std::move(points));
+  }
+
+  PointHull sliver(Scalar s) {
+    const Vector3 p = s * unit();
+    const Vector3 q = s * unit();
+    return PointHull({p, q, (p + q) / 2 + s * 1e-7 * unit()});
+  }
+
+  std::mt19937_64 rng_;
+  int most_;
+};
+
+TEST(Gjk, BoundsEncloseTheOraclesDistance) {
+  RandomPairs pairs(42, 8);
+  int separated = 0;
+  const int count = 2000;
+  for (int i = 0; i < count; ++i) {
+    const auto [a, b, X_AB] = pairs.next();
+    const GjkResult r = gjk_distance(a, b, X_AB);
+    const long double core = test::PolytopeOracle(a, b, X_AB).core_distance();
+    const auto radii = static_cast<long double>(a.rounding_radius() + b.rounding_radius());
+    const long double d = std::max(0.0L, core - radii);
+    ASSERT_LE(r.lower, d) << "pair " << i;
+    ASSERT_GE(r.upper, d) << "pair " << i;
+    const Scalar noise = kPoseNoise * query_size(a, b, X_AB);
+    if (r.is_overlapping) {
+      ASSERT_LE(d, 2 * noise) << "pair " << i;
+    } else if (d > 0) {
+      ASSERT_LE(r.upper - r.lower, 64 * noise) << "pair " << i;
+    }
+    if (r.lower > 0) ++separated;
+  }
+  // The sample is about both outcomes.
+  EXPECT_GT(separated, count * 0.3);
+  EXPECT_LT(separated, count * 0.9);
+}
+
+// The figures of docs/algorithms/gjk.md. DYOP_GJK_PAIRS sets another number of pairs.
+TEST(Gjk, BoundsMeetUpToNoise) {
+  const char* asked = std::getenv("DYOP_GJK_PAIRS");
+  const int count = asked != nullptr ? std::stoi(asked) : 50000;
+  RandomPairs pairs(7, 64);
+  std::vector<Scalar> gaps;
+  int overlapping = 0;
+  int inconclusive = 0;
+  int most_iterations = 0;
+  std::int64_t all_iterations = 0;
+  for (int i = 0; i < count; ++i) {
+    const auto [a, b, X_AB] = pairs.next();
+    const GjkResult r = gjk_distance(a, b, X_AB);
+    ASSERT_LE(r.lower, r.upper);
+    all_iterations += r.iterations;
+    most_iterations = std::max(most_iterations, r.iterations);
+    if (r.is_overlapping) {
+      ++overlapping;
+      continue;
+    }
+    if (!(r.lower > 0)) ++inconclusive;
+    gaps.push_back((r.upper - r.lower) / query_size(a, b, X_AB));
+  }
+  std::sort(gaps.begin(), gaps.end());
+  const Scalar typical = gaps[static_cast<std::size_t>(0.9999 * static_cast<Scalar>(gaps.size()))];
+  std::cout << "pairs " << count << ", overlapping " << overlapping << ", inconclusive "
+            << inconclusive << ", (upper - lower) / size: 99.99% " << typical << ", largest "
+            << gaps.back() << ", above 1e-12 "
+            << gaps.end() - std::upper_bound(gaps.begin(), gaps.end(), 1e-12)
+            << ", iterations mean " << static_cast<Scalar>(all_iterations) / count << ", most "
+            << most_iterations << "\n";
+  EXPECT_LT(typical, 3e-14);
+  EXPECT_LT(gaps.back(), 1e-11);
+  EXPECT_LT(inconclusive, count / 1000 + 1);
+  EXPECT_LT(most_iterations, 60);
+}
+
+TEST(Gjk, SwappingAndMovingTheFrameChangeNothingButNoise) {
+  RandomPairs pairs(11, 16);
+  for (int i = 0; i < 5000; ++i) {
+    const auto [a, b, X_AB] = pairs.next();
+    const Scalar size = query_size(a, b, X_AB);
+    const GjkResult r = gjk_distance(a, b, X_AB);
+    const GjkResult swapped = gjk_distance(b, a, X_AB.inverse());
+    ASSERT_LE(r.lower, swapped.upper) << "pair " << i;
+    ASSERT_LE(swapped.lower, r.upper) << "pair " << i;
+    const RigidPose X_WA(turn(pairs.unit(), 2), pairs.unit() * size);
+    const RigidPose X_WB = X_WA * X_AB;
+    const GjkResult moved = gjk_distance(a, b, X_WA.inverse() * X_WB);
+    const Scalar noise = kPoseNoise * 2 * size;
+    ASSERT_LE(r.lower, moved.upper + noise) << "pair " << i;
+    ASSERT_LE(moved.lower, r.upper + noise) << "pair " << i;
+  }
+}
+
+}  // namespace
+}  // namespace dyop

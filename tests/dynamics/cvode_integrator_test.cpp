@@ -1,0 +1,68 @@
+#include "dyop/dynamics/cvode_integrator.h"
+
+#include <gtest/gtest.h>
+
+#include "dynamics/ode_problems.h"
+
+namespace dyop::testing {
+namespace {
+
+// Prothero and Robinson's problem: y' = -k (y - cos t) - sin t has the solution cos t for every k,
+// and neighbours fall onto it with the rate k ([ProtheroRobinson1974]).
+OdeFunction stiff(Scalar k) {
+  return [k](Scalar t, std::span<const Scalar> y, std::span<Scalar> dydt) {
+    dydt[0] = -k * (y[0] - std::cos(t)) - std::sin(t);
+  };
+}
+
+std::int64_t steps_of(CvodeMethod method, Scalar k) {
+  IntegratorOptions options;
+  options.relative_tolerance = 1e-6;
+  options.absolute_tolerance = 1e-8;
+  CvodeIntegrator integrator(method, stiff(k), 1, options);
+  integrator.restart(0, std::vector<Scalar>{2});
+  run_to(integrator, 10);
+  EXPECT_NEAR(integrator.state()[0], std::cos(10.0), 1e-4);
+  return integrator.statistics().steps;
+}
+
+TEST(CvodeIntegrator, BdfNeedsFewStepsHoweverStiff) {
+  for (const Scalar k : {1e2, 1e4, 1e6}) EXPECT_LT(steps_of(CvodeMethod::Bdf, k), 500) << k;
+}
+
+TEST(CvodeIntegrator, AdamsNeedsStepsInProportionToStiffness) {
+  // The fixed-point iteration converges only for h k < 1.
+  EXPECT_GT(steps_of(CvodeMethod::Adams, 1e4), 20 * steps_of(CvodeMethod::Bdf, 1e4));
+}
+
+TEST(CvodeIntegrator, AdamsNeedsFewerStepsThanBdfWhereSmooth) {
+  const Oscillator oscillator;
+  std::int64_t steps[2];
+  for (const CvodeMethod method : {CvodeMethod::Adams, CvodeMethod::Bdf}) {
+    CvodeIntegrator integrator(method, oscillator.function(), 2, oscillator.options(1e-9));
+    integrator.restart(0, oscillator.solution(0));
+    run_to(integrator, 50);
+    steps[static_cast<int>(method)] = integrator.statistics().steps;
+  }
+  EXPECT_LT(steps[0], steps[1]);
+}
+
+TEST(CvodeIntegrator, NamesItsMethodInErrors) {
+  for (const auto& [method, name] :
+       {std::pair(CvodeMethod::Adams, "CVODE Adams"), std::pair(CvodeMethod::Bdf, "CVODE BDF")}) {
+    IntegratorOptions options;
+    options.relative_tolerance = 0;
+    options.absolute_tolerance = 1e-30;
+    CvodeIntegrator integrator(method, stiff(1), 1, options);
+    integrator.restart(0, std::vector<Scalar>{2});
+    try {
+      run_to(integrator, 1);
+      ADD_FAILURE() << "no error";
+    } catch (const IntegrationError& error) {
+      EXPECT_NE(std::string(error.what()).find(name), std::string::npos) << error.what();
+    }
+  }
+}
+
+}  // namespace
+}  // namespace dyop::testing

@@ -1,0 +1,204 @@
+#include "dyop/geometry/mesh_hierarchy.h"
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <random>
+
+#include "dyop/core/error.h"
+#include "dyop/core/rigid_pose.h"
+#include "dyop/core/tolerance.h"
+#include "support/mesh_generators.h"
+
+namespace dyop {
+namespace {
+
+using test_support::box_mesh;
+using test_support::gear;
+using test_support::icosphere;
+using test_support::MeshArrays;
+using test_support::needle;
+using test_support::plate_grid;
+using test_support::point_cloud;
+using test_support::random_soup;
+using test_support::torus;
+
+using Wide = long double;  // 64 bits of mantissa: its own rounding is 2000 times smaller
+using WideVector = Eigen::Matrix<Wide, 3, 1>;
+using WideMatrix = Eigen::Matrix<Wide, 3, 3>;
+
+struct Summary {
+  int depth = 0;
+  std::vector<int> uses;  // by triangle
+};
+
+// How much `half_extents` leaves beside x, after the rounding of a caller who evaluates
+// center + axes * x: 4u (|center| + sqrt(3) |half_extents|).
+Wide slack(const OrientedBox& box, const WideMatrix& inverse, const Vector3& p) {
+  const WideVector x = inverse * (p.cast<Wide>() - box.center.cast<Wide>());
+  const Wide evaluation =
+      4 * Wide(kUnitRoundoff) *
+      (box.center.cast<Wide>().norm() + std::sqrt(Wide(3)) * box.half_extents.cast<Wide>().norm());
+  return (box.half_extents.cast<Wide>() - x.cwiseAbs()).minCoeff() - evaluation;
+}
+
+// Walks the tree and checks that each box holds all triangles below it. Returns those triangles.
+std::vector<std::int32_t> check(const MeshHierarchy& tree, const MeshArrays& mesh,
+                                std::int32_t index, int depth, Summary& summary) {
+  const MeshHierarchy::Node& node = tree.nodes()[std::size_t(index)];
+  summary.depth = std::max(summary.depth, depth);
+  std::vector<std::int32_t> triangles;
+  if (node.is_leaf) {
+    triangles = {node.first};
+    ++summary.uses[std::size_t(node.first)];
+  } else {
+    EXPECT_GT(node.first, index);  // depth-first order; so the walk ends
+    triangles = check(tree, mesh, node.first, depth + 1, summary);
+    const auto right = check(tree, mesh, node.first + 1, depth + 1, summary);
+    triangles.insert(triangles.end(), right.begin(), right.end());
+  }
+  const WideMatrix axes = node.box.axes.cast<Wide>();
+  EXPECT_LE((axes.transpose() * axes - WideMatrix::Identity()).cwiseAbs().maxCoeff(),
+            8 * Wide(kUnitRoundoff));
+  const WideMatrix inverse = axes.inverse();
+  for (const std::int32_t t : triangles) {
+    for (const std::int32_t v : mesh.triangles[std::size_t(t)]) {
+      EXPECT_GE(slack(node.box, inverse, mesh.vertices[std::size_t(v)]), 0) << "node " << index;
+    }
+  }
+  return triangles;
+}
+
+int expect_sound(const MeshArrays& mesh) {
+  const MeshHierarchy tree(mesh.vertices, mesh.triangles);
+  EXPECT_EQ(tree.nodes().size(), 2 * mesh.triangles.size() - 1);
+  Summary summary;
+  summary.uses.assign(mesh.triangles.size(), 0);
+  check(tree, mesh, 0, 0, summary);
+  for (const int uses : summary.uses) EXPECT_EQ(uses, 1);
+  EXPECT_LE(summary.depth, MeshHierarchy::kMaxDepth);
+  return summary.depth;
+}
+
+TEST(MeshHierarchy, ContainsItsTrianglesAtEveryScaleAndPlace) {
+  const Matrix3 turn = rotation_from_vector(Vector3(0.5, 0.2, -0.9));
+  const std::vector<MeshArrays> meshes{icosphere(3),           torus(1, 0.3, 24, 12),
+                                       plate_grid(1, 2, 9, 7), needle(1, 100),
+                                       point_cloud(200, 3),    random_soup(600, 0.2, 4),
+                                       gear(15, 0.8, 1, 0.1),  box_mesh(Vector3(1, 2, 3))};
+  for (const MeshArrays& mesh : meshes) {
+    for (const Scalar scale : {1e-4, 1.0, 1e4}) {
+      for (const Scalar distance : {0.0, 1e6}) {
+        expect_sound(mesh.moved(turn, distance * Vector3(1, -0.7, 0.3), scale));
+        expect_sound(mesh.moved(Matrix3::Identity(), distance * Vector3(1, -0.7, 0.3), scale));
+      }
+    }
+  }
+}
+
+TEST(MeshHierarchy, ContainsItsTrianglesAtTheEndsOfTheRangeOfDouble) {
+  const MeshArrays soup = random_soup(60, 0.5, 8);
+  for (const Scalar scale : {1e-310, 1e-200, 1e59}) {
+    expect_sound(soup.moved(Matrix3::Identity(), Vector3::Zero(), scale));
+  }
+}
+
+TEST(MeshHierarchy, OfOneTriangleIsALeaf) {
+  const MeshArrays mesh{{Vector3(1, 2, 3), Vector3(2, 2, 3), Vector3(1, 3, 3)}, {{0, 1, 2}}};
+  const MeshHierarchy tree(mesh.vertices, mesh.triangles);
+  ASSERT_EQ(tree.nodes().size(), 1u);
+  EXPECT_TRUE(tree.nodes()[0].is_leaf);
+  EXPECT_EQ(tree.nodes()[0].first, 0);
+}
+
+TEST(MeshHierarchy, SplitsIdenticalTrianglesEvenly) {
+  MeshArrays mesh = icosphere(0);
+  mesh.triangles.assign(1024, mesh.triangles[0]);
+  EXPECT_EQ(expect_sound(mesh), 10);
+  for (Vector3& p : mesh.vertices) p = Vector3(1, 2, 3);
+  EXPECT_EQ(expect_sound(mesh), 10);
+}
+
+// Each triangle half as far as the one before: every bin but one is empty, down to the smallest
+// numbers of double.
+TEST(MeshHierarchy, KeepsItsDepthForTrianglesAtGeometricDistances) {
+  MeshArrays mesh;
+  for (int k = 0; k < 1000; ++k) {
+    const Scalar size = std::ldexp(1.0, -k);
+    mesh.vertices.insert(mesh.vertices.end(), {size * Vector3(1, 0, 0), size * Vector3(1, 0.1, 0),
+                                               size * Vector3(1, 0, 0.1)});
+    mesh.triangles.push_back({3 * k, 3 * k + 1, 3 * k + 2});
+  }
+  // Deeper than 64: so the forced halving was needed, and reached.
+  EXPECT_GT(expect_sound(mesh), 64);
+  // With growing powers the bins see one triangle at a time for hundreds of levels.
+  for (int k = 0; k < 1000; ++k) {
+    for (int c = 0; c < 3; ++c) {
+      mesh.vertices[std::size_t(3 * k + c)] =
+          Vector3(std::ldexp(1.0, -k), k % 2 == 0 ? 0 : std::ldexp(1.0, -k), 0);
+    }
+  }
+  expect_sound(mesh);
+}
+
+TEST(MeshHierarchy, CopesWithSharedLongTriangles) {
+  // A fan: all triangles share the far tip, and their boxes overlap.
+  MeshArrays mesh;
+  mesh.vertices.emplace_back(1000, 0, 0);
+  for (int k = 0; k <= 500; ++k) mesh.vertices.emplace_back(0, Scalar(k) / 500, Scalar(k % 3));
+  for (int k = 1; k <= 500; ++k) mesh.triangles.push_back({0, k, k + 1});
+  EXPECT_LE(expect_sound(mesh), 40);
+}
+
+TEST(MeshHierarchy, BoxesFollowTheDirectionOfThinThings) {
+  const Matrix3 turn = rotation_from_vector(Vector3(0.5, 0.7, -0.4));
+  const MeshArrays mesh = needle(1, 64).moved(turn, Vector3::Zero());
+  const MeshHierarchy tree(mesh.vertices, mesh.triangles);
+  Vector3 half = tree.nodes()[0].box.half_extents;
+  std::sort(half.begin(), half.end());
+  EXPECT_NEAR(half[2], 0.5, 1e-12);
+  EXPECT_LE(half[1], 1e-14);
+}
+
+// The box of a leaf touches its triangle, along the longest edge and the normal: a triangle with
+// base 4 and height 1 is 4 x 1 x 0, rounded up by kBoxNoise (|center| + |half extents|), less than
+// kBoxNoise (3 + 2.1).
+TEST(MeshHierarchy, LeavesAreAlignedWithLongestEdgeAndNormal) {
+  const Matrix3 turn = rotation_from_vector(Vector3(-0.5, 0.3, 0.4));
+  const MeshArrays mesh{{turn * Vector3(0, 0, 0), turn * Vector3(4, 0, 0), turn * Vector3(3, 1, 0)},
+                        {{2, 1, 0}}};
+  const OrientedBox box = MeshHierarchy(mesh.vertices, mesh.triangles).nodes()[0].box;
+  Vector3 half = box.half_extents;
+  std::sort(half.begin(), half.end());
+  EXPECT_LE(half[0], 6 * kBoxNoise);
+  EXPECT_NEAR(half[1], 0.5, 6 * kBoxNoise);
+  EXPECT_NEAR(half[2], 2, 6 * kBoxNoise);
+}
+
+TEST(MeshHierarchy, BuildsALargeSphere) {
+  const MeshArrays mesh = icosphere(6);
+  const MeshHierarchy tree(mesh.vertices, mesh.triangles);
+  EXPECT_EQ(tree.nodes().size(), 2 * mesh.triangles.size() - 1);
+  // About balanced: 2^17 > 81920.
+  EXPECT_LE(expect_sound(mesh), 24);
+}
+
+TEST(MeshHierarchy, IsTheSameForTheSameInput) {
+  const MeshArrays mesh = random_soup(500, 0.1, 11);
+  const MeshHierarchy one(mesh.vertices, mesh.triangles);
+  const MeshHierarchy two(mesh.vertices, mesh.triangles);
+  for (std::size_t k = 0; k < one.nodes().size(); ++k) {
+    EXPECT_EQ(one.nodes()[k].first, two.nodes()[k].first);
+    EXPECT_EQ(one.nodes()[k].box.center, two.nodes()[k].box.center);
+    EXPECT_EQ(one.nodes()[k].box.axes, two.nodes()[k].box.axes);
+    EXPECT_EQ(one.nodes()[k].box.half_extents, two.nodes()[k].box.half_extents);
+  }
+}
+
+TEST(MeshHierarchy, RefusesNoTriangle) {
+  EXPECT_THROW(MeshHierarchy(std::vector<Vector3>{}, std::vector<TriangleIndices>{}),
+               InvalidArgument);
+}
+
+}  // namespace
+}  // namespace dyop

@@ -1,0 +1,59 @@
+#include "dyop/io/result_text.h"
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "io/small_run.h"
+
+namespace dyop {
+namespace {
+
+TEST(ResultText, WritesADistanceAsJson) {
+  DistanceResult result;
+  result.status = DistanceStatus::FartherThanLimit;
+  result.lower = 1.0 / 3;
+  result.triangle_b = 5;
+  const auto json = nlohmann::json::parse(to_json_text(result));
+  EXPECT_EQ(json.at("status"), "FartherThanLimit");
+  EXPECT_EQ(json.at("lower").get<Scalar>(), 1.0 / 3);
+  EXPECT_TRUE(json.at("upper").is_null());  // infinite
+  EXPECT_TRUE(json.at("triangle_a").is_null());
+  EXPECT_EQ(json.at("triangle_b"), 5);
+  EXPECT_TRUE(json.at("penetration").is_null());
+}
+
+TEST(ResultText, WritesATimeOfImpactAsJson) {
+  const auto json = nlohmann::json::parse(to_json_text(test::small_impact().toi));
+  EXPECT_EQ(json.at("status"), "Impact");
+  EXPECT_EQ(json.at("t_safe").get<Scalar>(), 1.0 / 3);
+  EXPECT_EQ(json.at("contact").at("feature_a").at("kind"), "Edge");
+  EXPECT_EQ(json.at("contact").at("feature_a").at("vertices").size(), 2u);
+  EXPECT_EQ(json.at("statistics").at("node_pairs"), 33);
+}
+
+TEST(ResultText, NeverSaysThatAnUndecidedQueryMissed) {
+  ToiResult result;
+  for (const ToiStatus status :
+       {ToiStatus::BudgetExhausted, ToiStatus::Cancelled, ToiStatus::NumericalLimit}) {
+    result.status = status;
+    EXPECT_TRUE(describe(result).starts_with("Undecided: ")) << describe(result);
+  }
+  DistanceResult distance;
+  distance.status = DistanceStatus::Inconclusive;
+  EXPECT_TRUE(describe(distance).starts_with("Undecided: "));
+}
+
+TEST(ResultText, DescribesAnImpactWithAllItsFigures) {
+  const std::string text = describe(test::small_impact().toi, {"tool", "organ"});
+  for (const char* part :
+       {"Impact at t = 0.333333333: tool and organ are proven apart until then.",
+        "bracket      [0.333333333, 0.34]", "at least 0.1, at most 0.2",
+        "on tool: (0.142857, 2, 3), edge 4 5, triangle 17", "(0.6, 0.8, 0) from tool to organ",
+        "pivot", "33 node pairs, 11 box tests, 22 leaf tests"}) {
+    EXPECT_NE(text.find(part), std::string::npos) << part << "\nis missing in\n" << text;
+  }
+}
+
+}  // namespace
+}  // namespace dyop

@@ -1,0 +1,59 @@
+#include "dyop/motion/constant_twist_motion.h"
+
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+#include "motion/motion_test_tools.h"
+
+namespace dyop::testing {
+namespace {
+
+// A quarter turn per unit time about z while moving along x: at t0 + 1 the body's x axis points
+// along y, and the origin is at x = 3.
+TEST(ConstantTwistMotion, TurnsAboutItsMovingOrigin) {
+  const ConstantTwistMotion motion(RigidPose(Vector3(1, 0, 0)),
+                                   {Vector3(2, 0, 0), Vector3(0, 0, std::numbers::pi / 2)}, 10);
+  const Vector3 p_W = motion.pose(11) * Vector3(1, 0, 0);
+  EXPECT_LT((p_W - Vector3(3, 1, 0)).norm(), 1e-15);
+  EXPECT_EQ(motion.pose(10).translation(), Vector3(1, 0, 0));
+}
+
+// The angular velocity is constant in the world, also if the body starts turned.
+TEST(ConstantTwistMotion, TakesTheAngularVelocityInWorld) {
+  const Matrix3 R_WB0 = rotation_from_vector(Vector3(0, std::numbers::pi / 2, 0));
+  const ConstantTwistMotion motion(RigidPose(R_WB0, Vector3::Zero()),
+                                   {Vector3::Zero(), Vector3(0, 0, std::numbers::pi)});
+  // The body's x axis points along -z of the world: on the axis of turning, so it stays.
+  EXPECT_LT((motion.pose(1) * Vector3(1, 0, 0) - Vector3(0, 0, -1)).norm(), 1e-15);
+}
+
+TEST(ConstantTwistMotion, BoundsAreEqualitiesUpToRounding) {
+  const ConstantTwistMotion motion(RigidPose(), {Vector3(3, 4, 0), Vector3(0, 5, 12)});
+  const TwistBound bound = motion.twist_bound({-5, 1e6});
+  EXPECT_GE(bound.linear_speed, 5);
+  EXPECT_LT(bound.linear_speed, 5 * (1 + 1e-13));
+  EXPECT_GE(bound.angular_speed, 13);
+  EXPECT_LT(bound.angular_speed, 13 * (1 + 1e-13));
+  EXPECT_EQ(bound.linear_acceleration, 0);
+  EXPECT_EQ(bound.angular_acceleration, 0);
+}
+
+TEST(ConstantTwistMotion, RefusesNumbersThatAreNotFinite) {
+  const Vector3 zero = Vector3::Zero();
+  EXPECT_EQ(message_of([&] {
+              ConstantTwistMotion(RigidPose(), {Vector3(0, kInfinity, 0), zero});
+            }),
+            "velocity must be finite, not (  0 inf   0)");
+  EXPECT_NE(message_of([&] {
+              ConstantTwistMotion(RigidPose(), {zero, Vector3(0, std::nan(""), 0)});
+            }).find("angular velocity must be finite"),
+            std::string::npos);
+  EXPECT_EQ(message_of([&] {
+              ConstantTwistMotion(RigidPose(), {zero, zero}, kInfinity);
+            }),
+            "reference time must be finite, not inf");
+}
+
+}  // namespace
+}  // namespace dyop::testing

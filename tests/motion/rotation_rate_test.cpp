@@ -1,0 +1,114 @@
+#include "motion/rotation_rate.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "motion/motion_test_tools.h"
+
+namespace dyop::testing {
+namespace {
+
+constexpr Scalar kPi = std::numbers::pi;
+
+using Triple = std::array<long double, 3>;
+
+Triple cross(const Triple& x, const Triple& y) {
+  return {x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0]};
+}
+
+Triple widen(const Vector3& x) {
+  return {static_cast<long double>(x.x()), static_cast<long double>(x.y()),
+          static_cast<long double>(x.z())};
+}
+
+// The power series sum over k of ad^k theta' / (k+1)! in long double, which converges everywhere.
+Vector3 series(const Vector3& theta, const Vector3& rate) {
+  const Triple t = widen(theta);
+  Triple term = widen(rate);
+  Triple sum = term;
+  for (int k = 1; k < 60; ++k) {
+    term = cross(t, term);
+    for (std::size_t i = 0; i < 3; ++i) {
+      term[i] /= k + 1;
+      sum[i] += term[i];
+    }
+  }
+  return Vector3(static_cast<Scalar>(sum[0]), static_cast<Scalar>(sum[1]),
+                 static_cast<Scalar>(sum[2]));
+}
+
+TEST(RotationRate, AngularVelocityMatchesTheSeriesAtAllAngles) {
+  Random random(1);
+  for (int i = 0; i < 20000; ++i) {
+    const Scalar angle = 6 * std::pow(10.0, -10.0 * (i % 200) / 200);
+    const Vector3 theta = angle * random.direction();
+    const Vector3 rate = random.direction();
+    EXPECT_LT((internal::angular_velocity(theta, rate) - series(theta, rate)).norm(), 2e-15)
+        << "angle " << angle;
+  }
+}
+
+TEST(RotationRate, AngularVelocityIsContinuousWhereTheFormulaChanges) {
+  const Vector3 axis = Vector3(1, 2, -2) / 3;
+  const Vector3 rate(0.3, -0.9, 0.5);
+  const Vector3 below = internal::angular_velocity(0.5 * (1 - 1e-15) * axis, rate);
+  const Vector3 above = internal::angular_velocity(0.5 * (1 + 1e-15) * axis, rate);
+  EXPECT_LT((below - above).norm(), 2e-15);
+}
+
+TEST(RotationRate, TheJacobianNeverStretches) {
+  Random random(2);
+  for (int i = 0; i < 20000; ++i) {
+    const Vector3 rate = random.direction();
+    EXPECT_LE(internal::angular_velocity(random.in_ball(40), rate).norm(), 1 + 1e-14);
+  }
+}
+
+TEST(RotationRate, RotationVectorRateInvertsAngularVelocity) {
+  Random random(3);
+  for (int i = 0; i < 2000; ++i) {
+    const Vector3 theta = random.in_ball(kPi);
+    const Vector3 rate = random.direction();
+    const Vector3 w = internal::angular_velocity(theta, rate);
+    EXPECT_LT((internal::rotation_vector_rate(theta, w) - rate).norm(), 1e-14);
+  }
+}
+
+// The part of the angular acceleration that comes from the Jacobian alone, theta'' = 0.
+Scalar jacobian_acceleration(const Vector3& theta, const Vector3& rate) {
+  return differentiate([&](Scalar t) { return internal::angular_velocity(theta + t * rate, rate); },
+                       0, 1.0 / 64)
+      .norm();
+}
+
+TEST(RotationRate, AccelerationBoundHoldsForAnyThetaAndRate) {
+  Random random(4);
+  for (int i = 0; i < 20000; ++i) {
+    const Vector3 theta = std::pow(10.0, random.uniform(-3, 1.5)) * random.direction();
+    const Vector3 rate = random.direction();
+    const Scalar bound = internal::angular_acceleration_bound(1, 0, theta.cross(rate).norm());
+    EXPECT_LE(jacobian_acceleration(theta, rate), bound + 1e-11) << theta.norm();
+  }
+}
+
+// Both constants are the best ones: 1/pi is reached at |theta| = pi with theta' perpendicular, and
+// 1/6 in the limit of small angles.
+TEST(RotationRate, AccelerationBoundIsReached) {
+  const Vector3 x = Vector3::UnitX();
+  const Vector3 y = Vector3::UnitY();
+  EXPECT_NEAR(jacobian_acceleration(kPi * x, y), 1 / kPi, 1e-11);
+  EXPECT_NEAR(jacobian_acceleration(0.01 * x, y), 0.01 / 6, 1e-6);
+}
+
+TEST(RotationRate, RoundingUpMakesInfinityOfNaN) {
+  EXPECT_EQ(internal::round_up(std::nan("")), kInfinity);
+  EXPECT_GT(internal::round_up(1), 1);
+  EXPECT_EQ(internal::round_up(0), 0);
+}
+
+}  // namespace
+}  // namespace dyop::testing

@@ -1,0 +1,123 @@
+// Soak of triangle_distance() against the exact oracle: triangle_distance_soak [pairs of every
+// family] [seed]. Every family of random_inputs.h, at scales 1e-6 to 1e6 and up to 1e6 sizes from
+// the origin. Prints one line a family; the exit code is 1 if any bound was wrong.
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <random>
+
+#include "dyop/core/tolerance.h"
+#include "dyop/distance/triangle_distance.h"
+#include "support/random_inputs.h"
+#include "support/triangle_oracle.h"
+
+namespace {
+
+using dyop::Scalar;
+using dyop::Triangle;
+using dyop::TriangleDistance;
+using dyop::Vector3;
+using dyop::testing::OracleDistance;
+using dyop::testing::Quad;
+
+struct Tally {
+  std::int64_t pairs = 0;
+  std::int64_t lower_above = 0;      // lower > d
+  std::int64_t upper_below = 0;      // upper < d
+  std::int64_t bad_normal = 0;       // not unit, or its exact slab gap does not prove lower
+  std::int64_t bad_witness = 0;      // points farther apart than upper allows
+  std::int64_t uncertified = 0;      // upper - lower > triangle_noise
+  std::int64_t missed_crossing = 0;  // d = 0, lower = 0, but not reported as touching
+  double widest = 0;                 // (upper - lower) / triangle_noise of certified pairs
+  double widest_uncertified = 0;     // (upper - lower) / size of the others
+};
+
+// Whether the slab gap along the normal, in quad precision, is at least `lower`.
+bool proves(const Vector3& normal, Scalar lower, const Triangle& a, const Triangle& b) {
+  const auto along = [&](const Vector3& p) {
+    return Quad(normal.x()) * Quad(p.x()) + Quad(normal.y()) * Quad(p.y()) +
+           Quad(normal.z()) * Quad(p.z());
+  };
+  const Quad gap = std::min({along(b[0]), along(b[1]), along(b[2])}) -
+                   std::max({along(a[0]), along(a[1]), along(a[2])});
+  const Quad squared = along(normal);
+  return lower == 0 || (gap > 0 && gap * gap >= Quad(lower) * Quad(lower) * squared);
+}
+
+Scalar largest_coordinate(const Triangle& a, const Triangle& b) {
+  Scalar largest = 0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    largest = std::max({largest, a[k].cwiseAbs().maxCoeff(), b[k].cwiseAbs().maxCoeff()});
+  }
+  return largest;
+}
+
+void check(const Triangle& a, const Triangle& b, Tally& tally) {
+  const TriangleDistance r = dyop::triangle_distance(a, b);
+  const OracleDistance d = dyop::testing::oracle_triangle_distance(a, b);
+  const Scalar noise = dyop::triangle_noise(a, b);
+  ++tally.pairs;
+  // Negated, so that NaN counts as wrong.
+  if (!(static_cast<long double>(r.lower) <= d.upper())) ++tally.lower_above;
+  if (!(static_cast<long double>(r.upper) >= d.lower())) ++tally.upper_below;
+  const bool is_unit = std::abs(r.normal.norm() - 1) <= 8 * dyop::kUnitRoundoff;
+  if (!is_unit || !proves(r.normal, r.lower, a, b)) ++tally.bad_normal;
+  const Scalar coordinate = largest_coordinate(a, b);
+  if (!((r.p_b - r.p_a).norm() <= r.upper + 16 * dyop::kUnitRoundoff * coordinate)) {
+    ++tally.bad_witness;
+  }
+  const Scalar width = r.upper - r.lower;
+  if (width <= noise) {
+    tally.widest = std::max(tally.widest, noise > 0 ? width / noise : 0);
+  } else {
+    ++tally.uncertified;
+    const Scalar size = noise / dyop::kTriangleNoise;
+    tally.widest_uncertified = std::max(tally.widest_uncertified, width / size);
+  }
+  if (d.lower() == 0 && !r.is_crossing) ++tally.missed_crossing;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const std::int64_t count = argc > 1 ? std::atoll(argv[1]) : 1000;
+  const std::uint64_t seed = argc > 2 ? std::strtoull(argv[2], nullptr, 10) : 1;
+  std::mt19937_64 random(seed);
+  const auto& families = dyop::testing::kAllTriangleFamilies;
+  std::printf("seed %llu\n%-16s %10s %7s %7s %7s %7s %11s %9s %12s %14s\n",
+              static_cast<unsigned long long>(seed), "family", "pairs", "low>d", "up<d", "normal",
+              "witness", "uncertified", "no touch", "width/noise", "open width/size");
+  bool is_right = true;
+  for (std::size_t f = 0; f < families.size(); ++f) {
+    Tally tally;
+    for (std::int64_t k = 0; k < count; ++k) {
+      auto [a, b] = dyop::testing::random_triangle_pair(families[f], random);
+      const int place = dyop::testing::random_index(4, random);
+      // As generated, scaled, moved away, or both.
+      const Scalar scale = place & 1 ? dyop::testing::random_magnitude(-6, 6, random) : 1;
+      Vector3 offset = Vector3::Zero();
+      if (place & 2) {
+        offset = dyop::testing::random_direction(random) *
+                 (scale * dyop::testing::random_magnitude(0, 6, random));
+      }
+      for (Triangle* triangle : {&a, &b}) {
+        for (Vector3& vertex : *triangle) vertex = scale * vertex + offset;
+      }
+      check(a, b, tally);
+    }
+    is_right = is_right &&
+               tally.lower_above + tally.upper_below + tally.bad_normal + tally.bad_witness == 0;
+    std::printf(
+        "%-16s %10lld %7lld %7lld %7lld %7lld %11lld %9lld %12.3f %14.2e\n",
+        dyop::testing::name_of(families[f]), static_cast<long long>(tally.pairs),
+        static_cast<long long>(tally.lower_above), static_cast<long long>(tally.upper_below),
+        static_cast<long long>(tally.bad_normal), static_cast<long long>(tally.bad_witness),
+        static_cast<long long>(tally.uncertified), static_cast<long long>(tally.missed_crossing),
+        tally.widest, tally.widest_uncertified);
+    std::fflush(stdout);
+  }
+  return is_right ? 0 : 1;
+}

@@ -1,0 +1,302 @@
+#include "dyop/toi/time_of_impact.h"
+
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+#include "dyop/core/error.h"
+#include "dyop/core/tolerance.h"
+#include "dyop/distance/distance.h"
+#include "dyop/geometry/box.h"
+#include "dyop/geometry/sphere.h"
+#include "dyop/geometry/triangle_mesh.h"
+#include "dyop/motion/constant_twist_motion.h"
+#include "dyop/motion/rest_motion.h"
+#include "dyop/motion/sampled_motion.h"
+
+namespace dyop {
+namespace {
+
+RigidPose at(Scalar x, Scalar y, Scalar z) {
+  return RigidPose(Vector3(x, y, z));
+}
+
+ConstantTwistMotion moving(const RigidPose& X_WB, const Vector3& v, const Vector3& w) {
+  return ConstantTwistMotion(X_WB, Twist{v, w});
+}
+
+TriangleMesh segment(const Vector3& from, const Vector3& to) {
+  return TriangleMesh({from, to}, {{0, 1, 1}});
+}
+
+TriangleMesh point(const Vector3& p) {
+  return TriangleMesh({p}, {{0, 0, 0}});
+}
+
+// Both orders must give the same time; the rest is mirrored.
+ToiResult both_orders(const Shape& a, const Motion& X_WA, const Shape& b, const Motion& X_WB,
+                      const TimeInterval& interval, const ToiOptions& options = {}) {
+  const ToiResult ab = time_of_impact(a, X_WA, b, X_WB, interval, options);
+  const ToiResult ba = time_of_impact(b, X_WB, a, X_WA, interval, options);
+  EXPECT_EQ(ab.status, ba.status);
+  EXPECT_NEAR(ab.t_safe, ba.t_safe, 1e-5 * (1 + std::abs(ab.t_safe)));
+  if (ab.status == ToiStatus::Impact && ba.status == ToiStatus::Impact) {
+    EXPECT_LT((ab.contact->nhat_AB_W + ba.contact->nhat_AB_W).norm(), 1e-4);
+  }
+  return ab;
+}
+
+TEST(TimeOfImpact, OfTwoSpheresHeadOnIsGapOverSpeed) {
+  const Sphere a(1);
+  const Sphere b(0.5);
+  const RestMotion rest{RigidPose()};
+  ToiOptions options;
+  for (const Scalar tolerance : {1e-2, 1e-6, 1e-9}) {
+    options.distance_tolerance = tolerance;
+    const ToiResult result =
+        both_orders(a, rest, b, moving(at(5.5, 0, 0), {-2, 0, 0}, {0, 0, 9}), {0, 10}, options);
+    ASSERT_EQ(result.status, ToiStatus::Impact);
+    // The gap is 4 - 2 t; it is between tolerance / 2 and tolerance at the impact.
+    EXPECT_LE(4 - 2 * result.t_safe, tolerance * (1 + 1e-4));
+    EXPECT_GE(4 - 2 * result.t_safe, tolerance / 2 - result.rounding_allowance);
+    EXPECT_LT((result.contact->p_WCa - Vector3(1, 0, 0)).norm(), 1e-6);
+    EXPECT_LT((result.contact->nhat_AB_W - Vector3(1, 0, 0)).norm(), 1e-6);
+    EXPECT_NEAR(result.contact->closing_speed, 2, 1e-9);
+    EXPECT_LT(
+        (result.contact->pivot_W - (result.contact->p_WCa + result.contact->p_WCb) / 2).norm(),
+        1e-12);
+    ASSERT_TRUE(result.t_hit.has_value());
+    EXPECT_GT(*result.t_hit, result.t_safe);
+    EXPECT_LE(4 - 2 * *result.t_hit, tolerance / 2 + result.rounding_allowance);
+  }
+}
+
+TEST(TimeOfImpact, OfARotatingRodIsItsAngleOverItsRate) {
+  // A rod from the origin to (2, 0, 0) turns about z at rate w and meets a point at radius 1 and
+  // angle phi when w t = phi, but for the gap: the distance of the point is sin(phi - w t).
+  const TriangleMesh rod = segment({0, 0, 0}, {2, 0, 0});
+  const TriangleMesh obstacle = point(Vector3::Zero());
+  for (const Scalar phi : {0.3, 1.2, 3.0, 6.0}) {
+    for (const Scalar rate : {0.1, 1.0, 50.0}) {
+      const ToiResult result =
+          both_orders(rod, moving(RigidPose(), Vector3::Zero(), {0, 0, rate}), obstacle,
+                      RestMotion(at(std::cos(phi), std::sin(phi), 0)), {0, 100});
+      ASSERT_EQ(result.status, ToiStatus::Impact) << phi << " " << rate;
+      const Scalar gap = std::sin(phi - rate * result.t_safe);
+      EXPECT_LE(gap, 1e-6 * (1 + 1e-4));
+      EXPECT_GE(gap, 0.5e-6 - result.rounding_allowance);
+      EXPECT_LT(rate * result.t_safe, phi);
+      EXPECT_GT(rate * result.t_safe, phi - 2e-6);
+    }
+  }
+}
+
+TEST(TimeOfImpact, FindsEvenContactsThatASignChangeCannotSee) {
+  // A point passes a sphere of radius 1 at height 1: the gap sqrt(x^2 + 1) - 1 touches zero once.
+  const Sphere sphere(1);
+  const TriangleMesh grazing = point(Vector3::Zero());
+  const ToiResult hit = both_orders(sphere, RestMotion(RigidPose()), grazing,
+                                    moving(at(-3, 1, 0), {1, 0, 0}, {0, 0, 0}), {0, 6});
+  EXPECT_EQ(hit.status, ToiStatus::Impact);
+  const ToiResult miss = both_orders(sphere, RestMotion(RigidPose()), grazing,
+                                     moving(at(-3, 1 + 2e-6, 0), {1, 0, 0}, {0, 0, 0}), {0, 6});
+  EXPECT_EQ(miss.status, ToiStatus::Separated);
+  EXPECT_EQ(miss.t_safe, 6);
+}
+
+TEST(TimeOfImpact, KeepsTheTargetDistance) {
+  ToiOptions options;
+  options.target_distance = 0.75;
+  const ToiResult result =
+      both_orders(Box({1, 1, 1}), RestMotion(RigidPose()), Box({1, 1, 1}),
+                  moving(at(0.2, 0.1, 6), {0, 0, -1}, {0, 0, 0}), {0, 10}, options);
+  ASSERT_EQ(result.status, ToiStatus::Impact);
+  EXPECT_NEAR(result.t_safe, 3.25, 1e-6);
+  EXPECT_LT(result.t_safe, 3.25);
+}
+
+TEST(TimeOfImpact, ReportsTheFeaturesAndTriangles) {
+  // The vertex 2 of a triangle falls on the face of another.
+  const TriangleMesh floor({{-5, -5, 0}, {5, -5, 0}, {0, 5, 0}}, {{0, 1, 2}});
+  const TriangleMesh falling({{-1, 0, 1}, {1, 0, 1}, {0, 0, 0}}, {{0, 1, 2}});
+  const ToiResult result = time_of_impact(floor, RestMotion(RigidPose()), falling,
+                                          moving(at(0, 0, 2), {0, 0, -1}, {0, 0, 0}), {0, 10});
+  ASSERT_EQ(result.status, ToiStatus::Impact);
+  EXPECT_EQ(result.contact->feature_a.kind, FeatureKind::Face);
+  EXPECT_EQ(result.contact->feature_b.kind, FeatureKind::Vertex);
+  EXPECT_EQ(result.contact->feature_b.vertices[0], 2);
+  EXPECT_EQ(result.contact->triangle_a, 0);
+  EXPECT_EQ(result.contact->triangle_b, 0);
+  EXPECT_LT((result.contact->nhat_AB_W - Vector3(0, 0, 1)).norm(), 1e-9);
+}
+
+TEST(TimeOfImpact, SaysInitiallyWithinTargetForOverlapAndTouch) {
+  const Sphere sphere(1);
+  for (const Scalar x : {0.0, 1.0, 2.0}) {
+    const ToiResult result =
+        both_orders(sphere, RestMotion(RigidPose()), sphere,
+                    ConstantTwistMotion(at(x, 0, 0), Twist{{1, 0, 0}, {0, 0, 0}}, 3), {3, 4});
+    EXPECT_EQ(result.status, ToiStatus::InitiallyWithinTarget) << x;
+    EXPECT_EQ(result.t_safe, 3);
+  }
+}
+
+TEST(TimeOfImpact, LetsABodyLeaveAContactAndSeesTheNextOne) {
+  // Between two walls 4 apart; starts within the tolerance of the left one, moving right.
+  const Box wall({0.5, 5, 5});
+  const Sphere ball(0.5);
+  const Scalar gap = 0.6e-6;
+  const auto leaving = moving(at(1 + gap, 0, 0), {1, 0, 0}, {0, 0, 0});
+  const ToiResult left = both_orders(wall, RestMotion(RigidPose()), ball, leaving, {0, 10});
+  EXPECT_EQ(left.status, ToiStatus::Separated);
+  const ToiResult right = both_orders(wall, RestMotion(at(5, 0, 0)), ball, leaving, {0, 10});
+  ASSERT_EQ(right.status, ToiStatus::Impact);
+  EXPECT_NEAR(right.t_safe, 3, 2e-6);
+  // Closing from the same place is an impact at once.
+  const ToiResult closing = both_orders(wall, RestMotion(RigidPose()), ball,
+                                        moving(at(1 + gap, 0, 0), {-1, 0, 0}, {0, 0, 0}), {0, 10});
+  EXPECT_EQ(closing.status, ToiStatus::Impact);
+  EXPECT_EQ(closing.t_safe, 0);
+}
+
+TEST(TimeOfImpact, OfTwoBodiesWithoutRelativeMotionIsNever) {
+  const Box box({1, 1, 1});
+  const auto drift = moving(at(0, 0, 0), {3, -4, 5}, {0, 0, 0});
+  const auto beside = moving(at(2.5, 0, 0), {3, -4, 5}, {0, 0, 0});
+  EXPECT_EQ(both_orders(box, drift, box, beside, {0, 1000}).status, ToiStatus::Separated);
+}
+
+TEST(TimeOfImpact, AnswersAZeroLengthInterval) {
+  const Sphere sphere(1);
+  const RestMotion rest{RigidPose()};
+  EXPECT_EQ(both_orders(sphere, rest, sphere, RestMotion(at(3, 0, 0)), {2, 2}).status,
+            ToiStatus::Separated);
+  EXPECT_EQ(both_orders(sphere, rest, sphere, RestMotion(at(1, 0, 0)), {2, 2}).status,
+            ToiStatus::InitiallyWithinTarget);
+}
+
+TEST(TimeOfImpact, StopsAtTheBudgetWithATimeThatIsSafe) {
+  const TriangleMesh rod = segment({0, 0, 0}, {2, 0, 0});
+  const auto turning = moving(RigidPose(), Vector3::Zero(), {0, 0, 1});
+  const RestMotion obstacle(at(std::cos(3.0), std::sin(3.0), 0));
+  ToiOptions options;
+  Scalar last = 0;
+  bool has_finished = false;
+  for (int budget = 1; budget < 200 && !has_finished; ++budget) {
+    options.max_node_pairs = budget;
+    const ToiResult result =
+        time_of_impact(rod, turning, point(Vector3::Zero()), obstacle, {0, 10}, options);
+    EXPECT_LE(result.statistics.node_pairs, budget);
+    EXPECT_GE(result.t_safe, last);  // more work never proves less
+    EXPECT_LT(result.t_safe, 3);
+    has_finished = result.status == ToiStatus::Impact;
+    EXPECT_TRUE(has_finished || result.status == ToiStatus::BudgetExhausted);
+    last = result.t_safe;
+  }
+  EXPECT_TRUE(has_finished);
+}
+
+TEST(TimeOfImpact, HonoursDeadlineAndCancellation) {
+  const Sphere sphere(1);
+  const RestMotion rest{RigidPose()};
+  const auto coming = moving(at(9, 0, 0), {-1, 0, 0}, {0, 0, 0});
+  ToiOptions late;
+  late.deadline = std::chrono::steady_clock::now();
+  EXPECT_EQ(time_of_impact(sphere, rest, sphere, coming, {0, 10}, late).status,
+            ToiStatus::BudgetExhausted);
+  std::stop_source source;
+  ToiOptions stopped;
+  stopped.stop = source.get_token();
+  EXPECT_EQ(time_of_impact(sphere, rest, sphere, coming, {0, 10}, stopped).status,
+            ToiStatus::Impact);
+  source.request_stop();
+  const ToiResult result = time_of_impact(sphere, rest, sphere, coming, {0, 10}, stopped);
+  EXPECT_EQ(result.status, ToiStatus::Cancelled);
+  EXPECT_EQ(result.t_safe, 0);
+}
+
+TEST(TimeOfImpact, EndsWithinItsBudgetForExtremeInput) {
+  const TriangleMesh rod = segment({-1, 0, 0}, {1, 0, 0});
+  ToiOptions options;
+  options.max_node_pairs = 20000;
+  // Fast spin out of reach: the balls about the origins decide at once.
+  const ToiResult spinning =
+      time_of_impact(rod, moving(RigidPose(), Vector3::Zero(), {0, 0, 1e6}), rod,
+                     moving(at(0, 3, 0), Vector3::Zero(), {0, 1e6, 0}), {0, 1}, options);
+  EXPECT_EQ(spinning.status, ToiStatus::Separated);
+  // Fast flight past, and into, a small obstacle.
+  const Sphere ball(1e-3);
+  const ToiResult past =
+      time_of_impact(ball, RestMotion(RigidPose()), ball,
+                     moving(at(-1e8, 1, 0), {1e9, 0, 0}, {0, 0, 0}), {0, 1}, options);
+  EXPECT_EQ(past.status, ToiStatus::Separated);
+  const ToiResult into =
+      time_of_impact(ball, RestMotion(RigidPose()), ball,
+                     moving(at(-1e8, 0, 0), {1e9, 0, 0}, {0, 0, 0}), {0, 1}, options);
+  EXPECT_NE(into.status, ToiStatus::Separated);
+  EXPECT_LE(into.t_safe, 0.1);
+}
+
+TEST(TimeOfImpact, AdmitsWhenRoundingForbidsTheTolerance) {
+  ToiOptions options;
+  options.distance_tolerance = 1e-12;  // far below the rounding of coordinates near 1e6
+  const Box box({1, 1, 1});
+  const ToiResult result =
+      time_of_impact(box, RestMotion(at(1e6, 1e6, 0)), box,
+                     moving(at(1e6, 1e6 + 0.2, 5), {0, 0, -1}, {0.1, 0, 0}), {0, 10}, options);
+  EXPECT_TRUE(result.status == ToiStatus::NumericalLimit || result.status == ToiStatus::Impact);
+  EXPECT_GT(result.rounding_allowance, options.distance_tolerance);
+  EXPECT_LT(result.t_safe, 3);
+}
+
+TEST(TimeOfImpact, CrossesTheCornersOfASampledPath) {
+  // The path jumps in velocity at every stamp; the hit is in the third piece, at x = 2 - 1 = 1.
+  const SampledMotion path(
+      {{0, at(-3, 0, 0)}, {1, at(-3, 5, 0)}, {2, at(-2, 0, 0)}, {3, at(2, 0, 0)}});
+  const Sphere sphere(0.5);
+  const ToiResult result = both_orders(sphere, RestMotion(RigidPose()), sphere, path, {0, 3});
+  ASSERT_EQ(result.status, ToiStatus::Impact);
+  // From (-2, 0, 0) at t = 2 with speed 4: gap 1 - 4 (t - 2).
+  EXPECT_NEAR(result.t_safe, 2.25, 1e-6);
+  EXPECT_LT(result.t_safe, 2.25);
+}
+
+template <typename Action>
+std::string message_of(const Action& action) {
+  try {
+    action();
+  } catch (const InvalidArgument& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+TEST(TimeOfImpact, RefusesBadInputNamingTheValue) {
+  const Sphere sphere(1);
+  const RestMotion rest{RigidPose()};
+  const auto query = [&](const TimeInterval& interval, const ToiOptions& options) {
+    return message_of([&] { time_of_impact(sphere, rest, sphere, rest, interval, options); });
+  };
+  EXPECT_NE(query({2, 1}, {}).find("begin 2 > end 1"), std::string::npos);
+  EXPECT_NE(query({0, kInfinity}, {}).find("inf"), std::string::npos);
+  ToiOptions negative;
+  negative.target_distance = -0.5;
+  EXPECT_NE(query({0, 1}, negative).find("-0.5"), std::string::npos);
+  ToiOptions zero;
+  zero.distance_tolerance = 0;
+  EXPECT_NE(query({0, 1}, zero).find("distance_tolerance"), std::string::npos);
+  ToiOptions nan;
+  nan.distance_tolerance = std::nan("");
+  EXPECT_NE(query({0, 1}, nan).find("nan"), std::string::npos);
+  ToiOptions idle;
+  idle.max_node_pairs = 0;
+  EXPECT_NE(query({0, 1}, idle).find("max_node_pairs"), std::string::npos);
+  const SampledMotion short_path({{0, at(0, 0, 0)}, {1, at(1, 0, 0)}});
+  EXPECT_NE(message_of([&] {
+              time_of_impact(sphere, short_path, sphere, rest, {0, 2});
+            }).find("motion of A is defined on [0, 1]"),
+            std::string::npos);
+}
+
+}  // namespace
+}  // namespace dyop
