@@ -27,6 +27,8 @@ write_basic_package_version_file(${PROJECT_BINARY_DIR}/dyopConfigVersion.cmake
 install(FILES ${PROJECT_BINARY_DIR}/dyopConfig.cmake ${PROJECT_BINARY_DIR}/dyopConfigVersion.cmake
         DESTINATION ${dyop_cmake_dir})
 
+# Relative, so that the installed tree can be moved.
+file(RELATIVE_PATH DYOP_PC_TO_PREFIX "/${CMAKE_INSTALL_LIBDIR}/pkgconfig" "/")
 configure_file(${CMAKE_CURRENT_LIST_DIR}/dyop.pc.in ${PROJECT_BINARY_DIR}/dyop.pc @ONLY)
 install(FILES ${PROJECT_BINARY_DIR}/dyop.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
 if(TARGET dyop_cli)

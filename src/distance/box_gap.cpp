@@ -52,7 +52,8 @@ BoxGap box_gap(const OrientedBox& a, const OrientedBox& b, const RigidPose& X_AB
     const int i1 = (i + 1) % 3;
     const int i2 = (i + 2) % 3;
     for (int j = 0; j < 3; ++j) {
-      const Scalar sine_sq = 1 - R(i, j) * R(i, j);
+      // The squared length of the axis e_i x b_j itself: 1 - R(i, j)^2 loses its digits.
+      const Scalar sine_sq = R(i1, j) * R(i1, j) + R(i2, j) * R(i2, j);
       if (sine_sq < kSmallestSineSq) continue;
       const int j1 = (j + 1) % 3;
       const int j2 = (j + 2) % 3;

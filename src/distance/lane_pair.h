@@ -42,6 +42,14 @@ inline LanePair smaller(LanePair x, LanePair y) {
   return _mm_min_pd(x.v, y.v);
 }
 
+/// x with the sign of one lane turned.
+inline LanePair low_negated(LanePair x) {
+  return _mm_xor_pd(x.v, _mm_set_pd(0.0, -0.0));
+}
+inline LanePair high_negated(LanePair x) {
+  return _mm_xor_pd(x.v, _mm_set_pd(-0.0, 0.0));
+}
+
 inline LanePair magnitude(LanePair x) {
   return _mm_andnot_pd(_mm_set1_pd(-0.0), x.v);
 }
@@ -120,6 +128,13 @@ inline LanePair smaller(LanePair x, LanePair y) {
   return {x.l < y.l ? x.l : y.l, x.h < y.h ? x.h : y.h};
 }
 
+inline LanePair low_negated(LanePair x) {
+  return {-x.l, x.h};
+}
+inline LanePair high_negated(LanePair x) {
+  return {x.l, -x.h};
+}
+
 inline LanePair magnitude(LanePair x) {
   return {std::abs(x.l), std::abs(x.h)};
 }
@@ -182,6 +197,11 @@ inline LanePair clamped(LanePair x) {
   return smaller(larger(x, LanePair(0)), LanePair(1));
 }
 
+/// Mask of the lanes strictly between 0 and 1.
+inline LanePair is_inside_unit(LanePair x) {
+  return both(above(x, LanePair(0)), above(LanePair(1), x));
+}
+
 /// Two vectors side by side.
 struct VectorPair {
   LanePair x, y, z;
@@ -204,6 +224,9 @@ struct VectorPair {
   friend VectorPair operator+(const VectorPair& v, const VectorPair& w) {
     return {v.x + w.x, v.y + w.y, v.z + w.z};
   }
+  friend VectorPair operator-(const VectorPair& v, const VectorPair& w) {
+    return {v.x - w.x, v.y - w.y, v.z - w.z};
+  }
   friend VectorPair operator*(const VectorPair& v, LanePair s) {
     return {v.x * s, v.y * s, v.z * s};
   }
@@ -213,5 +236,13 @@ struct VectorPair {
     return {y * o.z - z * o.y, z * o.x - x * o.z, x * o.y - y * o.x};
   }
 };
+
+/// (v low, w low) and (v high, w high).
+inline VectorPair lows(const VectorPair& v, const VectorPair& w) {
+  return {lows(v.x, w.x), lows(v.y, w.y), lows(v.z, w.z)};
+}
+inline VectorPair highs(const VectorPair& v, const VectorPair& w) {
+  return {highs(v.x, w.x), highs(v.y, w.y), highs(v.z, w.z)};
+}
 
 }  // namespace dyop::internal

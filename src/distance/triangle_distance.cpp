@@ -27,27 +27,49 @@ Triangle scaled(const Triangle& triangle, int exponent) {
   return result;
 }
 
-/// triangle_distance() for sizes whose powers leave the range of double: scaled by a power of two,
-/// which is exact, or smaller by far than the slack.
+/// What scaling by a power of two may lose, in the scale of the result: coordinates scaled into the
+/// smallest numbers are off by half of the least one, and so is a result scaled back into them.
+Scalar scaling_loss(int exponent) {
+  constexpr Scalar kStep = std::numeric_limits<Scalar>::denorm_min();
+  return 4 * (kStep + std::ldexp(kStep, exponent));
+}
+
+/// The pair to scale by 2^-exponent, so that its largest difference is in [1, 2).
+struct Scaling {
+  Scalar largest;  ///< NaN or infinite if a coordinate is, or if differences overflow
+  int exponent;
+
+  Scaling(const Triangle& a, const Triangle& b)
+      : largest(largest_difference(a, b)),
+        exponent(std::isfinite(largest) && largest > 0 ? std::ilogb(largest) : 0) {}
+};
+
+/// triangle_distance() for sizes whose powers leave the range of double.
 TriangleDistance extreme_triangle_distance(const Triangle& a, const Triangle& b) {
   TriangleDistance result;
   result.upper = kInfinity;
+  result.feature_a = result.feature_b = feature_of_place(kFaceCode);
   result.p_a = a[0];
   result.p_b = b[0];
-  const Scalar largest = largest_difference(a, b);
-  if (!std::isfinite(largest)) return result;  // proves nothing
-  if (largest == 0) {
-    result.upper = 0;
-    result.feature_a = result.feature_b = feature_of_place(0);
-    result.is_crossing = true;
-    return result;
+  const Scaling scaling(a, b);
+  if (!std::isfinite(scaling.largest)) return result;  // proves nothing
+  // Before scaling, which may merge vertices.
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 3; ++j) {
+      if (a[i] != b[j]) continue;
+      result.upper = 0;
+      result.p_a = result.p_b = a[i];
+      result.feature_a = feature_of_place(static_cast<int>(i));
+      result.feature_b = feature_of_place(static_cast<int>(j));
+      result.is_crossing = true;
+      return result;
+    }
   }
-  const int exponent = std::ilogb(largest);
+  const int exponent = scaling.exponent;
   result = triangle_distance(scaled(a, -exponent), scaled(b, -exponent));
-  // Back in the smallest numbers a result may be rounded: outward.
-  constexpr Scalar kStep = std::numeric_limits<Scalar>::denorm_min();
-  result.lower = std::max(Scalar{0}, std::ldexp(result.lower, exponent) - kStep);
-  if (result.upper > 0) result.upper = std::ldexp(result.upper, exponent) + kStep;
+  const Scalar loss = scaling_loss(exponent);
+  result.lower = std::max(Scalar{0}, std::ldexp(result.lower, exponent) - loss);
+  result.upper = std::ldexp(result.upper, exponent) + loss;
   for (Vector3* p : {&result.p_a, &result.p_b}) {
     for (Scalar& x : *p) x = std::ldexp(x, exponent);
   }
@@ -64,30 +86,40 @@ TriangleDistance triangle_distance(const Triangle& a, const Triangle& b) {
   if (!(pair.size >= kSmallestTriangleSize && pair.size <= kLargestTriangleSize)) {
     return extreme_triangle_distance(a, b);
   }
-  TriangleDistance result;
-  Vector3 direction =
-      pair.r + ((pair.b[0] - pair.b[2]) - (pair.a[0] - pair.a[2])) * (Scalar{1} / 3);
-  const Scalar edges =
-      (pair.aa[0] + pair.aa[1] + pair.aa[2]) + (pair.bb[0] + pair.bb[1] + pair.bb[2]);
-  if (direction.dot(direction) > kTriangleFarRatio * edges) {
-    if (certify(pair, directed_witness(pair, direction), result)) return result;
+  // From centroid to centroid.
+  const VectorPair spread = pair.b02 - pair.a02;
+  Vector3 direction = pair.r + (spread.low() - spread.high()) * (Scalar{1} / 3);
+  if (direction.dot(direction) > kTriangleFarRatio * pair.edges) {
+    const Witness w = directed_witness(pair, direction);
+    const Bounds bounds = prove(pair, w.m, w.D);
+    if (is_certified(pair, bounds.lower, bounds.upper)) return result_of(w, bounds);
   }
   const Facets facets(pair);
+  TriangleDistance found;
+  found.upper = kInfinity;
   const Scalar contact = kTriangleContactGap * pair.size;
   if (facets.best > contact * contact) {
     const Witness w = facets.code < 9 ? edge_witness(pair, facets.code / 3, facets.code % 3)
                                       : face_witness(pair, facets, facets.code == 9);
-    if (certify(pair, w, result)) return result;
+    const Bounds bounds = prove(pair, w.m, w.D);
+    if (is_certified(pair, bounds.lower, bounds.upper)) return result_of(w, bounds);
+    found = result_of(w, bounds);
     direction = w.D;
-  } else {
-    result = TriangleDistance{};
-    result.upper = kInfinity;
   }
-  return resolve_triangle_pair(pair, facets, direction, result);
+  return resolve_triangle_pair(pair, facets, direction, found);
 }
 
 Scalar triangle_noise(const Triangle& a, const Triangle& b) {
-  return kTriangleNoise * internal::TrianglePair(a, b).size;
+  using namespace internal;
+  const Scalar size = TrianglePair(a, b).size;
+  if (size >= kSmallestTriangleSize && size <= kLargestTriangleSize) return kTriangleNoise * size;
+  const Scaling scaling(a, b);
+  if (!(scaling.largest > 0)) return scaling.largest;
+  const int exponent = scaling.exponent;
+  const Triangle small_a = scaled(a, -exponent);
+  const Triangle small_b = scaled(b, -exponent);
+  const Scalar scaled_size = TrianglePair(small_a, small_b).size;
+  return std::ldexp(kTriangleNoise * scaled_size, exponent) + 2 * scaling_loss(exponent);
 }
 
 }  // namespace dyop

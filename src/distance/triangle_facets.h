@@ -12,10 +12,10 @@ namespace dyop::internal {
 /// triangles is that of the origin to it; its facets are the faces of A and B swept by nothing more
 /// than a vertex, and parallelograms of one edge of each.
 ///
-/// Computed in pairs of lanes. Edge pairs (i, j) are kept in five of them: rows j = 0, 1, 2 with
-/// lanes i = 0, 1; then i = 2 with lanes j = 0, 1; then i = j = 2.
+/// Computed in pairs of lanes. Edge pairs (i, j) are kept in five of them: rows j = 0, 2, 1 with
+/// lanes i = 0, 2; then i = 1 with lanes j = 0, 2; then i = j = 1.
 struct Facets {
-  VectorPair n;        ///< face normals a_0 x a_1 and b_0 x b_1, not normalised
+  VectorPair n;        ///< face normals a_2 x a_0 and b_2 x b_0, not normalised
   LanePair height[3];  ///< of vertex k of B over A's plane (low), of A over B's plane (high)
   LanePair h[5];       ///< a_i x b_j . (B_j - A_i)
   Scalar best;         ///< largest signed squared gap of a facet; negative if the origin sees none
@@ -31,8 +31,8 @@ inline LanePair score(LanePair signed_square, LanePair squared_norm, int low, in
                 high);
 }
 
-/// The same for a pair of edges. It is a facet if alpha = a_i . (b_0 x b_1) and beta = b_j . (a_0 x
-/// a_1) have one sign, which is that of its outer side.
+/// The same for a pair of edges. It is a facet if alpha = a_i . nB and beta = b_j . nA have one
+/// sign, which is that of its outer side.
 inline LanePair edge_score(LanePair h, LanePair alpha, LanePair beta, LanePair squares, LanePair ab,
                            int low, int high) {
   // The Gram determinant keeps half of its digits, enough for a choice.
@@ -43,49 +43,47 @@ inline LanePair edge_score(LanePair h, LanePair alpha, LanePair beta, LanePair s
 }
 
 inline Facets::Facets(const TrianglePair& pair)
-    : n(VectorPair(pair.a[0], pair.b[0]).cross(VectorPair(pair.a[1], pair.b[1]))) {
-  const VectorPair a01(pair.a[0], pair.a[1]);
-  const VectorPair b01(pair.b[0], pair.b[1]);
+    : n(highs(pair.a02, pair.b02).cross(lows(pair.a02, pair.b02))) {
+  const VectorPair& a02 = pair.a02;
+  const VectorPair& b02 = pair.b02;
   const VectorPair r(pair.r);
-  const LanePair alpha01 = a01.dot(n.highs());
-  const LanePair beta01 = b01.dot(n.lows());
-  const LanePair rise0 = lows(beta01, alpha01);
-  const LanePair rise1 = highs(beta01, alpha01);
-  height[0] = n.dot(r) * LanePair(1, -1);
-  height[1] = height[0] + rise0;
-  height[2] = height[0] + (rise0 + rise1);
+  const LanePair alpha02 = a02.dot(n.highs());
+  const LanePair beta02 = b02.dot(n.lows());
+  height[0] = high_negated(n.dot(r));
+  height[1] = height[0] + lows(beta02, alpha02);
+  height[2] = height[0] - highs(beta02, alpha02);
   const LanePair face_low = smaller(smaller(height[0], height[1]), height[2]);
   const LanePair face_high = larger(larger(height[0], height[1]), height[2]);
   const LanePair face_gap = larger(face_low, -face_high);
   const LanePair face_score = score(face_gap * magnitude(face_gap), n.dot(n), 9, 10);
 
-  const VectorPair c = b01.cross(r);
-  const LanePair det0 = a01.dot(c.lows());
-  const LanePair det1 = a01.dot(c.highs());
-  const LanePair det2 = -(lows(det0, det1) + highs(det0, det1));
-  const LanePair ab0 = a01.dot(b01.lows());
-  const LanePair ab1 = a01.dot(b01.highs());
-  const LanePair ab2 = lows(ab0, ab1) + highs(ab0, ab1);
-  const LanePair zero(0);
-  const LanePair alpha2 = -(lows(alpha01, alpha01) + highs(alpha01, alpha01));
-  const LanePair beta0 = lows(beta01, beta01);
-  const LanePair beta1 = highs(beta01, beta01);
-  const LanePair beta2 = -(beta0 + beta1);
-  // The determinants are a_i x b_j . r; the parallelogram begins at the vertices i and j.
-  h[0] = det0 - lows(zero, beta0);
-  h[1] = (det1 - alpha01) - lows(zero, beta1);
-  h[2] = -(det0 + det1) - lows(zero, beta2);
-  h[3] = det2 - lows(zero, alpha2);
-  h[4] = -(det2 + swapped(det2));
-  const LanePair aa01(pair.aa[0], pair.aa[1]);
-  const LanePair bb01(pair.bb[0], pair.bb[1]);
-  const LanePair aa2(pair.aa[2]);
-  const LanePair bb2(pair.bb[2]);
-  const LanePair score0 = edge_score(h[0], alpha01, beta0, aa01 * lows(bb01, bb01), ab0, 0, 3);
-  const LanePair score1 = edge_score(h[1], alpha01, beta1, aa01 * highs(bb01, bb01), ab1, 1, 4);
-  const LanePair score2 = edge_score(h[2], alpha01, beta2, aa01 * bb2, ab0 + ab1, 2, 5);
-  const LanePair score3 = edge_score(h[3], alpha2, beta01, aa2 * bb01, ab2, 6, 7);
-  const LanePair score4 = edge_score(h[4], alpha2, beta2, aa2 * bb2, ab2 + swapped(ab2), 8, 8);
+  const VectorPair c = b02.cross(r);
+  const LanePair det0 = a02.dot(c.lows());
+  const LanePair det2 = a02.dot(c.highs());
+  const LanePair det1 = lows(det0, det2) + highs(det0, det2);
+  const LanePair ab0 = a02.dot(b02.lows());
+  const LanePair ab2 = a02.dot(b02.highs());
+  const LanePair ab1 = lows(ab0, ab2) + highs(ab0, ab2);
+  const LanePair alpha1 = -(alpha02 + swapped(alpha02));
+  const LanePair beta0 = lows(beta02, beta02);
+  const LanePair beta2 = highs(beta02, beta02);
+  const LanePair beta1 = -(beta0 + beta2);
+  // The determinants are a_i x b_j . r; the parallelogram begins at the vertices i and j, and both
+  // vertices 0 lie on the edges 0 and 2.
+  h[0] = det0;
+  h[1] = det2;
+  h[2] = -(det0 + det2) - alpha02;
+  h[3] = -det1 - beta02;
+  h[4] = ((det1 + swapped(det1)) - alpha1) - beta1;
+  const LanePair aa02(pair.aa[0], pair.aa[2]);
+  const LanePair bb02(pair.bb[0], pair.bb[2]);
+  const LanePair aa1(pair.aa[1]);
+  const LanePair bb1(pair.bb[1]);
+  const LanePair score0 = edge_score(h[0], alpha02, beta0, aa02 * lows(bb02, bb02), ab0, 0, 6);
+  const LanePair score1 = edge_score(h[1], alpha02, beta2, aa02 * highs(bb02, bb02), ab2, 2, 8);
+  const LanePair score2 = edge_score(h[2], alpha02, beta1, aa02 * bb1, ab0 + ab2, 1, 7);
+  const LanePair score3 = edge_score(h[3], alpha1, beta02, aa1 * bb02, ab1, 3, 5);
+  const LanePair score4 = edge_score(h[4], alpha1, beta1, aa1 * bb1, ab1 + swapped(ab1), 4, 4);
   const LanePair most =
       larger(larger(larger(score0, score1), larger(score2, score3)), larger(score4, face_score));
   best = larger(most, swapped(most)).low();

@@ -35,23 +35,36 @@ inline Scalar clamped(Scalar x, Scalar limit) {
 struct TrianglePair {
   const Triangle& A;
   const Triangle& B;
+  VectorPair a02;  ///< edges 0 and 2 of A, the ones at vertex 0
+  VectorPair b02;
   Vector3 a[3];
   Vector3 b[3];
   Vector3 r;     ///< from vertex 0 of A to vertex 0 of B
   Scalar aa[3];  ///< squared lengths of the edges of A
   Scalar bb[3];  ///< squared lengths of the edges of B
-  Scalar size;   ///< at least |r| + longest edge of A + longest edge of B, up to 4u relative
+  Scalar edges;  ///< sum of the squared lengths of all edges
+  Scalar size;   ///< at least |r| + longest edge of A + longest edge of B, up to 6u relative
 
-  TrianglePair(const Triangle& A_in, const Triangle& B_in) : A(A_in), B(B_in), r(B[0] - A[0]) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      a[k] = A[(k + 1) % 3] - A[k];
-      b[k] = B[(k + 1) % 3] - B[k];
-      aa[k] = a[k].dot(a[k]);
-      bb[k] = b[k].dot(b[k]);
-    }
+  TrianglePair(const Triangle& A_in, const Triangle& B_in)
+      : A(A_in),
+        B(B_in),
+        a02(VectorPair(A[1], A[0]) - VectorPair(A[0], A[2])),
+        b02(VectorPair(B[1], B[0]) - VectorPair(B[0], B[2])),
+        a{a02.low(), A[2] - A[1], a02.high()},
+        b{b02.low(), B[2] - B[1], b02.high()},
+        r(B[0] - A[0]) {
+    const LanePair aa02 = a02.dot(a02);
+    const LanePair bb02 = b02.dot(b02);
+    aa[0] = aa02.low();
+    aa[1] = a[1].dot(a[1]);
+    aa[2] = aa02.high();
+    bb[0] = bb02.low();
+    bb[1] = b[1].dot(b[1]);
+    bb[2] = bb02.high();
+    edges = (aa[0] + aa[1] + aa[2]) + (bb[0] + bb[1] + bb[2]);
     // The longest edge e of a triangle has e^2 <= 2/3 of the sum of squares, and
     // x + y + z <= sqrt(3 (x^2 + y^2 + z^2)). A sum, not a maximum, so that NaN survives.
-    size = std::sqrt(3 * r.dot(r) + 2 * ((aa[0] + aa[1] + aa[2]) + (bb[0] + bb[1] + bb[2])));
+    size = root(LanePair(3 * r.dot(r) + 2 * edges)).low();
   }
 };
 
@@ -97,8 +110,8 @@ struct Bounds {
 inline Bounds prove(const TrianglePair& pair, const Vector3& m, const Vector3& D) {
   const VectorPair mm(m);
   // m times the vertices 1 and 2, relative to vertex 0; of A negative, so that minima are wanted.
-  const LanePair on_a = mm.dot(VectorPair(pair.a[0], pair.a[2])) * LanePair(-1, 1);
-  const LanePair on_b = mm.dot(VectorPair(pair.b[0], pair.b[2])) * LanePair(1, -1);
+  const LanePair on_a = low_negated(mm.dot(pair.a02));
+  const LanePair on_b = high_negated(mm.dot(pair.b02));
   const LanePair reach = smaller(smaller(lows(on_b, on_a), highs(on_b, on_a)), LanePair(0));
   const Scalar gap = (m.dot(pair.r) + reach.low()) + reach.high();
   const VectorPair mD(m, D);
@@ -108,7 +121,7 @@ inline Bounds prove(const TrianglePair& pair, const Vector3& m, const Vector3& D
   const LanePair middle = highs(by_norm, norms);
   const LanePair slack =
       LanePair(kTriangleRelativeSlack) * middle + LanePair(kTriangleSizeSlack * pair.size);
-  const LanePair outward = middle + slack * LanePair(-1, 1);
+  const LanePair outward = middle + low_negated(slack);
   // Safe side: a comparison with NaN is false, and larger() then returns 0.
   const LanePair is_usable = above(lows(squares, squares), LanePair(kSmallestSquaredDirection));
   Bounds bounds;
@@ -121,24 +134,27 @@ inline Bounds prove(const TrianglePair& pair, const Vector3& m, const Vector3& D
 
 /// Witness of edge i of A and edge j of B: their closest points, by [Ericson2005] 5.1.9 with cross
 /// products in place of the Gram determinant, which would lose half of the digits for nearly
-/// parallel edges. Without branches, because they would be hard to predict.
+/// parallel edges.
 inline Witness edge_witness(const TrianglePair& pair, int i, int j) {
   const Vector3& A = pair.A[static_cast<std::size_t>(i)];
   const Vector3& B = pair.B[static_cast<std::size_t>(j)];
   const Vector3 d = B - A;
   const VectorPair edges(pair.a[i], pair.b[j]);
-  const VectorPair b = edges.highs();
-  const VectorPair crosses = VectorPair(pair.a[i], d).cross(b);
+  const VectorPair crosses = VectorPair(pair.a[i], d).cross(edges.highs());
   const VectorPair n = crosses.lows();
   const LanePair solution = crosses.dot(n);
   const LanePair inverse = LanePair(1) / LanePair(pair.aa[i], pair.bb[j]);
   const LanePair ab(pair.a[i].dot(pair.b[j]));
   const LanePair on_d = edges.dot(VectorPair(d));
-  // Parameters in both lanes: s of the lines, t for that s, s for that t.
+  // Parameters in both lanes: s of the lines, t for that s.
   LanePair s = clamped(highs(solution, solution) / lows(solution, solution));
   const LanePair t = clamped((s * ab - highs(on_d, on_d)) * highs(inverse, inverse));
-  s = clamped((t * ab + lows(on_d, on_d)) * lows(inverse, inverse));
-  const LanePair st = lows(s, t);
+  LanePair st = lows(s, t);
+  const bool is_inside = bits(is_inside_unit(st)) == 3;
+  if (!is_inside) {
+    s = clamped((t * ab + lows(on_d, on_d)) * lows(inverse, inverse));
+    st = lows(s, t);
+  }
 
   Witness w;
   const VectorPair along = edges * st;
@@ -146,24 +162,22 @@ inline Witness edge_witness(const TrianglePair& pair, int i, int j) {
   const VectorPair points = VectorPair(A, B) + along;
   w.p_a = points.low();
   w.p_b = points.high();
-  const LanePair started = above(st, LanePair(0));
-  const LanePair unfinished = above(LanePair(1), st);
-  const int from = bits(started);
-  const int to = ~bits(unfinished);
-  w.place_a = edge_place(i, from & 1, to & 1);
-  w.place_b = edge_place(j, from & 2, to & 2);
-
-  // Square to both edges if both points are inside, else to the edge whose point is: there the
-  // closest direction is square to it, and rounding is removed.
-  const VectorPair D(w.D);
-  const LanePair inside = both(started, unfinished);
-  const LanePair both_inside = both(inside, swapped(inside));
-  const VectorPair level = edges * masked(inside, edges.dot(D) * inverse);
-  const Vector3 leveled = (w.D - level.low()) - level.high();
-  const LanePair side = n.dot(D);
-  w.m.x() = selected(both_inside, turned(n.x, side), LanePair(leveled.x())).low();
-  w.m.y() = selected(both_inside, turned(n.y, side), LanePair(leveled.y())).low();
-  w.m.z() = selected(both_inside, turned(n.z, side), LanePair(leveled.z())).low();
+  if (is_inside) {
+    const LanePair side = n.dot(VectorPair(d));
+    w.m = {turned(n.x, side).low(), turned(n.y, side).low(), turned(n.z, side).low()};
+    w.place_a = 3 + i;
+    w.place_b = 3 + j;
+    return w;
+  }
+  // The closest direction is square to the edge whose point is inside; rounding is removed. Both
+  // may be inside here if the first s was outside by rounding only.
+  const LanePair share = masked(is_inside_unit(st), edges.dot(VectorPair(w.D)) * inverse);
+  const VectorPair level = edges * share;
+  w.m = (w.D - level.low()) - level.high();
+  const int left_start = bits(above(st, LanePair(0)));
+  const int before_end = bits(above(LanePair(1), st));
+  w.place_a = edge_place(i, left_start & 1, ~before_end & 1);
+  w.place_b = edge_place(j, left_start & 2, ~before_end & 2);
   return w;
 }
 
@@ -172,17 +186,15 @@ inline bool is_certified(const TrianglePair& pair, Scalar lower, Scalar upper) {
   return lower > 0 && upper - lower <= kTriangleNoise * pair.size;
 }
 
-/// Fills the result from a witness and says whether it is certified.
-inline bool certify(const TrianglePair& pair, const Witness& w, TriangleDistance& result) {
-  const Bounds bounds = prove(pair, w.m, w.D);
-  result.lower = bounds.lower;
-  result.upper = bounds.upper;
-  result.p_a = w.p_a;
-  result.p_b = w.p_b;
-  result.normal = w.m * bounds.inverse_norm;
-  result.feature_a = feature_of_place(w.place_a);
-  result.feature_b = feature_of_place(w.place_b);
-  return is_certified(pair, bounds.lower, bounds.upper);
+inline TriangleDistance result_of(const Witness& w, const Bounds& bounds) {
+  return {bounds.lower,
+          bounds.upper,
+          w.p_a,
+          w.p_b,
+          w.m * bounds.inverse_norm,
+          feature_of_place(w.place_a),
+          feature_of_place(w.place_b),
+          false};
 }
 
 }  // namespace dyop::internal

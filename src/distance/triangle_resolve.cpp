@@ -18,10 +18,8 @@ class Search {
     if (found.lower > 0) gap_ = found.lower;
   }
 
-  /// Takes over the witness if it is nearer than the best one, and its direction if it separates
-  /// more; says whether the pair is certified now.
-  bool offer(const Witness& w) { return offer(w, w.m); }
-
+  /// Takes over the witness if it is nearer than the best one, and the direction if it separates
+  /// more; says whether the bounds agree within the noise now.
   bool offer(const Witness& w, const Vector3& m) {
     const Bounds bounds = prove(pair_, m, w.D);
     if (bounds.upper < result_.upper) {
@@ -36,12 +34,30 @@ class Search {
       result_.lower = larger(bounds.lower, result_.lower);
       result_.normal = m * bounds.inverse_norm;
     }
-    return is_certified(pair_, result_.lower, result_.upper);
+    return is_done();
   }
 
-  bool is_touching() const { return result_.upper <= kTriangleNoise * pair_.size; }
+  bool offer(const Witness& w) { return offer(w, w.m); }
 
-  TriangleDistance& result() { return result_; }
+  /// Takes over a point that both triangles have: vertices i and j.
+  void offer_common(std::size_t i, std::size_t j) {
+    result_.upper = 0;
+    result_.p_a = result_.p_b = pair_.A[i];
+    result_.feature_a = feature_of_place(static_cast<int>(i));
+    result_.feature_b = feature_of_place(static_cast<int>(j));
+  }
+
+  bool is_done() const { return result_.upper - result_.lower <= kTriangleNoise * pair_.size; }
+
+  /// The answer. Touching pairs get the normal of the facet that is least deep.
+  TriangleDistance finished(const Facets& facets) const {
+    TriangleDistance result = result_;
+    if (result.lower == 0 && is_done()) {
+      result.is_crossing = true;
+      result.normal = facet_normal(pair_, facets);
+    }
+    return result;
+  }
 
  private:
   const TrianglePair& pair_;
@@ -80,6 +96,8 @@ Witness piercing_witness(const TrianglePair& pair, const Facets& facets, bool of
     v = clamped(v - x.cross(edge[2]).dot(n) * inverse, 1);
     w = clamped(w + edge[0].cross(x).dot(n) * inverse, 1 - v);
     D = ((d + t * needle) - v * edge[0]) + w * edge[2];
+    const Scalar rounding = kTriangleRelativeSlack * pair.size;
+    if (D.squaredNorm() <= rounding * rounding) break;
   }
   const Vector3 on_face = (face[0] + v * edge[0]) - w * edge[2];
   const Vector3 on_edge = start + t * needle;
@@ -102,18 +120,24 @@ struct Signs {
 
   bool agree() const { return positive == 0 || negative == 0; }
 
-  /// Bits of the edges k whose ends, vertices k and k + 1, are not strictly on one side.
+  /// Bits of the edges k whose ends, vertices k and k + 1, are neither strictly on one side nor
+  /// both in the plane.
   int straddling() const {
     const auto rotated = [](int x) { return (x >> 1) | (x & 1) << 2; };
-    return 7 & ~((positive & rotated(positive)) | (negative & rotated(negative)));
+    const int any = positive | negative;
+    return (any | rotated(any)) &
+           ~((positive & rotated(positive)) | (negative & rotated(negative)));
   }
 };
 
-/// The signs of lanes (x low, x high, y low).
+/// The signs of the numbers 0 (x low), 2 (x high) and 1 (y low).
 Signs signs_of(LanePair x, LanePair y) {
+  const auto arranged = [](int x_bits, int y_bits) {
+    return (x_bits & 1) | (y_bits & 1) << 1 | (x_bits & 2) << 1;
+  };
   const LanePair zero(0);
-  return {bits(above(x, zero)) | (bits(above(y, zero)) & 1) << 2,
-          bits(above(zero, x)) | (bits(above(zero, y)) & 1) << 2};
+  return {arranged(bits(above(x, zero)), bits(above(y, zero))),
+          arranged(bits(above(zero, x)), bits(above(zero, y)))};
 }
 
 /// Looks for an edge of one triangle through the face of the other. An edge k of B goes through A's
@@ -121,10 +145,10 @@ Signs signs_of(LanePair x, LanePair y) {
 /// h_0k, h_1k, h_2k have one sign.
 bool find_piercing(const TrianglePair& pair, const Facets& f, Search& search) {
   const auto& y = f.height;
-  const Signs of_b = signs_of(lows(y[0], y[1]), y[2]);
-  const Signs of_a = signs_of(highs(y[0], y[1]), swapped(y[2]));
-  const Signs column[3] = {signs_of(f.h[0], f.h[3]), signs_of(f.h[1], swapped(f.h[3])),
-                           signs_of(f.h[2], f.h[4])};
+  const Signs of_b = signs_of(lows(y[0], y[2]), y[1]);
+  const Signs of_a = signs_of(highs(y[0], y[2]), swapped(y[1]));
+  const Signs column[3] = {signs_of(f.h[0], f.h[3]), signs_of(f.h[2], f.h[4]),
+                           signs_of(f.h[1], swapped(f.h[3]))};
   const int same_column = static_cast<int>(column[0].agree()) |
                           static_cast<int>(column[1].agree()) << 1 |
                           static_cast<int>(column[2].agree()) << 2;
@@ -135,36 +159,21 @@ bool find_piercing(const TrianglePair& pair, const Facets& f, Search& search) {
                                          (of_a.straddling() & ~(any_positive & any_negative)) << 3);
   for (; found != 0; found &= found - 1) {
     const int k = std::countr_zero(found);
-    search.offer(piercing_witness(pair, f, k < 3, k % 3));
-    if (search.is_touching()) return true;
+    if (search.offer(piercing_witness(pair, f, k < 3, k % 3))) return true;
   }
   return false;
 }
 
 /// Looks for a vertex that both triangles have.
 bool find_shared_vertex(const TrianglePair& pair, Search& search) {
-  for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j) {
-      const Vector3& p = pair.A[static_cast<std::size_t>(i)];
-      if (p != pair.B[static_cast<std::size_t>(j)]) continue;
-      TriangleDistance& result = search.result();
-      result.upper = 0;
-      result.p_a = result.p_b = p;
-      result.feature_a = feature_of_place(i);
-      result.feature_b = feature_of_place(j);
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 3; ++j) {
+      if (pair.A[i] != pair.B[j]) continue;
+      search.offer_common(i, j);
       return true;
     }
   }
   return false;
-}
-
-/// Answer for a pair that touches: the normal is that of the facet least deep.
-TriangleDistance touching(const TrianglePair& pair, const Facets& f, Search& search) {
-  TriangleDistance& result = search.result();
-  result.lower = 0;
-  result.is_crossing = true;
-  result.normal = facet_normal(pair, f);
-  return result;
 }
 
 /// The nearest points of all pairs of edges, [3 i + j].
@@ -217,7 +226,8 @@ bool try_blends(const TrianglePair& pair, const EdgeWitnesses& all, Search& sear
   int nearest = nearest_of(all);
   Witness best = all[at(nearest)];
   const Scalar limit = pair.size / 8;
-  for (int step = 0; step < kTriangleBlendLimit && !search.is_touching(); ++step) {
+  if (!(best.D.squaredNorm() < limit * limit)) return false;
+  for (int step = 0; step < kTriangleBlendLimit; ++step) {
     Witness next = best;
     for (int k = 0; k < 9; ++k) {
       if (!(all[at(k)].D.squaredNorm() < limit * limit)) continue;
@@ -247,28 +257,31 @@ bool try_all_axes(const TrianglePair& pair, const EdgeWitnesses& all, Search& se
   return false;
 }
 
+/// Steps from a witness to the edges that support along it.
+bool walk(const TrianglePair& pair, Vector3 direction, Search& search) {
+  for (int step = 0; step < kTriangleWalkLimit; ++step) {
+    const Witness w = directed_witness(pair, direction);
+    if (search.offer(w) || search.offer(w, w.D)) return true;
+    direction = w.D;
+  }
+  return false;
+}
+
 }  // namespace
 
 TriangleDistance resolve_triangle_pair(const TrianglePair& pair, const Facets& facets,
                                        const Vector3& direction, const TriangleDistance& found) {
   Search search(pair, found);
-  if (!(facets.best > 0) || !(found.lower > 0)) {
-    if (find_shared_vertex(pair, search) || find_piercing(pair, facets, search)) {
-      return touching(pair, facets, search);
-    }
-  }
-  Vector3 c = direction;
-  for (int step = 0; step < kTriangleWalkLimit; ++step) {
-    const Witness w = directed_witness(pair, c);
-    if (search.offer(w) || search.offer(w, w.D)) return search.result();
-    c = w.D;
+  if (!(found.lower > 0) &&
+      (find_shared_vertex(pair, search) || find_piercing(pair, facets, search))) {
+    return search.finished(facets);
   }
   EdgeWitnesses all;
-  if (try_everything(pair, facets, all, search)) return search.result();
-  if (!search.is_touching() && try_all_axes(pair, all, search)) return search.result();
-  if (!search.is_touching() && try_blends(pair, all, search)) return search.result();
-  if (search.is_touching() && search.result().lower == 0) return touching(pair, facets, search);
-  return search.result();
+  if (!walk(pair, direction, search) && !try_everything(pair, facets, all, search) &&
+      !try_all_axes(pair, all, search)) {
+    try_blends(pair, all, search);
+  }
+  return search.finished(facets);
 }
 
 }  // namespace dyop::internal

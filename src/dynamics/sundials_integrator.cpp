@@ -11,6 +11,15 @@ namespace dyop {
 
 using internal::compose_message;
 
+namespace {
+
+// A step cut by t_end below this fraction of the longest one leaves a history that is no good: a
+// multistep method of order q grows back from it by multiplying rounding noise by the growth to the
+// power q. Adams was seen to jump by 1e4 tolerances. Larger: more restarts; smaller: more noise.
+constexpr Scalar kCutStepFraction = 0.1;
+
+}  // namespace
+
 struct SundialsIntegrator::Impl {
   // How the state is known between begin and time.
   enum class Dense { Solver, Linear };
@@ -23,7 +32,7 @@ struct SundialsIntegrator::Impl {
   IntegratorOptions options;
   Scalar begin = 0;
   Scalar time = 0;
-  Scalar solver_step_length = 0;  // of the solver's last step since its restart
+  Scalar longest_step = 0;  // of the solver since its restart
   std::vector<Scalar> begin_state;
   std::vector<Scalar> state;
   std::vector<Scalar> next;  // the state proposed by the step in progress
@@ -78,9 +87,9 @@ void SundialsIntegrator::step(Scalar t_end) {
     impl_->accept(target);
     return;
   }
-  const Scalar last_length = impl_->must_restart_solver ? 0 : impl_->solver_step_length;
+  const Scalar longest = impl_->must_restart_solver ? 0 : impl_->longest_step;
   const Scalar shortest =
-      std::max(kShortestSolverStep * std::max({std::abs(t), std::abs(target), last_length}),
+      std::max(kShortestSolverStep * std::max({std::abs(t), std::abs(target), longest}),
                kShortestSolverTime);
   if (target - t <= shortest) {
     impl_->midpoint_step(target);
@@ -105,7 +114,7 @@ void SundialsIntegrator::Impl::solver_step(Scalar t_end) {
   if (must_restart_solver) {
     rejected_before += solver->rejected_steps();
     solver->restart(time, state);
-    solver_step_length = 0;
+    longest_step = 0;
   }
   must_restart_solver = true;  // unless this step succeeds
   const std::int64_t rejected = solver->rejected_steps();
@@ -113,10 +122,11 @@ void SundialsIntegrator::Impl::solver_step(Scalar t_end) {
   for (std::int64_t i = 1;; ++i) {
     const Scalar reached = solver->step(t_end, next);
     if (reached > time) {
-      solver_step_length = reached - time;
+      const Scalar length = reached - time;
       accept(reached);
       dense = Dense::Solver;
-      must_restart_solver = false;
+      longest_step = std::max(longest_step, length);
+      must_restart_solver = reached == t_end && length < kCutStepFraction * longest_step;
       return;
     }
     if (i + solver->rejected_steps() - rejected >= options.max_internal_steps) {

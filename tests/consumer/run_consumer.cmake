@@ -29,8 +29,7 @@ else()
   file(GLOB_RECURSE pc ${WORK_DIR}/prefix/*/dyop.pc)
   get_filename_component(pc_dir ${pc} DIRECTORY)
   set(ENV{PKG_CONFIG_PATH} ${pc_dir})
-  execute_process(COMMAND pkg-config --define-variable=prefix=${WORK_DIR}/prefix --static --cflags
-                          --libs dyop OUTPUT_VARIABLE flags OUTPUT_STRIP_TRAILING_WHITESPACE
+  execute_process(COMMAND pkg-config --static --cflags --libs dyop OUTPUT_VARIABLE flags OUTPUT_STRIP_TRAILING_WHITESPACE
                   COMMAND_ERROR_IS_FATAL ANY)
   separate_arguments(flags UNIX_COMMAND "${flags}")
   run(${COMPILER} -std=c++20 ${consumers}/find_package/main.cpp -o ${WORK_DIR}/build/consumer ${flags})

@@ -36,8 +36,8 @@ TEST(RigidPose, RefusesNonUnitQuaternionNamingItsNorm) {
 }
 
 TEST(RigidPose, RefusesNonFiniteNumbers) {
-  EXPECT_NE(message_of([] { RigidPose(Vector3(0, NAN, 0)); }).find("nan"), std::string::npos);
-  EXPECT_NE(message_of([] { RigidPose(Quaternion(NAN, 0, 0, 0), Vector3::Zero()); }), "no error");
+  EXPECT_NE(message_of([] { RigidPose(Vector3(0, std::nan(""), 0)); }).find("nan"), std::string::npos);
+  EXPECT_NE(message_of([] { RigidPose(Quaternion(std::nan(""), 0, 0, 0), Vector3::Zero()); }), "no error");
 }
 
 TEST(RigidPose, RefusesMirrorsAndShears) {

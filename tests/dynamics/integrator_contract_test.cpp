@@ -124,7 +124,7 @@ TEST_P(IntegratorContract, StepsJoinAndNeverPassTheEnd) {
         ASSERT_GT(integrator->time(), before);
         ASSERT_LE(integrator->time(), t_end);
         const Scalar middle = before + (integrator->time() - before) / 2;
-        ASSERT_LT(oscillator.error(middle, evaluated(*integrator, middle)), 1e-3);
+        ASSERT_LT(oscillator.error(middle, evaluated(*integrator, middle)), 1e-5);
       }
     }
   }
@@ -143,7 +143,9 @@ TEST_P(IntegratorContract, TakesStepsOfOneUlp) {
       ASSERT_GT(integrator->time(), before);
       ASSERT_LE(integrator->time(), t_end);
       run_to(*integrator, t_end);
-      ASSERT_NEAR(integrator->state()[0], std::exp(t0 - integrator->time()), 1e-9);
+      // The solver rounds the ends of its steps, so each may be off by the resolution of time.
+      ASSERT_NEAR(integrator->state()[0], std::exp(t0 - integrator->time()),
+                  1e-12 + 4e-16 * std::abs(t0));
     }
     run_to(*integrator, t0 + 1);
     EXPECT_NEAR(integrator->state()[0], std::exp(-1.0), 1e-6);

@@ -347,7 +347,7 @@ TEST(World, RefusesBadBodiesNamingBodyAndField) {
   EXPECT_TRUE(has(message([](auto& b) { b.restitution = 1.5; }), "1.5"));
   EXPECT_TRUE(has(message([](auto& b) { b.friction = -1; }), "friction"));
   EXPECT_TRUE(has(message([](auto& b) { b.kind = BodyKind::Kinematic; }), "needs a motion"));
-  EXPECT_TRUE(has(message([](auto& b) { b.initial.twist.v_WB.x() = NAN; }), "velocity"));
+  EXPECT_TRUE(has(message([](auto& b) { b.initial.twist.v_WB.x() = std::nan(""); }), "velocity"));
   EXPECT_EQ(world.body_count(), 0u);
 }
 

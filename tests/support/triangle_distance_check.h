@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 
 #include "dyop/core/tolerance.h"
 #include "dyop/distance/triangle_distance.h"
@@ -9,6 +10,10 @@
 
 /// Checks every promise of triangle_distance() on one answer, for unit tests and the soak.
 namespace dyop::testing {
+
+inline long double wide(Scalar x) {
+  return static_cast<long double>(x);
+}
 
 /// Slab gap of the triangles along the direction, which need not be exactly unit; in extended
 /// precision and relative to a vertex of a.
@@ -57,20 +62,19 @@ inline const char* broken_bound(const Triangle& a, const Triangle& b, const Tria
                                 const OracleDistance& truth) {
   const Scalar noise = triangle_noise(a, b);
   if (!(d.lower >= 0)) return "lower is negative or NaN";
-  if (!(d.lower <= truth.upper())) return "lower is above the distance";
-  if (!(d.upper >= truth.lower())) return "upper is below the distance";
+  if (!(static_cast<long double>(d.lower) <= truth.upper())) return "lower is above the distance";
+  if (!(static_cast<long double>(d.upper) >= truth.lower())) return "upper is below the distance";
   if (d.is_crossing && d.lower > 0) return "crossing, but proven apart";
   if (d.is_crossing && !(d.upper <= noise)) return "crossing, but upper is more than noise";
   if (!(std::abs(d.normal.norm() - 1) <= 8 * kUnitRoundoff)) return "normal is not unit";
-  if (d.lower > 0 && !(slab_gap(a, b, d.normal) >= d.lower - noise / 16)) {
+  if (d.lower > 0 && !(slab_gap(a, b, d.normal) >= wide(d.lower - noise / 16))) {
     return "normal does not prove lower";
   }
   return nullptr;
 }
 
 /// Returns which promise on witness points and features the answer breaks, or nullptr.
-inline const char* broken_witness(const Triangle& a, const Triangle& b,
-                                  const TriangleDistance& d) {
+inline const char* broken_witness(const Triangle& a, const Triangle& b, const TriangleDistance& d) {
   const Scalar noise = point_noise(a, b);
   if (!d.p_a.allFinite() || !d.p_b.allFinite()) return "a witness point is not finite";
   if (!(std::abs((d.p_b - d.p_a).norm() - d.upper) <= 2 * noise)) {
@@ -83,10 +87,10 @@ inline const char* broken_witness(const Triangle& a, const Triangle& b,
       if (!p.allFinite()) return "a feature names no vertices";
     }
   }
-  if (!(oracle_triangle_distance({d.p_a, d.p_a, d.p_a}, part_a).lower() <= noise)) {
+  if (!(oracle_triangle_distance({d.p_a, d.p_a, d.p_a}, part_a).lower() <= wide(noise))) {
     return "p_a is not on its feature";
   }
-  if (!(oracle_triangle_distance({d.p_b, d.p_b, d.p_b}, part_b).lower() <= noise)) {
+  if (!(oracle_triangle_distance({d.p_b, d.p_b, d.p_b}, part_b).lower() <= wide(noise))) {
     return "p_b is not on its feature";
   }
   return nullptr;

@@ -84,10 +84,10 @@ inline constexpr Scalar kDeterminantNoise = 32 * kUnitRoundoff;
 /// Most triangles of a mesh, so that node numbers of its hierarchy fit in 32 bits (limit).
 inline constexpr std::size_t kLargestTriangleCount = std::size_t{1} << 30;
 
-/// Rounding of triangle_distance(), as multiples of u (docs/algorithms/dyop.md, "Rounding", has the
-/// proof). The first times the computed length plus the second times the size of the pair covers
-/// the rounding of a slab gap (6.5 and 6.1 u needed) and of a witness length (5.6 and 5.1 u
-/// needed). Smaller: the bounds are no longer proven; larger: they widen.
+/// Rounding of triangle_distance(), as multiples of u; docs/algorithms/dyop.md, "Rounding", has the
+/// proof. The first times the computed length plus the second times the size of the pair covers the
+/// rounding of a slab gap (5.6 and 6.1 u, with the final operation 6.6) and of a witness's length
+/// (6.5 and 5.5 u, with the final operation 7.5). Smaller: nothing is proven; larger: wider bounds.
 inline constexpr Scalar kTriangleRelativeSlack = 8 * kUnitRoundoff;
 inline constexpr Scalar kTriangleSizeSlack = 7 * kUnitRoundoff;
 
