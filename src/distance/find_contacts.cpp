@@ -150,8 +150,12 @@ std::vector<Contact> one_per_place(const std::vector<Contact>& contacts, Scalar 
   using Cell = std::tuple<std::int64_t, std::int64_t, std::int64_t>;
   struct CellHash {
     std::size_t operator()(const Cell& cell) const {
+      // Unsigned: the products may wrap.
+      const auto mix = [](std::int64_t index, std::uint64_t prime) {
+        return static_cast<std::uint64_t>(index) * prime;
+      };
       const auto [x, y, z] = cell;
-      return static_cast<std::size_t>(x * 73856093 ^ y * 19349663 ^ z * 83492791);
+      return static_cast<std::size_t>(mix(x, 73856093) ^ mix(y, 19349663) ^ mix(z, 83492791));
     }
   };
   const auto cell_of = [&](const Vector3& p, int dx, int dy, int dz) {

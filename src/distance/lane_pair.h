@@ -202,6 +202,11 @@ inline LanePair is_inside_unit(LanePair x) {
   return both(above(x, LanePair(0)), above(LanePair(1), x));
 }
 
+/// Scalar product in the order of VectorPair::dot(). Eigen's depends on the instruction set.
+inline Scalar dot(const Vector3& v, const Vector3& w) {
+  return (v.x() * w.x() + v.y() * w.y()) + v.z() * w.z();
+}
+
 /// Two vectors side by side.
 struct VectorPair {
   LanePair x, y, z;

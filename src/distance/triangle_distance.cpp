@@ -89,7 +89,7 @@ TriangleDistance triangle_distance(const Triangle& a, const Triangle& b) {
   // From centroid to centroid.
   const VectorPair spread = pair.b02 - pair.a02;
   Vector3 direction = pair.r + (spread.low() - spread.high()) * (Scalar{1} / 3);
-  if (direction.dot(direction) > kTriangleFarRatio * pair.edges) {
+  if (dot(direction, direction) > kTriangleFarRatio * pair.edges) {
     const Witness w = directed_witness(pair, direction);
     const Bounds bounds = prove(pair, w.m, w.D);
     if (is_certified(pair, bounds.lower, bounds.upper)) return result_of(w, bounds);

@@ -34,9 +34,9 @@ Witness face_witness(const TrianglePair& pair, const Facets& facets, bool of_a) 
   const Vector3& vertex = of_a ? pair.B[at(nearest)] : pair.A[at(nearest)];
   const Vector3* edge = of_a ? pair.a : pair.b;
   const Vector3 x = vertex - face[0];
-  const Scalar inverse = 1 / n.dot(n);
-  const Scalar v = -(x.cross(edge[2]).dot(n) * inverse);
-  const Scalar w = edge[0].cross(x).dot(n) * inverse;
+  const Scalar inverse = 1 / dot(n, n);
+  const Scalar v = -(dot(x.cross(edge[2]), n) * inverse);
+  const Scalar w = dot(edge[0].cross(x), n) * inverse;
   const Scalar rest = (1 - v) - w;
   if (!(v >= 0 && w >= 0 && rest >= 0)) {
     int beyond = v < rest ? 2 : 1;  // the edge opposite to vertex k is k + 1
@@ -75,17 +75,17 @@ Vector3 facet_normal(const TrianglePair& pair, const Facets& facets) {
     const int i = facets.code / 3;
     const int j = facets.code % 3;
     normal = pair.a[i].cross(pair.b[j]);
-    if (pair.a[i].dot(facets.n.high()) + pair.b[j].dot(facets.n.low()) < 0) normal = -normal;
+    if (dot(pair.a[i], facets.n.high()) + dot(pair.b[j], facets.n.low()) < 0) normal = -normal;
   }
-  const Scalar squared = normal.dot(normal);
+  const Scalar squared = dot(normal, normal);
   if (!(squared >= kSmallestSquaredDirection)) return Vector3::UnitX();
   return normal * (1 / std::sqrt(squared));
 }
 
 Witness directed_witness(const TrianglePair& pair, const Vector3& c) {
   // The edge opposite to a vertex has the number of the next one.
-  const int i = kNext[order_of(0, c.dot(pair.a[0]), -c.dot(pair.a[2])).lowest];
-  const int j = kNext[order_of(0, c.dot(pair.b[0]), -c.dot(pair.b[2])).highest];
+  const int i = kNext[order_of(0, dot(c, pair.a[0]), -dot(c, pair.a[2])).lowest];
+  const int j = kNext[order_of(0, dot(c, pair.b[0]), -dot(c, pair.b[2])).highest];
   return edge_witness(pair, i, j);
 }
 

@@ -56,15 +56,15 @@ struct TrianglePair {
     const LanePair aa02 = a02.dot(a02);
     const LanePair bb02 = b02.dot(b02);
     aa[0] = aa02.low();
-    aa[1] = a[1].dot(a[1]);
+    aa[1] = dot(a[1], a[1]);
     aa[2] = aa02.high();
     bb[0] = bb02.low();
-    bb[1] = b[1].dot(b[1]);
+    bb[1] = dot(b[1], b[1]);
     bb[2] = bb02.high();
     edges = (aa[0] + aa[1] + aa[2]) + (bb[0] + bb[1] + bb[2]);
     // The longest edge e of a triangle has e^2 <= 2/3 of the sum of squares, and
     // x + y + z <= sqrt(3 (x^2 + y^2 + z^2)). A sum, not a maximum, so that NaN survives.
-    size = root(LanePair(3 * r.dot(r) + 2 * edges)).low();
+    size = root(LanePair(3 * dot(r, r) + 2 * edges)).low();
   }
 };
 
@@ -113,7 +113,7 @@ inline Bounds prove(const TrianglePair& pair, const Vector3& m, const Vector3& D
   const LanePair on_a = low_negated(mm.dot(pair.a02));
   const LanePair on_b = high_negated(mm.dot(pair.b02));
   const LanePair reach = smaller(smaller(lows(on_b, on_a), highs(on_b, on_a)), LanePair(0));
-  const Scalar gap = (m.dot(pair.r) + reach.low()) + reach.high();
+  const Scalar gap = (dot(m, pair.r) + reach.low()) + reach.high();
   const VectorPair mD(m, D);
   const LanePair squares = mD.dot(mD);
   const LanePair norms = root(squares);
@@ -144,7 +144,7 @@ inline Witness edge_witness(const TrianglePair& pair, int i, int j) {
   const VectorPair n = crosses.lows();
   const LanePair solution = crosses.dot(n);
   const LanePair inverse = LanePair(1) / LanePair(pair.aa[i], pair.bb[j]);
-  const LanePair ab(pair.a[i].dot(pair.b[j]));
+  const LanePair ab(dot(pair.a[i], pair.b[j]));
   const LanePair on_d = edges.dot(VectorPair(d));
   // Parameters in both lanes: s of the lines, t for that s.
   LanePair s = clamped(highs(solution, solution) / lows(solution, solution));

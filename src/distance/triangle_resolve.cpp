@@ -68,11 +68,11 @@ class Search {
 /// Takes from m what rounding has left of it along two edges to which it should be square.
 /// Needed if they are nearly parallel: their cross product then errs by u / sin.
 Vector3 squared_to(const Vector3& m, const Vector3& e, const Vector3& f) {
-  const Scalar ee = e.dot(e);
-  const Vector3 level = m - e * (m.dot(e) / ee);
-  Vector3 g = f - e * (f.dot(e) / ee);
-  g -= e * (g.dot(e) / ee);
-  return level - g * (level.dot(f) / g.dot(f));
+  const Scalar ee = dot(e, e);
+  const Vector3 level = m - e * (dot(m, e) / ee);
+  Vector3 g = f - e * (dot(f, e) / ee);
+  g -= e * (dot(g, e) / ee);
+  return level - g * (dot(level, f) / dot(g, f));
 }
 
 /// Point of the face of A (of B, unless `of_a`) nearest to the point where edge k of the other
@@ -85,19 +85,19 @@ Witness piercing_witness(const TrianglePair& pair, const Facets& facets, bool of
   const Vector3& needle = of_a ? pair.b[k] : pair.a[k];
   const Vector3& start = of_a ? pair.B[at(k)] : pair.A[at(k)];
   const Vector3 d = start - face[0];
-  const Scalar rise = needle.dot(n);
-  const Scalar inverse = 1 / n.dot(n);
+  const Scalar rise = dot(needle, n);
+  const Scalar inverse = 1 / dot(n, n);
   Scalar t = 0, v = 0, w = 0;
   Vector3 D = d;
   for (int step = 0; step < kTrianglePiercingSteps; ++step) {
     const Scalar previous = t;
-    t = clamped(t - D.dot(n) / rise, 1);
+    t = clamped(t - dot(D, n) / rise, 1);
     const Vector3 x = D + (t - previous) * needle;
-    v = clamped(v - x.cross(edge[2]).dot(n) * inverse, 1);
-    w = clamped(w + edge[0].cross(x).dot(n) * inverse, 1 - v);
+    v = clamped(v - dot(x.cross(edge[2]), n) * inverse, 1);
+    w = clamped(w + dot(edge[0].cross(x), n) * inverse, 1 - v);
     D = ((d + t * needle) - v * edge[0]) + w * edge[2];
     const Scalar rounding = kTriangleRelativeSlack * pair.size;
-    if (D.squaredNorm() <= rounding * rounding) break;
+    if (dot(D, D) <= rounding * rounding) break;
   }
   const Vector3 on_face = (face[0] + v * edge[0]) - w * edge[2];
   const Vector3 on_edge = start + t * needle;
@@ -182,7 +182,7 @@ using EdgeWitnesses = std::array<Witness, 9>;
 int nearest_of(const EdgeWitnesses& all) {
   int nearest = 0;
   for (int k = 1; k < 9; ++k) {
-    if (all[at(k)].D.squaredNorm() < all[at(nearest)].D.squaredNorm()) nearest = k;
+    if (dot(all[at(k)].D, all[at(k)].D) < dot(all[at(nearest)].D, all[at(nearest)].D)) nearest = k;
   }
   return nearest;
 }
@@ -207,7 +207,7 @@ bool try_everything(const TrianglePair& pair, const Facets& facets, EdgeWitnesse
 /// in B because both are convex.
 Witness blended(const Witness& w1, const Witness& w2) {
   const Vector3 step = w2.D - w1.D;
-  const Scalar second = clamped(-w1.D.dot(step) / step.dot(step), 1);
+  const Scalar second = clamped(-dot(w1.D, step) / dot(step, step), 1);
   const Scalar first = 1 - second;
   Witness w;
   w.D = first * w1.D + second * w2.D;
@@ -226,21 +226,21 @@ bool try_blends(const TrianglePair& pair, const EdgeWitnesses& all, Search& sear
   int nearest = nearest_of(all);
   Witness best = all[at(nearest)];
   const Scalar limit = pair.size / 8;
-  if (!(best.D.squaredNorm() < limit * limit)) return false;
+  if (!(dot(best.D, best.D) < limit * limit)) return false;
   for (int step = 0; step < kTriangleBlendLimit; ++step) {
     Witness next = best;
     for (int k = 0; k < 9; ++k) {
-      if (!(all[at(k)].D.squaredNorm() < limit * limit)) continue;
+      if (!(dot(all[at(k)].D, all[at(k)].D) < limit * limit)) continue;
       const Witness between = blended(best, all[at(k)]);
-      if (!(between.D.squaredNorm() < next.D.squaredNorm())) continue;
+      if (!(dot(between.D, between.D) < dot(next.D, next.D))) continue;
       next = between;
       nearest = k;
     }
     best = next;
     const Vector3& a = pair.a[nearest / 3];
     const Vector3& b = pair.b[nearest % 3];
-    const Vector3 off_a = best.D - a * (best.D.dot(a) / a.squaredNorm());
-    const Vector3 off_b = best.D - b * (best.D.dot(b) / b.squaredNorm());
+    const Vector3 off_a = best.D - a * (dot(best.D, a) / dot(a, a));
+    const Vector3 off_b = best.D - b * (dot(best.D, b) / dot(b, b));
     if (search.offer(best) || search.offer(best, off_a) || search.offer(best, off_b)) return true;
   }
   return false;

@@ -1,0 +1,26 @@
+#!/usr/bin/env bash
+# Builds with clang++ without warnings, and runs the tests under the address and undefined behaviour
+# sanitizers, and those that use threads under the thread sanitizer.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+say() { printf '\n== %s\n' "$*"; }
+
+say "1/4 packages"
+bash .ci/install.sh build run test
+
+say "2/4 g++, address and undefined behaviour sanitizers (build/asan)"
+cmake --preset asan >/dev/null
+cmake --build --preset asan
+ctest --preset asan -j "$(nproc)"
+
+say "3/4 clang++, build without warnings (build/clang)"
+cmake --preset clang >/dev/null
+cmake --build --preset clang
+
+say "4/4 g++, thread sanitizer (build/tsan)"
+cmake --preset tsan >/dev/null
+cmake --build --preset tsan --target dyop_dynamics_test
+ctest --preset tsan -R 'Determinism'
+
+say "all passed in $SECONDS s"
