@@ -29,15 +29,6 @@ struct BodyRecord {
   }
 };
 
-/// Acceleration of a body that nothing touches: of its centre of mass, and angular; world axes.
-struct FreeAcceleration {
-  Vector3 linear = Vector3::Zero();
-  Vector3 angular = Vector3::Zero();
-};
-
-/// Of a dynamic body at time t, from gravity and its wrench.
-FreeAcceleration free_acceleration(const BodyRecord& body, const Vector3& gravity_W, Scalar t);
-
 /// Pose and twist of the frame B of a body from those of its centre of mass.
 BodyState body_state(const MassProperties& properties, const Matrix3& R_WB, const Vector3& p_WBcm,
                      const Vector3& v_WBcm, const Vector3& w_WB);

@@ -1,7 +1,6 @@
 #include "dynamics/impact_law.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <vector>
 
@@ -10,26 +9,13 @@
 namespace dyop::internal {
 namespace {
 
-// Sweeps for rebounds. They are asked for, not owed: two bodies at rest that squeeze a third one
-// leave no room for them, and then no number of sweeps converges.
-constexpr int kReboundIterations = 100;
-
-// A direction of an impulse at one contact.
-struct Axis {
-  Vector3 direction;
-  Vector3 arm_a;  // lever arm of a unit impulse, r x direction
-  Vector3 arm_b;
-  Vector3 turn_a;  // angular velocity it gives
-  Vector3 turn_b;
-  Scalar response;  // speed along the direction that it gives
-};
-
 // One contact prepared for the solver. Both bodies feel the impulse at the middle of the gap, so
 // that it makes no torque of its own.
 struct Row {
-  Axis normal;
-  std::array<Axis, 2> tangents;
-  Scalar normal_mass = 0;  // response along the normal, inverted
+  Vector3 r_a;  // from the centres of mass to the middle of the gap
+  Vector3 r_b;
+  Eigen::Matrix<Scalar, 3, 2> tangents;
+  Scalar normal_mass = 0;  // speed along the normal per unit impulse, inverted
   Eigen::Matrix2d tangent_mass;
   Scalar target = 0;         // normal velocity wanted after the impact
   Scalar least_impulse = 0;  // along the normal
@@ -37,23 +23,17 @@ struct Row {
   Eigen::Vector2d tangent_impulse = Eigen::Vector2d::Zero();
 };
 
-Axis make_axis(const ImpactBody& a, const ImpactBody& b, const Vector3& middle,
-               const Vector3& direction) {
-  Axis axis;
-  axis.direction = direction;
-  axis.arm_a = (middle - a.p_WBcm).cross(direction);
-  axis.arm_b = (middle - b.p_WBcm).cross(direction);
-  axis.turn_a = a.inverse_inertia_W * axis.arm_a;
-  axis.turn_b = b.inverse_inertia_W * axis.arm_b;
-  axis.response =
-      a.inverse_mass + b.inverse_mass + axis.arm_a.dot(axis.turn_a) + axis.arm_b.dot(axis.turn_b);
-  return axis;
+Vector3 point_velocity(const ImpactBody& body, const Vector3& r) {
+  return body.v_WBcm + body.w_WB.cross(r);
 }
 
-// Response along the first axis to a unit impulse along the second, two axes of one contact that
-// are normal to one another.
-Scalar cross_response(const Axis& along, const Axis& impulse) {
-  return along.arm_a.dot(impulse.turn_a) + along.arm_b.dot(impulse.turn_b);
+// Change of the relative velocity at the contact per unit impulse along `direction`.
+Vector3 response(const ImpactBody& a, const ImpactBody& b, const Row& row,
+                 const Vector3& direction) {
+  const auto of = [&](const ImpactBody& body, const Vector3& r) -> Vector3 {
+    return body.inverse_mass * direction + (body.inverse_inertia_W * r.cross(direction)).cross(r);
+  };
+  return of(a, row.r_a) + of(b, row.r_b);
 }
 
 class ImpactSolver {
@@ -67,21 +47,19 @@ class ImpactSolver {
   Scalar kinetic_energy() const;
   Scalar energy_of_rebounds() const;
   Scalar initial_normal_velocity(std::size_t i) const { return normal_before_[i]; }
-  bool asks_rebounds() const { return asks_rebounds_; }
 
  private:
-  Scalar speed_along(std::size_t i, const Axis& axis) const;
-  void apply(std::size_t i, const Axis& axis, Scalar impulse);
+  Vector3 relative_velocity(std::size_t i) const;
+  void apply(std::size_t i, const Vector3& impulse);
   Scalar relax_normal(std::size_t i);
   Scalar relax_tangents(std::size_t i);
-  int sweep(bool with_friction, Scalar speed, int limit);
+  int sweep(bool with_friction, Scalar speed);
 
   std::span<ImpactBody> bodies_;
   std::span<const ImpactPoint> points_;
   std::vector<ImpactBody> before_;
   std::vector<Scalar> normal_before_;
   std::vector<Row> rows_;
-  bool asks_rebounds_ = false;
 };
 
 ImpactSolver::ImpactSolver(std::span<ImpactBody> bodies, std::span<const ImpactPoint> points)
@@ -89,71 +67,70 @@ ImpactSolver::ImpactSolver(std::span<ImpactBody> bodies, std::span<const ImpactP
   for (const ImpactPoint& point : points) {
     const ImpactBody& a = bodies[point.a];
     const ImpactBody& b = bodies[point.b];
-    const Vector3 middle = (point.p_WCa + point.p_WCb) / 2;
     Row row;
-    row.normal = make_axis(a, b, middle, point.nhat_AB_W);
-    const Vector3 across = point.nhat_AB_W.unitOrthogonal();
-    row.tangents = {make_axis(a, b, middle, across),
-                    make_axis(a, b, middle, point.nhat_AB_W.cross(across))};
-    if (row.normal.response > 0) {  // else two immovable bodies: nothing to do
-      row.normal_mass = 1 / row.normal.response;
-      const Scalar coupling = cross_response(row.tangents[0], row.tangents[1]);
-      Eigen::Matrix2d response;
-      response << row.tangents[0].response, coupling, coupling, row.tangents[1].response;
-      row.tangent_mass = response.inverse();
+    const Vector3 middle = (point.p_WCa + point.p_WCb) / 2;
+    row.r_a = middle - a.p_WBcm;
+    row.r_b = middle - b.p_WBcm;
+    const Vector3& n = point.nhat_AB_W;
+    row.tangents.col(0) = n.unitOrthogonal();
+    row.tangents.col(1) = n.cross(row.tangents.col(0));
+    const Scalar along = n.dot(response(a, b, row, n));
+    row.normal_mass = along > 0 ? 1 / along : 0;  // two immovable bodies: nothing to do
+    Eigen::Matrix2d across;
+    for (Eigen::Index k = 0; k < 2; ++k) {
+      across.col(k) = row.tangents.transpose() * response(a, b, row, row.tangents.col(k));
     }
-    asks_rebounds_ = asks_rebounds_ || point.least_rebound > 0;
+    row.tangent_mass = along > 0 ? Eigen::Matrix2d(across.inverse()) : Eigen::Matrix2d::Zero();
     rows_.push_back(row);
-    normal_before_.push_back(speed_along(rows_.size() - 1, row.normal));
+    normal_before_.push_back(n.dot(relative_velocity(rows_.size() - 1)));
   }
 }
 
-// Of the contact point of B relative to that of A.
-Scalar ImpactSolver::speed_along(std::size_t i, const Axis& axis) const {
-  const ImpactBody& a = bodies_[points_[i].a];
-  const ImpactBody& b = bodies_[points_[i].b];
-  return axis.direction.dot(b.v_WBcm - a.v_WBcm) + axis.arm_b.dot(b.w_WB) - axis.arm_a.dot(a.w_WB);
+Vector3 ImpactSolver::relative_velocity(std::size_t i) const {
+  const ImpactPoint& point = points_[i];
+  return point_velocity(bodies_[point.b], rows_[i].r_b) -
+         point_velocity(bodies_[point.a], rows_[i].r_a);
 }
 
-void ImpactSolver::apply(std::size_t i, const Axis& axis, Scalar impulse) {
-  ImpactBody& a = bodies_[points_[i].a];
-  ImpactBody& b = bodies_[points_[i].b];
-  a.v_WBcm -= (impulse * a.inverse_mass) * axis.direction;
-  a.w_WB -= impulse * axis.turn_a;
-  b.v_WBcm += (impulse * b.inverse_mass) * axis.direction;
-  b.w_WB += impulse * axis.turn_b;
+void ImpactSolver::apply(std::size_t i, const Vector3& impulse) {
+  const auto kick = [](ImpactBody& body, const Vector3& r, const Vector3& J) {
+    body.v_WBcm += body.inverse_mass * J;
+    body.w_WB += body.inverse_inertia_W * r.cross(J);
+  };
+  kick(bodies_[points_[i].a], rows_[i].r_a, -impulse);
+  kick(bodies_[points_[i].b], rows_[i].r_b, impulse);
 }
 
 // Returns how much velocity the step changed, as a measure of convergence.
 Scalar ImpactSolver::relax_normal(std::size_t i) {
   Row& row = rows_[i];
   if (row.normal_mass == 0) return 0;
-  const Scalar missing = row.target - speed_along(i, row.normal);
+  const Vector3& n = points_[i].nhat_AB_W;
+  const Scalar missing = row.target - n.dot(relative_velocity(i));
   const Scalar impulse =
       std::max(row.least_impulse, row.normal_impulse + row.normal_mass * missing);
   const Scalar change = impulse - row.normal_impulse;
   row.normal_impulse = impulse;
-  apply(i, row.normal, change);
+  apply(i, change * n);
   return std::abs(change) / row.normal_mass;
 }
 
 Scalar ImpactSolver::relax_tangents(std::size_t i) {
   Row& row = rows_[i];
   if (row.normal_mass == 0 || points_[i].friction == 0) return 0;
-  const Eigen::Vector2d sliding(speed_along(i, row.tangents[0]), speed_along(i, row.tangents[1]));
+  const Eigen::Vector2d sliding = row.tangents.transpose() * relative_velocity(i);
   Eigen::Vector2d impulse = row.tangent_impulse - row.tangent_mass * sliding;
   const Scalar limit = points_[i].friction * row.normal_impulse;
   const Scalar norm = impulse.norm();
   if (norm > limit) impulse *= limit / norm;
   const Eigen::Vector2d change = impulse - row.tangent_impulse;
   row.tangent_impulse = impulse;
-  apply(i, row.tangents[0], change[0]);
-  apply(i, row.tangents[1], change[1]);
+  apply(i, row.tangents * change);
   return change.norm() / row.normal_mass;
 }
 
-int ImpactSolver::sweep(bool with_friction, Scalar speed, int limit) {
-  for (int iteration = 1; iteration <= limit; ++iteration) {
+int ImpactSolver::sweep(bool with_friction, Scalar speed) {
+  for (int iteration = 1; iteration <= kImpactIterations; ++iteration) {
     Scalar change = 0;
     for (std::size_t i = 0; i < rows_.size(); ++i) {
       change = std::max(change, relax_normal(i));
@@ -161,7 +138,7 @@ int ImpactSolver::sweep(bool with_friction, Scalar speed, int limit) {
     }
     if (change <= kImpactConvergence * speed) return iteration;
   }
-  return limit;
+  return kImpactIterations;
 }
 
 ImpactOutcome ImpactSolver::solve(Scalar bounce) {
@@ -173,31 +150,27 @@ ImpactOutcome ImpactSolver::solve(Scalar bounce) {
     rows_[i].tangent_impulse.setZero();
     rows_[i].target =
         std::max(bounce * points_[i].least_rebound, -bounce * points_[i].restitution * before);
-    speed = std::max({speed, std::abs(before), rows_[i].target,
-                      std::abs(speed_along(i, rows_[i].tangents[0])),
-                      std::abs(speed_along(i, rows_[i].tangents[1]))});
+    speed = std::max(speed, relative_velocity(i).norm());
   }
   ImpactOutcome outcome;
-  outcome.iterations = sweep(true, speed, asks_rebounds_ ? kReboundIterations : kImpactIterations);
+  outcome.iterations = sweep(true, speed);
   // With friction the sweeps may circle. Pushing on along the normals only, until nothing closes,
   // is the projection on a convex cone: it converges, costs energy, and widens the friction cones.
   for (Row& row : rows_) {
     row.target = 0;
     row.least_impulse = row.normal_impulse;
   }
-  outcome.iterations += sweep(false, speed, kImpactIterations);
+  outcome.iterations += sweep(false, speed);
   for (std::size_t i = 0; i < rows_.size(); ++i) {
     if (rows_[i].normal_mass == 0) continue;
-    outcome.residual = std::max(outcome.residual, -speed_along(i, rows_[i].normal));
+    outcome.residual = std::max(outcome.residual, -points_[i].nhat_AB_W.dot(relative_velocity(i)));
   }
   return outcome;
 }
 
 Vector3 ImpactSolver::impulse(std::size_t i) const {
-  const Row& row = rows_[i];
-  return row.normal_impulse * row.normal.direction +
-         row.tangent_impulse[0] * row.tangents[0].direction +
-         row.tangent_impulse[1] * row.tangents[1].direction;
+  return rows_[i].normal_impulse * points_[i].nhat_AB_W +
+         rows_[i].tangents * rows_[i].tangent_impulse;
 }
 
 // Of the movable bodies. Immovable ones have none that could change.
@@ -235,13 +208,12 @@ ImpactOutcome resolve_impact(std::span<ImpactBody> bodies, std::span<ImpactPoint
   const bool may_gain = has_moving_support(bodies);
   ImpactOutcome outcome = solver.solve(1);
   // Newton's restitution together with friction can create energy ([Kane1984]); then bounce less.
-  // Rebounds that cost more than they should are given up.
   constexpr int kHalvings = 20;
   Scalar bounce = 1;
   int iterations = outcome.iterations;
   for (int i = 0; i < kHalvings && !may_gain && bounce > 0; ++i) {
     if (solver.kinetic_energy() <= energy_before * (1 + kImpactConvergence)) break;
-    bounce = i + 1 < kHalvings && !solver.asks_rebounds() ? bounce / 2 : 0;
+    bounce = i + 1 < kHalvings ? bounce / 2 : 0;
     outcome = solver.solve(bounce);
     iterations += outcome.iterations;
   }

@@ -43,20 +43,6 @@ BodyState body_state(const MassProperties& properties, const Matrix3& R_WB, cons
           Twist{v_WBcm - w_WB.cross(p_BoBcm_W), w_WB}};
 }
 
-FreeAcceleration free_acceleration(const BodyRecord& body, const Vector3& gravity_W, Scalar t) {
-  const Matrix3 inertia_W = body.inertia_W();
-  const Vector3& w_WB = body.state.twist.w_WB;
-  FreeAcceleration acceleration{gravity_W, Vector3::Zero()};
-  Vector3 torque = -w_WB.cross(inertia_W * w_WB);
-  if (body.definition.wrench) {
-    const Wrench user = body.definition.wrench(t, body.state);
-    acceleration.linear += user.force / body.definition.mass_properties.mass;
-    torque += user.torque;
-  }
-  acceleration.angular = inertia_W.inverse() * torque;
-  return acceleration;
-}
-
 SmoothDynamics::SmoothDynamics(IntegratorKind kind, const IntegratorOptions& options,
                                const Vector3& gravity_W)
     : kind_(kind), options_(options), gravity_W_(gravity_W) {}

@@ -6,21 +6,12 @@
 
 #include "dynamics/body_record.h"
 #include "dynamics/broad_phase.h"
-#include "dynamics/impact_law.h"
 #include "dynamics/smooth_dynamics.h"
 #include "dyop/dynamics/world.h"
 
 namespace dyop {
 
 using BodyPair = std::pair<BodyId, BodyId>;
-
-inline std::size_t index_of(BodyId id) {
-  return static_cast<std::size_t>(id);
-}
-
-inline BodyPair ordered(BodyId a, BodyId b) {
-  return a < b ? BodyPair(a, b) : BodyPair(b, a);
-}
 
 /// What a World holds, and the stages of one sub-step.
 struct World::Impl {
@@ -43,31 +34,11 @@ struct World::Impl {
 
   // world_impact.cpp: what happens at an impact
   void handle_impact(ImpactEvent event, const std::vector<BodyPair>& pairs, AdvanceReport& report);
-  std::vector<WorldContact> contacts_of(const BodyPair& pair) const;
   std::vector<WorldContact> gather_contacts(const ImpactEvent& event,
                                             const std::vector<BodyPair>& pairs) const;
-  Scalar apply_impulses(std::vector<WorldContact>& contacts);
-  void part_contacts(std::vector<WorldContact>& contacts,
-                     std::vector<internal::ImpactPoint>& points,
-                     std::vector<internal::ImpactBody>& impact_bodies) const;
-  Scalar parting_speed(const WorldContact& contact,
-                       const std::vector<internal::ImpactBody>& impact_bodies) const;
-
-  // world_rest.cpp: the Zeno guard
+  void wake_struck_bodies(const std::vector<WorldContact>& contacts);
+  void apply_impulses(std::vector<WorldContact>& contacts);
   std::vector<BodyId> settle_bodies(const ImpactEvent& event);
-  bool may_settle(BodyId id, Scalar t) const;
-  bool is_jammed(BodyId id, Scalar t) const;
-  void drop_unsteady(const std::vector<WorldContact>& contacts, std::vector<bool>& is_candidate)
-      const;
-  bool drop_moving(const ImpactEvent& event, std::vector<bool>& is_candidate) const;
-  std::vector<bool> would_move(const std::vector<bool>& is_resting,
-                               const std::vector<WorldContact>& contacts) const;
-  void wake_struck_bodies(std::vector<WorldContact>& contacts);
-  void wake_unsupported_bodies();
-  void wake_neighbours(std::vector<BodyId> awake);
-  std::vector<WorldContact> contacts_at_rest(BodyId id) const;
-  bool is_at_rest(BodyId id) const;
-  bool is_pair_enabled(const BodyPair& pair) const;
 
   WorldOptions options;
   std::vector<internal::BodyRecord> bodies;
@@ -77,7 +48,6 @@ struct World::Impl {
   internal::BroadPhase broad_phase;
   Scalar time = 0;
   bool must_restart = true;  // the solver's state is not that of the bodies any more
-  bool must_check_rest = false;  // the user changed something that settled bodies may lean on
 };
 
 }  // namespace dyop
