@@ -1,27 +1,35 @@
 #include "dyop/distance/distance.h"
 
 #include <algorithm>
+#include <array>
 #include <vector>
 
-#include "distance/box_gap.h"
+#include "distance/box_gaps.h"
 #include "distance/piece_distance.h"
 #include "distance/shape_tree.h"
 #include "dyop/core/error.h"
+#include "dyop/core/tolerance.h"
 #include "dyop/distance/penetration.h"
 
 namespace dyop {
 namespace {
 
-using internal::BoxGap;
 using internal::PieceDistance;
 using internal::ShapeTree;
 
-// Depth-first branch and bound over pairs of tree nodes, nearest child first.
+// Depth-first branch and bound over pairs of tree boxes, nearest child first.
 class DistanceTraversal {
  public:
   DistanceTraversal(const ShapeTree& a, const ShapeTree& b, const RigidPose& X_AB, Scalar noise,
                     Scalar upper_limit)
-      : a_(a), b_(b), X_AB_(X_AB), noise_(noise), limit_(upper_limit) {}
+      : a_(a),
+        b_(b),
+        X_AB_(X_AB),
+        X_BA_(X_AB.inverse()),
+        noise_(noise),
+        box_noise_(noise * (kStepNoise / kPoseNoise)),
+        limit_(upper_limit),
+        box_gaps_(internal::box_gaps_kernel(internal::best_instruction_set())) {}
 
   void run();
 
@@ -32,7 +40,7 @@ class DistanceTraversal {
   DistanceStatistics statistics;
 
  private:
-  struct NodePair {
+  struct BoxPair {
     Scalar gap;
     std::int32_t a;
     std::int32_t b;
@@ -40,22 +48,19 @@ class DistanceTraversal {
 
   // What is provably farther than this cannot change the answer.
   Scalar cutoff() const { return std::min(best.upper, limit_); }
-  NodePair bounded(std::int32_t a, std::int32_t b);
   void visit_leaves(std::int32_t a, std::int32_t b);
-  void push_children(const NodePair& pair);
+  void open(const BoxPair& pair);
 
   const ShapeTree& a_;
   const ShapeTree& b_;
-  const RigidPose& X_AB_;
-  Scalar noise_;
-  Scalar limit_;
-  std::vector<NodePair> stack_;
+  const RigidPose X_AB_;
+  const RigidPose X_BA_;
+  const Scalar noise_;      // of a point of one shape in the frame of the other
+  const Scalar box_noise_;  // of a gap of boxes
+  const Scalar limit_;
+  const internal::BoxGapsKernel box_gaps_;
+  std::vector<BoxPair> stack_;
 };
-
-DistanceTraversal::NodePair DistanceTraversal::bounded(std::int32_t a, std::int32_t b) {
-  ++statistics.box_tests;
-  return {internal::box_gap(a_.box(a), b_.box(b), X_AB_, noise_).gap, a, b};
-}
 
 void DistanceTraversal::visit_leaves(std::int32_t a, std::int32_t b) {
   ++statistics.leaf_tests;
@@ -69,22 +74,35 @@ void DistanceTraversal::visit_leaves(std::int32_t a, std::int32_t b) {
   }
 }
 
-void DistanceTraversal::push_children(const NodePair& pair) {
-  const bool split_a =
-      !a_.is_leaf(pair.a) && (b_.is_leaf(pair.b) || a_.box(pair.a).half_extents.squaredNorm() >=
-                                                        b_.box(pair.b).half_extents.squaredNorm());
-  const std::int32_t first = split_a ? a_.first_child(pair.a) : b_.first_child(pair.b);
-  NodePair near = split_a ? bounded(first, pair.b) : bounded(pair.a, first);
-  NodePair far = split_a ? bounded(first + 1, pair.b) : bounded(pair.a, first + 1);
-  if (far.gap < near.gap) std::swap(near, far);
-  stack_.push_back(far);
-  stack_.push_back(near);
+// Puts the pairs of the larger box's parts with the other box on the stack, nearest on top.
+void DistanceTraversal::open(const BoxPair& pair) {
+  const bool opens_a = internal::opens_first(a_, pair.a, b_, pair.b);
+  const ShapeTree& tree = opens_a ? a_ : b_;
+  const std::int32_t child = tree.child(opens_a ? pair.a : pair.b);
+  const int count = tree.node(child).count();
+  const internal::FacingBox other = opens_a ? internal::facing_box(b_.box(pair.b), X_AB_)
+                                            : internal::facing_box(a_.box(pair.a), X_BA_);
+  std::array<Scalar, BoxGroup::kWidth> gaps;
+  box_gaps_(tree.rows(child), count, other, box_noise_, gaps.data());
+  statistics.box_tests += count;
+  const auto first = stack_.size();
+  for (int column = 0; column < count; ++column) {
+    const Scalar gap = std::max(pair.gap, gaps[std::size_t(column)]);
+    if (gap > cutoff()) {
+      lower = std::min(lower, gap);
+      continue;
+    }
+    const std::int32_t part = ShapeTree::box_number(child, column);
+    stack_.push_back({gap, opens_a ? part : pair.a, opens_a ? pair.b : part});
+  }
+  std::sort(stack_.begin() + std::ptrdiff_t(first), stack_.end(),
+            [](const BoxPair& x, const BoxPair& y) { return x.gap > y.gap; });
 }
 
 void DistanceTraversal::run() {
-  stack_.push_back(bounded(0, 0));
+  stack_.push_back({0, ShapeTree::kRoot, ShapeTree::kRoot});
   while (!stack_.empty()) {
-    const NodePair pair = stack_.back();
+    const BoxPair pair = stack_.back();
     stack_.pop_back();
     if (pair.gap > cutoff()) {
       lower = std::min(lower, pair.gap);
@@ -94,7 +112,7 @@ void DistanceTraversal::run() {
       visit_leaves(pair.a, pair.b);
       if (best.is_overlapping) return;  // nothing can be nearer
     } else {
-      push_children(pair);
+      open(pair);
     }
   }
 }

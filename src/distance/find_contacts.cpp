@@ -1,14 +1,16 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <tuple>
 #include <unordered_map>
 #include <vector>
 
-#include "distance/box_gap.h"
+#include "distance/box_gaps.h"
 #include "distance/piece_distance.h"
 #include "distance/shape_tree.h"
 #include "dyop/core/error.h"
+#include "dyop/core/tolerance.h"
 #include "dyop/distance/distance.h"
 #include "dyop/distance/triangle_distance.h"
 
@@ -121,24 +123,29 @@ void ContactGathering::run() {
   const ShapeTree tree_a(*a_.mesh);
   const ShapeTree tree_b(*b_.mesh);
   const Scalar reach = max_distance_ + a_.radius + b_.radius;
-  std::vector<std::pair<std::int32_t, std::int32_t>> stack{{0, 0}};
+  const RigidPose X_BA = X_AB_.inverse();
+  const auto box_gaps = internal::box_gaps_kernel(internal::best_instruction_set());
+  std::vector<std::pair<std::int32_t, std::int32_t>> stack{{ShapeTree::kRoot, ShapeTree::kRoot}};
   while (!stack.empty()) {
-    const auto [node_a, node_b] = stack.back();
+    const auto [box_a, box_b] = stack.back();
     stack.pop_back();
-    if (internal::box_gap(tree_a.box(node_a), tree_b.box(node_b), X_AB_, noise_).gap > reach) {
+    if (tree_a.is_leaf(box_a) && tree_b.is_leaf(box_b)) {
+      add_triangle_pair(tree_a.triangle(box_a), tree_b.triangle(box_b));
       continue;
     }
-    const bool leaf_a = tree_a.is_leaf(node_a);
-    const bool leaf_b = tree_b.is_leaf(node_b);
-    if (leaf_a && leaf_b) {
-      add_triangle_pair(tree_a.triangle(node_a), tree_b.triangle(node_b));
-    } else if (!leaf_a && (leaf_b || tree_a.box(node_a).half_extents.squaredNorm() >=
-                                         tree_b.box(node_b).half_extents.squaredNorm())) {
-      stack.emplace_back(tree_a.first_child(node_a) + 1, node_b);
-      stack.emplace_back(tree_a.first_child(node_a), node_b);
-    } else {
-      stack.emplace_back(node_a, tree_b.first_child(node_b) + 1);
-      stack.emplace_back(node_a, tree_b.first_child(node_b));
+    const bool opens_a = internal::opens_first(tree_a, box_a, tree_b, box_b);
+    const ShapeTree& tree = opens_a ? tree_a : tree_b;
+    const std::int32_t child = tree.child(opens_a ? box_a : box_b);
+    const int count = tree.node(child).count();
+    std::array<Scalar, BoxGroup::kWidth> gaps;
+    box_gaps(tree.rows(child), count,
+             opens_a ? internal::facing_box(tree_b.box(box_b), X_AB_)
+                     : internal::facing_box(tree_a.box(box_a), X_BA),
+             noise_ * (kStepNoise / kPoseNoise), gaps.data());
+    for (int column = count - 1; column >= 0; --column) {
+      if (gaps[std::size_t(column)] > reach) continue;
+      const std::int32_t part = ShapeTree::box_number(child, column);
+      stack.emplace_back(opens_a ? part : box_a, opens_a ? box_b : part);
     }
   }
 }

@@ -8,15 +8,35 @@ ShapeTree::ShapeTree(const Shape& shape) {
   if (shape.kind() == ShapeKind::TriangleMesh) {
     mesh_ = static_cast<const TriangleMesh*>(&shape);
     nodes_ = mesh_->hierarchy().nodes().data();
+    scale_ = mesh_->hierarchy().scale();
     return;
   }
   convex_ = static_cast<const ConvexShape*>(&shape);
   const AlignedBox bounds = shape.bounding_box();
-  convex_box_.center = bounds.center();
+  OrientedBox box;
+  box.center = bounds.center();
   // Centre and half extents are rounded: grow by more than their error.
   const Scalar noise =
       8 * kUnitRoundoff * bounds.min().cwiseAbs().cwiseMax(bounds.max().cwiseAbs()).sum();
-  convex_box_.half_extents = (bounds.sizes() / 2).array() + noise;
+  box.half_extents = (bounds.sizes() / 2).array() + noise;
+  scale_ = MeshHierarchy::scale_of(box);
+  for (int column = 0; column < BoxGroup::kWidth; ++column) {
+    convex_node_.boxes.set_box(column, box, scale_);
+    convex_node_.child[column] = column == 0 ? -1 : MeshHierarchy::kNothing;
+  }
+  nodes_ = &convex_node_;
+}
+
+FacingBox facing_box(const OrientedBox& box, const RigidPose& X_SO) {
+  FacingBox result;
+  const Vector3 center = X_SO * box.center;
+  const Matrix3 axes = X_SO.rotation() * box.axes;
+  for (int i = 0; i < 3; ++i) {
+    result.center[i] = center[i];
+    result.half_extents[i] = box.half_extents[i];
+    for (int k = 0; k < 3; ++k) result.axes[k][i] = axes(i, k);
+  }
+  return result;
 }
 
 }  // namespace dyop::internal

@@ -2,6 +2,8 @@
 
 #include <cstdint>
 
+#include "distance/facing_box.h"
+#include "dyop/core/rigid_pose.h"
 #include "dyop/geometry/convex_shape.h"
 #include "dyop/geometry/mesh_hierarchy.h"
 #include "dyop/geometry/triangle_mesh.h"
@@ -10,25 +12,57 @@ namespace dyop::internal {
 
 /// One view on both kinds of shape for traversals: a tree of oriented boxes whose leaves are
 /// pieces, a triangle of a mesh or a whole convex shape. Does not own the shape.
+///
+/// A box is named by eight times its node plus its column in it; box 0 is the root.
 class ShapeTree {
  public:
   explicit ShapeTree(const Shape& shape);
+  ShapeTree(const ShapeTree&) = delete;
+  ShapeTree& operator=(const ShapeTree&) = delete;
 
-  const OrientedBox& box(std::int32_t node) const { return mesh_ ? nodes_[node].box : convex_box_; }
-  bool is_leaf(std::int32_t node) const { return mesh_ ? nodes_[node].is_leaf : true; }
-  /// First of the two children of an inner node; the other is the next.
-  std::int32_t first_child(std::int32_t node) const { return nodes_[node].first; }
+  static constexpr std::int32_t kRoot = 0;
+
+  const MeshHierarchy::Node& node(std::int32_t node) const { return nodes_[node]; }
+  const MeshHierarchy::Node& node_of(std::int32_t box) const {
+    return nodes_[box / BoxGroup::kWidth];
+  }
+  static int column_of(std::int32_t box) { return box % BoxGroup::kWidth; }
+  static std::int32_t box_number(std::int32_t node, int column) {
+    return node * BoxGroup::kWidth + column;
+  }
+
+  OrientedBox box(std::int32_t box) const { return node_of(box).boxes.box(column_of(box), scale_); }
+  /// The boxes of a node, for the wide kernels.
+  GroupRows rows(std::int32_t node) const { return {nodes_[node].boxes.rows, scale_}; }
+  Scalar squared_half_diagonal(std::int32_t box) const {
+    return scale_ * scale_ * Scalar{node_of(box).boxes.squared_half_diagonal(column_of(box))};
+  }
+  bool is_leaf(std::int32_t box) const { return node_of(box).child[column_of(box)] < 0; }
+  /// The node with the parts of a box that is no leaf.
+  std::int32_t child(std::int32_t box) const { return node_of(box).child[column_of(box)]; }
   /// Triangle number of a leaf of a mesh.
-  std::int32_t triangle(std::int32_t leaf) const { return nodes_[leaf].first; }
+  std::int32_t triangle(std::int32_t leaf) const { return -1 - child(leaf); }
 
   const TriangleMesh* mesh() const { return mesh_; }
   const ConvexShape* convex() const { return convex_; }
 
  private:
   const TriangleMesh* mesh_ = nullptr;
-  const MeshHierarchy::Node* nodes_ = nullptr;
   const ConvexShape* convex_ = nullptr;
-  OrientedBox convex_box_;
+  const MeshHierarchy::Node* nodes_ = nullptr;
+  MeshHierarchy::Node convex_node_;
+  Scalar scale_ = 1;
 };
+
+/// A box in the frame S of another shape. X_SO is the pose of the box's shape.
+FacingBox facing_box(const OrientedBox& box, const RigidPose& X_SO);
+
+/// True if of the boxes `a` and `b` the first is to be opened next: the larger one that is no leaf.
+/// One of them must not be a leaf.
+inline bool opens_first(const ShapeTree& tree_a, std::int32_t a, const ShapeTree& tree_b,
+                        std::int32_t b) {
+  if (tree_a.is_leaf(a)) return false;
+  return tree_b.is_leaf(b) || tree_a.squared_half_diagonal(a) >= tree_b.squared_half_diagonal(b);
+}
 
 }  // namespace dyop::internal

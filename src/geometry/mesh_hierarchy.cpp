@@ -3,6 +3,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
 
 #include "dyop/core/error.h"
@@ -277,7 +278,165 @@ struct Task {
   int depth;
 };
 
+// The tree before it is collapsed: children are nodes first and first + 1.
+struct BinaryNode {
+  OrientedBox box;
+  std::int32_t first = -1;  // or the triangle
+  bool is_leaf = false;
+
+  Scalar cost() const {
+    const Vector3& h = box.half_extents;
+    return h.x() * h.y() + h.y() * h.z() + h.z() * h.x() + kLengthShare * h.squaredNorm();
+  }
+};
+
+std::vector<BinaryNode> build_binary(std::span<Item> items) {
+  std::vector<BinaryNode> nodes;
+  nodes.reserve(2 * items.size() - 1);
+  nodes.emplace_back();
+  std::vector<Task> tasks{{0, items, 0}};
+  // Each round makes one of the 2n - 1 nodes.
+  while (!tasks.empty()) {
+    const Task task = tasks.back();
+    tasks.pop_back();
+    BinaryNode& node = nodes[task.node];
+    if (task.items.size() == 1) {
+      const Item& item = task.items.front();
+      node = {box_of(fit(task.items, axes_of_triangle(item.vertices))), item.triangle, true};
+      continue;
+    }
+    const Fit fit = fit_inner(task.items);
+    const std::size_t child = nodes.size();
+    node = {box_of(fit), std::int32_t(child), false};
+    const std::size_t left = split(task.items, fit, task.depth);
+    nodes.resize(child + 2);
+    tasks.push_back({child + 1, task.items.subspan(left), task.depth + 1});
+    tasks.push_back({child, task.items.first(left), task.depth + 1});
+  }
+  return nodes;
+}
+
+// How to collapse the binary tree into wide nodes at the least expected cost, a node costing its
+// area (the chance that a query comes by): the dynamic program of [Ylitie2017]. cost(n, k) is that
+// of all wide nodes below binary node n when it is given k columns of a parent.
+class Collapse {
+ public:
+  explicit Collapse(const std::vector<BinaryNode>& nodes) : nodes_(nodes), choices_(nodes.size()) {
+    // Children come after their parents.
+    for (std::size_t n = nodes.size(); n-- > 0;) decide(n);
+  }
+
+  // The binary nodes that become the columns of the wide node made of inner node n.
+  struct Columns {
+    std::array<std::int32_t, MeshHierarchy::kWidth> binary{};
+    int count = 0;
+  };
+  Columns columns(std::int32_t n) const {
+    Columns columns;
+    distribute(n, MeshHierarchy::kWidth, columns);
+    return columns;
+  }
+
+ private:
+  static constexpr int kWidth = MeshHierarchy::kWidth;
+
+  struct Choice {
+    std::array<float, kWidth + 1> cost{};        // by number of columns; all zero for a leaf
+    std::array<std::int8_t, kWidth + 1> left{};  // columns of the left child; 0: one column for all
+  };
+
+  void decide(std::size_t n) {
+    const BinaryNode& node = nodes_[n];
+    if (node.is_leaf) return;
+    Choice& choice = choices_[n];
+    const Choice& left = choices_[std::size_t(node.first)];
+    const Choice& right = choices_[std::size_t(node.first) + 1];
+    for (int k = kWidth; k >= 2; --k) {
+      int best = 1;
+      for (int j = 1; j < k; ++j) {
+        if (left.cost[std::size_t(j)] + right.cost[std::size_t(k - j)] <
+            left.cost[std::size_t(best)] + right.cost[std::size_t(k - best)]) {
+          best = j;
+        }
+      }
+      choice.cost[std::size_t(k)] =
+          left.cost[std::size_t(best)] + right.cost[std::size_t(k - best)];
+      choice.left[std::size_t(k)] = std::int8_t(best);
+    }
+    choice.cost[1] = float(node.cost()) + choice.cost[kWidth];
+    for (std::size_t k = 2; k <= kWidth; ++k) {
+      if (choice.cost[1] < choice.cost[k] && k < kWidth) {
+        choice.cost[k] = choice.cost[1];
+        choice.left[k] = 0;
+      }
+    }
+  }
+
+  void distribute(std::int32_t n, int count, Columns& columns) const {
+    const BinaryNode& node = nodes_[std::size_t(n)];
+    const int left = choices_[std::size_t(n)].left[std::size_t(count)];
+    if (node.is_leaf || left == 0) {
+      columns.binary[std::size_t(columns.count++)] = n;
+      return;
+    }
+    distribute(node.first, left, columns);
+    distribute(node.first + 1, count - left, columns);
+  }
+
+  const std::vector<BinaryNode>& nodes_;
+  std::vector<Choice> choices_;
+};
+
+// The nearest number in single precision that is not smaller. x >= 0, at most 2.
+float rounded_up(Scalar x) {
+  const auto rounded = static_cast<float>(x);
+  return Scalar{rounded} < x ? std::nextafter(rounded, 4.0f) : rounded;
+}
+
 }  // namespace
+
+OrientedBox BoxGroup::box(int column, Scalar scale) const {
+  OrientedBox box;
+  for (int i = 0; i < 3; ++i) {
+    box.center[i] = scale * Scalar{rows[kCenter + i][column]};
+    box.half_extents[i] = scale * Scalar{rows[kHalfExtents + i][column]};
+    for (int k = 0; k < 3; ++k) box.axes(i, k) = Scalar{rows[kAxes + 3 * k + i][column]};
+  }
+  return box;
+}
+
+// Let the box be c + U y, |y_k| <= h_k, and what is stored C + A x with A = U + E, |E_ij| <= 2^-25
+// as entries are at most about one. A point of both has x - y = (A^-1 U - I) y + A^-1 (c - C),
+// where |A^-1 U - I| <= 3 * 2^-25 and |c - C| <= 2^-24 |c|, each up to second order, and up to
+// numbers that underflow.
+void BoxGroup::set_box(int column, const OrientedBox& box, Scalar scale) {
+  const Vector3 center = box.center / scale;
+  const Vector3 half_extents = box.half_extents / scale;
+  // literal: more than the absolute error of numbers that underflow in single precision.
+  const Scalar noise = kSinglePrecisionBoxNoise * (center.norm() + half_extents.norm()) + 0x1p-140;
+  for (int i = 0; i < 3; ++i) {
+    rows[kCenter + i][column] = static_cast<float>(center[i]);
+    rows[kHalfExtents + i][column] = rounded_up(half_extents[i] + noise);
+    for (int k = 0; k < 3; ++k) {
+      rows[kAxes + 3 * k + i][column] = static_cast<float>(box.axes(i, k));
+    }
+  }
+}
+
+float BoxGroup::squared_half_diagonal(int column) const {
+  const float x = rows[kHalfExtents][column];
+  const float y = rows[kHalfExtents + 1][column];
+  const float z = rows[kHalfExtents + 2][column];
+  return x * x + y * y + z * z;
+}
+
+Scalar MeshHierarchy::scale_of(const OrientedBox& root) {
+  const Scalar largest = root.center.lpNorm<Eigen::Infinity>() + 2 * root.half_extents.sum();
+  int exponent = 0;
+  std::frexp(largest, &exponent);
+  // literal: so that multiples of it by numbers in single precision never underflow.
+  return std::ldexp(Scalar{1}, std::max(exponent, -800));
+}
 
 MeshHierarchy::MeshHierarchy(std::span<const Vector3> vertices,
                              std::span<const TriangleIndices> triangles) {
@@ -291,26 +450,40 @@ MeshHierarchy::MeshHierarchy(std::span<const Vector3> vertices,
         {vertices[std::size_t(t[0])], vertices[std::size_t(t[1])], vertices[std::size_t(t[2])]},
         std::int32_t(k)};
   }
-  nodes_.reserve(2 * items.size() - 1);
-  nodes_.emplace_back();
-  std::vector<Task> tasks{{0, items, 0}};
-  // Each round makes one of the 2n - 1 nodes.
-  while (!tasks.empty()) {
-    const Task task = tasks.back();
-    tasks.pop_back();
-    Node& node = nodes_[task.node];
-    if (task.items.size() == 1) {
-      const Item& item = task.items.front();
-      node = {box_of(fit(task.items, axes_of_triangle(item.vertices))), item.triangle, true};
-      continue;
+  const std::vector<BinaryNode> binary = build_binary(items);
+  const Collapse collapse(binary);
+
+  scale_ = scale_of(binary[0].box);
+
+  // Where a box of a wide node stands in the binary tree, to be opened.
+  struct Opening {
+    std::int32_t node;
+    int column;
+    std::int32_t binary;
+  };
+  std::vector<Opening> openings;
+  const auto add_node = [&](const Collapse::Columns& columns) {
+    const auto made = std::int32_t(nodes_.size());
+    Node& node = nodes_.emplace_back();
+    for (int column = kWidth - 1; column >= 0; --column) {
+      const int used = std::min(column, columns.count - 1);
+      const std::int32_t index = columns.binary[std::size_t(used)];
+      const BinaryNode& box = binary[std::size_t(index)];
+      node.boxes.set_box(column, box.box, scale_);
+      // Replaced when it is opened, unless it is a leaf.
+      node.child[column] = used < column ? kNothing : -1 - box.first;
+      if (used == column && !box.is_leaf) openings.push_back({made, column, index});
     }
-    const Fit fit = fit_inner(task.items);
-    const std::size_t child = nodes_.size();
-    node = {box_of(fit), std::int32_t(child), false};
-    const std::size_t left = split(task.items, fit, task.depth);
-    nodes_.resize(child + 2);
-    tasks.push_back({child + 1, task.items.subspan(left), task.depth + 1});
-    tasks.push_back({child, task.items.first(left), task.depth + 1});
+    return made;
+  };
+  nodes_.reserve(triangles.size() / 4 + 2);
+  add_node({{0}, 1});
+  // Each round makes one node of two or more boxes.
+  while (!openings.empty()) {
+    const Opening opening = openings.back();
+    openings.pop_back();
+    const std::int32_t made = add_node(collapse.columns(opening.binary));
+    nodes_[std::size_t(opening.node)].child[opening.column] = made;
   }
 }
 

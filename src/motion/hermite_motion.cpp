@@ -69,17 +69,20 @@ HermiteMotion::Cubic HermiteMotion::make_cubic(const std::array<Vector3, 4>& val
   return cubic;
 }
 
-RigidPose HermiteMotion::pose(Scalar t) const {
+MotionState HermiteMotion::state(Scalar t) const {
   const Scalar s = parameter(t);
-  return RigidPose::from_trusted(R_WC_ * rotation_from_vector(evaluate<4>(theta_.value, s)),
-                                 p_W0_ + evaluate<4>(displacement_.value, s));
+  const auto [R, w] =
+      internal::turning_state(evaluate<4>(theta_.value, s), evaluate<3>(theta_.rate, s));
+  return {RigidPose::from_trusted(R_WC_ * R, p_W0_ + evaluate<4>(displacement_.value, s)),
+          {evaluate<3>(displacement_.rate, s), R_WC_ * w}};
+}
+
+RigidPose HermiteMotion::pose(Scalar t) const {
+  return HermiteMotion::state(t).X_WB;
 }
 
 Twist HermiteMotion::twist(Scalar t) const {
-  const Scalar s = parameter(t);
-  return {evaluate<3>(displacement_.rate, s),
-          R_WC_ * internal::angular_velocity(evaluate<4>(theta_.value, s),
-                                             evaluate<3>(theta_.rate, s))};
+  return HermiteMotion::state(t).twist;
 }
 
 TwistBound HermiteMotion::twist_bound(const TimeInterval& interval) const {

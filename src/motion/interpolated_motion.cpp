@@ -53,15 +53,18 @@ InterpolatedMotion::InterpolatedMotion(const TimeInterval& interval, const Chart
       internal::round_up(internal::angular_acceleration_bound(theta_rate, 0, turn + turn_noise));
 }
 
-RigidPose InterpolatedMotion::pose(Scalar t) const {
+MotionState InterpolatedMotion::state(Scalar t) const {
   const Scalar tau = t - interval_.begin;
-  return RigidPose::from_trusted(R_WC_ * rotation_from_vector(begin_.theta + tau * theta_rate_),
-                                 begin_.p_WB + tau * v_WB_);
+  const auto [R, w] = internal::turning_state(begin_.theta + tau * theta_rate_, theta_rate_);
+  return {RigidPose::from_trusted(R_WC_ * R, begin_.p_WB + tau * v_WB_), {v_WB_, R_WC_ * w}};
+}
+
+RigidPose InterpolatedMotion::pose(Scalar t) const {
+  return InterpolatedMotion::state(t).X_WB;
 }
 
 Twist InterpolatedMotion::twist(Scalar t) const {
-  const Scalar tau = t - interval_.begin;
-  return {v_WB_, R_WC_ * internal::angular_velocity(begin_.theta + tau * theta_rate_, theta_rate_)};
+  return InterpolatedMotion::state(t).twist;
 }
 
 TwistBound InterpolatedMotion::twist_bound(const TimeInterval&) const {

@@ -15,6 +15,13 @@ namespace dyop::internal {
 // f = |theta|. Any finite arguments; error a few u |theta'|.
 Vector3 angular_velocity(const Vector3& theta, const Vector3& theta_rate);
 
+// exp([theta]) and the angular velocity of exp([theta(t)]) in frame C, sharing one sine and cosine.
+struct TurningState {
+  Matrix3 R;
+  Vector3 w;
+};
+TurningState turning_state(const Vector3& theta, const Vector3& theta_rate);
+
 // The theta' whose angular velocity in frame C is w. For |theta| <= pi, where the Jacobian's
 // condition number is at most pi/2.
 Vector3 rotation_vector_rate(const Vector3& theta, const Vector3& w_C);

@@ -31,7 +31,7 @@ SampledMotion::SampledMotion(const std::vector<Sample>& samples) {
     DYOP_REQUIRE(twist.v_WB.allFinite() && twist.w_WB.allFinite(), "time stamps ", i, " = ",
                  stamps_[i], " and ", i + 1, " = ", stamps_[i + 1],
                  " of sampled motion are too close: the velocity between them overflows");
-    pieces_.push_back({X_WB0, twist});
+    pieces_.push_back({SteadyTurn(X_WB0.rotation(), twist.w_WB), X_WB0.translation(), twist});
     speed_tree_[count + i] = {internal::round_up(twist.v_WB.norm()),
                               internal::round_up(twist.w_WB.norm())};
   }
@@ -50,10 +50,9 @@ std::size_t SampledMotion::piece_at(Scalar t) const {
 
 RigidPose SampledMotion::pose(Scalar t) const {
   const std::size_t i = piece_at(t);
-  const auto& [X_WB0, twist] = pieces_[i];
+  const Piece& piece = pieces_[i];
   const Scalar tau = t - stamps_[i];
-  return RigidPose::from_trusted(rotation_from_vector(tau * twist.w_WB) * X_WB0.rotation(),
-                                 X_WB0.translation() + tau * twist.v_WB);
+  return RigidPose::from_trusted(piece.R_WB.at(tau), piece.p_WB0 + tau * piece.twist_WB.v_WB);
 }
 
 Twist SampledMotion::twist(Scalar t) const {

@@ -121,7 +121,7 @@ TEST(TriangleMesh, FromArraysNamesWhatIsWrong) {
   // Counts are looked at before any row.
   EXPECT_MESSAGE(TriangleMesh::from_arrays(
                      rows, StridedRows<std::uint32_t>{triangles.data(), std::size_t{1} << 40}),
-                 "a mesh has at most 1073741824 triangles, not 1099511627776");
+                 "a mesh has at most 134217728 triangles, not 1099511627776");
   EXPECT_MESSAGE(
       TriangleMesh::from_arrays(StridedRows<float>{vertices.data(), std::size_t{1} << 40}, faces),
       "a mesh has at most 2147483647 vertices");

@@ -14,6 +14,8 @@ struct TimeInterval {
 
   Scalar length() const { return end - begin; }
   bool contains(Scalar t) const { return begin <= t && t <= end; }
+
+  friend bool operator==(const TimeInterval&, const TimeInterval&) = default;
 };
 
 /// Throws InvalidArgument unless both ends are finite and begin <= end. `what` names the interval.

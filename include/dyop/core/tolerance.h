@@ -23,10 +23,17 @@ inline constexpr Scalar kRotationTolerance = 1e-6;
 /// much again. Used by everything that compares points of two bodies. Smaller: bounds may fail.
 inline constexpr Scalar kPoseNoise = 64 * kUnitRoundoff;
 
+/// Rounding allowance of a gap between two moving pieces, relative to the size of the query:
+/// kPoseNoise for the poses, and 40u for support values along directions that turn
+/// (docs/algorithms/ time_of_impact.md, "Rounding"). Smaller: bounds may fail. Used by
+/// time_of_impact.
+inline constexpr Scalar kStepNoise = 128 * kUnitRoundoff;
+
 /// Time of impact divides the band of width distance_tolerance above the target, at these fractions
-/// of it. Steps towards contact stop at kFloorFraction: nearer to one, slower convergence at contact;
-/// nearer to zero, less room below. A query that begins below kLostFraction guarantees nothing; the
-/// room between the two is for the rounding of poses when a body is restarted from a contact.
+/// of it. Steps towards contact stop at kFloorFraction: nearer to one, slower convergence at
+/// contact; nearer to zero, less room below. A query that begins below kLostFraction guarantees
+/// nothing; the room between the two is for the rounding of poses when a body is restarted from a
+/// contact.
 inline constexpr Scalar kLostFraction = 0.25;
 inline constexpr Scalar kFloorFraction = 0.5;
 
@@ -46,9 +53,10 @@ inline constexpr Scalar kGjkSmoothConvergence = 1e-10;
 /// cores.
 inline constexpr int kGjkIterationLimit = 100;
 
-/// Steps of GJK that bring the nearest point no closer but may turn the normal, limit per arithmetic.
-/// More than the three features a triangle can pass through. Larger: only time; smaller: wider
-/// bounds where a vertex lies straight above the border of a face. Used by gjk_distance.
+/// Steps of GJK that bring the nearest point no closer but may turn the normal, limit per
+/// arithmetic. More than the three features a triangle can pass through. Larger: only time;
+/// smaller: wider bounds where a vertex lies straight above the border of a face. Used by
+/// gjk_distance.
 inline constexpr int kGjkTieLimit = 8;
 
 /// Tolerance handed to libccd, relative to the size of the two shapes (the query is scaled to one).
@@ -61,9 +69,9 @@ inline constexpr Scalar kPenetrationTolerance = 1e-10;
 /// poorer directions for smooth cores. Used by find_penetration.
 inline constexpr int kPenetrationSupportLimit = 300;
 
-/// Steps of GJK that improve libccd's direction, limit; each ends the loop unless the depth shrinks.
-/// Polytopes need one. Larger: slower for smooth cores; smaller: depths that are a little too large.
-/// Used by find_penetration.
+/// Steps of GJK that improve libccd's direction, limit; each ends the loop unless the depth
+/// shrinks. Polytopes need one. Larger: slower for smooth cores; smaller: depths that are a little
+/// too large. Used by find_penetration.
 inline constexpr int kPenetrationPolishLimit = 4;
 
 /// Largest coordinate of a vertex, length. Products of four lengths must not overflow: 1e60^4 =
@@ -76,13 +84,20 @@ inline constexpr Scalar kLargestCoordinate = 1e60;
 /// evaluates center + axes * x in double. Used by MeshHierarchy. Smaller: boxes may lose vertices.
 inline constexpr Scalar kBoxNoise = 64 * kUnitRoundoff;
 
+/// How much the half extents of a box are rounded up when it is stored in single precision,
+/// relative to |center| + |half extents|. Axes off by 2^-25 an entry change coordinates along them
+/// by 3/4 of 2^-23 |half extents|, rounding the center by 2^-24 |center| ([BoxGroup::set_box]); the
+/// rest covers second-order terms. Smaller: boxes may lose vertices.
+inline constexpr Scalar kSinglePrecisionBoxNoise = 0x1p-23;
+
 /// Error of the determinant e1 x e2 . d of three differences of points in double, relative to the
 /// product of their 1-norms: 2u a difference, 6u the cross product, 4u the dot product, doubled.
 /// Used by the convex hull's filter and as the noise of a mesh's volume. Smaller: wrong signs.
 inline constexpr Scalar kDeterminantNoise = 32 * kUnitRoundoff;
 
-/// Most triangles of a mesh, so that node numbers of its hierarchy fit in 32 bits (limit).
-inline constexpr std::size_t kLargestTriangleCount = std::size_t{1} << 30;
+/// Most triangles of a mesh, so that eight times the node numbers of its hierarchy stay below 2^31
+/// with a bit to spare (limit).
+inline constexpr std::size_t kLargestTriangleCount = std::size_t{1} << 27;
 
 /// Rounding of triangle_distance(), as multiples of u; docs/algorithms/dyop.md, "Rounding", has the
 /// proof. The first times the computed length plus the second times the size of the pair covers the
@@ -113,16 +128,16 @@ inline constexpr Scalar kTriangleParallelSquare = 1e-12;
 /// Speed only, found by measurement. Used by triangle_distance().
 inline constexpr int kTriangleWalkLimit = 2;
 
-/// Taken from the score of an edge pair that is no facet, so that it never wins: more than any squared
-/// length in range. Used by triangle_distance().
+/// Taken from the score of an edge pair that is no facet, so that it never wins: more than any
+/// squared length in range. Used by triangle_distance().
 inline constexpr Scalar kLargestScore = 1e200;
 
 /// Convex combinations of witnesses that the proof of the upper bound has room for (limit). Two put
 /// a common point between edges of thin triangles. Used by triangle_distance().
 inline constexpr int kTriangleBlendLimit = 3;
 
-/// Times that the point where an edge pierces a face is solved for. The second removes the error of the
-/// normal of a face as thin as 1e-7 of its length; blends serve thinner ones. Used by
+/// Times that the point where an edge pierces a face is solved for. The second removes the error of
+/// the normal of a face as thin as 1e-7 of its length; blends serve thinner ones. Used by
 /// triangle_distance().
 inline constexpr int kTrianglePiercingSteps = 2;
 
@@ -142,20 +157,20 @@ inline constexpr Scalar kTriangleContactGap = 0x1p-36;
 inline constexpr Scalar kMotionNoise = 128 * kUnitRoundoff;
 
 /// Coordinates below this count as zero when a convex hull is found, relative to the largest one.
-/// The last bit of a product of three is then above 2^-760, so that neither the exact predicates nor
-/// their error bound can underflow. Used by ConvexHull. Smaller: wrong signs; larger: points are
-/// moved by more.
+/// The last bit of a product of three is then above 2^-760, so that neither the exact predicates
+/// nor their error bound can underflow. Used by ConvexHull. Smaller: wrong signs; larger: points
+/// are moved by more.
 inline constexpr Scalar kSmallestHullCoordinate = 0x1p-200;
 
 /// Shortest step that is handed to a SUNDIALS solver, relative to |t| at both ends and to the last
 /// step. It refuses a first step below 4u and takes a stop time within 200u (|t| + |step|) for
-/// reached; this is five times as far. Shorter ones are a single explicit midpoint step, with linear
-/// dense output that errs by h^2 |y''| / 8: below rounding unless rates exceed 1e4 / |t|. Larger:
-/// that error; smaller: SUNDIALS may refuse. Used by SundialsIntegrator.
+/// reached; this is five times as far. Shorter ones are a single explicit midpoint step, with
+/// linear dense output that errs by h^2 |y''| / 8: below rounding unless rates exceed 1e4 / |t|.
+/// Larger: that error; smaller: SUNDIALS may refuse. Used by SundialsIntegrator.
 inline constexpr Scalar kShortestSolverStep = 2048 * kUnitRoundoff;
 
-/// The same as a time, for t near zero: squares and reciprocals of a step must neither underflow nor
-/// overflow, and no motion is that fast. Used by SundialsIntegrator.
+/// The same as a time, for t near zero: squares and reciprocals of a step must neither underflow
+/// nor overflow, and no motion is that fast. Used by SundialsIntegrator.
 inline constexpr Scalar kShortestSolverTime = 1e-100;
 
 /// Limit of sweeps over all contacts of an impact, and the change of velocity, relative to the

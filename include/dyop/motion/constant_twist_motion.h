@@ -1,6 +1,7 @@
 #pragma once
 
 #include "dyop/motion/motion.h"
+#include "dyop/motion/steady_turn.h"
 
 namespace dyop {
 
@@ -18,10 +19,12 @@ class ConstantTwistMotion final : public Motion {
 
   RigidPose pose(Scalar t) const override;
   Twist twist(Scalar t) const override;
+  MotionState state(Scalar t) const override;
   TwistBound twist_bound(const TimeInterval& interval) const override;
 
  private:
-  RigidPose X_WB0_;
+  SteadyTurn R_WB_;
+  Vector3 p_WB0_;
   Twist twist_WB_;
   TwistBound bound_;
   Scalar t0_;

@@ -40,6 +40,7 @@ class HermiteMotion final : public Motion {
 
   RigidPose pose(Scalar t) const override;
   Twist twist(Scalar t) const override;
+  MotionState state(Scalar t) const override;
   TwistBound twist_bound(const TimeInterval& interval) const override;
   TimeInterval domain() const override { return interval_; }
 

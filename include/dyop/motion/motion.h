@@ -21,6 +21,11 @@ struct TwistBound {
   Scalar angular_acceleration = 0;  ///< sup |dw_WB/dt|; infinite if w jumps in the interval
 };
 
+struct MotionState {
+  RigidPose X_WB;
+  Twist twist;
+};
+
 /// A pose as a function of time, with rigorous bounds on how its twist changes. This is all that
 /// the impact engine knows of dynamics.
 ///
@@ -41,6 +46,10 @@ class Motion {
 
   /// Twist at time t, the derivative of pose; at a jump the value from the right.
   virtual Twist twist(Scalar t) const = 0;
+
+  /// Pose and twist at time t at once, the same bits as from pose() and twist(). Override it where
+  /// they share work; the impact engine asks for nothing else.
+  virtual MotionState state(Scalar t) const { return {pose(t), twist(t)}; }
 
   /// Bounds over `interval`, a sub-interval of domain(). Must round up, never down. A jump of the
   /// twist at interval.end itself does not count, as nothing moves after it: there the values from

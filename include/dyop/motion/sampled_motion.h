@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "dyop/motion/motion.h"
+#include "dyop/motion/steady_turn.h"
 
 namespace dyop {
 
@@ -37,7 +38,8 @@ class SampledMotion final : public Motion {
 
  private:
   struct Piece {
-    RigidPose X_WB0;
+    SteadyTurn R_WB;
+    Vector3 p_WB0;
     Twist twist_WB;
   };
   struct Speeds {

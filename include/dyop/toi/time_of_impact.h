@@ -9,6 +9,7 @@
 #include "dyop/geometry/shape.h"
 #include "dyop/motion/motion.h"
 #include "dyop/toi/toi_result.h"
+#include "dyop/toi/toi_workspace.h"
 
 namespace dyop {
 
@@ -43,5 +44,20 @@ struct ToiOptions {
 /// See [Mirtich1996], [Tang2009], docs/algorithms/time_of_impact.md.
 ToiResult time_of_impact(const Shape& a, const Motion& X_WA, const Shape& b, const Motion& X_WB,
                          const TimeInterval& interval, const ToiOptions& options = {});
+
+/// The same, in the memory of `workspace`: no allocation once that has grown. Same result, bit for
+/// bit.
+ToiResult time_of_impact(const Shape& a, const Motion& X_WA, const Shape& b, const Motion& X_WB,
+                         const TimeInterval& interval, const ToiOptions& options,
+                         ToiWorkspace& workspace);
+
+/// Goes on with the last query of `workspace`, which ended in BudgetExhausted or Cancelled, under
+/// new budgets. Ends as the query would have with the sum of the budgets; t_safe never falls.
+/// Statistics count this call only.
+/// @throws InvalidArgument if the workspace holds no such query, or one of other shapes, motions
+///         (the same objects, unchanged), interval, target or tolerance.
+ToiResult resume_time_of_impact(const Shape& a, const Motion& X_WA, const Shape& b,
+                                const Motion& X_WB, const TimeInterval& interval,
+                                const ToiOptions& options, ToiWorkspace& workspace);
 
 }  // namespace dyop

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <memory>
+
+namespace dyop {
+
+namespace internal {
+struct ToiMemory;
+}
+
+/// Memory of time_of_impact(), kept by the caller from query to query: after the first few, queries
+/// of two meshes allocate nothing. Also holds what is left of a query that ran out of budget, so
+/// that it can be resumed. For one query at a time; any pair of shapes.
+class ToiWorkspace {
+ public:
+  ToiWorkspace();
+  ~ToiWorkspace();
+  ToiWorkspace(ToiWorkspace&&) noexcept;
+  ToiWorkspace& operator=(ToiWorkspace&&) noexcept;
+
+  /// True if the last query ended undecided (BudgetExhausted, Cancelled) and can be resumed.
+  bool can_resume() const;
+
+  internal::ToiMemory& memory() { return *memory_; }
+
+ private:
+  std::unique_ptr<internal::ToiMemory> memory_;
+};
+
+}  // namespace dyop

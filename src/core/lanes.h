@@ -1,0 +1,199 @@
+#pragma once
+
+// Several doubles side by side, as wide as the instruction set this file is compiled for, and one
+// double with the same face. Only additions, multiplications, divisions, square roots, comparisons
+// and selections: each lane has the same bits whatever the width.
+//
+// Included by the kernels that are compiled once an instruction set. Those must not include
+// anything with inline functions of external linkage (Eigen, the standard library): the linker
+// might take the copy compiled for a newer processor for everyone. Hence the namespaces here.
+
+#if defined(__AVX512F__)
+#include <immintrin.h>
+#define DYOP_LANES lanes_avx512
+#elif defined(__AVX2__)
+#include <immintrin.h>
+#define DYOP_LANES lanes_avx2
+#elif defined(__SSE2__)
+#include <emmintrin.h>
+#define DYOP_LANES lanes_baseline
+#else
+#define DYOP_LANES lanes_portable
+#endif
+
+#define DYOP_INLINE inline __attribute__((always_inline))
+
+namespace dyop::internal {
+inline namespace DYOP_LANES {
+
+/// One lane.
+struct OneLane {
+  static constexpr int kCount = 1;
+  struct Mask {
+    bool m;
+    friend DYOP_INLINE Mask operator&(Mask x, Mask y) { return {x.m && y.m}; }
+    friend DYOP_INLINE Mask operator|(Mask x, Mask y) { return {x.m || y.m}; }
+    /// x and not y
+    friend DYOP_INLINE Mask without(Mask x, Mask y) { return {x.m && !y.m}; }
+    /// One bit a lane.
+    DYOP_INLINE unsigned bits() const { return m ? 1u : 0u; }
+  };
+  double v;
+
+  OneLane() = default;
+  DYOP_INLINE explicit OneLane(double x) : v(x) {}
+  static DYOP_INLINE OneLane load(const float* from) { return OneLane(double{*from}); }
+  DYOP_INLINE void store(double* to) const { *to = v; }
+
+  friend DYOP_INLINE OneLane operator+(OneLane x, OneLane y) { return OneLane(x.v + y.v); }
+  friend DYOP_INLINE OneLane operator-(OneLane x, OneLane y) { return OneLane(x.v - y.v); }
+  friend DYOP_INLINE OneLane operator*(OneLane x, OneLane y) { return OneLane(x.v * y.v); }
+  friend DYOP_INLINE OneLane operator/(OneLane x, OneLane y) { return OneLane(x.v / y.v); }
+  /// y where x is NaN.
+  friend DYOP_INLINE OneLane larger(OneLane x, OneLane y) { return OneLane(x.v > y.v ? x.v : y.v); }
+  friend DYOP_INLINE OneLane smaller(OneLane x, OneLane y) {
+    return OneLane(x.v < y.v ? x.v : y.v);
+  }
+  friend DYOP_INLINE OneLane magnitude(OneLane x) { return OneLane(__builtin_fabs(x.v)); }
+  friend DYOP_INLINE OneLane root(OneLane x) { return OneLane(__builtin_sqrt(x.v)); }
+  /// False where either is NaN.
+  friend DYOP_INLINE Mask operator>(OneLane x, OneLane y) { return {x.v > y.v}; }
+  friend DYOP_INLINE Mask operator>=(OneLane x, OneLane y) { return {x.v >= y.v}; }
+  /// x where the mask is set, else y.
+  friend DYOP_INLINE OneLane select(Mask m, OneLane x, OneLane y) { return m.m ? x : y; }
+};
+
+#if defined(__AVX512F__)
+struct Lanes {
+  static constexpr int kCount = 8;
+  struct Mask {
+    __mmask8 m;
+    friend DYOP_INLINE Mask operator&(Mask x, Mask y) { return {__mmask8(x.m & y.m)}; }
+    friend DYOP_INLINE Mask operator|(Mask x, Mask y) { return {__mmask8(x.m | y.m)}; }
+    friend DYOP_INLINE Mask without(Mask x, Mask y) { return {__mmask8(x.m & ~y.m)}; }
+    DYOP_INLINE unsigned bits() const { return m; }
+  };
+  __m512d v;
+
+  Lanes() = default;
+  DYOP_INLINE Lanes(__m512d x) : v(x) {}
+  DYOP_INLINE explicit Lanes(double x) : v(_mm512_set1_pd(x)) {}
+  static DYOP_INLINE Lanes load(const float* from) {
+    return _mm512_cvtps_pd(_mm256_loadu_ps(from));
+  }
+  DYOP_INLINE void store(double* to) const { _mm512_storeu_pd(to, v); }
+
+  friend DYOP_INLINE Lanes operator+(Lanes x, Lanes y) { return _mm512_add_pd(x.v, y.v); }
+  friend DYOP_INLINE Lanes operator-(Lanes x, Lanes y) { return _mm512_sub_pd(x.v, y.v); }
+  friend DYOP_INLINE Lanes operator*(Lanes x, Lanes y) { return _mm512_mul_pd(x.v, y.v); }
+  friend DYOP_INLINE Lanes operator/(Lanes x, Lanes y) { return _mm512_div_pd(x.v, y.v); }
+  friend DYOP_INLINE Lanes larger(Lanes x, Lanes y) { return _mm512_max_pd(x.v, y.v); }
+  friend DYOP_INLINE Lanes smaller(Lanes x, Lanes y) { return _mm512_min_pd(x.v, y.v); }
+  friend DYOP_INLINE Lanes magnitude(Lanes x) { return _mm512_abs_pd(x.v); }
+  friend DYOP_INLINE Lanes root(Lanes x) { return _mm512_sqrt_pd(x.v); }
+  friend DYOP_INLINE Mask operator>(Lanes x, Lanes y) {
+    return {_mm512_cmp_pd_mask(x.v, y.v, _CMP_GT_OQ)};
+  }
+  friend DYOP_INLINE Mask operator>=(Lanes x, Lanes y) {
+    return {_mm512_cmp_pd_mask(x.v, y.v, _CMP_GE_OQ)};
+  }
+  friend DYOP_INLINE Lanes select(Mask m, Lanes x, Lanes y) {
+    return _mm512_mask_blend_pd(m.m, y.v, x.v);
+  }
+};
+#elif defined(__AVX2__)
+struct Lanes {
+  static constexpr int kCount = 4;
+  struct Mask {
+    __m256d m;
+    friend DYOP_INLINE Mask operator&(Mask x, Mask y) { return {_mm256_and_pd(x.m, y.m)}; }
+    friend DYOP_INLINE Mask operator|(Mask x, Mask y) { return {_mm256_or_pd(x.m, y.m)}; }
+    friend DYOP_INLINE Mask without(Mask x, Mask y) { return {_mm256_andnot_pd(y.m, x.m)}; }
+    DYOP_INLINE unsigned bits() const { return unsigned(_mm256_movemask_pd(m)); }
+  };
+  __m256d v;
+
+  Lanes() = default;
+  DYOP_INLINE Lanes(__m256d x) : v(x) {}
+  DYOP_INLINE explicit Lanes(double x) : v(_mm256_set1_pd(x)) {}
+  static DYOP_INLINE Lanes load(const float* from) { return _mm256_cvtps_pd(_mm_loadu_ps(from)); }
+  DYOP_INLINE void store(double* to) const { _mm256_storeu_pd(to, v); }
+
+  friend DYOP_INLINE Lanes operator+(Lanes x, Lanes y) { return _mm256_add_pd(x.v, y.v); }
+  friend DYOP_INLINE Lanes operator-(Lanes x, Lanes y) { return _mm256_sub_pd(x.v, y.v); }
+  friend DYOP_INLINE Lanes operator*(Lanes x, Lanes y) { return _mm256_mul_pd(x.v, y.v); }
+  friend DYOP_INLINE Lanes operator/(Lanes x, Lanes y) { return _mm256_div_pd(x.v, y.v); }
+  friend DYOP_INLINE Lanes larger(Lanes x, Lanes y) { return _mm256_max_pd(x.v, y.v); }
+  friend DYOP_INLINE Lanes smaller(Lanes x, Lanes y) { return _mm256_min_pd(x.v, y.v); }
+  friend DYOP_INLINE Lanes magnitude(Lanes x) {
+    return _mm256_andnot_pd(_mm256_set1_pd(-0.0), x.v);
+  }
+  friend DYOP_INLINE Lanes root(Lanes x) { return _mm256_sqrt_pd(x.v); }
+  friend DYOP_INLINE Mask operator>(Lanes x, Lanes y) {
+    return {_mm256_cmp_pd(x.v, y.v, _CMP_GT_OQ)};
+  }
+  friend DYOP_INLINE Mask operator>=(Lanes x, Lanes y) {
+    return {_mm256_cmp_pd(x.v, y.v, _CMP_GE_OQ)};
+  }
+  friend DYOP_INLINE Lanes select(Mask m, Lanes x, Lanes y) {
+    return _mm256_blendv_pd(y.v, x.v, m.m);
+  }
+};
+#elif defined(__SSE2__)
+struct Lanes {
+  static constexpr int kCount = 2;
+  struct Mask {
+    __m128d m;
+    friend DYOP_INLINE Mask operator&(Mask x, Mask y) { return {_mm_and_pd(x.m, y.m)}; }
+    friend DYOP_INLINE Mask operator|(Mask x, Mask y) { return {_mm_or_pd(x.m, y.m)}; }
+    friend DYOP_INLINE Mask without(Mask x, Mask y) { return {_mm_andnot_pd(y.m, x.m)}; }
+    DYOP_INLINE unsigned bits() const { return unsigned(_mm_movemask_pd(m)); }
+  };
+  __m128d v;
+
+  Lanes() = default;
+  DYOP_INLINE Lanes(__m128d x) : v(x) {}
+  DYOP_INLINE explicit Lanes(double x) : v(_mm_set1_pd(x)) {}
+  static DYOP_INLINE Lanes load(const float* from) {
+    return _mm_set_pd(double{from[1]}, double{from[0]});
+  }
+  DYOP_INLINE void store(double* to) const { _mm_storeu_pd(to, v); }
+
+  friend DYOP_INLINE Lanes operator+(Lanes x, Lanes y) { return _mm_add_pd(x.v, y.v); }
+  friend DYOP_INLINE Lanes operator-(Lanes x, Lanes y) { return _mm_sub_pd(x.v, y.v); }
+  friend DYOP_INLINE Lanes operator*(Lanes x, Lanes y) { return _mm_mul_pd(x.v, y.v); }
+  friend DYOP_INLINE Lanes operator/(Lanes x, Lanes y) { return _mm_div_pd(x.v, y.v); }
+  friend DYOP_INLINE Lanes larger(Lanes x, Lanes y) { return _mm_max_pd(x.v, y.v); }
+  friend DYOP_INLINE Lanes smaller(Lanes x, Lanes y) { return _mm_min_pd(x.v, y.v); }
+  friend DYOP_INLINE Lanes magnitude(Lanes x) { return _mm_andnot_pd(_mm_set1_pd(-0.0), x.v); }
+  friend DYOP_INLINE Lanes root(Lanes x) { return _mm_sqrt_pd(x.v); }
+  friend DYOP_INLINE Mask operator>(Lanes x, Lanes y) { return {_mm_cmpgt_pd(x.v, y.v)}; }
+  friend DYOP_INLINE Mask operator>=(Lanes x, Lanes y) { return {_mm_cmpge_pd(x.v, y.v)}; }
+  friend DYOP_INLINE Lanes select(Mask m, Lanes x, Lanes y) {
+    return _mm_or_pd(_mm_and_pd(m.m, x.v), _mm_andnot_pd(m.m, y.v));
+  }
+};
+#else
+using Lanes = OneLane;
+#endif
+
+/// x with its sign turned where s < 0 (and +-0 kept as if s were positive).
+template <typename L>
+DYOP_INLINE L turned(L x, L s) {
+  return select(s >= L(0.0), x, L(0.0) - x);
+}
+
+template <typename L>
+DYOP_INLINE L dot(const L* x, const L* y) {
+  return (x[0] * y[0] + x[1] * y[1]) + x[2] * y[2];
+}
+
+template <typename L>
+DYOP_INLINE void cross(const L* x, const L* y, L* out) {
+  out[0] = x[1] * y[2] - x[2] * y[1];
+  out[1] = x[2] * y[0] - x[0] * y[2];
+  out[2] = x[0] * y[1] - x[1] * y[0];
+}
+
+}  // namespace DYOP_LANES
+}  // namespace dyop::internal

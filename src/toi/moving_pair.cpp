@@ -1,0 +1,130 @@
+#include "toi/moving_pair.h"
+
+#include <cmath>
+#include <utility>
+
+#include "dyop/core/tolerance.h"
+
+namespace dyop::internal {
+namespace {
+
+BodyInstant instant(const MovingShape& body, Scalar t) {
+  const MotionState state = body.motion.state(t);
+  return {state.X_WB.rotation(), state.X_WB.translation(), state.twist.v_WB, state.twist.w_WB};
+}
+
+void copy(const Vector3& from, double* to) {
+  for (int i = 0; i < 3; ++i) to[i] = from[i];
+}
+
+}  // namespace
+
+MovingPair::MovingPair(const Shape& a, const Motion& X_WA, const Shape& b, const Motion& X_WB,
+                       const TimeInterval& interval, Scalar floor)
+    : interval_(interval), a_(a, X_WA, interval), b_(b, X_WB, interval), floor_(floor) {
+  const TwistBound& bound_a = a_.bounds.whole();
+  const TwistBound& bound_b = b_.bounds.whole();
+  now_.linear_speed = bound_a.linear_speed + bound_b.linear_speed;
+  now_.angular_speed_a = bound_a.angular_speed;
+  now_.angular_speed_b = bound_b.angular_speed;
+  set_time(interval.begin);
+  now_.noise = rounding_allowance();
+}
+
+// Coordinates are as large as the origins get in the interval plus the radii; a time off by one
+// rounding moves a point by its speed times that. To be called at the begin.
+Scalar MovingPair::rounding_allowance() const {
+  const Scalar largest_time = std::max(std::abs(interval_.begin), std::abs(interval_.end));
+  const auto size_of = [&](const MovingShape& body, const Vector3& origin) {
+    const TwistBound& bound = body.bounds.whole();
+    return origin.norm() + bound.linear_speed * interval_.length() + body.radius +
+           (bound.linear_speed + bound.angular_speed * body.radius) * largest_time;
+  };
+  return kStepNoise * (size_of(a_, now_.a.p_WB) + size_of(b_, now_.b.p_WB));
+}
+
+void MovingPair::set_time(Scalar t) {
+  time_ = t;
+  now_.a = instant(a_, t);
+  now_.b = instant(b_, t);
+  X_AB_ = RigidPose::from_trusted(now_.a.R_WB.transpose() * now_.b.R_WB,
+                                  now_.a.R_WB.transpose() * (now_.b.p_WB - now_.a.p_WB));
+  X_BA_ = RigidPose::from_trusted(X_AB_.rotation().transpose(),
+                                  now_.b.R_WB.transpose() * (now_.a.p_WB - now_.b.p_WB));
+  facing_a_.is_current = false;
+  facing_b_.is_current = false;
+  set_horizon();
+}
+
+void MovingPair::set_horizon() {
+  now_.remaining = std::max(0.0, interval_.end - time_);
+  const Scalar smooth_end = std::min(a_.motion.smooth_until(time_), b_.motion.smooth_until(time_));
+  now_.horizon = std::min(now_.remaining, smooth_end - time_);
+  const Scalar end = std::min(interval_.end, time_ + now_.horizon);
+  const TwistBound near_a = a_.bounds.over(time_, end);
+  const TwistBound near_b = b_.bounds.over(time_, end);
+  now_.linear_acceleration = near_a.linear_acceleration + near_b.linear_acceleration;
+  now_.angular_acceleration_a = near_a.angular_acceleration;
+  now_.angular_acceleration_b = near_b.angular_acceleration;
+}
+
+void MovingPair::fill(FacingMotion& facing, const BodyInstant& body,
+                      const BodyInstant& other) const {
+  const Matrix3 R_SW = body.R_WB.transpose();
+  copy(R_SW * (other.p_WB - body.p_WB), facing.origin);
+  copy(R_SW * (other.v_WB - body.v_WB), facing.velocity);
+  copy(R_SW * body.w_WB, facing.turning);
+  copy(R_SW * other.w_WB, facing.other_turning);
+  facing.turning_sq = body.w_WB.squaredNorm();
+  facing.other_turning_sq = other.w_WB.squaredNorm();
+  // literal: 1 + 8u rounds the root up.
+  facing.largest_turning =
+      std::sqrt(std::max(facing.turning_sq, facing.other_turning_sq)) * (1 + 0x1p-50);
+  const Vector3 p_SO = other.p_WB - body.p_WB;
+  facing.origin_distance = p_SO.norm();
+  facing.origin_opening = p_SO.dot(other.v_WB - body.v_WB) / facing.origin_distance;
+  facing.remaining = now_.remaining;
+  facing.horizon = now_.horizon;
+  facing.linear_acceleration = now_.linear_acceleration;
+  facing.linear_speed = now_.linear_speed;
+  // Directions of the wide kernels have the length one up to 32u. literal: twice that.
+  facing.floor = floor_ * (1 + 64 * kUnitRoundoff);
+  facing.noise = now_.noise;
+}
+
+const FacingMotion& MovingPair::facing_motion(bool from_a) {
+  Facing& facing = from_a ? facing_a_ : facing_b_;
+  if (facing.is_current) return facing.motion;
+  FacingMotion& motion = facing.motion;
+  fill(motion, from_a ? now_.a : now_.b, from_a ? now_.b : now_.a);
+  motion.angular_acceleration = now_.angular_acceleration_a;
+  motion.other_angular_acceleration = now_.angular_acceleration_b;
+  motion.angular_speed = now_.angular_speed_a;
+  motion.other_angular_speed = now_.angular_speed_b;
+  if (!from_a) {
+    std::swap(motion.angular_acceleration, motion.other_angular_acceleration);
+    std::swap(motion.angular_speed, motion.other_angular_speed);
+  }
+  motion.is_steady = is_steady();
+  facing.is_current = true;
+  return motion;
+}
+
+// To the end of the query both bodies only move along straight lines at constant speeds.
+bool MovingPair::is_steady() const {
+  return now_.horizon >= now_.remaining && now_.linear_acceleration == 0 &&
+         now_.angular_speed_a == 0 && now_.angular_speed_b == 0;
+}
+
+FacingPiece MovingPair::facing_piece(bool from_a, std::int32_t box) const {
+  const RigidPose& X_SO = from_a ? X_AB_ : X_BA_;
+  const OrientedBox piece = (from_a ? b_ : a_).tree.box(box);
+  FacingPiece result;
+  result.box = facing_box(piece, X_SO);
+  copy(X_SO.rotation() * piece.center, result.from_origin);
+  result.half_diagonal = piece.half_extents.norm();
+  result.radius = node_radius(piece);
+  return result;
+}
+
+}  // namespace dyop::internal

@@ -1,0 +1,33 @@
+#pragma once
+
+#include "dyop/core/time_interval.h"
+#include "toi/radix_queue.h"
+
+namespace dyop {
+class Shape;
+class Motion;
+}  // namespace dyop
+
+namespace dyop::internal {
+
+/// What a query is about: a resumed one must be about the same.
+struct ToiSubject {
+  const Shape* a = nullptr;
+  const Motion* X_WA = nullptr;
+  const Shape* b = nullptr;
+  const Motion* X_WB = nullptr;
+  TimeInterval interval;
+  Scalar target_distance = 0;
+  Scalar distance_tolerance = 0;
+
+  friend bool operator==(const ToiSubject&, const ToiSubject&) = default;
+};
+
+/// The contents of a ToiWorkspace.
+struct ToiMemory {
+  RadixQueue queue;
+  ToiSubject subject;
+  bool is_unfinished = false;
+};
+
+}  // namespace dyop::internal

@@ -1,0 +1,161 @@
+#include "dyop/toi/toi_workspace.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cstdlib>
+#include <new>
+
+#include "dyop/core/error.h"
+#include "dyop/geometry/sphere.h"
+#include "dyop/motion/constant_twist_motion.h"
+#include "dyop/motion/hermite_motion.h"
+#include "dyop/toi/time_of_impact.h"
+#include "support/mesh_generators.h"
+#include "support/random_inputs.h"
+
+namespace {
+
+// literal: a counter of the whole process, as operator new is.
+std::atomic<std::int64_t> allocation_count{0};
+
+}  // namespace
+
+// Every allocation of this executable is counted.
+void* operator new(std::size_t size) {
+  ++allocation_count;
+  if (void* memory = std::malloc(size)) return memory;
+  throw std::bad_alloc();
+}
+void* operator new(std::size_t size, std::align_val_t alignment) {
+  ++allocation_count;
+  const auto multiple = static_cast<std::size_t>(alignment);
+  if (void* memory = std::aligned_alloc(multiple, (size + multiple - 1) / multiple * multiple)) {
+    return memory;
+  }
+  throw std::bad_alloc();
+}
+void operator delete(void* memory) noexcept {
+  std::free(memory);
+}
+void operator delete(void* memory, std::size_t) noexcept {
+  std::free(memory);
+}
+void operator delete(void* memory, std::align_val_t) noexcept {
+  std::free(memory);
+}
+void operator delete(void* memory, std::size_t, std::align_val_t) noexcept {
+  std::free(memory);
+}
+
+namespace dyop {
+namespace {
+
+using test_support::gear;
+using test_support::torus;
+
+const TimeInterval kInterval{0, 2};
+
+ConstantTwistMotion random_approach(std::mt19937_64& random) {
+  const Vector3 p = 3 * testing::random_direction(random);
+  const Vector3 v = (testing::random_vector(0.5, random) - p).normalized() * 1.5;
+  const RigidPose X(rotation_from_vector(testing::random_vector(2, random)), p);
+  return ConstantTwistMotion(X, {v, testing::random_vector(3, random)});
+}
+
+ConstantTwistMotion turning(std::mt19937_64& random) {
+  return ConstantTwistMotion(RigidPose(), {Vector3::Zero(), testing::random_vector(3, random)});
+}
+
+void expect_same(const ToiResult& x, const ToiResult& y) {
+  EXPECT_EQ(x.status, y.status);
+  EXPECT_EQ(x.t_safe, y.t_safe);
+  EXPECT_EQ(x.contact.has_value(), y.contact.has_value());
+  if (x.contact && y.contact) {
+    EXPECT_EQ(x.contact->p_WCa, y.contact->p_WCa);
+    EXPECT_EQ(x.contact->triangle_a, y.contact->triangle_a);
+    EXPECT_EQ(x.contact->triangle_b, y.contact->triangle_b);
+  }
+}
+
+TEST(ToiWorkspace, ChangesNoResult) {
+  const TriangleMesh a = gear(15, 0.8, 1, 0.2).mesh();
+  const TriangleMesh b = torus(0.8, 0.3, 24, 12).mesh();
+  std::mt19937_64 random(1);
+  ToiWorkspace workspace;
+  for (int k = 0; k < 50; ++k) {
+    const ConstantTwistMotion X_WA = turning(random);
+    const ConstantTwistMotion X_WB = random_approach(random);
+    expect_same(time_of_impact(a, X_WA, b, X_WB, kInterval, {}, workspace),
+                time_of_impact(a, X_WA, b, X_WB, kInterval));
+    EXPECT_FALSE(workspace.can_resume());
+  }
+}
+
+TEST(ToiWorkspace, SparesAllAllocationsOnceItHasGrown) {
+  const TriangleMesh a = gear(15, 0.8, 1, 0.2).mesh();
+  const TriangleMesh b = torus(0.8, 0.3, 24, 12).mesh();
+  ToiWorkspace workspace;
+  const auto run = [&] {
+    std::mt19937_64 random(2);
+    std::int64_t allocations = 0;
+    for (int k = 0; k < 40; ++k) {
+      const ConstantTwistMotion X_WA = turning(random);
+      const ConstantTwistMotion X_WB = random_approach(random);
+      const std::int64_t before = allocation_count;
+      time_of_impact(a, X_WA, b, X_WB, kInterval, {}, workspace);
+      allocations += allocation_count - before;
+    }
+    return allocations;
+  };
+  EXPECT_GT(run(), 0);  // the guard works
+  EXPECT_EQ(run(), 0);
+}
+
+TEST(ToiWorkspace, GoesOnWhereABudgetRanOut) {
+  const TriangleMesh a = gear(15, 0.8, 1, 0.2).mesh();
+  const TriangleMesh b = torus(0.8, 0.3, 24, 12).mesh();
+  std::mt19937_64 random(3);
+  ToiWorkspace workspace;
+  ToiOptions small;
+  int resumed = 0;
+  for (int k = 0; k < 30; ++k) {
+    const ConstantTwistMotion X_WA = turning(random);
+    const ConstantTwistMotion X_WB = random_approach(random);
+    small.max_node_pairs = 1 + k;
+    ToiResult result = time_of_impact(a, X_WA, b, X_WB, kInterval, small, workspace);
+    // Some thousand pieces at most: every call makes progress.
+    for (int call = 0; call < 10000 && result.status == ToiStatus::BudgetExhausted; ++call) {
+      ++resumed;
+      ASSERT_TRUE(workspace.can_resume());
+      const Scalar t_safe = result.t_safe;
+      result = resume_time_of_impact(a, X_WA, b, X_WB, kInterval, small, workspace);
+      ASSERT_GE(result.t_safe, t_safe);
+    }
+    expect_same(result, time_of_impact(a, X_WA, b, X_WB, kInterval));
+  }
+  EXPECT_GT(resumed, 100);
+}
+
+TEST(ToiWorkspace, ResumesOnlyTheQueryItHolds) {
+  const Sphere sphere(1);
+  const ConstantTwistMotion X_WA(RigidPose(), {});
+  const ConstantTwistMotion X_WB(RigidPose(Vector3(5, 0, 0)),
+                                 {Vector3(-1, 0, 0), Vector3(0, 1, 0)});
+  ToiWorkspace workspace;
+  EXPECT_THROW(resume_time_of_impact(sphere, X_WA, sphere, X_WB, {0, 9}, {}, workspace),
+               InvalidArgument);
+  ToiOptions small;
+  small.max_node_pairs = 1;
+  ASSERT_EQ(time_of_impact(sphere, X_WA, sphere, X_WB, {0, 9}, small, workspace).status,
+            ToiStatus::BudgetExhausted);
+  EXPECT_THROW(resume_time_of_impact(sphere, X_WA, sphere, X_WB, {0, 8}, {}, workspace),
+               InvalidArgument);
+  EXPECT_THROW(resume_time_of_impact(sphere, X_WB, sphere, X_WA, {0, 9}, {}, workspace),
+               InvalidArgument);
+  EXPECT_EQ(resume_time_of_impact(sphere, X_WA, sphere, X_WB, {0, 9}, {}, workspace).status,
+            ToiStatus::Impact);
+}
+
+}  // namespace
+}  // namespace dyop
