@@ -7,12 +7,19 @@
 
 namespace dyop::testing {
 
-std::optional<std::filesystem::path> find_model(const std::string& name) {
+std::vector<std::filesystem::path> model_directories() {
   const char* variable = std::getenv("DYOP_MESH_PATH");
-  std::istringstream directories((variable ? std::string(variable) + ":" : "") + DYOP_MODEL_PATH);
-  for (std::string directory; std::getline(directories, directory, ':');) {
-    const std::filesystem::path file = std::filesystem::path(directory) / name;
-    if (!directory.empty() && std::filesystem::is_regular_file(file)) return file;
+  std::istringstream list((variable ? std::string(variable) + ":" : "") + DYOP_MODEL_PATH);
+  std::vector<std::filesystem::path> directories;
+  for (std::string directory; std::getline(list, directory, ':');) {
+    if (!directory.empty()) directories.emplace_back(directory);
+  }
+  return directories;
+}
+
+std::optional<std::filesystem::path> find_model(const std::string& name) {
+  for (const std::filesystem::path& directory : model_directories()) {
+    if (std::filesystem::is_regular_file(directory / name)) return directory / name;
   }
   return std::nullopt;
 }
