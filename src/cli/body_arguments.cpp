@@ -1,6 +1,7 @@
 #include "cli/body_arguments.h"
 
 #include <charconv>
+#include <cmath>
 #include <numbers>
 
 #include "dyop/geometry/box.h"
@@ -43,6 +44,26 @@ MeshPlacement make_placement(const PlacementArguments& arguments) {
 }
 
 }  // namespace
+
+std::string require_count(const std::string& text) {
+  std::int64_t value = 0;
+  const char* const end = text.data() + text.size();
+  const auto [stop, error] = std::from_chars(text.data(), end, value);
+  const bool is_count = error == std::errc() && stop == end && value > 0;
+  return is_count ? "" : "expected an integer from 1 to 2^63 - 1, found '" + text + "'";
+}
+
+std::string require_positive(const std::string& text) {
+  Scalar value = 0;
+  const bool is_right = CLI::detail::lexical_cast(text, value) && value > 0 && value < kInfinity;
+  return is_right ? "" : "expected a finite number > 0, found '" + text + "'";
+}
+
+std::string require_non_negative(const std::string& text) {
+  Scalar value = 0;
+  const bool is_right = CLI::detail::lexical_cast(text, value) && value >= 0 && value < kInfinity;
+  return is_right ? "" : "expected a finite number >= 0, found '" + text + "'";
+}
 
 void add_placement_options(CLI::App& app, PlacementArguments& placement) {
   app.add_option("--scale", placement.scale, "Scale of meshes, > 0")->capture_default_str();
@@ -95,6 +116,7 @@ std::shared_ptr<const Shape> make_shape(const BodyArguments& body, PlacementArgu
 
 std::shared_ptr<const Shape> make_shape(const std::string& text,
                                         const PlacementArguments& placement) {
+  DYOP_REQUIRE(!text.empty(), "expected a mesh file or a shape, found ''");
   return guard_option(text, [&]() -> std::shared_ptr<const Shape> {
     if (text.starts_with("sphere:")) return std::make_shared<Sphere>(parse_sizes(text, 1)[0]);
     if (text.starts_with("box:")) {
@@ -118,9 +140,12 @@ RigidPose make_pose(const BodyArguments& body) {
   if (!body.axis_angle.empty()) {
     return guard_option(body.option("axis-angle"), [&] {
       const Vector3 axis = vector_or_zero(body.axis_angle);
-      DYOP_REQUIRE(axis.norm() > 0, "the axis must not be zero");
-      const Scalar angle = body.axis_angle[3] * std::numbers::pi / 180;
-      return RigidPose(Quaternion(Eigen::AngleAxis<Scalar>(angle, axis.normalized())), p);
+      const Scalar degrees = body.axis_angle[3];
+      DYOP_REQUIRE(axis.allFinite() && !axis.isZero(0),
+                   "the axis must be finite and not zero, not ", axis.transpose());
+      DYOP_REQUIRE(std::isfinite(degrees), "the angle must be finite, not ", degrees);
+      const Scalar angle = degrees * std::numbers::pi / 180;
+      return RigidPose(Quaternion(Eigen::AngleAxis<Scalar>(angle, axis.stableNormalized())), p);
     });
   }
   return guard_option(body.option("position"), [&] { return RigidPose(p); });

@@ -35,6 +35,12 @@ struct PlacementArguments {
   std::string center = "none";
 };
 
+/// Checks of an option's text, for CLI::Option::check(): what is wrong, or nothing. Unlike those of
+/// CLI11 they refuse NaN, and a number too large to count with.
+std::string require_count(const std::string& text);
+std::string require_positive(const std::string& text);
+std::string require_non_negative(const std::string& text);
+
 void add_placement_options(CLI::App& app, PlacementArguments& placement);
 void add_pose_options(CLI::App& app, BodyArguments& body);
 void add_motion_options(CLI::App& app, BodyArguments& body);

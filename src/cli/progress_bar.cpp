@@ -1,15 +1,29 @@
 #include "cli/progress_bar.h"
 
+#include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cstdio>
 #include <string>
+#include <string_view>
 
 namespace dyop::cli {
+namespace {
+
+// Columns of the terminal; 80 if it does not tell.
+int terminal_width() {
+  winsize size{};
+  const bool is_known = ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0;
+  return is_known ? size.ws_col : 80;
+}
+
+}  // namespace
 
 ProgressBar::ProgressBar(bool is_wanted)
-    : is_shown_(is_wanted && isatty(STDERR_FILENO) == 1), last_(begin_) {}
+    : is_shown_(is_wanted && isatty(STDERR_FILENO) == 1), last_(begin_) {
+  if (is_shown_) draw(0, 0, 0);
+}
 
 ProgressBar::~ProgressBar() {
   if (is_shown_) std::fputs("\r\033[K", stderr);
@@ -20,13 +34,25 @@ void ProgressBar::update(double fraction, std::int64_t impacts) {
   const Clock::time_point now = Clock::now();
   if (now - last_ < std::chrono::milliseconds(100)) return;
   last_ = now;
-  constexpr int kWidth = 30;
-  const int done = std::clamp(int(fraction * kWidth), 0, kWidth);
-  const std::string bar =
-      std::string(std::size_t(done), '#') + std::string(std::size_t(kWidth - done), '.');
-  const double seconds = std::chrono::duration<double>(now - begin_).count();
-  std::fprintf(stderr, "\r[%s] %3.0f%%  %lld impacts  %.1f s\033[K", bar.c_str(), 100 * fraction,
-               static_cast<long long>(impacts), seconds);
+  draw(fraction, impacts, std::chrono::duration<double>(now - begin_).count());
+}
+
+void ProgressBar::draw(double fraction, std::int64_t impacts, double seconds) const {
+  char numbers[80];
+  std::snprintf(numbers, sizeof numbers, "%3.0f%%  %lld impact%s  %.1f s", 100 * fraction,
+                static_cast<long long>(impacts), impacts == 1 ? "" : "s", seconds);
+  std::string line;
+  // One column stays free: a full line would make some terminals begin a new one.
+  const int room = terminal_width() - 1 - int(std::string_view(numbers).size() + 3);
+  constexpr int kNarrowest = 5;
+  if (const int width = std::min(30, room); width >= kNarrowest) {
+    const int done = std::clamp(int(fraction * width), 0, width);
+    line.append(1, '[').append(std::size_t(done), '#').append(std::size_t(width - done), '.');
+    line += "] ";
+  }
+  line += numbers;
+  line.resize(std::min(line.size(), std::size_t(std::max(0, terminal_width() - 1))));
+  std::fprintf(stderr, "\r%s\033[K", line.c_str());
   std::fflush(stderr);
 }
 

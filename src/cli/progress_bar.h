@@ -6,7 +6,7 @@
 namespace dyop::cli {
 
 /// One line on stderr that is written over and over, at most ten times a second, and wiped at the
-/// end. Silent unless stderr is a terminal.
+/// end. Silent unless stderr is a terminal. Shortened to what fits in a narrow one.
 class ProgressBar {
  public:
   explicit ProgressBar(bool is_wanted);
@@ -18,6 +18,8 @@ class ProgressBar {
   void update(double fraction, std::int64_t impacts);
 
  private:
+  void draw(double fraction, std::int64_t impacts, double seconds) const;
+
   using Clock = std::chrono::steady_clock;
   bool is_shown_;
   Clock::time_point begin_ = Clock::now();

@@ -1,6 +1,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdlib>
+#include <exception>
 #include <fstream>
 #include <iostream>
 #include <nlohmann/json.hpp>
@@ -45,6 +46,7 @@ struct Arguments {
 struct Run {
   RunTotals totals;
   std::vector<ImpactEvent> impacts;
+  std::exception_ptr failure;  // what ended it, to be thrown once its files are written
 };
 
 std::vector<fs::path> mesh_directories(const Arguments& arguments) {
@@ -73,38 +75,48 @@ void close_file(std::ofstream& out, const fs::path& file) {
 // literal: only rounding of end / step makes such a rest
 constexpr Scalar kNoStep = 1e-6;
 
-Run step_through(const Scene& scene, RunRecorder& recorder, const std::stop_token& stop,
-                 ProgressBar& progress) {
-  World world = make_world(scene);
-  Run run;
+// What a run needs beside its scene and its results.
+struct Watch {
+  const std::stop_token& stop;
+  ProgressBar& progress;
+};
+
+void step_through(const Scene& scene, const Watch& watch, World& world, RunRecorder& recorder,
+                  std::vector<ImpactEvent>& impacts) {
   const auto count =
       std::max<std::int64_t>(1, std::llround(std::ceil(scene.end_time / scene.step - kNoStep)));
   for (std::int64_t k = 1; k <= count; ++k) {
     const Scalar t = k == count ? scene.end_time : Scalar(k) * scene.step;
-    const AdvanceReport report = world.advance(t - world.time(), stop);
+    const AdvanceReport report = world.advance(t - world.time(), watch.stop);
     recorder.write(report);
-    run.impacts.insert(run.impacts.end(), report.impacts.begin(), report.impacts.end());
-    progress.update(world.time() / scene.end_time, std::int64_t(run.impacts.size()));
-    if (report.status != AdvanceStatus::Completed) break;
+    impacts.insert(impacts.end(), report.impacts.begin(), report.impacts.end());
+    watch.progress.update(world.time() / scene.end_time, std::int64_t(impacts.size()));
+    if (report.status != AdvanceStatus::Completed) return;
   }
-  recorder.finish();
-  run.totals = recorder.totals();
-  return run;
 }
 
 Run record(const Scene& scene, const fs::path& file, const Arguments& arguments,
            const std::stop_token& stop) {
+  World world = make_world(scene);
   std::ofstream out = open_file(file);
   RunRecorder recorder(out, scene);
   ProgressBar progress(!arguments.no_progress);
-  Run run = step_through(scene, recorder, stop, progress);
+  Run run;
+  try {
+    step_through(scene, {stop, progress}, world, recorder, run.impacts);
+    recorder.finish();
+  } catch (const Error& error) {
+    recorder.fail(error.what());
+    run.failure = std::current_exception();
+  }
   close_file(out, file);
+  run.totals = recorder.totals();
   return run;
 }
 
 void print_json(const Run& run, const Arguments& arguments, double seconds) {
   nlohmann::ordered_json json;
-  json["status"] = name_of(run.totals.status);
+  json["status"] = run.totals.end();
   json["t"] = run.totals.t;
   json["impacts"] = run.totals.impacts;
   json["first_impact"] = nullptr;
@@ -132,6 +144,17 @@ ExitCode exit_code_of(const Run& run, const Scene& scene, const Arguments& argum
   }
 }
 
+// Throws what ended a run again, with the name of the scene.
+[[noreturn]] void throw_named(const std::exception_ptr& failure, const std::string& scene) {
+  try {
+    std::rethrow_exception(failure);
+  } catch (const IntegrationError& error) {
+    throw IntegrationError(scene + ": " + error.what());
+  } catch (const InvalidArgument& error) {  // a value that only shows to be too large in the run
+    throw FileError(scene, error.what());
+  }
+}
+
 ExitCode run(const Arguments& arguments) {
   const InterruptGuard interrupt;
   const auto begin = std::chrono::steady_clock::now();
@@ -155,6 +178,7 @@ ExitCode run(const Arguments& arguments) {
   } else {
     std::cout << summary.str();
   }
+  if (run.failure) throw_named(run.failure, arguments.scene);
   return exit_code_of(run, scene, arguments);
 }
 

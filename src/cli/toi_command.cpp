@@ -46,8 +46,10 @@ ToiOptions make_options(const Arguments& arguments, const Shape& a, const Shape&
       kRelativeTolerance * std::min(a.bounding_radius(), b.bounding_radius()));
   if (arguments.time_limit) {
     using Clock = std::chrono::steady_clock;
-    options.deadline = Clock::now() + std::chrono::duration_cast<Clock::duration>(
-                                          std::chrono::duration<Scalar>(*arguments.time_limit));
+    // A year is no limit, and can be added to the clock.
+    constexpr Scalar kLongest = 365 * 24 * 3600;
+    const std::chrono::duration<Scalar> limit(std::min(*arguments.time_limit, kLongest));
+    options.deadline = Clock::now() + std::chrono::duration_cast<Clock::duration>(limit);
   }
   options.stop = interrupt.token();
   return options;
@@ -100,19 +102,19 @@ void add_toi_command(CLI::App& app, ExitCode& exit_code) {
   command
       ->add_option("--target", arguments->options.target_distance,
                    "Distance that counts as an impact")
-      ->check(CLI::NonNegativeNumber)
+      ->check(require_non_negative)
       ->capture_default_str();
   command
       ->add_option(
           "--tolerance", arguments->tolerance,
           "How much above the target an impact may be reported; default: a millionth of the "
           "smaller bounding radius")
-      ->check(CLI::PositiveNumber);
+      ->check(require_positive);
   command->add_option("--max-node-pairs", arguments->options.max_node_pairs, "Budget of work")
-      ->check(CLI::PositiveNumber)
+      ->check(require_count)
       ->capture_default_str();
   command->add_option("--time-limit", arguments->time_limit, "Budget in seconds")
-      ->check(CLI::Range(0.0, 1e6));
+      ->check(require_non_negative);
   add_placement_options(*command, arguments->placement);
   for (BodyArguments* body : {&arguments->a, &arguments->b}) {
     add_pose_options(*command, *body);

@@ -7,7 +7,8 @@
 namespace dyop {
 
 MassProperties with_mass(const MassProperties& properties, Scalar mass) {
-  DYOP_REQUIRE(std::isfinite(mass) && mass > 0, "mass must be finite and > 0, not ", mass);
+  DYOP_REQUIRE(std::isnormal(mass) && mass > 0, "mass must be > 0 and in the range of double, not ",
+               mass);
   DYOP_REQUIRE(std::isfinite(properties.mass) && properties.mass > 0,
                "the mass to scale must be finite and > 0, not ", properties.mass);
   return {mass, properties.p_BoBcm, properties.I_BBcm * (mass / properties.mass)};

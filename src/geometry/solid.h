@@ -18,9 +18,9 @@ inline void require_length(const char* what, Scalar length) {
                kLargestCoordinate, ", not ", length);
 }
 
-// Passes mass properties on if their mass neither overflowed nor underflowed.
+// Passes mass properties on if their mass neither overflowed nor underflowed: it can be divided by.
 inline MassProperties require_representable(const MassProperties& properties) {
-  DYOP_REQUIRE(std::isfinite(properties.mass) && properties.mass > 0 &&
+  DYOP_REQUIRE(std::isnormal(properties.mass) && properties.mass > 0 &&
                    properties.I_BBcm.allFinite() && properties.p_BoBcm.allFinite(),
                "mass properties are out of the range of double: mass ", properties.mass);
   return properties;

@@ -69,6 +69,9 @@ NamedBody read_body(const JsonNode& node, const TimeInterval& span, ShapeReader&
   if (body.name.empty()) node.at("name").fail_expected("a text that is not empty");
   const bool is_shell = node.has("shell") && node.at("shell").boolean();
   ShapeReader::NamedShape shape = shapes.read(node.at("shape"), is_shell);
+  if (is_shell && shape.shape->kind() != ShapeKind::TriangleMesh) {
+    node.at("shell").fail("only a mesh can be a shell");
+  }
   body.shape = std::move(shape.shape);
   result.shape_name = std::move(shape.name);
   if (node.has("kind")) {

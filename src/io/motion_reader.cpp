@@ -24,9 +24,9 @@ Quaternion read_quaternion(const JsonNode& node) {
 Quaternion read_axis_angle(const JsonNode& node) {
   node.require_object({"axis", "degrees"});
   const Vector3 axis = node.at("axis").vector3();
-  if (!(axis.norm() > 0)) node.at("axis").fail_expected("an axis of any length but zero");
-  return Quaternion(
-      Eigen::AngleAxis<Scalar>(node.at("degrees").number() * kRadiansPerDegree, axis.normalized()));
+  if (axis.isZero(0)) node.at("axis").fail_expected("an axis of any length but zero");
+  return Quaternion(Eigen::AngleAxis<Scalar>(node.at("degrees").number() * kRadiansPerDegree,
+                                             axis.stableNormalized()));
 }
 
 // About the fixed axes of the world, first x, then y, then z.

@@ -18,6 +18,7 @@ using internal::to_json;
 constexpr int kVersion = 1;
 constexpr std::size_t kStateNumbers = 13;
 constexpr int kPartsOfStep = 4;
+constexpr std::string_view kError = "Error";  // the status of a run that an exception ended
 
 constexpr std::array<std::pair<BodyKind, std::string_view>, 3> kKinds{{
     {BodyKind::Dynamic, "dynamic"},
@@ -97,7 +98,8 @@ Json impact_json(const ImpactEvent& event, std::int64_t number) {
 Json totals_json(const RunTotals& totals) {
   Json json;
   json["record"] = "end";
-  json["status"] = name_of(totals.status);
+  json["status"] = totals.end();
+  if (totals.error) json["error"] = *totals.error;
   json["t"] = totals.t;
   json["advances"] = totals.advances;
   json["steps"] = totals.steps;
@@ -154,6 +156,7 @@ RunTotals totals_from(const Json& json) {
         AdvanceStatus::NumericalLimit}) {
     if (json.at("status") == name_of(status)) totals.status = status;
   }
+  if (json.contains("error")) totals.error = json.at("error").get<std::string>();
   totals.t = json.at("t").get<Scalar>();
   totals.advances = json.at("advances").get<std::int64_t>();
   totals.steps = json.at("steps").get<std::int64_t>();
@@ -203,6 +206,10 @@ void RunTotals::add(const AdvanceReport& report) {
   broad_phase_pairs += report.broad_phase_pairs;
 }
 
+std::string_view RunTotals::end() const {
+  return error ? kError : name_of(status);
+}
+
 RunRecorder::RunRecorder(std::ostream& out, const Scene& scene) : out_(out) {
   out_ << header_of(scene).dump() << '\n';
 }
@@ -229,6 +236,11 @@ void RunRecorder::write(const AdvanceReport& report) {
 
 void RunRecorder::finish() {
   out_ << totals_json(totals_).dump() << '\n';
+}
+
+void RunRecorder::fail(const std::string& error) {
+  totals_.error = error;
+  finish();
 }
 
 RunRecording read_recording(const std::filesystem::path& file) {

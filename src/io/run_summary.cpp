@@ -92,6 +92,7 @@ void write_counters(std::ostream& out, const RunTotals& totals) {
 
 std::string describe_end(const Scene& scene, const RunTotals& totals) {
   const std::string t = show(totals.t);
+  if (totals.error) return "Ended by an error, safe until then: " + *totals.error;
   const std::string pair = pair_words(scene, totals.offending_pair);
   switch (totals.status) {
     case AdvanceStatus::NotRun:

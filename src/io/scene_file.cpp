@@ -21,15 +21,19 @@ BodyId body_named(const JsonNode& node, const Scene& scene) {
   node.fail_expected("the name of a body");
 }
 
+// A finite number of steps that can be counted, and that move the clock.
+void require_countable(const JsonNode& step, const Scene& scene) {
+  constexpr Scalar kMostSteps = 1e9;
+  if (!(scene.end_time / step.positive_number() <= kMostSteps)) {
+    step.fail_expected("a step of at least one part in 1e9 of the end time");
+  }
+}
+
 void read_time(const JsonNode& node, Scene& scene) {
   node.require_object({"end", "step"});
   scene.end_time = node.at("end").positive_number();
   scene.step = node.at("step").positive_number();
-  // A finite number of steps that can be counted, and that move the clock.
-  constexpr Scalar kMostSteps = 1e9;
-  if (!(scene.end_time / scene.step <= kMostSteps)) {
-    node.at("step").fail_expected("a step of at least one part in 1e9 of the end time");
-  }
+  require_countable(node.at("step"), scene);
 }
 
 void read_bodies(const JsonNode& node, const std::vector<std::filesystem::path>& directories,
@@ -124,7 +128,8 @@ void read_filters(const JsonNode& node, Scene& scene) {
   }
 }
 
-void read_integrator(const JsonNode& node, WorldOptions& options) {
+void read_integrator(const JsonNode& node, Scene& scene) {
+  WorldOptions& options = scene.options;
   node.require_object(
       {"kind", "relative_tolerance", "absolute_tolerance", "max_step", "max_internal_steps"});
   if (node.has("kind")) {
@@ -140,7 +145,10 @@ void read_integrator(const JsonNode& node, WorldOptions& options) {
   if (const auto value = node.find("absolute_tolerance")) {
     limits.absolute_tolerance = value->positive_number();
   }
-  if (const auto value = node.find("max_step")) limits.max_step = value->positive_number();
+  if (const auto value = node.find("max_step")) {
+    limits.max_step = value->positive_number();
+    require_countable(*value, scene);
+  }
   if (const auto value = node.find("max_internal_steps")) {
     limits.max_internal_steps = value->positive_integer();
   }
@@ -159,8 +167,9 @@ void read_zeno(const JsonNode& node, WorldOptions& options) {
   if (const auto value = node.find("speed")) options.zeno_speed = value->non_negative_number();
 }
 
-void read_options(const JsonNode& root, WorldOptions& options) {
-  if (const auto node = root.find("integrator")) read_integrator(*node, options);
+void read_options(const JsonNode& root, Scene& scene) {
+  WorldOptions& options = scene.options;
+  if (const auto node = root.find("integrator")) read_integrator(*node, scene);
   if (const auto node = root.find("policy")) {
     options.policy = node->choice<ImpactPolicy>(
         {{"stop", ImpactPolicy::Stop}, {"impulse", ImpactPolicy::Impulse}});
@@ -188,7 +197,7 @@ void read_root(const JsonNode& root, const std::vector<std::filesystem::path>& d
   // Scenes have no unit, so nothing falls unless the scene says how fast.
   scene.options.gravity_W = Vector3::Zero();
   read_time(root.at("time"), scene);
-  read_options(root, scene.options);
+  read_options(root, scene);
   read_bodies(root.at("bodies"), directories, scene);
   if (const auto node = root.find("forces")) read_forces(*node, scene);
   if (const auto node = root.find("margins")) read_margins(*node, scene);

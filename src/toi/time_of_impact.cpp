@@ -161,7 +161,8 @@ ToiSearch::Verdict ToiSearch::examine_leaves(const QueuedPair& pair) {
   // rounding, and the time it is at was proven safe.
   if (pair_.time() == interval_.begin && !(piece.lower > lost_)) {
     result_.contact = make_contact(piece, pair);
-    return Verdict::TooCloseAtBegin;
+    // Bounds wider than the tolerance do not tell near from far; nor does NaN.
+    return piece.upper <= near_ ? Verdict::TooCloseAtBegin : Verdict::Stuck;
   }
   const bool is_near = !(piece.upper > near_ + noise());
   if (is_near && is_closing(piece)) {

@@ -214,6 +214,20 @@ TEST_F(CommandLine, NamesWhatIsWrongWithAnOption) {
   expect_error({"distance", "sphere:1", "sphere:1", "--scale", "0", "--limit", "-1"}, "-1");
   expect_error({"toi", "sphere:1", "sphere:1", "--tolerance", "0"}, "--tolerance");
   expect_error({"toi", "sphere:1", "sphere:1", "--target", "-1"}, "--target");
+  for (const char* option : {"--target", "--tolerance", "--time-limit"}) {
+    expect_error({"toi", "sphere:1", "sphere:1", option, "nan"},
+                 std::string(option) + ": expected a finite number >");
+  }
+  expect_error({"toi", "sphere:1", "sphere:1", "--tolerance", "inf"}, "found 'inf'");
+  expect_error({"toi", "sphere:1", "sphere:1", "--max-node-pairs", "99999999999999999999"},
+               "--max-node-pairs: expected an integer from 1 to 2^63 - 1");
+  expect_error({"distance", "sphere:1", "sphere:1", "--axis-angle-a", "0", "0", "0", "90"},
+               "--axis-angle-a: the axis must be finite and not zero, not 0 0 0");
+  expect_error({"distance", "sphere:1", "sphere:1", "--axis-angle-a", "0", "0", "1", "nan"},
+               "--axis-angle-a: the angle must be finite, not nan");
+  expect_error({"distance", "sphere:1e61", "sphere:1"},
+               "radius must be > 0 and at most 1e+60, not 1e+61");
+  expect_error({"info", ""}, "expected a mesh file or a shape, found ''");
 }
 
 }  // namespace

@@ -143,8 +143,37 @@ TEST_F(SimulateCommand, NamesWhatIsWrongWithAScene) {
     "motion": {"kind": "interpolated", "interval": [2, 1], "from": {}, "to": {}}})");
   expect_error(scene, "bodies[1].motion.interval: time interval must not be reversed");
   scene = falling_ball();
+  scene["bodies"][0]["density"] = 1e-320;
+  expect_error(scene, "bodies[0].density: mass properties are out of the range of double");
+  scene = falling_ball();
+  scene["bodies"][0]["shell"] = true;
+  expect_error(scene, "bodies[0].shell: only a mesh can be a shell");
+  scene = falling_ball();
+  scene["integrator"] = {{"max_step", 1e-300}};
+  expect_error(scene, "integrator.max_step: expected a step of at least one part in 1e9");
+  scene = falling_ball();
+  scene["bodies"][0]["velocity"] = {{"angular", {1e200, 0, 0}}};
+  expect_error(scene, "Hermite motion");  // only the run shows that this is too fast
+  scene = falling_ball();
   scene["bodies"][0]["pose"]["position"] = {0, 0, 0};
   expect_error(scene, "ball and box are within their margin at t = 0");
+}
+
+// A gravity whose squares overflow.
+TEST_F(SimulateCommand, EndsItsFilesWhenTheIntegratorGivesUp) {
+  Json scene = falling_ball();
+  scene["forces"]["gravity"] = {0, 0, -1e300};
+  const CommandResult result = run_command({"simulate", write(scene), "--out", out(), "--json"});
+  EXPECT_EQ(result.exit_code, 3) << result.err;
+  EXPECT_TRUE(result.err.starts_with("dyop: error: ")) << result.err;
+  EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
+  EXPECT_EQ(Json::parse(result.out).at("status"), "Error");
+  const RunRecording recording = read_recording(out() + "/recording.jsonl");
+  EXPECT_TRUE(recording.is_complete);
+  ASSERT_TRUE(recording.totals.error.has_value());
+  EXPECT_EQ(result.err, "dyop: error: " + write(scene) + ": " + *recording.totals.error + "\n");
+  EXPECT_NE(TemporaryDirectory::read(out() + "/summary.txt").find("Ended by an error"),
+            std::string::npos);
 }
 
 TEST_F(SimulateCommand, RefusesADirectoryThatCannotBeMade) {

@@ -177,8 +177,7 @@ TEST(ConvexHull, NamesTheBadPoint) {
   const Scalar nan = std::nan("");
   EXPECT_NE(message_of({Vector3::Zero(), {1, nan, 2}}).find("point 1 is not finite"),
             std::string::npos);
-  EXPECT_NE(message_of({Vector3(2e60, 0, 0)}).find("beyond 9.9999999999999995e+59: (1.99"),
-            std::string::npos)
+  EXPECT_NE(message_of({Vector3(2e60, 0, 0)}).find("beyond 1e+60: (2e+60"), std::string::npos)
       << message_of({Vector3(2e60, 0, 0)});
 }
 

@@ -24,11 +24,10 @@ void expect_refusal(const Make& make, const std::string& part) {
 }
 
 TEST(Sphere, RefusesBadRadius) {
-  expect_refusal([] { Sphere(-1.5); },
-                 "radius must be > 0 and at most 9.9999999999999995e+59, not -1.5");
+  expect_refusal([] { Sphere(-1.5); }, "radius must be > 0 and at most 1e+60, not -1.5");
   expect_refusal([] { Sphere(0); }, "not 0");
   expect_refusal([] { Sphere{kNotANumber}; }, "not nan");
-  expect_refusal([] { Sphere(2 * kLargestCoordinate); }, "not 1.99");
+  expect_refusal([] { Sphere(2 * kLargestCoordinate); }, "not 2e+60");
 }
 
 // Solid ball: m = 4/3 pi r^3 rho, I = 2/5 m r^2.

@@ -60,6 +60,18 @@ TEST_F(RunRecordingFile, ReadsBackWhatWasWritten) {
   EXPECT_EQ(recording.totals.broad_phase_pairs, 8);
 }
 
+TEST_F(RunRecordingFile, TellsTheErrorThatEndedARun) {
+  std::ostringstream out;
+  RunRecorder recorder(out, test::small_scene());
+  recorder.write(test::small_report());
+  recorder.fail("the solver gave up");
+  const RunRecording recording = read(out.str());
+  EXPECT_TRUE(recording.is_complete);
+  EXPECT_EQ(recording.totals.error, "the solver gave up");
+  EXPECT_EQ(recording.totals.end(), "Error");
+  EXPECT_EQ(recording.totals.t, 1);
+}
+
 TEST_F(RunRecordingFile, KeepsEveryNumberOfAnImpactExactly) {
   const ImpactEvent expected = test::small_impact();
   const RunRecording recording = read(record_small_run());

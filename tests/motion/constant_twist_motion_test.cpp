@@ -44,7 +44,7 @@ TEST(ConstantTwistMotion, RefusesNumbersThatAreNotFinite) {
   EXPECT_EQ(message_of([&] {
               ConstantTwistMotion(RigidPose(), {Vector3(0, kInfinity, 0), zero});
             }),
-            "velocity must be finite, not (  0 inf   0)");
+            "velocity must be finite, not (0 inf 0)");
   EXPECT_NE(message_of([&] {
               ConstantTwistMotion(RigidPose(), {zero, Vector3(0, std::nan(""), 0)});
             }).find("angular velocity must be finite"),

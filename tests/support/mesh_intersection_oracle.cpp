@@ -24,13 +24,31 @@ Kernel::Point_3 to_cgal(const Vector3& p) {
   return {p.x(), p.y(), p.z()};
 }
 
-std::vector<PosedTriangle> pose(const TriangleMesh& mesh, const RigidPose& X_WM) {
+std::vector<Vector3> posed_vertices(const TriangleMesh& mesh, const RigidPose& X_WM) {
+  std::vector<Vector3> points;
+  points.reserve(mesh.vertices().size());
+  for (const Vector3& p : mesh.vertices()) points.push_back(X_WM * p);
+  return points;
+}
+
+AlignedBox box_around(const std::vector<Vector3>& points) {
+  AlignedBox box;
+  for (const Vector3& p : points) box.extend(p);
+  return box;
+}
+
+// The triangles that have a box in common with `near`.
+std::vector<PosedTriangle> pose(const TriangleMesh& mesh, const std::vector<Vector3>& points,
+                                const AlignedBox& near) {
   std::vector<PosedTriangle> triangles;
   for (const TriangleIndices& indices : mesh.triangles()) {
     Triangle t;
+    AlignedBox box;
     for (std::size_t k = 0; k < 3; ++k) {
-      t[k] = X_WM * mesh.vertices()[static_cast<std::size_t>(indices[k])];
+      t[k] = points[static_cast<std::size_t>(indices[k])];
+      box.extend(t[k]);
     }
+    if (!box.intersects(near)) continue;
     const Kernel::Triangle_3 exact(to_cgal(t[0]), to_cgal(t[1]), to_cgal(t[2]));
     triangles.push_back({t, exact, exact.is_degenerate()});
   }
@@ -52,8 +70,13 @@ bool intersect(const PosedTriangle& a, const PosedTriangle& b) {
 
 bool oracle_meshes_intersect(const TriangleMesh& a, const RigidPose& X_WA, const TriangleMesh& b,
                              const RigidPose& X_WB) {
-  const std::vector<PosedTriangle> triangles_a = pose(a, X_WA);
-  const std::vector<PosedTriangle> triangles_b = pose(b, X_WB);
+  const std::vector<Vector3> points_a = posed_vertices(a, X_WA);
+  const std::vector<Vector3> points_b = posed_vertices(b, X_WB);
+  // A common point lies in both boxes.
+  const AlignedBox near = box_around(points_a).intersection(box_around(points_b));
+  if (near.isEmpty()) return false;
+  const std::vector<PosedTriangle> triangles_a = pose(a, points_a, near);
+  const std::vector<PosedTriangle> triangles_b = pose(b, points_b, near);
   std::vector<Box> boxes_a = boxes_of(triangles_a);
   std::vector<Box> boxes_b = boxes_of(triangles_b);
   bool is_found = false;

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <numbers>
 
 #include "dyop/core/error.h"
@@ -247,6 +248,20 @@ TEST(TimeOfImpact, AdmitsWhenRoundingForbidsTheTolerance) {
   EXPECT_TRUE(result.status == ToiStatus::NumericalLimit || result.status == ToiStatus::Impact);
   EXPECT_GT(result.rounding_allowance, options.distance_tolerance);
   EXPECT_LT(result.t_safe, 3);
+}
+
+// Numbers so large that nothing is known of the gap: not a claim that the shapes begin too close.
+TEST(TimeOfImpact, DoesNotCallOverflowAnOverlap) {
+  const Sphere sphere(1);
+  const RestMotion rest;
+  const std::array far{moving(at(1e200, 0, 0), Vector3::Zero(), Vector3::Zero()),
+                       moving(at(1e308, 0, 0), Vector3::Zero(), Vector3::Zero()),
+                       moving(at(5, 0, 0), Vector3(1e308, 0, 0), Vector3::Zero()),
+                       moving(at(5, 0, 0), Vector3::Zero(), Vector3(0, 0, 1e200))};
+  for (const ConstantTwistMotion& motion : far) {
+    EXPECT_EQ(time_of_impact(sphere, motion, sphere, rest, {0, 1}).status,
+              ToiStatus::NumericalLimit);
+  }
 }
 
 TEST(TimeOfImpact, CrossesTheCornersOfASampledPath) {

@@ -1,8 +1,12 @@
 #pragma once
 
+#include <array>
+#include <charconv>
 #include <sstream>
 #include <stdexcept>
 #include <string>
+#include <string_view>
+#include <type_traits>
 
 namespace dyop {
 
@@ -26,12 +30,35 @@ class InternalError : public Error {
 
 namespace internal {
 
-/// Joins the parts of an error message. Numbers are printed so that they read back exactly.
+/// Writes one part of a message: a number with the fewest digits that read back to it exactly,
+/// a vector or matrix of Eigen as its numbers with blanks between, anything else as it prints.
+template <typename Part>
+void write_part(std::ostream& out, const Part& part) {
+  if constexpr (std::is_floating_point_v<Part>) {
+    if (part != part) {
+      out << "nan";  // its sign says nothing
+      return;
+    }
+    std::array<char, 64> digits;
+    const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), part);
+    out << std::string_view(digits.data(), std::size_t(end.ptr - digits.data()));
+  } else if constexpr (requires { part.derived().coeff(0, 0); }) {
+    for (auto row = part.rows() * 0; row < part.rows(); ++row) {
+      for (auto column = part.cols() * 0; column < part.cols(); ++column) {
+        if (row > 0 || column > 0) out << ' ';
+        write_part(out, part.derived().coeff(row, column));
+      }
+    }
+  } else {
+    out << part;
+  }
+}
+
+/// Joins the parts of an error message, see write_part().
 template <typename... Parts>
 std::string compose_message(const Parts&... parts) {
   std::ostringstream out;
-  out.precision(17);
-  (out << ... << parts);
+  (write_part(out, parts), ...);
   return out.str();
 }
 

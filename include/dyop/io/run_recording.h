@@ -2,7 +2,9 @@
 
 #include <filesystem>
 #include <iosfwd>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "dyop/dynamics/world.h"
@@ -22,8 +24,14 @@ struct RunTotals {
   IntegratorStatistics integrator;
   ToiStatistics toi;  ///< peak_queue is the largest
   std::int64_t broad_phase_pairs = 0;
+  /// What World::advance() threw, if that ended the run; `status` is then that of the advance
+  /// before.
+  std::optional<std::string> error;
 
   void add(const AdvanceReport& report);
+
+  /// How the run ended in one word: the name of the status, or "Error".
+  std::string_view end() const;
 };
 
 /// Writes a run as JSON lines: docs/recording-format.md. The bytes depend on the scene and the
@@ -38,6 +46,9 @@ class RunRecorder {
 
   /// Writes the last line.
   void finish();
+
+  /// Writes the last line of a run that an exception with this message ended.
+  void fail(const std::string& error);
 
   const RunTotals& totals() const { return totals_; }
 

@@ -1,0 +1,33 @@
+// Checks a recording of `dyop simulate` against CGAL: recording_check SCENE RECORDING [times
+// between]. At the recorded times, and so many more between every two of them (default 4), no two
+// bodies may intersect. Meshes are looked for as by the dyop command, see DYOP_MESH_PATH. The exit
+// code is 1 if anything is wrong, 2 if the files cannot be used.
+
+#include <cstdio>
+#include <cstdlib>
+
+#include "dyop/core/error.h"
+#include "support/models.h"
+#include "support/recording_oracle.h"
+
+int main(int argc, char** argv) {
+  if (argc < 3) {
+    std::fprintf(stderr, "usage: recording_check SCENE RECORDING [times between]\n");
+    return 2;
+  }
+  try {
+    const dyop::Scene scene = dyop::load_scene(argv[1], dyop::testing::model_directories());
+    const dyop::RunRecording recording = dyop::read_recording(argv[2]);
+    const auto report =
+        dyop::testing::check_recording(scene, recording, argc > 3 ? std::atoi(argv[3]) : 4);
+    for (const std::string& fault : report.faults) std::printf("%s\n", fault.c_str());
+    std::printf("%lld steps, %lld poses, %lld pairs of bodies, %lld examined, %zu faults\n",
+                static_cast<long long>(report.steps), static_cast<long long>(report.poses),
+                static_cast<long long>(report.pairs), static_cast<long long>(report.examined_pairs),
+                report.faults.size());
+    return report.faults.empty() ? 0 : 1;
+  } catch (const dyop::Error& error) {
+    std::fprintf(stderr, "recording_check: %s\n", error.what());
+    return 2;
+  }
+}

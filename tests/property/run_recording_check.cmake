@@ -1,0 +1,42 @@
+# Runs a scene with 1, 2 and 3 threads and once more, demands the same bytes of every recording, and
+# checks one of them by CGAL. Arguments: DYOP and CHECK (programs), SCENE, WORK_DIR, END (time; the
+# scene's own if empty), MODELS (directories, separated by colons).
+cmake_minimum_required(VERSION 3.24)
+
+function(run)
+  execute_process(COMMAND ${ARGV} RESULT_VARIABLE code OUTPUT_VARIABLE output ERROR_VARIABLE output)
+  if(NOT code EQUAL 0)
+    list(JOIN ARGV " " command)
+    message(FATAL_ERROR "failed (${code}): ${command}\n${output}")
+  endif()
+  set(output "${output}" PARENT_SCOPE)
+endfunction()
+
+string(REPLACE ":" ";" directories "$ENV{DYOP_MESH_PATH}:${MODELS}")
+find_file(bunny bunny.obj PATHS ${directories} NO_DEFAULT_PATH NO_CACHE)
+if(NOT bunny)
+  message("skipped: no bunny.obj (Debian package glmark2-data)")
+  return()
+endif()
+get_filename_component(models ${bunny} DIRECTORY)
+
+file(REMOVE_RECURSE ${WORK_DIR})
+file(READ ${SCENE} scene)
+if(END)
+  string(JSON scene SET "${scene}" time end ${END})
+endif()
+file(WRITE ${WORK_DIR}/scene.json "${scene}")
+set(first ${WORK_DIR}/1/recording.jsonl)
+foreach(threads 1 2 3 1)
+  run(${DYOP} simulate ${WORK_DIR}/scene.json --mesh-path ${models} --threads ${threads}
+      --out ${WORK_DIR}/${threads})
+  file(SHA256 ${WORK_DIR}/${threads}/recording.jsonl sum)
+  if(NOT DEFINED expected)
+    set(expected ${sum})
+  elseif(NOT sum STREQUAL expected)
+    message(FATAL_ERROR "the recording with --threads ${threads} differs from the first one")
+  endif()
+endforeach()
+set(ENV{DYOP_MESH_PATH} ${models})
+run(${CHECK} ${WORK_DIR}/scene.json ${first} 1)
+message("${output}")
