@@ -1,0 +1,227 @@
+// Time of impact against an oracle that samples densely with a Lipschitz bound and shares no code
+// with the engine, over shapes, motions, turning rates, scales and places:
+//   time_of_impact_soak COUNT [SEED]
+// Prints a table and exits with 1 on any missed impact, penetration, loose impact, or undecided
+// query. Each query is drawn from SEED and its number alone.
+
+#include <cstdio>
+#include <cstdlib>
+#include <memory>
+#include <numbers>
+#include <random>
+#include <string>
+
+#include "dyop/geometry/box.h"
+#include "dyop/geometry/capsule.h"
+#include "dyop/geometry/convex_hull.h"
+#include "dyop/geometry/sphere.h"
+#include "dyop/geometry/triangle_mesh.h"
+#include "dyop/motion/constant_twist_motion.h"
+#include "dyop/motion/hermite_motion.h"
+#include "dyop/motion/interpolated_motion.h"
+#include "dyop/motion/sampled_motion.h"
+#include "dyop/motion/screw_motion.h"
+#include "dyop/toi/time_of_impact.h"
+#include "support/fast_distance_oracle.h"
+#include "support/mesh_generators.h"
+#include "support/random_inputs.h"
+#include "support/toi_oracle.h"
+
+namespace dyop {
+namespace {
+
+// literal: of the size of the shapes, which is about one times the scale.
+constexpr Scalar kTolerance = 1e-6;
+
+constexpr int kMotionKinds = 6;
+constexpr Scalar kRates[] = {0, 1, 6, 20};
+
+// The same shapes in every size of a row of scales, so that hierarchies are built once.
+struct Zoo {
+  explicit Zoo(Scalar s) : scale(s) {
+    using namespace test_support;
+    const auto add_mesh = [&](const MeshArrays& mesh) {
+      shapes.push_back(std::make_shared<TriangleMesh>(
+          mesh.moved(Matrix3::Identity(), Vector3::Zero(), s).mesh()));
+    };
+    add_mesh(icosphere(2));
+    add_mesh(torus(0.8, 0.25, 24, 10));
+    add_mesh(gear(12, 0.7, 1, 0.2));
+    add_mesh(plate_grid(1.8, 0.8, 6, 3));
+    add_mesh(box_mesh(Vector3(1, 0.04, 0.04)));
+    add_mesh(needle(1.5, 5));
+    add_mesh(point_cloud(30, 4));
+    add_mesh(random_soup(60, 0.3, 5));
+    shapes.push_back(std::make_shared<Box>(s * Vector3(0.9, 0.3, 0.02)));
+    shapes.push_back(std::make_shared<Capsule>(0.1 * s, 0.8 * s));
+    shapes.push_back(std::make_shared<Sphere>(0.5 * s));
+    std::mt19937_64 random(6);
+    std::vector<Vector3> points(24);
+    for (Vector3& p : points) p = s * testing::random_vector(0.7, random);
+    shapes.push_back(std::make_shared<ConvexHull>(points));
+    for (const auto& shape : shapes) bodies.emplace_back(*shape);
+  }
+
+  Scalar scale;
+  std::vector<std::shared_ptr<const Shape>> shapes;
+  std::vector<testing::OracleBody> bodies;
+};
+
+// A motion over `interval` that starts at X and moves by about `travel`, turning by about `turn`.
+std::unique_ptr<Motion> random_motion(const TimeInterval& interval, const RigidPose& X,
+                                      const Vector3& travel, Scalar turn, std::mt19937_64& random) {
+  const Scalar h = interval.length();
+  const Twist twist{travel / h, turn / h * testing::random_vector(1, random)};
+  const auto pose_after = [&](Scalar part) {
+    return RigidPose(
+        rotation_from_vector(part * turn * testing::random_vector(1, random)) * X.rotation(),
+        X.translation() + part * travel);
+  };
+  switch (testing::random_index(kMotionKinds, random)) {
+    case 0:
+      return std::make_unique<ConstantTwistMotion>(X, twist, interval.begin);
+    case 1: {
+      ScrewMotion::Screw screw;
+      screw.p_WA = X.translation() + 0.3 * testing::random_vector(travel.norm(), random);
+      screw.axis_W = testing::random_direction(random);
+      screw.turn_rate = std::min(turn, 2.0) / h;
+      screw.slide_rate = travel.dot(screw.axis_W) / h;
+      return std::make_unique<ScrewMotion>(X, screw, interval.begin);
+    }
+    case 2:
+      return std::make_unique<InterpolatedMotion>(interval, X, pose_after(1));
+    case 3:
+      return std::make_unique<InterpolatedMotion>(interval, X, pose_after(1),
+                                                  RotationPath::RotationVector);
+    case 4:
+      return std::make_unique<SampledMotion>(
+          std::vector<SampledMotion::Sample>{{interval.begin, X},
+                                             {interval.begin + 0.37 * h, pose_after(0.3)},
+                                             {interval.end, pose_after(1)}});
+    default:
+      return std::make_unique<HermiteMotion>(HermiteMotion::from_chart(
+          interval, X.rotation(), {X.translation(), travel / h, Vector3::Zero(), twist.w_WB},
+          {X.translation() + travel, 0.5 * travel / h, turn * testing::random_vector(1, random),
+           twist.w_WB}));
+  }
+}
+
+struct Tally {
+  int queries = 0;
+  int hits = 0;
+  int missed = 0;
+  int penetrating = 0;
+  int loose = 0;
+  int undecided = 0;
+  Scalar worst_gap = 0;  // at an impact, in tolerances above the target
+
+  int faults() const { return missed + penetrating + loose + undecided; }
+};
+
+struct Query {
+  std::size_t a;
+  std::size_t b;
+  TimeInterval interval;
+  std::unique_ptr<Motion> X_WA;
+  std::unique_ptr<Motion> X_WB;
+  ToiOptions options;
+};
+
+Query random_query(const Zoo& zoo, Scalar rate, std::mt19937_64& random) {
+  const Scalar s = zoo.scale;
+  const int count = int(zoo.shapes.size());
+  Query query;
+  query.a = std::size_t(testing::random_index(count, random));
+  query.b = std::size_t(testing::random_index(count, random));
+  const Scalar begin = std::array{0.0, -5.0, 100.0}[std::size_t(testing::random_index(3, random))];
+  query.interval = {begin,
+                    begin + std::array{1.0, 0.01}[std::size_t(testing::random_index(2, random))]};
+  // A third far from the world's origin.
+  const Vector3 place = testing::random_index(3, random) == 0
+                            ? Vector3(1e4 * s * testing::random_direction(random))
+                            : Vector3::Zero();
+  const Vector3 from = s * testing::random_number(2, 4, random) * testing::random_direction(random);
+  const Vector3 aim = s * testing::random_vector(1, random);
+  query.X_WA = random_motion(query.interval, RigidPose(testing::random_rotation(random), place),
+                             0.1 * s * testing::random_vector(1, random), rate, random);
+  query.X_WB =
+      random_motion(query.interval, RigidPose(testing::random_rotation(random), place + from),
+                    1.5 * (aim - from), rate, random);
+  query.options.distance_tolerance = kTolerance * s;
+  query.options.target_distance = testing::random_index(4, random) == 0 ? 0.05 * s : 0;
+  return query;
+}
+
+void check(const Zoo& zoo, const Query& query, Tally& tally, const std::string& name) {
+  const ToiResult result = time_of_impact(*zoo.shapes[query.a], *query.X_WA, *zoo.shapes[query.b],
+                                          *query.X_WB, query.interval, query.options);
+  ++tally.queries;
+  const auto fault = [&](int& counter, const char* what) {
+    ++counter;
+    std::printf("%s: %s (shapes %zu %zu, t_safe %.17g)\n", name.c_str(), what, query.a, query.b,
+                result.t_safe);
+  };
+  const Scalar delta = query.options.target_distance;
+  const Scalar epsilon = query.options.distance_tolerance;
+  const Scalar resolution = epsilon / 8;
+  testing::ToiOracle oracle(zoo.bodies[query.a], *query.X_WA, zoo.bodies[query.b], *query.X_WB);
+  if (result.status == ToiStatus::InitiallyWithinTarget) {
+    const Scalar lower = oracle.distance_at(query.interval.begin, resolution).lower;
+    if (lower > delta + epsilon) fault(tally.undecided, "not within the target at the begin");
+    return;
+  }
+  const bool is_hit = result.status == ToiStatus::Impact;
+  if (!is_hit && result.status != ToiStatus::Separated) fault(tally.undecided, "undecided");
+  const Scalar floor = delta + epsilon / 4 - result.rounding_allowance;
+  const auto broken = oracle.first_time_within(floor - resolution,
+                                               {query.interval.begin, result.t_safe}, resolution);
+  if (broken.t && broken.at_t.upper < floor) {
+    fault(is_hit ? tally.penetrating : tally.missed, is_hit ? "penetrating" : "missed");
+  }
+  if (!is_hit) return;
+  ++tally.hits;
+  const Scalar gap = oracle.distance_at(result.t_safe, resolution).lower - delta;
+  tally.worst_gap = std::max(tally.worst_gap, gap / epsilon);
+  if (gap > epsilon + result.rounding_allowance) fault(tally.loose, "loose");
+}
+
+int run(int count, std::uint64_t seed) {
+  std::vector<Zoo> zoos;
+  for (const Scalar scale : {1e-3, 1.0, 1e3}) zoos.emplace_back(scale);
+  std::printf("seed %llu, tolerance %g of the size\n", static_cast<unsigned long long>(seed),
+              kTolerance);
+  std::printf("%6s %8s %8s %8s %8s %12s %6s %10s %10s\n", "rate", "scale", "queries", "hits",
+              "missed", "penetrating", "loose", "undecided", "worst gap");
+  int faults = 0;
+  for (const Scalar rate : kRates) {
+    for (const Zoo& zoo : zoos) {
+      Tally tally;
+      for (int k = 0; k < count; ++k) {
+        std::mt19937_64 random(seed * 1000003 + std::uint64_t(k));
+        const Query query = random_query(zoo, rate, random);
+        check(zoo, query, tally, "rate " + std::to_string(rate) + " query " + std::to_string(k));
+      }
+      std::printf("%6g %8g %8d %8d %8d %12d %6d %10d %10.6f\n", rate, zoo.scale, tally.queries,
+                  tally.hits, tally.missed, tally.penetrating, tally.loose, tally.undecided,
+                  tally.worst_gap);
+      std::fflush(stdout);
+      faults += tally.faults();
+      // Neither all hits nor all misses, or nothing was tested.
+      if (tally.hits < tally.queries / 5 || tally.hits > tally.queries * 9 / 10) ++faults;
+    }
+  }
+  return faults == 0 ? 0 : 1;
+}
+
+}  // namespace
+}  // namespace dyop
+
+int main(int argc, char** argv) {
+  const int count = argc > 1 ? std::atoi(argv[1]) : 50;
+  const long seed = argc > 2 ? std::atol(argv[2]) : 1;
+  if (count <= 0 || seed < 0) {
+    std::fprintf(stderr, "usage: time_of_impact_soak COUNT [SEED]\n");
+    return 2;
+  }
+  return dyop::run(count, static_cast<std::uint64_t>(seed));
+}
