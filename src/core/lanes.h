@@ -1,7 +1,7 @@
 #pragma once
 
-// Several doubles side by side, as wide as the instruction set this file is compiled for, and one
-// double with the same face. Only additions, multiplications, divisions, square roots, comparisons
+// Several numbers side by side, as wide as the instruction set this file is compiled for, and one
+// number with the same face. Only additions, multiplications, divisions, square roots, comparisons
 // and selections: each lane has the same bits whatever the width.
 //
 // Included by the kernels that are compiled once an instruction set. Those must not include
@@ -63,6 +63,32 @@ struct OneLane {
   friend DYOP_INLINE OneLane select(Mask m, OneLane x, OneLane y) { return m.m ? x : y; }
 };
 
+/// One lane of single precision.
+struct OneFloat {
+  static constexpr int kCount = 1;
+  struct Mask {
+    bool m;
+    friend DYOP_INLINE Mask operator&(Mask x, Mask y) { return {x.m && y.m}; }
+  };
+  float v;
+
+  OneFloat() = default;
+  DYOP_INLINE explicit OneFloat(float x) : v(x) {}
+  static DYOP_INLINE OneFloat load(const float* from) { return OneFloat(*from); }
+  DYOP_INLINE void store(float* to) const { *to = v; }
+
+  friend DYOP_INLINE OneFloat operator+(OneFloat x, OneFloat y) { return OneFloat(x.v + y.v); }
+  friend DYOP_INLINE OneFloat operator-(OneFloat x, OneFloat y) { return OneFloat(x.v - y.v); }
+  friend DYOP_INLINE OneFloat operator*(OneFloat x, OneFloat y) { return OneFloat(x.v * y.v); }
+  friend DYOP_INLINE OneFloat larger(OneFloat x, OneFloat y) {
+    return OneFloat(x.v > y.v ? x.v : y.v);
+  }
+  friend DYOP_INLINE OneFloat magnitude(OneFloat x) { return OneFloat(__builtin_fabsf(x.v)); }
+  friend DYOP_INLINE Mask operator>(OneFloat x, OneFloat y) { return {x.v > y.v}; }
+  friend DYOP_INLINE Mask operator>=(OneFloat x, OneFloat y) { return {x.v >= y.v}; }
+  friend DYOP_INLINE OneFloat select(Mask m, OneFloat x, OneFloat y) { return m.m ? x : y; }
+};
+
 #if defined(__AVX512F__)
 struct Lanes {
   static constexpr int kCount = 8;
@@ -99,6 +125,46 @@ struct Lanes {
   }
   friend DYOP_INLINE Lanes select(Mask m, Lanes x, Lanes y) {
     return _mm512_mask_blend_pd(m.m, y.v, x.v);
+  }
+};
+
+struct FloatLanes {
+  static constexpr int kCount = 8;
+  struct Mask {
+    __mmask8 m;
+    friend DYOP_INLINE Mask operator&(Mask x, Mask y) { return {__mmask8(x.m & y.m)}; }
+  };
+  __m256 v;
+
+  FloatLanes() = default;
+  DYOP_INLINE FloatLanes(__m256 x) : v(x) {}
+  DYOP_INLINE explicit FloatLanes(float x) : v(_mm256_set1_ps(x)) {}
+  static DYOP_INLINE FloatLanes load(const float* from) { return _mm256_loadu_ps(from); }
+  DYOP_INLINE void store(float* to) const { _mm256_storeu_ps(to, v); }
+
+  friend DYOP_INLINE FloatLanes operator+(FloatLanes x, FloatLanes y) {
+    return _mm256_add_ps(x.v, y.v);
+  }
+  friend DYOP_INLINE FloatLanes operator-(FloatLanes x, FloatLanes y) {
+    return _mm256_sub_ps(x.v, y.v);
+  }
+  friend DYOP_INLINE FloatLanes operator*(FloatLanes x, FloatLanes y) {
+    return _mm256_mul_ps(x.v, y.v);
+  }
+  friend DYOP_INLINE FloatLanes larger(FloatLanes x, FloatLanes y) {
+    return _mm256_max_ps(x.v, y.v);
+  }
+  friend DYOP_INLINE FloatLanes magnitude(FloatLanes x) {
+    return _mm256_andnot_ps(_mm256_set1_ps(-0.0f), x.v);
+  }
+  friend DYOP_INLINE Mask operator>(FloatLanes x, FloatLanes y) {
+    return {_mm256_cmp_ps_mask(x.v, y.v, _CMP_GT_OQ)};
+  }
+  friend DYOP_INLINE Mask operator>=(FloatLanes x, FloatLanes y) {
+    return {_mm256_cmp_ps_mask(x.v, y.v, _CMP_GE_OQ)};
+  }
+  friend DYOP_INLINE FloatLanes select(Mask m, FloatLanes x, FloatLanes y) {
+    return _mm256_mask_blend_ps(m.m, y.v, x.v);
   }
 };
 #elif defined(__AVX2__)
@@ -139,6 +205,46 @@ struct Lanes {
     return _mm256_blendv_pd(y.v, x.v, m.m);
   }
 };
+
+struct FloatLanes {
+  static constexpr int kCount = 8;
+  struct Mask {
+    __m256 m;
+    friend DYOP_INLINE Mask operator&(Mask x, Mask y) { return {_mm256_and_ps(x.m, y.m)}; }
+  };
+  __m256 v;
+
+  FloatLanes() = default;
+  DYOP_INLINE FloatLanes(__m256 x) : v(x) {}
+  DYOP_INLINE explicit FloatLanes(float x) : v(_mm256_set1_ps(x)) {}
+  static DYOP_INLINE FloatLanes load(const float* from) { return _mm256_loadu_ps(from); }
+  DYOP_INLINE void store(float* to) const { _mm256_storeu_ps(to, v); }
+
+  friend DYOP_INLINE FloatLanes operator+(FloatLanes x, FloatLanes y) {
+    return _mm256_add_ps(x.v, y.v);
+  }
+  friend DYOP_INLINE FloatLanes operator-(FloatLanes x, FloatLanes y) {
+    return _mm256_sub_ps(x.v, y.v);
+  }
+  friend DYOP_INLINE FloatLanes operator*(FloatLanes x, FloatLanes y) {
+    return _mm256_mul_ps(x.v, y.v);
+  }
+  friend DYOP_INLINE FloatLanes larger(FloatLanes x, FloatLanes y) {
+    return _mm256_max_ps(x.v, y.v);
+  }
+  friend DYOP_INLINE FloatLanes magnitude(FloatLanes x) {
+    return _mm256_andnot_ps(_mm256_set1_ps(-0.0f), x.v);
+  }
+  friend DYOP_INLINE Mask operator>(FloatLanes x, FloatLanes y) {
+    return {_mm256_cmp_ps(x.v, y.v, _CMP_GT_OQ)};
+  }
+  friend DYOP_INLINE Mask operator>=(FloatLanes x, FloatLanes y) {
+    return {_mm256_cmp_ps(x.v, y.v, _CMP_GE_OQ)};
+  }
+  friend DYOP_INLINE FloatLanes select(Mask m, FloatLanes x, FloatLanes y) {
+    return _mm256_blendv_ps(y.v, x.v, m.m);
+  }
+};
 #elif defined(__SSE2__)
 struct Lanes {
   static constexpr int kCount = 2;
@@ -173,14 +279,51 @@ struct Lanes {
     return _mm_or_pd(_mm_and_pd(m.m, x.v), _mm_andnot_pd(m.m, y.v));
   }
 };
+
+struct FloatLanes {
+  static constexpr int kCount = 4;
+  struct Mask {
+    __m128 m;
+    friend DYOP_INLINE Mask operator&(Mask x, Mask y) { return {_mm_and_ps(x.m, y.m)}; }
+  };
+  __m128 v;
+
+  FloatLanes() = default;
+  DYOP_INLINE FloatLanes(__m128 x) : v(x) {}
+  DYOP_INLINE explicit FloatLanes(float x) : v(_mm_set1_ps(x)) {}
+  static DYOP_INLINE FloatLanes load(const float* from) { return _mm_loadu_ps(from); }
+  DYOP_INLINE void store(float* to) const { _mm_storeu_ps(to, v); }
+
+  friend DYOP_INLINE FloatLanes operator+(FloatLanes x, FloatLanes y) {
+    return _mm_add_ps(x.v, y.v);
+  }
+  friend DYOP_INLINE FloatLanes operator-(FloatLanes x, FloatLanes y) {
+    return _mm_sub_ps(x.v, y.v);
+  }
+  friend DYOP_INLINE FloatLanes operator*(FloatLanes x, FloatLanes y) {
+    return _mm_mul_ps(x.v, y.v);
+  }
+  friend DYOP_INLINE FloatLanes larger(FloatLanes x, FloatLanes y) { return _mm_max_ps(x.v, y.v); }
+  friend DYOP_INLINE FloatLanes magnitude(FloatLanes x) {
+    return _mm_andnot_ps(_mm_set1_ps(-0.0f), x.v);
+  }
+  friend DYOP_INLINE Mask operator>(FloatLanes x, FloatLanes y) { return {_mm_cmpgt_ps(x.v, y.v)}; }
+  friend DYOP_INLINE Mask operator>=(FloatLanes x, FloatLanes y) {
+    return {_mm_cmpge_ps(x.v, y.v)};
+  }
+  friend DYOP_INLINE FloatLanes select(Mask m, FloatLanes x, FloatLanes y) {
+    return _mm_or_ps(_mm_and_ps(m.m, x.v), _mm_andnot_ps(m.m, y.v));
+  }
+};
 #else
 using Lanes = OneLane;
+using FloatLanes = OneFloat;
 #endif
 
 /// x with its sign turned where s < 0 (and +-0 kept as if s were positive).
 template <typename L>
 DYOP_INLINE L turned(L x, L s) {
-  return select(s >= L(0.0), x, L(0.0) - x);
+  return select(s >= L(0), x, L(0) - x);
 }
 
 template <typename L>

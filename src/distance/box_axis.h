@@ -53,9 +53,9 @@ struct BestAxis {
 template <typename L>
 DYOP_INLINE void take_edges(const L (*r)[3], const L (*abs_r)[3], const L* t, const L* h,
                             const L* g, BestAxis<L>& best) {
-  const L zero(0.0);
+  const L zero(0);
   // literal: squared sine below which edges are parallel and say nothing the faces do not.
-  const L smallest_sine_sq(1e-6);
+  const L smallest_sine_sq(1e-6f);
   for (int i = 0; i < 3; ++i) {
     const int i1 = (i + 1) % 3;
     const int i2 = (i + 2) % 3;
@@ -77,76 +77,120 @@ DYOP_INLINE void take_edges(const L (*r)[3], const L (*abs_r)[3], const L* t, co
   }
 }
 
-/// Finds the direction n, from the group's box to `other`, along which their slabs are farthest
-/// apart, among the fifteen axes of the separating axis test [Gottschalk1996] and the line of
-/// centers; without the nine of pairs of edges on request. If the boxes are not apart along any, n
-/// is some unit vector. Only ranks: a caller must evaluate the gap along n itself, so nothing here
-/// needs to be rigorous but |n| = 1 up to 32u.
-template <bool kWithEdges, typename L>
-DYOP_INLINE void find_axis(const BoxLanes<L>& box, const FacingBox& other, L* n) {
-  const L zero(0.0);
-  const L one(1.0);
-  // Everything in the box's own frame: r[i][j] = axis i of the box . axis j of the other.
-  L r[3][3];
-  L abs_r[3][3];
-  L t[3];
-  L t_other[3];
-  L d[3];
-  for (int i = 0; i < 3; ++i) d[i] = L(other.center[i]) - box.center[i];
-  for (int j = 0; j < 3; ++j) {
-    const Broadcast3<L> axis(other.axes[j]);
-    t_other[j] = dot(axis.v, d);
+/// What find_axes() needs of the other box, in single precision and in a unit that is about the
+/// largest length at hand, so that products of four lengths neither overflow nor matter where they
+/// underflow.
+struct RankingBox {
+  float center[3];
+  float axes[3][3];
+  float half_extents[3];
+  float scale;  ///< of the group's rows
+
+  DYOP_INLINE RankingBox(const FacingBox& other, double group_scale) {
+    double unit = group_scale;
     for (int i = 0; i < 3; ++i) {
-      r[i][j] = dot(box.axes[i], axis.v);
+      const double reach = __builtin_fabs(other.center[i]) + 2 * other.half_extents[i];
+      unit = reach > unit ? reach : unit;
+    }
+    for (int i = 0; i < 3; ++i) {
+      center[i] = static_cast<float>(other.center[i] / unit);
+      half_extents[i] = static_cast<float>(other.half_extents[i] / unit);
+      for (int k = 0; k < 3; ++k) axes[k][i] = static_cast<float>(other.axes[k][i]);
+    }
+    scale = static_cast<float>(group_scale / unit);
+  }
+};
+
+/// Finds the axis, from the group's box to `other`, along which their slabs are farthest apart,
+/// among the fifteen axes of the separating axis test [Gottschalk1996] and the line of centers;
+/// without the nine of pairs of edges on request. Not of unit length; if the boxes are not apart
+/// along any, some axis. Only ranks: a caller must evaluate the gap along the axis itself. F holds
+/// single precision.
+template <bool kWithEdges, typename F>
+DYOP_INLINE void find_axis(const GroupRows& group, int first, const RankingBox& other,
+                           float (*axis)[kGroupWidth]) {
+  const F zero(0);
+  const F one(1);
+  const F scale(other.scale);
+  const auto& rows = group.rows;
+  // Everything in the box's own frame: r[i][j] = axis i of the box . axis j of the other.
+  F u[3][3];
+  F h[3];
+  F g[3];
+  F r[3][3];
+  F abs_r[3][3];
+  F t[3];
+  F t_other[3];
+  F d[3];
+  for (int i = 0; i < 3; ++i) {
+    d[i] = F(other.center[i]) - scale * F::load(rows[i] + first);
+    for (int k = 0; k < 3; ++k) u[k][i] = F::load(rows[kGroupAxes + 3 * k + i] + first);
+    h[i] = scale * F::load(rows[kGroupHalfExtents + i] + first);
+    g[i] = F(other.half_extents[i]);
+  }
+  for (int j = 0; j < 3; ++j) {
+    const F other_axis[3] = {F(other.axes[j][0]), F(other.axes[j][1]), F(other.axes[j][2])};
+    t_other[j] = dot(other_axis, d);
+    for (int i = 0; i < 3; ++i) {
+      r[i][j] = dot(u[i], other_axis);
       abs_r[i][j] = magnitude(r[i][j]);
     }
   }
-  for (int i = 0; i < 3; ++i) t[i] = dot(box.axes[i], d);
-  const L* h = box.half_extents;
-  const Broadcast3<L> other_h(other.half_extents);
-  const L* g = other_h.v;
+  for (int i = 0; i < 3; ++i) t[i] = dot(u[i], d);
 
   // Faces first; the largest gap of them by plain comparison.
-  L best_gap = magnitude(t[0]) - h[0] - dot(abs_r[0], g);
-  BestAxis<L> best{zero, one, {turned(one, t[0]), zero, zero}};
+  F best_gap = magnitude(t[0]) - h[0] - dot(abs_r[0], g);
+  BestAxis<F> best{zero, one, {turned(one, t[0]), zero, zero}};
   for (int i = 1; i < 3; ++i) {
-    const L gap = magnitude(t[i]) - h[i] - dot(abs_r[i], g);
+    const F gap = magnitude(t[i]) - h[i] - dot(abs_r[i], g);
     const auto is_better = gap > best_gap;
     best_gap = select(is_better, gap, best_gap);
-    const L sign = turned(one, t[i]);
+    const F sign = turned(one, t[i]);
     best.take(is_better, zero, one, zero, i == 1 ? sign : zero, i == 2 ? sign : zero);
   }
   for (int j = 0; j < 3; ++j) {
-    const L gap = magnitude(t_other[j]) - g[j] -
+    const F gap = magnitude(t_other[j]) - g[j] -
                   ((abs_r[0][j] * h[0] + abs_r[1][j] * h[1]) + abs_r[2][j] * h[2]);
     const auto is_better = gap > best_gap;
     best_gap = select(is_better, gap, best_gap);
     best.take(is_better, zero, one, turned(r[0][j], t_other[j]), turned(r[1][j], t_other[j]),
               turned(r[2][j], t_other[j]));
   }
-  const L positive = larger(best_gap, zero);
+  const F positive = larger(best_gap, zero);
   best.gap_sq = positive * positive;
 
   // From here on squares are compared, of positive gaps only.
-  {
-    L size = zero;
-    for (int i = 0; i < 3; ++i)
-      size = size + (h[i] * magnitude(t[i]) + g[i] * magnitude(t_other[i]));
-    const L length_sq = dot(t, t);
-    const L gap = length_sq - size;
-    const L gap_sq = gap * gap;
-    // literal: squares above it have all their digits.
-    const auto is_better = (gap > zero) & (length_sq > L(0x1p-960)) &
-                           (gap_sq * best.length_sq > best.gap_sq * length_sq);
-    best.take(is_better, gap_sq, length_sq, t[0], t[1], t[2]);
+  F size = zero;
+  for (int i = 0; i < 3; ++i) {
+    size = size + (h[i] * magnitude(t[i]) + g[i] * magnitude(t_other[i]));
   }
+  const F length_sq = dot(t, t);
+  const F gap = length_sq - size;
+  const F gap_sq = gap * gap;
+  // literal: squares above it have all their digits.
+  const auto is_better = (gap > zero) & (length_sq > F(0x1p-100f)) &
+                         (gap_sq * best.length_sq > best.gap_sq * length_sq);
+  best.take(is_better, gap_sq, length_sq, t[0], t[1], t[2]);
   if constexpr (kWithEdges) take_edges(r, abs_r, t, h, g, best);
   for (int i = 0; i < 3; ++i) {
-    n[i] = (box.axes[0][i] * best.axis[0] + box.axes[1][i] * best.axis[1]) +
-           box.axes[2][i] * best.axis[2];
+    ((u[0][i] * best.axis[0] + u[1][i] * best.axis[1]) + u[2][i] * best.axis[2])
+        .store(axis[i] + first);
   }
-  // Axes have unit length in single precision only.
-  const L scale = one / root(dot(n, n));
+}
+
+/// The axes for `count` boxes of a group.
+DYOP_INLINE void find_axes(const GroupRows& group, int count, const RankingBox& other,
+                           float (*axes)[kGroupWidth]) {
+  for (int first = 0; first < count; first += FloatLanes::kCount) {
+    find_axis<true, FloatLanes>(group, first, other, axes);
+  }
+}
+
+/// The unit vector along an axis, up to 8u.
+template <typename L>
+DYOP_INLINE void unit_axis(const float (*axes)[kGroupWidth], int first, L* n) {
+  for (int i = 0; i < 3; ++i) n[i] = L::load(axes[i] + first);
+  const L scale = L(1) / root(dot(n, n));
   for (int i = 0; i < 3; ++i) n[i] = n[i] * scale;
 }
 

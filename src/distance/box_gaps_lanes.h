@@ -20,11 +20,14 @@ DYOP_INLINE L slab_gap(const BoxLanes<L>& box, const FacingBox& other, const L* 
 
 static void box_gaps_lanes(const GroupRows& rows, int count, const FacingBox& other, double noise,
                            double* gaps) {
+  const RankingBox ranking(other, rows.scale);
+  float axes[3][kGroupWidth];
+  find_axes(rows, count, ranking, axes);
   double result[kGroupWidth];
   for (int first = 0; first < count; first += Lanes::kCount) {
     const BoxLanes<Lanes> box(rows, first);
     Lanes n[3];
-    find_axis<true>(box, other, n);
+    unit_axis(axes, first, n);
     const Lanes gap = slab_gap(box, other, n);
     // |n| may exceed one by 32u. literal: twice that.
     ((gap - magnitude(gap) * Lanes(0x1p-47)) - Lanes(noise)).store(result + first);

@@ -31,6 +31,8 @@ class DistanceTraversal {
         limit_(upper_limit),
         box_gaps_(internal::box_gaps_kernel(internal::best_instruction_set())) {}
 
+  /// Looks at one pair of pieces first, if these are leaves.
+  void seed(std::int32_t leaf_a, std::int32_t leaf_b);
   void run();
 
   PieceDistance best;
@@ -95,11 +97,23 @@ void DistanceTraversal::open(const BoxPair& pair) {
     const std::int32_t part = ShapeTree::box_number(child, column);
     stack_.push_back({gap, opens_a ? part : pair.a, opens_a ? pair.b : part});
   }
-  std::sort(stack_.begin() + std::ptrdiff_t(first), stack_.end(),
-            [](const BoxPair& x, const BoxPair& y) { return x.gap > y.gap; });
+  // Insertion sort: eight at most, and the nearest on top.
+  for (auto k = first + 1; k < stack_.size(); ++k) {
+    const BoxPair moved = stack_[k];
+    auto place = k;
+    for (; place > first && stack_[place - 1].gap < moved.gap; --place) {
+      stack_[place] = stack_[place - 1];
+    }
+    stack_[place] = moved;
+  }
+}
+
+void DistanceTraversal::seed(std::int32_t box_a, std::int32_t box_b) {
+  if (a_.has_leaf(box_a) && b_.has_leaf(box_b)) visit_leaves(box_a, box_b);
 }
 
 void DistanceTraversal::run() {
+  if (best.is_overlapping) return;
   stack_.push_back({0, ShapeTree::kRoot, ShapeTree::kRoot});
   while (!stack_.empty()) {
     const BoxPair pair = stack_.back();
@@ -127,6 +141,13 @@ DistanceStatus status_of(const DistanceTraversal& traversal, Scalar limit) {
 
 DistanceResult distance(const Shape& a, const RigidPose& X_WA, const Shape& b,
                         const RigidPose& X_WB, const DistanceOptions& options) {
+  DistanceCache cache;
+  return distance(a, X_WA, b, X_WB, options, cache);
+}
+
+DistanceResult distance(const Shape& a, const RigidPose& X_WA, const Shape& b,
+                        const RigidPose& X_WB, const DistanceOptions& options,
+                        DistanceCache& cache) {
   DYOP_REQUIRE(options.upper_limit >= 0, "distance: upper_limit must be >= 0, not ",
                options.upper_limit);
   const ShapeTree tree_a(a);
@@ -134,6 +155,7 @@ DistanceResult distance(const Shape& a, const RigidPose& X_WA, const Shape& b,
   const RigidPose X_AB = X_WA.inverse() * X_WB;
   DistanceTraversal traversal(tree_a, tree_b, X_AB, internal::pose_noise(a, X_WA, b, X_WB),
                               options.upper_limit);
+  traversal.seed(cache.leaf_a, cache.leaf_b);
   traversal.run();
 
   DistanceResult result;
@@ -143,6 +165,8 @@ DistanceResult distance(const Shape& a, const RigidPose& X_WA, const Shape& b,
       traversal.best.is_overlapping ? 0 : std::min(traversal.lower, traversal.best.upper);
   result.upper = traversal.best.upper;
   if (result.upper == kInfinity) return result;  // farther than the limit: no piece was looked at
+  cache.leaf_a = traversal.leaf_a;
+  cache.leaf_b = traversal.leaf_b;
   result.p_WCa = X_WA * traversal.best.p_ACa;
   result.p_WCb = X_WA * traversal.best.p_ACb;
   result.nhat_AB_W = X_WA.rotation() * traversal.best.nhat_AB_A;

@@ -8,6 +8,7 @@ ShapeTree::ShapeTree(const Shape& shape) {
   if (shape.kind() == ShapeKind::TriangleMesh) {
     mesh_ = static_cast<const TriangleMesh*>(&shape);
     nodes_ = mesh_->hierarchy().nodes().data();
+    node_count_ = std::int32_t(mesh_->hierarchy().nodes().size());
     scale_ = mesh_->hierarchy().scale();
     return;
   }
@@ -25,6 +26,11 @@ ShapeTree::ShapeTree(const Shape& shape) {
     convex_node_.child[column] = column == 0 ? -1 : MeshHierarchy::kNothing;
   }
   nodes_ = &convex_node_;
+}
+
+bool ShapeTree::has_leaf(std::int32_t box) const {
+  if (box < 0 || box / BoxGroup::kWidth >= node_count_) return false;
+  return column_of(box) < node_of(box).count() && is_leaf(box);
 }
 
 FacingBox facing_box(const OrientedBox& box, const RigidPose& X_SO) {

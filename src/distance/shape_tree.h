@@ -38,6 +38,8 @@ class ShapeTree {
     return scale_ * scale_ * Scalar{node_of(box).boxes.squared_half_diagonal(column_of(box))};
   }
   bool is_leaf(std::int32_t box) const { return node_of(box).child[column_of(box)] < 0; }
+  /// True if a number from outside names a leaf of this tree.
+  bool has_leaf(std::int32_t box) const;
   /// The node with the parts of a box that is no leaf.
   std::int32_t child(std::int32_t box) const { return node_of(box).child[column_of(box)]; }
   /// Triangle number of a leaf of a mesh.
@@ -50,6 +52,7 @@ class ShapeTree {
   const TriangleMesh* mesh_ = nullptr;
   const ConvexShape* convex_ = nullptr;
   const MeshHierarchy::Node* nodes_ = nullptr;
+  std::int32_t node_count_ = 1;
   MeshHierarchy::Node convex_node_;
   Scalar scale_ = 1;
 };

@@ -185,12 +185,12 @@ DYOP_INLINE L coupled_step(const TurningGap<L>& gap_at, const FacingMotion& moti
   return time;
 }
 
-template <bool kWithEdges, typename L>
-DYOP_INLINE void box_steps(const GroupRows& rows, int first, const FacingPiece& other,
-                           const FacingMotion& motion, BoxSteps* steps) {
+template <typename L>
+DYOP_INLINE void box_steps(const GroupRows& rows, int first, const float (*axes)[kGroupWidth],
+                           const FacingPiece& other, const FacingMotion& motion, BoxSteps* steps) {
   const BoxLanes<L> box(rows, first);
   L n[3];
-  find_axis<kWithEdges>(box, other.box, n);
+  unit_axis(axes, first, n);
   TurningGap<L> gap_at(box, other, motion, n);
   const L gap = gap_at.at_zero() - L(motion.noise);
   L time(0.0);
@@ -232,15 +232,19 @@ DYOP_INLINE void box_steps(const GroupRows& rows, int first, const FacingPiece& 
 static void box_steps_group(const GroupRows& rows, int, int count, const FacingPiece& other,
                             const FacingMotion& motion, BoxSteps* steps) {
   steps->is_far = 0;
+  float axes[3][kGroupWidth];
+  find_axes(rows, count, RankingBox(other.box, rows.scale), axes);
   for (int first = 0; first < count; first += Lanes::kCount) {
-    box_steps<true, Lanes>(rows, first, other, motion, steps);
+    box_steps<Lanes>(rows, first, axes, other, motion, steps);
   }
 }
 
 static void box_steps_one(const GroupRows& rows, int first, int, const FacingPiece& other,
                           const FacingMotion& motion, BoxSteps* steps) {
   steps->is_far = 0;
-  box_steps<false, OneLane>(rows, first, other, motion, steps);
+  float axes[3][kGroupWidth];
+  find_axis<false, OneFloat>(rows, first, RankingBox(other.box, rows.scale), axes);
+  box_steps<OneLane>(rows, first, axes, other, motion, steps);
 }
 
 }  // namespace DYOP_LANES

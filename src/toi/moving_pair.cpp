@@ -27,6 +27,8 @@ MovingPair::MovingPair(const Shape& a, const Motion& X_WA, const Shape& b, const
   now_.linear_speed = bound_a.linear_speed + bound_b.linear_speed;
   now_.angular_speed_a = bound_a.angular_speed;
   now_.angular_speed_b = bound_b.angular_speed;
+  is_smooth_ = a_.motion.smooth_until(interval.begin) >= interval.end &&
+               b_.motion.smooth_until(interval.begin) >= interval.end;
   set_time(interval.begin);
   now_.noise = rounding_allowance();
 }
@@ -58,8 +60,11 @@ void MovingPair::set_time(Scalar t) {
 
 void MovingPair::set_horizon() {
   now_.remaining = std::max(0.0, interval_.end - time_);
-  const Scalar smooth_end = std::min(a_.motion.smooth_until(time_), b_.motion.smooth_until(time_));
-  now_.horizon = std::min(now_.remaining, smooth_end - time_);
+  now_.horizon = now_.remaining;
+  if (!is_smooth_) {
+    const Scalar end = std::min(a_.motion.smooth_until(time_), b_.motion.smooth_until(time_));
+    now_.horizon = std::min(now_.remaining, end - time_);
+  }
   const Scalar end = std::min(interval_.end, time_ + now_.horizon);
   const TwistBound near_a = a_.bounds.over(time_, end);
   const TwistBound near_b = b_.bounds.over(time_, end);

@@ -70,6 +70,7 @@ class MovingPair {
   MovingShape a_;
   MovingShape b_;
   const Scalar floor_;
+  bool is_smooth_ = false;  // no twist jumps in the interval
   Scalar time_ = 0;
   PairInstant now_;
   RigidPose X_AB_;

@@ -139,6 +139,47 @@ TEST(FindContacts, OfRoundShapesAreOnTheirSurfaces) {
   EXPECT_GE(find_contacts(Box({5, 5, 0.5}), RigidPose(), Capsule(0.3, 1), lying, 2e-6).size(), 2u);
 }
 
+TEST(DistanceCache, ChangesNoAnswerAndSavesWork) {
+  const std::vector<TriangleMesh> meshes{test_support::gear(15, 0.8, 1, 0.2).mesh(),
+                                         test_support::torus(0.8, 0.3, 48, 24).mesh(),
+                                         test_support::random_soup(300, 0.2, 3).mesh()};
+  std::mt19937_64 random(12);
+  std::int64_t cold_tests = 0;
+  std::int64_t warm_tests = 0;
+  for (const TriangleMesh& a : meshes) {
+    for (const TriangleMesh& b : meshes) {
+      DistanceCache cache;
+      // Steps of about 1e-3, from apart through contact and overlap.
+      const Vector3 path = testing::random_direction(random);
+      const Vector3 turn = testing::random_direction(random);
+      for (int k = 0; k < 300; ++k) {
+        const RigidPose X_WB(rotation_from_vector(k * 1e-3 * turn), (2.1 - k * 4e-3) * path);
+        const DistanceResult cold = distance(a, RigidPose(), b, X_WB);
+        const DistanceResult warm = distance(a, RigidPose(), b, X_WB, {}, cache);
+        ASSERT_EQ(warm.status, cold.status);
+        // Both bracket the same distance; their widths are rounding.
+        ASSERT_LE(warm.lower, cold.upper);
+        ASSERT_LE(cold.lower, warm.upper);
+        ASSERT_NEAR(warm.upper, cold.upper, 1e-12);
+        ASSERT_NEAR(warm.lower, cold.lower, 1e-12);
+        cold_tests += cold.statistics.box_tests;
+        warm_tests += warm.statistics.box_tests;
+      }
+    }
+  }
+  EXPECT_LT(warm_tests, 0.7 * static_cast<Scalar>(cold_tests));
+}
+
+TEST(DistanceCache, OfOtherShapesIsHarmless) {
+  const TriangleMesh large = test_support::icosphere(3).mesh();
+  const TriangleMesh small({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}});
+  DistanceCache cache;
+  distance(large, RigidPose(), large, at(3, 0, 0), {}, cache);
+  EXPECT_NEAR(distance(small, RigidPose(), small, at(0, 0, 2), {}, cache).upper, 2, 1e-12);
+  cache.leaf_a = 1 << 30;
+  EXPECT_EQ(distance(small, RigidPose(), Sphere(1), at(0, 0, 3), {}, cache).triangle_a, 0);
+}
+
 TEST(FindContacts, RefusesABadDistance) {
   EXPECT_THROW(find_contacts(Sphere(1), RigidPose(), Sphere(1), at(3, 0, 0), -1), InvalidArgument);
 }
