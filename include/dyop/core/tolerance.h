@@ -23,11 +23,10 @@ inline constexpr Scalar kRotationTolerance = 1e-6;
 /// much again. Used by everything that compares points of two bodies. Smaller: bounds may fail.
 inline constexpr Scalar kPoseNoise = 64 * kUnitRoundoff;
 
-/// Rounding allowance of a gap between two moving pieces, relative to the size of the query:
-/// kPoseNoise for the poses, and 40u for support values along directions that turn
-/// (docs/algorithms/ time_of_impact.md, "Rounding"). Smaller: bounds may fail. Used by
-/// time_of_impact.
-inline constexpr Scalar kStepNoise = 128 * kUnitRoundoff;
+/// Rounding allowance of a gap between two moving pieces, relative to the size of the query: 296u
+/// for poses and for support values along directions that turn (docs/algorithms/time_of_impact.md,
+/// "Rounding"). Smaller: bounds may fail. Used by time_of_impact and for boxes by distance.
+inline constexpr Scalar kStepNoise = 512 * kUnitRoundoff;
 
 /// Time of impact divides the band of width distance_tolerance above the target, at these fractions
 /// of it. Steps towards contact stop at kFloorFraction: nearer to one, slower convergence at
