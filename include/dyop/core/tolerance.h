@@ -178,4 +178,21 @@ inline constexpr Scalar kShortestSolverTime = 1e-100;
 inline constexpr int kImpactIterations = 1000;
 inline constexpr Scalar kImpactConvergence = 1e-12;
 
+/// Steps of a walk over the features of two triangles, and of a hull or polygon for each of its
+/// vertices (limits). A walk comes nearer with each step, so it ends by itself; rounding is what could
+/// hold it up. Random triangles take up to 9. Smaller: more pairs take the slow path. Used by
+/// lin_canny_distance().
+inline constexpr int kTriangleFeatureLimit = 16;
+inline constexpr int kFeatureLimit = 4;
+
+/// Iterations of the textbook GJK, limit. Two triangles have 9 differences of vertices and rarely need
+/// more than 6. Used by textbook_gjk(), and by libccd_distance(), which has the same loop.
+inline constexpr int kTextbookGjkLimit = 32;
+
+/// The textbook GJK has converged when the next support point is nearer along v than v itself by no
+/// more than this fraction of |v|^2 ([vandenBergen2003] suggests 1e-6 for single precision). Larger:
+/// distances too large by that fraction; smaller: steps that rounding wastes. Used by textbook_gjk(),
+/// and by libccd_distance().
+inline constexpr Scalar kTextbookGjkConvergence = 1e-12;
+
 }  // namespace dyop

@@ -9,6 +9,7 @@ namespace dyop {
 /// Every number in dyop is a double; no option changes that.
 using Scalar = double;
 
+using Vector2 = Eigen::Vector2d;
 using Vector3 = Eigen::Vector3d;
 using Matrix3 = Eigen::Matrix3d;
 using Quaternion = Eigen::Quaterniond;

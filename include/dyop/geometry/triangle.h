@@ -11,6 +11,9 @@ namespace dyop {
 /// a point are legal triangles.
 using Triangle = std::array<Vector3, 3>;
 
+/// The same in the plane, in any order of the vertices.
+using PlanarTriangle = std::array<Vector2, 3>;
+
 /// Vertex numbers of a triangle of a mesh; repeated numbers make a segment or a point.
 using TriangleIndices = std::array<std::int32_t, 3>;
 
