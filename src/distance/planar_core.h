@@ -56,6 +56,8 @@ struct PlanarWitness {
   Vector2 p_b = Vector2::Zero();
   Feature feature_a;
   Feature feature_b;
+  Vector2 to_start = Vector2::Zero();  // between the vertex and the ends of the edge, from a to b
+  Vector2 to_end = Vector2::Zero();
 };
 
 inline Feature planar_vertex(std::size_t k) {
@@ -67,7 +69,7 @@ inline Feature planar_edge(std::size_t k, std::size_t next) {
 }
 
 inline PlanarWitness swapped(const PlanarWitness& x) {
-  return {-x.w, -x.m, x.length_sq, x.p_b, x.p_a, x.feature_b, x.feature_a};
+  return {-x.w, -x.m, x.length_sq, x.p_b, x.p_a, x.feature_b, x.feature_a, -x.to_start, -x.to_end};
 }
 
 // Edge k of a against vertex j of b, clamped to the edge.
@@ -82,6 +84,8 @@ PlanarWitness edge_vertex_witness(const PolygonA& a, std::size_t k, const Polygo
   PlanarWitness result;
   result.p_b = b[j];
   result.feature_b = planar_vertex(j);
+  result.to_start = r;
+  result.to_end = b[j] - a[next];
   if (along > 0 && along < length_sq) {
     const Vector2 step = (along / length_sq) * e;
     result.w = r - step;
@@ -141,8 +145,9 @@ PlanarDistance proven_distance(const PolygonA& a, const PolygonB& b, Scalar size
   return result;
 }
 
+// Proven apart, and the bounds agree. False for NaN.
 inline bool is_certified(const PlanarDistance& d, Scalar size) {
-  return d.upper - d.lower <= kTriangleNoise * size;
+  return d.lower > 0 && d.upper - d.lower <= kTriangleNoise * size;
 }
 
 // convex_polygon_distance() without the check, for whoever did not get an answer that is certified.

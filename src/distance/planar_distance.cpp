@@ -156,18 +156,36 @@ PlanarWitness nearest_of_all(std::span<const Vector2> a, std::span<const Vector2
 
 }  // namespace
 
+namespace {
+
+// Where rounding decides whether the nearest point is inside an edge or one of its ends, another
+// direction may prove more: from vertex to vertex, which is a single difference and good to its
+// last digit, or square to an edge.
+void try_directions(PlanarDistance& result, std::span<const Vector2> a, std::span<const Vector2> b,
+                    Scalar size, PlanarWitness witness) {
+  const auto try_direction = [&](const Vector2& m) {
+    if (is_certified(result, size)) return;
+    witness.m = m.dot(witness.w) < 0 ? Vector2(-m) : m;
+    const PlanarDistance other = proven_distance(a, b, size, witness);
+    if (other.lower > result.lower) result = other;
+  };
+  for (const Vector2& m : {witness.w, witness.to_start, witness.to_end}) try_direction(m);
+  for (const auto& polygon : {a, b}) {
+    for (std::size_t k = 0; k < polygon.size(); ++k) {
+      try_direction(turned(polygon[after(polygon, k)] - polygon[k]));
+    }
+  }
+}
+
+}  // namespace
+
 PlanarDistance resolve_polygons(std::span<const Vector2> a, std::span<const Vector2> b) {
   const Scalar size = planar_size(a, b);
   if (!std::isfinite(size)) return {};  // proves nothing
-  PlanarWitness nearest = nearest_of_all(a, b);
-  const PlanarDistance result = proven_distance(a, b, size, nearest);
-  if (result.lower > 0) {
-    // An inner point of an edge that the other's vertex is almost beyond: the direct way proves
-    // more.
-    nearest.m = nearest.w;
-    const PlanarDistance direct = proven_distance(a, b, size, nearest);
-    return direct.lower > result.lower ? direct : result;
-  }
+  const PlanarWitness nearest = nearest_of_all(a, b);
+  PlanarDistance result = proven_distance(a, b, size, nearest);
+  try_directions(result, a, b, size, nearest);
+  if (result.lower > 0) return result;
   const auto crossing = find_crossing(a, b);
   if (!crossing) return result;
   return {0,

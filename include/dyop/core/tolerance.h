@@ -179,20 +179,32 @@ inline constexpr int kImpactIterations = 1000;
 inline constexpr Scalar kImpactConvergence = 1e-12;
 
 /// Steps of a walk over the features of two triangles, and of a hull or polygon for each of its
-/// vertices (limits). A walk comes nearer with each step, so it ends by itself; rounding is what could
-/// hold it up. Random triangles take up to 9. Smaller: more pairs take the slow path. Used by
+/// vertices (limits). A walk comes nearer with each step, so it ends by itself; rounding is what
+/// could hold it up. Random triangles take up to 9. Smaller: more pairs take the slow path. Used by
 /// lin_canny_distance().
 inline constexpr int kTriangleFeatureLimit = 16;
 inline constexpr int kFeatureLimit = 4;
 
-/// Iterations of the textbook GJK, limit. Two triangles have 9 differences of vertices and rarely need
-/// more than 6. Used by textbook_gjk(), and by libccd_distance(), which has the same loop.
+/// Times that a walk may jump away from behind a face, limit; nothing else can lead a walk in a
+/// circle. Smaller: more pairs take the slow path. Used by lin_canny_distance().
+inline constexpr int kFeatureJumpLimit = 4;
+
+/// Rounding of a slab gap and of a witness's length at the end of a walk, relative to a length that
+/// no two points of the pair exceed. A difference and a scalar product of three components err by
+/// 4u
+/// ([JeannerodRump2013]) on each side; subtraction, norm and division by 5u of the gap; the
+/// witness, r + t f - s e, by 8u, its norm by 3u. Smaller: nothing is proven. Used by
+/// lin_canny_distance().
+inline constexpr Scalar kFeatureSlack = 16 * kUnitRoundoff;
+
+/// Iterations of the textbook GJK, limit. Two triangles have 9 differences of vertices and rarely
+/// need more than 6. Used by textbook_gjk(), and by libccd_distance(), which has the same loop.
 inline constexpr int kTextbookGjkLimit = 32;
 
 /// The textbook GJK has converged when the next support point is nearer along v than v itself by no
-/// more than this fraction of |v|^2 ([vandenBergen2003] suggests 1e-6 for single precision). Larger:
-/// distances too large by that fraction; smaller: steps that rounding wastes. Used by textbook_gjk(),
-/// and by libccd_distance().
+/// more than this fraction of |v|^2 ([vandenBergen2003] suggests 1e-6 for single precision).
+/// Larger: distances too large by that fraction; smaller: steps that rounding wastes. Used by
+/// textbook_gjk(), and by libccd_distance().
 inline constexpr Scalar kTextbookGjkConvergence = 1e-12;
 
 }  // namespace dyop
