@@ -1,0 +1,54 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "dyop/core/types.h"
+
+namespace dyop::cli {
+
+/// How a shape is painted. Colours are CSS words or #rrggbb.
+struct SvgStyle {
+  std::string_view fill = "none";
+  std::string_view stroke = "none";
+  Scalar stroke_width = 1;
+  std::string_view dashes = "";  ///< SVG dash array
+  Scalar opacity = 1;
+};
+
+enum class SvgAnchor { Start, Middle, End };
+
+/// An SVG file that grows by one element a call; pixels, x to the right and y down. White ground,
+/// one sans-serif font, coordinates with two decimals, so that files are small and look the same
+/// anywhere.
+class SvgCanvas {
+ public:
+  SvgCanvas(int width, int height, std::string_view title);
+
+  void line(const Vector2& from, const Vector2& to, const SvgStyle& style);
+  void rectangle(const Vector2& corner, const Vector2& size, const SvgStyle& style);
+  void circle(const Vector2& center, Scalar radius, const SvgStyle& style);
+  void polygon(const std::vector<Vector2>& corners, const SvgStyle& style);
+  void text(const Vector2& at, std::string_view words, Scalar size = 12,
+            SvgAnchor anchor = SvgAnchor::Start, std::string_view colour = "#222222",
+            bool is_bold = false);
+  /// Turned a quarter to the left about its middle, for the name of a vertical axis.
+  void vertical_text(const Vector2& at, std::string_view words, Scalar size = 12);
+
+  /// A fill of slanted stripes in this colour, for use as `fill`.
+  std::string add_stripes(std::string_view colour);
+
+  /// The whole file.
+  std::string str() const;
+
+ private:
+  int width_;
+  int height_;
+  std::string title_;
+  std::string definitions_;
+  std::string elements_;
+  int stripes_ = 0;
+};
+
+}  // namespace dyop::cli

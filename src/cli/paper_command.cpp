@@ -1,0 +1,127 @@
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+
+#include "cli/commands.h"
+#include "cli/paper/construction_drawing.h"
+#include "cli/paper/paper_figures.h"
+#include "cli/paper/paper_report.h"
+#include "dyop/core/error.h"
+#include "dyop/distance/published_dyop.h"
+#include "dyop/io/file_error.h"
+
+namespace dyop::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kExamples =
+    R"(DIR gets paper.md (tables), times.csv, tests.csv, the paper's figures 4 and 5 in 2D and 3D, at rest
+and moving (times-*.svg, gains-*.svg), and its construction (construction-*.svg) for one test where the
+published rule is right and one where it is wrong, or for the pair of --pair.
+
+Examples:
+  The whole experiment, some seconds on a quiet machine:
+    dyop paper --out paper
+  The construction for Obj3 moved against Obj7, with few repetitions:
+    dyop paper --out paper --pair 3,7 --repetitions 5
+)";
+
+struct Arguments {
+  std::string out;
+  std::vector<int> pair;
+  PaperSettings settings;
+  bool is_json = false;
+};
+
+void write_file(const fs::path& directory, const std::string& name, const std::string& text) {
+  std::ofstream out(directory / name, std::ios::binary);
+  out << text;
+  out.close();
+  if (!out) throw FileError(directory / name, "cannot be written");
+}
+
+std::string name_of(int dimension) {
+  return std::to_string(dimension) + "d";
+}
+
+template <int dimension>
+bool is_right(const PaperTest<dimension>& test) {
+  return published_dyop(test.pair.a, test.pair.b).distance <= kPaperGap + kWrongBy;
+}
+
+template <int dimension>
+void write_drawings(const Arguments& arguments, const fs::path& directory) {
+  const auto tests = make_paper_tests<dimension>(arguments.settings.seed);
+  const auto draw_first = [&](auto is_wanted) {
+    const auto test = std::find_if(tests.begin(), tests.end(), is_wanted);
+    if (test == tests.end()) return;
+    write_file(directory,
+               "construction-" + name_of(dimension) + "-" + std::to_string(test->object) + "-" +
+                   std::to_string(test->against) + ".svg",
+               draw_construction(*test));
+  };
+  if (!arguments.pair.empty()) {
+    draw_first([&](const PaperTest<dimension>& test) {
+      return test.object == arguments.pair[0] && test.against == arguments.pair[1];
+    });
+    return;
+  }
+  draw_first([](const PaperTest<dimension>& test) { return is_right(test); });
+  draw_first([](const PaperTest<dimension>& test) { return !is_right(test); });
+}
+
+void check(const Arguments& arguments) {
+  if (arguments.pair.empty()) return;
+  DYOP_REQUIRE(arguments.pair.size() == 2 && arguments.pair[0] != arguments.pair[1],
+               "--pair needs two different objects");
+  for (const int object : arguments.pair) {
+    DYOP_REQUIRE(object >= 1 && object <= kObjectCount, "--pair: objects are 1 to ", kObjectCount,
+                 ", not ", object);
+  }
+}
+
+ExitCode run(const Arguments& arguments) {
+  check(arguments);
+  const fs::path directory = arguments.out;
+  std::error_code error;
+  fs::create_directories(directory, error);
+  if (error) throw FileError(directory, "cannot be created: " + error.message());
+  write_drawings<2>(arguments, directory);
+  write_drawings<3>(arguments, directory);
+  const PaperResults results = run_paper_experiment(arguments.settings);
+  write_file(directory, "paper.md", describe_paper(results));
+  write_file(directory, "times.csv", paper_times_csv(results));
+  write_file(directory, "tests.csv", paper_tests_csv(results));
+  for (const PaperSeries& series : results.series) {
+    const std::string kind = name_of(series.dimension) + (series.is_moving ? "-moving" : "");
+    write_file(directory, "times-" + kind + ".svg", draw_times(series, arguments.settings));
+    write_file(directory, "gains-" + kind + ".svg", draw_gains(series, arguments.settings));
+  }
+  std::cout << (arguments.is_json ? paper_json(results) + "\n" : describe_paper(results));
+  return ExitCode::Answered;
+}
+
+}  // namespace
+
+void add_paper_command(CLI::App& app, ExitCode& exit_code) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* command =
+      app.add_subcommand("paper", "The experiment of the DyOP paper, with its figures and errors");
+  command->footer(kExamples);
+  command->add_option("--out", arguments->out, "Directory for tables and figures")->required();
+  command->add_option("--pair", arguments->pair, "Objects I,J whose construction is drawn")
+      ->delimiter(',');
+  command->add_option("--seed", arguments->settings.seed, "Of the ten triangles and all inputs")
+      ->capture_default_str();
+  command
+      ->add_option("--repetitions", arguments->settings.repetitions,
+                   "Timed batches an object and algorithm")
+      ->check(CLI::Range(1, 100000))
+      ->capture_default_str();
+  command->add_flag("--json", arguments->is_json, "One JSON object on stdout");
+  command->callback([arguments, &exit_code] { exit_code = run(*arguments); });
+}
+
+}  // namespace dyop::cli
