@@ -120,6 +120,11 @@ void add_paper_command(CLI::App& app, ExitCode& exit_code) {
                    "Timed batches an object and algorithm")
       ->check(CLI::Range(1, 100000))
       ->capture_default_str();
+  command
+      ->add_option("--error-pairs", arguments->settings.error_pairs,
+                   "Random pairs a row of the table of errors")
+      ->check(CLI::Range(1, 100000000))
+      ->capture_default_str();
   command->add_flag("--json", arguments->is_json, "One JSON object on stdout");
   command->callback([arguments, &exit_code] { exit_code = run(*arguments); });
 }
