@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdio>
+#include <cstdlib>
 #include <numbers>
 
 #include "dyop/core/error.h"
@@ -180,26 +182,72 @@ TEST(LinCanny, EveryStartLeadsToTheSameDistance) {
   }
 }
 
+// Pairs a family; docs/algorithms/lin_canny.md has the table for more of them.
+int pairs_wanted(int few) {
+  const char* wanted = std::getenv("DYOP_LIN_CANNY_PAIRS");
+  return wanted ? std::atoi(wanted) : few;
+}
+
 TEST(LinCanny, TrianglesKeepTheBoundsInEveryFamily) {
   std::mt19937_64 random(24);
+  const int pairs = pairs_wanted(700);
   int walked = 0;
-  int checked = 0;
   for (const TriangleFamily family : kAllTriangleFamilies) {
-    for (int k = 0; k < 700; ++k) {
+    int certified = 0;
+    int most_steps = 0;
+    int steps = 0;
+    for (int k = 0; k < pairs; ++k) {
       const TrianglePair pair = random_triangle_pair(family, random);
       const OracleDistance truth = oracle_triangle_distance(pair.a, pair.b);
       LinCannyCache cache;
       const TriangleDistance d = lin_canny_distance(pair.a, pair.b, &cache);
       ASSERT_LE(wide(d.lower), truth.upper()) << name_of(family) << ' ' << k;
       ASSERT_GE(wide(d.upper), truth.lower()) << name_of(family) << ' ' << k;
-      if (cache.is_certified) {
-        ASSERT_LE(d.upper - d.lower, 3 * triangle_noise(pair.a, pair.b)) << name_of(family);
-        ++walked;
-      }
-      ++checked;
+      steps += cache.steps;
+      most_steps = std::max(most_steps, cache.steps);
+      if (!cache.is_certified) continue;
+      ASSERT_LE(d.upper - d.lower, 3 * triangle_noise(pair.a, pair.b)) << name_of(family);
+      ++certified;
     }
+    walked += certified;
+    std::printf("%-16s walk certified %6.2f %%, steps %.2f, at most %d\n", name_of(family),
+                100.0 * certified / pairs, Scalar(steps) / pairs, most_steps);
   }
-  EXPECT_GT(walked, checked / 4);
+  EXPECT_GT(walked, pairs * int(kAllTriangleFamilies.size()) / 4);
+}
+
+TEST(LinCanny, StepsGrowSlowlyWithTheSizeOfTheHull) {
+  // Two balls of n points roll past each other: cold steps grow like the walk from a support point,
+  // warm ones hardly at all.
+  std::mt19937_64 random(27);
+  const int poses = pairs_wanted(100);
+  for (const int count : {10, 100, 1000, 10000}) {
+    std::vector<Vector3> points;
+    for (int k = 0; k < count; ++k) points.push_back(random_direction(random));
+    const HullFeatures ball{ConvexHull(points)};
+    LinCannyCache warm;
+    int cold_steps = 0;
+    int warm_steps = 0;
+    int certified = 0;
+    for (int k = 0; k < poses; ++k) {
+      const Scalar angle = 0.01 * k;
+      const RigidPose X_AB(rotation_from_vector(Vector3(angle, 0.3, 0)),
+                           2.5 * Vector3(std::cos(angle), std::sin(angle), 0.2));
+      LinCannyCache cold;
+      lin_canny_distance(ball, ball, X_AB, &cold);
+      const GjkResult d = lin_canny_distance(ball, ball, X_AB, &warm);
+      const GjkResult gjk = gjk_distance(ball.hull(), ball.hull(), X_AB);
+      ASSERT_LE(d.lower, gjk.upper);
+      ASSERT_GE(d.upper, gjk.lower);
+      cold_steps += cold.steps;
+      warm_steps += warm.steps;
+      certified += warm.is_certified + cold.is_certified;
+    }
+    std::printf("%5d points: steps cold %.2f, warm %.2f, walk certified %.2f %%\n", count,
+                Scalar(cold_steps) / poses, Scalar(warm_steps) / poses, 50.0 * certified / poses);
+    EXPECT_LT(warm_steps, 12 * poses);
+    EXPECT_GE(certified, 2 * poses * 98 / 100);
+  }
 }
 
 TEST(LinCanny, ApartTrianglesAreSolvedByTheWalkItself) {
