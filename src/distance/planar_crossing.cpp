@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "distance/planar_core.h"
+#include "distance/triangle_pair.h"
 #include "geometry/exact_orientation.h"
 
 namespace dyop::internal {
@@ -68,7 +69,8 @@ std::optional<PlanarCrossing> cross_edges(const ExactPlane& plane, std::span<con
   if (side_r * side_s < 0 && side_p * side_q < 0) {
     const Vector2 e = q - p;
     const Vector2 f = s - r;
-    const Scalar t = std::clamp(cross(r - p, f) / cross(e, f), Scalar{0}, Scalar{1});
+    // Zero over zero for edges that are parallel up to rounding.
+    const Scalar t = clamped(cross(r - p, f) / cross(e, f), 1);
     return PlanarCrossing{p + t * e, planar_edge(i, i_next), planar_edge(j, j_next)};
   }
   if (side_p == 0 && is_between(p, r, s)) {

@@ -188,14 +188,17 @@ PlanarDistance resolve_polygons(std::span<const Vector2> a, std::span<const Vect
   if (result.lower > 0) return result;
   const auto crossing = find_crossing(a, b);
   if (!crossing) return result;
-  return {0,
-          0,
-          crossing->point,
-          crossing->point,
-          result.normal,
-          crossing->feature_a,
-          crossing->feature_b,
-          true};
+  // The crossing point is ill-conditioned where the edges are nearly parallel. Then a vertex is
+  // within rounding of the other polygon, and a better witness.
+  const bool is_at_vertex = result.upper <= kTriangleNoise * size;
+  if (!is_at_vertex) {
+    result.p_a = result.p_b = crossing->point;
+    result.feature_a = crossing->feature_a;
+    result.feature_b = crossing->feature_b;
+  }
+  result.upper = 0;
+  result.is_crossing = true;
+  return result;
 }
 
 }  // namespace internal
