@@ -10,8 +10,8 @@
 
 namespace dyop {
 
-/// Bounds of a distance: proven, up to nothing, if the algorithm is certified. Otherwise `upper` is
-/// its estimate and `lower` is 0.
+/// Bounds of a distance. Proven if the algorithm is certified; otherwise `upper` is its estimate
+/// and `lower` is 0.
 struct DistanceBounds {
   Scalar lower = 0;
   Scalar upper = kInfinity;

@@ -25,15 +25,15 @@ struct PlanarDistance {
 /// Returns the distance of two triangles in the plane, with a certificate on both sides:
 ///     lower <= d <= upper,   upper - lower <= planar_noise(a, b),
 /// d being the exact distance of the exact triangles. Vertices in any order; segments and points
-/// are legal. The second inequality holds for sizes in [1e-130, 1e60].
+/// are legal. The second inequality holds for sizes in [1e-100, 1e60].
 ///
 /// Coordinates must be finite and at most kLargestCoordinate; they are not checked here.
 /// Cost: about 20 scalar products; no allocation; bounded. See docs/algorithms/published_dyop.md.
 PlanarDistance planar_triangle_distance(const PlanarTriangle& a, const PlanarTriangle& b);
 
 /// The same for convex polygons, each in counterclockwise or clockwise order, with at least one
-/// vertex; repeated and collinear vertices are legal. A polygon that is not convex gives bounds
-/// for the distance of its border's edges from the other one, if they do not meet.
+/// vertex; repeated and collinear vertices are legal. Convexity is not
+/// checked.
 ///
 /// Coordinates as above. Cost: all pairs of a vertex and an edge; no allocation.
 /// @throws InvalidArgument if a polygon has no vertex.
