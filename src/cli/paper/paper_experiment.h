@@ -47,6 +47,9 @@ struct PaperSeries {
   std::vector<AlgorithmMeasurement> algorithms;
 
   const AlgorithmMeasurement& of(const std::string& name) const;
+  bool has(const std::string& name) const;
+  /// Certified DyOP, started from the last features where there are such.
+  const AlgorithmMeasurement& best_certified_dyop() const;
   /// "2D", "3D, moving steps" and so on.
   std::string title() const;
 };
