@@ -207,4 +207,11 @@ inline constexpr int kTextbookGjkLimit = 32;
 /// textbook_gjk(), and by libccd_distance().
 inline constexpr Scalar kTextbookGjkConvergence = 1e-12;
 
+/// Rounding of everything that is computed from the differences of the points of two linearly moving
+/// elements, relative to the largest difference: a slab gap, its interpolation in time, the end of a
+/// safe step, the length of a witness. docs/algorithms/linear_vertex_motion.md, "Rounding", adds up 24u
+/// for steps and 36u for witnesses. Larger: the tolerance that can be met grows; smaller: bounds may
+/// fail. Used by time_of_impact of vertex paths.
+inline constexpr Scalar kPathNoise = 64 * kUnitRoundoff;
+
 }  // namespace dyop

@@ -1,0 +1,67 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "dyop/core/time_interval.h"
+#include "dyop/toi/toi_result.h"
+#include "dyop/toi/vertex_paths.h"
+
+namespace dyop {
+
+/// What counts as an impact.
+enum class ContactRule {
+  WithinTolerance,  ///< coming within δ + ε, as for rigid shapes
+  Exact,  ///< having a point in common at some instant, decided without rounding; needs δ = 0
+};
+
+struct VertexToiOptions {
+  /// Gap δ at which the two elements count as touching; length, >= 0.
+  Scalar target_distance = 0;
+  /// How much above the target an impact may be reported: ε; length, > 0.
+  Scalar distance_tolerance = 1e-6;  // literal: a default in the user's unit, not a noise level
+  ContactRule contact_rule = ContactRule::WithinTolerance;
+  /// Largest number of steps in time, >= 1. Spent: BudgetExhausted, with a valid t_safe.
+  std::int64_t max_steps = 1000;
+};
+
+/// Result of the queries below. With d(t) the distance of the two elements at time t, δ and ε as in
+/// the options and ν the rounding_allowance:
+///     d(t) >= δ + ε/4 - ν     for all t in [begin, t_safe]
+/// in every status but NotRun, InitiallyWithinTarget (where t_safe = begin), and NumericalLimit at the
+/// begin (ε is not above the rounding), and for Impact
+///     d(t_safe) <= δ + ε + ν.
+///
+/// ContactRule::Exact changes what is said of pairs that come nearer than the first line allows:
+/// Separated then promises only d(t) > 0 in the whole interval, but does so exactly; Impact and
+/// InitiallyWithinTarget are only said of pairs that have a point in common at an instant of
+/// [t_safe, end], BudgetExhausted and NumericalLimit as well.
+struct VertexToiResult {
+  ToiStatus status = ToiStatus::NotRun;
+  Scalar t_safe = 0;
+  /// Impact and InitiallyWithinTarget. Vertices are numbered as in the paths.
+  std::optional<ImpactContact> contact;
+  Scalar rounding_allowance = 0;  ///< ν, length
+  std::int64_t steps = 0;         ///< closest points computed
+};
+
+/// Returns when a moving vertex (A) and a moving triangle (B) first come within target_distance, or
+/// proves that they do not.
+///
+/// Conservative advancement along fixed and turning directions; under ContactRule::Exact pairs
+/// that come within ε are decided in whole arithmetic.
+///
+/// @param interval The paths are at `begin` at its begin and at `end` at its end. Finite, not
+///                 reversed; of an interval of length zero only the begin of the paths counts.
+/// @throws InvalidArgument if a coordinate is not finite or beyond kLargestCoordinate, an option is
+///         out of range, or the interval is not valid.
+/// Thread-safe, deterministic; bounded by max_steps. No allocation, but for the exact decision.
+/// See [Mirtich1996], docs/algorithms/linear_vertex_motion.md.
+VertexToiResult time_of_impact(const VertexFacePaths& paths, const TimeInterval& interval = {},
+                               const VertexToiOptions& options = {});
+
+/// The same for two moving edges.
+VertexToiResult time_of_impact(const EdgeEdgePaths& paths, const TimeInterval& interval = {},
+                               const VertexToiOptions& options = {});
+
+}  // namespace dyop

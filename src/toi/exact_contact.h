@@ -1,0 +1,13 @@
+#pragma once
+
+#include "dyop/toi/vertex_paths.h"
+
+namespace dyop::internal {
+
+// Whether the two elements have a point in common at some instant of the interval, its ends
+// included. Exact for all finite coordinates, in whole arithmetic: coplanar, parallel, degenerate
+// and resting ones too. docs/algorithms/linear_vertex_motion.md, "Exact contact".
+bool has_contact(const VertexFacePaths& paths);
+bool has_contact(const EdgeEdgePaths& paths);
+
+}  // namespace dyop::internal

@@ -1,0 +1,75 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <utility>
+#include <vector>
+
+namespace dyop::internal {
+
+// The digits of a whole number, lowest first. Short ones live in the object: nearly all numbers of
+// an exact decision do, and the time of allocating would exceed that of computing.
+class LimbBuffer {
+ public:
+  using Limb = std::uint64_t;
+
+  LimbBuffer() = default;
+  // Zeros.
+  explicit LimbBuffer(std::size_t size) : size_(size) {
+    if (size > kInside) {
+      outside_.assign(size, 0);
+    } else {
+      std::fill_n(inside_.begin(), size, Limb{0});
+    }
+  }
+  LimbBuffer(const LimbBuffer& other) : size_(other.size_), outside_(other.outside_) {
+    copy_inside(other);
+  }
+  LimbBuffer(LimbBuffer&& other) noexcept
+      : size_(std::exchange(other.size_, 0)), outside_(std::move(other.outside_)) {
+    copy_inside(other);
+    other.outside_.clear();
+  }
+  LimbBuffer& operator=(LimbBuffer other) noexcept {
+    size_ = other.size_;
+    outside_.swap(other.outside_);
+    copy_inside(other);
+    return *this;
+  }
+  ~LimbBuffer() = default;
+
+  std::size_t size() const { return size_; }
+  bool empty() const { return size_ == 0; }
+  Limb* data() { return outside_.empty() ? inside_.data() : outside_.data(); }
+  const Limb* data() const { return outside_.empty() ? inside_.data() : outside_.data(); }
+  Limb& operator[](std::size_t i) { return data()[i]; }
+  Limb operator[](std::size_t i) const { return data()[i]; }
+
+  // Drops leading zeros. A long number stays where it is.
+  void trim() {
+    const Limb* limbs = data();
+    while (size_ > 0 && limbs[size_ - 1] == 0) --size_;
+  }
+
+  friend bool operator==(const LimbBuffer& x, const LimbBuffer& y) {
+    return x.size_ == y.size_ && std::equal(x.data(), x.data() + x.size_, y.data());
+  }
+
+ private:
+  // All of it, in few moves: most numbers fill half of it, and a copy of unknown length costs a
+  // call.
+  void copy_inside(const LimbBuffer& other) {
+    if (outside_.empty()) std::memcpy(inside_.data(), other.inside_.data(), sizeof(inside_));
+  }
+
+  static constexpr std::size_t kInside = 10;
+
+  std::size_t size_ = 0;
+  std::array<Limb, kInside> inside_;  // the first size_ are set, unless outside_ is used
+  std::vector<Limb> outside_;
+};
+
+}  // namespace dyop::internal
