@@ -1,0 +1,70 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "dyop/core/types.h"
+#include "dyop/geometry/triangle.h"
+
+namespace dyop {
+
+/// A triangle mesh that deforms: each vertex moves on a straight line, at constant speed, from its
+/// place at the begin of an interval to its place at the end. World frame throughout. The interval
+/// itself is given with each query.
+///
+/// The hierarchy is built once; new places only refit its boxes. As in TriangleMesh, any set of
+/// triangles is legal: open, self-touching, with segments and points.
+class DeformingMesh {
+ public:
+  /// A node of a binary tree of axis-aligned boxes. At the fraction s of the interval its vertices
+  /// are within the box whose corners are (1 - s) at_begin + s at_end.
+  struct Node {
+    AlignedBox at_begin;
+    AlignedBox at_end;
+    std::int32_t first = -1;  ///< inner: the children are nodes first and first + 1; leaf: triangle
+    bool is_leaf = false;
+  };
+
+  /// @throws InvalidArgument if there is no triangle, both arrays differ in length, a coordinate is
+  /// not
+  ///         finite or beyond kLargestCoordinate, or an index is out of range; the message has it.
+  DeformingMesh(std::vector<Vector3> begin, std::vector<Vector3> end,
+                std::vector<TriangleIndices> triangles);
+
+  /// Gives all vertices new places, as many as before. Linear in the size; the tree keeps its
+  /// shape, so queries slow down if neighbours drift far apart.
+  /// @throws InvalidArgument as above; the mesh is then unchanged.
+  void refit(std::vector<Vector3> begin, std::vector<Vector3> end);
+
+  /// The next interval: begins at what was the end.
+  void advance(std::vector<Vector3> next_end);
+
+  std::span<const Vector3> begin() const { return begin_; }
+  std::span<const Vector3> end() const { return end_; }
+  std::span<const TriangleIndices> triangles() const { return triangles_; }
+
+  /// A triangle at the fraction s of the interval, 0 <= s <= 1, rounded; exact at 0 and 1.
+  Triangle triangle(std::int32_t index, Scalar s) const;
+
+  /// Node 0 is the root; children come after their parents.
+  std::span<const Node> nodes() const { return nodes_; }
+
+  /// Largest distance of a vertex from the world's origin, and largest way of a vertex over the
+  /// interval, both of vertices that triangles use, rounded up.
+  Scalar largest_radius() const { return largest_radius_; }
+  Scalar largest_displacement() const { return largest_displacement_; }
+
+ private:
+  void build();
+  void fit_boxes();
+
+  std::vector<Vector3> begin_;
+  std::vector<Vector3> end_;
+  std::vector<TriangleIndices> triangles_;
+  std::vector<Node> nodes_;
+  Scalar largest_radius_ = 0;
+  Scalar largest_displacement_ = 0;
+};
+
+}  // namespace dyop
