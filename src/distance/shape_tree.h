@@ -35,7 +35,8 @@ class ShapeTree {
   /// The boxes of a node, for the wide kernels.
   GroupRows rows(std::int32_t node) const { return {nodes_[node].boxes.rows, scale_}; }
   Scalar squared_half_diagonal(std::int32_t box) const {
-    return scale_ * scale_ * Scalar{node_of(box).boxes.squared_half_diagonal(column_of(box))};
+    return scale_ * scale_ *
+           static_cast<Scalar>(node_of(box).boxes.squared_half_diagonal(column_of(box)));
   }
   bool is_leaf(std::int32_t box) const { return node_of(box).child[column_of(box)] < 0; }
   /// True if a number from outside names a leaf of this tree.
