@@ -211,6 +211,11 @@ void check_promises(const ToiResult& result, const MeshPairOracle& oracle, Scala
                     const ToiOptions& options, Tally& tally) {
   const Scalar noise = 2e-12 + result.rounding_allowance;
   const Scalar floor = options.target_distance + options.distance_tolerance / 4 - noise;
+  if (result.status == ToiStatus::InitiallyWithinTarget) {
+    EXPECT_LE(oracle.distance_at(0).lower,
+              options.target_distance + options.distance_tolerance + noise);
+    return;
+  }
   ASSERT_TRUE(result.status == ToiStatus::Impact || result.status == ToiStatus::Separated)
       << static_cast<int>(result.status);
   for (Scalar s = 0; s < result.t_safe;) {
