@@ -2,10 +2,11 @@
 
 #include <algorithm>
 
-#include "dyop/core/tolerance.h"
-
 namespace dyop::internal {
 namespace {
+
+// literal: squared sine below which a cross product of two sides is rounding, some 1e-16 of them.
+constexpr Scalar kSmallestSineSquare = 1e-28;
 
 // The part of x normal to an edge.
 Vector3 reject(const Vector3& x, const Vector3& edge) {
@@ -94,18 +95,19 @@ EdgeParameters nearest_end(const Differences<4>& corners, const Vector3& u, cons
 }
 
 // Minimises |r + t v - s u|, r = b0 - a0, over the unit square: first without bounds on t, then
-// with s given, then with t given.
+// with s given, then with t given. The cross product keeps its digits where the Gram determinant of
+// nearly parallel edges has none.
 EdgeParameters nearest_parameters(const Differences<4>& corners, const Vector3& u,
                                   const Vector3& v) {
   const Vector3& r = corners[0];
+  const Vector3 normal = u.cross(v);
+  const Scalar normal_sq = normal.squaredNorm();
   const Scalar uu = u.squaredNorm();
-  const Scalar uv = u.dot(v);
   const Scalar vv = v.squaredNorm();
-  const Scalar determinant = uu * vv - uv * uv;
-  if (!(determinant > kTriangleParallelSquare * uu * vv)) return nearest_end(corners, u, v);
-  const Scalar s = std::clamp((r.dot(u) * vv - uv * r.dot(v)) / determinant, 0.0, 1.0);
-  const Scalar t = std::clamp((s * uv - r.dot(v)) / vv, 0.0, 1.0);
-  return {std::clamp((r.dot(u) + t * uv) / uu, 0.0, 1.0), t};
+  if (!(normal_sq > kSmallestSineSquare * uu * vv)) return nearest_end(corners, u, v);
+  const Scalar s = std::clamp(r.cross(v).dot(normal) / normal_sq, 0.0, 1.0);
+  const Scalar t = std::clamp((s * u - r).dot(v) / vv, 0.0, 1.0);
+  return {std::clamp((r + t * v).dot(u) / uu, 0.0, 1.0), t};
 }
 
 }  // namespace
@@ -117,7 +119,7 @@ NearestDifference<3> find_nearest(const Differences<3>& corners) {
   const Vector3 side_c = corners[2] - corners[0];
   const Vector3 normal = side_b.cross(side_c);
   const Scalar sides_sq = side_b.squaredNorm() * side_c.squaredNorm();
-  if (!(normal.squaredNorm() > kTriangleParallelSquare * sides_sq)) return nearest_side(corners);
+  if (!(normal.squaredNorm() > kSmallestSineSquare * sides_sq)) return nearest_side(corners);
   // How far the origin lies along both sides, seen from each corner.
   const Scalar b0 = -side_b.dot(corners[0]);
   const Scalar c0 = -side_c.dot(corners[0]);
@@ -125,14 +127,14 @@ NearestDifference<3> find_nearest(const Differences<3>& corners) {
   const Scalar b1 = -side_b.dot(corners[1]);
   const Scalar c1 = -side_c.dot(corners[1]);
   if (b1 >= 0 && c1 <= b1) return at_corner(corners, 1);
-  const Scalar area_c = b0 * c1 - b1 * c0;
+  const Scalar area_c = normal.dot(corners[0].cross(corners[1]));
   if (area_c <= 0 && b0 >= 0 && b1 <= 0) return on_side(corners, 0, 1, b0, -b1);
   const Scalar b2 = -side_b.dot(corners[2]);
   const Scalar c2 = -side_c.dot(corners[2]);
   if (c2 >= 0 && b2 <= c2) return at_corner(corners, 2);
-  const Scalar area_b = b2 * c0 - b0 * c2;
+  const Scalar area_b = normal.dot(corners[2].cross(corners[0]));
   if (area_b <= 0 && c0 >= 0 && c2 <= 0) return on_side(corners, 0, 2, c0, -c2);
-  const Scalar area_a = b1 * c2 - b2 * c1;
+  const Scalar area_a = normal.dot(corners[1].cross(corners[2]));
   if (area_a <= 0 && c1 >= b1 && b2 >= c2) return on_side(corners, 1, 2, c1 - b1, b2 - c2);
 
   // Rounding may leave one of them below zero; the point must be one of the triangle.

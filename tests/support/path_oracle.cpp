@@ -46,12 +46,12 @@ Number segment_distance_sq(const Point<Number>& x, const Point<Number>& p, const
   return dot(offset, offset);
 }
 
-// Whether a cross product is more than rounding: a plane through points on a line is noise, and its
-// foot as well, while vertex and edges know everything of it.
+// Whether a cross product is more than rounding of positions of this size: a plane through points
+// on a line is noise, and its foot as well, while vertices and edges know everything of it.
 template <typename Number>
-bool is_plane(const Point<Number>& u, const Point<Number>& v, Number normal_sq) {
-  const auto noise_sq = static_cast<Number>(sizeof(Number) > sizeof(double) ? 1e-56 : 1e-24);
-  return normal_sq > noise_sq * dot(u, u) * dot(v, v);
+bool is_plane(const Point<Number>& u, const Point<Number>& v, Number normal_sq, Number size_sq) {
+  const auto noise_sq = static_cast<Number>(sizeof(Number) > sizeof(double) ? 1e-64 : 1e-28);
+  return normal_sq > noise_sq * size_sq * (dot(u, u) + dot(v, v));
 }
 
 template <typename Number>
@@ -64,7 +64,7 @@ Number distance_at(const VertexFacePaths& paths, Number s) {
   const Point<Number> normal = cross(side_b, side_c);
   const Number normal_sq = dot(normal, normal);
   Number least = segment_distance_sq(v, f[2], f[0]);
-  bool is_over_face = is_plane(side_b, side_c, normal_sq);
+  bool is_over_face = is_plane(side_b, side_c, normal_sq, dot(v, v) + dot(f[0], f[0]));
   for (std::size_t i = 0; i < 3; ++i) {
     const Point<Number>& next = f[(i + 1) % 3];
     least = std::min(least, segment_distance_sq(v, f[i], next));
@@ -91,8 +91,8 @@ Number distance_at(const EdgeEdgePaths& paths, Number s) {
   const Number normal_sq = dot(normal, normal);
   const Number on_a = dot(cross(w, v), normal);
   const Number on_b = dot(cross(w, u), normal);
-  if (is_plane(u, v, normal_sq) && on_a >= 0 && on_a <= normal_sq && on_b >= 0 &&
-      on_b <= normal_sq) {
+  if (is_plane(u, v, normal_sq, dot(a0, a0) + dot(b0, b0)) && on_a >= 0 && on_a <= normal_sq &&
+      on_b >= 0 && on_b <= normal_sq) {
     const Number height = dot(normal, w);
     least = std::min(least, height * height / normal_sq);
   }
