@@ -1,9 +1,5 @@
 #include "dyop/dynamics/world.h"
 
-#include <tbb/info.h>
-#include <tbb/parallel_for.h>
-#include <tbb/task_arena.h>
-
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
@@ -11,7 +7,7 @@
 #include "dynamics/world_impl.h"
 #include "dyop/core/error.h"
 #include "dyop/motion/rest_motion.h"
-#include "dyop/toi/time_of_impact.h"
+#include "dyop/toi/toi_batch.h"
 
 namespace dyop {
 namespace {
@@ -138,26 +134,27 @@ std::vector<ToiResult> World::Impl::query_pairs(const std::vector<BodyPair>& pai
                                                 const Motions& motions,
                                                 const TimeInterval& interval,
                                                 const std::stop_token& stop) const {
-  std::vector<ToiResult> results(pairs.size());
   const Scalar distance_tolerance = tolerance();
-  const auto query = [&](std::size_t i) {
-    const auto a = static_cast<std::size_t>(pairs[i].first);
-    const auto b = static_cast<std::size_t>(pairs[i].second);
-    ToiOptions toi;
-    toi.target_distance = margin(pairs[i].first, pairs[i].second);
-    toi.distance_tolerance = distance_tolerance;
-    toi.max_node_pairs = options.max_node_pairs;
-    toi.stop = stop;
-    results[i] = time_of_impact(*bodies[a].definition.shape, *motions[a],
-                                *bodies[b].definition.shape, *motions[b], interval, toi);
-  };
-  if (pairs.size() < 2 || options.threads == 1) {
-    for (std::size_t i = 0; i < pairs.size(); ++i) query(i);
-    return results;
+  std::vector<ToiQuery> queries;
+  for (const auto& [id_a, id_b] : pairs) {
+    const auto a = static_cast<std::size_t>(id_a);
+    const auto b = static_cast<std::size_t>(id_b);
+    ToiQuery query{bodies[a].definition.shape.get(),
+                   motions[a].get(),
+                   bodies[b].definition.shape.get(),
+                   motions[b].get(),
+                   interval,
+                   {}};
+    query.options.target_distance = margin(id_a, id_b);
+    query.options.distance_tolerance = distance_tolerance;
+    query.options.max_node_pairs = options.max_node_pairs;
+    queries.push_back(query);
   }
-  const int available = tbb::info::default_concurrency();
-  tbb::task_arena arena(options.threads > 0 ? std::min(options.threads, available) : available);
-  arena.execute([&] { tbb::parallel_for(std::size_t{0}, pairs.size(), query); });
+  BatchOptions batch;
+  batch.thread_count = options.threads;
+  batch.stop = stop;
+  std::vector<ToiResult> results(pairs.size());
+  time_of_impact(queries, results, batch);
   return results;
 }
 
@@ -213,6 +210,7 @@ void World::Impl::sub_step(Scalar t_end, const std::stop_token& stop, AdvanceRep
     case ToiStatus::NumericalLimit:
       report.status = AdvanceStatus::NumericalLimit;
       break;
+    case ToiStatus::NotRun:  // stopped before its turn: t_safe is the begin
     case ToiStatus::Cancelled:
       report.status = AdvanceStatus::Cancelled;
       return;

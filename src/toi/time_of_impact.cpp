@@ -8,6 +8,7 @@
 #include "dyop/core/error.h"
 #include "dyop/core/tolerance.h"
 #include "toi/moving_pair.h"
+#include "toi/toi_check.h"
 #include "toi/toi_memory.h"
 
 namespace dyop {
@@ -278,26 +279,11 @@ ToiResult ToiSearch::resume() {
   return finish(ToiStatus::Separated, interval_.end);
 }
 
-void require_valid(const Motion& X_WA, const Motion& X_WB, const TimeInterval& interval,
-                   const ToiOptions& options) {
-  require_valid(interval, "time_of_impact: interval");
-  require_defined(X_WA, interval, "time_of_impact: the motion of A");
-  require_defined(X_WB, interval, "time_of_impact: the motion of B");
-  DYOP_REQUIRE(options.target_distance >= 0 && options.target_distance < kInfinity,
-               "time_of_impact: target_distance must be finite and >= 0, not ",
-               options.target_distance);
-  DYOP_REQUIRE(options.distance_tolerance > 0 && options.distance_tolerance < kInfinity,
-               "time_of_impact: distance_tolerance must be finite and > 0, not ",
-               options.distance_tolerance);
-  DYOP_REQUIRE(options.max_node_pairs > 0, "time_of_impact: max_node_pairs must be > 0, not ",
-               options.max_node_pairs);
-}
-
 }  // namespace
 
 ToiResult time_of_impact(const Shape& a, const Motion& X_WA, const Shape& b, const Motion& X_WB,
                          const TimeInterval& interval, const ToiOptions& options) {
-  require_valid(X_WA, X_WB, interval, options);
+  internal::require_valid_query(X_WA, X_WB, interval, options);
   internal::ToiMemory memory;
   return ToiSearch(a, X_WA, b, X_WB, interval, options, memory).run();
 }
@@ -305,7 +291,7 @@ ToiResult time_of_impact(const Shape& a, const Motion& X_WA, const Shape& b, con
 ToiResult time_of_impact(const Shape& a, const Motion& X_WA, const Shape& b, const Motion& X_WB,
                          const TimeInterval& interval, const ToiOptions& options,
                          ToiWorkspace& workspace) {
-  require_valid(X_WA, X_WB, interval, options);
+  internal::require_valid_query(X_WA, X_WB, interval, options);
   internal::ToiMemory& memory = workspace.memory();
   memory.subject = {
       &a, &X_WA, &b, &X_WB, interval, options.target_distance, options.distance_tolerance};
@@ -315,7 +301,7 @@ ToiResult time_of_impact(const Shape& a, const Motion& X_WA, const Shape& b, con
 ToiResult resume_time_of_impact(const Shape& a, const Motion& X_WA, const Shape& b,
                                 const Motion& X_WB, const TimeInterval& interval,
                                 const ToiOptions& options, ToiWorkspace& workspace) {
-  require_valid(X_WA, X_WB, interval, options);
+  internal::require_valid_query(X_WA, X_WB, interval, options);
   internal::ToiMemory& memory = workspace.memory();
   DYOP_REQUIRE(memory.is_unfinished, "resume_time_of_impact: the workspace holds no query that ",
                "ended undecided");

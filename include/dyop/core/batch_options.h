@@ -1,0 +1,22 @@
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <stop_token>
+
+namespace dyop {
+
+/// How a batch of queries is run. Nothing here changes the result of a query that was answered.
+struct BatchOptions {
+  /// Threads to use, the caller's included; 0, or more than there are: all of the machine.
+  int thread_count = 0;
+  /// Cooperative cancellation: no further query is begun, those under way are stopped where they
+  /// can be.
+  std::stop_token stop;
+  /// Called after each query with the number of queries done and their number in all. Calls never
+  /// overlap and `done` rises by one from call to call, but they come from any of the threads. An
+  /// exception thrown here ends the batch and reaches the caller.
+  std::function<void(std::size_t done, std::size_t total)> progress;
+};
+
+}  // namespace dyop

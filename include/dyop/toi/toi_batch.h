@@ -1,0 +1,37 @@
+#pragma once
+
+#include <span>
+
+#include "dyop/core/batch_options.h"
+#include "dyop/toi/time_of_impact.h"
+
+namespace dyop {
+
+/// One time of impact query of a batch: the arguments of time_of_impact(). Shapes and motions are
+/// the caller's, may be shared by any number of queries, and must stay as they are until the batch
+/// returns.
+struct ToiQuery {
+  const Shape* a = nullptr;
+  const Motion* X_WA = nullptr;
+  const Shape* b = nullptr;
+  const Motion* X_WB = nullptr;
+  TimeInterval interval;
+  ToiOptions options;  ///< a stop of its own ends this query only
+};
+
+/// Answers many time of impact queries over several threads: results[i] is bit for bit what
+/// time_of_impact() returns for queries[i], for every number of threads.
+///
+/// After a stop of the batch each result says what is known of its query: answered before the stop;
+/// Cancelled, with a valid t_safe, if it was under way; NotRun, with t_safe at the begin, if not.
+///
+/// @throws InvalidArgument before any query is run if the spans differ in length, thread_count is
+///         negative, or a query is one that time_of_impact() refuses or lacks a shape or a motion;
+///         the message names the lowest such index. What a motion or the progress callback throws
+///         ends the batch: results that are not NotRun are then answered.
+/// Motions must allow concurrent calls, as all of dyop's do. Memory is kept by thread, not by
+/// query. See docs/algorithms/time_of_impact.md, "Batches".
+void time_of_impact(std::span<const ToiQuery> queries, std::span<ToiResult> results,
+                    const BatchOptions& options = {});
+
+}  // namespace dyop

@@ -1,0 +1,120 @@
+#include "core/batch_run.h"
+
+#include <tbb/global_control.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <atomic>
+#include <exception>
+#include <limits>
+#include <mutex>
+
+#include "core/run_workers.h"
+#include "dyop/core/error.h"
+
+namespace dyop::internal {
+namespace {
+
+using BatchItem = std::function<void(std::size_t, std::size_t)>;
+
+// What the workers of one batch share.
+class BatchRun {
+ public:
+  BatchRun(std::size_t item_count, const BatchOptions& options, const BatchItem& item)
+      : item_count_(item_count), options_(options), item_(item) {
+    is_ready_.store(true, std::memory_order_release);
+  }
+
+  /// Runs items until none is left to hand out.
+  void work(std::size_t worker) {
+    if (!is_ready_.load(std::memory_order_acquire)) return;  // always is
+    run_items(worker);
+    ended_.fetch_add(1, std::memory_order_release);
+  }
+
+  /// To be called when all workers have ended.
+  void rethrow_failure() const {
+    ended_.load(std::memory_order_acquire);
+    if (failure_) std::rethrow_exception(failure_);
+  }
+
+ private:
+  void run_items(std::size_t worker) {
+    while (!is_failed_ && !options_.stop.stop_requested()) {
+      const std::size_t index = next_++;
+      if (index >= item_count_) return;
+      try {
+        run_item(index, worker);
+        report_progress();
+      } catch (...) {
+        keep_failure(index);
+      }
+    }
+  }
+
+  void run_item(std::size_t index, std::size_t worker) const {
+    try {
+      item_(index, worker);
+    } catch (const InvalidArgument& error) {
+      throw InvalidArgument(compose_message("query ", index, ": ", error.what()));
+    }
+  }
+
+  void report_progress() {
+    if (!options_.progress) return;
+    const std::lock_guard lock(mutex_);
+    ++done_;
+    // Isolated: a callback that waits for parallel work of its own must not be given an item here,
+    // which would wait for the lock it holds.
+    tbb::this_task_arena::isolate([&] { options_.progress(done_, item_count_); });
+  }
+
+  // Every item before a failed one has been handed out and will run: the lowest is always found.
+  void keep_failure(std::size_t index) {
+    const std::lock_guard lock(mutex_);
+    if (index < failed_index_) {
+      failed_index_ = index;
+      failure_ = std::current_exception();
+    }
+    is_failed_ = true;
+  }
+
+  const std::size_t item_count_;
+  const BatchOptions& options_;
+  const BatchItem& item_;
+  // oneTBB makes the caller's memory known to the workers, and theirs to the caller. These two say
+  // it once more, where a thread sanitizer can see it.
+  std::atomic<bool> is_ready_{false};
+  std::atomic<std::size_t> ended_{0};
+  std::atomic<std::size_t> next_{0};
+  std::atomic<bool> is_failed_{false};
+  std::mutex mutex_;  // guards what follows
+  std::size_t done_ = 0;
+  std::size_t failed_index_ = std::numeric_limits<std::size_t>::max();
+  std::exception_ptr failure_;
+};
+
+}  // namespace
+
+std::size_t batch_worker_count(std::size_t item_count, const BatchOptions& options) {
+  DYOP_REQUIRE(options.thread_count >= 0, "batch: thread_count must be >= 0, not ",
+               options.thread_count);
+  const std::size_t available =
+      tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
+  const auto wanted = static_cast<std::size_t>(options.thread_count);
+  const std::size_t threads = wanted == 0 ? available : std::min(wanted, available);
+  return std::max<std::size_t>(1, std::min(threads, item_count));
+}
+
+void run_batch(std::size_t item_count, const BatchOptions& options, const BatchItem& item) {
+  const std::size_t workers = batch_worker_count(item_count, options);
+  BatchRun run(item_count, options, item);
+  if (workers == 1) {
+    run.work(0);
+  } else {
+    run_workers(run, workers);
+  }
+  run.rethrow_failure();
+}
+
+}  // namespace dyop::internal

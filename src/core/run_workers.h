@@ -1,0 +1,22 @@
+#pragma once
+
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
+#include <cstddef>
+
+namespace dyop::internal {
+
+/// Calls run.work(0) ... run.work(count - 1) on up to `count` threads. A file of its own so that
+/// thread sanitizers can be told of it (tests/tsan_suppressions.txt).
+template <typename Run>
+void run_workers(Run& run, std::size_t count) {
+  tbb::task_arena arena(static_cast<int>(count));
+  arena.execute([&] {
+    // A copy in each task.
+    const auto work = [shared = &run](std::size_t worker) { shared->work(worker); };
+    tbb::parallel_for(std::size_t{0}, count, work, tbb::simple_partitioner());
+  });
+}
+
+}  // namespace dyop::internal

@@ -1,0 +1,28 @@
+#include "dyop/distance/distance_batch.h"
+
+#include <algorithm>
+
+#include "core/batch_run.h"
+#include "dyop/core/error.h"
+
+namespace dyop {
+
+void distance(std::span<const DistanceQuery> queries, std::span<DistanceResult> results,
+              const BatchOptions& options) {
+  DYOP_REQUIRE(queries.size() == results.size(), "distance: ", queries.size(),
+               " queries, but room for ", results.size(), " results");
+  for (std::size_t i = 0; i < queries.size(); ++i) {
+    DYOP_REQUIRE(queries[i].a && queries[i].b, "query ", i, ": a shape is missing");
+    DYOP_REQUIRE(queries[i].options.upper_limit >= 0, "query ", i,
+                 ": upper_limit must be >= 0, not ", queries[i].options.upper_limit);
+  }
+  std::fill(results.begin(), results.end(), DistanceResult());
+  internal::run_batch(queries.size(), options, [&](std::size_t index, std::size_t) {
+    const DistanceQuery& query = queries[index];
+    DistanceCache cold;
+    results[index] = distance(*query.a, query.X_WA, *query.b, query.X_WB, query.options,
+                              query.cache ? *query.cache : cold);
+  });
+}
+
+}  // namespace dyop

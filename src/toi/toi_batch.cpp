@@ -1,0 +1,71 @@
+#include "dyop/toi/toi_batch.h"
+
+#include <optional>
+#include <vector>
+
+#include "core/batch_run.h"
+#include "dyop/core/error.h"
+#include "toi/toi_check.h"
+
+namespace dyop {
+namespace {
+
+// A token that is stopped as soon as either of two is.
+class EitherStop {
+ public:
+  EitherStop(const std::stop_token& x, const std::stop_token& y)
+      : on_x_(x, Request{source_}), on_y_(y, Request{source_}) {}
+
+  std::stop_token token() const { return source_.get_token(); }
+
+ private:
+  struct Request {
+    std::stop_source source;
+    void operator()() { source.request_stop(); }
+  };
+  std::stop_source source_;
+  std::stop_callback<Request> on_x_;
+  std::stop_callback<Request> on_y_;
+};
+
+void require_valid(const ToiQuery& query, std::size_t index) {
+  DYOP_REQUIRE(query.a && query.b, "query ", index, ": a shape is missing");
+  DYOP_REQUIRE(query.X_WA && query.X_WB, "query ", index, ": a motion is missing");
+  try {
+    internal::require_valid_query(*query.X_WA, *query.X_WB, query.interval, query.options);
+  } catch (const InvalidArgument& error) {
+    throw InvalidArgument(internal::compose_message("query ", index, ": ", error.what()));
+  }
+}
+
+ToiResult answer(const ToiQuery& query, const std::stop_token& stop, ToiWorkspace& workspace) {
+  const auto run = [&](const ToiOptions& options) {
+    return time_of_impact(*query.a, *query.X_WA, *query.b, *query.X_WB, query.interval, options,
+                          workspace);
+  };
+  if (!stop.stop_possible()) return run(query.options);
+  std::optional<EitherStop> either;
+  if (query.options.stop.stop_possible()) either.emplace(query.options.stop, stop);
+  ToiOptions options = query.options;
+  options.stop = either ? either->token() : stop;
+  return run(options);
+}
+
+}  // namespace
+
+void time_of_impact(std::span<const ToiQuery> queries, std::span<ToiResult> results,
+                    const BatchOptions& options) {
+  DYOP_REQUIRE(queries.size() == results.size(), "time_of_impact: ", queries.size(),
+               " queries, but room for ", results.size(), " results");
+  for (std::size_t i = 0; i < queries.size(); ++i) require_valid(queries[i], i);
+  std::vector<ToiWorkspace> workspaces(internal::batch_worker_count(queries.size(), options));
+  for (std::size_t i = 0; i < queries.size(); ++i) {
+    results[i] = ToiResult();
+    results[i].t_safe = queries[i].interval.begin;
+  }
+  internal::run_batch(queries.size(), options, [&](std::size_t index, std::size_t worker) {
+    results[index] = answer(queries[index], options.stop, workspaces[worker]);
+  });
+}
+
+}  // namespace dyop

@@ -1,0 +1,22 @@
+#include "toi/toi_check.h"
+
+#include "dyop/core/error.h"
+
+namespace dyop::internal {
+
+void require_valid_query(const Motion& X_WA, const Motion& X_WB, const TimeInterval& interval,
+                         const ToiOptions& options) {
+  require_valid(interval, "time_of_impact: interval");
+  require_defined(X_WA, interval, "time_of_impact: the motion of A");
+  require_defined(X_WB, interval, "time_of_impact: the motion of B");
+  DYOP_REQUIRE(options.target_distance >= 0 && options.target_distance < kInfinity,
+               "time_of_impact: target_distance must be finite and >= 0, not ",
+               options.target_distance);
+  DYOP_REQUIRE(options.distance_tolerance > 0 && options.distance_tolerance < kInfinity,
+               "time_of_impact: distance_tolerance must be finite and > 0, not ",
+               options.distance_tolerance);
+  DYOP_REQUIRE(options.max_node_pairs > 0, "time_of_impact: max_node_pairs must be > 0, not ",
+               options.max_node_pairs);
+}
+
+}  // namespace dyop::internal
