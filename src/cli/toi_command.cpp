@@ -120,6 +120,8 @@ void add_toi_command(CLI::App& app, ExitCode& exit_code) {
     add_pose_options(*command, *body);
     add_motion_options(*command, *body);
   }
+  command->add_flag("--contacts", arguments->options.with_contacts,
+                    "All contacts at the impact, not only the first");
   command->add_flag("--json", arguments->is_json, "One JSON object on stdout");
   command->add_flag("--fail-on-impact", arguments->fails_on_impact, "Exit code 1 if they meet");
   command->callback([arguments, &exit_code] { exit_code = run(*arguments); });

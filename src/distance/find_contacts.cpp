@@ -2,6 +2,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <tuple>
 #include <unordered_map>
 #include <vector>
@@ -150,8 +151,15 @@ void ContactGathering::run() {
   }
 }
 
-// Keeps the nearest contact of each place: those within `radius` of one already kept, with nearly
-// its normal, are dropped. Contacts must be sorted. A grid of cells of that size finds neighbours.
+// How far apart, on either body, witness points of one place may be: two legs of a right triangle
+// with a gap of at most `max_distance` are the least gap and the way along the surface.
+Scalar place_radius(Scalar least_gap, Scalar max_distance) {
+  return std::sqrt(std::max(0.0, max_distance - least_gap) * (max_distance + least_gap));
+}
+
+// Keeps the nearest contact of each place: those within `radius` of one already kept, on both
+// bodies and with nearly its normal, are dropped. Contacts must be sorted. A grid of cells of that
+// size finds neighbours.
 std::vector<Contact> one_per_place(const std::vector<Contact>& contacts, Scalar radius) {
   constexpr Scalar kSameNormal = 0.99;  // cosine of 8 degrees
   using Cell = std::tuple<std::int64_t, std::int64_t, std::int64_t>;
@@ -165,10 +173,11 @@ std::vector<Contact> one_per_place(const std::vector<Contact>& contacts, Scalar 
       return static_cast<std::size_t>(mix(x, 73856093) ^ mix(y, 19349663) ^ mix(z, 83492791));
     }
   };
+  const Scalar cell_size = std::max(radius, std::numeric_limits<Scalar>::min());
   const auto cell_of = [&](const Vector3& p, int dx, int dy, int dz) {
     const auto index = [&](Scalar x, int shift) {
       // literal: beyond 2^52 cells neighbouring cells are the same number; clamp for the cast.
-      return static_cast<std::int64_t>(std::clamp(std::floor(x / radius), -4e15, 4e15)) + shift;
+      return static_cast<std::int64_t>(std::clamp(std::floor(x / cell_size), -4e15, 4e15)) + shift;
     };
     return Cell(index(p.x(), dx), index(p.y(), dy), index(p.z(), dz));
   };
@@ -182,6 +191,7 @@ std::vector<Contact> one_per_place(const std::vector<Contact>& contacts, Scalar 
           if (cell == grid.end()) continue;
           for (const std::size_t other : cell->second) {
             if ((kept[other].p_WCa - contact.p_WCa).norm() <= radius &&
+                (kept[other].p_WCb - contact.p_WCb).norm() <= radius &&
                 kept[other].nhat_AB_W.dot(contact.nhat_AB_W) >= kSameNormal) {
               return false;
             }
@@ -242,8 +252,9 @@ std::vector<Contact> find_contacts(const Shape& a, const RigidPose& X_WA, const 
   ContactGathering gathering(surface_a, surface_b, X_AB, noise, max_distance);
   gathering.run();
   std::sort(gathering.contacts.begin(), gathering.contacts.end(), comes_first);
-  // Points of one place differ by the gap at most, and by rounding where the gap is nothing.
-  std::vector<Contact> kept = one_per_place(gathering.contacts, max_distance + 4 * noise);
+  if (gathering.contacts.empty()) return {};
+  const Scalar radius = place_radius(gathering.contacts.front().lower, max_distance);
+  std::vector<Contact> kept = one_per_place(gathering.contacts, radius + 4 * noise);
   for (Contact& contact : kept) {
     contact.p_WCa = X_WA * contact.p_WCa;
     contact.p_WCb = X_WA * contact.p_WCb;

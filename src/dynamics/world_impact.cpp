@@ -4,6 +4,7 @@
 #include "dynamics/impact_law.h"
 #include "dynamics/world_impl.h"
 #include "dyop/core/error.h"
+#include "toi/contact_of.h"
 
 namespace dyop {
 namespace {
@@ -27,21 +28,6 @@ Vector3 point_velocity(const BodyState& state, const Vector3& p_W) {
 
 Scalar gap_velocity(const Contact& contact, const BodyState& a, const BodyState& b) {
   return contact.nhat_AB_W.dot(point_velocity(b, contact.p_WCb) - point_velocity(a, contact.p_WCa));
-}
-
-// The impact engine's own contact, for the case that gathering finds no other.
-Contact contact_of(const ImpactContact& impact) {
-  Contact contact;
-  contact.p_WCa = impact.p_WCa;
-  contact.p_WCb = impact.p_WCb;
-  contact.nhat_AB_W = impact.nhat_AB_W;
-  contact.lower = impact.distance_lower;
-  contact.upper = impact.distance_upper;
-  contact.feature_a = impact.feature_a;
-  contact.feature_b = impact.feature_b;
-  contact.triangle_a = impact.triangle_a;
-  contact.triangle_b = impact.triangle_b;
-  return contact;
 }
 
 ImpactBody impact_body(const BodyRecord& body) {
@@ -79,7 +65,8 @@ std::vector<WorldContact> World::Impl::gather_contacts(const ImpactEvent& event,
         find_contacts(*a.definition.shape, a.state.X_WB, *b.definition.shape, b.state.X_WB, reach);
     for (const Contact& contact : found) add(pair, contact);
     if (found.empty() && pair == BodyPair(event.a, event.b) && event.toi.contact) {
-      add(pair, contact_of(*event.toi.contact));
+      // Gathering found nothing: the impact engine's own contact.
+      add(pair, internal::contact_of(*event.toi.contact));
     }
   }
   return contacts;

@@ -79,11 +79,7 @@ ImpactContact impact_contact_from(const Json& json) {
   return contact;
 }
 
-Json world_contact_json(const WorldContact& world_contact) {
-  const Contact& contact = world_contact.contact;
-  Json json;
-  json["a"] = world_contact.a;
-  json["b"] = world_contact.b;
+void add_contact(const Contact& contact, Json& json) {
   json["lower"] = number(contact.lower);
   json["upper"] = number(contact.upper);
   json["p_WCa"] = to_json(contact.p_WCa);
@@ -93,6 +89,13 @@ Json world_contact_json(const WorldContact& world_contact) {
   json["feature_b"] = to_json(contact.feature_b);
   json["triangle_a"] = optional(contact.triangle_a);
   json["triangle_b"] = optional(contact.triangle_b);
+}
+
+Json world_contact_json(const WorldContact& world_contact) {
+  Json json;
+  json["a"] = world_contact.a;
+  json["b"] = world_contact.b;
+  add_contact(world_contact.contact, json);
   json["normal_velocity"] = number(world_contact.normal_velocity);
   json["impulse_W"] = to_json(world_contact.impulse_W);
   return json;
@@ -243,6 +246,12 @@ Json to_json(const ToiResult& result) {
   json["X_WB"] = to_json(result.X_WB);
   json["rounding_allowance"] = number(result.rounding_allowance);
   json["statistics"] = to_json(result.statistics);
+  return json;
+}
+
+Json to_json(const std::vector<Contact>& contacts) {
+  Json json = Json::array();
+  for (const Contact& contact : contacts) add_contact(contact, json.emplace_back());
   return json;
 }
 

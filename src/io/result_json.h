@@ -15,7 +15,9 @@ Json to_json(const Feature& feature);
 Json to_json(const DistanceResult& result);
 Json to_json(const ToiStatistics& statistics);
 Json to_json(const IntegratorStatistics& statistics);
+/// Without its contacts: an impact event lists those of all pairs.
 Json to_json(const ToiResult& result);
+Json to_json(const std::vector<Contact>& contacts);
 Json to_json(const ImpactEvent& event);
 
 /// Throw nlohmann exceptions for values of the wrong form.

@@ -52,6 +52,20 @@ std::string status_words(DistanceStatus status, const PairNames& names) {
   return "";
 }
 
+std::string contact_words(const std::vector<Contact>& contacts, const PairNames& names) {
+  std::ostringstream out;
+  out << "  contacts     " << contacts.size() << ", from the nearest\n";
+  for (const Contact& contact : contacts) {
+    out << "    gap at least " << show(contact.lower) << ", at most " << show(contact.upper)
+        << ", normal " << show(contact.nhat_AB_W) << '\n';
+    out << "      on " << names.a << ": "
+        << place_words(contact.p_WCa, contact.feature_a, contact.triangle_a) << '\n';
+    out << "      on " << names.b << ": "
+        << place_words(contact.p_WCb, contact.feature_b, contact.triangle_b) << '\n';
+  }
+  return out.str();
+}
+
 }  // namespace
 
 std::string_view name_of(DistanceStatus status) {
@@ -131,7 +145,9 @@ std::string to_json_text(const DistanceResult& result) {
 }
 
 std::string to_json_text(const ToiResult& result) {
-  return internal::to_json(result).dump();
+  internal::Json json = internal::to_json(result);
+  json["contacts"] = internal::to_json(result.contacts);
+  return json.dump();
 }
 
 std::string describe(const DistanceResult& result, const PairNames& names) {
@@ -176,6 +192,7 @@ std::string describe(const ToiResult& result, const PairNames& names) {
     out << "  pivot        " << show(contact.pivot_W) << '\n';
     out << "  closing      at speed " << show(contact.closing_speed) << '\n';
   }
+  if (!result.contacts.empty()) out << contact_words(result.contacts, names);
   out << "  work         " << result.statistics.node_pairs << " node pairs, "
       << result.statistics.box_tests << " box tests, " << result.statistics.leaf_tests
       << " leaf tests\n";

@@ -7,6 +7,7 @@
 #include "distance/piece_distance.h"
 #include "dyop/core/error.h"
 #include "dyop/core/tolerance.h"
+#include "toi/contact_of.h"
 #include "toi/moving_pair.h"
 #include "toi/toi_check.h"
 #include "toi/toi_memory.h"
@@ -61,6 +62,7 @@ class ToiSearch {
   bool is_closing(const PieceDistance& piece) const;
   ImpactContact make_contact(const PieceDistance& piece, const QueuedPair& pair) const;
   std::optional<Scalar> probe_hit(const QueuedPair& pair, const ImpactContact& contact);
+  void gather_contacts();
   ToiResult finish(ToiStatus status, Scalar t_safe);
   std::optional<ToiStatus> interruption() const;
 
@@ -227,12 +229,21 @@ std::optional<ToiStatus> ToiSearch::interruption() const {
   return std::nullopt;
 }
 
+// Never empty: the contact that ended the search is one.
+void ToiSearch::gather_contacts() {
+  const Scalar reach =
+      result_.contact->distance_upper + options_.distance_tolerance + result_.rounding_allowance;
+  result_.contacts = find_contacts(a().shape, result_.X_WA, b().shape, result_.X_WB, reach);
+  if (result_.contacts.empty()) result_.contacts.push_back(internal::contact_of(*result_.contact));
+}
+
 ToiResult ToiSearch::finish(ToiStatus status, Scalar t_safe) {
   result_.status = status;
   result_.t_safe = t_safe;
   result_.rounding_allowance = noise();
   result_.X_WA = a().motion.pose(t_safe);
   result_.X_WB = b().motion.pose(t_safe);
+  if (status == ToiStatus::Impact && options_.with_contacts) gather_contacts();
   return std::move(result_);
 }
 

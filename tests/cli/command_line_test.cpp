@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "cli/command.h"
@@ -132,6 +133,29 @@ TEST_F(CommandLine, FindsATimeOfImpact) {
   EXPECT_NEAR(
       nlohmann::json::parse(with({"--json", "--target", "0.5"}).out).at("t_safe").get<double>(),
       0.75, 1e-5);
+}
+
+// A cube of half extent 1 falls on a plate: its four corners, each of them once.
+TEST_F(CommandLine, ListsAllContactsOfAnImpact) {
+  const std::vector<std::string> query{
+      "toi", "box:5,5,1", "box:1,1,1", "--position-b", "0.3", "0.2", "4",     "--velocity-b",
+      "0",   "0",         "-1",        "--interval",   "0",   "9",   "--json"};
+  std::vector<std::string> with_contacts = query;
+  with_contacts.push_back("--contacts");
+  const auto contacts = nlohmann::json::parse(run_command(with_contacts).out).at("contacts");
+  int corners = 0;
+  for (const auto& contact : contacts) {
+    EXPECT_NEAR(contact.at("nhat_AB_W").at(2).get<double>(), 1, 1e-6);
+    EXPECT_LE(contact.at("lower").get<double>(), contact.at("upper").get<double>());
+    const double x = contact.at("p_WCb").at(0).get<double>() - 0.3;
+    const double y = contact.at("p_WCb").at(1).get<double>() - 0.2;
+    corners += std::abs(std::abs(x) - 1) < 1e-9 && std::abs(std::abs(y) - 1) < 1e-9;
+  }
+  EXPECT_EQ(corners, 4);
+  EXPECT_TRUE(nlohmann::json::parse(run_command(query).out).at("contacts").empty());
+  with_contacts[with_contacts.size() - 2] = "--contacts";  // in words
+  with_contacts.pop_back();
+  EXPECT_NE(run_command(with_contacts).out.find("from the nearest"), std::string::npos);
 }
 
 TEST_F(CommandLine, ProvesThatNothingMeets) {

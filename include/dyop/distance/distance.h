@@ -60,9 +60,10 @@ struct Contact {
 };
 
 /// Returns every contact of two shapes: the witness points of all pairs of surface pieces at most
-/// `max_distance` apart, once per place (points closer than `max_distance` to one another with
-/// nearly the same normal count as one place). Sorted by lower bound, then by place, so that the
-/// order is reproducible. A cube resting on its face yields its corners, not one point.
+/// `max_distance` apart, once per place: pairs with nearly the same normal whose points lie closer
+/// to one another, on both bodies, than sqrt(max_distance² - least gap²) count as one. Sorted by
+/// lower bound, then by place, so that the order is reproducible. A cube resting on its face yields
+/// its corners, not one point.
 /// @throws InvalidArgument unless max_distance is finite and >= 0.
 std::vector<Contact> find_contacts(const Shape& a, const RigidPose& X_WA, const Shape& b,
                                    const RigidPose& X_WB, Scalar max_distance);

@@ -23,6 +23,9 @@ struct ToiOptions {
   std::int64_t max_node_pairs = 10'000'000;
   /// Point in time to stop at: BudgetExhausted, with a valid t_safe. Looked at every 64 node pairs.
   std::optional<std::chrono::steady_clock::time_point> deadline;
+  /// Gather all contacts of an impact, not only the first: ToiResult::contacts. Work that grows
+  /// with their number, that no budget counts and that allocates.
+  bool with_contacts = false;
   /// Cooperative cancellation: Cancelled, with a valid t_safe.
   std::stop_token stop;
 };

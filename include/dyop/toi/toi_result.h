@@ -2,9 +2,11 @@
 
 #include <cstdint>
 #include <optional>
+#include <vector>
 
 #include "dyop/core/rigid_pose.h"
 #include "dyop/core/types.h"
+#include "dyop/distance/distance.h"
 #include "dyop/geometry/shape.h"
 
 namespace dyop {
@@ -48,7 +50,8 @@ struct ImpactContact {
 ///     d(t) >= δ + ε/4 - (rounding allowance)   for all t in [begin, t_safe]
 /// in every status but NotRun and InitiallyWithinTarget (where t_safe = begin), and for Impact
 ///     d(t_safe) <= δ + ε + (rounding allowance).
-/// So bodies at t_safe are apart even for δ = 0. The allowance is derived in
+/// So bodies at t_safe are apart even for δ = 0. Where an undecided query ends with t_safe = begin,
+/// nothing is known but where it ended. The allowance is derived in
 /// docs/algorithms/time_of_impact.md and reported in `rounding_allowance`.
 struct ToiResult {
   ToiStatus status = ToiStatus::NotRun;
@@ -58,7 +61,10 @@ struct ToiResult {
   /// at which that distance is reached.
   std::optional<Scalar> t_hit;
   std::optional<ImpactContact> contact;  ///< Impact and InitiallyWithinTarget
-  RigidPose X_WA;                        ///< poses at t_safe
+  /// Impact, if ToiOptions::with_contacts: all contacts at t_safe whose gap is at most ε larger
+  /// than that of `contact`, rounding allowed for. As find_contacts() gives them, never empty.
+  std::vector<Contact> contacts;
+  RigidPose X_WA;  ///< poses at t_safe
   RigidPose X_WB;
   Scalar rounding_allowance = 0;  ///< length
   ToiStatistics statistics;
