@@ -55,6 +55,7 @@ class ToiSearch {
   Scalar noise() const { return pair_.noise(); }
 
   SafeStep leaf_step(const PieceDistance& piece, const QueuedPair& pair, Scalar floor) const;
+  Scalar skip_turns();
   void push(Scalar time, std::int32_t box_a, std::int32_t box_b);
   void open(const QueuedPair& pair);
   void advance(const QueuedPair& pair);
@@ -167,7 +168,7 @@ ToiSearch::Verdict ToiSearch::examine_leaves(const QueuedPair& pair) {
     // Bounds wider than the tolerance do not tell near from far; nor does NaN.
     return piece.upper <= near_ ? Verdict::TooCloseAtBegin : Verdict::Stuck;
   }
-  const bool is_near = !(piece.upper > near_ + noise());
+  const bool is_near = piece.upper <= near_ + noise();
   if (is_near && is_closing(piece)) {
     result_.contact = make_contact(piece, pair);
     return Verdict::Impact;
@@ -247,9 +248,25 @@ ToiResult ToiSearch::finish(ToiStatus status, Scalar t_safe) {
   return std::move(result_);
 }
 
+// A proven time, or infinity. Only balls about the origins are not lost within a turn: while their
+// steps span more than that, they carry the search.
+Scalar ToiSearch::skip_turns() {
+  constexpr int kSteps = 32;
+  constexpr Scalar kTurn = 6.3;
+  const Scalar turning = std::max(pair_.now().angular_speed_a, pair_.now().angular_speed_b);
+  for (int k = 0; k < kSteps; ++k) {
+    const Scalar step = internal::safe_time_of_balls(pair_.now(), a().radius, b().radius, floor_);
+    if (!(step * turning > kTurn)) break;
+    if (step >= pair_.now().remaining) return kInfinity;
+    if (!(pair_.time() + step > pair_.time())) break;
+    pair_.set_time(pair_.time() + step);
+  }
+  return pair_.time();
+}
+
 ToiResult ToiSearch::run() {
   queue_.clear();
-  queue_.push({interval_.begin, ShapeTree::kRoot, ShapeTree::kRoot});
+  push(skip_turns(), ShapeTree::kRoot, ShapeTree::kRoot);
   return resume();
 }
 
