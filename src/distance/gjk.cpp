@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "distance/simplex.h"
+#include "distance/warm_gjk.h"
 #include "dyop/core/tolerance.h"
 
 // GJK on the Minkowski difference B - A of the cores, in frame A. A point of the difference is
@@ -12,6 +13,8 @@
 namespace dyop {
 namespace {
 
+using internal::GjkGoal;
+using internal::GjkSeed;
 using internal::RealVector3;
 using internal::SimplexCombination;
 using internal::SimplexPoints;
@@ -151,28 +154,57 @@ Vector3 search_direction(const Simplex<Real>& simplex, const Vector3& previous) 
 // The state of one query: the bounds on the distance of the cores and what bounds rounding.
 class GjkQuery {
  public:
-  GjkQuery(const ConvexShape& a, const ConvexShape& b, const RigidPose& X_AB)
+  GjkQuery(const ConvexShape& a, const ConvexShape& b, const RigidPose& X_AB, const GjkGoal& goal)
       : a_(a),
         b_(b),
         X_AB_(X_AB),
+        goal_(goal),
         radius_a_(a.rounding_radius()),
         radius_b_(b.rounding_radius()),
         scale_(X_AB.translation().norm() + a.bounding_radius() + b.bounding_radius()) {}
 
-  GjkResult run() {
-    best_normal_ =
-        unit_vector<Scalar>(X_AB_ * b_.core_center() - a_.core_center(), Vector3::UnitX());
+  GjkResult run(GjkSeed& seed) {
     Simplex<Scalar> simplex;
-    const CorePair first = find_support(best_normal_);
-    const Vector3 w = difference<Scalar>(first);
-    best_gap_ = best_normal_.dot(w);
-    if (simplex.add(first, w) == Progress::None)
+    if (!start_from(seed, simplex) && !start(simplex)) {
       return {};  // NaN from a support function: nothing is known
-    if (iterate(simplex)) return result(simplex);
-    return run_in_wide_arithmetic(simplex);
+    }
+    const bool is_done = iterate(simplex);
+    keep(simplex, seed);
+    return is_done ? result(simplex) : run_in_wide_arithmetic(simplex);
   }
 
  private:
+  bool start(Simplex<Scalar>& simplex) {
+    best_normal_ =
+        unit_vector<Scalar>(X_AB_ * b_.core_center() - a_.core_center(), Vector3::UnitX());
+    const CorePair first = find_support(best_normal_);
+    const Vector3 w = difference<Scalar>(first);
+    best_gap_ = best_normal_.dot(w);
+    return simplex.add(first, w) != Progress::None;
+  }
+
+  bool start_from(const GjkSeed& seed, Simplex<Scalar>& simplex) {
+    if (seed.count == 0) return false;
+    for (std::size_t i = 0; i < seed.count; ++i) {
+      simplex.pairs[i] = {seed.a[i], seed.b[i]};
+      simplex.points[i] = difference<Scalar>(simplex.pairs[i]);
+    }
+    simplex.count = seed.count;
+    simplex.nearest = SimplexSolver<Scalar>(simplex.points, seed.count).solve_from_largest();
+    if (!std::isfinite(simplex.nearest.norm_sq)) return false;
+    simplex.drop_unused();
+    return true;
+  }
+
+  // Of the tetrahedron of an overlap three points.
+  static void keep(const Simplex<Scalar>& simplex, GjkSeed& seed) {
+    seed.count = std::min(simplex.count, seed.a.size());
+    for (std::size_t i = 0; i < seed.count; ++i) {
+      seed.a[i] = simplex.pairs[i].a;
+      seed.b[i] = simplex.pairs[i].b;
+    }
+  }
+
   // Rounding stopped the iteration early: go on with the same simplex in long double.
   GjkResult run_in_wide_arithmetic(const Simplex<Scalar>& start) {
     Simplex<long double> simplex;
@@ -199,6 +231,16 @@ class GjkQuery {
 
   Scalar noise() const { return kPoseNoise * scale_; }
 
+  // Of the bounds that result() would give, v having this length.
+  bool is_enough(Scalar norm) {
+    const Scalar radii = radius_a_ + radius_b_;
+    const Scalar lower = best_gap_ - radii - noise();
+    const Scalar upper = norm - radii + noise();
+    is_goal_met_ = (lower > goal_.apart && upper - lower <= goal_.share * (lower - goal_.apart)) ||
+                   upper < goal_.hit;
+    return is_goal_met_;
+  }
+
   // Narrows the bounds; true once they meet or the cores are found to touch.
   template <typename Real>
   bool iterate(Simplex<Real>& simplex) {
@@ -218,7 +260,7 @@ class GjkQuery {
       }
       const Scalar target =
           kGjkStopNoise * scale_ + (pair.is_smooth() ? kGjkSmoothConvergence * norm : 0);
-      if (norm - best_gap_ <= target) return true;
+      if (norm - best_gap_ <= target || is_enough(norm)) return true;
       if (simplex.contains(pair)) return false;
       const Progress progress = simplex.add(pair, w);
       if (progress == Progress::Tie) ++ties;
@@ -233,12 +275,14 @@ class GjkQuery {
   const ConvexShape& a_;
   const ConvexShape& b_;
   const RigidPose& X_AB_;
+  const GjkGoal& goal_;
   Scalar radius_a_;
   Scalar radius_b_;
   Scalar scale_;  // size of all numbers of the query, length
   Vector3 best_normal_;
   Scalar best_gap_ = -kInfinity;  // slab gap of the cores along best_normal_, not yet rounded down
   int iterations_ = 0;
+  bool is_goal_met_ = false;
 };
 
 // The feature of one core that the given support points span; of four vertices, which only the
@@ -269,8 +313,10 @@ GjkResult GjkQuery::result(const Simplex<Real>& simplex) const {
   GjkResult result;
   result.iterations = iterations_;
   result.nhat_AB_A = best_normal_;
-  result.feature_a = spanned_feature(simplex.pairs, simplex.count, &CorePair::a);
-  result.feature_b = spanned_feature(simplex.pairs, simplex.count, &CorePair::b);
+  if (!is_goal_met_) {
+    result.feature_a = spanned_feature(simplex.pairs, simplex.count, &CorePair::a);
+    result.feature_b = spanned_feature(simplex.pairs, simplex.count, &CorePair::b);
+  }
 
   RealVector3<Real> core_a = RealVector3<Real>::Zero();
   RealVector3<Real> core_b = RealVector3<Real>::Zero();
@@ -310,7 +356,17 @@ GjkResult GjkQuery::result(const Simplex<Real>& simplex) const {
 }  // namespace
 
 GjkResult gjk_distance(const ConvexShape& a, const ConvexShape& b, const RigidPose& X_AB) {
-  return GjkQuery(a, b, X_AB).run();
+  GjkSeed seed;
+  return GjkQuery(a, b, X_AB, GjkGoal{}).run(seed);
 }
+
+namespace internal {
+
+GjkResult gjk_distance(const ConvexShape& a, const ConvexShape& b, const RigidPose& X_AB,
+                       const GjkGoal& goal, GjkSeed& seed) {
+  return GjkQuery(a, b, X_AB, goal).run(seed);
+}
+
+}  // namespace internal
 
 }  // namespace dyop

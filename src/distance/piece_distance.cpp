@@ -36,8 +36,9 @@ PieceDistance triangle_pieces(const Triangle& a, const Triangle& b, const RigidP
   return result;
 }
 
-PieceDistance convex_pieces(const ConvexShape& a, const ConvexShape& b, const RigidPose& X_AB) {
-  const GjkResult gjk = gjk_distance(a, b, X_AB);
+PieceDistance convex_pieces(const ConvexShape& a, const ConvexShape& b, const RigidPose& X_AB,
+                            const GjkGoal& goal, GjkSeed& seed) {
+  const GjkResult gjk = gjk_distance(a, b, X_AB, goal, seed);
   PieceDistance result;
   result.lower = gjk.lower;
   result.upper = gjk.upper;
@@ -49,6 +50,17 @@ PieceDistance convex_pieces(const ConvexShape& a, const ConvexShape& b, const Ri
   result.is_overlapping = gjk.is_overlapping;
   result.gjk_iterations = gjk.iterations;
   return result;
+}
+
+PieceDistance convex_pieces(const ConvexShape& a, const ConvexShape& b, const RigidPose& X_AB) {
+  GjkSeed seed;
+  return convex_pieces(a, b, X_AB, GjkGoal{}, seed);
+}
+
+// A point of B off by pose_noise changes the distance by no more.
+void widen(PieceDistance& result, Scalar pose_noise) {
+  result.lower = std::max(0.0, result.lower - pose_noise);
+  result.upper += pose_noise;
 }
 
 }  // namespace
@@ -68,9 +80,16 @@ PieceDistance piece_distance(const ShapeTree& a, std::int32_t leaf_a, const Shap
   }
   result.feature_a = piece_feature(result.feature_a, a, leaf_a);
   result.feature_b = piece_feature(result.feature_b, b, leaf_b);
-  // A point of B off by pose_noise changes the distance by no more.
-  result.lower = std::max(0.0, result.lower - pose_noise);
-  result.upper += pose_noise;
+  widen(result, pose_noise);
+  return result;
+}
+
+PieceDistance piece_distance(const ShapeTree& a, std::int32_t leaf_a, const ShapeTree& b,
+                             std::int32_t leaf_b, const RigidPose& X_AB, Scalar pose_noise,
+                             const GjkGoal& goal, GjkSeed& seed) {
+  if (!a.convex() || !b.convex()) return piece_distance(a, leaf_a, b, leaf_b, X_AB, pose_noise);
+  PieceDistance result = convex_pieces(*a.convex(), *b.convex(), X_AB, goal, seed);
+  widen(result, pose_noise);
   return result;
 }
 

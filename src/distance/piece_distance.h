@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "distance/shape_tree.h"
+#include "distance/warm_gjk.h"
 #include "dyop/core/rigid_pose.h"
 #include "dyop/distance/distance_result.h"
 
@@ -26,6 +27,11 @@ struct PieceDistance {
 /// @param pose_noise How far a point of B can be off in frame A by rounding; widens both bounds.
 PieceDistance piece_distance(const ShapeTree& a, std::int32_t leaf_a, const ShapeTree& b,
                              std::int32_t leaf_b, const RigidPose& X_AB, Scalar pose_noise);
+
+/// The same, but of two convex shapes only as exact as `goal` asks, and from the points of `seed`.
+PieceDistance piece_distance(const ShapeTree& a, std::int32_t leaf_a, const ShapeTree& b,
+                             std::int32_t leaf_b, const RigidPose& X_AB, Scalar pose_noise,
+                             const GjkGoal& goal, GjkSeed& seed);
 
 /// The triangle number at a leaf, or nothing for a convex shape.
 inline std::optional<std::int32_t> triangle_number(const ShapeTree& tree, std::int32_t leaf) {

@@ -1,5 +1,8 @@
 #include "distance/shape_tree.h"
 
+#include <algorithm>
+#include <iterator>
+
 #include "dyop/core/tolerance.h"
 
 namespace dyop::internal {
@@ -21,10 +24,10 @@ ShapeTree::ShapeTree(const Shape& shape) {
       8 * kUnitRoundoff * bounds.min().cwiseAbs().cwiseMax(bounds.max().cwiseAbs()).sum();
   box.half_extents = (bounds.sizes() / 2).array() + noise;
   scale_ = MeshHierarchy::scale_of(box);
-  for (int column = 0; column < BoxGroup::kWidth; ++column) {
-    convex_node_.boxes.set_box(column, box, scale_);
-    convex_node_.child[column] = column == 0 ? -1 : MeshHierarchy::kNothing;
-  }
+  convex_node_ = {};  // the wide kernels read all columns
+  convex_node_.boxes.set_box(0, box, scale_);
+  std::fill(std::begin(convex_node_.child), std::end(convex_node_.child), MeshHierarchy::kNothing);
+  convex_node_.child[0] = -1;
   nodes_ = &convex_node_;
 }
 

@@ -62,6 +62,15 @@ class SimplexSolver {
     return best_;
   }
 
+  // All of the sub-simplices of at most three points, but the largest alone if the origin projects
+  // into it.
+  SimplexCombination<Real> solve_from_largest() {
+    if (count_ == 2) try_edge(1, 0);
+    if (count_ == 3) try_triangle(2, 1, 0);
+    if (best_.norm_sq < std::numeric_limits<Real>::infinity()) return best_;
+    return solve_exhaustively();
+  }
+
   // Two squared norms that differ by less than this factor cannot be told apart.
   static constexpr Real kTie = 1 + 16 * std::numeric_limits<Real>::epsilon();
 

@@ -40,11 +40,14 @@ Box::Box(const Vector3& half_extents)
     : half_extents_(half_extents), surface_(surface_of_box(half_extents)) {}
 
 SupportPoint Box::core_support(const Vector3& direction) const {
-  std::int32_t number = 0;
+  // Selects, not branches: signs are as random as coins.
+  SupportPoint support{half_extents_, 0};
   for (int k = 0; k < 3; ++k) {
-    if (direction[k] >= 0) number |= 1 << k;
+    const bool is_positive = direction[k] >= 0;
+    support.point[k] = is_positive ? half_extents_[k] : -half_extents_[k];
+    support.vertex |= static_cast<std::int32_t>(is_positive) << k;
   }
-  return {corner(half_extents_, number), number};
+  return support;
 }
 
 MassProperties Box::compute_mass_properties(Scalar density) const {

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "geometry/hull_climber.h"
+#include "geometry/point_scan.h"
 #include "geometry/quickhull.h"
 #include "geometry/solid.h"
 
@@ -67,6 +68,7 @@ ConvexHull::ConvexHull(const std::vector<Vector3>& points, internal::HullSurface
     : dimension_(hull.dimension),
       surface_(surface_mesh(points, std::move(hull.triangles))),
       center_(mean(surface_.vertices())),
+      scan_(std::make_shared<const internal::PointScan>(surface_.vertices())),
       climber_(climber_for(surface_, dimension_)) {}
 
 SupportPoint ConvexHull::core_support(const Vector3& direction) const {
@@ -75,16 +77,13 @@ SupportPoint ConvexHull::core_support(const Vector3& direction) const {
     const std::optional<std::int32_t> vertex = climber_->find(direction);
     if (vertex) return {all[std::size_t(*vertex)], *vertex};
   }
-  std::size_t best = 0;
-  Scalar best_value = -kInfinity;
-  for (std::size_t k = 0; k < all.size(); ++k) {
-    const Scalar value = direction.dot(all[k]);
-    if (value > best_value) {
-      best_value = value;
-      best = k;
-    }
-  }
-  return {all[best], std::int32_t(best)};
+  const std::int32_t vertex = scan_->farthest(direction);
+  return {all[std::size_t(vertex)], vertex};
+}
+
+Scalar ConvexHull::core_reach(const Vector3& direction) const {
+  if (climber_) return ConvexShape::core_reach(direction);
+  return scan_->reach(direction);
 }
 
 MassProperties ConvexHull::compute_mass_properties(Scalar density) const {

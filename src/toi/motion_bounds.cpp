@@ -14,11 +14,13 @@ TwistBound join(const TwistBound& x, const TwistBound& y) {
 
 }  // namespace
 
-MotionBounds::MotionBounds(const Motion& motion, const TimeInterval& interval)
+MotionBounds::MotionBounds(const Motion& motion, const TimeInterval& interval,
+                           BoundLookups lookups)
     : motion_(motion), interval_(interval), whole_(motion.twist_bound(interval)) {
   is_uniform_ = (whole_.linear_acceleration == 0 && whole_.angular_acceleration == 0) ||
                 interval.length() <= 0;
-  if (is_uniform_) return;
+  has_pieces_ = !is_uniform_ && lookups == BoundLookups::Many;
+  if (!has_pieces_) return;
   for (int i = 0; i < kPieces; ++i) {
     // Neighbours overlap by rounding at most, and piece_at() looks one piece too far either way.
     const Scalar begin = interval.begin + interval.length() * i / kPieces;
@@ -35,6 +37,7 @@ int MotionBounds::piece_at(Scalar t) const {
 
 TwistBound MotionBounds::over(Scalar begin, Scalar end) const {
   if (is_uniform_) return whole_;
+  if (!has_pieces_) return motion_.twist_bound({begin, end});
   const int first = piece_at(begin);
   // Rounding may put a time that lies on a border into either neighbour.
   const int last = std::min(piece_at(end) + 1, kPieces - 1);

@@ -6,11 +6,15 @@
 
 namespace dyop::internal {
 
+/// How often MotionBounds::over() will be called: pieces pay for themselves after some 16 calls.
+enum class BoundLookups { Few, Many };
+
 /// Twist bounds of one motion over parts of a fixed interval, precomputed over equal pieces so that
-/// the many small look-ups of a query cost a few comparisons each.
+/// the many small look-ups of a query of meshes cost a few comparisons each.
 class MotionBounds {
  public:
-  MotionBounds(const Motion& motion, const TimeInterval& interval);
+  MotionBounds(const Motion& motion, const TimeInterval& interval,
+               BoundLookups lookups = BoundLookups::Many);
 
   /// Bounds over [begin, end], a part of the interval in which the twist does not jump:
   /// end <= motion.smooth_until(begin).
@@ -28,6 +32,7 @@ class MotionBounds {
   TimeInterval interval_;
   TwistBound whole_;
   bool is_uniform_ = false;  // no acceleration anywhere: the whole bound serves every part
+  bool has_pieces_ = false;
   std::array<TwistBound, kPieces> pieces_;
 };
 

@@ -13,6 +13,11 @@ BodyInstant instant(const MovingShape& body, Scalar t) {
   return {state.X_WB.rotation(), state.X_WB.translation(), state.twist.v_WB, state.twist.w_WB};
 }
 
+BoundLookups lookups_of(const Shape& a, const Shape& b) {
+  const bool is_one_pair = a.kind() == ShapeKind::Convex && b.kind() == ShapeKind::Convex;
+  return is_one_pair ? BoundLookups::Few : BoundLookups::Many;
+}
+
 void copy(const Vector3& from, double* to) {
   for (int i = 0; i < 3; ++i) to[i] = from[i];
 }
@@ -21,7 +26,10 @@ void copy(const Vector3& from, double* to) {
 
 MovingPair::MovingPair(const Shape& a, const Motion& X_WA, const Shape& b, const Motion& X_WB,
                        const TimeInterval& interval, Scalar floor)
-    : interval_(interval), a_(a, X_WA, interval), b_(b, X_WB, interval), floor_(floor) {
+    : interval_(interval),
+      a_(a, X_WA, interval, lookups_of(a, b)),
+      b_(b, X_WB, interval, lookups_of(a, b)),
+      floor_(floor) {
   const TwistBound& bound_a = a_.bounds.whole();
   const TwistBound& bound_b = b_.bounds.whole();
   now_.linear_speed = bound_a.linear_speed + bound_b.linear_speed;
@@ -51,8 +59,6 @@ void MovingPair::set_time(Scalar t) {
   now_.b = instant(b_, t);
   X_AB_ = RigidPose::from_trusted(now_.a.R_WB.transpose() * now_.b.R_WB,
                                   now_.a.R_WB.transpose() * (now_.b.p_WB - now_.a.p_WB));
-  X_BA_ = RigidPose::from_trusted(X_AB_.rotation().transpose(),
-                                  now_.b.R_WB.transpose() * (now_.a.p_WB - now_.b.p_WB));
   facing_a_.is_current = false;
   facing_b_.is_current = false;
   set_horizon();
@@ -122,7 +128,10 @@ bool MovingPair::is_steady() const {
 }
 
 FacingPiece MovingPair::facing_piece(bool from_a, std::int32_t box) const {
-  const RigidPose& X_SO = from_a ? X_AB_ : X_BA_;
+  const RigidPose X_SO =
+      from_a ? X_AB_
+             : RigidPose::from_trusted(X_AB_.rotation().transpose(),
+                                       now_.b.R_WB.transpose() * (now_.a.p_WB - now_.b.p_WB));
   const OrientedBox piece = (from_a ? b_ : a_).tree.box(box);
   FacingPiece result;
   result.box = facing_box(piece, X_SO);

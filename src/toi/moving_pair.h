@@ -10,12 +10,13 @@ namespace dyop::internal {
 
 /// One of the two bodies of a query: what it is and how it moves.
 struct MovingShape {
-  MovingShape(const Shape& the_shape, const Motion& the_motion, const TimeInterval& interval)
+  MovingShape(const Shape& the_shape, const Motion& the_motion, const TimeInterval& interval,
+              BoundLookups lookups)
       : shape(the_shape),
         tree(the_shape),
         radius(the_shape.bounding_radius()),
         motion(the_motion),
-        bounds(the_motion, interval) {}
+        bounds(the_motion, interval, lookups) {}
 
   const Shape& shape;
   ShapeTree tree;
@@ -74,7 +75,6 @@ class MovingPair {
   Scalar time_ = 0;
   PairInstant now_;
   RigidPose X_AB_;
-  RigidPose X_BA_;
   Facing facing_a_;
   Facing facing_b_;
 };

@@ -45,7 +45,8 @@ inline Scalar largest_along(const Triangle& triangle, const Vector3& w) {
 
 /// The largest w . x over a convex shape.
 inline Scalar largest_along(const ConvexShape& shape, const Vector3& w) {
-  return w.dot(shape.core_support(w).point) + shape.rounding_radius() * w.norm();
+  const Scalar radius = shape.rounding_radius();
+  return shape.core_reach(w) + (radius > 0 ? radius * w.norm() : 0);
 }
 
 /// First root in (0, h] of the quadratic with Bernstein coefficients c0 > 0, c1, c2 on [0, h],
@@ -79,6 +80,13 @@ struct SafeStep {
   Scalar time = 0;  ///< safe for this long, rounded down; infinite: to the end of the query
 };
 
+/// A direction and what is known of it at the instant.
+struct Slab {
+  Vector3 n_W = Vector3::UnitX();  ///< unit, from A to B
+  Scalar gap = 0;                  ///< slab gap along n_W, rounded down
+  Scalar closing = 0;  ///< guess of the rate at which it shrinks: says which times are tried first
+};
+
 /// Bounds that need no direction: two balls about the body origins, and the largest speeds.
 Scalar safe_time_of_balls(const PairInstant& pair, Scalar radius_a, Scalar radius_b, Scalar floor);
 
@@ -90,19 +98,26 @@ template <typename PieceA, typename PieceB>
 SafeStep safe_step(const PairInstant& pair, const PieceA& a, Scalar radius_a, const PieceB& b,
                    Scalar radius_b, const Vector3& n_W, Scalar floor);
 
+/// The same along a direction whose gap is known.
+template <typename PieceA, typename PieceB>
+SafeStep safe_step(const PairInstant& pair, const PieceA& a, Scalar radius_a, const PieceB& b,
+                   Scalar radius_b, const Slab& slab, Scalar floor);
+
 // --- implementation
 // -------------------------------------------------------------------------------
 
 /// Everything of safe_step() that does not depend on the kind of piece: given the gap as a concave
 /// function G(u, q) of the turning parameters.
+///
+/// @param first Length of the step that is tried first.
 template <typename Gap>
-SafeStep coupled_step(const PairInstant& pair, Scalar jerk, Scalar acceleration, Scalar turn,
-                      const Gap& gap_at) {
+SafeStep coupled_step(const PairInstant& pair, Scalar gap, Scalar first, Scalar jerk,
+                      Scalar acceleration, Scalar turn, const Gap& gap_at) {
   constexpr int kTrials = 4;
   SafeStep step;
-  step.gap = gap_at(0.0, 0.0) - pair.noise;
+  step.gap = gap;
   if (!(step.gap > 0)) return step;
-  Scalar h = pair.horizon;
+  Scalar h = first;
   for (int trial = 0; trial < kTrials && h > 0; ++trial) {
     const Scalar x = turn * h;
     const Scalar noise = pair.noise * (1 + x + x * x);  // the turned direction is longer than n
@@ -125,23 +140,51 @@ SafeStep coupled_step(const PairInstant& pair, Scalar jerk, Scalar acceleration,
   return step;
 }
 
+/// The same with the gap from `gap_at`, and the whole horizon tried first.
+template <typename Gap>
+SafeStep coupled_step(const PairInstant& pair, Scalar jerk, Scalar acceleration, Scalar turn,
+                      const Gap& gap_at) {
+  const Scalar gap = gap_at(0.0, 0.0) - pair.noise;
+  return coupled_step(pair, gap, pair.horizon, jerk, acceleration, turn, gap_at);
+}
+
+/// The separation along n of two pieces as a function of the turning parameters, minus floor.
 template <typename PieceA, typename PieceB>
-SafeStep safe_step(const PairInstant& pair, const PieceA& a, Scalar radius_a, const PieceB& b,
-                   Scalar radius_b, const Vector3& n_W, Scalar floor) {
-  const TurningDirection turn_a(pair.a, n_W);
-  const TurningDirection turn_b(pair.b, n_W);
-  const Scalar origins = n_W.dot(pair.b.p_WB - pair.a.p_WB) - floor;
-  const Scalar opening = n_W.dot(pair.b.v_WB - pair.a.v_WB);
-  const auto gap_at = [&](Scalar u, Scalar q) {
+struct TurningGap {
+  const PieceA& a;
+  const PieceB& b;
+  TurningDirection turn_a;
+  TurningDirection turn_b;
+  Scalar origins;
+  Scalar opening;
+
+  TurningGap(const PairInstant& pair, const PieceA& piece_a, const PieceB& piece_b,
+             const Vector3& n_W, Scalar floor)
+      : a(piece_a),
+        b(piece_b),
+        turn_a(pair.a, n_W),
+        turn_b(pair.b, n_W),
+        origins(n_W.dot(pair.b.p_WB - pair.a.p_WB) - floor),
+        opening(n_W.dot(pair.b.v_WB - pair.a.v_WB)) {}
+
+  Scalar operator()(Scalar u, Scalar q) const {
     return origins + u * opening - largest_along(b, -turn_b.at(u, q)) -
            largest_along(a, turn_a.at(u, q));
-  };
+  }
+};
+
+/// The best of all bounds. The gap at the instant is given with the floor and noise taken off.
+template <typename PieceA, typename PieceB>
+SafeStep best_step(const PairInstant& pair, const TurningGap<PieceA, PieceB>& gap_at,
+                   Scalar radius_a, Scalar radius_b, Scalar gap, Scalar first, Scalar floor) {
+  const TurningDirection& turn_a = gap_at.turn_a;
+  const TurningDirection& turn_b = gap_at.turn_b;
   const Scalar jerk =
       turn_a.w_sq * turn_a.k_norm * radius_a + turn_b.w_sq * turn_b.k_norm * radius_b;
   const Scalar acceleration = pair.linear_acceleration + pair.angular_acceleration_a * radius_a +
                               pair.angular_acceleration_b * radius_b;
   const Scalar turn = std::sqrt(std::max(turn_a.w_sq, turn_b.w_sq));
-  SafeStep step = coupled_step(pair, jerk, acceleration, turn, gap_at);
+  SafeStep step = coupled_step(pair, gap, first, jerk, acceleration, turn, gap_at);
   if (step.gap > 0 && step.time < pair.remaining) {
     const Scalar speed =
         pair.linear_speed + pair.angular_speed_a * radius_a + pair.angular_speed_b * radius_b;
@@ -151,6 +194,25 @@ SafeStep safe_step(const PairInstant& pair, const PieceA& a, Scalar radius_a, co
   }
   if (step.gap > 0 && step.time >= pair.remaining) step.time = kInfinity;
   return step;
+}
+
+template <typename PieceA, typename PieceB>
+SafeStep safe_step(const PairInstant& pair, const PieceA& a, Scalar radius_a, const PieceB& b,
+                   Scalar radius_b, const Vector3& n_W, Scalar floor) {
+  const TurningGap<PieceA, PieceB> gap_at(pair, a, b, n_W, floor);
+  const Scalar gap = gap_at(0.0, 0.0) - pair.noise;
+  return best_step(pair, gap_at, radius_a, radius_b, gap, pair.horizon, floor);
+}
+
+template <typename PieceA, typename PieceB>
+SafeStep safe_step(const PairInstant& pair, const PieceA& a, Scalar radius_a, const PieceB& b,
+                   Scalar radius_b, const Slab& slab, Scalar floor) {
+  const TurningGap<PieceA, PieceB> gap_at(pair, a, b, slab.n_W, floor);
+  const Scalar gap = slab.gap - floor - pair.noise;
+  // literal: room for a closing speed that falls; a step that is too short is doubled.
+  const Scalar guess = 1.5 * gap / slab.closing;
+  const bool is_guess = slab.closing > 0 && guess < pair.horizon;
+  return best_step(pair, gap_at, radius_a, radius_b, gap, is_guess ? guess : pair.horizon, floor);
 }
 
 }  // namespace dyop::internal

@@ -18,6 +18,7 @@ namespace {
 using internal::BodyInstant;
 using internal::BoxSteps;
 using internal::FacingPiece;
+using internal::GjkGoal;
 using internal::MovingPair;
 using internal::MovingShape;
 using internal::PieceDistance;
@@ -32,6 +33,10 @@ constexpr std::int64_t kPollInterval = 64;
 // Set in the number of the second box of a pair that is far apart for its size: it is moved on in
 // time before it is split.
 constexpr std::int32_t kFarFlag = std::int32_t{1} << 30;
+
+// How far the bounds of a rough distance may be apart, as a share of what is left to the target.
+// Larger: shorter steps; smaller: more work on each.
+constexpr Scalar kRoughShare = 0.25;
 
 Vector3 point_velocity(const BodyInstant& body, const Vector3& p_W) {
   return body.v_WB + body.w_WB.cross(p_W - body.p_WB);
@@ -59,7 +64,9 @@ class ToiSearch {
   void push(Scalar time, std::int32_t box_a, std::int32_t box_b);
   void open(const QueuedPair& pair);
   void advance(const QueuedPair& pair);
+  PieceDistance measure(const QueuedPair& pair, const GjkGoal& goal);
   Verdict examine_leaves(const QueuedPair& pair);
+  Scalar closing_speed(const PieceDistance& piece, const Vector3& n_W) const;
   bool is_closing(const PieceDistance& piece) const;
   ImpactContact make_contact(const PieceDistance& piece, const QueuedPair& pair) const;
   std::optional<Scalar> probe_hit(const QueuedPair& pair, const ImpactContact& contact);
@@ -95,9 +102,14 @@ ToiSearch::ToiSearch(const Shape& a, const Motion& X_WA, const Shape& b, const M
 
 SafeStep ToiSearch::leaf_step(const PieceDistance& piece, const QueuedPair& pair,
                               Scalar floor) const {
+  const Vector3 n_W = pair_.now().a.R_WB * piece.nhat_AB_A;
+  if (a().tree.convex() && b().tree.convex()) {
+    const internal::Slab slab{n_W, piece.lower, closing_speed(piece, n_W)};
+    return internal::safe_step(pair_.now(), *a().tree.convex(), a().radius, *b().tree.convex(),
+                               b().radius, slab, floor);
+  }
   const Scalar radius_a = internal::node_radius(a().tree.box(pair.a));
   const Scalar radius_b = internal::node_radius(b().tree.box(pair.b));
-  const Vector3 n_W = pair_.now().a.R_WB * piece.nhat_AB_A;
   const auto step = [&](const auto& piece_a, const auto& piece_b) {
     return internal::safe_step(pair_.now(), piece_a, radius_a, piece_b, radius_b, n_W, floor);
   };
@@ -145,22 +157,30 @@ void ToiSearch::advance(const QueuedPair& pair) {
   push(time, pair.a, is_far ? pair.b | kFarFlag : pair.b);
 }
 
-bool ToiSearch::is_closing(const PieceDistance& piece) const {
-  const Vector3 n_W = pair_.now().a.R_WB * piece.nhat_AB_A;
+// Of the witness points along the normal.
+Scalar ToiSearch::closing_speed(const PieceDistance& piece, const Vector3& n_W) const {
   const Vector3 p_WCa = pair_.now().a.R_WB * piece.p_ACa + pair_.now().a.p_WB;
   const Vector3 p_WCb = pair_.now().a.R_WB * piece.p_ACb + pair_.now().a.p_WB;
-  const Vector3 velocity_a = point_velocity(pair_.now().a, p_WCa);
-  const Vector3 velocity_b = point_velocity(pair_.now().b, p_WCb);
+  return n_W.dot(point_velocity(pair_.now().a, p_WCa) - point_velocity(pair_.now().b, p_WCb));
+}
+
+bool ToiSearch::is_closing(const PieceDistance& piece) const {
   const Scalar speeds = pair_.now().a.v_WB.norm() + pair_.now().b.v_WB.norm() +
                         pair_.now().a.w_WB.norm() * a().shape.bounding_radius() +
                         pair_.now().b.w_WB.norm() * b().shape.bounding_radius();
-  return n_W.dot(velocity_b - velocity_a) < -kPoseNoise * speeds;
+  return closing_speed(piece, pair_.now().a.R_WB * piece.nhat_AB_A) > kPoseNoise * speeds;
+}
+
+PieceDistance ToiSearch::measure(const QueuedPair& pair, const GjkGoal& goal) {
+  return internal::piece_distance(a().tree, pair.a, b().tree, pair.b, pair_.X_AB(), noise(), goal,
+                                  memory_.seed);
 }
 
 ToiSearch::Verdict ToiSearch::examine_leaves(const QueuedPair& pair) {
   ++result_.statistics.leaf_tests;
-  const PieceDistance piece =
-      internal::piece_distance(a().tree, pair.a, b().tree, pair.b, pair_.X_AB(), noise());
+  // Far away a rough distance will do for a step.
+  const GjkGoal goal{.apart = near_ + 4 * noise(), .share = kRoughShare};
+  const PieceDistance piece = measure(pair, goal);
   // What lies this close at the begin was never proven apart. Later it cannot be there but for
   // rounding, and the time it is at was proven safe.
   if (pair_.time() == interval_.begin && !(piece.lower > lost_)) {
@@ -209,12 +229,13 @@ ImpactContact ToiSearch::make_contact(const PieceDistance& piece, const QueuedPa
 std::optional<Scalar> ToiSearch::probe_hit(const QueuedPair& pair, const ImpactContact& contact) {
   constexpr int kProbes = 12;
   if (!(contact.closing_speed > 0)) return std::nullopt;
+  // Either above the floor or below it.
+  const GjkGoal goal{.apart = floor_, .share = kInfinity, .hit = floor_ - 2 * noise()};
   const Scalar begin = pair_.time();
   Scalar step = (contact.distance_upper - floor_) / contact.closing_speed;
   for (int probe = 0; probe < kProbes && begin + step <= interval_.end; ++probe, step *= 2) {
     pair_.set_time(begin + step);
-    const PieceDistance piece =
-        internal::piece_distance(a().tree, pair.a, b().tree, pair.b, pair_.X_AB(), noise());
+    const PieceDistance piece = measure(pair, goal);
     if (piece.upper < floor_ || piece.is_overlapping) return pair_.time();
   }
   return std::nullopt;
@@ -242,8 +263,13 @@ ToiResult ToiSearch::finish(ToiStatus status, Scalar t_safe) {
   result_.status = status;
   result_.t_safe = t_safe;
   result_.rounding_allowance = noise();
-  result_.X_WA = a().motion.pose(t_safe);
-  result_.X_WB = b().motion.pose(t_safe);
+  const bool is_now = t_safe == pair_.time();
+  const BodyInstant& now_a = pair_.now().a;
+  const BodyInstant& now_b = pair_.now().b;
+  result_.X_WA =
+      is_now ? RigidPose::from_trusted(now_a.R_WB, now_a.p_WB) : a().motion.pose(t_safe);
+  result_.X_WB =
+      is_now ? RigidPose::from_trusted(now_b.R_WB, now_b.p_WB) : b().motion.pose(t_safe);
   if (status == ToiStatus::Impact && options_.with_contacts) gather_contacts();
   return std::move(result_);
 }
@@ -266,6 +292,7 @@ Scalar ToiSearch::skip_turns() {
 
 ToiResult ToiSearch::run() {
   queue_.clear();
+  memory_.seed.count = 0;
   push(skip_turns(), ShapeTree::kRoot, ShapeTree::kRoot);
   return resume();
 }
@@ -299,9 +326,11 @@ ToiResult ToiSearch::resume() {
         return finish(ToiStatus::InitiallyWithinTarget, pair.time);
       case Verdict::Stuck:
         return finish(ToiStatus::NumericalLimit, pair.time);
-      case Verdict::Impact:
-        result_.t_hit = probe_hit(pair, *result_.contact);
-        return finish(ToiStatus::Impact, pair.time);
+      case Verdict::Impact: {
+        ToiResult result = finish(ToiStatus::Impact, pair.time);
+        result.t_hit = probe_hit(pair, *result.contact);
+        return result;
+      }
     }
   }
   return finish(ToiStatus::Separated, interval_.end);

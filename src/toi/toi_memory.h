@@ -1,5 +1,6 @@
 #pragma once
 
+#include "distance/warm_gjk.h"
 #include "dyop/core/time_interval.h"
 #include "toi/radix_queue.h"
 
@@ -26,6 +27,7 @@ struct ToiSubject {
 /// The contents of a ToiWorkspace.
 struct ToiMemory {
   RadixQueue queue;
+  GjkSeed seed;  // of the last distance of two convex shapes
   ToiSubject subject;
   bool is_unfinished = false;
 };

@@ -15,6 +15,9 @@ class Box final : public ConvexShape {
   const Vector3& half_extents() const { return half_extents_; }
 
   SupportPoint core_support(const Vector3& direction) const override;
+  Scalar core_reach(const Vector3& direction) const override {
+    return direction.cwiseAbs().dot(half_extents_);
+  }
   Vector3 core_center() const override { return Vector3::Zero(); }
   const TriangleMesh* core_surface() const override { return &surface_; }
   AlignedBox bounding_box() const override { return {-half_extents_, half_extents_}; }

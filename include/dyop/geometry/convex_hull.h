@@ -11,6 +11,7 @@ namespace dyop {
 
 namespace internal {
 class HullClimber;
+class PointScan;
 struct HullSurface;
 }  // namespace internal
 
@@ -35,6 +36,7 @@ class ConvexHull final : public ConvexShape {
   /// Cost: a scan of the vertices if they are few; else a climb along edges, and the scan only if
   /// rounding leaves a doubt where the climb ends.
   SupportPoint core_support(const Vector3& direction) const override;
+  Scalar core_reach(const Vector3& direction) const override;
   Vector3 core_center() const override { return center_; }
   const TriangleMesh* core_surface() const override { return &surface_; }
   AlignedBox bounding_box() const override { return surface_.bounding_box(); }
@@ -47,6 +49,7 @@ class ConvexHull final : public ConvexShape {
   int dimension_;
   TriangleMesh surface_;
   Vector3 center_;
+  std::shared_ptr<const internal::PointScan> scan_;
   std::shared_ptr<const internal::HullClimber> climber_;  // null if a scan is cheap
 };
 

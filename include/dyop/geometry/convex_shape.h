@@ -25,6 +25,12 @@ class ConvexShape : public Shape {
   /// The maximum must be exact up to rounding: |direction| * bounding_radius() * 8u.
   virtual SupportPoint core_support(const Vector3& direction) const = 0;
 
+  /// The largest direction . p over the core, to the same accuracy; NaN for a direction that is
+  /// not finite. Override it where the point itself costs more.
+  virtual Scalar core_reach(const Vector3& direction) const {
+    return direction.dot(core_support(direction).point);
+  }
+
   /// Radius of the ball that inflates the core, >= 0.
   virtual Scalar rounding_radius() const { return 0; }
 

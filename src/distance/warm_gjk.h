@@ -1,0 +1,31 @@
+#pragma once
+
+#include <array>
+
+#include "dyop/distance/gjk.h"
+
+namespace dyop::internal {
+
+/// What a query of two convex shapes leaves to the next one of the same two, at poses a little
+/// different: the support points that spanned the nearest point, each in the frame of its shape.
+struct GjkSeed {
+  std::array<SupportPoint, 3> a;
+  std::array<SupportPoint, 3> b;
+  std::size_t count = 0;  ///< 0: none
+};
+
+/// When less than the exact distance is enough; bounds hold all the same.
+struct GjkGoal {
+  /// Done once lower > apart with upper - lower <= share * (lower - apart).
+  Scalar apart = kInfinity;
+  Scalar share = 0;
+  /// Done once upper < hit.
+  Scalar hit = -kInfinity;
+};
+
+/// gjk_distance() that begins with the points of `seed`, if there are any, and leaves its own
+/// there. A query that ends by its goal names no features.
+GjkResult gjk_distance(const ConvexShape& a, const ConvexShape& b, const RigidPose& X_AB,
+                       const GjkGoal& goal, GjkSeed& seed);
+
+}  // namespace dyop::internal
