@@ -86,9 +86,8 @@ class SimplexSolver {
   }
 
   void try_vertex(std::size_t i) {
-    std::array<Real, 4> weights{0, 0, 0, 0};
-    weights[i] = 1;
-    keep_if_nearer(w_[i], weights);
+    if (!keep_if_nearer(w_[i])) return;
+    best_.weights[i] = 1;
   }
 
   void try_edge(std::size_t i, std::size_t j) {
@@ -97,10 +96,9 @@ class SimplexSolver {
     const Real length_sq = e.squaredNorm();
     if (!(s > 0 && s < length_sq)) return;  // a vertex is nearer, or the edge is a point
     const Real weight_j = s / length_sq;
-    std::array<Real, 4> weights{0, 0, 0, 0};
-    weights[i] = 1 - weight_j;
-    weights[j] = weight_j;
-    keep_if_nearer(w_[i] + weight_j * e, weights);
+    if (!keep_if_nearer(w_[i] + weight_j * e)) return;
+    best_.weights[i] = 1 - weight_j;
+    best_.weights[j] = weight_j;
   }
 
   void try_triangle(std::size_t i, std::size_t j, std::size_t k) {
@@ -114,11 +112,10 @@ class SimplexSolver {
     if (!(part_j > 0 && part_k > 0 && part_j + part_k < area_sq)) return;
     const Real weight_j = part_j / area_sq;
     const Real weight_k = part_k / area_sq;
-    std::array<Real, 4> weights{0, 0, 0, 0};
-    weights[i] = std::max<Real>(0, 1 - weight_j - weight_k);
-    weights[j] = weight_j;
-    weights[k] = weight_k;
-    keep_if_nearer(w_[i] + weight_j * e + weight_k * f, weights);
+    if (!keep_if_nearer(w_[i] + weight_j * e + weight_k * f)) return;
+    best_.weights[i] = std::max<Real>(0, 1 - weight_j - weight_k);
+    best_.weights[j] = weight_j;
+    best_.weights[k] = weight_k;
   }
 
   void try_tetrahedron() {
@@ -134,15 +131,20 @@ class SimplexSolver {
     const Real weight_3 = 1 - weight_0 - weight_1 - weight_2;
     // False for the NaN of a flat tetrahedron: then a face is as near.
     if (!(weight_0 > 0 && weight_1 > 0 && weight_2 > 0 && weight_3 > 0)) return;
-    keep_if_nearer(w_[3] + weight_0 * e + weight_1 * f + weight_2 * g,
-                   {weight_0, weight_1, weight_2, weight_3});
+    if (!keep_if_nearer(w_[3] + weight_0 * e + weight_1 * f + weight_2 * g)) return;
+    best_.weights = {weight_0, weight_1, weight_2, weight_3};
   }
 
-  void keep_if_nearer(const Vector& point, const std::array<Real, 4>& weights) {
+  // True if the point was kept, with all weights zero: the caller is to set them.
+  bool keep_if_nearer(const Vector& point) {
     // Called in the order of dimension. On a tie the larger sub-simplex wins: its point is the same
     // up to rounding, but its normal is the right one where v's direction is lost in rounding.
     const Real norm_sq = point.squaredNorm();
-    if (norm_sq <= best_.norm_sq * kTie) best_ = {weights, point, norm_sq};
+    if (!(norm_sq <= best_.norm_sq * kTie)) return false;
+    best_.weights = {0, 0, 0, 0};
+    best_.point = point;
+    best_.norm_sq = norm_sq;
+    return true;
   }
 
   const SimplexPoints<Real>& w_;

@@ -1,5 +1,7 @@
 #include "dyop/geometry/box.h"
 
+#include <cmath>
+
 #include "geometry/solid.h"
 
 namespace dyop {
@@ -40,12 +42,11 @@ Box::Box(const Vector3& half_extents)
     : half_extents_(half_extents), surface_(surface_of_box(half_extents)) {}
 
 SupportPoint Box::core_support(const Vector3& direction) const {
-  // Selects, not branches: signs are as random as coins.
+  // Signs are as random as coins: no branches on them.
   SupportPoint support{half_extents_, 0};
   for (int k = 0; k < 3; ++k) {
-    const bool is_positive = direction[k] >= 0;
-    support.point[k] = is_positive ? half_extents_[k] : -half_extents_[k];
-    support.vertex |= static_cast<std::int32_t>(is_positive) << k;
+    support.point[k] = std::copysign(half_extents_[k], direction[k]);
+    support.vertex |= static_cast<std::int32_t>(!std::signbit(direction[k])) << k;
   }
   return support;
 }

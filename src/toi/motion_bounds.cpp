@@ -14,8 +14,7 @@ TwistBound join(const TwistBound& x, const TwistBound& y) {
 
 }  // namespace
 
-MotionBounds::MotionBounds(const Motion& motion, const TimeInterval& interval,
-                           BoundLookups lookups)
+MotionBounds::MotionBounds(const Motion& motion, const TimeInterval& interval, BoundLookups lookups)
     : motion_(motion), interval_(interval), whole_(motion.twist_bound(interval)) {
   is_uniform_ = (whole_.linear_acceleration == 0 && whole_.angular_acceleration == 0) ||
                 interval.length() <= 0;

@@ -134,8 +134,9 @@ SafeStep coupled_step(const PairInstant& pair, Scalar gap, Scalar first, Scalar 
     // literal: a step within 5% of the last is not worth another trial.
     const bool is_settled = root <= 1.05 * step.time;
     step.time = std::max(step.time, root);
-    if (is_settled) break;
-    h = std::min(pair.horizon, 2 * root);
+    // A bound over a longer time is no tighter.
+    if (is_settled || 2 * root >= h) break;
+    h = 2 * root;
   }
   return step;
 }
@@ -210,7 +211,7 @@ SafeStep safe_step(const PairInstant& pair, const PieceA& a, Scalar radius_a, co
   const TurningGap<PieceA, PieceB> gap_at(pair, a, b, slab.n_W, floor);
   const Scalar gap = slab.gap - floor - pair.noise;
   // literal: room for a closing speed that falls; a step that is too short is doubled.
-  const Scalar guess = 1.5 * gap / slab.closing;
+  const Scalar guess = 1.25 * gap / slab.closing;
   const bool is_guess = slab.closing > 0 && guess < pair.horizon;
   return best_step(pair, gap_at, radius_a, radius_b, gap, is_guess ? guess : pair.horizon, floor);
 }

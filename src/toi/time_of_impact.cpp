@@ -61,6 +61,7 @@ class ToiSearch {
 
   SafeStep leaf_step(const PieceDistance& piece, const QueuedPair& pair, Scalar floor) const;
   Scalar skip_turns();
+  Scalar first_time();
   void push(Scalar time, std::int32_t box_a, std::int32_t box_b);
   void open(const QueuedPair& pair);
   void advance(const QueuedPair& pair);
@@ -232,7 +233,8 @@ std::optional<Scalar> ToiSearch::probe_hit(const QueuedPair& pair, const ImpactC
   // Either above the floor or below it.
   const GjkGoal goal{.apart = floor_, .share = kInfinity, .hit = floor_ - 2 * noise()};
   const Scalar begin = pair_.time();
-  Scalar step = (contact.distance_upper - floor_) / contact.closing_speed;
+  // literal: a little longer than to the floor, so that the first probe is below it as a rule.
+  Scalar step = 1.25 * (contact.distance_upper - floor_) / contact.closing_speed;
   for (int probe = 0; probe < kProbes && begin + step <= interval_.end; ++probe, step *= 2) {
     pair_.set_time(begin + step);
     const PieceDistance piece = measure(pair, goal);
@@ -266,10 +268,8 @@ ToiResult ToiSearch::finish(ToiStatus status, Scalar t_safe) {
   const bool is_now = t_safe == pair_.time();
   const BodyInstant& now_a = pair_.now().a;
   const BodyInstant& now_b = pair_.now().b;
-  result_.X_WA =
-      is_now ? RigidPose::from_trusted(now_a.R_WB, now_a.p_WB) : a().motion.pose(t_safe);
-  result_.X_WB =
-      is_now ? RigidPose::from_trusted(now_b.R_WB, now_b.p_WB) : b().motion.pose(t_safe);
+  result_.X_WA = is_now ? RigidPose::from_trusted(now_a.R_WB, now_a.p_WB) : a().motion.pose(t_safe);
+  result_.X_WB = is_now ? RigidPose::from_trusted(now_b.R_WB, now_b.p_WB) : b().motion.pose(t_safe);
   if (status == ToiStatus::Impact && options_.with_contacts) gather_contacts();
   return std::move(result_);
 }
@@ -290,10 +290,19 @@ Scalar ToiSearch::skip_turns() {
   return pair_.time();
 }
 
+// A proven time, or infinity. Two convex shapes need no first look while balls about their origins
+// are proven apart.
+Scalar ToiSearch::first_time() {
+  const Scalar begin = skip_turns();
+  if (begin == kInfinity || !a().tree.convex() || !b().tree.convex()) return begin;
+  const Scalar step = internal::safe_time_of_balls(pair_.now(), a().radius, b().radius, floor_);
+  return step > 0 && step >= pair_.now().remaining ? kInfinity : begin + step;
+}
+
 ToiResult ToiSearch::run() {
   queue_.clear();
   memory_.seed.count = 0;
-  push(skip_turns(), ShapeTree::kRoot, ShapeTree::kRoot);
+  push(first_time(), ShapeTree::kRoot, ShapeTree::kRoot);
   return resume();
 }
 

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <random>
 
 #include "dyop/core/error.h"
@@ -67,6 +68,16 @@ TEST_P(ConvexShapeContract, SupportDoesNotDependOnTheLengthOfTheDirection) {
       EXPECT_EQ(support.point, expected.point);
     }
   }
+}
+
+TEST_P(ConvexShapeContract, ReachIsTheHeightOfTheSupportPoint) {
+  for (const Vector3& n : directions()) {
+    for (const Scalar length : {0.0, 1.0, 0x1p-40, 0x1p40}) {
+      const Scalar height = length * n.dot(shape_->core_support(n).point);
+      EXPECT_NEAR(shape_->core_reach(length * n), height, length * noise_);
+    }
+  }
+  EXPECT_TRUE(std::isnan(shape_->core_reach(Vector3(1, std::nan(""), 1))));
 }
 
 TEST_P(ConvexShapeContract, ZeroAndHugeAndTinyDirectionsGiveAPointOfTheCore) {

@@ -37,6 +37,13 @@ TEST(MotionBounds, CoverEveryPartAndAreLocal) {
   }
 }
 
+TEST(MotionBounds, AreThoseOfTheMotionItselfForFewLookups) {
+  const GrowingMotion motion;
+  const MotionBounds bounds(motion, {0, 8}, BoundLookups::Few);
+  EXPECT_EQ(bounds.whole().linear_acceleration, 8);
+  EXPECT_EQ(bounds.over(1, 2.5).linear_acceleration, 2.5);
+}
+
 TEST(MotionBounds, AreFiniteUpToAJumpOfTheTwist) {
   const SampledMotion path(
       {{0, RigidPose()}, {1.1, RigidPose(Vector3(1, 0, 0))}, {8, RigidPose()}});

@@ -128,6 +128,38 @@ TEST_F(SafeStepProperty, NeverPassesTheFloorAndIsNotWasteful) {
   EXPECT_GT(efficiency[efficiency.size() / 2], 0.6);
 }
 
+TEST_F(SafeStepProperty, HoldsWhateverClosingSpeedIsGuessed) {
+  int limited = 0;
+  for (int i = 0; i < 5000; ++i) {
+    PairInstant pair;
+    const Scalar rate = std::pow(10.0, 4 * uniform() - 3);
+    pair.a = body(rate);
+    pair.b = body(rate);
+    const OrientedBox a = box();
+    const OrientedBox b = box();
+    const Vector3 n = direction();
+    const Scalar gap = 0.1 + 3 * uniform();
+    pair.b.p_WB += n * (gap - separation(pair, a, b, n, 0));
+    pair.remaining = pair.horizon = 2;
+    pair.linear_speed = kInfinity;  // no bound but the coupled one, and balls
+    pair.noise = 1e-13;
+    const Scalar floor = 1e-3;
+    const Scalar radius_a = a.center.norm() + a.half_extents.norm();
+    const Scalar radius_b = b.center.norm() + b.half_extents.norm();
+    for (const Scalar closing : {-1.0, 0.0, 1e-3, 1.0, 1e6, kInfinity, std::nan("")}) {
+      const Slab slab{n, gap - 1e-12, closing};
+      const SafeStep step = safe_step(pair, a, radius_a, b, radius_b, slab, floor);
+      const Scalar end = std::min(step.time, pair.remaining);
+      if (safe_time_of_balls(pair, radius_a, radius_b, floor) >= end) continue;
+      limited += step.time < pair.remaining;
+      for (int k = 0; k <= 10; ++k) {
+        EXPECT_GE(separation(pair, a, b, n, end * k / 10), floor - 1e-11);
+      }
+    }
+  }
+  EXPECT_GT(limited, 5000);
+}
+
 TEST(SafeStep, IsExactForPureTranslation) {
   PairInstant pair;
   pair.a = {Matrix3::Identity(), Vector3::Zero(), Vector3::Zero(), Vector3::Zero()};

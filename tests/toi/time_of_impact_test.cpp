@@ -213,7 +213,9 @@ TEST(TimeOfImpact, HonoursDeadlineAndCancellation) {
   source.request_stop();
   const ToiResult result = time_of_impact(sphere, rest, sphere, coming, {0, 10}, stopped);
   EXPECT_EQ(result.status, ToiStatus::Cancelled);
-  EXPECT_EQ(result.t_safe, 0);
+  // Balls about the origins prove as much before anything is looked at; the gap is 7 - t.
+  EXPECT_LE(result.t_safe, 7);
+  EXPECT_GT(result.t_safe, 7 - stopped.distance_tolerance);
 }
 
 TEST(TimeOfImpact, EndsWithinItsBudgetForExtremeInput) {
@@ -311,6 +313,40 @@ TEST(TimeOfImpact, RefusesBadInputNamingTheValue) {
               time_of_impact(sphere, short_path, sphere, rest, {0, 2});
             }).find("motion of A is defined on [0, 1]"),
             std::string::npos);
+}
+
+TEST(TimeOfImpact, NeedsNoDistanceWhileBallsOfConvexShapesStayApart) {
+  const Box box(Vector3(1, 1, 1));
+  const RestMotion rest{RigidPose()};
+  // Corners reach sqrt(3): at x = 10 - 6 t the balls are 10 - 6 t - 2 sqrt(3) apart.
+  const ConstantTwistMotion X_WB = moving(at(10, 0, 0), {-6, 0, 0}, {50, -20, 30});
+  const ToiResult apart = time_of_impact(box, rest, box, X_WB, {0, 1.08});
+  EXPECT_EQ(apart.status, ToiStatus::Separated);
+  EXPECT_EQ(apart.t_safe, 1.08);
+  EXPECT_EQ(apart.statistics.leaf_tests, 0);
+  const ToiResult impact = time_of_impact(box, rest, box, X_WB, {0, 2});
+  EXPECT_EQ(impact.status, ToiStatus::Impact);
+  EXPECT_GT(impact.t_safe, 1.0893);
+}
+
+TEST(TimeOfImpact, OfConvexShapesIsTheSameWhenResumedOneLookAtATime) {
+  const Box box(Vector3(0.5, 0.4, 0.3));
+  const ConstantTwistMotion X_WA = moving(at(0, 0, 0), {0, 0, 0}, {1, -2, 1});
+  const ConstantTwistMotion X_WB = moving(at(2, 0.3, 0.1), {-2, 0, 0}, {-2, 1, 2});
+  const ToiResult whole = time_of_impact(box, X_WA, box, X_WB, {0, 1});
+  ASSERT_EQ(whole.status, ToiStatus::Impact);
+  ASSERT_GT(whole.statistics.leaf_tests, 2);
+  ToiOptions options;
+  options.max_node_pairs = 1;
+  ToiWorkspace workspace;
+  ToiResult part = time_of_impact(box, X_WA, box, X_WB, {0, 1}, options, workspace);
+  for (int k = 0; k < 100 && part.status == ToiStatus::BudgetExhausted; ++k) {
+    part = resume_time_of_impact(box, X_WA, box, X_WB, {0, 1}, options, workspace);
+  }
+  EXPECT_EQ(part.status, ToiStatus::Impact);
+  EXPECT_EQ(part.t_safe, whole.t_safe);
+  EXPECT_EQ(part.t_hit, whole.t_hit);
+  EXPECT_EQ(part.contact->p_WCa, whole.contact->p_WCa);
 }
 
 }  // namespace

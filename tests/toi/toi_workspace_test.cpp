@@ -7,7 +7,7 @@
 #include <new>
 
 #include "dyop/core/error.h"
-#include "dyop/geometry/sphere.h"
+#include "dyop/geometry/box.h"
 #include "dyop/motion/constant_twist_motion.h"
 #include "dyop/motion/hermite_motion.h"
 #include "dyop/toi/time_of_impact.h"
@@ -138,22 +138,19 @@ TEST(ToiWorkspace, GoesOnWhereABudgetRanOut) {
 }
 
 TEST(ToiWorkspace, ResumesOnlyTheQueryItHolds) {
-  const Sphere sphere(1);
+  const Box box(Vector3(1, 1, 1));
   const ConstantTwistMotion X_WA(RigidPose(), {});
   const ConstantTwistMotion X_WB(RigidPose(Vector3(5, 0, 0)),
                                  {Vector3(-1, 0, 0), Vector3(0, 1, 0)});
   ToiWorkspace workspace;
-  EXPECT_THROW(resume_time_of_impact(sphere, X_WA, sphere, X_WB, {0, 9}, {}, workspace),
-               InvalidArgument);
+  EXPECT_THROW(resume_time_of_impact(box, X_WA, box, X_WB, {0, 9}, {}, workspace), InvalidArgument);
   ToiOptions small;
   small.max_node_pairs = 1;
-  ASSERT_EQ(time_of_impact(sphere, X_WA, sphere, X_WB, {0, 9}, small, workspace).status,
+  ASSERT_EQ(time_of_impact(box, X_WA, box, X_WB, {0, 9}, small, workspace).status,
             ToiStatus::BudgetExhausted);
-  EXPECT_THROW(resume_time_of_impact(sphere, X_WA, sphere, X_WB, {0, 8}, {}, workspace),
-               InvalidArgument);
-  EXPECT_THROW(resume_time_of_impact(sphere, X_WB, sphere, X_WA, {0, 9}, {}, workspace),
-               InvalidArgument);
-  EXPECT_EQ(resume_time_of_impact(sphere, X_WA, sphere, X_WB, {0, 9}, {}, workspace).status,
+  EXPECT_THROW(resume_time_of_impact(box, X_WA, box, X_WB, {0, 8}, {}, workspace), InvalidArgument);
+  EXPECT_THROW(resume_time_of_impact(box, X_WB, box, X_WA, {0, 9}, {}, workspace), InvalidArgument);
+  EXPECT_EQ(resume_time_of_impact(box, X_WA, box, X_WB, {0, 9}, {}, workspace).status,
             ToiStatus::Impact);
 }
 
