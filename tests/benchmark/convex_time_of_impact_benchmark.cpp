@@ -107,7 +107,9 @@ Engine bullet_engine(const btConvexShape& shape) {
 
 fcl::InterpMotion<double> to_fcl(const RigidPose& begin, const ConstantTwistMotion& motion) {
   const RigidPose end = motion.pose(1);
-  return {begin.rotation(), begin.translation(), end.rotation(), end.translation()};
+  // About the body's origin, said explicitly: FCL leaves its default uninitialised.
+  return {begin.rotation(), begin.translation(), end.rotation(), end.translation(),
+          Vector3::Zero()};
 }
 
 Engine fcl_engine(const fcl::CollisionGeometryd& shape) {
