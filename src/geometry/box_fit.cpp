@@ -11,9 +11,13 @@
 namespace dyop::internal {
 namespace {
 
-// Principal axes are taken from at most twice this many triangles, evenly spread: more do not make
-// smaller boxes.
+// Principal axes and estimates are taken from at most twice this many triangles, evenly spread:
+// more do not make smaller boxes or better trees.
 constexpr std::size_t kSampleCount = 256;
+
+std::size_t sample_stride(std::size_t count) {
+  return std::max(std::size_t{1}, count / kSampleCount);
+}
 
 // A box along given axes, relative to a reference point.
 struct Extent {
@@ -95,7 +99,7 @@ Matrix3 principal_axes(std::span<const Triangle> triangles) {
   const Vector3 origin = triangles.front()[0];
   Vector3 sum = Vector3::Zero();
   Matrix3 sum_of_squares = Matrix3::Zero();
-  const std::size_t stride = std::max(std::size_t{1}, triangles.size() / kSampleCount);
+  const std::size_t stride = sample_stride(triangles.size());
   Scalar count = 0;
   for (std::size_t k = 0; k < triangles.size(); k += stride) {
     for (const Vector3& vertex : triangles[k]) {
@@ -113,6 +117,28 @@ Matrix3 principal_axes(std::span<const Triangle> triangles) {
   return orthonormal_axes(solver.eigenvectors().col(2), solver.eigenvectors().col(1));
 }
 
+// The two boxes of every stride-th triangle, relative to the first one's first vertex.
+struct Candidates {
+  Matrix3 axes;
+  Extent principal;
+  Extent aligned;
+
+  Candidates(std::span<const Triangle> triangles, std::size_t stride)
+      : axes(principal_axes(triangles)) {
+    const Matrix3 axes_transposed = axes.transpose();
+    const Vector3 origin = triangles.front()[0];
+    for (std::size_t k = 0; k < triangles.size(); k += stride) {
+      for (const Vector3& vertex : triangles[k]) {
+        const Vector3 d = vertex - origin;
+        principal.include(axes_transposed * d);
+        aligned.include(d);
+      }
+    }
+  }
+  // False for a NaN area, from overflow.
+  bool is_principal_smaller() const { return principal.half_area() < aligned.half_area(); }
+};
+
 }  // namespace
 
 OrientedBox fit_triangle(const Triangle& triangle) {
@@ -123,22 +149,16 @@ OrientedBox fit_triangle(const Triangle& triangle) {
 }
 
 OrientedBox fit_triangles(std::span<const Triangle> triangles) {
-  const Matrix3 axes = principal_axes(triangles);
-  const Matrix3 axes_transposed = axes.transpose();
-  const Vector3 origin = triangles.front()[0];
-  Extent principal;
-  Extent aligned;
-  for (const Triangle& triangle : triangles) {
-    for (const Vector3& vertex : triangle) {
-      const Vector3 d = vertex - origin;
-      principal.include(axes_transposed * d);
-      aligned.include(d);
-    }
-  }
-  // A NaN area, from overflow, leaves the aligned box.
-  return principal.half_area() < aligned.half_area()
-             ? box_of(principal, axes, origin)
-             : box_of(aligned, Matrix3::Identity(), origin);
+  const Candidates boxes(triangles, 1);
+  const Vector3& origin = triangles.front()[0];
+  return boxes.is_principal_smaller() ? box_of(boxes.principal, boxes.axes, origin)
+                                      : box_of(boxes.aligned, Matrix3::Identity(), origin);
+}
+
+Vector3 fitted_size(std::span<const Triangle> triangles) {
+  const Candidates boxes(triangles, sample_stride(triangles.size()));
+  const Extent& extent = boxes.is_principal_smaller() ? boxes.principal : boxes.aligned;
+  return extent.hi - extent.lo;
 }
 
 }  // namespace dyop::internal

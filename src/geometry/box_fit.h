@@ -14,4 +14,7 @@ OrientedBox fit_triangle(const Triangle& triangle);
 /// under- or overflow.
 OrientedBox fit_triangles(std::span<const Triangle> triangles);
 
+/// About the size of that box, without its rounding: from a sample of many triangles.
+Vector3 fitted_size(std::span<const Triangle> triangles);
+
 }  // namespace dyop::internal

@@ -161,8 +161,8 @@ void MeshHierarchy::fit_boxes(std::span<const Vector3> vertices,
       const std::int32_t child = nodes_[k].child[column];
       if (child >= 0) continue;
       const TriangleIndices& t = triangles[std::size_t(-1 - child)];
-      leaves.push_back({vertices[std::size_t(t[0])], vertices[std::size_t(t[1])],
-                        vertices[std::size_t(t[2])]});
+      leaves.push_back(
+          {vertices[std::size_t(t[0])], vertices[std::size_t(t[1])], vertices[std::size_t(t[2])]});
     }
   }
   first.back() = leaves.size();
@@ -186,10 +186,11 @@ void MeshHierarchy::fit_boxes(std::span<const Vector3> vertices,
       nodes_[k].boxes.set_box(column, box, scale_);
     }
   };
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(1, std::max(nodes_.size(), std::size_t{1}), kGrain),
-                    [&](const tbb::blocked_range<std::size_t>& range) {
-                      for (std::size_t k = range.begin(); k < range.end(); ++k) fit_node(k);
-                    });
+  tbb::parallel_for(
+      tbb::blocked_range<std::size_t>(1, std::max(nodes_.size(), std::size_t{1}), kGrain),
+      [&](const tbb::blocked_range<std::size_t>& range) {
+        for (std::size_t k = range.begin(); k < range.end(); ++k) fit_node(k);
+      });
 }
 
 }  // namespace dyop
