@@ -53,17 +53,23 @@ std::array<Number, 3> read_row(const StridedRows<Number>& rows, std::size_t row)
   return numbers;
 }
 
+template <typename Number>
+std::vector<Vector3> read_vertices(const StridedRows<Number>& rows) {
+  require_rows("vertices", rows);
+  std::vector<Vector3> vertices(rows.count);
+  for (std::size_t row = 0; row < vertices.size(); ++row) {
+    const std::array<Number, 3> p = read_row(rows, row);
+    vertices[row] = Vector3(Scalar(p[0]), Scalar(p[1]), Scalar(p[2]));
+  }
+  return vertices;
+}
+
 template <typename Number, typename Index>
 TriangleMesh mesh_from_rows(const StridedRows<Number>& vertex_rows,
                             const StridedRows<Index>& triangle_rows) {
   require_counts(vertex_rows.count, triangle_rows.count);
-  require_rows("vertices", vertex_rows);
   require_rows("triangles", triangle_rows);
-  std::vector<Vector3> vertices(vertex_rows.count);
-  for (std::size_t row = 0; row < vertices.size(); ++row) {
-    const std::array<Number, 3> p = read_row(vertex_rows, row);
-    vertices[row] = Vector3(Scalar(p[0]), Scalar(p[1]), Scalar(p[2]));
-  }
+  std::vector<Vector3> vertices = read_vertices(vertex_rows);
   std::vector<TriangleIndices> triangles(triangle_rows.count);
   for (std::size_t row = 0; row < triangles.size(); ++row) {
     const std::array<Index, 3> indices = read_row(triangle_rows, row);
@@ -173,6 +179,15 @@ struct TriangleMesh::Data {
         bounds(find_bounds(vertices, triangles)),
         radius(largest_norm(vertices, triangles, bounds)),
         is_closed(find_closed(triangles)) {}
+
+  // The mesh `base` with other vertices.
+  Data(const Data& base, std::vector<Vector3> vertices_in)
+      : vertices(std::move(vertices_in)),
+        triangles(base.triangles),
+        hierarchy(base.hierarchy.refitted(vertices, triangles)),
+        bounds(find_bounds(vertices, triangles)),
+        radius(largest_norm(vertices, triangles, bounds)),
+        is_closed(base.is_closed) {}
 };
 
 TriangleMesh::TriangleMesh(std::vector<Vector3> vertices, std::vector<TriangleIndices> triangles) {
@@ -202,6 +217,21 @@ TriangleMesh TriangleMesh::from_arrays(StridedRows<double> vertices,
 TriangleMesh TriangleMesh::from_arrays(StridedRows<float> vertices,
                                        StridedRows<std::uint32_t> triangles) {
   return mesh_from_rows(vertices, triangles);
+}
+
+TriangleMesh TriangleMesh::with_vertices(std::vector<Vector3> vertices) const {
+  DYOP_REQUIRE(vertices.size() == data_->vertices.size(), "the mesh has ", data_->vertices.size(),
+               " vertices and cannot take ", vertices.size());
+  for (std::size_t row = 0; row < vertices.size(); ++row) require_vertex(row, vertices[row]);
+  return TriangleMesh(std::make_shared<const Data>(*data_, std::move(vertices)));
+}
+
+TriangleMesh TriangleMesh::with_vertices(StridedRows<double> vertices) const {
+  return with_vertices(read_vertices(vertices));
+}
+
+TriangleMesh TriangleMesh::with_vertices(StridedRows<float> vertices) const {
+  return with_vertices(read_vertices(vertices));
 }
 
 std::span<const Vector3> TriangleMesh::vertices() const {

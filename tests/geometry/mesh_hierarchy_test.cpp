@@ -1,6 +1,8 @@
 #include "dyop/geometry/mesh_hierarchy.h"
 
 #include <gtest/gtest.h>
+#include <tbb/global_control.h>
+#include <tbb/task_arena.h>
 
 #include <cstring>
 #include <random>
@@ -83,8 +85,7 @@ std::vector<std::int32_t> check_node(const MeshHierarchy& tree, const MeshArrays
   return triangles;
 }
 
-int expect_sound(const MeshArrays& mesh) {
-  const MeshHierarchy tree(mesh.vertices, mesh.triangles);
+int expect_sound(const MeshHierarchy& tree, const MeshArrays& mesh) {
   EXPECT_EQ(tree.nodes()[0].count(), 1);
   Summary summary;
   summary.uses.assign(mesh.triangles.size(), 0);
@@ -92,6 +93,21 @@ int expect_sound(const MeshArrays& mesh) {
   for (const int uses : summary.uses) EXPECT_EQ(uses, 1);
   EXPECT_LE(summary.depth, MeshHierarchy::kMaxDepth);
   return summary.depth;
+}
+
+int expect_sound(const MeshArrays& mesh) {
+  return expect_sound(MeshHierarchy(mesh.vertices, mesh.triangles), mesh);
+}
+
+bool is_same(const MeshHierarchy& one, const MeshHierarchy& two) {
+  if (one.nodes().size() != two.nodes().size() || one.scale() != two.scale()) return false;
+  for (std::size_t k = 0; k < one.nodes().size(); ++k) {
+    const MeshHierarchy::Node& x = one.nodes()[k];
+    const MeshHierarchy::Node& y = two.nodes()[k];
+    if (!std::equal(std::begin(x.child), std::end(x.child), std::begin(y.child))) return false;
+    if (std::memcmp(x.boxes.rows, y.boxes.rows, sizeof(x.boxes.rows)) != 0) return false;
+  }
+  return true;
 }
 
 OrientedBox root_box(const MeshArrays& mesh) {
@@ -199,16 +215,49 @@ TEST(MeshHierarchy, BuildsALargeSphere) {
   EXPECT_LE(expect_sound(mesh), 12);
 }
 
-TEST(MeshHierarchy, IsTheSameForTheSameInput) {
-  const MeshArrays mesh = random_soup(500, 0.1, 11);
-  const MeshHierarchy one(mesh.vertices, mesh.triangles);
-  const MeshHierarchy two(mesh.vertices, mesh.triangles);
-  ASSERT_EQ(one.nodes().size(), two.nodes().size());
-  for (std::size_t k = 0; k < one.nodes().size(); ++k) {
-    const MeshHierarchy::Node& x = one.nodes()[k];
-    const MeshHierarchy::Node& y = two.nodes()[k];
-    EXPECT_TRUE(std::equal(std::begin(x.child), std::end(x.child), std::begin(y.child)));
-    EXPECT_EQ(std::memcmp(x.boxes.rows, y.boxes.rows, sizeof(x.boxes.rows)), 0);
+TEST(MeshHierarchy, IsTheSameOnAnyNumberOfThreads) {
+  for (const MeshArrays& mesh : {random_soup(500, 0.1, 11), icosphere(6)}) {
+    std::vector<MeshHierarchy> trees;
+    for (const std::size_t threads : {1u, 2u, 7u}) {
+      const tbb::global_control control(tbb::global_control::max_allowed_parallelism, threads);
+      tbb::task_arena arena(int(threads), 1);
+      arena.execute([&] { trees.emplace_back(mesh.vertices, mesh.triangles); });
+    }
+    EXPECT_TRUE(is_same(trees[0], trees[1]));
+    EXPECT_TRUE(is_same(trees[0], trees[2]));
+  }
+}
+
+TEST(MeshHierarchy, RefittedToTheSameVerticesIsTheSame) {
+  for (const MeshArrays& mesh : {random_soup(500, 0.1, 12), torus(1, 0.3, 30, 20)}) {
+    const MeshHierarchy tree(mesh.vertices, mesh.triangles);
+    EXPECT_TRUE(is_same(tree.refitted(mesh.vertices, mesh.triangles), tree));
+  }
+}
+
+TEST(MeshHierarchy, RefittedContainsItsTriangles) {
+  Matrix3 shear = Matrix3::Identity();
+  shear(0, 1) = 5;
+  shear(2, 0) = -3;
+  std::mt19937_64 random(13);
+  std::uniform_real_distribution<Scalar> number(-1, 1);
+  for (const MeshArrays& mesh : {icosphere(3), random_soup(600, 0.2, 4), needle(1, 100)}) {
+    const MeshHierarchy tree(mesh.vertices, mesh.triangles);
+    const auto expect_refit_sound = [&](const auto& moved) {
+      MeshArrays other = mesh;
+      for (Vector3& p : other.vertices) p = moved(p);
+      expect_sound(tree.refitted(other.vertices, other.triangles), other);
+    };
+    expect_refit_sound([&](const Vector3& p) { return Vector3(shear * p); });
+    expect_refit_sound([](const Vector3&) { return Vector3(0.1, 2, -3); });
+    expect_refit_sound([](const Vector3&) { return Vector3(0, 0, 0); });
+    expect_refit_sound([](const Vector3& p) { return Vector3(1e6 * p); });
+    expect_refit_sound([](const Vector3& p) { return Vector3(1e-310 * p); });
+    expect_refit_sound([](const Vector3& p) { return Vector3(1e59 * p); });
+    expect_refit_sound([](const Vector3& p) { return Vector3(p + Vector3(1e6, -1e5, 3)); });
+    expect_refit_sound([](const Vector3& p) { return Vector3(p.x(), std::sin(9 * p.x()), p.z()); });
+    expect_refit_sound(
+        [&](const Vector3&) { return Vector3(number(random), number(random), number(random)); });
   }
 }
 

@@ -250,6 +250,49 @@ TEST(TriangleMesh, MassFarFromTheOriginLosesOnlyTheRoundingOfTheCoordinates) {
 }
 
 // Lengths times s: mass times s^3, inertia times s^5.
+TEST(TriangleMesh, TakesOtherVerticesAndStaysAsItIs) {
+  const MeshArrays sphere = icosphere(2);
+  const TriangleMesh mesh = sphere.mesh();
+  const MeshArrays moved =
+      sphere.moved(rotation_from_vector(Vector3(1, 2, 0)), Vector3(5, 0, 1), 3);
+  const TriangleMesh refitted = mesh.with_vertices(moved.vertices);
+  const TriangleMesh fresh = moved.mesh();
+  EXPECT_TRUE(std::equal(refitted.vertices().begin(), refitted.vertices().end(),
+                         moved.vertices.begin(), moved.vertices.end()));
+  EXPECT_EQ(refitted.triangles().size(), mesh.triangles().size());
+  EXPECT_EQ(refitted.bounding_radius(), fresh.bounding_radius());
+  EXPECT_EQ(refitted.bounding_box().min(), fresh.bounding_box().min());
+  EXPECT_EQ(refitted.bounding_box().max(), fresh.bounding_box().max());
+  EXPECT_TRUE(refitted.is_closed());
+  EXPECT_EQ(refitted.compute_mass_properties(2).mass, fresh.compute_mass_properties(2).mass);
+  EXPECT_EQ(mesh.vertices()[0], sphere.vertices[0]);
+}
+
+TEST(TriangleMesh, TakesOtherVerticesFromStridedRows) {
+  const TriangleMesh mesh(kCorners, {{0, 1, 2}});
+  const std::vector<float> floats{1, 2, 3, -1, 4, 5, 6, -1, 7, 8, 10, -1};
+  const std::vector<double> doubles(floats.begin(), floats.end());
+  const TriangleMesh a = mesh.with_vertices(StridedRows<float>{floats.data(), 3, 16});
+  const TriangleMesh b = mesh.with_vertices(StridedRows<double>{doubles.data(), 3, 32});
+  for (const TriangleMesh& other : {a, b}) {
+    EXPECT_EQ(other.vertices()[1], Vector3(4, 5, 6));
+    EXPECT_EQ(other.vertices()[2], Vector3(7, 8, 10));
+  }
+}
+
+TEST(TriangleMesh, RefusesOtherVerticesThatDoNotFit) {
+  const TriangleMesh mesh(kCorners, {{0, 1, 2}});
+  EXPECT_MESSAGE(mesh.with_vertices(std::vector<Vector3>(2, Vector3::Zero())),
+                 "the mesh has 3 vertices and cannot take 2");
+  EXPECT_MESSAGE(mesh.with_vertices({Vector3::Zero(), Vector3(0, kInfinity, 0), Vector3::Zero()}),
+                 "vertex 1 is not finite: (0, inf, 0)");
+  EXPECT_MESSAGE(mesh.with_vertices({Vector3::Zero(), Vector3::Zero(), Vector3(1e61, 0, 0)}),
+                 "vertex 2 is beyond");
+  EXPECT_MESSAGE(mesh.with_vertices(StridedRows<double>{nullptr, 3}), "vertices: null data");
+  const double row[3] = {0, 0, 0};
+  EXPECT_MESSAGE(mesh.with_vertices(StridedRows<double>{row, 3, 8}), "stride of 8 bytes");
+}
+
 TEST(TriangleMesh, MassScales) {
   const MeshArrays arrays = gear(11, 0.8, 1, 0.2);
   const MassProperties expected = arrays.mesh().compute_mass_properties(1);

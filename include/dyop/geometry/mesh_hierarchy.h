@@ -49,8 +49,8 @@ struct alignas(64) BoxGroup {
 /// An inner box is the smaller (by area) of the box along the principal axes of its vertices and
 /// the axis-aligned one; a leaf's is aligned with the triangle's longest edge and normal. A binary
 /// tree is split by a binned surface-area heuristic [Wald2007] and then collapsed into wide nodes
-/// at the least expected cost [Ylitie2017]. The same input gives the same tree. Axes are
-/// orthonormal to single precision only.
+/// at the least expected cost [Ylitie2017]. Built on the threads of oneTBB; the same input gives
+/// the same tree on any number of them. Axes are orthonormal to single precision only.
 class MeshHierarchy {
  public:
   static constexpr int kWidth = BoxGroup::kWidth;
@@ -75,6 +75,12 @@ class MeshHierarchy {
   /// Triangles may be degenerate; at least one.
   MeshHierarchy(std::span<const Vector3> vertices, std::span<const TriangleIndices> triangles);
 
+  /// The tree of the same triangles with other vertices: the same nodes, with boxes fitted anew, so
+  /// they contain the triangles as those of a new tree do. The indices must be those the tree was
+  /// built from. Queries take the same time as long as near triangles stay near each other.
+  MeshHierarchy refitted(std::span<const Vector3> vertices,
+                         std::span<const TriangleIndices> triangles) const;
+
   /// Node 0 holds one box, that of the whole mesh.
   const std::vector<Node>& nodes() const { return nodes_; }
 
@@ -85,6 +91,8 @@ class MeshHierarchy {
   Scalar scale() const { return scale_; }
 
  private:
+  void fit_boxes(std::span<const Vector3> vertices, std::span<const TriangleIndices> triangles);
+
   std::vector<Node> nodes_;
   Scalar scale_ = 1;
 };
