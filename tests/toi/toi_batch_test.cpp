@@ -152,16 +152,17 @@ UserMotion::Functions resting() {
 
 TEST_F(ToiBatch, StopsTheQueriesThatAreUnderWay) {
   // The first look at B's path requests the stop: the query must see it, whether or not it has a
-  // stop of its own.
+  // stop of its own. B lies where A begins, so that balls about the origins settle nothing.
+  ToiQuery query = random_queries(1)[0];
+  const Motion& X_WA = *query.X_WA;
   for (const bool has_own_stop : {false, true}) {
     std::stop_source source;
     UserMotion::Functions functions = resting();
     functions.pose = [&](Scalar) {
       source.request_stop();
-      return RigidPose(Vector3(5, 0, 0));
+      return X_WA.pose(0);
     };
     const UserMotion path(functions);
-    ToiQuery query = random_queries(1)[0];
     query.X_WB = &path;
     query.interval = {0, 1};
     std::stop_source own;
