@@ -40,7 +40,7 @@ void distribute(const std::vector<SplitNode>& nodes, std::int32_t n, int count, 
 // The nearest number in single precision that is not smaller. x >= 0, at most 2.
 float rounded_up(Scalar x) {
   const auto rounded = static_cast<float>(x);
-  return Scalar{rounded} < x ? std::nextafter(rounded, 4.0f) : rounded;
+  return Scalar(rounded) < x ? std::nextafter(rounded, 4.0f) : rounded;
 }
 
 }  // namespace
@@ -48,9 +48,9 @@ float rounded_up(Scalar x) {
 OrientedBox BoxGroup::box(int column, Scalar scale) const {
   OrientedBox box;
   for (int i = 0; i < 3; ++i) {
-    box.center[i] = scale * Scalar{rows[kCenter + i][column]};
-    box.half_extents[i] = scale * Scalar{rows[kHalfExtents + i][column]};
-    for (int k = 0; k < 3; ++k) box.axes(i, k) = Scalar{rows[kAxes + 3 * k + i][column]};
+    box.center[i] = scale * Scalar(rows[kCenter + i][column]);
+    box.half_extents[i] = scale * Scalar(rows[kHalfExtents + i][column]);
+    for (int k = 0; k < 3; ++k) box.axes(i, k) = Scalar(rows[kAxes + 3 * k + i][column]);
   }
   return box;
 }
