@@ -2,6 +2,7 @@
 
 #include <numbers>
 
+#include "dyop/motion/bspline_motion.h"
 #include "dyop/motion/composed_motion.h"
 #include "dyop/motion/constant_twist_motion.h"
 #include "dyop/motion/hermite_motion.h"
@@ -9,6 +10,8 @@
 #include "dyop/motion/rest_motion.h"
 #include "dyop/motion/sampled_motion.h"
 #include "dyop/motion/screw_motion.h"
+#include "dyop/motion/sequence_motion.h"
+#include "dyop/motion/smooth_sampled_motion.h"
 
 namespace dyop::internal {
 namespace {
@@ -86,13 +89,49 @@ std::shared_ptr<const Motion> read_interpolated(const JsonNode& node) {
 }
 
 std::shared_ptr<const Motion> read_sampled(const JsonNode& node) {
-  node.require_object({"kind", "samples"});
+  node.require_object({"kind", "samples", "smooth"});
+  const bool is_smooth = node.has("smooth") && node.at("smooth").boolean();
   std::vector<SampledMotion::Sample> samples;
   for (const JsonNode& sample : node.at("samples").items(2)) {
     sample.require_object({"time", "pose"});
     samples.push_back({sample.at("time").number(), read_pose(sample.at("pose"))});
   }
-  return node.at("samples").guard([&] { return std::make_shared<SampledMotion>(samples); });
+  return node.at("samples").guard([&]() -> std::shared_ptr<const Motion> {
+    if (is_smooth) return std::make_shared<SequenceMotion>(smooth_sampled_motion(samples));
+    return std::make_shared<SampledMotion>(samples);
+  });
+}
+
+Matrix3 read_base(const JsonNode& node) {
+  if (!node.has("base")) return Matrix3::Identity();
+  node.at("base").require_object({"quaternion", "axis_angle", "euler_degrees"});
+  return read_pose(node.at("base")).rotation();
+}
+
+std::vector<ControlPoint> read_control_points(const JsonNode& node) {
+  std::vector<ControlPoint> points;
+  for (const JsonNode& point : node.at("control_points").items(2)) {
+    point.require_object({"position", "rotation_vector"});
+    points.emplace_back();
+    if (const auto p = point.find("position")) points.back().p_WB = p->vector3();
+    if (const auto theta = point.find("rotation_vector")) points.back().theta = theta->vector3();
+  }
+  return points;
+}
+
+std::shared_ptr<const Motion> read_bezier(const JsonNode& node) {
+  node.require_object({"kind", "interval", "base", "control_points"});
+  const TimeInterval interval = read_interval(node.at("interval"));
+  return std::make_shared<BezierMotion>(interval, read_base(node), read_control_points(node));
+}
+
+std::shared_ptr<const Motion> read_bspline(const JsonNode& node) {
+  node.require_object({"kind", "degree", "knots", "base", "control_points"});
+  std::vector<Scalar> knots;
+  for (const JsonNode& knot : node.at("knots").items(4)) knots.push_back(knot.number());
+  const std::int64_t degree = node.at("degree").positive_integer();
+  return std::make_shared<SequenceMotion>(bspline_motion(
+      static_cast<std::size_t>(degree), knots, read_base(node), read_control_points(node)));
 }
 
 std::shared_ptr<const Motion> read_hermite(const JsonNode& node) {
@@ -109,6 +148,16 @@ std::shared_ptr<const Motion> read_composed(const JsonNode& node) {
   node.require_object({"kind", "carrier", "relative"});
   return std::make_shared<ComposedMotion>(read_motion(node.at("carrier")),
                                           read_motion(node.at("relative")));
+}
+
+std::shared_ptr<const Motion> read_sequence(const JsonNode& node) {
+  node.require_object({"kind", "parts"});
+  std::vector<SequenceMotion::Part> parts;
+  for (const JsonNode& part : node.at("parts").items(1)) {
+    part.require_object({"interval", "motion"});
+    parts.push_back({read_interval(part.at("interval")), read_motion(part.at("motion"))});
+  }
+  return std::make_shared<SequenceMotion>(std::move(parts));
 }
 
 }  // namespace
@@ -145,6 +194,9 @@ std::shared_ptr<const Motion> read_motion(const JsonNode& node) {
                                                       {"interpolated", &read_interpolated},
                                                       {"sampled", &read_sampled},
                                                       {"hermite", &read_hermite},
+                                                      {"bezier", &read_bezier},
+                                                      {"bspline", &read_bspline},
+                                                      {"sequence", &read_sequence},
                                                       {"composed", &read_composed}});
   return node.guard([&] { return read(node); });
 }

@@ -12,7 +12,6 @@ SampledMotion::SampledMotion(const std::vector<Sample>& samples) {
   const std::size_t count = samples.size() - 1;
   stamps_.reserve(count + 1);
   pieces_.reserve(count);
-  speed_tree_.resize(2 * count);
   for (std::size_t i = 0; i <= count; ++i) {
     const Scalar t = samples[i].t;
     DYOP_REQUIRE(std::isfinite(t), "time stamp ", i, " of sampled motion must be finite, not ", t);
@@ -21,6 +20,8 @@ SampledMotion::SampledMotion(const std::vector<Sample>& samples) {
                  " follows stamp ", i - 1, " = ", stamps_.back());
     stamps_.push_back(t);
   }
+  std::vector<internal::SpeedTree::Speeds> speeds;
+  speeds.reserve(count);
   for (std::size_t i = 0; i < count; ++i) {
     const RigidPose& X_WB0 = samples[i].X_WB;
     const RigidPose& X_WB1 = samples[i + 1].X_WB;
@@ -32,14 +33,10 @@ SampledMotion::SampledMotion(const std::vector<Sample>& samples) {
                  stamps_[i], " and ", i + 1, " = ", stamps_[i + 1],
                  " of sampled motion are too close: the velocity between them overflows");
     pieces_.push_back({SteadyTurn(X_WB0.rotation(), twist.w_WB), X_WB0.translation(), twist});
-    speed_tree_[count + i] = {internal::round_up(twist.v_WB.norm()),
-                              internal::round_up(twist.w_WB.norm())};
+    speeds.push_back(
+        {internal::round_up(twist.v_WB.norm()), internal::round_up(twist.w_WB.norm())});
   }
-  for (std::size_t i = count - 1; i > 0; --i) {
-    const Speeds& x = speed_tree_[2 * i];
-    const Speeds& y = speed_tree_[2 * i + 1];
-    speed_tree_[i] = {std::max(x.linear, y.linear), std::max(x.angular, y.angular)};
-  }
+  speeds_ = internal::SpeedTree(speeds);
 }
 
 // The piece that is valid from t on; the first before the domain, the last at its end.
@@ -59,29 +56,14 @@ Twist SampledMotion::twist(Scalar t) const {
   return pieces_[piece_at(t)].twist_WB;
 }
 
-// Largest speeds of the pieces first to last, bottom up: at most two nodes of each level.
-SampledMotion::Speeds SampledMotion::largest_speeds(std::size_t first, std::size_t last) const {
-  Speeds largest;
-  const auto take = [&](const Speeds& x) {
-    largest = {std::max(largest.linear, x.linear), std::max(largest.angular, x.angular)};
-  };
-  std::size_t begin = first + pieces_.size();
-  std::size_t end = last + 1 + pieces_.size();
-  for (; begin < end; begin /= 2, end /= 2) {
-    if (begin % 2 == 1) take(speed_tree_[begin++]);
-    if (end % 2 == 1) take(speed_tree_[--end]);
-  }
-  return largest;
-}
-
 TwistBound SampledMotion::twist_bound(const TimeInterval& interval) const {
   const std::size_t first = piece_at(interval.begin);
   std::size_t last = std::max(first, piece_at(interval.end));
   // A stamp at the very end of the interval is not inside it.
   if (last > first && stamps_[last] >= interval.end) --last;
-  const Speeds speeds = largest_speeds(first, last);
+  const auto [linear, angular] = speeds_.largest(first, last);
   const Scalar acceleration = last == first ? 0 : kInfinity;
-  return {speeds.linear, speeds.angular, acceleration, acceleration};
+  return {linear, angular, acceleration, acceleration};
 }
 
 Scalar SampledMotion::smooth_until(Scalar t) const {

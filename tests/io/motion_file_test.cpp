@@ -77,6 +77,29 @@ TEST_F(MotionFile, ReadsEveryKind) {
       "to": {"pose": {}, "velocity": {"linear": [-1, 0, 0]}}})");
   EXPECT_TRUE(hermite->pose(1).translation().isApprox(Vector3(0.5, 0, 0)));
 
+  // Samples of t^2: the smooth motion is this parabola.
+  const auto smooth = load(R"({"kind": "sampled", "smooth": true, "samples": [
+      {"time": 0, "pose": {}}, {"time": 1, "pose": {"position": [1, 0, 0]}},
+      {"time": 3, "pose": {"position": [9, 0, 0]}}]})");
+  EXPECT_TRUE(smooth->pose(2).translation().isApprox(Vector3(4, 0, 0)));
+
+  // At the middle of a parabola: a quarter of the ends and half of the middle control point.
+  const auto bezier = load(R"({"kind": "bezier", "interval": [0, 2], "base": )" +
+                           std::string(kQuarterTurn) + R"(, "control_points": [{},
+      {"position": [2, 0, 0]}, {"position": [4, 4, 0], "rotation_vector": [0, 0, 1]}]})");
+  EXPECT_TRUE(bezier->pose(1).translation().isApprox(Vector3(2, 1, 0)));
+  EXPECT_TRUE((bezier->pose(0) * Vector3::UnitX()).isApprox(Vector3::UnitY()));
+
+  const auto bspline = load(R"({"kind": "bspline", "degree": 1, "knots": [0, 0, 1, 3, 3],
+      "control_points": [{}, {"position": [1, 0, 0]}, {"position": [1, 4, 0]}]})");
+  EXPECT_TRUE(bspline->pose(2).translation().isApprox(Vector3(1, 2, 0)));
+
+  const auto sequence = load(R"({"kind": "sequence", "parts": [
+      {"interval": [0, 2], "motion": {"kind": "rest"}},
+      {"interval": [2, 3], "motion": {"kind": "constant_twist", "time": 2,
+                                      "velocity": {"linear": [5, 0, 0]}}}]})");
+  EXPECT_TRUE(sequence->pose(3).translation().isApprox(Vector3(5, 0, 0)));
+
   const auto composed = load(R"({"kind": "composed",
       "carrier": {"kind": "rest", "pose": {"position": [0, 0, 7]}},
       "relative": {"kind": "constant_twist", "velocity": {"linear": [1, 0, 0]}}})");
@@ -86,7 +109,7 @@ TEST_F(MotionFile, ReadsEveryKind) {
 TEST_F(MotionFile, NamesTheKeyOfWhatIsWrong) {
   EXPECT_EQ(message_of(R"({"kind": "flying"})"),
             ": kind: expected one of rest, constant_twist, screw, interpolated, sampled, hermite, "
-            "composed, found \"flying\"");
+            "bezier, bspline, sequence, composed, found \"flying\"");
   EXPECT_EQ(message_of(R"({"pose": {}})"), ": the key 'kind' is missing");
   EXPECT_NE(message_of(R"({"kind": "rest", "pose": {"quaternion": [1, 1, 0, 0]}})")
                 .find(": pose.quaternion: pose rotation must be a unit quaternion"),
@@ -108,6 +131,15 @@ TEST_F(MotionFile, NamesTheKeyOfWhatIsWrong) {
   EXPECT_EQ(message_of(R"({"kind": "rest", "pose": {"axis_angle": {"axis": [0, 0, 0],
                                                                    "degrees": 1}}})"),
             ": pose.axis_angle.axis: expected an axis of any length but zero, found [0,0,0]");
+  EXPECT_EQ(message_of(R"({"kind": "bspline", "degree": 2.5, "knots": [0, 0, 1, 1],
+                           "control_points": [{}, {}]})"),
+            ": degree: expected an integer > 0, found 2.5");
+  EXPECT_EQ(message_of(R"({"kind": "sequence", "parts": [
+                {"interval": [0, 1], "motion": {"kind": "rest"}},
+                {"interval": [1, 2], "motion": {"kind": "rest", "pose": {"position": [1, 0, 0]}}}
+            ]})"),
+            ": parts 0 and 1 of sequence motion do not meet at time 1: the position jumps by 1, "
+            "the rotation matrix by 0");
   EXPECT_EQ(message_of("[1]"), ": expected an object, found [1]");
 }
 

@@ -4,6 +4,8 @@
 #include <memory>
 #include <vector>
 
+#include "dyop/motion/bezier_motion.h"
+#include "dyop/motion/bspline_motion.h"
 #include "dyop/motion/composed_motion.h"
 #include "dyop/motion/constant_twist_motion.h"
 #include "dyop/motion/hermite_motion.h"
@@ -11,6 +13,8 @@
 #include "dyop/motion/rest_motion.h"
 #include "dyop/motion/sampled_motion.h"
 #include "dyop/motion/screw_motion.h"
+#include "dyop/motion/sequence_motion.h"
+#include "dyop/motion/smooth_sampled_motion.h"
 #include "dyop/motion/user_motion.h"
 #include "motion/random_values.h"
 
@@ -77,7 +81,7 @@ inline MotionPointer rotation_chart_path(Random& random, const Scales& scales) {
       {p_WB + random.in_ball(scales.length), random.in_ball(scales.turn)}));
 }
 
-inline MotionPointer sampled(Random& random, const Scales& scales) {
+inline std::vector<SampledMotion::Sample> random_samples(Random& random, const Scales& scales) {
   const int count = 7;
   std::vector<SampledMotion::Sample> samples{{scales.span.begin, random_pose(random, scales)}};
   for (int i = 1; i <= count; ++i) {
@@ -85,7 +89,55 @@ inline MotionPointer sampled(Random& random, const Scales& scales) {
     samples.push_back({i < count ? scales.span.begin + fraction * scales.time() : scales.span.end,
                        nearby_pose(random, scales, samples.back().X_WB)});
   }
-  return std::make_shared<SampledMotion>(samples);
+  return samples;
+}
+
+inline MotionPointer sampled(Random& random, const Scales& scales) {
+  return std::make_shared<SampledMotion>(random_samples(random, scales));
+}
+
+inline MotionPointer smooth_sampled(Random& random, const Scales& scales) {
+  return std::make_shared<SequenceMotion>(smooth_sampled_motion(random_samples(random, scales)));
+}
+
+inline std::vector<ControlPoint> random_control_points(Random& random, const Scales& scales,
+                                                       int count) {
+  const Vector3 p_WB = random.in_ball(scales.distance);
+  std::vector<ControlPoint> points;
+  for (int i = 0; i < count; ++i) {
+    points.push_back({p_WB + random.in_ball(scales.length), random.in_ball(scales.turn)});
+  }
+  return points;
+}
+
+// Degrees up to 6, for which the contract test's differences are exact.
+inline MotionPointer bezier(Random& random, const Scales& scales) {
+  const int count = 2 + static_cast<int>(random.uniform(0, 5.999));
+  return std::make_shared<BezierMotion>(scales.span, random.rotation(),
+                                        random_control_points(random, scales, count));
+}
+
+// Degree 3 on uneven knots, one of them double.
+inline MotionPointer bspline(Random& random, const Scales& scales) {
+  std::vector<Scalar> knots;
+  for (const Scalar fraction : {-0.2, -0.1, 0.0, 0.0, 0.3, 0.55, 0.55, 0.8, 1.0, 1.0, 1.0, 1.0}) {
+    knots.push_back(fraction == 1 ? scales.span.end : scales.span.begin + fraction * scales.time());
+  }
+  return std::make_shared<SequenceMotion>(
+      bspline_motion(3, knots, random.rotation(), random_control_points(random, scales, 8)));
+}
+
+inline MotionPointer sequence(Random& random, const Scales& scales) {
+  const Scalar middle = scales.span.begin + random.uniform(0.2, 0.8) * scales.time();
+  const auto first = std::make_shared<ConstantTwistMotion>(
+      random_pose(random, scales), random_twist(random, scales), scales.span.begin);
+  const RigidPose meeting = first->pose(middle);
+  const TimeInterval rest{middle, scales.span.end};
+  const auto second = std::make_shared<HermiteMotion>(
+      rest, HermiteMotion::State{meeting, random_twist(random, scales)},
+      HermiteMotion::State{nearby_pose(random, scales, meeting), random_twist(random, scales)});
+  return std::make_shared<SequenceMotion>(
+      std::vector<SequenceMotion::Part>{{{scales.span.begin, middle}, first}, {rest, second}});
 }
 
 inline MotionPointer hermite(Random& random, const Scales& scales) {
@@ -160,6 +212,10 @@ inline const std::vector<MotionMaker> kAllMotions = {
     {"rotation_vector_path", rotation_vector_path},
     {"rotation_chart_path", rotation_chart_path},
     {"sampled", sampled},
+    {"smooth_sampled", smooth_sampled},
+    {"bezier", bezier},
+    {"bspline", bspline},
+    {"sequence", sequence},
     {"hermite", hermite},
     {"hermite_chart", hermite_chart},
     {"screw", screw},

@@ -4,13 +4,14 @@
 #include <vector>
 
 #include "dyop/motion/motion.h"
+#include "dyop/motion/speed_tree.h"
 #include "dyop/motion/steady_turn.h"
 
 namespace dyop {
 
 /// A log of poses, of a haptic device or a robot, at uneven time stamps. Between two stamps the
 /// origin moves linearly and the rotation along the shortest arc at a constant rate; at the stamps
-/// in between the twist jumps.
+/// in between the twist jumps; smooth_sampled_motion() has no such jumps.
 ///
 /// A turn by pi or more between two stamps cannot be told from the shorter one: sample faster.
 /// Cost: O(log n) for pose, twist and bound; no allocation.
@@ -42,16 +43,11 @@ class SampledMotion final : public Motion {
     Vector3 p_WB0;
     Twist twist_WB;
   };
-  struct Speeds {
-    Scalar linear = 0;
-    Scalar angular = 0;
-  };
   std::size_t piece_at(Scalar t) const;
-  Speeds largest_speeds(std::size_t first, std::size_t last) const;
 
   std::vector<Scalar> stamps_;
   std::vector<Piece> pieces_;
-  std::vector<Speeds> speed_tree_;  // node i holds the larger of nodes 2i and 2i + 1; leaves last
+  internal::SpeedTree speeds_;
 };
 
 }  // namespace dyop

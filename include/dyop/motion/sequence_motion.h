@@ -1,0 +1,46 @@
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <vector>
+
+#include "dyop/motion/motion.h"
+#include "dyop/motion/speed_tree.h"
+
+namespace dyop {
+
+/// Motions one after another: a robot's program, the pieces of a spline. The pose is continuous;
+/// the twist may jump where two parts meet. Immutable.
+///
+/// Cost: O(log n) on top of the part's own; no allocation.
+class SequenceMotion final : public Motion {
+ public:
+  struct Part {
+    TimeInterval interval;                 ///< of the sequence; a part of the motion's domain
+    std::shared_ptr<const Motion> motion;  ///< not null
+  };
+
+  /// @throws InvalidArgument unless there is a part, each with an interval of positive, finite
+  ///         length on which its motion is defined and that begins where the one before it ends,
+  ///         and the poses there agree up to rounding; names the parts and what is between them.
+  explicit SequenceMotion(std::vector<Part> parts);
+
+  RigidPose pose(Scalar t) const override;
+  Twist twist(Scalar t) const override;
+  MotionState state(Scalar t) const override;
+
+  /// Accelerations are infinite if two parts meet inside the interval.
+  TwistBound twist_bound(const TimeInterval& interval) const override;
+  TimeInterval domain() const override;
+
+  /// The end of the part, or what the part's motion says if that is sooner.
+  Scalar smooth_until(Scalar t) const override;
+
+ private:
+  std::size_t part_at(Scalar t) const;
+
+  std::vector<Part> parts_;
+  internal::SpeedTree speeds_;
+};
+
+}  // namespace dyop
