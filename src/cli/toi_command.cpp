@@ -122,6 +122,9 @@ void add_toi_command(CLI::App& app, ExitCode& exit_code) {
   }
   command->add_flag("--contacts", arguments->options.with_contacts,
                     "All contacts at the impact, not only the first");
+  command->add_flag("--solid-a", arguments->options.solid_a,
+                    "A is a solid: what is inside the closed mesh overlaps it");
+  command->add_flag("--solid-b", arguments->options.solid_b, "B is a solid");
   command->add_flag("--json", arguments->is_json, "One JSON object on stdout");
   command->add_flag("--fail-on-impact", arguments->fails_on_impact, "Exit code 1 if they meet");
   command->callback([arguments, &exit_code] { exit_code = run(*arguments); });

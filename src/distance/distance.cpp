@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "distance/box_gaps.h"
+#include "distance/enclosure.h"
 #include "distance/piece_distance.h"
 #include "distance/shape_tree.h"
 #include "dyop/core/error.h"
@@ -150,6 +151,8 @@ DistanceResult distance(const Shape& a, const RigidPose& X_WA, const Shape& b,
                         DistanceCache& cache) {
   DYOP_REQUIRE(options.upper_limit >= 0, "distance: upper_limit must be >= 0, not ",
                options.upper_limit);
+  const internal::Solids solids{options.solid_a, options.solid_b};
+  internal::require_closed("distance", a, b, solids);
   const ShapeTree tree_a(a);
   const ShapeTree tree_b(b);
   const RigidPose X_AB = X_WA.inverse() * X_WB;
@@ -161,6 +164,14 @@ DistanceResult distance(const Shape& a, const RigidPose& X_WA, const Shape& b,
   DistanceResult result;
   result.status = status_of(traversal, options.upper_limit);
   result.statistics = traversal.statistics;
+  if (const auto p_W = result.status == DistanceStatus::Overlapping
+                           ? std::nullopt
+                           : internal::find_enclosed_point(a, X_WA, b, X_WB, solids)) {
+    result.status = DistanceStatus::Overlapping;
+    result.upper = 0;
+    result.p_WCa = result.p_WCb = result.pivot_W = *p_W;
+    return result;
+  }
   result.lower =
       traversal.best.is_overlapping ? 0 : std::min(traversal.lower, traversal.best.upper);
   result.upper = traversal.best.upper;

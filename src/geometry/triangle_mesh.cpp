@@ -7,6 +7,7 @@
 
 #include "dyop/core/error.h"
 #include "dyop/core/tolerance.h"
+#include "geometry/mesh_topology.h"
 #include "geometry/solid.h"
 
 namespace dyop {
@@ -82,34 +83,6 @@ TriangleMesh mesh_from_rows(const StridedRows<Number>& vertex_rows,
   return TriangleMesh(std::move(vertices), std::move(triangles));
 }
 
-bool repeats_a_vertex(const TriangleIndices& t) {
-  return t[0] == t[1] || t[1] == t[2] || t[2] == t[0];
-}
-
-bool find_closed(std::span<const TriangleIndices> triangles) {
-  // An edge as (smaller, larger, direction) in one number; sorted, both uses of it are neighbours.
-  std::vector<std::pair<std::uint64_t, bool>> edges;
-  edges.reserve(3 * triangles.size());
-  for (const TriangleIndices& t : triangles) {
-    if (repeats_a_vertex(t)) continue;
-    for (std::size_t k = 0; k < 3; ++k) {
-      const std::int32_t from = t[k];
-      const std::int32_t to = t[(k + 1) % 3];
-      const auto [low, high] = std::minmax({from, to});
-      edges.emplace_back(std::uint64_t(low) << 32 | std::uint64_t(high), from < to);
-    }
-  }
-  if (edges.empty() || edges.size() % 2 != 0) return false;
-  std::sort(edges.begin(), edges.end());
-  for (std::size_t k = 0; k < edges.size(); k += 2) {
-    const bool is_pair =
-        edges[k].first == edges[k + 1].first && edges[k].second != edges[k + 1].second;
-    if (!is_pair) return false;
-    if (k > 0 && edges[k].first == edges[k - 1].first) return false;
-  }
-  return true;
-}
-
 // Largest norm, rounded up: scaling, three squares and sums, and the root err by less than 8u; the
 // last step up covers numbers below the normal range.
 Scalar largest_norm(std::span<const Vector3> vertices, std::span<const TriangleIndices> triangles,
@@ -171,6 +144,7 @@ struct TriangleMesh::Data {
   AlignedBox bounds;
   Scalar radius;
   bool is_closed;
+  std::vector<std::int32_t> part_vertices;
 
   Data(std::vector<Vector3> vertices_in, std::vector<TriangleIndices> triangles_in)
       : vertices(std::move(vertices_in)),
@@ -178,7 +152,8 @@ struct TriangleMesh::Data {
         hierarchy(vertices, triangles),
         bounds(find_bounds(vertices, triangles)),
         radius(largest_norm(vertices, triangles, bounds)),
-        is_closed(find_closed(triangles)) {}
+        is_closed(internal::is_closed_surface(triangles)),
+        part_vertices(internal::part_vertices(vertices.size(), triangles)) {}
 
   // The mesh `base` with other vertices.
   Data(const Data& base, std::vector<Vector3> vertices_in)
@@ -187,7 +162,8 @@ struct TriangleMesh::Data {
         hierarchy(base.hierarchy.refitted(vertices, triangles)),
         bounds(find_bounds(vertices, triangles)),
         radius(largest_norm(vertices, triangles, bounds)),
-        is_closed(base.is_closed) {}
+        is_closed(base.is_closed),
+        part_vertices(base.part_vertices) {}
 };
 
 TriangleMesh::TriangleMesh(std::vector<Vector3> vertices, std::vector<TriangleIndices> triangles) {
@@ -254,6 +230,10 @@ const MeshHierarchy& TriangleMesh::hierarchy() const {
 
 bool TriangleMesh::is_closed() const {
   return data_->is_closed;
+}
+
+std::span<const std::int32_t> TriangleMesh::part_vertices() const {
+  return data_->part_vertices;
 }
 
 AlignedBox TriangleMesh::bounding_box() const {

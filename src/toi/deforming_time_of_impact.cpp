@@ -10,6 +10,7 @@
 #include "toi/box_direction.h"
 #include "toi/deforming_sides.h"
 #include "toi/radix_queue.h"
+#include "toi/toi_check.h"
 
 namespace dyop {
 namespace {
@@ -301,14 +302,9 @@ ToiResult DeformingSearch<SideB>::run() {
 
 void require_options(const TimeInterval& interval, const ToiOptions& options) {
   require_valid(interval, "time_of_impact: interval");
-  DYOP_REQUIRE(options.target_distance >= 0 && options.target_distance < kInfinity,
-               "time_of_impact: target_distance must be finite and >= 0, not ",
-               options.target_distance);
-  DYOP_REQUIRE(options.distance_tolerance > 0 && options.distance_tolerance < kInfinity,
-               "time_of_impact: distance_tolerance must be finite and > 0, not ",
-               options.distance_tolerance);
-  DYOP_REQUIRE(options.max_node_pairs > 0, "time_of_impact: max_node_pairs must be > 0, not ",
-               options.max_node_pairs);
+  internal::require_valid_options(options);
+  DYOP_REQUIRE(!options.solid_a && !options.solid_b,
+               "time_of_impact: deforming meshes are surfaces, solid_a and solid_b must be false");
 }
 
 }  // namespace

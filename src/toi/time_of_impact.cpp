@@ -4,6 +4,7 @@
 #include <cmath>
 #include <vector>
 
+#include "distance/enclosure.h"
 #include "distance/piece_distance.h"
 #include "dyop/core/error.h"
 #include "dyop/core/tolerance.h"
@@ -72,6 +73,7 @@ class ToiSearch {
   ImpactContact make_contact(const PieceDistance& piece, const QueuedPair& pair) const;
   std::optional<Scalar> probe_hit(const QueuedPair& pair, const ImpactContact& contact);
   void gather_contacts();
+  bool begins_enclosed();
   ToiResult finish(ToiStatus status, Scalar t_safe);
   std::optional<ToiStatus> interruption() const;
 
@@ -299,9 +301,23 @@ Scalar ToiSearch::first_time() {
   return step > 0 && step >= pair_.now().remaining ? kInfinity : begin + step;
 }
 
+// A solid that holds a part of the other shape at the begin, whatever the distance of the surfaces.
+bool ToiSearch::begins_enclosed() {
+  if (!options_.solid_a && !options_.solid_b) return false;
+  const auto p_W = internal::find_enclosed_point(a().shape, a().motion.pose(interval_.begin),
+                                                 b().shape, b().motion.pose(interval_.begin),
+                                                 {options_.solid_a, options_.solid_b});
+  if (!p_W) return false;
+  result_.contact.emplace();
+  result_.contact->p_WCa = result_.contact->p_WCb = result_.contact->pivot_W = *p_W;
+  return true;
+}
+
 ToiResult ToiSearch::run() {
   queue_.clear();
   memory_.seed.count = 0;
+  memory_.is_unfinished = false;
+  if (begins_enclosed()) return finish(ToiStatus::InitiallyWithinTarget, interval_.begin);
   push(first_time(), ShapeTree::kRoot, ShapeTree::kRoot);
   return resume();
 }
@@ -349,7 +365,7 @@ ToiResult ToiSearch::resume() {
 
 ToiResult time_of_impact(const Shape& a, const Motion& X_WA, const Shape& b, const Motion& X_WB,
                          const TimeInterval& interval, const ToiOptions& options) {
-  internal::require_valid_query(X_WA, X_WB, interval, options);
+  internal::require_valid_query(a, X_WA, b, X_WB, interval, options);
   internal::ToiMemory memory;
   return ToiSearch(a, X_WA, b, X_WB, interval, options, memory).run();
 }
@@ -357,7 +373,7 @@ ToiResult time_of_impact(const Shape& a, const Motion& X_WA, const Shape& b, con
 ToiResult time_of_impact(const Shape& a, const Motion& X_WA, const Shape& b, const Motion& X_WB,
                          const TimeInterval& interval, const ToiOptions& options,
                          ToiWorkspace& workspace) {
-  internal::require_valid_query(X_WA, X_WB, interval, options);
+  internal::require_valid_query(a, X_WA, b, X_WB, interval, options);
   internal::ToiMemory& memory = workspace.memory();
   memory.subject = {
       &a, &X_WA, &b, &X_WB, interval, options.target_distance, options.distance_tolerance};
@@ -367,7 +383,7 @@ ToiResult time_of_impact(const Shape& a, const Motion& X_WA, const Shape& b, con
 ToiResult resume_time_of_impact(const Shape& a, const Motion& X_WA, const Shape& b,
                                 const Motion& X_WB, const TimeInterval& interval,
                                 const ToiOptions& options, ToiWorkspace& workspace) {
-  internal::require_valid_query(X_WA, X_WB, interval, options);
+  internal::require_valid_query(a, X_WA, b, X_WB, interval, options);
   internal::ToiMemory& memory = workspace.memory();
   DYOP_REQUIRE(memory.is_unfinished, "resume_time_of_impact: the workspace holds no query that ",
                "ended undecided");

@@ -32,7 +32,8 @@ void require_valid(const ToiQuery& query, std::size_t index) {
   DYOP_REQUIRE(query.a && query.b, "query ", index, ": a shape is missing");
   DYOP_REQUIRE(query.X_WA && query.X_WB, "query ", index, ": a motion is missing");
   try {
-    internal::require_valid_query(*query.X_WA, *query.X_WB, query.interval, query.options);
+    internal::require_valid_query(*query.a, *query.X_WA, *query.b, *query.X_WB, query.interval,
+                                  query.options);
   } catch (const InvalidArgument& error) {
     throw InvalidArgument(internal::compose_message("query ", index, ": ", error.what()));
   }

@@ -1,14 +1,11 @@
 #include "toi/toi_check.h"
 
+#include "distance/enclosure.h"
 #include "dyop/core/error.h"
 
 namespace dyop::internal {
 
-void require_valid_query(const Motion& X_WA, const Motion& X_WB, const TimeInterval& interval,
-                         const ToiOptions& options) {
-  require_valid(interval, "time_of_impact: interval");
-  require_defined(X_WA, interval, "time_of_impact: the motion of A");
-  require_defined(X_WB, interval, "time_of_impact: the motion of B");
+void require_valid_options(const ToiOptions& options) {
   DYOP_REQUIRE(options.target_distance >= 0 && options.target_distance < kInfinity,
                "time_of_impact: target_distance must be finite and >= 0, not ",
                options.target_distance);
@@ -17,6 +14,15 @@ void require_valid_query(const Motion& X_WA, const Motion& X_WB, const TimeInter
                options.distance_tolerance);
   DYOP_REQUIRE(options.max_node_pairs > 0, "time_of_impact: max_node_pairs must be > 0, not ",
                options.max_node_pairs);
+}
+
+void require_valid_query(const Shape& a, const Motion& X_WA, const Shape& b, const Motion& X_WB,
+                         const TimeInterval& interval, const ToiOptions& options) {
+  require_valid(interval, "time_of_impact: interval");
+  require_defined(X_WA, interval, "time_of_impact: the motion of A");
+  require_defined(X_WB, interval, "time_of_impact: the motion of B");
+  require_valid_options(options);
+  require_closed("time_of_impact", a, b, {options.solid_a, options.solid_b});
 }
 
 }  // namespace dyop::internal

@@ -4,8 +4,11 @@
 
 namespace dyop::internal {
 
+/// Throws InvalidArgument unless the numbers among the options are in range.
+void require_valid_options(const ToiOptions& options);
+
 /// Throws InvalidArgument unless time_of_impact() can answer this query.
-void require_valid_query(const Motion& X_WA, const Motion& X_WB, const TimeInterval& interval,
-                         const ToiOptions& options);
+void require_valid_query(const Shape& a, const Motion& X_WA, const Shape& b, const Motion& X_WB,
+                         const TimeInterval& interval, const ToiOptions& options);
 
 }  // namespace dyop::internal

@@ -379,5 +379,27 @@ TEST(TimeOfImpact, OfConvexShapesIsTheSameWhenResumedOneLookAtATime) {
   EXPECT_EQ(part.contact->p_WCa, whole.contact->p_WCa);
 }
 
+// A needle that starts inside an organ is told so if the organ is a solid, and moves inside if not.
+TEST(TimeOfImpact, ABodyThatBeginsInsideASolidIsWithinTheTarget) {
+  const TriangleMesh organ = test_support::icosphere(3, 2).mesh();
+  const TriangleMesh needle = segment(Vector3::Zero(), Vector3(0, 0, 0.5));
+  const RestMotion rest{RigidPose()};
+  const ConstantTwistMotion slow = moving(at(0.3, 0, 0), {0.1, 0, 0}, Vector3::Zero());
+  ToiOptions options;
+  EXPECT_EQ(time_of_impact(needle, slow, organ, rest, {0, 1}, options).status,
+            ToiStatus::Separated);
+  options.solid_b = true;
+  const ToiResult inside = time_of_impact(needle, slow, organ, rest, {0, 1}, options);
+  EXPECT_EQ(inside.status, ToiStatus::InitiallyWithinTarget);
+  EXPECT_EQ(inside.t_safe, 0);
+  EXPECT_EQ(inside.contact->p_WCa, Vector3(0.3, 0, 0));
+  EXPECT_EQ(inside.contact->p_WCb, Vector3(0.3, 0, 0));
+  // From outside a solid is a surface.
+  const ConstantTwistMotion fast = moving(at(3, 0, 0), {-2, 0, 0}, Vector3::Zero());
+  EXPECT_EQ(time_of_impact(needle, fast, organ, rest, {0, 1}, options).status, ToiStatus::Impact);
+  options.solid_a = true;
+  EXPECT_THROW(time_of_impact(needle, slow, organ, rest, {0, 1}, options), InvalidArgument);
+}
+
 }  // namespace
 }  // namespace dyop

@@ -14,6 +14,10 @@ struct DistanceOptions {
   Scalar upper_limit = kInfinity;
   /// Compute penetration depth and direction of overlapping convex shapes (through libccd).
   bool with_penetration = false;
+  /// Take A (B) for a solid, not for a surface: what is wholly inside it overlaps. A mesh must be
+  /// closed; convex shapes are solids anyway.
+  bool solid_a = false;
+  bool solid_b = false;
 };
 
 /// What a distance query remembers for the next one of the same two shapes: the pieces that were
@@ -29,12 +33,14 @@ class DistanceCache {
 /// Returns the distance of two shapes, with proven bounds lower <= d <= upper and witness points.
 ///
 /// For meshes d is the distance of the surfaces: a body wholly inside a closed mesh is at a
-/// positive distance from it. For convex shapes d is the distance of the solids.
+/// positive distance from it, unless an option says that the mesh is a solid; both witness points
+/// are then the same point inside, and normal and features mean nothing. For convex shapes d is the distance of the solids.
 /// upper - lower is rounding noise, see docs/concepts.md.
 ///
 /// @param a, b       Shapes, each in its own frame A, B.
 /// @param X_WA, X_WB Their poses in world W; any consistent unit of length.
-/// @throws InvalidArgument if upper_limit is negative or NaN.
+/// @throws InvalidArgument if upper_limit is negative or NaN, or a solid is a mesh that is not
+///         closed.
 /// Const, thread-safe. Method: docs/algorithms/distance.md.
 DistanceResult distance(const Shape& a, const RigidPose& X_WA, const Shape& b,
                         const RigidPose& X_WB, const DistanceOptions& options = {});

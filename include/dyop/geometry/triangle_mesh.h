@@ -60,6 +60,10 @@ class TriangleMesh final : public Shape {
   /// false if there are no others.
   bool is_closed() const;
 
+  /// A vertex number of each connected part, in the order of the triangles; triangles that share a
+  /// vertex number are connected.
+  std::span<const std::int32_t> part_vertices() const;
+
   ShapeKind kind() const override { return ShapeKind::TriangleMesh; }
   /// Of the vertices that triangles use.
   AlignedBox bounding_box() const override;

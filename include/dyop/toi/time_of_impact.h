@@ -26,6 +26,12 @@ struct ToiOptions {
   /// Gather all contacts of an impact, not only the first: ToiResult::contacts. Work that grows
   /// with their number, that no budget counts and that allocates.
   bool with_contacts = false;
+  /// Take A (B) for a solid, not for a surface: a pair of which a part begins inside the other is
+  /// InitiallyWithinTarget; `contact` then has one point inside for both witness points, and its
+  /// normal and features mean nothing. A mesh must be closed; convex shapes are solids anyway. Not
+  /// for deforming meshes.
+  bool solid_a = false;
+  bool solid_b = false;
   /// Cooperative cancellation: Cancelled, with a valid t_safe.
   std::stop_token stop;
 };
@@ -42,7 +48,8 @@ struct ToiOptions {
 /// shapes the solids.
 /// @param X_WA, X_WB Motions of A and B in world; defined on all of `interval`.
 /// @param interval   Finite, not reversed; a length of zero is legal.
-/// @throws InvalidArgument if an option is out of range or a motion is undefined on `interval`.
+/// @throws InvalidArgument if an option is out of range, a motion is undefined on `interval`, or a
+///         solid is a mesh that is not closed.
 /// Const, thread-safe, deterministic unless a deadline or stop ends it.
 /// See [Mirtich1996], [Tang2009], docs/algorithms/time_of_impact.md.
 ToiResult time_of_impact(const Shape& a, const Motion& X_WA, const Shape& b, const Motion& X_WB,
