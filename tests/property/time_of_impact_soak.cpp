@@ -11,16 +11,21 @@
 #include <random>
 #include <string>
 
+#include "dyop/core/tolerance.h"
 #include "dyop/geometry/box.h"
 #include "dyop/geometry/capsule.h"
 #include "dyop/geometry/convex_hull.h"
 #include "dyop/geometry/sphere.h"
 #include "dyop/geometry/triangle_mesh.h"
+#include "dyop/motion/bspline_motion.h"
+#include "dyop/motion/composed_motion.h"
 #include "dyop/motion/constant_twist_motion.h"
 #include "dyop/motion/hermite_motion.h"
 #include "dyop/motion/interpolated_motion.h"
 #include "dyop/motion/sampled_motion.h"
 #include "dyop/motion/screw_motion.h"
+#include "dyop/motion/smooth_sampled_motion.h"
+#include "dyop/motion/user_motion.h"
 #include "dyop/toi/time_of_impact.h"
 #include "support/fast_distance_oracle.h"
 #include "support/mesh_generators.h"
@@ -33,7 +38,7 @@ namespace {
 // literal: of the size of the shapes, which is about one times the scale.
 constexpr Scalar kTolerance = 1e-6;
 
-constexpr int kMotionKinds = 6;
+constexpr int kMotionKinds = 12;
 constexpr Scalar kRates[] = {0, 1, 6, 20};
 
 // The same shapes in every size of a row of scales, so that hierarchies are built once.
@@ -67,6 +72,45 @@ struct Zoo {
   std::vector<testing::OracleBody> bodies;
 };
 
+// Along travel sin(2 k t) and about a fixed axis, with the bounds that follow from its formula.
+std::unique_ptr<Motion> swinging(const TimeInterval& interval, const RigidPose& X,
+                                 const Vector3& travel, const Vector3& turn) {
+  const Scalar k = 2 / interval.length();
+  const auto phase = [=](Scalar t) { return k * (t - interval.begin); };
+  UserMotion::Functions functions;
+  functions.pose = [=](Scalar t) {
+    return RigidPose(rotation_from_vector(turn * std::sin(phase(t))) * X.rotation(),
+                     X.translation() + travel * std::sin(phase(t)));
+  };
+  functions.twist = [=](Scalar t) {
+    return Twist{travel * k * std::cos(phase(t)), turn * k * std::cos(phase(t))};
+  };
+  functions.twist_bound = [=](const TimeInterval&) {
+    const Scalar v = travel.norm() * k * (1 + kMotionNoise);
+    const Scalar w = turn.norm() * k * (1 + kMotionNoise);
+    return TwistBound{v, w, v * k, w * k};
+  };
+  return std::make_unique<UserMotion>(functions, interval);
+}
+
+std::unique_ptr<Motion> random_spline(const TimeInterval& interval, const RigidPose& X,
+                                      const Vector3& travel, Scalar turn, bool is_bezier,
+                                      std::mt19937_64& random) {
+  std::vector<ControlPoint> points{{X.translation(), Vector3::Zero()}};
+  for (const Scalar part : {0.2, 0.5, 0.8, 1.0}) {
+    points.push_back(
+        {X.translation() + part * travel + 0.2 * testing::random_vector(travel.norm(), random),
+         turn * testing::random_vector(1, random)});
+  }
+  if (is_bezier) return std::make_unique<BezierMotion>(interval, X.rotation(), points);
+  std::vector<Scalar> knots;
+  for (const Scalar part : {0.0, 0.0, 0.0, 0.4, 0.7}) {
+    knots.push_back(interval.begin + part * interval.length());
+  }
+  knots.insert(knots.end(), 3, interval.end);
+  return std::make_unique<SequenceMotion>(bspline_motion(2, knots, X.rotation(), points));
+}
+
 // A motion over `interval` that starts at X and moves by about `travel`, turning by about `turn`.
 std::unique_ptr<Motion> random_motion(const TimeInterval& interval, const RigidPose& X,
                                       const Vector3& travel, Scalar turn, std::mt19937_64& random) {
@@ -98,6 +142,34 @@ std::unique_ptr<Motion> random_motion(const TimeInterval& interval, const RigidP
           std::vector<SampledMotion::Sample>{{interval.begin, X},
                                              {interval.begin + 0.37 * h, pose_after(0.3)},
                                              {interval.end, pose_after(1)}});
+    case 5:
+      return std::make_unique<SequenceMotion>(
+          smooth_sampled_motion({{interval.begin, X},
+                                 {interval.begin + 0.37 * h, pose_after(0.3)},
+                                 {interval.begin + 0.6 * h, pose_after(0.7)},
+                                 {interval.end, pose_after(1)}}));
+    case 6:
+      return random_spline(interval, X, travel, turn, true, random);
+    case 7:
+      return random_spline(interval, X, travel, turn, false, random);
+    case 8: {
+      const Scalar middle = interval.begin + 0.4 * h;
+      const auto first = std::make_shared<ConstantTwistMotion>(X, twist, interval.begin);
+      const TimeInterval rest{middle, interval.end};
+      const auto second =
+          std::make_shared<InterpolatedMotion>(rest, first->pose(middle), pose_after(1));
+      return std::make_unique<SequenceMotion>(
+          std::vector<SequenceMotion::Part>{{{interval.begin, middle}, first}, {rest, second}});
+    }
+    case 9: {
+      const Twist inner{0.3 * travel / h, 0.5 * turn / h * testing::random_vector(1, random)};
+      return std::make_unique<ComposedMotion>(
+          std::make_shared<ConstantTwistMotion>(X, Twist{0.7 * twist.v_WB, 0.5 * twist.w_WB},
+                                                interval.begin),
+          std::make_shared<ConstantTwistMotion>(RigidPose(), inner, interval.begin));
+    }
+    case 10:
+      return swinging(interval, X, travel, turn * testing::random_vector(1, random));
     default:
       return std::make_unique<HermiteMotion>(HermiteMotion::from_chart(
           interval, X.rotation(), {X.translation(), travel / h, Vector3::Zero(), twist.w_WB},
