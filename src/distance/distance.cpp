@@ -1,136 +1,17 @@
 #include "dyop/distance/distance.h"
 
 #include <algorithm>
-#include <array>
-#include <vector>
 
-#include "distance/box_gaps.h"
+#include "distance/distance_traversal.h"
 #include "distance/enclosure.h"
-#include "distance/piece_distance.h"
-#include "distance/shape_tree.h"
 #include "dyop/core/error.h"
-#include "dyop/core/tolerance.h"
 #include "dyop/distance/penetration.h"
 
 namespace dyop {
 namespace {
 
-using internal::PieceDistance;
+using internal::DistanceTraversal;
 using internal::ShapeTree;
-
-// Depth-first branch and bound over pairs of tree boxes, nearest child first.
-class DistanceTraversal {
- public:
-  DistanceTraversal(const ShapeTree& a, const ShapeTree& b, const RigidPose& X_AB, Scalar noise,
-                    Scalar upper_limit)
-      : a_(a),
-        b_(b),
-        X_AB_(X_AB),
-        X_BA_(X_AB.inverse()),
-        noise_(noise),
-        box_noise_(noise * (kStepNoise / kPoseNoise)),
-        limit_(upper_limit),
-        box_gaps_(internal::box_gaps_kernel(internal::best_instruction_set())) {}
-
-  /// Looks at one pair of pieces first, if these are leaves.
-  void seed(std::int32_t leaf_a, std::int32_t leaf_b);
-  void run();
-
-  PieceDistance best;
-  std::int32_t leaf_a = 0;
-  std::int32_t leaf_b = 0;
-  Scalar lower = kInfinity;  // of the whole pair: least bound of all that was pruned or evaluated
-  DistanceStatistics statistics;
-
- private:
-  struct BoxPair {
-    Scalar gap;
-    std::int32_t a;
-    std::int32_t b;
-  };
-
-  // What is provably farther than this cannot change the answer.
-  Scalar cutoff() const { return std::min(best.upper, limit_); }
-  void visit_leaves(std::int32_t a, std::int32_t b);
-  void open(const BoxPair& pair);
-
-  const ShapeTree& a_;
-  const ShapeTree& b_;
-  const RigidPose X_AB_;
-  const RigidPose X_BA_;
-  const Scalar noise_;      // of a point of one shape in the frame of the other
-  const Scalar box_noise_;  // of a gap of boxes
-  const Scalar limit_;
-  const internal::BoxGapsKernel box_gaps_;
-  std::vector<BoxPair> stack_;
-};
-
-void DistanceTraversal::visit_leaves(std::int32_t a, std::int32_t b) {
-  ++statistics.leaf_tests;
-  const PieceDistance piece = internal::piece_distance(a_, a, b_, b, X_AB_, noise_);
-  statistics.gjk_iterations += piece.gjk_iterations;
-  lower = std::min(lower, piece.lower);
-  if (piece.upper < best.upper) {
-    best = piece;
-    leaf_a = a;
-    leaf_b = b;
-  }
-}
-
-// Puts the pairs of the larger box's parts with the other box on the stack, nearest on top.
-void DistanceTraversal::open(const BoxPair& pair) {
-  const bool opens_a = internal::opens_first(a_, pair.a, b_, pair.b);
-  const ShapeTree& tree = opens_a ? a_ : b_;
-  const std::int32_t child = tree.child(opens_a ? pair.a : pair.b);
-  const int count = tree.node(child).count();
-  const internal::FacingBox other = opens_a ? internal::facing_box(b_.box(pair.b), X_AB_)
-                                            : internal::facing_box(a_.box(pair.a), X_BA_);
-  std::array<Scalar, BoxGroup::kWidth> gaps;
-  box_gaps_(tree.rows(child), count, other, box_noise_, gaps.data());
-  statistics.box_tests += count;
-  const auto first = stack_.size();
-  for (int column = 0; column < count; ++column) {
-    const Scalar gap = std::max(pair.gap, gaps[std::size_t(column)]);
-    if (gap > cutoff()) {
-      lower = std::min(lower, gap);
-      continue;
-    }
-    const std::int32_t part = ShapeTree::box_number(child, column);
-    stack_.push_back({gap, opens_a ? part : pair.a, opens_a ? pair.b : part});
-  }
-  // Insertion sort: eight at most, and the nearest on top.
-  for (auto k = first + 1; k < stack_.size(); ++k) {
-    const BoxPair moved = stack_[k];
-    auto place = k;
-    for (; place > first && stack_[place - 1].gap < moved.gap; --place) {
-      stack_[place] = stack_[place - 1];
-    }
-    stack_[place] = moved;
-  }
-}
-
-void DistanceTraversal::seed(std::int32_t box_a, std::int32_t box_b) {
-  if (a_.has_leaf(box_a) && b_.has_leaf(box_b)) visit_leaves(box_a, box_b);
-}
-
-void DistanceTraversal::run() {
-  if (best.is_overlapping) return;
-  stack_.push_back({0, ShapeTree::kRoot, ShapeTree::kRoot});
-  while (!stack_.empty()) {
-    const BoxPair pair = stack_.back();
-    stack_.pop_back();
-    if (pair.gap > cutoff()) {
-      lower = std::min(lower, pair.gap);
-      continue;
-    }
-    if (a_.is_leaf(pair.a) && b_.is_leaf(pair.b)) {
-      visit_leaves(pair.a, pair.b);
-      if (best.is_overlapping) return;  // nothing can be nearer
-    } else {
-      open(pair);
-    }
-  }
-}
 
 DistanceStatus status_of(const DistanceTraversal& traversal, Scalar limit) {
   if (traversal.best.is_overlapping) return DistanceStatus::Overlapping;
@@ -156,8 +37,9 @@ DistanceResult distance(const Shape& a, const RigidPose& X_WA, const Shape& b,
   const ShapeTree tree_a(a);
   const ShapeTree tree_b(b);
   const RigidPose X_AB = X_WA.inverse() * X_WB;
+  internal::BoxPairStack stack;
   DistanceTraversal traversal(tree_a, tree_b, X_AB, internal::pose_noise(a, X_WA, b, X_WB),
-                              options.upper_limit);
+                              options.upper_limit, stack);
   traversal.seed(cache.leaf_a, cache.leaf_b);
   traversal.run();
 

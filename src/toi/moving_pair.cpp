@@ -141,4 +141,40 @@ FacingPiece MovingPair::facing_piece(bool from_a, std::int32_t box) const {
   return result;
 }
 
+Scalar MovingPair::closing_speed(const PieceDistance& piece) const {
+  const auto velocity = [&](const BodyInstant& body, const Vector3& p_AC) {
+    const Vector3 p_WC = now_.a.R_WB * p_AC + now_.a.p_WB;
+    return Vector3(body.v_WB + body.w_WB.cross(p_WC - body.p_WB));
+  };
+  const Vector3 n_W = now_.a.R_WB * piece.nhat_AB_A;
+  return n_W.dot(velocity(now_.a, piece.p_ACa) - velocity(now_.b, piece.p_ACb));
+}
+
+bool MovingPair::is_closing(const PieceDistance& piece) const {
+  const Scalar speeds = now_.a.v_WB.norm() + now_.b.v_WB.norm() + now_.a.w_WB.norm() * a_.radius +
+                        now_.b.w_WB.norm() * b_.radius;
+  return closing_speed(piece) > kPoseNoise * speeds;
+}
+
+SafeStep MovingPair::leaf_step(const PieceDistance& piece, std::int32_t leaf_a, std::int32_t leaf_b,
+                               Scalar floor) const {
+  const Vector3 n_W = now_.a.R_WB * piece.nhat_AB_A;
+  const ConvexShape* convex_a = a_.tree.convex();
+  const ConvexShape* convex_b = b_.tree.convex();
+  if (convex_a && convex_b) {
+    const Slab slab{n_W, piece.lower, closing_speed(piece)};
+    return safe_step(now_, *convex_a, a_.radius, *convex_b, b_.radius, slab, floor);
+  }
+  const Scalar radius_a = node_radius(a_.tree.box(leaf_a));
+  const Scalar radius_b = node_radius(b_.tree.box(leaf_b));
+  const auto step = [&](const auto& piece_a, const auto& piece_b) {
+    return safe_step(now_, piece_a, radius_a, piece_b, radius_b, n_W, floor);
+  };
+  const auto with_b = [&](const auto& piece_a) {
+    return convex_b ? step(piece_a, *convex_b)
+                    : step(piece_a, b_.tree.mesh()->triangle(b_.tree.triangle(leaf_b)));
+  };
+  return convex_a ? with_b(*convex_a) : with_b(a_.tree.mesh()->triangle(a_.tree.triangle(leaf_a)));
+}
+
 }  // namespace dyop::internal

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "distance/piece_distance.h"
 #include "distance/shape_tree.h"
 #include "dyop/motion/motion.h"
 #include "toi/box_steps.h"
@@ -55,6 +56,16 @@ class MovingPair {
 
   /// Box of B seen from A, or of A seen from B.
   FacingPiece facing_piece(bool from_a, std::int32_t box) const;
+
+  /// -d/dt of the gap between the witness points, along the normal.
+  Scalar closing_speed(const PieceDistance& piece) const;
+
+  /// By more than rounding.
+  bool is_closing(const PieceDistance& piece) const;
+
+  /// How long two leaves, whose distance now is `piece`, stay more than `floor` apart.
+  SafeStep leaf_step(const PieceDistance& piece, std::int32_t leaf_a, std::int32_t leaf_b,
+                     Scalar floor) const;
 
  private:
   struct Facing {

@@ -39,10 +39,6 @@ constexpr std::int32_t kFarFlag = std::int32_t{1} << 30;
 // Larger: shorter steps; smaller: more work on each.
 constexpr Scalar kRoughShare = 0.25;
 
-Vector3 point_velocity(const BodyInstant& body, const Vector3& p_W) {
-  return body.v_WB + body.w_WB.cross(p_W - body.p_WB);
-}
-
 // Best-first conservative advancement of one pair of shapes.
 class ToiSearch {
  public:
@@ -60,7 +56,6 @@ class ToiSearch {
   const MovingShape& b() const { return pair_.b(); }
   Scalar noise() const { return pair_.noise(); }
 
-  SafeStep leaf_step(const PieceDistance& piece, const QueuedPair& pair, Scalar floor) const;
   Scalar skip_turns();
   Scalar first_time();
   void push(Scalar time, std::int32_t box_a, std::int32_t box_b);
@@ -68,8 +63,7 @@ class ToiSearch {
   void advance(const QueuedPair& pair);
   PieceDistance measure(const QueuedPair& pair, const GjkGoal& goal);
   Verdict examine_leaves(const QueuedPair& pair);
-  Scalar closing_speed(const PieceDistance& piece, const Vector3& n_W) const;
-  bool is_closing(const PieceDistance& piece) const;
+  bool is_nearest(const PieceDistance& piece);
   ImpactContact make_contact(const PieceDistance& piece, const QueuedPair& pair) const;
   std::optional<Scalar> probe_hit(const QueuedPair& pair, const ImpactContact& contact);
   void gather_contacts();
@@ -79,9 +73,11 @@ class ToiSearch {
 
   const TimeInterval interval_;
   const ToiOptions& options_;
-  const Scalar lost_;   // at most this far apart at the begin: nothing can be guaranteed
-  const Scalar floor_;  // the distance that is never undercut
-  const Scalar near_;   // at most this far apart and closing: impact
+  const Scalar lost_;     // at most this far apart at the begin: nothing can be guaranteed
+  const Scalar floor_;    // the distance that is never undercut
+  const Scalar contact_;  // at most this far apart, nearest and closing: impact
+  const Scalar look_;     // boxes that come as near as this are looked into
+  const Scalar near_;     // the largest distance of an impact
   const internal::BoxStepsKernels kernels_;
 
   MovingPair pair_;
@@ -97,32 +93,13 @@ ToiSearch::ToiSearch(const Shape& a, const Motion& X_WA, const Shape& b, const M
       options_(options),
       lost_(options.target_distance + kLostFraction * options.distance_tolerance),
       floor_(options.target_distance + kFloorFraction * options.distance_tolerance),
+      contact_(options.target_distance + kContactFraction * options.distance_tolerance),
+      look_(options.target_distance + kLookFraction * options.distance_tolerance),
       near_(options.target_distance + options.distance_tolerance),
       kernels_(internal::box_steps_kernels(internal::best_instruction_set())),
-      pair_(a, X_WA, b, X_WB, interval, floor_),
+      pair_(a, X_WA, b, X_WB, interval, look_),
       memory_(memory),
       queue_(memory.queue) {}
-
-SafeStep ToiSearch::leaf_step(const PieceDistance& piece, const QueuedPair& pair,
-                              Scalar floor) const {
-  const Vector3 n_W = pair_.now().a.R_WB * piece.nhat_AB_A;
-  if (a().tree.convex() && b().tree.convex()) {
-    const internal::Slab slab{n_W, piece.lower, closing_speed(piece, n_W)};
-    return internal::safe_step(pair_.now(), *a().tree.convex(), a().radius, *b().tree.convex(),
-                               b().radius, slab, floor);
-  }
-  const Scalar radius_a = internal::node_radius(a().tree.box(pair.a));
-  const Scalar radius_b = internal::node_radius(b().tree.box(pair.b));
-  const auto step = [&](const auto& piece_a, const auto& piece_b) {
-    return internal::safe_step(pair_.now(), piece_a, radius_a, piece_b, radius_b, n_W, floor);
-  };
-  const auto with_b = [&](const auto& piece_a) {
-    return b().tree.mesh() ? step(piece_a, b().tree.mesh()->triangle(b().tree.triangle(pair.b)))
-                           : step(piece_a, *b().tree.convex());
-  };
-  return a().tree.mesh() ? with_b(a().tree.mesh()->triangle(a().tree.triangle(pair.a)))
-                         : with_b(*a().tree.convex());
-}
 
 void ToiSearch::push(Scalar time, std::int32_t box_a, std::int32_t box_b) {
   if (time == kInfinity) return;  // proven apart to the end
@@ -160,18 +137,16 @@ void ToiSearch::advance(const QueuedPair& pair) {
   push(time, pair.a, is_far ? pair.b | kFarFlag : pair.b);
 }
 
-// Of the witness points along the normal.
-Scalar ToiSearch::closing_speed(const PieceDistance& piece, const Vector3& n_W) const {
-  const Vector3 p_WCa = pair_.now().a.R_WB * piece.p_ACa + pair_.now().a.p_WB;
-  const Vector3 p_WCb = pair_.now().a.R_WB * piece.p_ACb + pair_.now().a.p_WB;
-  return n_W.dot(point_velocity(pair_.now().a, p_WCa) - point_velocity(pair_.now().b, p_WCb));
-}
-
-bool ToiSearch::is_closing(const PieceDistance& piece) const {
-  const Scalar speeds = pair_.now().a.v_WB.norm() + pair_.now().b.v_WB.norm() +
-                        pair_.now().a.w_WB.norm() * a().shape.bounding_radius() +
-                        pair_.now().b.w_WB.norm() * b().shape.bounding_radius();
-  return closing_speed(piece, pair_.now().a.R_WB * piece.nhat_AB_A) > kPoseNoise * speeds;
+// Bodies that slide along one another stay as far apart as they are where they touch. The faces and
+// edges beside that place come nearer until it is their turn: they do not collide.
+bool ToiSearch::is_nearest(const PieceDistance& piece) {
+  if (!memory_.has_resting_pair) return true;  // nothing was in contact before
+  internal::DistanceTraversal nearer(a().tree, b().tree, pair_.X_AB(), noise(), piece.upper,
+                                     memory_.box_pairs);
+  nearer.run();
+  // Most of the rounding is that of the poses, which all pairs of pieces share.
+  const auto middle = [](const PieceDistance& x) { return (x.lower + x.upper) / 2; };
+  return nearer.best.is_overlapping || !(middle(nearer.best) < middle(piece));
 }
 
 PieceDistance ToiSearch::measure(const QueuedPair& pair, const GjkGoal& goal) {
@@ -192,15 +167,20 @@ ToiSearch::Verdict ToiSearch::examine_leaves(const QueuedPair& pair) {
     return piece.upper <= near_ ? Verdict::TooCloseAtBegin : Verdict::Stuck;
   }
   const bool is_near = piece.upper <= near_ + noise();
-  if (is_near && is_closing(piece)) {
+  const bool is_in_contact = piece.upper <= contact_ + noise();
+  const bool is_approaching = is_near && pair_.is_closing(piece);
+  if (is_approaching && is_in_contact && is_nearest(piece)) {
     result_.contact = make_contact(piece, pair);
     return Verdict::Impact;
   }
-  // Near and opening: go on until the gap may have lost an eighth of the room that is left, to be
-  // looked at again. So a pair that hops in the band keeps its height nearly, and always has room.
+  const bool is_resting = is_near && (is_in_contact || !is_approaching);
+  memory_.has_resting_pair |= is_resting;
+  // In contact and not closing: go on until the gap may have lost an eighth of the room that is
+  // left, to be looked at again. So a pair that hops in the band keeps its height nearly, and
+  // always has room.
   const Scalar room = std::max(2 * noise(), (piece.lower - lost_) / 8);
   const Scalar returning = std::max(lost_, piece.lower - room);
-  const SafeStep step = leaf_step(piece, pair, is_near ? returning : floor_);
+  const SafeStep step = pair_.leaf_step(piece, pair.a, pair.b, is_resting ? returning : floor_);
   const Scalar next = pair_.time() + step.time;
   if (!(next > pair_.time())) {
     result_.contact = make_contact(piece, pair);
@@ -218,8 +198,7 @@ ImpactContact ToiSearch::make_contact(const PieceDistance& piece, const QueuedPa
   contact.p_WCa = X_WA * piece.p_ACa;
   contact.p_WCb = X_WA * piece.p_ACb;
   contact.nhat_AB_W = X_WA.rotation() * piece.nhat_AB_A;
-  contact.closing_speed = contact.nhat_AB_W.dot(point_velocity(pair_.now().a, contact.p_WCa) -
-                                                point_velocity(pair_.now().b, contact.p_WCb));
+  contact.closing_speed = pair_.closing_speed(piece);
   contact.feature_a = piece.feature_a;
   contact.feature_b = piece.feature_b;
   contact.triangle_a = internal::triangle_number(a().tree, pair.a);
@@ -283,7 +262,7 @@ Scalar ToiSearch::skip_turns() {
   constexpr Scalar kTurn = 6.3;
   const Scalar turning = std::max(pair_.now().angular_speed_a, pair_.now().angular_speed_b);
   for (int k = 0; k < kSteps; ++k) {
-    const Scalar step = internal::safe_time_of_balls(pair_.now(), a().radius, b().radius, floor_);
+    const Scalar step = internal::safe_time_of_balls(pair_.now(), a().radius, b().radius, look_);
     if (!(step * turning > kTurn)) break;
     if (step >= pair_.now().remaining) return kInfinity;
     if (!(pair_.time() + step > pair_.time())) break;
@@ -297,7 +276,7 @@ Scalar ToiSearch::skip_turns() {
 Scalar ToiSearch::first_time() {
   const Scalar begin = skip_turns();
   if (begin == kInfinity || !a().tree.convex() || !b().tree.convex()) return begin;
-  const Scalar step = internal::safe_time_of_balls(pair_.now(), a().radius, b().radius, floor_);
+  const Scalar step = internal::safe_time_of_balls(pair_.now(), a().radius, b().radius, look_);
   return step > 0 && step >= pair_.now().remaining ? kInfinity : begin + step;
 }
 
@@ -317,6 +296,7 @@ ToiResult ToiSearch::run() {
   queue_.clear();
   memory_.seed.count = 0;
   memory_.is_unfinished = false;
+  memory_.has_resting_pair = false;
   if (begins_enclosed()) return finish(ToiStatus::InitiallyWithinTarget, interval_.begin);
   push(first_time(), ShapeTree::kRoot, ShapeTree::kRoot);
   return resume();

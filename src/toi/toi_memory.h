@@ -1,5 +1,6 @@
 #pragma once
 
+#include "distance/distance_traversal.h"
 #include "distance/warm_gjk.h"
 #include "dyop/core/time_interval.h"
 #include "toi/radix_queue.h"
@@ -28,6 +29,8 @@ struct ToiSubject {
 struct ToiMemory {
   RadixQueue queue;
   GjkSeed seed;  // of the last distance of two convex shapes
+  BoxPairStack box_pairs;
+  bool has_resting_pair = false;  // a pair of pieces was met in contact, but not as an impact
   ToiSubject subject;
   bool is_unfinished = false;
 };

@@ -2,10 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <atomic>
-#include <cstdlib>
-#include <new>
-
 #include "dyop/core/error.h"
 #include "dyop/geometry/box.h"
 #include "dyop/motion/constant_twist_motion.h"
@@ -13,40 +9,7 @@
 #include "dyop/toi/time_of_impact.h"
 #include "support/mesh_generators.h"
 #include "support/random_inputs.h"
-
-namespace {
-
-// literal: a counter of the whole process, as operator new is.
-std::atomic<std::int64_t> allocation_count{0};
-
-}  // namespace
-
-// Every allocation of this executable is counted.
-void* operator new(std::size_t size) {
-  ++allocation_count;
-  if (void* memory = std::malloc(size)) return memory;
-  throw std::bad_alloc();
-}
-void* operator new(std::size_t size, std::align_val_t alignment) {
-  ++allocation_count;
-  const auto multiple = static_cast<std::size_t>(alignment);
-  if (void* memory = std::aligned_alloc(multiple, (size + multiple - 1) / multiple * multiple)) {
-    return memory;
-  }
-  throw std::bad_alloc();
-}
-void operator delete(void* memory) noexcept {
-  std::free(memory);
-}
-void operator delete(void* memory, std::size_t) noexcept {
-  std::free(memory);
-}
-void operator delete(void* memory, std::align_val_t) noexcept {
-  std::free(memory);
-}
-void operator delete(void* memory, std::size_t, std::align_val_t) noexcept {
-  std::free(memory);
-}
+#include "toi/allocation_count.h"
 
 namespace dyop {
 namespace {
@@ -102,9 +65,9 @@ TEST(ToiWorkspace, SparesAllAllocationsOnceItHasGrown) {
     for (int k = 0; k < 40; ++k) {
       const ConstantTwistMotion X_WA = turning(random);
       const ConstantTwistMotion X_WB = random_approach(random);
-      const std::int64_t before = allocation_count;
+      const std::int64_t before = testing::allocation_count();
       time_of_impact(a, X_WA, b, X_WB, kInterval, {}, workspace);
-      allocations += allocation_count - before;
+      allocations += testing::allocation_count() - before;
     }
     return allocations;
   };

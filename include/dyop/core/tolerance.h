@@ -36,6 +36,14 @@ inline constexpr Scalar kStepNoise = 512 * kUnitRoundoff;
 inline constexpr Scalar kLostFraction = 0.25;
 inline constexpr Scalar kFloorFraction = 0.5;
 
+/// A pair of pieces that is above this fraction of the band is not yet an impact: it is moved on
+/// towards kFloorFraction, which it may never reach, as an edge beside the face that slides along a
+/// body. Nearer to kFloorFraction: more steps at contact; larger: more impacts to be told from
+/// sliding by a distance query. Bounds of boxes aim at kLookFraction, above it, so that what is in
+/// contact is always looked at. Used by time_of_impact.
+inline constexpr Scalar kContactFraction = 0.625;
+inline constexpr Scalar kLookFraction = 0.75;
+
 /// GJK on polytopes has converged when the bounds on the distance of the cores, before rounding
 /// outward, differ by less than this multiple of the size of the query (|translation| + both
 /// bounding radii). Gap and length of v share the points they come from, so they differ by the

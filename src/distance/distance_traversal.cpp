@@ -1,0 +1,75 @@
+#include "distance/distance_traversal.h"
+
+#include <array>
+
+namespace dyop::internal {
+
+void DistanceTraversal::visit_leaves(std::int32_t a, std::int32_t b) {
+  ++statistics.leaf_tests;
+  const PieceDistance piece = piece_distance(a_, a, b_, b, X_AB_, noise_);
+  statistics.gjk_iterations += piece.gjk_iterations;
+  lower = std::min(lower, piece.lower);
+  if (piece.upper < best.upper) {
+    best = piece;
+    leaf_a = a;
+    leaf_b = b;
+  }
+}
+
+// Puts the pairs of the larger box's parts with the other box on the stack, nearest on top.
+void DistanceTraversal::open(const BoxPair& pair) {
+  const bool opens_a = opens_first(a_, pair.a, b_, pair.b);
+  const ShapeTree& tree = opens_a ? a_ : b_;
+  const std::int32_t child = tree.child(opens_a ? pair.a : pair.b);
+  const int count = tree.node(child).count();
+  const FacingBox other =
+      opens_a ? facing_box(b_.box(pair.b), X_AB_) : facing_box(a_.box(pair.a), X_BA_);
+  std::array<Scalar, BoxGroup::kWidth> gaps;
+  box_gaps_(tree.rows(child), count, other, box_noise_, gaps.data());
+  statistics.box_tests += count;
+  const auto first = stack_.size();
+  for (int column = 0; column < count; ++column) {
+    const Scalar gap = std::max(pair.gap, gaps[std::size_t(column)]);
+    if (gap > cutoff()) {
+      lower = std::min(lower, gap);
+      continue;
+    }
+    const std::int32_t part = ShapeTree::box_number(child, column);
+    stack_.push_back({gap, opens_a ? part : pair.a, opens_a ? pair.b : part});
+  }
+  // Insertion sort: eight at most, and the nearest on top.
+  for (auto k = first + 1; k < stack_.size(); ++k) {
+    const BoxPair moved = stack_[k];
+    auto place = k;
+    for (; place > first && stack_[place - 1].gap < moved.gap; --place) {
+      stack_[place] = stack_[place - 1];
+    }
+    stack_[place] = moved;
+  }
+}
+
+void DistanceTraversal::seed(std::int32_t box_a, std::int32_t box_b) {
+  if (a_.has_leaf(box_a) && b_.has_leaf(box_b)) visit_leaves(box_a, box_b);
+}
+
+void DistanceTraversal::run() {
+  if (best.is_overlapping) return;
+  stack_.clear();
+  stack_.push_back({0, ShapeTree::kRoot, ShapeTree::kRoot});
+  while (!stack_.empty()) {
+    const BoxPair pair = stack_.back();
+    stack_.pop_back();
+    if (pair.gap > cutoff()) {
+      lower = std::min(lower, pair.gap);
+      continue;
+    }
+    if (a_.is_leaf(pair.a) && b_.is_leaf(pair.b)) {
+      visit_leaves(pair.a, pair.b);
+      if (best.is_overlapping) return;  // nothing can be nearer
+    } else {
+      open(pair);
+    }
+  }
+}
+
+}  // namespace dyop::internal

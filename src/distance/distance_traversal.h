@@ -1,0 +1,65 @@
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <vector>
+
+#include "distance/box_gaps.h"
+#include "distance/piece_distance.h"
+#include "distance/shape_tree.h"
+#include "dyop/core/tolerance.h"
+#include "dyop/distance/distance_result.h"
+
+namespace dyop::internal {
+
+/// A pair of boxes proven at least `gap` apart.
+struct BoxPair {
+  Scalar gap;
+  std::int32_t a;
+  std::int32_t b;
+};
+using BoxPairStack = std::vector<BoxPair>;
+
+/// Depth-first branch and bound over pairs of tree boxes, nearest child first.
+class DistanceTraversal {
+ public:
+  DistanceTraversal(const ShapeTree& a, const ShapeTree& b, const RigidPose& X_AB, Scalar noise,
+                    Scalar upper_limit, BoxPairStack& stack)
+      : a_(a),
+        b_(b),
+        X_AB_(X_AB),
+        X_BA_(X_AB.inverse()),
+        noise_(noise),
+        box_noise_(noise * (kStepNoise / kPoseNoise)),
+        limit_(upper_limit),
+        box_gaps_(box_gaps_kernel(best_instruction_set())),
+        stack_(stack) {}
+
+  /// Looks at one pair of pieces first, if these are leaves.
+  void seed(std::int32_t leaf_a, std::int32_t leaf_b);
+  void run();
+
+  PieceDistance best;
+  std::int32_t leaf_a = 0;
+  std::int32_t leaf_b = 0;
+  Scalar lower = kInfinity;  // of the whole pair: least bound of all that was pruned or evaluated
+  DistanceStatistics statistics;
+
+ private:
+  // What is provably farther than this cannot change the answer.
+  Scalar cutoff() const { return std::min(best.upper, limit_); }
+  void visit_leaves(std::int32_t a, std::int32_t b);
+  void open(const BoxPair& pair);
+
+  const ShapeTree& a_;
+  const ShapeTree& b_;
+  const RigidPose X_AB_;
+  const RigidPose X_BA_;
+  const Scalar noise_;      // of a point of one shape in the frame of the other
+  const Scalar box_noise_;  // of a gap of boxes
+  const Scalar limit_;
+  const BoxGapsKernel box_gaps_;
+  BoxPairStack& stack_;
+};
+
+}  // namespace dyop::internal
