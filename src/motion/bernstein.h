@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -65,7 +66,11 @@ Scalar largest_norm(const Bernstein<N>& b) {
     const Scalar sq = x.squaredNorm();
     if (sq > largest_sq || std::isnan(sq)) largest_sq = sq;  // a NaN stays: no sq is greater
   }
-  return std::sqrt(largest_sq);
+  // literal: below it squares of parts may have underflowed, which would make the norm too small.
+  if (!(largest_sq < 0x1p-900)) return std::sqrt(largest_sq);
+  Scalar largest = 0;
+  for (const Vector3& x : b) largest = std::max(largest, x.stableNorm());
+  return largest;
 }
 
 // The quintic x(s) x y(s).

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+
 #include "distance/warm_gjk.h"
 #include "dyop/core/time_interval.h"
 #include "toi/radix_queue.h"
@@ -28,6 +30,8 @@ struct ToiSubject {
 struct ToiMemory {
   RadixQueue queue;
   GjkSeed seed;  // of the last distance of two convex shapes
+  // A pair in contact at the begin of the interval, while others are there that may be too close.
+  std::optional<QueuedPair> begin_contact;
   ToiSubject subject;
   bool is_unfinished = false;
 };
