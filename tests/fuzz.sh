@@ -41,7 +41,7 @@ reports=()
 for target in "$@"; do
   work=$build/work/$target
   mkdir -p "$work/corpus" "$work/found"
-  options=(-max_total_time="$seconds" -timeout=20 -rss_limit_mb=2048 -max_len=4096
+  options=(-max_total_time="$seconds" -timeout=60 -rss_limit_mb=2048 -max_len=4096
            -print_final_stats=1 -reload=0 -artifact_prefix="$work/found/")
   # On damaged files assimp, which is not ours, leaks what it had read.
   leaks=1

@@ -52,7 +52,8 @@ mistake acceleration_dropped src/toi/safe_step.h toi 'SafeStep*' \
 mistake third_order_term_dropped src/toi/box_steps_lanes.h toi 'BoxSteps*' \
   'bounds.jerk * (h_sq * h * L(1.0 / 6 + 0x1p-54))' 'bounds.jerk * L(0.0)'
 mistake half_diagonal_without_root_three src/toi/box_steps_lanes.h toi 'BoxSteps*:SafeStep*' \
-  'root(dot(box.half_extents, box.half_extents))' 'box.half_extents[0]'
+  'radius = (root(dot(box.center, box.center)) + root(dot(box.half_extents, box.half_extents)))' \
+  'radius = (root(dot(box.center, box.center)) + box.half_extents[0])'
 mistake nan_taken_for_safe src/toi/safe_step.cpp toi '*' \
   'if (!std::isfinite(c1) || !std::isfinite(c2)) return 0;' \
   'if (!std::isfinite(c1) || !std::isfinite(c2)) return kInfinity;'

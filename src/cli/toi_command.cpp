@@ -5,6 +5,7 @@
 
 #include "cli/body_arguments.h"
 #include "cli/commands.h"
+#include "cli/failure_record.h"
 #include "cli/interrupt.h"
 #include "dyop/io/query_record.h"
 #include "dyop/io/result_text.h"
@@ -69,18 +70,6 @@ ExitCode exit_code_of(const ToiResult& result, bool fails_on_impact) {
   }
 }
 
-// Asks the query; a failure of ours leaves a record of it, whose name the message tells.
-ToiResult answer(const ToiQuery& query, const std::string& record_file) {
-  try {
-    return time_of_impact(*query.a, *query.X_WA, *query.b, *query.X_WB, query.interval,
-                          query.options);
-  } catch (const InternalError& error) {
-    const std::string file = record_file.empty() ? "dyop-failure.json" : record_file;
-    write_failure_record(file, query, error.what());
-    throw InternalError(error.what() + std::string("; the query is recorded in ") + file);
-  }
-}
-
 ExitCode run(const Arguments& arguments) {
   const InterruptGuard interrupt;
   const TimeInterval interval{arguments.interval[0], arguments.interval[1]};
@@ -92,7 +81,9 @@ ExitCode run(const Arguments& arguments) {
   const ToiOptions options = make_options(arguments, *a, *b, interrupt);
   const auto begin = std::chrono::steady_clock::now();
   const ToiQuery query{a.get(), X_WA.get(), b.get(), X_WB.get(), interval, options};
-  const ToiResult result = answer(query, arguments.record_file);
+  const ToiResult result = answer_or_record(query, arguments.record_file, [&] {
+    return time_of_impact(*a, *X_WA, *b, *X_WB, interval, options);
+  });
   const std::chrono::duration<double, std::milli> spent = std::chrono::steady_clock::now() - begin;
   if (arguments.is_json) {
     std::cout << to_json_text(result) << '\n';

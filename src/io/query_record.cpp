@@ -29,7 +29,9 @@ Json options_json(const ToiOptions& options) {
   return {{"target_distance", hex_json(options.target_distance)},
           {"distance_tolerance", hex_json(options.distance_tolerance)},
           {"max_node_pairs", options.max_node_pairs},
-          {"with_contacts", options.with_contacts}};
+          {"with_contacts", options.with_contacts},
+          {"solid_a", options.solid_a},
+          {"solid_b", options.solid_b}};
 }
 
 Json query_json(const ToiQuery& query, const ToiOptions& options) {
@@ -153,12 +155,15 @@ TimeInterval read_interval(const JsonNode& node) {
 }
 
 ToiOptions read_options(const JsonNode& node) {
-  node.require_object({"target_distance", "distance_tolerance", "max_node_pairs", "with_contacts"});
+  node.require_object({"target_distance", "distance_tolerance", "max_node_pairs", "with_contacts",
+                       "solid_a", "solid_b"});
   ToiOptions options;
   options.target_distance = hex_number(node.at("target_distance"));
   options.distance_tolerance = hex_number(node.at("distance_tolerance"));
   options.max_node_pairs = node.at("max_node_pairs").positive_integer();
   options.with_contacts = node.at("with_contacts").boolean();
+  options.solid_a = node.at("solid_a").boolean();
+  options.solid_b = node.at("solid_b").boolean();
   return options;
 }
 

@@ -2,6 +2,7 @@
 
 #include <array>
 
+#include "dyop/motion/bezier_motion.h"
 #include "dyop/motion/composed_motion.h"
 #include "dyop/motion/constant_twist_motion.h"
 #include "dyop/motion/hermite_motion.h"
@@ -9,6 +10,7 @@
 #include "dyop/motion/rest_motion.h"
 #include "dyop/motion/sampled_motion.h"
 #include "dyop/motion/screw_motion.h"
+#include "dyop/motion/sequence_motion.h"
 #include "io/hex_json.h"
 
 namespace dyop::internal {
@@ -145,6 +147,46 @@ MotionPointer read_composed(const JsonNode& node) {
   return std::make_shared<ComposedMotion>(std::move(X_WM), recorded_motion(node.at("X_MB")));
 }
 
+Json to_json(const BezierMotion& motion) {
+  Json points = Json::array();
+  for (const ControlPoint& point : motion.control_points()) {
+    points.push_back({{"p_WB", hex_json(point.p_WB)}, {"theta", hex_json(point.theta)}});
+  }
+  return {{"interval", interval_json(motion.domain())},
+          {"X_WC", hex_json(motion.X_WC())},
+          {"control_points", points}};
+}
+
+MotionPointer read_bezier(const JsonNode& node) {
+  node.require_object({"kind", "interval", "X_WC", "control_points"});
+  std::vector<ControlPoint> points;
+  for (const JsonNode& item : node.at("control_points").items(1)) {
+    item.require_object({"p_WB", "theta"});
+    points.push_back({hex_vector(item.at("p_WB")), hex_vector(item.at("theta"))});
+  }
+  return std::make_shared<BezierMotion>(interval_from(node.at("interval")),
+                                        hex_pose(node.at("X_WC")), points);
+}
+
+Json to_json(const SequenceMotion& motion) {
+  Json parts = Json::array();
+  for (const SequenceMotion::Part& part : motion.parts()) {
+    parts.push_back(
+        {{"interval", interval_json(part.interval)}, {"motion", record_motion(*part.motion)}});
+  }
+  return {{"parts", parts}};
+}
+
+MotionPointer read_sequence(const JsonNode& node) {
+  node.require_object({"kind", "parts"});
+  std::vector<SequenceMotion::Part> parts;
+  for (const JsonNode& item : node.at("parts").items(1)) {
+    item.require_object({"interval", "motion"});
+    parts.push_back({interval_from(item.at("interval")), recorded_motion(item.at("motion"))});
+  }
+  return std::make_shared<SequenceMotion>(std::move(parts));
+}
+
 struct Kind {
   std::string_view name;
   std::optional<Json> (*write)(const Motion& motion);  // nothing for other kinds
@@ -164,6 +206,8 @@ constexpr std::array kKinds{
     Kind{"screw", &write_as<ScrewMotion>, &read_screw},
     Kind{"interpolated", &write_as<InterpolatedMotion>, &read_interpolated},
     Kind{"hermite", &write_as<HermiteMotion>, &read_hermite},
+    Kind{"bezier", &write_as<BezierMotion>, &read_bezier},
+    Kind{"sequence", &write_as<SequenceMotion>, &read_sequence},
     Kind{"sampled", &write_as<SampledMotion>, &read_sampled},
     Kind{"composed", &write_as<ComposedMotion>, &read_composed}};
 

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <span>
 
 #include "dyop/core/types.h"
 
@@ -58,9 +59,8 @@ Bernstein<N - 1> derivative(const Bernstein<N>& b, Scalar h) {
   return d;
 }
 
-// max over the coefficients of the norm; NaN if a coefficient is NaN.
-template <std::size_t N>
-Scalar largest_norm(const Bernstein<N>& b) {
+// max of the norms; NaN if a part is NaN.
+inline Scalar largest_norm_of(std::span<const Vector3> b) {
   Scalar largest_sq = 0;
   for (const Vector3& x : b) {
     const Scalar sq = x.squaredNorm();
@@ -71,6 +71,11 @@ Scalar largest_norm(const Bernstein<N>& b) {
   Scalar largest = 0;
   for (const Vector3& x : b) largest = std::max(largest, x.stableNorm());
   return largest;
+}
+
+template <std::size_t N>
+Scalar largest_norm(const Bernstein<N>& b) {
+  return largest_norm_of(b);
 }
 
 // The quintic x(s) x y(s).

@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "dyop/motion/bezier_motion.h"
 #include "dyop/motion/composed_motion.h"
 #include "dyop/motion/constant_twist_motion.h"
 #include "dyop/motion/hermite_motion.h"
@@ -12,6 +13,8 @@
 #include "dyop/motion/rest_motion.h"
 #include "dyop/motion/sampled_motion.h"
 #include "dyop/motion/screw_motion.h"
+#include "dyop/motion/sequence_motion.h"
+#include "dyop/motion/smooth_sampled_motion.h"
 #include "fuzz/fuzz_input.h"
 
 namespace dyop::fuzz {
@@ -48,7 +51,7 @@ inline HermiteNode read_node(Input& in, const MotionLimits& limits) {
 inline std::shared_ptr<const Motion> read_motion(Input& in, const TimeInterval& span,
                                                  const MotionLimits& limits, int depth = 0) {
   const auto pose = [&] { return in.pose_within(limits.length); };
-  switch (in.index(depth < 2 ? 9 : 8)) {
+  switch (in.index(depth < 2 ? 11 : 10)) {
     case 0:
       return std::make_shared<RestMotion>(pose());
     case 1: {
@@ -98,6 +101,22 @@ inline std::shared_ptr<const Motion> read_motion(Input& in, const TimeInterval& 
       const HermiteNode begin = read_node(in, limits);
       return std::make_shared<HermiteMotion>(
           HermiteMotion::from_chart(span, R, begin, read_node(in, limits)));
+    }
+    case 8: {
+      const Matrix3 R = pose().rotation();
+      std::vector<ControlPoint> points(std::size_t(2 + in.index(BezierMotion::kMaxDegree)));
+      for (ControlPoint& point : points) {
+        point.p_WB = in.vector_within(limits.length);
+        point.theta = in.vector_within(limits.turn);
+      }
+      return std::make_shared<BezierMotion>(span, R, points);
+    }
+    case 9: {
+      std::vector<SampledMotion::Sample> samples{{span.begin, pose()}};
+      const Scalar middle = span.begin + span.length() * Scalar(in.byte()) / 256;
+      samples.push_back({middle, pose()});
+      samples.push_back({span.end, pose()});
+      return std::make_shared<SequenceMotion>(smooth_sampled_motion(samples));
     }
     default: {
       auto carrier = read_motion(in, span, limits, depth + 1);

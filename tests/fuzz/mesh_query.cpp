@@ -66,8 +66,11 @@ Query read_query(Input& in) {
   Query query;
   query.options.distance_tolerance = limits.length * std::ldexp(1.0, -4 - in.index(40));
   query.options.target_distance = in.flag() ? std::abs(in.number_within(limits.length)) : 0;
-  query.options.max_node_pairs = 1 + in.index(16) * in.index(256);
-  query.options.with_contacts = in.flag();
+  query.options.max_node_pairs = 1 + in.index(16) + 4 * in.index(256);
+  const int flags = in.byte();
+  query.options.with_contacts = (flags & 1) != 0;
+  query.options.solid_a = (flags & 2) != 0;
+  query.options.solid_b = (flags & 4) != 0;
   query.interval = in.flag() ? TimeInterval{0, 1} : read_interval(in, 16);
   query.a = read_shape(in, limits.length);
   query.b = read_shape(in, limits.length);

@@ -110,6 +110,7 @@ TEST_F(QueryRecords, KeepOptionsAndInterval) {
   asked.options.distance_tolerance = 1.0 / 3;
   asked.options.max_node_pairs = 12345;
   asked.options.with_contacts = true;
+  asked.options.solid_b = true;
   expect_same_after_reading(asked);
   const QueryRecord record(file_);
   const ToiQuery read = record.query();
@@ -118,6 +119,8 @@ TEST_F(QueryRecords, KeepOptionsAndInterval) {
   EXPECT_EQ(read.options.distance_tolerance, asked.options.distance_tolerance);
   EXPECT_EQ(read.options.max_node_pairs, asked.options.max_node_pairs);
   EXPECT_TRUE(read.options.with_contacts);
+  EXPECT_FALSE(read.options.solid_a);
+  EXPECT_TRUE(read.options.solid_b);
 }
 
 TEST_F(QueryRecords, HoldNumbersInHexadecimal) {

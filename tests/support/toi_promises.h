@@ -54,6 +54,8 @@ class ToiJudge {
     const Scalar lost = target + kLostFraction * epsilon;
     const Scalar allowance = result.rounding_allowance;
     if (result.status == ToiStatus::InitiallyWithinTarget) {
+      // The oracle knows no solid meshes.
+      if (query_.options.solid_a || query_.options.solid_b) return nullptr;
       const bool is_within = distance_at(begin).lower <= lost + allowance + noise(begin);
       return is_within ? nullptr : "InitiallyWithinTarget, but begins apart";
     }
