@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Installs the Debian packages that a job needs and that are missing. The only list of packages:
 # tests/architecture checks that the build asks for nothing else.
-# Usage: bash .ci/install.sh GROUP...     groups: build run test bench
+# Usage: bash .ci/install.sh GROUP...     groups: build run test bench coverage
 set -euo pipefail
 
 packages() {
@@ -9,9 +9,10 @@ packages() {
     build) echo g++ cmake ninja-build pkg-config libeigen3-dev libccd-dev libsundials-dev libtbb-dev \
                 libassimp-dev nlohmann-json3-dev libcli11-dev zlib1g-dev ;;
     run)   echo glmark2-data ;;
-    test)  echo libgtest-dev libcgal-dev libgmp-dev clang ;;
+    test)  echo libgtest-dev libcgal-dev libgmp-dev clang libclang-rt-dev ;;
+    coverage) echo gcovr ;;
     bench) echo libbenchmark-dev libfcl-dev libbullet-dev ;;
-    *)     echo "install.sh: unknown group '$1' (build, run, test, bench)" >&2; exit 2 ;;
+    *)     echo "install.sh: unknown group '$1' (build, run, test, bench, coverage)" >&2; exit 2 ;;
   esac
 }
 

@@ -8,6 +8,7 @@ namespace dyop::cli {
 enum class ExitCode {
   Answered = 0,   ///< the question was answered, whatever the answer is
   Impact = 1,     ///< with --fail-on-impact: the answer is an impact or an overlap
+  Different = 1,  ///< of replay: the answer is not the recorded one
   BadInput = 2,   ///< a file, an option or a value cannot be used
   Undecided = 3,  ///< a budget, a limit or the user ended the work before the answer
   Internal = 4,   ///< dyop is wrong
@@ -17,6 +18,7 @@ enum class ExitCode {
 void add_distance_command(CLI::App& app, ExitCode& exit_code);
 void add_info_command(CLI::App& app, ExitCode& exit_code);
 void add_paper_command(CLI::App& app, ExitCode& exit_code);
+void add_replay_command(CLI::App& app, ExitCode& exit_code);
 void add_simulate_command(CLI::App& app, ExitCode& exit_code);
 void add_toi_command(CLI::App& app, ExitCode& exit_code);
 

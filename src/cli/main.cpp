@@ -12,7 +12,7 @@ namespace {
 
 constexpr const char* kExitCodes = R"(Exit codes:
   0  the question was answered, whatever the answer is
-  1  with --fail-on-impact: an impact or an overlap was found
+  1  with --fail-on-impact: an impact or an overlap was found; of replay: the answers differ
   2  bad input: a file, an option or a value cannot be used
   3  undecided: a budget, a limit or Ctrl-C ended the work first; what is proven is told
   4  internal error
@@ -83,5 +83,6 @@ int main(int argc, char** argv) {
   dyop::cli::add_simulate_command(app, exit_code);
   dyop::cli::add_info_command(app, exit_code);
   dyop::cli::add_paper_command(app, exit_code);
+  dyop::cli::add_replay_command(app, exit_code);
   return int(dyop::cli::run(app, argc, argv, exit_code));
 }

@@ -5,7 +5,9 @@
 
 #include "cli/body_arguments.h"
 #include "cli/commands.h"
+#include "cli/failure_record.h"
 #include "cli/interrupt.h"
+#include "dyop/io/query_record.h"
 #include "dyop/io/result_text.h"
 #include "dyop/toi/time_of_impact.h"
 
@@ -33,6 +35,7 @@ struct Arguments {
   ToiOptions options;
   std::optional<Scalar> tolerance;
   std::optional<Scalar> time_limit;
+  std::string record_file;
   bool is_json = false;
   bool fails_on_impact = false;
 };
@@ -77,13 +80,18 @@ ExitCode run(const Arguments& arguments) {
   const auto b = make_shape(arguments.b, arguments.placement);
   const ToiOptions options = make_options(arguments, *a, *b, interrupt);
   const auto begin = std::chrono::steady_clock::now();
-  const ToiResult result = time_of_impact(*a, *X_WA, *b, *X_WB, interval, options);
+  const ToiQuery query{a.get(), X_WA.get(), b.get(), X_WB.get(), interval, options};
+  const ToiResult result = answer_or_record(query, arguments.record_file, [&] {
+    return time_of_impact(*a, *X_WA, *b, *X_WB, interval, options);
+  });
   const std::chrono::duration<double, std::milli> spent = std::chrono::steady_clock::now() - begin;
   if (arguments.is_json) {
     std::cout << to_json_text(result) << '\n';
   } else {
     std::cout << describe(result) << "  time spent   " << spent.count() << " ms\n";
   }
+  // After the answer is printed: a record that cannot be made takes nothing away.
+  if (!arguments.record_file.empty()) write_query_record(arguments.record_file, query, result);
   return exit_code_of(result, arguments.fails_on_impact);
 }
 
@@ -125,6 +133,8 @@ void add_toi_command(CLI::App& app, ExitCode& exit_code) {
   command->add_flag("--solid-a", arguments->options.solid_a,
                     "A is a solid: what is inside the closed mesh overlaps it");
   command->add_flag("--solid-b", arguments->options.solid_b, "B is a solid");
+  command->add_option("--record", arguments->record_file,
+                      "File to write the query and its answer to, for dyop replay");
   command->add_flag("--json", arguments->is_json, "One JSON object on stdout");
   command->add_flag("--fail-on-impact", arguments->fails_on_impact, "Exit code 1 if they meet");
   command->callback([arguments, &exit_code] { exit_code = run(*arguments); });

@@ -42,7 +42,7 @@ struct OneLane {
 
   OneLane() = default;
   DYOP_INLINE explicit OneLane(double x) : v(x) {}
-  static DYOP_INLINE OneLane load(const float* from) { return OneLane(double{*from}); }
+  static DYOP_INLINE OneLane load(const float* from) { return OneLane(static_cast<double>(*from)); }
   DYOP_INLINE void store(double* to) const { *to = v; }
 
   friend DYOP_INLINE OneLane operator+(OneLane x, OneLane y) { return OneLane(x.v + y.v); }
@@ -261,7 +261,7 @@ struct Lanes {
   DYOP_INLINE Lanes(__m128d x) : v(x) {}
   DYOP_INLINE explicit Lanes(double x) : v(_mm_set1_pd(x)) {}
   static DYOP_INLINE Lanes load(const float* from) {
-    return _mm_set_pd(double{from[1]}, double{from[0]});
+    return _mm_set_pd(static_cast<double>(from[1]), static_cast<double>(from[0]));
   }
   DYOP_INLINE void store(double* to) const { _mm_storeu_pd(to, v); }
 

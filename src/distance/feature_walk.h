@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <optional>
 
 #include "dyop/core/tolerance.h"
 #include "dyop/distance/lin_canny.h"
@@ -108,17 +109,18 @@ struct FacePlane {
         normal((corners[1] - corners[0]).cross(corners[2] - corners[0])),
         normal_sq(normal.squaredNorm()) {}
 
-  // The foot of the perpendicular from p, if it is inside: u and v are its coordinates along the
-  // sides at corner 0, times normal_sq. Never for a face without area.
-  bool is_above(const Vector3& p) const {
+  // From the foot of the perpendicular from p to p, if the foot is inside. Never for a face without
+  // area. u and v are coordinates along the sides at corner 0, times normal_sq. Whatever rounding
+  // does to them, the foot they name is a point of the face; that along the normal of a thin face
+  // need not be.
+  std::optional<Vector3> height(const Vector3& p) const {
+    const Vector3 along = corners[1] - corners[0];
+    const Vector3 across = corners[2] - corners[0];
     const Vector3 r = p - corners[0];
-    const Scalar u = r.cross(corners[2] - corners[0]).dot(normal);
-    const Scalar v = (corners[1] - corners[0]).cross(r).dot(normal);
-    return u > 0 && v > 0 && u + v < normal_sq;
-  }
-
-  Vector3 height(const Vector3& p) const {
-    return normal * (normal.dot(p - corners[0]) / normal_sq);
+    const Scalar u = r.cross(across).dot(normal);
+    const Scalar v = along.cross(r).dot(normal);
+    if (!(u > 0 && v > 0 && u + v < normal_sq)) return std::nullopt;
+    return Vector3((r - (u / normal_sq) * along) - (v / normal_sq) * across);
   }
 };
 
@@ -126,9 +128,9 @@ struct FacePlane {
 template <typename Body>
 FeaturePair inner_face_to_point(const FacePlane<Body>& plane, std::int32_t face, const Vector3& p,
                                 Place place) {
-  if (!plane.is_above(p)) return {};
-  const Vector3 w = plane.height(p);
-  return {face_place(face), place, p - w, w, w.squaredNorm()};
+  const std::optional<Vector3> w = plane.height(p);
+  if (!w) return {};
+  return {face_place(face), place, p - *w, *w, w->squaredNorm()};
 }
 
 template <typename Body>

@@ -229,7 +229,8 @@ class GjkQuery {
     return transform<Real>(X_AB_, pair.b.point) - pair.a.point.cast<Real>();
   }
 
-  Scalar noise() const { return kPoseNoise * scale_; }
+  // literal: more than what underflows on the way, for shapes of the size of the smallest numbers.
+  Scalar noise() const { return kPoseNoise * scale_ + 0x1p-1064; }
 
   // Of the bounds that result() would give, v having this length.
   bool is_enough(Scalar norm) {

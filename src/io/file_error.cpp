@@ -3,6 +3,14 @@
 namespace dyop {
 namespace {
 
+// One line that a terminal can show, whatever bytes of the file are quoted in it.
+std::string printable(std::string message) {
+  for (char& c : message) {
+    if (static_cast<unsigned char>(c) < ' ' || c == 0x7f) c = '?';
+  }
+  return message;
+}
+
 std::string describe(const std::filesystem::path& file, const FilePosition& position,
                      const std::string& problem) {
   if (!position.column) {
@@ -15,10 +23,10 @@ std::string describe(const std::filesystem::path& file, const FilePosition& posi
 }  // namespace
 
 FileError::FileError(const std::filesystem::path& file, const std::string& problem)
-    : Error(file.string() + ": " + problem), file_(file) {}
+    : Error(printable(file.string() + ": " + problem)), file_(file) {}
 
 FileError::FileError(const std::filesystem::path& file, const FilePosition& position,
                      const std::string& problem)
-    : Error(describe(file, position, problem)), file_(file), position_(position) {}
+    : Error(printable(describe(file, position, problem))), file_(file), position_(position) {}
 
 }  // namespace dyop

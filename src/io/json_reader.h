@@ -30,6 +30,7 @@ class JsonNode {
 
   const std::string& path() const { return path_; }
   const std::filesystem::path& file() const { return *file_; }
+  const Json& value() const { return *value_; }
 
   /// Requires an object without any other keys.
   void require_object(std::initializer_list<std::string_view> keys) const;

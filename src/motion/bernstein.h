@@ -1,8 +1,10 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <span>
 
 #include "dyop/core/types.h"
 
@@ -57,15 +59,23 @@ Bernstein<N - 1> derivative(const Bernstein<N>& b, Scalar h) {
   return d;
 }
 
-// max over the coefficients of the norm; NaN if a coefficient is NaN.
-template <std::size_t N>
-Scalar largest_norm(const Bernstein<N>& b) {
+// max of the norms; NaN if a part is NaN.
+inline Scalar largest_norm_of(std::span<const Vector3> b) {
   Scalar largest_sq = 0;
   for (const Vector3& x : b) {
     const Scalar sq = x.squaredNorm();
     if (sq > largest_sq || std::isnan(sq)) largest_sq = sq;  // a NaN stays: no sq is greater
   }
-  return std::sqrt(largest_sq);
+  // literal: below it squares of parts may have underflowed, which would make the norm too small.
+  if (!(largest_sq < 0x1p-900)) return std::sqrt(largest_sq);
+  Scalar largest = 0;
+  for (const Vector3& x : b) largest = std::max(largest, x.stableNorm());
+  return largest;
+}
+
+template <std::size_t N>
+Scalar largest_norm(const Bernstein<N>& b) {
+  return largest_norm_of(b);
 }
 
 // The quintic x(s) x y(s).

@@ -44,12 +44,7 @@ void derive(BernsteinSpan b, Scalar h, std::span<Vector3> rate) {
 }
 
 Scalar largest_norm(BernsteinSpan b) {
-  Scalar largest_sq = 0;
-  for (const Vector3& x : b) {
-    const Scalar sq = x.squaredNorm();
-    if (sq > largest_sq || std::isnan(sq)) largest_sq = sq;  // a NaN stays: no sq is greater
-  }
-  return std::sqrt(largest_sq);
+  return largest_norm_of(b);
 }
 
 // Coefficient k: sum over i + j = k of C(m, i) C(n, j) / C(m + n, k) x_i x y_j.

@@ -21,8 +21,12 @@ Scalar noise_of_degree(std::size_t degree) {
 
 BezierMotion::BezierMotion(const TimeInterval& interval, const Matrix3& R_WC,
                            std::span<const ControlPoint> control_points)
+    : BezierMotion(interval, RigidPose(R_WC, Vector3::Zero()), control_points) {}
+
+BezierMotion::BezierMotion(const TimeInterval& interval, const RigidPose& X_WC,
+                           std::span<const ControlPoint> control_points)
     : interval_(interval),
-      R_WC_(RigidPose(R_WC, Vector3::Zero()).rotation()),
+      R_WC_(X_WC.rotation()),
       degree_(control_points.size() - 1) {
   require_valid(interval, "domain of Bezier motion");
   DYOP_REQUIRE(interval.length() > 0 && std::isfinite(interval.length()),
@@ -31,13 +35,13 @@ BezierMotion::BezierMotion(const TimeInterval& interval, const Matrix3& R_WC,
   DYOP_REQUIRE(control_points.size() >= 2 && control_points.size() <= kMaxDegree + 1,
                "Bezier motion needs 2 to ", kMaxDegree + 1, " control points, not ",
                control_points.size());
-  p_W0_ = control_points.front().p_WB;
+  std::copy(control_points.begin(), control_points.end(), control_points_.begin());
   Coefficients displacement, theta;
   for (std::size_t i = 0; i <= degree_; ++i) {
     const std::string place = " of control point " + std::to_string(i);
     internal::require_finite(control_points[i].p_WB, ("position" + place).c_str());
     internal::require_finite(control_points[i].theta, ("rotation vector" + place).c_str());
-    displacement[i] = control_points[i].p_WB - p_W0_;
+    displacement[i] = control_points[i].p_WB - control_points[0].p_WB;
     theta[i] = control_points[i].theta;
   }
   displacement_ = make_curve(displacement);
@@ -69,7 +73,7 @@ MotionState BezierMotion::state(Scalar t) const {
   };
   const auto rate = [&](const Curve& c) { return internal::evaluate({c.rate.data(), degree_}, s); };
   const auto [R, w] = internal::turning_state(value(theta_), rate(theta_));
-  return {RigidPose::from_trusted(R_WC_ * R, p_W0_ + value(displacement_)),
+  return {RigidPose::from_trusted(R_WC_ * R, control_points_[0].p_WB + value(displacement_)),
           {rate(displacement_), R_WC_ * w}};
 }
 

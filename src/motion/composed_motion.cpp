@@ -41,7 +41,7 @@ TwistBound ComposedMotion::twist_bound(const TimeInterval& interval) const {
   // Every time of the interval is within half its length of the middle. Infinite intervals give
   // infinity or NaN here, and round_up makes infinity of both.
   const Scalar middle = interval.begin + interval.length() / 2;
-  const Scalar p_norm = inner_->pose(middle).translation().norm();
+  const Scalar p_norm = internal::norm_of(inner_->pose(middle).translation());
   const Scalar latest = std::max(std::abs(interval.begin), std::abs(interval.end));
   const Scalar pose_noise = kPoseNoise * (p_norm + inner.linear_speed * latest);
   const Scalar arm =

@@ -5,18 +5,18 @@
 namespace dyop {
 
 ConstantTwistMotion::ConstantTwistMotion(const RigidPose& X_WB0, const Twist& twist_WB, Scalar t0)
-    : p_WB0_(X_WB0.translation()), twist_WB_(twist_WB), t0_(t0) {
+    : X_WB0_(X_WB0), twist_WB_(twist_WB), t0_(t0) {
   DYOP_REQUIRE(std::isfinite(t0), "reference time must be finite, not ", t0);
   internal::require_finite(twist_WB.v_WB, "velocity");
   internal::require_finite(twist_WB.w_WB, "angular velocity");
   R_WB_ = SteadyTurn(X_WB0.rotation(), twist_WB.w_WB);
-  bound_.linear_speed = internal::round_up(twist_WB.v_WB.norm());
-  bound_.angular_speed = internal::round_up(twist_WB.w_WB.norm());
+  bound_.linear_speed = internal::round_up(internal::norm_of(twist_WB.v_WB));
+  bound_.angular_speed = internal::round_up(internal::norm_of(twist_WB.w_WB));
 }
 
 RigidPose ConstantTwistMotion::pose(Scalar t) const {
   const Scalar tau = t - t0_;
-  return RigidPose::from_trusted(R_WB_.at(tau), p_WB0_ + tau * twist_WB_.v_WB);
+  return RigidPose::from_trusted(R_WB_.at(tau), X_WB0_.translation() + tau * twist_WB_.v_WB);
 }
 
 Twist ConstantTwistMotion::twist(Scalar) const {

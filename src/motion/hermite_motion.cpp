@@ -9,8 +9,8 @@ using internal::evaluate;
 using internal::largest_norm;
 using internal::restrict_to;
 
-HermiteMotion::HermiteMotion(const TimeInterval& interval, const Matrix3& R_WC)
-    : interval_(interval), R_WC_(RigidPose(R_WC, Vector3::Zero()).rotation()) {
+HermiteMotion::HermiteMotion(const TimeInterval& interval, const RigidPose& X_WC)
+    : interval_(interval), R_WC_(X_WC.rotation()) {
   require_valid(interval, "domain of Hermite motion");
   DYOP_REQUIRE(interval.length() > 0 && std::isfinite(interval.length()),
                "domain of Hermite motion must have a positive, finite length, not [",
@@ -18,7 +18,7 @@ HermiteMotion::HermiteMotion(const TimeInterval& interval, const Matrix3& R_WC)
 }
 
 HermiteMotion::HermiteMotion(const TimeInterval& interval, const State& begin, const State& end)
-    : HermiteMotion(interval, begin.X_WB.rotation()) {
+    : HermiteMotion(interval, RigidPose(begin.X_WB.rotation(), Vector3::Zero())) {
   internal::require_finite(begin.twist_WB.w_WB, "angular velocity at begin");
   internal::require_finite(end.twist_WB.w_WB, "angular velocity at end");
   const Matrix3 R_CW = R_WC_.transpose();
@@ -31,7 +31,12 @@ HermiteMotion::HermiteMotion(const TimeInterval& interval, const State& begin, c
 
 HermiteMotion HermiteMotion::from_chart(const TimeInterval& interval, const Matrix3& R_WC,
                                         const HermiteNode& begin, const HermiteNode& end) {
-  HermiteMotion motion(interval, R_WC);
+  return from_chart(interval, RigidPose(R_WC, Vector3::Zero()), begin, end);
+}
+
+HermiteMotion HermiteMotion::from_chart(const TimeInterval& interval, const RigidPose& X_WC,
+                                        const HermiteNode& begin, const HermiteNode& end) {
+  HermiteMotion motion(interval, X_WC);
   motion.set_nodes(begin, end);
   return motion;
 }
@@ -44,8 +49,9 @@ void HermiteMotion::set_nodes(const HermiteNode& begin, const HermiteNode& end) 
     internal::require_finite(node->theta, ("rotation vector" + place).c_str());
     internal::require_finite(node->theta_rate, ("rotation vector's rate" + place).c_str());
   }
+  begin_ = begin;
+  end_ = end;
   const Scalar h = interval_.length();
-  p_W0_ = begin.p_WB;
   displacement_ = make_cubic(
       internal::cubic_hermite(Vector3::Zero(), begin.v_WB, end.p_WB - begin.p_WB, end.v_WB, h), h);
   theta_ = make_cubic(
@@ -73,7 +79,7 @@ MotionState HermiteMotion::state(Scalar t) const {
   const Scalar s = parameter(t);
   const auto [R, w] =
       internal::turning_state(evaluate<4>(theta_.value, s), evaluate<3>(theta_.rate, s));
-  return {RigidPose::from_trusted(R_WC_ * R, p_W0_ + evaluate<4>(displacement_.value, s)),
+  return {RigidPose::from_trusted(R_WC_ * R, begin_.p_WB + evaluate<4>(displacement_.value, s)),
           {evaluate<3>(displacement_.rate, s), R_WC_ * w}};
 }
 

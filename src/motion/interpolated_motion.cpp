@@ -25,16 +25,21 @@ InterpolatedMotion::InterpolatedMotion(const TimeInterval& interval, const Rigid
 
 InterpolatedMotion InterpolatedMotion::from_chart(const TimeInterval& interval, const Matrix3& R_WC,
                                                   const Node& begin, const Node& end) {
+  return from_chart(interval, RigidPose(R_WC, Vector3::Zero()), begin, end);
+}
+
+InterpolatedMotion InterpolatedMotion::from_chart(const TimeInterval& interval,
+                                                  const RigidPose& X_WC, const Node& begin,
+                                                  const Node& end) {
   internal::require_finite(begin.p_WB, "position at begin");
   internal::require_finite(end.p_WB, "position at end");
   internal::require_finite(begin.theta, "rotation vector at begin");
   internal::require_finite(end.theta, "rotation vector at end");
-  const Matrix3 rotation = RigidPose(R_WC, Vector3::Zero()).rotation();
-  return InterpolatedMotion(interval, Chart{rotation, begin, end});
+  return InterpolatedMotion(interval, Chart{X_WC.rotation(), begin, end});
 }
 
 InterpolatedMotion::InterpolatedMotion(const TimeInterval& interval, const Chart& chart)
-    : interval_(interval), R_WC_(chart.R_WC), begin_(chart.begin) {
+    : interval_(interval), R_WC_(chart.R_WC), begin_(chart.begin), end_(chart.end) {
   require_valid(interval, "domain of interpolated motion");
   const Scalar h = interval.length();
   v_WB_ = (chart.end.p_WB - chart.begin.p_WB) / h;
@@ -43,11 +48,11 @@ InterpolatedMotion::InterpolatedMotion(const TimeInterval& interval, const Chart
                "domain of interpolated motion must have a positive length and finite velocities, "
                "not [",
                interval.begin, ", ", interval.end, "]");
-  const Scalar theta_rate = theta_rate_.norm();
+  const Scalar theta_rate = internal::norm_of(theta_rate_);
   // theta x theta' is constant along the path; its rounding error is relative to the factors.
   const Scalar turn = begin_.theta.cross(theta_rate_).norm();
   const Scalar turn_noise = kMotionNoise * begin_.theta.norm() * theta_rate;
-  bound_.linear_speed = internal::round_up(v_WB_.norm());
+  bound_.linear_speed = internal::round_up(internal::norm_of(v_WB_));
   bound_.angular_speed = internal::round_up(theta_rate);
   bound_.angular_acceleration =
       internal::round_up(internal::angular_acceleration_bound(theta_rate, 0, turn + turn_noise));

@@ -31,6 +31,13 @@ inline Scalar round_up(Scalar x) {
   return x >= 0 ? x * (1 + kMotionNoise) : kInfinity;
 }
 
+// The norm without the underflow of squares, which would make it too small.
+inline Scalar norm_of(const Vector3& x) {
+  const Scalar norm_sq = x.squaredNorm();
+  // literal: the squares of the larger parts are normal numbers.
+  return norm_sq > 0x1p-900 ? std::sqrt(norm_sq) : x.stableNorm();
+}
+
 // Bound of |w'| from bounds of |theta'|, |theta''| and |theta x theta'| over the same times:
 //   |w'| <= |theta''| + |theta'| min(|theta x theta'| / 6, |theta'| / pi) .
 Scalar angular_acceleration_bound(Scalar theta_rate, Scalar theta_acceleration, Scalar theta_turn);

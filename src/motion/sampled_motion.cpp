@@ -1,12 +1,14 @@
 #include "dyop/motion/sampled_motion.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "motion/rotation_rate.h"
 
 namespace dyop {
 
-SampledMotion::SampledMotion(const std::vector<Sample>& samples) {
+SampledMotion::SampledMotion(std::vector<Sample> given) : samples_(std::move(given)) {
+  const std::vector<Sample>& samples = samples_;
   DYOP_REQUIRE(samples.size() >= 2, "sampled motion needs at least 2 samples, not ",
                samples.size());
   const std::size_t count = samples.size() - 1;
@@ -32,9 +34,9 @@ SampledMotion::SampledMotion(const std::vector<Sample>& samples) {
     DYOP_REQUIRE(twist.v_WB.allFinite() && twist.w_WB.allFinite(), "time stamps ", i, " = ",
                  stamps_[i], " and ", i + 1, " = ", stamps_[i + 1],
                  " of sampled motion are too close: the velocity between them overflows");
-    pieces_.push_back({SteadyTurn(X_WB0.rotation(), twist.w_WB), X_WB0.translation(), twist});
-    speeds.push_back(
-        {internal::round_up(twist.v_WB.norm()), internal::round_up(twist.w_WB.norm())});
+    pieces_.push_back({SteadyTurn(X_WB0.rotation(), twist.w_WB), twist});
+    speeds.push_back({internal::round_up(internal::norm_of(twist.v_WB)),
+                      internal::round_up(internal::norm_of(twist.w_WB))});
   }
   speeds_ = internal::SpeedTree(speeds);
 }
@@ -49,7 +51,8 @@ RigidPose SampledMotion::pose(Scalar t) const {
   const std::size_t i = piece_at(t);
   const Piece& piece = pieces_[i];
   const Scalar tau = t - stamps_[i];
-  return RigidPose::from_trusted(piece.R_WB.at(tau), piece.p_WB0 + tau * piece.twist_WB.v_WB);
+  return RigidPose::from_trusted(piece.R_WB.at(tau),
+                                 samples_[i].X_WB.translation() + tau * piece.twist_WB.v_WB);
 }
 
 Twist SampledMotion::twist(Scalar t) const {

@@ -5,10 +5,11 @@
 namespace dyop {
 
 ScrewMotion::ScrewMotion(const RigidPose& X_WB0, const Screw& screw, Scalar t0)
-    : X_WB0_(X_WB0), turn_rate_(screw.turn_rate), slide_rate_(screw.slide_rate), t0_(t0) {
+    : X_WB0_(X_WB0), screw_(screw), t0_(t0) {
   DYOP_REQUIRE(std::isfinite(t0), "reference time must be finite, not ", t0);
-  DYOP_REQUIRE(std::isfinite(turn_rate_), "turn rate must be finite, not ", turn_rate_);
-  DYOP_REQUIRE(std::isfinite(slide_rate_), "slide rate must be finite, not ", slide_rate_);
+  DYOP_REQUIRE(std::isfinite(screw_.turn_rate), "turn rate must be finite, not ", screw_.turn_rate);
+  DYOP_REQUIRE(std::isfinite(screw_.slide_rate), "slide rate must be finite, not ",
+               screw_.slide_rate);
   internal::require_finite(screw.p_WA, "point of the screw axis");
   internal::require_finite(screw.axis_W, "direction of the screw axis");
   const Scalar length = screw.axis_W.stableNorm();
@@ -17,26 +18,26 @@ ScrewMotion::ScrewMotion(const RigidPose& X_WB0, const Screw& screw, Scalar t0)
   const Vector3 p_AB_W = X_WB0.translation() - screw.p_WA;
   p_WF0_ = screw.p_WA + axis_W_.dot(p_AB_W) * axis_W_;
   arm0_W_ = X_WB0.translation() - p_WF0_;
-  const Scalar rho = arm0_W_.norm();
-  bound_.linear_speed = internal::round_up(std::hypot(slide_rate_, turn_rate_ * rho));
-  bound_.angular_speed = internal::round_up(std::abs(turn_rate_));
-  bound_.linear_acceleration = internal::round_up(turn_rate_ * turn_rate_ * rho);
+  const Scalar rho = internal::norm_of(arm0_W_);
+  bound_.linear_speed = internal::round_up(std::hypot(screw_.slide_rate, screw_.turn_rate * rho));
+  bound_.angular_speed = internal::round_up(std::abs(screw_.turn_rate));
+  bound_.linear_acceleration = internal::round_up(screw_.turn_rate * screw_.turn_rate * rho);
 }
 
 Vector3 ScrewMotion::arm(Scalar tau) const {
-  return rotation_from_vector(tau * turn_rate_ * axis_W_) * arm0_W_;
+  return rotation_from_vector(tau * screw_.turn_rate * axis_W_) * arm0_W_;
 }
 
 RigidPose ScrewMotion::pose(Scalar t) const {
   const Scalar tau = t - t0_;
-  const Matrix3 turn = rotation_from_vector(tau * turn_rate_ * axis_W_);
+  const Matrix3 turn = rotation_from_vector(tau * screw_.turn_rate * axis_W_);
   return RigidPose::from_trusted(turn * X_WB0_.rotation(),
-                                 p_WF0_ + tau * slide_rate_ * axis_W_ + turn * arm0_W_);
+                                 p_WF0_ + tau * screw_.slide_rate * axis_W_ + turn * arm0_W_);
 }
 
 Twist ScrewMotion::twist(Scalar t) const {
-  const Vector3 w_WB = turn_rate_ * axis_W_;
-  return {slide_rate_ * axis_W_ + w_WB.cross(arm(t - t0_)), w_WB};
+  const Vector3 w_WB = screw_.turn_rate * axis_W_;
+  return {screw_.slide_rate * axis_W_ + w_WB.cross(arm(t - t0_)), w_WB};
 }
 
 TwistBound ScrewMotion::twist_bound(const TimeInterval&) const {

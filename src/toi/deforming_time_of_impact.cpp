@@ -64,6 +64,7 @@ class DeformingSearch {
   std::optional<Scalar> probe_hit(const QueuedPair& pair, const ImpactContact& contact);
   std::optional<ToiStatus> interruption() const;
   ToiResult finish(ToiStatus status, Scalar t_safe);
+  ToiResult finish_impact(const QueuedPair& pair);
 
   DeformingSide& a_;
   SideB& b_;
@@ -273,11 +274,20 @@ ToiResult DeformingSearch<SideB>::finish(ToiStatus status, Scalar t_safe) {
 }
 
 template <typename SideB>
+ToiResult DeformingSearch<SideB>::finish_impact(const QueuedPair& pair) {
+  result_.t_hit = probe_hit(pair, *result_.contact);
+  return finish(ToiStatus::Impact, pair.time);
+}
+
+template <typename SideB>
 ToiResult DeformingSearch<SideB>::run() {
   queue_.push({interval_.begin, 0, 0});
+  // A pair in contact at the begin: there nothing is proven of the others, which may be too close.
+  std::optional<QueuedPair> begin_contact;
   while (!queue_.is_empty()) {
     result_.statistics.peak_queue = std::max(result_.statistics.peak_queue, queue_.size());
     const QueuedPair pair = queue_.pop();
+    if (begin_contact && pair.time > interval_.begin) break;
     if (const auto status = interruption()) return finish(*status, pair.time);
     ++result_.statistics.node_pairs;
     if (pair.time != time_) set_time(pair.time);
@@ -293,9 +303,14 @@ ToiResult DeformingSearch<SideB>::run() {
       case Verdict::Stuck:
         return finish(ToiStatus::NumericalLimit, pair.time);
       case Verdict::Impact:
-        result_.t_hit = probe_hit(pair, *result_.contact);
-        return finish(ToiStatus::Impact, pair.time);
+        if (pair.time > interval_.begin) return finish_impact(pair);
+        if (!begin_contact) begin_contact = pair;
+        break;
     }
+  }
+  if (begin_contact) {
+    result_.contact = make_contact(leaf_distance(*begin_contact), *begin_contact);
+    return finish_impact(*begin_contact);
   }
   return finish(ToiStatus::Separated, interval_.end);
 }

@@ -48,7 +48,7 @@ TEST_F(CommandLine, HelpNamesCommandsAndExitCodes) {
   const CommandResult help = run_command({"--help"});
   EXPECT_EQ(help.exit_code, kAnswered);
   for (const char* part :
-       {"distance", "toi", "simulate", "info", "paper",
+       {"distance", "toi", "simulate", "info", "paper", "replay",
         "Exit codes:\n  0  the question was answered", "  1  with --fail-on-impact",
         "  2  bad input", "  3  undecided", "  4  internal error"}) {
     EXPECT_NE(help.out.find(part), std::string::npos) << part << "\nis missing in\n" << help.out;
@@ -56,7 +56,7 @@ TEST_F(CommandLine, HelpNamesCommandsAndExitCodes) {
 }
 
 TEST_F(CommandLine, EveryCommandHasTwoExamples) {
-  for (const std::string command : {"distance", "toi", "simulate", "info", "paper"}) {
+  for (const std::string command : {"distance", "toi", "simulate", "info", "paper", "replay"}) {
     const CommandResult help = run_command({command, "--help"});
     EXPECT_EQ(help.exit_code, kAnswered);
     EXPECT_NE(help.out.find("Examples:"), std::string::npos) << help.out;

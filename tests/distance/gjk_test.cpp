@@ -427,5 +427,18 @@ TEST(Gjk, SwappingAndMovingTheFrameChangeNothingButNoise) {
   }
 }
 
+// Shapes of a few times the smallest number: bounds must not cross, whatever underflows.
+TEST(Gjk, BoundsTheDistanceOfDenormalShapes) {
+  constexpr Scalar kTiny = std::numeric_limits<Scalar>::denorm_min();
+  const ConvexHull a({kTiny * Vector3(-1, -3, 3), kTiny * Vector3(2, 1, 0)});
+  const ConvexHull b(
+      {kTiny * Vector3(-1, -5, 4), kTiny * Vector3(0, -8, 4), kTiny * Vector3(3, -5, 6)});
+  for (int k = 0; k <= 8; ++k) {
+    const RigidPose X_AB(rotation_from_vector(Vector3(0.1 * k, 0.2, -0.3 * k)), Vector3::Zero());
+    const GjkResult result = gjk_distance(a, b, X_AB);
+    EXPECT_LE(result.lower, result.upper);
+  }
+}
+
 }  // namespace
 }  // namespace dyop

@@ -10,6 +10,7 @@
 #include "dyop/core/tolerance.h"
 #include "planar_pairs.h"
 #include "polytope_oracle.h"
+#include "support/triangle_oracle.h"
 
 namespace dyop::testing {
 namespace {
@@ -312,6 +313,18 @@ TEST(LinCanny, NanProvesNothing) {
   b[1].y() = std::nan("");
   EXPECT_EQ(lin_canny_distance(a, b).lower, 0);
   EXPECT_EQ(lin_canny_distance(b, a).lower, 0);
+}
+
+// The foot of b's vertex along the normal of a face 1e12 long is beside that face, as the normal is
+// only good to 1e-4: it once made the upper bound 31, below the distance of 37.48.
+TEST(LinCanny, TakesNoWitnessBesideAThinFace) {
+  const Triangle a{Vector3(1e12, 1e12, 0), Vector3(-1, 0, 0), Vector3(4.75, 1000, 1000)};
+  const Triangle b{Vector3(0, 0, 96), Vector3(0, 0, 53), Vector3(1000, 1000, 1000)};
+  const OracleDistance truth = oracle_triangle_distance(a, b);
+  for (const TriangleDistance& d : {lin_canny_distance(a, b), lin_canny_distance(b, a)}) {
+    EXPECT_LE(wide(d.lower), truth.upper());
+    EXPECT_GE(wide(d.upper), truth.lower());
+  }
 }
 
 }  // namespace

@@ -55,5 +55,15 @@ TEST(ConstantTwistMotion, RefusesNumbersThatAreNotFinite) {
             "reference time must be finite, not inf");
 }
 
+// The squares of these parts are below the smallest number.
+TEST(ConstantTwistMotion, BoundsSpeedsWhoseSquaresUnderflow) {
+  const Scalar v = 3.7349e-161;
+  const ConstantTwistMotion motion(RigidPose(), {Vector3(0, 0, -v), Vector3(v / 1e6, 0, 0)});
+  const TwistBound bound = motion.twist_bound({0, 1});
+  EXPECT_GE(bound.linear_speed, v);
+  EXPECT_GE(bound.angular_speed, v / 1e6);
+  EXPECT_LE(bound.linear_speed, v * (1 + 1e-12));
+}
+
 }  // namespace
 }  // namespace dyop::testing

@@ -337,5 +337,34 @@ TEST(DeformingTimeOfImpact, ScalesWithLengthAndHoldsFarFromTheOrigin) {
   }
 }
 
+// Points before the long sides of two triangles, within their boxes: gaps 0.18 and 0.01 or 0.19 at
+// the begin, closing at speed 1, with a tolerance of 0.25.
+TEST(DeformingTimeOfImpact, LooksAtAllPairsAtTheBegin) {
+  ToiOptions options;
+  options.distance_tolerance = 0.25;
+  const MeshArrays triangles{
+      {{0, 0, 0}, {4, 0, 0}, {0, 4, 0}, {100, 0, 0}, {104, 0, 0}, {100, 4, 0}},
+      {{0, 1, 2}, {3, 4, 5}}};
+  const DeformingMesh a = translating(triangles, {0, 0, 0});
+  const Vector3 outward = Vector3(1, 1, 0).normalized();
+  const auto before = [&](Scalar first, Scalar second) {
+    const MeshArrays points{
+        {Vector3(2, 2, 0) + first * outward, Vector3(102, 2, 0) + second * outward},
+        {{0, 0, 0}, {1, 1, 1}}};
+    return translating(points, -outward);
+  };
+  for (const auto& [first, second] : {std::pair(0.18, 0.01), std::pair(0.01, 0.18)}) {
+    const ToiResult within = time_of_impact(a, before(first, second), {0, 1}, options);
+    EXPECT_EQ(within.status, ToiStatus::InitiallyWithinTarget);
+    EXPECT_NEAR(within.contact->distance_upper, 0.01, 1e-9);
+  }
+  for (const auto& [first, second] : {std::pair(0.18, 0.19), std::pair(0.18, 0.4)}) {
+    const ToiResult impact = time_of_impact(a, before(first, second), {0, 1}, options);
+    EXPECT_EQ(impact.status, ToiStatus::Impact);
+    EXPECT_EQ(impact.t_safe, 0);
+    EXPECT_GE(impact.contact->distance_lower, 0.17);
+  }
+}
+
 }  // namespace
 }  // namespace dyop

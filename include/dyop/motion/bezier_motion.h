@@ -29,6 +29,13 @@ class BezierMotion final : public Motion {
   ///         one, a number is not finite, or R_WC is no rotation.
   BezierMotion(const TimeInterval& interval, const Matrix3& R_WC,
                std::span<const ControlPoint> control_points);
+  /// The same with the rotation of X_WC, taken as it is; from the two below the same motion again.
+  BezierMotion(const TimeInterval& interval, const RigidPose& X_WC,
+               std::span<const ControlPoint> control_points);
+  RigidPose X_WC() const { return RigidPose::from_trusted(R_WC_, Vector3::Zero()); }
+  std::span<const ControlPoint> control_points() const {
+    return {control_points_.data(), degree_ + 1};
+  }
 
   RigidPose pose(Scalar t) const override;
   Twist twist(Scalar t) const override;
@@ -55,8 +62,9 @@ class BezierMotion final : public Motion {
   TimeInterval interval_;
   Matrix3 R_WC_;
   std::size_t degree_;
-  Vector3 p_W0_;  // position at the begin: the curve is relative to it, so that derivatives far
-                  // from the world's origin are exact differences
+  std::array<ControlPoint, kMaxDegree + 1> control_points_;
+  // Relative to the position at the begin, so that derivatives far from the world's origin are exact
+  // differences.
   Curve displacement_;
   Curve theta_;
 };

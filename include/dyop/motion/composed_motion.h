@@ -24,6 +24,9 @@ class ComposedMotion final : public Motion {
   TimeInterval domain() const override;
   Scalar smooth_until(Scalar t) const override;
 
+  const Motion& outer() const { return *outer_; }
+  const Motion& inner() const { return *inner_; }
+
  private:
   std::shared_ptr<const Motion> outer_;
   std::shared_ptr<const Motion> inner_;

@@ -22,9 +22,13 @@ class ConstantTwistMotion final : public Motion {
   MotionState state(Scalar t) const override;
   TwistBound twist_bound(const TimeInterval& interval) const override;
 
+  /// As given.
+  const RigidPose& X_WB0() const { return X_WB0_; }
+  Scalar t0() const { return t0_; }
+
  private:
   SteadyTurn R_WB_;
-  Vector3 p_WB0_;
+  RigidPose X_WB0_;
   Twist twist_WB_;
   TwistBound bound_;
   Scalar t0_;

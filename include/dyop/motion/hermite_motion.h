@@ -37,6 +37,12 @@ class HermiteMotion final : public Motion {
   /// @throws InvalidArgument as the constructor; R_WC must be a rotation.
   static HermiteMotion from_chart(const TimeInterval& interval, const Matrix3& R_WC,
                                   const HermiteNode& begin, const HermiteNode& end);
+  /// The same with the rotation of X_WC, taken as it is; from the three below the same motion again.
+  static HermiteMotion from_chart(const TimeInterval& interval, const RigidPose& X_WC,
+                                  const HermiteNode& begin, const HermiteNode& end);
+  RigidPose X_WC() const { return RigidPose::from_trusted(R_WC_, Vector3::Zero()); }
+  const HermiteNode& begin() const { return begin_; }
+  const HermiteNode& end() const { return end_; }
 
   RigidPose pose(Scalar t) const override;
   Twist twist(Scalar t) const override;
@@ -45,7 +51,7 @@ class HermiteMotion final : public Motion {
   TimeInterval domain() const override { return interval_; }
 
  private:
-  HermiteMotion(const TimeInterval& interval, const Matrix3& R_WC);
+  HermiteMotion(const TimeInterval& interval, const RigidPose& X_WC);
   void set_nodes(const HermiteNode& begin, const HermiteNode& end);
   Scalar parameter(Scalar t) const { return (t - interval_.begin) / interval_.length(); }
 
@@ -62,8 +68,10 @@ class HermiteMotion final : public Motion {
 
   TimeInterval interval_;
   Matrix3 R_WC_;
-  Vector3 p_W0_;  // position at the begin: the cubic is relative to it, so that derivatives
-                  // far from the world's origin are exact differences
+  HermiteNode begin_;
+  HermiteNode end_;
+  // Relative to the position at the begin, so that derivatives far from the world's origin are exact
+  // differences.
   Cubic displacement_;
   Cubic theta_;
 };

@@ -36,6 +36,12 @@ class InterpolatedMotion final : public Motion {
   /// @throws InvalidArgument as the constructor, or if a number is not finite.
   static InterpolatedMotion from_chart(const TimeInterval& interval, const Matrix3& R_WC,
                                        const Node& begin, const Node& end);
+  /// The same with the rotation of X_WC, taken as it is; from the three below the same motion again.
+  static InterpolatedMotion from_chart(const TimeInterval& interval, const RigidPose& X_WC,
+                                       const Node& begin, const Node& end);
+  RigidPose X_WC() const { return RigidPose::from_trusted(R_WC_, Vector3::Zero()); }
+  const Node& begin() const { return begin_; }
+  const Node& end() const { return end_; }
 
   RigidPose pose(Scalar t) const override;
   Twist twist(Scalar t) const override;
@@ -55,6 +61,7 @@ class InterpolatedMotion final : public Motion {
   TimeInterval interval_;
   Matrix3 R_WC_;
   Node begin_;
+  Node end_;
   Vector3 v_WB_;
   Vector3 theta_rate_;
   TwistBound bound_;

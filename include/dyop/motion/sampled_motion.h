@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <span>
 #include <vector>
 
 #include "dyop/motion/motion.h"
@@ -24,7 +25,10 @@ class SampledMotion final : public Motion {
 
   /// @throws InvalidArgument unless there are two samples or more, with finite, strictly
   ///         increasing stamps, far enough apart for finite velocities; names index and values.
-  explicit SampledMotion(const std::vector<Sample>& samples);
+  explicit SampledMotion(std::vector<Sample> samples);
+
+  /// As given.
+  std::span<const Sample> samples() const { return samples_; }
 
   RigidPose pose(Scalar t) const override;
   Twist twist(Scalar t) const override;
@@ -40,12 +44,12 @@ class SampledMotion final : public Motion {
  private:
   struct Piece {
     SteadyTurn R_WB;
-    Vector3 p_WB0;
     Twist twist_WB;
   };
   std::size_t piece_at(Scalar t) const;
 
-  std::vector<Scalar> stamps_;
+  std::vector<Sample> samples_;
+  std::vector<Scalar> stamps_;  // of the samples, close together for searching
   std::vector<Piece> pieces_;
   internal::SpeedTree speeds_;
 };

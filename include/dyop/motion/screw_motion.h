@@ -27,15 +27,19 @@ class ScrewMotion final : public Motion {
   Twist twist(Scalar t) const override;
   TwistBound twist_bound(const TimeInterval& interval) const override;
 
+  /// As given.
+  const RigidPose& X_WB0() const { return X_WB0_; }
+  const Screw& screw() const { return screw_; }
+  Scalar t0() const { return t0_; }
+
  private:
   Vector3 arm(Scalar tau) const;  // from the axis to the body's origin, perpendicular to the axis
 
   RigidPose X_WB0_;
+  Screw screw_;
   Vector3 axis_W_;  // unit
   Vector3 p_WF0_;   // foot of the perpendicular from the body's origin on the axis, at t0
   Vector3 arm0_W_;
-  Scalar turn_rate_;
-  Scalar slide_rate_;
   Scalar t0_;
   TwistBound bound_;
 };

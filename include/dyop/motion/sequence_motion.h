@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "dyop/motion/motion.h"
@@ -32,6 +33,7 @@ class SequenceMotion final : public Motion {
   /// Accelerations are infinite if two parts meet inside the interval.
   TwistBound twist_bound(const TimeInterval& interval) const override;
   TimeInterval domain() const override;
+  std::span<const Part> parts() const { return parts_; }
 
   /// The end of the part, or what the part's motion says if that is sooner.
   Scalar smooth_until(Scalar t) const override;

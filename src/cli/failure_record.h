@@ -1,0 +1,18 @@
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "dyop/toi/toi_batch.h"
+#include "dyop/toi/toi_result.h"
+
+namespace dyop::cli {
+
+/// Returns ask(), which answers `query`. If that fails in a way that is not the caller's doing, the
+/// query is first written to `record_file` (dyop-failure.json if that is empty).
+/// @throws InternalError with the name of the record for such a failure; other errors of dyop as
+///         they are.
+ToiResult answer_or_record(const ToiQuery& query, const std::string& record_file,
+                           const std::function<ToiResult()>& ask);
+
+}  // namespace dyop::cli

@@ -1,0 +1,19 @@
+#pragma once
+
+#include <memory>
+
+#include "dyop/motion/motion.h"
+#include "io/json_reader.h"
+
+namespace dyop::internal {
+
+/// The object "motion" of docs/replay-format.md.
+///
+/// To add a motion: one entry in the table of record_motion.cpp.
+/// @throws InvalidArgument for a motion that is not one of dyop's, or made of the user's functions.
+Json record_motion(const Motion& motion);
+
+/// Throws FileError.
+std::shared_ptr<const Motion> recorded_motion(const JsonNode& node);
+
+}  // namespace dyop::internal

@@ -1,0 +1,17 @@
+#pragma once
+
+#include <memory>
+
+#include "dyop/geometry/shape.h"
+#include "io/json_reader.h"
+
+namespace dyop::internal {
+
+/// The object "shape" of docs/replay-format.md.
+/// @throws InvalidArgument for a shape that is not one of dyop's.
+Json record_shape(const Shape& shape);
+
+/// Throws FileError.
+std::shared_ptr<const Shape> recorded_shape(const JsonNode& node);
+
+}  // namespace dyop::internal

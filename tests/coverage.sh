@@ -1,0 +1,38 @@
+#!/usr/bin/env bash
+# Line coverage of the library by all its tests but the slow soaks: one row a room.
+# Usage: bash tests/coverage.sh [LINES]      LINES: list the uncovered lines of every file, too
+set -euo pipefail
+cd "$(dirname "$0")/.."
+build=build/coverage
+
+bash .ci/install.sh build run test coverage
+cmake --preset coverage >/dev/null
+cmake --build --preset coverage
+find "$build" -name '*.gcda' -delete
+ctest --preset coverage -j "$(nproc)" -L unit --quiet || echo 'coverage.sh: some tests failed'
+ctest --preset coverage -j "$(nproc)" -L property -E 'consumer|soak|stanford' --quiet ||
+  echo 'coverage.sh: some tests failed'
+
+gcovr --root . --object-directory "$build" --filter 'src/' --filter 'include/' \
+  --exclude-throw-branches --exclude-unreachable-branches --csv "$build/coverage.csv" \
+  --txt "$build/coverage.txt" "$build"
+awk -F, '
+  NR > 1 {
+    split($1, part, "/")
+    room = part[1] == "include" ? part[3] : part[2]
+    lines[room] += $2
+    covered[room] += $3
+  }
+  END {
+    printf "| room | lines | covered | %% |\n|---|---|---|---|\n"
+    count = split("core geometry motion distance toi dynamics io cli", rooms, " ")
+    for (k = 1; k <= count; ++k) {
+      room = rooms[k]
+      if (!lines[room]) continue
+      printf "| %s | %d | %d | %.1f |\n", room, lines[room], covered[room], 100 * covered[room] / lines[room]
+      all += lines[room]
+      all_covered += covered[room]
+    }
+    printf "| all | %d | %d | %.1f |\n", all, all_covered, 100 * all_covered / all
+  }' "$build/coverage.csv"
+if [ "${1:-}" = LINES ]; then cat "$build/coverage.txt"; fi

@@ -1,0 +1,134 @@
+#!/usr/bin/env bash
+# Seeds deliberate mistakes into a copy of the sources, one at a time, and demands that a test fails
+# for each. Not part of the suite: it builds the tests of four rooms, and parts of them again for
+# every mistake.
+# Usage: bash tests/mutation_check.sh [NAME...]      default: all mistakes below
+# Prints which test caught each; exit code 1 if one survived or can no longer be seeded.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+source_dir=$PWD
+work=$source_dir/build/mutation
+
+# mistake NAME FILE ROOM FILTER OLD NEW: OLD, which occurs once in FILE, becomes NEW; then the tests
+# of ROOM that match FILTER are run.
+names=()
+declare -A file room filter old new
+mistake() {
+  names+=("$1")
+  file[$1]=$2 room[$1]=$3 filter[$1]=$4 old[$1]=$5 new[$1]=$6
+}
+
+mistake coriolis_term_dropped src/motion/composed_motion.cpp motion '*Contract*' \
+  '2 * outer.angular_speed * inner.linear_speed + ' ''
+mistake turning_speed_not_bounded src/motion/hermite_motion.cpp motion '*Contract*' \
+  'largest_norm<3>(theta_rate) + theta_.rate_noise' '0.999 * largest_norm<3>(theta_rate)'
+mistake jump_of_the_twist_forgotten src/motion/sampled_motion.cpp motion '*' \
+  'last == first ? 0 : kInfinity' '0'
+mistake hull_vertex_lost src/geometry/quickhull.cpp geometry '*Hull*' \
+  'if (p != apex) assign(p, cone_);' 'if (p > apex) assign(p, cone_);'
+mistake leaf_range_one_short src/geometry/mesh_hierarchy.cpp geometry '*' \
+  'first[end[std::size_t(child)]] - begin' 'first[end[std::size_t(child)]] - begin - 1'
+mistake one_box_not_fitted src/geometry/mesh_hierarchy.cpp geometry '*' \
+  'tbb::blocked_range<std::size_t>(1, ' 'tbb::blocked_range<std::size_t>(2, '
+mistake stored_box_not_rounded_up src/geometry/mesh_hierarchy.cpp geometry '*' \
+  'rounded_up(half_extents[i] + noise)' 'static_cast<float>(half_extents[i])'
+mistake lower_bound_rounded_up src/distance/triangle_pair.h distance 'TriangleDistance*' \
+  'middle + low_negated(slack)' 'middle + slack'
+mistake witness_outside_its_face src/distance/feature_walk.h distance '*LinCanny*' \
+  'return Vector3((r - (u / normal_sq) * along) - (v / normal_sq) * across);' \
+  'return Vector3(normal * (normal.dot(r) / normal_sq));'
+mistake normal_swapped src/toi/time_of_impact.cpp toi 'TimeOfImpact.*' \
+  'contact.nhat_AB_W = X_WA.rotation() * piece.nhat_AB_A' \
+  'contact.nhat_AB_W = -(X_WA.rotation() * piece.nhat_AB_A)'
+mistake tolerance_overstretched src/toi/time_of_impact.cpp toi 'TimeOfImpact.*' \
+  'near_(options.target_distance + options.distance_tolerance)' \
+  'near_(options.target_distance + 1.25 * options.distance_tolerance)'
+mistake pairs_at_the_begin_skipped src/toi/time_of_impact.cpp toi 'TimeOfImpact.*' \
+  'if (pair.time > interval_.begin || queue_.is_empty()) return' 'if (pair.b >= 0) return'
+mistake sign_in_the_coupled_bound src/toi/safe_step.h toi 'SafeStep*:*TimeOfImpact.*' \
+  'const Vector3 k_W = n_W.cross(body.w_WB)' 'const Vector3 k_W = body.w_WB.cross(n_W)'
+mistake acceleration_dropped src/toi/safe_step.h toi 'SafeStep*' \
+  'acceleration * (h * h / 2)' '0 * acceleration'
+mistake third_order_term_dropped src/toi/box_steps_lanes.h toi 'BoxSteps*' \
+  'bounds.jerk * (h_sq * h * L(1.0 / 6 + 0x1p-54))' 'bounds.jerk * L(0.0)'
+mistake half_diagonal_without_root_three src/toi/box_steps_lanes.h toi 'BoxSteps*:SafeStep*' \
+  'radius = (root(dot(box.center, box.center)) + root(dot(box.half_extents, box.half_extents)))' \
+  'radius = (root(dot(box.center, box.center)) + box.half_extents[0])'
+mistake nan_taken_for_safe src/toi/safe_step.cpp toi '*' \
+  'if (!std::isfinite(c1) || !std::isfinite(c2)) return 0;' \
+  'if (!std::isfinite(c1) || !std::isfinite(c2)) return kInfinity;'
+mistake rounding_radius_forgotten src/toi/safe_step.h toi '*' \
+  'return shape.core_reach(w) + (radius > 0 ? radius * w.norm() : 0);' \
+  'return shape.core_reach(w) + 0 * radius;'
+mistake swept_box_of_the_begin_only src/toi/deforming_mesh.cpp toi 'Deforming*' \
+  'node->at_end.extend(to);' 'node->at_end.extend(from);'
+
+if [ $# -gt 0 ]; then names=("$@"); fi
+
+# The tests of a room; what failed is in the log.
+run_tests() {
+  local name=$1
+  cmake --build "$work/build" --target "dyop_${room[$name]}_test" >"$work/build.log" 2>&1 || return 2
+  "$work/build/tests/${room[$name]}/dyop_${room[$name]}_test" --gtest_filter="${filter[$name]}" \
+    --gtest_brief=1 >"$work/test.log" 2>&1
+}
+
+# Replaces the one occurrence of the old text.
+seed() {
+  local path=$work/tree/${file[$1]} text rest
+  text=$(cat "$path" && printf x)
+  text=${text%x}
+  rest=${text/"${old[$1]}"/}
+  if [ "$rest" = "$text" ] || [[ $rest == *"${old[$1]}"* ]]; then
+    echo "mutation_check.sh: $1: not exactly once in ${file[$1]}: ${old[$1]}" >&2
+    return 1
+  fi
+  echo "${file[$1]}" >"$work/seeded"
+  printf '%s' "${text/"${old[$1]}"/"${new[$1]}"}" >"$path"
+}
+
+# Takes the mistake out again; the new time stamp has it rebuilt.
+restore() {
+  cp "$source_dir/$1" "$work/tree/$1"
+  rm "$work/seeded"
+}
+
+mkdir -p "$work/tree"
+for part in CMakeLists.txt CMakePresets.json include src tests; do
+  cp -a --no-target-directory "$part" "$work/tree/$part"
+done
+if [ -f "$work/seeded" ]; then restore "$(cat "$work/seeded")"; fi  # of an interrupted run
+cmake -S "$work/tree" -B "$work/build" -G Ninja -DCMAKE_BUILD_TYPE=Release \
+  -DCMAKE_CXX_FLAGS_RELEASE=-O1 -DDYOP_BUILD_DYNAMICS=OFF -DDYOP_BUILD_IO=OFF -DDYOP_BUILD_CLI=OFF \
+  >/dev/null
+
+faults=0
+row='| %s | %s | %s |\n'
+printf "$row" mistake 'caught by' 'failed tests'
+printf '|---|---|---|\n'
+for name in "${names[@]}"; do
+  if [ -z "${file[$name]:-}" ]; then
+    echo "mutation_check.sh: unknown mistake '$name'" >&2
+    exit 2
+  fi
+  if ! seed "$name"; then
+    printf "$row" "$name" 'CANNOT BE SEEDED' ''
+    faults=$((faults + 1))
+    continue
+  fi
+  code=0
+  run_tests "$name" || code=$?
+  restore "${file[$name]}"
+  if [ $code -eq 2 ]; then
+    tail -5 "$work/build.log" >&2
+    printf "$row" "$name" 'DOES NOT BUILD' ''
+    faults=$((faults + 1))
+  elif [ $code -eq 0 ]; then
+    printf "$row" "$name" SURVIVED 0
+    faults=$((faults + 1))
+  else
+    failed=$(grep -E '^\[ *FAILED *\] [A-Za-z/]+\.' "$work/test.log" | sed -E 's/^\[ *FAILED *\] //; s/[ ,].*//' | sort -u)
+    printf "$row" "$name" "$(head -1 <<<"${failed:-a crash}")" "$(grep -c . <<<"$failed")"
+  fi
+done
+[ $faults -eq 0 ]
