@@ -402,7 +402,7 @@ TEST(TimeOfImpact, ABodyThatBeginsInsideASolidIsWithinTheTarget) {
 }
 
 // Two triangles on A and two points of B beside them, within their boxes: so both pairs are
-// measured at the begin. The gaps are `gap` and 0.18, closing at speed 1.
+// measured at the begin. The gaps are `gap` and 0.15, closing at speed 1.
 class AtTheBegin : public ::testing::TestWithParam<int> {
  protected:
   AtTheBegin() : falling_(moving(RigidPose(), {0, 1, 0}, {0, 0, 0})) {
@@ -416,7 +416,7 @@ class AtTheBegin : public ::testing::TestWithParam<int> {
   // The parameter is the place of the pair with that gap.
   TriangleMesh points(Scalar gap) const {
     const bool is_first = GetParam() == 0;
-    return TriangleMesh({{1.5, is_first ? -gap : -0.18, 0}, {101.5, is_first ? -0.18 : -gap, 0}},
+    return TriangleMesh({{1.5, is_first ? -gap : -0.15, 0}, {101.5, is_first ? -0.15 : -gap, 0}},
                         {{0, 0, 0}, {1, 1, 1}});
   }
 
@@ -437,7 +437,7 @@ class AtTheBegin : public ::testing::TestWithParam<int> {
   ToiOptions options_;
 };
 
-// With a tolerance of 0.25, 0.18 is near enough for an impact, 0.01 nearer than 0.0625: nothing can
+// With a tolerance of 0.25, 0.15 is near enough for an impact, 0.01 nearer than 0.0625: nothing can
 // be guaranteed, whichever is looked at first.
 TEST_P(AtTheBegin, OnePairThatIsTooCloseDecides) {
   const TriangleMesh a = triangles();
@@ -448,10 +448,10 @@ TEST_P(AtTheBegin, OnePairThatIsTooCloseDecides) {
   EXPECT_EQ(resumed(a, b).status, ToiStatus::InitiallyWithinTarget);
 }
 
-// 0.19 is no closer: an impact, also if the query is resumed while it waits for the other pair.
+// 0.155 is no closer: an impact, also if the query is resumed while it waits for the other pair.
 TEST_P(AtTheBegin, AnImpactIsReportedOnceNoPairIsTooClose) {
   const TriangleMesh a = triangles();
-  const TriangleMesh b = points(0.19);
+  const TriangleMesh b = points(0.155);
   const ToiResult result = both_orders(a, rest_, b, falling_, {0, 1}, options_);
   ASSERT_EQ(result.status, ToiStatus::Impact);
   EXPECT_EQ(result.t_safe, 0);
@@ -465,7 +465,7 @@ TEST_P(AtTheBegin, AnImpactIsReportedOnceNoPairIsTooClose) {
 // A third pair that is far away is only looked at later.
 TEST_P(AtTheBegin, AnImpactDoesNotWaitForPairsOfLaterTimes) {
   const TriangleMesh a = triangles();
-  const TriangleMesh b({{1.5, -0.18, 0}, {101.5, -0.4, 0}}, {{0, 0, 0}, {1, 1, 1}});
+  const TriangleMesh b({{1.5, -0.15, 0}, {101.5, -0.4, 0}}, {{0, 0, 0}, {1, 1, 1}});
   const ToiResult result = both_orders(a, rest_, b, falling_, {0, 1}, options_);
   EXPECT_EQ(result.status, ToiStatus::Impact);
   EXPECT_EQ(result.t_safe, 0);
