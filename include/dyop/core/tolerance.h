@@ -123,6 +123,11 @@ inline constexpr Scalar kSmallestSquaredDirection = 0x1p-900;
 /// Gram determinant has no correct digit below 1e-15. Used by triangle_distance().
 inline constexpr Scalar kTriangleParallelSquare = 1e-12;
 
+/// Squared sine of the angle at vertex 0 up to which a triangle counts as a segment when its first
+/// candidate is chosen. Speed only: three collinear vertices are off their line by rounding, 2u of
+/// its length. Used by triangle_distance().
+inline constexpr Scalar kTriangleFlatSquare = 0x1p-96;
+
 /// Steps from a witness to the edges that support along it, before all edges are tried (limit).
 /// Speed only, found by measurement. Used by triangle_distance().
 inline constexpr int kTriangleWalkLimit = 2;
