@@ -42,7 +42,7 @@ inline LanePair score(LanePair signed_square, LanePair squared_norm, int low, in
 inline LanePair edge_score(LanePair h, LanePair alpha, LanePair beta, LanePair squares, LanePair ab,
                            int low, int high) {
   // The Gram determinant keeps half of its digits, enough for a choice.
-  const LanePair gram = larger(squares - ab * ab, LanePair(kTriangleParallelSquare) * squares);
+  const LanePair gram = squares - ab * ab;
   const LanePair is_inner = above(LanePair(0), alpha * beta);
   const LanePair square = turned(h, alpha) * magnitude(h);
   return score(selected(is_inner, LanePair(-kLargestScore), square), gram, low, high);
@@ -80,9 +80,11 @@ inline Facets::Facets(const TrianglePair& pair, const VectorPair& normals) : n(n
   h[2] = -(det0 + det2) - alpha02;
   h[3] = -det1 - beta02;
   h[4] = ((det1 + swapped(det1)) - alpha1) - beta1;
-  const LanePair aa02(pair.aa[0], pair.aa[2]);
+  // Enlarged, so that the determinants of parallel edges are positive.
+  const LanePair enlarged(1 + kTriangleParallelSquare);
+  const LanePair aa02 = LanePair(pair.aa[0], pair.aa[2]) * enlarged;
+  const LanePair aa1 = LanePair(pair.aa[1]) * enlarged;
   const LanePair bb02(pair.bb[0], pair.bb[2]);
-  const LanePair aa1(pair.aa[1]);
   const LanePair bb1(pair.bb[1]);
   const LanePair score0 = edge_score(h[0], alpha02, beta0, aa02 * lows(bb02, bb02), ab0, 0, 6);
   const LanePair score1 = edge_score(h[1], alpha02, beta2, aa02 * highs(bb02, bb02), ab2, 2, 8);

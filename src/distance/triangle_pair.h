@@ -124,8 +124,8 @@ inline Bounds prove(const TrianglePair& pair, const Vector3& m, const Vector3& D
   const VectorPair mD(m, D);
   const LanePair squares = mD.dot(mD);
   const LanePair norms = root(squares);
-  const LanePair by_norm = LanePair(1, gap) / lows(norms, norms);
-  const LanePair middle = highs(by_norm, norms);
+  const LanePair inverse_norm = LanePair(1) / lows(norms, norms);
+  const LanePair middle = lows(LanePair(gap) * inverse_norm, swapped(norms));
   const LanePair slack =
       LanePair(kTriangleRelativeSlack) * middle + LanePair(kTriangleSizeSlack * pair.size);
   const LanePair outward = middle + low_negated(slack);
@@ -135,7 +135,7 @@ inline Bounds prove(const TrianglePair& pair, const Vector3& m, const Vector3& D
   bounds.lower = larger(masked(is_usable, outward), LanePair(0)).low();
   bounds.upper = outward.high();
   bounds.gap = middle.low();
-  bounds.inverse_norm = masked(is_usable, by_norm).low();
+  bounds.inverse_norm = masked(is_usable, inverse_norm).low();
   return bounds;
 }
 

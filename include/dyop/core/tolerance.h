@@ -100,7 +100,7 @@ inline constexpr std::size_t kLargestTriangleCount = std::size_t{1} << 27;
 
 /// Rounding of triangle_distance(), as multiples of u; docs/algorithms/dyop.md, "Rounding", has the
 /// proof. The first times the computed length plus the second times the size of the pair covers the
-/// rounding of a slab gap (5.6 and 6.1 u, with the final operation 6.6) and of a witness's length
+/// rounding of a slab gap (6.6 and 6.1 u, with the final operation 7.6) and of a witness's length
 /// (6.5 and 5.5 u, with the final operation 7.5). Smaller: nothing is proven; larger: wider bounds.
 inline constexpr Scalar kTriangleRelativeSlack = 8 * kUnitRoundoff;
 inline constexpr Scalar kTriangleSizeSlack = 7 * kUnitRoundoff;
