@@ -68,8 +68,14 @@ inline LanePair root(LanePair x) {
 inline LanePair above(LanePair x, LanePair y) {
   return _mm_cmpgt_pd(x.v, y.v);
 }
+inline LanePair equal(LanePair x, LanePair y) {
+  return _mm_cmpeq_pd(x.v, y.v);
+}
 inline LanePair both(LanePair mask, LanePair other) {
   return _mm_and_pd(mask.v, other.v);
+}
+inline LanePair either(LanePair mask, LanePair other) {
+  return _mm_or_pd(mask.v, other.v);
 }
 inline int bits(LanePair mask) {
   return _mm_movemask_pd(mask.v);
@@ -160,8 +166,15 @@ inline Scalar common(Scalar x, Scalar y) {
 inline LanePair above(LanePair x, LanePair y) {
   return {mask_of(x.l > y.l), mask_of(x.h > y.h)};
 }
+inline LanePair equal(LanePair x, LanePair y) {
+  return {mask_of(x.l == y.l), mask_of(x.h == y.h)};
+}
 inline LanePair both(LanePair mask, LanePair other) {
   return {common(mask.l, other.l), common(mask.h, other.h)};
+}
+inline LanePair either(LanePair mask, LanePair other) {
+  return {mask_of((bits_of(mask.l) | bits_of(other.l)) != 0),
+          mask_of((bits_of(mask.h) | bits_of(other.h)) != 0)};
 }
 inline int bits(LanePair mask) {
   return static_cast<int>(std::signbit(mask.l)) + 2 * static_cast<int>(std::signbit(mask.h));

@@ -1,6 +1,9 @@
 #include "dyop/distance/triangle_distance.h"
 
+#include <bit>
+
 #include "distance/triangle_facets.h"
+#include "distance/triangle_shared.h"
 
 namespace dyop {
 namespace internal {
@@ -54,16 +57,14 @@ TriangleDistance extreme_triangle_distance(const Triangle& a, const Triangle& b)
   const Scaling scaling(a, b);
   if (!std::isfinite(scaling.largest)) return result;  // proves nothing
   // Before scaling, which may merge vertices.
-  for (std::size_t i = 0; i < 3; ++i) {
-    for (std::size_t j = 0; j < 3; ++j) {
-      if (a[i] != b[j]) continue;
-      result.upper = 0;
-      result.p_a = result.p_b = a[i];
-      result.feature_a = feature_of_place(static_cast<int>(i));
-      result.feature_b = feature_of_place(static_cast<int>(j));
-      result.is_crossing = true;
-      return result;
-    }
+  if (const unsigned equal = equal_vertices(a, b, 0, 2); equal != 0) {
+    const auto i = static_cast<std::size_t>(std::countr_zero(equal));
+    result.upper = 0;
+    result.p_a = result.p_b = a[i / 3];
+    result.feature_a = feature_of_place(static_cast<int>(i / 3));
+    result.feature_b = feature_of_place(static_cast<int>(i % 3));
+    result.is_crossing = true;
+    return result;
   }
   const int exponent = scaling.exponent;
   result = triangle_distance(scaled(a, -exponent), scaled(b, -exponent));
@@ -76,12 +77,28 @@ TriangleDistance extreme_triangle_distance(const Triangle& a, const Triangle& b)
   return result;
 }
 
+/// Whether both triangles are segments or points up to rounding.
+bool are_segments(const TrianglePair& pair, const VectorPair& n) {
+  const LanePair squares = LanePair(pair.aa[0], pair.bb[0]) * LanePair(pair.aa[2], pair.bb[2]);
+  return bits(above(n.dot(n), LanePair(kTriangleFlatSquare) * squares)) == 0;
+}
+
+int longest_of(const Scalar* squares) {
+  const int longer = squares[1] > squares[0] ? 1 : 0;
+  return squares[2] > squares[longer] ? 2 : longer;
+}
+
 }  // namespace
 
 }  // namespace internal
 
 TriangleDistance triangle_distance(const Triangle& a, const Triangle& b) {
   using namespace internal;
+  if (may_share_vertex(a, b)) {
+    if (const unsigned equal = equal_vertices(a, b, 0, 2); equal != 0) {
+      if (const auto touching = touching_distance(a, b, equal)) return *touching;
+    }
+  }
   const TrianglePair pair(a, b);
   if (!(pair.size >= kSmallestTriangleSize && pair.size <= kLargestTriangleSize)) {
     return extreme_triangle_distance(a, b);
@@ -94,11 +111,20 @@ TriangleDistance triangle_distance(const Triangle& a, const Triangle& b) {
     const Bounds bounds = prove(pair, w.m, w.D);
     if (is_certified(pair, bounds.lower, bounds.upper)) return result_of(w, bounds);
   }
-  const Facets facets(pair);
   TriangleDistance found;
   found.upper = kInfinity;
+  const VectorPair n = face_normals(pair);
+  const bool is_flat = are_segments(pair, n);
+  if (is_flat) {
+    const Witness w = edge_witness(pair, longest_of(pair.aa), longest_of(pair.bb));
+    const Bounds bounds = prove(pair, w.m, w.D);
+    if (is_certified(pair, bounds.lower, bounds.upper)) return result_of(w, bounds);
+    found = result_of(w, bounds);
+    direction = w.D;
+  }
+  const Facets facets(pair, n);
   const Scalar contact = kTriangleContactGap * pair.size;
-  if (facets.best > contact * contact) {
+  if (!is_flat && facets.best > contact * contact) {
     const Witness w = facets.code < 9 ? edge_witness(pair, facets.code / 3, facets.code % 3)
                                       : face_witness(pair, facets, facets.code == 9);
     const Bounds bounds = prove(pair, w.m, w.D);

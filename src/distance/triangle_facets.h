@@ -8,6 +8,11 @@
 
 namespace dyop::internal {
 
+/// Face normals a_2 x a_0 and b_2 x b_0, not normalised.
+inline VectorPair face_normals(const TrianglePair& pair) {
+  return highs(pair.a02, pair.b02).cross(lows(pair.a02, pair.b02));
+}
+
 /// The facets of the Minkowski difference B - A, judged from the origin. The distance of the
 /// triangles is that of the origin to it; its facets are the faces of A and B swept by nothing more
 /// than a vertex, and parallelograms of one edge of each.
@@ -15,13 +20,14 @@ namespace dyop::internal {
 /// Computed in pairs of lanes. Edge pairs (i, j) are kept in five of them: rows j = 0, 2, 1 with
 /// lanes i = 0, 2; then i = 1 with lanes j = 0, 2; then i = j = 1.
 struct Facets {
-  VectorPair n;        ///< face normals a_2 x a_0 and b_2 x b_0, not normalised
+  VectorPair n;        ///< face_normals()
   LanePair height[3];  ///< of vertex k of B over A's plane (low), of A over B's plane (high)
   LanePair h[5];       ///< a_i x b_j . (B_j - A_i)
   Scalar best;         ///< largest signed squared gap of a facet; negative if the origin sees none
   int code;            ///< of that facet: 3 i + j for edges i and j, 9 for A's face, 10 for B's
 
-  explicit Facets(const TrianglePair& pair);
+  /// @param normals face_normals(pair)
+  Facets(const TrianglePair& pair, const VectorPair& normals);
 };
 
 /// Signed square of a gap over the squared norm, never NaN, with the code of the facet in its
@@ -36,14 +42,13 @@ inline LanePair score(LanePair signed_square, LanePair squared_norm, int low, in
 inline LanePair edge_score(LanePair h, LanePair alpha, LanePair beta, LanePair squares, LanePair ab,
                            int low, int high) {
   // The Gram determinant keeps half of its digits, enough for a choice.
-  const LanePair gram = larger(squares - ab * ab, LanePair(kTriangleParallelSquare) * squares);
+  const LanePair gram = squares - ab * ab;
   const LanePair is_inner = above(LanePair(0), alpha * beta);
   const LanePair square = turned(h, alpha) * magnitude(h);
   return score(selected(is_inner, LanePair(-kLargestScore), square), gram, low, high);
 }
 
-inline Facets::Facets(const TrianglePair& pair)
-    : n(highs(pair.a02, pair.b02).cross(lows(pair.a02, pair.b02))) {
+inline Facets::Facets(const TrianglePair& pair, const VectorPair& normals) : n(normals) {
   const VectorPair& a02 = pair.a02;
   const VectorPair& b02 = pair.b02;
   const VectorPair r(pair.r);
@@ -75,9 +80,11 @@ inline Facets::Facets(const TrianglePair& pair)
   h[2] = -(det0 + det2) - alpha02;
   h[3] = -det1 - beta02;
   h[4] = ((det1 + swapped(det1)) - alpha1) - beta1;
-  const LanePair aa02(pair.aa[0], pair.aa[2]);
+  // Enlarged, so that the determinants of parallel edges are positive.
+  const LanePair enlarged(1 + kTriangleParallelSquare);
+  const LanePair aa02 = LanePair(pair.aa[0], pair.aa[2]) * enlarged;
+  const LanePair aa1 = LanePair(pair.aa[1]) * enlarged;
   const LanePair bb02(pair.bb[0], pair.bb[2]);
-  const LanePair aa1(pair.aa[1]);
   const LanePair bb1(pair.bb[1]);
   const LanePair score0 = edge_score(h[0], alpha02, beta0, aa02 * lows(bb02, bb02), ab0, 0, 6);
   const LanePair score1 = edge_score(h[1], alpha02, beta2, aa02 * highs(bb02, bb02), ab2, 2, 8);

@@ -39,14 +39,6 @@ class Search {
 
   bool offer(const Witness& w) { return offer(w, w.m); }
 
-  /// Takes over a point that both triangles have: vertices i and j.
-  void offer_common(std::size_t i, std::size_t j) {
-    result_.upper = 0;
-    result_.p_a = result_.p_b = pair_.A[i];
-    result_.feature_a = feature_of_place(static_cast<int>(i));
-    result_.feature_b = feature_of_place(static_cast<int>(j));
-  }
-
   bool is_done() const { return result_.upper - result_.lower <= kTriangleNoise * pair_.size; }
 
   /// The answer. Touching pairs get the normal of the facet that is least deep.
@@ -164,18 +156,6 @@ bool find_piercing(const TrianglePair& pair, const Facets& f, Search& search) {
   return false;
 }
 
-/// Looks for a vertex that both triangles have.
-bool find_shared_vertex(const TrianglePair& pair, Search& search) {
-  for (std::size_t i = 0; i < 3; ++i) {
-    for (std::size_t j = 0; j < 3; ++j) {
-      if (pair.A[i] != pair.B[j]) continue;
-      search.offer_common(i, j);
-      return true;
-    }
-  }
-  return false;
-}
-
 /// The nearest points of all pairs of edges, [3 i + j].
 using EdgeWitnesses = std::array<Witness, 9>;
 
@@ -190,7 +170,13 @@ int nearest_of(const EdgeWitnesses& all) {
 /// All 9 pairs of edges and both faces; ends as soon as the pair is certified.
 bool try_everything(const TrianglePair& pair, const Facets& facets, EdgeWitnesses& all,
                     Search& search) {
-  for (int k = 0; k < 9; ++k) all[at(k)] = edge_witness(pair, k / 3, k % 3);
+  const Scalar touching = kTriangleSizeSlack * pair.size;
+  for (int k = 0; k < 9; ++k) {
+    Witness& w = all[at(k)];
+    w = edge_witness(pair, k / 3, k % 3);
+    // Then no lower bound is left to be found.
+    if (dot(w.D, w.D) <= touching * touching && search.offer(w)) return true;
+  }
   const int k = nearest_of(all);
   const Witness& best = all[at(k)];
   if (search.offer(best) || search.offer(best, best.D)) return true;
@@ -261,7 +247,7 @@ bool try_all_axes(const TrianglePair& pair, const EdgeWitnesses& all, Search& se
 bool walk(const TrianglePair& pair, Vector3 direction, Search& search) {
   for (int step = 0; step < kTriangleWalkLimit; ++step) {
     const Witness w = directed_witness(pair, direction);
-    if (search.offer(w) || search.offer(w, w.D)) return true;
+    if (search.offer(w)) return true;
     direction = w.D;
   }
   return false;
@@ -272,14 +258,13 @@ bool walk(const TrianglePair& pair, Vector3 direction, Search& search) {
 TriangleDistance resolve_triangle_pair(const TrianglePair& pair, const Facets& facets,
                                        const Vector3& direction, const TriangleDistance& found) {
   Search search(pair, found);
-  if (!(found.lower > 0) &&
-      (find_shared_vertex(pair, search) || find_piercing(pair, facets, search))) {
+  if (search.is_done() || (!(found.lower > 0) && find_piercing(pair, facets, search))) {
     return search.finished(facets);
   }
   EdgeWitnesses all;
   if (!walk(pair, direction, search) && !try_everything(pair, facets, all, search) &&
-      !try_all_axes(pair, all, search)) {
-    try_blends(pair, all, search);
+      !try_blends(pair, all, search)) {
+    try_all_axes(pair, all, search);
   }
   return search.finished(facets);
 }

@@ -187,6 +187,22 @@ TEST(TriangleDistance, IsExactlyZeroForSharedVertices) {
   EXPECT_EQ(same.upper, 0);
 }
 
+// Each face lies on one side of the other's plane or in it, so that one of the planes separates.
+TEST(TriangleDistance, SeparatesTrianglesWithACommonEdgeByAFace) {
+  std::mt19937_64 random(12);
+  for (int i = 0; i < 2000; ++i) {
+    const auto [a, b] = testing::random_triangle_pair(testing::TriangleFamily::SharedEdge, random);
+    const TriangleDistance d = triangle_distance(a, b);
+    ASSERT_TRUE(d.is_crossing);
+    ASSERT_EQ(d.upper, 0);
+    ASSERT_NEAR(d.normal.norm(), 1, 8 * kUnitRoundoff);
+    ASSERT_GE(testing::slab_gap(a, b, d.normal), testing::wide(-triangle_noise(a, b))) << i;
+  }
+  // Two faces of a cube that lies on another: the normal is that of the plane, not in it.
+  const Triangle across{Vector3(1, 0, 0), Vector3(0, 1, 0), Vector3(1, 1, 0)};
+  EXPECT_EQ(std::abs(triangle_distance(kUnit, across).normal.z()), 1);
+}
+
 TEST(TriangleDistance, KeepsItsBoundsAtTheEndsOfTheRange) {
   std::mt19937_64 random(7);
   for (const Scalar factor : {1e-300, 1e-160, 1e-60, 1e-20, 1e20, 1e60}) {

@@ -108,7 +108,7 @@ inline constexpr std::size_t kLargestTriangleCount = std::size_t{1} << 27;
 
 /// Rounding of triangle_distance(), as multiples of u; docs/algorithms/dyop.md, "Rounding", has the
 /// proof. The first times the computed length plus the second times the size of the pair covers the
-/// rounding of a slab gap (5.6 and 6.1 u, with the final operation 6.6) and of a witness's length
+/// rounding of a slab gap (6.6 and 6.1 u, with the final operation 7.6) and of a witness's length
 /// (6.5 and 5.5 u, with the final operation 7.5). Smaller: nothing is proven; larger: wider bounds.
 inline constexpr Scalar kTriangleRelativeSlack = 8 * kUnitRoundoff;
 inline constexpr Scalar kTriangleSizeSlack = 7 * kUnitRoundoff;
@@ -130,6 +130,11 @@ inline constexpr Scalar kSmallestSquaredDirection = 0x1p-900;
 /// Squared sine below which two edges count as parallel when facets are ranked. Speed only: the
 /// Gram determinant has no correct digit below 1e-15. Used by triangle_distance().
 inline constexpr Scalar kTriangleParallelSquare = 1e-12;
+
+/// Squared sine of the angle at vertex 0 up to which a triangle counts as a segment when its first
+/// candidate is chosen. Speed only: three collinear vertices are off their line by rounding, 2u of
+/// its length. Used by triangle_distance().
+inline constexpr Scalar kTriangleFlatSquare = 0x1p-96;
 
 /// Steps from a witness to the edges that support along it, before all edges are tried (limit).
 /// Speed only, found by measurement. Used by triangle_distance().

@@ -8,8 +8,8 @@ namespace dyop {
 
 /// Answer of triangle_distance(). Points and normal are in the frame of the arguments.
 struct TriangleDistance {
-  Scalar lower = 0;  ///< never above the true distance; 0 if not proven positive
-  Scalar upper = 0;  ///< never below the true distance
+  Scalar lower = 0;               ///< never above the true distance; 0 if not proven positive
+  Scalar upper = 0;               ///< never below the true distance
   Vector3 p_a = Vector3::Zero();  ///< witness point on a, within rounding
   Vector3 p_b = Vector3::Zero();  ///< witness point on b, within rounding
   /// Unit vector from a to b whose slab gap min_b n.x - max_a n.x proves `lower`; when lower is 0

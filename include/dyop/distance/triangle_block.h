@@ -1,0 +1,29 @@
+#pragma once
+
+// Triangles in blocks, so that several are read at once. No includes: the kernels that are compiled
+// once an instruction set read it.
+
+namespace dyop {
+
+/// Triangles of a block, at most the lanes of any instruction set.
+inline constexpr int kTriangleBlockWidth = 8;
+
+/// Eight triangles: coordinate k of vertex v of number n is at[3 v + k][n].
+struct alignas(64) TriangleBlock {
+  double at[9][kTriangleBlockWidth];
+};
+
+/// The answers of triangle_distance() for eight pairs, by member.
+struct alignas(64) TriangleDistanceBlock {
+  double lower[kTriangleBlockWidth];
+  double upper[kTriangleBlockWidth];
+  double p_a[3][kTriangleBlockWidth];
+  double p_b[3][kTriangleBlockWidth];
+  double normal[3][kTriangleBlockWidth];
+  /// Features: 0..2 vertex, 3 + k edge from vertex k to k + 1, 6 face.
+  unsigned char place_a[kTriangleBlockWidth];
+  unsigned char place_b[kTriangleBlockWidth];
+  unsigned char is_crossing[kTriangleBlockWidth];  ///< 0 or 1
+};
+
+}  // namespace dyop

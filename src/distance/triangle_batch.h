@@ -1,0 +1,12 @@
+#pragma once
+
+#include "core/instruction_set.h"
+#include "dyop/distance/triangle_distance_batch.h"
+
+namespace dyop::internal {
+
+/// triangle_distances() with an instruction set that this processor can run, for tests.
+void triangle_distances(const TriangleBlocks& a, const TriangleBlocks& b, InstructionSet set,
+                        TriangleDistanceBlocks& answers);
+
+}  // namespace dyop::internal

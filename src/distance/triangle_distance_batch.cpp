@@ -1,0 +1,213 @@
+#include "dyop/distance/triangle_distance_batch.h"
+
+#include <algorithm>
+#include <bit>
+
+#include "distance/triangle_batch.h"
+#include "distance/triangle_pair.h"
+#include "distance/triangle_wide.h"
+#include "dyop/core/error.h"
+
+namespace dyop {
+namespace internal {
+namespace {
+
+constexpr std::size_t kWidth = kTriangleBlockWidth;
+
+// Blocks that are taken through a kernel together: they fit the nearest cache.
+constexpr std::size_t kRun = 8;
+
+// The thorough kernel has these steps built in.
+static_assert(kTriangleWalkLimit == 2 && kTrianglePiercingSteps == 2);
+
+constexpr TriangleConstants kConstants{
+    kTriangleRelativeSlack,  kTriangleSizeSlack,   kTriangleNoise,
+    kSmallestTriangleSize,   kLargestTriangleSize, kSmallestSquaredDirection,
+    kTriangleParallelSquare, kTriangleFlatSquare,  kLargestScore,
+    kTriangleContactGap,     kTriangleFarRatio};
+
+Triangle triangle_at(const TriangleBlock& block, std::size_t n) {
+  Triangle triangle;
+  for (std::size_t v = 0; v < 3; ++v) {
+    triangle[v] = Vector3(block.at[3 * v][n], block.at[3 * v + 1][n], block.at[3 * v + 2][n]);
+  }
+  return triangle;
+}
+
+void copy_triangle(const TriangleBlock& source, std::size_t from, TriangleBlock& block,
+                   std::size_t to) {
+  for (std::size_t k = 0; k < 9; ++k) block.at[k][to] = source.at[k][from];
+}
+
+void copy_answer(const TriangleDistanceBlock& source, std::size_t from,
+                 TriangleDistanceBlock& block, std::size_t to) {
+  block.lower[to] = source.lower[from];
+  block.upper[to] = source.upper[from];
+  for (std::size_t k = 0; k < 3; ++k) {
+    block.p_a[k][to] = source.p_a[k][from];
+    block.p_b[k][to] = source.p_b[k][from];
+    block.normal[k][to] = source.normal[k][from];
+  }
+  block.place_a[to] = source.place_a[from];
+  block.place_b[to] = source.place_b[from];
+  block.is_crossing[to] = source.is_crossing[from];
+}
+
+unsigned char place_of(const Feature& feature) {
+  unsigned char place = 0;
+  while (place < kFaceCode && feature_of_place(place) != feature) ++place;
+  return place;
+}
+
+void solve_alone(const TriangleBlock& a, const TriangleBlock& b, TriangleDistanceBlock& block,
+                 std::size_t n) {
+  const TriangleDistance d = triangle_distance(triangle_at(a, n), triangle_at(b, n));
+  block.lower[n] = d.lower;
+  block.upper[n] = d.upper;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const auto axis = static_cast<Eigen::Index>(k);
+    block.p_a[k][n] = d.p_a[axis];
+    block.p_b[k][n] = d.p_b[axis];
+    block.normal[k][n] = d.normal[axis];
+  }
+  block.place_a[n] = place_of(d.feature_a);
+  block.place_b[n] = place_of(d.feature_b);
+  block.is_crossing[n] = d.is_crossing ? 1 : 0;
+}
+
+// Solves blocks of pairs. Pairs that the quick kernel leaves open wait in blocks of their own until
+// these are full, so that the thorough kernel has work for all lanes.
+class BatchSolver {
+ public:
+  BatchSolver(const TriangleBlocks& a, const TriangleBlocks& b, TriangleDistanceBlocks& answers,
+              InstructionSet set)
+      : a_(a.blocks().data()),
+        b_(b.blocks().data()),
+        answers_(answers.blocks().data()),
+        count_(a.size()),
+        kernels_(triangle_wide_kernels(set)) {}
+
+  void solve() {
+    const std::size_t block_count = (count_ + kWidth - 1) / kWidth;
+    for (std::size_t first = 0; first < block_count; first += kRun) {
+      solve(first, std::min(kRun, block_count - first));
+    }
+    flush();
+  }
+
+ private:
+  void solve(std::size_t first, std::size_t block_count) {
+    unsigned char decided[kRun];
+    run(kernels_.quick, first, block_count, decided);
+    int open_count = 0;
+    for (std::size_t n = 0; n < block_count; ++n)
+      open_count += kTriangleBlockWidth - std::popcount(decided[n]);
+    if (open_count == 0) return;
+    // Where most are open, the whole run again is cheaper than copies.
+    const bool is_most = 2 * open_count > static_cast<int>(block_count) * kTriangleBlockWidth;
+    if (is_most) run(kernels_.thorough, first, block_count, decided);
+    for (std::size_t block = 0; block < block_count; ++block) {
+      for (unsigned open = ~unsigned{decided[block]} & 0xff; open != 0; open &= open - 1) {
+        const std::size_t n =
+            kWidth * (first + block) + static_cast<std::size_t>(std::countr_zero(open));
+        if (n >= count_) break;
+        if (is_most) {
+          solve_alone(a_[n / kWidth], b_[n / kWidth], answers_[n / kWidth], n % kWidth);
+        } else {
+          enqueue(n);
+        }
+      }
+    }
+  }
+
+  void run(TriangleWideKernel kernel, std::size_t first, std::size_t block_count,
+           unsigned char* decided) {
+    kernel(a_ + first, b_ + first, answers_ + first, static_cast<int>(block_count), kConstants,
+           decided);
+  }
+
+  void enqueue(std::size_t n) {
+    const std::size_t to = waiting_count_;
+    waiting_[to] = n;
+    copy_triangle(a_[n / kWidth], n % kWidth, waiting_a_[to / kWidth], to % kWidth);
+    copy_triangle(b_[n / kWidth], n % kWidth, waiting_b_[to / kWidth], to % kWidth);
+    if (++waiting_count_ == kRun * kWidth) flush();
+  }
+
+  void flush() {
+    const std::size_t block_count = (waiting_count_ + kWidth - 1) / kWidth;
+    unsigned char decided[kRun];
+    kernels_.thorough(waiting_a_, waiting_b_, waiting_answers_, static_cast<int>(block_count),
+                      kConstants, decided);
+    for (std::size_t k = 0; k < waiting_count_; ++k) {
+      const std::size_t n = waiting_[k];
+      if ((decided[k / kWidth] >> k % kWidth & 1) != 0) {
+        copy_answer(waiting_answers_[k / kWidth], k % kWidth, answers_[n / kWidth], n % kWidth);
+      } else {
+        solve_alone(a_[n / kWidth], b_[n / kWidth], answers_[n / kWidth], n % kWidth);
+      }
+    }
+    waiting_count_ = 0;
+  }
+
+  const TriangleBlock* a_;
+  const TriangleBlock* b_;
+  TriangleDistanceBlock* answers_;
+  std::size_t count_;
+  const TriangleWideKernels& kernels_;
+  std::size_t waiting_count_ = 0;
+  std::size_t waiting_[kRun * kWidth];
+  TriangleBlock waiting_a_[kRun] = {};
+  TriangleBlock waiting_b_[kRun] = {};
+  TriangleDistanceBlock waiting_answers_[kRun];
+};
+
+}  // namespace
+
+void triangle_distances(const TriangleBlocks& a, const TriangleBlocks& b, InstructionSet set,
+                        TriangleDistanceBlocks& answers) {
+  DYOP_REQUIRE(a.size() == b.size(), a.size(), " triangles against ", b.size());
+  answers.resize(a.size());
+  BatchSolver(a, b, answers, set).solve();
+}
+
+}  // namespace internal
+
+TriangleBlocks::TriangleBlocks(std::size_t count)
+    : count_(count), blocks_((count + internal::kWidth - 1) / internal::kWidth) {}
+
+Triangle TriangleBlocks::operator[](std::size_t n) const {
+  return internal::triangle_at(blocks_[n / internal::kWidth], n % internal::kWidth);
+}
+
+void TriangleBlocks::set(std::size_t n, const Triangle& triangle) {
+  TriangleBlock& block = blocks_[n / internal::kWidth];
+  for (std::size_t k = 0; k < 9; ++k) {
+    block.at[k][n % internal::kWidth] = triangle[k / 3][static_cast<Eigen::Index>(k % 3)];
+  }
+}
+
+void TriangleDistanceBlocks::resize(std::size_t count) {
+  count_ = count;
+  blocks_.resize((count + internal::kWidth - 1) / internal::kWidth);
+}
+
+TriangleDistance TriangleDistanceBlocks::operator[](std::size_t number) const {
+  const TriangleDistanceBlock& d = blocks_[number / internal::kWidth];
+  const std::size_t n = number % internal::kWidth;
+  return {d.lower[n],
+          d.upper[n],
+          Vector3(d.p_a[0][n], d.p_a[1][n], d.p_a[2][n]),
+          Vector3(d.p_b[0][n], d.p_b[1][n], d.p_b[2][n]),
+          Vector3(d.normal[0][n], d.normal[1][n], d.normal[2][n]),
+          internal::feature_of_place(d.place_a[n]),
+          internal::feature_of_place(d.place_b[n]),
+          d.is_crossing[n] != 0};
+}
+
+void triangle_distances(const TriangleBlocks& a, const TriangleBlocks& b,
+                        TriangleDistanceBlocks& answers) {
+  internal::triangle_distances(a, b, internal::best_instruction_set(), answers);
+}
+
+}  // namespace dyop

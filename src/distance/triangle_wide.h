@@ -1,0 +1,42 @@
+#pragma once
+
+#include "core/instruction_set.h"
+#include "dyop/distance/triangle_block.h"
+
+namespace dyop::internal {
+
+/// Constants of core/tolerance.h, which the kernels may not include.
+struct TriangleConstants {
+  double relative_slack;
+  double size_slack;
+  double noise;
+  double smallest_size;
+  double largest_size;
+  double smallest_squared_direction;
+  double parallel_square;
+  double flat_square;
+  double largest_score;
+  double contact_gap;
+  double far_ratio;
+};
+
+/// Answers of triangle_distance(), bit for bit, for those pairs of some blocks that need one of its
+/// first stages only.
+///
+/// @param decided A bit for each pair of a block: whether its answer is found. The others get
+/// meaningless numbers.
+using TriangleWideKernel = void (*)(const TriangleBlock* a, const TriangleBlock* b,
+                                    TriangleDistanceBlock* answers, int block_count,
+                                    const TriangleConstants& constants, unsigned char* decided);
+
+/// The kernels of an instruction set: `quick` takes pairs that one candidate decides, `thorough`
+/// also those that touch in a vertex, cross, or take a few steps.
+struct TriangleWideKernels {
+  TriangleWideKernel quick;
+  TriangleWideKernel thorough;
+};
+
+/// Those for an instruction set that this processor can run.
+const TriangleWideKernels& triangle_wide_kernels(InstructionSet set);
+
+}  // namespace dyop::internal

@@ -1,0 +1,9 @@
+#include "distance/triangle_wide_lanes.h"
+
+namespace dyop::internal {
+
+extern const TriangleWideKernels triangle_wide_baseline;
+const TriangleWideKernels triangle_wide_baseline = {decide_triangles<false>,
+                                                    decide_triangles<true>};
+
+}  // namespace dyop::internal

@@ -1,0 +1,19 @@
+#pragma once
+
+#include <vector>
+
+#include "core/instruction_set.h"
+
+namespace dyop::testing {
+
+/// The instruction sets that this processor and this build can run.
+inline std::vector<internal::InstructionSet> runnable_sets() {
+  using internal::InstructionSet;
+  std::vector<InstructionSet> sets{InstructionSet::Baseline};
+  const InstructionSet best = internal::best_instruction_set();
+  if (best != InstructionSet::Baseline) sets.push_back(InstructionSet::Avx2);
+  if (best == InstructionSet::Avx512) sets.push_back(InstructionSet::Avx512);
+  return sets;
+}
+
+}  // namespace dyop::testing
