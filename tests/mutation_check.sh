@@ -31,7 +31,7 @@ mistake leaf_range_one_short src/geometry/mesh_hierarchy.cpp geometry '*' \
 mistake one_box_not_fitted src/geometry/mesh_hierarchy.cpp geometry '*' \
   'tbb::blocked_range<std::size_t>(1, ' 'tbb::blocked_range<std::size_t>(2, '
 mistake stored_box_not_rounded_up src/geometry/mesh_hierarchy.cpp geometry '*' \
-  'rounded_up(half_extents[i] + noise)' 'static_cast<float>(half_extents[i])'
+  'rounded_up(half_extents[i] + noise)' 'rounded_up(half_extents[i] - noise)'
 mistake lower_bound_rounded_up src/distance/triangle_pair.h distance 'TriangleDistance*' \
   'middle + low_negated(slack)' 'middle + slack'
 mistake witness_outside_its_face src/distance/feature_walk.h distance '*LinCanny*' \
@@ -43,15 +43,15 @@ mistake normal_swapped src/toi/time_of_impact.cpp toi 'TimeOfImpact.*' \
 mistake tolerance_overstretched src/toi/time_of_impact.cpp toi 'TimeOfImpact.*' \
   'near_(options.target_distance + options.distance_tolerance)' \
   'near_(options.target_distance + 1.25 * options.distance_tolerance)'
-mistake pairs_at_the_begin_skipped src/toi/time_of_impact.cpp toi 'TimeOfImpact.*' \
+mistake pairs_at_the_begin_skipped src/toi/time_of_impact.cpp toi '*AtTheBegin*' \
   'if (pair.time > interval_.begin || queue_.is_empty()) return' 'if (pair.b >= 0) return'
 mistake sign_in_the_coupled_bound src/toi/safe_step.h toi 'SafeStep*:*TimeOfImpact.*' \
   'const Vector3 k_W = n_W.cross(body.w_WB)' 'const Vector3 k_W = body.w_WB.cross(n_W)'
 mistake acceleration_dropped src/toi/safe_step.h toi 'SafeStep*' \
   'acceleration * (h * h / 2)' '0 * acceleration'
-mistake third_order_term_dropped src/toi/box_steps_lanes.h toi 'BoxSteps*' \
+mistake third_order_term_dropped src/toi/box_steps_lanes.h toi 'BoxSteps*:TurningBoxes*' \
   'bounds.jerk * (h_sq * h * L(1.0 / 6 + 0x1p-54))' 'bounds.jerk * L(0.0)'
-mistake half_diagonal_without_root_three src/toi/box_steps_lanes.h toi 'BoxSteps*:SafeStep*' \
+mistake half_diagonal_without_root_three src/toi/box_steps_lanes.h toi 'BoxSteps*:TurningBoxes*' \
   'radius = (root(dot(box.center, box.center)) + root(dot(box.half_extents, box.half_extents)))' \
   'radius = (root(dot(box.center, box.center)) + box.half_extents[0])'
 mistake nan_taken_for_safe src/toi/safe_step.cpp toi '*' \

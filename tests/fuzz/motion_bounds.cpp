@@ -42,11 +42,15 @@ Scalar within(Scalar rate, Scalar time) {
 // literal: what the contract test allows for the rounding of a twist, relative to the speeds
 constexpr Scalar kTwistNoise = 1e-12;
 
+// What is lost to underflow by speeds and times near the end of the range.
+constexpr Scalar kTiny = 0x1p-1000;
+
 void require_bounded_twist(const Twist& twist, const TwistBound& bound, const TwistBound& whole) {
-  require(twist.v_WB.stableNorm() <= bound.linear_speed + kTwistNoise * whole.linear_speed,
+  require(twist.v_WB.stableNorm() <= bound.linear_speed + kTiny + kTwistNoise * whole.linear_speed,
           "linear_speed bounds the velocity");
-  require(twist.w_WB.stableNorm() <= bound.angular_speed + kTwistNoise * whole.angular_speed,
-          "angular_speed bounds the angular velocity");
+  require(
+      twist.w_WB.stableNorm() <= bound.angular_speed + kTiny + kTwistNoise * whole.angular_speed,
+      "angular_speed bounds the angular velocity");
 }
 
 // By how much the motion from x to y may exceed the bounds for rounding alone: of poses, as
@@ -55,8 +59,6 @@ void require_bounded(const Motion& motion, const Sample& x, const Sample& y,
                      const TwistBound& bound, const TwistBound& whole) {
   const Scalar step = y.t - x.t;
   const Scalar late = std::max(std::abs(x.t), std::abs(y.t));
-  // literal: what is lost to underflow by speeds and times near the end of the range.
-  constexpr Scalar kTiny = 0x1p-1000;
   const Scalar turn_noise = kTiny + 2 * kPoseNoise * (1 + within(whole.angular_speed, late));
   const Scalar noise =
       kTiny +
@@ -74,10 +76,10 @@ void require_bounded(const Motion& motion, const Sample& x, const Sample& y,
   if (motion.smooth_until(x.t) == y.t) return;
   const Scalar soon = step + 8 * kUnitRoundoff * late;
   require((y.state.twist.v_WB - x.state.twist.v_WB).stableNorm() <=
-              bound.linear_acceleration * soon + kTwistNoise * whole.linear_speed,
+              bound.linear_acceleration * soon + kTiny + kTwistNoise * whole.linear_speed,
           "linear_acceleration bounds changes of the velocity");
   require((y.state.twist.w_WB - x.state.twist.w_WB).stableNorm() <=
-              bound.angular_acceleration * soon + kTwistNoise * whole.angular_speed,
+              bound.angular_acceleration * soon + kTiny + kTwistNoise * whole.angular_speed,
           "angular_acceleration bounds changes of the angular velocity");
 }
 

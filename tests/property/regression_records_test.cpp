@@ -37,8 +37,11 @@ TEST_P(RegressionRecords, KeepStatusAndPromises) {
   EXPECT_STREQ(ToiJudge(query).broken_distance(result, 200), nullptr);
 }
 
-INSTANTIATE_TEST_SUITE_P(All, RegressionRecords, ::testing::ValuesIn(record_files()),
-                         [](const auto& info) { return info.param.stem().string(); });
+std::string test_name(const ::testing::TestParamInfo<std::filesystem::path>& info) {
+  return info.param.stem().string();
+}
+
+INSTANTIATE_TEST_SUITE_P(All, RegressionRecords, ::testing::ValuesIn(record_files()), test_name);
 
 }  // namespace
 }  // namespace dyop::testing
