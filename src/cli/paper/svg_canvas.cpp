@@ -81,12 +81,21 @@ void SvgCanvas::circle(const Vector2& center, Scalar radius, const SvgStyle& sty
          attribute("r", radius), paint(style), "/>\n");
 }
 
-void SvgCanvas::polygon(const std::vector<Vector2>& corners, const SvgStyle& style) {
-  std::string points;
-  for (const Vector2& p : corners) append(points, number(p.x()), ",", number(p.y()), " ");
-  if (!points.empty()) points.pop_back();
-  append(elements_, "<polygon", attribute("points", points), attribute("stroke-linejoin", "round"),
+void SvgCanvas::add_points(std::string_view element, const std::vector<Vector2>& points,
+                           const SvgStyle& style) {
+  std::string list;
+  for (const Vector2& p : points) append(list, number(p.x()), ",", number(p.y()), " ");
+  if (!list.empty()) list.pop_back();
+  append(elements_, "<", element, attribute("points", list), attribute("stroke-linejoin", "round"),
          paint(style), "/>\n");
+}
+
+void SvgCanvas::polygon(const std::vector<Vector2>& corners, const SvgStyle& style) {
+  add_points("polygon", corners, style);
+}
+
+void SvgCanvas::polyline(const std::vector<Vector2>& points, const SvgStyle& style) {
+  add_points("polyline", points, style);
 }
 
 void SvgCanvas::text(const Vector2& at, std::string_view words, Scalar size, SvgAnchor anchor,

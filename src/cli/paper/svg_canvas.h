@@ -30,6 +30,7 @@ class SvgCanvas {
   void rectangle(const Vector2& corner, const Vector2& size, const SvgStyle& style);
   void circle(const Vector2& center, Scalar radius, const SvgStyle& style);
   void polygon(const std::vector<Vector2>& corners, const SvgStyle& style);
+  void polyline(const std::vector<Vector2>& points, const SvgStyle& style);
   void text(const Vector2& at, std::string_view words, Scalar size = 12,
             SvgAnchor anchor = SvgAnchor::Start, std::string_view colour = "#222222",
             bool is_bold = false);
@@ -43,6 +44,9 @@ class SvgCanvas {
   std::string str() const;
 
  private:
+  void add_points(std::string_view element, const std::vector<Vector2>& points,
+                  const SvgStyle& style);
+
   int width_;
   int height_;
   std::string title_;
