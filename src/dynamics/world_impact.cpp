@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "dynamics/impact_law.h"
+#include "dynamics/local_contacts.h"
 #include "dynamics/world_impl.h"
 #include "dyop/core/error.h"
 #include "toi/contact_of.h"
@@ -61,8 +62,11 @@ std::vector<WorldContact> World::Impl::gather_contacts(const ImpactEvent& event,
     const BodyRecord& b = bodies[index_of(pair.second)];
     // Twice the tolerance: what lands within one tolerance of the first contact lands with it.
     const Scalar reach = margin(pair.first, pair.second) + 2 * tolerance();
-    const std::vector<Contact> found =
-        find_contacts(*a.definition.shape, a.state.X_WB, *b.definition.shape, b.state.X_WB, reach);
+    const Shape& shape_a = *a.definition.shape;
+    const Shape& shape_b = *b.definition.shape;
+    const std::vector<Contact> found = internal::local_contacts(
+        find_contacts(shape_a, a.state.X_WB, shape_b, b.state.X_WB, reach), shape_a, a.state.X_WB,
+        shape_b, b.state.X_WB, reach);
     for (const Contact& contact : found) add(pair, contact);
     if (found.empty() && pair == BodyPair(event.a, event.b) && event.toi.contact) {
       // Gathering found nothing: the impact engine's own contact.

@@ -9,7 +9,9 @@
 #include "dyop/distance/distance.h"
 #include "dyop/geometry/box.h"
 #include "dyop/geometry/sphere.h"
+#include "dyop/geometry/triangle_mesh.h"
 #include "dyop/motion/constant_twist_motion.h"
+#include "support/mesh_generators.h"
 
 namespace dyop {
 namespace {
@@ -127,6 +129,29 @@ TEST(World, LaysABoxDownOnItsFourCorners) {
   EXPECT_TRUE(world.is_settled(box));
   EXPECT_NEAR(world.state(box).X_WB.translation().z(), 0.3, 2e-6);
   EXPECT_GT(world.state(box).X_WB.rotation()(2, 2), 1 - 1e-6);
+}
+
+// Over the inner edges of a floor of triangles: only friction, mu g t, takes speed away.
+TEST(World, SlidesOverTheEdgesOfAMeshAsCoulombSays) {
+  World world;
+  BodyDefinition floor = floor_body(0);
+  floor.shape = std::make_shared<TriangleMesh>(test_support::plate_grid(4, 4, 16, 16).mesh());
+  floor.initial.X_WB = RigidPose();
+  floor.friction = 0.1;
+  world.add_body(floor);
+  const auto cube =
+      std::make_shared<TriangleMesh>(test_support::box_mesh(Vector3(0.1, 0.1, 0.1)).mesh());
+  BodyDefinition body = dynamic_body("cube", cube, {-1, 0, 0.1005}, {1.5, 0.3, 0});
+  body.restitution = 0;
+  body.friction = 0.1;
+  const BodyId id = world.add_body(body);
+  const AdvanceReport report = world.advance(0.2);
+  EXPECT_EQ(report.status, AdvanceStatus::Completed);
+  const BodyState& state = world.state(id);
+  const Vector3 expected = Vector3(1.5, 0.3, 0) * (1 - 0.1 * 9.81 * 0.2 / std::hypot(1.5, 0.3));
+  EXPECT_LT((state.twist.v_WB - expected).norm(), 0.05 * expected.norm());
+  EXPECT_LT(state.twist.w_WB.norm(), 0.1);
+  EXPECT_NEAR(state.X_WB.translation().z(), 0.1, 1e-4);
 }
 
 TEST(World, WakesASettledBodyThatIsStruck) {
