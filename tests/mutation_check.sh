@@ -30,6 +30,9 @@ mistake leaf_range_one_short src/geometry/mesh_hierarchy.cpp geometry '*' \
   'first[end[std::size_t(child)]] - begin' 'first[end[std::size_t(child)]] - begin - 1'
 mistake one_box_not_fitted src/geometry/mesh_hierarchy.cpp geometry '*' \
   'tbb::blocked_range<std::size_t>(1, ' 'tbb::blocked_range<std::size_t>(2, '
+mistake refit_forgets_a_box src/geometry/mesh_hierarchy.cpp geometry '*' \
+  'result.fit_boxes(vertices, triangles);' \
+  'result.fit_boxes(vertices, triangles); result.nodes_.back() = nodes_.back();'
 mistake stored_box_not_rounded_up src/geometry/mesh_hierarchy.cpp geometry '*' \
   'rounded_up(half_extents[i] + noise)' 'rounded_up(half_extents[i] - noise)'
 mistake lower_bound_rounded_up src/distance/triangle_pair.h distance 'TriangleDistance*' \
