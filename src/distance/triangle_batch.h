@@ -1,6 +1,7 @@
 #pragma once
 
 #include "core/instruction_set.h"
+#include "dyop/distance/nearest_triangle.h"
 #include "dyop/distance/triangle_distance_batch.h"
 
 namespace dyop::internal {
@@ -8,5 +9,10 @@ namespace dyop::internal {
 /// triangle_distances() with an instruction set that this processor can run, for tests.
 void triangle_distances(const TriangleBlocks& a, const TriangleBlocks& b, InstructionSet set,
                         TriangleDistanceBlocks& answers);
+
+/// nearest_triangle(), likewise.
+std::optional<NearestTriangle> nearest_triangle(const Triangle& a, const TriangleBlock& block,
+                                                int count, const Vector3& direction, Scalar cutoff,
+                                                InstructionSet set);
 
 }  // namespace dyop::internal

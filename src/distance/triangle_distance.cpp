@@ -105,33 +105,30 @@ TriangleDistance triangle_distance(const Triangle& a, const Triangle& b) {
   }
   // From centroid to centroid.
   const VectorPair spread = pair.b02 - pair.a02;
-  Vector3 direction = pair.r + (spread.low() - spread.high()) * (Scalar{1} / 3);
+  const Vector3 direction = pair.r + (spread.low() - spread.high()) * (Scalar{1} / 3);
   if (dot(direction, direction) > kTriangleFarRatio * pair.edges) {
     const Witness w = directed_witness(pair, direction);
     const Bounds bounds = prove(pair, w.m, w.D);
     if (is_certified(pair, bounds.lower, bounds.upper)) return result_of(w, bounds);
   }
-  TriangleDistance found;
-  found.upper = kInfinity;
   const VectorPair n = face_normals(pair);
-  const bool is_flat = are_segments(pair, n);
-  if (is_flat) {
+  if (are_segments(pair, n)) {
     const Witness w = edge_witness(pair, longest_of(pair.aa), longest_of(pair.bb));
     const Bounds bounds = prove(pair, w.m, w.D);
     if (is_certified(pair, bounds.lower, bounds.upper)) return result_of(w, bounds);
-    found = result_of(w, bounds);
-    direction = w.D;
+    return resolve_triangle_pair(pair, Facets(pair, n), w.D, result_of(w, bounds));
   }
   const Facets facets(pair, n);
   const Scalar contact = kTriangleContactGap * pair.size;
-  if (!is_flat && facets.best > contact * contact) {
+  if (facets.best > contact * contact) {
     const Witness w = facets.code < 9 ? edge_witness(pair, facets.code / 3, facets.code % 3)
                                       : face_witness(pair, facets, facets.code == 9);
     const Bounds bounds = prove(pair, w.m, w.D);
     if (is_certified(pair, bounds.lower, bounds.upper)) return result_of(w, bounds);
-    found = result_of(w, bounds);
-    direction = w.D;
+    return resolve_triangle_pair(pair, facets, w.D, result_of(w, bounds));
   }
+  TriangleDistance found;
+  found.upper = kInfinity;
   return resolve_triangle_pair(pair, facets, direction, found);
 }
 

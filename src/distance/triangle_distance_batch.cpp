@@ -4,8 +4,7 @@
 #include <bit>
 
 #include "distance/triangle_batch.h"
-#include "distance/triangle_pair.h"
-#include "distance/triangle_wide.h"
+#include "distance/triangle_block_access.h"
 #include "dyop/core/error.h"
 
 namespace dyop {
@@ -16,23 +15,6 @@ constexpr std::size_t kWidth = kTriangleBlockWidth;
 
 // Blocks that are taken through a kernel together: they fit the nearest cache.
 constexpr std::size_t kRun = 8;
-
-// The thorough kernel has these steps built in.
-static_assert(kTriangleWalkLimit == 2 && kTrianglePiercingSteps == 2);
-
-constexpr TriangleConstants kConstants{
-    kTriangleRelativeSlack,  kTriangleSizeSlack,   kTriangleNoise,
-    kSmallestTriangleSize,   kLargestTriangleSize, kSmallestSquaredDirection,
-    kTriangleParallelSquare, kTriangleFlatSquare,  kLargestScore,
-    kTriangleContactGap,     kTriangleFarRatio};
-
-Triangle triangle_at(const TriangleBlock& block, std::size_t n) {
-  Triangle triangle;
-  for (std::size_t v = 0; v < 3; ++v) {
-    triangle[v] = Vector3(block.at[3 * v][n], block.at[3 * v + 1][n], block.at[3 * v + 2][n]);
-  }
-  return triangle;
-}
 
 void copy_triangle(const TriangleBlock& source, std::size_t from, TriangleBlock& block,
                    std::size_t to) {
@@ -122,8 +104,8 @@ class BatchSolver {
 
   void run(TriangleWideKernel kernel, std::size_t first, std::size_t block_count,
            unsigned char* decided) {
-    kernel(a_ + first, b_ + first, answers_ + first, static_cast<int>(block_count), kConstants,
-           decided);
+    kernel(a_ + first, b_ + first, answers_ + first, static_cast<int>(block_count),
+           triangle_constants(), decided);
   }
 
   void enqueue(std::size_t n) {
@@ -138,7 +120,7 @@ class BatchSolver {
     const std::size_t block_count = (waiting_count_ + kWidth - 1) / kWidth;
     unsigned char decided[kRun];
     kernels_.thorough(waiting_a_, waiting_b_, waiting_answers_, static_cast<int>(block_count),
-                      kConstants, decided);
+                      triangle_constants(), decided);
     for (std::size_t k = 0; k < waiting_count_; ++k) {
       const std::size_t n = waiting_[k];
       if ((decided[k / kWidth] >> k % kWidth & 1) != 0) {
@@ -181,10 +163,7 @@ Triangle TriangleBlocks::operator[](std::size_t n) const {
 }
 
 void TriangleBlocks::set(std::size_t n, const Triangle& triangle) {
-  TriangleBlock& block = blocks_[n / internal::kWidth];
-  for (std::size_t k = 0; k < 9; ++k) {
-    block.at[k][n % internal::kWidth] = triangle[k / 3][static_cast<Eigen::Index>(k % 3)];
-  }
+  internal::set_triangle(blocks_[n / internal::kWidth], n % internal::kWidth, triangle);
 }
 
 void TriangleDistanceBlocks::resize(std::size_t count) {
@@ -192,17 +171,8 @@ void TriangleDistanceBlocks::resize(std::size_t count) {
   blocks_.resize((count + internal::kWidth - 1) / internal::kWidth);
 }
 
-TriangleDistance TriangleDistanceBlocks::operator[](std::size_t number) const {
-  const TriangleDistanceBlock& d = blocks_[number / internal::kWidth];
-  const std::size_t n = number % internal::kWidth;
-  return {d.lower[n],
-          d.upper[n],
-          Vector3(d.p_a[0][n], d.p_a[1][n], d.p_a[2][n]),
-          Vector3(d.p_b[0][n], d.p_b[1][n], d.p_b[2][n]),
-          Vector3(d.normal[0][n], d.normal[1][n], d.normal[2][n]),
-          internal::feature_of_place(d.place_a[n]),
-          internal::feature_of_place(d.place_b[n]),
-          d.is_crossing[n] != 0};
+TriangleDistance TriangleDistanceBlocks::operator[](std::size_t n) const {
+  return internal::answer_at(blocks_[n / internal::kWidth], n % internal::kWidth);
 }
 
 void triangle_distances(const TriangleBlocks& a, const TriangleBlocks& b,

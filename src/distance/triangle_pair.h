@@ -50,25 +50,18 @@ struct TrianglePair {
         B(B_in),
         a02(VectorPair(A[1], A[0]) - VectorPair(A[0], A[2])),
         b02(VectorPair(B[1], B[0]) - VectorPair(B[0], B[2])),
+        a{a02.low(), A[2] - A[1], a02.high()},
+        b{b02.low(), B[2] - B[1], b02.high()},
         r(B[0] - A[0]) {
-    const VectorPair ab1 = VectorPair(A[2], B[2]) - VectorPair(A[1], B[1]);
-    a[0] = a02.low();
-    a[1] = ab1.low();
-    a[2] = a02.high();
-    b[0] = b02.low();
-    b[1] = ab1.high();
-    b[2] = b02.high();
     const LanePair aa02 = a02.dot(a02);
     const LanePair bb02 = b02.dot(b02);
-    const LanePair squares1 = ab1.dot(ab1);
     aa[0] = aa02.low();
-    aa[1] = squares1.low();
+    aa[1] = dot(a[1], a[1]);
     aa[2] = aa02.high();
     bb[0] = bb02.low();
-    bb[1] = squares1.high();
+    bb[1] = dot(b[1], b[1]);
     bb[2] = bb02.high();
-    const LanePair sums = (lows(aa02, bb02) + squares1) + highs(aa02, bb02);
-    edges = sums.low() + sums.high();
+    edges = (aa[0] + aa[1] + aa[2]) + (bb[0] + bb[1] + bb[2]);
     // The longest edge e of a triangle has e^2 <= 2/3 of the sum of squares, and
     // x + y + z <= sqrt(3 (x^2 + y^2 + z^2)). A sum, not a maximum, so that NaN survives.
     size = root(LanePair(3 * dot(r, r) + 2 * edges)).low();

@@ -167,7 +167,7 @@ int nearest_of(const EdgeWitnesses& all) {
   return nearest;
 }
 
-/// All 9 pairs of edges and both faces; ends as soon as the pair is certified.
+/// All 9 pairs of edges, and both faces.
 bool try_everything(const TrianglePair& pair, const Facets& facets, EdgeWitnesses& all,
                     Search& search) {
   const Scalar touching = kTriangleSizeSlack * pair.size;
@@ -177,23 +177,35 @@ bool try_everything(const TrianglePair& pair, const Facets& facets, EdgeWitnesse
     // Then no lower bound is left to be found.
     if (dot(w.D, w.D) <= touching * touching && search.offer(w)) return true;
   }
+  return search.offer(all[at(nearest_of(all))]) || search.offer(face_witness(pair, facets, true)) ||
+         search.offer(face_witness(pair, facets, false));
+}
+
+/// The same with directions that are freed of what rounding has left along the edges.
+bool try_cleaned(const TrianglePair& pair, const Facets& facets, const EdgeWitnesses& all,
+                 Search& search) {
   const int k = nearest_of(all);
   const Witness& best = all[at(k)];
-  if (search.offer(best) || search.offer(best, best.D)) return true;
+  if (search.offer(best, best.D)) return true;
   if (search.offer(best, squared_to(best.m, pair.a[k / 3], pair.b[k % 3]))) return true;
   for (const bool of_a : {true, false}) {
     const Witness w = face_witness(pair, facets, of_a);
     const Vector3* e = of_a ? pair.a : pair.b;
-    if (search.offer(w) || search.offer(w, squared_to(w.m, e[0], e[1]))) return true;
+    if (search.offer(w, squared_to(w.m, e[0], e[1]))) return true;
   }
   return false;
+}
+
+/// How far along the line from one vector to another the point nearest to the origin is.
+Scalar blend_share(const Vector3& from, const Vector3& to) {
+  const Vector3 step = to - from;
+  return clamped(-dot(from, step) / dot(step, step), 1);
 }
 
 /// The point nearest to the origin on the line between two points of B - A. Its points lie in A and
 /// in B because both are convex.
 Witness blended(const Witness& w1, const Witness& w2) {
-  const Vector3 step = w2.D - w1.D;
-  const Scalar second = clamped(-dot(w1.D, step) / dot(step, step), 1);
+  const Scalar second = blend_share(w1.D, w2.D);
   const Scalar first = 1 - second;
   Witness w;
   w.D = first * w1.D + second * w2.D;
@@ -214,15 +226,24 @@ bool try_blends(const TrianglePair& pair, const EdgeWitnesses& all, Search& sear
   const Scalar limit = pair.size / 8;
   if (!(dot(best.D, best.D) < limit * limit)) return false;
   for (int step = 0; step < kTriangleBlendLimit; ++step) {
-    Witness next = best;
+    int partner = -1;
+    Scalar least = dot(best.D, best.D);
     for (int k = 0; k < 9; ++k) {
-      if (!(dot(all[at(k)].D, all[at(k)].D) < limit * limit)) continue;
-      const Witness between = blended(best, all[at(k)]);
-      if (!(dot(between.D, between.D) < dot(next.D, next.D))) continue;
-      next = between;
-      nearest = k;
+      const Vector3& other = all[at(k)].D;
+      if (!(dot(other, other) < limit * limit)) continue;
+      const Scalar share = blend_share(best.D, other);
+      const Vector3 between = (1 - share) * best.D + share * other;
+      const Scalar squared = dot(between, between);
+      if (!(squared < least)) continue;
+      least = squared;
+      partner = k;
     }
-    best = next;
+    if (partner >= 0) {
+      best = blended(best, all[at(partner)]);
+      nearest = partner;
+    } else if (step > 0) {
+      return false;
+    }
     const Vector3& a = pair.a[nearest / 3];
     const Vector3& b = pair.b[nearest % 3];
     const Vector3 off_a = best.D - a * (dot(best.D, a) / dot(a, a));
@@ -263,7 +284,7 @@ TriangleDistance resolve_triangle_pair(const TrianglePair& pair, const Facets& f
   }
   EdgeWitnesses all;
   if (!walk(pair, direction, search) && !try_everything(pair, facets, all, search) &&
-      !try_blends(pair, all, search)) {
+      !try_blends(pair, all, search) && !try_cleaned(pair, facets, all, search)) {
     try_all_axes(pair, all, search);
   }
   return search.finished(facets);

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "distance/triangle_search_lanes.h"
+#include "distance/triangle_answer_lanes.h"
 
 // Pairs with vertices in common, as in triangle_shared.cpp, with one pair a lane.
 namespace dyop::internal {

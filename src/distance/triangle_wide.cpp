@@ -1,5 +1,8 @@
 #include "distance/triangle_wide.h"
 
+#include "distance/triangle_block_access.h"
+#include "dyop/core/tolerance.h"
+
 namespace dyop::internal {
 
 extern const TriangleWideKernels triangle_wide_baseline;
@@ -15,6 +18,18 @@ const TriangleWideKernels& triangle_wide_kernels(InstructionSet set) {
 #endif
   (void)set;
   return triangle_wide_baseline;
+}
+
+// The thorough kernel has these steps built in.
+static_assert(kTriangleWalkLimit == 2 && kTrianglePiercingSteps == 2);
+
+const TriangleConstants& triangle_constants() {
+  static constexpr TriangleConstants kConstants{
+      kTriangleRelativeSlack,  kTriangleSizeSlack,   kTriangleNoise,
+      kSmallestTriangleSize,   kLargestTriangleSize, kSmallestSquaredDirection,
+      kTriangleParallelSquare, kTriangleFlatSquare,  kLargestScore,
+      kTriangleContactGap,     kTriangleFarRatio};
+  return kConstants;
 }
 
 }  // namespace dyop::internal

@@ -29,11 +29,25 @@ using TriangleWideKernel = void (*)(const TriangleBlock* a, const TriangleBlock*
                                     TriangleDistanceBlock* answers, int block_count,
                                     const TriangleConstants& constants, unsigned char* decided);
 
+/// A triangle, seen along a direction.
+struct TriangleSlab {
+  double origin[3];  ///< its vertex 0
+  double direction[3];
+  double start;    ///< greatest product of the direction and a vertex from the origin
+  double largest;  ///< coordinate of a vertex from the origin
+  double noise;    ///< rounding of a product, over the largest coordinate
+  double limit;    ///< cutoff times the length of the direction, rounded up
+};
+
+/// The triangles of a block, as bits, that the slab does not prove to be beyond its limit.
+using TriangleSlabKernel = unsigned (*)(const TriangleBlock& block, const TriangleSlab& slab);
+
 /// The kernels of an instruction set: `quick` takes pairs that one candidate decides, `thorough`
 /// also those that touch in a vertex, cross, or take a few steps.
 struct TriangleWideKernels {
   TriangleWideKernel quick;
   TriangleWideKernel thorough;
+  TriangleSlabKernel slab;
 };
 
 /// Those for an instruction set that this processor can run.

@@ -3,6 +3,7 @@
 namespace dyop::internal {
 
 extern const TriangleWideKernels triangle_wide_avx2;
-const TriangleWideKernels triangle_wide_avx2 = {decide_triangles<false>, decide_triangles<true>};
+const TriangleWideKernels triangle_wide_avx2 = {decide_triangles<false>, decide_triangles<true>,
+                                                triangles_within};
 
 }  // namespace dyop::internal

@@ -3,7 +3,7 @@
 namespace dyop::internal {
 
 extern const TriangleWideKernels triangle_wide_baseline;
-const TriangleWideKernels triangle_wide_baseline = {decide_triangles<false>,
-                                                    decide_triangles<true>};
+const TriangleWideKernels triangle_wide_baseline = {decide_triangles<false>, decide_triangles<true>,
+                                                    triangles_within};
 
 }  // namespace dyop::internal

@@ -1,6 +1,5 @@
 #pragma once
 
-#include "distance/triangle_search_lanes.h"
 #include "distance/triangle_shared_lanes.h"
 
 // The kernels of triangle_wide.h for the instruction set that the including file is compiled for.
@@ -131,6 +130,29 @@ static void decide_triangles(const TriangleBlock* a, const TriangleBlock* b,
     }
     decided[n] = static_cast<unsigned char>(bits);
   }
+}
+
+/// NaN may be left out: such a triangle is below no cutoff.
+static unsigned triangles_within(const TriangleBlock& block, const TriangleSlab& slab) {
+  unsigned bits = 0;
+  for (int first = 0; first < kTriangleBlockWidth; first += Lanes::kCount) {
+    Lanes reach[3];
+    Lanes largest(slab.largest);
+    for (int v = 0; v < 3; ++v) {
+      Lanes n[3], x[3];
+      for (int k = 0; k < 3; ++k) {
+        n[k] = Lanes(slab.direction[k]);
+        x[k] = loaded(block.at[3 * v + k] + first) - Lanes(slab.origin[k]);
+        largest = larger(largest, magnitude(x[k]));
+      }
+      reach[v] = dot(n, x);
+    }
+    const Lanes gap = smaller(smaller(reach[0], reach[1]), reach[2]) - Lanes(slab.start);
+    // Twice the largest: of both triangles.
+    const Lanes noise = Lanes(slab.noise) * (largest + largest);
+    bits |= inverse(gap - noise > Lanes(slab.limit)).bits() << first;
+  }
+  return bits;
 }
 
 }  // namespace DYOP_LANES

@@ -2,19 +2,18 @@
 
 #include <gtest/gtest.h>
 
-#include <bit>
-#include <cstdint>
-
 #include "distance/triangle_batch.h"
 #include "dyop/core/error.h"
 #include "dyop/distance/triangle_block.h"
 #include "support/random_inputs.h"
 #include "support/runnable_sets.h"
+#include "support/same_bits.h"
 
 namespace dyop {
 namespace {
 
 using internal::InstructionSet;
+using testing::has_same_bits;
 using testing::runnable_sets;
 using testing::TriangleFamily;
 
@@ -43,21 +42,6 @@ Pairs random_pairs(TriangleFamily family, std::size_t count, std::mt19937_64& ra
     pairs.b.set(n, b);
   }
   return pairs;
-}
-
-bool has_same_bits(Scalar x, Scalar y) {
-  return std::bit_cast<std::uint64_t>(x) == std::bit_cast<std::uint64_t>(y);
-}
-
-bool has_same_bits(const Vector3& v, const Vector3& w) {
-  return has_same_bits(v.x(), w.x()) && has_same_bits(v.y(), w.y()) && has_same_bits(v.z(), w.z());
-}
-
-bool has_same_bits(const TriangleDistance& x, const TriangleDistance& y) {
-  return has_same_bits(x.lower, y.lower) && has_same_bits(x.upper, y.upper) &&
-         has_same_bits(x.p_a, y.p_a) && has_same_bits(x.p_b, y.p_b) &&
-         has_same_bits(x.normal, y.normal) && x.feature_a == y.feature_a &&
-         x.feature_b == y.feature_b && x.is_crossing == y.is_crossing;
 }
 
 void expect_same_bits(const Pairs& pairs, InstructionSet set) {

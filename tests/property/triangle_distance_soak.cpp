@@ -6,7 +6,6 @@
 // wrong.
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
@@ -20,6 +19,7 @@
 #include "dyop/distance/warm_triangle_distance.h"
 #include "support/random_inputs.h"
 #include "support/runnable_sets.h"
+#include "support/same_bits.h"
 #include "support/triangle_oracle.h"
 
 namespace {
@@ -28,6 +28,7 @@ using dyop::Scalar;
 using dyop::Triangle;
 using dyop::TriangleDistance;
 using dyop::Vector3;
+using dyop::testing::has_same_bits;
 using dyop::testing::OracleDistance;
 using dyop::testing::Quad;
 
@@ -119,19 +120,6 @@ dyop::Feature random_feature(std::mt19937_64& random) {
     default:
       return {dyop::FeatureKind::Face, {0, 1, 2}};
   }
-}
-
-bool has_same_bits(const TriangleDistance& x, const TriangleDistance& y) {
-  const auto same = [](Scalar u, Scalar v) {
-    return std::bit_cast<std::uint64_t>(u) == std::bit_cast<std::uint64_t>(v);
-  };
-  bool is_same = same(x.lower, y.lower) && same(x.upper, y.upper) && x.feature_a == y.feature_a &&
-                 x.feature_b == y.feature_b && x.is_crossing == y.is_crossing;
-  for (int k = 0; k < 3; ++k) {
-    is_same = is_same && same(x.p_a[k], y.p_a[k]) && same(x.p_b[k], y.p_b[k]) &&
-              same(x.normal[k], y.normal[k]);
-  }
-  return is_same;
 }
 
 // As generated, scaled, moved away, or both.

@@ -131,6 +131,11 @@ inline constexpr Scalar kSmallestSquaredDirection = 0x1p-900;
 /// Gram determinant has no correct digit below 1e-15. Used by triangle_distance().
 inline constexpr Scalar kTriangleParallelSquare = 1e-12;
 
+/// Rounding of a slab gap of two triangles over the 1-norm of the direction times the largest
+/// coordinate of a vertex from the origin used, once for each triangle: 4u the two products, u their
+/// difference. Smaller: a near triangle may be left out. Used by nearest_triangle().
+inline constexpr Scalar kTriangleSlabNoise = 8 * kUnitRoundoff;
+
 /// Squared sine of the angle at vertex 0 up to which a triangle counts as a segment when its first
 /// candidate is chosen. Speed only: three collinear vertices are off their line by rounding, 2u of
 /// its length. Used by triangle_distance().
