@@ -57,7 +57,7 @@ TriangleDistance extreme_triangle_distance(const Triangle& a, const Triangle& b)
   const Scaling scaling(a, b);
   if (!std::isfinite(scaling.largest)) return result;  // proves nothing
   // Before scaling, which may merge vertices.
-  if (const unsigned equal = equal_vertices(a, b, 0, 2); equal != 0) {
+  if (const unsigned equal = equal_vertices(a, b); equal != 0) {
     const auto i = static_cast<std::size_t>(std::countr_zero(equal));
     result.upper = 0;
     result.p_a = result.p_b = a[i / 3];
@@ -95,8 +95,13 @@ int longest_of(const Scalar* squares) {
 TriangleDistance triangle_distance(const Triangle& a, const Triangle& b) {
   using namespace internal;
   if (may_share_vertex(a, b)) {
-    if (const unsigned equal = equal_vertices(a, b, 0, 2); equal != 0) {
-      if (const auto touching = touching_distance(a, b, equal)) return *touching;
+    if (const unsigned equal = equal_vertices(a, b); equal != 0) {
+      const Vector3 normal = touching_normal(a, b, equal);
+      const int first = std::countr_zero(equal);
+      const Vector3& p = a[static_cast<std::size_t>(first / 3)];
+      if (normal != Vector3::Zero()) {
+        return {0, 0, p, p, normal, feature_of_place(first / 3), feature_of_place(first % 3), true};
+      }
     }
   }
   const TrianglePair pair(a, b);

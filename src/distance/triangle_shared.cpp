@@ -2,7 +2,6 @@
 
 #include <bit>
 #include <cstddef>
-#include <optional>
 
 #include "distance/triangle_facets.h"
 
@@ -45,22 +44,17 @@ Vector3 hinge_normal(const Triangle& a, const Triangle& b, int first, int second
 
 }  // namespace
 
-std::optional<TriangleDistance> touching_distance(const Triangle& a, const Triangle& b,
-                                                  unsigned equal_mask) {
+Vector3 touching_normal(const Triangle& a, const Triangle& b, unsigned equal_mask) {
   const int first = std::countr_zero(equal_mask);
-  const int i = kRowOf[first];
-  Vector3 normal = Vector3::Zero();
   if (const unsigned others = equal_mask & kOthers[first]; others != 0) {
-    normal = hinge_normal(a, b, first, std::countr_zero(others));
+    const Vector3 normal = hinge_normal(a, b, first, std::countr_zero(others));
+    if (normal != Vector3::Zero()) return normal;
   }
-  if (normal == Vector3::Zero()) {
-    const TrianglePair pair(a, b);
-    if (!(pair.size >= kSmallestTriangleSize && pair.size <= kLargestTriangleSize)) return {};
-    normal = facet_normal(pair, Facets(pair, face_normals(pair)));
+  const TrianglePair pair(a, b);
+  if (!(pair.size >= kSmallestTriangleSize && pair.size <= kLargestTriangleSize)) {
+    return Vector3::Zero();
   }
-  const Vector3& p = a[static_cast<std::size_t>(i)];
-  return TriangleDistance{
-      0, 0, p, p, normal, feature_of_place(i), feature_of_place(kColumnOf[first]), true};
+  return facet_normal(pair, Facets(pair, face_normals(pair)));
 }
 
 }  // namespace dyop::internal

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <optional>
-
 #include "distance/lane_pair.h"
 #include "dyop/distance/triangle_distance.h"
 
@@ -9,21 +7,20 @@
 /// coordinates, so that the distance is zero without rounding.
 namespace dyop::internal {
 
-/// Which vertices are equal: bit 3 i + j for vertex i of a and j of b, of those pairs that agree in
-/// the coordinates from `first` to `last`.
-inline unsigned equal_vertices(const Triangle& a, const Triangle& b, int first, int last) {
+/// Which vertices are equal: bit 3 i + j for vertex i of a and j of b.
+inline unsigned equal_vertices(const Triangle& a, const Triangle& b) {
   LanePair row[3];
   LanePair column;
   LanePair corner;
-  for (int k = first; k <= last; ++k) {
+  for (int k = 0; k < 3; ++k) {
     const LanePair b01(b[0][k], b[1][k]);
     const LanePair b22(b[2][k]);
     const LanePair next[5] = {equal(LanePair(a[0][k]), b01), equal(LanePair(a[1][k]), b01),
                               equal(LanePair(a[2][k]), b01), equal(LanePair(a[0][k], a[1][k]), b22),
                               equal(LanePair(a[2][k]), b22)};
-    for (int i = 0; i < 3; ++i) row[i] = k == first ? next[i] : both(row[i], next[i]);
-    column = k == first ? next[3] : both(column, next[3]);
-    corner = k == first ? next[4] : both(corner, next[4]);
+    for (int i = 0; i < 3; ++i) row[i] = k == 0 ? next[i] : both(row[i], next[i]);
+    column = k == 0 ? next[3] : both(column, next[3]);
+    corner = k == 0 ? next[4] : both(corner, next[4]);
   }
   const auto mask = [](LanePair lanes) { return static_cast<unsigned>(bits(lanes)); };
   const unsigned of_b2 = mask(column);
@@ -42,9 +39,9 @@ inline bool may_share_vertex(const Triangle& a, const Triangle& b) {
   return bits(either(either(either(of_a0, of_a1), either(of_a2, of_b2)), rest)) != 0;
 }
 
-/// Answer for triangles that have a vertex in common, for a nonzero mask of equal_vertices().
-/// Nothing if their size is out of range or a coordinate is not finite.
-std::optional<TriangleDistance> touching_distance(const Triangle& a, const Triangle& b,
-                                                  unsigned equal_mask);
+/// Unit normal of triangles that have a vertex in common, for a nonzero mask of equal_vertices():
+/// of the larger face at a common edge, else of the facet least deep. Zero if their size is out of
+/// range or a coordinate is not finite.
+Vector3 touching_normal(const Triangle& a, const Triangle& b, unsigned equal_mask);
 
 }  // namespace dyop::internal
