@@ -19,11 +19,12 @@ bool may_meet(const BoxGroup& boxes, int column, Scalar scale, const Vector3& p)
   for (int i = 0; i < 3; ++i) {
     Scalar extent = 0;
     for (int k = 0; k < 3; ++k) {
-      extent += std::abs(Scalar{boxes.rows[BoxGroup::kAxes + 3 * k + i][column]}) *
-                Scalar{boxes.rows[BoxGroup::kHalfExtents + k][column]};
+      extent += std::abs(static_cast<Scalar>(boxes.rows[BoxGroup::kAxes + 3 * k + i][column])) *
+                static_cast<Scalar>(boxes.rows[BoxGroup::kHalfExtents + k][column]);
     }
     extent *= scale * up;
-    const Scalar offset = p[i] - scale * Scalar{boxes.rows[BoxGroup::kCenter + i][column]};
+    const Scalar offset =
+        p[i] - scale * static_cast<Scalar>(boxes.rows[BoxGroup::kCenter + i][column]);
     if (offset > extent || (i != kAlong && offset < -extent)) return false;
   }
   return true;
