@@ -29,6 +29,10 @@
 namespace dyop::testing {
 namespace {
 
+long double wide(Scalar x) {
+  return static_cast<long double>(x);
+}
+
 Scalar largest_coordinate(const TrianglePair& pair) {
   Scalar largest = 0;
   for (const Triangle* triangle : {&pair.a, &pair.b}) {
@@ -52,9 +56,9 @@ TriangleErrors triangle_errors() {
       const TriangleDistance d = triangle_distance(pair.a, pair.b);
       const OracleDistance exact = oracle_triangle_distance(pair.a, pair.b);
       const Scalar size = largest_coordinate(pair);
-      const long double middle = (static_cast<long double>(d.lower) + d.upper) / 2;
+      const long double middle = (wide(d.lower) + wide(d.upper)) / 2;
       worst.width = std::max(worst.width, (d.upper - d.lower) / size);
-      worst.error = std::max(worst.error, Scalar(std::abs(middle - exact.distance) / size));
+      worst.error = std::max(worst.error, Scalar(std::abs(middle - exact.distance) / wide(size)));
     }
   }
   return worst;
@@ -70,8 +74,8 @@ Scalar shape_width(const Shape& a, const Shape& b, Scalar far) {
     const RigidPose X_WB(random_rotation(random), place + 2.2 * random_direction(random));
     const DistanceResult d = distance(a, X_WA, b, X_WB);
     const OracleDistance exact = oracle_distance(a, X_WA, b, X_WB);
-    const Scalar error = std::max(
-        {d.upper - d.lower, Scalar(d.lower - exact.upper()), Scalar(exact.lower() - d.upper)});
+    const Scalar error = std::max({d.upper - d.lower, Scalar(wide(d.lower) - exact.upper()),
+                                   Scalar(exact.lower() - wide(d.upper))});
     worst = std::max(worst, error / (3 + far));
   }
   return worst;
