@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # Builds the fuzz targets of tests/fuzz with clang++ and its sanitizers, and runs each for so many
-# seconds on one core. What was learned stays in build/fuzz/work; a second run goes on from there.
+# seconds on one core. What was learned stays in build/fuzz/runs; a second run goes on from there.
 # Usage: bash tests/fuzz.sh SECONDS [TARGET...]
-# Exit code 1 if an input broke a promise: it is then in build/fuzz/work/TARGET/found.
+# Exit code 1 if an input broke a promise: it is then in build/fuzz/runs/TARGET/found.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -39,7 +39,7 @@ report() {
 failures=0
 reports=()
 for target in "$@"; do
-  work=$build/work/$target
+  work=$build/runs/$target
   mkdir -p "$work/corpus" "$work/found"
   options=(-max_total_time="$seconds" -timeout=60 -rss_limit_mb=2048 -max_len=4096
            -print_final_stats=1 -reload=0 -artifact_prefix="$work/found/")
