@@ -43,9 +43,11 @@ mistake witness_outside_its_face src/distance/feature_walk.h distance '*LinCanny
 mistake normal_swapped src/toi/time_of_impact.cpp toi 'TimeOfImpact.*' \
   'contact.nhat_AB_W = X_WA.rotation() * piece.nhat_AB_A' \
   'contact.nhat_AB_W = -(X_WA.rotation() * piece.nhat_AB_A)'
-mistake tolerance_overstretched src/toi/time_of_impact.cpp toi 'TimeOfImpact.*' \
-  'near_(options.target_distance + options.distance_tolerance)' \
-  'near_(options.target_distance + 1.25 * options.distance_tolerance)'
+mistake steps_too_long src/toi/time_of_impact.cpp toi 'TimeOfImpact.*' \
+  'floor_(options.target_distance + kFloorFraction * options.distance_tolerance)' \
+  'floor_(options.target_distance + 0.2 * options.distance_tolerance)'
+mistake edges_in_front_collide src/toi/time_of_impact.cpp toi '*InitialState*' \
+  '!(middle(nearer.best) < middle(piece))' 'true'
 mistake pairs_at_the_begin_skipped src/toi/time_of_impact.cpp toi '*AtTheBegin*' \
   'if (pair.time > interval_.begin || queue_.is_empty()) return' 'if (pair.b >= 0) return'
 mistake sign_in_the_coupled_bound src/toi/safe_step.h toi 'SafeStep*:*TimeOfImpact.*' \
