@@ -20,8 +20,9 @@ mistake() {
 
 mistake coriolis_term_dropped src/motion/composed_motion.cpp motion '*Contract*' \
   '2 * outer.angular_speed * inner.linear_speed + ' ''
-mistake turning_speed_not_bounded src/motion/hermite_motion.cpp motion '*Contract*' \
-  'largest_norm<3>(theta_rate) + theta_.rate_noise' '0.999 * largest_norm<3>(theta_rate)'
+mistake turning_speed_not_bounded src/motion/chart_curve.cpp motion '*Contract*' \
+  'largest_norm({theta_rate.data(), degree_}) + theta_.rate_noise' \
+  '0.999 * largest_norm({theta_rate.data(), degree_})'
 mistake jump_of_the_twist_forgotten src/motion/sampled_motion.cpp motion '*' \
   'last == first ? 0 : kInfinity' '0'
 mistake hull_vertex_lost src/geometry/quickhull.cpp geometry '*Hull*' \

@@ -53,7 +53,7 @@ void DistanceTraversal::seed(std::int32_t box_a, std::int32_t box_b) {
 }
 
 void DistanceTraversal::run() {
-  if (best.is_overlapping) return;
+  if (is_found()) return;
   stack_.clear();
   stack_.push_back({0, ShapeTree::kRoot, ShapeTree::kRoot});
   while (!stack_.empty()) {
@@ -65,7 +65,7 @@ void DistanceTraversal::run() {
     }
     if (a_.is_leaf(pair.a) && b_.is_leaf(pair.b)) {
       visit_leaves(pair.a, pair.b);
-      if (best.is_overlapping) return;  // nothing can be nearer
+      if (is_found()) return;
     } else {
       open(pair);
     }

@@ -39,6 +39,9 @@ class DistanceTraversal {
   void seed(std::int32_t leaf_a, std::int32_t leaf_b);
   void run();
 
+  /// run() ends at the first pair of pieces the middle of whose bounds is below this.
+  Scalar sought_middle = -kInfinity;
+
   PieceDistance best;
   std::int32_t leaf_a = 0;
   std::int32_t leaf_b = 0;
@@ -48,6 +51,7 @@ class DistanceTraversal {
  private:
   // What is provably farther than this cannot change the answer.
   Scalar cutoff() const { return std::min(best.upper, limit_); }
+  bool is_found() const { return best.is_overlapping || best.middle() < sought_middle; }
   void visit_leaves(std::int32_t a, std::int32_t b);
   void open(const BoxPair& pair);
 

@@ -21,6 +21,8 @@ struct PieceDistance {
   Feature feature_b;
   bool is_overlapping = false;
   int gjk_iterations = 0;
+
+  Scalar middle() const { return (lower + upper) / 2; }
 };
 
 /// Certified distance of the pieces at two leaves.

@@ -5,7 +5,6 @@
 #include "dynamics/local_contacts.h"
 #include "dynamics/world_impl.h"
 #include "dyop/core/error.h"
-#include "toi/contact_of.h"
 
 namespace dyop {
 namespace {
@@ -45,8 +44,7 @@ ImpactBody impact_body(const BodyRecord& body) {
 
 }  // namespace
 
-std::vector<WorldContact> World::Impl::gather_contacts(const ImpactEvent& event,
-                                                       const std::vector<BodyPair>& pairs) const {
+std::vector<WorldContact> World::Impl::gather_contacts(const std::vector<BodyPair>& pairs) const {
   std::vector<WorldContact> contacts;
   const auto add = [&](const BodyPair& pair, const Contact& contact) {
     WorldContact world_contact;
@@ -64,14 +62,10 @@ std::vector<WorldContact> World::Impl::gather_contacts(const ImpactEvent& event,
     const Scalar reach = margin(pair.first, pair.second) + 2 * tolerance();
     const Shape& shape_a = *a.definition.shape;
     const Shape& shape_b = *b.definition.shape;
-    const std::vector<Contact> found = internal::local_contacts(
-        find_contacts(shape_a, a.state.X_WB, shape_b, b.state.X_WB, reach), shape_a, a.state.X_WB,
-        shape_b, b.state.X_WB, reach);
+    const std::vector<Contact> found =
+        internal::local_contacts(find_contacts(shape_a, a.state.X_WB, shape_b, b.state.X_WB, reach),
+                                 shape_a, a.state.X_WB, shape_b, b.state.X_WB, reach);
     for (const Contact& contact : found) add(pair, contact);
-    if (found.empty() && pair == BodyPair(event.a, event.b) && event.toi.contact) {
-      // Gathering found nothing: the impact engine's own contact.
-      add(pair, internal::contact_of(*event.toi.contact));
-    }
   }
   return contacts;
 }
@@ -177,7 +171,7 @@ std::vector<BodyId> World::Impl::settle_bodies(const ImpactEvent& event) {
 
 void World::Impl::handle_impact(ImpactEvent event, const std::vector<BodyPair>& pairs,
                                 AdvanceReport& report) {
-  event.contacts = gather_contacts(event, pairs);
+  event.contacts = gather_contacts(pairs);
   if (options.policy == ImpactPolicy::Stop) {
     report.impacts.push_back(std::move(event));
     report.status = AdvanceStatus::StoppedAtImpact;

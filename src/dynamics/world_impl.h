@@ -34,8 +34,7 @@ struct World::Impl {
 
   // world_impact.cpp: what happens at an impact
   void handle_impact(ImpactEvent event, const std::vector<BodyPair>& pairs, AdvanceReport& report);
-  std::vector<WorldContact> gather_contacts(const ImpactEvent& event,
-                                            const std::vector<BodyPair>& pairs) const;
+  std::vector<WorldContact> gather_contacts(const std::vector<BodyPair>& pairs) const;
   void wake_struck_bodies(const std::vector<WorldContact>& contacts);
   void apply_impulses(std::vector<WorldContact>& contacts);
   std::vector<BodyId> settle_bodies(const ImpactEvent& event);

@@ -9,6 +9,7 @@
 #include "dyop/distance/triangle_distance.h"
 #include "toi/box_direction.h"
 #include "toi/deforming_sides.h"
+#include "toi/interruption.h"
 #include "toi/radix_queue.h"
 #include "toi/toi_check.h"
 
@@ -26,9 +27,6 @@ using internal::SafeStep;
 // literal: a pair whose gap exceeds this part of its size is looked at again, at its new time,
 // before it is split, as in time_of_impact of rigid shapes.
 constexpr Scalar kReadvanceRatio = 0.2;
-
-// How often the clock and the stop token are looked at, in node pairs.
-constexpr std::int64_t kPollInterval = 64;
 
 Feature mesh_feature(Feature local, const TriangleIndices& indices) {
   for (std::int32_t& vertex : local.vertices) {
@@ -62,7 +60,6 @@ class DeformingSearch {
   Scalar closing_speed(const TriangleDistance& leaf, const QueuedPair& pair) const;
   ImpactContact make_contact(const TriangleDistance& leaf, const QueuedPair& pair) const;
   std::optional<Scalar> probe_hit(const QueuedPair& pair, const ImpactContact& contact);
-  std::optional<ToiStatus> interruption() const;
   ToiResult finish(ToiStatus status, Scalar t_safe);
   ToiResult finish_impact(const QueuedPair& pair);
 
@@ -76,6 +73,7 @@ class DeformingSearch {
   PairInstant now_;     // only noise, horizon and remaining are used
   Scalar time_ = 0;
   RadixQueue queue_;
+  internal::Interruption interruption_;
   ToiResult result_;
 };
 
@@ -88,7 +86,8 @@ DeformingSearch<SideB>::DeformingSearch(DeformingSide& a, SideB& b, const TimeIn
       options_(options),
       lost_(options.target_distance + kLostFraction * options.distance_tolerance),
       floor_(options.target_distance + kFloorFraction * options.distance_tolerance),
-      near_(options.target_distance + options.distance_tolerance) {
+      near_(options.target_distance + options.distance_tolerance),
+      interruption_(options) {
   now_.noise = kStepNoise * (a_.size() + b_.size());
   set_time(interval.begin);
 }
@@ -253,17 +252,6 @@ std::optional<Scalar> DeformingSearch<SideB>::probe_hit(const QueuedPair& pair,
 }
 
 template <typename SideB>
-std::optional<ToiStatus> DeformingSearch<SideB>::interruption() const {
-  if (result_.statistics.node_pairs >= options_.max_node_pairs) return ToiStatus::BudgetExhausted;
-  if (result_.statistics.node_pairs % kPollInterval != 0) return std::nullopt;
-  if (options_.stop.stop_requested()) return ToiStatus::Cancelled;
-  if (options_.deadline && std::chrono::steady_clock::now() >= *options_.deadline) {
-    return ToiStatus::BudgetExhausted;
-  }
-  return std::nullopt;
-}
-
-template <typename SideB>
 ToiResult DeformingSearch<SideB>::finish(ToiStatus status, Scalar t_safe) {
   set_time(t_safe);
   result_.status = status;
@@ -288,7 +276,8 @@ ToiResult DeformingSearch<SideB>::run() {
     result_.statistics.peak_queue = std::max(result_.statistics.peak_queue, queue_.size());
     const QueuedPair pair = queue_.pop();
     if (begin_contact && pair.time > interval_.begin) break;
-    if (const auto status = interruption()) return finish(*status, pair.time);
+    if (const auto status = interruption_.after(result_.statistics.node_pairs))
+      return finish(*status, pair.time);
     ++result_.statistics.node_pairs;
     if (pair.time != time_) set_time(pair.time);
     if (!a_.is_leaf(pair.a) || !b_.is_leaf(pair.b)) {

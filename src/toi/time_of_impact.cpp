@@ -8,7 +8,7 @@
 #include "distance/piece_distance.h"
 #include "dyop/core/error.h"
 #include "dyop/core/tolerance.h"
-#include "toi/contact_of.h"
+#include "toi/interruption.h"
 #include "toi/moving_pair.h"
 #include "toi/toi_check.h"
 #include "toi/toi_memory.h"
@@ -27,9 +27,6 @@ using internal::QueuedPair;
 using internal::RadixQueue;
 using internal::SafeStep;
 using internal::ShapeTree;
-
-// How often the clock and the stop token are looked at, in node pairs.
-constexpr std::int64_t kPollInterval = 64;
 
 // Set in the number of the second box of a pair that is far apart for its size: it is moved on in
 // time before it is split.
@@ -71,7 +68,6 @@ class ToiSearch {
   void gather_contacts();
   bool begins_enclosed();
   ToiResult finish(ToiStatus status, Scalar t_safe);
-  std::optional<ToiStatus> interruption() const;
 
   const TimeInterval interval_;
   const ToiOptions& options_;
@@ -85,6 +81,7 @@ class ToiSearch {
   MovingPair pair_;
   internal::ToiMemory& memory_;
   RadixQueue& queue_;
+  internal::Interruption interruption_;
   ToiResult result_;
 };
 
@@ -101,7 +98,8 @@ ToiSearch::ToiSearch(const Shape& a, const Motion& X_WA, const Shape& b, const M
       kernels_(internal::box_steps_kernels(internal::best_instruction_set())),
       pair_(a, X_WA, b, X_WB, interval, look_),
       memory_(memory),
-      queue_(memory.queue) {}
+      queue_(memory.queue),
+      interruption_(options) {}
 
 void ToiSearch::push(Scalar time, std::int32_t box_a, std::int32_t box_b) {
   if (time == kInfinity) return;  // proven apart to the end
@@ -147,10 +145,14 @@ bool ToiSearch::is_nearest(const PieceDistance& piece) {
   if (a().tree.convex() && b().tree.convex()) return true;
   internal::DistanceTraversal nearer(a().tree, b().tree, pair_.X_AB(), noise(), piece.upper,
                                      memory_.box_pairs);
-  nearer.run();
   // Most of the rounding is that of the poses, which all pairs of pieces share.
-  const auto middle = [](const PieceDistance& x) { return (x.lower + x.upper) / 2; };
-  return nearer.best.is_overlapping || !(middle(nearer.best) < middle(piece));
+  nearer.sought_middle = piece.middle();
+  nearer.run();
+  ToiStatistics& work = result_.statistics;
+  work.box_tests += nearer.statistics.box_tests;
+  work.leaf_tests += nearer.statistics.leaf_tests;
+  work.node_pairs += nearer.statistics.leaf_tests + nearer.statistics.box_tests / BoxGroup::kWidth;
+  return nearer.best.is_overlapping || !(nearer.best.middle() < piece.middle());
 }
 
 PieceDistance ToiSearch::measure(const QueuedPair& pair, const GjkGoal& goal) {
@@ -228,22 +230,11 @@ std::optional<Scalar> ToiSearch::probe_hit(const QueuedPair& pair, const ImpactC
   return std::nullopt;
 }
 
-std::optional<ToiStatus> ToiSearch::interruption() const {
-  if (result_.statistics.node_pairs >= options_.max_node_pairs) return ToiStatus::BudgetExhausted;
-  if (result_.statistics.node_pairs % kPollInterval != 0) return std::nullopt;
-  if (options_.stop.stop_requested()) return ToiStatus::Cancelled;
-  if (options_.deadline && std::chrono::steady_clock::now() >= *options_.deadline) {
-    return ToiStatus::BudgetExhausted;
-  }
-  return std::nullopt;
-}
-
-// Never empty: the contact that ended the search is one.
+// Never empty: the contact that ended the search is within reach.
 void ToiSearch::gather_contacts() {
   const Scalar reach =
       result_.contact->distance_upper + options_.distance_tolerance + result_.rounding_allowance;
   result_.contacts = find_contacts(a().shape, result_.X_WA, b().shape, result_.X_WB, reach);
-  if (result_.contacts.empty()) result_.contacts.push_back(internal::contact_of(*result_.contact));
 }
 
 ToiResult ToiSearch::finish(ToiStatus status, Scalar t_safe) {
@@ -327,7 +318,7 @@ ToiResult ToiSearch::resume() {
     result_.statistics.peak_queue = std::max(result_.statistics.peak_queue, queue_.size());
     QueuedPair pair = queue_.pop();
     if (memory_.begin_contact && pair.time > interval_.begin) return finish_begin_contact();
-    if (const auto status = interruption()) {
+    if (const auto status = interruption_.after(result_.statistics.node_pairs)) {
       queue_.push(pair);
       memory_.is_unfinished = true;
       return finish(*status, pair.time);

@@ -5,13 +5,16 @@
 
 namespace dyop::internal {
 
-void require_valid_options(const ToiOptions& options) {
-  DYOP_REQUIRE(options.target_distance >= 0 && options.target_distance < kInfinity,
-               "time_of_impact: target_distance must be finite and >= 0, not ",
-               options.target_distance);
-  DYOP_REQUIRE(options.distance_tolerance > 0 && options.distance_tolerance < kInfinity,
+void require_valid_distances(Scalar target_distance, Scalar distance_tolerance) {
+  DYOP_REQUIRE(target_distance >= 0 && target_distance < kInfinity,
+               "time_of_impact: target_distance must be finite and >= 0, not ", target_distance);
+  DYOP_REQUIRE(distance_tolerance > 0 && distance_tolerance < kInfinity,
                "time_of_impact: distance_tolerance must be finite and > 0, not ",
-               options.distance_tolerance);
+               distance_tolerance);
+}
+
+void require_valid_options(const ToiOptions& options) {
+  require_valid_distances(options.target_distance, options.distance_tolerance);
   DYOP_REQUIRE(options.max_node_pairs > 0, "time_of_impact: max_node_pairs must be > 0, not ",
                options.max_node_pairs);
 }

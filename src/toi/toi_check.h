@@ -4,6 +4,9 @@
 
 namespace dyop::internal {
 
+/// Throws InvalidArgument unless both are in range.
+void require_valid_distances(Scalar target_distance, Scalar distance_tolerance);
+
 /// Throws InvalidArgument unless the numbers among the options are in range.
 void require_valid_options(const ToiOptions& options);
 

@@ -7,6 +7,7 @@
 #include "dyop/core/error.h"
 #include "dyop/core/tolerance.h"
 #include "toi/path_search.h"
+#include "toi/toi_check.h"
 
 namespace dyop {
 namespace {
@@ -32,12 +33,7 @@ void require_coordinates(std::initializer_list<const VertexPath*> paths) {
 }
 
 void require_valid(const VertexToiOptions& options) {
-  DYOP_REQUIRE(options.target_distance >= 0 && options.target_distance < kInfinity,
-               "time_of_impact: target_distance must be finite and >= 0, not ",
-               options.target_distance);
-  DYOP_REQUIRE(options.distance_tolerance > 0 && options.distance_tolerance < kInfinity,
-               "time_of_impact: distance_tolerance must be finite and > 0, not ",
-               options.distance_tolerance);
+  internal::require_valid_distances(options.target_distance, options.distance_tolerance);
   DYOP_REQUIRE(options.max_steps >= 1, "time_of_impact: max_steps must be >= 1, not ",
                options.max_steps);
   DYOP_REQUIRE(options.contact_rule != ContactRule::Exact || options.target_distance == 0,

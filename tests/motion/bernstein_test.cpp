@@ -3,68 +3,112 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <vector>
 
 #include "motion/random_values.h"
 
 namespace dyop::testing {
 namespace {
 
-using internal::Bernstein;
+using internal::BernsteinSpan;
 
-Bernstein<4> random_cubic(Random& random) {
-  return {random.in_ball(1), random.in_ball(1), random.in_ball(1), random.in_ball(1)};
+std::vector<Vector3> random_polynomial(Random& random, std::size_t degree) {
+  std::vector<Vector3> b;
+  for (std::size_t i = 0; i <= degree; ++i) b.push_back(random.in_ball(1));
+  return b;
 }
 
-TEST(Bernstein, CubicHermiteMeetsItsData) {
+// By the definition: the sum of C(n, k) s^k (1 - s)^(n - k) b_k.
+Vector3 by_definition(const std::vector<Vector3>& b, Scalar s) {
+  const Scalar n = static_cast<Scalar>(b.size() - 1);
+  Vector3 sum = Vector3::Zero();
+  for (std::size_t i = 0; i < b.size(); ++i) {
+    const Scalar k = static_cast<Scalar>(i);
+    const Scalar choices = std::tgamma(n + 1) / (std::tgamma(k + 1) * std::tgamma(n - k + 1));
+    sum += choices * std::pow(s, k) * std::pow(1 - s, n - k) * b[i];
+  }
+  return sum;
+}
+
+TEST(Bernstein, EvaluatesTheDefinitionForEveryDegree) {
   Random random(1);
-  const Vector3 x0 = random.in_ball(1), v0 = random.in_ball(1);
-  const Vector3 x1 = random.in_ball(1), v1 = random.in_ball(1);
-  const Bernstein<4> cubic = internal::cubic_hermite(x0, v0, x1, v1, 2.5);
-  const Bernstein<3> rate = internal::derivative<4>(cubic, 2.5);
-  EXPECT_EQ(internal::evaluate<4>(cubic, 0), x0);
-  EXPECT_EQ(internal::evaluate<4>(cubic, 1), x1);
-  EXPECT_LT((internal::evaluate<3>(rate, 0) - v0).norm(), 1e-15);
-  EXPECT_LT((internal::evaluate<3>(rate, 1) - v1).norm(), 1e-15);
-}
-
-// s^3 has the coefficients 0, 0, 0, 1; its derivative 3 s^2 has 0, 0, 3.
-TEST(Bernstein, EvaluatesAndDerivesAMonomial) {
-  const Bernstein<4> cube = {Vector3::Zero(), Vector3::Zero(), Vector3::Zero(), Vector3::Ones()};
-  EXPECT_DOUBLE_EQ(internal::evaluate<4>(cube, 0.5).x(), 0.125);
-  EXPECT_DOUBLE_EQ(internal::evaluate<3>(internal::derivative<4>(cube, 1), 0.5).x(), 0.75);
+  for (std::size_t degree = 0; degree <= 9; ++degree) {
+    const std::vector<Vector3> b = random_polynomial(random, degree);
+    for (Scalar s = 0; s <= 1; s += 1.0 / 16) {
+      EXPECT_LT((internal::evaluate(b, s) - by_definition(b, s)).norm(), 1e-14) << degree;
+    }
+  }
 }
 
 TEST(Bernstein, RestrictionIsTheSamePolynomial) {
   Random random(2);
   for (int i = 0; i < 200; ++i) {
-    const Bernstein<4> cubic = random_cubic(random);
+    const std::vector<Vector3> b = random_polynomial(random, static_cast<std::size_t>(i % 10));
     const Scalar s0 = random.uniform(0, 1), s1 = random.uniform(s0, 1), s = random.uniform(0, 1);
-    const Bernstein<4> part = internal::restrict_to<4>(cubic, s0, s1);
-    EXPECT_LT((internal::evaluate<4>(part, s) - internal::evaluate<4>(cubic, (1 - s) * s0 + s * s1))
-                  .norm(),
-              1e-14);
+    std::vector<Vector3> part(b.size());
+    internal::restrict_to(b, s0, s1, part);
+    EXPECT_LT((by_definition(part, s) - by_definition(b, (1 - s) * s0 + s * s1)).norm(), 1e-13);
   }
 }
 
-TEST(Bernstein, CrossProductIsTheQuintic) {
+TEST(Bernstein, DerivativeIsTheLimitOfDifferences) {
   Random random(3);
+  for (std::size_t degree = 1; degree <= 9; ++degree) {
+    const std::vector<Vector3> b = random_polynomial(random, degree);
+    std::vector<Vector3> rate(degree);
+    internal::derive(b, 2.5, rate);
+    const Scalar step = 1e-5;
+    const Vector3 difference = (by_definition(b, 0.3 + step) - by_definition(b, 0.3 - step));
+    EXPECT_LT((internal::evaluate(rate, 0.3) - difference / (2 * step * 2.5)).norm(), 1e-7);
+  }
+}
+
+// s^3 has the coefficients 0, 0, 0, 1; its derivative 3 s^2 has 0, 0, 3.
+TEST(Bernstein, EvaluatesAndDerivesAMonomial) {
+  const std::vector<Vector3> cube = {Vector3::Zero(), Vector3::Zero(), Vector3::Zero(),
+                                     Vector3::Ones()};
+  std::vector<Vector3> rate(3);
+  internal::derive(cube, 1, rate);
+  EXPECT_DOUBLE_EQ(internal::evaluate(cube, 0.5).x(), 0.125);
+  EXPECT_DOUBLE_EQ(internal::evaluate(rate, 0.5).x(), 0.75);
+}
+
+// Every value of x(s) x y(s) is below the largest coefficient, which is attained for constants.
+TEST(Bernstein, BoundsTheCrossProduct) {
+  Random random(4);
   for (int i = 0; i < 200; ++i) {
-    const Bernstein<4> x = random_cubic(random);
-    const Bernstein<3> y = {random.in_ball(1), random.in_ball(1), random.in_ball(1)};
-    const Bernstein<6> product = internal::cross_product(x, y);
+    const std::vector<Vector3> x = random_polynomial(random, static_cast<std::size_t>(i % 10));
+    const std::vector<Vector3> y = random_polynomial(random, static_cast<std::size_t>(i % 7));
+    const Scalar bound = internal::largest_cross_product(x, y);
     for (Scalar s = 0; s <= 1; s += 1.0 / 64) {
-      const Vector3 expected = internal::evaluate<4>(x, s).cross(internal::evaluate<3>(y, s));
-      EXPECT_LT((internal::evaluate<6>(product, s) - expected).norm(), 2e-15);
-      EXPECT_LE(expected.norm(), internal::largest_norm<6>(product) * (1 + 1e-14));
+      const Scalar value = by_definition(x, s).cross(by_definition(y, s)).norm();
+      ASSERT_LE(value, bound * (1 + 1e-14));
+      if (x.size() == 1 && y.size() == 1) {
+        EXPECT_NEAR(value, bound, 1e-15);
+      }
     }
   }
 }
 
-TEST(Bernstein, LargestNormKeepsNaN) {
-  EXPECT_TRUE(
-      std::isnan(internal::largest_norm<2>({Vector3(std::nan(""), 0, 0), Vector3::Ones()})));
-  EXPECT_TRUE(
-      std::isnan(internal::largest_norm<2>({Vector3::Ones(), Vector3(0, std::nan(""), 0)})));
+// s (1, 0, 0) and s (0, 1, 0) have the product s^2 (0, 0, 1), whose coefficients are 0, 0, 1.
+TEST(Bernstein, CrossProductOfLinesIsExact) {
+  const std::vector<Vector3> x = {Vector3::Zero(), Vector3::UnitX()};
+  const std::vector<Vector3> y = {Vector3::Zero(), Vector3::UnitY()};
+  EXPECT_EQ(internal::largest_cross_product(x, y), 1);
+}
+
+TEST(Bernstein, LargestNormKeepsNaNAndOfNothingIsZero) {
+  EXPECT_EQ(internal::largest_norm(BernsteinSpan()), 0);
+  const Vector3 not_a_number(0, std::nan(""), 0);
+  const std::vector<Vector3> first = {not_a_number, Vector3::Ones()};
+  const std::vector<Vector3> last = {Vector3::Ones(), not_a_number};
+  EXPECT_TRUE(std::isnan(internal::largest_norm(first)));
+  EXPECT_TRUE(std::isnan(internal::largest_norm(last)));
+}
+
+TEST(Bernstein, LargestNormSurvivesSquaresThatUnderflow) {
+  const std::vector<Vector3> b = {Vector3(3e-170, 4e-170, 0), Vector3::Zero()};
+  EXPECT_NEAR(internal::largest_norm(b), 5e-170, 1e-185);
 }
 
 }  // namespace
