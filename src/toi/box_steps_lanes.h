@@ -10,11 +10,20 @@ inline namespace DYOP_LANES {
 /// split; wide trees of pairs far apart explode without it.
 constexpr double kReadvanceRatio = 0.3;
 
+/// So is one whose step turns a body by more than this angle, if its gap exceeds this part of its
+/// size: what ends such a step is that the direction turns away, and parts turn away as well.
+constexpr double kReadvanceTurn = 0.05;
+constexpr double kReadvanceTurnRatio = 0.05;
+
 /// Angle of a step beyond which bounds without a direction are tried as well. Speed only.
 constexpr double kLostTurn = 0.5;
 
 /// Trials of the length of a step; a fourth gains nothing that can be measured.
 constexpr int kStepTrials = 3;
+
+/// Lengths that are tried side by side for a single box: 2, 4, 8, ... times a unit.
+constexpr int kStepLengths = 8;
+constexpr float kStepLength[kStepLengths] = {2, 4, 8, 16, 32, 64, 128, 256};
 
 template <typename L>
 DYOP_INLINE L infinity() {
@@ -70,6 +79,15 @@ struct TurningGap {
     }
   }
 
+  /// The gap of one box in all lanes.
+  DYOP_INLINE explicit TurningGap(const TurningGap<OneLane>& one) requires(L::kCount > 1)
+      : constant(one.constant.v), rate(one.rate.v), bend(one.bend.v) {
+    for (int k = 0; k < 6; ++k) {
+      for (int i = 0; i < 3; ++i) along[k][i] = L(one.along[k][i].v);
+      reach[k] = L(one.reach[k].v);
+    }
+  }
+
   DYOP_INLINE void add_turning(const BoxLanes<L>& box, const FacingPiece& other, const L* k_box,
                                const L* m_box, const L* k_other, const L* m_other) {
     const Broadcast3<L> from_origin(other.from_origin);
@@ -87,6 +105,12 @@ struct TurningGap {
   DYOP_INLINE L at_zero() const {
     L sum = constant;
     for (int k = 0; k < 6; ++k) sum = sum - magnitude(along[k][0]) * reach[k];
+    return sum;
+  }
+  /// How fast the gap shrinks at zero.
+  DYOP_INLINE L closing() const {
+    L sum = L(0.0) - rate;
+    for (int k = 0; k < 6; ++k) sum = sum + turned(along[k][1], along[k][0]) * reach[k];
     return sum;
   }
   DYOP_INLINE L at(L u) const {
@@ -110,6 +134,10 @@ struct StepBounds {
   L acceleration;  // of the gap beyond constant twists
   L jerk;
 
+  /// Those of one box in all lanes.
+  DYOP_INLINE explicit StepBounds(const StepBounds<OneLane>& one) requires(L::kCount > 1)
+      : radius(one.radius.v), acceleration(one.acceleration.v), jerk(one.jerk.v) {}
+
   DYOP_INLINE StepBounds(const BoxLanes<L>& box, const FacingPiece& other,
                          const FacingMotion& motion) {
     // literal: as node_radius(): axes are orthonormal to single precision only.
@@ -121,14 +149,20 @@ struct StepBounds {
   }
 };
 
+/// What the greatest speeds allow; only where gap > 0.
+template <typename L>
+DYOP_INLINE L speed_step(const FacingPiece& other, const FacingMotion& motion, L gap, L radius) {
+  const L speed = L(motion.linear_speed) + L(motion.angular_speed) * radius +
+                  L(motion.other_angular_speed) * L(other.radius);
+  return gap / speed;  // 0 / 0 cannot be: gap > 0; infinite speed gives zero
+}
+
 /// The directionless bounds: greatest speeds, and two balls about the origins of the bodies.
 template <typename L>
 DYOP_INLINE L directionless_step(const FacingPiece& other, const FacingMotion& motion, L gap,
                                  L radius) {
   const L zero(0.0);
-  const L speed = L(motion.linear_speed) + L(motion.angular_speed) * radius +
-                  L(motion.other_angular_speed) * L(other.radius);
-  const L by_speed = gap / speed;  // 0 / 0 cannot be: gap > 0; infinite speed gives zero
+  const L by_speed = speed_step(other, motion, gap, radius);
   const L h(motion.horizon);
   const L ball_gap =
       L(motion.origin_distance) - radius - L(other.radius) - L(motion.floor + motion.noise);
@@ -150,39 +184,73 @@ DYOP_INLINE L steady_step(L gap, L rate) {
   return select(gap > zero, select(rate >= zero, infinity<L>(), step), zero);
 }
 
-/// The coupled bound: the first root of a quadratic below the gap, for trial lengths h.
+/// The coupled bound with all terms bounded over h: the first root of a quadratic below the gap, or
+/// h.
+template <typename L>
+DYOP_INLINE L trial_step(const TurningGap<L>& gap_at, const FacingMotion& motion,
+                         const StepBounds<L>& bounds, L gap, L h) {
+  const L x = L(motion.largest_turning) * h;
+  const L noise = L(motion.noise) * (L(1.0) + x + x * x);  // the turned direction is longer than n
+  const L h_sq = h * h;
+  const L c1 = gap_at.at(h * L(0.5)) - noise;
+  // literal: 1/6 rounded up.
+  const L c2 = gap_at.at(h, h_sq * L(0.5)) - noise -
+               bounds.jerk * (h_sq * h * L(1.0 / 6 + 0x1p-54)) -
+               bounds.acceleration * (h_sq * L(0.5));
+  return smaller(first_roots(gap, c1, c2, h), h);
+}
+
+/// The coupled bound of a box in each lane, for one length after another.
 template <typename L>
 DYOP_INLINE L coupled_step(const TurningGap<L>& gap_at, const FacingMotion& motion,
-                           const StepBounds<L>& bounds, L gap) {
+                           const StepBounds<L>& bounds, const FacingPiece&, L gap) {
   const L zero(0.0);
   const L horizon(motion.horizon);
-  const L turn(motion.largest_turning);
   L time = zero;
-  L h = horizon;
+  // literal: a little longer than the gap lasts at its rate.
+  const L closing = gap_at.closing();
+  const L guess = L(1.25) * gap / closing;
+  L h = select(closing > zero, smaller(guess, horizon), horizon);
   auto is_active = gap > zero;
   for (int trial = 0; trial < kStepTrials; ++trial) {
     is_active = is_active & (h > zero);
     if (is_active.bits() == 0) break;
-    const L x = turn * h;
-    const L noise =
-        L(motion.noise) * (L(1.0) + x + x * x);  // the turned direction is longer than n
-    const L h_sq = h * h;
-    const L c1 = gap_at.at(h * L(0.5)) - noise;
-    // literal: 1/6 rounded up.
-    const L c2 = gap_at.at(h, h_sq * L(0.5)) - noise -
-                 bounds.jerk * (h_sq * h * L(1.0 / 6 + 0x1p-54)) -
-                 bounds.acceleration * (h_sq * L(0.5));
-    const L found = first_roots(gap, c1, c2, h);
-    const auto is_full = found >= h;
-    const L step = select(is_full, h, found);
+    const L step = trial_step(gap_at, motion, bounds, gap, h);
     // literal: a step within 5% of the last is not worth another trial.
-    const auto is_settled = L(1.05) * time >= step;
+    const auto is_settled = (L(1.05) * time >= step) | ((h > step) & (step + step >= h));
     time = select(is_active & (step > time), step, time);
-    const auto is_done = is_settled | (is_full & (h >= horizon));
+    const auto is_done = is_settled | ((step >= h) & (h >= horizon));
     is_active = without(is_active, is_done);
     h = smaller(horizon, step + step);
   }
   return time;
+}
+
+/// The coupled bound of one box, for several lengths at once.
+DYOP_INLINE OneLane coupled_step(const TurningGap<OneLane>& one_gap_at, const FacingMotion& motion,
+                                 const StepBounds<OneLane>& one_bounds, const FacingPiece& other,
+                                 OneLane gap) {
+  const TurningGap<Lanes> gap_at(one_gap_at);
+  const StepBounds<Lanes> bounds(one_bounds);
+  constexpr double kLongest = static_cast<double>(kStepLength[kStepLengths - 1]);
+  double time = 0;
+  double unit = speed_step(other, motion, gap, one_bounds.radius).v;
+  if (!(unit > 0)) unit = motion.horizon / kLongest;  // infinite speeds
+  for (int trial = 0; trial < kStepTrials; ++trial) {
+    double longest = 0;
+    for (int k = 0; k < kStepLengths; k += Lanes::kCount) {
+      const Lanes h = smaller(Lanes(unit) * Lanes::load(kStepLength + k), Lanes(motion.horizon));
+      double steps[Lanes::kCount];
+      trial_step(gap_at, motion, bounds, Lanes(gap.v), h).store(steps);
+      for (const double step : steps) longest = step > longest ? step : longest;
+    }
+    time = longest > time ? longest : time;
+    const bool is_full = longest >= kLongest * unit;
+    const bool is_short = longest < unit;
+    if (longest >= motion.horizon || !(is_full || is_short)) break;
+    unit = is_full ? longest : longest / 2;
+  }
+  return OneLane(time);
 }
 
 template <typename L>
@@ -213,7 +281,7 @@ DYOP_INLINE void box_steps(const GroupRows& rows, int first, const float (*axes)
     bounds.jerk = (L(motion.turning_sq) * root(dot(k_box, k_box)) * bounds.radius +
                    L(motion.other_turning_sq) * root(dot(k_other, k_other)) * L(other.radius)) *
                   L(1 + 0x1p-48);
-    time = coupled_step(gap_at, motion, bounds, gap);
+    time = coupled_step(gap_at, motion, bounds, other, gap);
     // Speeds and balls can only win where the turned direction has lost its meaning.
     const L turned_by = time * L(motion.largest_turning);
     const auto is_lost = (gap > L(0.0)) & ((turned_by > L(kLostTurn)) | (L(0.0) >= time));
@@ -226,7 +294,9 @@ DYOP_INLINE void box_steps(const GroupRows& rows, int first, const float (*axes)
   const auto is_free = time >= L(motion.remaining);
   select(is_free & (gap > L(0.0)), infinity<L>(), time).store(steps->time + first);
   const L size = root(dot(box.half_extents, box.half_extents)) + L(other.half_diagonal);
-  steps->is_far |= (gap > L(kReadvanceRatio) * size).bits() << first;
+  const auto is_turned = (time * L(motion.largest_turning) > L(kReadvanceTurn)) &
+                         (gap > L(kReadvanceTurnRatio) * size);
+  steps->is_far |= ((gap > L(kReadvanceRatio) * size) | is_turned).bits() << first;
 }
 
 static void box_steps_group(const GroupRows& rows, int, int count, const FacingPiece& other,
@@ -243,7 +313,9 @@ static void box_steps_one(const GroupRows& rows, int first, int, const FacingPie
                           const FacingMotion& motion, BoxSteps* steps) {
   steps->is_far = 0;
   float axes[3][kGroupWidth];
-  find_axis<false, OneFloat>(rows, first, RankingBox(other.box, rows.scale), axes);
+  // All boxes of the lanes cost no more than one, and branches none.
+  find_axis<false, FloatLanes>(rows, first - first % FloatLanes::kCount,
+                               RankingBox(other.box, rows.scale), axes);
   box_steps<OneLane>(rows, first, axes, other, motion, steps);
 }
 
