@@ -57,4 +57,8 @@ TwistBound BezierMotion::twist_bound(const TimeInterval& interval) const {
   return curve_.twist_bound(interval);
 }
 
+PoseScale BezierMotion::pose_scale(const TimeInterval&) const {
+  return curve_.pose_scale();
+}
+
 }  // namespace dyop

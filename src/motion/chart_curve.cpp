@@ -84,6 +84,14 @@ TwistBound ChartCurve<kMaxDegree>::twist_bound(const TimeInterval& interval) con
               angular_acceleration_bound(angular_speed, acceleration_bound(theta_, s0, s1), turn))};
 }
 
+// De Casteljau's algorithm errs by some 7u of the largest coefficient a degree: by less than the
+// noise.
+template <std::size_t kMaxDegree>
+PoseScale ChartCurve<kMaxDegree>::pose_scale() const {
+  return {p_W0_.stableNorm() + displacement_.value_noise / kPoseNoise,
+          1 + theta_.value_noise / kPoseNoise};
+}
+
 template class ChartCurve<3>;
 template class ChartCurve<9>;
 

@@ -42,8 +42,7 @@ TwistBound ComposedMotion::twist_bound(const TimeInterval& interval) const {
   // infinity or NaN here, and round_up makes infinity of both.
   const Scalar middle = interval.begin + interval.length() / 2;
   const Scalar p_norm = internal::norm_of(inner_->pose(middle).translation());
-  const Scalar latest = std::max(std::abs(interval.begin), std::abs(interval.end));
-  const Scalar pose_noise = kPoseNoise * (p_norm + inner.linear_speed * latest);
+  const Scalar pose_noise = kPoseNoise * inner_->pose_scale(interval).length;
   const Scalar arm =
       internal::round_up(p_norm + inner.linear_speed * (interval.length() / 2) + pose_noise);
   using internal::round_up;
@@ -54,6 +53,12 @@ TwistBound ComposedMotion::twist_bound(const TimeInterval& interval) const {
                    2 * outer.angular_speed * inner.linear_speed + inner.linear_acceleration),
           round_up(outer.angular_acceleration + outer.angular_speed * inner.angular_speed +
                    inner.angular_acceleration)};
+}
+
+PoseScale ComposedMotion::pose_scale(const TimeInterval& interval) const {
+  const PoseScale outer = outer_->pose_scale(interval);
+  const PoseScale inner = inner_->pose_scale(interval);
+  return {outer.length + (outer.angle + 1) * inner.length, outer.angle + inner.angle};
 }
 
 Scalar ComposedMotion::smooth_until(Scalar t) const {

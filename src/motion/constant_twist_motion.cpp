@@ -31,4 +31,10 @@ TwistBound ConstantTwistMotion::twist_bound(const TimeInterval&) const {
   return bound_;
 }
 
+PoseScale ConstantTwistMotion::pose_scale(const TimeInterval& interval) const {
+  const Scalar tau = internal::longest_time(t0_, interval);
+  return {X_WB0_.translation().stableNorm() + bound_.linear_speed * tau,
+          1 + bound_.angular_speed * tau};
+}
+
 }  // namespace dyop

@@ -84,4 +84,8 @@ TwistBound HermiteMotion::twist_bound(const TimeInterval& interval) const {
   return curve_.twist_bound(interval);
 }
 
+PoseScale HermiteMotion::pose_scale(const TimeInterval&) const {
+  return curve_.pose_scale();
+}
+
 }  // namespace dyop

@@ -76,4 +76,9 @@ TwistBound InterpolatedMotion::twist_bound(const TimeInterval&) const {
   return bound_;
 }
 
+PoseScale InterpolatedMotion::pose_scale(const TimeInterval&) const {
+  return {begin_.p_WB.stableNorm() + end_.p_WB.stableNorm(),
+          1 + begin_.theta.stableNorm() + end_.theta.stableNorm()};
+}
+
 }  // namespace dyop

@@ -1,8 +1,19 @@
 #include "dyop/motion/motion.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include "dyop/core/error.h"
 
 namespace dyop {
+
+PoseScale Motion::pose_scale(const TimeInterval& interval) const {
+  const TwistBound bound = twist_bound(interval);
+  const Scalar latest = std::max(std::abs(interval.begin), std::abs(interval.end));
+  return {pose(interval.begin).translation().stableNorm() +
+              bound.linear_speed * (interval.length() + latest),
+          1 + bound.angular_speed * latest};
+}
 
 void require_defined(const Motion& motion, const TimeInterval& interval, const char* what) {
   const TimeInterval domain = motion.domain();

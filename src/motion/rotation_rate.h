@@ -1,10 +1,12 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 
 #include "dyop/core/error.h"
 #include "dyop/core/tolerance.h"
 #include "dyop/core/types.h"
+#include "dyop/motion/motion.h"
 
 // Angular velocity and acceleration of R(t) = R_WC exp(theta(t)), and the rounding of bounds.
 // Proofs: docs/algorithms/motions.md.
@@ -41,6 +43,16 @@ inline Scalar norm_of(const Vector3& x) {
 // Bound of |w'| from bounds of |theta'|, |theta''| and |theta x theta'| over the same times:
 //   |w'| <= |theta''| + |theta'| min(|theta x theta'| / 6, |theta'| / pi) .
 Scalar angular_acceleration_bound(Scalar theta_rate, Scalar theta_acceleration, Scalar theta_turn);
+
+// The longest time from t0 to a time of the interval.
+inline Scalar longest_time(Scalar t0, const TimeInterval& interval) {
+  return std::max(std::abs(interval.begin - t0), std::abs(interval.end - t0));
+}
+
+// What holds for both of two pieces of a motion.
+inline PoseScale larger_of(const PoseScale& x, const PoseScale& y) {
+  return {std::max(x.length, y.length), std::max(x.angle, y.angle)};
+}
 
 inline void require_finite(const Vector3& x, const char* what) {
   DYOP_REQUIRE(x.allFinite(), what, " must be finite, not (", x.transpose(), ")");

@@ -34,6 +34,9 @@ SampledMotion::SampledMotion(std::vector<Sample> given) : samples_(std::move(giv
     DYOP_REQUIRE(twist.v_WB.allFinite() && twist.w_WB.allFinite(), "time stamps ", i, " = ",
                  stamps_[i], " and ", i + 1, " = ", stamps_[i + 1],
                  " of sampled motion are too close: the velocity between them overflows");
+    pose_scale_ = internal::larger_of(
+        pose_scale_, {X_WB0.translation().stableNorm() + X_WB1.translation().stableNorm(),
+                      1 + h * twist.w_WB.stableNorm()});
     pieces_.push_back({SteadyTurn(X_WB0.rotation(), twist.w_WB), twist});
     speeds.push_back({internal::round_up(internal::norm_of(twist.v_WB)),
                       internal::round_up(internal::norm_of(twist.w_WB))});
@@ -67,6 +70,10 @@ TwistBound SampledMotion::twist_bound(const TimeInterval& interval) const {
   const auto [linear, angular] = speeds_.largest(first, last);
   const Scalar acceleration = last == first ? 0 : kInfinity;
   return {linear, angular, acceleration, acceleration};
+}
+
+PoseScale SampledMotion::pose_scale(const TimeInterval&) const {
+  return pose_scale_;
 }
 
 Scalar SampledMotion::smooth_until(Scalar t) const {

@@ -44,4 +44,11 @@ TwistBound ScrewMotion::twist_bound(const TimeInterval&) const {
   return bound_;
 }
 
+PoseScale ScrewMotion::pose_scale(const TimeInterval& interval) const {
+  const Scalar tau = internal::longest_time(t0_, interval);
+  const Scalar angle = 1 + bound_.angular_speed * tau;
+  return {p_WF0_.stableNorm() + std::abs(screw_.slide_rate) * tau + angle * arm0_W_.stableNorm(),
+          angle};
+}
+
 }  // namespace dyop

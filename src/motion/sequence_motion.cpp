@@ -6,28 +6,23 @@
 
 #include "dyop/core/error.h"
 #include "dyop/core/tolerance.h"
+#include "motion/rotation_rate.h"
 
 namespace dyop {
 namespace {
 
-// Each pose may err by kPoseNoise times the lengths that it is computed from (Motion::pose).
+// Each pose may err by rounding (Motion::pose_scale).
 void require_meeting(const SequenceMotion::Part& x, const SequenceMotion::Part& y,
                      std::size_t index) {
   const Scalar t = y.interval.begin;
   const RigidPose X_WB0 = x.motion->pose(t);
   const RigidPose X_WB1 = y.motion->pose(t);
-  const TwistBound bound0 = x.motion->twist_bound(x.interval);
-  const TwistBound bound1 = y.motion->twist_bound(y.interval);
+  const PoseScale scale0 = x.motion->pose_scale(x.interval);
+  const PoseScale scale1 = y.motion->pose_scale(y.interval);
   const Scalar jump = (X_WB1.translation() - X_WB0.translation()).norm();
   const Scalar turn = (X_WB1.rotation() - X_WB0.rotation()).norm();
-  const auto latest = [](const TimeInterval& i) {
-    return std::max(std::abs(i.begin), std::abs(i.end));
-  };
-  const Scalar length = X_WB0.translation().norm() + X_WB1.translation().norm() +
-                        bound0.linear_speed * latest(x.interval) +
-                        bound1.linear_speed * latest(y.interval);
-  const Scalar angle =
-      2 + bound0.angular_speed * latest(x.interval) + bound1.angular_speed * latest(y.interval);
+  const Scalar length = scale0.length + scale1.length;
+  const Scalar angle = scale0.angle + scale1.angle;
   DYOP_REQUIRE(jump <= kPoseNoise * length && turn <= kPoseNoise * angle, "parts ", index, " and ",
                index + 1, " of sequence motion do not meet at time ", t, ": the position jumps by ",
                jump, ", the rotation matrix by ", turn);
@@ -49,6 +44,7 @@ SequenceMotion::SequenceMotion(std::vector<Part> parts) : parts_(std::move(parts
     require_defined(*motion, interval, "part of sequence motion");
     const TwistBound bound = motion->twist_bound(interval);
     speeds.push_back({bound.linear_speed, bound.angular_speed});
+    pose_scale_ = internal::larger_of(pose_scale_, motion->pose_scale(interval));
     if (i == 0) continue;
     DYOP_REQUIRE(interval.begin == parts_[i - 1].interval.end, "part ", i,
                  " of sequence motion must begin where part ", i - 1, " ends, at ",
@@ -94,6 +90,10 @@ TwistBound SequenceMotion::twist_bound(const TimeInterval& interval) const {
   const auto [linear, angular] = speeds_.largest(first + 1, last - 1);
   return {std::max({head.linear_speed, linear, tail.linear_speed}),
           std::max({head.angular_speed, angular, tail.angular_speed}), kInfinity, kInfinity};
+}
+
+PoseScale SequenceMotion::pose_scale(const TimeInterval&) const {
+  return pose_scale_;
 }
 
 Scalar SequenceMotion::smooth_until(Scalar t) const {

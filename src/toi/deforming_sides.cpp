@@ -77,12 +77,7 @@ MotionRest RigidSide::rest(std::int32_t node, const Vector3& n_W) const {
 }
 
 Scalar RigidSide::size() const {
-  const TwistBound& bound = bounds_.whole();
-  const Scalar radius = mesh_.bounding_radius();
-  const Scalar largest_time = std::max(std::abs(interval_.begin), std::abs(interval_.end));
-  return motion_.pose(interval_.begin).translation().norm() +
-         bound.linear_speed * interval_.length() + radius +
-         (bound.linear_speed + bound.angular_speed * radius) * largest_time;
+  return largest_coordinate(motion_, bounds_.whole(), mesh_.bounding_radius(), interval_);
 }
 
 Vector3 RigidSide::velocity_at(std::int32_t /*leaf*/, const Vector3& p_W) const {

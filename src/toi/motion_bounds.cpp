@@ -14,6 +14,18 @@ TwistBound join(const TwistBound& x, const TwistBound& y) {
 
 }  // namespace
 
+Scalar largest_coordinate(const Motion& motion, const TwistBound& bound, Scalar radius,
+                          const TimeInterval& interval) {
+  // What does not move or has no time to is nowhere else, however fast.
+  const auto times = [](Scalar x, Scalar y) { return x == 0 || y == 0 ? 0 : x * y; };
+  const PoseScale scale = motion.pose_scale(interval);
+  const Scalar latest = std::max(std::abs(interval.begin), std::abs(interval.end));
+  const Scalar size = scale.length + times(scale.angle, radius) +
+                      times(bound.linear_speed, interval.length()) +
+                      times(bound.linear_speed + times(bound.angular_speed, radius), latest);
+  return size >= 0 ? size : kInfinity;  // NaN
+}
+
 MotionBounds::MotionBounds(const Motion& motion, const TimeInterval& interval, BoundLookups lookups)
     : motion_(motion), interval_(interval), whole_(motion.twist_bound(interval)) {
   is_uniform_ = (whole_.linear_acceleration == 0 && whole_.angular_acceleration == 0) ||

@@ -6,6 +6,12 @@
 
 namespace dyop::internal {
 
+/// Size of the numbers that gaps of a moving body are computed from: its coordinates, and how far a
+/// point moves in the rounding of a time. `bound` is that over the interval, which the body's
+/// points within `radius` of its origin stay in.
+Scalar largest_coordinate(const Motion& motion, const TwistBound& bound, Scalar radius,
+                          const TimeInterval& interval);
+
 /// How often MotionBounds::over() will be called: pieces pay for themselves after some 16 calls.
 enum class BoundLookups { Few, Many };
 

@@ -41,16 +41,11 @@ MovingPair::MovingPair(const Shape& a, const Motion& X_WA, const Shape& b, const
   now_.noise = rounding_allowance();
 }
 
-// Coordinates are as large as the origins get in the interval plus the radii; a time off by one
-// rounding moves a point by its speed times that. To be called at the begin.
 Scalar MovingPair::rounding_allowance() const {
-  const Scalar largest_time = std::max(std::abs(interval_.begin), std::abs(interval_.end));
-  const auto size_of = [&](const MovingShape& body, const Vector3& origin) {
-    const TwistBound& bound = body.bounds.whole();
-    return origin.norm() + bound.linear_speed * interval_.length() + body.radius +
-           (bound.linear_speed + bound.angular_speed * body.radius) * largest_time;
+  const auto size_of = [&](const MovingShape& body) {
+    return largest_coordinate(body.motion, body.bounds.whole(), body.radius, interval_);
   };
-  return kStepNoise * (size_of(a_, now_.a.p_WB) + size_of(b_, now_.b.p_WB));
+  return kStepNoise * (size_of(a_) + size_of(b_));
 }
 
 void MovingPair::set_time(Scalar t) {

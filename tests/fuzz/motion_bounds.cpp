@@ -54,17 +54,17 @@ void require_bounded_twist(const Twist& twist, const TwistBound& bound, const Tw
 }
 
 // By how much the motion from x to y may exceed the bounds for rounding alone: of poses, as
-// Motion::pose() states, and of twists, 1e-13 of the speeds.
+// Motion::pose_scale() states, and of twists, 1e-13 of the speeds.
 void require_bounded(const Motion& motion, const Sample& x, const Sample& y,
                      const TwistBound& bound, const TwistBound& whole) {
   const Scalar step = y.t - x.t;
   const Scalar late = std::max(std::abs(x.t), std::abs(y.t));
-  const Scalar turn_noise = kTiny + 2 * kPoseNoise * (1 + within(whole.angular_speed, late));
+  const PoseScale scale = motion.pose_scale({x.t, y.t});
+  // A time that is computed is off by rounding as well.
+  const Scalar turn_noise =
+      kTiny + 2 * kPoseNoise * scale.angle + kPoseNoise * within(whole.angular_speed, late);
   const Scalar noise =
-      kTiny +
-      2 * kPoseNoise *
-          (x.state.X_WB.translation().stableNorm() + y.state.X_WB.translation().stableNorm() +
-           within(whole.linear_speed, late) + within(whole.linear_speed, step));
+      kTiny + 2 * kPoseNoise * scale.length + kPoseNoise * within(whole.linear_speed, late);
   const Vector3 moved = y.state.X_WB.translation() - x.state.X_WB.translation();
   require(moved.stableNorm() <= within(bound.linear_speed, step) + noise,
           "linear_speed bounds displacements");

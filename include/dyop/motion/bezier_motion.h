@@ -38,6 +38,7 @@ class BezierMotion final : public Motion {
   Twist twist(Scalar t) const override;
   MotionState state(Scalar t) const override;
   TwistBound twist_bound(const TimeInterval& interval) const override;
+  PoseScale pose_scale(const TimeInterval& interval) const override;
   TimeInterval domain() const override { return curve_.interval(); }
 
  private:

@@ -33,6 +33,7 @@ class ChartCurve {
 
   MotionState state(Scalar t) const;
   TwistBound twist_bound(const TimeInterval& interval) const;
+  PoseScale pose_scale() const;
 
  private:
   // One polynomial with its derivatives in time.

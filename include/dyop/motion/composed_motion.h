@@ -21,6 +21,7 @@ class ComposedMotion final : public Motion {
   RigidPose pose(Scalar t) const override;
   Twist twist(Scalar t) const override;
   TwistBound twist_bound(const TimeInterval& interval) const override;
+  PoseScale pose_scale(const TimeInterval& interval) const override;
   TimeInterval domain() const override;
   Scalar smooth_until(Scalar t) const override;
 

@@ -21,6 +21,7 @@ class ConstantTwistMotion final : public Motion {
   Twist twist(Scalar t) const override;
   MotionState state(Scalar t) const override;
   TwistBound twist_bound(const TimeInterval& interval) const override;
+  PoseScale pose_scale(const TimeInterval& interval) const override;
 
   /// As given.
   const RigidPose& X_WB0() const { return X_WB0_; }

@@ -21,6 +21,14 @@ struct TwistBound {
   Scalar angular_acceleration = 0;  ///< sup |dw_WB/dt|; infinite if w jumps in the interval
 };
 
+/// What the rounding of poses is relative to: the pose that is computed carries a point at a
+/// distance r from the body's origin to within kPoseNoise * (length + angle * r) of its exact
+/// place.
+struct PoseScale {
+  Scalar length = 0;  ///< size of the lengths that positions are computed from
+  Scalar angle = 1;   ///< 1 and the size of the angles that rotations are computed from, radians
+};
+
 struct MotionState {
   RigidPose X_WB;
   Twist twist;
@@ -41,7 +49,7 @@ class Motion {
   virtual ~Motion() = default;
 
   /// Pose X_WB of the body at time t, within domain(). The value must be within rounding of the
-  /// exact function: error at most kPoseNoise * (|p| + speeds * |t|) per unit of radius.
+  /// exact function, see pose_scale().
   virtual RigidPose pose(Scalar t) const = 0;
 
   /// Twist at time t, the derivative of pose; at a jump the value from the right.
@@ -55,6 +63,12 @@ class Motion {
   /// twist at interval.end itself does not count, as nothing moves after it: there the values from
   /// the left are bounded. So the bounds over [t, smooth_until(t)] have finite accelerations.
   virtual TwistBound twist_bound(const TimeInterval& interval) const = 0;
+
+  /// What the rounding of poses over `interval`, a sub-interval of domain(), is relative to.
+  /// Default: that of a motion whose poses are computed from the time and from lengths that are as
+  /// large as the position and the way. Override it where poses are computed from something larger,
+  /// such as the time since some other one.
+  virtual PoseScale pose_scale(const TimeInterval& interval) const;
 
   /// Where the motion is defined. Default: always.
   virtual TimeInterval domain() const { return {-kInfinity, kInfinity}; }

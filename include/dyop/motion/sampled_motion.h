@@ -36,6 +36,7 @@ class SampledMotion final : public Motion {
   /// Accelerations are infinite if a stamp lies inside the interval, else zero. Speeds are the
   /// largest of the pieces that the interval overlaps.
   TwistBound twist_bound(const TimeInterval& interval) const override;
+  PoseScale pose_scale(const TimeInterval& interval) const override;
   TimeInterval domain() const override { return {stamps_.front(), stamps_.back()}; }
 
   /// The next stamp after t, infinity after the last.
@@ -52,6 +53,7 @@ class SampledMotion final : public Motion {
   std::vector<Scalar> stamps_;  // of the samples, close together for searching
   std::vector<Piece> pieces_;
   internal::SpeedTree speeds_;
+  PoseScale pose_scale_;
 };
 
 }  // namespace dyop

@@ -26,6 +26,7 @@ class ScrewMotion final : public Motion {
   RigidPose pose(Scalar t) const override;
   Twist twist(Scalar t) const override;
   TwistBound twist_bound(const TimeInterval& interval) const override;
+  PoseScale pose_scale(const TimeInterval& interval) const override;
 
   /// As given.
   const RigidPose& X_WB0() const { return X_WB0_; }

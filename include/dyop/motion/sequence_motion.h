@@ -32,6 +32,7 @@ class SequenceMotion final : public Motion {
 
   /// Accelerations are infinite if two parts meet inside the interval.
   TwistBound twist_bound(const TimeInterval& interval) const override;
+  PoseScale pose_scale(const TimeInterval& interval) const override;
   TimeInterval domain() const override;
   std::span<const Part> parts() const { return parts_; }
 
@@ -43,6 +44,7 @@ class SequenceMotion final : public Motion {
 
   std::vector<Part> parts_;
   internal::SpeedTree speeds_;
+  PoseScale pose_scale_;
 };
 
 }  // namespace dyop
