@@ -18,6 +18,8 @@ mistake() {
   file[$1]=$2 room[$1]=$3 filter[$1]=$4 old[$1]=$5 new[$1]=$6
 }
 
+mistake reference_time_forgotten src/motion/constant_twist_motion.cpp motion 'PoseScale*' \
+  'longest_time(t0_, interval)' 'longest_time(0, interval)'
 mistake coriolis_term_dropped src/motion/composed_motion.cpp motion '*Contract*' \
   '2 * outer.angular_speed * inner.linear_speed + ' ''
 mistake turning_speed_not_bounded src/motion/chart_curve.cpp motion '*Contract*' \
@@ -48,9 +50,9 @@ mistake steps_too_long src/toi/time_of_impact.cpp toi 'TimeOfImpact.*' \
   'floor_(options.target_distance + kFloorFraction * options.distance_tolerance)' \
   'floor_(options.target_distance + 0.2 * options.distance_tolerance)'
 mistake edges_in_front_collide src/toi/time_of_impact.cpp toi '*InitialState*' \
-  '!(middle(nearer.best) < middle(piece))' 'true'
+  '!(nearer.best.middle() < piece.middle())' 'true'
 mistake pairs_at_the_begin_skipped src/toi/time_of_impact.cpp toi '*AtTheBegin*' \
-  'if (pair.time > interval_.begin || queue_.is_empty()) return' 'if (pair.b >= 0) return'
+  'pair_.time() > interval_.begin) return true;' 'pair_.time() >= interval_.begin) return true;'
 mistake sign_in_the_coupled_bound src/toi/safe_step.h toi 'SafeStep*:*TimeOfImpact.*' \
   'const Vector3 k_W = n_W.cross(body.w_WB)' 'const Vector3 k_W = body.w_WB.cross(n_W)'
 mistake acceleration_dropped src/toi/safe_step.h toi 'SafeStep*' \

@@ -64,7 +64,6 @@ class ToiSearch {
   ImpactContact make_contact(const PieceDistance& piece, const QueuedPair& pair) const;
   std::optional<Scalar> probe_hit(const QueuedPair& pair, const ImpactContact& contact);
   ToiResult finish_impact(const QueuedPair& pair);
-  ToiResult finish_begin_contact();
   void gather_contacts();
   bool begins_enclosed();
   ToiResult finish(ToiStatus status, Scalar t_safe);
@@ -138,7 +137,8 @@ void ToiSearch::advance(const QueuedPair& pair) {
 }
 
 // Bodies that slide along one another stay as far apart as they are where they touch. The faces and
-// edges beside that place come nearer until it is their turn: they do not collide.
+// edges beside that place come nearer until it is their turn: they do not collide. And at the begin
+// nothing is proven of pairs that are still to be looked at: one that is nearer may be too close.
 bool ToiSearch::is_nearest(const PieceDistance& piece) {
   // Nothing was in contact before, or could have been.
   if (!memory_.has_resting_pair && pair_.time() > interval_.begin) return true;
@@ -256,14 +256,6 @@ ToiResult ToiSearch::finish_impact(const QueuedPair& pair) {
   return result;
 }
 
-// The contact is made anew: looking at other pairs has overwritten it, or the query was resumed.
-ToiResult ToiSearch::finish_begin_contact() {
-  const QueuedPair pair = *memory_.begin_contact;
-  result_.contact =
-      make_contact(measure(pair, {.apart = near_ + 4 * noise(), .share = kRoughShare}), pair);
-  return finish_impact(pair);
-}
-
 // A proven time, or infinity. Only balls about the origins are not lost within a turn: while their
 // steps span more than that, they carry the search.
 Scalar ToiSearch::skip_turns() {
@@ -304,7 +296,6 @@ bool ToiSearch::begins_enclosed() {
 ToiResult ToiSearch::run() {
   queue_.clear();
   memory_.seed.count = 0;
-  memory_.begin_contact.reset();
   memory_.is_unfinished = false;
   memory_.has_resting_pair = false;
   if (begins_enclosed()) return finish(ToiStatus::InitiallyWithinTarget, interval_.begin);
@@ -317,7 +308,6 @@ ToiResult ToiSearch::resume() {
   while (!queue_.is_empty()) {
     result_.statistics.peak_queue = std::max(result_.statistics.peak_queue, queue_.size());
     QueuedPair pair = queue_.pop();
-    if (memory_.begin_contact && pair.time > interval_.begin) return finish_begin_contact();
     if (const auto status = interruption_.after(result_.statistics.node_pairs)) {
       queue_.push(pair);
       memory_.is_unfinished = true;
@@ -343,13 +333,9 @@ ToiResult ToiSearch::resume() {
       case Verdict::Stuck:
         return finish(ToiStatus::NumericalLimit, pair.time);
       case Verdict::Impact:
-        // At the begin nothing is proven of the other pairs that are still there.
-        if (pair.time > interval_.begin || queue_.is_empty()) return finish_impact(pair);
-        if (!memory_.begin_contact) memory_.begin_contact = pair;
-        break;
+        return finish_impact(pair);
     }
   }
-  if (memory_.begin_contact) return finish_begin_contact();
   return finish(ToiStatus::Separated, interval_.end);
 }
 

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <optional>
-
 #include "distance/distance_traversal.h"
 #include "distance/warm_gjk.h"
 #include "dyop/core/time_interval.h"
@@ -33,8 +31,6 @@ struct ToiMemory {
   GjkSeed seed;  // of the last distance of two convex shapes
   BoxPairStack box_pairs;
   bool has_resting_pair = false;  // a pair of pieces was met in contact, but not as an impact
-  // A pair in contact at the begin of the interval, while others are there that may be too close.
-  std::optional<QueuedPair> begin_contact;
   ToiSubject subject;
   bool is_unfinished = false;
 };
