@@ -56,6 +56,9 @@ InterpolatedMotion::InterpolatedMotion(const TimeInterval& interval, const Chart
   bound_.angular_speed = internal::round_up(theta_rate);
   bound_.angular_acceleration =
       internal::round_up(internal::angular_acceleration_bound(theta_rate, 0, turn + turn_noise));
+  // Velocities are sums of products: where their squares overflow so may they.
+  DYOP_REQUIRE(bound_.linear_speed < kInfinity && bound_.angular_speed < kInfinity,
+               "interpolated motion over a time of ", h, " is too fast: velocities overflow");
 }
 
 MotionState InterpolatedMotion::state(Scalar t) const {

@@ -32,7 +32,8 @@ inline void require_readable(const std::string& message) {
   }
 }
 
-/// Bytes as numbers, so that a change of a byte is a change of a number; zeros after the end.
+/// Bytes as numbers, so that a change of a byte is a change of a number; zeros after the end. An
+/// expression takes bytes once at most: the order of two would be the compiler's.
 class Input {
  public:
   Input(const std::uint8_t* data, std::size_t size) : data_(data), rest_(size) {}
@@ -80,7 +81,8 @@ class Input {
   }
 
   RigidPose pose_within(Scalar limit) {
-    return RigidPose(rotation_from_vector(vector_within(8)), vector_within(limit));
+    const Vector3 turn = vector_within(8);
+    return RigidPose(rotation_from_vector(turn), vector_within(limit));
   }
 
  private:
@@ -100,8 +102,10 @@ class Input {
         return std::int8_t(byte());
       case 1:
         return small_number();
-      case 2:
-        return small_number() + small_number() / 128;
+      case 2: {
+        const Scalar x = small_number();
+        return x + small_number() / 128;
+      }
       case 3:
         return any_number();
       case 4:
@@ -116,7 +120,8 @@ class Input {
       }
       default: {
         const Scalar x = earlier();
-        return std::ldexp(flag() ? -x : x, std::int8_t(byte()) / 4);
+        const Scalar signed_x = flag() ? -x : x;
+        return std::ldexp(signed_x, std::int8_t(byte()) / 4);
       }
     }
   }

@@ -66,7 +66,8 @@ Query read_query(Input& in) {
   Query query;
   query.options.distance_tolerance = limits.length * std::ldexp(1.0, -4 - in.index(40));
   query.options.target_distance = in.flag() ? std::abs(in.number_within(limits.length)) : 0;
-  query.options.max_node_pairs = 1 + in.index(16) + 4 * in.index(256);
+  query.options.max_node_pairs = 1 + in.index(16);
+  query.options.max_node_pairs += 4 * in.index(256);
   const int flags = in.byte();
   query.options.with_contacts = (flags & 1) != 0;
   query.options.solid_a = (flags & 2) != 0;

@@ -89,6 +89,12 @@ TEST(InterpolatedMotion, RefusesBadDomainsAndNumbers) {
                                              {Vector3::Zero(), Vector3(std::nan(""), 0, 0)});
             }).find("rotation vector at end must be finite, not (nan"),
             std::string::npos);
+  // Half a turn in so short a time that products of velocities overflow.
+  EXPECT_EQ(message_of([&] {
+              InterpolatedMotion::from_chart({0, 1e-200}, Matrix3::Identity(), {},
+                                             {Vector3::Zero(), Vector3(1, 2, 0)});
+            }),
+            "interpolated motion over a time of 1e-200 is too fast: velocities overflow");
 }
 
 }  // namespace

@@ -7,7 +7,8 @@
 namespace dyop {
 
 /// A motion made of the caller's functions. Its certificate is worth what `twist_bound` is worth:
-/// the functions must meet the contracts of Motion of the same name, from several threads at once.
+/// the functions must meet the contracts of Motion of the same name, from several threads at once,
+/// and the rounding of poses must be that of Motion::pose_scale() as it is by default.
 class UserMotion final : public Motion {
  public:
   struct Functions {
