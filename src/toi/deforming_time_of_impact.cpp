@@ -242,8 +242,12 @@ std::optional<Scalar> DeformingSearch<SideB>::probe_hit(const QueuedPair& pair,
   constexpr int kProbes = 12;
   if (!(contact.closing_speed > 0)) return std::nullopt;
   const Scalar begin = time_;
-  Scalar step = (contact.distance_upper - floor_) / contact.closing_speed;
+  // At the begin the gap may be below the floor already.
+  const Scalar way = std::max(contact.distance_upper - floor_, options_.distance_tolerance / 8);
+  // literal: a little longer than to the floor, so that the first probe is below it as a rule.
+  Scalar step = 1.25 * way / contact.closing_speed;
   for (int probe = 0; probe < kProbes && begin + step <= interval_.end; ++probe, step *= 2) {
+    if (!(begin + step > begin)) continue;
     set_time(begin + step);
     const TriangleDistance leaf = leaf_distance(pair);
     if (leaf.upper < floor_ || leaf.is_crossing) return time_;

@@ -220,9 +220,12 @@ std::optional<Scalar> ToiSearch::probe_hit(const QueuedPair& pair, const ImpactC
   // Either above the floor or below it.
   const GjkGoal goal{.apart = floor_, .share = kInfinity, .hit = floor_ - 2 * noise()};
   const Scalar begin = pair_.time();
+  // At the begin the gap may be below the floor already.
+  const Scalar way = std::max(contact.distance_upper - floor_, options_.distance_tolerance / 8);
   // literal: a little longer than to the floor, so that the first probe is below it as a rule.
-  Scalar step = 1.25 * (contact.distance_upper - floor_) / contact.closing_speed;
+  Scalar step = 1.25 * way / contact.closing_speed;
   for (int probe = 0; probe < kProbes && begin + step <= interval_.end; ++probe, step *= 2) {
+    if (!(begin + step > begin)) continue;
     pair_.set_time(begin + step);
     const PieceDistance piece = measure(pair, goal);
     if (piece.upper < floor_ || piece.is_overlapping) return pair_.time();

@@ -92,6 +92,22 @@ TEST(DeformingTimeOfImpact, AgreesWithTheRigidQueryForTranslations) {
   EXPECT_LT(impacts, 35);
 }
 
+// As TimeOfImpact.HitsAfterTheBeginWhateverTheGapThere.
+TEST(DeformingTimeOfImpact, HitsAfterTheBeginWhateverTheGapThere) {
+  const DeformingMesh floor = translating(plate_at(0), Vector3::Zero());
+  ToiOptions options;
+  options.distance_tolerance = 1;
+  for (const Scalar gap : {0.26, 0.4, 0.49}) {
+    const ToiResult result =
+        time_of_impact(translating(plate_at(gap), {0, 0, -1}), floor, {0, 1}, options);
+    ASSERT_EQ(result.status, ToiStatus::Impact) << gap;
+    EXPECT_EQ(result.t_safe, 0) << gap;
+    ASSERT_TRUE(result.t_hit.has_value()) << gap;
+    EXPECT_GT(*result.t_hit, std::max(0.0, gap - 0.5)) << gap;
+    EXPECT_LT(*result.t_hit, 0.5) << gap;
+  }
+}
+
 TEST(DeformingTimeOfImpact, SaysWhatBeginsWithinTheTargetAndLetsItLeave) {
   const DeformingMesh floor = translating(plate_at(0), Vector3::Zero());
   EXPECT_EQ(time_of_impact(translating(plate_at(0), {0, 0, 1}), floor, {0, 1}).status,

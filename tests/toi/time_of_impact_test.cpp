@@ -253,6 +253,23 @@ TEST(TimeOfImpact, AdmitsWhenRoundingForbidsTheTolerance) {
   EXPECT_LT(result.t_safe, 3);
 }
 
+// The pair begins between a quarter and a half of the tolerance from the target: below the distance
+// that t_hit is about, which is reached after the begin all the same.
+TEST(TimeOfImpact, HitsAfterTheBeginWhateverTheGapThere) {
+  ToiOptions options;
+  options.distance_tolerance = 1;
+  for (const Scalar gap : {0.26, 0.3, 0.49, 0.51, 0.6}) {
+    const ToiResult result = time_of_impact(
+        Sphere(1), RestMotion(), Sphere(1),
+        moving(at(2 + gap, 0, 0), Vector3(-1, 0, 0), Vector3::Zero()), {0, 1}, options);
+    ASSERT_EQ(result.status, ToiStatus::Impact) << gap;
+    EXPECT_EQ(result.t_safe, 0) << gap;
+    ASSERT_TRUE(result.t_hit.has_value()) << gap;
+    EXPECT_GT(*result.t_hit, std::max(0.0, gap - 0.5)) << gap;
+    EXPECT_LT(*result.t_hit, 0.5) << gap;
+  }
+}
+
 // Numbers so large that nothing is known of the gap: not a claim that the shapes begin too close.
 TEST(TimeOfImpact, DoesNotCallOverflowAnOverlap) {
   const Sphere sphere(1);
