@@ -10,6 +10,7 @@
 #include "dyop/geometry/capsule.h"
 #include "dyop/geometry/sphere.h"
 #include "dyop/geometry/triangle_mesh.h"
+#include "support/ellipsoid.h"
 #include "support/mesh_generators.h"
 #include "support/random_inputs.h"
 #include "support/shape_oracle.h"
@@ -137,6 +138,23 @@ TEST(FindContacts, OfRoundShapesAreOnTheirSurfaces) {
   const RigidPose lying(Quaternion(Eigen::AngleAxisd(std::acos(0.0), Vector3::UnitY())),
                         Vector3(0, 0, 0.5 + 0.3 + 1e-6));
   EXPECT_GE(find_contacts(Box({5, 5, 0.5}), RigidPose(), Capsule(0.3, 1), lying, 2e-6).size(), 2u);
+}
+
+// A core without a surface of triangles has one contact, that of the nearest points.
+TEST(FindContacts, OfASmoothShapeIsItsNearestPoint) {
+  const testing::Ellipsoid egg({1, 2, 0.5});
+  const TriangleMesh plate = test_support::plate_grid(8, 8, 4, 4).mesh();
+  const Scalar gap = 1e-6;
+  const std::vector<Contact> found =
+      find_contacts(egg, at(0.3, 0.1, 0.5 + gap), plate, RigidPose(), 2 * gap);
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_LE(found[0].lower, gap);
+  EXPECT_GE(found[0].upper, gap);
+  EXPECT_LT(found[0].upper - found[0].lower, 1e-8);
+  EXPECT_LT((found[0].p_WCb - Vector3(0.3, 0.1, 0)).norm(), 1e-3);
+  EXPECT_LT((found[0].nhat_AB_W - Vector3(0, 0, -1)).norm(), 1e-3);
+  EXPECT_TRUE(found[0].triangle_b.has_value());
+  EXPECT_TRUE(find_contacts(egg, at(0, 0, 0.6), plate, RigidPose(), 0.05).empty());
 }
 
 TEST(DistanceCache, ChangesNoAnswerAndSavesWork) {

@@ -19,6 +19,7 @@
 #include "dyop/geometry/capsule.h"
 #include "dyop/geometry/convex_hull.h"
 #include "dyop/geometry/sphere.h"
+#include "support/ellipsoid.h"
 
 namespace dyop {
 namespace {
@@ -196,25 +197,18 @@ TEST(Gjk, DegenerateTrianglesAreLegal) {
             (Feature{FeatureKind::Vertex, {0, -1, -1}}));
 }
 
-// An ellipsoid: a smooth core without vertices.
-class Ellipsoid final : public ConvexShape {
- public:
-  explicit Ellipsoid(const Vector3& radii) : radii_(radii) {}
-  SupportPoint core_support(const Vector3& d) const override {
-    const Vector3 scaled = radii_.cwiseProduct(d);
-    const Scalar norm = scaled.norm();
-    return {norm > 0 ? Vector3(radii_.cwiseProduct(scaled) / norm) : Vector3::Zero(), -1};
-  }
-  Vector3 core_center() const override { return Vector3::Zero(); }
-  AlignedBox bounding_box() const override { return {-radii_, radii_}; }
-  Scalar bounding_radius() const override { return radii_.maxCoeff(); }
-  MassProperties compute_mass_properties(Scalar) const override { return {}; }
-
- private:
-  Vector3 radii_;
-};
+// What a triangle's core has of a shape beside its support points.
+TEST(TriangleCore, IsAShapeWithoutAVolume) {
+  const internal::TriangleCore core({Vector3(1, 0, 0), Vector3(0, 2, 0), Vector3(0, 0, 3)});
+  EXPECT_LT((core.core_center() - Vector3(1, 2, 3) / 3).norm(), 1e-15);
+  EXPECT_EQ(core.bounding_box().min(), Vector3::Zero());
+  EXPECT_EQ(core.bounding_box().max(), Vector3(1, 2, 3));
+  EXPECT_GE(core.bounding_radius(), 3);
+  EXPECT_THROW(core.compute_mass_properties(1), InvalidArgument);
+}
 
 TEST(Gjk, SmoothCoresConvergeRelatively) {
+  using testing::Ellipsoid;
   const Ellipsoid ball({1, 1, 1});
   const GjkResult balls = gjk_distance(ball, ball, RigidPose(Vector3(3, 4, 12)));
   EXPECT_LE(balls.lower, 11);

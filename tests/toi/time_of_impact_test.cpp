@@ -14,6 +14,7 @@
 #include "dyop/motion/constant_twist_motion.h"
 #include "dyop/motion/rest_motion.h"
 #include "dyop/motion/sampled_motion.h"
+#include "support/ellipsoid.h"
 #include "support/mesh_generators.h"
 
 namespace dyop {
@@ -251,6 +252,23 @@ TEST(TimeOfImpact, AdmitsWhenRoundingForbidsTheTolerance) {
   EXPECT_TRUE(result.status == ToiStatus::NumericalLimit || result.status == ToiStatus::Impact);
   EXPECT_GT(result.rounding_allowance, options.distance_tolerance);
   EXPECT_LT(result.t_safe, 3);
+}
+
+// A shape that is not the library's falls onto a mesh, tilting: its lowest point is at the height
+// z - sqrt((0.5 cos)^2 + (2 sin)^2) for a turn about x.
+TEST(TimeOfImpact, OfAUsersShapeIsFound) {
+  const testing::Ellipsoid egg({1, 2, 0.5});
+  const TriangleMesh plate = test_support::plate_grid(8, 8, 4, 4).mesh();
+  const Scalar rate = 0.4;
+  const ToiResult result =
+      both_orders(egg, moving(at(0.3, 0.1, 3), Vector3(0, 0, -1), Vector3(rate, 0, 0)), plate,
+                  RestMotion(), {0, 3});
+  ASSERT_EQ(result.status, ToiStatus::Impact);
+  const auto height = [&](Scalar t) {
+    return 3 - t - std::hypot(0.5 * std::cos(rate * t), 2 * std::sin(rate * t));
+  };
+  EXPECT_GT(height(result.t_safe), 0);
+  EXPECT_LT(height(result.t_safe), 1e-5);
 }
 
 // The pair begins between a quarter and a half of the tolerance from the target: below the distance

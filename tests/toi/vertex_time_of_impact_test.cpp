@@ -150,6 +150,14 @@ TEST(VertexTimeOfImpact, TreatsAnIntervalOfNoLengthAsRest) {
   VertexToiOptions options;
   options.contact_rule = ContactRule::Exact;
   EXPECT_EQ(time_of_impact(falling(1, -1), {4, 4}, options).status, ToiStatus::Separated);
+  // Edges that would cross on the way, and edges that cross at the begin.
+  const auto edges = [](Scalar height) {
+    return EdgeEdgePaths{
+        {resting(-1, 0, 0), resting(1, 0, 0)},
+        {VertexPath{{0, -1, height}, {0, -1, -1}}, VertexPath{{0, 1, height}, {0, 1, -1}}}};
+  };
+  EXPECT_EQ(time_of_impact(edges(1), {4, 4}).status, ToiStatus::Separated);
+  EXPECT_EQ(time_of_impact(edges(0), {4, 4}).status, ToiStatus::InitiallyWithinTarget);
 }
 
 TEST(VertexTimeOfImpact, RefusesInvalidInputByName) {
