@@ -56,6 +56,7 @@ class ToiSearch {
   Scalar skip_turns();
   Scalar first_time();
   void push(Scalar time, std::int32_t box_a, std::int32_t box_b);
+  void fetch_parts(const QueuedPair& pair) const;
   void open(const QueuedPair& pair);
   void advance(const QueuedPair& pair);
   PieceDistance measure(const QueuedPair& pair, const GjkGoal& goal);
@@ -103,6 +104,13 @@ ToiSearch::ToiSearch(const Shape& a, const Motion& X_WA, const Shape& b, const M
 void ToiSearch::push(Scalar time, std::int32_t box_a, std::int32_t box_b) {
   if (time == kInfinity) return;  // proven apart to the end
   queue_.push({time, box_a, box_b});
+}
+
+// Asks for the memory of what open() will read.
+void ToiSearch::fetch_parts(const QueuedPair& pair) const {
+  const bool opens_a = internal::opens_first(a().tree, pair.a, b().tree, pair.b);
+  const ShapeTree& tree = opens_a ? a().tree : b().tree;
+  tree.fetch(tree.child(opens_a ? pair.a : pair.b));
 }
 
 // Replaces a pair by the pairs of the larger box's parts with the other box.
@@ -317,14 +325,16 @@ ToiResult ToiSearch::resume() {
       return finish(*status, pair.time);
     }
     ++result_.statistics.node_pairs;
-    if (pair.time != pair_.time()) pair_.set_time(pair.time);
     const bool is_far = (pair.b & kFarFlag) != 0;
     pair.b &= ~kFarFlag;
+    const bool is_opened = !is_far && !(a().tree.is_leaf(pair.a) && b().tree.is_leaf(pair.b));
+    if (is_opened) fetch_parts(pair);  // while the time is set
+    if (pair.time != pair_.time()) pair_.set_time(pair.time);
     if (is_far) {
       advance(pair);
       continue;
     }
-    if (!a().tree.is_leaf(pair.a) || !b().tree.is_leaf(pair.b)) {
+    if (is_opened) {
       open(pair);
       continue;
     }
