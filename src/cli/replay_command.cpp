@@ -76,7 +76,8 @@ void print_text(const QueryRecord& record, const Outcome& now,
     std::cout << "the same as recorded, bit by bit\n";
     return;
   }
-  std::cout << differences.size() << " fields differ\n";
+  std::cout << differences.size()
+            << (differences.size() == 1 ? " field differs\n" : " fields differ\n");
   for (const FieldDifference& difference : differences) {
     std::cout << "  " << difference.field << "\n    recorded " << difference.recorded
               << "\n    now      " << difference.now << '\n';

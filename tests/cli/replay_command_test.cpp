@@ -50,7 +50,7 @@ TEST_F(Replay, NamesTheFieldsThatDiffer) {
   write(json);
   const CommandResult text = run_command({"replay", file()});
   EXPECT_EQ(text.exit_code, 1);
-  EXPECT_NE(text.out.find("1 fields differ\n  t_safe\n    recorded \"0x1.8p-1\"\n    now      \"" +
+  EXPECT_NE(text.out.find("1 field differs\n  t_safe\n    recorded \"0x1.8p-1\"\n    now      \"" +
                           was + "\"\n"),
             std::string::npos)
       << text.out;
