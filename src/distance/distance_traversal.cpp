@@ -1,6 +1,7 @@
 #include "distance/distance_traversal.h"
 
 #include <array>
+#include <limits>
 
 namespace dyop::internal {
 
@@ -53,10 +54,18 @@ void DistanceTraversal::seed(std::int32_t box_a, std::int32_t box_b) {
 }
 
 void DistanceTraversal::run() {
-  if (is_found()) return;
+  start();
+  go_on(std::numeric_limits<std::int64_t>::max());
+}
+
+void DistanceTraversal::start() {
   stack_.clear();
-  stack_.push_back({0, ShapeTree::kRoot, ShapeTree::kRoot});
-  while (!stack_.empty()) {
+  if (!is_found()) stack_.push_back({0, ShapeTree::kRoot, ShapeTree::kRoot});
+}
+
+bool DistanceTraversal::go_on(std::int64_t max_box_pairs) {
+  for (; !stack_.empty(); --max_box_pairs) {
+    if (max_box_pairs <= 0) return false;
     const BoxPair pair = stack_.back();
     stack_.pop_back();
     if (pair.gap > cutoff()) {
@@ -65,11 +74,12 @@ void DistanceTraversal::run() {
     }
     if (a_.is_leaf(pair.a) && b_.is_leaf(pair.b)) {
       visit_leaves(pair.a, pair.b);
-      if (is_found()) return;
+      if (is_found()) return true;
     } else {
       open(pair);
     }
   }
+  return true;
 }
 
 }  // namespace dyop::internal

@@ -38,6 +38,9 @@ class DistanceTraversal {
   /// Looks at one pair of pieces first, if these are leaves.
   void seed(std::int32_t leaf_a, std::int32_t leaf_b);
   void run();
+  /// The same in portions: start(), then go_on() until it says that it is through.
+  void start();
+  bool go_on(std::int64_t max_box_pairs);
 
   /// run() ends at the first pair of pieces the middle of whose bounds is below this.
   Scalar sought_middle = -kInfinity;

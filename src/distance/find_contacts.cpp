@@ -2,13 +2,12 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <limits>
 #include <tuple>
-#include <unordered_map>
 #include <vector>
 
 #include "distance/box_gaps.h"
 #include "distance/piece_distance.h"
+#include "distance/point_grid.h"
 #include "distance/shape_tree.h"
 #include "dyop/core/error.h"
 #include "dyop/core/tolerance.h"
@@ -162,48 +161,18 @@ Scalar place_radius(Scalar least_gap, Scalar max_distance) {
 // size finds neighbours.
 std::vector<Contact> one_per_place(const std::vector<Contact>& contacts, Scalar radius) {
   constexpr Scalar kSameNormal = 0.99;  // cosine of 8 degrees
-  using Cell = std::tuple<std::int64_t, std::int64_t, std::int64_t>;
-  struct CellHash {
-    std::size_t operator()(const Cell& cell) const {
-      // Unsigned: the products may wrap.
-      const auto mix = [](std::int64_t index, std::uint64_t prime) {
-        return static_cast<std::uint64_t>(index) * prime;
-      };
-      const auto [x, y, z] = cell;
-      return static_cast<std::size_t>(mix(x, 73856093) ^ mix(y, 19349663) ^ mix(z, 83492791));
-    }
-  };
-  const Scalar cell_size = std::max(radius, std::numeric_limits<Scalar>::min());
-  const auto cell_of = [&](const Vector3& p, int dx, int dy, int dz) {
-    const auto index = [&](Scalar x, int shift) {
-      // literal: beyond 2^52 cells neighbouring cells are the same number; clamp for the cast.
-      return static_cast<std::int64_t>(std::clamp(std::floor(x / cell_size), -4e15, 4e15)) + shift;
-    };
-    return Cell(index(p.x(), dx), index(p.y(), dy), index(p.z(), dz));
-  };
-  std::unordered_map<Cell, std::vector<std::size_t>, CellHash> grid;
+  internal::PointGrid grid(radius);
   std::vector<Contact> kept;
   const auto is_new = [&](const Contact& contact) {
-    for (int dx = -1; dx <= 1; ++dx) {
-      for (int dy = -1; dy <= 1; ++dy) {
-        for (int dz = -1; dz <= 1; ++dz) {
-          const auto cell = grid.find(cell_of(contact.p_WCa, dx, dy, dz));
-          if (cell == grid.end()) continue;
-          for (const std::size_t other : cell->second) {
-            if ((kept[other].p_WCa - contact.p_WCa).norm() <= radius &&
-                (kept[other].p_WCb - contact.p_WCb).norm() <= radius &&
-                kept[other].nhat_AB_W.dot(contact.nhat_AB_W) >= kSameNormal) {
-              return false;
-            }
-          }
-        }
-      }
-    }
-    return true;
+    return !grid.any_near(contact.p_WCa, [&](std::size_t other) {
+      return (kept[other].p_WCa - contact.p_WCa).norm() <= radius &&
+             (kept[other].p_WCb - contact.p_WCb).norm() <= radius &&
+             kept[other].nhat_AB_W.dot(contact.nhat_AB_W) >= kSameNormal;
+    });
   };
   for (const Contact& contact : contacts) {
     if (!is_new(contact)) continue;
-    grid[cell_of(contact.p_WCa, 0, 0, 0)].push_back(kept.size());
+    grid.add(contact.p_WCa, kept.size());
     kept.push_back(contact);
   }
   return kept;

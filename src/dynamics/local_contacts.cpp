@@ -1,8 +1,8 @@
 #include "dynamics/local_contacts.h"
 
 #include <algorithm>
-#include <iterator>
 
+#include "distance/point_grid.h"
 #include "dyop/distance/triangle_distance.h"
 #include "dyop/geometry/triangle_mesh.h"
 
@@ -50,12 +50,13 @@ std::vector<Contact> local_contacts(const std::vector<Contact>& contacts, const 
            holds(a, X_WA, side_a(nearer), side_a(contact), kOnFace * reach) &&
            holds(b, X_WB, side_b(nearer), side_b(contact), kOnFace * reach);
   };
+  PointGrid grid(reach);
+  for (std::size_t i = 0; i < contacts.size(); ++i) grid.add(contacts[i].p_WCa, i);
   std::vector<Contact> local;
-  std::copy_if(
-      contacts.begin(), contacts.end(), std::back_inserter(local), [&](const Contact& contact) {
-        return std::none_of(contacts.begin(), contacts.end(),
-                            [&](const Contact& other) { return is_beside(contact, other); });
-      });
+  for (const Contact& contact : contacts) {
+    const auto hides = [&](std::size_t other) { return is_beside(contact, contacts[other]); };
+    if (!grid.any_near(contact.p_WCa, hides)) local.push_back(contact);
+  }
   return local;
 }
 

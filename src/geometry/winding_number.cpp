@@ -71,6 +71,8 @@ int winding_number(const TriangleMesh& mesh, const Vector3& p_B) {
                "only a closed mesh has an inside: this one has an edge that is not "
                "used exactly once in each direction");
   DYOP_REQUIRE(p_B.allFinite(), "point must be finite, not (", p_B.transpose(), ")");
+  // Beyond the box nothing is inside; and the exact predicates hold for points of the mesh's size.
+  if (!mesh.bounding_box().contains(p_B)) return 0;
   const MeshHierarchy& tree = mesh.hierarchy();
   const int exponent = std::ilogb(tree.scale());  // above all coordinates of the mesh
   const Vector3 p = scaled(p_B, exponent);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "dyop/core/tolerance.h"
 #include "motion/rotation_rate.h"
 
 namespace dyop {
@@ -72,8 +73,12 @@ TwistBound SampledMotion::twist_bound(const TimeInterval& interval) const {
   return {linear, angular, acceleration, acceleration};
 }
 
-PoseScale SampledMotion::pose_scale(const TimeInterval&) const {
-  return pose_scale_;
+PoseScale SampledMotion::pose_scale(const TimeInterval& interval) const {
+  // The turn between two samples errs by less than 8u however small it is: their speeds do not
+  // bound what that adds up to over many.
+  constexpr Scalar kTurnNoise = 8 * kUnitRoundoff;
+  const auto stamps = static_cast<Scalar>(piece_at(interval.end) - piece_at(interval.begin));
+  return {pose_scale_.length, pose_scale_.angle + stamps * (kTurnNoise / kPoseNoise)};
 }
 
 Scalar SampledMotion::smooth_until(Scalar t) const {

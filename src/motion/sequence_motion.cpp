@@ -11,9 +11,9 @@
 namespace dyop {
 namespace {
 
-// Each pose may err by rounding (Motion::pose_scale).
-void require_meeting(const SequenceMotion::Part& x, const SequenceMotion::Part& y,
-                     std::size_t index) {
+// Each pose may err by rounding (Motion::pose_scale). Returns the jump, relative to rounding.
+PoseScale require_meeting(const SequenceMotion::Part& x, const SequenceMotion::Part& y,
+                          std::size_t index) {
   const Scalar t = y.interval.begin;
   const RigidPose X_WB0 = x.motion->pose(t);
   const RigidPose X_WB1 = y.motion->pose(t);
@@ -26,6 +26,7 @@ void require_meeting(const SequenceMotion::Part& x, const SequenceMotion::Part& 
   DYOP_REQUIRE(jump <= kPoseNoise * length && turn <= kPoseNoise * angle, "parts ", index, " and ",
                index + 1, " of sequence motion do not meet at time ", t, ": the position jumps by ",
                jump, ", the rotation matrix by ", turn);
+  return {jump / kPoseNoise, turn / kPoseNoise};
 }
 
 }  // namespace
@@ -45,11 +46,15 @@ SequenceMotion::SequenceMotion(std::vector<Part> parts) : parts_(std::move(parts
     const TwistBound bound = motion->twist_bound(interval);
     speeds.push_back({bound.linear_speed, bound.angular_speed});
     pose_scale_ = internal::larger_of(pose_scale_, motion->pose_scale(interval));
-    if (i == 0) continue;
+    if (i == 0) {
+      jumps_.push_back({0, 0});
+      continue;
+    }
     DYOP_REQUIRE(interval.begin == parts_[i - 1].interval.end, "part ", i,
                  " of sequence motion must begin where part ", i - 1, " ends, at ",
                  parts_[i - 1].interval.end, ", not at ", interval.begin);
-    require_meeting(parts_[i - 1], parts_[i], i - 1);
+    const PoseScale jump = require_meeting(parts_[i - 1], parts_[i], i - 1);
+    jumps_.push_back({jumps_.back().length + jump.length, jumps_.back().angle + jump.angle});
   }
   speeds_ = internal::SpeedTree(speeds);
 }
@@ -92,8 +97,11 @@ TwistBound SequenceMotion::twist_bound(const TimeInterval& interval) const {
           std::max({head.angular_speed, angular, tail.angular_speed}), kInfinity, kInfinity};
 }
 
-PoseScale SequenceMotion::pose_scale(const TimeInterval&) const {
-  return pose_scale_;
+PoseScale SequenceMotion::pose_scale(const TimeInterval& interval) const {
+  const PoseScale& before = jumps_[part_at(interval.begin)];
+  const PoseScale& after = jumps_[part_at(interval.end)];
+  return {pose_scale_.length + (after.length - before.length),
+          pose_scale_.angle + (after.angle - before.angle)};
 }
 
 Scalar SequenceMotion::smooth_until(Scalar t) const {

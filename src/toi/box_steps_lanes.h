@@ -47,10 +47,10 @@ DYOP_INLINE L first_roots(L c0, L c1, L c2, L h) {
   const auto has_no_root = zero - discriminant > root_noise;
   const auto never_falls = without(zero >= b, zero > a);
   const auto is_free = is_positive | (has_no_root | (never_falls | (x > L(1.0))));
-  // Infinite or undefined coefficients, and NaN, give no step. inf - inf is NaN.
-  const auto is_finite = (c1 - c1 >= zero) & (c2 - c2 >= zero);
+  // The discriminant is not finite where a coefficient is not, either; inf - inf is NaN.
+  const auto is_finite = discriminant - discriminant >= zero;
   const L step = select(x >= zero, x, zero) * h * L(1 - 0x1p-48);
-  return select(is_positive | (is_finite & is_free), infinity<L>(), select(is_finite, step, zero));
+  return select(is_finite & is_free, infinity<L>(), select(is_finite, step, zero));
 }
 
 /// The gap of the slabs along the turning direction n + u k + q m, less the floor: G(u, q).
@@ -260,7 +260,9 @@ DYOP_INLINE void box_steps(const GroupRows& rows, int first, const float (*axes)
   L n[3];
   unit_axis(axes, first, n);
   TurningGap<L> gap_at(box, other, motion, n);
-  const L gap = gap_at.at_zero() - L(motion.noise);
+  const L raw_gap = gap_at.at_zero() - L(motion.noise);
+  // An overflow proves nothing; inf - inf is NaN.
+  const L gap = select(raw_gap - raw_gap >= L(0.0), raw_gap, L(0.0));
   L time(0.0);
   if (motion.is_steady) {
     time = steady_step(gap, gap_at.rate);

@@ -260,6 +260,10 @@ ToiResult DeformingSearch<SideB>::finish(ToiStatus status, Scalar t_safe) {
   set_time(t_safe);
   result_.status = status;
   result_.t_safe = t_safe;
+  // Of a pair at the begin that waited for others to be looked at.
+  if (status == ToiStatus::BudgetExhausted || status == ToiStatus::Cancelled) {
+    result_.contact.reset();
+  }
   result_.rounding_allowance = now_.noise;
   result_.X_WB = b_.pose();
   return std::move(result_);

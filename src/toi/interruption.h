@@ -11,6 +11,9 @@ namespace dyop::internal {
 /// What makes a search end undecided: its budget, its deadline or its stop token.
 class Interruption {
  public:
+  /// How often the clock and the stop token are looked at, in node pairs.
+  static constexpr std::int64_t kPollInterval = 64;
+
   explicit Interruption(const ToiOptions& options) : options_(options) {}
 
   /// To be asked before every node pair.
@@ -18,6 +21,11 @@ class Interruption {
     if (node_pairs >= options_.max_node_pairs) return ToiStatus::BudgetExhausted;
     if (node_pairs < next_poll_) return std::nullopt;
     next_poll_ = node_pairs + kPollInterval;
+    return from_outside();
+  }
+
+  /// Of the clock and the caller alone; to be asked every kPollInterval pairs.
+  std::optional<ToiStatus> from_outside() const {
     if (options_.stop.stop_requested()) return ToiStatus::Cancelled;
     if (options_.deadline && std::chrono::steady_clock::now() >= *options_.deadline) {
       return ToiStatus::BudgetExhausted;
@@ -26,9 +34,6 @@ class Interruption {
   }
 
  private:
-  // How often the clock and the stop token are looked at, in node pairs.
-  static constexpr std::int64_t kPollInterval = 64;
-
   const ToiOptions& options_;
   std::int64_t next_poll_ = 0;
 };

@@ -8,13 +8,14 @@
 namespace dyop::internal {
 
 Scalar first_root(Scalar c0, Scalar c1, Scalar c2, Scalar h) {
-  // Positive coefficients: positive on all of [0, h]. NaN must not pass for positive.
-  if (c1 >= 0 && c2 >= 0) return kInfinity;
-  if (!std::isfinite(c1) || !std::isfinite(c2)) return 0;
   // c0 (1-x)^2 + 2 c1 x (1-x) + c2 x^2 = c0 - 2 b x + a x^2 with b = c0 - c1, a = c0 - 2 c1 + c2.
   const Scalar b = c0 - c1;
   const Scalar a = b - (c1 - c2);
   const Scalar discriminant = b * b - a * c0;
+  // Not finite where a coefficient is not, either; NaN and overflow prove nothing.
+  if (!std::isfinite(discriminant)) return 0;
+  // Positive coefficients: positive on all of [0, h].
+  if (c1 >= 0 && c2 >= 0) return kInfinity;
   if (discriminant < 0) {
     // a > 0 and no root: positive everywhere; within rounding of a double root, step to it.
     const Scalar at_least = -discriminant;
@@ -34,7 +35,7 @@ Scalar safe_time_of_balls(const PairInstant& pair, Scalar radius_a, Scalar radiu
   const Vector3 p_AB_W = pair.b.p_WB - pair.a.p_WB;
   const Scalar origins = p_AB_W.norm();
   const Scalar gap = origins - radius_a - radius_b - floor - pair.noise;
-  if (!(gap > 0)) return 0;
+  if (!(gap > 0 && gap < kInfinity)) return 0;  // an overflow proves nothing
   const Scalar opening = p_AB_W.dot(pair.b.v_WB - pair.a.v_WB) / origins;
   // On [0, h]: gap + opening s - acceleration s^2 / 2, with Bernstein coefficients
   // gap, gap + opening h / 2, gap + opening h - acceleration h^2 / 2.

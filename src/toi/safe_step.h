@@ -115,7 +115,7 @@ SafeStep coupled_step(const PairInstant& pair, Scalar gap, Scalar first, Scalar 
                       Scalar acceleration, Scalar turn, const Gap& gap_at) {
   constexpr int kTrials = 4;
   SafeStep step;
-  step.gap = gap;
+  step.gap = gap < kInfinity ? gap : 0;  // an overflow proves nothing
   if (!(step.gap > 0)) return step;
   Scalar h = first;
   for (int trial = 0; trial < kTrials && h > 0; ++trial) {

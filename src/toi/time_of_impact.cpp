@@ -47,7 +47,7 @@ class ToiSearch {
   ToiResult resume();
 
  private:
-  enum class Verdict { GoOn, Impact, TooCloseAtBegin, Stuck };
+  enum class Verdict { GoOn, Impact, TooCloseAtBegin, Stuck, Interrupted };
 
   const MovingShape& a() const { return pair_.a(); }
   const MovingShape& b() const { return pair_.b(); }
@@ -61,10 +61,11 @@ class ToiSearch {
   void advance(const QueuedPair& pair);
   PieceDistance measure(const QueuedPair& pair, const GjkGoal& goal);
   Verdict examine_leaves(const QueuedPair& pair);
-  bool is_nearest(const PieceDistance& piece);
+  std::optional<bool> is_nearest(const PieceDistance& piece);
   ImpactContact make_contact(const PieceDistance& piece, const QueuedPair& pair) const;
   std::optional<Scalar> probe_hit(const QueuedPair& pair, const ImpactContact& contact);
   ToiResult finish_impact(const QueuedPair& pair);
+  ToiResult finish_undecided(ToiStatus status, const QueuedPair& pair);
   void gather_contacts();
   bool begins_enclosed();
   ToiResult finish(ToiStatus status, Scalar t_safe);
@@ -147,7 +148,9 @@ void ToiSearch::advance(const QueuedPair& pair) {
 // Bodies that slide along one another stay as far apart as they are where they touch. The faces and
 // edges beside that place come nearer until it is their turn: they do not collide. And at the begin
 // nothing is proven of pairs that are still to be looked at: one that is nearer may be too close.
-bool ToiSearch::is_nearest(const PieceDistance& piece) {
+// Nothing if the clock or the caller ends it. It is counted afterwards: it has no rest that could
+// be resumed.
+std::optional<bool> ToiSearch::is_nearest(const PieceDistance& piece) {
   // Nothing was in contact before, or could have been.
   if (!memory_.has_resting_pair && pair_.time() > interval_.begin) return true;
   if (a().tree.convex() && b().tree.convex()) return true;
@@ -155,7 +158,10 @@ bool ToiSearch::is_nearest(const PieceDistance& piece) {
                                      memory_.box_pairs);
   // Most of the rounding is that of the poses, which all pairs of pieces share.
   nearer.sought_middle = piece.middle();
-  nearer.run();
+  nearer.start();
+  while (!nearer.go_on(internal::Interruption::kPollInterval)) {
+    if (interruption_.from_outside()) return std::nullopt;
+  }
   ToiStatistics& work = result_.statistics;
   work.box_tests += nearer.statistics.box_tests;
   work.leaf_tests += nearer.statistics.leaf_tests;
@@ -183,9 +189,13 @@ ToiSearch::Verdict ToiSearch::examine_leaves(const QueuedPair& pair) {
   const bool is_near = piece.upper <= near_ + noise();
   const bool is_in_contact = piece.upper <= contact_ + noise();
   const bool is_approaching = is_near && pair_.is_closing(piece);
-  if (is_approaching && is_in_contact && is_nearest(piece)) {
-    result_.contact = make_contact(piece, pair);
-    return Verdict::Impact;
+  if (is_approaching && is_in_contact) {
+    const std::optional<bool> is_impact = is_nearest(piece);
+    if (!is_impact) return Verdict::Interrupted;
+    if (*is_impact) {
+      result_.contact = make_contact(piece, pair);
+      return Verdict::Impact;
+    }
   }
   const bool is_resting = is_near && (is_in_contact || !is_approaching);
   memory_.has_resting_pair |= is_resting;
@@ -267,6 +277,13 @@ ToiResult ToiSearch::finish_impact(const QueuedPair& pair) {
   return result;
 }
 
+// To be resumed with this pair.
+ToiResult ToiSearch::finish_undecided(ToiStatus status, const QueuedPair& pair) {
+  queue_.push(pair);
+  memory_.is_unfinished = true;
+  return finish(status, pair.time);
+}
+
 // A proven time, or infinity. Only balls about the origins are not lost within a turn: while their
 // steps span more than that, they carry the search.
 Scalar ToiSearch::skip_turns() {
@@ -320,9 +337,7 @@ ToiResult ToiSearch::resume() {
     result_.statistics.peak_queue = std::max(result_.statistics.peak_queue, queue_.size());
     QueuedPair pair = queue_.pop();
     if (const auto status = interruption_.after(result_.statistics.node_pairs)) {
-      queue_.push(pair);
-      memory_.is_unfinished = true;
-      return finish(*status, pair.time);
+      return finish_undecided(*status, pair);
     }
     ++result_.statistics.node_pairs;
     const bool is_far = (pair.b & kFarFlag) != 0;
@@ -345,6 +360,8 @@ ToiResult ToiSearch::resume() {
         return finish(ToiStatus::InitiallyWithinTarget, pair.time);
       case Verdict::Stuck:
         return finish(ToiStatus::NumericalLimit, pair.time);
+      case Verdict::Interrupted:
+        return finish_undecided(interruption_.from_outside().value(), pair);
       case Verdict::Impact:
         return finish_impact(pair);
     }

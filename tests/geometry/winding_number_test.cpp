@@ -146,6 +146,18 @@ TEST(WindingNumber, RefusesMeshesWithoutAnInsideAndPointsThatAreNone) {
             "point must be finite, not (0 nan 0)");
 }
 
+// Points so far from a mesh so small that their ratio overflows.
+TEST(WindingNumber, OfPointsFarBeyondASmallMeshIsZero) {
+  for (const Scalar size : {1e-50, 1e-10, 1.0}) {
+    const TriangleMesh mesh = box_mesh(Vector3::Constant(size)).mesh();
+    EXPECT_EQ(winding_number(mesh, size * Vector3(0.1, 0.2, 0.3)), 1) << size;
+    for (const Scalar far : {1e100, 1e300}) {
+      EXPECT_EQ(winding_number(mesh, Vector3(0.1 * size, 0.2 * size, -far)), 0) << size;
+      EXPECT_EQ(winding_number(mesh, Vector3(0.1 * size, 0.2 * size, far)), 0) << size;
+    }
+  }
+}
+
 TEST(WindingNumber, PartVerticesAreOneOfEachPart) {
   const MeshArrays two = joined(icosphere(1), box_mesh(Vector3::Ones()));
   const TriangleMesh mesh = two.mesh();

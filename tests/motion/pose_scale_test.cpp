@@ -163,5 +163,26 @@ TEST(PoseScale, OfASequenceIsThatOfItsParts) {
   EXPECT_GE(motion.pose_scale({0, 2}).length, 5);
 }
 
+// A body at rest whose place jumps by rounding at every meeting has moved in the end, though its
+// speed is zero: the sum of the jumps in the interval is part of the scale.
+TEST(PoseScale, OfASequenceCountsTheJumpsThatItCrosses) {
+  constexpr int kParts = 1000;
+  const Scalar jump = 2e-14;
+  std::vector<SequenceMotion::Part> parts;
+  for (int i = 0; i < kParts; ++i) {
+    const Vector3 p_WB(3 + i * jump, 0, 0);
+    parts.push_back({{Scalar(i), Scalar(i + 1)}, std::make_shared<RestMotion>(RigidPose(p_WB))});
+  }
+  const SequenceMotion motion(parts);
+  const auto moved = [&](Scalar begin, Scalar end) {
+    return (motion.pose(end).translation() - motion.pose(begin).translation()).norm();
+  };
+  for (const auto& [begin, end] : {std::pair(0.0, 1000.0), std::pair(10.5, 20.5)}) {
+    EXPECT_GT(moved(begin, end), jump * 9);
+    EXPECT_LE(moved(begin, end), kPoseNoise * motion.pose_scale({begin, end}).length);
+  }
+  EXPECT_LT(motion.pose_scale({10.5, 20.5}).length, motion.pose_scale({0, 1000}).length / 2);
+}
+
 }  // namespace
 }  // namespace dyop::testing

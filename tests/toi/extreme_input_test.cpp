@@ -342,6 +342,25 @@ TEST(ExtremeInput, FarFromTheOriginIsAnsweredWhereRoundingAllows) {
   }
 }
 
+// The square of the distance overflows; the bodies collide half way all the same.
+TEST(ExtremeInput, OfDistancesWhoseSquaresOverflowIsNoMiss) {
+  for (const Scalar distance : {1e150, 1e153, 1e155, 1e200}) {
+    for (const Scalar rate : {0.0, 1e-54, 1e-50}) {
+      const ConstantTwistMotion X_WB =
+          moving(at(distance, 0, 0), Vector3(-distance / 1e55, 0, 0), Vector3(0, 0, rate));
+      const TimeInterval interval{0, 2e55};
+      const ToiOptions options = with_tolerance(1e-6);
+      EXPECT_EQ(time_of_impact(Sphere(1), RestMotion(), Sphere(1), X_WB, interval, options).status,
+                ToiStatus::NumericalLimit)
+          << distance << ' ' << rate;
+      const TriangleMesh cube = box_mesh(Vector3(1, 1, 1)).mesh();
+      EXPECT_EQ(time_of_impact(cube, RestMotion(), cube, X_WB, interval, options).status,
+                ToiStatus::NumericalLimit)
+          << distance << ' ' << rate;
+    }
+  }
+}
+
 // Poses are computed from the time since t0: what is lost there is part of the allowance, and the
 // query says so when it is more than the tolerance.
 TEST(ExtremeInput, OfMotionsSinceLongAgoCountsTheirRounding) {

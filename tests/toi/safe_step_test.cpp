@@ -38,6 +38,12 @@ TEST(FirstRoot, IsTheRootOfTheQuadraticAndNeverLater) {
   EXPECT_LT(with_root, 180000);
 }
 
+// b^2 - a c0 overflows: nothing is known of the root, which is at 0.81.
+TEST(FirstRoot, TakesNoStepWhereTheDiscriminantOverflows) {
+  EXPECT_EQ(first_root(1e200, 2e200, -1e200, 1), 0);
+  EXPECT_EQ(first_root(kInfinity, kInfinity, kInfinity, 1), 0);
+}
+
 TEST(FirstRoot, TakesNoStepOnNonFiniteCoefficients) {
   EXPECT_EQ(first_root(1, std::nan(""), 1, 1), 0);
   EXPECT_EQ(first_root(1, 1, -kInfinity, 1), 0);

@@ -15,7 +15,8 @@ namespace dyop {
 ///
 /// A query that its deadline ended is recorded with a budget of the node pairs it took, which ends
 /// it at the same place.
-/// @param query As it was asked; the shapes and motions must be dyop's own.
+/// @param query As it was asked, with valid options; the shapes and motions must be dyop's own.
+/// @param result Of time_of_impact(); that of resume_time_of_impact() counts its own work only.
 /// @throws InvalidArgument for another shape or motion (a UserMotion is code, which no file holds),
 ///         or an answer that cannot be had again: Cancelled, NotRun, or stopped before its first
 ///         step. FileError if the file cannot be written.

@@ -41,10 +41,12 @@ class SequenceMotion final : public Motion {
 
  private:
   std::size_t part_at(Scalar t) const;
-
   std::vector<Part> parts_;
   internal::SpeedTree speeds_;
-  PoseScale pose_scale_;
+  PoseScale pose_scale_;  // of the parts
+  // By how much the pose jumps, for rounding, where parts meet: sums over the meetings before each
+  // part, relative to rounding as PoseScale is. Speeds do not bound it.
+  std::vector<PoseScale> jumps_;
 };
 
 }  // namespace dyop

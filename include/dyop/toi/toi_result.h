@@ -60,7 +60,9 @@ struct ToiResult {
   /// δ + ε/2 (or to cross), if one was found by a short probe: [t_safe, *t_hit] brackets the time
   /// at which that distance is reached.
   std::optional<Scalar> t_hit;
-  std::optional<ImpactContact> contact;  ///< Impact and InitiallyWithinTarget
+  /// Impact and InitiallyWithinTarget; NumericalLimit: the pair that rounding stopped the search
+  /// at.
+  std::optional<ImpactContact> contact;
   /// Impact, if ToiOptions::with_contacts: all contacts at t_safe whose gap is at most ε larger
   /// than that of `contact`, rounding allowed for. As find_contacts() gives them, never empty.
   std::vector<Contact> contacts;
