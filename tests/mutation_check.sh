@@ -20,6 +20,8 @@ mistake() {
 
 mistake reference_time_forgotten src/motion/constant_twist_motion.cpp motion 'PoseScale*' \
   'longest_time(t0_, interval)' 'longest_time(0, interval)'
+mistake jumps_of_parts_forgotten src/motion/sequence_motion.cpp motion 'PoseScale*' \
+  '(after.length - before.length)' '0'
 mistake coriolis_term_dropped src/motion/composed_motion.cpp motion '*Contract*' \
   '2 * outer.angular_speed * inner.linear_speed + ' ''
 mistake turning_speed_not_bounded src/motion/chart_curve.cpp motion '*Contract*' \
@@ -63,8 +65,7 @@ mistake half_diagonal_without_root_three src/toi/box_steps_lanes.h toi 'BoxSteps
   'radius = (root(dot(box.center, box.center)) + root(dot(box.half_extents, box.half_extents)))' \
   'radius = (root(dot(box.center, box.center)) + box.half_extents[0])'
 mistake nan_taken_for_safe src/toi/safe_step.cpp toi '*' \
-  'if (!std::isfinite(c1) || !std::isfinite(c2)) return 0;' \
-  'if (!std::isfinite(c1) || !std::isfinite(c2)) return kInfinity;'
+  'if (!std::isfinite(discriminant)) return 0;' 'if (!std::isfinite(discriminant)) return kInfinity;'
 mistake rounding_radius_forgotten src/toi/safe_step.h toi '*' \
   'return shape.core_reach(w) + (radius > 0 ? radius * w.norm() : 0);' \
   'return shape.core_reach(w) + 0 * radius;'
