@@ -52,7 +52,7 @@ mistake steps_too_long src/toi/time_of_impact.cpp toi 'TimeOfImpact.*' \
   'floor_(options.target_distance + kFloorFraction * options.distance_tolerance)' \
   'floor_(options.target_distance + 0.2 * options.distance_tolerance)'
 mistake edges_in_front_collide src/toi/time_of_impact.cpp toi '*InitialState*' \
-  '!(nearer.best.middle() < piece.middle())' 'true'
+  'return !(nearer.best.middle() < piece.middle())' 'return true'
 mistake pairs_at_the_begin_skipped src/toi/time_of_impact.cpp toi '*AtTheBegin*' \
   'pair_.time() > interval_.begin) return true;' 'pair_.time() >= interval_.begin) return true;'
 mistake sign_in_the_coupled_bound src/toi/safe_step.h toi 'SafeStep*:*TimeOfImpact.*' \

@@ -58,7 +58,7 @@ TwistBound ComposedMotion::twist_bound(const TimeInterval& interval) const {
 PoseScale ComposedMotion::pose_scale(const TimeInterval& interval) const {
   const PoseScale outer = outer_->pose_scale(interval);
   const PoseScale inner = inner_->pose_scale(interval);
-  return {outer.length + (outer.angle + 1) * inner.length, outer.angle + inner.angle};
+  return {outer.length + internal::times(outer.angle + 1, inner.length), outer.angle + inner.angle};
 }
 
 Scalar ComposedMotion::smooth_until(Scalar t) const {

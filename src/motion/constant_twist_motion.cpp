@@ -33,8 +33,9 @@ TwistBound ConstantTwistMotion::twist_bound(const TimeInterval&) const {
 
 PoseScale ConstantTwistMotion::pose_scale(const TimeInterval& interval) const {
   const Scalar tau = internal::longest_time(t0_, interval);
-  return {X_WB0_.translation().stableNorm() + bound_.linear_speed * tau,
-          1 + bound_.angular_speed * tau};
+  using internal::times;
+  return {X_WB0_.translation().stableNorm() + times(bound_.linear_speed, tau),
+          1 + times(bound_.angular_speed, tau)};
 }
 
 }  // namespace dyop

@@ -4,15 +4,17 @@
 #include <cmath>
 
 #include "dyop/core/error.h"
+#include "motion/rotation_rate.h"
 
 namespace dyop {
 
 PoseScale Motion::pose_scale(const TimeInterval& interval) const {
   const TwistBound bound = twist_bound(interval);
   const Scalar latest = std::max(std::abs(interval.begin), std::abs(interval.end));
+  using internal::times;
   return {pose(interval.begin).translation().stableNorm() +
-              bound.linear_speed * (interval.length() + latest),
-          1 + bound.angular_speed * latest};
+              times(bound.linear_speed, interval.length() + latest),
+          1 + times(bound.angular_speed, latest)};
 }
 
 void require_defined(const Motion& motion, const TimeInterval& interval, const char* what) {

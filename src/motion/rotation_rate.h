@@ -44,6 +44,11 @@ inline Scalar norm_of(const Vector3& x) {
 //   |w'| <= |theta''| + |theta'| min(|theta x theta'| / 6, |theta'| / pi) .
 Scalar angular_acceleration_bound(Scalar theta_rate, Scalar theta_acceleration, Scalar theta_turn);
 
+// x y, and zero of nothing, however large the other is: 0 * infinity is not NaN.
+inline Scalar times(Scalar x, Scalar y) {
+  return x == 0 || y == 0 ? 0 : x * y;
+}
+
 // The longest time from t0 to a time of the interval.
 inline Scalar longest_time(Scalar t0, const TimeInterval& interval) {
   return std::max(std::abs(interval.begin - t0), std::abs(interval.end - t0));

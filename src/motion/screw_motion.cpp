@@ -46,8 +46,10 @@ TwistBound ScrewMotion::twist_bound(const TimeInterval&) const {
 
 PoseScale ScrewMotion::pose_scale(const TimeInterval& interval) const {
   const Scalar tau = internal::longest_time(t0_, interval);
-  const Scalar angle = 1 + bound_.angular_speed * tau;
-  return {p_WF0_.stableNorm() + std::abs(screw_.slide_rate) * tau + angle * arm0_W_.stableNorm(),
+  using internal::times;
+  const Scalar angle = 1 + times(bound_.angular_speed, tau);
+  return {p_WF0_.stableNorm() + times(std::abs(screw_.slide_rate), tau) +
+              times(angle, arm0_W_.stableNorm()),
           angle};
 }
 

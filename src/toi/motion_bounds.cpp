@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "motion/rotation_rate.h"
+
 namespace dyop::internal {
 namespace {
 
@@ -16,8 +18,6 @@ TwistBound join(const TwistBound& x, const TwistBound& y) {
 
 Scalar largest_coordinate(const Motion& motion, const TwistBound& bound, Scalar radius,
                           const TimeInterval& interval) {
-  // What does not move or has no time to is nowhere else, however fast.
-  const auto times = [](Scalar x, Scalar y) { return x == 0 || y == 0 ? 0 : x * y; };
   const PoseScale scale = motion.pose_scale(interval);
   const Scalar latest = std::max(std::abs(interval.begin), std::abs(interval.end));
   const Scalar size = scale.length + times(scale.angle, radius) +

@@ -166,7 +166,9 @@ std::optional<bool> ToiSearch::is_nearest(const PieceDistance& piece) {
   work.box_tests += nearer.statistics.box_tests;
   work.leaf_tests += nearer.statistics.leaf_tests;
   work.node_pairs += nearer.statistics.leaf_tests + nearer.statistics.box_tests / BoxGroup::kWidth;
-  return nearer.best.is_overlapping || !(nearer.best.middle() < piece.middle());
+  // Later than at the begin nothing overlaps but for rounding.
+  if (nearer.best.is_overlapping) return pair_.time() > interval_.begin;
+  return !(nearer.best.middle() < piece.middle());
 }
 
 PieceDistance ToiSearch::measure(const QueuedPair& pair, const GjkGoal& goal) {

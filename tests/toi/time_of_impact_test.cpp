@@ -510,6 +510,18 @@ TEST_P(AtTheBegin, OnePairThatIsTooCloseDecides) {
   EXPECT_EQ(resumed(a, b).status, ToiStatus::InitiallyWithinTarget);
 }
 
+// So it does if the other pair crosses.
+TEST_P(AtTheBegin, OnePairThatCrossesDecides) {
+  const TriangleMesh a = triangles();
+  const Scalar x = GetParam() == 0 ? 0 : 100;  // of the triangle that is crossed
+  const TriangleMesh b(
+      {{101.5 - x, -0.15, 0}, {1.5 + x, 0.5, -1}, {1.6 + x, 0.5, 1}, {1.5 + x, 1, 1}},
+      {{0, 0, 0}, {1, 2, 3}});
+  const ToiResult result = both_orders(a, rest_, b, falling_, {0, 1}, options_);
+  EXPECT_EQ(result.status, ToiStatus::InitiallyWithinTarget);
+  EXPECT_EQ(resumed(a, b).status, ToiStatus::InitiallyWithinTarget);
+}
+
 // 0.155 is no closer: an impact, also if the query is resumed while it waits for the other pair.
 TEST_P(AtTheBegin, AnImpactIsReportedOnceNoPairIsTooClose) {
   const TriangleMesh a = triangles();
