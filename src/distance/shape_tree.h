@@ -36,40 +36,26 @@ class ShapeTree {
   GroupRows rows(std::int32_t node) const { return {nodes_[node].boxes.rows, scale_}; }
   /// Asks for the memory of a node, which is needed soon. Speed only.
   void fetch(std::int32_t node) const {
-#ifdef __GNUC__
     constexpr std::size_t kCacheLine = 64;
     const char* begin = reinterpret_cast<const char*>(&nodes_[node]);
     for (std::size_t i = 0; i < sizeof(MeshHierarchy::Node); i += kCacheLine) {
       __builtin_prefetch(begin + i);
     }
-#else
-    (void)node;
-#endif
   }
   Scalar squared_half_diagonal(std::int32_t box) const {
     return scale_ * scale_ *
            static_cast<Scalar>(node_of(box).boxes.squared_half_diagonal(column_of(box)));
   }
-  bool is_leaf(std::int32_t box) const {
-    return node_of(box).child[column_of(box)] < 0;
-  }
+  bool is_leaf(std::int32_t box) const { return node_of(box).child[column_of(box)] < 0; }
   /// True if a number from outside names a leaf of this tree.
   bool has_leaf(std::int32_t box) const;
   /// The node with the parts of a box that is no leaf.
-  std::int32_t child(std::int32_t box) const {
-    return node_of(box).child[column_of(box)];
-  }
+  std::int32_t child(std::int32_t box) const { return node_of(box).child[column_of(box)]; }
   /// Triangle number of a leaf of a mesh.
-  std::int32_t triangle(std::int32_t leaf) const {
-    return -1 - child(leaf);
-  }
+  std::int32_t triangle(std::int32_t leaf) const { return -1 - child(leaf); }
 
-  const TriangleMesh* mesh() const {
-    return mesh_;
-  }
-  const ConvexShape* convex() const {
-    return convex_;
-  }
+  const TriangleMesh* mesh() const { return mesh_; }
+  const ConvexShape* convex() const { return convex_; }
 
  private:
   const TriangleMesh* mesh_ = nullptr;
