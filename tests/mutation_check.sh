@@ -56,9 +56,13 @@ mistake edges_in_front_collide src/toi/time_of_impact.cpp toi '*InitialState*' \
 mistake pairs_at_the_begin_skipped src/toi/time_of_impact.cpp toi '*AtTheBegin*' \
   'pair_.time() > interval_.begin) return true;' 'pair_.time() >= interval_.begin) return true;'
 mistake sign_in_the_coupled_bound src/toi/safe_step.h toi 'SafeStep*:*TimeOfImpact.*' \
-  'const Vector3 k_W = n_W.cross(body.w_WB)' 'const Vector3 k_W = body.w_WB.cross(n_W)'
+  'const Vector3 k_W = relative_W.cross(n_W)' 'const Vector3 k_W = n_W.cross(relative_W)'
 mistake acceleration_dropped src/toi/safe_step.h toi 'SafeStep*' \
-  'acceleration * (h * h / 2)' '0 * acceleration'
+  'rest.acceleration * (h * h / 2)' '0 * rest.acceleration'
+mistake turn_of_the_normal_dropped src/toi/safe_step.h toi 'SafeStep*' \
+  ' + 2 * rate_W.dot(v_AB_W)' ''
+mistake third_order_of_the_turn_dropped src/toi/safe_step.h toi 'SafeStep*' \
+  'jerk = turn * turn * (turn * p_AB_W.norm() + 3 * speed)' 'jerk = 0 * speed'
 mistake third_order_term_dropped src/toi/box_steps_lanes.h toi 'BoxSteps*:TurningBoxes*' \
   'bounds.jerk * (h_sq * h * L(1.0 / 6 + 0x1p-54))' 'bounds.jerk * L(0.0)'
 mistake half_diagonal_without_root_three src/toi/box_steps_lanes.h toi 'BoxSteps*:TurningBoxes*' \

@@ -32,15 +32,17 @@ SampledMotion::SampledMotion(std::vector<Sample> given) : samples_(std::move(giv
     const Matrix3 R_B0B1 = X_WB0.rotation().transpose() * X_WB1.rotation();
     const Twist twist{(X_WB1.translation() - X_WB0.translation()) / h,
                       X_WB0.rotation() * rotation_vector(R_B0B1) / h};
-    DYOP_REQUIRE(twist.v_WB.allFinite() && twist.w_WB.allFinite(), "time stamps ", i, " = ",
+    const internal::SpeedTree::Speeds speed{internal::round_up(internal::norm_of(twist.v_WB)),
+                                            internal::round_up(internal::norm_of(twist.w_WB))};
+    // Where squares of velocities overflow, so may what is computed from them.
+    DYOP_REQUIRE(speed.linear < kInfinity && speed.angular < kInfinity, "time stamps ", i, " = ",
                  stamps_[i], " and ", i + 1, " = ", stamps_[i + 1],
                  " of sampled motion are too close: the velocity between them overflows");
     pose_scale_ = internal::larger_of(
         pose_scale_, {X_WB0.translation().stableNorm() + X_WB1.translation().stableNorm(),
                       1 + h * twist.w_WB.stableNorm()});
     pieces_.push_back({SteadyTurn(X_WB0.rotation(), twist.w_WB), twist});
-    speeds.push_back({internal::round_up(internal::norm_of(twist.v_WB)),
-                      internal::round_up(internal::norm_of(twist.w_WB))});
+    speeds.push_back(speed);
   }
   speeds_ = internal::SpeedTree(speeds);
 }

@@ -71,9 +71,10 @@ Triangle RigidSide::triangle_W(std::int32_t leaf) const {
 }
 
 MotionRest RigidSide::rest(std::int32_t node, const Vector3& n_W) const {
-  const Scalar w_sq = now_.w_WB.squaredNorm();
-  return {w_sq * n_W.cross(now_.w_WB).norm() * radius(node),
-          near_.linear_acceleration + near_.angular_acceleration * radius(node), std::sqrt(w_sq)};
+  const TurningDirection direction(now_, {n_W});
+  return {.jerk = direction.third * radius(node),
+          .acceleration = near_.linear_acceleration + near_.angular_acceleration * radius(node),
+          .turn = direction.rate};
 }
 
 Scalar RigidSide::size() const {

@@ -16,14 +16,7 @@ namespace dyop::internal {
 
 // The two kinds of side of an impact query in which something deforms. Both show a tree of boxes,
 // and bound the motion of a node or triangle along a direction n that is fixed in world: the
-// largest n.x after the time u is at most at(u, u^2 / 2) + jerk u^3 / 6 + acceleration u^2 / 2.
-
-// What a rigid side adds to at(); a deforming one adds nothing.
-struct MotionRest {
-  Scalar jerk = 0;
-  Scalar acceleration = 0;
-  Scalar turn = 0;  // |w|: how fast the direction turns in the body's frame
-};
+// largest n.x after the time u is at most at(u, u^2 / 2) and what rest() says.
 
 // Points that move at constant velocity: max over them of n.x, a convex function of time.
 template <std::size_t N>
@@ -119,10 +112,10 @@ class RigidSide {
   RigidPose pose() const { return RigidPose::from_trusted(now_.R_WB, now_.p_WB); }
 
   TurningSupport<OrientedBox> box_support(std::int32_t node, const Vector3& n_W) const {
-    return {TurningDirection(now_, n_W), n_W.dot(now_.p_WB), n_W.dot(now_.v_WB), tree_.box(node)};
+    return {TurningDirection(now_, {n_W}), n_W.dot(now_.p_WB), n_W.dot(now_.v_WB), tree_.box(node)};
   }
   TurningSupport<Triangle> triangle_support(std::int32_t leaf, const Vector3& n_W) const {
-    return {TurningDirection(now_, n_W), n_W.dot(now_.p_WB), n_W.dot(now_.v_WB),
+    return {TurningDirection(now_, {n_W}), n_W.dot(now_.p_WB), n_W.dot(now_.v_WB),
             mesh_.triangle(triangle(leaf))};
   }
   MotionRest rest(std::int32_t node, const Vector3& n_W) const;

@@ -110,7 +110,7 @@ SafeStep DeformingSearch<SideB>::step_between(const QueuedPair& pair, const Vect
     const auto gap_at = [&](Scalar u, Scalar q) {
       return -support_b.at(u, q) - support_a.at(u, q) - floor;
     };
-    return internal::coupled_step(now_, rest.jerk, rest.acceleration, rest.turn, gap_at);
+    return internal::coupled_step(now_, rest, gap_at);
   };
   SafeStep step = is_leaf
                       ? step_of(a_.triangle_support(pair.a, n_W), b_.triangle_support(pair.b, -n_W))

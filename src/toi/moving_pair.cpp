@@ -1,6 +1,8 @@
 #include "toi/moving_pair.h"
 
+#include <array>
 #include <cmath>
+#include <span>
 #include <utility>
 
 #include "dyop/core/tolerance.h"
@@ -17,6 +19,26 @@ BoundLookups lookups_of(const Shape& a, const Shape& b) {
   const bool is_one_pair = a.kind() == ShapeKind::Convex && b.kind() == ShapeKind::Convex;
   return is_one_pair ? BoundLookups::Few : BoundLookups::Many;
 }
+
+// In world, the edges that a witness point's feature spans: of an edge one, of a face two.
+class FeatureEdges {
+ public:
+  FeatureEdges(const ShapeTree& tree, const Feature& feature, const Matrix3& R_WS) {
+    const TriangleMesh* mesh = tree.mesh() ? tree.mesh() : tree.convex()->core_surface();
+    if (!mesh || feature.kind == FeatureKind::Smooth) return;
+    const auto corner = [&](std::size_t k) {
+      return mesh->vertices()[static_cast<std::size_t>(feature.vertices[k])];
+    };
+    for (std::size_t k = 1; k < 3 && feature.vertices[k] >= 0; ++k) {
+      edges_[count_++] = R_WS * (corner(k) - corner(0));
+    }
+  }
+  std::span<const Vector3> span() const { return {edges_.data(), count_}; }
+
+ private:
+  std::array<Vector3, 2> edges_;
+  std::size_t count_ = 0;
+};
 
 void copy(const Vector3& from, double* to) {
   for (int i = 0; i < 3; ++i) to[i] = from[i];
@@ -151,19 +173,26 @@ bool MovingPair::is_closing(const PieceDistance& piece) const {
   return closing_speed(piece) > kPoseNoise * speeds;
 }
 
+TurningNormal MovingPair::normal_with_features(const PieceDistance& piece) const {
+  const Vector3 n_W = now_.a.R_WB * piece.nhat_AB_A;
+  const FeatureEdges edges_a(a_.tree, piece.feature_a, now_.a.R_WB);
+  const FeatureEdges edges_b(b_.tree, piece.feature_b, now_.b.R_WB);
+  return {n_W, turn_with_edges(n_W, edges_a.span(), now_.a.w_WB, edges_b.span(), now_.b.w_WB)};
+}
+
 SafeStep MovingPair::leaf_step(const PieceDistance& piece, std::int32_t leaf_a, std::int32_t leaf_b,
                                Scalar floor) const {
-  const Vector3 n_W = now_.a.R_WB * piece.nhat_AB_A;
+  const TurningNormal normal = normal_with_features(piece);
   const ConvexShape* convex_a = a_.tree.convex();
   const ConvexShape* convex_b = b_.tree.convex();
   if (convex_a && convex_b) {
-    const Slab slab{n_W, piece.lower, closing_speed(piece)};
+    const Slab slab{normal, piece.lower, closing_speed(piece)};
     return safe_step(now_, *convex_a, a_.radius, *convex_b, b_.radius, slab, floor);
   }
   const Scalar radius_a = node_radius(a_.tree.box(leaf_a));
   const Scalar radius_b = node_radius(b_.tree.box(leaf_b));
   const auto step = [&](const auto& piece_a, const auto& piece_b) {
-    return safe_step(now_, piece_a, radius_a, piece_b, radius_b, n_W, floor);
+    return safe_step(now_, piece_a, radius_a, piece_b, radius_b, normal, floor);
   };
   const auto with_b = [&](const auto& piece_a) {
     return convex_b ? step(piece_a, *convex_b)

@@ -73,6 +73,8 @@ class MovingPair {
     bool is_current = false;
   };
 
+  /// The normal of a pair of leaves, turning with the features that it is square to.
+  TurningNormal normal_with_features(const PieceDistance& piece) const;
   Scalar rounding_allowance() const;
   void set_horizon();
   bool is_steady() const;

@@ -7,6 +7,40 @@
 
 namespace dyop::internal {
 
+namespace {
+
+// Squared sine of two edges below which their normal would turn much faster than they do.
+constexpr Scalar kParallelSquare = 0.04;
+
+}  // namespace
+
+Vector3 turn_with_edges(const Vector3& n_W, std::span<const Vector3> edges_a, const Vector3& w_WA,
+                        std::span<const Vector3> edges_b, const Vector3& w_WB) {
+  // The rate of the normal, square to it, by what its products with the edges must be.
+  const Vector3 with_a_W = w_WA.cross(n_W);
+  const Vector3 with_b_W = w_WB.cross(n_W);
+  Vector3 rate_W = Vector3::Zero();
+  if (edges_a.size() == 2) {
+    rate_W = with_a_W;
+  } else if (edges_b.size() == 2) {
+    rate_W = with_b_W;
+  } else if (!edges_a.empty() || !edges_b.empty()) {
+    const bool is_of_a = !edges_a.empty();
+    const Vector3& e = is_of_a ? edges_a[0] : edges_b[0];
+    rate_W = (e.dot(is_of_a ? with_a_W : with_b_W) / e.squaredNorm()) * e;
+    if (!edges_a.empty() && !edges_b.empty()) {
+      // What is left for B's edge, along what of it is square to A's.
+      const Vector3& f = edges_b[0];
+      const Vector3 f_square = f - (f.dot(e) / e.squaredNorm()) * e;
+      if (f_square.squaredNorm() > kParallelSquare * f.squaredNorm()) {
+        rate_W += (f.dot(with_b_W - rate_W) / f_square.squaredNorm()) * f_square;
+      }
+    }
+  }
+  const Vector3 turn_W = n_W.cross(rate_W);
+  return turn_W.allFinite() ? turn_W : Vector3::Zero();
+}
+
 Scalar first_root(Scalar c0, Scalar c1, Scalar c2, Scalar h) {
   // c0 (1-x)^2 + 2 c1 x (1-x) + c2 x^2 = c0 - 2 b x + a x^2 with b = c0 - c1, a = c0 - 2 c1 + c2.
   const Scalar b = c0 - c1;

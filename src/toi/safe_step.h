@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cmath>
+#include <span>
 
 #include "dyop/core/types.h"
 #include "dyop/geometry/convex_shape.h"
@@ -53,25 +54,51 @@ inline Scalar largest_along(const ConvexShape& shape, const Vector3& w) {
 /// rounded down; infinity if it stays positive on [0, h].
 Scalar first_root(Scalar c0, Scalar c1, Scalar c2, Scalar h);
 
-/// The world's view of one fixed direction n as the bodies turn: n . R(s) x = n(s) . x with
-/// n(s) = n + s k + s^2/2 m + remainder, k = n x w, m = k x w (docs/algorithms/time_of_impact.md).
+/// A unit direction from A to B that turns in world: n(s) = exp(s [turn]) n, turn normal to n.
+struct TurningNormal {
+  Vector3 n_W = Vector3::UnitX();
+  Vector3 turn_W = Vector3::Zero();
+};
+
+/// A body's view of such a direction as both turn: n(s) . R(s) x = n_B(s) . x with
+/// n_B(s) = n + s k + s^2/2 m + remainder (docs/algorithms/time_of_impact.md).
 struct TurningDirection {
   Vector3 n_B;  ///< n, k and m in the body's frame
   Vector3 k_B;
   Vector3 m_B;
-  Scalar k_norm = 0;
-  Scalar w_sq = 0;
+  Scalar third = 0;  ///< bound of the norm of the third derivative
+  Scalar rate = 0;   ///< how fast n_B(s) can turn, radians per time
 
-  TurningDirection(const BodyInstant& body, const Vector3& n_W) {
-    const Vector3 k_W = n_W.cross(body.w_WB);
-    const Vector3 m_W = k_W.cross(body.w_WB);
+  TurningDirection(const BodyInstant& body, const TurningNormal& normal) {
+    const Vector3& n_W = normal.n_W;
+    const Vector3& w_W = body.w_WB;
+    const Scalar w_norm = w_W.norm();
+    const Scalar turn_norm = normal.turn_W.norm();
+    const Vector3 relative_W = normal.turn_W - w_W;
+    const Vector3 k_W = relative_W.cross(n_W);
+    const Vector3 m_W = relative_W.cross(normal.turn_W.cross(n_W)) - w_W.cross(k_W);
     n_B = body.R_WB.transpose() * n_W;
     k_B = body.R_WB.transpose() * k_W;
     m_B = body.R_WB.transpose() * m_W;
-    k_norm = k_W.norm();
-    w_sq = body.w_WB.squaredNorm();
+    rate = w_norm + turn_norm;
+    third = turn_norm > 0 ? relative_W.norm() * rate * rate : w_norm * w_norm * k_W.norm();
   }
   Vector3 at(Scalar u, Scalar q) const { return n_B + u * k_B + q * m_B; }
+};
+
+/// The turn that keeps a normal square to edges of both bodies, up to two of each, as they turn; of
+/// edges that contradict each other some are kept. Only a guess is asked of it: a bound holds along
+/// every direction. Zero without edges.
+Vector3 turn_with_edges(const Vector3& n_W, std::span<const Vector3> edges_a, const Vector3& w_WA,
+                        std::span<const Vector3> edges_b, const Vector3& w_WB);
+
+/// What bounds a gap beyond the second-order terms of constant twists: at s <= h it shrinks by at
+/// most (jerk + h snap) s^3 / 6 + acceleration s^2 / 2 more.
+struct MotionRest {
+  Scalar jerk = 0;
+  Scalar snap = 0;
+  Scalar acceleration = 0;
+  Scalar turn = 0;  ///< how fast the direction turns in a body's frame
 };
 
 /// How long two pieces of two moving bodies are proven to stay more than `floor` apart.
@@ -82,21 +109,21 @@ struct SafeStep {
 
 /// A direction and what is known of it at the instant.
 struct Slab {
-  Vector3 n_W = Vector3::UnitX();  ///< unit, from A to B
-  Scalar gap = 0;                  ///< slab gap along n_W, rounded down
+  TurningNormal normal;
+  Scalar gap = 0;      ///< slab gap along the normal, rounded down
   Scalar closing = 0;  ///< guess of the rate at which it shrinks: says which times are tried first
 };
 
 /// Bounds that need no direction: two balls about the body origins, and the largest speeds.
 Scalar safe_time_of_balls(const PairInstant& pair, Scalar radius_a, Scalar radius_b, Scalar floor);
 
-/// Finds a safe step along the unit direction n_W (from A to B), by the coupled second-order bound
-/// and the direction-free ones.
+/// Finds a safe step along a direction, by the coupled second-order bound and the direction-free
+/// ones.
 ///
 /// @param radius_a, radius_b  Largest distance of a point of each piece from its body's origin.
 template <typename PieceA, typename PieceB>
 SafeStep safe_step(const PairInstant& pair, const PieceA& a, Scalar radius_a, const PieceB& b,
-                   Scalar radius_b, const Vector3& n_W, Scalar floor);
+                   Scalar radius_b, const TurningNormal& normal, Scalar floor);
 
 /// The same along a direction whose gap is known.
 template <typename PieceA, typename PieceB>
@@ -111,19 +138,19 @@ SafeStep safe_step(const PairInstant& pair, const PieceA& a, Scalar radius_a, co
 ///
 /// @param first Length of the step that is tried first.
 template <typename Gap>
-SafeStep coupled_step(const PairInstant& pair, Scalar gap, Scalar first, Scalar jerk,
-                      Scalar acceleration, Scalar turn, const Gap& gap_at) {
+SafeStep coupled_step(const PairInstant& pair, Scalar gap, Scalar first, const MotionRest& rest,
+                      const Gap& gap_at) {
   constexpr int kTrials = 4;
   SafeStep step;
   step.gap = gap < kInfinity ? gap : 0;  // an overflow proves nothing
   if (!(step.gap > 0)) return step;
   Scalar h = first;
   for (int trial = 0; trial < kTrials && h > 0; ++trial) {
-    const Scalar x = turn * h;
+    const Scalar x = rest.turn * h;
     const Scalar noise = pair.noise * (1 + x + x * x);  // the turned direction is longer than n
     const Scalar c1 = gap_at(h / 2, 0.0) - noise;
-    const Scalar c2 =
-        gap_at(h, h * h / 2) - noise - jerk * (h * h * h / 6) - acceleration * (h * h / 2);
+    const Scalar c2 = gap_at(h, h * h / 2) - noise - (rest.jerk + h * rest.snap) * (h * h * h / 6) -
+                      rest.acceleration * (h * h / 2);
     const Scalar root = first_root(step.gap, c1, c2, h);
     if (root >= h) {
       step.time = std::max(step.time, h);
@@ -143,10 +170,9 @@ SafeStep coupled_step(const PairInstant& pair, Scalar gap, Scalar first, Scalar 
 
 /// The same with the gap from `gap_at`, and the whole horizon tried first.
 template <typename Gap>
-SafeStep coupled_step(const PairInstant& pair, Scalar jerk, Scalar acceleration, Scalar turn,
-                      const Gap& gap_at) {
+SafeStep coupled_step(const PairInstant& pair, const MotionRest& rest, const Gap& gap_at) {
   const Scalar gap = gap_at(0.0, 0.0) - pair.noise;
-  return coupled_step(pair, gap, pair.horizon, jerk, acceleration, turn, gap_at);
+  return coupled_step(pair, gap, pair.horizon, rest, gap_at);
 }
 
 /// The separation along n of two pieces as a function of the turning parameters, minus floor.
@@ -156,20 +182,30 @@ struct TurningGap {
   const PieceB& b;
   TurningDirection turn_a;
   TurningDirection turn_b;
+  // Of n(s) . (p_B(s) - p_A(s)): its value, its derivatives, and what bounds the third.
   Scalar origins;
   Scalar opening;
+  Scalar bending;
+  Scalar jerk;
+  Scalar snap;
 
   TurningGap(const PairInstant& pair, const PieceA& piece_a, const PieceB& piece_b,
-             const Vector3& n_W, Scalar floor)
-      : a(piece_a),
-        b(piece_b),
-        turn_a(pair.a, n_W),
-        turn_b(pair.b, n_W),
-        origins(n_W.dot(pair.b.p_WB - pair.a.p_WB) - floor),
-        opening(n_W.dot(pair.b.v_WB - pair.a.v_WB)) {}
+             const TurningNormal& normal, Scalar floor)
+      : a(piece_a), b(piece_b), turn_a(pair.a, normal), turn_b(pair.b, normal) {
+    const Vector3 p_AB_W = pair.b.p_WB - pair.a.p_WB;
+    const Vector3 v_AB_W = pair.b.v_WB - pair.a.v_WB;
+    const Vector3 rate_W = normal.turn_W.cross(normal.n_W);
+    const Scalar turn = normal.turn_W.norm();
+    const Scalar speed = v_AB_W.norm();
+    origins = normal.n_W.dot(p_AB_W) - floor;
+    opening = normal.n_W.dot(v_AB_W) + rate_W.dot(p_AB_W);
+    bending = normal.turn_W.cross(rate_W).dot(p_AB_W) + 2 * rate_W.dot(v_AB_W);
+    jerk = turn * turn * (turn * p_AB_W.norm() + 3 * speed);
+    snap = turn * turn * turn * speed;
+  }
 
   Scalar operator()(Scalar u, Scalar q) const {
-    return origins + u * opening - largest_along(b, -turn_b.at(u, q)) -
+    return origins + u * opening + q * bending - largest_along(b, -turn_b.at(u, q)) -
            largest_along(a, turn_a.at(u, q));
   }
 };
@@ -180,12 +216,13 @@ SafeStep best_step(const PairInstant& pair, const TurningGap<PieceA, PieceB>& ga
                    Scalar radius_a, Scalar radius_b, Scalar gap, Scalar first, Scalar floor) {
   const TurningDirection& turn_a = gap_at.turn_a;
   const TurningDirection& turn_b = gap_at.turn_b;
-  const Scalar jerk =
-      turn_a.w_sq * turn_a.k_norm * radius_a + turn_b.w_sq * turn_b.k_norm * radius_b;
-  const Scalar acceleration = pair.linear_acceleration + pair.angular_acceleration_a * radius_a +
-                              pair.angular_acceleration_b * radius_b;
-  const Scalar turn = std::sqrt(std::max(turn_a.w_sq, turn_b.w_sq));
-  SafeStep step = coupled_step(pair, gap, first, jerk, acceleration, turn, gap_at);
+  MotionRest rest;
+  rest.jerk = turn_a.third * radius_a + turn_b.third * radius_b + gap_at.jerk;
+  rest.snap = gap_at.snap;
+  rest.acceleration = pair.linear_acceleration + pair.angular_acceleration_a * radius_a +
+                      pair.angular_acceleration_b * radius_b;
+  rest.turn = std::max(turn_a.rate, turn_b.rate);
+  SafeStep step = coupled_step(pair, gap, first, rest, gap_at);
   if (step.gap > 0 && step.time < pair.remaining) {
     const Scalar speed =
         pair.linear_speed + pair.angular_speed_a * radius_a + pair.angular_speed_b * radius_b;
@@ -199,8 +236,8 @@ SafeStep best_step(const PairInstant& pair, const TurningGap<PieceA, PieceB>& ga
 
 template <typename PieceA, typename PieceB>
 SafeStep safe_step(const PairInstant& pair, const PieceA& a, Scalar radius_a, const PieceB& b,
-                   Scalar radius_b, const Vector3& n_W, Scalar floor) {
-  const TurningGap<PieceA, PieceB> gap_at(pair, a, b, n_W, floor);
+                   Scalar radius_b, const TurningNormal& normal, Scalar floor) {
+  const TurningGap<PieceA, PieceB> gap_at(pair, a, b, normal, floor);
   const Scalar gap = gap_at(0.0, 0.0) - pair.noise;
   return best_step(pair, gap_at, radius_a, radius_b, gap, pair.horizon, floor);
 }
@@ -208,7 +245,7 @@ SafeStep safe_step(const PairInstant& pair, const PieceA& a, Scalar radius_a, co
 template <typename PieceA, typename PieceB>
 SafeStep safe_step(const PairInstant& pair, const PieceA& a, Scalar radius_a, const PieceB& b,
                    Scalar radius_b, const Slab& slab, Scalar floor) {
-  const TurningGap<PieceA, PieceB> gap_at(pair, a, b, slab.n_W, floor);
+  const TurningGap<PieceA, PieceB> gap_at(pair, a, b, slab.normal, floor);
   const Scalar gap = slab.gap - floor - pair.noise;
   // literal: room for a closing speed that falls; a step that is too short is doubled.
   const Scalar guess = 1.25 * gap / slab.closing;

@@ -53,6 +53,10 @@ TEST(ConstantTwistMotion, RefusesNumbersThatAreNotFinite) {
               ConstantTwistMotion(RigidPose(), {zero, zero}, kInfinity);
             }),
             "reference time must be finite, not inf");
+  EXPECT_NE(message_of([&] {
+              ConstantTwistMotion(RigidPose(), {zero, Vector3(1.5e308, 1.5e308, 0)});
+            }).find("its length overflows"),
+            std::string::npos);
 }
 
 // The squares of these parts are below the smallest number.

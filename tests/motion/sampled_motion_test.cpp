@@ -97,6 +97,11 @@ TEST(SampledMotion, NamesIndexAndValuesOfBadStamps) {
               SampledMotion({{0, at(0)}, {1e-310, at(1)}});
             }).find("too close"),
             std::string::npos);
+  // Every part of the angular velocity is a number, but their squares are not.
+  EXPECT_NE(message_of([] {
+              SampledMotion({{0, at(0)}, {1e-200, RigidPose(rotation_from_vector({1, 1, 1}), {})}});
+            }).find("too close"),
+            std::string::npos);
 }
 
 }  // namespace

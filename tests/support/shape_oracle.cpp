@@ -13,6 +13,9 @@ using QuadTriangles = std::vector<PointTriangle<Quad>>;
 
 // A core whose center is nearer to a face than this times its size has no inside.
 constexpr double kFlatness = 0x1p-60;
+// Rounding of a face's normal in quad precision, poses far from the origin included, relative to
+// the product of two of its edges: long ones of a sliver cancel.
+constexpr double kNormalRounding = 0x1p-90;
 // Rounding of a quad vertex to double and of a box's gap; relative to the coordinates.
 constexpr double kBoxRounding = 0x1p-49;
 // Rounding of a pose in quad precision, relative to the coordinates.
@@ -103,58 +106,63 @@ OracleDistance surface_distance(const QuadTriangles& a, const QuadTriangles& b) 
   return {lower + (upper - lower) / 2, (upper - lower) / 2 + posing};
 }
 
-// Inside all planes of the faces, on the side of the mean of the vertices. Independent of the
-// orientation of the triangles.
-class ConvexCore {
- public:
-  explicit ConvexCore(const QuadTriangles& faces) {
-    Point<Quad> sum{};
-    for (const PointTriangle<Quad>& face : faces) {
-      for (const Point<Quad>& p : face) sum = sum + p;
-    }
-    center_ = (Quad(1) / Quad(3 * faces.size())) * sum;
-    for (const PointTriangle<Quad>& face : faces) add_face(face);
+// A plane through a face, and the side of it that the mean of the vertices is on. Independent of
+// the orientation of the triangles.
+struct InwardPlane {
+  Point<Quad> point;
+  Point<Quad> inward;
+  bool is_at_center;  // as far as rounding can tell
+};
+
+std::vector<InwardPlane> inward_planes(const QuadTriangles& faces) {
+  Point<Quad> sum{};
+  for (const PointTriangle<Quad>& face : faces) {
+    for (const Point<Quad>& p : face) sum = sum + p;
   }
-
-  bool contains(const Point<Quad>& p) const {
-    if (is_flat_ || planes_.empty()) return false;
-    return std::all_of(planes_.begin(), planes_.end(),
-                       [&](const Plane& plane) { return dot(plane.inward, p - plane.point) > 0; });
-  }
-
- private:
-  struct Plane {
-    Point<Quad> point;
-    Point<Quad> inward;
-  };
-
-  void add_face(const PointTriangle<Quad>& face) {
-    Point<Quad> n = cross(face[1] - face[0], face[2] - face[0]);
+  const Point<Quad> center = (Quad(1) / Quad(3 * faces.size())) * sum;
+  std::vector<InwardPlane> planes;
+  for (const PointTriangle<Quad>& face : faces) {
+    const Point<Quad> e = face[1] - face[0];
+    const Point<Quad> f = face[2] - face[0];
+    Point<Quad> n = cross(e, f);
     const Quad norm = square_root(dot(n, n));
-    if (!(norm > 0)) return;
-    const Point<Quad> inward = center_ - face[0];
+    if (!(norm > 0)) continue;
+    const Quad rounding = Quad(kNormalRounding) * square_root(dot(e, e) * dot(f, f));
+    const Point<Quad> inward = center - face[0];
     const Quad height = dot(n, inward);
     const Quad size = square_root(dot(inward, inward));
     if (height < 0) n = Quad(-1) * n;
     const Quad magnitude = height < 0 ? -height : height;
-    if (!(magnitude > Quad(kFlatness) * norm * size)) is_flat_ = true;
-    planes_.push_back({face[0], n});
+    planes.push_back({face[0], n, !(magnitude > (Quad(kFlatness) * norm + rounding) * size)});
   }
+  return planes;
+}
 
-  Point<Quad> center_;
-  std::vector<Plane> planes_;
-  bool is_flat_ = false;
-};
+// To be asked in the core's own frame: posing rounds, and a sliver's normal is lost in that.
+bool has_inside(const TriangleMesh& core) {
+  const std::vector<InwardPlane> planes = inward_planes(posed_triangles(core, RigidPose()));
+  return !planes.empty() &&
+         std::none_of(planes.begin(), planes.end(),
+                      [](const InwardPlane& plane) { return plane.is_at_center; });
+}
 
-bool any_vertex_inside(const QuadTriangles& triangles, const QuadTriangles& core) {
-  AlignedBox box = merged(boxes_of(core));
-  const ConvexCore solid(core);
+// @param core The same as `core_W`, in its own frame.
+bool any_vertex_inside(const QuadTriangles& triangles, const QuadTriangles& core_W,
+                       const TriangleMesh& core) {
+  const AlignedBox box = merged(boxes_of(core_W));
+  std::vector<Point<Quad>> candidates;
   for (const PointTriangle<Quad>& t : triangles) {
     for (const Point<Quad>& p : t) {
-      if (box.contains(to_double(p)) && solid.contains(p)) return true;
+      if (box.contains(to_double(p))) candidates.push_back(p);
     }
   }
-  return false;
+  if (candidates.empty() || !has_inside(core)) return false;
+  const std::vector<InwardPlane> planes = inward_planes(core_W);
+  return std::any_of(candidates.begin(), candidates.end(), [&](const Point<Quad>& p) {
+    return std::all_of(planes.begin(), planes.end(), [&](const InwardPlane& plane) {
+      return dot(plane.inward, p - plane.point) > 0;
+    });
+  });
 }
 
 }  // namespace
@@ -188,8 +196,9 @@ bool oracle_contains(const Shape& a, const RigidPose& X_WA, const Shape& b, cons
   if (!surface_a.is_solid && !surface_b.is_solid) return false;
   const QuadTriangles triangles_a = posed_triangles(*surface_a.triangles, X_WA);
   const QuadTriangles triangles_b = posed_triangles(*surface_b.triangles, X_WB);
-  return (surface_b.is_solid && any_vertex_inside(triangles_a, triangles_b)) ||
-         (surface_a.is_solid && any_vertex_inside(triangles_b, triangles_a));
+  return (surface_b.is_solid &&
+          any_vertex_inside(triangles_a, triangles_b, *surface_b.triangles)) ||
+         (surface_a.is_solid && any_vertex_inside(triangles_b, triangles_a, *surface_a.triangles));
 }
 
 OracleDistance oracle_distance(const Shape& a, const RigidPose& X_WA, const Shape& b,

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <random>
 
 #include "dyop/core/rigid_pose.h"
@@ -62,6 +63,11 @@ class SafeStepProperty : public testing::Test {
   Vector3 vector() { return {normal_(random_), normal_(random_), normal_(random_)}; }
   Scalar uniform() { return std::uniform_real_distribution<Scalar>(0, 1)(random_); }
 
+  TurningNormal normal(Scalar rate) {
+    const Vector3 n = direction();
+    return {n, rate * n.cross(vector())};
+  }
+
   OrientedBox box() {
     OrientedBox box;
     box.axes = rotation_from_vector(vector());
@@ -78,10 +84,11 @@ class SafeStepProperty : public testing::Test {
   std::normal_distribution<Scalar> normal_;
 };
 
-// Separation of two boxes along n after time s, with each body continuing its twist and, on top,
-// accelerating at the given linear rates against each other.
+// Separation of two boxes along a normal after time s, with each body continuing its twist and, on
+// top, accelerating at the given linear rates against each other.
 Scalar separation(const PairInstant& pair, const OrientedBox& a, const OrientedBox& b,
-                  const Vector3& n, Scalar s) {
+                  const TurningNormal& normal, Scalar s) {
+  const Vector3 n = rotation_from_vector(s * normal.turn_W) * normal.n_W;
   const Matrix3 R_a = rotation_from_vector(s * pair.a.w_WB) * pair.a.R_WB;
   const Matrix3 R_b = rotation_from_vector(s * pair.b.w_WB) * pair.b.R_WB;
   const Scalar origins = n.dot(pair.b.p_WB + s * pair.b.v_WB - pair.a.p_WB - s * pair.a.v_WB) -
@@ -100,12 +107,16 @@ TEST_F(SafeStepProperty, NeverPassesTheFloorAndIsNotWasteful) {
     pair.b = body(rate);
     const OrientedBox a = box();
     const OrientedBox b = box();
-    const Vector3 n = direction();
+    const bool is_turning = i % 3 != 0;
+    const TurningNormal n = normal(is_turning ? rate : 0);
     const Scalar start = separation(pair, a, b, n, 0);
-    pair.b.p_WB += n * (uniform() * 3 - start);  // a gap of 0 to 3 along n
+    pair.b.p_WB += n.n_W * (uniform() * 3 - start);  // a gap of 0 to 3 along n
     pair.remaining = pair.horizon = 2;
     pair.linear_acceleration = i % 2 ? uniform() : 0;
-    pair.linear_speed = pair.a.v_WB.norm() + pair.b.v_WB.norm() + 2 * pair.linear_acceleration;
+    // The largest speeds prove the separation along the normal at its first place.
+    pair.linear_speed =
+        is_turning ? kInfinity
+                   : pair.a.v_WB.norm() + pair.b.v_WB.norm() + 2 * pair.linear_acceleration;
     pair.angular_speed_a = pair.a.w_WB.norm();
     pair.angular_speed_b = pair.b.w_WB.norm();
     pair.noise = 1e-14;
@@ -143,9 +154,9 @@ TEST_F(SafeStepProperty, HoldsWhateverClosingSpeedIsGuessed) {
     pair.b = body(rate);
     const OrientedBox a = box();
     const OrientedBox b = box();
-    const Vector3 n = direction();
+    const TurningNormal n = normal(i % 3 == 0 ? 0 : rate);
     const Scalar gap = 0.1 + 3 * uniform();
-    pair.b.p_WB += n * (gap - separation(pair, a, b, n, 0));
+    pair.b.p_WB += n.n_W * (gap - separation(pair, a, b, n, 0));
     pair.remaining = pair.horizon = 2;
     pair.linear_speed = kInfinity;  // no bound but the coupled one, and balls
     pair.noise = 1e-13;
@@ -166,6 +177,70 @@ TEST_F(SafeStepProperty, HoldsWhateverClosingSpeedIsGuessed) {
   EXPECT_GT(limited, 5000);
 }
 
+// A corner above a face that tilts: along a fixed normal the face's far corners come up, along the
+// normal of the face there is nothing but the corner.
+TEST(SafeStep, IsTenTimesLongerAlongTheNormalOfATurningFace) {
+  PairInstant pair;
+  pair.a = {Matrix3::Identity(), Vector3::Zero(), Vector3::Zero(), Vector3(0, 2, 0)};
+  pair.b = {Matrix3::Identity(), Vector3(0, 0, 1.01), Vector3(0, 0, -0.1), Vector3::Zero()};
+  pair.remaining = pair.horizon = 1;
+  pair.linear_speed = 0.1;
+  pair.angular_speed_a = 2;
+  OrientedBox box;
+  box.half_extents = Vector3(1, 1, 1);
+  const Triangle corner{Vector3(0, 0, 0), Vector3(0, 0, 1), Vector3(0, 0.1, 1)};
+  const auto step_along = [&](const Vector3& turn) {
+    return safe_step(pair, box, 2, corner, 2, TurningNormal{Vector3::UnitZ(), turn}, 0);
+  };
+  const std::array<Vector3, 2> face{Vector3(1, 0, 0), Vector3(0, 1, 0)};
+  const Vector3 turn = turn_with_edges(Vector3::UnitZ(), face, pair.a.w_WB, {}, pair.b.w_WB);
+  EXPECT_EQ(turn, pair.a.w_WB);
+  // The corner's height over the face is (1.01 - s / 10) cos(2 s) - 1.
+  const Scalar hit = 0.0508;
+  EXPECT_LT((1.01 - hit / 10) * std::cos(2 * hit), 1);
+  EXPECT_LE(step_along(turn).time, hit);
+  EXPECT_GT(step_along(turn).time, 0.9 * hit);
+  EXPECT_LT(step_along(Vector3::Zero()).time, 0.1 * hit);
+}
+
+TEST(TurnWithEdges, KeepsTheNormalSquareToThem) {
+  std::mt19937_64 random(8);
+  std::normal_distribution<Scalar> normal;
+  const auto vector = [&] { return Vector3(normal(random), normal(random), normal(random)); };
+  for (int i = 0; i < 1000; ++i) {
+    const Vector3 e = vector();
+    const Vector3 f = vector();
+    const Vector3 n = e.cross(f).normalized();
+    const Vector3 w_a = vector();
+    const Vector3 w_b = vector();
+    const std::array<Vector3, 1> edge_a{e};
+    const std::array<Vector3, 1> edge_b{f};
+    // Rate of the product of the normal and an edge of a body.
+    const auto slip = [&](const Vector3& turn, const Vector3& edge, const Vector3& w) {
+      return turn.cross(n).dot(edge) + n.dot(w.cross(edge));
+    };
+    const Vector3 both = turn_with_edges(n, edge_a, w_a, edge_b, w_b);
+    const Scalar sine = e.cross(f).norm() / (e.norm() * f.norm());
+    const Scalar tolerance = 1e-12 / sine;
+    EXPECT_NEAR(both.dot(n), 0, tolerance);
+    EXPECT_NEAR(slip(both, e, w_a), 0, tolerance);
+    if (sine > 0.21) {
+      EXPECT_NEAR(slip(both, f, w_b), 0, tolerance);
+    }
+    EXPECT_NEAR(slip(turn_with_edges(n, {}, w_a, edge_b, w_b), f, w_b), 0, 1e-12);
+    const std::array<Vector3, 2> face{e, f};
+    EXPECT_NEAR(slip(turn_with_edges(n, {}, w_a, face, w_b), f, w_b), 0, 1e-12);
+    EXPECT_EQ(turn_with_edges(n, {}, w_a, {}, w_b), Vector3::Zero());
+  }
+  // Edges without length and parallel ones say nothing, but do no harm.
+  const std::array<Vector3, 1> point{Vector3::Zero()};
+  EXPECT_EQ(turn_with_edges(Vector3::UnitZ(), point, vector(), point, vector()), Vector3::Zero());
+  const std::array<Vector3, 1> along{Vector3::UnitX()};
+  const Vector3 w = vector();
+  EXPECT_EQ(turn_with_edges(Vector3::UnitZ(), along, w, along, vector()),
+            turn_with_edges(Vector3::UnitZ(), along, w, {}, vector()));
+}
+
 TEST(SafeStep, IsExactForPureTranslation) {
   PairInstant pair;
   pair.a = {Matrix3::Identity(), Vector3::Zero(), Vector3::Zero(), Vector3::Zero()};
@@ -174,7 +249,7 @@ TEST(SafeStep, IsExactForPureTranslation) {
   pair.linear_speed = 1;
   OrientedBox box;
   box.half_extents = Vector3(1, 1, 1);
-  const SafeStep step = safe_step(pair, box, 2, box, 2, Vector3::UnitX(), 0.5);
+  const SafeStep step = safe_step(pair, box, 2, box, 2, TurningNormal{Vector3::UnitX()}, 0.5);
   EXPECT_NEAR(step.gap, 2.5, 1e-12);
   EXPECT_NEAR(step.time, 2.5, 1e-9);
   EXPECT_LE(step.time, 2.5);
@@ -188,7 +263,7 @@ TEST(SafeStep, IsUnlimitedWhenThePairRecedes) {
   pair.linear_speed = 1;
   OrientedBox box;
   box.half_extents = Vector3(1, 1, 1);
-  EXPECT_EQ(safe_step(pair, box, 2, box, 2, Vector3::UnitX(), 0.5).time, kInfinity);
+  EXPECT_EQ(safe_step(pair, box, 2, box, 2, TurningNormal{Vector3::UnitX()}, 0.5).time, kInfinity);
 }
 
 TEST(SafeStep, TakesNoStepWithoutAGapOrWithInfiniteBounds) {
@@ -201,9 +276,9 @@ TEST(SafeStep, TakesNoStepWithoutAGapOrWithInfiniteBounds) {
   pair.angular_acceleration_a = kInfinity;
   OrientedBox box;
   box.half_extents = Vector3(1, 1, 1);
-  EXPECT_EQ(safe_step(pair, box, 0, box, 2, Vector3::UnitX(), 0.5).time, 0);
+  EXPECT_EQ(safe_step(pair, box, 0, box, 2, TurningNormal{Vector3::UnitX()}, 0.5).time, 0);
   pair.linear_speed = 1;
-  EXPECT_EQ(safe_step(pair, box, 2, box, 2, Vector3::UnitX(), 4.0).time, 0);
+  EXPECT_EQ(safe_step(pair, box, 2, box, 2, TurningNormal{Vector3::UnitX()}, 4.0).time, 0);
 }
 
 }  // namespace
