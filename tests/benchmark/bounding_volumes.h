@@ -17,9 +17,8 @@ struct Separation {
   Vector3 nhat_AB_A = Vector3::UnitX();  ///< means nothing if gap is zero
 };
 
-/// A ball within about 1 % of the smallest, by 100 steps of the iteration of Badoiu and Clarkson
-/// (Smaller core-sets for balls, 2003): the center moves towards the farthest point, by a half of
-/// the way first, then a third, ...
+/// A ball within about 1 % of the smallest, by 100 steps of the iteration of [BadoiuClarkson2003]:
+/// the center moves towards the farthest point, by a half of the way first, then a third, ...
 struct Sphere {
   using Placement = RigidPose;
   static constexpr const char* kName = "sphere";
@@ -77,10 +76,9 @@ struct SmallerBox : PrincipalBox {
   static SmallerBox fit(std::span<const Vector3> points);
 };
 
-/// All points within a radius of a rectangle, as Larsen, Gottschalk, Lin and Manocha (Fast
-/// proximity queries with swept sphere volumes, 1999) fit it: the rectangle lies across the least
-/// principal axis, half way between the points; the radius reaches them there; its sides are as
-/// short as the round borders allow.
+/// All points within a radius of a rectangle, fitted as in [Larsen1999]: the rectangle lies across
+/// the least principal axis, half way between the points; the radius reaches them there; its sides
+/// are as short as the round borders allow.
 struct RectangleSweptSphere {
   using Placement = RigidPose;
   static constexpr const char* kName = "rectangle-swept sphere";

@@ -56,7 +56,8 @@ void add_all() {
     const MeshArrays sphere = test_support::icosphere(k);
     add("sphere " + std::to_string(sphere.triangles.size()), sphere);
   }
-  for (const char* model : {"bunny.obj", "dragon.ply"}) {
+  for (const char* model : {"bunny.obj", "dragon_vrip_res4.ply.gz", "dragon_vrip_res3.ply.gz",
+                            "dragon_vrip_res2.ply.gz", "dragon_vrip.ply.gz"}) {
     const auto file = find_model(model);
     if (!file) continue;
     const TriangleMesh mesh = load_unit_model(*file);

@@ -14,9 +14,8 @@ struct PlaneCone {
   Vector3 weights = Vector3::Zero();
 };
 
-/// The intersection of k half spaces along fixed directions of the body (Klosowski and others,
-/// Efficient collision detection using bounding volume hierarchies of k-DOPs, 1998): the axes and
-/// the diagonals of faces (k = 18), and of cubes (k = 26).
+/// The intersection of k half spaces along fixed directions of the body [Klosowski1998]: the axes
+/// and the diagonals of faces (k = 18), and of cubes (k = 26).
 template <int k>
 struct Dop {
   static constexpr int kAxes = k / 2;

