@@ -55,6 +55,8 @@ mistake edges_in_front_collide src/toi/time_of_impact.cpp toi '*InitialState*' \
   'return !(nearer.best.middle() < piece.middle())' 'return true'
 mistake pairs_at_the_begin_skipped src/toi/time_of_impact.cpp toi '*AtTheBegin*' \
   'pair_.time() > interval_.begin) return true;' 'pair_.time() >= interval_.begin) return true;'
+mistake resumed_from_another_pose src/toi/time_of_impact.cpp toi '*Workspace*' \
+  'if (memory_.is_unfinished) pair_.set_time(memory_.standing_time);' ''
 mistake sign_in_the_coupled_bound src/toi/safe_step.h toi 'SafeStep*:*TimeOfImpact.*' \
   'const Vector3 k_W = relative_W.cross(n_W)' 'const Vector3 k_W = n_W.cross(relative_W)'
 mistake acceleration_dropped src/toi/safe_step.h toi 'SafeStep*' \

@@ -57,6 +57,8 @@ MovingPair::MovingPair(const Shape& a, const Motion& X_WA, const Shape& b, const
   now_.linear_speed = bound_a.linear_speed + bound_b.linear_speed;
   now_.angular_speed_a = bound_a.angular_speed;
   now_.angular_speed_b = bound_b.angular_speed;
+  largest_speed_ =
+      now_.linear_speed + now_.angular_speed_a * a_.radius + now_.angular_speed_b * b_.radius;
   is_smooth_ = a_.motion.smooth_until(interval.begin) >= interval.end &&
                b_.motion.smooth_until(interval.begin) >= interval.end;
   set_time(interval.begin);

@@ -46,6 +46,8 @@ class MovingPair {
   const MovingShape& b() const { return b_; }
   const RigidPose& X_AB() const { return X_AB_; }
   const PairInstant& now() const { return now_; }
+  /// Bound of the speed at which a gap can shrink, over the whole query.
+  Scalar largest_speed() const { return largest_speed_; }
 
   /// Rounding allowance of a gap over the whole query, length; see
   /// docs/algorithms/time_of_impact.md.
@@ -86,6 +88,7 @@ class MovingPair {
   const Scalar floor_;
   bool is_smooth_ = false;  // no twist jumps in the interval
   Scalar time_ = 0;
+  Scalar largest_speed_ = 0;
   PairInstant now_;
   RigidPose X_AB_;
   Facing facing_a_;

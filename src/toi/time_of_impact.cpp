@@ -32,6 +32,11 @@ using internal::ShapeTree;
 // time before it is split.
 constexpr std::int32_t kFarFlag = std::int32_t{1} << 30;
 
+// Two boxes are looked at where the bodies stood for the pair before, if they move by less than
+// this part of the boxes' half diagonals until their time: poses cost more than such a part of a
+// step.
+constexpr Scalar kStandingStill = 0.05;
+
 // How far the bounds of a rough distance may be apart, as a share of what is left to the target.
 // Larger: shorter steps; smaller: more work on each.
 constexpr Scalar kRoughShare = 0.25;
@@ -57,6 +62,7 @@ class ToiSearch {
   Scalar first_time();
   void push(Scalar time, std::int32_t box_a, std::int32_t box_b);
   void fetch_parts(const QueuedPair& pair) const;
+  bool may_stand_still(const QueuedPair& pair) const;
   void open(const QueuedPair& pair);
   void advance(const QueuedPair& pair);
   PieceDistance measure(const QueuedPair& pair, const GjkGoal& goal);
@@ -114,6 +120,15 @@ void ToiSearch::fetch_parts(const QueuedPair& pair) const {
   tree.fetch(tree.child(opens_a ? pair.a : pair.b));
 }
 
+// Whether the time of the last pair will do for a pair of boxes, too: what is proven from there on
+// holds as well, and keys do not fall below the pair's own.
+bool ToiSearch::may_stand_still(const QueuedPair& pair) const {
+  const Scalar way = (pair.time - pair_.time()) * pair_.largest_speed();
+  return way * way <=
+         kStandingStill * kStandingStill *
+             (a().tree.squared_half_diagonal(pair.a) + b().tree.squared_half_diagonal(pair.b));
+}
+
 // Replaces a pair by the pairs of the larger box's parts with the other box.
 void ToiSearch::open(const QueuedPair& pair) {
   const bool opens_a = internal::opens_first(a().tree, pair.a, b().tree, pair.b);
@@ -127,7 +142,7 @@ void ToiSearch::open(const QueuedPair& pair) {
   for (int column = 0; column < count; ++column) {
     const std::int32_t part = ShapeTree::box_number(child, column);
     const std::int32_t flag = (steps.is_far >> column & 1) != 0 ? kFarFlag : 0;
-    const Scalar time = pair_.time() + steps.time[column];
+    const Scalar time = std::max(pair.time, pair_.time() + steps.time[column]);
     push(time, opens_a ? part : pair.a, (opens_a ? pair.b : part) | flag);
   }
 }
@@ -139,9 +154,9 @@ void ToiSearch::advance(const QueuedPair& pair) {
   BoxSteps steps;
   kernels_.one(a().tree.rows(pair.a / BoxGroup::kWidth), column, 1,
                pair_.facing_piece(true, pair.b), pair_.facing_motion(true), &steps);
-  const Scalar time = pair_.time() + steps.time[column];
+  const Scalar time = std::max(pair.time, pair_.time() + steps.time[column]);
   // A step too short for its time must not come back as far away.
-  const bool is_far = steps.is_far != 0 && time > pair_.time();
+  const bool is_far = steps.is_far != 0 && time > pair.time;
   push(time, pair.a, is_far ? pair.b | kFarFlag : pair.b);
 }
 
@@ -283,6 +298,7 @@ ToiResult ToiSearch::finish_impact(const QueuedPair& pair) {
 ToiResult ToiSearch::finish_undecided(ToiStatus status, const QueuedPair& pair) {
   queue_.push(pair);
   memory_.is_unfinished = true;
+  memory_.standing_time = pair_.time();
   return finish(status, pair.time);
 }
 
@@ -334,6 +350,8 @@ ToiResult ToiSearch::run() {
 }
 
 ToiResult ToiSearch::resume() {
+  // Where the bodies stood, so that all goes on with the same bits.
+  if (memory_.is_unfinished) pair_.set_time(memory_.standing_time);
   memory_.is_unfinished = false;
   while (!queue_.is_empty()) {
     result_.statistics.peak_queue = std::max(result_.statistics.peak_queue, queue_.size());
@@ -346,7 +364,10 @@ ToiResult ToiSearch::resume() {
     pair.b &= ~kFarFlag;
     const bool is_opened = !is_far && !(a().tree.is_leaf(pair.a) && b().tree.is_leaf(pair.b));
     if (is_opened) fetch_parts(pair);  // while the time is set
-    if (pair.time != pair_.time()) pair_.set_time(pair.time);
+    const bool are_boxes = is_far || is_opened;
+    if (pair.time != pair_.time() && !(are_boxes && may_stand_still(pair))) {
+      pair_.set_time(pair.time);
+    }
     if (is_far) {
       advance(pair);
       continue;

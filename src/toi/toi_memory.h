@@ -33,6 +33,7 @@ struct ToiMemory {
   bool has_resting_pair = false;  // a pair of pieces was met in contact, but not as an impact
   ToiSubject subject;
   bool is_unfinished = false;
+  Scalar standing_time = 0;  // of an unfinished query: where the bodies stood
 };
 
 }  // namespace dyop::internal
