@@ -63,8 +63,11 @@ mistake acceleration_dropped src/toi/safe_step.h toi 'SafeStep*' \
   'rest.acceleration * (h * h / 2)' '0 * rest.acceleration'
 mistake turn_of_the_normal_dropped src/toi/safe_step.h toi 'SafeStep*' \
   ' + 2 * rate_W.dot(v_AB_W)' ''
-mistake third_order_of_the_turn_dropped src/toi/safe_step.h toi 'SafeStep*' \
-  'jerk = turn * turn * (turn * p_AB_W.norm() + 3 * speed)' 'jerk = 0 * speed'
+mistake third_order_of_the_origins_dropped src/toi/safe_step.h toi 'SafeStep*' \
+  'turn * p_AB_W.norm() + 3 * v_AB_W.norm()' '3 * v_AB_W.norm()'
+mistake third_order_of_a_fixed_normal src/toi/safe_step.h toi 'SafeStep*' \
+  'third = turn_norm > 0 ? relative_W.norm() * rate * rate : w_norm * w_norm * k_W.norm()' \
+  'third = w_norm * w_norm * k_W.norm()'
 mistake third_order_term_dropped src/toi/box_steps_lanes.h toi 'BoxSteps*:TurningBoxes*' \
   'bounds.jerk * (h_sq * h * L(1.0 / 6 + 0x1p-54))' 'bounds.jerk * L(0.0)'
 mistake half_diagonal_without_root_three src/toi/box_steps_lanes.h toi 'BoxSteps*:TurningBoxes*' \

@@ -68,6 +68,7 @@ bool DistanceTraversal::go_on(std::int64_t max_box_pairs) {
     if (max_box_pairs <= 0) return false;
     const BoxPair pair = stack_.back();
     stack_.pop_back();
+    ++box_pairs;
     if (pair.gap > cutoff()) {
       lower = std::min(lower, pair.gap);
       continue;

@@ -38,7 +38,8 @@ class DistanceTraversal {
   /// Looks at one pair of pieces first, if these are leaves.
   void seed(std::int32_t leaf_a, std::int32_t leaf_b);
   void run();
-  /// The same in portions: start(), then go_on() until it says that it is through.
+  /// The same in portions: start(), then go_on() until it says that it is through. Another traversal
+  /// of the same shapes, poses and limits goes on with the stack and `best` of this one.
   void start();
   bool go_on(std::int64_t max_box_pairs);
 
@@ -50,6 +51,7 @@ class DistanceTraversal {
   std::int32_t leaf_b = 0;
   Scalar lower = kInfinity;  // of the whole pair: least bound of all that was pruned or evaluated
   DistanceStatistics statistics;
+  std::int64_t box_pairs = 0;  ///< taken from the stack
 
  private:
   // What is provably farther than this cannot change the answer.

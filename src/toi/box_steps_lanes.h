@@ -2,7 +2,8 @@
 #include "toi/box_steps.h"
 
 // The kernels of box_steps.h for the instruction set that the including file is compiled for. The
-// mathematics is that of safe_step(), derived in docs/algorithms/time_of_impact.md.
+// mathematics is that of safe_step() along a fixed direction, derived in
+// docs/algorithms/time_of_impact.md.
 namespace dyop::internal {
 inline namespace DYOP_LANES {
 

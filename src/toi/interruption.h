@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <chrono>
 #include <cstdint>
 #include <optional>
@@ -16,15 +17,26 @@ class Interruption {
 
   explicit Interruption(const ToiOptions& options) : options_(options) {}
 
-  /// To be asked before every node pair.
+  /// To be asked before every node pair, or after a portion of them.
   std::optional<ToiStatus> after(std::int64_t node_pairs) {
-    if (node_pairs >= options_.max_node_pairs) return ToiStatus::BudgetExhausted;
-    if (node_pairs < next_poll_) return std::nullopt;
-    next_poll_ = node_pairs + kPollInterval;
-    return from_outside();
+    if (node_pairs >= options_.max_node_pairs) {
+      status_ = ToiStatus::BudgetExhausted;
+    } else if (node_pairs >= next_poll_) {
+      next_poll_ = node_pairs + kPollInterval;
+      status_ = from_outside();
+    }
+    return status_;
+  }
+  /// What was last said.
+  std::optional<ToiStatus> status() const { return status_; }
+
+  /// How many node pairs may be taken before the next question.
+  std::int64_t portion(std::int64_t node_pairs) const {
+    return std::min(kPollInterval, options_.max_node_pairs - node_pairs);
   }
 
-  /// Of the clock and the caller alone; to be asked every kPollInterval pairs.
+ private:
+  // Of the clock and the caller.
   std::optional<ToiStatus> from_outside() const {
     if (options_.stop.stop_requested()) return ToiStatus::Cancelled;
     if (options_.deadline && std::chrono::steady_clock::now() >= *options_.deadline) {
@@ -33,9 +45,9 @@ class Interruption {
     return std::nullopt;
   }
 
- private:
   const ToiOptions& options_;
   std::int64_t next_poll_ = 0;
+  std::optional<ToiStatus> status_;
 };
 
 }  // namespace dyop::internal

@@ -1,5 +1,6 @@
 #include "toi/moving_pair.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <span>
@@ -26,10 +27,14 @@ class FeatureEdges {
   FeatureEdges(const ShapeTree& tree, const Feature& feature, const Matrix3& R_WS) {
     const TriangleMesh* mesh = tree.mesh() ? tree.mesh() : tree.convex()->core_surface();
     if (!mesh || feature.kind == FeatureKind::Smooth) return;
+    // A user's shape may number its vertices as it likes.
+    const auto count = static_cast<std::int32_t>(mesh->vertices().size());
+    const auto& numbers = feature.vertices;
+    if (std::any_of(numbers.begin(), numbers.end(), [&](auto n) { return n >= count; })) return;
     const auto corner = [&](std::size_t k) {
-      return mesh->vertices()[static_cast<std::size_t>(feature.vertices[k])];
+      return mesh->vertices()[static_cast<std::size_t>(numbers[k])];
     };
-    for (std::size_t k = 1; k < 3 && feature.vertices[k] >= 0; ++k) {
+    for (std::size_t k = 1; k < 3 && numbers[k] >= 0; ++k) {
       edges_[count_++] = R_WS * (corner(k) - corner(0));
     }
   }

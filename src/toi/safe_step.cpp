@@ -9,7 +9,8 @@ namespace dyop::internal {
 
 namespace {
 
-// Squared sine of two edges below which their normal would turn much faster than they do.
+// Squared sine of two edges below which their normal would turn much faster than they do. Speed
+// only.
 constexpr Scalar kParallelSquare = 0.04;
 
 }  // namespace

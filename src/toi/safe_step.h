@@ -92,11 +92,10 @@ struct TurningDirection {
 Vector3 turn_with_edges(const Vector3& n_W, std::span<const Vector3> edges_a, const Vector3& w_WA,
                         std::span<const Vector3> edges_b, const Vector3& w_WB);
 
-/// What bounds a gap beyond the second-order terms of constant twists: at s <= h it shrinks by at
-/// most (jerk + h snap) s^3 / 6 + acceleration s^2 / 2 more.
+/// What bounds a gap beyond the second-order terms of constant twists: after s it has shrunk by at
+/// most jerk s^3 / 6 + acceleration s^2 / 2 more.
 struct MotionRest {
   Scalar jerk = 0;
-  Scalar snap = 0;
   Scalar acceleration = 0;
   Scalar turn = 0;  ///< how fast the direction turns in a body's frame
 };
@@ -149,7 +148,7 @@ SafeStep coupled_step(const PairInstant& pair, Scalar gap, Scalar first, const M
     const Scalar x = rest.turn * h;
     const Scalar noise = pair.noise * (1 + x + x * x);  // the turned direction is longer than n
     const Scalar c1 = gap_at(h / 2, 0.0) - noise;
-    const Scalar c2 = gap_at(h, h * h / 2) - noise - (rest.jerk + h * rest.snap) * (h * h * h / 6) -
+    const Scalar c2 = gap_at(h, h * h / 2) - noise - rest.jerk * (h * h * h / 6) -
                       rest.acceleration * (h * h / 2);
     const Scalar root = first_root(step.gap, c1, c2, h);
     if (root >= h) {
@@ -182,12 +181,11 @@ struct TurningGap {
   const PieceB& b;
   TurningDirection turn_a;
   TurningDirection turn_b;
-  // Of n(s) . (p_B(s) - p_A(s)): its value, its derivatives, and what bounds the third.
+  // Of n(s) . (p_B(s) - p_A(s)): its value, its derivatives, and what bounds the rest.
   Scalar origins;
   Scalar opening;
   Scalar bending;
   Scalar jerk;
-  Scalar snap;
 
   TurningGap(const PairInstant& pair, const PieceA& piece_a, const PieceB& piece_b,
              const TurningNormal& normal, Scalar floor)
@@ -196,12 +194,10 @@ struct TurningGap {
     const Vector3 v_AB_W = pair.b.v_WB - pair.a.v_WB;
     const Vector3 rate_W = normal.turn_W.cross(normal.n_W);
     const Scalar turn = normal.turn_W.norm();
-    const Scalar speed = v_AB_W.norm();
     origins = normal.n_W.dot(p_AB_W) - floor;
     opening = normal.n_W.dot(v_AB_W) + rate_W.dot(p_AB_W);
     bending = normal.turn_W.cross(rate_W).dot(p_AB_W) + 2 * rate_W.dot(v_AB_W);
-    jerk = turn * turn * (turn * p_AB_W.norm() + 3 * speed);
-    snap = turn * turn * turn * speed;
+    jerk = turn * turn * (turn * p_AB_W.norm() + 3 * v_AB_W.norm());
   }
 
   Scalar operator()(Scalar u, Scalar q) const {
@@ -218,7 +214,6 @@ SafeStep best_step(const PairInstant& pair, const TurningGap<PieceA, PieceB>& ga
   const TurningDirection& turn_b = gap_at.turn_b;
   MotionRest rest;
   rest.jerk = turn_a.third * radius_a + turn_b.third * radius_b + gap_at.jerk;
-  rest.snap = gap_at.snap;
   rest.acceleration = pair.linear_acceleration + pair.angular_acceleration_a * radius_a +
                       pair.angular_acceleration_b * radius_b;
   rest.turn = std::max(turn_a.rate, turn_b.rate);

@@ -163,8 +163,7 @@ void ToiSearch::advance(const QueuedPair& pair) {
 // Bodies that slide along one another stay as far apart as they are where they touch. The faces and
 // edges beside that place come nearer until it is their turn: they do not collide. And at the begin
 // nothing is proven of pairs that are still to be looked at: one that is nearer may be too close.
-// Nothing if the clock or the caller ends it. It is counted afterwards: it has no rest that could
-// be resumed.
+// Nothing if the search is to end before that is known.
 std::optional<bool> ToiSearch::is_nearest(const PieceDistance& piece) {
   // Nothing was in contact before, or could have been.
   if (!memory_.has_resting_pair && pair_.time() > interval_.begin) return true;
@@ -173,14 +172,23 @@ std::optional<bool> ToiSearch::is_nearest(const PieceDistance& piece) {
                                      memory_.box_pairs);
   // Most of the rounding is that of the poses, which all pairs of pieces share.
   nearer.sought_middle = piece.middle();
-  nearer.start();
-  while (!nearer.go_on(internal::Interruption::kPollInterval)) {
-    if (interruption_.from_outside()) return std::nullopt;
+  if (memory_.is_looking) {
+    nearer.best = memory_.nearer;
+  } else {
+    nearer.start();
   }
   ToiStatistics& work = result_.statistics;
+  const std::int64_t before = work.node_pairs;
+  bool is_through = false;
+  do {
+    is_through = nearer.go_on(interruption_.portion(work.node_pairs));
+    work.node_pairs = before + nearer.box_pairs;
+  } while (!is_through && !interruption_.after(work.node_pairs));
   work.box_tests += nearer.statistics.box_tests;
   work.leaf_tests += nearer.statistics.leaf_tests;
-  work.node_pairs += nearer.statistics.leaf_tests + nearer.statistics.box_tests / BoxGroup::kWidth;
+  memory_.is_looking = !is_through;
+  memory_.nearer = nearer.best;
+  if (!is_through) return std::nullopt;
   // Later than at the begin nothing overlaps but for rounding.
   if (nearer.best.is_overlapping) return pair_.time() > interval_.begin;
   return !(nearer.best.middle() < piece.middle());
@@ -344,6 +352,7 @@ ToiResult ToiSearch::run() {
   memory_.seed.count = 0;
   memory_.is_unfinished = false;
   memory_.has_resting_pair = false;
+  memory_.is_looking = false;
   if (begins_enclosed()) return finish(ToiStatus::InitiallyWithinTarget, interval_.begin);
   push(first_time(), ShapeTree::kRoot, ShapeTree::kRoot);
   return resume();
@@ -356,10 +365,13 @@ ToiResult ToiSearch::resume() {
   while (!queue_.is_empty()) {
     result_.statistics.peak_queue = std::max(result_.statistics.peak_queue, queue_.size());
     QueuedPair pair = queue_.pop();
-    if (const auto status = interruption_.after(result_.statistics.node_pairs)) {
-      return finish_undecided(*status, pair);
+    // A pair that goes on with its look for a nearer one was counted before.
+    if (!memory_.is_looking) {
+      if (const auto status = interruption_.after(result_.statistics.node_pairs)) {
+        return finish_undecided(*status, pair);
+      }
+      ++result_.statistics.node_pairs;
     }
-    ++result_.statistics.node_pairs;
     const bool is_far = (pair.b & kFarFlag) != 0;
     pair.b &= ~kFarFlag;
     const bool is_opened = !is_far && !(a().tree.is_leaf(pair.a) && b().tree.is_leaf(pair.b));
@@ -384,7 +396,7 @@ ToiResult ToiSearch::resume() {
       case Verdict::Stuck:
         return finish(ToiStatus::NumericalLimit, pair.time);
       case Verdict::Interrupted:
-        return finish_undecided(interruption_.from_outside().value(), pair);
+        return finish_undecided(interruption_.status().value(), pair);
       case Verdict::Impact:
         return finish_impact(pair);
     }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "distance/distance_traversal.h"
+#include "distance/piece_distance.h"
 #include "distance/warm_gjk.h"
 #include "dyop/core/time_interval.h"
 #include "toi/radix_queue.h"
@@ -29,7 +30,10 @@ struct ToiSubject {
 struct ToiMemory {
   RadixQueue queue;
   GjkSeed seed;  // of the last distance of two convex shapes
+  // Of a look for a nearer pair than two pieces in contact; an unfinished one goes on.
   BoxPairStack box_pairs;
+  PieceDistance nearer;
+  bool is_looking = false;
   bool has_resting_pair = false;  // a pair of pieces was met in contact, but not as an impact
   ToiSubject subject;
   bool is_unfinished = false;

@@ -106,9 +106,20 @@ TEST_F(SafeStepProperty, NeverPassesTheFloorAndIsNotWasteful) {
     pair.a = body(rate);
     pair.b = body(rate);
     const OrientedBox a = box();
-    const OrientedBox b = box();
+    OrientedBox b = box();
     const bool is_turning = i % 3 != 0;
-    const TurningNormal n = normal(is_turning ? rate : 0);
+    TurningNormal n = normal(is_turning ? rate : 0);
+    // The origin of B far away, and the normal turning with it or B not turning at all: then the
+    // terms of the origins and of one body decide.
+    if (i % 3 == 2) {
+      n.turn_W = pair.b.w_WB;
+      const Vector3 aside = 10 * n.n_W.cross(vector());
+      pair.b.p_WB += aside;
+      b.center -= pair.b.R_WB.transpose() * aside;
+    } else if (i % 3 == 1) {
+      pair.b.w_WB = Vector3::Zero();
+      b.center += 10 * vector();
+    }
     const Scalar start = separation(pair, a, b, n, 0);
     pair.b.p_WB += n.n_W * (uniform() * 3 - start);  // a gap of 0 to 3 along n
     pair.remaining = pair.horizon = 2;

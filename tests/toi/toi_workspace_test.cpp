@@ -100,6 +100,40 @@ TEST(ToiWorkspace, GoesOnWhereABudgetRanOut) {
   EXPECT_GT(resumed, 100);
 }
 
+// A query that begins in contact looks for a nearer pair before it says so.
+TEST(ToiWorkspace, GoesOnWithALookForANearerPair) {
+  const TriangleMesh a = gear(15, 0.8, 1, 0.2).mesh();
+  const TriangleMesh b = torus(0.8, 0.3, 24, 12).mesh();
+  std::mt19937_64 random(4);
+  ToiWorkspace workspace;
+  ToiOptions options;
+  int looks = 0;
+  for (int k = 0; k < 30; ++k) {
+    const ConstantTwistMotion X_WA = turning(random);
+    const ConstantTwistMotion X_WB = random_approach(random);
+    const ToiResult approach = time_of_impact(a, X_WA, b, X_WB, kInterval);
+    if (approach.status != ToiStatus::Impact) continue;
+    const TimeInterval rest{approach.t_safe, kInterval.end};
+    options.max_node_pairs = ToiOptions().max_node_pairs;
+    const ToiResult whole = time_of_impact(a, X_WA, b, X_WB, rest, options);
+    ASSERT_EQ(whole.status, ToiStatus::Impact);
+    ASSERT_EQ(whole.t_safe, rest.begin);
+    options.max_node_pairs = 1 + k;
+    ToiResult result = time_of_impact(a, X_WA, b, X_WB, rest, options, workspace);
+    std::int64_t node_pairs = result.statistics.node_pairs;
+    for (int call = 0; call < 10000 && result.status == ToiStatus::BudgetExhausted; ++call) {
+      ASSERT_EQ(result.statistics.node_pairs, options.max_node_pairs);
+      ++looks;
+      result = resume_time_of_impact(a, X_WA, b, X_WB, rest, options, workspace);
+      node_pairs += result.statistics.node_pairs;
+    }
+    expect_same(result, whole);
+    EXPECT_EQ(node_pairs, whole.statistics.node_pairs);
+    EXPECT_LE(result.statistics.node_pairs, options.max_node_pairs);
+  }
+  EXPECT_GT(looks, 100);
+}
+
 TEST(ToiWorkspace, ResumesOnlyTheQueryItHolds) {
   const Box box(Vector3(1, 1, 1));
   const ConstantTwistMotion X_WA(RigidPose(), {});

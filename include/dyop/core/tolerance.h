@@ -23,7 +23,7 @@ inline constexpr Scalar kRotationTolerance = 1e-6;
 /// much again. Used by everything that compares points of two bodies. Smaller: bounds may fail.
 inline constexpr Scalar kPoseNoise = 64 * kUnitRoundoff;
 
-/// Rounding allowance of a gap between two moving pieces, relative to the size of the query: 296u
+/// Rounding allowance of a gap between two moving pieces, relative to the size of the query: 312u
 /// for poses and for support values along directions that turn (docs/algorithms/time_of_impact.md,
 /// "Rounding"). Smaller: bounds may fail. Used by time_of_impact and for boxes by distance.
 inline constexpr Scalar kStepNoise = 512 * kUnitRoundoff;

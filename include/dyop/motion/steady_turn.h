@@ -25,6 +25,7 @@ class SteadyTurn {
   }
 
   Matrix3 at(Scalar tau) const {
+    if (rate_ == 0) return fixed_;
     const Scalar angle = rate_ * tau;
     return fixed_ + std::cos(angle) * cosine_part_ + std::sin(angle) * sine_part_;
   }

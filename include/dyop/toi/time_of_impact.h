@@ -18,9 +18,7 @@ struct ToiOptions {
   Scalar target_distance = 0;
   /// How much above the target an impact may be reported; length, > 0. Halving it costs little.
   Scalar distance_tolerance = 1e-6;  // literal: a default in the user's unit, not a noise level
-  /// Largest number of node pairs to take from the queue. Spent: BudgetExhausted, with a valid
-  /// t_safe. Where bodies are in contact without an impact, or begin so, a look for a nearer pair is
-  /// counted once it is through.
+  /// Largest number of node pairs to look at. Spent: BudgetExhausted, with a valid t_safe.
   std::int64_t max_node_pairs = 10'000'000;
   /// Point in time to stop at: BudgetExhausted, with a valid t_safe. Looked at every 64 node pairs.
   std::optional<std::chrono::steady_clock::time_point> deadline;
