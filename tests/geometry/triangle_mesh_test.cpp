@@ -38,6 +38,24 @@ std::string message_of(const Make& make) {
 
 const std::vector<Vector3> kCorners{Vector3::Zero(), Vector3::UnitX(), Vector3::UnitY()};
 
+TEST(TriangleMesh, FromArraysTakesEveryKindOfNumber) {
+  const std::vector<float> x{0, 0, 0, 1, 0, 0, 0.5f, 2, 0.25f};
+  const std::vector<double> y(x.begin(), x.end());
+  const std::vector<std::int32_t> i{2, 0, 1};
+  const std::vector<std::uint32_t> j(i.begin(), i.end());
+  const StridedRows<float> floats{x.data(), 3};
+  const StridedRows<double> doubles{y.data(), 3};
+  const StridedRows<std::int32_t> with_sign{i.data(), 1};
+  const StridedRows<std::uint32_t> without_sign{j.data(), 1};
+  for (const TriangleMesh& mesh : {TriangleMesh::from_arrays(floats, with_sign),
+                                   TriangleMesh::from_arrays(floats, without_sign),
+                                   TriangleMesh::from_arrays(doubles, with_sign),
+                                   TriangleMesh::from_arrays(doubles, without_sign)}) {
+    EXPECT_EQ(mesh.triangle(0)[0], Vector3(0.5, 2, 0.25));
+    EXPECT_EQ(mesh.triangle(0)[2], Vector3(1, 0, 0));
+  }
+}
+
 TEST(TriangleMesh, RefusesNoTriangle) {
   EXPECT_MESSAGE(TriangleMesh(kCorners, {}), "at least one triangle, not 0 (with 3 vertices)");
 }

@@ -134,6 +134,23 @@ TEST(ToiWorkspace, GoesOnWithALookForANearerPair) {
   EXPECT_GT(looks, 100);
 }
 
+TEST(ToiWorkspace, TakesItsUnfinishedQueryAlongWhenMoved) {
+  const TriangleMesh a = gear(15, 0.8, 1, 0.2).mesh();
+  std::mt19937_64 random(5);
+  const ConstantTwistMotion X_WA = turning(random);
+  const ConstantTwistMotion X_WB = random_approach(random);
+  ToiOptions small;
+  small.max_node_pairs = 1;
+  ToiWorkspace first;
+  time_of_impact(a, X_WA, a, X_WB, kInterval, small, first);
+  ToiWorkspace second = std::move(first);
+  ASSERT_TRUE(second.can_resume());
+  ToiWorkspace third;
+  third = std::move(second);
+  expect_same(resume_time_of_impact(a, X_WA, a, X_WB, kInterval, {}, third),
+              time_of_impact(a, X_WA, a, X_WB, kInterval));
+}
+
 TEST(ToiWorkspace, ResumesOnlyTheQueryItHolds) {
   const Box box(Vector3(1, 1, 1));
   const ConstantTwistMotion X_WA(RigidPose(), {});
