@@ -56,6 +56,10 @@ void add_distance_command(CLI::App& app, ExitCode& exit_code) {
   command->add_option("B", arguments->b.shape, "Second shape")->required();
   command->add_option("--limit", arguments->options.upper_limit,
                       "Stop as soon as they are proven farther apart than this");
+  command->add_option("--allowance", arguments->options.absolute_allowance,
+                      "How far apart the bounds may stay");
+  command->add_option("--relative-allowance", arguments->options.relative_allowance,
+                      "The same as a part of the distance, below 1");
   command->add_flag("--penetration", arguments->options.with_penetration,
                     "Also the depth of overlapping convex shapes");
   add_placement_options(*command, arguments->placement);

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
+#include "distance/distance_check.h"
 #include "distance/distance_traversal.h"
 #include "distance/enclosure.h"
-#include "dyop/core/error.h"
 #include "dyop/distance/penetration.h"
 
 namespace dyop {
@@ -30,8 +30,7 @@ DistanceResult distance(const Shape& a, const RigidPose& X_WA, const Shape& b,
 DistanceResult distance(const Shape& a, const RigidPose& X_WA, const Shape& b,
                         const RigidPose& X_WB, const DistanceOptions& options,
                         DistanceCache& cache) {
-  DYOP_REQUIRE(options.upper_limit >= 0, "distance: upper_limit must be >= 0, not ",
-               options.upper_limit);
+  internal::require_valid_options(options, "distance");
   const internal::Solids solids{options.solid_a, options.solid_b};
   internal::require_closed("distance", a, b, solids);
   const ShapeTree tree_a(a);
@@ -40,6 +39,8 @@ DistanceResult distance(const Shape& a, const RigidPose& X_WA, const Shape& b,
   internal::BoxPairStack stack;
   DistanceTraversal traversal(tree_a, tree_b, X_AB, internal::pose_noise(a, X_WA, b, X_WB),
                               options.upper_limit, stack);
+  traversal.absolute_allowance = options.absolute_allowance;
+  traversal.relative_allowance = options.relative_allowance;
   traversal.seed(cache.leaf_a, cache.leaf_b);
   traversal.run();
 

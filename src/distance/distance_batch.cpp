@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "core/batch_run.h"
+#include "distance/distance_check.h"
 #include "dyop/core/error.h"
 
 namespace dyop {
@@ -13,8 +14,7 @@ void distance(std::span<const DistanceQuery> queries, std::span<DistanceResult> 
                " queries, but room for ", results.size(), " results");
   for (std::size_t i = 0; i < queries.size(); ++i) {
     DYOP_REQUIRE(queries[i].a && queries[i].b, "query ", i, ": a shape is missing");
-    DYOP_REQUIRE(queries[i].options.upper_limit >= 0, "query ", i,
-                 ": upper_limit must be >= 0, not ", queries[i].options.upper_limit);
+    internal::require_valid_options(queries[i].options, "query ", i);
   }
   std::fill(results.begin(), results.end(), DistanceResult());
   internal::run_batch(queries.size(), options, [&](std::size_t index, std::size_t) {

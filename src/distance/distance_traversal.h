@@ -38,13 +38,17 @@ class DistanceTraversal {
   /// Looks at one pair of pieces first, if these are leaves.
   void seed(std::int32_t leaf_a, std::int32_t leaf_b);
   void run();
-  /// The same in portions: start(), then go_on() until it says that it is through. Another traversal
-  /// of the same shapes, poses and limits goes on with the stack and `best` of this one.
+  /// The same in portions: start(), then go_on() until it says that it is through. Another
+  /// traversal of the same shapes, poses and limits goes on with the stack and `best` of this one.
   void start();
   bool go_on(std::int64_t max_box_pairs);
 
   /// run() ends at the first pair of pieces the middle of whose bounds is below this.
   Scalar sought_middle = -kInfinity;
+
+  /// How far below best.upper a pair may be left aside; see DistanceOptions.
+  Scalar absolute_allowance = 0;
+  Scalar relative_allowance = 0;
 
   PieceDistance best;
   std::int32_t leaf_a = 0;
@@ -54,8 +58,12 @@ class DistanceTraversal {
   std::int64_t box_pairs = 0;  ///< taken from the stack
 
  private:
-  // What is provably farther than this cannot change the answer.
-  Scalar cutoff() const { return std::min(best.upper, limit_); }
+  // What is provably farther than this cannot change the answer by more than is allowed.
+  Scalar cutoff() const {
+    if (!(best.upper < kInfinity)) return limit_;
+    return std::min(best.upper - std::max(absolute_allowance, relative_allowance * best.upper),
+                    limit_);
+  }
   bool is_found() const { return best.is_overlapping || best.middle() < sought_middle; }
   void visit_leaves(std::int32_t a, std::int32_t b);
   void open(const BoxPair& pair);

@@ -89,6 +89,47 @@ TEST(Distance, StopsAtTheLimitWithAProof) {
             DistanceStatus::Separated);
 }
 
+TEST(Distance, LeavesBoundsAsFarApartAsAllowed) {
+  const auto a = test_support::torus(0.8, 0.25, 60, 30).mesh();
+  const auto b = test_support::icosphere(4).mesh();
+  std::mt19937_64 random(3);
+  std::int64_t exact_work = 0;
+  std::int64_t absolute_work = 0;
+  std::int64_t relative_work = 0;
+  int wider = 0;
+  for (int k = 0; k < 200; ++k) {
+    const RigidPose X_WB(testing::random_rotation(random), testing::random_number(1.5, 4, random) *
+                                                               testing::random_direction(random));
+    const DistanceResult exact = distance(a, RigidPose(), b, X_WB);
+    const DistanceResult absolute = distance(a, RigidPose(), b, X_WB, {.absolute_allowance = 0.05});
+    const DistanceResult relative = distance(a, RigidPose(), b, X_WB, {.relative_allowance = 0.1});
+    for (const DistanceResult* x : {&absolute, &relative}) {
+      EXPECT_LE(x->lower, exact.upper);
+      EXPECT_GE(x->upper, exact.lower);
+      EXPECT_NEAR((x->p_WCb - x->p_WCa).norm(), x->upper, 1e-12);
+      wider += x->upper - x->lower > 1e-3;
+    }
+    EXPECT_LE(absolute.upper - absolute.lower, 0.05 + 1e-13);
+    EXPECT_LE(relative.upper - relative.lower, 0.1 * relative.upper + 1e-13);
+    exact_work += exact.statistics.leaf_tests;
+    absolute_work += absolute.statistics.leaf_tests;
+    relative_work += relative.statistics.leaf_tests;
+  }
+  EXPECT_GT(wider, 100);
+  EXPECT_LT(absolute_work, exact_work / 2);
+  EXPECT_LT(relative_work, exact_work / 2);
+}
+
+// With an allowance above the distance nothing is left to look at, and nothing is claimed.
+TEST(Distance, IsInconclusiveWhereTheAllowanceHidesAnOverlap) {
+  const auto mesh = test_support::icosphere(3).mesh();
+  const DistanceResult result =
+      distance(mesh, RigidPose(), mesh, at(1, 0, 0), {.absolute_allowance = 10});
+  EXPECT_EQ(result.lower, 0);
+  EXPECT_TRUE(result.status == DistanceStatus::Inconclusive ||
+              result.status == DistanceStatus::Overlapping);
+}
+
 TEST(Distance, SaysOverlappingAndPenetrationOfConvexPairs) {
   DistanceOptions options;
   options.with_penetration = true;
@@ -101,6 +142,18 @@ TEST(Distance, SaysOverlappingAndPenetrationOfConvexPairs) {
   EXPECT_LT((spheres.penetration->nhat_AB_W - Vector3(1, 0, 0)).norm(), 1e-3);
   const auto mesh = test_support::icosphere(2).mesh();
   EXPECT_EQ(distance(mesh, RigidPose(), mesh, at(1, 0, 0)).status, DistanceStatus::Overlapping);
+}
+
+TEST(Distance, RefusesABadAllowance) {
+  const auto refuses = [](const DistanceOptions& options) {
+    EXPECT_THROW(distance(Sphere(1), RigidPose(), Sphere(1), at(3, 0, 0), options),
+                 InvalidArgument);
+  };
+  refuses({.absolute_allowance = -1});
+  refuses({.absolute_allowance = std::nan("")});
+  refuses({.relative_allowance = -0.1});
+  refuses({.relative_allowance = 1});
+  refuses({.relative_allowance = std::nan("")});
 }
 
 TEST(Distance, RefusesABadLimit) {

@@ -12,6 +12,12 @@ namespace dyop {
 struct DistanceOptions {
   /// Stop as soon as the shapes are proven farther apart than this; length, >= 0.
   Scalar upper_limit = kInfinity;
+  /// How far apart the bounds may stay, besides rounding: upper - lower is at most the absolute
+  /// allowance (length, >= 0) or the relative one (in [0, 1)) times upper, whichever is more. They
+  /// hold all the same; pieces that could only narrow them are left out. With an absolute one
+  /// shapes that overlap may be Inconclusive; close to upper_limit bounds may lie on both sides.
+  Scalar absolute_allowance = 0;
+  Scalar relative_allowance = 0;
   /// Compute penetration depth and direction of overlapping convex shapes (through libccd).
   bool with_penetration = false;
   /// Take A (B) for a solid, not for a surface: what is wholly inside it overlaps. A mesh must be
@@ -35,12 +41,12 @@ class DistanceCache {
 /// For meshes d is the distance of the surfaces: a body wholly inside a closed mesh is at a
 /// positive distance from it, unless an option says that the mesh is a solid; both witness points
 /// are then the same point inside, and normal and features mean nothing. For convex shapes d is the distance of the solids.
-/// upper - lower is rounding noise, see docs/concepts.md.
+/// upper - lower is rounding noise, see docs/concepts.md, unless options allow more.
 ///
 /// @param a, b       Shapes, each in its own frame A, B.
 /// @param X_WA, X_WB Their poses in world W; any consistent unit of length.
-/// @throws InvalidArgument if upper_limit is negative or NaN, or a solid is a mesh that is not
-///         closed.
+/// @throws InvalidArgument if upper_limit or an allowance is out of its range or NaN, or a solid is a
+///         mesh that is not closed.
 /// Const, thread-safe. Method: docs/algorithms/distance.md.
 DistanceResult distance(const Shape& a, const RigidPose& X_WA, const Shape& b,
                         const RigidPose& X_WB, const DistanceOptions& options = {});
