@@ -1,9 +1,9 @@
-// Distance of two meshes beside FCL (bounding volume RSS, cold), at chosen gaps. Each query is
-// timed alone, FCL's right before. `warm` is one step of 1e-3 of the radius and 1e-3 radians
-// further, with the DistanceCache of the query before.
+// Distance of two meshes beside FCL (bounding volumes RSS and OBBRSS, cold), at chosen gaps. Each
+// query is timed alone, FCL's right before. `warm` is one step of 1e-3 of the radius and 1e-3
+// radians further, with the DistanceCache of the query before.
 //
-// Counters, times in microseconds: medians `cold`, `warm`, `fcl`, their ratios, and the work a
-// query.
+// Counters, times in microseconds: medians `cold`, `warm`, `fcl` (RSS), `obb_rss`, their ratios,
+// and the work a query.
 
 #include <benchmark/benchmark.h>
 
@@ -25,7 +25,8 @@ constexpr Scalar kStep = 1e-3;  // literal: 1 kHz at a speed of one radius a sec
 
 struct Model {
   TriangleMesh mesh;
-  std::shared_ptr<FclRss> fcl;
+  std::shared_ptr<FclRss> rss;
+  std::shared_ptr<FclObbRss> obb_rss;
 };
 
 // B is moved towards A until the gap is reached.
@@ -49,10 +50,11 @@ void run(benchmark::State& state, const std::string& file, Scalar gap) {
     return;
   }
   const TriangleMesh mesh = load_unit_model(*path);
-  const Model model{mesh, fcl_model<FclRss>(mesh)};
+  const Model model{mesh, fcl_model<FclRss>(mesh), fcl_model<FclObbRss>(mesh)};
   std::vector<Scalar> cold;
   std::vector<Scalar> warm;
   std::vector<Scalar> theirs;
+  std::vector<Scalar> obb_rss;
   DistanceStatistics work;
   int wrong = 0;
   for (auto _ : state) {
@@ -62,8 +64,10 @@ void run(benchmark::State& state, const std::string& file, Scalar gap) {
       const auto X_WB = pose_at_gap(model.mesh, X_WA, model.mesh, gap, random);
       if (!X_WB) continue;
       Scalar reference = 0;
+      obb_rss.push_back(microseconds(
+          [&] { reference = fcl_distance(model.obb_rss, X_WA, model.obb_rss, *X_WB); }));
       theirs.push_back(
-          microseconds([&] { reference = fcl_distance(model.fcl, X_WA, model.fcl, *X_WB); }));
+          microseconds([&] { reference = fcl_distance(model.rss, X_WA, model.rss, *X_WB); }));
       DistanceCache cache;
       DistanceResult result;
       cold.push_back(
@@ -83,6 +87,7 @@ void run(benchmark::State& state, const std::string& file, Scalar gap) {
   state.counters["cold"] = quantile(cold, 0.5);
   state.counters["warm"] = quantile(warm, 0.5);
   state.counters["fcl"] = quantile(theirs, 0.5);
+  state.counters["obb_rss"] = quantile(obb_rss, 0.5);
   state.counters["cold/fcl"] = quantile(cold, 0.5) / quantile(theirs, 0.5);
   state.counters["warm/fcl"] = quantile(warm, 0.5) / quantile(theirs, 0.5);
   state.counters["boxes"] = Scalar(work.box_tests) / count;

@@ -1,9 +1,9 @@
 #pragma once
 
 #include <fcl/geometry/bvh/BVH_model.h>
+#include <fcl/math/bv/OBBRSS.h>
 #include <fcl/math/bv/RSS.h>
 #include <fcl/narrowphase/distance.h>
-
 #include <time.h>
 
 #include <algorithm>
@@ -17,6 +17,7 @@
 namespace dyop::testing {
 
 using FclRss = fcl::BVHModel<fcl::RSS<Scalar>>;
+using FclObbRss = fcl::BVHModel<fcl::OBBRSS<Scalar>>;
 
 template <typename Model>
 std::shared_ptr<Model> fcl_model(const TriangleMesh& mesh) {
@@ -50,8 +51,8 @@ Scalar fcl_distance(const std::shared_ptr<Model>& a, const RigidPose& X_WA,
   return result.min_distance;
 }
 
-/// Processor time of this thread in microseconds: what others do on the machine does not count but for
-/// its caches.
+/// Processor time of this thread in microseconds: what others do on the machine does not count but
+/// for its caches.
 inline Scalar processor_time() {
   timespec now{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);

@@ -37,12 +37,47 @@ struct Model {
   std::shared_ptr<FclRss> fcl;
 };
 
+// Every triangle in four.
+test_support::MeshArrays split_in_four(const test_support::MeshArrays& mesh) {
+  test_support::MeshArrays result;
+  for (const TriangleIndices& t : mesh.triangles) {
+    const auto first = std::int32_t(result.vertices.size());
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vector3& p = mesh.vertices[std::size_t(t[k])];
+      result.vertices.push_back(p);
+      result.vertices.push_back((p + mesh.vertices[std::size_t(t[(k + 1) % 3])]) / 2);
+    }
+    for (const TriangleIndices& part :
+         {TriangleIndices{0, 1, 5}, {1, 2, 3}, {3, 4, 5}, {1, 3, 5}}) {
+      result.triangles.push_back({first + part[0], first + part[1], first + part[2]});
+    }
+  }
+  return result;
+}
+
+// "sphere K" of 20 * 4^K triangles, "torus K" of 20 K^2, "gear K" of 192 * 4^K, all of radius one;
+// "teeth K", a gear of K teeth whose faces are fans of needles.
+std::optional<test_support::MeshArrays> generated_mesh(const std::string& name) {
+  const auto number = [&](const std::string& kind) {
+    return name.starts_with(kind) ? std::stoi(name.substr(kind.size())) : 0;
+  };
+  if (const int k = number("sphere ")) return test_support::icosphere(k);
+  if (const int k = number("torus ")) return test_support::torus(0.7, 0.3, 5 * k, 2 * k);
+  if (const int k = number("gear ")) {
+    test_support::MeshArrays mesh = test_support::gear(12, 0.7, 1, 0.3);
+    for (int i = 0; i < k; ++i) mesh = split_in_four(mesh);
+    return mesh;
+  }
+  if (const int k = number("teeth ")) return test_support::gear(k, 0.9, 1, 0.3);
+  return std::nullopt;
+}
+
 const Model* find_unit_model(const std::string& name) {
   static std::map<std::string, std::optional<Model>> models;
   const auto [entry, is_new] = models.try_emplace(name);
   if (is_new) {
-    if (name.starts_with("sphere ")) {
-      const TriangleMesh mesh = test_support::icosphere(std::stoi(name.substr(7))).mesh();
+    if (const auto generated = generated_mesh(name)) {
+      const TriangleMesh mesh = generated->mesh();
       entry->second = Model{mesh, fcl_model<FclRss>(mesh)};
     } else if (const auto file = find_model(name)) {
       const TriangleMesh mesh = load_unit_model(*file);
@@ -120,10 +155,13 @@ constexpr Case kCases[] = {
     {"bunny-dragon 202,520, rate 1", kBunny, kDragon2, MotionKind::ConstantTwist, 1},
     {"bunny-dragon 871,414, rate 1", kBunny, kDragon1, MotionKind::ConstantTwist, 1},
     {"dragon-dragon 871,414, rate 1", kDragon1, kDragon1, MotionKind::ConstantTwist, 1},
-    {"spheres of 1,280, rate 1", "sphere 3", "sphere 3", MotionKind::ConstantTwist, 1},
-    {"spheres of 20,480, rate 1", "sphere 5", "sphere 5", MotionKind::ConstantTwist, 1},
-    {"spheres of 327,680, rate 1", "sphere 7", "sphere 7", MotionKind::ConstantTwist, 1},
 };
+
+// Two of each, for the growth with the number of triangles, which is counted.
+constexpr const char* kGrowing[] = {"sphere 1",  "sphere 3",  "sphere 5", "sphere 7", "sphere 8",
+                                    "torus 3",   "torus 7",   "torus 22", "torus 71", "torus 224",
+                                    "gear 1",    "gear 2",    "gear 4",   "gear 5",   "gear 6",
+                                    "teeth 100", "teeth 1000"};
 
 void run(benchmark::State& state, const Case& c) {
   const Model* a = find_unit_model(c.model_a);
@@ -159,6 +197,7 @@ void run(benchmark::State& state, const Case& c) {
     }
   }
   const Scalar count = Scalar(ours.size());
+  state.counters["triangles"] = Scalar(a->mesh.triangles().size());
   state.counters["median"] = quantile(ours, 0.5);
   state.counters["mean"] = mean(ours);
   state.counters["p99"] = quantile(ours, 0.99);
@@ -214,6 +253,14 @@ void run_fcl(benchmark::State& state, fcl::CCDSolverType solver, Scalar rate) {
 bool register_all() {
   for (const Case& c : kCases) {
     benchmark::RegisterBenchmark(c.name, [&c](benchmark::State& state) { run(state, c); })
+        ->Iterations(1)
+        ->Unit(benchmark::kMillisecond);
+  }
+  for (const char* model : kGrowing) {
+    benchmark::RegisterBenchmark((std::string(model) + ", rate 1").c_str(),
+                                 [model](benchmark::State& state) {
+                                   run(state, {"", model, model, MotionKind::ConstantTwist, 1});
+                                 })
         ->Iterations(1)
         ->Unit(benchmark::kMillisecond);
   }
