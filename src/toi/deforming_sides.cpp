@@ -70,13 +70,6 @@ Triangle RigidSide::triangle_W(std::int32_t leaf) const {
   return {X_WB * corners[0], X_WB * corners[1], X_WB * corners[2]};
 }
 
-MotionRest RigidSide::rest(std::int32_t node, const Vector3& n_W) const {
-  const TurningDirection direction(now_, {n_W});
-  return {.jerk = direction.third * radius(node),
-          .acceleration = near_.linear_acceleration + near_.angular_acceleration * radius(node),
-          .turn = direction.rate};
-}
-
 Scalar RigidSide::size() const {
   return largest_coordinate(motion_, bounds_.whole(), mesh_.bounding_radius(), interval_);
 }

@@ -53,7 +53,10 @@ class DeformingSide {
 
   LinearSupport<1> box_support(std::int32_t node, const Vector3& n_W) const;
   LinearSupport<3> triangle_support(std::int32_t leaf, const Vector3& n_W) const;
-  MotionRest rest(std::int32_t /*node*/, const Vector3& /*n_W*/) const { return {}; }
+  template <std::size_t N>
+  MotionRest rest(std::int32_t /*node*/, const LinearSupport<N>& /*support*/) const {
+    return {};
+  }
   // Bound of the speed of all points of a node.
   Scalar speed(std::int32_t /*node*/) const { return mesh_.largest_displacement() * per_time_; }
   // Size of all numbers that occur, for the rounding allowance.
@@ -118,7 +121,13 @@ class RigidSide {
     return {TurningDirection(now_, {n_W}), n_W.dot(now_.p_WB), n_W.dot(now_.v_WB),
             mesh_.triangle(triangle(leaf))};
   }
-  MotionRest rest(std::int32_t node, const Vector3& n_W) const;
+  template <typename Piece>
+  MotionRest rest(std::int32_t node, const TurningSupport<Piece>& support) const {
+    const Scalar reach = radius(node);
+    return {.jerk = support.direction.third * reach,
+            .acceleration = near_.linear_acceleration + near_.angular_acceleration * reach,
+            .turn = support.direction.rate};
+  }
   Scalar speed(std::int32_t node) const {
     return bounds_.whole().linear_speed + bounds_.whole().angular_speed * radius(node);
   }

@@ -17,7 +17,6 @@ namespace dyop {
 namespace {
 
 using internal::DeformingSide;
-using internal::MotionRest;
 using internal::PairInstant;
 using internal::QueuedPair;
 using internal::RadixQueue;
@@ -105,12 +104,11 @@ void DeformingSearch<SideB>::set_time(Scalar t) {
 template <typename SideB>
 SafeStep DeformingSearch<SideB>::step_between(const QueuedPair& pair, const Vector3& n_W,
                                               Scalar floor, bool is_leaf) const {
-  const MotionRest rest = b_.rest(pair.b, -n_W);
   const auto step_of = [&](const auto& support_a, const auto& support_b) {
     const auto gap_at = [&](Scalar u, Scalar q) {
       return -support_b.at(u, q) - support_a.at(u, q) - floor;
     };
-    return internal::coupled_step(now_, rest, gap_at);
+    return internal::coupled_step(now_, b_.rest(pair.b, support_b), gap_at);
   };
   SafeStep step = is_leaf
                       ? step_of(a_.triangle_support(pair.a, n_W), b_.triangle_support(pair.b, -n_W))

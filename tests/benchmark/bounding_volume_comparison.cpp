@@ -21,7 +21,6 @@
 #include "benchmark/mesh_pair.h"
 #include "dyop/distance/distance.h"
 #include "dyop/motion/constant_twist_motion.h"
-#include "dyop/motion/rest_motion.h"
 #include "dyop/toi/time_of_impact.h"
 #include "support/models.h"
 #include "support/random_inputs.h"
@@ -129,9 +128,10 @@ class Comparison {
     std::mt19937_64 random(7);
     for (int k = 0; k < kQueries; ++k) {
       const RigidPose X_WA(random_rotation(random), Vector3::Zero());
-      const RigidPose X_WB = pose_at_gap(X_WA, gap, random);
-      const RigidPose X_AB = X_WA.inverse() * X_WB;
-      const Scalar reference = distance(mesh_, X_WA, mesh_, X_WB).upper;
+      const auto X_WB = pose_at_gap(mesh_, X_WA, gap, random);
+      if (!X_WB) continue;
+      const RigidPose X_AB = X_WA.inverse() * *X_WB;
+      const Scalar reference = distance(mesh_, X_WA, mesh_, *X_WB).upper;
       run_query(
           contenders_, k, [&](const Contender& c) { return c.distance(X_AB); },
           [&](const Contender& c, Scalar d) {
@@ -162,19 +162,6 @@ class Comparison {
     kind << name << parameter;
     kinds_.push_back(kind.str());
     for (Contender& contender : contenders_) contender.totals.emplace_back();
-  }
-
-  // B is moved towards the middle of A until the gap is reached.
-  RigidPose pose_at_gap(const RigidPose& X_WA, Scalar gap, std::mt19937_64& random) const {
-    const Vector3 direction = random_direction(random);
-    const ConstantTwistMotion approach(RigidPose(random_rotation(random), 4 * direction),
-                                       {-direction, Vector3::Zero()});
-    ToiOptions options;
-    options.target_distance = gap;
-    options.distance_tolerance = 1e-3 * gap;  // literal: close enough to name the gap by
-    const ToiResult result =
-        time_of_impact(mesh_, RestMotion(X_WA), mesh_, approach, {0, 4}, options);
-    return approach.pose(result.t_safe);
   }
 
   // An impact is within the tolerance and not after contact, which is just after the reference's

@@ -11,9 +11,6 @@
 
 #include "benchmark/mesh_pair.h"
 #include "dyop/distance/distance.h"
-#include "dyop/motion/constant_twist_motion.h"
-#include "dyop/motion/rest_motion.h"
-#include "dyop/toi/time_of_impact.h"
 #include "support/models.h"
 #include "support/random_inputs.h"
 
@@ -28,20 +25,6 @@ struct Model {
   std::shared_ptr<FclRss> rss;
   std::shared_ptr<FclObbRss> obb_rss;
 };
-
-// B is moved towards A until the gap is reached.
-std::optional<RigidPose> pose_at_gap(const TriangleMesh& a, const RigidPose& X_WA,
-                                     const TriangleMesh& b, Scalar gap, std::mt19937_64& random) {
-  const Vector3 direction = random_direction(random);
-  const ConstantTwistMotion approach(RigidPose(random_rotation(random), 4 * direction),
-                                     {-direction, Vector3::Zero()});
-  ToiOptions options;
-  options.target_distance = gap;
-  options.distance_tolerance = 1e-3 * gap;  // literal: close enough to name the gap by
-  const ToiResult result = time_of_impact(a, RestMotion(X_WA), b, approach, {0, 4}, options);
-  if (result.status != ToiStatus::Impact) return std::nullopt;
-  return result.X_WB;
-}
 
 void run(benchmark::State& state, const std::string& file, Scalar gap) {
   const auto path = find_model(file);
@@ -61,7 +44,7 @@ void run(benchmark::State& state, const std::string& file, Scalar gap) {
     std::mt19937_64 random(7);
     for (int k = 0; k < kQueries; ++k) {
       const RigidPose X_WA(random_rotation(random), Vector3::Zero());
-      const auto X_WB = pose_at_gap(model.mesh, X_WA, model.mesh, gap, random);
+      const auto X_WB = pose_at_gap(model.mesh, X_WA, gap, random);
       if (!X_WB) continue;
       Scalar reference = 0;
       obb_rss.push_back(microseconds(

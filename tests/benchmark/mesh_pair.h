@@ -8,10 +8,16 @@
 
 #include <algorithm>
 #include <memory>
+#include <optional>
+#include <random>
 #include <vector>
 
 #include "dyop/core/rigid_pose.h"
 #include "dyop/geometry/triangle_mesh.h"
+#include "dyop/motion/constant_twist_motion.h"
+#include "dyop/motion/rest_motion.h"
+#include "dyop/toi/time_of_impact.h"
+#include "support/random_inputs.h"
 
 // What the benchmarks on meshes share: FCL's copy of a mesh, and statistics of single calls.
 namespace dyop::testing {
@@ -49,6 +55,21 @@ Scalar fcl_distance(const std::shared_ptr<Model>& a, const RigidPose& X_WA,
   const fcl::CollisionObject<Scalar> object_b(b, fcl_pose(X_WB));
   fcl::distance(&object_a, &object_b, request, result);
   return result.min_distance;
+}
+
+/// A pose of a copy B of the mesh A: B comes from a random side until the gap is reached. Nothing
+/// if it does not meet A.
+inline std::optional<RigidPose> pose_at_gap(const TriangleMesh& mesh, const RigidPose& X_WA,
+                                            Scalar gap, std::mt19937_64& random) {
+  const Vector3 direction = random_direction(random);
+  const ConstantTwistMotion approach(RigidPose(random_rotation(random), 4 * direction),
+                                     {-direction, Vector3::Zero()});
+  ToiOptions options;
+  options.target_distance = gap;
+  options.distance_tolerance = 1e-3 * gap;  // literal: close enough to name the gap by
+  const ToiResult result = time_of_impact(mesh, RestMotion(X_WA), mesh, approach, {0, 4}, options);
+  if (result.status != ToiStatus::Impact) return std::nullopt;
+  return result.X_WB;
 }
 
 /// Processor time of this thread in microseconds: what others do on the machine does not count but

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstring>
 
 #include "dyop/core/tolerance.h"
 #include "dyop/geometry/box.h"
@@ -14,6 +13,7 @@
 #include "dyop/geometry/triangle_mesh.h"
 #include "dyop/toi/time_of_impact.h"
 #include "fuzz/fuzz_motion.h"
+#include "support/same_bits.h"
 #include "support/toi_promises.h"
 
 namespace dyop::fuzz {
@@ -80,19 +80,8 @@ Query read_query(Input& in) {
   return query;
 }
 
-bool same_bits(Scalar x, Scalar y) {
-  return std::memcmp(&x, &y, sizeof x) == 0;
-}
-
 void require_same(const ToiResult& x, const ToiResult& y, const std::string& how) {
-  require(x.status == y.status && same_bits(x.t_safe, y.t_safe) &&
-              x.contact.has_value() == y.contact.has_value() &&
-              x.t_hit.has_value() == y.t_hit.has_value(),
-          how);
-  if (x.t_hit) require(same_bits(*x.t_hit, *y.t_hit), how);
-  if (x.contact) {
-    require(x.contact->p_WCa == y.contact->p_WCa && x.contact->p_WCb == y.contact->p_WCb, how);
-  }
+  require(testing::has_same_bits(x, y), how);
 }
 
 void require_kept(const char* broken) {

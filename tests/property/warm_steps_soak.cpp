@@ -5,11 +5,10 @@
 // impact of each step in a kept ToiWorkspace must have the same bits as in a new one. Prints what
 // was met, and exits with 1 on any difference.
 
-#include <algorithm>
+#include <array>
 #include <cstdio>
 #include <cstdlib>
 #include <memory>
-#include <optional>
 #include <random>
 #include <vector>
 
@@ -65,19 +64,6 @@ struct Tally {
   int other_bits = 0;  // times of impact
 };
 
-bool is_same(const ToiResult& x, const ToiResult& y) {
-  if (x.status != y.status || !has_same_bits(x.t_safe, y.t_safe)) return false;
-  if (x.t_hit.has_value() != y.t_hit.has_value() ||
-      (x.t_hit && !has_same_bits(*x.t_hit, *y.t_hit))) {
-    return false;
-  }
-  if (x.contact.has_value() != y.contact.has_value()) return false;
-  return !x.contact || (has_same_bits(x.contact->p_WCa, y.contact->p_WCa) &&
-                        has_same_bits(x.contact->p_WCb, y.contact->p_WCb) &&
-                        has_same_bits(x.contact->nhat_AB_W, y.contact->nhat_AB_W) &&
-                        has_same_bits(x.contact->distance_upper, y.contact->distance_upper));
-}
-
 // One pair of bodies on a walk; what the queries of one step leave is there for the next.
 class Walk {
  public:
@@ -126,7 +112,7 @@ class Walk {
     const ToiResult cold = time_of_impact(a_, rest, b_, motion, kStep, options);
     const ToiResult warm = time_of_impact(a_, rest, b_, motion, kStep, options, workspace_);
     tally.impacts += cold.status == ToiStatus::Impact;
-    if (!is_same(cold, warm)) ++tally.other_bits;
+    if (!has_same_bits(cold, warm)) ++tally.other_bits;
   }
 
   const Shape& a_;

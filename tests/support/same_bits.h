@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "dyop/distance/triangle_distance.h"
+#include "dyop/toi/toi_result.h"
 
 /// Equality of bits: signs of zero count, and NaN equals itself.
 namespace dyop::testing {
@@ -21,6 +22,21 @@ inline bool has_same_bits(const TriangleDistance& x, const TriangleDistance& y) 
          has_same_bits(x.p_a, y.p_a) && has_same_bits(x.p_b, y.p_b) &&
          has_same_bits(x.normal, y.normal) && x.feature_a == y.feature_a &&
          x.feature_b == y.feature_b && x.is_crossing == y.is_crossing;
+}
+
+/// The answers, whatever work they took.
+inline bool has_same_bits(const ToiResult& x, const ToiResult& y) {
+  if (x.status != y.status || !has_same_bits(x.t_safe, y.t_safe)) return false;
+  if (x.t_hit.has_value() != y.t_hit.has_value()) return false;
+  if (x.t_hit && !has_same_bits(*x.t_hit, *y.t_hit)) return false;
+  if (x.contact.has_value() != y.contact.has_value()) return false;
+  return !x.contact || (has_same_bits(x.contact->p_WCa, y.contact->p_WCa) &&
+                        has_same_bits(x.contact->p_WCb, y.contact->p_WCb) &&
+                        has_same_bits(x.contact->nhat_AB_W, y.contact->nhat_AB_W) &&
+                        has_same_bits(x.contact->distance_lower, y.contact->distance_lower) &&
+                        has_same_bits(x.contact->distance_upper, y.contact->distance_upper) &&
+                        x.contact->triangle_a == y.contact->triangle_a &&
+                        x.contact->triangle_b == y.contact->triangle_b);
 }
 
 }  // namespace dyop::testing

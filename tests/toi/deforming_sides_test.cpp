@@ -52,7 +52,7 @@ TEST(DeformingSides, BoundATurningTriangleAndItsBoxAtAllLaterTimes) {
     const Triangle triangle = mesh.triangle(side.triangle(leaf));
     const auto triangle_support = side.triangle_support(leaf, n_W);
     const auto box_support = side.box_support(leaf, n_W);
-    const MotionRest rest = side.rest(leaf, n_W);
+    const MotionRest rest = side.rest(leaf, triangle_support);
     EXPECT_NEAR(triangle_support.at(0, 0), largest_along_W(triangle, side.pose(), n_W), 1e-12);
     for (int k = 1; k <= 20; ++k) {
       const Scalar u = (2 - t) * k / 20;
