@@ -8,7 +8,7 @@
 namespace dyop::cli {
 namespace {
 
-constexpr const char* kExamples =
+constexpr const char* kDistanceExamples =
     R"(Shapes are mesh files, or sphere:RADIUS, box:HX,HY,HZ (half extents), capsule:RADIUS,HALFLENGTH.
 
 Examples:
@@ -18,7 +18,7 @@ Examples:
     dyop distance bunny.obj bunny.obj --position-b 2.5 0 0 --axis-angle-b 0 1 0 90 --json
 )";
 
-struct Arguments {
+struct DistanceArguments {
   BodyArguments a{"a"};
   BodyArguments b{"b"};
   PlacementArguments placement;
@@ -27,7 +27,7 @@ struct Arguments {
   bool fails_on_impact = false;
 };
 
-ExitCode run(const Arguments& arguments) {
+ExitCode run_distance(const DistanceArguments& arguments) {
   const auto a = make_shape(arguments.a, arguments.placement);
   const auto b = make_shape(arguments.b, arguments.placement);
   const DistanceResult result =
@@ -48,10 +48,10 @@ ExitCode run(const Arguments& arguments) {
 }  // namespace
 
 void add_distance_command(CLI::App& app, ExitCode& exit_code) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<DistanceArguments>();
   CLI::App* command =
       app.add_subcommand("distance", "Distance of two shapes, proven from both sides");
-  command->footer(kExamples);
+  command->footer(kDistanceExamples);
   command->add_option("A", arguments->a.shape, "First shape")->required();
   command->add_option("B", arguments->b.shape, "Second shape")->required();
   command->add_option("--limit", arguments->options.upper_limit,
@@ -70,7 +70,7 @@ void add_distance_command(CLI::App& app, ExitCode& exit_code) {
   command->add_flag("--solid-b", arguments->options.solid_b, "B is a solid");
   command->add_flag("--json", arguments->is_json, "One JSON object on stdout");
   command->add_flag("--fail-on-impact", arguments->fails_on_impact, "Exit code 1 if they overlap");
-  command->callback([arguments, &exit_code] { exit_code = run(*arguments); });
+  command->callback([arguments, &exit_code] { exit_code = run_distance(*arguments); });
 }
 
 }  // namespace dyop::cli

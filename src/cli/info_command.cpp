@@ -10,14 +10,14 @@
 namespace dyop::cli {
 namespace {
 
-constexpr const char* kExamples = R"(Examples:
+constexpr const char* kInfoExamples = R"(Examples:
   Is this mesh closed, and how large is it?
     dyop info bunny.obj
   Mass properties of a unit density, about its centre of mass, ten times as large, as JSON:
     dyop info bunny.obj --scale 10 --center mass --json
 )";
 
-struct Arguments {
+struct InfoArguments {
   std::string mesh;
   PlacementArguments placement;
   bool is_json = false;
@@ -135,7 +135,7 @@ void print_words(const MeshReport& report) {
             << "memory            " << Scalar(report.bytes) / (1 << 20) << " MiB\n";
 }
 
-ExitCode run(const Arguments& arguments) {
+ExitCode run_info(const InfoArguments& arguments) {
   const auto shape = make_shape(arguments.mesh, arguments.placement);
   const auto* mesh = dynamic_cast<const TriangleMesh*>(shape.get());
   DYOP_REQUIRE(mesh != nullptr, arguments.mesh, ": expected a mesh file");
@@ -147,13 +147,13 @@ ExitCode run(const Arguments& arguments) {
 }  // namespace
 
 void add_info_command(CLI::App& app, ExitCode& exit_code) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<InfoArguments>();
   CLI::App* command = app.add_subcommand("info", "What a mesh file holds");
-  command->footer(kExamples);
+  command->footer(kInfoExamples);
   command->add_option("MESH", arguments->mesh, "Mesh file")->required();
   add_placement_options(*command, arguments->placement);
   command->add_flag("--json", arguments->is_json, "One JSON object on stdout");
-  command->callback([arguments, &exit_code] { exit_code = run(*arguments); });
+  command->callback([arguments, &exit_code] { exit_code = run_info(*arguments); });
 }
 
 }  // namespace dyop::cli

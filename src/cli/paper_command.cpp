@@ -16,7 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kExamples =
+constexpr const char* kPaperExamples =
     R"(DIR gets paper.md (tables), times.csv, tests.csv, the paper's figures 4 and 5 in 2D and 3D, at rest
 and moving (times-*.svg, gains-*.svg), and its construction (construction-*.svg) for one test where the
 published rule is right and one where it is wrong, or for the pair of --pair.
@@ -28,7 +28,7 @@ Examples:
     dyop paper --out paper --pair 3,7 --repetitions 5
 )";
 
-struct Arguments {
+struct PaperArguments {
   std::string out;
   std::vector<int> pair;
   PaperSettings settings;
@@ -52,7 +52,7 @@ bool is_right(const PaperTest<dimension>& test) {
 }
 
 template <int dimension>
-void write_drawings(const Arguments& arguments, const fs::path& directory) {
+void write_drawings(const PaperArguments& arguments, const fs::path& directory) {
   const auto tests = make_paper_tests<dimension>(arguments.settings.seed);
   const auto draw_first = [&](auto is_wanted) {
     const auto test = std::find_if(tests.begin(), tests.end(), is_wanted);
@@ -72,7 +72,7 @@ void write_drawings(const Arguments& arguments, const fs::path& directory) {
   draw_first([](const PaperTest<dimension>& test) { return !is_right(test); });
 }
 
-void check(const Arguments& arguments) {
+void check(const PaperArguments& arguments) {
   if (arguments.pair.empty()) return;
   DYOP_REQUIRE(arguments.pair.size() == 2 && arguments.pair[0] != arguments.pair[1],
                "--pair needs two different objects");
@@ -82,7 +82,7 @@ void check(const Arguments& arguments) {
   }
 }
 
-ExitCode run(const Arguments& arguments) {
+ExitCode run_paper(const PaperArguments& arguments) {
   check(arguments);
   const fs::path directory = arguments.out;
   std::error_code error;
@@ -106,10 +106,10 @@ ExitCode run(const Arguments& arguments) {
 }  // namespace
 
 void add_paper_command(CLI::App& app, ExitCode& exit_code) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<PaperArguments>();
   CLI::App* command =
       app.add_subcommand("paper", "The experiment of the DyOP paper, with its figures and errors");
-  command->footer(kExamples);
+  command->footer(kPaperExamples);
   command->add_option("--out", arguments->out, "Directory for tables and figures")->required();
   command->add_option("--pair", arguments->pair, "Objects I,J whose construction is drawn")
       ->delimiter(',');
@@ -126,7 +126,7 @@ void add_paper_command(CLI::App& app, ExitCode& exit_code) {
       ->check(CLI::Range(1, 100000000))
       ->capture_default_str();
   command->add_flag("--json", arguments->is_json, "One JSON object on stdout");
-  command->callback([arguments, &exit_code] { exit_code = run(*arguments); });
+  command->callback([arguments, &exit_code] { exit_code = run_paper(*arguments); });
 }
 
 }  // namespace dyop::cli

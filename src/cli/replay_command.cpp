@@ -9,7 +9,7 @@
 namespace dyop::cli {
 namespace {
 
-constexpr const char* kExamples =
+constexpr const char* kReplayExamples =
     R"(Asks the query of a record (dyop toi --record FILE) again and compares the answers bit by bit.
 Exit code 0: the same; 1: different, and every field that differs is named; 2: no readable record.
 
@@ -21,7 +21,7 @@ Examples:
     dyop replay query.json --json
 )";
 
-struct Arguments {
+struct ReplayArguments {
   std::string file;
   bool is_json = false;
 };
@@ -84,7 +84,7 @@ void print_text(const QueryRecord& record, const Outcome& now,
   }
 }
 
-ExitCode run(const Arguments& arguments) {
+ExitCode run_replay(const ReplayArguments& arguments) {
   const QueryRecord record(arguments.file);
   const Outcome now = ask_again(record.query());
   const std::vector<FieldDifference> differences = compare(record, now);
@@ -99,13 +99,13 @@ ExitCode run(const Arguments& arguments) {
 }  // namespace
 
 void add_replay_command(CLI::App& app, ExitCode& exit_code) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<ReplayArguments>();
   CLI::App* command =
       app.add_subcommand("replay", "Ask a recorded query again and compare the answers bit by bit");
-  command->footer(kExamples);
+  command->footer(kReplayExamples);
   command->add_option("FILE", arguments->file, "Record of dyop toi --record")->required();
   command->add_flag("--json", arguments->is_json, "One JSON object on stdout");
-  command->callback([arguments, &exit_code] { exit_code = run(*arguments); });
+  command->callback([arguments, &exit_code] { exit_code = run_replay(*arguments); });
 }
 
 }  // namespace dyop::cli

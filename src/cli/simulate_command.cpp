@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kExamples =
+constexpr const char* kSimulateExamples =
     R"(DIR gets recording.jsonl, with every proven step and impact, and summary.txt, for people.
 Meshes are looked for beside the scene, then in --mesh-path, then in the directories of the
 environment variable DYOP_MESH_PATH (separated by colons). Ctrl-C ends with what is proven by then.
@@ -33,7 +33,7 @@ Examples:
     dyop simulate scene.json --out run --threads 1 --no-progress --json --fail-on-impact
 )";
 
-struct Arguments {
+struct SimulateArguments {
   std::string scene;
   std::string out;
   std::vector<std::string> mesh_path;
@@ -49,7 +49,7 @@ struct Run {
   std::exception_ptr failure;  // what ended it, to be thrown once its files are written
 };
 
-std::vector<fs::path> mesh_directories(const Arguments& arguments) {
+std::vector<fs::path> mesh_directories(const SimulateArguments& arguments) {
   std::vector<fs::path> directories(arguments.mesh_path.begin(), arguments.mesh_path.end());
   if (const char* variable = std::getenv("DYOP_MESH_PATH")) {
     std::istringstream list(variable);
@@ -95,7 +95,7 @@ void step_through(const Scene& scene, const Watch& watch, World& world, RunRecor
   }
 }
 
-Run record(const Scene& scene, const fs::path& file, const Arguments& arguments,
+Run record(const Scene& scene, const fs::path& file, const SimulateArguments& arguments,
            const std::stop_token& stop) {
   World world = make_world(scene);
   std::ofstream out = open_file(file);
@@ -114,7 +114,7 @@ Run record(const Scene& scene, const fs::path& file, const Arguments& arguments,
   return run;
 }
 
-void print_json(const Run& run, const Arguments& arguments, double seconds) {
+void print_json(const Run& run, const SimulateArguments& arguments, double seconds) {
   nlohmann::ordered_json json;
   json["status"] = run.totals.end();
   json["t"] = run.totals.t;
@@ -130,7 +130,7 @@ void print_json(const Run& run, const Arguments& arguments, double seconds) {
   std::cout << json.dump() << '\n';
 }
 
-ExitCode exit_code_of(const Run& run, const Scene& scene, const Arguments& arguments) {
+ExitCode exit_code_of(const Run& run, const Scene& scene, const SimulateArguments& arguments) {
   switch (run.totals.status) {
     case AdvanceStatus::Completed:
     case AdvanceStatus::StoppedAtImpact:
@@ -155,7 +155,7 @@ ExitCode exit_code_of(const Run& run, const Scene& scene, const Arguments& argum
   }
 }
 
-ExitCode run(const Arguments& arguments) {
+ExitCode run_simulate(const SimulateArguments& arguments) {
   const InterruptGuard interrupt;
   const auto begin = std::chrono::steady_clock::now();
   Scene scene = load_scene(arguments.scene, mesh_directories(arguments));
@@ -185,9 +185,9 @@ ExitCode run(const Arguments& arguments) {
 }  // namespace
 
 void add_simulate_command(CLI::App& app, ExitCode& exit_code) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<SimulateArguments>();
   CLI::App* command = app.add_subcommand("simulate", "Step a scene and record what happens");
-  command->footer(kExamples);
+  command->footer(kSimulateExamples);
   command->add_option("SCENE", arguments->scene, "Scene file (docs/scene-format.md)")->required();
   command->add_option("--out", arguments->out, "Directory for the results; made if missing")
       ->required();
@@ -201,7 +201,7 @@ void add_simulate_command(CLI::App& app, ExitCode& exit_code) {
   command->add_flag("--json", arguments->is_json,
                     "One JSON object on stdout instead of the summary");
   command->add_flag("--fail-on-impact", arguments->fails_on_impact, "Exit code 1 if bodies met");
-  command->callback([arguments, &exit_code] { exit_code = run(*arguments); });
+  command->callback([arguments, &exit_code] { exit_code = run_simulate(*arguments); });
 }
 
 }  // namespace dyop::cli

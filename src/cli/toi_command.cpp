@@ -14,7 +14,7 @@
 namespace dyop::cli {
 namespace {
 
-constexpr const char* kExamples =
+constexpr const char* kToiExamples =
     R"(Shapes are mesh files, or sphere:RADIUS, box:HX,HY,HZ (half extents), capsule:RADIUS,HALFLENGTH.
 Any units of length and time. Without options both bodies rest at the origin; a pose is that at
 time 0.
@@ -27,7 +27,7 @@ Examples:
         --target 0.01 --json
 )";
 
-struct Arguments {
+struct ToiArguments {
   BodyArguments a{"a"};
   BodyArguments b{"b"};
   PlacementArguments placement;
@@ -40,7 +40,7 @@ struct Arguments {
   bool fails_on_impact = false;
 };
 
-ToiOptions make_options(const Arguments& arguments, const Shape& a, const Shape& b,
+ToiOptions make_options(const ToiArguments& arguments, const Shape& a, const Shape& b,
                         const InterruptGuard& interrupt) {
   ToiOptions options = arguments.options;
   // literal: a millionth of the smaller body, the default that --help states
@@ -70,7 +70,7 @@ ExitCode exit_code_of(const ToiResult& result, bool fails_on_impact) {
   }
 }
 
-ExitCode run(const Arguments& arguments) {
+ExitCode run_toi(const ToiArguments& arguments) {
   const InterruptGuard interrupt;
   const TimeInterval interval{arguments.interval[0], arguments.interval[1]};
   guard_option("--interval", [&] { require_valid(interval); });
@@ -98,10 +98,10 @@ ExitCode run(const Arguments& arguments) {
 }  // namespace
 
 void add_toi_command(CLI::App& app, ExitCode& exit_code) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<ToiArguments>();
   CLI::App* command =
       app.add_subcommand("toi", "When two moving shapes first meet, or a proof that they do not");
-  command->footer(kExamples);
+  command->footer(kToiExamples);
   command->add_option("A", arguments->a.shape, "First shape")->required();
   command->add_option("B", arguments->b.shape, "Second shape")->required();
   command->add_option("--interval", arguments->interval, "Begin and end of the time to look at")
@@ -137,7 +137,7 @@ void add_toi_command(CLI::App& app, ExitCode& exit_code) {
                       "File to write the query and its answer to, for dyop replay");
   command->add_flag("--json", arguments->is_json, "One JSON object on stdout");
   command->add_flag("--fail-on-impact", arguments->fails_on_impact, "Exit code 1 if they meet");
-  command->callback([arguments, &exit_code] { exit_code = run(*arguments); });
+  command->callback([arguments, &exit_code] { exit_code = run_toi(*arguments); });
 }
 
 }  // namespace dyop::cli

@@ -10,14 +10,14 @@ namespace dyop {
 namespace {
 
 template <int dimension>
-using PointOf = typename GjkEstimate<dimension>::Point;
+using GjkPoint = typename GjkEstimate<dimension>::Point;
 
 template <int dimension>
-using TriangleOf = std::array<PointOf<dimension>, 3>;
+using GjkTriangle = std::array<GjkPoint<dimension>, 3>;
 
 // Number of the vertex farthest along the direction, found without a branch.
 template <int dimension>
-int support(const TriangleOf<dimension>& triangle, const PointOf<dimension>& direction) {
+int support(const GjkTriangle<dimension>& triangle, const GjkPoint<dimension>& direction) {
   const Scalar h0 = triangle[0].dot(direction);
   const Scalar h1 = triangle[1].dot(direction);
   const Scalar h2 = triangle[2].dot(direction);
@@ -29,7 +29,7 @@ int support(const TriangleOf<dimension>& triangle, const PointOf<dimension>& dir
 // A point of the difference and the vertices it comes from.
 template <int dimension>
 struct SimplexVertex {
-  PointOf<dimension> w;
+  GjkPoint<dimension> w;
   int a = 0;
   int b = 0;
 };
@@ -40,7 +40,7 @@ struct Simplex {
   std::array<Scalar, 4> weights{1, 0, 0, 0};
   int count = 0;
 
-  const PointOf<dimension>& w(int k) const { return vertices[static_cast<std::size_t>(k)].w; }
+  const GjkPoint<dimension>& w(int k) const { return vertices[static_cast<std::size_t>(k)].w; }
 
   bool contains(int a, int b) const {
     for (int k = 0; k < count; ++k) {
@@ -50,8 +50,8 @@ struct Simplex {
     return false;
   }
 
-  PointOf<dimension> nearest() const {
-    PointOf<dimension> v = PointOf<dimension>::Zero();
+  GjkPoint<dimension> nearest() const {
+    GjkPoint<dimension> v = GjkPoint<dimension>::Zero();
     for (std::size_t k = 0; k < static_cast<std::size_t>(count); ++k) {
       v += weights[k] * vertices[k].w;
     }
@@ -72,7 +72,7 @@ struct Simplex {
 // The part of the segment i, j that holds its point nearest to the origin.
 template <int dimension>
 Simplex<dimension> nearest_on_segment(const Simplex<dimension>& s, int i, int j) {
-  const PointOf<dimension> edge = s.w(j) - s.w(i);
+  const GjkPoint<dimension> edge = s.w(j) - s.w(i);
   const Scalar along = -edge.dot(s.w(i));
   const Scalar length_sq = edge.squaredNorm();
   if (!(along > 0)) return s.with({{i, 1}});
@@ -85,8 +85,8 @@ Simplex<dimension> nearest_on_segment(const Simplex<dimension>& s, int i, int j)
 // products; first those at k, the newest vertex.
 template <int dimension>
 Simplex<dimension> nearest_on_triangle(const Simplex<dimension>& s, int i, int j, int k) {
-  const PointOf<dimension> ki = s.w(i) - s.w(k);
-  const PointOf<dimension> kj = s.w(j) - s.w(k);
+  const GjkPoint<dimension> ki = s.w(i) - s.w(k);
+  const GjkPoint<dimension> kj = s.w(j) - s.w(k);
   const Scalar d1 = -ki.dot(s.w(k));
   const Scalar d2 = -kj.dot(s.w(k));
   if (d1 <= 0 && d2 <= 0) return s.with({{k, 1}});
@@ -147,8 +147,8 @@ Simplex<dimension> nearest_part(const Simplex<dimension>& s, [[maybe_unused]] bo
 }
 
 template <int dimension>
-GjkEstimate<dimension> run_gjk(const TriangleOf<dimension>& a, const TriangleOf<dimension>& b) {
-  using Point = PointOf<dimension>;
+GjkEstimate<dimension> run_gjk(const GjkTriangle<dimension>& a, const GjkTriangle<dimension>& b) {
+  using Point = GjkPoint<dimension>;
   const auto vertex_of = [&](int i, int j) {
     return SimplexVertex<dimension>{b[static_cast<std::size_t>(j)] - a[static_cast<std::size_t>(i)],
                                     i, j};

@@ -15,7 +15,7 @@ using internal::GuardedFunction;
 using internal::SundialsDeleter;
 using internal::SundialsSolver;
 
-void free_memory(void* memory) {
+void free_arkode(void* memory) {
   ERKStepFree(&memory);
 }
 
@@ -72,7 +72,7 @@ class ArkodeSolver final : public SundialsSolver {
   char* code_name(int code) const override { return ERKStepGetReturnFlagName(code); }
 
  private:
-  std::unique_ptr<void, SundialsDeleter<void*, free_memory>> memory_;
+  std::unique_ptr<void, SundialsDeleter<void*, free_arkode>> memory_;
   Scalar t_ = 0;  // where the solver stands, for messages
 };
 

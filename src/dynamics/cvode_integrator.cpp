@@ -22,7 +22,7 @@ using internal::SundialsSolver;
 // Failures to solve the implicit equations that CVODE allows within one step, by its default.
 constexpr std::int64_t kConvergenceFailures = 10;
 
-void free_memory(void* memory) {
+void free_cvode(void* memory) {
   CVodeFree(&memory);
 }
 
@@ -118,7 +118,7 @@ class CvodeSolver final : public SundialsSolver {
   std::unique_ptr<_generic_SUNNonlinearSolver,
                   SundialsDeleter<SUNNonlinearSolver, SUNNonlinSolFree>>
       nonlinear_solver_;
-  std::unique_ptr<void, SundialsDeleter<void*, free_memory>> memory_;
+  std::unique_ptr<void, SundialsDeleter<void*, free_cvode>> memory_;
   Scalar t_ = 0;  // where the solver stands, for messages
 };
 

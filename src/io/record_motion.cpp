@@ -27,7 +27,7 @@ TimeInterval interval_from(const JsonNode& node) {
   return {hex_number(ends[0]), hex_number(ends[1])};
 }
 
-Json to_json(const RestMotion& motion) {
+Json motion_json(const RestMotion& motion) {
   return {{"X_WB", hex_json(motion.pose(0))}};
 }
 
@@ -36,7 +36,7 @@ MotionPointer read_rest(const JsonNode& node) {
   return std::make_shared<RestMotion>(hex_pose(node.at("X_WB")));
 }
 
-Json to_json(const ConstantTwistMotion& motion) {
+Json motion_json(const ConstantTwistMotion& motion) {
   const Twist twist = motion.twist(0);
   return {{"X_WB0", hex_json(motion.X_WB0())},
           {"v_WB", hex_json(twist.v_WB)},
@@ -51,7 +51,7 @@ MotionPointer read_constant_twist(const JsonNode& node) {
                                                hex_number(node.at("t0")));
 }
 
-Json to_json(const ScrewMotion& motion) {
+Json motion_json(const ScrewMotion& motion) {
   const ScrewMotion::Screw& screw = motion.screw();
   return {{"X_WB0", hex_json(motion.X_WB0())},        {"p_WA", hex_json(screw.p_WA)},
           {"axis_W", hex_json(screw.axis_W)},         {"turn_rate", hex_json(screw.turn_rate)},
@@ -78,7 +78,7 @@ InterpolatedMotion::Node interpolated_node(const JsonNode& node) {
   return {hex_vector(node.at("p_WB")), hex_vector(node.at("theta"))};
 }
 
-Json to_json(const InterpolatedMotion& motion) {
+Json motion_json(const InterpolatedMotion& motion) {
   return {{"interval", interval_json(motion.domain())},
           {"X_WC", hex_json(motion.X_WC())},
           {"begin", node_json(motion.begin())},
@@ -105,7 +105,7 @@ HermiteNode hermite_node(const JsonNode& node) {
           hex_vector(node.at("theta_rate"))};
 }
 
-Json to_json(const HermiteMotion& motion) {
+Json motion_json(const HermiteMotion& motion) {
   return {{"interval", interval_json(motion.domain())},
           {"X_WC", hex_json(motion.X_WC())},
           {"begin", node_json(motion.begin())},
@@ -119,7 +119,7 @@ MotionPointer read_hermite(const JsonNode& node) {
                                 hermite_node(node.at("begin")), hermite_node(node.at("end"))));
 }
 
-Json to_json(const SampledMotion& motion) {
+Json motion_json(const SampledMotion& motion) {
   Json samples = Json::array();
   for (const SampledMotion::Sample& sample : motion.samples()) {
     samples.push_back({{"t", hex_json(sample.t)}, {"X_WB", hex_json(sample.X_WB)}});
@@ -137,7 +137,7 @@ MotionPointer read_sampled(const JsonNode& node) {
   return std::make_shared<SampledMotion>(samples);
 }
 
-Json to_json(const ComposedMotion& motion) {
+Json motion_json(const ComposedMotion& motion) {
   return {{"X_WM", record_motion(motion.outer())}, {"X_MB", record_motion(motion.inner())}};
 }
 
@@ -147,7 +147,7 @@ MotionPointer read_composed(const JsonNode& node) {
   return std::make_shared<ComposedMotion>(std::move(X_WM), recorded_motion(node.at("X_MB")));
 }
 
-Json to_json(const BezierMotion& motion) {
+Json motion_json(const BezierMotion& motion) {
   Json points = Json::array();
   for (const ControlPoint& point : motion.control_points()) {
     points.push_back({{"p_WB", hex_json(point.p_WB)}, {"theta", hex_json(point.theta)}});
@@ -168,7 +168,7 @@ MotionPointer read_bezier(const JsonNode& node) {
                                         hex_pose(node.at("X_WC")), points);
 }
 
-Json to_json(const SequenceMotion& motion) {
+Json motion_json(const SequenceMotion& motion) {
   Json parts = Json::array();
   for (const SequenceMotion::Part& part : motion.parts()) {
     parts.push_back(
@@ -197,7 +197,7 @@ template <typename Type>
 std::optional<Json> write_as(const Motion& motion) {
   const auto* typed = dynamic_cast<const Type*>(&motion);
   if (typed == nullptr) return std::nullopt;
-  return to_json(*typed);
+  return motion_json(*typed);
 }
 
 constexpr std::array kKinds{

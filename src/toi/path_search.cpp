@@ -51,8 +51,8 @@ bool PathSearch<N>::is_apart_along_an_axis() const {
 }
 
 template <int N>
-Slab<N> PathSearch<N>::make_slab(const Vector3& nhat) const {
-  Slab<N> slab;
+PathSlab<N> PathSearch<N>::make_slab(const Vector3& nhat) const {
+  PathSlab<N> slab;
   slab.nhat = nhat;
   for (std::size_t k = 0; k < begin_.size(); ++k) {
     slab.at_begin[k] = nhat.dot(begin_[k]);
@@ -66,7 +66,7 @@ template <int N>
 void PathSearch<N>::use_normal(const Vector3& normal, Instant<N>& instant) const {
   const Scalar length = normal.norm();
   if (!(length > 0)) return;
-  const Slab<N> slab = make_slab(normal / length);
+  const PathSlab<N> slab = make_slab(normal / length);
   const Scalar lower = slab.gap(instant.s) - noise_;
   if (!(lower > instant.lower)) return;
   instant.slab = slab;

@@ -16,7 +16,7 @@ using Values = std::array<Scalar, static_cast<std::size_t>(N)>;
 // A fixed direction n and what it proves: the slab gap min_k n.D_k(s) is a minimum of linear
 // functions, known by its values at both ends.
 template <int N>
-struct Slab {
+struct PathSlab {
   Vector3 nhat = Vector3::UnitX();
   Values<N> at_begin{};
   Values<N> at_end{};
@@ -35,7 +35,7 @@ struct Instant {
   Scalar s = 0;
   Differences<N> corners;
   NearestDifference<N> nearest;
-  Slab<N> slab;
+  PathSlab<N> slab;
   Scalar lower = 0;
   Scalar upper = 0;
 };
@@ -65,7 +65,7 @@ class PathSearch {
   std::int64_t steps() const { return steps_; }
 
  private:
-  Slab<N> make_slab(const Vector3& nhat) const;
+  PathSlab<N> make_slab(const Vector3& nhat) const;
   Instant<N> make_instant(Scalar s);
   void use_normal(const Vector3& normal, Instant<N>& instant) const;
   bool is_apart_between(const Instant<N>& first, const Instant<N>& last, Scalar floor) const;

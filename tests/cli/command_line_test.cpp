@@ -34,7 +34,7 @@ std::size_t count_of(const std::string& text, const std::string& part) {
   return count;
 }
 
-class CommandLine : public testing::Test {
+class CommandLine : public ::testing::Test {
  protected:
   std::string write(const std::string& name, const std::string& text) const {
     return directory_.write(name, text).string();

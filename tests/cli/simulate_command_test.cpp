@@ -30,7 +30,7 @@ Json falling_ball() {
     "forces": {"gravity": [0, 0, -2]}})");
 }
 
-class SimulateCommand : public testing::Test {
+class SimulateCommand : public ::testing::Test {
  protected:
   std::string write(const Json& scene) const {
     return directory_.write("scene.json", scene.dump(1)).string();

@@ -10,9 +10,12 @@
 
 #include "dyop/core/batch_options.h"
 #include "dyop/core/error.h"
+#include "support/message_of.h"
 
 namespace dyop::internal {
 namespace {
+
+using testing::message_of;
 
 // The machine may have fewer threads than a test asks for.
 class BatchRun : public ::testing::Test {
@@ -95,24 +98,15 @@ TEST_F(BatchRun, HandsOutNothingAfterAStop) {
   }
 }
 
-template <typename Action>
-std::string message_of(const Action& action) {
-  try {
-    action();
-  } catch (const std::exception& error) {
-    return error.what();
-  }
-  return "no error";
-}
-
 TEST_F(BatchRunDeterminism, RethrowsTheLowestFailureForEveryNumberOfThreads) {
   for (const int threads : {1, 2, 3, 8}) {
     for (int repeat = 0; repeat < 50; ++repeat) {
       const auto fail_from_70 = [](std::size_t i, std::size_t) {
         if (i >= 70) throw InvalidArgument("bad " + std::to_string(i));
       };
-      EXPECT_EQ(message_of([&] { run_batch(500, with_threads(threads), fail_from_70); }),
-                "query 70: bad 70");
+      EXPECT_EQ(
+          message_of<std::exception>([&] { run_batch(500, with_threads(threads), fail_from_70); }),
+          "query 70: bad 70");
     }
   }
 }
@@ -125,8 +119,9 @@ TEST_F(BatchRun, LeavesOtherExceptionsAsTheyAre) {
   options.progress = [](std::size_t done, std::size_t) {
     if (done == 3) throw InvalidArgument("callback");
   };
-  EXPECT_EQ(message_of([&] { run_batch(9, options, [](std::size_t, std::size_t) {}); }),
-            "callback");
+  EXPECT_EQ(
+      message_of<std::exception>([&] { run_batch(9, options, [](std::size_t, std::size_t) {}); }),
+      "callback");
 }
 
 TEST_F(BatchRun, RefusesANegativeNumberOfThreads) {

@@ -7,18 +7,12 @@
 
 #include "dyop/core/error.h"
 #include "dyop/core/tolerance.h"
+#include "support/message_of.h"
 
 namespace dyop {
 namespace {
 
-std::string message_of(const auto& action) {
-  try {
-    action();
-  } catch (const InvalidArgument& error) {
-    return error.what();
-  }
-  return "no error";
-}
+using testing::message_of;
 
 TEST(RigidPose, ComposesAndInverts) {
   const RigidPose X_AB(Quaternion(Eigen::AngleAxisd(0.7, Vector3(1, 2, 3).normalized())),
@@ -36,8 +30,10 @@ TEST(RigidPose, RefusesNonUnitQuaternionNamingItsNorm) {
 }
 
 TEST(RigidPose, RefusesNonFiniteNumbers) {
-  EXPECT_NE(message_of([] { RigidPose(Vector3(0, std::nan(""), 0)); }).find("nan"), std::string::npos);
-  EXPECT_NE(message_of([] { RigidPose(Quaternion(std::nan(""), 0, 0, 0), Vector3::Zero()); }), "no error");
+  EXPECT_NE(message_of([] { RigidPose(Vector3(0, std::nan(""), 0)); }).find("nan"),
+            std::string::npos);
+  EXPECT_NE(message_of([] { RigidPose(Quaternion(std::nan(""), 0, 0, 0), Vector3::Zero()); }),
+            "no error");
 }
 
 TEST(RigidPose, RefusesMirrorsAndShears) {

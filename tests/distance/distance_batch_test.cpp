@@ -4,16 +4,20 @@
 #include <tbb/global_control.h>
 
 #include <array>
-#include <cstring>
 
 #include "dyop/core/error.h"
 #include "dyop/geometry/box.h"
 #include "dyop/geometry/sphere.h"
 #include "support/mesh_generators.h"
+#include "support/message_of.h"
 #include "support/random_inputs.h"
+#include "support/same_bits.h"
 
 namespace dyop {
 namespace {
+
+using testing::has_same_bits;
+using testing::message_of;
 
 // The machine may have fewer threads than a test asks for.
 class DistanceBatch : public ::testing::Test {
@@ -44,26 +48,18 @@ class DistanceBatch : public ::testing::Test {
 };
 using DistanceBatchDeterminism = DistanceBatch;
 
-bool same_bits(Scalar x, Scalar y) {
-  return std::memcmp(&x, &y, sizeof x) == 0;
-}
-
-bool same_bits(const Vector3& x, const Vector3& y) {
-  return same_bits(x.x(), y.x()) && same_bits(x.y(), y.y()) && same_bits(x.z(), y.z());
-}
-
 void expect_same(const DistanceResult& x, const DistanceResult& y) {
   EXPECT_EQ(x.status, y.status);
-  EXPECT_TRUE(same_bits(x.lower, y.lower) && same_bits(x.upper, y.upper));
-  EXPECT_TRUE(same_bits(x.p_WCa, y.p_WCa) && same_bits(x.p_WCb, y.p_WCb));
-  EXPECT_TRUE(same_bits(x.nhat_AB_W, y.nhat_AB_W) && same_bits(x.pivot_W, y.pivot_W));
+  EXPECT_TRUE(has_same_bits(x.lower, y.lower) && has_same_bits(x.upper, y.upper));
+  EXPECT_TRUE(has_same_bits(x.p_WCa, y.p_WCa) && has_same_bits(x.p_WCb, y.p_WCb));
+  EXPECT_TRUE(has_same_bits(x.nhat_AB_W, y.nhat_AB_W) && has_same_bits(x.pivot_W, y.pivot_W));
   EXPECT_EQ(x.triangle_a, y.triangle_a);
   EXPECT_EQ(x.triangle_b, y.triangle_b);
   EXPECT_EQ(x.statistics.box_tests, y.statistics.box_tests);
   EXPECT_EQ(x.statistics.leaf_tests, y.statistics.leaf_tests);
   ASSERT_EQ(x.penetration.has_value(), y.penetration.has_value());
   if (x.penetration) {
-    EXPECT_TRUE(same_bits(x.penetration->depth, y.penetration->depth));
+    EXPECT_TRUE(has_same_bits(x.penetration->depth, y.penetration->depth));
   }
 }
 
@@ -137,16 +133,6 @@ TEST_F(DistanceBatch, ForgetsWhatTheResultsHeldBefore) {
   EXPECT_EQ(results[1].status, DistanceStatus::NotRun);
   EXPECT_EQ(results[1].lower, 0);
   EXPECT_EQ(results[1].upper, kInfinity);
-}
-
-template <typename Action>
-std::string message_of(const Action& action) {
-  try {
-    action();
-  } catch (const InvalidArgument& error) {
-    return error.what();
-  }
-  return "no error";
 }
 
 TEST_F(DistanceBatch, RefusesBadQueriesNamingTheFirst) {

@@ -10,6 +10,7 @@
 #include "dyop/geometry/capsule.h"
 #include "dyop/geometry/sphere.h"
 #include "dyop/geometry/triangle_mesh.h"
+#include "support/bodies.h"
 #include "support/ellipsoid.h"
 #include "support/mesh_generators.h"
 #include "support/random_inputs.h"
@@ -18,9 +19,7 @@
 namespace dyop {
 namespace {
 
-RigidPose at(Scalar x, Scalar y, Scalar z) {
-  return RigidPose(Vector3(x, y, z));
-}
+using testing::at;
 
 TEST(Distance, OfAMeshFromABoxNamesTrianglesFeaturesAndPivot) {
   // The vertex (0, 0, 2) of a triangle hangs over the top z = 1 of a cube.

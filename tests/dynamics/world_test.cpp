@@ -12,9 +12,12 @@
 #include "dyop/geometry/triangle_mesh.h"
 #include "dyop/motion/constant_twist_motion.h"
 #include "support/mesh_generators.h"
+#include "support/message_of.h"
 
 namespace dyop {
 namespace {
+
+using testing::message_of;
 
 BodyDefinition dynamic_body(const std::string& name, std::shared_ptr<const Shape> shape,
                             const Vector3& p, const Vector3& v = Vector3::Zero(),
@@ -340,16 +343,6 @@ TEST(WorldDeterminism, GivesTheSameBytesForEveryNumberOfThreads) {
   EXPECT_EQ(bytes_of_run(2), one);
   EXPECT_EQ(bytes_of_run(4), one);
   EXPECT_EQ(bytes_of_run(0), one);
-}
-
-template <typename Action>
-std::string message_of(const Action& action) {
-  try {
-    action();
-  } catch (const InvalidArgument& error) {
-    return error.what();
-  }
-  return "no error";
 }
 
 TEST(World, RefusesBadBodiesNamingBodyAndField) {

@@ -14,7 +14,7 @@
 namespace dyop {
 namespace {
 
-using Wide = __int128_t;
+using WideInteger = __int128_t;
 
 std::vector<Vector3> integer_points(int count, int range, std::uint64_t seed) {
   std::mt19937_64 random(seed);
@@ -31,13 +31,15 @@ std::vector<Vector3> integer_points(int count, int range, std::uint64_t seed) {
 // Sign of the volume of the tetrahedron a, b, c, d with integer coordinates, in integers.
 int exact_side(const Vector3& a, const Vector3& b, const Vector3& c, const Vector3& d) {
   const auto difference = [](const Vector3& p, const Vector3& q) {
-    return std::array<Wide, 3>{Wide(p.x()) - Wide(q.x()), Wide(p.y()) - Wide(q.y()),
-                               Wide(p.z()) - Wide(q.z())};
+    return std::array<WideInteger, 3>{WideInteger(p.x()) - WideInteger(q.x()),
+                                      WideInteger(p.y()) - WideInteger(q.y()),
+                                      WideInteger(p.z()) - WideInteger(q.z())};
   };
   const auto [ux, uy, uz] = difference(b, a);
   const auto [vx, vy, vz] = difference(c, a);
   const auto [wx, wy, wz] = difference(d, a);
-  const Wide det = (uy * vz - uz * vy) * wx + (uz * vx - ux * vz) * wy + (ux * vy - uy * vx) * wz;
+  const WideInteger det =
+      (uy * vz - uz * vy) * wx + (uz * vx - ux * vz) * wy + (ux * vy - uy * vx) * wz;
   return det > 0 ? 1 : det < 0 ? -1 : 0;
 }
 

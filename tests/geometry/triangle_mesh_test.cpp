@@ -9,6 +9,7 @@
 #include "dyop/core/rigid_pose.h"
 #include "dyop/core/tolerance.h"
 #include "support/mesh_generators.h"
+#include "support/message_of.h"
 
 namespace dyop {
 namespace {
@@ -21,16 +22,7 @@ using test_support::needle;
 using test_support::plate_grid;
 using test_support::point_cloud;
 using test_support::torus;
-
-template <typename Make>
-std::string message_of(const Make& make) {
-  try {
-    make();
-  } catch (const InvalidArgument& error) {
-    return error.what();
-  }
-  return "";
-}
+using testing::message_of;
 
 #define EXPECT_MESSAGE(expression, part)                                                      \
   EXPECT_NE(message_of([&] { static_cast<void>(expression); }).find(part), std::string::npos) \

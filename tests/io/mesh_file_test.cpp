@@ -51,7 +51,7 @@ std::vector<std::array<std::array<Scalar, 3>, 3>> sorted_corners(const TriangleM
   return all;
 }
 
-class MeshFile : public testing::Test {
+class MeshFile : public ::testing::Test {
  protected:
   void expect_cube(const std::filesystem::path& file) const {
     const TriangleMesh mesh = load_mesh(file);

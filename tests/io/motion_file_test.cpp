@@ -10,7 +10,7 @@
 namespace dyop {
 namespace {
 
-class MotionFile : public testing::Test {
+class MotionFile : public ::testing::Test {
  protected:
   std::shared_ptr<const Motion> load(const std::string& text) const {
     return load_motion(directory_.write("motion.json", text));

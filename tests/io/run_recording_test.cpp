@@ -21,7 +21,7 @@ std::string record_small_run() {
   return out.str();
 }
 
-class RunRecordingFile : public testing::Test {
+class RunRecordingFile : public ::testing::Test {
  protected:
   RunRecording read(const std::string& text) const {
     return read_recording(directory_.write("recording.jsonl", text));

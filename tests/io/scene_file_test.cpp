@@ -17,7 +17,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-class SceneFile : public testing::Test {
+class SceneFile : public ::testing::Test {
  protected:
   SceneFile() { directory_.write("cube.obj", test::cube_obj()); }
 

@@ -12,14 +12,6 @@ namespace {
 
 const Matrix3 kIdentity = Matrix3::Identity();
 
-std::vector<ControlPoint> random_points(Random& random, std::size_t count) {
-  std::vector<ControlPoint> points;
-  for (std::size_t i = 0; i < count; ++i) {
-    points.push_back({random.in_ball(3), random.in_ball(2)});
-  }
-  return points;
-}
-
 TEST(BezierMotion, StartsAndEndsAtTheOuterControlPoints) {
   Random random(1);
   for (std::size_t count = 2; count <= BezierMotion::kMaxDegree + 1; ++count) {

@@ -9,16 +9,6 @@
 namespace dyop::testing {
 namespace {
 
-const Matrix3 kIdentity = Matrix3::Identity();
-
-std::vector<ControlPoint> random_points(Random& random, std::size_t count) {
-  std::vector<ControlPoint> points;
-  for (std::size_t i = 0; i < count; ++i) {
-    points.push_back({random.in_ball(3), random.in_ball(2)});
-  }
-  return points;
-}
-
 // The basis function of the control point i by its recursion (Cox, de Boor), 0/0 being 0.
 Scalar basis(const std::vector<Scalar>& knots, std::size_t i, std::size_t degree, Scalar t) {
   if (degree == 0) return knots[i] <= t && t < knots[i + 1] ? 1 : 0;
@@ -62,8 +52,8 @@ TEST(BsplineMotion, WithoutInnerKnotsItIsABezierCurve) {
   Random random(2);
   const std::vector<ControlPoint> points = random_points(random, 4);
   const std::vector<Scalar> knots = {1, 1, 1, 1, 3, 3, 3, 3};
-  const SequenceMotion spline = bspline_motion(3, knots, kIdentity, points);
-  const BezierMotion bezier({1, 3}, kIdentity, points);
+  const SequenceMotion spline = bspline_motion(3, knots, Matrix3::Identity(), points);
+  const BezierMotion bezier({1, 3}, Matrix3::Identity(), points);
   for (const Scalar t : {1.0, 1.4, 2.9, 3.0}) {
     EXPECT_LT((spline.pose(t).translation() - bezier.pose(t).translation()).norm(), 1e-14);
     EXPECT_LT((spline.twist(t).w_WB - bezier.twist(t).w_WB).norm(), 1e-14);
@@ -73,7 +63,8 @@ TEST(BsplineMotion, WithoutInnerKnotsItIsABezierCurve) {
 TEST(BsplineMotion, TwistIsContinuousAcrossASimpleKnot) {
   Random random(3);
   const std::vector<Scalar> knots = {0, 0, 0, 0, 0.3, 0.7, 1, 1, 1, 1};
-  const SequenceMotion motion = bspline_motion(3, knots, kIdentity, random_points(random, 6));
+  const SequenceMotion motion =
+      bspline_motion(3, knots, Matrix3::Identity(), random_points(random, 6));
   for (const Scalar t : {0.3, 0.7}) {
     const Scalar before = std::nextafter(t, 0);
     EXPECT_LT((motion.twist(t).v_WB - motion.twist(before).v_WB).norm(), 1e-13);
@@ -85,7 +76,7 @@ TEST(BsplineMotion, TwistIsContinuousAcrossASimpleKnot) {
 TEST(BsplineMotion, RefusesBadInputNamingIt) {
   const std::vector<ControlPoint> points(3);
   const auto refusal = [&](std::size_t degree, std::vector<Scalar> knots) {
-    return message_of([&] { bspline_motion(degree, knots, kIdentity, points); });
+    return message_of([&] { bspline_motion(degree, knots, Matrix3::Identity(), points); });
   };
   EXPECT_EQ(refusal(0, {0, 1, 2, 3}), "degree of B-spline motion must be 1 to 9, not 0");
   EXPECT_EQ(refusal(3, {0, 1, 2, 3, 4, 5, 6}),
@@ -100,14 +91,14 @@ TEST(BsplineMotion, RefusesBadInputNamingIt) {
   EXPECT_EQ(refusal(2, {0, 0, 1, 1, 1, 1}),
             "domain of B-spline motion must have a positive length, not [1, 1]");
   EXPECT_EQ(message_of([&] {
-              bspline_motion(1, std::vector<Scalar>{0, 0, 1, 1, 2, 2}, kIdentity,
+              bspline_motion(1, std::vector<Scalar>{0, 0, 1, 1, 2, 2}, Matrix3::Identity(),
                              std::vector<ControlPoint>(4));
             }),
             "knot 3 = 1 of B-spline motion of degree 1 is there more than 1 times");
   EXPECT_NE(message_of([&] {
               std::vector<ControlPoint> wrong(3);
               wrong[2].p_WB.z() = std::nan("");
-              bspline_motion(1, std::vector<Scalar>{0, 0, 1, 2, 2}, kIdentity, wrong);
+              bspline_motion(1, std::vector<Scalar>{0, 0, 1, 2, 2}, Matrix3::Identity(), wrong);
             }).find("position of a control point must be finite"),
             std::string::npos);
 }

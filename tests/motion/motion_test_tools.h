@@ -1,22 +1,12 @@
 #pragma once
 
-#include <string>
+#include <type_traits>
 
-#include "dyop/core/error.h"
 #include "dyop/motion/motion.h"
 #include "motion/random_values.h"
+#include "support/message_of.h"
 
 namespace dyop::testing {
-
-/// What `action` says when it refuses its input.
-std::string message_of(const auto& action) {
-  try {
-    action();
-  } catch (const InvalidArgument& error) {
-    return error.what();
-  }
-  return "no error";
-}
 
 /// f'(t) of a vector or matrix function by the central difference of sixth order: the error is
 /// step^6/140 f^(7) and about 2u |f| / step.

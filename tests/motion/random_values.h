@@ -1,8 +1,10 @@
 #pragma once
 
 #include <random>
+#include <vector>
 
 #include "dyop/core/rigid_pose.h"
+#include "dyop/motion/bezier_motion.h"
 
 namespace dyop::testing {
 
@@ -26,5 +28,13 @@ class Random {
  private:
   std::mt19937_64 engine_;
 };
+
+inline std::vector<ControlPoint> random_points(Random& random, std::size_t count) {
+  std::vector<ControlPoint> points;
+  for (std::size_t i = 0; i < count; ++i) {
+    points.push_back({random.in_ball(3), random.in_ball(2)});
+  }
+  return points;
+}
 
 }  // namespace dyop::testing

@@ -12,23 +12,21 @@
 namespace dyop::testing {
 namespace {
 
-constexpr Scalar kPi = std::numbers::pi;
-
 using Triple = std::array<long double, 3>;
 
 Triple cross(const Triple& x, const Triple& y) {
   return {x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0]};
 }
 
-Triple widen(const Vector3& x) {
+Triple as_triple(const Vector3& x) {
   return {static_cast<long double>(x.x()), static_cast<long double>(x.y()),
           static_cast<long double>(x.z())};
 }
 
 // The power series sum over k of ad^k theta' / (k+1)! in long double, which converges everywhere.
 Vector3 series(const Vector3& theta, const Vector3& rate) {
-  const Triple t = widen(theta);
-  Triple term = widen(rate);
+  const Triple t = as_triple(theta);
+  Triple term = as_triple(rate);
   Triple sum = term;
   for (int k = 1; k < 60; ++k) {
     term = cross(t, term);
@@ -71,7 +69,7 @@ TEST(RotationRate, TheJacobianNeverStretches) {
 TEST(RotationRate, RotationVectorRateInvertsAngularVelocity) {
   Random random(3);
   for (int i = 0; i < 2000; ++i) {
-    const Vector3 theta = random.in_ball(kPi);
+    const Vector3 theta = random.in_ball(std::numbers::pi);
     const Vector3 rate = random.direction();
     const Vector3 w = internal::angular_velocity(theta, rate);
     EXPECT_LT((internal::rotation_vector_rate(theta, w) - rate).norm(), 1e-14);
@@ -100,7 +98,7 @@ TEST(RotationRate, AccelerationBoundHoldsForAnyThetaAndRate) {
 TEST(RotationRate, AccelerationBoundIsReached) {
   const Vector3 x = Vector3::UnitX();
   const Vector3 y = Vector3::UnitY();
-  EXPECT_NEAR(jacobian_acceleration(kPi * x, y), 1 / kPi, 1e-11);
+  EXPECT_NEAR(jacobian_acceleration(std::numbers::pi * x, y), 1 / std::numbers::pi, 1e-11);
   EXPECT_NEAR(jacobian_acceleration(0.01 * x, y), 0.01 / 6, 1e-6);
 }
 

@@ -14,12 +14,12 @@ RigidPose at(Scalar x, Scalar turn = 0) {
 }
 
 // Speeds 1, 4 and 2; turns at rates 0, 1 and 0.5.
-SampledMotion example() {
+SampledMotion example_samples() {
   return SampledMotion({{0, at(0)}, {1, at(1)}, {1.5, at(3, 0.5)}, {3.5, at(-1, 1.5)}});
 }
 
 TEST(SampledMotion, InterpolatesLinearlyBetweenStamps) {
-  const SampledMotion motion = example();
+  const SampledMotion motion = example_samples();
   EXPECT_DOUBLE_EQ(motion.pose(1.25).translation().x(), 2);
   EXPECT_DOUBLE_EQ(rotation_vector(motion.pose(1.25).rotation()).z(), 0.25);
   EXPECT_DOUBLE_EQ(motion.pose(3.5).translation().x(), -1);
@@ -27,13 +27,13 @@ TEST(SampledMotion, InterpolatesLinearlyBetweenStamps) {
 }
 
 TEST(SampledMotion, TwistAtAStampIsTheOneFromTheRight) {
-  const SampledMotion motion = example();
+  const SampledMotion motion = example_samples();
   EXPECT_DOUBLE_EQ(motion.twist(1).v_WB.x(), 4);
   EXPECT_DOUBLE_EQ(motion.twist(3.5).v_WB.x(), -2) << "the last piece at the end of the domain";
 }
 
 TEST(SampledMotion, IsSmoothUntilTheNextStamp) {
-  const SampledMotion motion = example();
+  const SampledMotion motion = example_samples();
   EXPECT_EQ(motion.smooth_until(0), 1);
   EXPECT_EQ(motion.smooth_until(0.5), 1);
   EXPECT_EQ(motion.smooth_until(1), 1.5);
@@ -44,7 +44,7 @@ TEST(SampledMotion, IsSmoothUntilTheNextStamp) {
 }
 
 TEST(SampledMotion, BoundsOnePieceTightlyUpToItsStamps) {
-  const SampledMotion motion = example();
+  const SampledMotion motion = example_samples();
   const TwistBound bound = motion.twist_bound({0, 1});
   EXPECT_NEAR(bound.linear_speed, 1, 1e-13);
   EXPECT_EQ(bound.angular_speed, 0);
@@ -53,7 +53,7 @@ TEST(SampledMotion, BoundsOnePieceTightlyUpToItsStamps) {
 }
 
 TEST(SampledMotion, AccelerationsAreInfiniteAndSpeedsFiniteAcrossAStamp) {
-  const TwistBound bound = example().twist_bound({0.5, 1.25});
+  const TwistBound bound = example_samples().twist_bound({0.5, 1.25});
   EXPECT_NEAR(bound.linear_speed, 4, 1e-12);
   EXPECT_NEAR(bound.angular_speed, 1, 1e-12);
   EXPECT_EQ(bound.linear_acceleration, kInfinity);

@@ -9,13 +9,11 @@
 namespace dyop::testing {
 namespace {
 
-constexpr Scalar kPi = std::numbers::pi;
-
 // A door hinged on the z axis through (1, 0, 0), opened by a quarter turn: its far edge goes from
 // (3, 0, 0) to (1, 2, 0), and lifts by 0.5.
 TEST(ScrewMotion, TurnsAboutItsAxisAndSlidesAlongIt) {
   const ScrewMotion door(RigidPose(Vector3(3, 0, 0)),
-                         {Vector3(1, 0, 7), Vector3(0, 0, 4), kPi / 2, 0.5});
+                         {Vector3(1, 0, 7), Vector3(0, 0, 4), std::numbers::pi / 2, 0.5});
   EXPECT_LT((door.pose(1).translation() - Vector3(1, 2, 0.5)).norm(), 1e-15);
   EXPECT_LT((door.pose(1).rotation() * Vector3::UnitX() - Vector3::UnitY()).norm(), 1e-15);
 }

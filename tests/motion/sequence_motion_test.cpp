@@ -18,14 +18,14 @@ std::shared_ptr<const Motion> sliding(Scalar x, Scalar speed, Scalar t) {
 }
 
 // To x = 2 at speed 1, a pause, and on at speed 3.
-SequenceMotion example() {
+SequenceMotion example_sequence() {
   return SequenceMotion({{{0, 2}, sliding(0, 1, 0)},
                          {{2, 5}, std::make_shared<RestMotion>(RigidPose(Vector3(2, 0, 0)))},
                          {{5, 6}, sliding(2, 3, 5)}});
 }
 
 TEST(SequenceMotion, RunsOnePartAfterTheOther) {
-  const SequenceMotion motion = example();
+  const SequenceMotion motion = example_sequence();
   EXPECT_EQ(motion.domain(), (TimeInterval{0, 6}));
   for (const auto& [t, x] :
        {std::pair(0.5, 0.5), std::pair(2.0, 2.0), std::pair(4.0, 2.0), std::pair(6.0, 5.0)}) {
@@ -37,7 +37,7 @@ TEST(SequenceMotion, RunsOnePartAfterTheOther) {
 }
 
 TEST(SequenceMotion, BoundsTheSpeedsOfAllPartsThatTheIntervalOverlaps) {
-  const SequenceMotion motion = example();
+  const SequenceMotion motion = example_sequence();
   EXPECT_NEAR(motion.twist_bound({1, 4}).linear_speed, 1, 1e-12);
   EXPECT_NEAR(motion.twist_bound({1, 5.5}).linear_speed, 3, 1e-12);
   EXPECT_EQ(motion.twist_bound({2, 5}).linear_speed, 0);

@@ -10,6 +10,7 @@
 #include "dyop/geometry/box.h"
 #include "dyop/geometry/capsule.h"
 #include "dyop/geometry/sphere.h"
+#include "support/bodies.h"
 #include "support/fast_distance_oracle.h"
 #include "support/mesh_generators.h"
 #include "support/mesh_intersection_oracle.h"
@@ -24,10 +25,6 @@ using test_support::needle;
 using test_support::point_cloud;
 using test_support::random_soup;
 using test_support::torus;
-
-RigidPose at(Scalar x, Scalar y, Scalar z) {
-  return RigidPose(Vector3(x, y, z));
-}
 
 // Both orders, and the fast oracle on the same pair.
 void expect_distance(long double expected, const Shape& a, const RigidPose& X_WA, const Shape& b,

@@ -11,19 +11,12 @@
 #include "dyop/geometry/sphere.h"
 #include "dyop/motion/constant_twist_motion.h"
 #include "dyop/motion/rest_motion.h"
+#include "support/bodies.h"
 #include "support/mesh_generators.h"
 #include "support/random_inputs.h"
 
 namespace dyop::testing {
 namespace {
-
-RigidPose at(Scalar x, Scalar y, Scalar z) {
-  return RigidPose(Vector3(x, y, z));
-}
-
-ConstantTwistMotion flying(const RigidPose& X_WB, const Vector3& v, const Vector3& w = {0, 0, 0}) {
-  return ConstantTwistMotion(X_WB, Twist{v, w});
-}
 
 void expect_first_time(Scalar expected, const FirstApproach& found, Scalar resolution_in_time) {
   ASSERT_TRUE(found.t.has_value());
@@ -38,7 +31,7 @@ TEST(ToiOracle, TimesTwoSpheres) {
   const Sphere b(0.5);
   const OracleBody body_a(a);
   const OracleBody body_b(b);
-  const ConstantTwistMotion motion_a = flying(at(-5, 1, 0), {2, 0, 0});
+  const ConstantTwistMotion motion_a = moving(at(-5, 1, 0), {2, 0, 0});
   const RestMotion motion_b;
   ToiOracle oracle(body_a, motion_a, body_b, motion_b);
   const Scalar hit = (5 - std::sqrt(1.25)) / 2;
@@ -47,7 +40,7 @@ TEST(ToiOracle, TimesTwoSpheres) {
   expect_first_time((5 - std::sqrt(3)) / 2, oracle.first_time_within(0.5, {0, 4}, 1e-7), 1e-7);
   EXPECT_EQ(oracle.min_distance_on({0, 4}, 1e-3).upper, 0);
   // Spheres that pass: at the height 2 they leave 0.5.
-  const ConstantTwistMotion passing = flying(at(-5, 2, 0), {2, 0, 0});
+  const ConstantTwistMotion passing = moving(at(-5, 2, 0), {2, 0, 0});
   ToiOracle miss(body_a, passing, body_b, motion_b);
   const MinimumDistance least = miss.min_distance_on({0, 4}, 1e-4);
   EXPECT_LE(least.lower, 0.5 + 1e-12);
@@ -62,7 +55,7 @@ TEST(ToiOracle, TimesTwoSpheres) {
 TEST(ToiOracle, RefutesAClaimThatIsSlightlyTooLate) {
   const Sphere ball(1);
   const OracleBody body(ball);
-  const ConstantTwistMotion closing = flying(at(-5, 0, 0), {2, 0, 0});
+  const ConstantTwistMotion closing = moving(at(-5, 0, 0), {2, 0, 0});
   const RestMotion resting;
   ToiOracle oracle(body, closing, body, resting);
   constexpr Scalar kResolution = 1e-6;
@@ -85,7 +78,7 @@ TEST(ToiOracle, TimesARotatingRodAgainstAPoint) {
                                      {{0, 0, 0}}};
   const TriangleMesh point = dot.mesh();
   const OracleBody body_b(point);
-  const ConstantTwistMotion turning = flying(RigidPose(), {0, 0, 0}, {w, 0, 0});
+  const ConstantTwistMotion turning = moving(RigidPose(), {0, 0, 0}, {w, 0, 0});
   const RestMotion resting;
   ToiOracle oracle(body_a, turning, body_b, resting);
   // At a distance of 0.1 the closing speed is 1.4 w cos(s - wt), above 2.
@@ -109,7 +102,7 @@ TEST(ToiOracle, TimesABoxDroppedOnAPlane) {
        {static_cast<const Shape*>(&cube), static_cast<const Shape*>(&solid)}) {
     const OracleBody body_a(*falling);
     const OracleBody body_b(plate);
-    const ConstantTwistMotion motion_a = flying(at(0.1, 0.2, 4), {0, 0, -3});
+    const ConstantTwistMotion motion_a = moving(at(0.1, 0.2, 4), {0, 0, -3});
     const RestMotion resting;
     ToiOracle oracle(body_a, motion_a, body_b, resting);
     expect_first_time(1, oracle.first_time_within(0, {0, 2}, 1e-7), 1e-7);

@@ -8,26 +8,26 @@ namespace dyop::testing {
 namespace {
 
 template <typename Number>
-using Point = std::array<Number, 3>;
+using PathPoint = std::array<Number, 3>;
 
 template <typename Number>
-Point<Number> subtract(const Point<Number>& x, const Point<Number>& y) {
+PathPoint<Number> subtract(const PathPoint<Number>& x, const PathPoint<Number>& y) {
   return {x[0] - y[0], x[1] - y[1], x[2] - y[2]};
 }
 
 template <typename Number>
-Number dot(const Point<Number>& x, const Point<Number>& y) {
+Number dot(const PathPoint<Number>& x, const PathPoint<Number>& y) {
   return x[0] * y[0] + x[1] * y[1] + x[2] * y[2];
 }
 
 template <typename Number>
-Point<Number> cross(const Point<Number>& x, const Point<Number>& y) {
+PathPoint<Number> cross(const PathPoint<Number>& x, const PathPoint<Number>& y) {
   return {x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0]};
 }
 
 template <typename Number>
-Point<Number> position(const VertexPath& path, Number s) {
-  Point<Number> p;
+PathPoint<Number> position(const VertexPath& path, Number s) {
+  PathPoint<Number> p;
   for (int i = 0; i < 3; ++i) {
     const auto begin = static_cast<Number>(path.begin[i]);
     p[static_cast<std::size_t>(i)] = begin + s * (static_cast<Number>(path.end[i]) - begin);
@@ -36,9 +36,10 @@ Point<Number> position(const VertexPath& path, Number s) {
 }
 
 template <typename Number>
-Number segment_distance_sq(const Point<Number>& x, const Point<Number>& p, const Point<Number>& q) {
-  const Point<Number> edge = subtract(q, p);
-  Point<Number> offset = subtract(x, p);
+Number segment_distance_sq(const PathPoint<Number>& x, const PathPoint<Number>& p,
+                           const PathPoint<Number>& q) {
+  const PathPoint<Number> edge = subtract(q, p);
+  PathPoint<Number> offset = subtract(x, p);
   const Number length_sq = dot(edge, edge);
   Number foot = length_sq > 0 ? dot(offset, edge) / length_sq : Number(0);
   foot = std::min(Number(1), std::max(Number(0), foot));
@@ -49,24 +50,25 @@ Number segment_distance_sq(const Point<Number>& x, const Point<Number>& p, const
 // Whether a cross product is more than rounding of positions of this size: a plane through points
 // on a line is noise, and its foot as well, while vertices and edges know everything of it.
 template <typename Number>
-bool is_plane(const Point<Number>& u, const Point<Number>& v, Number normal_sq, Number size_sq) {
+bool is_plane(const PathPoint<Number>& u, const PathPoint<Number>& v, Number normal_sq,
+              Number size_sq) {
   const auto noise_sq = static_cast<Number>(sizeof(Number) > sizeof(double) ? 1e-64 : 1e-28);
   return normal_sq > noise_sq * size_sq * (dot(u, u) + dot(v, v));
 }
 
 template <typename Number>
 Number distance_at(const VertexFacePaths& paths, Number s) {
-  const Point<Number> v = position(paths.vertex, s);
+  const PathPoint<Number> v = position(paths.vertex, s);
   const std::array f{position(paths.face[0], s), position(paths.face[1], s),
                      position(paths.face[2], s)};
-  const Point<Number> side_b = subtract(f[1], f[0]);
-  const Point<Number> side_c = subtract(f[2], f[0]);
-  const Point<Number> normal = cross(side_b, side_c);
+  const PathPoint<Number> side_b = subtract(f[1], f[0]);
+  const PathPoint<Number> side_c = subtract(f[2], f[0]);
+  const PathPoint<Number> normal = cross(side_b, side_c);
   const Number normal_sq = dot(normal, normal);
   Number least = segment_distance_sq(v, f[2], f[0]);
   bool is_over_face = is_plane(side_b, side_c, normal_sq, dot(v, v) + dot(f[0], f[0]));
   for (std::size_t i = 0; i < 3; ++i) {
-    const Point<Number>& next = f[(i + 1) % 3];
+    const PathPoint<Number>& next = f[(i + 1) % 3];
     least = std::min(least, segment_distance_sq(v, f[i], next));
     is_over_face = is_over_face && dot(normal, cross(subtract(next, f[i]), subtract(v, f[i]))) >= 0;
   }
@@ -77,17 +79,17 @@ Number distance_at(const VertexFacePaths& paths, Number s) {
 
 template <typename Number>
 Number distance_at(const EdgeEdgePaths& paths, Number s) {
-  const Point<Number> a0 = position(paths.edge_a[0], s);
-  const Point<Number> a1 = position(paths.edge_a[1], s);
-  const Point<Number> b0 = position(paths.edge_b[0], s);
-  const Point<Number> b1 = position(paths.edge_b[1], s);
+  const PathPoint<Number> a0 = position(paths.edge_a[0], s);
+  const PathPoint<Number> a1 = position(paths.edge_a[1], s);
+  const PathPoint<Number> b0 = position(paths.edge_b[0], s);
+  const PathPoint<Number> b1 = position(paths.edge_b[1], s);
   Number least =
       std::min(std::min(segment_distance_sq(a0, b0, b1), segment_distance_sq(a1, b0, b1)),
                std::min(segment_distance_sq(b0, a0, a1), segment_distance_sq(b1, a0, a1)));
-  const Point<Number> u = subtract(a1, a0);
-  const Point<Number> v = subtract(b1, b0);
-  const Point<Number> w = subtract(b0, a0);
-  const Point<Number> normal = cross(u, v);
+  const PathPoint<Number> u = subtract(a1, a0);
+  const PathPoint<Number> v = subtract(b1, b0);
+  const PathPoint<Number> w = subtract(b0, a0);
+  const PathPoint<Number> normal = cross(u, v);
   const Number normal_sq = dot(normal, normal);
   const Number on_a = dot(cross(w, v), normal);
   const Number on_b = dot(cross(w, u), normal);

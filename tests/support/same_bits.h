@@ -17,6 +17,13 @@ inline bool has_same_bits(const Vector3& v, const Vector3& w) {
   return has_same_bits(v.x(), w.x()) && has_same_bits(v.y(), w.y()) && has_same_bits(v.z(), w.z());
 }
 
+inline bool has_same_bits(const RigidPose& X, const RigidPose& Y) {
+  for (Eigen::Index k = 0; k < 3; ++k) {
+    if (!has_same_bits(Vector3(X.rotation().col(k)), Vector3(Y.rotation().col(k)))) return false;
+  }
+  return has_same_bits(X.translation(), Y.translation());
+}
+
 inline bool has_same_bits(const TriangleDistance& x, const TriangleDistance& y) {
   return has_same_bits(x.lower, y.lower) && has_same_bits(x.upper, y.upper) &&
          has_same_bits(x.p_a, y.p_a) && has_same_bits(x.p_b, y.p_b) &&
@@ -29,6 +36,7 @@ inline bool has_same_bits(const ToiResult& x, const ToiResult& y) {
   if (x.status != y.status || !has_same_bits(x.t_safe, y.t_safe)) return false;
   if (x.t_hit.has_value() != y.t_hit.has_value()) return false;
   if (x.t_hit && !has_same_bits(*x.t_hit, *y.t_hit)) return false;
+  if (!has_same_bits(x.X_WA, y.X_WA) || !has_same_bits(x.X_WB, y.X_WB)) return false;
   if (x.contact.has_value() != y.contact.has_value()) return false;
   return !x.contact || (has_same_bits(x.contact->p_WCa, y.contact->p_WCa) &&
                         has_same_bits(x.contact->p_WCb, y.contact->p_WCb) &&

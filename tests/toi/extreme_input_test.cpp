@@ -14,6 +14,7 @@
 #include "dyop/motion/rest_motion.h"
 #include "dyop/motion/sampled_motion.h"
 #include "dyop/toi/time_of_impact.h"
+#include "support/bodies.h"
 #include "support/mesh_generators.h"
 
 namespace dyop {
@@ -23,16 +24,10 @@ using test_support::box_mesh;
 using test_support::gear;
 using test_support::icosphere;
 using test_support::plate_grid;
+using testing::at;
+using testing::moving;
 
 constexpr std::int64_t kBudget = 20000;
-
-RigidPose at(Scalar x, Scalar y, Scalar z) {
-  return RigidPose(Vector3(x, y, z));
-}
-
-ConstantTwistMotion moving(const RigidPose& X_WB, const Vector3& v, const Vector3& w) {
-  return ConstantTwistMotion(X_WB, Twist{v, w});
-}
 
 ToiOptions with_tolerance(Scalar tolerance) {
   ToiOptions options;

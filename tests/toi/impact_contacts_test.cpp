@@ -10,6 +10,7 @@
 #include "dyop/motion/constant_twist_motion.h"
 #include "dyop/motion/rest_motion.h"
 #include "dyop/toi/time_of_impact.h"
+#include "support/bodies.h"
 #include "support/mesh_generators.h"
 #include "support/nearest_points.h"
 #include "support/random_inputs.h"
@@ -21,14 +22,11 @@ using test_support::box_mesh;
 using test_support::gear;
 using test_support::MeshArrays;
 using test_support::plate_grid;
+using testing::at;
 using testing::Point;
 using testing::PointTriangle;
 
 constexpr Scalar kPi = std::numbers::pi;
-
-RigidPose at(Scalar x, Scalar y, Scalar z) {
-  return RigidPose(Vector3(x, y, z));
-}
 
 RigidPose turned(const Vector3& axis, Scalar angle, const Vector3& p) {
   return RigidPose(Quaternion(Eigen::AngleAxisd(angle, axis.normalized())), p);

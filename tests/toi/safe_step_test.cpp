@@ -57,7 +57,7 @@ struct RandomPair {
   Vector3 n;
 };
 
-class SafeStepProperty : public testing::Test {
+class SafeStepProperty : public ::testing::Test {
  protected:
   Vector3 direction() { return vector().normalized(); }
   Vector3 vector() { return {normal_(random_), normal_(random_), normal_(random_)}; }

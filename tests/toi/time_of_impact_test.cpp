@@ -15,25 +15,23 @@
 #include "dyop/motion/constant_twist_motion.h"
 #include "dyop/motion/rest_motion.h"
 #include "dyop/motion/sampled_motion.h"
+#include "support/bodies.h"
 #include "support/ellipsoid.h"
 #include "support/mesh_generators.h"
+#include "support/message_of.h"
 
 namespace dyop {
 namespace {
 
-RigidPose at(Scalar x, Scalar y, Scalar z) {
-  return RigidPose(Vector3(x, y, z));
-}
+using testing::at;
+using testing::message_of;
+using testing::moving;
 
-ConstantTwistMotion moving(const RigidPose& X_WB, const Vector3& v, const Vector3& w) {
-  return ConstantTwistMotion(X_WB, Twist{v, w});
-}
-
-TriangleMesh segment(const Vector3& from, const Vector3& to) {
+TriangleMesh segment_mesh(const Vector3& from, const Vector3& to) {
   return TriangleMesh({from, to}, {{0, 1, 1}});
 }
 
-TriangleMesh point(const Vector3& p) {
+TriangleMesh point_mesh(const Vector3& p) {
   return TriangleMesh({p}, {{0, 0, 0}});
 }
 
@@ -78,8 +76,8 @@ TEST(TimeOfImpact, OfTwoSpheresHeadOnIsGapOverSpeed) {
 TEST(TimeOfImpact, OfARotatingRodIsItsAngleOverItsRate) {
   // A rod from the origin to (2, 0, 0) turns about z at rate w and meets a point at radius 1 and
   // angle phi when w t = phi, but for the gap: the distance of the point is sin(phi - w t).
-  const TriangleMesh rod = segment({0, 0, 0}, {2, 0, 0});
-  const TriangleMesh obstacle = point(Vector3::Zero());
+  const TriangleMesh rod = segment_mesh({0, 0, 0}, {2, 0, 0});
+  const TriangleMesh obstacle = point_mesh(Vector3::Zero());
   for (const Scalar phi : {0.3, 1.2, 3.0, 6.0}) {
     for (const Scalar rate : {0.1, 1.0, 50.0}) {
       const ToiResult result =
@@ -98,7 +96,7 @@ TEST(TimeOfImpact, OfARotatingRodIsItsAngleOverItsRate) {
 TEST(TimeOfImpact, FindsEvenContactsThatASignChangeCannotSee) {
   // A point passes a sphere of radius 1 at height 1: the gap sqrt(x^2 + 1) - 1 touches zero once.
   const Sphere sphere(1);
-  const TriangleMesh grazing = point(Vector3::Zero());
+  const TriangleMesh grazing = point_mesh(Vector3::Zero());
   const ToiResult hit = both_orders(sphere, RestMotion(RigidPose()), grazing,
                                     moving(at(-3, 1, 0), {1, 0, 0}, {0, 0, 0}), {0, 6});
   EXPECT_EQ(hit.status, ToiStatus::Impact);
@@ -180,7 +178,7 @@ TEST(TimeOfImpact, AnswersAZeroLengthInterval) {
 }
 
 TEST(TimeOfImpact, StopsAtTheBudgetWithATimeThatIsSafe) {
-  const TriangleMesh rod = segment({0, 0, 0}, {2, 0, 0});
+  const TriangleMesh rod = segment_mesh({0, 0, 0}, {2, 0, 0});
   const auto turning = moving(RigidPose(), Vector3::Zero(), {0, 0, 1});
   const RestMotion obstacle(at(std::cos(3.0), std::sin(3.0), 0));
   ToiOptions options;
@@ -189,7 +187,7 @@ TEST(TimeOfImpact, StopsAtTheBudgetWithATimeThatIsSafe) {
   for (int budget = 1; budget < 200 && !has_finished; ++budget) {
     options.max_node_pairs = budget;
     const ToiResult result =
-        time_of_impact(rod, turning, point(Vector3::Zero()), obstacle, {0, 10}, options);
+        time_of_impact(rod, turning, point_mesh(Vector3::Zero()), obstacle, {0, 10}, options);
     EXPECT_LE(result.statistics.node_pairs, budget);
     EXPECT_GE(result.t_safe, last);  // more work never proves less
     EXPECT_LT(result.t_safe, 3);
@@ -222,7 +220,7 @@ TEST(TimeOfImpact, HonoursDeadlineAndCancellation) {
 }
 
 TEST(TimeOfImpact, EndsWithinItsBudgetForExtremeInput) {
-  const TriangleMesh rod = segment({-1, 0, 0}, {1, 0, 0});
+  const TriangleMesh rod = segment_mesh({-1, 0, 0}, {1, 0, 0});
   ToiOptions options;
   options.max_node_pairs = 20000;
   // Fast spin out of reach: the balls about the origins decide at once.
@@ -341,16 +339,6 @@ TEST(TimeOfImpact, CrossesTheCornersOfASampledPath) {
   EXPECT_LT(result.t_safe, 2.25);
 }
 
-template <typename Action>
-std::string message_of(const Action& action) {
-  try {
-    action();
-  } catch (const InvalidArgument& error) {
-    return error.what();
-  }
-  return "no error";
-}
-
 // A refitted mesh has the triangles of a new one and only another tree over them.
 TEST(TimeOfImpact, AndDistanceOfRefittedMeshesAreThoseOfNewOnes) {
   const test_support::MeshArrays sphere = test_support::icosphere(3);
@@ -444,7 +432,7 @@ TEST(TimeOfImpact, OfConvexShapesIsTheSameWhenResumedOneLookAtATime) {
 // A needle that starts inside an organ is told so if the organ is a solid, and moves inside if not.
 TEST(TimeOfImpact, ABodyThatBeginsInsideASolidIsWithinTheTarget) {
   const TriangleMesh organ = test_support::icosphere(3, 2).mesh();
-  const TriangleMesh needle = segment(Vector3::Zero(), Vector3(0, 0, 0.5));
+  const TriangleMesh needle = segment_mesh(Vector3::Zero(), Vector3(0, 0, 0.5));
   const RestMotion rest{RigidPose()};
   const ConstantTwistMotion slow = moving(at(0.3, 0, 0), {0.1, 0, 0}, Vector3::Zero());
   ToiOptions options;

@@ -4,7 +4,6 @@
 #include <tbb/global_control.h>
 
 #include <array>
-#include <cstring>
 #include <stdexcept>
 
 #include "dyop/core/error.h"
@@ -13,10 +12,14 @@
 #include "dyop/motion/sampled_motion.h"
 #include "dyop/motion/user_motion.h"
 #include "support/mesh_generators.h"
+#include "support/message_of.h"
 #include "support/random_inputs.h"
+#include "support/same_bits.h"
 
 namespace dyop {
 namespace {
+
+using testing::message_of;
 
 // The machine may have fewer threads than a test asks for.
 class ToiBatch : public ::testing::Test {
@@ -57,31 +60,12 @@ ToiResult single(const ToiQuery& q) {
   return time_of_impact(*q.a, *q.X_WA, *q.b, *q.X_WB, q.interval, q.options);
 }
 
-bool same_bits(Scalar x, Scalar y) {
-  return std::memcmp(&x, &y, sizeof x) == 0;
-}
-
-bool same_bits(const Vector3& x, const Vector3& y) {
-  return same_bits(x.x(), y.x()) && same_bits(x.y(), y.y()) && same_bits(x.z(), y.z());
-}
-
-void expect_same(const ToiResult& x, const ToiResult& y) {
-  EXPECT_EQ(x.status, y.status);
-  EXPECT_TRUE(same_bits(x.t_safe, y.t_safe));
-  EXPECT_TRUE(same_bits(x.t_hit.value_or(-1), y.t_hit.value_or(-1)));
-  EXPECT_TRUE(same_bits(x.X_WA.translation(), y.X_WA.translation()));
-  EXPECT_TRUE(same_bits(x.X_WB.translation(), y.X_WB.translation()));
+void expect_same_work(const ToiResult& x, const ToiResult& y) {
+  EXPECT_TRUE(testing::has_same_bits(x, y)) << x.t_safe << " " << y.t_safe;
   EXPECT_EQ(x.statistics.node_pairs, y.statistics.node_pairs);
   EXPECT_EQ(x.statistics.box_tests, y.statistics.box_tests);
   EXPECT_EQ(x.statistics.leaf_tests, y.statistics.leaf_tests);
   EXPECT_EQ(x.statistics.peak_queue, y.statistics.peak_queue);
-  ASSERT_EQ(x.contact.has_value(), y.contact.has_value());
-  if (!x.contact) return;
-  EXPECT_TRUE(same_bits(x.contact->p_WCa, y.contact->p_WCa));
-  EXPECT_TRUE(same_bits(x.contact->p_WCb, y.contact->p_WCb));
-  EXPECT_TRUE(same_bits(x.contact->nhat_AB_W, y.contact->nhat_AB_W));
-  EXPECT_EQ(x.contact->triangle_a, y.contact->triangle_a);
-  EXPECT_EQ(x.contact->triangle_b, y.contact->triangle_b);
 }
 
 TEST_F(ToiBatchDeterminism, GivesTheBitsOfSingleQueriesForEveryNumberOfThreads) {
@@ -100,7 +84,7 @@ TEST_F(ToiBatchDeterminism, GivesTheBitsOfSingleQueriesForEveryNumberOfThreads) 
     options.thread_count = threads;
     std::vector<ToiResult> results(queries.size());
     time_of_impact(queries, results, options);
-    for (std::size_t i = 0; i < queries.size(); ++i) expect_same(results[i], expected[i]);
+    for (std::size_t i = 0; i < queries.size(); ++i) expect_same_work(results[i], expected[i]);
   }
 }
 
@@ -135,7 +119,7 @@ TEST_F(ToiBatch, TellsAfterAStopWhatIsKnownOfEachQuery) {
         EXPECT_GE(results[i].t_safe, 0.25);
         EXPECT_LE(results[i].t_safe, single(queries[i]).t_safe);
       } else {
-        expect_same(results[i], single(queries[i]));
+        expect_same_work(results[i], single(queries[i]));
       }
     }
     EXPECT_EQ(run, last_done);
@@ -188,26 +172,18 @@ TEST_F(ToiBatch, LetsAQueryHaveAStopOfItsOwn) {
     std::vector<ToiResult> results(queries.size());
     time_of_impact(queries, results, options);
     for (std::size_t i = 0; i < queries.size(); ++i) {
-      if (i != 3) expect_same(results[i], single(queries[i]));
+      if (i != 3) expect_same_work(results[i], single(queries[i]));
     }
     EXPECT_EQ(results[3].status, ToiStatus::Cancelled);
   }
 }
 
-template <typename Action>
-std::string message_of(const Action& action) {
-  try {
-    action();
-  } catch (const std::exception& error) {
-    return error.what();
-  }
-  return "no error";
-}
-
 TEST_F(ToiBatch, RefusesBadQueriesNamingTheFirstBeforeAnyRuns) {
   std::vector<ToiQuery> queries = random_queries(9);
   std::vector<ToiResult> results(queries.size());
-  const auto message = [&] { return message_of([&] { time_of_impact(queries, results); }); };
+  const auto message = [&] {
+    return message_of<std::exception>([&] { time_of_impact(queries, results); });
+  };
   queries[7].X_WB = nullptr;
   EXPECT_EQ(message(), "query 7: a motion is missing");
   queries[6].a = nullptr;
@@ -235,7 +211,7 @@ TEST_F(ToiBatch, PassesOnWhatAMotionThrows) {
     std::vector<ToiResult> results(queries.size());
     EXPECT_THROW(time_of_impact(queries, results, options), std::range_error);
     EXPECT_EQ(results[20].status, ToiStatus::NotRun);
-    for (std::size_t i = 0; i < 20; ++i) expect_same(results[i], single(queries[i]));
+    for (std::size_t i = 0; i < 20; ++i) expect_same_work(results[i], single(queries[i]));
   }
 }
 

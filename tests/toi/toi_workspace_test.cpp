@@ -31,7 +31,7 @@ ConstantTwistMotion turning(std::mt19937_64& random) {
   return ConstantTwistMotion(RigidPose(), {Vector3::Zero(), testing::random_vector(3, random)});
 }
 
-void expect_same(const ToiResult& x, const ToiResult& y) {
+void expect_same_answer(const ToiResult& x, const ToiResult& y) {
   EXPECT_TRUE(testing::has_same_bits(x, y)) << x.t_safe << " " << y.t_safe;
 }
 
@@ -43,8 +43,8 @@ TEST(ToiWorkspace, ChangesNoResult) {
   for (int k = 0; k < 50; ++k) {
     const ConstantTwistMotion X_WA = turning(random);
     const ConstantTwistMotion X_WB = random_approach(random);
-    expect_same(time_of_impact(a, X_WA, b, X_WB, kInterval, {}, workspace),
-                time_of_impact(a, X_WA, b, X_WB, kInterval));
+    expect_same_answer(time_of_impact(a, X_WA, b, X_WB, kInterval, {}, workspace),
+                       time_of_impact(a, X_WA, b, X_WB, kInterval));
     EXPECT_FALSE(workspace.can_resume());
   }
 }
@@ -89,7 +89,7 @@ TEST(ToiWorkspace, GoesOnWhereABudgetRanOut) {
       result = resume_time_of_impact(a, X_WA, b, X_WB, kInterval, small, workspace);
       ASSERT_GE(result.t_safe, t_safe);
     }
-    expect_same(result, time_of_impact(a, X_WA, b, X_WB, kInterval));
+    expect_same_answer(result, time_of_impact(a, X_WA, b, X_WB, kInterval));
   }
   EXPECT_GT(resumed, 100);
 }
@@ -121,7 +121,7 @@ TEST(ToiWorkspace, GoesOnWithALookForANearerPair) {
       result = resume_time_of_impact(a, X_WA, b, X_WB, rest, options, workspace);
       node_pairs += result.statistics.node_pairs;
     }
-    expect_same(result, whole);
+    expect_same_answer(result, whole);
     EXPECT_EQ(node_pairs, whole.statistics.node_pairs);
     EXPECT_LE(result.statistics.node_pairs, options.max_node_pairs);
   }
@@ -141,8 +141,8 @@ TEST(ToiWorkspace, TakesItsUnfinishedQueryAlongWhenMoved) {
   ASSERT_TRUE(second.can_resume());
   ToiWorkspace third;
   third = std::move(second);
-  expect_same(resume_time_of_impact(a, X_WA, a, X_WB, kInterval, {}, third),
-              time_of_impact(a, X_WA, a, X_WB, kInterval));
+  expect_same_answer(resume_time_of_impact(a, X_WA, a, X_WB, kInterval, {}, third),
+                     time_of_impact(a, X_WA, a, X_WB, kInterval));
 }
 
 TEST(ToiWorkspace, ResumesOnlyTheQueryItHolds) {

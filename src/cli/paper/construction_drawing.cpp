@@ -12,11 +12,11 @@
 namespace dyop::cli {
 namespace {
 
-constexpr int kWidth = 640;
-constexpr int kHeight = 560;
-constexpr Scalar kTop = 62;
-constexpr Scalar kBottom = 74;
-constexpr Scalar kSide = 40;
+constexpr int kDrawingWidth = 640;
+constexpr int kDrawingHeight = 560;
+constexpr Scalar kDrawingTop = 62;
+constexpr Scalar kDrawingBottom = 74;
+constexpr Scalar kDrawingSide = 40;
 constexpr std::string_view kColourA = "#0072b2";
 constexpr std::string_view kColourB = "#d55e00";
 constexpr std::string_view kColourPivot = "#cc79a7";
@@ -42,9 +42,10 @@ class View {
 
   template <typename Point>
   Vector2 of(const Point& p) const {
-    const Vector2 room(kWidth - 2 * kSide, kHeight - kTop - kBottom);
+    const Vector2 room(kDrawingWidth - 2 * kDrawingSide,
+                       kDrawingHeight - kDrawingTop - kDrawingBottom);
     const Scalar scale = (room.array() / bounds_.sizes().array()).minCoeff();
-    const Vector2 center(kWidth / 2.0, kTop + room.y() / 2);
+    const Vector2 center(kDrawingWidth / 2.0, kDrawingTop + room.y() / 2);
     return center + scale * (projected(p) - bounds_.center());
   }
 
@@ -119,19 +120,20 @@ std::string words(const char* format, Scalar value) {
 }
 
 void draw_legend(SvgCanvas& canvas, Scalar found, const TrueSegment& truth) {
-  const Scalar y = kHeight - kBottom + 28;
-  canvas.line({kSide, y - 4}, {kSide + 24, y - 4}, {.stroke = kColourFound, .stroke_width = 3});
-  canvas.text({kSide + 32, y}, words("shortest of the kept: %.6g", found));
-  canvas.line({kSide + 290, y - 4}, {kSide + 314, y - 4},
+  const Scalar y = kDrawingHeight - kDrawingBottom + 28;
+  canvas.line({kDrawingSide, y - 4}, {kDrawingSide + 24, y - 4},
+              {.stroke = kColourFound, .stroke_width = 3});
+  canvas.text({kDrawingSide + 32, y}, words("shortest of the kept: %.6g", found));
+  canvas.line({kDrawingSide + 290, y - 4}, {kDrawingSide + 314, y - 4},
               {.stroke = kColourTrue, .stroke_width = 3, .dashes = "5 3"});
-  canvas.text({kSide + 322, y}, words("true distance: %.6g", truth.length));
-  canvas.rectangle({kSide, y + 13}, {24, 12},
+  canvas.text({kDrawingSide + 322, y}, words("true distance: %.6g", truth.length));
+  canvas.rectangle({kDrawingSide, y + 13}, {24, 12},
                    {.stroke = kColourPivot, .stroke_width = 1.5, .dashes = "3 2"});
-  canvas.text({kSide + 32, y + 24}, "internal box, with the pivot in its middle");
-  canvas.circle({kSide + 302, y + 19}, 5, {.fill = "#555555"});
-  canvas.circle({kSide + 382, y + 19}, 3.5, {.fill = "#ffffff", .stroke = "#555555"});
-  canvas.text({kSide + 312, y + 24}, "kept");
-  canvas.text({kSide + 391, y + 24}, "dropped vertex");
+  canvas.text({kDrawingSide + 32, y + 24}, "internal box, with the pivot in its middle");
+  canvas.circle({kDrawingSide + 302, y + 19}, 5, {.fill = "#555555"});
+  canvas.circle({kDrawingSide + 382, y + 19}, 3.5, {.fill = "#ffffff", .stroke = "#555555"});
+  canvas.text({kDrawingSide + 312, y + 24}, "kept");
+  canvas.text({kDrawingSide + 391, y + 24}, "dropped vertex");
 }
 
 }  // namespace
@@ -147,11 +149,11 @@ std::string draw_construction(const PaperTest<dimension>& test) {
       "Obj" + std::to_string(test.object) + " against Obj" + std::to_string(test.against);
   const std::string title =
       "The construction of DyOP in " + std::to_string(dimension) + "D: " + names;
-  SvgCanvas canvas(kWidth, kHeight, title);
-  canvas.text({kSide, 26}, title, 17, SvgAnchor::Start, "#222222", true);
+  SvgCanvas canvas(kDrawingWidth, kDrawingHeight, title);
+  canvas.text({kDrawingSide, 26}, title, 17, SvgAnchor::Start, "#222222", true);
   const TrueSegment truth = true_segment(view, test.pair);
   const bool is_right = dyop.distance <= truth.length + kWrongBy;
-  canvas.text({kSide, 46},
+  canvas.text({kDrawingSide, 46},
               is_right ? "The pivot keeps the edges that hold the nearest points."
                        : words("The pivot keeps the wrong edges: %.3g times the true distance.",
                                dyop.distance / truth.length),

@@ -9,12 +9,12 @@
 namespace dyop::cli {
 namespace {
 
-constexpr int kWidth = 860;
-constexpr int kHeight = 452;
-constexpr Scalar kLeft = 70;
-constexpr Scalar kRight = 20;
-constexpr Scalar kTop = 96;
-constexpr Scalar kBottom = 92;
+constexpr int kFigureWidth = 860;
+constexpr int kFigureHeight = 452;
+constexpr Scalar kFigureLeft = 70;
+constexpr Scalar kFigureRight = 20;
+constexpr Scalar kFigureTop = 96;
+constexpr Scalar kFigureBottom = 92;
 constexpr Scalar kGroupShare = 0.8;            // of the width of an object that its bars take
 constexpr Scalar kPaperGjkGain[] = {78, 107};  // percent, the paper's worst and best object
 constexpr Scalar kPaperLinCannyGain[] = {75, 187};
@@ -41,22 +41,25 @@ class Chart {
     const Scalar step = round_step((high - low) / 6);
     for (Scalar value = std::ceil(low / step) * step; value <= high; value += step) {
       const Scalar y = y_of(value);
-      canvas.line({kLeft, y}, {kWidth - kRight, y}, {.stroke = kGrid});
-      canvas.text({kLeft - 8, y + 4}, std::to_string(std::lround(value)), 12, SvgAnchor::End);
+      canvas.line({kFigureLeft, y}, {kFigureWidth - kFigureRight, y}, {.stroke = kGrid});
+      canvas.text({kFigureLeft - 8, y + 4}, std::to_string(std::lround(value)), 12, SvgAnchor::End);
     }
-    canvas.line({kLeft, y_of(0)}, {kWidth - kRight, y_of(0)}, {.stroke = kInk});
-    canvas.vertical_text({20, (kTop + kHeight - kBottom) / 2}, unit);
+    canvas.line({kFigureLeft, y_of(0)}, {kFigureWidth - kFigureRight, y_of(0)}, {.stroke = kInk});
+    canvas.vertical_text({20, (kFigureTop + kFigureHeight - kFigureBottom) / 2}, unit);
     for (int object = 1; object <= kObjectCount; ++object) {
-      canvas.text({x_of(object) + object_width() / 2, kHeight - kBottom + 18},
+      canvas.text({x_of(object) + object_width() / 2, kFigureHeight - kFigureBottom + 18},
                   "Obj" + std::to_string(object), 12, SvgAnchor::Middle);
     }
   }
 
   Scalar y_of(Scalar value) const {
-    return kHeight - kBottom - (value - low_) / (high_ - low_) * (kHeight - kBottom - kTop);
+    return kFigureHeight - kFigureBottom -
+           (value - low_) / (high_ - low_) * (kFigureHeight - kFigureBottom - kFigureTop);
   }
-  static Scalar object_width() { return (kWidth - kLeft - kRight) / kObjectCount; }
-  static Scalar x_of(int object) { return kLeft + (object - 1) * object_width(); }
+  static Scalar object_width() {
+    return (kFigureWidth - kFigureLeft - kFigureRight) / kObjectCount;
+  }
+  static Scalar x_of(int object) { return kFigureLeft + (object - 1) * object_width(); }
 
   // Left side and width of bar k of `count`.
   static Vector2 bar(int object, std::size_t k, std::size_t count) {
@@ -91,8 +94,8 @@ class Chart {
 };
 
 void draw_header(SvgCanvas& canvas, const std::string& title, const std::string& subtitle) {
-  canvas.text({kLeft, 26}, title, 17, SvgAnchor::Start, kInk, true);
-  canvas.text({kLeft, 46}, subtitle, 12, SvgAnchor::Start, "#555555");
+  canvas.text({kFigureLeft, 26}, title, 17, SvgAnchor::Start, kInk, true);
+  canvas.text({kFigureLeft, 46}, subtitle, 12, SvgAnchor::Start, "#555555");
 }
 
 // One entry of a legend; returns where the next one begins.
@@ -110,7 +113,7 @@ std::string fill_of(SvgCanvas& canvas, const Look& look) {
 // The column the paper did not have.
 void draw_wrong_tests(SvgCanvas& canvas, const PaperSeries& series) {
   const AlgorithmMeasurement& published = series.of("published DyOP");
-  const Scalar y = kHeight - kBottom + 38;
+  const Scalar y = kFigureHeight - kFigureBottom + 38;
   for (int object = 1; object <= kObjectCount; ++object) {
     const int wrong = published.objects[static_cast<std::size_t>(object - 1)].wrong_tests;
     canvas.text({Chart::x_of(object) + Chart::object_width() / 2, y},
@@ -124,7 +127,7 @@ void draw_wrong_tests(SvgCanvas& canvas, const PaperSeries& series) {
   char factors[96];
   std::snprintf(factors, sizeof factors, "on average %.1f, at worst %.1f times the true distance",
                 published.mean_factor, published.worst_factor);
-  canvas.text({kLeft, y + 22},
+  canvas.text({kFigureLeft, y + 22},
               "Wrong: published DyOP in " + std::to_string(published.wrong_tests()) +
                   " of the 90 tests (there " + factors + "), all others in " +
                   std::to_string(wrong_others) + ".",
@@ -146,7 +149,7 @@ std::string objects_below(const PaperSeries& series, const char* slow, Scalar le
 
 // Said where the paper's least gains are missed.
 void draw_missed_claims(SvgCanvas& canvas, const PaperSeries& series) {
-  canvas.text({kLeft, kHeight - 12},
+  canvas.text({kFigureLeft, kFigureHeight - 12},
               "Certified DyOP below the paper's worst case: over GJK (78 %) " +
                   objects_below(series, "GJK", kPaperGjkGain[0]) + "; over Lin-Canny (75 %) " +
                   objects_below(series, "Lin-Canny", kPaperLinCannyGain[0]) + ".",
@@ -157,7 +160,7 @@ void draw_missed_claims(SvgCanvas& canvas, const PaperSeries& series) {
 
 std::string draw_times(const PaperSeries& series, const PaperSettings& settings) {
   const std::string title = "Time of one distance query, " + series.title();
-  SvgCanvas canvas(kWidth, kHeight, title);
+  SvgCanvas canvas(kFigureWidth, kFigureHeight, title);
   draw_header(canvas, title,
               "each object against the 9 others, 0.1 apart" +
                   std::string(series.is_moving ? " at the end of each path" : "") +
@@ -174,7 +177,7 @@ std::string draw_times(const PaperSeries& series, const PaperSettings& settings)
     }
   }
   Chart chart(canvas, 0, 1.05 * high, "nanoseconds");
-  Scalar x = kLeft;
+  Scalar x = kFigureLeft;
   std::size_t k = 0;
   for (const Look& look : looks) {
     const std::string fill = fill_of(canvas, look);
@@ -209,7 +212,7 @@ std::string draw_gains(const PaperSeries& series, const PaperSettings& settings)
       {certified, "Lin-Canny", "certified over Lin-Canny", "#009e73", false},
       {"published DyOP", "Lin-Canny", "published over Lin-Canny", "#009e73", true}};
   const std::string title = "Gain of DyOP, " + series.title();
-  SvgCanvas canvas(kWidth, kHeight, title);
+  SvgCanvas canvas(kFigureWidth, kFigureHeight, title);
   draw_header(
       canvas, title,
       "percent by which a query is faster; medians of " + std::to_string(settings.repetitions) +
@@ -226,13 +229,13 @@ std::string draw_gains(const PaperSeries& series, const PaperSettings& settings)
   }
   Chart chart(canvas, low, high, "percent");
   const auto draw_band = [&](Scalar from, Scalar to, std::string_view colour) {
-    canvas.rectangle({kLeft, chart.y_of(to)},
-                     {kWidth - kLeft - kRight, chart.y_of(from) - chart.y_of(to)},
+    canvas.rectangle({kFigureLeft, chart.y_of(to)},
+                     {kFigureWidth - kFigureLeft - kFigureRight, chart.y_of(from) - chart.y_of(to)},
                      {.fill = colour, .opacity = 0.13});
   };
   draw_band(kPaperGjkGain[0], kPaperGjkGain[1], "#e69f00");
   draw_band(kPaperLinCannyGain[0], kPaperLinCannyGain[1], "#009e73");
-  Scalar x = kLeft;
+  Scalar x = kFigureLeft;
   std::size_t k = 0;
   for (const Gain& gain : gains) {
     const std::string fill =
