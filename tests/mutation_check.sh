@@ -42,6 +42,8 @@ mistake stored_box_not_rounded_up src/geometry/mesh_hierarchy.cpp geometry '*' \
   'rounded_up(half_extents[i] + noise)' 'rounded_up(half_extents[i] - noise)'
 mistake lower_bound_rounded_up src/distance/triangle_pair.h distance 'TriangleDistance*' \
   'middle + low_negated(slack)' 'middle + slack'
+mistake score_that_overflows src/distance/triangle_facets.h distance 'TriangleDistanceBatch*' \
+  'LanePair(kSmallestFacetSquare)' 'LanePair(kSmallestSquaredDirection)'
 mistake witness_outside_its_face src/distance/feature_walk.h distance '*LinCanny*' \
   'return Vector3((r - (u / normal_sq) * along) - (v / normal_sq) * across);' \
   'return Vector3(normal * (normal.dot(r) / normal_sq));'

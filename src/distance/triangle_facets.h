@@ -33,8 +33,7 @@ struct Facets {
 /// Signed square of a gap over the squared norm, never NaN, with the code of the facet in its
 /// lowest bits, so that one maximum finds both.
 inline LanePair score(LanePair signed_square, LanePair squared_norm, int low, int high) {
-  return tagged(signed_square / larger(squared_norm, LanePair(kSmallestSquaredDirection)), low,
-                high);
+  return tagged(signed_square / larger(squared_norm, LanePair(kSmallestFacetSquare)), low, high);
 }
 
 /// The same for a pair of edges. It is a facet if alpha = a_i . nB and beta = b_j . nA have one
@@ -45,7 +44,7 @@ inline LanePair edge_score(LanePair h, LanePair alpha, LanePair beta, LanePair s
   const LanePair gram = squares - ab * ab;
   const LanePair is_inner = above(LanePair(0), alpha * beta);
   const LanePair square = turned(h, alpha) * magnitude(h);
-  return score(selected(is_inner, LanePair(-kLargestScore), square), gram, low, high);
+  return score(selected(is_inner, LanePair(-kLargestFacetSquare), square), gram, low, high);
 }
 
 inline Facets::Facets(const TrianglePair& pair, const VectorPair& normals) : n(normals) {

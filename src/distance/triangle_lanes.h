@@ -134,7 +134,7 @@ struct FacetLanes {
  private:
   static DYOP_INLINE Lanes score(Lanes signed_square, Lanes squared_norm, int code,
                                  const TriangleConstants& c) {
-    return tagged(signed_square / larger(squared_norm, Lanes(c.smallest_squared_direction)), code);
+    return tagged(signed_square / larger(squared_norm, Lanes(c.smallest_facet_square)), code);
   }
 
   static DYOP_INLINE Lanes face_score(const Lanes* height, const Lanes* n, int code,
@@ -179,7 +179,7 @@ struct FacetLanes {
         const Mask is_inner = Lanes(0.0) > alpha[v] * beta[w];
         const Lanes square = turned_by_bit(h[v][w], alpha[v]) * magnitude(h[v][w]);
         scores[3 * v + w] =
-            score(select(is_inner, Lanes(-c.largest_score), square), gram, 3 * v + w, c);
+            score(select(is_inner, Lanes(-c.largest_facet_square), square), gram, 3 * v + w, c);
       }
     }
   }

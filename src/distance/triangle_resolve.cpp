@@ -167,9 +167,13 @@ int nearest_of(const EdgeWitnesses& all) {
   return nearest;
 }
 
-/// All 9 pairs of edges, and both faces.
+/// Both faces, and all 9 pairs of edges.
 bool try_everything(const TrianglePair& pair, const Facets& facets, EdgeWitnesses& all,
                     Search& search) {
+  if (search.offer(face_witness(pair, facets, true)) ||
+      search.offer(face_witness(pair, facets, false))) {
+    return true;
+  }
   const Scalar touching = kTriangleSizeSlack * pair.size;
   for (int k = 0; k < 9; ++k) {
     Witness& w = all[at(k)];
@@ -177,8 +181,7 @@ bool try_everything(const TrianglePair& pair, const Facets& facets, EdgeWitnesse
     // Then no lower bound is left to be found.
     if (dot(w.D, w.D) <= touching * touching && search.offer(w)) return true;
   }
-  return search.offer(all[at(nearest_of(all))]) || search.offer(face_witness(pair, facets, true)) ||
-         search.offer(face_witness(pair, facets, false));
+  return search.offer(all[at(nearest_of(all))]);
 }
 
 /// The same with directions that are freed of what rounding has left along the edges.
@@ -264,12 +267,13 @@ bool try_all_axes(const TrianglePair& pair, const EdgeWitnesses& all, Search& se
   return false;
 }
 
-/// Steps from a witness to the edges that support along it.
-bool walk(const TrianglePair& pair, Vector3 direction, Search& search) {
+/// Steps from a point of B - A to the edges that support along it, and on to the point nearest to
+/// the origin between it and their witness, as in [GilbertJohnsonKeerthi1988].
+bool walk(const TrianglePair& pair, Vector3 point, Search& search) {
   for (int step = 0; step < kTriangleWalkLimit; ++step) {
-    const Witness w = directed_witness(pair, direction);
+    const Witness w = directed_witness(pair, point);
     if (search.offer(w)) return true;
-    direction = w.D;
+    point += blend_share(point, w.D) * (w.D - point);
   }
   return false;
 }

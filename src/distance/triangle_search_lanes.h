@@ -21,7 +21,7 @@ DYOP_INLINE Choice longest_of(const Lanes* squares) {
 struct SearchLanes {
   WitnessLanes best;  ///< m is the normal here
   Lanes lower, upper, gap;
-  Lanes direction[3];
+  Lanes point[3];  ///< of B - A, from which the walk goes on
   Mask is_done;
   Mask is_lost;  ///< needs more than is done here
 
@@ -31,7 +31,7 @@ struct SearchLanes {
     lower = masked(is_tried, bounds.lower);
     upper = select(is_tried, bounds.upper, Lanes(__builtin_inf()));
     gap = select(lower > Lanes(0.0), lower, Lanes(-__builtin_inf()));
-    select(is_tried, w.D, centroids, direction);
+    select(is_tried, w.D, centroids, point);
     for (int k = 0; k < 3; ++k) best.m[k] = w.m[k] * bounds.inverse_norm;
     is_done = is_lost = no_choice().i.is_1;
   }
@@ -59,20 +59,26 @@ struct SearchLanes {
     is_done = is_done | (lanes & (Lanes(c.noise) * pair.size >= upper - lower));
   }
 
-  /// resolve_triangle_pair() up to two steps of its walk.
+  /// resolve_triangle_pair() up to the end of its walk.
   DYOP_INLINE void resolve(const PairLanes& pair, const FacetLanes& facets, Mask open,
                            const TriangleConstants& c) {
     set_done(open, pair, c);
     const Mask may_cross = without(without(open, is_done), lower > Lanes(0.0));
     if (any(may_cross)) pierce(pair, facets, may_cross, c);
-    // literal: steps of the walk here; further ones are left to the scalar code.
-    for (int step = 0; step < 2; ++step) {
+    // literal: kTriangleWalkLimit.
+    for (int step = 0; step < 3; ++step) {
       const Mask walking = without(open, is_done | is_lost);
       if (!any(walking)) return;
-      const EdgeChoice edges = directed_edges(pair, direction);
+      const EdgeChoice edges = directed_edges(pair, point);
       const WitnessLanes w = edge_witness(pair, edges.i, edges.j);
       offer(walking, pair, w, c);
-      select(walking, w.D, direction, direction);
+      Lanes to_witness[3];
+      for (int k = 0; k < 3; ++k) to_witness[k] = w.D[k] - point[k];
+      const Lanes share =
+          clamped(negated(dot(point, to_witness)) / dot(to_witness, to_witness), Lanes(1.0));
+      for (int k = 0; k < 3; ++k) {
+        point[k] = select(walking, point[k] + to_witness[k] * share, point[k]);
+      }
     }
   }
 

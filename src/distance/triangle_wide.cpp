@@ -21,14 +21,14 @@ const TriangleWideKernels& triangle_wide_kernels(InstructionSet set) {
 }
 
 // The thorough kernel has these steps built in.
-static_assert(kTriangleWalkLimit == 2 && kTrianglePiercingSteps == 2);
+static_assert(kTriangleWalkLimit == 3 && kTrianglePiercingSteps == 2);
 
 const TriangleConstants& triangle_constants() {
   static constexpr TriangleConstants kConstants{
-      kTriangleRelativeSlack,  kTriangleSizeSlack,   kTriangleNoise,
-      kSmallestTriangleSize,   kLargestTriangleSize, kSmallestSquaredDirection,
-      kTriangleParallelSquare, kTriangleFlatSquare,  kLargestScore,
-      kTriangleContactGap,     kTriangleFarRatio};
+      kTriangleRelativeSlack, kTriangleSizeSlack,   kTriangleNoise,
+      kSmallestTriangleSize,  kLargestTriangleSize, kSmallestSquaredDirection,
+      kSmallestFacetSquare,   kLargestFacetSquare,  kTriangleParallelSquare,
+      kTriangleFlatSquare,    kTriangleContactGap,  kTriangleFarRatio};
   return kConstants;
 }
 

@@ -13,9 +13,10 @@ struct TriangleConstants {
   double smallest_size;
   double largest_size;
   double smallest_squared_direction;
+  double smallest_facet_square;
+  double largest_facet_square;
   double parallel_square;
   double flat_square;
-  double largest_score;
   double contact_gap;
   double far_ratio;
 };

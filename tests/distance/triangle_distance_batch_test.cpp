@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "distance/triangle_batch.h"
 #include "dyop/core/error.h"
 #include "dyop/distance/triangle_block.h"
@@ -24,6 +26,25 @@ struct Pairs {
   explicit Pairs(std::size_t count) : a(count), b(count) {}
 };
 
+// Edges that are parallel but for rounding, one of them so short that the sum of the other two is as
+// inexact as its length: Gram determinants below zero.
+Pairs pairs_with_short_edges(std::size_t count, std::mt19937_64& random) {
+  Pairs pairs(count);
+  for (std::size_t n = 0; n < count; ++n) {
+    auto [a, b] = testing::random_triangle_pair(TriangleFamily::Near, random);
+    const Scalar length = std::exp2(-testing::random_number(8, 60, random));
+    b[2] = b[1] + length * (a[1] - a[0]);
+    if (testing::random_index(2, random) == 0) a[2] = a[1] + length * (a[1] - a[0]);
+    const Scalar scale = std::exp2(testing::random_number(-62, 62, random));
+    for (Triangle* triangle : {&a, &b}) {
+      for (Vector3& vertex : *triangle) vertex *= scale;
+    }
+    pairs.a.set(n, a);
+    pairs.b.set(n, b);
+  }
+  return pairs;
+}
+
 // As generated, scaled, far from the origin, or both; one in twenty out of the range that is solved
 // as it is.
 Pairs random_pairs(TriangleFamily family, std::size_t count, std::mt19937_64& random) {
@@ -42,6 +63,18 @@ Pairs random_pairs(TriangleFamily family, std::size_t count, std::mt19937_64& ra
     pairs.b.set(n, b);
   }
   return pairs;
+}
+
+// Found among 1e8 pairs of the soak.
+Pairs pair_with_a_negative_gram_determinant() {
+  Pairs pair(1);
+  pair.a.set(0, {Vector3(0x1.3063275081d8dp-7, 0x1.b8e78d6676e13p-8, -0x1.2a0e02d68756p-7),
+                 Vector3(-0x1.0c6f83b72a70ap-7, 0x1.8fb3754cecb9bp-8, 0x1.322b95df299aep-8),
+                 Vector3(0x1.b76415a6049b8p-8, 0x1.48c3a7b0de04bp-9, -0x1.cb6a06d8e2031p-8)});
+  pair.b.set(0, {Vector3(0x1.bc9e39b19ff44p-7, -0x1.b05b8a377111ap-10, 0x1.a12334d6ccd84p-8),
+                 Vector3(0x1.466f1888aced2p-6, 0x1.12b6dcb5d10a4p-7, 0x1.2c38b7576e3bap-10),
+                 Vector3(0x1.466bec23450c5p-6, 0x1.12ac80340c29ap-7, 0x1.2c61b1345de9fp-10)});
+  return pair;
 }
 
 void expect_same_bits(const Pairs& pairs, InstructionSet set) {
@@ -66,6 +99,16 @@ TEST(TriangleDistanceBatch, HasTheBitsOfOneByOneInEveryFamilyOnEveryInstructionS
 }
 
 // Lanes of one vector then take different ways, and blocks are packed.
+TEST(TriangleDistanceBatch, HasTheBitsOfOneByOneWhereEdgesAreShort) {
+  std::mt19937_64 random(31);
+  const Pairs pairs = pairs_with_short_edges(200000, random);
+  for (const InstructionSet set : runnable_sets()) {
+    SCOPED_TRACE(static_cast<int>(set));
+    expect_same_bits(pair_with_a_negative_gram_determinant(), set);
+    expect_same_bits(pairs, set);
+  }
+}
+
 TEST(TriangleDistanceBatch, HasTheBitsOfOneByOneWhereFamiliesAreMixed) {
   std::mt19937_64 random(500);
   constexpr std::size_t kCount = 40000;

@@ -141,13 +141,20 @@ inline constexpr Scalar kTriangleSlabNoise = 8 * kUnitRoundoff;
 /// its length. Used by triangle_distance().
 inline constexpr Scalar kTriangleFlatSquare = 0x1p-96;
 
-/// Steps from a witness to the edges that support along it, before all edges are tried (limit).
+/// Steps of a walk to the edges that support along a point, before everything is tried (limit).
 /// Speed only, found by measurement. Used by triangle_distance().
-inline constexpr int kTriangleWalkLimit = 2;
+inline constexpr int kTriangleWalkLimit = 3;
 
-/// Taken from the score of an edge pair that is no facet, so that it never wins: more than any
-/// squared length in range. Used by triangle_distance().
-inline constexpr Scalar kLargestScore = 1e200;
+/// Least squared norm by which the squared gap of a facet is divided when facets are ranked. Below
+/// any that matters, and above 2^-640, so that the quotient is finite: squares are up to
+/// 2^(6*64). Speed only; the determinant of nearly parallel edges may be negative. Used by
+/// triangle_distance().
+inline constexpr Scalar kSmallestFacetSquare = 0x1p-600;
+
+/// Minus this is the squared gap of an edge pair that is no facet, so that it never wins: over the
+/// largest squared norm, 2^(4*64), still more than any squared length in range, and finite over
+/// the least. Used by triangle_distance().
+inline constexpr Scalar kLargestFacetSquare = 0x1p400;
 
 /// Convex combinations of witnesses that the proof of the upper bound has room for (limit). Two put
 /// a common point between edges of thin triangles. Used by triangle_distance().
