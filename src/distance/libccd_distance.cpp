@@ -15,7 +15,7 @@ static_assert(sizeof(ccd_real_t) == sizeof(Scalar), "libccd must be built with d
 
 using CcdTriangle = std::array<ccd_vec3_t, 3>;
 
-void support_callback(const void* triangle, const ccd_vec3_t* direction, ccd_vec3_t* point) {
+void support_of_triangle(const void* triangle, const ccd_vec3_t* direction, ccd_vec3_t* point) {
   const auto& vertices = *static_cast<const CcdTriangle*>(triangle);
   const ccd_vec3_t* best = &vertices[0];
   for (const ccd_vec3_t& vertex : vertices) {
@@ -97,8 +97,8 @@ class CcdSimplex {
 Scalar run_loop(const CcdTriangle& a, const CcdTriangle& b) {
   ccd_t ccd;
   CCD_INIT(&ccd);
-  ccd.support1 = support_callback;
-  ccd.support2 = support_callback;
+  ccd.support1 = support_of_triangle;
+  ccd.support2 = support_of_triangle;
   CcdSimplex simplex;
   ccd_vec3_t nearest;
   ccdVec3Sub2(&nearest, &a[0], &b[0]);

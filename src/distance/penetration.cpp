@@ -41,7 +41,7 @@ Vector3 from_ccd(const ccd_vec3_t& p) {
   return {p.v[0], p.v[1], p.v[2]};
 }
 
-void support_callback(const void* shape, const ccd_vec3_t* direction, ccd_vec3_t* point) {
+void support_of_shape(const void* shape, const ccd_vec3_t* direction, ccd_vec3_t* point) {
   *point = to_ccd(static_cast<const CcdShape*>(shape)->support(from_ccd(*direction)));
 }
 
@@ -82,8 +82,8 @@ class DepthSearch {
   void try_libccd(bool with_rounding) {
     ccd_t ccd;
     CCD_INIT(&ccd);
-    ccd.support1 = support_callback;
-    ccd.support2 = support_callback;
+    ccd.support1 = support_of_shape;
+    ccd.support2 = support_of_shape;
     ccd.center1 = center_callback;
     ccd.center2 = center_callback;
     ccd.max_iterations = kPenetrationSupportLimit;

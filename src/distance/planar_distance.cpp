@@ -80,7 +80,7 @@ LanePair lanes(const Vector2& v) {
   return {v.x(), v.y()};
 }
 
-Scalar dot(LanePair v, LanePair w) {
+Scalar planar_dot(LanePair v, LanePair w) {
   const LanePair product = v * w;
   return product.low() + product.high();
 }
@@ -102,15 +102,17 @@ struct EdgeWitness {
     const LanePair start = lanes(own[edge]);
     const LanePair e = lanes(own[next]) - start;
     const LanePair n = high_negated(swapped(e));
-    const Scalar inward = dot(n, lanes(own[3 - edge - next]) - start);
+    const Scalar inward = planar_dot(n, lanes(own[3 - edge - next]) - start);
     const LanePair outward = turned(n, LanePair(-inward));
     const std::array<LanePair, 3> r{lanes(other[0]) - start, lanes(other[1]) - start,
                                     lanes(other[2]) - start};
-    const std::array<Scalar, 3> h{dot(outward, r[0]), dot(outward, r[1]), dot(outward, r[2])};
+    const std::array<Scalar, 3> h{planar_dot(outward, r[0]), planar_dot(outward, r[1]),
+                                  planar_dot(outward, r[2])};
     vertex = static_cast<std::size_t>(h[1] < h[0]);
     const std::size_t is_two = static_cast<std::size_t>(h[2] < smaller(h[1], h[0]));
     vertex += is_two * (2 - vertex);
-    const LanePair parameter = clamped(LanePair(dot(r[vertex], e)) / LanePair(dot(e, e)));
+    const LanePair parameter =
+        clamped(LanePair(planar_dot(r[vertex], e)) / LanePair(planar_dot(e, e)));
     t = parameter.low();
     const LanePair step = parameter * e;
     p_own = start + step;

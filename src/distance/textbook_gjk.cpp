@@ -28,15 +28,15 @@ int support(const GjkTriangle<dimension>& triangle, const GjkPoint<dimension>& d
 
 // A point of the difference and the vertices it comes from.
 template <int dimension>
-struct SimplexVertex {
+struct GjkVertex {
   GjkPoint<dimension> w;
   int a = 0;
   int b = 0;
 };
 
 template <int dimension>
-struct Simplex {
-  std::array<SimplexVertex<dimension>, 4> vertices;
+struct GjkSimplex {
+  std::array<GjkVertex<dimension>, 4> vertices;
   std::array<Scalar, 4> weights{1, 0, 0, 0};
   int count = 0;
 
@@ -58,8 +58,8 @@ struct Simplex {
     return v;
   }
 
-  Simplex with(std::initializer_list<std::pair<int, Scalar>> kept) const {
-    Simplex result;
+  GjkSimplex with(std::initializer_list<std::pair<int, Scalar>> kept) const {
+    GjkSimplex result;
     for (const auto& [k, weight] : kept) {
       const auto at = static_cast<std::size_t>(result.count++);
       result.vertices[at] = vertices[static_cast<std::size_t>(k)];
@@ -71,7 +71,7 @@ struct Simplex {
 
 // The part of the segment i, j that holds its point nearest to the origin.
 template <int dimension>
-Simplex<dimension> nearest_on_segment(const Simplex<dimension>& s, int i, int j) {
+GjkSimplex<dimension> nearest_on_segment(const GjkSimplex<dimension>& s, int i, int j) {
   const GjkPoint<dimension> edge = s.w(j) - s.w(i);
   const Scalar along = -edge.dot(s.w(i));
   const Scalar length_sq = edge.squaredNorm();
@@ -84,7 +84,7 @@ Simplex<dimension> nearest_on_segment(const Simplex<dimension>& s, int i, int j)
 // [Ericson2005] 5.1.5: the regions of a triangle's vertices, edges and face, by six scalar
 // products; first those at k, the newest vertex.
 template <int dimension>
-Simplex<dimension> nearest_on_triangle(const Simplex<dimension>& s, int i, int j, int k) {
+GjkSimplex<dimension> nearest_on_triangle(const GjkSimplex<dimension>& s, int i, int j, int k) {
   const GjkPoint<dimension> ki = s.w(i) - s.w(k);
   const GjkPoint<dimension> kj = s.w(j) - s.w(k);
   const Scalar d1 = -ki.dot(s.w(k));
@@ -109,9 +109,9 @@ Simplex<dimension> nearest_on_triangle(const Simplex<dimension>& s, int i, int j
 // The faces at vertex 3, the newest: the opposite one cannot be nearer than before. All four
 // vertices if the origin is on the inner side of each; that is rounding if the triangles are known
 // to be apart, and then the nearest face is taken.
-Simplex<3> nearest_on_tetrahedron(const Simplex<3>& s, bool is_apart) {
+GjkSimplex<3> nearest_on_tetrahedron(const GjkSimplex<3>& s, bool is_apart) {
   constexpr int kFaces[3][3] = {{0, 1, 2}, {1, 2, 0}, {2, 0, 1}};
-  Simplex<3> best = s;
+  GjkSimplex<3> best = s;
   best.weights = {0.25, 0.25, 0.25, 0.25};
   Scalar best_sq = kInfinity;
   const auto test_faces = [&](bool tests_inner) {
@@ -119,7 +119,7 @@ Simplex<3> nearest_on_tetrahedron(const Simplex<3>& s, bool is_apart) {
       const Vector3 n = (s.w(i) - s.w(3)).cross(s.w(j) - s.w(3));
       const bool is_inner = n.dot(s.w(opposite) - s.w(3)) * -n.dot(s.w(3)) > 0;
       if (is_inner && !tests_inner) continue;
-      const Simplex<3> part = nearest_on_triangle(s, i, j, 3);
+      const GjkSimplex<3> part = nearest_on_triangle(s, i, j, 3);
       const Scalar squared = part.nearest().squaredNorm();
       if (!(squared < best_sq)) continue;
       best = part;
@@ -132,7 +132,7 @@ Simplex<3> nearest_on_tetrahedron(const Simplex<3>& s, bool is_apart) {
 }
 
 template <int dimension>
-Simplex<dimension> nearest_part(const Simplex<dimension>& s, [[maybe_unused]] bool is_apart) {
+GjkSimplex<dimension> nearest_part(const GjkSimplex<dimension>& s, [[maybe_unused]] bool is_apart) {
   switch (s.count) {
     case 1:
       return s.with({{0, 1}});
@@ -150,10 +150,10 @@ template <int dimension>
 GjkEstimate<dimension> run_gjk(const GjkTriangle<dimension>& a, const GjkTriangle<dimension>& b) {
   using Point = GjkPoint<dimension>;
   const auto vertex_of = [&](int i, int j) {
-    return SimplexVertex<dimension>{b[static_cast<std::size_t>(j)] - a[static_cast<std::size_t>(i)],
-                                    i, j};
+    return GjkVertex<dimension>{b[static_cast<std::size_t>(j)] - a[static_cast<std::size_t>(i)], i,
+                                j};
   };
-  Simplex<dimension> simplex;
+  GjkSimplex<dimension> simplex;
   simplex.vertices[0] = vertex_of(0, 0);
   simplex.count = 1;
   Point v = simplex.w(0);
@@ -163,11 +163,11 @@ GjkEstimate<dimension> run_gjk(const GjkTriangle<dimension>& a, const GjkTriangl
     ++result.iterations;
     const int i = support<dimension>(a, v);
     const int j = support<dimension>(b, -v);
-    const SimplexVertex<dimension> added = vertex_of(i, j);
+    const GjkVertex<dimension> added = vertex_of(i, j);
     const Scalar reach = v.dot(added.w);  // positive only if they are apart
     if (norm_sq - reach <= kTextbookGjkConvergence * norm_sq) break;
     if (simplex.contains(i, j)) break;
-    Simplex<dimension> next = simplex;
+    GjkSimplex<dimension> next = simplex;
     next.vertices[static_cast<std::size_t>(next.count++)] = added;
     next = nearest_part(next, reach > 0);
     if (next.count == dimension + 1) {

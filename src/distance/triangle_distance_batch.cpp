@@ -11,7 +11,7 @@ namespace dyop {
 namespace internal {
 namespace {
 
-constexpr std::size_t kWidth = kTriangleBlockWidth;
+constexpr std::size_t kBlockWidth = kTriangleBlockWidth;
 
 // Blocks that are taken through a kernel together: they fit the nearest cache.
 constexpr std::size_t kRun = 8;
@@ -70,7 +70,7 @@ class BatchSolver {
         kernels_(triangle_wide_kernels(set)) {}
 
   void solve() {
-    const std::size_t block_count = (count_ + kWidth - 1) / kWidth;
+    const std::size_t block_count = (count_ + kBlockWidth - 1) / kBlockWidth;
     for (std::size_t first = 0; first < block_count; first += kRun) {
       solve(first, std::min(kRun, block_count - first));
     }
@@ -91,10 +91,11 @@ class BatchSolver {
     for (std::size_t block = 0; block < block_count; ++block) {
       for (unsigned open = ~unsigned{decided[block]} & 0xff; open != 0; open &= open - 1) {
         const std::size_t n =
-            kWidth * (first + block) + static_cast<std::size_t>(std::countr_zero(open));
+            kBlockWidth * (first + block) + static_cast<std::size_t>(std::countr_zero(open));
         if (n >= count_) break;
         if (is_most) {
-          solve_alone(a_[n / kWidth], b_[n / kWidth], answers_[n / kWidth], n % kWidth);
+          solve_alone(a_[n / kBlockWidth], b_[n / kBlockWidth], answers_[n / kBlockWidth],
+                      n % kBlockWidth);
         } else {
           enqueue(n);
         }
@@ -111,22 +112,26 @@ class BatchSolver {
   void enqueue(std::size_t n) {
     const std::size_t to = waiting_count_;
     waiting_[to] = n;
-    copy_triangle(a_[n / kWidth], n % kWidth, waiting_a_[to / kWidth], to % kWidth);
-    copy_triangle(b_[n / kWidth], n % kWidth, waiting_b_[to / kWidth], to % kWidth);
-    if (++waiting_count_ == kRun * kWidth) flush();
+    copy_triangle(a_[n / kBlockWidth], n % kBlockWidth, waiting_a_[to / kBlockWidth],
+                  to % kBlockWidth);
+    copy_triangle(b_[n / kBlockWidth], n % kBlockWidth, waiting_b_[to / kBlockWidth],
+                  to % kBlockWidth);
+    if (++waiting_count_ == kRun * kBlockWidth) flush();
   }
 
   void flush() {
-    const std::size_t block_count = (waiting_count_ + kWidth - 1) / kWidth;
+    const std::size_t block_count = (waiting_count_ + kBlockWidth - 1) / kBlockWidth;
     unsigned char decided[kRun];
     kernels_.thorough(waiting_a_, waiting_b_, waiting_answers_, static_cast<int>(block_count),
                       triangle_constants(), decided);
     for (std::size_t k = 0; k < waiting_count_; ++k) {
       const std::size_t n = waiting_[k];
-      if ((decided[k / kWidth] >> k % kWidth & 1) != 0) {
-        copy_answer(waiting_answers_[k / kWidth], k % kWidth, answers_[n / kWidth], n % kWidth);
+      if ((decided[k / kBlockWidth] >> k % kBlockWidth & 1) != 0) {
+        copy_answer(waiting_answers_[k / kBlockWidth], k % kBlockWidth, answers_[n / kBlockWidth],
+                    n % kBlockWidth);
       } else {
-        solve_alone(a_[n / kWidth], b_[n / kWidth], answers_[n / kWidth], n % kWidth);
+        solve_alone(a_[n / kBlockWidth], b_[n / kBlockWidth], answers_[n / kBlockWidth],
+                    n % kBlockWidth);
       }
     }
     waiting_count_ = 0;
@@ -138,7 +143,7 @@ class BatchSolver {
   std::size_t count_;
   const TriangleWideKernels& kernels_;
   std::size_t waiting_count_ = 0;
-  std::size_t waiting_[kRun * kWidth];
+  std::size_t waiting_[kRun * kBlockWidth];
   TriangleBlock waiting_a_[kRun] = {};
   TriangleBlock waiting_b_[kRun] = {};
   TriangleDistanceBlock waiting_answers_[kRun];
@@ -156,23 +161,23 @@ void triangle_distances(const TriangleBlocks& a, const TriangleBlocks& b, Instru
 }  // namespace internal
 
 TriangleBlocks::TriangleBlocks(std::size_t count)
-    : count_(count), blocks_((count + internal::kWidth - 1) / internal::kWidth) {}
+    : count_(count), blocks_((count + internal::kBlockWidth - 1) / internal::kBlockWidth) {}
 
 Triangle TriangleBlocks::operator[](std::size_t n) const {
-  return internal::triangle_at(blocks_[n / internal::kWidth], n % internal::kWidth);
+  return internal::triangle_at(blocks_[n / internal::kBlockWidth], n % internal::kBlockWidth);
 }
 
 void TriangleBlocks::set(std::size_t n, const Triangle& triangle) {
-  internal::set_triangle(blocks_[n / internal::kWidth], n % internal::kWidth, triangle);
+  internal::set_triangle(blocks_[n / internal::kBlockWidth], n % internal::kBlockWidth, triangle);
 }
 
 void TriangleDistanceBlocks::resize(std::size_t count) {
   count_ = count;
-  blocks_.resize((count + internal::kWidth - 1) / internal::kWidth);
+  blocks_.resize((count + internal::kBlockWidth - 1) / internal::kBlockWidth);
 }
 
 TriangleDistance TriangleDistanceBlocks::operator[](std::size_t n) const {
-  return internal::answer_at(blocks_[n / internal::kWidth], n % internal::kWidth);
+  return internal::answer_at(blocks_[n / internal::kBlockWidth], n % internal::kBlockWidth);
 }
 
 void triangle_distances(const TriangleBlocks& a, const TriangleBlocks& b,

@@ -5,15 +5,15 @@
 namespace dyop::internal {
 namespace {
 
-struct Order {
+struct VertexOrder {
   int lowest;
   int highest;
 };
 
 /// Numbers of the least and the greatest of three values, by a table and without branches.
-Order order_of(Scalar x0, Scalar x1, Scalar x2) {
-  static constexpr Order kOrders[8] = {{2, 0}, {2, 1}, {1, 0}, {0, 0},
-                                       {2, 0}, {0, 1}, {1, 2}, {0, 2}};
+VertexOrder order_of(Scalar x0, Scalar x1, Scalar x2) {
+  static constexpr VertexOrder kOrders[8] = {{2, 0}, {2, 1}, {1, 0}, {0, 0},
+                                             {2, 0}, {0, 1}, {1, 2}, {0, 2}};
   return kOrders[static_cast<int>(x0 < x1) + 2 * static_cast<int>(x1 < x2) +
                  4 * static_cast<int>(x0 < x2)];
 }
@@ -27,7 +27,7 @@ Witness face_witness(const TrianglePair& pair, const Facets& facets, bool of_a) 
   };
   const bool is_above = smaller(smaller(height(0), height(1)), height(2)) > 0;
   const Scalar sign = is_above ? 1 : -1;
-  const Order order = order_of(sign * height(0), sign * height(1), sign * height(2));
+  const VertexOrder order = order_of(sign * height(0), sign * height(1), sign * height(2));
   const int nearest = order.lowest;
   const Triangle& face = of_a ? pair.A : pair.B;
   const auto at = [](int k) { return static_cast<std::size_t>(k); };

@@ -31,7 +31,7 @@ Json motion_json(const RestMotion& motion) {
   return {{"X_WB", hex_json(motion.pose(0))}};
 }
 
-MotionPointer read_rest(const JsonNode& node) {
+MotionPointer recorded_rest(const JsonNode& node) {
   node.require_object({"kind", "X_WB"});
   return std::make_shared<RestMotion>(hex_pose(node.at("X_WB")));
 }
@@ -44,7 +44,7 @@ Json motion_json(const ConstantTwistMotion& motion) {
           {"t0", hex_json(motion.t0())}};
 }
 
-MotionPointer read_constant_twist(const JsonNode& node) {
+MotionPointer recorded_constant_twist(const JsonNode& node) {
   node.require_object({"kind", "X_WB0", "v_WB", "w_WB", "t0"});
   const Twist twist{hex_vector(node.at("v_WB")), hex_vector(node.at("w_WB"))};
   return std::make_shared<ConstantTwistMotion>(hex_pose(node.at("X_WB0")), twist,
@@ -58,7 +58,7 @@ Json motion_json(const ScrewMotion& motion) {
           {"slide_rate", hex_json(screw.slide_rate)}, {"t0", hex_json(motion.t0())}};
 }
 
-MotionPointer read_screw(const JsonNode& node) {
+MotionPointer recorded_screw(const JsonNode& node) {
   node.require_object({"kind", "X_WB0", "p_WA", "axis_W", "turn_rate", "slide_rate", "t0"});
   ScrewMotion::Screw screw;
   screw.p_WA = hex_vector(node.at("p_WA"));
@@ -85,7 +85,7 @@ Json motion_json(const InterpolatedMotion& motion) {
           {"end", node_json(motion.end())}};
 }
 
-MotionPointer read_interpolated(const JsonNode& node) {
+MotionPointer recorded_interpolated(const JsonNode& node) {
   node.require_object({"kind", "interval", "X_WC", "begin", "end"});
   return std::make_shared<InterpolatedMotion>(InterpolatedMotion::from_chart(
       interval_from(node.at("interval")), hex_pose(node.at("X_WC")),
@@ -112,7 +112,7 @@ Json motion_json(const HermiteMotion& motion) {
           {"end", node_json(motion.end())}};
 }
 
-MotionPointer read_hermite(const JsonNode& node) {
+MotionPointer recorded_hermite(const JsonNode& node) {
   node.require_object({"kind", "interval", "X_WC", "begin", "end"});
   return std::make_shared<HermiteMotion>(
       HermiteMotion::from_chart(interval_from(node.at("interval")), hex_pose(node.at("X_WC")),
@@ -127,7 +127,7 @@ Json motion_json(const SampledMotion& motion) {
   return {{"samples", samples}};
 }
 
-MotionPointer read_sampled(const JsonNode& node) {
+MotionPointer recorded_sampled(const JsonNode& node) {
   node.require_object({"kind", "samples"});
   std::vector<SampledMotion::Sample> samples;
   for (const JsonNode& item : node.at("samples").items(2)) {
@@ -141,7 +141,7 @@ Json motion_json(const ComposedMotion& motion) {
   return {{"X_WM", record_motion(motion.outer())}, {"X_MB", record_motion(motion.inner())}};
 }
 
-MotionPointer read_composed(const JsonNode& node) {
+MotionPointer recorded_composed(const JsonNode& node) {
   node.require_object({"kind", "X_WM", "X_MB"});
   MotionPointer X_WM = recorded_motion(node.at("X_WM"));
   return std::make_shared<ComposedMotion>(std::move(X_WM), recorded_motion(node.at("X_MB")));
@@ -157,7 +157,7 @@ Json motion_json(const BezierMotion& motion) {
           {"control_points", points}};
 }
 
-MotionPointer read_bezier(const JsonNode& node) {
+MotionPointer recorded_bezier(const JsonNode& node) {
   node.require_object({"kind", "interval", "X_WC", "control_points"});
   std::vector<ControlPoint> points;
   for (const JsonNode& item : node.at("control_points").items(1)) {
@@ -177,7 +177,7 @@ Json motion_json(const SequenceMotion& motion) {
   return {{"parts", parts}};
 }
 
-MotionPointer read_sequence(const JsonNode& node) {
+MotionPointer recorded_sequence(const JsonNode& node) {
   node.require_object({"kind", "parts"});
   std::vector<SequenceMotion::Part> parts;
   for (const JsonNode& item : node.at("parts").items(1)) {
@@ -201,15 +201,15 @@ std::optional<Json> write_as(const Motion& motion) {
 }
 
 constexpr std::array kKinds{
-    Kind{"rest", &write_as<RestMotion>, &read_rest},
-    Kind{"constant_twist", &write_as<ConstantTwistMotion>, &read_constant_twist},
-    Kind{"screw", &write_as<ScrewMotion>, &read_screw},
-    Kind{"interpolated", &write_as<InterpolatedMotion>, &read_interpolated},
-    Kind{"hermite", &write_as<HermiteMotion>, &read_hermite},
-    Kind{"bezier", &write_as<BezierMotion>, &read_bezier},
-    Kind{"sequence", &write_as<SequenceMotion>, &read_sequence},
-    Kind{"sampled", &write_as<SampledMotion>, &read_sampled},
-    Kind{"composed", &write_as<ComposedMotion>, &read_composed}};
+    Kind{"rest", &write_as<RestMotion>, &recorded_rest},
+    Kind{"constant_twist", &write_as<ConstantTwistMotion>, &recorded_constant_twist},
+    Kind{"screw", &write_as<ScrewMotion>, &recorded_screw},
+    Kind{"interpolated", &write_as<InterpolatedMotion>, &recorded_interpolated},
+    Kind{"hermite", &write_as<HermiteMotion>, &recorded_hermite},
+    Kind{"bezier", &write_as<BezierMotion>, &recorded_bezier},
+    Kind{"sequence", &write_as<SequenceMotion>, &recorded_sequence},
+    Kind{"sampled", &write_as<SampledMotion>, &recorded_sampled},
+    Kind{"composed", &write_as<ComposedMotion>, &recorded_composed}};
 
 }  // namespace
 

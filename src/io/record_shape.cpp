@@ -36,7 +36,7 @@ TriangleIndices triangle_from(const JsonNode& node) {
   return {vertex_number(json[0], node), vertex_number(json[1], node), vertex_number(json[2], node)};
 }
 
-std::shared_ptr<const Shape> read_mesh(const JsonNode& node) {
+std::shared_ptr<const Shape> recorded_mesh(const JsonNode& node) {
   node.require_object({"kind", "vertices", "triangles"});
   std::vector<TriangleIndices> triangles;
   for (const JsonNode& item : node.at("triangles").items(1)) {
@@ -45,22 +45,22 @@ std::shared_ptr<const Shape> read_mesh(const JsonNode& node) {
   return std::make_shared<TriangleMesh>(points_from(node.at("vertices")), std::move(triangles));
 }
 
-std::shared_ptr<const Shape> read_hull(const JsonNode& node) {
+std::shared_ptr<const Shape> recorded_hull(const JsonNode& node) {
   node.require_object({"kind", "points"});
   return std::make_shared<ConvexHull>(points_from(node.at("points")));
 }
 
-std::shared_ptr<const Shape> read_box(const JsonNode& node) {
+std::shared_ptr<const Shape> recorded_box(const JsonNode& node) {
   node.require_object({"kind", "half_extents"});
   return std::make_shared<Box>(hex_vector(node.at("half_extents")));
 }
 
-std::shared_ptr<const Shape> read_sphere(const JsonNode& node) {
+std::shared_ptr<const Shape> recorded_sphere(const JsonNode& node) {
   node.require_object({"kind", "radius"});
   return std::make_shared<Sphere>(hex_number(node.at("radius")));
 }
 
-std::shared_ptr<const Shape> read_capsule(const JsonNode& node) {
+std::shared_ptr<const Shape> recorded_capsule(const JsonNode& node) {
   node.require_object({"kind", "radius", "half_length"});
   return std::make_shared<Capsule>(hex_number(node.at("radius")),
                                    hex_number(node.at("half_length")));
@@ -97,11 +97,11 @@ Json record_shape(const Shape& shape) {
 
 std::shared_ptr<const Shape> recorded_shape(const JsonNode& node) {
   using Read = std::shared_ptr<const Shape> (*)(const JsonNode&);
-  const Read read = node.at("kind").choice<Read>({{"mesh", &read_mesh},
-                                                  {"hull", &read_hull},
-                                                  {"box", &read_box},
-                                                  {"sphere", &read_sphere},
-                                                  {"capsule", &read_capsule}});
+  const Read read = node.at("kind").choice<Read>({{"mesh", &recorded_mesh},
+                                                  {"hull", &recorded_hull},
+                                                  {"box", &recorded_box},
+                                                  {"sphere", &recorded_sphere},
+                                                  {"capsule", &recorded_capsule}});
   return node.guard([&] { return read(node); });
 }
 

@@ -17,7 +17,7 @@ ExactVector operator-(const ExactVector& x, const ExactVector& y) {
   return {x[0] - y[0], x[1] - y[1], x[2] - y[2]};
 }
 
-ExactPolynomial dot(const ExactVector& x, const ExactVector& y) {
+ExactPolynomial exact_dot(const ExactVector& x, const ExactVector& y) {
   return x[0] * y[0] + x[1] * y[1] + x[2] * y[2];
 }
 
@@ -64,7 +64,7 @@ ExactRoot begin_instant() {
 class VertexOnEdge {
  public:
   VertexOnEdge(const ExactVector& x, const ExactVector& p, const ExactVector& q)
-      : off_line_(cross(q - p, x - p)), beyond_ends_(dot(x - p, x - q)) {}
+      : off_line_(cross(q - p, x - p)), beyond_ends_(exact_dot(x - p, x - q)) {}
 
   bool holds_at(const ExactPolynomial& polynomial, ExactRoot& root) const {
     for (const ExactPolynomial& component : off_line_) {
@@ -102,7 +102,7 @@ class VertexOnEdge {
 // for pairs that are coplanar at all times, contact is contact of a vertex with an edge.
 template <typename Pair>
 bool has_contact_of(const Pair& pair) {
-  const ExactPolynomial coplanar = dot(pair.normal, pair.offset);
+  const ExactPolynomial coplanar = exact_dot(pair.normal, pair.offset);
   if (!coplanar.is_zero()) {
     for (ExactRoot& root : roots_in_unit_interval(coplanar)) {
       if (pair.meets_at(coplanar, root)) return true;

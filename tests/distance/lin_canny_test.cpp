@@ -10,14 +10,11 @@
 #include "dyop/core/tolerance.h"
 #include "planar_pairs.h"
 #include "polytope_oracle.h"
+#include "support/triangle_distance_check.h"
 #include "support/triangle_oracle.h"
 
 namespace dyop::testing {
 namespace {
-
-long double wide(Scalar x) {
-  return static_cast<long double>(x);
-}
 
 std::vector<Vector3> box_corners(const Vector3& half) {
   return test::make_box(half).points();

@@ -180,7 +180,7 @@ TEST(VertexTimeOfImpact, RefusesInvalidInputByName) {
   EXPECT_THROW(time_of_impact(falling(1, 0), {}, options), InvalidArgument);
 }
 
-struct Tally {
+struct VertexTally {
   int separated = 0;
   int impacts = 0;
   int undecided = 0;
@@ -188,7 +188,7 @@ struct Tally {
 
 // The promises of the header, against distances in 113 bits at many times.
 template <typename Paths>
-void check_promises(const Paths& paths, const VertexToiOptions& options, Tally& tally) {
+void check_promises(const Paths& paths, const VertexToiOptions& options, VertexTally& tally) {
   const TimeInterval interval{-2, 5};
   const VertexToiResult result = time_of_impact(paths, interval, options);
   const double allowance = result.rounding_allowance;
@@ -234,7 +234,7 @@ void check_promises(const Paths& paths, const VertexToiOptions& options, Tally& 
 TEST(VertexTimeOfImpact, KeepsItsPromisesOnRandomPathsOfAllKindsAndSizes) {
   std::mt19937_64 random(4);
   for (const PathKind kind : testing::kAllPathKinds) {
-    Tally tally;
+    VertexTally tally;
     for (int i = 0; i < 90; ++i) {
       const double scale = std::array{1e-4, 1.0, 1e4}[static_cast<std::size_t>(i) % 3];
       const Vector3 offset = (i % 2 == 0 ? 0 : scale) * Vector3(1e3, -2e3, 5e2);
