@@ -6,6 +6,7 @@
 #include "dyop/distance/distance.h"
 #include "dyop/geometry/sphere.h"
 #include "support/mesh_generators.h"
+#include "support/message_of.h"
 
 namespace dyop {
 namespace {
@@ -64,12 +65,9 @@ TEST(Enclosure, EveryPartCounts) {
 TEST(Enclosure, RefusesASolidThatIsNotClosed) {
   const TriangleMesh sheet = plate_grid(1, 1, 2, 2).mesh();
   const Sphere ball(0.1);
-  try {
-    distance(ball, kOrigin, sheet, kOrigin, {.solid_b = true});
-    FAIL();
-  } catch (const InvalidArgument& error) {
-    EXPECT_STREQ(error.what(), "distance: solid_b is set, but the mesh B is not closed");
-  }
+  EXPECT_EQ(
+      testing::message_of([&] { distance(ball, kOrigin, sheet, kOrigin, {.solid_b = true}); }),
+      "distance: solid_b is set, but the mesh B is not closed");
 }
 
 }  // namespace

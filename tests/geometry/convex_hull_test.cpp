@@ -10,6 +10,7 @@
 #include "dyop/core/rigid_pose.h"
 #include "dyop/core/tolerance.h"
 #include "support/mesh_generators.h"
+#include "support/message_of.h"
 
 namespace dyop {
 namespace {
@@ -167,20 +168,15 @@ TEST(ConvexHull, CopesWithManyPointsOnASphere) {
 }
 
 TEST(ConvexHull, NamesTheBadPoint) {
-  const auto message_of = [](std::vector<Vector3> points) -> std::string {
-    try {
-      ConvexHull{std::move(points)};
-    } catch (const InvalidArgument& error) {
-      return error.what();
-    }
-    return "";
+  const auto message = [](std::vector<Vector3> points) {
+    return testing::message_of([&] { ConvexHull{std::move(points)}; });
   };
-  EXPECT_NE(message_of({}).find("not 0"), std::string::npos);
+  EXPECT_NE(message({}).find("not 0"), std::string::npos);
   const Scalar nan = std::nan("");
-  EXPECT_NE(message_of({Vector3::Zero(), {1, nan, 2}}).find("point 1 is not finite"),
+  EXPECT_NE(message({Vector3::Zero(), {1, nan, 2}}).find("point 1 is not finite"),
             std::string::npos);
-  EXPECT_NE(message_of({Vector3(2e60, 0, 0)}).find("beyond 1e+60: (2e+60"), std::string::npos)
-      << message_of({Vector3(2e60, 0, 0)});
+  EXPECT_NE(message({Vector3(2e60, 0, 0)}).find("beyond 1e+60: (2e+60"), std::string::npos)
+      << message({Vector3(2e60, 0, 0)});
 }
 
 }  // namespace
