@@ -14,6 +14,8 @@ using internal::show;
 std::string status_words(const ToiResult& result, const PairNames& names) {
   const std::string pair = names.a + " and " + names.b;
   const std::string t = show(result.t_safe);
+  // Where the query stopped at its begin, nothing is known of that time.
+  const std::string proven = " are proven apart only before t = " + t + ".";
   switch (result.status) {
     case ToiStatus::NotRun:
       return "The query has not run.";
@@ -25,12 +27,11 @@ std::string status_words(const ToiResult& result, const PairNames& names) {
       return "Within the target from the begin: " + pair + " are too close at t = " + t +
              " for anything to be proven.";
     case ToiStatus::BudgetExhausted:
-      return "Undecided: the budget ended; " + pair + " are proven apart up to t = " + t + " only.";
+      return "Undecided: the budget ended; " + pair + proven;
     case ToiStatus::Cancelled:
-      return "Undecided: stopped; " + pair + " are proven apart up to t = " + t + " only.";
+      return "Undecided: stopped; " + pair + proven;
     case ToiStatus::NumericalLimit:
-      return "Undecided: rounding forbids the tolerance; " + pair +
-             " are proven apart up to t = " + t + " only.";
+      return "Undecided: rounding forbids the tolerance; " + pair + proven;
   }
   return "";
 }

@@ -38,6 +38,8 @@ TEST(ResultText, NeverSaysThatAnUndecidedQueryMissed) {
        {ToiStatus::BudgetExhausted, ToiStatus::Cancelled, ToiStatus::NumericalLimit}) {
     result.status = status;
     EXPECT_TRUE(describe(result).starts_with("Undecided: ")) << describe(result);
+    EXPECT_NE(describe(result).find("proven apart only before t = 0."), std::string::npos)
+        << describe(result);
   }
   DistanceResult distance;
   distance.status = DistanceStatus::Inconclusive;
