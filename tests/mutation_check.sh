@@ -31,20 +31,20 @@ mistake jump_of_the_twist_forgotten src/motion/sampled_motion.cpp motion '*' \
   'last == first ? 0 : kInfinity' '0'
 mistake hull_vertex_lost src/geometry/quickhull.cpp geometry '*Hull*' \
   'if (p != apex) assign(p, cone_);' 'if (p > apex) assign(p, cone_);'
-mistake leaf_range_one_short src/geometry/mesh_hierarchy.cpp geometry '*' \
+mistake leaf_range_one_short src/hierarchy/mesh_hierarchy.cpp hierarchy '*' \
   'first[end[std::size_t(child)]] - begin' 'first[end[std::size_t(child)]] - begin - 1'
-mistake one_box_not_fitted src/geometry/mesh_hierarchy.cpp geometry '*' \
+mistake one_box_not_fitted src/hierarchy/mesh_hierarchy.cpp hierarchy '*' \
   'tbb::blocked_range<std::size_t>(1, ' 'tbb::blocked_range<std::size_t>(2, '
-mistake refit_forgets_a_box src/geometry/mesh_hierarchy.cpp geometry '*' \
+mistake refit_forgets_a_box src/hierarchy/mesh_hierarchy.cpp hierarchy '*' \
   'result.fit_boxes(vertices, triangles);' \
   'result.fit_boxes(vertices, triangles); result.nodes_.back() = nodes_.back();'
-mistake stored_box_not_rounded_up src/geometry/mesh_hierarchy.cpp geometry '*' \
+mistake stored_box_not_rounded_up src/hierarchy/mesh_hierarchy.cpp hierarchy '*' \
   'rounded_up(half_extents[i] + noise)' 'rounded_up(half_extents[i] - noise)'
-mistake lower_bound_rounded_up src/distance/triangle_pair.h distance 'TriangleDistance*' \
+mistake lower_bound_rounded_up src/distance/triangle/triangle_pair.h distance 'TriangleDistance*' \
   'middle + low_negated(slack)' 'middle + slack'
-mistake score_that_overflows src/distance/triangle_facets.h distance 'TriangleDistanceBatch*' \
+mistake score_that_overflows src/distance/triangle/triangle_facets.h distance 'TriangleDistanceBatch*' \
   'LanePair(kSmallestFacetSquare)' 'LanePair(kSmallestSquaredDirection)'
-mistake witness_outside_its_face src/distance/feature_walk.h distance '*LinCanny*' \
+mistake witness_outside_its_face src/paper/feature_walk.h paper '*LinCanny*' \
   'return Vector3((r - (u / normal_sq) * along) - (v / normal_sq) * across);' \
   'return Vector3(normal * (normal.dot(r) / normal_sq));'
 mistake normal_swapped src/toi/time_of_impact.cpp toi 'TimeOfImpact.*' \
@@ -59,28 +59,28 @@ mistake pairs_at_the_begin_skipped src/toi/time_of_impact.cpp toi '*AtTheBegin*'
   'pair_.time() > interval_.begin) return true;' 'pair_.time() >= interval_.begin) return true;'
 mistake resumed_from_another_pose src/toi/time_of_impact.cpp toi '*Workspace*' \
   'if (memory_.is_unfinished) pair_.set_time(memory_.standing_time);' ''
-mistake sign_in_the_coupled_bound src/toi/safe_step.h toi 'SafeStep*:*TimeOfImpact.*' \
+mistake sign_in_the_coupled_bound src/toi/rigid/safe_step.h toi 'SafeStep*:*TimeOfImpact.*' \
   'const Vector3 k_W = relative_W.cross(n_W)' 'const Vector3 k_W = n_W.cross(relative_W)'
-mistake acceleration_dropped src/toi/safe_step.h toi 'SafeStep*' \
+mistake acceleration_dropped src/toi/rigid/safe_step.h toi 'SafeStep*' \
   'rest.acceleration * (h * h / 2)' '0 * rest.acceleration'
-mistake turn_of_the_normal_dropped src/toi/safe_step.h toi 'SafeStep*' \
+mistake turn_of_the_normal_dropped src/toi/rigid/safe_step.h toi 'SafeStep*' \
   ' + 2 * rate_W.dot(v_AB_W)' ''
-mistake third_order_of_the_origins_dropped src/toi/safe_step.h toi 'SafeStep*' \
+mistake third_order_of_the_origins_dropped src/toi/rigid/safe_step.h toi 'SafeStep*' \
   'turn * p_AB_W.norm() + 3 * v_AB_W.norm()' '3 * v_AB_W.norm()'
-mistake third_order_of_a_fixed_normal src/toi/safe_step.h toi 'SafeStep*' \
+mistake third_order_of_a_fixed_normal src/toi/rigid/safe_step.h toi 'SafeStep*' \
   'third = turn_norm > 0 ? relative_W.norm() * rate * rate : w_norm * w_norm * k_W.norm()' \
   'third = w_norm * w_norm * k_W.norm()'
-mistake third_order_term_dropped src/toi/box_steps_lanes.h toi 'BoxSteps*:TurningBoxes*' \
+mistake third_order_term_dropped src/toi/rigid/box_steps_simd.h toi 'BoxSteps*:TurningBoxes*' \
   'bounds.jerk * (h_sq * h * L(1.0 / 6 + 0x1p-54))' 'bounds.jerk * L(0.0)'
-mistake half_diagonal_without_root_three src/toi/box_steps_lanes.h toi 'BoxSteps*:TurningBoxes*' \
+mistake half_diagonal_without_root_three src/toi/rigid/box_steps_simd.h toi 'BoxSteps*:TurningBoxes*' \
   'radius = (root(dot(box.center, box.center)) + root(dot(box.half_extents, box.half_extents)))' \
   'radius = (root(dot(box.center, box.center)) + box.half_extents[0])'
-mistake nan_taken_for_safe src/toi/safe_step.cpp toi '*' \
+mistake nan_taken_for_safe src/toi/rigid/safe_step.cpp toi '*' \
   'if (!std::isfinite(discriminant)) return 0;' 'if (!std::isfinite(discriminant)) return kInfinity;'
-mistake rounding_radius_forgotten src/toi/safe_step.h toi '*' \
+mistake rounding_radius_forgotten src/toi/rigid/safe_step.h toi '*' \
   'return shape.core_reach(w) + (radius > 0 ? radius * w.norm() : 0);' \
   'return shape.core_reach(w) + 0 * radius;'
-mistake swept_box_of_the_begin_only src/toi/deforming_mesh.cpp toi 'Deforming*' \
+mistake swept_box_of_the_begin_only src/toi/deforming/deforming_mesh.cpp toi 'Deforming*' \
   'node->at_end.extend(to);' 'node->at_end.extend(from);'
 
 if [ $# -gt 0 ]; then names=("$@"); fi

@@ -4,11 +4,11 @@
 #include <iostream>
 
 #include "cli/commands.h"
-#include "cli/paper/construction_drawing.h"
-#include "cli/paper/paper_figures.h"
-#include "cli/paper/paper_report.h"
+#include "paper/experiment/construction_drawing.h"
+#include "paper/experiment/paper_figures.h"
+#include "paper/experiment/paper_report.h"
 #include "dyop/core/error.h"
-#include "dyop/distance/published_dyop.h"
+#include "dyop/paper/published_dyop.h"
 #include "dyop/io/file_error.h"
 
 namespace dyop::cli {

@@ -4,11 +4,11 @@
 #include <cstdint>
 #include <vector>
 
-#include "distance/box_gaps.h"
 #include "distance/piece_distance.h"
-#include "distance/shape_tree.h"
 #include "dyop/core/tolerance.h"
 #include "dyop/distance/distance_result.h"
+#include "geometry/shape_tree.h"
+#include "hierarchy/box_gaps.h"
 
 namespace dyop::internal {
 

@@ -5,14 +5,14 @@
 #include <tuple>
 #include <vector>
 
-#include "distance/box_gaps.h"
 #include "distance/piece_distance.h"
 #include "distance/point_grid.h"
-#include "distance/shape_tree.h"
 #include "dyop/core/error.h"
 #include "dyop/core/tolerance.h"
 #include "dyop/distance/distance.h"
 #include "dyop/distance/triangle_distance.h"
+#include "geometry/shape_tree.h"
+#include "hierarchy/box_gaps.h"
 
 namespace dyop {
 namespace {

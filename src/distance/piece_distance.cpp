@@ -1,6 +1,6 @@
 #include "distance/piece_distance.h"
 
-#include "distance/triangle_core.h"
+#include "distance/gjk/triangle_core.h"
 #include "dyop/core/tolerance.h"
 #include "dyop/distance/gjk.h"
 #include "dyop/distance/triangle_distance.h"

@@ -3,10 +3,10 @@
 #include <cstdint>
 #include <optional>
 
-#include "distance/shape_tree.h"
-#include "distance/warm_gjk.h"
+#include "distance/gjk/warm_gjk.h"
 #include "dyop/core/rigid_pose.h"
 #include "dyop/distance/distance_result.h"
+#include "geometry/shape_tree.h"
 
 namespace dyop::internal {
 

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "dyop/geometry/triangle.h"
+#include "dyop/core/triangle.h"
 
 namespace dyop::internal {
 

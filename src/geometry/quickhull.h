@@ -3,7 +3,7 @@
 #include <span>
 #include <vector>
 
-#include "dyop/geometry/triangle.h"
+#include "dyop/core/triangle.h"
 
 namespace dyop::internal {
 

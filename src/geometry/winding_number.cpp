@@ -5,7 +5,7 @@
 
 #include "dyop/core/error.h"
 #include "dyop/core/tolerance.h"
-#include "geometry/exact_orientation.h"
+#include "exact/orientation.h"
 
 namespace dyop {
 namespace {

@@ -9,7 +9,7 @@
 #include "dyop/core/error.h"
 #include "dyop/core/tolerance.h"
 #include "toi/interruption.h"
-#include "toi/moving_pair.h"
+#include "toi/rigid/moving_pair.h"
 #include "toi/toi_check.h"
 #include "toi/toi_memory.h"
 

@@ -1,8 +1,8 @@
 #pragma once
 
 #include "distance/distance_traversal.h"
+#include "distance/gjk/warm_gjk.h"
 #include "distance/piece_distance.h"
-#include "distance/warm_gjk.h"
 #include "dyop/core/time_interval.h"
 #include "toi/radix_queue.h"
 

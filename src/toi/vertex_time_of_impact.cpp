@@ -6,8 +6,8 @@
 
 #include "dyop/core/error.h"
 #include "dyop/core/tolerance.h"
-#include "toi/path_search.h"
 #include "toi/toi_check.h"
+#include "toi/vertex/path_search.h"
 
 namespace dyop {
 namespace {

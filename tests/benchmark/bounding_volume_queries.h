@@ -12,7 +12,7 @@
 #include "dyop/distance/triangle_distance.h"
 #include "dyop/geometry/triangle_mesh.h"
 #include "dyop/motion/motion.h"
-#include "geometry/split_tree.h"
+#include "hierarchy/split_tree.h"
 
 // Distance and impact on plain binary trees, the same for every bounding volume: what is split, in
 // which order and how far a gap reaches in time depend on nothing but the gaps of the volumes.

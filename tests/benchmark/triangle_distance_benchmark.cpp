@@ -25,7 +25,7 @@
 #include <utility>
 #include <vector>
 
-#include "distance/triangle_batch.h"
+#include "distance/triangle_wide/triangle_batch.h"
 #include "dyop/core/tolerance.h"
 #include "dyop/distance/triangle_distance.h"
 #include "support/mesh_generators.h"

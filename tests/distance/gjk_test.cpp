@@ -12,14 +12,14 @@
 #include <string>
 #include <vector>
 
-#include "distance/polytope_oracle.h"
-#include "distance/triangle_core.h"
+#include "distance/gjk/triangle_core.h"
 #include "dyop/core/tolerance.h"
 #include "dyop/geometry/box.h"
 #include "dyop/geometry/capsule.h"
 #include "dyop/geometry/convex_hull.h"
 #include "dyop/geometry/sphere.h"
 #include "support/ellipsoid.h"
+#include "support/polytope_oracle.h"
 
 namespace dyop {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "distance/triangle_batch.h"
+#include "distance/triangle_wide/triangle_batch.h"
 #include "dyop/core/error.h"
 #include "support/random_inputs.h"
 #include "support/runnable_sets.h"

@@ -7,7 +7,7 @@
 #include <random>
 #include <vector>
 
-#include "distance/polytope_oracle.h"
+#include "support/polytope_oracle.h"
 #include "dyop/core/tolerance.h"
 #include "dyop/distance/gjk.h"
 

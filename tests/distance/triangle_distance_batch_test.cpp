@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "distance/triangle_batch.h"
+#include "distance/triangle_wide/triangle_batch.h"
 #include "dyop/core/error.h"
 #include "dyop/distance/triangle_block.h"
 #include "support/random_inputs.h"

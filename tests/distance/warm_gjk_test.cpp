@@ -1,4 +1,4 @@
-#include "distance/warm_gjk.h"
+#include "distance/gjk/warm_gjk.h"
 
 #include <gtest/gtest.h>
 

@@ -4,9 +4,9 @@
 #include <algorithm>
 
 #include "dyop/core/tolerance.h"
-#include "dyop/distance/lin_canny.h"
 #include "dyop/distance/triangle_distance.h"
 #include "dyop/distance/warm_triangle_distance.h"
+#include "dyop/paper/lin_canny.h"
 #include "fuzz/fuzz_input.h"
 #include "support/triangle_distance_check.h"
 

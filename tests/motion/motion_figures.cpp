@@ -11,9 +11,9 @@
 #include <string>
 #include <vector>
 
-#include "cli/paper/svg_canvas.h"
 #include "motion/all_motions.h"
 #include "motion/motion_test_tools.h"
+#include "paper/experiment/svg_canvas.h"
 
 namespace dyop::testing {
 namespace {

@@ -18,7 +18,7 @@
 #include <vector>
 
 #include "dyop/toi/vertex_time_of_impact.h"
-#include "toi/exact_contact.h"
+#include "toi/vertex/exact_contact.h"
 
 namespace {
 

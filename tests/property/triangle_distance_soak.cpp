@@ -13,7 +13,7 @@
 #include <random>
 #include <vector>
 
-#include "distance/triangle_batch.h"
+#include "distance/triangle_wide/triangle_batch.h"
 #include "dyop/core/tolerance.h"
 #include "dyop/distance/triangle_distance.h"
 #include "dyop/distance/warm_triangle_distance.h"

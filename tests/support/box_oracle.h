@@ -7,7 +7,7 @@
 
 #include "dyop/core/rigid_pose.h"
 #include "dyop/distance/triangle_distance.h"
-#include "dyop/geometry/mesh_hierarchy.h"
+#include "dyop/hierarchy/mesh_hierarchy.h"
 #include "support/random_inputs.h"
 
 // Boxes as their corners and faces, for the exact distance of triangles.

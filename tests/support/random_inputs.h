@@ -4,7 +4,7 @@
 #include <random>
 
 #include "dyop/core/rigid_pose.h"
-#include "dyop/geometry/triangle.h"
+#include "dyop/core/triangle.h"
 #include "dyop/motion/motion.h"
 
 /// Random inputs that depend on the generator's seed alone: no distribution of the standard

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "dyop/geometry/triangle.h"
+#include "dyop/core/triangle.h"
 #include "support/nearest_points.h"
 
 namespace dyop::testing {

@@ -1,9 +1,9 @@
-#include "toi/box_steps.h"
+#include "toi/rigid/box_steps.h"
 
 #include <gtest/gtest.h>
 
-#include "distance/shape_tree.h"
 #include "dyop/core/tolerance.h"
+#include "geometry/shape_tree.h"
 #include "support/box_oracle.h"
 
 namespace dyop::internal {

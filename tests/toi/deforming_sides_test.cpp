@@ -1,4 +1,4 @@
-#include "toi/deforming_sides.h"
+#include "toi/deforming/deforming_sides.h"
 
 #include <gtest/gtest.h>
 

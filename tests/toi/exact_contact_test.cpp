@@ -1,4 +1,4 @@
-#include "toi/exact_contact.h"
+#include "toi/vertex/exact_contact.h"
 
 #include <gtest/gtest.h>
 

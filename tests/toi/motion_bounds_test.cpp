@@ -1,4 +1,4 @@
-#include "toi/motion_bounds.h"
+#include "toi/rigid/motion_bounds.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "toi/safe_step.h"
+#include "toi/rigid/safe_step.h"
 
 #include <gtest/gtest.h>
 

@@ -1,8 +1,8 @@
 #pragma once
 
+#include "dyop/core/triangle.h"
 #include "dyop/core/types.h"
 #include "dyop/geometry/shape.h"
-#include "dyop/geometry/triangle.h"
 
 namespace dyop {
 

@@ -6,9 +6,9 @@
 #include <span>
 #include <vector>
 
-#include "dyop/geometry/mesh_hierarchy.h"
+#include "dyop/core/triangle.h"
 #include "dyop/geometry/shape.h"
-#include "dyop/geometry/triangle.h"
+#include "dyop/hierarchy/mesh_hierarchy.h"
 
 namespace dyop {
 

@@ -4,8 +4,8 @@
 #include <span>
 #include <vector>
 
+#include "dyop/core/triangle.h"
 #include "dyop/core/types.h"
-#include "dyop/geometry/triangle.h"
 
 namespace dyop {
 

@@ -18,9 +18,9 @@ enum class ToiStatus {
   Impact,                 ///< at t_safe the distance is at most target + tolerance, and closing
   InitiallyWithinTarget,  ///< the shapes begin within δ + ε/4: nothing is guaranteed; t_safe is the
                           ///< begin
-  BudgetExhausted,  ///< undecided after t_safe: NOT a miss
-  Cancelled,        ///< stopped by the caller; undecided after t_safe
-  NumericalLimit,   ///< rounding forbids the tolerance asked for; undecided after t_safe
+  BudgetExhausted,        ///< undecided after t_safe: NOT a miss
+  Cancelled,              ///< stopped by the caller; undecided after t_safe
+  NumericalLimit,         ///< rounding forbids the tolerance asked for; undecided after t_safe
 };
 
 struct ToiStatistics {

@@ -12,8 +12,7 @@ int main() {
   const dyop::Box box({0.5, 0.5, 0.5});
   const dyop::RestMotion at_rest{dyop::RigidPose()};
   const dyop::ConstantTwistMotion falling(dyop::RigidPose({0.3, 0, 5}), {{0, 0, -2}, {0, 3, 1}});
-  const dyop::ToiResult result =
-      dyop::time_of_impact(sphere, at_rest, box, falling, {0, 4});
+  const dyop::ToiResult result = dyop::time_of_impact(sphere, at_rest, box, falling, {0, 4});
   std::cout << "touching at t = " << result.t_safe << '\n';
   return result.status == dyop::ToiStatus::Impact ? 0 : 1;
 }

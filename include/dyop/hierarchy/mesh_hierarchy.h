@@ -1,0 +1,100 @@
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <vector>
+
+#include "dyop/core/triangle.h"
+
+namespace dyop {
+
+/// A box with its own axes. Contains {center + axes * x : |x_i| <= half_extents_i}.
+struct OrientedBox {
+  Vector3 center = Vector3::Zero();
+  Matrix3 axes = Matrix3::Identity();  ///< columns: axes of the box in the shape's frame
+  Vector3 half_extents = Vector3::Zero();
+};
+
+/// Up to eight oriented boxes side by side in single precision, as wide arithmetic wants them.
+struct alignas(64) BoxGroup {
+  static constexpr int kWidth = 8;
+  /// Rows of a group: three of centers, three for each of the three axes, three of half extents.
+  static constexpr int kCenter = 0;
+  static constexpr int kAxes = 3;
+  static constexpr int kHalfExtents = 12;
+  static constexpr int kRows = 15;
+
+  /// rows[kCenter + i], rows[kAxes + 3 * k + i] (coordinate i of axis k), rows[kHalfExtents + k];
+  /// one column a box. Centers and half extents are multiples of a scale that is stored elsewhere.
+  /// Columns without a box repeat the last one, so that they hold valid numbers.
+  float rows[kRows][kWidth];
+
+  /// The box in a column, exactly.
+  OrientedBox box(int column, Scalar scale) const;
+
+  /// Stores a box that contains `box`, whose axes must be orthonormal to 8u: what rounding to
+  /// single precision takes away is added to the half extents.
+  /// @param scale A power of two, at least as large as all center coordinates and half extents.
+  void set_box(int column, const OrientedBox& box, Scalar scale);
+
+  /// Half diagonal, squared, in units of the scale.
+  float squared_half_diagonal(int column) const;
+};
+
+/// Tree of oriented boxes over triangles with up to eight children a node, one triangle a leaf, in
+/// depth-first order. Each box contains all its triangles: exactly, and also when the corners
+/// center + axes * x are evaluated in double.
+///
+/// An inner box is the smaller (by area) of the box along the principal axes of its vertices and
+/// the axis-aligned one; a leaf's is aligned with the triangle's longest edge and normal. A binary
+/// tree is split by a binned surface-area heuristic [Wald2007] and then collapsed into wide nodes
+/// at the least expected cost [Ylitie2017]. Built on the threads of oneTBB; the same input gives
+/// the same tree on any number of them. Axes are orthonormal to single precision only.
+class MeshHierarchy {
+ public:
+  static constexpr int kWidth = BoxGroup::kWidth;
+  /// No node is deeper (the root has depth 0).
+  static constexpr int kMaxDepth = 96;
+  static constexpr std::int32_t kNothing = std::numeric_limits<std::int32_t>::min();
+
+  struct Node {
+    BoxGroup boxes;
+    /// What each box holds: the node with its parts, for a leaf -1 - triangle, or kNothing. At
+    /// least one box, and two in all nodes but the first; those without come last.
+    std::int32_t child[kWidth];
+
+    /// Boxes in use.
+    int count() const {
+      int count = 1;
+      while (count < kWidth && child[count] != kNothing) ++count;
+      return count;
+    }
+  };
+
+  /// Triangles may be degenerate; at least one.
+  MeshHierarchy(std::span<const Vector3> vertices, std::span<const TriangleIndices> triangles);
+
+  /// The tree of the same triangles with other vertices: the same nodes, with boxes fitted anew, so
+  /// they contain the triangles as those of a new tree do. The indices must be those the tree was
+  /// built from. Queries take the same time as long as near triangles stay near each other.
+  MeshHierarchy refitted(std::span<const Vector3> vertices,
+                         std::span<const TriangleIndices> triangles) const;
+
+  /// Node 0 holds one box, that of the whole mesh.
+  const std::vector<Node>& nodes() const { return nodes_; }
+
+  /// The scale for boxes that lie in `root`: the power of two above its coordinates.
+  static Scalar scale_of(const OrientedBox& root);
+
+  /// Unit of the centers and half extents in the nodes; length, a power of two.
+  Scalar scale() const { return scale_; }
+
+ private:
+  void fit_boxes(std::span<const Vector3> vertices, std::span<const TriangleIndices> triangles);
+
+  std::vector<Node> nodes_;
+  Scalar scale_ = 1;
+};
+
+}  // namespace dyop

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string_view>
+
+#include "dyop/core/rigid_pose.h"
+#include "dyop/core/triangle.h"
+#include "dyop/geometry/convex_hull.h"
+
+namespace dyop {
+
+/// Bounds of a distance. Proven if the algorithm is certified; otherwise `upper` is its estimate
+/// and `lower` is 0.
+struct DistanceBounds {
+  Scalar lower = 0;
+  Scalar upper = kInfinity;
+};
+
+/// One way to compute the distance of two triangles, or of two convex hulls; stateless and
+/// thread-safe. For comparing algorithms: each has a function of its own in this room that returns
+/// witness points and features too, and distance() is the front door for everything else.
+///
+/// To add an algorithm:
+///   1. `include/dyop/distance/<name>.h` and `src/distance/<name>.cpp`, listed in
+///      `src/distance/CMakeLists.txt`, with a page in docs/algorithms;
+///   2. a class in `src/paper/distance_algorithm.cpp` and its name in the list at the end of
+///   that
+///      file: the contract tests of tests/paper/distance_algorithm_test.cpp then check it, and
+///      `dyop paper` measures and draws it.
+class DistanceAlgorithm {
+ public:
+  virtual ~DistanceAlgorithm() = default;
+
+  /// As written in tables, unique.
+  virtual std::string_view name() const = 0;
+
+  /// Whether `lower <= d <= upper` is proven for every answer.
+  virtual bool is_certified() const = 0;
+
+  /// Distance of two triangles in the plane. Coordinates must be finite and at most
+  /// kLargestCoordinate; they are not checked here.
+  virtual DistanceBounds distance(const PlanarTriangle& a, const PlanarTriangle& b) const = 0;
+
+  /// The same in space.
+  virtual DistanceBounds distance(const Triangle& a, const Triangle& b) const = 0;
+
+  /// Distance of two hulls of any size, X_AB the pose of b's frame in a's frame; nothing if this
+  /// algorithm is for triangles only.
+  virtual std::optional<DistanceBounds> distance(const ConvexHull& a, const ConvexHull& b,
+                                                 const RigidPose& X_AB) const;
+};
+
+/// All of them, certified DyOP first.
+std::span<const DistanceAlgorithm* const> distance_algorithms();
+
+/// The one with that name.
+/// @throws InvalidArgument if there is none; the message has the names that exist.
+const DistanceAlgorithm& distance_algorithm(std::string_view name);
+
+}  // namespace dyop

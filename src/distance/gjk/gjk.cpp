@@ -1,0 +1,373 @@
+#include "dyop/distance/gjk.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "distance/gjk/simplex.h"
+#include "distance/gjk/warm_gjk.h"
+#include "dyop/core/tolerance.h"
+
+// GJK on the Minkowski difference B - A of the cores, in frame A. A point of the difference is
+// w = p_ACb - p_ACa; the point v nearest to the origin is the shortest vector from A to B.
+namespace dyop {
+namespace {
+
+using internal::GjkGoal;
+using internal::GjkSeed;
+using internal::RealVector3;
+using internal::SimplexCombination;
+using internal::SimplexPoints;
+using internal::SimplexSolver;
+
+// Whether a squared norm has suffered neither overflow nor underflow.
+template <typename Real>
+bool is_safe_square(Real norm_sq) {
+  // literal: properties of the number format; the squares of the parts are normal numbers.
+  return norm_sq > static_cast<Real>(1e-200) && norm_sq < static_cast<Real>(1e200);
+}
+
+// One support query: a point of each core, each in the frame of its own shape, hence exact.
+struct CorePair {
+  SupportPoint a;
+  SupportPoint b;
+
+  bool is_smooth() const { return a.vertex < 0 || b.vertex < 0; }
+};
+
+bool is_same_point(const SupportPoint& p, const SupportPoint& q) {
+  return p.vertex >= 0 ? p.vertex == q.vertex : p.point == q.point;
+}
+
+template <typename Real>
+RealVector3<Real> transform(const RigidPose& X_AB, const Vector3& p_B) {
+  return X_AB.rotation().cast<Real>() * p_B.cast<Real>() + X_AB.translation().cast<Real>();
+}
+
+// Norm and direction without overflow or underflow. The size is a sum because that keeps a NaN,
+// which a maximum may lose.
+template <typename Real>
+Real scaled_norm(const RealVector3<Real>& v) {
+  const Real norm_sq = v.squaredNorm();
+  if (is_safe_square(norm_sq)) return std::sqrt(norm_sq);
+  const Real size = v.cwiseAbs().sum();
+  return size > 0 ? size * (v / size).norm() : size;
+}
+
+template <typename Real>
+Vector3 unit_vector(const RealVector3<Real>& v, const Vector3& fallback) {
+  const Real norm_sq = v.squaredNorm();
+  if (is_safe_square(norm_sq)) {
+    return (v / std::sqrt(norm_sq)).template cast<Scalar>();
+  }
+  const Real size = v.cwiseAbs().sum();
+  if (!(size > 0)) return fallback;
+  return (v / size).normalized().template cast<Scalar>();
+}
+
+enum class Progress { None, Tie, Nearer };
+
+// A convex combination of points of B - A. Holds the support points in use, first `count`.
+template <typename Real>
+struct Simplex {
+  std::array<CorePair, 4> pairs;
+  SimplexPoints<Real> points;
+  std::size_t count = 0;
+  SimplexCombination<Real> nearest;
+
+  bool contains(const CorePair& pair) const {
+    for (std::size_t i = 0; i < count; ++i) {
+      if (is_same_point(pairs[i].a, pair.a) && is_same_point(pairs[i].b, pair.b)) return true;
+    }
+    return false;
+  }
+
+  void drop_unused() {
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      if (!(nearest.weights[i] > 0)) continue;
+      pairs[kept] = pairs[i];
+      points[kept] = points[i];
+      nearest.weights[kept] = nearest.weights[i];
+      ++kept;
+    }
+    std::fill(nearest.weights.begin() + static_cast<std::ptrdiff_t>(kept), nearest.weights.end(),
+              Real(0));
+    count = kept;
+  }
+
+  // Adds a point. Changes nothing unless the nearest point comes closer, or stays as near up to
+  // rounding: a tie may still turn the normal to the better.
+  Progress add(const CorePair& pair, const RealVector3<Real>& point) {
+    if (count == 4) return Progress::None;
+    pairs[count] = pair;
+    points[count] = point;
+    SimplexCombination<Real> next = SimplexSolver<Real>(points, count + 1).solve_with_newest();
+    if (!(next.norm_sq < nearest.norm_sq)) {
+      next = SimplexSolver<Real>(points, count + 1).solve_exhaustively();
+    }
+    if (!std::isfinite(next.norm_sq)) return Progress::None;
+    const bool is_tie = !(next.norm_sq < nearest.norm_sq);
+    if (is_tie && !(next.norm_sq <= nearest.norm_sq * SimplexSolver<Real>::kTie)) {
+      return Progress::None;
+    }
+    nearest = next;
+    ++count;
+    drop_unused();
+    return is_tie ? Progress::Tie : Progress::Nearer;
+  }
+};
+
+// The normal of a triangle simplex, on the origin's far side; zero if v itself is more accurate.
+template <typename Real>
+RealVector3<Real> plane_direction(const Simplex<Real>& simplex) {
+  const auto& w = simplex.points;
+  const std::array<RealVector3<Real>, 3> edges{w[2] - w[1], w[0] - w[2], w[1] - w[0]};
+  const std::array<Real, 3> lengths_sq{edges[0].squaredNorm(), edges[1].squaredNorm(),
+                                       edges[2].squaredNorm()};
+  const auto longest = std::max_element(lengths_sq.begin(), lengths_sq.end());
+  const auto i = static_cast<std::size_t>(longest - lengths_sq.begin());
+  // The two shorter edges: the smallest rounding of a sliver's normal.
+  const RealVector3<Real> n = edges[(i + 1) % 3].cross(edges[(i + 2) % 3]);
+  const Real height_sq = n.squaredNorm() / *longest;
+  if (!(height_sq > simplex.nearest.norm_sq)) return RealVector3<Real>::Zero();
+  return n.dot(simplex.nearest.point) >= 0 ? n : RealVector3<Real>(-n);
+}
+
+// The direction of v, but from the features when these give it better: rounding turns v by about
+// noise / |v|, the normal of a triangle by noise / height and an edge by noise / length. Near
+// contact v alone would end the iteration far from full accuracy.
+template <typename Real>
+Vector3 search_direction(const Simplex<Real>& simplex, const Vector3& previous) {
+  RealVector3<Real> d = simplex.nearest.point;
+  if (simplex.count == 3) {
+    const RealVector3<Real> n = plane_direction(simplex);
+    if (n.cwiseAbs().maxCoeff() > 0) d = n;
+  } else if (simplex.count == 2) {
+    const RealVector3<Real> e = simplex.points[1] - simplex.points[0];
+    const Real length_sq = e.squaredNorm();
+    if (length_sq > simplex.nearest.norm_sq) d -= e * (e.dot(d) / length_sq);
+  }
+  return unit_vector(d, previous);
+}
+
+// The state of one query: the bounds on the distance of the cores and what bounds rounding.
+class GjkQuery {
+ public:
+  GjkQuery(const ConvexShape& a, const ConvexShape& b, const RigidPose& X_AB, const GjkGoal& goal)
+      : a_(a),
+        b_(b),
+        X_AB_(X_AB),
+        goal_(goal),
+        radius_a_(a.rounding_radius()),
+        radius_b_(b.rounding_radius()),
+        scale_(X_AB.translation().norm() + a.bounding_radius() + b.bounding_radius()) {}
+
+  GjkResult run(GjkSeed& seed) {
+    Simplex<Scalar> simplex;
+    if (!start_from(seed, simplex) && !start(simplex)) {
+      return {};  // NaN from a support function: nothing is known
+    }
+    const bool is_done = iterate(simplex);
+    keep(simplex, seed);
+    return is_done ? result(simplex) : run_in_wide_arithmetic(simplex);
+  }
+
+ private:
+  bool start(Simplex<Scalar>& simplex) {
+    best_normal_ =
+        unit_vector<Scalar>(X_AB_ * b_.core_center() - a_.core_center(), Vector3::UnitX());
+    const CorePair first = find_support(best_normal_);
+    const Vector3 w = difference<Scalar>(first);
+    best_gap_ = best_normal_.dot(w);
+    return simplex.add(first, w) != Progress::None;
+  }
+
+  bool start_from(const GjkSeed& seed, Simplex<Scalar>& simplex) {
+    if (seed.count == 0) return false;
+    for (std::size_t i = 0; i < seed.count; ++i) {
+      simplex.pairs[i] = {seed.a[i], seed.b[i]};
+      simplex.points[i] = difference<Scalar>(simplex.pairs[i]);
+    }
+    simplex.count = seed.count;
+    simplex.nearest = SimplexSolver<Scalar>(simplex.points, seed.count).solve_from_largest();
+    if (!std::isfinite(simplex.nearest.norm_sq)) return false;
+    simplex.drop_unused();
+    return true;
+  }
+
+  // Of the tetrahedron of an overlap three points.
+  static void keep(const Simplex<Scalar>& simplex, GjkSeed& seed) {
+    seed.count = std::min(simplex.count, seed.a.size());
+    for (std::size_t i = 0; i < seed.count; ++i) {
+      seed.a[i] = simplex.pairs[i].a;
+      seed.b[i] = simplex.pairs[i].b;
+    }
+  }
+
+  // Rounding stopped the iteration early: go on with the same simplex in long double.
+  GjkResult run_in_wide_arithmetic(const Simplex<Scalar>& start) {
+    Simplex<long double> simplex;
+    simplex.pairs = start.pairs;
+    simplex.count = start.count;
+    for (std::size_t i = 0; i < start.count; ++i) {
+      simplex.points[i] = difference<long double>(start.pairs[i]);
+    }
+    simplex.nearest =
+        SimplexSolver<long double>(simplex.points, simplex.count).solve_exhaustively();
+    simplex.drop_unused();
+    iterate(simplex);
+    return result(simplex);
+  }
+
+  CorePair find_support(const Vector3& nhat_A) const {
+    return {a_.core_support(nhat_A), b_.core_support(-(X_AB_.rotation().transpose() * nhat_A))};
+  }
+
+  template <typename Real>
+  RealVector3<Real> difference(const CorePair& pair) const {
+    return transform<Real>(X_AB_, pair.b.point) - pair.a.point.cast<Real>();
+  }
+
+  // literal: more than what underflows on the way, for shapes of the size of the smallest numbers.
+  Scalar noise() const { return kPoseNoise * scale_ + 0x1p-1064; }
+
+  // Of the bounds that result() would give, v having this length.
+  bool is_enough(Scalar norm) {
+    const Scalar radii = radius_a_ + radius_b_;
+    const Scalar lower = best_gap_ - radii - noise();
+    const Scalar upper = norm - radii + noise();
+    is_goal_met_ = (lower > goal_.apart && upper - lower <= goal_.share * (lower - goal_.apart)) ||
+                   upper < goal_.hit;
+    return is_goal_met_;
+  }
+
+  // Narrows the bounds; true once they meet or the cores are found to touch.
+  template <typename Real>
+  bool iterate(Simplex<Real>& simplex) {
+    int ties = 0;
+    for (int i = 0; i < kGjkIterationLimit; ++i) {
+      const auto norm = static_cast<Scalar>(scaled_norm(simplex.nearest.point));
+      // Half of what result() calls touching, so that its own rounding cannot deny it.
+      if (norm <= noise() / 2) return true;
+      const Vector3 nhat_A = search_direction(simplex, best_normal_);
+      const CorePair pair = find_support(nhat_A);
+      const RealVector3<Real> w = difference<Real>(pair);
+      ++iterations_;
+      const auto gap = static_cast<Scalar>(nhat_A.template cast<Real>().dot(w));
+      if (gap > best_gap_) {
+        best_gap_ = gap;
+        best_normal_ = nhat_A;
+      }
+      const Scalar target =
+          kGjkStopNoise * scale_ + (pair.is_smooth() ? kGjkSmoothConvergence * norm : 0);
+      if (norm - best_gap_ <= target || is_enough(norm)) return true;
+      if (simplex.contains(pair)) return false;
+      const Progress progress = simplex.add(pair, w);
+      if (progress == Progress::Tie) ++ties;
+      if (progress == Progress::None || ties > kGjkTieLimit) return false;
+    }
+    return false;
+  }
+
+  template <typename Real>
+  GjkResult result(const Simplex<Real>& simplex) const;
+
+  const ConvexShape& a_;
+  const ConvexShape& b_;
+  const RigidPose& X_AB_;
+  const GjkGoal& goal_;
+  Scalar radius_a_;
+  Scalar radius_b_;
+  Scalar scale_;  // size of all numbers of the query, length
+  Vector3 best_normal_;
+  Scalar best_gap_ = -kInfinity;  // slab gap of the cores along best_normal_, not yet rounded down
+  int iterations_ = 0;
+  bool is_goal_met_ = false;
+};
+
+// The feature of one core that the given support points span; of four vertices, which only the
+// tetrahedron of an overlap has, three.
+Feature spanned_feature(const std::array<CorePair, 4>& pairs, std::size_t count,
+                        SupportPoint CorePair::*side) {
+  Feature feature;
+  std::size_t distinct = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::int32_t vertex = (pairs[i].*side).vertex;
+    if (vertex < 0) return {};
+    auto& vertices = feature.vertices;
+    if (distinct == 3 || std::find(vertices.begin(), vertices.end(), vertex) != vertices.end()) {
+      continue;
+    }
+    std::size_t at = distinct++;
+    for (; at > 0 && vertices[at - 1] > vertex; --at) vertices[at] = vertices[at - 1];
+    vertices[at] = vertex;
+  }
+  constexpr std::array kKinds{FeatureKind::Smooth, FeatureKind::Vertex, FeatureKind::Edge,
+                              FeatureKind::Face};
+  feature.kind = kKinds[distinct];
+  return feature;
+}
+
+template <typename Real>
+GjkResult GjkQuery::result(const Simplex<Real>& simplex) const {
+  GjkResult result;
+  result.iterations = iterations_;
+  result.nhat_AB_A = best_normal_;
+  if (!is_goal_met_) {
+    result.feature_a = spanned_feature(simplex.pairs, simplex.count, &CorePair::a);
+    result.feature_b = spanned_feature(simplex.pairs, simplex.count, &CorePair::b);
+  }
+
+  RealVector3<Real> core_a = RealVector3<Real>::Zero();
+  RealVector3<Real> core_b = RealVector3<Real>::Zero();
+  for (std::size_t i = 0; i < simplex.count; ++i) {
+    const Real weight = simplex.nearest.weights[i];
+    core_a += weight * simplex.pairs[i].a.point.template cast<Real>();
+    core_b += weight * transform<Real>(X_AB_, simplex.pairs[i].b.point);
+  }
+  const Scalar radii = radius_a_ + radius_b_;
+  const RealVector3<Real> v = core_b - core_a;
+  const auto core_upper = static_cast<Scalar>(scaled_norm(v));
+  if (!std::isfinite(core_upper)) return result;  // nothing is known: lower 0, upper infinite
+
+  // Every comparison below is false for NaN, which leaves lower at 0 and is_overlapping false.
+  const Scalar lower = best_gap_ - radii - noise();
+  if (lower > 0) result.lower = lower;
+  result.upper = std::max(Scalar(0), core_upper - radii + noise());
+  result.is_overlapping = !(lower > 0) && core_upper - radii <= noise();
+
+  // Along v, not along best_normal_, so that the points are no farther apart than `upper`. Of
+  // overlapping rounded shapes a point in both.
+  Vector3 offset_a = Vector3::Zero();
+  Vector3 offset_b = Vector3::Zero();
+  if (core_upper > radii) {
+    const Vector3 vhat = unit_vector(v, best_normal_);
+    offset_a = radius_a_ * vhat;
+    offset_b = -radius_b_ * vhat;
+  } else if (radii > 0) {
+    offset_a = v.template cast<Scalar>() * (radius_a_ / radii);
+    offset_b = -v.template cast<Scalar>() * (radius_b_ / radii);
+  }
+  result.p_ACa = core_a.template cast<Scalar>() + offset_a;
+  result.p_ACb = core_b.template cast<Scalar>() + offset_b;
+  return result;
+}
+
+}  // namespace
+
+GjkResult gjk_distance(const ConvexShape& a, const ConvexShape& b, const RigidPose& X_AB) {
+  GjkSeed seed;
+  return GjkQuery(a, b, X_AB, GjkGoal{}).run(seed);
+}
+
+namespace internal {
+
+GjkResult gjk_distance(const ConvexShape& a, const ConvexShape& b, const RigidPose& X_AB,
+                       const GjkGoal& goal, GjkSeed& seed) {
+  return GjkQuery(a, b, X_AB, goal).run(seed);
+}
+
+}  // namespace internal
+
+}  // namespace dyop

@@ -1,0 +1,38 @@
+#pragma once
+
+#include "distance/triangle/triangle_pair.h"
+#include "distance/triangle_wide/triangle_wide.h"
+#include "dyop/distance/triangle_block.h"
+
+/// Single triangles and answers of blocks.
+namespace dyop::internal {
+
+inline Triangle triangle_at(const TriangleBlock& block, std::size_t n) {
+  Triangle triangle;
+  for (std::size_t v = 0; v < 3; ++v) {
+    triangle[v] = Vector3(block.at[3 * v][n], block.at[3 * v + 1][n], block.at[3 * v + 2][n]);
+  }
+  return triangle;
+}
+
+inline void set_triangle(TriangleBlock& block, std::size_t n, const Triangle& triangle) {
+  for (std::size_t k = 0; k < 9; ++k) {
+    block.at[k][n] = triangle[k / 3][static_cast<Eigen::Index>(k % 3)];
+  }
+}
+
+inline TriangleDistance answer_at(const TriangleDistanceBlock& d, std::size_t n) {
+  return {d.lower[n],
+          d.upper[n],
+          Vector3(d.p_a[0][n], d.p_a[1][n], d.p_a[2][n]),
+          Vector3(d.p_b[0][n], d.p_b[1][n], d.p_b[2][n]),
+          Vector3(d.normal[0][n], d.normal[1][n], d.normal[2][n]),
+          feature_of_place(d.place_a[n]),
+          feature_of_place(d.place_b[n]),
+          d.is_crossing[n] != 0};
+}
+
+/// The constants of tolerance.h, for the kernels.
+const TriangleConstants& triangle_constants();
+
+}  // namespace dyop::internal

@@ -1,0 +1,188 @@
+#include "dyop/distance/triangle_distance_batch.h"
+
+#include <algorithm>
+#include <bit>
+
+#include "distance/triangle_wide/triangle_batch.h"
+#include "distance/triangle_wide/triangle_block_access.h"
+#include "dyop/core/error.h"
+
+namespace dyop {
+namespace internal {
+namespace {
+
+constexpr std::size_t kBlockWidth = kTriangleBlockWidth;
+
+// Blocks that are taken through a kernel together: they fit the nearest cache.
+constexpr std::size_t kRun = 8;
+
+void copy_triangle(const TriangleBlock& source, std::size_t from, TriangleBlock& block,
+                   std::size_t to) {
+  for (std::size_t k = 0; k < 9; ++k) block.at[k][to] = source.at[k][from];
+}
+
+void copy_answer(const TriangleDistanceBlock& source, std::size_t from,
+                 TriangleDistanceBlock& block, std::size_t to) {
+  block.lower[to] = source.lower[from];
+  block.upper[to] = source.upper[from];
+  for (std::size_t k = 0; k < 3; ++k) {
+    block.p_a[k][to] = source.p_a[k][from];
+    block.p_b[k][to] = source.p_b[k][from];
+    block.normal[k][to] = source.normal[k][from];
+  }
+  block.place_a[to] = source.place_a[from];
+  block.place_b[to] = source.place_b[from];
+  block.is_crossing[to] = source.is_crossing[from];
+}
+
+unsigned char place_of(const Feature& feature) {
+  unsigned char place = 0;
+  while (place < kFaceCode && feature_of_place(place) != feature) ++place;
+  return place;
+}
+
+void solve_alone(const TriangleBlock& a, const TriangleBlock& b, TriangleDistanceBlock& block,
+                 std::size_t n) {
+  const TriangleDistance d = triangle_distance(triangle_at(a, n), triangle_at(b, n));
+  block.lower[n] = d.lower;
+  block.upper[n] = d.upper;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const auto axis = static_cast<Eigen::Index>(k);
+    block.p_a[k][n] = d.p_a[axis];
+    block.p_b[k][n] = d.p_b[axis];
+    block.normal[k][n] = d.normal[axis];
+  }
+  block.place_a[n] = place_of(d.feature_a);
+  block.place_b[n] = place_of(d.feature_b);
+  block.is_crossing[n] = d.is_crossing ? 1 : 0;
+}
+
+// Solves blocks of pairs. Pairs that the quick kernel leaves open wait in blocks of their own until
+// these are full, so that the thorough kernel has work for all lanes.
+class BatchSolver {
+ public:
+  BatchSolver(const TriangleBlocks& a, const TriangleBlocks& b, TriangleDistanceBlocks& answers,
+              InstructionSet set)
+      : a_(a.blocks().data()),
+        b_(b.blocks().data()),
+        answers_(answers.blocks().data()),
+        count_(a.size()),
+        kernels_(triangle_wide_kernels(set)) {}
+
+  void solve() {
+    const std::size_t block_count = (count_ + kBlockWidth - 1) / kBlockWidth;
+    for (std::size_t first = 0; first < block_count; first += kRun) {
+      solve(first, std::min(kRun, block_count - first));
+    }
+    flush();
+  }
+
+ private:
+  void solve(std::size_t first, std::size_t block_count) {
+    unsigned char decided[kRun];
+    run(kernels_.quick, first, block_count, decided);
+    int open_count = 0;
+    for (std::size_t n = 0; n < block_count; ++n)
+      open_count += kTriangleBlockWidth - std::popcount(decided[n]);
+    if (open_count == 0) return;
+    // Where most are open, the whole run again is cheaper than copies.
+    const bool is_most = 2 * open_count > static_cast<int>(block_count) * kTriangleBlockWidth;
+    if (is_most) run(kernels_.thorough, first, block_count, decided);
+    for (std::size_t block = 0; block < block_count; ++block) {
+      for (unsigned open = ~unsigned{decided[block]} & 0xff; open != 0; open &= open - 1) {
+        const std::size_t n =
+            kBlockWidth * (first + block) + static_cast<std::size_t>(std::countr_zero(open));
+        if (n >= count_) break;
+        if (is_most) {
+          solve_alone(a_[n / kBlockWidth], b_[n / kBlockWidth], answers_[n / kBlockWidth],
+                      n % kBlockWidth);
+        } else {
+          enqueue(n);
+        }
+      }
+    }
+  }
+
+  void run(TriangleWideKernel kernel, std::size_t first, std::size_t block_count,
+           unsigned char* decided) {
+    kernel(a_ + first, b_ + first, answers_ + first, static_cast<int>(block_count),
+           triangle_constants(), decided);
+  }
+
+  void enqueue(std::size_t n) {
+    const std::size_t to = waiting_count_;
+    waiting_[to] = n;
+    copy_triangle(a_[n / kBlockWidth], n % kBlockWidth, waiting_a_[to / kBlockWidth],
+                  to % kBlockWidth);
+    copy_triangle(b_[n / kBlockWidth], n % kBlockWidth, waiting_b_[to / kBlockWidth],
+                  to % kBlockWidth);
+    if (++waiting_count_ == kRun * kBlockWidth) flush();
+  }
+
+  void flush() {
+    const std::size_t block_count = (waiting_count_ + kBlockWidth - 1) / kBlockWidth;
+    unsigned char decided[kRun];
+    kernels_.thorough(waiting_a_, waiting_b_, waiting_answers_, static_cast<int>(block_count),
+                      triangle_constants(), decided);
+    for (std::size_t k = 0; k < waiting_count_; ++k) {
+      const std::size_t n = waiting_[k];
+      if ((decided[k / kBlockWidth] >> k % kBlockWidth & 1) != 0) {
+        copy_answer(waiting_answers_[k / kBlockWidth], k % kBlockWidth, answers_[n / kBlockWidth],
+                    n % kBlockWidth);
+      } else {
+        solve_alone(a_[n / kBlockWidth], b_[n / kBlockWidth], answers_[n / kBlockWidth],
+                    n % kBlockWidth);
+      }
+    }
+    waiting_count_ = 0;
+  }
+
+  const TriangleBlock* a_;
+  const TriangleBlock* b_;
+  TriangleDistanceBlock* answers_;
+  std::size_t count_;
+  const TriangleWideKernels& kernels_;
+  std::size_t waiting_count_ = 0;
+  std::size_t waiting_[kRun * kBlockWidth];
+  TriangleBlock waiting_a_[kRun] = {};
+  TriangleBlock waiting_b_[kRun] = {};
+  TriangleDistanceBlock waiting_answers_[kRun];
+};
+
+}  // namespace
+
+void triangle_distances(const TriangleBlocks& a, const TriangleBlocks& b, InstructionSet set,
+                        TriangleDistanceBlocks& answers) {
+  DYOP_REQUIRE(a.size() == b.size(), a.size(), " triangles against ", b.size());
+  answers.resize(a.size());
+  BatchSolver(a, b, answers, set).solve();
+}
+
+}  // namespace internal
+
+TriangleBlocks::TriangleBlocks(std::size_t count)
+    : count_(count), blocks_((count + internal::kBlockWidth - 1) / internal::kBlockWidth) {}
+
+Triangle TriangleBlocks::operator[](std::size_t n) const {
+  return internal::triangle_at(blocks_[n / internal::kBlockWidth], n % internal::kBlockWidth);
+}
+
+void TriangleBlocks::set(std::size_t n, const Triangle& triangle) {
+  internal::set_triangle(blocks_[n / internal::kBlockWidth], n % internal::kBlockWidth, triangle);
+}
+
+void TriangleDistanceBlocks::resize(std::size_t count) {
+  count_ = count;
+  blocks_.resize((count + internal::kBlockWidth - 1) / internal::kBlockWidth);
+}
+
+TriangleDistance TriangleDistanceBlocks::operator[](std::size_t n) const {
+  return internal::answer_at(blocks_[n / internal::kBlockWidth], n % internal::kBlockWidth);
+}
+
+void triangle_distances(const TriangleBlocks& a, const TriangleBlocks& b,
+                        TriangleDistanceBlocks& answers) {
+  internal::triangle_distances(a, b, internal::best_instruction_set(), answers);
+}
+
+}  // namespace dyop

@@ -1,0 +1,9 @@
+#include "distance/triangle_wide/triangle_wide_simd.h"
+
+namespace dyop::internal {
+
+extern const TriangleWideKernels triangle_wide_avx2;
+const TriangleWideKernels triangle_wide_avx2 = {decide_triangles<false>, decide_triangles<true>,
+                                                triangles_within};
+
+}  // namespace dyop::internal

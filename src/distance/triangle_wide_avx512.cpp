@@ -1,9 +1,0 @@
-#include "distance/triangle_wide_lanes.h"
-
-namespace dyop::internal {
-
-extern const TriangleWideKernels triangle_wide_avx512;
-const TriangleWideKernels triangle_wide_avx512 = {decide_triangles<false>, decide_triangles<true>,
-                                                  triangles_within};
-
-}  // namespace dyop::internal

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "exact/limb_buffer.h"
+
+namespace dyop::internal {
+
+// A whole number of any size, with what exact predicates need: sums, products, shifts and signs.
+class BigInteger {
+ public:
+  BigInteger() = default;
+  BigInteger(std::int64_t value);  // implicit: literals occur in formulas
+
+  // x / 2^exponent, which must be a whole number; x finite.
+  static BigInteger from_scaled(double x, int exponent);
+
+  int sign() const { return limbs_.empty() ? 0 : is_negative_ ? -1 : 1; }
+  bool is_zero() const { return limbs_.empty(); }
+  int bit_length() const;
+
+  BigInteger operator-() const;
+  BigInteger operator<<(int bits) const;
+  friend BigInteger operator+(const BigInteger& x, const BigInteger& y);
+  friend BigInteger operator-(const BigInteger& x, const BigInteger& y);
+  friend BigInteger operator*(const BigInteger& x, const BigInteger& y);
+  friend bool operator==(const BigInteger&, const BigInteger&) = default;
+
+ private:
+  BigInteger(LimbBuffer limbs, bool is_negative);
+  static BigInteger sum(const BigInteger& x, const BigInteger& y, bool is_y_negative);
+
+  LimbBuffer limbs_;          // the highest is never zero
+  bool is_negative_ = false;  // never set for zero
+};
+
+// The exponent of the lowest bit of x that is set: x is a whole multiple of 2^e and of no higher
+// power. x finite and not zero.
+int lowest_exponent(double x);
+
+}  // namespace dyop::internal

@@ -1,0 +1,51 @@
+#include "geometry/shape_tree.h"
+
+#include <algorithm>
+#include <iterator>
+
+#include "dyop/core/tolerance.h"
+
+namespace dyop::internal {
+
+ShapeTree::ShapeTree(const Shape& shape) {
+  if (shape.kind() == ShapeKind::TriangleMesh) {
+    mesh_ = static_cast<const TriangleMesh*>(&shape);
+    nodes_ = mesh_->hierarchy().nodes().data();
+    node_count_ = std::int32_t(mesh_->hierarchy().nodes().size());
+    scale_ = mesh_->hierarchy().scale();
+    return;
+  }
+  convex_ = static_cast<const ConvexShape*>(&shape);
+  const AlignedBox bounds = shape.bounding_box();
+  OrientedBox box;
+  box.center = bounds.center();
+  // Centre and half extents are rounded: grow by more than their error.
+  const Scalar noise =
+      8 * kUnitRoundoff * bounds.min().cwiseAbs().cwiseMax(bounds.max().cwiseAbs()).sum();
+  box.half_extents = (bounds.sizes() / 2).array() + noise;
+  scale_ = MeshHierarchy::scale_of(box);
+  convex_node_ = {};  // the wide kernels read all columns
+  convex_node_.boxes.set_box(0, box, scale_);
+  std::fill(std::begin(convex_node_.child), std::end(convex_node_.child), MeshHierarchy::kNothing);
+  convex_node_.child[0] = -1;
+  nodes_ = &convex_node_;
+}
+
+bool ShapeTree::has_leaf(std::int32_t box) const {
+  if (box < 0 || box / BoxGroup::kWidth >= node_count_) return false;
+  return column_of(box) < node_of(box).count() && is_leaf(box);
+}
+
+FacingBox facing_box(const OrientedBox& box, const RigidPose& X_SO) {
+  FacingBox result;
+  const Vector3 center = X_SO * box.center;
+  const Matrix3 axes = X_SO.rotation() * box.axes;
+  for (int i = 0; i < 3; ++i) {
+    result.center[i] = center[i];
+    result.half_extents[i] = box.half_extents[i];
+    for (int k = 0; k < 3; ++k) result.axes[k][i] = axes(i, k);
+  }
+  return result;
+}
+
+}  // namespace dyop::internal

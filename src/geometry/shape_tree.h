@@ -1,0 +1,80 @@
+#pragma once
+
+#include <cstdint>
+
+#include "dyop/core/rigid_pose.h"
+#include "dyop/geometry/convex_shape.h"
+#include "dyop/geometry/triangle_mesh.h"
+#include "dyop/hierarchy/mesh_hierarchy.h"
+#include "hierarchy/facing_box.h"
+
+namespace dyop::internal {
+
+/// One view on both kinds of shape for traversals: a tree of oriented boxes whose leaves are
+/// pieces, a triangle of a mesh or a whole convex shape. Does not own the shape.
+///
+/// A box is named by eight times its node plus its column in it; box 0 is the root.
+class ShapeTree {
+ public:
+  explicit ShapeTree(const Shape& shape);
+  ShapeTree(const ShapeTree&) = delete;
+  ShapeTree& operator=(const ShapeTree&) = delete;
+
+  static constexpr std::int32_t kRoot = 0;
+
+  const MeshHierarchy::Node& node(std::int32_t node) const { return nodes_[node]; }
+  const MeshHierarchy::Node& node_of(std::int32_t box) const {
+    return nodes_[box / BoxGroup::kWidth];
+  }
+  static int column_of(std::int32_t box) { return box % BoxGroup::kWidth; }
+  static std::int32_t box_number(std::int32_t node, int column) {
+    return node * BoxGroup::kWidth + column;
+  }
+
+  OrientedBox box(std::int32_t box) const { return node_of(box).boxes.box(column_of(box), scale_); }
+  /// The boxes of a node, for the wide kernels.
+  GroupRows rows(std::int32_t node) const { return {nodes_[node].boxes.rows, scale_}; }
+  /// Asks for the memory of a node, which is needed soon. Speed only.
+  void fetch(std::int32_t node) const {
+    constexpr std::size_t kCacheLine = 64;
+    const char* begin = reinterpret_cast<const char*>(&nodes_[node]);
+    for (std::size_t i = 0; i < sizeof(MeshHierarchy::Node); i += kCacheLine) {
+      __builtin_prefetch(begin + i);
+    }
+  }
+  Scalar squared_half_diagonal(std::int32_t box) const {
+    return scale_ * scale_ *
+           static_cast<Scalar>(node_of(box).boxes.squared_half_diagonal(column_of(box)));
+  }
+  bool is_leaf(std::int32_t box) const { return node_of(box).child[column_of(box)] < 0; }
+  /// True if a number from outside names a leaf of this tree.
+  bool has_leaf(std::int32_t box) const;
+  /// The node with the parts of a box that is no leaf.
+  std::int32_t child(std::int32_t box) const { return node_of(box).child[column_of(box)]; }
+  /// Triangle number of a leaf of a mesh.
+  std::int32_t triangle(std::int32_t leaf) const { return -1 - child(leaf); }
+
+  const TriangleMesh* mesh() const { return mesh_; }
+  const ConvexShape* convex() const { return convex_; }
+
+ private:
+  const TriangleMesh* mesh_ = nullptr;
+  const ConvexShape* convex_ = nullptr;
+  const MeshHierarchy::Node* nodes_ = nullptr;
+  std::int32_t node_count_ = 1;
+  MeshHierarchy::Node convex_node_;
+  Scalar scale_ = 1;
+};
+
+/// A box in the frame S of another shape. X_SO is the pose of the box's shape.
+FacingBox facing_box(const OrientedBox& box, const RigidPose& X_SO);
+
+/// True if of the boxes `a` and `b` the first is to be opened next: the larger one that is no leaf.
+/// One of them must not be a leaf.
+inline bool opens_first(const ShapeTree& tree_a, std::int32_t a, const ShapeTree& tree_b,
+                        std::int32_t b) {
+  if (tree_a.is_leaf(a)) return false;
+  return tree_b.is_leaf(b) || tree_a.squared_half_diagonal(a) >= tree_b.squared_half_diagonal(b);
+}
+
+}  // namespace dyop::internal

@@ -1,0 +1,8 @@
+#include "hierarchy/box_gaps_simd.h"
+
+namespace dyop::internal {
+
+extern const BoxGapsKernel box_gaps_avx2;
+const BoxGapsKernel box_gaps_avx2 = box_gaps_lanes;
+
+}  // namespace dyop::internal

@@ -1,0 +1,8 @@
+#include "hierarchy/box_gaps_simd.h"
+
+namespace dyop::internal {
+
+extern const BoxGapsKernel box_gaps_baseline;
+const BoxGapsKernel box_gaps_baseline = box_gaps_lanes;
+
+}  // namespace dyop::internal

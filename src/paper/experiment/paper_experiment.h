@@ -1,0 +1,86 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "paper/experiment/paper_errors.h"
+#include "paper/experiment/paper_tests.h"
+
+namespace dyop::cli {
+
+/// What is measured: see docs/algorithms/published_dyop.md, "The paper's experiment".
+struct PaperSettings {
+  std::uint64_t seed = 1;
+  int repetitions = 101;    ///< timed batches an object and algorithm, with fresh inputs each
+  int copies = 64;          ///< queries of one test in a batch
+  int error_pairs = 20000;  ///< random pairs a row of the table of errors
+};
+
+/// An algorithm's times and errors for one object, moved against the nine others.
+struct ObjectMeasurement {
+  Scalar median_ns = 0;  ///< of one query, over the repetitions
+  Scalar lower_quartile_ns = 0;
+  Scalar upper_quartile_ns = 0;
+  int wrong_tests = 0;             ///< of the 9 tests: the value is off by more than kWrongBy
+  std::int64_t wrong_queries = 0;  ///< the same of the first repetition's timed queries
+  std::int64_t queries = 0;
+};
+
+struct AlgorithmMeasurement {
+  std::string name;
+  bool is_certified = false;
+  std::array<ObjectMeasurement, kObjectCount> objects;
+  /// Value over true distance, of the wrong ones of the 90 tests; 1 if none is.
+  Scalar mean_factor = 1;
+  Scalar worst_factor = 1;
+
+  int wrong_tests() const;
+  Scalar wrong_query_share() const;
+};
+
+/// All algorithms on one kind of input.
+struct PaperSeries {
+  int dimension = 2;
+  bool is_moving = false;
+  std::vector<AlgorithmMeasurement> algorithms;
+
+  const AlgorithmMeasurement& of(const std::string& name) const;
+  bool has(const std::string& name) const;
+  /// Certified DyOP, started from the last features where there are such.
+  const AlgorithmMeasurement& best_certified_dyop() const;
+  /// "2D", "3D, moving steps" and so on.
+  std::string title() const;
+};
+
+/// One of the 90 tests with every algorithm's value.
+struct TestRecord {
+  int dimension = 2;
+  int object = 1;
+  int against = 2;
+  std::vector<Scalar>
+      vertices;      ///< of the moved triangle, then of the other: dimension * 6 numbers
+  Scalar lower = 0;  ///< proven
+  Scalar upper = 0;
+  std::vector<Scalar> values;  ///< in the order of algorithm_names
+};
+
+struct PaperResults {
+  PaperSettings settings;
+  std::vector<std::string> algorithm_names;
+  std::vector<TestRecord> tests;
+  std::vector<PaperSeries> series;  ///< 2D and 3D at rest, 2D and 3D moving
+  std::vector<GapErrors> errors;
+};
+
+/// A value this far from the proven distance is wrong; lengths, objects being about one in size.
+inline constexpr Scalar kWrongBy = 1e-9;  // literal: far above every rounding, far below the gap
+
+/// Percentage by which `fast` beats `slow` for an object, as the paper defines it: slow / fast - 1.
+Scalar gain_percent(const AlgorithmMeasurement& fast, const AlgorithmMeasurement& slow, int object);
+
+/// Runs everything: some seconds with the default settings.
+PaperResults run_paper_experiment(const PaperSettings& settings);
+
+}  // namespace dyop::cli

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <optional>
+#include <span>
+
+#include "dyop/paper/planar_distance.h"
+
+namespace dyop::internal {
+
+// A common point of two convex polygons and the features that share it; nothing if they are apart,
+// or if coordinates differ so much in size that the exact predicates do not reach (2^200).
+struct PlanarCrossing {
+  Vector2 point;  // within rounding, unless the edges are parallel up to rounding
+  Feature feature_a;
+  Feature feature_b;
+};
+
+// Decided in exact arithmetic. Cost: all pairs of edges.
+std::optional<PlanarCrossing> find_crossing(std::span<const Vector2> a, std::span<const Vector2> b);
+
+}  // namespace dyop::internal

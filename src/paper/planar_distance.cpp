@@ -1,0 +1,240 @@
+#include "dyop/paper/planar_distance.h"
+
+#include <array>
+#include <bit>
+
+#include "distance/triangle/triangle_pair.h"
+#include "dyop/core/error.h"
+#include "paper/planar_core.h"
+#include "paper/planar_crossing.h"
+
+namespace dyop {
+namespace internal {
+namespace {
+
+// Both triangles side by side: the low lane has a against b, the high lane b against a.
+struct SidePair {
+  std::array<LanePair, 3> x;
+  std::array<LanePair, 3> y;
+  Scalar size;  // planar_size()
+
+  SidePair(const PlanarTriangle& a, const PlanarTriangle& b) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      x[k] = LanePair(a[k].x(), b[k].x());
+      y[k] = LanePair(a[k].y(), b[k].y());
+    }
+    const LanePair width = largest(x) - smallest(x);
+    const LanePair height = largest(y) - smallest(y);
+    const LanePair sum = ((x[0] + x[1]) + (x[2] + y[0])) + (y[1] + y[2]);
+    size = width.low() + height.low() + 0 * (sum.low() + sum.high());
+  }
+
+  static LanePair smallest(const std::array<LanePair, 3>& z) {
+    const LanePair low = smaller(smaller(z[0], z[1]), z[2]);
+    return smaller(low, swapped(low));
+  }
+  static LanePair largest(const std::array<LanePair, 3>& z) {
+    const LanePair high = larger(larger(z[0], z[1]), z[2]);
+    return larger(high, swapped(high));
+  }
+};
+
+// The edge with the largest separation: in the plane the facets of the Minkowski difference are the
+// edges of both triangles. All six are scored without a branch; the number of the edge rides in the
+// last four bits of its score. An edge of a triangle without area has no outer side: then no score
+// is positive that is wrong, but some may be missing.
+struct BestEdge {
+  Scalar score = 0;  // square of the separation
+  std::size_t edge = 0;
+  bool is_of_b = false;
+
+  explicit BestEdge(const SidePair& s) {
+    std::array<LanePair, 3> ex, ey;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::size_t next = k == 2 ? 0 : k + 1;
+      ex[k] = s.x[next] - s.x[k];
+      ey[k] = s.y[next] - s.y[k];
+    }
+    const LanePair area = ex[0] * ey[1] - ey[0] * ex[1];
+    LanePair best(0);
+    for (std::size_t k = 0; k < 3; ++k) {
+      std::array<LanePair, 3> h;
+      for (std::size_t j = 0; j < 3; ++j) {
+        h[j] = ey[k] * (swapped(s.x[j]) - s.x[k]) - ex[k] * (swapped(s.y[j]) - s.y[k]);
+        h[j] = turned(h[j], area);
+      }
+      const LanePair low = smaller(smaller(h[0], h[1]), h[2]);
+      const LanePair length_sq = ex[k] * ex[k] + ey[k] * ey[k];
+      const LanePair square = masked(above(low, LanePair(0)), low * low / length_sq);
+      const int code = static_cast<int>(k);
+      best = larger(tagged(square, code, code + 4), best);
+    }
+    score = std::max(best.low(), best.high());
+    const auto code = std::bit_cast<std::uint64_t>(score) & 15;
+    edge = code & 3;
+    is_of_b = (code & 4) != 0;
+  }
+};
+
+LanePair lanes(const Vector2& v) {
+  return {v.x(), v.y()};
+}
+
+Scalar planar_dot(LanePair v, LanePair w) {
+  const LanePair product = v * w;
+  return product.low() + product.high();
+}
+
+// One edge against the vertex of the other triangle that is nearest to its line, clamped. `own` is
+// the triangle that has the edge. Vectors are lane pairs (x, y), and no branch depends on the
+// numbers: random pairs would mispredict it.
+struct EdgeWitness {
+  std::size_t edge;
+  std::size_t next;
+  std::size_t vertex;
+  Scalar t;        // parameter along the edge
+  LanePair p_own;  // on the edge
+  LanePair w;      // from there to the vertex
+  LanePair m;      // direction of the proof: the edge's outward normal, or w
+
+  EdgeWitness(std::size_t edge_number, const PlanarTriangle& own, const PlanarTriangle& other)
+      : edge(edge_number), next(edge == 2 ? 0 : edge + 1) {
+    const LanePair start = lanes(own[edge]);
+    const LanePair e = lanes(own[next]) - start;
+    const LanePair n = high_negated(swapped(e));
+    const Scalar inward = planar_dot(n, lanes(own[3 - edge - next]) - start);
+    const LanePair outward = turned(n, LanePair(-inward));
+    const std::array<LanePair, 3> r{lanes(other[0]) - start, lanes(other[1]) - start,
+                                    lanes(other[2]) - start};
+    const std::array<Scalar, 3> h{planar_dot(outward, r[0]), planar_dot(outward, r[1]),
+                                  planar_dot(outward, r[2])};
+    vertex = static_cast<std::size_t>(h[1] < h[0]);
+    const std::size_t is_two = static_cast<std::size_t>(h[2] < smaller(h[1], h[0]));
+    vertex += is_two * (2 - vertex);
+    const LanePair parameter =
+        clamped(LanePair(planar_dot(r[vertex], e)) / LanePair(planar_dot(e, e)));
+    t = parameter.low();
+    const LanePair step = parameter * e;
+    p_own = start + step;
+    w = r[vertex] - step;
+    m = selected(is_inside_unit(parameter), outward, w);
+  }
+
+  Feature own_feature() const {
+    const bool is_inner = t > 0 && t < 1;
+    return is_inner ? planar_edge(edge, next) : planar_vertex(t < 1 ? edge : next);
+  }
+};
+
+Vector2 vector_of(LanePair v) {
+  return {v.low(), v.high()};
+}
+
+// planar_gap() for two triangles, side by side.
+Scalar lane_gap(const SidePair& s, const Vector2& origin, const Vector2& m) {
+  const LanePair mx = low_negated(LanePair(m.x()));
+  const LanePair my = low_negated(LanePair(m.y()));
+  const LanePair ox(origin.x());
+  const LanePair oy(origin.y());
+  std::array<LanePair, 3> h;
+  for (std::size_t k = 0; k < 3; ++k) h[k] = mx * (s.x[k] - ox) + my * (s.y[k] - oy);
+  const LanePair low = smaller(smaller(h[0], h[1]), h[2]);
+  return low.low() + low.high();
+}
+
+// The nearest vertex and edge of all, both ways round.
+PlanarWitness nearest_of_all(std::span<const Vector2> a, std::span<const Vector2> b) {
+  PlanarWitness best;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    for (std::size_t j = 0; j < b.size(); ++j) {
+      const PlanarWitness of_a = edge_vertex_witness(a, i, b, j);
+      if (of_a.length_sq < best.length_sq) best = of_a;
+      const PlanarWitness of_b = edge_vertex_witness(b, j, a, i);
+      if (of_b.length_sq < best.length_sq) best = swapped(of_b);
+    }
+  }
+  return best;
+}
+
+}  // namespace
+
+namespace {
+
+// Where rounding decides whether the nearest point is inside an edge or one of its ends, another
+// direction may prove more: from vertex to vertex, which is a single difference and good to its
+// last digit, or square to an edge.
+void try_directions(PlanarDistance& result, std::span<const Vector2> a, std::span<const Vector2> b,
+                    Scalar size, PlanarWitness witness) {
+  const auto try_direction = [&](const Vector2& m) {
+    if (is_certified(result, size)) return;
+    witness.m = m.dot(witness.w) < 0 ? Vector2(-m) : m;
+    const PlanarDistance other = proven_distance(a, b, size, witness);
+    if (other.lower > result.lower) result = other;
+  };
+  for (const Vector2& m : {witness.w, witness.to_start, witness.to_end}) try_direction(m);
+  for (const auto& polygon : {a, b}) {
+    for (std::size_t k = 0; k < polygon.size(); ++k) {
+      try_direction(turned(polygon[after(polygon, k)] - polygon[k]));
+    }
+  }
+}
+
+}  // namespace
+
+PlanarDistance resolve_polygons(std::span<const Vector2> a, std::span<const Vector2> b) {
+  const Scalar size = planar_size(a, b);
+  if (!std::isfinite(size)) return {};  // proves nothing
+  const PlanarWitness nearest = nearest_of_all(a, b);
+  PlanarDistance result = proven_distance(a, b, size, nearest);
+  try_directions(result, a, b, size, nearest);
+  if (result.lower > 0) return result;
+  const auto crossing = find_crossing(a, b);
+  if (!crossing) return result;
+  // The crossing point is ill-conditioned where the edges are nearly parallel. Then a vertex is
+  // within rounding of the other polygon, and a better witness.
+  const bool is_at_vertex = result.upper <= kTriangleNoise * size;
+  if (!is_at_vertex) {
+    result.p_a = result.p_b = crossing->point;
+    result.feature_a = crossing->feature_a;
+    result.feature_b = crossing->feature_b;
+  }
+  result.upper = 0;
+  result.is_crossing = true;
+  return result;
+}
+
+}  // namespace internal
+
+PlanarDistance planar_triangle_distance(const PlanarTriangle& a, const PlanarTriangle& b) {
+  using namespace internal;
+  const SidePair sides(a, b);
+  const BestEdge best(sides);
+  if (best.score >= kSmallestSquaredDirection) {
+    const PlanarTriangle& own = best.is_of_b ? b : a;
+    const PlanarTriangle& other = best.is_of_b ? a : b;
+    const EdgeWitness found(best.edge, own, other);
+    const LanePair sign(best.is_of_b ? Scalar{-1} : Scalar{1});
+    const Vector2 m = vector_of(sign * found.m);
+    const Vector2 p_own = vector_of(found.p_own);
+    PlanarDistance result;
+    prove_bounds(result, vector_of(sign * found.w), m, sides.size, lane_gap(sides, p_own, m));
+    (best.is_of_b ? result.p_b : result.p_a) = p_own;
+    (best.is_of_b ? result.p_a : result.p_b) = other[found.vertex];
+    (best.is_of_b ? result.feature_b : result.feature_a) = found.own_feature();
+    (best.is_of_b ? result.feature_a : result.feature_b) = planar_vertex(found.vertex);
+    if (is_certified(result, sides.size)) return result;
+  }
+  return resolve_polygons(a, b);
+}
+
+PlanarDistance convex_polygon_distance(std::span<const Vector2> a, std::span<const Vector2> b) {
+  DYOP_REQUIRE(!a.empty() && !b.empty(), "a polygon needs a vertex; they have ", a.size(), " and ",
+               b.size());
+  return internal::resolve_polygons(a, b);
+}
+
+Scalar planar_noise(std::span<const Vector2> a, std::span<const Vector2> b) {
+  return kTriangleNoise * internal::planar_size(a, b);
+}
+
+}  // namespace dyop

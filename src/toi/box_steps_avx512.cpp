@@ -1,8 +1,0 @@
-#include "toi/box_steps_lanes.h"
-
-namespace dyop::internal {
-
-extern const BoxStepsKernels box_steps_avx512;
-const BoxStepsKernels box_steps_avx512{box_steps_group, box_steps_one};
-
-}  // namespace dyop::internal

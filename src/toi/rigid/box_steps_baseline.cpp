@@ -1,0 +1,8 @@
+#include "toi/rigid/box_steps_simd.h"
+
+namespace dyop::internal {
+
+extern const BoxStepsKernels box_steps_baseline;
+const BoxStepsKernels box_steps_baseline{box_steps_group, box_steps_one};
+
+}  // namespace dyop::internal

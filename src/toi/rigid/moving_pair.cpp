@@ -1,0 +1,211 @@
+#include "toi/rigid/moving_pair.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <span>
+#include <utility>
+
+#include "dyop/core/tolerance.h"
+
+namespace dyop::internal {
+namespace {
+
+BodyInstant instant(const MovingShape& body, Scalar t) {
+  const MotionState state = body.motion.state(t);
+  return {state.X_WB.rotation(), state.X_WB.translation(), state.twist.v_WB, state.twist.w_WB};
+}
+
+BoundLookups lookups_of(const Shape& a, const Shape& b) {
+  const bool is_one_pair = a.kind() == ShapeKind::Convex && b.kind() == ShapeKind::Convex;
+  return is_one_pair ? BoundLookups::Few : BoundLookups::Many;
+}
+
+// In world, the edges that a witness point's feature spans: of an edge one, of a face two.
+class FeatureEdges {
+ public:
+  FeatureEdges(const ShapeTree& tree, const Feature& feature, const Matrix3& R_WS) {
+    const TriangleMesh* mesh = tree.mesh() ? tree.mesh() : tree.convex()->core_surface();
+    if (!mesh || feature.kind == FeatureKind::Smooth) return;
+    // A user's shape may number its vertices as it likes.
+    const auto count = static_cast<std::int32_t>(mesh->vertices().size());
+    const auto& numbers = feature.vertices;
+    if (std::any_of(numbers.begin(), numbers.end(), [&](auto n) { return n >= count; })) return;
+    const auto corner = [&](std::size_t k) {
+      return mesh->vertices()[static_cast<std::size_t>(numbers[k])];
+    };
+    for (std::size_t k = 1; k < 3 && numbers[k] >= 0; ++k) {
+      edges_[count_++] = R_WS * (corner(k) - corner(0));
+    }
+  }
+  std::span<const Vector3> span() const { return {edges_.data(), count_}; }
+
+ private:
+  std::array<Vector3, 2> edges_;
+  std::size_t count_ = 0;
+};
+
+void copy(const Vector3& from, double* to) {
+  for (int i = 0; i < 3; ++i) to[i] = from[i];
+}
+
+}  // namespace
+
+MovingPair::MovingPair(const Shape& a, const Motion& X_WA, const Shape& b, const Motion& X_WB,
+                       const TimeInterval& interval, Scalar floor)
+    : interval_(interval),
+      a_(a, X_WA, interval, lookups_of(a, b)),
+      b_(b, X_WB, interval, lookups_of(a, b)),
+      floor_(floor) {
+  const TwistBound& bound_a = a_.bounds.whole();
+  const TwistBound& bound_b = b_.bounds.whole();
+  now_.linear_speed = bound_a.linear_speed + bound_b.linear_speed;
+  now_.angular_speed_a = bound_a.angular_speed;
+  now_.angular_speed_b = bound_b.angular_speed;
+  largest_speed_ =
+      now_.linear_speed + now_.angular_speed_a * a_.radius + now_.angular_speed_b * b_.radius;
+  is_smooth_ = a_.motion.smooth_until(interval.begin) >= interval.end &&
+               b_.motion.smooth_until(interval.begin) >= interval.end;
+  set_time(interval.begin);
+  now_.noise = rounding_allowance();
+}
+
+Scalar MovingPair::rounding_allowance() const {
+  const auto size_of = [&](const MovingShape& body) {
+    return largest_coordinate(body.motion, body.bounds.whole(), body.radius, interval_);
+  };
+  return kStepNoise * (size_of(a_) + size_of(b_));
+}
+
+void MovingPair::set_time(Scalar t) {
+  time_ = t;
+  now_.a = instant(a_, t);
+  now_.b = instant(b_, t);
+  X_AB_ = RigidPose::from_trusted(now_.a.R_WB.transpose() * now_.b.R_WB,
+                                  now_.a.R_WB.transpose() * (now_.b.p_WB - now_.a.p_WB));
+  facing_a_.is_current = false;
+  facing_b_.is_current = false;
+  set_horizon();
+}
+
+void MovingPair::set_horizon() {
+  now_.remaining = std::max(0.0, interval_.end - time_);
+  now_.horizon = now_.remaining;
+  if (!is_smooth_) {
+    const Scalar end = std::min(a_.motion.smooth_until(time_), b_.motion.smooth_until(time_));
+    now_.horizon = std::min(now_.remaining, end - time_);
+  }
+  const Scalar end = std::min(interval_.end, time_ + now_.horizon);
+  const TwistBound near_a = a_.bounds.over(time_, end);
+  const TwistBound near_b = b_.bounds.over(time_, end);
+  now_.linear_acceleration = near_a.linear_acceleration + near_b.linear_acceleration;
+  now_.angular_acceleration_a = near_a.angular_acceleration;
+  now_.angular_acceleration_b = near_b.angular_acceleration;
+}
+
+void MovingPair::fill(FacingMotion& facing, const BodyInstant& body,
+                      const BodyInstant& other) const {
+  const Matrix3 R_SW = body.R_WB.transpose();
+  copy(R_SW * (other.p_WB - body.p_WB), facing.origin);
+  copy(R_SW * (other.v_WB - body.v_WB), facing.velocity);
+  copy(R_SW * body.w_WB, facing.turning);
+  copy(R_SW * other.w_WB, facing.other_turning);
+  facing.turning_sq = body.w_WB.squaredNorm();
+  facing.other_turning_sq = other.w_WB.squaredNorm();
+  // literal: 1 + 8u rounds the root up.
+  facing.largest_turning =
+      std::sqrt(std::max(facing.turning_sq, facing.other_turning_sq)) * (1 + 0x1p-50);
+  const Vector3 p_SO = other.p_WB - body.p_WB;
+  facing.origin_distance = p_SO.norm();
+  facing.origin_opening = p_SO.dot(other.v_WB - body.v_WB) / facing.origin_distance;
+  facing.remaining = now_.remaining;
+  facing.horizon = now_.horizon;
+  facing.linear_acceleration = now_.linear_acceleration;
+  facing.linear_speed = now_.linear_speed;
+  // Directions of the wide kernels have the length one up to 32u. literal: twice that.
+  facing.floor = floor_ * (1 + 64 * kUnitRoundoff);
+  facing.noise = now_.noise;
+}
+
+const FacingMotion& MovingPair::facing_motion(bool from_a) {
+  Facing& facing = from_a ? facing_a_ : facing_b_;
+  if (facing.is_current) return facing.motion;
+  FacingMotion& motion = facing.motion;
+  fill(motion, from_a ? now_.a : now_.b, from_a ? now_.b : now_.a);
+  motion.angular_acceleration = now_.angular_acceleration_a;
+  motion.other_angular_acceleration = now_.angular_acceleration_b;
+  motion.angular_speed = now_.angular_speed_a;
+  motion.other_angular_speed = now_.angular_speed_b;
+  if (!from_a) {
+    std::swap(motion.angular_acceleration, motion.other_angular_acceleration);
+    std::swap(motion.angular_speed, motion.other_angular_speed);
+  }
+  motion.is_steady = is_steady();
+  facing.is_current = true;
+  return motion;
+}
+
+// To the end of the query both bodies only move along straight lines at constant speeds.
+bool MovingPair::is_steady() const {
+  return now_.horizon >= now_.remaining && now_.linear_acceleration == 0 &&
+         now_.angular_speed_a == 0 && now_.angular_speed_b == 0;
+}
+
+FacingPiece MovingPair::facing_piece(bool from_a, std::int32_t box) const {
+  const RigidPose X_SO =
+      from_a ? X_AB_
+             : RigidPose::from_trusted(X_AB_.rotation().transpose(),
+                                       now_.b.R_WB.transpose() * (now_.a.p_WB - now_.b.p_WB));
+  const OrientedBox piece = (from_a ? b_ : a_).tree.box(box);
+  FacingPiece result;
+  result.box = facing_box(piece, X_SO);
+  copy(X_SO.rotation() * piece.center, result.from_origin);
+  result.half_diagonal = piece.half_extents.norm();
+  result.radius = node_radius(piece);
+  return result;
+}
+
+Scalar MovingPair::closing_speed(const PieceDistance& piece) const {
+  const auto velocity = [&](const BodyInstant& body, const Vector3& p_AC) {
+    const Vector3 p_WC = now_.a.R_WB * p_AC + now_.a.p_WB;
+    return Vector3(body.v_WB + body.w_WB.cross(p_WC - body.p_WB));
+  };
+  const Vector3 n_W = now_.a.R_WB * piece.nhat_AB_A;
+  return n_W.dot(velocity(now_.a, piece.p_ACa) - velocity(now_.b, piece.p_ACb));
+}
+
+bool MovingPair::is_closing(const PieceDistance& piece) const {
+  const Scalar speeds = now_.a.v_WB.norm() + now_.b.v_WB.norm() + now_.a.w_WB.norm() * a_.radius +
+                        now_.b.w_WB.norm() * b_.radius;
+  return closing_speed(piece) > kPoseNoise * speeds;
+}
+
+TurningNormal MovingPair::normal_with_features(const PieceDistance& piece) const {
+  const Vector3 n_W = now_.a.R_WB * piece.nhat_AB_A;
+  const FeatureEdges edges_a(a_.tree, piece.feature_a, now_.a.R_WB);
+  const FeatureEdges edges_b(b_.tree, piece.feature_b, now_.b.R_WB);
+  return {n_W, turn_with_edges(n_W, edges_a.span(), now_.a.w_WB, edges_b.span(), now_.b.w_WB)};
+}
+
+SafeStep MovingPair::leaf_step(const PieceDistance& piece, std::int32_t leaf_a, std::int32_t leaf_b,
+                               Scalar floor) const {
+  const TurningNormal normal = normal_with_features(piece);
+  const ConvexShape* convex_a = a_.tree.convex();
+  const ConvexShape* convex_b = b_.tree.convex();
+  if (convex_a && convex_b) {
+    const Slab slab{normal, piece.lower, closing_speed(piece)};
+    return safe_step(now_, *convex_a, a_.radius, *convex_b, b_.radius, slab, floor);
+  }
+  const Scalar radius_a = node_radius(a_.tree.box(leaf_a));
+  const Scalar radius_b = node_radius(b_.tree.box(leaf_b));
+  const auto step = [&](const auto& piece_a, const auto& piece_b) {
+    return safe_step(now_, piece_a, radius_a, piece_b, radius_b, normal, floor);
+  };
+  const auto with_b = [&](const auto& piece_a) {
+    return convex_b ? step(piece_a, *convex_b)
+                    : step(piece_a, b_.tree.mesh()->triangle(b_.tree.triangle(leaf_b)));
+  };
+  return convex_a ? with_b(*convex_a) : with_b(a_.tree.mesh()->triangle(a_.tree.triangle(leaf_a)));
+}
+
+}  // namespace dyop::internal

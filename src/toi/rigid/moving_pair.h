@@ -1,0 +1,98 @@
+#pragma once
+
+#include "distance/piece_distance.h"
+#include "dyop/motion/motion.h"
+#include "geometry/shape_tree.h"
+#include "toi/rigid/box_steps.h"
+#include "toi/rigid/motion_bounds.h"
+#include "toi/rigid/safe_step.h"
+
+namespace dyop::internal {
+
+/// One of the two bodies of a query: what it is and how it moves.
+struct MovingShape {
+  MovingShape(const Shape& the_shape, const Motion& the_motion, const TimeInterval& interval,
+              BoundLookups lookups)
+      : shape(the_shape),
+        tree(the_shape),
+        radius(the_shape.bounding_radius()),
+        motion(the_motion),
+        bounds(the_motion, interval, lookups) {}
+
+  const Shape& shape;
+  ShapeTree tree;
+  const Scalar radius;
+  const Motion& motion;
+  MotionBounds bounds;
+};
+
+/// Largest distance of a point of a box from the origin of its frame, rounded up.
+inline Scalar node_radius(const OrientedBox& box) {
+  // literal: more than axes can stretch that are orthonormal to single precision.
+  return (box.center.norm() + box.half_extents.norm()) * (1 + 0x1p-20);
+}
+
+/// The two bodies of a query at one time of an interval, in the forms that the bounds want.
+class MovingPair {
+ public:
+  /// Throws nothing; `interval` and motions must be valid.
+  MovingPair(const Shape& a, const Motion& X_WA, const Shape& b, const Motion& X_WB,
+             const TimeInterval& interval, Scalar floor);
+
+  void set_time(Scalar t);
+  Scalar time() const { return time_; }
+
+  const MovingShape& a() const { return a_; }
+  const MovingShape& b() const { return b_; }
+  const RigidPose& X_AB() const { return X_AB_; }
+  const PairInstant& now() const { return now_; }
+  /// Bound of the speed at which a gap can shrink, over the whole query.
+  Scalar largest_speed() const { return largest_speed_; }
+
+  /// Rounding allowance of a gap over the whole query, length; see
+  /// docs/algorithms/time_of_impact.md.
+  Scalar noise() const { return now_.noise; }
+
+  /// The motion seen from A, or from B.
+  const FacingMotion& facing_motion(bool from_a);
+
+  /// Box of B seen from A, or of A seen from B.
+  FacingPiece facing_piece(bool from_a, std::int32_t box) const;
+
+  /// -d/dt of the gap between the witness points, along the normal.
+  Scalar closing_speed(const PieceDistance& piece) const;
+
+  /// By more than rounding.
+  bool is_closing(const PieceDistance& piece) const;
+
+  /// How long two leaves, whose distance now is `piece`, stay more than `floor` apart.
+  SafeStep leaf_step(const PieceDistance& piece, std::int32_t leaf_a, std::int32_t leaf_b,
+                     Scalar floor) const;
+
+ private:
+  struct Facing {
+    FacingMotion motion;
+    bool is_current = false;
+  };
+
+  /// The normal of a pair of leaves, turning with the features that it is square to.
+  TurningNormal normal_with_features(const PieceDistance& piece) const;
+  Scalar rounding_allowance() const;
+  void set_horizon();
+  bool is_steady() const;
+  void fill(FacingMotion& facing, const BodyInstant& body, const BodyInstant& other) const;
+
+  const TimeInterval interval_;
+  MovingShape a_;
+  MovingShape b_;
+  const Scalar floor_;
+  bool is_smooth_ = false;  // no twist jumps in the interval
+  Scalar time_ = 0;
+  Scalar largest_speed_ = 0;
+  PairInstant now_;
+  RigidPose X_AB_;
+  Facing facing_a_;
+  Facing facing_b_;
+};
+
+}  // namespace dyop::internal
