@@ -1,9 +1,9 @@
 # Install and export: one component a target, so that who needs queries only needs no SUNDIALS and no
-# mesh loader. find_package(dyop) gives dyop::dyop; COMPONENTS dynamics io adds those.
+# mesh loader. find_package(dyop) gives dyop::dyop; COMPONENTS dynamics io scene_io adds those.
 include(CMakePackageConfigHelpers)
 set(dyop_cmake_dir ${CMAKE_INSTALL_LIBDIR}/cmake/dyop)
 
-foreach(component dyop paper dynamics io)
+foreach(component dyop paper dynamics io scene_io)
   set(target dyop)
   if(NOT component STREQUAL "dyop")
     set(target dyop_${component})

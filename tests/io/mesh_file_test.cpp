@@ -6,8 +6,8 @@
 #include <algorithm>
 
 #include "dyop/io/file_error.h"
-#include "io/cube_files.h"
-#include "io/temporary_directory.h"
+#include "support/cube_files.h"
+#include "support/temporary_directory.h"
 
 namespace dyop {
 namespace {

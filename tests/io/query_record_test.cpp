@@ -12,8 +12,8 @@
 #include "dyop/motion/rest_motion.h"
 #include "dyop/toi/time_of_impact.h"
 #include "geometry/all_shapes.h"
-#include "io/temporary_directory.h"
 #include "motion/all_motions.h"
+#include "support/temporary_directory.h"
 
 namespace dyop {
 namespace {

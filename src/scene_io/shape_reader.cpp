@@ -1,4 +1,4 @@
-#include "io/shape_reader.h"
+#include "scene_io/shape_reader.h"
 
 #include "dyop/geometry/box.h"
 #include "dyop/geometry/capsule.h"

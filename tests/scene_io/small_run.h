@@ -3,9 +3,10 @@
 #include <memory>
 
 #include "dyop/geometry/sphere.h"
-#include "dyop/io/scene_file.h"
 #include "dyop/motion/hermite_motion.h"
 #include "dyop/motion/rest_motion.h"
+#include "dyop/scene_io/scene_file.h"
+#include "support/small_impact.h"
 
 namespace dyop::test {
 
@@ -30,7 +31,8 @@ inline Scene small_scene() {
 inline std::shared_ptr<const Motion> small_motion() {
   const Matrix3 R = rotation_from_vector(Vector3(0.3, -0.2, 0.9));
   return std::make_shared<HermiteMotion>(
-      TimeInterval{0, 1}, MotionState{RigidPose(), {Vector3(1, 2, 3), Vector3(0.1, 0.2, 0.3)}},
+      TimeInterval{0, 1},
+      MotionState{RigidPose(), {Vector3(1, 2, 3), Vector3(0.1, 0.2, 0.3)}},
       MotionState{RigidPose(R, Vector3(1, 1, 1)), {Vector3(-1, 0, 1), Vector3(1, 0, 0)}});
 }
 
@@ -40,22 +42,7 @@ inline ImpactEvent small_impact() {
   event.a = 0;
   event.b = 1;
   event.settled = true;
-  event.toi.status = ToiStatus::Impact;
-  event.toi.t_safe = 1.0 / 3;
-  event.toi.t_hit = 0.34;
-  event.toi.rounding_allowance = 1e-15;
-  event.toi.statistics = {11, 22, 33, 44};
-  event.toi.X_WB = RigidPose(Vector3(0.1, 0.2, 0.7));
-  ImpactContact contact;
-  contact.lower = 0.1;
-  contact.upper = 0.2;
-  contact.p_WCa = Vector3(1.0 / 7, 2, 3);
-  contact.nhat_AB_W = Vector3(0.6, 0.8, 0);
-  contact.closing_speed = 2.5;
-  contact.feature_a = {FeatureKind::Edge, {4, 5, -1}};
-  contact.feature_b = {FeatureKind::Smooth, {-1, -1, -1}};
-  contact.triangle_a = 17;
-  event.toi.contact = contact;
+  event.toi = small_impact_result();
   WorldContact world_contact;
   world_contact.a = 0;
   world_contact.b = 1;

@@ -3,7 +3,7 @@
 #include <iosfwd>
 #include <vector>
 
-#include "dyop/io/run_recording.h"
+#include "dyop/scene_io/run_recording.h"
 
 namespace dyop {
 

@@ -1,4 +1,4 @@
-#include "io/body_reader.h"
+#include "scene_io/body_reader.h"
 
 #include "io/motion_reader.h"
 

@@ -1,4 +1,4 @@
-#include "dyop/io/run_recording.h"
+#include "dyop/scene_io/run_recording.h"
 
 #include <gtest/gtest.h>
 
@@ -7,8 +7,8 @@
 
 #include "core/tolerance.h"
 #include "dyop/io/file_error.h"
-#include "io/small_run.h"
-#include "io/temporary_directory.h"
+#include "scene_io/small_run.h"
+#include "support/temporary_directory.h"
 
 namespace dyop {
 namespace {

@@ -1,4 +1,4 @@
-#include "io/scene_forces.h"
+#include "scene_io/scene_forces.h"
 
 namespace dyop::internal {
 namespace {

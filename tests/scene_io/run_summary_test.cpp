@@ -1,10 +1,10 @@
-#include "dyop/io/run_summary.h"
+#include "dyop/scene_io/run_summary.h"
 
 #include <gtest/gtest.h>
 
 #include <sstream>
 
-#include "io/small_run.h"
+#include "scene_io/small_run.h"
 
 namespace dyop {
 namespace {

@@ -8,9 +8,12 @@
 #include <vector>
 
 #include "dyop/dynamics/world.h"
-#include "dyop/io/scene_file.h"
+#include "dyop/scene_io/scene_file.h"
 
 namespace dyop {
+
+/// The enumerator's name, as in the header.
+std::string_view name_of(AdvanceStatus status);
 
 /// Sums over the advances of a run, and how it ended.
 struct RunTotals {

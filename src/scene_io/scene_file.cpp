@@ -1,11 +1,11 @@
-#include "dyop/io/scene_file.h"
+#include "dyop/scene_io/scene_file.h"
 
 #include <limits>
 
-#include "io/body_reader.h"
 #include "io/file_bytes.h"
 #include "io/motion_reader.h"
-#include "io/scene_forces.h"
+#include "scene_io/body_reader.h"
+#include "scene_io/scene_forces.h"
 
 namespace dyop {
 namespace {

@@ -1,4 +1,4 @@
-#include "dyop/io/run_summary.h"
+#include "dyop/scene_io/run_summary.h"
 
 #include <ostream>
 

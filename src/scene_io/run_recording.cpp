@@ -1,13 +1,14 @@
-#include "dyop/io/run_recording.h"
+#include "dyop/scene_io/run_recording.h"
 
 #include <algorithm>
 #include <array>
 #include <ostream>
 
-#include "dyop/io/result_text.h"
+#include "dyop/io/file_error.h"
 #include "dyop/motion/hermite_motion.h"
 #include "io/file_bytes.h"
 #include "io/result_json.h"
+#include "scene_io/event_json.h"
 
 namespace dyop {
 namespace {
@@ -187,6 +188,28 @@ void read_line(const Json& json, RunRecording& recording) {
 }
 
 }  // namespace
+
+std::string_view name_of(AdvanceStatus status) {
+  switch (status) {
+    case AdvanceStatus::NotRun:
+      return "NotRun";
+    case AdvanceStatus::Completed:
+      return "Completed";
+    case AdvanceStatus::StoppedAtImpact:
+      return "StoppedAtImpact";
+    case AdvanceStatus::BudgetExhausted:
+      return "BudgetExhausted";
+    case AdvanceStatus::ImpactLimit:
+      return "ImpactLimit";
+    case AdvanceStatus::InitialOverlap:
+      return "InitialOverlap";
+    case AdvanceStatus::Cancelled:
+      return "Cancelled";
+    case AdvanceStatus::NumericalLimit:
+      return "NumericalLimit";
+  }
+  return "NotRun";
+}
 
 void RunTotals::add(const AdvanceReport& report) {
   status = report.status;

@@ -1,4 +1,4 @@
-#include "dyop/io/scene_file.h"
+#include "dyop/scene_io/scene_file.h"
 
 #include <gtest/gtest.h>
 
@@ -9,8 +9,8 @@
 #include "dyop/geometry/convex_hull.h"
 #include "dyop/geometry/sphere.h"
 #include "dyop/io/file_error.h"
-#include "io/cube_files.h"
-#include "io/temporary_directory.h"
+#include "support/cube_files.h"
+#include "support/temporary_directory.h"
 
 namespace dyop {
 namespace {
