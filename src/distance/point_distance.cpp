@@ -105,9 +105,9 @@ PointDistance from_convex(const ConvexShape& shape, const PointQuery& query) {
   } else if (core->is_closed() && !(result.lower > 0)) {
     result.lower = -result.upper;
   }
-  const Scalar rounding = 2 * kUnitRoundoff * (radius + std::abs(result.lower));
-  result.lower -= radius + rounding;
-  result.upper -= radius - rounding;
+  const auto rounding = [&](Scalar x) { return 2 * kUnitRoundoff * (radius + std::abs(x)); };
+  result.lower -= radius + rounding(result.lower);
+  result.upper -= radius - rounding(result.upper);
   result.p_WC += radius * result.nhat_W;
   if (query.options.is_signed || result.lower > 0) return result;
   result.lower = 0;

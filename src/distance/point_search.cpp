@@ -73,10 +73,11 @@ class PointSearch {
  private:
   // Proven farther than what is known or sought. Squares err by much less than the noise.
   bool is_far(Scalar gap_sq) {
-    const Scalar cutoff = std::min(result_.nearest.upper, limit_) / tree_.scale();
-    if (!(gap_sq * (1 - 2 * kPointBoxNoise) > cutoff * cutoff)) return false;
-    const Scalar gap = std::sqrt(gap_sq) * (1 - 2 * kPointBoxNoise) * tree_.scale();
-    lower_ = std::min(lower_, gap);
+    const Scalar cutoff = std::min(result_.nearest.upper, limit_);
+    const Scalar proven_sq = gap_sq * (1 - 2 * kPointBoxNoise);
+    const Scalar in_units = cutoff / tree_.scale();
+    if (!(proven_sq > in_units * in_units)) return false;
+    lower_ = std::min(lower_, std::max(cutoff, std::sqrt(proven_sq) * tree_.scale()));
     return true;
   }
 

@@ -135,9 +135,10 @@ Finding MotionProbe::check_instant(Scalar t) const {
                  "), rotation (", R, ")");
   }
   if (!internal::is_rotation(R)) {
+    const Scalar error = (R.transpose() * R - Matrix3::Identity()).cwiseAbs().maxCoeff();
     return fault(MotionFault::PoseNotRotation, t, internal::rotation_error(R),
-                 kEngineRotationNoise, "the pose is not a rotation: R^T R is off by ",
-                 internal::rotation_error(R), ", the determinant is ", R.determinant());
+                 kEngineRotationNoise, "the pose is not a rotation: R^T R is off by ", error,
+                 ", the determinant is ", R.determinant());
   }
   const Twist twist = motion_.twist(t);
   if (!internal::is_finite(twist.v_WB) || !internal::is_finite(twist.w_WB)) {

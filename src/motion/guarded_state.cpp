@@ -22,10 +22,9 @@ void refuse(const MotionState& state, Scalar t, const char* what) {
   DYOP_REQUIRE(is_finite(state.X_WB.translation()), what, " at t = ", t,
                ": the position is not finite: (", state.X_WB.translation().transpose(), ")");
   DYOP_REQUIRE(R.allFinite(), what, " at t = ", t, ": the rotation is not finite: (", R, ")");
-  DYOP_REQUIRE(rotation_error(R) <= kEngineRotationNoise, what, " at t = ", t,
-               ": the pose is not a rotation: R^T R is off by ", rotation_error(R), ", R = (", R,
-               ")");
-  DYOP_REQUIRE(is_rotation(R), what, " at t = ", t, ": the rotation mirrors: R = (", R, ")");
+  DYOP_REQUIRE(R.determinant() > 0, what, " at t = ", t, ": the rotation mirrors: R = (", R, ")");
+  DYOP_REQUIRE(is_rotation(R), what, " at t = ", t, ": the pose is not a rotation: R^T R is off by ",
+               (R.transpose() * R - Matrix3::Identity()).cwiseAbs().maxCoeff(), ", R = (", R, ")");
   throw InvalidArgument(compose_message(what, " at t = ", t, ": the twist is not finite: v = (",
                                         state.twist.v_WB.transpose(), "), w = (",
                                         state.twist.w_WB.transpose(), ")"));

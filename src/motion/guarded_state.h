@@ -8,19 +8,22 @@
 
 namespace dyop::internal {
 
-/// How far R^T R is from the identity, the largest entry; NaN or infinite if an entry of R is.
+/// How far a matrix with the columns x, y, z is from a rotation: x and y have length one and are
+/// square to each other, and z is x cross y. A sum, so that NaN survives; 0 up to rounding.
 inline Scalar rotation_error(const Matrix3& R) {
-  const auto x = R.col(0);
-  const auto y = R.col(1);
-  const auto z = R.col(2);
-  const Scalar lengths = std::abs(x.dot(x) - 1) + std::abs(y.dot(y) - 1) + std::abs(z.dot(z) - 1);
-  // A sum, not a maximum, so that NaN survives.
-  return lengths + std::abs(x.dot(y)) + std::abs(y.dot(z)) + std::abs(z.dot(x));
+  const Scalar* r = R.data();  // by columns
+  const Scalar xx = r[0] * r[0] + r[1] * r[1] + r[2] * r[2] - 1;
+  const Scalar yy = r[3] * r[3] + r[4] * r[4] + r[5] * r[5] - 1;
+  const Scalar xy = r[0] * r[3] + r[1] * r[4] + r[2] * r[5];
+  const Scalar z0 = r[1] * r[5] - r[2] * r[4] - r[6];
+  const Scalar z1 = r[2] * r[3] - r[0] * r[5] - r[7];
+  const Scalar z2 = r[0] * r[4] - r[1] * r[3] - r[8];
+  return std::abs(xx) + std::abs(yy) + std::abs(xy) + std::abs(z0) + std::abs(z1) + std::abs(z2);
 }
 
-/// Finite, orthonormal up to kEngineRotationNoise, and no mirror.
+/// Orthonormal up to kEngineRotationNoise, and no mirror; false for NaN.
 inline bool is_rotation(const Matrix3& R) {
-  return rotation_error(R) <= kEngineRotationNoise && R.col(0).cross(R.col(1)).dot(R.col(2)) > 0;
+  return rotation_error(R) <= kEngineRotationNoise;
 }
 
 /// Finite numbers minus themselves are zero, all others NaN.
@@ -29,8 +32,14 @@ inline bool is_finite(const Vector3& x) {
 }
 
 inline bool is_sound(const MotionState& state) {
-  return is_rotation(state.X_WB.rotation()) && is_finite(state.X_WB.translation()) &&
-         is_finite(state.twist.v_WB) && is_finite(state.twist.w_WB);
+  const Vector3& p = state.X_WB.translation();
+  const Vector3& v = state.twist.v_WB;
+  const Vector3& w = state.twist.w_WB;
+  // One comparison for all nine numbers.
+  const Scalar zero = ((p[0] - p[0]) + (p[1] - p[1]) + (p[2] - p[2])) +
+                      ((v[0] - v[0]) + (v[1] - v[1]) + (v[2] - v[2])) +
+                      ((w[0] - w[0]) + (w[1] - w[1]) + (w[2] - w[2]));
+  return is_rotation(state.X_WB.rotation()) && zero == 0;
 }
 
 /// Throws InvalidArgument that says what is wrong with a state that is not sound.
@@ -64,8 +73,12 @@ struct PoseStep {
 inline void require_no_jump(const PoseStep& step, const TwistBound& bound, Scalar radius,
                             Scalar noise, const char* what) {
   const Scalar speed = bound.linear_speed + bound.angular_speed * radius;
-  const Scalar moved = std::max((step.p_to - step.p_from).cwiseAbs().maxCoeff(),
-                                (step.R_to - step.R_from).cwiseAbs().maxCoeff() * radius);
+  const Scalar* from = step.R_from.data();
+  const Scalar* to = step.R_to.data();
+  Scalar turned = 0;  // of two columns, from which the third follows
+  for (int i = 0; i < 6; ++i) turned = std::max(turned, std::abs(to[i] - from[i]));
+  const Scalar moved =
+      std::max((step.p_to - step.p_from).cwiseAbs().maxCoeff(), turned * radius);
   // False for infinite bounds times zero, which is NaN.
   if (moved > speed * std::abs(step.t_to - step.t_from) + noise) [[unlikely]] {
     refuse_jump(step, speed, what);

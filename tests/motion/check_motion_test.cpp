@@ -174,7 +174,7 @@ TEST(CheckMotion, NamesScaledAndMirroredRotations) {
     const RigidPose X = sound().pose(t);
     return RigidPose::from_trusted(X.rotation() * (t > 0.75 ? 1 + 1e-9 : 1), X.translation());
   };
-  expect_fault(check(f), MotionFault::PoseNotRotation, 0.75, 1e-12, "R^T R is off by 6");
+  expect_fault(check(f), MotionFault::PoseNotRotation, 0.75, 1e-12, "R^T R is off by 2.0");
   f.pose = [](Scalar t) {
     const RigidPose X = sound().pose(t);
     return RigidPose::from_trusted(-X.rotation(), X.translation());

@@ -71,7 +71,7 @@ const Lie kLies[] = {
      [](Scalar, const MotionState& s) {
        return MotionState{s.X_WB, {s.twist.v_WB, Vector3(kInfinity, 0, 0)}};
      },
-     ": the twist is not finite: v = (-1 0 0), w = (inf 0 0)"},
+     ": the twist is not finite: v = ("},
     {"NaN by the pose's own check",
      [](Scalar, const MotionState& s) { return MotionState{RigidPose(Vector3(0, 0, kNaN)), s.twist}; },
      ": pose translation must be finite, not (0 0 nan)"},
@@ -131,7 +131,8 @@ TEST(MotionRefusal, AtTheStartToo) {
   for (const Lie& lie : kLies) {
     if (std::string(lie.name) == "teleport") continue;
     const UserMotion motion = liar(lie);
-    const ToiOptions solid{.solid_a = true};
+    ToiOptions solid;
+    solid.solid_a = true;
     const TriangleMesh mesh = icosphere(1, 1).mesh();
     expect_refusal(message_of([&] { time_of_impact(mesh, at_rest, sphere, motion, {1, 2}, solid); }),
                    "at t = 1", lie);
@@ -139,19 +140,21 @@ TEST(MotionRefusal, AtTheStartToo) {
 }
 
 TEST(MotionRefusal, ResumedQueries) {
-  const TriangleMesh mesh = icosphere(2, 1).mesh();
+  const TriangleMesh mesh = icosphere(2, 1.8).mesh();  // its first steps end before t = 1
   const RestMotion at_rest{RigidPose()};
   const UserMotion motion = liar(kLies[0]);
   ToiWorkspace workspace;
   ToiOptions options;
   options.max_node_pairs = 1;
-  ASSERT_EQ(time_of_impact(mesh, at_rest, mesh, motion, kInterval, options, workspace).status,
-            ToiStatus::BudgetExhausted);
-  options.max_node_pairs = 1'000'000;
-  expect_refusal(message_of([&] {
-                   resume_time_of_impact(mesh, at_rest, mesh, motion, kInterval, options, workspace);
-                 }),
-                 "time_of_impact: the motion of B", kLies[0]);
+  int resumed = 0;
+  const auto ask = [&] {
+    time_of_impact(mesh, at_rest, mesh, motion, {0, 4}, options, workspace);
+    for (; workspace.can_resume(); ++resumed) {
+      resume_time_of_impact(mesh, at_rest, mesh, motion, {0, 4}, options, workspace);
+    }
+  };
+  expect_refusal(message_of(ask), "time_of_impact: the motion of B", kLies[0]);
+  EXPECT_GT(resumed, 0);
   // The workspace is free again.
   const ConstantTwistMotion honest_motion(RigidPose(Vector3(5, 0, 0)),
                                           {Vector3(-1, 0, 0), Vector3::Zero()});

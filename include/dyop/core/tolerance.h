@@ -16,11 +16,11 @@ inline constexpr Scalar kUnitRoundoff = std::numeric_limits<Scalar>::epsilon() /
 /// with seven digits are refused. Used by RigidPose.
 inline constexpr Scalar kRotationTolerance = 1e-6;
 
-/// How far R^T R of a motion's pose may be from the identity in a query, the sum of its six
-/// different entries. Lengths then stretch by at most half as much; kStepNoise has 200u to spare.
-/// Larger: bounds may fail; smaller: products of many rotations are refused. Used by
-/// guarded_state().
-inline constexpr Scalar kEngineRotationNoise = 192 * kUnitRoundoff;
+/// How far a motion's pose may be from a rotation in a query: with columns x, y, z the sum of
+/// | |x|^2 - 1 |, | |y|^2 - 1 |, |x . y| and the entries of x cross y - z. Lengths then stretch by at
+/// most twice as much; kStepNoise has 200u to spare. Larger: bounds may fail; smaller: products of many
+/// rotations are refused. Used by guarded_state().
+inline constexpr Scalar kEngineRotationNoise = 96 * kUnitRoundoff;
 
 /// Rounding allowance for one coordinate of a point carried through a pose, as a multiple of the
 /// size of the numbers involved (|translation| + |point|). A matrix-vector product and a sum err
