@@ -21,7 +21,7 @@ int main() {
   std::vector<dyop::ToiResult> results(queries.size());
   dyop::BatchOptions options;
   options.thread_count = 0;  // all there are; also: a stop token, and a progress callback
-  dyop::time_of_impact(queries, results, options);
+  dyop::time_of_impact_batch(queries, results, options);
   int hits = 0;
   double first = 4;
   for (const dyop::ToiResult& result : results) {

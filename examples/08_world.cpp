@@ -32,7 +32,7 @@ int main() {
       std::printf("  impact at t = %.4f, closing at %.3f\n", impact.t,
                   impact.toi.contact->closing_speed);
     }
-    const dyop::BodyState& state = world.state(id);
+    const dyop::MotionState& state = world.state(id);
     std::printf("t = %.2f: height %.3f, speed %+.3f\n", world.time(),
                 state.X_WB.translation().z(), state.twist.v_WB.z());
   }

@@ -5,10 +5,10 @@
 
 #include "core/batch_run.h"
 #include "distance/gjk/triangle_core.h"
-#include "distance/mesh_feature.h"
+#include "distance/piece_distance.h"
 #include "distance/point_search.h"
 #include "dyop/core/error.h"
-#include "dyop/core/tolerance.h"
+#include "core/tolerance.h"
 #include "dyop/distance/gjk.h"
 #include "dyop/geometry/winding_number.h"
 
@@ -85,8 +85,8 @@ PointDistance from_smooth_core(const ConvexShape& shape, const PointQuery& query
   PointDistance result;
   result.lower = std::max(0.0, gjk.lower - query.noise);
   result.upper = gjk.upper + query.noise;
-  result.p_WC = gjk.is_overlapping ? query.p_S : gjk.p_ACa;
-  result.nhat_W = gjk.nhat_AB_A;
+  result.p_WC = gjk.is_overlapping ? query.p_S : gjk.p_a;
+  result.nhat_W = gjk.nhat_AB;
   result.feature = gjk.feature_a;
   return result;
 }

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "dyop/core/tolerance.h"
+#include "core/tolerance.h"
 #include "dyop/distance/triangle_distance.h"
 
 namespace dyop::internal {
@@ -71,7 +71,7 @@ Vector3 direction_of(const Place& place, const Vector3& r, const Vector3& e1, co
 
 PointTriangleDistance by_triangles(const Vector3& p, const Triangle& triangle) {
   const TriangleDistance kernel = triangle_distance({p, p, p}, triangle);
-  return {kernel.lower, kernel.upper, kernel.p_b, -kernel.normal, kernel.feature_b};
+  return {kernel.lower, kernel.upper, kernel.p_b, -kernel.nhat_AB, kernel.feature_b};
 }
 
 }  // namespace

@@ -8,7 +8,7 @@
 
 #include "distance/point_triangle.h"
 #include "dyop/core/error.h"
-#include "dyop/core/tolerance.h"
+#include "core/tolerance.h"
 #include "dyop/distance/triangle_distance.h"
 #include "dyop/geometry/winding_number.h"
 #include "geometry/all_shapes.h"

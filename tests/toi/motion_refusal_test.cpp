@@ -172,7 +172,7 @@ TEST(MotionRefusal, BatchesNameTheQuery) {
     for (ToiQuery& query : queries) query.options.max_node_pairs = 10'000;
     std::vector<ToiResult> results(4);
     const std::string message = message_of(
-        [&] { time_of_impact(std::span<const ToiQuery>(queries), std::span<ToiResult>(results)); });
+        [&] { time_of_impact_batch(queries, results); });
     expect_refusal(message, "query 2: time_of_impact: the motion of B", lie);
   }
 }
