@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 #include <numbers>
+#include <vector>
 
 // A closed tube of radius 1 around a circle of radius 3.
 dyop::TriangleMesh torus() {
@@ -47,7 +48,8 @@ int main() {
   // ... unless you say that it is a solid.
   dyop::ToiOptions options;
   options.solid_a = true;
-  const dyop::ToiResult solid = dyop::time_of_impact(tube, at_rest, marble, inside, {0, 1}, options);
+  const dyop::ToiResult solid =
+      dyop::time_of_impact(tube, at_rest, marble, inside, {0, 1}, options);
   std::printf("torus as a solid: %s\n",
               solid.status == dyop::ToiStatus::Separated ? "separated" : "in contact");
 }

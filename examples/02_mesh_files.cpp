@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <string>
 
 int main() {
   // A roof: a prism over a 4 x 2 rectangle with its ridge at height 1. OBJ, STL, PLY, OFF, glTF ...
@@ -43,3 +44,9 @@ int main() {
   std::filesystem::remove(file);
 }
 // Prints:
+// roof: 6 vertices, 8 triangles, closed
+// mass at density 2: 8.000000
+// a roof over it: 2.000000, bounds less than 1e-12 apart, triangle 7 below
+// point at height 2.00: +1.118034, nearest (0.000, 0.000, 1.000)
+// point at height 0.25: -0.176777, nearest (0.000, 0.625, 0.375)
+// refused: roof.obj:3: vertex z: expected a finite number, found 'zero'

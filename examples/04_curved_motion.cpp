@@ -18,8 +18,7 @@ int main() {
   const dyop::RestMotion at_rest{dyop::RigidPose()};
   dyop::ToiOptions options;
   options.target_distance = 0.25;  // keep this far away
-  const dyop::ToiResult near =
-      dyop::time_of_impact(organ, at_rest, needle, tool, {0, 2}, options);
+  const dyop::ToiResult near = dyop::time_of_impact(organ, at_rest, needle, tool, {0, 2}, options);
   std::printf("the needle is proven 0.25 away until t = %.4f\n", near.t_safe);
 
   // Your own functions need bounds on speed and acceleration: the proof rests on them.

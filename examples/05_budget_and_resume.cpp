@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <cstdio>
+#include <vector>
 
 // A bowl of triangles: z = (x² + y²) / 4 over a square.
 dyop::TriangleMesh bowl() {
@@ -27,7 +28,8 @@ int main() {
   const dyop::TriangleMesh lower = bowl();
   const dyop::TriangleMesh upper = bowl();
   const dyop::RestMotion at_rest{dyop::RigidPose()};
-  const dyop::ConstantTwistMotion falling(dyop::RigidPose({0.3, 0.1, 2}), {{0, 0, -1}, {0.5, 0, 2}});
+  const dyop::ConstantTwistMotion falling(dyop::RigidPose({0.3, 0.1, 2}),
+                                          {{0, 0, -1}, {0.5, 0, 2}});
 
   // A budget of node pairs gives the same answer on every machine; a deadline is a point in time.
   dyop::ToiOptions options;
@@ -37,7 +39,8 @@ int main() {
       dyop::time_of_impact(lower, at_rest, upper, falling, {0, 3}, options, workspace);
   while (workspace.can_resume()) {
     std::printf("budget spent: apart until %.4f, undecided after\n", result.t_safe);
-    result = dyop::resume_time_of_impact(lower, at_rest, upper, falling, {0, 3}, options, workspace);
+    result =
+        dyop::resume_time_of_impact(lower, at_rest, upper, falling, {0, 3}, options, workspace);
   }
   std::printf("%s: apart until %.4f\n",
               result.status == dyop::ToiStatus::Impact ? "impact" : "no impact", result.t_safe);

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <cstdio>
+#include <vector>
 
 int main() {
   // A ball is shot at a turning box in 1000 directions. Shapes and motions are shared, not copied.

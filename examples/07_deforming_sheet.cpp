@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <cstdio>
+#include <vector>
 
 constexpr int kCells = 20;
 
@@ -28,7 +29,8 @@ int main() {
   }
   // A needle: segments and points are legal triangles.
   const dyop::TriangleMesh needle({{0, 0, 0}, {0, 0, 1}}, {{0, 1, 1}});
-  const dyop::ConstantTwistMotion pushed(dyop::RigidPose({0.1, 0.05, 0.5}), {{0, 0, -0.2}, {0, 0, 0}});
+  const dyop::ConstantTwistMotion pushed(dyop::RigidPose({0.1, 0.05, 0.5}),
+                                         {{0, 0, -0.2}, {0, 0, 0}});
 
   // Snapshots come every 0.5. The tree of boxes is built once; advance() refits it to the next one.
   dyop::DeformingMesh tissue(sheet(0.1, 0), sheet(0.12, 0.3), triangles);

@@ -3,6 +3,7 @@
 #include <dyop/dyop.h>
 
 #include <cstdio>
+#include <memory>
 
 int main() {
   dyop::WorldOptions options;
@@ -33,8 +34,15 @@ int main() {
                   impact.toi.contact->closing_speed);
     }
     const dyop::MotionState& state = world.state(id);
-    std::printf("t = %.2f: height %.3f, speed %+.3f\n", world.time(),
-                state.X_WB.translation().z(), state.twist.v_WB.z());
+    std::printf("t = %.2f: height %.3f, speed %+.3f\n", world.time(), state.X_WB.translation().z(),
+                state.twist.v_WB.z());
   }
 }
 // Prints:
+// t = 0.25: height 1.688, speed -2.500
+// t = 0.50: height 0.750, speed -5.000
+//   impact at t = 0.5477, closing at 5.477
+// t = 0.75: height 0.849, speed +0.716
+// t = 1.00: height 0.716, speed -1.784
+//   impact at t = 1.0954, closing at 2.739
+// t = 1.25: height 0.592, speed -0.176

@@ -4,11 +4,11 @@
 #include <cmath>
 
 #include "core/batch_run.h"
+#include "core/tolerance.h"
 #include "distance/gjk/triangle_core.h"
 #include "distance/piece_distance.h"
 #include "distance/point_search.h"
 #include "dyop/core/error.h"
-#include "core/tolerance.h"
 #include "dyop/distance/gjk.h"
 #include "dyop/geometry/winding_number.h"
 
@@ -24,12 +24,12 @@ struct PointQuery {
   Scalar noise;
 };
 
-void require_options(const PointDistanceOptions& options) {
+void require_point_options(const PointDistanceOptions& options) {
   DYOP_REQUIRE(options.max_distance >= 0, "point_distance: max_distance must be >= 0, not ",
                options.max_distance);
 }
 
-void require_sign(const Shape& shape, const PointDistanceOptions& options) {
+void require_signable(const Shape& shape, const PointDistanceOptions& options) {
   if (!options.is_signed) return;
   switch (shape.kind()) {
     case ShapeKind::TriangleMesh:
@@ -43,7 +43,7 @@ void require_sign(const Shape& shape, const PointDistanceOptions& options) {
   }
 }
 
-PointDistance result_of(const NearestToPoint& found, const TriangleMesh& mesh, Scalar noise) {
+PointDistance point_result_of(const NearestToPoint& found, const TriangleMesh& mesh, Scalar noise) {
   PointDistance result;
   result.lower = std::max(0.0, found.nearest.lower - noise);
   result.upper = found.nearest.upper + noise;
@@ -68,7 +68,7 @@ void turn_inside(PointDistance& result) {
 PointDistance from_mesh(const TriangleMesh& mesh, const PointQuery& query) {
   const NearestToPoint found =
       internal::find_nearest_to_point(mesh, query.p_S, query.options.max_distance + query.noise);
-  PointDistance result = result_of(found, mesh, query.noise);
+  PointDistance result = point_result_of(found, mesh, query.noise);
   if (!query.options.is_signed) return result;
   if (contains(mesh, query.p_S)) {
     turn_inside(result);
@@ -98,7 +98,7 @@ PointDistance from_convex(const ConvexShape& shape, const PointQuery& query) {
   const Scalar limit = query.options.max_distance + radius + query.noise;
   const NearestToPoint found =
       internal::find_nearest_to_point(*core, query.p_S, limit * (1 + 4 * kUnitRoundoff));
-  PointDistance result = result_of(found, *core, query.noise);
+  PointDistance result = point_result_of(found, *core, query.noise);
   result.triangle.reset();
   if (core->is_closed() && contains(*core, query.p_S)) {
     turn_inside(result);
@@ -116,8 +116,8 @@ PointDistance from_convex(const ConvexShape& shape, const PointQuery& query) {
   return result;
 }
 
-PointDistance answer(const Shape& shape, const RigidPose& X_WS, const Vector3& p_W,
-                     const PointDistanceOptions& options) {
+PointDistance answer_point(const Shape& shape, const RigidPose& X_WS, const Vector3& p_W,
+                           const PointDistanceOptions& options) {
   const Vector3 p_S = X_WS.inverse() * p_W;
   const Scalar noise =
       kPoseNoise * (X_WS.translation().norm() + p_W.norm() + shape.bounding_radius());
@@ -140,21 +140,20 @@ PointDistance answer(const Shape& shape, const RigidPose& X_WS, const Vector3& p
 
 PointDistance point_distance(const Shape& shape, const RigidPose& X_WS, const Vector3& p_W,
                              const PointDistanceOptions& options) {
-  require_options(options);
-  require_sign(shape, options);
-  DYOP_REQUIRE(p_W.allFinite(), "point_distance: the point must be finite, not (",
-               p_W.transpose(), ")");
-  return answer(shape, X_WS, p_W, options);
+  require_point_options(options);
+  require_signable(shape, options);
+  DYOP_REQUIRE(p_W.allFinite(), "point_distance: the point must be finite, not (", p_W.transpose(),
+               ")");
+  return answer_point(shape, X_WS, p_W, options);
 }
 
 void point_distance_batch(const Shape& shape, const RigidPose& X_WS,
                           std::span<const Vector3> points_W, std::span<PointDistance> results,
-                          const PointDistanceOptions& options,
-                          const BatchOptions& batch_options) {
+                          const PointDistanceOptions& options, const BatchOptions& batch_options) {
   DYOP_REQUIRE(points_W.size() == results.size(), "point_distance_batch: ", points_W.size(),
                " points, but space for ", results.size(), " results");
-  require_options(options);
-  require_sign(shape, options);
+  require_point_options(options);
+  require_signable(shape, options);
   for (std::size_t i = 0; i < points_W.size(); ++i) {
     DYOP_REQUIRE(points_W[i].allFinite(), "point_distance_batch: point ", i,
                  " must be finite, not (", points_W[i].transpose(), ")");
@@ -173,7 +172,7 @@ void point_distance_batch(const Shape& shape, const RigidPose& X_WS,
                       [&](std::size_t portion, std::size_t) {
                         const std::size_t end = std::min((portion + 1) * kPortion, total);
                         for (std::size_t i = portion * kPortion; i < end; ++i) {
-                          results[i] = answer(shape, X_WS, points_W[i], options);
+                          results[i] = answer_point(shape, X_WS, points_W[i], options);
                         }
                       });
 }

@@ -14,14 +14,14 @@ struct OpenBox {
   std::int32_t child;
 };
 
-constexpr int kWidth = BoxGroup::kWidth;
+constexpr int kGroupSize = BoxGroup::kWidth;
 
 // Lower bounds of the squared distances of the boxes of a group to a point q, both in units of the
 // scale, before rounding outward: with coordinates y of the point along a box's axes
 // |y| - half extents. docs/algorithms/distance.md, "Points".
-std::array<Scalar, kWidth> squared_gaps(const BoxGroup& boxes, const Vector3& q) {
-  std::array<Scalar, kWidth> x, y, z, slack, sum{};
-  for (int i = 0; i < kWidth; ++i) {
+std::array<Scalar, kGroupSize> squared_gaps(const BoxGroup& boxes, const Vector3& q) {
+  std::array<Scalar, kGroupSize> x, y, z, slack, sum{};
+  for (int i = 0; i < kGroupSize; ++i) {
     const auto k = static_cast<std::size_t>(i);
     x[k] = q.x() - static_cast<Scalar>(boxes.rows[BoxGroup::kCenter][i]);
     y[k] = q.y() - static_cast<Scalar>(boxes.rows[BoxGroup::kCenter + 1][i]);
@@ -33,11 +33,11 @@ std::array<Scalar, kWidth> squared_gaps(const BoxGroup& boxes, const Vector3& q)
   for (int axis = 0; axis < 3; ++axis) {
     const auto* row = boxes.rows + BoxGroup::kAxes + 3 * axis;
     const float* half = boxes.rows[BoxGroup::kHalfExtents + axis];
-    for (int i = 0; i < kWidth; ++i) {
+    for (int i = 0; i < kGroupSize; ++i) {
       const auto k = static_cast<std::size_t>(i);
-      const Scalar along = std::abs(x[k] * static_cast<Scalar>(row[0][i]) +
-                                    y[k] * static_cast<Scalar>(row[1][i]) +
-                                    z[k] * static_cast<Scalar>(row[2][i]));
+      const Scalar along =
+          std::abs(x[k] * static_cast<Scalar>(row[0][i]) + y[k] * static_cast<Scalar>(row[1][i]) +
+                   z[k] * static_cast<Scalar>(row[2][i]));
       const Scalar beyond = along - static_cast<Scalar>(half[i]) - slack[k];
       const Scalar outside = beyond > 0 ? beyond : 0;
       sum[k] += outside * outside;
@@ -49,11 +49,7 @@ std::array<Scalar, kWidth> squared_gaps(const BoxGroup& boxes, const Vector3& q)
 class PointSearch {
  public:
   PointSearch(const TriangleMesh& mesh, const Vector3& p, Scalar limit)
-      : mesh_(mesh),
-        tree_(mesh.hierarchy()),
-        p_(p),
-        q_(p / tree_.scale()),
-        limit_(limit) {}
+      : mesh_(mesh), tree_(mesh.hierarchy()), p_(p), q_(p / tree_.scale()), limit_(limit) {}
 
   NearestToPoint run() {
     open(0);
@@ -84,7 +80,7 @@ class PointSearch {
   // Puts the boxes of a node on the stack, nearest on top.
   void open(std::int32_t number) {
     const MeshHierarchy::Node& node = tree_.nodes()[static_cast<std::size_t>(number)];
-    const std::array<Scalar, kWidth> gaps = squared_gaps(node.boxes, q_);
+    const std::array<Scalar, kGroupSize> gaps = squared_gaps(node.boxes, q_);
     const std::size_t first = count_;
     const int count = node.count();
     for (int i = 0; i < count; ++i) {
@@ -114,7 +110,7 @@ class PointSearch {
   Scalar lower_ = kInfinity;  // of all that was left out or measured
   NearestToPoint result_;
   std::size_t count_ = 0;
-  std::array<OpenBox, MeshHierarchy::kMaxDepth * kWidth + 1> stack_;
+  std::array<OpenBox, MeshHierarchy::kMaxDepth * kGroupSize + 1> stack_;
 };
 
 }  // namespace

@@ -9,9 +9,9 @@ namespace dyop::internal {
 struct PointTriangleDistance {
   Scalar lower = 0;
   Scalar upper = kInfinity;
-  Vector3 p_C = Vector3::Zero();       ///< on the triangle, within rounding
+  Vector3 p_C = Vector3::Zero();      ///< on the triangle, within rounding
   Vector3 nhat_C = Vector3::UnitX();  ///< unit, from the triangle to the point; proves `lower`
-  Feature feature;                     ///< local vertex numbers 0, 1, 2
+  Feature feature;                    ///< local vertex numbers 0, 1, 2
 };
 
 /// Certified as triangle_distance() for a triangle that is the point three times, at a third of its

@@ -13,14 +13,14 @@ namespace dyop {
 namespace {
 
 using internal::compose_message;
-using Finding = std::optional<MotionCheck>;
+using MaybeFault = std::optional<MotionCheck>;
 
-constexpr int kHalvings = 60;             // from one sample to the next, to the last bits
-constexpr int kStepCount = 9;             // lengths of step that are tried from each sample
-constexpr Scalar kStepRatio = 1.0 / 8;    // of each to the one before
-constexpr Scalar kTwistNoise = 1e-13;     // literal: rounding of a twist, share of the largest speed
-constexpr Scalar kShortStep = 1.0 / 256;  // share of the sampling step that needs no bound
-constexpr Scalar kTellingNoise = 1000;    // over rounding, what moves enough to tell its twist
+constexpr int kHalvings = 60;           // from one sample to the next, to the last bits
+constexpr int kStepCount = 9;           // lengths of step that are tried from each sample
+constexpr Scalar kStepRatio = 1.0 / 8;  // of each to the one before
+constexpr Scalar kTwistNoise = 1e-13;   // literal: rounding of a twist, share of the largest speed
+constexpr Scalar kShortStep = 1.0 / 256;    // share of the sampling step that needs no bound
+constexpr Scalar kTellingNoise = 1000;      // over rounding, what moves enough to tell its twist
 constexpr Scalar kNumericTwist = 1.0 / 64;  // share of the sampling step that differences span
 
 template <typename... Words>
@@ -29,18 +29,23 @@ MotionCheck fault(MotionFault kind, Scalar t, Scalar found, Scalar allowed, cons
 }
 
 // The linear or the angular half of a motion.
-struct Half {
+struct TwistHalf {
   const char* speed_word;
   const char* acceleration_word;
   const char* field;
-  Vector3 Twist::* rate;
-  Scalar TwistBound::* speed;
-  Scalar TwistBound::* acceleration;
+  Vector3 Twist::*rate;
+  Scalar TwistBound::*speed;
+  Scalar TwistBound::*acceleration;
 };
-const Half kLinear{"speed",          "acceleration",           "v_WB",
-                   &Twist::v_WB,     &TwistBound::linear_speed, &TwistBound::linear_acceleration};
-const Half kAngular{"angular speed", "angular acceleration",    "w_WB",
-                    &Twist::w_WB,    &TwistBound::angular_speed, &TwistBound::angular_acceleration};
+const TwistHalf kLinear{"speed",
+                        "acceleration",
+                        "v_WB",
+                        &Twist::v_WB,
+                        &TwistBound::linear_speed,
+                        &TwistBound::linear_acceleration};
+const TwistHalf kAngular{
+    "angular speed", "angular acceleration",     "w_WB",
+    &Twist::w_WB,    &TwistBound::angular_speed, &TwistBound::angular_acceleration};
 
 class MotionProbe {
  public:
@@ -50,23 +55,23 @@ class MotionProbe {
   MotionCheck run();
 
  private:
-  Finding check_domain() const;
-  Finding check_instant(Scalar t) const;
-  Finding check_instant_or_refusal(Scalar t) const;
-  Finding check_bound(const TimeInterval& part) const;
-  Finding check_piece(Scalar t, Scalar next) const;
-  Finding check_between(Scalar t, Scalar next) const;
+  MaybeFault check_domain() const;
+  MaybeFault check_instant(Scalar t) const;
+  MaybeFault check_instant_or_refusal(Scalar t) const;
+  MaybeFault check_bound(const TimeInterval& part) const;
+  MaybeFault check_piece(Scalar t, Scalar next) const;
+  MaybeFault check_between(Scalar t, Scalar next) const;
   struct Change {
     Scalar found;
     Scalar allowed;
   };
   Change change_between(bool is_linear, Scalar from, Scalar to) const;
-  Finding check_way(bool is_linear, Scalar t, Scalar next) const;
-  Finding check_step(Scalar t, Scalar s) const;
-  Finding check_speed(const Half& half, Scalar t, const TwistBound& bound) const;
-  Finding check_half(const Half& half, Scalar t, Scalar s, const TwistBound& bound,
-                     Scalar displacement, Scalar missed, Scalar pose_noise) const;
-  std::string explain(const Half& half, Scalar t) const;
+  MaybeFault check_way(bool is_linear, Scalar t, Scalar next) const;
+  MaybeFault check_step(Scalar t, Scalar s) const;
+  MaybeFault check_speed(const TwistHalf& half, Scalar t, const TwistBound& bound) const;
+  MaybeFault check_half(const TwistHalf& half, Scalar t, Scalar s, const TwistBound& bound,
+                        Scalar displacement, Scalar missed, Scalar pose_noise) const;
+  std::string explain(const TwistHalf& half, Scalar t) const;
   void measure_size();
   Scalar first_bad(Scalar good, Scalar bad, const auto& is_bad) const;
 
@@ -116,7 +121,7 @@ void MotionProbe::measure_size() {
   twist_noise_.w_WB.x() = kTwistNoise * largest.w_WB.x();
 }
 
-Finding MotionProbe::check_domain() const {
+MaybeFault MotionProbe::check_domain() const {
   const TimeInterval domain = motion_.domain();
   if (domain.begin <= interval_.begin && interval_.end <= domain.end) return std::nullopt;
   const bool is_early = !(domain.begin <= interval_.begin);
@@ -126,19 +131,19 @@ Finding MotionProbe::check_domain() const {
                "] only, not on all of [", interval_.begin, ", ", interval_.end, "]");
 }
 
-Finding MotionProbe::check_instant(Scalar t) const {
+MaybeFault MotionProbe::check_instant(Scalar t) const {
   const RigidPose X = motion_.pose(t);
   const Matrix3& R = X.rotation();
   if (!internal::is_finite(X.translation()) || !R.allFinite()) {
     return fault(MotionFault::PoseNotFinite, t, std::nan(""), kInfinity,
-                 "the pose is not finite: position (", X.translation().transpose(),
-                 "), rotation (", R, ")");
+                 "the pose is not finite: position (", X.translation().transpose(), "), rotation (",
+                 R, ")");
   }
   if (!internal::is_rotation(R)) {
     const Scalar error = (R.transpose() * R - Matrix3::Identity()).cwiseAbs().maxCoeff();
-    return fault(MotionFault::PoseNotRotation, t, internal::rotation_error(R),
-                 kEngineRotationNoise, "the pose is not a rotation: R^T R is off by ", error,
-                 ", the determinant is ", R.determinant());
+    return fault(MotionFault::PoseNotRotation, t, internal::rotation_error(R), kEngineRotationNoise,
+                 "the pose is not a rotation: R^T R is off by ", error, ", the determinant is ",
+                 R.determinant());
   }
   const Twist twist = motion_.twist(t);
   if (!internal::is_finite(twist.v_WB) || !internal::is_finite(twist.w_WB)) {
@@ -154,7 +159,7 @@ Finding MotionProbe::check_instant(Scalar t) const {
   return std::nullopt;
 }
 
-Finding MotionProbe::check_instant_or_refusal(Scalar t) const {
+MaybeFault MotionProbe::check_instant_or_refusal(Scalar t) const {
   try {
     return check_instant(t);
   } catch (const Error& error) {
@@ -162,12 +167,12 @@ Finding MotionProbe::check_instant_or_refusal(Scalar t) const {
   }
 }
 
-Finding MotionProbe::check_bound(const TimeInterval& part) const {
+MaybeFault MotionProbe::check_bound(const TimeInterval& part) const {
   const TwistBound bound = motion_.twist_bound(part);
-  for (const Half* half : {&kLinear, &kAngular}) {
-    for (const auto& [value, word] : {std::pair{bound.*half->speed, half->speed_word},
-                                      std::pair{bound.*half->acceleration,
-                                                half->acceleration_word}}) {
+  for (const TwistHalf* half : {&kLinear, &kAngular}) {
+    for (const auto& [value, word] :
+         {std::pair{bound.*half->speed, half->speed_word},
+          std::pair{bound.*half->acceleration, half->acceleration_word}}) {
       if (value >= 0) continue;
       return fault(MotionFault::BoundNotValid, part.begin, value, kInfinity, "twist_bound of [",
                    part.begin, ", ", part.end, "] has the ", word, " ", value);
@@ -186,7 +191,7 @@ Scalar MotionProbe::first_bad(Scalar good, Scalar bad, const auto& is_bad) const
   return bad;
 }
 
-Finding MotionProbe::check_piece(Scalar t, Scalar next) const {
+MaybeFault MotionProbe::check_piece(Scalar t, Scalar next) const {
   const Scalar end = motion_.smooth_until(t);
   if (!(end > t)) {
     return fault(MotionFault::SmoothUntil, t, end, t, "smooth_until() must be later, not ", end);
@@ -214,7 +219,7 @@ MotionProbe::Change MotionProbe::change_between(bool is_linear, Scalar from, Sca
 }
 
 // Whatever the pieces: a body does not move faster than its bound.
-Finding MotionProbe::check_way(bool is_linear, Scalar t, Scalar next) const {
+MaybeFault MotionProbe::check_way(bool is_linear, Scalar t, Scalar next) const {
   const Change whole = change_between(is_linear, t, next);
   if (!(whole.found > whole.allowed)) return std::nullopt;
   Scalar from = t;
@@ -239,7 +244,8 @@ Finding MotionProbe::check_way(bool is_linear, Scalar t, Scalar next) const {
                word, last.found, ", but twist_bound and rounding allow ", last.allowed);
 }
 
-Finding MotionProbe::check_speed(const Half& half, Scalar t, const TwistBound& bound) const {
+MaybeFault MotionProbe::check_speed(const TwistHalf& half, Scalar t,
+                                    const TwistBound& bound) const {
   const Scalar speed = (motion_.twist(t).*half.rate).norm();
   const Scalar allowed = bound.*half.speed + (twist_noise_.*half.rate).x();
   if (!(speed > allowed)) return std::nullopt;
@@ -248,15 +254,13 @@ Finding MotionProbe::check_speed(const Half& half, Scalar t, const TwistBound& b
 }
 
 // What differences of the pose say, and which slip would give the twist that was found.
-std::string MotionProbe::explain(const Half& half, Scalar t) const {
+std::string MotionProbe::explain(const TwistHalf& half, Scalar t) const {
   const Scalar step = kNumericTwist * spacing_;
   const Scalar inside = std::clamp(t, interval_.begin + 3 * step, interval_.end - 3 * step);
   const Vector3 found = motion_.twist(inside).*half.rate;
   const Vector3 real = internal::twist_by_differences(motion_, inside, step).*half.rate;
   const Vector3 in_body = motion_.pose(inside).rotation().transpose() * real;
-  const auto is_near = [&](const Vector3& x) {
-    return (found - x).norm() <= 0.01 * real.norm();
-  };
+  const auto is_near = [&](const Vector3& x) { return (found - x).norm() <= 0.01 * real.norm(); };
   const char* slip = "";
   if (is_near(-real)) slip = "; its sign is reversed";
   if (!is_near(real) && is_near(in_body)) slip = "; it is expressed in the body, not in the world";
@@ -265,9 +269,10 @@ std::string MotionProbe::explain(const Half& half, Scalar t) const {
 }
 
 // `displacement` is by how much the pose changed over s, `missed` how far from where the twist leads.
-Finding MotionProbe::check_half(const Half& half, Scalar t, Scalar s, const TwistBound& bound,
-                                Scalar displacement, Scalar missed, Scalar pose_noise) const {
-  if (Finding found = check_speed(half, t, bound)) return found;
+MaybeFault MotionProbe::check_half(const TwistHalf& half, Scalar t, Scalar s,
+                                   const TwistBound& bound, Scalar displacement, Scalar missed,
+                                   Scalar pose_noise) const {
+  if (MaybeFault found = check_speed(half, t, bound)) return found;
   const Scalar late = 8 * kUnitRoundoff * std::abs(t);
   const Scalar noise = (twist_noise_.*half.rate).x();
   Scalar acceleration = bound.*half.acceleration;
@@ -288,23 +293,23 @@ Finding MotionProbe::check_half(const Half& half, Scalar t, Scalar s, const Twis
     const Scalar middle = (motion_.twist(t + s / 2).*half.rate - rate).norm();
     acceleration = 8 * std::max(change, middle) / s + 0.5 * displacement / (s * s);
   }
-  const Scalar may_miss = acceleration * s * s / 2 + s * noise + acceleration * s * late + pose_noise;
+  const Scalar may_miss =
+      acceleration * s * s / 2 + s * noise + acceleration * s * late + pose_noise;
   if (!(missed > may_miss)) return std::nullopt;
   return fault(MotionFault::TwistNotDerivative, t, missed, may_miss,
-               "the twist is not the derivative of the pose: over a time of ", s,
-               " they part by ", missed, ", but twist_bound and rounding allow ", may_miss, "; ",
-               explain(half, t));
+               "the twist is not the derivative of the pose: over a time of ", s, " they part by ",
+               missed, ", but twist_bound and rounding allow ", may_miss, "; ", explain(half, t));
 }
 
 // One step s from t within a smooth piece.
-Finding MotionProbe::check_step(Scalar t, Scalar s) const {
+MaybeFault MotionProbe::check_step(Scalar t, Scalar s) const {
   const TwistBound bound = motion_.twist_bound({t, t + s});
   const RigidPose X = motion_.pose(t);
   const RigidPose Y = motion_.pose(t + s);
   const Twist twist = motion_.twist(t);
   const Vector3 moved = Y.translation() - X.translation();
-  if (Finding found = check_half(kLinear, t, s, bound, moved.norm(),
-                                 (moved - s * twist.v_WB).norm(), position_noise_)) {
+  if (MaybeFault found = check_half(kLinear, t, s, bound, moved.norm(),
+                                    (moved - s * twist.v_WB).norm(), position_noise_)) {
     return found;
   }
   const Matrix3 steady = rotation_from_vector(s * twist.w_WB) * X.rotation();
@@ -313,29 +318,29 @@ Finding MotionProbe::check_step(Scalar t, Scalar s) const {
   return check_half(kAngular, t, s, bound, turned, missed, rotation_noise_);
 }
 
-Finding MotionProbe::check_between(Scalar t, Scalar next) const {
-  if (Finding found = check_bound({t, next})) return found;
-  if (Finding found = check_piece(t, next)) return found;
-  if (Finding found = check_way(true, t, next)) return found;
-  if (Finding found = check_way(false, t, next)) return found;
+MaybeFault MotionProbe::check_between(Scalar t, Scalar next) const {
+  if (MaybeFault found = check_bound({t, next})) return found;
+  if (MaybeFault found = check_piece(t, next)) return found;
+  if (MaybeFault found = check_way(true, t, next)) return found;
+  if (MaybeFault found = check_way(false, t, next)) return found;
   // literal: a little before the end of the piece, so that t + s, rounded, is not beyond it.
   const Scalar end = motion_.smooth_until(t);
   Scalar s = (std::min(end, next) - t) * (1 - 1e-9);
   for (int i = 0; i < kStepCount && t + s > t; ++i, s *= kStepRatio) {
     const Scalar exact = (t + s) - t;  // the time between the two that are asked for
     if (!(t + exact < end)) continue;
-    if (Finding found = check_step(t, exact)) return found;
+    if (MaybeFault found = check_step(t, exact)) return found;
   }
   return std::nullopt;
 }
 
 MotionCheck MotionProbe::run() {
-  if (Finding found = check_domain()) return *found;
-  if (Finding found = check_instant_or_refusal(interval_.begin)) return *found;
+  if (MaybeFault found = check_domain()) return *found;
+  if (MaybeFault found = check_instant_or_refusal(interval_.begin)) return *found;
   // Up to the first sample that is unsound the motion is one that can be checked further.
   const auto is_unsound = [&](Scalar t) { return check_instant_or_refusal(t).has_value(); };
   const auto end = std::find_if(times_.begin(), times_.end(), is_unsound);
-  Finding unsound;
+  MaybeFault unsound;
   if (end != times_.end()) {
     unsound = check_instant_or_refusal(first_bad(*(end - 1), *end, is_unsound));
     times_.erase(end, times_.end());
@@ -345,7 +350,7 @@ MotionCheck MotionProbe::run() {
     measure_size();
     for (std::size_t i = 1; i < times_.size(); ++i) {
       t = times_[i - 1];
-      if (Finding found = check_between(t, times_[i])) return *found;
+      if (MaybeFault found = check_between(t, times_[i])) return *found;
     }
   } catch (const Error& error) {
     return fault(MotionFault::Refused, t, 0, 0, "a member throws: ", error.what());

@@ -23,7 +23,8 @@ void refuse(const MotionState& state, Scalar t, const char* what) {
                ": the position is not finite: (", state.X_WB.translation().transpose(), ")");
   DYOP_REQUIRE(R.allFinite(), what, " at t = ", t, ": the rotation is not finite: (", R, ")");
   DYOP_REQUIRE(R.determinant() > 0, what, " at t = ", t, ": the rotation mirrors: R = (", R, ")");
-  DYOP_REQUIRE(is_rotation(R), what, " at t = ", t, ": the pose is not a rotation: R^T R is off by ",
+  DYOP_REQUIRE(is_rotation(R), what, " at t = ", t,
+               ": the pose is not a rotation: R^T R is off by ",
                (R.transpose() * R - Matrix3::Identity()).cwiseAbs().maxCoeff(), ", R = (", R, ")");
   throw InvalidArgument(compose_message(what, " at t = ", t, ": the twist is not finite: v = (",
                                         state.twist.v_WB.transpose(), "), w = (",
@@ -32,13 +33,15 @@ void refuse(const MotionState& state, Scalar t, const char* what) {
 
 MotionState guarded_state(const Motion& motion, Scalar t, const char* what) {
   const MotionState state = with_time([&] { return motion.state(t); }, t, what);
-  if (!is_sound(state)) [[unlikely]] refuse(state, t, what);
+  if (!is_sound(state)) [[unlikely]]
+    refuse(state, t, what);
   return state;
 }
 
 RigidPose guarded_pose(const Motion& motion, Scalar t, const char* what) {
   const MotionState state{with_time([&] { return motion.pose(t); }, t, what), {}};
-  if (!is_sound(state)) [[unlikely]] refuse(state, t, what);
+  if (!is_sound(state)) [[unlikely]]
+    refuse(state, t, what);
   return state.X_WB;
 }
 

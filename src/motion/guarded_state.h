@@ -77,8 +77,7 @@ inline void require_no_jump(const PoseStep& step, const TwistBound& bound, Scala
   const Scalar* to = step.R_to.data();
   Scalar turned = 0;  // of two columns, from which the third follows
   for (int i = 0; i < 6; ++i) turned = std::max(turned, std::abs(to[i] - from[i]));
-  const Scalar moved =
-      std::max((step.p_to - step.p_from).cwiseAbs().maxCoeff(), turned * radius);
+  const Scalar moved = std::max((step.p_to - step.p_from).cwiseAbs().maxCoeff(), turned * radius);
   // False for infinite bounds times zero, which is NaN.
   if (moved > speed * std::abs(step.t_to - step.t_from) + noise) [[unlikely]] {
     refuse_jump(step, speed, what);

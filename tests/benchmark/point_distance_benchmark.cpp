@@ -37,7 +37,8 @@ std::vector<Vector3> points(bool is_near) {
   for (int k = 0; k < 1000; ++k) {
     const Vector3 p = testing::random_vector(2, random);
     const std::int32_t count = static_cast<std::int32_t>(mesh().vertices().size());
-    const Vector3& v = mesh().vertices()[static_cast<std::size_t>(testing::random_index(count, random))];
+    const Vector3& v =
+        mesh().vertices()[static_cast<std::size_t>(testing::random_index(count, random))];
     result.push_back(is_near ? Vector3(v + 0.005 * p) : p);
   }
   return result;

@@ -6,9 +6,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/tolerance.h"
 #include "distance/point_triangle.h"
 #include "dyop/core/error.h"
-#include "core/tolerance.h"
 #include "dyop/distance/triangle_distance.h"
 #include "dyop/geometry/winding_number.h"
 #include "geometry/all_shapes.h"
@@ -60,8 +60,8 @@ void expect_right(const PointDistance& found, const OracleDistance& oracle, Scal
 }
 
 std::vector<MeshArrays> meshes() {
-  return {icosphere(2),       torus(1, 0.4, 16, 8),  box_mesh({1, 0.5, 0.2}), plate_grid(2, 1, 6, 4),
-          needle(2, 6),       point_cloud(40, 3),    random_soup(60, 0.3, 5), gear(9, 0.8, 1, 0.2)};
+  return {icosphere(2), torus(1, 0.4, 16, 8), box_mesh({1, 0.5, 0.2}), plate_grid(2, 1, 6, 4),
+          needle(2, 6), point_cloud(40, 3),   random_soup(60, 0.3, 5), gear(9, 0.8, 1, 0.2)};
 }
 
 TEST(PointDistance, OfMeshesAgreesWithBruteForceAtAllScales) {
@@ -78,8 +78,8 @@ TEST(PointDistance, OfMeshesAgreesWithBruteForceAtAllScales) {
           expect_right(found, oracle_distance(mesh, X_WS, point_mesh(p_W), RigidPose()), size, "");
           EXPECT_NEAR((p_W - found.p_WC).norm(), found.upper, 512 * kUnitRoundoff * size);
           ASSERT_TRUE(found.triangle);
-          const OracleDistance on_surface = oracle_distance(
-              mesh, X_WS, point_mesh(found.p_WC), RigidPose());
+          const OracleDistance on_surface =
+              oracle_distance(mesh, X_WS, point_mesh(found.p_WC), RigidPose());
           EXPECT_LE(on_surface.lower(), 512 * kUnitRoundoff * size);
         }
       }
@@ -97,7 +97,8 @@ TEST(PointDistance, NamesTheTriangleAndFeatureThatAreNearest) {
     const Vector3 p = random_vector(1.5, random);
     const PointDistance found = point_distance(mesh, RigidPose(), p);
     ASSERT_TRUE(found.triangle);
-    const OracleDistance named = oracle_triangle_distance({p, p, p}, mesh.triangle(*found.triangle));
+    const OracleDistance named =
+        oracle_triangle_distance({p, p, p}, mesh.triangle(*found.triangle));
     EXPECT_NEAR(static_cast<Scalar>(named.distance), found.upper, 1e-13);
     const auto& numbers = found.feature.vertices;
     std::vector<Vector3> corner;
@@ -145,8 +146,7 @@ TEST(PointDistance, OfConvexShapesAgreesWithBruteForce) {
         const RigidPose X_WS = random_pose(scale, random);
         const Vector3 p_W = X_WS * Vector3(random_vector(scale * (k % 2 ? 0.4 : 2), random));
         const PointDistance found = point_distance(*shape, X_WS, p_W);
-        const OracleDistance oracle =
-            oracle_distance(*shape, X_WS, point_mesh(p_W), RigidPose());
+        const OracleDistance oracle = oracle_distance(*shape, X_WS, point_mesh(p_W), RigidPose());
         const Scalar size = X_WS.translation().norm() + p_W.norm() + shape->bounding_radius();
         expect_right(found, oracle, size, maker.name);
         EXPECT_FALSE(found.triangle);
@@ -165,8 +165,7 @@ TEST(PointDistance, IsNegativeInsideASolid) {
     const TriangleMesh mesh = arrays.mesh();
     for (int k = 0; k < 60; ++k) {
       const Vector3 p = random_vector(1, random).cwiseProduct(Vector3(1, 1, k % 2 ? 0.2 : 1));
-      const PointDistance found =
-          point_distance(mesh, RigidPose(), p, {.is_signed = true});
+      const PointDistance found = point_distance(mesh, RigidPose(), p, {.is_signed = true});
       const PointDistance plain = point_distance(mesh, RigidPose(), p);
       const bool is_inside = slow_winding(mesh, p) != 0;
       EXPECT_EQ(found.lower, is_inside ? -plain.upper : plain.lower);
@@ -195,7 +194,8 @@ TEST(PointDistance, IsNegativeInsideConvexShapes) {
       point_distance(sphere, RigidPose(Vector3(5, 0, 0)), {5, 0.5, 0}, {.is_signed = true});
   EXPECT_NEAR(in_sphere.upper, -1.5, 1e-13);
   EXPECT_LT((in_sphere.p_WC - Vector3(5, 2, 0)).norm(), 1e-13);
-  const PointDistance at_centre = point_distance(sphere, RigidPose(), {0, 0, 0}, {.is_signed = true});
+  const PointDistance at_centre =
+      point_distance(sphere, RigidPose(), {0, 0, 0}, {.is_signed = true});
   EXPECT_LE(at_centre.lower, -2);
   EXPECT_NEAR(at_centre.upper, -2, 1e-13);
   const Capsule capsule(0.5, 1);
@@ -212,8 +212,8 @@ TEST(PointDistance, StopsAtTheLargestDistanceAsked) {
   EXPECT_LE(far.lower, 2);
   const PointDistance near = point_distance(mesh, RigidPose(), {1.5, 0, 0}, {.max_distance = 1});
   EXPECT_EQ(near.upper, point_distance(mesh, RigidPose(), {1.5, 0, 0}).upper);
-  const PointDistance deep = point_distance(mesh, RigidPose(), Vector3::Zero(),
-                                            {.max_distance = 0.1, .is_signed = true});
+  const PointDistance deep =
+      point_distance(mesh, RigidPose(), Vector3::Zero(), {.max_distance = 0.1, .is_signed = true});
   EXPECT_LT(deep.upper, -0.1);
   EXPECT_LT(deep.lower, -0.95);
   const PointDistance in_box =
@@ -264,7 +264,8 @@ TEST(PointDistance, RefusesBadInputByName) {
   const auto with = [&](const Vector3& p, const PointDistanceOptions& options) {
     return message_of([&] { static_cast<void>(point_distance(open, X, p, options)); });
   };
-  EXPECT_EQ(with({0, std::nan(""), 0}, {}), "point_distance: the point must be finite, not (0 nan 0)");
+  EXPECT_EQ(with({0, std::nan(""), 0}, {}),
+            "point_distance: the point must be finite, not (0 nan 0)");
   EXPECT_EQ(with({0, 0, 0}, {.max_distance = -1}),
             "point_distance: max_distance must be >= 0, not -1");
   EXPECT_EQ(with({0, 0, 0}, {.is_signed = true}),
@@ -286,8 +287,7 @@ TEST(PointTriangleDistance, BoundsHoldOnEveryFamilyOfTriangles) {
     for (int k = 0; k < 200; ++k) {
       const TrianglePair pair = random_triangle_pair(family, random);
       const Vector3& p = pair.a[0];
-      const internal::PointTriangleDistance found =
-          internal::point_triangle_distance(p, pair.b);
+      const internal::PointTriangleDistance found = internal::point_triangle_distance(p, pair.b);
       const OracleDistance oracle = oracle_triangle_distance({p, p, p}, pair.b);
       ASSERT_LE(found.lower, oracle.upper()) << name_of(family);
       ASSERT_GE(found.upper, oracle.lower()) << name_of(family);

@@ -62,7 +62,9 @@ TEST(CheckMotion, FindsNothingWrongWithASoundMotion) {
 
 TEST(CheckMotion, BlamesNoFineRippleAndNoKink) {
   UserMotion::Functions f = sound();
-  f.pose = [](Scalar t) { return RigidPose(Vector3(1e-6 * std::sin(1e5 * t), t * std::abs(t), 0)); };
+  f.pose = [](Scalar t) {
+    return RigidPose(Vector3(1e-6 * std::sin(1e5 * t), t * std::abs(t), 0));
+  };
   f.twist = [](Scalar t) {
     return Twist{Vector3(0.1 * std::cos(1e5 * t), 2 * std::abs(t), 0), Vector3::Zero()};
   };
@@ -92,8 +94,7 @@ TEST(CheckMotion, NamesReversedTwists) {
   };
   expect_fault(check(f), MotionFault::TwistNotDerivative, -1, 1e-12,
                "the twist is not the derivative of the pose");
-  expect_fault(check(f), MotionFault::TwistNotDerivative, -1, 1e-12,
-               "twist says v_WB");
+  expect_fault(check(f), MotionFault::TwistNotDerivative, -1, 1e-12, "twist says v_WB");
   EXPECT_NE(check(f).message.find("its sign is reversed"), std::string::npos);
   f.twist = [](Scalar t) {
     const Twist twist = sound().twist(t);
@@ -255,11 +256,17 @@ TEST(CheckMotion, ChecksDerivedMotionsToo) {
 
 TEST(CheckMotion, RefusesWhatItCannotSample) {
   const ConstantTwistMotion motion(RigidPose(), {});
-  EXPECT_EQ(message_of([&] { check_motion(motion, {1, 1}); }),
+  EXPECT_EQ(message_of([&] {
+              check_motion(motion, {1, 1});
+            }),
             "check_motion: the interval [1, 1] has no length");
-  EXPECT_EQ(message_of([&] { check_motion(motion, {2, 1}); }),
+  EXPECT_EQ(message_of([&] {
+              check_motion(motion, {2, 1});
+            }),
             "check_motion: interval must not be reversed: begin 2 > end 1");
-  EXPECT_EQ(message_of([&] { check_motion(motion, {0, 1}, {.sample_count = 1}); }),
+  EXPECT_EQ(message_of([&] {
+              check_motion(motion, {0, 1}, {.sample_count = 1});
+            }),
             "check_motion: sample_count must be >= 2, not 1");
 }
 

@@ -41,10 +41,15 @@ MotionState with_rotation(const MotionState& state, const Matrix3& R) {
 const Scalar kNaN = std::nan("");
 
 const Lie kLies[] = {
-    {"NaN position", [](Scalar, const MotionState& s) { return with_position(s, {kNaN, 0, 0}); },
+    {"NaN position",
+     [](Scalar, const MotionState& s) {
+       return with_position(s, {kNaN, 0, 0});
+     },
      ": the position is not finite: (nan 0 0)"},
     {"infinite position",
-     [](Scalar, const MotionState& s) { return with_position(s, {0, kInfinity, 0}); },
+     [](Scalar, const MotionState& s) {
+       return with_position(s, {0, kInfinity, 0});
+     },
      ": the position is not finite: (0 inf 0)"},
     {"NaN rotation",
      [](Scalar, const MotionState& s) { return with_rotation(s, Matrix3::Constant(kNaN)); },
@@ -59,8 +64,7 @@ const Lie kLies[] = {
        return with_rotation(s, R);
      },
      ": the pose is not a rotation: R^T R is off by"},
-    {"mirrored",
-     [](Scalar, const MotionState& s) { return with_rotation(s, -s.X_WB.rotation()); },
+    {"mirrored", [](Scalar, const MotionState& s) { return with_rotation(s, -s.X_WB.rotation()); },
      ": the rotation mirrors: R = ("},
     {"NaN velocity",
      [](Scalar, const MotionState& s) {
@@ -73,7 +77,9 @@ const Lie kLies[] = {
      },
      ": the twist is not finite: v = ("},
     {"NaN by the pose's own check",
-     [](Scalar, const MotionState& s) { return MotionState{RigidPose(Vector3(0, 0, kNaN)), s.twist}; },
+     [](Scalar, const MotionState& s) {
+       return MotionState{RigidPose(Vector3(0, 0, kNaN)), s.twist};
+     },
      ": pose translation must be finite, not (0 0 nan)"},
     {"teleport",
      [](Scalar, const MotionState& s) {
@@ -134,7 +140,9 @@ TEST(MotionRefusal, AtTheStartToo) {
     ToiOptions solid;
     solid.solid_a = true;
     const TriangleMesh mesh = icosphere(1, 1).mesh();
-    expect_refusal(message_of([&] { time_of_impact(mesh, at_rest, sphere, motion, {1, 2}, solid); }),
+    expect_refusal(message_of([&] {
+                     time_of_impact(mesh, at_rest, sphere, motion, {1, 2}, solid);
+                   }),
                    "at t = 1", lie);
   }
 }
@@ -171,8 +179,7 @@ TEST(MotionRefusal, BatchesNameTheQuery) {
     queries[2].X_WB = &motion;
     for (ToiQuery& query : queries) query.options.max_node_pairs = 10'000;
     std::vector<ToiResult> results(4);
-    const std::string message = message_of(
-        [&] { time_of_impact_batch(queries, results); });
+    const std::string message = message_of([&] { time_of_impact_batch(queries, results); });
     expect_refusal(message, "query 2: time_of_impact: the motion of B", lie);
   }
 }

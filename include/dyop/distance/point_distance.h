@@ -11,8 +11,8 @@
 namespace dyop {
 
 struct PointDistanceOptions {
-  /// Stop as soon as the surface is proven farther from the point than this; length, >= 0. `upper` is
-  /// then infinite (inside, with signed distances, `lower` is -infinity), and the witness unknown.
+  /// Stop as soon as the surface is proven farther from the point than this; length, >= 0. `upper`
+  /// is then infinite (inside, with signed distances, `lower` is -infinity), the witness unknown.
   Scalar max_distance = kInfinity;
   /// Count distances inside the shape as negative. A mesh must be closed then: inside is where it
   /// winds around the point (winding_number()). A convex shape must have a core_surface().
@@ -38,23 +38,22 @@ struct PointDistance {
 /// nearest point of the shape.
 ///
 /// For a mesh d is the distance from the surface, for a convex shape from the solid, so 0 inside;
-/// with PointDistanceOptions::is_signed it is negative inside, -d from the surface. upper - lower is
-/// rounding noise (docs/concepts.md).
+/// with PointDistanceOptions::is_signed it is negative inside, -d from the surface. upper - lower
+/// is rounding noise (docs/concepts.md).
 ///
 /// @param X_WS Pose of the shape in world.
 /// @param p_W  The point in world, finite.
-/// @throws InvalidArgument if p_W is not finite, max_distance is negative or NaN, or is_signed is set
-///         and the shape is an open mesh or has no core_surface().
-/// Const, thread-safe, no allocation. About a microsecond for a mesh of 1e5 triangles and a point near
-/// it. Method: docs/algorithms/distance.md, "Points".
+/// @throws InvalidArgument if p_W is not finite, max_distance is negative or NaN, or is_signed is
+///         set and the shape is an open mesh or has no core_surface().
+/// Const, thread-safe, no allocation. Method: docs/algorithms/distance.md, "Points".
 PointDistance point_distance(const Shape& shape, const RigidPose& X_WS, const Vector3& p_W,
                              const PointDistanceOptions& options = {});
 
-/// Answers many points over several threads: results[i] is bit for bit what point_distance() returns
-/// for points_W[i], for every number of threads. After a stop the points that were not answered have
-/// the bounds 0 and infinity.
-/// @throws InvalidArgument before any point is answered if the spans differ in length, thread_count is
-///         negative, or as point_distance(); the message names the lowest such point. What the
+/// Answers many points over several threads: results[i] is bit for bit what point_distance()
+/// returns for points_W[i], for every number of threads. After a stop the points that were not
+/// answered have the bounds 0 and infinity.
+/// @throws InvalidArgument before any point is answered if the spans differ in length, thread_count
+///         is negative, or as point_distance(); the message names the lowest such point. What the
 ///         progress callback throws ends the batch as a stop does.
 void point_distance_batch(const Shape& shape, const RigidPose& X_WS,
                           std::span<const Vector3> points_W, std::span<PointDistance> results,

@@ -10,17 +10,17 @@ namespace dyop {
 
 /// What a Motion promises and does not keep.
 enum class MotionFault {
-  Domain,              ///< not defined on all of the interval
-  Refused,             ///< a member threw a dyop::Error
-  PoseNotFinite,       ///< a position or rotation that is infinite or NaN
-  PoseNotRotation,     ///< a rotation matrix that scales, shears or mirrors
-  TwistNotFinite,      ///< a velocity that is infinite or NaN
-  StateDiffers,        ///< state() is not what pose() and twist() return
-  BoundNotValid,       ///< a twist_bound that is negative or NaN
-  SmoothUntil,         ///< a piece that ends before it starts, or before an earlier answer said
-  Jump,                ///< the pose moves farther than the bound on speed allows
-  TwistNotDerivative,  ///< the twist is not the derivative of the pose
-  SpeedAboveBound,     ///< a twist larger than twist_bound
+  Domain,                  ///< not defined on all of the interval
+  Refused,                 ///< a member threw a dyop::Error
+  PoseNotFinite,           ///< a position or rotation that is infinite or NaN
+  PoseNotRotation,         ///< a rotation matrix that scales, shears or mirrors
+  TwistNotFinite,          ///< a velocity that is infinite or NaN
+  StateDiffers,            ///< state() is not what pose() and twist() return
+  BoundNotValid,           ///< a twist_bound that is negative or NaN
+  SmoothUntil,             ///< a piece that ends before it starts, or before an earlier answer said
+  Jump,                    ///< the pose moves farther than the bound on speed allows
+  TwistNotDerivative,      ///< the twist is not the derivative of the pose
+  SpeedAboveBound,         ///< a twist larger than twist_bound
   AccelerationAboveBound,  ///< a twist that changes faster than twist_bound
 };
 
@@ -49,10 +49,10 @@ struct MotionCheck {
 /// The checks are the facts that the impact engine builds on, with the motion's own bounds. With
 /// v, a the bounds on speed and acceleration over a part [t, t + s] without a jump of the twist,
 ///     |p(t + s) - p(t)| ≤ v s,    |p(t + s) - p(t) - s v(t)| ≤ a s²/2,    |v(t + s) - v(t)| ≤ a s
-/// up to rounding, for many s from the distance of samples down; the same for rotations. So a motion
-/// that keeps its promises is never blamed, whatever it looks like. A wrong twist is found to about
-/// 1e-7 of the speed if the bound on acceleration is near the truth. Where that bound is infinite,
-/// twists are compared roughly, over 1/256 of the time between samples and less.
+/// up to rounding, for many s from the distance of samples down; the same for rotations. So a
+/// motion that keeps its promises is never blamed, whatever it looks like. A wrong twist is found
+/// to about 1e-7 of the speed if the bound on acceleration is near the truth. Where that bound is
+/// infinite, twists are compared roughly, over 1/256 of the time between samples and less.
 ///
 /// Use it in the tests of your own motions; it finds lies, it does not prove that there is none.
 /// @throws InvalidArgument if the interval is not finite, is reversed or has no length, or
