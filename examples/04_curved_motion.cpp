@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <cstdio>
+#include <string>
 
 int main() {
   // A tool's tip was recorded at uneven times. Between them it moves on a smooth curve.
@@ -28,7 +29,9 @@ int main() {
   swing.twist_bound = [](const dyop::TimeInterval&) { return dyop::TwistBound{3, 0, 9, 0}; };
   const auto check = [&] {
     const dyop::MotionCheck found = dyop::check_motion(dyop::UserMotion(swing), {0, 2});
-    std::printf("%s\n", found.is_sound() ? "sound" : found.message.substr(0, 60).c_str());
+    const std::string& words = found.message;  // long: all the numbers, and at the end a guess
+    if (found.is_sound()) std::printf("sound\n");
+    if (!found.is_sound()) std::printf("unsound%s\n", words.substr(words.rfind(';')).c_str());
   };
   check();
 
@@ -45,3 +48,7 @@ int main() {
   }
 }
 // Prints:
+// the needle is proven 0.25 away until t = 1.6552
+// sound
+// unsound; its sign is reversed
+// time_of_impact: the motion of B at t = 1: pose translation must be finite, not (nan 0 0)

@@ -46,3 +46,8 @@ int main() {
               result.status == dyop::ToiStatus::Impact ? "impact" : "no impact", result.t_safe);
 }
 // Prints:
+// budget spent: apart until 0.3484, undecided after
+// budget spent: apart until 0.5513, undecided after
+// budget spent: apart until 0.6098, undecided after
+// budget spent: apart until 0.6470, undecided after
+// impact: apart until 0.6494

@@ -59,7 +59,7 @@ void expect_right(const PointDistance& found, const OracleDistance& oracle, Scal
   EXPECT_NEAR(found.nhat_W.norm(), 1, 8 * kUnitRoundoff) << name;
 }
 
-std::vector<MeshArrays> meshes() {
+std::vector<MeshArrays> all_meshes() {
   return {icosphere(2), torus(1, 0.4, 16, 8), box_mesh({1, 0.5, 0.2}), plate_grid(2, 1, 6, 4),
           needle(2, 6), point_cloud(40, 3),   random_soup(60, 0.3, 5), gear(9, 0.8, 1, 0.2)};
 }
@@ -68,7 +68,7 @@ TEST(PointDistance, OfMeshesAgreesWithBruteForceAtAllScales) {
   std::mt19937_64 random(11);
   for (const Scalar scale : {1e-4, 1.0, 1e4}) {
     for (const Scalar far : {0.0, 1e3}) {
-      for (const MeshArrays& arrays : meshes()) {
+      for (const MeshArrays& arrays : all_meshes()) {
         const TriangleMesh mesh = arrays.moved(Matrix3::Identity(), Vector3::Zero(), scale).mesh();
         for (int k = 0; k < 6; ++k) {
           const RigidPose X_WS(random_rotation(random), far * scale * random_direction(random));
@@ -120,7 +120,7 @@ TEST(PointDistance, NamesTheTriangleAndFeatureThatAreNearest) {
 
 TEST(PointDistance, IsZeroOnTheSurface) {
   std::mt19937_64 random(13);
-  for (const MeshArrays& arrays : meshes()) {
+  for (const MeshArrays& arrays : all_meshes()) {
     const TriangleMesh mesh = arrays.mesh();
     for (int k = 0; k < 40; ++k) {
       const auto number = static_cast<std::int32_t>(

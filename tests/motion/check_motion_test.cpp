@@ -33,8 +33,8 @@ UserMotion::Functions sound() {
   return f;
 }
 
-MotionCheck check(const UserMotion::Functions& functions,
-                  const TimeInterval& domain = {-kInfinity, kInfinity}) {
+MotionCheck check_user(const UserMotion::Functions& functions,
+                       const TimeInterval& domain = {-kInfinity, kInfinity}) {
   return check_motion(UserMotion(functions, domain), kSpan);
 }
 
@@ -51,7 +51,7 @@ void expect_fault(const MotionCheck& found, MotionFault fault, Scalar t, Scalar 
 constexpr Scalar kBetweenSamples = 4.0 / 500;
 
 TEST(CheckMotion, FindsNothingWrongWithASoundMotion) {
-  const MotionCheck found = check(sound());
+  const MotionCheck found = check_user(sound());
   EXPECT_TRUE(found.is_sound()) << found.message;
   EXPECT_EQ(found.message, "");
   for (std::uint64_t seed = 2; seed < 12; ++seed) {
@@ -69,7 +69,7 @@ TEST(CheckMotion, BlamesNoFineRippleAndNoKink) {
     return Twist{Vector3(0.1 * std::cos(1e5 * t), 2 * std::abs(t), 0), Vector3::Zero()};
   };
   f.twist_bound = [](const TimeInterval&) { return TwistBound{7, 0, 1e4 + 3, 0}; };
-  const MotionCheck found = check(f);
+  const MotionCheck found = check_user(f);
   EXPECT_TRUE(found.is_sound()) << found.message;
 }
 
@@ -78,12 +78,12 @@ TEST(CheckMotion, TakesInfiniteBounds) {
   f.twist_bound = [](const TimeInterval&) {
     return TwistBound{kInfinity, kInfinity, kInfinity, kInfinity};
   };
-  EXPECT_TRUE(check(f).is_sound()) << check(f).message;
+  EXPECT_TRUE(check_user(f).is_sound()) << check_user(f).message;
   f.twist = [](Scalar t) {
     const Twist twist = sound().twist(t);
     return Twist{-twist.v_WB, twist.w_WB};
   };
-  expect_fault(check(f), MotionFault::TwistNotDerivative, -1, 0.1, "its sign is reversed");
+  expect_fault(check_user(f), MotionFault::TwistNotDerivative, -1, 0.1, "its sign is reversed");
 }
 
 TEST(CheckMotion, NamesReversedTwists) {
@@ -92,15 +92,15 @@ TEST(CheckMotion, NamesReversedTwists) {
     const Twist twist = sound().twist(t);
     return Twist{-twist.v_WB, twist.w_WB};
   };
-  expect_fault(check(f), MotionFault::TwistNotDerivative, -1, 1e-12,
+  expect_fault(check_user(f), MotionFault::TwistNotDerivative, -1, 1e-12,
                "the twist is not the derivative of the pose");
-  expect_fault(check(f), MotionFault::TwistNotDerivative, -1, 1e-12, "twist says v_WB");
-  EXPECT_NE(check(f).message.find("its sign is reversed"), std::string::npos);
+  expect_fault(check_user(f), MotionFault::TwistNotDerivative, -1, 1e-12, "twist says v_WB");
+  EXPECT_NE(check_user(f).message.find("its sign is reversed"), std::string::npos);
   f.twist = [](Scalar t) {
     const Twist twist = sound().twist(t);
     return Twist{twist.v_WB, -twist.w_WB};
   };
-  expect_fault(check(f), MotionFault::TwistNotDerivative, -1, 1e-12, "its sign is reversed");
+  expect_fault(check_user(f), MotionFault::TwistNotDerivative, -1, 1e-12, "its sign is reversed");
 }
 
 TEST(CheckMotion, NamesTwistsInTheWrongFrame) {
@@ -110,7 +110,7 @@ TEST(CheckMotion, NamesTwistsInTheWrongFrame) {
     const Matrix3 R_BW = sound().pose(t).rotation().transpose();
     return Twist{R_BW * twist.v_WB, twist.w_WB};
   };
-  expect_fault(check(f), MotionFault::TwistNotDerivative, -1, 1e-12,
+  expect_fault(check_user(f), MotionFault::TwistNotDerivative, -1, 1e-12,
                "expressed in the body, not in the world");
 }
 
@@ -123,7 +123,7 @@ TEST(CheckMotion, FindsSmallErrorsOfTheTwist) {
       if (t > 1) twist.w_WB *= 1 + error;
       return twist;
     };
-    const MotionCheck found = check(f);
+    const MotionCheck found = check_user(f);
     ASSERT_TRUE(found.fault) << error;
     EXPECT_NEAR(found.t, 1, 2 * kBetweenSamples) << found.message;
   }
@@ -136,7 +136,7 @@ TEST(CheckMotion, NamesSpeedsAndAccelerationsAboveTheBound) {
     bound.linear_speed = 4;  // |v| is 2 t and more
     return bound;
   };
-  const MotionCheck fast = check(f);
+  const MotionCheck fast = check_user(f);
   ASSERT_TRUE(fast.fault);
   EXPECT_EQ(*fast.fault, MotionFault::SpeedAboveBound) << fast.message;
   Scalar first = 0;  // when |v| passes 4
@@ -150,8 +150,8 @@ TEST(CheckMotion, NamesSpeedsAndAccelerationsAboveTheBound) {
     bound.angular_acceleration = 2.9;  // 3 sin t: its size passes 2.9 at asin(2.9 / 3)
     return bound;
   };
-  expect_fault(check(f), MotionFault::AccelerationAboveBound, std::asin(2.9 / 3), kBetweenSamples,
-               "angular acceleration 2.9");
+  expect_fault(check_user(f), MotionFault::AccelerationAboveBound, std::asin(2.9 / 3),
+               kBetweenSamples, "angular acceleration 2.9");
 }
 
 TEST(CheckMotion, NamesAJumpWhereItIs) {
@@ -160,13 +160,13 @@ TEST(CheckMotion, NamesAJumpWhereItIs) {
     const RigidPose X = sound().pose(t);
     return RigidPose(X.rotation(), X.translation() + Vector3(0, 0, t > 1.234 ? 0.5 : 0));
   };
-  expect_fault(check(f), MotionFault::Jump, 1.234, 1e-9, "the position moves by 0.5");
+  expect_fault(check_user(f), MotionFault::Jump, 1.234, 1e-9, "the position moves by 0.5");
   f.pose = [](Scalar t) {
     const RigidPose X = sound().pose(t);
     const Matrix3 R = rotation_from_vector(Vector3(t > 0.5 ? 0.25 : 0, 0, 0)) * X.rotation();
     return RigidPose(R, X.translation());
   };
-  expect_fault(check(f), MotionFault::Jump, 0.5, 1e-9, "the rotation changes by 0.24");
+  expect_fault(check_user(f), MotionFault::Jump, 0.5, 1e-9, "the rotation changes by 0.24");
 }
 
 TEST(CheckMotion, NamesScaledAndMirroredRotations) {
@@ -175,12 +175,12 @@ TEST(CheckMotion, NamesScaledAndMirroredRotations) {
     const RigidPose X = sound().pose(t);
     return RigidPose::from_trusted(X.rotation() * (t > 0.75 ? 1 + 1e-9 : 1), X.translation());
   };
-  expect_fault(check(f), MotionFault::PoseNotRotation, 0.75, 1e-12, "R^T R is off by 2.0");
+  expect_fault(check_user(f), MotionFault::PoseNotRotation, 0.75, 1e-12, "R^T R is off by 2.0");
   f.pose = [](Scalar t) {
     const RigidPose X = sound().pose(t);
     return RigidPose::from_trusted(-X.rotation(), X.translation());
   };
-  expect_fault(check(f), MotionFault::PoseNotRotation, -1, 0, "the determinant is -");
+  expect_fault(check_user(f), MotionFault::PoseNotRotation, -1, 0, "the determinant is -");
 }
 
 TEST(CheckMotion, NamesWhatTurnsNaNHalfWay) {
@@ -190,17 +190,17 @@ TEST(CheckMotion, NamesWhatTurnsNaNHalfWay) {
     const RigidPose X = sound().pose(t);
     return RigidPose::from_trusted(X.rotation(), t > 1 ? Vector3(0, nan, 0) : X.translation());
   };
-  expect_fault(check(f), MotionFault::PoseNotFinite, 1, 1e-12, "position (0 nan 0)");
+  expect_fault(check_user(f), MotionFault::PoseNotFinite, 1, 1e-12, "position (0 nan 0)");
   f.pose = [=](Scalar t) { return RigidPose(Vector3(t > 2 ? nan : 0, 0, 0)); };
   f.twist = [](Scalar) { return Twist{}; };
-  expect_fault(check(f), MotionFault::Refused, 2, 1e-12, "must be finite, not (nan 0 0)");
+  expect_fault(check_user(f), MotionFault::Refused, 2, 1e-12, "must be finite, not (nan 0 0)");
   f = sound();
   f.twist = [=](Scalar t) {
     Twist twist = sound().twist(t);
     if (t > -0.5) twist.w_WB.z() = kInfinity;
     return twist;
   };
-  expect_fault(check(f), MotionFault::TwistNotFinite, -0.5, 1e-12, "the twist is not finite");
+  expect_fault(check_user(f), MotionFault::TwistNotFinite, -0.5, 1e-12, "the twist is not finite");
 }
 
 TEST(CheckMotion, ReportsTheFirstOfSeveralFaults) {
@@ -210,18 +210,19 @@ TEST(CheckMotion, ReportsTheFirstOfSeveralFaults) {
     const Vector3 jump(0, 0, t > 0.5 ? 0.5 : 0);
     return RigidPose::from_trusted(X.rotation() * (t > 1 ? 2 : 1), X.translation() + jump);
   };
-  expect_fault(check(f), MotionFault::Jump, 0.5, 1e-9, "the position moves by 0.5");
+  expect_fault(check_user(f), MotionFault::Jump, 0.5, 1e-9, "the position moves by 0.5");
 }
 
 TEST(CheckMotion, NamesWrongDomainsAndPieces) {
-  expect_fault(check(sound(), {-1, 2}), MotionFault::Domain, 3, 0,
+  expect_fault(check_user(sound(), {-1, 2}), MotionFault::Domain, 3, 0,
                "defined on [-1, 2] only, not on all of [-1, 3]");
-  expect_fault(check(sound(), {0, 4}), MotionFault::Domain, -1, 0, "not on all of");
+  expect_fault(check_user(sound(), {0, 4}), MotionFault::Domain, -1, 0, "not on all of");
   UserMotion::Functions f = sound();
   f.smooth_until = [](Scalar t) { return t < 0 ? 2.0 : 1.0 + std::floor(t); };
-  expect_fault(check(f), MotionFault::SmoothUntil, 0, kBetweenSamples, "it was 2");
+  expect_fault(check_user(f), MotionFault::SmoothUntil, 0, kBetweenSamples, "it was 2");
   f.smooth_until = [](Scalar) { return 1.0; };
-  expect_fault(check(f), MotionFault::Refused, 1, kBetweenSamples, "smooth_until of a user motion");
+  expect_fault(check_user(f), MotionFault::Refused, 1, kBetweenSamples,
+               "smooth_until of a user motion");
 }
 
 // A motion whose other members lie.

@@ -21,7 +21,7 @@ using test_support::icosphere;
 using test_support::plate_grid;
 using testing::message_of;
 
-const TimeInterval kInterval{0, 4};
+const TimeInterval kLieInterval{0, 4};
 
 // Approaches along x at speed 1 from x = 5 and turns about x, until a lie begins at t = 1.
 struct Lie {
@@ -123,9 +123,9 @@ TEST(MotionRefusal, TimeOfImpactOfEveryKindOfShape) {
   for (const Lie& lie : kLies) {
     const UserMotion motion = liar(lie);
     for (const auto& [a, b] : pairs) {
-      const auto as_b = [&] { time_of_impact(*a, at_rest, *b, motion, kInterval); };
+      const auto as_b = [&] { time_of_impact(*a, at_rest, *b, motion, kLieInterval); };
       expect_refusal(message_of(as_b), "time_of_impact: the motion of B", lie);
-      const auto as_a = [&] { time_of_impact(*b, motion, *a, at_rest, kInterval); };
+      const auto as_a = [&] { time_of_impact(*b, motion, *a, at_rest, kLieInterval); };
       expect_refusal(message_of(as_a), "time_of_impact: the motion of A", lie);
     }
   }
@@ -166,7 +166,7 @@ TEST(MotionRefusal, ResumedQueries) {
   // The workspace is free again.
   const ConstantTwistMotion honest_motion(RigidPose(Vector3(5, 0, 0)),
                                           {Vector3(-1, 0, 0), Vector3::Zero()});
-  EXPECT_EQ(time_of_impact(mesh, at_rest, mesh, honest_motion, kInterval, {}, workspace).status,
+  EXPECT_EQ(time_of_impact(mesh, at_rest, mesh, honest_motion, kLieInterval, {}, workspace).status,
             ToiStatus::Impact);
 }
 
@@ -175,7 +175,7 @@ TEST(MotionRefusal, BatchesNameTheQuery) {
   const RestMotion at_rest{RigidPose()};
   for (const Lie& lie : kLies) {
     const UserMotion motion = liar(lie);
-    std::vector<ToiQuery> queries(4, ToiQuery{&mesh, &at_rest, &mesh, &at_rest, kInterval, {}});
+    std::vector<ToiQuery> queries(4, ToiQuery{&mesh, &at_rest, &mesh, &at_rest, kLieInterval, {}});
     queries[2].X_WB = &motion;
     for (ToiQuery& query : queries) query.options.max_node_pairs = 10'000;
     std::vector<ToiResult> results(4);
@@ -192,7 +192,7 @@ TEST(MotionRefusal, DeformingMeshes) {
   const TriangleMesh ball = icosphere(2, 1).mesh();
   for (const Lie& lie : kLies) {
     const UserMotion motion = liar(lie);
-    expect_refusal(message_of([&] { time_of_impact(cloth, ball, motion, kInterval); }),
+    expect_refusal(message_of([&] { time_of_impact(cloth, ball, motion, kLieInterval); }),
                    "time_of_impact: the motion of B", lie);
   }
 }
