@@ -27,13 +27,6 @@ using internal::SafeStep;
 // before it is split, as in time_of_impact of rigid shapes.
 constexpr Scalar kReadvanceRatio = 0.2;
 
-Feature mesh_feature(Feature local, const TriangleIndices& indices) {
-  for (std::int32_t& vertex : local.vertices) {
-    if (vertex >= 0) vertex = indices[static_cast<std::size_t>(vertex)];
-  }
-  return local;
-}
-
 // Best-first conservative advancement of a deforming mesh against either kind of side; the search
 // of time_of_impact.cpp with other bounds.
 template <typename SideB>
@@ -224,9 +217,9 @@ ImpactContact DeformingSearch<SideB>::make_contact(const TriangleDistance& leaf,
   contact.nhat_AB_W = leaf.nhat_AB;
   contact.closing_speed = closing_speed(leaf, pair);
   contact.feature_a =
-      mesh_feature(leaf.feature_a, a_.triangles()[static_cast<std::size_t>(triangle_a)]);
+      internal::mesh_feature(leaf.feature_a, a_.triangles()[static_cast<std::size_t>(triangle_a)]);
   contact.feature_b =
-      mesh_feature(leaf.feature_b, b_.triangles()[static_cast<std::size_t>(triangle_b)]);
+      internal::mesh_feature(leaf.feature_b, b_.triangles()[static_cast<std::size_t>(triangle_b)]);
   contact.triangle_a = triangle_a;
   contact.triangle_b = triangle_b;
   return contact;
@@ -316,11 +309,18 @@ void require_options(const TimeInterval& interval, const ToiOptions& options) {
                "time_of_impact: deforming meshes are surfaces, solid_a and solid_b must be false");
 }
 
+void require_triangles(const DeformingMesh& mesh, const char* name) {
+  DYOP_REQUIRE(!mesh.nodes().empty(), "time_of_impact: the deforming mesh ", name,
+               " was moved from and holds no triangles");
+}
+
 }  // namespace
 
 ToiResult time_of_impact(const DeformingMesh& a, const DeformingMesh& b,
                          const TimeInterval& interval, const ToiOptions& options) {
   require_options(interval, options);
+  require_triangles(a, "A");
+  require_triangles(b, "B");
   DeformingSide side_a(a, interval);
   DeformingSide side_b(b, interval);
   return DeformingSearch(side_a, side_b, interval, options).run();
@@ -329,7 +329,8 @@ ToiResult time_of_impact(const DeformingMesh& a, const DeformingMesh& b,
 ToiResult time_of_impact(const DeformingMesh& a, const TriangleMesh& b, const Motion& X_WB,
                          const TimeInterval& interval, const ToiOptions& options) {
   require_options(interval, options);
-  require_defined(X_WB, interval, "time_of_impact: the motion of B");
+  require_triangles(a, "A");
+  require_defined(X_WB, interval, internal::kMotionOfB);
   DeformingSide side_a(a, interval);
   RigidSide side_b(b, X_WB, interval);
   return DeformingSearch(side_a, side_b, interval, options).run();

@@ -281,8 +281,10 @@ ToiResult ToiSearch::finish(ToiStatus status, Scalar t_safe) {
   const bool is_now = t_safe == pair_.time();
   const BodyInstant& now_a = pair_.now().a;
   const BodyInstant& now_b = pair_.now().b;
-  result_.X_WA = is_now ? RigidPose::from_trusted(now_a.R_WB, now_a.p_WB) : a().motion.pose(t_safe);
-  result_.X_WB = is_now ? RigidPose::from_trusted(now_b.R_WB, now_b.p_WB) : b().motion.pose(t_safe);
+  result_.X_WA = is_now ? RigidPose::from_trusted(now_a.R_WB, now_a.p_WB)
+                         : internal::guarded_pose(a().motion, t_safe, a().name);
+  result_.X_WB = is_now ? RigidPose::from_trusted(now_b.R_WB, now_b.p_WB)
+                         : internal::guarded_pose(b().motion, t_safe, b().name);
   if (status == ToiStatus::Impact && options_.with_contacts) gather_contacts();
   return std::move(result_);
 }
@@ -329,9 +331,12 @@ Scalar ToiSearch::first_time() {
 // A solid that holds a part of the other shape at the begin, whatever the distance of the surfaces.
 bool ToiSearch::begins_enclosed() {
   if (!options_.solid_a && !options_.solid_b) return false;
-  const auto p_W = internal::find_enclosed_point(a().shape, a().motion.pose(interval_.begin),
-                                                 b().shape, b().motion.pose(interval_.begin),
-                                                 {options_.solid_a, options_.solid_b});
+  // The pair stands at the begin, where its poses were checked.
+  const BodyInstant& now_a = pair_.now().a;
+  const BodyInstant& now_b = pair_.now().b;
+  const auto p_W = internal::find_enclosed_point(
+      a().shape, RigidPose::from_trusted(now_a.R_WB, now_a.p_WB), b().shape,
+      RigidPose::from_trusted(now_b.R_WB, now_b.p_WB), {options_.solid_a, options_.solid_b});
   if (!p_W) return false;
   result_.contact.emplace();
   result_.contact->p_WCa = result_.contact->p_WCb = *p_W;
@@ -408,7 +413,8 @@ ToiResult time_of_impact(const Shape& a, const Motion& X_WA, const Shape& b, con
                          const TimeInterval& interval, const ToiOptions& options,
                          ToiWorkspace& workspace) {
   internal::require_valid_query(a, X_WA, b, X_WB, interval, options);
-  internal::ToiMemory& memory = workspace.memory();
+  const internal::WorkspaceUse use(workspace);
+  internal::ToiMemory& memory = use.memory();
   memory.subject = {
       &a, &X_WA, &b, &X_WB, interval, options.target_distance, options.distance_tolerance};
   return ToiSearch(a, X_WA, b, X_WB, interval, options, memory).run();
@@ -418,7 +424,8 @@ ToiResult resume_time_of_impact(const Shape& a, const Motion& X_WA, const Shape&
                                 const Motion& X_WB, const TimeInterval& interval,
                                 const ToiOptions& options, ToiWorkspace& workspace) {
   internal::require_valid_query(a, X_WA, b, X_WB, interval, options);
-  internal::ToiMemory& memory = workspace.memory();
+  const internal::WorkspaceUse use(workspace);
+  internal::ToiMemory& memory = use.memory();
   DYOP_REQUIRE(memory.is_unfinished, "resume_time_of_impact: the workspace holds no query that ",
                "ended undecided");
   const internal::ToiSubject subject{
