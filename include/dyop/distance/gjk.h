@@ -4,7 +4,7 @@
 #include "dyop/distance/distance_result.h"
 #include "dyop/geometry/convex_shape.h"
 
-namespace dyop {
+namespace DYOP_EXPORT dyop {
 
 /// Answer of gjk_distance(), everything in frame A of the first shape.
 struct GjkResult {

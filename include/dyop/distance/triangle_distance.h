@@ -4,7 +4,7 @@
 #include "dyop/core/types.h"
 #include "dyop/geometry/shape.h"
 
-namespace dyop {
+namespace DYOP_EXPORT dyop {
 
 /// Answer of triangle_distance(). Points and normal are in the frame of the arguments.
 struct TriangleDistance {

@@ -6,7 +6,7 @@
 #include "dyop/core/types.h"
 #include "dyop/geometry/mass_properties.h"
 
-namespace dyop {
+namespace DYOP_EXPORT dyop {
 
 enum class ShapeKind { TriangleMesh, Convex };
 

@@ -4,7 +4,7 @@
 
 #include "dyop/geometry/triangle_mesh.h"
 
-namespace dyop {
+namespace DYOP_EXPORT dyop {
 
 /// Returns all surfaces of a file as one mesh.
 ///

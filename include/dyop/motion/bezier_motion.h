@@ -7,7 +7,7 @@
 #include "dyop/motion/chart_curve.h"
 #include "dyop/motion/motion.h"
 
-namespace dyop {
+namespace DYOP_EXPORT dyop {
 
 /// Control point of a curve in position and rotation vector, R_WB = R_WC exp(theta), C a fixed
 /// frame.

@@ -3,7 +3,7 @@
 #include "dyop/motion/chart_curve.h"
 #include "dyop/motion/motion.h"
 
-namespace dyop {
+namespace DYOP_EXPORT dyop {
 
 /// One end of a cubic in the chart R_WB = R_WC exp(theta), C a fixed frame.
 struct HermiteNode {

@@ -8,7 +8,7 @@
 #include "dyop/motion/speed_tree.h"
 #include "dyop/motion/steady_turn.h"
 
-namespace dyop {
+namespace DYOP_EXPORT dyop {
 
 /// A log of poses, of a haptic device or a robot, at uneven time stamps. Between two stamps the
 /// origin moves linearly and the rotation along the shortest arc at a constant rate; at the stamps

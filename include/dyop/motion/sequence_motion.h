@@ -8,7 +8,7 @@
 #include "dyop/motion/motion.h"
 #include "dyop/motion/speed_tree.h"
 
-namespace dyop {
+namespace DYOP_EXPORT dyop {
 
 /// Motions one after another: a robot's program, the pieces of a spline. The pose is continuous;
 /// the twist may jump where two parts meet. Immutable.

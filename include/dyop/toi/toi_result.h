@@ -9,7 +9,7 @@
 #include "dyop/distance/distance.h"
 #include "dyop/geometry/shape.h"
 
-namespace dyop {
+namespace DYOP_EXPORT dyop {
 
 /// How a time-of-impact query ended. In every status but NotRun the guarantee on t_safe holds.
 enum class ToiStatus {
