@@ -6,7 +6,7 @@
 
 /// Every numerical constant of dyop. Three words, never mixed:
 /// *noise* is rounding and is computed, *tolerance* is what the user asked for, *limit* is a count.
-namespace dyop {
+namespace DYOP_EXPORT dyop {
 
 /// Unit roundoff u of double, 2^-53. All noise constants are multiples of it.
 inline constexpr Scalar kUnitRoundoff = std::numeric_limits<Scalar>::epsilon() / 2;

@@ -1,12 +1,12 @@
 #pragma once
 
 #include <array>
-#include <bit>
 #include <cstdint>
-#include <cstring>
 #include <sstream>
 #include <string>
-#include <vector>
+#include <string_view>
+
+#include "support/mesh_writers.h"
 
 namespace dyop::test {
 
@@ -27,84 +27,30 @@ inline constexpr std::array<std::array<int, 3>, 12> kCubeTriangles{{{0, 2, 1},
                                                                     {3, 0, 4},
                                                                     {3, 4, 7}}};
 
-template <typename Number>
-void append_raw(std::string& bytes, Number number) {
-  std::array<char, sizeof(Number)> raw;
-  std::memcpy(raw.data(), &number, sizeof(Number));
-  bytes.append(raw.data(), raw.size());
+inline Polygons cube_polygons() {
+  Polygons cube;
+  for (const auto& v : kCubeVertices) cube.vertices.emplace_back(v[0], v[1], v[2]);
+  for (const auto& t : kCubeTriangles) cube.polygons.push_back({t[0], t[1], t[2]});
+  return cube;
 }
 
-/// @param prefix In front of the indices' lines, for tests of what else an OBJ may hold.
-inline std::string cube_obj(const std::string& prefix = "") {
-  std::ostringstream out;
-  out << "# a cube\n" << prefix;
-  for (const auto& v : kCubeVertices) out << "v " << v[0] << ' ' << v[1] << ' ' << v[2] << '\n';
-  for (const auto& t : kCubeTriangles) {
-    out << "f " << t[0] + 1 << ' ' << t[1] + 1 << ' ' << t[2] + 1 << '\n';
-  }
-  return out.str();
+inline std::string cube_obj() {
+  return obj_of(cube_polygons());
 }
-
 inline std::string cube_off() {
-  std::ostringstream out;
-  out << "OFF\n8 12 0\n";
-  for (const auto& v : kCubeVertices) out << v[0] << ' ' << v[1] << ' ' << v[2] << '\n';
-  for (const auto& t : kCubeTriangles) out << "3 " << t[0] << ' ' << t[1] << ' ' << t[2] << '\n';
-  return out.str();
+  return off_of(cube_polygons());
 }
-
 inline std::string cube_stl_ascii() {
-  std::ostringstream out;
-  out << "solid cube\n";
-  for (const auto& t : kCubeTriangles) {
-    out << "facet normal 0 0 0\nouter loop\n";
-    for (const int k : t) {
-      const auto& v = kCubeVertices[std::size_t(k)];
-      out << "vertex " << v[0] << ' ' << v[1] << ' ' << v[2] << '\n';
-    }
-    out << "endloop\nendfacet\n";
-  }
-  out << "endsolid cube\n";
-  return out.str();
+  return stl_ascii_of(cube_polygons());
 }
-
 inline std::string cube_stl_binary() {
-  std::string bytes(80, ' ');
-  append_raw(bytes, std::uint32_t(kCubeTriangles.size()));
-  for (const auto& t : kCubeTriangles) {
-    for (int axis = 0; axis < 3; ++axis) append_raw(bytes, 0.0f);
-    for (const int k : t) {
-      for (const int x : kCubeVertices[std::size_t(k)]) append_raw(bytes, float(x));
-    }
-    append_raw(bytes, std::uint16_t(0));
-  }
-  return bytes;
+  return stl_binary_of(cube_polygons());
 }
-
-inline std::string ply_header(const std::string& format) {
-  return "ply\nformat " + format +
-         " 1.0\nelement vertex 8\nproperty float x\nproperty float y\nproperty float z\n"
-         "element face 12\nproperty list uchar int vertex_indices\nend_header\n";
-}
-
 inline std::string cube_ply_ascii() {
-  std::ostringstream out;
-  out << ply_header("ascii");
-  for (const auto& v : kCubeVertices) out << v[0] << ' ' << v[1] << ' ' << v[2] << '\n';
-  for (const auto& t : kCubeTriangles) out << "3 " << t[0] << ' ' << t[1] << ' ' << t[2] << '\n';
-  return out.str();
+  return ply_ascii_of(cube_polygons());
 }
-
 inline std::string cube_ply_binary() {
-  std::string bytes = ply_header("binary_little_endian");
-  for (const auto& v : kCubeVertices) {
-    for (const int x : v) append_raw(bytes, float(x));
-  }
-  for (const auto& t : kCubeTriangles) {
-    append_raw(bytes, std::uint8_t(3));
-    for (const int k : t) append_raw(bytes, std::int32_t(k));
-  }
-  return bytes;
+  return ply_binary_of<float>(cube_polygons());
 }
 
 inline std::string base64(const std::string& bytes) {
@@ -128,11 +74,11 @@ inline std::string base64(const std::string& bytes) {
 inline std::string cube_gltf(const std::string& node = "\"name\":\"cube\"") {
   std::string buffer;
   for (const auto& v : kCubeVertices) {
-    for (const int x : v) append_raw(buffer, float(x));
+    for (const int x : v) append_number(buffer, float(x));
   }
   const std::size_t vertex_bytes = buffer.size();
   for (const auto& t : kCubeTriangles) {
-    for (const int k : t) append_raw(buffer, std::uint16_t(k));
+    for (const int k : t) append_number(buffer, std::uint16_t(k));
   }
   std::ostringstream out;
   out << R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0,)"

@@ -8,7 +8,7 @@
 #include "dyop/core/rigid_pose.h"
 #include "dyop/geometry/shape.h"
 
-namespace dyop {
+namespace DYOP_EXPORT dyop {
 
 struct PointDistanceOptions {
   /// Stop as soon as the surface is proven farther from the point than this; length, >= 0. `upper`

@@ -10,7 +10,7 @@
 #include "dyop/geometry/shape.h"
 #include "dyop/hierarchy/mesh_hierarchy.h"
 
-namespace dyop {
+namespace DYOP_EXPORT dyop {
 
 /// `count` rows of three numbers, each row `stride_bytes` after the one before: how a caller's
 /// vertex or index buffer is read. The memory is only used during the call.

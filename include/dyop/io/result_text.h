@@ -6,7 +6,7 @@
 #include "dyop/distance/distance_result.h"
 #include "dyop/toi/toi_result.h"
 
-namespace dyop {
+namespace DYOP_EXPORT dyop {
 
 /// The enumerator's name, as in the header.
 std::string_view name_of(DistanceStatus status);

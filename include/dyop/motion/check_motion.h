@@ -6,7 +6,7 @@
 
 #include "dyop/motion/motion.h"
 
-namespace dyop {
+namespace DYOP_EXPORT dyop {
 
 /// What a Motion promises and does not keep.
 enum class MotionFault {

@@ -10,7 +10,7 @@
 #include "dyop/dynamics/world.h"
 #include "dyop/scene_io/scene_file.h"
 
-namespace dyop {
+namespace DYOP_EXPORT dyop {
 
 /// The enumerator's name, as in the header.
 std::string_view name_of(AdvanceStatus status);

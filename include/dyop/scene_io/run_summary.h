@@ -5,7 +5,7 @@
 
 #include "dyop/scene_io/run_recording.h"
 
-namespace dyop {
+namespace DYOP_EXPORT dyop {
 
 /// What happened in a run, for a person to read. Here, and only here, the clock is shown.
 /// @param impacts      All impacts of the run, in order; the first ones are told in full.

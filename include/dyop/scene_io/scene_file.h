@@ -7,7 +7,7 @@
 
 #include "dyop/dynamics/world.h"
 
-namespace dyop {
+namespace DYOP_EXPORT dyop {
 
 /// A target distance of one pair that differs from that of the others.
 struct SceneMargin {

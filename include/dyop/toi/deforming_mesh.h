@@ -7,7 +7,7 @@
 #include "dyop/core/triangle.h"
 #include "dyop/core/types.h"
 
-namespace dyop {
+namespace DYOP_EXPORT dyop {
 
 /// A triangle mesh that deforms: each vertex moves on a straight line, at constant speed, from its
 /// place at the begin of an interval to its place at the end. World frame throughout. The interval

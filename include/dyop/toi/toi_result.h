@@ -8,7 +8,7 @@
 #include "dyop/core/types.h"
 #include "dyop/distance/witness_pair.h"
 
-namespace dyop {
+namespace DYOP_EXPORT dyop {
 
 /// How a time-of-impact query ended. In every status but NotRun the guarantee on t_safe holds.
 enum class ToiStatus {

@@ -2,7 +2,9 @@
 
 #include <memory>
 
-namespace dyop {
+#include "dyop/core/export.h"
+
+namespace DYOP_EXPORT dyop {
 
 namespace internal {
 struct ToiMemory;
