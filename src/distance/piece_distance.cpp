@@ -8,14 +8,6 @@
 namespace dyop::internal {
 namespace {
 
-// Local vertex numbers 0, 1, 2 of a triangle to those of its mesh.
-Feature mesh_feature(Feature local, const TriangleIndices& indices) {
-  for (std::int32_t& vertex : local.vertices) {
-    if (vertex >= 0) vertex = indices[static_cast<std::size_t>(vertex)];
-  }
-  return local;
-}
-
 Feature piece_feature(const Feature& feature, const ShapeTree& tree, std::int32_t leaf) {
   if (!tree.mesh()) return feature;
   return mesh_feature(feature,

@@ -35,6 +35,14 @@ PieceDistance piece_distance(const ShapeTree& a, std::int32_t leaf_a, const Shap
                              std::int32_t leaf_b, const RigidPose& X_AB, Scalar pose_noise,
                              const GjkGoal& goal, GjkSeed& seed);
 
+/// A feature of a triangle, with its local vertex numbers 0, 1, 2, as one of the mesh.
+inline Feature mesh_feature(Feature local, const TriangleIndices& indices) {
+  for (std::int32_t& vertex : local.vertices) {
+    if (vertex >= 0) vertex = indices[static_cast<std::size_t>(vertex)];
+  }
+  return local;
+}
+
 /// The triangle number at a leaf, or nothing for a convex shape.
 inline std::optional<std::int32_t> triangle_number(const ShapeTree& tree, std::int32_t leaf) {
   if (!tree.mesh()) return std::nullopt;

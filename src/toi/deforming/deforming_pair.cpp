@@ -1,0 +1,47 @@
+#include "toi/deforming/deforming_pair.h"
+
+#include <algorithm>
+
+#include "dyop/distance/distance.h"
+
+namespace dyop::internal {
+
+template <typename SideB>
+DeformingPair<SideB>::DeformingPair(DeformingSide& a, SideB& b, const TimeInterval& interval,
+                                    const ImpactBand& band)
+    : a_(a), b_(b), interval_(interval), box_target_(band.box_target) {
+  now_.noise = kStepNoise * (a_.size() + b_.size());
+  if (interval.length() > 0) place_noise_ = now_.noise / interval.length();
+  set_time(interval.begin);
+}
+
+template <typename SideB>
+void DeformingPair<SideB>::set_time(Scalar t) {
+  a_.set_time(t);
+  b_.set_time(t);
+  time_ = t;
+  now_.remaining = std::max(0.0, interval_.end - t);
+  now_.horizon = std::min(now_.remaining, b_.smooth_until(t) - t);
+  b_.set_horizon(t, std::min(interval_.end, t + now_.horizon));
+}
+
+template <typename SideB>
+SafeStep DeformingPair<SideB>::leaf_step(const PieceDistance& piece, const QueuedPair& pair,
+                                         Scalar least) const {
+  const Vector3& n_W = piece.nhat_AB_A;
+  return safe_step(pair, a_.triangle_support(pair.a, n_W), b_.triangle_support(pair.b, -n_W),
+                   least);
+}
+
+template <typename SideB>
+std::vector<Contact> DeformingPair<SideB>::contacts_within(Scalar reach) const {
+  const TriangleMesh mesh_a = a_.mesh_now();
+  // Of a rigid side no copy is made.
+  const auto& mesh_b = b_.mesh_now();
+  return find_contacts(mesh_a, a_.pose(), mesh_b, b_.pose(), reach);
+}
+
+template class DeformingPair<DeformingSide>;
+template class DeformingPair<RigidSide>;
+
+}  // namespace dyop::internal
