@@ -10,16 +10,8 @@
 
 namespace dyop::internal {
 
-/// Distance of two leaf pieces, everything in frame A.
-struct PieceDistance {
-  Scalar lower = 0;
-  Scalar upper = kInfinity;
-  Vector3 p_ACa = Vector3::Zero();
-  Vector3 p_ACb = Vector3::Zero();
-  Vector3 nhat_AB_A = Vector3::UnitX();  ///< unit; its slab gap proves lower
-  Feature feature_a;                     ///< with the shape's own vertex numbers
-  Feature feature_b;
-  bool is_overlapping = false;
+/// Distance of two leaf pieces, in frame A; features with the shape's own vertex numbers.
+struct PieceDistance : NearestPoints {
   int gjk_iterations = 0;
 
   Scalar middle() const { return (lower + upper) / 2; }
@@ -35,19 +27,18 @@ PieceDistance piece_distance(const ShapeTree& a, std::int32_t leaf_a, const Shap
                              std::int32_t leaf_b, const RigidPose& X_AB, Scalar pose_noise,
                              const GjkGoal& goal, GjkSeed& seed);
 
-/// A feature of a triangle, with its local vertex numbers 0, 1, 2, as one of the mesh.
-inline Feature mesh_feature(Feature local, const TriangleIndices& indices) {
-  for (std::int32_t& vertex : local.vertices) {
-    if (vertex >= 0) vertex = indices[static_cast<std::size_t>(vertex)];
-  }
-  return local;
-}
-
 /// The triangle number at a leaf, or nothing for a convex shape.
 inline std::optional<std::int32_t> triangle_number(const ShapeTree& tree, std::int32_t leaf) {
   if (!tree.mesh()) return std::nullopt;
   return tree.triangle(leaf);
 }
+
+/// A feature of a triangle with the mesh's vertex numbers in place of local ones.
+Feature mesh_feature(Feature local, const TriangleIndices& indices);
+
+/// Two pieces' nearest points in world.
+WitnessPair witness_pair(const PieceDistance& piece, const ShapeTree& a, std::int32_t leaf_a,
+                         const ShapeTree& b, std::int32_t leaf_b, const RigidPose& X_WA);
 
 /// Rounding allowance for comparing points of two posed shapes (kPoseNoise has the reason).
 Scalar pose_noise(const Shape& a, const RigidPose& X_WA, const Shape& b, const RigidPose& X_WB);

@@ -20,12 +20,12 @@ namespace dyop::internal {
 ///
 ///     set_time, time, noise            where the sides stand; rounding allowance of a gap
 ///     first_time                       a time proven safe before any box is examined, or infinity
-///     is_leaf_pair, fetch, can_wait    of a pair in the queue
+///     is_leaf_pair, fetch_parts, may_stand_still    of a pair in the queue
 ///     open, advance                    safe steps of the parts of a pair of boxes, or of itself
 ///     measure, leaf_step               distance and safe step of two leaves
 ///     closing_speed, is_closing        of two leaves
 ///     is_single_leaf_pair, nearer_search, start_noise, enclosed_point
-///     X_WQ, triangle_a, triangle_b, poses, contacts_within    what a result is made of
+///     witness_pair, poses, contacts_within    what a result is made of
 template <typename Pair>
 class BestFirstSearch {
  public:
@@ -67,7 +67,9 @@ class BestFirstSearch {
   PieceDistance measure(const QueuedPair& pair, const GjkGoal& goal) {
     return pair_.measure(pair, pair_.noise(), goal, memory_.seed);
   }
-  ImpactContact make_contact(const PieceDistance& piece, const QueuedPair& pair) const;
+  ImpactContact make_contact(const PieceDistance& piece, const QueuedPair& pair) const {
+    return {pair_.witness_pair(piece, pair), pair_.closing_speed(piece, pair)};
+  }
   std::optional<Scalar> probe_hit(const QueuedPair& pair, const ImpactContact& contact);
   ToiResult finish(ToiStatus status, Scalar t_safe);
   ToiResult finish_impact(const QueuedPair& pair);
@@ -257,25 +259,6 @@ std::optional<bool> BestFirstSearch<Pair>::is_nearest(const PieceDistance& piece
 
 // --- results --------------------------------------------------------------------------------------
 
-template <typename Pair>
-ImpactContact BestFirstSearch<Pair>::make_contact(const PieceDistance& piece,
-                                                  const QueuedPair& pair) const {
-  const RigidPose X_WQ = pair_.X_WQ();
-  ImpactContact contact;
-  contact.distance_lower = piece.lower;
-  contact.distance_upper = piece.upper;
-  contact.p_WCa = X_WQ * piece.p_ACa;
-  contact.p_WCb = X_WQ * piece.p_ACb;
-  contact.nhat_AB_W = X_WQ.rotation() * piece.nhat_AB_A;
-  contact.closing_speed = pair_.closing_speed(piece, pair);
-  contact.feature_a = piece.feature_a;
-  contact.feature_b = piece.feature_b;
-  contact.triangle_a = pair_.triangle_a(pair);
-  contact.triangle_b = pair_.triangle_b(pair);
-  contact.pivot_W = (contact.p_WCa + contact.p_WCb) / 2;
-  return contact;
-}
-
 // Goes on along the motion in doubling steps until the pair in contact is proven to be nearer than
 // its steps aim at.
 template <typename Pair>
@@ -288,7 +271,7 @@ std::optional<Scalar> BestFirstSearch<Pair>::probe_hit(const QueuedPair& pair,
   const GjkGoal goal{.apart = below, .share = kInfinity, .hit = below - 2 * pair_.noise()};
   const Scalar begin = pair_.time();
   // At the begin the gap may be below it already.
-  const Scalar distance = std::max(contact.distance_upper - below, options_.distance_tolerance / 8);
+  const Scalar distance = std::max(contact.upper - below, options_.distance_tolerance / 8);
   // literal: a little longer than to the target, so that the first probe is below it as a rule.
   Scalar step = 1.25 * distance / contact.closing_speed;
   for (int probe = 0; probe < kProbes && begin + step <= interval_.end; ++probe, step *= 2) {
@@ -308,8 +291,7 @@ ToiResult BestFirstSearch<Pair>::finish(ToiStatus status, Scalar t_safe) {
   std::tie(result_.X_WA, result_.X_WB) = pair_.poses(t_safe);
   if (status == ToiStatus::Impact && options_.with_contacts) {
     // Never empty: the contact that ended the search is within it.
-    const Scalar reach =
-        result_.contact->distance_upper + options_.distance_tolerance + pair_.noise();
+    const Scalar reach = result_.contact->upper + options_.distance_tolerance + pair_.noise();
     result_.contacts = pair_.contacts_within(reach);
   }
   return std::move(result_);
@@ -335,7 +317,7 @@ ToiResult BestFirstSearch<Pair>::finish_undecided(ToiStatus status, const Queued
 template <typename Pair>
 ToiResult BestFirstSearch<Pair>::finish_enclosed(const Vector3& p_W) {
   result_.contact.emplace();
-  result_.contact->p_WCa = result_.contact->p_WCb = result_.contact->pivot_W = p_W;
+  result_.contact->p_WCa = result_.contact->p_WCb = p_W;
   return finish(ToiStatus::InitiallyWithinTarget, interval_.begin);
 }
 

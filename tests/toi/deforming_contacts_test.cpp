@@ -166,8 +166,7 @@ TEST(DeformingContacts, GathersAllContactsOfAnImpact) {
                                       : time_of_impact(sheet, deforming, {0, 1}, options);
     ASSERT_EQ(result.status, ToiStatus::Impact);
     EXPECT_NEAR(result.t_safe, 0.75 / (2 + kRise), 1e-5);
-    const Scalar limit =
-        result.contact->distance_upper + kTolerance + 2 * result.rounding_allowance;
+    const Scalar limit = result.contact->upper + kTolerance + 2 * result.rounding_allowance;
     for (const Contact& contact : result.contacts) {
       EXPECT_LE(contact.lower, limit);
       EXPECT_NEAR(contact.p_WCa.z(), kRise * result.t_safe, 1e-9);

@@ -6,8 +6,7 @@
 
 #include "dyop/core/rigid_pose.h"
 #include "dyop/core/types.h"
-#include "dyop/distance/distance.h"
-#include "dyop/geometry/shape.h"
+#include "dyop/distance/witness_pair.h"
 
 namespace dyop {
 
@@ -37,7 +36,7 @@ namespace dyop {
 /// tolerance asked for.
 ///
 /// contact    Its distance bounds are those of the pair of pieces that ended the search, at t_safe;
-///            d(t_safe) is not above the upper one.
+///            d(t_safe) is at most `upper`.
 /// contacts   Impact under ToiOptions::with_contacts: all contacts at t_safe whose gap is at most ε
 ///            larger than that of `contact`, rounding allowed for, as find_contacts() gives them;
 ///            never empty. Otherwise empty.
@@ -65,19 +64,9 @@ struct ToiStatistics {
   std::int64_t peak_queue = 0;  ///< largest length of the queue
 };
 
-/// The pair of pieces that ended a search, world frame.
-struct ImpactContact {
-  Scalar distance_lower = 0;
-  Scalar distance_upper = 0;
-  Vector3 p_WCa = Vector3::Zero();
-  Vector3 p_WCb = Vector3::Zero();
-  Vector3 nhat_AB_W = Vector3::UnitX();  ///< unit, from A to B
+/// The pair of pieces that ended a search.
+struct ImpactContact : Contact {
   Scalar closing_speed = 0;  ///< -d/dt of the gap along the normal at the witness points
-  Feature feature_a;
-  Feature feature_b;
-  std::optional<std::int32_t> triangle_a;
-  std::optional<std::int32_t> triangle_b;
-  Vector3 pivot_W = Vector3::Zero();  ///< dynamic pivot point
 };
 
 /// Result of time_of_impact(). ToiStatus says what each member promises in which status.

@@ -9,9 +9,8 @@ namespace dyop::internal {
 template <typename SideB>
 DeformingPair<SideB>::DeformingPair(DeformingSide& a, SideB& b, const TimeInterval& interval,
                                     const ImpactBand& band)
-    : a_(a), b_(b), interval_(interval), box_target_(band.box_target) {
+    : a_(a), b_(b), interval_(interval), band_(band) {
   now_.noise = kStepNoise * (a_.size() + b_.size());
-  if (interval.length() > 0) place_noise_ = now_.noise / interval.length();
   set_time(interval.begin);
 }
 
@@ -28,9 +27,28 @@ void DeformingPair<SideB>::set_time(Scalar t) {
 template <typename SideB>
 SafeStep DeformingPair<SideB>::leaf_step(const PieceDistance& piece, const QueuedPair& pair,
                                          Scalar least) const {
-  const Vector3& n_W = piece.nhat_AB_A;
+  const Vector3& n_W = piece.nhat_AB;
   return safe_step(pair, a_.triangle_support(pair.a, n_W), b_.triangle_support(pair.b, -n_W),
                    least);
+}
+
+// By more than rounding, and so fast that it matters: triangles of a sheet are only flat up to the
+// rounding of their vertices, so that the normal of two nearly parallel edges leans, and a side that
+// slides along seems to come nearer. What would not cost a resting pair its slack by the end is
+// rest.
+template <typename SideB>
+bool DeformingPair<SideB>::is_closing(const PieceDistance& piece, const QueuedPair& pair) const {
+  const Scalar closing = closing_speed(piece, pair);
+  const Scalar loss = piece.lower - band_.resting_target(piece.lower, noise());
+  return closing > kPoseNoise * (a_.speed(pair.a) + b_.speed(pair.b)) &&
+         closing * now_.remaining > loss;
+}
+
+template <typename SideB>
+WitnessPair DeformingPair<SideB>::witness_pair(const PieceDistance& piece,
+                                               const QueuedPair& pair) const {
+  return {piece.lower,     piece.upper,     piece.p_a,           piece.p_b,          piece.nhat_AB,
+          piece.feature_a, piece.feature_b, a_.triangle(pair.a), b_.triangle(pair.b)};
 }
 
 template <typename SideB>

@@ -22,6 +22,7 @@ class DeformingPair {
  public:
   static constexpr std::int32_t kRoot = 0;
 
+  /// All arguments must outlive the pair.
   DeformingPair(DeformingSide& a, SideB& b, const TimeInterval& interval, const ImpactBand& band);
 
   void set_time(Scalar t);
@@ -58,25 +59,14 @@ class DeformingPair {
   }
   SafeStep leaf_step(const PieceDistance& piece, const QueuedPair& pair, Scalar least) const;
   Scalar closing_speed(const PieceDistance& piece, const QueuedPair& pair) const {
-    return piece.nhat_AB_A.dot(a_.velocity_at(pair.a, piece.p_ACa) -
-                               b_.velocity_at(pair.b, piece.p_ACb));
+    return piece.nhat_AB.dot(a_.velocity_at(pair.a, piece.p_a) - b_.velocity_at(pair.b, piece.p_b));
   }
-  /// By more than rounding: that of the speeds, and that of the places over the whole interval.
-  bool is_closing(const PieceDistance& piece, const QueuedPair& pair) const {
-    const Scalar speeds = a_.speed(pair.a) + b_.speed(pair.b);
-    return closing_speed(piece, pair) > kPoseNoise * speeds + place_noise_;
-  }
+  bool is_closing(const PieceDistance& piece, const QueuedPair& pair) const;
   DeformingTraversal<SideB> nearer_search(Scalar max_distance, BoxPairStack& stack) const {
     return DeformingTraversal<SideB>(a_, b_, noise(), max_distance, stack);
   }
 
-  RigidPose X_WQ() const { return {}; }
-  std::optional<std::int32_t> triangle_a(const QueuedPair& pair) const {
-    return a_.triangle(pair.a);
-  }
-  std::optional<std::int32_t> triangle_b(const QueuedPair& pair) const {
-    return b_.triangle(pair.b);
-  }
+  WitnessPair witness_pair(const PieceDistance& piece, const QueuedPair& pair) const;
   /// Leaves the sides at the time t.
   std::pair<RigidPose, RigidPose> poses(Scalar t) {
     if (t != time_) set_time(t);
@@ -98,9 +88,8 @@ class DeformingPair {
   DeformingSide& a_;
   SideB& b_;
   const TimeInterval interval_;
-  const Scalar box_target_;
-  Scalar place_noise_ = 0;  // of a speed, as vertices are rounded where they begin and end
-  PairInstant now_;         // only noise, horizon and remaining are used
+  const ImpactBand& band_;
+  PairInstant now_;  // only noise, horizon and remaining are used
   Scalar time_ = 0;
 };
 
@@ -127,7 +116,7 @@ void DeformingPair<SideB>::push_step(const QueuedPair& pair, const OrientedBox& 
                                      const OrientedBox& box_b, const Push& push) const {
   const Vector3 n_W = separating_direction(box_a, box_b);
   const SafeStep step =
-      safe_step(pair, a_.box_support(pair.a, n_W), b_.box_support(pair.b, -n_W), box_target_);
+      safe_step(pair, a_.box_support(pair.a, n_W), b_.box_support(pair.b, -n_W), band_.box_target);
   const Scalar size = box_a.half_extents.norm() + box_b.half_extents.norm();
   push(step.time, step.gap > kReadvanceRatio * size);
 }

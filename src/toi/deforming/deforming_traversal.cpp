@@ -10,19 +10,14 @@ namespace dyop::internal {
 template <typename SideB>
 PieceDistance leaf_distance(const DeformingSide& a, std::int32_t leaf_a, const SideB& b,
                             std::int32_t leaf_b, Scalar noise) {
-  const TriangleDistance kernel = triangle_distance(a.triangle_W(leaf_a), b.triangle_W(leaf_b));
   const auto indices = [](const auto& side, std::int32_t leaf) {
     return side.triangles()[static_cast<std::size_t>(side.triangle(leaf))];
   };
-  PieceDistance result;
-  result.lower = std::max(0.0, kernel.lower - noise);
-  result.upper = kernel.upper + noise;
-  result.p_ACa = kernel.p_a;
-  result.p_ACb = kernel.p_b;
-  result.nhat_AB_A = kernel.normal;
-  result.feature_a = mesh_feature(kernel.feature_a, indices(a, leaf_a));
-  result.feature_b = mesh_feature(kernel.feature_b, indices(b, leaf_b));
-  result.is_overlapping = kernel.is_crossing;
+  PieceDistance result{triangle_distance(a.triangle_W(leaf_a), b.triangle_W(leaf_b)), 0};
+  result.lower = std::max(0.0, result.lower - noise);
+  result.upper += noise;
+  result.feature_a = mesh_feature(result.feature_a, indices(a, leaf_a));
+  result.feature_b = mesh_feature(result.feature_b, indices(b, leaf_b));
   return result;
 }
 

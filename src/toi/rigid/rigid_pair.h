@@ -73,12 +73,9 @@ class RigidPair {
     return DistanceTraversal(a().tree, b().tree, moving_.X_AB(), noise(), max_distance, stack);
   }
 
-  RigidPose X_WQ() const { return pose_of(moving_.now().a); }
-  std::optional<std::int32_t> triangle_a(const QueuedPair& pair) const {
-    return triangle_number(a().tree, pair.a);
-  }
-  std::optional<std::int32_t> triangle_b(const QueuedPair& pair) const {
-    return triangle_number(b().tree, pair.b);
+  WitnessPair witness_pair(const PieceDistance& piece, const QueuedPair& pair) const {
+    return internal::witness_pair(piece, a().tree, pair.a, b().tree, pair.b,
+                                  pose_of(moving_.now().a));
   }
   std::pair<RigidPose, RigidPose> poses(Scalar t) const;
   /// Where the sides stand.
