@@ -28,4 +28,11 @@ void require_valid_query(const Shape& a, const Motion& X_WA, const Shape& b, con
   require_closed("time_of_impact", a, b, {options.solid_a, options.solid_b});
 }
 
+void require_resumable(const ToiMemory& memory, const ToiSubject& subject) {
+  DYOP_REQUIRE(memory.is_unfinished, "resume_time_of_impact: the workspace holds no query that ",
+               "ended undecided");
+  DYOP_REQUIRE(memory.subject == subject, "resume_time_of_impact: shapes, motions, interval, ",
+               "target and tolerance must be those of the query to be resumed");
+}
+
 }  // namespace dyop::internal

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "dyop/toi/time_of_impact.h"
+#include "toi/toi_memory.h"
 
 namespace dyop::internal {
 
@@ -13,5 +14,8 @@ void require_valid_options(const ToiOptions& options);
 /// Throws InvalidArgument unless time_of_impact() can answer this query.
 void require_valid_query(const Shape& a, const Motion& X_WA, const Shape& b, const Motion& X_WB,
                          const TimeInterval& interval, const ToiOptions& options);
+
+/// Throws InvalidArgument unless the memory holds an unfinished query about this subject.
+void require_resumable(const ToiMemory& memory, const ToiSubject& subject);
 
 }  // namespace dyop::internal

@@ -5,26 +5,32 @@
 #include "distance/distance_traversal.h"
 #include "distance/gjk/warm_gjk.h"
 #include "distance/piece_distance.h"
-#include "dyop/core/time_interval.h"
+#include "dyop/toi/time_of_impact.h"
 #include "toi/radix_queue.h"
-
-namespace dyop {
-class Shape;
-class Motion;
-class ToiWorkspace;
-}  // namespace dyop
 
 namespace dyop::internal {
 
 /// What a query is about: a resumed one must be about the same.
 struct ToiSubject {
-  const Shape* a = nullptr;
-  const Motion* X_WA = nullptr;
-  const Shape* b = nullptr;
+  // The sides are compared by address only: shapes or deforming meshes.
+  const void* a = nullptr;
+  const Motion* X_WA = nullptr;  // none for a deforming mesh
+  const void* b = nullptr;
   const Motion* X_WB = nullptr;
   TimeInterval interval;
   Scalar target_distance = 0;
   Scalar distance_tolerance = 0;
+
+  ToiSubject() = default;
+  ToiSubject(const void* side_a, const Motion* motion_a, const void* side_b, const Motion* motion_b,
+             const TimeInterval& the_interval, const ToiOptions& options)
+      : a(side_a),
+        X_WA(motion_a),
+        b(side_b),
+        X_WB(motion_b),
+        interval(the_interval),
+        target_distance(options.target_distance),
+        distance_tolerance(options.distance_tolerance) {}
 
   friend bool operator==(const ToiSubject&, const ToiSubject&) = default;
 };
@@ -33,14 +39,14 @@ struct ToiSubject {
 struct ToiMemory {
   RadixQueue queue;
   GjkSeed seed;  // of the last distance of two convex shapes
-  // Of a look for a nearer pair than two pieces in contact; an unfinished one goes on.
+  // Of the search for a nearer pair than two pieces in contact; an unfinished one goes on.
   BoxPairStack box_pairs;
   PieceDistance nearer;
-  bool is_looking = false;
+  bool is_seeking_nearer = false;
   bool has_resting_pair = false;  // a pair of pieces was met in contact, but not as an impact
   ToiSubject subject;
   bool is_unfinished = false;
-  Scalar standing_time = 0;  // of an unfinished query: where the bodies stood
+  Scalar standing_time = 0;  // of an unfinished query: where the sides stood
   std::atomic<bool> is_in_use{false};
 };
 

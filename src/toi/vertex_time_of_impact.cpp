@@ -102,7 +102,7 @@ VertexToiResult search(const Paths& paths, const PointsA& a, const PointsB& b,
   result.status = finding.status;
   if (finding.status == ToiStatus::Separated) return result;
   result.t_safe = std::min(interval.begin + finding.instant.s * interval.length(), interval.end);
-  if (finding.status == ToiStatus::Impact || finding.status == ToiStatus::InitiallyWithinTarget) {
+  if (finding.status != ToiStatus::BudgetExhausted) {
     result.contact = make_contact<N>(finding.instant, a, b, interval);
   }
   return result;

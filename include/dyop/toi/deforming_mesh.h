@@ -6,6 +6,7 @@
 
 #include "dyop/core/triangle.h"
 #include "dyop/core/types.h"
+#include "dyop/geometry/triangle_mesh.h"
 
 namespace DYOP_EXPORT dyop {
 
@@ -47,6 +48,10 @@ class DeformingMesh {
   /// A triangle at the fraction s of the interval, 0 <= s <= 1, rounded; exact at 0 and 1.
   Triangle triangle(std::int32_t index, Scalar s) const;
 
+  /// The mesh as it stands at the fraction s of the interval, with the same triangle and vertex
+  /// numbers; its vertices are those of triangle().
+  TriangleMesh snapshot(Scalar s) const;
+
   /// Node 0 is the root; children come after their parents.
   std::span<const Node> nodes() const { return nodes_; }
 
@@ -56,6 +61,9 @@ class DeformingMesh {
   Scalar largest_displacement() const { return largest_displacement_; }
 
  private:
+  Vector3 vertex(std::size_t number, Scalar s) const {
+    return s >= 1 ? end_[number] : Vector3(begin_[number] + s * (end_[number] - begin_[number]));
+  }
   void build();
   void fit_boxes();
 

@@ -9,9 +9,9 @@ namespace DYOP_EXPORT dyop {
 
 /// Returns when two deforming meshes first come within target_distance, or proves that they do not.
 ///
-/// Statuses, guarantee and options are those of time_of_impact() of rigid shapes; X_WA and X_WB of
-/// the result stay the identity, as vertices are given in world, and features name vertices of the
-/// meshes. Best-first over pairs of nodes of swept boxes, then of triangles.
+/// ToiStatus states what is promised. Options are those of time_of_impact() of rigid shapes, but for
+/// solid_a and solid_b. Features name vertices of the meshes. The search is that of rigid shapes, over
+/// pairs of nodes of swept boxes and then of triangles.
 ///
 /// @param interval The vertices are at begin() at its begin, at end() at its end. Finite, not
 ///                 reversed; of an interval of length zero only begin() counts.
@@ -21,9 +21,24 @@ namespace DYOP_EXPORT dyop {
 ToiResult time_of_impact(const DeformingMesh& a, const DeformingMesh& b,
                          const TimeInterval& interval, const ToiOptions& options = {});
 
+/// The same in the memory of `workspace`, and going on with its last query, as for rigid shapes
+/// (time_of_impact.h); the meshes must not have been refitted in between.
+ToiResult time_of_impact(const DeformingMesh& a, const DeformingMesh& b,
+                         const TimeInterval& interval, const ToiOptions& options,
+                         ToiWorkspace& workspace);
+ToiResult resume_time_of_impact(const DeformingMesh& a, const DeformingMesh& b,
+                                const TimeInterval& interval, const ToiOptions& options,
+                                ToiWorkspace& workspace);
+
 /// The same for a deforming mesh A and a rigid mesh B on any motion, which must be defined on all
-/// of `interval`; X_WB of the result is its pose at t_safe.
+/// of `interval`.
 ToiResult time_of_impact(const DeformingMesh& a, const TriangleMesh& b, const Motion& X_WB,
                          const TimeInterval& interval, const ToiOptions& options = {});
+ToiResult time_of_impact(const DeformingMesh& a, const TriangleMesh& b, const Motion& X_WB,
+                         const TimeInterval& interval, const ToiOptions& options,
+                         ToiWorkspace& workspace);
+ToiResult resume_time_of_impact(const DeformingMesh& a, const TriangleMesh& b, const Motion& X_WB,
+                                const TimeInterval& interval, const ToiOptions& options,
+                                ToiWorkspace& workspace);
 
 }  // namespace dyop

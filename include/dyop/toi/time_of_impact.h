@@ -18,26 +18,26 @@ struct ToiOptions {
   Scalar target_distance = 0;
   /// How much above the target an impact may be reported; length, > 0. Halving it costs little.
   Scalar distance_tolerance = 1e-6;  // literal: a default in the user's unit, not a noise level
-  /// Largest number of node pairs to look at. Spent: BudgetExhausted, with a valid t_safe.
+  /// Largest number of node pairs to examine. Spent: BudgetExhausted.
   std::int64_t max_node_pairs = 10'000'000;
-  /// Point in time to stop at: BudgetExhausted, with a valid t_safe. Looked at every 64 node pairs.
+  /// Point in time to stop at: BudgetExhausted. Checked every 64 node pairs.
   std::optional<std::chrono::steady_clock::time_point> deadline;
   /// Gather all contacts of an impact, not only the first: ToiResult::contacts. Work that grows
-  /// with their number, that no budget counts and that allocates.
+  /// with their number (for a deforming mesh with its size), that no budget counts and that
+  /// allocates.
   bool with_contacts = false;
-  /// Take A (B) for a solid, not for a surface: a pair of which a part begins inside the other is
-  /// InitiallyWithinTarget; `contact` then has one point inside for both witness points, and its
-  /// normal and features mean nothing. A mesh must be closed; convex shapes are solids anyway. Not
-  /// for deforming meshes.
+  /// Take A (B) for a solid, not for a surface: a pair of which a part starts inside the other is
+  /// InitiallyWithinTarget. A mesh must be closed; convex shapes are solids anyway. Not for
+  /// deforming meshes.
   bool solid_a = false;
   bool solid_b = false;
-  /// Cooperative cancellation: Cancelled, with a valid t_safe.
+  /// Cooperative cancellation: Cancelled.
   std::stop_token stop;
 };
 
 /// Returns when two moving shapes first come within target_distance, or proves that they do not.
 ///
-/// ToiResult states the guarantee. Best-first conservative advancement over pairs of hierarchy
+/// ToiStatus states what is promised. Best-first conservative advancement over pairs of hierarchy
 /// nodes, each keyed by a time before which that pair is proven apart.
 ///
 /// A pair that begins, or passes, between δ + ε/4 and δ + ε while moving apart is not an impact:

@@ -22,8 +22,8 @@ struct ToiQuery {
 /// Answers many time of impact queries over several threads: results[i] is bit for bit what
 /// time_of_impact() returns for queries[i], for every number of threads.
 ///
-/// After a stop of the batch each result says what is known of its query: answered before the stop;
-/// Cancelled, with a valid t_safe, if it was under way; NotRun, with t_safe at the begin, if not.
+/// After a stop of the batch a query that was under way is Cancelled, one that had not begun is
+/// NotRun.
 ///
 /// @throws InvalidArgument before any query is run if the spans differ in length, thread_count is
 ///         negative, or a query is one that time_of_impact() refuses or lacks a shape or a motion;

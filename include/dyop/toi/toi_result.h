@@ -10,52 +10,73 @@
 
 namespace DYOP_EXPORT dyop {
 
-/// How a time-of-impact query ended. In every status but NotRun the guarantee on t_safe holds.
+/// How a time-of-impact query ended, and what that promises. This table is the only statement of the
+/// promise; it holds for every query: rigid shapes, deforming meshes, vertex paths and batches.
+///
+/// δ = target_distance, ε = distance_tolerance, d(t) = distance of the two sides at time t, on the
+/// motions as given, ν = the result's rounding_allowance (a length, for which
+/// docs/algorithms/time_of_impact.md has the proof). So after any proof sides are apart even for
+/// δ = 0, as long as ε > 4 ν.
+///
+///     status                 t_safe   d on [begin, t_safe]   d(t_safe)          contact
+///     NotRun                 begin    nothing                nothing            none
+///     Separated              end      >= δ + ε/4 - ν         as before it       none
+///     Impact                 any      >= δ + ε/4 - ν         <= δ + ε + ν       the pair
+///     InitiallyWithinTarget  begin    nothing                <= δ + ε + ν (1)   the pair (1)
+///     BudgetExhausted        any      >= δ + ε/4 - ν (2)     as before it       none
+///     Cancelled              any      >= δ + ε/4 - ν (2)     as before it       none
+///     NumericalLimit         any      >= δ + ε/4 - ν (2)     as before it       the pair
+///
+/// (1) The lower bound of the pair's distance is at most δ + ε/4: it is not proven apart. Or, of a
+///     solid: a part of the other side is inside it, however far its surface; both witness points are
+///     then one point inside, and the rest of `contact` means nothing.
+/// (2) If t_safe > begin. If t_safe = begin nothing is known.
+///
+/// The last three are undecided after t_safe: NOT a miss. NumericalLimit: rounding forbids the
+/// tolerance asked for.
+///
+/// contact    Its distance bounds are those of the pair of pieces that ended the search, at t_safe;
+///            d(t_safe) is at most `upper`.
+/// contacts   Impact under ToiOptions::with_contacts: all contacts at t_safe whose gap is at most ε
+///            larger than that of `contact`, rounding allowed for, as find_contacts() gives them;
+///            never empty. Otherwise empty.
+/// t_hit      Impact, if a short probe found one: in (t_safe, end], with d(t_hit) <= δ + ε/2 + ν. So
+///            [t_safe, *t_hit] brackets the time at which d falls to δ + ε/2. Otherwise none.
+/// X_WA, X_WB Poses at t_safe; the identity for a deforming mesh, and in NotRun.
+///
+/// Under ContactRule::Exact (vertex paths) Separated means d > 0 on the whole interval instead,
+/// exactly; and every other status but NotRun only occurs if the two sides have a point in common at
+/// an instant of the interval.
 enum class ToiStatus {
   NotRun,
-  Separated,              ///< proven: no impact in the whole interval; t_safe is its end
-  Impact,                 ///< at t_safe the distance is at most target + tolerance, and closing
-  InitiallyWithinTarget,  ///< the shapes begin within δ + ε/4: nothing is guaranteed; t_safe is the
-                          ///< begin
-  BudgetExhausted,        ///< undecided after t_safe: NOT a miss
-  Cancelled,              ///< stopped by the caller; undecided after t_safe
-  NumericalLimit,         ///< rounding forbids the tolerance asked for; undecided after t_safe
+  Separated,              ///< no impact in the whole interval
+  Impact,                 ///< in contact at t_safe, and closing as far as rounding lets one tell
+  InitiallyWithinTarget,  ///< not proven apart at the start
+  BudgetExhausted,        ///< undecided: the budget or the deadline is spent
+  Cancelled,              ///< undecided: stopped by the caller
+  NumericalLimit,         ///< undecided: rounding forbids the tolerance asked for
 };
 
 struct ToiStatistics {
   std::int64_t box_tests = 0;   ///< pairs of bounding boxes examined
   std::int64_t leaf_tests = 0;  ///< pairs of triangles or convex pieces examined
-  std::int64_t node_pairs = 0;  ///< pairs taken from the queue; what the budget counts
+  std::int64_t node_pairs = 0;  ///< pairs of nodes examined; what the budget counts
   std::int64_t peak_queue = 0;  ///< largest length of the queue
 };
 
-/// The contact found at the time of impact.
+/// The pair of pieces that ended a search.
 struct ImpactContact : Contact {
   Scalar closing_speed = 0;  ///< -d/dt of the gap along the normal at the witness points
 };
 
-/// Result of time_of_impact(). With δ = target_distance, ε = distance_tolerance and d(t) the
-/// distance at time t:
-///     d(t) >= δ + ε/4 - (rounding allowance)   for all t in [begin, t_safe]
-/// in every status but NotRun and InitiallyWithinTarget (where t_safe = begin), and for Impact
-///     d(t_safe) <= δ + ε + (rounding allowance).
-/// So bodies at t_safe are apart even for δ = 0. Where an undecided query ends with t_safe = begin,
-/// nothing is known but where it ended. The allowance is derived in
-/// docs/algorithms/time_of_impact.md and reported in `rounding_allowance`.
+/// Result of time_of_impact(). ToiStatus says what each member promises in which status.
 struct ToiResult {
   ToiStatus status = ToiStatus::NotRun;
   Scalar t_safe = 0;
-  /// Impact: a time shortly after t_safe at which the pair in contact is proven to be closer than
-  /// δ + ε/2 (or to cross), if one was found by a short probe: [t_safe, *t_hit] brackets the time
-  /// at which that distance is reached.
   std::optional<Scalar> t_hit;
-  /// Impact and InitiallyWithinTarget; NumericalLimit: the pair that rounding stopped the search
-  /// at.
   std::optional<ImpactContact> contact;
-  /// Impact, if ToiOptions::with_contacts: all contacts at t_safe whose gap is at most ε larger
-  /// than that of `contact`, rounding allowed for. As find_contacts() gives them, never empty.
   std::vector<Contact> contacts;
-  RigidPose X_WA;  ///< poses at t_safe
+  RigidPose X_WA;
   RigidPose X_WB;
   Scalar rounding_allowance = 0;  ///< length
   ToiStatistics statistics;

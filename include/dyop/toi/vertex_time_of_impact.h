@@ -21,25 +21,15 @@ struct VertexToiOptions {
   /// How much above the target an impact may be reported: ε; length, > 0.
   Scalar distance_tolerance = 1e-6;  // literal: a default in the user's unit, not a noise level
   ContactRule contact_rule = ContactRule::WithinTolerance;
-  /// Largest number of steps in time, >= 1. Spent: BudgetExhausted, with a valid t_safe.
+  /// Largest number of steps in time, >= 1. Spent: BudgetExhausted.
   std::int64_t max_steps = 1000;
 };
 
-/// Result of the queries below. With d(t) the distance of the two elements at time t, δ and ε as in
-/// the options and ν the rounding_allowance:
-///     d(t) >= δ + ε/4 - ν     for all t in [begin, t_safe]
-/// in every status but NotRun, InitiallyWithinTarget (where t_safe = begin), and NumericalLimit at the
-/// begin (ε is not above the rounding), and for Impact
-///     d(t_safe) <= δ + ε + ν.
-///
-/// ContactRule::Exact changes what is said of pairs that come nearer than the first line allows:
-/// Separated then promises only d(t) > 0 in the whole interval, but does so exactly; Impact and
-/// InitiallyWithinTarget are only said of pairs that have a point in common at an instant of
-/// [t_safe, end], BudgetExhausted and NumericalLimit as well.
+/// Result of the queries below. ToiStatus says what each member promises in which status.
 struct VertexToiResult {
   ToiStatus status = ToiStatus::NotRun;
   Scalar t_safe = 0;
-  /// Impact and InitiallyWithinTarget. Vertices are numbered as in the paths.
+  /// Vertices are numbered as in the paths.
   std::optional<ImpactContact> contact;
   Scalar rounding_allowance = 0;  ///< ν, length
   std::int64_t steps = 0;         ///< closest points computed

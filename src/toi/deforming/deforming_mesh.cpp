@@ -93,11 +93,16 @@ Triangle DeformingMesh::triangle(std::int32_t index, Scalar s) const {
   const TriangleIndices& indices = triangles_[static_cast<std::size_t>(index)];
   Triangle corners;
   for (std::size_t i = 0; i < corners.size(); ++i) {
-    const auto vertex = static_cast<std::size_t>(indices[i]);
-    corners[i] =
-        s >= 1 ? end_[vertex] : Vector3(begin_[vertex] + s * (end_[vertex] - begin_[vertex]));
+    corners[i] = vertex(static_cast<std::size_t>(indices[i]), s);
   }
   return corners;
+}
+
+TriangleMesh DeformingMesh::snapshot(Scalar s) const {
+  std::vector<Vector3> places;
+  places.reserve(begin_.size());
+  for (std::size_t i = 0; i < begin_.size(); ++i) places.push_back(vertex(i, s));
+  return TriangleMesh(std::move(places), triangles_);
 }
 
 // Halving keeps the depth below 32, and the stack of open nodes with it.

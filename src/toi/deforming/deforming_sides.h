@@ -51,6 +51,7 @@ class DeformingSide {
   OrientedBox box_W(std::int32_t node) const;
   Triangle triangle_W(std::int32_t leaf) const { return mesh_.triangle(triangle(leaf), s_); }
   RigidPose pose() const { return {}; }
+  TriangleMesh mesh_now() const { return mesh_.snapshot(s_); }
 
   LinearSupport<1> box_support(std::int32_t node, const Vector3& n_W) const;
   LinearSupport<3> triangle_support(std::int32_t leaf, const Vector3& n_W) const;
@@ -60,8 +61,9 @@ class DeformingSide {
   }
   // Bound of the speed of all points of a node.
   Scalar speed(std::int32_t /*node*/) const { return mesh_.largest_displacement() * per_time_; }
-  // Size of all numbers that occur, for the rounding allowance.
+  // Size of all numbers that occur, for the rounding allowance; and at the begin alone.
   Scalar size() const;
+  Scalar start_size() const { return mesh_.largest_radius(); }
   Vector3 velocity_at(std::int32_t leaf, const Vector3& p_W) const;
 
  private:
@@ -116,6 +118,7 @@ class RigidSide {
   OrientedBox box_W(std::int32_t box) const;
   Triangle triangle_W(std::int32_t leaf) const;
   RigidPose pose() const { return RigidPose::from_trusted(now_.R_WB, now_.p_WB); }
+  const TriangleMesh& mesh_now() const { return mesh_; }
 
   TurningSupport<OrientedBox> box_support(std::int32_t node, const Vector3& n_W) const {
     return {TurningDirection(now_, {n_W}), n_W.dot(now_.p_WB), n_W.dot(now_.v_WB), tree_.box(node)};
@@ -135,6 +138,9 @@ class RigidSide {
     return bounds_.whole().linear_speed + bounds_.whole().angular_speed * radius(node);
   }
   Scalar size() const;
+  Scalar start_size() const {
+    return motion_.pose(interval_.begin).translation().norm() + mesh_.bounding_radius();
+  }
   Vector3 velocity_at(std::int32_t leaf, const Vector3& p_W) const;
 
  private:

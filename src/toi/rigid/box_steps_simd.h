@@ -1,4 +1,5 @@
 #include "hierarchy/box_axis.h"
+#include "toi/readvance_ratio.h"
 #include "toi/rigid/box_steps.h"
 
 // The kernels of box_steps.h for the instruction set that the including file is compiled for. The
@@ -7,12 +8,9 @@
 namespace dyop::internal {
 inline namespace DYOP_LANES {
 
-/// A pair whose gap exceeds this part of its size is looked at again, at its new time, before it is
-/// split; wide trees of pairs far apart explode without it.
-constexpr double kReadvanceRatio = 0.3;
-
-/// So is one whose step turns a body by more than this angle, if its gap exceeds this part of its
-/// size: what ends such a step is that the direction turns away, and parts turn away as well.
+/// A pair whose step turns a body by more than this angle is examined again before it is split, as
+/// by kReadvanceRatio, if its gap exceeds this part of its size: what ends such a step is that the
+/// direction turns away, and parts turn away as well.
 constexpr double kReadvanceTurn = 0.05;
 constexpr double kReadvanceTurnRatio = 0.05;
 

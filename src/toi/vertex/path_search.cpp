@@ -27,9 +27,7 @@ PathSearch<N>::PathSearch(const Differences<N>& begin, const Differences<N>& end
       paths_(paths),
       options_(options),
       is_exact_(options.contact_rule == ContactRule::Exact),
-      lost_(options.target_distance + kLostFraction * options.distance_tolerance),
-      floor_(options.target_distance + kFloorFraction * options.distance_tolerance),
-      near_(options.target_distance + options.distance_tolerance) {
+      band_(options.target_distance, options.distance_tolerance) {
   Vector3 largest = Vector3::Zero();
   for (std::size_t k = 0; k < begin.size(); ++k) {
     largest = largest.cwiseMax(begin[k].cwiseAbs()).cwiseMax(end[k].cwiseAbs());
@@ -40,7 +38,7 @@ PathSearch<N>::PathSearch(const Differences<N>& begin, const Differences<N>& end
 template <int N>
 bool PathSearch<N>::is_apart_along_an_axis() const {
   // The sign of a rounded difference is exact.
-  const Scalar least = is_exact_ ? 0 : floor_ + noise_;
+  const Scalar least = is_exact_ ? 0 : band_.leaf_target + noise_;
   Vector3 lowest = begin_[0].cwiseMin(end_[0]);
   Vector3 highest = begin_[0].cwiseMax(end_[0]);
   for (std::size_t k = 1; k < begin_.size(); ++k) {
@@ -170,22 +168,19 @@ Finding<N> PathSearch<N>::found(ToiStatus status, const Instant<N>& instant) {
 template <int N>
 Finding<N> PathSearch<N>::run() {
   Instant<N> here = make_instant(0);
-  if (!(here.lower > lost_)) {
-    const bool is_within = !(here.upper > near_ + 2 * noise_);
+  if (!(here.lower > band_.guaranteed)) {
+    const bool is_within = !(here.upper > band_.largest_impact + 2 * noise_);
     return found(is_within ? ToiStatus::InitiallyWithinTarget : ToiStatus::NumericalLimit, here);
   }
   while (here.s < 1) {
-    const bool is_near = !(here.upper > near_ + noise_);
+    const bool is_near = !(here.upper > band_.largest_impact + noise_);
     if (is_near && !may_touch()) return {};
     if (is_near && closing_speed(here) > noise_) return found(ToiStatus::Impact, here);
-    // Near and opening: as in time_of_impact of rigid shapes, on until the gap may have lost an
-    // eighth of its room.
-    const Scalar room = std::max(2 * noise_, (here.lower - lost_) / 8);
-    const Scalar floor = is_near ? std::max(lost_, here.lower - room) : floor_;
-    const Scalar safe_until = slab_end(here, floor);
+    const Scalar least = is_near ? band_.resting_target(here.lower, noise_) : band_.leaf_target;
+    const Scalar safe_until = slab_end(here, least);
     if (safe_until >= 1) return {};
     if (steps_ >= options_.max_steps) return found(ToiStatus::BudgetExhausted, here);
-    const Instant<N> next = advance(here, safe_until, floor);
+    const Instant<N> next = advance(here, safe_until, least);
     if (!(next.s > here.s)) {
       return found(is_near ? ToiStatus::Impact : ToiStatus::NumericalLimit, here);
     }

@@ -6,6 +6,7 @@
 #include <type_traits>
 
 #include "dyop/toi/vertex_time_of_impact.h"
+#include "toi/impact_band.h"
 #include "toi/nearest_difference.h"
 
 namespace dyop::internal {
@@ -81,10 +82,8 @@ class PathSearch {
   const VertexToiOptions& options_;
   const bool is_exact_;
   Scalar noise_ = 0;
-  const Scalar lost_;   // at most this far apart at the begin: nothing can be guaranteed
-  const Scalar floor_;  // the distance that is not undercut
-  const Scalar near_;   // at most this far apart and closing: impact
-  Scalar reach_ = 1;    // how far a turning direction is tried next
+  const ImpactBand band_;
+  Scalar reach_ = 1;  // how far a turning direction is tried next
   std::optional<bool> has_contact_;
   std::int64_t steps_ = 0;
 };

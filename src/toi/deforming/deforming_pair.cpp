@@ -1,0 +1,65 @@
+#include "toi/deforming/deforming_pair.h"
+
+#include <algorithm>
+
+#include "dyop/distance/distance.h"
+
+namespace dyop::internal {
+
+template <typename SideB>
+DeformingPair<SideB>::DeformingPair(DeformingSide& a, SideB& b, const TimeInterval& interval,
+                                    const ImpactBand& band)
+    : a_(a), b_(b), interval_(interval), band_(band) {
+  now_.noise = kStepNoise * (a_.size() + b_.size());
+  set_time(interval.begin);
+}
+
+template <typename SideB>
+void DeformingPair<SideB>::set_time(Scalar t) {
+  a_.set_time(t);
+  b_.set_time(t);
+  time_ = t;
+  now_.remaining = std::max(0.0, interval_.end - t);
+  now_.horizon = std::min(now_.remaining, b_.smooth_until(t) - t);
+  b_.set_horizon(t, std::min(interval_.end, t + now_.horizon));
+}
+
+template <typename SideB>
+SafeStep DeformingPair<SideB>::leaf_step(const PieceDistance& piece, const QueuedPair& pair,
+                                         Scalar least) const {
+  const Vector3& n_W = piece.nhat_AB;
+  return safe_step(pair, a_.triangle_support(pair.a, n_W), b_.triangle_support(pair.b, -n_W),
+                   least);
+}
+
+// By more than rounding, and so fast that it matters: triangles of a sheet are only flat up to the
+// rounding of their vertices, so that the normal of two nearly parallel edges leans, and a side that
+// slides along seems to come nearer. What would not cost a resting pair its slack by the end is
+// rest.
+template <typename SideB>
+bool DeformingPair<SideB>::is_closing(const PieceDistance& piece, const QueuedPair& pair) const {
+  const Scalar closing = closing_speed(piece, pair);
+  const Scalar loss = piece.lower - band_.resting_target(piece.lower, noise());
+  return closing > kPoseNoise * (a_.speed(pair.a) + b_.speed(pair.b)) &&
+         closing * now_.remaining > loss;
+}
+
+template <typename SideB>
+WitnessPair DeformingPair<SideB>::witness_pair(const PieceDistance& piece,
+                                               const QueuedPair& pair) const {
+  return {piece.lower,     piece.upper,     piece.p_a,           piece.p_b,          piece.nhat_AB,
+          piece.feature_a, piece.feature_b, a_.triangle(pair.a), b_.triangle(pair.b)};
+}
+
+template <typename SideB>
+std::vector<Contact> DeformingPair<SideB>::contacts_within(Scalar reach) const {
+  const TriangleMesh mesh_a = a_.mesh_now();
+  // Of a rigid side no copy is made.
+  const auto& mesh_b = b_.mesh_now();
+  return find_contacts(mesh_a, a_.pose(), mesh_b, b_.pose(), reach);
+}
+
+template class DeformingPair<DeformingSide>;
+template class DeformingPair<RigidSide>;
+
+}  // namespace dyop::internal

@@ -1,0 +1,64 @@
+#include "toi/rigid/rigid_pair.h"
+
+#include <algorithm>
+
+#include "distance/enclosure.h"
+#include "dyop/distance/distance.h"
+
+namespace dyop::internal {
+
+RigidPair::RigidPair(const Shape& a, const Motion& X_WA, const Shape& b, const Motion& X_WB,
+                     const TimeInterval& interval, const ImpactBand& band)
+    : interval_(interval),
+      box_target_(band.box_target),
+      kernels_(box_steps_kernels(best_instruction_set())),
+      moving_(a, X_WA, b, X_WB, interval, box_target_) {}
+
+Scalar RigidPair::start_noise() const {
+  return pose_noise(a().shape, guarded_pose(a().motion, interval_.begin, a().name), b().shape,
+                    guarded_pose(b().motion, interval_.begin, b().name));
+}
+
+// Only balls about the origins are not lost within a turn: while their steps span more than that,
+// they carry the search.
+Scalar RigidPair::skip_turns() {
+  constexpr int kSteps = 32;
+  constexpr Scalar kTurn = 6.3;
+  const PairInstant& now = moving_.now();
+  const Scalar turning = std::max(now.angular_speed_a, now.angular_speed_b);
+  for (int k = 0; k < kSteps; ++k) {
+    const Scalar step = safe_time_of_balls(now, a().radius, b().radius, box_target_);
+    if (!(step * turning > kTurn)) break;
+    if (step >= now.remaining) return kInfinity;
+    if (!(time() + step > time())) break;
+    set_time(time() + step);
+  }
+  return time();
+}
+
+// Two convex shapes need not be measured while balls about their origins are proven apart.
+Scalar RigidPair::first_time() {
+  const Scalar begin = skip_turns();
+  if (begin == kInfinity || !is_single_leaf_pair()) return begin;
+  const Scalar step = safe_time_of_balls(moving_.now(), a().radius, b().radius, box_target_);
+  return step > 0 && step >= moving_.now().remaining ? kInfinity : begin + step;
+}
+
+std::optional<Vector3> RigidPair::enclosed_point(const ToiOptions& options) const {
+  if (!options.solid_a && !options.solid_b) return std::nullopt;
+  return find_enclosed_point(a().shape, guarded_pose(a().motion, interval_.begin, a().name),
+                             b().shape, guarded_pose(b().motion, interval_.begin, b().name),
+                             {options.solid_a, options.solid_b});
+}
+
+std::pair<RigidPose, RigidPose> RigidPair::poses(Scalar t) const {
+  if (t == time()) return {pose_of(moving_.now().a), pose_of(moving_.now().b)};
+  return {guarded_pose(a().motion, t, a().name), guarded_pose(b().motion, t, b().name)};
+}
+
+std::vector<Contact> RigidPair::contacts_within(Scalar reach) const {
+  const auto [X_WA, X_WB] = poses(time());
+  return find_contacts(a().shape, X_WA, b().shape, X_WB, reach);
+}
+
+}  // namespace dyop::internal

@@ -1,0 +1,129 @@
+#pragma once
+
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "distance/distance_traversal.h"
+#include "dyop/toi/time_of_impact.h"
+#include "toi/impact_band.h"
+#include "toi/radix_queue.h"
+#include "toi/rigid/moving_pair.h"
+
+namespace dyop::internal {
+
+/// Two rigid sides, as BestFirstSearch wants them. The frame of pieces is A's.
+class RigidPair {
+ public:
+  static constexpr std::int32_t kRoot = ShapeTree::kRoot;
+
+  RigidPair(const Shape& a, const Motion& X_WA, const Shape& b, const Motion& X_WB,
+            const TimeInterval& interval, const ImpactBand& band);
+
+  void set_time(Scalar t) { moving_.set_time(t); }
+  Scalar time() const { return moving_.time(); }
+  Scalar noise() const { return moving_.noise(); }
+  /// That of the poses at the begin, whatever the speeds.
+  Scalar start_noise() const;
+
+  /// A proven time, or infinity; the sides are left at a time that is not later.
+  Scalar first_time();
+  /// A point inside both at the begin of a pair of which one is a solid, as the options say.
+  std::optional<Vector3> enclosed_point(const ToiOptions& options) const;
+
+  bool is_leaf_pair(const QueuedPair& pair) const {
+    return a().tree.is_leaf(pair.a) && b().tree.is_leaf(pair.b);
+  }
+  bool is_single_leaf_pair() const { return a().tree.convex() && b().tree.convex(); }
+  /// Asks for the memory of what open() will read.
+  void fetch_parts(const QueuedPair& pair) const {
+    const bool opens_a = opens_first(a().tree, pair.a, b().tree, pair.b);
+    const ShapeTree& tree = opens_a ? a().tree : b().tree;
+    tree.fetch(tree.child(opens_a ? pair.a : pair.b));
+  }
+  /// Whether the sides may be left where they stand for a pair of boxes with a later time.
+  bool may_stand_still(const QueuedPair& pair) const {
+    const Scalar moved = (pair.time - time()) * moving_.largest_speed();
+    return moved * moved <=
+           kStandingStill * kStandingStill *
+               (a().tree.squared_half_diagonal(pair.a) + b().tree.squared_half_diagonal(pair.b));
+  }
+
+  /// Calls push(a, b, safe step, is far) for each part of the larger box; returns their number.
+  template <typename Push>
+  int open(const QueuedPair& pair, const Push& push);
+  /// Calls push(safe step, is far) for the pair itself.
+  template <typename Push>
+  void advance(const QueuedPair& pair, const Push& push);
+
+  PieceDistance measure(const QueuedPair& pair, Scalar noise, const GjkGoal& goal,
+                        GjkSeed& seed) const {
+    return piece_distance(a().tree, pair.a, b().tree, pair.b, moving_.X_AB(), noise, goal, seed);
+  }
+  SafeStep leaf_step(const PieceDistance& piece, const QueuedPair& pair, Scalar least) const {
+    return moving_.leaf_step(piece, pair.a, pair.b, least);
+  }
+  Scalar closing_speed(const PieceDistance& piece, const QueuedPair& /*pair*/) const {
+    return moving_.closing_speed(piece);
+  }
+  bool is_closing(const PieceDistance& piece, const QueuedPair& /*pair*/) const {
+    return moving_.is_closing(piece);
+  }
+  DistanceTraversal nearer_search(Scalar max_distance, BoxPairStack& stack) const {
+    return DistanceTraversal(a().tree, b().tree, moving_.X_AB(), noise(), max_distance, stack);
+  }
+
+  WitnessPair witness_pair(const PieceDistance& piece, const QueuedPair& pair) const {
+    return internal::witness_pair(piece, a().tree, pair.a, b().tree, pair.b,
+                                  pose_of(moving_.now().a));
+  }
+  std::pair<RigidPose, RigidPose> poses(Scalar t) const;
+  /// Where the sides stand.
+  std::vector<Contact> contacts_within(Scalar reach) const;
+
+ private:
+  // Two boxes are examined where the bodies stood for the pair before, if they move by less than
+  // this part of the boxes' half diagonals until their time: poses cost more than such a part of a
+  // step.
+  static constexpr Scalar kStandingStill = 0.05;
+
+  const MovingShape& a() const { return moving_.a(); }
+  const MovingShape& b() const { return moving_.b(); }
+  static RigidPose pose_of(const BodyInstant& body) {
+    return RigidPose::from_trusted(body.R_WB, body.p_WB);
+  }
+  Scalar skip_turns();
+
+  const TimeInterval interval_;
+  const Scalar box_target_;
+  const BoxStepsKernels kernels_;
+  MovingPair moving_;
+};
+
+template <typename Push>
+int RigidPair::open(const QueuedPair& pair, const Push& push) {
+  const bool opens_a = opens_first(a().tree, pair.a, b().tree, pair.b);
+  const ShapeTree& tree = opens_a ? a().tree : b().tree;
+  const std::int32_t child = tree.child(opens_a ? pair.a : pair.b);
+  const int count = tree.node(child).count();
+  const FacingPiece other = moving_.facing_piece(opens_a, opens_a ? pair.b : pair.a);
+  BoxSteps steps;
+  kernels_.group(tree.rows(child), 0, count, other, moving_.facing_motion(opens_a), &steps);
+  for (int column = 0; column < count; ++column) {
+    const std::int32_t part = ShapeTree::box_number(child, column);
+    push(opens_a ? part : pair.a, opens_a ? pair.b : part, steps.time[column],
+         (steps.is_far >> column & 1) != 0);
+  }
+  return count;
+}
+
+template <typename Push>
+void RigidPair::advance(const QueuedPair& pair, const Push& push) {
+  const int column = ShapeTree::column_of(pair.a);
+  BoxSteps steps;
+  kernels_.one(a().tree.rows(pair.a / BoxGroup::kWidth), column, 1,
+               moving_.facing_piece(true, pair.b), moving_.facing_motion(true), &steps);
+  push(steps.time[column], steps.is_far != 0);
+}
+
+}  // namespace dyop::internal
