@@ -66,8 +66,7 @@ DistanceResult distance(const Shape& a, const RigidPose& X_WA, const Shape& b,
   result.nhat_AB_W = X_WA.rotation() * traversal.best.nhat_AB_A;
   result.feature_a = traversal.best.feature_a;
   result.feature_b = traversal.best.feature_b;
-  result.triangle_a = internal::triangle_number(tree_a, traversal.leaf_a);
-  result.triangle_b = internal::triangle_number(tree_b, traversal.leaf_b);
+  internal::name_pieces(tree_a, traversal.leaf_a, tree_b, traversal.leaf_b, result);
   result.pivot_W = (result.p_WCa + result.p_WCb) / 2;
   if (options.with_penetration && result.status == DistanceStatus::Overlapping && tree_a.convex() &&
       tree_b.convex()) {

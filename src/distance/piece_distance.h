@@ -36,9 +36,21 @@ PieceDistance piece_distance(const ShapeTree& a, std::int32_t leaf_a, const Shap
                              const GjkGoal& goal, GjkSeed& seed);
 
 /// The triangle number at a leaf, or nothing for a convex shape.
-inline std::optional<std::int32_t> triangle_number(const ShapeTree& tree, std::int32_t leaf) {
-  if (!tree.mesh()) return std::nullopt;
-  return tree.triangle(leaf);
+inline std::optional<std::int32_t> triangle_number(const LeafPiece& piece) {
+  if (!piece.mesh) return std::nullopt;
+  return piece.triangle;
+}
+
+/// Names the pieces at two leaves in a result.
+template <typename Result>
+void name_pieces(const ShapeTree& a, std::int32_t leaf_a, const ShapeTree& b, std::int32_t leaf_b,
+                 Result& result) {
+  const LeafPiece piece_a = a.piece(leaf_a);
+  const LeafPiece piece_b = b.piece(leaf_b);
+  result.triangle_a = triangle_number(piece_a);
+  result.triangle_b = triangle_number(piece_b);
+  result.child_a = piece_a.child;
+  result.child_b = piece_b.child;
 }
 
 /// Rounding allowance for comparing points of two posed shapes (kPoseNoise has the reason).

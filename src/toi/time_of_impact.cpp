@@ -250,8 +250,7 @@ ImpactContact ToiSearch::make_contact(const PieceDistance& piece, const QueuedPa
   contact.closing_speed = pair_.closing_speed(piece);
   contact.feature_a = piece.feature_a;
   contact.feature_b = piece.feature_b;
-  contact.triangle_a = internal::triangle_number(a().tree, pair.a);
-  contact.triangle_b = internal::triangle_number(b().tree, pair.b);
+  internal::name_pieces(a().tree, pair.a, b().tree, pair.b, contact);
   contact.pivot_W = (contact.p_WCa + contact.p_WCb) / 2;
   return contact;
 }

@@ -69,6 +69,8 @@ struct Contact {
   Feature feature_b;
   std::optional<std::int32_t> triangle_a;
   std::optional<std::int32_t> triangle_b;
+  std::optional<std::int32_t> child_a;  ///< number of the child that was met, if A is a compound
+  std::optional<std::int32_t> child_b;  ///< number of the child that was met, if B is a compound
 };
 
 /// Returns every contact of two shapes: the witness points of all pairs of surface pieces at most

@@ -43,6 +43,8 @@ struct DistanceResult {
   Feature feature_b;
   std::optional<std::int32_t> triangle_a;  ///< triangle number, if A is a mesh
   std::optional<std::int32_t> triangle_b;  ///< triangle number, if B is a mesh
+  std::optional<std::int32_t> child_a;  ///< number of the child that was met, if A is a compound
+  std::optional<std::int32_t> child_b;  ///< number of the child that was met, if B is a compound
   Vector3 pivot_W = Vector3::Zero();       ///< dynamic pivot point: middle of the witness segment
   std::optional<Penetration> penetration;  ///< if asked for, convex pairs, status Overlapping
   DistanceStatistics statistics;

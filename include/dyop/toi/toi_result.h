@@ -42,6 +42,8 @@ struct ImpactContact {
   Feature feature_b;
   std::optional<std::int32_t> triangle_a;
   std::optional<std::int32_t> triangle_b;
+  std::optional<std::int32_t> child_a;  ///< number of the child that was met, if A is a compound
+  std::optional<std::int32_t> child_b;  ///< number of the child that was met, if B is a compound
   Vector3 pivot_W = Vector3::Zero();  ///< dynamic pivot point
 };
 

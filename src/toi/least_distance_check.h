@@ -1,0 +1,10 @@
+#pragma once
+
+#include "dyop/toi/least_distance.h"
+
+namespace dyop::internal {
+
+/// Throws InvalidArgument unless the numbers among the options are in range.
+void require_valid_options(const LeastDistanceOptions& options);
+
+}  // namespace dyop::internal
