@@ -43,7 +43,7 @@ class LeastDistanceSearch {
   bool prove();
   ToiResult ask(Scalar target, Scalar tolerance);
   void take_unproven(const ToiResult& toi);
-  Scalar tolerance() const;
+  Scalar tolerance() const { return internal::tolerance_of(options_, result_); }
   Scalar speed_over(const TimeInterval& part) const;
   LeastDistanceResult finish(LeastDistanceStatus status);
 
@@ -173,12 +173,6 @@ void LeastDistanceSearch::descend_from(Scalar t) {
   }
 }
 
-Scalar LeastDistanceSearch::tolerance() const {
-  const Scalar size = std::min(result_.upper, options_.max_distance);
-  const Scalar asked = std::max(options_.absolute_tolerance, options_.relative_tolerance * size);
-  return std::max(asked, 64 * result_.rounding_allowance);
-}
-
 ToiResult LeastDistanceSearch::ask(Scalar target, Scalar tolerance) {
   ToiOptions options;
   options.target_distance = target;
@@ -296,6 +290,12 @@ void require_valid_options(const LeastDistanceOptions& options) {
                options.max_distance);
   DYOP_REQUIRE(options.max_node_pairs > 0, "least_distance: max_node_pairs must be > 0, not ",
                options.max_node_pairs);
+}
+
+Scalar tolerance_of(const LeastDistanceOptions& options, const LeastDistanceResult& result) {
+  const Scalar size = std::min(result.upper, options.max_distance);
+  const Scalar asked = std::max(options.absolute_tolerance, options.relative_tolerance * size);
+  return std::max(asked, 64 * result.rounding_allowance);
 }
 
 }  // namespace internal

@@ -137,6 +137,7 @@ void ImpactSearch::add_pair(std::uint32_t slot, int first, int last) {
   pair.interval = {parts_.time(first), parts_.time(last + 1)};
   pair.portion = kFirstPortion;
   pair.is_begun = false;
+  pair.result = ToiResult();
   memory_.queue.push({pair.interval.begin, kPair,
                       static_cast<std::uint64_t>(data_.id_of(slot)), index});
 }
@@ -237,7 +238,8 @@ ObstacleImpact ImpactSearch::run() {
       push_node(child + 1, int(event.id));
       continue;
     }
-    ObstaclePair& pair = *memory_.pairs[event.index];
+    const ObstaclePair& pair = *memory_.pairs[event.index];
+    if (statistics_.node_pairs >= options_.max_node_pairs) undecided = ToiStatus::BudgetExhausted;
     if (event.rank != kPair || undecided != ToiStatus::NotRun) {
       const bool is_decided = event.rank != kPair;
       return finish(pair, is_decided ? pair.result.status : undecided, event.key);

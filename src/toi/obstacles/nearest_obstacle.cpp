@@ -143,8 +143,9 @@ ObstacleClearance ObstacleSet::least_distance(const Shape& body, const Motion& X
     sum.status = *stopped;
   } else if (sum.lower > options.max_distance || !best.obstacle) {
     sum.status = LeastDistanceStatus::FartherThanMaxDistance;
-  } else if (sum.status == LeastDistanceStatus::FartherThanMaxDistance) {
-    sum.status = LeastDistanceStatus::Bounded;
+  } else {
+    const bool is_tight = sum.upper - sum.lower <= internal::tolerance_of(options, sum);
+    sum.status = is_tight ? LeastDistanceStatus::Bounded : LeastDistanceStatus::NumericalLimit;
   }
   return best;
 }

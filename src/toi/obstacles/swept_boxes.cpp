@@ -52,7 +52,8 @@ AlignedBox placed_box(const Shape& shape, const RigidPose& X_WS) {
 
 Scalar box_gap(const AlignedBox& a, const AlignedBox& b) {
   const Vector3 gap = (a.min() - b.max()).cwiseMax(b.min() - a.max()).cwiseMax(0.0);
-  return gap.norm() * (1 - 8 * kUnitRoundoff);
+  const Scalar length = gap.norm() * (1 - 8 * kUnitRoundoff);
+  return length >= 0 ? length : 0;  // NaN
 }
 
 SweptBoxes::SweptBoxes(const Shape& shape, const Motion& motion, const TimeParts& parts) {
