@@ -41,7 +41,7 @@ ExitCode run_distance(const DistanceArguments& arguments) {
     return exit_code_of_impact(arguments.fails_on_impact);
   }
   const bool is_decided = result.status == DistanceStatus::Separated ||
-                          result.status == DistanceStatus::FartherThanLimit;
+                          result.status == DistanceStatus::FartherThanMaxDistance;
   return is_decided ? ExitCode::Answered : ExitCode::Undecided;
 }
 
@@ -54,11 +54,11 @@ void add_distance_command(CLI::App& app, ExitCode& exit_code) {
   command->footer(kDistanceExamples);
   command->add_option("A", arguments->a.shape, "First shape")->required();
   command->add_option("B", arguments->b.shape, "Second shape")->required();
-  command->add_option("--limit", arguments->options.upper_limit,
+  command->add_option("--limit", arguments->options.max_distance,
                       "Stop as soon as they are proven farther apart than this");
-  command->add_option("--allowance", arguments->options.absolute_allowance,
+  command->add_option("--allowance", arguments->options.absolute_tolerance,
                       "How far apart the bounds may stay");
-  command->add_option("--relative-allowance", arguments->options.relative_allowance,
+  command->add_option("--relative-allowance", arguments->options.relative_tolerance,
                       "The same as a part of the distance, below 1");
   command->add_flag("--penetration", arguments->options.with_penetration,
                     "Also the depth of overlapping convex shapes");

@@ -8,8 +8,8 @@
 
 namespace dyop {
 
-void distance(std::span<const DistanceQuery> queries, std::span<DistanceResult> results,
-              const BatchOptions& options) {
+void distance_batch(std::span<const DistanceQuery> queries, std::span<DistanceResult> results,
+                    const BatchOptions& options) {
   DYOP_REQUIRE(queries.size() == results.size(), "distance: ", queries.size(),
                " queries, but room for ", results.size(), " results");
   for (std::size_t i = 0; i < queries.size(); ++i) {

@@ -8,12 +8,12 @@ namespace dyop::internal {
 /// @throws InvalidArgument for options out of range; the message begins with the subject.
 template <typename... Subject>
 void require_valid_options(const DistanceOptions& options, const Subject&... subject) {
-  DYOP_REQUIRE(options.upper_limit >= 0, subject..., ": upper_limit must be >= 0, not ",
-               options.upper_limit);
-  DYOP_REQUIRE(options.absolute_allowance >= 0, subject...,
-               ": absolute_allowance must be >= 0, not ", options.absolute_allowance);
-  DYOP_REQUIRE(options.relative_allowance >= 0 && options.relative_allowance < 1, subject...,
-               ": relative_allowance must be in [0, 1), not ", options.relative_allowance);
+  DYOP_REQUIRE(options.max_distance >= 0, subject..., ": max_distance must be >= 0, not ",
+               options.max_distance);
+  DYOP_REQUIRE(options.absolute_tolerance >= 0, subject...,
+               ": absolute_tolerance must be >= 0, not ", options.absolute_tolerance);
+  DYOP_REQUIRE(options.relative_tolerance >= 0 && options.relative_tolerance < 1, subject...,
+               ": relative_tolerance must be in [0, 1), not ", options.relative_tolerance);
 }
 
 }  // namespace dyop::internal

@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/tolerance.h"
 #include "distance/piece_distance.h"
-#include "dyop/core/tolerance.h"
 #include "dyop/distance/distance_result.h"
 #include "geometry/shape_tree.h"
 #include "hierarchy/box_gaps.h"
@@ -24,14 +24,14 @@ using BoxPairStack = std::vector<BoxPair>;
 class DistanceTraversal {
  public:
   DistanceTraversal(const ShapeTree& a, const ShapeTree& b, const RigidPose& X_AB, Scalar noise,
-                    Scalar upper_limit, BoxPairStack& stack)
+                    Scalar max_distance, BoxPairStack& stack)
       : a_(a),
         b_(b),
         X_AB_(X_AB),
         X_BA_(X_AB.inverse()),
         noise_(noise),
         box_noise_(noise * (kStepNoise / kPoseNoise)),
-        limit_(upper_limit),
+        limit_(max_distance),
         box_gaps_(box_gaps_kernel(best_instruction_set())),
         stack_(stack) {}
 
@@ -47,8 +47,8 @@ class DistanceTraversal {
   Scalar sought_middle = -kInfinity;
 
   /// How far below best.upper a pair may be left aside; see DistanceOptions.
-  Scalar absolute_allowance = 0;
-  Scalar relative_allowance = 0;
+  Scalar absolute_tolerance = 0;
+  Scalar relative_tolerance = 0;
 
   PieceDistance best;
   std::int32_t leaf_a = 0;
@@ -61,7 +61,7 @@ class DistanceTraversal {
   // What is provably farther than this cannot change the answer by more than is allowed.
   Scalar cutoff() const {
     if (!(best.upper < kInfinity)) return limit_;
-    return std::min(best.upper - std::max(absolute_allowance, relative_allowance * best.upper),
+    return std::min(best.upper - std::max(absolute_tolerance, relative_tolerance * best.upper),
                     limit_);
   }
   bool is_found() const { return best.is_overlapping || best.middle() < sought_middle; }

@@ -5,10 +5,10 @@
 #include <tuple>
 #include <vector>
 
+#include "core/tolerance.h"
 #include "distance/piece_distance.h"
 #include "distance/point_grid.h"
 #include "dyop/core/error.h"
-#include "dyop/core/tolerance.h"
 #include "dyop/distance/distance.h"
 #include "dyop/distance/triangle_distance.h"
 #include "geometry/compound_tree.h"
@@ -102,9 +102,9 @@ void ContactGathering::add(const TriangleFeature& a, const TriangleFeature& b, b
   if (d.lower - noise_ - radii > max_distance_) return;
   if (only_interior && (is_vertex(d.feature_a) || is_vertex(d.feature_b))) return;
   Contact contact;
-  contact.nhat_AB_W = d.normal;
-  contact.p_WCa = d.p_a + a_.radius * d.normal;
-  contact.p_WCb = d.p_b - b_.radius * d.normal;
+  contact.nhat_AB_W = d.nhat_AB;
+  contact.p_WCa = d.p_a + a_.radius * d.nhat_AB;
+  contact.p_WCb = d.p_b - b_.radius * d.nhat_AB;
   contact.lower = std::max(0.0, d.lower - radii - noise_);
   contact.upper = std::max(0.0, d.upper - radii) + noise_;
   contact.feature_a = a.feature;
@@ -207,9 +207,9 @@ std::vector<Contact> nearest_contact(const ContactPart& a, const RigidPose& X_WA
                                      const ContactPart& b, const RigidPose& X_WB,
                                      Scalar max_distance) {
   DistanceOptions options;
-  options.upper_limit = max_distance;
+  options.max_distance = max_distance;
   const DistanceResult nearest = distance(a.shape, X_WA, b.shape, X_WB, options);
-  if (nearest.status == DistanceStatus::FartherThanLimit) return {};
+  if (nearest.status == DistanceStatus::FartherThanMaxDistance) return {};
   Contact contact;
   contact.p_WCa = nearest.p_WCa;
   contact.p_WCb = nearest.p_WCb;

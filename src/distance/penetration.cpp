@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "dyop/core/tolerance.h"
+#include "core/tolerance.h"
 #include "dyop/distance/gjk.h"
 
 namespace dyop {
@@ -109,7 +109,7 @@ class DepthSearch {
       // An eighth more than needed: far enough out for an accurate direction.
       const RigidPose X_AB_apart = RigidPose::from_trusted(
           X_AB_.rotation(), X_AB_.translation() + 1.125 * depth_ * nhat_AB_A_);
-      try_direction(gjk_distance(a_, b_, X_AB_apart).nhat_AB_A);
+      try_direction(gjk_distance(a_, b_, X_AB_apart).nhat_AB);
       if (!(depth_ < previous)) return;
     }
   }
@@ -136,7 +136,7 @@ std::optional<Penetration> find_penetration(const ConvexShape& a, const RigidPos
   if (!gjk.is_overlapping) return std::nullopt;
 
   DepthSearch search(a, b, X_AB);
-  search.try_direction(gjk.nhat_AB_A);
+  search.try_direction(gjk.nhat_AB);
   const Scalar radii = a.rounding_radius() + b.rounding_radius();
   // Less than the radii: the cores are apart, and the direction of their distance is the answer.
   if (!(search.depth() < radii)) {
@@ -147,7 +147,7 @@ std::optional<Penetration> find_penetration(const ConvexShape& a, const RigidPos
   }
   if (!search.has_direction()) return std::nullopt;
   return Penetration{search.depth(), X_WA.rotation() * search.nhat_AB_A(),
-                     X_WA * ((gjk.p_ACa + gjk.p_ACb) / 2)};
+                     X_WA * ((gjk.p_a + gjk.p_b) / 2)};
 }
 
 }  // namespace dyop

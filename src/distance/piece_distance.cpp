@@ -1,53 +1,25 @@
 #include "distance/piece_distance.h"
 
+#include "core/tolerance.h"
 #include "distance/gjk/triangle_core.h"
-#include "dyop/core/tolerance.h"
 #include "dyop/distance/gjk.h"
 #include "dyop/distance/triangle_distance.h"
 
 namespace dyop::internal {
 namespace {
 
-// Local vertex numbers 0, 1, 2 of a triangle to those of its mesh.
-Feature mesh_feature(Feature local, const TriangleIndices& indices) {
-  for (std::int32_t& vertex : local.vertices) {
-    if (vertex >= 0) vertex = indices[static_cast<std::size_t>(vertex)];
-  }
-  return local;
-}
-
 Feature piece_feature(const Feature& feature, const LeafPiece& piece) {
   return piece.mesh ? mesh_feature(feature, piece.indices()) : feature;
 }
 
 PieceDistance triangle_pieces(const Triangle& a, const Triangle& b, const RigidPose& X_AB) {
-  const TriangleDistance kernel = triangle_distance(a, {X_AB * b[0], X_AB * b[1], X_AB * b[2]});
-  PieceDistance result;
-  result.lower = kernel.lower;
-  result.upper = kernel.upper;
-  result.p_ACa = kernel.p_a;
-  result.p_ACb = kernel.p_b;
-  result.nhat_AB_A = kernel.normal;
-  result.feature_a = kernel.feature_a;
-  result.feature_b = kernel.feature_b;
-  result.is_overlapping = kernel.is_crossing;
-  return result;
+  return {triangle_distance(a, {X_AB * b[0], X_AB * b[1], X_AB * b[2]}), 0};
 }
 
 PieceDistance convex_pieces(const ConvexShape& a, const ConvexShape& b, const RigidPose& X_AB,
                             const GjkGoal& goal, GjkSeed& seed) {
   const GjkResult gjk = gjk_distance(a, b, X_AB, goal, seed);
-  PieceDistance result;
-  result.lower = gjk.lower;
-  result.upper = gjk.upper;
-  result.p_ACa = gjk.p_ACa;
-  result.p_ACb = gjk.p_ACb;
-  result.nhat_AB_A = gjk.nhat_AB_A;
-  result.feature_a = gjk.feature_a;
-  result.feature_b = gjk.feature_b;
-  result.is_overlapping = gjk.is_overlapping;
-  result.gjk_iterations = gjk.iterations;
-  return result;
+  return {gjk, gjk.iterations};
 }
 
 PieceDistance convex_pieces(const ConvexShape& a, const ConvexShape& b, const RigidPose& X_AB) {
@@ -95,6 +67,32 @@ PieceDistance piece_distance(const ShapeTree& a, std::int32_t leaf_a, const Shap
   PieceDistance result = convex_pieces(*a.convex(), *b.convex(), X_AB, goal, seed);
   widen(result, pose_noise);
   return result;
+}
+
+Feature mesh_feature(Feature local, const TriangleIndices& indices) {
+  for (std::int32_t& vertex : local.vertices) {
+    if (vertex >= 0) vertex = indices[static_cast<std::size_t>(vertex)];
+  }
+  return local;
+}
+
+WitnessPair witness_pair(const PieceDistance& piece, const ShapeTree& a, std::int32_t leaf_a,
+                         const ShapeTree& b, std::int32_t leaf_b, const RigidPose& X_WA) {
+  WitnessPair pair;
+  pair.lower = piece.lower;
+  pair.upper = piece.upper;
+  pair.p_WCa = X_WA * piece.p_a;
+  pair.p_WCb = X_WA * piece.p_b;
+  pair.nhat_AB_W = X_WA.rotation() * piece.nhat_AB;
+  pair.feature_a = piece.feature_a;
+  pair.feature_b = piece.feature_b;
+  const LeafPiece piece_a = a.piece(leaf_a);
+  const LeafPiece piece_b = b.piece(leaf_b);
+  pair.triangle_a = triangle_number(piece_a);
+  pair.triangle_b = triangle_number(piece_b);
+  pair.child_a = piece_a.child;
+  pair.child_b = piece_b.child;
+  return pair;
 }
 
 Scalar pose_noise(const Shape& a, const RigidPose& X_WA, const Shape& b, const RigidPose& X_WB) {

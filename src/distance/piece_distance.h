@@ -10,16 +10,8 @@
 
 namespace dyop::internal {
 
-/// Distance of two leaf pieces, everything in frame A.
-struct PieceDistance {
-  Scalar lower = 0;
-  Scalar upper = kInfinity;
-  Vector3 p_ACa = Vector3::Zero();
-  Vector3 p_ACb = Vector3::Zero();
-  Vector3 nhat_AB_A = Vector3::UnitX();  ///< unit; its slab gap proves lower
-  Feature feature_a;                     ///< with the shape's own vertex numbers
-  Feature feature_b;
-  bool is_overlapping = false;
+/// Distance of two leaf pieces, in frame A; features with the shape's own vertex numbers.
+struct PieceDistance : NearestPoints {
   int gjk_iterations = 0;
 
   Scalar middle() const { return (lower + upper) / 2; }
@@ -41,17 +33,12 @@ inline std::optional<std::int32_t> triangle_number(const LeafPiece& piece) {
   return piece.triangle;
 }
 
-/// Names the pieces at two leaves in a result.
-template <typename Result>
-void name_pieces(const ShapeTree& a, std::int32_t leaf_a, const ShapeTree& b, std::int32_t leaf_b,
-                 Result& result) {
-  const LeafPiece piece_a = a.piece(leaf_a);
-  const LeafPiece piece_b = b.piece(leaf_b);
-  result.triangle_a = triangle_number(piece_a);
-  result.triangle_b = triangle_number(piece_b);
-  result.child_a = piece_a.child;
-  result.child_b = piece_b.child;
-}
+/// A feature of a triangle with the mesh's vertex numbers in place of local ones.
+Feature mesh_feature(Feature local, const TriangleIndices& indices);
+
+/// Two pieces' nearest points in world.
+WitnessPair witness_pair(const PieceDistance& piece, const ShapeTree& a, std::int32_t leaf_a,
+                         const ShapeTree& b, std::int32_t leaf_b, const RigidPose& X_WA);
 
 /// Rounding allowance for comparing points of two posed shapes (kPoseNoise has the reason).
 Scalar pose_noise(const Shape& a, const RigidPose& X_WA, const Shape& b, const RigidPose& X_WB);

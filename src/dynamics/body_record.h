@@ -10,7 +10,7 @@ namespace dyop::internal {
 /// A body of a World with all that changes as it is stepped.
 struct BodyRecord {
   BodyDefinition definition;
-  BodyState state;
+  MotionState state;
   bool is_settled = false;          ///< put to rest by the Zeno guard
   std::deque<Scalar> impact_times;  ///< of the recent impacts, for the Zeno guard
 
@@ -30,7 +30,7 @@ struct BodyRecord {
 };
 
 /// Pose and twist of the frame B of a body from those of its centre of mass.
-BodyState body_state(const MassProperties& properties, const Matrix3& R_WB, const Vector3& p_WBcm,
+MotionState body_state(const MassProperties& properties, const Matrix3& R_WB, const Vector3& p_WBcm,
                      const Vector3& v_WBcm, const Vector3& w_WB);
 
 }  // namespace dyop::internal

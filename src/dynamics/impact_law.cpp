@@ -4,7 +4,7 @@
 #include <cmath>
 #include <vector>
 
-#include "dyop/core/tolerance.h"
+#include "core/tolerance.h"
 
 namespace dyop::internal {
 namespace {

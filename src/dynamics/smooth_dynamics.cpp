@@ -36,7 +36,7 @@ Vector3 angular_velocity_W(const Matrix3& inverse_inertia_B, const Matrix3& R_WB
 
 }  // namespace
 
-BodyState body_state(const MassProperties& properties, const Matrix3& R_WB, const Vector3& p_WBcm,
+MotionState body_state(const MassProperties& properties, const Matrix3& R_WB, const Vector3& p_WBcm,
                      const Vector3& v_WBcm, const Vector3& w_WB) {
   const Vector3 p_BoBcm_W = R_WB * properties.p_BoBcm;
   return {RigidPose::from_trusted(R_WB, p_WBcm - p_BoBcm_W),
@@ -147,13 +147,13 @@ std::shared_ptr<const Motion> SmoothDynamics::motion(std::size_t body) const {
       std::move(center), std::make_shared<RestMotion>(RigidPose(Vector3(-p_BoBcm))));
 }
 
-BodyState SmoothDynamics::state(std::size_t body, const Motion& motion, Scalar t) const {
+MotionState SmoothDynamics::state(std::size_t body, const Motion& motion, Scalar t) const {
   const std::size_t i = slot(body);
   const ActiveBody& active = bodies_[i];
   std::vector<Scalar> y(integrator_->state().size());
   integrator_->evaluate(t, y);
   const StateView view(y.data() + i * kStateSize);
-  BodyState state;
+  MotionState state;
   state.X_WB = motion.pose(t);
   const Matrix3& R_WB = state.X_WB.rotation();
   const Vector3 w_WB = angular_velocity_W(active.inverse_inertia_B, R_WB, view.angular_momentum_W);

@@ -32,7 +32,7 @@ class SmoothDynamics {
 
   /// State of an active body at t in the last step: the pose of motion(), the momenta of the
   /// solver.
-  BodyState state(std::size_t body, const Motion& motion, Scalar t) const;
+  MotionState state(std::size_t body, const Motion& motion, Scalar t) const;
 
   /// True once a chart has turned so far that the solver should be restarted.
   bool needs_restart() const;

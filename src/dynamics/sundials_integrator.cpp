@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "dynamics/sundials_support.h"
-#include "dyop/core/tolerance.h"
+#include "core/tolerance.h"
 
 namespace dyop {
 

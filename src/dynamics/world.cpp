@@ -154,7 +154,7 @@ std::vector<ToiResult> World::Impl::query_pairs(const std::vector<BodyPair>& pai
   batch.thread_count = options.threads;
   batch.stop = stop;
   std::vector<ToiResult> results(pairs.size());
-  time_of_impact(queries, results, batch);
+  time_of_impact_batch(queries, results, batch);
   return results;
 }
 
@@ -320,12 +320,12 @@ const BodyDefinition& World::body(BodyId id) const {
   return impl_->bodies[static_cast<std::size_t>(id)].definition;
 }
 
-const BodyState& World::state(BodyId id) const {
+const MotionState& World::state(BodyId id) const {
   body(id);
   return impl_->bodies[static_cast<std::size_t>(id)].state;
 }
 
-void World::set_state(BodyId id, const BodyState& state) {
+void World::set_state(BodyId id, const MotionState& state) {
   DYOP_REQUIRE(body(id).kind == BodyKind::Dynamic, "body '", body(id).name,
                "': only the state of a dynamic body can be set");
   DYOP_REQUIRE(state.twist.v_WB.allFinite() && state.twist.w_WB.allFinite(), "body '",

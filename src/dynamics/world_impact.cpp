@@ -22,11 +22,11 @@ std::size_t index_of(BodyId id) {
   return static_cast<std::size_t>(id);
 }
 
-Vector3 point_velocity(const BodyState& state, const Vector3& p_W) {
+Vector3 point_velocity(const MotionState& state, const Vector3& p_W) {
   return state.twist.v_WB + state.twist.w_WB.cross(p_W - state.X_WB.translation());
 }
 
-Scalar gap_velocity(const Contact& contact, const BodyState& a, const BodyState& b) {
+Scalar gap_velocity(const Contact& contact, const MotionState& a, const MotionState& b) {
   return contact.nhat_AB_W.dot(point_velocity(b, contact.p_WCb) - point_velocity(a, contact.p_WCa));
 }
 
@@ -179,7 +179,7 @@ void World::Impl::handle_impact(ImpactEvent event, const std::vector<BodyPair>& 
   }
   wake_struck_bodies(event.contacts);
   if (options.policy == ImpactPolicy::Callback) {
-    std::vector<BodyState> states;
+    std::vector<MotionState> states;
     for (const BodyRecord& body : bodies) states.push_back(body.state);
     options.on_impact(event, states);
     DYOP_REQUIRE(states.size() == bodies.size(), "on_impact must keep the number of states, ",

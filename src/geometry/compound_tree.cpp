@@ -5,7 +5,7 @@
 #include <iterator>
 
 #include "dyop/core/error.h"
-#include "dyop/core/tolerance.h"
+#include "core/tolerance.h"
 
 namespace dyop::internal {
 namespace {

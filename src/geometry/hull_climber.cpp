@@ -4,7 +4,7 @@
 #include <limits>
 #include <numbers>
 
-#include "dyop/core/tolerance.h"
+#include "core/tolerance.h"
 
 namespace dyop::internal {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "dyop/core/tolerance.h"
+#include "core/tolerance.h"
 
 namespace dyop::internal {
 

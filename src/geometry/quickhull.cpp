@@ -7,8 +7,8 @@
 #include <tuple>
 #include <utility>
 
+#include "core/tolerance.h"
 #include "dyop/core/error.h"
-#include "dyop/core/tolerance.h"
 #include "exact/orientation.h"
 
 namespace dyop::internal {

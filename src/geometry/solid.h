@@ -2,8 +2,8 @@
 
 #include <cmath>
 
+#include "core/tolerance.h"
 #include "dyop/core/error.h"
-#include "dyop/core/tolerance.h"
 #include "dyop/geometry/mass_properties.h"
 
 namespace dyop::internal {

@@ -5,8 +5,8 @@
 #include <cstring>
 #include <limits>
 
+#include "core/tolerance.h"
 #include "dyop/core/error.h"
-#include "dyop/core/tolerance.h"
 #include "geometry/mesh_topology.h"
 #include "geometry/solid.h"
 

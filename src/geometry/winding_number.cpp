@@ -3,8 +3,8 @@
 #include <array>
 #include <cmath>
 
+#include "core/tolerance.h"
 #include "dyop/core/error.h"
-#include "dyop/core/tolerance.h"
 #include "exact/orientation.h"
 
 namespace dyop {

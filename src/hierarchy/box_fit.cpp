@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "dyop/core/tolerance.h"
+#include "core/tolerance.h"
 
 namespace dyop::internal {
 namespace {

@@ -7,8 +7,8 @@
 #include <array>
 #include <cmath>
 
+#include "core/tolerance.h"
 #include "dyop/core/error.h"
-#include "dyop/core/tolerance.h"
 #include "hierarchy/box_fit.h"
 #include "hierarchy/split_tree.h"
 

@@ -138,7 +138,7 @@ std::shared_ptr<const Motion> read_hermite(const JsonNode& node) {
   node.require_object({"kind", "interval", "from", "to"});
   const auto read_state = [](const JsonNode& state) {
     state.require_object({"pose", "velocity"});
-    return HermiteMotion::State{read_pose(state.at("pose")), read_twist(state.at("velocity"))};
+    return MotionState{read_pose(state.at("pose")), read_twist(state.at("velocity"))};
   };
   return std::make_shared<HermiteMotion>(read_interval(node.at("interval")),
                                          read_state(node.at("from")), read_state(node.at("to")));

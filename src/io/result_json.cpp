@@ -47,55 +47,49 @@ Feature feature_from(const Json& json) {
   return feature;
 }
 
+void add_witness_pair(const WitnessPair& pair, Json& json) {
+  json["lower"] = number(pair.lower);
+  json["upper"] = number(pair.upper);
+  json["p_WCa"] = to_json(pair.p_WCa);
+  json["p_WCb"] = to_json(pair.p_WCb);
+  json["nhat_AB_W"] = to_json(pair.nhat_AB_W);
+  json["feature_a"] = to_json(pair.feature_a);
+  json["feature_b"] = to_json(pair.feature_b);
+  json["triangle_a"] = optional(pair.triangle_a);
+  json["triangle_b"] = optional(pair.triangle_b);
+}
+
+WitnessPair witness_pair_from(const Json& json) {
+  WitnessPair pair;
+  pair.lower = number_from(json.at("lower"));
+  pair.upper = number_from(json.at("upper"));
+  pair.p_WCa = vector3_from(json.at("p_WCa"));
+  pair.p_WCb = vector3_from(json.at("p_WCb"));
+  pair.nhat_AB_W = vector3_from(json.at("nhat_AB_W"));
+  pair.feature_a = feature_from(json.at("feature_a"));
+  pair.feature_b = feature_from(json.at("feature_b"));
+  pair.triangle_a = optional_from<std::int32_t>(json.at("triangle_a"));
+  pair.triangle_b = optional_from<std::int32_t>(json.at("triangle_b"));
+  return pair;
+}
+
 Json impact_contact_json(const ImpactContact& contact) {
   Json json;
-  json["distance_lower"] = number(contact.distance_lower);
-  json["distance_upper"] = number(contact.distance_upper);
-  json["p_WCa"] = to_json(contact.p_WCa);
-  json["p_WCb"] = to_json(contact.p_WCb);
-  json["nhat_AB_W"] = to_json(contact.nhat_AB_W);
+  add_witness_pair(contact, json);
   json["closing_speed"] = number(contact.closing_speed);
-  json["feature_a"] = to_json(contact.feature_a);
-  json["feature_b"] = to_json(contact.feature_b);
-  json["triangle_a"] = optional(contact.triangle_a);
-  json["triangle_b"] = optional(contact.triangle_b);
-  json["pivot_W"] = to_json(contact.pivot_W);
+  json["pivot_W"] = to_json(contact.pivot_W());
   return json;
 }
 
 ImpactContact impact_contact_from(const Json& json) {
-  ImpactContact contact;
-  contact.distance_lower = number_from(json.at("distance_lower"));
-  contact.distance_upper = number_from(json.at("distance_upper"));
-  contact.p_WCa = vector3_from(json.at("p_WCa"));
-  contact.p_WCb = vector3_from(json.at("p_WCb"));
-  contact.nhat_AB_W = vector3_from(json.at("nhat_AB_W"));
-  contact.closing_speed = number_from(json.at("closing_speed"));
-  contact.feature_a = feature_from(json.at("feature_a"));
-  contact.feature_b = feature_from(json.at("feature_b"));
-  contact.triangle_a = optional_from<std::int32_t>(json.at("triangle_a"));
-  contact.triangle_b = optional_from<std::int32_t>(json.at("triangle_b"));
-  contact.pivot_W = vector3_from(json.at("pivot_W"));
-  return contact;
-}
-
-void add_contact(const Contact& contact, Json& json) {
-  json["lower"] = number(contact.lower);
-  json["upper"] = number(contact.upper);
-  json["p_WCa"] = to_json(contact.p_WCa);
-  json["p_WCb"] = to_json(contact.p_WCb);
-  json["nhat_AB_W"] = to_json(contact.nhat_AB_W);
-  json["feature_a"] = to_json(contact.feature_a);
-  json["feature_b"] = to_json(contact.feature_b);
-  json["triangle_a"] = optional(contact.triangle_a);
-  json["triangle_b"] = optional(contact.triangle_b);
+  return {witness_pair_from(json), number_from(json.at("closing_speed"))};
 }
 
 Json world_contact_json(const WorldContact& world_contact) {
   Json json;
   json["a"] = world_contact.a;
   json["b"] = world_contact.b;
-  add_contact(world_contact.contact, json);
+  add_witness_pair(world_contact.contact, json);
   json["normal_velocity"] = number(world_contact.normal_velocity);
   json["impulse_W"] = to_json(world_contact.impulse_W);
   return json;
@@ -103,18 +97,9 @@ Json world_contact_json(const WorldContact& world_contact) {
 
 WorldContact world_contact_from(const Json& json) {
   WorldContact world_contact;
-  Contact& contact = world_contact.contact;
   world_contact.a = json.at("a").get<BodyId>();
   world_contact.b = json.at("b").get<BodyId>();
-  contact.lower = number_from(json.at("lower"));
-  contact.upper = number_from(json.at("upper"));
-  contact.p_WCa = vector3_from(json.at("p_WCa"));
-  contact.p_WCb = vector3_from(json.at("p_WCb"));
-  contact.nhat_AB_W = vector3_from(json.at("nhat_AB_W"));
-  contact.feature_a = feature_from(json.at("feature_a"));
-  contact.feature_b = feature_from(json.at("feature_b"));
-  contact.triangle_a = optional_from<std::int32_t>(json.at("triangle_a"));
-  contact.triangle_b = optional_from<std::int32_t>(json.at("triangle_b"));
+  world_contact.contact = witness_pair_from(json);
   world_contact.normal_velocity = number_from(json.at("normal_velocity"));
   world_contact.impulse_W = vector3_from(json.at("impulse_W"));
   return world_contact;
@@ -182,16 +167,8 @@ Json to_json(const Feature& feature) {
 Json to_json(const DistanceResult& result) {
   Json json;
   json["status"] = name_of(result.status);
-  json["lower"] = number(result.lower);
-  json["upper"] = number(result.upper);
-  json["p_WCa"] = to_json(result.p_WCa);
-  json["p_WCb"] = to_json(result.p_WCb);
-  json["nhat_AB_W"] = to_json(result.nhat_AB_W);
-  json["feature_a"] = to_json(result.feature_a);
-  json["feature_b"] = to_json(result.feature_b);
-  json["triangle_a"] = optional(result.triangle_a);
-  json["triangle_b"] = optional(result.triangle_b);
-  json["pivot_W"] = to_json(result.pivot_W);
+  add_witness_pair(result, json);
+  json["pivot_W"] = to_json(result.pivot_W());
   json["penetration"] = nullptr;
   if (result.penetration) {
     json["penetration"] = {{"depth", number(result.penetration->depth)},
@@ -251,7 +228,7 @@ Json to_json(const ToiResult& result) {
 
 Json to_json(const std::vector<Contact>& contacts) {
   Json json = Json::array();
-  for (const Contact& contact : contacts) add_contact(contact, json.emplace_back());
+  for (const Contact& contact : contacts) add_witness_pair(contact, json.emplace_back());
   return json;
 }
 

@@ -45,7 +45,7 @@ std::string status_words(DistanceStatus status, const PairNames& names) {
       return pair + " are proven apart.";
     case DistanceStatus::Overlapping:
       return pair + " touch or intersect.";
-    case DistanceStatus::FartherThanLimit:
+    case DistanceStatus::FartherThanMaxDistance:
       return pair + " are proven farther apart than the limit.";
     case DistanceStatus::Inconclusive:
       return "Undecided: neither separation nor overlap of " + pair + " was proven.";
@@ -77,8 +77,8 @@ std::string_view name_of(DistanceStatus status) {
       return "Separated";
     case DistanceStatus::Overlapping:
       return "Overlapping";
-    case DistanceStatus::FartherThanLimit:
-      return "FartherThanLimit";
+    case DistanceStatus::FartherThanMaxDistance:
+      return "FartherThanMaxDistance";
     case DistanceStatus::Inconclusive:
       return "Inconclusive";
   }
@@ -162,7 +162,7 @@ std::string describe(const DistanceResult& result, const PairNames& names) {
       << place_words(result.p_WCb, result.feature_b, result.triangle_b) << '\n';
   out << "  normal       " << show(result.nhat_AB_W) << " from " << names.a << " to " << names.b
       << '\n';
-  out << "  pivot        " << show(result.pivot_W) << '\n';
+  out << "  pivot        " << show(result.pivot_W()) << '\n';
   if (result.penetration) {
     out << "  penetration  depth " << show(result.penetration->depth) << " along "
         << show(result.penetration->nhat_AB_W) << " (estimate)\n";
@@ -182,15 +182,15 @@ std::string describe(const ToiResult& result, const PairNames& names) {
   }
   if (result.contact) {
     const ImpactContact& contact = *result.contact;
-    out << "  gap          at least " << show(contact.distance_lower) << ", at most "
-        << show(contact.distance_upper) << '\n';
+    out << "  gap          at least " << show(contact.lower) << ", at most " << show(contact.upper)
+        << '\n';
     out << "  on " << names.a << ": "
         << place_words(contact.p_WCa, contact.feature_a, contact.triangle_a) << '\n';
     out << "  on " << names.b << ": "
         << place_words(contact.p_WCb, contact.feature_b, contact.triangle_b) << '\n';
     out << "  normal       " << show(contact.nhat_AB_W) << " from " << names.a << " to " << names.b
         << '\n';
-    out << "  pivot        " << show(contact.pivot_W) << '\n';
+    out << "  pivot        " << show(contact.pivot_W()) << '\n';
     out << "  closing      at speed " << show(contact.closing_speed) << '\n';
   }
   if (!result.contacts.empty()) out << contact_words(result.contacts, names);

@@ -112,9 +112,9 @@ Json totals_json(const RunTotals& totals) {
   return json;
 }
 
-std::vector<BodyState> states_from(const Json& json, std::size_t count) {
+std::vector<MotionState> states_from(const Json& json, std::size_t count) {
   if (json.size() != count) throw InvalidArgument("expected one state per body");
-  std::vector<BodyState> states;
+  std::vector<MotionState> states;
   for (const Json& entry : json) {
     const auto x = entry.get<std::vector<Scalar>>();
     if (x.size() != kStateNumbers) throw InvalidArgument("expected 13 numbers per body");
@@ -273,9 +273,9 @@ RigidPose recorded_pose(const RecordedStep& step, BodyId body, Scalar t) {
                "the recording has no body ", body);
   const auto next = std::lower_bound(step.times.begin(), step.times.end(), t);
   const auto k = std::size_t(next - step.times.begin());
-  const BodyState& end = step.states[k][std::size_t(body)];
+  const MotionState& end = step.states[k][std::size_t(body)];
   if (*next == t) return end.X_WB;
-  const BodyState& begin = step.states[k - 1][std::size_t(body)];
+  const MotionState& begin = step.states[k - 1][std::size_t(body)];
   return HermiteMotion({step.times[k - 1], step.times[k]}, {begin.X_WB, begin.twist},
                        {end.X_WB, end.twist})
       .pose(t);

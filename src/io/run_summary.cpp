@@ -63,12 +63,12 @@ void write_impact(std::ostream& out, const Scene& scene, const ImpactEvent& even
   out << '\n';
   if (event.toi.contact) {
     const ImpactContact& c = *event.toi.contact;
-    out << "  gap at that time: at least " << show(c.distance_lower) << ", at most "
-        << show(c.distance_upper) << "; closing at " << show(c.closing_speed) << '\n';
+    out << "  gap at that time: at least " << show(c.lower) << ", at most " << show(c.upper)
+        << "; closing at " << show(c.closing_speed) << '\n';
     out << "  on " << a << ": " << place_words(c.p_WCa, c.feature_a, c.triangle_a) << '\n';
     out << "  on " << b << ": " << place_words(c.p_WCb, c.feature_b, c.triangle_b) << '\n';
     out << "  normal from " << a << " to " << b << ": " << show(c.nhat_AB_W) << "; pivot "
-        << show(c.pivot_W) << '\n';
+        << show(c.pivot_W()) << '\n';
   }
   out << "  found with " << event.toi.statistics.node_pairs << " node pairs, "
       << event.toi.statistics.leaf_tests << " leaf tests\n";

@@ -3,14 +3,15 @@
 #include <algorithm>
 
 #include "dyop/core/error.h"
+#include "motion/chart_curve.h"
 
 namespace dyop {
 namespace {
 
 using Curve = internal::ChartCurve<BezierMotion::kMaxDegree>;
 
-Curve make_curve(const TimeInterval& interval, const RigidPose& X_WC,
-                 std::span<const ControlPoint> control_points) {
+std::shared_ptr<const Curve> make_curve(const TimeInterval& interval, const RigidPose& X_WC,
+                                        std::span<const ControlPoint> control_points) {
   require_valid(interval, "domain of Bezier motion");
   DYOP_REQUIRE(control_points.size() >= 2 && control_points.size() <= BezierMotion::kMaxDegree + 1,
                "Bezier motion needs 2 to ", BezierMotion::kMaxDegree + 1, " control points, not ",
@@ -25,8 +26,8 @@ Curve make_curve(const TimeInterval& interval, const RigidPose& X_WC,
     displacement[i] = point.p_WB - control_points[0].p_WB;
     theta[i] = point.theta;
   }
-  return {"Bezier motion",           interval,     X_WC, control_points[0].p_WB,
-          control_points.size() - 1, displacement, theta};
+  return std::make_shared<const Curve>("Bezier motion", interval, X_WC, control_points[0].p_WB,
+                                       control_points.size() - 1, displacement, theta);
 }
 
 }  // namespace
@@ -42,23 +43,31 @@ BezierMotion::BezierMotion(const TimeInterval& interval, const RigidPose& X_WC,
 }
 
 MotionState BezierMotion::state(Scalar t) const {
-  return curve_.state(t);
+  return curve_->state(t);
 }
 
 RigidPose BezierMotion::pose(Scalar t) const {
-  return curve_.state(t).X_WB;
+  return curve_->state(t).X_WB;
 }
 
 Twist BezierMotion::twist(Scalar t) const {
-  return curve_.state(t).twist;
+  return curve_->state(t).twist;
 }
 
 TwistBound BezierMotion::twist_bound(const TimeInterval& interval) const {
-  return curve_.twist_bound(interval);
+  return curve_->twist_bound(interval);
+}
+
+RigidPose BezierMotion::X_WC() const {
+  return curve_->X_WC();
+}
+
+TimeInterval BezierMotion::domain() const {
+  return curve_->interval();
 }
 
 PoseScale BezierMotion::pose_scale(const TimeInterval&) const {
-  return curve_.pose_scale();
+  return curve_->pose_scale();
 }
 
 }  // namespace dyop

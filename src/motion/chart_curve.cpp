@@ -1,4 +1,4 @@
-#include "dyop/motion/chart_curve.h"
+#include "motion/chart_curve.h"
 
 #include <algorithm>
 

@@ -1,5 +1,6 @@
 #include "dyop/motion/hermite_motion.h"
 
+#include "motion/chart_curve.h"
 #include "motion/rotation_rate.h"
 
 namespace dyop {
@@ -14,8 +15,10 @@ Cubic cubic_hermite(const Vector3& x0, const Vector3& v0, const Vector3& x1, con
   return {x0, x0 + h / 3 * v0, x1 - h / 3 * v1, x1};
 }
 
-internal::ChartCurve<3> make_curve(const TimeInterval& interval, const RigidPose& X_WC,
-                                   const HermiteNode& begin, const HermiteNode& end) {
+std::shared_ptr<const internal::ChartCurve<3>> make_curve(const TimeInterval& interval,
+                                                          const RigidPose& X_WC,
+                                                          const HermiteNode& begin,
+                                                          const HermiteNode& end) {
   require_valid(interval, "domain of Hermite motion");
   require_finite(begin.p_WB, "position at begin");
   require_finite(begin.v_WB, "velocity at begin");
@@ -26,27 +29,24 @@ internal::ChartCurve<3> make_curve(const TimeInterval& interval, const RigidPose
   require_finite(end.theta, "rotation vector at end");
   require_finite(end.theta_rate, "rotation vector's rate at end");
   const Scalar h = interval.length();
-  return {"Hermite motion",
-          interval,
-          X_WC,
-          begin.p_WB,
-          3,
-          cubic_hermite(Vector3::Zero(), begin.v_WB, end.p_WB - begin.p_WB, end.v_WB, h),
-          cubic_hermite(begin.theta, begin.theta_rate, end.theta, end.theta_rate, h)};
+  return std::make_shared<const internal::ChartCurve<3>>(
+      "Hermite motion", interval, X_WC, begin.p_WB, 3,
+      cubic_hermite(Vector3::Zero(), begin.v_WB, end.p_WB - begin.p_WB, end.v_WB, h),
+      cubic_hermite(begin.theta, begin.theta_rate, end.theta, end.theta_rate, h));
 }
 
-HermiteNode begin_node(const HermiteMotion::State& begin) {
-  require_finite(begin.twist_WB.w_WB, "angular velocity at begin");
-  return {begin.X_WB.translation(), begin.twist_WB.v_WB, Vector3::Zero(),
-          begin.X_WB.rotation().transpose() * begin.twist_WB.w_WB};
+HermiteNode begin_node(const MotionState& begin) {
+  require_finite(begin.twist.w_WB, "angular velocity at begin");
+  return {begin.X_WB.translation(), begin.twist.v_WB, Vector3::Zero(),
+          begin.X_WB.rotation().transpose() * begin.twist.w_WB};
 }
 
-HermiteNode end_node(const HermiteMotion::State& begin, const HermiteMotion::State& end) {
-  require_finite(end.twist_WB.w_WB, "angular velocity at end");
+HermiteNode end_node(const MotionState& begin, const MotionState& end) {
+  require_finite(end.twist.w_WB, "angular velocity at end");
   const Matrix3 R_CW = begin.X_WB.rotation().transpose();
   const Vector3 theta = rotation_vector(R_CW * end.X_WB.rotation());
-  return {end.X_WB.translation(), end.twist_WB.v_WB, theta,
-          internal::rotation_vector_rate(theta, R_CW * end.twist_WB.w_WB)};
+  return {end.X_WB.translation(), end.twist.v_WB, theta,
+          internal::rotation_vector_rate(theta, R_CW * end.twist.w_WB)};
 }
 
 }  // namespace
@@ -55,7 +55,8 @@ HermiteMotion::HermiteMotion(const TimeInterval& interval, const RigidPose& X_WC
                              const HermiteNode& begin, const HermiteNode& end)
     : begin_(begin), end_(end), curve_(make_curve(interval, X_WC, begin, end)) {}
 
-HermiteMotion::HermiteMotion(const TimeInterval& interval, const State& begin, const State& end)
+HermiteMotion::HermiteMotion(const TimeInterval& interval, const MotionState& begin,
+                             const MotionState& end)
     : HermiteMotion(interval, begin.X_WB, begin_node(begin), end_node(begin, end)) {}
 
 HermiteMotion HermiteMotion::from_chart(const TimeInterval& interval, const Matrix3& R_WC,
@@ -69,23 +70,31 @@ HermiteMotion HermiteMotion::from_chart(const TimeInterval& interval, const Rigi
 }
 
 MotionState HermiteMotion::state(Scalar t) const {
-  return curve_.state(t);
+  return curve_->state(t);
 }
 
 RigidPose HermiteMotion::pose(Scalar t) const {
-  return curve_.state(t).X_WB;
+  return curve_->state(t).X_WB;
 }
 
 Twist HermiteMotion::twist(Scalar t) const {
-  return curve_.state(t).twist;
+  return curve_->state(t).twist;
 }
 
 TwistBound HermiteMotion::twist_bound(const TimeInterval& interval) const {
-  return curve_.twist_bound(interval);
+  return curve_->twist_bound(interval);
+}
+
+RigidPose HermiteMotion::X_WC() const {
+  return curve_->X_WC();
+}
+
+TimeInterval HermiteMotion::domain() const {
+  return curve_->interval();
 }
 
 PoseScale HermiteMotion::pose_scale(const TimeInterval&) const {
-  return curve_.pose_scale();
+  return curve_->pose_scale();
 }
 
 }  // namespace dyop

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/tolerance.h"
 #include "dyop/core/error.h"
-#include "dyop/core/tolerance.h"
 #include "dyop/core/types.h"
 #include "dyop/motion/motion.h"
 

@@ -3,8 +3,9 @@
 #include <algorithm>
 #include <utility>
 
-#include "dyop/core/tolerance.h"
+#include "core/tolerance.h"
 #include "motion/rotation_rate.h"
+#include "motion/speed_tree.h"
 
 namespace dyop {
 
@@ -44,7 +45,7 @@ SampledMotion::SampledMotion(std::vector<Sample> given) : samples_(std::move(giv
     pieces_.push_back({SteadyTurn(X_WB0.rotation(), twist.w_WB), twist});
     speeds.push_back(speed);
   }
-  speeds_ = internal::SpeedTree(speeds);
+  speeds_ = std::make_shared<const internal::SpeedTree>(speeds);
 }
 
 // The piece that is valid from t on; the first before the domain, the last at its end.
@@ -70,7 +71,7 @@ TwistBound SampledMotion::twist_bound(const TimeInterval& interval) const {
   std::size_t last = std::max(first, piece_at(interval.end));
   // A stamp at the very end of the interval is not inside it.
   if (last > first && stamps_[last] >= interval.end) --last;
-  const auto [linear, angular] = speeds_.largest(first, last);
+  const auto [linear, angular] = speeds_->largest(first, last);
   const Scalar acceleration = last == first ? 0 : kInfinity;
   return {linear, angular, acceleration, acceleration};
 }

@@ -4,9 +4,10 @@
 #include <cmath>
 #include <utility>
 
+#include "core/tolerance.h"
 #include "dyop/core/error.h"
-#include "dyop/core/tolerance.h"
 #include "motion/rotation_rate.h"
+#include "motion/speed_tree.h"
 
 namespace dyop {
 namespace {
@@ -56,7 +57,7 @@ SequenceMotion::SequenceMotion(std::vector<Part> parts) : parts_(std::move(parts
     const PoseScale jump = require_meeting(parts_[i - 1], parts_[i], i - 1);
     jumps_.push_back({jumps_.back().length + jump.length, jumps_.back().angle + jump.angle});
   }
-  speeds_ = internal::SpeedTree(speeds);
+  speeds_ = std::make_shared<const internal::SpeedTree>(speeds);
 }
 
 // The part that is valid from t on; the first before the domain, the last at its end.
@@ -92,7 +93,7 @@ TwistBound SequenceMotion::twist_bound(const TimeInterval& interval) const {
       parts_[first].motion->twist_bound({interval.begin, parts_[first].interval.end});
   const TwistBound tail =
       parts_[last].motion->twist_bound({parts_[last].interval.begin, interval.end});
-  const auto [linear, angular] = speeds_.largest(first + 1, last - 1);
+  const auto [linear, angular] = speeds_->largest(first + 1, last - 1);
   return {std::max({head.linear_speed, linear, tail.linear_speed}),
           std::max({head.angular_speed, angular, tail.angular_speed}), kInfinity, kInfinity};
 }

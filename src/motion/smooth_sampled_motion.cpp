@@ -36,8 +36,8 @@ SequenceMotion smooth_sampled_motion(const std::vector<SampledMotion::Sample>& s
   for (std::size_t i = 0; i < last; ++i) {
     const TimeInterval interval{samples[i].t, samples[i + 1].t};
     parts.push_back({interval, std::make_shared<HermiteMotion>(
-                                   interval, HermiteMotion::State{samples[i].X_WB, twist_at(i)},
-                                   HermiteMotion::State{samples[i + 1].X_WB, twist_at(i + 1)})});
+                                   interval, MotionState{samples[i].X_WB, twist_at(i)},
+                                   MotionState{samples[i + 1].X_WB, twist_at(i + 1)})});
   }
   return SequenceMotion(std::move(parts));
 }

@@ -3,6 +3,7 @@
 #include <array>
 #include <string>
 
+#include "distance/gjk/triangle_core.h"
 #include "dyop/core/error.h"
 #include "dyop/distance/gjk.h"
 #include "dyop/distance/triangle_distance.h"
@@ -94,36 +95,6 @@ class LibccdGjk final : public DistanceAlgorithm {
   }
 };
 
-// A triangle as gjk_distance() wants it: no hull is built, as the vertices are its support points.
-class TriangleShape final : public ConvexShape {
- public:
-  explicit TriangleShape(const Triangle& triangle) : triangle_(triangle) {}
-
-  SupportPoint core_support(const Vector3& direction) const override {
-    std::size_t best = 0;
-    for (std::size_t k = 1; k < 3; ++k) {
-      if (triangle_[k].dot(direction) > triangle_[best].dot(direction)) best = k;
-    }
-    return {triangle_[best], static_cast<std::int32_t>(best)};
-  }
-  Vector3 core_center() const override { return (triangle_[0] + triangle_[1] + triangle_[2]) / 3; }
-  AlignedBox bounding_box() const override {
-    return {triangle_[0].cwiseMin(triangle_[1]).cwiseMin(triangle_[2]),
-            triangle_[0].cwiseMax(triangle_[1]).cwiseMax(triangle_[2])};
-  }
-  Scalar bounding_radius() const override {
-    // The sum of the parts is above the norm by more than its rounding, or exact.
-    const auto size = [](const Vector3& p) { return p.cwiseAbs().sum(); };
-    return std::max({size(triangle_[0]), size(triangle_[1]), size(triangle_[2])});
-  }
-  MassProperties compute_mass_properties(Scalar) const override {
-    throw InvalidArgument("a triangle encloses no volume and has no mass");
-  }
-
- private:
-  const Triangle& triangle_;
-};
-
 class CertifiedGjk final : public DistanceAlgorithm {
  public:
   std::string_view name() const override { return "certified GJK"; }
@@ -132,7 +103,8 @@ class CertifiedGjk final : public DistanceAlgorithm {
     return distance(in_space(a), in_space(b));
   }
   DistanceBounds distance(const Triangle& a, const Triangle& b) const override {
-    const GjkResult d = gjk_distance(TriangleShape(a), TriangleShape(b), RigidPose());
+    const GjkResult d =
+        gjk_distance(internal::TriangleCore(a), internal::TriangleCore(b), RigidPose());
     return {d.lower, d.upper};
   }
   std::optional<DistanceBounds> distance(const ConvexHull& a, const ConvexHull& b,

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <optional>
 
-#include "dyop/core/tolerance.h"
+#include "core/tolerance.h"
 #include "dyop/paper/lin_canny.h"
 
 // The walk of lin_canny_distance() in space, for any two bodies with these members:

@@ -6,7 +6,7 @@
 #include <array>
 #include <cmath>
 
-#include "dyop/core/tolerance.h"
+#include "core/tolerance.h"
 
 namespace dyop {
 namespace {

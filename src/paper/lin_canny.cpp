@@ -103,7 +103,7 @@ TriangleDistance proven(const Triangle& a, const Triangle& b, const FeaturePair&
   result.upper = std::sqrt(pair.length_sq) + kFeatureSlack * size;
   result.p_a = pair.p_a;
   result.p_b = pair.p_a + pair.w;
-  result.normal = m / norm;
+  result.nhat_AB = m / norm;
   return result;
 }
 
@@ -176,9 +176,9 @@ GjkResult proven(const ConvexHull& a, const ConvexHull& b, const RigidPose& X_AB
   const Scalar gap = nhat_A.dot(low_b - a.core_support(nhat_A).point);
   result.lower = std::max(Scalar{0}, gap - noise);
   result.upper = std::sqrt(pair.length_sq) + noise;
-  result.p_ACa = pair.p_a;
-  result.p_ACb = pair.p_a + pair.w;
-  result.nhat_AB_A = nhat_A;
+  result.p_a = pair.p_a;
+  result.p_b = pair.p_a + pair.w;
+  result.nhat_AB = nhat_A;
   return result;
 }
 

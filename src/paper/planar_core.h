@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <span>
 
-#include "dyop/core/tolerance.h"
+#include "core/tolerance.h"
 #include "dyop/paper/planar_distance.h"
 
 // What the planar algorithms share: witnesses, and the proof that bounds the distance with them.
@@ -130,7 +130,7 @@ inline void prove_bounds(PlanarDistance& result, const Vector2& w, const Vector2
   const Scalar gap = scaled_gap / norm;
   const Scalar lower = gap - kTriangleRelativeSlack * gap - slack;
   if (lower > 0) result.lower = lower;
-  result.normal = m / norm;
+  result.nhat_AB = m / norm;
 }
 
 template <typename PolygonA, typename PolygonB>

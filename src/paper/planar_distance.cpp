@@ -199,7 +199,7 @@ PlanarDistance resolve_polygons(std::span<const Vector2> a, std::span<const Vect
     result.feature_b = crossing->feature_b;
   }
   result.upper = 0;
-  result.is_crossing = true;
+  result.is_overlapping = true;
   return result;
 }
 

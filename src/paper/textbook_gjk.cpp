@@ -3,7 +3,7 @@
 #include <array>
 #include <cmath>
 
-#include "dyop/core/tolerance.h"
+#include "core/tolerance.h"
 
 // The origin against the Minkowski difference B - A: v is its nearest point known.
 namespace dyop {

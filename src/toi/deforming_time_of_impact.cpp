@@ -4,8 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "core/tolerance.h"
 #include "dyop/core/error.h"
-#include "dyop/core/tolerance.h"
 #include "dyop/distance/triangle_distance.h"
 #include "hierarchy/box_direction.h"
 #include "toi/deforming/deforming_sides.h"
@@ -179,7 +179,7 @@ TriangleDistance DeformingSearch<SideB>::leaf_distance(const QueuedPair& pair) c
 template <typename SideB>
 Scalar DeformingSearch<SideB>::closing_speed(const TriangleDistance& leaf,
                                              const QueuedPair& pair) const {
-  return leaf.normal.dot(a_.velocity_at(pair.a, leaf.p_a) - b_.velocity_at(pair.b, leaf.p_b));
+  return leaf.nhat_AB.dot(a_.velocity_at(pair.a, leaf.p_a) - b_.velocity_at(pair.b, leaf.p_b));
 }
 
 template <typename SideB>
@@ -201,7 +201,7 @@ typename DeformingSearch<SideB>::Verdict DeformingSearch<SideB>::examine_leaves(
   // Near and opening: on until the gap may have lost an eighth of the room that is left.
   const Scalar room = std::max(2 * now_.noise, (leaf.lower - lost_) / 8);
   const Scalar returning = std::max(lost_, leaf.lower - room);
-  const SafeStep step = step_between(pair, leaf.normal, is_near ? returning : floor_, true);
+  const SafeStep step = step_between(pair, leaf.nhat_AB, is_near ? returning : floor_, true);
   const Scalar next = time_ + step.time;
   if (!(next > time_)) {
     result_.contact = make_contact(leaf, pair);
@@ -217,11 +217,11 @@ ImpactContact DeformingSearch<SideB>::make_contact(const TriangleDistance& leaf,
   const std::int32_t triangle_a = a_.triangle(pair.a);
   const std::int32_t triangle_b = b_.triangle(pair.b);
   ImpactContact contact;
-  contact.distance_lower = leaf.lower;
-  contact.distance_upper = leaf.upper;
+  contact.lower = leaf.lower;
+  contact.upper = leaf.upper;
   contact.p_WCa = leaf.p_a;
   contact.p_WCb = leaf.p_b;
-  contact.nhat_AB_W = leaf.normal;
+  contact.nhat_AB_W = leaf.nhat_AB;
   contact.closing_speed = closing_speed(leaf, pair);
   contact.feature_a =
       mesh_feature(leaf.feature_a, a_.triangles()[static_cast<std::size_t>(triangle_a)]);
@@ -229,7 +229,6 @@ ImpactContact DeformingSearch<SideB>::make_contact(const TriangleDistance& leaf,
       mesh_feature(leaf.feature_b, b_.triangles()[static_cast<std::size_t>(triangle_b)]);
   contact.triangle_a = triangle_a;
   contact.triangle_b = triangle_b;
-  contact.pivot_W = (leaf.p_a + leaf.p_b) / 2;
   return contact;
 }
 
@@ -241,14 +240,14 @@ std::optional<Scalar> DeformingSearch<SideB>::probe_hit(const QueuedPair& pair,
   if (!(contact.closing_speed > 0)) return std::nullopt;
   const Scalar begin = time_;
   // At the begin the gap may be below the floor already.
-  const Scalar way = std::max(contact.distance_upper - floor_, options_.distance_tolerance / 8);
+  const Scalar way = std::max(contact.upper - floor_, options_.distance_tolerance / 8);
   // literal: a little longer than to the floor, so that the first probe is below it as a rule.
   Scalar step = 1.25 * way / contact.closing_speed;
   for (int probe = 0; probe < kProbes && begin + step <= interval_.end; ++probe, step *= 2) {
     if (!(begin + step > begin)) continue;
     set_time(begin + step);
     const TriangleDistance leaf = leaf_distance(pair);
-    if (leaf.upper < floor_ || leaf.is_crossing) return time_;
+    if (leaf.upper < floor_ || leaf.is_overlapping) return time_;
   }
   return std::nullopt;
 }

@@ -6,7 +6,7 @@
 
 #include "distance/enclosure.h"
 #include "dyop/core/error.h"
-#include "dyop/core/tolerance.h"
+#include "core/tolerance.h"
 #include "dyop/distance/distance.h"
 #include "dyop/toi/time_of_impact.h"
 #include "dyop/toi/toi_workspace.h"

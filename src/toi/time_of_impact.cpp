@@ -4,10 +4,11 @@
 #include <cmath>
 #include <vector>
 
+#include "core/tolerance.h"
 #include "distance/enclosure.h"
 #include "distance/piece_distance.h"
 #include "dyop/core/error.h"
-#include "dyop/core/tolerance.h"
+#include "dyop/distance/distance.h"
 #include "toi/interruption.h"
 #include "toi/rigid/moving_pair.h"
 #include "toi/toi_check.h"
@@ -241,17 +242,8 @@ ToiSearch::Verdict ToiSearch::examine_leaves(const QueuedPair& pair) {
 
 ImpactContact ToiSearch::make_contact(const PieceDistance& piece, const QueuedPair& pair) const {
   const RigidPose X_WA = RigidPose::from_trusted(pair_.now().a.R_WB, pair_.now().a.p_WB);
-  ImpactContact contact;
-  contact.distance_lower = piece.lower;
-  contact.distance_upper = piece.upper;
-  contact.p_WCa = X_WA * piece.p_ACa;
-  contact.p_WCb = X_WA * piece.p_ACb;
-  contact.nhat_AB_W = X_WA.rotation() * piece.nhat_AB_A;
+  ImpactContact contact{internal::witness_pair(piece, a().tree, pair.a, b().tree, pair.b, X_WA), 0};
   contact.closing_speed = pair_.closing_speed(piece);
-  contact.feature_a = piece.feature_a;
-  contact.feature_b = piece.feature_b;
-  internal::name_pieces(a().tree, pair.a, b().tree, pair.b, contact);
-  contact.pivot_W = (contact.p_WCa + contact.p_WCb) / 2;
   return contact;
 }
 
@@ -263,7 +255,7 @@ std::optional<Scalar> ToiSearch::probe_hit(const QueuedPair& pair, const ImpactC
   const GjkGoal goal{.apart = floor_, .share = kInfinity, .hit = floor_ - 2 * noise()};
   const Scalar begin = pair_.time();
   // At the begin the gap may be below the floor already.
-  const Scalar way = std::max(contact.distance_upper - floor_, options_.distance_tolerance / 8);
+  const Scalar way = std::max(contact.upper - floor_, options_.distance_tolerance / 8);
   // literal: a little longer than to the floor, so that the first probe is below it as a rule.
   Scalar step = 1.25 * way / contact.closing_speed;
   for (int probe = 0; probe < kProbes && begin + step <= interval_.end; ++probe, step *= 2) {
@@ -278,7 +270,7 @@ std::optional<Scalar> ToiSearch::probe_hit(const QueuedPair& pair, const ImpactC
 // Never empty: the contact that ended the search is within reach.
 void ToiSearch::gather_contacts() {
   const Scalar reach =
-      result_.contact->distance_upper + options_.distance_tolerance + result_.rounding_allowance;
+      result_.contact->upper + options_.distance_tolerance + result_.rounding_allowance;
   result_.contacts = find_contacts(a().shape, result_.X_WA, b().shape, result_.X_WB, reach);
 }
 
@@ -342,7 +334,7 @@ bool ToiSearch::begins_enclosed() {
                                                  {options_.solid_a, options_.solid_b});
   if (!p_W) return false;
   result_.contact.emplace();
-  result_.contact->p_WCa = result_.contact->p_WCb = result_.contact->pivot_W = *p_W;
+  result_.contact->p_WCa = result_.contact->p_WCb = *p_W;
   return true;
 }
 

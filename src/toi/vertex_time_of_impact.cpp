@@ -4,8 +4,8 @@
 #include <cmath>
 #include <initializer_list>
 
+#include "core/tolerance.h"
 #include "dyop/core/error.h"
-#include "dyop/core/tolerance.h"
 #include "toi/toi_check.h"
 #include "toi/vertex/path_search.h"
 
@@ -50,8 +50,8 @@ template <int N, typename PointsA, typename PointsB>
 ImpactContact make_contact(const Instant<N>& here, const PointsA& a, const PointsB& b,
                            const TimeInterval& interval) {
   ImpactContact contact;
-  contact.distance_lower = std::max(here.lower, 0.0);
-  contact.distance_upper = here.upper;
+  contact.lower = std::max(here.lower, 0.0);
+  contact.upper = here.upper;
   Scalar speed = 0;
   for (std::size_t k = 0; k < here.corners.size(); ++k) {
     const Scalar weight = here.nearest.weights[k];
@@ -63,7 +63,6 @@ ImpactContact make_contact(const Instant<N>& here, const PointsA& a, const Point
   contact.closing_speed = interval.length() > 0 ? speed / interval.length() : 0;
   contact.feature_a = here.nearest.feature_a;
   contact.feature_b = here.nearest.feature_b;
-  contact.pivot_W = (contact.p_WCa + contact.p_WCb) / 2;
   return contact;
 }
 

@@ -254,7 +254,7 @@ class ImpactSearch {
     ++answer_.leaf_tests;
     const TriangleDistance d = leaf_distance(*a_.shape, *b_.shape, pair, X_AB_);
     if (d.upper <= query_.tolerance) return true;
-    push(pair, d.lower, d.normal);
+    push(pair, d.lower, d.nhat_AB);
     return false;
   }
 

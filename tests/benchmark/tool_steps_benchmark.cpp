@@ -32,7 +32,7 @@ TriangleMesh lumpy_sphere() {
 
 // Once around the organ in six units of time, up and down beside its equator, turning at 6 radians
 // a unit of time. The tool's axis of symmetry stays about tangential.
-HermiteMotion::State state_at(Scalar t) {
+MotionState state_at(Scalar t) {
   const Scalar step = 1e-4;  // literal: of differences in a smooth path
   const auto place = [](Scalar s) {
     const Scalar height = 0.3 * std::sin(1.7 * s);

@@ -25,8 +25,8 @@
 #include <utility>
 #include <vector>
 
+#include "core/tolerance.h"
 #include "distance/triangle_wide/triangle_batch.h"
-#include "dyop/core/tolerance.h"
 #include "dyop/distance/triangle_distance.h"
 #include "support/mesh_generators.h"
 #include "support/random_inputs.h"
@@ -207,7 +207,7 @@ std::vector<Leaf> random_leaves() {
       const TriangleDistance d = triangle_distance(leaf.a, triangle);
       if (!(d.upper < leaf.distance)) continue;
       leaf.distance = d.upper;
-      leaf.direction = d.normal;
+      leaf.direction = d.nhat_AB;
     }
   }
   return leaves;

@@ -5,8 +5,8 @@
 #include <numbers>
 #include <random>
 
+#include "core/tolerance.h"
 #include "dyop/core/error.h"
-#include "dyop/core/tolerance.h"
 #include "support/message_of.h"
 
 namespace dyop {

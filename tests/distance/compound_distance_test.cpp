@@ -6,7 +6,7 @@
 #include <random>
 
 #include "dyop/core/error.h"
-#include "dyop/core/tolerance.h"
+#include "core/tolerance.h"
 #include "dyop/distance/distance.h"
 #include "dyop/distance/distance_batch.h"
 #include "geometry/all_compounds.h"
@@ -123,7 +123,7 @@ TEST(CompoundDistance, CacheAndBatchGiveTheSame) {
     query.X_WA = testing::random_pose(1, random);
     query.X_WB = testing::random_pose(2, random);
   }
-  distance(queries, results);
+  distance_batch(queries, results);
   for (std::size_t i = 0; i < queries.size(); ++i) {
     const DistanceResult warm =
         distance(*a, queries[i].X_WA, *b, queries[i].X_WB, DistanceOptions(), cache);

@@ -33,7 +33,7 @@ class DistanceBatch : public ::testing::Test {
       query.b = shapes[std::size_t(testing::random_index(4, random))];
       query.X_WA = testing::random_pose(1, random);
       query.X_WB = testing::random_pose(2, random);
-      if (i % 3 == 0) query.options.upper_limit = testing::random_number(0, 1, random);
+      if (i % 3 == 0) query.options.max_distance = testing::random_number(0, 1, random);
       query.options.with_penetration = i % 2 == 0;
       queries.push_back(query);
     }
@@ -52,7 +52,7 @@ void expect_same(const DistanceResult& x, const DistanceResult& y) {
   EXPECT_EQ(x.status, y.status);
   EXPECT_TRUE(has_same_bits(x.lower, y.lower) && has_same_bits(x.upper, y.upper));
   EXPECT_TRUE(has_same_bits(x.p_WCa, y.p_WCa) && has_same_bits(x.p_WCb, y.p_WCb));
-  EXPECT_TRUE(has_same_bits(x.nhat_AB_W, y.nhat_AB_W) && has_same_bits(x.pivot_W, y.pivot_W));
+  EXPECT_TRUE(has_same_bits(x.nhat_AB_W, y.nhat_AB_W) && has_same_bits(x.pivot_W(), y.pivot_W()));
   EXPECT_EQ(x.triangle_a, y.triangle_a);
   EXPECT_EQ(x.triangle_b, y.triangle_b);
   EXPECT_EQ(x.statistics.box_tests, y.statistics.box_tests);
@@ -73,7 +73,7 @@ TEST_F(DistanceBatchDeterminism, GivesTheBitsOfSingleQueriesForEveryNumberOfThre
     BatchOptions options;
     options.thread_count = threads;
     std::vector<DistanceResult> results(queries.size());
-    distance(queries, results, options);
+    distance_batch(queries, results, options);
     for (std::size_t i = 0; i < queries.size(); ++i) expect_same(results[i], single[i]);
   }
 }
@@ -85,7 +85,7 @@ TEST_F(DistanceBatchDeterminism, StartsFromTheCachesOfTheQueries) {
   for (std::size_t i = 0; i < queries.size(); ++i) queries[i].cache = &batch_caches[i];
   std::vector<DistanceResult> results(queries.size());
   for (int repeat = 0; repeat < 2; ++repeat) {
-    distance(queries, results);
+    distance_batch(queries, results);
     for (std::size_t i = 0; i < queries.size(); ++i) {
       const DistanceQuery& q = queries[i];
       expect_same(results[i], distance(*q.a, q.X_WA, *q.b, q.X_WB, q.options, single_caches[i]));
@@ -106,7 +106,7 @@ TEST_F(DistanceBatch, LeavesQueriesThatAStopForestalledNotRun) {
       if (done == 20) source.request_stop();
     };
     std::vector<DistanceResult> results(queries.size());
-    distance(queries, results, options);
+    distance_batch(queries, results, options);
     EXPECT_GE(answered, 20u);
     EXPECT_LE(answered, 20u + 8u);
     std::size_t run = 0;
@@ -127,9 +127,9 @@ TEST_F(DistanceBatch, ForgetsWhatTheResultsHeldBefore) {
   BatchOptions options;
   options.stop = source.get_token();
   std::vector<DistanceResult> results(2);
-  distance(queries, results);
+  distance_batch(queries, results);
   EXPECT_NE(results[1].status, DistanceStatus::NotRun);
-  distance(queries, results, options);
+  distance_batch(queries, results, options);
   EXPECT_EQ(results[1].status, DistanceStatus::NotRun);
   EXPECT_EQ(results[1].lower, 0);
   EXPECT_EQ(results[1].upper, kInfinity);
@@ -139,19 +139,19 @@ TEST_F(DistanceBatch, RefusesBadQueriesNamingTheFirst) {
   std::vector<DistanceQuery> queries = random_queries(9);
   std::vector<DistanceResult> results(queries.size());
   queries[7].b = nullptr;
-  queries[5].options.upper_limit = -0.5;
-  EXPECT_EQ(message_of([&] { distance(queries, results); }),
-            "query 5: upper_limit must be >= 0, not -0.5");
-  queries[5].options.upper_limit = 1;
-  EXPECT_EQ(message_of([&] { distance(queries, results); }), "query 7: a shape is missing");
+  queries[5].options.max_distance = -0.5;
+  EXPECT_EQ(message_of([&] { distance_batch(queries, results); }),
+            "query 5: max_distance must be >= 0, not -0.5");
+  queries[5].options.max_distance = 1;
+  EXPECT_EQ(message_of([&] { distance_batch(queries, results); }), "query 7: a shape is missing");
   EXPECT_EQ(results[0].status, DistanceStatus::NotRun);
   results.pop_back();
-  EXPECT_EQ(message_of([&] { distance(queries, results); }),
+  EXPECT_EQ(message_of([&] { distance_batch(queries, results); }),
             "distance: 9 queries, but room for 8 results");
 }
 
 TEST_F(DistanceBatch, MayBeEmpty) {
-  distance(std::span<const DistanceQuery>(), {});
+  distance_batch(std::span<const DistanceQuery>(), {});
 }
 
 }  // namespace

@@ -30,7 +30,7 @@ TEST(Distance, OfAMeshFromABoxNamesTrianglesFeaturesAndPivot) {
   EXPECT_NEAR(result.upper, 1, 1e-12);
   EXPECT_LT((result.nhat_AB_W - Vector3(0, 0, 1)).norm(), 1e-12);
   EXPECT_LT((result.p_WCb - Vector3(0, 0, 2)).norm(), 1e-12);
-  EXPECT_LT((result.pivot_W - Vector3(0, 0, 1.5)).norm(), 1e-12);
+  EXPECT_LT((result.pivot_W() - Vector3(0, 0, 1.5)).norm(), 1e-12);
   EXPECT_EQ(result.feature_b.kind, FeatureKind::Vertex);
   EXPECT_EQ(result.feature_b.vertices[0], 0);
   EXPECT_EQ(result.triangle_b, 0);
@@ -77,9 +77,9 @@ TEST(Distance, IsBracketedForEveryPairOfShapesAsTheOracleSays) {
 TEST(Distance, StopsAtTheLimitWithAProof) {
   const auto mesh = test_support::icosphere(4).mesh();
   DistanceOptions options;
-  options.upper_limit = 0.5;
+  options.max_distance = 0.5;
   const DistanceResult far = distance(mesh, RigidPose(), mesh, at(4, 0, 0), options);
-  EXPECT_EQ(far.status, DistanceStatus::FartherThanLimit);
+  EXPECT_EQ(far.status, DistanceStatus::FartherThanMaxDistance);
   EXPECT_GT(far.lower, 0.5);
   const DistanceResult full = distance(mesh, RigidPose(), mesh, at(4, 0, 0));
   EXPECT_LT(far.statistics.box_tests, full.statistics.box_tests);
@@ -100,8 +100,8 @@ TEST(Distance, LeavesBoundsAsFarApartAsAllowed) {
     const RigidPose X_WB(testing::random_rotation(random), testing::random_number(1.5, 4, random) *
                                                                testing::random_direction(random));
     const DistanceResult exact = distance(a, RigidPose(), b, X_WB);
-    const DistanceResult absolute = distance(a, RigidPose(), b, X_WB, {.absolute_allowance = 0.05});
-    const DistanceResult relative = distance(a, RigidPose(), b, X_WB, {.relative_allowance = 0.1});
+    const DistanceResult absolute = distance(a, RigidPose(), b, X_WB, {.absolute_tolerance = 0.05});
+    const DistanceResult relative = distance(a, RigidPose(), b, X_WB, {.relative_tolerance = 0.1});
     for (const DistanceResult* x : {&absolute, &relative}) {
       EXPECT_LE(x->lower, exact.upper);
       EXPECT_GE(x->upper, exact.lower);
@@ -123,7 +123,7 @@ TEST(Distance, LeavesBoundsAsFarApartAsAllowed) {
 TEST(Distance, IsInconclusiveWhereTheAllowanceHidesAnOverlap) {
   const auto mesh = test_support::icosphere(3).mesh();
   const DistanceResult result =
-      distance(mesh, RigidPose(), mesh, at(1, 0, 0), {.absolute_allowance = 10});
+      distance(mesh, RigidPose(), mesh, at(1, 0, 0), {.absolute_tolerance = 10});
   EXPECT_EQ(result.lower, 0);
   EXPECT_TRUE(result.status == DistanceStatus::Inconclusive ||
               result.status == DistanceStatus::Overlapping);
@@ -148,18 +148,18 @@ TEST(Distance, RefusesABadAllowance) {
     EXPECT_THROW(distance(Sphere(1), RigidPose(), Sphere(1), at(3, 0, 0), options),
                  InvalidArgument);
   };
-  refuses({.absolute_allowance = -1});
-  refuses({.absolute_allowance = std::nan("")});
-  refuses({.relative_allowance = -0.1});
-  refuses({.relative_allowance = 1});
-  refuses({.relative_allowance = std::nan("")});
+  refuses({.absolute_tolerance = -1});
+  refuses({.absolute_tolerance = std::nan("")});
+  refuses({.relative_tolerance = -0.1});
+  refuses({.relative_tolerance = 1});
+  refuses({.relative_tolerance = std::nan("")});
 }
 
 TEST(Distance, RefusesABadLimit) {
   DistanceOptions options;
-  options.upper_limit = -1;
+  options.max_distance = -1;
   EXPECT_THROW(distance(Sphere(1), RigidPose(), Sphere(1), at(3, 0, 0), options), InvalidArgument);
-  options.upper_limit = std::nan("");
+  options.max_distance = std::nan("");
   EXPECT_THROW(distance(Sphere(1), RigidPose(), Sphere(1), at(3, 0, 0), options), InvalidArgument);
 }
 
@@ -246,7 +246,7 @@ TEST(DistanceCache, OfOtherShapesIsHarmless) {
   DistanceCache cache;
   distance(large, RigidPose(), large, at(3, 0, 0), {}, cache);
   EXPECT_NEAR(distance(small, RigidPose(), small, at(0, 0, 2), {}, cache).upper, 2, 1e-12);
-  cache.leaf_a = 1 << 30;
+  cache.nearest->a = 1 << 30;
   EXPECT_EQ(distance(small, RigidPose(), Sphere(1), at(0, 0, 3), {}, cache).triangle_a, 0);
 }
 

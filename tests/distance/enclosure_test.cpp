@@ -43,9 +43,9 @@ TEST(Enclosure, AHoleIsOutsideAndALimitDoesNotHideAnEnclosure) {
   EXPECT_EQ(distance(ball, kOrigin, ring, kOrigin, {.solid_b = true}).status,
             DistanceStatus::Separated);
   const RigidPose in_ring(Vector3(0, 1, 0));
-  const DistanceOptions near{.upper_limit = 0.01, .solid_b = true};
-  EXPECT_EQ(distance(ball, in_ring, ring, kOrigin, {.upper_limit = 0.01}).status,
-            DistanceStatus::FartherThanLimit);
+  const DistanceOptions near{.max_distance = 0.01, .solid_b = true};
+  EXPECT_EQ(distance(ball, in_ring, ring, kOrigin, {.max_distance = 0.01}).status,
+            DistanceStatus::FartherThanMaxDistance);
   EXPECT_EQ(distance(ball, in_ring, ring, kOrigin, near).status, DistanceStatus::Overlapping);
 }
 

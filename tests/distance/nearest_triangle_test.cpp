@@ -63,7 +63,7 @@ TEST(NearestTriangle, HasTheBitsOfOneByOneForEveryCutoffAndDirection) {
       const TriangleDistance first = triangle_distance(leaf.a, leaf.triangles[0]);
       const Vector3 good =
           (leaf.triangles[0][0] - leaf.a[0]) * testing::random_magnitude(-3, 3, random);
-      for (const Vector3& direction : {good, first.normal, testing::random_direction(random)}) {
+      for (const Vector3& direction : {good, first.nhat_AB, testing::random_direction(random)}) {
         // At the distance itself, just above and below it, and elsewhere.
         for (const Scalar cutoff : {kInfinity, first.upper, std::nextafter(first.upper, kInfinity),
                                     first.upper * testing::random_number(0, 2, random), 0.0}) {

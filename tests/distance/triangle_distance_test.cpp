@@ -50,10 +50,10 @@ void expect_one_order(const Triangle& a, const Triangle& b, const Nearest& neare
   EXPECT_LE(d.upper - d.lower, noise);
   EXPECT_LE((d.p_a - nearest.p_a).norm(), noise);
   EXPECT_LE((d.p_b - nearest.p_b).norm(), noise);
-  EXPECT_LE((d.normal - D.normalized()).norm(), 1e-14);
+  EXPECT_LE((d.nhat_AB - D.normalized()).norm(), 1e-14);
   EXPECT_EQ(d.feature_a, nearest.feature_a);
   EXPECT_EQ(d.feature_b, nearest.feature_b);
-  EXPECT_FALSE(d.is_crossing);
+  EXPECT_FALSE(d.is_overlapping);
 }
 
 /// Both orders, at sizes that are solved directly and at such that are scaled first. Powers of two:
@@ -74,7 +74,7 @@ void expect_touching(const Triangle& a, const Triangle& b) {
     const Triangle& first = is_swapped ? b : a;
     const Triangle& second = is_swapped ? a : b;
     const TriangleDistance d = triangle_distance(first, second);
-    EXPECT_TRUE(d.is_crossing);
+    EXPECT_TRUE(d.is_overlapping);
     EXPECT_EQ(d.lower, 0);
     EXPECT_LE(d.upper, triangle_noise(first, second));
     EXPECT_EQ(testing::broken_bound(first, second, d, {}), nullptr);
@@ -177,13 +177,13 @@ TEST(TriangleDistance, IsExactlyZeroForSharedVertices) {
   const Triangle fan{Vector3(1, 0, 0), Vector3(2, 1, 1), Vector3(2, -1, 1)};
   for (const Scalar factor : {1e-60, 1e-4, 1.0, 1e4, 1e60}) {
     const TriangleDistance d = triangle_distance(scaled(kUnit, factor), scaled(fan, factor));
-    EXPECT_TRUE(d.is_crossing);
+    EXPECT_TRUE(d.is_overlapping);
     EXPECT_EQ(d.upper, 0);
     EXPECT_EQ(d.feature_a, vertex(1));
     EXPECT_EQ(d.feature_b, vertex(0));
   }
   const TriangleDistance same = triangle_distance(kUnit, kUnit);
-  EXPECT_TRUE(same.is_crossing);
+  EXPECT_TRUE(same.is_overlapping);
   EXPECT_EQ(same.upper, 0);
 }
 
@@ -193,14 +193,14 @@ TEST(TriangleDistance, SeparatesTrianglesWithACommonEdgeByAFace) {
   for (int i = 0; i < 2000; ++i) {
     const auto [a, b] = testing::random_triangle_pair(testing::TriangleFamily::SharedEdge, random);
     const TriangleDistance d = triangle_distance(a, b);
-    ASSERT_TRUE(d.is_crossing);
+    ASSERT_TRUE(d.is_overlapping);
     ASSERT_EQ(d.upper, 0);
-    ASSERT_NEAR(d.normal.norm(), 1, 8 * kUnitRoundoff);
-    ASSERT_GE(testing::slab_gap(a, b, d.normal), testing::wide(-triangle_noise(a, b))) << i;
+    ASSERT_NEAR(d.nhat_AB.norm(), 1, 8 * kUnitRoundoff);
+    ASSERT_GE(testing::slab_gap(a, b, d.nhat_AB), testing::wide(-triangle_noise(a, b))) << i;
   }
   // Two faces of a cube that lies on another: the normal is that of the plane, not in it.
   const Triangle across{Vector3(1, 0, 0), Vector3(0, 1, 0), Vector3(1, 1, 0)};
-  EXPECT_EQ(std::abs(triangle_distance(kUnit, across).normal.z()), 1);
+  EXPECT_EQ(std::abs(triangle_distance(kUnit, across).nhat_AB.z()), 1);
 }
 
 TEST(TriangleDistance, KeepsItsBoundsAtTheEndsOfTheRange) {
@@ -213,7 +213,7 @@ TEST(TriangleDistance, KeepsItsBoundsAtTheEndsOfTheRange) {
       const TriangleDistance d = triangle_distance(pair.a, pair.b);
       const testing::OracleDistance truth = testing::oracle_triangle_distance(pair.a, pair.b);
       ASSERT_STREQ(testing::broken_bound(pair.a, pair.b, d, truth), nullptr) << factor << " " << k;
-      ASSERT_TRUE(d.is_crossing || d.upper - d.lower <= triangle_noise(pair.a, pair.b));
+      ASSERT_TRUE(d.is_overlapping || d.upper - d.lower <= triangle_noise(pair.a, pair.b));
     }
   }
 }
@@ -250,7 +250,7 @@ TEST(TriangleDistance, ProvesNothingForNaNAndInfinity) {
            {triangle_distance(kUnit, broken), triangle_distance(broken, kUnit)}) {
         EXPECT_EQ(d.lower, 0);
         EXPECT_EQ(d.upper, kInfinity);
-        EXPECT_FALSE(d.is_crossing);
+        EXPECT_FALSE(d.is_overlapping);
       }
     }
   }
@@ -301,9 +301,9 @@ TEST(TriangleDistance, TellsCrossingFromApart) {
   std::mt19937_64 random(11);
   for (int i = 0; i < 1000; ++i) {
     const auto crossing = testing::random_triangle_pair(testing::TriangleFamily::Crossing, random);
-    ASSERT_TRUE(triangle_distance(crossing.a, crossing.b).is_crossing) << i;
+    ASSERT_TRUE(triangle_distance(crossing.a, crossing.b).is_overlapping) << i;
     const auto apart = testing::random_triangle_pair(testing::TriangleFamily::Far, random);
-    ASSERT_FALSE(triangle_distance(apart.a, apart.b).is_crossing) << i;
+    ASSERT_FALSE(triangle_distance(apart.a, apart.b).is_overlapping) << i;
   }
 }
 

@@ -7,7 +7,7 @@
 #include <random>
 #include <vector>
 
-#include "dyop/core/tolerance.h"
+#include "core/tolerance.h"
 #include "dyop/geometry/box.h"
 #include "dyop/geometry/capsule.h"
 #include "dyop/geometry/convex_hull.h"
@@ -69,7 +69,7 @@ TEST(WarmGjk, GivesTheDistanceOfAColdQuery) {
     EXPECT_NEAR(warm.lower, cold.lower, noise);
     EXPECT_NEAR(warm.upper, cold.upper, noise);
     EXPECT_EQ(warm.is_overlapping, cold.is_overlapping);
-    EXPECT_NEAR(warm.nhat_AB_A.norm(), 1, 4 * kUnitRoundoff);
+    EXPECT_NEAR(warm.nhat_AB.norm(), 1, 4 * kUnitRoundoff);
     warm_iterations += warm.iterations;
     cold_iterations += cold.iterations;
   });
@@ -85,8 +85,8 @@ TEST(WarmGjk, StopsEarlyWithBoundsThatHoldAndKeepTheGoal) {
     EXPECT_LE(rough.lower, exact.upper);
     EXPECT_GE(rough.upper, exact.lower);
     // The slab gap along the normal that is handed out proves the bound.
-    const Vector3 n_B = X_AB.rotation().transpose() * rough.nhat_AB_A;
-    const Scalar gap = rough.nhat_AB_A.dot(X_AB * b.support(-n_B) - a.support(rough.nhat_AB_A));
+    const Vector3 n_B = X_AB.rotation().transpose() * rough.nhat_AB;
+    const Scalar gap = rough.nhat_AB.dot(X_AB * b.support(-n_B) - a.support(rough.nhat_AB));
     if (rough.lower > 0) {
       EXPECT_GE(gap, rough.lower);
     }
@@ -129,7 +129,7 @@ TEST(WarmGjk, TakesAnySeedThatHasPointsOfTheShapes) {
       gjk_distance(box, box, RigidPose(Vector3(3.5, 0.25, 0)), GjkGoal{}, seed);
   EXPECT_NEAR(result.lower, 1.5, 1e-13);
   EXPECT_NEAR(result.upper, 1.5, 1e-13);
-  EXPECT_NEAR((result.nhat_AB_A - Vector3::UnitX()).norm(), 0, 1e-13);
+  EXPECT_NEAR((result.nhat_AB - Vector3::UnitX()).norm(), 0, 1e-13);
 }
 
 }  // namespace

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "dyop/core/tolerance.h"
+#include "core/tolerance.h"
 #include "support/random_inputs.h"
 #include "support/triangle_distance_check.h"
 
@@ -49,7 +49,7 @@ TEST(WarmTriangleDistance, TheLastFeaturesAreFoundAgain) {
   for (int k = 0; k < kPairs; ++k) {
     TrianglePair pair = random_triangle_pair(TriangleFamily::Near, random);
     const TriangleDistance cold = triangle_distance(pair.a, pair.b);
-    for (Vector3& p : pair.b) p += 1e-6 * cold.normal;  // literal: a small step
+    for (Vector3& p : pair.b) p += 1e-6 * cold.nhat_AB;  // literal: a small step
     const TriangleDistance warm =
         warm_triangle_distance(pair.a, pair.b, cold.feature_a, cold.feature_b);
     same += warm.feature_a == cold.feature_a && warm.feature_b == cold.feature_b;

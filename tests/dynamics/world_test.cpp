@@ -150,7 +150,7 @@ TEST(World, SlidesOverTheEdgesOfAMeshAsCoulombSays) {
   const BodyId id = world.add_body(body);
   const AdvanceReport report = world.advance(0.2);
   EXPECT_EQ(report.status, AdvanceStatus::Completed);
-  const BodyState& state = world.state(id);
+  const MotionState& state = world.state(id);
   const Vector3 expected = Vector3(1.5, 0.3, 0) * (1 - 0.1 * 9.81 * 0.2 / std::hypot(1.5, 0.3));
   EXPECT_LT((state.twist.v_WB - expected).norm(), 0.05 * expected.norm());
   EXPECT_LT(state.twist.w_WB.norm(), 0.1);
@@ -186,7 +186,7 @@ TEST(World, StopsAtTheImpactIfAskedTo) {
   EXPECT_LT(world.state(ball).X_WB.translation().z(), 0.5 + 1e-6);
   // It stays there until the user changes the velocity.
   EXPECT_EQ(world.advance(1).t, report.t);
-  BodyState state = world.state(ball);
+  MotionState state = world.state(ball);
   state.twist.v_WB = Vector3(0, 0, 1);
   world.set_state(ball, state);
   EXPECT_GT(world.advance(0.1).t, report.t);
@@ -196,7 +196,7 @@ TEST(World, LetsACallbackChangeVelocities) {
   WorldOptions options;
   options.policy = ImpactPolicy::Callback;
   int calls = 0;
-  options.on_impact = [&](const ImpactEvent& event, std::vector<BodyState>& states) {
+  options.on_impact = [&](const ImpactEvent& event, std::vector<MotionState>& states) {
     ++calls;
     states[static_cast<std::size_t>(event.b)].twist.v_WB = Vector3(1, 0, 3);
   };

@@ -93,8 +93,8 @@ inline std::shared_ptr<const Motion> read_motion(Input& in, const TimeInterval& 
       const RigidPose X = pose();
       const Twist begin = read_twist(in, limits);
       const RigidPose Y = pose();
-      return std::make_shared<HermiteMotion>(span, HermiteMotion::State{X, begin},
-                                             HermiteMotion::State{Y, read_twist(in, limits)});
+      return std::make_shared<HermiteMotion>(span, MotionState{X, begin},
+                                             MotionState{Y, read_twist(in, limits)});
     }
     case 7: {
       const Matrix3 R = pose().rotation();

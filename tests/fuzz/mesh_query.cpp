@@ -5,7 +5,7 @@
 #include <array>
 #include <cmath>
 
-#include "dyop/core/tolerance.h"
+#include "core/tolerance.h"
 #include "dyop/geometry/box.h"
 #include "dyop/geometry/capsule.h"
 #include "dyop/geometry/convex_hull.h"

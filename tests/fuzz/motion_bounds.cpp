@@ -5,8 +5,8 @@
 #include <array>
 #include <cmath>
 
+#include "core/tolerance.h"
 #include "dyop/core/error.h"
-#include "dyop/core/tolerance.h"
 #include "fuzz/fuzz_motion.h"
 
 namespace dyop::fuzz {

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "dyop/core/tolerance.h"
+#include "core/tolerance.h"
 #include "dyop/distance/triangle_distance.h"
 #include "dyop/distance/warm_triangle_distance.h"
 #include "dyop/paper/lin_canny.h"

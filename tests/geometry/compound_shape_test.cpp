@@ -5,7 +5,7 @@
 #include <random>
 
 #include "dyop/core/error.h"
-#include "dyop/core/tolerance.h"
+#include "core/tolerance.h"
 #include "geometry/all_compounds.h"
 #include "geometry/compound_tree.h"
 #include "geometry/shape_tree.h"

@@ -6,9 +6,9 @@
 #include <numbers>
 #include <random>
 
+#include "core/tolerance.h"
 #include "dyop/core/error.h"
 #include "dyop/core/rigid_pose.h"
-#include "dyop/core/tolerance.h"
 #include "support/mesh_generators.h"
 #include "support/message_of.h"
 

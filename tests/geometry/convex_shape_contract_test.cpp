@@ -3,8 +3,8 @@
 #include <cmath>
 #include <random>
 
+#include "core/tolerance.h"
 #include "dyop/core/error.h"
-#include "dyop/core/tolerance.h"
 #include "dyop/geometry/convex_shape.h"
 #include "geometry/all_shapes.h"
 

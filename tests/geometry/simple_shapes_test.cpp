@@ -2,8 +2,8 @@
 
 #include <numbers>
 
+#include "core/tolerance.h"
 #include "dyop/core/error.h"
-#include "dyop/core/tolerance.h"
 #include "dyop/geometry/box.h"
 #include "dyop/geometry/capsule.h"
 #include "dyop/geometry/sphere.h"

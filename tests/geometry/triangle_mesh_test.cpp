@@ -5,9 +5,9 @@
 #include <cstring>
 #include <numbers>
 
+#include "core/tolerance.h"
 #include "dyop/core/error.h"
 #include "dyop/core/rigid_pose.h"
-#include "dyop/core/tolerance.h"
 #include "support/mesh_generators.h"
 #include "support/message_of.h"
 

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "dyop/core/tolerance.h"
+#include "core/tolerance.h"
 #include "geometry/shape_tree.h"
 #include "support/box_oracle.h"
 

@@ -7,9 +7,9 @@
 #include <cstring>
 #include <random>
 
+#include "core/tolerance.h"
 #include "dyop/core/error.h"
 #include "dyop/core/rigid_pose.h"
-#include "dyop/core/tolerance.h"
 #include "support/mesh_generators.h"
 
 namespace dyop {

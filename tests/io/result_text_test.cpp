@@ -11,11 +11,11 @@ namespace {
 
 TEST(ResultText, WritesADistanceAsJson) {
   DistanceResult result;
-  result.status = DistanceStatus::FartherThanLimit;
+  result.status = DistanceStatus::FartherThanMaxDistance;
   result.lower = 1.0 / 3;
   result.triangle_b = 5;
   const auto json = nlohmann::json::parse(to_json_text(result));
-  EXPECT_EQ(json.at("status"), "FartherThanLimit");
+  EXPECT_EQ(json.at("status"), "FartherThanMaxDistance");
   EXPECT_EQ(json.at("lower").get<Scalar>(), 1.0 / 3);
   EXPECT_TRUE(json.at("upper").is_null());  // infinite
   EXPECT_TRUE(json.at("triangle_a").is_null());

@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "dyop/core/tolerance.h"
+#include "core/tolerance.h"
 #include "dyop/io/file_error.h"
 #include "io/small_run.h"
 #include "io/temporary_directory.h"

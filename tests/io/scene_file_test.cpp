@@ -149,7 +149,7 @@ TEST_F(SceneFile, AddsUpForces) {
                  "damping": 3}],
     "drags": [{"body": "ball", "linear": 100, "angular": 1000}]})");
   const Scene scene = load(json.dump());
-  const BodyState state{RigidPose(), {Vector3(0, 1, 0), Vector3(0, 0, 4)}};
+  const MotionState state{RigidPose(), {Vector3(0, 1, 0), Vector3(0, 0, 4)}};
   const Wrench wrench = scene.bodies[0].wrench(0, state);
   // v_P = (0, 1, 0) + (0, 4, 0); spring (0, 20, 0), damper (0, -15, 0), drag (0, -100, 0).
   EXPECT_TRUE(wrench.force.isApprox(Vector3(1, 20 - 15 - 100, 0)));

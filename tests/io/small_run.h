@@ -30,9 +30,8 @@ inline Scene small_scene() {
 inline std::shared_ptr<const Motion> small_motion() {
   const Matrix3 R = rotation_from_vector(Vector3(0.3, -0.2, 0.9));
   return std::make_shared<HermiteMotion>(
-      TimeInterval{0, 1},
-      HermiteMotion::State{RigidPose(), {Vector3(1, 2, 3), Vector3(0.1, 0.2, 0.3)}},
-      HermiteMotion::State{RigidPose(R, Vector3(1, 1, 1)), {Vector3(-1, 0, 1), Vector3(1, 0, 0)}});
+      TimeInterval{0, 1}, MotionState{RigidPose(), {Vector3(1, 2, 3), Vector3(0.1, 0.2, 0.3)}},
+      MotionState{RigidPose(R, Vector3(1, 1, 1)), {Vector3(-1, 0, 1), Vector3(1, 0, 0)}});
 }
 
 inline ImpactEvent small_impact() {
@@ -48,8 +47,8 @@ inline ImpactEvent small_impact() {
   event.toi.statistics = {11, 22, 33, 44};
   event.toi.X_WB = RigidPose(Vector3(0.1, 0.2, 0.7));
   ImpactContact contact;
-  contact.distance_lower = 0.1;
-  contact.distance_upper = 0.2;
+  contact.lower = 0.1;
+  contact.upper = 0.2;
   contact.p_WCa = Vector3(1.0 / 7, 2, 3);
   contact.nhat_AB_W = Vector3(0.6, 0.8, 0);
   contact.closing_speed = 2.5;

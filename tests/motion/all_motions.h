@@ -134,8 +134,8 @@ inline MotionPointer sequence(Random& random, const Scales& scales) {
   const RigidPose meeting = first->pose(middle);
   const TimeInterval rest{middle, scales.span.end};
   const auto second = std::make_shared<HermiteMotion>(
-      rest, HermiteMotion::State{meeting, random_twist(random, scales)},
-      HermiteMotion::State{nearby_pose(random, scales, meeting), random_twist(random, scales)});
+      rest, MotionState{meeting, random_twist(random, scales)},
+      MotionState{nearby_pose(random, scales, meeting), random_twist(random, scales)});
   return std::make_shared<SequenceMotion>(
       std::vector<SequenceMotion::Part>{{{scales.span.begin, middle}, first}, {rest, second}});
 }
@@ -143,8 +143,8 @@ inline MotionPointer sequence(Random& random, const Scales& scales) {
 inline MotionPointer hermite(Random& random, const Scales& scales) {
   const RigidPose begin = random_pose(random, scales);
   return std::make_shared<HermiteMotion>(
-      scales.span, HermiteMotion::State{begin, random_twist(random, scales)},
-      HermiteMotion::State{nearby_pose(random, scales, begin), random_twist(random, scales)});
+      scales.span, MotionState{begin, random_twist(random, scales)},
+      MotionState{nearby_pose(random, scales, begin), random_twist(random, scales)});
 }
 
 inline MotionPointer hermite_chart(Random& random, const Scales& scales) {

@@ -19,15 +19,15 @@ Twist random_twist(Random& random) {
 TEST(HermiteMotion, MeetsPosesAndTwistsAtBothEnds) {
   Random random(1);
   for (int i = 0; i < 500; ++i) {
-    const HermiteMotion::State begin{random.pose(10), random_twist(random)};
-    const HermiteMotion::State end{random.pose(10), random_twist(random)};
+    const MotionState begin{random.pose(10), random_twist(random)};
+    const MotionState end{random.pose(10), random_twist(random)};
     const HermiteMotion motion({-1, 2}, begin, end);
     for (const auto& [t, state] : {std::pair(-1.0, begin), std::pair(2.0, end)}) {
       const RigidPose X_WB = motion.pose(t);
       EXPECT_LT((X_WB.translation() - state.X_WB.translation()).norm(), 1e-13);
       EXPECT_LT((X_WB.rotation() - state.X_WB.rotation()).norm(), 1e-13);
-      EXPECT_LT((motion.twist(t).v_WB - state.twist_WB.v_WB).norm(), 1e-13);
-      EXPECT_LT((motion.twist(t).w_WB - state.twist_WB.w_WB).norm(), 1e-13);
+      EXPECT_LT((motion.twist(t).v_WB - state.twist.v_WB).norm(), 1e-13);
+      EXPECT_LT((motion.twist(t).w_WB - state.twist.w_WB).norm(), 1e-13);
     }
   }
 }
@@ -68,16 +68,15 @@ TEST(HermiteMotion, ChartTurnsMoreThanHalfATurn) {
 
 TEST(HermiteMotion, ChartAndStatesGiveTheSameMotion) {
   Random random(3);
-  const HermiteMotion::State begin{random.pose(1), random_twist(random)};
+  const MotionState begin{random.pose(1), random_twist(random)};
   const Vector3 theta(0.3, -0.8, 0.5);
   const Vector3 theta_rate(1, 0.2, -0.6);
   const Vector3 p_WB1 = random.in_ball(1), v_WB1 = random.in_ball(1);
   const Matrix3& R_WC = begin.X_WB.rotation();
-  const HermiteMotion chart =
-      HermiteMotion::from_chart({0, 1}, R_WC,
-                                {begin.X_WB.translation(), begin.twist_WB.v_WB, kZero,
-                                 R_WC.transpose() * begin.twist_WB.w_WB},
-                                {p_WB1, v_WB1, theta, theta_rate});
+  const HermiteMotion chart = HermiteMotion::from_chart(
+      {0, 1}, R_WC,
+      {begin.X_WB.translation(), begin.twist.v_WB, kZero, R_WC.transpose() * begin.twist.w_WB},
+      {p_WB1, v_WB1, theta, theta_rate});
   const HermiteMotion states({0, 1}, begin, {chart.pose(1), chart.twist(1)});
   for (const Scalar t : {0.0, 0.21, 0.77, 1.0}) {
     EXPECT_LT((chart.pose(t).rotation() - states.pose(t).rotation()).norm(), 1e-14);
@@ -135,7 +134,7 @@ TEST(HermiteMotion, StaysAccurateFarFromTheOrigin) {
 }
 
 TEST(HermiteMotion, RefusesBadInputNamingIt) {
-  const HermiteMotion::State state{RigidPose(), {kZero, kZero}};
+  const MotionState state{RigidPose(), {kZero, kZero}};
   EXPECT_EQ(message_of([&] {
               HermiteMotion({3, 2}, state, state);
             }),
@@ -144,8 +143,8 @@ TEST(HermiteMotion, RefusesBadInputNamingIt) {
               HermiteMotion({2, 2}, state, state);
             }),
             "domain of Hermite motion must have a positive, finite length, not [2, 2]");
-  HermiteMotion::State wrong = state;
-  wrong.twist_WB.w_WB.y() = std::nan("");
+  MotionState wrong = state;
+  wrong.twist.w_WB.y() = std::nan("");
   EXPECT_NE(message_of([&] {
               HermiteMotion({0, 1}, state, wrong);
             }).find("angular velocity at end"),

@@ -4,7 +4,7 @@
 #include <functional>
 #include <tuple>
 
-#include "dyop/core/tolerance.h"
+#include "core/tolerance.h"
 #include "motion/all_motions.h"
 #include "motion/motion_test_tools.h"
 

@@ -6,7 +6,7 @@
 #include <array>
 #include <memory>
 
-#include "dyop/core/tolerance.h"
+#include "core/tolerance.h"
 #include "dyop/motion/bezier_motion.h"
 #include "dyop/motion/composed_motion.h"
 #include "dyop/motion/constant_twist_motion.h"

@@ -1,4 +1,4 @@
-#include "dyop/motion/speed_tree.h"
+#include "motion/speed_tree.h"
 
 #include <gtest/gtest.h>
 

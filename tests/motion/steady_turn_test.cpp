@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "core/tolerance.h"
 #include "dyop/core/rigid_pose.h"
-#include "dyop/core/tolerance.h"
 #include "support/random_inputs.h"
 
 namespace dyop {

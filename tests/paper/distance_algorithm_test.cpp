@@ -6,8 +6,8 @@
 #include <set>
 #include <vector>
 
+#include "core/tolerance.h"
 #include "dyop/core/error.h"
-#include "dyop/core/tolerance.h"
 #include "planar_pairs.h"
 #include "support/message_of.h"
 #include "support/polytope_oracle.h"

@@ -6,8 +6,8 @@
 #include <cstdlib>
 #include <numbers>
 
+#include "core/tolerance.h"
 #include "dyop/core/error.h"
-#include "dyop/core/tolerance.h"
 #include "planar_pairs.h"
 
 namespace dyop::testing {
@@ -28,8 +28,8 @@ void expect_promises(const PlanarPair& pair, const PlanarDistance& d) {
   ASSERT_LE(static_cast<long double>(d.lower), truth.upper());
   ASSERT_GE(static_cast<long double>(d.upper), truth.lower());
   ASSERT_LE(d.upper - d.lower, noise);
-  ASSERT_NEAR(d.normal.norm(), 1, 8 * kUnitRoundoff);
-  if (d.is_crossing) {
+  ASSERT_NEAR(d.nhat_AB.norm(), 1, 8 * kUnitRoundoff);
+  if (d.is_overlapping) {
     ASSERT_TRUE(oracle_intersect(pair));
     ASSERT_EQ(d.upper, 0);
   }
@@ -51,7 +51,7 @@ TEST(PlanarDistance, VertexAboveAnEdge) {
   EXPECT_NEAR(d.upper, 2, planar_noise(kUnit, b));
   EXPECT_TRUE(d.p_a.isApprox(Vector2(0.5, 0)));
   EXPECT_EQ(d.p_b, b[0]);
-  EXPECT_EQ(d.normal, Vector2(0, -1));
+  EXPECT_EQ(d.nhat_AB, Vector2(0, -1));
   EXPECT_EQ(d.feature_a, (Feature{FeatureKind::Edge, {0, 1, -1}}));
   EXPECT_EQ(d.feature_b, (Feature{FeatureKind::Vertex, {0, -1, -1}}));
 }
@@ -61,7 +61,7 @@ TEST(PlanarDistance, VertexBeyondAVertex) {
   const PlanarTriangle b{Vector2(9, -4.5), Vector2(4, -4), Vector2(8, -7)};
   const PlanarDistance d = planar_triangle_distance(kUnit, b);
   EXPECT_NEAR(d.upper, 5, planar_noise(kUnit, b));
-  EXPECT_TRUE(d.normal.isApprox(Vector2(0.6, -0.8)));
+  EXPECT_TRUE(d.nhat_AB.isApprox(Vector2(0.6, -0.8)));
   EXPECT_EQ(d.feature_a, (Feature{FeatureKind::Vertex, {1, -1, -1}}));
   EXPECT_EQ(d.feature_b, (Feature{FeatureKind::Vertex, {1, -1, -1}}));
 }
@@ -70,7 +70,7 @@ TEST(PlanarDistance, CrossingEdgesHaveNoDistanceAndTheirCommonPoint) {
   // The hypotenuse x + y = 1 and the line y = 0.25 meet at (0.75, 0.25).
   const PlanarTriangle b{Vector2(0.5, 0.25), Vector2(2, 0.25), Vector2(2, 0.5)};
   const PlanarDistance d = planar_triangle_distance(kUnit, b);
-  EXPECT_TRUE(d.is_crossing);
+  EXPECT_TRUE(d.is_overlapping);
   EXPECT_EQ(d.lower, 0);
   EXPECT_EQ(d.upper, 0);
   EXPECT_TRUE(d.p_a == d.p_b);
@@ -80,16 +80,16 @@ TEST(PlanarDistance, CrossingEdgesHaveNoDistanceAndTheirCommonPoint) {
 TEST(PlanarDistance, AContainedTriangleIsCrossing) {
   const PlanarTriangle small{Vector2(0.2, 0.2), Vector2(0.3, 0.2), Vector2(0.2, 0.3)};
   const PlanarDistance inside = planar_triangle_distance(small, kUnit);
-  EXPECT_TRUE(inside.is_crossing);
+  EXPECT_TRUE(inside.is_overlapping);
   EXPECT_EQ(inside.feature_b.kind, FeatureKind::Face);
-  EXPECT_TRUE(planar_triangle_distance(kUnit, small).is_crossing);
+  EXPECT_TRUE(planar_triangle_distance(kUnit, small).is_overlapping);
 }
 
 TEST(PlanarDistance, TouchingIsCrossingExactly) {
-  EXPECT_TRUE(planar_triangle_distance(kUnit, moved(kUnit, {1, 0})).is_crossing);
-  EXPECT_TRUE(planar_triangle_distance(kUnit, moved(kUnit, {0, -1})).is_crossing);
+  EXPECT_TRUE(planar_triangle_distance(kUnit, moved(kUnit, {1, 0})).is_overlapping);
+  EXPECT_TRUE(planar_triangle_distance(kUnit, moved(kUnit, {0, -1})).is_overlapping);
   const Scalar above_one = std::nextafter(1.0, 2.0);
-  EXPECT_FALSE(planar_triangle_distance(kUnit, moved(kUnit, {above_one, 0})).is_crossing);
+  EXPECT_FALSE(planar_triangle_distance(kUnit, moved(kUnit, {above_one, 0})).is_overlapping);
 }
 
 TEST(PlanarDistance, HoldsItsPromisesAtEveryScaleAndFarFromTheOrigin) {
@@ -108,7 +108,7 @@ TEST(PlanarDistance, HoldsItsPromisesAtEveryScaleAndFarFromTheOrigin) {
       const PlanarDistance d = planar_triangle_distance(pair.a, pair.b);
       expect_promises(pair, d);
       if (HasFatalFailure()) return;
-      crossing += d.is_crossing;
+      crossing += d.is_overlapping;
       widest = std::max(widest, (d.upper - d.lower) / planar_noise(pair.a, pair.b));
     }
   }
@@ -127,7 +127,7 @@ TEST(PlanarDistance, PolygonRoutineAgreesWithTheTriangleRoutine) {
       const PlanarDistance d = convex_polygon_distance(pair.a, pair.b);
       expect_promises(pair, d);
       if (HasFatalFailure()) return;
-      EXPECT_EQ(d.is_crossing, planar_triangle_distance(pair.a, pair.b).is_crossing);
+      EXPECT_EQ(d.is_overlapping, planar_triangle_distance(pair.a, pair.b).is_overlapping);
     }
   }
 }
@@ -151,7 +151,7 @@ TEST(PlanarDistance, APointIsAPolygon) {
   const std::vector<Vector2> a{Vector2(3, 4)};
   const std::vector<Vector2> b{Vector2(0, 0)};
   EXPECT_NEAR(convex_polygon_distance(a, b).lower, 5, planar_noise(a, b));
-  EXPECT_TRUE(convex_polygon_distance(a, a).is_crossing);
+  EXPECT_TRUE(convex_polygon_distance(a, a).is_overlapping);
   EXPECT_THROW(convex_polygon_distance(a, {}), InvalidArgument);
 }
 
@@ -179,7 +179,7 @@ TEST(PlanarDistance, NanProvesNothing) {
   for (const PlanarDistance& d :
        {planar_triangle_distance(kUnit, broken), planar_triangle_distance(broken, kUnit)}) {
     EXPECT_EQ(d.lower, 0);
-    EXPECT_FALSE(d.is_crossing);
+    EXPECT_FALSE(d.is_overlapping);
   }
 }
 

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "dyop/core/tolerance.h"
+#include "core/tolerance.h"
 #include "planar_pairs.h"
 
 namespace dyop::testing {

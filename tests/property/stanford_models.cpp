@@ -89,9 +89,9 @@ std::unique_ptr<Motion> random_motion(bool is_curved, const Vector3& start, cons
   const Vector3 w = dyop::testing::random_number(0, kTurningRate / 2, random) * axis;
   const RigidPose X_end(dyop::rotation_from_vector(w) * X_begin.rotation(), start + travel);
   const Vector3 bend = 0.5 * random_direction(random);
-  return std::make_unique<dyop::HermiteMotion>(
-      kInterval, dyop::HermiteMotion::State{X_begin, {travel + bend, 0.5 * w}},
-      dyop::HermiteMotion::State{X_end, {travel - bend, 0.5 * w}});
+  return std::make_unique<dyop::HermiteMotion>(kInterval,
+                                               dyop::MotionState{X_begin, {travel + bend, 0.5 * w}},
+                                               dyop::MotionState{X_end, {travel - bend, 0.5 * w}});
 }
 
 // They start at least 0.2 apart, and fly past at a distance at which about every second pair meets.

@@ -11,7 +11,7 @@
 #include <random>
 #include <string>
 
-#include "dyop/core/tolerance.h"
+#include "core/tolerance.h"
 #include "dyop/geometry/box.h"
 #include "dyop/geometry/capsule.h"
 #include "dyop/geometry/convex_hull.h"

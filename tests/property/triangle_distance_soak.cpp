@@ -13,8 +13,8 @@
 #include <random>
 #include <vector>
 
+#include "core/tolerance.h"
 #include "distance/triangle_wide/triangle_batch.h"
-#include "dyop/core/tolerance.h"
 #include "dyop/distance/triangle_distance.h"
 #include "dyop/distance/warm_triangle_distance.h"
 #include "support/random_inputs.h"
@@ -83,7 +83,7 @@ OracleDistance true_distance(const Triangle& a, const Triangle& b, const Triangl
       dyop::testing::oracle_triangle_distance(to_points<Quad>(a), to_points<Quad>(b));
   const bool is_decided = static_cast<long double>(r.lower) <= quad.lower() &&
                           static_cast<long double>(r.upper) >= quad.upper() &&
-                          (r.is_crossing || quad.lower() > 0);
+                          (r.is_overlapping || quad.lower() > 0);
   return is_decided ? quad : dyop::testing::oracle_triangle_distance(a, b);
 }
 
@@ -93,8 +93,8 @@ void check(const Triangle& a, const Triangle& b, const TriangleDistance& r, Tall
   // Negated, so that NaN counts as wrong.
   if (!(static_cast<long double>(r.lower) <= d.upper())) ++tally.lower_above;
   if (!(static_cast<long double>(r.upper) >= d.lower())) ++tally.upper_below;
-  const bool is_unit = std::abs(r.normal.norm() - 1) <= 8 * dyop::kUnitRoundoff;
-  if (!is_unit || !proves(r.normal, r.lower, a, b)) ++tally.bad_normal;
+  const bool is_unit = std::abs(r.nhat_AB.norm() - 1) <= 8 * dyop::kUnitRoundoff;
+  if (!is_unit || !proves(r.nhat_AB, r.lower, a, b)) ++tally.bad_normal;
   const Scalar coordinate = largest_coordinate(a, b);
   if (!((r.p_b - r.p_a).norm() <= r.upper + 16 * dyop::kUnitRoundoff * coordinate)) {
     ++tally.bad_witness;
@@ -107,7 +107,7 @@ void check(const Triangle& a, const Triangle& b, const TriangleDistance& r, Tall
     const Scalar size = noise / dyop::kTriangleNoise;
     tally.widest_uncertified = std::max(tally.widest_uncertified, width / size);
   }
-  if (d.lower() == 0 && !r.is_crossing) ++tally.missed_crossing;
+  if (d.lower() == 0 && !r.is_overlapping) ++tally.missed_crossing;
 }
 
 dyop::Feature random_feature(std::mt19937_64& random) {

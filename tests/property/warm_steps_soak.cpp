@@ -12,7 +12,7 @@
 #include <random>
 #include <vector>
 
-#include "dyop/core/tolerance.h"
+#include "core/tolerance.h"
 #include "dyop/distance/distance.h"
 #include "dyop/geometry/box.h"
 #include "dyop/geometry/capsule.h"

@@ -120,8 +120,8 @@ std::optional<Point<Number>> plane_crossing(const Point<Number>& p, const Point<
   const Point<Number> n = cross(triangle[1] - triangle[0], triangle[2] - triangle[0]);
   const Number height_p = dot(n, p - triangle[0]);
   const Number height_q = dot(n, q - triangle[0]);
-  const bool is_crossing = (height_p < 0 && height_q > 0) || (height_p > 0 && height_q < 0);
-  if (!is_crossing) return std::nullopt;
+  const bool is_overlapping = (height_p < 0 && height_q > 0) || (height_p > 0 && height_q < 0);
+  if (!is_overlapping) return std::nullopt;
   const Number t = height_p / Number(height_p - height_q);
   return p + t * (q - p);
 }

@@ -27,8 +27,8 @@ inline bool has_same_bits(const RigidPose& X, const RigidPose& Y) {
 inline bool has_same_bits(const TriangleDistance& x, const TriangleDistance& y) {
   return has_same_bits(x.lower, y.lower) && has_same_bits(x.upper, y.upper) &&
          has_same_bits(x.p_a, y.p_a) && has_same_bits(x.p_b, y.p_b) &&
-         has_same_bits(x.normal, y.normal) && x.feature_a == y.feature_a &&
-         x.feature_b == y.feature_b && x.is_crossing == y.is_crossing;
+         has_same_bits(x.nhat_AB, y.nhat_AB) && x.feature_a == y.feature_a &&
+         x.feature_b == y.feature_b && x.is_overlapping == y.is_overlapping;
 }
 
 /// The answers, whatever work they took.
@@ -41,8 +41,8 @@ inline bool has_same_bits(const ToiResult& x, const ToiResult& y) {
   return !x.contact || (has_same_bits(x.contact->p_WCa, y.contact->p_WCa) &&
                         has_same_bits(x.contact->p_WCb, y.contact->p_WCb) &&
                         has_same_bits(x.contact->nhat_AB_W, y.contact->nhat_AB_W) &&
-                        has_same_bits(x.contact->distance_lower, y.contact->distance_lower) &&
-                        has_same_bits(x.contact->distance_upper, y.contact->distance_upper) &&
+                        has_same_bits(x.contact->lower, y.contact->lower) &&
+                        has_same_bits(x.contact->upper, y.contact->upper) &&
                         x.contact->triangle_a == y.contact->triangle_a &&
                         x.contact->triangle_b == y.contact->triangle_b);
 }

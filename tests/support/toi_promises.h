@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "dyop/core/tolerance.h"
+#include "core/tolerance.h"
 #include "dyop/toi/toi_batch.h"
 #include "support/toi_oracle.h"
 
@@ -34,7 +34,7 @@ inline const char* broken_form(const ToiQuery& query, const ToiResult& result) {
   }
   if (!result.contact) return nullptr;
   const ImpactContact& contact = *result.contact;
-  if (!(contact.distance_lower <= contact.distance_upper)) return "the contact's bounds cross";
+  if (!(contact.lower <= contact.upper)) return "the contact's bounds cross";
   if (!contact.p_WCa.allFinite() || !contact.p_WCb.allFinite()) return "a witness is not finite";
   if (!(std::abs(contact.nhat_AB_W.norm() - 1) <= 64 * kUnitRoundoff)) return "normal is not unit";
   return nullptr;

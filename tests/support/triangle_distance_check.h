@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstdint>
 
-#include "dyop/core/tolerance.h"
+#include "core/tolerance.h"
 #include "dyop/distance/triangle_distance.h"
 #include "support/triangle_oracle.h"
 
@@ -64,10 +64,10 @@ inline const char* broken_bound(const Triangle& a, const Triangle& b, const Tria
   if (!(d.lower >= 0)) return "lower is negative or NaN";
   if (!(static_cast<long double>(d.lower) <= truth.upper())) return "lower is above the distance";
   if (!(static_cast<long double>(d.upper) >= truth.lower())) return "upper is below the distance";
-  if (d.is_crossing && d.lower > 0) return "crossing, but proven apart";
-  if (d.is_crossing && !(d.upper <= noise)) return "crossing, but upper is more than noise";
-  if (!(std::abs(d.normal.norm() - 1) <= 8 * kUnitRoundoff)) return "normal is not unit";
-  if (d.lower > 0 && !(slab_gap(a, b, d.normal) >= wide(d.lower - noise / 16))) {
+  if (d.is_overlapping && d.lower > 0) return "crossing, but proven apart";
+  if (d.is_overlapping && !(d.upper <= noise)) return "crossing, but upper is more than noise";
+  if (!(std::abs(d.nhat_AB.norm() - 1) <= 8 * kUnitRoundoff)) return "normal is not unit";
+  if (d.lower > 0 && !(slab_gap(a, b, d.nhat_AB) >= wide(d.lower - noise / 16))) {
     return "normal does not prove lower";
   }
   return nullptr;

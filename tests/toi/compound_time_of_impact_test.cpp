@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "dyop/core/tolerance.h"
+#include "core/tolerance.h"
 #include "dyop/motion/composed_motion.h"
 #include "dyop/toi/time_of_impact.h"
 #include "dyop/toi/toi_batch.h"
@@ -81,7 +81,7 @@ TEST(CompoundTimeOfImpact, ResumesAndBatchesWithTheSameBits) {
   const ToiResult whole = time_of_impact(*a, X_WA, *b, X_WB, {0, 1});
   ASSERT_EQ(whole.status, ToiStatus::Impact);
   std::vector<ToiResult> results(1);
-  time_of_impact(std::span(&query, 1), results);
+  time_of_impact_batch(std::span(&query, 1), results);
   EXPECT_EQ(results[0].t_safe, whole.t_safe);
   ToiWorkspace workspace;
   query.options.max_node_pairs = 20;

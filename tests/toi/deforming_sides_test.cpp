@@ -38,8 +38,8 @@ TEST(DeformingSides, BoundATurningTriangleAndItsBoxAtAllLaterTimes) {
     const Twist twist{testing::random_vector(2, random), testing::random_vector(6, random)};
     std::unique_ptr<Motion> motion = std::make_unique<ConstantTwistMotion>(begin, twist);
     if (i % 2 == 1) {
-      motion = std::make_unique<HermiteMotion>(interval, HermiteMotion::State{begin, twist},
-                                               HermiteMotion::State{end, twist});
+      motion = std::make_unique<HermiteMotion>(interval, MotionState{begin, twist},
+                                               MotionState{end, twist});
     }
     RigidSide side(mesh, *motion, interval);
     const Scalar t = testing::random_number(1, 1.9, random);

@@ -248,8 +248,7 @@ void check_promises(const ToiResult& result, const MeshPairOracle& oracle, Scala
   }
   ++tally.impacts;
   EXPECT_LE(last, options.target_distance + options.distance_tolerance + noise);
-  EXPECT_NEAR((result.contact->p_WCb - result.contact->p_WCa).norm(),
-              result.contact->distance_upper, 1e-9);
+  EXPECT_NEAR((result.contact->p_WCb - result.contact->p_WCa).norm(), result.contact->upper, 1e-9);
 }
 
 DeformingMesh random_deforming(const MeshArrays& arrays, const Vector3& from, const Vector3& way,
@@ -306,8 +305,8 @@ TEST(DeformingTimeOfImpact, KeepsItsPromisesAgainstTurningRigidMeshes) {
     const RigidPose end(testing::random_rotation(random), from + way);
     std::unique_ptr<Motion> X_WB = std::make_unique<ConstantTwistMotion>(begin, twist);
     if (i % 3 == 1) {
-      X_WB = std::make_unique<HermiteMotion>(TimeInterval{0, 1}, HermiteMotion::State{begin, twist},
-                                             HermiteMotion::State{end, twist});
+      X_WB = std::make_unique<HermiteMotion>(TimeInterval{0, 1}, MotionState{begin, twist},
+                                             MotionState{end, twist});
     } else if (i % 3 == 2) {
       const RigidPose middle(testing::random_rotation(random), from + 0.4 * way);
       X_WB = std::make_unique<SampledMotion>(
@@ -372,13 +371,13 @@ TEST(DeformingTimeOfImpact, LooksAtAllPairsAtTheBegin) {
   for (const auto& [first, second] : {std::pair(0.18, 0.01), std::pair(0.01, 0.18)}) {
     const ToiResult within = time_of_impact(a, before(first, second), {0, 1}, options);
     EXPECT_EQ(within.status, ToiStatus::InitiallyWithinTarget);
-    EXPECT_NEAR(within.contact->distance_upper, 0.01, 1e-9);
+    EXPECT_NEAR(within.contact->upper, 0.01, 1e-9);
   }
   for (const auto& [first, second] : {std::pair(0.18, 0.19), std::pair(0.18, 0.4)}) {
     const ToiResult impact = time_of_impact(a, before(first, second), {0, 1}, options);
     EXPECT_EQ(impact.status, ToiStatus::Impact);
     EXPECT_EQ(impact.t_safe, 0);
-    EXPECT_GE(impact.contact->distance_lower, 0.17);
+    EXPECT_GE(impact.contact->lower, 0.17);
   }
 }
 

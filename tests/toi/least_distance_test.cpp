@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "dyop/core/error.h"
-#include "dyop/core/tolerance.h"
+#include "core/tolerance.h"
 #include "dyop/geometry/capsule.h"
 #include "dyop/geometry/sphere.h"
 #include "geometry/all_compounds.h"

@@ -7,7 +7,7 @@
 #include <thread>
 
 #include "dyop/core/error.h"
-#include "dyop/core/tolerance.h"
+#include "core/tolerance.h"
 #include "dyop/geometry/sphere.h"
 #include "geometry/all_compounds.h"
 #include "motion/all_motions.h"
@@ -168,7 +168,7 @@ TEST(ObstacleSet, NearestIsThatOfTheLoop) {
       const Scalar t = random.uniform(0, 1);
       const RigidPose X_WB = scene.X_WB->pose(t);
       DistanceOptions options;
-      if (k % 3 == 0) options.upper_limit = random.uniform(0, 2 * size);
+      if (k % 3 == 0) options.max_distance = random.uniform(0, 2 * size);
       const NearestObstacle found = scene.set.nearest(*scene.body, X_WB, t, options, filter);
       Scalar lower = kInfinity;
       Scalar upper = kInfinity;
@@ -181,9 +181,9 @@ TEST(ObstacleSet, NearestIsThatOfTheLoop) {
         if (found.obstacle == entry.first) EXPECT_GE(found.distance.upper, d.lower);
       }
       EXPECT_LE(found.distance.lower, upper);
-      if (found.distance.status == DistanceStatus::FartherThanLimit) {
-        EXPECT_GT(found.distance.lower, options.upper_limit < kInfinity ? options.upper_limit : 0);
-        EXPECT_TRUE(options.upper_limit < kInfinity || upper == kInfinity);
+      if (found.distance.status == DistanceStatus::FartherThanMaxDistance) {
+        EXPECT_GT(found.distance.lower, options.max_distance < kInfinity ? options.max_distance : 0);
+        EXPECT_TRUE(options.max_distance < kInfinity || upper == kInfinity);
         continue;
       }
       ASSERT_TRUE(found.obstacle.has_value());

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <set>
 
-#include "dyop/core/tolerance.h"
+#include "core/tolerance.h"
 #include "dyop/distance/distance.h"
 #include "geometry/all_compounds.h"
 #include "motion/all_motions.h"

@@ -6,8 +6,8 @@
 #include <chrono>
 #include <numbers>
 
+#include "core/tolerance.h"
 #include "dyop/core/error.h"
-#include "dyop/core/tolerance.h"
 #include "dyop/distance/distance.h"
 #include "dyop/geometry/box.h"
 #include "dyop/geometry/sphere.h"
@@ -65,7 +65,7 @@ TEST(TimeOfImpact, OfTwoSpheresHeadOnIsGapOverSpeed) {
     EXPECT_LT((result.contact->nhat_AB_W - Vector3(1, 0, 0)).norm(), 1e-6);
     EXPECT_NEAR(result.contact->closing_speed, 2, 1e-9);
     EXPECT_LT(
-        (result.contact->pivot_W - (result.contact->p_WCa + result.contact->p_WCb) / 2).norm(),
+        (result.contact->pivot_W() - (result.contact->p_WCa + result.contact->p_WCb) / 2).norm(),
         1e-12);
     ASSERT_TRUE(result.t_hit.has_value());
     EXPECT_GT(*result.t_hit, result.t_safe);
@@ -494,7 +494,7 @@ TEST_P(AtTheBegin, OnePairThatIsTooCloseDecides) {
   const TriangleMesh b = points(0.01);
   const ToiResult result = both_orders(a, rest_, b, falling_, {0, 1}, options_);
   EXPECT_EQ(result.status, ToiStatus::InitiallyWithinTarget);
-  EXPECT_NEAR(result.contact->distance_upper, 0.01, 1e-9);
+  EXPECT_NEAR(result.contact->upper, 0.01, 1e-9);
   EXPECT_EQ(resumed(a, b).status, ToiStatus::InitiallyWithinTarget);
 }
 

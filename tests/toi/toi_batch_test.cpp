@@ -83,7 +83,7 @@ TEST_F(ToiBatchDeterminism, GivesTheBitsOfSingleQueriesForEveryNumberOfThreads) 
     BatchOptions options;
     options.thread_count = threads;
     std::vector<ToiResult> results(queries.size());
-    time_of_impact(queries, results, options);
+    time_of_impact_batch(queries, results, options);
     for (std::size_t i = 0; i < queries.size(); ++i) expect_same_work(results[i], expected[i]);
   }
 }
@@ -104,7 +104,7 @@ TEST_F(ToiBatch, TellsAfterAStopWhatIsKnownOfEachQuery) {
       if (done == 30) source.request_stop();
     };
     std::vector<ToiResult> results(queries.size());
-    time_of_impact(queries, results, options);
+    time_of_impact_batch(queries, results, options);
     EXPECT_GE(last_done, 30u);
     EXPECT_LE(last_done, 30u + std::size_t(threads));
     std::size_t run = 0;
@@ -154,7 +154,7 @@ TEST_F(ToiBatch, StopsTheQueriesThatAreUnderWay) {
     BatchOptions options;
     options.stop = source.get_token();
     ToiResult result;
-    time_of_impact({&query, 1}, {&result, 1}, options);
+    time_of_impact_batch({&query, 1}, {&result, 1}, options);
     EXPECT_EQ(result.status, ToiStatus::Cancelled);
     EXPECT_EQ(result.t_safe, 0);
   }
@@ -170,7 +170,7 @@ TEST_F(ToiBatch, LetsAQueryHaveAStopOfItsOwn) {
     BatchOptions options;
     if (has_stop_of_all) options.stop = of_all.get_token();
     std::vector<ToiResult> results(queries.size());
-    time_of_impact(queries, results, options);
+    time_of_impact_batch(queries, results, options);
     for (std::size_t i = 0; i < queries.size(); ++i) {
       if (i != 3) expect_same_work(results[i], single(queries[i]));
     }
@@ -182,7 +182,7 @@ TEST_F(ToiBatch, RefusesBadQueriesNamingTheFirstBeforeAnyRuns) {
   std::vector<ToiQuery> queries = random_queries(9);
   std::vector<ToiResult> results(queries.size());
   const auto message = [&] {
-    return message_of<std::exception>([&] { time_of_impact(queries, results); });
+    return message_of<std::exception>([&] { time_of_impact_batch(queries, results); });
   };
   queries[7].X_WB = nullptr;
   EXPECT_EQ(message(), "query 7: a motion is missing");
@@ -209,14 +209,14 @@ TEST_F(ToiBatch, PassesOnWhatAMotionThrows) {
     BatchOptions options;
     options.thread_count = threads;
     std::vector<ToiResult> results(queries.size());
-    EXPECT_THROW(time_of_impact(queries, results, options), std::range_error);
+    EXPECT_THROW(time_of_impact_batch(queries, results, options), std::range_error);
     EXPECT_EQ(results[20].status, ToiStatus::NotRun);
     for (std::size_t i = 0; i < 20; ++i) expect_same_work(results[i], single(queries[i]));
   }
 }
 
 TEST_F(ToiBatch, MayBeEmpty) {
-  time_of_impact(std::span<const ToiQuery>(), {});
+  time_of_impact_batch(std::span<const ToiQuery>(), {});
 }
 
 }  // namespace

@@ -7,8 +7,8 @@
 #include <random>
 #include <string>
 
+#include "core/tolerance.h"
 #include "dyop/core/error.h"
-#include "dyop/core/tolerance.h"
 #include "dyop/toi/vertex_paths.h"
 #include "support/path_inputs.h"
 #include "support/path_oracle.h"
@@ -44,8 +44,8 @@ TEST(VertexTimeOfImpact, FindsTheTimeAVertexTakesToFallOntoAFace) {
   EXPECT_EQ(result.contact->feature_a.kind, FeatureKind::Vertex);
   EXPECT_EQ(result.contact->feature_b.kind, FeatureKind::Face);
   EXPECT_NEAR(result.contact->p_WCb.norm(), 0, 1e-12);
-  EXPECT_LE(result.contact->distance_upper, 1e-9 + result.rounding_allowance);
-  EXPECT_GT(result.contact->distance_lower, 0);
+  EXPECT_LE(result.contact->upper, 1e-9 + result.rounding_allowance);
+  EXPECT_GT(result.contact->lower, 0);
 }
 
 TEST(VertexTimeOfImpact, KeepsTheTargetDistance) {
@@ -93,7 +93,7 @@ TEST(VertexTimeOfImpact, SaysWhatBeginsWithinTheTarget) {
   EXPECT_EQ(touching.status, ToiStatus::InitiallyWithinTarget);
   EXPECT_EQ(touching.t_safe, 2);
   ASSERT_TRUE(touching.contact.has_value());
-  EXPECT_EQ(touching.contact->distance_lower, 0);
+  EXPECT_EQ(touching.contact->lower, 0);
   VertexToiOptions options;
   options.target_distance = 2;
   EXPECT_EQ(time_of_impact(falling(1, 5), {}, options).status, ToiStatus::InitiallyWithinTarget);
@@ -218,8 +218,8 @@ void check_promises(const Paths& paths, const VertexToiOptions& options, VertexT
       ++tally.impacts;
       EXPECT_LE(distance_at(result.t_safe),
                 options.target_distance + options.distance_tolerance + allowance);
-      EXPECT_LE(result.contact->distance_lower, distance_at(result.t_safe) + allowance);
-      EXPECT_GE(result.contact->distance_upper, distance_at(result.t_safe) - allowance);
+      EXPECT_LE(result.contact->lower, distance_at(result.t_safe) + allowance);
+      EXPECT_GE(result.contact->upper, distance_at(result.t_safe) - allowance);
       break;
     case ToiStatus::InitiallyWithinTarget:
       ++tally.impacts;

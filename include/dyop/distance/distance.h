@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "dyop/core/rigid_pose.h"
@@ -11,13 +12,13 @@ namespace dyop {
 
 struct DistanceOptions {
   /// Stop as soon as the shapes are proven farther apart than this; length, >= 0.
-  Scalar upper_limit = kInfinity;
+  Scalar max_distance = kInfinity;
   /// How far apart the bounds may stay, besides rounding: upper - lower is at most the absolute
   /// allowance (length, >= 0) or the relative one (in [0, 1)) times upper, whichever is more. They
   /// hold all the same; pieces that could only narrow them are left out. With an absolute one
-  /// shapes that overlap may be Inconclusive; close to upper_limit bounds may lie on both sides.
-  Scalar absolute_allowance = 0;
-  Scalar relative_allowance = 0;
+  /// shapes that overlap may be Inconclusive; close to max_distance bounds may lie on both sides.
+  Scalar absolute_tolerance = 0;
+  Scalar relative_tolerance = 0;
   /// Compute penetration depth and direction of overlapping convex shapes (through libccd).
   bool with_penetration = false;
   /// Take A (B) for a solid, not for a surface: what is wholly inside it overlaps. A mesh must be
@@ -29,11 +30,13 @@ struct DistanceOptions {
 /// What a distance query remembers for the next one of the same two shapes: the pieces that were
 /// nearest. Kept by the caller, one a pair of shapes; any cache is legal for any pair, a wrong one
 /// only costs time.
-class DistanceCache {
- public:
-  /// Leaves of the hierarchies of A and B; negative: none.
-  std::int32_t leaf_a = -1;
-  std::int32_t leaf_b = -1;
+struct DistanceCache {
+  /// Leaves of the hierarchies of A and B.
+  struct Leaves {
+    std::int32_t a;
+    std::int32_t b;
+  };
+  std::optional<Leaves> nearest;
 };
 
 /// Returns the distance of two shapes, with proven bounds lower <= d <= upper and witness points.
@@ -45,7 +48,7 @@ class DistanceCache {
 ///
 /// @param a, b       Shapes, each in its own frame A, B.
 /// @param X_WA, X_WB Their poses in world W; any consistent unit of length.
-/// @throws InvalidArgument if upper_limit or an allowance is out of its range or NaN, or a solid is a
+/// @throws InvalidArgument if max_distance or an allowance is out of its range or NaN, or a solid is a
 ///         mesh that is not closed.
 /// Const, thread-safe. Method: docs/algorithms/distance.md.
 DistanceResult distance(const Shape& a, const RigidPose& X_WA, const Shape& b,
@@ -57,21 +60,6 @@ DistanceResult distance(const Shape& a, const RigidPose& X_WA, const Shape& b,
 DistanceResult distance(const Shape& a, const RigidPose& X_WA, const Shape& b,
                         const RigidPose& X_WB, const DistanceOptions& options,
                         DistanceCache& cache);
-
-/// One pair of features within a given distance.
-struct Contact {
-  Vector3 p_WCa = Vector3::Zero();
-  Vector3 p_WCb = Vector3::Zero();
-  Vector3 nhat_AB_W = Vector3::UnitX();  ///< unit, from A to B
-  Scalar lower = 0;                      ///< bounds of the distance of the two features
-  Scalar upper = 0;
-  Feature feature_a;
-  Feature feature_b;
-  std::optional<std::int32_t> triangle_a;
-  std::optional<std::int32_t> triangle_b;
-  std::optional<std::int32_t> child_a;  ///< number of the child that was met, if A is a compound
-  std::optional<std::int32_t> child_b;  ///< number of the child that was met, if B is a compound
-};
 
 /// Returns every contact of two shapes: the witness points of all pairs of surface pieces at most
 /// `max_distance` apart, once per place: pairs with nearly the same normal whose points lie closer

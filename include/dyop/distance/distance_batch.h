@@ -26,7 +26,7 @@ struct DistanceQuery {
 /// @throws InvalidArgument before any query is run if the spans differ in length, thread_count is
 ///         negative, or a query is one that distance() refuses or lacks a shape; the message names
 ///         the lowest such index. What the progress callback throws ends the batch as a stop does.
-void distance(std::span<const DistanceQuery> queries, std::span<DistanceResult> results,
-              const BatchOptions& options = {});
+void distance_batch(std::span<const DistanceQuery> queries, std::span<DistanceResult> results,
+                    const BatchOptions& options = {});
 
 }  // namespace dyop

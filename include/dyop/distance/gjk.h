@@ -1,22 +1,13 @@
 #pragma once
 
 #include "dyop/core/rigid_pose.h"
-#include "dyop/distance/distance_result.h"
+#include "dyop/distance/nearest_points.h"
 #include "dyop/geometry/convex_shape.h"
 
 namespace dyop {
 
-/// Answer of gjk_distance(), everything in frame A of the first shape.
-struct GjkResult {
-  Scalar lower = 0;          ///< never above the true distance of the rounded shapes, >= 0
-  Scalar upper = kInfinity;  ///< never below it
-  Vector3 p_ACa = Vector3::Zero();
-  Vector3 p_ACb = Vector3::Zero();
-  /// Unit direction from a to b whose slab gap proves `lower`; the best known when lower is 0.
-  Vector3 nhat_AB_A = Vector3::UnitX();
-  Feature feature_a;
-  Feature feature_b;
-  bool is_overlapping = false;  ///< proven: the shapes touch or intersect, up to gjk noise
+/// Answer of gjk_distance(), in frame A of the first shape: of the rounded shapes.
+struct GjkResult : NearestPoints {
   int iterations = 0;
 };
 

@@ -19,11 +19,11 @@ struct alignas(64) TriangleDistanceBlock {
   double upper[kTriangleBlockWidth];
   double p_a[3][kTriangleBlockWidth];
   double p_b[3][kTriangleBlockWidth];
-  double normal[3][kTriangleBlockWidth];
+  double nhat_AB[3][kTriangleBlockWidth];
   /// Features: 0..2 vertex, 3 + k edge from vertex k to k + 1, 6 face.
   unsigned char place_a[kTriangleBlockWidth];
   unsigned char place_b[kTriangleBlockWidth];
-  unsigned char is_crossing[kTriangleBlockWidth];  ///< 0 or 1
+  unsigned char is_overlapping[kTriangleBlockWidth];  ///< 0 or 1
 };
 
 }  // namespace dyop

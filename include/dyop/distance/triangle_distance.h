@@ -2,23 +2,13 @@
 
 #include "dyop/core/triangle.h"
 #include "dyop/core/types.h"
-#include "dyop/geometry/shape.h"
+#include "dyop/distance/nearest_points.h"
 
 namespace dyop {
 
-/// Answer of triangle_distance(). Points and normal are in the frame of the arguments.
-struct TriangleDistance {
-  Scalar lower = 0;               ///< never above the true distance; 0 if not proven positive
-  Scalar upper = 0;               ///< never below the true distance
-  Vector3 p_a = Vector3::Zero();  ///< witness point on a, within rounding
-  Vector3 p_b = Vector3::Zero();  ///< witness point on b, within rounding
-  /// Unit vector from a to b whose slab gap min_b n.x - max_a n.x proves `lower`; when lower is 0
-  /// the best separating direction known, still unit.
-  Vector3 normal = Vector3::UnitX();
-  Feature feature_a;  ///< Vertex, Edge or Face with local vertex numbers 0, 1, 2
-  Feature feature_b;
-  bool is_crossing = false;  ///< the triangles were found to touch or intersect: upper is noise
-};
+/// Answer of triangle_distance(), in the frame of the arguments. Features have local vertex numbers
+/// 0, 1, 2.
+using TriangleDistance = NearestPoints;
 
 /// Returns the distance of two triangles in one frame, with a certificate on both sides:
 ///     lower <= d <= upper,

@@ -18,12 +18,6 @@ enum class BodyKind {
   Static,     ///< never moves
 };
 
-/// Position and velocity of a body. X_WB is the pose of the shape's frame B.
-struct BodyState {
-  RigidPose X_WB;
-  Twist twist;  ///< of the origin of B, world axes
-};
-
 /// Force through, and torque about, the centre of mass, world axes.
 struct Wrench {
   Vector3 force = Vector3::Zero();
@@ -32,14 +26,14 @@ struct Wrench {
 
 /// A wrench as a smooth function of time and the body's own state. Called many times a step, also
 /// for states that are not committed; must have no side effects.
-using WrenchCallback = std::function<Wrench(Scalar t, const BodyState& state)>;
+using WrenchCallback = std::function<Wrench(Scalar t, const MotionState& state)>;
 
 /// What a body is made of; handed to World::add_body().
 struct BodyDefinition {
   std::string name;
   BodyKind kind = BodyKind::Dynamic;
   std::shared_ptr<const Shape> shape;
-  BodyState initial;                      ///< Dynamic and Static (twist ignored for Static)
+  MotionState initial;                      ///< Dynamic and Static (twist ignored for Static)
   MassProperties mass_properties;         ///< Dynamic
   std::shared_ptr<const Motion> motion;   ///< Kinematic
   WrenchCallback wrench;                  ///< Dynamic, optional

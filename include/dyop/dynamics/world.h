@@ -43,7 +43,7 @@ struct ImpactEvent {
 };
 
 /// The state change an ImpactPolicy::Callback asks for.
-using ImpactCallback = std::function<void(const ImpactEvent& event, std::vector<BodyState>& states)>;
+using ImpactCallback = std::function<void(const ImpactEvent& event, std::vector<MotionState>& states)>;
 
 struct WorldOptions {
   Vector3 gravity_W = Vector3(0, 0, -9.81);
@@ -113,8 +113,8 @@ class World {
   Scalar time() const;
   std::size_t body_count() const;
   const BodyDefinition& body(BodyId id) const;
-  const BodyState& state(BodyId id) const;
-  void set_state(BodyId id, const BodyState& state);
+  const MotionState& state(BodyId id) const;
+  void set_state(BodyId id, const MotionState& state);
   bool is_settled(BodyId id) const;
 
   /// Total kinetic energy of the dynamic bodies, and angular momentum about the world origin.

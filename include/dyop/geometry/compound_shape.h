@@ -26,13 +26,13 @@ struct CompoundChild {
 ///
 /// One tree of boxes over all pieces is built once, so a query costs what one mesh of as many
 /// pieces costs. For that the vertices of mesh children are carried into the compound's frame and
-/// stored again, rounded to kPoseNoise of their size. Copies share the data.
+/// stored again, rounded to some 1e-15 of their size. Copies share the data.
 class CompoundShape final : public Shape {
  public:
   /// A child that is a compound is replaced by its children, in their order; child numbers refer to
   /// the list that results, children().
   /// @throws InvalidArgument if there is no child, one has no shape, or there are more pieces
-  ///         (triangles and convex shapes) than kLargestTriangleCount.
+  ///         (triangles and convex shapes) than a mesh may have triangles, 2^27.
   explicit CompoundShape(const std::vector<CompoundChild>& children);
 
   /// Meshes and convex shapes only.

@@ -60,8 +60,8 @@ class RunRecorder {
 /// One committed sub-step of all bodies: exact states of the committed motion at its begin, its end
 /// and some times between.
 struct RecordedStep {
-  std::vector<Scalar> times;                   ///< increasing, at least two
-  std::vector<std::vector<BodyState>> states;  ///< per time, per body
+  std::vector<Scalar> times;                     ///< increasing, at least two
+  std::vector<std::vector<MotionState>> states;  ///< per time, per body
 };
 
 /// What a recording holds.

@@ -2,12 +2,16 @@
 
 #include <array>
 #include <cstddef>
+#include <memory>
 #include <span>
 
-#include "dyop/motion/chart_curve.h"
 #include "dyop/motion/motion.h"
 
 namespace dyop {
+namespace internal {
+template <std::size_t kMaxDegree>
+class ChartCurve;
+}
 
 /// Control point of a curve in position and rotation vector, R_WB = R_WC exp(theta), C a fixed
 /// frame.
@@ -18,7 +22,7 @@ struct ControlPoint {
 
 /// The position is a Bezier curve, the rotation R_WC exp(theta(t)) with theta a Bezier curve
 /// [Farin2002]. The body is at the first control point at the begin and at the last one at the end.
-/// Bounds: internal::ChartCurve.
+/// Bounds: docs/algorithms/motions.md.
 class BezierMotion final : public Motion {
  public:
   static constexpr std::size_t kMaxDegree = 9;
@@ -31,7 +35,7 @@ class BezierMotion final : public Motion {
   /// The same with the rotation of X_WC, taken as it is; from the two below the same motion again.
   BezierMotion(const TimeInterval& interval, const RigidPose& X_WC,
                std::span<const ControlPoint> control_points);
-  RigidPose X_WC() const { return curve_.X_WC(); }
+  RigidPose X_WC() const;
   std::span<const ControlPoint> control_points() const { return {control_points_.data(), count_}; }
 
   RigidPose pose(Scalar t) const override;
@@ -39,12 +43,12 @@ class BezierMotion final : public Motion {
   MotionState state(Scalar t) const override;
   TwistBound twist_bound(const TimeInterval& interval) const override;
   PoseScale pose_scale(const TimeInterval& interval) const override;
-  TimeInterval domain() const override { return curve_.interval(); }
+  TimeInterval domain() const override;
 
  private:
   std::size_t count_;
   std::array<ControlPoint, kMaxDegree + 1> control_points_;
-  internal::ChartCurve<kMaxDegree> curve_;
+  std::shared_ptr<const internal::ChartCurve<kMaxDegree>> curve_;
 };
 
 }  // namespace dyop

@@ -1,9 +1,15 @@
 #pragma once
 
-#include "dyop/motion/chart_curve.h"
+#include <cstddef>
+#include <memory>
+
 #include "dyop/motion/motion.h"
 
 namespace dyop {
+namespace internal {
+template <std::size_t kMaxDegree>
+class ChartCurve;
+}
 
 /// One end of a cubic in the chart R_WB = R_WC exp(theta), C a fixed frame.
 struct HermiteNode {
@@ -14,18 +20,13 @@ struct HermiteNode {
 };
 
 /// Dense output of an integrator: the position is a cubic Hermite polynomial, the rotation is
-/// R_WC exp(theta(t)) with theta a cubic Hermite polynomial. Bounds: internal::ChartCurve.
+/// R_WC exp(theta(t)) with theta a cubic Hermite polynomial. Bounds: docs/algorithms/motions.md.
 class HermiteMotion final : public Motion {
  public:
-  struct State {
-    RigidPose X_WB;
-    Twist twist_WB;
-  };
-
   /// Through two states; the body turns by less than pi from the first to the second: theta(end)
   /// is the shortest rotation vector of R_BeginEnd.
   /// @throws InvalidArgument if the interval has no length or a number is not finite.
-  HermiteMotion(const TimeInterval& interval, const State& begin, const State& end);
+  HermiteMotion(const TimeInterval& interval, const MotionState& begin, const MotionState& end);
 
   /// From data in a chart, as an integrator of theta has them. Usually begin.theta = 0; any turn.
   /// @throws InvalidArgument as the constructor; R_WC must be a rotation.
@@ -35,7 +36,7 @@ class HermiteMotion final : public Motion {
   /// again.
   static HermiteMotion from_chart(const TimeInterval& interval, const RigidPose& X_WC,
                                   const HermiteNode& begin, const HermiteNode& end);
-  RigidPose X_WC() const { return curve_.X_WC(); }
+  RigidPose X_WC() const;
   const HermiteNode& begin() const { return begin_; }
   const HermiteNode& end() const { return end_; }
 
@@ -44,7 +45,7 @@ class HermiteMotion final : public Motion {
   MotionState state(Scalar t) const override;
   TwistBound twist_bound(const TimeInterval& interval) const override;
   PoseScale pose_scale(const TimeInterval& interval) const override;
-  TimeInterval domain() const override { return curve_.interval(); }
+  TimeInterval domain() const override;
 
  private:
   HermiteMotion(const TimeInterval& interval, const RigidPose& X_WC, const HermiteNode& begin,
@@ -52,7 +53,7 @@ class HermiteMotion final : public Motion {
 
   HermiteNode begin_;
   HermiteNode end_;
-  internal::ChartCurve<3> curve_;
+  std::shared_ptr<const internal::ChartCurve<3>> curve_;
 };
 
 }  // namespace dyop

@@ -29,6 +29,7 @@ struct PoseScale {
   Scalar angle = 1;   ///< 1 and the size of the angles that rotations are computed from, radians
 };
 
+/// Pose and velocity of a body at one time.
 struct MotionState {
   RigidPose X_WB;
   Twist twist;

@@ -1,14 +1,17 @@
 #pragma once
 
 #include <cstddef>
+#include <memory>
 #include <span>
 #include <vector>
 
 #include "dyop/motion/motion.h"
-#include "dyop/motion/speed_tree.h"
 #include "dyop/motion/steady_turn.h"
 
 namespace dyop {
+namespace internal {
+class SpeedTree;
+}
 
 /// A log of poses, of a haptic device or a robot, at uneven time stamps. Between two stamps the
 /// origin moves linearly and the rotation along the shortest arc at a constant rate; at the stamps
@@ -52,7 +55,7 @@ class SampledMotion final : public Motion {
   std::vector<Sample> samples_;
   std::vector<Scalar> stamps_;  // of the samples, close together for searching
   std::vector<Piece> pieces_;
-  internal::SpeedTree speeds_;
+  std::shared_ptr<const internal::SpeedTree> speeds_;
   PoseScale pose_scale_;
 };
 

@@ -6,9 +6,11 @@
 #include <vector>
 
 #include "dyop/motion/motion.h"
-#include "dyop/motion/speed_tree.h"
 
 namespace dyop {
+namespace internal {
+class SpeedTree;
+}
 
 /// Motions one after another: a robot's program, the pieces of a spline. The pose is continuous;
 /// the twist may jump where two parts meet. Immutable.
@@ -42,7 +44,7 @@ class SequenceMotion final : public Motion {
  private:
   std::size_t part_at(Scalar t) const;
   std::vector<Part> parts_;
-  internal::SpeedTree speeds_;
+  std::shared_ptr<const internal::SpeedTree> speeds_;
   PoseScale pose_scale_;  // of the parts
   // By how much the pose jumps, for rounding, where parts meet: sums over the meetings before each
   // part, relative to rounding as PoseScale is. Speeds do not bound it.

@@ -16,10 +16,10 @@ struct PlanarDistance {
   Vector2 p_b = Vector2::Zero();  ///< witness point on b, within rounding
   /// Unit vector from a to b whose slab gap min_b n.x - max_a n.x proves `lower`, if that is
   /// positive.
-  Vector2 normal = Vector2::UnitX();
+  Vector2 nhat_AB = Vector2::UnitX();
   Feature feature_a;  ///< Vertex or Edge with vertex numbers; Face (0, 1, 2) if a contains p_b
   Feature feature_b;
-  bool is_crossing = false;  ///< proven in exact arithmetic: they touch or intersect, upper is 0
+  bool is_overlapping = false;  ///< proven in exact arithmetic: they touch or intersect, upper is 0
 };
 
 /// Returns the distance of two triangles in the plane, with a certificate on both sides:

@@ -31,7 +31,7 @@ struct ToiQuery {
 ///         ends the batch: results that are not NotRun are then answered.
 /// Motions must allow concurrent calls, as all of dyop's do. Memory is kept by thread, not by
 /// query. See docs/algorithms/time_of_impact.md, "Batches".
-void time_of_impact(std::span<const ToiQuery> queries, std::span<ToiResult> results,
-                    const BatchOptions& options = {});
+void time_of_impact_batch(std::span<const ToiQuery> queries, std::span<ToiResult> results,
+                          const BatchOptions& options = {});
 
 }  // namespace dyop

@@ -6,8 +6,7 @@
 
 #include "dyop/core/rigid_pose.h"
 #include "dyop/core/types.h"
-#include "dyop/distance/distance.h"
-#include "dyop/geometry/shape.h"
+#include "dyop/distance/witness_pair.h"
 
 namespace dyop {
 
@@ -30,21 +29,9 @@ struct ToiStatistics {
   std::int64_t peak_queue = 0;  ///< largest length of the queue
 };
 
-/// The contact found at the time of impact, world frame.
-struct ImpactContact {
-  Scalar distance_lower = 0;
-  Scalar distance_upper = 0;
-  Vector3 p_WCa = Vector3::Zero();
-  Vector3 p_WCb = Vector3::Zero();
-  Vector3 nhat_AB_W = Vector3::UnitX();  ///< unit, from A to B
+/// The contact found at the time of impact.
+struct ImpactContact : Contact {
   Scalar closing_speed = 0;  ///< -d/dt of the gap along the normal at the witness points
-  Feature feature_a;
-  Feature feature_b;
-  std::optional<std::int32_t> triangle_a;
-  std::optional<std::int32_t> triangle_b;
-  std::optional<std::int32_t> child_a;  ///< number of the child that was met, if A is a compound
-  std::optional<std::int32_t> child_b;  ///< number of the child that was met, if B is a compound
-  Vector3 pivot_W = Vector3::Zero();  ///< dynamic pivot point
 };
 
 /// Result of time_of_impact(). With δ = target_distance, ε = distance_tolerance and d(t) the

@@ -4,9 +4,9 @@
 #include <array>
 #include <cmath>
 
+#include "core/tolerance.h"
 #include "distance/gjk/simplex.h"
 #include "distance/gjk/warm_gjk.h"
-#include "dyop/core/tolerance.h"
 
 // GJK on the Minkowski difference B - A of the cores, in frame A. A point of the difference is
 // w = p_ACb - p_ACa; the point v nearest to the origin is the shortest vector from A to B.
@@ -313,7 +313,7 @@ template <typename Real>
 GjkResult GjkQuery::result(const Simplex<Real>& simplex) const {
   GjkResult result;
   result.iterations = iterations_;
-  result.nhat_AB_A = best_normal_;
+  result.nhat_AB = best_normal_;
   if (!is_goal_met_) {
     result.feature_a = spanned_feature(simplex.pairs, simplex.count, &CorePair::a);
     result.feature_b = spanned_feature(simplex.pairs, simplex.count, &CorePair::b);
@@ -349,8 +349,8 @@ GjkResult GjkQuery::result(const Simplex<Real>& simplex) const {
     offset_a = v.template cast<Scalar>() * (radius_a_ / radii);
     offset_b = -v.template cast<Scalar>() * (radius_b_ / radii);
   }
-  result.p_ACa = core_a.template cast<Scalar>() + offset_a;
-  result.p_ACb = core_b.template cast<Scalar>() + offset_b;
+  result.p_a = core_a.template cast<Scalar>() + offset_a;
+  result.p_b = core_b.template cast<Scalar>() + offset_b;
   return result;
 }
 

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
+#include "core/tolerance.h"
 #include "dyop/core/error.h"
-#include "dyop/core/tolerance.h"
 #include "dyop/core/triangle.h"
 #include "dyop/geometry/convex_shape.h"
 

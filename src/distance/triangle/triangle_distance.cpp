@@ -63,7 +63,7 @@ TriangleDistance extreme_triangle_distance(const Triangle& a, const Triangle& b)
     result.p_a = result.p_b = a[i / 3];
     result.feature_a = feature_of_place(static_cast<int>(i / 3));
     result.feature_b = feature_of_place(static_cast<int>(i % 3));
-    result.is_crossing = true;
+    result.is_overlapping = true;
     return result;
   }
   const int exponent = scaling.exponent;

@@ -4,7 +4,7 @@
 #include <cstddef>
 
 #include "core/simd_pair.h"
-#include "dyop/core/tolerance.h"
+#include "core/tolerance.h"
 #include "dyop/distance/triangle_distance.h"
 
 /// Building blocks of triangle_distance(), private to it. The proofs of the rounding bounds are in

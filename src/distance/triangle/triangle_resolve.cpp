@@ -32,7 +32,7 @@ class Search {
     if (bounds.inverse_norm > 0 && bounds.gap > gap_) {
       gap_ = bounds.gap;
       result_.lower = larger(bounds.lower, result_.lower);
-      result_.normal = m * bounds.inverse_norm;
+      result_.nhat_AB = m * bounds.inverse_norm;
     }
     return is_done();
   }
@@ -45,8 +45,8 @@ class Search {
   TriangleDistance finished(const Facets& facets) const {
     TriangleDistance result = result_;
     if (result.lower == 0 && is_done()) {
-      result.is_crossing = true;
-      result.normal = facet_normal(pair_, facets);
+      result.is_overlapping = true;
+      result.nhat_AB = facet_normal(pair_, facets);
     }
     return result;
   }

@@ -5,11 +5,11 @@
 #include <cmath>
 #include <limits>
 
+#include "core/tolerance.h"
 #include "distance/triangle_wide/triangle_batch.h"
 #include "distance/triangle_wide/triangle_block_access.h"
 #include "distance/triangle_wide/triangle_wide.h"
 #include "dyop/core/error.h"
-#include "dyop/core/tolerance.h"
 
 namespace dyop {
 namespace internal {

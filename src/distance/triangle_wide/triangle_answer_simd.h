@@ -14,21 +14,21 @@ DYOP_INLINE void store_result(const WitnessLanes& w, const BoundsLanes& bounds,
   for (int k = 0; k < 3; ++k) {
     w.p_a[k].store(block.p_a[k] + first);
     w.p_b[k].store(block.p_b[k] + first);
-    (w.m[k] * bounds.inverse_norm).store(block.normal[k] + first);
+    (w.m[k] * bounds.inverse_norm).store(block.nhat_AB[k] + first);
   }
   store_bytes(w.place_a, block.place_a + first);
   store_bytes(w.place_b, block.place_b + first);
-  store_bytes(Lanes(0.0), block.is_crossing + first);
+  store_bytes(Lanes(0.0), block.is_overlapping + first);
 }
 
 /// The answers of all lanes.
 struct AnswerLanes {
   WitnessLanes witness;  ///< m is the normal here
   Lanes lower, upper;
-  Lanes is_crossing;
+  Lanes is_overlapping;
   Mask decided;
 
-  DYOP_INLINE AnswerLanes() : lower(0.0), upper(0.0), is_crossing(0.0) {
+  DYOP_INLINE AnswerLanes() : lower(0.0), upper(0.0), is_overlapping(0.0) {
     decided = no_choice().i.is_1;
     for (int k = 0; k < 3; ++k) {
       witness.D[k] = witness.m[k] = witness.p_a[k] = witness.p_b[k] = Lanes(0.0);
@@ -52,7 +52,7 @@ struct AnswerLanes {
     const Mask is_touching = lanes & equal(search.lower, Lanes(0.0));
     select(lanes, search.best, witness);
     select(is_touching, touching_normal, witness.m, witness.m);
-    is_crossing = select(is_touching, Lanes(1.0), is_crossing);
+    is_overlapping = select(is_touching, Lanes(1.0), is_overlapping);
     lower = select(lanes, search.lower, lower);
     upper = select(lanes, search.upper, upper);
     decided = decided | lanes;
@@ -64,11 +64,11 @@ struct AnswerLanes {
     for (int k = 0; k < 3; ++k) {
       witness.p_a[k].store(block.p_a[k] + first);
       witness.p_b[k].store(block.p_b[k] + first);
-      witness.m[k].store(block.normal[k] + first);
+      witness.m[k].store(block.nhat_AB[k] + first);
     }
     store_bytes(witness.place_a, block.place_a + first);
     store_bytes(witness.place_b, block.place_b + first);
-    store_bytes(is_crossing, block.is_crossing + first);
+    store_bytes(is_overlapping, block.is_overlapping + first);
   }
 };
 

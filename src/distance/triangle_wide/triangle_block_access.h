@@ -26,10 +26,10 @@ inline TriangleDistance answer_at(const TriangleDistanceBlock& d, std::size_t n)
           d.upper[n],
           Vector3(d.p_a[0][n], d.p_a[1][n], d.p_a[2][n]),
           Vector3(d.p_b[0][n], d.p_b[1][n], d.p_b[2][n]),
-          Vector3(d.normal[0][n], d.normal[1][n], d.normal[2][n]),
+          Vector3(d.nhat_AB[0][n], d.nhat_AB[1][n], d.nhat_AB[2][n]),
           feature_of_place(d.place_a[n]),
           feature_of_place(d.place_b[n]),
-          d.is_crossing[n] != 0};
+          d.is_overlapping[n] != 0};
 }
 
 /// The constants of tolerance.h, for the kernels.

@@ -28,11 +28,11 @@ void copy_answer(const TriangleDistanceBlock& source, std::size_t from,
   for (std::size_t k = 0; k < 3; ++k) {
     block.p_a[k][to] = source.p_a[k][from];
     block.p_b[k][to] = source.p_b[k][from];
-    block.normal[k][to] = source.normal[k][from];
+    block.nhat_AB[k][to] = source.nhat_AB[k][from];
   }
   block.place_a[to] = source.place_a[from];
   block.place_b[to] = source.place_b[from];
-  block.is_crossing[to] = source.is_crossing[from];
+  block.is_overlapping[to] = source.is_overlapping[from];
 }
 
 unsigned char place_of(const Feature& feature) {
@@ -50,11 +50,11 @@ void solve_alone(const TriangleBlock& a, const TriangleBlock& b, TriangleDistanc
     const auto axis = static_cast<Eigen::Index>(k);
     block.p_a[k][n] = d.p_a[axis];
     block.p_b[k][n] = d.p_b[axis];
-    block.normal[k][n] = d.normal[axis];
+    block.nhat_AB[k][n] = d.nhat_AB[axis];
   }
   block.place_a[n] = place_of(d.feature_a);
   block.place_b[n] = place_of(d.feature_b);
-  block.is_crossing[n] = d.is_crossing ? 1 : 0;
+  block.is_overlapping[n] = d.is_overlapping ? 1 : 0;
 }
 
 // Solves blocks of pairs. Pairs that the quick kernel leaves open wait in blocks of their own until

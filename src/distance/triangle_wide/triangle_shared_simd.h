@@ -101,7 +101,7 @@ DYOP_INLINE void touch(Mask lanes, const SharedLanes& shared, const Lanes* norma
   w.place_b = select(lanes, shared.place_b, w.place_b);
   answer.lower = select(lanes, Lanes(0.0), answer.lower);
   answer.upper = select(lanes, Lanes(0.0), answer.upper);
-  answer.is_crossing = select(lanes, Lanes(1.0), answer.is_crossing);
+  answer.is_overlapping = select(lanes, Lanes(1.0), answer.is_overlapping);
   answer.decided = answer.decided | lanes;
 }
 

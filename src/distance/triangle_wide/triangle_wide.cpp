@@ -1,7 +1,7 @@
 #include "distance/triangle_wide/triangle_wide.h"
 
+#include "core/tolerance.h"
 #include "distance/triangle_wide/triangle_block_access.h"
-#include "dyop/core/tolerance.h"
 
 namespace dyop::internal {
 

@@ -27,7 +27,7 @@ PaperPair<dimension> pair_at(Scalar gap, std::mt19937_64& random) {
                               random_paper_triangle<dimension>(random)};
     const auto d = certified(pair);
     if (!(d.lower > 0)) continue;
-    for (auto& p : pair.b) p += (gap - d.upper) * d.normal;
+    for (auto& p : pair.b) p += (gap - d.upper) * d.nhat_AB;
     return pair;
   }
 }

@@ -4,8 +4,8 @@
 #include <numeric>
 #include <utility>
 
+#include "core/tolerance.h"
 #include "dyop/core/error.h"
-#include "dyop/core/tolerance.h"
 
 namespace dyop {
 namespace {

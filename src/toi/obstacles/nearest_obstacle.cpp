@@ -37,12 +37,12 @@ NearestObstacle ObstacleSet::nearest(const Shape& body, const RigidPose& X_WB, S
                     "nearest: the motion of an obstacle");
   }
   NearestObstacle best;
-  best.distance.status = DistanceStatus::FartherThanLimit;
+  best.distance.status = DistanceStatus::FartherThanMaxDistance;
   Scalar lower = kInfinity;
   DistanceStatistics work;
   const AlignedBox box = internal::placed_box(body, X_WB);
   const auto place = [&](std::uint32_t slot) { return data_->slots[slot].obstacle->X_WO->pose(t); };
-  const auto limit = [&] { return std::min(best.distance.upper, options.upper_limit); };
+  const auto limit = [&] { return std::min(best.distance.upper, options.max_distance); };
   const Scalar left = internal::visit_by_gap(
       *data_, filter, [&](const AlignedBox& other) { return box_gap(box, other); },
       [&](std::uint32_t slot) {
@@ -53,7 +53,7 @@ NearestObstacle ObstacleSet::nearest(const Shape& body, const RigidPose& X_WB, S
       [&](std::uint32_t slot, Scalar) {
         const Obstacle& other = *data_->slots[slot].obstacle;
         DistanceOptions own = options;
-        own.upper_limit = limit();
+        own.max_distance = limit();
         own.solid_b = other.is_solid;
         const DistanceResult found = dyop::distance(body, X_WB, *other.shape, place(slot), own);
         add_work(found.statistics, work);
@@ -68,8 +68,8 @@ NearestObstacle ObstacleSet::nearest(const Shape& body, const RigidPose& X_WB, S
   best.distance.lower = is_overlap ? 0 : std::min({lower, left, best.distance.upper});
   best.distance.statistics = work;
   if (is_overlap) return best;
-  if (best.distance.lower > options.upper_limit || !best.obstacle) {
-    best.distance.status = DistanceStatus::FartherThanLimit;
+  if (best.distance.lower > options.max_distance || !best.obstacle) {
+    best.distance.status = DistanceStatus::FartherThanMaxDistance;
   } else {
     best.distance.status = best.distance.lower > 0 ? DistanceStatus::Separated
                                                    : DistanceStatus::Inconclusive;

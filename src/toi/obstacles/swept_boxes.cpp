@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "dyop/core/tolerance.h"
+#include "core/tolerance.h"
 #include "toi/rigid/motion_bounds.h"
 
 namespace dyop::internal {

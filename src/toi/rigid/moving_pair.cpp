@@ -6,7 +6,7 @@
 #include <span>
 #include <utility>
 
-#include "dyop/core/tolerance.h"
+#include "core/tolerance.h"
 
 namespace dyop::internal {
 namespace {
@@ -170,8 +170,8 @@ Scalar MovingPair::closing_speed(const PieceDistance& piece) const {
     const Vector3 p_WC = now_.a.R_WB * p_AC + now_.a.p_WB;
     return Vector3(body.v_WB + body.w_WB.cross(p_WC - body.p_WB));
   };
-  const Vector3 n_W = now_.a.R_WB * piece.nhat_AB_A;
-  return n_W.dot(velocity(now_.a, piece.p_ACa) - velocity(now_.b, piece.p_ACb));
+  const Vector3 n_W = now_.a.R_WB * piece.nhat_AB;
+  return n_W.dot(velocity(now_.a, piece.p_a) - velocity(now_.b, piece.p_b));
 }
 
 bool MovingPair::is_closing(const PieceDistance& piece) const {
@@ -183,7 +183,7 @@ bool MovingPair::is_closing(const PieceDistance& piece) const {
 TurningNormal MovingPair::normal_with_features(const PieceDistance& piece,
                                                const LeafPiece& piece_a,
                                                const LeafPiece& piece_b) const {
-  const Vector3 n_W = now_.a.R_WB * piece.nhat_AB_A;
+  const Vector3 n_W = now_.a.R_WB * piece.nhat_AB;
   const FeatureEdges edges_a(piece_a, piece.feature_a, now_.a.R_WB);
   const FeatureEdges edges_b(piece_b, piece.feature_b, now_.b.R_WB);
   return {n_W, turn_with_edges(n_W, edges_a.span(), now_.a.w_WB, edges_b.span(), now_.b.w_WB)};
