@@ -46,8 +46,8 @@ MassProperties CompoundShape::compute_mass_properties(Scalar density) const {
   Vector3 moment = Vector3::Zero();
   for (std::size_t i = 0; i < children_.size(); ++i) {
     try {
-      parts.push_back(internal::posed(children_[i].shape->compute_mass_properties(density),
-                                      children_[i].X_CS));
+      parts.push_back(
+          internal::posed(children_[i].shape->compute_mass_properties(density), children_[i].X_CS));
     } catch (const InvalidArgument& error) {
       throw InvalidArgument(
           internal::compose_message("child ", i, " of the compound: ", error.what()));
@@ -58,8 +58,8 @@ MassProperties CompoundShape::compute_mass_properties(Scalar density) const {
   whole.p_BoBcm = moment / whole.mass;
   for (const MassProperties& part : parts) {
     const Vector3 arm = part.p_BoBcm - whole.p_BoBcm;
-    whole.I_BBcm += part.I_BBcm + part.mass * (arm.squaredNorm() * Matrix3::Identity() -
-                                               arm * arm.transpose());
+    whole.I_BBcm +=
+        part.I_BBcm + part.mass * (arm.squaredNorm() * Matrix3::Identity() - arm * arm.transpose());
   }
   return internal::require_representable(whole);
 }

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <iterator>
 
-#include "dyop/core/error.h"
 #include "core/tolerance.h"
+#include "dyop/core/error.h"
 
 namespace dyop::internal {
 namespace {

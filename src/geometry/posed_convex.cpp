@@ -8,8 +8,7 @@ namespace dyop::internal {
 
 MassProperties posed(const MassProperties& properties, const RigidPose& X_CS) {
   const Matrix3& R_CS = X_CS.rotation();
-  return {properties.mass, X_CS * properties.p_BoBcm,
-          R_CS * properties.I_BBcm * R_CS.transpose()};
+  return {properties.mass, X_CS * properties.p_BoBcm, R_CS * properties.I_BBcm * R_CS.transpose()};
 }
 
 std::vector<Vector3> posed_vertices(const TriangleMesh& mesh, const RigidPose& X_CS) {
@@ -30,8 +29,8 @@ OrientedBox PosedConvex::box() const {
   OrientedBox box;
   box.center = X_CS_ * bounds.center();
   box.axes = X_CS_.rotation();
-  const Scalar size = X_CS_.translation().norm() +
-                      bounds.min().cwiseAbs().cwiseMax(bounds.max().cwiseAbs()).norm();
+  const Scalar size =
+      X_CS_.translation().norm() + bounds.min().cwiseAbs().cwiseMax(bounds.max().cwiseAbs()).norm();
   box.half_extents = (bounds.sizes() / 2).array() + kBoxNoise * size;
   return box;
 }

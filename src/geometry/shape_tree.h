@@ -16,8 +16,8 @@ namespace dyop::internal {
 struct LeafPiece {
   const TriangleMesh* mesh = nullptr;
   const ConvexShape* convex = nullptr;
-  std::int32_t triangle = 0;           ///< of the mesh
-  std::optional<std::int32_t> child;   ///< of a compound
+  std::int32_t triangle = 0;          ///< of the mesh
+  std::optional<std::int32_t> child;  ///< of a compound
 
   Triangle corners() const { return mesh->triangle(triangle); }
   const TriangleIndices& indices() const {

@@ -4,9 +4,9 @@
 #include <array>
 #include <cmath>
 
+#include "core/tolerance.h"
 #include "distance/enclosure.h"
 #include "dyop/core/error.h"
-#include "core/tolerance.h"
 #include "dyop/distance/distance.h"
 #include "dyop/toi/time_of_impact.h"
 #include "dyop/toi/toi_workspace.h"
@@ -107,7 +107,8 @@ Scalar LeastDistanceSearch::measure(Scalar t) {
 Scalar LeastDistanceSearch::speed_over(const TimeInterval& part) const {
   const TwistBound a = X_WA_.twist_bound(part);
   const TwistBound b = X_WB_.twist_bound(part);
-  return a.linear_speed + b.linear_speed + a.angular_speed * radius_a_ + b.angular_speed * radius_b_;
+  return a.linear_speed + b.linear_speed + a.angular_speed * radius_a_ +
+         b.angular_speed * radius_b_;
 }
 
 // Within a part the distance falls below neither end's by more than the speed allows.
@@ -182,8 +183,8 @@ ToiResult LeastDistanceSearch::ask(Scalar target, Scalar tolerance) {
   options.stop = options_.stop;
   options.solid_a = options_.solid_a;
   options.solid_b = options_.solid_b;
-  const ToiResult toi = time_of_impact(a_, X_WA_, b_, X_WB_, {proven_until_, interval_.end},
-                                       options, workspace_);
+  const ToiResult toi =
+      time_of_impact(a_, X_WA_, b_, X_WB_, {proven_until_, interval_.end}, options, workspace_);
   ToiStatistics& sum = result_.statistics;
   sum.box_tests += toi.statistics.box_tests;
   sum.leaf_tests += toi.statistics.leaf_tests;

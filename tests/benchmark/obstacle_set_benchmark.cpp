@@ -36,8 +36,8 @@ struct ManyObstacles {
       set.add({shape, motions.back(), 1, false});
     }
     for (std::size_t i = 0; i < kQueries; ++i) {
-      paths.emplace_back(random_pose(half, random),
-                         Twist{0.5 * half * random_direction(random), 2 * random_direction(random)});
+      paths.emplace_back(random_pose(half, random), Twist{0.5 * half * random_direction(random),
+                                                          2 * random_direction(random)});
     }
   }
 
@@ -55,8 +55,8 @@ void first_impact_of_set(benchmark::State& state) {
   Scalar hits = 0;
   Scalar work = 0;
   for (auto _ : state) {
-    const ObstacleImpact found = scene.set.first_impact(scene.body, scene.paths[i++ % kQueries],
-                                                        kSpan, {}, {}, workspace);
+    const ObstacleImpact found =
+        scene.set.first_impact(scene.body, scene.paths[i++ % kQueries], kSpan, {}, {}, workspace);
     hits += found.obstacle.has_value() ? 1 : 0;
     work += Scalar(found.toi.statistics.node_pairs);
   }
@@ -74,8 +74,9 @@ void first_impact_of_loop(benchmark::State& state) {
     Scalar first = kInfinity;
     // What a careful user writes: no later than the first impact so far.
     for (const auto& motion : scene.motions) {
-      const ToiResult found = time_of_impact(scene.body, scene.paths[i % kQueries], *scene.shape,
-                                             *motion, {0, std::min(first, kSpan.end)}, {}, workspace);
+      const ToiResult found =
+          time_of_impact(scene.body, scene.paths[i % kQueries], *scene.shape, *motion,
+                         {0, std::min(first, kSpan.end)}, {}, workspace);
       if (found.status != ToiStatus::Separated) first = std::min(first, found.t_safe);
       work += Scalar(found.statistics.node_pairs);
     }

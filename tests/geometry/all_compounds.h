@@ -36,14 +36,14 @@ inline std::vector<CompoundMaker> all_compounds() {
   return {
       {"single_mesh",
        [mesh](Scalar size) {
-         return std::make_shared<CompoundShape>(
-             std::vector<CompoundChild>{{mesh(icosphere(1), size), turned_at({1, 2, 3}, {0, 0, 0})}});
+         return std::make_shared<CompoundShape>(std::vector<CompoundChild>{
+             {mesh(icosphere(1), size), turned_at({1, 2, 3}, {0, 0, 0})}});
        }},
       {"single_capsule",
        [](Scalar size) {
-         return std::make_shared<CompoundShape>(std::vector<CompoundChild>{
-             {std::make_shared<Capsule>(0.2 * size, size),
-              turned_at({1, 0.5, 0}, size * Vector3(0.1, 0.1, 0))}});
+         return std::make_shared<CompoundShape>(
+             std::vector<CompoundChild>{{std::make_shared<Capsule>(0.2 * size, size),
+                                         turned_at({1, 0.5, 0}, size * Vector3(0.1, 0.1, 0))}});
        }},
       {"mixed", mixed},
       {"nested",
@@ -56,10 +56,11 @@ inline std::vector<CompoundMaker> all_compounds() {
        [](Scalar size) {
          std::vector<CompoundChild> boxes;
          for (int k = 0; k < 30; ++k) {
-           boxes.push_back({std::make_shared<Box>(size * Vector3(0.05, 0.08, 0.02 + 0.005 * k)),
-                            turned_at({0.3 * k, 0.1, 0}, size * Vector3(std::sin(2.4 * k), std::cos(1.7 * k),
-                                                                        std::sin(k)) *
-                                                             0.6)});
+           boxes.push_back(
+               {std::make_shared<Box>(size * Vector3(0.05, 0.08, 0.02 + 0.005 * k)),
+                turned_at(
+                    {0.3 * k, 0.1, 0},
+                    size * Vector3(std::sin(2.4 * k), std::cos(1.7 * k), std::sin(k)) * 0.6)});
          }
          return std::make_shared<CompoundShape>(boxes);
        }},

@@ -4,8 +4,8 @@
 
 #include <random>
 
-#include "dyop/core/error.h"
 #include "core/tolerance.h"
+#include "dyop/core/error.h"
 #include "geometry/all_compounds.h"
 #include "geometry/compound_tree.h"
 #include "geometry/shape_tree.h"
@@ -70,8 +70,8 @@ TEST(CompoundShape, TreeHoldsEveryPieceOnce) {
     std::size_t piece_count = 0;
     for (const CompoundChild& child : compound->children()) {
       const bool is_mesh = child.shape->kind() == ShapeKind::TriangleMesh;
-      seen.emplace_back(
-          is_mesh ? static_cast<const TriangleMesh&>(*child.shape).triangles().size() : 1);
+      seen.emplace_back(is_mesh ? static_cast<const TriangleMesh&>(*child.shape).triangles().size()
+                                : 1);
       piece_count += seen.back().size();
     }
     const auto holds = [](const OrientedBox& box, const Vector3& p) {
@@ -158,8 +158,8 @@ TEST(CompoundShape, FlattensWhatIsNested) {
 TEST(CompoundShape, MassIsThatOfTheParts) {
   const auto half = std::make_shared<Box>(Vector3(1, 2, 3));
   const RigidPose X = turned_at({0.3, -0.2, 1}, {4, 5, 6});
-  const CompoundShape compound({{half, X * RigidPose(Vector3(-1, 0, 0))},
-                                {half, X * RigidPose(Vector3(1, 0, 0))}});
+  const CompoundShape compound(
+      {{half, X * RigidPose(Vector3(-1, 0, 0))}, {half, X * RigidPose(Vector3(1, 0, 0))}});
   const MassProperties whole = Box(Vector3(2, 2, 3)).compute_mass_properties(0.7);
   const MassProperties found = compound.compute_mass_properties(0.7);
   EXPECT_NEAR(found.mass, whole.mass, 1e-13 * whole.mass);
@@ -172,7 +172,9 @@ TEST(CompoundShape, RefusesWhatIsMissingByName) {
   EXPECT_THROW(CompoundShape({}), InvalidArgument);
   const auto ball = std::make_shared<Sphere>(1);
   const auto sheet = std::make_shared<TriangleMesh>(plate_grid(1, 1, 1, 1).mesh());
-  EXPECT_NE(testing::message_of([&] { CompoundShape({{ball, {}}, {nullptr, {}}}); }).find("child 1"),
+  EXPECT_NE(testing::message_of([&] {
+              CompoundShape({{ball, {}}, {nullptr, {}}});
+            }).find("child 1"),
             std::string::npos);
   const CompoundShape open({{ball, {}}, {sheet, {}}});
   EXPECT_NE(testing::message_of([&] { open.compute_mass_properties(1); }).find("child 1"),

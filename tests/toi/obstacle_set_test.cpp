@@ -6,8 +6,8 @@
 #include <map>
 #include <thread>
 
-#include "dyop/core/error.h"
 #include "core/tolerance.h"
+#include "dyop/core/error.h"
 #include "dyop/geometry/sphere.h"
 #include "geometry/all_compounds.h"
 #include "motion/all_motions.h"
@@ -56,8 +56,8 @@ RandomScene make_scene(testing::Random& random,
     return kAllMotions[pick(kAllMotions.size())].make(random, scales);
   };
   for (int i = 0; i < count; ++i) {
-    const Obstacle obstacle{shapes[pick(shapes.size())], random_motion(),
-                            1u << unsigned(pick(3)), false};
+    const Obstacle obstacle{shapes[pick(shapes.size())], random_motion(), 1u << unsigned(pick(3)),
+                            false};
     const ObstacleId id = scene.set.add(obstacle);
     scene.list[id] = obstacle;
     // Some leave or go elsewhere.
@@ -123,16 +123,20 @@ TEST(ObstacleSet, FirstImpactIsThatOfTheLoop) {
     for (int k = 0; k < 400; ++k) {
       const RandomScene scene = make_scene(random, shapes, k % 40, size);
       const ObstacleFilter filter = some_groups(random);
-      const ObstacleImpact found = scene.set.first_impact(*scene.body, *scene.X_WB, kSpan, options,
-                                                          filter, workspace);
+      const ObstacleImpact found =
+          scene.set.first_impact(*scene.body, *scene.X_WB, kSpan, options, filter, workspace);
       const ToiResult loop = first_of_loop(scene, options, filter);
       ++seen[found.toi.status];
       SCOPED_TRACE(std::to_string(size) + " " + std::to_string(k));
       EXPECT_EQ(found.toi.status, loop.status);
       EXPECT_EQ(found.obstacle.has_value(), found.toi.status != ToiStatus::Separated);
       EXPECT_EQ(found.free_fraction, found.toi.t_safe);
-      if (found.toi.status == ToiStatus::Separated) EXPECT_EQ(found.toi.t_safe, kSpan.end);
-      if (found.toi.status == ToiStatus::InitiallyWithinTarget) EXPECT_EQ(found.toi.t_safe, 0);
+      if (found.toi.status == ToiStatus::Separated) {
+        EXPECT_EQ(found.toi.t_safe, kSpan.end);
+      }
+      if (found.toi.status == ToiStatus::InitiallyWithinTarget) {
+        EXPECT_EQ(found.toi.t_safe, 0);
+      }
       if (found.toi.status != ToiStatus::Impact) continue;
       // Both stop in the same band of distances; slow bodies take a while to cross it.
       const Obstacle& hit = scene.list.at(*found.obstacle);
@@ -178,11 +182,14 @@ TEST(ObstacleSet, NearestIsThatOfTheLoop) {
             distance(*scene.body, X_WB, *entry.second.shape, entry.second.X_WO->pose(t));
         lower = std::min(lower, d.lower);
         upper = std::min(upper, d.upper);
-        if (found.obstacle == entry.first) EXPECT_GE(found.distance.upper, d.lower);
+        if (found.obstacle == entry.first) {
+          EXPECT_GE(found.distance.upper, d.lower);
+        }
       }
       EXPECT_LE(found.distance.lower, upper);
       if (found.distance.status == DistanceStatus::FartherThanMaxDistance) {
-        EXPECT_GT(found.distance.lower, options.max_distance < kInfinity ? options.max_distance : 0);
+        EXPECT_GT(found.distance.lower,
+                  options.max_distance < kInfinity ? options.max_distance : 0);
         EXPECT_TRUE(options.max_distance < kInfinity || upper == kInfinity);
         continue;
       }
@@ -209,8 +216,8 @@ TEST(ObstacleSet, LeastDistanceIsThatOfTheLoop) {
     Scalar upper = kInfinity;
     for (const auto& entry : scene.list) {
       if (!is_wanted(entry, filter)) continue;
-      const LeastDistanceResult d = least_distance(*scene.body, *scene.X_WB, *entry.second.shape,
-                                                   *entry.second.X_WO, kSpan);
+      const LeastDistanceResult d =
+          least_distance(*scene.body, *scene.X_WB, *entry.second.shape, *entry.second.X_WO, kSpan);
       lower = std::min(lower, d.lower);
       upper = std::min(upper, d.upper);
     }
@@ -258,8 +265,7 @@ TEST(ObstacleSet, SaysWhoIsHitAndHowMuchIsFree) {
   EXPECT_FALSE(none.obstacle.has_value());
   EXPECT_EQ(set.nearest(body, at(30.4, 0, 0)).obstacle, set.ids()[27]);
   EXPECT_NEAR(set.nearest(body, at(0, 0, 0)).distance.lower, 2.5, 1e-9);
-  const ObstacleClearance aside =
-      set.least_distance(body, moving(at(0, 1, 0), {10, 0, 0}), kSpan);
+  const ObstacleClearance aside = set.least_distance(body, moving(at(0, 1, 0), {10, 0, 0}), kSpan);
   EXPECT_NEAR(aside.distance.upper, 0.5, 0.005);
   EXPECT_LE(aside.distance.lower, 0.5);
   EXPECT_GE(aside.distance.lower, 0.49);
@@ -353,8 +359,8 @@ TEST(ObstacleSet, AnswersDoNotDependOnItsHistory) {
     ObstacleSet moved;
     std::vector<Obstacle> obstacles;
     for (std::size_t i = 0; i < 50; ++i) {
-      obstacles.push_back({shapes[i % shapes.size()], testing::rest(random, {4, 4, 3, kSpan}), 1,
-                           false});
+      obstacles.push_back(
+          {shapes[i % shapes.size()], testing::rest(random, {4, 4, 3, kSpan}), 1, false});
       fresh.add(obstacles.back());
       moved.add(shapes[i % shapes.size()], RigidPose(random.in_ball(50)));
     }
@@ -413,11 +419,17 @@ TEST(ObstacleSet, RefusesInvalidInputByName) {
   const auto ball = std::make_shared<Sphere>(1);
   const auto sheet = std::make_shared<TriangleMesh>(plate_grid(1, 1, 1, 1).mesh());
   const auto resting = std::make_shared<RestMotion>();
-  EXPECT_NE(testing::message_of([&] { set.add({nullptr, resting, 1, false}); }).find("shape"),
+  EXPECT_NE(testing::message_of([&] {
+              set.add({nullptr, resting, 1, false});
+            }).find("shape"),
             std::string::npos);
-  EXPECT_NE(testing::message_of([&] { set.add({ball, nullptr, 1, false}); }).find("motion"),
+  EXPECT_NE(testing::message_of([&] {
+              set.add({ball, nullptr, 1, false});
+            }).find("motion"),
             std::string::npos);
-  EXPECT_NE(testing::message_of([&] { set.add({sheet, resting, 1, true}); }).find("not closed"),
+  EXPECT_NE(testing::message_of([&] {
+              set.add({sheet, resting, 1, true});
+            }).find("not closed"),
             std::string::npos);
   const ObstacleId id = set.add(ball, RigidPose());
   set.remove(id);
@@ -426,9 +438,9 @@ TEST(ObstacleSet, RefusesInvalidInputByName) {
   EXPECT_THROW(set.obstacle(id), InvalidArgument);
   ToiOptions solid;
   solid.solid_b = true;
-  EXPECT_NE(testing::message_of([&] { set.first_impact(*ball, *resting, kSpan, solid); })
-                .find("solid_b"),
-            std::string::npos);
+  EXPECT_NE(
+      testing::message_of([&] { set.first_impact(*ball, *resting, kSpan, solid); }).find("solid_b"),
+      std::string::npos);
   testing::Random random(1);
   const auto brief = testing::hermite(random, {1, 1, 1, {0, 0.5}});
   set.add({ball, brief, 1, false});

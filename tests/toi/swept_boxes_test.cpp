@@ -22,10 +22,9 @@ TEST(SweptBoxes, HoldTheShapeAllTheTime) {
     for (const Scalar size : {1e-4, 1.0, 1e4}) {
       const testing::Scales scales{2 * size, 3 * size, 4, {-1, 2}};
       const auto motion = maker.make(random, scales);
-      const TriangleMesh mesh =
-          test_support::gear(6, 0.8, 1, 0.2)
-              .moved(Matrix3::Identity(), size * Vector3(0.2, 0.1, 0), size)
-              .mesh();
+      const TriangleMesh mesh = test_support::gear(6, 0.8, 1, 0.2)
+                                    .moved(Matrix3::Identity(), size * Vector3(0.2, 0.1, 0), size)
+                                    .mesh();
       const TimeParts parts{scales.span, 7};
       const SweptBoxes swept(mesh, *motion, parts);
       for (int i = 0; i < parts.count; ++i) {
@@ -84,7 +83,7 @@ TEST(ObstacleTree, HoldsEveryItemOnceInItsBoxes) {
     }
     EXPECT_EQ(seen.size(), std::size_t(count));
   }
-  EXPECT_TRUE(ObstacleTree({}).nodes().empty());
+  EXPECT_TRUE(ObstacleTree().nodes().empty());
 }
 
 }  // namespace

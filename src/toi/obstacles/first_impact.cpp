@@ -111,8 +111,8 @@ void ImpactSearch::push_obstacle(std::uint32_t slot, const AlignedBox& box, int 
 void ImpactSearch::push_moving(std::uint32_t slot) {
   ++statistics_.box_tests;
   const Obstacle& other = *data_.slots[slot].obstacle;
-  if (internal::box_gap(swept_.whole(), internal::swept_box(*other.shape, *other.X_WO,
-                                                            interval_)) > reach_) {
+  if (internal::box_gap(swept_.whole(), internal::swept_box(*other.shape, *other.X_WO, interval_)) >
+      reach_) {
     return;
   }
   const SweptBoxes boxes(*other.shape, *other.X_WO, parts_);
@@ -138,16 +138,15 @@ void ImpactSearch::add_pair(std::uint32_t slot, int first, int last) {
   pair.portion = kFirstPortion;
   pair.is_begun = false;
   pair.result = ToiResult();
-  memory_.queue.push({pair.interval.begin, kPair,
-                      static_cast<std::uint64_t>(data_.id_of(slot)), index});
+  memory_.queue.push(
+      {pair.interval.begin, kPair, static_cast<std::uint64_t>(data_.id_of(slot)), index});
 }
 
 // A further portion of a pair's search.
 ToiResult ImpactSearch::go_on(ObstaclePair& pair) {
   const Obstacle& other = obstacle(pair);
   ToiOptions options = options_;
-  options.max_node_pairs =
-      std::min(pair.portion, options_.max_node_pairs - statistics_.node_pairs);
+  options.max_node_pairs = std::min(pair.portion, options_.max_node_pairs - statistics_.node_pairs);
   options.solid_b = other.is_solid;
   if (pair.is_begun) {
     return resume_time_of_impact(body_, X_WB_, *other.shape, *other.X_WO, pair.interval, options,

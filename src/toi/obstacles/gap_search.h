@@ -11,8 +11,8 @@ namespace dyop::internal {
 /// Something to be examined that is proven free up to `key`, a time or a distance.
 struct ObstacleEvent {
   Scalar key = 0;
-  int rank = 0;          ///< at equal keys: boxes of the tree before obstacles
-  std::uint64_t id = 0;  ///< then the lesser id
+  int rank = 0;           ///< at equal keys: boxes of the tree before obstacles
+  std::uint64_t id = 0;   ///< then the lesser id
   std::size_t index = 0;  ///< node, slot or pair
 
   /// For a heap with the least on top.

@@ -71,8 +71,8 @@ NearestObstacle ObstacleSet::nearest(const Shape& body, const RigidPose& X_WB, S
   if (best.distance.lower > options.max_distance || !best.obstacle) {
     best.distance.status = DistanceStatus::FartherThanMaxDistance;
   } else {
-    best.distance.status = best.distance.lower > 0 ? DistanceStatus::Separated
-                                                   : DistanceStatus::Inconclusive;
+    best.distance.status =
+        best.distance.lower > 0 ? DistanceStatus::Separated : DistanceStatus::Inconclusive;
   }
   return best;
 }

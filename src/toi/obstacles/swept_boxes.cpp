@@ -14,15 +14,15 @@ Scalar reach_of(Scalar x) {
   return x >= 0 ? x : kInfinity;
 }
 
-AlignedBox posed_box(const Shape& shape, const RigidPose& X_WS, Scalar way) {
+AlignedBox posed_box(const Shape& shape, const RigidPose& X_WS, const Vector3& way) {
   const AlignedBox box = shape.bounding_box();
   const Vector3 center = X_WS * box.center();
   const Vector3 turned = X_WS.rotation().cwiseAbs() * (box.sizes() / 2);
   // Neither leaves the ball about the origin.
   const Vector3 ball = Vector3::Constant(shape.bounding_radius());
   const Vector3& origin = X_WS.translation();
-  const Vector3 lowest = (center - turned).cwiseMax(origin - ball).array() - way;
-  const Vector3 highest = (center + turned).cwiseMin(origin + ball).array() + way;
+  const Vector3 lowest = (center - turned).cwiseMaxcwiseMax(origin - ball) - way;
+  const Vector3 highest = (center + turned).cwiseMin(origin + ball) + way;
   return {lowest, highest};
 }
 
@@ -40,14 +40,23 @@ AlignedBox swept_box(const Shape& shape, const Motion& motion, const TimeInterva
   const Scalar middle = std::clamp((part.begin + part.end) / 2, part.begin, part.end);
   // literal: more than the rounding of half the length.
   const Scalar half = std::max(part.end - middle, middle - part.begin) * (1 + 0x1p-50);
-  const Scalar speed = bound.linear_speed + bound.angular_speed * radius;
-  const Scalar way = half > 0 ? reach_of(half * speed) : 0;
-  return posed_box(shape, motion.pose(middle), way + noise);
+  const MotionState state = motion.state(middle);
+  Vector3 way = Vector3::Constant(noise);
+  if (half > 0) {
+    const Scalar turning = reach_of(half * (bound.angular_speed * radius));
+    for (int i = 0; i < 3; ++i) {
+      const Scalar by_speed = reach_of(half * bound.linear_speed);
+      const Scalar by_velocity = reach_of(half * std::abs(state.twist.v_WB[i]) +
+                                          half * half / 2 * bound.linear_acceleration);
+      way[i] += turning + std::min(by_speed, by_velocity);
+    }
+  }
+  return posed_box(shape, state.X_WB, way);
 }
 
 AlignedBox placed_box(const Shape& shape, const RigidPose& X_WS) {
   const Scalar size = X_WS.translation().norm() + 2 * shape.bounding_radius();
-  return posed_box(shape, X_WS, kStepNoise * size);
+  return posed_box(shape, X_WS, Vector3::Constant(kStepNoise * size));
 }
 
 Scalar box_gap(const AlignedBox& a, const AlignedBox& b) {

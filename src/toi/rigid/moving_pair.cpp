@@ -180,8 +180,7 @@ bool MovingPair::is_closing(const PieceDistance& piece) const {
   return closing_speed(piece) > kPoseNoise * speeds;
 }
 
-TurningNormal MovingPair::normal_with_features(const PieceDistance& piece,
-                                               const LeafPiece& piece_a,
+TurningNormal MovingPair::normal_with_features(const PieceDistance& piece, const LeafPiece& piece_a,
                                                const LeafPiece& piece_b) const {
   const Vector3 n_W = now_.a.R_WB * piece.nhat_AB;
   const FeatureEdges edges_a(piece_a, piece.feature_a, now_.a.R_WB);
