@@ -21,7 +21,7 @@ AlignedBox posed_box(const Shape& shape, const RigidPose& X_WS, const Vector3& w
   // Neither leaves the ball about the origin.
   const Vector3 ball = Vector3::Constant(shape.bounding_radius());
   const Vector3& origin = X_WS.translation();
-  const Vector3 lowest = (center - turned).cwiseMaxcwiseMax(origin - ball) - way;
+  const Vector3 lowest = (center - turned).cwiseMax(origin - ball) - way;
   const Vector3 highest = (center + turned).cwiseMin(origin + ball) + way;
   return {lowest, highest};
 }
