@@ -6,6 +6,8 @@
 
 #include <cmath>
 #include <random>
+#include <utility>
+#include <vector>
 
 #include "dyop/geometry/box.h"
 #include "dyop/motion/constant_twist_motion.h"
@@ -134,6 +136,36 @@ void least_distance_of_loop(benchmark::State& state) {
   }
 }
 
+// Two tori of 9,216 triangles that pass by each other, with the relative tolerance 10^-digits.
+void least_distance_of_pair(benchmark::State& state) {
+  std::mt19937_64 random(11);
+  const TriangleMesh mesh = test_support::torus(0.7, 0.3, 96, 48).mesh();
+  LeastDistanceOptions options;
+  options.relative_tolerance = std::pow(10, -Scalar(state.range(0)));
+  std::vector<std::pair<ConstantTwistMotion, ConstantTwistMotion>> passes;
+  while (passes.size() < kQueries) {
+    const auto path = [&](Scalar side) {
+      const Vector3 start = 2 * random_direction(random) + Vector3(side, 0, 0);
+      return ConstantTwistMotion(RigidPose(random_rotation(random), start),
+                                 Twist{2 * random_direction(random), 3 * random_direction(random)});
+    };
+    passes.emplace_back(path(-2), path(2));
+    const auto& [X_WA, X_WB] = passes.back();
+    if (!(least_distance(mesh, X_WA, mesh, X_WB, kSpan).lower > 0)) passes.pop_back();
+  }
+  std::size_t i = 0;
+  Scalar queries = 0;
+  Scalar work = 0;
+  for (auto _ : state) {
+    const auto& [X_WA, X_WB] = passes[i++ % kQueries];
+    const LeastDistanceResult found = least_distance(mesh, X_WA, mesh, X_WB, kSpan, options);
+    queries += Scalar(found.distance_queries);
+    work += Scalar(found.statistics.node_pairs);
+  }
+  state.counters["queries"] = queries / Scalar(i);
+  state.counters["work"] = work / Scalar(i);
+}
+
 void sizes(benchmark::internal::Benchmark* bench) {
   bench->ArgNames({"obstacles", "meshes"});
   for (const int meshes : {0, 1}) {
@@ -148,6 +180,7 @@ BENCHMARK(nearest_of_set)->Apply(sizes);
 BENCHMARK(nearest_of_loop)->Apply(sizes);
 BENCHMARK(least_distance_of_set)->Apply(sizes);
 BENCHMARK(least_distance_of_loop)->Apply(sizes);
+BENCHMARK(least_distance_of_pair)->ArgName("digits")->DenseRange(1, 9, 2)->Iterations(kQueries);
 
 }  // namespace
 }  // namespace dyop::testing
