@@ -26,8 +26,8 @@ enum class LeastDistanceStatus {
 
 struct LeastDistanceOptions {
   /// How far apart the bounds may stay: the larger of an absolute (length, >= 0) and a relative
-  /// (in [0, 1), times upper) tolerance, and of 64 rounding allowances of the query. Cost grows
-  /// with the square root of the inverse, as a rule.
+  /// (in [0, 1), times upper) tolerance, and of 64 rounding allowances of the query. A tight one
+  /// costs little.
   Scalar absolute_tolerance = 0;
   Scalar relative_tolerance = 0.01;
   /// Stop as soon as the shapes are proven to stay farther apart than this; length, >= 0.
