@@ -11,6 +11,7 @@
 #include "dyop/core/error.h"
 #include "dyop/distance/distance.h"
 #include "dyop/distance/triangle_distance.h"
+#include "geometry/compound_tree.h"
 #include "geometry/shape_tree.h"
 #include "hierarchy/box_gaps.h"
 
@@ -53,6 +54,21 @@ TriangleFeature edge_of(const Triangle& t, const TriangleIndices& indices, std::
 
 bool is_vertex(const Feature& feature) {
   return feature.kind == FeatureKind::Vertex;
+}
+
+// A mesh or convex shape that a shape is made of, in the shape's frame.
+struct ContactPart {
+  const Shape& shape;
+  std::optional<std::int32_t> child;
+};
+
+std::vector<ContactPart> contact_parts(const Shape& shape) {
+  if (shape.kind() != ShapeKind::Compound) return {{shape, std::nullopt}};
+  std::vector<ContactPart> parts;
+  for (const internal::CompoundPart& part : static_cast<const CompoundShape&>(shape).tree().parts) {
+    parts.push_back({part.shape(), std::int32_t(parts.size())});
+  }
+  return parts;
 }
 
 // Gathers the contacts of two triangle surfaces in frame A.
@@ -187,11 +203,12 @@ bool comes_first(const Contact& x, const Contact& y) {
 }
 
 // For cores without a surface: the one contact of the nearest points.
-std::vector<Contact> nearest_contact(const Shape& a, const RigidPose& X_WA, const Shape& b,
-                                     const RigidPose& X_WB, Scalar max_distance) {
+std::vector<Contact> nearest_contact(const ContactPart& a, const RigidPose& X_WA,
+                                     const ContactPart& b, const RigidPose& X_WB,
+                                     Scalar max_distance) {
   DistanceOptions options;
   options.max_distance = max_distance;
-  const DistanceResult nearest = distance(a, X_WA, b, X_WB, options);
+  const DistanceResult nearest = distance(a.shape, X_WA, b.shape, X_WB, options);
   if (nearest.status == DistanceStatus::FartherThanMaxDistance) return {};
   Contact contact;
   contact.p_WCa = nearest.p_WCa;
@@ -203,7 +220,30 @@ std::vector<Contact> nearest_contact(const Shape& a, const RigidPose& X_WA, cons
   contact.feature_b = nearest.feature_b;
   contact.triangle_a = nearest.triangle_a;
   contact.triangle_b = nearest.triangle_b;
+  contact.child_a = a.child;
+  contact.child_b = b.child;
   return {contact};
+}
+
+// One list, sorted, in world.
+std::vector<Contact> merged(std::vector<Contact> gathered_A, std::vector<Contact> nearest_W,
+                            const RigidPose& X_WA, Scalar max_distance, Scalar noise) {
+  if (gathered_A.empty()) {
+    std::sort(nearest_W.begin(), nearest_W.end(), comes_first);
+    return nearest_W;
+  }
+  std::sort(gathered_A.begin(), gathered_A.end(), comes_first);
+  const Scalar radius = place_radius(gathered_A.front().lower, max_distance);
+  std::vector<Contact> kept = one_per_place(gathered_A, radius + noise);
+  for (Contact& contact : kept) {
+    contact.p_WCa = X_WA * contact.p_WCa;
+    contact.p_WCb = X_WA * contact.p_WCb;
+    contact.nhat_AB_W = X_WA.rotation() * contact.nhat_AB_W;
+  }
+  if (nearest_W.empty()) return kept;
+  kept.insert(kept.end(), nearest_W.begin(), nearest_W.end());
+  std::sort(kept.begin(), kept.end(), comes_first);
+  return kept;
 }
 
 }  // namespace
@@ -212,24 +252,30 @@ std::vector<Contact> find_contacts(const Shape& a, const RigidPose& X_WA, const 
                                    const RigidPose& X_WB, Scalar max_distance) {
   DYOP_REQUIRE(max_distance >= 0 && max_distance < kInfinity,
                "find_contacts: max_distance must be finite and >= 0, not ", max_distance);
-  const CoreSurface surface_a(a);
-  const CoreSurface surface_b(b);
-  if (!surface_a.mesh || !surface_b.mesh) return nearest_contact(a, X_WA, b, X_WB, max_distance);
-
   const Scalar noise = internal::pose_noise(a, X_WA, b, X_WB);
   const RigidPose X_AB = X_WA.inverse() * X_WB;
-  ContactGathering gathering(surface_a, surface_b, X_AB, noise, max_distance);
-  gathering.run();
-  std::sort(gathering.contacts.begin(), gathering.contacts.end(), comes_first);
-  if (gathering.contacts.empty()) return {};
-  const Scalar radius = place_radius(gathering.contacts.front().lower, max_distance);
-  std::vector<Contact> kept = one_per_place(gathering.contacts, radius + 4 * noise);
-  for (Contact& contact : kept) {
-    contact.p_WCa = X_WA * contact.p_WCa;
-    contact.p_WCb = X_WA * contact.p_WCb;
-    contact.nhat_AB_W = X_WA.rotation() * contact.nhat_AB_W;
+  std::vector<Contact> gathered;  // in frame A
+  std::vector<Contact> nearest;   // in world, of parts without a surface
+  for (const ContactPart& part_a : contact_parts(a)) {
+    for (const ContactPart& part_b : contact_parts(b)) {
+      const CoreSurface surface_a(part_a.shape);
+      const CoreSurface surface_b(part_b.shape);
+      if (!surface_a.mesh || !surface_b.mesh) {
+        for (const Contact& contact : nearest_contact(part_a, X_WA, part_b, X_WB, max_distance)) {
+          nearest.push_back(contact);
+        }
+        continue;
+      }
+      ContactGathering gathering(surface_a, surface_b, X_AB, noise, max_distance);
+      gathering.run();
+      for (Contact& contact : gathering.contacts) {
+        contact.child_a = part_a.child;
+        contact.child_b = part_b.child;
+        gathered.push_back(contact);
+      }
+    }
   }
-  return kept;
+  return merged(std::move(gathered), std::move(nearest), X_WA, max_distance, 4 * noise);
 }
 
 }  // namespace dyop

@@ -8,10 +8,8 @@
 namespace dyop::internal {
 namespace {
 
-Feature piece_feature(const Feature& feature, const ShapeTree& tree, std::int32_t leaf) {
-  if (!tree.mesh()) return feature;
-  return mesh_feature(feature,
-                      tree.mesh()->triangles()[static_cast<std::size_t>(tree.triangle(leaf))]);
+Feature piece_feature(const Feature& feature, const LeafPiece& piece) {
+  return piece.mesh ? mesh_feature(feature, piece.indices()) : feature;
 }
 
 PieceDistance triangle_pieces(const Triangle& a, const Triangle& b, const RigidPose& X_AB) {
@@ -29,6 +27,11 @@ PieceDistance convex_pieces(const ConvexShape& a, const ConvexShape& b, const Ri
   return convex_pieces(a, b, X_AB, GjkGoal{}, seed);
 }
 
+// Points of a compound have been through one more pose.
+Scalar posed_size(const Shape& shape) {
+  return (shape.kind() == ShapeKind::Compound ? 2 : 1) * shape.bounding_radius();
+}
+
 // A point of B off by pose_noise changes the distance by no more.
 void widen(PieceDistance& result, Scalar pose_noise) {
   result.lower = std::max(0.0, result.lower - pose_noise);
@@ -39,19 +42,20 @@ void widen(PieceDistance& result, Scalar pose_noise) {
 
 PieceDistance piece_distance(const ShapeTree& a, std::int32_t leaf_a, const ShapeTree& b,
                              std::int32_t leaf_b, const RigidPose& X_AB, Scalar pose_noise) {
+  const LeafPiece piece_a = a.piece(leaf_a);
+  const LeafPiece piece_b = b.piece(leaf_b);
   PieceDistance result;
-  if (a.mesh() && b.mesh()) {
-    result = triangle_pieces(a.mesh()->triangle(a.triangle(leaf_a)),
-                             b.mesh()->triangle(b.triangle(leaf_b)), X_AB);
-  } else if (a.mesh()) {
-    result = convex_pieces(TriangleCore(a.mesh()->triangle(a.triangle(leaf_a))), *b.convex(), X_AB);
-  } else if (b.mesh()) {
-    result = convex_pieces(*a.convex(), TriangleCore(b.mesh()->triangle(b.triangle(leaf_b))), X_AB);
+  if (piece_a.mesh && piece_b.mesh) {
+    result = triangle_pieces(piece_a.corners(), piece_b.corners(), X_AB);
+  } else if (piece_a.mesh) {
+    result = convex_pieces(TriangleCore(piece_a.corners()), *piece_b.convex, X_AB);
+  } else if (piece_b.mesh) {
+    result = convex_pieces(*piece_a.convex, TriangleCore(piece_b.corners()), X_AB);
   } else {
-    result = convex_pieces(*a.convex(), *b.convex(), X_AB);
+    result = convex_pieces(*piece_a.convex, *piece_b.convex, X_AB);
   }
-  result.feature_a = piece_feature(result.feature_a, a, leaf_a);
-  result.feature_b = piece_feature(result.feature_b, b, leaf_b);
+  result.feature_a = piece_feature(result.feature_a, piece_a);
+  result.feature_b = piece_feature(result.feature_b, piece_b);
   widen(result, pose_noise);
   return result;
 }
@@ -82,14 +86,18 @@ WitnessPair witness_pair(const PieceDistance& piece, const ShapeTree& a, std::in
   pair.nhat_AB_W = X_WA.rotation() * piece.nhat_AB;
   pair.feature_a = piece.feature_a;
   pair.feature_b = piece.feature_b;
-  pair.triangle_a = triangle_number(a, leaf_a);
-  pair.triangle_b = triangle_number(b, leaf_b);
+  const LeafPiece piece_a = a.piece(leaf_a);
+  const LeafPiece piece_b = b.piece(leaf_b);
+  pair.triangle_a = triangle_number(piece_a);
+  pair.triangle_b = triangle_number(piece_b);
+  pair.child_a = piece_a.child;
+  pair.child_b = piece_b.child;
   return pair;
 }
 
 Scalar pose_noise(const Shape& a, const RigidPose& X_WA, const Shape& b, const RigidPose& X_WB) {
-  return kPoseNoise * (X_WA.translation().norm() + X_WB.translation().norm() + a.bounding_radius() +
-                       b.bounding_radius());
+  return kPoseNoise *
+         (X_WA.translation().norm() + X_WB.translation().norm() + posed_size(a) + posed_size(b));
 }
 
 }  // namespace dyop::internal

@@ -28,9 +28,9 @@ PieceDistance piece_distance(const ShapeTree& a, std::int32_t leaf_a, const Shap
                              const GjkGoal& goal, GjkSeed& seed);
 
 /// The triangle number at a leaf, or nothing for a convex shape.
-inline std::optional<std::int32_t> triangle_number(const ShapeTree& tree, std::int32_t leaf) {
-  if (!tree.mesh()) return std::nullopt;
-  return tree.triangle(leaf);
+inline std::optional<std::int32_t> triangle_number(const LeafPiece& piece) {
+  if (!piece.mesh) return std::nullopt;
+  return piece.triangle;
 }
 
 /// A feature of a triangle with the mesh's vertex numbers in place of local ones.

@@ -8,15 +8,37 @@
 namespace dyop::internal {
 
 ShapeTree::ShapeTree(const Shape& shape) {
-  if (shape.kind() == ShapeKind::TriangleMesh) {
-    mesh_ = static_cast<const TriangleMesh*>(&shape);
-    nodes_ = mesh_->hierarchy().nodes().data();
-    node_count_ = std::int32_t(mesh_->hierarchy().nodes().size());
-    scale_ = mesh_->hierarchy().scale();
-    return;
+  switch (shape.kind()) {
+    case ShapeKind::TriangleMesh:
+      mesh_ = static_cast<const TriangleMesh*>(&shape);
+      nodes_ = mesh_->hierarchy().nodes().data();
+      node_count_ = std::int32_t(mesh_->hierarchy().nodes().size());
+      scale_ = mesh_->hierarchy().scale();
+      return;
+    case ShapeKind::Convex:
+      convex_ = static_cast<const ConvexShape*>(&shape);
+      set_convex();
+      return;
+    case ShapeKind::Compound:
+      compound_ = &static_cast<const CompoundShape&>(shape).tree();
+      nodes_ = compound_->nodes.data();
+      node_count_ = std::int32_t(compound_->nodes.size());
+      scale_ = compound_->scale;
+      return;
   }
-  convex_ = static_cast<const ConvexShape*>(&shape);
-  const AlignedBox bounds = shape.bounding_box();
+}
+
+LeafPiece ShapeTree::compound_piece(std::int32_t leaf) const {
+  const std::int32_t number = triangle(leaf);
+  const std::int32_t child = compound_->child_of(number);
+  const CompoundPart& part = compound_->part(child);
+  if (!part.mesh) return {nullptr, part.convex.get(), 0, child};
+  return {&*part.mesh, nullptr, number - part.first_piece, child};
+}
+
+// A tree of one box.
+void ShapeTree::set_convex() {
+  const AlignedBox bounds = convex_->bounding_box();
   OrientedBox box;
   box.center = bounds.center();
   // Centre and half extents are rounded: grow by more than their error.

@@ -1,16 +1,31 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 
 #include "dyop/core/rigid_pose.h"
 #include "dyop/geometry/convex_shape.h"
 #include "dyop/geometry/triangle_mesh.h"
 #include "dyop/hierarchy/mesh_hierarchy.h"
+#include "geometry/compound_tree.h"
 #include "hierarchy/facing_box.h"
 
 namespace dyop::internal {
 
-/// One view on both kinds of shape for traversals: a tree of oriented boxes whose leaves are
+/// What a leaf of a ShapeTree holds: a triangle of a mesh, or a convex shape. In the tree's frame.
+struct LeafPiece {
+  const TriangleMesh* mesh = nullptr;
+  const ConvexShape* convex = nullptr;
+  std::int32_t triangle = 0;          ///< of the mesh
+  std::optional<std::int32_t> child;  ///< of a compound
+
+  Triangle corners() const { return mesh->triangle(triangle); }
+  const TriangleIndices& indices() const {
+    return mesh->triangles()[static_cast<std::size_t>(triangle)];
+  }
+};
+
+/// One view on all kinds of shape for traversals: a tree of oriented boxes whose leaves are
 /// pieces, a triangle of a mesh or a whole convex shape. Does not own the shape.
 ///
 /// A box is named by eight times its node plus its column in it; box 0 is the root.
@@ -54,12 +69,23 @@ class ShapeTree {
   /// Triangle number of a leaf of a mesh.
   std::int32_t triangle(std::int32_t leaf) const { return -1 - child(leaf); }
 
+  LeafPiece piece(std::int32_t leaf) const {
+    if (mesh_) return {mesh_, nullptr, triangle(leaf), std::nullopt};
+    if (convex_) return {nullptr, convex_, 0, std::nullopt};
+    return compound_piece(leaf);
+  }
+
+  /// Null unless the shape is of that kind.
   const TriangleMesh* mesh() const { return mesh_; }
   const ConvexShape* convex() const { return convex_; }
 
  private:
+  void set_convex();
+  LeafPiece compound_piece(std::int32_t leaf) const;
+
   const TriangleMesh* mesh_ = nullptr;
   const ConvexShape* convex_ = nullptr;
+  const CompoundTree* compound_ = nullptr;
   const MeshHierarchy::Node* nodes_ = nullptr;
   std::int32_t node_count_ = 1;
   MeshHierarchy::Node convex_node_;

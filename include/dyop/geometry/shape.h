@@ -8,7 +8,7 @@
 
 namespace DYOP_EXPORT dyop {
 
-enum class ShapeKind { TriangleMesh, Convex };
+enum class ShapeKind { TriangleMesh, Convex, Compound };
 
 /// What part of a shape a witness point lies on.
 enum class FeatureKind { Vertex, Edge, Face, Smooth };
@@ -24,7 +24,8 @@ struct Feature {
 /// A rigid shape at rest in its own frame. Immutable once built, so that bodies and threads can
 /// share it.
 ///
-/// Two kinds exist: TriangleMesh, and everything that derives from ConvexShape.
+/// Three kinds exist: TriangleMesh, everything that derives from ConvexShape, and CompoundShape,
+/// which holds several of both.
 ///
 /// To add a shape:
 ///   1. `include/dyop/geometry/<name>.h` and `src/geometry/<name>.cpp`, deriving from ConvexShape;

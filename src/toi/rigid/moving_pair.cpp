@@ -32,8 +32,8 @@ BoundLookups lookups_of(const Shape& a, const Shape& b) {
 // In world, the edges that a witness point's feature spans: of an edge one, of a face two.
 class FeatureEdges {
  public:
-  FeatureEdges(const ShapeTree& tree, const Feature& feature, const Matrix3& R_WS) {
-    const TriangleMesh* mesh = tree.mesh() ? tree.mesh() : tree.convex()->core_surface();
+  FeatureEdges(const LeafPiece& piece, const Feature& feature, const Matrix3& R_WS) {
+    const TriangleMesh* mesh = piece.mesh ? piece.mesh : piece.convex->core_surface();
     if (!mesh || feature.kind == FeatureKind::Smooth) return;
     // A user's shape may number its vertices as it likes.
     const auto count = static_cast<std::int32_t>(mesh->vertices().size());
@@ -188,32 +188,34 @@ bool MovingPair::is_closing(const PieceDistance& piece) const {
   return closing_speed(piece) > kPoseNoise * speeds;
 }
 
-TurningNormal MovingPair::normal_with_features(const PieceDistance& piece) const {
+TurningNormal MovingPair::normal_with_features(const PieceDistance& piece, const LeafPiece& piece_a,
+                                               const LeafPiece& piece_b) const {
   const Vector3 n_W = now_.a.R_WB * piece.nhat_AB;
-  const FeatureEdges edges_a(a_.tree, piece.feature_a, now_.a.R_WB);
-  const FeatureEdges edges_b(b_.tree, piece.feature_b, now_.b.R_WB);
+  const FeatureEdges edges_a(piece_a, piece.feature_a, now_.a.R_WB);
+  const FeatureEdges edges_b(piece_b, piece.feature_b, now_.b.R_WB);
   return {n_W, turn_with_edges(n_W, edges_a.span(), now_.a.w_WB, edges_b.span(), now_.b.w_WB)};
 }
 
 SafeStep MovingPair::leaf_step(const PieceDistance& piece, std::int32_t leaf_a, std::int32_t leaf_b,
                                Scalar floor) const {
-  const TurningNormal normal = normal_with_features(piece);
-  const ConvexShape* convex_a = a_.tree.convex();
-  const ConvexShape* convex_b = b_.tree.convex();
-  if (convex_a && convex_b) {
+  const LeafPiece piece_a = a_.tree.piece(leaf_a);
+  const LeafPiece piece_b = b_.tree.piece(leaf_b);
+  const TurningNormal normal = normal_with_features(piece, piece_a, piece_b);
+  const ConvexShape* convex_a = piece_a.convex;
+  const ConvexShape* convex_b = piece_b.convex;
+  if (a_.tree.convex() && b_.tree.convex()) {
     const Slab slab{normal, piece.lower, closing_speed(piece)};
     return safe_step(now_, *convex_a, a_.radius, *convex_b, b_.radius, slab, floor);
   }
   const Scalar radius_a = node_radius(a_.tree.box(leaf_a));
   const Scalar radius_b = node_radius(b_.tree.box(leaf_b));
-  const auto step = [&](const auto& piece_a, const auto& piece_b) {
-    return safe_step(now_, piece_a, radius_a, piece_b, radius_b, normal, floor);
+  const auto step = [&](const auto& set_a, const auto& set_b) {
+    return safe_step(now_, set_a, radius_a, set_b, radius_b, normal, floor);
   };
-  const auto with_b = [&](const auto& piece_a) {
-    return convex_b ? step(piece_a, *convex_b)
-                    : step(piece_a, b_.tree.mesh()->triangle(b_.tree.triangle(leaf_b)));
+  const auto with_b = [&](const auto& set_a) {
+    return convex_b ? step(set_a, *convex_b) : step(set_a, piece_b.corners());
   };
-  return convex_a ? with_b(*convex_a) : with_b(a_.tree.mesh()->triangle(a_.tree.triangle(leaf_a)));
+  return convex_a ? with_b(*convex_a) : with_b(piece_a.corners());
 }
 
 }  // namespace dyop::internal

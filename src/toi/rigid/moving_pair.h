@@ -84,7 +84,8 @@ class MovingPair {
   };
 
   /// The normal of a pair of leaves, turning with the features that it is square to.
-  TurningNormal normal_with_features(const PieceDistance& piece) const;
+  TurningNormal normal_with_features(const PieceDistance& piece, const LeafPiece& piece_a,
+                                     const LeafPiece& piece_b) const;
   Scalar rounding_allowance() const;
   void set_horizon();
   bool is_steady() const;

@@ -1,0 +1,13 @@
+#pragma once
+
+#include "dyop/toi/least_distance.h"
+
+namespace dyop::internal {
+
+/// Throws InvalidArgument unless the numbers among the options are in range.
+void require_valid_options(const LeastDistanceOptions& options);
+
+/// How far apart the bounds of a result may stay.
+Scalar tolerance_of(const LeastDistanceOptions& options, const LeastDistanceResult& result);
+
+}  // namespace dyop::internal

@@ -1,0 +1,113 @@
+#include "dyop/toi/obstacle_set.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "distance/enclosure.h"
+#include "dyop/core/error.h"
+#include "dyop/motion/rest_motion.h"
+#include "toi/obstacles/obstacle_data.h"
+#include "toi/obstacles/obstacle_memory.h"
+#include "toi/obstacles/swept_boxes.h"
+
+namespace dyop {
+
+ObstacleWorkspace::ObstacleWorkspace() : memory_(std::make_unique<internal::ObstacleMemory>()) {}
+ObstacleWorkspace::~ObstacleWorkspace() = default;
+ObstacleWorkspace::ObstacleWorkspace(ObstacleWorkspace&&) noexcept = default;
+ObstacleWorkspace& ObstacleWorkspace::operator=(ObstacleWorkspace&&) noexcept = default;
+
+ObstacleSet::ObstacleSet() : data_(std::make_unique<internal::ObstacleSetData>()) {}
+ObstacleSet::~ObstacleSet() = default;
+ObstacleSet::ObstacleSet(ObstacleSet&&) noexcept = default;
+ObstacleSet& ObstacleSet::operator=(ObstacleSet&&) noexcept = default;
+
+namespace {
+
+using Slot = internal::ObstacleSetData::Slot;
+
+// The slot's obstacle is new, or has a new motion.
+void box_obstacle(Slot& slot) {
+  const Motion& motion = *slot.obstacle->X_WO;
+  slot.is_at_rest = dynamic_cast<const RestMotion*>(&motion) != nullptr;
+  if (slot.is_at_rest) slot.box = internal::placed_box(*slot.obstacle->shape, motion.pose(0));
+}
+
+std::uint32_t slot_of(const internal::ObstacleSetData& data, ObstacleId id) {
+  DYOP_REQUIRE(data.find(id), "no obstacle has the id ", static_cast<std::uint64_t>(id));
+  return static_cast<std::uint32_t>(id);
+}
+
+}  // namespace
+
+ObstacleId ObstacleSet::add(Obstacle obstacle) {
+  DYOP_REQUIRE(obstacle.shape != nullptr, "an obstacle needs a shape");
+  DYOP_REQUIRE(obstacle.X_WO != nullptr, "an obstacle needs a motion");
+  internal::require_closed("ObstacleSet::add", *obstacle.shape, *obstacle.shape,
+                           {false, obstacle.is_solid});
+  if (data_->free.empty()) {
+    data_->free.push_back(static_cast<std::uint32_t>(data_->slots.size()));
+    data_->slots.emplace_back();
+  }
+  const std::uint32_t number = data_->free.back();
+  data_->free.pop_back();
+  Slot& slot = data_->slots[number];
+  slot.obstacle = std::move(obstacle);
+  box_obstacle(slot);
+  data_->put_in(number);
+  ++data_->size;
+  return data_->id_of(number);
+}
+
+ObstacleId ObstacleSet::add(std::shared_ptr<const Shape> shape, const RigidPose& X_WO,
+                            std::uint32_t groups) {
+  return add({std::move(shape), std::make_shared<RestMotion>(X_WO), groups, false});
+}
+
+void ObstacleSet::move(ObstacleId id, const RigidPose& X_WO) {
+  move(id, std::make_shared<RestMotion>(X_WO));
+}
+
+void ObstacleSet::move(ObstacleId id, std::shared_ptr<const Motion> X_WO) {
+  DYOP_REQUIRE(X_WO != nullptr, "an obstacle needs a motion");
+  const std::uint32_t number = slot_of(*data_, id);
+  data_->take_out(number);
+  Slot& slot = data_->slots[number];
+  slot.obstacle->X_WO = std::move(X_WO);
+  box_obstacle(slot);
+  data_->put_in(number);
+}
+
+void ObstacleSet::remove(ObstacleId id) {
+  const std::uint32_t number = slot_of(*data_, id);
+  data_->take_out(number);
+  Slot& slot = data_->slots[number];
+  slot.obstacle.reset();
+  ++slot.uses;
+  --data_->size;
+  data_->free.push_back(number);
+  data_->tidy();
+}
+
+bool ObstacleSet::contains(ObstacleId id) const {
+  return data_->find(id) != nullptr;
+}
+
+const Obstacle& ObstacleSet::obstacle(ObstacleId id) const {
+  return *data_->slots[slot_of(*data_, id)].obstacle;
+}
+
+std::size_t ObstacleSet::size() const {
+  return data_->size;
+}
+
+std::vector<ObstacleId> ObstacleSet::ids() const {
+  std::vector<ObstacleId> result;
+  for (std::uint32_t i = 0; i < data_->slots.size(); ++i) {
+    if (data_->slots[i].obstacle) result.push_back(data_->id_of(i));
+  }
+  std::sort(result.begin(), result.end());
+  return result;
+}
+
+}  // namespace dyop

@@ -1,0 +1,273 @@
+#include <algorithm>
+
+#include "dyop/core/error.h"
+#include "dyop/toi/obstacle_set.h"
+#include "toi/interruption.h"
+#include "toi/obstacles/obstacle_memory.h"
+#include "toi/obstacles/swept_boxes.h"
+#include "toi/toi_check.h"
+
+namespace dyop {
+namespace {
+
+using internal::ObstacleEvent;
+using internal::ObstaclePair;
+using internal::ObstacleTree;
+using internal::SweptBoxes;
+using internal::TimeParts;
+
+// Equal parts of the interval over each of which the body is boxed. More: obstacles are passed over
+// more often, each for some 0.3 us.
+constexpr int kTimeParts = 16;
+// Node pairs of the first go at a pair, and how much longer each further go is. Most pairs need one.
+constexpr std::int64_t kFirstPortion = 512;
+constexpr std::int64_t kPortionGrowth = 4;
+
+// What comes first at equal times: all that may still turn out to be earlier, then the worst news.
+enum Rank : int { kNode, kPair, kWithinTarget, kUndecided, kImpact };
+
+Rank rank_of(ToiStatus status) {
+  switch (status) {
+    case ToiStatus::InitiallyWithinTarget:
+      return kWithinTarget;
+    case ToiStatus::Impact:
+      return kImpact;
+    case ToiStatus::NotRun:
+    case ToiStatus::Separated:
+    case ToiStatus::BudgetExhausted:
+    case ToiStatus::Cancelled:
+    case ToiStatus::NumericalLimit:
+      break;
+  }
+  return kUndecided;
+}
+
+// Best-first over obstacles: whichever may be met first is pursued, a portion at a time.
+class ImpactSearch {
+ public:
+  ImpactSearch(const internal::ObstacleSetData& data, const Shape& body, const Motion& X_WB,
+               const TimeInterval& interval, const ToiOptions& options,
+               const ObstacleFilter& filter, internal::ObstacleMemory& memory)
+      : data_(data),
+        body_(body),
+        X_WB_(X_WB),
+        interval_(interval),
+        options_(options),
+        filter_(filter),
+        memory_(memory),
+        parts_{interval, interval.length() > 0 ? kTimeParts : 1},
+        swept_(body, X_WB, parts_),
+        // Boxes farther apart than this hold shapes that are, rounding included.
+        reach_(options.target_distance + options.distance_tolerance) {}
+
+  ObstacleImpact run();
+
+ private:
+  void push_node(std::size_t number, int first);
+  void push_obstacle(std::uint32_t slot, const AlignedBox& box, int first);
+  void push_moving(std::uint32_t slot);
+  void add_pair(std::uint32_t slot, int first, int last);
+  // True if the whole call is to end.
+  bool pursue(std::size_t index);
+  ToiResult go_on(ObstaclePair& pair);
+  const Obstacle& obstacle(const ObstaclePair& pair) const {
+    return *data_.slots[pair.slot].obstacle;
+  }
+  ObstacleImpact finish(const ObstaclePair& pair, ToiStatus status, Scalar t_safe);
+  ObstacleImpact finish_separated();
+
+  const internal::ObstacleSetData& data_;
+  const Shape& body_;
+  const Motion& X_WB_;
+  const TimeInterval interval_;
+  const ToiOptions& options_;
+  const ObstacleFilter& filter_;
+  internal::ObstacleMemory& memory_;
+  const TimeParts parts_;
+  const SweptBoxes swept_;
+  const Scalar reach_;
+  ToiStatistics statistics_;
+  Scalar rounding_allowance_ = 0;
+};
+
+void ImpactSearch::push_node(std::size_t number, int first) {
+  const ObstacleTree::Node& node = data_.tree.nodes()[number];
+  if (node.is_leaf()) {
+    if (data_.slots[node.number()].is_in_tree) push_obstacle(node.number(), node.box, first);
+    return;
+  }
+  ++statistics_.box_tests;
+  const std::optional<int> near = swept_.first_near(node.box, reach_, first);
+  if (near) memory_.queue.push({parts_.time(*near), kNode, std::uint64_t(*near), number});
+}
+
+void ImpactSearch::push_obstacle(std::uint32_t slot, const AlignedBox& box, int first) {
+  ++statistics_.box_tests;
+  const std::optional<int> near = swept_.first_near(box, reach_, first);
+  if (near) add_pair(slot, *near, swept_.last_near(box, reach_, *near));
+}
+
+// Both are boxed over each part of the interval.
+void ImpactSearch::push_moving(std::uint32_t slot) {
+  ++statistics_.box_tests;
+  const Obstacle& other = *data_.slots[slot].obstacle;
+  if (internal::box_gap(swept_.whole(), internal::swept_box(*other.shape, *other.X_WO, interval_)) >
+      reach_) {
+    return;
+  }
+  const SweptBoxes boxes(*other.shape, *other.X_WO, parts_);
+  int first = parts_.count;
+  int last = 0;
+  for (int i = 0; i < parts_.count; ++i) {
+    if (internal::box_gap(swept_.part(i), boxes.part(i)) > reach_) continue;
+    first = std::min(first, i);
+    last = i;
+  }
+  if (first < parts_.count) add_pair(slot, first, last);
+}
+
+void ImpactSearch::add_pair(std::uint32_t slot, int first, int last) {
+  if (!internal::passes(data_, slot, filter_)) return;
+  if (memory_.used == memory_.pairs.size()) {
+    memory_.pairs.push_back(std::make_unique<ObstaclePair>());
+  }
+  const std::size_t index = memory_.used++;
+  ObstaclePair& pair = *memory_.pairs[index];
+  pair.slot = slot;
+  pair.interval = {parts_.time(first), parts_.time(last + 1)};
+  pair.portion = kFirstPortion;
+  pair.is_begun = false;
+  pair.result = ToiResult();
+  memory_.queue.push(
+      {pair.interval.begin, kPair, static_cast<std::uint64_t>(data_.id_of(slot)), index});
+}
+
+// A further portion of a pair's search.
+ToiResult ImpactSearch::go_on(ObstaclePair& pair) {
+  const Obstacle& other = obstacle(pair);
+  ToiOptions options = options_;
+  options.max_node_pairs = std::min(pair.portion, options_.max_node_pairs - statistics_.node_pairs);
+  options.solid_b = other.is_solid;
+  if (pair.is_begun) {
+    return resume_time_of_impact(body_, X_WB_, *other.shape, *other.X_WO, pair.interval, options,
+                                 pair.workspace);
+  }
+  pair.is_begun = true;
+  return time_of_impact(body_, X_WB_, *other.shape, *other.X_WO, pair.interval, options,
+                        pair.workspace);
+}
+
+bool ImpactSearch::pursue(std::size_t index) {
+  ObstaclePair& pair = *memory_.pairs[index];
+  pair.result = go_on(pair);
+  const ToiResult& found = pair.result;
+  statistics_.box_tests += found.statistics.box_tests;
+  statistics_.leaf_tests += found.statistics.leaf_tests;
+  statistics_.node_pairs += found.statistics.node_pairs;
+  statistics_.peak_queue = std::max(statistics_.peak_queue, found.statistics.peak_queue);
+  rounding_allowance_ = std::max(rounding_allowance_, found.rounding_allowance);
+  const auto id = static_cast<std::uint64_t>(data_.id_of(pair.slot));
+  switch (found.status) {
+    case ToiStatus::Separated:
+      return false;
+    case ToiStatus::Impact:
+    case ToiStatus::InitiallyWithinTarget:
+    case ToiStatus::NumericalLimit:
+      memory_.queue.push({found.t_safe, rank_of(found.status), id, index});
+      return false;
+    case ToiStatus::BudgetExhausted:
+    case ToiStatus::Cancelled:
+    case ToiStatus::NotRun:
+      break;
+  }
+  memory_.queue.push({found.t_safe, kPair, id, index});
+  // Its own portion was spent, not the budget, the time or the caller's patience.
+  const bool is_portion = found.status == ToiStatus::BudgetExhausted &&
+                          found.statistics.node_pairs >= pair.portion &&
+                          statistics_.node_pairs < options_.max_node_pairs;
+  pair.portion *= kPortionGrowth;
+  return !is_portion;
+}
+
+ObstacleImpact ImpactSearch::finish(const ObstaclePair& pair, ToiStatus status, Scalar t_safe) {
+  ObstacleImpact impact;
+  impact.toi = pair.result;
+  impact.toi.status = status;
+  impact.toi.t_safe = t_safe;
+  impact.obstacle = data_.id_of(pair.slot);
+  impact.toi.statistics = statistics_;
+  impact.toi.rounding_allowance = rounding_allowance_;
+  if (!pair.is_begun || pair.result.t_safe != t_safe) {
+    impact.toi.X_WA = X_WB_.pose(t_safe);
+    impact.toi.X_WB = obstacle(pair).X_WO->pose(t_safe);
+  }
+  const Scalar share = (t_safe - interval_.begin) / interval_.length();
+  impact.free_fraction = interval_.length() > 0 ? std::clamp(share, 0.0, 1.0) : 0;
+  return impact;
+}
+
+ObstacleImpact ImpactSearch::finish_separated() {
+  ObstacleImpact impact;
+  impact.toi.status = ToiStatus::Separated;
+  impact.toi.t_safe = interval_.end;
+  impact.toi.X_WA = X_WB_.pose(interval_.end);
+  impact.toi.statistics = statistics_;
+  impact.toi.rounding_allowance = rounding_allowance_;
+  impact.free_fraction = 1;
+  return impact;
+}
+
+ObstacleImpact ImpactSearch::run() {
+  memory_.queue.clear();
+  memory_.used = 0;
+  for (const std::uint32_t slot : data_.loose) {
+    if (data_.slots[slot].is_at_rest) {
+      push_obstacle(slot, data_.slots[slot].box, 0);
+    } else {
+      push_moving(slot);
+    }
+  }
+  if (!data_.tree.nodes().empty()) push_node(0, 0);
+  ToiStatus undecided = ToiStatus::NotRun;
+  while (!memory_.queue.is_empty()) {
+    const ObstacleEvent event = memory_.queue.pop();
+    if (event.rank == kNode) {
+      const std::size_t child = data_.tree.nodes()[event.index].child();
+      push_node(child, int(event.id));
+      push_node(child + 1, int(event.id));
+      continue;
+    }
+    const ObstaclePair& pair = *memory_.pairs[event.index];
+    if (statistics_.node_pairs >= options_.max_node_pairs) undecided = ToiStatus::BudgetExhausted;
+    if (event.rank != kPair || undecided != ToiStatus::NotRun) {
+      const bool is_decided = event.rank != kPair;
+      return finish(pair, is_decided ? pair.result.status : undecided, event.key);
+    }
+    if (pursue(event.index)) undecided = pair.result.status;
+  }
+  return finish_separated();
+}
+
+}  // namespace
+
+ObstacleImpact ObstacleSet::first_impact(const Shape& body, const Motion& X_WB,
+                                         const TimeInterval& interval, const ToiOptions& options,
+                                         const ObstacleFilter& filter) const {
+  ObstacleWorkspace workspace;
+  return first_impact(body, X_WB, interval, options, filter, workspace);
+}
+
+ObstacleImpact ObstacleSet::first_impact(const Shape& body, const Motion& X_WB,
+                                         const TimeInterval& interval, const ToiOptions& options,
+                                         const ObstacleFilter& filter,
+                                         ObstacleWorkspace& workspace) const {
+  internal::require_no_solid_b("first_impact", options.solid_b);
+  internal::require_valid_query(body, X_WB, body, X_WB, interval, options);
+  for (std::size_t i = 0; i < data_->moving; ++i) {
+    require_defined(*data_->slots[data_->loose[i]].obstacle->X_WO, interval,
+                    "first_impact: the motion of an obstacle");
+  }
+  return ImpactSearch(*data_, body, X_WB, interval, options, filter, workspace.memory()).run();
+}
+
+}  // namespace dyop

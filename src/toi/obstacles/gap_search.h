@@ -1,0 +1,88 @@
+#pragma once
+
+#include <algorithm>
+#include <tuple>
+#include <vector>
+
+#include "toi/obstacles/obstacle_data.h"
+
+namespace dyop::internal {
+
+/// Something to be examined that is proven free up to `key`, a time or a distance.
+struct ObstacleEvent {
+  Scalar key = 0;
+  int rank = 0;           ///< at equal keys: boxes of the tree before obstacles
+  std::uint64_t id = 0;   ///< then the lesser id
+  std::size_t index = 0;  ///< node, slot or pair
+
+  /// For a heap with the least on top.
+  friend bool operator<(const ObstacleEvent& x, const ObstacleEvent& y) {
+    return std::tie(x.key, x.rank, x.id, x.index) > std::tie(y.key, y.rank, y.id, y.index);
+  }
+};
+
+class ObstacleQueue {
+ public:
+  bool is_empty() const { return heap_.empty(); }
+  void clear() { heap_.clear(); }
+  const ObstacleEvent& top() const { return heap_.front(); }
+  void push(const ObstacleEvent& event) {
+    heap_.push_back(event);
+    std::push_heap(heap_.begin(), heap_.end());
+  }
+  ObstacleEvent pop() {
+    std::pop_heap(heap_.begin(), heap_.end());
+    const ObstacleEvent event = heap_.back();
+    heap_.pop_back();
+    return event;
+  }
+
+ private:
+  std::vector<ObstacleEvent> heap_;
+};
+
+/// Calls visit(slot, gap) for obstacles that pass the filter in the order of (gap, id), while the
+/// gap is at most what limit() then says. So the order does not depend on the tree.
+///
+/// @param gap_of_box    Lower bound for what lies in a box; never more for a larger box.
+/// @param gap_of_moving Lower bound for the obstacle in a slot.
+/// @returns The least bound of an obstacle, or of several, that was not visited.
+template <typename GapOfBox, typename GapOfMoving, typename Limit, typename Visit>
+Scalar visit_by_gap(const ObstacleSetData& data, const ObstacleFilter& filter,
+                    const GapOfBox& gap_of_box, const GapOfMoving& gap_of_moving,
+                    const Limit& limit, const Visit& visit) {
+  constexpr int kNode = 0;
+  constexpr int kObstacle = 1;
+  ObstacleQueue queue;
+  const auto push_obstacle = [&](std::uint32_t slot, Scalar gap) {
+    if (!passes(data, slot, filter)) return;
+    queue.push({gap, kObstacle, static_cast<std::uint64_t>(data.id_of(slot)), slot});
+  };
+  const auto push_node = [&](std::size_t number) {
+    const ObstacleTree::Node& node = data.tree.nodes()[number];
+    if (!node.is_leaf()) {
+      queue.push({gap_of_box(node.box), kNode, 0, number});
+    } else if (data.slots[node.number()].is_in_tree) {
+      push_obstacle(node.number(), gap_of_box(node.box));
+    }
+  };
+  for (const std::uint32_t slot : data.loose) {
+    const ObstacleSetData::Slot& loose = data.slots[slot];
+    push_obstacle(slot, loose.is_at_rest ? gap_of_box(loose.box) : gap_of_moving(slot));
+  }
+  if (!data.tree.nodes().empty()) push_node(0);
+  while (!queue.is_empty()) {
+    if (queue.top().key > limit()) return queue.top().key;
+    const ObstacleEvent event = queue.pop();
+    if (event.rank == kNode) {
+      const std::size_t child = data.tree.nodes()[event.index].child();
+      push_node(child);
+      push_node(child + 1);
+    } else {
+      visit(static_cast<std::uint32_t>(event.index), event.key);
+    }
+  }
+  return kInfinity;
+}
+
+}  // namespace dyop::internal

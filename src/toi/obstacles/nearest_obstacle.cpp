@@ -1,0 +1,153 @@
+#include <algorithm>
+#include <cmath>
+
+#include "distance/distance_check.h"
+#include "distance/enclosure.h"
+#include "dyop/core/error.h"
+#include "dyop/toi/obstacle_set.h"
+#include "toi/least_distance_check.h"
+#include "toi/obstacles/gap_search.h"
+#include "toi/obstacles/swept_boxes.h"
+
+namespace dyop {
+namespace {
+
+using internal::box_gap;
+
+// Equal parts of the interval over each of which bodies are boxed.
+constexpr int kClearanceParts = 16;
+
+void add_work(const DistanceStatistics& work, DistanceStatistics& sum) {
+  sum.box_tests += work.box_tests;
+  sum.leaf_tests += work.leaf_tests;
+  sum.gjk_iterations += work.gjk_iterations;
+}
+
+}  // namespace
+
+NearestObstacle ObstacleSet::nearest(const Shape& body, const RigidPose& X_WB, Scalar t,
+                                     const DistanceOptions& options,
+                                     const ObstacleFilter& filter) const {
+  internal::require_no_solid_b("nearest", options.solid_b);
+  internal::require_valid_options(options, "nearest");
+  internal::require_closed("nearest", body, body, {options.solid_a, false});
+  DYOP_REQUIRE(std::isfinite(t), "nearest: t must be finite, not ", t);
+  for (std::size_t i = 0; i < data_->moving; ++i) {
+    require_defined(*data_->slots[data_->loose[i]].obstacle->X_WO, {t, t},
+                    "nearest: the motion of an obstacle");
+  }
+  NearestObstacle best;
+  best.distance.status = DistanceStatus::FartherThanMaxDistance;
+  Scalar lower = kInfinity;
+  DistanceStatistics work;
+  const AlignedBox box = internal::placed_box(body, X_WB);
+  const auto place = [&](std::uint32_t slot) { return data_->slots[slot].obstacle->X_WO->pose(t); };
+  const auto limit = [&] { return std::min(best.distance.upper, options.max_distance); };
+  const Scalar left = internal::visit_by_gap(
+      *data_, filter, [&](const AlignedBox& other) { return box_gap(box, other); },
+      [&](std::uint32_t slot) {
+        return box_gap(box, internal::placed_box(*data_->slots[slot].obstacle->shape, place(slot)));
+      },
+      // What overlaps is as near as can be.
+      [&] { return best.distance.status == DistanceStatus::Overlapping ? -1 : limit(); },
+      [&](std::uint32_t slot, Scalar) {
+        const Obstacle& other = *data_->slots[slot].obstacle;
+        DistanceOptions own = options;
+        own.max_distance = limit();
+        own.solid_b = other.is_solid;
+        const DistanceResult found = dyop::distance(body, X_WB, *other.shape, place(slot), own);
+        add_work(found.statistics, work);
+        lower = std::min(lower, found.lower);
+        const bool is_overlap = found.status == DistanceStatus::Overlapping;
+        if (is_overlap || found.upper < best.distance.upper) {
+          best.distance = found;
+          best.obstacle = data_->id_of(slot);
+        }
+      });
+  const bool is_overlap = best.distance.status == DistanceStatus::Overlapping;
+  best.distance.lower = is_overlap ? 0 : std::min({lower, left, best.distance.upper});
+  best.distance.statistics = work;
+  if (is_overlap) return best;
+  if (best.distance.lower > options.max_distance || !best.obstacle) {
+    best.distance.status = DistanceStatus::FartherThanMaxDistance;
+  } else {
+    best.distance.status =
+        best.distance.lower > 0 ? DistanceStatus::Separated : DistanceStatus::Inconclusive;
+  }
+  return best;
+}
+
+ObstacleClearance ObstacleSet::least_distance(const Shape& body, const Motion& X_WB,
+                                              const TimeInterval& interval,
+                                              const LeastDistanceOptions& options,
+                                              const ObstacleFilter& filter) const {
+  internal::require_no_solid_b("least_distance", options.solid_b);
+  require_valid(interval, "least_distance: interval");
+  require_defined(X_WB, interval, "least_distance: the motion of the body");
+  internal::require_valid_options(options);
+  internal::require_closed("least_distance", body, body, {options.solid_a, false});
+  for (std::size_t i = 0; i < data_->moving; ++i) {
+    require_defined(*data_->slots[data_->loose[i]].obstacle->X_WO, interval,
+                    "least_distance: the motion of an obstacle");
+  }
+  ObstacleClearance best;
+  LeastDistanceResult& sum = best.distance;
+  sum.status = LeastDistanceStatus::FartherThanMaxDistance;
+  Scalar lower = kInfinity;
+  ToiStatistics work;
+  std::int64_t queries = 0;
+  Scalar allowance = 0;
+  std::optional<LeastDistanceStatus> stopped;
+  const internal::TimeParts parts{interval, interval.length() > 0 ? kClearanceParts : 1};
+  const internal::SweptBoxes swept(body, X_WB, parts);
+  const Scalar left = internal::visit_by_gap(
+      *data_, filter, [&](const AlignedBox& box) { return swept.least_gap(box); },
+      [&](std::uint32_t slot) {
+        const Obstacle& other = *data_->slots[slot].obstacle;
+        const internal::SweptBoxes boxes(*other.shape, *other.X_WO, parts);
+        Scalar least = kInfinity;
+        for (int i = 0; i < parts.count; ++i) {
+          least = std::min(least, box_gap(swept.part(i), boxes.part(i)));
+        }
+        return least;
+      },
+      [&] { return stopped ? -1 : std::min(sum.upper, options.max_distance); },
+      [&](std::uint32_t slot, Scalar gap) {
+        const Obstacle& other = *data_->slots[slot].obstacle;
+        LeastDistanceOptions own = options;
+        own.max_distance = std::min(sum.upper, options.max_distance);
+        own.solid_b = other.is_solid;
+        own.max_node_pairs = std::max<std::int64_t>(1, options.max_node_pairs - work.node_pairs);
+        const LeastDistanceResult found =
+            dyop::least_distance(body, X_WB, *other.shape, *other.X_WO, interval, own);
+        work.box_tests += found.statistics.box_tests;
+        work.leaf_tests += found.statistics.leaf_tests;
+        work.node_pairs += found.statistics.node_pairs;
+        work.peak_queue = std::max(work.peak_queue, found.statistics.peak_queue);
+        queries += found.distance_queries;
+        allowance = std::max(allowance, found.rounding_allowance);
+        lower = std::min(lower, std::max(gap, found.lower));
+        const bool is_undecided = found.status == LeastDistanceStatus::BudgetExhausted ||
+                                  found.status == LeastDistanceStatus::Cancelled;
+        if (is_undecided) stopped = found.status;
+        if (found.upper < sum.upper) {
+          sum = found;
+          best.obstacle = data_->id_of(slot);
+        }
+      });
+  sum.lower = std::min({lower, left, sum.upper});
+  sum.statistics = work;
+  sum.distance_queries = queries;
+  sum.rounding_allowance = allowance;
+  if (stopped) {
+    sum.status = *stopped;
+  } else if (sum.lower > options.max_distance || !best.obstacle) {
+    sum.status = LeastDistanceStatus::FartherThanMaxDistance;
+  } else {
+    const bool is_tight = sum.upper - sum.lower <= internal::tolerance_of(options, sum);
+    sum.status = is_tight ? LeastDistanceStatus::Bounded : LeastDistanceStatus::NumericalLimit;
+  }
+  return best;
+}
+
+}  // namespace dyop

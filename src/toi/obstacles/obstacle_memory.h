@@ -1,0 +1,28 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "dyop/toi/toi_workspace.h"
+#include "toi/obstacles/gap_search.h"
+
+namespace dyop::internal {
+
+/// The body and an obstacle whose search has begun.
+struct ObstaclePair {
+  std::uint32_t slot = 0;
+  TimeInterval interval;
+  std::int64_t portion = 0;  ///< node pairs of the next go
+  bool is_begun = false;
+  ToiResult result;
+  ToiWorkspace workspace;
+};
+
+/// The contents of an ObstacleWorkspace.
+struct ObstacleMemory {
+  ObstacleQueue queue;
+  std::vector<std::unique_ptr<ObstaclePair>> pairs;  ///< the first `used` ones are of this query
+  std::size_t used = 0;
+};
+
+}  // namespace dyop::internal

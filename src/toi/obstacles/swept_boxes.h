@@ -1,0 +1,52 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "dyop/core/time_interval.h"
+#include "dyop/geometry/shape.h"
+#include "dyop/motion/motion.h"
+
+namespace dyop::internal {
+
+/// Equal parts of an interval. Neighbours share their ends.
+struct TimeParts {
+  TimeInterval interval;
+  int count = 1;
+
+  TimeInterval part(int i) const { return {time(i), time(i + 1)}; }
+  Scalar time(int i) const;
+};
+
+/// A box in world that holds the shape at all times of `part`, rounding included. Infinite where
+/// the bounds of the motion are.
+AlignedBox swept_box(const Shape& shape, const Motion& motion, const TimeInterval& part);
+
+/// The box of a shape at rest, rounding included.
+AlignedBox placed_box(const Shape& shape, const RigidPose& X_WS);
+
+/// Lower bound of the distance of two boxes, rounded down; zero if they meet.
+Scalar box_gap(const AlignedBox& a, const AlignedBox& b);
+
+/// Where a moving shape is, part by part.
+class SweptBoxes {
+ public:
+  SweptBoxes(const Shape& shape, const Motion& motion, const TimeParts& parts);
+
+  const AlignedBox& whole() const { return whole_; }
+  const AlignedBox& part(int i) const { return boxes_[static_cast<std::size_t>(i)]; }
+  int count() const { return static_cast<int>(boxes_.size()); }
+
+  /// The first and the last part, from `first` on, in which the shape may come within `reach` of a
+  /// box; nothing if none.
+  std::optional<int> first_near(const AlignedBox& box, Scalar reach, int first) const;
+  int last_near(const AlignedBox& box, Scalar reach, int first) const;
+  /// How near it may come to a box, rounded down.
+  Scalar least_gap(const AlignedBox& box) const;
+
+ private:
+  std::vector<AlignedBox> boxes_;
+  AlignedBox whole_;
+};
+
+}  // namespace dyop::internal
