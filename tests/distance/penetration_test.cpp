@@ -7,9 +7,9 @@
 #include <random>
 #include <vector>
 
-#include "support/polytope_oracle.h"
 #include "dyop/core/tolerance.h"
 #include "dyop/distance/gjk.h"
+#include "support/polytope_oracle.h"
 
 namespace dyop {
 namespace {

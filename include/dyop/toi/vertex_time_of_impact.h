@@ -28,8 +28,8 @@ struct VertexToiOptions {
 /// Result of the queries below. With d(t) the distance of the two elements at time t, δ and ε as in
 /// the options and ν the rounding_allowance:
 ///     d(t) >= δ + ε/4 - ν     for all t in [begin, t_safe]
-/// in every status but NotRun, InitiallyWithinTarget (where t_safe = begin), and NumericalLimit at the
-/// begin (ε is not above the rounding), and for Impact
+/// in every status but NotRun, InitiallyWithinTarget (where t_safe = begin), and NumericalLimit at
+/// the begin (ε is not above the rounding), and for Impact
 ///     d(t_safe) <= δ + ε + ν.
 ///
 /// ContactRule::Exact changes what is said of pairs that come nearer than the first line allows:
