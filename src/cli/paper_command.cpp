@@ -4,12 +4,12 @@
 #include <iostream>
 
 #include "cli/commands.h"
+#include "dyop/core/error.h"
+#include "dyop/io/file_error.h"
+#include "dyop/paper/published_dyop.h"
 #include "paper/experiment/construction_drawing.h"
 #include "paper/experiment/paper_figures.h"
 #include "paper/experiment/paper_report.h"
-#include "dyop/core/error.h"
-#include "dyop/paper/published_dyop.h"
-#include "dyop/io/file_error.h"
 
 namespace dyop::cli {
 namespace {

@@ -145,8 +145,8 @@ inline constexpr Scalar kSmallestSquaredDirection = 0x1p-900;
 inline constexpr Scalar kTriangleParallelSquare = 1e-12;
 
 /// Rounding of a slab gap of two triangles over the 1-norm of the direction times the largest
-/// coordinate of a vertex from the origin used, once for each triangle: 4u the two products, u their
-/// difference. Smaller: a near triangle may be left out. Used by nearest_triangle().
+/// coordinate of a vertex from the origin used, once for each triangle: 4u the two products, u
+/// their difference. Smaller: a near triangle may be left out. Used by nearest_triangle().
 inline constexpr Scalar kTriangleSlabNoise = 8 * kUnitRoundoff;
 
 /// Squared sine of the angle at vertex 0 up to which a triangle counts as a segment when its first
@@ -245,11 +245,11 @@ inline constexpr int kTextbookGjkLimit = 32;
 /// textbook_gjk(), and by libccd_distance().
 inline constexpr Scalar kTextbookGjkConvergence = 1e-12;
 
-/// Rounding of everything that is computed from the differences of the points of two linearly moving
-/// elements, relative to the largest difference: a slab gap, its interpolation in time, the end of a
-/// safe step, the length of a witness. docs/algorithms/linear_vertex_motion.md, "Rounding", adds up 24u
-/// for steps and 36u for witnesses. Larger: the tolerance that can be met grows; smaller: bounds may
-/// fail. Used by time_of_impact of vertex paths.
+/// Rounding of everything that is computed from the differences of the points of two linearly
+/// moving elements, relative to the largest difference: a slab gap, its interpolation in time, the
+/// end of a safe step, the length of a witness. docs/algorithms/linear_vertex_motion.md,
+/// "Rounding", adds up 24u for steps and 36u for witnesses. Larger: the tolerance that can be met
+/// grows; smaller: bounds may fail. Used by time_of_impact of vertex paths.
 inline constexpr Scalar kPathNoise = 64 * kUnitRoundoff;
 
 }  // namespace dyop

@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 
+#include "core/assert.h"
 #include "core/tolerance.h"
 #include "dyop/core/error.h"
 #include "hierarchy/box_fit.h"
@@ -46,6 +47,7 @@ float rounded_up(Scalar x) {
 }  // namespace
 
 OrientedBox BoxGroup::box(int column, Scalar scale) const {
+  DYOP_ASSERT(column >= 0 && column < MeshHierarchy::kWidth, column);
   OrientedBox box;
   for (int i = 0; i < 3; ++i) {
     box.center[i] = scale * Scalar(rows[kCenter + i][column]);
@@ -60,6 +62,7 @@ OrientedBox BoxGroup::box(int column, Scalar scale) const {
 // where |A^-1 U - I| <= 3 * 2^-25 and |c - C| <= 2^-24 |c|, each up to second order, and up to
 // numbers that underflow.
 void BoxGroup::set_box(int column, const OrientedBox& box, Scalar scale) {
+  DYOP_ASSERT(column >= 0 && column < MeshHierarchy::kWidth, column);
   const Vector3 center = box.center / scale;
   const Vector3 half_extents = box.half_extents / scale;
   // literal: more than the absolute error of numbers that underflow in single precision.

@@ -43,20 +43,21 @@ struct DistanceCache {
 ///
 /// For meshes d is the distance of the surfaces: a body wholly inside a closed mesh is at a
 /// positive distance from it, unless an option says that the mesh is a solid; both witness points
-/// are then the same point inside, and normal and features mean nothing. For convex shapes d is the distance of the solids.
-/// upper - lower is rounding noise, see docs/concepts.md, unless options allow more.
+/// are then the same point inside, and normal and features mean nothing. For convex shapes d is the
+/// distance of the solids. upper - lower is rounding noise, see docs/concepts.md, unless options
+/// allow more.
 ///
 /// @param a, b       Shapes, each in its own frame A, B.
 /// @param X_WA, X_WB Their poses in world W; any consistent unit of length.
-/// @throws InvalidArgument if max_distance or an allowance is out of its range or NaN, or a solid is a
-///         mesh that is not closed.
+/// @throws InvalidArgument if max_distance or a tolerance is out of its range or NaN, or a solid is
+///         a mesh that is not closed.
 /// Const, thread-safe. Method: docs/algorithms/distance.md.
 DistanceResult distance(const Shape& a, const RigidPose& X_WA, const Shape& b,
                         const RigidPose& X_WB, const DistanceOptions& options = {});
 
-/// The same, starting from the pieces that were nearest in the last query with `cache`: several times
-/// faster when bodies have moved little. Bounds differ from those without it by rounding only; where
-/// several pieces are equally near, the witness may be another of them.
+/// The same, starting from the pieces that were nearest in the last query with `cache`: several
+/// times faster when bodies have moved little. Bounds differ from those without it by rounding
+/// only; where several pieces are equally near, the witness may be another of them.
 DistanceResult distance(const Shape& a, const RigidPose& X_WA, const Shape& b,
                         const RigidPose& X_WB, const DistanceOptions& options,
                         DistanceCache& cache);
