@@ -239,4 +239,19 @@ inline constexpr Scalar kTextbookGjkConvergence = 1e-12;
 /// fail. Used by time_of_impact of vertex paths.
 inline constexpr Scalar kPathNoise = 64 * kUnitRoundoff;
 
+/// Mobility (velocity per impulse) that counts as none, relative to the largest at hand: rounding of
+/// a 3x3 matrix product. Larger: light directions are locked; smaller: noise divides. Used by the
+/// contact solvers.
+inline constexpr Scalar kContactMobilityNoise = 64 * kUnitRoundoff;
+
+/// A sliding contact is solved by itself until its tangential impulse is on the cone to this
+/// fraction, in at most so many steps of a bracketed Newton iteration (2 to 5 are usual). Larger:
+/// sweeps stall at that fraction; smaller: steps that rounding wastes. Used by solve_contact().
+inline constexpr Scalar kContactSlideNoise = 16 * kUnitRoundoff;
+inline constexpr int kContactSlideLimit = 100;
+
+/// Rounds of constant coefficients by which a law of friction is solved (limit). Used by
+/// ContactSolver.
+inline constexpr int kContactFrictionRounds = 30;
+
 }  // namespace dyop
