@@ -6,12 +6,37 @@
 #include "dyop/core/error.h"
 
 namespace dyop {
+namespace {
+
+void keep(const internal::ContactSystem& system, std::vector<Vector3>& lambda) {
+  lambda.clear();
+  for (const internal::Block& block : system.blocks()) lambda.push_back(block.lambda);
+}
+
+void restore(internal::ContactSystem& system, const std::vector<Vector3>& lambda) {
+  for (std::size_t i = 0; i < lambda.size(); ++i) system.blocks()[i].lambda = lambda[i];
+  system.update_velocities();
+}
+
+}  // namespace
 
 void ContactCascade::improve(internal::ContactSystem& system, const ContactSolverOptions& options,
                              ContactReport& report) {
-  ContactSolver& first = gauss_seidel_;
-  first.improve(system, options, report);
-  report.solver = gauss_seidel_.name();
+  Scalar best = system.residual();
+  for (ContactSolver* solver :
+       std::initializer_list<ContactSolver*>{&gauss_seidel_, &newton_, &admm_}) {
+    keep(system, best_lambda_);
+    solver->improve(system, options, report);
+    system.update_velocities();
+    const Scalar residual = system.residual();
+    if (residual < best) {
+      best = residual;
+      report.solver = solver->name();
+    } else {
+      restore(system, best_lambda_);
+    }
+    if (best <= options.tolerance) return;
+  }
 }
 
 Scalar contact_tolerance(Scalar largest_speed, Scalar standoff, Scalar h) {

@@ -105,6 +105,54 @@ Vector3 project_onto_cone(const Vector3& x, Scalar friction) {
   return {n, x[1] * shrink, x[2] * shrink};
 }
 
+namespace {
+
+Matrix3 cone_derivative(const Vector3& x, Scalar friction) {
+  const Scalar t = x.tail<2>().norm();
+  if (t <= friction * x[0]) return Matrix3::Identity();
+  if (friction * t <= -x[0]) return Matrix3::Zero();
+  const Scalar share = 1 / (1 + friction * friction);
+  const Vector3 along(1, friction * x[1] / t, friction * x[2] / t);  // the cone's edge
+  const Vector2 across(-x[2] / t, x[1] / t);
+  const Scalar shrink = friction * (x[0] + friction * t) * share / t;
+  Matrix3 D = share * along * along.transpose();
+  D.bottomRightCorner<2, 2>() += shrink * across * across.transpose();
+  return D;
+}
+
+Matrix3 disc_derivative(const Vector3& x, Scalar radius) {
+  Matrix3 D = Matrix3::Zero();
+  const Scalar length = x.head<2>().norm();
+  if (length <= radius) {
+    D(0, 0) = D(1, 1) = 1;
+  } else if (radius > 0) {
+    const Vector2 across(-x[1] / length, x[0] / length);
+    D.topLeftCorner<2, 2>() = radius / length * across * across.transpose();
+  }
+  return D;
+}
+
+}  // namespace
+
+Matrix3 project_derivative(const Block& block, const Vector3& x, Scalar normal) {
+  const auto inside = [](bool is_inside) {
+    Matrix3 D = Matrix3::Zero();
+    D(0, 0) = is_inside ? 1 : 0;
+    return D;
+  };
+  switch (block.kind) {
+    case BlockKind::Contact:
+      return cone_derivative(x, block.friction);
+    case BlockKind::Row:
+      return inside(x[0] > block.lower && x[0] < block.upper);
+    case BlockKind::Rolling:
+      return disc_derivative(x, normal);
+    case BlockKind::Torsion:
+      return inside(std::abs(x[0]) < normal);
+  }
+  return Matrix3::Zero();  // not reached
+}
+
 Vector3 project(const Block& block, const Vector3& x, Scalar normal) {
   switch (block.kind) {
     case BlockKind::Contact:

@@ -22,4 +22,7 @@ Vector3 project_onto_cone(const Vector3& x, Scalar friction);
 // Nearest point of a block's set of impulses. `normal` is the owner's normal impulse.
 Vector3 project(const Block& block, const Vector3& x, Scalar normal);
 
+// A generalised derivative of project() at x: symmetric, eigenvalues in [0, 1].
+Matrix3 project_derivative(const Block& block, const Vector3& x, Scalar normal);
+
 }  // namespace dyop::internal

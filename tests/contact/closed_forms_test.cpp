@@ -4,7 +4,7 @@
 #include <numbers>
 
 #include "contact/all_contact_solvers.h"
-#include "contact/contact_cases.h"
+#include "support/contact_scenes.h"
 
 namespace dyop::testing {
 namespace {

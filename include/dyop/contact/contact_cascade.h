@@ -1,6 +1,10 @@
 #pragma once
 
+#include <vector>
+
+#include "dyop/contact/admm_solver.h"
 #include "dyop/contact/gauss_seidel_solver.h"
+#include "dyop/contact/newton_solver.h"
 
 namespace dyop {
 
@@ -16,6 +20,9 @@ class ContactCascade final : public ContactSolver {
 
  private:
   GaussSeidelSolver gauss_seidel_;
+  NewtonSolver newton_;
+  AdmmSolver admm_;
+  std::vector<Vector3> best_lambda_;
 };
 
 /// The tolerance for a step of length h that keeps a standoff s (a length): 0.001 s / h for bodies

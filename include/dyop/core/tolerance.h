@@ -250,6 +250,26 @@ inline constexpr Scalar kContactMobilityNoise = 64 * kUnitRoundoff;
 inline constexpr Scalar kContactSlideNoise = 16 * kUnitRoundoff;
 inline constexpr int kContactSlideLimit = 100;
 
+/// Most bodies of an island that is factorised as a dense matrix. Speed only, found by measurement.
+/// Used by the contact solvers.
+inline constexpr std::size_t kContactDenseBodies = 6;
+
+/// Penalty of Newton's augmented Lagrangian times a contact's mobility: where it begins, and the
+/// largest. Larger: fewer outer iterations, but the inner ones have more corners and diverge from a
+/// cold start; found by measurement. Used by NewtonSolver.
+inline constexpr Scalar kContactPenalty = 300;
+inline constexpr Scalar kContactLargestPenalty = 3e4;
+
+/// Factorisations of one outer iteration of Newton (limit): more mean that the penalty is too large;
+/// at most so few that it may grow. Trials along a step (limit). Used by NewtonSolver.
+inline constexpr int kContactInnerLimit = 20;
+inline constexpr int kContactInnerFew = 4;
+inline constexpr int kContactLineLimit = 20;
+
+/// Penalty times mobility with which alternating directions begin; they change it themselves. Used
+/// by AdmmSolver.
+inline constexpr Scalar kContactFirstPenalty = 1;
+
 /// Rounds of constant coefficients by which a law of friction is solved (limit). Used by
 /// ContactSolver.
 inline constexpr int kContactFrictionRounds = 30;
