@@ -17,7 +17,57 @@ struct GaussSeidelSolver::Memory {
   // Before the sweep, and the conjugate direction, of impulses and velocities.
   std::vector<Vector3> old_lambda, step_lambda;
   std::vector<Vector6> old_y, step_y;
+  Scalar old_gradient_sq = 0;
+
+  void begin(const ContactSystem& system);
+  void keep(const ContactSystem& system);
+  void accelerate(ContactSystem& system);
 };
+
+void GaussSeidelSolver::Memory::begin(const ContactSystem& system) {
+  old_lambda.resize(system.blocks().size());
+  step_lambda.assign(system.blocks().size(), Vector3::Zero());
+  old_y.resize(system.velocities().size());
+  step_y.assign(system.velocities().size(), Vector6::Zero());
+  old_gradient_sq = 0;
+}
+
+void GaussSeidelSolver::Memory::keep(const ContactSystem& system) {
+  for (std::size_t i = 0; i < old_lambda.size(); ++i) old_lambda[i] = system.blocks()[i].lambda;
+  std::copy(system.velocities().begin(), system.velocities().end(), old_y.begin());
+}
+
+// The change of a sweep plays the gradient of a nonlinear conjugate gradient iteration
+// (Fletcher-Reeves); when it grows, the direction is dropped.
+void GaussSeidelSolver::Memory::accelerate(ContactSystem& system) {
+  std::vector<Block>& blocks = system.blocks();
+  std::vector<Vector6>& y = system.velocities();
+  Scalar gradient_sq = 0;
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
+    gradient_sq += blocks[i].weight * (blocks[i].lambda - old_lambda[i]).squaredNorm();
+  }
+  const Scalar beta = old_gradient_sq > 0 ? gradient_sq / old_gradient_sq : 0;
+  old_gradient_sq = gradient_sq;
+  const bool is_restart = !(beta <= 1);
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
+    const Vector3 change = blocks[i].lambda - old_lambda[i];
+    if (is_restart) {
+      step_lambda[i].setZero();
+    } else {
+      blocks[i].lambda += beta * step_lambda[i];
+      step_lambda[i] = beta * step_lambda[i] + change;
+    }
+  }
+  for (std::size_t i = 0; i < y.size(); ++i) {
+    const Vector6 change = y[i] - old_y[i];
+    if (is_restart) {
+      step_y[i].setZero();
+    } else {
+      y[i] += beta * step_y[i];
+      step_y[i] = beta * step_y[i] + change;
+    }
+  }
+}
 
 namespace {
 
@@ -72,9 +122,12 @@ void GaussSeidelSolver::improve(ContactSystem& system, const ContactSolverOption
                                 ContactReport& report) {
   const bool is_small = int(system.blocks().size()) <= options.few_contacts;
   const int limit = is_small ? options.few_sweep_limit : options.sweep_limit;
+  memory_->begin(system);
   for (int i = 0; i < limit; ++i) {
     ++report.sweeps;
+    memory_->keep(system);
     if (sweep(system) <= options.tolerance && system.residual() <= options.tolerance) return;
+    if (i + 1 < limit) memory_->accelerate(system);
   }
 }
 
