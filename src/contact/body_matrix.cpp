@@ -1,9 +1,9 @@
 #include "contact/body_matrix.h"
 
+#include <Eigen/Cholesky>
 #include <Eigen/OrderingMethods>
+#include <Eigen/SparseCore>
 #include <algorithm>
-
-#include "dyop/core/tolerance.h"
 
 namespace dyop::internal {
 
@@ -11,145 +11,138 @@ void BodyMatrix::analyse(const ContactSystem& system) {
   slots_.clear();
   for (const Block& block : system.blocks()) slots_.emplace_back(block.slot_a, block.slot_b);
   const std::size_t count = system.velocities().size();
-  if (count == body_count_ && slots_ == old_slots_) return;
-  body_count_ = count;
+  if (count == place_.size() && slots_ == old_slots_) return;
   old_slots_ = slots_;
-  is_dense_ = count <= kContactDenseBodies;
-  place_of_slot_.resize(count);
-  if (is_dense_) {
-    for (std::size_t i = 0; i < count; ++i) place_of_slot_[i] = int(i);
-    dense_.resize(6 * Eigen::Index(count), 6 * Eigen::Index(count));
-  } else {
-    order_bodies(count);
-    build_pattern(count);
-    factor_.analyzePattern(sparse_);
-  }
-  targets_.clear();
-  for (const Pair& pair : slots_) {
-    Target target;
-    const int a = pair.first < 0 ? -1 : place_of_slot_[std::size_t(pair.first)];
-    const int b = pair.second < 0 ? -1 : place_of_slot_[std::size_t(pair.second)];
-    if (a >= 0) target.aa = place_of(a, a);
-    if (b >= 0) target.bb = place_of(b, b);
-    target.a_is_first = a <= b;
-    if (a >= 0 && b >= 0) target.ab = place_of(std::min(a, b), std::max(a, b));
-    targets_.push_back(target);
+  order_bodies(count);
+  find_fill(count);
+  mixed_.assign(slots_.size(), {});
+  for (std::size_t i = 0; i < slots_.size(); ++i) {
+    if (slots_[i].first < 0 || slots_[i].second < 0) continue;
+    const int a = place_[std::size_t(slots_[i].first)];
+    const int b = place_[std::size_t(slots_[i].second)];
+    mixed_[i] = {entry_of(std::max(a, b), std::min(a, b)), a > b};
   }
 }
 
 void BodyMatrix::order_bodies(std::size_t count) {
-  std::vector<Eigen::Triplet<Scalar>> entries;
-  for (std::size_t i = 0; i < count; ++i) entries.emplace_back(int(i), int(i), 1);
+  std::vector<Eigen::Triplet<Scalar>> links;
+  for (std::size_t i = 0; i < count; ++i) links.emplace_back(int(i), int(i), 1);
   for (const auto& [a, b] : slots_) {
     if (a < 0 || b < 0) continue;
-    entries.emplace_back(a, b, 1);
-    entries.emplace_back(b, a, 1);
+    links.emplace_back(a, b, 1);
+    links.emplace_back(b, a, 1);
   }
-  Sparse graph{Eigen::Index(count), Eigen::Index(count)};
-  graph.setFromTriplets(entries.begin(), entries.end());
+  Eigen::SparseMatrix<Scalar> graph{Eigen::Index(count), Eigen::Index(count)};
+  graph.setFromTriplets(links.begin(), links.end());
   Eigen::AMDOrdering<int>::PermutationType order;
-  Eigen::AMDOrdering<int>()(graph, order);
+  if (count > 0) Eigen::AMDOrdering<int>()(graph, order);
+  place_.resize(count);
   for (std::size_t i = 0; i < count; ++i) {
-    place_of_slot_[std::size_t(order.indices()[Eigen::Index(i)])] = int(i);
+    place_[std::size_t(order.indices()[Eigen::Index(i)])] = int(i);
   }
 }
 
-void BodyMatrix::build_pattern(std::size_t count) {
-  rows_of_column_.assign(count, {});
-  for (std::size_t i = 0; i < count; ++i) rows_of_column_[i].push_back(int(i));
+// A column of L has the rows of the matrix's column and those of the columns that it is the first
+// row of.
+void BodyMatrix::find_fill(std::size_t count) {
+  std::vector<std::vector<int>> columns(count);
   for (const auto& [slot_a, slot_b] : slots_) {
     if (slot_a < 0 || slot_b < 0) continue;
-    const int a = place_of_slot_[std::size_t(slot_a)];
-    const int b = place_of_slot_[std::size_t(slot_b)];
-    rows_of_column_[std::size_t(std::max(a, b))].push_back(std::min(a, b));
+    const int a = place_[std::size_t(slot_a)];
+    const int b = place_[std::size_t(slot_b)];
+    columns[std::size_t(std::min(a, b))].push_back(std::max(a, b));
   }
-  std::size_t blocks = 0;
-  for (std::vector<int>& rows : rows_of_column_) {
+  first_.assign(1, 0);
+  rows_.clear();
+  for (std::size_t j = 0; j < count; ++j) {
+    std::vector<int>& rows = columns[j];
     std::sort(rows.begin(), rows.end());
     rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
-    blocks += rows.size();
-  }
-  const Eigen::Index size = 6 * Eigen::Index(count);
-  sparse_.resize(size, size);
-  sparse_.resizeNonZeros(36 * Eigen::Index(blocks));
-  int* inner = sparse_.innerIndexPtr();
-  int* outer = sparse_.outerIndexPtr();
-  int next = 0;
-  for (std::size_t column = 0; column < count; ++column) {
-    for (std::size_t c = 0; c < 6; ++c) {
-      outer[6 * column + c] = next;
-      for (const int row : rows_of_column_[column]) {
-        for (int r = 0; r < 6; ++r) inner[next++] = 6 * row + r;
-      }
+    if (rows.size() > 1) {
+      std::vector<int>& parent = columns[std::size_t(rows.front())];
+      parent.insert(parent.end(), rows.begin() + 1, rows.end());
     }
+    rows_.insert(rows_.end(), rows.begin(), rows.end());
+    first_.push_back(rows_.size());
   }
-  outer[6 * count] = next;
+  entries_.resize(rows_.size());
+  diagonal_.resize(count);
+  x_.resize(count);
 }
 
-BodyMatrix::Place BodyMatrix::place_of(int row, int column) const {
-  if (is_dense_) return {6 * column * dense_.rows() + 6 * row, dense_.rows()};
-  const std::vector<int>& rows = rows_of_column_[std::size_t(column)];
-  const auto at = std::lower_bound(rows.begin(), rows.end(), row);
-  return {sparse_.outerIndexPtr()[6 * column] + 6 * (at - rows.begin()),
-          6 * Eigen::Index(rows.size())};
+std::size_t BodyMatrix::entry_of(int row, int column) const {
+  const auto begin = rows_.begin() + std::ptrdiff_t(first_[std::size_t(column)]);
+  const auto end = rows_.begin() + std::ptrdiff_t(first_[std::size_t(column) + 1]);
+  return std::size_t(std::lower_bound(begin, end, row) - rows_.begin());
 }
 
 void BodyMatrix::reset() {
-  if (is_dense_) {
-    dense_.setIdentity();
-    return;
-  }
-  std::fill_n(sparse_.valuePtr(), sparse_.nonZeros(), Scalar{0});
-  for (std::size_t i = 0; i < body_count_; ++i) {
-    add_at(place_of(int(i), int(i)), Eigen::Matrix<Scalar, 6, 6>::Identity());
-  }
-}
-
-void BodyMatrix::add_at(const Place& place, const Eigen::Matrix<Scalar, 6, 6>& block) {
-  Scalar* values = (is_dense_ ? dense_.data() : sparse_.valuePtr()) + place.start;
-  Eigen::Map<Eigen::Matrix<Scalar, 6, 6>, 0, Eigen::OuterStride<>>(
-      values, Eigen::OuterStride<>(place.stride)) += block;
+  for (Matrix6& block : diagonal_) block.setIdentity();
+  for (Matrix6& block : entries_) block.setZero();
 }
 
 void BodyMatrix::add(const ContactSystem& system, std::size_t index, const Matrix3& D) {
   const Block& block = system.blocks()[index];
-  const Target& target = targets_[index];
-  const Rows6 DG_b = D * block.G_b;
-  if (block.slot_b >= 0) add_at(target.bb, block.G_b.transpose() * DG_b);
-  if (block.slot_a < 0) return;
-  const Rows6 DG_a = D * block.G_a;
-  add_at(target.aa, block.G_a.transpose() * DG_a);
-  if (block.slot_b < 0) return;
-  if (target.a_is_first) {
-    add_at(target.ab, block.G_a.transpose() * DG_b);
+  Rows6 DG_a, DG_b;
+  if (block.slot_a >= 0) {
+    DG_a.noalias() = D * block.G_a;
+    diagonal_[std::size_t(place_[std::size_t(block.slot_a)])].noalias() +=
+        block.G_a.transpose().lazyProduct(DG_a);
+  }
+  if (block.slot_b >= 0) {
+    DG_b.noalias() = D * block.G_b;
+    diagonal_[std::size_t(place_[std::size_t(block.slot_b)])].noalias() +=
+        block.G_b.transpose().lazyProduct(DG_b);
+  }
+  if (block.slot_a < 0 || block.slot_b < 0) return;
+  Matrix6& entry = entries_[mixed_[index].entry];
+  if (mixed_[index].has_rows_of_a) {
+    entry.noalias() += block.G_a.transpose().lazyProduct(DG_b);
   } else {
-    add_at(target.ab, block.G_b.transpose() * DG_a);
+    entry.noalias() += block.G_b.transpose().lazyProduct(DG_a);
   }
 }
 
 bool BodyMatrix::factorise() {
-  if (is_dense_) {
-    dense_factor_.compute(dense_);
-    return dense_factor_.info() == Eigen::Success;
+  for (std::size_t j = 0; j < diagonal_.size(); ++j) {
+    const Eigen::LLT<Matrix6> pivot(diagonal_[j]);
+    if (pivot.info() != Eigen::Success) return false;  // also NaN
+    diagonal_[j] = pivot.matrixL().solve(Matrix6::Identity());
+    for (std::size_t e = first_[j]; e < first_[j + 1]; ++e) {
+      const Matrix6 entry = entries_[e];
+      entries_[e].noalias() = entry.lazyProduct(diagonal_[j].transpose());
+    }
+    // What column j does to those after it.
+    for (std::size_t e = first_[j]; e < first_[j + 1]; ++e) {
+      const std::size_t column = std::size_t(rows_[e]);
+      diagonal_[column].noalias() -= entries_[e].lazyProduct(entries_[e].transpose());
+      std::size_t at = first_[column];
+      for (std::size_t below = e + 1; below < first_[j + 1]; ++below) {
+        while (rows_[at] != rows_[below]) ++at;
+        entries_[at].noalias() -= entries_[below].lazyProduct(entries_[e].transpose());
+      }
+    }
   }
-  factor_.factorize(sparse_);
-  return factor_.info() == Eigen::Success;
+  return true;
 }
 
 void BodyMatrix::solve(std::vector<Vector6>& x) {
-  x_.resize(6 * Eigen::Index(x.size()));
-  for (std::size_t i = 0; i < x.size(); ++i) {
-    x_.segment<6>(6 * place_of_slot_[i]) = x[i];
+  for (std::size_t i = 0; i < x.size(); ++i) x_[std::size_t(place_[i])] = x[i];
+  for (std::size_t j = 0; j < x_.size(); ++j) {
+    const Vector6 here = diagonal_[j] * x_[j];
+    x_[j] = here;
+    for (std::size_t e = first_[j]; e < first_[j + 1]; ++e) {
+      x_[std::size_t(rows_[e])].noalias() -= entries_[e] * here;
+    }
   }
-  if (is_dense_) {
-    dense_factor_.solveInPlace(x_);
-  } else {
-    factor_.matrixL().solveInPlace(x_);
-    factor_.matrixU().solveInPlace(x_);
+  for (std::size_t j = x_.size(); j-- > 0;) {
+    Vector6 here = x_[j];
+    for (std::size_t e = first_[j]; e < first_[j + 1]; ++e) {
+      here.noalias() -= entries_[e].transpose() * x_[std::size_t(rows_[e])];
+    }
+    x_[j].noalias() = diagonal_[j].transpose() * here;
   }
-  for (std::size_t i = 0; i < x.size(); ++i) {
-    x[i] = x_.segment<6>(6 * place_of_slot_[i]);
-  }
+  for (std::size_t i = 0; i < x.size(); ++i) x[i] = x_[std::size_t(place_[i])];
 }
 
 }  // namespace dyop::internal

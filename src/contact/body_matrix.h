@@ -1,20 +1,20 @@
 #pragma once
 
-#include <Eigen/Cholesky>
-#include <Eigen/SparseCholesky>
-#include <Eigen/SparseCore>
+#include <utility>
 #include <vector>
 
 #include "contact/contact_system.h"
 
 namespace dyop::internal {
 
+using Matrix6 = Eigen::Matrix<Scalar, 6, 6>;
+
 // The matrix I + sum of G^T D G over the blocks of a system, a 6x6 block for every body and every
-// pair of bodies that share a block, and its Cholesky factorisation: dense for few bodies, else
-// sparse with bodies ordered by approximate minimum degree.
+// pair of bodies that share one, and its Cholesky factorisation L L^T in blocks, bodies ordered by
+// approximate minimum degree. Nothing is allocated while the pattern stays the same.
 class BodyMatrix {
  public:
-  // Finds the pattern; the symbolic factorisation is kept while that stays the same.
+  // Finds pattern and fill; kept while the bodies of every block stay the same.
   void analyse(const ContactSystem& system);
 
   // Sets the matrix to the identity.
@@ -23,43 +23,32 @@ class BodyMatrix {
   // Adds G^T D G for the block of that index; D symmetric.
   void add(const ContactSystem& system, std::size_t index, const Matrix3& D);
 
-  // Returns whether the factorisation exists, which rounding or overflow may prevent.
+  // Factorises in place. Returns false if the matrix is not positive definite, which rounding or
+  // overflow may cause.
   bool factorise();
 
   // x = H^-1 x, one entry a body.
   void solve(std::vector<Vector6>& x);
 
  private:
-  using Sparse = Eigen::SparseMatrix<Scalar>;
-  using Pair = std::pair<int, int>;  // places of two bodies in the order, first <= second
-
-  // Where the 6x6 block of two bodies begins in the values, and how far its columns are apart.
-  struct Place {
-    Eigen::Index start = 0;
-    Eigen::Index stride = 0;
-  };
-  // The three places a block of the system adds to, and whether the mixed one holds a's rows.
-  struct Target {
-    Place aa, bb, ab;
-    bool a_is_first = true;
+  // Where the mixed part of a block goes, and whether it is G_a^T D G_b there or its transpose.
+  struct Mixed {
+    std::size_t entry = 0;
+    bool has_rows_of_a = true;
   };
 
   void order_bodies(std::size_t count);
-  void build_pattern(std::size_t count);
-  Place place_of(int row, int column) const;
-  void add_at(const Place& place, const Eigen::Matrix<Scalar, 6, 6>& block);
+  void find_fill(std::size_t count);
+  std::size_t entry_of(int row, int column) const;
 
-  bool is_dense_ = true;
-  std::size_t body_count_ = 0;
-  std::vector<Pair> slots_, old_slots_;  // of every block, as slots
-  std::vector<int> place_of_slot_;
-  std::vector<std::vector<int>> rows_of_column_;  // places <= column, ascending
-  std::vector<Target> targets_;
-  Sparse sparse_;  // upper part
-  Eigen::SimplicialLLT<Sparse, Eigen::Upper, Eigen::NaturalOrdering<int>> factor_;
-  Eigen::MatrixXd dense_;
-  Eigen::LLT<Eigen::MatrixXd, Eigen::Upper> dense_factor_;
-  Eigen::VectorXd x_;
+  std::vector<std::pair<int, int>> slots_, old_slots_;  // of every block of the system
+  std::vector<int> place_;                              // in the order, of every body
+  std::vector<std::size_t> first_;  // entry of each column's first block below the diagonal
+  std::vector<int> rows_;           // of every entry, ascending in a column
+  std::vector<Matrix6> entries_;    // below the diagonal
+  std::vector<Matrix6> diagonal_;   // after factorise(): inverses of L's diagonal blocks
+  std::vector<Mixed> mixed_;
+  std::vector<Vector6> x_;
 };
 
 }  // namespace dyop::internal

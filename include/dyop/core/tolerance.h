@@ -250,10 +250,6 @@ inline constexpr Scalar kContactMobilityNoise = 64 * kUnitRoundoff;
 inline constexpr Scalar kContactSlideNoise = 16 * kUnitRoundoff;
 inline constexpr int kContactSlideLimit = 100;
 
-/// Most bodies of an island that is factorised as a dense matrix. Speed only, found by measurement.
-/// Used by the contact solvers.
-inline constexpr std::size_t kContactDenseBodies = 6;
-
 /// Penalty of Newton's augmented Lagrangian times a contact's mobility: where it begins, and the
 /// largest. Larger: fewer outer iterations, but the inner ones have more corners and diverge from a
 /// cold start; found by measurement. Used by NewtonSolver.
