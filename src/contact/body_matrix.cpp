@@ -1,6 +1,7 @@
 #include "contact/body_matrix.h"
 
 #include <Eigen/Cholesky>
+#include <Eigen/LU>
 #include <Eigen/OrderingMethods>
 #include <Eigen/SparseCore>
 #include <algorithm>
@@ -76,7 +77,9 @@ std::size_t BodyMatrix::entry_of(int row, int column) const {
   return std::size_t(std::lower_bound(begin, end, row) - rows_.begin());
 }
 
-void BodyMatrix::reset() {
+void BodyMatrix::reset(bool is_symmetric) {
+  is_symmetric_ = is_symmetric;
+  if (!is_symmetric) mirrored_.assign(entries_.size(), Matrix6::Zero());
   for (Matrix6& block : diagonal_) block.setIdentity();
   for (Matrix6& block : entries_) block.setZero();
 }
@@ -95,15 +98,19 @@ void BodyMatrix::add(const ContactSystem& system, std::size_t index, const Matri
         block.G_b.transpose().lazyProduct(DG_b);
   }
   if (block.slot_a < 0 || block.slot_b < 0) return;
-  Matrix6& entry = entries_[mixed_[index].entry];
-  if (mixed_[index].has_rows_of_a) {
-    entry.noalias() += block.G_a.transpose().lazyProduct(DG_b);
-  } else {
-    entry.noalias() += block.G_b.transpose().lazyProduct(DG_a);
-  }
+  const auto [entry, a_is_below] = mixed_[index];
+  const Rows6& below = a_is_below ? block.G_a : block.G_b;
+  const Rows6& above = a_is_below ? block.G_b : block.G_a;
+  entries_[entry].noalias() += below.transpose().lazyProduct(a_is_below ? DG_b : DG_a);
+  if (is_symmetric_) return;
+  mirrored_[entry].noalias() += above.transpose().lazyProduct(a_is_below ? DG_a : DG_b);
 }
 
 bool BodyMatrix::factorise() {
+  return is_symmetric_ ? factorise_symmetric() : factorise_general();
+}
+
+bool BodyMatrix::factorise_symmetric() {
   for (std::size_t j = 0; j < diagonal_.size(); ++j) {
     const Eigen::LLT<Matrix6> pivot(diagonal_[j]);
     if (pivot.info() != Eigen::Success) return false;  // also NaN
@@ -126,10 +133,33 @@ bool BodyMatrix::factorise() {
   return true;
 }
 
+bool BodyMatrix::factorise_general() {
+  for (std::size_t j = 0; j < diagonal_.size(); ++j) {
+    const Matrix6 inverse = diagonal_[j].inverse();
+    if (!inverse.allFinite()) return false;
+    diagonal_[j] = inverse;
+    for (std::size_t e = first_[j]; e < first_[j + 1]; ++e) {
+      const Matrix6 entry = entries_[e];
+      entries_[e].noalias() = entry.lazyProduct(inverse);
+    }
+    for (std::size_t e = first_[j]; e < first_[j + 1]; ++e) {
+      const std::size_t column = std::size_t(rows_[e]);
+      diagonal_[column].noalias() -= entries_[e].lazyProduct(mirrored_[e]);
+      std::size_t at = first_[column];
+      for (std::size_t below = e + 1; below < first_[j + 1]; ++below) {
+        while (rows_[at] != rows_[below]) ++at;
+        entries_[at].noalias() -= entries_[below].lazyProduct(mirrored_[e]);
+        mirrored_[at].noalias() -= entries_[e].lazyProduct(mirrored_[below]);
+      }
+    }
+  }
+  return true;
+}
+
 void BodyMatrix::solve(std::vector<Vector6>& x) {
   for (std::size_t i = 0; i < x.size(); ++i) x_[std::size_t(place_[i])] = x[i];
   for (std::size_t j = 0; j < x_.size(); ++j) {
-    const Vector6 here = diagonal_[j] * x_[j];
+    const Vector6 here = is_symmetric_ ? Vector6(diagonal_[j] * x_[j]) : x_[j];
     x_[j] = here;
     for (std::size_t e = first_[j]; e < first_[j + 1]; ++e) {
       x_[std::size_t(rows_[e])].noalias() -= entries_[e] * here;
@@ -138,9 +168,18 @@ void BodyMatrix::solve(std::vector<Vector6>& x) {
   for (std::size_t j = x_.size(); j-- > 0;) {
     Vector6 here = x_[j];
     for (std::size_t e = first_[j]; e < first_[j + 1]; ++e) {
-      here.noalias() -= entries_[e].transpose() * x_[std::size_t(rows_[e])];
+      const Vector6& there = x_[std::size_t(rows_[e])];
+      if (is_symmetric_) {
+        here.noalias() -= entries_[e].transpose() * there;
+      } else {
+        here.noalias() -= mirrored_[e] * there;
+      }
     }
-    x_[j].noalias() = diagonal_[j].transpose() * here;
+    if (is_symmetric_) {
+      x_[j].noalias() = diagonal_[j].transpose() * here;
+    } else {
+      x_[j].noalias() = diagonal_[j] * here;
+    }
   }
   for (std::size_t i = 0; i < x.size(); ++i) x[i] = x_[std::size_t(place_[i])];
 }

@@ -28,16 +28,25 @@ class NewtonRun {
   // One outer iteration of at most `limit` factorisations, which it counts.
   End minimise(int limit, int& factorisations);
 
-  // Leaves the impulses with the least residual in the system.
-  void end();
+  // Newton steps on the whole law, shifts included, with new multipliers at each, while every step
+  // halves the residual.
+  End polish(Scalar factor, int limit, int& factorisations);
+
+  // Puts the impulses with the least residual into the system.
+  void restore_best() { restore(best_lambda_); }
+  bool is_lost() const { return !std::isfinite(system_->residual()); }
 
  private:
   Vector3 raw_impulse(std::size_t i, const Vector3& u) const;  // before it is brought into C
   Scalar penalty(std::size_t i) const;                         // d lambda / d u, but for P'
   void compute_u(const std::vector<Vector6>& y, std::vector<Vector3>& u) const;
+  void restore(const std::vector<Vector3>& lambda);
+  void compute_shifts();
   Scalar take_impulses();
   Scalar compute_gradient();
-  bool compute_step();
+  bool compute_step(bool with_shifts);
+  bool step_on_whole_law();
+  End minimise_whole_law(int limit, int& factorisations);
   Scalar slope(Scalar t) const;
   bool search_line();
 
@@ -73,12 +82,19 @@ void NewtonRun::begin_outer(Scalar factor) {
   const std::vector<Block>& blocks = system_->blocks();
   outer_residual_ = system_->residual();
   for (std::size_t i = 0; i < blocks.size(); ++i) {
+    lambda_[i] = blocks[i].lambda;
+    rho_[i] = factor / blocks[i].weight;
+  }
+  compute_shifts();
+}
+
+void NewtonRun::compute_shifts() {
+  const std::vector<Block>& blocks = system_->blocks();
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
     const Block& block = blocks[i];
-    lambda_[i] = block.lambda;
     const bool is_contact = block.kind == BlockKind::Contact;
     shift_[i] = is_contact ? block.friction * u_[i].tail<2>().norm() : 0;
     radius_[i] = block.owner >= 0 ? blocks[std::size_t(block.owner)].lambda[0] : 0;
-    rho_[i] = factor / block.weight;
   }
 }
 
@@ -127,12 +143,18 @@ Scalar NewtonRun::compute_gradient() {
   return largest;
 }
 
-bool NewtonRun::compute_step() {
-  matrix_.reset();
+bool NewtonRun::compute_step(bool with_shifts) {
+  matrix_.reset(!with_shifts);
   const std::vector<Block>& blocks = system_->blocks();
   for (std::size_t i = 0; i < blocks.size(); ++i) {
-    const Matrix3 D = project_derivative(blocks[i], raw_impulse(i, u_[i]), radius_[i]);
-    if (!D.isZero(0)) matrix_.add(*system_, i, penalty(i) * D);
+    Matrix3 D = project_derivative(blocks[i], raw_impulse(i, u_[i]), radius_[i]);
+    if (D.isZero(0)) continue;
+    D *= penalty(i);
+    if (with_shifts && shift_[i] > 0) {  // d shift / d u_t = friction u_t / |u_t|
+      const Vector2 along = u_[i].tail<2>().normalized();
+      D.rightCols<2>() += blocks[i].friction * D.col(0) * along.transpose();
+    }
+    matrix_.add(*system_, i, D);
   }
   if (!matrix_.factorise()) return false;
   matrix_.solve(step_);
@@ -182,14 +204,60 @@ NewtonRun::End NewtonRun::minimise(int limit, int& factorisations) {
     if (compute_gradient() <= goal) return End::Minimised;
     if (i == limit) return End::Failed;
     ++factorisations;
-    if (!compute_step() || !search_line()) return End::Failed;
+    if (!compute_step(false) || !search_line()) return End::Failed;
   }
 }
 
-void NewtonRun::end() {
+bool NewtonRun::step_on_whole_law() {
+  if (!compute_step(true)) return false;
+  for (std::size_t k = 0; k < y_.size(); ++k) y_[k] += step_[k];
+  compute_u(y_, u_);
+  compute_shifts();
+  return true;
+}
+
+NewtonRun::End NewtonRun::minimise_whole_law(int limit, int& factorisations) {
+  if (take_impulses() <= tolerance_) return End::Converged;
+  Scalar gradient = compute_gradient();
+  for (int i = 0; i < limit; ++i) {
+    ++factorisations;
+    if (!step_on_whole_law()) return End::Failed;
+    const Scalar residual = take_impulses();
+    if (residual <= tolerance_) return End::Converged;
+    const Scalar before = gradient;
+    gradient = compute_gradient();
+    if (gradient <= 0.1 * residual) {
+      return residual <= outer_residual_ / 2 ? End::Minimised : End::Failed;
+    }
+    // The first step may go up, when a contact changes sides.
+    if (i > 0 && !(gradient <= before / 2)) return End::Failed;
+  }
+  return End::Failed;
+}
+
+NewtonRun::End NewtonRun::polish(Scalar factor, int limit, int& factorisations) {
+  while (factorisations < limit) {
+    y_ = system_->velocities();
+    compute_u(y_, u_);
+    begin_outer(factor);
+    const int left = std::min(limit - factorisations, kContactPolishLimit);
+    const End end = minimise_whole_law(left, factorisations);
+    if (end == End::Converged) return end;
+    if (end == End::Failed) {
+      restore(lambda_);
+      return end;
+    }
+    factor = std::min(factor * 10, kContactPolishPenalty);
+  }
+  return End::Minimised;
+}
+
+void NewtonRun::restore(const std::vector<Vector3>& lambda) {
   std::vector<Block>& blocks = system_->blocks();
-  for (std::size_t i = 0; i < blocks.size(); ++i) blocks[i].lambda = best_lambda_[i];
+  for (std::size_t i = 0; i < blocks.size(); ++i) blocks[i].lambda = lambda[i];
   system_->update_velocities();
+  y_ = system_->velocities();
+  compute_u(y_, u_);
 }
 
 }  // namespace internal
@@ -203,20 +271,32 @@ void NewtonSolver::improve(internal::ContactSystem& system, const ContactSolverO
   run_->begin(system, options.tolerance);
   Scalar factor = kContactPenalty;
   int left = options.newton_limit;
+  int wait = 0;       // outer iterations until the next polishing
+  int next_wait = 1;  // after a failed one
   while (left > 0) {
-    run_->begin_outer(factor);
     int used = 0;
+    if (wait-- <= 0) {
+      const End end = run_->polish(factor, left, used);
+      report.newton_iterations += used;
+      left -= used;
+      if (end == End::Converged || left <= 0) break;
+      wait = next_wait;
+      next_wait *= 2;
+      used = 0;
+    }
+    run_->begin_outer(factor);
     const End end = run_->minimise(std::min(left, kContactInnerLimit), used);
     report.newton_iterations += used;
     left -= std::max(used, 1);
     if (end == End::Converged) break;
     if (end == End::Failed) {
+      if (run_->is_lost()) run_->restore_best();
       factor = std::max(factor / 10, Scalar{1});
     } else if (used <= kContactInnerFew) {
       factor = std::min(factor * 4, kContactLargestPenalty);
     }
   }
-  run_->end();
+  run_->restore_best();
 }
 
 }  // namespace dyop

@@ -10,7 +10,7 @@
 #include "support/mesh_generators.h"
 #include "support/random_inputs.h"
 #include "support/same_bits.h"
-#include "toi/allocation_count.h"
+#include "support/allocation_count.h"
 
 namespace dyop {
 namespace {

@@ -262,6 +262,11 @@ inline constexpr int kContactInnerLimit = 20;
 inline constexpr int kContactInnerFew = 4;
 inline constexpr int kContactLineLimit = 20;
 
+/// Newton steps on the whole law with the same multipliers (limit; 2 to 4 are usual), and the largest
+/// penalty there. Larger: fewer multipliers, more digits lost. Used by NewtonSolver.
+inline constexpr int kContactPolishLimit = 6;
+inline constexpr Scalar kContactPolishPenalty = 1e7;
+
 /// Penalty times mobility with which alternating directions begin; they change it themselves. Used
 /// by AdmmSolver.
 inline constexpr Scalar kContactFirstPenalty = 1;
