@@ -1,12 +1,62 @@
 #include "contact/body_matrix.h"
 
-#include <Eigen/Cholesky>
-#include <Eigen/LU>
 #include <Eigen/OrderingMethods>
 #include <Eigen/SparseCore>
 #include <algorithm>
+#include <array>
+#include <cmath>
 
 namespace dyop::internal {
+namespace {
+
+// A = A^-1 by elimination with row pivots. Returns false if a pivot is zero or not finite.
+bool invert(Matrix6& A) {
+  std::array<Eigen::Index, 6> pivots;
+  for (Eigen::Index k = 0; k < 6; ++k) {
+    Eigen::Index pivot = k;
+    for (Eigen::Index i = k + 1; i < 6; ++i) {
+      if (std::abs(A(i, k)) > std::abs(A(pivot, k))) pivot = i;
+    }
+    pivots[std::size_t(k)] = pivot;
+    if (pivot != k) A.row(k).swap(A.row(pivot));
+    const Scalar inverse = 1 / A(k, k);
+    if (!std::isfinite(inverse)) return false;
+    const Vector6 column = A.col(k) * inverse;
+    A.col(k).setZero();
+    A(k, k) = 1;
+    const Eigen::Matrix<Scalar, 1, 6> row = A.row(k);
+    for (Eigen::Index j = 0; j < 6; ++j) {
+      const Scalar scaled = row[j] * inverse;
+      A.col(j) -= column * row[j];
+      A(k, j) = scaled;
+    }
+  }
+  for (Eigen::Index k = 6; k-- > 0;) {
+    const Eigen::Index pivot = pivots[std::size_t(k)];
+    if (pivot != k) A.col(k).swap(A.col(pivot));
+  }
+  return true;
+}
+
+// A = L^-1 for A = L L^T. Returns false unless A is positive definite.
+bool invert_factor(Matrix6& A) {
+  Matrix6 inverse = Matrix6::Identity();
+  for (Eigen::Index k = 0; k < 6; ++k) {
+    if (!(A(k, k) > 0)) return false;
+    const Scalar scale = 1 / std::sqrt(A(k, k));
+    A.col(k).tail(6 - k) *= scale;
+    inverse.row(k).head(k + 1) *= scale;
+    for (Eigen::Index i = k + 1; i < 6; ++i) {
+      const Scalar factor = A(i, k);
+      for (Eigen::Index j = k + 1; j <= i; ++j) A(i, j) -= factor * A(j, k);
+      inverse.row(i).head(k + 1) -= factor * inverse.row(k).head(k + 1);
+    }
+  }
+  A = inverse;
+  return true;
+}
+
+}  // namespace
 
 void BodyMatrix::analyse(const ContactSystem& system) {
   slots_.clear();
@@ -112,9 +162,7 @@ bool BodyMatrix::factorise() {
 
 bool BodyMatrix::factorise_symmetric() {
   for (std::size_t j = 0; j < diagonal_.size(); ++j) {
-    const Eigen::LLT<Matrix6> pivot(diagonal_[j]);
-    if (pivot.info() != Eigen::Success) return false;  // also NaN
-    diagonal_[j] = pivot.matrixL().solve(Matrix6::Identity());
+    if (!invert_factor(diagonal_[j])) return false;
     for (std::size_t e = first_[j]; e < first_[j + 1]; ++e) {
       const Matrix6 entry = entries_[e];
       entries_[e].noalias() = entry.lazyProduct(diagonal_[j].transpose());
@@ -135,12 +183,10 @@ bool BodyMatrix::factorise_symmetric() {
 
 bool BodyMatrix::factorise_general() {
   for (std::size_t j = 0; j < diagonal_.size(); ++j) {
-    const Matrix6 inverse = diagonal_[j].inverse();
-    if (!inverse.allFinite()) return false;
-    diagonal_[j] = inverse;
+    if (!invert(diagonal_[j])) return false;
     for (std::size_t e = first_[j]; e < first_[j + 1]; ++e) {
       const Matrix6 entry = entries_[e];
-      entries_[e].noalias() = entry.lazyProduct(inverse);
+      entries_[e].noalias() = entry.lazyProduct(diagonal_[j]);
     }
     for (std::size_t e = first_[j]; e < first_[j + 1]; ++e) {
       const std::size_t column = std::size_t(rows_[e]);
