@@ -1,9 +1,12 @@
 #include "dyop/contact/contact_cascade.h"
 
 #include <algorithm>
+#include <array>
+#include <utility>
 
 #include "contact/contact_system.h"
 #include "dyop/core/error.h"
+#include "dyop/core/tolerance.h"
 
 namespace dyop {
 namespace {
@@ -22,9 +25,10 @@ void restore(internal::ContactSystem& system, const std::vector<Vector3>& lambda
 
 void ContactCascade::improve(internal::ContactSystem& system, const ContactSolverOptions& options,
                              ContactReport& report) {
+  std::array<ContactSolver*, 3> order{&gauss_seidel_, &newton_, &admm_};
+  if (system.velocities().size() <= kContactFewBodies) std::swap(order[0], order[1]);
   Scalar best = system.residual();
-  for (ContactSolver* solver :
-       std::initializer_list<ContactSolver*>{&gauss_seidel_, &newton_, &admm_}) {
+  for (ContactSolver* solver : order) {
     keep(system, best_lambda_);
     solver->improve(system, options, report);
     system.update_velocities();

@@ -22,10 +22,9 @@ ContactReport ContactSolver::solve(ContactProblem& problem, const ContactSolverO
   for (int round = 0; round < kContactFrictionRounds; ++round) {
     improve(system, options, report);
     system.update_velocities();
+    system.update_friction(problem);
     report.residual = system.residual();
-    if (!problem.friction_law || system.update_friction(problem) <= options.tolerance) break;
-    report.residual = system.residual();
-    if (report.residual <= options.tolerance) break;
+    if (!problem.friction_law || report.residual <= options.tolerance) break;
   }
   report.status =
       report.residual <= options.tolerance ? ContactStatus::Converged : ContactStatus::NotConverged;

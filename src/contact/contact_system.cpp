@@ -206,9 +206,8 @@ std::pair<Vector3, Vector3> ContactSystem::body_velocity(const ContactProblem& p
   return {body.free_v_W + roots.S_v * y.head<3>(), body.free_w_W + roots.S_w * y.tail<3>()};
 }
 
-Scalar ContactSystem::update_friction(const ContactProblem& problem) {
-  if (!problem.friction_law) return 0;
-  Scalar change = 0;
+void ContactSystem::update_friction(const ContactProblem& problem) {
+  if (!problem.friction_law) return;
   for (std::size_t i = 0; i < blocks_.size(); ++i) {
     Block& block = blocks_[i];
     if (block.kind != BlockKind::Contact) continue;
@@ -220,10 +219,8 @@ Scalar ContactSystem::update_friction(const ContactProblem& problem) {
     const Vector3 sliding_W = u_W - n * n.dot(u_W);
     const Scalar friction = problem.friction_law(sources_[i].index, sliding_W);
     check_friction(friction, sources_[i].index);
-    change = std::max(change, std::abs(friction - block.friction) * block.lambda[0] * block.weight);
     block.friction = friction;
   }
-  return change;
 }
 
 void ContactSystem::update_velocities() {

@@ -16,9 +16,8 @@ class ContactSystem {
   // Checks and converts; impulses are carried over, each brought into its set.
   void build(const ContactProblem& problem);
 
-  // Evaluates the law of friction at the present velocities, if there is one. Returns the largest
-  // change of friction times normal impulse, as a velocity.
-  Scalar update_friction(const ContactProblem& problem);
+  // Evaluates the law of friction at the present velocities, if there is one.
+  void update_friction(const ContactProblem& problem);
 
   std::vector<Block>& blocks() { return blocks_; }
   const std::vector<Block>& blocks() const { return blocks_; }

@@ -268,6 +268,7 @@ NewtonSolver::~NewtonSolver() = default;
 void NewtonSolver::improve(internal::ContactSystem& system, const ContactSolverOptions& options,
                            ContactReport& report) {
   using End = internal::NewtonRun::End;
+  if (options.newton_limit == 0) return;
   run_->begin(system, options.tolerance);
   Scalar factor = kContactPenalty;
   int left = options.newton_limit;

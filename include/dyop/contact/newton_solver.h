@@ -9,8 +9,9 @@ class NewtonRun;
 }
 
 /// Semismooth Newton on an augmented Lagrangian of the velocities, with De Saxce's shift for
-/// Coulomb's law in an outer loop, and a sparse Cholesky factorisation over the bodies
-/// ([Acary2018], docs/algorithms/contact_solvers.md). For stacks, arches and everything stiff.
+/// Coulomb's law in an outer loop, and on the whole law, shift included, once that is near; the
+/// matrices are factorised in blocks over the bodies (docs/algorithms/contact_solvers.md). For
+/// stacks, arches and everything stiff, and for one or two bodies.
 class NewtonSolver final : public ContactSolver {
  public:
   NewtonSolver();

@@ -250,6 +250,10 @@ inline constexpr Scalar kContactMobilityNoise = 64 * kUnitRoundoff;
 inline constexpr Scalar kContactSlideNoise = 16 * kUnitRoundoff;
 inline constexpr int kContactSlideLimit = 100;
 
+/// Most movable bodies for which Newton's method is faster than Gauss-Seidel even from a good start;
+/// found by measurement. Used by ContactCascade.
+inline constexpr std::size_t kContactFewBodies = 2;
+
 /// Penalty of Newton's augmented Lagrangian times a contact's mobility: where it begins, and the
 /// largest. Larger: fewer outer iterations, but the inner ones have more corners and diverge from a
 /// cold start; found by measurement. Used by NewtonSolver.
