@@ -28,18 +28,22 @@ void ContactCascade::improve(internal::ContactSystem& system, const ContactSolve
   std::array<ContactSolver*, 3> order{&gauss_seidel_, &newton_, &admm_};
   if (system.velocities().size() <= kContactFewBodies) std::swap(order[0], order[1]);
   Scalar best = system.residual();
-  for (ContactSolver* solver : order) {
-    keep(system, best_lambda_);
-    solver->improve(system, options, report);
-    system.update_velocities();
-    const Scalar residual = system.residual();
-    if (residual < best) {
-      best = residual;
-      report.solver = solver->name();
-    } else {
-      restore(system, best_lambda_);
+  for (int round = 0; round < options.cascade_rounds; ++round) {
+    const Scalar before = best;
+    for (ContactSolver* solver : order) {
+      keep(system, best_lambda_);
+      solver->improve(system, options, report);
+      system.update_velocities();
+      const Scalar residual = system.residual();
+      if (residual < best) {
+        best = residual;
+        report.solver = solver->name();
+      } else {
+        restore(system, best_lambda_);
+      }
+      if (best <= options.tolerance) return;
     }
-    if (best <= options.tolerance) return;
+    if (!(best < before)) return;  // the next round would do the same
   }
 }
 

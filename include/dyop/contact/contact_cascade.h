@@ -8,9 +8,9 @@
 
 namespace dyop {
 
-/// The default: Gauss-Seidel, then Newton, then ADMM, each beginning with the best answer so far and
-/// within its budget, until one converges. Up to two bodies Newton is first. Returns the answer with
-/// the least residual.
+/// The default: Gauss-Seidel, then Newton, then ADMM, each beginning with the best answer so far
+/// and within its budget, until one converges; then once more. Up to two bodies Newton is first.
+/// Returns the answer with the least residual.
 class ContactCascade final : public ContactSolver {
  public:
   std::string_view name() const override { return "cascade"; }

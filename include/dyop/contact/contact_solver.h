@@ -27,6 +27,7 @@ struct ContactSolverOptions {
   int few_sweep_limit = 200;  ///< this is the limit of sweeps
   int newton_limit = 100;     ///< of factorisations
   int admm_limit = 200;       ///< of iterations
+  int cascade_rounds = 2;     ///< times that ContactCascade goes through its solvers
 };
 
 /// What a solver reached. The residual is a velocity, length per time: the largest over all
