@@ -56,8 +56,9 @@ std::vector<fs::path> room_files(const std::vector<std::string>& folders) {
 // The ladder: a room may include itself and rooms of a lower level. geometry and motion share a
 // level and do not know each other; nor do paper and toi.
 const std::map<std::string, int> kLevel{
-    {"core", 0},  {"exact", 1}, {"hierarchy", 2}, {"geometry", 3}, {"motion", 3},   {"distance", 4},
-    {"paper", 5}, {"toi", 5},   {"dynamics", 6},  {"io", 7},       {"scene_io", 8}, {"cli", 9}};
+    {"core", 0},     {"exact", 1},    {"hierarchy", 2}, {"geometry", 3}, {"motion", 3},
+    {"distance", 4}, {"paper", 5},    {"toi", 5},       {"contact", 6},  {"dynamics", 7},
+    {"io", 8},       {"scene_io", 9}, {"cli", 10}};
 
 bool may_include(const std::string& from, const std::string& to) {
   return from == to || kLevel.at(to) < kLevel.at(from);

@@ -17,7 +17,7 @@
 #include "support/message_of.h"
 #include "support/random_inputs.h"
 #include "support/same_bits.h"
-#include "toi/allocation_count.h"
+#include "support/allocation_count.h"
 
 namespace dyop {
 namespace {

@@ -1,0 +1,233 @@
+#include "contact/body_matrix.h"
+
+#include <Eigen/OrderingMethods>
+#include <Eigen/SparseCore>
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace dyop::internal {
+namespace {
+
+// A = A^-1 by elimination with row pivots. Returns false if a pivot is zero or not finite.
+bool invert(Matrix6& A) {
+  std::array<Eigen::Index, 6> pivots;
+  for (Eigen::Index k = 0; k < 6; ++k) {
+    Eigen::Index pivot = k;
+    for (Eigen::Index i = k + 1; i < 6; ++i) {
+      if (std::abs(A(i, k)) > std::abs(A(pivot, k))) pivot = i;
+    }
+    pivots[std::size_t(k)] = pivot;
+    if (pivot != k) A.row(k).swap(A.row(pivot));
+    const Scalar inverse = 1 / A(k, k);
+    if (!std::isfinite(inverse)) return false;
+    const Vector6 column = A.col(k) * inverse;
+    A.col(k).setZero();
+    A(k, k) = 1;
+    const Eigen::Matrix<Scalar, 1, 6> row = A.row(k);
+    for (Eigen::Index j = 0; j < 6; ++j) {
+      const Scalar scaled = row[j] * inverse;
+      A.col(j) -= column * row[j];
+      A(k, j) = scaled;
+    }
+  }
+  for (Eigen::Index k = 6; k-- > 0;) {
+    const Eigen::Index pivot = pivots[std::size_t(k)];
+    if (pivot != k) A.col(k).swap(A.col(pivot));
+  }
+  return true;
+}
+
+// A = L^-1 for A = L L^T. Returns false unless A is positive definite.
+bool invert_factor(Matrix6& A) {
+  Matrix6 inverse = Matrix6::Identity();
+  for (Eigen::Index k = 0; k < 6; ++k) {
+    if (!(A(k, k) > 0)) return false;
+    const Scalar scale = 1 / std::sqrt(A(k, k));
+    A.col(k).tail(6 - k) *= scale;
+    inverse.row(k).head(k + 1) *= scale;
+    for (Eigen::Index i = k + 1; i < 6; ++i) {
+      const Scalar factor = A(i, k);
+      for (Eigen::Index j = k + 1; j <= i; ++j) A(i, j) -= factor * A(j, k);
+      inverse.row(i).head(k + 1) -= factor * inverse.row(k).head(k + 1);
+    }
+  }
+  A = inverse;
+  return true;
+}
+
+}  // namespace
+
+void BodyMatrix::analyse(const ContactSystem& system) {
+  slots_.clear();
+  for (const Block& block : system.blocks()) slots_.emplace_back(block.slot_a, block.slot_b);
+  const std::size_t count = system.velocities().size();
+  if (count == place_.size() && slots_ == old_slots_) return;
+  old_slots_ = slots_;
+  order_bodies(count);
+  find_fill(count);
+  mixed_.assign(slots_.size(), {});
+  for (std::size_t i = 0; i < slots_.size(); ++i) {
+    if (slots_[i].first < 0 || slots_[i].second < 0) continue;
+    const int a = place_[std::size_t(slots_[i].first)];
+    const int b = place_[std::size_t(slots_[i].second)];
+    mixed_[i] = {entry_of(std::max(a, b), std::min(a, b)), a > b};
+  }
+}
+
+void BodyMatrix::order_bodies(std::size_t count) {
+  std::vector<Eigen::Triplet<Scalar>> links;
+  for (std::size_t i = 0; i < count; ++i) links.emplace_back(int(i), int(i), 1);
+  for (const auto& [a, b] : slots_) {
+    if (a < 0 || b < 0) continue;
+    links.emplace_back(a, b, 1);
+    links.emplace_back(b, a, 1);
+  }
+  Eigen::SparseMatrix<Scalar> graph{Eigen::Index(count), Eigen::Index(count)};
+  graph.setFromTriplets(links.begin(), links.end());
+  Eigen::AMDOrdering<int>::PermutationType order;
+  if (count > 0) Eigen::AMDOrdering<int>()(graph, order);
+  place_.resize(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    place_[std::size_t(order.indices()[Eigen::Index(i)])] = int(i);
+  }
+}
+
+// A column of L has the rows of the matrix's column and those of the columns that it is the first
+// row of.
+void BodyMatrix::find_fill(std::size_t count) {
+  std::vector<std::vector<int>> columns(count);
+  for (const auto& [slot_a, slot_b] : slots_) {
+    if (slot_a < 0 || slot_b < 0) continue;
+    const int a = place_[std::size_t(slot_a)];
+    const int b = place_[std::size_t(slot_b)];
+    columns[std::size_t(std::min(a, b))].push_back(std::max(a, b));
+  }
+  first_.assign(1, 0);
+  rows_.clear();
+  for (std::size_t j = 0; j < count; ++j) {
+    std::vector<int>& rows = columns[j];
+    std::sort(rows.begin(), rows.end());
+    rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
+    if (rows.size() > 1) {
+      std::vector<int>& parent = columns[std::size_t(rows.front())];
+      parent.insert(parent.end(), rows.begin() + 1, rows.end());
+    }
+    rows_.insert(rows_.end(), rows.begin(), rows.end());
+    first_.push_back(rows_.size());
+  }
+  entries_.resize(rows_.size());
+  diagonal_.resize(count);
+  x_.resize(count);
+}
+
+std::size_t BodyMatrix::entry_of(int row, int column) const {
+  const auto begin = rows_.begin() + std::ptrdiff_t(first_[std::size_t(column)]);
+  const auto end = rows_.begin() + std::ptrdiff_t(first_[std::size_t(column) + 1]);
+  return std::size_t(std::lower_bound(begin, end, row) - rows_.begin());
+}
+
+void BodyMatrix::reset(bool is_symmetric) {
+  is_symmetric_ = is_symmetric;
+  if (!is_symmetric) mirrored_.assign(entries_.size(), Matrix6::Zero());
+  for (Matrix6& block : diagonal_) block.setIdentity();
+  for (Matrix6& block : entries_) block.setZero();
+}
+
+void BodyMatrix::add(const ContactSystem& system, std::size_t index, const Matrix3& D) {
+  const Block& block = system.blocks()[index];
+  Rows6 DG_a, DG_b;
+  if (block.slot_a >= 0) {
+    DG_a.noalias() = D * block.G_a;
+    diagonal_[std::size_t(place_[std::size_t(block.slot_a)])].noalias() +=
+        block.G_a.transpose().lazyProduct(DG_a);
+  }
+  if (block.slot_b >= 0) {
+    DG_b.noalias() = D * block.G_b;
+    diagonal_[std::size_t(place_[std::size_t(block.slot_b)])].noalias() +=
+        block.G_b.transpose().lazyProduct(DG_b);
+  }
+  if (block.slot_a < 0 || block.slot_b < 0) return;
+  const auto [entry, a_is_below] = mixed_[index];
+  const Rows6& below = a_is_below ? block.G_a : block.G_b;
+  const Rows6& above = a_is_below ? block.G_b : block.G_a;
+  entries_[entry].noalias() += below.transpose().lazyProduct(a_is_below ? DG_b : DG_a);
+  if (is_symmetric_) return;
+  mirrored_[entry].noalias() += above.transpose().lazyProduct(a_is_below ? DG_a : DG_b);
+}
+
+bool BodyMatrix::factorise() {
+  return is_symmetric_ ? factorise_symmetric() : factorise_general();
+}
+
+bool BodyMatrix::factorise_symmetric() {
+  for (std::size_t j = 0; j < diagonal_.size(); ++j) {
+    if (!invert_factor(diagonal_[j])) return false;
+    for (std::size_t e = first_[j]; e < first_[j + 1]; ++e) {
+      const Matrix6 entry = entries_[e];
+      entries_[e].noalias() = entry.lazyProduct(diagonal_[j].transpose());
+    }
+    // What column j does to those after it.
+    for (std::size_t e = first_[j]; e < first_[j + 1]; ++e) {
+      const std::size_t column = std::size_t(rows_[e]);
+      diagonal_[column].noalias() -= entries_[e].lazyProduct(entries_[e].transpose());
+      std::size_t at = first_[column];
+      for (std::size_t below = e + 1; below < first_[j + 1]; ++below) {
+        while (rows_[at] != rows_[below]) ++at;
+        entries_[at].noalias() -= entries_[below].lazyProduct(entries_[e].transpose());
+      }
+    }
+  }
+  return true;
+}
+
+bool BodyMatrix::factorise_general() {
+  for (std::size_t j = 0; j < diagonal_.size(); ++j) {
+    if (!invert(diagonal_[j])) return false;
+    for (std::size_t e = first_[j]; e < first_[j + 1]; ++e) {
+      const Matrix6 entry = entries_[e];
+      entries_[e].noalias() = entry.lazyProduct(diagonal_[j]);
+    }
+    for (std::size_t e = first_[j]; e < first_[j + 1]; ++e) {
+      const std::size_t column = std::size_t(rows_[e]);
+      diagonal_[column].noalias() -= entries_[e].lazyProduct(mirrored_[e]);
+      std::size_t at = first_[column];
+      for (std::size_t below = e + 1; below < first_[j + 1]; ++below) {
+        while (rows_[at] != rows_[below]) ++at;
+        entries_[at].noalias() -= entries_[below].lazyProduct(mirrored_[e]);
+        mirrored_[at].noalias() -= entries_[e].lazyProduct(mirrored_[below]);
+      }
+    }
+  }
+  return true;
+}
+
+void BodyMatrix::solve(std::vector<Vector6>& x) {
+  for (std::size_t i = 0; i < x.size(); ++i) x_[std::size_t(place_[i])] = x[i];
+  for (std::size_t j = 0; j < x_.size(); ++j) {
+    const Vector6 here = is_symmetric_ ? Vector6(diagonal_[j] * x_[j]) : x_[j];
+    x_[j] = here;
+    for (std::size_t e = first_[j]; e < first_[j + 1]; ++e) {
+      x_[std::size_t(rows_[e])].noalias() -= entries_[e] * here;
+    }
+  }
+  for (std::size_t j = x_.size(); j-- > 0;) {
+    Vector6 here = x_[j];
+    for (std::size_t e = first_[j]; e < first_[j + 1]; ++e) {
+      const Vector6& there = x_[std::size_t(rows_[e])];
+      if (is_symmetric_) {
+        here.noalias() -= entries_[e].transpose() * there;
+      } else {
+        here.noalias() -= mirrored_[e] * there;
+      }
+    }
+    if (is_symmetric_) {
+      x_[j].noalias() = diagonal_[j].transpose() * here;
+    } else {
+      x_[j].noalias() = diagonal_[j] * here;
+    }
+  }
+  for (std::size_t i = 0; i < x.size(); ++i) x[i] = x_[std::size_t(place_[i])];
+}
+
+}  // namespace dyop::internal

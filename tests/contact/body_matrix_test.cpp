@@ -1,0 +1,79 @@
+#include "contact/body_matrix.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/LU>
+
+#include "support/contact_scenes.h"
+#include "support/random_inputs.h"
+
+namespace dyop::internal {
+namespace {
+
+using dyop::testing::random_index;
+using dyop::testing::random_number;
+
+// The same matrix as a dense one.
+Eigen::MatrixXd dense_matrix(const ContactSystem& system, const std::vector<Matrix3>& D) {
+  const Eigen::Index size = 6 * Eigen::Index(system.velocities().size());
+  Eigen::MatrixXd H = Eigen::MatrixXd::Identity(size, size);
+  for (std::size_t i = 0; i < D.size(); ++i) {
+    const Block& block = system.blocks()[i];
+    Eigen::MatrixXd G = Eigen::MatrixXd::Zero(3, size);
+    if (block.slot_a >= 0) G.middleCols<6>(6 * block.slot_a) += block.G_a;
+    if (block.slot_b >= 0) G.middleCols<6>(6 * block.slot_b) += block.G_b;
+    H += G.transpose() * D[i] * G;
+  }
+  return H;
+}
+
+Matrix3 random_matrix(bool is_symmetric, std::mt19937_64& random) {
+  Matrix3 A;
+  for (Scalar& a : A.reshaped()) a = random_number(-1, 1, random);
+  const Matrix3 square = A * A.transpose();
+  return is_symmetric ? square : Matrix3(square + 0.3 * A);
+}
+
+// x solves the dense system, for every pattern of bodies and both kinds of matrices.
+TEST(BodyMatrix, SolvesAsTheDenseMatrixDoes) {
+  std::mt19937_64 random(31);
+  BodyMatrix matrix;  // one for all, so that patterns are replaced
+  for (int i = 0; i < 200; ++i) {
+    testing::RandomContacts wanted;
+    wanted.bodies = 1 + random_index(20, random);
+    wanted.contacts = random_index(3 * wanted.bodies, random);
+    ContactSystem system;
+    system.build(testing::random_contact_problem(wanted, random));
+    const bool is_symmetric = i % 2 == 0;
+    std::vector<Matrix3> D;
+    for (std::size_t k = 0; k < system.blocks().size(); ++k) {
+      D.push_back(random_matrix(is_symmetric, random));
+    }
+    matrix.analyse(system);
+    matrix.reset(is_symmetric);
+    for (std::size_t k = 0; k < D.size(); ++k) matrix.add(system, k, D[k]);
+    ASSERT_TRUE(matrix.factorise()) << "problem " << i;
+    std::vector<Vector6> x(system.velocities().size());
+    Eigen::VectorXd b(6 * Eigen::Index(x.size()));
+    for (Scalar& value : b) value = random_number(-1, 1, random);
+    for (std::size_t k = 0; k < x.size(); ++k) x[k] = b.segment<6>(6 * Eigen::Index(k));
+    matrix.solve(x);
+    Eigen::VectorXd answer(b.size());
+    for (std::size_t k = 0; k < x.size(); ++k) answer.segment<6>(6 * Eigen::Index(k)) = x[k];
+    const Eigen::MatrixXd H = dense_matrix(system, D);
+    EXPECT_LE((H * answer - b).norm(), 1e-10 * H.norm() * answer.norm()) << "problem " << i;
+  }
+}
+
+TEST(BodyMatrix, RefusesWhatIsNotPositiveDefinite) {
+  ContactSystem system;
+  system.build(testing::stack_scene(3));
+  BodyMatrix matrix;
+  matrix.analyse(system);
+  matrix.reset();
+  matrix.add(system, 0, -100 * Matrix3::Identity());
+  EXPECT_FALSE(matrix.factorise());
+}
+
+}  // namespace
+}  // namespace dyop::internal

@@ -1,0 +1,139 @@
+#include "dyop/contact/contact_cascade.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "dyop/core/error.h"
+#include "support/contact_oracle.h"
+#include "support/contact_scenes.h"
+
+namespace dyop::testing {
+namespace {
+
+struct Scene {
+  const char* name;
+  ContactProblem problem;
+  int newton_limit;  // recorded: factorisations that it took, with some to spare
+};
+
+std::vector<Scene> scenes() {
+  return {{"stack of 10", stack_scene(10), 30},
+          {"arch of 25", arch_scene(25), 60},
+          {"arch of 101", arch_scene(101), 100},
+          {"pile of 4 x 4 x 4", pile_scene(4, 4), 80},
+          {"pile of 5 x 5 x 5", pile_scene(5, 5), 80}};
+}
+
+// What stands keeps standing: all velocities vanish, at the first step and from there on with the
+// warm start of the last.
+TEST(ContactCascade, HoldsStacksArchesAndPiles) {
+  for (Scene& scene : scenes()) {
+    SCOPED_TRACE(scene.name);
+    ContactCascade cascade;
+    ContactSolverOptions options;
+    options.tolerance = 1e-8;
+    const ContactReport first = cascade.solve(scene.problem, options);
+    EXPECT_EQ(first.status, ContactStatus::Converged) << first.residual;
+    EXPECT_LE(first.newton_iterations, scene.newton_limit);
+    EXPECT_EQ(broken_contact_law(scene.problem, 1.001e-8), "");
+    for (const ContactBody& body : scene.problem.bodies) {
+      EXPECT_LE(body.v_W.norm() + body.w_W.norm(), 1e-5);
+    }
+    const ContactReport second = cascade.solve(scene.problem, options);
+    EXPECT_EQ(second.status, ContactStatus::Converged);
+    EXPECT_EQ(second.newton_iterations, 0);
+  }
+}
+
+// A weight of a million times the masses below it is carried without sinking in.
+TEST(ContactCascade, CarriesLargeMassRatios) {
+  ContactProblem problem = stack_scene(5);
+  problem.bodies.back().inverse_mass_W *= 1e-6;
+  problem.bodies.back().inverse_inertia_W *= 1e-6;
+  ContactCascade cascade;
+  ContactSolverOptions options;
+  options.tolerance = 1e-8;
+  const ContactReport report = cascade.solve(problem, options);
+  EXPECT_EQ(report.status, ContactStatus::Converged) << report.residual;
+  EXPECT_LE(problem.bodies.back().v_W.norm(), 1e-6);
+}
+
+TEST(ContactCascade, SolvesPainlevesRod) {
+  const Matrix3 R = Eigen::AngleAxisd(1, Vector3::UnitY()).toRotationMatrix();
+  ContactProblem problem;
+  problem.bodies = {ContactBody{}, box_body(Vector3(2, 0.01, 0.01), 1, R, Vector3(3, 0, -0.1))};
+  PointContact& contact = problem.contacts.emplace_back();
+  contact.body_b = 1;
+  contact.r_b_W = R * Vector3(1, 0, 0);
+  contact.nhat_AB_W = Vector3::UnitZ();
+  contact.friction = 3;
+  ContactCascade cascade;
+  EXPECT_EQ(cascade.solve(problem).status, ContactStatus::Converged);
+}
+
+// Without any budget the answer is the warm start, and the report says how bad that is.
+TEST(ContactCascade, SaysThatItDidNotConverge) {
+  ContactProblem problem = stack_scene(3);
+  ContactCascade cascade;
+  ContactSolverOptions options;
+  options.sweep_limit = options.few_sweep_limit = options.newton_limit = options.admm_limit = 0;
+  const ContactReport report = cascade.solve(problem, options);
+  EXPECT_EQ(report.status, ContactStatus::NotConverged);
+  EXPECT_NEAR(report.residual, contact_residual(problem), 1e-12);
+  EXPECT_NEAR(report.residual, 0.0981, 1e-12);
+}
+
+// Every solver of the cascade makes up for what the ones before it did not reach.
+TEST(ContactCascade, FallsBackFromOneSolverToTheNext) {
+  ContactSolverOptions options;
+  options.tolerance = 1e-8;
+  ContactProblem problem = arch_scene(25);
+  ContactCascade cascade;
+  EXPECT_EQ(cascade.solve(problem, options).solver, "newton");
+  problem = arch_scene(25);
+  options.newton_limit = 0;
+  options.admm_limit = 1000;
+  const ContactReport report = cascade.solve(problem, options);
+  EXPECT_EQ(report.solver, "admm");
+  EXPECT_EQ(report.status, ContactStatus::Converged);
+}
+
+// Friction up to 5 with duplicate contacts and locked axes, where a solution need not exist.
+// Recorded: 186 of 200 after both rounds.
+TEST(ContactCascade, GoesRoundAgain) {
+  std::mt19937_64 random(51);
+  int first_round = 0;
+  int both_rounds = 0;
+  constexpr int kProblems = 200;
+  for (int i = 0; i < kProblems; ++i) {
+    RandomContacts wanted;
+    wanted.bodies = 4;
+    wanted.contacts = 14;
+    wanted.friction = 5;
+    wanted.has_degenerates = true;
+    const ContactProblem begin = random_contact_problem(wanted, random);
+    ContactCascade cascade;
+    ContactSolverOptions options;
+    options.tolerance = 1e-8;
+    ContactProblem problem = begin;
+    both_rounds += cascade.solve(problem, options).status == ContactStatus::Converged;
+    options.cascade_rounds = 1;
+    problem = begin;
+    first_round += cascade.solve(problem, options).status == ContactStatus::Converged;
+  }
+  EXPECT_GT(both_rounds, first_round);
+  EXPECT_GE(both_rounds, kProblems * 9 / 10);
+}
+
+TEST(ContactTolerance, FollowsTheSpeedWithinItsBounds) {
+  EXPECT_DOUBLE_EQ(contact_tolerance(0, 1e-4, 0.01), 1e-5);
+  EXPECT_DOUBLE_EQ(contact_tolerance(0.5, 1e-4, 0.01), 5e-4);
+  EXPECT_DOUBLE_EQ(contact_tolerance(100, 1e-4, 0.01), 1e-3);
+  EXPECT_THROW(contact_tolerance(-1, 1e-4, 0.01), InvalidArgument);
+  EXPECT_THROW(contact_tolerance(1, 0, 0.01), InvalidArgument);
+}
+
+}  // namespace
+}  // namespace dyop::testing
