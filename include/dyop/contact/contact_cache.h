@@ -23,9 +23,9 @@ class ContactCache {
   /// Brings the contacts to new poses. While the shapes have hardly moved (`max_drift`), points
   /// move with their shapes, the normal turns with the shape it is of, and the gap is measured
   /// anew between them: right to first order in the drift; `lower` and `upper` stay those of generation.
-  /// Otherwise, or if reach or the generator's options have changed, contacts are generated up to
-  /// reach + max_drift, so that none within reach is missing later, impulses are handed on by
-  /// key, then by place, and the set is reduced.
+  /// Otherwise, or if the generator's options have changed or reach has more than the drift allows,
+  /// contacts are generated up to reach + max_drift, so that none within reach is missing later,
+  /// impulses are handed on by key, then by place, and the set is reduced.
   /// @return Whether the contacts were generated anew.
   /// @throws InvalidArgument as generate_contacts() and reduce_contacts() do, and for a max_drift
   ///         that is not finite and >= 0.
@@ -43,16 +43,16 @@ class ContactCache {
   void clear();
 
  private:
-  bool is_fresh(const Shape& a, const RigidPose& X_AB, const Shape& b, Scalar reach,
-                const ContactCacheOptions& options);
+  bool serves(Scalar reach, const ContactCacheOptions& options) const;
   void carry(const RigidPose& X_WA, const RigidPose& X_WB);
+  void hand_on_impulses(Scalar reach);
 
   std::vector<ContactPoint> contacts_;
   std::vector<ContactPoint> last_;
-  RigidPose X_AB_;  // at generation
-  Scalar reach_ = -1;
+  std::vector<char> is_continued_;  // contacts of last_
+  RigidPose X_AB_;                  // at generation
+  Scalar generated_reach_ = -1;     // negative: nothing was generated
   ContactGeneratorOptions generator_;
-  Scalar max_drift_ = -1;
   Scalar drift_ = 0;
 };
 
