@@ -38,6 +38,7 @@ ContactSurface::ContactSurface(const Shape& shape) {
     is_solid = mesh != nullptr && mesh->is_closed();
   }
   if (!mesh) return;
+  has_parts = mesh->part_vertices().size() > 1;
   features = &mesh->contact_features();
   topology = &mesh->topology();
   vertices_ = mesh->vertices();
@@ -54,7 +55,8 @@ bool ContactSurface::admits_at_vertex(std::int32_t vertex, const Vector3& n, Sca
     const Vector3 f = vertices_[std::size_t(t[k > 0 ? k - 1 : 2])] - p;
     if (sector_rises(e, f, n, sine)) return false;
   }
-  return !features->is_doubtful_vertex(vertex) || touches_clear(p, n, sine, noise);
+  return (!has_parts && !features->is_doubtful_vertex(vertex)) ||
+         touches_clear(p, n, sine, noise);
 }
 
 bool ContactSurface::admits_at_edge(std::int32_t edge, const Vector3& p, const Vector3& n,
@@ -81,7 +83,7 @@ bool ContactSurface::admits_at_edge(std::int32_t edge, const Vector3& p, const V
       if (across > 0 && lean * height_sq + across * across > sine * sine * height_sq) return false;
     }
   }
-  return !features->is_doubtful_edge(edge) || touches_clear(p, n, sine, noise);
+  return (!has_parts && !features->is_doubtful_edge(edge)) || touches_clear(p, n, sine, noise);
 }
 
 bool ContactSurface::triangle_is_clear(std::int32_t triangle, const Vector3& p, const Vector3& n,

@@ -21,6 +21,7 @@ class ContactSurface {
   const MeshTopology* topology = nullptr;
   Scalar radius = 0;
   bool is_mesh = false;   ///< the shape itself is a mesh: triangles have numbers
+  bool has_parts = false; ///< not connected: parts may touch one another
   bool is_solid = false;  ///< convex with a volume: only outer sides of faces are touched
 
   /// Whether n . t <= sine for all unit directions t in which the surface leaves a vertex, a point

@@ -72,9 +72,11 @@ Wing FeatureFinder::wing(std::int32_t side) const {
 EdgeShape FeatureFinder::shape_of_two(const Wing& a, const Wing& b) const {
   const Vector3 bend = a.leaving + b.leaving;
   const bool is_flat = bend.norm() <= kFlatEdgeSine;
-  if (a.runs_up == b.runs_up) return {EdgeKind::NonManifold, !is_flat, false};
+  // The same triangle twice hides what it is joined to.
+  const bool is_folded = (a.leaving - b.leaving).norm() <= kFlatEdgeSine;
+  if (a.runs_up == b.runs_up) return {EdgeKind::NonManifold, !is_flat, is_folded};
   if (is_flat) return {EdgeKind::Flat, false, false};
-  return {EdgeKind::Convex, true, false};
+  return {EdgeKind::Convex, true, is_folded};
 }
 
 // Whether the triangles at an edge leave more than a half turn free on one side.
