@@ -25,6 +25,12 @@ Scalar squared_step(const ContactPoint& from, const ContactPoint& to) {
   return std::min((from.p_ACa - to.p_ACa).squaredNorm(), (from.p_BCb - to.p_BCb).squaredNorm());
 }
 
+// The cosine of the turn of the normal as the shape it is of sees it; in world if it is of another.
+Scalar normal_cosine(const ContactPoint& from, const ContactPoint& to) {
+  if (from.normal_is_of_b == to.normal_is_of_b) return from.nhat_AB_S.dot(to.nhat_AB_S);
+  return from.nhat_AB_W.dot(to.nhat_AB_W);
+}
+
 // The impulse after the shortest turn between two normals.
 Vector3 turned(const Vector3& impulse, const Vector3& from, const Vector3& to) {
   if (impulse.isZero(0)) return impulse;
@@ -86,7 +92,7 @@ void ContactCache::hand_on_impulses(Scalar reach) {
     ContactPoint* nearest = nullptr;
     Scalar least = reach * reach;
     for (ContactPoint& contact : contacts_) {
-      if (contact.previous || contact.nhat_AB_W.dot(last_[k].nhat_AB_W) < kSameNormal) continue;
+      if (contact.previous || normal_cosine(last_[k], contact) < kSameNormal) continue;
       const Scalar step = squared_step(last_[k], contact);
       if (step > least) continue;
       least = step;

@@ -25,6 +25,22 @@ bool sector_rises(const Vector3& e, const Vector3& f, const Vector3& n, Scalar s
   return n.cross(m).squaredNorm() > sine * sine * m.squaredNorm();
 }
 
+// Where the steepest path on a triangle from its point p, as n has it, meets the border; p itself
+// where it leaves at once.
+Vector3 steepest_end(const Triangle& t, const Vector3& p, const Vector3& n) {
+  const Vector3 m = (t[1] - t[0]).cross(t[2] - t[0]);
+  const Scalar m_sq = m.squaredNorm();
+  if (!(m_sq > 0)) return p;
+  const Vector3 along = n - m * (n.dot(m) / m_sq);
+  Scalar length = kInfinity;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Vector3 inwards = m.cross(t[(k + 1) % 3] - t[k]);
+    const Scalar rate = inwards.dot(along);
+    if (rate < 0) length = std::min(length, std::max(Scalar{0}, inwards.dot(t[k] - p) / rate));
+  }
+  return length < kInfinity ? Vector3(p + length * along) : p;
+}
+
 }  // namespace
 
 ContactSurface::ContactSurface(const Shape& shape) {
@@ -93,11 +109,13 @@ bool ContactSurface::triangle_is_clear(std::int32_t triangle, const Vector3& p, 
   for (const Vector3& vertex : t) size = std::max(size, (vertex - p).lpNorm<Eigen::Infinity>());
   // Files in single precision part what was meant to touch.
   const Scalar slack = noise + kFlatEdgeSine * size;
-  if (!find_foot(t, p, slack, 0, 0)) return true;
-  return std::none_of(t.begin(), t.end(), [&](const Vector3& vertex) {
-    const Vector3 ray = vertex - p;
+  const std::optional<TriangleFoot> foot = find_foot(t, p, slack, 0, 0);
+  if (!foot) return true;
+  const auto climbs = [&](const Vector3& x) {
+    const Vector3 ray = x - p;
     return n.dot(ray) > sine * ray.norm() + slack;
-  });
+  };
+  return std::none_of(t.begin(), t.end(), climbs) && !climbs(steepest_end(t, foot->point, n));
 }
 
 bool ContactSurface::touches_clear(const Vector3& p, const Vector3& n, Scalar sine,

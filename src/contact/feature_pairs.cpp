@@ -81,7 +81,8 @@ bool FeaturePairs::admits_foot(const VertexSide& vertex, std::int32_t triangle,
   contact.key.b = vertex.is_of_a ? key : vertex_key(vertex.vertex);
   return surface(vertex.is_of_a)
       .admits_at_vertex(vertex.vertex, outward(vertex.is_of_a, contact.normal),
-                        query_.options.cone_tolerance, query_.noise);
+                        foot.kind == FeatureKind::Face ? query_.options.cone_tolerance : sine,
+                        query_.noise);
 }
 
 void FeaturePairs::add_vertex(const VertexSide& vertex, std::int32_t triangle, const Triangle& t) {

@@ -1,6 +1,7 @@
 // Contacts on inner edges would stop a body that slides over them: there must be none.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <random>
@@ -98,8 +99,11 @@ MeshArrays tiles() {
   return floor;
 }
 
+enum class Joined { ByVertexNumbers, ByPlaceOnly };
+
 // Slides a cube over a plane of triangles, in steps that land it everywhere, vertices and edges included.
-void expect_only_the_planes_normal(const MeshArrays& floor, int steps) {
+// Where vertex numbers do not join the triangles, their flat corners count as contacts, too.
+void expect_only_the_planes_normal(const MeshArrays& floor, int steps, Joined joined) {
   const TriangleMesh mesh = floor.mesh();
   const Box cube(Vector3(0.5, 0.5, 0.5));
   ContactWorkspace workspace;
@@ -112,7 +116,15 @@ void expect_only_the_planes_normal(const MeshArrays& floor, int steps) {
       for (const Scalar gap : {1e-2, 1e-5}) {
         generate_contacts(mesh, RigidPose(), cube, RigidPose(turn, Vector3(x, y, 0.5 + gap)),
                           5 * gap, {}, workspace, contacts);
-        ASSERT_EQ(contacts.size(), 4u) << degrees << " degrees, at " << x << ' ' << y << ' ' << gap;
+        SCOPED_TRACE(::testing::Message() << degrees << " degrees, at " << x << ' ' << y);
+        ASSERT_GE(contacts.size(), 4u);
+        if (joined == Joined::ByVertexNumbers) {
+          ASSERT_EQ(contacts.size(), 4u);
+        }
+        const auto is_corner = [](const ContactPoint& contact) {
+          return contact.p_BCb.cwiseAbs().isApprox(Vector3(0.5, 0.5, 0.5), 1e-9);
+        };
+        ASSERT_EQ(std::count_if(contacts.begin(), contacts.end(), is_corner), 4);
         for (const ContactPoint& contact : contacts) {
           ASSERT_GT(contact.nhat_AB_W.z(), 1 - 1e-12);
           ASSERT_NEAR(contact.gap, gap, 1e-12);
@@ -123,27 +135,27 @@ void expect_only_the_planes_normal(const MeshArrays& floor, int steps) {
 }
 
 TEST(GhostContacts, NoneOnAGrid) {
-  expect_only_the_planes_normal(plain_grid(), 100);
+  expect_only_the_planes_normal(plain_grid(), 100, Joined::ByVertexNumbers);
 }
 
 TEST(GhostContacts, NoneOnAGridOfMixedWinding) {
-  expect_only_the_planes_normal(mixed_grid(), 50);
+  expect_only_the_planes_normal(mixed_grid(), 50, Joined::ByVertexNumbers);
 }
 
 TEST(GhostContacts, NoneOnAnIrregularGrid) {
-  expect_only_the_planes_normal(irregular_grid(), 50);
+  expect_only_the_planes_normal(irregular_grid(), 50, Joined::ByVertexNumbers);
 }
 
 TEST(GhostContacts, NoneOnTrianglesWithoutCommonVertices) {
-  expect_only_the_planes_normal(shattered_grid(), 12);
+  expect_only_the_planes_normal(shattered_grid(), 12, Joined::ByPlaceOnly);
 }
 
 TEST(GhostContacts, NoneWhereVerticesMeetEdges) {
-  expect_only_the_planes_normal(rows_with_t_junctions(), 50);
+  expect_only_the_planes_normal(rows_with_t_junctions(), 50, Joined::ByPlaceOnly);
 }
 
 TEST(GhostContacts, NoneBetweenFlushTiles) {
-  expect_only_the_planes_normal(tiles(), 50);
+  expect_only_the_planes_normal(tiles(), 50, Joined::ByPlaceOnly);
 }
 
 TEST(GhostContacts, ATiltedCubeKeepsThePlanesNormal) {

@@ -15,7 +15,8 @@ struct ContactGeneratorOptions {
   /// [0, 0.5]. Larger: a tilted face keeps more of its corners; also more contacts beside the
   /// true minimum.
   Scalar cone_tolerance = kContactConeTolerance;
-  /// The same at a witness point that only rests on the border of a triangle, in [0, 0.5].
+  /// The same for a vertex over an edge or another vertex, whose normal leans with every shift to
+  /// the side, in [0, 0.5].
   Scalar border_tolerance = kContactBorderTolerance;
 };
 
