@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "dyop/contact/contact_point.h"
 #include "dyop/core/error.h"
 
 namespace dyop {
