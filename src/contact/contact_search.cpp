@@ -72,20 +72,9 @@ bool admits_smooth(const ContactQuery& query, const ContactSurface& mesh, std::i
       find_foot(mesh.mesh->triangle(triangle), p_other, kInfinity,
                 query.options.border_tolerance, query.noise);
   if (!foot) return false;
-  key = {foot->kind, 0, triangle};
-  const Scalar sine = query.options.border_tolerance;
-  switch (foot->kind) {
-    case FeatureKind::Vertex:
-      key.number = mesh.indices(triangle)[std::size_t(foot->index)];
-      return mesh.admits_at_vertex(key.number, n, sine, query.noise);
-    case FeatureKind::Edge:
-      key.number = mesh.topology->edge_of_side(3 * triangle + foot->index);
-      return mesh.admits_at_edge(key.number, foot->point, n, sine, query.noise);
-    case FeatureKind::Face:
-    case FeatureKind::Smooth:
-      break;
-  }
-  return true;
+  key = mesh.foot_key(triangle, *foot);
+  return mesh.admits_at_foot(triangle, *foot, foot->point, n, query.options.border_tolerance,
+                             query.noise);
 }
 
 }  // namespace

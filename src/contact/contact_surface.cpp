@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "contact/feature_witness.h"
 #include "dyop/core/tolerance.h"
 
 namespace dyop::internal {
@@ -100,6 +99,34 @@ bool ContactSurface::admits_at_edge(std::int32_t edge, const Vector3& p, const V
     }
   }
   return (!has_parts && !features->is_doubtful_edge(edge)) || touches_clear(p, n, sine, noise);
+}
+
+bool ContactSurface::admits_at_foot(std::int32_t triangle, const TriangleFoot& foot,
+                                    const Vector3& p, const Vector3& n, Scalar sine,
+                                    Scalar noise) const {
+  switch (foot.place) {
+    case FeatureKind::Vertex:
+      return admits_at_vertex(indices(triangle)[std::size_t(foot.index)], n, sine, noise);
+    case FeatureKind::Edge:
+      return admits_at_edge(topology->edge_of_side(3 * triangle + foot.index), p, n, sine, noise);
+    case FeatureKind::Face:
+    case FeatureKind::Smooth:
+      break;
+  }
+  return true;
+}
+
+FeatureKey ContactSurface::foot_key(std::int32_t triangle, const TriangleFoot& foot) const {
+  switch (foot.kind) {
+    case FeatureKind::Vertex:
+      return {foot.kind, 0, indices(triangle)[std::size_t(foot.index)]};
+    case FeatureKind::Edge:
+      return {foot.kind, 0, topology->edge_of_side(3 * triangle + foot.index)};
+    case FeatureKind::Face:
+    case FeatureKind::Smooth:
+      break;
+  }
+  return {FeatureKind::Face, 0, triangle};
 }
 
 bool ContactSurface::triangle_is_clear(std::int32_t triangle, const Vector3& p, const Vector3& n,

@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "contact/feature_witness.h"
+#include "dyop/contact/contact_point.h"
 #include "dyop/geometry/convex_shape.h"
 #include "dyop/geometry/triangle_mesh.h"
 
@@ -21,7 +23,7 @@ class ContactSurface {
   const MeshTopology* topology = nullptr;
   Scalar radius = 0;
   bool is_mesh = false;   ///< the shape itself is a mesh: triangles have numbers
-  bool has_parts = false; ///< not connected: parts may touch one another
+  bool has_parts = false;  ///< not connected: parts may touch one another
   bool is_solid = false;  ///< convex with a volume: only outer sides of faces are touched
 
   /// Whether n . t <= sine for all unit directions t in which the surface leaves a vertex, a point
@@ -30,7 +32,11 @@ class ContactSurface {
   bool admits_at_edge(std::int32_t edge, const Vector3& p, const Vector3& n, Scalar sine,
                       Scalar noise) const;
 
-  const Vector3& vertex(std::int32_t number) const { return vertices_[std::size_t(number)]; }
+  /// Whether the surface admits n at a foot on one of its triangles, and the foot's name.
+  bool admits_at_foot(std::int32_t triangle, const TriangleFoot& foot, const Vector3& p,
+                      const Vector3& n, Scalar sine, Scalar noise) const;
+  FeatureKey foot_key(std::int32_t triangle, const TriangleFoot& foot) const;
+
   const TriangleIndices& indices(std::int32_t triangle) const {
     return triangles_[std::size_t(triangle)];
   }

@@ -54,35 +54,15 @@ void FeaturePairs::keep(FoundContact& contact, std::span<const Vector3> feature_
 }
 
 bool FeaturePairs::admits_foot(const VertexSide& vertex, std::int32_t triangle,
-                               const TriangleFoot& foot, FoundContact& contact) const {
-  const bool foot_is_of_a = !vertex.is_of_a;
-  const ContactSurface& other = surface(foot_is_of_a);
-  const Vector3 n = outward(foot_is_of_a, contact.normal);
-  const auto k = std::size_t(foot.index);
-  FeatureKey key{foot.kind, 0, triangle};
-  const Scalar sine = query_.options.border_tolerance;
-  switch (foot.kind) {
-    case FeatureKind::Vertex:
-      key.number = other.indices(triangle)[k];
-      if (!other.admits_at_vertex(key.number, n, sine, query_.noise)) return false;
-      break;
-    case FeatureKind::Edge:
-      key.number = other.topology->edge_of_side(3 * triangle + foot.index);
-      if (!other.admits_at_edge(key.number, own_point(foot_is_of_a, foot.point), n, sine,
-                                query_.noise)) {
-        return false;
-      }
-      break;
-    case FeatureKind::Face:
-    case FeatureKind::Smooth:
-      break;
-  }
-  contact.key.a = vertex.is_of_a ? vertex_key(vertex.vertex) : key;
-  contact.key.b = vertex.is_of_a ? key : vertex_key(vertex.vertex);
-  return surface(vertex.is_of_a)
-      .admits_at_vertex(vertex.vertex, outward(vertex.is_of_a, contact.normal),
-                        foot.kind == FeatureKind::Face ? query_.options.cone_tolerance : sine,
-                        query_.noise);
+                               const TriangleFoot& foot, const Vector3& normal) const {
+  const bool is_face = foot.kind == FeatureKind::Face;
+  const Scalar strict = query_.options.border_tolerance;
+  const bool of_a = vertex.is_of_a;
+  return surface(!of_a).admits_at_foot(triangle, foot, own_point(!of_a, foot.point),
+                                       outward(!of_a, normal), strict, query_.noise) &&
+         surface(of_a).admits_at_vertex(vertex.vertex, outward(of_a, normal),
+                                        is_face ? query_.options.cone_tolerance : strict,
+                                        query_.noise);
 }
 
 void FeaturePairs::add_vertex(const VertexSide& vertex, std::int32_t triangle, const Triangle& t) {
@@ -107,7 +87,10 @@ void FeaturePairs::add_vertex(const VertexSide& vertex, std::int32_t triangle, c
   contact.rank = is_face ? kRankOfFace : kRankOfBorder;
   contact.triangle_a = vertex.is_of_a ? vertex.triangle : triangle;
   contact.triangle_b = vertex.is_of_a ? triangle : vertex.triangle;
-  if (!admits_foot(vertex, triangle, *foot, contact)) return;
+  if (!admits_foot(vertex, triangle, *foot, contact.normal)) return;
+  const FeatureKey foot_key = surface(!vertex.is_of_a).foot_key(triangle, *foot);
+  contact.key.a = vertex.is_of_a ? vertex_key(vertex.vertex) : foot_key;
+  contact.key.b = vertex.is_of_a ? foot_key : vertex_key(vertex.vertex);
   std::array<Vector3, 2> ends;
   const std::span<const Vector3> corners = foot_corners(t, *foot, ends);
   const std::span<const Vector3> point(&vertex.p, 1);

@@ -18,7 +18,7 @@ class FeaturePairs {
                      const Triangle& b);
 
  private:
-  /// A vertex of one surface and a triangle of the other one. `flips`: the vertex is A's.
+  /// A vertex that touches the other surface.
   struct VertexSide {
     std::int32_t vertex;
     std::int32_t triangle;
@@ -33,7 +33,7 @@ class FeaturePairs {
   };
   void add_vertex(const VertexSide& vertex, std::int32_t triangle, const Triangle& t);
   bool admits_foot(const VertexSide& vertex, std::int32_t triangle, const TriangleFoot& foot,
-                   FoundContact& contact) const;
+                   const Vector3& normal) const;
   void add_edges(const EdgeSide& a, const EdgeSide& b);
   bool admits_crossing(const EdgeSide& a, const EdgeSide& b, const EdgeCrossing& crossing,
                        const Vector3& n) const;

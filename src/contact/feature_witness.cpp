@@ -25,11 +25,11 @@ TriangleFoot border_foot(const Triangle& t, const Vector3& p) {
     const Scalar s = length_sq > 0 ? along.dot(p - from) / length_sq : 0;
     TriangleFoot foot;
     if (s > 0 && s < 1) {
-      foot.kind = FeatureKind::Edge;
+      foot.kind = foot.place = FeatureKind::Edge;
       foot.index = k;
       foot.point = from + s * along;
     } else {
-      foot.kind = FeatureKind::Vertex;
+      foot.kind = foot.place = FeatureKind::Vertex;
       foot.index = s > 0 ? next : k;
       foot.point = t[std::size_t(foot.index)];
     }
@@ -74,6 +74,8 @@ std::optional<TriangleFoot> find_foot(const Triangle& t, const Vector3& p, Scala
   const Scalar lateral_sq = (w - std::abs(height) * foot.normal).squaredNorm();
   const Scalar slack = border_sine * std::abs(height) + noise;
   if (!has_plane || lateral_sq > slack * slack) return border;
+  foot.place = border.place;
+  foot.index = border.index;
   foot.point = border.point;
   return foot;
 }

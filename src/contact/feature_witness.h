@@ -11,7 +11,9 @@ namespace dyop::internal {
 /// Where on a triangle the nearest point to another point lies.
 struct TriangleFoot {
   FeatureKind kind = FeatureKind::Face;
-  int index = 0;  ///< of the corner, or of the side from that corner to the next
+  /// What the point lies on; for kind Face a corner or side if the foot is a little off the triangle.
+  FeatureKind place = FeatureKind::Face;
+  int index = 0;  ///< of that corner, or of the side from that corner to the next
   Vector3 point = Vector3::Zero();
   /// Unit normal of the triangle on the side of the other point; for kind Face.
   Vector3 normal = Vector3::UnitX();

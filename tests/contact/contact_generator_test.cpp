@@ -224,15 +224,15 @@ void check_random_pairs(int count, Scalar low_exponent, Scalar high_exponent, Sc
 }
 
 TEST(ContactGenerator, FindsEveryLocalMinimumAndNothingElse) {
-  check_random_pairs(1200, 0, 0.01, 0, 1);
+  check_random_pairs(6000, 0, 0.01, 0, 1);
 }
 
 TEST(ContactGenerator, DoesSoAtAnyScale) {
-  check_random_pairs(400, -4, 4, 0, 100000);
+  check_random_pairs(2000, -4, 4, 0, 100000);
 }
 
 TEST(ContactGenerator, DoesSoFarFromTheOrigin) {
-  check_random_pairs(400, 0, 0.01, 1e4, 200000);
+  check_random_pairs(2000, 0, 0.01, 1e4, 200000);
 }
 
 // The common polygon of two rectangles about the z axis, by clipping one with the sides of the other.
