@@ -10,13 +10,6 @@
 namespace dyop {
 namespace {
 
-// A triangle beside an edge, as seen from it.
-struct Wing {
-  Vector3 leaving = Vector3::Zero();  // unit, in the triangle, square to the edge
-  bool has_area = false;
-  bool runs_up = false;  // from the smaller vertex to the larger one
-};
-
 struct EdgeShape {
   EdgeKind kind = EdgeKind::NonManifold;
   bool is_contact = true;
@@ -28,7 +21,9 @@ class FeatureFinder {
  public:
   FeatureFinder(std::span<const Vector3> vertices, std::span<const TriangleIndices> triangles,
                 const MeshTopology& topology)
-      : vertices_(vertices), triangles_(triangles), topology_(topology) {}
+      : vertices_(vertices), triangles_(triangles), topology_(topology) {
+    find_normals();
+  }
 
   EdgeShape edge_shape(std::int32_t edge) const;
 
@@ -36,8 +31,10 @@ class FeatureFinder {
   bool has_normal_cone(std::int32_t vertex);
 
  private:
-  Wing wing(std::int32_t side) const;
-  EdgeShape shape_of_two(const Wing& a, const Wing& b) const;
+  void find_normals();
+  bool runs_up(std::int32_t side) const;
+  const Vector3& corner_across(std::int32_t side) const;
+  EdgeShape shape_of_two(std::int32_t side_a, std::int32_t side_b) const;
   bool opens_beyond_half(std::span<const std::int32_t> sides) const;
   bool is_normal(const Vector3& n) const;
   std::int32_t edge_owned_by(std::int32_t side) const;
@@ -46,50 +43,64 @@ class FeatureFinder {
   std::span<const Vector3> vertices_;
   std::span<const TriangleIndices> triangles_;
   const MeshTopology& topology_;
+  std::vector<Vector3> normals_;  // unit by winding; zero for a triangle without area
   std::vector<Vector3> rays_;  // unit, along the edges at a vertex
 };
 
-// A triangle flatter than this across its side has no direction across it that rounding leaves.
-constexpr Scalar kThinnestWing = kFlatEdgeSine * kFlatEdgeSine;
-
-Wing FeatureFinder::wing(std::int32_t side) const {
-  const TriangleIndices& t = triangles_[std::size_t(side / 3)];
-  const auto k = std::size_t(side % 3);
-  const Vector3& from = vertices_[std::size_t(t[k])];
-  const Vector3 along = vertices_[std::size_t(t[(k + 1) % 3])] - from;
-  const Vector3 up = vertices_[std::size_t(t[(k + 2) % 3])] - from;
-  const Scalar along_sq = along.squaredNorm();
-  Wing wing;
-  wing.runs_up = t[k] < t[(k + 1) % 3];
-  if (!(along_sq > 0)) return wing;
-  wing.leaving = up - along * (along.dot(up) / along_sq);
-  const Scalar height = wing.leaving.norm();
-  wing.has_area = height > kThinnestWing * std::max(std::sqrt(along_sq), up.norm());
-  if (wing.has_area) wing.leaving /= height;
-  return wing;
+void FeatureFinder::find_normals() {
+  // A triangle thinner than this, relative to its length, has no normal that rounding leaves.
+  constexpr Scalar kThinnest = kFlatEdgeSine * kFlatEdgeSine;
+  normals_.assign(triangles_.size(), Vector3::Zero());
+  for (std::size_t k = 0; k < triangles_.size(); ++k) {
+    const TriangleIndices& t = triangles_[k];
+    const Vector3 e = vertices_[std::size_t(t[1])] - vertices_[std::size_t(t[0])];
+    const Vector3 f = vertices_[std::size_t(t[2])] - vertices_[std::size_t(t[0])];
+    const Vector3 n = e.cross(f);
+    const Scalar length = n.norm();
+    if (length > kThinnest * std::max(e.squaredNorm(), f.squaredNorm())) normals_[k] = n / length;
+  }
 }
 
-EdgeShape FeatureFinder::shape_of_two(const Wing& a, const Wing& b) const {
-  const Vector3 bend = a.leaving + b.leaving;
-  const bool is_flat = bend.norm() <= kFlatEdgeSine;
+// From the smaller vertex of its edge to the larger one.
+bool FeatureFinder::runs_up(std::int32_t side) const {
+  const TriangleIndices& t = triangles_[std::size_t(side / 3)];
+  return t[std::size_t(side % 3)] == topology_.edge(topology_.edge_of_side(side))[0];
+}
+
+const Vector3& FeatureFinder::corner_across(std::int32_t side) const {
+  const TriangleIndices& t = triangles_[std::size_t(side / 3)];
+  return vertices_[std::size_t(t[std::size_t((side % 3 + 2) % 3)])];
+}
+
+EdgeShape FeatureFinder::shape_of_two(std::int32_t side_a, std::int32_t side_b) const {
+  const Vector3& n_a = normals_[std::size_t(side_a / 3)];
+  const Vector3& n_b = normals_[std::size_t(side_b / 3)];
+  if (n_a.isZero(0) || n_b.isZero(0)) return {};
+  constexpr Scalar kFlatSquare = kFlatEdgeSine * kFlatEdgeSine;
+  const bool is_consistent = runs_up(side_a) != runs_up(side_b);
+  const Scalar parted_sq = (n_a - n_b).squaredNorm();
+  const Scalar opposed_sq = (n_a + n_b).squaredNorm();
+  const bool is_flat = (is_consistent ? parted_sq : opposed_sq) <= kFlatSquare;
   // The same triangle twice hides what it is joined to.
-  const bool is_folded = (a.leaving - b.leaving).norm() <= kFlatEdgeSine;
-  if (a.runs_up == b.runs_up) return {EdgeKind::NonManifold, !is_flat, is_folded};
+  const bool is_folded = (is_consistent ? opposed_sq : parted_sq) <= kFlatSquare;
+  if (!is_consistent) return {EdgeKind::NonManifold, !is_flat, is_folded};
   if (is_flat) return {EdgeKind::Flat, false, false};
-  return {EdgeKind::Convex, true, is_folded};
+  const Vector3& from = vertices_[std::size_t(topology_.edge(topology_.edge_of_side(side_a))[0])];
+  const bool is_concave = n_a.dot(corner_across(side_b) - from) > 0;
+  return {is_concave ? EdgeKind::Concave : EdgeKind::Convex, true, is_folded};
 }
 
 // Whether the triangles at an edge leave more than a half turn free on one side.
 bool FeatureFinder::opens_beyond_half(std::span<const std::int32_t> sides) const {
-  const Wing first = wing(sides[0]);
   const auto& ends = topology_.edge(topology_.edge_of_side(sides[0]));
-  const Vector3 along =
-      (vertices_[std::size_t(ends[1])] - vertices_[std::size_t(ends[0])]).normalized();
-  const Vector3 across = along.cross(first.leaving);
+  const Vector3& from = vertices_[std::size_t(ends[0])];
+  const Vector3 along = (vertices_[std::size_t(ends[1])] - from).normalized();
+  const Vector3 zero = along.cross(along.cross(corner_across(sides[0]) - from)).normalized();
+  const Vector3 quarter = along.cross(zero);
   std::vector<Scalar> turns;
   for (const std::int32_t side : sides) {
-    const Vector3 leaving = wing(side).leaving;
-    turns.push_back(std::atan2(across.dot(leaving), first.leaving.dot(leaving)));
+    const Vector3 up = corner_across(side) - from;
+    turns.push_back(std::atan2(quarter.dot(up), zero.dot(up)));
   }
   std::sort(turns.begin(), turns.end());
   constexpr Scalar kHalf = std::numbers::pi;
@@ -100,24 +111,11 @@ bool FeatureFinder::opens_beyond_half(std::span<const std::int32_t> sides) const
 
 EdgeShape FeatureFinder::edge_shape(std::int32_t edge) const {
   const std::span<const std::int32_t> sides = topology_.sides_of_edge(edge);
-  if (sides.size() == 1) {
-    return {wing(sides[0]).has_area ? EdgeKind::Border : EdgeKind::NonManifold, true, true};
-  }
-  if (sides.size() == 2) {
-    const Wing a = wing(sides[0]);
-    const Wing b = wing(sides[1]);
-    if (!a.has_area || !b.has_area) return {};
-    EdgeShape shape = shape_of_two(a, b);
-    if (shape.kind != EdgeKind::Convex) return shape;
-    const auto& ends = topology_.edge(edge);
-    const Vector3 along = vertices_[std::size_t(ends[1])] - vertices_[std::size_t(ends[0])];
-    const Vector3 outer = a.runs_up ? along.cross(a.leaving) : a.leaving.cross(along);
-    if (outer.dot(b.leaving) > 0) shape.kind = EdgeKind::Concave;
-    return shape;
-  }
+  if (sides.size() == 2) return shape_of_two(sides[0], sides[1]);
   for (const std::int32_t side : sides) {
-    if (!wing(side).has_area) return {};
+    if (normals_[std::size_t(side / 3)].isZero(0)) return {};
   }
+  if (sides.size() == 1) return {EdgeKind::Border, true, true};
   return {EdgeKind::NonManifold, opens_beyond_half(sides), true};
 }
 
