@@ -158,10 +158,17 @@ bool FeatureFinder::has_normal_cone(std::int32_t vertex) {
   for (std::size_t i = 0; i < rays_.size(); ++i) {
     for (std::size_t j = 0; j < i; ++j) {
       const Vector3 n = rays_[i].cross(rays_[j]);
-      const Scalar sine = n.norm();
-      if (sine <= kFlatEdgeSine) continue;
+      if (n.squaredNorm() <= kFlatEdgeSine * kFlatEdgeSine) continue;
       is_line = false;
-      if (is_normal(n / sine) || is_normal(-n / sine)) return true;
+      // Not divided by its length: that keeps a vertex more, at times.
+      bool is_above = false;
+      bool is_below = false;
+      for (std::size_t k = 0; k < rays_.size() && !(is_above && is_below); ++k) {
+        const Scalar rise = n.dot(rays_[k]);
+        is_above = is_above || rise > kFlatEdgeSine;
+        is_below = is_below || rise < -kFlatEdgeSine;
+      }
+      if (!(is_above && is_below)) return true;
     }
   }
   return is_line;
@@ -183,7 +190,13 @@ ContactFeatures::ContactFeatures(std::span<const Vector3> vertices,
     const auto bits = std::uint8_t((shape.is_contact ? kContact : 0) |
                                    (shape.is_doubtful ? kDoubtful : 0));
     edge_bits_[std::size_t(e)] = bits;
-    for (const std::int32_t v : topology.edge(e)) vertex_bits_[std::size_t(v)] |= bits;
+    const auto bends = std::uint8_t((shape.kind != EdgeKind::Convex ? kNotConvex : 0) |
+                                    (shape.kind != EdgeKind::Concave ? kNotConcave : 0));
+    for (const std::int32_t v : topology.edge(e)) {
+      std::uint8_t& vertex_bits = vertex_bits_[std::size_t(v)];
+      vertex_bits |= bits;
+      if (shape.kind != EdgeKind::Flat) vertex_bits |= bends;
+    }
     const std::int32_t owner = topology.sides_of_edge(e)[0];
     if (shape.is_contact) owned_[std::size_t(owner / 3)] |= std::uint8_t(8 << owner % 3);
   }
@@ -195,7 +208,10 @@ ContactFeatures::ContactFeatures(std::span<const Vector3> vertices,
       return topology.edge_of_side(corner) >= 0;
     });
     if (!has_edge) bits = kContact | kDoubtful;
-    if (bits == kContact && !finder.has_normal_cone(v)) bits = 0;
+    // A fan that is bent one way only has a cone.
+    const bool is_mixed = (bits & kNotConvex) != 0 && (bits & kNotConcave) != 0;
+    bits &= kContact | kDoubtful;
+    if (bits == kContact && is_mixed && !finder.has_normal_cone(v)) bits = 0;
     if ((bits & kContact) == 0) continue;
     owned_[std::size_t(corners[0] / 3)] |= std::uint8_t(1 << corners[0] % 3);
   }

@@ -61,6 +61,8 @@ class ContactFeatures {
  private:
   static constexpr std::uint8_t kContact = 1;
   static constexpr std::uint8_t kDoubtful = 2;
+  static constexpr std::uint8_t kNotConvex = 4;  // of an edge at a vertex, while they are gathered
+  static constexpr std::uint8_t kNotConcave = 8;
   struct NodeBits {
     std::uint8_t vertices = 0;
     std::uint8_t edges = 0;
