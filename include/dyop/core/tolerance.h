@@ -174,8 +174,8 @@ inline constexpr Scalar kTriangleFarRatio = 1;
 /// are looked for first. Speed only; the cube root of u squared. Used by triangle_distance().
 inline constexpr Scalar kTriangleContactGap = 0x1p-36;
 
-/// How steeply the surfaces may approach one another beside a contact (sine of an angle): at a
-/// feature of the witness pair, and where a vertex's witness only rests on the border of a
+/// How steeply the surfaces may approach one another beside a contact (sine of an angle): beside a
+/// vertex over a face and crossing edges, and beside a vertex over the border of a
 /// triangle. Larger: bodies that slide meet contacts with leaning normals; smaller: a face that
 /// tilts by more loses corners it will rest on. Used by generate_contacts().
 inline constexpr Scalar kContactConeTolerance = 0.02;
@@ -192,7 +192,7 @@ inline constexpr Scalar kContactNoCrossingSine = 1e-6;
 
 /// Sine of the angle by which the faces at an edge must be bent for the edge to be a contact.
 /// Vertices in single precision bend a flat area by about this. Larger: contacts of finely rounded bodies
-/// are lost; smaller: only time. Used by MeshTopology.
+/// are lost; smaller: only time. Used by ContactFeatures and generate_contacts().
 inline constexpr Scalar kFlatEdgeSine = 0x1p-20;
 
 /// Contacts of a pair kept per cluster of normals (limit), the cosine of normals of one cluster,
