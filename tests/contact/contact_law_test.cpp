@@ -1,4 +1,4 @@
-#include "contact/contact_law.h"
+#include "contact/solver/contact_law.h"
 
 #include <gtest/gtest.h>
 

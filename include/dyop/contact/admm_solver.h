@@ -2,7 +2,7 @@
 
 #include "dyop/contact/contact_solver.h"
 
-namespace dyop {
+namespace DYOP_EXPORT dyop {
 
 namespace internal {
 class AdmmRun;

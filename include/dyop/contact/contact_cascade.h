@@ -6,7 +6,7 @@
 #include "dyop/contact/gauss_seidel_solver.h"
 #include "dyop/contact/newton_solver.h"
 
-namespace dyop {
+namespace DYOP_EXPORT dyop {
 
 /// The default: Gauss-Seidel, then Newton, then ADMM, each beginning with the best answer so far
 /// and within its budget, until one converges; then once more. Up to two bodies Newton is first.

@@ -7,7 +7,7 @@
 
 #include "dyop/core/types.h"
 
-namespace dyop {
+namespace DYOP_EXPORT dyop {
 
 /// A body as the contact solvers see it. Velocities are of the centre of mass, world axes.
 ///

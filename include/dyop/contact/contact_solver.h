@@ -5,7 +5,7 @@
 
 #include "dyop/contact/contact_problem.h"
 
-namespace dyop {
+namespace DYOP_EXPORT dyop {
 
 namespace internal {
 class ContactSystem;

@@ -2,7 +2,7 @@
 
 #include "dyop/contact/contact_solver.h"
 
-namespace dyop {
+namespace DYOP_EXPORT dyop {
 
 /// Projected block Gauss-Seidel: one contact after the other is solved exactly, forward and back
 /// ([Jean1999]), with conjugate steps between the sweeps ([Silcowitz2010], NNCG). Fast for few

@@ -3,7 +3,7 @@
 #include <utility>
 #include <vector>
 
-#include "contact/contact_block.h"
+#include "contact/solver/contact_block.h"
 #include "dyop/contact/contact_problem.h"
 
 namespace dyop::internal {

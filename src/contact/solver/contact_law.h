@@ -1,6 +1,6 @@
 #pragma once
 
-#include "contact/contact_block.h"
+#include "contact/solver/contact_block.h"
 
 namespace dyop::internal {
 

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
-#include "contact/contact_check.h"
-#include "contact/contact_system.h"
-#include "dyop/core/tolerance.h"
+#include "contact/solver/contact_check.h"
+#include "contact/solver/contact_system.h"
+#include "core/tolerance.h"
 
 namespace dyop {
 

@@ -1,9 +1,9 @@
-#include "contact/contact_check.h"
+#include "contact/solver/contact_check.h"
 
 #include <cmath>
 
+#include "core/tolerance.h"
 #include "dyop/core/error.h"
-#include "dyop/core/tolerance.h"
 
 namespace dyop::internal {
 namespace {

@@ -4,10 +4,10 @@
 #include <cmath>
 #include <vector>
 
-#include "contact/body_matrix.h"
-#include "contact/contact_law.h"
-#include "contact/contact_system.h"
-#include "dyop/core/tolerance.h"
+#include "contact/solver/body_matrix.h"
+#include "contact/solver/contact_law.h"
+#include "contact/solver/contact_system.h"
+#include "core/tolerance.h"
 
 namespace dyop {
 namespace internal {

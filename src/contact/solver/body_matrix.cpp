@@ -1,4 +1,4 @@
-#include "contact/body_matrix.h"
+#include "contact/solver/body_matrix.h"
 
 #include <Eigen/OrderingMethods>
 #include <Eigen/SparseCore>

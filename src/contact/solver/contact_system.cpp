@@ -1,12 +1,12 @@
-#include "contact/contact_system.h"
+#include "contact/solver/contact_system.h"
 
 #include <algorithm>
 #include <cmath>
 #include <tuple>
 
-#include "contact/contact_check.h"
-#include "contact/contact_law.h"
-#include "dyop/core/tolerance.h"
+#include "contact/solver/contact_check.h"
+#include "contact/solver/contact_law.h"
+#include "core/tolerance.h"
 
 namespace dyop::internal {
 namespace {

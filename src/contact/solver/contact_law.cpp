@@ -1,9 +1,9 @@
-#include "contact/contact_law.h"
+#include "contact/solver/contact_law.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "dyop/core/tolerance.h"
+#include "core/tolerance.h"
 
 namespace dyop::internal {
 namespace {

@@ -3,7 +3,7 @@
 #include <utility>
 #include <vector>
 
-#include "contact/contact_system.h"
+#include "contact/solver/contact_system.h"
 
 namespace dyop::internal {
 

@@ -4,9 +4,9 @@
 #include <array>
 #include <utility>
 
-#include "contact/contact_system.h"
+#include "contact/solver/contact_system.h"
+#include "core/tolerance.h"
 #include "dyop/core/error.h"
-#include "dyop/core/tolerance.h"
 
 namespace dyop {
 namespace {

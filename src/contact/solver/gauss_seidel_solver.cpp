@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <vector>
 
-#include "contact/contact_law.h"
-#include "contact/contact_system.h"
+#include "contact/solver/contact_law.h"
+#include "contact/solver/contact_system.h"
 
 namespace dyop {
 

@@ -1,0 +1,106 @@
+#include "dyop/contact/contact_reduction.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "dyop/contact/contact_point.h"
+#include "dyop/core/error.h"
+
+namespace dyop {
+namespace {
+
+ContactPoint contact_at(const Vector3& p, const Vector3& n, Scalar gap, int number) {
+  ContactPoint contact;
+  contact.p_WCa = p;
+  contact.p_WCb = p + gap * n;
+  contact.nhat_AB_W = n;
+  contact.gap = gap;
+  contact.key.a = {FeatureKind::Vertex, 0, number};
+  return contact;
+}
+
+// A square of points, the nearest one in its middle.
+std::vector<ContactPoint> patch(const Vector3& n, const Vector3& middle, int first) {
+  std::vector<ContactPoint> contacts;
+  for (int i = -3; i <= 3; ++i) {
+    for (int j = -3; j <= 3; ++j) {
+      const bool is_middle = i == 0 && j == 0;
+      contacts.push_back(contact_at(middle + Vector3(i, j, 0), n, is_middle ? 0.1 : 0.2,
+                                    first + int(contacts.size())));
+    }
+  }
+  return contacts;
+}
+
+bool has_place(const std::vector<ContactPoint>& contacts, const Vector3& p) {
+  return std::any_of(contacts.begin(), contacts.end(),
+                     [&](const ContactPoint& contact) { return contact.p_WCa == p; });
+}
+
+TEST(ContactReduction, KeepsTheNearestAndTheCorners) {
+  auto contacts = patch(Vector3::UnitZ(), Vector3::Zero(), 0);
+  reduce_contacts({}, contacts);
+  EXPECT_EQ(contacts.size(), 6u);
+  EXPECT_TRUE(has_place(contacts, Vector3::Zero()));
+  for (const Scalar x : {-3.0, 3.0}) {
+    for (const Scalar y : {-3.0, 3.0}) EXPECT_TRUE(has_place(contacts, Vector3(x, y, 0)));
+  }
+  EXPECT_TRUE(std::is_sorted(contacts.begin(), contacts.end(),
+                             [](const auto& x, const auto& y) { return x.key < y.key; }));
+}
+
+TEST(ContactReduction, KeepsAsManyForEveryDirection) {
+  auto contacts = patch(Vector3::UnitZ(), Vector3::Zero(), 0);
+  // 10 degrees apart is one cluster, 20 degrees are two.
+  const auto lean = [](Scalar angle) { return Vector3(std::sin(angle), 0, std::cos(angle)); };
+  for (const Scalar angle : {0.35, 1.2}) {
+    const auto more = patch(lean(angle), Vector3(20, 0, 0), int(contacts.size()));
+    contacts.insert(contacts.end(), more.begin(), more.end());
+  }
+  auto all = contacts;
+  reduce_contacts({}, contacts);
+  EXPECT_EQ(contacts.size(), 18u);
+  reduce_contacts({.points_per_cluster = 2}, all);
+  EXPECT_EQ(all.size(), 6u);
+}
+
+TEST(ContactReduction, PrefersWhatCarriedLoad) {
+  auto contacts = patch(Vector3::UnitZ(), Vector3::Zero(), 0);
+  const auto at = [&](const Vector3& p) -> ContactPoint& {
+    return *std::find_if(contacts.begin(), contacts.end(),
+                         [&](const ContactPoint& contact) { return contact.p_WCa == p; });
+  };
+  // A little inside the corner that would be taken.
+  at(Vector3(2, 3, 0)).impulse_W = Vector3::UnitZ();
+  reduce_contacts({}, contacts);
+  EXPECT_TRUE(has_place(contacts, Vector3(2, 3, 0)));
+  EXPECT_FALSE(has_place(contacts, Vector3(3, 3, 0)));
+}
+
+TEST(ContactReduction, DoesNotDependOnTheOrder) {
+  auto contacts = patch(Vector3::UnitZ(), Vector3::Zero(), 0);
+  auto backwards = contacts;
+  std::reverse(backwards.begin(), backwards.end());
+  reduce_contacts({}, contacts);
+  reduce_contacts({}, backwards);
+  for (const ContactPoint& contact : backwards) EXPECT_TRUE(has_place(contacts, contact.p_WCa));
+}
+
+TEST(ContactReduction, LeavesFewAlone) {
+  std::vector<ContactPoint> contacts{contact_at(Vector3::Zero(), Vector3::UnitZ(), 0, 0),
+                                     contact_at(Vector3::Zero(), Vector3::UnitZ(), 0, 1)};
+  reduce_contacts({}, contacts);
+  EXPECT_EQ(contacts.size(), 2u);
+}
+
+TEST(ContactReduction, RefusesWhatIsOutOfRange) {
+  std::vector<ContactPoint> contacts;
+  EXPECT_THROW(reduce_contacts({.points_per_cluster = 0}, contacts), InvalidArgument);
+  EXPECT_THROW(reduce_contacts({.same_normal_cosine = 1.5}, contacts), InvalidArgument);
+  EXPECT_THROW(reduce_contacts({.same_normal_cosine = std::nan("")}, contacts), InvalidArgument);
+}
+
+}  // namespace
+}  // namespace dyop
