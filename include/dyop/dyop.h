@@ -6,8 +6,10 @@
 /// For users. dyop itself includes what it uses; stepping (`dyop/dynamics/world.h`) and files
 /// (`dyop/io/mesh_file.h`) belong to targets of their own.
 
+#include "dyop/core/assert_handler.h"
 #include "dyop/core/batch_options.h"
 #include "dyop/core/error.h"
+#include "dyop/core/export.h"
 #include "dyop/core/rigid_pose.h"
 #include "dyop/core/time_interval.h"
 #include "dyop/core/triangle.h"
@@ -23,9 +25,12 @@
 #include "dyop/distance/witness_pair.h"
 #include "dyop/geometry/box.h"
 #include "dyop/geometry/capsule.h"
+#include "dyop/geometry/compound_shape.h"
+#include "dyop/geometry/contact_features.h"
 #include "dyop/geometry/convex_hull.h"
 #include "dyop/geometry/convex_shape.h"
 #include "dyop/geometry/mass_properties.h"
+#include "dyop/geometry/mesh_topology.h"
 #include "dyop/geometry/shape.h"
 #include "dyop/geometry/sphere.h"
 #include "dyop/geometry/triangle_mesh.h"
@@ -47,6 +52,8 @@
 #include "dyop/motion/user_motion.h"
 #include "dyop/toi/deforming_mesh.h"
 #include "dyop/toi/deforming_time_of_impact.h"
+#include "dyop/toi/least_distance.h"
+#include "dyop/toi/obstacle_set.h"
 #include "dyop/toi/time_of_impact.h"
 #include "dyop/toi/toi_batch.h"
 #include "dyop/toi/toi_result.h"
