@@ -1,15 +1,21 @@
-# Install and export: one component a target, so that who needs queries only needs no SUNDIALS and no
-# mesh loader. find_package(dyop) gives dyop::dyop; COMPONENTS dynamics io adds those.
+# Install and export: one component per target, so that who needs queries only needs no SUNDIALS and
+# no mesh files. find_package(dyop) gives dyop::dyop; COMPONENTS dynamics io ... adds those.
 include(CMakePackageConfigHelpers)
 set(dyop_cmake_dir ${CMAKE_INSTALL_LIBDIR}/cmake/dyop)
+file(RELATIVE_PATH DYOP_PC_TO_PREFIX "/${CMAKE_INSTALL_LIBDIR}/pkgconfig" "/")  # can be moved
 
-foreach(component dyop paper dynamics io)
-  set(target dyop)
-  if(NOT component STREQUAL "dyop")
-    set(target dyop_${component})
+# dyop_install_component(<component> [NEEDS <component...>] [PACKAGES <CMake package...>]
+#                        [PC_PACKAGES <pkg-config package...>] [PC_LIBRARIES <flag...>])
+# What the component's static library links, once for CMake and once for pkg-config: a shared library
+# brings its own. A component that is not built is skipped. For a new library one call below is all.
+function(dyop_install_component component)
+  cmake_parse_arguments(ARG "" "" "NEEDS;PACKAGES;PC_PACKAGES;PC_LIBRARIES" ${ARGN})
+  set(target dyop_${component})
+  if(component STREQUAL "dyop")
+    set(target dyop)
   endif()
   if(NOT TARGET ${target})
-    continue()
+    return()
   endif()
   install(TARGETS ${target} EXPORT dyop-${component}
           ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
@@ -17,8 +23,60 @@ foreach(component dyop paper dynamics io)
           FILE_SET HEADERS DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
   install(EXPORT dyop-${component} FILE dyop-${component}.cmake NAMESPACE dyop::
           DESTINATION ${dyop_cmake_dir})
-endforeach()
 
+  if(BUILD_SHARED_LIBS)
+    set(ARG_PACKAGES "")
+  endif()
+  set(lines "set(_dyop_${component}_needs ${ARG_NEEDS})\nset(_dyop_${component}_packages ${ARG_PACKAGES})\n")
+  set_property(GLOBAL APPEND PROPERTY dyop_components ${component})
+  set_property(GLOBAL APPEND_STRING PROPERTY dyop_component_lines "${lines}")
+
+  # In a static build everything is asked for at once, in a shared one the private part only with
+  # `pkg-config --static`.
+  set(needs "")
+  foreach(need ${ARG_NEEDS})
+    if(need STREQUAL "dyop")
+      list(APPEND needs dyop)
+    else()
+      list(APPEND needs dyop-${need})
+    endif()
+  endforeach()
+  string(REPLACE "_" "-" DYOP_PC_NAME ${target})
+  string(REPLACE "_" "-" needs "${needs}")
+  set(DYOP_PC_LIBRARY ${target})
+  set(private_packages ${ARG_PC_PACKAGES})
+  set(DYOP_PC_LIBS "")
+  list(JOIN ARG_PC_LIBRARIES " " DYOP_PC_LIBS_PRIVATE)
+  if(component STREQUAL "dyop")
+    list(APPEND needs eigen3)
+  endif()
+  if(NOT BUILD_SHARED_LIBS)
+    list(APPEND needs ${private_packages})
+    set(private_packages "")
+    set(DYOP_PC_LIBS " ${DYOP_PC_LIBS_PRIVATE}")
+    set(DYOP_PC_LIBS_PRIVATE "")
+  endif()
+  list(JOIN needs " " DYOP_PC_REQUIRES)
+  list(JOIN private_packages " " DYOP_PC_REQUIRES_PRIVATE)
+  configure_file(${PROJECT_SOURCE_DIR}/src/dyop.pc.in ${PROJECT_BINARY_DIR}/${DYOP_PC_NAME}.pc @ONLY)
+  install(FILES ${PROJECT_BINARY_DIR}/${DYOP_PC_NAME}.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
+endfunction()
+
+set(dyop_io_packages ZLIB)
+set(dyop_io_pc_packages zlib)
+if(DYOP_WITH_ASSIMP)
+  list(APPEND dyop_io_packages assimp)
+  list(APPEND dyop_io_pc_packages assimp)
+endif()
+dyop_install_component(dyop PACKAGES ccd TBB Threads PC_PACKAGES ccd tbb PC_LIBRARIES -lpthread)
+dyop_install_component(paper NEEDS dyop PACKAGES ccd PC_PACKAGES ccd)
+dyop_install_component(dynamics NEEDS dyop PACKAGES SUNDIALS
+                       PC_LIBRARIES -lsundials_arkode -lsundials_cvode -lsundials_nvecserial)
+dyop_install_component(io NEEDS dyop PACKAGES ${dyop_io_packages} PC_PACKAGES ${dyop_io_pc_packages})
+dyop_install_component(scene_io NEEDS dynamics io)
+
+get_property(DYOP_COMPONENTS GLOBAL PROPERTY dyop_components)
+get_property(DYOP_COMPONENT_LINES GLOBAL PROPERTY dyop_component_lines)
 configure_package_config_file(${CMAKE_CURRENT_LIST_DIR}/dyopConfig.cmake.in
                               ${PROJECT_BINARY_DIR}/dyopConfig.cmake
                               INSTALL_DESTINATION ${dyop_cmake_dir})
@@ -27,10 +85,13 @@ write_basic_package_version_file(${PROJECT_BINARY_DIR}/dyopConfigVersion.cmake
 install(FILES ${PROJECT_BINARY_DIR}/dyopConfig.cmake ${PROJECT_BINARY_DIR}/dyopConfigVersion.cmake
         DESTINATION ${dyop_cmake_dir})
 
-# Relative, so that the installed tree can be moved.
-file(RELATIVE_PATH DYOP_PC_TO_PREFIX "/${CMAKE_INSTALL_LIBDIR}/pkgconfig" "/")
-configure_file(${CMAKE_CURRENT_LIST_DIR}/dyop.pc.in ${PROJECT_BINARY_DIR}/dyop.pc @ONLY)
-install(FILES ${PROJECT_BINARY_DIR}/dyop.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
 if(TARGET dyop_cli)
+  file(RELATIVE_PATH bin_to_lib "/${CMAKE_INSTALL_BINDIR}" "/${CMAKE_INSTALL_LIBDIR}")
+  set_target_properties(dyop_cli PROPERTIES INSTALL_RPATH "$ORIGIN/${bin_to_lib}")
   install(TARGETS dyop_cli RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+endif()
+if(PROJECT_IS_TOP_LEVEL)
+  install(FILES ${PROJECT_SOURCE_DIR}/LICENSE ${PROJECT_SOURCE_DIR}/README.md
+          DESTINATION ${CMAKE_INSTALL_DOCDIR})
+  install(DIRECTORY ${PROJECT_SOURCE_DIR}/docs DESTINATION ${CMAKE_INSTALL_DOCDIR})
 endif()

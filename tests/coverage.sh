@@ -4,7 +4,7 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 build=build/coverage
-rooms=(core geometry motion distance toi dynamics io cli)
+rooms=(core geometry motion distance toi dynamics io scene_io cli)
 targets=("${rooms[@]/#/dyop_}")
 targets=("${targets[@]/%/_test}")
 

@@ -12,9 +12,9 @@
 #include "cli/progress_bar.h"
 #include "dyop/io/file_error.h"
 #include "dyop/io/result_text.h"
-#include "dyop/io/run_recording.h"
-#include "dyop/io/run_summary.h"
-#include "dyop/io/scene_file.h"
+#include "dyop/scene_io/run_recording.h"
+#include "dyop/scene_io/run_summary.h"
+#include "dyop/scene_io/scene_file.h"
 
 namespace dyop::cli {
 namespace {

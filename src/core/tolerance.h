@@ -6,7 +6,7 @@
 
 /// Every numerical constant of dyop. Three words, never mixed:
 /// *noise* is rounding and is computed, *tolerance* is what the user asked for, *limit* is a count.
-namespace dyop {
+namespace DYOP_EXPORT dyop {
 
 /// Unit roundoff u of double, 2^-53. All noise constants are multiples of it.
 inline constexpr Scalar kUnitRoundoff = std::numeric_limits<Scalar>::epsilon() / 2;
@@ -15,6 +15,12 @@ inline constexpr Scalar kUnitRoundoff = std::numeric_limits<Scalar>::epsilon() /
 /// Below it the rotation is normalised. Larger: bad input passes; smaller: poses read from text
 /// with seven digits are refused. Used by RigidPose.
 inline constexpr Scalar kRotationTolerance = 1e-6;
+
+/// How far a motion's pose may be from a rotation in a query: with columns x, y, z the sum of
+/// | |x|^2 - 1 |, | |y|^2 - 1 |, |x . y| and the entries of x cross y - z. Lengths then stretch by at
+/// most twice as much; kStepNoise has 200u to spare. Larger: bounds may fail; smaller: products of many
+/// rotations are refused. Used by guarded_state().
+inline constexpr Scalar kEngineRotationNoise = 96 * kUnitRoundoff;
 
 /// Rounding allowance for one coordinate of a point carried through a pose, as a multiple of the
 /// size of the numbers involved (|translation| + |point|). A matrix-vector product and a sum err
@@ -96,6 +102,13 @@ inline constexpr Scalar kBoxNoise = 64 * kUnitRoundoff;
 /// by 3/4 of 2^-23 |half extents|, rounding the center by 2^-24 |center| ([BoxGroup::set_box]); the
 /// rest covers second-order terms. Smaller: boxes may lose vertices.
 inline constexpr Scalar kSinglePrecisionBoxNoise = 0x1p-23;
+
+/// How much the distance of a point to a box of a hierarchy is rounded down, relative to the distance
+/// and to the sum of the half extents: axes in single precision are orthonormal to 2^-23 an entry,
+/// which changes coordinates along them by 3 x 2^-23 of the half extents and lengths by 2^-22
+/// (docs/algorithms/distance.md, "Points"). Used by point_distance. Smaller: a box may be left out
+/// that holds the nearest triangle.
+inline constexpr Scalar kPointBoxNoise = 0x1p-20;
 
 /// Error of the determinant e1 x e2 . d of three differences of points in double, relative to the
 /// product of their 1-norms: 2u a difference, 6u the cross product, 4u the dot product, doubled.

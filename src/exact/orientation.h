@@ -13,6 +13,6 @@ int orientation(const Vector3& a, const Vector3& b, const Vector3& c, const Vect
 
 // Sign of component `axis` of (b - a) x (c - a): 1 if a, b, c turn left seen from the axis' tip.
 // Exact.
-int orientation_along(int axis, const Vector3& a, const Vector3& b, const Vector3& c);
+DYOP_EXPORT int orientation_along(int axis, const Vector3& a, const Vector3& b, const Vector3& c);
 
 }  // namespace dyop::internal

@@ -195,11 +195,18 @@ TriangleMesh TriangleMesh::from_arrays(StridedRows<float> vertices,
   return mesh_from_rows(vertices, triangles);
 }
 
+const TriangleMesh::Data& TriangleMesh::data() const {
+  if (!data_) [[unlikely]] {
+    throw InvalidArgument("this TriangleMesh was moved from and holds no triangles");
+  }
+  return *data_;
+}
+
 TriangleMesh TriangleMesh::with_vertices(std::vector<Vector3> vertices) const {
-  DYOP_REQUIRE(vertices.size() == data_->vertices.size(), "the mesh has ", data_->vertices.size(),
+  DYOP_REQUIRE(vertices.size() == data().vertices.size(), "the mesh has ", data().vertices.size(),
                " vertices and cannot take ", vertices.size());
   for (std::size_t row = 0; row < vertices.size(); ++row) require_vertex(row, vertices[row]);
-  return TriangleMesh(std::make_shared<const Data>(*data_, std::move(vertices)));
+  return TriangleMesh(std::make_shared<const Data>(data(), std::move(vertices)));
 }
 
 TriangleMesh TriangleMesh::with_vertices(StridedRows<double> vertices) const {
@@ -211,48 +218,49 @@ TriangleMesh TriangleMesh::with_vertices(StridedRows<float> vertices) const {
 }
 
 std::span<const Vector3> TriangleMesh::vertices() const {
-  return data_->vertices;
+  return data().vertices;
 }
 
 std::span<const TriangleIndices> TriangleMesh::triangles() const {
-  return data_->triangles;
+  return data().triangles;
 }
 
 Triangle TriangleMesh::triangle(std::int32_t index) const {
-  const TriangleIndices& t = data_->triangles[std::size_t(index)];
-  return {data_->vertices[std::size_t(t[0])], data_->vertices[std::size_t(t[1])],
-          data_->vertices[std::size_t(t[2])]};
+  const Data& mesh = data();
+  const TriangleIndices& t = mesh.triangles[std::size_t(index)];
+  return {mesh.vertices[std::size_t(t[0])], mesh.vertices[std::size_t(t[1])],
+          mesh.vertices[std::size_t(t[2])]};
 }
 
 const MeshHierarchy& TriangleMesh::hierarchy() const {
-  return data_->hierarchy;
+  return data().hierarchy;
 }
 
 bool TriangleMesh::is_closed() const {
-  return data_->is_closed;
+  return data().is_closed;
 }
 
 std::span<const std::int32_t> TriangleMesh::part_vertices() const {
-  return data_->part_vertices;
+  return data().part_vertices;
 }
 
 AlignedBox TriangleMesh::bounding_box() const {
-  return data_->bounds;
+  return data().bounds;
 }
 
 Scalar TriangleMesh::bounding_radius() const {
-  return data_->radius;
+  return data().radius;
 }
 
 MassProperties TriangleMesh::compute_mass_properties(Scalar density) const {
   internal::require_density(density);
-  DYOP_REQUIRE(data_->is_closed, "a mesh of ", data_->triangles.size(),
+  DYOP_REQUIRE(data().is_closed, "a mesh of ", data().triangles.size(),
                " triangles is not closed and has no volume; use compute_shell_mass_properties()");
-  const Vector3 origin = 0.5 * data_->bounds.min() + 0.5 * data_->bounds.max();
+  const Vector3 origin = 0.5 * data().bounds.min() + 0.5 * data().bounds.max();
   // Signed tetrahedra from the origin to each triangle.
   Moments moments;
   Scalar noise = 0;
-  for (std::size_t k = 0; k < data_->triangles.size(); ++k) {
+  for (std::size_t k = 0; k < data().triangles.size(); ++k) {
     const Triangle world = triangle(std::int32_t(k));
     const Vector3 edge_1 = world[1] - world[0];
     const Vector3 edge_2 = world[2] - world[0];
@@ -273,9 +281,9 @@ MassProperties TriangleMesh::compute_mass_properties(Scalar density) const {
 
 MassProperties TriangleMesh::compute_shell_mass_properties(Scalar area_density) const {
   internal::require_density(area_density);
-  const Vector3 origin = 0.5 * data_->bounds.min() + 0.5 * data_->bounds.max();
+  const Vector3 origin = 0.5 * data().bounds.min() + 0.5 * data().bounds.max();
   Moments moments;
-  for (std::size_t k = 0; k < data_->triangles.size(); ++k) {
+  for (std::size_t k = 0; k < data().triangles.size(); ++k) {
     const Triangle world = triangle(std::int32_t(k));
     const Triangle p{world[0] - origin, world[1] - origin, world[2] - origin};
     const Scalar area = (world[1] - world[0]).cross(world[2] - world[0]).norm() / 2;

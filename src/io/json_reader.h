@@ -19,11 +19,11 @@ using Json = nlohmann::ordered_json;
 
 /// Parses a JSON text. Throws FileError with line and column for a syntax error, and with the key
 /// for one that occurs twice in the same object.
-Json parse_json(const std::filesystem::path& file, const std::string& text);
+DYOP_EXPORT Json parse_json(const std::filesystem::path& file, const std::string& text);
 
 /// A value of a JSON file together with the path of keys that leads to it. Every reading function
 /// checks type and range, and throws a FileError `<file>: <path>: expected ..., found ...`.
-class JsonNode {
+class DYOP_EXPORT JsonNode {
  public:
   /// The root of a file; `root` must outlive the node.
   JsonNode(const std::filesystem::path& file, const Json& root) : file_(&file), value_(&root) {}

@@ -1,29 +1,40 @@
 #include "dyop/io/mesh_file.h"
 
-#include <assimp/postprocess.h>
-#include <assimp/scene.h>
-
 #include <algorithm>
 #include <array>
-#include <assimp/Importer.hpp>
 #include <bit>
 #include <cctype>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <string>
 #include <unordered_map>
 #include <vector>
 
 #include "dyop/io/file_error.h"
 #include "io/file_bytes.h"
-#include "io/mesh_check.h"
+#include "io/mesh/mesh_reader.h"
+#include "io/mesh/triangulation.h"
 
 namespace dyop {
 namespace {
 
+using internal::PolygonMesh;
+
+// The formats with a reader of our own; what others there are is left to assimp.
+struct MeshFormat {
+  std::string_view extension;
+  PolygonMesh (*read)(const std::filesystem::path& file, std::string_view bytes);
+};
+constexpr std::array kFormats{
+    MeshFormat{".obj", &internal::read_obj}, MeshFormat{".off", &internal::read_off},
+    MeshFormat{".ply", &internal::read_ply}, MeshFormat{".stl", &internal::read_stl}};
+
 // Joins vertices at exactly the same place.
 class VertexJoiner {
  public:
+  explicit VertexJoiner(std::size_t count) { numbers_.reserve(count); }
+
   std::int32_t add(const Vector3& p) {
     // Adding zero turns -0 into 0, which is the same place.
     const Key key{std::bit_cast<std::uint64_t>(p.x() + 0.0),
@@ -51,121 +62,59 @@ class VertexJoiner {
   std::vector<Vector3> vertices_;
 };
 
-struct MeshParts {
-  VertexJoiner vertices;
-  std::vector<TriangleIndices> triangles;
-};
-
-// Assimp ends the process when it triangulates a face without vertices, and does not check indices
-// before that.
-void require_faces(const aiScene& scene, const std::filesystem::path& file) {
-  for (unsigned m = 0; m < scene.mNumMeshes; ++m) {
-    const aiMesh& mesh = *scene.mMeshes[m];
-    for (unsigned f = 0; f < mesh.mNumFaces; ++f) {
-      const aiFace& face = mesh.mFaces[f];
-      if (face.mNumIndices == 0) {
-        throw FileError(file, internal::compose_message("face ", f, " has no vertices"));
-      }
-      for (unsigned k = 0; k < face.mNumIndices; ++k) {
-        if (face.mIndices[k] < mesh.mNumVertices) continue;
-        throw FileError(
-            file, internal::compose_message("face ", f, ": vertex index ", face.mIndices[k],
-                                            " is out of range: the mesh has ", mesh.mNumVertices,
-                                            " vertices"));
-      }
-    }
-  }
-}
-
-// Appends one mesh of the file, placed by its node.
-void append_mesh(const aiMesh& mesh, const aiMatrix4x4& X_WN, const std::filesystem::path& file,
-                 MeshParts& parts) {
-  std::vector<std::int32_t> numbers(mesh.mNumVertices);
-  for (unsigned v = 0; v < mesh.mNumVertices; ++v) {
-    const aiVector3D p = X_WN * mesh.mVertices[v];
-    const Vector3 p_W(Scalar(p.x), Scalar(p.y), Scalar(p.z));
-    if (!p_W.allFinite()) {
-      throw FileError(file,
-                      internal::compose_message("vertex ", v, ": expected finite numbers, found (",
-                                                p_W.x(), ", ", p_W.y(), ", ", p_W.z(), ")"));
-    }
-    numbers[v] = parts.vertices.add(p_W);
-  }
-  const bool is_mirrored = X_WN.Determinant() < 0;
-  for (unsigned f = 0; f < mesh.mNumFaces; ++f) {
-    const aiFace& face = mesh.mFaces[f];
-    // A line or point repeats its last vertex.
-    TriangleIndices triangle;
-    for (unsigned k = 0; k < 3; ++k) {
-      triangle[k] = numbers[face.mIndices[std::min(k, face.mNumIndices - 1)]];
-    }
-    if (is_mirrored) std::swap(triangle[1], triangle[2]);
-    parts.triangles.push_back(triangle);
-  }
-}
-
-void append_node(const aiScene& scene, const aiNode& node, const aiMatrix4x4& X_WP,
-                 const std::filesystem::path& file, MeshParts& parts) {
-  const aiMatrix4x4 X_WN = X_WP * node.mTransformation;
-  for (unsigned k = 0; k < node.mNumMeshes; ++k) {
-    append_mesh(*scene.mMeshes[node.mMeshes[k]], X_WN, file, parts);
-  }
-  for (unsigned k = 0; k < node.mNumChildren; ++k) {
-    append_node(scene, *node.mChildren[k], X_WN, file, parts);
-  }
-}
-
 std::string lower_case(std::string text) {
   std::transform(text.begin(), text.end(), text.begin(),
                  [](unsigned char c) { return char(std::tolower(c)); });
   return text;
 }
 
-void check_bytes(const std::filesystem::path& file, const std::string& extension,
-                 const std::string& bytes) {
+PolygonMesh read_polygons(const std::filesystem::path& file) {
+  const bool is_gzip = lower_case(file.extension().string()) == ".gz";
+  const std::string extension =
+      lower_case((is_gzip ? file.stem() : file.filename()).extension().string());
+  const auto format = std::find_if(kFormats.begin(), kFormats.end(), [&](const MeshFormat& known) {
+    return known.extension == extension;
+  });
+  const bool is_ours = format != kFormats.end();
+  if (is_gzip && !is_ours) {
+    throw FileError(
+        file, "of compressed meshes only .obj.gz, .off.gz, .ply.gz and .stl.gz are supported");
+  }
+  const std::string bytes = is_gzip ? internal::read_gzip_bytes(file) : internal::read_bytes(file);
   if (bytes.empty()) throw FileError(file, "the file is empty");
-  if (extension == ".obj") internal::check_obj(file, bytes);
-  if (extension == ".off") internal::check_off(file, bytes);
-  if (extension == ".stl") internal::check_stl(file, bytes);
-  if (extension == ".ply") internal::check_ply(file, bytes);
+  return is_ours ? format->read(file, bytes) : internal::read_with_assimp(file);
 }
 
-std::string problem_of(std::string reason) {
-  if (reason.find("contains no faces") != std::string::npos) return "the file has no triangles";
-  std::replace_if(
-      reason.begin(), reason.end(), [](unsigned char c) { return c < ' '; }, ' ');
-  return "not understood as a mesh: " + (reason.empty() ? "no reason given" : reason);
+TriangleMesh join_and_triangulate(PolygonMesh polygons) {
+  constexpr auto kMostVertices = std::size_t(std::numeric_limits<std::int32_t>::max());
+  DYOP_REQUIRE(polygons.vertices.size() <= kMostVertices, "the file has ", polygons.vertices.size(),
+               " vertices; at most ", kMostVertices, " are supported");
+  std::vector<std::int32_t> numbers;
+  numbers.reserve(polygons.vertices.size());
+  VertexJoiner joiner(polygons.vertices.size());
+  for (const Vector3& p : polygons.vertices) numbers.push_back(joiner.add(p));
+
+  std::vector<Vector3> vertices = joiner.take();
+  std::vector<TriangleIndices> triangles;
+  triangles.reserve(polygons.polygon_count());
+  std::vector<std::int32_t> polygon;
+  for (std::size_t k = 0; k < polygons.polygon_count(); ++k) {
+    polygon.clear();
+    for (const std::int32_t corner : polygons.polygon(k)) {
+      polygon.push_back(numbers[std::size_t(corner)]);
+    }
+    internal::append_triangles(vertices, polygon, triangles);
+  }
+  return TriangleMesh(std::move(vertices), std::move(triangles));
 }
 
 }  // namespace
 
 TriangleMesh load_mesh(const std::filesystem::path& file) {
-  const bool is_gzip = lower_case(file.extension().string()) == ".gz";
-  const std::string extension =
-      lower_case((is_gzip ? file.stem() : file.filename()).extension().string());
-  if (is_gzip && extension != ".ply") {
-    throw FileError(file, "of compressed meshes only .ply.gz is supported");
-  }
-  const std::string bytes = is_gzip ? internal::read_gzip_bytes(file) : internal::read_bytes(file);
-  check_bytes(file, extension, bytes);
-
-  Assimp::Importer importer;
-  constexpr unsigned kFlags = aiProcess_ValidateDataStructure;
-  const aiScene* scene =
-      is_gzip ? importer.ReadFileFromMemory(bytes.data(), bytes.size(), kFlags, "ply")
-              : importer.ReadFile(file.string(), kFlags);
-  if (scene != nullptr) {
-    require_faces(*scene, file);
-    scene = importer.ApplyPostProcessing(aiProcess_Triangulate);
-  }
-  if (scene == nullptr || scene->mRootNode == nullptr) {
-    throw FileError(file, problem_of(importer.GetErrorString()));
-  }
-  MeshParts parts;
-  append_node(*scene, *scene->mRootNode, aiMatrix4x4(), file, parts);
-  if (parts.triangles.empty()) throw FileError(file, "the file has no triangles");
+  PolygonMesh polygons = read_polygons(file);
+  if (polygons.polygon_count() == 0) throw FileError(file, "the file has no triangles");
   try {
-    return TriangleMesh(parts.vertices.take(), std::move(parts.triangles));
+    return join_and_triangulate(std::move(polygons));
   } catch (const InvalidArgument& error) {
     throw FileError(file, error.what());
   }

@@ -9,8 +9,8 @@
 namespace dyop::internal {
 
 /// The objects "pose", "velocity" and "motion" of docs/scene-format.md.
-RigidPose read_pose(const JsonNode& node);
-Twist read_twist(const JsonNode& node);
-std::shared_ptr<const Motion> read_motion(const JsonNode& node);
+DYOP_EXPORT RigidPose read_pose(const JsonNode& node);
+DYOP_EXPORT Twist read_twist(const JsonNode& node);
+DYOP_EXPORT std::shared_ptr<const Motion> read_motion(const JsonNode& node);
 
 }  // namespace dyop::internal

@@ -7,14 +7,6 @@
 namespace dyop::internal {
 namespace {
 
-Json number(Scalar value) {
-  return std::isfinite(value) ? Json(value) : Json(nullptr);
-}
-
-Scalar number_from(const Json& json) {
-  return json.is_null() ? kInfinity : json.get<Scalar>();
-}
-
 template <typename Value>
 Json optional(const std::optional<Value>& value) {
   return value ? Json(*value) : Json(nullptr);
@@ -47,78 +39,15 @@ Feature feature_from(const Json& json) {
   return feature;
 }
 
-void add_witness_pair(const WitnessPair& pair, Json& json) {
-  json["lower"] = number(pair.lower);
-  json["upper"] = number(pair.upper);
-  json["p_WCa"] = to_json(pair.p_WCa);
-  json["p_WCb"] = to_json(pair.p_WCb);
-  json["nhat_AB_W"] = to_json(pair.nhat_AB_W);
-  json["feature_a"] = to_json(pair.feature_a);
-  json["feature_b"] = to_json(pair.feature_b);
-  json["triangle_a"] = optional(pair.triangle_a);
-  json["triangle_b"] = optional(pair.triangle_b);
-}
-
-WitnessPair witness_pair_from(const Json& json) {
-  WitnessPair pair;
-  pair.lower = number_from(json.at("lower"));
-  pair.upper = number_from(json.at("upper"));
-  pair.p_WCa = vector3_from(json.at("p_WCa"));
-  pair.p_WCb = vector3_from(json.at("p_WCb"));
-  pair.nhat_AB_W = vector3_from(json.at("nhat_AB_W"));
-  pair.feature_a = feature_from(json.at("feature_a"));
-  pair.feature_b = feature_from(json.at("feature_b"));
-  pair.triangle_a = optional_from<std::int32_t>(json.at("triangle_a"));
-  pair.triangle_b = optional_from<std::int32_t>(json.at("triangle_b"));
-  return pair;
-}
-
 Json impact_contact_json(const ImpactContact& contact) {
-  Json json;
-  add_witness_pair(contact, json);
-  json["closing_speed"] = number(contact.closing_speed);
+  Json json = to_json(static_cast<const Contact&>(contact));
+  json["closing_speed"] = number_json(contact.closing_speed);
   json["pivot_W"] = to_json(contact.pivot_W());
   return json;
 }
 
 ImpactContact impact_contact_from(const Json& json) {
-  return {witness_pair_from(json), number_from(json.at("closing_speed"))};
-}
-
-Json world_contact_json(const WorldContact& world_contact) {
-  Json json;
-  json["a"] = world_contact.a;
-  json["b"] = world_contact.b;
-  add_witness_pair(world_contact.contact, json);
-  json["normal_velocity"] = number(world_contact.normal_velocity);
-  json["impulse_W"] = to_json(world_contact.impulse_W);
-  return json;
-}
-
-WorldContact world_contact_from(const Json& json) {
-  WorldContact world_contact;
-  world_contact.a = json.at("a").get<BodyId>();
-  world_contact.b = json.at("b").get<BodyId>();
-  world_contact.contact = witness_pair_from(json);
-  world_contact.normal_velocity = number_from(json.at("normal_velocity"));
-  world_contact.impulse_W = vector3_from(json.at("impulse_W"));
-  return world_contact;
-}
-
-ToiResult toi_result_from(const Json& json) {
-  ToiResult result;
-  result.status =
-      enum_from(json.at("status"), {ToiStatus::NotRun, ToiStatus::Separated, ToiStatus::Impact,
-                                    ToiStatus::InitiallyWithinTarget, ToiStatus::BudgetExhausted,
-                                    ToiStatus::Cancelled, ToiStatus::NumericalLimit});
-  result.t_safe = number_from(json.at("t_safe"));
-  result.t_hit = optional_from<Scalar>(json.at("t_hit"));
-  if (!json.at("contact").is_null()) result.contact = impact_contact_from(json.at("contact"));
-  result.X_WA = pose_from(json.at("X_WA"));
-  result.X_WB = pose_from(json.at("X_WB"));
-  result.rounding_allowance = number_from(json.at("rounding_allowance"));
-  result.statistics = toi_statistics_from(json.at("statistics"));
-  return result;
+  return {contact_from(json), number_from(json.at("closing_speed"))};
 }
 
 Json distance_statistics_json(const DistanceStatistics& statistics) {
@@ -131,8 +60,16 @@ Json distance_statistics_json(const DistanceStatistics& statistics) {
 
 }  // namespace
 
+Json number_json(Scalar value) {
+  return std::isfinite(value) ? Json(value) : Json(nullptr);
+}
+
+Scalar number_from(const Json& json) {
+  return json.is_null() ? kInfinity : json.get<Scalar>();
+}
+
 Json to_json(const Vector3& v) {
-  return Json::array({number(v.x()), number(v.y()), number(v.z())});
+  return Json::array({number_json(v.x()), number_json(v.y()), number_json(v.z())});
 }
 
 Vector3 vector3_from(const Json& json) {
@@ -167,11 +104,11 @@ Json to_json(const Feature& feature) {
 Json to_json(const DistanceResult& result) {
   Json json;
   json["status"] = name_of(result.status);
-  add_witness_pair(result, json);
+  json.update(to_json(static_cast<const Contact&>(result)));
   json["pivot_W"] = to_json(result.pivot_W());
   json["penetration"] = nullptr;
   if (result.penetration) {
-    json["penetration"] = {{"depth", number(result.penetration->depth)},
+    json["penetration"] = {{"depth", number_json(result.penetration->depth)},
                            {"nhat_AB_W", to_json(result.penetration->nhat_AB_W)},
                            {"p_W", to_json(result.penetration->p_W)}};
   }
@@ -197,65 +134,67 @@ ToiStatistics toi_statistics_from(const Json& json) {
   return statistics;
 }
 
-Json to_json(const IntegratorStatistics& statistics) {
-  Json json;
-  json["steps"] = statistics.steps;
-  json["rejected_steps"] = statistics.rejected_steps;
-  json["function_evaluations"] = statistics.function_evaluations;
-  return json;
-}
-
-IntegratorStatistics integrator_statistics_from(const Json& json) {
-  IntegratorStatistics statistics;
-  statistics.steps = json.at("steps").get<std::int64_t>();
-  statistics.rejected_steps = json.at("rejected_steps").get<std::int64_t>();
-  statistics.function_evaluations = json.at("function_evaluations").get<std::int64_t>();
-  return statistics;
-}
-
 Json to_json(const ToiResult& result) {
   Json json;
   json["status"] = name_of(result.status);
-  json["t_safe"] = number(result.t_safe);
+  json["t_safe"] = number_json(result.t_safe);
   json["t_hit"] = optional(result.t_hit);
   json["contact"] = result.contact ? impact_contact_json(*result.contact) : Json(nullptr);
   json["X_WA"] = to_json(result.X_WA);
   json["X_WB"] = to_json(result.X_WB);
-  json["rounding_allowance"] = number(result.rounding_allowance);
+  json["rounding_allowance"] = number_json(result.rounding_allowance);
   json["statistics"] = to_json(result.statistics);
   return json;
 }
 
+ToiResult toi_result_from(const Json& json) {
+  ToiResult result;
+  result.status =
+      enum_from(json.at("status"), {ToiStatus::NotRun, ToiStatus::Separated, ToiStatus::Impact,
+                                    ToiStatus::InitiallyWithinTarget, ToiStatus::BudgetExhausted,
+                                    ToiStatus::Cancelled, ToiStatus::NumericalLimit});
+  result.t_safe = number_from(json.at("t_safe"));
+  result.t_hit = optional_from<Scalar>(json.at("t_hit"));
+  if (!json.at("contact").is_null()) result.contact = impact_contact_from(json.at("contact"));
+  result.X_WA = pose_from(json.at("X_WA"));
+  result.X_WB = pose_from(json.at("X_WB"));
+  result.rounding_allowance = number_from(json.at("rounding_allowance"));
+  result.statistics = toi_statistics_from(json.at("statistics"));
+  return result;
+}
+
+Json to_json(const Contact& contact) {
+  Json json;
+  json["lower"] = number_json(contact.lower);
+  json["upper"] = number_json(contact.upper);
+  json["p_WCa"] = to_json(contact.p_WCa);
+  json["p_WCb"] = to_json(contact.p_WCb);
+  json["nhat_AB_W"] = to_json(contact.nhat_AB_W);
+  json["feature_a"] = to_json(contact.feature_a);
+  json["feature_b"] = to_json(contact.feature_b);
+  json["triangle_a"] = optional(contact.triangle_a);
+  json["triangle_b"] = optional(contact.triangle_b);
+  return json;
+}
+
+Contact contact_from(const Json& json) {
+  Contact contact;
+  contact.lower = number_from(json.at("lower"));
+  contact.upper = number_from(json.at("upper"));
+  contact.p_WCa = vector3_from(json.at("p_WCa"));
+  contact.p_WCb = vector3_from(json.at("p_WCb"));
+  contact.nhat_AB_W = vector3_from(json.at("nhat_AB_W"));
+  contact.feature_a = feature_from(json.at("feature_a"));
+  contact.feature_b = feature_from(json.at("feature_b"));
+  contact.triangle_a = optional_from<std::int32_t>(json.at("triangle_a"));
+  contact.triangle_b = optional_from<std::int32_t>(json.at("triangle_b"));
+  return contact;
+}
+
 Json to_json(const std::vector<Contact>& contacts) {
   Json json = Json::array();
-  for (const Contact& contact : contacts) add_witness_pair(contact, json.emplace_back());
+  for (const Contact& contact : contacts) json.push_back(to_json(contact));
   return json;
-}
-
-Json to_json(const ImpactEvent& event) {
-  Json json;
-  json["t"] = number(event.t);
-  json["a"] = event.a;
-  json["b"] = event.b;
-  json["settled"] = event.settled;
-  json["toi"] = to_json(event.toi);
-  json["contacts"] = Json::array();
-  for (const WorldContact& contact : event.contacts)
-    json["contacts"].push_back(world_contact_json(contact));
-  return json;
-}
-
-ImpactEvent impact_event_from(const Json& json) {
-  ImpactEvent event;
-  event.t = number_from(json.at("t"));
-  event.a = json.at("a").get<BodyId>();
-  event.b = json.at("b").get<BodyId>();
-  event.settled = json.at("settled").get<bool>();
-  event.toi = toi_result_from(json.at("toi"));
-  for (const Json& contact : json.at("contacts")) {
-    event.contacts.push_back(world_contact_from(contact));
-  }
-  return event;
 }
 
 }  // namespace dyop::internal

@@ -1,7 +1,6 @@
 #pragma once
 
 #include "dyop/distance/distance.h"
-#include "dyop/dynamics/world.h"
 #include "dyop/toi/toi_result.h"
 #include "io/json_reader.h"
 
@@ -9,22 +8,23 @@ namespace dyop::internal {
 
 /// Results as JSON values and back, field by field under the same names. Numbers are exact. An
 /// infinite number is null.
-Json to_json(const Vector3& v);
+DYOP_EXPORT Json number_json(Scalar value);
+DYOP_EXPORT Json to_json(const Vector3& v);
 Json to_json(const RigidPose& X);
 Json to_json(const Feature& feature);
 Json to_json(const DistanceResult& result);
-Json to_json(const ToiStatistics& statistics);
-Json to_json(const IntegratorStatistics& statistics);
-/// Without its contacts: an impact event lists those of all pairs.
-Json to_json(const ToiResult& result);
+DYOP_EXPORT Json to_json(const ToiStatistics& statistics);
+/// Without its contacts.
+DYOP_EXPORT Json to_json(const ToiResult& result);
+DYOP_EXPORT Json to_json(const Contact& contact);
 Json to_json(const std::vector<Contact>& contacts);
-Json to_json(const ImpactEvent& event);
 
 /// Throw nlohmann exceptions for values of the wrong form.
-Vector3 vector3_from(const Json& json);
+DYOP_EXPORT Scalar number_from(const Json& json);
+DYOP_EXPORT Vector3 vector3_from(const Json& json);
 RigidPose pose_from(const Json& json);
-ToiStatistics toi_statistics_from(const Json& json);
-IntegratorStatistics integrator_statistics_from(const Json& json);
-ImpactEvent impact_event_from(const Json& json);
+DYOP_EXPORT ToiStatistics toi_statistics_from(const Json& json);
+DYOP_EXPORT ToiResult toi_result_from(const Json& json);
+DYOP_EXPORT Contact contact_from(const Json& json);
 
 }  // namespace dyop::internal

@@ -105,28 +105,6 @@ std::string_view name_of(ToiStatus status) {
   return "NotRun";
 }
 
-std::string_view name_of(AdvanceStatus status) {
-  switch (status) {
-    case AdvanceStatus::NotRun:
-      return "NotRun";
-    case AdvanceStatus::Completed:
-      return "Completed";
-    case AdvanceStatus::StoppedAtImpact:
-      return "StoppedAtImpact";
-    case AdvanceStatus::BudgetExhausted:
-      return "BudgetExhausted";
-    case AdvanceStatus::ImpactLimit:
-      return "ImpactLimit";
-    case AdvanceStatus::InitialOverlap:
-      return "InitialOverlap";
-    case AdvanceStatus::Cancelled:
-      return "Cancelled";
-    case AdvanceStatus::NumericalLimit:
-      return "NumericalLimit";
-  }
-  return "NotRun";
-}
-
 std::string_view name_of(FeatureKind kind) {
   switch (kind) {
     case FeatureKind::Vertex:

@@ -86,7 +86,11 @@ std::int64_t TextScanner::integer(std::string_view word, std::string_view what) 
 }
 
 void TextScanner::fail(const std::string& problem) const {
-  throw FileError(file_, FilePosition{line_, std::nullopt}, problem);
+  fail_at(line_, problem);
+}
+
+void TextScanner::fail_at(std::size_t line, const std::string& problem) const {
+  throw FileError(file_, FilePosition{line, std::nullopt}, problem);
 }
 
 std::optional<std::int64_t> parse_integer(std::string_view word) {

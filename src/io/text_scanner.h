@@ -37,6 +37,7 @@ class TextScanner {
   std::int64_t integer(std::string_view word, std::string_view what) const;
 
   [[noreturn]] void fail(const std::string& problem) const;
+  [[noreturn]] void fail_at(std::size_t line, const std::string& problem) const;
 
  private:
   std::filesystem::path file_;

@@ -26,7 +26,7 @@ TurningState turning_state(const Vector3& theta, const Vector3& theta_rate);
 
 // The theta' whose angular velocity in frame C is w. For |theta| <= pi, where the Jacobian's
 // condition number is at most pi/2.
-Vector3 rotation_vector_rate(const Vector3& theta, const Vector3& w_C);
+DYOP_EXPORT Vector3 rotation_vector_rate(const Vector3& theta, const Vector3& w_C);
 
 // The computed bound x, raised by the relative error that a bound may carry. NaN becomes infinity.
 inline Scalar round_up(Scalar x) {

@@ -12,6 +12,11 @@ namespace {
 using internal::DeformingSide;
 using internal::RigidSide;
 
+void require_triangles(const DeformingMesh& mesh, const char* name) {
+  DYOP_REQUIRE(!mesh.nodes().empty(), "time_of_impact: the deforming mesh ", name,
+               " was moved from and holds no triangles");
+}
+
 void require_valid(const TimeInterval& interval, const ToiOptions& options) {
   require_valid(interval, "time_of_impact: interval");
   internal::require_valid_options(options);
@@ -44,6 +49,8 @@ void take_up(internal::ToiMemory& memory, const internal::ToiSubject& subject, S
 ToiResult answer(const DeformingMesh& a, const DeformingMesh& b, const TimeInterval& interval,
                  const ToiOptions& options, internal::ToiMemory& memory, Start start) {
   require_valid(interval, options);
+  require_triangles(a, "A");
+  require_triangles(b, "B");
   take_up(memory, {&a, nullptr, &b, nullptr, interval, options}, start);
   DeformingSide side_b(b, interval);
   return run_search(a, side_b, interval, options, memory, start);
@@ -53,7 +60,8 @@ ToiResult answer(const DeformingMesh& a, const TriangleMesh& b, const Motion& X_
                  const TimeInterval& interval, const ToiOptions& options,
                  internal::ToiMemory& memory, Start start) {
   require_valid(interval, options);
-  require_defined(X_WB, interval, "time_of_impact: the motion of B");
+  require_triangles(a, "A");
+  require_defined(X_WB, interval, internal::kMotionOfB);
   take_up(memory, {&a, nullptr, &b, &X_WB, interval, options}, start);
   RigidSide side_b(b, X_WB, interval);
   return run_search(a, side_b, interval, options, memory, start);
@@ -70,13 +78,14 @@ ToiResult time_of_impact(const DeformingMesh& a, const DeformingMesh& b,
 ToiResult time_of_impact(const DeformingMesh& a, const DeformingMesh& b,
                          const TimeInterval& interval, const ToiOptions& options,
                          ToiWorkspace& workspace) {
-  return answer(a, b, interval, options, workspace.memory(), Start::Fresh);
+  return answer(a, b, interval, options, internal::WorkspaceUse(workspace).memory(), Start::Fresh);
 }
 
 ToiResult resume_time_of_impact(const DeformingMesh& a, const DeformingMesh& b,
                                 const TimeInterval& interval, const ToiOptions& options,
                                 ToiWorkspace& workspace) {
-  return answer(a, b, interval, options, workspace.memory(), Start::Resumed);
+  return answer(a, b, interval, options, internal::WorkspaceUse(workspace).memory(),
+                Start::Resumed);
 }
 
 ToiResult time_of_impact(const DeformingMesh& a, const TriangleMesh& b, const Motion& X_WB,
@@ -88,13 +97,15 @@ ToiResult time_of_impact(const DeformingMesh& a, const TriangleMesh& b, const Mo
 ToiResult time_of_impact(const DeformingMesh& a, const TriangleMesh& b, const Motion& X_WB,
                          const TimeInterval& interval, const ToiOptions& options,
                          ToiWorkspace& workspace) {
-  return answer(a, b, X_WB, interval, options, workspace.memory(), Start::Fresh);
+  return answer(a, b, X_WB, interval, options, internal::WorkspaceUse(workspace).memory(),
+                Start::Fresh);
 }
 
 ToiResult resume_time_of_impact(const DeformingMesh& a, const TriangleMesh& b, const Motion& X_WB,
                                 const TimeInterval& interval, const ToiOptions& options,
                                 ToiWorkspace& workspace) {
-  return answer(a, b, X_WB, interval, options, workspace.memory(), Start::Resumed);
+  return answer(a, b, X_WB, interval, options, internal::WorkspaceUse(workspace).memory(),
+                Start::Resumed);
 }
 
 }  // namespace dyop

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <atomic>
+
 #include "distance/distance_traversal.h"
 #include "distance/gjk/warm_gjk.h"
 #include "distance/piece_distance.h"
@@ -45,6 +47,22 @@ struct ToiMemory {
   ToiSubject subject;
   bool is_unfinished = false;
   Scalar standing_time = 0;  // of an unfinished query: where the sides stood
+  std::atomic<bool> is_in_use{false};
+};
+
+/// Keeps a workspace for one query.
+class WorkspaceUse {
+ public:
+  /// @throws InvalidArgument if another query uses it.
+  explicit WorkspaceUse(ToiWorkspace& workspace);
+  ~WorkspaceUse() { memory_.is_in_use.store(false, std::memory_order_release); }
+  WorkspaceUse(const WorkspaceUse&) = delete;
+  WorkspaceUse& operator=(const WorkspaceUse&) = delete;
+
+  ToiMemory& memory() const { return memory_; }
+
+ private:
+  ToiMemory& memory_;
 };
 
 }  // namespace dyop::internal

@@ -1,5 +1,6 @@
 #include "dyop/toi/toi_workspace.h"
 
+#include "dyop/core/error.h"
 #include "toi/toi_memory.h"
 
 namespace dyop {
@@ -9,8 +10,22 @@ ToiWorkspace::~ToiWorkspace() = default;
 ToiWorkspace::ToiWorkspace(ToiWorkspace&&) noexcept = default;
 ToiWorkspace& ToiWorkspace::operator=(ToiWorkspace&&) noexcept = default;
 
-bool ToiWorkspace::can_resume() const {
-  return memory_->is_unfinished;
+internal::ToiMemory& ToiWorkspace::memory() const {
+  DYOP_REQUIRE(memory_, "this ToiWorkspace was moved from and holds nothing");
+  return *memory_;
 }
+
+bool ToiWorkspace::can_resume() const {
+  return memory().is_unfinished;
+}
+
+namespace internal {
+
+WorkspaceUse::WorkspaceUse(ToiWorkspace& workspace) : memory_(workspace.memory()) {
+  DYOP_REQUIRE(!memory_.is_in_use.exchange(true, std::memory_order_acquire),
+               "time_of_impact: the workspace is serving another query; give each thread its own");
+}
+
+}  // namespace internal
 
 }  // namespace dyop

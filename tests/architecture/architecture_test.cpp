@@ -43,11 +43,21 @@ std::vector<fs::path> code_files(const std::vector<std::string>& folders) {
   return files;
 }
 
+// The header for users, which belongs to no room.
+const fs::path kUmbrella = kRoot / "include/dyop/dyop.h";
+
+// The headers and sources of the rooms.
+std::vector<fs::path> room_files(const std::vector<std::string>& folders) {
+  std::vector<fs::path> files = code_files(folders);
+  std::erase(files, kUmbrella);
+  return files;
+}
+
 // The ladder: a room may include itself and rooms of a lower level. geometry and motion share a
 // level and do not know each other; nor do paper and toi.
 const std::map<std::string, int> kLevel{
-    {"core", 0},  {"exact", 1}, {"hierarchy", 2}, {"geometry", 3}, {"motion", 3}, {"distance", 4},
-    {"paper", 5}, {"toi", 5},   {"dynamics", 6},  {"io", 7},       {"cli", 8}};
+    {"core", 0},  {"exact", 1}, {"hierarchy", 2}, {"geometry", 3}, {"motion", 3},   {"distance", 4},
+    {"paper", 5}, {"toi", 5},   {"dynamics", 6},  {"io", 7},       {"scene_io", 8}, {"cli", 9}};
 
 bool may_include(const std::string& from, const std::string& to) {
   return from == to || kLevel.at(to) < kLevel.at(from);
@@ -74,7 +84,7 @@ TEST(Ladder, HasEveryRoomThatExists) {
 TEST(Ladder, IncludesPointDownOnly) {
   const std::regex include("^#include \"(?:dyop/)?([a-z_]+)/[^\"]+\"");
   int checked = 0;
-  for (const fs::path& file : code_files({"include", "src"})) {
+  for (const fs::path& file : room_files({"include", "src"})) {
     const std::string room = room_of(file);
     for (const std::string& line : read_lines(file)) {
       std::smatch match;
@@ -113,7 +123,7 @@ std::vector<std::string> unexplained_literals(const std::vector<std::string>& li
 }
 
 TEST(Constants, LiveInOneHome) {
-  for (const fs::path& file : code_files({"include", "src"})) {
+  for (const fs::path& file : room_files({"include", "src"})) {
     if (file.filename() == "tolerance.h") continue;
     for (const std::string& line : unexplained_literals(read_lines(file))) {
       ADD_FAILURE() << file << ": literal without a reason: " << line;
@@ -129,7 +139,7 @@ TEST(Constants, TheRuleItselfFindsOne) {
 }
 
 TEST(Headers, AreListedInTheirRoom) {
-  for (const fs::path& file : code_files({"include"})) {
+  for (const fs::path& file : room_files({"include"})) {
     const std::string list = read_text(kRoot / "src" / room_of(file) / "CMakeLists.txt");
     const std::regex stem("\\b" + file.stem().string() + "\\b");
     EXPECT_TRUE(std::regex_search(list, stem)) << file << " is not installed";
@@ -141,7 +151,7 @@ TEST(Headers, AreIncludedByATestOfTheirRoom) {
   const std::set<std::string> plain{"types",          "shape",       "triangle",
                                     "toi_result",     "rigid_body",  "sundials_integrator",
                                     "nearest_points", "witness_pair"};
-  for (const fs::path& file : code_files({"include"})) {
+  for (const fs::path& file : room_files({"include"})) {
     const std::string room = room_of(file);
     if (plain.contains(file.stem().string())) continue;
     const std::string include = "#include \"dyop/" + room + "/" + file.filename().string() + "\"";
@@ -151,6 +161,45 @@ TEST(Headers, AreIncludedByATestOfTheirRoom) {
     }
     EXPECT_TRUE(is_included) << file << " is not included by any test of its room";
   }
+}
+
+TEST(Umbrella, IncludesAllThatAQueryNeeds) {
+  // Kernels on single triangles, and what motions are made of.
+  const std::set<std::string> left_out{"nearest_triangle", "triangle_block",
+                                       "triangle_distance_batch", "warm_triangle_distance",
+                                       "steady_turn"};
+  const std::string umbrella = read_text(kUmbrella);
+  int checked = 0;
+  for (const fs::path& file : room_files({"include"})) {
+    const std::string room = room_of(file);
+    const bool is_query = kLevel.at(room) <= kLevel.at("toi") && room != "paper";
+    const std::string include = "#include \"dyop/" + room + "/" + file.filename().string() + "\"";
+    const bool is_wanted = is_query && !left_out.contains(file.stem().string());
+    EXPECT_EQ(umbrella.find(include) != std::string::npos, is_wanted) << include;
+    checked += is_wanted;
+  }
+  EXPECT_GT(checked, 30);
+}
+
+TEST(Umbrella, IsForUsersOnly) {
+  for (const fs::path& file : room_files({"include", "src"})) {
+    EXPECT_EQ(read_text(file).find("dyop/dyop.h"), std::string::npos) << file;
+  }
+}
+
+TEST(Examples, AreShortAndNumberedAndSayWhatTheyPrint) {
+  int number = 0;
+  for (const fs::path& file : code_files({"examples"})) {
+    const std::string name = file.filename().string();
+    EXPECT_EQ(name.substr(0, 3), "0" + std::to_string(++number) + "_") << name;
+    const std::vector<std::string> lines = read_lines(file);
+    const auto prints = std::find(lines.begin(), lines.end(), "// Prints:");
+    EXPECT_LT(prints - lines.begin(), 60) << name;
+    EXPECT_GE(lines.end() - prints, 2) << name << " does not say what it prints";
+    const std::string list = read_text(kRoot / "examples/CMakeLists.txt");
+    EXPECT_NE(list.find(file.stem().string()), std::string::npos) << name << " is not built";
+  }
+  EXPECT_GE(number, 8);
 }
 
 TEST(Packages, TheBuildAsksForListedOnesOnly) {

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "io/temporary_directory.h"
+#include "support/temporary_directory.h"
 
 namespace dyop::test {
 

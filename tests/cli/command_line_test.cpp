@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/command.h"
-#include "io/cube_files.h"
+#include "support/cube_files.h"
 
 namespace dyop {
 namespace {

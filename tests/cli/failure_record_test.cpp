@@ -5,7 +5,7 @@
 #include "dyop/geometry/sphere.h"
 #include "dyop/io/query_record.h"
 #include "dyop/motion/rest_motion.h"
-#include "io/temporary_directory.h"
+#include "support/temporary_directory.h"
 
 namespace dyop::cli {
 namespace {

@@ -4,8 +4,8 @@
 #include <thread>
 
 #include "cli/command.h"
-#include "dyop/io/run_recording.h"
-#include "io/cube_files.h"
+#include "dyop/scene_io/run_recording.h"
+#include "support/cube_files.h"
 
 namespace dyop {
 namespace {

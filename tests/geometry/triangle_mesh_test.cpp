@@ -356,5 +356,26 @@ TEST(TriangleMesh, RefusesAShellWithoutArea) {
                  "density must be finite and > 0, not 0");
 }
 
+TEST(TriangleMesh, MovedFromIsAnErrorToUseAndSafeToAssign) {
+  const TriangleMesh whole = box_mesh({1, 1, 1}).mesh();
+  TriangleMesh from = whole;
+  const TriangleMesh to = std::move(from);
+  EXPECT_EQ(to.triangles().size(), 12u);
+  const std::string refusal = "this TriangleMesh was moved from and holds no triangles";
+  EXPECT_EQ(message_of([&] { static_cast<void>(from.vertices()); }), refusal);
+  EXPECT_EQ(message_of([&] { static_cast<void>(from.triangles()); }), refusal);
+  EXPECT_EQ(message_of([&] { static_cast<void>(from.triangle(0)); }), refusal);
+  EXPECT_EQ(message_of([&] { static_cast<void>(from.hierarchy()); }), refusal);
+  EXPECT_EQ(message_of([&] { static_cast<void>(from.is_closed()); }), refusal);
+  EXPECT_EQ(message_of([&] { static_cast<void>(from.part_vertices()); }), refusal);
+  EXPECT_EQ(message_of([&] { static_cast<void>(from.bounding_box()); }), refusal);
+  EXPECT_EQ(message_of([&] { static_cast<void>(from.bounding_radius()); }), refusal);
+  EXPECT_EQ(message_of([&] { static_cast<void>(from.with_vertices(kCorners)); }), refusal);
+  EXPECT_EQ(message_of([&] { static_cast<void>(from.compute_mass_properties(1)); }), refusal);
+  EXPECT_EQ(message_of([&] { static_cast<void>(from.compute_shell_mass_properties(1)); }), refusal);
+  from = to;
+  EXPECT_EQ(from.triangles().size(), 12u);
+}
+
 }  // namespace
 }  // namespace dyop

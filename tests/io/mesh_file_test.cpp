@@ -6,8 +6,8 @@
 #include <algorithm>
 
 #include "dyop/io/file_error.h"
-#include "io/cube_files.h"
-#include "io/temporary_directory.h"
+#include "support/cube_files.h"
+#include "support/temporary_directory.h"
 
 namespace dyop {
 namespace {
@@ -218,7 +218,9 @@ TEST_F(MeshFile, NamesWhatIsWrongWithPly) {
                  "face 11 of 12: vertex index 8 is out of range: the file has 8 vertices");
   std::string with_nan = binary;
   const float nan = std::numeric_limits<float>::quiet_NaN();
-  std::memcpy(with_nan.data() + test::ply_header("binary_little_endian").size(), &nan, sizeof(nan));
+  std::memcpy(with_nan.data() +
+                  test::ply_header_of<float>(test::cube_polygons(), "binary_little_endian").size(),
+              &nan, sizeof(nan));
   EXPECT_MESSAGE(directory_.write("c.ply", with_nan), "vertex 0 of 8: x: expected a finite number");
   const std::string text = test::cube_ply_ascii();
   EXPECT_MESSAGE(directory_.write("d.ply", text.substr(0, text.size() - 16)),
@@ -242,7 +244,7 @@ TEST_F(MeshFile, RefusesWhatHoldsNoTriangles) {
                  ": the file has no triangles");
   EXPECT_MESSAGE(directory_.write("a.txt", "hello"), "not understood as a mesh");
   EXPECT_MESSAGE(directory_.write("a.gltf", "{\"asset\":"), "not understood as a mesh");
-  EXPECT_MESSAGE(directory_.write("a.obj.gz", "x"), "only .ply.gz is supported");
+  EXPECT_MESSAGE(directory_.write("a.gltf.gz", "x"), "only .obj.gz, .off.gz, .ply.gz and .stl.gz");
 }
 
 TEST_F(MeshFile, PlacesAMesh) {

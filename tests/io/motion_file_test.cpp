@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "dyop/io/file_error.h"
-#include "io/temporary_directory.h"
+#include "support/temporary_directory.h"
 
 namespace dyop {
 namespace {

@@ -12,8 +12,8 @@
 #include "dyop/motion/rest_motion.h"
 #include "dyop/toi/time_of_impact.h"
 #include "geometry/all_shapes.h"
-#include "io/temporary_directory.h"
 #include "motion/all_motions.h"
+#include "support/temporary_directory.h"
 
 namespace dyop {
 namespace {
@@ -143,7 +143,7 @@ TEST_F(QueryRecords, TellEveryFieldThatDiffers) {
   other.contact->p_WCa.y() += 1;
   other.t_hit.reset();
   const std::vector<FieldDifference> differences = record.differences(other);
-  ASSERT_EQ(differences.size(), 3u);
+  ASSERT_EQ(differences.size(), 4u);  // the pivot follows the witness points
   EXPECT_EQ(differences[0].field, "t_safe");
   EXPECT_NE(differences[0].recorded, differences[0].now);
   EXPECT_EQ(differences[1].field, "t_hit");

@@ -23,8 +23,8 @@
 
 #include "dyop/core/error.h"
 #include "dyop/io/mesh_file.h"
-#include "dyop/io/run_recording.h"
-#include "dyop/io/scene_file.h"
+#include "dyop/scene_io/run_recording.h"
+#include "dyop/scene_io/scene_file.h"
 #include "support/recording_oracle.h"
 
 namespace dyop::testing {

@@ -8,9 +8,9 @@
 #include <fstream>
 #include <sstream>
 
-#include "io/temporary_directory.h"
 #include "support/mesh_generators.h"
 #include "support/random_inputs.h"
+#include "support/temporary_directory.h"
 
 namespace dyop::testing {
 namespace {

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "dyop/io/run_recording.h"
-#include "dyop/io/scene_file.h"
+#include "dyop/scene_io/run_recording.h"
+#include "dyop/scene_io/scene_file.h"
 
 namespace dyop::testing {
 

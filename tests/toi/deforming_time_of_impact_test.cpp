@@ -6,6 +6,8 @@
 #include <memory>
 #include <random>
 #include <stop_token>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "dyop/core/error.h"
@@ -15,6 +17,7 @@
 #include "dyop/motion/sampled_motion.h"
 #include "support/fast_distance_oracle.h"
 #include "support/mesh_generators.h"
+#include "support/message_of.h"
 #include "support/random_inputs.h"
 #include "support/toi_promises.h"
 
@@ -385,6 +388,22 @@ TEST(DeformingTimeOfImpact, ExaminesAllPairsAtTheStart) {
     EXPECT_EQ(impact.t_safe, 0);
     EXPECT_GE(impact.contact->lower, 0.17);
   }
+}
+
+TEST(DeformingTimeOfImpact, RefusesAMeshThatWasMovedFrom) {
+  DeformingMesh from = translating(plate_at(1), Vector3::UnitZ());
+  const DeformingMesh to = std::move(from);
+  const std::string refusal = " was moved from and holds no triangles";
+  EXPECT_EQ(testing::message_of([&] { time_of_impact(from, to, {0, 1}); }),
+            "time_of_impact: the deforming mesh A" + refusal);
+  EXPECT_EQ(testing::message_of([&] { time_of_impact(to, from, {0, 1}); }),
+            "time_of_impact: the deforming mesh B" + refusal);
+  const TriangleMesh rigid = plate_at(0).mesh();
+  const RestMotion at_rest{RigidPose()};
+  EXPECT_EQ(testing::message_of([&] { time_of_impact(from, rigid, at_rest, {0, 1}); }),
+            "time_of_impact: the deforming mesh A" + refusal);
+  from = to;
+  EXPECT_EQ(time_of_impact(from, rigid, at_rest, {0, 1}).status, ToiStatus::Separated);
 }
 
 }  // namespace

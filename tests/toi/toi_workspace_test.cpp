@@ -2,12 +2,19 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
+#include <string>
+#include <thread>
+
 #include "dyop/core/error.h"
 #include "dyop/geometry/box.h"
 #include "dyop/motion/constant_twist_motion.h"
 #include "dyop/motion/hermite_motion.h"
+#include "dyop/motion/rest_motion.h"
+#include "dyop/motion/user_motion.h"
 #include "dyop/toi/time_of_impact.h"
 #include "support/mesh_generators.h"
+#include "support/message_of.h"
 #include "support/random_inputs.h"
 #include "support/same_bits.h"
 #include "toi/allocation_count.h"
@@ -16,6 +23,7 @@ namespace dyop {
 namespace {
 
 using test_support::gear;
+using testing::message_of;
 using test_support::torus;
 
 const TimeInterval kInterval{0, 2};
@@ -160,6 +168,83 @@ TEST(ToiWorkspace, ResumesOnlyTheQueryItHolds) {
   EXPECT_THROW(resume_time_of_impact(box, X_WB, box, X_WA, {0, 9}, {}, workspace), InvalidArgument);
   EXPECT_EQ(resume_time_of_impact(box, X_WA, box, X_WB, {0, 9}, {}, workspace).status,
             ToiStatus::Impact);
+}
+
+// The inner query is asked in the middle of the outer one, as by a second thread.
+TEST(ToiWorkspace, RefusesASecondQueryWhileItServesOne) {
+  const TriangleMesh mesh = torus(0.8, 0.3, 12, 6).mesh();
+  const Box box({1, 1, 1});
+  const RestMotion at_rest{RigidPose()};
+  const ConstantTwistMotion approach(RigidPose(Vector3(5, 0, 0)), {-Vector3::UnitX(), Vector3::Zero()});
+  ToiWorkspace workspace;
+  std::string message;
+  UserMotion::Functions functions;
+  functions.pose = [&](Scalar t) {
+    if (message.empty()) {
+      message = message_of([&] {
+        time_of_impact(box, at_rest, mesh, approach, kInterval, {}, workspace);
+      });
+    }
+    return approach.pose(t);
+  };
+  functions.twist = [&](Scalar t) { return approach.twist(t); };
+  functions.twist_bound = [&](const TimeInterval& part) { return approach.twist_bound(part); };
+  const UserMotion nosy(functions);
+  const ToiResult result =
+      time_of_impact(mesh, at_rest, mesh, nosy, kInterval, {}, workspace);
+  EXPECT_EQ(message,
+            "time_of_impact: the workspace is serving another query; give each thread its own");
+  expect_same_answer(result, time_of_impact(mesh, at_rest, mesh, approach, kInterval));
+  EXPECT_EQ(message_of([&] {
+              time_of_impact(box, at_rest, mesh, approach, kInterval, {}, workspace);
+            }),
+            "no error");
+}
+
+TEST(ToiWorkspace, SharedByThreadsThrowsAndNeverMixesAnswers) {
+  const TriangleMesh mesh = torus(0.8, 0.3, 24, 12).mesh();
+  const RestMotion at_rest{RigidPose()};
+  const ConstantTwistMotion approach(RigidPose(Vector3(3, 0.1, 0.2)),
+                                     {-Vector3::UnitX(), Vector3(0, 1, 2)});
+  const ToiResult expected = time_of_impact(mesh, at_rest, mesh, approach, kInterval);
+  ToiWorkspace workspace;
+  std::atomic<int> answered{0};
+  std::atomic<int> wrong{0};
+  const auto ask = [&] {
+    for (int k = 0; k < 200; ++k) {
+      try {
+        const ToiResult result =
+            time_of_impact(mesh, at_rest, mesh, approach, kInterval, {}, workspace);
+        ++answered;
+        if (!testing::has_same_bits(result, expected)) ++wrong;
+      } catch (const InvalidArgument&) {
+      }
+    }
+  };
+  {
+    const std::jthread one(ask);
+    const std::jthread other(ask);
+  }
+  EXPECT_GT(answered, 0);
+  EXPECT_EQ(wrong, 0);
+}
+
+TEST(ToiWorkspace, MovedFromIsAnErrorUntilAssigned) {
+  const Box box({1, 1, 1});
+  const RestMotion at_rest{RigidPose()};
+  const ConstantTwistMotion approach(RigidPose(Vector3(5, 0, 0)), {-Vector3::UnitX(), Vector3::Zero()});
+  ToiWorkspace first;
+  ToiWorkspace second = std::move(first);
+  const auto ask = [&](ToiWorkspace& workspace) {
+    return message_of(
+        [&] { time_of_impact(box, at_rest, box, approach, kInterval, {}, workspace); });
+  };
+  const std::string refusal = "this ToiWorkspace was moved from and holds nothing";
+  EXPECT_EQ(ask(first), refusal);
+  EXPECT_EQ(message_of([&] { static_cast<void>(first.can_resume()); }), refusal);
+  EXPECT_EQ(ask(second), "no error");
+  first = ToiWorkspace();
+  EXPECT_EQ(ask(first), "no error");
 }
 
 }  // namespace

@@ -4,7 +4,9 @@
 #include <functional>
 #include <stop_token>
 
-namespace dyop {
+#include "dyop/core/export.h"
+
+namespace DYOP_EXPORT dyop {
 
 /// How a batch of queries is run. Nothing here changes the result of a query that was answered.
 struct BatchOptions {

@@ -8,7 +8,9 @@
 #include <string_view>
 #include <type_traits>
 
-namespace dyop {
+#include "dyop/core/export.h"
+
+namespace DYOP_EXPORT dyop {
 
 /// Root of every exception that dyop throws.
 class Error : public std::runtime_error {

@@ -2,7 +2,7 @@
 
 #include "dyop/core/types.h"
 
-namespace dyop {
+namespace DYOP_EXPORT dyop {
 
 /// The pose X_AB of a frame B in a frame A: `p_AP = X_AB * p_BP`.
 ///

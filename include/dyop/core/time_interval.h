@@ -5,7 +5,7 @@
 #include "dyop/core/error.h"
 #include "dyop/core/types.h"
 
-namespace dyop {
+namespace DYOP_EXPORT dyop {
 
 /// A span of time [begin, end] in any unit, as long as velocities use the same unit.
 struct TimeInterval {

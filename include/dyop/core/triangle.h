@@ -5,7 +5,7 @@
 
 #include "dyop/core/types.h"
 
-namespace dyop {
+namespace DYOP_EXPORT dyop {
 
 /// Three vertices in some frame. Two or three of them may coincide or lie on a line: a segment and
 /// a point are legal triangles.

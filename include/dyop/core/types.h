@@ -4,7 +4,9 @@
 #include <Eigen/Geometry>
 #include <limits>
 
-namespace dyop {
+#include "dyop/core/export.h"
+
+namespace DYOP_EXPORT dyop {
 
 /// Every number in dyop is a double; no option changes that.
 using Scalar = double;

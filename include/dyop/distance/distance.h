@@ -8,7 +8,7 @@
 #include "dyop/distance/distance_result.h"
 #include "dyop/geometry/shape.h"
 
-namespace dyop {
+namespace DYOP_EXPORT dyop {
 
 struct DistanceOptions {
   /// Stop as soon as the shapes are proven farther apart than this; length, >= 0.

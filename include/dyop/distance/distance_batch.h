@@ -5,7 +5,7 @@
 #include "dyop/core/batch_options.h"
 #include "dyop/distance/distance.h"
 
-namespace dyop {
+namespace DYOP_EXPORT dyop {
 
 /// One distance query of a batch: the arguments of distance(). Shapes are the caller's, may be
 /// shared by any number of queries, and must stay as they are until the batch returns.

@@ -6,7 +6,7 @@
 #include "dyop/core/types.h"
 #include "dyop/distance/witness_pair.h"
 
-namespace dyop {
+namespace DYOP_EXPORT dyop {
 
 /// What a distance query found out. Bounds and witness points are valid in every status but NotRun.
 enum class DistanceStatus {

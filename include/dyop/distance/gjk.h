@@ -4,7 +4,7 @@
 #include "dyop/distance/nearest_points.h"
 #include "dyop/geometry/convex_shape.h"
 
-namespace dyop {
+namespace DYOP_EXPORT dyop {
 
 /// Answer of gjk_distance(), in frame A of the first shape: of the rounded shapes.
 struct GjkResult : NearestPoints {

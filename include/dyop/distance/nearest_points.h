@@ -3,7 +3,7 @@
 #include "dyop/core/types.h"
 #include "dyop/geometry/shape.h"
 
-namespace dyop {
+namespace DYOP_EXPORT dyop {
 
 /// Nearest points of two pieces a and b with bounds of their distance d: lower <= d <= upper.
 /// Points and normal are in the frame of the query, which its function names.

@@ -5,7 +5,7 @@
 #include "dyop/distance/triangle_block.h"
 #include "dyop/distance/triangle_distance.h"
 
-namespace dyop {
+namespace DYOP_EXPORT dyop {
 
 /// Answer of nearest_triangle().
 struct NearestTriangle {

@@ -6,7 +6,7 @@
 #include "dyop/distance/distance_result.h"
 #include "dyop/geometry/convex_shape.h"
 
-namespace dyop {
+namespace DYOP_EXPORT dyop {
 
 /// Returns depth and direction of two overlapping convex shapes by libccd's expanding polytope
 /// algorithm, or nothing if libccd finds no overlap or does not converge. An estimate: libccd

@@ -1,9 +1,11 @@
 #pragma once
 
+#include "dyop/core/export.h"
+
 // Triangles in blocks, so that several are read at once. No includes: the kernels that are compiled
 // once an instruction set read it.
 
-namespace dyop {
+namespace DYOP_EXPORT dyop {
 
 /// Triangles of a block, at most the lanes of any instruction set.
 inline constexpr int kTriangleBlockWidth = 8;

@@ -4,7 +4,7 @@
 #include "dyop/core/types.h"
 #include "dyop/distance/nearest_points.h"
 
-namespace dyop {
+namespace DYOP_EXPORT dyop {
 
 /// Answer of triangle_distance(), in the frame of the arguments. Features have local vertex numbers
 /// 0, 1, 2.

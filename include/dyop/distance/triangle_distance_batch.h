@@ -7,7 +7,7 @@
 #include "dyop/distance/triangle_block.h"
 #include "dyop/distance/triangle_distance.h"
 
-namespace dyop {
+namespace DYOP_EXPORT dyop {
 
 /// Triangles stored in blocks. Unused places of the last block hold zeros.
 class TriangleBlocks {

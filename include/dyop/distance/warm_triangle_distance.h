@@ -2,7 +2,7 @@
 
 #include "dyop/distance/triangle_distance.h"
 
-namespace dyop {
+namespace DYOP_EXPORT dyop {
 
 /// Returns triangle_distance(a, b), looking first at the features that were nearest at a nearby
 /// pose. Promises as there; the features affect speed only, and which of two equally near pairs is

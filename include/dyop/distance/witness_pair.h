@@ -6,7 +6,7 @@
 #include "dyop/core/types.h"
 #include "dyop/geometry/shape.h"
 
-namespace dyop {
+namespace DYOP_EXPORT dyop {
 
 /// Two witness points of bodies A and B in world W, with bounds of their features' distance d:
 /// lower <= d <= upper.

@@ -2,7 +2,7 @@
 
 #include "dyop/dynamics/sundials_integrator.h"
 
-namespace dyop {
+namespace DYOP_EXPORT dyop {
 
 /// Explicit Runge-Kutta steps of order 4 with adaptive size: ERKStep of ARKODE ([Reynolds2023]).
 /// For smooth, non-stiff equations; restarts are cheap. Dense output is the cubic Hermite

@@ -2,7 +2,7 @@
 
 #include "dyop/dynamics/sundials_integrator.h"
 
-namespace dyop {
+namespace DYOP_EXPORT dyop {
 
 enum class CvodeMethod {
   Adams,  ///< orders 1 to 12, fixed-point iteration: smooth equations, expensive right-hand sides

@@ -9,7 +9,7 @@
 #include "dyop/core/error.h"
 #include "dyop/core/types.h"
 
-namespace dyop {
+namespace DYOP_EXPORT dyop {
 
 /// The solver could not go on; the message has its name, the failed call and the reason.
 class IntegrationError : public Error {

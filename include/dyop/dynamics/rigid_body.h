@@ -10,7 +10,7 @@
 #include "dyop/geometry/shape.h"
 #include "dyop/motion/motion.h"
 
-namespace dyop {
+namespace DYOP_EXPORT dyop {
 
 enum class BodyKind {
   Dynamic,    ///< moved by forces and impulses

@@ -5,7 +5,7 @@
 
 #include "dyop/dynamics/integrator.h"
 
-namespace dyop {
+namespace DYOP_EXPORT dyop {
 
 namespace internal {
 class SundialsSolver;

@@ -14,7 +14,7 @@
 #include "dyop/dynamics/rigid_body.h"
 #include "dyop/toi/toi_result.h"
 
-namespace dyop {
+namespace DYOP_EXPORT dyop {
 
 /// What happens at an impact.
 enum class ImpactPolicy {

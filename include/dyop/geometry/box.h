@@ -3,7 +3,7 @@
 #include "dyop/geometry/convex_shape.h"
 #include "dyop/geometry/triangle_mesh.h"
 
-namespace dyop {
+namespace DYOP_EXPORT dyop {
 
 /// Axis-aligned box about the origin of its frame. Bit k of a vertex number (0 to 7) is set where
 /// coordinate k is positive.

@@ -3,7 +3,7 @@
 #include "dyop/geometry/convex_shape.h"
 #include "dyop/geometry/triangle_mesh.h"
 
-namespace dyop {
+namespace DYOP_EXPORT dyop {
 
 /// All points within a radius of a segment on the z axis that is centred at the origin. The core's
 /// vertex 0 is its lower end, vertex 1 its upper end.

@@ -7,7 +7,7 @@
 #include "dyop/geometry/convex_shape.h"
 #include "dyop/geometry/triangle_mesh.h"
 
-namespace dyop {
+namespace DYOP_EXPORT dyop {
 
 namespace internal {
 class HullClimber;

@@ -4,7 +4,7 @@
 
 #include "dyop/geometry/shape.h"
 
-namespace dyop {
+namespace DYOP_EXPORT dyop {
 
 class TriangleMesh;
 

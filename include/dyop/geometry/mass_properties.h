@@ -2,7 +2,7 @@
 
 #include "dyop/core/types.h"
 
-namespace dyop {
+namespace DYOP_EXPORT dyop {
 
 /// Mass, centre of mass and inertia of a body, in the frame B of its shape.
 struct MassProperties {

@@ -6,7 +6,7 @@
 #include "dyop/core/types.h"
 #include "dyop/geometry/mass_properties.h"
 
-namespace dyop {
+namespace DYOP_EXPORT dyop {
 
 enum class ShapeKind { TriangleMesh, Convex };
 
@@ -31,7 +31,7 @@ struct Feature {
 ///      list both in `src/geometry/CMakeLists.txt`;
 ///   2. one word in `tests/geometry/all_shapes.h`: the contract tests check support function,
 ///      bounds and mass properties, and every query with every other shape;
-///   3. its name in `src/io/scene_file.cpp`, if scenes shall use it.
+///   3. its name in `src/scene_io/shape_reader.cpp`, if scenes shall use it.
 class Shape {
  public:
   virtual ~Shape() = default;

@@ -2,7 +2,7 @@
 
 #include "dyop/geometry/convex_shape.h"
 
-namespace dyop {
+namespace DYOP_EXPORT dyop {
 
 /// Ball about the origin of its frame.
 class Sphere final : public ConvexShape {

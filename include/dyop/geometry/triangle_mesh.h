@@ -10,7 +10,7 @@
 #include "dyop/geometry/shape.h"
 #include "dyop/hierarchy/mesh_hierarchy.h"
 
-namespace dyop {
+namespace DYOP_EXPORT dyop {
 
 /// `count` rows of three numbers, each row `stride_bytes` after the one before: how a caller's
 /// vertex or index buffer is read. The memory is only used during the call.
@@ -23,7 +23,8 @@ struct StridedRows {
 
 /// A set of triangles with a bounding hierarchy, built once. The set may be open, non-manifold,
 /// self-touching, and hold duplicate, zero-area, segment and point triangles: every query looks at
-/// the triangles as a surface with two sides and no inside. Copies share the data.
+/// the triangles as a surface with two sides and no inside. Copies share the data. A mesh that was
+/// moved from can be assigned and destroyed; everything else throws InvalidArgument.
 class TriangleMesh final : public Shape {
  public:
   /// @throws InvalidArgument if there is no triangle, a vertex is not finite or beyond
@@ -84,7 +85,9 @@ class TriangleMesh final : public Shape {
   struct Data;
   explicit TriangleMesh(std::shared_ptr<const Data> data) : data_(std::move(data)) {}
 
-  std::shared_ptr<const Data> data_;
+  const Data& data() const;
+
+  std::shared_ptr<const Data> data_;  // null if moved from
 };
 
 }  // namespace dyop

@@ -2,7 +2,7 @@
 
 #include "dyop/geometry/triangle_mesh.h"
 
-namespace dyop {
+namespace DYOP_EXPORT dyop {
 
 /// How many times the closed mesh winds around the point: 0 outside, 1 inside a mesh whose
 /// triangles are counterclockwise seen from outside, -1 inside one turned inside out, others where

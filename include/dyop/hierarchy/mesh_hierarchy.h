@@ -7,7 +7,7 @@
 
 #include "dyop/core/triangle.h"
 
-namespace dyop {
+namespace DYOP_EXPORT dyop {
 
 /// A box with its own axes. Contains {center + axes * x : |x_i| <= half_extents_i}.
 struct OrientedBox {

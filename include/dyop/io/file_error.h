@@ -7,7 +7,7 @@
 
 #include "dyop/core/error.h"
 
-namespace dyop {
+namespace DYOP_EXPORT dyop {
 
 /// A place in a text file; lines and columns count from 1.
 struct FilePosition {

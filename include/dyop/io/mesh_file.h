@@ -4,20 +4,22 @@
 
 #include "dyop/geometry/triangle_mesh.h"
 
-namespace dyop {
+namespace DYOP_EXPORT dyop {
 
 /// Returns all surfaces of a file as one mesh.
 ///
-/// Formats: OBJ, STL, PLY, OFF, glTF and glb, 3DS, and whatever else assimp reads; also PLY
-/// compressed with gzip (`.ply.gz`). Every mesh is placed by the transforms of its nodes; a
-/// mirroring transform turns its triangles over, so that they still face outward. Polygons are
-/// triangulated; lines and points become degenerate triangles. Vertices at exactly the same place
-/// are joined, because most formats repeat a vertex for every triangle or normal; they are numbered
-/// in the order of first use. Triangles keep the order of the file. Coordinates have single
-/// precision: that is what assimp stores.
+/// OBJ, OFF, PLY and STL, text or binary (OFF: text), also compressed with gzip (`.ply.gz`), are
+/// read in double precision: every number is the double nearest to what the file says. What else
+/// assimp reads, as glTF and 3DS, is read in single precision, if this library was built with it
+/// (CMake option DYOP_WITH_ASSIMP); meshes are placed by the transforms of their nodes, and a
+/// mirroring transform turns polygons over, so that they still face outward.
 ///
-/// OBJ, STL, PLY and OFF are checked before assimp reads them, since it repairs or ignores some
-/// damage without a word.
+/// Vertices keep the order of the file. Those at exactly the same place are joined, because many
+/// formats repeat a vertex for every triangle or normal; in a file without such, vertices have the
+/// numbers of the file (counted from 0). Triangles keep the order of the file, too. A polygon of n
+/// corners becomes n − 2 triangles: a strictly convex one the fan of its first corner, any other by
+/// cutting ears, in the plane of its vector area. Lines and points become degenerate triangles.
+/// Groups, materials, normals, colours and weights are left alone.
 /// @throws FileError if the file is missing, empty, truncated or not understood, has no triangle, a
 ///         number that is not finite, or an index out of range; with the line where there is one.
 TriangleMesh load_mesh(const std::filesystem::path& file);

@@ -5,7 +5,7 @@
 
 #include "dyop/motion/motion.h"
 
-namespace dyop {
+namespace DYOP_EXPORT dyop {
 
 /// Returns the motion of a JSON file: one object as described in docs/scene-format.md, "Motions".
 /// @throws FileError naming the file and the key.

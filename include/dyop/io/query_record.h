@@ -8,7 +8,7 @@
 #include "dyop/toi/toi_batch.h"
 #include "dyop/toi/toi_result.h"
 
-namespace dyop {
+namespace DYOP_EXPORT dyop {
 
 /// Writes a query and its answer so that both can be compared bit by bit later: shapes and motions
 /// by value, every number in hexadecimal floating point. Format: docs/replay-format.md.

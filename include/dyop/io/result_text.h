@@ -4,15 +4,13 @@
 #include <string_view>
 
 #include "dyop/distance/distance_result.h"
-#include "dyop/dynamics/world.h"
 #include "dyop/toi/toi_result.h"
 
-namespace dyop {
+namespace DYOP_EXPORT dyop {
 
 /// The enumerator's name, as in the header.
 std::string_view name_of(DistanceStatus status);
 std::string_view name_of(ToiStatus status);
-std::string_view name_of(AdvanceStatus status);
 std::string_view name_of(FeatureKind kind);
 
 /// A result as one JSON object without line breaks, all fields under their own names; numbers read

@@ -7,11 +7,12 @@
 
 #include "dyop/motion/motion.h"
 
-namespace dyop {
-namespace internal {
+namespace dyop::internal {
 template <std::size_t kMaxDegree>
 class ChartCurve;
 }
+
+namespace DYOP_EXPORT dyop {
 
 /// Control point of a curve in position and rotation vector, R_WB = R_WC exp(theta), C a fixed
 /// frame.

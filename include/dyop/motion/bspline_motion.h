@@ -6,7 +6,7 @@
 #include "dyop/motion/bezier_motion.h"
 #include "dyop/motion/sequence_motion.h"
 
-namespace dyop {
+namespace DYOP_EXPORT dyop {
 
 /// A B-spline in position and rotation vector, R_WB = R_WC exp(theta(t)), as the Bezier curves of
 /// its knot spans [Farin2002]. It is defined from knots[degree] to knots[control_points.size()];

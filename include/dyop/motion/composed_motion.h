@@ -4,7 +4,7 @@
 
 #include "dyop/motion/motion.h"
 
-namespace dyop {
+namespace DYOP_EXPORT dyop {
 
 /// A body B that moves relative to a frame M, itself moving in the world: X_WB = X_WM X_MB. For
 /// example a tool held by a moving arm.

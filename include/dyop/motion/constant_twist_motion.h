@@ -3,7 +3,7 @@
 #include "dyop/motion/motion.h"
 #include "dyop/motion/steady_turn.h"
 
-namespace dyop {
+namespace DYOP_EXPORT dyop {
 
 /// The body's origin moves on a straight line while the body turns about it, both at a constant
 /// rate: p(t) = p0 + (t - t0) v, R(t) = exp((t - t0) w) R0. Defined at all times.

@@ -5,11 +5,12 @@
 
 #include "dyop/motion/motion.h"
 
-namespace dyop {
-namespace internal {
+namespace dyop::internal {
 template <std::size_t kMaxDegree>
 class ChartCurve;
 }
+
+namespace DYOP_EXPORT dyop {
 
 /// One end of a cubic in the chart R_WB = R_WC exp(theta), C a fixed frame.
 struct HermiteNode {

@@ -2,7 +2,7 @@
 
 #include "dyop/motion/motion.h"
 
-namespace dyop {
+namespace DYOP_EXPORT dyop {
 
 /// How a body turns between two orientations.
 enum class RotationPath {

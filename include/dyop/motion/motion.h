@@ -4,7 +4,7 @@
 #include "dyop/core/time_interval.h"
 #include "dyop/core/types.h"
 
-namespace dyop {
+namespace DYOP_EXPORT dyop {
 
 /// Velocity of a body B in world W: of the body's origin, and angular, both expressed in W.
 struct Twist {

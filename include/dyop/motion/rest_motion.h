@@ -2,7 +2,7 @@
 
 #include "dyop/motion/motion.h"
 
-namespace dyop {
+namespace DYOP_EXPORT dyop {
 
 /// A body that does not move. Defined at all times; all bounds are zero.
 class RestMotion final : public Motion {

@@ -8,10 +8,11 @@
 #include "dyop/motion/motion.h"
 #include "dyop/motion/steady_turn.h"
 
-namespace dyop {
-namespace internal {
+namespace dyop::internal {
 class SpeedTree;
 }
+
+namespace DYOP_EXPORT dyop {
 
 /// A log of poses, of a haptic device or a robot, at uneven time stamps. Between two stamps the
 /// origin moves linearly and the rotation along the shortest arc at a constant rate; at the stamps

@@ -2,7 +2,7 @@
 
 #include "dyop/motion/motion.h"
 
-namespace dyop {
+namespace DYOP_EXPORT dyop {
 
 /// A constant screw: the body turns about a fixed line of the world and slides along it, as a drill
 /// or a door does. Defined at all times.

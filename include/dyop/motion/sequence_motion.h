@@ -7,10 +7,11 @@
 
 #include "dyop/motion/motion.h"
 
-namespace dyop {
-namespace internal {
+namespace dyop::internal {
 class SpeedTree;
 }
+
+namespace DYOP_EXPORT dyop {
 
 /// Motions one after another: a robot's program, the pieces of a spline. The pose is continuous;
 /// the twist may jump where two parts meet. Immutable.

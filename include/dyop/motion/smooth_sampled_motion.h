@@ -5,7 +5,7 @@
 #include "dyop/motion/sampled_motion.h"
 #include "dyop/motion/sequence_motion.h"
 
-namespace dyop {
+namespace DYOP_EXPORT dyop {
 
 /// A log of poses at uneven time stamps, through which the body moves with a continuous twist:
 /// cubics in position and rotation vector between two stamps (HermiteMotion). The twist at a stamp

@@ -4,7 +4,7 @@
 
 #include "dyop/core/types.h"
 
-namespace dyop {
+namespace DYOP_EXPORT dyop {
 
 /// A rotation at constant angular velocity, R(tau) = exp(tau [w]) R0, by Rodrigues' formula with
 /// all but one sine and one cosine precomputed: R(tau) = S + cos(|w| tau) P + sin(|w| tau) Q.

@@ -4,7 +4,7 @@
 
 #include "dyop/motion/motion.h"
 
-namespace dyop {
+namespace DYOP_EXPORT dyop {
 
 /// A motion made of the caller's functions. Its certificate is worth what `twist_bound` is worth:
 /// the functions must meet the contracts of Motion of the same name, from several threads at once,

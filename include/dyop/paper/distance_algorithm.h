@@ -8,7 +8,7 @@
 #include "dyop/core/triangle.h"
 #include "dyop/geometry/convex_hull.h"
 
-namespace dyop {
+namespace DYOP_EXPORT dyop {
 
 /// Bounds of a distance. Proven if the algorithm is certified; otherwise `upper` is its estimate
 /// and `lower` is 0.

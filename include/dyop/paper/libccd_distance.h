@@ -3,7 +3,7 @@
 #include "dyop/core/triangle.h"
 #include "dyop/core/types.h"
 
-namespace dyop {
+namespace DYOP_EXPORT dyop {
 
 /// A second opinion: distance of two triangles by GJK with the parts that libccd [Fiser] makes
 /// public. An estimate: nothing is proven. In the plane it is the same in space with z = 0.

@@ -18,7 +18,7 @@
 /// candidate: the slab between the features must prove it. If it does not (the shapes cross, or
 /// rounding stopped the walk), another certified algorithm answers. So the bounds hold whatever the
 /// walk does. Method and measurements: docs/algorithms/lin_canny.md.
-namespace dyop {
+namespace DYOP_EXPORT dyop {
 
 /// Where a walk begins, and what the last one did. A query of the same pair at a nearby pose then
 /// takes a step or two. Affects speed only. Numbers that fit no feature of the shapes are ignored.

@@ -6,7 +6,7 @@
 #include "dyop/core/types.h"
 #include "dyop/geometry/shape.h"
 
-namespace dyop {
+namespace DYOP_EXPORT dyop {
 
 /// Distance of two convex sets in the plane. Points and normal are in the frame of the arguments.
 struct PlanarDistance {

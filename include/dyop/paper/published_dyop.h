@@ -6,7 +6,7 @@
 #include "dyop/core/types.h"
 #include "dyop/geometry/shape.h"
 
-namespace dyop {
+namespace DYOP_EXPORT dyop {
 
 /// What published_dyop() found on its way, in the frame of the arguments: enough to draw the
 /// construction of [DyOP].

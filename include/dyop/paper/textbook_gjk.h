@@ -3,7 +3,7 @@
 #include "dyop/core/triangle.h"
 #include "dyop/core/types.h"
 
-namespace dyop {
+namespace DYOP_EXPORT dyop {
 
 /// Answer of textbook_gjk(), in the frame of the arguments. An estimate: nothing is proven.
 template <int dimension>

@@ -8,7 +8,7 @@
 #include "dyop/core/types.h"
 #include "dyop/geometry/triangle_mesh.h"
 
-namespace dyop {
+namespace DYOP_EXPORT dyop {
 
 /// A triangle mesh that deforms: each vertex moves on a straight line, at constant speed, from its
 /// place at the begin of an interval to its place at the end. World frame throughout. The interval

@@ -5,7 +5,7 @@
 #include "dyop/toi/deforming_mesh.h"
 #include "dyop/toi/time_of_impact.h"
 
-namespace dyop {
+namespace DYOP_EXPORT dyop {
 
 /// Returns when two deforming meshes first come within target_distance, or proves that they do not.
 ///

@@ -11,7 +11,7 @@
 #include "dyop/toi/toi_result.h"
 #include "dyop/toi/toi_workspace.h"
 
-namespace dyop {
+namespace DYOP_EXPORT dyop {
 
 struct ToiOptions {
   /// Gap at which two shapes count as touching; length, >= 0.

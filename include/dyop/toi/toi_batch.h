@@ -5,7 +5,7 @@
 #include "dyop/core/batch_options.h"
 #include "dyop/toi/time_of_impact.h"
 
-namespace dyop {
+namespace DYOP_EXPORT dyop {
 
 /// One time of impact query of a batch: the arguments of time_of_impact(). Shapes and motions are
 /// the caller's, may be shared by any number of queries, and must stay as they are until the batch

@@ -8,7 +8,7 @@
 #include "dyop/core/types.h"
 #include "dyop/distance/witness_pair.h"
 
-namespace dyop {
+namespace DYOP_EXPORT dyop {
 
 /// How a time-of-impact query ended, and what that promises. This table is the only statement of the
 /// promise; it holds for every query: rigid shapes, deforming meshes, vertex paths and batches.

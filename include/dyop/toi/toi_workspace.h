@@ -2,7 +2,9 @@
 
 #include <memory>
 
-namespace dyop {
+#include "dyop/core/export.h"
+
+namespace DYOP_EXPORT dyop {
 
 namespace internal {
 struct ToiMemory;
@@ -10,7 +12,8 @@ struct ToiMemory;
 
 /// Memory of time_of_impact(), kept by the caller from query to query: after the first few, queries
 /// of two meshes allocate nothing. Also holds what is left of a query that ran out of budget, so
-/// that it can be resumed. For one query at a time; any pair of shapes.
+/// that it can be resumed. For one query at a time; any pair of shapes. A query throws
+/// InvalidArgument if the workspace is serving another one, in any thread, or was moved from.
 class ToiWorkspace {
  public:
   ToiWorkspace();
@@ -19,9 +22,10 @@ class ToiWorkspace {
   ToiWorkspace& operator=(ToiWorkspace&&) noexcept;
 
   /// True if the last query ended undecided (BudgetExhausted, Cancelled) and can be resumed.
+  /// @throws InvalidArgument if the workspace was moved from; it can only be assigned then.
   bool can_resume() const;
 
-  internal::ToiMemory& memory() { return *memory_; }
+  internal::ToiMemory& memory() const;
 
  private:
   std::unique_ptr<internal::ToiMemory> memory_;

@@ -4,7 +4,7 @@
 
 #include "dyop/core/types.h"
 
-namespace dyop {
+namespace DYOP_EXPORT dyop {
 
 /// A point that moves on a straight line at constant speed over an interval of time: from `begin`
 /// at its begin to `end` at its end, world frame. The path is the exact line through the two given

@@ -7,7 +7,7 @@
 #include "dyop/toi/toi_result.h"
 #include "dyop/toi/vertex_paths.h"
 
-namespace dyop {
+namespace DYOP_EXPORT dyop {
 
 /// What counts as an impact.
 enum class ContactRule {

@@ -10,6 +10,6 @@ namespace dyop::cli {
 /// kept and the shortest segment between them, beside the true one. In space seen from above a
 /// corner.
 template <int dimension>
-std::string draw_construction(const PaperTest<dimension>& test);
+DYOP_EXPORT std::string draw_construction(const PaperTest<dimension>& test);
 
 }  // namespace dyop::cli

@@ -81,6 +81,6 @@ inline constexpr Scalar kWrongBy = 1e-9;  // literal: far above every rounding, 
 Scalar gain_percent(const AlgorithmMeasurement& fast, const AlgorithmMeasurement& slow, int object);
 
 /// Runs everything: some seconds with the default settings.
-PaperResults run_paper_experiment(const PaperSettings& settings);
+DYOP_EXPORT PaperResults run_paper_experiment(const PaperSettings& settings);
 
 }  // namespace dyop::cli

@@ -7,15 +7,15 @@
 namespace dyop::cli {
 
 /// The results as Markdown tables that read well as plain text too.
-std::string describe_paper(const PaperResults& results);
+DYOP_EXPORT std::string describe_paper(const PaperResults& results);
 
 /// One line an object, algorithm and series: times, gains of certified DyOP, errors.
-std::string paper_times_csv(const PaperResults& results);
+DYOP_EXPORT std::string paper_times_csv(const PaperResults& results);
 
 /// One line a test: vertices to the last digit, proven bounds, and every algorithm's value.
-std::string paper_tests_csv(const PaperResults& results);
+DYOP_EXPORT std::string paper_tests_csv(const PaperResults& results);
 
 /// Summary as one JSON object: settings, and a row an algorithm and series.
-std::string paper_json(const PaperResults& results);
+DYOP_EXPORT std::string paper_json(const PaperResults& results);
 
 }  // namespace dyop::cli

@@ -43,7 +43,7 @@ PaperTriangle<dimension> random_paper_triangle(std::mt19937_64& random);
 
 /// The 90 tests with ten such triangles; object i comes along a random line through both centroids.
 template <int dimension>
-std::vector<PaperTest<dimension>> make_paper_tests(std::uint64_t seed);
+DYOP_EXPORT std::vector<PaperTest<dimension>> make_paper_tests(std::uint64_t seed);
 
 /// The same pair as another input: turned and shifted as a whole at random, each triangle's
 /// vertices in random order. The distance stays; the boxes, and with them what the pivot picks, do

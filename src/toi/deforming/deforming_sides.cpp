@@ -55,8 +55,14 @@ Vector3 DeformingSide::velocity_at(std::int32_t leaf, const Vector3& p_W) const 
 }
 
 void RigidSide::set_time(Scalar t) {
-  const MotionState state = motion_.state(t);
+  const MotionState state = guarded_state(motion_, t, kMotionOfB);
+  const BodyInstant before = now_;
   now_ = {state.X_WB.rotation(), state.X_WB.translation(), state.twist.v_WB, state.twist.w_WB};
+  if (noise_ > 0) {
+    require_no_jump({before.R_WB, before.p_WB, now_.R_WB, now_.p_WB, time_, t}, bounds_.whole(),
+                    mesh_.bounding_radius(), noise_, kMotionOfB);
+  }
+  time_ = t;
 }
 
 OrientedBox RigidSide::box_W(std::int32_t box) const {

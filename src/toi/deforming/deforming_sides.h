@@ -8,6 +8,7 @@
 #include "dyop/motion/motion.h"
 #include "dyop/toi/deforming_mesh.h"
 #include "geometry/shape_tree.h"
+#include "motion/guarded_state.h"
 #include "toi/rigid/motion_bounds.h"
 #include "toi/rigid/moving_pair.h"
 #include "toi/rigid/safe_step.h"
@@ -99,8 +100,10 @@ class RigidSide {
   RigidSide(const TriangleMesh& mesh, const Motion& motion, const TimeInterval& interval)
       : mesh_(mesh), tree_(mesh), motion_(motion), interval_(interval), bounds_(motion, interval) {
     set_time(interval.begin);
+    noise_ = kStepNoise * size();
   }
 
+  /// @throws InvalidArgument for a pose or twist that guarded_state() refuses, and for a jump.
   void set_time(Scalar t);
   Scalar smooth_until(Scalar t) const { return motion_.smooth_until(t); }
   void set_horizon(Scalar t, Scalar end) { near_ = bounds_.over(t, end); }
@@ -135,9 +138,8 @@ class RigidSide {
     return bounds_.whole().linear_speed + bounds_.whole().angular_speed * radius(node);
   }
   Scalar size() const;
-  Scalar start_size() const {
-    return motion_.pose(interval_.begin).translation().norm() + mesh_.bounding_radius();
-  }
+  // Where it stands.
+  Scalar start_size() const { return now_.p_WB.norm() + mesh_.bounding_radius(); }
   Vector3 velocity_at(std::int32_t leaf, const Vector3& p_W) const;
 
  private:
@@ -148,6 +150,8 @@ class RigidSide {
   const Motion& motion_;
   const TimeInterval interval_;
   const MotionBounds bounds_;
+  Scalar time_ = 0;
+  Scalar noise_ = 0;  // rounding allowance of a jump; 0 before the first time
   BodyInstant now_;
   TwistBound near_;
 };

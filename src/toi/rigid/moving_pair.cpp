@@ -11,9 +11,17 @@
 namespace dyop::internal {
 namespace {
 
-BodyInstant instant(const MovingShape& body, Scalar t) {
-  const MotionState state = body.motion.state(t);
-  return {state.X_WB.rotation(), state.X_WB.translation(), state.twist.v_WB, state.twist.w_WB};
+// Where the body is at time t. `before` is where it was at `t_before`, if `noise` is positive.
+BodyInstant instant(const MovingShape& body, Scalar t, const BodyInstant& before, Scalar t_before,
+                    Scalar noise) {
+  const MotionState state = guarded_state(body.motion, t, body.name);
+  const BodyInstant now{state.X_WB.rotation(), state.X_WB.translation(), state.twist.v_WB,
+                        state.twist.w_WB};
+  if (noise > 0) {
+    require_no_jump({before.R_WB, before.p_WB, now.R_WB, now.p_WB, t_before, t},
+                    body.bounds.whole(), body.radius, noise, body.name);
+  }
+  return now;
 }
 
 BoundLookups lookups_of(const Shape& a, const Shape& b) {
@@ -54,8 +62,8 @@ void copy(const Vector3& from, double* to) {
 MovingPair::MovingPair(const Shape& a, const Motion& X_WA, const Shape& b, const Motion& X_WB,
                        const TimeInterval& interval, Scalar floor)
     : interval_(interval),
-      a_(a, X_WA, interval, lookups_of(a, b)),
-      b_(b, X_WB, interval, lookups_of(a, b)),
+      a_(a, X_WA, interval, lookups_of(a, b), kMotionOfA),
+      b_(b, X_WB, interval, lookups_of(a, b), kMotionOfB),
       floor_(floor) {
   const TwistBound& bound_a = a_.bounds.whole();
   const TwistBound& bound_b = b_.bounds.whole();
@@ -78,9 +86,9 @@ Scalar MovingPair::rounding_allowance() const {
 }
 
 void MovingPair::set_time(Scalar t) {
+  now_.a = instant(a_, t, now_.a, time_, now_.noise);
+  now_.b = instant(b_, t, now_.b, time_, now_.noise);
   time_ = t;
-  now_.a = instant(a_, t);
-  now_.b = instant(b_, t);
   X_AB_ = RigidPose::from_trusted(now_.a.R_WB.transpose() * now_.b.R_WB,
                                   now_.a.R_WB.transpose() * (now_.b.p_WB - now_.a.p_WB));
   facing_a_.is_current = false;

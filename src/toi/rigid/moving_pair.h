@@ -3,22 +3,29 @@
 #include "distance/piece_distance.h"
 #include "dyop/motion/motion.h"
 #include "geometry/shape_tree.h"
+#include "motion/guarded_state.h"
 #include "toi/rigid/box_steps.h"
 #include "toi/rigid/motion_bounds.h"
 #include "toi/rigid/safe_step.h"
 
 namespace dyop::internal {
 
+/// The motions of a query, in messages.
+inline constexpr const char* kMotionOfA = "time_of_impact: the motion of A";
+inline constexpr const char* kMotionOfB = "time_of_impact: the motion of B";
+
 /// One of the two bodies of a query: what it is and how it moves.
 struct MovingShape {
   MovingShape(const Shape& the_shape, const Motion& the_motion, const TimeInterval& interval,
-              BoundLookups lookups)
-      : shape(the_shape),
+              BoundLookups lookups, const char* the_name)
+      : name(the_name),
+        shape(the_shape),
         tree(the_shape),
         radius(the_shape.bounding_radius()),
         motion(the_motion),
         bounds(the_motion, interval, lookups) {}
 
+  const char* name;  ///< of its motion, in messages
   const Shape& shape;
   ShapeTree tree;
   const Scalar radius;
@@ -35,10 +42,11 @@ inline Scalar node_radius(const OrientedBox& box) {
 /// The two bodies of a query at one time of an interval, in the forms that the bounds want.
 class MovingPair {
  public:
-  /// Throws nothing; `interval` and motions must be valid.
+  /// `interval` must be valid. Throws InvalidArgument for a motion that lies at its begin.
   MovingPair(const Shape& a, const Motion& X_WA, const Shape& b, const Motion& X_WB,
              const TimeInterval& interval, Scalar floor);
 
+  /// @throws InvalidArgument for a pose or twist that guarded_state() refuses, and for a jump.
   void set_time(Scalar t);
   Scalar time() const { return time_; }
 

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+
+#include "dyop/core/batch_options.h"
+#include "dyop/core/rigid_pose.h"
+#include "dyop/geometry/shape.h"
+
+namespace DYOP_EXPORT dyop {
+
+struct PointDistanceOptions {
+  /// Stop as soon as the surface is proven farther from the point than this; length, >= 0. `upper`
+  /// is then infinite (inside, with signed distances, `lower` is -infinity), the witness unknown.
+  Scalar max_distance = kInfinity;
+  /// Count distances inside the shape as negative. A mesh must be closed then: inside is where it
+  /// winds around the point (winding_number()). A convex shape must have a core_surface().
+  bool is_signed = false;
+};
+
+/// Result of point_distance().
+struct PointDistance {
+  Scalar lower = 0;          ///< never above the true distance, signed if asked for
+  Scalar upper = kInfinity;  ///< never below it
+  /// A point of the surface nearest to the given one, within rounding. Of a convex shape that holds
+  /// the point, unless distances are signed: the point itself.
+  Vector3 p_WC = Vector3::Zero();
+  /// Unit, the direction in which the distance grows fastest: from the surface to the point, but
+  /// inside a shape with signed distances from the point to the surface. Any where that is not
+  /// known, as at the centre of a sphere.
+  Vector3 nhat_W = Vector3::UnitX();
+  Feature feature;                       ///< of the shape (of a curved one: of its core) at p_WC
+  std::optional<std::int32_t> triangle;  ///< triangle number, if the shape is a mesh
+};
+
+/// Returns the distance of a point from a shape, with proven bounds lower <= d <= upper, and the
+/// nearest point of the shape.
+///
+/// For a mesh d is the distance from the surface, for a convex shape from the solid, so 0 inside;
+/// with PointDistanceOptions::is_signed it is negative inside, -d from the surface. upper - lower
+/// is rounding noise (docs/concepts.md).
+///
+/// @param X_WS Pose of the shape in world.
+/// @param p_W  The point in world, finite.
+/// @throws InvalidArgument if p_W is not finite, max_distance is negative or NaN, or is_signed is
+///         set and the shape is an open mesh or has no core_surface().
+/// Const, thread-safe, no allocation. Method: docs/algorithms/distance.md, "Points".
+PointDistance point_distance(const Shape& shape, const RigidPose& X_WS, const Vector3& p_W,
+                             const PointDistanceOptions& options = {});
+
+/// Answers many points over several threads: results[i] is bit for bit what point_distance()
+/// returns for points_W[i], for every number of threads. After a stop the points that were not
+/// answered have the bounds 0 and infinity.
+/// @throws InvalidArgument before any point is answered if the spans differ in length, thread_count
+///         is negative, or as point_distance(); the message names the lowest such point. What the
+///         progress callback throws ends the batch as a stop does.
+void point_distance_batch(const Shape& shape, const RigidPose& X_WS,
+                          std::span<const Vector3> points_W, std::span<PointDistance> results,
+                          const PointDistanceOptions& options = {},
+                          const BatchOptions& batch_options = {});
+
+}  // namespace dyop

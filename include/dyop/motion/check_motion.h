@@ -1,0 +1,64 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "dyop/motion/motion.h"
+
+namespace DYOP_EXPORT dyop {
+
+/// What a Motion promises and does not keep.
+enum class MotionFault {
+  Domain,                  ///< not defined on all of the interval
+  Refused,                 ///< a member threw a dyop::Error
+  PoseNotFinite,           ///< a position or rotation that is infinite or NaN
+  PoseNotRotation,         ///< a rotation matrix that scales, shears or mirrors
+  TwistNotFinite,          ///< a velocity that is infinite or NaN
+  StateDiffers,            ///< state() is not what pose() and twist() return
+  BoundNotValid,           ///< a twist_bound that is negative or NaN
+  SmoothUntil,             ///< a piece that ends before it starts, or before an earlier answer said
+  Jump,                    ///< the pose moves farther than the bound on speed allows
+  TwistNotDerivative,      ///< the twist is not the derivative of the pose
+  SpeedAboveBound,         ///< a twist larger than twist_bound
+  AccelerationAboveBound,  ///< a twist that changes faster than twist_bound
+};
+
+struct MotionCheckOptions {
+  /// Times at which the motion is sampled, >= 2; the start and the end of the interval are two of
+  /// them. A fault that lasts for less than the time between samples can go unseen.
+  int sample_count = 1000;
+  /// Moves the other times about: another seed looks elsewhere.
+  std::uint64_t seed = 1;
+};
+
+/// Result of check_motion().
+struct MotionCheck {
+  std::optional<MotionFault> fault;  ///< none: nothing wrong was found
+  Scalar t = 0;                      ///< when; of a jump, just before it
+  Scalar found = 0;                  ///< the value that is wrong, in the unit of the promise
+  Scalar allowed = 0;                ///< what it may be at most
+  std::string message;               ///< what, when and by how much, in words; empty if sound
+
+  bool is_sound() const { return !fault; }
+};
+
+/// Samples a motion over an interval, as dyop's own tests sample the motions of the library, and
+/// names the first promise of Motion that it breaks: the first in time.
+///
+/// The checks are the facts that the impact engine builds on, with the motion's own bounds. With
+/// v, a the bounds on speed and acceleration over a part [t, t + s] without a jump of the twist,
+///     |p(t + s) - p(t)| ≤ v s,    |p(t + s) - p(t) - s v(t)| ≤ a s²/2,    |v(t + s) - v(t)| ≤ a s
+/// up to rounding, for many s from the distance of samples down; the same for rotations. So a
+/// motion that keeps its promises is never blamed, whatever it looks like. A wrong twist is found
+/// to about 1e-7 of the speed if the bound on acceleration is near the truth. Where that bound is
+/// infinite, twists are compared roughly, over 1/256 of the time between samples and less.
+///
+/// Use it in the tests of your own motions; it finds lies, it does not prove that there is none.
+/// @throws InvalidArgument if the interval is not finite, is reversed or has no length, or
+///         sample_count < 2. Exceptions that are not a dyop::Error pass through.
+/// Cost: about 40 poses and twists and 12 bounds per sample.
+MotionCheck check_motion(const Motion& motion, const TimeInterval& interval,
+                         const MotionCheckOptions& options = {});
+
+}  // namespace dyop

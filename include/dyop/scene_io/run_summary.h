@@ -1,0 +1,19 @@
+#pragma once
+
+#include <iosfwd>
+#include <vector>
+
+#include "dyop/scene_io/run_recording.h"
+
+namespace DYOP_EXPORT dyop {
+
+/// What happened in a run, for a person to read. Here, and only here, the clock is shown.
+/// @param impacts      All impacts of the run, in order; the first ones are told in full.
+/// @param wall_seconds Time spent on the run.
+void write_summary(std::ostream& out, const Scene& scene, const std::vector<ImpactEvent>& impacts,
+                   const RunTotals& totals, double wall_seconds);
+
+/// How a run ended, in one sentence.
+std::string describe_end(const Scene& scene, const RunTotals& totals);
+
+}  // namespace dyop

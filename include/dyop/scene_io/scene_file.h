@@ -1,0 +1,44 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "dyop/dynamics/world.h"
+
+namespace DYOP_EXPORT dyop {
+
+/// A target distance of one pair that differs from that of the others.
+struct SceneMargin {
+  BodyId a = -1;
+  BodyId b = -1;
+  Scalar distance = 0;
+};
+
+/// A scene file, read and checked: all that a World needs. Format: docs/scene-format.md.
+struct Scene {
+  std::string title;
+  /// The JSON of the file on one line, keys in the order of the file.
+  std::string source;
+  /// `threads` is not part of a scene and left alone.
+  WorldOptions options;
+  std::vector<BodyDefinition> bodies;    ///< BodyId is the position in this list
+  std::vector<std::string> shape_names;  ///< per body, for people: "mesh bunny.obj", "sphere"
+  std::vector<SceneMargin> margins;
+  std::vector<std::pair<BodyId, BodyId>> disabled_pairs;
+  Scalar end_time = 0;  ///< > 0; a scene begins at time 0
+  Scalar step = 0;      ///< > 0; how far World::advance() goes at a time
+};
+
+/// Returns the scene of a file. Meshes are looked for relative to the directory of the scene file,
+/// then in each of `mesh_directories`.
+/// @throws FileError with the file, the path of the key, what was expected and found.
+Scene load_scene(const std::filesystem::path& file,
+                 const std::vector<std::filesystem::path>& mesh_directories = {});
+
+/// The world of a scene, at time 0.
+/// @throws InvalidArgument if the World refuses a body; the message names it.
+World make_world(const Scene& scene);
+
+}  // namespace dyop

@@ -1,0 +1,180 @@
+#include "dyop/distance/point_distance.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/batch_run.h"
+#include "core/tolerance.h"
+#include "distance/gjk/triangle_core.h"
+#include "distance/piece_distance.h"
+#include "distance/point_search.h"
+#include "dyop/core/error.h"
+#include "dyop/distance/gjk.h"
+#include "dyop/geometry/winding_number.h"
+
+namespace dyop {
+namespace {
+
+using internal::NearestToPoint;
+
+// A point and a shape in the shape's frame, and what rounding adds to their distance.
+struct PointQuery {
+  const Vector3& p_S;
+  const PointDistanceOptions& options;
+  Scalar noise;
+};
+
+void require_point_options(const PointDistanceOptions& options) {
+  DYOP_REQUIRE(options.max_distance >= 0, "point_distance: max_distance must be >= 0, not ",
+               options.max_distance);
+}
+
+void require_signable(const Shape& shape, const PointDistanceOptions& options) {
+  if (!options.is_signed) return;
+  switch (shape.kind()) {
+    case ShapeKind::TriangleMesh:
+      DYOP_REQUIRE(static_cast<const TriangleMesh&>(shape).is_closed(),
+                   "point_distance: is_signed is set, but the mesh is not closed");
+      return;
+    case ShapeKind::Convex:
+      DYOP_REQUIRE(static_cast<const ConvexShape&>(shape).core_surface(),
+                   "point_distance: is_signed is set, but the shape has no core_surface()");
+      return;
+  }
+}
+
+PointDistance point_result_of(const NearestToPoint& found, const TriangleMesh& mesh, Scalar noise) {
+  PointDistance result;
+  result.lower = std::max(0.0, found.nearest.lower - noise);
+  result.upper = found.nearest.upper + noise;
+  if (found.triangle < 0) return result;
+  result.p_WC = found.nearest.p_C;
+  result.nhat_W = found.nearest.nhat_C;
+  result.feature = internal::mesh_feature(
+      found.nearest.feature, mesh.triangles()[static_cast<std::size_t>(found.triangle)]);
+  result.triangle = found.triangle;
+  return result;
+}
+
+// The same distance from inside.
+void turn_inside(PointDistance& result) {
+  // Where the point may be on either side of the surface, both bounds stay.
+  const Scalar lower = -result.upper;
+  result.upper = result.lower > 0 ? -result.lower : result.upper;
+  result.lower = lower;
+  result.nhat_W = -result.nhat_W;
+}
+
+PointDistance from_mesh(const TriangleMesh& mesh, const PointQuery& query) {
+  const NearestToPoint found =
+      internal::find_nearest_to_point(mesh, query.p_S, query.options.max_distance + query.noise);
+  PointDistance result = point_result_of(found, mesh, query.noise);
+  if (!query.options.is_signed) return result;
+  if (contains(mesh, query.p_S)) {
+    turn_inside(result);
+  } else if (!(result.lower > 0)) {
+    result.lower = -result.upper;
+  }
+  return result;
+}
+
+// A convex shape without a surface, unsigned.
+PointDistance from_smooth_core(const ConvexShape& shape, const PointQuery& query) {
+  const internal::TriangleCore point({query.p_S, query.p_S, query.p_S});
+  const GjkResult gjk = gjk_distance(shape, point, RigidPose());
+  PointDistance result;
+  result.lower = std::max(0.0, gjk.lower - query.noise);
+  result.upper = gjk.upper + query.noise;
+  result.p_WC = gjk.is_overlapping ? query.p_S : gjk.p_a;
+  result.nhat_W = gjk.nhat_AB;
+  result.feature = gjk.feature_a;
+  return result;
+}
+
+PointDistance from_convex(const ConvexShape& shape, const PointQuery& query) {
+  const TriangleMesh* core = shape.core_surface();
+  if (!core) return from_smooth_core(shape, query);
+  const Scalar radius = shape.rounding_radius();
+  const Scalar limit = query.options.max_distance + radius + query.noise;
+  const NearestToPoint found =
+      internal::find_nearest_to_point(*core, query.p_S, limit * (1 + 4 * kUnitRoundoff));
+  PointDistance result = point_result_of(found, *core, query.noise);
+  result.triangle.reset();
+  if (core->is_closed() && contains(*core, query.p_S)) {
+    turn_inside(result);
+  } else if (core->is_closed() && !(result.lower > 0)) {
+    result.lower = -result.upper;
+  }
+  const auto rounding = [&](Scalar x) { return 2 * kUnitRoundoff * (radius + std::abs(x)); };
+  result.lower -= radius + rounding(result.lower);
+  result.upper -= radius - rounding(result.upper);
+  result.p_WC += radius * result.nhat_W;
+  if (query.options.is_signed || result.lower > 0) return result;
+  result.lower = 0;
+  if (result.upper <= 0) result.p_WC = query.p_S;
+  result.upper = std::max(0.0, result.upper);
+  return result;
+}
+
+PointDistance answer_point(const Shape& shape, const RigidPose& X_WS, const Vector3& p_W,
+                           const PointDistanceOptions& options) {
+  const Vector3 p_S = X_WS.inverse() * p_W;
+  const Scalar noise =
+      kPoseNoise * (X_WS.translation().norm() + p_W.norm() + shape.bounding_radius());
+  const PointQuery query{p_S, options, noise};
+  PointDistance result;
+  switch (shape.kind()) {
+    case ShapeKind::TriangleMesh:
+      result = from_mesh(static_cast<const TriangleMesh&>(shape), query);
+      break;
+    case ShapeKind::Convex:
+      result = from_convex(static_cast<const ConvexShape&>(shape), query);
+      break;
+  }
+  result.p_WC = X_WS * result.p_WC;
+  result.nhat_W = X_WS.rotation() * result.nhat_W;
+  return result;
+}
+
+}  // namespace
+
+PointDistance point_distance(const Shape& shape, const RigidPose& X_WS, const Vector3& p_W,
+                             const PointDistanceOptions& options) {
+  require_point_options(options);
+  require_signable(shape, options);
+  DYOP_REQUIRE(p_W.allFinite(), "point_distance: the point must be finite, not (", p_W.transpose(),
+               ")");
+  return answer_point(shape, X_WS, p_W, options);
+}
+
+void point_distance_batch(const Shape& shape, const RigidPose& X_WS,
+                          std::span<const Vector3> points_W, std::span<PointDistance> results,
+                          const PointDistanceOptions& options, const BatchOptions& batch_options) {
+  DYOP_REQUIRE(points_W.size() == results.size(), "point_distance_batch: ", points_W.size(),
+               " points, but space for ", results.size(), " results");
+  require_point_options(options);
+  require_signable(shape, options);
+  for (std::size_t i = 0; i < points_W.size(); ++i) {
+    DYOP_REQUIRE(points_W[i].allFinite(), "point_distance_batch: point ", i,
+                 " must be finite, not (", points_W[i].transpose(), ")");
+  }
+  std::fill(results.begin(), results.end(), PointDistance());
+  // Handing out a point costs about as much as answering it.
+  constexpr std::size_t kPortion = 256;
+  const std::size_t total = points_W.size();
+  BatchOptions in_portions = batch_options;
+  if (batch_options.progress) {
+    in_portions.progress = [&](std::size_t done, std::size_t) {
+      batch_options.progress(std::min(done * kPortion, total), total);
+    };
+  }
+  internal::run_batch((total + kPortion - 1) / kPortion, in_portions,
+                      [&](std::size_t portion, std::size_t) {
+                        const std::size_t end = std::min((portion + 1) * kPortion, total);
+                        for (std::size_t i = portion * kPortion; i < end; ++i) {
+                          results[i] = answer_point(shape, X_WS, points_W[i], options);
+                        }
+                      });
+}
+
+}  // namespace dyop

@@ -1,0 +1,14 @@
+// Instead of assimp_reader.cpp in a build without assimp.
+
+#include "dyop/io/file_error.h"
+#include "io/mesh/mesh_reader.h"
+
+namespace dyop::internal {
+
+PolygonMesh read_with_assimp(const std::filesystem::path& file) {
+  throw FileError(file,
+                  "this format is read with assimp, which this build of dyop does not have "
+                  "(CMake option DYOP_WITH_ASSIMP); without it: .obj, .off, .ply, .stl");
+}
+
+}  // namespace dyop::internal

@@ -1,0 +1,84 @@
+#include <assimp/postprocess.h>
+#include <assimp/scene.h>
+
+#include <algorithm>
+#include <assimp/Importer.hpp>
+#include <string>
+
+#include "dyop/io/file_error.h"
+#include "io/mesh/mesh_reader.h"
+
+namespace dyop::internal {
+namespace {
+
+// Assimp does not check indices.
+void check_face(const std::filesystem::path& file, const aiMesh& mesh, unsigned number) {
+  const aiFace& face = mesh.mFaces[number];
+  if (face.mNumIndices == 0) {
+    throw FileError(file, compose_message("face ", number, " has no vertices"));
+  }
+  for (unsigned k = 0; k < face.mNumIndices; ++k) {
+    if (face.mIndices[k] < mesh.mNumVertices) continue;
+    throw FileError(
+        file, compose_message("face ", number, ": vertex index ", face.mIndices[k],
+                              " is out of range: the mesh has ", mesh.mNumVertices, " vertices"));
+  }
+}
+
+// Appends one mesh of the file, placed by its node.
+void append_mesh(const std::filesystem::path& file, const aiMesh& mesh, const aiMatrix4x4& X_WN,
+                 PolygonMesh& all) {
+  const std::size_t first = all.vertices.size();
+  for (unsigned v = 0; v < mesh.mNumVertices; ++v) {
+    const aiVector3D p = X_WN * mesh.mVertices[v];
+    const Vector3 p_W(Scalar(p.x), Scalar(p.y), Scalar(p.z));
+    if (!p_W.allFinite()) {
+      throw FileError(file, compose_message("vertex ", v, ": expected finite numbers, found (",
+                                            p_W.x(), ", ", p_W.y(), ", ", p_W.z(), ")"));
+    }
+    all.vertices.push_back(p_W);
+  }
+  const bool is_mirrored = X_WN.Determinant() < 0;
+  for (unsigned f = 0; f < mesh.mNumFaces; ++f) {
+    check_face(file, mesh, f);
+    const aiFace& face = mesh.mFaces[f];
+    all.begin_polygon();
+    for (unsigned k = 0; k < face.mNumIndices; ++k) {
+      const unsigned corner = is_mirrored ? face.mNumIndices - 1 - k : k;
+      all.add_corner(std::int64_t(first + face.mIndices[corner]));
+    }
+  }
+}
+
+void append_node(const std::filesystem::path& file, const aiScene& scene, const aiNode& node,
+                 const aiMatrix4x4& X_WP, PolygonMesh& all) {
+  const aiMatrix4x4 X_WN = X_WP * node.mTransformation;
+  for (unsigned k = 0; k < node.mNumMeshes; ++k) {
+    append_mesh(file, *scene.mMeshes[node.mMeshes[k]], X_WN, all);
+  }
+  for (unsigned k = 0; k < node.mNumChildren; ++k) {
+    append_node(file, scene, *node.mChildren[k], X_WN, all);
+  }
+}
+
+std::string problem_of(std::string reason) {
+  if (reason.find("contains no faces") != std::string::npos) return "the file has no triangles";
+  std::replace_if(
+      reason.begin(), reason.end(), [](unsigned char c) { return c < ' '; }, ' ');
+  return "not understood as a mesh: " + (reason.empty() ? "no reason given" : reason);
+}
+
+}  // namespace
+
+PolygonMesh read_with_assimp(const std::filesystem::path& file) {
+  Assimp::Importer importer;
+  const aiScene* scene = importer.ReadFile(file.string(), aiProcess_ValidateDataStructure);
+  if (scene == nullptr || scene->mRootNode == nullptr) {
+    throw FileError(file, problem_of(importer.GetErrorString()));
+  }
+  PolygonMesh all;
+  append_node(file, *scene, *scene->mRootNode, aiMatrix4x4(), all);
+  return all;
+}
+
+}  // namespace dyop::internal

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "io/text_scanner.h"
+
+namespace dyop::internal {
+
+/// What a PLY file says of its data: which elements follow, and the properties of each.
+enum class PlyEncoding { Ascii, LittleEndian, BigEndian };
+
+struct PlyType {
+  std::size_t bytes = 0;
+  bool is_real = false;
+  bool is_signed = false;
+};
+
+struct PlyProperty {
+  std::string name;
+  PlyType type;                       // of the values
+  std::optional<PlyType> count_type;  // of the count in front, if the property is a list
+};
+
+struct PlyElement {
+  std::string name;
+  std::int64_t count = 0;
+  std::vector<PlyProperty> properties;
+
+  /// Where the property stands; nothing if there is none of this name and kind.
+  std::optional<std::size_t> find(std::string_view property, bool is_list) const;
+  /// The list of vertices, which two names are in use for.
+  std::optional<std::size_t> find_vertex_list() const;
+};
+
+struct PlyHeader {
+  PlyEncoding encoding = PlyEncoding::Ascii;
+  std::vector<PlyElement> elements;
+
+  std::int64_t vertex_count() const;
+};
+
+/// Reads up to the line after `end_header`. Every element has properties; there is at most one of
+/// name "vertex", with x, y and z; "face" and "tristrips" have a list of vertices.
+/// @throws FileError with the line.
+PlyHeader read_ply_header(TextScanner& scanner);
+
+}  // namespace dyop::internal

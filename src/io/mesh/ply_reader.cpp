@@ -1,0 +1,202 @@
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+
+#include "dyop/io/file_error.h"
+#include "io/mesh/mesh_reader.h"
+#include "io/mesh/ply_header.h"
+
+namespace dyop::internal {
+namespace {
+
+// Reads the values behind the header one after the other; each fail() says where.
+class AsciiValues {
+ public:
+  explicit AsciiValues(TextScanner& scanner) : scanner_(scanner) {}
+
+  void begin_row(const PlyElement& element, std::int64_t row) {
+    next_ = 0;
+    if (!scanner_.next_line_with_words()) {
+      scanner_.fail("truncated: expected " + std::to_string(element.count) + " of element " +
+                    quote(element.name) + ", found " + std::to_string(row));
+    }
+  }
+  Scalar read(const PlyType& /*type*/) {
+    if (next_ >= scanner_.words().size()) scanner_.fail("expected more numbers on this line");
+    return scanner_.finite_number(scanner_.words()[next_++], "value");
+  }
+  [[noreturn]] void fail(const std::string& problem) const { scanner_.fail(problem); }
+
+ private:
+  TextScanner& scanner_;
+  std::size_t next_ = 0;
+};
+
+class BinaryValues {
+ public:
+  BinaryValues(const std::filesystem::path& file, std::string_view bytes, bool is_big_endian)
+      : file_(file),
+        bytes_(bytes),
+        swaps_((std::endian::native == std::endian::big) != is_big_endian) {}
+
+  void begin_row(const PlyElement& element, std::int64_t row) {
+    element_ = &element;
+    row_ = row;
+  }
+  Scalar read(const PlyType& type) {
+    if (bytes_.size() < type.bytes) fail("truncated: the file ends here");
+    std::array<char, 8> raw{};
+    std::memcpy(raw.data(), bytes_.data(), type.bytes);
+    bytes_.remove_prefix(type.bytes);
+    if (swaps_) std::reverse(raw.begin(), raw.begin() + std::ptrdiff_t(type.bytes));
+    return decode(type, raw);
+  }
+  [[noreturn]] void fail(const std::string& problem) const {
+    throw FileError(file_, element_->name + " " + std::to_string(row_) + " of " +
+                               std::to_string(element_->count) + ": " + problem);
+  }
+
+ private:
+  template <typename Number>
+  static Scalar decode_as(const std::array<char, 8>& raw) {
+    Number number;
+    std::memcpy(&number, raw.data(), sizeof(number));
+    return Scalar(number);
+  }
+  static Scalar decode(const PlyType& type, const std::array<char, 8>& raw) {
+    if (type.is_real) return type.bytes == 4 ? decode_as<float>(raw) : decode_as<double>(raw);
+    if (type.bytes == 1)
+      return type.is_signed ? decode_as<std::int8_t>(raw) : decode_as<std::uint8_t>(raw);
+    if (type.bytes == 2)
+      return type.is_signed ? decode_as<std::int16_t>(raw) : decode_as<std::uint16_t>(raw);
+    return type.is_signed ? decode_as<std::int32_t>(raw) : decode_as<std::uint32_t>(raw);
+  }
+
+  const std::filesystem::path& file_;
+  std::string_view bytes_;
+  bool swaps_;
+  const PlyElement* element_ = nullptr;
+  std::int64_t row_ = 0;
+};
+
+template <typename Values>
+class PlyReader {
+ public:
+  PlyReader(Values values, const PlyHeader& header) : values_(values), header_(header) {}
+
+  PolygonMesh read() {
+    for (const PlyElement& element : header_.elements) {
+      for (std::int64_t row = 0; row < element.count; ++row) {
+        values_.begin_row(element, row);
+        if (element.name == "vertex") {
+          read_vertex(element);
+        } else if (element.name == "face") {
+          read_row(element);
+          add_face(row);
+        } else if (element.name == "tristrips") {
+          read_row(element);
+          add_strip();
+        } else {
+          read_row(element);
+        }
+      }
+    }
+    return std::move(mesh_);
+  }
+
+ private:
+  void read_vertex(const PlyElement& element) {
+    Vector3 p = Vector3::Zero();
+    for (const PlyProperty& property : element.properties) {
+      if (property.count_type) {
+        read_list(property, other_list_);
+        continue;
+      }
+      const Scalar value = values_.read(property.type);
+      const bool is_coordinate =
+          property.name == "x" || property.name == "y" || property.name == "z";
+      if (!is_coordinate) continue;
+      if (!std::isfinite(value)) {
+        values_.fail(compose_message(property.name, ": expected a finite number, found ", value));
+      }
+      p[property.name[0] - 'x'] = value;
+    }
+    mesh_.vertices.push_back(p);
+  }
+
+  // Reads all properties of a row; of those only the list of vertices is kept.
+  void read_row(const PlyElement& element) {
+    const std::optional<std::size_t> vertex_list = element.find_vertex_list();
+    for (std::size_t k = 0; k < element.properties.size(); ++k) {
+      if (element.properties[k].count_type) {
+        read_list(element.properties[k], k == vertex_list ? list_ : other_list_);
+      } else {
+        values_.read(element.properties[k].type);
+      }
+    }
+  }
+
+  void read_list(const PlyProperty& property, std::vector<Scalar>& list) {
+    const Scalar count = values_.read(*property.count_type);
+    constexpr Scalar kLongestList = 1e9;
+    if (!(count >= 0 && count <= kLongestList && count == std::floor(count))) {
+      values_.fail(compose_message("expected the length of a list, found ", count));
+    }
+    list.clear();
+    for (Scalar k = 0; k < count; ++k) list.push_back(values_.read(property.type));
+  }
+
+  std::int64_t vertex_of(Scalar value) const {
+    if (!(value >= 0 && value < Scalar(header_.vertex_count()))) {
+      values_.fail(compose_message("vertex index ", value, " is out of range: the file has ",
+                                   header_.vertex_count(), " vertices, counted from 0"));
+    }
+    if (value != std::floor(value)) {
+      values_.fail(compose_message("vertex index: expected an integer, found ", value));
+    }
+    return std::int64_t(value);
+  }
+
+  void add_face(std::int64_t row) {
+    if (list_.empty()) values_.fail("face " + std::to_string(row) + " has no vertices");
+    mesh_.begin_polygon();
+    for (const Scalar value : list_) mesh_.add_corner(vertex_of(value));
+  }
+
+  // Every vertex but the first two ends a triangle, whose sense alternates; -1 begins a new strip.
+  void add_strip() {
+    std::size_t begin = 0;
+    for (std::size_t k = 0; k < list_.size(); ++k) {
+      if (list_[k] == -1) {
+        begin = k + 1;
+      } else if (k >= begin + 2) {
+        const bool is_turned = (k - begin) % 2 == 1;
+        mesh_.begin_polygon();
+        mesh_.add_corner(vertex_of(list_[k - (is_turned ? 1 : 2)]));
+        mesh_.add_corner(vertex_of(list_[k - (is_turned ? 2 : 1)]));
+        mesh_.add_corner(vertex_of(list_[k]));
+      }
+    }
+  }
+
+  Values values_;
+  const PlyHeader& header_;
+  PolygonMesh mesh_;
+  std::vector<Scalar> list_;        // of the vertices of a row
+  std::vector<Scalar> other_list_;  // of what is not kept
+};
+
+}  // namespace
+
+PolygonMesh read_ply(const std::filesystem::path& file, std::string_view bytes) {
+  TextScanner scanner(file, bytes);
+  const PlyHeader header = read_ply_header(scanner);
+  if (header.encoding == PlyEncoding::Ascii) return PlyReader(AsciiValues(scanner), header).read();
+  const bool is_big_endian = header.encoding == PlyEncoding::BigEndian;
+  return PlyReader(BinaryValues(file, scanner.rest(), is_big_endian), header).read();
+}
+
+}  // namespace dyop::internal

@@ -1,0 +1,87 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/tolerance.h"
+#include "dyop/motion/motion.h"
+
+namespace dyop::internal {
+
+/// How far a matrix with the columns x, y, z is from a rotation: x and y have length one and are
+/// square to each other, and z is x cross y. A sum, so that NaN survives; 0 up to rounding.
+inline Scalar rotation_error(const Matrix3& R) {
+  const Scalar* r = R.data();  // by columns
+  const Scalar xx = r[0] * r[0] + r[1] * r[1] + r[2] * r[2] - 1;
+  const Scalar yy = r[3] * r[3] + r[4] * r[4] + r[5] * r[5] - 1;
+  const Scalar xy = r[0] * r[3] + r[1] * r[4] + r[2] * r[5];
+  const Scalar z0 = r[1] * r[5] - r[2] * r[4] - r[6];
+  const Scalar z1 = r[2] * r[3] - r[0] * r[5] - r[7];
+  const Scalar z2 = r[0] * r[4] - r[1] * r[3] - r[8];
+  return std::abs(xx) + std::abs(yy) + std::abs(xy) + std::abs(z0) + std::abs(z1) + std::abs(z2);
+}
+
+/// Orthonormal up to kEngineRotationNoise, and no mirror; false for NaN.
+inline bool is_rotation(const Matrix3& R) {
+  return rotation_error(R) <= kEngineRotationNoise;
+}
+
+/// Finite numbers minus themselves are zero, all others NaN.
+inline bool is_finite(const Vector3& x) {
+  return ((x[0] - x[0]) + (x[1] - x[1])) + (x[2] - x[2]) == 0;
+}
+
+inline bool is_sound(const MotionState& state) {
+  const Vector3& p = state.X_WB.translation();
+  const Vector3& v = state.twist.v_WB;
+  const Vector3& w = state.twist.w_WB;
+  // One comparison for all nine numbers.
+  const Scalar zero = ((p[0] - p[0]) + (p[1] - p[1]) + (p[2] - p[2])) +
+                      ((v[0] - v[0]) + (v[1] - v[1]) + (v[2] - v[2])) +
+                      ((w[0] - w[0]) + (w[1] - w[1]) + (w[2] - w[2]));
+  return is_rotation(state.X_WB.rotation()) && zero == 0;
+}
+
+/// Throws InvalidArgument that says what is wrong with a state that is not sound.
+[[noreturn]] void refuse(const MotionState& state, Scalar t, const char* what);
+
+/// The one gate through which poses and twists of motions enter the engine.
+///
+/// @param what Names the motion in messages, such as "the motion of A".
+/// @throws InvalidArgument with the time and the value if the pose is not finite or not a rotation,
+///         or the twist is not finite; with the time in front if the motion itself throws one.
+MotionState guarded_state(const Motion& motion, Scalar t, const char* what);
+
+/// The same for a pose alone.
+RigidPose guarded_pose(const Motion& motion, Scalar t, const char* what);
+
+/// Two times and the poses at them, as the engine met them.
+struct PoseStep {
+  const Matrix3& R_from;
+  const Vector3& p_from;
+  const Matrix3& R_to;
+  const Vector3& p_to;
+  Scalar t_from;
+  Scalar t_to;
+};
+
+/// Throws InvalidArgument that names the motion.
+[[noreturn]] void refuse_jump(const PoseStep& step, Scalar speed, const char* what);
+
+/// Throws InvalidArgument if a body of this radius moves farther between two times than its bound
+/// on speed allows: a motion that jumps from one place to another.
+inline void require_no_jump(const PoseStep& step, const TwistBound& bound, Scalar radius,
+                            Scalar noise, const char* what) {
+  const Scalar speed = bound.linear_speed + bound.angular_speed * radius;
+  const Scalar* from = step.R_from.data();
+  const Scalar* to = step.R_to.data();
+  Scalar turned = 0;  // of two columns, from which the third follows
+  for (int i = 0; i < 6; ++i) turned = std::max(turned, std::abs(to[i] - from[i]));
+  const Scalar moved = std::max((step.p_to - step.p_from).cwiseAbs().maxCoeff(), turned * radius);
+  // False for infinite bounds times zero, which is NaN.
+  if (moved > speed * std::abs(step.t_to - step.t_from) + noise) [[unlikely]] {
+    refuse_jump(step, speed, what);
+  }
+}
+
+}  // namespace dyop::internal

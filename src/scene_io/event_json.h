@@ -1,0 +1,17 @@
+#pragma once
+
+#include "dyop/dynamics/world.h"
+#include "io/json_reader.h"
+
+namespace dyop::internal {
+
+/// What a World reports, as JSON values and back: see io/result_json.h.
+Json to_json(const IntegratorStatistics& statistics);
+/// The contacts of the time of impact are left out: the event lists those of all pairs.
+Json to_json(const ImpactEvent& event);
+
+/// Throw nlohmann exceptions for values of the wrong form.
+IntegratorStatistics integrator_statistics_from(const Json& json);
+ImpactEvent impact_event_from(const Json& json);
+
+}  // namespace dyop::internal

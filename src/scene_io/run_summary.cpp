@@ -1,0 +1,140 @@
+#include "dyop/scene_io/run_summary.h"
+
+#include <ostream>
+
+#include "io/words.h"
+
+namespace dyop {
+namespace {
+
+using internal::place_words;
+using internal::show;
+
+const std::string& name_of_body(const Scene& scene, BodyId id) {
+  static const std::string kNobody = "(no body)";
+  return id >= 0 && std::size_t(id) < scene.bodies.size() ? scene.bodies[std::size_t(id)].name
+                                                          : kNobody;
+}
+
+std::string_view kind_words(BodyKind kind) {
+  switch (kind) {
+    case BodyKind::Dynamic:
+      return "moved by forces";
+    case BodyKind::Kinematic:
+      return "on a given motion";
+    case BodyKind::Static:
+      return "at rest";
+  }
+  return "";
+}
+
+std::string pair_words(const Scene& scene, std::pair<BodyId, BodyId> pair) {
+  return name_of_body(scene, pair.first) + " and " + name_of_body(scene, pair.second);
+}
+
+void write_bodies(std::ostream& out, const Scene& scene) {
+  out << "Bodies\n";
+  for (std::size_t k = 0; k < scene.bodies.size(); ++k) {
+    out << "  " << scene.bodies[k].name << ": " << scene.shape_names[k] << ", "
+        << kind_words(scene.bodies[k].kind) << '\n';
+  }
+}
+
+void write_world_contact(std::ostream& out, const Scene& scene, const WorldContact& contact) {
+  const std::string& a = name_of_body(scene, contact.a);
+  const std::string& b = name_of_body(scene, contact.b);
+  const Contact& c = contact.contact;
+  out << "    " << a << " at " << place_words(c.p_WCa, c.feature_a, c.triangle_a) << '\n'
+      << "    " << b << " at " << place_words(c.p_WCb, c.feature_b, c.triangle_b) << '\n'
+      << "      normal from " << a << " to " << b << " " << show(c.nhat_AB_W) << ", gap "
+      << show(c.lower) << " to " << show(c.upper) << ",\n      gap changed at "
+      << show(contact.normal_velocity) << ", impulse on " << b << " " << show(contact.impulse_W)
+      << '\n';
+}
+
+void write_impact(std::ostream& out, const Scene& scene, const ImpactEvent& event,
+                  std::size_t number) {
+  const std::string& a = name_of_body(scene, event.a);
+  const std::string& b = name_of_body(scene, event.b);
+  out << "\nImpact " << number << " at t = " << show(event.t) << ": " << a << " meets " << b
+      << '\n';
+  out << "  proven apart until t = " << show(event.toi.t_safe);
+  if (event.toi.t_hit) out << ", in contact by t = " << show(*event.toi.t_hit);
+  out << '\n';
+  if (event.toi.contact) {
+    const ImpactContact& c = *event.toi.contact;
+    out << "  gap at that time: at least " << show(c.lower) << ", at most " << show(c.upper)
+        << "; closing at " << show(c.closing_speed) << '\n';
+    out << "  on " << a << ": " << place_words(c.p_WCa, c.feature_a, c.triangle_a) << '\n';
+    out << "  on " << b << ": " << place_words(c.p_WCb, c.feature_b, c.triangle_b) << '\n';
+    out << "  normal from " << a << " to " << b << ": " << show(c.nhat_AB_W) << "; pivot "
+        << show(c.pivot_W()) << '\n';
+  }
+  out << "  found with " << event.toi.statistics.node_pairs << " node pairs, "
+      << event.toi.statistics.leaf_tests << " leaf tests\n";
+  if (event.contacts.size() == 1) out << "  1 place in contact:\n";
+  if (event.contacts.size() > 1) out << "  " << event.contacts.size() << " places in contact:\n";
+  for (const WorldContact& contact : event.contacts) write_world_contact(out, scene, contact);
+  if (event.settled) out << "  put to rest here: too many impacts in too short a time\n";
+}
+
+void write_counters(std::ostream& out, const RunTotals& totals) {
+  out << "\nWork\n"
+      << "  " << totals.steps << " proven steps; integrator: " << totals.integrator.steps
+      << " steps, " << totals.integrator.rejected_steps << " rejected, "
+      << totals.integrator.function_evaluations << " evaluations of the forces\n"
+      << "  impact engine: " << totals.broad_phase_pairs << " pairs of bodies, "
+      << totals.toi.node_pairs << " node pairs, " << totals.toi.box_tests << " box tests, "
+      << totals.toi.leaf_tests << " leaf tests, longest queue " << totals.toi.peak_queue << '\n';
+}
+
+}  // namespace
+
+std::string describe_end(const Scene& scene, const RunTotals& totals) {
+  const std::string t = show(totals.t);
+  if (totals.error) return "Ended by an error, safe until then: " + *totals.error;
+  const std::string pair = pair_words(scene, totals.offending_pair);
+  switch (totals.status) {
+    case AdvanceStatus::NotRun:
+      return "The run did not begin.";
+    case AdvanceStatus::Completed:
+      return "Completed at t = " + t + ".";
+    case AdvanceStatus::StoppedAtImpact:
+      return "Stopped at the impact at t = " + t + ", as the scene asks.";
+    case AdvanceStatus::BudgetExhausted:
+      return "Undecided after t = " + t + ": the budget ended for " + pair + ". Safe until then.";
+    case AdvanceStatus::ImpactLimit:
+      return "Ended at t = " + t + ": too many impacts in one step. Safe until then.";
+    case AdvanceStatus::InitialOverlap:
+      return pair + " are within their margin at t = " + t + ": nothing can be proven from there.";
+    case AdvanceStatus::NumericalLimit:
+      return "Undecided after t = " + t + ": rounding forbids the tolerance for " + pair +
+             ". Safe until then.";
+    case AdvanceStatus::Cancelled:
+      return "Cancelled at t = " + t + ". Safe until then.";
+  }
+  return "";
+}
+
+void write_summary(std::ostream& out, const Scene& scene, const std::vector<ImpactEvent>& impacts,
+                   const RunTotals& totals, double wall_seconds) {
+  if (!scene.title.empty()) out << scene.title << "\n\n";
+  write_bodies(out, scene);
+  out << "\nFrom t = 0 to t = " << show(totals.t) << " of " << show(scene.end_time) << ": "
+      << impacts.size() << (impacts.size() == 1 ? " impact. " : " impacts. ")
+      << describe_end(scene, totals) << '\n';
+  for (const BodyId id : totals.settled) {
+    out << "Put to rest: " << name_of_body(scene, id) << '\n';
+  }
+  constexpr std::size_t kMostTold = 20;
+  for (std::size_t k = 0; k < impacts.size() && k < kMostTold; ++k) {
+    write_impact(out, scene, impacts[k], k + 1);
+  }
+  if (impacts.size() > kMostTold) {
+    out << "\n... and " << impacts.size() - kMostTold << " more, in the recording.\n";
+  }
+  write_counters(out, totals);
+  out << "  time spent: " << show(wall_seconds) << " s\n";
+}
+
+}  // namespace dyop

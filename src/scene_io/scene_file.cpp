@@ -1,0 +1,230 @@
+#include "dyop/scene_io/scene_file.h"
+
+#include <limits>
+
+#include "io/file_bytes.h"
+#include "io/motion_reader.h"
+#include "scene_io/body_reader.h"
+#include "scene_io/scene_forces.h"
+
+namespace dyop {
+namespace {
+
+using internal::BodyForces;
+using internal::JsonNode;
+
+BodyId body_named(const JsonNode& node, const Scene& scene) {
+  const std::string name = node.text();
+  for (std::size_t k = 0; k < scene.bodies.size(); ++k) {
+    if (scene.bodies[k].name == name) return BodyId(k);
+  }
+  node.fail_expected("the name of a body");
+}
+
+// A finite number of steps that can be counted, and that move the clock.
+void require_countable(const JsonNode& step, const Scene& scene) {
+  constexpr Scalar kMostSteps = 1e9;
+  if (!(scene.end_time / step.positive_number() <= kMostSteps)) {
+    step.fail_expected("a step of at least one part in 1e9 of the end time");
+  }
+}
+
+void read_time(const JsonNode& node, Scene& scene) {
+  node.require_object({"end", "step"});
+  scene.end_time = node.at("end").positive_number();
+  scene.step = node.at("step").positive_number();
+  require_countable(node.at("step"), scene);
+}
+
+void read_bodies(const JsonNode& node, const std::vector<std::filesystem::path>& directories,
+                 Scene& scene) {
+  internal::ShapeReader shapes(directories);
+  for (const JsonNode& item : node.items(1)) {
+    internal::NamedBody body = internal::read_body(item, {0, scene.end_time}, shapes);
+    for (const BodyDefinition& other : scene.bodies) {
+      if (other.name == body.definition.name) {
+        item.at("name").fail_expected("a name that no other body has");
+      }
+    }
+    scene.bodies.push_back(std::move(body.definition));
+    scene.shape_names.push_back(std::move(body.shape_name));
+  }
+}
+
+internal::SpringForce read_spring(const JsonNode& node) {
+  node.require_object({"body", "point", "anchor", "stiffness", "damping"});
+  internal::SpringForce spring;
+  if (node.has("point")) spring.p_BP = node.at("point").vector3();
+  spring.p_WA = node.at("anchor").vector3();
+  spring.stiffness = node.at("stiffness").non_negative_number();
+  if (node.has("damping")) spring.damping = node.at("damping").non_negative_number();
+  return spring;
+}
+
+// The body that a force acts on.
+std::size_t forced_body(const JsonNode& force, const Scene& scene) {
+  const auto id = std::size_t(body_named(force.at("body"), scene));
+  if (scene.bodies[id].kind != BodyKind::Dynamic) {
+    force.at("body").fail_expected("a dynamic body: forces do not move the others");
+  }
+  return id;
+}
+
+std::vector<JsonNode> list_or_empty(const JsonNode& node, std::string_view key) {
+  return node.has(key) ? node.at(key).items() : std::vector<JsonNode>();
+}
+
+void read_forces(const JsonNode& node, Scene& scene) {
+  node.require_object({"gravity", "wrenches", "springs", "drags"});
+  if (node.has("gravity")) scene.options.gravity_W = node.at("gravity").vector3();
+  std::vector<BodyForces> forces(scene.bodies.size());
+  std::vector<bool> has_force(scene.bodies.size(), false);
+  for (const JsonNode& item : list_or_empty(node, "wrenches")) {
+    item.require_object({"body", "force", "torque"});
+    const std::size_t id = forced_body(item, scene);
+    if (item.has("force")) forces[id].constant.force += item.at("force").vector3();
+    if (item.has("torque")) forces[id].constant.torque += item.at("torque").vector3();
+    has_force[id] = true;
+  }
+  for (const JsonNode& item : list_or_empty(node, "springs")) {
+    const std::size_t id = forced_body(item, scene);
+    forces[id].springs.push_back(read_spring(item));
+    has_force[id] = true;
+  }
+  for (const JsonNode& item : list_or_empty(node, "drags")) {
+    item.require_object({"body", "linear", "angular"});
+    const std::size_t id = forced_body(item, scene);
+    if (item.has("linear")) forces[id].linear_drag += item.at("linear").non_negative_number();
+    if (item.has("angular")) forces[id].angular_drag += item.at("angular").non_negative_number();
+    has_force[id] = true;
+  }
+  for (std::size_t id = 0; id < scene.bodies.size(); ++id) {
+    BodyDefinition& body = scene.bodies[id];
+    if (has_force[id]) body.wrench = make_wrench(forces[id], body.mass_properties.p_BoBcm);
+  }
+}
+
+void read_margins(const JsonNode& node, Scene& scene) {
+  for (const JsonNode& item : node.items()) {
+    item.require_object({"a", "b", "distance"});
+    const SceneMargin margin{body_named(item.at("a"), scene), body_named(item.at("b"), scene),
+                             item.at("distance").non_negative_number()};
+    if (margin.a == margin.b) item.at("b").fail_expected("another body than a");
+    scene.margins.push_back(margin);
+  }
+}
+
+void read_filters(const JsonNode& node, Scene& scene) {
+  for (const JsonNode& group : node.items()) {
+    const std::vector<JsonNode> names = group.items(2);
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      for (std::size_t j = 0; j < i; ++j) {
+        const BodyId a = body_named(names[j], scene);
+        const BodyId b = body_named(names[i], scene);
+        if (a == b) names[i].fail_expected("every body once in a group");
+        scene.disabled_pairs.emplace_back(a, b);
+      }
+    }
+  }
+}
+
+void read_integrator(const JsonNode& node, Scene& scene) {
+  WorldOptions& options = scene.options;
+  node.require_object(
+      {"kind", "relative_tolerance", "absolute_tolerance", "max_step", "max_internal_steps"});
+  if (node.has("kind")) {
+    options.integrator =
+        node.at("kind").choice<IntegratorKind>({{"arkode", IntegratorKind::Arkode},
+                                                {"cvode_adams", IntegratorKind::CvodeAdams},
+                                                {"cvode_bdf", IntegratorKind::CvodeBdf}});
+  }
+  IntegratorOptions& limits = options.integrator_options;
+  if (const auto value = node.find("relative_tolerance")) {
+    limits.relative_tolerance = value->positive_number();
+  }
+  if (const auto value = node.find("absolute_tolerance")) {
+    limits.absolute_tolerance = value->positive_number();
+  }
+  if (const auto value = node.find("max_step")) {
+    limits.max_step = value->positive_number();
+    require_countable(*value, scene);
+  }
+  if (const auto value = node.find("max_internal_steps")) {
+    limits.max_internal_steps = value->positive_integer();
+  }
+}
+
+int read_int(const JsonNode& node) {
+  const std::int64_t value = node.positive_integer();
+  if (value > std::numeric_limits<int>::max()) node.fail_expected("an integer below 2^31");
+  return int(value);
+}
+
+void read_zeno(const JsonNode& node, WorldOptions& options) {
+  node.require_object({"impacts", "window", "speed"});
+  if (const auto value = node.find("impacts")) options.zeno_impacts = read_int(*value);
+  if (const auto value = node.find("window")) options.zeno_window = value->positive_number();
+  if (const auto value = node.find("speed")) options.zeno_speed = value->non_negative_number();
+}
+
+void read_options(const JsonNode& root, Scene& scene) {
+  WorldOptions& options = scene.options;
+  if (const auto node = root.find("integrator")) read_integrator(*node, scene);
+  if (const auto node = root.find("policy")) {
+    options.policy = node->choice<ImpactPolicy>(
+        {{"stop", ImpactPolicy::Stop}, {"impulse", ImpactPolicy::Impulse}});
+  }
+  if (const auto node = root.find("tolerance")) {
+    options.distance_tolerance = node->positive_number();
+  }
+  if (const auto node = root.find("margin")) options.margin = node->non_negative_number();
+  if (const auto node = root.find("zeno")) read_zeno(*node, options);
+  if (const auto node = root.find("max_node_pairs")) {
+    options.max_node_pairs = node->positive_integer();
+  }
+  if (const auto node = root.find("max_impacts_per_step")) {
+    options.max_impacts_per_advance = read_int(*node);
+  }
+}
+
+void read_root(const JsonNode& root, const std::vector<std::filesystem::path>& directories,
+               Scene& scene) {
+  root.require_object({"title", "notes", "time", "bodies", "forces", "margin", "margins", "filters",
+                       "integrator", "policy", "tolerance", "zeno", "max_node_pairs",
+                       "max_impacts_per_step"});
+  if (root.has("title")) scene.title = root.at("title").text();
+  if (root.has("notes")) root.at("notes").text();
+  // Scenes have no unit, so nothing falls unless the scene says how fast.
+  scene.options.gravity_W = Vector3::Zero();
+  read_time(root.at("time"), scene);
+  read_options(root, scene);
+  read_bodies(root.at("bodies"), directories, scene);
+  if (const auto node = root.find("forces")) read_forces(*node, scene);
+  if (const auto node = root.find("margins")) read_margins(*node, scene);
+  if (const auto node = root.find("filters")) read_filters(*node, scene);
+}
+
+}  // namespace
+
+Scene load_scene(const std::filesystem::path& file,
+                 const std::vector<std::filesystem::path>& mesh_directories) {
+  const internal::Json json = internal::parse_json(file, internal::read_bytes(file));
+  std::vector<std::filesystem::path> directories{file.parent_path()};
+  directories.insert(directories.end(), mesh_directories.begin(), mesh_directories.end());
+  Scene scene;
+  read_root(JsonNode(file, json), directories, scene);
+  scene.source = json.dump();
+  return scene;
+}
+
+World make_world(const Scene& scene) {
+  World world(scene.options);
+  for (const BodyDefinition& body : scene.bodies) world.add_body(body);
+  for (const auto& [a, b] : scene.disabled_pairs) world.set_pair_enabled(a, b, false);
+  for (const SceneMargin& margin : scene.margins) {
+    world.set_margin(margin.a, margin.b, margin.distance);
+  }
+  return world;
+}
+
+}  // namespace dyop
