@@ -41,6 +41,7 @@ ToiResult run_search(const DeformingMesh& a, SideB& side_b, const TimeInterval& 
 void take_up(internal::ToiMemory& memory, const internal::ToiSubject& subject, Start start) {
   if (start == Start::Fresh) {
     memory.subject = subject;
+    memory.is_unfinished = false;
   } else {
     internal::require_resumable(memory, subject);
   }
