@@ -47,18 +47,19 @@ mistake score_that_overflows src/distance/triangle/triangle_facets.h distance 'T
 mistake witness_outside_its_face src/paper/feature_walk.h paper '*LinCanny*' \
   'return Vector3((r - (u / normal_sq) * along) - (v / normal_sq) * across);' \
   'return Vector3(normal * (normal.dot(r) / normal_sq));'
-mistake normal_swapped src/toi/time_of_impact.cpp toi 'TimeOfImpact.*' \
-  'contact.nhat_AB_W = X_WA.rotation() * piece.nhat_AB_A' \
-  'contact.nhat_AB_W = -(X_WA.rotation() * piece.nhat_AB_A)'
-mistake steps_too_long src/toi/time_of_impact.cpp toi 'TimeOfImpact.*' \
-  'floor_(options.target_distance + kFloorFraction * options.distance_tolerance)' \
-  'floor_(options.target_distance + 0.2 * options.distance_tolerance)'
-mistake edges_in_front_collide src/toi/time_of_impact.cpp toi '*InitialState*' \
+mistake normal_swapped src/distance/piece_distance.cpp toi 'TimeOfImpact.*' \
+  'pair.nhat_AB_W = X_WA.rotation() * piece.nhat_AB' \
+  'pair.nhat_AB_W = -(X_WA.rotation() * piece.nhat_AB)'
+mistake steps_too_long src/toi/impact_band.h toi 'TimeOfImpact.*' \
+  'kFloorFraction * distance_tolerance' '0.2 * distance_tolerance'
+mistake edges_in_front_collide src/toi/best_first_search.cpp toi '*InitialState*' \
   'return !(nearer.best.middle() < piece.middle())' 'return true'
-mistake pairs_at_the_begin_skipped src/toi/time_of_impact.cpp toi '*AtTheBegin*' \
+mistake edges_of_a_sheet_collide src/toi/deforming/deforming_pair.cpp toi 'DeformingContacts.*' \
+  'closing * now_.remaining > loss' 'true'
+mistake pairs_at_the_begin_skipped src/toi/best_first_search.cpp toi '*AtTheBegin*' \
   'pair_.time() > interval_.begin) return true;' 'pair_.time() >= interval_.begin) return true;'
-mistake resumed_from_another_pose src/toi/time_of_impact.cpp toi '*Workspace*' \
-  'if (memory_.is_unfinished) pair_.set_time(memory_.standing_time);' ''
+mistake resumed_from_another_pose src/toi/best_first_search.cpp toi '*Workspace*' \
+  'pair_.set_time(memory_.standing_time);' ''
 mistake sign_in_the_coupled_bound src/toi/rigid/safe_step.h toi 'SafeStep*:*TimeOfImpact.*' \
   'const Vector3 k_W = relative_W.cross(n_W)' 'const Vector3 k_W = n_W.cross(relative_W)'
 mistake acceleration_dropped src/toi/rigid/safe_step.h toi 'SafeStep*' \

@@ -11,6 +11,7 @@
 #include "dyop/core/error.h"
 #include "dyop/distance/gjk.h"
 #include "dyop/geometry/winding_number.h"
+#include "geometry/compound_tree.h"
 
 namespace dyop {
 namespace {
@@ -39,6 +40,10 @@ void require_signable(const Shape& shape, const PointDistanceOptions& options) {
     case ShapeKind::Convex:
       DYOP_REQUIRE(static_cast<const ConvexShape&>(shape).core_surface(),
                    "point_distance: is_signed is set, but the shape has no core_surface()");
+      return;
+    case ShapeKind::Compound:
+      DYOP_REQUIRE(false,
+                   "point_distance: is_signed is set, but a compound has no signed distance");
       return;
   }
 }
@@ -116,6 +121,22 @@ PointDistance from_convex(const ConvexShape& shape, const PointQuery& query) {
   return result;
 }
 
+// The nearest of all children.
+PointDistance from_compound(const CompoundShape& compound, const PointQuery& query) {
+  PointDistance nearest;
+  nearest.lower = kInfinity;
+  std::int32_t child = 0;
+  for (const internal::CompoundPart& part : compound.tree().parts) {
+    PointDistance found =
+        part.mesh ? from_mesh(*part.mesh, query) : from_convex(*part.convex, query);
+    found.child = child++;
+    const Scalar lower = std::min(nearest.lower, found.lower);
+    if (found.upper < nearest.upper) nearest = found;
+    nearest.lower = lower;
+  }
+  return nearest;
+}
+
 PointDistance answer_point(const Shape& shape, const RigidPose& X_WS, const Vector3& p_W,
                            const PointDistanceOptions& options) {
   const Vector3 p_S = X_WS.inverse() * p_W;
@@ -129,6 +150,9 @@ PointDistance answer_point(const Shape& shape, const RigidPose& X_WS, const Vect
       break;
     case ShapeKind::Convex:
       result = from_convex(static_cast<const ConvexShape&>(shape), query);
+      break;
+    case ShapeKind::Compound:
+      result = from_compound(static_cast<const CompoundShape&>(shape), query);
       break;
   }
   result.p_WC = X_WS * result.p_WC;

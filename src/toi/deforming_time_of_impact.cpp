@@ -12,16 +12,16 @@ namespace {
 using internal::DeformingSide;
 using internal::RigidSide;
 
+void require_triangles(const DeformingMesh& mesh, const char* name) {
+  DYOP_REQUIRE(!mesh.nodes().empty(), "time_of_impact: the deforming mesh ", name,
+               " was moved from and holds no triangles");
+}
+
 void require_valid(const TimeInterval& interval, const ToiOptions& options) {
   require_valid(interval, "time_of_impact: interval");
   internal::require_valid_options(options);
   DYOP_REQUIRE(!options.solid_a && !options.solid_b,
                "time_of_impact: deforming meshes are surfaces, solid_a and solid_b must be false");
-}
-
-void require_triangles(const DeformingMesh& mesh, const char* name) {
-  DYOP_REQUIRE(!mesh.nodes().empty(), "time_of_impact: the deforming mesh ", name,
-               " was moved from and holds no triangles");
 }
 
 enum class Start { Fresh, Resumed };
@@ -41,6 +41,7 @@ ToiResult run_search(const DeformingMesh& a, SideB& side_b, const TimeInterval& 
 void take_up(internal::ToiMemory& memory, const internal::ToiSubject& subject, Start start) {
   if (start == Start::Fresh) {
     memory.subject = subject;
+    memory.is_unfinished = false;
   } else {
     internal::require_resumable(memory, subject);
   }
@@ -78,15 +79,14 @@ ToiResult time_of_impact(const DeformingMesh& a, const DeformingMesh& b,
 ToiResult time_of_impact(const DeformingMesh& a, const DeformingMesh& b,
                          const TimeInterval& interval, const ToiOptions& options,
                          ToiWorkspace& workspace) {
-  const internal::WorkspaceUse use(workspace);
-  return answer(a, b, interval, options, use.memory(), Start::Fresh);
+  return answer(a, b, interval, options, internal::WorkspaceUse(workspace).memory(), Start::Fresh);
 }
 
 ToiResult resume_time_of_impact(const DeformingMesh& a, const DeformingMesh& b,
                                 const TimeInterval& interval, const ToiOptions& options,
                                 ToiWorkspace& workspace) {
-  const internal::WorkspaceUse use(workspace);
-  return answer(a, b, interval, options, use.memory(), Start::Resumed);
+  return answer(a, b, interval, options, internal::WorkspaceUse(workspace).memory(),
+                Start::Resumed);
 }
 
 ToiResult time_of_impact(const DeformingMesh& a, const TriangleMesh& b, const Motion& X_WB,
@@ -98,15 +98,15 @@ ToiResult time_of_impact(const DeformingMesh& a, const TriangleMesh& b, const Mo
 ToiResult time_of_impact(const DeformingMesh& a, const TriangleMesh& b, const Motion& X_WB,
                          const TimeInterval& interval, const ToiOptions& options,
                          ToiWorkspace& workspace) {
-  const internal::WorkspaceUse use(workspace);
-  return answer(a, b, X_WB, interval, options, use.memory(), Start::Fresh);
+  return answer(a, b, X_WB, interval, options, internal::WorkspaceUse(workspace).memory(),
+                Start::Fresh);
 }
 
 ToiResult resume_time_of_impact(const DeformingMesh& a, const TriangleMesh& b, const Motion& X_WB,
                                 const TimeInterval& interval, const ToiOptions& options,
                                 ToiWorkspace& workspace) {
-  const internal::WorkspaceUse use(workspace);
-  return answer(a, b, X_WB, interval, options, use.memory(), Start::Resumed);
+  return answer(a, b, X_WB, interval, options, internal::WorkspaceUse(workspace).memory(),
+                Start::Resumed);
 }
 
 }  // namespace dyop

@@ -17,7 +17,7 @@ namespace dyop::internal {
 ///     δ + ε/2    leaf_target     +------------------  steps of leaves aim here
 ///                                |  slack: for rounding, and for what slides or leaves
 ///     δ + ε/4    guaranteed      +------------------  proven on [begin, t_safe]
-///                                |  begins here: InitiallyWithinTarget
+///                                |  a start here: InitiallyWithinTarget
 ///     δ          target          +------------------
 ///
 /// Boxes aim above `contact`, so that every pair in contact has been measured before a pair is

@@ -12,6 +12,7 @@ using internal::ImpactBand;
 using internal::RigidPair;
 using internal::ToiMemory;
 using internal::ToiSubject;
+using internal::WorkspaceUse;
 
 using RigidSearch = internal::BestFirstSearch<RigidPair>;
 
@@ -30,24 +31,22 @@ ToiResult time_of_impact(const Shape& a, const Motion& X_WA, const Shape& b, con
                          const TimeInterval& interval, const ToiOptions& options,
                          ToiWorkspace& workspace) {
   internal::require_valid_query(a, X_WA, b, X_WB, interval, options);
+  const WorkspaceUse use(workspace);
   const ImpactBand band(options.target_distance, options.distance_tolerance);
   RigidPair pair(a, X_WA, b, X_WB, interval, band);
-  const internal::WorkspaceUse use(workspace);
-  ToiMemory& memory = use.memory();
-  memory.subject = ToiSubject(&a, &X_WA, &b, &X_WB, interval, options);
-  return RigidSearch(pair, interval, options, band, memory).run();
+  use.memory().subject = ToiSubject(&a, &X_WA, &b, &X_WB, interval, options);
+  return RigidSearch(pair, interval, options, band, use.memory()).run();
 }
 
 ToiResult resume_time_of_impact(const Shape& a, const Motion& X_WA, const Shape& b,
                                 const Motion& X_WB, const TimeInterval& interval,
                                 const ToiOptions& options, ToiWorkspace& workspace) {
   internal::require_valid_query(a, X_WA, b, X_WB, interval, options);
-  const internal::WorkspaceUse use(workspace);
-  ToiMemory& memory = use.memory();
-  internal::require_resumable(memory, ToiSubject(&a, &X_WA, &b, &X_WB, interval, options));
+  const WorkspaceUse use(workspace);
+  internal::require_resumable(use.memory(), ToiSubject(&a, &X_WA, &b, &X_WB, interval, options));
   const ImpactBand band(options.target_distance, options.distance_tolerance);
   RigidPair pair(a, X_WA, b, X_WB, interval, band);
-  return RigidSearch(pair, interval, options, band, memory).resume();
+  return RigidSearch(pair, interval, options, band, use.memory()).resume();
 }
 
 }  // namespace dyop

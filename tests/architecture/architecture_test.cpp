@@ -149,9 +149,9 @@ TEST(Headers, AreListedInTheirRoom) {
 
 TEST(Headers, AreIncludedByATestOfTheirRoom) {
   // Plain data and bases come with the headers that use them.
-  const std::set<std::string> plain{"types",          "export",       "shape",
-                                    "triangle",       "toi_result",   "rigid_body",
-                                    "nearest_points", "witness_pair", "contact_features", "sundials_integrator"};
+  const std::set<std::string> plain{
+      "types",      "export",         "shape",        "triangle",         "toi_result",
+      "rigid_body", "nearest_points", "witness_pair", "contact_features", "sundials_integrator"};
   for (const fs::path& file : room_files({"include"})) {
     const std::string room = room_of(file);
     if (plain.contains(file.stem().string())) continue;
@@ -192,7 +192,8 @@ TEST(Examples, AreShortAndNumberedAndSayWhatTheyPrint) {
   int number = 0;
   for (const fs::path& file : code_files({"examples"})) {
     const std::string name = file.filename().string();
-    EXPECT_EQ(name.substr(0, 3), "0" + std::to_string(++number) + "_") << name;
+    EXPECT_EQ(std::stoi(name.substr(0, 2)), ++number) << name;
+    EXPECT_EQ(name[2], '_') << name;
     const std::vector<std::string> lines = read_lines(file);
     const auto prints = std::find(lines.begin(), lines.end(), "// Prints:");
     EXPECT_LT(prints - lines.begin(), 60) << name;

@@ -10,6 +10,9 @@
 #include "distance/point_triangle.h"
 #include "dyop/core/error.h"
 #include "dyop/distance/triangle_distance.h"
+#include "dyop/geometry/box.h"
+#include "dyop/geometry/compound_shape.h"
+#include "dyop/geometry/sphere.h"
 #include "dyop/geometry/winding_number.h"
 #include "geometry/all_shapes.h"
 #include "support/mesh_generators.h"
@@ -296,6 +299,22 @@ TEST(PointTriangleDistance, BoundsHoldOnEveryFamilyOfTriangles) {
       ASSERT_NEAR(found.nhat_C.norm(), 1, 1e-12);
     }
   }
+}
+
+TEST(PointDistance, OfACompoundIsThatOfItsNearestChild) {
+  const auto ball = std::make_shared<const Sphere>(1);
+  const auto box = std::make_shared<const Box>(Vector3(1, 1, 1));
+  const CompoundShape both({{ball, RigidPose()}, {box, RigidPose(Vector3(5, 0, 0))}});
+  const PointDistance near_box = point_distance(both, RigidPose(), Vector3(5, 0, 3));
+  EXPECT_NEAR(near_box.lower, 2, 1e-12);
+  EXPECT_NEAR(near_box.upper, 2, 1e-12);
+  EXPECT_EQ(near_box.child, 1);
+  const PointDistance near_ball = point_distance(both, RigidPose(), Vector3(-3, 0, 0));
+  EXPECT_NEAR(near_ball.upper, 2, 1e-12);
+  EXPECT_EQ(near_ball.child, 0);
+  PointDistanceOptions with_sign;
+  with_sign.is_signed = true;
+  EXPECT_THROW(point_distance(both, RigidPose(), Vector3::Zero(), with_sign), InvalidArgument);
 }
 
 }  // namespace

@@ -19,6 +19,7 @@
 #include "support/mesh_generators.h"
 #include "support/message_of.h"
 #include "support/random_inputs.h"
+#include "support/toi_promises.h"
 
 namespace dyop {
 namespace {
@@ -197,14 +198,23 @@ class MeshPairOracle {
     const testing::OracleBody body_a(a);
     if (rigid_b_ != nullptr) {
       const testing::OracleBody body_b(*rigid_b_);
-      return testing::fast_oracle_distance(body_a, RigidPose(), body_b, X_WB_->pose(s), gap, seed);
+      return widened(
+          testing::fast_oracle_distance(body_a, RigidPose(), body_b, X_WB_->pose(s), gap, seed));
     }
     const TriangleMesh b = place(*deforming_b_, s);
     const testing::OracleBody body_b(b);
-    return testing::fast_oracle_distance(body_a, RigidPose(), body_b, RigidPose(), gap, seed);
+    return widened(
+        testing::fast_oracle_distance(body_a, RigidPose(), body_b, RigidPose(), gap, seed));
   }
 
  private:
+  // By the oracle's own rounding.
+  static testing::DistanceBracket widened(testing::DistanceBracket bracket) {
+    bracket.lower -= 2e-12;  // literal: of sizes of a few
+    bracket.upper += 2e-12;  // literal: likewise
+    return bracket;
+  }
+
   static TriangleMesh place(const DeformingMesh& mesh, Scalar s) {
     std::vector<Vector3> places(mesh.begin().begin(), mesh.begin().end());
     for (std::size_t i = 0; i < places.size(); ++i) {
@@ -228,13 +238,13 @@ struct Tally {
 // thousandth.
 void check_promises(const ToiResult& result, const MeshPairOracle& oracle, Scalar speed,
                     const ToiOptions& options, Tally& tally) {
-  const Scalar noise = 2e-12 + result.rounding_allowance;
-  const Scalar floor = options.target_distance + options.distance_tolerance / 4 - noise;
-  if (result.status == ToiStatus::InitiallyWithinTarget) {
-    EXPECT_LE(oracle.distance_at(0).lower,
-              options.target_distance + options.distance_tolerance + noise);
-    return;
-  }
+  const testing::PromiseTerms terms({0, 1}, options);
+  const auto distance_at = [&](Scalar s) { return oracle.distance_at(s); };
+  EXPECT_STREQ(testing::broken_form(terms, result), nullptr);
+  EXPECT_STREQ(testing::broken_distance(terms, result, 8, distance_at), nullptr);
+  if (result.status == ToiStatus::InitiallyWithinTarget) return;
+  const Scalar floor =
+      options.target_distance + options.distance_tolerance / 4 - result.rounding_allowance;
   ASSERT_TRUE(result.status == ToiStatus::Impact || result.status == ToiStatus::Separated)
       << static_cast<int>(result.status);
   for (Scalar s = 0; s < result.t_safe;) {
@@ -242,15 +252,11 @@ void check_promises(const ToiResult& result, const MeshPairOracle& oracle, Scala
     ASSERT_GE(distance, floor) << "at " << s << " before " << result.t_safe;
     s += std::max((distance - floor) / speed, 1e-3);  // literal: step of the oracle
   }
-  const Scalar last = oracle.distance_at(result.t_safe).lower;
-  EXPECT_GE(oracle.distance_at(result.t_safe).upper, floor);
   if (result.status == ToiStatus::Separated) {
     ++tally.separated;
-    EXPECT_EQ(result.t_safe, 1);
     return;
   }
   ++tally.impacts;
-  EXPECT_LE(last, options.target_distance + options.distance_tolerance + noise);
   EXPECT_NEAR((result.contact->p_WCb - result.contact->p_WCa).norm(), result.contact->upper, 1e-9);
 }
 

@@ -31,7 +31,8 @@ struct PointDistance {
   /// known, as at the centre of a sphere.
   Vector3 nhat_W = Vector3::UnitX();
   Feature feature;                       ///< of the shape (of a curved one: of its core) at p_WC
-  std::optional<std::int32_t> triangle;  ///< triangle number, if the shape is a mesh
+  std::optional<std::int32_t> triangle;  ///< triangle number, if the shape (child) is a mesh
+  std::optional<std::int32_t> child;     ///< number of the child, if the shape is a compound
 };
 
 /// Returns the distance of a point from a shape, with proven bounds lower <= d <= upper, and the
@@ -44,7 +45,7 @@ struct PointDistance {
 /// @param X_WS Pose of the shape in world.
 /// @param p_W  The point in world, finite.
 /// @throws InvalidArgument if p_W is not finite, max_distance is negative or NaN, or is_signed is
-///         set and the shape is an open mesh or has no core_surface().
+///         set and the shape is an open mesh, a compound, or has no core_surface().
 /// Const, thread-safe, no allocation. Method: docs/algorithms/distance.md, "Points".
 PointDistance point_distance(const Shape& shape, const RigidPose& X_WS, const Vector3& p_W,
                              const PointDistanceOptions& options = {});

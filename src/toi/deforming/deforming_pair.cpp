@@ -47,8 +47,9 @@ bool DeformingPair<SideB>::is_closing(const PieceDistance& piece, const QueuedPa
 template <typename SideB>
 WitnessPair DeformingPair<SideB>::witness_pair(const PieceDistance& piece,
                                                const QueuedPair& pair) const {
-  return {piece.lower,     piece.upper,     piece.p_a,           piece.p_b,          piece.nhat_AB,
-          piece.feature_a, piece.feature_b, a_.triangle(pair.a), b_.triangle(pair.b)};
+  return {piece.lower,         piece.upper,     piece.p_a,       piece.p_b,
+          piece.nhat_AB,       piece.feature_a, piece.feature_b, a_.triangle(pair.a),
+          b_.triangle(pair.b), std::nullopt,    std::nullopt};
 }
 
 template <typename SideB>

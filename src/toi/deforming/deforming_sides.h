@@ -138,9 +138,8 @@ class RigidSide {
     return bounds_.whole().linear_speed + bounds_.whole().angular_speed * radius(node);
   }
   Scalar size() const;
-  Scalar start_size() const {
-    return motion_.pose(interval_.begin).translation().norm() + mesh_.bounding_radius();
-  }
+  // Where it stands.
+  Scalar start_size() const { return now_.p_WB.norm() + mesh_.bounding_radius(); }
   Vector3 velocity_at(std::int32_t leaf, const Vector3& p_W) const;
 
  private:

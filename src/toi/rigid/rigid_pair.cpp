@@ -9,14 +9,13 @@ namespace dyop::internal {
 
 RigidPair::RigidPair(const Shape& a, const Motion& X_WA, const Shape& b, const Motion& X_WB,
                      const TimeInterval& interval, const ImpactBand& band)
-    : interval_(interval),
-      box_target_(band.box_target),
+    : box_target_(band.box_target),
       kernels_(box_steps_kernels(best_instruction_set())),
       moving_(a, X_WA, b, X_WB, interval, box_target_) {}
 
 Scalar RigidPair::start_noise() const {
-  return pose_noise(a().shape, guarded_pose(a().motion, interval_.begin, a().name), b().shape,
-                    guarded_pose(b().motion, interval_.begin, b().name));
+  const auto [X_WA, X_WB] = poses(time());
+  return pose_noise(a().shape, X_WA, b().shape, X_WB);
 }
 
 // Only balls about the origins are not lost within a turn: while their steps span more than that,
@@ -46,9 +45,8 @@ Scalar RigidPair::first_time() {
 
 std::optional<Vector3> RigidPair::enclosed_point(const ToiOptions& options) const {
   if (!options.solid_a && !options.solid_b) return std::nullopt;
-  return find_enclosed_point(a().shape, guarded_pose(a().motion, interval_.begin, a().name),
-                             b().shape, guarded_pose(b().motion, interval_.begin, b().name),
-                             {options.solid_a, options.solid_b});
+  const auto [X_WA, X_WB] = poses(time());
+  return find_enclosed_point(a().shape, X_WA, b().shape, X_WB, {options.solid_a, options.solid_b});
 }
 
 std::pair<RigidPose, RigidPose> RigidPair::poses(Scalar t) const {

@@ -23,12 +23,12 @@ class RigidPair {
   void set_time(Scalar t) { moving_.set_time(t); }
   Scalar time() const { return moving_.time(); }
   Scalar noise() const { return moving_.noise(); }
-  /// That of the poses at the begin, whatever the speeds.
+  /// That of the poses where the sides stand, whatever the speeds.
   Scalar start_noise() const;
 
   /// A proven time, or infinity; the sides are left at a time that is not later.
   Scalar first_time();
-  /// A point inside both at the begin of a pair of which one is a solid, as the options say.
+  /// A point inside both, where they stand, of a pair of which one is a solid, as the options say.
   std::optional<Vector3> enclosed_point(const ToiOptions& options) const;
 
   bool is_leaf_pair(const QueuedPair& pair) const {
@@ -94,7 +94,6 @@ class RigidPair {
   }
   Scalar skip_turns();
 
-  const TimeInterval interval_;
   const Scalar box_target_;
   const BoxStepsKernels kernels_;
   MovingPair moving_;
