@@ -11,6 +11,7 @@
 #include "dyop/distance/distance.h"
 #include "dyop/geometry/box.h"
 #include "dyop/geometry/capsule.h"
+#include "dyop/geometry/compound_shape.h"
 #include "dyop/geometry/convex_hull.h"
 #include "dyop/geometry/sphere.h"
 #include "support/contact_generation_oracle.h"
@@ -195,14 +196,15 @@ int check_pair(const RandomPair& pair) {
     EXPECT_LE(oracle.distance_to_b(p_b), 16 * noise);
     // Nothing beside them comes nearer by more than the tolerances, in a sector of any width.
     const Scalar d = (p_b - p_a).norm();
-    EXPECT_LE(oracle.rise({p_a, p_b}, n, 16 * noise), 1.5 * kContactConeTolerance)
+    EXPECT_LE(oracle.rise({p_a, p_b}, n, 16 * noise),
+              1.5 * ContactGeneratorOptions().cone_tolerance)
         << "between features of kinds " << int(contact.key.a.kind) << " and "
         << int(contact.key.b.kind);
     EXPECT_NEAR(n.norm(), 1, 1e-12);
     EXPECT_LE(contact.lower, d - radii + noise);
     EXPECT_GE(contact.upper, d - radii - noise);
     EXPECT_LE(contact.upper - contact.lower,
-              16 * noise + 2 * kContactBorderTolerance * std::max(d, Scalar{0}));
+              16 * noise + 2 * ContactGeneratorOptions().border_tolerance * std::max(d, Scalar{0}));
     EXPECT_LE(contact.gap, contact.upper + noise);
     EXPECT_LE(contact.lower, pair.reach);
     EXPECT_LE(((pair.X_WA * contact.p_ACa) - contact.p_WCa).norm(), noise);
@@ -211,7 +213,7 @@ int check_pair(const RandomPair& pair) {
   const std::vector<OraclePoints> minima = oracle.minima(pair.reach + radii - 8 * noise, 1e-9);
   for (const OraclePoints& minimum : minima) {
     const Scalar d = (minimum.p_b - minimum.p_a).norm();
-    const Scalar apart = 3 * kContactBorderTolerance * d + 16 * noise;
+    const Scalar apart = 3 * ContactGeneratorOptions().border_tolerance * d + 16 * noise;
     const bool is_found = std::any_of(points.begin(), points.end(), [&](const OraclePoints& p) {
       return (p.p_a - minimum.p_a).norm() <= apart && (p.p_b - minimum.p_b).norm() <= apart;
     });
@@ -480,6 +482,24 @@ TEST(ContactGenerator, RefusesWhatIsOutOfRange) {
   EXPECT_THROW(generate(1, {.cone_tolerance = -0.1}), InvalidArgument);
   EXPECT_THROW(generate(1, {.cone_tolerance = 0.6}), InvalidArgument);
   EXPECT_THROW(generate(1, {.border_tolerance = std::nan("")}), InvalidArgument);
+}
+
+TEST(ContactGenerator, FindsContactsOfEveryPieceOfACompound) {
+  // A table of two legs on a floor: four corners each, named by their leg.
+  const auto leg = std::make_shared<const Box>(Vector3(0.1, 0.1, 0.5));
+  const CompoundShape table(
+      {{leg, RigidPose(Vector3(-1, 0, 0))}, {leg, RigidPose(Vector3(1, 0, 0))}});
+  const Box floor({5, 5, 0.5});
+  const std::vector<ContactPoint> contacts = generate_contacts(
+      floor, RigidPose(Vector3(0, 0, -0.5)), table, RigidPose(Vector3(0, 0, 0.501)), 0.01);
+  ASSERT_EQ(contacts.size(), 8u);
+  int of_second = 0;
+  for (const ContactPoint& contact : contacts) {
+    EXPECT_NEAR(contact.gap, 0.001, 1e-12);
+    EXPECT_EQ(contact.p_WCb.x() > 0, contact.key.b.piece == 1);
+    of_second += contact.key.b.piece;
+  }
+  EXPECT_EQ(of_second, 4);
 }
 
 }  // namespace

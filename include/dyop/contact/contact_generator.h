@@ -3,7 +3,6 @@
 #include <memory>
 #include <vector>
 
-#include "core/tolerance.h"
 #include "dyop/contact/contact_point.h"
 #include "dyop/core/rigid_pose.h"
 #include "dyop/geometry/shape.h"
@@ -14,10 +13,10 @@ struct ContactGeneratorOptions {
   /// How much the surfaces may approach one another beside a contact: sine of an angle, in
   /// [0, 0.5]. Larger: a tilted face keeps more of its corners; also more contacts beside the
   /// true minimum.
-  Scalar cone_tolerance = kContactConeTolerance;
+  Scalar cone_tolerance = 0.02;
   /// The same for a vertex over an edge or another vertex, whose normal leans with every shift to
   /// the side, in [0, 0.5].
-  Scalar border_tolerance = kContactBorderTolerance;
+  Scalar border_tolerance = 1e-3;
 };
 
 /// Memory that is used again by the next call: one per thread. Affects speed only.

@@ -7,6 +7,7 @@
 #include "core/tolerance.h"
 #include "distance/piece_distance.h"
 #include "dyop/core/error.h"
+#include "geometry/compound_tree.h"
 
 namespace dyop {
 
@@ -125,15 +126,11 @@ ContactPoint finished(const ContactQuery& query, const RigidPose& X_WA, const Fo
   return contact;
 }
 
-}  // namespace
-
-void generate_contacts(const Shape& a, const RigidPose& X_WA, const Shape& b, const RigidPose& X_WB,
-                       Scalar reach, const ContactGeneratorOptions& options,
-                       ContactWorkspace& workspace, std::vector<ContactPoint>& contacts) {
-  DYOP_REQUIRE(reach >= 0 && reach < kInfinity,
-               "generate_contacts: reach must be finite and >= 0, not ", reach);
-  require_sine("cone_tolerance", options.cone_tolerance);
-  require_sine("border_tolerance", options.border_tolerance);
+// Adds the contacts of two meshes or convex shapes, `piece_a` and `piece_b` of their bodies.
+void append_contacts(const Shape& a, std::int32_t piece_a, const RigidPose& X_WA, const Shape& b,
+                     std::int32_t piece_b, const RigidPose& X_WB, Scalar reach,
+                     const ContactGeneratorOptions& options, ContactWorkspace& workspace,
+                     std::vector<ContactPoint>& contacts) {
   auto& [stack, found, is_double] = workspace.impl();
   ContactSurface surface_a(a);
   ContactSurface surface_b(b);
@@ -152,8 +149,44 @@ void generate_contacts(const Shape& a, const RigidPose& X_WA, const Shape& b, co
     internal::search_surfaces(query, stack, found);
   }
   DoubleRemoval(query, is_double).run(found);
+  for (const FoundContact& contact : found) {
+    contacts.push_back(finished(query, X_WA, contact));
+    contacts.back().key.a.piece = piece_a;
+    contacts.back().key.b.piece = piece_b;
+  }
+}
+
+// Calls visit(shape, number) for each mesh or convex shape that a shape is made of, all in its
+// frame.
+template <typename Visit>
+void for_each_piece(const Shape& shape, const Visit& visit) {
+  if (shape.kind() != ShapeKind::Compound) return visit(shape, 0);
+  std::int32_t number = 0;
+  for (const internal::CompoundPart& part : static_cast<const CompoundShape&>(shape).tree().parts) {
+    visit(part.shape(), number++);
+  }
+}
+
+}  // namespace
+
+void generate_contacts(const Shape& a, const RigidPose& X_WA, const Shape& b, const RigidPose& X_WB,
+                       Scalar reach, const ContactGeneratorOptions& options,
+                       ContactWorkspace& workspace, std::vector<ContactPoint>& contacts) {
+  DYOP_REQUIRE(reach >= 0 && reach < kInfinity,
+               "generate_contacts: reach must be finite and >= 0, not ", reach);
+  require_sine("cone_tolerance", options.cone_tolerance);
+  require_sine("border_tolerance", options.border_tolerance);
   contacts.clear();
-  for (const FoundContact& contact : found) contacts.push_back(finished(query, X_WA, contact));
+  for_each_piece(a, [&](const Shape& piece_a, std::int32_t number_a) {
+    for_each_piece(b, [&](const Shape& piece_b, std::int32_t number_b) {
+      append_contacts(piece_a, number_a, X_WA, piece_b, number_b, X_WB, reach, options, workspace,
+                      contacts);
+    });
+  });
+  if (a.kind() == ShapeKind::Compound || b.kind() == ShapeKind::Compound) {
+    std::sort(contacts.begin(), contacts.end(),
+              [](const ContactPoint& x, const ContactPoint& y) { return x.key < y.key; });
+  }
 }
 
 std::vector<ContactPoint> generate_contacts(const Shape& a, const RigidPose& X_WA, const Shape& b,

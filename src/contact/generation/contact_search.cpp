@@ -107,9 +107,9 @@ void search_smooth(const ContactQuery& query, const Shape& a, const Shape& b,
         piece_distance(tree_a, leaf_a, tree_b, leaf_b, query.X_AB, query.noise);
     if (piece.is_overlapping || piece.lower > query.reach) return;
     FoundContact contact;
-    contact.p_a = piece.p_ACa;
-    contact.p_b = piece.p_ACb;
-    contact.normal = piece.nhat_AB_A;
+    contact.p_a = piece.p_a;
+    contact.p_b = piece.p_b;
+    contact.normal = piece.nhat_AB;
     contact.lower = piece.lower;
     contact.upper = piece.upper;
     if (query.a.is_mesh) {
