@@ -1,0 +1,465 @@
+#include "dynamics/step/world_step.h"
+
+#include <algorithm>
+#include <exception>
+#include <map>
+#include <numeric>
+#include <utility>
+
+#include "core/batch_run.h"
+#include "dynamics/free_flight.h"
+#include "dyop/core/tolerance.h"
+#include "dyop/motion/rest_motion.h"
+
+namespace dyop::internal {
+namespace {
+
+// Limit of merging rounds in one step; each adds at least one pair to an island.
+constexpr int kMostMerges = 1000;
+
+std::uint32_t find_root(std::vector<std::uint32_t>& parents, std::uint32_t slot) {
+  while (parents[slot] != slot) {
+    parents[slot] = parents[parents[slot]];
+    slot = parents[slot];
+  }
+  return slot;
+}
+
+}  // namespace
+
+WorldStep::WorldStep(World::Impl& world, Scalar t_end, const AdvanceLimits& limits,
+                     AdvanceReport& report)
+    : world_(world), report_(report) {
+  context_.options = &world.options;
+  context_.gravity_W = world.gravity_W;
+  context_.t = world.time;
+  context_.t_end = t_end;
+  context_.h = t_end - world.time;
+  context_.bodies = &world.bodies;
+  context_.stop = limits.stop;
+}
+
+// Calls item(index, workspace) for all indices over the World's threads. What is thrown at the
+// lowest index is thrown again, whatever the number of threads.
+template <typename Item>
+void WorldStep::run_parallel(std::size_t item_count, const Item& item) {
+  BatchOptions batch;
+  batch.thread_count = world_.options.thread_count;
+  const std::size_t workers =
+      item_count < 2 ? 1 : std::max<std::size_t>(1, batch_worker_count(item_count, batch));
+  while (world_.workspaces.size() < workers) {
+    world_.workspaces.push_back(std::make_unique<StepWorkspace>());
+  }
+  if (workers == 1) {
+    for (std::size_t i = 0; i < item_count; ++i) item(i, *world_.workspaces[0]);
+    return;
+  }
+  std::vector<std::exception_ptr> errors(item_count);
+  run_batch(item_count, batch, [&](std::size_t i, std::size_t worker) {
+    try {
+      item(i, *world_.workspaces[worker]);
+    } catch (...) {
+      errors[i] = std::current_exception();
+    }
+  });
+  for (const std::exception_ptr& error : errors) {
+    if (error) std::rethrow_exception(error);
+  }
+}
+
+// A box that should hold the body over the whole step; whether it did is checked afterwards.
+AlignedBox WorldStep::predicted_box(const BodyRecord& body) const {
+  const TimeInterval interval{context_.t, context_.t_end};
+  if (body.definition.kind == BodyKind::Kinematic) {
+    return box_of(body, motion_move(body, body.definition.motion, context_.t));
+  }
+  BodyMove move = rest_move(body, body.rest);
+  if (!body.is_awake()) return box_of(body, move);
+  const Scalar h = interval.length();
+  const Vector3 w = body.angular_velocity();
+  const Scalar way = h * (body.state.v_W.norm() + w.norm() * body.radius +
+                          h * world_.gravity_W.norm());
+  const RigidPose X_WB = body.X_WB();
+  move.motion = std::make_shared<RestMotion>(X_WB);
+  AlignedBox box = box_of(body, move);
+  // Some more, so that pushes of contacts do not leave it.
+  const Vector3 grow = Vector3::Constant(1.25 * way);
+  return {box.min() - grow, box.max() + grow};
+}
+
+// A box that holds the body at every time of the step: its box at the middle, grown by how far any
+// point can move in half of it, and by half the distance at which pairs matter.
+AlignedBox WorldStep::box_of(const BodyRecord& body, const BodyMove& move) const {
+  const TimeInterval interval{context_.t, context_.t_end};
+  const Shape& shape = *body.definition.shape;
+  const RigidPose X_WB = move.motion->pose(interval.begin + interval.length() / 2);
+  const AlignedBox box = shape.bounding_box();
+  const Vector3 half = X_WB.rotation().cwiseAbs() * (box.sizes() / 2);
+  const Vector3 center = X_WB * Vector3(box.center());
+  Scalar way = 0;
+  if (!move.is_rest) {
+    const TwistBound bound = move.motion->twist_bound(interval);
+    way = (bound.linear_speed + bound.angular_speed * shape.bounding_radius()) *
+          interval.length() / 2;
+  }
+  // Half of what the larger of two bodies needs; their pair's lengths are those of the smaller.
+  const Scalar radius = shape.bounding_radius();
+  const Scalar target = world_.options.target_distance.value_or(kTargetRadiusFraction * radius);
+  const Scalar standoff =
+      world_.options.standoff.value_or(kStandoffTargets * (target > 0 ? target
+                                                                      : kTargetRadiusFraction *
+                                                                            radius));
+  Scalar reach = target + (1 + kContactReachStandoffs) * standoff;
+  for (const auto& [key, value] : world_.pair_target) {
+    if (key.a == body.id.slot || key.b == body.id.slot) reach = std::max(reach, 2 * value + reach);
+  }
+  // literal: generous for rounding, costs nothing
+  const Scalar noise = 1e-9 * (center.cwiseAbs().maxCoeff() + radius);
+  const Vector3 grow = half.array() + (way + reach + noise);
+  return {center - grow, center + grow};
+}
+
+void WorldStep::find_candidates() {
+  const TimeInterval interval{context_.t, context_.t_end};
+  const std::size_t count = world_.bodies.size();
+  boxes_.resize(count);  // those of an earlier round of this step stay part of the new ones
+  may_move_.assign(count, false);
+  bool any = false;
+  for (std::size_t slot = 0; slot < count; ++slot) {
+    const BodyRecord& body = world_.bodies[slot];
+    if (!body.is_present()) continue;
+    may_move_[slot] = body.is_awake() || world_.moves_by_itself(body, interval);
+    any = any || may_move_[slot];
+  }
+  if (!any) return;
+  for (std::size_t slot = 0; slot < count; ++slot) {
+    const BodyRecord& body = world_.bodies[slot];
+    if (body.is_present()) boxes_[slot].extend(predicted_box(body));
+    world_.broad_phase.update(static_cast<std::int32_t>(slot), boxes_[slot]);
+  }
+  merge_pairs(world_.broad_phase.find_pairs(may_move_));
+}
+
+// Found pairs join the known ones; known ones that are near no more go, unless both bodies rest.
+void WorldStep::merge_pairs(const std::vector<std::pair<std::int32_t, std::int32_t>>& found) {
+  std::vector<std::unique_ptr<PairState>> merged;
+  merged.reserve(std::max(found.size(), world_.pairs.size()));
+  auto old = world_.pairs.begin();
+  const auto keep_resting = [&](std::unique_ptr<PairState>& pair) {
+    const bool rests = !may_move_[pair->key.a] && !may_move_[pair->key.b];
+    if (rests) merged.push_back(std::move(pair));
+  };
+  for (const auto& [a, b] : found) {
+    const PairKey key{static_cast<std::uint32_t>(a), static_cast<std::uint32_t>(b)};
+    while (old != world_.pairs.end() && (*old)->key < key) keep_resting(*old++);
+    const bool is_known = old != world_.pairs.end() && (*old)->key == key;
+    if (world_.is_pair_enabled(key)) {
+      if (is_known) {
+        merged.push_back(std::move(*old));
+      } else {
+        auto pair = std::make_unique<PairState>();
+        pair->key = key;
+        pair->lengths = world_.lengths_of(key);
+        merged.push_back(std::move(pair));
+      }
+    }
+    if (is_known) ++old;
+  }
+  while (old != world_.pairs.end()) keep_resting(*old++);
+  world_.pairs = std::move(merged);
+}
+
+// Finds which bodies are within reach of one another; wakes sleepers that something awake reached.
+void WorldStep::link_pairs() {
+  for (const auto& pair : world_.pairs) {
+    const BodyRecord& a = world_.bodies[pair->key.a];
+    const BodyRecord& b = world_.bodies[pair->key.b];
+    if (!a.is_awake() && !b.is_awake()) continue;
+    if (!a.is_dynamic() || !b.is_dynamic() || pair->has_contacts) continue;
+    const PairLengths& lengths = pair->lengths;
+    const Scalar reach = lengths.rest_gap() + kContactReachStandoffs * lengths.standoff;
+    if (pair->gap_committed > reach) continue;
+    pair->gap_lower = pair->gap_committed;
+    measure_gap(*pair, a, a.X_WB(), b, b.X_WB(), reach);
+    pair->gap_committed = pair->gap_lower;
+    pair->has_contacts = pair->gap_lower <= reach;
+    if (!pair->has_contacts) continue;
+    if (a.is_asleep) world_.wake(pair->key.a, &report_);
+    if (b.is_asleep) world_.wake(pair->key.b, &report_);
+  }
+  for (const auto& pair : world_.pairs) {
+    if (!pair->has_contacts) continue;
+    const BodyRecord& a = world_.bodies[pair->key.a];
+    const BodyRecord& b = world_.bodies[pair->key.b];
+    if (a.is_awake() && b.is_asleep) world_.wake(pair->key.b, &report_);
+    if (b.is_awake() && a.is_asleep) world_.wake(pair->key.a, &report_);
+  }
+}
+
+// Islands by contact and by the hits of this step. What was run with the same bodies is kept.
+void WorldStep::plan_islands() {
+  const auto count = static_cast<std::uint32_t>(world_.bodies.size());
+  std::vector<std::uint32_t> parents(count);
+  std::iota(parents.begin(), parents.end(), 0U);
+  const auto join = [&](PairKey key) {
+    if (!world_.bodies[key.a].is_awake() || !world_.bodies[key.b].is_awake()) return;
+    const std::uint32_t a = find_root(parents, key.a);
+    const std::uint32_t b = find_root(parents, key.b);
+    parents[std::max(a, b)] = std::min(a, b);
+  };
+  for (const auto& pair : world_.pairs) {
+    if (pair->has_contacts) join(pair->key);
+  }
+  for (const PairKey& key : forced_links_) join(key);
+
+  std::map<std::vector<std::uint32_t>, IslandOutcome> kept;
+  for (std::size_t i = 0; i < outcomes_.size(); ++i) {
+    const bool is_dirty = std::any_of(islands_[i].bodies.begin(), islands_[i].bodies.end(),
+                                      [&](std::uint32_t slot) { return is_dirty_[slot]; });
+    if (!is_dirty) kept.emplace(islands_[i].bodies, std::move(outcomes_[i]));
+  }
+  islands_.clear();
+  outcomes_.clear();
+  island_of_.assign(count, -1);
+  is_dirty_.assign(count, false);
+  for (std::uint32_t slot = 0; slot < count; ++slot) {
+    if (!world_.bodies[slot].is_awake()) continue;
+    const std::uint32_t root = find_root(parents, slot);
+    if (root == slot) {
+      island_of_[slot] = static_cast<std::int32_t>(islands_.size());
+      islands_.emplace_back();
+    }
+    island_of_[slot] = island_of_[root];
+    islands_[static_cast<std::size_t>(island_of_[slot])].bodies.push_back(slot);
+  }
+  for (const auto& pair : world_.pairs) {
+    const BodyRecord& a = world_.bodies[pair->key.a];
+    const BodyRecord& b = world_.bodies[pair->key.b];
+    const std::int32_t of_a = island_of_[pair->key.a];
+    const std::int32_t of_b = island_of_[pair->key.b];
+    const bool is_inner = of_a >= 0 && of_a == of_b;
+    const bool is_support = (of_a >= 0 && !b.is_dynamic()) || (of_b >= 0 && !a.is_dynamic());
+    if (!is_inner && !is_support) continue;
+    islands_[static_cast<std::size_t>(std::max(of_a, of_b))].pairs.push_back(pair.get());
+  }
+  for (const Island& island : islands_) {
+    const auto known = kept.find(island.bodies);
+    outcomes_.push_back(known == kept.end() ? IslandOutcome{} : std::move(known->second));
+  }
+}
+
+void WorldStep::run_islands() {
+  std::vector<std::size_t> todo;
+  for (std::size_t i = 0; i < islands_.size(); ++i) {
+    if (outcomes_[i].tracks.empty() || outcomes_[i].reached > context_.t_end) todo.push_back(i);
+  }
+  report_.work.islands += static_cast<std::int64_t>(todo.size());
+  run_parallel(todo.size(), [&](std::size_t k, StepWorkspace& workspace) {
+    const std::size_t i = todo[k];
+    outcomes_[i] = IslandRun(context_, islands_[i], workspace).run();
+  });
+}
+
+// An island that could not go to the end holds all others back.
+void WorldStep::shorten_to_reached() {
+  for (;;) {
+    Scalar reached = context_.t_end;
+    for (const IslandOutcome& outcome : outcomes_) reached = std::min(reached, outcome.reached);
+    if (!(reached < context_.t_end)) return;
+    context_.t_end = reached;
+    if (!(reached > context_.t)) return;
+    run_islands();
+  }
+}
+
+BodyMove WorldStep::move_of(std::uint32_t slot) const {
+  const BodyRecord& body = world_.bodies[slot];
+  const std::int32_t island = island_of_[slot];
+  if (island >= 0) {
+    const Island& members = islands_[static_cast<std::size_t>(island)];
+    const auto at = std::lower_bound(members.bodies.begin(), members.bodies.end(), slot);
+    const Track& track = outcomes_[static_cast<std::size_t>(island)]
+                             .tracks[static_cast<std::size_t>(at - members.bodies.begin())];
+    BodyMove move = motion_move(body, track.joined(), context_.t);
+    move.is_rest = track.is_rest();
+    return move;
+  }
+  if (body.definition.kind == BodyKind::Kinematic && may_move_[slot]) {
+    return motion_move(body, body.definition.motion, context_.t);
+  }
+  return rest_move(body, body.rest);
+}
+
+void WorldStep::prove_pair(PairState& pair, Certificate& certificate,
+                           ToiWorkspace& workspace) const {
+  pair.gap_lower = pair.gap_committed;
+  pair.advancement_steps = 0;
+  certificate = certify(pair, moves_[pair.key.a], moves_[pair.key.b], {context_.t, context_.t_end},
+                        pair.kept_distance(), context_.limits(), workspace);
+  if (certificate.result) pair.advancement_steps = certificate.result->statistics.node_pairs;
+  pair.gap_lower = std::max(pair.gap_lower - certificate.closing, -1.0);
+  if (pair.gap_lower < 0) pair.gap_lower = -1;
+}
+
+// Pairs between islands and with sleepers. Returns false if some met: they must be run together.
+bool WorldStep::prove_the_rest() {
+  moves_.clear();
+  for (std::uint32_t slot = 0; slot < world_.bodies.size(); ++slot) {
+    moves_.push_back(world_.bodies[slot].is_present() ? move_of(slot) : BodyMove{});
+  }
+  find_new_candidates();
+  std::vector<PairState*> open;
+  std::set<PairKey> inner;
+  for (const Island& island : islands_) {
+    for (const PairState* pair : island.pairs) inner.insert(pair->key);
+  }
+  proofs_.clear();
+  for (const auto& pair : world_.pairs) {
+    const BodyRecord& a = world_.bodies[pair->key.a];
+    const BodyRecord& b = world_.bodies[pair->key.b];
+    if (!a.is_dynamic() && !b.is_dynamic()) continue;
+    if (a.definition.is_sensor || b.definition.is_sensor) continue;
+    if (moves_[pair->key.a].is_rest && moves_[pair->key.b].is_rest && !inner.contains(pair->key)) {
+      proofs_.push_back(PairProof::at_rest(pair->key, {context_.t, context_.t_end}));
+      pair->gap_lower = pair->gap_committed;
+      pair->advancement_steps = 0;
+      continue;
+    }
+    if (!inner.contains(pair->key)) open.push_back(pair.get());
+  }
+  std::vector<Certificate> certificates(open.size());
+  run_parallel(open.size(), [&](std::size_t i, StepWorkspace& workspace) {
+    prove_pair(*open[i], certificates[i], workspace.toi);
+  });
+  bool all = true;
+  for (std::size_t i = 0; i < open.size(); ++i) {
+    const PairKey key = open[i]->key;
+    if (certificates[i].result) add(report_.toi, certificates[i].result->statistics);
+    if (certificates[i].proof) {
+      proofs_.push_back(*certificates[i].proof);
+      continue;
+    }
+    all = false;
+    forced_links_.insert(key);
+    for (const std::uint32_t slot : {key.a, key.b}) {
+      if (world_.bodies[slot].is_asleep) world_.wake(slot, &report_);
+      is_dirty_[slot] = true;
+    }
+  }
+  return all;
+}
+
+// Bodies that left the box they were expected in may be near others than was thought.
+bool WorldStep::find_new_candidates() {
+  bool has_left = false;
+  for (const Island& island : islands_) {
+    for (const std::uint32_t slot : island.bodies) {
+      if (moves_[slot].is_rest) continue;
+      const AlignedBox box = box_of(world_.bodies[slot], moves_[slot]);
+      if (boxes_[slot].contains(box)) continue;
+      boxes_[slot].extend(box);
+      world_.broad_phase.update(static_cast<std::int32_t>(slot), boxes_[slot]);
+      has_left = true;
+    }
+  }
+  if (has_left) merge_pairs(world_.broad_phase.find_pairs(may_move_));
+  return has_left;
+}
+
+std::vector<PairKey> WorldStep::candidates() const {
+  std::vector<PairKey> keys;
+  for (const auto& pair : world_.pairs) {
+    const BodyRecord& a = world_.bodies[pair->key.a];
+    const BodyRecord& b = world_.bodies[pair->key.b];
+    if (a.definition.is_sensor || b.definition.is_sensor) continue;
+    if (a.is_dynamic() || b.is_dynamic()) keys.push_back(pair->key);
+  }
+  return keys;
+}
+
+// Bodies on given paths cannot answer: what comes too near is reported, once.
+void WorldStep::report_crossings() {
+  for (const auto& pair : world_.pairs) {
+    const BodyRecord& a = world_.bodies[pair->key.a];
+    const BodyRecord& b = world_.bodies[pair->key.b];
+    if (a.is_dynamic() || b.is_dynamic()) continue;
+    if (a.definition.is_sensor || b.definition.is_sensor) continue;
+    Certificate certificate;
+    pair->overlaps = false;
+    pair->granted.reset();
+    prove_pair(*pair, certificate, world_.workspaces.front()->toi);
+    const bool is_clear = certificate.proof && certificate.proof->kind() != ProofKind::Excused;
+    if (is_clear) {
+      world_.crossed.erase(pair->key);
+    } else if (world_.crossed.insert(pair->key).second) {
+      report_.crossed.emplace_back(a.id, b.id);
+    }
+  }
+}
+
+void WorldStep::add_totals() {
+  for (const IslandOutcome& outcome : outcomes_) {
+    StepStatistics& sum = report_.work;
+    sum.legs += outcome.work.legs;
+    sum.rounds += outcome.work.rounds;
+    sum.stalls += outcome.work.stalls;
+    sum.contacts = std::max(sum.contacts, outcome.work.contacts);
+    sum.unconverged += outcome.work.unconverged;
+    sum.residual = std::max(sum.residual, outcome.work.residual);
+    add(report_.toi, outcome.toi);
+  }
+}
+
+AdvanceStatus WorldStep::run() {
+  const TimeInterval whole{context_.t, context_.t_end};
+  run_parallel(0, [](std::size_t, StepWorkspace&) {});
+  world_.wake_what_changed(whole, report_);
+  find_candidates();
+  is_dirty_.assign(world_.bodies.size(), false);
+  link_pairs();
+  bool is_proven = false;
+  for (int merge = 0; merge < kMostMerges && !is_proven; ++merge) {
+    if (merge > 0) find_candidates();
+    plan_islands();
+    run_islands();
+    shorten_to_reached();
+    if (!(context_.t_end > context_.t)) break;
+    is_proven = prove_the_rest();
+  }
+  add_totals();
+  const IslandFailure* failure = nullptr;
+  for (IslandOutcome& outcome : outcomes_) {
+    if (outcome.reached > context_.t_end) continue;
+    if (outcome.failure && !failure) failure = &*outcome.failure;
+  }
+  const bool has_step = is_proven && context_.t_end > context_.t;
+  if (has_step) {
+    report_crossings();
+    std::vector<PairProof> proofs = std::move(proofs_);
+    for (const IslandOutcome& outcome : outcomes_) {
+      proofs.insert(proofs.end(), outcome.proofs.begin(), outcome.proofs.end());
+    }
+    const Ledger ledger({context_.t, context_.t_end}, candidates(), std::move(proofs));
+    world_.commit(ledger, islands_, outcomes_, report_);
+  } else {
+    for (IslandOutcome& outcome : outcomes_) {
+      if (!outcome.stopped_at_impact) continue;
+      report_.impacts.insert(report_.impacts.end(), outcome.impacts.begin(),
+                             outcome.impacts.end());
+    }
+  }
+  if (failure) {
+    report_.offending_pair = {};
+    if (failure->pair != PairKey{}) {
+      report_.offending_pair = {world_.id_at(failure->pair.a), world_.id_at(failure->pair.b)};
+    }
+    return failure->status;
+  }
+  const bool stops = std::any_of(outcomes_.begin(), outcomes_.end(), [&](const IslandOutcome& o) {
+    return o.stopped_at_impact && o.reached <= context_.t_end;
+  });
+  if (stops) return AdvanceStatus::StoppedAtImpact;
+  return is_proven ? AdvanceStatus::NotRun : AdvanceStatus::NumericalLimit;
+}
+
+}  // namespace dyop::internal
