@@ -9,7 +9,7 @@ packages() {
     build) echo g++ cmake ninja-build pkg-config libeigen3-dev libccd-dev libsundials-dev libtbb-dev \
                 libassimp-dev nlohmann-json3-dev libcli11-dev zlib1g-dev ;;
     run)   echo glmark2-data ;;
-    test)  echo libgtest-dev libcgal-dev libgmp-dev clang libclang-rt-dev ;;
+    test)  echo libgtest-dev libcgal-dev libgmp-dev libsiconos-numerics-dev clang libclang-rt-dev ;;
     coverage) echo gcovr ;;
     bench) echo libbenchmark-dev libfcl-dev libbullet-dev ;;
     *)     echo "install.sh: unknown group '$1' (build, run, test, bench, coverage)" >&2; exit 2 ;;

@@ -3,7 +3,7 @@
 include(CMakePackageConfigHelpers)
 set(dyop_cmake_dir ${CMAKE_INSTALL_LIBDIR}/cmake/dyop)
 
-foreach(component dyop dynamics io)
+foreach(component dyop contact dynamics io)
   set(target dyop)
   if(NOT component STREQUAL "dyop")
     set(target dyop_${component})

@@ -46,8 +46,8 @@ std::vector<fs::path> code_files(const std::vector<std::string>& folders) {
 // The ladder: a room may include itself and rooms of a lower level. geometry and motion share a
 // level and do not know each other.
 const std::map<std::string, int> kLevel{{"core", 0},     {"geometry", 1}, {"motion", 1},
-                                        {"distance", 2}, {"toi", 3},      {"dynamics", 4},
-                                        {"io", 5},       {"cli", 6}};
+                                        {"distance", 2}, {"toi", 3},      {"contact", 4},
+                                        {"dynamics", 5}, {"io", 6},       {"cli", 7}};
 
 bool may_include(const std::string& from, const std::string& to) {
   return from == to || kLevel.at(to) < kLevel.at(from);

@@ -279,5 +279,35 @@ inline constexpr Scalar kWakeWrenchChange = 1e-9;
 
 /// Energy that an impact may seem to create, relative to that before: rounding of its sums.
 inline constexpr Scalar kImpactEnergyNoise = 1e-12;
+/// Mobility (velocity per impulse) that counts as none, relative to the largest at hand: rounding of
+/// a 3x3 matrix product. Larger: light directions are locked; smaller: noise divides. Used by the
+/// contact solvers.
+inline constexpr Scalar kContactMobilityNoise = 64 * kUnitRoundoff;
+
+/// A sliding contact is solved by itself until its tangential impulse is on the cone to this
+/// fraction, in at most so many steps of a bracketed Newton iteration (2 to 5 are usual). Larger:
+/// sweeps stall at that fraction; smaller: steps that rounding wastes. Used by solve_contact().
+inline constexpr Scalar kContactSlideNoise = 16 * kUnitRoundoff;
+inline constexpr int kContactSlideLimit = 100;
+
+/// Penalty of Newton's augmented Lagrangian times a contact's mobility: where it begins, and the
+/// largest. Larger: fewer outer iterations, but the inner ones have more corners and diverge from a
+/// cold start; found by measurement. Used by NewtonSolver.
+inline constexpr Scalar kContactPenalty = 300;
+inline constexpr Scalar kContactLargestPenalty = 3e4;
+
+/// Factorisations of one outer iteration of Newton (limit): more mean that the penalty is too large;
+/// at most so few that it may grow. Trials along a step (limit). Used by NewtonSolver.
+inline constexpr int kContactInnerLimit = 20;
+inline constexpr int kContactInnerFew = 4;
+inline constexpr int kContactLineLimit = 20;
+
+/// Penalty times mobility with which alternating directions begin; they change it themselves. Used
+/// by AdmmSolver.
+inline constexpr Scalar kContactFirstPenalty = 1;
+
+/// Rounds of constant coefficients by which a law of friction is solved (limit). Used by
+/// ContactSolver.
+inline constexpr int kContactFrictionRounds = 30;
 
 }  // namespace dyop

@@ -1,0 +1,27 @@
+#pragma once
+
+#include "dyop/contact/contact_solver.h"
+
+namespace dyop {
+
+namespace internal {
+class AdmmRun;
+}
+
+/// Alternating directions: one factorisation over the bodies, then cheap iterations of a solve and
+/// a projection onto every cone ([Boyd2011]). Slow and steady: what Newton circles around.
+class AdmmSolver final : public ContactSolver {
+ public:
+  AdmmSolver();
+  ~AdmmSolver() override;
+  std::string_view name() const override { return "admm"; }
+
+ protected:
+  void improve(internal::ContactSystem& system, const ContactSolverOptions& options,
+               ContactReport& report) override;
+
+ private:
+  std::unique_ptr<internal::AdmmRun> run_;
+};
+
+}  // namespace dyop

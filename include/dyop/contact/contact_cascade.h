@@ -1,0 +1,32 @@
+#pragma once
+
+#include <vector>
+
+#include "dyop/contact/admm_solver.h"
+#include "dyop/contact/gauss_seidel_solver.h"
+#include "dyop/contact/newton_solver.h"
+
+namespace dyop {
+
+/// The default: Gauss-Seidel, then Newton, then ADMM, each beginning with the best answer so far
+/// and within its budget, until one converges. Returns the answer with the least residual.
+class ContactCascade final : public ContactSolver {
+ public:
+  std::string_view name() const override { return "cascade"; }
+
+ protected:
+  void improve(internal::ContactSystem& system, const ContactSolverOptions& options,
+               ContactReport& report) override;
+
+ private:
+  GaussSeidelSolver gauss_seidel_;
+  NewtonSolver newton_;
+  AdmmSolver admm_;
+  std::vector<Vector3> best_lambda_;
+};
+
+/// The tolerance for a step of length h that keeps a standoff s (a length): 0.001 s / h for bodies
+/// that hardly move, up to 0.1 s / h for fast ones, in between 0.001 of their speed.
+Scalar contact_tolerance(Scalar largest_speed, Scalar standoff, Scalar h);
+
+}  // namespace dyop

@@ -1,0 +1,25 @@
+#pragma once
+
+#include "dyop/contact/contact_solver.h"
+
+namespace dyop {
+
+/// Projected block Gauss-Seidel: one contact after the other is solved exactly, forward and back
+/// ([Jean1999]), with conjugate steps between the sweeps ([Silcowitz2010], NNCG). Fast for few
+/// contacts and a rough answer for many; slow to converge in tall stacks and arches.
+class GaussSeidelSolver final : public ContactSolver {
+ public:
+  GaussSeidelSolver();
+  ~GaussSeidelSolver() override;
+  std::string_view name() const override { return "gauss_seidel"; }
+
+ protected:
+  void improve(internal::ContactSystem& system, const ContactSolverOptions& options,
+               ContactReport& report) override;
+
+ private:
+  struct Memory;
+  std::unique_ptr<Memory> memory_;
+};
+
+}  // namespace dyop

@@ -1,0 +1,28 @@
+#pragma once
+
+#include "dyop/contact/contact_solver.h"
+
+namespace dyop {
+
+namespace internal {
+class NewtonRun;
+}
+
+/// Semismooth Newton on an augmented Lagrangian of the velocities, with De Saxce's shift for
+/// Coulomb's law in an outer loop, and a sparse Cholesky factorisation over the bodies
+/// ([Acary2018], docs/algorithms/contact_solvers.md). For stacks, arches and everything stiff.
+class NewtonSolver final : public ContactSolver {
+ public:
+  NewtonSolver();
+  ~NewtonSolver() override;
+  std::string_view name() const override { return "newton"; }
+
+ protected:
+  void improve(internal::ContactSystem& system, const ContactSolverOptions& options,
+               ContactReport& report) override;
+
+ private:
+  std::unique_ptr<internal::NewtonRun> run_;
+};
+
+}  // namespace dyop

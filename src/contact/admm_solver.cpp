@@ -1,0 +1,155 @@
+#include "dyop/contact/admm_solver.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "contact/body_matrix.h"
+#include "contact/contact_law.h"
+#include "contact/contact_system.h"
+#include "dyop/core/tolerance.h"
+
+namespace dyop {
+namespace internal {
+
+// Alternates between y, which minimises 1/2 |y|^2 + 1/2 rho |G y + free + shift - z + lambda /
+// rho|^2 with one factorisation of I + rho G^T G for all iterations, and (z, lambda), which are a
+// projection in each block. De Saxce's shift follows y.
+class AdmmRun {
+ public:
+  void begin(ContactSystem& system);
+  bool factorise(Scalar factor);
+  void iterate();
+  // Ratio of the primal to the dual residual, which says how the penalty should change.
+  Scalar imbalance() const { return std::sqrt(primal_ / std::max(dual_, kSmallestDual)); }
+  Scalar take_impulses();
+  void end();
+
+ private:
+  // Makes up for part of what each projection takes back ([Boyd2011] 3.4.3).
+  static constexpr Scalar kOverRelaxation = 1.6;
+  static constexpr Scalar kSmallestDual = std::numeric_limits<Scalar>::min();
+
+  void solve_velocities();
+
+  ContactSystem* system_ = nullptr;
+  Scalar best_residual_ = kInfinity;
+  Scalar primal_ = 0;  // sum of rho |G y + free + shift - z|^2
+  Scalar dual_ = 0;    // sum of rho |change of z|^2
+  BodyMatrix matrix_;
+  std::vector<Vector3> lambda_, best_lambda_, z_;
+  std::vector<Scalar> rho_, shift_;
+  std::vector<Vector6> y_;
+};
+
+void AdmmRun::begin(ContactSystem& system) {
+  system_ = &system;
+  const std::size_t count = system.blocks().size();
+  for (auto* array : {&lambda_, &best_lambda_, &z_}) array->resize(count);
+  rho_.resize(count);
+  shift_.resize(count);
+  system.update_velocities();
+  y_ = system.velocities();
+  best_residual_ = system.residual();
+  matrix_.analyse(system);
+  for (std::size_t i = 0; i < count; ++i) {
+    const Block& block = system.blocks()[i];
+    best_lambda_[i] = lambda_[i] = block.lambda;
+    z_[i] = system.relative_velocity(block);
+    shift_[i] = block.kind == BlockKind::Contact ? block.friction * z_[i].tail<2>().norm() : 0;
+    z_[i][0] += shift_[i] - block.compliance * block.lambda[0];
+  }
+}
+
+bool AdmmRun::factorise(Scalar factor) {
+  matrix_.reset();
+  for (std::size_t i = 0; i < rho_.size(); ++i) {
+    rho_[i] = factor / system_->blocks()[i].weight;
+    matrix_.add(*system_, i, rho_[i] * Matrix3::Identity());
+  }
+  return matrix_.factorise();
+}
+
+void AdmmRun::solve_velocities() {
+  for (Vector6& y : y_) y.setZero();
+  const std::vector<Block>& blocks = system_->blocks();
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
+    const Block& block = blocks[i];
+    Vector3 push = z_[i] - block.free;
+    push[0] -= shift_[i];
+    push = rho_[i] * push + lambda_[i];
+    if (block.slot_a >= 0) y_[std::size_t(block.slot_a)] += block.G_a.transpose() * push;
+    if (block.slot_b >= 0) y_[std::size_t(block.slot_b)] += block.G_b.transpose() * push;
+  }
+  matrix_.solve(y_);
+}
+
+void AdmmRun::iterate() {
+  solve_velocities();
+  primal_ = dual_ = 0;
+  const std::vector<Block>& blocks = system_->blocks();
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
+    const Block& block = blocks[i];
+    Vector3 u = block.free;
+    if (block.slot_a >= 0) u += block.G_a * y_[std::size_t(block.slot_a)];
+    if (block.slot_b >= 0) u += block.G_b * y_[std::size_t(block.slot_b)];
+    if (block.kind == BlockKind::Contact) shift_[i] = block.friction * u.tail<2>().norm();
+    u[0] += shift_[i];
+    const Scalar normal = block.owner >= 0 ? lambda_[std::size_t(block.owner)][0] : 0;
+    const Scalar soft = 1 / (1 + rho_[i] * block.compliance);
+    const Vector3 x = kOverRelaxation * u + (1 - kOverRelaxation) * z_[i] - lambda_[i] / rho_[i];
+    lambda_[i] = project(block, -soft * rho_[i] * x, normal);
+    const Vector3 z = x + lambda_[i] / rho_[i];
+    primal_ += rho_[i] * (u - z).squaredNorm();
+    dual_ += rho_[i] * (z - z_[i]).squaredNorm();
+    z_[i] = z;
+  }
+}
+
+Scalar AdmmRun::take_impulses() {
+  std::vector<Block>& blocks = system_->blocks();
+  for (std::size_t i = 0; i < blocks.size(); ++i) blocks[i].lambda = lambda_[i];
+  system_->update_velocities();
+  const Scalar residual = system_->residual();
+  if (residual < best_residual_) {
+    best_residual_ = residual;
+    best_lambda_ = lambda_;
+  }
+  return residual;
+}
+
+void AdmmRun::end() {
+  std::vector<Block>& blocks = system_->blocks();
+  for (std::size_t i = 0; i < blocks.size(); ++i) blocks[i].lambda = best_lambda_[i];
+  system_->update_velocities();
+}
+
+}  // namespace internal
+
+AdmmSolver::AdmmSolver() : run_(std::make_unique<internal::AdmmRun>()) {}
+AdmmSolver::~AdmmSolver() = default;
+
+void AdmmSolver::improve(internal::ContactSystem& system, const ContactSolverOptions& options,
+                         ContactReport& report) {
+  constexpr int kCheckEvery = 5;     // the residual costs about half an iteration
+  constexpr int kBalanceEvery = 20;  // a new penalty costs a factorisation
+  constexpr Scalar kTooFar = 4;      // out of balance
+  if (options.admm_limit == 0) return;
+  run_->begin(system);
+  Scalar factor = kContactFirstPenalty;
+  bool has_factor = run_->factorise(factor);
+  for (int i = 1; i <= options.admm_limit && has_factor; ++i) {
+    ++report.admm_iterations;
+    run_->iterate();
+    if (i % kCheckEvery == 0 && run_->take_impulses() <= options.tolerance) break;
+    if (i % kBalanceEvery != 0) continue;
+    const Scalar imbalance = run_->imbalance();
+    if (imbalance < kTooFar && imbalance > 1 / kTooFar) continue;
+    factor *= std::clamp(imbalance, Scalar{0.1}, Scalar{10});
+    has_factor = run_->factorise(factor);
+  }
+  run_->end();
+}
+
+}  // namespace dyop

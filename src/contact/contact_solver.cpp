@@ -1,0 +1,37 @@
+#include "dyop/contact/contact_solver.h"
+
+#include <algorithm>
+
+#include "contact/contact_check.h"
+#include "contact/contact_system.h"
+#include "dyop/core/tolerance.h"
+
+namespace dyop {
+
+ContactSolver::ContactSolver() : system_(std::make_unique<internal::ContactSystem>()) {}
+ContactSolver::~ContactSolver() = default;
+
+ContactReport ContactSolver::solve(ContactProblem& problem, const ContactSolverOptions& options) {
+  internal::check_options(options);
+  internal::ContactSystem& system = *system_;
+  system.build(problem);
+  ContactReport report;
+  report.solver = name();
+  system.update_friction(problem);
+  // A law of friction is solved as a sequence of constant coefficients.
+  for (int round = 0; round < kContactFrictionRounds; ++round) {
+    improve(system, options, report);
+    system.update_velocities();
+    report.residual = system.residual();
+    if (!problem.friction_law || system.update_friction(problem) <= options.tolerance) break;
+    report.residual = system.residual();
+    if (report.residual <= options.tolerance) break;
+  }
+  report.status =
+      report.residual <= options.tolerance ? ContactStatus::Converged : ContactStatus::NotConverged;
+  report.immovable_violations = system.immovable_violations(options.tolerance);
+  system.write(problem);
+  return report;
+}
+
+}  // namespace dyop

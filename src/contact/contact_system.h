@@ -1,0 +1,71 @@
+#pragma once
+
+#include <utility>
+#include <vector>
+
+#include "contact/contact_block.h"
+#include "dyop/contact/contact_problem.h"
+
+namespace dyop::internal {
+
+// A contact problem in the coordinates of contact_block.h. Blocks: the joints' rows, then every
+// contact, each followed by its rolling and torsional blocks. Blocks that no impulse can change are
+// kept apart.
+class ContactSystem {
+ public:
+  // Checks and converts; impulses are carried over, each brought into its set.
+  void build(const ContactProblem& problem);
+
+  // Evaluates the law of friction at the present velocities, if there is one. Returns the largest
+  // change of friction times normal impulse, as a velocity.
+  Scalar update_friction(const ContactProblem& problem);
+
+  std::vector<Block>& blocks() { return blocks_; }
+  const std::vector<Block>& blocks() const { return blocks_; }
+  std::vector<Vector6>& velocities() { return y_; }  // y, one a movable body
+  const std::vector<Vector6>& velocities() const { return y_; }
+
+  // y = sum of G^T lambda, from nothing.
+  void update_velocities();
+
+  // u of one block, with compliance.
+  Vector3 relative_velocity(const Block& block) const;
+
+  // The residual of ContactReport at the present impulses and velocities.
+  Scalar residual() const;
+  Scalar residual(const Block& block) const;
+
+  // Blocks without mobility whose law is violated by more than the tolerance.
+  int immovable_violations(Scalar tolerance) const;
+
+  // Impulses and velocities, in the problem's terms.
+  void write(ContactProblem& problem) const;
+
+ private:
+  struct Source {  // where a block comes from
+    std::size_t index = 0;
+    Matrix3 basis_W = Matrix3::Identity();  // columns: what lambda's components mean as an impulse
+  };
+  struct Slot {
+    Matrix3 S_v, S_w;  // S S^T = mobility
+  };
+
+  // (v, w) of a body at the present y.
+  std::pair<Vector3, Vector3> body_velocity(const ContactProblem& problem, std::size_t index) const;
+  void build_slots(const ContactProblem& problem);
+  void add_row(const ContactProblem& problem, std::size_t index);
+  void add_contact(const ContactProblem& problem, std::size_t index);
+  void add_turning(const ContactProblem& problem, std::size_t index, const Matrix3& basis_W,
+                   BlockKind kind, int owner);
+  Block make_block(BlockKind kind, std::size_t body_a, std::size_t body_b) const;
+  bool finish(Block& block, const Matrix3& basis_W, std::size_t index);
+
+  std::vector<Block> blocks_;
+  std::vector<Source> sources_;
+  std::vector<Block> immovable_;
+  std::vector<Slot> slots_;
+  std::vector<int> slot_of_body_;
+  std::vector<Vector6> y_;
+};
+
+}  // namespace dyop::internal

@@ -1,0 +1,222 @@
+#include "dyop/contact/newton_solver.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "contact/body_matrix.h"
+#include "contact/contact_law.h"
+#include "contact/contact_system.h"
+#include "dyop/core/tolerance.h"
+
+namespace dyop {
+namespace internal {
+
+// For multipliers lambda_k and De Saxce's shifts of an outer iteration, finds the y that minimises
+//   1/2 |y|^2 + sum over blocks of max over lambda in C of
+//       -lambda . u~ - |lambda - lambda_k|^2 / (2 rho) - compliance |lambda|^2 / 2,
+// u~ = free + G y + shift n: convex, once differentiable, with Hessian I + sum of G^T rho P' G.
+class NewtonRun {
+ public:
+  // Begins at the system's impulses.
+  void begin(ContactSystem& system, Scalar tolerance);
+
+  // Sets multipliers and shifts from the present y, and the penalty rho = factor / W_nn.
+  void begin_outer(Scalar factor);
+
+  enum class End { Converged, Minimised, Failed };
+  // One outer iteration of at most `limit` factorisations, which it counts.
+  End minimise(int limit, int& factorisations);
+
+  // Leaves the impulses with the least residual in the system.
+  void end();
+
+ private:
+  Vector3 raw_impulse(std::size_t i, const Vector3& u) const;  // before it is brought into C
+  Scalar penalty(std::size_t i) const;                         // d lambda / d u, but for P'
+  void compute_u(const std::vector<Vector6>& y, std::vector<Vector3>& u) const;
+  Scalar take_impulses();
+  Scalar compute_gradient();
+  bool compute_step();
+  Scalar slope(Scalar t) const;
+  bool search_line();
+
+  ContactSystem* system_ = nullptr;
+  Scalar tolerance_ = 0;
+  Scalar outer_residual_ = kInfinity;
+  Scalar best_residual_ = kInfinity;
+  BodyMatrix matrix_;
+  std::vector<Vector3> lambda_, best_lambda_;
+  std::vector<Scalar> rho_, shift_, radius_;
+  std::vector<Vector3> u_, du_;  // without compliance and shift
+  std::vector<Vector6> y_, step_;
+};
+
+void NewtonRun::begin(ContactSystem& system, Scalar tolerance) {
+  system_ = &system;
+  tolerance_ = tolerance;
+  const std::size_t count = system.blocks().size();
+  best_residual_ = kInfinity;
+  for (auto* array : {&lambda_, &best_lambda_, &u_, &du_}) array->resize(count);
+  for (auto* array : {&rho_, &shift_, &radius_}) array->resize(count);
+  system.update_velocities();
+  y_ = system.velocities();
+  step_.resize(y_.size());
+  for (std::size_t i = 0; i < count; ++i) best_lambda_[i] = system.blocks()[i].lambda;
+  best_residual_ = system.residual();
+  outer_residual_ = best_residual_;
+  matrix_.analyse(system);
+  compute_u(y_, u_);
+}
+
+void NewtonRun::begin_outer(Scalar factor) {
+  const std::vector<Block>& blocks = system_->blocks();
+  outer_residual_ = system_->residual();
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
+    const Block& block = blocks[i];
+    lambda_[i] = block.lambda;
+    const bool is_contact = block.kind == BlockKind::Contact;
+    shift_[i] = is_contact ? block.friction * u_[i].tail<2>().norm() : 0;
+    radius_[i] = block.owner >= 0 ? blocks[std::size_t(block.owner)].lambda[0] : 0;
+    rho_[i] = factor / block.weight;
+  }
+}
+
+Scalar NewtonRun::penalty(std::size_t i) const {
+  return rho_[i] / (1 + rho_[i] * system_->blocks()[i].compliance);
+}
+
+Vector3 NewtonRun::raw_impulse(std::size_t i, const Vector3& u) const {
+  Vector3 x = lambda_[i] / rho_[i] - u;
+  x[0] -= shift_[i];
+  return penalty(i) * x;
+}
+
+void NewtonRun::compute_u(const std::vector<Vector6>& y, std::vector<Vector3>& u) const {
+  const std::vector<Block>& blocks = system_->blocks();
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
+    const Block& block = blocks[i];
+    u[i].setZero();
+    if (block.slot_a >= 0) u[i] += block.G_a * y[std::size_t(block.slot_a)];
+    if (block.slot_b >= 0) u[i] += block.G_b * y[std::size_t(block.slot_b)];
+    if (&u == &u_) u[i] += block.free;
+  }
+}
+
+// Puts the impulses that belong to y into the system; returns their residual.
+Scalar NewtonRun::take_impulses() {
+  std::vector<Block>& blocks = system_->blocks();
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
+    blocks[i].lambda = project(blocks[i], raw_impulse(i, u_[i]), radius_[i]);
+  }
+  system_->update_velocities();
+  const Scalar residual = system_->residual();
+  if (residual < best_residual_) {
+    best_residual_ = residual;
+    for (std::size_t i = 0; i < blocks.size(); ++i) best_lambda_[i] = blocks[i].lambda;
+  }
+  return residual;
+}
+
+// The negative gradient, into step_. Returns its largest effect on a relative velocity.
+Scalar NewtonRun::compute_gradient() {
+  for (std::size_t i = 0; i < y_.size(); ++i) step_[i] = system_->velocities()[i] - y_[i];
+  compute_u(step_, du_);
+  Scalar largest = 0;
+  for (const Vector3& du : du_) largest = std::max(largest, du.norm());
+  return largest;
+}
+
+bool NewtonRun::compute_step() {
+  matrix_.reset();
+  const std::vector<Block>& blocks = system_->blocks();
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
+    const Matrix3 D = project_derivative(blocks[i], raw_impulse(i, u_[i]), radius_[i]);
+    if (!D.isZero(0)) matrix_.add(*system_, i, penalty(i) * D);
+  }
+  if (!matrix_.factorise()) return false;
+  matrix_.solve(step_);
+  compute_u(step_, du_);
+  return true;
+}
+
+// Derivative of the objective along the step.
+Scalar NewtonRun::slope(Scalar t) const {
+  const std::vector<Block>& blocks = system_->blocks();
+  Scalar sum = 0;
+  for (std::size_t i = 0; i < y_.size(); ++i) sum += step_[i].dot(y_[i] + t * step_[i]);
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
+    const Vector3 u = u_[i] + t * du_[i];
+    sum -= du_[i].dot(project(blocks[i], raw_impulse(i, u), radius_[i]));
+  }
+  return sum;
+}
+
+// Goes along the step to where the slope is at most half as steep. The slope grows with t.
+bool NewtonRun::search_line() {
+  const Scalar at_zero = slope(0);
+  if (!(at_zero < 0)) return false;
+  Scalar low = 0;
+  Scalar high = 1;
+  Scalar slope_low = at_zero;
+  Scalar slope_high = slope(1);
+  Scalar t = 1;
+  for (int i = 0; i < kContactLineLimit && slope_high > -at_zero / 2; ++i) {
+    // False position, kept away from the ends.
+    const Scalar part = slope_low / (slope_low - slope_high);
+    t = low + (high - low) * std::clamp(part, Scalar{0.1}, Scalar{0.9});
+    const Scalar here = slope(t);
+    if (std::abs(here) <= -at_zero / 2) break;
+    (here < 0 ? low : high) = t;
+    (here < 0 ? slope_low : slope_high) = here;
+  }
+  for (std::size_t i = 0; i < y_.size(); ++i) y_[i] += t * step_[i];
+  compute_u(y_, u_);
+  return true;
+}
+
+NewtonRun::End NewtonRun::minimise(int limit, int& factorisations) {
+  const Scalar goal = std::max(outer_residual_, tolerance_) * 0.1;
+  for (int i = 0;; ++i) {
+    if (take_impulses() <= tolerance_) return End::Converged;
+    if (compute_gradient() <= goal) return End::Minimised;
+    if (i == limit) return End::Failed;
+    ++factorisations;
+    if (!compute_step() || !search_line()) return End::Failed;
+  }
+}
+
+void NewtonRun::end() {
+  std::vector<Block>& blocks = system_->blocks();
+  for (std::size_t i = 0; i < blocks.size(); ++i) blocks[i].lambda = best_lambda_[i];
+  system_->update_velocities();
+}
+
+}  // namespace internal
+
+NewtonSolver::NewtonSolver() : run_(std::make_unique<internal::NewtonRun>()) {}
+NewtonSolver::~NewtonSolver() = default;
+
+void NewtonSolver::improve(internal::ContactSystem& system, const ContactSolverOptions& options,
+                           ContactReport& report) {
+  using End = internal::NewtonRun::End;
+  run_->begin(system, options.tolerance);
+  Scalar factor = kContactPenalty;
+  int left = options.newton_limit;
+  while (left > 0) {
+    run_->begin_outer(factor);
+    int used = 0;
+    const End end = run_->minimise(std::min(left, kContactInnerLimit), used);
+    report.newton_iterations += used;
+    left -= std::max(used, 1);
+    if (end == End::Converged) break;
+    if (end == End::Failed) {
+      factor = std::max(factor / 10, Scalar{1});
+    } else if (used <= kContactInnerFew) {
+      factor = std::min(factor * 4, kContactLargestPenalty);
+    }
+  }
+  run_->end();
+}
+
+}  // namespace dyop
