@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <mutex>
 
 #include "dyop/core/error.h"
 #include "dyop/core/tolerance.h"
@@ -143,7 +144,7 @@ struct TriangleMesh::Data {
   MeshHierarchy hierarchy;
   AlignedBox bounds;
   Scalar radius;
-  bool is_closed;
+  std::shared_ptr<const MeshTopology> topology;
   std::vector<std::int32_t> part_vertices;
 
   Data(std::vector<Vector3> vertices_in, std::vector<TriangleIndices> triangles_in)
@@ -152,7 +153,7 @@ struct TriangleMesh::Data {
         hierarchy(vertices, triangles),
         bounds(find_bounds(vertices, triangles)),
         radius(largest_norm(vertices, triangles, bounds)),
-        is_closed(internal::is_closed_surface(triangles)),
+        topology(std::make_shared<const MeshTopology>(vertices.size(), triangles)),
         part_vertices(internal::part_vertices(vertices.size(), triangles)) {}
 
   // The mesh `base` with other vertices.
@@ -162,8 +163,20 @@ struct TriangleMesh::Data {
         hierarchy(base.hierarchy.refitted(vertices, triangles)),
         bounds(find_bounds(vertices, triangles)),
         radius(largest_norm(vertices, triangles, bounds)),
-        is_closed(base.is_closed),
+        topology(base.topology),
         part_vertices(base.part_vertices) {}
+
+  // Found when first asked for: only contacts need them.
+  const ContactFeatures& contact_features() const {
+    std::call_once(has_features_, [this] {
+      features_ = std::make_unique<const ContactFeatures>(vertices, triangles, *topology, hierarchy);
+    });
+    return *features_;
+  }
+
+ private:
+  mutable std::once_flag has_features_;
+  mutable std::unique_ptr<const ContactFeatures> features_;
 };
 
 TriangleMesh::TriangleMesh(std::vector<Vector3> vertices, std::vector<TriangleIndices> triangles) {
@@ -228,8 +241,16 @@ const MeshHierarchy& TriangleMesh::hierarchy() const {
   return data_->hierarchy;
 }
 
+const MeshTopology& TriangleMesh::topology() const {
+  return *data_->topology;
+}
+
+const ContactFeatures& TriangleMesh::contact_features() const {
+  return data_->contact_features();
+}
+
 bool TriangleMesh::is_closed() const {
-  return data_->is_closed;
+  return data_->topology->is_closed();
 }
 
 std::span<const std::int32_t> TriangleMesh::part_vertices() const {
@@ -246,7 +267,7 @@ Scalar TriangleMesh::bounding_radius() const {
 
 MassProperties TriangleMesh::compute_mass_properties(Scalar density) const {
   internal::require_density(density);
-  DYOP_REQUIRE(data_->is_closed, "a mesh of ", data_->triangles.size(),
+  DYOP_REQUIRE(is_closed(), "a mesh of ", data_->triangles.size(),
                " triangles is not closed and has no volume; use compute_shell_mass_properties()");
   const Vector3 origin = 0.5 * data_->bounds.min() + 0.5 * data_->bounds.max();
   // Signed tetrahedra from the origin to each triangle.

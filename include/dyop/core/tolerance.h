@@ -174,6 +174,34 @@ inline constexpr Scalar kTriangleFarRatio = 1;
 /// are looked for first. Speed only; the cube root of u squared. Used by triangle_distance().
 inline constexpr Scalar kTriangleContactGap = 0x1p-36;
 
+/// How steeply the surfaces may approach one another beside a contact (sine of an angle): at a
+/// feature of the witness pair, and where a vertex's witness only rests on the border of a
+/// triangle. Larger: bodies that slide meet contacts with leaning normals; smaller: a face that
+/// tilts by more loses corners it will rest on. Used by generate_contacts().
+inline constexpr Scalar kContactConeTolerance = 0.02;
+inline constexpr Scalar kContactBorderTolerance = 1e-3;
+
+/// Sine of the angle below which the normal of two crossing edges is taken from a face beside them:
+/// their cross product turns by the tilt of the faces over this. Used by generate_contacts().
+inline constexpr Scalar kContactParallelSine = 0.1;
+
+/// Sine of the angle below which two edges count as parallel: the ends of their common stretch are
+/// contacts, not a crossing. Their crossing point is rounding over this. Used by
+/// generate_contacts().
+inline constexpr Scalar kContactNoCrossingSine = 1e-6;
+
+/// Sine of the angle by which the faces at an edge must be bent for the edge to be a contact.
+/// Vertices in single precision bend a flat area by about this. Larger: contacts of finely rounded bodies
+/// are lost; smaller: only time. Used by MeshTopology.
+inline constexpr Scalar kFlatEdgeSine = 0x1p-20;
+
+/// Contacts of a pair kept per cluster of normals (limit), the cosine of normals of one cluster,
+/// and how much farther a contact counts if it carried load. Fewer: faces rock; more: larger
+/// solves. Used by reduce_contacts().
+inline constexpr std::size_t kContactPointsPerCluster = 6;
+inline constexpr Scalar kContactSameNormalCosine = 0.97;
+inline constexpr Scalar kContactLoadPreference = 1.5;
+
 /// How much a motion's bounds are rounded up, relative to the largest coefficient they are computed
 /// from. Restricting a cubic, its derivatives and a product of the two to a part of the interval
 /// errs by at most 95u of it (docs/algorithms/motions.md); a rotation matrix that is orthonormal to

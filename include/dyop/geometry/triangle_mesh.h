@@ -6,7 +6,9 @@
 #include <span>
 #include <vector>
 
+#include "dyop/geometry/contact_features.h"
 #include "dyop/geometry/mesh_hierarchy.h"
+#include "dyop/geometry/mesh_topology.h"
 #include "dyop/geometry/shape.h"
 #include "dyop/geometry/triangle.h"
 
@@ -54,6 +56,12 @@ class TriangleMesh final : public Shape {
   std::span<const TriangleIndices> triangles() const;
   Triangle triangle(std::int32_t index) const;
   const MeshHierarchy& hierarchy() const;
+
+  /// How triangles are joined; shared with copies and with_vertices().
+  const MeshTopology& topology() const;
+  /// Where other bodies can touch the mesh. Found when first asked for, by one thread while others
+  /// wait; shared with copies.
+  const ContactFeatures& contact_features() const;
 
   /// Every edge is used exactly twice, once in each direction (after merging nothing: vertices are
   /// the same only if their numbers are). Triangles that repeat a vertex number do not count;

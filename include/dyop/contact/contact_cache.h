@@ -1,0 +1,59 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "dyop/contact/contact_generator.h"
+#include "dyop/contact/contact_reduction.h"
+
+namespace dyop {
+
+struct ContactCacheOptions {
+  ContactGeneratorOptions generator;
+  ContactReductionOptions reduction;
+  /// Contacts are carried while no point near them has moved farther than this relative to the
+  /// other shape since they were generated; length, >= 0. A fifth of the standoff serves well.
+  Scalar max_drift = 0;
+};
+
+/// The contacts of one pair of shapes from step to step. Kept by the caller, one per pair, always
+/// with the shapes in the same order; clear() it if they change.
+class ContactCache {
+ public:
+  /// Brings the contacts to new poses. While the shapes have hardly moved (`max_drift`), points
+  /// move with their shapes, the normal turns with the shape it is of, and the gap is measured
+  /// anew between them: right to first order in the drift; `lower` and `upper` stay those of generation.
+  /// Otherwise, or if the generator's options have changed or reach has more than the drift allows,
+  /// contacts are generated up to reach + max_drift, so that none within reach is missing later,
+  /// impulses are handed on by key, then by place, and the set is reduced.
+  /// @return Whether the contacts were generated anew.
+  /// @throws InvalidArgument as generate_contacts() and reduce_contacts() do, and for a max_drift
+  ///         that is not finite and >= 0.
+  bool refresh(const Shape& a, const RigidPose& X_WA, const Shape& b, const RigidPose& X_WB,
+               Scalar reach, const ContactCacheOptions& options, ContactWorkspace& workspace);
+
+  /// Ordered by key. The caller may write impulses.
+  std::span<ContactPoint> contacts() { return contacts_; }
+  std::span<const ContactPoint> contacts() const { return contacts_; }
+
+  /// Upper bound of how far any point of the smaller shape has moved relative to the other since the
+  /// contacts were generated.
+  Scalar drift() const { return drift_; }
+
+  void clear();
+
+ private:
+  bool serves(Scalar reach, const ContactCacheOptions& options) const;
+  void carry(const RigidPose& X_WA, const RigidPose& X_WB);
+  void hand_on_impulses(Scalar reach);
+
+  std::vector<ContactPoint> contacts_;
+  std::vector<ContactPoint> last_;
+  std::vector<char> is_continued_;  // contacts of last_
+  RigidPose X_AB_;                  // at generation
+  Scalar generated_reach_ = -1;     // negative: nothing was generated
+  ContactGeneratorOptions generator_;
+  Scalar drift_ = 0;
+};
+
+}  // namespace dyop

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "dyop/contact/contact_point.h"
+#include "dyop/core/tolerance.h"
+
+namespace dyop {
+
+struct ContactReductionOptions {
+  /// Contacts kept per cluster of normals, >= 1; more than three keep a face from tipping.
+  std::size_t points_per_cluster = kContactPointsPerCluster;
+  /// Normals belong to one cluster if their cosine is above this, in [-1, 1].
+  Scalar same_normal_cosine = kContactSameNormalCosine;
+};
+
+/// Thins the contacts of one pair: normals are gathered into clusters, and each keeps its nearest
+/// contact and then, one by one, those farthest from all kept so far. A contact with an impulse
+/// counts as farther by kContactLoadPreference, so that a support once chosen stays.
+/// Order is kept. The result depends on the contacts alone, not on their order.
+/// @throws InvalidArgument if an option is out of its range or NaN.
+void reduce_contacts(const ContactReductionOptions& options, std::vector<ContactPoint>& contacts);
+
+}  // namespace dyop

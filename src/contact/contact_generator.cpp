@@ -1,0 +1,171 @@
+#include "dyop/contact/contact_generator.h"
+
+#include <algorithm>
+#include <tuple>
+
+#include "contact/contact_search.h"
+#include "distance/piece_distance.h"
+#include "dyop/core/error.h"
+#include "dyop/core/tolerance.h"
+
+namespace dyop {
+
+struct ContactWorkspace::Impl {
+  std::vector<internal::TreeBoxPair> stack;
+  std::vector<internal::FoundContact> found;
+  std::vector<char> is_double;
+};
+
+ContactWorkspace::ContactWorkspace() : impl_(std::make_unique<Impl>()) {}
+ContactWorkspace::~ContactWorkspace() = default;
+ContactWorkspace::ContactWorkspace(ContactWorkspace&&) noexcept = default;
+ContactWorkspace& ContactWorkspace::operator=(ContactWorkspace&&) noexcept = default;
+
+namespace {
+
+using internal::ContactQuery;
+using internal::ContactSurface;
+using internal::FoundContact;
+
+void require_sine(const char* name, Scalar sine) {
+  DYOP_REQUIRE(sine >= 0 && sine <= 0.5, "generate_contacts: ", name, " must be in [0, 0.5], not ",
+               sine);
+}
+
+// Contacts of one place: what rounding or the tolerance at a triangle's border found twice.
+class DoubleRemoval {
+ public:
+  DoubleRemoval(const ContactQuery& query, std::vector<char>& is_double)
+      : query_(query),
+        window_(spread(query.reach)),
+        is_double_(is_double) {}
+
+  void run(std::vector<FoundContact>& found) const;
+
+ private:
+  // How far apart the points of one place may be when they are `distance` from the other shape.
+  Scalar spread(Scalar distance) const {
+    return 2 * query_.options.border_tolerance * distance + 8 * query_.noise;
+  }
+  bool is_same_place(const FoundContact& x, const FoundContact& y) const {
+    constexpr Scalar kSameNormal = 0.999;  // cosine of 2.6 degrees
+    const Scalar apart = spread(std::max(x.upper, y.upper));
+    return (x.p_a - y.p_a).squaredNorm() <= apart * apart &&
+           (x.p_b - y.p_b).squaredNorm() <= apart * apart &&
+           x.normal.dot(y.normal) >= kSameNormal;
+  }
+
+  const ContactQuery& query_;
+  const Scalar window_;
+  std::vector<char>& is_double_;
+};
+
+bool is_better(const FoundContact& x, const FoundContact& y) {
+  return std::tie(x.rank, x.key) < std::tie(y.rank, y.key);
+}
+
+// Marks the worse one of every two contacts of one place; sweeps along x.
+void DoubleRemoval::run(std::vector<FoundContact>& found) const {
+  std::sort(found.begin(), found.end(), [](const FoundContact& x, const FoundContact& y) {
+    return std::tie(x.p_a.x(), x.rank, x.key) < std::tie(y.p_a.x(), y.rank, y.key);
+  });
+  is_double_.assign(found.size(), 0);
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    for (std::size_t j = i + 1; j < found.size(); ++j) {
+      if (found[j].p_a.x() - found[i].p_a.x() > window_) break;
+      if (!is_same_place(found[i], found[j])) continue;
+      is_double_[is_better(found[i], found[j]) ? j : i] = 1;
+    }
+  }
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    if (!is_double_[i]) found[kept++] = found[i];
+  }
+  found.resize(kept);
+  std::sort(found.begin(), found.end(),
+            [](const FoundContact& x, const FoundContact& y) { return x.key < y.key; });
+}
+
+// A feature by the shape's own vertex numbers.
+Feature named_feature(const ContactSurface& surface, const FeatureKey& key) {
+  switch (key.kind) {
+    case FeatureKind::Vertex:
+      return {key.kind, {key.number, -1, -1}};
+    case FeatureKind::Edge: {
+      const auto& ends = surface.topology->edge(key.number);
+      return {key.kind, {ends[0], ends[1], -1}};
+    }
+    case FeatureKind::Face:
+      return {key.kind, surface.indices(key.number)};
+    case FeatureKind::Smooth:
+      break;
+  }
+  return {};
+}
+
+// Adds the radii around the cores, and goes to world.
+ContactPoint finished(const ContactQuery& query, const RigidPose& X_WA, const FoundContact& found) {
+  ContactPoint contact;
+  const Scalar radii = query.a.radius + query.b.radius;
+  const Matrix3& R_WA = X_WA.rotation();
+  contact.p_ACa = found.p_a + query.a.radius * found.normal;
+  const Vector3 p_ACb = found.p_b - query.b.radius * found.normal;
+  contact.p_BCb = query.X_BA * p_ACb;
+  contact.p_WCa = X_WA * contact.p_ACa;
+  contact.p_WCb = X_WA * p_ACb;
+  contact.nhat_AB_W = R_WA * found.normal;
+  contact.gap = found.normal.dot(found.p_b - found.p_a) - radii;
+  contact.lower = std::max(Scalar{0}, found.lower - radii);
+  contact.upper = std::max(contact.lower, found.upper - radii);
+  contact.normal_is_of_b = found.normal_is_of_b;
+  contact.nhat_AB_S =
+      found.normal_is_of_b ? Vector3(query.X_BA.rotation() * found.normal) : found.normal;
+  contact.key = found.key;
+  contact.feature_a = named_feature(query.a, found.key.a);
+  contact.feature_b = named_feature(query.b, found.key.b);
+  if (query.a.is_mesh) contact.triangle_a = found.triangle_a;
+  if (query.b.is_mesh) contact.triangle_b = found.triangle_b;
+  return contact;
+}
+
+}  // namespace
+
+void generate_contacts(const Shape& a, const RigidPose& X_WA, const Shape& b,
+                       const RigidPose& X_WB, Scalar reach, const ContactGeneratorOptions& options,
+                       ContactWorkspace& workspace, std::vector<ContactPoint>& contacts) {
+  DYOP_REQUIRE(reach >= 0 && reach < kInfinity,
+               "generate_contacts: reach must be finite and >= 0, not ", reach);
+  require_sine("cone_tolerance", options.cone_tolerance);
+  require_sine("border_tolerance", options.border_tolerance);
+  auto& [stack, found, is_double] = workspace.impl();
+  ContactSurface surface_a(a);
+  ContactSurface surface_b(b);
+  const bool is_smooth = !surface_a.mesh || !surface_b.mesh;
+  // Distances to a smooth core are those of the whole shapes.
+  if (is_smooth) surface_a.radius = surface_b.radius = 0;
+  ContactQuery query{surface_a, surface_b, X_WA.inverse() * X_WB, {}, 0, 0, options};
+  query.X_BA = query.X_AB.inverse();
+  query.reach = reach + surface_a.radius + surface_b.radius;
+  // Of the poses, and as much again for what is computed from posed points.
+  query.noise = 2 * internal::pose_noise(a, X_WA, b, X_WB);
+  found.clear();
+  if (is_smooth) {
+    internal::search_smooth(query, a, b, stack, found);
+  } else {
+    internal::search_surfaces(query, stack, found);
+  }
+  DoubleRemoval(query, is_double).run(found);
+  contacts.clear();
+  for (const FoundContact& contact : found) contacts.push_back(finished(query, X_WA, contact));
+}
+
+std::vector<ContactPoint> generate_contacts(const Shape& a, const RigidPose& X_WA, const Shape& b,
+                                            const RigidPose& X_WB, Scalar reach,
+                                            const ContactGeneratorOptions& options) {
+  ContactWorkspace workspace;
+  std::vector<ContactPoint> contacts;
+  generate_contacts(a, X_WA, b, X_WB, reach, options, workspace, contacts);
+  return contacts;
+}
+
+}  // namespace dyop

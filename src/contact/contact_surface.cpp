@@ -1,0 +1,128 @@
+#include "contact/contact_surface.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "contact/feature_witness.h"
+#include "dyop/core/tolerance.h"
+
+namespace dyop::internal {
+namespace {
+
+bool rises(const Vector3& ray, const Vector3& n, Scalar sine) {
+  const Scalar along = n.dot(ray);
+  return along > 0 && along * along > sine * sine * ray.squaredNorm();
+}
+
+// Whether a direction between two rays rises by more than `sine`. Between rays at an acute angle
+// nothing rises by more than sqrt(2) times the steeper of them: only wide sectors are asked within.
+bool sector_rises(const Vector3& e, const Vector3& f, const Vector3& n, Scalar sine) {
+  if (rises(e, n, sine) || rises(f, n, sine)) return true;
+  if (e.dot(f) >= 0) return false;
+  const Vector3 m = e.cross(f);
+  const bool is_within = e.cross(n).dot(m) > 0 && n.cross(f).dot(m) > 0;
+  if (!is_within) return false;
+  return n.cross(m).squaredNorm() > sine * sine * m.squaredNorm();
+}
+
+}  // namespace
+
+ContactSurface::ContactSurface(const Shape& shape) {
+  if (shape.kind() == ShapeKind::TriangleMesh) {
+    mesh = static_cast<const TriangleMesh*>(&shape);
+    is_mesh = true;
+  } else {
+    const auto& convex = static_cast<const ConvexShape&>(shape);
+    mesh = convex.core_surface();
+    radius = convex.rounding_radius();
+    is_solid = mesh != nullptr && mesh->is_closed();
+  }
+  if (!mesh) return;
+  features = &mesh->contact_features();
+  topology = &mesh->topology();
+  vertices_ = mesh->vertices();
+  triangles_ = mesh->triangles();
+}
+
+bool ContactSurface::admits_at_vertex(std::int32_t vertex, const Vector3& n, Scalar sine,
+                                      Scalar noise) const {
+  const Vector3& p = vertices_[std::size_t(vertex)];
+  for (const std::int32_t corner : topology->corners_of_vertex(vertex)) {
+    const TriangleIndices& t = triangles_[std::size_t(corner / 3)];
+    const auto k = std::size_t(corner % 3);
+    const Vector3 e = vertices_[std::size_t(t[k < 2 ? k + 1 : 0])] - p;
+    const Vector3 f = vertices_[std::size_t(t[k > 0 ? k - 1 : 2])] - p;
+    if (sector_rises(e, f, n, sine)) return false;
+  }
+  return !features->is_doubtful_vertex(vertex) || touches_clear(p, n, sine, noise);
+}
+
+bool ContactSurface::admits_at_edge(std::int32_t edge, const Vector3& p, const Vector3& n,
+                                    Scalar sine, Scalar noise) const {
+  const auto& ends = topology->edge(edge);
+  const Vector3& from = vertices_[std::size_t(ends[0])];
+  const Vector3 along = vertices_[std::size_t(ends[1])] - from;
+  const Scalar length_sq = along.squaredNorm();
+  if (length_sq > 0) {
+    const Scalar lean = n.dot(along) * n.dot(along) / length_sq;
+    if (lean > sine * sine) return false;
+    for (const std::int32_t side : topology->sides_of_edge(edge)) {
+      const TriangleIndices& t = triangles_[std::size_t(side / 3)];
+      const auto k = std::size_t(side % 3);
+      const Vector3 up = vertices_[std::size_t(t[k > 0 ? k - 1 : 2])] - from;
+      const Vector3 leaving = up - along * (along.dot(up) / length_sq);
+      const Scalar height_sq = leaving.squaredNorm();
+      // Rounding is all that a triangle without area has across its longest side.
+      if (!(height_sq > kFlatEdgeSine * kFlatEdgeSine * kFlatEdgeSine * kFlatEdgeSine *
+                            std::max(length_sq, up.squaredNorm()))) {
+        continue;
+      }
+      const Scalar across = n.dot(leaving);
+      if (across > 0 && lean * height_sq + across * across > sine * sine * height_sq) return false;
+    }
+  }
+  return !features->is_doubtful_edge(edge) || touches_clear(p, n, sine, noise);
+}
+
+bool ContactSurface::triangle_is_clear(std::int32_t triangle, const Vector3& p, const Vector3& n,
+                                       Scalar sine, Scalar noise) const {
+  const Triangle t = mesh->triangle(triangle);
+  Scalar size = 0;
+  for (const Vector3& vertex : t) size = std::max(size, (vertex - p).lpNorm<Eigen::Infinity>());
+  // Files in single precision part what was meant to touch.
+  const Scalar slack = noise + kFlatEdgeSine * size;
+  if (!find_foot(t, p, slack, 0, 0)) return true;
+  return std::none_of(t.begin(), t.end(), [&](const Vector3& vertex) {
+    const Vector3 ray = vertex - p;
+    return n.dot(ray) > sine * ray.norm() + slack;
+  });
+}
+
+bool ContactSurface::touches_clear(const Vector3& p, const Vector3& n, Scalar sine,
+                                   Scalar noise) const {
+  const MeshHierarchy& hierarchy = mesh->hierarchy();
+  const Scalar scale = hierarchy.scale();
+  // One node of each level waits with at most seven parts.
+  std::array<std::int32_t, (MeshHierarchy::kWidth - 1) * (MeshHierarchy::kMaxDepth + 1) + 1> stack;
+  std::size_t height = 0;
+  stack[height++] = 0;
+  while (height > 0) {
+    const MeshHierarchy::Node& node = hierarchy.nodes()[std::size_t(stack[--height])];
+    for (int column = 0; column < node.count(); ++column) {
+      const OrientedBox box = node.boxes.box(column, scale);
+      const Vector3 local = box.axes.transpose() * (p - box.center);
+      const Vector3 off = local.cwiseAbs() - box.half_extents;
+      const Scalar slack = noise + kFlatEdgeSine * (2 * box.half_extents.sum() + off.maxCoeff());
+      if (off.maxCoeff() > slack) continue;
+      const std::int32_t child = node.child[column];
+      if (child >= 0) {
+        stack[height++] = child;
+      } else if (!triangle_is_clear(-1 - child, p, n, sine, noise)) {
+        return false;
+      }
+    }
+  }
+  return true;
+}
+
+}  // namespace dyop::internal
