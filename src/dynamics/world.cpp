@@ -61,7 +61,7 @@ BodyId World::add_body(const BodyDefinition& definition) {
   const std::uint32_t slot =
       is_new ? static_cast<std::uint32_t>(impl.bodies.size()) : impl.free_slots.back();
   const BodyId id(slot, is_new ? 0 : impl.bodies[slot].id.generation + 1);
-  BodyRecord body = make_body_record(id, definition, impl.time);
+  BodyRecord body = internal::make_body_record(id, definition, impl.time);
   if (is_new) {
     impl.bodies.push_back(std::move(body));
     impl.broad_phase.add(AlignedBox());

@@ -115,10 +115,8 @@ std::string_view name_of(AdvanceStatus status) {
       return "StoppedAtImpact";
     case AdvanceStatus::BudgetExhausted:
       return "BudgetExhausted";
-    case AdvanceStatus::ImpactLimit:
-      return "ImpactLimit";
-    case AdvanceStatus::InitialOverlap:
-      return "InitialOverlap";
+    case AdvanceStatus::Blocked:
+      return "Blocked";
     case AdvanceStatus::Cancelled:
       return "Cancelled";
     case AdvanceStatus::NumericalLimit:

@@ -4,7 +4,7 @@ namespace dyop::internal {
 namespace {
 
 // Force and torque about the centre of mass of one spring.
-Wrench evaluate(const SpringForce& spring, const BodyState& state, const Vector3& p_WBcm) {
+Wrench evaluate(const SpringForce& spring, const MotionState& state, const Vector3& p_WBcm) {
   const Vector3 p_BoP_W = state.X_WB.rotation() * spring.p_BP;
   const Vector3 p_WP = state.X_WB.translation() + p_BoP_W;
   const Vector3 v_WP = state.twist.v_WB + state.twist.w_WB.cross(p_BoP_W);
@@ -17,7 +17,7 @@ Wrench evaluate(const SpringForce& spring, const BodyState& state, const Vector3
 }  // namespace
 
 WrenchCallback make_wrench(const BodyForces& forces, const Vector3& p_BoBcm) {
-  return [forces, p_BoBcm](Scalar /*t*/, const BodyState& state) {
+  return [forces, p_BoBcm](Scalar /*t*/, const MotionState& state) {
     const Vector3 p_BoBcm_W = state.X_WB.rotation() * p_BoBcm;
     const Vector3 p_WBcm = state.X_WB.translation() + p_BoBcm_W;
     const Vector3 v_WBcm = state.twist.v_WB + state.twist.w_WB.cross(p_BoBcm_W);

@@ -65,7 +65,7 @@ TEST_F(SimulateCommand, RecordsAnImpact) {
   EXPECT_EQ(recording.totals.t, 1.5);
   // Elastic: at t = 1.5 the ball is where it was at t = 0.5, at 1.5 - t^2 = 1.25.
   const RecordedStep& last = recording.steps.back();
-  EXPECT_NEAR(recorded_pose(last, 0, 1.5).translation().z(), 1.25, 1e-4);
+  EXPECT_NEAR(recorded_pose(last, BodyId(0), 1.5).translation().z(), 1.25, 1e-4);
   // Without a gap between the steps.
   for (std::size_t k = 1; k < recording.steps.size(); ++k) {
     EXPECT_EQ(recording.steps[k].times.front(), recording.steps[k - 1].times.back());

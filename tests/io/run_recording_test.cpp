@@ -36,7 +36,7 @@ TEST_F(RunRecordingFile, HasOneJsonObjectPerLineInTheOrderOfTime) {
     records.push_back(nlohmann::json::parse(line).at("record").get<std::string>());
   }
   EXPECT_EQ(records,
-            (std::vector<std::string>{"header", "step", "impact", "step", "settled", "end"}));
+            (std::vector<std::string>{"header", "step", "impact", "step", "woke", "asleep", "end"}));
 }
 
 TEST_F(RunRecordingFile, HasTheSameBytesForTheSameRun) {
@@ -54,10 +54,11 @@ TEST_F(RunRecordingFile, ReadsBackWhatWasWritten) {
   EXPECT_EQ(recording.totals.t, 1);
   EXPECT_EQ(recording.totals.steps, 2);
   EXPECT_EQ(recording.totals.impacts, 1);
-  EXPECT_EQ(recording.totals.settled, std::vector<BodyId>{0});
+  ASSERT_EQ(recording.totals.too_near.size(), 1u);
+  EXPECT_EQ(recording.totals.too_near[0], std::make_pair(BodyId(0), BodyId(1)));
   EXPECT_EQ(recording.totals.integrator.rejected_steps, 6);
   EXPECT_EQ(recording.totals.toi.node_pairs, 3);
-  EXPECT_EQ(recording.totals.broad_phase_pairs, 8);
+  EXPECT_EQ(recording.totals.work.pairs_by_query, 8);
 }
 
 TEST_F(RunRecordingFile, TellsTheErrorThatEndedARun) {
@@ -78,8 +79,7 @@ TEST_F(RunRecordingFile, KeepsEveryNumberOfAnImpactExactly) {
   ASSERT_EQ(recording.impacts.size(), 1u);
   const ImpactEvent& event = recording.impacts[0];
   EXPECT_EQ(event.t, expected.t);
-  EXPECT_EQ(event.b, 1);
-  EXPECT_TRUE(event.settled);
+  EXPECT_EQ(event.b, BodyId(1));
   EXPECT_EQ(event.toi.status, ToiStatus::Impact);
   EXPECT_EQ(event.toi.t_hit, expected.toi.t_hit);
   EXPECT_EQ(event.toi.rounding_allowance, 1e-15);

@@ -103,7 +103,7 @@ TEST_F(FallingBodies, AreCaughtWhereTheyAreMadeToIntersect) {
   const RunRecording right = run();
   ASSERT_TRUE(check_recording(scene_, right, 0).faults.empty());
   RunRecording wrong = right;
-  std::vector<BodyState>& states = wrong.steps.front().states[2];
+  std::vector<MotionState>& states = wrong.steps.front().states[2];
   states[0].X_WB = states[1].X_WB * RigidPose(Vector3(0.3, 0, 0));
   EXPECT_TRUE(has_fault(wrong, "body 1 and body 2 intersect at t = "));
   wrong = right;

@@ -305,8 +305,10 @@ inline constexpr Scalar kSleepStandoffFraction = 0.01;
 /// Change of a wrench, relative to its size, that wakes a body. Used by World.
 inline constexpr Scalar kWakeWrenchChange = 1e-9;
 
-/// Energy that an impact may seem to create, relative to that before: rounding of its sums.
-inline constexpr Scalar kImpactEnergyNoise = 1e-12;
+/// Residual to which an impact is solved, relative to the largest speed, and the energy that it may
+/// seem to create for it, relative to that before. Used by World.
+inline constexpr Scalar kImpactSpeedNoise = 1e-11;
+inline constexpr Scalar kImpactEnergyNoise = 1e-9;
 /// Mobility (velocity per impulse) that counts as none, relative to the largest at hand: rounding of
 /// a 3x3 matrix product. Larger: light directions are locked; smaller: noise divides. Used by the
 /// contact solvers.

@@ -106,8 +106,9 @@ class World {
   /// @throws InvalidArgument unless the snapshot is of this World (or of one it was moved from).
   void restore(const WorldSnapshot& snapshot);
 
+  struct Impl;  ///< of the library
+
  private:
-  struct Impl;
   std::unique_ptr<Impl> impl_;
 };
 

@@ -19,6 +19,21 @@ ToiResult query(const BodyMove& a, const BodyMove& b,
                         interval, options, workspace);
 }
 
+// A pair that began too near is an ordinary one again once it is far enough apart.
+void release(PairState& pair, const BodyMove& a, const RigidPose& X_WA, const BodyMove& b,
+             const RigidPose& X_WB) {
+  if (!pair.granted && !pair.overlaps) return;
+  const Scalar enough = pair.lengths.target + pair.lengths.tolerance() / 2;
+  measure_gap(pair, *a.body, X_WA, *b.body, X_WB, enough);
+  if (pair.gap_lower > enough) {
+    pair.granted.reset();
+    pair.overlaps = false;
+  } else if (pair.overlaps && pair.gap_lower > 0) {
+    pair.overlaps = false;
+    pair.granted = pair.gap_lower / 2;
+  }
+}
+
 }  // namespace
 
 Scalar pair_noise(const BodyMove& a, const BodyMove& b) {
@@ -41,23 +56,26 @@ Certificate certify(PairState& pair, const BodyMove& a, const BodyMove& b,
     return certificate;
   }
   certificate.closing = closing_bound(a, b, interval);
+  const RigidPose X_WA = a.motion->pose(interval.begin);
+  const RigidPose X_WB = b.motion->pose(interval.begin);
+  const Scalar tolerance = pair.lengths.tolerance();
+  release(pair, a, X_WA, b, X_WB);
   if (pair.overlaps) {
     certificate.proof = PairProof::excused(pair.key, interval);
     return certificate;
   }
-  const Scalar floor = kept + pair_noise(a, b);
+  // So much more that a query can begin where the bound ends.
+  const Scalar floor = kept + tolerance / 2 + pair_noise(a, b);
   const auto by_bound = [&] {
     return PairProof::by_bound(pair, interval, pair.gap_lower, certificate.closing, floor);
   };
   certificate.proof = by_bound();
   if (certificate.proof) return certificate;
   // A gap that would be proof enough, with something left for the next steps.
-  measure_gap(pair, *a.body, a.motion->pose(interval.begin), *b.body,
-              b.motion->pose(interval.begin), floor + 4 * certificate.closing);
+  measure_gap(pair, *a.body, X_WA, *b.body, X_WB, floor + 4 * certificate.closing);
   certificate.proof = by_bound();
   if (certificate.proof) return certificate;
 
-  const Scalar tolerance = pair.lengths.tolerance();
   ToiResult result = query(a, b, interval, pair.granted ? std::min(kept, *pair.granted) : kept,
                            pair.granted ? std::min(tolerance, *pair.granted / 4) : tolerance, limits,
                            workspace);

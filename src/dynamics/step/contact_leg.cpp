@@ -119,7 +119,7 @@ Scalar ContactLeg::target_cap(std::size_t contact) const {
   }
   const auto turn = [&](const std::optional<std::size_t>& member, const BodyRecord& body) {
     if (!member) return Scalar{0};
-    const Vector3& w = const_cast<LegProblem&>(leg_).problem().bodies[*member].w_W;
+    const Vector3& w = leg_.problem().bodies[*member].w_W;
     return w.squaredNorm() * body.radius;
   };
   return 0.5 * lengths.standoff / tau_ + entry.push / tau_ +
@@ -279,7 +279,7 @@ bool ContactLeg::answer_hits() {
   const Scalar speed = met.contact->closing_speed;
   const bool is_violent = speed * tau_ > pair.state->lengths.radius / 4;
   const bool is_event = run_.context().options->policy != ImpactPolicy::Impulse &&
-                        speed > run_.context().restitution_speed(pair.state->lengths, run_.context().h);
+                        speed > run_.context().restitution_speed(pair.state->lengths);
   if (may_bounce_ && met.t_safe > run_.now() &&
       (is_violent || is_event || bounces(run_, pair, -speed))) {
     pair.hit = met;

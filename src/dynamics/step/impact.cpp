@@ -20,7 +20,7 @@ Vector3 point_velocity(const IslandRun& run, const std::optional<std::size_t>& m
 bool is_triggered(const IslandRun& run, const RunPair& pair, const ContactPoint& point) {
   const Scalar speed = normal_velocity(run, pair, point);
   if (pair.hit) {
-    return speed < -run.context().restitution_speed(pair.state->lengths, run.context().h);
+    return speed < -run.context().restitution_speed(pair.state->lengths);
   }
   return point.gap <= pair.state->lengths.rest_gap() && bounces(run, pair, speed);
 }
@@ -82,7 +82,7 @@ void ImpactSolve::solve_with(Scalar bounce) {
   for (std::size_t i = 0; i < speeds_.size(); ++i) {
     leg_.set_target(i, -bounce * restitution_[i] * std::min(speeds_[i], 0.0));
   }
-  leg_.solve(run_.context().h);
+  leg_.solve(run_.context().h, true);
 }
 
 Scalar ImpactSolve::kinetic_energy() const {
@@ -145,7 +145,7 @@ Scalar normal_velocity(const IslandRun& run, const RunPair& pair, const ContactP
 
 bool bounces(const IslandRun& run, const RunPair& pair, Scalar normal_velocity) {
   return pair.restitution > 0 &&
-         normal_velocity < -run.context().restitution_speed(pair.state->lengths, run.context().h);
+         normal_velocity < -run.context().restitution_speed(pair.state->lengths);
 }
 
 bool resolve_impacts(IslandRun& run, bool may_bounce) {
@@ -164,7 +164,7 @@ bool resolve_impacts(IslandRun& run, bool may_bounce) {
     forget();
     return false;
   }
-  ImpactEvent event;
+  ImpactEvent& event = run.outcome().impacts.emplace_back();
   event.t = run.now();
   event.a = met->a->id;
   event.b = met->b->id;
@@ -176,7 +176,6 @@ bool resolve_impacts(IslandRun& run, bool may_bounce) {
     run.outcome().stopped_at_impact = true;
   }
   solve.write(event);
-  run.outcome().impacts.push_back(std::move(event));
   forget();
   return true;
 }

@@ -29,7 +29,7 @@ Scalar steady_reach(Scalar in_use, Scalar base, Scalar way, Scalar most) {
 
 }  // namespace
 
-Scalar StepContext::restitution_speed(const PairLengths& lengths, Scalar h) const {
+Scalar StepContext::restitution_speed(const PairLengths& lengths) const {
   if (options->restitution_speed) return *options->restitution_speed;
   return std::max(2 * h * gravity_W.norm(), kRestitutionStandoffFraction * lengths.standoff / h);
 }
@@ -129,7 +129,7 @@ bool IslandRun::may_fly() const {
                         context_.gravity_W.norm();
     for (const ContactPoint& point : pair.state->contacts.contacts()) {
       const Scalar speed = normal_velocity(*this, pair, point);
-      if (point.gap < lengths.rest_gap() - kCertifiedFraction / 2 * lengths.standoff) return false;
+      if (point.gap < lengths.rest_gap() - 0.7 * kCertifiedFraction * lengths.standoff) return false;
       if (point.gap + h * speed - fall < lengths.rest_gap()) return false;
     }
   }
@@ -204,7 +204,7 @@ bool IslandRun::try_flight() {
   const ToiResult& met = *certificates[first].result;
   const PairLengths& lengths = pairs_[first].state->lengths;
   const bool is_fast = met.contact && met.contact->closing_speed >
-                                          context_.restitution_speed(lengths, context_.h);
+                                          context_.restitution_speed(lengths);
   if (!is_fast || impact_count_ >= kMostImpacts || !(met.t_safe > now_)) return false;
   pairs_[first].hit = met;
   take(met.t_safe);

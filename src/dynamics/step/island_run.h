@@ -25,8 +25,8 @@ struct StepContext {
 
   const BodyRecord& body(std::uint32_t slot) const { return (*bodies)[slot]; }
   QueryLimits limits() const { return {options->max_node_pairs, stop}; }
-  /// Approach speeds above it bounce, for a pair of these lengths and a step of length h.
-  Scalar restitution_speed(const PairLengths& lengths, Scalar h) const;
+  /// Approach speeds above it bounce, for a pair of these lengths.
+  Scalar restitution_speed(const PairLengths& lengths) const;
 };
 
 /// Memory of one thread.

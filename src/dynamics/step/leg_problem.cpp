@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <numeric>
 
+#include "dyop/core/tolerance.h"
+
 namespace dyop::internal {
 
 LegProblem::LegProblem(IslandRun& run) : run_(run) {
@@ -102,7 +104,7 @@ void LegProblem::order() {
   problem_.contacts = std::move(rows);
 }
 
-ContactReport LegProblem::solve(Scalar tau) {
+ContactReport LegProblem::solve(Scalar tau, bool is_impact) {
   StepStatistics& work = run_.outcome().work;
   work.contacts = std::max(work.contacts, std::int64_t(contacts_.size()));
   if (contacts_.empty() && problem_.rows.empty()) {
@@ -122,6 +124,10 @@ ContactReport LegProblem::solve(Scalar tau) {
   }
   ContactSolverOptions options = run_.context().options->solver;
   options.tolerance = contact_tolerance(fastest, standoff_, tau);
+  // Calm bodies need more than the cascade's rule, or stacks sway with the solver's error.
+  constexpr Scalar kCalmTolerance = 1e-5;  // literal: of the standoff per step
+  if (fastest * tau < 10 * standoff_) options.tolerance = kCalmTolerance * standoff_ / tau;
+  if (is_impact) options.tolerance = kImpactSpeedNoise * fastest;
   const ContactReport report = run_.workspace().solver.solve(problem_, options);
   work.residual = std::max(work.residual, report.residual);
   if (report.status != ContactStatus::Converged) ++work.unconverged;

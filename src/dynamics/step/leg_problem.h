@@ -27,6 +27,7 @@ class LegProblem {
 
   IslandRun& run() { return run_; }
   ContactProblem& problem() { return problem_; }
+  const ContactProblem& problem() const { return problem_; }
   std::vector<LegContact>& contacts() { return contacts_; }
   const std::vector<LegContact>& contacts() const { return contacts_; }
 
@@ -51,8 +52,9 @@ class LegProblem {
   /// Sorts contacts from the ground up, which is the order of sweeps.
   void order();
 
-  /// Solves for targets by contact; impulses are kept as the next warm start.
-  ContactReport solve(Scalar tau);
+  /// Solves for targets by contact; impulses are kept as the next warm start. For an impact, which
+  /// has no next step to make up for its error, to rounding.
+  ContactReport solve(Scalar tau, bool is_impact = false);
   void set_target(std::size_t contact, Scalar target) { problem_.contacts[contact].target = target; }
 
   /// B's point seen from A's, with the velocities of the last solve.
