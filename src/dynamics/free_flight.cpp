@@ -132,6 +132,7 @@ FreeFlight::Node FreeFlight::integrated_end(Scalar t_end) {
   const Scalar turn_limit = speed > 0 ? last_.t + 1 / speed : kInfinity;
   // A limit below the resolution of time must not stop time.
   integrator_->step(turn_limit > last_.t ? std::min(t_end, turn_limit) : t_end);
+  longest_step_ = std::max(longest_step_, integrator_->time() - last_.t);
   Node end;
   end.t = integrator_->time();
   end.R_WC = R_WC_;
@@ -141,7 +142,10 @@ FreeFlight::Node FreeFlight::integrated_end(Scalar t_end) {
 }
 
 void FreeFlight::extend(Scalar t_end) {
-  const Scalar ahead = body_.definition.wrench ? t_end : last_.t + kStepsAhead * (t_end - last_.t);
+  const bool is_slow = longest_step_ > 2 * (t_end - last_.t);
+  const bool goes_ahead = !body_.definition.wrench && (is_slow || longest_step_ == 0);
+  // Pieces that hardly outlast the step end with it instead: one motion then serves it.
+  const Scalar ahead = goes_ahead ? last_.t + kStepsAhead * (t_end - last_.t) : t_end;
   constexpr int kMostPieces = 1'000'000;
   for (int i = 0; last_.t < t_end; ++i) {
     if (i == kMostPieces) {

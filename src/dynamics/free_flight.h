@@ -65,6 +65,7 @@ class FreeFlight {
   std::unique_ptr<Integrator> integrator_;
   Matrix3 R_WC_ = Matrix3::Identity();  // chart of the integrator
   bool must_restart_ = true;
+  Scalar longest_step_ = 0;  // of the integrator
 };
 
 }  // namespace dyop::internal

@@ -46,6 +46,7 @@ struct PairState {
   Scalar gap_upper = kInfinity;
   /// Less than `target` for a pair that began too near: what it must keep instead.
   std::optional<Scalar> granted;
+  bool is_inner = false;  // of an island of the step in progress, which proves it
   bool overlaps = false;  // the shapes met at the start: nothing can be kept
   // Of the last step.
   ProofKind proof = ProofKind::AtRest;

@@ -61,10 +61,12 @@ void World::Impl::put_to_sleep(const std::vector<internal::Island>& islands,
   for (std::size_t i = 0; i < islands.size(); ++i) {
     Scalar standoff = kInfinity;
     bool may_sleep = outcomes[i].in_contact;
+    bool touches = false;
     const TimeInterval next{time, time + h};
     for (const internal::PairState* pair : islands[i].pairs) {
       standoff = std::min(standoff, pair->lengths.standoff);
       if (!pair->has_contacts) continue;
+      touches = true;
       const auto moves = [&](const BodyRecord& body) {
         if (body.definition.kind != BodyKind::Kinematic) return false;
         const TimeInterval domain = body.definition.motion->domain();
@@ -74,6 +76,7 @@ void World::Impl::put_to_sleep(const std::vector<internal::Island>& islands,
                   !pair->granted && !pair->overlaps;
     }
     const Scalar slow = options.sleep_speed.value_or(kSleepStandoffFraction * standoff / h);
+    may_sleep = may_sleep && touches;
     bool all_slow = may_sleep;
     for (const std::uint32_t slot : islands[i].bodies) {
       BodyRecord& body = bodies[slot];

@@ -5,12 +5,9 @@
 #include <type_traits>
 
 #include "dyop/core/error.h"
-#include "support/message_of.h"
 
 namespace dyop::internal {
 namespace {
-
-using testing::message_of;
 
 // A proof cannot be made up.
 static_assert(!std::is_constructible_v<PairProof, PairKey, TimeInterval, ProofKind>);
@@ -23,19 +20,27 @@ PairState pair_of(std::uint32_t a, std::uint32_t b) {
   return pair;
 }
 
+std::string refusal(const std::vector<PairKey>& candidates, const std::vector<PairProof>& proofs) {
+  try {
+    const Ledger ledger({0, 1}, candidates, proofs);
+  } catch (const InternalError& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
 TEST(Ledger, RefusesAPairWithoutAProof) {
   const std::vector<PairKey> candidates{{0, 1}, {0, 2}};
   const std::vector<PairProof> proofs{PairProof::at_rest({0, 2}, {0, 1})};
-  const std::string message = message_of([&] { Ledger({0, 1}, candidates, proofs); });
-  EXPECT_NE(message.find("the pair 0, 1 is not proven from t = 0"), std::string::npos) << message;
+  EXPECT_NE(refusal(candidates, proofs).find("the pair 0, 1 is not proven from t = 0"),
+            std::string::npos);
 }
 
 TEST(Ledger, RefusesAHoleBetweenProofs) {
   const std::vector<PairKey> candidates{{0, 1}};
   const std::vector<PairProof> proofs{PairProof::at_rest({0, 1}, {0, 0.25}),
                                       PairProof::at_rest({0, 1}, {0.5, 1})};
-  const std::string message = message_of([&] { Ledger({0, 1}, candidates, proofs); });
-  EXPECT_NE(message.find("from t = 0.25 to 1"), std::string::npos) << message;
+  EXPECT_NE(refusal(candidates, proofs).find("from t = 0.25 to 1"), std::string::npos);
 }
 
 TEST(Ledger, RefusesAProofThatEndsTooSoon) {

@@ -64,12 +64,19 @@ TEST(World, FlipsAFreeTopAboutItsIntermediateAxisAndKeepsEnergyAndMomentum) {
 
 TEST(World, KeepsMomentumInFreeFlightAndAtImpactsToRounding) {
   World world;
-  add_free_bodies(world, 60);
+  for (int i = 0; i < 20; ++i) {
+    BodyDefinition body = dynamic_body(
+        "body", std::make_shared<Box>(Vector3(0.3, 0.2, 0.1)),
+        {1.5 * (i % 5), 1.5 * (i / 5), 0.01 * i}, {i % 2 ? 1.0 : -0.5, 0.3 * (i % 3), 0.01},
+        {0.3 * (i % 7), 1.0 + 0.1 * (i % 4), 0.2 * (i % 3)});
+    body.restitution = 0.8;
+    world.add_body(body);
+  }
   const Vector3 momentum = world.momentum();
   const Vector3 spin = world.angular_momentum();
   std::size_t impacts = 0;
-  for (int k = 0; k < 200; ++k) {
-    const AdvanceReport report = world.advance(0.05);
+  for (int k = 0; k < 300; ++k) {
+    const AdvanceReport report = world.advance(0.01);
     ASSERT_EQ(report.status, AdvanceStatus::Completed);
     impacts += report.impacts.size();
   }
@@ -408,8 +415,13 @@ TEST(World, NamesTheBodyWhoseWrenchIsNotFinite) {
     return Wrench{Vector3(std::nan(""), 0, 0), Vector3::Zero()};
   };
   world.add_body(body);
-  EXPECT_NE(message_of([&] { world.advance(0.01); }).find("body 'ball': its wrench callback"),
-            std::string::npos);
+  try {
+    world.advance(0.01);
+    ADD_FAILURE() << "nothing was thrown";
+  } catch (const IntegrationError& error) {
+    EXPECT_NE(std::string(error.what()).find("body 'ball': its wrench callback"),
+              std::string::npos);
+  }
 }
 
 }  // namespace

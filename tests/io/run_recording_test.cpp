@@ -108,23 +108,23 @@ TEST_F(RunRecordingFile, RebuildsTheMotionWithinEveryStep) {
     const Scalar begin = step.times.front();
     const Scalar length = step.times.back() - begin;
     for (const Scalar t : step.times) {
-      const RigidPose X = recorded_pose(step, 0, t);
+      const RigidPose X = recorded_pose(step, BodyId(0), t);
       EXPECT_EQ(X.translation(), motion->pose(t).translation());
       EXPECT_TRUE(X.rotation().isApprox(motion->pose(t).rotation(), kPoseNoise));
     }
     for (int k = 0; k <= 100; ++k) {
       const Scalar t = k == 100 ? step.times.back() : begin + length * k / 100;
-      const RigidPose X = recorded_pose(step, 0, t);
+      const RigidPose X = recorded_pose(step, BodyId(0), t);
       // The position is a cubic, so its pieces are the same cubic.
       EXPECT_TRUE(X.translation().isApprox(motion->pose(t).translation(), 1e-12));
       // The rotation is a cubic in another chart, so a piece of length h = 1/6 errs by h^4 / 384
       // times its fourth derivative, which is a few tens for these rates.
       EXPECT_LT((X.rotation() - motion->pose(t).rotation()).norm(), 1e-4);
-      EXPECT_EQ(recorded_pose(step, 1, t).translation(), Vector3(9, 9, 9));
+      EXPECT_EQ(recorded_pose(step, BodyId(1), t).translation(), Vector3(9, 9, 9));
     }
   }
-  EXPECT_THROW(recorded_pose(recording.steps[0], 0, 0.9), InvalidArgument);
-  EXPECT_THROW(recorded_pose(recording.steps[0], 2, 0.1), InvalidArgument);
+  EXPECT_THROW(recorded_pose(recording.steps[0], BodyId(0), 0.9), InvalidArgument);
+  EXPECT_THROW(recorded_pose(recording.steps[0], BodyId(2), 0.1), InvalidArgument);
 }
 
 TEST_F(RunRecordingFile, TellsThatTheEndIsMissing) {

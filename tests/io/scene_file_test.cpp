@@ -146,7 +146,7 @@ TEST_F(SceneFile, AddsUpForces) {
                  "damping": 3}],
     "drags": [{"body": "ball", "linear": 100, "angular": 1000}]})");
   const Scene scene = load(json.dump());
-  const BodyState state{RigidPose(), {Vector3(0, 1, 0), Vector3(0, 0, 4)}};
+  const MotionState state{RigidPose(), {Vector3(0, 1, 0), Vector3(0, 0, 4)}};
   const Wrench wrench = scene.bodies[0].wrench(0, state);
   // v_P = (0, 1, 0) + (0, 4, 0); spring (0, 20, 0), damper (0, -15, 0), drag (0, -100, 0).
   EXPECT_TRUE(wrench.force.isApprox(Vector3(1, 20 - 15 - 100, 0)));
@@ -279,7 +279,7 @@ TEST_F(SceneFile, MakesAWorld) {
   const Scene scene = load(valid().dump());
   const World world = make_world(scene);
   EXPECT_EQ(world.body_count(), 2u);
-  EXPECT_EQ(world.body(0).name, "ball");
+  EXPECT_EQ(world.body(BodyId(0)).name, "ball");
 }
 
 }  // namespace

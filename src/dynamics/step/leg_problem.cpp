@@ -117,17 +117,18 @@ ContactReport LegProblem::solve(Scalar tau, bool is_impact) {
     return report;
   }
   Scalar fastest = 0;
-  for (std::size_t i = 0; i < run_.members().size(); ++i) {
+  for (std::size_t i = 0; i < problem_.bodies.size(); ++i) {
     const ContactBody& body = problem_.bodies[i];
-    fastest = std::max(fastest, body.free_v_W.norm() +
-                                    body.free_w_W.norm() * run_.members()[i].body->radius);
+    const Scalar radius = i < run_.members().size() ? run_.members()[i].body->radius : 0;
+    fastest = std::max(fastest, body.free_v_W.norm() + body.free_w_W.norm() * radius);
   }
   ContactSolverOptions options = run_.context().options->solver;
   options.tolerance = contact_tolerance(fastest, standoff_, tau);
   // Calm bodies need more than the cascade's rule, or stacks sway with the solver's error.
   constexpr Scalar kCalmTolerance = 1e-5;  // literal: of the standoff per step
-  if (fastest * tau < 10 * standoff_) options.tolerance = kCalmTolerance * standoff_ / tau;
-  if (is_impact) options.tolerance = kImpactSpeedNoise * fastest;
+  const Scalar calm = kCalmTolerance * standoff_ / tau;
+  if (fastest * tau < 10 * standoff_) options.tolerance = calm;
+  if (is_impact) options.tolerance = std::max(kImpactSpeedNoise * fastest, kCalmTolerance * calm);
   const ContactReport report = run_.workspace().solver.solve(problem_, options);
   work.residual = std::max(work.residual, report.residual);
   if (report.status != ContactStatus::Converged) ++work.unconverged;

@@ -9,7 +9,6 @@
 #include "core/batch_run.h"
 #include "dynamics/free_flight.h"
 #include "dyop/core/tolerance.h"
-#include "dyop/motion/rest_motion.h"
 
 namespace dyop::internal {
 namespace {
@@ -73,35 +72,33 @@ AlignedBox WorldStep::predicted_box(const BodyRecord& body) const {
   if (body.definition.kind == BodyKind::Kinematic) {
     return box_of(body, motion_move(body, body.definition.motion, context_.t));
   }
-  BodyMove move = rest_move(body, body.rest);
-  if (!body.is_awake()) return box_of(body, move);
+  if (!body.is_awake()) return box_around(body, body.X_WB(), 0);
   const Scalar h = interval.length();
-  const Vector3 w = body.angular_velocity();
-  const Scalar way = h * (body.state.v_W.norm() + w.norm() * body.radius +
+  const Scalar way = h * (body.state.v_W.norm() + body.angular_velocity().norm() * body.radius +
                           h * world_.gravity_W.norm());
-  const RigidPose X_WB = body.X_WB();
-  move.motion = std::make_shared<RestMotion>(X_WB);
-  AlignedBox box = box_of(body, move);
   // Some more, so that pushes of contacts do not leave it.
-  const Vector3 grow = Vector3::Constant(1.25 * way);
-  return {box.min() - grow, box.max() + grow};
+  return box_around(body, body.X_WB(), 1.25 * way);
 }
 
 // A box that holds the body at every time of the step: its box at the middle, grown by how far any
 // point can move in half of it, and by half the distance at which pairs matter.
 AlignedBox WorldStep::box_of(const BodyRecord& body, const BodyMove& move) const {
   const TimeInterval interval{context_.t, context_.t_end};
-  const Shape& shape = *body.definition.shape;
-  const RigidPose X_WB = move.motion->pose(interval.begin + interval.length() / 2);
-  const AlignedBox box = shape.bounding_box();
-  const Vector3 half = X_WB.rotation().cwiseAbs() * (box.sizes() / 2);
-  const Vector3 center = X_WB * Vector3(box.center());
   Scalar way = 0;
   if (!move.is_rest) {
     const TwistBound bound = move.motion->twist_bound(interval);
-    way = (bound.linear_speed + bound.angular_speed * shape.bounding_radius()) *
-          interval.length() / 2;
+    const Scalar radius = body.definition.shape->bounding_radius();
+    way = (bound.linear_speed + bound.angular_speed * radius) * interval.length() / 2;
   }
+  return box_around(body, move.motion->pose(interval.begin + interval.length() / 2), way);
+}
+
+// The box of a body at a pose, grown by `way` and by half the distance at which pairs matter.
+AlignedBox WorldStep::box_around(const BodyRecord& body, const RigidPose& X_WB, Scalar way) const {
+  const Shape& shape = *body.definition.shape;
+  const AlignedBox box = shape.bounding_box();
+  const Vector3 half = X_WB.rotation().cwiseAbs() * (box.sizes() / 2);
+  const Vector3 center = X_WB * Vector3(box.center());
   // Half of what the larger of two bodies needs; their pair's lengths are those of the smaller.
   const Scalar radius = shape.bounding_radius();
   const Scalar target = world_.options.target_distance.value_or(kTargetRadiusFraction * radius);
@@ -109,10 +106,8 @@ AlignedBox WorldStep::box_of(const BodyRecord& body, const BodyMove& move) const
       world_.options.standoff.value_or(kStandoffTargets * (target > 0 ? target
                                                                       : kTargetRadiusFraction *
                                                                             radius));
-  Scalar reach = target + (1 + kContactReachStandoffs) * standoff;
-  for (const auto& [key, value] : world_.pair_target) {
-    if (key.a == body.id.slot || key.b == body.id.slot) reach = std::max(reach, 2 * value + reach);
-  }
+  const Scalar reach =
+      target + (1 + kContactReachStandoffs) * standoff + own_targets_[body.id.slot];
   // literal: generous for rounding, costs nothing
   const Scalar noise = 1e-9 * (center.cwiseAbs().maxCoeff() + radius);
   const Vector3 grow = half.array() + (way + reach + noise);
@@ -124,6 +119,11 @@ void WorldStep::find_candidates() {
   const std::size_t count = world_.bodies.size();
   boxes_.resize(count);  // those of an earlier round of this step stay part of the new ones
   may_move_.assign(count, false);
+  own_targets_.assign(count, 0);
+  for (const auto& [key, value] : world_.pair_target) {
+    own_targets_[key.a] = std::max(own_targets_[key.a], value);
+    own_targets_[key.b] = std::max(own_targets_[key.b], value);
+  }
   bool any = false;
   for (std::size_t slot = 0; slot < count; ++slot) {
     const BodyRecord& body = world_.bodies[slot];
@@ -237,9 +237,12 @@ void WorldStep::plan_islands() {
     const BodyRecord& b = world_.bodies[pair->key.b];
     const std::int32_t of_a = island_of_[pair->key.a];
     const std::int32_t of_b = island_of_[pair->key.b];
+    pair->is_inner = false;
+    if (a.definition.is_sensor || b.definition.is_sensor) continue;
     const bool is_inner = of_a >= 0 && of_a == of_b;
     const bool is_support = (of_a >= 0 && !b.is_dynamic()) || (of_b >= 0 && !a.is_dynamic());
     if (!is_inner && !is_support) continue;
+    pair->is_inner = true;
     islands_[static_cast<std::size_t>(std::max(of_a, of_b))].pairs.push_back(pair.get());
   }
   for (const Island& island : islands_) {
@@ -309,23 +312,19 @@ bool WorldStep::prove_the_rest() {
   }
   find_new_candidates();
   std::vector<PairState*> open;
-  std::set<PairKey> inner;
-  for (const Island& island : islands_) {
-    for (const PairState* pair : island.pairs) inner.insert(pair->key);
-  }
   proofs_.clear();
   for (const auto& pair : world_.pairs) {
     const BodyRecord& a = world_.bodies[pair->key.a];
     const BodyRecord& b = world_.bodies[pair->key.b];
     if (!a.is_dynamic() && !b.is_dynamic()) continue;
     if (a.definition.is_sensor || b.definition.is_sensor) continue;
-    if (moves_[pair->key.a].is_rest && moves_[pair->key.b].is_rest && !inner.contains(pair->key)) {
+    if (moves_[pair->key.a].is_rest && moves_[pair->key.b].is_rest && !pair->is_inner) {
       proofs_.push_back(PairProof::at_rest(pair->key, {context_.t, context_.t_end}));
       pair->gap_lower = pair->gap_committed;
       pair->advancement_steps = 0;
       continue;
     }
-    if (!inner.contains(pair->key)) open.push_back(pair.get());
+    if (!pair->is_inner) open.push_back(pair.get());
   }
   std::vector<Certificate> certificates(open.size());
   run_parallel(open.size(), [&](std::size_t i, StepWorkspace& workspace) {

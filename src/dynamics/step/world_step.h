@@ -19,6 +19,7 @@ class WorldStep {
  private:
   void find_candidates();
   AlignedBox predicted_box(const BodyRecord& body) const;
+  AlignedBox box_around(const BodyRecord& body, const RigidPose& X_WB, Scalar way) const;
   AlignedBox box_of(const BodyRecord& body, const BodyMove& move) const;
   void merge_pairs(const std::vector<std::pair<std::int32_t, std::int32_t>>& found);
   void link_pairs();
@@ -39,6 +40,7 @@ class WorldStep {
   AdvanceReport& report_;
   StepContext context_;
   std::vector<AlignedBox> boxes_;              // by slot
+  std::vector<Scalar> own_targets_;            // by slot: the largest given for a pair
   std::vector<bool> may_move_;                 // by slot
   std::set<PairKey> forced_links_;             // by hits in this step
   std::vector<std::int32_t> island_of_;        // by slot; -1: none
