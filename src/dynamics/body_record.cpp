@@ -43,8 +43,7 @@ void require_material(const BodyDefinition& body) {
 // Largest distance of a point of the shape from p, both in B.
 Scalar radius_about(const Shape& shape, const Vector3& p_BoP) {
   const AlignedBox box = shape.bounding_box();
-  const Vector3 farthest =
-      (box.min() - p_BoP).cwiseAbs().cwiseMax((box.max() - p_BoP).cwiseAbs());
+  const Vector3 farthest = (box.min() - p_BoP).cwiseAbs().cwiseMax((box.max() - p_BoP).cwiseAbs());
   // literal: generous for rounding, at no cost
   return (1 + 1e-12) * std::min(farthest.norm(), shape.bounding_radius() + p_BoP.norm());
 }
@@ -99,8 +98,8 @@ BodyRecord make_body_record(BodyId id, const BodyDefinition& definition, Scalar 
 
 RigidPose BodyRecord::X_WB() const {
   const Matrix3& R = state.X_WM.rotation();
-  return RigidPose::from_trusted(
-      R, state.X_WM.translation() - R * definition.mass_properties.p_BoBcm);
+  return RigidPose::from_trusted(R,
+                                 state.X_WM.translation() - R * definition.mass_properties.p_BoBcm);
 }
 
 MotionState BodyRecord::motion_state() const {
@@ -168,10 +167,9 @@ Wrench total_wrench(const BodyRecord& body, const Vector3& gravity_W, Scalar t,
   if (body.definition.wrench) {
     const Wrench user = body.definition.wrench(t, state);
     if (!user.force.allFinite() || !user.torque.allFinite()) {
-      throw IntegrationError(compose_message("body '", body.definition.name,
-                                             "': its wrench callback returned force (",
-                                             user.force.transpose(), "), torque (",
-                                             user.torque.transpose(), ") at t = ", t));
+      throw IntegrationError(compose_message(
+          "body '", body.definition.name, "': its wrench callback returned force (",
+          user.force.transpose(), "), torque (", user.torque.transpose(), ") at t = ", t));
     }
     sum.force += user.force;
     sum.torque += user.torque;
@@ -185,8 +183,8 @@ std::shared_ptr<const Motion> about_center(const BodyRecord& body,
                                            std::shared_ptr<const Motion> X_WM) {
   const Vector3& p_BoBcm = body.definition.mass_properties.p_BoBcm;
   if (p_BoBcm.isZero(0)) return X_WM;
-  return std::make_shared<ComposedMotion>(std::move(X_WM),
-                                          std::make_shared<RestMotion>(RigidPose(Vector3(-p_BoBcm))));
+  return std::make_shared<ComposedMotion>(
+      std::move(X_WM), std::make_shared<RestMotion>(RigidPose(Vector3(-p_BoBcm))));
 }
 
 }  // namespace dyop::internal

@@ -36,7 +36,8 @@ Map spin(const Scalar* y) {
 }
 
 // Cubic through two values and rates, at s in [0, 1] of an interval of length h.
-Vector3 cubic(const Map& x0, const Map& rate0, const Map& x1, const Map& rate1, Scalar h, Scalar s) {
+Vector3 cubic(const Map& x0, const Map& rate0, const Map& x1, const Map& rate1, Scalar h,
+              Scalar s) {
   const Scalar s2 = s * s;
   const Scalar s3 = s2 * s;
   return x0 + (3 * s2 - 2 * s3) * (x1 - x0) + h * ((s3 - 2 * s2 + s) * rate0 + (s3 - s2) * rate1);
@@ -149,9 +150,9 @@ void FreeFlight::extend(Scalar t_end) {
   constexpr int kMostPieces = 1'000'000;
   for (int i = 0; last_.t < t_end; ++i) {
     if (i == kMostPieces) {
-      throw IntegrationError(compose_message("body '", body_.definition.name,
-                                             "': too many steps of the integrator before t = ",
-                                             t_end));
+      throw IntegrationError(
+          compose_message("body '", body_.definition.name,
+                          "': too many steps of the integrator before t = ", t_end));
     }
     const bool is_steady = theta(last_.y.data()).isZero(0) && turns_steadily(last_);
     if (is_steady) {
@@ -181,8 +182,7 @@ std::shared_ptr<const Motion> FreeFlight::motion(Scalar t, Scalar t_end) {
   std::vector<SequenceMotion::Part> parts;
   for (const Piece& piece : pieces_) {
     if (piece.begin.t >= t_end) break;
-    parts.push_back(
-        {{std::max(t, piece.begin.t), std::min(t_end, piece.end.t)}, piece.motion});
+    parts.push_back({{std::max(t, piece.begin.t), std::min(t_end, piece.end.t)}, piece.motion});
   }
   return std::make_shared<SequenceMotion>(std::move(parts));
 }
@@ -208,8 +208,8 @@ CentralState FreeFlight::state(Scalar t) const {
   CentralState state;
   const RigidPose X_WB = piece.motion->pose(t);
   const MassProperties& properties = body_.definition.mass_properties;
-  state.X_WM = RigidPose::from_trusted(
-      X_WB.rotation(), X_WB.translation() + X_WB.rotation() * properties.p_BoBcm);
+  state.X_WM = RigidPose::from_trusted(X_WB.rotation(),
+                                       X_WB.translation() + X_WB.rotation() * properties.p_BoBcm);
   state.v_W = part(6) / properties.mass;
   state.L_W = part(9);
   return state;

@@ -25,8 +25,8 @@ void measure_gap(PairState& pair, const BodyRecord& a, const RigidPose& X_WA, co
   if (pair.gap_lower > enough) return;
   DistanceOptions options;
   options.upper_limit = enough;
-  const DistanceResult result = distance(*a.definition.shape, X_WA, *b.definition.shape, X_WB,
-                                         options, pair.distance_cache);
+  const DistanceResult result =
+      distance(*a.definition.shape, X_WA, *b.definition.shape, X_WB, options, pair.distance_cache);
   pair.gap_lower = result.lower;
   pair.gap_upper = result.upper;
 }

@@ -37,8 +37,8 @@ void World::Impl::wake_what_changed(const TimeInterval& interval, AdvanceReport&
     if (!body.is_present() || !body.is_asleep || !body.definition.wrench) continue;
     const Wrench now = total_wrench(body, gravity_W, time, body.motion_state());
     const Wrench& then = body.wrench_asleep;
-    const Scalar change = (now.force - then.force).norm() * body.radius +
-                          (now.torque - then.torque).norm();
+    const Scalar change =
+        (now.force - then.force).norm() * body.radius + (now.torque - then.torque).norm();
     const Scalar size = then.force.norm() * body.radius + then.torque.norm();
     if (change > kWakeWrenchChange * size) wake(slot, &report);
   }
@@ -80,8 +80,7 @@ void World::Impl::put_to_sleep(const std::vector<internal::Island>& islands,
     bool all_slow = may_sleep;
     for (const std::uint32_t slot : islands[i].bodies) {
       BodyRecord& body = bodies[slot];
-      const Scalar speed =
-          body.state.v_W.norm() + body.angular_velocity().norm() * body.radius;
+      const Scalar speed = body.state.v_W.norm() + body.angular_velocity().norm() * body.radius;
       body.slow_steps = may_sleep && speed < slow ? body.slow_steps + 1 : 0;
       all_slow = all_slow && body.slow_steps >= options.sleep_steps;
     }

@@ -142,8 +142,8 @@ void World::set_state(BodyId id, const MotionState& state) {
                "': velocity must be finite");
   wake(id);
   const RigidPose X_WB = body.X_WB();
-  const bool moves = X_WB.translation() != state.X_WB.translation() ||
-                     X_WB.rotation() != state.X_WB.rotation();
+  const bool moves =
+      X_WB.translation() != state.X_WB.translation() || X_WB.rotation() != state.X_WB.rotation();
   if (moves) {
     for (const auto& pair : impl_->pairs) {
       if (!pair->has_contacts) continue;
@@ -166,8 +166,8 @@ void World::set_wrench(BodyId id, WrenchCallback wrench) {
 }
 
 void World::set_gravity(const Vector3& gravity_W) {
-  DYOP_REQUIRE(gravity_W.allFinite(), "World: gravity must be finite, not (",
-               gravity_W.transpose(), ")");
+  DYOP_REQUIRE(gravity_W.allFinite(), "World: gravity must be finite, not (", gravity_W.transpose(),
+               ")");
   impl_->gravity_W = gravity_W;
   for (BodyRecord& body : impl_->bodies) {
     if (!body.is_present() || !body.is_dynamic()) continue;

@@ -58,7 +58,8 @@ bool World::Impl::is_pair_enabled(PairKey key) const {
 }
 
 void World::Impl::drop_pairs_of(std::uint32_t slot) {
-  std::erase_if(pairs, [&](const auto& pair) { return pair->key.a == slot || pair->key.b == slot; });
+  std::erase_if(pairs,
+                [&](const auto& pair) { return pair->key.a == slot || pair->key.b == slot; });
 }
 
 PairRecord World::Impl::record_of(const PairState& pair) const {
@@ -90,10 +91,9 @@ PairRecord World::Impl::record_of(const PairState& pair) const {
     record.contacts.push_back(
         {points[i], i < pair.impulses.size() ? pair.impulses[i] : Vector3::Zero()});
   }
-  const auto nearest = std::min_element(points.begin(), points.end(),
-                                        [](const ContactPoint& x, const ContactPoint& y) {
-                                          return x.gap < y.gap;
-                                        });
+  const auto nearest =
+      std::min_element(points.begin(), points.end(),
+                       [](const ContactPoint& x, const ContactPoint& y) { return x.gap < y.gap; });
   if (nearest == points.end()) return record;
   record.gap_upper = std::max(nearest->gap, record.gap_lower);
   record.pivot_W = (nearest->p_WCa + nearest->p_WCb) / 2;
@@ -195,8 +195,8 @@ AdvanceReport World::Impl::advance(Scalar dt, const AdvanceLimits& limits) {
         options.policy == ImpactPolicy::Callback) {
       events_at_once = time > t_before ? 0 : events_at_once + 1;
       answer_by_callback(report);
-      report.status = events_at_once < kMostEventsAtOnce ? AdvanceStatus::NotRun
-                                                         : AdvanceStatus::Blocked;
+      report.status =
+          events_at_once < kMostEventsAtOnce ? AdvanceStatus::NotRun : AdvanceStatus::Blocked;
       if (report.status == AdvanceStatus::Blocked) {
         report.offending_pair = {report.impacts.back().a, report.impacts.back().b};
       }

@@ -300,8 +300,7 @@ RunRecording read_recording(const std::filesystem::path& file) {
 RigidPose recorded_pose(const RecordedStep& step, BodyId body, Scalar t) {
   DYOP_REQUIRE(step.times.front() <= t && t <= step.times.back(), "the recorded step [",
                step.times.front(), ", ", step.times.back(), "] does not hold the time ", t);
-  DYOP_REQUIRE(body.slot < step.states.front().size(),
-               "the recording has no body ", body);
+  DYOP_REQUIRE(body.slot < step.states.front().size(), "the recording has no body ", body);
   const auto next = std::lower_bound(step.times.begin(), step.times.end(), t);
   const auto k = std::size_t(next - step.times.begin());
   const MotionState& end = step.states[k][body.slot];

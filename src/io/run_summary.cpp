@@ -78,18 +78,20 @@ void write_impact(std::ostream& out, const Scene& scene, const ImpactEvent& even
 
 void write_counters(std::ostream& out, const RunTotals& totals) {
   out << "\nWork\n"
-      << "  " << totals.steps << " proven steps, " << totals.work.legs << " of islands; contact: "
-      << totals.work.rounds << " rounds of hits, " << totals.work.unconverged
-      << " solves not converged,\n    largest residual " << show(totals.work.residual) << ", "
-      << totals.work.stalls << " stalls, at most " << totals.work.contacts << " contacts\n"
+      << "  " << totals.steps << " proven steps, " << totals.work.legs
+      << " of islands; contact: " << totals.work.rounds << " rounds of hits, "
+      << totals.work.unconverged << " solves not converged,\n    largest residual "
+      << show(totals.work.residual) << ", " << totals.work.stalls << " stalls, at most "
+      << totals.work.contacts << " contacts\n"
       << "  pairs proven: " << totals.work.pairs_by_bound << " by bound, "
       << totals.work.pairs_by_query << " by query, " << totals.work.pairs_at_rest << " at rest, "
       << totals.work.pairs_excused << " not proven (began too near)\n"
-      << "  integrator: " << totals.integrator.steps
-      << " steps, " << totals.integrator.rejected_steps << " rejected, "
-      << totals.integrator.function_evaluations << " evaluations of the forces\n"
-      << "  impact engine: " << totals.toi.node_pairs << " node pairs, " << totals.toi.box_tests << " box tests, "
-      << totals.toi.leaf_tests << " leaf tests, longest queue " << totals.toi.peak_queue << '\n';
+      << "  integrator: " << totals.integrator.steps << " steps, "
+      << totals.integrator.rejected_steps << " rejected, " << totals.integrator.function_evaluations
+      << " evaluations of the forces\n"
+      << "  impact engine: " << totals.toi.node_pairs << " node pairs, " << totals.toi.box_tests
+      << " box tests, " << totals.toi.leaf_tests << " leaf tests, longest queue "
+      << totals.toi.peak_queue << '\n';
 }
 
 }  // namespace

@@ -183,8 +183,8 @@ void read_options(const JsonNode& root, Scene& scene) {
 void read_root(const JsonNode& root, const std::vector<std::filesystem::path>& directories,
                Scene& scene) {
   root.require_object({"title", "notes", "time", "bodies", "forces", "target_distance",
-                       "target_distances", "standoff", "restitution_speed", "sleep_steps", "filters",
-                       "integrator", "policy", "max_node_pairs"});
+                       "target_distances", "standoff", "restitution_speed", "sleep_steps",
+                       "filters", "integrator", "policy", "max_node_pairs"});
   if (root.has("title")) scene.title = root.at("title").text();
   if (root.has("notes")) root.at("notes").text();
   read_time(root.at("time"), scene);

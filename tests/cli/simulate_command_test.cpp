@@ -167,10 +167,11 @@ TEST_F(SimulateCommand, TellsWhatBeganTooNearAndWhereBodiesEnded) {
   EXPECT_FALSE(json.at("bodies")[0].at("asleep").get<bool>());
 }
 
-// A gravity whose squares overflow.
+// A spring whose force overflows.
 TEST_F(SimulateCommand, EndsItsFilesWhenTheIntegratorGivesUp) {
   Json scene = falling_ball();
-  scene["forces"]["gravity"] = {0, 0, -1e300};
+  scene["forces"]["springs"] = {
+      {{"body", "ball"}, {"anchor", {0, 0, -10}}, {"stiffness", 1e308}}};
   const CommandResult result = run_command({"simulate", write(scene), "--out", out(), "--json"});
   EXPECT_EQ(result.exit_code, 3) << result.err;
   EXPECT_TRUE(result.err.starts_with("dyop: error: ")) << result.err;

@@ -90,9 +90,9 @@ TEST_P(EveryBlock, SlidesAsFarAsFrictionLets) {
   const auto shape = std::make_shared<Box>(half_extents());
   // Only flat enough not to tip.
   const Scalar speed = 2;
-  BodyDefinition body = dynamic_body(
-      "block", shape, {0, 0, half_extents().z() + rest_gap(shape->bounding_radius())},
-      {speed, 0, 0});
+  BodyDefinition body =
+      dynamic_body("block", shape, {0, 0, half_extents().z() + rest_gap(shape->bounding_radius())},
+                   {speed, 0, 0});
   body.initial.X_WB =
       RigidPose(rotation_from_vector(Vector3(0, 0, turn())), body.initial.X_WB.translation());
   body.friction = 0.5;
@@ -112,8 +112,7 @@ TEST(WorldContact, SlidesUnderTheFrictionAngleItOnlyJustExceeds) {
   Slope slope(0.5, 0.49, Vector3(0.5, 0.5, 0.5), 0);
   run(slope.world, 3);
   const Scalar acceleration = kGravity * (0.5 - 0.49) * std::cos(std::atan(0.5));
-  EXPECT_NEAR(slope.world.state(slope.block).twist.v_WB.x(), 3 * acceleration,
-              3e-3 * acceleration);
+  EXPECT_NEAR(slope.world.state(slope.block).twist.v_WB.x(), 3 * acceleration, 3e-3 * acceleration);
 }
 
 TEST(WorldContact, TurnsABackspinningBallAround) {

@@ -34,7 +34,8 @@ class RandomWorld {
   World& world() { return *world_; }
 
   // The least excess of a distance over its target in the samples of a step.
-  Scalar least_excess(const CommittedStep& step, const std::vector<std::pair<BodyId, BodyId>>& but) {
+  Scalar least_excess(const CommittedStep& step,
+                      const std::vector<std::pair<BodyId, BodyId>>& but) {
     Scalar least = kInfinity;
     const std::vector<BodyId> ids = world_->bodies();
     for (std::size_t i = 0; i < ids.size(); ++i) {
@@ -50,10 +51,9 @@ class RandomWorld {
           const Scalar t = step.interval.begin + step.interval.length() * s / kSamples;
           DistanceOptions options;
           options.upper_limit = 10 * target;
-          const DistanceResult result =
-              distance(*a.shape, step.motions[ids[i].slot]->pose(std::min(t, step.interval.end)),
-                       *b.shape, step.motions[ids[k].slot]->pose(std::min(t, step.interval.end)),
-                       options);
+          const DistanceResult result = distance(
+              *a.shape, step.motions[ids[i].slot]->pose(std::min(t, step.interval.end)), *b.shape,
+              step.motions[ids[k].slot]->pose(std::min(t, step.interval.end)), options);
           least = std::min(least, (result.upper - target) / target);
         }
       }
@@ -82,8 +82,7 @@ class RandomWorld {
         return std::make_shared<TriangleMesh>(
             test_support::box_mesh(Vector3(r, r / 2, r / 3)).mesh());
       default:
-        return std::make_shared<TriangleMesh>(
-            test_support::torus(r, r / 3, 12, 8).mesh());
+        return std::make_shared<TriangleMesh>(test_support::torus(r, r / 3, 12, 8).mesh());
     }
   }
 

@@ -65,10 +65,10 @@ TEST(World, FlipsAFreeTopAboutItsIntermediateAxisAndKeepsEnergyAndMomentum) {
 TEST(World, KeepsMomentumInFreeFlightAndAtImpactsToRounding) {
   World world;
   for (int i = 0; i < 20; ++i) {
-    BodyDefinition body = dynamic_body(
-        "body", std::make_shared<Box>(Vector3(0.3, 0.2, 0.1)),
-        {1.5 * (i % 5), 1.5 * (i / 5), 0.01 * i}, {i % 2 ? 1.0 : -0.5, 0.3 * (i % 3), 0.01},
-        {0.3 * (i % 7), 1.0 + 0.1 * (i % 4), 0.2 * (i % 3)});
+    BodyDefinition body = dynamic_body("body", std::make_shared<Box>(Vector3(0.3, 0.2, 0.1)),
+                                       {1.5 * (i % 5), 1.5 * (i / 5), 0.01 * i},
+                                       {i % 2 ? 1.0 : -0.5, 0.3 * (i % 3), 0.01},
+                                       {0.3 * (i % 7), 1.0 + 0.1 * (i % 4), 0.2 * (i % 3)});
     body.restitution = 0.8;
     world.add_body(body);
   }
@@ -213,9 +213,8 @@ TEST(World, ReportsSpentBudgetCancellationAndDeadline) {
   options.max_node_pairs = 1;
   World world(options);
   world.add_body(floor_body(1, 1));
-  const BodyId box =
-      world.add_body(dynamic_body("box", std::make_shared<Box>(Vector3(0.3, 0.4, 0.5)),
-                                  {0, 0, 1}, {0, 0, 0}, {1, 2, 3}));
+  const BodyId box = world.add_body(dynamic_body(
+      "box", std::make_shared<Box>(Vector3(0.3, 0.4, 0.5)), {0, 0, 1}, {0, 0, 0}, {1, 2, 3}));
   AdvanceReport report = world.advance(1);
   EXPECT_EQ(report.status, AdvanceStatus::BudgetExhausted);
   EXPECT_EQ(report.offending_pair.second, box);

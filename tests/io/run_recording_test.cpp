@@ -146,10 +146,10 @@ TEST_F(RunRecordingFile, NamesTheLineThatIsWrong) {
   const std::string whole = record_small_run();
   EXPECT_EQ(message_of(""), ": the file is empty");
   EXPECT_EQ(message_of("{\"record\":\"step\"}\n"), ":1: expected the header");
-  EXPECT_EQ(message_of(whole + "{\"record\":\"dance\"}\n"), ":7: unknown record dance");
-  EXPECT_TRUE(message_of(whole.substr(0, whole.size() - 10)).starts_with(":6: "));
+  EXPECT_EQ(message_of(whole + "{\"record\":\"dance\"}\n"), ":8: unknown record dance");
+  EXPECT_TRUE(message_of(whole.substr(0, whole.size() - 10)).starts_with(":7: "));
   EXPECT_TRUE(message_of(whole + "{\"record\":\"step\",\"t\":[1,0],\"states\":[]}\n")
-                  .starts_with(":7: expected increasing times"));
+                  .starts_with(":8: expected increasing times"));
 }
 
 }  // namespace

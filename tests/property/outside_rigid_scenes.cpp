@@ -103,6 +103,10 @@ Scene read_scene(const fs::path& file, const fs::path& meshes, Scalar end) {
   scene.end_time = std::min(end, json.at("max_time").get<Scalar>());
   scene.step = json.value("timestep", 0.01);
   scene.options.gravity_W = vector_or_zero(problem, "gravity");
+  // literal: small, so that lifting what begins below its rest gap is no energy to speak of
+  scene.options.target_distance = 1e-5;
+  // literal: as above
+  scene.options.standoff = 4e-5;
   std::vector<int> groups;
   for (const Json& body : problem.at("rigid_bodies")) {
     if (!body.value("enabled", true)) continue;

@@ -55,12 +55,12 @@ class Checker {
   void find_pairs() {
     const auto moves = [&](std::size_t k) { return scene_.bodies[k].kind != BodyKind::Static; };
     const auto is_disabled = [&](std::size_t a, std::size_t b) {
-      return std::any_of(scene_.disabled_pairs.begin(), scene_.disabled_pairs.end(),
-                         [&](const auto& pair) {
-                           const std::size_t x = pair.first.slot;
-                           const std::size_t y = pair.second.slot;
-                           return std::min(a, b) == std::min(x, y) && std::max(a, b) == std::max(x, y);
-                         });
+      return std::any_of(
+          scene_.disabled_pairs.begin(), scene_.disabled_pairs.end(), [&](const auto& pair) {
+            const std::size_t x = pair.first.slot;
+            const std::size_t y = pair.second.slot;
+            return std::min(a, b) == std::min(x, y) && std::max(a, b) == std::max(x, y);
+          });
     };
     for (std::size_t a = 0; a < scene_.bodies.size(); ++a) {
       for (std::size_t b = a + 1; b < scene_.bodies.size(); ++b) {

@@ -95,8 +95,8 @@ inline void add_pile(World& world, int side) {
     const int x = i % side;
     const int y = i / side % side;
     const int z = i / side / side;
-    BodyDefinition body = dynamic_body(
-        "box", shape, {1.6 * x + 0.13 * z, 1.6 * y - 0.11 * z, 1 + 1.8 * z});
+    BodyDefinition body =
+        dynamic_body("box", shape, {1.6 * x + 0.13 * z, 1.6 * y - 0.11 * z, 1 + 1.8 * z});
     body.initial.X_WB =
         RigidPose(rotation_from_vector(Vector3(0.05 * ((i * 7) % 5 - 2), 0.04 * ((i * 3) % 5 - 2),
                                                0.3 * ((i * 11) % 7))),

@@ -79,8 +79,8 @@ struct AdvanceReport {
   std::vector<BodyId> fell_asleep;
   std::vector<BodyId> woke;
   std::vector<SensorEvent> sensors;
-  /// Pairs that were nearer than their target at the start of a step: pushed apart at bounded speed,
-  /// with no certificate until they are. Each once.
+  /// Pairs that were nearer than their target at the start of a step: pushed apart at bounded
+  /// speed, with no certificate until they are. Each once.
   std::vector<std::pair<BodyId, BodyId>> too_near;
   /// Pairs of bodies that no force can move apart (kinematic, static) and that came nearer than
   /// their target. Each once.

@@ -30,8 +30,8 @@ struct Wrench {
 /// for states that are not committed; must have no side effects.
 using WrenchCallback = std::function<Wrench(Scalar t, const MotionState& state)>;
 
-/// Degrees of freedom that are locked: the centre of mass does not move along, and the body does not
-/// turn about, the world axes marked here. Locked velocities stay at zero.
+/// Degrees of freedom that are locked: the centre of mass does not move along, and the body does
+/// not turn about, the world axes marked here. Locked velocities stay at zero.
 struct LockedAxes {
   std::array<bool, 3> translation{false, false, false};
   std::array<bool, 3> rotation{false, false, false};
@@ -54,8 +54,8 @@ struct BodyDefinition {
   std::shared_ptr<const Motion> motion;  ///< Kinematic
   WrenchCallback wrench;                 ///< Dynamic, optional
   LockedAxes locked;                     ///< Dynamic
-  Scalar restitution = 0.5;  ///< coefficient in [0, 1]; a pair uses the smaller
-  Scalar friction = 0.5;     ///< Coulomb coefficient >= 0; a pair uses the geometric mean
+  Scalar restitution = 0.5;              ///< coefficient in [0, 1]; a pair uses the smaller
+  Scalar friction = 0.5;          ///< Coulomb coefficient >= 0; a pair uses the geometric mean
   Scalar rolling_friction = 0;    ///< length >= 0; a pair uses the larger
   Scalar torsional_friction = 0;  ///< length >= 0; a pair uses the larger
   /// A sensor feels and gives no force: World reports when bodies overlap it. Never Dynamic.

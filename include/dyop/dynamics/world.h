@@ -39,8 +39,8 @@ struct AdvanceLimits {
 /// holds for the returned motion, which is the library's trajectory by definition; it is not an
 /// enclosure of the exact solution of the equations.
 ///
-/// Deterministic: the same calls give the same bits, for every number of threads. Not for concurrent
-/// use.
+/// Deterministic: the same calls give the same bits, for every number of threads. Not for
+/// concurrent use.
 class World {
  public:
   explicit World(const WorldOptions& options = {});
@@ -95,7 +95,8 @@ class World {
 
   /// Advances by dt > 0, or less: see AdvanceStatus. What was not reached is the caller's to ask
   /// for again.
-  /// @throws InvalidArgument if a kinematic body's motion is not defined until then, IntegrationError
+  /// @throws InvalidArgument if a kinematic body's motion is not defined until then,
+  /// IntegrationError
   ///         if a wrench is not finite or cannot be integrated; both name the body. The World then
   ///         stands at the last committed step.
   AdvanceReport advance(Scalar dt, const AdvanceLimits& limits = {});

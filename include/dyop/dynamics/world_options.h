@@ -19,16 +19,16 @@ enum class ImpactPolicy {
   Callback,  ///< the user's function changes velocities, then go on
 };
 
-/// A change of state that ImpactPolicy::Callback asks for: `states` are those of event.a and event.b;
-/// what it writes for dynamic bodies is taken over.
+/// A change of state that ImpactPolicy::Callback asks for: `states` are those of event.a and
+/// event.b; what it writes for dynamic bodies is taken over.
 struct ImpactStates {
   MotionState a;
   MotionState b;
 };
 using ImpactCallback = std::function<void(const ImpactEvent& event, ImpactStates& states)>;
 
-/// Lengths are per pair and, where not given, parts of the smaller bounding radius r of the pair, so
-/// that no unit is assumed.
+/// Lengths are per pair and, where not given, parts of the smaller bounding radius r of the pair,
+/// so that no unit is assumed.
 struct WorldOptions {
   Vector3 gravity_W = Vector3::Zero();
   IntegratorKind integrator = IntegratorKind::Arkode;

@@ -7,9 +7,8 @@
 namespace dyop::internal {
 namespace {
 
-ToiResult query(const BodyMove& a, const BodyMove& b,
-                const TimeInterval& interval, Scalar target, Scalar tolerance,
-                const QueryLimits& limits, ToiWorkspace& workspace) {
+ToiResult query(const BodyMove& a, const BodyMove& b, const TimeInterval& interval, Scalar target,
+                Scalar tolerance, const QueryLimits& limits, ToiWorkspace& workspace) {
   ToiOptions options;
   options.target_distance = target;
   options.distance_tolerance = tolerance;
@@ -76,9 +75,9 @@ Certificate certify(PairState& pair, const BodyMove& a, const BodyMove& b,
   certificate.proof = by_bound();
   if (certificate.proof) return certificate;
 
-  ToiResult result = query(a, b, interval, pair.granted ? std::min(kept, *pair.granted) : kept,
-                           pair.granted ? std::min(tolerance, *pair.granted / 4) : tolerance, limits,
-                           workspace);
+  ToiResult result =
+      query(a, b, interval, pair.granted ? std::min(kept, *pair.granted) : kept,
+            pair.granted ? std::min(tolerance, *pair.granted / 4) : tolerance, limits, workspace);
   if (result.status == ToiStatus::InitiallyWithinTarget && kept <= pair.lengths.target) {
     if (pair.gap_lower > 0) {
       pair.granted = pair.gap_lower / 2;

@@ -22,9 +22,9 @@ struct Certificate {
   Scalar closing = 0;               // what the gap may have lost over the interval
 };
 
-/// Proves that a pair stays farther apart than `kept`, the cheapest proof first: it rests; its known
-/// gap exceeds what can be closed; its gap measured anew does; no impact is found.
-/// A pair that begins too near is granted part of its gap, see PairState::granted.
+/// Proves that a pair stays farther apart than `kept`, the cheapest proof first: it rests; its
+/// known gap exceeds what can be closed; its gap measured anew does; no impact is found. A pair
+/// that begins too near is granted part of its gap, see PairState::granted.
 Certificate certify(PairState& pair, const BodyMove& a, const BodyMove& b,
                     const TimeInterval& interval, Scalar kept, const QueryLimits& limits,
                     ToiWorkspace& workspace);

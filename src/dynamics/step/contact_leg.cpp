@@ -42,7 +42,6 @@ class ContactLeg {
   void add_hit(std::size_t pair, const ToiResult& hit);
   void store_velocities();
   void commit(Scalar tau);
-  void solve_node(Scalar tau);
 
   IslandRun& run_;
   Scalar tau_;
@@ -66,10 +65,9 @@ class ContactLeg {
 ContactLeg::ContactLeg(IslandRun& run, Scalar tau, bool may_bounce, bool lands)
     : run_(run), tau_(tau), may_bounce_(may_bounce), lands_(lands), leg_(run) {
   for (const Member& member : run.members()) {
-    const MotionState state =
-        motion_state(member.body->definition.mass_properties, member.state.X_WM, member.state.v_W,
-                     member.body->angular_mobility(member.state.X_WM.rotation()) *
-                         member.state.L_W);
+    const MotionState state = motion_state(
+        member.body->definition.mass_properties, member.state.X_WM, member.state.v_W,
+        member.body->angular_mobility(member.state.X_WM.rotation()) * member.state.L_W);
     wrenches_.push_back(total_wrench(*member.body, run.context().gravity_W, run.now(), state));
   }
   leg_.take_contacts([&](const RunPair& pair, const ContactPoint& point) {
@@ -93,8 +91,7 @@ void ContactLeg::set_free_velocities() {
     const Member& member = run_.members()[i];
     const Matrix3& R = member.state.X_WM.rotation();
     ContactBody& body = leg_.problem().bodies[i];
-    body.free_v_W =
-        member.state.v_W + tau_ / 2 * member.body->inverse_mass * wrenches_[i].force;
+    body.free_v_W = member.state.v_W + tau_ / 2 * member.body->inverse_mass * wrenches_[i].force;
     const Vector3 L = member.state.L_W + tau_ / 2 * wrenches_[i].torque;
     Vector3 w = is_first ? Vector3(member.body->angular_mobility(R) * L) : body.w_W;
     Matrix3 R_mid = R;
@@ -114,8 +111,8 @@ Scalar ContactLeg::target_cap(std::size_t contact) const {
   const RunPair& pair = run_.pairs()[entry.pair];
   const PairLengths& lengths = pair.state->lengths;
   if (pair.state->granted || pair.state->overlaps) {
-    return run_.context().options->separation_speed.value_or(
-        kSeparationRadiusFraction * lengths.radius / run_.context().h);
+    return run_.context().options->separation_speed.value_or(kSeparationRadiusFraction *
+                                                             lengths.radius / run_.context().h);
   }
   const auto turn = [&](const std::optional<std::size_t>& member, const BodyRecord& body) {
     if (!member) return Scalar{0};
@@ -186,7 +183,8 @@ bool ContactLeg::update_errors() {
     const bool is_edge_pair = entry.point.feature_a.kind == FeatureKind::Edge &&
                               entry.point.feature_b.kind == FeatureKind::Edge;
     if (is_edge_pair) error = std::min(error, 0.0);
-    const bool matters = linear + error < pair.state->lengths.rest_gap() + pair.state->lengths.standoff;
+    const bool matters =
+        linear + error < pair.state->lengths.rest_gap() + pair.state->lengths.standoff;
     if (matters && std::abs(error - entry.error) > kErrorChange * pair.state->lengths.standoff) {
       has_changed = true;
     }
@@ -324,9 +322,9 @@ void ContactLeg::commit(Scalar tau) {
     const Certificate& certificate = certificates_[i];
     closings.push_back(certificate.closing);
     PairState& state = *run_.pairs()[i].state;
-    proofs.push_back(certificate.proof ? *certificate.proof
-                                       : *PairProof::by_query(state, {run_.now(), t_end},
-                                                              *certificate.result));
+    proofs.push_back(certificate.proof
+                         ? *certificate.proof
+                         : *PairProof::by_query(state, {run_.now(), t_end}, *certificate.result));
     state.residual = residual_;
   }
   for (const LegContact& entry : leg_.contacts()) {
@@ -347,57 +345,6 @@ void ContactLeg::commit(Scalar tau) {
   run_.commit_leg(t_end, moves_, std::move(proofs), closings);
 }
 
-// The other half of the kick and the contacts at the end.
-void ContactLeg::solve_node(Scalar tau) {
-  run_.find_contacts();
-  LegProblem node(run_);
-  std::vector<Vector3> free_L_W;
-  for (std::size_t i = 0; i < run_.members().size(); ++i) {
-    Member& member = run_.members()[i];
-    const MotionState state =
-        motion_state(member.body->definition.mass_properties, member.state.X_WM, member.state.v_W,
-                     node.problem().bodies[i].inverse_inertia_W * member.state.L_W);
-    const Wrench wrench =
-        total_wrench(*member.body, run_.context().gravity_W, run_.now(), state);
-    member.state.v_W += tau / 2 * member.body->inverse_mass * wrench.force;
-    member.state.L_W += tau / 2 * wrench.torque;
-    ContactBody& body = node.problem().bodies[i];
-    body.free_v_W = member.state.v_W;
-    body.free_w_W = body.inverse_inertia_W * member.state.L_W;
-    free_L_W.push_back(member.state.L_W);
-  }
-  node.take_contacts([&](const RunPair& pair, const ContactPoint& point) {
-    if (pair.hit) return false;  // for the impact
-    return !(may_bounce_ && bounces(run_, pair, normal_velocity(run_, pair, point)));
-  });
-  node.set_supports(0);
-  for (std::size_t i = 0; i < node.contacts().size(); ++i) {
-    const LegContact& entry = node.contacts()[i];
-    const Scalar missing =
-        run_.pairs()[entry.pair].state->lengths.rest_gap() - entry.point.gap;
-    node.set_target(i, std::min(0.0, missing / tau));
-  }
-  std::vector<Vector3> moving;  // impulses of the move
-  for (const PointContact& row : node.problem().contacts) moving.push_back(row.impulse_W);
-  node.solve(tau);
-  for (RunPair& pair : run_.pairs()) {
-    pair.state->impulses.assign(pair.is_near ? pair.state->contacts.contacts().size() : 0,
-                                Vector3::Zero());
-  }
-  for (std::size_t i = 0; i < node.contacts().size(); ++i) {
-    const LegContact& entry = node.contacts()[i];
-    PairState& state = *run_.pairs()[entry.pair].state;
-    const Vector3& impulse = node.problem().contacts[i].impulse_W;
-    state.impulses[*entry.index] = moving[i] + impulse;
-    state.contacts.contacts()[*entry.index].impulse_W = impulse;
-  }
-  const std::vector<Vector3> L_W = node.angular_momenta(std::move(free_L_W));
-  for (std::size_t i = 0; i < run_.members().size(); ++i) {
-    run_.members()[i].state.v_W = node.problem().bodies[i].v_W;
-    run_.members()[i].state.L_W = L_W[i];
-  }
-}
-
 AttemptResult ContactLeg::attempt() {
   for (int round = 0; round < kMostRounds; ++round) {
     for (int k = 0; k < kMostErrorSolves; ++k) {
@@ -410,7 +357,7 @@ AttemptResult ContactLeg::attempt() {
                                        [](const Certificate& c) { return c.proof.has_value(); });
     if (is_proven) {
       commit(tau_);
-      solve_node(tau_);
+      solve_contact_node(run_, tau_, may_bounce_);
       return AttemptResult::Committed;
     }
     ++run_.outcome().work.rounds;
@@ -419,7 +366,7 @@ AttemptResult ContactLeg::attempt() {
     if (!lands_) return AttemptResult::Blocked;
     const Scalar tau = blocked_at_ - run_.now();
     commit(tau);
-    solve_node(tau);
+    solve_contact_node(run_, tau, may_bounce_);
     return AttemptResult::Committed;
   }
   return AttemptResult::Blocked;

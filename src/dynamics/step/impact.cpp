@@ -30,9 +30,9 @@ WorldContact world_contact(const RunPair& pair, const ContactPoint& point, Scala
   WorldContact result;
   result.a = pair.a->id;
   result.b = pair.b->id;
-  result.contact = {point.p_WCa,     point.p_WCb,     point.nhat_AB_W,  point.lower,
-                    point.upper,     point.feature_a, point.feature_b,  point.triangle_a,
-                    point.triangle_b};
+  result.contact = {point.p_WCa,     point.p_WCb,      point.nhat_AB_W,
+                    point.lower,     point.upper,      point.feature_a,
+                    point.feature_b, point.triangle_a, point.triangle_b};
   result.normal_velocity = speed;
   result.impulse_W = impulse_W;
   return result;
@@ -59,7 +59,8 @@ class ImpactSolve {
 ImpactSolve::ImpactSolve(IslandRun& run) : run_(run), leg_(run) {
   leg_.take_contacts([&](const RunPair& pair, const ContactPoint& point) {
     const PairLengths& lengths = pair.state->lengths;
-    return point.gap <= lengths.rest_gap() + 0.5 * lengths.standoff || is_triggered(run, pair, point);
+    return point.gap <= lengths.rest_gap() + 0.5 * lengths.standoff ||
+           is_triggered(run, pair, point);
   });
   for (std::size_t i = 0; i < run.members().size(); ++i) {
     const IslandRun::Member& member = run.members()[i];

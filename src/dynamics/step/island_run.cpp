@@ -61,8 +61,8 @@ RigidPose IslandRun::pose_of(const std::optional<std::size_t>& member,
   if (member) {
     const RigidPose& X_WM = members_[*member].state.X_WM;
     return RigidPose::from_trusted(
-        X_WM.rotation(), X_WM.translation() -
-                             X_WM.rotation() * body.definition.mass_properties.p_BoBcm);
+        X_WM.rotation(),
+        X_WM.translation() - X_WM.rotation() * body.definition.mass_properties.p_BoBcm);
   }
   if (body.definition.kind == BodyKind::Kinematic) return body.definition.motion->pose(now_);
   return body.X_WB();
@@ -125,11 +125,12 @@ bool IslandRun::may_fly() const {
     if (pair.state->granted || pair.state->overlaps) return false;
     if (!pair.is_near) continue;
     const PairLengths& lengths = pair.state->lengths;
-    const Scalar fall = (pair.member_a && pair.member_b ? 0.0 : 0.5) * h * h *
-                        context_.gravity_W.norm();
+    const Scalar fall =
+        (pair.member_a && pair.member_b ? 0.0 : 0.5) * h * h * context_.gravity_W.norm();
     for (const ContactPoint& point : pair.state->contacts.contacts()) {
       const Scalar speed = normal_velocity(*this, pair, point);
-      if (point.gap < lengths.rest_gap() - 0.7 * kCertifiedFraction * lengths.standoff) return false;
+      if (point.gap < lengths.rest_gap() - 0.7 * kCertifiedFraction * lengths.standoff)
+        return false;
       if (point.gap + h * speed - fall < lengths.rest_gap()) return false;
     }
   }
@@ -161,8 +162,7 @@ bool IslandRun::try_flight() {
     const BodyMove b = pair.member_b ? moves[*pair.member_b] : support_move(*pair.b);
     // Landing ends at the rest gap, so that nothing has to be pushed there.
     const Scalar kept = state.lengths.rest_gap() - state.lengths.tolerance();
-    certificates.push_back(
-        certify(state, a, b, interval, kept, context_.limits(), workspace_.toi));
+    certificates.push_back(certify(state, a, b, interval, kept, context_.limits(), workspace_.toi));
     const Certificate& certificate = certificates.back();
     if (certificate.result) {
       add(outcome_.toi, certificate.result->statistics);
@@ -172,7 +172,7 @@ bool IslandRun::try_flight() {
     const ToiStatus status = certificate.result->status;
     if (status == ToiStatus::InitiallyWithinTarget) return false;
     if (status != ToiStatus::Impact) {
-      fail(status == ToiStatus::NumericalLimit ? AdvanceStatus::NumericalLimit
+      fail(status == ToiStatus::NumericalLimit    ? AdvanceStatus::NumericalLimit
            : status == ToiStatus::BudgetExhausted ? AdvanceStatus::BudgetExhausted
                                                   : AdvanceStatus::Cancelled,
            state.key);
@@ -203,8 +203,8 @@ bool IslandRun::try_flight() {
   }
   const ToiResult& met = *certificates[first].result;
   const PairLengths& lengths = pairs_[first].state->lengths;
-  const bool is_fast = met.contact && met.contact->closing_speed >
-                                          context_.restitution_speed(lengths);
+  const bool is_fast =
+      met.contact && met.contact->closing_speed > context_.restitution_speed(lengths);
   if (!is_fast || impact_count_ >= kMostImpacts || !(met.t_safe > now_)) return false;
   pairs_[first].hit = met;
   take(met.t_safe);
@@ -253,8 +253,8 @@ void IslandRun::stand_still() {
     PairState& state = *pair.state;
     const BodyMove a = pair.member_a ? moves[*pair.member_a] : support_move(*pair.a);
     const BodyMove b = pair.member_b ? moves[*pair.member_b] : support_move(*pair.b);
-    certificates.push_back(certify(state, a, b, interval, state.kept_distance(), context_.limits(),
-                                   workspace_.toi));
+    certificates.push_back(
+        certify(state, a, b, interval, state.kept_distance(), context_.limits(), workspace_.toi));
     if (!certificates.back().proof && certificates.back().result->t_safe < reached) {
       reached = certificates.back().result->t_safe;
       blocked = state.key;
@@ -298,13 +298,11 @@ IslandOutcome IslandRun::run() {
   }
   for (RunPair& pair : pairs_) {
     PairState& state = *pair.state;
-    const Scalar reach =
-        state.lengths.rest_gap() + kContactReachStandoffs * state.lengths.standoff;
+    const Scalar reach = state.lengths.rest_gap() + kContactReachStandoffs * state.lengths.standoff;
     const auto points = state.contacts.contacts();
-    state.has_contacts =
-        outcome_.in_contact && pair.is_near &&
-        std::any_of(points.begin(), points.end(),
-                    [&](const ContactPoint& point) { return point.gap <= reach; });
+    state.has_contacts = outcome_.in_contact && pair.is_near &&
+                         std::any_of(points.begin(), points.end(),
+                                     [&](const ContactPoint& point) { return point.gap <= reach; });
     if (!state.has_contacts) state.impulses.clear();
   }
   outcome_.reached = now_;

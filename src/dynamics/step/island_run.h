@@ -85,8 +85,8 @@ class IslandRun {
     std::optional<std::size_t> member_b;
     Scalar friction = 0;
     Scalar restitution = 0;
-    bool is_near = false;            // contacts of `state` are those at now()
-    std::optional<ToiResult> hit;    // that led to now()
+    bool is_near = false;          // contacts of `state` are those at now()
+    std::optional<ToiResult> hit;  // that led to now()
   };
   const StepContext& context() const { return context_; }
   StepWorkspace& workspace() { return workspace_; }

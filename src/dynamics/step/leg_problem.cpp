@@ -21,8 +21,7 @@ LegProblem::LegProblem(IslandRun& run) : run_(run) {
 }
 
 void LegProblem::set_mobility(std::size_t member, const Matrix3& R_WB) {
-  problem_.bodies[member].inverse_inertia_W =
-      run_.members()[member].body->angular_mobility(R_WB);
+  problem_.bodies[member].inverse_inertia_W = run_.members()[member].body->angular_mobility(R_WB);
 }
 
 void LegProblem::set_supports(Scalar tau) {

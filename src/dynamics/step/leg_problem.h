@@ -55,7 +55,9 @@ class LegProblem {
   /// Solves for targets by contact; impulses are kept as the next warm start. For an impact, which
   /// has no next step to make up for its error, to rounding.
   ContactReport solve(Scalar tau, bool is_impact = false);
-  void set_target(std::size_t contact, Scalar target) { problem_.contacts[contact].target = target; }
+  void set_target(std::size_t contact, Scalar target) {
+    problem_.contacts[contact].target = target;
+  }
 
   /// B's point seen from A's, with the velocities of the last solve.
   Vector3 relative_velocity(std::size_t contact) const;
@@ -71,7 +73,7 @@ class LegProblem {
   IslandRun& run_;
   ContactProblem problem_;
   std::vector<LegContact> contacts_;
-  std::vector<Vector3> centers_;                                          // by body of the problem
+  std::vector<Vector3> centers_;                                 // by body of the problem
   std::vector<std::pair<std::uint32_t, std::size_t>> supports_;  // slot, body of the problem
   Scalar standoff_ = kInfinity;
 };

@@ -27,7 +27,8 @@ Scalar speed_bound(const BodyMove& move, const TimeInterval& interval) {
 }  // namespace
 
 bool Track::is_rest() const {
-  return std::all_of(pieces.begin(), pieces.end(), [](const Piece& piece) { return piece.is_rest; });
+  return std::all_of(pieces.begin(), pieces.end(),
+                     [](const Piece& piece) { return piece.is_rest; });
 }
 
 std::shared_ptr<const Motion> Track::joined() const {
@@ -42,8 +43,8 @@ BodyMove twist_move(const BodyRecord& body, const CentralState& state, Scalar t,
                     const Vector3& w_W) {
   BodyMove move;
   move.body = &body;
-  move.motion = about_center(
-      body, std::make_shared<ConstantTwistMotion>(state.X_WM, Twist{v_W, w_W}, t));
+  move.motion =
+      about_center(body, std::make_shared<ConstantTwistMotion>(state.X_WM, Twist{v_W, w_W}, t));
   move.is_twist = true;
   move.center = state.X_WM.translation();
   move.v_W = v_W;
@@ -70,8 +71,7 @@ BodyMove motion_move(const BodyRecord& body, std::shared_ptr<const Motion> motio
 }
 
 RigidPose central_pose(const BodyRecord& body, const RigidPose& X_WB) {
-  return RigidPose::from_trusted(X_WB.rotation(),
-                                 X_WB * body.definition.mass_properties.p_BoBcm);
+  return RigidPose::from_trusted(X_WB.rotation(), X_WB * body.definition.mass_properties.p_BoBcm);
 }
 
 Scalar closing_bound(const BodyMove& a, const BodyMove& b, const TimeInterval& interval) {

@@ -52,9 +52,9 @@ BodyMove motion_move(const BodyRecord& body, std::shared_ptr<const Motion> motio
 RigidPose central_pose(const BodyRecord& body, const RigidPose& X_WB);
 
 /// How much the gap of two bodies can shrink over an interval, rounded up:
-/// with two constant twists, w_A x and so on about the centres of mass, D = c_B - c_A, all points of B
-/// seen from A move at most at |v_B - v_A - w_A x D| + tau |w_A| |v_B - v_A| + |w_B - w_A| r_B; the
-/// same with A and B exchanged. Else from the bounds of the twists.
+/// with two constant twists, w_A x and so on about the centres of mass, D = c_B - c_A, all points
+/// of B seen from A move at most at |v_B - v_A - w_A x D| + tau |w_A| |v_B - v_A| + |w_B - w_A|
+/// r_B; the same with A and B exchanged. Else from the bounds of the twists.
 Scalar closing_bound(const BodyMove& a, const BodyMove& b, const TimeInterval& interval);
 
 }  // namespace dyop::internal

@@ -7,8 +7,8 @@
 
 namespace dyop::internal {
 
-/// One step of a World: plans islands, runs them, proves what is between them, merges and runs again
-/// what met, commits.
+/// One step of a World: plans islands, runs them, proves what is between them, merges and runs
+/// again what met, commits.
 class WorldStep {
  public:
   WorldStep(World::Impl& world, Scalar t_end, const AdvanceLimits& limits, AdvanceReport& report);
@@ -39,16 +39,16 @@ class WorldStep {
   World::Impl& world_;
   AdvanceReport& report_;
   StepContext context_;
-  std::vector<AlignedBox> boxes_;              // by slot
-  std::vector<Scalar> own_targets_;            // by slot: the largest given for a pair
-  std::vector<bool> may_move_;                 // by slot
-  std::set<PairKey> forced_links_;             // by hits in this step
-  std::vector<std::int32_t> island_of_;        // by slot; -1: none
-  std::vector<bool> is_dirty_;                 // by slot: its island must run again
+  std::vector<AlignedBox> boxes_;        // by slot
+  std::vector<Scalar> own_targets_;      // by slot: the largest given for a pair
+  std::vector<bool> may_move_;           // by slot
+  std::set<PairKey> forced_links_;       // by hits in this step
+  std::vector<std::int32_t> island_of_;  // by slot; -1: none
+  std::vector<bool> is_dirty_;           // by slot: its island must run again
   std::vector<Island> islands_;
   std::vector<IslandOutcome> outcomes_;
-  std::vector<BodyMove> moves_;                // by slot, over the whole step
-  std::vector<PairProof> proofs_;              // of pairs between islands
+  std::vector<BodyMove> moves_;    // by slot, over the whole step
+  std::vector<PairProof> proofs_;  // of pairs between islands
 };
 
 }  // namespace dyop::internal
