@@ -28,6 +28,12 @@ void World::Impl::wake(std::uint32_t slot, AdvanceReport* report) {
       if (pair->key.a == next && bodies[pair->key.b].is_asleep) open.push_back(pair->key.b);
       if (pair->key.b == next && bodies[pair->key.a].is_asleep) open.push_back(pair->key.a);
     }
+    for (const internal::JointState& joint : joints) {
+      const std::uint32_t a = joint.definition.a.slot;
+      const std::uint32_t b = joint.definition.b.slot;
+      if (a == next && bodies[b].is_asleep) open.push_back(b);
+      if (b == next && bodies[a].is_asleep) open.push_back(a);
+    }
   }
 }
 
@@ -46,6 +52,12 @@ void World::Impl::wake_what_changed(const TimeInterval& interval, AdvanceReport&
     return moves_by_itself(body, interval);
   });
   if (!has_moving) return;
+  for (const internal::JointState& joint : joints) {
+    const BodyRecord& a = bodies[joint.definition.a.slot];
+    const BodyRecord& b = bodies[joint.definition.b.slot];
+    if (a.is_asleep && moves_by_itself(b, interval)) wake(a.id.slot, &report);
+    if (b.is_asleep && moves_by_itself(a, interval)) wake(b.id.slot, &report);
+  }
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     const PairKey key = pairs[i]->key;
     if (!pairs[i]->has_contacts) continue;
@@ -75,8 +87,18 @@ void World::Impl::put_to_sleep(const std::vector<internal::Island>& islands,
       may_sleep = may_sleep && !moves(bodies[pair->key.a]) && !moves(bodies[pair->key.b]) &&
                   !pair->granted && !pair->overlaps;
     }
-    const Scalar slow = options.sleep_speed.value_or(kSleepStandoffFraction * standoff / h);
+    for (const internal::JointState* joint : islands[i].joints) {
+      touches = true;
+      for (const BodyId id : {joint->definition.a, joint->definition.b}) {
+        const BodyRecord& body = bodies[id.slot];
+        standoff = std::min(standoff, kStandoffTargets * kTargetRadiusFraction * body.radius);
+        const bool is_given = body.definition.kind == BodyKind::Kinematic;
+        may_sleep = may_sleep && !(is_given && moves_by_itself(body, {time - h, time}));
+      }
+      may_sleep = may_sleep && !joint->definition.motor;
+    }
     may_sleep = may_sleep && touches;
+    const Scalar slow = options.sleep_speed.value_or(kSleepStandoffFraction * standoff / h);
     bool all_slow = may_sleep;
     for (const std::uint32_t slot : islands[i].bodies) {
       BodyRecord& body = bodies[slot];

@@ -15,6 +15,8 @@ struct WorldSnapshot::State {
   std::vector<internal::PairState> pairs;
   std::map<internal::PairKey, bool> pair_enabled;
   std::map<internal::PairKey, Scalar> pair_target;
+  std::deque<internal::JointState> joints;
+  std::uint64_t next_joint = 0;
   std::set<internal::PairKey> overlapping_sensors;
   std::set<internal::PairKey> crossed;
 };
@@ -32,6 +34,8 @@ WorldSnapshot World::snapshot() {
   for (const auto& pair : impl_->pairs) state->pairs.push_back(*pair);
   state->pair_enabled = impl_->pair_enabled;
   state->pair_target = impl_->pair_target;
+  state->joints = impl_->joints;
+  state->next_joint = impl_->next_joint;
   state->overlapping_sensors = impl_->overlapping_sensors;
   state->crossed = impl_->crossed;
   WorldSnapshot snapshot;
@@ -55,6 +59,8 @@ void World::restore(const WorldSnapshot& snapshot) {
   }
   impl_->pair_enabled = state.pair_enabled;
   impl_->pair_target = state.pair_target;
+  impl_->joints = state.joints;
+  impl_->next_joint = state.next_joint;
   impl_->overlapping_sensors = state.overlapping_sensors;
   impl_->crossed = state.crossed;
 }

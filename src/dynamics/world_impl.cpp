@@ -53,8 +53,20 @@ internal::PairLengths World::Impl::lengths_of(PairKey key) const {
 }
 
 bool World::Impl::is_pair_enabled(PairKey key) const {
+  for (const internal::JointState& joint : joints) {
+    const JointDefinition& definition = joint.definition;
+    const bool is_its_pair = internal::ordered(definition.a.slot, definition.b.slot) == key;
+    if (is_its_pair && !definition.bodies_collide) return false;
+  }
   const auto found = pair_enabled.find(key);
   return found == pair_enabled.end() || found->second;
+}
+
+internal::JointState& World::Impl::joint_at(JointId id) {
+  const auto found =
+      std::find_if(joints.begin(), joints.end(), [&](const auto& joint) { return joint.id == id; });
+  DYOP_REQUIRE(found != joints.end(), "World: there is no joint ", id.number);
+  return *found;
 }
 
 void World::Impl::drop_pairs_of(std::uint32_t slot) {

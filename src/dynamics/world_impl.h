@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "dynamics/broad_phase.h"
+#include "dynamics/joint_state.h"
 #include "dynamics/pair_state.h"
 #include "dynamics/step/island_run.h"
 #include "dynamics/step/ledger.h"
@@ -30,6 +31,7 @@ struct World::Impl {
   // Pairs.
   internal::PairLengths lengths_of(internal::PairKey key) const;
   bool is_pair_enabled(internal::PairKey key) const;
+  internal::JointState& joint_at(JointId id);
   void drop_pairs_of(std::uint32_t slot);
   PairRecord record_of(const internal::PairState& pair) const;
 
@@ -59,6 +61,8 @@ struct World::Impl {
   std::vector<std::unique_ptr<internal::PairState>> pairs;  // by key
   std::map<internal::PairKey, bool> pair_enabled;
   std::map<internal::PairKey, Scalar> pair_target;
+  std::deque<internal::JointState> joints;  // by id
+  std::uint64_t next_joint = 0;
   std::set<internal::PairKey> overlapping_sensors;
   std::set<internal::PairKey> crossed;  // reported already
   std::vector<std::unique_ptr<internal::StepWorkspace>> workspaces;

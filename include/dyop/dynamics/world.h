@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "dyop/dynamics/advance_report.h"
+#include "dyop/dynamics/joint.h"
 #include "dyop/dynamics/pair_record.h"
 #include "dyop/dynamics/rigid_body.h"
 #include "dyop/dynamics/world_options.h"
@@ -65,6 +66,14 @@ class World {
   void set_gravity(const Vector3& gravity_W);
   void wake(BodyId id);
 
+  /// Holds two bodies together from now on. What the frames are apart is closed at bounded speed.
+  /// @throws InvalidArgument naming the joint and what is wrong.
+  JointId add_joint(const JointDefinition& definition);
+  void remove_joint(JointId id);
+  /// Another speed or strength for a joint that has a motor; wakes its bodies.
+  void set_motor(JointId id, const JointMotor& motor);
+  const JointDefinition& joint(JointId id) const;
+
   /// Pairs are examined unless disabled; pairs of bodies that cannot move never are.
   void set_pair_enabled(BodyId a, BodyId b, bool is_enabled);
   /// Target distance of one pair; overrides WorldOptions::target_distance.
@@ -110,6 +119,8 @@ class World {
   struct Impl;  ///< of the library
 
  private:
+  void forget_pair(BodyId a, BodyId b);
+
   std::unique_ptr<Impl> impl_;
 };
 

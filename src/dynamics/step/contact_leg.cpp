@@ -36,6 +36,9 @@ class ContactLeg {
   Scalar target_cap(std::size_t contact) const;
   void solve_move();
   bool update_errors();
+  void set_row_targets();
+  bool update_row_errors();
+  RigidPose end_pose(const std::optional<std::size_t>& member, const BodyRecord& body) const;
   void make_moves();
   void find_proofs();
   bool answer_hits();
@@ -78,6 +81,7 @@ ContactLeg::ContactLeg(IslandRun& run, Scalar tau, bool may_bounce, bool lands)
     start_a_.push_back(run.pose_of(pair.member_a, *pair.a));
     start_b_.push_back(run.pose_of(pair.member_b, *pair.b));
   }
+  leg_.take_joints(tau_ / 2);
   end_a_ = start_a_;
   end_b_ = start_b_;
 }
@@ -135,8 +139,23 @@ Scalar ContactLeg::target(std::size_t contact) const {
   return std::min(value, target_cap(contact));
 }
 
+// Rows of joints close what they are apart, not faster than bodies that began too near.
+void ContactLeg::set_row_targets() {
+  for (std::size_t i = 0; i < leg_.rows().size(); ++i) {
+    const LegRow& entry = leg_.rows()[i];
+    if (entry.equation.kind == JointEquation::Kind::Motor) continue;
+    const BodyRecord& a = run_.context().body(entry.joint->definition.a.slot);
+    const BodyRecord& b = run_.context().body(entry.joint->definition.b.slot);
+    const Scalar most = kSeparationRadiusFraction * std::min(a.radius, b.radius) / tau_;
+    const Scalar wanted = -(entry.equation.value + entry.error) / tau_;
+    const bool is_limit = entry.equation.kind == JointEquation::Kind::Limit;
+    leg_.set_row_target(i, std::clamp(wanted, is_limit ? -kInfinity : -most, most));
+  }
+}
+
 void ContactLeg::solve_move() {
   set_free_velocities();
+  set_row_targets();
   for (std::size_t i = 0; i < leg_.contacts().size(); ++i) leg_.set_target(i, target(i));
   const ContactReport report = leg_.solve(tau_);
   residual_ = report.residual;
@@ -151,7 +170,6 @@ void ContactLeg::solve_move() {
 
 void ContactLeg::make_moves() {
   moves_.clear();
-  const Scalar t_end = run_.now() + tau_;
   for (std::size_t i = 0; i < run_.members().size(); ++i) {
     const Member& member = run_.members()[i];
     const ContactBody& body = leg_.problem().bodies[i];
@@ -159,14 +177,17 @@ void ContactLeg::make_moves() {
   }
   for (std::size_t i = 0; i < run_.pairs().size(); ++i) {
     const RunPair& pair = run_.pairs()[i];
-    const auto end = [&](const std::optional<std::size_t>& member, const BodyRecord& body) {
-      if (member) return moves_[*member].motion->pose(t_end);
-      if (body.definition.kind == BodyKind::Kinematic) return body.definition.motion->pose(t_end);
-      return body.X_WB();
-    };
-    end_a_[i] = end(pair.member_a, *pair.a);
-    end_b_[i] = end(pair.member_b, *pair.b);
+    end_a_[i] = end_pose(pair.member_a, *pair.a);
+    end_b_[i] = end_pose(pair.member_b, *pair.b);
   }
+}
+
+RigidPose ContactLeg::end_pose(const std::optional<std::size_t>& member,
+                               const BodyRecord& body) const {
+  const Scalar t_end = run_.now() + tau_;
+  if (member) return moves_[*member].motion->pose(t_end);
+  if (body.definition.kind == BodyKind::Kinematic) return body.definition.motion->pose(t_end);
+  return body.X_WB();
 }
 
 // Returns whether the prediction of a gap has changed so much that the solve must be repeated.
@@ -188,6 +209,28 @@ bool ContactLeg::update_errors() {
     if (matters && std::abs(error - entry.error) > kErrorChange * pair.state->lengths.standoff) {
       has_changed = true;
     }
+    entry.error = error;
+  }
+  return update_row_errors() || has_changed;
+}
+
+bool ContactLeg::update_row_errors() {
+  bool has_changed = false;
+  std::vector<JointEquation> ends;
+  const JointState* of = nullptr;
+  for (std::size_t i = 0; i < leg_.rows().size(); ++i) {
+    LegRow& entry = leg_.rows()[i];
+    if (entry.equation.kind == JointEquation::Kind::Motor) continue;
+    if (entry.joint != of) {
+      of = entry.joint;
+      const BodyRecord& a = run_.context().body(of->definition.a.slot);
+      const BodyRecord& b = run_.context().body(of->definition.b.slot);
+      ends = joint_equations(of->definition, a, end_pose(run_.member_at(a.id), a), b,
+                             end_pose(run_.member_at(b.id), b), std::min(a.radius, b.radius));
+    }
+    const Scalar linear = entry.equation.value + tau_ * leg_.row_velocity(i);
+    const Scalar error = ends[entry.index].value - linear;
+    has_changed = has_changed || std::abs(error - entry.error) > kErrorChange * leg_.standoff();
     entry.error = error;
   }
   return has_changed;
@@ -301,6 +344,18 @@ void ContactLeg::store_velocities() {
     const Scalar physical = std::min(row.target, std::max(0.0, -entry.error / tau_));
     targets.push_back(physical);
     if (row.target > physical && row.impulse_W.dot(row.nhat_AB_W) > 0) has_recovery = true;
+  }
+  leg_.keep_row_impulses();
+  for (std::size_t i = 0; i < leg_.rows().size(); ++i) {
+    const LegRow& entry = leg_.rows()[i];
+    const Scalar wanted = leg_.problem().rows[i].target;
+    Scalar physical = -entry.error / tau_;
+    if (entry.equation.kind == JointEquation::Kind::Motor) continue;
+    if (entry.equation.kind == JointEquation::Kind::Limit) {
+      physical = std::min(wanted, std::max(0.0, physical));
+    }
+    has_recovery = has_recovery || physical != wanted;
+    leg_.set_row_target(i, physical);
   }
   if (has_recovery) {
     for (std::size_t i = 0; i < targets.size(); ++i) leg_.set_target(i, targets[i]);

@@ -45,7 +45,15 @@ void solve_contact_node(IslandRun& run, Scalar tau, bool may_bounce) {
     if (pair.hit) return false;  // for the impact
     return !(may_bounce && bounces(run, pair, normal_velocity(run, pair, point)));
   });
+  node.take_joints(tau / 2);
   node.set_supports(0);
+  for (std::size_t i = 0; i < node.rows().size(); ++i) {
+    const LegRow& entry = node.rows()[i];
+    if (entry.equation.kind == JointEquation::Kind::Equality) node.set_row_target(i, 0);
+    if (entry.equation.kind == JointEquation::Kind::Limit) {
+      node.set_row_target(i, std::min(0.0, -entry.equation.value / tau));
+    }
+  }
   for (std::size_t i = 0; i < node.contacts().size(); ++i) {
     const LegContact& entry = node.contacts()[i];
     const Scalar missing = run.pairs()[entry.pair].state->lengths.rest_gap() - entry.point.gap;

@@ -69,7 +69,14 @@ ImpactSolve::ImpactSolve(IslandRun& run) : run_(run), leg_(run) {
     body.free_w_W = body.inverse_inertia_W * member.state.L_W;
     free_L_W_.push_back(member.state.L_W);
   }
+  leg_.take_joints(0);  // motors have no strength at an instant
   leg_.set_supports(0);
+  for (std::size_t i = 0; i < leg_.rows().size(); ++i) {
+    const bool is_equality = leg_.rows()[i].equation.kind == JointEquation::Kind::Equality;
+    const Scalar left = leg_.rows()[i].equation.value;
+    const bool is_motor = leg_.rows()[i].equation.kind == JointEquation::Kind::Motor;
+    if (!is_motor) leg_.set_row_target(i, is_equality ? 0 : std::min(0.0, -left / run.context().h));
+  }
   for (std::size_t i = 0; i < leg_.contacts().size(); ++i) {
     const LegContact& entry = leg_.contacts()[i];
     const RunPair& pair = run.pairs()[entry.pair];

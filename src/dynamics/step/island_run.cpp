@@ -56,6 +56,10 @@ IslandRun::IslandRun(const StepContext& context, const Island& island, StepWorks
   }
 }
 
+std::optional<std::size_t> IslandRun::member_at(BodyId id) const {
+  return member_of(island_.bodies, id.slot);
+}
+
 RigidPose IslandRun::pose_of(const std::optional<std::size_t>& member,
                              const BodyRecord& body) const {
   if (member) {
@@ -118,6 +122,7 @@ void IslandRun::find_contacts() {
 // Free flight for all while every contact in reach opens, or stays open by itself.
 bool IslandRun::may_fly() const {
   const Scalar h = remaining();
+  if (!island_.joints.empty()) return false;
   for (const Member& member : members_) {
     if (member.body->definition.locked.any()) return false;
   }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "dynamics/free_flight.h"
+#include "dynamics/joint_state.h"
 #include "dynamics/step/certify.h"
 #include "dyop/contact/contact_cascade.h"
 #include "dyop/contact/contact_generator.h"
@@ -41,6 +42,7 @@ struct StepWorkspace {
 struct Island {
   std::vector<std::uint32_t> bodies;  // slots, sorted
   std::vector<PairState*> pairs;      // by key
+  std::vector<JointState*> joints;    // of which at least one body is in `bodies`
 };
 
 /// Why an island could not go on.
@@ -93,6 +95,8 @@ class IslandRun {
   std::vector<Member>& members() { return members_; }
   std::vector<RunPair>& pairs() { return pairs_; }
   IslandOutcome& outcome() { return outcome_; }
+  const std::vector<JointState*>& joints() const { return island_.joints; }
+  std::optional<std::size_t> member_at(BodyId id) const;
   Scalar now() const { return now_; }
   Scalar remaining() const { return context_.t_end - now_; }
 

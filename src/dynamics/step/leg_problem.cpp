@@ -54,19 +54,63 @@ std::size_t LegProblem::body_index(const std::optional<std::size_t>& member,
   throw InternalError("a contact with a body that is no part of its island");
 }
 
+void LegProblem::ensure_support(const std::optional<std::size_t>& member, const BodyRecord& body) {
+  if (member) return;
+  for (const auto& [slot, index] : supports_) {
+    if (slot == body.id.slot) return;
+  }
+  supports_.emplace_back(body.id.slot, problem_.bodies.size());
+  problem_.bodies.emplace_back();
+  centers_.push_back(central_pose(body, run_.pose_of(member, body)).translation());
+}
+
+void LegProblem::take_joints(Scalar tau) {
+  for (JointState* joint : run_.joints()) {
+    const BodyRecord& a = run_.context().body(joint->definition.a.slot);
+    const BodyRecord& b = run_.context().body(joint->definition.b.slot);
+    const auto member_a = run_.member_at(a.id);
+    const auto member_b = run_.member_at(b.id);
+    ensure_support(member_a, a);
+    ensure_support(member_b, b);
+    const Scalar radius = std::min(a.radius, b.radius);
+    standoff_ = std::min(standoff_, kStandoffTargets * kTargetRadiusFraction * radius);
+    const std::vector<JointEquation> equations = joint_equations(
+        joint->definition, a, run_.pose_of(member_a, a), b, run_.pose_of(member_b, b), radius);
+    joint->impulses.resize(equations.size(), 0);
+    for (std::size_t k = 0; k < equations.size(); ++k) {
+      JointRow row = equations[k].row;
+      row.body_a = body_index(member_a, a);
+      row.body_b = body_index(member_b, b);
+      row.impulse = joint->impulses[k];
+      if (equations[k].kind == JointEquation::Kind::Limit) row.lower = 0;
+      if (equations[k].kind == JointEquation::Kind::Motor) {
+        row.lower *= tau;
+        row.upper *= tau;
+      }
+      problem_.rows.push_back(row);
+      rows_.push_back({joint, k, equations[k], 0});
+    }
+  }
+}
+
+Scalar LegProblem::row_velocity(std::size_t row) const {
+  const JointRow& entry = problem_.rows[row];
+  const ContactBody& a = problem_.bodies[entry.body_a];
+  const ContactBody& b = problem_.bodies[entry.body_b];
+  return entry.j_av_W.dot(a.v_W) + entry.j_aw_W.dot(a.w_W) + entry.j_bv_W.dot(b.v_W) +
+         entry.j_bw_W.dot(b.w_W);
+}
+
+void LegProblem::keep_row_impulses() {
+  for (std::size_t i = 0; i < rows_.size(); ++i) {
+    rows_[i].joint->impulses[rows_[i].index] = problem_.rows[i].impulse;
+  }
+}
+
 void LegProblem::add(const LegContact& contact) {
   const IslandRun::RunPair& pair = run_.pairs()[contact.pair];
-  const auto ensure = [&](const std::optional<std::size_t>& member, const BodyRecord& body) {
-    if (member) return;
-    for (const auto& [slot, index] : supports_) {
-      if (slot == body.id.slot) return;
-    }
-    supports_.emplace_back(body.id.slot, problem_.bodies.size());
-    problem_.bodies.emplace_back();
-    centers_.push_back(central_pose(body, run_.pose_of(member, body)).translation());
-  };
-  ensure(pair.member_a, *pair.a);
-  ensure(pair.member_b, *pair.b);
+  ensure_support(pair.member_a, *pair.a);
+  ensure_support(pair.member_b, *pair.b);
   PointContact row;
   row.body_a = body_index(pair.member_a, *pair.a);
   row.body_b = body_index(pair.member_b, *pair.b);
@@ -150,6 +194,10 @@ std::vector<Vector3> LegProblem::angular_momenta(std::vector<Vector3> free_L_W) 
     if (row.body_b < count) {
       free_L_W[row.body_b] += row.r_b_W.cross(row.impulse_W) + row.angular_impulse_W;
     }
+  }
+  for (const JointRow& row : problem_.rows) {
+    if (row.body_a < count) free_L_W[row.body_a] += row.impulse * row.j_aw_W;
+    if (row.body_b < count) free_L_W[row.body_b] += row.impulse * row.j_bw_W;
   }
   for (std::size_t i = 0; i < count; ++i) {
     const LockedAxes& locked = run_.members()[i].body->definition.locked;

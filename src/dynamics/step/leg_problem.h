@@ -20,6 +20,14 @@ struct LegContact {
   int hits = 0;
 };
 
+/// A row of a joint in a leg.
+struct LegRow {
+  JointState* joint = nullptr;
+  std::size_t index = 0;   // of the joint's rows
+  JointEquation equation;  // at the start
+  Scalar error = 0;        // end value minus that of the linear prediction
+};
+
 /// The contact problem of an island at one time: members first, then what cannot be moved.
 class LegProblem {
  public:
@@ -49,6 +57,14 @@ class LegProblem {
     order();
   }
   void add(const LegContact& contact);
+  /// Takes over the rows of all joints at now, motors with their strength over tau.
+  void take_joints(Scalar tau);
+  std::vector<LegRow>& rows() { return rows_; }
+  void set_row_target(std::size_t row, Scalar target) { problem_.rows[row].target = target; }
+  /// J v with the velocities of the last solve.
+  Scalar row_velocity(std::size_t row) const;
+  /// Impulses of the rows become the joints' warm start.
+  void keep_row_impulses();
   /// Sorts contacts from the ground up, which is the order of sweeps.
   void order();
 
@@ -73,6 +89,8 @@ class LegProblem {
   IslandRun& run_;
   ContactProblem problem_;
   std::vector<LegContact> contacts_;
+  std::vector<LegRow> rows_;
+  void ensure_support(const std::optional<std::size_t>& member, const BodyRecord& body);
   std::vector<Vector3> centers_;                                 // by body of the problem
   std::vector<std::pair<std::uint32_t, std::size_t>> supports_;  // slot, body of the problem
   Scalar standoff_ = kInfinity;

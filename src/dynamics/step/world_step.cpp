@@ -91,6 +91,12 @@ void WorldStep::link_pairs() {
     if (a.is_awake() && b.is_asleep) world_.wake(pair->key.b, &report_);
     if (b.is_awake() && a.is_asleep) world_.wake(pair->key.a, &report_);
   }
+  for (const JointState& joint : world_.joints) {
+    const BodyRecord& a = world_.bodies[joint.definition.a.slot];
+    const BodyRecord& b = world_.bodies[joint.definition.b.slot];
+    if (a.is_awake() && b.is_asleep) world_.wake(b.id.slot, &report_);
+    if (b.is_awake() && a.is_asleep) world_.wake(a.id.slot, &report_);
+  }
 }
 
 // Islands by contact and by the hits of this step. What was run with the same bodies is kept.
@@ -108,6 +114,9 @@ void WorldStep::plan_islands() {
     if (pair->has_contacts) join(pair->key);
   }
   for (const PairKey& key : forced_links_) join(key);
+  for (const JointState& joint : world_.joints) {
+    join({joint.definition.a.slot, joint.definition.b.slot});
+  }
 
   std::map<std::vector<std::uint32_t>, IslandOutcome> kept;
   for (std::size_t i = 0; i < outcomes_.size(); ++i) {
@@ -141,6 +150,14 @@ void WorldStep::plan_islands() {
     if (!is_inner && !is_support) continue;
     pair->is_inner = true;
     islands_[static_cast<std::size_t>(std::max(of_a, of_b))].pairs.push_back(pair.get());
+  }
+  for (JointState& joint : world_.joints) {
+    const std::int32_t of_a = island_of_[joint.definition.a.slot];
+    const std::int32_t of_b = island_of_[joint.definition.b.slot];
+    const bool is_present = world_.bodies[joint.definition.a.slot].is_present() &&
+                            world_.bodies[joint.definition.b.slot].is_present();
+    if (!is_present || std::max(of_a, of_b) < 0) continue;
+    islands_[static_cast<std::size_t>(std::max(of_a, of_b))].joints.push_back(&joint);
   }
   for (const Island& island : islands_) {
     const auto known = kept.find(island.bodies);
