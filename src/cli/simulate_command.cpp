@@ -46,7 +46,8 @@ struct SimulateArguments {
 struct Run {
   RunTotals totals;
   std::vector<ImpactEvent> impacts;
-  std::exception_ptr failure;  // what ended it, to be thrown once its files are written
+  nlohmann::ordered_json bodies;  // where they ended
+  std::exception_ptr failure;     // what ended it, to be thrown once its files are written
 };
 
 std::vector<fs::path> mesh_directories(const SimulateArguments& arguments) {
@@ -87,12 +88,30 @@ void step_through(const Scene& scene, const Watch& watch, World& world, RunRecor
       std::max<std::int64_t>(1, std::llround(std::ceil(scene.end_time / scene.step - kNoStep)));
   for (std::int64_t k = 1; k <= count; ++k) {
     const Scalar t = k == count ? scene.end_time : Scalar(k) * scene.step;
-    const AdvanceReport report = world.advance(t - world.time(), watch.stop);
+    const AdvanceReport report = world.advance(t - world.time(), {watch.stop, std::nullopt});
     recorder.write(report);
     impacts.insert(impacts.end(), report.impacts.begin(), report.impacts.end());
     watch.progress.update(world.time() / scene.end_time, std::int64_t(impacts.size()));
     if (report.status != AdvanceStatus::Completed) return;
   }
+}
+
+nlohmann::ordered_json bodies_json(const World& world) {
+  const auto numbers = [](const auto& v) { return std::vector<Scalar>(v.begin(), v.end()); };
+  nlohmann::ordered_json list = nlohmann::ordered_json::array();
+  for (const BodyId id : world.bodies()) {
+    const MotionState state = world.state(id);
+    const Quaternion q = state.X_WB.quaternion();
+    nlohmann::ordered_json body;
+    body["name"] = world.body(id).name;
+    body["position"] = numbers(state.X_WB.translation());
+    body["quaternion"] = std::vector<Scalar>{q.w(), q.x(), q.y(), q.z()};
+    body["linear_velocity"] = numbers(state.twist.v_WB);
+    body["angular_velocity"] = numbers(state.twist.w_WB);
+    body["asleep"] = world.is_asleep(id);
+    list.push_back(std::move(body));
+  }
+  return list;
 }
 
 Run record(const Scene& scene, const fs::path& file, const SimulateArguments& arguments,
@@ -110,6 +129,7 @@ Run record(const Scene& scene, const fs::path& file, const SimulateArguments& ar
     run.failure = std::current_exception();
   }
   close_file(out, file);
+  run.bodies = bodies_json(world);
   run.totals = recorder.totals();
   return run;
 }
@@ -122,7 +142,11 @@ void print_json(const Run& run, const SimulateArguments& arguments, double secon
   json["first_impact"] = nullptr;
   if (!run.impacts.empty()) json["first_impact"] = run.impacts.front().t;
   json["steps"] = run.totals.steps;
-  json["settled"] = run.totals.settled.size();
+  json["stalls"] = run.totals.work.stalls;
+  json["residual"] = run.totals.work.residual;
+  json["contacts"] = run.totals.work.contacts;
+  json["too_near"] = run.totals.too_near.size();
+  json["bodies"] = run.bodies;
   json["node_pairs"] = run.totals.toi.node_pairs;
   json["seconds"] = seconds;
   json["recording"] = (fs::path(arguments.out) / "recording.jsonl").string();
@@ -130,18 +154,20 @@ void print_json(const Run& run, const SimulateArguments& arguments, double secon
   std::cout << json.dump() << '\n';
 }
 
-ExitCode exit_code_of(const Run& run, const Scene& scene, const SimulateArguments& arguments) {
+ExitCode exit_code_of(const Run& run, const SimulateArguments& arguments) {
   switch (run.totals.status) {
     case AdvanceStatus::Completed:
     case AdvanceStatus::StoppedAtImpact:
       return run.impacts.empty() ? ExitCode::Answered
                                  : exit_code_of_impact(arguments.fails_on_impact);
-    case AdvanceStatus::InitialOverlap:
-      if (run.totals.t > 0) return ExitCode::Undecided;
-      throw FileError(arguments.scene, describe_end(scene, run.totals));
-    default:
+    case AdvanceStatus::NotRun:
+    case AdvanceStatus::BudgetExhausted:
+    case AdvanceStatus::NumericalLimit:
+    case AdvanceStatus::Blocked:
+    case AdvanceStatus::Cancelled:
       return ExitCode::Undecided;
   }
+  return ExitCode::Undecided;
 }
 
 // Throws what ended a run again, with the name of the scene.
@@ -159,7 +185,7 @@ ExitCode run_simulate(const SimulateArguments& arguments) {
   const InterruptGuard interrupt;
   const auto begin = std::chrono::steady_clock::now();
   Scene scene = load_scene(arguments.scene, mesh_directories(arguments));
-  scene.options.threads = arguments.threads;
+  scene.options.thread_count = arguments.threads;
   const fs::path directory = arguments.out;
   std::error_code error;
   fs::create_directories(directory, error);
@@ -179,7 +205,7 @@ ExitCode run_simulate(const SimulateArguments& arguments) {
     std::cout << summary.str();
   }
   if (run.failure) throw_named(run.failure, arguments.scene);
-  return exit_code_of(run, scene, arguments);
+  return exit_code_of(run, arguments);
 }
 
 }  // namespace

@@ -228,12 +228,6 @@ inline constexpr Scalar kShortestSolverStep = 2048 * kUnitRoundoff;
 /// nor overflow, and no motion is that fast. Used by SundialsIntegrator.
 inline constexpr Scalar kShortestSolverTime = 1e-100;
 
-/// Limit of sweeps over all contacts of an impact, and the change of velocity, relative to the
-/// largest relative speed, at which they have converged. Fewer: piles of bodies keep a closing
-/// velocity (reported as residual); the convergence is some 1e4 roundings. Used by the impact law.
-inline constexpr int kImpactIterations = 1000;
-inline constexpr Scalar kImpactConvergence = 1e-12;
-
 /// Steps of a walk over the features of two triangles, and of a hull or polygon for each of its
 /// vertices (limits). A walk comes nearer with each step, so it ends by itself; rounding is what
 /// could hold it up. Random triangles take up to 9. Smaller: more pairs take the slow path. Used by
@@ -270,6 +264,54 @@ inline constexpr Scalar kTextbookGjkConvergence = 1e-12;
 /// grows; smaller: bounds may fail. Used by time_of_impact of vertex paths.
 inline constexpr Scalar kPathNoise = 64 * kUnitRoundoff;
 
+/// Lengths of World by default, relative to the smaller bounding radius of a pair: the target
+/// distance, and how many targets bodies rest above it (as lengths where the target is zero). Larger
+/// standoffs need fewer solves and queries; smaller ones are seen less. Used by World.
+inline constexpr Scalar kTargetRadiusFraction = 1e-4;
+inline constexpr Scalar kStandoffTargets = 4;
+
+/// Distance tolerance of the queries of a World relative to the standoff. Larger: what is proven is
+/// too close to where bodies rest; smaller: longer queries near contact. Used by World.
+inline constexpr Scalar kCertifiedFraction = 0.3;
+
+/// How far bodies may move relative to their standoff while contacts are carried with them instead of
+/// generated anew. Larger: wrong gaps of curved contacts; smaller: more generation. Used by World.
+inline constexpr Scalar kContactDriftFraction = 0.2;
+
+/// Up to which gap contacts are looked for: so many standoffs above the rest gap, and what moves in a
+/// step but at most this fraction of the bounding radius. Larger: more contacts; smaller: more hits
+/// that become contacts only after a query. Used by World.
+inline constexpr Scalar kContactReachStandoffs = 4;
+inline constexpr Scalar kContactReachRadiusFraction = 0.02;
+
+/// Part of what is missing to the rest gap that a step recovers. Larger: jitter. Used by World.
+inline constexpr Scalar kGapRecovery = 0.3;
+
+/// A contact solve is repeated if the predicted gap of a contact has changed by more than this,
+/// relative to the standoff. Larger: curved contact loses energy. Used by World.
+inline constexpr Scalar kErrorChange = 0.02;
+
+/// A solve with a residual above this multiple of its tolerance has constraints that contradict one
+/// another: gaps are then not recovered in that step. Used by World.
+inline constexpr Scalar kContradictionTolerances = 300;
+
+/// Default of WorldOptions::separation_speed: this part of the smaller bounding radius per step.
+inline constexpr Scalar kSeparationRadiusFraction = 0.05;
+
+/// Approach slower than this part of the standoff per step never bounces: the solver's own error is a
+/// tenth of it. Used by World.
+inline constexpr Scalar kRestitutionStandoffFraction = 0.01;
+
+/// Default of WorldOptions::sleep_speed: this part of the standoff per step. Used by World.
+inline constexpr Scalar kSleepStandoffFraction = 0.01;
+
+/// Change of a wrench, relative to its size, that wakes a body. Used by World.
+inline constexpr Scalar kWakeWrenchChange = 1e-9;
+
+/// Residual to which an impact is solved, relative to the largest speed, and the energy that it may
+/// seem to create for it, relative to that before. Used by World.
+inline constexpr Scalar kImpactSpeedNoise = 1e-11;
+inline constexpr Scalar kImpactEnergyNoise = 1e-9;
 /// Mobility (velocity per impulse) that counts as none, relative to the largest at hand: rounding of
 /// a 3x3 matrix product. Larger: light directions are locked; smaller: noise divides. Used by the
 /// contact solvers.

@@ -1,36 +1,70 @@
 #pragma once
 
-#include <deque>
 #include <memory>
 
 #include "dyop/dynamics/rigid_body.h"
 
 namespace dyop::internal {
 
-/// A body of a World with all that changes as it is stepped.
-struct BodyRecord {
-  BodyDefinition definition;
-  MotionState state;
-  bool is_settled = false;          ///< put to rest by the Zeno guard
-  std::deque<Scalar> impact_times;  ///< of the recent impacts, for the Zeno guard
+class FreeFlight;
 
-  /// Moved by forces now: part of the differential equations.
-  bool is_active() const { return definition.kind == BodyKind::Dynamic && !is_settled; }
-  bool may_move() const { return is_active() || definition.kind == BodyKind::Kinematic; }
-
-  Vector3 center_of_mass() const { return state.X_WB * definition.mass_properties.p_BoBcm; }
-  Vector3 center_velocity() const {
-    return state.twist.v_WB +
-           state.twist.w_WB.cross(state.X_WB.rotation() * definition.mass_properties.p_BoBcm);
-  }
-  Matrix3 inertia_W() const {
-    const Matrix3& R = state.X_WB.rotation();
-    return R * definition.mass_properties.I_BBcm * R.transpose();
-  }
+/// State of a body about its centre of mass: M is the frame there with the axes of B.
+struct CentralState {
+  RigidPose X_WM;
+  Vector3 v_W = Vector3::Zero();  // of the centre of mass
+  Vector3 L_W = Vector3::Zero();  // angular momentum about it
 };
 
-/// Pose and twist of the frame B of a body from those of its centre of mass.
-MotionState body_state(const MassProperties& properties, const Matrix3& R_WB, const Vector3& p_WBcm,
-                     const Vector3& v_WBcm, const Vector3& w_WB);
+/// What a body is, prepared for stepping; constant but for the wrench and a kinematic motion.
+struct BodyRecord {
+  BodyId id;
+  BodyDefinition definition;
+  bool exists = true;
+  bool is_enabled = true;
+  bool is_asleep = false;
+  int slow_steps = 0;
+
+  Scalar radius = 0;  // largest distance of a point of the shape from the centre of mass
+  Matrix3 inertia_B = Matrix3::Zero();
+  Matrix3 inverse_inertia_B = Matrix3::Zero();
+  Scalar inverse_mass = 0;
+
+  CentralState state;
+  Wrench wrench_asleep;                // of the user's callback when the body fell asleep
+  std::shared_ptr<const Motion> rest;  // at the pose of `state`, for a body that does not move
+  std::shared_ptr<FreeFlight> flight;  // null: to be started from `state`
+
+  bool is_present() const { return exists && is_enabled; }
+  bool is_dynamic() const { return definition.kind == BodyKind::Dynamic; }
+  /// Stepped: dynamic, there, and not asleep.
+  bool is_awake() const { return is_present() && is_dynamic() && !is_asleep; }
+
+  RigidPose X_WB() const;
+  MotionState motion_state() const;
+  Matrix3 linear_mobility() const;
+  /// w = angular_mobility(R) L, also with locked axes.
+  Matrix3 angular_mobility(const Matrix3& R_WB) const;
+  Vector3 angular_velocity() const { return angular_mobility(state.X_WM.rotation()) * state.L_W; }
+  Scalar kinetic_energy() const;
+};
+
+/// @throws InvalidArgument naming body and field.
+void require_valid(const BodyDefinition& definition);
+
+/// The record of a valid definition at time t.
+BodyRecord make_body_record(BodyId id, const BodyDefinition& definition, Scalar t);
+
+CentralState central_state(const BodyRecord& body, const MotionState& state);
+MotionState motion_state(const MassProperties& properties, const RigidPose& X_WM,
+                         const Vector3& v_W, const Vector3& w_W);
+
+/// The body's own wrench with gravity, along its free axes only.
+/// @throws IntegrationError naming the body if its callback returns numbers that are not finite.
+Wrench total_wrench(const BodyRecord& body, const Vector3& gravity_W, Scalar t,
+                    const MotionState& state);
+
+/// A motion about the centre of mass as that of the frame B.
+std::shared_ptr<const Motion> about_center(const BodyRecord& body,
+                                           std::shared_ptr<const Motion> X_WM);
 
 }  // namespace dyop::internal

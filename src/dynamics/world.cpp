@@ -1,271 +1,53 @@
 #include "dyop/dynamics/world.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
-#include <cmath>
 
+#include "dynamics/free_flight.h"
 #include "dynamics/world_impl.h"
 #include "dyop/core/error.h"
+#include "core/tolerance.h"
 #include "dyop/motion/rest_motion.h"
-#include "dyop/toi/toi_batch.h"
 
 namespace dyop {
-namespace {
 
 using internal::BodyRecord;
-using Motions = std::vector<std::shared_ptr<const Motion>>;
+using internal::PairKey;
 
-BodyPair ordered(BodyId a, BodyId b) {
-  return a < b ? BodyPair(a, b) : BodyPair(b, a);
+namespace {
+
+void require_valid(const WorldOptions& options) {
+  DYOP_REQUIRE(options.gravity_W.allFinite(), "World: gravity must be finite, not (",
+               options.gravity_W.transpose(), ")");
+  const auto require_positive = [](const std::optional<Scalar>& value, const char* what) {
+    DYOP_REQUIRE(!value || (*value > 0 && *value < kInfinity), "World: ", what,
+                 " must be finite and > 0, not ", *value);
+  };
+  require_positive(options.max_step, "max_step");
+  require_positive(options.standoff, "standoff");
+  require_positive(options.separation_speed, "separation_speed");
+  DYOP_REQUIRE(!options.target_distance ||
+                   (*options.target_distance >= 0 && *options.target_distance < kInfinity),
+               "World: target_distance must be finite and >= 0, not ", *options.target_distance);
+  DYOP_REQUIRE(!options.restitution_speed || *options.restitution_speed >= 0,
+               "World: restitution_speed must be >= 0, not ", *options.restitution_speed);
+  DYOP_REQUIRE(!options.sleep_speed || *options.sleep_speed >= 0,
+               "World: sleep_speed must be >= 0, not ", *options.sleep_speed);
+  DYOP_REQUIRE(options.max_node_pairs > 0, "World: max_node_pairs must be > 0, not ",
+               options.max_node_pairs);
+  DYOP_REQUIRE(options.thread_count >= 0, "World: thread_count must be >= 0, not ",
+               options.thread_count);
+  DYOP_REQUIRE(options.policy != ImpactPolicy::Callback || options.on_impact,
+               "World: policy Callback needs on_impact");
 }
 
-void require_valid(const BodyDefinition& body) {
-  const auto& name = body.name;
-  DYOP_REQUIRE(body.shape != nullptr, "body '", name, "': shape is missing");
-  DYOP_REQUIRE(body.restitution >= 0 && body.restitution <= 1, "body '", name,
-               "': restitution must be in [0, 1], not ", body.restitution);
-  DYOP_REQUIRE(body.friction >= 0 && body.friction < kInfinity, "body '", name,
-               "': friction must be finite and >= 0, not ", body.friction);
-  DYOP_REQUIRE(body.initial.twist.v_WB.allFinite() && body.initial.twist.w_WB.allFinite(), "body '",
-               name, "': initial velocity must be finite");
-  if (body.kind == BodyKind::Kinematic) {
-    DYOP_REQUIRE(body.motion != nullptr, "body '", name, "': a kinematic body needs a motion");
-  }
-  if (body.kind != BodyKind::Dynamic) {
-    DYOP_REQUIRE(!body.wrench, "body '", name, "': only a dynamic body can have a wrench");
-    return;
-  }
-  const MassProperties& properties = body.mass_properties;
-  DYOP_REQUIRE(properties.mass > 0 && properties.mass < kInfinity, "body '", name,
-               "': mass must be finite and > 0, not ", properties.mass);
-  DYOP_REQUIRE(properties.p_BoBcm.allFinite(), "body '", name, "': centre of mass must be finite");
-  const Matrix3& I = properties.I_BBcm;
-  DYOP_REQUIRE(I.allFinite() && I.isApprox(I.transpose()), "body '", name,
-               "': inertia must be finite and symmetric");
-  const Vector3 principal = Eigen::SelfAdjointEigenSolver<Matrix3>(I).eigenvalues();
-  DYOP_REQUIRE(principal[0] > 0, "body '", name,
-               "': inertia must be positive definite, but has "
-               "principal moment ",
-               principal[0]);
-}
-
-// A box that holds the body at every time of the interval: its box at the middle, grown by the
-// distance that any point can move in half the interval, and by half the distance at which pairs
-// matter.
-AlignedBox swept_box(const Shape& shape, const Motion& motion, const TimeInterval& interval,
-                     Scalar reach) {
-  const RigidPose X_WB = motion.pose(interval.begin + interval.length() / 2);
-  const TwistBound bound = motion.twist_bound(interval);
-  const AlignedBox box = shape.bounding_box();
-  const Vector3 half = X_WB.rotation().cwiseAbs() * (box.sizes() / 2);
-  const Vector3 center = X_WB * Vector3(box.center());
-  const Scalar radius = shape.bounding_radius();
-  const Scalar motion_reach =
-      (bound.linear_speed + bound.angular_speed * radius) * interval.length() / 2;
-  // Generous for rounding: a part in 1e9 of the coordinates. literal: costs nothing.
-  const Scalar noise = 1e-9 * (center.cwiseAbs().maxCoeff() + radius);
-  const Vector3 grow = half.array() + (motion_reach + reach + noise);
-  return {center - grow, center + grow};
+void require_two(BodyId a, BodyId b) {
+  DYOP_REQUIRE(a != b, "World: a pair needs two bodies, not ", a, " twice");
 }
 
 }  // namespace
 
-World::Impl::Impl(const WorldOptions& the_options)
-    : options(the_options),
-      smooth(the_options.integrator, the_options.integrator_options, the_options.gravity_W) {}
-
-Scalar World::Impl::margin(BodyId a, BodyId b) const {
-  const auto found = pair_margin.find(ordered(a, b));
-  return found == pair_margin.end() ? options.margin : found->second;
-}
-
-Scalar World::Impl::tolerance() const {
-  if (options.distance_tolerance) return *options.distance_tolerance;
-  Scalar smallest = kInfinity;
-  for (const BodyRecord& body : bodies) {
-    smallest = std::min(smallest, body.definition.shape->bounding_radius());
-  }
-  // literal: a millionth of the smallest body, WorldOptions::distance_tolerance
-  return 1e-6 * smallest;
-}
-
-Motions World::Impl::motions_of_step() const {
-  Motions motions;
-  for (std::size_t i = 0; i < bodies.size(); ++i) {
-    const BodyRecord& body = bodies[i];
-    if (body.is_active()) {
-      motions.push_back(smooth.motion(i));
-    } else if (body.definition.kind == BodyKind::Kinematic) {
-      motions.push_back(body.definition.motion);
-    } else {
-      motions.push_back(std::make_shared<RestMotion>(body.state.X_WB));
-    }
-  }
-  return motions;
-}
-
-std::vector<BodyPair> World::Impl::candidate_pairs(const Motions& motions,
-                                                   const TimeInterval& interval) {
-  Scalar largest_margin = options.margin;
-  for (const auto& [pair, value] : pair_margin) largest_margin = std::max(largest_margin, value);
-  const Scalar reach = (largest_margin + 2 * tolerance()) / 2;
-  std::vector<bool> may_move;
-  for (std::size_t i = 0; i < bodies.size(); ++i) {
-    may_move.push_back(bodies[i].may_move());
-    broad_phase.update(static_cast<std::int32_t>(i),
-                       swept_box(*bodies[i].definition.shape, *motions[i], interval, reach));
-  }
-  std::vector<BodyPair> pairs = broad_phase.find_pairs(may_move);
-  std::erase_if(pairs, [&](const BodyPair& pair) {
-    const auto found = pair_enabled.find(pair);
-    if (found != pair_enabled.end()) return !found->second;
-    // Two bodies on given paths cannot answer an impact.
-    const auto is_dynamic = [&](BodyId id) {
-      return bodies[static_cast<std::size_t>(id)].definition.kind == BodyKind::Dynamic;
-    };
-    return !is_dynamic(pair.first) && !is_dynamic(pair.second);
-  });
-  return pairs;
-}
-
-// All pairs are queried over the whole step, so that the answers do not depend on which thread
-// finishes first.
-std::vector<ToiResult> World::Impl::query_pairs(const std::vector<BodyPair>& pairs,
-                                                const Motions& motions,
-                                                const TimeInterval& interval,
-                                                const std::stop_token& stop) const {
-  const Scalar distance_tolerance = tolerance();
-  std::vector<ToiQuery> queries;
-  for (const auto& [id_a, id_b] : pairs) {
-    const auto a = static_cast<std::size_t>(id_a);
-    const auto b = static_cast<std::size_t>(id_b);
-    ToiQuery query{bodies[a].definition.shape.get(),
-                   motions[a].get(),
-                   bodies[b].definition.shape.get(),
-                   motions[b].get(),
-                   interval,
-                   {}};
-    query.options.target_distance = margin(id_a, id_b);
-    query.options.distance_tolerance = distance_tolerance;
-    query.options.max_node_pairs = options.max_node_pairs;
-    queries.push_back(query);
-  }
-  BatchOptions batch;
-  batch.thread_count = options.threads;
-  batch.stop = stop;
-  std::vector<ToiResult> results(pairs.size());
-  time_of_impact_batch(queries, results, batch);
-  return results;
-}
-
-void World::Impl::commit(const Motions& motions, Scalar t, AdvanceReport& report) {
-  for (std::size_t i = 0; i < bodies.size(); ++i) {
-    BodyRecord& body = bodies[i];
-    if (body.is_active()) {
-      body.state = smooth.state(i, *motions[i], t);
-    } else if (body.definition.kind == BodyKind::Kinematic) {
-      body.state = {motions[i]->pose(t), motions[i]->twist(t)};
-    }
-  }
-  if (t > time) report.steps.push_back({{time, t}, motions});
-  must_restart = must_restart || t < smooth.time() || smooth.needs_restart();
-  time = t;
-}
-
-void World::Impl::sub_step(Scalar t_end, const std::stop_token& stop, AdvanceReport& report) {
-  if (must_restart) smooth.restart(time, bodies);
-  must_restart = false;
-  smooth.step(t_end);
-  const TimeInterval interval{time, smooth.time()};
-  const Motions motions = motions_of_step();
-  const std::vector<BodyPair> pairs = candidate_pairs(motions, interval);
-  const std::vector<ToiResult> results = query_pairs(pairs, motions, interval, stop);
-  report.broad_phase_pairs += static_cast<std::int64_t>(pairs.size());
-
-  // The earliest undecided or met pair; among equals the first.
-  std::size_t first = pairs.size();
-  for (std::size_t i = 0; i < pairs.size(); ++i) {
-    const ToiStatistics& work = results[i].statistics;
-    report.toi.box_tests += work.box_tests;
-    report.toi.leaf_tests += work.leaf_tests;
-    report.toi.node_pairs += work.node_pairs;
-    report.toi.peak_queue = std::max(report.toi.peak_queue, work.peak_queue);
-    if (results[i].status == ToiStatus::Separated) continue;
-    if (first == pairs.size() || results[i].t_safe < results[first].t_safe) first = i;
-  }
-  if (first == pairs.size()) {
-    commit(motions, interval.end, report);
-    return;
-  }
-  const ToiResult& met = results[first];
-  commit(motions, met.t_safe, report);
-  must_restart = true;
-  switch (met.status) {
-    case ToiStatus::Impact:
-      handle_impact({time, pairs[first].first, pairs[first].second, met, {}, false}, pairs, report);
-      return;
-    case ToiStatus::InitiallyWithinTarget:
-      report.status = AdvanceStatus::InitialOverlap;
-      break;
-    case ToiStatus::NumericalLimit:
-      report.status = AdvanceStatus::NumericalLimit;
-      break;
-    case ToiStatus::NotRun:  // stopped before its turn: t_safe is the begin
-    case ToiStatus::Cancelled:
-      report.status = AdvanceStatus::Cancelled;
-      return;
-    default:
-      report.status = AdvanceStatus::BudgetExhausted;
-      break;
-  }
-  report.offending_pair = pairs[first];
-}
-
-AdvanceReport World::Impl::advance(Scalar dt, const std::stop_token& stop) {
-  DYOP_REQUIRE(dt > 0 && dt < kInfinity, "World::advance: dt must be finite and > 0, not ", dt);
-  const Scalar t_end = time + dt;
-  for (const BodyRecord& body : bodies) {
-    if (body.definition.kind != BodyKind::Kinematic) continue;
-    const std::string what = "the motion of body '" + body.definition.name + "'";
-    require_defined(*body.definition.motion, {time, t_end}, what.c_str());
-  }
-  AdvanceReport report;
-  const IntegratorStatistics before = smooth.statistics();
-  while (time < t_end && report.status == AdvanceStatus::NotRun) {
-    if (stop.stop_requested()) {
-      report.status = AdvanceStatus::Cancelled;
-    } else if (static_cast<int>(report.impacts.size()) >= options.max_impacts_per_advance) {
-      report.status = AdvanceStatus::ImpactLimit;
-    } else {
-      sub_step(t_end, stop, report);
-    }
-  }
-  if (report.status == AdvanceStatus::NotRun) report.status = AdvanceStatus::Completed;
-  report.t = time;
-  const IntegratorStatistics after = smooth.statistics();
-  report.integrator.steps = after.steps - before.steps;
-  report.integrator.rejected_steps = after.rejected_steps - before.rejected_steps;
-  report.integrator.function_evaluations = after.function_evaluations - before.function_evaluations;
-  return report;
-}
-
 World::World(const WorldOptions& options) : impl_(std::make_unique<Impl>(options)) {
-  DYOP_REQUIRE(options.gravity_W.allFinite(), "World: gravity must be finite, not (",
-               options.gravity_W.transpose(), ")");
-  DYOP_REQUIRE(options.margin >= 0 && options.margin < kInfinity,
-               "World: margin must be finite and >= 0, not ", options.margin);
-  DYOP_REQUIRE(!options.distance_tolerance ||
-                   (*options.distance_tolerance > 0 && *options.distance_tolerance < kInfinity),
-               "World: distance_tolerance must be finite and > 0, not ",
-               *options.distance_tolerance);
-  DYOP_REQUIRE(options.max_node_pairs > 0, "World: max_node_pairs must be > 0, not ",
-               options.max_node_pairs);
-  DYOP_REQUIRE(options.zeno_impacts > 0 && options.zeno_window > 0 && options.zeno_speed >= 0,
-               "World: zeno_impacts and zeno_window must be > 0 and zeno_speed >= 0, not ",
-               options.zeno_impacts, ", ", options.zeno_window, ", ", options.zeno_speed);
-  DYOP_REQUIRE(options.threads >= 0, "World: threads must be >= 0, not ", options.threads);
-  DYOP_REQUIRE(options.policy != ImpactPolicy::Callback || options.on_impact,
-               "World: policy Callback needs on_impact");
+  require_valid(options);
 }
 
 World::~World() = default;
@@ -273,37 +55,214 @@ World::World(World&&) noexcept = default;
 World& World::operator=(World&&) noexcept = default;
 
 BodyId World::add_body(const BodyDefinition& definition) {
-  require_valid(definition);
-  BodyRecord body;
-  body.definition = definition;
-  body.state = definition.initial;
-  if (definition.kind == BodyKind::Static) body.state.twist = {};
-  if (definition.kind == BodyKind::Kinematic) {
-    const TimeInterval domain = definition.motion->domain();
-    DYOP_REQUIRE(domain.contains(impl_->time), "body '", definition.name,
-                 "': its motion is not defined at the time ", impl_->time);
-    body.state = {definition.motion->pose(impl_->time), definition.motion->twist(impl_->time)};
+  internal::require_valid(definition);
+  Impl& impl = *impl_;
+  const bool is_new = impl.free_slots.empty();
+  const std::uint32_t slot =
+      is_new ? static_cast<std::uint32_t>(impl.bodies.size()) : impl.free_slots.back();
+  const BodyId id(slot, is_new ? 0 : impl.bodies[slot].id.generation + 1);
+  BodyRecord body = internal::make_body_record(id, definition, impl.time);
+  if (is_new) {
+    impl.bodies.push_back(std::move(body));
+    impl.broad_phase.add(AlignedBox());
+  } else {
+    impl.free_slots.pop_back();
+    impl.bodies[slot] = std::move(body);
   }
-  impl_->broad_phase.add(AlignedBox(Vector3::Zero(), Vector3::Zero()));
-  impl_->bodies.push_back(std::move(body));
-  impl_->must_restart = true;
-  return static_cast<BodyId>(impl_->bodies.size() - 1);
+  ++impl.count;
+  return id;
 }
 
-void World::set_pair_enabled(BodyId a, BodyId b, bool enabled) {
-  body(a);
-  body(b);
-  DYOP_REQUIRE(a != b, "World: a pair needs two bodies, not ", a, " twice");
-  impl_->pair_enabled[ordered(a, b)] = enabled;
+void World::remove_body(BodyId id) {
+  set_enabled(id, false);
+  std::erase_if(impl_->joints, [&](const auto& joint) {
+    return joint.definition.a == id || joint.definition.b == id;
+  });
+  BodyRecord& body = impl_->record(id);
+  body.exists = false;
+  body.definition.user_data.reset();
+  impl_->free_slots.push_back(id.slot);
+  std::erase_if(impl_->pair_enabled, [&](const auto& entry) {
+    return entry.first.a == id.slot || entry.first.b == id.slot;
+  });
+  std::erase_if(impl_->pair_target, [&](const auto& entry) {
+    return entry.first.a == id.slot || entry.first.b == id.slot;
+  });
+  --impl_->count;
 }
 
-void World::set_margin(BodyId a, BodyId b, Scalar margin) {
-  body(a);
-  body(b);
-  DYOP_REQUIRE(a != b, "World: a pair needs two bodies, not ", a, " twice");
-  DYOP_REQUIRE(margin >= 0 && margin < kInfinity, "World: margin must be finite and >= 0, not ",
-               margin);
-  impl_->pair_margin[ordered(a, b)] = margin;
+void World::set_enabled(BodyId id, bool is_enabled) {
+  BodyRecord& body = impl_->record(id);
+  if (body.is_enabled == is_enabled) return;
+  for (const auto& pair : impl_->pairs) {
+    if (!pair->has_contacts) continue;
+    if (pair->key.a == id.slot) impl_->wake(pair->key.b, nullptr);
+    if (pair->key.b == id.slot) impl_->wake(pair->key.a, nullptr);
+  }
+  impl_->drop_pairs_of(id.slot);
+  body.is_enabled = is_enabled;
+  body.is_asleep = false;
+  if (body.definition.kind == BodyKind::Kinematic && is_enabled) {
+    body.state = central_state(body, body.definition.motion->state(impl_->time));
+  }
+  impl_->restart(body);
+  impl_->broad_phase.update(static_cast<std::int32_t>(id.slot), AlignedBox());
+}
+
+void World::set_motion(BodyId id, std::shared_ptr<const Motion> motion) {
+  BodyRecord& body = impl_->record(id);
+  const auto& name = body.definition.name;
+  DYOP_REQUIRE(body.definition.kind == BodyKind::Kinematic, "body '", name,
+               "': only a kinematic body has a motion");
+  DYOP_REQUIRE(motion != nullptr, "body '", name, "': the motion is missing");
+  DYOP_REQUIRE(motion->domain().contains(impl_->time), "body '", name,
+               "': its motion is not defined at the time ", impl_->time);
+  const MotionState state = motion->state(impl_->time);
+  const RigidPose X_WB = body.X_WB();
+  const Scalar radius = body.definition.shape->bounding_radius();
+  const Scalar jump = (state.X_WB.translation() - X_WB.translation()).norm() +
+                      radius * (state.X_WB.rotation() - X_WB.rotation()).norm();
+  constexpr Scalar kLargestJump = 1e-3;  // of the radius, as documented
+  DYOP_REQUIRE(jump <= kLargestJump * radius, "body '", name, "': its new motion begins ", jump,
+               " away from where the body is; move it there by a motion");
+  if (jump > 0) {
+    for (const auto& pair : impl_->pairs) {
+      if (pair->key.a != id.slot && pair->key.b != id.slot) continue;
+      pair->gap_committed = std::max(pair->gap_committed - 2 * jump, -1.0);
+      if (pair->gap_committed < 0) pair->gap_committed = -1;
+    }
+  }
+  body.definition.motion = std::move(motion);
+  body.state = central_state(body, state);
+  impl_->restart(body);
+}
+
+void World::set_state(BodyId id, const MotionState& state) {
+  BodyRecord& body = impl_->record(id);
+  const auto& name = body.definition.name;
+  DYOP_REQUIRE(body.is_dynamic(), "body '", name, "': only the state of a dynamic body can be set");
+  DYOP_REQUIRE(state.twist.v_WB.allFinite() && state.twist.w_WB.allFinite(), "body '", name,
+               "': velocity must be finite");
+  wake(id);
+  const RigidPose X_WB = body.X_WB();
+  const bool moves =
+      X_WB.translation() != state.X_WB.translation() || X_WB.rotation() != state.X_WB.rotation();
+  if (moves) {
+    for (const auto& pair : impl_->pairs) {
+      if (!pair->has_contacts) continue;
+      if (pair->key.a == id.slot) impl_->wake(pair->key.b, nullptr);
+      if (pair->key.b == id.slot) impl_->wake(pair->key.a, nullptr);
+    }
+    impl_->drop_pairs_of(id.slot);
+  }
+  body.state = central_state(body, state);
+  impl_->restart(body);
+}
+
+void World::set_wrench(BodyId id, WrenchCallback wrench) {
+  BodyRecord& body = impl_->record(id);
+  DYOP_REQUIRE(body.is_dynamic(), "body '", body.definition.name,
+               "': only a dynamic body can have a wrench");
+  body.definition.wrench = std::move(wrench);
+  body.flight = nullptr;
+  wake(id);
+}
+
+void World::set_gravity(const Vector3& gravity_W) {
+  DYOP_REQUIRE(gravity_W.allFinite(), "World: gravity must be finite, not (", gravity_W.transpose(),
+               ")");
+  impl_->gravity_W = gravity_W;
+  for (BodyRecord& body : impl_->bodies) {
+    if (!body.is_present() || !body.is_dynamic()) continue;
+    body.is_asleep = false;
+    impl_->restart(body);
+  }
+}
+
+void World::wake(BodyId id) {
+  BodyRecord& body = impl_->record(id);
+  DYOP_REQUIRE(body.is_dynamic(), "body '", body.definition.name, "': only a dynamic body wakes");
+  impl_->wake(id.slot, nullptr);
+}
+
+void World::set_pair_enabled(BodyId a, BodyId b, bool is_enabled) {
+  impl_->record(a);
+  impl_->record(b);
+  require_two(a, b);
+  const PairKey key = internal::ordered(a.slot, b.slot);
+  impl_->pair_enabled[key] = is_enabled;
+  std::erase_if(impl_->pairs, [&](const auto& pair) {
+    if (pair->key != key) return false;
+    if (pair->has_contacts) {
+      impl_->wake(key.a, nullptr);
+      impl_->wake(key.b, nullptr);
+    }
+    return true;
+  });
+}
+
+void World::set_target_distance(BodyId a, BodyId b, Scalar target_distance) {
+  impl_->record(a);
+  impl_->record(b);
+  require_two(a, b);
+  DYOP_REQUIRE(target_distance >= 0 && target_distance < kInfinity,
+               "World: target_distance must be finite and >= 0, not ", target_distance);
+  const PairKey key = internal::ordered(a.slot, b.slot);
+  set_pair_enabled(a, b, impl_->is_pair_enabled(key));  // wakes both, forgets the pair
+  impl_->pair_target[key] = target_distance;
+}
+
+JointId World::add_joint(const JointDefinition& definition) {
+  internal::require_valid(definition);
+  const BodyRecord& a = impl_->record(definition.a);
+  const BodyRecord& b = impl_->record(definition.b);
+  DYOP_REQUIRE(a.is_dynamic() || b.is_dynamic(), "joint '", definition.name,
+               "': one of its bodies must be dynamic");
+  internal::JointState joint;
+  joint.id = {impl_->next_joint++};
+  joint.definition = definition;
+  if (definition.kind == JointKind::Distance && !definition.limits) {
+    const Vector3 p_WJa = a.X_WB() * definition.X_AJ.translation();
+    const Vector3 p_WJb = b.X_WB() * definition.X_BJ.translation();
+    const Scalar distance = (p_WJb - p_WJa).norm();
+    joint.definition.limits = JointLimits{distance, distance};
+    internal::require_valid(joint.definition);
+  }
+  impl_->joints.push_back(std::move(joint));
+  forget_pair(definition.a, definition.b);
+  return impl_->joints.back().id;
+}
+
+void World::remove_joint(JointId id) {
+  const JointDefinition definition = impl_->joint_at(id).definition;
+  std::erase_if(impl_->joints, [&](const auto& joint) { return joint.id == id; });
+  forget_pair(definition.a, definition.b);
+}
+
+void World::set_motor(JointId id, const JointMotor& motor) {
+  internal::JointState& joint = impl_->joint_at(id);
+  DYOP_REQUIRE(joint.definition.motor.has_value(), "joint '", joint.definition.name,
+               "': it has no motor");
+  JointDefinition changed = joint.definition;
+  changed.motor = motor;
+  internal::require_valid(changed);
+  joint.definition = changed;
+  impl_->wake(changed.a.slot, nullptr);
+  impl_->wake(changed.b.slot, nullptr);
+}
+
+const JointDefinition& World::joint(JointId id) const {
+  return impl_->joint_at(id).definition;
+}
+
+// After a change of what holds between two bodies: both wake up.
+void World::forget_pair(BodyId a, BodyId b) {
+  const PairKey key = internal::ordered(a.slot, b.slot);
+  std::erase_if(impl_->pairs, [&](const auto& pair) { return pair->key == key; });
+  for (const BodyId id : {a, b}) {
+    impl_->wake(id.slot, nullptr);
+    impl_->bodies[id.slot].flight = nullptr;
+  }
 }
 
 Scalar World::time() const {
@@ -311,62 +270,85 @@ Scalar World::time() const {
 }
 
 std::size_t World::body_count() const {
-  return impl_->bodies.size();
+  return impl_->count;
+}
+
+std::vector<BodyId> World::bodies() const {
+  std::vector<BodyId> ids;
+  for (const BodyRecord& body : impl_->bodies) {
+    if (body.exists) ids.push_back(body.id);
+  }
+  return ids;
+}
+
+bool World::has_body(BodyId id) const {
+  return id.slot < impl_->bodies.size() && impl_->bodies[id.slot].exists &&
+         impl_->bodies[id.slot].id == id;
 }
 
 const BodyDefinition& World::body(BodyId id) const {
-  DYOP_REQUIRE(id >= 0 && static_cast<std::size_t>(id) < impl_->bodies.size(),
-               "World: there is no body ", id, " among ", impl_->bodies.size());
-  return impl_->bodies[static_cast<std::size_t>(id)].definition;
+  return impl_->record(id).definition;
 }
 
-const MotionState& World::state(BodyId id) const {
-  body(id);
-  return impl_->bodies[static_cast<std::size_t>(id)].state;
+std::any& World::user_data(BodyId id) {
+  return impl_->record(id).definition.user_data;
 }
 
-void World::set_state(BodyId id, const MotionState& state) {
-  DYOP_REQUIRE(body(id).kind == BodyKind::Dynamic, "body '", body(id).name,
-               "': only the state of a dynamic body can be set");
-  DYOP_REQUIRE(state.twist.v_WB.allFinite() && state.twist.w_WB.allFinite(), "body '",
-               body(id).name, "': velocity must be finite");
-  BodyRecord& record = impl_->bodies[static_cast<std::size_t>(id)];
-  record.state = state;
-  record.is_settled = false;
-  record.impact_times.clear();
-  impl_->must_restart = true;
+MotionState World::state(BodyId id) const {
+  return impl_->record(id).motion_state();
 }
 
-bool World::is_settled(BodyId id) const {
-  body(id);
-  return impl_->bodies[static_cast<std::size_t>(id)].is_settled;
+bool World::is_asleep(BodyId id) const {
+  return impl_->record(id).is_asleep;
+}
+
+bool World::is_enabled(BodyId id) const {
+  return impl_->record(id).is_enabled;
+}
+
+std::vector<PairRecord> World::pairs() const {
+  std::vector<PairRecord> records;
+  for (const auto& pair : impl_->pairs) records.push_back(impl_->record_of(*pair));
+  return records;
+}
+
+std::vector<PairRecord> World::contacts() const {
+  std::vector<PairRecord> records;
+  for (const auto& pair : impl_->pairs) {
+    if (pair->has_contacts) records.push_back(impl_->record_of(*pair));
+  }
+  return records;
 }
 
 Scalar World::kinetic_energy() const {
   Scalar energy = 0;
   for (const BodyRecord& body : impl_->bodies) {
-    if (body.definition.kind != BodyKind::Dynamic) continue;
-    const Vector3& w = body.state.twist.w_WB;
-    energy += (body.definition.mass_properties.mass * body.center_velocity().squaredNorm() +
-               w.dot(body.inertia_W() * w)) /
-              2;
+    if (body.is_present()) energy += body.kinetic_energy();
   }
   return energy;
+}
+
+Vector3 World::momentum() const {
+  Vector3 sum = Vector3::Zero();
+  for (const BodyRecord& body : impl_->bodies) {
+    if (!body.is_present() || !body.is_dynamic()) continue;
+    sum += body.definition.mass_properties.mass * body.state.v_W;
+  }
+  return sum;
 }
 
 Vector3 World::angular_momentum() const {
   Vector3 sum = Vector3::Zero();
   for (const BodyRecord& body : impl_->bodies) {
-    if (body.definition.kind != BodyKind::Dynamic) continue;
-    sum +=
-        body.center_of_mass().cross(body.definition.mass_properties.mass * body.center_velocity()) +
-        body.inertia_W() * body.state.twist.w_WB;
+    if (!body.is_present() || !body.is_dynamic()) continue;
+    const Vector3 momentum = body.definition.mass_properties.mass * body.state.v_W;
+    sum += body.state.X_WM.translation().cross(momentum) + body.state.L_W;
   }
   return sum;
 }
 
-AdvanceReport World::advance(Scalar dt, std::stop_token stop) {
-  return impl_->advance(dt, stop);
+AdvanceReport World::advance(Scalar dt, const AdvanceLimits& limits) {
+  return impl_->advance(dt, limits);
 }
 
 }  // namespace dyop

@@ -1,52 +1,71 @@
 #pragma once
 
+#include <cstdint>
+#include <deque>
 #include <map>
+#include <memory>
+#include <set>
 #include <utility>
 #include <vector>
 
-#include "dynamics/body_record.h"
 #include "dynamics/broad_phase.h"
-#include "dynamics/smooth_dynamics.h"
+#include "dynamics/joint_state.h"
+#include "dynamics/pair_state.h"
+#include "dynamics/step/island_run.h"
+#include "dynamics/step/ledger.h"
 #include "dyop/dynamics/world.h"
 
 namespace dyop {
 
-using BodyPair = std::pair<BodyId, BodyId>;
-
-/// What a World holds, and the stages of one sub-step.
+/// What a World is: bodies by slot, their near pairs, and the rules between them.
 struct World::Impl {
   explicit Impl(const WorldOptions& the_options);
 
-  // world.cpp: stepping
-  AdvanceReport advance(Scalar dt, const std::stop_token& stop);
-  void sub_step(Scalar t_end, const std::stop_token& stop, AdvanceReport& report);
-  std::vector<std::shared_ptr<const Motion>> motions_of_step() const;
-  std::vector<BodyPair> candidate_pairs(const std::vector<std::shared_ptr<const Motion>>& motions,
-                                        const TimeInterval& interval);
-  std::vector<ToiResult> query_pairs(const std::vector<BodyPair>& pairs,
-                                     const std::vector<std::shared_ptr<const Motion>>& motions,
-                                     const TimeInterval& interval,
-                                     const std::stop_token& stop) const;
-  void commit(const std::vector<std::shared_ptr<const Motion>>& motions, Scalar t,
-              AdvanceReport& report);
-  Scalar margin(BodyId a, BodyId b) const;
-  Scalar tolerance() const;
+  // Bodies.
+  internal::BodyRecord& record(BodyId id);
+  const internal::BodyRecord& record(BodyId id) const;
+  BodyId id_at(std::uint32_t slot) const { return bodies[slot].id; }
+  void restart(internal::BodyRecord& body);
+  bool moves_by_itself(const internal::BodyRecord& body, const TimeInterval& interval) const;
 
-  // world_impact.cpp: what happens at an impact
-  void handle_impact(ImpactEvent event, const std::vector<BodyPair>& pairs, AdvanceReport& report);
-  std::vector<WorldContact> gather_contacts(const std::vector<BodyPair>& pairs) const;
-  void wake_struck_bodies(const std::vector<WorldContact>& contacts);
-  void apply_impulses(std::vector<WorldContact>& contacts);
-  std::vector<BodyId> settle_bodies(const ImpactEvent& event);
+  // Pairs.
+  internal::PairLengths lengths_of(internal::PairKey key) const;
+  bool is_pair_enabled(internal::PairKey key) const;
+  internal::JointState& joint_at(JointId id);
+  void drop_pairs_of(std::uint32_t slot);
+  PairRecord record_of(const internal::PairState& pair) const;
+
+  // Sleep (sleeping.cpp).
+  void wake(std::uint32_t slot, AdvanceReport* report);
+  void wake_what_changed(const TimeInterval& interval, AdvanceReport& report);
+  void put_to_sleep(const std::vector<internal::Island>& islands,
+                    const std::vector<internal::IslandOutcome>& outcomes, Scalar h,
+                    AdvanceReport& report);
+
+  // Sensors (sensing.cpp).
+  void sense(const CommittedStep& step, AdvanceReport& report);
+
+  AdvanceReport advance(Scalar dt, const AdvanceLimits& limits);
+  void answer_by_callback(AdvanceReport& report);
+  /// Takes over a step that was proven.
+  void commit(const internal::Ledger& ledger, const std::vector<internal::Island>& islands,
+              std::vector<internal::IslandOutcome>& outcomes, AdvanceReport& report);
 
   WorldOptions options;
-  std::vector<internal::BodyRecord> bodies;
-  std::map<BodyPair, bool> pair_enabled;
-  std::map<BodyPair, Scalar> pair_margin;
-  internal::SmoothDynamics smooth;
-  internal::BroadPhase broad_phase;
+  Vector3 gravity_W;
   Scalar time = 0;
-  bool must_restart = true;  // the solver's state is not that of the bodies any more
+  std::deque<internal::BodyRecord> bodies;
+  std::vector<std::uint32_t> free_slots;
+  std::size_t count = 0;
+  internal::BroadPhase broad_phase;
+  std::vector<std::unique_ptr<internal::PairState>> pairs;  // by key
+  std::map<internal::PairKey, bool> pair_enabled;
+  std::map<internal::PairKey, Scalar> pair_target;
+  std::deque<internal::JointState> joints;  // by id
+  std::uint64_t next_joint = 0;
+  std::set<internal::PairKey> overlapping_sensors;
+  std::set<internal::PairKey> crossed;  // reported already
+  std::vector<std::unique_ptr<internal::StepWorkspace>> workspaces;
 };
 
 }  // namespace dyop

@@ -7,8 +7,8 @@ namespace {
 
 Json world_contact_json(const WorldContact& world_contact) {
   Json json;
-  json["a"] = world_contact.a;
-  json["b"] = world_contact.b;
+  json["a"] = to_json(world_contact.a);
+  json["b"] = to_json(world_contact.b);
   json.update(to_json(world_contact.contact));
   json["normal_velocity"] = number_json(world_contact.normal_velocity);
   json["impulse_W"] = to_json(world_contact.impulse_W);
@@ -17,8 +17,8 @@ Json world_contact_json(const WorldContact& world_contact) {
 
 WorldContact world_contact_from(const Json& json) {
   WorldContact world_contact;
-  world_contact.a = json.at("a").get<BodyId>();
-  world_contact.b = json.at("b").get<BodyId>();
+  world_contact.a = body_id_from(json.at("a"));
+  world_contact.b = body_id_from(json.at("b"));
   world_contact.contact = contact_from(json);
   world_contact.normal_velocity = number_from(json.at("normal_velocity"));
   world_contact.impulse_W = vector3_from(json.at("impulse_W"));
@@ -26,6 +26,49 @@ WorldContact world_contact_from(const Json& json) {
 }
 
 }  // namespace
+
+// Ids of a recording are places in its list of bodies.
+Json to_json(const BodyId& id) {
+  return id == BodyId() ? Json(nullptr) : Json(id.slot);
+}
+
+BodyId body_id_from(const Json& json) {
+  return json.is_null() ? BodyId() : BodyId(json.get<std::uint32_t>());
+}
+
+Json to_json(const StepStatistics& statistics) {
+  Json json;
+  json["steps"] = statistics.steps;
+  json["legs"] = statistics.legs;
+  json["islands"] = statistics.islands;
+  json["rounds"] = statistics.rounds;
+  json["stalls"] = statistics.stalls;
+  json["contacts"] = statistics.contacts;
+  json["unconverged"] = statistics.unconverged;
+  json["residual"] = number_json(statistics.residual);
+  json["pairs_by_bound"] = statistics.pairs_by_bound;
+  json["pairs_by_query"] = statistics.pairs_by_query;
+  json["pairs_at_rest"] = statistics.pairs_at_rest;
+  json["pairs_excused"] = statistics.pairs_excused;
+  return json;
+}
+
+StepStatistics step_statistics_from(const Json& json) {
+  StepStatistics statistics;
+  statistics.steps = json.at("steps").get<std::int64_t>();
+  statistics.legs = json.at("legs").get<std::int64_t>();
+  statistics.islands = json.at("islands").get<std::int64_t>();
+  statistics.rounds = json.at("rounds").get<std::int64_t>();
+  statistics.stalls = json.at("stalls").get<std::int64_t>();
+  statistics.contacts = json.at("contacts").get<std::int64_t>();
+  statistics.unconverged = json.at("unconverged").get<std::int64_t>();
+  statistics.residual = number_from(json.at("residual"));
+  statistics.pairs_by_bound = json.at("pairs_by_bound").get<std::int64_t>();
+  statistics.pairs_by_query = json.at("pairs_by_query").get<std::int64_t>();
+  statistics.pairs_at_rest = json.at("pairs_at_rest").get<std::int64_t>();
+  statistics.pairs_excused = json.at("pairs_excused").get<std::int64_t>();
+  return statistics;
+}
 
 Json to_json(const IntegratorStatistics& statistics) {
   Json json;
@@ -46,9 +89,8 @@ IntegratorStatistics integrator_statistics_from(const Json& json) {
 Json to_json(const ImpactEvent& event) {
   Json json;
   json["t"] = number_json(event.t);
-  json["a"] = event.a;
-  json["b"] = event.b;
-  json["settled"] = event.settled;
+  json["a"] = to_json(event.a);
+  json["b"] = to_json(event.b);
   json["toi"] = to_json(event.toi);
   json["contacts"] = Json::array();
   for (const WorldContact& contact : event.contacts)
@@ -59,9 +101,8 @@ Json to_json(const ImpactEvent& event) {
 ImpactEvent impact_event_from(const Json& json) {
   ImpactEvent event;
   event.t = number_from(json.at("t"));
-  event.a = json.at("a").get<BodyId>();
-  event.b = json.at("b").get<BodyId>();
-  event.settled = json.at("settled").get<bool>();
+  event.a = body_id_from(json.at("a"));
+  event.b = body_id_from(json.at("b"));
   event.toi = toi_result_from(json.at("toi"));
   for (const Json& contact : json.at("contacts")) {
     event.contacts.push_back(world_contact_from(contact));

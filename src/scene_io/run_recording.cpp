@@ -16,7 +16,7 @@ namespace {
 using internal::Json;
 using internal::to_json;
 
-constexpr int kVersion = 1;
+constexpr int kVersion = 2;
 constexpr std::size_t kStateNumbers = 13;
 constexpr int kPartsOfStep = 4;
 constexpr std::string_view kError = "Error";  // the status of a run that an exception ended
@@ -45,14 +45,15 @@ Json header_of(const Scene& scene) {
                               {"kind", name_of_kind(body.kind)},
                               {"bounding_radius", body.shape->bounding_radius()}});
   }
-  json["options"] = {{"distance_tolerance", nullptr},
-                     {"margin", scene.options.margin},
+  json["options"] = {{"target_distance", nullptr},
+                     {"standoff", nullptr},
                      {"max_node_pairs", scene.options.max_node_pairs},
                      {"end_time", scene.end_time},
                      {"step", scene.step}};
-  if (scene.options.distance_tolerance) {
-    json["options"]["distance_tolerance"] = *scene.options.distance_tolerance;
+  if (const auto& value = scene.options.target_distance) {
+    json["options"]["target_distance"] = *value;
   }
+  if (const auto& value = scene.options.standoff) json["options"]["standoff"] = *value;
   json["scene"] = Json::parse(scene.source);
   return json;
 }
@@ -105,11 +106,15 @@ Json totals_json(const RunTotals& totals) {
   json["advances"] = totals.advances;
   json["steps"] = totals.steps;
   json["impacts"] = totals.impacts;
-  json["settled"] = totals.settled;
-  json["offending_pair"] = Json::array({totals.offending_pair.first, totals.offending_pair.second});
+  json["offending_pair"] =
+      Json::array({to_json(totals.offending_pair.first), to_json(totals.offending_pair.second)});
+  json["too_near"] = Json::array();
+  for (const auto& [a, b] : totals.too_near) {
+    json["too_near"].push_back(Json::array({to_json(a), to_json(b)}));
+  }
   json["integrator"] = to_json(totals.integrator);
   json["toi"] = to_json(totals.toi);
-  json["broad_phase_pairs"] = totals.broad_phase_pairs;
+  json["work"] = to_json(totals.work);
   return json;
 }
 
@@ -149,12 +154,15 @@ void read_header(const Json& json, RunRecording& recording) {
   }
 }
 
+std::pair<BodyId, BodyId> pair_from(const Json& json) {
+  return {internal::body_id_from(json.at(0)), internal::body_id_from(json.at(1))};
+}
+
 RunTotals totals_from(const Json& json) {
   RunTotals totals;
   for (const AdvanceStatus status :
        {AdvanceStatus::Completed, AdvanceStatus::StoppedAtImpact, AdvanceStatus::BudgetExhausted,
-        AdvanceStatus::ImpactLimit, AdvanceStatus::InitialOverlap, AdvanceStatus::Cancelled,
-        AdvanceStatus::NumericalLimit}) {
+        AdvanceStatus::Blocked, AdvanceStatus::Cancelled, AdvanceStatus::NumericalLimit}) {
     if (json.at("status") == name_of(status)) totals.status = status;
   }
   if (json.contains("error")) totals.error = json.at("error").get<std::string>();
@@ -162,12 +170,11 @@ RunTotals totals_from(const Json& json) {
   totals.advances = json.at("advances").get<std::int64_t>();
   totals.steps = json.at("steps").get<std::int64_t>();
   totals.impacts = json.at("impacts").get<std::int64_t>();
-  totals.settled = json.at("settled").get<std::vector<BodyId>>();
-  totals.offending_pair = {json.at("offending_pair").at(0).get<BodyId>(),
-                           json.at("offending_pair").at(1).get<BodyId>()};
+  totals.offending_pair = pair_from(json.at("offending_pair"));
+  for (const Json& pair : json.at("too_near")) totals.too_near.push_back(pair_from(pair));
   totals.integrator = internal::integrator_statistics_from(json.at("integrator"));
   totals.toi = internal::toi_statistics_from(json.at("toi"));
-  totals.broad_phase_pairs = json.at("broad_phase_pairs").get<std::int64_t>();
+  totals.work = internal::step_statistics_from(json.at("work"));
   return totals;
 }
 
@@ -182,7 +189,7 @@ void read_line(const Json& json, RunRecording& recording) {
   } else if (record == "end") {
     recording.totals = totals_from(json);
     recording.is_complete = true;
-  } else if (record != "settled") {
+  } else if (record != "asleep" && record != "woke") {
     throw InvalidArgument("unknown record " + record);
   }
 }
@@ -199,10 +206,8 @@ std::string_view name_of(AdvanceStatus status) {
       return "StoppedAtImpact";
     case AdvanceStatus::BudgetExhausted:
       return "BudgetExhausted";
-    case AdvanceStatus::ImpactLimit:
-      return "ImpactLimit";
-    case AdvanceStatus::InitialOverlap:
-      return "InitialOverlap";
+    case AdvanceStatus::Blocked:
+      return "Blocked";
     case AdvanceStatus::Cancelled:
       return "Cancelled";
     case AdvanceStatus::NumericalLimit:
@@ -211,13 +216,32 @@ std::string_view name_of(AdvanceStatus status) {
   return "NotRun";
 }
 
+namespace {
+
+void add_work(StepStatistics& sum, const StepStatistics& part) {
+  sum.steps += part.steps;
+  sum.legs += part.legs;
+  sum.islands += part.islands;
+  sum.rounds += part.rounds;
+  sum.stalls += part.stalls;
+  sum.contacts = std::max(sum.contacts, part.contacts);
+  sum.unconverged += part.unconverged;
+  sum.residual = std::max(sum.residual, part.residual);
+  sum.pairs_by_bound += part.pairs_by_bound;
+  sum.pairs_by_query += part.pairs_by_query;
+  sum.pairs_at_rest += part.pairs_at_rest;
+  sum.pairs_excused += part.pairs_excused;
+}
+
+}  // namespace
+
 void RunTotals::add(const AdvanceReport& report) {
   status = report.status;
   t = report.t;
   ++advances;
   steps += std::int64_t(report.steps.size());
   impacts += std::int64_t(report.impacts.size());
-  settled.insert(settled.end(), report.settled.begin(), report.settled.end());
+  too_near.insert(too_near.end(), report.too_near.begin(), report.too_near.end());
   offending_pair = report.offending_pair;
   integrator.steps += report.integrator.steps;
   integrator.rejected_steps += report.integrator.rejected_steps;
@@ -226,7 +250,7 @@ void RunTotals::add(const AdvanceReport& report) {
   toi.leaf_tests += report.toi.leaf_tests;
   toi.node_pairs += report.toi.node_pairs;
   toi.peak_queue = std::max(toi.peak_queue, report.toi.peak_queue);
-  broad_phase_pairs += report.broad_phase_pairs;
+  add_work(work, report.work);
 }
 
 std::string_view RunTotals::end() const {
@@ -250,10 +274,15 @@ void RunRecorder::write(const AdvanceReport& report) {
     out_ << step_json(step).dump() << '\n';
   }
   write_impacts_until(kInfinity);
-  if (!report.settled.empty()) {
-    const Json json{{"record", "settled"}, {"t", report.t}, {"bodies", report.settled}};
+  const auto write_bodies = [&](const char* record, const std::vector<BodyId>& bodies) {
+    if (bodies.empty()) return;
+    Json ids = Json::array();
+    for (const BodyId& id : bodies) ids.push_back(to_json(id));
+    const Json json{{"record", record}, {"t", report.t}, {"bodies", ids}};
     out_ << json.dump() << '\n';
-  }
+  };
+  write_bodies("woke", report.woke);
+  write_bodies("asleep", report.fell_asleep);
   totals_.add(report);
 }
 
@@ -292,13 +321,12 @@ RunRecording read_recording(const std::filesystem::path& file) {
 RigidPose recorded_pose(const RecordedStep& step, BodyId body, Scalar t) {
   DYOP_REQUIRE(step.times.front() <= t && t <= step.times.back(), "the recorded step [",
                step.times.front(), ", ", step.times.back(), "] does not hold the time ", t);
-  DYOP_REQUIRE(body >= 0 && std::size_t(body) < step.states.front().size(),
-               "the recording has no body ", body);
+  DYOP_REQUIRE(body.slot < step.states.front().size(), "the recording has no body ", body);
   const auto next = std::lower_bound(step.times.begin(), step.times.end(), t);
   const auto k = std::size_t(next - step.times.begin());
-  const MotionState& end = step.states[k][std::size_t(body)];
+  const MotionState& end = step.states[k][body.slot];
   if (*next == t) return end.X_WB;
-  const MotionState& begin = step.states[k - 1][std::size_t(body)];
+  const MotionState& begin = step.states[k - 1][body.slot];
   return HermiteMotion({step.times[k - 1], step.times[k]}, {begin.X_WB, begin.twist},
                        {end.X_WB, end.twist})
       .pose(t);

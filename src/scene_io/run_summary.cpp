@@ -12,8 +12,7 @@ using internal::show;
 
 const std::string& name_of_body(const Scene& scene, BodyId id) {
   static const std::string kNobody = "(no body)";
-  return id >= 0 && std::size_t(id) < scene.bodies.size() ? scene.bodies[std::size_t(id)].name
-                                                          : kNobody;
+  return id.slot < scene.bodies.size() ? scene.bodies[id.slot].name : kNobody;
 }
 
 std::string_view kind_words(BodyKind kind) {
@@ -75,17 +74,24 @@ void write_impact(std::ostream& out, const Scene& scene, const ImpactEvent& even
   if (event.contacts.size() == 1) out << "  1 place in contact:\n";
   if (event.contacts.size() > 1) out << "  " << event.contacts.size() << " places in contact:\n";
   for (const WorldContact& contact : event.contacts) write_world_contact(out, scene, contact);
-  if (event.settled) out << "  put to rest here: too many impacts in too short a time\n";
 }
 
 void write_counters(std::ostream& out, const RunTotals& totals) {
   out << "\nWork\n"
-      << "  " << totals.steps << " proven steps; integrator: " << totals.integrator.steps
-      << " steps, " << totals.integrator.rejected_steps << " rejected, "
-      << totals.integrator.function_evaluations << " evaluations of the forces\n"
-      << "  impact engine: " << totals.broad_phase_pairs << " pairs of bodies, "
-      << totals.toi.node_pairs << " node pairs, " << totals.toi.box_tests << " box tests, "
-      << totals.toi.leaf_tests << " leaf tests, longest queue " << totals.toi.peak_queue << '\n';
+      << "  " << totals.steps << " proven steps, " << totals.work.legs
+      << " of islands; contact: " << totals.work.rounds << " rounds of hits, "
+      << totals.work.unconverged << " solves not converged,\n    largest residual "
+      << show(totals.work.residual) << ", " << totals.work.stalls << " stalls, at most "
+      << totals.work.contacts << " contacts\n"
+      << "  pairs proven: " << totals.work.pairs_by_bound << " by bound, "
+      << totals.work.pairs_by_query << " by query, " << totals.work.pairs_at_rest << " at rest, "
+      << totals.work.pairs_excused << " not proven (began too near)\n"
+      << "  integrator: " << totals.integrator.steps << " steps, "
+      << totals.integrator.rejected_steps << " rejected, " << totals.integrator.function_evaluations
+      << " evaluations of the forces\n"
+      << "  impact engine: " << totals.toi.node_pairs << " node pairs, " << totals.toi.box_tests
+      << " box tests, " << totals.toi.leaf_tests << " leaf tests, longest queue "
+      << totals.toi.peak_queue << '\n';
 }
 
 }  // namespace
@@ -103,10 +109,9 @@ std::string describe_end(const Scene& scene, const RunTotals& totals) {
       return "Stopped at the impact at t = " + t + ", as the scene asks.";
     case AdvanceStatus::BudgetExhausted:
       return "Undecided after t = " + t + ": the budget ended for " + pair + ". Safe until then.";
-    case AdvanceStatus::ImpactLimit:
-      return "Ended at t = " + t + ": too many impacts in one step. Safe until then.";
-    case AdvanceStatus::InitialOverlap:
-      return pair + " are within their margin at t = " + t + ": nothing can be proven from there.";
+    case AdvanceStatus::Blocked:
+      return "Blocked at t = " + t + ": bodies on given motions leave no room for " + pair +
+             ". Safe until then.";
     case AdvanceStatus::NumericalLimit:
       return "Undecided after t = " + t + ": rounding forbids the tolerance for " + pair +
              ". Safe until then.";
@@ -123,8 +128,8 @@ void write_summary(std::ostream& out, const Scene& scene, const std::vector<Impa
   out << "\nFrom t = 0 to t = " << show(totals.t) << " of " << show(scene.end_time) << ": "
       << impacts.size() << (impacts.size() == 1 ? " impact. " : " impacts. ")
       << describe_end(scene, totals) << '\n';
-  for (const BodyId id : totals.settled) {
-    out << "Put to rest: " << name_of_body(scene, id) << '\n';
+  for (const auto& pair : totals.too_near) {
+    out << "Began too near and were pushed apart: " << pair_words(scene, pair) << '\n';
   }
   constexpr std::size_t kMostTold = 20;
   for (std::size_t k = 0; k < impacts.size() && k < kMostTold; ++k) {

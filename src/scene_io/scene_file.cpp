@@ -63,7 +63,7 @@ internal::SpringForce read_spring(const JsonNode& node) {
 
 // The body that a force acts on.
 std::size_t forced_body(const JsonNode& force, const Scene& scene) {
-  const auto id = std::size_t(body_named(force.at("body"), scene));
+  const std::size_t id = body_named(force.at("body"), scene).slot;
   if (scene.bodies[id].kind != BodyKind::Dynamic) {
     force.at("body").fail_expected("a dynamic body: forces do not move the others");
   }
@@ -104,13 +104,13 @@ void read_forces(const JsonNode& node, Scene& scene) {
   }
 }
 
-void read_margins(const JsonNode& node, Scene& scene) {
+void read_targets(const JsonNode& node, Scene& scene) {
   for (const JsonNode& item : node.items()) {
     item.require_object({"a", "b", "distance"});
-    const SceneMargin margin{body_named(item.at("a"), scene), body_named(item.at("b"), scene),
+    const SceneTarget target{body_named(item.at("a"), scene), body_named(item.at("b"), scene),
                              item.at("distance").non_negative_number()};
-    if (margin.a == margin.b) item.at("b").fail_expected("another body than a");
-    scene.margins.push_back(margin);
+    if (target.a == target.b) item.at("b").fail_expected("another body than a");
+    scene.target_distances.push_back(target);
   }
 }
 
@@ -160,13 +160,6 @@ int read_int(const JsonNode& node) {
   return int(value);
 }
 
-void read_zeno(const JsonNode& node, WorldOptions& options) {
-  node.require_object({"impacts", "window", "speed"});
-  if (const auto value = node.find("impacts")) options.zeno_impacts = read_int(*value);
-  if (const auto value = node.find("window")) options.zeno_window = value->positive_number();
-  if (const auto value = node.find("speed")) options.zeno_speed = value->non_negative_number();
-}
-
 void read_options(const JsonNode& root, Scene& scene) {
   WorldOptions& options = scene.options;
   if (const auto node = root.find("integrator")) read_integrator(*node, scene);
@@ -174,33 +167,31 @@ void read_options(const JsonNode& root, Scene& scene) {
     options.policy = node->choice<ImpactPolicy>(
         {{"stop", ImpactPolicy::Stop}, {"impulse", ImpactPolicy::Impulse}});
   }
-  if (const auto node = root.find("tolerance")) {
-    options.distance_tolerance = node->positive_number();
+  if (const auto node = root.find("target_distance")) {
+    options.target_distance = node->non_negative_number();
   }
-  if (const auto node = root.find("margin")) options.margin = node->non_negative_number();
-  if (const auto node = root.find("zeno")) read_zeno(*node, options);
+  if (const auto node = root.find("standoff")) options.standoff = node->positive_number();
+  if (const auto node = root.find("restitution_speed")) {
+    options.restitution_speed = node->non_negative_number();
+  }
+  if (const auto node = root.find("sleep_steps")) options.sleep_steps = read_int(*node);
   if (const auto node = root.find("max_node_pairs")) {
     options.max_node_pairs = node->positive_integer();
-  }
-  if (const auto node = root.find("max_impacts_per_step")) {
-    options.max_impacts_per_advance = read_int(*node);
   }
 }
 
 void read_root(const JsonNode& root, const std::vector<std::filesystem::path>& directories,
                Scene& scene) {
-  root.require_object({"title", "notes", "time", "bodies", "forces", "margin", "margins", "filters",
-                       "integrator", "policy", "tolerance", "zeno", "max_node_pairs",
-                       "max_impacts_per_step"});
+  root.require_object({"title", "notes", "time", "bodies", "forces", "target_distance",
+                       "target_distances", "standoff", "restitution_speed", "sleep_steps",
+                       "filters", "integrator", "policy", "max_node_pairs"});
   if (root.has("title")) scene.title = root.at("title").text();
   if (root.has("notes")) root.at("notes").text();
-  // Scenes have no unit, so nothing falls unless the scene says how fast.
-  scene.options.gravity_W = Vector3::Zero();
   read_time(root.at("time"), scene);
   read_options(root, scene);
   read_bodies(root.at("bodies"), directories, scene);
   if (const auto node = root.find("forces")) read_forces(*node, scene);
-  if (const auto node = root.find("margins")) read_margins(*node, scene);
+  if (const auto node = root.find("target_distances")) read_targets(*node, scene);
   if (const auto node = root.find("filters")) read_filters(*node, scene);
 }
 
@@ -221,8 +212,8 @@ World make_world(const Scene& scene) {
   World world(scene.options);
   for (const BodyDefinition& body : scene.bodies) world.add_body(body);
   for (const auto& [a, b] : scene.disabled_pairs) world.set_pair_enabled(a, b, false);
-  for (const SceneMargin& margin : scene.margins) {
-    world.set_margin(margin.a, margin.b, margin.distance);
+  for (const SceneTarget& target : scene.target_distances) {
+    world.set_target_distance(target.a, target.b, target.distance);
   }
   return world;
 }

@@ -20,7 +20,7 @@ using Json = nlohmann::ordered_json;
 Json falling_ball() {
   return Json::parse(R"({
     "title": "A ball falls on a box",
-    "time": {"end": 1.5, "step": 0.125},
+    "time": {"end": 1.5, "step": 0.125}, "target_distance": 1e-7, "standoff": 1e-6,
     "bodies": [
       {"name": "ball", "shape": {"sphere": {"radius": 0.5}}, "density": 1,
        "pose": {"position": [0, 0, 1.5]}, "restitution": 1, "friction": 0},
@@ -65,7 +65,7 @@ TEST_F(SimulateCommand, RecordsAnImpact) {
   EXPECT_EQ(recording.totals.t, 1.5);
   // Elastic: at t = 1.5 the ball is where it was at t = 0.5, at 1.5 - t^2 = 1.25.
   const RecordedStep& last = recording.steps.back();
-  EXPECT_NEAR(recorded_pose(last, 0, 1.5).translation().z(), 1.25, 1e-4);
+  EXPECT_NEAR(recorded_pose(last, BodyId(0), 1.5).translation().z(), 1.25, 1e-4);
   // Without a gap between the steps.
   for (std::size_t k = 1; k < recording.steps.size(); ++k) {
     EXPECT_EQ(recording.steps[k].times.front(), recording.steps[k - 1].times.back());
@@ -110,10 +110,6 @@ TEST_F(SimulateCommand, FindsMeshesByOptionAndEnvironment) {
   scene["bodies"][1].erase("pose");
   scene["time"]["end"] = 0.125;
   expect_error(scene, "bodies[1].shape.mesh: no mesh file cube.obj in ");
-  EXPECT_EQ(
-      run_command({"simulate", write(scene), "--out", out(), "--mesh-path", meshes.path().string()})
-          .exit_code,
-      2);  // the ball begins on a corner of the cube
   scene["bodies"][0]["pose"]["position"] = {0, 0, 3};
   EXPECT_EQ(
       run_command({"simulate", write(scene), "--out", out(), "--mesh-path", meshes.path().string()})
@@ -154,15 +150,28 @@ TEST_F(SimulateCommand, NamesWhatIsWrongWithAScene) {
   scene = falling_ball();
   scene["bodies"][0]["velocity"] = {{"angular", {1e200, 0, 0}}};
   expect_error(scene, "Hermite motion");  // only the run shows that this is too fast
-  scene = falling_ball();
-  scene["bodies"][0]["pose"]["position"] = {0, 0, 0};
-  expect_error(scene, "ball and box are within their margin at t = 0");
 }
 
-// A gravity whose squares overflow.
+TEST_F(SimulateCommand, TellsWhatBeganTooNearAndWhereBodiesEnded) {
+  Json scene = falling_ball();
+  scene["bodies"][0]["pose"]["position"] = {0, 0, 0};
+  const CommandResult result =
+      run_command({"simulate", write(scene), "--out", out(), "--json"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  const Json json = Json::parse(result.out);
+  EXPECT_EQ(json.at("too_near"), 1);
+  ASSERT_EQ(json.at("bodies").size(), 2U);
+  EXPECT_EQ(json.at("bodies")[0].at("name"), "ball");
+  EXPECT_EQ(json.at("bodies")[0].at("position").size(), 3U);
+  EXPECT_EQ(json.at("bodies")[0].at("quaternion").size(), 4U);
+  EXPECT_FALSE(json.at("bodies")[0].at("asleep").get<bool>());
+}
+
+// A spring whose force overflows.
 TEST_F(SimulateCommand, EndsItsFilesWhenTheIntegratorGivesUp) {
   Json scene = falling_ball();
-  scene["forces"]["gravity"] = {0, 0, -1e300};
+  scene["forces"]["springs"] = {
+      {{"body", "ball"}, {"anchor", {0, 0, -10}}, {"stiffness", 1e308}}};
   const CommandResult result = run_command({"simulate", write(scene), "--out", out(), "--json"});
   EXPECT_EQ(result.exit_code, 3) << result.err;
   EXPECT_TRUE(result.err.starts_with("dyop: error: ")) << result.err;

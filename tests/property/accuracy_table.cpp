@@ -117,7 +117,9 @@ BodyDefinition free_body(std::shared_ptr<const Shape> shape, const Twist& twist)
 
 // Free fall for two units of time, relative to the way.
 Scalar fall_error() {
-  World world;
+  WorldOptions options;
+  options.gravity_W = Vector3(0, 0, -9.81);
+  World world(options);
   const BodyId ball = world.add_body(
       free_body(std::make_shared<Sphere>(0.5), {Vector3(4, -1, 2), Vector3::Zero()}));
   world.advance(2);

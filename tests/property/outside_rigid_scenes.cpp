@@ -103,6 +103,10 @@ Scene read_scene(const fs::path& file, const fs::path& meshes, Scalar end) {
   scene.end_time = std::min(end, json.at("max_time").get<Scalar>());
   scene.step = json.value("timestep", 0.01);
   scene.options.gravity_W = vector_or_zero(problem, "gravity");
+  // literal: small, so that lifting what begins below its rest gap is no energy to speak of
+  scene.options.target_distance = 1e-5;
+  // literal: as above
+  scene.options.standoff = 4e-5;
   std::vector<int> groups;
   for (const Json& body : problem.at("rigid_bodies")) {
     if (!body.value("enabled", true)) continue;
@@ -112,11 +116,11 @@ Scene read_scene(const fs::path& file, const fs::path& meshes, Scalar end) {
     definition.restitution = std::max(0.0, problem.value("coefficient_restitution", 0.0));
     definition.friction = problem.value("coefficient_friction", 0.0);
     scene.shape_names.push_back(body.at("mesh").get<std::string>());
-    const auto id = static_cast<BodyId>(groups.size());
+    const BodyId id(groups.size());
     groups.push_back(body.value("group_id", -1));
-    for (BodyId other = 0; other < id; ++other) {
-      const int group = groups[static_cast<std::size_t>(other)];
-      if (group >= 0 && group == groups.back()) scene.disabled_pairs.emplace_back(other, id);
+    for (std::size_t other = 0; other < id.slot; ++other) {
+      const int group = groups[other];
+      if (group >= 0 && group == groups.back()) scene.disabled_pairs.emplace_back(BodyId(other), id);
     }
   }
   return scene;
@@ -125,8 +129,7 @@ Scene read_scene(const fs::path& file, const fs::path& meshes, Scalar end) {
 // Kinetic and potential energy of all bodies that move.
 Scalar energy(const World& world, const Vector3& gravity_W) {
   Scalar sum = world.kinetic_energy();
-  for (std::size_t i = 0; i < world.body_count(); ++i) {
-    const auto id = static_cast<BodyId>(i);
+  for (const BodyId id : world.bodies()) {
     const BodyDefinition& body = world.body(id);
     if (body.kind != BodyKind::Dynamic) continue;
     const Vector3 p_WBcm = world.state(id).X_WB * body.mass_properties.p_BoBcm;

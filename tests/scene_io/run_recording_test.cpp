@@ -36,7 +36,7 @@ TEST_F(RunRecordingFile, HasOneJsonObjectPerLineInTheOrderOfTime) {
     records.push_back(nlohmann::json::parse(line).at("record").get<std::string>());
   }
   EXPECT_EQ(records,
-            (std::vector<std::string>{"header", "step", "impact", "step", "settled", "end"}));
+            (std::vector<std::string>{"header", "step", "impact", "step", "woke", "asleep", "end"}));
 }
 
 TEST_F(RunRecordingFile, HasTheSameBytesForTheSameRun) {
@@ -54,10 +54,11 @@ TEST_F(RunRecordingFile, ReadsBackWhatWasWritten) {
   EXPECT_EQ(recording.totals.t, 1);
   EXPECT_EQ(recording.totals.steps, 2);
   EXPECT_EQ(recording.totals.impacts, 1);
-  EXPECT_EQ(recording.totals.settled, std::vector<BodyId>{0});
+  ASSERT_EQ(recording.totals.too_near.size(), 1u);
+  EXPECT_EQ(recording.totals.too_near[0], std::make_pair(BodyId(0), BodyId(1)));
   EXPECT_EQ(recording.totals.integrator.rejected_steps, 6);
   EXPECT_EQ(recording.totals.toi.node_pairs, 3);
-  EXPECT_EQ(recording.totals.broad_phase_pairs, 8);
+  EXPECT_EQ(recording.totals.work.pairs_by_query, 8);
 }
 
 TEST_F(RunRecordingFile, TellsTheErrorThatEndedARun) {
@@ -78,8 +79,7 @@ TEST_F(RunRecordingFile, KeepsEveryNumberOfAnImpactExactly) {
   ASSERT_EQ(recording.impacts.size(), 1u);
   const ImpactEvent& event = recording.impacts[0];
   EXPECT_EQ(event.t, expected.t);
-  EXPECT_EQ(event.b, 1);
-  EXPECT_TRUE(event.settled);
+  EXPECT_EQ(event.b, BodyId(1));
   EXPECT_EQ(event.toi.status, ToiStatus::Impact);
   EXPECT_EQ(event.toi.t_hit, expected.toi.t_hit);
   EXPECT_EQ(event.toi.rounding_allowance, 1e-15);
@@ -108,23 +108,23 @@ TEST_F(RunRecordingFile, RebuildsTheMotionWithinEveryStep) {
     const Scalar begin = step.times.front();
     const Scalar length = step.times.back() - begin;
     for (const Scalar t : step.times) {
-      const RigidPose X = recorded_pose(step, 0, t);
+      const RigidPose X = recorded_pose(step, BodyId(0), t);
       EXPECT_EQ(X.translation(), motion->pose(t).translation());
       EXPECT_TRUE(X.rotation().isApprox(motion->pose(t).rotation(), kPoseNoise));
     }
     for (int k = 0; k <= 100; ++k) {
       const Scalar t = k == 100 ? step.times.back() : begin + length * k / 100;
-      const RigidPose X = recorded_pose(step, 0, t);
+      const RigidPose X = recorded_pose(step, BodyId(0), t);
       // The position is a cubic, so its pieces are the same cubic.
       EXPECT_TRUE(X.translation().isApprox(motion->pose(t).translation(), 1e-12));
       // The rotation is a cubic in another chart, so a piece of length h = 1/6 errs by h^4 / 384
       // times its fourth derivative, which is a few tens for these rates.
       EXPECT_LT((X.rotation() - motion->pose(t).rotation()).norm(), 1e-4);
-      EXPECT_EQ(recorded_pose(step, 1, t).translation(), Vector3(9, 9, 9));
+      EXPECT_EQ(recorded_pose(step, BodyId(1), t).translation(), Vector3(9, 9, 9));
     }
   }
-  EXPECT_THROW(recorded_pose(recording.steps[0], 0, 0.9), InvalidArgument);
-  EXPECT_THROW(recorded_pose(recording.steps[0], 2, 0.1), InvalidArgument);
+  EXPECT_THROW(recorded_pose(recording.steps[0], BodyId(0), 0.9), InvalidArgument);
+  EXPECT_THROW(recorded_pose(recording.steps[0], BodyId(2), 0.1), InvalidArgument);
 }
 
 TEST_F(RunRecordingFile, TellsThatTheEndIsMissing) {
@@ -146,10 +146,10 @@ TEST_F(RunRecordingFile, NamesTheLineThatIsWrong) {
   const std::string whole = record_small_run();
   EXPECT_EQ(message_of(""), ": the file is empty");
   EXPECT_EQ(message_of("{\"record\":\"step\"}\n"), ":1: expected the header");
-  EXPECT_EQ(message_of(whole + "{\"record\":\"dance\"}\n"), ":7: unknown record dance");
-  EXPECT_TRUE(message_of(whole.substr(0, whole.size() - 10)).starts_with(":6: "));
+  EXPECT_EQ(message_of(whole + "{\"record\":\"dance\"}\n"), ":8: unknown record dance");
+  EXPECT_TRUE(message_of(whole.substr(0, whole.size() - 10)).starts_with(":7: "));
   EXPECT_TRUE(message_of(whole + "{\"record\":\"step\",\"t\":[1,0],\"states\":[]}\n")
-                  .starts_with(":7: expected increasing times"));
+                  .starts_with(":8: expected increasing times"));
 }
 
 }  // namespace

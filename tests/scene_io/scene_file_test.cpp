@@ -110,31 +110,28 @@ TEST_F(SceneFile, ReadsEveryShape) {
 TEST_F(SceneFile, ReadsEveryOption) {
   Json json = valid();
   json.update(Json::parse(R"({
-    "title": "T", "notes": "N", "margin": 0.25, "margins": [{"a": "ball", "b": "block", "distance": 0.5}],
-    "filters": [["ball", "block"]], "policy": "stop", "tolerance": 0.001,
+    "title": "T", "notes": "N", "target_distance": 0.25, "target_distances": [{"a": "ball", "b": "block", "distance": 0.5}],
+    "filters": [["ball", "block"]], "policy": "stop", "standoff": 0.001,
     "integrator": {"kind": "cvode_bdf", "relative_tolerance": 0.01, "absolute_tolerance": 0.02,
                    "max_step": 0.5, "max_internal_steps": 7},
-    "zeno": {"impacts": 3, "window": 0.5, "speed": 0.25}, "max_node_pairs": 11,
-    "max_impacts_per_step": 13, "forces": {"gravity": [0, 0, -10]}})"));
+    "restitution_speed": 0.5, "sleep_steps": 3, "max_node_pairs": 11, "forces": {"gravity": [0, 0, -10]}})"));
   const Scene scene = load(json.dump());
   const WorldOptions& options = scene.options;
   EXPECT_EQ(scene.title, "T");
-  EXPECT_EQ(options.margin, 0.25);
-  ASSERT_EQ(scene.margins.size(), 1u);
-  EXPECT_EQ(scene.margins[0].distance, 0.5);
-  EXPECT_EQ(scene.disabled_pairs, (std::vector<std::pair<BodyId, BodyId>>{{0, 1}}));
+  EXPECT_EQ(options.target_distance, 0.25);
+  ASSERT_EQ(scene.target_distances.size(), 1u);
+  EXPECT_EQ(scene.target_distances[0].distance, 0.5);
+  EXPECT_EQ(scene.disabled_pairs, (std::vector<std::pair<BodyId, BodyId>>{{BodyId(0), BodyId(1)}}));
   EXPECT_EQ(options.policy, ImpactPolicy::Stop);
-  EXPECT_EQ(options.distance_tolerance, 0.001);
+  EXPECT_EQ(options.standoff, 0.001);
   EXPECT_EQ(options.integrator, IntegratorKind::CvodeBdf);
   EXPECT_EQ(options.integrator_options.relative_tolerance, 0.01);
   EXPECT_EQ(options.integrator_options.absolute_tolerance, 0.02);
   EXPECT_EQ(options.integrator_options.max_step, 0.5);
   EXPECT_EQ(options.integrator_options.max_internal_steps, 7);
-  EXPECT_EQ(options.zeno_impacts, 3);
-  EXPECT_EQ(options.zeno_window, 0.5);
-  EXPECT_EQ(options.zeno_speed, 0.25);
+  EXPECT_EQ(options.restitution_speed, 0.5);
+  EXPECT_EQ(options.sleep_steps, 3);
   EXPECT_EQ(options.max_node_pairs, 11);
-  EXPECT_EQ(options.max_impacts_per_advance, 13);
   EXPECT_EQ(options.gravity_W, Vector3(0, 0, -10));
 }
 
@@ -206,10 +203,10 @@ TEST_F(SceneFile, NamesTheKeyAndTheValueThatAreWrong) {
             ": policy: expected one of stop, impulse, found \"bounce\"");
   EXPECT_EQ(message_of("/max_node_pairs", 0.5),
             ": max_node_pairs: expected an integer > 0, found 0.5");
-  EXPECT_EQ(message_of("/zeno", Json{{"impacts", 3e9}}),
-            ": zeno.impacts: expected an integer > 0, found 3000000000.0");
-  EXPECT_EQ(message_of("/zeno", Json{{"impacts", 3000000000}}),
-            ": zeno.impacts: expected an integer below 2^31, found 3000000000");
+  EXPECT_EQ(message_of("/sleep_steps", 3e9),
+            ": sleep_steps: expected an integer > 0, found 3000000000.0");
+  EXPECT_EQ(message_of("/sleep_steps", 3000000000),
+            ": sleep_steps: expected an integer below 2^31, found 3000000000");
 }
 
 TEST_F(SceneFile, NamesKeysThatAreUnknownMissingOrMisplaced) {
@@ -239,8 +236,8 @@ TEST_F(SceneFile, NamesKeysThatAreUnknownMissingOrMisplaced) {
 TEST_F(SceneFile, NamesReferencesToBodiesThatAreWrong) {
   EXPECT_EQ(message_of("/filters", Json::parse(R"([["ball", "bell"]])")),
             ": filters[0][1]: expected the name of a body, found \"bell\"");
-  EXPECT_EQ(message_of("/margins", Json::parse(R"([{"a": "ball", "b": "ball", "distance": 1}])")),
-            ": margins[0].b: expected another body than a, found \"ball\"");
+  EXPECT_EQ(message_of("/target_distances", Json::parse(R"([{"a": "ball", "b": "ball", "distance": 1}])")),
+            ": target_distances[0].b: expected another body than a, found \"ball\"");
   EXPECT_EQ(message_of("/forces", Json::parse(R"({"drags": [{"body": "block", "linear": 1}]})")),
             ": forces.drags[0].body: expected a dynamic body: forces do not move the others, found "
             "\"block\"");
@@ -282,7 +279,7 @@ TEST_F(SceneFile, MakesAWorld) {
   const Scene scene = load(valid().dump());
   const World world = make_world(scene);
   EXPECT_EQ(world.body_count(), 2u);
-  EXPECT_EQ(world.body(0).name, "ball");
+  EXPECT_EQ(world.body(BodyId(0)).name, "ball");
 }
 
 }  // namespace

@@ -39,13 +39,12 @@ inline std::shared_ptr<const Motion> small_motion() {
 inline ImpactEvent small_impact() {
   ImpactEvent event;
   event.t = 1.0 / 3;
-  event.a = 0;
-  event.b = 1;
-  event.settled = true;
+  event.a = BodyId(0);
+  event.b = BodyId(1);
   event.toi = small_impact_result();
   WorldContact world_contact;
-  world_contact.a = 0;
-  world_contact.b = 1;
+  world_contact.a = BodyId(0);
+  world_contact.b = BodyId(1);
   world_contact.contact.lower = 0.15;
   world_contact.contact.upper = 0.16;
   world_contact.contact.feature_b = {FeatureKind::Face, {7, 8, 9}};
@@ -64,10 +63,12 @@ inline AdvanceReport small_report() {
   const std::vector<std::shared_ptr<const Motion>> motions{small_motion(), rest};
   report.steps = {{{0, 1.0 / 3}, motions}, {{1.0 / 3, 1}, motions}};
   report.impacts = {small_impact()};
-  report.settled = {0};
+  report.fell_asleep = {BodyId(0)};
+  report.woke = {BodyId(0)};
+  report.too_near = {{BodyId(0), BodyId(1)}};
   report.integrator = {5, 6, 7};
   report.toi = {1, 2, 3, 4};
-  report.broad_phase_pairs = 8;
+  report.work.pairs_by_query = 8;
   return report;
 }
 

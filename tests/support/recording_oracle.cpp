@@ -37,12 +37,12 @@ class Checker {
 
  private:
   struct Pair {
-    BodyId a;
-    BodyId b;
+    std::size_t a = 0;
+    std::size_t b = 0;
     PairSeed seed;
   };
 
-  const std::string& name(BodyId body) const { return scene_.bodies[std::size_t(body)].name; }
+  const std::string& name(std::size_t body) const { return scene_.bodies[body].name; }
 
   template <typename... Parts>
   void fault(const Parts&... parts) {
@@ -53,17 +53,17 @@ class Checker {
 
   // Two bodies that cannot move are not examined by the library either.
   void find_pairs() {
-    const auto moves = [&](BodyId k) {
-      return scene_.bodies[std::size_t(k)].kind != BodyKind::Static;
+    const auto moves = [&](std::size_t k) { return scene_.bodies[k].kind != BodyKind::Static; };
+    const auto is_disabled = [&](std::size_t a, std::size_t b) {
+      return std::any_of(
+          scene_.disabled_pairs.begin(), scene_.disabled_pairs.end(), [&](const auto& pair) {
+            const std::size_t x = pair.first.slot;
+            const std::size_t y = pair.second.slot;
+            return std::min(a, b) == std::min(x, y) && std::max(a, b) == std::max(x, y);
+          });
     };
-    const auto is_disabled = [&](BodyId a, BodyId b) {
-      return std::any_of(scene_.disabled_pairs.begin(), scene_.disabled_pairs.end(),
-                         [&](const auto& pair) {
-                           return std::minmax(a, b) == std::minmax(pair.first, pair.second);
-                         });
-    };
-    for (BodyId a = 0; a < BodyId(scene_.bodies.size()); ++a) {
-      for (BodyId b = a + 1; b < BodyId(scene_.bodies.size()); ++b) {
+    for (std::size_t a = 0; a < scene_.bodies.size(); ++a) {
+      for (std::size_t b = a + 1; b < scene_.bodies.size(); ++b) {
         if ((moves(a) || moves(b)) && !is_disabled(a, b)) pairs_.push_back({a, b, {}});
       }
     }
@@ -99,16 +99,18 @@ class Checker {
   void check_time(const RecordedStep& step, Scalar t) {
     ++report_.poses;
     std::vector<RigidPose> poses;
-    for (BodyId k = 0; k < BodyId(bodies_.size()); ++k) poses.push_back(recorded_pose(step, k, t));
+    for (std::size_t k = 0; k < bodies_.size(); ++k) {
+      poses.push_back(recorded_pose(step, BodyId(k), t));
+    }
     const bool is_end = t == 0 || t == recording_.steps.back().times.back();
     for (Pair& pair : pairs_) {
       ++report_.pairs;
-      const RigidPose& X_WA = poses[std::size_t(pair.a)];
-      const RigidPose& X_WB = poses[std::size_t(pair.b)];
+      const RigidPose& X_WA = poses[pair.a];
+      const RigidPose& X_WB = poses[pair.b];
       if (!boxes_meet(pair, X_WA, X_WB)) continue;
       ++report_.examined_pairs;
-      const Shape& a = bodies_[std::size_t(pair.a)].shape();
-      const Shape& b = bodies_[std::size_t(pair.b)].shape();
+      const Shape& a = bodies_[pair.a].shape();
+      const Shape& b = bodies_[pair.b].shape();
       if (surfaces_meet(pair, X_WA, X_WB) || (is_end && oracle_contains(a, X_WA, b, X_WB))) {
         fault(name(pair.a), " and ", name(pair.b), " intersect at t = ", t);
       }
@@ -116,15 +118,15 @@ class Checker {
   }
 
   bool boxes_meet(const Pair& pair, const RigidPose& X_WA, const RigidPose& X_WB) const {
-    const auto box = [&](BodyId body, const RigidPose& X_W) {
-      return posed_box(scene_.bodies[std::size_t(body)].shape->bounding_box(), X_W);
+    const auto box = [&](std::size_t body, const RigidPose& X_W) {
+      return posed_box(scene_.bodies[body].shape->bounding_box(), X_W);
     };
     return box(pair.a, X_WA).intersects(box(pair.b, X_WB));
   }
 
   bool surfaces_meet(Pair& pair, const RigidPose& X_WA, const RigidPose& X_WB) const {
-    const OracleBody& a = bodies_[std::size_t(pair.a)];
-    const OracleBody& b = bodies_[std::size_t(pair.b)];
+    const OracleBody& a = bodies_[pair.a];
+    const OracleBody& b = bodies_[pair.b];
     if (a.surface().rounding_radius + b.surface().rounding_radius == 0) {
       return oracle_meshes_intersect(*a.surface().triangles, X_WA, *b.surface().triangles, X_WB);
     }

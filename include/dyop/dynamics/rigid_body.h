@@ -1,11 +1,13 @@
 #pragma once
 
-#include <cstdint>
+#include <any>
+#include <array>
 #include <functional>
 #include <memory>
 #include <string>
 
 #include "dyop/core/rigid_pose.h"
+#include "dyop/dynamics/body_id.h"
 #include "dyop/geometry/mass_properties.h"
 #include "dyop/geometry/shape.h"
 #include "dyop/motion/motion.h"
@@ -24,24 +26,41 @@ struct Wrench {
   Vector3 torque = Vector3::Zero();
 };
 
-/// A wrench as a smooth function of time and the body's own state. Called many times a step, also
+/// A wrench as a smooth function of time and the body's own state. Called many times per step, also
 /// for states that are not committed; must have no side effects.
 using WrenchCallback = std::function<Wrench(Scalar t, const MotionState& state)>;
+
+/// Degrees of freedom that are locked: the centre of mass does not move along, and the body does
+/// not turn about, the world axes marked here. Locked velocities stay at zero.
+struct LockedAxes {
+  std::array<bool, 3> translation{false, false, false};
+  std::array<bool, 3> rotation{false, false, false};
+
+  bool any() const {
+    return translation[0] || translation[1] || translation[2] || rotation[0] || rotation[1] ||
+           rotation[2];
+  }
+};
 
 /// What a body is made of; handed to World::add_body().
 struct BodyDefinition {
   std::string name;
   BodyKind kind = BodyKind::Dynamic;
   std::shared_ptr<const Shape> shape;
-  MotionState initial;                      ///< Dynamic and Static (twist ignored for Static)
-  MassProperties mass_properties;         ///< Dynamic
-  std::shared_ptr<const Motion> motion;   ///< Kinematic
-  WrenchCallback wrench;                  ///< Dynamic, optional
-  Scalar restitution = 0.5;               ///< coefficient in [0, 1]; a pair uses the smaller
-  Scalar friction = 0.5;                  ///< Coulomb coefficient >= 0; a pair uses the geometric mean
+  /// Dynamic and Static (twist ignored for Static): pose of the shape's frame B, twist of its
+  /// origin.
+  MotionState initial;
+  MassProperties mass_properties;        ///< Dynamic
+  std::shared_ptr<const Motion> motion;  ///< Kinematic
+  WrenchCallback wrench;                 ///< Dynamic, optional
+  LockedAxes locked;                     ///< Dynamic
+  Scalar restitution = 0.5;              ///< coefficient in [0, 1]; a pair uses the smaller
+  Scalar friction = 0.5;          ///< Coulomb coefficient >= 0; a pair uses the geometric mean
+  Scalar rolling_friction = 0;    ///< length >= 0; a pair uses the larger
+  Scalar torsional_friction = 0;  ///< length >= 0; a pair uses the larger
+  /// A sensor feels and gives no force: World reports when bodies overlap it. Never Dynamic.
+  bool is_sensor = false;
+  std::any user_data;  ///< kept, never read
 };
-
-/// Number of a body in its World, in the order of addition.
-using BodyId = std::int32_t;
 
 }  // namespace dyop

@@ -1,100 +1,47 @@
 #pragma once
 
+#include <any>
 #include <chrono>
-#include <cstdint>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <stop_token>
 #include <utility>
 #include <vector>
 
-#include "dyop/distance/distance.h"
-#include "dyop/dynamics/integrator.h"
+#include "dyop/dynamics/advance_report.h"
+#include "dyop/dynamics/joint.h"
+#include "dyop/dynamics/pair_record.h"
 #include "dyop/dynamics/rigid_body.h"
-#include "dyop/toi/toi_result.h"
+#include "dyop/dynamics/world_options.h"
 
 namespace DYOP_EXPORT dyop {
 
-/// What happens at an impact.
-enum class ImpactPolicy {
-  Stop,      ///< advance() returns at t_safe
-  Impulse,   ///< restitution and Coulomb friction over all contacts of that instant, then go on
-  Callback,  ///< the user's function changes velocities, then go on
+/// A World's state at one time, see World::snapshot().
+class WorldSnapshot {
+ public:
+  struct State;
+
+ private:
+  friend class World;
+  std::shared_ptr<const State> state_;
 };
 
-/// One touching place of two bodies at an impact.
-struct WorldContact {
-  BodyId a = -1;
-  BodyId b = -1;
-  Contact contact;
-  Scalar normal_velocity = 0;          ///< d/dt of the gap before the impulse; negative: closing
-  Vector3 impulse_W = Vector3::Zero(); ///< on B at p_WCb; on A the opposite
+/// When advance() must return, besides at its end.
+struct AdvanceLimits {
+  std::stop_token stop;
+  std::optional<std::chrono::steady_clock::time_point> deadline;  ///< looked at between steps
 };
 
-/// Everything known about one impact of a World.
-struct ImpactEvent {
-  Scalar t = 0;         ///< = toi.t_safe
-  BodyId a = -1;        ///< the pair that met first
-  BodyId b = -1;
-  ToiResult toi;
-  std::vector<WorldContact> contacts;  ///< all pairs in contact at t
-  bool settled = false;  ///< the Zeno guard put at least one body to rest here
-};
-
-/// The state change an ImpactPolicy::Callback asks for.
-using ImpactCallback = std::function<void(const ImpactEvent& event, std::vector<MotionState>& states)>;
-
-struct WorldOptions {
-  Vector3 gravity_W = Vector3(0, 0, -9.81);
-  IntegratorKind integrator = IntegratorKind::Arkode;
-  IntegratorOptions integrator_options;
-  Scalar margin = 0;                    ///< target distance of every pair, length; see set_margin
-  std::optional<Scalar> distance_tolerance;  ///< default: 1e-6 of the smallest bounding radius
-  ImpactPolicy policy = ImpactPolicy::Impulse;
-  ImpactCallback on_impact;             ///< for ImpactPolicy::Callback
-  std::int64_t max_node_pairs = 50'000'000;  ///< per time-of-impact query
-  /// Zeno guard: a body with this many impacts within `zeno_window` is put to rest, and reported.
-  int zeno_impacts = 20;
-  Scalar zeno_window = 0.05;            ///< time
-  Scalar zeno_speed = 0.05;             ///< contacts closing slower than this do not bounce; length per time
-  int max_impacts_per_advance = 10'000;
-  int threads = 0;                      ///< 0: as many as the machine has; never changes the result
-};
-
-enum class AdvanceStatus {
-  NotRun,
-  Completed,        ///< reached the end of the step asked for
-  StoppedAtImpact,  ///< policy Stop: at t_safe of the last event
-  BudgetExhausted,  ///< an engine budget ended: safe and committed up to time()
-  NumericalLimit,   ///< rounding forbids distance_tolerance: safe and committed up to time()
-  ImpactLimit,      ///< max_impacts_per_advance reached: safe and committed up to time()
-  InitialOverlap,   ///< two bodies were within their margin at the begin: nothing was advanced
-  Cancelled,        ///< the caller stopped it: safe and committed up to time()
-};
-
-/// One committed sub-step: between two of them every body follows its Motion in `motions`.
-struct CommittedStep {
-  TimeInterval interval;
-  std::vector<std::shared_ptr<const Motion>> motions;  ///< one a body
-};
-
-struct AdvanceReport {
-  AdvanceStatus status = AdvanceStatus::NotRun;
-  Scalar t = 0;                        ///< World::time() at the end
-  std::vector<ImpactEvent> impacts;    ///< in order
-  std::vector<BodyId> settled;         ///< bodies put to rest by the Zeno guard
-  std::vector<CommittedStep> steps;    ///< the proven trajectory, in order
-  std::pair<BodyId, BodyId> offending_pair{-1, -1};  ///< for InitialOverlap, BudgetExhausted and NumericalLimit
-  IntegratorStatistics integrator;
-  ToiStatistics toi;                   ///< sums over all queries
-  std::int64_t broad_phase_pairs = 0;  ///< candidate pairs handed to the engine
-};
-
-/// Rigid bodies stepped through time without ever passing through one another.
+/// Rigid bodies stepped through time without ever passing through one another
+/// (docs/algorithms/stepping.md).
 ///
-/// The certificate holds for the returned motion (AdvanceReport::steps), which is the library's
-/// trajectory by definition; it is not an enclosure of the exact solution of the equations.
+/// Promise: over every committed step (AdvanceReport::steps) every enabled pair of bodies, one of
+/// them Dynamic, keeps its target distance, but for pairs reported as too near. The certificate
+/// holds for the returned motion, which is the library's trajectory by definition; it is not an
+/// enclosure of the exact solution of the equations.
+///
+/// Deterministic: the same calls give the same bits, for every number of threads. Not for
+/// concurrent use.
 class World {
  public:
   explicit World(const WorldOptions& options = {});
@@ -104,28 +51,76 @@ class World {
 
   /// @throws InvalidArgument for an incomplete or contradictory definition, naming body and field.
   BodyId add_body(const BodyDefinition& definition);
+  /// Bodies that rested on it wake up.
+  void remove_body(BodyId id);
+
+  /// A disabled body stays where it is and is seen by nobody.
+  void set_enabled(BodyId id, bool is_enabled);
+  /// Replaces the motion of a kinematic body from now on. It must be at the body's pose at time().
+  /// @throws InvalidArgument if it is not there, to a thousandth of the body's radius.
+  void set_motion(BodyId id, std::shared_ptr<const Motion> motion);
+  /// Of a dynamic body; wakes it. Its pose may be anywhere: what it is too near to is reported.
+  void set_state(BodyId id, const MotionState& state);
+  /// Of a dynamic body; wakes it. An empty function takes the force away.
+  void set_wrench(BodyId id, WrenchCallback wrench);
+  void set_gravity(const Vector3& gravity_W);
+  void wake(BodyId id);
+
+  /// Holds two bodies together from now on. What the frames are apart is closed at bounded speed.
+  /// @throws InvalidArgument naming the joint and what is wrong.
+  JointId add_joint(const JointDefinition& definition);
+  void remove_joint(JointId id);
+  /// Another speed or strength for a joint that has a motor; wakes its bodies.
+  void set_motor(JointId id, const JointMotor& motor);
+  const JointDefinition& joint(JointId id) const;
 
   /// Pairs are examined unless disabled; pairs of bodies that cannot move never are.
-  void set_pair_enabled(BodyId a, BodyId b, bool enabled);
-  /// Target distance of one pair; overrides WorldOptions::margin.
-  void set_margin(BodyId a, BodyId b, Scalar margin);
+  void set_pair_enabled(BodyId a, BodyId b, bool is_enabled);
+  /// Target distance of one pair; overrides WorldOptions::target_distance.
+  void set_target_distance(BodyId a, BodyId b, Scalar target_distance);
 
   Scalar time() const;
   std::size_t body_count() const;
+  /// All bodies, by slot.
+  std::vector<BodyId> bodies() const;
+  bool has_body(BodyId id) const;
   const BodyDefinition& body(BodyId id) const;
-  const MotionState& state(BodyId id) const;
-  void set_state(BodyId id, const MotionState& state);
-  bool is_settled(BodyId id) const;
+  std::any& user_data(BodyId id);
+  /// Pose and twist of the frame B at time().
+  MotionState state(BodyId id) const;
+  bool is_asleep(BodyId id) const;
+  bool is_enabled(BodyId id) const;
 
-  /// Total kinetic energy of the dynamic bodies, and angular momentum about the world origin.
+  /// Records of all near pairs after the last step, by slots; see PairRecord.
+  std::vector<PairRecord> pairs() const;
+  /// Those of them that are in contact.
+  std::vector<PairRecord> contacts() const;
+
+  /// Total kinetic energy of the dynamic bodies, momentum, and angular momentum about the world
+  /// origin.
   Scalar kinetic_energy() const;
+  Vector3 momentum() const;
   Vector3 angular_momentum() const;
 
-  /// Advances by dt > 0, or less: see AdvanceStatus.
-  AdvanceReport advance(Scalar dt, std::stop_token stop = {});
+  /// Advances by dt > 0, or less: see AdvanceStatus. What was not reached is the caller's to ask
+  /// for again.
+  /// @throws InvalidArgument if a kinematic body's motion is not defined until then,
+  /// IntegrationError
+  ///         if a wrench is not finite or cannot be integrated; both name the body. The World then
+  ///         stands at the last committed step.
+  AdvanceReport advance(Scalar dt, const AdvanceLimits& limits = {});
+
+  /// Everything that decides what the World will do. Taking one restarts the integrators, as
+  /// restore() does: the run goes on with the same bits as a run restored from it.
+  WorldSnapshot snapshot();
+  /// @throws InvalidArgument unless the snapshot is of this World (or of one it was moved from).
+  void restore(const WorldSnapshot& snapshot);
+
+  struct Impl;  ///< of the library
 
  private:
-  struct Impl;
+  void forget_pair(BodyId a, BodyId b);
+
   std::unique_ptr<Impl> impl_;
 };
 

@@ -20,13 +20,13 @@ struct RunTotals {
   AdvanceStatus status = AdvanceStatus::NotRun;
   Scalar t = 0;  ///< where the run ended
   std::int64_t advances = 0;
-  std::int64_t steps = 0;  ///< committed sub-steps
+  std::int64_t steps = 0;  ///< committed steps
   std::int64_t impacts = 0;
-  std::vector<BodyId> settled;
-  std::pair<BodyId, BodyId> offending_pair{-1, -1};  ///< as AdvanceReport
+  std::vector<std::pair<BodyId, BodyId>> too_near;
+  std::pair<BodyId, BodyId> offending_pair;  ///< as AdvanceReport
   IntegratorStatistics integrator;
   ToiStatistics toi;  ///< peak_queue is the largest
-  std::int64_t broad_phase_pairs = 0;
+  StepStatistics work;
   /// What World::advance() threw, if that ended the run; `status` is then that of the advance
   /// before.
   std::optional<std::string> error;
@@ -60,7 +60,7 @@ class RunRecorder {
   RunTotals totals_;
 };
 
-/// One committed sub-step of all bodies: exact states of the committed motion at its begin, its end
+/// One committed step of all bodies: exact states of the committed motion at its begin, its end
 /// and some times between.
 struct RecordedStep {
   std::vector<Scalar> times;                     ///< increasing, at least two

@@ -10,9 +10,9 @@
 namespace DYOP_EXPORT dyop {
 
 /// A target distance of one pair that differs from that of the others.
-struct SceneMargin {
-  BodyId a = -1;
-  BodyId b = -1;
+struct SceneTarget {
+  BodyId a;
+  BodyId b;
   Scalar distance = 0;
 };
 
@@ -21,11 +21,11 @@ struct Scene {
   std::string title;
   /// The JSON of the file on one line, keys in the order of the file.
   std::string source;
-  /// `threads` is not part of a scene and left alone.
+  /// `thread_count` is not part of a scene and left alone.
   WorldOptions options;
-  std::vector<BodyDefinition> bodies;    ///< BodyId is the position in this list
+  std::vector<BodyDefinition> bodies;    ///< BodyId::slot is the place in this list
   std::vector<std::string> shape_names;  ///< per body, for people: "mesh bunny.obj", "sphere"
-  std::vector<SceneMargin> margins;
+  std::vector<SceneTarget> target_distances;
   std::vector<std::pair<BodyId, BodyId>> disabled_pairs;
   Scalar end_time = 0;  ///< > 0; a scene begins at time 0
   Scalar step = 0;      ///< > 0; how far World::advance() goes at a time

@@ -98,7 +98,7 @@ Vector2 solve_disc(const Eigen::Matrix2d& W, const Vector2& q, Scalar radius, Sc
 
 Vector3 project_onto_cone(const Vector3& x, Scalar friction) {
   const Scalar t = x.tail<2>().norm();
-  if (t <= friction * x[0]) return x;
+  if (x[0] >= 0 && t <= friction * x[0]) return x;
   if (friction * t <= -x[0]) return Vector3::Zero();
   const Scalar n = (x[0] + friction * t) / (1 + friction * friction);
   const Scalar shrink = friction * n / t;
@@ -109,7 +109,7 @@ namespace {
 
 Matrix3 cone_derivative(const Vector3& x, Scalar friction) {
   const Scalar t = x.tail<2>().norm();
-  if (t <= friction * x[0]) return Matrix3::Identity();
+  if (x[0] >= 0 && t <= friction * x[0]) return Matrix3::Identity();
   if (friction * t <= -x[0]) return Matrix3::Zero();
   const Scalar share = 1 / (1 + friction * friction);
   const Vector3 along(1, friction * x[1] / t, friction * x[2] / t);  // the cone's edge

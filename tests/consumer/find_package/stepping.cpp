@@ -8,7 +8,10 @@
 #include <memory>
 
 int main() {
-  dyop::World world;
+  dyop::WorldOptions options;
+  options.gravity_W = dyop::Vector3(0, 0, -9.81);
+  options.max_step = 0.01;
+  dyop::World world(options);
   dyop::BodyDefinition floor;
   floor.name = "floor";
   floor.kind = dyop::BodyKind::Static;

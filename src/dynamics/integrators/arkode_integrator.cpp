@@ -6,7 +6,7 @@
 #include <limits>
 #include <utility>
 
-#include "dynamics/sundials_support.h"
+#include "dynamics/integrators/sundials_support.h"
 
 namespace dyop {
 namespace {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "dynamics/sundials_support.h"
+#include "dynamics/integrators/sundials_support.h"
 #include "core/tolerance.h"
 
 namespace dyop {

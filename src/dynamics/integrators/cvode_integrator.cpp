@@ -10,7 +10,7 @@
 #include <limits>
 #include <utility>
 
-#include "dynamics/sundials_support.h"
+#include "dynamics/integrators/sundials_support.h"
 
 namespace dyop {
 namespace {

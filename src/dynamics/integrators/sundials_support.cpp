@@ -1,4 +1,4 @@
-#include "dynamics/sundials_support.h"
+#include "dynamics/integrators/sundials_support.h"
 
 #include <nvector/nvector_serial.h>
 

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <compare>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <ostream>
+
+namespace DYOP_EXPORT dyop {
+
+/// Names a body of one World. A slot is used again after its body has been removed, with another
+/// generation: an id that outlived its body is refused, never taken for a newer one.
+struct BodyId {
+  std::uint32_t slot = ~std::uint32_t{0};
+  std::uint32_t generation = 0;
+
+  BodyId() = default;  ///< of no body
+  constexpr explicit BodyId(std::size_t the_slot, std::uint32_t the_generation = 0)
+      : slot(static_cast<std::uint32_t>(the_slot)), generation(the_generation) {}
+
+  friend auto operator<=>(const BodyId&, const BodyId&) = default;
+  friend std::ostream& operator<<(std::ostream& out, const BodyId& id) {
+    out << id.slot;
+    if (id.generation > 0) out << '.' << id.generation;
+    return out;
+  }
+};
+
+}  // namespace dyop
+
+template <>
+struct std::hash<dyop::BodyId> {
+  std::size_t operator()(const dyop::BodyId& id) const noexcept {
+    return std::hash<std::uint64_t>{}(std::uint64_t{id.generation} << 32 | id.slot);
+  }
+};

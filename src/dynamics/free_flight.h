@@ -1,0 +1,71 @@
+#pragma once
+
+#include <array>
+#include <memory>
+#include <vector>
+
+#include "dynamics/body_record.h"
+#include "dyop/dynamics/integrator.h"
+
+namespace dyop::internal {
+
+/// The path of one body that nothing touches: gravity and its own wrench, integrated by itself.
+///
+/// Each piece is a cubic in position and rotation vector between two states of the integrator; its
+/// momenta are cubics too. A body without a wrench may be integrated beyond the step, so that its
+/// pieces serve several; one that turns steadily (L along w) needs no integrator: a parabola and a
+/// constant turn are cubics.
+class FreeFlight {
+ public:
+  /// Begins at `state`; `body` must outlive the flight.
+  FreeFlight(const BodyRecord& body, const CentralState& state, const Vector3& gravity_W,
+             IntegratorKind kind, const IntegratorOptions& options, Scalar t);
+  ~FreeFlight();
+
+  /// The motion of the frame B from t to t_end > t. What lies before t is forgotten.
+  /// @throws IntegrationError naming the body.
+  std::shared_ptr<const Motion> motion(Scalar t, Scalar t_end);
+
+  /// At a time within the last motion().
+  CentralState state(Scalar t) const;
+
+  IntegratorStatistics statistics() const;
+
+ private:
+  static constexpr std::size_t kStateSize = 12;
+  // The body at the end of a piece. Rates are those of the differential equations.
+  struct Node {
+    Scalar t = 0;
+    Matrix3 R_WC;  // chart, the same at both ends of a piece
+    std::array<Scalar, kStateSize> y{};
+    std::array<Scalar, kStateSize> rate{};
+  };
+  struct Piece {
+    Node begin;
+    Node end;
+    std::shared_ptr<const Motion> motion;  // of B
+  };
+
+  void extend(Scalar t_end);
+  bool turns_steadily(const Node& node) const;
+  void append(const Node& end);
+  Node steady_end(Scalar t_end) const;
+  Node integrated_end(Scalar t_end);
+  void evaluate(const Matrix3& R_WC, Scalar t, std::span<const Scalar> y,
+                std::span<Scalar> rate) const;
+  Node start_node(Scalar t, const CentralState& state) const;
+  const Piece& piece_at(Scalar t) const;
+
+  const BodyRecord& body_;
+  Vector3 gravity_W_;
+  IntegratorKind kind_;
+  IntegratorOptions options_;
+  Node last_;
+  std::vector<Piece> pieces_;
+  std::unique_ptr<Integrator> integrator_;
+  Matrix3 R_WC_ = Matrix3::Identity();  // chart of the integrator
+  bool must_restart_ = true;
+  Scalar longest_step_ = 0;  // of the integrator
+};
+
+}  // namespace dyop::internal

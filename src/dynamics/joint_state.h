@@ -1,0 +1,35 @@
+#pragma once
+
+#include <vector>
+
+#include "dynamics/body_record.h"
+#include "dyop/contact/contact_problem.h"
+#include "dyop/dynamics/joint.h"
+
+namespace dyop::internal {
+
+/// A joint of a World and what it remembers from step to step.
+struct JointState {
+  JointId id;
+  JointDefinition definition;
+  std::vector<Scalar> impulses;  // of its rows: warm start
+};
+
+/// One row of a joint at one pose of its bodies: how far it is from being met, and its Jacobian.
+struct JointEquation {
+  enum class Kind { Equality, Limit, Motor };
+  Kind kind = Kind::Equality;
+  Scalar value = 0;  // length; of a Limit: what is left, >= 0; of a Motor: 0
+  JointRow row;      // Jacobian and, of a Motor, speed as target
+};
+
+/// The rows at these poses of the bodies' frames; always the same number in the same order. Angles
+/// are scaled by `radius`, a length.
+std::vector<JointEquation> joint_equations(const JointDefinition& joint, const BodyRecord& a,
+                                           const RigidPose& X_WA, const BodyRecord& b,
+                                           const RigidPose& X_WB, Scalar radius);
+
+/// @throws InvalidArgument naming the joint and what is wrong.
+void require_valid(const JointDefinition& joint);
+
+}  // namespace dyop::internal

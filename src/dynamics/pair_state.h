@@ -1,0 +1,72 @@
+#pragma once
+
+#include <compare>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "dynamics/body_record.h"
+#include "dyop/contact/contact_cache.h"
+#include "dyop/distance/distance.h"
+#include "dyop/dynamics/pair_record.h"
+
+namespace dyop::internal {
+
+/// Slots of two bodies, a < b.
+struct PairKey {
+  std::uint32_t a = 0;
+  std::uint32_t b = 0;
+  friend auto operator<=>(const PairKey&, const PairKey&) = default;
+};
+
+inline PairKey ordered(std::uint32_t x, std::uint32_t y) {
+  return x < y ? PairKey{x, y} : PairKey{y, x};
+}
+
+/// The lengths of one pair; see WorldOptions.
+struct PairLengths {
+  Scalar target = 0;    // d*
+  Scalar standoff = 0;  // s
+  Scalar radius = 0;    // the smaller bounding radius
+  Scalar rest_gap() const { return target + standoff; }
+  Scalar tolerance() const;  // of time_of_impact(), a part of the standoff
+};
+
+/// What a World remembers of a near pair from step to step.
+struct PairState {
+  PairKey key;
+  PairLengths lengths;
+  DistanceCache distance_cache;
+  ContactCache contacts;
+  /// Proven lower bound of the distance at the time that a step in progress has reached, and at the
+  /// World's time; -1: not known.
+  Scalar gap_lower = -1;
+  Scalar gap_committed = -1;
+  Scalar gap_upper = kInfinity;
+  /// Less than `target` for a pair that began too near: what it must keep instead.
+  std::optional<Scalar> granted;
+  bool is_inner = false;  // of an island of the step in progress, which proves it
+  bool overlaps = false;  // the shapes met at the start: nothing can be kept
+  // Of the last step.
+  ProofKind proof = ProofKind::AtRest;
+  std::int64_t advancement_steps = 0;
+  Scalar residual = 0;
+  std::vector<Vector3> impulses;  // one per contact
+  bool has_contacts = false;      // `contacts` are those of the current poses
+  Scalar reach = 0;               // up to which they were looked for
+
+  Scalar kept_distance() const { return granted.value_or(lengths.target); }
+};
+
+/// Brings contacts and gap of a pair up to date at two poses: contacts up to `reach`.
+/// Returns whether there are any.
+bool refresh_contacts(PairState& pair, const BodyRecord& a, const RigidPose& X_WA,
+                      const BodyRecord& b, const RigidPose& X_WB, Scalar reach,
+                      ContactWorkspace& workspace);
+
+/// Measures the gap at two poses unless its known bound is above `enough` already.
+void measure_gap(PairState& pair, const BodyRecord& a, const RigidPose& X_WA, const BodyRecord& b,
+                 const RigidPose& X_WB, Scalar enough);
+
+}  // namespace dyop::internal

@@ -1,0 +1,125 @@
+#include <algorithm>
+
+#include "dynamics/free_flight.h"
+#include "dynamics/world_impl.h"
+#include "core/tolerance.h"
+#include "dyop/motion/rest_motion.h"
+
+// Rest is a state that is left again: when forces change, what bodies lie on moves or leaves, or
+// something awake comes within reach.
+namespace dyop {
+
+using internal::BodyRecord;
+using internal::PairKey;
+
+// Wakes a body and all sleepers that it is in contact with, directly or through others.
+void World::Impl::wake(std::uint32_t slot, AdvanceReport* report) {
+  std::vector<std::uint32_t> open{slot};
+  while (!open.empty()) {
+    const std::uint32_t next = open.back();
+    open.pop_back();
+    BodyRecord& body = bodies[next];
+    body.slow_steps = 0;
+    if (!body.is_asleep) continue;
+    body.is_asleep = false;
+    if (report) report->woke.push_back(body.id);
+    for (const auto& pair : pairs) {
+      if (!pair->has_contacts) continue;
+      if (pair->key.a == next && bodies[pair->key.b].is_asleep) open.push_back(pair->key.b);
+      if (pair->key.b == next && bodies[pair->key.a].is_asleep) open.push_back(pair->key.a);
+    }
+    for (const internal::JointState& joint : joints) {
+      const std::uint32_t a = joint.definition.a.slot;
+      const std::uint32_t b = joint.definition.b.slot;
+      if (a == next && bodies[b].is_asleep) open.push_back(b);
+      if (b == next && bodies[a].is_asleep) open.push_back(a);
+    }
+  }
+}
+
+void World::Impl::wake_what_changed(const TimeInterval& interval, AdvanceReport& report) {
+  for (std::uint32_t slot = 0; slot < bodies.size(); ++slot) {
+    const BodyRecord& body = bodies[slot];
+    if (!body.is_present() || !body.is_asleep || !body.definition.wrench) continue;
+    const Wrench now = total_wrench(body, gravity_W, time, body.motion_state());
+    const Wrench& then = body.wrench_asleep;
+    const Scalar change =
+        (now.force - then.force).norm() * body.radius + (now.torque - then.torque).norm();
+    const Scalar size = then.force.norm() * body.radius + then.torque.norm();
+    if (change > kWakeWrenchChange * size) wake(slot, &report);
+  }
+  const bool has_moving = std::any_of(bodies.begin(), bodies.end(), [&](const BodyRecord& body) {
+    return moves_by_itself(body, interval);
+  });
+  if (!has_moving) return;
+  for (const internal::JointState& joint : joints) {
+    const BodyRecord& a = bodies[joint.definition.a.slot];
+    const BodyRecord& b = bodies[joint.definition.b.slot];
+    if (a.is_asleep && moves_by_itself(b, interval)) wake(a.id.slot, &report);
+    if (b.is_asleep && moves_by_itself(a, interval)) wake(b.id.slot, &report);
+  }
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    const PairKey key = pairs[i]->key;
+    if (!pairs[i]->has_contacts) continue;
+    if (bodies[key.a].is_asleep && moves_by_itself(bodies[key.b], interval)) wake(key.a, &report);
+    if (bodies[key.b].is_asleep && moves_by_itself(bodies[key.a], interval)) wake(key.b, &report);
+  }
+}
+
+void World::Impl::put_to_sleep(const std::vector<internal::Island>& islands,
+                               const std::vector<internal::IslandOutcome>& outcomes, Scalar h,
+                               AdvanceReport& report) {
+  if (options.sleep_steps <= 0) return;
+  for (std::size_t i = 0; i < islands.size(); ++i) {
+    Scalar standoff = kInfinity;
+    bool may_sleep = outcomes[i].in_contact;
+    bool touches = false;
+    const TimeInterval next{time, time + h};
+    for (const internal::PairState* pair : islands[i].pairs) {
+      standoff = std::min(standoff, pair->lengths.standoff);
+      if (!pair->has_contacts) continue;
+      touches = true;
+      const auto moves = [&](const BodyRecord& body) {
+        if (body.definition.kind != BodyKind::Kinematic) return false;
+        const TimeInterval domain = body.definition.motion->domain();
+        return moves_by_itself(body, {time, std::min(next.end, domain.end)});
+      };
+      may_sleep = may_sleep && !moves(bodies[pair->key.a]) && !moves(bodies[pair->key.b]) &&
+                  !pair->granted && !pair->overlaps;
+    }
+    for (const internal::JointState* joint : islands[i].joints) {
+      touches = true;
+      for (const BodyId id : {joint->definition.a, joint->definition.b}) {
+        const BodyRecord& body = bodies[id.slot];
+        standoff = std::min(standoff, kStandoffTargets * kTargetRadiusFraction * body.radius);
+        const bool is_given = body.definition.kind == BodyKind::Kinematic;
+        may_sleep = may_sleep && !(is_given && moves_by_itself(body, {time - h, time}));
+      }
+      may_sleep = may_sleep && !joint->definition.motor;
+    }
+    may_sleep = may_sleep && touches;
+    const Scalar slow = options.sleep_speed.value_or(kSleepStandoffFraction * standoff / h);
+    bool all_slow = may_sleep;
+    for (const std::uint32_t slot : islands[i].bodies) {
+      BodyRecord& body = bodies[slot];
+      const Scalar speed = body.state.v_W.norm() + body.angular_velocity().norm() * body.radius;
+      body.slow_steps = may_sleep && speed < slow ? body.slow_steps + 1 : 0;
+      all_slow = all_slow && body.slow_steps >= options.sleep_steps;
+    }
+    if (!all_slow) continue;
+    for (const std::uint32_t slot : islands[i].bodies) {
+      BodyRecord& body = bodies[slot];
+      body.is_asleep = true;
+      body.state.v_W.setZero();
+      body.state.L_W.setZero();
+      body.flight = nullptr;
+      body.rest = std::make_shared<RestMotion>(body.X_WB());
+      if (body.definition.wrench) {
+        body.wrench_asleep = total_wrench(body, gravity_W, time, body.motion_state());
+      }
+      report.fell_asleep.push_back(body.id);
+    }
+  }
+}
+
+}  // namespace dyop

@@ -1,0 +1,96 @@
+#include "dynamics/step/certify.h"
+
+#include <algorithm>
+
+#include "core/tolerance.h"
+
+namespace dyop::internal {
+namespace {
+
+ToiResult query(const BodyMove& a, const BodyMove& b, const TimeInterval& interval, Scalar target,
+                Scalar tolerance, const QueryLimits& limits, ToiWorkspace& workspace) {
+  ToiOptions options;
+  options.target_distance = target;
+  options.distance_tolerance = tolerance;
+  options.max_node_pairs = limits.max_node_pairs;
+  options.stop = limits.stop;
+  return time_of_impact(*a.body->definition.shape, *a.motion, *b.body->definition.shape, *b.motion,
+                        interval, options, workspace);
+}
+
+// A pair that began too near is an ordinary one again once it is far enough apart.
+void release(PairState& pair, const BodyMove& a, const RigidPose& X_WA, const BodyMove& b,
+             const RigidPose& X_WB) {
+  if (!pair.granted && !pair.overlaps) return;
+  const Scalar enough = pair.lengths.target + pair.lengths.tolerance() / 2;
+  measure_gap(pair, *a.body, X_WA, *b.body, X_WB, enough);
+  if (pair.gap_lower > enough) {
+    pair.granted.reset();
+    pair.overlaps = false;
+  } else if (pair.overlaps && pair.gap_lower > 0) {
+    pair.overlaps = false;
+    pair.granted = pair.gap_lower / 2;
+  }
+}
+
+}  // namespace
+
+Scalar pair_noise(const BodyMove& a, const BodyMove& b) {
+  return kStepNoise * (a.center.norm() + b.center.norm() + a.body->radius + b.body->radius);
+}
+
+void add(ToiStatistics& sum, const ToiStatistics& part) {
+  sum.box_tests += part.box_tests;
+  sum.leaf_tests += part.leaf_tests;
+  sum.node_pairs += part.node_pairs;
+  sum.peak_queue = std::max(sum.peak_queue, part.peak_queue);
+}
+
+Certificate certify(PairState& pair, const BodyMove& a, const BodyMove& b,
+                    const TimeInterval& interval, Scalar kept, const QueryLimits& limits,
+                    ToiWorkspace& workspace) {
+  Certificate certificate;
+  if (a.is_rest && b.is_rest) {
+    certificate.proof = PairProof::at_rest(pair.key, interval);
+    return certificate;
+  }
+  certificate.closing = closing_bound(a, b, interval);
+  const RigidPose X_WA = a.motion->pose(interval.begin);
+  const RigidPose X_WB = b.motion->pose(interval.begin);
+  const Scalar tolerance = pair.lengths.tolerance();
+  release(pair, a, X_WA, b, X_WB);
+  if (pair.overlaps) {
+    certificate.proof = PairProof::excused(pair.key, interval);
+    return certificate;
+  }
+  // So much more that a query can begin where the bound ends.
+  const Scalar floor = kept + tolerance / 2 + pair_noise(a, b);
+  const auto by_bound = [&] {
+    return PairProof::by_bound(pair, interval, pair.gap_lower, certificate.closing, floor);
+  };
+  certificate.proof = by_bound();
+  if (certificate.proof) return certificate;
+  // A gap that would be proof enough, with something left for the next steps.
+  measure_gap(pair, *a.body, X_WA, *b.body, X_WB, floor + 4 * certificate.closing);
+  certificate.proof = by_bound();
+  if (certificate.proof) return certificate;
+
+  ToiResult result =
+      query(a, b, interval, pair.granted ? std::min(kept, *pair.granted) : kept,
+            pair.granted ? std::min(tolerance, *pair.granted / 4) : tolerance, limits, workspace);
+  if (result.status == ToiStatus::InitiallyWithinTarget && kept <= pair.lengths.target) {
+    if (pair.gap_lower > 0) {
+      pair.granted = pair.gap_lower / 2;
+      result = query(a, b, interval, *pair.granted, *pair.granted / 4, limits, workspace);
+    } else {
+      pair.overlaps = true;
+      certificate.proof = PairProof::excused(pair.key, interval);
+      return certificate;
+    }
+  }
+  certificate.proof = PairProof::by_query(pair, interval, result);
+  certificate.result = std::move(result);
+  return certificate;
+}
+
+}  // namespace dyop::internal

@@ -1,0 +1,455 @@
+#include "dynamics/step/contact_leg.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "dynamics/step/end_gap.h"
+#include "dynamics/step/leg_problem.h"
+#include "core/tolerance.h"
+
+namespace dyop::internal {
+namespace {
+
+using Member = IslandRun::Member;
+using RunPair = IslandRun::RunPair;
+
+// Limits of one attempt and of one leg.
+constexpr int kMostRounds = 12;
+constexpr int kMostErrorSolves = 4;
+constexpr int kMostAttempts = 10;
+constexpr int kMostSpinSweeps = 4;
+
+enum class AttemptResult { Committed, Blocked, Failed };
+
+// One attempt at one horizon.
+class ContactLeg {
+ public:
+  ContactLeg(IslandRun& run, Scalar tau, bool may_bounce, bool lands);
+  AttemptResult attempt();
+
+  Scalar blocked_at() const { return blocked_at_; }
+  bool must_land() const { return must_land_; }
+
+ private:
+  void set_free_velocities();
+  Scalar target(std::size_t contact) const;
+  Scalar target_cap(std::size_t contact) const;
+  void solve_move();
+  bool update_errors();
+  void set_row_targets();
+  bool update_row_errors();
+  RigidPose end_pose(const std::optional<std::size_t>& member, const BodyRecord& body) const;
+  void make_moves();
+  void find_proofs();
+  bool answer_hits();
+  void add_hit(std::size_t pair, const ToiResult& hit);
+  void store_velocities();
+  void commit(Scalar tau);
+
+  IslandRun& run_;
+  Scalar tau_;
+  bool may_bounce_;
+  bool lands_;  // the horizon ends at a hit that is to be answered there
+  LegProblem leg_;
+  std::vector<Wrench> wrenches_;
+  std::vector<Vector3> free_L_W_;
+  std::vector<BodyMove> moves_;
+  std::vector<RigidPose> start_a_, end_a_, start_b_, end_b_;  // by pair
+  std::vector<Certificate> certificates_;
+  std::vector<Vector3> stored_v_W_;
+  std::vector<Vector3> stored_L_W_;
+  Scalar residual_ = 0;
+  bool targets_are_zero_ = false;
+  Scalar blocked_at_ = 0;
+  bool must_land_ = false;
+  std::optional<AdvanceStatus> failure_;
+};
+
+ContactLeg::ContactLeg(IslandRun& run, Scalar tau, bool may_bounce, bool lands)
+    : run_(run), tau_(tau), may_bounce_(may_bounce), lands_(lands), leg_(run) {
+  for (const Member& member : run.members()) {
+    const MotionState state = motion_state(
+        member.body->definition.mass_properties, member.state.X_WM, member.state.v_W,
+        member.body->angular_mobility(member.state.X_WM.rotation()) * member.state.L_W);
+    wrenches_.push_back(total_wrench(*member.body, run.context().gravity_W, run.now(), state));
+  }
+  leg_.take_contacts([&](const RunPair& pair, const ContactPoint& point) {
+    // What is about to bounce is left to the impact.
+    return !(may_bounce_ && bounces(run_, pair, normal_velocity(run_, pair, point)));
+  });
+  for (const RunPair& pair : run.pairs()) {
+    start_a_.push_back(run.pose_of(pair.member_a, *pair.a));
+    start_b_.push_back(run.pose_of(pair.member_b, *pair.b));
+  }
+  leg_.take_joints(tau_ / 2);
+  end_a_ = start_a_;
+  end_b_ = start_b_;
+}
+
+// Velocities with half a kick; the angular one at the middle of the leg, where it solves
+// w = I(exp(tau w / 2) R)^-1 L.
+void ContactLeg::set_free_velocities() {
+  free_L_W_.clear();
+  const bool is_first = moves_.empty();
+  for (std::size_t i = 0; i < run_.members().size(); ++i) {
+    const Member& member = run_.members()[i];
+    const Matrix3& R = member.state.X_WM.rotation();
+    ContactBody& body = leg_.problem().bodies[i];
+    body.free_v_W = member.state.v_W + tau_ / 2 * member.body->inverse_mass * wrenches_[i].force;
+    const Vector3 L = member.state.L_W + tau_ / 2 * wrenches_[i].torque;
+    Vector3 w = is_first ? Vector3(member.body->angular_mobility(R) * L) : body.w_W;
+    Matrix3 R_mid = R;
+    for (int k = 0; k < (is_first ? kMostSpinSweeps : 1); ++k) {
+      if (!w.isZero(0)) R_mid = rotation_from_vector(tau_ / 2 * w) * R;
+      if (is_first) w = member.body->angular_mobility(R_mid) * L;
+    }
+    leg_.set_mobility(i, R_mid);
+    body.free_w_W = body.inverse_inertia_W * L;
+    free_L_W_.push_back(L);
+  }
+  leg_.set_supports(tau_);
+}
+
+Scalar ContactLeg::target_cap(std::size_t contact) const {
+  const LegContact& entry = leg_.contacts()[contact];
+  const RunPair& pair = run_.pairs()[entry.pair];
+  const PairLengths& lengths = pair.state->lengths;
+  if (pair.state->granted || pair.state->overlaps) {
+    return run_.context().options->separation_speed.value_or(kSeparationRadiusFraction *
+                                                             lengths.radius / run_.context().h);
+  }
+  const auto turn = [&](const std::optional<std::size_t>& member, const BodyRecord& body) {
+    if (!member) return Scalar{0};
+    const Vector3& w = leg_.problem().bodies[*member].w_W;
+    return w.squaredNorm() * body.radius;
+  };
+  return 0.5 * lengths.standoff / tau_ + entry.push / tau_ +
+         tau_ * (turn(pair.member_a, *pair.a) + turn(pair.member_b, *pair.b)) +
+         3 * tau_ * leg_.relative_velocity(contact).squaredNorm() / lengths.radius;
+}
+
+// Least normal velocity that keeps the rest gap to the end, or recovers part of it.
+Scalar ContactLeg::target(std::size_t contact) const {
+  const LegContact& entry = leg_.contacts()[contact];
+  const Scalar missing = run_.pairs()[entry.pair].state->lengths.rest_gap() - entry.point.gap;
+  const Scalar rate = missing > 0 ? kGapRecovery * missing : missing;
+  Scalar value = (rate - entry.error + entry.push) / tau_;
+  if (value <= 0) return value;
+  if (targets_are_zero_) return 0;
+  return std::min(value, target_cap(contact));
+}
+
+// Rows of joints close what they are apart, not faster than bodies that began too near.
+void ContactLeg::set_row_targets() {
+  for (std::size_t i = 0; i < leg_.rows().size(); ++i) {
+    const LegRow& entry = leg_.rows()[i];
+    if (entry.equation.kind == JointEquation::Kind::Motor) continue;
+    const BodyRecord& a = run_.context().body(entry.joint->definition.a.slot);
+    const BodyRecord& b = run_.context().body(entry.joint->definition.b.slot);
+    const Scalar most = kSeparationRadiusFraction * std::min(a.radius, b.radius) / tau_;
+    const Scalar wanted = -(entry.equation.value + entry.error) / tau_;
+    const bool is_limit = entry.equation.kind == JointEquation::Kind::Limit;
+    leg_.set_row_target(i, std::clamp(wanted, is_limit ? -kInfinity : -most, most));
+  }
+}
+
+void ContactLeg::solve_move() {
+  set_free_velocities();
+  set_row_targets();
+  for (std::size_t i = 0; i < leg_.contacts().size(); ++i) leg_.set_target(i, target(i));
+  const ContactReport report = leg_.solve(tau_);
+  residual_ = report.residual;
+  const Scalar tolerance = 0.001 * leg_.standoff() / tau_;
+  if (residual_ > kContradictionTolerances * tolerance && !targets_are_zero_) {
+    // Extrapolated constraints can contradict one another; "move along together" is feasible.
+    targets_are_zero_ = true;
+    for (std::size_t i = 0; i < leg_.contacts().size(); ++i) leg_.set_target(i, target(i));
+    residual_ = leg_.solve(tau_).residual;
+  }
+}
+
+void ContactLeg::make_moves() {
+  moves_.clear();
+  for (std::size_t i = 0; i < run_.members().size(); ++i) {
+    const Member& member = run_.members()[i];
+    const ContactBody& body = leg_.problem().bodies[i];
+    moves_.push_back(twist_move(*member.body, member.state, run_.now(), body.v_W, body.w_W));
+  }
+  for (std::size_t i = 0; i < run_.pairs().size(); ++i) {
+    const RunPair& pair = run_.pairs()[i];
+    end_a_[i] = end_pose(pair.member_a, *pair.a);
+    end_b_[i] = end_pose(pair.member_b, *pair.b);
+  }
+}
+
+RigidPose ContactLeg::end_pose(const std::optional<std::size_t>& member,
+                               const BodyRecord& body) const {
+  const Scalar t_end = run_.now() + tau_;
+  if (member) return moves_[*member].motion->pose(t_end);
+  if (body.definition.kind == BodyKind::Kinematic) return body.definition.motion->pose(t_end);
+  return body.X_WB();
+}
+
+// Returns whether the prediction of a gap has changed so much that the solve must be repeated.
+bool ContactLeg::update_errors() {
+  bool has_changed = false;
+  for (std::size_t i = 0; i < leg_.contacts().size(); ++i) {
+    LegContact& entry = leg_.contacts()[i];
+    const RunPair& pair = run_.pairs()[entry.pair];
+    const Scalar linear =
+        entry.point.gap + tau_ * entry.point.nhat_AB_W.dot(leg_.relative_velocity(i));
+    Scalar error = end_gap(entry.point, *pair.a, start_a_[entry.pair], end_a_[entry.pair], *pair.b,
+                           start_b_[entry.pair], end_b_[entry.pair]) -
+                   linear;
+    const bool is_edge_pair = entry.point.feature_a.kind == FeatureKind::Edge &&
+                              entry.point.feature_b.kind == FeatureKind::Edge;
+    if (is_edge_pair) error = std::min(error, 0.0);
+    const bool matters =
+        linear + error < pair.state->lengths.rest_gap() + pair.state->lengths.standoff;
+    if (matters && std::abs(error - entry.error) > kErrorChange * pair.state->lengths.standoff) {
+      has_changed = true;
+    }
+    entry.error = error;
+  }
+  return update_row_errors() || has_changed;
+}
+
+bool ContactLeg::update_row_errors() {
+  bool has_changed = false;
+  std::vector<JointEquation> ends;
+  const JointState* of = nullptr;
+  for (std::size_t i = 0; i < leg_.rows().size(); ++i) {
+    LegRow& entry = leg_.rows()[i];
+    if (entry.equation.kind == JointEquation::Kind::Motor) continue;
+    if (entry.joint != of) {
+      of = entry.joint;
+      const BodyRecord& a = run_.context().body(of->definition.a.slot);
+      const BodyRecord& b = run_.context().body(of->definition.b.slot);
+      ends = joint_equations(of->definition, a, end_pose(run_.member_at(a.id), a), b,
+                             end_pose(run_.member_at(b.id), b), std::min(a.radius, b.radius));
+    }
+    const Scalar linear = entry.equation.value + tau_ * leg_.row_velocity(i);
+    const Scalar error = ends[entry.index].value - linear;
+    has_changed = has_changed || std::abs(error - entry.error) > kErrorChange * leg_.standoff();
+    entry.error = error;
+  }
+  return has_changed;
+}
+
+void ContactLeg::find_proofs() {
+  certificates_.clear();
+  const TimeInterval interval{run_.now(), run_.now() + tau_};
+  for (RunPair& pair : run_.pairs()) {
+    const BodyMove a = pair.member_a ? moves_[*pair.member_a] : run_.support_move(*pair.a);
+    const BodyMove b = pair.member_b ? moves_[*pair.member_b] : run_.support_move(*pair.b);
+    certificates_.push_back(certify(*pair.state, a, b, interval, pair.state->kept_distance(),
+                                    run_.context().limits(), run_.workspace().toi));
+    if (const auto& result = certificates_.back().result) {
+      add(run_.outcome().toi, result->statistics);
+      pair.state->advancement_steps += result->statistics.node_pairs;
+    }
+  }
+}
+
+void ContactLeg::add_hit(std::size_t pair_index, const ToiResult& hit) {
+  const RunPair& pair = run_.pairs()[pair_index];
+  const ImpactContact& found = *hit.contact;
+  const PairLengths& lengths = pair.state->lengths;
+  LegContact entry;
+  entry.pair = pair_index;
+  ContactPoint& point = entry.point;
+  point.p_ACa = hit.X_WA.inverse() * found.p_WCa;
+  point.p_BCb = hit.X_WB.inverse() * found.p_WCb;
+  point.feature_a = found.feature_a;
+  point.feature_b = found.feature_b;
+  point.normal_is_of_b = found.feature_b.kind == FeatureKind::Face;
+  const RigidPose& X_WS = point.normal_is_of_b ? hit.X_WB : hit.X_WA;
+  point.nhat_AB_S = X_WS.rotation().transpose() * found.nhat_AB_W;
+  // Carried back to the start with its bodies, the normal with its face.
+  const RigidPose& X_WA = start_a_[pair_index];
+  const RigidPose& X_WB = start_b_[pair_index];
+  point.p_WCa = X_WA * point.p_ACa;
+  point.p_WCb = X_WB * point.p_BCb;
+  point.nhat_AB_W =
+      ((point.normal_is_of_b ? X_WB : X_WA).rotation() * point.nhat_AB_S).normalized();
+  point.gap = point.nhat_AB_W.dot(point.p_WCb - point.p_WCa);
+  for (LegContact& known : leg_.contacts()) {
+    if (known.pair != pair_index) continue;
+    const bool is_same = known.point.nhat_AB_W.dot(point.nhat_AB_W) > 0.9 &&
+                         (known.point.p_WCa - point.p_WCa).norm() < 0.05 * lengths.radius;
+    if (!is_same) continue;
+    known.push += 0.5 * lengths.standoff * std::exp2(std::min(known.hits++, 4));
+    return;
+  }
+  leg_.add(entry);
+}
+
+// Turns what was hit into contacts. Returns false if a hit must be answered where it is instead.
+bool ContactLeg::answer_hits() {
+  std::size_t first = certificates_.size();
+  for (std::size_t i = 0; i < certificates_.size(); ++i) {
+    if (certificates_[i].proof) continue;
+    if (first == certificates_.size() ||
+        certificates_[i].result->t_safe < certificates_[first].result->t_safe) {
+      first = i;
+    }
+  }
+  const ToiResult& met = *certificates_[first].result;
+  blocked_at_ = met.t_safe;
+  switch (met.status) {
+    case ToiStatus::Impact:
+      break;
+    case ToiStatus::Separated:
+    case ToiStatus::InitiallyWithinTarget:
+    case ToiStatus::NumericalLimit:
+      failure_ = AdvanceStatus::NumericalLimit;
+      break;
+    case ToiStatus::BudgetExhausted:
+      failure_ = AdvanceStatus::BudgetExhausted;
+      break;
+    case ToiStatus::NotRun:
+    case ToiStatus::Cancelled:
+      failure_ = AdvanceStatus::Cancelled;
+      break;
+  }
+  if (failure_) {
+    run_.fail(*failure_, run_.pairs()[first].state->key);
+    return false;
+  }
+  RunPair& pair = run_.pairs()[first];
+  const Scalar speed = met.contact->closing_speed;
+  const bool is_violent = speed * tau_ > pair.state->lengths.radius / 4;
+  const bool is_event = run_.context().options->policy != ImpactPolicy::Impulse &&
+                        speed > run_.context().restitution_speed(pair.state->lengths);
+  if (may_bounce_ && met.t_safe > run_.now() &&
+      (is_violent || is_event || bounces(run_, pair, -speed))) {
+    pair.hit = met;
+    must_land_ = true;
+    return false;
+  }
+  for (std::size_t i = 0; i < certificates_.size(); ++i) {
+    const auto& result = certificates_[i].result;
+    if (!certificates_[i].proof && result->status == ToiStatus::Impact) add_hit(i, *result);
+  }
+  return true;
+}
+
+// The velocity that moved the bodies, without what only recovered their gaps.
+void ContactLeg::store_velocities() {
+  bool has_recovery = false;
+  std::vector<Scalar> targets;
+  for (std::size_t i = 0; i < leg_.contacts().size(); ++i) {
+    const LegContact& entry = leg_.contacts()[i];
+    const PointContact& row = leg_.problem().contacts[i];
+    const Scalar physical = std::min(row.target, std::max(0.0, -entry.error / tau_));
+    targets.push_back(physical);
+    if (row.target > physical && row.impulse_W.dot(row.nhat_AB_W) > 0) has_recovery = true;
+  }
+  leg_.keep_row_impulses();
+  for (std::size_t i = 0; i < leg_.rows().size(); ++i) {
+    const LegRow& entry = leg_.rows()[i];
+    const Scalar wanted = leg_.problem().rows[i].target;
+    Scalar physical = -entry.error / tau_;
+    if (entry.equation.kind == JointEquation::Kind::Motor) continue;
+    if (entry.equation.kind == JointEquation::Kind::Limit) {
+      physical = std::min(wanted, std::max(0.0, physical));
+    }
+    has_recovery = has_recovery || physical != wanted;
+    leg_.set_row_target(i, physical);
+  }
+  if (has_recovery) {
+    for (std::size_t i = 0; i < targets.size(); ++i) leg_.set_target(i, targets[i]);
+    residual_ = std::max(residual_, leg_.solve(tau_).residual);
+  }
+  for (std::size_t i = 0; i < run_.members().size(); ++i) {
+    stored_v_W_.push_back(leg_.problem().bodies[i].v_W);
+  }
+  stored_L_W_ = leg_.angular_momenta(free_L_W_);
+}
+
+// Goes to now + tau, tau <= tau_, with the proofs at hand.
+void ContactLeg::commit(Scalar tau) {
+  store_velocities();
+  const Scalar t_end = run_.now() + tau;
+  std::vector<PairProof> proofs;
+  std::vector<Scalar> closings;
+  for (std::size_t i = 0; i < certificates_.size(); ++i) {
+    const Certificate& certificate = certificates_[i];
+    closings.push_back(certificate.closing);
+    PairState& state = *run_.pairs()[i].state;
+    proofs.push_back(certificate.proof
+                         ? *certificate.proof
+                         : *PairProof::by_query(state, {run_.now(), t_end}, *certificate.result));
+    state.residual = residual_;
+  }
+  for (const LegContact& entry : leg_.contacts()) {
+    if (!entry.index) continue;
+    const std::size_t row = static_cast<std::size_t>(&entry - leg_.contacts().data());
+    run_.pairs()[entry.pair].state->contacts.contacts()[*entry.index].impulse_W =
+        leg_.problem().contacts[row].impulse_W;
+  }
+  for (std::size_t i = 0; i < run_.members().size(); ++i) {
+    Member& member = run_.members()[i];
+    const RigidPose X_WB = moves_[i].motion->pose(t_end);
+    // What is left of the kick belongs to the end; a leg that was cut has had too much of it.
+    member.state.v_W =
+        stored_v_W_[i] + (tau - tau_) / 2 * member.body->inverse_mass * wrenches_[i].force;
+    member.state.L_W = stored_L_W_[i] + (tau - tau_) / 2 * wrenches_[i].torque;
+    member.state.X_WM = central_pose(*member.body, X_WB);
+  }
+  run_.commit_leg(t_end, moves_, std::move(proofs), closings);
+}
+
+AttemptResult ContactLeg::attempt() {
+  for (int round = 0; round < kMostRounds; ++round) {
+    for (int k = 0; k < kMostErrorSolves; ++k) {
+      solve_move();
+      make_moves();
+      if (!update_errors()) break;
+    }
+    find_proofs();
+    const bool is_proven = std::all_of(certificates_.begin(), certificates_.end(),
+                                       [](const Certificate& c) { return c.proof.has_value(); });
+    if (is_proven) {
+      commit(tau_);
+      solve_contact_node(run_, tau_, may_bounce_);
+      return AttemptResult::Committed;
+    }
+    ++run_.outcome().work.rounds;
+    if (answer_hits()) continue;
+    if (failure_) return AttemptResult::Failed;
+    if (!lands_) return AttemptResult::Blocked;
+    const Scalar tau = blocked_at_ - run_.now();
+    commit(tau);
+    solve_contact_node(run_, tau, may_bounce_);
+    return AttemptResult::Committed;
+  }
+  return AttemptResult::Blocked;
+}
+
+}  // namespace
+
+bool run_contact_leg(IslandRun& run, bool may_bounce) {
+  Scalar tau = run.remaining();
+  bool lands = false;
+  for (int attempt = 0; attempt < kMostAttempts; ++attempt) {
+    if (!(run.now() + tau > run.now())) return false;
+    ContactLeg leg(run, tau, may_bounce, lands);
+    if (attempt == 0 || !lands) {
+      for (RunPair& pair : run.pairs()) pair.hit.reset();
+    }
+    const AttemptResult result = leg.attempt();
+    if (result == AttemptResult::Committed || result == AttemptResult::Failed) return true;
+    const Scalar safe = leg.blocked_at() - run.now();
+    if (leg.must_land()) {
+      lands = true;
+      tau = safe;
+    } else {
+      lands = false;
+      tau = safe > tau / 4 ? std::max(0.9 * safe, tau / 4) : tau / 4;
+    }
+  }
+  return false;
+}
+
+}  // namespace dyop::internal

@@ -1,0 +1,73 @@
+#include "dynamics/step/contact_leg.h"
+#include "dynamics/step/leg_problem.h"
+
+namespace dyop::internal {
+
+namespace {
+
+// The impulses of a leg, by contact: those of its move and of its end. The latter warm-start the
+// next move.
+void keep_impulses(IslandRun& run, const LegProblem& node, const std::vector<Vector3>& moving) {
+  for (IslandRun::RunPair& pair : run.pairs()) {
+    pair.state->impulses.assign(pair.is_near ? pair.state->contacts.contacts().size() : 0,
+                                Vector3::Zero());
+  }
+  for (std::size_t i = 0; i < node.contacts().size(); ++i) {
+    const LegContact& entry = node.contacts()[i];
+    PairState& state = *run.pairs()[entry.pair].state;
+    const Vector3& impulse = node.problem().contacts[i].impulse_W;
+    state.impulses[*entry.index] = moving[i] + impulse;
+    state.contacts.contacts()[*entry.index].impulse_W = impulse;
+  }
+}
+
+}  // namespace
+
+// The other half of the kick and the contacts at the end.
+void solve_contact_node(IslandRun& run, Scalar tau, bool may_bounce) {
+  run.find_contacts();
+  LegProblem node(run);
+  std::vector<Vector3> free_L_W;
+  for (std::size_t i = 0; i < run.members().size(); ++i) {
+    IslandRun::Member& member = run.members()[i];
+    const MotionState state =
+        motion_state(member.body->definition.mass_properties, member.state.X_WM, member.state.v_W,
+                     node.problem().bodies[i].inverse_inertia_W * member.state.L_W);
+    const Wrench wrench = total_wrench(*member.body, run.context().gravity_W, run.now(), state);
+    member.state.v_W += tau / 2 * member.body->inverse_mass * wrench.force;
+    member.state.L_W += tau / 2 * wrench.torque;
+    ContactBody& body = node.problem().bodies[i];
+    body.free_v_W = member.state.v_W;
+    body.free_w_W = body.inverse_inertia_W * member.state.L_W;
+    free_L_W.push_back(member.state.L_W);
+  }
+  node.take_contacts([&](const IslandRun::RunPair& pair, const ContactPoint& point) {
+    if (pair.hit) return false;  // for the impact
+    return !(may_bounce && bounces(run, pair, normal_velocity(run, pair, point)));
+  });
+  node.take_joints(tau / 2);
+  node.set_supports(0);
+  for (std::size_t i = 0; i < node.rows().size(); ++i) {
+    const LegRow& entry = node.rows()[i];
+    if (entry.equation.kind == JointEquation::Kind::Equality) node.set_row_target(i, 0);
+    if (entry.equation.kind == JointEquation::Kind::Limit) {
+      node.set_row_target(i, std::min(0.0, -entry.equation.value / tau));
+    }
+  }
+  for (std::size_t i = 0; i < node.contacts().size(); ++i) {
+    const LegContact& entry = node.contacts()[i];
+    const Scalar missing = run.pairs()[entry.pair].state->lengths.rest_gap() - entry.point.gap;
+    node.set_target(i, std::min(0.0, missing / tau));
+  }
+  std::vector<Vector3> moving;  // impulses of the move
+  for (const PointContact& row : node.problem().contacts) moving.push_back(row.impulse_W);
+  node.solve(tau);
+  keep_impulses(run, node, moving);
+  const std::vector<Vector3> L_W = node.angular_momenta(std::move(free_L_W));
+  for (std::size_t i = 0; i < run.members().size(); ++i) {
+    run.members()[i].state.v_W = node.problem().bodies[i].v_W;
+    run.members()[i].state.L_W = L_W[i];
+  }
+}
+
+}  // namespace dyop::internal

@@ -1,0 +1,45 @@
+#include "dynamics/step/end_gap.h"
+
+#include "dyop/distance/distance.h"
+#include "dyop/geometry/convex_shape.h"
+
+namespace dyop::internal {
+namespace {
+
+Scalar rounding_radius(const Shape& shape) {
+  if (shape.kind() != ShapeKind::Convex) return 0;
+  return static_cast<const ConvexShape&>(shape).rounding_radius();
+}
+
+bool is_smooth_core(const Shape& shape) {
+  return shape.kind() == ShapeKind::Convex &&
+         static_cast<const ConvexShape&>(shape).core_surface() == nullptr;
+}
+
+}  // namespace
+
+Scalar end_gap(const ContactPoint& point, const BodyRecord& a, const RigidPose& X_WA,
+               const RigidPose& X_WA_end, const BodyRecord& b, const RigidPose& X_WB,
+               const RigidPose& X_WB_end) {
+  const Shape& shape_a = *a.definition.shape;
+  const Shape& shape_b = *b.definition.shape;
+  if (is_smooth_core(shape_a) || is_smooth_core(shape_b)) {
+    // Their one contact moves over the surface: where it is then, the distance says.
+    const DistanceResult result = distance(shape_a, X_WA_end, shape_b, X_WB_end);
+    if (result.lower > 0) return result.upper;
+  }
+  const Scalar radius_a = rounding_radius(shape_a);
+  const Scalar radius_b = rounding_radius(shape_b);
+  const Vector3& n = point.nhat_AB_W;
+  const Vector3 core_a = X_WA_end * (point.p_ACa - radius_a * (X_WA.rotation().transpose() * n));
+  const Vector3 core_b = X_WB_end * (point.p_BCb + radius_b * (X_WB.rotation().transpose() * n));
+  const bool are_vertices =
+      point.feature_a.kind == FeatureKind::Vertex && point.feature_b.kind == FeatureKind::Vertex;
+  if (are_vertices && (core_b - core_a).dot(n) > 0) {
+    return (core_b - core_a).norm() - radius_a - radius_b;
+  }
+  const Matrix3& R_end = point.normal_is_of_b ? X_WB_end.rotation() : X_WA_end.rotation();
+  return (R_end * point.nhat_AB_S).dot(core_b - core_a) - radius_a - radius_b;
+}
+
+}  // namespace dyop::internal

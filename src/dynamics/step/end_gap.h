@@ -1,0 +1,15 @@
+#pragma once
+
+#include "dynamics/body_record.h"
+#include "dyop/contact/contact_point.h"
+
+namespace dyop::internal {
+
+/// The gap of a contact after both bodies have moved from the poses X_WA, X_WB of the contact to
+/// new ones: between the same features, a face carried with its body, rounded cores by their
+/// centres.
+Scalar end_gap(const ContactPoint& point, const BodyRecord& a, const RigidPose& X_WA,
+               const RigidPose& X_WA_end, const BodyRecord& b, const RigidPose& X_WB,
+               const RigidPose& X_WB_end);
+
+}  // namespace dyop::internal

@@ -1,0 +1,191 @@
+#include <algorithm>
+#include <cmath>
+
+#include "dynamics/step/island_run.h"
+#include "dynamics/step/leg_problem.h"
+#include "core/tolerance.h"
+
+namespace dyop::internal {
+namespace {
+
+using RunPair = IslandRun::RunPair;
+
+Vector3 point_velocity(const IslandRun& run, const std::optional<std::size_t>& member,
+                       const BodyRecord& body, const Vector3& p_W) {
+  const Twist twist = run.central_twist(member, body);
+  const Vector3 center = central_pose(body, run.pose_of(member, body)).translation();
+  return twist.v_WB + twist.w_WB.cross(p_W - center);
+}
+
+bool is_triggered(const IslandRun& run, const RunPair& pair, const ContactPoint& point) {
+  const Scalar speed = normal_velocity(run, pair, point);
+  if (pair.hit) {
+    return speed < -run.context().restitution_speed(pair.state->lengths);
+  }
+  return point.gap <= pair.state->lengths.rest_gap() && bounces(run, pair, speed);
+}
+
+WorldContact world_contact(const RunPair& pair, const ContactPoint& point, Scalar speed,
+                           const Vector3& impulse_W) {
+  WorldContact result;
+  result.a = pair.a->id;
+  result.b = pair.b->id;
+  result.contact = {point.p_WCa,     point.p_WCb,      point.nhat_AB_W,
+                    point.lower,     point.upper,      point.feature_a,
+                    point.feature_b, point.triangle_a, point.triangle_b};
+  result.normal_velocity = speed;
+  result.impulse_W = impulse_W;
+  return result;
+}
+
+// The impact law at one time: every contact that closes fast leaves with its restitution.
+class ImpactSolve {
+ public:
+  explicit ImpactSolve(IslandRun& run);
+  void solve();
+  void write(ImpactEvent& event) const;
+
+ private:
+  void solve_with(Scalar bounce);
+  Scalar kinetic_energy() const;
+
+  IslandRun& run_;
+  LegProblem leg_;
+  std::vector<Scalar> speeds_;       // normal velocities before
+  std::vector<Scalar> restitution_;  // zero for what closes slowly
+  std::vector<Vector3> free_L_W_;
+};
+
+ImpactSolve::ImpactSolve(IslandRun& run) : run_(run), leg_(run) {
+  leg_.take_contacts([&](const RunPair& pair, const ContactPoint& point) {
+    const PairLengths& lengths = pair.state->lengths;
+    return point.gap <= lengths.rest_gap() + 0.5 * lengths.standoff ||
+           is_triggered(run, pair, point);
+  });
+  for (std::size_t i = 0; i < run.members().size(); ++i) {
+    const IslandRun::Member& member = run.members()[i];
+    ContactBody& body = leg_.problem().bodies[i];
+    body.free_v_W = member.state.v_W;
+    body.free_w_W = body.inverse_inertia_W * member.state.L_W;
+    free_L_W_.push_back(member.state.L_W);
+  }
+  leg_.take_joints(0);  // motors have no strength at an instant
+  leg_.set_supports(0);
+  for (std::size_t i = 0; i < leg_.rows().size(); ++i) {
+    const bool is_equality = leg_.rows()[i].equation.kind == JointEquation::Kind::Equality;
+    const Scalar left = leg_.rows()[i].equation.value;
+    const bool is_motor = leg_.rows()[i].equation.kind == JointEquation::Kind::Motor;
+    if (!is_motor) leg_.set_row_target(i, is_equality ? 0 : std::min(0.0, -left / run.context().h));
+  }
+  for (std::size_t i = 0; i < leg_.contacts().size(); ++i) {
+    const LegContact& entry = leg_.contacts()[i];
+    const RunPair& pair = run.pairs()[entry.pair];
+    speeds_.push_back(normal_velocity(run, pair, entry.point));
+    restitution_.push_back(bounces(run, pair, speeds_.back()) ? pair.restitution : 0);
+    leg_.problem().contacts[i].impulse_W.setZero();
+  }
+}
+
+void ImpactSolve::solve_with(Scalar bounce) {
+  for (std::size_t i = 0; i < speeds_.size(); ++i) {
+    leg_.set_target(i, -bounce * restitution_[i] * std::min(speeds_[i], 0.0));
+  }
+  leg_.solve(run_.context().h, true);
+}
+
+Scalar ImpactSolve::kinetic_energy() const {
+  Scalar energy = 0;
+  const std::vector<Vector3> L_W = leg_.angular_momenta(free_L_W_);
+  for (std::size_t i = 0; i < run_.members().size(); ++i) {
+    const ContactBody& body = leg_.problem().bodies[i];
+    energy += run_.members()[i].body->definition.mass_properties.mass * body.v_W.squaredNorm() +
+              body.w_W.dot(L_W[i]);
+  }
+  return energy / 2;
+}
+
+void ImpactSolve::solve() {
+  Scalar before = 0;
+  for (const IslandRun::Member& member : run_.members()) {
+    const Matrix3 mobility = member.body->angular_mobility(member.state.X_WM.rotation());
+    before += (member.body->definition.mass_properties.mass * member.state.v_W.squaredNorm() +
+               member.state.L_W.dot(mobility * member.state.L_W)) /
+              2;
+  }
+  // Work that bodies on given paths do is theirs to give: only bodies at rest are conservative.
+  const bool may_gain = std::any_of(
+      leg_.problem().bodies.begin() + static_cast<std::ptrdiff_t>(run_.members().size()),
+      leg_.problem().bodies.end(), [](const ContactBody& body) {
+        return !(body.free_v_W.isZero(0) && body.free_w_W.isZero(0));
+      });
+  solve_with(1);
+  // Newton's restitution together with friction can create energy ([Kane1984]); then bounce less.
+  Scalar bounce = 1;
+  constexpr int kHalvings = 20;
+  for (int i = 0; i < kHalvings && !may_gain; ++i) {
+    if (kinetic_energy() <= before * (1 + kImpactEnergyNoise)) break;
+    bounce = i + 1 < kHalvings ? bounce / 2 : 0;
+    solve_with(bounce);
+  }
+  const std::vector<Vector3> L_W = leg_.angular_momenta(free_L_W_);
+  for (std::size_t i = 0; i < run_.members().size(); ++i) {
+    run_.members()[i].state.v_W = leg_.problem().bodies[i].v_W;
+    run_.members()[i].state.L_W = L_W[i];
+    run_.members()[i].flight = nullptr;
+  }
+}
+
+void ImpactSolve::write(ImpactEvent& event) const {
+  for (std::size_t i = 0; i < leg_.contacts().size(); ++i) {
+    const LegContact& entry = leg_.contacts()[i];
+    event.contacts.push_back(world_contact(run_.pairs()[entry.pair], entry.point, speeds_[i],
+                                           leg_.problem().contacts[i].impulse_W));
+  }
+}
+
+}  // namespace
+
+Scalar normal_velocity(const IslandRun& run, const RunPair& pair, const ContactPoint& point) {
+  const Vector3 middle = (point.p_WCa + point.p_WCb) / 2;
+  return point.nhat_AB_W.dot(point_velocity(run, pair.member_b, *pair.b, middle) -
+                             point_velocity(run, pair.member_a, *pair.a, middle));
+}
+
+bool bounces(const IslandRun& run, const RunPair& pair, Scalar normal_velocity) {
+  return pair.restitution > 0 &&
+         normal_velocity < -run.context().restitution_speed(pair.state->lengths);
+}
+
+bool resolve_impacts(IslandRun& run, bool may_bounce) {
+  const RunPair* met = nullptr;
+  for (RunPair& pair : run.pairs()) {
+    if (!may_bounce || !pair.is_near) continue;
+    for (const ContactPoint& point : pair.state->contacts.contacts()) {
+      if (!is_triggered(run, pair, point)) continue;
+      if (!met || (pair.hit && !met->hit)) met = &pair;
+    }
+  }
+  const auto forget = [&] {
+    for (RunPair& pair : run.pairs()) pair.hit.reset();
+  };
+  if (!met) {
+    forget();
+    return false;
+  }
+  ImpactEvent& event = run.outcome().impacts.emplace_back();
+  event.t = run.now();
+  event.a = met->a->id;
+  event.b = met->b->id;
+  if (met->hit) event.toi = *met->hit;
+  ImpactSolve solve(run);
+  if (run.context().options->policy == ImpactPolicy::Impulse) {
+    solve.solve();
+  } else {
+    run.outcome().stopped_at_impact = true;
+  }
+  solve.write(event);
+  forget();
+  return true;
+}
+
+}  // namespace dyop::internal

@@ -1,0 +1,321 @@
+#include "dynamics/step/island_run.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "dynamics/step/contact_leg.h"
+#include "core/tolerance.h"
+#include "dyop/motion/rest_motion.h"
+
+namespace dyop::internal {
+namespace {
+
+// Limits of one island in one step of the World.
+constexpr int kMostLegs = 4000;
+constexpr int kMostImpacts = 200;
+
+std::optional<std::size_t> member_of(const std::vector<std::uint32_t>& bodies, std::uint32_t slot) {
+  const auto found = std::lower_bound(bodies.begin(), bodies.end(), slot);
+  if (found == bodies.end() || *found != slot) return std::nullopt;
+  return static_cast<std::size_t>(found - bodies.begin());
+}
+
+// The reach asked for, or the one in use while it serves: a changed reach costs a generation.
+Scalar steady_reach(Scalar in_use, Scalar base, Scalar way, Scalar most) {
+  Scalar wanted = std::min(way, most);
+  if (in_use >= base + wanted && in_use <= base + 8 * std::max(wanted, base)) return in_use;
+  return base + std::min(2 * wanted, most);
+}
+
+}  // namespace
+
+Scalar StepContext::restitution_speed(const PairLengths& lengths) const {
+  if (options->restitution_speed) return *options->restitution_speed;
+  return std::max(2 * h * gravity_W.norm(), kRestitutionStandoffFraction * lengths.standoff / h);
+}
+
+IslandRun::IslandRun(const StepContext& context, const Island& island, StepWorkspace& workspace)
+    : context_(context), island_(island), workspace_(workspace), now_(context.t) {
+  for (const std::uint32_t slot : island.bodies) {
+    const BodyRecord& body = context.body(slot);
+    members_.push_back({&body, body.state, body.flight});
+  }
+  outcome_.tracks.resize(members_.size());
+  for (PairState* state : island.pairs) {
+    RunPair pair;
+    pair.state = state;
+    pair.a = &context.body(state->key.a);
+    pair.b = &context.body(state->key.b);
+    pair.member_a = member_of(island.bodies, state->key.a);
+    pair.member_b = member_of(island.bodies, state->key.b);
+    pair.friction = std::sqrt(pair.a->definition.friction * pair.b->definition.friction);
+    pair.restitution = std::min(pair.a->definition.restitution, pair.b->definition.restitution);
+    state->gap_lower = state->gap_committed;
+    state->advancement_steps = 0;
+    pairs_.push_back(std::move(pair));
+  }
+}
+
+std::optional<std::size_t> IslandRun::member_at(BodyId id) const {
+  return member_of(island_.bodies, id.slot);
+}
+
+RigidPose IslandRun::pose_of(const std::optional<std::size_t>& member,
+                             const BodyRecord& body) const {
+  if (member) {
+    const RigidPose& X_WM = members_[*member].state.X_WM;
+    return RigidPose::from_trusted(
+        X_WM.rotation(),
+        X_WM.translation() - X_WM.rotation() * body.definition.mass_properties.p_BoBcm);
+  }
+  if (body.definition.kind == BodyKind::Kinematic) return body.definition.motion->pose(now_);
+  return body.X_WB();
+}
+
+BodyMove IslandRun::support_move(const BodyRecord& body) const {
+  if (body.definition.kind != BodyKind::Kinematic) return rest_move(body, body.rest);
+  BodyMove move = motion_move(body, body.definition.motion, now_);
+  const TwistBound bound = body.definition.motion->twist_bound({now_, context_.t_end});
+  move.is_rest = bound.linear_speed == 0 && bound.angular_speed == 0;
+  return move;
+}
+
+Twist IslandRun::central_twist(const std::optional<std::size_t>& member,
+                               const BodyRecord& body) const {
+  if (member) {
+    const CentralState& state = members_[*member].state;
+    return {state.v_W, body.angular_mobility(state.X_WM.rotation()) * state.L_W};
+  }
+  if (body.definition.kind == BodyKind::Kinematic) return body.definition.motion->twist(now_);
+  return {};
+}
+
+void IslandRun::find_contacts() {
+  const Scalar h = context_.h;
+  const auto way_of = [&](const std::optional<std::size_t>& member, const BodyRecord& body) {
+    const Twist twist = central_twist(member, body);
+    return h * (twist.v_WB.norm() + twist.w_WB.norm() * body.radius +
+                (member ? h * context_.gravity_W.norm() : 0));
+  };
+  for (RunPair& pair : pairs_) {
+    PairState& state = *pair.state;
+    const PairLengths& lengths = state.lengths;
+    const Scalar base = lengths.rest_gap() + kContactReachStandoffs * lengths.standoff;
+    const Scalar way = way_of(pair.member_a, *pair.a) + way_of(pair.member_b, *pair.b);
+    const Scalar reach =
+        steady_reach(state.reach, base, way, kContactReachRadiusFraction * lengths.radius);
+    pair.is_near = false;
+    if (state.gap_lower > reach) continue;
+    const RigidPose X_WA = pose_of(pair.member_a, *pair.a);
+    const RigidPose X_WB = pose_of(pair.member_b, *pair.b);
+    if (state.gap_lower < 0) {
+      measure_gap(state, *pair.a, X_WA, *pair.b, X_WB, reach);
+      if (state.gap_lower > reach) continue;
+    }
+    state.reach = reach;
+    pair.is_near =
+        refresh_contacts(state, *pair.a, X_WA, *pair.b, X_WB, reach, workspace_.contacts);
+    if (!pair.is_near) measure_gap(state, *pair.a, X_WA, *pair.b, X_WB, reach);
+  }
+}
+
+// Free flight for all while every contact in reach opens, or stays open by itself.
+bool IslandRun::may_fly() const {
+  const Scalar h = remaining();
+  if (!island_.joints.empty()) return false;
+  for (const Member& member : members_) {
+    if (member.body->definition.locked.any()) return false;
+  }
+  for (const RunPair& pair : pairs_) {
+    if (pair.state->granted || pair.state->overlaps) return false;
+    if (!pair.is_near) continue;
+    const PairLengths& lengths = pair.state->lengths;
+    const Scalar fall =
+        (pair.member_a && pair.member_b ? 0.0 : 0.5) * h * h * context_.gravity_W.norm();
+    for (const ContactPoint& point : pair.state->contacts.contacts()) {
+      const Scalar speed = normal_velocity(*this, pair, point);
+      if (point.gap < lengths.rest_gap() - 0.7 * kCertifiedFraction * lengths.standoff)
+        return false;
+      if (point.gap + h * speed - fall < lengths.rest_gap()) return false;
+    }
+  }
+  return true;
+}
+
+std::vector<BodyMove> IslandRun::flights_to(Scalar t_end) {
+  std::vector<BodyMove> moves;
+  for (Member& member : members_) {
+    if (!member.flight) {
+      member.flight = std::make_shared<FreeFlight>(*member.body, member.state, context_.gravity_W,
+                                                   context_.options->integrator,
+                                                   context_.options->integrator_options, now_);
+    }
+    moves.push_back(motion_move(*member.body, member.flight->motion(now_, t_end), now_));
+  }
+  return moves;
+}
+
+bool IslandRun::try_flight() {
+  const TimeInterval interval{now_, context_.t_end};
+  const std::vector<BodyMove> moves = flights_to(interval.end);
+  std::vector<Certificate> certificates;
+  std::size_t first = pairs_.size();  // hit first
+  for (std::size_t i = 0; i < pairs_.size(); ++i) {
+    RunPair& pair = pairs_[i];
+    PairState& state = *pair.state;
+    const BodyMove a = pair.member_a ? moves[*pair.member_a] : support_move(*pair.a);
+    const BodyMove b = pair.member_b ? moves[*pair.member_b] : support_move(*pair.b);
+    // Landing ends at the rest gap, so that nothing has to be pushed there.
+    const Scalar kept = state.lengths.rest_gap() - state.lengths.tolerance();
+    certificates.push_back(certify(state, a, b, interval, kept, context_.limits(), workspace_.toi));
+    const Certificate& certificate = certificates.back();
+    if (certificate.result) {
+      add(outcome_.toi, certificate.result->statistics);
+      state.advancement_steps += certificate.result->statistics.node_pairs;
+    }
+    if (certificate.proof) continue;
+    const ToiStatus status = certificate.result->status;
+    if (status == ToiStatus::InitiallyWithinTarget) return false;
+    if (status != ToiStatus::Impact) {
+      fail(status == ToiStatus::NumericalLimit    ? AdvanceStatus::NumericalLimit
+           : status == ToiStatus::BudgetExhausted ? AdvanceStatus::BudgetExhausted
+                                                  : AdvanceStatus::Cancelled,
+           state.key);
+      return true;
+    }
+    if (first == pairs_.size() || certificate.result->t_safe < certificates[first].result->t_safe) {
+      first = i;
+    }
+  }
+  const auto take = [&](Scalar t) {
+    std::vector<PairProof> proofs;
+    std::vector<Scalar> closings;
+    for (std::size_t i = 0; i < pairs_.size(); ++i) {
+      const Certificate& certificate = certificates[i];
+      closings.push_back(certificate.closing);
+      if (certificate.proof) {
+        proofs.push_back(*certificate.proof);
+      } else {
+        proofs.push_back(*PairProof::by_query(*pairs_[i].state, {now_, t}, *certificate.result));
+      }
+    }
+    for (Member& member : members_) member.state = member.flight->state(t);
+    commit_leg(t, moves, std::move(proofs), closings);
+  };
+  if (first == pairs_.size()) {
+    take(interval.end);
+    return true;
+  }
+  const ToiResult& met = *certificates[first].result;
+  const PairLengths& lengths = pairs_[first].state->lengths;
+  const bool is_fast =
+      met.contact && met.contact->closing_speed > context_.restitution_speed(lengths);
+  if (!is_fast || impact_count_ >= kMostImpacts || !(met.t_safe > now_)) return false;
+  pairs_[first].hit = met;
+  take(met.t_safe);
+  for (Member& member : members_) member.flight = nullptr;
+  return true;
+}
+
+void IslandRun::commit_leg(Scalar t, const std::vector<BodyMove>& moves,
+                           std::vector<PairProof> proofs, const std::vector<Scalar>& closings) {
+  for (std::size_t i = 0; i < members_.size(); ++i) {
+    outcome_.tracks[i].pieces.push_back({{now_, t}, moves[i].motion, moves[i].is_rest});
+  }
+  for (std::size_t i = 0; i < pairs_.size(); ++i) {
+    PairState& state = *pairs_[i].state;
+    state.gap_lower = std::max(state.gap_lower - closings[i], -1.0);
+    if (state.gap_lower < 0) state.gap_lower = -1;
+    state.gap_upper = kInfinity;
+  }
+  outcome_.proofs.insert(outcome_.proofs.end(), proofs.begin(), proofs.end());
+  ++outcome_.work.legs;
+  now_ = t;
+}
+
+void IslandRun::fail(AdvanceStatus status, PairKey pair) {
+  outcome_.failure = IslandFailure{status, pair};
+}
+
+// The last resort: no motion that keeps all distances was found, so nothing moves. Counted.
+void IslandRun::stand_still() {
+  const TimeInterval interval{now_, context_.t_end};
+  std::vector<BodyMove> moves;
+  for (Member& member : members_) {
+    const RigidPose X_WB = motion_state(member.body->definition.mass_properties, member.state.X_WM,
+                                        Vector3::Zero(), Vector3::Zero())
+                               .X_WB;
+    BodyMove move = twist_move(*member.body, member.state, now_, Vector3::Zero(), Vector3::Zero());
+    move.motion = std::make_shared<RestMotion>(X_WB);
+    move.is_rest = true;
+    moves.push_back(std::move(move));
+  }
+  ++outcome_.work.stalls;
+  Scalar reached = interval.end;
+  PairKey blocked;
+  std::vector<Certificate> certificates;
+  for (RunPair& pair : pairs_) {
+    PairState& state = *pair.state;
+    const BodyMove a = pair.member_a ? moves[*pair.member_a] : support_move(*pair.a);
+    const BodyMove b = pair.member_b ? moves[*pair.member_b] : support_move(*pair.b);
+    certificates.push_back(
+        certify(state, a, b, interval, state.kept_distance(), context_.limits(), workspace_.toi));
+    if (!certificates.back().proof && certificates.back().result->t_safe < reached) {
+      reached = certificates.back().result->t_safe;
+      blocked = state.key;
+    }
+  }
+  if (reached < interval.end) fail(AdvanceStatus::Blocked, blocked);
+  if (!(reached > now_)) return;
+  std::vector<PairProof> proofs;
+  std::vector<Scalar> closings;
+  for (std::size_t i = 0; i < pairs_.size(); ++i) {
+    closings.push_back(certificates[i].closing);
+    proofs.push_back(certificates[i].proof ? *certificates[i].proof
+                                           : *PairProof::by_query(*pairs_[i].state, {now_, reached},
+                                                                  *certificates[i].result));
+  }
+  for (Member& member : members_) {
+    member.state.v_W.setZero();
+    member.state.L_W.setZero();
+  }
+  commit_leg(reached, moves, std::move(proofs), closings);
+}
+
+IslandOutcome IslandRun::run() {
+  for (int leg = 0; now_ < context_.t_end && !outcome_.failure && !outcome_.stopped_at_impact;
+       ++leg) {
+    if (context_.stop.stop_requested()) {
+      fail(AdvanceStatus::Cancelled, {});
+      break;
+    }
+    find_contacts();
+    const bool may_bounce = impact_count_ < kMostImpacts;
+    if (resolve_impacts(*this, may_bounce)) {
+      ++impact_count_;
+      if (outcome_.stopped_at_impact) break;
+    }
+    outcome_.in_contact = false;
+    if (may_fly() && try_flight()) continue;
+    outcome_.in_contact = true;
+    for (Member& member : members_) member.flight = nullptr;
+    if (leg >= kMostLegs || !run_contact_leg(*this, may_bounce)) stand_still();
+  }
+  for (RunPair& pair : pairs_) {
+    PairState& state = *pair.state;
+    const Scalar reach = state.lengths.rest_gap() + kContactReachStandoffs * state.lengths.standoff;
+    const auto points = state.contacts.contacts();
+    state.has_contacts = outcome_.in_contact && pair.is_near &&
+                         std::any_of(points.begin(), points.end(),
+                                     [&](const ContactPoint& point) { return point.gap <= reach; });
+    if (!state.has_contacts) state.impulses.clear();
+  }
+  outcome_.reached = now_;
+  for (std::size_t i = 0; i < members_.size(); ++i) {
+    outcome_.tracks[i].end = members_[i].state;
+    outcome_.tracks[i].flight = members_[i].flight;
+  }
+  return std::move(outcome_);
+}
+
+}  // namespace dyop::internal

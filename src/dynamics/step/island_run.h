@@ -1,0 +1,145 @@
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <optional>
+#include <vector>
+
+#include "dynamics/free_flight.h"
+#include "dynamics/joint_state.h"
+#include "dynamics/step/certify.h"
+#include "dyop/contact/contact_cascade.h"
+#include "dyop/contact/contact_generator.h"
+#include "dyop/dynamics/world_options.h"
+
+namespace dyop::internal {
+
+/// What all islands of a step share; constant while they run.
+struct StepContext {
+  const WorldOptions* options = nullptr;
+  Vector3 gravity_W = Vector3::Zero();
+  Scalar t = 0;
+  Scalar t_end = 0;
+  Scalar h = 0;  // length of the step as it was planned; t_end may come sooner
+  const std::deque<BodyRecord>* bodies = nullptr;
+  std::stop_token stop;
+
+  const BodyRecord& body(std::uint32_t slot) const { return (*bodies)[slot]; }
+  QueryLimits limits() const { return {options->max_node_pairs, stop}; }
+  /// Approach speeds above it bounce, for a pair of these lengths.
+  Scalar restitution_speed(const PairLengths& lengths) const;
+};
+
+/// Memory of one thread.
+struct StepWorkspace {
+  ContactCascade solver;
+  ToiWorkspace toi;
+  ContactWorkspace contacts;
+};
+
+/// Awake dynamic bodies that are stepped together, and the pairs to be proven with them: of two of
+/// them, or of one with a body that cannot be moved.
+struct Island {
+  std::vector<std::uint32_t> bodies;  // slots, sorted
+  std::vector<PairState*> pairs;      // by key
+  std::vector<JointState*> joints;    // of which at least one body is in `bodies`
+};
+
+/// Why an island could not go on.
+struct IslandFailure {
+  AdvanceStatus status = AdvanceStatus::NotRun;
+  PairKey pair;
+};
+
+/// A step of an island, proposed.
+struct IslandOutcome {
+  Scalar reached = 0;  // the step's end, unless an impact must be answered first or it failed
+  std::vector<Track> tracks;  // by Island::bodies
+  std::vector<PairProof> proofs;
+  std::vector<ImpactEvent> impacts;
+  std::optional<IslandFailure> failure;
+  bool stopped_at_impact = false;  // the last of `impacts`
+  bool in_contact = false;         // at its end
+  StepStatistics work;
+  ToiStatistics toi;
+  IntegratorStatistics integrator;
+};
+
+/// Steps one island from the committed states to the end of the step, in legs: free flight while
+/// nothing touches, contact legs (ContactLeg) else, impacts between them.
+class IslandRun {
+ public:
+  IslandRun(const StepContext& context, const Island& island, StepWorkspace& workspace);
+
+  IslandOutcome run();
+
+  // For ContactLeg and the impact law.
+  struct Member {
+    const BodyRecord* body = nullptr;
+    CentralState state;                  // at now()
+    std::shared_ptr<FreeFlight> flight;  // from now() on, or null
+  };
+  struct RunPair {
+    PairState* state = nullptr;
+    const BodyRecord* a = nullptr;
+    const BodyRecord* b = nullptr;
+    std::optional<std::size_t> member_a;  // into members()
+    std::optional<std::size_t> member_b;
+    Scalar friction = 0;
+    Scalar restitution = 0;
+    bool is_near = false;          // contacts of `state` are those at now()
+    std::optional<ToiResult> hit;  // that led to now()
+  };
+  const StepContext& context() const { return context_; }
+  StepWorkspace& workspace() { return workspace_; }
+  std::vector<Member>& members() { return members_; }
+  std::vector<RunPair>& pairs() { return pairs_; }
+  IslandOutcome& outcome() { return outcome_; }
+  const std::vector<JointState*>& joints() const { return island_.joints; }
+  std::optional<std::size_t> member_at(BodyId id) const;
+  Scalar now() const { return now_; }
+  Scalar remaining() const { return context_.t_end - now_; }
+
+  /// Pose of the frame B of either body of a pair at now().
+  RigidPose pose_of(const std::optional<std::size_t>& member, const BodyRecord& body) const;
+  /// How a body that is no member moves over [now(), t_end].
+  BodyMove support_move(const BodyRecord& body) const;
+  /// Twist at now() of its centre of mass.
+  Twist central_twist(const std::optional<std::size_t>& member, const BodyRecord& body) const;
+
+  /// Goes on to time t: appends the moves (by member), proofs and closings (by pair).
+  void commit_leg(Scalar t, const std::vector<BodyMove>& moves, std::vector<PairProof> proofs,
+                  const std::vector<Scalar>& closings);
+  /// Contacts of all near pairs at now().
+  void find_contacts();
+  /// Time that nothing can happen at any more.
+  void fail(AdvanceStatus status, PairKey pair);
+
+ private:
+  bool try_flight();
+  bool may_fly() const;
+  void stand_still();
+  std::vector<BodyMove> flights_to(Scalar t_end);
+
+  const StepContext& context_;
+  const Island& island_;
+  StepWorkspace& workspace_;
+  std::vector<Member> members_;
+  std::vector<RunPair> pairs_;
+  IslandOutcome outcome_;
+  Scalar now_ = 0;
+  int impact_count_ = 0;
+};
+
+/// Normal velocity of a contact (B's point seen from A's) at the members' velocities.
+Scalar normal_velocity(const IslandRun& run, const IslandRun::RunPair& pair,
+                       const ContactPoint& point);
+
+/// Solves the impact law at now() if a pair approaches faster than it may without bouncing: new
+/// velocities for the members and an event. Returns whether there was one.
+bool resolve_impacts(IslandRun& run, bool may_bounce);
+
+/// Whether this pair bounces at this approach speed.
+bool bounces(const IslandRun& run, const IslandRun::RunPair& pair, Scalar normal_velocity);
+
+}  // namespace dyop::internal

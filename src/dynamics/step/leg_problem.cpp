@@ -1,0 +1,211 @@
+#include "dynamics/step/leg_problem.h"
+
+#include <algorithm>
+#include <numeric>
+
+#include "core/tolerance.h"
+
+namespace dyop::internal {
+
+LegProblem::LegProblem(IslandRun& run) : run_(run) {
+  for (const IslandRun::Member& member : run.members()) {
+    ContactBody body;
+    body.inverse_mass_W = member.body->linear_mobility();
+    problem_.bodies.push_back(body);
+    centers_.push_back(member.state.X_WM.translation());
+    set_mobility(problem_.bodies.size() - 1, member.state.X_WM.rotation());
+  }
+  for (const IslandRun::RunPair& pair : run.pairs()) {
+    standoff_ = std::min(standoff_, pair.state->lengths.standoff);
+  }
+}
+
+void LegProblem::set_mobility(std::size_t member, const Matrix3& R_WB) {
+  problem_.bodies[member].inverse_inertia_W = run_.members()[member].body->angular_mobility(R_WB);
+}
+
+void LegProblem::set_supports(Scalar tau) {
+  for (const auto& [slot, index] : supports_) {
+    const BodyRecord& body = run_.context().body(slot);
+    if (body.definition.kind != BodyKind::Kinematic) continue;
+    const Motion& motion = *body.definition.motion;
+    ContactBody& support = problem_.bodies[index];
+    if (tau > 0) {
+      const RigidPose begin = motion.pose(run_.now());
+      const RigidPose end = motion.pose(run_.now() + tau);
+      support.free_v_W = (end.translation() - begin.translation()) / tau;
+      support.free_w_W = rotation_vector(end.rotation() * begin.rotation().transpose()) / tau;
+    } else {
+      const Twist twist = motion.twist(run_.now());
+      support.free_v_W = twist.v_WB;
+      support.free_w_W = twist.w_WB;
+    }
+    support.v_W = support.free_v_W;
+    support.w_W = support.free_w_W;
+  }
+}
+
+std::size_t LegProblem::body_index(const std::optional<std::size_t>& member,
+                                   const BodyRecord& body) const {
+  if (member) return *member;
+  for (const auto& [slot, index] : supports_) {
+    if (slot == body.id.slot) return index;
+  }
+  throw InternalError("a contact with a body that is no part of its island");
+}
+
+void LegProblem::ensure_support(const std::optional<std::size_t>& member, const BodyRecord& body) {
+  if (member) return;
+  for (const auto& [slot, index] : supports_) {
+    if (slot == body.id.slot) return;
+  }
+  supports_.emplace_back(body.id.slot, problem_.bodies.size());
+  problem_.bodies.emplace_back();
+  centers_.push_back(central_pose(body, run_.pose_of(member, body)).translation());
+}
+
+void LegProblem::take_joints(Scalar tau) {
+  for (JointState* joint : run_.joints()) {
+    const BodyRecord& a = run_.context().body(joint->definition.a.slot);
+    const BodyRecord& b = run_.context().body(joint->definition.b.slot);
+    const auto member_a = run_.member_at(a.id);
+    const auto member_b = run_.member_at(b.id);
+    ensure_support(member_a, a);
+    ensure_support(member_b, b);
+    const Scalar radius = std::min(a.radius, b.radius);
+    standoff_ = std::min(standoff_, kStandoffTargets * kTargetRadiusFraction * radius);
+    const std::vector<JointEquation> equations = joint_equations(
+        joint->definition, a, run_.pose_of(member_a, a), b, run_.pose_of(member_b, b), radius);
+    joint->impulses.resize(equations.size(), 0);
+    for (std::size_t k = 0; k < equations.size(); ++k) {
+      JointRow row = equations[k].row;
+      row.body_a = body_index(member_a, a);
+      row.body_b = body_index(member_b, b);
+      row.impulse = joint->impulses[k];
+      if (equations[k].kind == JointEquation::Kind::Limit) row.lower = 0;
+      if (equations[k].kind == JointEquation::Kind::Motor) {
+        row.lower *= tau;
+        row.upper *= tau;
+      }
+      problem_.rows.push_back(row);
+      rows_.push_back({joint, k, equations[k], 0});
+    }
+  }
+}
+
+Scalar LegProblem::row_velocity(std::size_t row) const {
+  const JointRow& entry = problem_.rows[row];
+  const ContactBody& a = problem_.bodies[entry.body_a];
+  const ContactBody& b = problem_.bodies[entry.body_b];
+  return entry.j_av_W.dot(a.v_W) + entry.j_aw_W.dot(a.w_W) + entry.j_bv_W.dot(b.v_W) +
+         entry.j_bw_W.dot(b.w_W);
+}
+
+void LegProblem::keep_row_impulses() {
+  for (std::size_t i = 0; i < rows_.size(); ++i) {
+    rows_[i].joint->impulses[rows_[i].index] = problem_.rows[i].impulse;
+  }
+}
+
+void LegProblem::add(const LegContact& contact) {
+  const IslandRun::RunPair& pair = run_.pairs()[contact.pair];
+  ensure_support(pair.member_a, *pair.a);
+  ensure_support(pair.member_b, *pair.b);
+  PointContact row;
+  row.body_a = body_index(pair.member_a, *pair.a);
+  row.body_b = body_index(pair.member_b, *pair.b);
+  // Both bodies feel the impulse at the middle of the gap, so that it makes no torque of its own.
+  const Vector3 middle = (contact.point.p_WCa + contact.point.p_WCb) / 2;
+  row.r_a_W = middle - center_of(row.body_a);
+  row.r_b_W = middle - center_of(row.body_b);
+  row.nhat_AB_W = contact.point.nhat_AB_W;
+  row.friction = pair.friction;
+  row.rolling_friction =
+      std::max(pair.a->definition.rolling_friction, pair.b->definition.rolling_friction);
+  row.torsional_friction =
+      std::max(pair.a->definition.torsional_friction, pair.b->definition.torsional_friction);
+  row.impulse_W = contact.point.impulse_W;
+  problem_.contacts.push_back(row);
+  contacts_.push_back(contact);
+}
+
+void LegProblem::order() {
+  const Vector3 up = -run_.context().gravity_W;
+  std::vector<std::size_t> order(contacts_.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::vector<Scalar> height;
+  for (const LegContact& contact : contacts_) height.push_back(up.dot(contact.point.p_WCa));
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t x, std::size_t y) { return height[x] < height[y]; });
+  std::vector<LegContact> contacts;
+  std::vector<PointContact> rows;
+  for (const std::size_t i : order) {
+    contacts.push_back(std::move(contacts_[i]));
+    rows.push_back(problem_.contacts[i]);
+  }
+  contacts_ = std::move(contacts);
+  problem_.contacts = std::move(rows);
+}
+
+ContactReport LegProblem::solve(Scalar tau, bool is_impact) {
+  StepStatistics& work = run_.outcome().work;
+  work.contacts = std::max(work.contacts, std::int64_t(contacts_.size()));
+  if (contacts_.empty() && problem_.rows.empty()) {
+    for (ContactBody& body : problem_.bodies) {
+      body.v_W = body.free_v_W;
+      body.w_W = body.free_w_W;
+    }
+    ContactReport report;
+    report.status = ContactStatus::Converged;
+    return report;
+  }
+  Scalar fastest = 0;
+  for (std::size_t i = 0; i < problem_.bodies.size(); ++i) {
+    const ContactBody& body = problem_.bodies[i];
+    const Scalar radius = i < run_.members().size() ? run_.members()[i].body->radius : 0;
+    fastest = std::max(fastest, body.free_v_W.norm() + body.free_w_W.norm() * radius);
+  }
+  ContactSolverOptions options = run_.context().options->solver;
+  options.tolerance = contact_tolerance(fastest, standoff_, tau);
+  // Calm bodies need more than the cascade's rule, or stacks sway with the solver's error.
+  constexpr Scalar kCalmTolerance = 1e-5;  // literal: of the standoff per step
+  const Scalar calm = kCalmTolerance * standoff_ / tau;
+  if (fastest * tau < 10 * standoff_) options.tolerance = calm;
+  if (is_impact) options.tolerance = std::max(kImpactSpeedNoise * fastest, kCalmTolerance * calm);
+  const ContactReport report = run_.workspace().solver.solve(problem_, options);
+  work.residual = std::max(work.residual, report.residual);
+  if (report.status != ContactStatus::Converged) ++work.unconverged;
+  return report;
+}
+
+Vector3 LegProblem::relative_velocity(std::size_t contact) const {
+  const PointContact& row = problem_.contacts[contact];
+  const ContactBody& a = problem_.bodies[row.body_a];
+  const ContactBody& b = problem_.bodies[row.body_b];
+  return b.v_W + b.w_W.cross(row.r_b_W) - a.v_W - a.w_W.cross(row.r_a_W);
+}
+
+std::vector<Vector3> LegProblem::angular_momenta(std::vector<Vector3> free_L_W) const {
+  const std::size_t count = free_L_W.size();
+  for (const PointContact& row : problem_.contacts) {
+    if (row.body_a < count) {
+      free_L_W[row.body_a] -= row.r_a_W.cross(row.impulse_W) + row.angular_impulse_W;
+    }
+    if (row.body_b < count) {
+      free_L_W[row.body_b] += row.r_b_W.cross(row.impulse_W) + row.angular_impulse_W;
+    }
+  }
+  for (const JointRow& row : problem_.rows) {
+    if (row.body_a < count) free_L_W[row.body_a] += row.impulse * row.j_aw_W;
+    if (row.body_b < count) free_L_W[row.body_b] += row.impulse * row.j_bw_W;
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    const LockedAxes& locked = run_.members()[i].body->definition.locked;
+    for (Eigen::Index k = 0; k < 3; ++k) {
+      if (locked.rotation[static_cast<std::size_t>(k)]) free_L_W[i][k] = 0;
+    }
+  }
+  return free_L_W;
+}
+
+}  // namespace dyop::internal

@@ -1,0 +1,86 @@
+#include "dynamics/step/track.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/tolerance.h"
+#include "dyop/motion/sequence_motion.h"
+
+namespace dyop::internal {
+namespace {
+
+// Speed of all points of B seen from A.
+Scalar speed_seen_from(const BodyMove& a, const BodyMove& b, Scalar tau) {
+  const Vector3 D = b.center - a.center;
+  const Vector3 v = b.v_W - a.v_W;
+  return (v - a.w_W.cross(D)).norm() + tau * a.w_W.norm() * v.norm() +
+         (b.w_W - a.w_W).norm() * b.body->radius;
+}
+
+Scalar speed_bound(const BodyMove& move, const TimeInterval& interval) {
+  if (move.is_rest) return 0;
+  const TwistBound bound = move.motion->twist_bound(interval);
+  const Scalar radius = move.body->definition.shape->bounding_radius();
+  return bound.linear_speed + bound.angular_speed * radius;
+}
+
+}  // namespace
+
+bool Track::is_rest() const {
+  return std::all_of(pieces.begin(), pieces.end(),
+                     [](const Piece& piece) { return piece.is_rest; });
+}
+
+std::shared_ptr<const Motion> Track::joined() const {
+  if (pieces.size() == 1) return pieces.front().motion;
+  std::vector<SequenceMotion::Part> parts;
+  parts.reserve(pieces.size());
+  for (const Piece& piece : pieces) parts.push_back({piece.interval, piece.motion});
+  return std::make_shared<SequenceMotion>(std::move(parts));
+}
+
+BodyMove twist_move(const BodyRecord& body, const CentralState& state, Scalar t, const Vector3& v_W,
+                    const Vector3& w_W) {
+  BodyMove move;
+  move.body = &body;
+  move.motion =
+      about_center(body, std::make_shared<ConstantTwistMotion>(state.X_WM, Twist{v_W, w_W}, t));
+  move.is_twist = true;
+  move.center = state.X_WM.translation();
+  move.v_W = v_W;
+  move.w_W = w_W;
+  return move;
+}
+
+BodyMove rest_move(const BodyRecord& body, std::shared_ptr<const Motion> rest) {
+  BodyMove move;
+  move.body = &body;
+  move.motion = std::move(rest);
+  move.is_rest = true;
+  move.is_twist = true;
+  move.center = body.state.X_WM.translation();
+  return move;
+}
+
+BodyMove motion_move(const BodyRecord& body, std::shared_ptr<const Motion> motion, Scalar t) {
+  BodyMove move;
+  move.body = &body;
+  move.center = central_pose(body, motion->pose(t)).translation();
+  move.motion = std::move(motion);
+  return move;
+}
+
+RigidPose central_pose(const BodyRecord& body, const RigidPose& X_WB) {
+  return RigidPose::from_trusted(X_WB.rotation(), X_WB * body.definition.mass_properties.p_BoBcm);
+}
+
+Scalar closing_bound(const BodyMove& a, const BodyMove& b, const TimeInterval& interval) {
+  const Scalar tau = interval.length();
+  const Scalar slack = 1 + kMotionNoise;
+  if (a.is_twist && b.is_twist) {
+    return slack * tau * std::min(speed_seen_from(a, b, tau), speed_seen_from(b, a, tau));
+  }
+  return slack * tau * (speed_bound(a, interval) + speed_bound(b, interval));
+}
+
+}  // namespace dyop::internal

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "dynamics/body_record.h"
+#include "dyop/core/time_interval.h"
+#include "dyop/motion/constant_twist_motion.h"
+
+namespace dyop::internal {
+
+/// How one body moves over a span of time, with what bounds need of it.
+struct BodyMove {
+  const BodyRecord* body = nullptr;
+  std::shared_ptr<const Motion> motion;  // of B
+  bool is_rest = false;
+  /// With a constant twist about the centre of mass.
+  bool is_twist = false;
+  Vector3 center = Vector3::Zero();  // of mass, at the start
+  Vector3 v_W = Vector3::Zero();
+  Vector3 w_W = Vector3::Zero();
+};
+
+/// What a body does over a step of the World, proposed: motions one after the other, and where they
+/// end.
+struct Track {
+  struct Piece {
+    TimeInterval interval;
+    std::shared_ptr<const Motion> motion;
+    bool is_rest = false;
+  };
+  std::vector<Piece> pieces;
+  CentralState end;
+  std::shared_ptr<FreeFlight> flight;  // that goes on beyond the end, or null
+
+  bool is_rest() const;
+  /// One motion for all pieces.
+  std::shared_ptr<const Motion> joined() const;
+};
+
+/// A move with constant twist from `state`, and where it ends after tau.
+BodyMove twist_move(const BodyRecord& body, const CentralState& state, Scalar t, const Vector3& v_W,
+                    const Vector3& w_W);
+
+BodyMove rest_move(const BodyRecord& body, std::shared_ptr<const Motion> rest);
+
+/// Any motion of a body, from time t on.
+BodyMove motion_move(const BodyRecord& body, std::shared_ptr<const Motion> motion, Scalar t);
+
+/// Pose of the frame at the centre of mass.
+RigidPose central_pose(const BodyRecord& body, const RigidPose& X_WB);
+
+/// How much the gap of two bodies can shrink over an interval, rounded up:
+/// with two constant twists, w_A x and so on about the centres of mass, D = c_B - c_A, all points
+/// of B seen from A move at most at |v_B - v_A - w_A x D| + tau |w_A| |v_B - v_A| + |w_B - w_A|
+/// r_B; the same with A and B exchanged. Else from the bounds of the twists.
+Scalar closing_bound(const BodyMove& a, const BodyMove& b, const TimeInterval& interval);
+
+}  // namespace dyop::internal

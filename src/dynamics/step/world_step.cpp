@@ -1,0 +1,360 @@
+#include "dynamics/step/world_step.h"
+
+#include <algorithm>
+#include <exception>
+#include <map>
+#include <numeric>
+#include <utility>
+
+#include "core/batch_run.h"
+#include "dynamics/free_flight.h"
+#include "core/tolerance.h"
+
+namespace dyop::internal {
+namespace {
+
+// Limit of merging rounds in one step; each adds at least one pair to an island.
+constexpr int kMostMerges = 1000;
+
+std::uint32_t find_root(std::vector<std::uint32_t>& parents, std::uint32_t slot) {
+  while (parents[slot] != slot) {
+    parents[slot] = parents[parents[slot]];
+    slot = parents[slot];
+  }
+  return slot;
+}
+
+}  // namespace
+
+WorldStep::WorldStep(World::Impl& world, Scalar t_end, const AdvanceLimits& limits,
+                     AdvanceReport& report)
+    : world_(world), report_(report) {
+  context_.options = &world.options;
+  context_.gravity_W = world.gravity_W;
+  context_.t = world.time;
+  context_.t_end = t_end;
+  context_.h = t_end - world.time;
+  context_.bodies = &world.bodies;
+  context_.stop = limits.stop;
+}
+
+// Calls item(index, workspace) for all indices over the World's threads. What is thrown at the
+// lowest index is thrown again, whatever the number of threads.
+template <typename Item>
+void WorldStep::run_parallel(std::size_t item_count, const Item& item) {
+  BatchOptions batch;
+  batch.thread_count = world_.options.thread_count;
+  const std::size_t workers =
+      item_count < 2 ? 1 : std::max<std::size_t>(1, batch_worker_count(item_count, batch));
+  while (world_.workspaces.size() < workers) {
+    world_.workspaces.push_back(std::make_unique<StepWorkspace>());
+  }
+  if (workers == 1) {
+    for (std::size_t i = 0; i < item_count; ++i) item(i, *world_.workspaces[0]);
+    return;
+  }
+  std::vector<std::exception_ptr> errors(item_count);
+  run_batch(item_count, batch, [&](std::size_t i, std::size_t worker) {
+    try {
+      item(i, *world_.workspaces[worker]);
+    } catch (...) {
+      errors[i] = std::current_exception();
+    }
+  });
+  for (const std::exception_ptr& error : errors) {
+    if (error) std::rethrow_exception(error);
+  }
+}
+
+// Finds which bodies are within reach of one another; wakes sleepers that something awake reached.
+void WorldStep::link_pairs() {
+  for (const auto& pair : world_.pairs) {
+    const BodyRecord& a = world_.bodies[pair->key.a];
+    const BodyRecord& b = world_.bodies[pair->key.b];
+    if (!a.is_awake() && !b.is_awake()) continue;
+    if (!a.is_dynamic() || !b.is_dynamic() || pair->has_contacts) continue;
+    const PairLengths& lengths = pair->lengths;
+    const Scalar reach = lengths.rest_gap() + kContactReachStandoffs * lengths.standoff;
+    if (pair->gap_committed > reach) continue;
+    pair->gap_lower = pair->gap_committed;
+    measure_gap(*pair, a, a.X_WB(), b, b.X_WB(), reach);
+    pair->gap_committed = pair->gap_lower;
+    pair->has_contacts = pair->gap_lower <= reach;
+    if (!pair->has_contacts) continue;
+    if (a.is_asleep) world_.wake(pair->key.a, &report_);
+    if (b.is_asleep) world_.wake(pair->key.b, &report_);
+  }
+  for (const auto& pair : world_.pairs) {
+    if (!pair->has_contacts) continue;
+    const BodyRecord& a = world_.bodies[pair->key.a];
+    const BodyRecord& b = world_.bodies[pair->key.b];
+    if (a.is_awake() && b.is_asleep) world_.wake(pair->key.b, &report_);
+    if (b.is_awake() && a.is_asleep) world_.wake(pair->key.a, &report_);
+  }
+  for (const JointState& joint : world_.joints) {
+    const BodyRecord& a = world_.bodies[joint.definition.a.slot];
+    const BodyRecord& b = world_.bodies[joint.definition.b.slot];
+    if (a.is_awake() && b.is_asleep) world_.wake(b.id.slot, &report_);
+    if (b.is_awake() && a.is_asleep) world_.wake(a.id.slot, &report_);
+  }
+}
+
+// Islands by contact and by the hits of this step. What was run with the same bodies is kept.
+void WorldStep::plan_islands() {
+  const auto count = static_cast<std::uint32_t>(world_.bodies.size());
+  std::vector<std::uint32_t> parents(count);
+  std::iota(parents.begin(), parents.end(), 0U);
+  const auto join = [&](PairKey key) {
+    if (!world_.bodies[key.a].is_awake() || !world_.bodies[key.b].is_awake()) return;
+    const std::uint32_t a = find_root(parents, key.a);
+    const std::uint32_t b = find_root(parents, key.b);
+    parents[std::max(a, b)] = std::min(a, b);
+  };
+  for (const auto& pair : world_.pairs) {
+    if (pair->has_contacts) join(pair->key);
+  }
+  for (const PairKey& key : forced_links_) join(key);
+  for (const JointState& joint : world_.joints) {
+    join({joint.definition.a.slot, joint.definition.b.slot});
+  }
+
+  std::map<std::vector<std::uint32_t>, IslandOutcome> kept;
+  for (std::size_t i = 0; i < outcomes_.size(); ++i) {
+    const bool is_dirty = std::any_of(islands_[i].bodies.begin(), islands_[i].bodies.end(),
+                                      [&](std::uint32_t slot) { return is_dirty_[slot]; });
+    if (!is_dirty) kept.emplace(islands_[i].bodies, std::move(outcomes_[i]));
+  }
+  islands_.clear();
+  outcomes_.clear();
+  island_of_.assign(count, -1);
+  is_dirty_.assign(count, false);
+  for (std::uint32_t slot = 0; slot < count; ++slot) {
+    if (!world_.bodies[slot].is_awake()) continue;
+    const std::uint32_t root = find_root(parents, slot);
+    if (root == slot) {
+      island_of_[slot] = static_cast<std::int32_t>(islands_.size());
+      islands_.emplace_back();
+    }
+    island_of_[slot] = island_of_[root];
+    islands_[static_cast<std::size_t>(island_of_[slot])].bodies.push_back(slot);
+  }
+  for (const auto& pair : world_.pairs) {
+    const BodyRecord& a = world_.bodies[pair->key.a];
+    const BodyRecord& b = world_.bodies[pair->key.b];
+    const std::int32_t of_a = island_of_[pair->key.a];
+    const std::int32_t of_b = island_of_[pair->key.b];
+    pair->is_inner = false;
+    if (a.definition.is_sensor || b.definition.is_sensor) continue;
+    const bool is_inner = of_a >= 0 && of_a == of_b;
+    const bool is_support = (of_a >= 0 && !b.is_dynamic()) || (of_b >= 0 && !a.is_dynamic());
+    if (!is_inner && !is_support) continue;
+    pair->is_inner = true;
+    islands_[static_cast<std::size_t>(std::max(of_a, of_b))].pairs.push_back(pair.get());
+  }
+  for (JointState& joint : world_.joints) {
+    const std::int32_t of_a = island_of_[joint.definition.a.slot];
+    const std::int32_t of_b = island_of_[joint.definition.b.slot];
+    const bool is_present = world_.bodies[joint.definition.a.slot].is_present() &&
+                            world_.bodies[joint.definition.b.slot].is_present();
+    if (!is_present || std::max(of_a, of_b) < 0) continue;
+    islands_[static_cast<std::size_t>(std::max(of_a, of_b))].joints.push_back(&joint);
+  }
+  for (const Island& island : islands_) {
+    const auto known = kept.find(island.bodies);
+    outcomes_.push_back(known == kept.end() ? IslandOutcome{} : std::move(known->second));
+  }
+}
+
+void WorldStep::run_islands() {
+  std::vector<std::size_t> todo;
+  for (std::size_t i = 0; i < islands_.size(); ++i) {
+    if (outcomes_[i].tracks.empty() || outcomes_[i].reached > context_.t_end) todo.push_back(i);
+  }
+  report_.work.islands += static_cast<std::int64_t>(todo.size());
+  run_parallel(todo.size(), [&](std::size_t k, StepWorkspace& workspace) {
+    const std::size_t i = todo[k];
+    outcomes_[i] = IslandRun(context_, islands_[i], workspace).run();
+  });
+}
+
+// An island that could not go to the end holds all others back.
+void WorldStep::shorten_to_reached() {
+  for (;;) {
+    Scalar reached = context_.t_end;
+    for (const IslandOutcome& outcome : outcomes_) reached = std::min(reached, outcome.reached);
+    if (!(reached < context_.t_end)) return;
+    context_.t_end = reached;
+    if (!(reached > context_.t)) return;
+    run_islands();
+  }
+}
+
+BodyMove WorldStep::move_of(std::uint32_t slot) const {
+  const BodyRecord& body = world_.bodies[slot];
+  const std::int32_t island = island_of_[slot];
+  if (island >= 0) {
+    const Island& members = islands_[static_cast<std::size_t>(island)];
+    const auto at = std::lower_bound(members.bodies.begin(), members.bodies.end(), slot);
+    const Track& track = outcomes_[static_cast<std::size_t>(island)]
+                             .tracks[static_cast<std::size_t>(at - members.bodies.begin())];
+    BodyMove move = motion_move(body, track.joined(), context_.t);
+    move.is_rest = track.is_rest();
+    return move;
+  }
+  if (body.definition.kind == BodyKind::Kinematic && may_move_[slot]) {
+    return motion_move(body, body.definition.motion, context_.t);
+  }
+  return rest_move(body, body.rest);
+}
+
+void WorldStep::prove_pair(PairState& pair, Certificate& certificate,
+                           ToiWorkspace& workspace) const {
+  pair.gap_lower = pair.gap_committed;
+  pair.advancement_steps = 0;
+  certificate = certify(pair, moves_[pair.key.a], moves_[pair.key.b], {context_.t, context_.t_end},
+                        pair.kept_distance(), context_.limits(), workspace);
+  if (certificate.result) pair.advancement_steps = certificate.result->statistics.node_pairs;
+  pair.gap_lower = std::max(pair.gap_lower - certificate.closing, -1.0);
+  if (pair.gap_lower < 0) pair.gap_lower = -1;
+}
+
+// Pairs between islands and with sleepers. Returns false if some met: they must be run together.
+bool WorldStep::prove_the_rest() {
+  moves_.clear();
+  for (std::uint32_t slot = 0; slot < world_.bodies.size(); ++slot) {
+    moves_.push_back(world_.bodies[slot].is_present() ? move_of(slot) : BodyMove{});
+  }
+  find_new_candidates();
+  std::vector<PairState*> open;
+  proofs_.clear();
+  for (const auto& pair : world_.pairs) {
+    const BodyRecord& a = world_.bodies[pair->key.a];
+    const BodyRecord& b = world_.bodies[pair->key.b];
+    if (!a.is_dynamic() && !b.is_dynamic()) continue;
+    if (a.definition.is_sensor || b.definition.is_sensor) continue;
+    if (moves_[pair->key.a].is_rest && moves_[pair->key.b].is_rest && !pair->is_inner) {
+      proofs_.push_back(PairProof::at_rest(pair->key, {context_.t, context_.t_end}));
+      pair->gap_lower = pair->gap_committed;
+      pair->advancement_steps = 0;
+      continue;
+    }
+    if (!pair->is_inner) open.push_back(pair.get());
+  }
+  std::vector<Certificate> certificates(open.size());
+  run_parallel(open.size(), [&](std::size_t i, StepWorkspace& workspace) {
+    prove_pair(*open[i], certificates[i], workspace.toi);
+  });
+  bool all = true;
+  for (std::size_t i = 0; i < open.size(); ++i) {
+    const PairKey key = open[i]->key;
+    if (certificates[i].result) add(report_.toi, certificates[i].result->statistics);
+    if (certificates[i].proof) {
+      proofs_.push_back(*certificates[i].proof);
+      continue;
+    }
+    all = false;
+    forced_links_.insert(key);
+    for (const std::uint32_t slot : {key.a, key.b}) {
+      if (world_.bodies[slot].is_asleep) world_.wake(slot, &report_);
+      is_dirty_[slot] = true;
+    }
+  }
+  return all;
+}
+
+std::vector<PairKey> WorldStep::candidates() const {
+  std::vector<PairKey> keys;
+  for (const auto& pair : world_.pairs) {
+    const BodyRecord& a = world_.bodies[pair->key.a];
+    const BodyRecord& b = world_.bodies[pair->key.b];
+    if (a.definition.is_sensor || b.definition.is_sensor) continue;
+    if (a.is_dynamic() || b.is_dynamic()) keys.push_back(pair->key);
+  }
+  return keys;
+}
+
+// Bodies on given paths cannot answer: what comes too near is reported, once.
+void WorldStep::report_crossings() {
+  for (const auto& pair : world_.pairs) {
+    const BodyRecord& a = world_.bodies[pair->key.a];
+    const BodyRecord& b = world_.bodies[pair->key.b];
+    if (a.is_dynamic() || b.is_dynamic()) continue;
+    if (a.definition.is_sensor || b.definition.is_sensor) continue;
+    Certificate certificate;
+    pair->overlaps = false;
+    pair->granted.reset();
+    prove_pair(*pair, certificate, world_.workspaces.front()->toi);
+    const bool is_clear = certificate.proof && certificate.proof->kind() != ProofKind::Excused;
+    if (is_clear) {
+      world_.crossed.erase(pair->key);
+    } else if (world_.crossed.insert(pair->key).second) {
+      report_.crossed.emplace_back(a.id, b.id);
+    }
+  }
+}
+
+void WorldStep::add_totals() {
+  for (const IslandOutcome& outcome : outcomes_) {
+    StepStatistics& sum = report_.work;
+    sum.legs += outcome.work.legs;
+    sum.rounds += outcome.work.rounds;
+    sum.stalls += outcome.work.stalls;
+    sum.contacts = std::max(sum.contacts, outcome.work.contacts);
+    sum.unconverged += outcome.work.unconverged;
+    sum.residual = std::max(sum.residual, outcome.work.residual);
+    add(report_.toi, outcome.toi);
+  }
+}
+
+AdvanceStatus WorldStep::run() {
+  const TimeInterval whole{context_.t, context_.t_end};
+  run_parallel(0, [](std::size_t, StepWorkspace&) {});
+  world_.wake_what_changed(whole, report_);
+  find_candidates();
+  is_dirty_.assign(world_.bodies.size(), false);
+  link_pairs();
+  bool is_proven = false;
+  for (int merge = 0; merge < kMostMerges && !is_proven; ++merge) {
+    if (merge > 0) find_candidates();
+    plan_islands();
+    run_islands();
+    shorten_to_reached();
+    if (!(context_.t_end > context_.t)) break;
+    is_proven = prove_the_rest();
+  }
+  add_totals();
+  const IslandFailure* failure = nullptr;
+  for (IslandOutcome& outcome : outcomes_) {
+    if (outcome.reached > context_.t_end) continue;
+    if (outcome.failure && !failure) failure = &*outcome.failure;
+  }
+  const bool has_step = is_proven && context_.t_end > context_.t;
+  if (has_step) {
+    report_crossings();
+    std::vector<PairProof> proofs = std::move(proofs_);
+    for (const IslandOutcome& outcome : outcomes_) {
+      proofs.insert(proofs.end(), outcome.proofs.begin(), outcome.proofs.end());
+    }
+    const Ledger ledger({context_.t, context_.t_end}, candidates(), std::move(proofs));
+    world_.commit(ledger, islands_, outcomes_, report_);
+  } else {
+    for (IslandOutcome& outcome : outcomes_) {
+      if (!outcome.stopped_at_impact) continue;
+      report_.impacts.insert(report_.impacts.end(), outcome.impacts.begin(), outcome.impacts.end());
+    }
+  }
+  if (failure) {
+    report_.offending_pair = {};
+    if (failure->pair != PairKey{}) {
+      report_.offending_pair = {world_.id_at(failure->pair.a), world_.id_at(failure->pair.b)};
+    }
+    return failure->status;
+  }
+  const bool stops = std::any_of(outcomes_.begin(), outcomes_.end(), [&](const IslandOutcome& o) {
+    return o.stopped_at_impact && o.reached <= context_.t_end;
+  });
+  if (stops) return AdvanceStatus::StoppedAtImpact;
+  return is_proven ? AdvanceStatus::NotRun : AdvanceStatus::NumericalLimit;
+}
+
+}  // namespace dyop::internal

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <set>
+#include <vector>
+
+#include "dynamics/world_impl.h"
+
+namespace dyop::internal {
+
+/// One step of a World: plans islands, runs them, proves what is between them, merges and runs
+/// again what met, commits.
+class WorldStep {
+ public:
+  WorldStep(World::Impl& world, Scalar t_end, const AdvanceLimits& limits, AdvanceReport& report);
+
+  /// Returns the status if the advance ends here, NotRun if it may go on.
+  AdvanceStatus run();
+
+ private:
+  void find_candidates();
+  AlignedBox predicted_box(const BodyRecord& body) const;
+  AlignedBox box_around(const BodyRecord& body, const RigidPose& X_WB, Scalar way) const;
+  AlignedBox box_of(const BodyRecord& body, const BodyMove& move) const;
+  void merge_pairs(const std::vector<std::pair<std::int32_t, std::int32_t>>& found);
+  void link_pairs();
+  void plan_islands();
+  void run_islands();
+  void shorten_to_reached();
+  bool prove_the_rest();
+  bool find_new_candidates();
+  void prove_pair(PairState& pair, Certificate& certificate, ToiWorkspace& workspace) const;
+  BodyMove move_of(std::uint32_t slot) const;
+  void report_crossings();
+  void add_totals();
+  std::vector<PairKey> candidates() const;
+  template <typename Item>
+  void run_parallel(std::size_t item_count, const Item& item);
+
+  World::Impl& world_;
+  AdvanceReport& report_;
+  StepContext context_;
+  std::vector<AlignedBox> boxes_;        // by slot
+  std::vector<Scalar> own_targets_;      // by slot: the largest given for a pair
+  std::vector<bool> may_move_;           // by slot
+  std::set<PairKey> forced_links_;       // by hits in this step
+  std::vector<std::int32_t> island_of_;  // by slot; -1: none
+  std::vector<bool> is_dirty_;           // by slot: its island must run again
+  std::vector<Island> islands_;
+  std::vector<IslandOutcome> outcomes_;
+  std::vector<BodyMove> moves_;    // by slot, over the whole step
+  std::vector<PairProof> proofs_;  // of pairs between islands
+};
+
+}  // namespace dyop::internal

@@ -1,0 +1,129 @@
+// Which pairs of bodies may come near one another in a step.
+#include <algorithm>
+#include <utility>
+
+#include "dynamics/free_flight.h"
+#include "dynamics/step/world_step.h"
+#include "core/tolerance.h"
+
+namespace dyop::internal {
+
+// A box that should hold the body over the whole step; whether it did is checked afterwards.
+AlignedBox WorldStep::predicted_box(const BodyRecord& body) const {
+  const TimeInterval interval{context_.t, context_.t_end};
+  if (body.definition.kind == BodyKind::Kinematic) {
+    return box_of(body, motion_move(body, body.definition.motion, context_.t));
+  }
+  if (!body.is_awake()) return box_around(body, body.X_WB(), 0);
+  const Scalar h = interval.length();
+  const Scalar way = h * (body.state.v_W.norm() + body.angular_velocity().norm() * body.radius +
+                          h * world_.gravity_W.norm());
+  // Some more, so that pushes of contacts do not leave it.
+  return box_around(body, body.X_WB(), 1.25 * way);
+}
+
+// A box that holds the body at every time of the step: its box at the middle, grown by how far any
+// point can move in half of it, and by half the distance at which pairs matter.
+AlignedBox WorldStep::box_of(const BodyRecord& body, const BodyMove& move) const {
+  const TimeInterval interval{context_.t, context_.t_end};
+  Scalar way = 0;
+  if (!move.is_rest) {
+    const TwistBound bound = move.motion->twist_bound(interval);
+    const Scalar radius = body.definition.shape->bounding_radius();
+    way = (bound.linear_speed + bound.angular_speed * radius) * interval.length() / 2;
+  }
+  return box_around(body, move.motion->pose(interval.begin + interval.length() / 2), way);
+}
+
+// The box of a body at a pose, grown by `way` and by half the distance at which pairs matter.
+AlignedBox WorldStep::box_around(const BodyRecord& body, const RigidPose& X_WB, Scalar way) const {
+  const Shape& shape = *body.definition.shape;
+  const AlignedBox box = shape.bounding_box();
+  const Vector3 half = X_WB.rotation().cwiseAbs() * (box.sizes() / 2);
+  const Vector3 center = X_WB * Vector3(box.center());
+  // Half of what the larger of two bodies needs; their pair's lengths are those of the smaller.
+  const Scalar radius = shape.bounding_radius();
+  const Scalar target = world_.options.target_distance.value_or(kTargetRadiusFraction * radius);
+  const Scalar standoff = world_.options.standoff.value_or(
+      kStandoffTargets * (target > 0 ? target : kTargetRadiusFraction * radius));
+  const Scalar reach =
+      target + (1 + kContactReachStandoffs) * standoff + own_targets_[body.id.slot];
+  // literal: generous for rounding, costs nothing
+  const Scalar noise = 1e-9 * (center.cwiseAbs().maxCoeff() + radius);
+  const Vector3 grow = half.array() + (way + reach + noise);
+  return {center - grow, center + grow};
+}
+
+void WorldStep::find_candidates() {
+  const TimeInterval interval{context_.t, context_.t_end};
+  const std::size_t count = world_.bodies.size();
+  boxes_.resize(count);  // those of an earlier round of this step stay part of the new ones
+  may_move_.assign(count, false);
+  own_targets_.assign(count, 0);
+  for (const auto& [key, value] : world_.pair_target) {
+    own_targets_[key.a] = std::max(own_targets_[key.a], value);
+    own_targets_[key.b] = std::max(own_targets_[key.b], value);
+  }
+  bool any = false;
+  for (std::size_t slot = 0; slot < count; ++slot) {
+    const BodyRecord& body = world_.bodies[slot];
+    if (!body.is_present()) continue;
+    may_move_[slot] = body.is_awake() || world_.moves_by_itself(body, interval);
+    any = any || may_move_[slot];
+  }
+  if (!any) return;
+  for (std::size_t slot = 0; slot < count; ++slot) {
+    const BodyRecord& body = world_.bodies[slot];
+    if (body.is_present()) boxes_[slot].extend(predicted_box(body));
+    world_.broad_phase.update(static_cast<std::int32_t>(slot), boxes_[slot]);
+  }
+  merge_pairs(world_.broad_phase.find_pairs(may_move_));
+}
+
+// Found pairs join the known ones; known ones that are near no more go, unless both bodies rest.
+void WorldStep::merge_pairs(const std::vector<std::pair<std::int32_t, std::int32_t>>& found) {
+  std::vector<std::unique_ptr<PairState>> merged;
+  merged.reserve(std::max(found.size(), world_.pairs.size()));
+  auto old = world_.pairs.begin();
+  const auto keep_resting = [&](std::unique_ptr<PairState>& pair) {
+    const bool rests = !may_move_[pair->key.a] && !may_move_[pair->key.b];
+    if (rests) merged.push_back(std::move(pair));
+  };
+  for (const auto& [a, b] : found) {
+    const PairKey key{static_cast<std::uint32_t>(a), static_cast<std::uint32_t>(b)};
+    while (old != world_.pairs.end() && (*old)->key < key) keep_resting(*old++);
+    const bool is_known = old != world_.pairs.end() && (*old)->key == key;
+    if (world_.is_pair_enabled(key)) {
+      if (is_known) {
+        merged.push_back(std::move(*old));
+      } else {
+        auto pair = std::make_unique<PairState>();
+        pair->key = key;
+        pair->lengths = world_.lengths_of(key);
+        merged.push_back(std::move(pair));
+      }
+    }
+    if (is_known) ++old;
+  }
+  while (old != world_.pairs.end()) keep_resting(*old++);
+  world_.pairs = std::move(merged);
+}
+
+// Bodies that left the box they were expected in may be near others than was thought.
+bool WorldStep::find_new_candidates() {
+  bool has_left = false;
+  for (const Island& island : islands_) {
+    for (const std::uint32_t slot : island.bodies) {
+      if (moves_[slot].is_rest) continue;
+      const AlignedBox box = box_of(world_.bodies[slot], moves_[slot]);
+      if (boxes_[slot].contains(box)) continue;
+      boxes_[slot].extend(box);
+      world_.broad_phase.update(static_cast<std::int32_t>(slot), boxes_[slot]);
+      has_left = true;
+    }
+  }
+  if (has_left) merge_pairs(world_.broad_phase.find_pairs(may_move_));
+  return has_left;
+}
+
+}  // namespace dyop::internal

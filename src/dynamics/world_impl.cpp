@@ -1,0 +1,241 @@
+#include "dynamics/world_impl.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "dynamics/free_flight.h"
+#include "dynamics/step/world_step.h"
+#include "dyop/core/error.h"
+#include "core/tolerance.h"
+#include "dyop/motion/rest_motion.h"
+
+namespace dyop {
+
+using internal::BodyRecord;
+using internal::PairKey;
+using internal::PairState;
+
+World::Impl::Impl(const WorldOptions& the_options)
+    : options(the_options), gravity_W(the_options.gravity_W) {}
+
+BodyRecord& World::Impl::record(BodyId id) {
+  DYOP_REQUIRE(id.slot < bodies.size() && bodies[id.slot].exists && bodies[id.slot].id == id,
+               "World: there is no body ", id, " among ", count);
+  return bodies[id.slot];
+}
+
+const BodyRecord& World::Impl::record(BodyId id) const {
+  return const_cast<Impl*>(this)->record(id);
+}
+
+void World::Impl::restart(BodyRecord& body) {
+  body.flight = nullptr;
+  body.slow_steps = 0;
+  body.rest = std::make_shared<RestMotion>(body.X_WB());
+}
+
+bool World::Impl::moves_by_itself(const BodyRecord& body, const TimeInterval& interval) const {
+  if (!body.is_present() || body.definition.kind != BodyKind::Kinematic) return false;
+  const TwistBound bound = body.definition.motion->twist_bound(interval);
+  return bound.linear_speed > 0 || bound.angular_speed > 0;
+}
+
+internal::PairLengths World::Impl::lengths_of(PairKey key) const {
+  internal::PairLengths lengths;
+  lengths.radius = std::min(bodies[key.a].definition.shape->bounding_radius(),
+                            bodies[key.b].definition.shape->bounding_radius());
+  const auto own = pair_target.find(key);
+  const Scalar usual = kTargetRadiusFraction * lengths.radius;
+  lengths.target = own != pair_target.end() ? own->second : options.target_distance.value_or(usual);
+  lengths.standoff = options.standoff.value_or(
+      kStandoffTargets * (own == pair_target.end() && lengths.target > 0 ? lengths.target : usual));
+  return lengths;
+}
+
+bool World::Impl::is_pair_enabled(PairKey key) const {
+  for (const internal::JointState& joint : joints) {
+    const JointDefinition& definition = joint.definition;
+    const bool is_its_pair = internal::ordered(definition.a.slot, definition.b.slot) == key;
+    if (is_its_pair && !definition.bodies_collide) return false;
+  }
+  const auto found = pair_enabled.find(key);
+  return found == pair_enabled.end() || found->second;
+}
+
+internal::JointState& World::Impl::joint_at(JointId id) {
+  const auto found =
+      std::find_if(joints.begin(), joints.end(), [&](const auto& joint) { return joint.id == id; });
+  DYOP_REQUIRE(found != joints.end(), "World: there is no joint ", id.number);
+  return *found;
+}
+
+void World::Impl::drop_pairs_of(std::uint32_t slot) {
+  std::erase_if(pairs,
+                [&](const auto& pair) { return pair->key.a == slot || pair->key.b == slot; });
+}
+
+PairRecord World::Impl::record_of(const PairState& pair) const {
+  const BodyRecord& a = bodies[pair.key.a];
+  const BodyRecord& b = bodies[pair.key.b];
+  PairRecord record;
+  record.a = a.id;
+  record.b = b.id;
+  record.proof = pair.proof;
+  record.gap_lower = std::max(pair.gap_committed, 0.0);
+  record.advancement_steps = pair.advancement_steps;
+  record.residual = pair.residual;
+  // The dynamic pivot: between the facing sides of the two bodies' boxes, axis by axis.
+  const auto box_of = [](const BodyRecord& body) {
+    const RigidPose X_WB = body.X_WB();
+    const AlignedBox box = body.definition.shape->bounding_box();
+    const Vector3 half = X_WB.rotation().cwiseAbs() * (box.sizes() / 2);
+    const Vector3 center = X_WB * Vector3(box.center());
+    return AlignedBox(center - half, center + half);
+  };
+  const AlignedBox box_a = box_of(a);
+  const AlignedBox box_b = box_of(b);
+  record.pivot_W() = (box_a.min().cwiseMax(box_b.min()) + box_a.max().cwiseMin(box_b.max())) / 2;
+  const Vector3 between = box_b.center() - box_a.center();
+  if (between.norm() > 0) record.nhat_AB_W = between.normalized();
+  if (!pair.has_contacts) return record;
+  const auto points = pair.contacts.contacts();
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    record.contacts.push_back(
+        {points[i], i < pair.impulses.size() ? pair.impulses[i] : Vector3::Zero()});
+  }
+  const auto nearest =
+      std::min_element(points.begin(), points.end(),
+                       [](const ContactPoint& x, const ContactPoint& y) { return x.gap < y.gap; });
+  if (nearest == points.end()) return record;
+  record.gap_upper = std::max(nearest->gap, record.gap_lower);
+  record.pivot_W() = (nearest->p_WCa + nearest->p_WCb) / 2;
+  record.nhat_AB_W = nearest->nhat_AB_W;
+  return record;
+}
+
+void World::Impl::commit(const internal::Ledger& ledger,
+                         const std::vector<internal::Island>& islands,
+                         std::vector<internal::IslandOutcome>& outcomes, AdvanceReport& report) {
+  const TimeInterval& interval = ledger.interval();
+  CommittedStep step;
+  step.interval = interval;
+  step.motions.resize(bodies.size());
+  for (std::size_t slot = 0; slot < bodies.size(); ++slot) {
+    BodyRecord& body = bodies[slot];
+    if (!body.is_present()) continue;
+    step.motions[slot] = body.rest;
+    if (moves_by_itself(body, interval)) {
+      step.motions[slot] = body.definition.motion;
+      body.state = central_state(body, body.definition.motion->state(interval.end));
+      body.rest = std::make_shared<RestMotion>(body.X_WB());
+    } else if (body.definition.kind == BodyKind::Kinematic) {
+      body.state.v_W.setZero();
+      body.state.L_W.setZero();
+    }
+  }
+  for (std::size_t i = 0; i < islands.size(); ++i) {
+    for (std::size_t k = 0; k < islands[i].bodies.size(); ++k) {
+      BodyRecord& body = bodies[islands[i].bodies[k]];
+      internal::Track& track = outcomes[i].tracks[k];
+      if (options.records_motions) step.motions[islands[i].bodies[k]] = track.joined();
+      body.state = track.end;
+      body.flight = std::move(track.flight);
+    }
+    report.impacts.insert(report.impacts.end(), outcomes[i].impacts.begin(),
+                          outcomes[i].impacts.end());
+  }
+  std::stable_sort(report.impacts.begin(), report.impacts.end(),
+                   [](const ImpactEvent& x, const ImpactEvent& y) { return x.t < y.t; });
+  auto entry = ledger.entries().begin();
+  for (const auto& pair : pairs) {
+    pair->gap_committed = pair->gap_lower;
+    if (entry == ledger.entries().end() || entry->key != pair->key) continue;
+    const bool was_excused = pair->proof == ProofKind::Excused;
+    pair->proof = entry->kind;
+    ++entry;
+    switch (pair->proof) {
+      case ProofKind::ByBound:
+        ++report.work.pairs_by_bound;
+        break;
+      case ProofKind::ByQuery:
+        ++report.work.pairs_by_query;
+        break;
+      case ProofKind::AtRest:
+        ++report.work.pairs_at_rest;
+        break;
+      case ProofKind::Excused:
+        ++report.work.pairs_excused;
+        if (!was_excused) report.too_near.emplace_back(id_at(pair->key.a), id_at(pair->key.b));
+        break;
+    }
+  }
+  time = interval.end;
+  ++report.work.steps;
+  sense(step, report);
+  put_to_sleep(islands, outcomes, interval.length(), report);
+  if (options.records_motions) report.steps.push_back(std::move(step));
+}
+
+AdvanceReport World::Impl::advance(Scalar dt, const AdvanceLimits& limits) {
+  DYOP_REQUIRE(dt > 0 && dt < kInfinity, "World::advance: dt must be finite and > 0, not ", dt);
+  const Scalar t_begin = time;
+  const Scalar t_end = time + dt;
+  for (const BodyRecord& body : bodies) {
+    if (!body.is_present() || body.definition.kind != BodyKind::Kinematic) continue;
+    const std::string what = "the motion of body '" + body.definition.name + "'";
+    require_defined(*body.definition.motion, {time, t_end}, what.c_str());
+  }
+  AdvanceReport report;
+  const Scalar step = options.max_step.value_or(dt);
+  // literal: rounding of dt / step makes no step of its own
+  const auto parts = std::max(1.0, std::ceil(dt / step - 1e-9));
+  constexpr int kMostEventsAtOnce = 100;
+  int events_at_once = 0;
+  for (Scalar k = 1; k <= parts && report.status == AdvanceStatus::NotRun;) {
+    const Scalar t_next = k == parts ? t_end : t_begin + dt * (k / parts);
+    if (limits.stop.stop_requested()) {
+      report.status = AdvanceStatus::Cancelled;
+      break;
+    }
+    if (limits.deadline && std::chrono::steady_clock::now() >= *limits.deadline) {
+      report.status = AdvanceStatus::BudgetExhausted;
+      break;
+    }
+    const Scalar t_before = time;
+    report.status = internal::WorldStep(*this, t_next, limits, report).run();
+    if (report.status == AdvanceStatus::StoppedAtImpact &&
+        options.policy == ImpactPolicy::Callback) {
+      events_at_once = time > t_before ? 0 : events_at_once + 1;
+      answer_by_callback(report);
+      report.status =
+          events_at_once < kMostEventsAtOnce ? AdvanceStatus::NotRun : AdvanceStatus::Blocked;
+      if (report.status == AdvanceStatus::Blocked) {
+        report.offending_pair = {report.impacts.back().a, report.impacts.back().b};
+      }
+    }
+    if (time > t_before && options.on_step) options.on_step(time);
+    if (time >= t_next) ++k;
+  }
+  if (report.status == AdvanceStatus::NotRun) report.status = AdvanceStatus::Completed;
+  report.t = time;
+  return report;
+}
+
+void World::Impl::answer_by_callback(AdvanceReport& report) {
+  const ImpactEvent& event = report.impacts.back();
+  BodyRecord& a = record(event.a);
+  BodyRecord& b = record(event.b);
+  ImpactStates states{a.motion_state(), b.motion_state()};
+  options.on_impact(event, states);
+  const auto take_over = [&](BodyRecord& body, const MotionState& state) {
+    if (!body.is_dynamic()) return;
+    DYOP_REQUIRE(state.twist.v_WB.allFinite() && state.twist.w_WB.allFinite(), "body '",
+                 body.definition.name, "': on_impact wrote a velocity that is not finite");
+    body.state = central_state(body, state);
+    restart(body);
+  };
+  take_over(a, states.a);
+  take_over(b, states.b);
+}
+
+}  // namespace dyop

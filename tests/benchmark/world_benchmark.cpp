@@ -1,0 +1,89 @@
+// Time per step of the World, one thread: free flight, stacks, columns, a pyramid, piles.
+#include <benchmark/benchmark.h>
+
+#include "dyop/dynamics/world.h"
+#include "support/world_scenes.h"
+
+namespace dyop {
+namespace {
+
+using namespace test_support;
+
+WorldOptions awake_options() {
+  WorldOptions options = earth_options();
+  options.thread_count = 1;
+  options.sleep_steps = 0;
+  options.records_motions = false;
+  return options;
+}
+
+// Steps one world; what it did is told beside its time.
+void step(benchmark::State& state, World& world, Scalar h) {
+  StepStatistics work;
+  std::int64_t steps = 0;
+  for (auto _ : state) {
+    const AdvanceReport report = world.advance(h);
+    if (report.status != AdvanceStatus::Completed) {
+      state.SkipWithError("not completed");
+      break;
+    }
+    ++steps;
+    work.stalls += report.work.stalls;
+    work.unconverged += report.work.unconverged;
+    work.contacts = std::max(work.contacts, report.work.contacts);
+  }
+  state.counters["contacts"] = static_cast<double>(work.contacts);
+  state.counters["stalls"] = static_cast<double>(work.stalls);
+  state.counters["unconverged"] = static_cast<double>(work.unconverged);
+  state.counters["steps"] = static_cast<double>(steps);
+}
+
+void BM_FreeFlight(benchmark::State& state) {
+  WorldOptions options = awake_options();
+  options.gravity_W.setZero();
+  World world(options);
+  add_free_bodies(world, static_cast<int>(state.range(0)));
+  step(state, world, 0.01);
+}
+BENCHMARK(BM_FreeFlight)->Arg(100)->Arg(1000)->Unit(benchmark::kMillisecond);
+
+void BM_Stack(benchmark::State& state) {
+  World world(awake_options());
+  add_columns(world, 1, static_cast<int>(state.range(0)));
+  step(state, world, 0.01);
+}
+BENCHMARK(BM_Stack)->Arg(5)->Arg(10)->Unit(benchmark::kMillisecond);
+
+void BM_Columns(benchmark::State& state) {
+  World world(awake_options());
+  add_columns(world, static_cast<int>(state.range(0)), 10);
+  step(state, world, 1.0 / 60);
+}
+BENCHMARK(BM_Columns)->Arg(100)->Unit(benchmark::kMillisecond);
+
+void BM_Pyramid(benchmark::State& state) {
+  World world(awake_options());
+  add_pyramid(world, static_cast<int>(state.range(0)));
+  step(state, world, 1.0 / 60);
+}
+BENCHMARK(BM_Pyramid)->Arg(20)->Unit(benchmark::kMillisecond);
+
+void BM_Pile(benchmark::State& state) {
+  World world(awake_options());
+  add_pile(world, static_cast<int>(state.range(0)));
+  step(state, world, 0.01);
+}
+BENCHMARK(BM_Pile)->Arg(3)->Arg(5)->Iterations(150)->Unit(benchmark::kMillisecond);
+
+void BM_Asleep(benchmark::State& state) {
+  WorldOptions options = awake_options();
+  options.sleep_steps = 5;
+  World world(options);
+  add_columns(world, static_cast<int>(state.range(0)), 10);
+  for (int k = 0; k < 60; ++k) world.advance(0.01);
+  step(state, world, 0.01);
+}
+BENCHMARK(BM_Asleep)->Arg(100)->Unit(benchmark::kMicrosecond);
+
+}  // namespace
+}  // namespace dyop

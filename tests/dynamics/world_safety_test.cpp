@@ -1,0 +1,137 @@
+// Random worlds: never nearer than the target distance, by dense samples of the committed motions
+// with distance(), which the stepper takes no part in.
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "dyop/distance/distance.h"
+#include "dyop/geometry/capsule.h"
+#include "dyop/geometry/triangle_mesh.h"
+#include "dyop/motion/constant_twist_motion.h"
+#include "support/mesh_generators.h"
+#include "support/world_scenes.h"
+
+namespace dyop {
+namespace {
+
+using namespace test_support;
+
+class RandomWorld {
+ public:
+  RandomWorld(unsigned seed, Scalar scale) : random_(seed), scale_(scale) {
+    WorldOptions options;
+    options.gravity_W = Vector3(0, 0, -10 * scale);
+    world_ = std::make_unique<World>(options);
+    BodyDefinition floor = floor_body(0.5, 0.3);
+    floor.shape = std::make_shared<Box>(Vector3(6, 6, 1) * scale);
+    floor.initial.X_WB = RigidPose(Vector3(0, 0, -scale));
+    world_->add_body(floor);
+    add_stirrer();
+    const int count = 3 + int(seed % 8);
+    for (int i = 0; i < count; ++i) add_body(i);
+  }
+
+  World& world() { return *world_; }
+
+  // The least excess of a distance over its target in the samples of a step.
+  Scalar least_excess(const CommittedStep& step,
+                      const std::vector<std::pair<BodyId, BodyId>>& but) {
+    Scalar least = kInfinity;
+    const std::vector<BodyId> ids = world_->bodies();
+    for (std::size_t i = 0; i < ids.size(); ++i) {
+      for (std::size_t k = 0; k < i; ++k) {
+        const BodyDefinition& a = world_->body(ids[i]);
+        const BodyDefinition& b = world_->body(ids[k]);
+        if (a.kind != BodyKind::Dynamic && b.kind != BodyKind::Dynamic) continue;
+        if (std::find(but.begin(), but.end(), std::pair(ids[k], ids[i])) != but.end()) continue;
+        const Scalar target =
+            1e-4 * std::min(a.shape->bounding_radius(), b.shape->bounding_radius());
+        constexpr int kSamples = 6;
+        for (int s = 0; s <= kSamples; ++s) {
+          const Scalar t = step.interval.begin + step.interval.length() * s / kSamples;
+          DistanceOptions options;
+          options.max_distance = 10 * target;
+          const DistanceResult result = distance(
+              *a.shape, step.motions[ids[i].slot]->pose(std::min(t, step.interval.end)), *b.shape,
+              step.motions[ids[k].slot]->pose(std::min(t, step.interval.end)), options);
+          least = std::min(least, (result.upper - target) / target);
+        }
+      }
+    }
+    return least;
+  }
+
+ private:
+  Scalar number(Scalar low, Scalar high) {
+    return std::uniform_real_distribution<Scalar>(low, high)(random_);
+  }
+  Vector3 vector(Scalar size) {
+    return {number(-size, size), number(-size, size), number(-size, size)};
+  }
+
+  std::shared_ptr<const Shape> shape(int kind) {
+    const Scalar r = scale_ * number(0.2, 0.5);
+    switch (kind % 5) {
+      case 0:
+        return std::make_shared<Box>(Vector3(r, r * number(0.3, 1), r * number(0.3, 1)));
+      case 1:
+        return std::make_shared<Sphere>(r);
+      case 2:
+        return std::make_shared<Capsule>(r / 2, r);
+      case 3:
+        return std::make_shared<TriangleMesh>(
+            test_support::box_mesh(Vector3(r, r / 2, r / 3)).mesh());
+      default:
+        return std::make_shared<TriangleMesh>(test_support::torus(r, r / 3, 12, 8).mesh());
+    }
+  }
+
+  void add_stirrer() {
+    BodyDefinition stirrer;
+    stirrer.name = "stirrer";
+    stirrer.kind = BodyKind::Kinematic;
+    stirrer.shape = std::make_shared<Box>(Vector3(2, 0.1, 0.3) * scale_);
+    stirrer.motion = std::make_shared<ConstantTwistMotion>(
+        RigidPose(Vector3(0, 0, 0.5 * scale_)), Twist{Vector3::Zero(), Vector3(0, 0, 2)});
+    stirrer.friction = 0.4;
+    world_->add_body(stirrer);
+  }
+
+  void add_body(int i) {
+    BodyDefinition body = dynamic_body(
+        "body", shape(int(random_() % 5)),
+        scale_ * Vector3(1.3 * (i % 3) - 1.3, 1.3 * (i / 3 % 3) - 1.3, 2 + 1.3 * (i / 9)),
+        vector(scale_), vector(3));
+    body.friction = number(0, 1);
+    body.restitution = number(0, 1);
+    world_->add_body(body);
+  }
+
+  std::mt19937_64 random_;
+  Scalar scale_;
+  std::unique_ptr<World> world_;
+};
+
+class WorldSafety : public ::testing::TestWithParam<unsigned> {};
+
+TEST_P(WorldSafety, KeepsEveryTargetDistance) {
+  const unsigned seed = GetParam();
+  constexpr Scalar kScales[] = {1, 0.01, 100};  // literal: sizes of the scene
+  RandomWorld random(seed, kScales[seed % 3]);
+  std::int64_t stalls = 0;
+  for (int k = 0; k < 120; ++k) {
+    const AdvanceReport report = random.world().advance(0.01);
+    ASSERT_EQ(report.status, AdvanceStatus::Completed) << "seed " << seed << " step " << k;
+    ASSERT_TRUE(report.too_near.empty()) << "seed " << seed << " step " << k;
+    stalls += report.work.stalls;
+    for (const CommittedStep& step : report.steps) {
+      ASSERT_GE(random.least_excess(step, {}), 0) << "seed " << seed << " step " << k;
+    }
+  }
+  EXPECT_EQ(stalls, 0) << "seed " << seed;
+}
+
+INSTANTIATE_TEST_SUITE_P(Seeds, WorldSafety, ::testing::Range(0U, 24U));
+
+}  // namespace
+}  // namespace dyop
