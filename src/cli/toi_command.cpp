@@ -40,13 +40,9 @@ struct ToiArguments {
   bool fails_on_impact = false;
 };
 
-ToiOptions make_options(const ToiArguments& arguments, const Shape& a, const Shape& b,
-                        const InterruptGuard& interrupt) {
+ToiOptions make_options(const ToiArguments& arguments, const InterruptGuard& interrupt) {
   ToiOptions options = arguments.options;
-  // literal: a millionth of the smaller body, the default that --help states
-  constexpr Scalar kRelativeTolerance = 1e-6;
-  options.distance_tolerance = arguments.tolerance.value_or(
-      kRelativeTolerance * std::min(a.bounding_radius(), b.bounding_radius()));
+  options.distance_tolerance = arguments.tolerance;
   if (arguments.time_limit) {
     using Clock = std::chrono::steady_clock;
     // A year is no limit, and can be added to the clock.
@@ -78,7 +74,7 @@ ExitCode run_toi(const ToiArguments& arguments) {
   const auto X_WB = make_motion(arguments.b);
   const auto a = make_shape(arguments.a, arguments.placement);
   const auto b = make_shape(arguments.b, arguments.placement);
-  const ToiOptions options = make_options(arguments, *a, *b, interrupt);
+  const ToiOptions options = make_options(arguments, interrupt);
   const auto begin = std::chrono::steady_clock::now();
   const ToiQuery query{a.get(), X_WA.get(), b.get(), X_WB.get(), interval, options};
   const ToiResult result = answer_or_record(query, arguments.record_file, [&] {

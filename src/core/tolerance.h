@@ -34,6 +34,11 @@ inline constexpr Scalar kPoseNoise = 64 * kUnitRoundoff;
 /// "Rounding"). Smaller: bounds may fail. Used by time_of_impact and for boxes by distance.
 inline constexpr Scalar kStepNoise = 512 * kUnitRoundoff;
 
+/// Default tolerance of an impact, relative to the smaller bounding radius. Larger: looser
+/// impacts; smaller: closer to rounding far from the origin. Used by
+/// default_distance_tolerance().
+inline constexpr Scalar kDefaultRelativeTolerance = 1e-6;
+
 /// Time of impact divides the band of width distance_tolerance above the target, at these fractions
 /// of it. Steps towards contact stop at kFloorFraction: nearer to one, slower convergence at
 /// contact; nearer to zero, less room below. A query that begins below kLostFraction guarantees

@@ -25,9 +25,9 @@ Json body_json(const Shape& shape, const Motion& motion) {
   return {{"shape", internal::record_shape(shape)}, {"motion", internal::record_motion(motion)}};
 }
 
-Json options_json(const ToiOptions& options) {
+Json options_json(const ToiOptions& options, Scalar distance_tolerance) {
   return {{"target_distance", hex_json(options.target_distance)},
-          {"distance_tolerance", hex_json(options.distance_tolerance)},
+          {"distance_tolerance", hex_json(distance_tolerance)},
           {"max_node_pairs", options.max_node_pairs},
           {"with_contacts", options.with_contacts},
           {"solid_a", options.solid_a},
@@ -43,7 +43,11 @@ Json query_json(const ToiQuery& query, const ToiOptions& options) {
   json["a"] = body_json(*query.a, *query.X_WA);
   json["b"] = body_json(*query.b, *query.X_WB);
   json["interval"] = Json::array({hex_json(query.interval.begin), hex_json(query.interval.end)});
-  json["options"] = options_json(options);
+  const Scalar tolerance =
+      options.distance_tolerance
+          ? *options.distance_tolerance
+          : default_distance_tolerance(query.a->bounding_radius(), query.b->bounding_radius());
+  json["options"] = options_json(options, tolerance);
   return json;
 }
 

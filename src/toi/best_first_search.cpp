@@ -195,7 +195,7 @@ std::optional<Scalar> BestFirstSearch<Pair>::probe_hit(const QueuedPair& pair,
   const GjkGoal goal{.apart = below, .share = kInfinity, .hit = below - 2 * pair_.noise()};
   const Scalar begin = pair_.time();
   // At the begin the gap may be below it already.
-  const Scalar distance = std::max(contact.upper - below, options_.distance_tolerance / 8);
+  const Scalar distance = std::max(contact.upper - below, band_.tolerance / 8);
   // literal: a little longer than to the target, so that the first probe is below it as a rule.
   Scalar step = 1.25 * distance / contact.closing_speed;
   for (int probe = 0; probe < kProbes && begin + step <= interval_.end; ++probe, step *= 2) {
@@ -215,7 +215,7 @@ ToiResult BestFirstSearch<Pair>::finish(ToiStatus status, Scalar t_safe) {
   std::tie(result_.X_WA, result_.X_WB) = pair_.poses(t_safe);
   if (status == ToiStatus::Impact && options_.with_contacts) {
     // Never empty: the contact that ended the search is within it.
-    const Scalar reach = result_.contact->upper + options_.distance_tolerance + pair_.noise();
+    const Scalar reach = result_.contact->upper + band_.tolerance + pair_.noise();
     result_.contacts = pair_.contacts_within(reach);
   }
   return std::move(result_);

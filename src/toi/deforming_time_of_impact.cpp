@@ -26,11 +26,18 @@ void require_valid(const TimeInterval& interval, const ToiOptions& options) {
 
 enum class Start { Fresh, Resumed };
 
+// Half the diagonal of the box at the start.
+Scalar radius_of(const DeformingMesh& mesh) {
+  return mesh.nodes()[0].at_begin.diagonal().norm() / 2;
+}
+
 template <typename SideB>
 ToiResult run_search(const DeformingMesh& a, SideB& side_b, const TimeInterval& interval,
-                     const ToiOptions& options, internal::ToiMemory& memory, Start start) {
+                     const ToiOptions& options, Scalar radius_b, internal::ToiMemory& memory,
+                     Start start) {
   using Pair = internal::DeformingPair<SideB>;
-  const internal::ImpactBand band(options.target_distance, options.distance_tolerance);
+  const internal::ImpactBand band(options.target_distance,
+                                  internal::tolerance_of(options, radius_of(a), radius_b));
   DeformingSide side_a(a, interval);
   Pair pair(side_a, side_b, interval, band);
   internal::BestFirstSearch<Pair> search(pair, interval, options, band, memory);
@@ -54,7 +61,7 @@ ToiResult answer(const DeformingMesh& a, const DeformingMesh& b, const TimeInter
   require_triangles(b, "B");
   take_up(memory, {&a, nullptr, &b, nullptr, interval, options}, start);
   DeformingSide side_b(b, interval);
-  return run_search(a, side_b, interval, options, memory, start);
+  return run_search(a, side_b, interval, options, radius_of(b), memory, start);
 }
 
 ToiResult answer(const DeformingMesh& a, const TriangleMesh& b, const Motion& X_WB,
@@ -65,7 +72,7 @@ ToiResult answer(const DeformingMesh& a, const TriangleMesh& b, const Motion& X_
   require_defined(X_WB, interval, internal::kMotionOfB);
   take_up(memory, {&a, nullptr, &b, &X_WB, interval, options}, start);
   RigidSide side_b(b, X_WB, interval);
-  return run_search(a, side_b, interval, options, memory, start);
+  return run_search(a, side_b, interval, options, b.bounding_radius(), memory, start);
 }
 
 }  // namespace

@@ -23,6 +23,7 @@ namespace dyop::internal {
 /// Boxes aim above `contact`, so that every pair in contact has been measured before a pair is
 /// reported. Leaves aim below it, so that one that closes in is reported after a few steps.
 struct ImpactBand {
+  Scalar tolerance = 0;  // ε itself
   Scalar guaranteed = 0;
   Scalar leaf_target = 0;
   Scalar contact = 0;
@@ -30,7 +31,8 @@ struct ImpactBand {
   Scalar largest_impact = 0;
 
   ImpactBand(Scalar target_distance, Scalar distance_tolerance)
-      : guaranteed(target_distance + kLostFraction * distance_tolerance),
+      : tolerance(distance_tolerance),
+        guaranteed(target_distance + kLostFraction * distance_tolerance),
         leaf_target(target_distance + kFloorFraction * distance_tolerance),
         contact(target_distance + kContactFraction * distance_tolerance),
         box_target(target_distance + kLookFraction * distance_tolerance),

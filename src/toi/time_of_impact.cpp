@@ -16,12 +16,17 @@ using internal::WorkspaceUse;
 
 using RigidSearch = internal::BestFirstSearch<RigidPair>;
 
+ImpactBand band_of(const Shape& a, const Shape& b, const ToiOptions& options) {
+  return {options.target_distance,
+          internal::tolerance_of(options, a.bounding_radius(), b.bounding_radius())};
+}
+
 }  // namespace
 
 ToiResult time_of_impact(const Shape& a, const Motion& X_WA, const Shape& b, const Motion& X_WB,
                          const TimeInterval& interval, const ToiOptions& options) {
   internal::require_valid_query(a, X_WA, b, X_WB, interval, options);
-  const ImpactBand band(options.target_distance, options.distance_tolerance);
+  const ImpactBand band = band_of(a, b, options);
   RigidPair pair(a, X_WA, b, X_WB, interval, band);
   ToiMemory memory;
   return RigidSearch(pair, interval, options, band, memory).run();
@@ -32,7 +37,7 @@ ToiResult time_of_impact(const Shape& a, const Motion& X_WA, const Shape& b, con
                          ToiWorkspace& workspace) {
   internal::require_valid_query(a, X_WA, b, X_WB, interval, options);
   const WorkspaceUse use(workspace);
-  const ImpactBand band(options.target_distance, options.distance_tolerance);
+  const ImpactBand band = band_of(a, b, options);
   RigidPair pair(a, X_WA, b, X_WB, interval, band);
   use.memory().subject = ToiSubject(&a, &X_WA, &b, &X_WB, interval, options);
   return RigidSearch(pair, interval, options, band, use.memory()).run();
@@ -44,7 +49,7 @@ ToiResult resume_time_of_impact(const Shape& a, const Motion& X_WA, const Shape&
   internal::require_valid_query(a, X_WA, b, X_WB, interval, options);
   const WorkspaceUse use(workspace);
   internal::require_resumable(use.memory(), ToiSubject(&a, &X_WA, &b, &X_WB, interval, options));
-  const ImpactBand band(options.target_distance, options.distance_tolerance);
+  const ImpactBand band = band_of(a, b, options);
   RigidPair pair(a, X_WA, b, X_WB, interval, band);
   return RigidSearch(pair, interval, options, band, use.memory()).resume();
 }

@@ -1,16 +1,36 @@
 #include "toi/toi_check.h"
 
+#include <algorithm>
+
+#include "core/tolerance.h"
 #include "distance/enclosure.h"
 #include "dyop/core/error.h"
 
+namespace dyop {
+
+Scalar default_distance_tolerance(Scalar radius_a, Scalar radius_b) {
+  const auto [smaller, larger] = std::minmax(radius_a, radius_b);
+  const Scalar size = smaller > 0 ? smaller : larger;
+  DYOP_REQUIRE(size > 0,
+               "time_of_impact: distance_tolerance must be given for shapes without size");
+  return kDefaultRelativeTolerance * size;
+}
+
+}  // namespace dyop
+
 namespace dyop::internal {
 
-void require_valid_distances(Scalar target_distance, Scalar distance_tolerance) {
+void require_valid_distances(Scalar target_distance, std::optional<Scalar> distance_tolerance) {
   DYOP_REQUIRE(target_distance >= 0 && target_distance < kInfinity,
                "time_of_impact: target_distance must be finite and >= 0, not ", target_distance);
-  DYOP_REQUIRE(distance_tolerance > 0 && distance_tolerance < kInfinity,
+  DYOP_REQUIRE(!distance_tolerance || (*distance_tolerance > 0 && *distance_tolerance < kInfinity),
                "time_of_impact: distance_tolerance must be finite and > 0, not ",
-               distance_tolerance);
+               *distance_tolerance);
+}
+
+Scalar tolerance_of(const ToiOptions& options, Scalar radius_a, Scalar radius_b) {
+  return options.distance_tolerance ? *options.distance_tolerance
+                                    : default_distance_tolerance(radius_a, radius_b);
 }
 
 void require_valid_options(const ToiOptions& options) {

@@ -6,7 +6,10 @@
 namespace dyop::internal {
 
 /// Throws InvalidArgument unless both are in range.
-void require_valid_distances(Scalar target_distance, Scalar distance_tolerance);
+void require_valid_distances(Scalar target_distance, std::optional<Scalar> distance_tolerance);
+
+/// The tolerance of a query of shapes with these bounding radii.
+Scalar tolerance_of(const ToiOptions& options, Scalar radius_a, Scalar radius_b);
 
 /// Throws InvalidArgument unless the numbers among the options are in range.
 void require_valid_options(const ToiOptions& options);

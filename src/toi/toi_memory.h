@@ -19,7 +19,7 @@ struct ToiSubject {
   const Motion* X_WB = nullptr;
   TimeInterval interval;
   Scalar target_distance = 0;
-  Scalar distance_tolerance = 0;
+  std::optional<Scalar> distance_tolerance;
 
   ToiSubject() = default;
   ToiSubject(const void* side_a, const Motion* motion_a, const void* side_b, const Motion* motion_b,

@@ -80,6 +80,19 @@ Scalar time_noise(const Differences<N>& begin, const Differences<N>& end,
   return 4 * kUnitRoundoff * largest * (time / interval.length() + 1);
 }
 
+// Largest distance between two vertices of an element, at the start or the end.
+template <typename Points>
+Scalar size_of(const Points& points) {
+  Scalar largest_sq = 0;
+  for (const VertexPath& p : points) {
+    for (const VertexPath& q : points) {
+      largest_sq =
+          std::max({largest_sq, (p.begin - q.begin).squaredNorm(), (p.end - q.end).squaredNorm()});
+    }
+  }
+  return std::sqrt(largest_sq);
+}
+
 template <int N, typename Paths, typename PointsA, typename PointsB>
 VertexToiResult search(const Paths& paths, const PointsA& a, const PointsB& b,
                        const TimeInterval& interval, const VertexToiOptions& options) {
@@ -92,7 +105,11 @@ VertexToiResult search(const Paths& paths, const PointsA& a, const PointsB& b,
     end[k] = b[k % kPointsB<N>].end - a[k / kPointsB<N>].end;
   }
   VertexToiResult result;
-  internal::PathSearch<N> path_search(begin, end, paths, options);
+  VertexToiOptions in_full = options;
+  if (!options.distance_tolerance) {
+    in_full.distance_tolerance = default_distance_tolerance(size_of(a), size_of(b));
+  }
+  internal::PathSearch<N> path_search(begin, end, paths, in_full);
   result.rounding_allowance = path_search.noise() + time_noise<N>(begin, end, interval);
   result.status = ToiStatus::Separated;
   result.t_safe = interval.end;

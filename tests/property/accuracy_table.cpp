@@ -98,7 +98,7 @@ ImpactErrors impact_errors() {
       const ToiOptions options;
       const ToiResult r = time_of_impact(rod, turning, point, rest, {0, 100}, options);
       if (r.status != ToiStatus::Impact || !r.t_hit) return {kInfinity, kInfinity};
-      const Scalar unit = options.distance_tolerance;
+      const Scalar unit = options.distance_tolerance.value();
       worst.gap = std::max(worst.gap, std::sin(phi - rate * r.t_safe) / unit);
       worst.bracket = std::max(worst.bracket, (*r.t_hit - r.t_safe) * rate / unit);
     }

@@ -234,7 +234,7 @@ void check(const Zoo& zoo, const Query& query, Tally& tally, const std::string& 
                 result.t_safe);
   };
   const Scalar delta = query.options.target_distance;
-  const Scalar epsilon = query.options.distance_tolerance;
+  const Scalar epsilon = query.options.distance_tolerance.value();
   const Scalar resolution = epsilon / 8;
   testing::ToiOracle oracle(zoo.bodies[query.a], *query.X_WA, zoo.bodies[query.b], *query.X_WB);
   if (result.status == ToiStatus::InitiallyWithinTarget) {

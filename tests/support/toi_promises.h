@@ -12,6 +12,16 @@
 /// The checker of the table at ToiStatus, cell by cell, for every kind of query.
 namespace dyop::testing {
 
+/// The options of a query with its tolerance in place of the default.
+inline ToiOptions in_full(const ToiQuery& query) {
+  ToiOptions options = query.options;
+  if (!options.distance_tolerance) {
+    options.distance_tolerance =
+        default_distance_tolerance(query.a->bounding_radius(), query.b->bounding_radius());
+  }
+  return options;
+}
+
 /// What the table is about, of one query.
 struct PromiseTerms {
   TimeInterval interval;
@@ -24,13 +34,13 @@ struct PromiseTerms {
   PromiseTerms(const TimeInterval& the_interval, const ToiOptions& options)
       : interval(the_interval),
         target_distance(options.target_distance),
-        distance_tolerance(options.distance_tolerance),
+        distance_tolerance(options.distance_tolerance.value()),
         with_contacts(options.with_contacts),
         has_solids(options.solid_a || options.solid_b) {}
   PromiseTerms(const TimeInterval& the_interval, const VertexToiOptions& options)
       : interval(the_interval),
         target_distance(options.target_distance),
-        distance_tolerance(options.distance_tolerance),
+        distance_tolerance(options.distance_tolerance.value()),
         is_exact(options.contact_rule == ContactRule::Exact) {}
 
   Scalar guaranteed() const { return target_distance + kLostFraction * distance_tolerance; }
@@ -162,7 +172,7 @@ inline const char* broken_form(const ToiQuery& query, const ToiResult& result) {
       !is_pose(result.X_WB, query.X_WB->pose(result.t_safe))) {
     return "a pose is not that at t_safe";
   }
-  return broken_form(PromiseTerms(query.interval, query.options), result);
+  return broken_form(PromiseTerms(query.interval, in_full(query)), result);
 }
 
 /// Compares an answer of a rigid query with the oracle's distances at sampled times.
@@ -173,13 +183,14 @@ class ToiJudge {
 
   /// Returns which cell is broken, or nullptr.
   const char* broken_distance(const ToiResult& result, int samples) {
-    return testing::broken_distance(PromiseTerms(query_.interval, query_.options), result, samples,
+    return testing::broken_distance(PromiseTerms(query_.interval, in_full(query_)), result, samples,
                                     [&](Scalar t) { return distance_at(t); });
   }
 
  private:
   DistanceBracket distance_at(Scalar t) {
-    DistanceBracket bracket = oracle_.distance_at(t, query_.options.distance_tolerance / 16);
+    DistanceBracket bracket =
+        oracle_.distance_at(t, in_full(query_).distance_tolerance.value() / 16);
     bracket.lower -= noise(t);
     bracket.upper += noise(t);
     return bracket;

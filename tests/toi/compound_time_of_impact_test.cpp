@@ -64,8 +64,8 @@ TEST(CompoundTimeOfImpact, IsTheFirstOfTheChildren) {
       const CompoundChild& child_b = b->children()[std::size_t(*whole.contact->child_b)];
       const DistanceResult d = distance(*child_a.shape, whole.X_WA * child_a.X_CS, *child_b.shape,
                                         whole.X_WB * child_b.X_CS);
-      EXPECT_LE(d.lower, options.distance_tolerance * 1.001);
-      EXPECT_GE(d.upper, options.distance_tolerance * 0.249);
+      EXPECT_LE(d.lower, options.distance_tolerance.value() * 1.001);
+      EXPECT_GE(d.upper, options.distance_tolerance.value() * 0.249);
       EXPECT_EQ(whole.contact->triangle_a.has_value(),
                 child_a.shape->kind() == ShapeKind::TriangleMesh);
     }

@@ -244,7 +244,7 @@ void check_promises(const ToiResult& result, const MeshPairOracle& oracle, Scala
   EXPECT_STREQ(testing::broken_distance(terms, result, 8, distance_at), nullptr);
   if (result.status == ToiStatus::InitiallyWithinTarget) return;
   const Scalar floor =
-      options.target_distance + options.distance_tolerance / 4 - result.rounding_allowance;
+      options.target_distance + options.distance_tolerance.value() / 4 - result.rounding_allowance;
   ASSERT_TRUE(result.status == ToiStatus::Impact || result.status == ToiStatus::Separated)
       << static_cast<int>(result.status);
   for (Scalar s = 0; s < result.t_safe;) {
@@ -353,7 +353,7 @@ TEST(DeformingTimeOfImpact, ScalesWithLengthAndHoldsFarFromTheOrigin) {
         return DeformingMesh(begin, end, {mesh.triangles().begin(), mesh.triangles().end()});
       };
       ToiOptions options;
-      options.distance_tolerance *= scale;
+      options.distance_tolerance = 1e-6 * scale;  // literal: a tolerance, in the scale
       const ToiResult result = time_of_impact(placed(a), placed(b), {0, 1}, options);
       ASSERT_EQ(result.status, ToiStatus::Impact);
       EXPECT_NEAR(result.t_safe, unit.t_safe, 1e-6);
@@ -394,13 +394,19 @@ TEST(DeformingTimeOfImpact, RefusesAMeshThatWasMovedFrom) {
   DeformingMesh from = translating(plate_at(1), Vector3::UnitZ());
   const DeformingMesh to = std::move(from);
   const std::string refusal = " was moved from and holds no triangles";
-  EXPECT_EQ(testing::message_of([&] { time_of_impact(from, to, {0, 1}); }),
+  EXPECT_EQ(testing::message_of([&] {
+              time_of_impact(from, to, {0, 1});
+            }),
             "time_of_impact: the deforming mesh A" + refusal);
-  EXPECT_EQ(testing::message_of([&] { time_of_impact(to, from, {0, 1}); }),
+  EXPECT_EQ(testing::message_of([&] {
+              time_of_impact(to, from, {0, 1});
+            }),
             "time_of_impact: the deforming mesh B" + refusal);
   const TriangleMesh rigid = plate_at(0).mesh();
   const RestMotion at_rest{RigidPose()};
-  EXPECT_EQ(testing::message_of([&] { time_of_impact(from, rigid, at_rest, {0, 1}); }),
+  EXPECT_EQ(testing::message_of([&] {
+              time_of_impact(from, rigid, at_rest, {0, 1});
+            }),
             "time_of_impact: the deforming mesh A" + refusal);
   from = to;
   EXPECT_EQ(time_of_impact(from, rigid, at_rest, {0, 1}).status, ToiStatus::Separated);

@@ -46,7 +46,7 @@ struct Truth {
 // must be an answer.
 void check(const ToiResult& result, const TimeInterval& interval, const ToiOptions& options,
            const Truth& truth) {
-  const Scalar tolerance = options.distance_tolerance;
+  const Scalar tolerance = options.distance_tolerance.value();
   const Scalar noise = result.rounding_allowance;
   EXPECT_LE(result.statistics.node_pairs, options.max_node_pairs);
   EXPECT_GE(result.t_safe, interval.begin);

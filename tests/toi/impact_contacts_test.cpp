@@ -46,7 +46,7 @@ ToiResult drop(const Shape& a, const Shape& b, const RigidPose& X_WB, ToiOptions
 void check_contacts(const ToiResult& result, const ToiOptions& options) {
   ASSERT_FALSE(result.contacts.empty());
   const Scalar noise = 4 * result.rounding_allowance;
-  const Scalar reach = result.contact->upper + options.distance_tolerance;
+  const Scalar reach = result.contact->upper + options.distance_tolerance.value();
   // The first contact of the search is the nearest place, or as near.
   EXPECT_LE(result.contacts.front().lower, result.contact->upper + noise);
   Scalar last = 0;
@@ -302,7 +302,7 @@ TEST(ImpactContacts, LeaveNoNearPairOfTrianglesOut) {
     ++impacts;
     check_contacts(result, options);
     const Scalar least = result.contacts.front().lower;
-    const Scalar reach = result.contact->upper + options.distance_tolerance;
+    const Scalar reach = result.contact->upper + options.distance_tolerance.value();
     const Scalar radius = std::sqrt(reach * reach - least * least) * (1 + 1e-9);
     for (const NearPair& pair : near_pairs(a, b, result, reach * (1 - 1e-9))) {
       ++pairs;

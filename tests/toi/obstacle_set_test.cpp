@@ -144,7 +144,8 @@ TEST(ObstacleSet, FirstImpactIsThatOfTheLoop) {
       const Scalar t = found.toi.t_safe;
       const DistanceResult there =
           distance(*scene.body, scene.X_WB->pose(t), *hit.shape, hit.X_WO->pose(t));
-      EXPECT_LE(there.lower, options.distance_tolerance * 1.0001 + found.toi.rounding_allowance);
+      EXPECT_LE(there.lower,
+                options.distance_tolerance.value() * 1.0001 + found.toi.rounding_allowance);
       EXPECT_NEAR(t, loop.t_safe, 1e-3);
       for (const auto& entry : scene.list) {
         if (!is_wanted(entry, filter)) continue;
@@ -152,7 +153,7 @@ TEST(ObstacleSet, FirstImpactIsThatOfTheLoop) {
           const Scalar before = t * s / 4;
           const DistanceResult d = distance(*scene.body, scene.X_WB->pose(before),
                                             *entry.second.shape, entry.second.X_WO->pose(before));
-          EXPECT_GE(d.upper, options.distance_tolerance / 4 - found.toi.rounding_allowance);
+          EXPECT_GE(d.upper, options.distance_tolerance.value() / 4 - found.toi.rounding_allowance);
         }
       }
     }

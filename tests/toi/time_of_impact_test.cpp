@@ -208,6 +208,7 @@ TEST(TimeOfImpact, HonoursDeadlineAndCancellation) {
             ToiStatus::BudgetExhausted);
   std::stop_source source;
   ToiOptions stopped;
+  stopped.distance_tolerance = 1e-6;
   stopped.stop = source.get_token();
   EXPECT_EQ(time_of_impact(sphere, rest, sphere, coming, {0, 10}, stopped).status,
             ToiStatus::Impact);
@@ -216,7 +217,7 @@ TEST(TimeOfImpact, HonoursDeadlineAndCancellation) {
   EXPECT_EQ(result.status, ToiStatus::Cancelled);
   // Balls about the origins prove as much before anything is looked at; the gap is 7 - t.
   EXPECT_LE(result.t_safe, 7);
-  EXPECT_GT(result.t_safe, 7 - stopped.distance_tolerance);
+  EXPECT_GT(result.t_safe, 7 - stopped.distance_tolerance.value());
 }
 
 TEST(TimeOfImpact, EndsWithinItsBudgetForExtremeInput) {
@@ -249,7 +250,7 @@ TEST(TimeOfImpact, AdmitsWhenRoundingForbidsTheTolerance) {
       time_of_impact(box, RestMotion(at(1e6, 1e6, 0)), box,
                      moving(at(1e6, 1e6 + 0.2, 5), {0, 0, -1}, {0.1, 0, 0}), {0, 10}, options);
   EXPECT_TRUE(result.status == ToiStatus::NumericalLimit || result.status == ToiStatus::Impact);
-  EXPECT_GT(result.rounding_allowance, options.distance_tolerance);
+  EXPECT_GT(result.rounding_allowance, options.distance_tolerance.value());
   EXPECT_LT(result.t_safe, 3);
 }
 

@@ -192,7 +192,7 @@ void check_promises(const Paths& paths, const VertexToiOptions& options, VertexT
   const TimeInterval interval{-2, 5};
   const VertexToiResult result = time_of_impact(paths, interval, options);
   const double allowance = result.rounding_allowance;
-  const double floor = options.target_distance + options.distance_tolerance / 4 - allowance;
+  const double floor = options.target_distance + options.distance_tolerance.value() / 4 - allowance;
   ASSERT_LE(interval.begin, result.t_safe);
   ASSERT_LE(result.t_safe, interval.end);
   const auto distance_at = [&](double t) {
@@ -217,14 +217,14 @@ void check_promises(const Paths& paths, const VertexToiOptions& options, VertexT
     case ToiStatus::Impact:
       ++tally.impacts;
       EXPECT_LE(distance_at(result.t_safe),
-                options.target_distance + options.distance_tolerance + allowance);
+                options.target_distance + options.distance_tolerance.value() + allowance);
       EXPECT_LE(result.contact->lower, distance_at(result.t_safe) + allowance);
       EXPECT_GE(result.contact->upper, distance_at(result.t_safe) - allowance);
       break;
     case ToiStatus::InitiallyWithinTarget:
       ++tally.impacts;
       EXPECT_LE(distance_at(interval.begin),
-                options.target_distance + options.distance_tolerance + allowance);
+                options.target_distance + options.distance_tolerance.value() + allowance);
       break;
     default:
       ++tally.undecided;

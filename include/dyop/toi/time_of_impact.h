@@ -17,7 +17,8 @@ struct ToiOptions {
   /// Gap at which two shapes count as touching; length, >= 0.
   Scalar target_distance = 0;
   /// How much above the target an impact may be reported; length, > 0. Halving it costs little.
-  Scalar distance_tolerance = 1e-6;  // literal: a default in the user's unit, not a noise level
+  /// Default: a millionth of the smaller bounding radius, see default_distance_tolerance().
+  std::optional<Scalar> distance_tolerance;
   /// Largest number of node pairs to examine. Spent: BudgetExhausted.
   std::int64_t max_node_pairs = 10'000'000;
   /// Point in time to stop at: BudgetExhausted. Checked every 64 node pairs.
@@ -34,6 +35,11 @@ struct ToiOptions {
   /// Cooperative cancellation: Cancelled.
   std::stop_token stop;
 };
+
+/// The tolerance of a query that names none: a millionth of the smaller of two bounding radii, of
+/// the larger if the smaller is zero.
+/// @throws InvalidArgument if both are zero: points have no size to go by.
+Scalar default_distance_tolerance(Scalar radius_a, Scalar radius_b);
 
 /// Returns when two moving shapes first come within target_distance, or proves that they do not.
 ///

@@ -19,7 +19,9 @@ struct VertexToiOptions {
   /// Gap δ at which the two elements count as touching; length, >= 0.
   Scalar target_distance = 0;
   /// How much above the target an impact may be reported: ε; length, > 0.
-  Scalar distance_tolerance = 1e-6;  // literal: a default in the user's unit, not a noise level
+  /// Default: a millionth of the smaller element's size, its largest distance between vertices; of
+  /// the triangle's for a vertex.
+  std::optional<Scalar> distance_tolerance;
   ContactRule contact_rule = ContactRule::WithinTolerance;
   /// Largest number of steps in time, >= 1. Spent: BudgetExhausted.
   std::int64_t max_steps = 1000;

@@ -1,5 +1,6 @@
 #include <algorithm>
 
+#include "core/tolerance.h"
 #include "dyop/core/error.h"
 #include "dyop/toi/obstacle_set.h"
 #include "toi/interruption.h"
@@ -42,6 +43,16 @@ Rank rank_of(ToiStatus status) {
   return kUndecided;
 }
 
+// No less than the default tolerance of the body and any obstacle.
+Scalar largest_default_tolerance(const internal::ObstacleSetData& data, const Shape& body) {
+  if (body.bounding_radius() > 0) return kDefaultRelativeTolerance * body.bounding_radius();
+  Scalar largest = 0;
+  for (const auto& slot : data.slots) {
+    if (slot.obstacle) largest = std::max(largest, slot.obstacle->shape->bounding_radius());
+  }
+  return kDefaultRelativeTolerance * largest;
+}
+
 // Best-first over obstacles: whichever may be met first is pursued, a portion at a time.
 class ImpactSearch {
  public:
@@ -57,8 +68,10 @@ class ImpactSearch {
         memory_(memory),
         parts_{interval, interval.length() > 0 ? kTimeParts : 1},
         swept_(body, X_WB, parts_),
-        // Boxes farther apart than this hold shapes that are, rounding included.
-        reach_(options.target_distance + options.distance_tolerance) {}
+        // Boxes farther apart than this hold shapes that are, rounding included. The default
+        // tolerance goes by the smaller shape, so the body's or a larger one's never exceeds this.
+        reach_(options.target_distance +
+               options.distance_tolerance.value_or(largest_default_tolerance(data, body))) {}
 
   ObstacleImpact run();
 

@@ -27,7 +27,7 @@ PathSearch<N>::PathSearch(const Differences<N>& begin, const Differences<N>& end
       paths_(paths),
       options_(options),
       is_exact_(options.contact_rule == ContactRule::Exact),
-      band_(options.target_distance, options.distance_tolerance) {
+      band_(options.target_distance, options.distance_tolerance.value()) {
   Vector3 largest = Vector3::Zero();
   for (std::size_t k = 0; k < begin.size(); ++k) {
     largest = largest.cwiseMax(begin[k].cwiseAbs()).cwiseMax(end[k].cwiseAbs());
