@@ -7,6 +7,10 @@
 
 #include "dyop/core/error.h"
 #include "dyop/distance/distance.h"
+#include "dyop/dynamics/advance_report.h"
+#include "dyop/dynamics/body_id.h"
+#include "dyop/dynamics/pair_record.h"
+#include "dyop/dynamics/world_options.h"
 #include "dyop/motion/constant_twist_motion.h"
 #include "support/message_of.h"
 #include "support/world_scenes.h"

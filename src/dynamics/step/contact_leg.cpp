@@ -15,9 +15,9 @@ using Member = IslandRun::Member;
 using RunPair = IslandRun::RunPair;
 
 // Limits of one attempt and of one leg.
-constexpr int kMostRounds = 12;
+constexpr int kMostRounds = 8;
 constexpr int kMostErrorSolves = 4;
-constexpr int kMostAttempts = 10;
+constexpr int kMostAttempts = 8;
 constexpr int kMostSpinSweeps = 4;
 
 enum class AttemptResult { Committed, Blocked, Failed };

@@ -11,8 +11,8 @@ namespace dyop::internal {
 namespace {
 
 // Limits of one island in one step of the World.
-constexpr int kMostLegs = 4000;
-constexpr int kMostImpacts = 200;
+constexpr int kMostLegs = 100;
+constexpr int kMostImpacts = 50;
 
 std::optional<std::size_t> member_of(const std::vector<std::uint32_t>& bodies, std::uint32_t slot) {
   const auto found = std::lower_bound(bodies.begin(), bodies.end(), slot);
