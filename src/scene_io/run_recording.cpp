@@ -6,6 +6,7 @@
 
 #include "dyop/io/file_error.h"
 #include "dyop/motion/hermite_motion.h"
+#include "dyop/motion/sequence_motion.h"
 #include "io/file_bytes.h"
 #include "io/result_json.h"
 #include "scene_io/event_json.h"
@@ -67,26 +68,51 @@ Json state_json(const RigidPose& X_WB, const Twist& twist) {
                       twist.w_WB.z()});
 }
 
-// The parts of a step are equal; the last time is its end exactly.
-Json step_json(const CommittedStep& step) {
+// The motion that a body follows throughout a part of a step: where two parts of a sequence meet,
+// the velocity before.
+const Motion& motion_within(const Motion& motion, const TimeInterval& part) {
+  const auto* sequence = dynamic_cast<const SequenceMotion*>(&motion);
+  if (sequence == nullptr) return motion;
+  for (const SequenceMotion::Part& entry : sequence->parts()) {
+    if (entry.interval.begin <= part.begin && part.end <= entry.interval.end) return *entry.motion;
+  }
+  return motion;
+}
+
+// The times are equally spaced; the last is the end exactly.
+Json step_json(const CommittedStep& step, const TimeInterval& part) {
   Json json;
   json["record"] = "step";
   Json times = Json::array();
   Json states = Json::array();
   for (int k = 0; k <= kPartsOfStep; ++k) {
-    const Scalar t = k == kPartsOfStep
-                         ? step.interval.end
-                         : step.interval.begin + step.interval.length() * k / kPartsOfStep;
+    const Scalar t = k == kPartsOfStep ? part.end : part.begin + part.length() * k / kPartsOfStep;
     times.push_back(t);
     Json bodies = Json::array();
     for (const auto& motion : step.motions) {
-      bodies.push_back(state_json(motion->pose(t), motion->twist(t)));
+      const MotionState state = motion_within(*motion, part).state(t);
+      bodies.push_back(state_json(state.X_WB, state.twist));
     }
     states.push_back(std::move(bodies));
   }
   json["t"] = std::move(times);
   json["states"] = std::move(states);
   return json;
+}
+
+// Divides a step where a velocity of one of its bodies jumps.
+std::vector<TimeInterval> smooth_parts(const CommittedStep& step) {
+  std::vector<TimeInterval> parts;
+  for (Scalar t = step.interval.begin; t < step.interval.end;) {
+    Scalar next = step.interval.end;
+    for (const auto& motion : step.motions) {
+      if (dynamic_cast<const SequenceMotion*>(motion.get()) == nullptr) continue;
+      next = std::min(next, motion->smooth_until(t));
+    }
+    parts.push_back({t, next});
+    t = next;
+  }
+  return parts;
 }
 
 Json impact_json(const ImpactEvent& event, std::int64_t number) {
@@ -270,8 +296,10 @@ void RunRecorder::write(const AdvanceReport& report) {
     }
   };
   for (const CommittedStep& step : report.steps) {
-    write_impacts_until(step.interval.begin);
-    out_ << step_json(step).dump() << '\n';
+    for (const TimeInterval& part : smooth_parts(step)) {
+      write_impacts_until(part.begin);
+      out_ << step_json(step, part).dump() << '\n';
+    }
   }
   write_impacts_until(kInfinity);
   const auto write_bodies = [&](const char* record, const std::vector<BodyId>& bodies) {

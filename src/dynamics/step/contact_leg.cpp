@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "dynamics/step/end_gap.h"
+#include "dynamics/step/joint_rows.h"
 #include "dynamics/step/leg_problem.h"
 #include "core/tolerance.h"
 
@@ -14,9 +15,9 @@ using Member = IslandRun::Member;
 using RunPair = IslandRun::RunPair;
 
 // Limits of one attempt and of one leg.
-constexpr int kMostRounds = 12;
+constexpr int kMostRounds = 8;
 constexpr int kMostErrorSolves = 4;
-constexpr int kMostAttempts = 10;
+constexpr int kMostAttempts = 8;
 constexpr int kMostSpinSweeps = 4;
 
 enum class AttemptResult { Committed, Blocked, Failed };
@@ -36,8 +37,6 @@ class ContactLeg {
   Scalar target_cap(std::size_t contact) const;
   void solve_move();
   bool update_errors();
-  void set_row_targets();
-  bool update_row_errors();
   RigidPose end_pose(const std::optional<std::size_t>& member, const BodyRecord& body) const;
   void make_moves();
   void find_proofs();
@@ -139,23 +138,9 @@ Scalar ContactLeg::target(std::size_t contact) const {
   return std::min(value, target_cap(contact));
 }
 
-// Rows of joints close what they are apart, not faster than bodies that began too near.
-void ContactLeg::set_row_targets() {
-  for (std::size_t i = 0; i < leg_.rows().size(); ++i) {
-    const LegRow& entry = leg_.rows()[i];
-    if (entry.equation.kind == JointEquation::Kind::Motor) continue;
-    const BodyRecord& a = run_.context().body(entry.joint->definition.a.slot);
-    const BodyRecord& b = run_.context().body(entry.joint->definition.b.slot);
-    const Scalar most = kSeparationRadiusFraction * std::min(a.radius, b.radius) / tau_;
-    const Scalar wanted = -(entry.equation.value + entry.error) / tau_;
-    const bool is_limit = entry.equation.kind == JointEquation::Kind::Limit;
-    leg_.set_row_target(i, std::clamp(wanted, is_limit ? -kInfinity : -most, most));
-  }
-}
-
 void ContactLeg::solve_move() {
   set_free_velocities();
-  set_row_targets();
+  set_joint_targets(leg_, tau_);
   for (std::size_t i = 0; i < leg_.contacts().size(); ++i) leg_.set_target(i, target(i));
   const ContactReport report = leg_.solve(tau_);
   residual_ = report.residual;
@@ -211,29 +196,10 @@ bool ContactLeg::update_errors() {
     }
     entry.error = error;
   }
-  return update_row_errors() || has_changed;
-}
-
-bool ContactLeg::update_row_errors() {
-  bool has_changed = false;
-  std::vector<JointEquation> ends;
-  const JointState* of = nullptr;
-  for (std::size_t i = 0; i < leg_.rows().size(); ++i) {
-    LegRow& entry = leg_.rows()[i];
-    if (entry.equation.kind == JointEquation::Kind::Motor) continue;
-    if (entry.joint != of) {
-      of = entry.joint;
-      const BodyRecord& a = run_.context().body(of->definition.a.slot);
-      const BodyRecord& b = run_.context().body(of->definition.b.slot);
-      ends = joint_equations(of->definition, a, end_pose(run_.member_at(a.id), a), b,
-                             end_pose(run_.member_at(b.id), b), std::min(a.radius, b.radius));
-    }
-    const Scalar linear = entry.equation.value + tau_ * leg_.row_velocity(i);
-    const Scalar error = ends[entry.index].value - linear;
-    has_changed = has_changed || std::abs(error - entry.error) > kErrorChange * leg_.standoff();
-    entry.error = error;
-  }
-  return has_changed;
+  const auto end = [this](const std::optional<std::size_t>& member, const BodyRecord& body) {
+    return end_pose(member, body);
+  };
+  return update_joint_errors(leg_, tau_, end) || has_changed;
 }
 
 void ContactLeg::find_proofs() {
@@ -253,26 +219,11 @@ void ContactLeg::find_proofs() {
 
 void ContactLeg::add_hit(std::size_t pair_index, const ToiResult& hit) {
   const RunPair& pair = run_.pairs()[pair_index];
-  const ImpactContact& found = *hit.contact;
   const PairLengths& lengths = pair.state->lengths;
   LegContact entry;
   entry.pair = pair_index;
-  ContactPoint& point = entry.point;
-  point.p_ACa = hit.X_WA.inverse() * found.p_WCa;
-  point.p_BCb = hit.X_WB.inverse() * found.p_WCb;
-  point.feature_a = found.feature_a;
-  point.feature_b = found.feature_b;
-  point.normal_is_of_b = found.feature_b.kind == FeatureKind::Face;
-  const RigidPose& X_WS = point.normal_is_of_b ? hit.X_WB : hit.X_WA;
-  point.nhat_AB_S = X_WS.rotation().transpose() * found.nhat_AB_W;
-  // Carried back to the start with its bodies, the normal with its face.
-  const RigidPose& X_WA = start_a_[pair_index];
-  const RigidPose& X_WB = start_b_[pair_index];
-  point.p_WCa = X_WA * point.p_ACa;
-  point.p_WCb = X_WB * point.p_BCb;
-  point.nhat_AB_W =
-      ((point.normal_is_of_b ? X_WB : X_WA).rotation() * point.nhat_AB_S).normalized();
-  point.gap = point.nhat_AB_W.dot(point.p_WCb - point.p_WCa);
+  entry.point = point_of_hit(hit, start_a_[pair_index], start_b_[pair_index]);
+  const ContactPoint& point = entry.point;
   for (LegContact& known : leg_.contacts()) {
     if (known.pair != pair_index) continue;
     const bool is_same = known.point.nhat_AB_W.dot(point.nhat_AB_W) > 0.9 &&
@@ -346,17 +297,7 @@ void ContactLeg::store_velocities() {
     if (row.target > physical && row.impulse_W.dot(row.nhat_AB_W) > 0) has_recovery = true;
   }
   leg_.keep_row_impulses();
-  for (std::size_t i = 0; i < leg_.rows().size(); ++i) {
-    const LegRow& entry = leg_.rows()[i];
-    const Scalar wanted = leg_.problem().rows[i].target;
-    Scalar physical = -entry.error / tau_;
-    if (entry.equation.kind == JointEquation::Kind::Motor) continue;
-    if (entry.equation.kind == JointEquation::Kind::Limit) {
-      physical = std::min(wanted, std::max(0.0, physical));
-    }
-    has_recovery = has_recovery || physical != wanted;
-    leg_.set_row_target(i, physical);
-  }
+  has_recovery = release_joint_recovery(leg_, tau_) || has_recovery;
   if (has_recovery) {
     for (std::size_t i = 0; i < targets.size(); ++i) leg_.set_target(i, targets[i]);
     residual_ = std::max(residual_, leg_.solve(tau_).residual);

@@ -42,4 +42,22 @@ Scalar end_gap(const ContactPoint& point, const BodyRecord& a, const RigidPose& 
   return (R_end * point.nhat_AB_S).dot(core_b - core_a) - radius_a - radius_b;
 }
 
+ContactPoint point_of_hit(const ToiResult& hit, const RigidPose& X_WA, const RigidPose& X_WB) {
+  const ImpactContact& found = *hit.contact;
+  ContactPoint point;
+  point.p_ACa = hit.X_WA.inverse() * found.p_WCa;
+  point.p_BCb = hit.X_WB.inverse() * found.p_WCb;
+  point.feature_a = found.feature_a;
+  point.feature_b = found.feature_b;
+  point.normal_is_of_b = found.feature_b.kind == FeatureKind::Face;
+  const RigidPose& X_WS = point.normal_is_of_b ? hit.X_WB : hit.X_WA;
+  point.nhat_AB_S = X_WS.rotation().transpose() * found.nhat_AB_W;
+  point.p_WCa = X_WA * point.p_ACa;
+  point.p_WCb = X_WB * point.p_BCb;
+  point.nhat_AB_W =
+      ((point.normal_is_of_b ? X_WB : X_WA).rotation() * point.nhat_AB_S).normalized();
+  point.gap = point.nhat_AB_W.dot(point.p_WCb - point.p_WCa);
+  return point;
+}
+
 }  // namespace dyop::internal

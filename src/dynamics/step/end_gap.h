@@ -2,6 +2,7 @@
 
 #include "dynamics/body_record.h"
 #include "dyop/contact/contact_point.h"
+#include "dyop/toi/toi_result.h"
 
 namespace dyop::internal {
 
@@ -11,5 +12,8 @@ namespace dyop::internal {
 Scalar end_gap(const ContactPoint& point, const BodyRecord& a, const RigidPose& X_WA,
                const RigidPose& X_WA_end, const BodyRecord& b, const RigidPose& X_WB,
                const RigidPose& X_WB_end);
+
+/// The contact of a hit, carried back with its bodies to poses before: its normal with its face.
+ContactPoint point_of_hit(const ToiResult& hit, const RigidPose& X_WA, const RigidPose& X_WB);
 
 }  // namespace dyop::internal

@@ -11,13 +11,20 @@ namespace dyop::internal {
 namespace {
 
 // Limits of one island in one step of the World.
-constexpr int kMostLegs = 4000;
-constexpr int kMostImpacts = 200;
+constexpr int kMostLegs = 100;
+constexpr int kMostImpacts = 50;
 
 std::optional<std::size_t> member_of(const std::vector<std::uint32_t>& bodies, std::uint32_t slot) {
   const auto found = std::lower_bound(bodies.begin(), bodies.end(), slot);
   if (found == bodies.end() || *found != slot) return std::nullopt;
   return static_cast<std::size_t>(found - bodies.begin());
+}
+
+void add_difference(IntegratorStatistics& sum, const IntegratorStatistics& before,
+                    const IntegratorStatistics& after) {
+  sum.steps += after.steps - before.steps;
+  sum.rejected_steps += after.rejected_steps - before.rejected_steps;
+  sum.function_evaluations += after.function_evaluations - before.function_evaluations;
 }
 
 // The reach asked for, or the one in use while it serves: a changed reach costs a generation.
@@ -150,7 +157,9 @@ std::vector<BodyMove> IslandRun::flights_to(Scalar t_end) {
                                                    context_.options->integrator,
                                                    context_.options->integrator_options, now_);
     }
+    const IntegratorStatistics before = member.flight->statistics();
     moves.push_back(motion_move(*member.body, member.flight->motion(now_, t_end), now_));
+    add_difference(outcome_.integrator, before, member.flight->statistics());
   }
   return moves;
 }

@@ -303,6 +303,9 @@ void WorldStep::add_totals() {
     sum.unconverged += outcome.work.unconverged;
     sum.residual = std::max(sum.residual, outcome.work.residual);
     add(report_.toi, outcome.toi);
+    report_.integrator.steps += outcome.integrator.steps;
+    report_.integrator.rejected_steps += outcome.integrator.rejected_steps;
+    report_.integrator.function_evaluations += outcome.integrator.function_evaluations;
   }
 }
 

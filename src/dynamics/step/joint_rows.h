@@ -1,0 +1,25 @@
+#pragma once
+
+#include <functional>
+#include <optional>
+
+#include "dynamics/step/leg_problem.h"
+
+namespace dyop::internal {
+
+/// Rows of joints in a move of length tau: they close what they are apart, not faster than bodies
+/// that began too near are pushed.
+void set_joint_targets(LegProblem& leg, Scalar tau);
+
+/// Pose of the frame B of a body at the end of the move.
+using EndPose =
+    std::function<RigidPose(const std::optional<std::size_t>& member, const BodyRecord& body)>;
+
+/// Compares the joints at the end with their linear prediction. Returns whether that has changed so
+/// much that the solve must be repeated.
+bool update_joint_errors(LegProblem& leg, Scalar tau, const EndPose& end_pose);
+
+/// Takes what only recovers errors of position out of the targets. Returns whether there was any.
+bool release_joint_recovery(LegProblem& leg, Scalar tau);
+
+}  // namespace dyop::internal
