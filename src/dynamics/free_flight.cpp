@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "dyop/core/error.h"
 #include "core/tolerance.h"
+#include "dyop/core/error.h"
 #include "dyop/motion/hermite_motion.h"
 #include "dyop/motion/sequence_motion.h"
 #include "motion/rotation_rate.h"

@@ -1,8 +1,8 @@
 #include <algorithm>
 
+#include "core/tolerance.h"
 #include "dynamics/free_flight.h"
 #include "dynamics/world_impl.h"
-#include "core/tolerance.h"
 #include "dyop/motion/rest_motion.h"
 
 // Rest is a state that is left again: when forces change, what bodies lie on moves or leaves, or

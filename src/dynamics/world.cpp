@@ -2,10 +2,10 @@
 
 #include <algorithm>
 
+#include "core/tolerance.h"
 #include "dynamics/free_flight.h"
 #include "dynamics/world_impl.h"
 #include "dyop/core/error.h"
-#include "core/tolerance.h"
 #include "dyop/motion/rest_motion.h"
 
 namespace dyop {

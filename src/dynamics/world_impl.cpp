@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/tolerance.h"
 #include "dynamics/free_flight.h"
 #include "dynamics/step/world_step.h"
 #include "dyop/core/error.h"
-#include "core/tolerance.h"
 #include "dyop/motion/rest_motion.h"
 
 namespace dyop {
@@ -94,7 +94,7 @@ PairRecord World::Impl::record_of(const PairState& pair) const {
   };
   const AlignedBox box_a = box_of(a);
   const AlignedBox box_b = box_of(b);
-  record.pivot_W() = (box_a.min().cwiseMax(box_b.min()) + box_a.max().cwiseMin(box_b.max())) / 2;
+  record.pivot_W = (box_a.min().cwiseMax(box_b.min()) + box_a.max().cwiseMin(box_b.max())) / 2;
   const Vector3 between = box_b.center() - box_a.center();
   if (between.norm() > 0) record.nhat_AB_W = between.normalized();
   if (!pair.has_contacts) return record;
@@ -108,7 +108,7 @@ PairRecord World::Impl::record_of(const PairState& pair) const {
                        [](const ContactPoint& x, const ContactPoint& y) { return x.gap < y.gap; });
   if (nearest == points.end()) return record;
   record.gap_upper = std::max(nearest->gap, record.gap_lower);
-  record.pivot_W() = (nearest->p_WCa + nearest->p_WCb) / 2;
+  record.pivot_W = (nearest->p_WCa + nearest->p_WCb) / 2;
   record.nhat_AB_W = nearest->nhat_AB_W;
   return record;
 }

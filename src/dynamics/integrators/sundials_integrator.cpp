@@ -4,8 +4,8 @@
 #include <cmath>
 #include <utility>
 
-#include "dynamics/integrators/sundials_support.h"
 #include "core/tolerance.h"
+#include "dynamics/integrators/sundials_support.h"
 
 namespace dyop {
 

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/tolerance.h"
 #include "dynamics/step/end_gap.h"
 #include "dynamics/step/joint_rows.h"
 #include "dynamics/step/leg_problem.h"
-#include "core/tolerance.h"
 
 namespace dyop::internal {
 namespace {

@@ -1,9 +1,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/tolerance.h"
 #include "dynamics/step/island_run.h"
 #include "dynamics/step/leg_problem.h"
-#include "core/tolerance.h"
 
 namespace dyop::internal {
 namespace {
@@ -25,14 +25,27 @@ bool is_triggered(const IslandRun& run, const RunPair& pair, const ContactPoint&
   return point.gap <= pair.state->lengths.rest_gap() && bounces(run, pair, speed);
 }
 
+std::optional<std::int32_t> child_of(const BodyRecord& body, const FeatureKey& key) {
+  if (body.definition.shape->kind() != ShapeKind::Compound) return std::nullopt;
+  return key.piece;
+}
+
 WorldContact world_contact(const RunPair& pair, const ContactPoint& point, Scalar speed,
                            const Vector3& impulse_W) {
   WorldContact result;
   result.a = pair.a->id;
   result.b = pair.b->id;
-  result.contact = {point.p_WCa,     point.p_WCb,      point.nhat_AB_W,
-                    point.lower,     point.upper,      point.feature_a,
-                    point.feature_b, point.triangle_a, point.triangle_b};
+  result.contact = {point.lower,
+                    point.upper,
+                    point.p_WCa,
+                    point.p_WCb,
+                    point.nhat_AB_W,
+                    point.feature_a,
+                    point.feature_b,
+                    point.triangle_a,
+                    point.triangle_b,
+                    child_of(*pair.a, point.key.a),
+                    child_of(*pair.b, point.key.b)};
   result.normal_velocity = speed;
   result.impulse_W = impulse_W;
   return result;

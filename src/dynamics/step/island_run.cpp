@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "dynamics/step/contact_leg.h"
 #include "core/tolerance.h"
+#include "dynamics/step/contact_leg.h"
 #include "dyop/motion/rest_motion.h"
 
 namespace dyop::internal {

@@ -7,8 +7,8 @@
 #include <utility>
 
 #include "core/batch_run.h"
-#include "dynamics/free_flight.h"
 #include "core/tolerance.h"
+#include "dynamics/free_flight.h"
 
 namespace dyop::internal {
 namespace {

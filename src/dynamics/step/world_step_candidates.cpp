@@ -2,9 +2,9 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/tolerance.h"
 #include "dynamics/free_flight.h"
 #include "dynamics/step/world_step.h"
-#include "core/tolerance.h"
 
 namespace dyop::internal {
 
