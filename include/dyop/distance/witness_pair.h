@@ -23,7 +23,7 @@ struct WitnessPair {
   std::optional<std::int32_t> child_a;     ///< if A is a compound: which of its children was met;
   std::optional<std::int32_t> child_b;     ///< feature and triangle are in that child's numbers
 
-  /// Dynamic pivot point: the middle of the witness segment.
+  /// Dynamic pivot point: the midpoint of the witness segment.
   Vector3 pivot_W() const { return (p_WCa + p_WCb) / 2; }
 };
 

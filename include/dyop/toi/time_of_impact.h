@@ -16,19 +16,18 @@ namespace DYOP_EXPORT dyop {
 struct ToiOptions {
   /// Gap at which two shapes count as touching; length, >= 0.
   Scalar target_distance = 0;
-  /// How much above the target an impact may be reported; length, > 0. Halving it costs little.
+  /// How far above the target an impact may be reported; length, > 0. Halving it costs little.
   Scalar distance_tolerance = 1e-6;  // literal: a default in the user's unit, not a noise level
-  /// Largest number of node pairs to examine. Spent: BudgetExhausted.
+  /// Largest number of node pairs to examine, after which the query ends: BudgetExhausted.
   std::int64_t max_node_pairs = 10'000'000;
-  /// Point in time to stop at: BudgetExhausted. Checked every 64 node pairs.
+  /// Clock time at which to stop: BudgetExhausted. Checked every 64 node pairs.
   std::optional<std::chrono::steady_clock::time_point> deadline;
-  /// Gather all contacts of an impact, not only the first: ToiResult::contacts. Work that grows
-  /// with their number (for a deforming mesh with its size), that no budget counts and that
-  /// allocates.
+  /// Gather all contacts of an impact, not only the first: ToiResult::contacts. The work grows with
+  /// their number (for a deforming mesh with its size), no budget counts it, and it allocates.
   bool with_contacts = false;
-  /// Take A (B) for a solid, not for a surface: a pair of which a part starts inside the other is
-  /// InitiallyWithinTarget. A mesh must be closed; convex shapes are solids anyway. Not for
-  /// deforming meshes.
+  /// Treat A (B) as a solid, not as a surface: a pair that starts with a part of one inside the
+  /// other is InitiallyWithinTarget. A mesh must be closed; convex shapes are solids anyway. Not
+  /// for deforming meshes.
   bool solid_a = false;
   bool solid_b = false;
   /// Cooperative cancellation: Cancelled.
@@ -40,8 +39,8 @@ struct ToiOptions {
 /// ToiStatus states what is promised. Best-first conservative advancement over pairs of hierarchy
 /// nodes, each keyed by a time before which that pair is proven apart.
 ///
-/// A pair that begins, or passes, between δ + ε/4 and δ + ε while moving apart is not an impact:
-/// so a body that leaves a contact is not held by it.
+/// A pair that starts, or passes, between δ + ε/4 and δ + ε while moving apart is not an impact:
+/// bodies can separate from contact.
 ///
 /// @param a, b       Shapes, each in its own frame. For meshes the surfaces count, for convex
 /// shapes the solids.
@@ -54,17 +53,17 @@ struct ToiOptions {
 ToiResult time_of_impact(const Shape& a, const Motion& X_WA, const Shape& b, const Motion& X_WB,
                          const TimeInterval& interval, const ToiOptions& options = {});
 
-/// The same, in the memory of `workspace`: no allocation once that has grown. Same result, bit for
+/// The same, in the memory of `workspace`: no allocation once it has grown. Same result, bit for
 /// bit.
 ToiResult time_of_impact(const Shape& a, const Motion& X_WA, const Shape& b, const Motion& X_WB,
                          const TimeInterval& interval, const ToiOptions& options,
                          ToiWorkspace& workspace);
 
-/// Goes on with the last query of `workspace`, which ended in BudgetExhausted or Cancelled, under
-/// new budgets. Ends as the query would have with the sum of the budgets; t_safe never falls.
+/// Resumes the last query of `workspace`, which ended in BudgetExhausted or Cancelled, with new
+/// budgets. Ends as the query would have with the sum of the budgets; t_safe never falls.
 /// Statistics count this call only.
-/// @throws InvalidArgument if the workspace holds no such query, or one of other shapes, motions
-///         (the same objects, unchanged), interval, target or tolerance.
+/// @throws InvalidArgument if the workspace holds no such query, or its shapes, motions (the same
+///         objects, unchanged), interval, target or tolerance differ.
 ToiResult resume_time_of_impact(const Shape& a, const Motion& X_WA, const Shape& b,
                                 const Motion& X_WB, const TimeInterval& interval,
                                 const ToiOptions& options, ToiWorkspace& workspace);

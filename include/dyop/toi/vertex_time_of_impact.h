@@ -18,10 +18,10 @@ enum class ContactRule {
 struct VertexToiOptions {
   /// Gap δ at which the two elements count as touching; length, >= 0.
   Scalar target_distance = 0;
-  /// How much above the target an impact may be reported: ε; length, > 0.
+  /// How far above the target an impact may be reported: ε; length, > 0.
   Scalar distance_tolerance = 1e-6;  // literal: a default in the user's unit, not a noise level
   ContactRule contact_rule = ContactRule::WithinTolerance;
-  /// Largest number of steps in time, >= 1. Spent: BudgetExhausted.
+  /// Largest number of steps in time, >= 1, after which the query ends: BudgetExhausted.
   std::int64_t max_steps = 1000;
 };
 
@@ -39,13 +39,13 @@ struct VertexToiResult {
 /// proves that they do not.
 ///
 /// Conservative advancement along fixed and turning directions; under ContactRule::Exact pairs
-/// that come within ε are decided in whole arithmetic.
+/// that come within ε are decided in integer arithmetic.
 ///
-/// @param interval The paths are at `begin` at its begin and at `end` at its end. Finite, not
-///                 reversed; of an interval of length zero only the begin of the paths counts.
+/// @param interval The paths are at `begin` at its start and at `end` at its end. Finite, not
+///                 reversed; if its length is zero only the start of the paths counts.
 /// @throws InvalidArgument if a coordinate is not finite or beyond kLargestCoordinate, an option is
 ///         out of range, or the interval is not valid.
-/// Thread-safe, deterministic; bounded by max_steps. No allocation, but for the exact decision.
+/// Thread-safe, deterministic; bounded by max_steps. No allocation, except for the exact decision.
 /// See [Mirtich1996], docs/algorithms/linear_vertex_motion.md.
 VertexToiResult time_of_impact(const VertexFacePaths& paths, const TimeInterval& interval = {},
                                const VertexToiOptions& options = {});
