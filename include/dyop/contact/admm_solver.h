@@ -9,8 +9,8 @@ class AdmmRun;
 }
 
 /// Alternating directions: one factorisation over the bodies, then cheap iterations of a solve and
-/// a projection onto every cone ([Boyd2011]). Slow but steady: solves problems
-/// on which Newton cycles.
+/// a projection onto every cone ([Boyd2011]). Slow but steady: for problems on
+/// which Newton cycles.
 class AdmmSolver final : public ContactSolver {
  public:
   AdmmSolver();

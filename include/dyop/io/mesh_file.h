@@ -21,7 +21,7 @@ namespace DYOP_EXPORT dyop {
 /// other by cutting ears, in the plane of its vector area. Lines and points become degenerate
 /// triangles. Groups, materials, normals, colours and weights are ignored.
 /// @throws FileError if the file is missing, empty, truncated or not understood, has no triangle, a
-///         number that is not finite, or an index out of range; with the line number if there is one.
+///         number that is not finite, or an index out of range; with the line if known.
 TriangleMesh load_mesh(const std::filesystem::path& file);
 
 /// Where the origin of a mesh is placed.

@@ -17,7 +17,7 @@ namespace DYOP_EXPORT dyop {
 /// ends it at the same point.
 /// @param query The query as asked, with valid options; shapes and motions must be dyop's own.
 /// @param result From time_of_impact(); one of resume_time_of_impact() counts its own work only.
-/// @throws InvalidArgument for another shape or motion (a UserMotion is code, which no file can hold),
+/// @throws InvalidArgument for another shape or motion (a UserMotion is code, not data),
 ///         or an answer that cannot be reproduced: Cancelled, NotRun, or stopped before its first
 ///         step. FileError if the file cannot be written.
 void write_query_record(const std::filesystem::path& file, const ToiQuery& query,

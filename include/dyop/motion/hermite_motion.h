@@ -33,8 +33,8 @@ class HermiteMotion final : public Motion {
   /// @throws InvalidArgument as the constructor; R_WC must be a rotation.
   static HermiteMotion from_chart(const TimeInterval& interval, const Matrix3& R_WC,
                                   const HermiteNode& begin, const HermiteNode& end);
-  /// The same with the rotation of X_WC, used unchanged; the three below give back the same
-  /// motion.
+  /// The same with the rotation of X_WC, used unchanged; with what the three members
+  /// below return it gives the same motion.
   static HermiteMotion from_chart(const TimeInterval& interval, const RigidPose& X_WC,
                                   const HermiteNode& begin, const HermiteNode& end);
   RigidPose X_WC() const;

@@ -36,8 +36,8 @@ class InterpolatedMotion final : public Motion {
   /// @throws InvalidArgument as the constructor, or if a number is not finite.
   static InterpolatedMotion from_chart(const TimeInterval& interval, const Matrix3& R_WC,
                                        const Node& begin, const Node& end);
-  /// The same with the rotation of X_WC, used unchanged; the three below give back the same
-  /// motion.
+  /// The same with the rotation of X_WC, used unchanged; with what the three members
+  /// below return it gives the same motion.
   static InterpolatedMotion from_chart(const TimeInterval& interval, const RigidPose& X_WC,
                                        const Node& begin, const Node& end);
   RigidPose X_WC() const { return RigidPose::from_trusted(R_WC_, Vector3::Zero()); }

@@ -20,7 +20,7 @@ namespace DYOP_EXPORT dyop {
 class SequenceMotion final : public Motion {
  public:
   struct Part {
-    TimeInterval interval;                 ///< in the time of the sequence; within the motion's domain
+    TimeInterval interval;                 ///< of the sequence; within the motion's domain
     std::shared_ptr<const Motion> motion;  ///< not null
   };
 
