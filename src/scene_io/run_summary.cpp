@@ -96,19 +96,19 @@ std::string describe_end(const Scene& scene, const RunTotals& totals) {
   const std::string pair = pair_words(scene, totals.offending_pair);
   switch (totals.status) {
     case AdvanceStatus::NotRun:
-      return "The run did not begin.";
+      return "The run did not start.";
     case AdvanceStatus::Completed:
       return "Completed at t = " + t + ".";
     case AdvanceStatus::StoppedAtImpact:
       return "Stopped at the impact at t = " + t + ", as the scene asks.";
     case AdvanceStatus::BudgetExhausted:
-      return "Undecided after t = " + t + ": the budget ended for " + pair + ". Safe until then.";
+      return "Undecided after t = " + t + ": the budget ran out for " + pair + ". Safe until then.";
     case AdvanceStatus::ImpactLimit:
       return "Ended at t = " + t + ": too many impacts in one step. Safe until then.";
     case AdvanceStatus::InitialOverlap:
       return pair + " are within their margin at t = " + t + ": nothing can be proven from there.";
     case AdvanceStatus::NumericalLimit:
-      return "Undecided after t = " + t + ": rounding forbids the tolerance for " + pair +
+      return "Undecided after t = " + t + ": rounding prevents the tolerance for " + pair +
              ". Safe until then.";
     case AdvanceStatus::Cancelled:
       return "Cancelled at t = " + t + ". Safe until then.";
