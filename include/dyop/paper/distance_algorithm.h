@@ -18,7 +18,7 @@ struct DistanceBounds {
 };
 
 /// One way to compute the distance of two triangles, or of two convex hulls; stateless and
-/// thread-safe. For comparing algorithms: each has a function of its own in this room that returns
+/// thread-safe. For comparing algorithms: each has its own function in this folder that returns
 /// witness points and features too, and distance() is the front door for everything else.
 ///
 /// To add an algorithm:

@@ -20,7 +20,7 @@
 /// walk does. Method and measurements: docs/algorithms/lin_canny.md.
 namespace DYOP_EXPORT dyop {
 
-/// Where a walk begins, and what the last one did. A query of the same pair at a nearby pose then
+/// Where a walk starts, and what the last one did. A query of the same pair at a nearby pose then
 /// takes a step or two. Affects speed only. Numbers that fit no feature of the shapes are ignored.
 struct LinCannyCache {
   /// Place on a shape: kind and number of the feature; Smooth for none.
