@@ -56,7 +56,7 @@ class Motion {
   virtual Twist twist(Scalar t) const = 0;
 
   /// Pose and twist at time t together, the same bits as from pose() and twist(). Override it where
-  /// they share work; the impact engine calls nothing else.
+  /// they share work; the impact engine gets poses and twists only from here.
   virtual MotionState state(Scalar t) const { return {pose(t), twist(t)}; }
 
   /// Bounds over `interval`, a sub-interval of domain(). Must round up, never down. A jump of the
