@@ -25,8 +25,7 @@ struct DistanceBounds {
 ///   1. `include/dyop/distance/<name>.h` and `src/distance/<name>.cpp`, listed in
 ///      `src/distance/CMakeLists.txt`, with a page in docs/algorithms;
 ///   2. a class in `src/paper/distance_algorithm.cpp` and its name in the list at the end of
-///   that
-///      file: the contract tests of tests/paper/distance_algorithm_test.cpp then check it, and
+///      that file: the contract tests of tests/paper/distance_algorithm_test.cpp then check it, and
 ///      `dyop paper` measures and draws it.
 class DistanceAlgorithm {
  public:

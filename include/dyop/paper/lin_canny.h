@@ -48,7 +48,7 @@ PlanarDistance lin_canny_distance(const PlanarTriangle& a, const PlanarTriangle&
 PlanarDistance lin_canny_distance(std::span<const Vector2> a, std::span<const Vector2> b,
                                   LinCannyCache* cache = nullptr);
 
-/// A convex hull with its edges, and who borders whom: what the walk needs. Built once a shape.
+/// A convex hull with its edges, and who borders whom: what the walk needs. Built once per shape.
 class HullFeatures {
  public:
   struct Edge {

@@ -60,7 +60,7 @@ class RunRecorder {
   RunTotals totals_;
 };
 
-/// One committed sub-step of all bodies: exact states of the committed motion at its begin, its end
+/// One committed sub-step of all bodies: exact states of the committed motion at its start, its end
 /// and some times between.
 struct RecordedStep {
   std::vector<Scalar> times;                     ///< increasing, at least two
