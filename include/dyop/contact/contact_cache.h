@@ -24,8 +24,9 @@ class ContactCache {
   /// move with their shapes, the normal turns with the shape it belongs to, and the gap between
   /// them is measured again: correct to first order in the drift; `lower` and `upper` stay those of
   /// generation. Otherwise, or if the generator's options have changed or reach has changed by
-  /// more than the drift allows, contacts are generated up to reach + max_drift, so that none within reach is
-  /// missing later; impulses are passed on by key, then by place, and the set is reduced.
+  /// more than the drift allows, contacts are generated up to reach + max_drift, so that none
+  /// within reach is missing later; impulses are passed on by key, then by place, and the set is
+  /// reduced.
   /// @return Whether the contacts were regenerated.
   /// @throws InvalidArgument as generate_contacts() and reduce_contacts() do, and for a max_drift
   ///         that is not finite and >= 0.

@@ -5,15 +5,15 @@
 #include <vector>
 
 #include "dyop/core/types.h"
-#include "dyop/hierarchy/mesh_hierarchy.h"
 #include "dyop/geometry/mesh_topology.h"
+#include "dyop/hierarchy/mesh_hierarchy.h"
 
 namespace DYOP_EXPORT dyop {
 
 /// The shape of a mesh at an edge. Convex or concave follows from the winding of its triangles: at
 /// a convex edge each lies on the inner side of the other.
 enum class EdgeKind : std::uint8_t {
-  Flat,         ///< two triangles in one plane, to kFlatEdgeSine
+  Flat,  ///< two triangles in one plane, to kFlatEdgeSine
   Convex,
   Concave,
   Border,       ///< one triangle
@@ -34,7 +34,9 @@ class ContactFeatures {
 
   EdgeKind edge_kind(std::int32_t edge) const { return kinds_[static_cast<std::size_t>(edge)]; }
   bool is_contact_edge(std::int32_t edge) const { return (edge_bits(edge) & kContact) != 0; }
-  bool is_contact_vertex(std::int32_t vertex) const { return (vertex_bits(vertex) & kContact) != 0; }
+  bool is_contact_vertex(std::int32_t vertex) const {
+    return (vertex_bits(vertex) & kContact) != 0;
+  }
 
   /// Whether vertex numbers may miss some of what meets here: borders, more than two triangles at
   /// an edge, triangles without area.

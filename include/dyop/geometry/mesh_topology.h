@@ -57,7 +57,7 @@ class MeshTopology {
 
   std::vector<std::array<std::int32_t, 2>> edges_;
   std::vector<std::int32_t> edge_of_side_;
-  std::vector<std::int32_t> first_side_;    // of an edge in sides_, and the end
+  std::vector<std::int32_t> first_side_;  // of an edge in sides_, and the end
   std::vector<std::int32_t> sides_;
   std::vector<std::int32_t> first_corner_;  // of a vertex in corners_, and the end
   std::vector<std::int32_t> corners_;
