@@ -68,8 +68,8 @@ std::string require_non_negative(const std::string& text) {
 void add_placement_options(CLI::App& app, PlacementArguments& placement) {
   app.add_option("--scale", placement.scale, "Scale of meshes, > 0")->capture_default_str();
   app.add_option("--center", placement.center,
-                 "What becomes the origin of a mesh: none (as in the file), the middle of its "
-                 "bounds, or its centre of mass")
+                 "Where to put the origin of a mesh: none (as in the file), centre of its bounds, "
+                 "or centre of mass")
       ->check(CLI::IsMember({"none", "bounds", "mass"}))
       ->capture_default_str();
 }
@@ -88,7 +88,7 @@ void add_pose_options(CLI::App& app, BodyArguments& body) {
       ->expected(4)
       ->excludes(quaternion)
       ->group(group);
-  app.add_option(body.option("scale"), body.scale, "Scale of its mesh, in place of --scale")
+  app.add_option(body.option("scale"), body.scale, "Scale of its mesh, instead of --scale")
       ->group(group);
 }
 

@@ -59,7 +59,7 @@ void add_distance_command(CLI::App& app, ExitCode& exit_code) {
   command->add_option("--allowance", arguments->options.absolute_tolerance,
                       "How far apart the bounds may stay");
   command->add_option("--relative-allowance", arguments->options.relative_tolerance,
-                      "The same as a part of the distance, below 1");
+                      "The same as a fraction of the distance, below 1");
   command->add_flag("--penetration", arguments->options.with_penetration,
                     "Also the depth of overlapping convex shapes");
   add_placement_options(*command, arguments->placement);

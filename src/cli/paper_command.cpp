@@ -113,16 +113,16 @@ void add_paper_command(CLI::App& app, ExitCode& exit_code) {
   command->add_option("--out", arguments->out, "Directory for tables and figures")->required();
   command->add_option("--pair", arguments->pair, "Objects I,J whose construction is drawn")
       ->delimiter(',');
-  command->add_option("--seed", arguments->settings.seed, "Of the ten triangles and all inputs")
+  command->add_option("--seed", arguments->settings.seed, "Seed of the triangles and all inputs")
       ->capture_default_str();
   command
       ->add_option("--repetitions", arguments->settings.repetitions,
-                   "Timed batches an object and algorithm")
+                   "Timed batches per object and algorithm")
       ->check(CLI::Range(1, 100000))
       ->capture_default_str();
   command
       ->add_option("--error-pairs", arguments->settings.error_pairs,
-                   "Random pairs a row of the table of errors")
+                   "Random pairs per row of the table of errors")
       ->check(CLI::Range(1, 100000000))
       ->capture_default_str();
   command->add_flag("--json", arguments->is_json, "One JSON object on stdout");

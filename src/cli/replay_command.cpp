@@ -101,9 +101,9 @@ ExitCode run_replay(const ReplayArguments& arguments) {
 void add_replay_command(CLI::App& app, ExitCode& exit_code) {
   auto arguments = std::make_shared<ReplayArguments>();
   CLI::App* command =
-      app.add_subcommand("replay", "Ask a recorded query again and compare the answers bit by bit");
+      app.add_subcommand("replay", "Repeat a recorded query and compare the answers bit by bit");
   command->footer(kReplayExamples);
-  command->add_option("FILE", arguments->file, "Record of dyop toi --record")->required();
+  command->add_option("FILE", arguments->file, "Record written by dyop toi --record")->required();
   command->add_flag("--json", arguments->is_json, "One JSON object on stdout");
   command->callback([arguments, &exit_code] { exit_code = run_replay(*arguments); });
 }

@@ -215,9 +215,9 @@ void add_simulate_command(CLI::App& app, ExitCode& exit_code) {
   CLI::App* command = app.add_subcommand("simulate", "Step a scene and record what happens");
   command->footer(kSimulateExamples);
   command->add_option("SCENE", arguments->scene, "Scene file (docs/scene-format.md)")->required();
-  command->add_option("--out", arguments->out, "Directory for the results; made if missing")
+  command->add_option("--out", arguments->out, "Directory for the results; created if missing")
       ->required();
-  command->add_option("--mesh-path", arguments->mesh_path, "Where else to look for meshes");
+  command->add_option("--mesh-path", arguments->mesh_path, "More directories to search for meshes");
   command
       ->add_option("--threads", arguments->threads,
                    "0: as many as the machine has; the result is the same")

@@ -100,7 +100,7 @@ void add_toi_command(CLI::App& app, ExitCode& exit_code) {
   command->footer(kToiExamples);
   command->add_option("A", arguments->a.shape, "First shape")->required();
   command->add_option("B", arguments->b.shape, "Second shape")->required();
-  command->add_option("--interval", arguments->interval, "Begin and end of the time to look at")
+  command->add_option("--interval", arguments->interval, "Start and end of the time interval")
       ->expected(2)
       ->capture_default_str();
   command
@@ -111,7 +111,7 @@ void add_toi_command(CLI::App& app, ExitCode& exit_code) {
   command
       ->add_option(
           "--tolerance", arguments->tolerance,
-          "How much above the target an impact may be reported; default: a millionth of the "
+          "How far above the target an impact may be reported; default: a millionth of the "
           "smaller bounding radius")
       ->check(require_positive);
   command->add_option("--max-node-pairs", arguments->options.max_node_pairs, "Budget of work")
@@ -130,7 +130,7 @@ void add_toi_command(CLI::App& app, ExitCode& exit_code) {
                     "A is a solid: what is inside the closed mesh overlaps it");
   command->add_flag("--solid-b", arguments->options.solid_b, "B is a solid");
   command->add_option("--record", arguments->record_file,
-                      "File to write the query and its answer to, for dyop replay");
+                      "File for the query and its answer, to be read by dyop replay");
   command->add_flag("--json", arguments->is_json, "One JSON object on stdout");
   command->add_flag("--fail-on-impact", arguments->fails_on_impact, "Exit code 1 if they meet");
   command->callback([arguments, &exit_code] { exit_code = run_toi(*arguments); });

@@ -24,14 +24,14 @@ std::string status_words(const ToiResult& result, const PairNames& names) {
     case ToiStatus::Impact:
       return "Impact at t = " + t + ": " + pair + " are proven apart until then.";
     case ToiStatus::InitiallyWithinTarget:
-      return "Within the target from the begin: " + pair + " are too close at t = " + t +
+      return "Within the target from the start: " + pair + " are too close at t = " + t +
              " for anything to be proven.";
     case ToiStatus::BudgetExhausted:
-      return "Undecided: the budget ended; " + pair + proven;
+      return "Undecided: the budget ran out; " + pair + proven;
     case ToiStatus::Cancelled:
       return "Undecided: stopped; " + pair + proven;
     case ToiStatus::NumericalLimit:
-      return "Undecided: rounding forbids the tolerance; " + pair + proven;
+      return "Undecided: rounding prevents the requested tolerance; " + pair + proven;
   }
   return "";
 }

@@ -9,7 +9,8 @@ class AdmmRun;
 }
 
 /// Alternating directions: one factorisation over the bodies, then cheap iterations of a solve and
-/// a projection onto every cone ([Boyd2011]). Slow and steady: what Newton circles around.
+/// a projection onto every cone ([Boyd2011]). Slow but steady: for problems on
+/// which Newton cycles.
 class AdmmSolver final : public ContactSolver {
  public:
   AdmmSolver();

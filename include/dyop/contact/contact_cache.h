@@ -12,7 +12,7 @@ struct ContactCacheOptions {
   ContactGeneratorOptions generator;
   ContactReductionOptions reduction;
   /// Contacts are carried while no point near them has moved farther than this relative to the
-  /// other shape since they were generated; length, >= 0. A fifth of the standoff serves well.
+  /// other shape since they were generated; length, >= 0. A fifth of the standoff works well.
   Scalar max_drift = 0;
 };
 
@@ -21,12 +21,13 @@ struct ContactCacheOptions {
 class ContactCache {
  public:
   /// Brings the contacts to new poses. While the shapes have hardly moved (`max_drift`), points
-  /// move with their shapes, the normal turns with the shape it is of, and the gap is measured
-  /// anew between them: right to first order in the drift; `lower` and `upper` stay those of generation.
-  /// Otherwise, or if the generator's options have changed or reach has more than the drift allows,
-  /// contacts are generated up to reach + max_drift, so that none within reach is missing later,
-  /// impulses are handed on by key, then by place, and the set is reduced.
-  /// @return Whether the contacts were generated anew.
+  /// move with their shapes, the normal turns with the shape it belongs to, and the gap between
+  /// them is measured again: correct to first order in the drift; `lower` and `upper` stay those of
+  /// generation. Otherwise, or if the generator's options have changed or reach has changed by
+  /// more than the drift allows, contacts are generated up to reach + max_drift, so that none
+  /// within reach is missing later; impulses are passed on by key, then by place, and the set is
+  /// reduced.
+  /// @return Whether the contacts were regenerated.
   /// @throws InvalidArgument as generate_contacts() and reduce_contacts() do, and for a max_drift
   ///         that is not finite and >= 0.
   bool refresh(const Shape& a, const RigidPose& X_WA, const Shape& b, const RigidPose& X_WB,
@@ -36,8 +37,8 @@ class ContactCache {
   std::span<ContactPoint> contacts() { return contacts_; }
   std::span<const ContactPoint> contacts() const { return contacts_; }
 
-  /// Upper bound of how far any point of the smaller shape has moved relative to the other since the
-  /// contacts were generated.
+  /// Upper bound of how far any point of the smaller shape has moved relative to the other since
+  /// the contacts were generated.
   Scalar drift() const { return drift_; }
 
   void clear();

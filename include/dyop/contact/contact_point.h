@@ -28,7 +28,8 @@ struct ContactKey {
   friend auto operator<=>(const ContactKey&, const ContactKey&) = default;
 };
 
-/// A place where the gap between two shapes has a local minimum (docs/algorithms/contact_generation.md).
+/// A place where the gap between two shapes has a local minimum
+/// (docs/algorithms/contact_generation.md).
 ///
 /// To first order in a relative displacement u of B at the contact, the gap becomes
 /// gap + nhat_AB_W . u.
@@ -54,8 +55,9 @@ struct ContactPoint {
   std::optional<std::int32_t> triangle_a;  ///< a triangle that holds the point, if A is a mesh
   std::optional<std::int32_t> triangle_b;
 
-  /// Written by the caller after a solve, in world, on B; ContactCache::refresh() hands it on to the
-  /// contact that continues this one, turned with its normal, and prefers contacts that have it.
+  /// Written by the caller after a solve, in world, on B; ContactCache::refresh() passes it on to
+  /// the contact that continues this one, turned with its normal, and prefers contacts that have
+  /// one.
   Vector3 impulse_W = Vector3::Zero();
   /// Number of the contact of the last set that this one continues, by key, else by place.
   std::optional<std::int32_t> previous;

@@ -9,7 +9,7 @@
 
 namespace DYOP_EXPORT dyop {
 
-/// A body as the contact solvers see it. Velocities are of the centre of mass, world axes.
+/// A body as seen by the contact solvers. Velocities are those of the centre of mass, world axes.
 ///
 /// A body that cannot be moved (static, kinematic) has zero mobilities and its given velocity as
 /// free velocity. A locked axis is a mobility matrix without that axis. Mobilities are symmetric
@@ -24,16 +24,16 @@ struct ContactBody {
 };
 
 /// Friction that differs along two directions: the tangential impulse (p along the axis, q across)
-/// obeys (p / friction)^2 + (q / across)^2 <= normal impulse^2, and dissipates the most it can.
+/// obeys (p / friction)^2 + (q / across)^2 <= normal impulse^2, and dissipates as much as it can.
 struct FrictionEllipse {
-  Vector3 axis_W = Vector3::UnitX();  ///< any length; what is normal to the contact is ignored
+  Vector3 axis_W = Vector3::UnitX();  ///< any length; the part along the normal is ignored
   Scalar across = 0;                  ///< coefficient across the axis, >= 0
 };
 
 /// One touching point of bodies A and B.
 ///
-/// With u = v_B + w_B x r_b - v_A - w_A x r_a, the velocity of B's point seen from A's, the laws
-/// are: 0 <= impulse . n, u . n >= target, one of them with equality (Signorini); |tangential
+/// With u = v_B + w_B x r_b - v_A - w_A x r_a, the velocity of B's point relative to A's, the
+/// laws are: 0 <= impulse . n, u . n >= target, one of them with equality (Signorini); |tangential
 /// impulse| <= friction times normal impulse, opposite to the sliding velocity where that is not
 /// zero (Coulomb). Newton's restitution is a target: target = -e times the approach velocity
 /// before.

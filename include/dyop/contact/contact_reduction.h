@@ -14,9 +14,9 @@ struct ContactReductionOptions {
   Scalar same_normal_cosine = 0.97;
 };
 
-/// Thins the contacts of one pair: normals are gathered into clusters, and each keeps its nearest
+/// Thins the contacts of one pair: normals are grouped into clusters, and each keeps its nearest
 /// contact and then, one by one, those farthest from all kept so far. A contact with an impulse
-/// counts as farther by half as much again, so that a support once chosen stays.
+/// counts as farther by half as much again, so that a support point, once chosen, stays.
 /// Order is kept. The result depends on the contacts alone, not on their order.
 /// @throws InvalidArgument if an option is out of its range or NaN.
 void reduce_contacts(const ContactReductionOptions& options, std::vector<ContactPoint>& contacts);

@@ -14,23 +14,23 @@ class ContactSystem;
 enum class ContactStatus {
   NotRun,
   Converged,     ///< residual <= tolerance
-  NotConverged,  ///< a budget ended first; impulses and velocities are the best that were found
+  NotConverged,  ///< a budget ran out first; impulses and velocities are the best found
 };
 
-/// Budgets are limits of counts; zero skips the solver in a cascade.
+/// Budgets limit counts; zero skips the solver in a cascade.
 struct ContactSolverOptions {
   /// Largest residual that counts as solved, length per time, > 0. Below some 1e-13 times the
   /// largest speed rounding may keep solvers from reaching it.
   Scalar tolerance = 1e-9;    // literal: a default for speeds of about one
   int sweep_limit = 30;       ///< of Gauss-Seidel, each forward and back
-  int few_contacts = 4;       ///< with at most so many contacts and rows,
+  int few_contacts = 4;       ///< with at most this many contacts and rows,
   int few_sweep_limit = 200;  ///< this is the limit of sweeps
   int newton_limit = 100;     ///< of factorisations
   int admm_limit = 200;       ///< of iterations
   int cascade_rounds = 2;     ///< times that ContactCascade goes through its solvers
 };
 
-/// What a solver reached. The residual is a velocity, length per time: the largest over all
+/// What a solver achieved. The residual is a velocity, length per time: the largest over all
 /// contacts and rows of |w J - P(w J - u~)|, where J is the impulse, w the trace of that contact's
 /// own mobility matrix (velocity per impulse), P the nearest point of the set of admissible
 /// impulses (friction cone, bounds), u the relative velocity minus its target, and u~ = u +
@@ -50,9 +50,9 @@ struct ContactReport {
   int immovable_violations = 0;
 };
 
-/// Solves contact problems at velocity level. An object owns the memory it works in: use it again,
-/// and nothing is allocated once it has seen the largest problem; use one a thread. What it solved
-/// before changes no bit of an answer.
+/// Solves contact problems at velocity level. An object owns its working memory: reuse it, and
+/// nothing is allocated once it has seen the largest problem. Use one per thread. Earlier problems
+/// change no bit of an answer.
 ///
 /// To add a contact solver:
 ///   1. `include/dyop/contact/<name>_solver.h` and `src/contact/<name>_solver.cpp`, deriving from
@@ -70,8 +70,8 @@ class ContactSolver {
 
   virtual std::string_view name() const = 0;
 
-  /// Finds impulses and velocities that obey all laws; writes them into `problem`. Impulses that
-  /// are in it are the warm start: they change speed, and the answer where it is not unique.
+  /// Finds impulses and velocities that obey all laws; writes them into `problem`. Impulses
+  /// already in it are the warm start: they affect speed, and the answer where it is not unique.
   ///
   /// @throws InvalidArgument for a value that is not finite, an index out of range, a body touching
   /// itself, a normal that is not a unit vector, negative coefficients or crossed bounds.

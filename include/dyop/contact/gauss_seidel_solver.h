@@ -6,7 +6,7 @@ namespace DYOP_EXPORT dyop {
 
 /// Projected block Gauss-Seidel: one contact after the other is solved exactly, forward and back
 /// ([Jean1999]), with conjugate steps between the sweeps ([Silcowitz2010], NNCG). Fast for few
-/// contacts and a rough answer for many; slow to converge in tall stacks and arches.
+/// contacts, and for a rough answer with many; slow to converge in tall stacks and arches.
 class GaussSeidelSolver final : public ContactSolver {
  public:
   GaussSeidelSolver();

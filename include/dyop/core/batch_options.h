@@ -8,14 +8,14 @@
 
 namespace DYOP_EXPORT dyop {
 
-/// How a batch of queries is run. Nothing here changes the result of a query that was answered.
+/// How a batch of queries is run. Nothing here changes the result of a query that is answered.
 struct BatchOptions {
-  /// Threads to use, the caller's included; 0, or more than there are: all of the machine.
+  /// Threads to use, including the caller's; 0, or more than the machine has: all of them.
   int thread_count = 0;
-  /// Cooperative cancellation: no further query is begun, those under way are stopped where they
+  /// Cooperative cancellation: no further query is started; running ones are stopped where they
   /// can be.
   std::stop_token stop;
-  /// Called after each query with the number of queries done and their number in all. Calls never
+  /// Called after each query with the number of queries done and the total number. Calls never
   /// overlap and `done` rises by one from call to call, but they come from any of the threads. An
   /// exception thrown here ends the batch and reaches the caller.
   std::function<void(std::size_t done, std::size_t total)> progress;

@@ -24,7 +24,7 @@ class InvalidArgument : public Error {
   using Error::Error;
 };
 
-/// dyop itself is wrong; the message holds what is needed to reproduce it.
+/// An error in dyop itself; the message holds what is needed to reproduce it.
 class InternalError : public Error {
  public:
   using Error::Error;
@@ -33,7 +33,7 @@ class InternalError : public Error {
 namespace internal {
 
 /// Writes one part of a message: a number with the fewest digits that read back to it exactly,
-/// a vector or matrix of Eigen as its numbers with blanks between, anything else as it prints.
+/// an Eigen vector or matrix as its numbers separated by blanks, anything else as it prints.
 template <typename Part>
 void write_part(std::ostream& out, const Part& part) {
   if constexpr (std::is_floating_point_v<Part>) {

@@ -1,11 +1,11 @@
 #pragma once
 
-/// What a shared library of dyop shows. It stands once per public header, at its namespace:
+/// Marks what a shared library of dyop exports. Used once per public header, at its namespace:
 ///
 ///     namespace DYOP_EXPORT dyop {
 ///
 /// so that everything declared there is visible, and nothing can be forgotten; all else is hidden.
-/// A private function that another library of dyop calls carries it by itself. g++ applies the
+/// A private function that another dyop library calls carries the macro itself. g++ applies the
 /// attribute of a namespace to later definitions of what was declared in it; clang++ does not, so
-/// there shared libraries show everything.
+/// shared libraries built with it export everything.
 #define DYOP_EXPORT [[gnu::visibility("default")]]

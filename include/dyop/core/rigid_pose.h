@@ -18,7 +18,7 @@ class RigidPose {
   explicit RigidPose(const Vector3& p_AB);
 
   /// @param q_AB Unit quaternion; normalised if its norm is within kRotationTolerance of one.
-  /// @throws InvalidArgument if it is not, or a number is not finite; the message has the norm.
+  /// @throws InvalidArgument if it is not, or a number is not finite; the message states the norm.
   RigidPose(const Quaternion& q_AB, const Vector3& p_AB);
 
   /// @param R_AB Rotation matrix; replaced by the nearest rotation if orthonormal to
@@ -26,7 +26,7 @@ class RigidPose {
   /// @throws InvalidArgument if it is not, or a number is not finite.
   RigidPose(const Matrix3& R_AB, const Vector3& p_AB);
 
-  /// For inner loops that computed a rotation themselves: no check, no change.
+  /// For inner loops that have computed a rotation themselves: no check, no change.
   static RigidPose from_trusted(const Matrix3& R_AB, const Vector3& p_AB) {
     RigidPose X;
     X.R_ = R_AB;

@@ -14,22 +14,22 @@ struct DistanceOptions {
   /// Stop as soon as the shapes are proven farther apart than this; length, >= 0.
   Scalar max_distance = kInfinity;
   /// How far apart the bounds may stay, besides rounding: upper - lower is at most the absolute
-  /// allowance (length, >= 0) or the relative one (in [0, 1)) times upper, whichever is more. They
-  /// hold all the same; pieces that could only narrow them are left out. With an absolute one
-  /// shapes that overlap may be Inconclusive; close to max_distance bounds may lie on both sides.
+  /// tolerance (length, >= 0) or the relative one (in [0, 1)) times upper, whichever is larger. The
+  /// bounds still hold; pieces that could only narrow them are skipped. With an absolute tolerance,
+  /// overlapping shapes may be Inconclusive; close to max_distance, bounds may lie on both sides.
   Scalar absolute_tolerance = 0;
   Scalar relative_tolerance = 0;
   /// Compute penetration depth and direction of overlapping convex shapes (through libccd).
   bool with_penetration = false;
-  /// Take A (B) for a solid, not for a surface: what is wholly inside it overlaps. A mesh must be
-  /// closed; convex shapes are solids anyway.
+  /// Treat A (B) as a solid, not as a surface: what is wholly inside it overlaps. A mesh must be
+  /// closed; convex shapes are always solids.
   bool solid_a = false;
   bool solid_b = false;
 };
 
-/// What a distance query remembers for the next one of the same two shapes: the pieces that were
-/// nearest. Kept by the caller, one a pair of shapes; any cache is legal for any pair, a wrong one
-/// only costs time.
+/// What a distance query stores for the next query of the same two shapes: the pieces that were
+/// nearest. Kept by the caller, one per pair of shapes; any cache is legal for any pair, a wrong
+/// one only costs time.
 struct DistanceCache {
   /// Leaves of the hierarchies of A and B.
   struct Leaves {
@@ -43,9 +43,9 @@ struct DistanceCache {
 ///
 /// For meshes d is the distance of the surfaces: a body wholly inside a closed mesh is at a
 /// positive distance from it, unless an option says that the mesh is a solid; both witness points
-/// are then the same point inside, and normal and features mean nothing. For convex shapes d is the
-/// distance of the solids. upper - lower is rounding noise, see docs/concepts.md, unless options
-/// allow more.
+/// are then the same point inside, and normal and features are meaningless. For convex shapes d is
+/// the distance of the solids. upper - lower is rounding noise, see docs/concepts.md, unless the
+/// options allow more.
 ///
 /// @param a, b       Shapes, each in its own frame A, B.
 /// @param X_WA, X_WB Their poses in world W; any consistent unit of length.
@@ -57,7 +57,7 @@ DistanceResult distance(const Shape& a, const RigidPose& X_WA, const Shape& b,
 
 /// The same, starting from the pieces that were nearest in the last query with `cache`: several
 /// times faster when bodies have moved little. Bounds differ from those without it by rounding
-/// only; where several pieces are equally near, the witness may be another of them.
+/// only; where several pieces are equally near, the witness may lie on another of them.
 DistanceResult distance(const Shape& a, const RigidPose& X_WA, const Shape& b,
                         const RigidPose& X_WB, const DistanceOptions& options,
                         DistanceCache& cache);

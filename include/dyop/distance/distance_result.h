@@ -8,13 +8,13 @@
 
 namespace DYOP_EXPORT dyop {
 
-/// What a distance query found out. Bounds and witness points are valid in every status but NotRun.
+/// How a distance query ended. Bounds and witness points are valid in every status but NotRun.
 enum class DistanceStatus {
   NotRun,
   Separated,               ///< lower > 0: proven apart
   Overlapping,             ///< the shapes touch or intersect, up to rounding: lower = 0
-  FartherThanMaxDistance,  ///< stopped early: lower > max_distance is proven; upper and witness may be
-                           ///< infinite
+  FartherThanMaxDistance,  ///< stopped early: lower > max_distance is proven; upper and witness
+                           ///< may be infinite
   Inconclusive,            ///< lower = 0 < upper, and neither separation nor overlap was proven
 };
 

@@ -6,16 +6,16 @@
 
 namespace DYOP_EXPORT dyop {
 
-/// Answer of gjk_distance(), in frame A of the first shape: of the rounded shapes.
+/// Answer of gjk_distance() for the rounded shapes, in frame A of the first shape.
 struct GjkResult : NearestPoints {
   int iterations = 0;
 };
 
 /// Returns the distance of two convex shapes, with a certificate on both sides.
 ///
-/// The lower bound is the slab gap along the best direction met, evaluated through the support
-/// functions and rounded down; the upper bound is the length between points of the shapes, rounded
-/// up. So both hold whatever the iteration does; only their difference depends on convergence.
+/// The lower bound is the slab gap along the best direction found, evaluated with the support
+/// functions and rounded down; the upper bound is the distance between points of the shapes,
+/// rounded up. Both hold whatever the iteration does; only their difference depends on convergence.
 ///
 /// @param X_AB Pose of b's frame in a's frame.
 /// Bounded number of iterations, no allocation. See [GilbertJohnsonKeerthi1988],

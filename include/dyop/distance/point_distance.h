@@ -23,12 +23,12 @@ struct PointDistanceOptions {
 struct PointDistance {
   Scalar lower = 0;          ///< never above the true distance, signed if asked for
   Scalar upper = kInfinity;  ///< never below it
-  /// A point of the surface nearest to the given one, within rounding. Of a convex shape that holds
-  /// the point, unless distances are signed: the point itself.
+  /// A point of the surface nearest to the given one, within rounding. For a convex shape that
+  /// contains the given point, unless distances are signed: that point itself.
   Vector3 p_WC = Vector3::Zero();
-  /// Unit, the direction in which the distance grows fastest: from the surface to the point, but
-  /// inside a shape with signed distances from the point to the surface. Any where that is not
-  /// known, as at the centre of a sphere.
+  /// Unit vector along which the distance grows fastest: from the surface to the point or, inside a
+  /// shape with signed distances, from the point to the surface. Arbitrary where it is not known,
+  /// as at the centre of a sphere.
   Vector3 nhat_W = Vector3::UnitX();
   Feature feature;                       ///< of the shape (of a curved one: of its core) at p_WC
   std::optional<std::int32_t> triangle;  ///< triangle number, if the shape (child) is a mesh
@@ -50,12 +50,12 @@ struct PointDistance {
 PointDistance point_distance(const Shape& shape, const RigidPose& X_WS, const Vector3& p_W,
                              const PointDistanceOptions& options = {});
 
-/// Answers many points over several threads: results[i] is bit for bit what point_distance()
+/// Answers many points on several threads: results[i] is bit for bit what point_distance()
 /// returns for points_W[i], for every number of threads. After a stop the points that were not
 /// answered have the bounds 0 and infinity.
 /// @throws InvalidArgument before any point is answered if the spans differ in length, thread_count
-///         is negative, or as point_distance(); the message names the lowest such point. What the
-///         progress callback throws ends the batch as a stop does.
+///         is negative, or as for point_distance(); the message names the lowest such point. What
+///         the progress callback throws ends the batch as a stop does.
 void point_distance_batch(const Shape& shape, const RigidPose& X_WS,
                           std::span<const Vector3> points_W, std::span<PointDistance> results,
                           const PointDistanceOptions& options = {},

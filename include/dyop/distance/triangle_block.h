@@ -2,12 +2,12 @@
 
 #include "dyop/core/export.h"
 
-// Triangles in blocks, so that several are read at once. No includes: the kernels that are compiled
-// once an instruction set read it.
+// Triangles in blocks, so that several are read at once. No includes: the kernels compiled once per
+// instruction set read it.
 
 namespace DYOP_EXPORT dyop {
 
-/// Triangles of a block, at most the lanes of any instruction set.
+/// Triangles per block, at most the SIMD width of any instruction set.
 inline constexpr int kTriangleBlockWidth = 8;
 
 /// Eight triangles: coordinate k of vertex v of number n is at[3 v + k][n].

@@ -12,8 +12,8 @@ using TriangleDistance = NearestPoints;
 
 /// Returns the distance of two triangles in one frame, with a certificate on both sides:
 ///     lower <= d <= upper,
-/// d being the exact distance of the exact triangles with the given vertices. upper - lower is at
-/// most triangle_noise(a, b) except where docs/algorithms/dyop.md says so.
+/// where d is the exact distance of the exact triangles with the given vertices. upper - lower is
+/// at most triangle_noise(a, b) except where docs/algorithms/dyop.md says so.
 ///
 /// Segments and points (repeated or collinear vertices) are legal. Coordinates must be finite and
 /// at most kLargestCoordinate; they are not checked here.

@@ -9,10 +9,10 @@
 
 namespace DYOP_EXPORT dyop {
 
-/// Triangles stored in blocks. Unused places of the last block hold zeros.
+/// Triangles stored in blocks. Unused slots of the last block hold zeros.
 class TriangleBlocks {
  public:
-  /// `count` triangles, all of them the origin.
+  /// `count` triangles, all degenerate at the origin.
   explicit TriangleBlocks(std::size_t count = 0);
 
   std::size_t size() const { return count_; }
@@ -50,8 +50,8 @@ class TriangleDistanceBlocks {
 /// processor. `answers` gets the size of a and b.
 ///
 /// Throws InvalidArgument if a and b differ in size.
-/// Cost: as many pairs at once as the processor has lanes (8 with AVX-512, 4 with AVX2, otherwise
-/// 2); those that need more than a few steps one by one. No allocation unless `answers` grows.
+/// Cost: as many pairs at once as the SIMD width (8 with AVX-512, 4 with AVX2, otherwise 2); those
+/// that need more than a few steps are solved one by one. No allocation unless `answers` grows.
 /// Method: docs/algorithms/dyop.md, "Many pairs at once".
 void triangle_distances(const TriangleBlocks& a, const TriangleBlocks& b,
                         TriangleDistanceBlocks& answers);

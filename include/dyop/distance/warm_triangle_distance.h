@@ -4,13 +4,12 @@
 
 namespace DYOP_EXPORT dyop {
 
-/// Returns triangle_distance(a, b), looking first at the features that were nearest at a nearby
-/// pose. Promises as there; the features affect speed only, and which of two equally near pairs is
-/// named.
+/// Returns triangle_distance(a, b), trying first the features that were nearest at a nearby pose.
+/// Same guarantees; the features only affect speed, and which of two equally near pairs is named.
 ///
-/// @param last_a, last_b Features of the last answer for this pair, any if there is none.
-/// Cost: one clamped closest-point problem and its proof, if that holds; else triangle_distance()
-/// more.
+/// @param last_a, last_b Features of the last answer for this pair, arbitrary if there is none.
+/// Cost: one clamped closest-point problem and its proof, if the proof holds; otherwise that of
+/// triangle_distance() on top.
 TriangleDistance warm_triangle_distance(const Triangle& a, const Triangle& b, const Feature& last_a,
                                         const Feature& last_b);
 

@@ -11,19 +11,19 @@ namespace DYOP_EXPORT dyop {
 /// Two witness points of bodies A and B in world W, with bounds of their features' distance d:
 /// lower <= d <= upper.
 struct WitnessPair {
-  Scalar lower = 0;                        ///< never above d
-  Scalar upper = kInfinity;                ///< never below d
-  Vector3 p_WCa = Vector3::Zero();         ///< witness point on A
-  Vector3 p_WCb = Vector3::Zero();         ///< witness point on B
-  Vector3 nhat_AB_W = Vector3::UnitX();    ///< unit normal from A to B
-  Feature feature_a;                       ///< with the shape's own vertex numbers
+  Scalar lower = 0;                      ///< never above d
+  Scalar upper = kInfinity;              ///< never below d
+  Vector3 p_WCa = Vector3::Zero();       ///< witness point on A
+  Vector3 p_WCb = Vector3::Zero();       ///< witness point on B
+  Vector3 nhat_AB_W = Vector3::UnitX();  ///< unit normal from A to B
+  Feature feature_a;                     ///< with the shape's own vertex numbers
   Feature feature_b;
   std::optional<std::int32_t> triangle_a;  ///< triangle number, if A, or its child, is a mesh
   std::optional<std::int32_t> triangle_b;  ///< triangle number, if B, or its child, is a mesh
   std::optional<std::int32_t> child_a;     ///< if A is a compound: which of its children was met;
   std::optional<std::int32_t> child_b;     ///< feature and triangle are in that child's numbers
 
-  /// Dynamic pivot point: the middle of the witness segment.
+  /// Dynamic pivot point: the midpoint of the witness segment.
   Vector3 pivot_W() const { return (p_WCa + p_WCb) / 2; }
 };
 

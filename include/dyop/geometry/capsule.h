@@ -5,8 +5,8 @@
 
 namespace DYOP_EXPORT dyop {
 
-/// All points within a radius of a segment on the z axis that is centred at the origin. The core's
-/// vertex 0 is its lower end, vertex 1 its upper end.
+/// All points within a radius of a segment on the z axis, centred at the origin. Vertex 0 of the
+/// core is its lower end, vertex 1 its upper end.
 class Capsule final : public ConvexShape {
  public:
   /// @throws InvalidArgument unless 0 < radius and 0 <= half_length, both at most

@@ -13,7 +13,7 @@ namespace internal {
 struct CompoundTree;
 }
 
-/// A shape of a compound, and where it is.
+/// A shape of a compound, with its pose.
 struct CompoundChild {
   std::shared_ptr<const Shape> shape;
   RigidPose X_CS;  ///< pose of the shape's frame S in the compound's frame C
@@ -24,13 +24,13 @@ struct CompoundChild {
 /// solid, and its results name the child that was met (`child_a`, `child_b`) with triangles and
 /// features in that child's own numbers. Children may overlap.
 ///
-/// One tree of boxes over all pieces is built once, so a query costs what one mesh of as many
-/// pieces costs. For that the vertices of mesh children are carried into the compound's frame and
-/// stored again, rounded to some 1e-15 of their size. Copies share the data.
+/// One tree of boxes over all pieces is built once, so a query costs as much as for one mesh of as
+/// many pieces. For that the vertices of mesh children are transformed into the compound's frame
+/// and stored again, rounded to some 1e-15 of their size. Copies share the data.
 class CompoundShape final : public Shape {
  public:
   /// A child that is a compound is replaced by its children, in their order; child numbers refer to
-  /// the list that results, children().
+  /// the resulting list, children().
   /// @throws InvalidArgument if there is no child, one has no shape, or there are more pieces
   ///         (triangles and convex shapes) than a mesh may have triangles, 2^27.
   explicit CompoundShape(const std::vector<CompoundChild>& children);

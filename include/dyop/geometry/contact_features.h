@@ -5,27 +5,28 @@
 #include <vector>
 
 #include "dyop/core/types.h"
-#include "dyop/hierarchy/mesh_hierarchy.h"
 #include "dyop/geometry/mesh_topology.h"
+#include "dyop/hierarchy/mesh_hierarchy.h"
 
 namespace DYOP_EXPORT dyop {
 
-/// The shape of a mesh at an edge. Which way it is bent follows the winding of its triangles: at a
-/// convex edge each lies on the inner side of the other.
+/// The shape of a mesh at an edge. Convex or concave follows from the winding of its triangles: at
+/// a convex edge each lies on the inner side of the other.
 enum class EdgeKind : std::uint8_t {
-  Flat,         ///< two triangles in one plane, to kFlatEdgeSine
+  Flat,  ///< two triangles in one plane, to kFlatEdgeSine
   Convex,
   Concave,
   Border,       ///< one triangle
   NonManifold,  ///< none with area, three or more, or two that are wound against each other
 };
 
-/// Which edges and vertices of a mesh can be where another body touches it: those at which the surface has a
-/// normal cone, a set of directions n with n . t <= 0 for every direction t along the surface, that is
-/// more than the normals of a flat area. Docs: docs/algorithms/contact_generation.md.
+/// Which edges and vertices of a mesh can be where another body touches it: those at which the
+/// surface has a normal cone, a set of directions n with n . t <= 0 for every direction t along the
+/// surface, that is more than the normals of a flat area. See
+/// docs/algorithms/contact_generation.md.
 ///
-/// Both sides of the surface count, so a concave edge can be touched, from within. What is in
-/// doubt is kept: edges and vertices of triangles without area, and borders.
+/// Both sides of the surface count, so a concave edge can be touched, from inside. Doubtful
+/// features are kept: edges and vertices of triangles without area, and borders.
 class ContactFeatures {
  public:
   ContactFeatures(std::span<const Vector3> vertices, std::span<const TriangleIndices> triangles,
@@ -33,9 +34,11 @@ class ContactFeatures {
 
   EdgeKind edge_kind(std::int32_t edge) const { return kinds_[static_cast<std::size_t>(edge)]; }
   bool is_contact_edge(std::int32_t edge) const { return (edge_bits(edge) & kContact) != 0; }
-  bool is_contact_vertex(std::int32_t vertex) const { return (vertex_bits(vertex) & kContact) != 0; }
+  bool is_contact_vertex(std::int32_t vertex) const {
+    return (vertex_bits(vertex) & kContact) != 0;
+  }
 
-  /// Whether vertex numbers may not tell all that meets here: borders, more than two triangles at
+  /// Whether vertex numbers may miss some of what meets here: borders, more than two triangles at
   /// an edge, triangles without area.
   bool is_doubtful_edge(std::int32_t edge) const { return (edge_bits(edge) & kDoubtful) != 0; }
   bool is_doubtful_vertex(std::int32_t vertex) const {

@@ -15,11 +15,12 @@ class PointScan;
 struct HullSurface;
 }  // namespace internal
 
-/// Convex hull of points. A flat set gives a polygon, a collinear one a segment, one place a point.
+/// Convex hull of points. A flat set gives a polygon, a collinear one a segment, coincident points
+/// a point.
 ///
-/// Found by quickhull [Barber1996] on exact orientation predicates [Shewchuk1997], so that every
-/// point left out lies in the hull of vertices() exactly, and flat or nearly flat input is no
-/// special danger. (Coordinates that are 2^-200 of the largest or less count as zero.)
+/// Computed by quickhull [Barber1996] on exact orientation predicates [Shewchuk1997]: every point
+/// left out lies exactly in the hull of vertices(), and flat or nearly flat input is handled
+/// exactly. (Coordinates that are 2^-200 of the largest or less count as zero.)
 class ConvexHull final : public ConvexShape {
  public:
   /// @param points At least one, in any order; duplicates and inner points are dropped.
@@ -27,14 +28,14 @@ class ConvexHull final : public ConvexShape {
   ///         kLargestCoordinate; the message names the row and value.
   explicit ConvexHull(std::vector<Vector3> points);
 
-  /// The corners, in the order of the input; all numbers of vertices refer to this list.
+  /// The corners, in the order of the input; all vertex numbers refer to this list.
   std::span<const Vector3> vertices() const { return surface_.vertices(); }
 
   /// 3 if the points enclose a volume, 2 a polygon, 1 a segment, 0 a point.
   int dimension() const { return dimension_; }
 
-  /// Cost: a scan of the vertices if they are few; else a climb along edges, and the scan only if
-  /// rounding leaves a doubt where the climb ends.
+  /// Cost: a scan of the vertices if they are few; else a climb along edges, with a scan only if
+  /// rounding leaves the end of the climb in doubt.
   SupportPoint core_support(const Vector3& direction) const override;
   Scalar core_reach(const Vector3& direction) const override;
   Vector3 core_center() const override { return center_; }

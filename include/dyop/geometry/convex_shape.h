@@ -16,7 +16,8 @@ struct SupportPoint {
 
 /// A convex set given by a support function: a convex *core*, inflated by a ball of radius
 /// rounding_radius(). A sphere is a point and a radius, a capsule a segment and a radius, a box or
-/// hull a polytope and no radius. Algorithms see the core and add the radius exactly at the end.
+/// hull a polytope and no radius. Algorithms work on the core and add the radius exactly at the
+/// end.
 class ConvexShape : public Shape {
  public:
   ShapeKind kind() const final { return ShapeKind::Convex; }
@@ -34,7 +35,7 @@ class ConvexShape : public Shape {
   /// Radius of the ball that inflates the core, >= 0.
   virtual Scalar rounding_radius() const { return 0; }
 
-  /// A point of the core, as central as is cheap.
+  /// A point of the core, as central as can be found cheaply.
   virtual Vector3 core_center() const = 0;
 
   /// The core's surface as triangles with the same vertex numbers as core_support() (a point or a

@@ -11,7 +11,7 @@ struct MassProperties {
   Matrix3 I_BBcm = Matrix3::Zero();   ///< rotational inertia about the centre of mass, axes of B
 };
 
-/// The same distribution of mass scaled to a given total mass.
+/// The same mass distribution scaled to a given total mass.
 /// @throws InvalidArgument unless mass is finite and positive.
 MassProperties with_mass(const MassProperties& properties, Scalar mass);
 

@@ -10,7 +10,7 @@ namespace DYOP_EXPORT dyop {
 
 enum class ShapeKind { TriangleMesh, Convex, Compound };
 
-/// What part of a shape a witness point lies on.
+/// The kind of feature a witness point lies on.
 enum class FeatureKind { Vertex, Edge, Face, Smooth };
 
 /// A feature named by the shape's own vertex numbers (for a curved shape: of its core).
@@ -32,7 +32,7 @@ struct Feature {
 ///      list both in `src/geometry/CMakeLists.txt`;
 ///   2. one word in `tests/geometry/all_shapes.h`: the contract tests check support function,
 ///      bounds and mass properties, and every query with every other shape;
-///   3. its name in `src/scene_io/shape_reader.cpp`, if scenes shall use it.
+///   3. its name in `src/scene_io/shape_reader.cpp`, if scenes should use it.
 class Shape {
  public:
   virtual ~Shape() = default;
@@ -42,7 +42,7 @@ class Shape {
   /// Axis-aligned bounds in the shape's frame; contains every point of the shape.
   virtual AlignedBox bounding_box() const = 0;
 
-  /// Largest distance of a point of the shape from the frame's origin, rounded up.
+  /// Largest distance of any point of the shape from the frame's origin, rounded up.
   virtual Scalar bounding_radius() const = 0;
 
   /// Mass properties of the solid body of this density (mass per volume).

@@ -14,8 +14,8 @@
 
 namespace DYOP_EXPORT dyop {
 
-/// `count` rows of three numbers, each row `stride_bytes` after the one before: how a caller's
-/// vertex or index buffer is read. The memory is only used during the call.
+/// `count` rows of three numbers, each row `stride_bytes` after the one before: describes a
+/// caller's vertex or index buffer. The memory is only used during the call.
 template <typename Number>
 struct StridedRows {
   const Number* data = nullptr;
@@ -24,7 +24,7 @@ struct StridedRows {
 };
 
 /// A set of triangles with a bounding hierarchy, built once. The set may be open, non-manifold,
-/// self-touching, and hold duplicate, zero-area, segment and point triangles: every query looks at
+/// self-touching, and hold duplicate, zero-area, segment and point triangles: every query treats
 /// the triangles as a surface with two sides and no inside. Copies share the data. A mesh that was
 /// moved from can be assigned and destroyed; everything else throws InvalidArgument.
 class TriangleMesh final : public Shape {
@@ -44,9 +44,9 @@ class TriangleMesh final : public Shape {
                                   StridedRows<std::uint32_t> triangles);
 
   /// The same triangles with other vertices, as many as before: for a body that deforms. Keeps the
-  /// structure of the hierarchy and fits its boxes anew, at a fraction of the price of a new mesh;
-  /// every answer is certified just the same. Where triangles have changed neighbours, queries of
-  /// a new mesh are faster. This mesh stays as it is.
+  /// structure of the hierarchy and refits its boxes, at a fraction of the cost of a new mesh;
+  /// every answer is certified just the same. Where triangles have changed neighbours, queries of a
+  /// new mesh are faster. This mesh is not changed.
   /// @throws InvalidArgument if the number of vertices differs, a vertex is not finite or beyond
   ///         kLargestCoordinate; from arrays, also for null data or a stride shorter than a row.
   TriangleMesh with_vertices(std::vector<Vector3> vertices) const;
@@ -58,14 +58,14 @@ class TriangleMesh final : public Shape {
   Triangle triangle(std::int32_t index) const;
   const MeshHierarchy& hierarchy() const;
 
-  /// How triangles are joined; shared with copies and with_vertices().
+  /// How triangles are connected; shared with copies and with_vertices().
   const MeshTopology& topology() const;
-  /// Where other bodies can touch the mesh. Found when first asked for, by one thread while others
-  /// wait; shared with copies.
+  /// Where other bodies can touch the mesh. Computed on first use, by one thread while others wait;
+  /// shared with copies.
   const ContactFeatures& contact_features() const;
 
-  /// Every edge is used exactly twice, once in each direction (after merging nothing: vertices are
-  /// the same only if their numbers are). Triangles that repeat a vertex number do not count;
+  /// Every edge is used exactly twice, once in each direction (nothing is merged: vertices are the
+  /// same only if their numbers are). Triangles that repeat a vertex number do not count;
   /// false if there are no others.
   bool is_closed() const;
 
@@ -74,15 +74,15 @@ class TriangleMesh final : public Shape {
   std::span<const std::int32_t> part_vertices() const;
 
   ShapeKind kind() const override { return ShapeKind::TriangleMesh; }
-  /// Of the vertices that triangles use.
+  /// Bounds of the vertices that triangles use.
   AlignedBox bounding_box() const override;
   Scalar bounding_radius() const override;
 
   /// Exact integrals over the enclosed polyhedron ([Eberly2002]).
-  /// Computed about the middle of the bounding box, so a mesh far from the origin loses only what
-  /// its coordinates have lost already.
+  /// Computed about the centre of the bounding box, so a mesh far from the origin loses only the
+  /// precision that its coordinates have already lost.
   /// @throws InvalidArgument if the mesh is not closed or its signed volume is not positive (beyond
-  ///         rounding noise); the message has the volume.
+  ///         rounding noise); the message states the volume.
   MassProperties compute_mass_properties(Scalar density) const override;
 
   /// Mass spread evenly over the surface: for open meshes. Segments and points weigh nothing.

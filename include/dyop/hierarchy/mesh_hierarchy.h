@@ -16,7 +16,7 @@ struct OrientedBox {
   Vector3 half_extents = Vector3::Zero();
 };
 
-/// Up to eight oriented boxes side by side in single precision, as wide arithmetic wants them.
+/// Up to eight oriented boxes side by side in single precision, laid out for SIMD.
 struct alignas(64) BoxGroup {
   static constexpr int kWidth = 8;
   /// Rows of a group: three of centers, three for each of the three axes, three of half extents.
@@ -26,15 +26,15 @@ struct alignas(64) BoxGroup {
   static constexpr int kRows = 15;
 
   /// rows[kCenter + i], rows[kAxes + 3 * k + i] (coordinate i of axis k), rows[kHalfExtents + k];
-  /// one column a box. Centers and half extents are multiples of a scale that is stored elsewhere.
-  /// Columns without a box repeat the last one, so that they hold valid numbers.
+  /// one column per box. Centers and half extents are multiples of a scale that is stored
+  /// elsewhere. Unused columns repeat the last box, so that they hold valid numbers.
   float rows[kRows][kWidth];
 
   /// The box in a column, exactly.
   OrientedBox box(int column, Scalar scale) const;
 
-  /// Stores a box that contains `box`, whose axes must be orthonormal to 8u: what rounding to
-  /// single precision takes away is added to the half extents.
+  /// Stores a box that contains `box`, whose axes must be orthonormal to 8u: the half extents
+  /// are enlarged to make up for rounding to single precision.
   /// @param scale A power of two, at least as large as all center coordinates and half extents.
   void set_box(int column, const OrientedBox& box, Scalar scale);
 
@@ -42,9 +42,9 @@ struct alignas(64) BoxGroup {
   float squared_half_diagonal(int column) const;
 };
 
-/// Tree of oriented boxes over triangles with up to eight children a node, one triangle a leaf, in
-/// depth-first order. Each box contains all its triangles: exactly, and also when the corners
-/// center + axes * x are evaluated in double.
+/// Tree of oriented boxes over triangles, in depth-first order, with up to eight children per node
+/// and one triangle per leaf. Each box contains all its triangles: exactly, and also when the
+/// corners center + axes * x are evaluated in double.
 ///
 /// An inner box is the smaller (by area) of the box along the principal axes of its vertices and
 /// the axis-aligned one; a leaf's is aligned with the triangle's longest edge and normal. A binary
@@ -75,13 +75,13 @@ class MeshHierarchy {
   /// Triangles may be degenerate; at least one.
   MeshHierarchy(std::span<const Vector3> vertices, std::span<const TriangleIndices> triangles);
 
-  /// The tree of the same triangles with other vertices: the same nodes, with boxes fitted anew, so
-  /// they contain the triangles as those of a new tree do. The indices must be those the tree was
-  /// built from. Queries take the same time as long as near triangles stay near each other.
+  /// The tree of the same triangles with other vertices: the same nodes with refitted boxes, which
+  /// contain the triangles as those of a new tree do. The indices must be those the tree was built
+  /// from. Queries take the same time as long as near triangles stay near each other.
   MeshHierarchy refitted(std::span<const Vector3> vertices,
                          std::span<const TriangleIndices> triangles) const;
 
-  /// Node 0 holds one box, that of the whole mesh.
+  /// Node 0 holds one box, the one of the whole mesh.
   const std::vector<Node>& nodes() const { return nodes_; }
 
   /// The scale for boxes that lie in `root`: the power of two above its coordinates.

@@ -13,28 +13,28 @@ namespace DYOP_EXPORT dyop {
 /// Writes a query and its answer so that both can be compared bit by bit later: shapes and motions
 /// by value, every number in hexadecimal floating point. Format: docs/replay-format.md.
 ///
-/// A query that its deadline ended is recorded with a budget of the node pairs it took, which ends
-/// it at the same place.
-/// @param query As it was asked, with valid options; the shapes and motions must be dyop's own.
-/// @param result Of time_of_impact(); that of resume_time_of_impact() counts its own work only.
-/// @throws InvalidArgument for another shape or motion (a UserMotion is code, which no file holds),
-///         or an answer that cannot be had again: Cancelled, NotRun, or stopped before its first
+/// A query ended by its deadline is recorded with a budget equal to the node pairs it took, which
+/// ends it at the same point.
+/// @param query The query as asked, with valid options; shapes and motions must be dyop's own.
+/// @param result From time_of_impact(); one of resume_time_of_impact() counts its own work only.
+/// @throws InvalidArgument for another shape or motion (a UserMotion is code, not data),
+///         or an answer that cannot be reproduced: Cancelled, NotRun, or stopped before its first
 ///         step. FileError if the file cannot be written.
 void write_query_record(const std::filesystem::path& file, const ToiQuery& query,
                         const ToiResult& result);
 
-/// The same for a query that ended in an exception with this message.
+/// The same for a query that threw an exception with this message.
 void write_failure_record(const std::filesystem::path& file, const ToiQuery& query,
                           const std::string& failure);
 
-/// One field of an answer that is not the same.
+/// One field in which two answers differ.
 struct FieldDifference {
-  std::string field;     ///< as "contact.p_WCa[2]"
-  std::string recorded;  ///< JSON, numbers in hexadecimal; empty: not there
+  std::string field;     ///< such as "contact.p_WCa[2]"
+  std::string recorded;  ///< JSON, numbers in hexadecimal; empty if absent
   std::string now;
 };
 
-/// A query that was read from a record. Owns its shapes and motions.
+/// A query read from a record. Owns its shapes and motions.
 class QueryRecord {
  public:
   /// @throws FileError naming the key, what was expected and found.
@@ -43,17 +43,17 @@ class QueryRecord {
   QueryRecord(QueryRecord&&) noexcept;
   QueryRecord& operator=(QueryRecord&&) noexcept;
 
-  /// Of the dyop that wrote it.
+  /// Version of dyop that wrote it.
   const std::string& version() const;
 
   /// Refers to this record.
   ToiQuery query() const;
 
-  /// What the query ended in, if not in an answer; else empty.
+  /// The error the query ended in; empty if it was answered.
   const std::string& failure() const;
 
-  /// All fields of an answer that differ in any bit from those of the recorded one, NaNs being
-  /// alike; all fields there are if that was a failure.
+  /// All fields of an answer that differ in any bit from the recorded ones, all NaNs being equal;
+  /// every field if the recorded query failed.
   std::vector<FieldDifference> differences(const ToiResult& now) const;
 
  private:
@@ -61,7 +61,7 @@ class QueryRecord {
   std::unique_ptr<const Data> data_;
 };
 
-/// The version of this library, as "0.1.0".
+/// The version of this library, such as "0.1.0".
 std::string library_version();
 
 }  // namespace dyop

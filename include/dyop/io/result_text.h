@@ -18,13 +18,13 @@ std::string_view name_of(FeatureKind kind);
 std::string to_json_text(const DistanceResult& result);
 std::string to_json_text(const ToiResult& result);
 
-/// What two bodies are called in a text.
+/// The names of two bodies in a text.
 struct PairNames {
   std::string a = "A";
   std::string b = "B";
 };
 
-/// A result in plain words, several lines.
+/// A result in plain words, on several lines.
 std::string describe(const DistanceResult& result, const PairNames& names = {});
 std::string describe(const ToiResult& result, const PairNames& names = {});
 

@@ -22,18 +22,19 @@ struct ControlPoint {
 };
 
 /// The position is a Bezier curve, the rotation R_WC exp(theta(t)) with theta a Bezier curve
-/// [Farin2002]. The body is at the first control point at the begin and at the last one at the end.
+/// [Farin2002]. The body is at the first control point at the start and at the last one at the end.
 /// Bounds: docs/algorithms/motions.md.
 class BezierMotion final : public Motion {
  public:
   static constexpr std::size_t kMaxDegree = 9;
 
   /// `control_points`: 2 to kMaxDegree + 1 of them, one more than the degree; copied.
-  /// @throws InvalidArgument if the interval has no length or is not finite, the count is another
-  ///         one, a number is not finite, or R_WC is no rotation.
+  /// @throws InvalidArgument if the interval has no length or is not finite, the count is out
+  ///         of range, a number is not finite, or R_WC is not a rotation.
   BezierMotion(const TimeInterval& interval, const Matrix3& R_WC,
                std::span<const ControlPoint> control_points);
-  /// The same with the rotation of X_WC, taken as it is; from the two below the same motion again.
+  /// The same with the rotation of X_WC, used unchanged; with what the two members below
+  /// return it gives the same motion.
   BezierMotion(const TimeInterval& interval, const RigidPose& X_WC,
                std::span<const ControlPoint> control_points);
   RigidPose X_WC() const;

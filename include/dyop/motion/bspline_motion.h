@@ -10,13 +10,13 @@ namespace DYOP_EXPORT dyop {
 
 /// A B-spline in position and rotation vector, R_WB = R_WC exp(theta(t)), as the Bezier curves of
 /// its knot spans [Farin2002]. It is defined from knots[degree] to knots[control_points.size()];
-/// between, an inner knot of multiplicity m leaves degree - m derivatives continuous.
+/// inside, an inner knot of multiplicity m leaves degree - m derivatives continuous.
 ///
 /// @param degree 1 to BezierMotion::kMaxDegree.
-/// @param knots  control_points.size() + degree + 1 times that do not decrease; inner ones at most
-///               `degree` times the same.
+/// @param knots  control_points.size() + degree + 1 times in non-decreasing order; an inner knot
+///               repeats at most `degree` times.
 /// @throws InvalidArgument naming the value if one of these does not hold, a number is not finite
-///         or R_WC is no rotation.
+///         or R_WC is not a rotation.
 SequenceMotion bspline_motion(std::size_t degree, std::span<const Scalar> knots,
                               const Matrix3& R_WC, std::span<const ControlPoint> control_points);
 

@@ -8,7 +8,7 @@
 
 namespace DYOP_EXPORT dyop {
 
-/// What a Motion promises and does not keep.
+/// The promise of Motion that a motion breaks.
 enum class MotionFault {
   Domain,                  ///< not defined on all of the interval
   Refused,                 ///< a member threw a dyop::Error
@@ -17,7 +17,7 @@ enum class MotionFault {
   TwistNotFinite,          ///< a velocity that is infinite or NaN
   StateDiffers,            ///< state() is not what pose() and twist() return
   BoundNotValid,           ///< a twist_bound that is negative or NaN
-  SmoothUntil,             ///< a piece that ends before it starts, or before an earlier answer said
+  SmoothUntil,             ///< a piece that ends before it starts, or sooner than stated before
   Jump,                    ///< the pose moves farther than the bound on speed allows
   TwistNotDerivative,      ///< the twist is not the derivative of the pose
   SpeedAboveBound,         ///< a twist larger than twist_bound
@@ -28,33 +28,33 @@ struct MotionCheckOptions {
   /// Times at which the motion is sampled, >= 2; the start and the end of the interval are two of
   /// them. A fault that lasts for less than the time between samples can go unseen.
   int sample_count = 1000;
-  /// Moves the other times about: another seed looks elsewhere.
+  /// Shifts the other times: another seed samples at other times.
   std::uint64_t seed = 1;
 };
 
 /// Result of check_motion().
 struct MotionCheck {
   std::optional<MotionFault> fault;  ///< none: nothing wrong was found
-  Scalar t = 0;                      ///< when; of a jump, just before it
-  Scalar found = 0;                  ///< the value that is wrong, in the unit of the promise
-  Scalar allowed = 0;                ///< what it may be at most
-  std::string message;               ///< what, when and by how much, in words; empty if sound
+  Scalar t = 0;                      ///< when; for a jump, just before it
+  Scalar found = 0;                  ///< the wrong value, in the unit of the promise
+  Scalar allowed = 0;                ///< the largest value allowed
+  std::string message;               ///< what, when and by how much, in words; empty if no fault
 
   bool is_sound() const { return !fault; }
 };
 
 /// Samples a motion over an interval, as dyop's own tests sample the motions of the library, and
-/// names the first promise of Motion that it breaks: the first in time.
+/// names the first promise of Motion that it breaks, in order of time.
 ///
 /// The checks are the facts that the impact engine builds on, with the motion's own bounds. With
 /// v, a the bounds on speed and acceleration over a part [t, t + s] without a jump of the twist,
 ///     |p(t + s) - p(t)| ≤ v s,    |p(t + s) - p(t) - s v(t)| ≤ a s²/2,    |v(t + s) - v(t)| ≤ a s
-/// up to rounding, for many s from the distance of samples down; the same for rotations. So a
-/// motion that keeps its promises is never blamed, whatever it looks like. A wrong twist is found
-/// to about 1e-7 of the speed if the bound on acceleration is near the truth. Where that bound is
-/// infinite, twists are compared roughly, over 1/256 of the time between samples and less.
+/// up to rounding, for many s from the time between samples down; the same for rotations. So a
+/// motion that keeps its promises is never reported, whatever its form. A wrong twist is found to
+/// about 1e-7 of the speed if the bound on acceleration is close to the true one. Where that bound
+/// is infinite, twists are compared roughly, over 1/256 of the time between samples and less.
 ///
-/// Use it in the tests of your own motions; it finds lies, it does not prove that there is none.
+/// Use it in the tests of your own motions; it finds faults, it does not prove their absence.
 /// @throws InvalidArgument if the interval is not finite, is reversed or has no length, or
 ///         sample_count < 2. Exceptions that are not a dyop::Error pass through.
 /// Cost: about 40 poses and twists and 12 bounds per sample.

@@ -6,15 +6,15 @@
 
 namespace DYOP_EXPORT dyop {
 
-/// A body B that moves relative to a frame M, itself moving in the world: X_WB = X_WM X_MB. For
-/// example a tool held by a moving arm.
+/// A body B that moves relative to a frame M, which itself moves in the world: X_WB = X_WM X_MB,
+/// such as a tool held by a moving arm.
 ///
 /// With q = R_WM p_MB: v = v_M + w_M x q + R_WM v_MB, w = w_M + R_WM w_MB, and
 ///   |v'| <= a_M + (alpha_M + w_M^2) |q| + 2 w_M v_MB + a_MB,
 ///   |w'| <= alpha_M + w_M w_MB + alpha_MB.
 class ComposedMotion final : public Motion {
  public:
-  /// Both are shared, and immutable as every Motion. Defined where both are.
+  /// Both are shared, and immutable like every Motion. Defined where both are.
   /// @throws InvalidArgument if one is null or the domains do not meet.
   ComposedMotion(std::shared_ptr<const Motion> X_WM, std::shared_ptr<const Motion> X_MB);
 

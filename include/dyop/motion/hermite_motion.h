@@ -29,12 +29,12 @@ class HermiteMotion final : public Motion {
   /// @throws InvalidArgument if the interval has no length or a number is not finite.
   HermiteMotion(const TimeInterval& interval, const MotionState& begin, const MotionState& end);
 
-  /// From data in a chart, as an integrator of theta has them. Usually begin.theta = 0; any turn.
+  /// From data in a chart, as an integrator of theta has it. Usually begin.theta = 0; any turn.
   /// @throws InvalidArgument as the constructor; R_WC must be a rotation.
   static HermiteMotion from_chart(const TimeInterval& interval, const Matrix3& R_WC,
                                   const HermiteNode& begin, const HermiteNode& end);
-  /// The same with the rotation of X_WC, taken as it is; from the three below the same motion
-  /// again.
+  /// The same with the rotation of X_WC, used unchanged; with what the three members
+  /// below return it gives the same motion.
   static HermiteMotion from_chart(const TimeInterval& interval, const RigidPose& X_WC,
                                   const HermiteNode& begin, const HermiteNode& end);
   RigidPose X_WC() const;

@@ -32,12 +32,12 @@ class InterpolatedMotion final : public Motion {
                      RotationPath path = RotationPath::Slerp);
 
   /// Linear in the rotation vector relative to R_WC, also by more than half a turn. With R_WC the
-  /// rotation at the begin and begin.theta = 0: a constant angular velocity.
+  /// rotation at the start and begin.theta = 0: a constant angular velocity.
   /// @throws InvalidArgument as the constructor, or if a number is not finite.
   static InterpolatedMotion from_chart(const TimeInterval& interval, const Matrix3& R_WC,
                                        const Node& begin, const Node& end);
-  /// The same with the rotation of X_WC, taken as it is; from the three below the same motion
-  /// again.
+  /// The same with the rotation of X_WC, used unchanged; with what the three members
+  /// below return it gives the same motion.
   static InterpolatedMotion from_chart(const TimeInterval& interval, const RigidPose& X_WC,
                                        const Node& begin, const Node& end);
   RigidPose X_WC() const { return RigidPose::from_trusted(R_WC_, Vector3::Zero()); }

@@ -21,11 +21,10 @@ struct TwistBound {
   Scalar angular_acceleration = 0;  ///< sup |dw_WB/dt|; infinite if w jumps in the interval
 };
 
-/// What the rounding of poses is relative to: the pose that is computed carries a point at a
-/// distance r from the body's origin to within kPoseNoise * (length + angle * r) of its exact
-/// place.
+/// Scale of the rounding of poses: the computed pose maps a point at a distance r from the body's
+/// origin to within kPoseNoise * (length + angle * r) of its exact position.
 struct PoseScale {
-  Scalar length = 0;  ///< size of the lengths that positions are computed from
+  Scalar length = 0;  ///< size of the lengths from which positions are computed
   Scalar angle = 1;   ///< 1 and the size of the angles that rotations are computed from, radians
 };
 
@@ -35,8 +34,8 @@ struct MotionState {
   Twist twist;
 };
 
-/// A pose as a function of time, with rigorous bounds on how its twist changes. This is all that
-/// the impact engine knows of dynamics.
+/// A pose as a function of time, with rigorous bounds on how its twist changes. This is all the
+/// impact engine knows about dynamics.
 ///
 /// Motions are immutable, and all members may be called from several threads at once.
 ///
@@ -56,19 +55,20 @@ class Motion {
   /// Twist at time t, the derivative of pose; at a jump the value from the right.
   virtual Twist twist(Scalar t) const = 0;
 
-  /// Pose and twist at time t at once, the same bits as from pose() and twist(). Override it where
-  /// they share work; the impact engine asks for nothing else.
+  /// Pose and twist at time t together, the same bits as from pose() and twist(). Override it where
+  /// they share work; the impact engine gets poses and twists only from here.
   virtual MotionState state(Scalar t) const { return {pose(t), twist(t)}; }
 
   /// Bounds over `interval`, a sub-interval of domain(). Must round up, never down. A jump of the
-  /// twist at interval.end itself does not count, as nothing moves after it: there the values from
-  /// the left are bounded. So the bounds over [t, smooth_until(t)] have finite accelerations.
+  /// twist at interval.end itself does not count, as nothing moves after it: there the bounds hold
+  /// for the values from the left. So the bounds over [t, smooth_until(t)] have finite
+  /// accelerations.
   virtual TwistBound twist_bound(const TimeInterval& interval) const = 0;
 
-  /// What the rounding of poses over `interval`, a sub-interval of domain(), is relative to.
-  /// Default: that of a motion whose poses are computed from the time and from lengths that are as
-  /// large as the position and the way. Override it where poses are computed from something larger,
-  /// such as the time since some other one.
+  /// Scale of the rounding of poses over `interval`, a sub-interval of domain().
+  /// Default: that of a motion whose poses are computed from the time and from lengths as large as
+  /// the position and the distance travelled. Override it where poses are computed from something
+  /// larger, such as the time since a distant reference time.
   virtual PoseScale pose_scale(const TimeInterval& interval) const;
 
   /// Where the motion is defined. Default: always.

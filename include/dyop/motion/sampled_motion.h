@@ -14,12 +14,12 @@ class SpeedTree;
 
 namespace DYOP_EXPORT dyop {
 
-/// A log of poses, of a haptic device or a robot, at uneven time stamps. Between two stamps the
+/// A log of poses, say of a haptic device or a robot, at uneven time stamps. Between two stamps the
 /// origin moves linearly and the rotation along the shortest arc at a constant rate; at the stamps
 /// in between the twist jumps; smooth_sampled_motion() has no such jumps.
 ///
-/// A turn by pi or more between two stamps cannot be told from the shorter one: sample faster.
-/// Cost: O(log n) for pose, twist and bound; no allocation.
+/// A turn by pi or more between two stamps is indistinguishable from the shorter one: sample
+/// faster. Cost: O(log n) for pose, twist and bound; no allocation.
 class SampledMotion final : public Motion {
  public:
   struct Sample {

@@ -20,13 +20,13 @@ namespace DYOP_EXPORT dyop {
 class SequenceMotion final : public Motion {
  public:
   struct Part {
-    TimeInterval interval;                 ///< of the sequence; a part of the motion's domain
+    TimeInterval interval;                 ///< of the sequence; within the motion's domain
     std::shared_ptr<const Motion> motion;  ///< not null
   };
 
   /// @throws InvalidArgument unless there is a part, each with an interval of positive, finite
-  ///         length on which its motion is defined and that begins where the one before it ends,
-  ///         and the poses there agree up to rounding; names the parts and what is between them.
+  ///         length on which its motion is defined and that starts where the one before it ends,
+  ///         and the poses there agree up to rounding; names the parts and the difference.
   explicit SequenceMotion(std::vector<Part> parts);
 
   RigidPose pose(Scalar t) const override;

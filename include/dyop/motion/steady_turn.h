@@ -14,8 +14,8 @@ class SteadyTurn {
   SteadyTurn() = default;
 
   /// @param R0 Rotation at tau = 0.
-  /// @param w  Angular velocity, radians per time, in the frame that R0 leads to, of any finite
-  /// length.
+  /// @param w  Angular velocity, radians per time, in the frame that R0 maps into, of any finite
+  ///           length.
   SteadyTurn(const Matrix3& R0, const Vector3& w) : rate_(w.stableNorm()), fixed_(R0) {
     if (!(rate_ > 0)) return;
     const Vector3 axis = (w / rate_).normalized();

@@ -6,9 +6,9 @@
 
 namespace DYOP_EXPORT dyop {
 
-/// A motion made of the caller's functions. Its certificate is worth what `twist_bound` is worth:
-/// the functions must meet the contracts of Motion of the same name, from several threads at once,
-/// and the rounding of poses must be that of Motion::pose_scale() as it is by default.
+/// A motion made of the caller's functions. Proofs are only as good as `twist_bound`: the functions
+/// must meet the contracts of the members of Motion with the same names, called from several
+/// threads at once, and poses must round as the default Motion::pose_scale() states.
 class UserMotion final : public Motion {
  public:
   struct Functions {

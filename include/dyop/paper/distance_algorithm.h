@@ -18,15 +18,14 @@ struct DistanceBounds {
 };
 
 /// One way to compute the distance of two triangles, or of two convex hulls; stateless and
-/// thread-safe. For comparing algorithms: each has a function of its own in this room that returns
+/// thread-safe. For comparing algorithms: each has its own function in this folder that returns
 /// witness points and features too, and distance() is the front door for everything else.
 ///
 /// To add an algorithm:
 ///   1. `include/dyop/distance/<name>.h` and `src/distance/<name>.cpp`, listed in
 ///      `src/distance/CMakeLists.txt`, with a page in docs/algorithms;
 ///   2. a class in `src/paper/distance_algorithm.cpp` and its name in the list at the end of
-///   that
-///      file: the contract tests of tests/paper/distance_algorithm_test.cpp then check it, and
+///      that file: the contract tests of tests/paper/distance_algorithm_test.cpp then check it, and
 ///      `dyop paper` measures and draws it.
 class DistanceAlgorithm {
  public:

@@ -20,7 +20,7 @@
 /// walk does. Method and measurements: docs/algorithms/lin_canny.md.
 namespace DYOP_EXPORT dyop {
 
-/// Where a walk begins, and what the last one did. A query of the same pair at a nearby pose then
+/// Where a walk starts, and what the last one did. A query of the same pair at a nearby pose then
 /// takes a step or two. Affects speed only. Numbers that fit no feature of the shapes are ignored.
 struct LinCannyCache {
   /// Place on a shape: kind and number of the feature; Smooth for none.
@@ -48,7 +48,7 @@ PlanarDistance lin_canny_distance(const PlanarTriangle& a, const PlanarTriangle&
 PlanarDistance lin_canny_distance(std::span<const Vector2> a, std::span<const Vector2> b,
                                   LinCannyCache* cache = nullptr);
 
-/// A convex hull with its edges, and who borders whom: what the walk needs. Built once a shape.
+/// A convex hull with its edges, and who borders whom: what the walk needs. Built once per shape.
 class HullFeatures {
  public:
   struct Edge {

@@ -32,8 +32,7 @@ struct PlanarDistance {
 PlanarDistance planar_triangle_distance(const PlanarTriangle& a, const PlanarTriangle& b);
 
 /// The same for convex polygons, each in counterclockwise or clockwise order, with at least one
-/// vertex; repeated and collinear vertices are legal. Convexity is not
-/// checked.
+/// vertex; repeated and collinear vertices are legal. Convexity is not checked.
 ///
 /// Coordinates as above. Cost: all pairs of a vertex and an edge; no allocation.
 /// @throws InvalidArgument if a polygon has no vertex.

@@ -8,7 +8,7 @@
 namespace DYOP_EXPORT dyop {
 
 /// What happened in a run, for a person to read. Here, and only here, the clock is shown.
-/// @param impacts      All impacts of the run, in order; the first ones are told in full.
+/// @param impacts      All impacts of the run, in order; the first ones are printed in full.
 /// @param wall_seconds Time spent on the run.
 void write_summary(std::ostream& out, const Scene& scene, const std::vector<ImpactEvent>& impacts,
                    const RunTotals& totals, double wall_seconds);

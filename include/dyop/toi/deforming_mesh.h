@@ -11,10 +11,10 @@
 namespace DYOP_EXPORT dyop {
 
 /// A triangle mesh that deforms: each vertex moves on a straight line, at constant speed, from its
-/// place at the begin of an interval to its place at the end. World frame throughout. The interval
+/// place at the start of an interval to its place at the end. World frame throughout. The interval
 /// itself is given with each query.
 ///
-/// The hierarchy is built once; new places only refit its boxes. As in TriangleMesh, any set of
+/// The hierarchy is built once; new positions only refit its boxes. As in TriangleMesh, any set of
 /// triangles is legal: open, self-touching, with segments and points.
 class DeformingMesh {
  public:
@@ -27,18 +27,18 @@ class DeformingMesh {
     bool is_leaf = false;
   };
 
-  /// @throws InvalidArgument if there is no triangle, both arrays differ in length, a coordinate is
-  /// not
-  ///         finite or beyond kLargestCoordinate, or an index is out of range; the message has it.
+  /// @throws InvalidArgument if there is no triangle, the arrays differ in length, a coordinate is
+  ///         not finite or beyond kLargestCoordinate, or an index is out of range; the message
+  ///         names it.
   DeformingMesh(std::vector<Vector3> begin, std::vector<Vector3> end,
                 std::vector<TriangleIndices> triangles);
 
-  /// Gives all vertices new places, as many as before. Linear in the size; the tree keeps its
-  /// shape, so queries slow down if neighbours drift far apart.
+  /// Gives all vertices new positions, as many as before. Linear in the size; the tree keeps its
+  /// structure, so queries slow down if neighbours drift far apart.
   /// @throws InvalidArgument as above; the mesh is then unchanged.
   void refit(std::vector<Vector3> begin, std::vector<Vector3> end);
 
-  /// The next interval: begins at what was the end.
+  /// The next interval: starts where the last one ended.
   void advance(std::vector<Vector3> next_end);
 
   std::span<const Vector3> begin() const { return begin_; }
@@ -55,8 +55,8 @@ class DeformingMesh {
   /// Node 0 is the root; children come after their parents.
   std::span<const Node> nodes() const { return nodes_; }
 
-  /// Largest distance of a vertex from the world's origin, and largest way of a vertex over the
-  /// interval, both of vertices that triangles use, rounded up.
+  /// Largest distance of a vertex from the world's origin, and largest displacement of a vertex
+  /// over the interval, both over vertices that triangles use, rounded up.
   Scalar largest_radius() const { return largest_radius_; }
   Scalar largest_displacement() const { return largest_displacement_; }
 

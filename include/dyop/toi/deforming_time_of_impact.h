@@ -9,19 +9,19 @@ namespace DYOP_EXPORT dyop {
 
 /// Returns when two deforming meshes first come within target_distance, or proves that they do not.
 ///
-/// ToiStatus states what is promised. Options are those of time_of_impact() of rigid shapes, but for
-/// solid_a and solid_b. Features name vertices of the meshes. The search is that of rigid shapes, over
-/// pairs of nodes of swept boxes and then of triangles.
+/// ToiStatus states what is promised. Options are those of time_of_impact() of rigid shapes, except
+/// solid_a and solid_b. Features name vertices of the meshes. The search is the one for rigid
+/// shapes, over pairs of nodes of swept boxes and then of triangles.
 ///
-/// @param interval The vertices are at begin() at its begin, at end() at its end. Finite, not
-///                 reversed; of an interval of length zero only begin() counts.
+/// @param interval The vertices are at begin() at its start, at end() at its end. Finite, not
+///                 reversed; if its length is zero only begin() counts.
 /// @throws InvalidArgument if an option is out of range or the interval is not valid.
 /// Const, thread-safe, deterministic unless a deadline or stop ends it.
 /// See docs/algorithms/linear_vertex_motion.md.
 ToiResult time_of_impact(const DeformingMesh& a, const DeformingMesh& b,
                          const TimeInterval& interval, const ToiOptions& options = {});
 
-/// The same in the memory of `workspace`, and going on with its last query, as for rigid shapes
+/// The same in the memory of `workspace`, and resuming its last query, as for rigid shapes
 /// (time_of_impact.h); the meshes must not have been refitted in between.
 ToiResult time_of_impact(const DeformingMesh& a, const DeformingMesh& b,
                          const TimeInterval& interval, const ToiOptions& options,

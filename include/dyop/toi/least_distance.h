@@ -14,7 +14,7 @@
 
 namespace DYOP_EXPORT dyop {
 
-/// How a query for the least distance ended. In every status but NotRun the bounds hold.
+/// How a least-distance query ended. The bounds hold in every status but NotRun.
 enum class LeastDistanceStatus {
   NotRun,
   Bounded,                 ///< upper - lower is at most the tolerance
@@ -25,19 +25,19 @@ enum class LeastDistanceStatus {
 };
 
 struct LeastDistanceOptions {
-  /// How far apart the bounds may stay: the larger of an absolute (length, >= 0) and a relative
-  /// (in [0, 1), times upper) tolerance, and of 64 rounding allowances of the query. A tight one
-  /// costs little.
+  /// How far apart the bounds may stay: the largest of an absolute tolerance (length, >= 0), a
+  /// relative one (in [0, 1), times upper), and 64 rounding allowances of the query. A tight
+  /// tolerance costs little.
   Scalar absolute_tolerance = 0;
   Scalar relative_tolerance = 0.01;
   /// Stop as soon as the shapes are proven to stay farther apart than this; length, >= 0.
   Scalar max_distance = kInfinity;
-  /// Take A (B) for a solid, as ToiOptions.
+  /// Treat A (B) as a solid, as in ToiOptions.
   bool solid_a = false;
   bool solid_b = false;
-  /// Largest number of node pairs of the proof, as ToiOptions.
+  /// Largest number of node pairs of the proof, as in ToiOptions.
   std::int64_t max_node_pairs = 10'000'000;
-  /// Point in time to stop the proof at. The search before it, some 30 distance queries, is done.
+  /// Time at which to stop the proof. The search before it, some 30 distance queries, always runs.
   std::optional<std::chrono::steady_clock::time_point> deadline;
   std::stop_token stop;
 };
@@ -49,20 +49,20 @@ struct LeastDistanceResult {
   LeastDistanceStatus status = LeastDistanceStatus::NotRun;
   Scalar lower = 0;
   Scalar upper = kInfinity;
-  Scalar t_upper = 0;      ///< the time of the nearest approach that was found
+  Scalar t_upper = 0;      ///< time of the nearest approach found
   DistanceResult nearest;  ///< distance and witness points at t_upper
   RigidPose X_WA;          ///< poses at t_upper
   RigidPose X_WB;
-  Scalar rounding_allowance = 0;      ///< length; within the bounds already
+  Scalar rounding_allowance = 0;      ///< length; already within the bounds
   std::int64_t distance_queries = 0;  ///< at single times
   ToiStatistics statistics;           ///< of the proof
 };
 
-/// Returns how near two moving shapes come to one another over an interval, with proven bounds and
-/// the time of nearest approach: the clearance of a motion.
+/// Returns the least distance of two moving shapes over an interval, with proven bounds and the
+/// time of nearest approach: the clearance of a motion.
 ///
-/// The nearest approach is first searched for, then time_of_impact() proves that nothing comes
-/// nearer than it by more than the tolerance, or finds what does.
+/// First a search finds the nearest approach, then time_of_impact() proves that the distance never
+/// falls below it by more than the tolerance, or finds where it does.
 ///
 /// @param a, b, X_WA, X_WB, interval  As for time_of_impact().
 /// @throws InvalidArgument if an option is out of range, a motion is undefined on `interval`, or a

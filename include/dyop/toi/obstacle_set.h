@@ -17,38 +17,38 @@ struct ObstacleMemory;
 struct ObstacleSetData;
 }  // namespace internal
 
-/// An obstacle of an ObstacleSet. Stays the same while the obstacle is in the set; never given to
-/// another one of that set.
+/// Identifies an obstacle of an ObstacleSet. Fixed while the obstacle is in the set; never reused
+/// for another one of that set.
 enum class ObstacleId : std::uint64_t {};
 
-/// A shape in world, at rest or on a motion.
+/// A shape in the world, at rest or on a motion.
 struct Obstacle {
   std::shared_ptr<const Shape> shape;
-  std::shared_ptr<const Motion> X_WO;  ///< RestMotion for one that stands still
-  std::uint32_t groups = 1;            ///< bit set; queries choose by it
-  bool is_solid = false;               ///< take a closed mesh for a solid, as ToiOptions::solid_b
+  std::shared_ptr<const Motion> X_WO;  ///< RestMotion for one at rest
+  std::uint32_t groups = 1;            ///< bit set; queries select by it
+  bool is_solid = false;               ///< treat a closed mesh as a solid, as ToiOptions::solid_b
 };
 
-/// Which obstacles a query is about: those that share a group with it and that `accepts` accepts.
+/// Which obstacles a query considers: those that share a group with it and that `accepts` accepts.
 struct ObstacleFilter {
   std::uint32_t groups = ~std::uint32_t{0};
   /// Called at most once per obstacle and query, in no fixed order; empty: all.
   std::function<bool(ObstacleId)> accepts;
 };
 
-/// Result of ObstacleSet::first_impact(). What `toi` says of the distance of two shapes holds for
-/// the distance of the body from every obstacle the filter lets through: Separated, t_safe,
-/// rounding allowance and statistics are those of all. A is the body, B is `obstacle`.
+/// Result of ObstacleSet::first_impact(). What `toi` states about the distance of two shapes holds
+/// for the distance of the body from every obstacle the filter accepts: Separated, t_safe,
+/// rounding allowance and statistics cover all of them. A is the body, B is `obstacle`.
 struct ObstacleImpact {
   ToiResult toi;
-  /// Whom the status is about: the first that is hit, or that could not be decided. Of several at
-  /// the same time the one with the least id. Nothing if Separated.
+  /// The obstacle the status refers to: the first one hit, or the first that could not be decided.
+  /// If several tie in time, the one with the least id. Empty if Separated.
   std::optional<ObstacleId> obstacle;
-  /// The share of the interval that is proven free: 1 if Separated.
+  /// The fraction of the interval proven free: 1 if Separated.
   Scalar free_fraction = 0;
 };
 
-/// Result of ObstacleSet::nearest(). `distance` has the bounds of the least distance from all
+/// Result of ObstacleSet::nearest(). `distance` holds bounds of the least distance over all
 /// obstacles: infinite if there is none. A is the body, B is `obstacle`.
 struct NearestObstacle {
   DistanceResult distance;
@@ -61,7 +61,7 @@ struct ObstacleClearance {
   std::optional<ObstacleId> obstacle;
 };
 
-/// Memory of ObstacleSet::first_impact(), kept by the caller from query to query. For one query at a
+/// Memory of ObstacleSet::first_impact(), kept by the caller between queries. Serves one query at a
 /// time.
 class ObstacleWorkspace {
  public:
@@ -77,12 +77,12 @@ class ObstacleWorkspace {
 };
 
 /// Many placed shapes, for queries of one body against all of them in one call: faster than a loop,
-/// because what is far from the body's path is never examined, and no pair is pursued beyond the
+/// because obstacles far from the body's path are never examined, and no pair is pursued beyond the
 /// first impact.
 ///
 /// Queries are const, may run in several threads at once while the set does not change, and are
-/// deterministic unless a deadline or stop ends them: results do not depend on the order in which
-/// obstacles were added, moved or removed, but for their ids. See docs/algorithms/obstacle_set.md.
+/// deterministic unless a deadline or stop ends them: apart from ids, results do not depend on the
+/// order in which obstacles were added, moved or removed. See docs/algorithms/obstacle_set.md.
 class ObstacleSet {
  public:
   ObstacleSet();
@@ -90,13 +90,13 @@ class ObstacleSet {
   ObstacleSet(ObstacleSet&&) noexcept;
   ObstacleSet& operator=(ObstacleSet&&) noexcept;
 
-  /// @throws InvalidArgument if shape or motion is missing, or a solid is a mesh that is not closed.
+  /// @throws InvalidArgument if shape or motion is missing, or a solid is an open mesh.
   ObstacleId add(Obstacle obstacle);
-  /// One that stands still.
+  /// An obstacle at rest.
   ObstacleId add(std::shared_ptr<const Shape> shape, const RigidPose& X_WO,
                  std::uint32_t groups = 1);
-  /// Puts an obstacle elsewhere, or on another motion.
-  /// @throws InvalidArgument if the id is not in the set; so do remove() and obstacle().
+  /// Moves an obstacle to another pose, or puts it on another motion.
+  /// @throws InvalidArgument if the id is not in the set, as do remove() and obstacle().
   void move(ObstacleId id, const RigidPose& X_WO);
   void move(ObstacleId id, std::shared_ptr<const Motion> X_WO);
   void remove(ObstacleId id);
@@ -104,13 +104,13 @@ class ObstacleSet {
   bool contains(ObstacleId id) const;
   const Obstacle& obstacle(ObstacleId id) const;
   std::size_t size() const;
-  /// Of all obstacles, rising.
+  /// Ids of all obstacles, in ascending order.
   std::vector<ObstacleId> ids() const;
 
   /// The first time at which the body comes within the target distance of an obstacle, or a proof
   /// that it does not. Budget, deadline and stop are those of the whole call. An undecided query
   /// cannot be resumed.
-  /// @param options As for time_of_impact(); solid_b must be false: Obstacle::is_solid says it.
+  /// @param options As for time_of_impact(); solid_b must be false: Obstacle::is_solid replaces it.
   /// @throws InvalidArgument as time_of_impact().
   ObstacleImpact first_impact(const Shape& body, const Motion& X_WB, const TimeInterval& interval,
                               const ToiOptions& options = {},
@@ -121,14 +121,14 @@ class ObstacleSet {
                               ObstacleWorkspace& workspace) const;
 
   /// The obstacle nearest to the body at one time.
-  /// @param t Where moving obstacles are.
+  /// @param t Time at which moving obstacles are placed.
   /// @throws InvalidArgument as distance(); if solid_b is set; if t is not finite or an obstacle's
   ///         motion is undefined at t.
   NearestObstacle nearest(const Shape& body, const RigidPose& X_WB, Scalar t = 0,
                           const DistanceOptions& options = {},
                           const ObstacleFilter& filter = {}) const;
 
-  /// How near the body comes to any obstacle over an interval. The budget is shared by all.
+  /// The least distance of the body from any obstacle over an interval. All share the budget.
   /// @throws InvalidArgument as dyop::least_distance(); if solid_b is set.
   ObstacleClearance least_distance(const Shape& body, const Motion& X_WB,
                                    const TimeInterval& interval,

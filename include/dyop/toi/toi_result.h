@@ -10,8 +10,8 @@
 
 namespace DYOP_EXPORT dyop {
 
-/// How a time-of-impact query ended, and what that promises. This table is the only statement of the
-/// promise; it holds for every query: rigid shapes, deforming meshes, vertex paths and batches.
+/// How a time-of-impact query ended, and what that promises. This table is the only statement of
+/// the promise; it holds for every query: rigid shapes, deforming meshes, vertex paths and batches.
 ///
 /// δ = target_distance, ε = distance_tolerance, d(t) = distance of the two sides at time t, on the
 /// motions as given, ν = the result's rounding_allowance (a length, for which
@@ -28,8 +28,8 @@ namespace DYOP_EXPORT dyop {
 ///     NumericalLimit         any      >= δ + ε/4 - ν (2)     as before it       the pair
 ///
 /// (1) The lower bound of the pair's distance is at most δ + ε/4: it is not proven apart. Or, of a
-///     solid: a part of the other side is inside it, however far its surface; both witness points are
-///     then one point inside, and the rest of `contact` means nothing.
+///     solid: a part of the other side is inside it, however far its surface; both witness points
+///     are then one point inside, and the rest of `contact` means nothing.
 /// (2) If t_safe > begin. If t_safe = begin nothing is known.
 ///
 /// The last three are undecided after t_safe: NOT a miss. NumericalLimit: rounding forbids the
@@ -40,19 +40,19 @@ namespace DYOP_EXPORT dyop {
 /// contacts   Impact under ToiOptions::with_contacts: all contacts at t_safe whose gap is at most ε
 ///            larger than that of `contact`, rounding allowed for, as find_contacts() gives them;
 ///            never empty. Otherwise empty.
-/// t_hit      Impact, if a short probe found one: in (t_safe, end], with d(t_hit) <= δ + ε/2 + ν. So
-///            [t_safe, *t_hit] brackets the time at which d falls to δ + ε/2. Otherwise none.
+/// t_hit      Impact, if a short probe found one: in (t_safe, end], with d(t_hit) <= δ + ε/2 + ν.
+///            So [t_safe, *t_hit] brackets the time at which d falls to δ + ε/2. Otherwise none.
 /// X_WA, X_WB Poses at t_safe; the identity for a deforming mesh, and in NotRun.
 ///
 /// Under ContactRule::Exact (vertex paths) Separated means d > 0 on the whole interval instead,
-/// exactly; and every other status but NotRun only occurs if the two sides have a point in common at
-/// an instant of the interval.
+/// exactly; and every other status but NotRun only occurs if the two sides have a point in common
+/// at an instant of the interval.
 enum class ToiStatus {
   NotRun,
   Separated,              ///< no impact in the whole interval
-  Impact,                 ///< in contact at t_safe, and closing as far as rounding lets one tell
+  Impact,                 ///< in contact at t_safe, and closing, as far as rounding can tell
   InitiallyWithinTarget,  ///< not proven apart at the start
-  BudgetExhausted,        ///< undecided: the budget or the deadline is spent
+  BudgetExhausted,        ///< undecided: the budget ran out or the deadline passed
   Cancelled,              ///< undecided: stopped by the caller
   NumericalLimit,         ///< undecided: rounding forbids the tolerance asked for
 };
@@ -69,7 +69,7 @@ struct ImpactContact : Contact {
   Scalar closing_speed = 0;  ///< -d/dt of the gap along the normal at the witness points
 };
 
-/// Result of time_of_impact(). ToiStatus says what each member promises in which status.
+/// Result of time_of_impact(). ToiStatus states what each member promises in each status.
 struct ToiResult {
   ToiStatus status = ToiStatus::NotRun;
   Scalar t_safe = 0;

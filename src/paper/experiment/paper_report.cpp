@@ -68,7 +68,7 @@ void describe_series(std::ostringstream& out, const PaperSeries& series) {
 void describe_errors(std::ostringstream& out, const PaperResults& results) {
   out << "\n## Errors of published DyOP by gap\n\n"
       << results.settings.error_pairs
-      << " random pairs a row, in a square or cube of side 2, brought to the gap.\n\n"
+      << " random pairs per row, in a square or cube of side 2, brought to the gap.\n\n"
       << "| dimension | gap | wrong, % | value / truth when wrong: mean | worst |\n"
       << "|---|---|---|---|---|\n";
   for (const GapErrors& row : results.errors) {
