@@ -139,9 +139,14 @@ ExitCode exit_code_of(const Run& run, const Scene& scene, const SimulateArgument
     case AdvanceStatus::InitialOverlap:
       if (run.totals.t > 0) return ExitCode::Undecided;
       throw FileError(arguments.scene, describe_end(scene, run.totals));
-    default:
+    case AdvanceStatus::NotRun:
+    case AdvanceStatus::BudgetExhausted:
+    case AdvanceStatus::NumericalLimit:
+    case AdvanceStatus::ImpactLimit:
+    case AdvanceStatus::Cancelled:
       return ExitCode::Undecided;
   }
+  return ExitCode::Undecided;  // not reached
 }
 
 // Throws what ended a run again, with the name of the scene.
