@@ -4,6 +4,7 @@
 #include <cmath>
 #include <tuple>
 
+#include "core/tolerance.h"
 #include "dyop/core/error.h"
 
 namespace dyop {
