@@ -9,8 +9,7 @@ int main() {
   const dyop::RigidPose X_WTable({0, 0, -0.5});   // its top is at height 0
   const dyop::RigidPose X_WCrate({0, 0, 0.251});  // a thousandth above it
 
-  // All pairs of features at most 0.01 apart, once per place: the corners of the crate, and where the
-  // diagonals of the two faces cross, as the faces of a box are triangles.
+  // All pairs of features at most 0.01 apart, once per place: the corners of the crate.
   for (const dyop::Contact& contact : dyop::find_contacts(table, X_WTable, crate, X_WCrate, 0.01)) {
     std::printf("at (%+.1f, %+.1f): gap %.6f, normal (%.1f, %.1f, %.1f)\n", contact.p_WCb.x(),
                 contact.p_WCb.y(), contact.lower, contact.nhat_AB_W.x() + 0.0,

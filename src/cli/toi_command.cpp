@@ -61,9 +61,13 @@ ExitCode exit_code_of(const ToiResult& result, bool fails_on_impact) {
     case ToiStatus::Impact:
     case ToiStatus::InitiallyWithinTarget:
       return exit_code_of_impact(fails_on_impact);
-    default:
+    case ToiStatus::NotRun:
+    case ToiStatus::BudgetExhausted:
+    case ToiStatus::Cancelled:
+    case ToiStatus::NumericalLimit:
       return ExitCode::Undecided;
   }
+  return ExitCode::Undecided;  // not reached
 }
 
 ExitCode run_toi(const ToiArguments& arguments) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "core/assert.h"
 #include "distance/distance_check.h"
 #include "distance/distance_traversal.h"
 #include "distance/enclosure.h"
@@ -58,6 +59,7 @@ DistanceResult distance(const Shape& a, const RigidPose& X_WA, const Shape& b,
   const internal::PieceDistance& best = traversal.best;
   result.lower = best.is_overlapping ? 0 : std::min(traversal.lower, best.upper);
   result.upper = best.upper;
+  DYOP_ASSERT(result.lower <= result.upper, result.lower, ' ', result.upper);
   if (result.upper == kInfinity) return result;  // farther than the limit: no piece was examined
   cache.nearest = {traversal.leaf_a, traversal.leaf_b};
   const Scalar lower = result.lower;

@@ -83,7 +83,9 @@ class ContactGathering {
 
  private:
   void add_triangle_pair(std::int32_t triangle_a, std::int32_t triangle_b);
-  void add(const TriangleFeature& a, const TriangleFeature& b, bool only_interior);
+  void add_edge_pairs(const Triangle& a, const Triangle& b);
+  void add(const TriangleFeature& a, const TriangleFeature& b, bool only_interior,
+           std::vector<Contact>& list);
 
   const CoreSurface& a_;
   const CoreSurface& b_;
@@ -92,11 +94,13 @@ class ContactGathering {
   Scalar max_distance_;
   std::int32_t triangle_a_ = 0;
   std::int32_t triangle_b_ = 0;
+  std::vector<Contact> inner_contacts_;  // of an edge inside a flat area
 };
 
 // Adds the witness pair of two features if it is near enough. Edge pairs count only where both
 // witness points are inside their edges: the ends come as vertex-face pairs.
-void ContactGathering::add(const TriangleFeature& a, const TriangleFeature& b, bool only_interior) {
+void ContactGathering::add(const TriangleFeature& a, const TriangleFeature& b, bool only_interior,
+                           std::vector<Contact>& list) {
   const TriangleDistance d = triangle_distance(a.triangle, b.triangle);
   const Scalar radii = a_.radius + b_.radius;
   if (d.lower - noise_ - radii > max_distance_) return;
@@ -111,7 +115,28 @@ void ContactGathering::add(const TriangleFeature& a, const TriangleFeature& b, b
   contact.feature_b = b.feature;
   if (a_.is_mesh) contact.triangle_a = triangle_a_;
   if (b_.is_mesh) contact.triangle_b = triangle_b_;
-  contacts.push_back(contact);
+  list.push_back(contact);
+}
+
+// Whether side k of a triangle joins two triangles of one plane.
+bool is_inner_side(const TriangleMesh& mesh, std::int32_t triangle, std::size_t k) {
+  const std::int32_t edge = mesh.topology().edge_of_side(3 * triangle + std::int32_t(k));
+  return edge >= 0 && mesh.contact_features().edge_kind(edge) == EdgeKind::Flat;
+}
+
+// An edge that another one crosses inside a flat area is not where the area ends.
+void ContactGathering::add_edge_pairs(const Triangle& a, const Triangle& b) {
+  const TriangleIndices& indices_a = a_.mesh->triangles()[static_cast<std::size_t>(triangle_a_)];
+  const TriangleIndices& indices_b = b_.mesh->triangles()[static_cast<std::size_t>(triangle_b_)];
+  std::array<bool, 3> is_inner_b;
+  for (std::size_t k = 0; k < 3; ++k) is_inner_b[k] = is_inner_side(*b_.mesh, triangle_b_, k);
+  for (std::size_t i = 0; i < 3; ++i) {
+    const bool is_inner_a = is_inner_side(*a_.mesh, triangle_a_, i);
+    for (std::size_t j = 0; j < 3; ++j) {
+      add(edge_of(a, indices_a, i), edge_of(b, indices_b, j), true,
+          is_inner_a || is_inner_b[j] ? inner_contacts_ : contacts);
+    }
+  }
 }
 
 void ContactGathering::add_triangle_pair(std::int32_t triangle_a, std::int32_t triangle_b) {
@@ -127,12 +152,10 @@ void ContactGathering::add_triangle_pair(std::int32_t triangle_a, std::int32_t t
   // Most pairs of neighbouring boxes are not in contact: one test of the whole triangles first.
   if (triangle_distance(a, b).lower - noise_ - a_.radius - b_.radius > max_distance_) return;
   for (std::size_t i = 0; i < 3; ++i) {
-    add(vertex_of(a, indices_a, i), face_b, false);
-    add(face_a, vertex_of(b, indices_b, i), false);
-    for (std::size_t j = 0; j < 3; ++j) {
-      add(edge_of(a, indices_a, i), edge_of(b, indices_b, j), true);
-    }
+    add(vertex_of(a, indices_a, i), face_b, false, contacts);
+    add(face_a, vertex_of(b, indices_b, i), false, contacts);
   }
+  add_edge_pairs(a, b);
 }
 
 void ContactGathering::run() {
@@ -164,6 +187,8 @@ void ContactGathering::run() {
       stack.emplace_back(opens_a ? part : box_a, opens_a ? box_b : part);
     }
   }
+  // An area is flat to a tolerance: where its ends are just out of reach, what is inside counts.
+  if (contacts.empty()) contacts = std::move(inner_contacts_);
 }
 
 // How far apart, on either body, witness points of one place may be: two legs of a right triangle

@@ -1,5 +1,8 @@
 #include "distance/piece_distance.h"
 
+#include <cmath>
+
+#include "core/assert.h"
 #include "core/tolerance.h"
 #include "distance/gjk/triangle_core.h"
 #include "dyop/distance/gjk.h"
@@ -34,6 +37,8 @@ Scalar posed_size(const Shape& shape) {
 
 // A point of B off by pose_noise changes the distance by no more.
 void widen(PieceDistance& result, Scalar pose_noise) {
+  DYOP_ASSERT(result.lower <= result.upper, result.lower, ' ', result.upper);
+  DYOP_ASSERT(std::abs(result.nhat_AB.squaredNorm() - 1) <= 2 * kRotationTolerance, result.nhat_AB);
   result.lower = std::max(0.0, result.lower - pose_noise);
   result.upper += pose_noise;
 }

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <optional>
 
+#include "core/assert.h"
 #include "dyop/core/rigid_pose.h"
 #include "dyop/geometry/convex_shape.h"
 #include "dyop/geometry/triangle_mesh.h"
@@ -37,9 +38,13 @@ class ShapeTree {
 
   static constexpr std::int32_t kRoot = 0;
 
-  const MeshHierarchy::Node& node(std::int32_t node) const { return nodes_[node]; }
+  const MeshHierarchy::Node& node(std::int32_t node) const {
+    DYOP_ASSERT(node >= 0 && node < node_count_, node, " of ", node_count_);
+    return nodes_[node];
+  }
   const MeshHierarchy::Node& node_of(std::int32_t box) const {
-    return nodes_[box / BoxGroup::kWidth];
+    DYOP_ASSERT(box >= 0, box);
+    return node(box / BoxGroup::kWidth);
   }
   static int column_of(std::int32_t box) { return box % BoxGroup::kWidth; }
   static std::int32_t box_number(std::int32_t node, int column) {
@@ -48,11 +53,11 @@ class ShapeTree {
 
   OrientedBox box(std::int32_t box) const { return node_of(box).boxes.box(column_of(box), scale_); }
   /// The boxes of a node, for the wide kernels.
-  GroupRows rows(std::int32_t node) const { return {nodes_[node].boxes.rows, scale_}; }
+  GroupRows rows(std::int32_t node) const { return {this->node(node).boxes.rows, scale_}; }
   /// Asks for the memory of a node, which is needed soon. Speed only.
   void fetch(std::int32_t node) const {
     constexpr std::size_t kCacheLine = 64;
-    const char* begin = reinterpret_cast<const char*>(&nodes_[node]);
+    const char* begin = reinterpret_cast<const char*>(&this->node(node));
     for (std::size_t i = 0; i < sizeof(MeshHierarchy::Node); i += kCacheLine) {
       __builtin_prefetch(begin + i);
     }
@@ -67,7 +72,10 @@ class ShapeTree {
   /// The node with the parts of a box that is no leaf.
   std::int32_t child(std::int32_t box) const { return node_of(box).child[column_of(box)]; }
   /// Triangle number of a leaf of a mesh.
-  std::int32_t triangle(std::int32_t leaf) const { return -1 - child(leaf); }
+  std::int32_t triangle(std::int32_t leaf) const {
+    DYOP_ASSERT(is_leaf(leaf), leaf);
+    return -1 - child(leaf);
+  }
 
   LeafPiece piece(std::int32_t leaf) const {
     if (mesh_) return {mesh_, nullptr, triangle(leaf), std::nullopt};
@@ -99,6 +107,7 @@ FacingBox facing_box(const OrientedBox& box, const RigidPose& X_SO);
 /// One of them must not be a leaf.
 inline bool opens_first(const ShapeTree& tree_a, std::int32_t a, const ShapeTree& tree_b,
                         std::int32_t b) {
+  DYOP_ASSERT(!tree_a.is_leaf(a) || !tree_b.is_leaf(b), a, ' ', b);
   if (tree_a.is_leaf(a)) return false;
   return tree_b.is_leaf(b) || tree_a.squared_half_diagonal(a) >= tree_b.squared_half_diagonal(b);
 }

@@ -4,6 +4,10 @@
 #include "hierarchy/facing_box.h"
 
 // A direction along which two boxes are far apart, for several boxes at once.
+//
+// separating_direction() (box_direction.h) finds one for a single pair, and shares no code with
+// this: here boxes are columns of a node in single precision, one direction is as good as another
+// that is nearly so far, and a branch costs all lanes.
 namespace dyop::internal {
 
 inline namespace DYOP_LANES {

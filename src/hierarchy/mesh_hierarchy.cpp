@@ -157,6 +157,8 @@ void MeshHierarchy::fit_boxes(std::span<const Vector3> vertices,
     for (int column = count - 1; column >= 0; --column) {
       const std::int32_t child = nodes_[k].child[column];
       if (child < 0) continue;
+      DYOP_ASSERT(std::size_t(child) > k && std::size_t(child) < end_of_child, k, ' ', child, ' ',
+                  end_of_child);
       end[std::size_t(child)] = end_of_child;
       end_of_child = std::size_t(child);
     }
@@ -169,6 +171,7 @@ void MeshHierarchy::fit_boxes(std::span<const Vector3> vertices,
     }
   }
   first.back() = leaves.size();
+  DYOP_ASSERT(leaves.size() == triangles.size(), leaves.size(), ' ', triangles.size());
 
   const std::span<const Triangle> all(leaves);
   const auto fit = [&](std::int32_t child, std::size_t leaf) {

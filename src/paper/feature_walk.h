@@ -234,9 +234,11 @@ Place steepest_neighbour(const Body& body, Place place, const Vector3& w) {
       return steepest_edge(body, place.number, w);
     case FeatureKind::Edge:
       return steepest_face(body, place.number, w);
-    default:
+    case FeatureKind::Face:
+    case FeatureKind::Smooth:
       return {};
   }
+  return {};  // not reached
 }
 
 // Whether the other point is behind the face, where the nearest point of a face is no nearest point

@@ -4,6 +4,7 @@
 #include <tuple>
 #include <utility>
 
+#include "core/assert.h"
 #include "toi/deforming/deforming_pair.h"
 #include "toi/rigid/rigid_pair.h"
 
@@ -38,6 +39,7 @@ ToiResult BestFirstSearch<Pair>::search() {
   while (!queue.is_empty()) {
     work.peak_queue = std::max(work.peak_queue, queue.size());
     QueuedPair pair = queue.pop();
+    DYOP_ASSERT(pair.time >= pair_.time(), pair.time, ' ', pair_.time());
     // A pair that goes on seeking a nearer one was counted before.
     if (!memory_.is_seeking_nearer) {
       if (const auto status = interruption_.after(work.node_pairs)) {
@@ -102,6 +104,7 @@ typename BestFirstSearch<Pair>::Verdict BestFirstSearch<Pair>::examine_leaves(
   // Far away a rough distance will do for a step.
   const PieceDistance piece =
       measure(pair, {.apart = band_.largest_impact + 4 * noise, .share = kRoughShare});
+  DYOP_ASSERT(piece.lower <= piece.upper, piece.lower, ' ', piece.upper);
   // What lies this close at the begin was never proven apart. Later it cannot be there but for
   // rounding, and the time it is at was proven safe.
   if (pair_.time() == interval_.begin && !(piece.lower > band_.guaranteed)) {
@@ -209,6 +212,7 @@ std::optional<Scalar> BestFirstSearch<Pair>::probe_hit(const QueuedPair& pair,
 
 template <typename Pair>
 ToiResult BestFirstSearch<Pair>::finish(ToiStatus status, Scalar t_safe) {
+  DYOP_ASSERT(t_safe >= interval_.begin && t_safe <= interval_.end, t_safe);
   result_.status = status;
   result_.t_safe = t_safe;
   result_.rounding_allowance = pair_.noise();

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/assert.h"
 #include "dyop/core/types.h"
 
 namespace dyop::internal {
@@ -36,6 +37,7 @@ class RadixQueue {
   }
 
   void push(const QueuedPair& pair) {
+    DYOP_ASSERT(pair.time == pair.time, pair.a, ' ', pair.b);
     const std::uint64_t key = key_of(pair.time);
     add(key < last_ ? last_ : key, pair);
     ++size_;
@@ -43,6 +45,7 @@ class RadixQueue {
 
   /// The earliest pair; the queue must not be empty.
   QueuedPair pop() {
+    DYOP_ASSERT(size_ > 0, size_);
     if (buckets_[0].empty()) advance();
     const QueuedPair pair = buckets_[0].back();
     buckets_[0].pop_back();
@@ -67,14 +70,17 @@ class RadixQueue {
 
   // Makes the smallest key the last one, and spreads its bucket over the ones below.
   void advance() {
+    DYOP_ASSERT(occupied_ != 0, size_);
     const int k = 1 + std::countr_zero(occupied_);
     std::vector<QueuedPair>& bucket = buckets_[std::size_t(k)];
     occupied_ &= occupied_ - 1;
+    DYOP_ASSERT(!bucket.empty(), k);
     std::uint64_t smallest = key_of(bucket[0].time);
     for (const QueuedPair& pair : bucket) {
       const std::uint64_t key = key_of(pair.time);
       if (key < smallest) smallest = key;
     }
+    DYOP_ASSERT(smallest >= last_, smallest, ' ', last_);
     last_ = smallest;
     for (const QueuedPair& pair : bucket) add(key_of(pair.time), pair);
     bucket.clear();

@@ -65,6 +65,9 @@ Separation make_separation(Scalar gap, const Vector3& nhat, const Vector3& cente
 }
 
 // Boxes about the origin with half extents a, and about t with axes R and half extents b; S = |R|.
+// Not separating_direction() nor find_axis() of the library: volumes are compared by the exact gap
+// along the best axis, all in double precision and from the placement a hierarchy of each would
+// have at hand, so that none pays for what another one needs.
 Separation box_separation(const Matrix3& R, const Matrix3& S, const Vector3& t, const Vector3& a,
                           const Vector3& b, const Matrix3& axes) {
   const Vector3 u = R.transpose() * t;

@@ -177,7 +177,50 @@ TEST(FindContacts, OfACubeOnAPlateAreItsCorners) {
     corners += std::abs(std::abs(p.x()) - 1) < 1e-9 && std::abs(std::abs(p.y()) - 1) < 1e-9;
   }
   EXPECT_EQ(corners, 4);
+  EXPECT_EQ(contacts.size(), 4u);  // not where the diagonals of the faces cross
   EXPECT_TRUE(find_contacts(plate, RigidPose(), cube, at(0, 0, 1.6), 2e-6).empty());
+}
+
+// Plates that cover each other in part touch at the corners of the part they share, however they
+// are turned: two squares of half side 1, turned by 45 degrees, share an octagon.
+TEST(FindContacts, OfTurnedPlatesAreTheCornersOfWhatTheyShare) {
+  const Scalar gap = 1e-6;
+  for (const Scalar scale : {1e-3, 1.0, 1e3}) {
+    const Box plate(scale * Vector3(1, 1, 0.5));
+    const RigidPose X_WB(rotation_from_vector({0, 0, std::acos(0.0) / 2}), {0, 0, scale * (1 + gap)});
+    const std::vector<Contact> contacts = find_contacts(plate, RigidPose(), plate, X_WB, 2 * scale * gap);
+    EXPECT_EQ(contacts.size(), 8u);
+    for (const Contact& contact : contacts) {
+      // A corner of the octagon: one coordinate is 1, the other tan(pi / 8).
+      const Vector3 p = contact.p_WCa.cwiseAbs() / scale;
+      EXPECT_NEAR(std::max(p.x(), p.y()), 1, 1e-9);
+      EXPECT_NEAR(std::min(p.x(), p.y()), std::sqrt(2.0) - 1, 1e-9);
+      EXPECT_EQ(contact.feature_a.kind, FeatureKind::Edge);
+      EXPECT_EQ(contact.feature_b.kind, FeatureKind::Edge);
+    }
+  }
+}
+
+// A roof with a slope below kFlatEdgeSine under a bar across its ridge: the ridge is flat, but the
+// ends of the flat area are a little farther away than the ridge.
+TEST(FindContacts, AreNeverNoneAtTheNearestDistance) {
+  constexpr Scalar kSlope = 1e-7;  // literal: a tenth of kFlatEdgeSine
+  const TriangleMesh roof({{-1, -1, -kSlope},
+                           {0, -1, 0},
+                           {1, -1, -kSlope},
+                           {-1, 1, -kSlope},
+                           {0, 1, 0},
+                           {1, 1, -kSlope}},
+                          {{0, 1, 4}, {0, 4, 3}, {1, 2, 5}, {1, 5, 4}});
+  const Box bar({3, 0.2, 0.25});
+  const RigidPose X_WB = at(0, 0, 0.5);
+  const DistanceResult nearest = distance(roof, RigidPose(), bar, X_WB);
+  const std::vector<Contact> contacts = find_contacts(roof, RigidPose(), bar, X_WB, nearest.upper);
+  ASSERT_FALSE(contacts.empty());
+  for (const Contact& contact : contacts) {
+    EXPECT_NEAR(contact.p_WCa.x(), 0, 1e-9);
+    EXPECT_NEAR(contact.upper, 0.25, 1e-12);
+  }
 }
 
 TEST(FindContacts, OfRoundShapesAreOnTheirSurfaces) {

@@ -169,7 +169,8 @@ TEST(CompoundShape, MassIsThatOfTheParts) {
 }
 
 TEST(CompoundShape, RefusesWhatIsMissingByName) {
-  EXPECT_THROW(CompoundShape({}), InvalidArgument);
+  EXPECT_EQ(testing::message_of([] { CompoundShape({}); }),
+            "a compound needs at least one child");
   const auto ball = std::make_shared<Sphere>(1);
   const auto sheet = std::make_shared<TriangleMesh>(plate_grid(1, 1, 1, 1).mesh());
   EXPECT_NE(testing::message_of([&] {
@@ -179,7 +180,10 @@ TEST(CompoundShape, RefusesWhatIsMissingByName) {
   const CompoundShape open({{ball, {}}, {sheet, {}}});
   EXPECT_NE(testing::message_of([&] { open.compute_mass_properties(1); }).find("child 1"),
             std::string::npos);
-  EXPECT_THROW(CompoundShape({{ball, {}}}).compute_mass_properties(-1), InvalidArgument);
+  EXPECT_NE(testing::message_of([&] {
+              CompoundShape({{ball, {}}}).compute_mass_properties(-1);
+            }).find("-1"),
+            std::string::npos);
 }
 
 }  // namespace

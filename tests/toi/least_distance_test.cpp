@@ -219,7 +219,10 @@ TEST(LeastDistance, RefusesInvalidInputByName) {
   options = {};
   options.max_node_pairs = 0;
   EXPECT_NE(message(options).find("max_node_pairs"), std::string::npos);
-  EXPECT_THROW(least_distance(ball, RestMotion(), ball, RestMotion(), {1, 0}), InvalidArgument);
+  EXPECT_NE(testing::message_of([&] {
+              least_distance(ball, RestMotion(), ball, RestMotion(), {1, 0});
+            }).find("begin 1 > end 0"),
+            std::string::npos);
 }
 
 }  // namespace

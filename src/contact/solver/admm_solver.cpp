@@ -8,6 +8,7 @@
 #include "contact/solver/body_matrix.h"
 #include "contact/solver/contact_law.h"
 #include "contact/solver/contact_system.h"
+#include "core/assert.h"
 #include "core/tolerance.h"
 
 namespace dyop {
@@ -96,6 +97,7 @@ void AdmmRun::iterate() {
     if (block.slot_b >= 0) u += block.G_b * y_[std::size_t(block.slot_b)];
     if (block.kind == BlockKind::Contact) shift_[i] = block.friction * u.tail<2>().norm();
     u[0] += shift_[i];
+    DYOP_ASSERT(block.owner < int(lambda_.size()), block.owner);
     const Scalar normal = block.owner >= 0 ? lambda_[std::size_t(block.owner)][0] : 0;
     const Scalar soft = 1 / (1 + rho_[i] * block.compliance);
     const Vector3 x = kOverRelaxation * u + (1 - kOverRelaxation) * z_[i] - lambda_[i] / rho_[i];

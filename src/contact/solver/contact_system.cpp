@@ -6,6 +6,7 @@
 
 #include "contact/solver/contact_check.h"
 #include "contact/solver/contact_law.h"
+#include "core/assert.h"
 #include "core/tolerance.h"
 
 namespace dyop::internal {
@@ -93,6 +94,7 @@ void ContactSystem::build_slots(const ContactProblem& problem) {
 }
 
 Block ContactSystem::make_block(BlockKind kind, std::size_t body_a, std::size_t body_b) const {
+  DYOP_ASSERT(body_a < slot_of_body_.size() && body_b < slot_of_body_.size(), body_a, ' ', body_b);
   Block block;
   block.kind = kind;
   block.slot_a = slot_of_body_[body_a];
@@ -232,6 +234,8 @@ void ContactSystem::update_velocities() {
 }
 
 Vector3 ContactSystem::relative_velocity(const Block& block) const {
+  DYOP_ASSERT(block.slot_a < int(y_.size()) && block.slot_b < int(y_.size()), block.slot_a, ' ',
+              block.slot_b);
   Vector3 u = block.free;
   if (block.slot_a >= 0) u += block.G_a * y_[std::size_t(block.slot_a)];
   if (block.slot_b >= 0) u += block.G_b * y_[std::size_t(block.slot_b)];
@@ -240,6 +244,7 @@ Vector3 ContactSystem::relative_velocity(const Block& block) const {
 }
 
 Scalar ContactSystem::residual(const Block& block) const {
+  DYOP_ASSERT(block.owner < int(blocks_.size()), block.owner);
   Vector3 u = relative_velocity(block);
   if (block.kind == BlockKind::Contact) u[0] += block.friction * u.tail<2>().norm();
   const Scalar normal = block.owner >= 0 ? blocks_[std::size_t(block.owner)].lambda[0] : 0;

@@ -5,6 +5,7 @@
 
 #include "contact/solver/contact_law.h"
 #include "contact/solver/contact_system.h"
+#include "core/assert.h"
 
 namespace dyop {
 
@@ -92,6 +93,7 @@ Vector3 solve_block(Block& block, const Vector3& u, Scalar normal) {
 
 // Solves one block; returns how much velocity that changed.
 Scalar relax(ContactSystem& system, Block& block) {
+  DYOP_ASSERT(block.owner < int(system.blocks().size()), block.owner);
   const Vector3 u = system.relative_velocity(block);
   const Scalar normal = block.owner >= 0 ? system.blocks()[std::size_t(block.owner)].lambda[0] : 0;
   const Vector3 lambda = solve_block(block, u, normal);
