@@ -23,6 +23,10 @@
 
 #define DYOP_INLINE inline __attribute__((always_inline))
 
+#if !defined(__SSE2__)
+#include "core/simd_portable.h"
+#endif
+
 namespace dyop::internal {
 inline namespace DYOP_LANES {
 
@@ -315,9 +319,6 @@ struct FloatLanes {
     return _mm_or_ps(_mm_and_ps(m.m, x.v), _mm_andnot_ps(m.m, y.v));
   }
 };
-#else
-using Lanes = OneLane;
-using FloatLanes = OneFloat;
 #endif
 
 /// x with its sign turned where s < 0 (and +-0 kept as if s were positive).
