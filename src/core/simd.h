@@ -1,7 +1,7 @@
 #pragma once
 
-// Several numbers side by side, as wide as the instruction set this file is compiled for, and one
-// number with the same face. Only additions, multiplications, divisions, square roots, comparisons
+// Several numbers side by side, as wide as the instruction set this file is compiled for (those of
+// x86 here, the others in simd_portable.h), and one number with the same face. Only additions, multiplications, divisions, square roots, comparisons
 // and selections: each lane has the same bits whatever the width.
 //
 // Included by the kernels that are compiled once an instruction set. Those must not include

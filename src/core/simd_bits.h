@@ -3,7 +3,7 @@
 #include "core/simd.h"
 
 // Operations on the bits of lanes, and loads and stores of whole columns. For kernels that must
-// give the bits of code with one number a time, signs of zero included. As lanes.h, this may not
+// give the bits of code with one number a time, signs of zero included. As simd.h, this may not
 // include anything with inline functions of external linkage.
 
 namespace dyop::internal {

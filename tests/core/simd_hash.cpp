@@ -36,7 +36,7 @@ struct Hash {
 struct Random {
   std::uint64_t state = 1;
 
-  std::uint64_t bits() {  // [Vigna2014], splitmix64
+  std::uint64_t bits() {  // splitmix64
     std::uint64_t z = (state += 0x9e3779b97f4a7c15);
     z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9;
     z = (z ^ (z >> 27)) * 0x94d049bb133111eb;
