@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Installs the Debian packages that a job needs and that are missing. The only list of packages:
 # tests/architecture checks that the build asks for nothing else.
-# Usage: bash .ci/install.sh GROUP...     groups: build run test bench coverage
+# Usage: bash .ci/install.sh GROUP...     groups: build run test bench coverage aarch64
 set -euo pipefail
 
 packages() {
@@ -11,8 +11,9 @@ packages() {
     run)   echo glmark2-data ;;
     test)  echo libgtest-dev libcgal-dev libgmp-dev libsiconos-numerics-dev clang libclang-rt-dev clang-format-14 ;;
     coverage) echo gcovr ;;
+    aarch64) echo g++-aarch64-linux-gnu libc6-dev-arm64-cross qemu-user ;;
     bench) echo libbenchmark-dev libfcl-dev libbullet-dev ;;
-    *)     echo "install.sh: unknown group '$1' (build, run, test, bench, coverage)" >&2; exit 2 ;;
+    *)     echo "install.sh: unknown group '$1' (build, run, test, bench, coverage, aarch64)" >&2; exit 2 ;;
   esac
 }
 

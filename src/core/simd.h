@@ -1,7 +1,7 @@
 #pragma once
 
-// Several numbers side by side, as wide as the instruction set this file is compiled for, and one
-// number with the same face. Only additions, multiplications, divisions, square roots, comparisons
+// Several numbers side by side, as wide as the instruction set this file is compiled for (those of
+// x86 here, the others in simd_portable.h), and one number with the same face. Only additions, multiplications, divisions, square roots, comparisons
 // and selections: each lane has the same bits whatever the width.
 //
 // Included by the kernels that are compiled once an instruction set. Those must not include
@@ -22,6 +22,10 @@
 #endif
 
 #define DYOP_INLINE inline __attribute__((always_inline))
+
+#if !defined(__SSE2__)
+#include "core/simd_portable.h"
+#endif
 
 namespace dyop::internal {
 inline namespace DYOP_LANES {
@@ -315,9 +319,6 @@ struct FloatLanes {
     return _mm_or_ps(_mm_and_ps(m.m, x.v), _mm_andnot_ps(m.m, y.v));
   }
 };
-#else
-using Lanes = OneLane;
-using FloatLanes = OneFloat;
 #endif
 
 /// x with its sign turned where s < 0 (and +-0 kept as if s were positive).

@@ -3,7 +3,7 @@
 #include "core/simd.h"
 
 // Operations on the bits of lanes, and loads and stores of whole columns. For kernels that must
-// give the bits of code with one number a time, signs of zero included. As lanes.h, this may not
+// give the bits of code with one number a time, signs of zero included. As simd.h, this may not
 // include anything with inline functions of external linkage.
 
 namespace dyop::internal {
@@ -73,24 +73,22 @@ DYOP_INLINE void store_bytes(Lanes x, unsigned char* to) {
   __builtin_memcpy(to, &two, 2);
 }
 #else
-DYOP_INLINE unsigned long long bits_of(Lanes x) {
-  return __builtin_bit_cast(unsigned long long, x.v);
-}
 DYOP_INLINE Lanes loaded(const double* from) {
-  return Lanes(*from);
+  Lanes x;
+  __builtin_memcpy(&x.v, from, sizeof(x.v));
+  return x;
 }
 DYOP_INLINE Lanes turned_by_bit(Lanes x, Lanes s) {
-  return Lanes(__builtin_bit_cast(double, bits_of(x) ^ (bits_of(s) & 1ULL << 63)));
+  return Lanes(x.as_bits() ^ (s.as_bits() & Lanes::sign()));
 }
 DYOP_INLINE Lanes tagged(Lanes x, int code) {
-  const unsigned long long bits = (bits_of(x) & ~15ULL) | static_cast<unsigned long long>(code);
-  return Lanes(__builtin_bit_cast(double, bits));
+  return Lanes((x.as_bits() & ~15LL) | static_cast<long long>(code));
 }
 DYOP_INLINE Lanes::Mask equal(Lanes x, Lanes y) {
   return {x.v == y.v};
 }
 DYOP_INLINE void store_bytes(Lanes x, unsigned char* to) {
-  *to = static_cast<unsigned char>(x.v);
+  for (int k = 0; k < Lanes::kCount; ++k) to[k] = static_cast<unsigned char>(x.v[k]);
 }
 #endif
 
