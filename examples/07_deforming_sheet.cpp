@@ -50,4 +50,4 @@ int main() {
 // apart until t = 0.5
 // apart until t = 1.0
 // apart until t = 1.5
-// the needle meets triangle 421 at t = 1.6822
+// the needle meets triangle 460 at t = 1.6822

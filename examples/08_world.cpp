@@ -8,6 +8,7 @@
 int main() {
   dyop::WorldOptions options;
   options.gravity_W = {0, 0, -10};
+  options.max_step = 0.01;  // contact is solved once per step
   dyop::World world(options);
 
   dyop::BodyDefinition floor;

@@ -95,7 +95,7 @@ ImpactErrors impact_errors() {
     for (const Scalar rate : {0.1, 1.0, 50.0}) {
       const RestMotion rest(RigidPose(Vector3(std::cos(phi), std::sin(phi), 0)));
       const ConstantTwistMotion turning(RigidPose(), {Vector3::Zero(), Vector3(0, 0, rate)});
-      const ToiOptions options;
+      const ToiOptions options{.distance_tolerance = 1e-6};
       const ToiResult r = time_of_impact(rod, turning, point, rest, {0, 100}, options);
       if (r.status != ToiStatus::Impact || !r.t_hit) return {kInfinity, kInfinity};
       const Scalar unit = options.distance_tolerance.value();

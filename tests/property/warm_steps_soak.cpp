@@ -106,7 +106,7 @@ class Walk {
   }
 
   void compare_impacts(const Motion& motion, Tally& tally) {
-    ToiOptions options;
+    ToiOptions options{.distance_tolerance = 1e-6};
     options.distance_tolerance = kTolerance;
     const RestMotion rest(X_WA_);
     const ToiResult cold = time_of_impact(a_, rest, b_, motion, kStep, options);

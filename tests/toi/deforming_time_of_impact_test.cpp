@@ -99,7 +99,7 @@ TEST(DeformingTimeOfImpact, AgreesWithTheRigidQueryForTranslations) {
 // As TimeOfImpact.HitsAfterTheBeginWhateverTheGapThere.
 TEST(DeformingTimeOfImpact, HitsAfterTheBeginWhateverTheGapThere) {
   const DeformingMesh floor = translating(plate_at(0), Vector3::Zero());
-  ToiOptions options;
+  ToiOptions options{.distance_tolerance = 1e-6};
   options.distance_tolerance = 1;
   for (const Scalar gap : {0.26, 0.4, 0.49}) {
     const ToiResult result =
@@ -118,7 +118,7 @@ TEST(DeformingTimeOfImpact, SaysWhatBeginsWithinTheTargetAndLetsItLeave) {
             ToiStatus::InitiallyWithinTarget);
   EXPECT_EQ(time_of_impact(translating(plate_at(5e-7), {0, 0, 1}), floor, {0, 1}).status,
             ToiStatus::Separated);
-  ToiOptions options;
+  ToiOptions options{.distance_tolerance = 1e-6};
   options.target_distance = 0.5;
   const ToiResult result =
       time_of_impact(translating(plate_at(1), {0, 0, -1}), floor, {0, 1}, options);
@@ -141,7 +141,7 @@ TEST(DeformingTimeOfImpact, GivesASafeTimeWhenItIsStopped) {
   const DeformingMesh b = translating(sphere.moved(Matrix3::Identity(), {3, 0.2, 0.1}), {-2, 0, 0});
   const ToiResult whole = time_of_impact(a, b, {0, 1});
   ASSERT_EQ(whole.status, ToiStatus::Impact);
-  ToiOptions options;
+  ToiOptions options{.distance_tolerance = 1e-6};
   options.max_node_pairs = 5;
   const ToiResult spent = time_of_impact(a, b, {0, 1}, options);
   EXPECT_EQ(spent.status, ToiStatus::BudgetExhausted);
@@ -158,7 +158,7 @@ TEST(DeformingTimeOfImpact, GivesASafeTimeWhenItIsStopped) {
 }
 
 TEST(DeformingTimeOfImpact, SaysThatRoundingForbidsATolerance) {
-  ToiOptions options;
+  ToiOptions options{.distance_tolerance = 1e-6};
   options.distance_tolerance = 1e-30;
   const DeformingMesh floor = translating(plate_at(0), Vector3::Zero());
   const ToiResult result =
@@ -170,7 +170,7 @@ TEST(DeformingTimeOfImpact, SaysThatRoundingForbidsATolerance) {
 
 TEST(DeformingTimeOfImpact, RefusesInvalidInput) {
   const DeformingMesh mesh = translating(plate_at(0), Vector3::Zero());
-  ToiOptions options;
+  ToiOptions options{.distance_tolerance = 1e-6};
   options.distance_tolerance = -1;
   EXPECT_THROW(time_of_impact(mesh, mesh, {0, 1}, options), InvalidArgument);
   EXPECT_THROW(time_of_impact(mesh, mesh, {1, 0}), InvalidArgument);
@@ -289,7 +289,7 @@ TEST(DeformingTimeOfImpact, KeepsItsPromisesBetweenRandomDeformingMeshes) {
     const DeformingMesh a = random_deforming(pick(i), Vector3::Zero(), Vector3::Zero(), random);
     const DeformingMesh b = random_deforming(
         pick(i / 5), from, 1.3 * (testing::random_vector(1, random) - from), random);
-    ToiOptions options;
+    ToiOptions options{.distance_tolerance = 1e-6};
     options.target_distance = i % 3 == 0 ? 0.1 : 0;
     SCOPED_TRACE(i);
     check_promises(time_of_impact(a, b, {0, 1}, options), MeshPairOracle(a, b),
@@ -324,7 +324,7 @@ TEST(DeformingTimeOfImpact, KeepsItsPromisesAgainstTurningRigidMeshes) {
     const TwistBound bound = X_WB->twist_bound({0, 1});
     const Scalar speed =
         a.largest_displacement() + bound.linear_speed + bound.angular_speed * b.bounding_radius();
-    ToiOptions options;
+    ToiOptions options{.distance_tolerance = 1e-6};
     options.target_distance = i % 4 == 0 ? 0.1 : 0;
     SCOPED_TRACE(i);
     const ToiResult result = time_of_impact(a, b, *X_WB, {0, 1}, options);
@@ -352,7 +352,7 @@ TEST(DeformingTimeOfImpact, ScalesWithLengthAndHoldsFarFromTheOrigin) {
         for (Vector3& p : end) p = scale * (p + offset);
         return DeformingMesh(begin, end, {mesh.triangles().begin(), mesh.triangles().end()});
       };
-      ToiOptions options;
+      ToiOptions options{.distance_tolerance = 1e-6};
       options.distance_tolerance = 1e-6 * scale;  // literal: a tolerance, in the scale
       const ToiResult result = time_of_impact(placed(a), placed(b), {0, 1}, options);
       ASSERT_EQ(result.status, ToiStatus::Impact);
@@ -364,7 +364,7 @@ TEST(DeformingTimeOfImpact, ScalesWithLengthAndHoldsFarFromTheOrigin) {
 // Points before the long sides of two triangles, within their boxes: gaps 0.18 and 0.01 or 0.19 at
 // the start, closing at speed 1, with a tolerance of 0.3: all of them are in contact.
 TEST(DeformingTimeOfImpact, ExaminesAllPairsAtTheStart) {
-  ToiOptions options;
+  ToiOptions options{.distance_tolerance = 1e-6};
   options.distance_tolerance = 0.3;
   const MeshArrays triangles{
       {{0, 0, 0}, {4, 0, 0}, {0, 4, 0}, {100, 0, 0}, {104, 0, 0}, {100, 4, 0}},

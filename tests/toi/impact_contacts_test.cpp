@@ -76,7 +76,7 @@ TEST(ImpactContacts, AreGatheredOnlyIfAskedForAndChangeNothingElse) {
   const Box cube({1, 1, 1});
   const RestMotion rest(at(0, 0, -0.5));
   const ConstantTwistMotion falling(at(0.3, 0.2, 5), {Vector3(0, 0, -1), Vector3::Zero()});
-  ToiOptions options;
+  ToiOptions options{.distance_tolerance = 1e-6};
   const ToiResult plain = time_of_impact(floor, rest, cube, falling, {0, 10}, options);
   EXPECT_TRUE(plain.contacts.empty());
   options.with_contacts = true;
@@ -101,7 +101,7 @@ TEST(ImpactContacts, OfACubeOnItsFaceAreItsCorners) {
                                           .mesh();
       const Box box(s * Vector3(1, 1, 1));
       const TriangleMesh cube_mesh = box_mesh(s * Vector3(1, 1, 1)).mesh();
-      ToiOptions options;
+      ToiOptions options{.distance_tolerance = 1e-6};
       options.distance_tolerance = 1e-6 * s;
       for (const Shape* cube :
            {static_cast<const Shape*>(&box), static_cast<const Shape*>(&cube_mesh)}) {
@@ -129,7 +129,7 @@ TEST(ImpactContacts, OfACubeOnItsFaceAreItsCorners) {
 TEST(ImpactContacts, AreThoseWithinTheToleranceOfTheFirst) {
   const TriangleMesh floor = plate_grid(10, 10, 1, 1).mesh();
   const Box cube({1, 1, 1});
-  ToiOptions options;
+  ToiOptions options{.distance_tolerance = 1e-6};
   options.distance_tolerance = 1e-5;
   for (const auto& [rise, corners] : {std::pair(0.9e-5, 4), std::pair(2.1e-5, 2)}) {
     const ToiResult result =
@@ -219,7 +219,7 @@ TEST(ImpactContacts, OfACylinderOnItsSideAreTheEndsOfALineOrTheCornersOfAFacet) 
 TEST(ImpactContacts, AreDistinctPlacesForALargeTargetToo) {
   const TriangleMesh floor = plate_grid(10, 10, 1, 1).mesh();
   const Box cube({0.5, 0.5, 0.5});
-  ToiOptions options;
+  ToiOptions options{.distance_tolerance = 1e-6};
   options.target_distance = 3;
   const ToiResult result = drop(floor, cube, at(0.3, 0.1, 8), options);
   check_contacts(result, options);
@@ -308,7 +308,7 @@ TEST(ImpactContacts, LeaveNoNearPairOfTrianglesOut) {
   const TriangleMesh a = gear(7, 0.8, 1, 0.3).mesh();
   const TriangleMesh b = test_support::icosphere(1, 0.7).mesh();
   std::mt19937_64 random(5);
-  ToiOptions options;
+  ToiOptions options{.distance_tolerance = 1e-6};
   options.with_contacts = true;
   options.distance_tolerance = 0.05;
   int impacts = 0;

@@ -52,7 +52,7 @@ TEST(TimeOfImpact, OfTwoSpheresHeadOnIsGapOverSpeed) {
   const Sphere a(1);
   const Sphere b(0.5);
   const RestMotion rest{RigidPose()};
-  ToiOptions options;
+  ToiOptions options{.distance_tolerance = 1e-6};
   for (const Scalar tolerance : {1e-2, 1e-6, 1e-9}) {
     options.distance_tolerance = tolerance;
     const ToiResult result =
@@ -82,7 +82,8 @@ TEST(TimeOfImpact, OfARotatingRodIsItsAngleOverItsRate) {
     for (const Scalar rate : {0.1, 1.0, 50.0}) {
       const ToiResult result =
           both_orders(rod, moving(RigidPose(), Vector3::Zero(), {0, 0, rate}), obstacle,
-                      RestMotion(at(std::cos(phi), std::sin(phi), 0)), {0, 100});
+                      RestMotion(at(std::cos(phi), std::sin(phi), 0)), {0, 100},
+                      {.distance_tolerance = 1e-6});
       ASSERT_EQ(result.status, ToiStatus::Impact) << phi << " " << rate;
       const Scalar gap = std::sin(phi - rate * result.t_safe);
       EXPECT_LE(gap, 1e-6 * (1 + 1e-4));
@@ -107,7 +108,7 @@ TEST(TimeOfImpact, FindsEvenContactsThatASignChangeCannotSee) {
 }
 
 TEST(TimeOfImpact, KeepsTheTargetDistance) {
-  ToiOptions options;
+  ToiOptions options{.distance_tolerance = 1e-6};
   options.target_distance = 0.75;
   const ToiResult result =
       both_orders(Box({1, 1, 1}), RestMotion(RigidPose()), Box({1, 1, 1}),
@@ -149,14 +150,17 @@ TEST(TimeOfImpact, LetsABodyLeaveAContactAndSeesTheNextOne) {
   const Sphere ball(0.5);
   const Scalar gap = 0.6e-6;
   const auto leaving = moving(at(1 + gap, 0, 0), {1, 0, 0}, {0, 0, 0});
-  const ToiResult left = both_orders(wall, RestMotion(RigidPose()), ball, leaving, {0, 10});
+  const ToiOptions options{.distance_tolerance = 1e-6};
+  const ToiResult left = both_orders(wall, RestMotion(RigidPose()), ball, leaving, {0, 10}, options);
   EXPECT_EQ(left.status, ToiStatus::Separated);
-  const ToiResult right = both_orders(wall, RestMotion(at(5, 0, 0)), ball, leaving, {0, 10});
+  const ToiResult right =
+      both_orders(wall, RestMotion(at(5, 0, 0)), ball, leaving, {0, 10}, options);
   ASSERT_EQ(right.status, ToiStatus::Impact);
   EXPECT_NEAR(right.t_safe, 3, 2e-6);
   // Closing from the same place is an impact at once.
   const ToiResult closing = both_orders(wall, RestMotion(RigidPose()), ball,
-                                        moving(at(1 + gap, 0, 0), {-1, 0, 0}, {0, 0, 0}), {0, 10});
+                                        moving(at(1 + gap, 0, 0), {-1, 0, 0}, {0, 0, 0}), {0, 10},
+                                        options);
   EXPECT_EQ(closing.status, ToiStatus::Impact);
   EXPECT_EQ(closing.t_safe, 0);
 }
@@ -181,7 +185,7 @@ TEST(TimeOfImpact, StopsAtTheBudgetWithATimeThatIsSafe) {
   const TriangleMesh rod = segment_mesh({0, 0, 0}, {2, 0, 0});
   const auto turning = moving(RigidPose(), Vector3::Zero(), {0, 0, 1});
   const RestMotion obstacle(at(std::cos(3.0), std::sin(3.0), 0));
-  ToiOptions options;
+  ToiOptions options{.distance_tolerance = 1e-6};
   Scalar last = 0;
   bool has_finished = false;
   for (int budget = 1; budget < 200 && !has_finished; ++budget) {
@@ -222,7 +226,7 @@ TEST(TimeOfImpact, HonoursDeadlineAndCancellation) {
 
 TEST(TimeOfImpact, EndsWithinItsBudgetForExtremeInput) {
   const TriangleMesh rod = segment_mesh({-1, 0, 0}, {1, 0, 0});
-  ToiOptions options;
+  ToiOptions options{.distance_tolerance = 1e-6};
   options.max_node_pairs = 20000;
   // Fast spin out of reach: the balls about the origins decide at once.
   const ToiResult spinning =
@@ -243,7 +247,7 @@ TEST(TimeOfImpact, EndsWithinItsBudgetForExtremeInput) {
 }
 
 TEST(TimeOfImpact, AdmitsWhenRoundingForbidsTheTolerance) {
-  ToiOptions options;
+  ToiOptions options{.distance_tolerance = 1e-6};
   options.distance_tolerance = 1e-12;  // far below the rounding of coordinates near 1e6
   const Box box({1, 1, 1});
   const ToiResult result =
@@ -258,7 +262,7 @@ TEST(TimeOfImpact, AdmitsWhenRoundingForbidsTheTolerance) {
 // take all of them, ends when the caller says so.
 TEST(TimeOfImpact, LooksForANearerPairNoLongerThanItsDeadline) {
   const TriangleMesh plate = test_support::plate_grid(100, 100, 100, 100).mesh();
-  ToiOptions options;
+  ToiOptions options{.distance_tolerance = 1e-6};
   options.distance_tolerance = 1e-3;
   const ConstantTwistMotion falling =
       moving(at(0.2, 0.3, 5.5e-4), Vector3(0, 0, -1), Vector3::Zero());
@@ -300,7 +304,7 @@ TEST(TimeOfImpact, OfAUsersShapeIsFound) {
 // The pair begins between a quarter and a half of the tolerance from the target: below the distance
 // that t_hit is about, which is reached after the begin all the same.
 TEST(TimeOfImpact, HitsAfterTheBeginWhateverTheGapThere) {
-  ToiOptions options;
+  ToiOptions options{.distance_tolerance = 1e-6};
   options.distance_tolerance = 1;
   for (const Scalar gap : {0.26, 0.3, 0.49, 0.51, 0.6}) {
     const ToiResult result = time_of_impact(
@@ -417,7 +421,7 @@ TEST(TimeOfImpact, OfConvexShapesIsTheSameWhenResumedOneLookAtATime) {
   const ToiResult whole = time_of_impact(box, X_WA, box, X_WB, {0, 1});
   ASSERT_EQ(whole.status, ToiStatus::Impact);
   ASSERT_GT(whole.statistics.leaf_tests, 2);
-  ToiOptions options;
+  ToiOptions options{.distance_tolerance = 1e-6};
   options.max_node_pairs = 1;
   ToiWorkspace workspace;
   ToiResult part = time_of_impact(box, X_WA, box, X_WB, {0, 1}, options, workspace);
@@ -436,7 +440,7 @@ TEST(TimeOfImpact, ABodyThatBeginsInsideASolidIsWithinTheTarget) {
   const TriangleMesh needle = segment_mesh(Vector3::Zero(), Vector3(0, 0, 0.5));
   const RestMotion rest{RigidPose()};
   const ConstantTwistMotion slow = moving(at(0.3, 0, 0), {0.1, 0, 0}, Vector3::Zero());
-  ToiOptions options;
+  ToiOptions options{.distance_tolerance = 1e-6};
   EXPECT_EQ(time_of_impact(needle, slow, organ, rest, {0, 1}, options).status,
             ToiStatus::Separated);
   options.solid_b = true;

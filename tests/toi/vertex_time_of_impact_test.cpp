@@ -33,7 +33,7 @@ VertexFacePaths falling(double from, double to) {
 
 TEST(VertexTimeOfImpact, FindsTheTimeAVertexTakesToFallOntoAFace) {
   // Height 1 - 2 s, s = (t - 3) / 4: the gap is 1e-9 at s = 1/2, t = 5.
-  VertexToiOptions options;
+  VertexToiOptions options{.distance_tolerance = 1e-6};
   options.distance_tolerance = 1e-9;
   const VertexToiResult result = time_of_impact(falling(1, -1), {3, 7}, options);
   ASSERT_EQ(result.status, ToiStatus::Impact);
@@ -51,7 +51,7 @@ TEST(VertexTimeOfImpact, FindsTheTimeAVertexTakesToFallOntoAFace) {
 
 TEST(VertexTimeOfImpact, KeepsTheTargetDistance) {
   // The height 1 - 2 s reaches 1/4 at s = 3/8.
-  VertexToiOptions options;
+  VertexToiOptions options{.distance_tolerance = 1e-6};
   options.target_distance = 0.25;
   const VertexToiResult result = time_of_impact(falling(1, -1), {0, 1}, options);
   ASSERT_EQ(result.status, ToiStatus::Impact);
@@ -75,7 +75,7 @@ TEST(VertexTimeOfImpact, FindsTheTimeTwoEdgesCross) {
 
 TEST(VertexTimeOfImpact, NamesTheVertexOfAFaceThatIsHit) {
   const VertexFacePaths paths{{{3, -1, 0}, {1, -1, 0}}, kFloor};
-  const VertexToiResult result = time_of_impact(paths);
+  const VertexToiResult result = time_of_impact(paths, {}, {.distance_tolerance = 1e-6});
   ASSERT_EQ(result.status, ToiStatus::Impact);
   EXPECT_NEAR(result.t_safe, 0.5, 1e-6);
   EXPECT_EQ(result.contact->feature_b, (Feature{FeatureKind::Vertex, {1, -1, -1}}));
@@ -95,19 +95,20 @@ TEST(VertexTimeOfImpact, SaysWhatBeginsWithinTheTarget) {
   EXPECT_EQ(touching.t_safe, 2);
   ASSERT_TRUE(touching.contact.has_value());
   EXPECT_EQ(touching.contact->lower, 0);
-  VertexToiOptions options;
+  VertexToiOptions options{.distance_tolerance = 1e-6};
   options.target_distance = 2;
   EXPECT_EQ(time_of_impact(falling(1, 5), {}, options).status, ToiStatus::InitiallyWithinTarget);
 }
 
 TEST(VertexTimeOfImpact, LetsAVertexLeaveAContact) {
   // Half the tolerance above the floor and rising: no impact.
-  EXPECT_EQ(time_of_impact(falling(5e-7, 1)).status, ToiStatus::Separated);
-  EXPECT_EQ(time_of_impact(falling(5e-7, -1)).status, ToiStatus::Impact);
+  const VertexToiOptions options{.distance_tolerance = 1e-6};
+  EXPECT_EQ(time_of_impact(falling(5e-7, 1), {}, options).status, ToiStatus::Separated);
+  EXPECT_EQ(time_of_impact(falling(5e-7, -1), {}, options).status, ToiStatus::Impact);
 }
 
 TEST(VertexTimeOfImpact, TellsAnOpenQuestionFromAMiss) {
-  VertexToiOptions options;
+  VertexToiOptions options{.distance_tolerance = 1e-6};
   options.max_steps = 1;
   // A vertex that passes over the border of a face that turns: more than one direction is needed.
   const VertexFacePaths paths{
@@ -122,7 +123,7 @@ TEST(VertexTimeOfImpact, TellsAnOpenQuestionFromAMiss) {
 }
 
 TEST(VertexTimeOfImpact, SaysThatRoundingForbidsATolerance) {
-  VertexToiOptions options;
+  VertexToiOptions options{.distance_tolerance = 1e-6};
   options.distance_tolerance = 1e-30;
   const VertexToiResult result = time_of_impact(falling(1, -1), {}, options);
   EXPECT_TRUE(result.status == ToiStatus::NumericalLimit || result.status == ToiStatus::Impact);
@@ -133,7 +134,7 @@ TEST(VertexTimeOfImpact, SaysThatRoundingForbidsATolerance) {
 
 TEST(VertexTimeOfImpact, DecidesExactlyOnRequest) {
   // The lowest point is half an ulp of one above the floor, or on it.
-  VertexToiOptions options;
+  VertexToiOptions options{.distance_tolerance = 1e-6};
   options.contact_rule = ContactRule::Exact;
   for (const double height : {0x1p-53, 1e-300, 5e-324}) {
     EXPECT_EQ(time_of_impact(falling(1, height), {}, options).status, ToiStatus::Separated);
@@ -148,7 +149,7 @@ TEST(VertexTimeOfImpact, TreatsAnIntervalOfNoLengthAsRest) {
   const VertexToiResult result = time_of_impact(falling(0, 1), {4, 4});
   EXPECT_EQ(result.status, ToiStatus::InitiallyWithinTarget);
   EXPECT_EQ(result.t_safe, 4);
-  VertexToiOptions options;
+  VertexToiOptions options{.distance_tolerance = 1e-6};
   options.contact_rule = ContactRule::Exact;
   EXPECT_EQ(time_of_impact(falling(1, -1), {4, 4}, options).status, ToiStatus::Separated);
   // Edges that would cross on the way, and edges that cross at the begin.
@@ -174,7 +175,7 @@ TEST(VertexTimeOfImpact, RefusesInvalidInputByName) {
   expect_named(refusal(falling(nan, 0), {}, {}), "(0, 0, nan)");
   expect_named(refusal(falling(1, 2e60), {}, {}), "(0, 0, 2e+60)");
   expect_named(refusal(falling(1, 0), {1, 0}, {}), "begin 1 > end 0");
-  VertexToiOptions options;
+  VertexToiOptions options{.distance_tolerance = 1e-6};
   options.distance_tolerance = 0;
   expect_named(refusal(falling(1, 0), {}, options), "distance_tolerance must be finite and > 0");
   options = {};
@@ -248,7 +249,7 @@ TEST(VertexTimeOfImpact, KeepsItsPromisesOnRandomPathsOfAllKindsAndSizes) {
       const double scale = std::array{1e-4, 1.0, 1e4}[static_cast<std::size_t>(i) % 3];
       const Vector3 offset = (i % 2 == 0 ? 0 : scale) * Vector3(1e3, -2e3, 5e2);
       const FourPaths paths = testing::placed(testing::make_paths(kind, random), scale, offset);
-      VertexToiOptions options;
+      VertexToiOptions options{.distance_tolerance = 1e-6};
       options.distance_tolerance = scale * (i % 4 == 0 ? 1e-3 : 1e-8);
       options.target_distance = i % 5 == 0 ? 0.1 * scale : 0;
       SCOPED_TRACE("kind " + std::to_string(static_cast<int>(kind)) + " number " +
@@ -264,7 +265,7 @@ TEST(VertexTimeOfImpact, KeepsItsPromisesOnRandomPathsOfAllKindsAndSizes) {
 
 TEST(VertexTimeOfImpact, AgreesWithTheOracleOnExactContact) {
   std::mt19937_64 random(5);
-  VertexToiOptions options;
+  VertexToiOptions options{.distance_tolerance = 1e-6};
   options.contact_rule = ContactRule::Exact;
   for (const PathKind kind : testing::kAllPathKinds) {
     for (int i = 0; i < 30; ++i) {
