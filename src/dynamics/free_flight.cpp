@@ -101,7 +101,7 @@ void FreeFlight::append(const Node& end) {
   };
   auto center = std::make_shared<HermiteMotion>(
       HermiteMotion::from_chart({last_.t, end.t}, last_.R_WC, node(last_), node(end)));
-  pieces_.push_back({last_, end, about_center(body_, std::move(center))});
+  pieces_.push_back({last_, end, about_center(body_, std::move(center)), std::nullopt});
   last_ = end;
 }
 
@@ -229,6 +229,8 @@ void FreeFlight::coast(Scalar t, Scalar t_end) {
       last_.R_WC = end.R_WC;
     }
     append(end);
+    Piece& piece = pieces_.back();
+    piece.bound = piece.motion->twist_bound({piece.begin.t, piece.end.t});
     ++coasting_pieces_;
   }
 }
@@ -273,6 +275,13 @@ CentralState FreeFlight::state(Scalar t) const {
   state.v_W = part(6) / properties.mass;
   state.L_W = part(9);
   return state;
+}
+
+std::optional<TwistBound> FreeFlight::known_bound(Scalar t, Scalar t_end) const {
+  if (pieces_.empty()) return std::nullopt;
+  const Piece& piece = pieces_.front();
+  if (!(piece.begin.t <= t && t_end <= piece.end.t)) return std::nullopt;
+  return piece.bound;
 }
 
 IntegratorStatistics FreeFlight::statistics() const {

@@ -32,6 +32,10 @@ class FreeFlight {
   /// At a time within the last motion().
   CentralState state(Scalar t) const;
 
+  /// Bound of the last motion() over at least [t, t_end], known already; none if it has several
+  /// pieces there.
+  std::optional<TwistBound> known_bound(Scalar t, Scalar t_end) const;
+
   IntegratorStatistics statistics() const;
 
  private:
@@ -47,6 +51,7 @@ class FreeFlight {
     Node begin;
     Node end;
     std::shared_ptr<const Motion> motion;  // of B
+    std::optional<TwistBound> bound;       // of a coasting piece
   };
 
   void integrate(Scalar t_end);
