@@ -183,8 +183,8 @@ FreeFlight::Node FreeFlight::coasting_end(Scalar h) {
   const Scalar wanted = std::min(h, coasting_length_);
   if (!turn_ || !(t_turn_ + turn_->span() - last_.t >= wanted)) renew_turn();
   const Scalar tolerance = std::max(options_.relative_tolerance, 8 * kUnitRoundoff);
-  const Scalar most = std::min({t_turn_ + turn_->span() - last_.t, kStepsAhead * h,
-                                options_.max_step});
+  const Scalar most =
+      std::min({t_turn_ + turn_->span() - last_.t, kStepsAhead * h, options_.max_step});
   const Node begin = turning_node(last_.t);
   const Vector3 theta_0 = theta(begin.y.data());
   const Vector3 rate_0 = Map(begin.rate.data() + 3);

@@ -57,7 +57,8 @@ TorqueFreeTurn::Turn TorqueFreeTurn::at(Scalar elapsed) const {
   }
   const Scalar sine = vector.norm();
   Turn turn;
-  turn.theta = sine > 0 ? Vector3(2 * std::atan2(sine, scalar) / sine * vector) : Vector3(2 * vector);
+  turn.theta =
+      sine > 0 ? Vector3(2 * std::atan2(sine, scalar) / sine * vector) : Vector3(2 * vector);
   const Vector3 w_B = inverse_inertia_B_ * L_B;
   // q w q^-1 with a quaternion of length one.
   const Vector3 half = 2 * vector.cross(w_B);
