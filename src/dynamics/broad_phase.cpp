@@ -67,18 +67,23 @@ std::vector<std::pair<std::int32_t, std::int32_t>> BroadPhase::find_pairs(
   const Eigen::Index axis = sweep_axis();
   sort_along(axis);
   std::vector<std::pair<std::int32_t, std::int32_t>> pairs;
-  std::vector<std::int32_t> open;  // boxes that the sweep has entered and not left
+  struct Open {  // a box that the sweep has entered and not left
+    AlignedBox box;
+    std::int32_t number;
+    bool may_move;
+  };
+  std::vector<Open> open;
   for (const std::int32_t number : order_) {
     const AlignedBox& box = boxes_[index_of(number)];
+    const bool moves = may_move[index_of(number)];
     const Scalar low = box.min()[axis];
-    std::erase_if(open, [&](std::int32_t x) { return boxes_[index_of(x)].max()[axis] < low; });
-    for (const std::int32_t other : open) {
-      if ((may_move[index_of(number)] || may_move[index_of(other)]) &&
-          box.intersects(boxes_[index_of(other)])) {
-        pairs.emplace_back(std::min(number, other), std::max(number, other));
+    std::erase_if(open, [&](const Open& other) { return other.box.max()[axis] < low; });
+    for (const Open& other : open) {
+      if ((moves || other.may_move) && box.intersects(other.box)) {
+        pairs.emplace_back(std::min(number, other.number), std::max(number, other.number));
       }
     }
-    open.push_back(number);
+    open.push_back({box, number, moves});
   }
   std::sort(pairs.begin(), pairs.end());
   return pairs;

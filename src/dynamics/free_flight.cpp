@@ -17,8 +17,11 @@ using Map = Eigen::Map<const Vector3>;
 // A chart is good while its rotation vector stays well below pi; beyond this turn it is renewed.
 constexpr Scalar kFlightChartTurn = 1.5;  // radians
 
-// How many steps ahead a body without a wrench is integrated.
+// How many steps ahead a body without a wrench is followed.
 constexpr Scalar kStepsAhead = 16;
+
+// Limit of attempts at the length of a piece.
+constexpr int kMostHalvings = 50;
 
 // The numbers of one body: position of the centre of mass, rotation vector in the chart, momentum
 // and angular momentum in world axes. The rotation never drifts off the rotations ([Terze2016]).
@@ -41,6 +44,13 @@ Vector3 cubic(const Map& x0, const Map& rate0, const Map& x1, const Map& rate1, 
   const Scalar s2 = s * s;
   const Scalar s3 = s2 * s;
   return x0 + (3 * s2 - 2 * s3) * (x1 - x0) + h * ((s3 - 2 * s2 + s) * rate0 + (s3 - s2) * rate1);
+}
+
+void require_progress(const BodyRecord& body, int piece, Scalar t_end) {
+  constexpr int kMostPieces = 1'000'000;
+  if (piece < kMostPieces) return;
+  throw IntegrationError(compose_message("body '", body.definition.name,
+                                         "': too many steps of the integrator before t = ", t_end));
 }
 
 }  // namespace
@@ -84,13 +94,6 @@ void FreeFlight::evaluate(const Matrix3& R_WC, Scalar t, std::span<const Scalar>
   Eigen::Map<Vector3>(rate.data() + 9) = wrench.torque;
 }
 
-bool FreeFlight::turns_steadily(const Node& node) const {
-  if (body_.definition.wrench) return false;
-  const Vector3 w_W = node.R_WC * Vector3(Map(node.rate.data() + 3));  // theta is zero here
-  const Vector3 L_W = spin(node.y.data());
-  return w_W.cross(L_W).norm() <= 8 * kUnitRoundoff * w_W.norm() * L_W.norm();
-}
-
 void FreeFlight::append(const Node& end) {
   const auto node = [&](const Node& from) {
     return HermiteNode{position(from.y.data()), Map(from.rate.data()), theta(from.y.data()),
@@ -98,20 +101,8 @@ void FreeFlight::append(const Node& end) {
   };
   auto center = std::make_shared<HermiteMotion>(
       HermiteMotion::from_chart({last_.t, end.t}, last_.R_WC, node(last_), node(end)));
-  pieces_.push_back({last_, end, about_center(body_, std::move(center))});
+  pieces_.push_back({last_, end, about_center(body_, std::move(center)), std::nullopt});
   last_ = end;
-}
-
-FreeFlight::Node FreeFlight::steady_end(Scalar t_end) const {
-  Node end = last_;
-  const Scalar h = t_end - last_.t;
-  const Vector3 v = Map(last_.rate.data());
-  end.t = t_end;
-  Eigen::Map<Vector3>(end.y.data()) += h * (v + h / 2 * gravity_W_);
-  Eigen::Map<Vector3>(end.y.data() + 3) = h * Vector3(Map(last_.rate.data() + 3));
-  Eigen::Map<Vector3>(end.y.data() + 6) += h * Vector3(Map(last_.rate.data() + 6));
-  Eigen::Map<Vector3>(end.rate.data()) = v + h * gravity_W_;
-  return end;
 }
 
 FreeFlight::Node FreeFlight::integrated_end(Scalar t_end) {
@@ -133,7 +124,6 @@ FreeFlight::Node FreeFlight::integrated_end(Scalar t_end) {
   const Scalar turn_limit = speed > 0 ? last_.t + 1 / speed : kInfinity;
   // A limit below the resolution of time must not stop time.
   integrator_->step(turn_limit > last_.t ? std::min(t_end, turn_limit) : t_end);
-  longest_step_ = std::max(longest_step_, integrator_->time() - last_.t);
   Node end;
   end.t = integrator_->time();
   end.R_WC = R_WC_;
@@ -142,40 +132,112 @@ FreeFlight::Node FreeFlight::integrated_end(Scalar t_end) {
   return end;
 }
 
-void FreeFlight::extend(Scalar t_end) {
-  const bool is_slow = longest_step_ > 2 * (t_end - last_.t);
-  const bool goes_ahead = !body_.definition.wrench && (is_slow || longest_step_ == 0);
-  // Pieces that hardly outlast the step end with it instead: one motion then serves it.
-  const Scalar ahead = goes_ahead ? last_.t + kStepsAhead * (t_end - last_.t) : t_end;
-  constexpr int kMostPieces = 1'000'000;
+void FreeFlight::integrate(Scalar t_end) {
   for (int i = 0; last_.t < t_end; ++i) {
-    if (i == kMostPieces) {
-      throw IntegrationError(
-          compose_message("body '", body_.definition.name,
-                          "': too many steps of the integrator before t = ", t_end));
+    require_progress(body_, i, t_end);
+    try {
+      append(integrated_end(t_end));
+    } catch (const IntegrationError& error) {
+      const std::string message = error.what();
+      if (message.starts_with("body '")) throw;
+      throw IntegrationError("body '" + body_.definition.name + "': " + message);
     }
-    const bool is_steady = theta(last_.y.data()).isZero(0) && turns_steadily(last_);
-    if (is_steady) {
-      append(steady_end(ahead));
-    } else {
-      try {
-        append(integrated_end(ahead));
-      } catch (const IntegrationError& error) {
-        const std::string message = error.what();
-        if (message.starts_with("body '")) throw;
-        throw IntegrationError("body '" + body_.definition.name + "': " + message);
-      }
-    }
-    if (is_steady || theta(last_.y.data()).norm() > kFlightChartTurn) {
+    if (theta(last_.y.data()).norm() > kFlightChartTurn) {
       last_ = start_node(last_.t, state(last_.t));
       must_restart_ = true;
     }
   }
 }
 
+// From last_ on.
+void FreeFlight::renew_turn() {
+  Matrix3 R_WB = last_.R_WC * rotation_from_vector(theta(last_.y.data()));
+  // Not from last_, which a cubic gave: the error of cubics does not add up.
+  if (turn_ && last_.t - t_turn_ <= turn_->span()) {
+    R_WB = R_WT_ * rotation_from_vector(turn_->at(last_.t - t_turn_).theta);
+  }
+  R_WB = RigidPose(R_WB, Vector3::Zero()).rotation();  // exact again after many products
+  turn_.emplace(body_.inverse_inertia_B, R_WB.transpose() * spin(last_.y.data()));
+  R_WT_ = R_WB;
+  t_turn_ = last_.t;
+}
+
+// A body without a wrench at time t: where the parabola and the turn bring it from last_.
+FreeFlight::Node FreeFlight::turning_node(Scalar t) const {
+  Node node = last_;
+  const Scalar h = t - last_.t;
+  const Vector3 v = Map(last_.rate.data());
+  const TorqueFreeTurn::Turn turn = turn_->at(t - t_turn_);
+  node.t = t;
+  node.R_WC = R_WT_;
+  Eigen::Map<Vector3>(node.y.data()) += h * (v + h / 2 * gravity_W_);
+  Eigen::Map<Vector3>(node.y.data() + 3) = turn.theta;
+  Eigen::Map<Vector3>(node.y.data() + 6) += h * Vector3(Map(last_.rate.data() + 6));
+  Eigen::Map<Vector3>(node.rate.data()) = v + h * gravity_W_;
+  Eigen::Map<Vector3>(node.rate.data() + 3) = rotation_vector_rate(turn.theta, turn.w_C);
+  return node;
+}
+
+// The end of a piece from last_ on that should serve several steps of length h.
+FreeFlight::Node FreeFlight::coasting_end(Scalar h) {
+  const Scalar wanted = std::min(h, coasting_length_);
+  if (!turn_ || !(t_turn_ + turn_->span() - last_.t >= wanted)) renew_turn();
+  const Scalar tolerance = std::max(options_.relative_tolerance, 8 * kUnitRoundoff);
+  const Scalar most =
+      std::min({t_turn_ + turn_->span() - last_.t, kStepsAhead * h, options_.max_step});
+  const Node begin = turning_node(last_.t);
+  const Vector3 theta_0 = theta(begin.y.data());
+  const Vector3 rate_0 = Map(begin.rate.data() + 3);
+  Scalar length = std::min(coasting_length_, most);
+  for (int halving = 0;; ++halving) {
+    // A length below the resolution of time must not stop time.
+    const Scalar t = std::max(last_.t + length, std::nextafter(last_.t, kInfinity));
+    const Node end = turning_node(t);
+    const Scalar half = (t - last_.t) / 2;
+    const Vector3 rate_1 = Map(end.rate.data() + 3);
+    const Vector3 middle =
+        (theta_0 + theta(end.y.data())) / 2 + half / 4 * (rate_0 - rate_1);  // of the cubic
+    const Scalar error = (middle - turn_->at(last_.t + half - t_turn_).theta).norm();
+    // The error grows with the fourth power of the length.
+    const Scalar factor = 0.9 * std::pow(tolerance / std::max(error, kUnitRoundoff), 0.25);
+    coasting_length_ = factor * (t - last_.t);
+    if (error <= tolerance || halving == kMostHalvings) return end;
+    length = std::min(coasting_length_, length / 2);
+  }
+}
+
+// Pieces without a wrench: the first begins at t anew, so that mostly one serves a step.
+void FreeFlight::coast(Scalar t, Scalar t_end) {
+  if (last_.t > t) {
+    const Vector3 w_W = piece_at(t).motion->twist(t).w_WB;
+    Node node = start_node(t, state(t));
+    Eigen::Map<Vector3>(node.rate.data() + 3) = node.R_WC.transpose() * w_W;
+    pieces_.clear();
+    last_ = node;
+  }
+  for (int i = 0; last_.t < t_end; ++i) {
+    require_progress(body_, i, t_end);
+    const Node end = coasting_end(t_end - last_.t);
+    if (last_.R_WC != end.R_WC) {
+      const Matrix3 R_CW = end.R_WC.transpose();
+      const Matrix3 R_WB = last_.R_WC * rotation_from_vector(theta(last_.y.data()));
+      const Vector3 turn = rotation_vector(R_CW * R_WB);
+      const Vector3 w_W =
+          last_.R_WC * angular_velocity(theta(last_.y.data()), Map(last_.rate.data() + 3));
+      Eigen::Map<Vector3>(last_.y.data() + 3) = turn;
+      Eigen::Map<Vector3>(last_.rate.data() + 3) = rotation_vector_rate(turn, R_CW * w_W);
+      last_.R_WC = end.R_WC;
+    }
+    append(end);
+    Piece& piece = pieces_.back();
+    piece.bound = piece.motion->twist_bound({piece.begin.t, piece.end.t});
+    ++coasting_pieces_;
+  }
+}
+
 std::shared_ptr<const Motion> FreeFlight::motion(Scalar t, Scalar t_end) {
   std::erase_if(pieces_, [&](const Piece& piece) { return piece.end.t <= t; });
-  if (last_.t < t_end) extend(t_end);
+  if (last_.t < t_end) body_.definition.wrench ? integrate(t_end) : coast(t, t_end);
   if (pieces_.front().begin.t <= t && pieces_.front().end.t >= t_end) {
     return pieces_.front().motion;
   }
@@ -215,8 +277,17 @@ CentralState FreeFlight::state(Scalar t) const {
   return state;
 }
 
+std::optional<TwistBound> FreeFlight::known_bound(Scalar t, Scalar t_end) const {
+  if (pieces_.empty()) return std::nullopt;
+  const Piece& piece = pieces_.front();
+  if (!(piece.begin.t <= t && t_end <= piece.end.t)) return std::nullopt;
+  return piece.bound;
+}
+
 IntegratorStatistics FreeFlight::statistics() const {
-  return integrator_ ? integrator_->statistics() : IntegratorStatistics{};
+  IntegratorStatistics sum = integrator_ ? integrator_->statistics() : IntegratorStatistics{};
+  sum.steps += coasting_pieces_;
+  return sum;
 }
 
 }  // namespace dyop::internal

@@ -1,10 +1,13 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "dynamics/body_record.h"
+#include "dynamics/torque_free_turn.h"
 #include "dyop/dynamics/integrator.h"
 
 namespace dyop::internal {
@@ -12,9 +15,9 @@ namespace dyop::internal {
 /// The path of one body that nothing touches: gravity and its own wrench, integrated by itself.
 ///
 /// Each piece is a cubic in position and rotation vector between two states of the integrator; its
-/// momenta are cubics too. A body without a wrench may be integrated beyond the step, so that its
-/// pieces serve several; one that turns steadily (L along w) needs no integrator: a parabola and a
-/// constant turn are cubics.
+/// momenta are cubics too. A body without a wrench needs no integrator: it falls along a parabola
+/// and turns by TorqueFreeTurn. Its pieces reach beyond the step, to serve several, as far as a
+/// cubic follows the turn to the integrator's relative tolerance (radians).
 class FreeFlight {
  public:
   /// Begins at `state`; `body` must outlive the flight.
@@ -28,6 +31,10 @@ class FreeFlight {
 
   /// At a time within the last motion().
   CentralState state(Scalar t) const;
+
+  /// Bound of the last motion() over at least [t, t_end], known already; none if it has several
+  /// pieces there.
+  std::optional<TwistBound> known_bound(Scalar t, Scalar t_end) const;
 
   IntegratorStatistics statistics() const;
 
@@ -44,13 +51,16 @@ class FreeFlight {
     Node begin;
     Node end;
     std::shared_ptr<const Motion> motion;  // of B
+    std::optional<TwistBound> bound;       // of a coasting piece
   };
 
-  void extend(Scalar t_end);
-  bool turns_steadily(const Node& node) const;
-  void append(const Node& end);
-  Node steady_end(Scalar t_end) const;
+  void integrate(Scalar t_end);
   Node integrated_end(Scalar t_end);
+  void coast(Scalar t, Scalar t_end);
+  Node coasting_end(Scalar h);
+  void renew_turn();
+  Node turning_node(Scalar t) const;
+  void append(const Node& end);
   void evaluate(const Matrix3& R_WC, Scalar t, std::span<const Scalar> y,
                 std::span<Scalar> rate) const;
   Node start_node(Scalar t, const CentralState& state) const;
@@ -65,7 +75,12 @@ class FreeFlight {
   std::unique_ptr<Integrator> integrator_;
   Matrix3 R_WC_ = Matrix3::Identity();  // chart of the integrator
   bool must_restart_ = true;
-  Scalar longest_step_ = 0;  // of the integrator
+  // Without a wrench.
+  std::optional<TorqueFreeTurn> turn_;
+  Matrix3 R_WT_ = Matrix3::Identity();  // chart of turn_, the orientation when it began
+  Scalar t_turn_ = 0;                   // when it began
+  Scalar coasting_length_ = kInfinity;  // of the next piece
+  std::int64_t coasting_pieces_ = 0;
 };
 
 }  // namespace dyop::internal

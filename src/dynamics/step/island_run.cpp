@@ -158,7 +158,11 @@ std::vector<BodyMove> IslandRun::flights_to(Scalar t_end) {
                                                    context_.options->integrator_options, now_);
     }
     const IntegratorStatistics before = member.flight->statistics();
-    moves.push_back(motion_move(*member.body, member.flight->motion(now_, t_end), now_));
+    BodyMove move;
+    move.body = member.body;
+    move.motion = member.flight->motion(now_, t_end);
+    move.center = member.state.X_WM.translation();
+    moves.push_back(std::move(move));
     add_difference(outcome_.integrator, before, member.flight->statistics());
   }
   return moves;

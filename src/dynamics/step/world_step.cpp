@@ -197,8 +197,11 @@ BodyMove WorldStep::move_of(std::uint32_t slot) const {
     const auto at = std::lower_bound(members.bodies.begin(), members.bodies.end(), slot);
     const Track& track = outcomes_[static_cast<std::size_t>(island)]
                              .tracks[static_cast<std::size_t>(at - members.bodies.begin())];
-    BodyMove move = motion_move(body, track.joined(), context_.t);
+    BodyMove move;
+    move.body = &body;
+    move.motion = track.joined();
     move.is_rest = track.is_rest();
+    move.center = body.state.X_WM.translation();
     return move;
   }
   if (body.definition.kind == BodyKind::Kinematic && may_move_[slot]) {

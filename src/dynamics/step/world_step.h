@@ -21,6 +21,7 @@ class WorldStep {
   AlignedBox predicted_box(const BodyRecord& body) const;
   AlignedBox box_around(const BodyRecord& body, const RigidPose& X_WB, Scalar way) const;
   AlignedBox box_of(const BodyRecord& body, const BodyMove& move) const;
+  AlignedBox box_of(const BodyRecord& body, const BodyMove& move, const TwistBound& bound) const;
   void merge_pairs(const std::vector<std::pair<std::int32_t, std::int32_t>>& found);
   void link_pairs();
   void plan_islands();

@@ -26,12 +26,14 @@ AlignedBox WorldStep::predicted_box(const BodyRecord& body) const {
 // point can move in half of it, and by half the distance at which pairs matter.
 AlignedBox WorldStep::box_of(const BodyRecord& body, const BodyMove& move) const {
   const TimeInterval interval{context_.t, context_.t_end};
-  Scalar way = 0;
-  if (!move.is_rest) {
-    const TwistBound bound = move.motion->twist_bound(interval);
-    const Scalar radius = body.definition.shape->bounding_radius();
-    way = (bound.linear_speed + bound.angular_speed * radius) * interval.length() / 2;
-  }
+  return box_of(body, move, move.is_rest ? TwistBound{} : move.motion->twist_bound(interval));
+}
+
+AlignedBox WorldStep::box_of(const BodyRecord& body, const BodyMove& move,
+                             const TwistBound& bound) const {
+  const TimeInterval interval{context_.t, context_.t_end};
+  const Scalar radius = body.definition.shape->bounding_radius();
+  const Scalar way = (bound.linear_speed + bound.angular_speed * radius) * interval.length() / 2;
   return box_around(body, move.motion->pose(interval.begin + interval.length() / 2), way);
 }
 
@@ -112,9 +114,18 @@ void WorldStep::merge_pairs(const std::vector<std::pair<std::int32_t, std::int32
 // Bodies that left the box they were expected in may be near others than was thought.
 bool WorldStep::find_new_candidates() {
   bool has_left = false;
-  for (const Island& island : islands_) {
-    for (const std::uint32_t slot : island.bodies) {
+  for (std::size_t i = 0; i < islands_.size(); ++i) {
+    for (std::size_t k = 0; k < islands_[i].bodies.size(); ++k) {
+      const std::uint32_t slot = islands_[i].bodies[k];
       if (moves_[slot].is_rest) continue;
+      // A bound of a longer time is enough if it keeps the body in its box.
+      const Track& track = outcomes_[i].tracks[k];
+      if (track.flight && track.pieces.size() == 1) {
+        const auto known = track.flight->known_bound(context_.t, context_.t_end);
+        if (known && boxes_[slot].contains(box_of(world_.bodies[slot], moves_[slot], *known))) {
+          continue;
+        }
+      }
       const AlignedBox box = box_of(world_.bodies[slot], moves_[slot]);
       if (boxes_[slot].contains(box)) continue;
       boxes_[slot].extend(box);
