@@ -147,7 +147,9 @@ GeneratedScene make_gears(int n) {
 GeneratedScene make_cradle(int n) {
   constexpr Scalar kRadius = 0.25, kLength = 2, kDegrees = 30;
   constexpr Scalar kHalfBeam = 0.1;
-  const Scalar pitch = 2 * kRadius + kGeneratedGap;
+  // Not closed: a blow then goes from ball to ball. Balls in contact would share it.
+  constexpr Scalar kBetweenBalls = 0.002;
+  const Scalar pitch = 2 * kRadius + kBetweenBalls;
   SceneBuilder builder("Newton's cradle", 10);
   builder.add_static_body("beam", box_shape({1 + pitch * n / 2, kHalfBeam, kHalfBeam}),
                           {pitch * (n - 1) / 2, 0, kLength + kHalfBeam});
