@@ -19,6 +19,7 @@ void add_distance_command(CLI::App& app, ExitCode& exit_code);
 void add_info_command(CLI::App& app, ExitCode& exit_code);
 void add_paper_command(CLI::App& app, ExitCode& exit_code);
 void add_replay_command(CLI::App& app, ExitCode& exit_code);
+void add_scene_command(CLI::App& app, ExitCode& exit_code);
 void add_simulate_command(CLI::App& app, ExitCode& exit_code);
 void add_toi_command(CLI::App& app, ExitCode& exit_code);
 

@@ -33,16 +33,31 @@ MassProperties read_mass(const JsonNode& node, const Shape& shape, bool is_shell
   });
 }
 
+std::array<bool, 3> read_three_flags(const JsonNode& node) {
+  const std::vector<JsonNode> items = node.items();
+  if (items.size() != 3) node.fail_expected("three Booleans");
+  return {items[0].boolean(), items[1].boolean(), items[2].boolean()};
+}
+
+LockedAxes read_locked(const JsonNode& node) {
+  node.require_object({"translation", "rotation"});
+  LockedAxes locked;
+  if (node.has("translation")) locked.translation = read_three_flags(node.at("translation"));
+  if (node.has("rotation")) locked.rotation = read_three_flags(node.at("rotation"));
+  return locked;
+}
+
 void read_dynamic(const JsonNode& node, bool is_shell, BodyDefinition& body) {
   forbid(node, "motion", "only a kinematic body has a motion");
   if (node.has("pose")) body.initial.X_WB = read_pose(node.at("pose"));
   if (node.has("velocity")) body.initial.twist = read_twist(node.at("velocity"));
+  if (node.has("locked")) body.locked = read_locked(node.at("locked"));
   body.mass_properties = read_mass(node, *body.shape, is_shell);
 }
 
 void read_static(const JsonNode& node, BodyDefinition& body) {
   forbid(node, "motion", "only a kinematic body has a motion");
-  for (const std::string_view key : {"velocity", "density", "mass"}) {
+  for (const std::string_view key : {"velocity", "density", "mass", "locked"}) {
     forbid(node, key, "only a dynamic body has this key");
   }
   if (node.has("pose")) body.initial.X_WB = read_pose(node.at("pose"));
@@ -50,7 +65,7 @@ void read_static(const JsonNode& node, BodyDefinition& body) {
 
 void read_kinematic(const JsonNode& node, const TimeInterval& span, BodyDefinition& body) {
   forbid(node, "pose", "the pose of a kinematic body belongs into its motion");
-  for (const std::string_view key : {"velocity", "density", "mass"}) {
+  for (const std::string_view key : {"velocity", "density", "mass", "locked"}) {
     forbid(node, key, "only a dynamic body has this key");
   }
   const JsonNode motion = node.at("motion");
@@ -62,7 +77,7 @@ void read_kinematic(const JsonNode& node, const TimeInterval& span, BodyDefiniti
 
 NamedBody read_body(const JsonNode& node, const TimeInterval& span, ShapeReader& shapes) {
   node.require_object({"name", "kind", "shape", "shell", "pose", "velocity", "density", "mass",
-                       "motion", "restitution", "friction"});
+                       "motion", "locked", "restitution", "friction"});
   NamedBody result;
   BodyDefinition& body = result.definition;
   body.name = node.at("name").text();

@@ -5,6 +5,7 @@
 #include "io/file_bytes.h"
 #include "io/motion_reader.h"
 #include "scene_io/body_reader.h"
+#include "scene_io/rigid_ipc_scene.h"
 #include "scene_io/scene_forces.h"
 
 namespace dyop {
@@ -154,6 +155,32 @@ void read_integrator(const JsonNode& node, Scene& scene) {
   }
 }
 
+RigidPose initial_pose(const Scene& scene, const BodyId& id) {
+  const BodyDefinition& body = scene.bodies[id.slot];
+  return body.kind == BodyKind::Kinematic ? body.motion->pose(0) : body.initial.X_WB;
+}
+
+// Frames are given where they are at time 0, in the world.
+JointDefinition read_joint(const JsonNode& node, const Scene& scene) {
+  node.require_object({"kind", "a", "b", "point", "axis"});
+  JointDefinition joint;
+  joint.kind = node.at("kind").choice<JointKind>({{"ball", JointKind::Ball},
+                                                  {"hinge", JointKind::Hinge},
+                                                  {"slider", JointKind::Slider},
+                                                  {"fixed", JointKind::Fixed}});
+  joint.a = body_named(node.at("a"), scene);
+  joint.b = body_named(node.at("b"), scene);
+  if (joint.a == joint.b) node.at("b").fail_expected("another body than a");
+  const Vector3 axis = node.has("axis") ? node.at("axis").vector3() : Vector3(0, 0, 1);
+  if (!(axis.norm() > 0)) node.at("axis").fail_expected("an axis that is not zero");
+  const RigidPose X_WJ(Quaternion::FromTwoVectors(Vector3::UnitZ(), axis),
+                       node.at("point").vector3());
+  joint.X_AJ = initial_pose(scene, joint.a).inverse() * X_WJ;
+  joint.X_BJ = initial_pose(scene, joint.b).inverse() * X_WJ;
+  joint.name = node.path();
+  return joint;
+}
+
 int read_int(const JsonNode& node) {
   const std::int64_t value = node.positive_integer();
   if (value > std::numeric_limits<int>::max()) node.fail_expected("an integer below 2^31");
@@ -184,7 +211,7 @@ void read_root(const JsonNode& root, const std::vector<std::filesystem::path>& d
                Scene& scene) {
   root.require_object({"title", "notes", "time", "bodies", "forces", "target_distance",
                        "target_distances", "standoff", "restitution_speed", "sleep_steps",
-                       "filters", "integrator", "policy", "max_node_pairs"});
+                       "filters", "joints", "integrator", "policy", "max_node_pairs"});
   if (root.has("title")) scene.title = root.at("title").text();
   if (root.has("notes")) root.at("notes").text();
   read_time(root.at("time"), scene);
@@ -192,6 +219,9 @@ void read_root(const JsonNode& root, const std::vector<std::filesystem::path>& d
   read_bodies(root.at("bodies"), directories, scene);
   if (const auto node = root.find("forces")) read_forces(*node, scene);
   if (const auto node = root.find("target_distances")) read_targets(*node, scene);
+  for (const JsonNode& item : list_or_empty(root, "joints")) {
+    scene.joints.push_back(read_joint(item, scene));
+  }
   if (const auto node = root.find("filters")) read_filters(*node, scene);
 }
 
@@ -203,7 +233,12 @@ Scene load_scene(const std::filesystem::path& file,
   std::vector<std::filesystem::path> directories{file.parent_path()};
   directories.insert(directories.end(), mesh_directories.begin(), mesh_directories.end());
   Scene scene;
-  read_root(JsonNode(file, json), directories, scene);
+  const JsonNode root(file, json);
+  if (internal::is_rigid_ipc_scene(root)) {
+    internal::read_rigid_ipc_scene(root, mesh_directories, scene);
+  } else {
+    read_root(root, directories, scene);
+  }
   scene.source = json.dump();
   return scene;
 }
@@ -215,6 +250,7 @@ World make_world(const Scene& scene) {
   for (const SceneTarget& target : scene.target_distances) {
     world.set_target_distance(target.a, target.b, target.distance);
   }
+  for (const JointDefinition& joint : scene.joints) world.add_joint(joint);
   return world;
 }
 

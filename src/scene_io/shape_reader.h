@@ -26,12 +26,13 @@ class ShapeReader {
 
   /// @param is_shell The body is a surface without an inside: decides what its centre of mass is.
   NamedShape read(const JsonNode& node, bool is_shell);
+  /// The mesh of the file that a text names, as it is there.
+  const TriangleMesh& load(const JsonNode& node);
 
  private:
   NamedShape read_mesh(const JsonNode& node, bool is_shell);
   NamedShape read_hull(const JsonNode& node);
   TriangleMesh read_placed_mesh(const JsonNode& node, bool is_shell);
-  const TriangleMesh& load(const JsonNode& node);
   std::filesystem::path find(const JsonNode& node) const;
 
   std::vector<std::filesystem::path> directories_;

@@ -34,7 +34,9 @@ constexpr int kPoses = 256;
 
 Scene cube_on_triangles() {
   Scene scene{std::make_shared<TriangleMesh>(test_support::plate_grid(8, 8, 64, 64).mesh()),
-              std::make_shared<Box>(Vector3(0.5, 0.5, 0.5)), {}, 0.01};
+              std::make_shared<Box>(Vector3(0.5, 0.5, 0.5)),
+              {},
+              0.01};
   std::mt19937_64 random(1);
   for (int k = 0; k < kPoses; ++k) {
     scene.poses.emplace_back(
@@ -85,7 +87,9 @@ Scene tool_on_bunny() {
   const auto file = testing::find_model("bunny.obj");
   if (!file) return {};
   Scene scene{std::make_shared<TriangleMesh>(testing::load_unit_model(*file)),
-              std::make_shared<Capsule>(0.02, 0.2), {}, 2e-3};
+              std::make_shared<Capsule>(0.02, 0.2),
+              {},
+              2e-3};
   add_near_poses(scene, 1e-3, 4);
   return scene;
 }
@@ -97,8 +101,8 @@ void generate(benchmark::State& state, const Scene& scene) {
   std::size_t found = 0;
   std::size_t calls = 0;
   for (auto _ : state) {
-    generate_contacts(*scene.a, RigidPose(), *scene.b, scene.poses[next], scene.reach, {}, workspace,
-                      contacts);
+    generate_contacts(*scene.a, RigidPose(), *scene.b, scene.poses[next], scene.reach, {},
+                      workspace, contacts);
     next = (next + 1) % scene.poses.size();
     found += contacts.size();
     ++calls;
@@ -138,23 +142,23 @@ void build(benchmark::State& state, bool features) {
 const bool kIsRegistered = [] {
   const auto add = [](const std::string& name, const Scene& scene) {
     if (!scene.a) return;
-    benchmark::RegisterBenchmark((name + "/generate").c_str(),
-                                 [scene](benchmark::State& state) { generate(state, scene); })
-        ->Unit(benchmark::kMicrosecond);
-    benchmark::RegisterBenchmark((name + "/carry").c_str(),
-                                 [scene](benchmark::State& state) { carry(state, scene); })
-        ->Unit(benchmark::kMicrosecond);
+    benchmark::RegisterBenchmark((name + "/generate").c_str(), [scene](benchmark::State& state) {
+      generate(state, scene);
+    })->Unit(benchmark::kMicrosecond);
+    benchmark::RegisterBenchmark((name + "/carry").c_str(), [scene](benchmark::State& state) {
+      carry(state, scene);
+    })->Unit(benchmark::kMicrosecond);
   };
   add("cube_on_8192_triangles", cube_on_triangles());
   add("box_on_box", box_on_box());
   add("tool_on_bunny", tool_on_bunny());
   add("bunny_on_bunny", bunny_on_bunny());
-  benchmark::RegisterBenchmark("bunny/hierarchy",
-                               [](benchmark::State& state) { build(state, false); })
-      ->Unit(benchmark::kMillisecond);
-  benchmark::RegisterBenchmark("bunny/topology_and_features",
-                               [](benchmark::State& state) { build(state, true); })
-      ->Unit(benchmark::kMillisecond);
+  benchmark::RegisterBenchmark("bunny/hierarchy", [](benchmark::State& state) {
+    build(state, false);
+  })->Unit(benchmark::kMillisecond);
+  benchmark::RegisterBenchmark("bunny/topology_and_features", [](benchmark::State& state) {
+    build(state, true);
+  })->Unit(benchmark::kMillisecond);
   return true;
 }();
 

@@ -155,8 +155,7 @@ TEST_F(SimulateCommand, NamesWhatIsWrongWithAScene) {
 TEST_F(SimulateCommand, TellsWhatBeganTooNearAndWhereBodiesEnded) {
   Json scene = falling_ball();
   scene["bodies"][0]["pose"]["position"] = {0, 0, 0};
-  const CommandResult result =
-      run_command({"simulate", write(scene), "--out", out(), "--json"});
+  const CommandResult result = run_command({"simulate", write(scene), "--out", out(), "--json"});
   EXPECT_EQ(result.exit_code, 0) << result.err;
   const Json json = Json::parse(result.out);
   EXPECT_EQ(json.at("too_near"), 1);
@@ -170,8 +169,7 @@ TEST_F(SimulateCommand, TellsWhatBeganTooNearAndWhereBodiesEnded) {
 // A spring whose force overflows.
 TEST_F(SimulateCommand, EndsItsFilesWhenTheIntegratorGivesUp) {
   Json scene = falling_ball();
-  scene["forces"]["springs"] = {
-      {{"body", "ball"}, {"anchor", {0, 0, -10}}, {"stiffness", 1e308}}};
+  scene["forces"]["springs"] = {{{"body", "ball"}, {"anchor", {0, 0, -10}}, {"stiffness", 1e308}}};
   const CommandResult result = run_command({"simulate", write(scene), "--out", out(), "--json"});
   EXPECT_EQ(result.exit_code, 3) << result.err;
   EXPECT_TRUE(result.err.starts_with("dyop: error: ")) << result.err;

@@ -187,8 +187,10 @@ TEST(FindContacts, OfTurnedPlatesAreTheCornersOfWhatTheyShare) {
   const Scalar gap = 1e-6;
   for (const Scalar scale : {1e-3, 1.0, 1e3}) {
     const Box plate(scale * Vector3(1, 1, 0.5));
-    const RigidPose X_WB(rotation_from_vector({0, 0, std::acos(0.0) / 2}), {0, 0, scale * (1 + gap)});
-    const std::vector<Contact> contacts = find_contacts(plate, RigidPose(), plate, X_WB, 2 * scale * gap);
+    const RigidPose X_WB(rotation_from_vector({0, 0, std::acos(0.0) / 2}),
+                         {0, 0, scale * (1 + gap)});
+    const std::vector<Contact> contacts =
+        find_contacts(plate, RigidPose(), plate, X_WB, 2 * scale * gap);
     EXPECT_EQ(contacts.size(), 8u);
     for (const Contact& contact : contacts) {
       // A corner of the octagon: one coordinate is 1, the other tan(pi / 8).

@@ -169,8 +169,7 @@ TEST(CompoundShape, MassIsThatOfTheParts) {
 }
 
 TEST(CompoundShape, RefusesWhatIsMissingByName) {
-  EXPECT_EQ(testing::message_of([] { CompoundShape({}); }),
-            "a compound needs at least one child");
+  EXPECT_EQ(testing::message_of([] { CompoundShape({}); }), "a compound needs at least one child");
   const auto ball = std::make_shared<Sphere>(1);
   const auto sheet = std::make_shared<TriangleMesh>(plate_grid(1, 1, 1, 1).mesh());
   EXPECT_NE(testing::message_of([&] {

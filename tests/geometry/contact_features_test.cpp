@@ -164,7 +164,8 @@ TEST(ContactFeatures, DropsNoVertexWithANormalCone) {
         bool is_normal = true;
         for (const std::int32_t corner : mesh.topology().corners_of_vertex(v)) {
           for (const std::int32_t other : mesh.triangles()[std::size_t(corner / 3)]) {
-            const Vector3 ray = mesh.vertices()[std::size_t(other)] - mesh.vertices()[std::size_t(v)];
+            const Vector3 ray =
+                mesh.vertices()[std::size_t(other)] - mesh.vertices()[std::size_t(v)];
             is_normal = is_normal && n.dot(ray) <= 0;
           }
         }

@@ -66,7 +66,8 @@ TEST(MeshTopology, JoinsAnyTriangles) {
   std::mt19937_64 random(1);
   for (int k = 0; k < 300; ++k) {
     const int vertices = 1 + testing::random_index(12, random);
-    const auto triangles = random_triangles(1 + testing::random_index(40, random), vertices, random);
+    const auto triangles =
+        random_triangles(1 + testing::random_index(40, random), vertices, random);
     expect_topology(MeshTopology(std::size_t(vertices), triangles), triangles);
   }
 }

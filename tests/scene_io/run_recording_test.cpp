@@ -35,8 +35,8 @@ TEST_F(RunRecordingFile, HasOneJsonObjectPerLineInTheOrderOfTime) {
   for (std::string line; std::getline(lines, line);) {
     records.push_back(nlohmann::json::parse(line).at("record").get<std::string>());
   }
-  EXPECT_EQ(records,
-            (std::vector<std::string>{"header", "step", "impact", "step", "woke", "asleep", "end"}));
+  EXPECT_EQ(records, (std::vector<std::string>{"header", "step", "impact", "step", "woke", "asleep",
+                                               "end"}));
 }
 
 TEST_F(RunRecordingFile, HasTheSameBytesForTheSameRun) {

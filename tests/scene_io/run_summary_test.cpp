@@ -22,7 +22,8 @@ TEST(RunSummary, TellsWhatHappenedInWordsAndFigures) {
   const std::string text = summary_of(1);
   for (const char* part :
        {"Small\n", "  mover: sphere, moved by forces\n", "  rester: sphere, at rest\n",
-        "From t = 0 to t = 1 of 2: 1 impact. Completed at t = 1.\n", "Began too near and were pushed apart: mover and rester\n",
+        "From t = 0 to t = 1 of 2: 1 impact. Completed at t = 1.\n",
+        "Began too near and were pushed apart: mover and rester\n",
         "Impact 1 at t = 0.333333333: mover meets rester\n",
         "  proven apart until t = 0.333333333, in contact by t = 0.34\n",
         "  gap at that time: at least 0.1, at most 0.2; closing at 2.5\n",
@@ -31,8 +32,7 @@ TEST(RunSummary, TellsWhatHappenedInWordsAndFigures) {
         "  normal from mover to rester: (0.6, 0.8, 0); pivot (0.0714286, 1, 1.5)\n",
         "  found with 33 node pairs, 22 leaf tests\n", "1 place in contact", "impulse on rester",
         "  2 proven steps, 0 of islands", "8 by query",
-        "  integrator: 5 steps, 6 rejected, 7 evaluations",
-        "  time spent: 1.5 s\n"}) {
+        "  integrator: 5 steps, 6 rejected, 7 evaluations", "  time spent: 1.5 s\n"}) {
     EXPECT_NE(text.find(part), std::string::npos) << part << "\nis missing in\n" << text;
   }
 }

@@ -236,7 +236,8 @@ TEST_F(SceneFile, NamesKeysThatAreUnknownMissingOrMisplaced) {
 TEST_F(SceneFile, NamesReferencesToBodiesThatAreWrong) {
   EXPECT_EQ(message_of("/filters", Json::parse(R"([["ball", "bell"]])")),
             ": filters[0][1]: expected the name of a body, found \"bell\"");
-  EXPECT_EQ(message_of("/target_distances", Json::parse(R"([{"a": "ball", "b": "ball", "distance": 1}])")),
+  EXPECT_EQ(message_of("/target_distances",
+                       Json::parse(R"([{"a": "ball", "b": "ball", "distance": 1}])")),
             ": target_distances[0].b: expected another body than a, found \"ball\"");
   EXPECT_EQ(message_of("/forces", Json::parse(R"({"drags": [{"body": "block", "linear": 1}]})")),
             ": forces.drags[0].body: expected a dynamic body: forces do not move the others, found "

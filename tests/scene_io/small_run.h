@@ -31,8 +31,7 @@ inline Scene small_scene() {
 inline std::shared_ptr<const Motion> small_motion() {
   const Matrix3 R = rotation_from_vector(Vector3(0.3, -0.2, 0.9));
   return std::make_shared<HermiteMotion>(
-      TimeInterval{0, 1},
-      MotionState{RigidPose(), {Vector3(1, 2, 3), Vector3(0.1, 0.2, 0.3)}},
+      TimeInterval{0, 1}, MotionState{RigidPose(), {Vector3(1, 2, 3), Vector3(0.1, 0.2, 0.3)}},
       MotionState{RigidPose(R, Vector3(1, 1, 1)), {Vector3(-1, 0, 1), Vector3(1, 0, 0)}});
 }
 

@@ -342,8 +342,8 @@ TEST(ImpactContacts, LeaveNoNearPairOfTrianglesOut) {
       const Vector3 n_W = result.X_WA.rotation() * *n;
       for (const Contact& contact : result.contacts) {
         const bool is_in_plane = std::abs(n_W.dot(contact.p_WCa - pair.p)) <= 1e-9;
-        has_contact = has_contact ||
-                      (is_in_plane && contact.lower <= (pair.p - pair.q).norm() * (1 + 1e-9));
+        has_contact =
+            has_contact || (is_in_plane && contact.lower <= (pair.p - pair.q).norm() * (1 + 1e-9));
       }
       EXPECT_TRUE(has_contact) << k;
     }

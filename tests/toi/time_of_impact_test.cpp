@@ -80,10 +80,9 @@ TEST(TimeOfImpact, OfARotatingRodIsItsAngleOverItsRate) {
   const TriangleMesh obstacle = point_mesh(Vector3::Zero());
   for (const Scalar phi : {0.3, 1.2, 3.0, 6.0}) {
     for (const Scalar rate : {0.1, 1.0, 50.0}) {
-      const ToiResult result =
-          both_orders(rod, moving(RigidPose(), Vector3::Zero(), {0, 0, rate}), obstacle,
-                      RestMotion(at(std::cos(phi), std::sin(phi), 0)), {0, 100},
-                      {.distance_tolerance = 1e-6});
+      const ToiResult result = both_orders(
+          rod, moving(RigidPose(), Vector3::Zero(), {0, 0, rate}), obstacle,
+          RestMotion(at(std::cos(phi), std::sin(phi), 0)), {0, 100}, {.distance_tolerance = 1e-6});
       ASSERT_EQ(result.status, ToiStatus::Impact) << phi << " " << rate;
       const Scalar gap = std::sin(phi - rate * result.t_safe);
       EXPECT_LE(gap, 1e-6 * (1 + 1e-4));
@@ -151,16 +150,17 @@ TEST(TimeOfImpact, LetsABodyLeaveAContactAndSeesTheNextOne) {
   const Scalar gap = 0.6e-6;
   const auto leaving = moving(at(1 + gap, 0, 0), {1, 0, 0}, {0, 0, 0});
   const ToiOptions options{.distance_tolerance = 1e-6};
-  const ToiResult left = both_orders(wall, RestMotion(RigidPose()), ball, leaving, {0, 10}, options);
+  const ToiResult left =
+      both_orders(wall, RestMotion(RigidPose()), ball, leaving, {0, 10}, options);
   EXPECT_EQ(left.status, ToiStatus::Separated);
   const ToiResult right =
       both_orders(wall, RestMotion(at(5, 0, 0)), ball, leaving, {0, 10}, options);
   ASSERT_EQ(right.status, ToiStatus::Impact);
   EXPECT_NEAR(right.t_safe, 3, 2e-6);
   // Closing from the same place is an impact at once.
-  const ToiResult closing = both_orders(wall, RestMotion(RigidPose()), ball,
-                                        moving(at(1 + gap, 0, 0), {-1, 0, 0}, {0, 0, 0}), {0, 10},
-                                        options);
+  const ToiResult closing =
+      both_orders(wall, RestMotion(RigidPose()), ball,
+                  moving(at(1 + gap, 0, 0), {-1, 0, 0}, {0, 0, 0}), {0, 10}, options);
   EXPECT_EQ(closing.status, ToiStatus::Impact);
   EXPECT_EQ(closing.t_safe, 0);
 }

@@ -13,18 +13,18 @@
 #include "dyop/motion/rest_motion.h"
 #include "dyop/motion/user_motion.h"
 #include "dyop/toi/time_of_impact.h"
+#include "support/allocation_count.h"
 #include "support/mesh_generators.h"
 #include "support/message_of.h"
 #include "support/random_inputs.h"
 #include "support/same_bits.h"
-#include "support/allocation_count.h"
 
 namespace dyop {
 namespace {
 
 using test_support::gear;
-using testing::message_of;
 using test_support::torus;
+using testing::message_of;
 
 const TimeInterval kInterval{0, 2};
 
@@ -175,30 +175,28 @@ TEST(ToiWorkspace, RefusesASecondQueryWhileItServesOne) {
   const TriangleMesh mesh = torus(0.8, 0.3, 12, 6).mesh();
   const Box box({1, 1, 1});
   const RestMotion at_rest{RigidPose()};
-  const ConstantTwistMotion approach(RigidPose(Vector3(5, 0, 0)), {-Vector3::UnitX(), Vector3::Zero()});
+  const ConstantTwistMotion approach(RigidPose(Vector3(5, 0, 0)),
+                                     {-Vector3::UnitX(), Vector3::Zero()});
   ToiWorkspace workspace;
   std::string message;
   UserMotion::Functions functions;
   functions.pose = [&](Scalar t) {
     if (message.empty()) {
-      message = message_of([&] {
-        time_of_impact(box, at_rest, mesh, approach, kInterval, {}, workspace);
-      });
+      message = message_of(
+          [&] { time_of_impact(box, at_rest, mesh, approach, kInterval, {}, workspace); });
     }
     return approach.pose(t);
   };
   functions.twist = [&](Scalar t) { return approach.twist(t); };
   functions.twist_bound = [&](const TimeInterval& part) { return approach.twist_bound(part); };
   const UserMotion nosy(functions);
-  const ToiResult result =
-      time_of_impact(mesh, at_rest, mesh, nosy, kInterval, {}, workspace);
+  const ToiResult result = time_of_impact(mesh, at_rest, mesh, nosy, kInterval, {}, workspace);
   EXPECT_EQ(message,
             "time_of_impact: the workspace is serving another query; give each thread its own");
   expect_same_answer(result, time_of_impact(mesh, at_rest, mesh, approach, kInterval));
-  EXPECT_EQ(message_of([&] {
-              time_of_impact(box, at_rest, mesh, approach, kInterval, {}, workspace);
-            }),
-            "no error");
+  EXPECT_EQ(
+      message_of([&] { time_of_impact(box, at_rest, mesh, approach, kInterval, {}, workspace); }),
+      "no error");
 }
 
 TEST(ToiWorkspace, SharedByThreadsThrowsAndNeverMixesAnswers) {
@@ -232,7 +230,8 @@ TEST(ToiWorkspace, SharedByThreadsThrowsAndNeverMixesAnswers) {
 TEST(ToiWorkspace, MovedFromIsAnErrorUntilAssigned) {
   const Box box({1, 1, 1});
   const RestMotion at_rest{RigidPose()};
-  const ConstantTwistMotion approach(RigidPose(Vector3(5, 0, 0)), {-Vector3::UnitX(), Vector3::Zero()});
+  const ConstantTwistMotion approach(RigidPose(Vector3(5, 0, 0)),
+                                     {-Vector3::UnitX(), Vector3::Zero()});
   ToiWorkspace first;
   ToiWorkspace second = std::move(first);
   const auto ask = [&](ToiWorkspace& workspace) {

@@ -27,6 +27,7 @@ struct Scene {
   std::vector<std::string> shape_names;  ///< per body, for people: "mesh bunny.obj", "sphere"
   std::vector<SceneTarget> target_distances;
   std::vector<std::pair<BodyId, BodyId>> disabled_pairs;
+  std::vector<JointDefinition> joints;
   Scalar end_time = 0;  ///< > 0; a scene starts at time 0
   Scalar step = 0;      ///< > 0; how far World::advance() goes at a time
 };

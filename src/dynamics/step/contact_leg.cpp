@@ -7,6 +7,7 @@
 #include "dynamics/step/end_gap.h"
 #include "dynamics/step/joint_rows.h"
 #include "dynamics/step/leg_problem.h"
+#include "motion/guarded_state.h"
 
 namespace dyop::internal {
 namespace {
@@ -19,6 +20,12 @@ constexpr int kMostRounds = 8;
 constexpr int kMostErrorSolves = 4;
 constexpr int kMostAttempts = 8;
 constexpr int kMostSpinSweeps = 4;
+
+// The turns of many legs multiply up; set right long before a query would refuse the product.
+RigidPose without_drift(const RigidPose& X_WB) {
+  if (rotation_error(X_WB.rotation()) <= kEngineRotationNoise / 8) return X_WB;
+  return RigidPose(X_WB.rotation(), X_WB.translation());
+}
 
 enum class AttemptResult { Committed, Blocked, Failed };
 
@@ -331,7 +338,7 @@ void ContactLeg::commit(Scalar tau) {
   }
   for (std::size_t i = 0; i < run_.members().size(); ++i) {
     Member& member = run_.members()[i];
-    const RigidPose X_WB = moves_[i].motion->pose(t_end);
+    const RigidPose X_WB = without_drift(moves_[i].motion->pose(t_end));
     // What is left of the kick belongs to the end; a leg that was cut has had too much of it.
     member.state.v_W =
         stored_v_W_[i] + (tau - tau_) / 2 * member.body->inverse_mass * wrenches_[i].force;

@@ -1,0 +1,59 @@
+#include <iostream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "cli/commands.h"
+#include "dyop/scene_io/scene_generator.h"
+
+namespace dyop::cli {
+namespace {
+
+struct SceneArguments {
+  std::string kind;
+  int n = 0;
+  std::string out;
+  bool is_json = false;
+};
+
+std::string scene_footer() {
+  std::ostringstream text;
+  text << "Kinds, and what N counts:\n";
+  for (const SceneKind& kind : scene_kinds()) {
+    text << "  " << kind.name << std::string(11 - kind.name.size(), ' ') << kind.count << " ("
+         << kind.least << " to " << kind.most << ")\n";
+  }
+  text << "Mesh files that a scene names are written beside it.\n\nExamples:\n"
+          "  An arch of 25 stones, stepped:\n"
+          "    dyop scene arch 25 --out arch.json && dyop simulate arch.json --out run\n"
+          "  A net of rings; ring.obj is written beside net.json:\n"
+          "    dyop scene chain-net 8 --out net.json --json\n";
+  return text.str();
+}
+
+ExitCode run_scene(const SceneArguments& arguments) {
+  const GeneratedScene scene = generate_scene(arguments.kind, arguments.n);
+  write_generated_scene(scene, arguments.out);
+  if (arguments.is_json) {
+    nlohmann::ordered_json json;
+    json["scene"] = arguments.out;
+    json["meshes"] = nlohmann::ordered_json::array();
+    for (const auto& [name, text] : scene.meshes) json["meshes"].push_back(name);
+    std::cout << json.dump() << '\n';
+  }
+  return ExitCode::Answered;
+}
+
+}  // namespace
+
+void add_scene_command(CLI::App& app, ExitCode& exit_code) {
+  auto arguments = std::make_shared<SceneArguments>();
+  CLI::App* command = app.add_subcommand("scene", "Make a scene file of a known kind");
+  command->footer(scene_footer());
+  command->add_option("KIND", arguments->kind, "What it shows, see below")->required();
+  command->add_option("N", arguments->n, "How many")->required();
+  command->add_option("--out", arguments->out, "Scene file to write")->required();
+  command->add_flag("--json", arguments->is_json, "One JSON object on stdout: what was written");
+  command->callback([arguments, &exit_code] { exit_code = run_scene(*arguments); });
+}
+
+}  // namespace dyop::cli

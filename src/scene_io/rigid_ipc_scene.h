@@ -1,0 +1,19 @@
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include "dyop/scene_io/scene_file.h"
+#include "io/json_reader.h"
+
+namespace dyop::internal {
+
+/// Whether the root of a file is a scene of [Ferguson2021], known by its key "rigid_body_problem".
+bool is_rigid_ipc_scene(const JsonNode& root);
+
+/// Reads such a scene, see docs/scene-format.md. Meshes are looked for in the folders `meshes`
+/// beside the scene and above, then in `mesh_directories`. `scene.source` is left alone.
+void read_rigid_ipc_scene(const JsonNode& root,
+                          const std::vector<std::filesystem::path>& mesh_directories, Scene& scene);
+
+}  // namespace dyop::internal

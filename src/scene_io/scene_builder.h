@@ -1,0 +1,69 @@
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "dyop/core/rigid_pose.h"
+#include "dyop/scene_io/scene_generator.h"
+#include "io/json_reader.h"
+
+namespace dyop::internal {
+
+/// The target distance of generated scenes.
+// literal: small beside bodies of a length of one
+inline constexpr Scalar kGeneratedTarget = 1e-5;
+inline constexpr Scalar kGeneratedStandoff = 4 * kGeneratedTarget;
+/// How far bodies at rest are apart: what World keeps.
+inline constexpr Scalar kGeneratedGap = kGeneratedTarget + kGeneratedStandoff;
+
+/// Collects the parts of a generated scene.
+class SceneBuilder {
+ public:
+  SceneBuilder(std::string title, Scalar end_time);
+
+  /// A dynamic body of density 1000 without bounce; the reference holds until the next is added.
+  Json& add_body(const std::string& name, Json shape, const Vector3& position);
+  /// The same, static.
+  Json& add_static_body(const std::string& name, Json shape, const Vector3& position);
+  /// A static box with its top at z = 0.
+  void add_floor(const Vector3& middle, Scalar half_length, Scalar half_width);
+  /// Of all bodies added so far.
+  void set_friction(Scalar friction);
+
+  void add_mesh(const std::string& file, std::string text);
+  /// A further key of the scene: "filters", "joints".
+  Json& root() { return root_; }
+
+  GeneratedScene finish() const;
+
+ private:
+  Json root_;
+  std::vector<Json> bodies_;
+  std::vector<std::pair<std::string, std::string>> meshes_;
+};
+
+Json box_shape(const Vector3& half_extents);
+Json sphere_shape(Scalar radius);
+Json hull_shape(const std::vector<Vector3>& points);
+Json mesh_shape(const std::string& file);
+Json vector_json(const Vector3& v);
+/// A turn about an axis, for the key "axis_angle" of a pose.
+Json turn_json(const Vector3& axis, Scalar degrees);
+/// The text of an OBJ file; triangles count from 0.
+std::string obj_text(const std::vector<Vector3>& vertices,
+                     const std::vector<std::array<int, 3>>& triangles);
+
+// One function per kind. To add a kind: one here and one row in scene_generator.cpp.
+GeneratedScene make_stack(int n);
+GeneratedScene make_pyramid(int n);
+GeneratedScene make_wall(int n);
+GeneratedScene make_pile(int n);
+GeneratedScene make_arch(int n);
+GeneratedScene make_cards(int n);
+GeneratedScene make_domino(int n);
+GeneratedScene make_chain_net(int n);
+GeneratedScene make_gears(int n);
+GeneratedScene make_cradle(int n);
+
+}  // namespace dyop::internal

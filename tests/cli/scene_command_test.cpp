@@ -1,0 +1,51 @@
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "cli/command.h"
+
+namespace dyop {
+namespace {
+
+using test::CommandResult;
+using test::run_command;
+using Json = nlohmann::ordered_json;
+
+class SceneCommand : public ::testing::Test {
+ protected:
+  std::string file() const { return (directory_.path() / "scene.json").string(); }
+
+  test::TemporaryDirectory directory_;
+};
+
+TEST_F(SceneCommand, WritesASceneThatRuns) {
+  ASSERT_EQ(run_command({"scene", "stack", "2", "--out", file()}).exit_code, 0);
+  const CommandResult run =
+      run_command({"simulate", file(), "--out", (directory_.path() / "run").string(), "--json"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_EQ(Json::parse(run.out).at("bodies").size(), 3u);
+}
+
+TEST_F(SceneCommand, NamesTheMeshesItWrote) {
+  const CommandResult result = run_command({"scene", "gears", "2", "--out", file(), "--json"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_EQ(Json::parse(result.out).at("meshes"), Json({"gear.obj"}));
+  EXPECT_TRUE(std::filesystem::exists(directory_.path() / "gear.obj"));
+}
+
+TEST_F(SceneCommand, RefusesWhatItCannotMake) {
+  const auto expect = [&](const std::vector<std::string>& arguments, const std::string& part) {
+    const CommandResult result = run_command(arguments);
+    EXPECT_EQ(result.exit_code, 2) << part;
+    EXPECT_NE(result.err.find(part), std::string::npos) << result.err;
+    EXPECT_FALSE(std::filesystem::exists(file()));
+  };
+  expect({"scene", "heap", "2", "--out", file()}, "'heap'");
+  expect({"scene", "stack", "0", "--out", file()}, "not 0");
+  expect({"scene", "stack", "many", "--out", file()}, "many");
+  expect({"scene", "stack", "2"}, "--out");
+  expect({"scene", "arch", "5", "--out", file() + "/none/s.json"}, "cannot be written");
+}
+
+}  // namespace
+}  // namespace dyop
