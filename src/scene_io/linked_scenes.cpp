@@ -157,9 +157,9 @@ GeneratedScene make_cradle(int n) {
   for (int k = 0; k < n; ++k) {
     const Scalar angle = k == 0 ? kDegrees * kHalfTurn / 180 : 0;
     const std::string name = "ball " + std::to_string(k);
-    Json& ball =
-        builder.add_body(name, sphere_shape(kRadius),
-                         {pitch * k - kLength * std::sin(angle), 0, kLength * (1 - std::cos(angle))});
+    Json& ball = builder.add_body(
+        name, sphere_shape(kRadius),
+        {pitch * k - kLength * std::sin(angle), 0, kLength * (1 - std::cos(angle))});
     ball["restitution"] = 1;
     joints.push_back({{"kind", "hinge"},
                       {"a", "beam"},

@@ -72,7 +72,8 @@ Vector3 scale_to_dimensions(const JsonNode& node, const TriangleMesh& mesh) {
 }
 
 Vector3 read_scale(const JsonNode& node, const TriangleMesh& mesh) {
-  if (const auto dimensions = node.find("dimensions"); dimensions && !dimensions->value().is_null()) {
+  if (const auto dimensions = node.find("dimensions");
+      dimensions && !dimensions->value().is_null()) {
     return scale_to_dimensions(*dimensions, mesh);
   }
   const auto scale = node.find("scale");
@@ -226,8 +227,8 @@ void read_rigid_ipc_scene(const JsonNode& root, const std::vector<fs::path>& mes
     const auto enabled = items[index].find("enabled");
     if (enabled && !enabled->boolean()) continue;
     RigidIpcBody body = read_rigid_ipc_body(items[index], shapes);
-    body.definition.name = fs::path(items[index].at("mesh").text()).stem().string() + " " +
-                           std::to_string(index);
+    body.definition.name =
+        fs::path(items[index].at("mesh").text()).stem().string() + " " + std::to_string(index);
     body.definition.friction = friction ? friction->non_negative_number() : 0;
     body.definition.restitution = restitution ? std::max<Scalar>(0, restitution->number()) : 0;
     if (body.definition.restitution > 1) restitution->fail_expected("-1, or a number from 0 to 1");

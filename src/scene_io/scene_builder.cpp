@@ -63,7 +63,9 @@ Json box_shape(const Vector3& half_extents) {
   return {{"box", {{"half_extents", vector_json(half_extents)}}}};
 }
 
-Json sphere_shape(Scalar radius) { return {{"sphere", {{"radius", radius}}}}; }
+Json sphere_shape(Scalar radius) {
+  return {{"sphere", {{"radius", radius}}}};
+}
 
 Json hull_shape(const std::vector<Vector3>& points) {
   Json list = Json::array();
@@ -71,9 +73,13 @@ Json hull_shape(const std::vector<Vector3>& points) {
   return {{"hull", {{"points", list}}}};
 }
 
-Json mesh_shape(const std::string& file) { return {{"mesh", file}}; }
+Json mesh_shape(const std::string& file) {
+  return {{"mesh", file}};
+}
 
-Json vector_json(const Vector3& v) { return Json::array({v.x(), v.y(), v.z()}); }
+Json vector_json(const Vector3& v) {
+  return Json::array({v.x(), v.y(), v.z()});
+}
 
 Json turn_json(const Vector3& axis, Scalar degrees) {
   return {{"axis", vector_json(axis)}, {"degrees", degrees}};

@@ -55,7 +55,8 @@ GeneratedScene generate_scene(const std::string& kind, int n) {
   for (const KindRow& row : kind_rows()) {
     if (row.kind.name == kind) {
       DYOP_REQUIRE(n >= row.kind.least && n <= row.kind.most, "scene ", kind, ": N (",
-                   row.kind.count, ") must be ", row.kind.least, " to ", row.kind.most, ", not ", n);
+                   row.kind.count, ") must be ", row.kind.least, " to ", row.kind.most, ", not ",
+                   n);
       return row.make(n);
     }
     names += (names.empty() ? "" : ", ") + row.kind.name;

@@ -42,9 +42,9 @@ GeneratedScene make_pyramid(int n) {
   builder.add_floor(Vector3::Zero(), 2 + kPitch * n / 2, 2);
   for (int course = 0, number = 0; course < n; ++course) {
     for (int k = 0; k < n - course; ++k, ++number) {
-      builder.add_body(numbered("cube", number), box_shape(Vector3::Constant(kCubeHalf)),
-                       {kPitch * (k - Scalar(n - course - 1) / 2), 0,
-                        course_height(course, kCubeHalf)});
+      builder.add_body(
+          numbered("cube", number), box_shape(Vector3::Constant(kCubeHalf)),
+          {kPitch * (k - Scalar(n - course - 1) / 2), 0, course_height(course, kCubeHalf)});
     }
   }
   return builder.finish();
@@ -96,8 +96,7 @@ GeneratedScene make_pile(int n) {
   for (int k = 0; k < n; ++k) {
     const Vector3 place(k % side, k / side % side, k / (side * side));
     const Vector3 p = kPitch * (place + Vector3::Constant(0.5)) - Vector3(half, half, 0);
-    Json& cube =
-        builder.add_body(numbered("cube", k), box_shape(Vector3::Constant(kCubeHalf)), p);
+    Json& cube = builder.add_body(numbered("cube", k), box_shape(Vector3::Constant(kCubeHalf)), p);
     const Vector3 axis(scattered(3 * k + 1) - 0.5, scattered(3 * k + 2) - 0.5, 1);
     cube["pose"]["axis_angle"] = turn_json(axis, 360 * scattered(7 * k + 3));
   }

@@ -77,9 +77,9 @@ GeneratedScene make_cards(int n) {
     for (int k = 0; k < pairs; ++k) {
       const Scalar middle = pitch * (k - Scalar(pairs - 1) / 2);
       for (const Scalar side : {-1.0, 1.0}) {
-        Json& body = builder.add_body("card " + std::to_string(number++), box_shape(card),
-                                      {middle + side * (reach + kGeneratedGap / 2), 0,
-                                       base + kGeneratedGap + rise});
+        Json& body = builder.add_body(
+            "card " + std::to_string(number++), box_shape(card),
+            {middle + side * (reach + kGeneratedGap / 2), 0, base + kGeneratedGap + rise});
         body["pose"]["axis_angle"] = turn_json({0, 1, 0}, side * kDegrees);
       }
     }

@@ -21,7 +21,8 @@ class RigidIpcScene : public ::testing::Test {
     std::filesystem::create_directory(directory_.path() / "scenes");
     directory_.write("meshes/cube.obj", test::cube_obj());
   }
-  Scene load(const Json& bodies, const std::string& problem_key = "#", const Json& value = 0) const {
+  Scene load(const Json& bodies, const std::string& problem_key = "#",
+             const Json& value = 0) const {
     Json scene;
     scene["timestep"] = 0.025;
     scene["max_time"] = 3;

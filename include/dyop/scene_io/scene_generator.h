@@ -13,7 +13,8 @@ namespace DYOP_EXPORT dyop {
 /// mesh files it names.
 struct GeneratedScene {
   std::string text;
-  std::vector<std::pair<std::string, std::string>> meshes;  ///< file name beside the scene, OBJ text
+  std::vector<std::pair<std::string, std::string>>
+      meshes;  ///< file name beside the scene, OBJ text
 };
 
 /// One kind of scene that generate_scene() makes.
