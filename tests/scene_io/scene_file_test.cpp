@@ -63,6 +63,37 @@ class SceneFile : public ::testing::Test {
   test::TemporaryDirectory directory_;
 };
 
+TEST_F(SceneFile, ReadsLockedAxesAndJoints) {
+  Json json = valid();
+  json["bodies"][0]["locked"] = {{"translation", {true, false, false}}};
+  json["joints"] = {{{"kind", "hinge"},
+                     {"a", "block"},
+                     {"b", "ball"},
+                     {"point", {0, 0, 5}},
+                     {"axis", {0, 2, 0}}}};
+  const Scene scene = load(json.dump());
+  EXPECT_EQ(scene.bodies[0].locked.translation, (std::array<bool, 3>{true, false, false}));
+  EXPECT_EQ(scene.bodies[0].locked.rotation, (std::array<bool, 3>{false, false, false}));
+  ASSERT_EQ(scene.joints.size(), 1u);
+  EXPECT_EQ(scene.joints[0].kind, JointKind::Hinge);
+  EXPECT_EQ(scene.joints[0].a, BodyId(1));
+  EXPECT_EQ(scene.joints[0].X_BJ.translation(), Vector3(0, 0, 2));  // the ball is at z = 3
+  EXPECT_NEAR((scene.joints[0].X_BJ.rotation().col(2) - Vector3::UnitY()).norm(), 0, 1e-12);
+}
+
+TEST_F(SceneFile, NamesWhatIsWrongWithJoints) {
+  const auto message = [&](const char* key, const Json& value) {
+    Json joint = {{"kind", "ball"}, {"a", "block"}, {"b", "ball"}, {"point", {0, 0, 5}}};
+    joint[key] = value;
+    return message_of("/joints", Json::array({joint}));
+  };
+  EXPECT_NE(message("b", "block").find("joints[0].b: expected another body"), std::string::npos);
+  EXPECT_NE(message("kind", "rope").find("joints[0].kind: "), std::string::npos);
+  EXPECT_NE(message("axis", {0, 0, 0}).find("joints[0].axis: "), std::string::npos);
+  EXPECT_NE(message_of("/bodies/0/locked", {{"rotation", {true}}}).find("locked.rotation: "),
+            std::string::npos);
+}
+
 TEST_F(SceneFile, ReadsASmallScene) {
   const Scene scene = load(valid().dump());
   ASSERT_EQ(scene.bodies.size(), 2u);
