@@ -12,7 +12,7 @@ namespace {
 
 using Node = MeshHierarchy::Node;
 
-constexpr int kWidth = MeshHierarchy::kWidth;
+constexpr int kColumns = MeshHierarchy::kWidth;
 
 // A box that contains boxes.
 OrientedBox box_around(std::span<const OrientedBox> boxes) {
@@ -56,7 +56,7 @@ void copy_box(const BoxGroup& from, int from_column, float ratio, BoxGroup& to, 
 }
 
 void fill_columns(Node& node, int count) {
-  for (int column = count; column < kWidth; ++column) {
+  for (int column = count; column < kColumns; ++column) {
     node.child[column] = MeshHierarchy::kNothing;
     copy_box(node.boxes, count - 1, 1, node.boxes, column);
   }
@@ -133,7 +133,7 @@ class TreeBuilder {
     for (std::size_t i = 1; i < mesh.nodes().size(); ++i) {
       const Node& from = mesh.nodes()[i];
       Node& to = tree_.nodes.emplace_back();
-      for (int column = 0; column < kWidth; ++column) {
+      for (int column = 0; column < kColumns; ++column) {
         copy_box(from.boxes, column, ratio(mesh), to.boxes, column);
         to.child[column] = link(from.child[column]);
       }
@@ -146,7 +146,7 @@ class TreeBuilder {
   std::vector<std::vector<std::int32_t>> divide(const std::vector<std::int32_t>& children) const {
     std::vector<std::vector<std::int32_t>> groups{children};
     const auto is_smaller = [](const auto& x, const auto& y) { return x.size() < y.size(); };
-    while (groups.size() < std::size_t(kWidth)) {
+    while (groups.size() < std::size_t(kColumns)) {
       const auto largest = std::max_element(groups.begin(), groups.end(), is_smaller);
       if (largest->size() < 2) break;
       std::vector<std::int32_t> upper = cut_half(*largest);
