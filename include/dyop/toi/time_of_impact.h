@@ -18,11 +18,11 @@ struct ToiOptions {
   Scalar target_distance = 0;
   /// How much above the target an impact may be reported; length, > 0. Halving it costs little.
   /// Default: a millionth of the smaller bounding radius, see default_distance_tolerance().
-  std::optional<Scalar> distance_tolerance;
+  std::optional<Scalar> distance_tolerance = {};
   /// Largest number of node pairs to examine. Spent: BudgetExhausted.
   std::int64_t max_node_pairs = 10'000'000;
   /// Point in time to stop at: BudgetExhausted. Checked every 64 node pairs.
-  std::optional<std::chrono::steady_clock::time_point> deadline;
+  std::optional<std::chrono::steady_clock::time_point> deadline = {};
   /// Gather all contacts of an impact, not only the first: ToiResult::contacts. Work that grows
   /// with their number (for a deforming mesh with its size), that no budget counts and that
   /// allocates.
@@ -33,7 +33,7 @@ struct ToiOptions {
   bool solid_a = false;
   bool solid_b = false;
   /// Cooperative cancellation: Cancelled.
-  std::stop_token stop;
+  std::stop_token stop = {};
 };
 
 /// The tolerance of a query that names none: a millionth of the smaller of two bounding radii, of

@@ -21,7 +21,7 @@ struct VertexToiOptions {
   /// How much above the target an impact may be reported: ε; length, > 0.
   /// Default: a millionth of the smaller element's size, its largest distance between vertices; of
   /// the triangle's for a vertex.
-  std::optional<Scalar> distance_tolerance;
+  std::optional<Scalar> distance_tolerance = {};
   ContactRule contact_rule = ContactRule::WithinTolerance;
   /// Largest number of steps in time, >= 1. Spent: BudgetExhausted.
   std::int64_t max_steps = 1000;
