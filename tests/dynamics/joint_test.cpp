@@ -15,7 +15,7 @@ namespace {
 using namespace test_support;
 using testing::message_of;
 
-constexpr Scalar kStep = 0.01;
+constexpr Scalar kJointStep = 0.01;
 
 BodyDefinition anchor_body() {
   BodyDefinition body;
@@ -25,10 +25,10 @@ BodyDefinition anchor_body() {
   return body;
 }
 
-void run(World& world, Scalar time) {
-  const int steps = static_cast<int>(std::lround(time / kStep));
+void run_joints(World& world, Scalar time) {
+  const int steps = static_cast<int>(std::lround(time / kJointStep));
   for (int k = 0; k < steps; ++k) {
-    const AdvanceReport report = world.advance(kStep);
+    const AdvanceReport report = world.advance(kJointStep);
     ASSERT_EQ(report.status, AdvanceStatus::Completed);
     ASSERT_EQ(report.work.stalls, 0);
   }
@@ -75,9 +75,9 @@ TEST(Joint, SwingsAPendulumWithItsPeriodAndEnergy) {
     Scalar last = pendulum.world.state(pendulum.bob).X_WB.translation().x();
     std::vector<Scalar> crossings;
     for (int k = 0; k < 500; ++k) {
-      run(pendulum.world, kStep);
+      run(pendulum.world, kJointStep);
       const Scalar x = pendulum.world.state(pendulum.bob).X_WB.translation().x();
-      if (last * x < 0) crossings.push_back(pendulum.world.time() - kStep * x / (x - last));
+      if (last * x < 0) crossings.push_back(pendulum.world.time() - kJointStep * x / (x - last));
       last = x;
       EXPECT_NEAR(pendulum.world.state(pendulum.bob).X_WB.translation().norm(), 1, 1e-4);
     }
@@ -112,12 +112,12 @@ TEST(Joint, TurnsAHingeAtTheSpeedOfItsMotor) {
   constexpr Scalar kSolved = 2e-5;  // literal: the tolerance of the solver in this world
   // Until it has its speed the torque is the motor's strength.
   const Scalar inertia = world.body(wheel).mass_properties.I_BBcm(2, 2);
-  run(world, 0.05);
+  run_joints(world, 0.05);
   EXPECT_NEAR(world.state(wheel).twist.w_WB.z(), 0.05 * 50 / inertia, 0.02 * 0.05 * 50 / inertia);
-  run(world, 1);
+  run_joints(world, 1);
   EXPECT_NEAR(world.state(wheel).twist.w_WB.z(), 2, kSolved);
   world.set_motor(joint, JointMotor{-1, 50});
-  run(world, 1);
+  run_joints(world, 1);
   EXPECT_NEAR(world.state(wheel).twist.w_WB.z(), -1, kSolved);
 }
 
@@ -132,7 +132,7 @@ TEST(Joint, StopsASliderAtItsLimit) {
   definition.b = block;
   definition.limits = JointLimits{-0.5, 0.5};
   world.add_joint(definition);
-  run(world, 1);
+  run_joints(world, 1);
   const MotionState state = world.state(block);
   EXPECT_NEAR(state.X_WB.translation().z(), -0.5, 1e-4);
   EXPECT_LT(state.X_WB.translation().head<2>().norm(), 1e-6);
@@ -151,10 +151,10 @@ TEST(Joint, HoldsFixedBodiesTogetherAndLetsThemGo) {
   definition.b = arm;
   definition.X_BJ = RigidPose(Vector3(-0.6, 0, 0));
   const JointId joint = world.add_joint(definition);
-  run(world, 1);
+  run_joints(world, 1);
   EXPECT_LT((world.state(arm).X_WB.translation() - Vector3(0.6, 0, 0)).norm(), 1e-4);
   world.remove_joint(joint);
-  run(world, 0.5);
+  run_joints(world, 0.5);
   EXPECT_NEAR(world.state(arm).twist.v_WB.z(), -kGravity * 0.5, 1e-2);
   EXPECT_NE(message_of([&] { world.joint(joint); }).find("no joint"), std::string::npos);
 }
@@ -172,7 +172,7 @@ TEST(Joint, KeepsADistance) {
   world.add_joint(definition);
   const Vector3 spin = world.angular_momentum();
   const Scalar energy = world.kinetic_energy();
-  run(world, 3);
+  run_joints(world, 3);
   const Vector3 between = world.state(b).X_WB.translation() - world.state(a).X_WB.translation();
   EXPECT_NEAR(between.norm(), 1, 1e-5);
   EXPECT_LT(world.momentum().norm(), 1e-9);

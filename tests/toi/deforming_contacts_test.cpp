@@ -66,7 +66,7 @@ DeformingMesh turned(const Sheet& sheet, const Matrix3& R) {
   return DeformingMesh(all(sheet.begin), all(sheet.end), sheet.triangles);
 }
 
-DeformingMesh translating(const MeshArrays& arrays, const Vector3& by) {
+DeformingMesh drifting(const MeshArrays& arrays, const Vector3& by) {
   std::vector<Vector3> end = arrays.vertices;
   for (Vector3& p : end) p += by;
   return DeformingMesh(arrays.vertices, end, arrays.triangles);
@@ -87,7 +87,7 @@ struct Slide {
   ConstantTwistMotion motion() const {
     return ConstantTwistMotion(RigidPose(R, from), {velocity, Vector3::Zero()});
   }
-  DeformingMesh deforming() const { return translating(box.moved(R, from), velocity); }
+  DeformingMesh deforming() const { return drifting(box.moved(R, from), velocity); }
 };
 
 ToiOptions with_tolerance() {
@@ -159,7 +159,7 @@ TEST(DeformingContacts, GathersAllContactsOfAnImpact) {
   const ConstantTwistMotion falling(RigidPose(Vector3(0.1, 0, 1)),
                                     {Vector3(0, 0, -2), Vector3::Zero()});
   const DeformingMesh deforming =
-      translating(cube.moved(Matrix3::Identity(), {0.1, 0, 1}), {0, 0, -2});
+      drifting(cube.moved(Matrix3::Identity(), {0.1, 0, 1}), {0, 0, -2});
   const TriangleMesh rigid = cube.mesh();
   for (const bool is_rigid : {true, false}) {
     const ToiResult result = is_rigid ? time_of_impact(sheet, rigid, falling, {0, 1}, options)

@@ -27,8 +27,8 @@ using test_support::MeshArrays;
 using testing::DistanceBracket;
 using testing::PromiseTerms;
 
-constexpr int kSamples = 200;
-constexpr TimeInterval kInterval{2, 3};
+constexpr int kPromiseSamples = 200;
+constexpr TimeInterval kPromised{2, 3};
 constexpr Scalar kTolerance = 1e-6;  // literal: of sides of about one
 
 // B begins `gap` above A and moves up at `speed`.
@@ -89,16 +89,16 @@ class ToiPromises : public ::testing::TestWithParam<Setting> {
     std::vector<Vector3> turned = points;
     for (Vector3& p : turned) p = X_.rotation() * p;
     return ConstantTwistMotion(RigidPose(X_.rotation(), start_of(turned)),
-                               {setting().speed * up(), up()}, kInterval.begin);
+                               {setting().speed * up(), up()}, kPromised.begin);
   }
 
   template <typename Options, typename Result, typename DistanceAt>
   void check(const Options& options, const Result& result, const DistanceAt& distance_at,
              ToiStatus expected) const {
-    const PromiseTerms terms(kInterval, options);
+    const PromiseTerms terms(kPromised, options);
     EXPECT_EQ(result.status, expected);
     EXPECT_STREQ(testing::broken_form(terms, result), nullptr);
-    EXPECT_STREQ(testing::broken_distance(terms, result, kSamples, distance_at), nullptr);
+    EXPECT_STREQ(testing::broken_distance(terms, result, kPromiseSamples, distance_at), nullptr);
   }
 
   static DistanceBracket bracket(const Shape& a, const RigidPose& X_WA, const Shape& b,
@@ -111,12 +111,12 @@ class ToiPromises : public ::testing::TestWithParam<Setting> {
                    ToiStatus expected) const {
     const auto distance_at = [&](Scalar t) { return bracket(a, X_WA.pose(t), b, X_WB.pose(t)); };
     const ToiOptions options = setting().options();
-    const ToiResult result = time_of_impact(a, X_WA, b, X_WB, kInterval, options);
+    const ToiResult result = time_of_impact(a, X_WA, b, X_WB, kPromised, options);
     check(options, result, distance_at, expected);
     EXPECT_EQ(result.X_WA.translation(), X_WA.pose(result.t_safe).translation());
     EXPECT_EQ(result.X_WB.translation(), X_WB.pose(result.t_safe).translation());
     // In a batch, and in one that is stopped before it begins.
-    const std::vector<ToiQuery> queries(1, {&a, &X_WA, &b, &X_WB, kInterval, options});
+    const std::vector<ToiQuery> queries(1, {&a, &X_WA, &b, &X_WB, kPromised, options});
     std::vector<ToiResult> results(1);
     time_of_impact_batch(queries, results);
     check(options, results[0], distance_at, expected);
@@ -160,7 +160,7 @@ DeformingMesh stretching_plate(const RigidPose& X) {
 
 // By the definition of DeformingMesh.
 TriangleMesh placed(const DeformingMesh& mesh, Scalar t) {
-  const Scalar s = (t - kInterval.begin) / kInterval.length();
+  const Scalar s = (t - kPromised.begin) / kPromised.length();
   std::vector<Vector3> places;
   for (std::size_t i = 0; i < mesh.begin().size(); ++i) {
     places.push_back((1 - s) * mesh.begin()[i] + s * mesh.end()[i]);
@@ -177,7 +177,7 @@ TEST_P(ToiPromises, HoldBetweenDeformingMeshes) {
   for (Vector3& p : end) p += setting().speed * up();
   const DeformingMesh b(begin, end, sphere.triangles);
   const ToiOptions options = setting().options();
-  const ToiResult result = time_of_impact(a, b, kInterval, options);
+  const ToiResult result = time_of_impact(a, b, kPromised, options);
   check(
       options, result,
       [&](Scalar t) { return bracket(placed(a, t), RigidPose(), placed(b, t), RigidPose()); },
@@ -192,7 +192,7 @@ TEST_P(ToiPromises, HoldBetweenADeformingAndARigidMesh) {
   const TriangleMesh b = sphere.mesh();
   const ConstantTwistMotion X_WB = motion_of_b(sphere.vertices);
   const ToiOptions options = setting().options();
-  const ToiResult result = time_of_impact(a, b, X_WB, kInterval, options);
+  const ToiResult result = time_of_impact(a, b, X_WB, kPromised, options);
   check(
       options, result,
       [&](Scalar t) { return bracket(placed(a, t), RigidPose(), b, X_WB.pose(t)); },
@@ -202,7 +202,7 @@ TEST_P(ToiPromises, HoldBetweenADeformingAndARigidMesh) {
 }
 
 Vector3 at(const VertexPath& path, Scalar t) {
-  const Scalar s = (t - kInterval.begin) / kInterval.length();
+  const Scalar s = (t - kPromised.begin) / kPromised.length();
   return (1 - s) * path.begin + s * path.end;
 }
 
@@ -237,8 +237,8 @@ TEST_P(ToiPromises, HoldOfVertexPaths) {
     return bracket(mesh_of(p, p, at(edges.edge_a[1], t)), RigidPose(),
                    mesh_of(q, q, at(edges.edge_b[1], t)), RigidPose());
   };
-  check(options, time_of_impact(face, kInterval, options), face_distance, setting().expected);
-  check(options, time_of_impact(edges, kInterval, options), edge_distance, setting().expected);
+  check(options, time_of_impact(face, kPromised, options), face_distance, setting().expected);
+  check(options, time_of_impact(edges, kPromised, options), edge_distance, setting().expected);
 }
 
 std::string test_name(const ::testing::TestParamInfo<Setting>& info) {
