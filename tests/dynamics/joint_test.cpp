@@ -75,7 +75,7 @@ TEST(Joint, SwingsAPendulumWithItsPeriodAndEnergy) {
     Scalar last = pendulum.world.state(pendulum.bob).X_WB.translation().x();
     std::vector<Scalar> crossings;
     for (int k = 0; k < 500; ++k) {
-      run(pendulum.world, kJointStep);
+      run_joints(pendulum.world, kJointStep);
       const Scalar x = pendulum.world.state(pendulum.bob).X_WB.translation().x();
       if (last * x < 0) crossings.push_back(pendulum.world.time() - kJointStep * x / (x - last));
       last = x;
