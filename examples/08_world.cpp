@@ -43,7 +43,7 @@ int main() {
 // t = 0.25: height 1.688, speed -2.500
 // t = 0.50: height 0.750, speed -5.000
 //   impact at t = 0.5477, closing at 5.477
-// t = 0.75: height 0.849, speed +0.716
-// t = 1.00: height 0.716, speed -1.784
-//   impact at t = 1.0954, closing at 2.739
-// t = 1.25: height 0.592, speed -0.176
+// t = 0.75: height 0.850, speed +0.715
+// t = 1.00: height 0.716, speed -1.785
+//   impact at t = 1.0954, closing at 2.738
+// t = 1.25: height 0.592, speed -0.177

@@ -1,17 +1,18 @@
 #include "dyop/motion/constant_twist_motion.h"
 
+#include "motion/guarded_state.h"
 #include "motion/rotation_rate.h"
 
 namespace dyop {
 
 ConstantTwistMotion::ConstantTwistMotion(const RigidPose& X_WB0, const Twist& twist_WB, Scalar t0)
-    : X_WB0_(X_WB0), twist_WB_(twist_WB), t0_(t0) {
+    : X_WB0_(internal::without_drift(X_WB0)), twist_WB_(twist_WB), t0_(t0) {
   DYOP_REQUIRE(std::isfinite(t0), "reference time must be finite, not ", t0);
   internal::require_finite(twist_WB.v_WB, "velocity");
   internal::require_finite(twist_WB.w_WB, "angular velocity");
   DYOP_REQUIRE(std::isfinite(twist_WB.w_WB.stableNorm()), "angular velocity (",
                twist_WB.w_WB.transpose(), ") is too large: its length overflows");
-  R_WB_ = SteadyTurn(X_WB0.rotation(), twist_WB.w_WB);
+  R_WB_ = SteadyTurn(X_WB0_.rotation(), twist_WB.w_WB);
   bound_.linear_speed = internal::round_up(internal::norm_of(twist_WB.v_WB));
   bound_.angular_speed = internal::round_up(internal::norm_of(twist_WB.w_WB));
 }

@@ -84,4 +84,10 @@ inline void require_no_jump(const PoseStep& step, const TwistBound& bound, Scala
   }
 }
 
+/// A pose whose rotation is the product of many, set right long before a query would refuse it.
+inline RigidPose without_drift(const RigidPose& X_WB) {
+  if (rotation_error(X_WB.rotation()) <= kEngineRotationNoise / 8) return X_WB;
+  return RigidPose(X_WB.rotation(), X_WB.translation());
+}
+
 }  // namespace dyop::internal

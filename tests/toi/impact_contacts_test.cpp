@@ -34,7 +34,8 @@ RigidPose turned(const Vector3& axis, Scalar angle, const Vector3& p) {
 }
 
 // b falls along -z at unit speed onto a, which rests with its top face in the plane z = 0.
-ToiResult drop(const Shape& a, const Shape& b, const RigidPose& X_WB, ToiOptions options = {}) {
+ToiResult drop(const Shape& a, const Shape& b, const RigidPose& X_WB,
+               ToiOptions options = {.distance_tolerance = 1e-6}) {
   options.with_contacts = true;
   const RestMotion floor(at(0, 0, 0));
   const ConstantTwistMotion falling(X_WB, {Vector3(0, 0, -1), Vector3::Zero()});

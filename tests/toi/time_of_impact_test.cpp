@@ -418,10 +418,10 @@ TEST(TimeOfImpact, OfConvexShapesIsTheSameWhenResumedOneLookAtATime) {
   const Box box(Vector3(0.5, 0.4, 0.3));
   const ConstantTwistMotion X_WA = moving(at(0, 0, 0), {0, 0, 0}, {1, -2, 1});
   const ConstantTwistMotion X_WB = moving(at(2, 0.3, 0.1), {-2, 0, 0}, {-2, 1, 2});
-  const ToiResult whole = time_of_impact(box, X_WA, box, X_WB, {0, 1});
+  ToiOptions options;
+  const ToiResult whole = time_of_impact(box, X_WA, box, X_WB, {0, 1}, options);
   ASSERT_EQ(whole.status, ToiStatus::Impact);
   ASSERT_GT(whole.statistics.leaf_tests, 2);
-  ToiOptions options{.distance_tolerance = 1e-6};
   options.max_node_pairs = 1;
   ToiWorkspace workspace;
   ToiResult part = time_of_impact(box, X_WA, box, X_WB, {0, 1}, options, workspace);

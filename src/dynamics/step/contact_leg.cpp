@@ -21,12 +21,6 @@ constexpr int kMostErrorSolves = 4;
 constexpr int kMostAttempts = 8;
 constexpr int kMostSpinSweeps = 4;
 
-// The turns of many legs multiply up; set right long before a query would refuse the product.
-RigidPose without_drift(const RigidPose& X_WB) {
-  if (rotation_error(X_WB.rotation()) <= kEngineRotationNoise / 8) return X_WB;
-  return RigidPose(X_WB.rotation(), X_WB.translation());
-}
-
 enum class AttemptResult { Committed, Blocked, Failed };
 
 // One attempt at one horizon.
