@@ -4,12 +4,13 @@
 #include <functional>
 
 #include "dyop/core/batch_options.h"
+#include "dyop/core/export.h"
 
 namespace dyop::internal {
 
 /// Largest number of items that run_batch() has under way at once, at least one.
 /// Throws InvalidArgument if thread_count is negative.
-std::size_t batch_worker_count(std::size_t item_count, const BatchOptions& options);
+DYOP_EXPORT std::size_t batch_worker_count(std::size_t item_count, const BatchOptions& options);
 
 /// Calls item(index, worker) for every index below item_count, over the threads that the options
 /// allow. Calls under way at the same time have different workers, below batch_worker_count(): so
@@ -19,7 +20,7 @@ std::size_t batch_worker_count(std::size_t item_count, const BatchOptions& optio
 /// the progress callback has thrown, no further one is. Of several exceptions that of the lowest
 /// index is rethrown, the same for every number of threads; an InvalidArgument thrown by an item
 /// gets "query <index>: " in front.
-void run_batch(std::size_t item_count, const BatchOptions& options,
-               const std::function<void(std::size_t index, std::size_t worker)>& item);
+DYOP_EXPORT void run_batch(std::size_t item_count, const BatchOptions& options,
+                           const std::function<void(std::size_t index, std::size_t worker)>& item);
 
 }  // namespace dyop::internal

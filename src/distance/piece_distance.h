@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "distance/gjk/warm_gjk.h"
+#include "dyop/core/export.h"
 #include "dyop/core/rigid_pose.h"
 #include "dyop/distance/distance_result.h"
 #include "geometry/shape_tree.h"
@@ -19,13 +20,15 @@ struct PieceDistance : NearestPoints {
 
 /// Certified distance of the pieces at two leaves.
 /// @param pose_noise How far a point of B can be off in frame A by rounding; widens both bounds.
-PieceDistance piece_distance(const ShapeTree& a, std::int32_t leaf_a, const ShapeTree& b,
-                             std::int32_t leaf_b, const RigidPose& X_AB, Scalar pose_noise);
+DYOP_EXPORT PieceDistance piece_distance(const ShapeTree& a, std::int32_t leaf_a,
+                                         const ShapeTree& b, std::int32_t leaf_b,
+                                         const RigidPose& X_AB, Scalar pose_noise);
 
 /// The same, but of two convex shapes only as exact as `goal` asks, and from the points of `seed`.
-PieceDistance piece_distance(const ShapeTree& a, std::int32_t leaf_a, const ShapeTree& b,
-                             std::int32_t leaf_b, const RigidPose& X_AB, Scalar pose_noise,
-                             const GjkGoal& goal, GjkSeed& seed);
+DYOP_EXPORT PieceDistance piece_distance(const ShapeTree& a, std::int32_t leaf_a,
+                                         const ShapeTree& b, std::int32_t leaf_b,
+                                         const RigidPose& X_AB, Scalar pose_noise,
+                                         const GjkGoal& goal, GjkSeed& seed);
 
 /// The triangle number at a leaf, or nothing for a convex shape.
 inline std::optional<std::int32_t> triangle_number(const LeafPiece& piece) {
@@ -41,6 +44,7 @@ WitnessPair witness_pair(const PieceDistance& piece, const ShapeTree& a, std::in
                          const ShapeTree& b, std::int32_t leaf_b, const RigidPose& X_WA);
 
 /// Rounding allowance for comparing points of two posed shapes (kPoseNoise has the reason).
-Scalar pose_noise(const Shape& a, const RigidPose& X_WA, const Shape& b, const RigidPose& X_WB);
+DYOP_EXPORT Scalar pose_noise(const Shape& a, const RigidPose& X_WA, const Shape& b,
+                              const RigidPose& X_WB);
 
 }  // namespace dyop::internal

@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "core/assert.h"
+#include "dyop/core/export.h"
 #include "dyop/core/rigid_pose.h"
 #include "dyop/geometry/convex_shape.h"
 #include "dyop/geometry/triangle_mesh.h"
@@ -30,7 +31,7 @@ struct LeafPiece {
 /// pieces, a triangle of a mesh or a whole convex shape. Does not own the shape.
 ///
 /// A box is named by eight times its node plus its column in it; box 0 is the root.
-class ShapeTree {
+class DYOP_EXPORT ShapeTree {
  public:
   explicit ShapeTree(const Shape& shape);
   ShapeTree(const ShapeTree&) = delete;
@@ -101,7 +102,7 @@ class ShapeTree {
 };
 
 /// A box in the frame S of another shape. X_SO is the pose of the box's shape.
-FacingBox facing_box(const OrientedBox& box, const RigidPose& X_SO);
+DYOP_EXPORT FacingBox facing_box(const OrientedBox& box, const RigidPose& X_SO);
 
 /// True if of the boxes `a` and `b` the first is to be opened next: the larger one that is no leaf.
 /// One of them must not be a leaf.

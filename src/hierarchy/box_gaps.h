@@ -1,6 +1,7 @@
 #pragma once
 
 #include "core/instruction_set.h"
+#include "dyop/core/export.h"
 #include "hierarchy/facing_box.h"
 
 namespace dyop::internal {
@@ -18,6 +19,6 @@ using BoxGapsKernel = void (*)(const GroupRows& rows, int count, const FacingBox
                                double noise, double* gaps);
 
 /// The kernel for an instruction set that this processor can run.
-BoxGapsKernel box_gaps_kernel(InstructionSet set);
+DYOP_EXPORT BoxGapsKernel box_gaps_kernel(InstructionSet set);
 
 }  // namespace dyop::internal

@@ -5,6 +5,7 @@
 
 #include "core/tolerance.h"
 #include "dyop/core/error.h"
+#include "dyop/core/export.h"
 #include "dyop/core/types.h"
 #include "dyop/motion/motion.h"
 
@@ -15,7 +16,7 @@ namespace dyop::internal {
 // Left Jacobian of SO(3) at theta, applied to theta_rate: the angular velocity in frame C.
 //   w = theta' + (1 - cos f)/f^2 theta x theta' + (f - sin f)/f^3 theta x (theta x theta'),
 // f = |theta|. Any finite arguments; error a few u |theta'|.
-Vector3 angular_velocity(const Vector3& theta, const Vector3& theta_rate);
+DYOP_EXPORT Vector3 angular_velocity(const Vector3& theta, const Vector3& theta_rate);
 
 // exp([theta]) and the angular velocity of exp([theta(t)]) in frame C, sharing one sine and cosine.
 struct TurningState {
