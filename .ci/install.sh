@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: BSD-3-Clause
 # Installs the Debian packages that a job needs and that are missing. The only list of packages:
 # tests/architecture checks that the build asks for nothing else.
 # Usage: bash .ci/install.sh GROUP...     groups: build run test bench coverage aarch64

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: BSD-3-Clause
+
 // 1. When do two shapes touch? And what is a mesh: a surface, or a solid?
 #include <dyop/dyop.h>
 

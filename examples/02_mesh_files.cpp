@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: BSD-3-Clause
+
 // 2. Meshes from files, how far apart they are, and how far away a point is.
 #include <dyop/dyop.h>
 #include <dyop/io/mesh_file.h>

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: BSD-3-Clause
+
 // 3. Where do two shapes touch? A box that rests on a face touches at more than one point.
 #include <dyop/dyop.h>
 

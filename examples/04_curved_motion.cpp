@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: BSD-3-Clause
+
 // 4. Motions: through poses that were recorded, and made of your own functions.
 #include <dyop/dyop.h>
 

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: BSD-3-Clause
+
 // 5. Bounded time: a query that runs out of budget still proves something, and can go on.
 #include <dyop/dyop.h>
 

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: BSD-3-Clause
+
 // 6. Many queries at once, on all cores. The answers are the same bits for any number of threads.
 #include <dyop/dyop.h>
 

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: BSD-3-Clause
+
 // 7. A surface that deforms: every vertex moves on a straight line from snapshot to snapshot.
 #include <dyop/dyop.h>
 

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: BSD-3-Clause
+
 // 8. Stepping a scene: a ball falls on a floor and bounces. Nothing ever passes through anything.
 #include <dyop/dynamics/world.h>
 #include <dyop/dyop.h>

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # Runs EXAMPLE and compares what it prints with the last comment of SOURCE: every line after
 # "// Prints:", without "// " in front.
 execute_process(COMMAND ${EXAMPLE} OUTPUT_VARIABLE printed RESULT_VARIABLE failure)

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # Install and export: one component per target, so that who needs queries only needs no SUNDIALS and
 # no mesh files. find_package(dyop) gives dyop::dyop; COMPONENTS dynamics io ... adds those.
 include(CMakePackageConfigHelpers)

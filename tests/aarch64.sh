@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: BSD-3-Clause
 # Compiles the wide kernels for aarch64 with Debian's cross compiler, runs them under qemu, and
 # compares the bits of their results with those of this processor, for every backend of core/simd.h.
 # Needs the packages of `.ci/install.sh build aarch64`; says what is missing and exits with code 77.

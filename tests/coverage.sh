@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: BSD-3-Clause
 # Line coverage of the library by the tests of its rooms, without the soaks: one row a room.
 # Usage: bash tests/coverage.sh [LINES]      LINES: list the uncovered lines of every file, too
 set -euo pipefail

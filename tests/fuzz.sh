@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: BSD-3-Clause
 # Builds the fuzz targets of tests/fuzz with clang++ and its sanitizers, and runs each for so many
 # seconds on one core. What was learned stays in build/fuzz/runs; a second run goes on from there.
 # Usage: bash tests/fuzz.sh SECONDS [TARGET...]

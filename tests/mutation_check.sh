@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: BSD-3-Clause
 # Seeds deliberate mistakes into a copy of the sources, one at a time, and demands that a test fails
 # for each. Not part of the suite: it builds the tests of four rooms, and parts of them again for
 # every mistake.
@@ -24,7 +25,7 @@ mistake jumps_of_parts_forgotten src/motion/sequence_motion.cpp motion 'PoseScal
   '(after.length - before.length)' '0'
 mistake coriolis_term_dropped src/motion/composed_motion.cpp motion '*Contract*' \
   '2 * outer.angular_speed * inner.linear_speed + ' ''
-mistake turning_speed_not_bounded src/motion/chart_curve.cpp motion '*Contract*' \
+mistake turning_speed_not_bounded src/motion/curve/chart_curve.cpp motion '*Contract*' \
   'largest_norm({theta_rate.data(), degree_}) + theta_.rate_noise' \
   '0.999 * largest_norm({theta_rate.data(), degree_})'
 mistake jump_of_the_twist_forgotten src/motion/sampled_motion.cpp motion '*' \

@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: BSD-3-Clause
 # Installs what is missing, builds with warnings as errors, and passes all tests, among them projects
 # that use the installed library. tests/sanitize.sh does more, and takes longer.
 set -euo pipefail

@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: BSD-3-Clause
 # Builds with clang++ without warnings, compiles every public header alone, and runs the tests under
 # the address and undefined behaviour sanitizers, and those that use threads under the thread sanitizer.
 # Instrumented code makes g++ 12 see numbers without a value that have one: there warnings are no errors.

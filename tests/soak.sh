@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: BSD-3-Clause
 # Takes many triangle pairs through every path of the triangle kernel, against the exact oracle, in
 # chunks on all cores. Usage: bash tests/soak.sh [PAIRS [FIRST_SEED]], 1e8 pairs unless said.
 # Needs build/release. The report, one table a chunk and the sum of all, is build/soak/report.txt. A

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 /// Everything that a program needs to ask queries: shapes, motions, distance, time of impact. What

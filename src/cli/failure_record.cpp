@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "cli/failure_record.h"
 
 #include "dyop/io/query_record.h"

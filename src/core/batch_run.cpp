@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "core/batch_run.h"
 
 #include <tbb/global_control.h>

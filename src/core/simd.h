@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 // Several numbers side by side, as wide as the instruction set this file is compiled for (those of

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 // The wide types of simd.h through the vector extensions of g++ and clang++, for processors without

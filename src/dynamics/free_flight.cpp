@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "dynamics/free_flight.h"
 
 #include <algorithm>
@@ -7,7 +8,7 @@
 #include "dyop/core/error.h"
 #include "dyop/motion/hermite_motion.h"
 #include "dyop/motion/sequence_motion.h"
-#include "motion/rotation_rate.h"
+#include "motion/curve/rotation_rate.h"
 
 namespace dyop::internal {
 namespace {

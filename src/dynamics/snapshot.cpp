@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "dynamics/free_flight.h"
 #include "dynamics/world_impl.h"
 #include "dyop/core/error.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "dynamics/torque_free_turn.h"
 
 #include <algorithm>

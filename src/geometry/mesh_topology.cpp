@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "dyop/geometry/mesh_topology.h"
 
 #include <algorithm>

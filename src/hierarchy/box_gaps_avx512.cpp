@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "hierarchy/box_gaps_simd.h"
 
 namespace dyop::internal {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "dyop/hierarchy/mesh_hierarchy.h"
 
 #include <tbb/blocked_range.h>

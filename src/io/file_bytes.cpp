@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "io/file_bytes.h"
 
 #include <zlib.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "dyop/io/motion_file.h"
 
 #include "io/file_bytes.h"

@@ -1,9 +1,10 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "dyop/motion/bezier_motion.h"
 
 #include <algorithm>
 
 #include "dyop/core/error.h"
-#include "motion/chart_curve.h"
+#include "motion/curve/chart_curve.h"
 
 namespace dyop {
 namespace {

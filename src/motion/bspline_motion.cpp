@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "dyop/motion/bspline_motion.h"
 
 #include <array>
@@ -6,8 +7,8 @@
 #include <vector>
 
 #include "dyop/core/error.h"
-#include "motion/bernstein.h"
-#include "motion/rotation_rate.h"
+#include "motion/curve/bernstein.h"
+#include "motion/curve/rotation_rate.h"
 
 namespace dyop {
 namespace {

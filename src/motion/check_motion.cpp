@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "dyop/motion/check_motion.h"
 
 #include <algorithm>

@@ -1,9 +1,10 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "dyop/motion/composed_motion.h"
 
 #include <algorithm>
 #include <utility>
 
-#include "motion/rotation_rate.h"
+#include "motion/curve/rotation_rate.h"
 
 namespace dyop {
 

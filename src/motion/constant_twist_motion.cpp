@@ -1,7 +1,8 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "dyop/motion/constant_twist_motion.h"
 
+#include "motion/curve/rotation_rate.h"
 #include "motion/guarded_state.h"
-#include "motion/rotation_rate.h"
 
 namespace dyop {
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "motion/guarded_state.h"
 
 #include "dyop/core/error.h"

@@ -1,7 +1,8 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "dyop/motion/hermite_motion.h"
 
-#include "motion/chart_curve.h"
-#include "motion/rotation_rate.h"
+#include "motion/curve/chart_curve.h"
+#include "motion/curve/rotation_rate.h"
 
 namespace dyop {
 namespace {

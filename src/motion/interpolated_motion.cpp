@@ -1,6 +1,7 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "dyop/motion/interpolated_motion.h"
 
-#include "motion/rotation_rate.h"
+#include "motion/curve/rotation_rate.h"
 
 namespace dyop {
 

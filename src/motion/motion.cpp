@@ -1,10 +1,11 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "dyop/motion/motion.h"
 
 #include <algorithm>
 #include <cmath>
 
 #include "dyop/core/error.h"
-#include "motion/rotation_rate.h"
+#include "motion/curve/rotation_rate.h"
 
 namespace dyop {
 

@@ -1,11 +1,12 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "dyop/motion/sampled_motion.h"
 
 #include <algorithm>
 #include <utility>
 
 #include "core/tolerance.h"
-#include "motion/rotation_rate.h"
-#include "motion/speed_tree.h"
+#include "motion/curve/rotation_rate.h"
+#include "motion/curve/speed_tree.h"
 
 namespace dyop {
 

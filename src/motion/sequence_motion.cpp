@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "dyop/motion/sequence_motion.h"
 
 #include <algorithm>
@@ -6,8 +7,8 @@
 
 #include "core/tolerance.h"
 #include "dyop/core/error.h"
-#include "motion/rotation_rate.h"
-#include "motion/speed_tree.h"
+#include "motion/curve/rotation_rate.h"
+#include "motion/curve/speed_tree.h"
 
 namespace dyop {
 namespace {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "dyop/paper/libccd_distance.h"
 
 #include <ccd/ccd.h>

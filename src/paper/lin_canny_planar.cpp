@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "dyop/core/error.h"
 #include "dyop/paper/lin_canny.h"
 #include "paper/planar_core.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "scene_io/body_reader.h"
 
 #include "io/motion_reader.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "scene_io/event_json.h"
 
 #include "io/result_json.h"

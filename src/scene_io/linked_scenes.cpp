@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: BSD-3-Clause
+
 // What hangs or turns together: chain net, gears, Newton's cradle.
 #include <cmath>
 #include <numbers>

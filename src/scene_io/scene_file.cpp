@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "dyop/scene_io/scene_file.h"
 
 #include <limits>

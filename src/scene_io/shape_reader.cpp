@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "scene_io/shape_reader.h"
 
 #include "dyop/geometry/box.h"

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: BSD-3-Clause
+
 // Boxes on one another: stack, pyramid, wall, pile.
 #include <cmath>
 

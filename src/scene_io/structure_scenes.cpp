@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: BSD-3-Clause
+
 // What stands by friction and shape: arch, card house, dominoes.
 #include <cmath>
 #include <numbers>

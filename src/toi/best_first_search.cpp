@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "toi/best_first_search.h"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "toi/nearest_difference.h"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "dyop/toi/time_of_impact.h"
 
 #include "toi/best_first_search.h"

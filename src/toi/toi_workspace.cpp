@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "dyop/toi/toi_workspace.h"
 
 #include "dyop/core/error.h"

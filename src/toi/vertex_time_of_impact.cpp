@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "dyop/toi/vertex_time_of_impact.h"
 
 #include <algorithm>

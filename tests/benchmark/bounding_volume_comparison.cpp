@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: BSD-3-Clause
+
 // Distance and impact of meshes by trees of different bounding volumes: same queries, same split,
 // same search, one triangle a leaf, so that only the volumes differ. docs/algorithms/hierarchy.md
 // has the result.
@@ -22,8 +24,8 @@
 #include "dyop/distance/distance.h"
 #include "dyop/motion/constant_twist_motion.h"
 #include "dyop/toi/time_of_impact.h"
-#include "support/models.h"
-#include "support/random_inputs.h"
+#include "support/inputs/models.h"
+#include "support/inputs/random_inputs.h"
 
 namespace dyop::testing {
 namespace {

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: BSD-3-Clause
+
 // Time of contact generation. Run: contact_generation_benchmark
 // The bunny needs a model file, see tests/support/models.h; without it these rows are left out.
 #include <benchmark/benchmark.h>
@@ -13,9 +15,9 @@
 #include "dyop/distance/distance.h"
 #include "dyop/geometry/box.h"
 #include "dyop/geometry/capsule.h"
-#include "support/mesh_generators.h"
-#include "support/models.h"
-#include "support/random_inputs.h"
+#include "support/inputs/mesh_generators.h"
+#include "support/inputs/models.h"
+#include "support/inputs/random_inputs.h"
 
 namespace dyop {
 namespace {

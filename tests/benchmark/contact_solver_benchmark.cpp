@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: BSD-3-Clause
+
 // One step of the contact solvers, from nothing and from the impulses of the step before, on scenes
 // that rest, at a residual of 1e-6 for speeds of 0.1. `residual` below it says that the solver
 // converged; `iterations` are sweeps, factorisations or ADMM iterations, all together.
@@ -5,7 +7,7 @@
 #include <benchmark/benchmark.h>
 
 #include "dyop/contact/contact_cascade.h"
-#include "support/contact_scenes.h"
+#include "support/inputs/contact_scenes.h"
 
 namespace dyop::testing {
 namespace {

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: BSD-3-Clause
+
 // Time of impact of convex pairs that move and turn at constant twists: time_of_impact() against
 // Bullet's btContinuousConvexCollision and FCL's conservative advancement, the same queries for
 // all:
@@ -33,8 +35,8 @@
 #include "dyop/geometry/convex_hull.h"
 #include "dyop/motion/constant_twist_motion.h"
 #include "dyop/toi/time_of_impact.h"
-#include "support/random_inputs.h"
-#include "support/toi_oracle.h"
+#include "support/inputs/random_inputs.h"
+#include "support/oracles/toi_oracle.h"
 
 namespace dyop::testing {
 namespace {

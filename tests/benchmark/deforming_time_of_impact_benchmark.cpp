@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: BSD-3-Clause
+
 // Times of impact of deforming meshes: a wobbling sphere of 81,920 triangles that meets another
 // one, or a spinning rigid gear. Each iteration is another query; nothing is warm but the code.
 
@@ -9,8 +11,8 @@
 
 #include "dyop/motion/constant_twist_motion.h"
 #include "dyop/toi/deforming_time_of_impact.h"
-#include "support/mesh_generators.h"
-#include "support/random_inputs.h"
+#include "support/inputs/mesh_generators.h"
+#include "support/inputs/random_inputs.h"
 
 namespace {
 

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: BSD-3-Clause
+
 // Building and refitting the hierarchy of a mesh, and what it takes in memory. `cpu` is the time of
 // all threads together. Models are read where support/models.h finds them and left out otherwise.
 
@@ -8,8 +10,8 @@
 #include <string>
 
 #include "dyop/io/mesh_file.h"
-#include "support/mesh_generators.h"
-#include "support/models.h"
+#include "support/inputs/mesh_generators.h"
+#include "support/inputs/models.h"
 
 namespace dyop::testing {
 namespace {

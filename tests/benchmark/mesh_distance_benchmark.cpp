@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: BSD-3-Clause
+
 // Distance of two meshes beside FCL (bounding volumes RSS and OBBRSS, cold), at chosen gaps. Each
 // query is timed alone, FCL's right before. `warm` is one step of 1e-3 of the radius and 1e-3
 // radians further, with the DistanceCache of the query before.
@@ -11,8 +13,8 @@
 
 #include "benchmark/mesh_pair.h"
 #include "dyop/distance/distance.h"
-#include "support/models.h"
-#include "support/random_inputs.h"
+#include "support/inputs/models.h"
+#include "support/inputs/random_inputs.h"
 
 namespace dyop::testing {
 namespace {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include <fcl/geometry/bvh/BVH_model.h>
@@ -17,7 +18,7 @@
 #include "dyop/motion/constant_twist_motion.h"
 #include "dyop/motion/rest_motion.h"
 #include "dyop/toi/time_of_impact.h"
-#include "support/random_inputs.h"
+#include "support/inputs/random_inputs.h"
 
 // What the benchmarks on meshes share: FCL's copy of a mesh, and statistics of single calls.
 namespace dyop::testing {

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: BSD-3-Clause
+
 // One moving body against many obstacles: ObstacleSet beside a loop over the obstacles, the same
 // queries. Counters: `hits` the share of impacts, `work` node pairs (or box tests) a query. The time
 // is that of one query against all obstacles.
@@ -13,8 +15,8 @@
 #include "dyop/motion/constant_twist_motion.h"
 #include "dyop/motion/rest_motion.h"
 #include "dyop/toi/obstacle_set.h"
-#include "support/mesh_generators.h"
-#include "support/random_inputs.h"
+#include "support/inputs/mesh_generators.h"
+#include "support/inputs/random_inputs.h"
 
 namespace dyop::testing {
 namespace {

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: BSD-3-Clause
+
 // Distance of points from a mesh of 81,920 triangles: near the surface and anywhere around it, against
 // CGAL's AABB tree in plain doubles (no bounds), which has the nearest point only.
 #include <CGAL/AABB_traits.h>
@@ -9,8 +11,8 @@
 #include <vector>
 
 #include "dyop/distance/point_distance.h"
-#include "support/mesh_generators.h"
-#include "support/random_inputs.h"
+#include "support/inputs/mesh_generators.h"
+#include "support/inputs/random_inputs.h"
 
 namespace dyop {
 namespace {

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: BSD-3-Clause
+
 // Time of impact of two meshes beside FCL: each query is timed alone, right after FCL's cold
 // distance of the same pair at its first pose (bounding volume RSS), which is the yardstick. Both
 // start with caches full of the other's data.
@@ -18,9 +20,9 @@
 #include "dyop/motion/hermite_motion.h"
 #include "dyop/motion/interpolated_motion.h"
 #include "dyop/toi/time_of_impact.h"
-#include "support/mesh_generators.h"
-#include "support/models.h"
-#include "support/random_inputs.h"
+#include "support/inputs/mesh_generators.h"
+#include "support/inputs/models.h"
+#include "support/inputs/random_inputs.h"
 
 namespace dyop::testing {
 namespace {

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: BSD-3-Clause
+
 // A batch of time of impact queries of two Stanford bunnies over one, two and all threads. `query`
 // is the time of one query; the ratio of the first two lines is what the second thread gives.
 
@@ -8,8 +10,8 @@
 
 #include "dyop/motion/constant_twist_motion.h"
 #include "dyop/toi/toi_batch.h"
-#include "support/models.h"
-#include "support/random_inputs.h"
+#include "support/inputs/models.h"
+#include "support/inputs/random_inputs.h"
 
 namespace dyop::testing {
 namespace {

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: BSD-3-Clause
+
 // A tool near an organ, as at the 1 kHz of a haptic device: a torus of 800 triangles moves on a
 // curve along a lumpy sphere of 5,120, turning, at a gap of about a hundredth of the organ's
 // radius. Every step of a millisecond is a cubic in position and rotation vector, asked for its
@@ -17,7 +19,7 @@
 #include "dyop/motion/rest_motion.h"
 #include "dyop/toi/time_of_impact.h"
 #include "mesh_pair.h"
-#include "support/mesh_generators.h"
+#include "support/inputs/mesh_generators.h"
 
 namespace dyop::testing {
 namespace {

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: BSD-3-Clause
+
 // Distance of two triangles: triangle_distance() and triangle_distances() on every instruction set
 // that the processor has, against FCL's triangle routine (the method of PQP), libccd's GJK as FCL
 // calls it, CGAL's squared distance (its kernel of inexact constructions) and Bullet's GJK (single
@@ -28,8 +30,8 @@
 #include "core/tolerance.h"
 #include "distance/triangle_wide/triangle_batch.h"
 #include "dyop/distance/triangle_distance.h"
-#include "support/mesh_generators.h"
-#include "support/random_inputs.h"
+#include "support/inputs/mesh_generators.h"
+#include "support/inputs/random_inputs.h"
 #include "support/runnable_sets.h"
 
 namespace dyop::testing {

@@ -1,8 +1,10 @@
+// SPDX-License-Identifier: BSD-3-Clause
+
 // Time per step of the World, one thread: free flight, stacks, columns, a pyramid, piles.
 #include <benchmark/benchmark.h>
 
 #include "dyop/dynamics/world.h"
-#include "support/world_scenes.h"
+#include "support/inputs/world_scenes.h"
 
 namespace dyop {
 namespace {

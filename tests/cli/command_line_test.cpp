@@ -1,10 +1,11 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "cli/command.h"
-#include "support/cube_files.h"
+#include "support/inputs/cube_files.h"
 
 namespace dyop {
 namespace {

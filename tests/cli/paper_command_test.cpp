@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -7,7 +8,7 @@
 #include <sstream>
 
 #include "cli/command.h"
-#include "support/triangle_oracle.h"
+#include "support/oracles/triangle_oracle.h"
 
 namespace dyop {
 namespace {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
@@ -5,7 +6,7 @@
 
 #include "cli/command.h"
 #include "dyop/scene_io/run_recording.h"
-#include "support/cube_files.h"
+#include "support/inputs/cube_files.h"
 
 namespace dyop {
 namespace {

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # Builds and runs projects that use dyop the way KIND says:
 #   find_package      installed static libraries, with components; an unknown component is named
 #   pkg_config        the same, through pkg-config

@@ -1,11 +1,12 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "contact/solver/body_matrix.h"
 
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
 
-#include "support/contact_scenes.h"
-#include "support/random_inputs.h"
+#include "support/inputs/contact_scenes.h"
+#include "support/inputs/random_inputs.h"
 
 namespace dyop::internal {
 namespace {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -5,7 +6,7 @@
 
 #include "contact/all_contact_solvers.h"
 #include "dyop/contact/contact_problem.h"
-#include "support/contact_scenes.h"
+#include "support/inputs/contact_scenes.h"
 
 namespace dyop::testing {
 namespace {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "dyop/contact/contact_cache.h"
 
 #include <gtest/gtest.h>
@@ -8,8 +9,8 @@
 #include "dyop/core/error.h"
 #include "dyop/geometry/box.h"
 #include "dyop/geometry/sphere.h"
-#include "support/mesh_generators.h"
-#include "support/random_inputs.h"
+#include "support/inputs/mesh_generators.h"
+#include "support/inputs/random_inputs.h"
 
 namespace dyop {
 namespace {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "dyop/contact/contact_cascade.h"
 
 #include <gtest/gtest.h>
@@ -6,8 +7,8 @@
 #include <random>
 
 #include "dyop/core/error.h"
-#include "support/contact_oracle.h"
-#include "support/contact_scenes.h"
+#include "support/inputs/contact_scenes.h"
+#include "support/oracles/contact_oracle.h"
 
 namespace dyop::testing {
 namespace {

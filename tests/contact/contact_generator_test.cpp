@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "dyop/contact/contact_generator.h"
 
 #include <gtest/gtest.h>
@@ -14,9 +15,9 @@
 #include "dyop/geometry/compound_shape.h"
 #include "dyop/geometry/convex_hull.h"
 #include "dyop/geometry/sphere.h"
-#include "support/contact_generation_oracle.h"
-#include "support/mesh_generators.h"
-#include "support/random_inputs.h"
+#include "support/inputs/mesh_generators.h"
+#include "support/inputs/random_inputs.h"
+#include "support/oracles/contact_generation_oracle.h"
 
 namespace dyop {
 namespace {

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: BSD-3-Clause
+
 // Contacts on inner edges would stop a body that slides over them: there must be none.
 #include <gtest/gtest.h>
 
@@ -8,8 +10,8 @@
 
 #include "dyop/contact/contact_generator.h"
 #include "dyop/geometry/box.h"
-#include "support/mesh_generators.h"
-#include "support/random_inputs.h"
+#include "support/inputs/mesh_generators.h"
+#include "support/inputs/random_inputs.h"
 
 namespace dyop {
 namespace {

@@ -1,10 +1,11 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "contact/solver/contact_law.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "support/random_inputs.h"
+#include "support/inputs/random_inputs.h"
 
 namespace dyop::internal {
 namespace {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "dyop/contact/contact_solver.h"
 
 #include <gtest/gtest.h>
@@ -9,9 +10,9 @@
 #include "contact/all_contact_solvers.h"
 #include "dyop/core/error.h"
 #include "support/allocation_count.h"
-#include "support/contact_oracle.h"
-#include "support/contact_scenes.h"
-#include "support/random_inputs.h"
+#include "support/inputs/contact_scenes.h"
+#include "support/inputs/random_inputs.h"
+#include "support/oracles/contact_oracle.h"
 
 namespace dyop::testing {
 namespace {

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: BSD-3-Clause
+
 // Siconos as the judge: its solvers get the same contact problems, as matrices, and must find the
 // same velocities. Impulses of single contacts are not unique and are not compared.
 
@@ -16,9 +18,9 @@
 #include <vector>
 
 #include "contact/all_contact_solvers.h"
-#include "support/contact_oracle.h"
-#include "support/contact_scenes.h"
-#include "support/random_inputs.h"
+#include "support/inputs/contact_scenes.h"
+#include "support/inputs/random_inputs.h"
+#include "support/oracles/contact_oracle.h"
 
 namespace dyop::testing {
 namespace {

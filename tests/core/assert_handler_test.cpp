@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "dyop/core/assert_handler.h"
 
 #include <gtest/gtest.h>

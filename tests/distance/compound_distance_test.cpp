@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: BSD-3-Clause
+
 // Compounds in distance() and find_contacts(), against their children one by one.
 
 #include <gtest/gtest.h>
@@ -10,10 +12,10 @@
 #include "dyop/distance/distance.h"
 #include "dyop/distance/distance_batch.h"
 #include "geometry/all_compounds.h"
-#include "support/bodies.h"
+#include "support/inputs/bodies.h"
+#include "support/inputs/random_inputs.h"
 #include "support/message_of.h"
-#include "support/random_inputs.h"
-#include "support/shape_oracle.h"
+#include "support/oracles/shape_oracle.h"
 
 namespace dyop {
 namespace {

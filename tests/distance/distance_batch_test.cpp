@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "dyop/distance/distance_batch.h"
 
 #include <gtest/gtest.h>
@@ -8,9 +9,9 @@
 #include "dyop/core/error.h"
 #include "dyop/geometry/box.h"
 #include "dyop/geometry/sphere.h"
-#include "support/mesh_generators.h"
+#include "support/inputs/mesh_generators.h"
+#include "support/inputs/random_inputs.h"
 #include "support/message_of.h"
-#include "support/random_inputs.h"
 #include "support/same_bits.h"
 
 namespace dyop {

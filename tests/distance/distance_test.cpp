@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "dyop/distance/distance.h"
 
 #include <gtest/gtest.h>
@@ -10,11 +11,11 @@
 #include "dyop/geometry/capsule.h"
 #include "dyop/geometry/sphere.h"
 #include "dyop/geometry/triangle_mesh.h"
-#include "support/bodies.h"
-#include "support/ellipsoid.h"
-#include "support/mesh_generators.h"
-#include "support/random_inputs.h"
-#include "support/shape_oracle.h"
+#include "support/inputs/bodies.h"
+#include "support/inputs/ellipsoid.h"
+#include "support/inputs/mesh_generators.h"
+#include "support/inputs/random_inputs.h"
+#include "support/oracles/shape_oracle.h"
 
 namespace dyop {
 namespace {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "distance/enclosure.h"
 
 #include <gtest/gtest.h>
@@ -5,7 +6,7 @@
 #include "dyop/core/error.h"
 #include "dyop/distance/distance.h"
 #include "dyop/geometry/sphere.h"
-#include "support/mesh_generators.h"
+#include "support/inputs/mesh_generators.h"
 #include "support/message_of.h"
 
 namespace dyop {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "dyop/distance/gjk.h"
 
 #include <gtest/gtest.h>
@@ -18,8 +19,8 @@
 #include "dyop/geometry/capsule.h"
 #include "dyop/geometry/convex_hull.h"
 #include "dyop/geometry/sphere.h"
-#include "support/ellipsoid.h"
-#include "support/polytope_oracle.h"
+#include "support/inputs/ellipsoid.h"
+#include "support/oracles/polytope_oracle.h"
 
 namespace dyop {
 namespace {

@@ -1,10 +1,11 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "dyop/distance/nearest_triangle.h"
 
 #include <gtest/gtest.h>
 
 #include "distance/triangle_wide/triangle_batch.h"
 #include "dyop/core/error.h"
-#include "support/random_inputs.h"
+#include "support/inputs/random_inputs.h"
 #include "support/runnable_sets.h"
 #include "support/same_bits.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "dyop/distance/penetration.h"
 
 #include <gtest/gtest.h>
@@ -9,7 +10,7 @@
 
 #include "core/tolerance.h"
 #include "dyop/distance/gjk.h"
-#include "support/polytope_oracle.h"
+#include "support/oracles/polytope_oracle.h"
 
 namespace dyop {
 namespace {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "dyop/distance/point_distance.h"
 
 #include <gtest/gtest.h>
@@ -15,11 +16,11 @@
 #include "dyop/geometry/sphere.h"
 #include "dyop/geometry/winding_number.h"
 #include "geometry/all_shapes.h"
-#include "support/mesh_generators.h"
+#include "support/inputs/mesh_generators.h"
+#include "support/inputs/random_inputs.h"
 #include "support/message_of.h"
-#include "support/random_inputs.h"
-#include "support/shape_oracle.h"
-#include "support/triangle_oracle.h"
+#include "support/oracles/shape_oracle.h"
+#include "support/oracles/triangle_oracle.h"
 
 namespace dyop::testing {
 namespace {

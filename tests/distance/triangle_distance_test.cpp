@@ -1,9 +1,10 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "dyop/distance/triangle_distance.h"
 
 #include <gtest/gtest.h>
 
-#include "support/random_inputs.h"
-#include "support/triangle_distance_check.h"
+#include "support/inputs/random_inputs.h"
+#include "support/oracles/triangle_distance_check.h"
 
 namespace dyop {
 namespace {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "distance/gjk/warm_gjk.h"
 
 #include <gtest/gtest.h>
@@ -12,7 +13,7 @@
 #include "dyop/geometry/capsule.h"
 #include "dyop/geometry/convex_hull.h"
 #include "dyop/geometry/sphere.h"
-#include "support/random_inputs.h"
+#include "support/inputs/random_inputs.h"
 
 namespace dyop::internal {
 namespace {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "dyop/dynamics/cvode_integrator.h"
 
 #include <gtest/gtest.h>

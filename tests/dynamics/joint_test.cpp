@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: BSD-3-Clause
+
 // Joints against closed forms, at steps of 0.01.
 #include "dyop/dynamics/joint.h"
 
@@ -6,8 +8,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "support/inputs/world_scenes.h"
 #include "support/message_of.h"
-#include "support/world_scenes.h"
 
 namespace dyop {
 namespace {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "dynamics/torque_free_turn.h"
 
 #include <gtest/gtest.h>
@@ -6,8 +7,8 @@
 
 #include "dyop/core/rigid_pose.h"
 #include "dyop/dynamics/world.h"
-#include "support/random_inputs.h"
-#include "support/world_scenes.h"
+#include "support/inputs/random_inputs.h"
+#include "support/inputs/world_scenes.h"
 
 namespace dyop::internal {
 namespace {

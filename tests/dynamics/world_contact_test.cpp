@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: BSD-3-Clause
+
 // Contact and friction against closed forms, at steps of 0.01.
 #include <gtest/gtest.h>
 
@@ -6,7 +8,7 @@
 
 #include "dyop/geometry/capsule.h"
 #include "dyop/motion/constant_twist_motion.h"
-#include "support/world_scenes.h"
+#include "support/inputs/world_scenes.h"
 
 namespace dyop {
 namespace {

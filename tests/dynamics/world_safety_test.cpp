@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: BSD-3-Clause
+
 // Random worlds: never nearer than the target distance, by dense samples of the committed motions
 // with distance(), which the stepper takes no part in.
 #include <gtest/gtest.h>
@@ -8,8 +10,8 @@
 #include "dyop/geometry/capsule.h"
 #include "dyop/geometry/triangle_mesh.h"
 #include "dyop/motion/constant_twist_motion.h"
-#include "support/mesh_generators.h"
-#include "support/world_scenes.h"
+#include "support/inputs/mesh_generators.h"
+#include "support/inputs/world_scenes.h"
 
 namespace dyop {
 namespace {

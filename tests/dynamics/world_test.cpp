@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "dyop/dynamics/world.h"
 
 #include <gtest/gtest.h>
@@ -12,8 +13,8 @@
 #include "dyop/dynamics/pair_record.h"
 #include "dyop/dynamics/world_options.h"
 #include "dyop/motion/constant_twist_motion.h"
+#include "support/inputs/world_scenes.h"
 #include "support/message_of.h"
-#include "support/world_scenes.h"
 
 namespace dyop {
 namespace {

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: BSD-3-Clause
+
 // Time of impact of two small shapes on any motions with any options: the promises of ToiResult,
 // against the distance by an oracle that shares no code with the library, at sampled times.
 
@@ -13,8 +15,8 @@
 #include "dyop/geometry/triangle_mesh.h"
 #include "dyop/toi/time_of_impact.h"
 #include "fuzz/fuzz_motion.h"
+#include "support/oracles/toi_promises.h"
 #include "support/same_bits.h"
-#include "support/toi_promises.h"
 
 namespace dyop::fuzz {
 namespace {

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: BSD-3-Clause
+
 // Mesh files of any bytes: a mesh, or a FileError with a readable message.
 // The first byte chooses the format.
 

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: BSD-3-Clause
+
 // Every kind of motion: poses are finite rotations, and no difference quotient of poses or twists
 // exceeds twist_bound().
 

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: BSD-3-Clause
+
 // Query records of any bytes: a query that can be asked and is refused or answered with its
 // promises kept, or a FileError with a readable message.
 
@@ -9,7 +11,7 @@
 #include "dyop/toi/time_of_impact.h"
 #include "fuzz/fuzz_input.h"
 #include "fuzz/scratch_file.h"
-#include "support/toi_promises.h"
+#include "support/oracles/toi_promises.h"
 
 namespace dyop::fuzz {
 namespace {

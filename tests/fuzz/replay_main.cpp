@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: BSD-3-Clause
+
 // Feeds files to a fuzz target without libFuzzer: PROGRAM FILE_OR_DIRECTORY...
 // A file that breaks a promise ends the process, as it does in the fuzzer; its name is the last
 // line.

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: BSD-3-Clause
+
 // Scene and motion files of any bytes: a scene whose world can be made or is refused, a motion with
 // finite poses, or a FileError with a readable message. The first byte chooses.
 

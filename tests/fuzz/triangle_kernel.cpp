@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: BSD-3-Clause
+
 // Distance of two triangles with any finite coordinates up to kLargestCoordinate: bounds against
 // the exact oracle and against sampled points, and the same from either side.
 
@@ -8,7 +10,7 @@
 #include "dyop/distance/warm_triangle_distance.h"
 #include "dyop/paper/lin_canny.h"
 #include "fuzz/fuzz_input.h"
-#include "support/triangle_distance_check.h"
+#include "support/oracles/triangle_distance_check.h"
 
 namespace dyop::fuzz {
 namespace {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include <functional>
@@ -10,7 +11,7 @@
 #include "dyop/geometry/capsule.h"
 #include "dyop/geometry/convex_hull.h"
 #include "dyop/geometry/sphere.h"
-#include "support/mesh_generators.h"
+#include "support/inputs/mesh_generators.h"
 
 namespace dyop::test_support {
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "dyop/geometry/compound_shape.h"
 
 #include <gtest/gtest.h>
@@ -9,8 +10,8 @@
 #include "geometry/all_compounds.h"
 #include "geometry/compound_tree.h"
 #include "geometry/shape_tree.h"
+#include "support/inputs/random_inputs.h"
 #include "support/message_of.h"
-#include "support/random_inputs.h"
 
 namespace dyop {
 namespace {

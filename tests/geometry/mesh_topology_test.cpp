@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "dyop/geometry/mesh_topology.h"
 
 #include <gtest/gtest.h>
@@ -7,8 +8,8 @@
 #include <random>
 
 #include "dyop/geometry/triangle_mesh.h"
-#include "support/mesh_generators.h"
-#include "support/random_inputs.h"
+#include "support/inputs/mesh_generators.h"
+#include "support/inputs/random_inputs.h"
 
 namespace dyop {
 namespace {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "dyop/geometry/triangle_mesh.h"
 
 #include <gtest/gtest.h>
@@ -8,7 +9,7 @@
 #include "core/tolerance.h"
 #include "dyop/core/error.h"
 #include "dyop/core/rigid_pose.h"
-#include "support/mesh_generators.h"
+#include "support/inputs/mesh_generators.h"
 #include "support/message_of.h"
 
 namespace dyop {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "dyop/geometry/winding_number.h"
 
 #include <gtest/gtest.h>
@@ -7,7 +8,7 @@
 #include <random>
 
 #include "dyop/core/error.h"
-#include "support/mesh_generators.h"
+#include "support/inputs/mesh_generators.h"
 #include "support/message_of.h"
 
 namespace dyop {

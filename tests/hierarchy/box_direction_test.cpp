@@ -1,10 +1,11 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "hierarchy/box_direction.h"
 
 #include <gtest/gtest.h>
 
 #include <random>
 
-#include "support/random_inputs.h"
+#include "support/inputs/random_inputs.h"
 
 namespace dyop::internal {
 namespace {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "dyop/hierarchy/mesh_hierarchy.h"
 
 #include <gtest/gtest.h>
@@ -10,7 +11,7 @@
 #include "core/tolerance.h"
 #include "dyop/core/error.h"
 #include "dyop/core/rigid_pose.h"
-#include "support/mesh_generators.h"
+#include "support/inputs/mesh_generators.h"
 
 namespace dyop {
 namespace {

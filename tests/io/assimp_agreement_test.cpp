@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: BSD-3-Clause
+
 // Assimp, in single precision, as a second opinion on the readers of our own.
 
 #include <assimp/postprocess.h>
@@ -8,8 +10,8 @@
 #include <cmath>
 
 #include "dyop/io/mesh_file.h"
-#include "support/cube_files.h"
-#include "support/models.h"
+#include "support/inputs/cube_files.h"
+#include "support/inputs/models.h"
 #include "support/temporary_directory.h"
 
 namespace dyop {

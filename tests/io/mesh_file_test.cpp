@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "dyop/io/mesh_file.h"
 
 #include <gtest/gtest.h>
@@ -6,7 +7,7 @@
 #include <algorithm>
 
 #include "dyop/io/file_error.h"
-#include "support/cube_files.h"
+#include "support/inputs/cube_files.h"
 #include "support/temporary_directory.h"
 
 namespace dyop {

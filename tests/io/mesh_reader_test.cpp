@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: BSD-3-Clause
+
 // The readers of our own, held against what was written: every format, style and number.
 
 #include "io/mesh/mesh_reader.h"
@@ -11,8 +13,8 @@
 
 #include "dyop/io/file_error.h"
 #include "dyop/io/mesh_file.h"
-#include "support/cube_files.h"
-#include "support/random_inputs.h"
+#include "support/inputs/cube_files.h"
+#include "support/inputs/random_inputs.h"
 #include "support/temporary_directory.h"
 
 namespace dyop {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "dyop/io/query_record.h"
 
 #include <gtest/gtest.h>

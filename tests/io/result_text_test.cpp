@@ -1,10 +1,11 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "dyop/io/result_text.h"
 
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
 
-#include "support/small_impact.h"
+#include "support/inputs/small_impact.h"
 
 namespace dyop {
 namespace {

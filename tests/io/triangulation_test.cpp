@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "io/mesh/triangulation.h"
 
 #include <gtest/gtest.h>
@@ -8,7 +9,7 @@
 #include <numeric>
 
 #include "dyop/core/error.h"
-#include "support/random_inputs.h"
+#include "support/inputs/random_inputs.h"
 
 namespace dyop::internal {
 namespace {

@@ -1,4 +1,5 @@
-#include "motion/bernstein.h"
+// SPDX-License-Identifier: BSD-3-Clause
+#include "motion/curve/bernstein.h"
 
 #include <gtest/gtest.h>
 

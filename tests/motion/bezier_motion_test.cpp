@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "dyop/motion/bezier_motion.h"
 
 #include <gtest/gtest.h>

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: BSD-3-Clause
+
 // Draws, for every motion of tests/motion/all_motions.h, its speed and its angular acceleration by
 // dense sampling, and the bounds over eight parts of the time:
 //   motion_figures FILE.svg

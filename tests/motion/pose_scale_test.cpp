@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: BSD-3-Clause
+
 // Rounding of poses that are computed from something large: a time since long ago, control points
 // far away. Beside the same formulas in extended precision.
 

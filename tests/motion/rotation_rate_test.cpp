@@ -1,4 +1,5 @@
-#include "motion/rotation_rate.h"
+// SPDX-License-Identifier: BSD-3-Clause
+#include "motion/curve/rotation_rate.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,5 @@
-#include "motion/speed_tree.h"
+// SPDX-License-Identifier: BSD-3-Clause
+#include "motion/curve/speed_tree.h"
 
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "dyop/paper/distance_algorithm.h"
 
 #include <gtest/gtest.h>
@@ -10,7 +11,7 @@
 #include "dyop/core/error.h"
 #include "planar_pairs.h"
 #include "support/message_of.h"
-#include "support/polytope_oracle.h"
+#include "support/oracles/polytope_oracle.h"
 
 /// What every algorithm promises, run over all of distance_algorithms().
 namespace dyop::testing {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "dyop/paper/lin_canny.h"
 
 #include <gtest/gtest.h>
@@ -9,9 +10,9 @@
 #include "core/tolerance.h"
 #include "dyop/core/error.h"
 #include "planar_pairs.h"
-#include "support/polytope_oracle.h"
-#include "support/triangle_distance_check.h"
-#include "support/triangle_oracle.h"
+#include "support/oracles/polytope_oracle.h"
+#include "support/oracles/triangle_distance_check.h"
+#include "support/oracles/triangle_oracle.h"
 
 namespace dyop::testing {
 namespace {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "dyop/paper/planar_distance.h"
 
 #include <gtest/gtest.h>

@@ -1,10 +1,11 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include <cmath>
 #include <random>
 
-#include "support/random_inputs.h"
-#include "support/triangle_oracle.h"
+#include "support/inputs/random_inputs.h"
+#include "support/oracles/triangle_oracle.h"
 
 /// Triangle pairs in the plane for tests, and the truth about them from the oracle for space.
 namespace dyop::testing {

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: BSD-3-Clause
+
 // Measures how accurate dyop's answers are, against oracles and closed forms:
 //   accuracy_table [FILE]
 // Prints a table in Markdown. With FILE, docs/accuracy.md, it exits with 1 if a measured figure is
@@ -21,10 +23,10 @@
 #include "dyop/motion/constant_twist_motion.h"
 #include "dyop/motion/rest_motion.h"
 #include "dyop/toi/time_of_impact.h"
-#include "support/mesh_generators.h"
-#include "support/random_inputs.h"
-#include "support/shape_oracle.h"
-#include "support/triangle_oracle.h"
+#include "support/inputs/mesh_generators.h"
+#include "support/inputs/random_inputs.h"
+#include "support/oracles/shape_oracle.h"
+#include "support/oracles/triangle_oracle.h"
 
 namespace dyop::testing {
 namespace {

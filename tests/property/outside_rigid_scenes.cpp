@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: BSD-3-Clause
+
 // Runs the rigid scenes of [Ferguson2021] and lets CGAL look for bodies that intersect:
 // outside_rigid_scenes [END [TIMES [SCENE...]]]. END: time at which a scene is ended, if it does
 // not end before (default 0.02); TIMES: how many times between any two recorded ones are looked at
@@ -21,7 +23,7 @@
 #include "dyop/core/error.h"
 #include "dyop/scene_io/run_recording.h"
 #include "dyop/scene_io/scene_file.h"
-#include "support/recording_oracle.h"
+#include "support/oracles/recording_oracle.h"
 
 namespace dyop::testing {
 namespace {

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: BSD-3-Clause
+
 // Runs the vertex-face and edge-edge queries of the outside benchmark [Wang2021] and compares with
 // their exact answers: outside_vertex_queries [passes] [distance tolerance]. The data is looked for
 // in the folder that DYOP_EXTERNAL_DATA names; without it the program says so and returns 77

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: BSD-3-Clause
+
 // Checks a recording of `dyop simulate` against CGAL: recording_check SCENE RECORDING [times
 // between]. At the recorded times, and so many more between every two of them (default 4), no two
 // bodies may intersect. Meshes are looked for as by the dyop command, see DYOP_MESH_PATH. The exit
@@ -7,8 +9,8 @@
 #include <cstdlib>
 
 #include "dyop/core/error.h"
-#include "support/models.h"
-#include "support/recording_oracle.h"
+#include "support/inputs/models.h"
+#include "support/oracles/recording_oracle.h"
 
 int main(int argc, char** argv) {
   if (argc < 3) {

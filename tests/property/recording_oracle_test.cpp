@@ -1,15 +1,17 @@
+// SPDX-License-Identifier: BSD-3-Clause
+
 // Runs of small generated scenes, checked as any recording is; and that the check sees what is
 // wrong.
 
-#include "support/recording_oracle.h"
+#include "support/oracles/recording_oracle.h"
 
 #include <gtest/gtest.h>
 
 #include <fstream>
 #include <sstream>
 
-#include "support/mesh_generators.h"
-#include "support/random_inputs.h"
+#include "support/inputs/mesh_generators.h"
+#include "support/inputs/random_inputs.h"
 #include "support/temporary_directory.h"
 
 namespace dyop::testing {

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: BSD-3-Clause
+
 // Queries that once went wrong, or that are easily got wrong, by their records in tests/regression.
 // Held to the recorded status and to the promises of ToiResult, not to the last bit, which another
 // version or another C library may round differently.
@@ -9,7 +11,7 @@
 #include "dyop/io/query_record.h"
 #include "dyop/io/result_text.h"
 #include "dyop/toi/time_of_impact.h"
-#include "support/toi_promises.h"
+#include "support/oracles/toi_promises.h"
 
 namespace dyop::testing {
 namespace {

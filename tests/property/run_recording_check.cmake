@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # Runs a scene with 1, 2 and 3 threads and once more, demands the same bytes of every recording, and
 # checks one of them by CGAL. Arguments: DYOP and CHECK (programs), SCENE, WORK_DIR, END (time; the
 # scene's own if empty), MODELS (directories, separated by colons).

@@ -1,4 +1,5 @@
-#include "support/shape_oracle.h"
+// SPDX-License-Identifier: BSD-3-Clause
+#include "support/oracles/shape_oracle.h"
 
 #include <gtest/gtest.h>
 
@@ -10,11 +11,11 @@
 #include "dyop/geometry/box.h"
 #include "dyop/geometry/capsule.h"
 #include "dyop/geometry/sphere.h"
-#include "support/bodies.h"
-#include "support/fast_distance_oracle.h"
-#include "support/mesh_generators.h"
-#include "support/mesh_intersection_oracle.h"
-#include "support/random_inputs.h"
+#include "support/inputs/bodies.h"
+#include "support/inputs/mesh_generators.h"
+#include "support/inputs/random_inputs.h"
+#include "support/oracles/fast_distance_oracle.h"
+#include "support/oracles/mesh_intersection_oracle.h"
 
 namespace dyop::testing {
 namespace {

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: BSD-3-Clause
+
 // Time of impact of real models against the sampling oracle: stanford_models [motions] [seed].
 // Bunny against bunny, horse and dragon, each pair with target 0 and a positive one. Prints one
 // line for each; the exit code is 1 if any answer was wrong, undecided or not to be checked, or
@@ -19,9 +21,9 @@
 #include "dyop/motion/constant_twist_motion.h"
 #include "dyop/motion/hermite_motion.h"
 #include "dyop/toi/time_of_impact.h"
-#include "support/models.h"
-#include "support/random_inputs.h"
-#include "support/toi_oracle.h"
+#include "support/inputs/models.h"
+#include "support/inputs/random_inputs.h"
+#include "support/oracles/toi_oracle.h"
 
 namespace {
 

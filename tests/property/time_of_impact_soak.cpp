@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: BSD-3-Clause
+
 // Time of impact against an oracle that samples densely with a Lipschitz bound and shares no code
 // with the engine, over shapes, motions, turning rates, scales and places:
 //   time_of_impact_soak COUNT [SEED]
@@ -27,10 +29,10 @@
 #include "dyop/motion/smooth_sampled_motion.h"
 #include "dyop/motion/user_motion.h"
 #include "dyop/toi/time_of_impact.h"
-#include "support/fast_distance_oracle.h"
-#include "support/mesh_generators.h"
-#include "support/random_inputs.h"
-#include "support/toi_oracle.h"
+#include "support/inputs/mesh_generators.h"
+#include "support/inputs/random_inputs.h"
+#include "support/oracles/fast_distance_oracle.h"
+#include "support/oracles/toi_oracle.h"
 
 namespace dyop {
 namespace {

@@ -1,4 +1,5 @@
-#include "support/toi_oracle.h"
+// SPDX-License-Identifier: BSD-3-Clause
+#include "support/oracles/toi_oracle.h"
 
 #include <gtest/gtest.h>
 
@@ -11,9 +12,9 @@
 #include "dyop/geometry/sphere.h"
 #include "dyop/motion/constant_twist_motion.h"
 #include "dyop/motion/rest_motion.h"
-#include "support/bodies.h"
-#include "support/mesh_generators.h"
-#include "support/random_inputs.h"
+#include "support/inputs/bodies.h"
+#include "support/inputs/mesh_generators.h"
+#include "support/inputs/random_inputs.h"
 
 namespace dyop::testing {
 namespace {

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: BSD-3-Clause
+
 // Soak of the triangle kernel against the exact oracle: triangle_distance_soak [pairs of every
 // family] [seed]. Every family of random_inputs.h, at scales 1e-6 to 1e6 and up to 1e6 sizes from
 // the origin. Every pair goes through triangle_distance(), through warm_triangle_distance() from
@@ -17,10 +19,10 @@
 #include "distance/triangle_wide/triangle_batch.h"
 #include "dyop/distance/triangle_distance.h"
 #include "dyop/distance/warm_triangle_distance.h"
-#include "support/random_inputs.h"
+#include "support/inputs/random_inputs.h"
+#include "support/oracles/triangle_oracle.h"
 #include "support/runnable_sets.h"
 #include "support/same_bits.h"
-#include "support/triangle_oracle.h"
 
 namespace {
 

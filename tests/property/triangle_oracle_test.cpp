@@ -1,4 +1,5 @@
-#include "support/triangle_oracle.h"
+// SPDX-License-Identifier: BSD-3-Clause
+#include "support/oracles/triangle_oracle.h"
 
 #include <CGAL/Gmpq.h>
 #include <CGAL/Simple_cartesian.h>
@@ -10,7 +11,7 @@
 #include <random>
 #include <vector>
 
-#include "support/random_inputs.h"
+#include "support/inputs/random_inputs.h"
 
 namespace dyop::testing {
 namespace {

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: BSD-3-Clause
+
 // Queries that begin where the last one of the same pair ended, against the same queries begun
 // afresh, along walks of two bodies in steps of very different length:
 //   warm_steps_soak STEPS [SEED]
@@ -22,8 +24,8 @@
 #include "dyop/motion/constant_twist_motion.h"
 #include "dyop/motion/rest_motion.h"
 #include "dyop/toi/time_of_impact.h"
-#include "support/mesh_generators.h"
-#include "support/random_inputs.h"
+#include "support/inputs/mesh_generators.h"
+#include "support/inputs/random_inputs.h"
 #include "support/same_bits.h"
 
 namespace dyop::testing {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
@@ -5,7 +6,7 @@
 
 #include "dyop/io/file_error.h"
 #include "dyop/scene_io/scene_file.h"
-#include "support/cube_files.h"
+#include "support/inputs/cube_files.h"
 #include "support/temporary_directory.h"
 
 namespace dyop {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "dyop/scene_io/run_recording.h"
 
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "dyop/scene_io/scene_file.h"
 
 #include <gtest/gtest.h>
@@ -9,7 +10,7 @@
 #include "dyop/geometry/convex_hull.h"
 #include "dyop/geometry/sphere.h"
 #include "dyop/io/file_error.h"
-#include "support/cube_files.h"
+#include "support/inputs/cube_files.h"
 #include "support/temporary_directory.h"
 
 namespace dyop {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include <memory>
@@ -6,7 +7,7 @@
 #include "dyop/motion/hermite_motion.h"
 #include "dyop/motion/rest_motion.h"
 #include "dyop/scene_io/scene_file.h"
-#include "support/small_impact.h"
+#include "support/inputs/small_impact.h"
 
 namespace dyop::test {
 

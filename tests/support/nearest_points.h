@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 #include <algorithm>
@@ -5,7 +6,7 @@
 #include <cstddef>
 #include <optional>
 
-#include "support/quad.h"
+#include "support/inputs/quad.h"
 
 /// The nearest points of two triangles straight from the definition, in any field of numbers:
 /// double, Quad, or exact rationals. Every candidate is a pair of points of the triangles, so that

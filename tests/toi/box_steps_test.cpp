@@ -1,10 +1,11 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "toi/rigid/box_steps.h"
 
 #include <gtest/gtest.h>
 
 #include "core/tolerance.h"
 #include "geometry/shape_tree.h"
-#include "support/box_oracle.h"
+#include "support/oracles/box_oracle.h"
 
 namespace dyop::internal {
 namespace {

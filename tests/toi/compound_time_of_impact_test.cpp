@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: BSD-3-Clause
+
 // Compounds in time_of_impact(), against their children one by one, on all motions.
 
 #include <gtest/gtest.h>
@@ -9,7 +11,7 @@
 #include "dyop/toi/toi_batch.h"
 #include "geometry/all_compounds.h"
 #include "motion/all_motions.h"
-#include "support/bodies.h"
+#include "support/inputs/bodies.h"
 
 namespace dyop {
 namespace {

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: BSD-3-Clause
+
 // What a deforming mesh is in contact with: sliding, all contacts, and queries that are resumed.
 
 #include <gtest/gtest.h>
@@ -10,8 +12,8 @@
 #include "dyop/distance/distance.h"
 #include "dyop/motion/constant_twist_motion.h"
 #include "dyop/toi/deforming_time_of_impact.h"
-#include "support/mesh_generators.h"
-#include "support/random_inputs.h"
+#include "support/inputs/mesh_generators.h"
+#include "support/inputs/random_inputs.h"
 #include "support/same_bits.h"
 
 namespace dyop {

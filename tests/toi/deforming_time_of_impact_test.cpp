@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "dyop/toi/deforming_time_of_impact.h"
 
 #include <gtest/gtest.h>
@@ -15,11 +16,11 @@
 #include "dyop/motion/hermite_motion.h"
 #include "dyop/motion/rest_motion.h"
 #include "dyop/motion/sampled_motion.h"
-#include "support/fast_distance_oracle.h"
-#include "support/mesh_generators.h"
+#include "support/inputs/mesh_generators.h"
+#include "support/inputs/random_inputs.h"
 #include "support/message_of.h"
-#include "support/random_inputs.h"
-#include "support/toi_promises.h"
+#include "support/oracles/fast_distance_oracle.h"
+#include "support/oracles/toi_promises.h"
 
 namespace dyop {
 namespace {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "toi/vertex/exact_contact.h"
 
 #include <gtest/gtest.h>
@@ -7,8 +8,8 @@
 #include <random>
 #include <string>
 
-#include "support/path_inputs.h"
-#include "support/path_oracle.h"
+#include "support/inputs/path_inputs.h"
+#include "support/oracles/path_oracle.h"
 
 namespace dyop::internal {
 namespace {

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: BSD-3-Clause
+
 // Extreme speeds, turning rates, sizes and places: every query ends within its budget, with a
 // status that is true. Work is judged by node pairs, never by time.
 
@@ -14,8 +16,8 @@
 #include "dyop/motion/rest_motion.h"
 #include "dyop/motion/sampled_motion.h"
 #include "dyop/toi/time_of_impact.h"
-#include "support/bodies.h"
-#include "support/mesh_generators.h"
+#include "support/inputs/bodies.h"
+#include "support/inputs/mesh_generators.h"
 
 namespace dyop {
 namespace {

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: BSD-3-Clause
+
 // ToiOptions::with_contacts: all contacts at the impact.
 
 #include <gtest/gtest.h>
@@ -11,10 +13,10 @@
 #include "dyop/motion/constant_twist_motion.h"
 #include "dyop/motion/rest_motion.h"
 #include "dyop/toi/time_of_impact.h"
-#include "support/bodies.h"
-#include "support/mesh_generators.h"
+#include "support/inputs/bodies.h"
+#include "support/inputs/mesh_generators.h"
+#include "support/inputs/random_inputs.h"
 #include "support/nearest_points.h"
-#include "support/random_inputs.h"
 
 namespace dyop {
 namespace {

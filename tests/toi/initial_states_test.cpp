@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include <gtest/gtest.h>
 
 #include <memory>
@@ -9,7 +10,7 @@
 #include "dyop/motion/constant_twist_motion.h"
 #include "dyop/motion/rest_motion.h"
 #include "dyop/toi/time_of_impact.h"
-#include "support/mesh_generators.h"
+#include "support/inputs/mesh_generators.h"
 
 // How a query begins, and what it then answers: the table in docs/algorithms/time_of_impact.md,
 // for two cubes face to face, each as a box, a hull and a mesh.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "dyop/toi/least_distance.h"
 
 #include <gtest/gtest.h>
@@ -11,9 +12,9 @@
 #include "dyop/geometry/sphere.h"
 #include "geometry/all_compounds.h"
 #include "motion/all_motions.h"
-#include "support/bodies.h"
+#include "support/inputs/bodies.h"
 #include "support/message_of.h"
-#include "support/toi_oracle.h"
+#include "support/oracles/toi_oracle.h"
 
 namespace dyop {
 namespace {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "toi/rigid/motion_bounds.h"
 
 #include <gtest/gtest.h>

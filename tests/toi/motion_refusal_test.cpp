@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: BSD-3-Clause
+
 // Motions of user code that lie: every query refuses them where it meets the lie.
 #include <gtest/gtest.h>
 
@@ -11,7 +13,7 @@
 #include "dyop/toi/deforming_time_of_impact.h"
 #include "dyop/toi/time_of_impact.h"
 #include "dyop/toi/toi_batch.h"
-#include "support/mesh_generators.h"
+#include "support/inputs/mesh_generators.h"
 #include "support/message_of.h"
 
 namespace dyop {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "toi/nearest_difference.h"
 
 #include <gtest/gtest.h>
@@ -5,9 +6,9 @@
 #include <random>
 #include <string>
 
-#include "support/path_inputs.h"
-#include "support/path_oracle.h"
-#include "support/random_inputs.h"
+#include "support/inputs/path_inputs.h"
+#include "support/inputs/random_inputs.h"
+#include "support/oracles/path_oracle.h"
 
 namespace dyop::internal {
 namespace {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "dyop/toi/obstacle_set.h"
 
 #include <gtest/gtest.h>
@@ -11,7 +12,7 @@
 #include "dyop/geometry/sphere.h"
 #include "geometry/all_compounds.h"
 #include "motion/all_motions.h"
-#include "support/bodies.h"
+#include "support/inputs/bodies.h"
 #include "support/message_of.h"
 
 namespace dyop {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "toi/obstacles/swept_boxes.h"
 
 #include <gtest/gtest.h>
@@ -9,7 +10,7 @@
 #include "dyop/distance/distance.h"
 #include "geometry/all_compounds.h"
 #include "motion/all_motions.h"
-#include "support/bodies.h"
+#include "support/inputs/bodies.h"
 #include "toi/obstacles/obstacle_tree.h"
 
 namespace dyop::internal {

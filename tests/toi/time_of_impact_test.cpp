@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "dyop/toi/time_of_impact.h"
 
 #include <gtest/gtest.h>
@@ -15,9 +16,9 @@
 #include "dyop/motion/constant_twist_motion.h"
 #include "dyop/motion/rest_motion.h"
 #include "dyop/motion/sampled_motion.h"
-#include "support/bodies.h"
-#include "support/ellipsoid.h"
-#include "support/mesh_generators.h"
+#include "support/inputs/bodies.h"
+#include "support/inputs/ellipsoid.h"
+#include "support/inputs/mesh_generators.h"
 #include "support/message_of.h"
 
 namespace dyop {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "dyop/toi/toi_batch.h"
 
 #include <gtest/gtest.h>
@@ -11,9 +12,9 @@
 #include "dyop/motion/constant_twist_motion.h"
 #include "dyop/motion/sampled_motion.h"
 #include "dyop/motion/user_motion.h"
-#include "support/mesh_generators.h"
+#include "support/inputs/mesh_generators.h"
+#include "support/inputs/random_inputs.h"
 #include "support/message_of.h"
-#include "support/random_inputs.h"
 #include "support/same_bits.h"
 
 namespace dyop {

@@ -1,7 +1,9 @@
+// SPDX-License-Identifier: BSD-3-Clause
+
 // Every status of every kind of query, held to the table at ToiStatus: by its members, and by the
 // distance at many times, which distance() measures on shapes put where the motions say.
 
-#include "support/toi_promises.h"
+#include "support/oracles/toi_promises.h"
 
 #include <gtest/gtest.h>
 
@@ -17,8 +19,8 @@
 #include "dyop/motion/rest_motion.h"
 #include "dyop/toi/deforming_time_of_impact.h"
 #include "dyop/toi/vertex_time_of_impact.h"
-#include "support/mesh_generators.h"
-#include "support/random_inputs.h"
+#include "support/inputs/mesh_generators.h"
+#include "support/inputs/random_inputs.h"
 
 namespace dyop {
 namespace {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "dyop/toi/toi_workspace.h"
 
 #include <gtest/gtest.h>
@@ -14,9 +15,9 @@
 #include "dyop/motion/user_motion.h"
 #include "dyop/toi/time_of_impact.h"
 #include "support/allocation_count.h"
-#include "support/mesh_generators.h"
+#include "support/inputs/mesh_generators.h"
+#include "support/inputs/random_inputs.h"
 #include "support/message_of.h"
-#include "support/random_inputs.h"
 #include "support/same_bits.h"
 
 namespace dyop {

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: BSD-3-Clause
+
 // Contacts that boxes of the hierarchy would step over if their bounds lacked a term. Each is
 // missed, or met too late, as soon as the term is dropped (tests/mutation_check.sh).
 
@@ -10,7 +12,7 @@
 #include "dyop/motion/hermite_motion.h"
 #include "dyop/motion/rest_motion.h"
 #include "dyop/toi/time_of_impact.h"
-#include "support/mesh_generators.h"
+#include "support/inputs/mesh_generators.h"
 
 namespace dyop {
 namespace {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "dyop/toi/vertex_time_of_impact.h"
 
 #include <gtest/gtest.h>
@@ -10,9 +11,9 @@
 #include "core/tolerance.h"
 #include "dyop/core/error.h"
 #include "dyop/toi/vertex_paths.h"
+#include "support/inputs/path_inputs.h"
 #include "support/message_of.h"
-#include "support/path_inputs.h"
-#include "support/path_oracle.h"
+#include "support/oracles/path_oracle.h"
 
 namespace dyop {
 namespace {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
 /// Marks what a shared library of dyop exports. Used once per public header, at its namespace:

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "dyop/contact/contact_reduction.h"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "contact/generation/contact_surface.h"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "contact/generation/feature_witness.h"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "contact/solver/contact_law.h"
 
 #include <algorithm>

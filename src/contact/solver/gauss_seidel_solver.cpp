@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "dyop/contact/gauss_seidel_solver.h"
 
 #include <algorithm>

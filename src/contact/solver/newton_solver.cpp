@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "dyop/contact/newton_solver.h"
 
 #include <algorithm>

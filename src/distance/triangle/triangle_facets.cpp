@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "distance/triangle/triangle_facets.h"
 
 #include <cstddef>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "distance/triangle_wide/triangle_wide.h"
 
 #include "core/tolerance.h"

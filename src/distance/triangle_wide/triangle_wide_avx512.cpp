@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "distance/triangle_wide/triangle_wide_simd.h"
 
 namespace dyop::internal {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "dynamics/integrators/sundials_support.h"
 
 #include <nvector/nvector_serial.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "dynamics/step/contact_leg.h"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "dynamics/step/end_gap.h"
 
 #include "dyop/distance/distance.h"

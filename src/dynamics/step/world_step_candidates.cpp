@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: BSD-3-Clause
+
 // Which pairs of bodies may come near one another in a step.
 #include <algorithm>
 #include <utility>

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: BSD-3-Clause
+
 // Instead of assimp_reader.cpp in a build without assimp.
 
 #include "dyop/io/file_error.h"

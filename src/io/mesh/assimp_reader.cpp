@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
 

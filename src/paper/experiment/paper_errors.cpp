@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "paper/experiment/paper_errors.h"
 
 #include <algorithm>

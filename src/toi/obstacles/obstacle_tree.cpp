@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "toi/obstacles/obstacle_tree.h"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "toi/obstacles/swept_boxes.h"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "toi/rigid/box_steps.h"
 
 namespace dyop::internal {

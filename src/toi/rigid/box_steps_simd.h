@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "hierarchy/box_axis.h"
 #include "toi/readvance_ratio.h"
 #include "toi/rigid/box_steps.h"

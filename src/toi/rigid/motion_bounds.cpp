@@ -1,9 +1,10 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "toi/rigid/motion_bounds.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "motion/rotation_rate.h"
+#include "motion/curve/rotation_rate.h"
 
 namespace dyop::internal {
 namespace {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "toi/rigid/safe_step.h"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "toi/vertex/exact_contact.h"
 
 #include <algorithm>

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: BSD-3-Clause
+
 // The 20 lines of a project that embeds dyop: when does a falling, turning box touch a sphere?
 #include <dyop/geometry/box.h>
 #include <dyop/geometry/sphere.h>

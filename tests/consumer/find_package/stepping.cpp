@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: BSD-3-Clause
+
 // Links dyop::dynamics and dyop::io: a ball dropped on a box.
 #include <dyop/dynamics/world.h>
 #include <dyop/geometry/box.h>

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "motion/curve/bernstein.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace dyop::internal {
+namespace {
+
+// C(n, k); exact, all of them being below 2^53 for n < kMaxBernsteinCount.
+Scalar binomial(std::size_t n, std::size_t k) {
+  Scalar c = 1;
+  for (std::size_t i = 1; i <= k; ++i)
+    c = c * static_cast<Scalar>(n - k + i) / static_cast<Scalar>(i);
+  return c;
+}
+
+}  // namespace
+
+Vector3 evaluate(BernsteinSpan b, Scalar s) {
+  BernsteinBuffer x;
+  std::copy(b.begin(), b.end(), x.begin());
+  for (std::size_t count = b.size() - 1; count > 0; --count) {
+    for (std::size_t k = 0; k < count; ++k) x[k] = mix(x[k], x[k + 1], s);
+  }
+  return x[0];
+}
+
+// Coefficient k of the part is the polar form at (degree - k) times s0 and k times s1: s0 is filled
+// in once more for every coefficient, from the last to the first.
+void restrict_to(BernsteinSpan b, Scalar s0, Scalar s1, std::span<Vector3> part) {
+  BernsteinBuffer filled;
+  std::copy(b.begin(), b.end(), filled.begin());
+  for (std::size_t k = b.size(); k-- > 0;) {
+    part[k] = evaluate(BernsteinSpan(filled.data(), k + 1), s1);
+    for (std::size_t i = 0; i < k; ++i) filled[i] = mix(filled[i], filled[i + 1], s0);
+  }
+}
+
+void derive(BernsteinSpan b, Scalar h, std::span<Vector3> rate) {
+  const Scalar degree = static_cast<Scalar>(b.size() - 1);
+  for (std::size_t k = 0; k + 1 < b.size(); ++k) rate[k] = degree * (b[k + 1] - b[k]) / h;
+}
+
+Scalar largest_norm(BernsteinSpan b) {
+  Scalar largest_sq = 0;
+  for (const Vector3& x : b) {
+    const Scalar sq = x.squaredNorm();
+    if (sq > largest_sq || std::isnan(sq)) largest_sq = sq;  // a NaN stays: no sq is greater
+  }
+  // literal: below it squares of parts may have underflowed, which would make the norm too small.
+  if (!(largest_sq < 0x1p-900)) return std::sqrt(largest_sq);
+  Scalar largest = 0;
+  for (const Vector3& x : b) largest = std::max(largest, x.stableNorm());
+  return largest;
+}
+
+// Coefficient k: sum over i + j = k of C(m, i) C(n, j) / C(m + n, k) x_i x y_j.
+Scalar largest_cross_product(BernsteinSpan x, BernsteinSpan y) {
+  const std::size_t m = x.size() - 1, n = y.size() - 1;
+  BernsteinBuffer product;
+  for (std::size_t k = 0; k <= m + n; ++k) {
+    Vector3 sum = Vector3::Zero();
+    for (std::size_t i = k > n ? k - n : 0; i <= std::min(k, m); ++i) {
+      sum += binomial(m, i) * binomial(n, k - i) * x[i].cross(y[k - i]);
+    }
+    product[k] = sum / binomial(m + n, k);
+  }
+  return largest_norm(BernsteinSpan(product.data(), m + n + 1));
+}
+
+}  // namespace dyop::internal

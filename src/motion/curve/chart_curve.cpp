@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "motion/curve/chart_curve.h"
+
+#include <algorithm>
+
+#include "motion/curve/bernstein.h"
+#include "motion/curve/rotation_rate.h"
+
+namespace dyop::internal {
+
+template <std::size_t kMaxDegree>
+ChartCurve<kMaxDegree>::ChartCurve(const char* motion, const TimeInterval& interval,
+                                   const RigidPose& X_WC, const Vector3& p_W0, std::size_t degree,
+                                   const Coefficients& displacement, const Coefficients& theta)
+    : interval_(interval), R_WC_(X_WC.rotation()), p_W0_(p_W0), degree_(degree) {
+  const Scalar h = interval.length();
+  DYOP_REQUIRE(h > 0 && std::isfinite(h), "domain of ", motion,
+               " must have a positive, finite length, not [", interval.begin, ", ", interval.end,
+               "]");
+  displacement_ = make_polynomial(displacement);
+  theta_ = make_polynomial(theta);
+  for (const Polynomial* polynomial : {&displacement_, &theta_}) {
+    DYOP_REQUIRE(std::isfinite(polynomial->acceleration_noise), motion, " over a time of ", h,
+                 " is too fast: accelerations overflow");
+  }
+}
+
+// Rounding of a polynomial's derivatives on a part grows no faster than this; 1 for cubics.
+template <std::size_t kMaxDegree>
+Scalar ChartCurve<kMaxDegree>::noise() const {
+  const Scalar n = static_cast<Scalar>(degree_);
+  return kMotionNoise * std::max<Scalar>(1, n * (n - 1) / 6);
+}
+
+template <std::size_t kMaxDegree>
+auto ChartCurve<kMaxDegree>::make_polynomial(const Coefficients& value) const -> Polynomial {
+  const Scalar h = interval_.length();
+  Polynomial result;
+  result.value = value;
+  derive({value.data(), degree_ + 1}, h, result.rate);
+  derive({result.rate.data(), degree_}, h, result.acceleration);
+  result.value_noise = noise() * largest_norm({value.data(), degree_ + 1});
+  result.rate_noise = noise() * largest_norm({result.rate.data(), degree_});
+  // Differences of the rates cancel: the error is relative to the rates, not to the differences.
+  result.acceleration_noise = result.rate_noise / h;
+  return result;
+}
+
+template <std::size_t kMaxDegree>
+MotionState ChartCurve<kMaxDegree>::state(Scalar t) const {
+  const Scalar s = parameter(t);
+  const auto value = [&](const Polynomial& x) {
+    return evaluate({x.value.data(), degree_ + 1}, s);
+  };
+  const auto rate = [&](const Polynomial& x) { return evaluate({x.rate.data(), degree_}, s); };
+  const auto [R, w] = turning_state(value(theta_), rate(theta_));
+  return {RigidPose::from_trusted(R_WC_ * R, p_W0_ + value(displacement_)),
+          {rate(displacement_), R_WC_ * w}};
+}
+
+template <std::size_t kMaxDegree>
+Scalar ChartCurve<kMaxDegree>::acceleration_bound(const Polynomial& polynomial, Scalar s0,
+                                                  Scalar s1) const {
+  Coefficients part;
+  restrict_to({polynomial.acceleration.data(), degree_ - 1}, s0, s1, part);
+  return largest_norm({part.data(), degree_ - 1}) + polynomial.acceleration_noise;
+}
+
+template <std::size_t kMaxDegree>
+TwistBound ChartCurve<kMaxDegree>::twist_bound(const TimeInterval& interval) const {
+  const Scalar s0 = parameter(interval.begin);
+  const Scalar s1 = parameter(interval.end);
+  Coefficients v, theta, theta_rate;
+  restrict_to({displacement_.rate.data(), degree_}, s0, s1, v);
+  restrict_to({theta_.value.data(), degree_ + 1}, s0, s1, theta);
+  restrict_to({theta_.rate.data(), degree_}, s0, s1, theta_rate);
+  const Scalar speed = largest_norm({v.data(), degree_}) + displacement_.rate_noise;
+  const Scalar angular_speed = largest_norm({theta_rate.data(), degree_}) + theta_.rate_noise;
+  const Scalar turn_noise = theta_.value_noise * (theta_.rate_noise / noise());
+  const Scalar turn =
+      largest_cross_product({theta.data(), degree_ + 1}, {theta_rate.data(), degree_}) + turn_noise;
+  return {round_up(speed), round_up(angular_speed),
+          round_up(acceleration_bound(displacement_, s0, s1)),
+          round_up(
+              angular_acceleration_bound(angular_speed, acceleration_bound(theta_, s0, s1), turn))};
+}
+
+// De Casteljau's algorithm errs by some 7u of the largest coefficient a degree: by less than the
+// noise.
+template <std::size_t kMaxDegree>
+PoseScale ChartCurve<kMaxDegree>::pose_scale() const {
+  return {p_W0_.stableNorm() + displacement_.value_noise / kPoseNoise,
+          1 + theta_.value_noise / kPoseNoise};
+}
+
+template class ChartCurve<3>;
+template class ChartCurve<9>;
+
+}  // namespace dyop::internal

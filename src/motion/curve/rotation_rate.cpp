@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "motion/curve/rotation_rate.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <numbers>
+
+namespace dyop::internal {
+namespace {
+
+// (f - sin f) / f^3. Below one half the difference would lose digits; there the alternating
+// series 1/3! - f^2/5! + ... is used, whose first omitted term f^14/17! is below u of the sum.
+Scalar double_cross_coefficient(Scalar f, Scalar sine) {
+  if (f > 0.5) return (f - sine) / (f * f * f);
+  const Scalar x = f * f;
+  Scalar sum = 1;
+  for (const Scalar divisor : {210.0, 156.0, 110.0, 72.0, 42.0, 20.0}) sum = 1 - x / divisor * sum;
+  return sum / 6;
+}
+
+}  // namespace
+
+TurningState turning_state(const Vector3& theta, const Vector3& theta_rate) {
+  const Scalar f = theta.norm();
+  const Scalar sin_half = std::sin(f / 2);
+  const Scalar cos_half = std::cos(f / 2);
+  const Scalar sinc_half = f > 0 ? sin_half / (f / 2) : 1;
+  // (1 - cos f) / f^2 through the half angle: no cancellation anywhere.
+  const Scalar cross_coefficient = sinc_half * sinc_half / 2;
+  const Vector3 turn = theta.cross(theta_rate);
+  const Vector3 axis_part = theta * (sinc_half / 2);
+  const Quaternion q(cos_half, axis_part.x(), axis_part.y(), axis_part.z());
+  return {q.normalized().toRotationMatrix(),
+          theta_rate + cross_coefficient * turn +
+              double_cross_coefficient(f, 2 * sin_half * cos_half) * theta.cross(turn)};
+}
+
+Vector3 angular_velocity(const Vector3& theta, const Vector3& theta_rate) {
+  return turning_state(theta, theta_rate).w;
+}
+
+Vector3 rotation_vector_rate(const Vector3& theta, const Vector3& w_C) {
+  Matrix3 jacobian;
+  for (int k = 0; k < 3; ++k) jacobian.col(k) = angular_velocity(theta, Vector3::Unit(k));
+  return jacobian.partialPivLu().solve(w_C);
+}
+
+Scalar angular_acceleration_bound(Scalar theta_rate, Scalar theta_acceleration, Scalar theta_turn) {
+  return theta_acceleration +
+         theta_rate * std::min(theta_turn / 6, theta_rate * std::numbers::inv_pi);
+}
+
+}  // namespace dyop::internal

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <random>
+
+#include "dyop/toi/vertex_paths.h"
+
+namespace dyop::testing {
+
+using FourPaths = std::array<VertexPath, 4>;
+
+/// Kinds of four moving points. The whole-number kinds touch exactly in a good part of the cases.
+enum class PathKind {
+  General,      ///< coordinates and displacements even in [-1, 1]
+  Slow,         ///< displacements a hundredth of the size
+  SmallWhole,   ///< whole coordinates from -2 to 2
+  Coplanar,     ///< whole, all in the plane x = y at all times
+  Collinear,    ///< whole, all on one line at all times
+  Resting,      ///< whole, nothing moves
+  Duplicate,    ///< whole, with two points the same at the begin and sometimes at the end
+  Parallel,     ///< whole, the second pair of points is the first one, translated
+  NearlyWhole,  ///< SmallWhole with one coordinate moved by 2^-40 to 2^-20
+};
+inline constexpr std::array kAllPathKinds{
+    PathKind::General,   PathKind::Slow,      PathKind::SmallWhole,
+    PathKind::Coplanar,  PathKind::Collinear, PathKind::Resting,
+    PathKind::Duplicate, PathKind::Parallel,  PathKind::NearlyWhole};
+
+FourPaths make_paths(PathKind kind, std::mt19937_64& random);
+
+/// All coordinates times `scale`, then plus `offset`.
+FourPaths placed(const FourPaths& paths, double scale, const Vector3& offset);
+
+inline VertexFacePaths vertex_face(const FourPaths& p) {
+  return {p[0], {p[1], p[2], p[3]}};
+}
+inline EdgeEdgePaths edge_edge(const FourPaths& p) {
+  return {{p[0], p[1]}, {p[2], p[3]}};
+}
+
+}  // namespace dyop::testing
