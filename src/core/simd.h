@@ -132,46 +132,6 @@ struct Lanes {
     return _mm512_mask_blend_pd(m.m, y.v, x.v);
   }
 };
-
-struct FloatLanes {
-  static constexpr int kCount = 8;
-  struct Mask {
-    __mmask8 m;
-    friend DYOP_INLINE Mask operator&(Mask x, Mask y) { return {__mmask8(x.m & y.m)}; }
-  };
-  __m256 v;
-
-  FloatLanes() = default;
-  DYOP_INLINE FloatLanes(__m256 x) : v(x) {}
-  DYOP_INLINE explicit FloatLanes(float x) : v(_mm256_set1_ps(x)) {}
-  static DYOP_INLINE FloatLanes load(const float* from) { return _mm256_loadu_ps(from); }
-  DYOP_INLINE void store(float* to) const { _mm256_storeu_ps(to, v); }
-
-  friend DYOP_INLINE FloatLanes operator+(FloatLanes x, FloatLanes y) {
-    return _mm256_add_ps(x.v, y.v);
-  }
-  friend DYOP_INLINE FloatLanes operator-(FloatLanes x, FloatLanes y) {
-    return _mm256_sub_ps(x.v, y.v);
-  }
-  friend DYOP_INLINE FloatLanes operator*(FloatLanes x, FloatLanes y) {
-    return _mm256_mul_ps(x.v, y.v);
-  }
-  friend DYOP_INLINE FloatLanes larger(FloatLanes x, FloatLanes y) {
-    return _mm256_max_ps(x.v, y.v);
-  }
-  friend DYOP_INLINE FloatLanes magnitude(FloatLanes x) {
-    return _mm256_andnot_ps(_mm256_set1_ps(-0.0f), x.v);
-  }
-  friend DYOP_INLINE Mask operator>(FloatLanes x, FloatLanes y) {
-    return {_mm256_cmp_ps_mask(x.v, y.v, _CMP_GT_OQ)};
-  }
-  friend DYOP_INLINE Mask operator>=(FloatLanes x, FloatLanes y) {
-    return {_mm256_cmp_ps_mask(x.v, y.v, _CMP_GE_OQ)};
-  }
-  friend DYOP_INLINE FloatLanes select(Mask m, FloatLanes x, FloatLanes y) {
-    return _mm256_mask_blend_ps(m.m, y.v, x.v);
-  }
-};
 #elif defined(__AVX2__)
 struct Lanes {
   static constexpr int kCount = 4;
@@ -210,46 +170,6 @@ struct Lanes {
     return _mm256_blendv_pd(y.v, x.v, m.m);
   }
 };
-
-struct FloatLanes {
-  static constexpr int kCount = 8;
-  struct Mask {
-    __m256 m;
-    friend DYOP_INLINE Mask operator&(Mask x, Mask y) { return {_mm256_and_ps(x.m, y.m)}; }
-  };
-  __m256 v;
-
-  FloatLanes() = default;
-  DYOP_INLINE FloatLanes(__m256 x) : v(x) {}
-  DYOP_INLINE explicit FloatLanes(float x) : v(_mm256_set1_ps(x)) {}
-  static DYOP_INLINE FloatLanes load(const float* from) { return _mm256_loadu_ps(from); }
-  DYOP_INLINE void store(float* to) const { _mm256_storeu_ps(to, v); }
-
-  friend DYOP_INLINE FloatLanes operator+(FloatLanes x, FloatLanes y) {
-    return _mm256_add_ps(x.v, y.v);
-  }
-  friend DYOP_INLINE FloatLanes operator-(FloatLanes x, FloatLanes y) {
-    return _mm256_sub_ps(x.v, y.v);
-  }
-  friend DYOP_INLINE FloatLanes operator*(FloatLanes x, FloatLanes y) {
-    return _mm256_mul_ps(x.v, y.v);
-  }
-  friend DYOP_INLINE FloatLanes larger(FloatLanes x, FloatLanes y) {
-    return _mm256_max_ps(x.v, y.v);
-  }
-  friend DYOP_INLINE FloatLanes magnitude(FloatLanes x) {
-    return _mm256_andnot_ps(_mm256_set1_ps(-0.0f), x.v);
-  }
-  friend DYOP_INLINE Mask operator>(FloatLanes x, FloatLanes y) {
-    return {_mm256_cmp_ps(x.v, y.v, _CMP_GT_OQ)};
-  }
-  friend DYOP_INLINE Mask operator>=(FloatLanes x, FloatLanes y) {
-    return {_mm256_cmp_ps(x.v, y.v, _CMP_GE_OQ)};
-  }
-  friend DYOP_INLINE FloatLanes select(Mask m, FloatLanes x, FloatLanes y) {
-    return _mm256_blendv_ps(y.v, x.v, m.m);
-  }
-};
 #elif defined(__SSE2__)
 struct Lanes {
   static constexpr int kCount = 2;
@@ -284,7 +204,72 @@ struct Lanes {
     return _mm_or_pd(_mm_and_pd(m.m, x.v), _mm_andnot_pd(m.m, y.v));
   }
 };
+#endif
 
+#if defined(__AVX2__)  // and with AVX-512
+struct FloatLanes {
+  static constexpr int kCount = 8;
+#if defined(__AVX512F__)
+  struct Mask {
+    __mmask8 m;
+    friend DYOP_INLINE Mask operator&(Mask x, Mask y) { return {__mmask8(x.m & y.m)}; }
+  };
+#else
+  struct Mask {
+    __m256 m;
+    friend DYOP_INLINE Mask operator&(Mask x, Mask y) { return {_mm256_and_ps(x.m, y.m)}; }
+  };
+#endif
+  __m256 v;
+
+  FloatLanes() = default;
+  DYOP_INLINE FloatLanes(__m256 x) : v(x) {}
+  DYOP_INLINE explicit FloatLanes(float x) : v(_mm256_set1_ps(x)) {}
+  static DYOP_INLINE FloatLanes load(const float* from) {
+    return _mm256_loadu_ps(from);
+  }
+  DYOP_INLINE void store(float* to) const {
+    _mm256_storeu_ps(to, v);
+  }
+
+  friend DYOP_INLINE FloatLanes operator+(FloatLanes x, FloatLanes y) {
+    return _mm256_add_ps(x.v, y.v);
+  }
+  friend DYOP_INLINE FloatLanes operator-(FloatLanes x, FloatLanes y) {
+    return _mm256_sub_ps(x.v, y.v);
+  }
+  friend DYOP_INLINE FloatLanes operator*(FloatLanes x, FloatLanes y) {
+    return _mm256_mul_ps(x.v, y.v);
+  }
+  friend DYOP_INLINE FloatLanes larger(FloatLanes x, FloatLanes y) {
+    return _mm256_max_ps(x.v, y.v);
+  }
+  friend DYOP_INLINE FloatLanes magnitude(FloatLanes x) {
+    return _mm256_andnot_ps(_mm256_set1_ps(-0.0f), x.v);
+  }
+#if defined(__AVX512F__)
+  friend DYOP_INLINE Mask operator>(FloatLanes x, FloatLanes y) {
+    return {_mm256_cmp_ps_mask(x.v, y.v, _CMP_GT_OQ)};
+  }
+  friend DYOP_INLINE Mask operator>=(FloatLanes x, FloatLanes y) {
+    return {_mm256_cmp_ps_mask(x.v, y.v, _CMP_GE_OQ)};
+  }
+  friend DYOP_INLINE FloatLanes select(Mask m, FloatLanes x, FloatLanes y) {
+    return _mm256_mask_blend_ps(m.m, y.v, x.v);
+  }
+#else
+  friend DYOP_INLINE Mask operator>(FloatLanes x, FloatLanes y) {
+    return {_mm256_cmp_ps(x.v, y.v, _CMP_GT_OQ)};
+  }
+  friend DYOP_INLINE Mask operator>=(FloatLanes x, FloatLanes y) {
+    return {_mm256_cmp_ps(x.v, y.v, _CMP_GE_OQ)};
+  }
+  friend DYOP_INLINE FloatLanes select(Mask m, FloatLanes x, FloatLanes y) {
+    return _mm256_blendv_ps(y.v, x.v, m.m);
+  }
+#endif
+};
+#elif defined(__SSE2__)
 struct FloatLanes {
   static constexpr int kCount = 4;
   struct Mask {

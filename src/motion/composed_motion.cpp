@@ -2,9 +2,11 @@
 #include "dyop/motion/composed_motion.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "motion/curve/rotation_rate.h"
+#include "motion/guarded_state.h"
 
 namespace dyop {
 
@@ -42,7 +44,10 @@ TwistBound ComposedMotion::twist_bound(const TimeInterval& interval) const {
   // Every time of the interval is within half its length of the middle. Infinite intervals give
   // infinity or NaN here, and round_up makes infinity of both.
   const Scalar middle = interval.begin + interval.length() / 2;
-  const Scalar p_norm = internal::norm_of(inner_->pose(middle).translation());
+  const RigidPose X_MB = std::isfinite(middle)
+                             ? internal::guarded_pose(*inner_, middle, "composed motion: X_MB")
+                             : inner_->pose(middle);
+  const Scalar p_norm = internal::norm_of(X_MB.translation());
   const Scalar pose_noise = kPoseNoise * inner_->pose_scale(interval).length;
   const Scalar arm =
       internal::round_up(p_norm + inner.linear_speed * (interval.length() / 2) + pose_noise);

@@ -21,6 +21,7 @@ class ComposedMotion final : public Motion {
 
   RigidPose pose(Scalar t) const override;
   Twist twist(Scalar t) const override;
+  /// @throws InvalidArgument if the pose of X_MB is not finite or not a rotation in the middle.
   TwistBound twist_bound(const TimeInterval& interval) const override;
   PoseScale pose_scale(const TimeInterval& interval) const override;
   TimeInterval domain() const override;

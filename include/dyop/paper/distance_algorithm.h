@@ -23,8 +23,8 @@ struct DistanceBounds {
 /// witness points and features too, and distance() is the front door for everything else.
 ///
 /// To add an algorithm:
-///   1. `include/dyop/distance/<name>.h` and `src/distance/<name>.cpp`, listed in
-///      `src/distance/CMakeLists.txt`, with a page in docs/algorithms;
+///   1. `include/dyop/paper/<name>.h` and `src/paper/<name>.cpp`, listed in
+///      `src/paper/CMakeLists.txt`, with a page in docs/algorithms;
 ///   2. a class in `src/paper/distance_algorithm.cpp` and its name in the list at the end of
 ///      that file: the contract tests of tests/paper/distance_algorithm_test.cpp then check it, and
 ///      `dyop paper` measures and draws it.
