@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-// Several numbers side by side, as wide as the instruction set this file is compiled for (those of
-// x86 here, the others in simd_portable.h), and one number with the same face. Only additions, multiplications, divisions, square roots, comparisons
-// and selections: each lane has the same bits whatever the width.
+// SIMD vectors as wide as the instruction set that this file is compiled for (x86 here, others in
+// simd_portable.h), and a single number with the same interface. Only additions, multiplications,
+// divisions, square roots, comparisons and selections: each lane has the same bits whatever the
+// width.
 //
-// Included by the kernels that are compiled once an instruction set. Those must not include
+// Included by the kernels that are compiled once per instruction set. They must not include
 // anything with inline functions of external linkage (Eigen, the standard library): the linker
-// might take the copy compiled for a newer processor for everyone. Hence the namespaces here.
+// might use the copy compiled for a newer processor everywhere. Hence the namespaces here.
 
 #if defined(__AVX512F__)
 #include <immintrin.h>
@@ -40,7 +41,7 @@ struct OneLane {
     friend DYOP_INLINE Mask operator|(Mask x, Mask y) { return {x.m || y.m}; }
     /// x and not y
     friend DYOP_INLINE Mask without(Mask x, Mask y) { return {x.m && !y.m}; }
-    /// One bit a lane.
+    /// One bit per lane.
     DYOP_INLINE unsigned bits() const { return m ? 1u : 0u; }
   };
   double v;
@@ -322,7 +323,7 @@ struct FloatLanes {
 };
 #endif
 
-/// x with its sign turned where s < 0 (and +-0 kept as if s were positive).
+/// x with its sign flipped where s < 0 (+-0 counts as positive).
 template <typename L>
 DYOP_INLINE L turned(L x, L s) {
   return select(s >= L(0), x, L(0) - x);
