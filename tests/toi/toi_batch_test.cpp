@@ -197,7 +197,7 @@ TEST_F(ToiBatch, RefusesBadQueriesNamingTheFirstBeforeAnyRuns) {
   EXPECT_NE(message().find("query 4: time_of_impact: distance_tolerance"), std::string::npos);
   EXPECT_EQ(results[0].status, ToiStatus::NotRun);
   results.pop_back();
-  EXPECT_EQ(message(), "time_of_impact: 9 queries, but room for 8 results");
+  EXPECT_EQ(message(), "time_of_impact: 9 queries, but space for 8 results");
 }
 
 TEST_F(ToiBatch, PassesOnWhatAMotionThrows) {

@@ -3,11 +3,11 @@
 
 #include "distance/triangle_wide/triangle_witness_simd.h"
 
-// Faces in witnesses and as normals with one pair a lane, as in triangle_facets.cpp.
+// Faces in witnesses and as normals, one pair per lane, as in triangle_facets.cpp.
 namespace dyop::internal {
 inline namespace DYOP_LANES {
 
-/// Where the lanes' faces are used: a face of one triangle and the vertices of the other.
+/// Whose face the lanes use: the face of one triangle and the vertices of the other.
 struct FaceRoles {
   Mask of_a;
   Lanes n[3], start[3], edge0[3], edge2[3];
@@ -34,7 +34,7 @@ struct FaceRoles {
   }
 };
 
-/// face_witness(): where the vertex is above the face, its witness; elsewhere the edges to take.
+/// face_witness(): the witness where the vertex is above the face; elsewhere the edges to use.
 struct FaceWitnessLanes {
   WitnessLanes witness;
   Mask is_above_face;

@@ -4,8 +4,8 @@
 #include "core/simd_bits.h"
 #include "distance/triangle_wide/triangle_wide.h"
 
-// The building blocks of triangle_pair.h and triangle_facets.h with one pair a lane: the same
-// operations in the same order, so that every lane has the same bits. Comments are there.
+// The building blocks of triangle_pair.h and triangle_facets.h, one pair per lane: the same
+// operations in the same order, so that every lane has the same bits. They are documented there.
 namespace dyop::internal {
 inline namespace DYOP_LANES {
 
@@ -23,7 +23,7 @@ DYOP_INLINE Lanes masked(Mask m, Lanes x) {
   return select(m, x, Lanes(0.0));
 }
 
-/// Which of three a lane means: number 1, number 2, or else number 0.
+/// Selects one of three per lane: number 1, number 2, or else number 0.
 struct Choice {
   Mask is_1;
   Mask is_2;
@@ -119,7 +119,7 @@ struct FacetLanes {
     scores[9] = face_score(height_b, n_a, 9, c);
     scores[10] = face_score(height_a, n_b, 10, c);
     score_edges(pair, c, scores);
-    // No score is NaN and no two are equal, so that the order does not matter.
+    // No score is NaN and no two are equal, so the order does not matter.
     best = larger(larger(larger(larger(scores[0], scores[1]), larger(scores[2], scores[3])),
                          larger(larger(scores[4], scores[5]), larger(scores[6], scores[7]))),
                   larger(scores[8], larger(scores[9], scores[10])));

@@ -3,7 +3,7 @@
 
 #include "distance/triangle_wide/triangle_simd.h"
 
-// Witnesses and their proofs with one pair a lane, as in triangle_pair.h and triangle_facets.cpp.
+// Witnesses and their proofs, one pair per lane, as in triangle_pair.h and triangle_facets.cpp.
 namespace dyop::internal {
 inline namespace DYOP_LANES {
 
