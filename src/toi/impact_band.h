@@ -39,9 +39,9 @@ struct ImpactBand {
         box_target(target_distance + kLookFraction * distance_tolerance),
         largest_impact(target_distance + distance_tolerance) {}
 
-  /// How near a pair that rests in the band, `lower` or more apart, may come before it is measured
-  /// again: it may lose an eighth of its slack. So a pair that slides or hops nearly keeps its gap,
-  /// and always has some slack.
+  /// How near a pair that rests in the band, at least `lower` apart, may come before it is measured
+  /// again: it may lose an eighth of its slack. So a pair that slides or hops keeps most of its
+  /// gap, and always has some slack.
   Scalar resting_target(Scalar lower, Scalar noise) const {
     const Scalar slack = std::max(2 * noise, (lower - guaranteed) / 8);
     return std::max(guaranteed, lower - slack);

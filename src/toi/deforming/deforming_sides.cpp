@@ -39,7 +39,7 @@ LinearSupport<3> DeformingSide::triangle_support(std::int32_t leaf, const Vector
   return support;
 }
 
-// A time that is rounded by u max|t| moves points by their speed times that.
+// A time rounded by u max|t| moves points by their speed times that.
 Scalar DeformingSide::size() const {
   const Scalar largest_time = std::max(std::abs(interval_.begin), std::abs(interval_.end));
   return mesh_.largest_radius() + mesh_.largest_displacement() * (1 + largest_time * per_time_);

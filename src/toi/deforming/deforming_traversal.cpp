@@ -48,7 +48,7 @@ bool DeformingTraversal<SideB>::go_on(std::int64_t max_box_pairs) {
   return true;
 }
 
-// Puts the pairs of the larger box's parts with the other box on the stack, nearest on top.
+// Pushes the pairs of the larger box's parts with the other box, nearest on top.
 template <typename SideB>
 void DeformingTraversal<SideB>::open(const BoxPair& pair) {
   const OrientedBox box_a = a_.box_W(pair.a);

@@ -19,7 +19,7 @@ AlignedBox posed_box(const Shape& shape, const RigidPose& X_WS, const Vector3& w
   const AlignedBox box = shape.bounding_box();
   const Vector3 center = X_WS * box.center();
   const Vector3 turned = X_WS.rotation().cwiseAbs() * (box.sizes() / 2);
-  // Neither leaves the ball about the origin.
+  // A point stays in the ball about the origin.
   const Vector3 ball = Vector3::Constant(shape.bounding_radius());
   const Vector3& origin = X_WS.translation();
   const Vector3 lowest = (center - turned).cwiseMax(origin - ball) - way;
