@@ -16,14 +16,14 @@ constexpr Scalar kFigureLeft = 70;
 constexpr Scalar kFigureRight = 20;
 constexpr Scalar kFigureTop = 96;
 constexpr Scalar kFigureBottom = 92;
-constexpr Scalar kGroupShare = 0.8;            // of the width of an object that its bars take
+constexpr Scalar kGroupShare = 0.8;            // fraction of an object's width taken by its bars
 constexpr Scalar kPaperGjkGain[] = {78, 107};  // percent, the paper's worst and best object
 constexpr Scalar kPaperLinCannyGain[] = {75, 187};
 constexpr std::string_view kGrid = "#dddddd";
 constexpr std::string_view kInk = "#222222";
 constexpr std::string_view kWarning = "#b22222";
 
-// Colours that people with any colour vision tell apart (Okabe and Ito's).
+// Colours that people with any colour vision can distinguish (Okabe and Ito).
 struct Look {
   const char* name;
   const char* colour;
@@ -99,7 +99,7 @@ void draw_header(SvgCanvas& canvas, const std::string& title, const std::string&
   canvas.text({kFigureLeft, 46}, subtitle, 12, SvgAnchor::Start, "#555555");
 }
 
-// One entry of a legend; returns where the next one begins.
+// Draws one entry of a legend; returns where the next one starts.
 Scalar draw_key(SvgCanvas& canvas, Scalar x, std::string_view name, std::string_view fill,
                 std::string_view stroke) {
   canvas.rectangle({x, 62}, {14, 12}, {.fill = fill, .stroke = stroke, .stroke_width = 0.5});
@@ -111,7 +111,7 @@ std::string fill_of(SvgCanvas& canvas, const Look& look) {
   return look.is_striped ? canvas.add_stripes(look.colour) : std::string(look.colour);
 }
 
-// The column the paper did not have.
+// The column that the paper lacks.
 void draw_wrong_tests(SvgCanvas& canvas, const PaperSeries& series) {
   const AlgorithmMeasurement& published = series.of("published DyOP");
   const Scalar y = kFigureHeight - kFigureBottom + 38;
@@ -135,7 +135,7 @@ void draw_wrong_tests(SvgCanvas& canvas, const PaperSeries& series) {
               12, SvgAnchor::Start, kWarning);
 }
 
-// Names of the objects for which certified DyOP gains less than the paper's least gain.
+// Names of the objects for which certified DyOP gains less than the smallest gain in the paper.
 std::string objects_below(const PaperSeries& series, const char* slow, Scalar least) {
   std::string names;
   int count = 0;
@@ -148,7 +148,7 @@ std::string objects_below(const PaperSeries& series, const char* slow, Scalar le
   return count == kObjectCount ? "every object" : "object " + names;
 }
 
-// Said where the paper's least gains are missed.
+// Stated where the paper's smallest gains are missed.
 void draw_missed_claims(SvgCanvas& canvas, const PaperSeries& series) {
   canvas.text({kFigureLeft, kFigureHeight - 12},
               "Certified DyOP below the paper's worst case: over GJK (78 %) " +
