@@ -44,9 +44,9 @@ void ProgressBar::draw(double fraction, std::int64_t impacts, double seconds) co
                 static_cast<long long>(impacts), impacts == 1 ? "" : "s", seconds);
   std::string line;
   // One column stays free: some terminals would wrap a full line.
-  const int room = terminal_width() - 1 - int(std::string_view(numbers).size() + 3);
+  const int space = terminal_width() - 1 - int(std::string_view(numbers).size() + 3);
   constexpr int kNarrowest = 5;
-  if (const int width = std::min(30, room); width >= kNarrowest) {
+  if (const int width = std::min(30, space); width >= kNarrowest) {
     const int done = std::clamp(int(fraction * width), 0, width);
     line.append(1, '[').append(std::size_t(done), '#').append(std::size_t(width - done), '.');
     line += "] ";

@@ -61,7 +61,7 @@ struct OneLane {
     return OneLane(x.v < y.v ? x.v : y.v);
   }
   friend DYOP_INLINE OneLane magnitude(OneLane x) { return OneLane(__builtin_fabs(x.v)); }
-  friend DYOP_INLINE OneLane root(OneLane x) { return OneLane(__builtin_sqrt(x.v)); }
+  friend DYOP_INLINE OneLane sqrt(OneLane x) { return OneLane(__builtin_sqrt(x.v)); }
   /// False where either is NaN.
   friend DYOP_INLINE Mask operator>(OneLane x, OneLane y) { return {x.v > y.v}; }
   friend DYOP_INLINE Mask operator>=(OneLane x, OneLane y) { return {x.v >= y.v}; }
@@ -122,7 +122,7 @@ struct Lanes {
   friend DYOP_INLINE Lanes larger(Lanes x, Lanes y) { return _mm512_max_pd(x.v, y.v); }
   friend DYOP_INLINE Lanes smaller(Lanes x, Lanes y) { return _mm512_min_pd(x.v, y.v); }
   friend DYOP_INLINE Lanes magnitude(Lanes x) { return _mm512_abs_pd(x.v); }
-  friend DYOP_INLINE Lanes root(Lanes x) { return _mm512_sqrt_pd(x.v); }
+  friend DYOP_INLINE Lanes sqrt(Lanes x) { return _mm512_sqrt_pd(x.v); }
   friend DYOP_INLINE Mask operator>(Lanes x, Lanes y) {
     return {_mm512_cmp_pd_mask(x.v, y.v, _CMP_GT_OQ)};
   }
@@ -200,7 +200,7 @@ struct Lanes {
   friend DYOP_INLINE Lanes magnitude(Lanes x) {
     return _mm256_andnot_pd(_mm256_set1_pd(-0.0), x.v);
   }
-  friend DYOP_INLINE Lanes root(Lanes x) { return _mm256_sqrt_pd(x.v); }
+  friend DYOP_INLINE Lanes sqrt(Lanes x) { return _mm256_sqrt_pd(x.v); }
   friend DYOP_INLINE Mask operator>(Lanes x, Lanes y) {
     return {_mm256_cmp_pd(x.v, y.v, _CMP_GT_OQ)};
   }
@@ -278,7 +278,7 @@ struct Lanes {
   friend DYOP_INLINE Lanes larger(Lanes x, Lanes y) { return _mm_max_pd(x.v, y.v); }
   friend DYOP_INLINE Lanes smaller(Lanes x, Lanes y) { return _mm_min_pd(x.v, y.v); }
   friend DYOP_INLINE Lanes magnitude(Lanes x) { return _mm_andnot_pd(_mm_set1_pd(-0.0), x.v); }
-  friend DYOP_INLINE Lanes root(Lanes x) { return _mm_sqrt_pd(x.v); }
+  friend DYOP_INLINE Lanes sqrt(Lanes x) { return _mm_sqrt_pd(x.v); }
   friend DYOP_INLINE Mask operator>(Lanes x, Lanes y) { return {_mm_cmpgt_pd(x.v, y.v)}; }
   friend DYOP_INLINE Mask operator>=(Lanes x, Lanes y) { return {_mm_cmpge_pd(x.v, y.v)}; }
   friend DYOP_INLINE Lanes select(Mask m, Lanes x, Lanes y) {
@@ -325,7 +325,7 @@ struct FloatLanes {
 
 /// x with its sign flipped where s < 0 (+-0 counts as positive).
 template <typename L>
-DYOP_INLINE L turned(L x, L s) {
+DYOP_INLINE L flip_sign(L x, L s) {
   return select(s >= L(0), x, L(0) - x);
 }
 

@@ -15,7 +15,7 @@ DYOP_INLINE Lanes loaded(const double* from) {
   return _mm512_loadu_pd(from);
 }
 /// x with its sign flipped where the sign bit of s is set.
-DYOP_INLINE Lanes turned_by_bit(Lanes x, Lanes s) {
+DYOP_INLINE Lanes flip_sign_by_bit(Lanes x, Lanes s) {
   const __m512i sign = _mm512_and_si512(_mm512_castpd_si512(s.v),
                                         _mm512_set1_epi64(static_cast<long long>(1ULL << 63)));
   return _mm512_castsi512_pd(_mm512_xor_si512(_mm512_castpd_si512(x.v), sign));
@@ -37,7 +37,7 @@ DYOP_INLINE void store_bytes(Lanes x, unsigned char* to) {
 DYOP_INLINE Lanes loaded(const double* from) {
   return _mm256_loadu_pd(from);
 }
-DYOP_INLINE Lanes turned_by_bit(Lanes x, Lanes s) {
+DYOP_INLINE Lanes flip_sign_by_bit(Lanes x, Lanes s) {
   return _mm256_xor_pd(x.v, _mm256_and_pd(s.v, _mm256_set1_pd(-0.0)));
 }
 DYOP_INLINE Lanes tagged(Lanes x, int code) {
@@ -57,7 +57,7 @@ DYOP_INLINE void store_bytes(Lanes x, unsigned char* to) {
 DYOP_INLINE Lanes loaded(const double* from) {
   return _mm_loadu_pd(from);
 }
-DYOP_INLINE Lanes turned_by_bit(Lanes x, Lanes s) {
+DYOP_INLINE Lanes flip_sign_by_bit(Lanes x, Lanes s) {
   return _mm_xor_pd(x.v, _mm_and_pd(s.v, _mm_set1_pd(-0.0)));
 }
 DYOP_INLINE Lanes tagged(Lanes x, int code) {
@@ -79,7 +79,7 @@ DYOP_INLINE Lanes loaded(const double* from) {
   __builtin_memcpy(&x.v, from, sizeof(x.v));
   return x;
 }
-DYOP_INLINE Lanes turned_by_bit(Lanes x, Lanes s) {
+DYOP_INLINE Lanes flip_sign_by_bit(Lanes x, Lanes s) {
   return Lanes(x.as_bits() ^ (s.as_bits() & Lanes::sign()));
 }
 DYOP_INLINE Lanes tagged(Lanes x, int code) {
@@ -94,7 +94,7 @@ DYOP_INLINE void store_bytes(Lanes x, unsigned char* to) {
 #endif
 
 DYOP_INLINE Lanes negated(Lanes x) {
-  return turned_by_bit(x, Lanes(-0.0));
+  return flip_sign_by_bit(x, Lanes(-0.0));
 }
 
 }  // namespace DYOP_LANES

@@ -56,11 +56,11 @@ inline LanePair magnitude(LanePair x) {
 }
 
 /// x with its sign flipped where y is negative.
-inline LanePair turned(LanePair x, LanePair y) {
+inline LanePair flip_sign(LanePair x, LanePair y) {
   return _mm_xor_pd(x.v, _mm_and_pd(y.v, _mm_set1_pd(-0.0)));
 }
 
-inline LanePair root(LanePair x) {
+inline LanePair sqrt(LanePair x) {
   return _mm_sqrt_pd(x.v);
 }
 
@@ -146,11 +146,11 @@ inline LanePair magnitude(LanePair x) {
   return {std::abs(x.l), std::abs(x.h)};
 }
 
-inline LanePair turned(LanePair x, LanePair y) {
+inline LanePair flip_sign(LanePair x, LanePair y) {
   return {std::signbit(y.l) ? -x.l : x.l, std::signbit(y.h) ? -x.h : x.h};
 }
 
-inline LanePair root(LanePair x) {
+inline LanePair sqrt(LanePair x) {
   return {std::sqrt(x.l), std::sqrt(x.h)};
 }
 

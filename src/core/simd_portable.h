@@ -19,11 +19,11 @@ using FloatBits = int __attribute__((vector_size(16)));
 using TwoFloats = float __attribute__((vector_size(8)));
 
 #if defined(__aarch64__)
-DYOP_INLINE Doubles vector_root(Doubles x) {
+DYOP_INLINE Doubles vector_sqrt(Doubles x) {
   return vsqrtq_f64(x);
 }
 #else
-DYOP_INLINE Doubles vector_root(Doubles x) {
+DYOP_INLINE Doubles vector_sqrt(Doubles x) {
   return Doubles{__builtin_sqrt(x[0]), __builtin_sqrt(x[1])};
 }
 #endif
@@ -74,7 +74,7 @@ struct VectorLanes {
   friend DYOP_INLINE VectorLanes magnitude(VectorLanes x) {
     return VectorLanes(x.as_bits() & ~sign());
   }
-  friend DYOP_INLINE VectorLanes root(VectorLanes x) { return vector_root(x.v); }
+  friend DYOP_INLINE VectorLanes sqrt(VectorLanes x) { return vector_sqrt(x.v); }
   friend DYOP_INLINE Mask operator>(VectorLanes x, VectorLanes y) { return {x.v > y.v}; }
   friend DYOP_INLINE Mask operator>=(VectorLanes x, VectorLanes y) { return {x.v >= y.v}; }
   friend DYOP_INLINE VectorLanes select(Mask m, VectorLanes x, VectorLanes y) {

@@ -41,20 +41,20 @@ inline constexpr Scalar kStepNoise = 512 * kUnitRoundoff;
 inline constexpr Scalar kDefaultRelativeTolerance = 1e-6;
 
 /// Time of impact divides the band of width distance_tolerance above the target, at these fractions
-/// of it. Steps towards contact stop at kFloorFraction: closer to one, slower convergence at
-/// contact; closer to zero, less slack below. A query that starts below kLostFraction guarantees
-/// nothing; the slack between the two covers the rounding of poses when a body is restarted from a
-/// contact.
-inline constexpr Scalar kLostFraction = 0.25;
-inline constexpr Scalar kFloorFraction = 0.5;
+/// of it. Steps towards contact stop at kLeafTargetFraction: closer to one, slower convergence at
+/// contact; closer to zero, less slack below. A query that starts below kGuaranteedFraction
+/// guarantees nothing; the slack between the two covers the rounding of poses when a body is
+/// restarted from a contact.
+inline constexpr Scalar kGuaranteedFraction = 0.25;
+inline constexpr Scalar kLeafTargetFraction = 0.5;
 
 /// A pair of pieces above this fraction of the band is not yet an impact: it is advanced further
-/// towards kFloorFraction, which it may never reach, like an edge beside a face that slides along a
-/// body. Closer to kFloorFraction: more steps at contact; larger: more impacts that a distance
-/// query must tell from sliding. Bounds of boxes aim at kLookFraction, above it, so that pieces in
-/// contact are always examined. Used by time_of_impact.
+/// towards kLeafTargetFraction, which it may never reach, like an edge beside a face that slides
+/// along a body. Closer to kLeafTargetFraction: more steps at contact; larger: more impacts that a
+/// distance query must tell from sliding. Bounds of boxes aim at kBoxTargetFraction, above it, so
+/// that pieces in contact are always examined. Used by time_of_impact.
 inline constexpr Scalar kContactFraction = 0.625;
-inline constexpr Scalar kLookFraction = 0.75;
+inline constexpr Scalar kBoxTargetFraction = 0.75;
 
 /// GJK on polytopes has converged when the bounds on the distance of the cores, before rounding
 /// outward, differ by less than this multiple of the size of the query (|translation| + both

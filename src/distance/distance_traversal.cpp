@@ -56,7 +56,7 @@ void DistanceTraversal::seed(std::int32_t box_a, std::int32_t box_b) {
 
 void DistanceTraversal::run() {
   start();
-  go_on(std::numeric_limits<std::int64_t>::max());
+  run_portion(std::numeric_limits<std::int64_t>::max());
 }
 
 void DistanceTraversal::start() {
@@ -64,7 +64,7 @@ void DistanceTraversal::start() {
   if (!is_found()) stack_.push_back({0, ShapeTree::kRoot, ShapeTree::kRoot});
 }
 
-bool DistanceTraversal::go_on(std::int64_t max_box_pairs) {
+bool DistanceTraversal::run_portion(std::int64_t max_box_pairs) {
   for (; !stack_.empty(); --max_box_pairs) {
     if (max_box_pairs <= 0) return false;
     const BoxPair pair = stack_.back();

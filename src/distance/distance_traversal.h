@@ -39,11 +39,11 @@ class DistanceTraversal {
   /// Examines one pair of pieces first, if these are leaves.
   void seed(std::int32_t leaf_a, std::int32_t leaf_b);
   void run();
-  /// The same in portions: start(), then go_on() until it returns that it is done. Another
+  /// The same in portions: start(), then run_portion() until it returns that it is done. Another
   /// traversal of the same shapes, poses and limits can continue with the stack and `best` of this
   /// one.
   void start();
-  bool go_on(std::int64_t max_box_pairs);
+  bool run_portion(std::int64_t max_box_pairs);
 
   /// run() ends at the first pair of pieces for which the middle of the bounds is below this.
   Scalar sought_middle = -kInfinity;

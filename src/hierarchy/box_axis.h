@@ -74,8 +74,8 @@ DYOP_INLINE void take_edges(const L (*r)[3], const L (*abs_r)[3], const L* t, co
       const L gap_sq = gap * gap;
       const auto is_better = (gap > zero) & (length_sq > smallest_sine_sq) &
                              (gap_sq * best.length_sq > best.gap_sq * length_sq);
-      const L x = turned(zero - r[i2][j], along);
-      const L y = turned(r[i1][j], along);
+      const L x = flip_sign(zero - r[i2][j], along);
+      const L y = flip_sign(r[i1][j], along);
       best.take(is_better, gap_sq, length_sq, i == 0 ? zero : (i1 == 0 ? x : y),
                 i == 1 ? zero : (i1 == 1 ? x : y), i == 2 ? zero : (i1 == 2 ? x : y));
     }
@@ -145,12 +145,12 @@ DYOP_INLINE void find_axis(const GroupRows& group, int first, const RankingBox& 
 
   // Faces first, comparing gaps directly.
   F best_gap = magnitude(t[0]) - h[0] - dot(abs_r[0], g);
-  BestAxis<F> best{zero, one, {turned(one, t[0]), zero, zero}};
+  BestAxis<F> best{zero, one, {flip_sign(one, t[0]), zero, zero}};
   for (int i = 1; i < 3; ++i) {
     const F gap = magnitude(t[i]) - h[i] - dot(abs_r[i], g);
     const auto is_better = gap > best_gap;
     best_gap = select(is_better, gap, best_gap);
-    const F sign = turned(one, t[i]);
+    const F sign = flip_sign(one, t[i]);
     best.take(is_better, zero, one, zero, i == 1 ? sign : zero, i == 2 ? sign : zero);
   }
   for (int j = 0; j < 3; ++j) {
@@ -158,8 +158,8 @@ DYOP_INLINE void find_axis(const GroupRows& group, int first, const RankingBox& 
                   ((abs_r[0][j] * h[0] + abs_r[1][j] * h[1]) + abs_r[2][j] * h[2]);
     const auto is_better = gap > best_gap;
     best_gap = select(is_better, gap, best_gap);
-    best.take(is_better, zero, one, turned(r[0][j], t_other[j]), turned(r[1][j], t_other[j]),
-              turned(r[2][j], t_other[j]));
+    best.take(is_better, zero, one, flip_sign(r[0][j], t_other[j]), flip_sign(r[1][j], t_other[j]),
+              flip_sign(r[2][j], t_other[j]));
   }
   const F positive = larger(best_gap, zero);
   best.gap_sq = positive * positive;
@@ -195,7 +195,7 @@ DYOP_INLINE void find_axes(const GroupRows& group, int count, const RankingBox& 
 template <typename L>
 DYOP_INLINE void unit_axis(const float (*axes)[kGroupWidth], int first, L* n) {
   for (int i = 0; i < 3; ++i) n[i] = L::load(axes[i] + first);
-  const L scale = L(1) / root(dot(n, n));
+  const L scale = L(1) / sqrt(dot(n, n));
   for (int i = 0; i < 3; ++i) n[i] = n[i] * scale;
 }
 

@@ -63,13 +63,13 @@ Vector3 separating_direction(const OrientedBox& a, const OrientedBox& b) {
   const Vector3 gaps_a = t.cwiseAbs() - h - abs_r * g;
   const Vector3 gaps_b = t_b.cwiseAbs() - g - abs_r.transpose() * h;
   BestDirection best;
-  Vector3 way = Vector3::Zero();
+  Vector3 between_faces = Vector3::Zero();
   for (int i = 0; i < 3; ++i) {
     best.offer_unit(gaps_a[i], sign_of(t[i]) * Vector3::Unit(i));
     best.offer_unit(gaps_b[i], sign_of(t_b[i]) * r.col(i));
-    if (gaps_a[i] > 0) way[i] = sign_of(t[i]) * gaps_a[i];
+    if (gaps_a[i] > 0) between_faces[i] = sign_of(t[i]) * gaps_a[i];
   }
-  for (const Vector3& line : {way, t}) {
+  for (const Vector3& line : {between_faces, t}) {
     const Scalar length = line.norm();
     if (!(length > 0)) continue;
     const Vector3 n = line / length;

@@ -68,7 +68,7 @@ class MotionProbe {
     Scalar allowed;
   };
   Change change_between(bool is_linear, Scalar from, Scalar to) const;
-  MaybeFault check_way(bool is_linear, Scalar t, Scalar next) const;
+  MaybeFault check_displacement(bool is_linear, Scalar t, Scalar next) const;
   MaybeFault check_step(Scalar t, Scalar s) const;
   MaybeFault check_speed(const TwistHalf& half, Scalar t, const TwistBound& bound) const;
   MaybeFault check_half(const TwistHalf& half, Scalar t, Scalar s, const TwistBound& bound,
@@ -221,7 +221,7 @@ MotionProbe::Change MotionProbe::change_between(bool is_linear, Scalar from, Sca
 }
 
 // Holds for any pieces: a body does not move faster than its bound.
-MaybeFault MotionProbe::check_way(bool is_linear, Scalar t, Scalar next) const {
+MaybeFault MotionProbe::check_displacement(bool is_linear, Scalar t, Scalar next) const {
   const Change whole = change_between(is_linear, t, next);
   if (!(whole.found > whole.allowed)) return std::nullopt;
   Scalar from = t;
@@ -325,8 +325,8 @@ MaybeFault MotionProbe::check_step(Scalar t, Scalar s) const {
 MaybeFault MotionProbe::check_between(Scalar t, Scalar next) const {
   if (MaybeFault found = check_bound({t, next})) return found;
   if (MaybeFault found = check_piece(t, next)) return found;
-  if (MaybeFault found = check_way(true, t, next)) return found;
-  if (MaybeFault found = check_way(false, t, next)) return found;
+  if (MaybeFault found = check_displacement(true, t, next)) return found;
+  if (MaybeFault found = check_displacement(false, t, next)) return found;
   // literal: a little before the end of the piece, so that t + s, rounded, is not beyond it.
   const Scalar end = motion_.smooth_until(t);
   Scalar s = (std::min(end, next) - t) * (1 - 1e-9);

@@ -98,7 +98,7 @@ class PlanarWalk {
 
   template <typename Polygon>
   static Vector2 outward(const Polygon& polygon, Scalar sense, std::size_t edge) {
-    return sense * turned(polygon[after(polygon, edge)] - polygon[edge]);
+    return sense * rotated_clockwise(polygon[after(polygon, edge)] - polygon[edge]);
   }
 
   template <typename Polygon>

@@ -19,7 +19,7 @@ inline Scalar cross(const Vector2& u, const Vector2& v) {
 
 // The vector rotated clockwise by a quarter turn: outward for an edge of a counterclockwise
 // polygon.
-inline Vector2 turned(const Vector2& v) {
+inline Vector2 rotated_clockwise(const Vector2& v) {
   return {v.y(), -v.x()};
 }
 
@@ -91,7 +91,7 @@ PlanarWitness edge_vertex_witness(const PolygonA& a, std::size_t k, const Polygo
   if (along > 0 && along < length_sq) {
     const Vector2 step = (along / length_sq) * e;
     result.w = r - step;
-    result.m = turned(e);
+    result.m = rotated_clockwise(e);
     if (result.m.dot(result.w) < 0) result.m = -result.m;
     result.p_a = a[k] + step;
     result.feature_a = planar_edge(k, next);

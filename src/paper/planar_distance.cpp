@@ -62,7 +62,7 @@ struct BestEdge {
       std::array<LanePair, 3> h;
       for (std::size_t j = 0; j < 3; ++j) {
         h[j] = ey[k] * (swapped(s.x[j]) - s.x[k]) - ex[k] * (swapped(s.y[j]) - s.y[k]);
-        h[j] = turned(h[j], area);
+        h[j] = flip_sign(h[j], area);
       }
       const LanePair low = smaller(smaller(h[0], h[1]), h[2]);
       const LanePair length_sq = ex[k] * ex[k] + ey[k] * ey[k];
@@ -104,7 +104,7 @@ struct EdgeWitness {
     const LanePair e = lanes(own[next]) - start;
     const LanePair n = high_negated(swapped(e));
     const Scalar inward = planar_dot(n, lanes(own[3 - edge - next]) - start);
-    const LanePair outward = turned(n, LanePair(-inward));
+    const LanePair outward = flip_sign(n, LanePair(-inward));
     const std::array<LanePair, 3> r{lanes(other[0]) - start, lanes(other[1]) - start,
                                     lanes(other[2]) - start};
     const std::array<Scalar, 3> h{planar_dot(outward, r[0]), planar_dot(outward, r[1]),
@@ -175,7 +175,7 @@ void try_directions(PlanarDistance& result, std::span<const Vector2> a, std::spa
   for (const Vector2& m : {witness.w, witness.to_start, witness.to_end}) try_direction(m);
   for (const auto& polygon : {a, b}) {
     for (std::size_t k = 0; k < polygon.size(); ++k) {
-      try_direction(turned(polygon[after(polygon, k)] - polygon[k]));
+      try_direction(rotated_clockwise(polygon[after(polygon, k)] - polygon[k]));
     }
   }
 }

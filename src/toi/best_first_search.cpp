@@ -172,7 +172,7 @@ std::optional<bool> BestFirstSearch<Pair>::is_nearest(const PieceDistance& piece
   const std::int64_t before = work.node_pairs;
   bool is_through = false;
   do {
-    is_through = nearer.go_on(interruption_.portion(work.node_pairs));
+    is_through = nearer.run_portion(interruption_.portion(work.node_pairs));
     work.node_pairs = before + nearer.box_pairs;
   } while (!is_through && !interruption_.after(work.node_pairs));
   work.box_tests += nearer.statistics.box_tests;

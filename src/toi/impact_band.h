@@ -33,10 +33,10 @@ struct ImpactBand {
 
   ImpactBand(Scalar target_distance, Scalar distance_tolerance)
       : tolerance(distance_tolerance),
-        guaranteed(target_distance + kLostFraction * distance_tolerance),
-        leaf_target(target_distance + kFloorFraction * distance_tolerance),
+        guaranteed(target_distance + kGuaranteedFraction * distance_tolerance),
+        leaf_target(target_distance + kLeafTargetFraction * distance_tolerance),
         contact(target_distance + kContactFraction * distance_tolerance),
-        box_target(target_distance + kLookFraction * distance_tolerance),
+        box_target(target_distance + kBoxTargetFraction * distance_tolerance),
         largest_impact(target_distance + distance_tolerance) {}
 
   /// How near a pair that rests in the band, at least `lower` apart, may come before it is measured

@@ -44,7 +44,7 @@ inline LanePair edge_score(LanePair h, LanePair alpha, LanePair beta, LanePair s
   // The Gram determinant keeps half of its digits, enough to choose.
   const LanePair gram = squares - ab * ab;
   const LanePair is_inner = above(LanePair(0), alpha * beta);
-  const LanePair square = turned(h, alpha) * magnitude(h);
+  const LanePair square = flip_sign(h, alpha) * magnitude(h);
   return score(selected(is_inner, LanePair(-kLargestFacetSquare), square), gram, low, high);
 }
 

@@ -64,7 +64,7 @@ struct TrianglePair {
     edges = (aa[0] + aa[1] + aa[2]) + (bb[0] + bb[1] + bb[2]);
     // The longest edge e of a triangle has e^2 <= 2/3 of the sum of squares, and
     // x + y + z <= sqrt(3 (x^2 + y^2 + z^2)). A sum, not a maximum, so that NaN survives.
-    size = root(LanePair(3 * dot(r, r) + 2 * edges)).low();
+    size = sqrt(LanePair(3 * dot(r, r) + 2 * edges)).low();
   }
 };
 
@@ -116,7 +116,7 @@ inline Bounds prove(const TrianglePair& pair, const Vector3& m, const Vector3& D
   const Scalar gap = (dot(m, pair.r) + reach.low()) + reach.high();
   const VectorPair mD(m, D);
   const LanePair squares = mD.dot(mD);
-  const LanePair norms = root(squares);
+  const LanePair norms = sqrt(squares);
   const LanePair inverse_norm = LanePair(1) / lows(norms, norms);
   const LanePair middle = lows(LanePair(gap) * inverse_norm, swapped(norms));
   const LanePair slack =
@@ -164,7 +164,7 @@ inline Witness edge_witness(const TrianglePair& pair, int i, int j) {
   w.p_b = points.high();
   if (is_inside) {
     const LanePair side = n.dot(VectorPair(d));
-    w.m = {turned(n.x, side).low(), turned(n.y, side).low(), turned(n.z, side).low()};
+    w.m = {flip_sign(n.x, side).low(), flip_sign(n.y, side).low(), flip_sign(n.z, side).low()};
     w.place_a = 3 + i;
     w.place_b = 3 + j;
     return w;

@@ -73,7 +73,7 @@ struct FaceWitnessLanes {
       const Lanes we = face.edge2[k] * w;
       D[k] = (x[k] - ve) + we;
       foot[k] = (face.start[k] + ve) - we;
-      witness.m[k] = turned_by_bit(face.n[k], flip);
+      witness.m[k] = flip_sign_by_bit(face.n[k], flip);
     }
     face.set_direction(D, witness.D);
     face.set_points(foot, vertex, witness);
@@ -103,7 +103,7 @@ DYOP_INLINE void facet_normal(const PairLanes& pair, const FacetLanes& facets,
   for (int k = 0; k < 3; ++k) n[k] = select(is_turned, negated(n[k]), n[k]);
   const Lanes squared = dot(n, n);
   const Mask is_usable = squared >= Lanes(c.smallest_squared_direction);
-  const Lanes inverse_norm = Lanes(1.0) / root(squared);
+  const Lanes inverse_norm = Lanes(1.0) / sqrt(squared);
   for (int k = 0; k < 3; ++k) {
     normal[k] = select(is_usable, n[k] * inverse_norm, Lanes(k == 0 ? 1.0 : 0.0));
   }

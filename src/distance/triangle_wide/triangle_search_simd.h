@@ -24,7 +24,7 @@ struct SearchLanes {
   Lanes lower, upper, gap;
   Lanes point[3];  ///< of B - A, from which the walk continues
   Mask is_done;
-  Mask is_lost;  ///< needs more than these stages
+  Mask is_unresolved;  ///< needs more than these stages
 
   DYOP_INLINE SearchLanes(const WitnessLanes& w, const BoundsLanes& bounds, Mask is_tried,
                           const Lanes* centroids)
@@ -34,7 +34,7 @@ struct SearchLanes {
     gap = select(lower > Lanes(0.0), lower, Lanes(-__builtin_inf()));
     select(is_tried, w.D, centroids, point);
     for (int k = 0; k < 3; ++k) best.m[k] = w.m[k] * bounds.inverse_norm;
-    is_done = is_lost = no_choice().i.is_1;
+    is_done = is_unresolved = no_choice().i.is_1;
   }
 
   /// Search::offer() in some lanes.
@@ -68,7 +68,7 @@ struct SearchLanes {
     if (any(may_cross)) pierce(pair, facets, may_cross, c);
     // literal: kTriangleWalkLimit.
     for (int step = 0; step < 3; ++step) {
-      const Mask walking = without(open, is_done | is_lost);
+      const Mask walking = without(open, is_done | is_unresolved);
       if (!any(walking)) return;
       const EdgeChoice edges = directed_edges(pair, point);
       const WitnessLanes w = edge_witness(pair, edges.i, edges.j);
@@ -125,7 +125,7 @@ struct SearchLanes {
     WitnessLanes w;
     pierce_face(pair, FaceRoles(pair, f, is_b), select(is_b, edge_b, edge_a), c, w);
     offer(found, pair, w, c);
-    is_lost = is_lost | without(found, is_done);
+    is_unresolved = is_unresolved | without(found, is_done);
   }
 
   /// piercing_witness().

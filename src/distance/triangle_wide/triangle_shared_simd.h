@@ -84,7 +84,7 @@ DYOP_INLINE Mask hinge_normal(const PairLanes& pair, const SharedLanes& shared,
     out[k] = select(of_a, shared.own_b[k], shared.common[k]) -
              select(of_a, shared.common[k], shared.own_a[k]);
   }
-  const Lanes inverse_norm = Lanes(1.0) / root(squared);
+  const Lanes inverse_norm = Lanes(1.0) / sqrt(squared);
   const Mask is_turned = Lanes(0.0) > dot(n, out);
   const Lanes factor = select(is_turned, negated(inverse_norm), inverse_norm);
   for (int k = 0; k < 3; ++k) normal[k] = n[k] * factor;

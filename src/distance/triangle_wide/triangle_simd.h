@@ -86,7 +86,7 @@ struct PairLanes {
       bb[v] = dot(b[v], b[v]);
     }
     edges = ((aa[0] + aa[1]) + aa[2]) + ((bb[0] + bb[1]) + bb[2]);
-    size = root(Lanes(3.0) * dot(r, r) + Lanes(2.0) * edges);
+    size = sqrt(Lanes(3.0) * dot(r, r) + Lanes(2.0) * edges);
   }
 };
 
@@ -178,7 +178,7 @@ struct FacetLanes {
       for (int w = 0; w < 3; ++w) {
         const Lanes gram = aa * pair.bb[w] - ab[v][w] * ab[v][w];
         const Mask is_inner = Lanes(0.0) > alpha[v] * beta[w];
-        const Lanes square = turned_by_bit(h[v][w], alpha[v]) * magnitude(h[v][w]);
+        const Lanes square = flip_sign_by_bit(h[v][w], alpha[v]) * magnitude(h[v][w]);
         scores[3 * v + w] =
             score(select(is_inner, Lanes(-c.largest_facet_square), square), gram, 3 * v + w, c);
       }

@@ -43,10 +43,10 @@ class View {
 
   template <typename Point>
   Vector2 of(const Point& p) const {
-    const Vector2 room(kDrawingWidth - 2 * kDrawingSide,
-                       kDrawingHeight - kDrawingTop - kDrawingBottom);
-    const Scalar scale = (room.array() / bounds_.sizes().array()).minCoeff();
-    const Vector2 center(kDrawingWidth / 2.0, kDrawingTop + room.y() / 2);
+    const Vector2 space(kDrawingWidth - 2 * kDrawingSide,
+                        kDrawingHeight - kDrawingTop - kDrawingBottom);
+    const Scalar scale = (space.array() / bounds_.sizes().array()).minCoeff();
+    const Vector2 center(kDrawingWidth / 2.0, kDrawingTop + space.y() / 2);
     return center + scale * (projected(p) - bounds_.center());
   }
 

@@ -105,7 +105,7 @@ std::vector<PaperPair<dimension>> make_batch(const std::vector<PaperTest<dimensi
       if (is_moving) {
         append_path(test, kPathSteps, random, batch);
       } else {
-        batch.push_back(turned_copy(test.pair, random));
+        batch.push_back(rotated_copy(test.pair, random));
       }
     }
   }

@@ -161,7 +161,7 @@ std::vector<PaperTest<dimension>> make_paper_tests(std::uint64_t seed) {
 }
 
 template <int dimension>
-PaperPair<dimension> turned_copy(const PaperPair<dimension>& pair, std::mt19937_64& random) {
+PaperPair<dimension> rotated_copy(const PaperPair<dimension>& pair, std::mt19937_64& random) {
   return Copy<dimension>(random).of(pair);
 }
 
@@ -184,8 +184,8 @@ template PaperTriangle<2> random_paper_triangle<2>(std::mt19937_64&);
 template PaperTriangle<3> random_paper_triangle<3>(std::mt19937_64&);
 template std::vector<PaperTest<2>> make_paper_tests<2>(std::uint64_t);
 template std::vector<PaperTest<3>> make_paper_tests<3>(std::uint64_t);
-template PaperPair<2> turned_copy<2>(const PaperPair<2>&, std::mt19937_64&);
-template PaperPair<3> turned_copy<3>(const PaperPair<3>&, std::mt19937_64&);
+template PaperPair<2> rotated_copy<2>(const PaperPair<2>&, std::mt19937_64&);
+template PaperPair<3> rotated_copy<3>(const PaperPair<3>&, std::mt19937_64&);
 template void append_path<2>(const PaperTest<2>&, int, std::mt19937_64&,
                              std::vector<PaperPair<2>>&);
 template void append_path<3>(const PaperTest<3>&, int, std::mt19937_64&,

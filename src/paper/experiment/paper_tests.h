@@ -50,7 +50,7 @@ DYOP_EXPORT std::vector<PaperTest<dimension>> make_paper_tests(std::uint64_t see
 /// vertices in random order. The distance stays the same; the boxes, and so what the pivot picks,
 /// do not.
 template <int dimension>
-PaperPair<dimension> turned_copy(const PaperPair<dimension>& pair, std::mt19937_64& random);
+PaperPair<dimension> rotated_copy(const PaperPair<dimension>& pair, std::mt19937_64& random);
 
 /// Moving steps: the object comes in from one unit farther away, turning by up to a radian about
 /// its centroid, in equal steps that end at the test's own position; the whole path as in

@@ -57,7 +57,7 @@ class DeformingSide {
   LinearSupport<1> box_support(std::int32_t node, const Vector3& n_W) const;
   LinearSupport<3> triangle_support(std::int32_t leaf, const Vector3& n_W) const;
   template <std::size_t N>
-  MotionRest rest(std::int32_t /*node*/, const LinearSupport<N>& /*support*/) const {
+  MotionRemainder rest(std::int32_t /*node*/, const LinearSupport<N>& /*support*/) const {
     return {};
   }
   // Bound on the speed of all points of a node.
@@ -129,7 +129,7 @@ class RigidSide {
             mesh_.triangle(triangle(leaf))};
   }
   template <typename Piece>
-  MotionRest rest(std::int32_t node, const TurningSupport<Piece>& support) const {
+  MotionRemainder rest(std::int32_t node, const TurningSupport<Piece>& support) const {
     const Scalar reach = radius(node);
     return {.jerk = support.direction.third * reach,
             .acceleration = near_.linear_acceleration + near_.angular_acceleration * reach,

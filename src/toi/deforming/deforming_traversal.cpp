@@ -29,7 +29,7 @@ void DeformingTraversal<SideB>::start() {
 }
 
 template <typename SideB>
-bool DeformingTraversal<SideB>::go_on(std::int64_t max_box_pairs) {
+bool DeformingTraversal<SideB>::run_portion(std::int64_t max_box_pairs) {
   for (; !stack_.empty(); --max_box_pairs) {
     if (max_box_pairs <= 0) return false;
     const BoxPair pair = stack_.back();

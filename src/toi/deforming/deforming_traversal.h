@@ -26,7 +26,7 @@ class DeformingTraversal {
 
   /// As in DistanceTraversal.
   void start();
-  bool go_on(std::int64_t max_box_pairs);
+  bool run_portion(std::int64_t max_box_pairs);
 
   /// Ends at the first pair of triangles for which the middle of the bounds is below this.
   Scalar sought_middle = -kInfinity;

@@ -84,7 +84,7 @@ class ImpactSearch {
   void add_pair(std::uint32_t slot, int first, int last);
   // Returns true if the whole call must end.
   bool pursue(std::size_t index);
-  ToiResult go_on(ObstaclePair& pair);
+  ToiResult run_portion(ObstaclePair& pair);
   const Obstacle& obstacle(const ObstaclePair& pair) const {
     return *data_.slots[pair.slot].obstacle;
   }
@@ -158,7 +158,7 @@ void ImpactSearch::add_pair(std::uint32_t slot, int first, int last) {
 }
 
 // Runs a further portion of a pair's search.
-ToiResult ImpactSearch::go_on(ObstaclePair& pair) {
+ToiResult ImpactSearch::run_portion(ObstaclePair& pair) {
   const Obstacle& other = obstacle(pair);
   ToiOptions options = options_;
   options.max_node_pairs = std::min(pair.portion, options_.max_node_pairs - statistics_.node_pairs);
@@ -174,7 +174,7 @@ ToiResult ImpactSearch::go_on(ObstaclePair& pair) {
 
 bool ImpactSearch::pursue(std::size_t index) {
   ObstaclePair& pair = *memory_.pairs[index];
-  pair.result = go_on(pair);
+  pair.result = run_portion(pair);
   const ToiResult& found = pair.result;
   statistics_.box_tests += found.statistics.box_tests;
   statistics_.leaf_tests += found.statistics.leaf_tests;

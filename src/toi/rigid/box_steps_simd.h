@@ -16,7 +16,7 @@ constexpr double kReadvanceTurn = 0.05;
 constexpr double kReadvanceTurnRatio = 0.05;
 
 /// Angle of a step beyond which bounds without a direction are tried as well. Speed only.
-constexpr double kLostTurn = 0.5;
+constexpr double kDirectionlessTurn = 0.5;
 
 /// Trials of the length of a step; a fourth gains nothing measurable.
 constexpr int kStepTrials = 3;
@@ -39,7 +39,7 @@ DYOP_INLINE L first_roots(L c0, L c1, L c2, L h) {
   const L discriminant = b * b - a * c0;
   // literal: 16u and 1 - 32u, as in first_root().
   const L root_noise = L(0x1p-49) * (b * b + magnitude(a) * c0);
-  const L square_root = root(larger(discriminant, zero));
+  const L square_root = sqrt(larger(discriminant, zero));
   const auto is_falling = b > zero;
   const L x = select(is_falling, c0, b - square_root) / select(is_falling, b + square_root, a);
   // No root: all coefficients positive, discriminant negative, or the root is beyond h.
@@ -110,7 +110,7 @@ struct TurningGap {
   /// How fast the gap shrinks at the start of the step.
   DYOP_INLINE L closing() const {
     L sum = L(0.0) - rate;
-    for (int k = 0; k < 6; ++k) sum = sum + turned(along[k][1], along[k][0]) * reach[k];
+    for (int k = 0; k < 6; ++k) sum = sum + flip_sign(along[k][1], along[k][0]) * reach[k];
     return sum;
   }
   DYOP_INLINE L at(L u) const {
@@ -141,7 +141,7 @@ struct StepBounds {
   DYOP_INLINE StepBounds(const BoxLanes<L>& box, const FacingPiece& other,
                          const FacingMotion& motion) {
     // literal: as node_radius(): axes are orthonormal to single precision only.
-    radius = (root(dot(box.center, box.center)) + root(dot(box.half_extents, box.half_extents))) *
+    radius = (sqrt(dot(box.center, box.center)) + sqrt(dot(box.half_extents, box.half_extents))) *
              L(1 + 0x1p-20);
     acceleration = L(motion.linear_acceleration) + L(motion.angular_acceleration) * radius +
                    L(motion.other_angular_acceleration) * L(other.radius);
@@ -217,9 +217,9 @@ DYOP_INLINE L coupled_step(const TurningGap<L>& gap_at, const FacingMotion& moti
     if (is_active.bits() == 0) break;
     const L step = trial_step(gap_at, motion, bounds, gap, h);
     // literal: a step within 5% of the last one is not worth another trial.
-    const auto is_settled = (L(1.05) * time >= step) | ((h > step) & (step + step >= h));
+    const auto is_converged = (L(1.05) * time >= step) | ((h > step) & (step + step >= h));
     time = select(is_active & (step > time), step, time);
-    const auto is_done = is_settled | ((step >= h) & (h >= horizon));
+    const auto is_done = is_converged | ((step >= h) & (h >= horizon));
     is_active = without(is_active, is_done);
     h = smaller(horizon, step + step);
   }
@@ -280,22 +280,23 @@ DYOP_INLINE void box_steps(const GroupRows& rows, int first, const float (*axes)
     cross(k_other, other_turning.v, m_other);
     gap_at.add_turning(box, other, k_box, m_box, k_other, m_other);
     // literal: 1 + 32u rounds the products up.
-    bounds.jerk = (L(motion.turning_sq) * root(dot(k_box, k_box)) * bounds.radius +
-                   L(motion.other_turning_sq) * root(dot(k_other, k_other)) * L(other.radius)) *
+    bounds.jerk = (L(motion.turning_sq) * sqrt(dot(k_box, k_box)) * bounds.radius +
+                   L(motion.other_turning_sq) * sqrt(dot(k_other, k_other)) * L(other.radius)) *
                   L(1 + 0x1p-48);
     time = coupled_step(gap_at, motion, bounds, other, gap);
     // Speeds and balls can win only where the direction has turned too far to mean anything.
     const L turned_by = time * L(motion.largest_turning);
-    const auto is_lost = (gap > L(0.0)) & ((turned_by > L(kLostTurn)) | (L(0.0) >= time));
-    if (is_lost.bits() != 0) {
+    const auto is_directionless =
+        (gap > L(0.0)) & ((turned_by > L(kDirectionlessTurn)) | (L(0.0) >= time));
+    if (is_directionless.bits() != 0) {
       // Only there, so that a lane does not depend on its neighbours.
       const L step = directionless_step(other, motion, gap, bounds.radius);
-      time = select(is_lost & (step > time), step, time);
+      time = select(is_directionless & (step > time), step, time);
     }
   }
   const auto is_free = time >= L(motion.remaining);
   select(is_free & (gap > L(0.0)), infinity<L>(), time).store(steps->time + first);
-  const L size = root(dot(box.half_extents, box.half_extents)) + L(other.half_diagonal);
+  const L size = sqrt(dot(box.half_extents, box.half_extents)) + L(other.half_diagonal);
   const auto is_turned = (time * L(motion.largest_turning) > L(kReadvanceTurn)) &
                          (gap > L(kReadvanceTurnRatio) * size);
   steps->is_far |= ((gap > L(kReadvanceRatio) * size) | is_turned).bits() << first;

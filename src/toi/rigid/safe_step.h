@@ -95,7 +95,7 @@ Vector3 turn_with_edges(const Vector3& n_W, std::span<const Vector3> edges_a, co
 
 /// Bounds on a gap beyond the second-order terms of constant twists: after s it has shrunk by at
 /// most jerk s^3 / 6 + acceleration s^2 / 2 more.
-struct MotionRest {
+struct MotionRemainder {
   Scalar jerk = 0;
   Scalar acceleration = 0;
   Scalar turn = 0;  ///< how fast the direction turns in a body's frame
@@ -138,8 +138,8 @@ SafeStep safe_step(const PairInstant& pair, const PieceA& a, Scalar radius_a, co
 ///
 /// @param first Length of the step that is tried first.
 template <typename Gap>
-SafeStep coupled_step(const PairInstant& pair, Scalar gap, Scalar first, const MotionRest& rest,
-                      const Gap& gap_at) {
+SafeStep coupled_step(const PairInstant& pair, Scalar gap, Scalar first,
+                      const MotionRemainder& rest, const Gap& gap_at) {
   constexpr int kTrials = 4;
   SafeStep step;
   step.gap = gap < kInfinity ? gap : 0;  // overflow proves nothing
@@ -159,10 +159,10 @@ SafeStep coupled_step(const PairInstant& pair, Scalar gap, Scalar first, const M
       continue;
     }
     // literal: a step within 5% of the last one is not worth another trial.
-    const bool is_settled = root <= 1.05 * step.time;
+    const bool is_converged = root <= 1.05 * step.time;
     step.time = std::max(step.time, root);
     // A bound over a longer time is not tighter.
-    if (is_settled || 2 * root >= h) break;
+    if (is_converged || 2 * root >= h) break;
     h = 2 * root;
   }
   return step;
@@ -170,7 +170,7 @@ SafeStep coupled_step(const PairInstant& pair, Scalar gap, Scalar first, const M
 
 /// The same with the gap from `gap_at`, trying the whole horizon first.
 template <typename Gap>
-SafeStep coupled_step(const PairInstant& pair, const MotionRest& rest, const Gap& gap_at) {
+SafeStep coupled_step(const PairInstant& pair, const MotionRemainder& rest, const Gap& gap_at) {
   const Scalar gap = gap_at(0.0, 0.0) - pair.noise;
   return coupled_step(pair, gap, pair.horizon, rest, gap_at);
 }
@@ -213,7 +213,7 @@ SafeStep best_step(const PairInstant& pair, const TurningGap<PieceA, PieceB>& ga
                    Scalar radius_a, Scalar radius_b, Scalar gap, Scalar first, Scalar floor) {
   const TurningDirection& turn_a = gap_at.turn_a;
   const TurningDirection& turn_b = gap_at.turn_b;
-  MotionRest rest;
+  MotionRemainder rest;
   rest.jerk = turn_a.third * radius_a + turn_b.third * radius_b + gap_at.jerk;
   rest.acceleration = pair.linear_acceleration + pair.angular_acceleration_a * radius_a +
                       pair.angular_acceleration_b * radius_b;

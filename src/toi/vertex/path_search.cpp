@@ -138,8 +138,8 @@ Instant<N> PathSearch<N>::advance(const Instant<N>& here, Scalar safe_until, Sca
   constexpr int kTrials = 3;
   const Scalar rest = 1 - here.s;
   const Scalar speed = closing_speed(here);
-  const Scalar room = here.lower - floor;
-  const Scalar until_contact = speed * rest > room ? room / speed : rest;
+  const Scalar slack = here.lower - floor;
+  const Scalar until_contact = speed * rest > slack ? slack / speed : rest;
   const Scalar step = safe_until - here.s;
   Scalar trial = std::min(until_contact < rest ? 0.9 * until_contact : rest, reach_);
   for (int i = 0; i < kTrials && trial > 2 * step; ++i, trial /= 4) {
