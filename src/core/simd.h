@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-// Several numbers side by side, as wide as the instruction set this file is compiled for (those of
-// x86 here, the others in simd_portable.h), and one number with the same face. Only additions, multiplications, divisions, square roots, comparisons
-// and selections: each lane has the same bits whatever the width.
+// SIMD vectors as wide as the instruction set that this file is compiled for (x86 here, others in
+// simd_portable.h), and a single number with the same interface. Only additions, multiplications,
+// divisions, square roots, comparisons and selections: each lane has the same bits whatever the
+// width.
 //
-// Included by the kernels that are compiled once an instruction set. Those must not include
+// Included by the kernels that are compiled once per instruction set. They must not include
 // anything with inline functions of external linkage (Eigen, the standard library): the linker
-// might take the copy compiled for a newer processor for everyone. Hence the namespaces here.
+// might use the copy compiled for a newer processor everywhere. Hence the namespaces here.
 
 #if defined(__AVX512F__)
 #include <immintrin.h>
@@ -40,7 +41,7 @@ struct OneLane {
     friend DYOP_INLINE Mask operator|(Mask x, Mask y) { return {x.m || y.m}; }
     /// x and not y
     friend DYOP_INLINE Mask without(Mask x, Mask y) { return {x.m && !y.m}; }
-    /// One bit a lane.
+    /// One bit per lane.
     DYOP_INLINE unsigned bits() const { return m ? 1u : 0u; }
   };
   double v;
@@ -60,7 +61,7 @@ struct OneLane {
     return OneLane(x.v < y.v ? x.v : y.v);
   }
   friend DYOP_INLINE OneLane magnitude(OneLane x) { return OneLane(__builtin_fabs(x.v)); }
-  friend DYOP_INLINE OneLane root(OneLane x) { return OneLane(__builtin_sqrt(x.v)); }
+  friend DYOP_INLINE OneLane sqrt(OneLane x) { return OneLane(__builtin_sqrt(x.v)); }
   /// False where either is NaN.
   friend DYOP_INLINE Mask operator>(OneLane x, OneLane y) { return {x.v > y.v}; }
   friend DYOP_INLINE Mask operator>=(OneLane x, OneLane y) { return {x.v >= y.v}; }
@@ -121,7 +122,7 @@ struct Lanes {
   friend DYOP_INLINE Lanes larger(Lanes x, Lanes y) { return _mm512_max_pd(x.v, y.v); }
   friend DYOP_INLINE Lanes smaller(Lanes x, Lanes y) { return _mm512_min_pd(x.v, y.v); }
   friend DYOP_INLINE Lanes magnitude(Lanes x) { return _mm512_abs_pd(x.v); }
-  friend DYOP_INLINE Lanes root(Lanes x) { return _mm512_sqrt_pd(x.v); }
+  friend DYOP_INLINE Lanes sqrt(Lanes x) { return _mm512_sqrt_pd(x.v); }
   friend DYOP_INLINE Mask operator>(Lanes x, Lanes y) {
     return {_mm512_cmp_pd_mask(x.v, y.v, _CMP_GT_OQ)};
   }
@@ -159,7 +160,7 @@ struct Lanes {
   friend DYOP_INLINE Lanes magnitude(Lanes x) {
     return _mm256_andnot_pd(_mm256_set1_pd(-0.0), x.v);
   }
-  friend DYOP_INLINE Lanes root(Lanes x) { return _mm256_sqrt_pd(x.v); }
+  friend DYOP_INLINE Lanes sqrt(Lanes x) { return _mm256_sqrt_pd(x.v); }
   friend DYOP_INLINE Mask operator>(Lanes x, Lanes y) {
     return {_mm256_cmp_pd(x.v, y.v, _CMP_GT_OQ)};
   }
@@ -197,7 +198,7 @@ struct Lanes {
   friend DYOP_INLINE Lanes larger(Lanes x, Lanes y) { return _mm_max_pd(x.v, y.v); }
   friend DYOP_INLINE Lanes smaller(Lanes x, Lanes y) { return _mm_min_pd(x.v, y.v); }
   friend DYOP_INLINE Lanes magnitude(Lanes x) { return _mm_andnot_pd(_mm_set1_pd(-0.0), x.v); }
-  friend DYOP_INLINE Lanes root(Lanes x) { return _mm_sqrt_pd(x.v); }
+  friend DYOP_INLINE Lanes sqrt(Lanes x) { return _mm_sqrt_pd(x.v); }
   friend DYOP_INLINE Mask operator>(Lanes x, Lanes y) { return {_mm_cmpgt_pd(x.v, y.v)}; }
   friend DYOP_INLINE Mask operator>=(Lanes x, Lanes y) { return {_mm_cmpge_pd(x.v, y.v)}; }
   friend DYOP_INLINE Lanes select(Mask m, Lanes x, Lanes y) {
@@ -307,9 +308,9 @@ struct FloatLanes {
 };
 #endif
 
-/// x with its sign turned where s < 0 (and +-0 kept as if s were positive).
+/// x with its sign flipped where s < 0 (+-0 counts as positive).
 template <typename L>
-DYOP_INLINE L turned(L x, L s) {
+DYOP_INLINE L flip_sign(L x, L s) {
   return select(s >= L(0), x, L(0) - x);
 }
 

@@ -61,7 +61,7 @@ DistanceResult distance(const Shape& a, const RigidPose& X_WA, const Shape& b,
   result.lower = best.is_overlapping ? 0 : std::min(traversal.lower, best.upper);
   result.upper = best.upper;
   DYOP_ASSERT(result.lower <= result.upper, result.lower, ' ', result.upper);
-  if (result.upper == kInfinity) return result;  // farther than the limit: no piece was examined
+  if (result.upper == kInfinity) return result;  // beyond the limit: no piece was examined
   cache.nearest = {traversal.leaf_a, traversal.leaf_b};
   const Scalar lower = result.lower;
   static_cast<WitnessPair&>(result) =

@@ -13,10 +13,10 @@ namespace dyop {
 ComposedMotion::ComposedMotion(std::shared_ptr<const Motion> X_WM,
                                std::shared_ptr<const Motion> X_MB)
     : outer_(std::move(X_WM)), inner_(std::move(X_MB)) {
-  DYOP_REQUIRE(outer_ && inner_, "composed motion needs two motions, one is null");
+  DYOP_REQUIRE(outer_ && inner_, "composed motion needs two motions, but one is null");
   const TimeInterval common = domain();
   DYOP_REQUIRE(common.begin <= common.end,
-               "the two motions of a composed motion have no time in common: one begins at ",
+               "the two motions of a composed motion have no time in common: one starts at ",
                common.begin, ", the other ends at ", common.end);
 }
 
@@ -42,7 +42,7 @@ TwistBound ComposedMotion::twist_bound(const TimeInterval& interval) const {
   const TwistBound outer = outer_->twist_bound(interval);
   const TwistBound inner = inner_->twist_bound(interval);
   // Every time of the interval is within half its length of the middle. Infinite intervals give
-  // infinity or NaN here, and round_up makes infinity of both.
+  // infinity or NaN here, and round_up turns both into infinity.
   const Scalar middle = interval.begin + interval.length() / 2;
   const RigidPose X_MB = std::isfinite(middle)
                              ? internal::guarded_pose(*inner_, middle, "composed motion: X_MB")
