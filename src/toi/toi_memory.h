@@ -39,7 +39,8 @@ struct ToiSubject {
 /// The contents of a ToiWorkspace.
 struct ToiMemory {
   RadixQueue queue;
-  GjkSeed seed;  // of the last distance of two convex shapes
+  GjkSeed seed;   // of the last distance of two convex shapes
+  GjkSeed start;  // what the next query begins with; used up by it
   // Of the search for a nearer pair than two pieces in contact; an unfinished one goes on.
   BoxPairStack box_pairs;
   PieceDistance nearer;
