@@ -16,7 +16,7 @@ namespace dyop::internal {
 template <typename Pair>
 ToiResult BestFirstSearch<Pair>::run() {
   memory_.queue.clear();
-  memory_.seed.count = 0;
+  memory_.seed = std::exchange(memory_.start, {});
   memory_.is_unfinished = false;
   memory_.has_resting_pair = false;
   memory_.is_seeking_nearer = false;

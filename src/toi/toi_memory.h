@@ -39,8 +39,9 @@ struct ToiSubject {
 /// The contents of a ToiWorkspace.
 struct ToiMemory {
   RadixQueue queue;
-  GjkSeed seed;  // of the last distance of two convex shapes
-  // State of the search for a pair nearer than two pieces in contact; kept if unfinished.
+  GjkSeed seed;   // of the last distance of two convex shapes
+  GjkSeed start;  // what the next query begins with; used up by it
+  // Of the search for a nearer pair than two pieces in contact; an unfinished one goes on.
   BoxPairStack box_pairs;
   PieceDistance nearer;
   bool is_seeking_nearer = false;
