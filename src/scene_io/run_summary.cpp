@@ -86,13 +86,10 @@ void write_counters(std::ostream& out, const RunTotals& totals) {
       << totals.work.contacts << " contacts\n"
       << "  pairs proven: " << totals.work.pairs_by_bound << " by bound, "
       << totals.work.pairs_by_query << " by query, " << totals.work.pairs_at_rest << " at rest, "
-      << totals.work.pairs_excused
-      << " not proven (started too near)
-         "
+      << totals.work.pairs_excused << " not proven (started too near)\n"
       << "  integrator: " << totals.integrator.steps << " steps, "
       << totals.integrator.rejected_steps << " rejected, " << totals.integrator.function_evaluations
-      << " force evaluations
-         "
+      << " force evaluations\n"
       << "  impact engine: " << totals.toi.node_pairs << " node pairs, " << totals.toi.box_tests
       << " box tests, " << totals.toi.leaf_tests << " leaf tests, longest queue "
       << totals.toi.peak_queue << '\n';
