@@ -128,7 +128,7 @@ TEST(ContactFeatures, EveryOneIsOwnedOnceAndFoundInTheTree) {
         }
         if (features.owned_by(t) >> (3 + k) & 1) {
           ++edges;
-          EXPECT_TRUE(features.is_contact_edge(mesh.topology().edge_of_side(3 * t + k)));
+          EXPECT_TRUE(features.is_contact_edge(*mesh.topology().edge_of_side(3 * t + k)));
         }
       }
     }

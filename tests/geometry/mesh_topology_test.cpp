@@ -77,8 +77,8 @@ TEST(MeshTopology, GivesSidesOfOneVertexNoEdge) {
   const std::vector<TriangleIndices> triangles{{0, 0, 1}, {2, 2, 2}};
   const MeshTopology topology(3, triangles);
   EXPECT_EQ(topology.edge_count(), 1);
-  EXPECT_EQ(topology.edge_of_side(0), -1);
-  EXPECT_EQ(topology.edge_of_side(3), -1);
+  EXPECT_EQ(topology.edge_of_side(0), std::nullopt);
+  EXPECT_EQ(topology.edge_of_side(3), std::nullopt);
   EXPECT_EQ(topology.edge_of_side(1), topology.edge_of_side(2));
   EXPECT_FALSE(topology.is_closed());
 }

@@ -53,7 +53,7 @@ TEST(DeformingTimeOfImpact, FindsTheTimeOneVertexReachesASheet) {
   EXPECT_GT(*result.t_hit, result.t_safe);
   EXPECT_NEAR(*result.t_hit, 12, 1e-4);
   EXPECT_EQ(result.contact->feature_a,
-            (Feature{FeatureKind::Vertex, {static_cast<std::int32_t>(middle), -1, -1}}));
+            (Feature{FeatureKind::Vertex, {static_cast<std::int32_t>(middle)}}));
   EXPECT_NEAR(result.contact->closing_speed, 0.5, 1e-9);
   EXPECT_NEAR((result.contact->nhat_AB_W - Vector3(0, 0, -1)).norm(), 0, 1e-9);
 
