@@ -59,8 +59,9 @@ Row examine(const World& world, const std::vector<RigidPose>& start,
     if (body.kind != BodyKind::Dynamic) continue;
     const MotionState state = world.state(id);
     row.awake += !world.is_asleep(id);
-    row.fastest = std::max(row.fastest, state.twist.v_WB.norm() +
-                                            state.twist.w_WB.norm() * body.shape->bounding_radius());
+    row.fastest =
+        std::max(row.fastest,
+                 state.twist.v_WB.norm() + state.twist.w_WB.norm() * body.shape->bounding_radius());
     row.from_start = std::max(row.from_start, way(body, start[id.slot], state.X_WB));
     row.from_last = std::max(row.from_last, way(body, last[id.slot], state.X_WB));
   }
@@ -103,8 +104,8 @@ int run(const std::string& name, int n, Scalar h, Scalar end, int rows) {
     last = poses_of(world);
     const double ms = 1e3 * double(std::clock() - clock) / CLOCKS_PER_SEC / double(per_row);
     clock = std::clock();
-    std::printf("%8.3f %5d %9.2e %9.2e %9.2e %5d %5d %9.2e %5d %6d %9.3f\n", world.time(), row.awake,
-                row.fastest, row.from_start, row.from_last, int(work.contacts),
+    std::printf("%8.3f %5d %9.2e %9.2e %9.2e %5d %5d %9.2e %5d %6d %9.3f\n", world.time(),
+                row.awake, row.fastest, row.from_start, row.from_last, int(work.contacts),
                 int(work.unconverged), work.residual, int(work.stalls), int(work.rounds), ms);
     std::fflush(stdout);
     is_good = is_good && work.stalls == 0 && row.from_start < 0.01;
