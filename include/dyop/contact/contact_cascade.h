@@ -27,9 +27,9 @@ class ContactCascade final : public ContactSolver {
   std::vector<Vector3> best_lambda_;
 };
 
-/// The tolerance for a step of length h that keeps a standoff s (a length), by the way x = speed h / s
-/// of the fastest body: 1e-6 max(x, x^2) s / h, but at least 1e-7 s / h, for bodies at rest, and at
-/// most 0.1 s / h.
+/// The tolerance for a step of length h that keeps a standoff s (a length), by the way
+/// x = speed h / s of the fastest body: 1e-6 max(x, x^2) s / h, but at least 1e-7 s / h, for bodies
+/// at rest, and at most 0.1 s / h.
 Scalar contact_tolerance(Scalar largest_speed, Scalar standoff, Scalar h);
 
 }  // namespace dyop
