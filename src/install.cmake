@@ -71,10 +71,11 @@ if(DYOP_WITH_ASSIMP)
 endif()
 dyop_install_component(dyop PACKAGES ccd TBB Threads PC_PACKAGES ccd tbb PC_LIBRARIES -lpthread)
 dyop_install_component(paper NEEDS dyop PACKAGES ccd PC_PACKAGES ccd)
+dyop_install_component(chain NEEDS dyop)
 dyop_install_component(contact NEEDS dyop)
 dyop_install_component(dynamics NEEDS contact PACKAGES SUNDIALS
                        PC_LIBRARIES -lsundials_arkode -lsundials_cvode -lsundials_nvecserial)
-dyop_install_component(io NEEDS dyop PACKAGES ${dyop_io_packages} PC_PACKAGES ${dyop_io_pc_packages})
+dyop_install_component(io NEEDS chain PACKAGES ${dyop_io_packages} PC_PACKAGES ${dyop_io_pc_packages})
 dyop_install_component(scene_io NEEDS dynamics io)
 
 get_property(DYOP_COMPONENTS GLOBAL PROPERTY dyop_components)
