@@ -2,8 +2,9 @@
 #include "dyop/chain/certify_chain.h"
 
 #include <algorithm>
+#include <vector>
 
-#include "dyop/chain/link_motion.h"
+#include "chain/path_cells.h"
 #include "dyop/core/error.h"
 
 namespace dyop {
@@ -12,6 +13,7 @@ namespace internal {
 struct ChainMemory {
   ObstacleWorkspace obstacles;
   ToiWorkspace pair;
+  PathCells cells;
 };
 
 }  // namespace internal
@@ -54,6 +56,10 @@ class ChainSearch {
         memory_(memory) {
     best_.toi.status = ToiStatus::Separated;
     best_.toi.t_safe = path.domain().end;
+    for (std::size_t link = 0; link < chain.links().size(); ++link) {
+      links_.emplace_back(chain_, path_, link);
+    }
+    memory_.cells.set(path, links_);
   }
 
   ChainResult run();
@@ -71,6 +77,7 @@ class ChainSearch {
   const ObstacleSet& obstacles_;
   const ChainOptions& options_;
   internal::ChainMemory& memory_;
+  std::vector<LinkMotion> links_;  // in the world
   ChainResult best_;
   ToiStatistics statistics_;
   Scalar rounding_allowance_ = 0;
@@ -102,9 +109,9 @@ void ChainSearch::examine_link(std::size_t link) {
   if (filter.groups == 0) return;
   ToiOptions options = rest_of_options();
   options.solid_a = body.is_solid;
-  const ObstacleImpact found =
-      obstacles_.first_impact(*body.shape, LinkMotion(chain_, path_, link), rest(), options, filter,
-                              memory_.obstacles);
+  const internal::CellMotion motion(links_[link], link, memory_.cells);
+  const ObstacleImpact found = obstacles_.first_impact(*body.shape, motion, rest(), options, filter,
+                                                       memory_.obstacles);
   if (!take(found.toi)) return;
   best_.link_a = link;
   best_.obstacle = found.obstacle;
@@ -117,13 +124,15 @@ void ChainSearch::examine_pair(const KinematicChain::LinkPair& pair) {
   ToiOptions options = rest_of_options();
   options.solid_a = a.is_solid;
   options.solid_b = b.is_solid;
-  ToiResult found = time_of_impact(*a.shape, LinkMotion(chain_, path_, pair.first, base), *b.shape,
-                                   LinkMotion(chain_, path_, pair.second, base), rest(), options,
-                                   memory_.pair);
+  const LinkMotion motion_a(chain_, path_, pair.first, base);
+  const LinkMotion motion_b(chain_, path_, pair.second, base);
+  const ToiResult found = time_of_impact(
+      *a.shape, internal::CellMotion(motion_a, pair.first, memory_.cells), *b.shape,
+      internal::CellMotion(motion_b, pair.second, memory_.cells), rest(), options, memory_.pair);
   if (!take(found)) return;
   best_.link_a = pair.first;
   best_.link_b = pair.second;
-  const RigidPose X_WC = LinkMotion(chain_, path_, base).pose(found.t_safe);
+  const RigidPose X_WC = links_[base].pose(found.t_safe);
   best_.toi.X_WA = X_WC * found.X_WA;
   best_.toi.X_WB = X_WC * found.X_WB;
   if (best_.toi.contact) move_to_world(*best_.toi.contact, X_WC);

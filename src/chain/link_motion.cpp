@@ -4,10 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "chain/chain_step.h"
-#include "core/tolerance.h"
+#include "chain/link_bounds.h"
 #include "dyop/core/error.h"
-#include "motion/curve/rotation_rate.h"
 
 namespace dyop {
 namespace {
@@ -141,45 +139,17 @@ Twist LinkMotion::twist(Scalar t) const {
   return LinkMotion::state(t).twist;
 }
 
-// From the link towards the base: bounds of the link's motion as seen from ever lower joints.
 TwistBound LinkMotion::twist_bound(const TimeInterval& interval) const {
-  const Scalar middle = std::clamp((interval.begin + interval.end) / 2, interval.begin, interval.end);
-  // literal: more than the rounding of half the length.
-  const Scalar half = std::max(interval.end - middle, middle - interval.begin) * (1 + 0x1p-50);
-  const std::size_t piece = path_->piece_at(middle);
-  TwistBound seen;
-  Vector3 arm = X_JL_.translation();  // from the joint that was last passed to the link's origin
-  Scalar next_rate = 0;               // of the revolute joint that was last passed
-  Scalar other_rates = 0;             // of those before it
-  for (auto turn = turns_.rbegin(); turn != turns_.rend(); ++turn) {
-    const KinematicChain::Step& step = turn->step;
-    const JointPath::Bound q = path_->bound(step.coordinate, interval);
-    const Scalar value = path_->sample(step.coordinate, piece, middle).value;
-    if (step.type == JointType::Prismatic) {
-      seen.linear_acceleration += q.acceleration;
-      seen.linear_speed += q.speed;
-      arm = step.X_PJ.translation() + value * step.axis_P + step.X_PJ.rotation() * arm;
-      continue;
-    }
-    arm = internal::turn_at(step, value) * arm;
-    // How far the link's origin gets from the axis.
-    const Scalar near_middle = internal::norm_of(step.axis_P.cross(arm)) +
-                               half * seen.linear_speed + kPoseNoise * scale_.length;
-    const Scalar radius = std::min(turn->reach, near_middle);
-    seen.linear_acceleration += internal::times(q.acceleration, radius) +
-                                q.speed * q.speed * radius + 2 * q.speed * seen.linear_speed;
-    seen.linear_speed += q.speed * radius;
-    // The axis of the next joint is at a fixed angle to this one's, those beyond at any.
-    const Scalar turning = next_rate * turn->sine_to_next + other_rates;
-    seen.angular_acceleration += q.acceleration + q.speed * turning;
-    seen.angular_speed += q.speed;
-    other_rates += next_rate;
-    next_rate = q.speed;
-    arm += step.X_PJ.translation();
-  }
-  const Scalar up = 1 + kMotionNoise * static_cast<Scalar>(1 + turns_.size());
-  return {up * seen.linear_speed, up * seen.angular_speed, up * seen.linear_acceleration,
-          up * seen.angular_acceleration};
+  const internal::PartMiddle middle(interval);
+  const std::size_t piece = path_->piece_at(middle.time);
+  TwistBound bound;
+  internal::visit_bounds(
+      *this, middle, kPoseNoise * scale_.length,
+      [&](std::size_t coordinate) {
+        return internal::joint_part(*path_, coordinate, piece, interval, middle.time);
+      },
+      [&bound](std::size_t, const TwistBound& seen) { bound = seen; });
+  return bound;
 }
 
 PoseScale LinkMotion::pose_scale(const TimeInterval&) const {

@@ -8,6 +8,7 @@
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
+#include <optional>
 #include <random>
 
 #include <fcl/broadphase/broadphase_dynamic_AABB_tree.h>
@@ -22,6 +23,8 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 using FclObject = fcl::CollisionObject<double>;
+
+constexpr int kPathsPerScene = 50;
 
 double microseconds_since(Clock::time_point start) {
   return std::chrono::duration<double, std::micro>(Clock::now() - start).count();
@@ -130,9 +133,13 @@ void run(const char* name, int path_count, Scalar length) {
   ChainWorkspace workspace;
   std::vector<double> all, free, checks, free_checks, ratios;
   int counts[3] = {};
+  ObstacleSet obstacles;
+  std::optional<FclArm> other;
   for (int i = 0; i < path_count; ++i) {
-    const ObstacleSet obstacles = arm_surroundings(100, random);
-    FclArm other(arm, obstacles);
+    if (i % kPathsPerScene == 0) {
+      obstacles = arm_surroundings(100, random);
+      other.emplace(arm, obstacles);
+    }
     const JointVector from = random_coordinates(arm, random);
     const JointVector to = from + length * (random_coordinates(arm, random) - from);
     const JointPath path = JointPath::linear(std::vector<Scalar>{0, 1}, std::vector{from, to});
@@ -147,9 +154,11 @@ void run(const char* name, int path_count, Scalar length) {
     if (is_free) free.push_back(time);
     // At places of the part that is free, where a check has to look at everything.
     constexpr int kChecks = 20;
-    bool is_hit = other.collides(from);
+    bool is_hit = other->collides(from);
     const auto check_start = Clock::now();
-    for (int k = 0; k < kChecks; ++k) is_hit |= other.collides(path.position(k * result.toi.t_safe / kChecks));
+    for (int k = 0; k < kChecks; ++k) {
+      is_hit |= other->collides(path.position(k * result.toi.t_safe / kChecks));
+    }
     const double check = microseconds_since(check_start) / kChecks;
     checks.push_back(check);
     if (is_free) free_checks.push_back(check);

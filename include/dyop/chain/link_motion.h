@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "dyop/chain/joint_path.h"
@@ -19,6 +20,13 @@ namespace DYOP_EXPORT dyop {
 /// has the proof.
 class LinkMotion final : public Motion {
  public:
+  /// A joint that moves, between the base and the link. Fixed joints belong to the one after them.
+  struct Turn {
+    KinematicChain::Step step;
+    Scalar reach = 0;         ///< largest distance of the link's origin from the joint, rounded up
+    Scalar sine_to_next = 1;  ///< of the angle to the next axis towards the link, rounded up
+  };
+
   /// In the world.
   /// @throws InvalidArgument if a pointer is null, the chain has no such link, or the path has
   ///         another number of coordinates than the chain.
@@ -36,21 +44,20 @@ class LinkMotion final : public Motion {
   TimeInterval domain() const override { return path_->domain(); }
   Scalar smooth_until(Scalar t) const override;
 
+  /// For inner loops: the joints from the base to the link, and where the link's origin is in the
+  /// frame of the last of them.
+  std::span<const Turn> turns() const { return turns_; }
+  const Vector3& p_JL() const { return X_JL_.translation(); }
+
  private:
-  // A joint between the base and the link. Fixed joints belong to the one that follows.
-  struct Turn {
-    KinematicChain::Step step;
-    Scalar reach = 0;         // largest distance of the link's origin from the joint, rounded up
-    Scalar sine_to_next = 1;  // of the angle to the next axis towards the link, rounded up
-  };
   void collect(std::size_t link, std::optional<std::size_t> base);
   void measure();
 
   std::shared_ptr<const KinematicChain> chain_;
   std::shared_ptr<const JointPath> path_;
-  RigidPose X_WF_;           // of the base, or of the root in the world
-  std::vector<Turn> turns_;  // from the base to the link
-  RigidPose X_JL_;           // fixed joints after the last turn
+  RigidPose X_WF_;  // of the base, or of the root in the world
+  std::vector<Turn> turns_;
+  RigidPose X_JL_;  // fixed joints after the last turn
   PoseScale scale_;
 };
 
