@@ -30,7 +30,7 @@ mistake turning_speed_not_bounded src/motion/curve/chart_curve.cpp motion '*Cont
   '0.999 * largest_norm({theta_rate.data(), degree_})'
 mistake jump_of_the_twist_forgotten src/motion/sampled_motion.cpp motion '*' \
   'last == first ? 0 : kInfinity' '0'
-mistake hull_vertex_lost src/geometry/quickhull.cpp geometry '*Hull*' \
+mistake hull_vertex_lost src/geometry/hull/quickhull.cpp geometry '*Hull*' \
   'if (p != apex) assign(p, cone_);' 'if (p > apex) assign(p, cone_);'
 mistake leaf_range_one_short src/hierarchy/mesh_hierarchy.cpp hierarchy '*' \
   'first[end[std::size_t(child)]] - begin' 'first[end[std::size_t(child)]] - begin - 1'

@@ -5,9 +5,9 @@
 #include <optional>
 #include <utility>
 
-#include "geometry/hull_climber.h"
-#include "geometry/point_scan.h"
-#include "geometry/quickhull.h"
+#include "geometry/hull/hull_climber.h"
+#include "geometry/hull/point_scan.h"
+#include "geometry/hull/quickhull.h"
 #include "geometry/solid.h"
 
 namespace dyop {

@@ -32,16 +32,17 @@ void refuse(const MotionState& state, Scalar t, const char* what) {
                                         state.twist.w_WB.transpose(), ")"));
 }
 
-MotionState guarded_state(const Motion& motion, Scalar t, const char* what) {
+MotionState guarded_state(const Motion& motion, bool is_trusted, Scalar t, const char* what) {
   const MotionState state = with_time([&] { return motion.state(t); }, t, what);
-  if (!is_sound(state)) [[unlikely]]
+  const bool is_sound = is_finite(state) && (is_trusted || is_rotation(state.X_WB.rotation()));
+  if (!is_sound) [[unlikely]]
     refuse(state, t, what);
   return state;
 }
 
 RigidPose guarded_pose(const Motion& motion, Scalar t, const char* what) {
   const MotionState state{with_time([&] { return motion.pose(t); }, t, what), {}};
-  if (!is_sound(state)) [[unlikely]]
+  if (!is_finite(state) || !is_rotation(state.X_WB.rotation())) [[unlikely]]
     refuse(state, t, what);
   return state.X_WB;
 }

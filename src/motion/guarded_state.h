@@ -32,15 +32,15 @@ inline bool is_finite(const Vector3& x) {
   return ((x[0] - x[0]) + (x[1] - x[1])) + (x[2] - x[2]) == 0;
 }
 
-inline bool is_sound(const MotionState& state) {
+inline bool is_finite(const MotionState& state) {
   const Vector3& p = state.X_WB.translation();
   const Vector3& v = state.twist.v_WB;
   const Vector3& w = state.twist.w_WB;
   // One comparison for all nine numbers.
-  const Scalar zero = ((p[0] - p[0]) + (p[1] - p[1]) + (p[2] - p[2])) +
-                      ((v[0] - v[0]) + (v[1] - v[1]) + (v[2] - v[2])) +
-                      ((w[0] - w[0]) + (w[1] - w[1]) + (w[2] - w[2]));
-  return is_rotation(state.X_WB.rotation()) && zero == 0;
+  return ((p[0] - p[0]) + (p[1] - p[1]) + (p[2] - p[2])) +
+             ((v[0] - v[0]) + (v[1] - v[1]) + (v[2] - v[2])) +
+             ((w[0] - w[0]) + (w[1] - w[1]) + (w[2] - w[2])) ==
+         0;
 }
 
 /// Throws InvalidArgument that says what is wrong with a state that is not sound.
@@ -48,10 +48,11 @@ inline bool is_sound(const MotionState& state) {
 
 /// The one gate through which poses and twists of motions enter the engine.
 ///
+/// @param is_trusted Of the motion, Motion::is_trusted(): rotations are not checked.
 /// @param what Names the motion in messages, such as "the motion of A".
 /// @throws InvalidArgument with the time and the value if the pose is not finite or not a rotation,
 ///         or the twist is not finite; with the time in front if the motion itself throws one.
-MotionState guarded_state(const Motion& motion, Scalar t, const char* what);
+MotionState guarded_state(const Motion& motion, bool is_trusted, Scalar t, const char* what);
 
 /// The same for a pose alone.
 RigidPose guarded_pose(const Motion& motion, Scalar t, const char* what);

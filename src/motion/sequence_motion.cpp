@@ -48,6 +48,7 @@ SequenceMotion::SequenceMotion(std::vector<Part> parts) : parts_(std::move(parts
     const TwistBound bound = motion->twist_bound(interval);
     speeds.push_back({bound.linear_speed, bound.angular_speed});
     pose_scale_ = internal::larger_of(pose_scale_, motion->pose_scale(interval));
+    is_trusted_ = is_trusted_ && motion->is_trusted();
     if (i == 0) {
       jumps_.push_back({0, 0});
       continue;

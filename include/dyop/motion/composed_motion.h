@@ -25,6 +25,7 @@ class ComposedMotion final : public Motion {
   PoseScale pose_scale(const TimeInterval& interval) const override;
   TimeInterval domain() const override;
   Scalar smooth_until(Scalar t) const override;
+  bool is_trusted() const override { return outer_->is_trusted() && inner_->is_trusted(); }
 
   const Motion& outer() const { return *outer_; }
   const Motion& inner() const { return *inner_; }

@@ -48,6 +48,7 @@ class HermiteMotion final : public Motion {
   TwistBound twist_bound(const TimeInterval& interval) const override;
   PoseScale pose_scale(const TimeInterval& interval) const override;
   TimeInterval domain() const override;
+  bool is_trusted() const override { return true; }
 
  private:
   HermiteMotion(const TimeInterval& interval, const RigidPose& X_WC, const HermiteNode& begin,

@@ -81,6 +81,11 @@ class Motion {
     const Scalar end = domain().end;
     return t < end ? end : kInfinity;
   }
+
+  /// True if poses are rotations and bounds hold by construction: queries then check only that
+  /// poses and twists are finite. The library's own motions say so. Leave it as it is for a motion
+  /// that nobody has proven: queries refuse poses that are no rotations, and jumps.
+  virtual bool is_trusted() const { return false; }
 };
 
 /// Throws InvalidArgument unless `motion` is defined on all of `interval`.

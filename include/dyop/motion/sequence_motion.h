@@ -43,11 +43,15 @@ class SequenceMotion final : public Motion {
   /// The end of the part, or what the part's motion says if that is sooner.
   Scalar smooth_until(Scalar t) const override;
 
+  /// If all parts are.
+  bool is_trusted() const override { return is_trusted_; }
+
  private:
   std::size_t part_at(Scalar t) const;
   std::vector<Part> parts_;
   std::shared_ptr<const internal::SpeedTree> speeds_;
   PoseScale pose_scale_;  // of the parts
+  bool is_trusted_ = true;
   // By how much the pose jumps, for rounding, where parts meet: sums over the meetings before each
   // part, relative to rounding as PoseScale is. Speeds do not bound it.
   std::vector<PoseScale> jumps_;

@@ -56,10 +56,10 @@ Vector3 DeformingSide::velocity_at(std::int32_t leaf, const Vector3& p_W) const 
 }
 
 void RigidSide::set_time(Scalar t) {
-  const MotionState state = guarded_state(motion_, t, kMotionOfB);
+  const MotionState state = guarded_state(motion_, motion_.is_trusted(), t, kMotionOfB);
   const BodyInstant before = now_;
   now_ = {state.X_WB.rotation(), state.X_WB.translation(), state.twist.v_WB, state.twist.w_WB};
-  if (noise_ > 0) {
+  if (noise_ > 0 && !motion_.is_trusted()) {
     require_no_jump({before.R_WB, before.p_WB, now_.R_WB, now_.p_WB, time_, t}, bounds_.whole(),
                     mesh_.bounding_radius(), noise_, kMotionOfB);
   }

@@ -15,10 +15,10 @@ namespace {
 // Where the body is at time t. `before` is where it was at `t_before`, if `noise` is positive.
 BodyInstant instant(const MovingShape& body, Scalar t, const BodyInstant& before, Scalar t_before,
                     Scalar noise) {
-  const MotionState state = guarded_state(body.motion, t, body.name);
+  const MotionState state = guarded_state(body.motion, body.is_trusted, t, body.name);
   const BodyInstant now{state.X_WB.rotation(), state.X_WB.translation(), state.twist.v_WB,
                         state.twist.w_WB};
-  if (noise > 0) {
+  if (noise > 0 && !body.is_trusted) {
     require_no_jump({before.R_WB, before.p_WB, now.R_WB, now.p_WB, t_before, t},
                     body.bounds.whole(), body.radius, noise, body.name);
   }

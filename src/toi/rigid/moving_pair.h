@@ -24,6 +24,7 @@ struct MovingShape {
         tree(the_shape),
         radius(the_shape.bounding_radius()),
         motion(the_motion),
+        is_trusted(the_motion.is_trusted()),
         bounds(the_motion, interval, lookups) {}
 
   const char* name;  ///< of its motion, in messages
@@ -31,6 +32,7 @@ struct MovingShape {
   ShapeTree tree;
   const Scalar radius;
   const Motion& motion;
+  const bool is_trusted;  ///< the motion
   MotionBounds bounds;
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "geometry/hull_climber.h"
+#include "geometry/hull/hull_climber.h"
 
 #include <cmath>
 #include <limits>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "geometry/quickhull.h"
+#include "geometry/hull/quickhull.h"
 
 #include <algorithm>
 #include <array>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "geometry/point_scan.h"
+#include "geometry/hull/point_scan.h"
 
 #include <algorithm>
 
