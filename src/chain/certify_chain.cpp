@@ -85,7 +85,8 @@ class ChainSearch {
 
 ToiOptions ChainSearch::rest_of_options() const {
   ToiOptions options = options_.toi;
-  options.max_node_pairs = std::max<std::int64_t>(1, options.max_node_pairs - statistics_.node_pairs);
+  options.max_node_pairs =
+      std::max<std::int64_t>(1, options.max_node_pairs - statistics_.node_pairs);
   return options;
 }
 
@@ -110,8 +111,8 @@ void ChainSearch::examine_link(std::size_t link) {
   ToiOptions options = rest_of_options();
   options.solid_a = body.is_solid;
   const internal::CellMotion motion(links_[link], link, memory_.cells);
-  const ObstacleImpact found = obstacles_.first_impact(*body.shape, motion, rest(), options, filter,
-                                                       memory_.obstacles);
+  const ObstacleImpact found =
+      obstacles_.first_impact(*body.shape, motion, rest(), options, filter, memory_.obstacles);
   if (!take(found.toi)) return;
   best_.link_a = link;
   best_.obstacle = found.obstacle;

@@ -83,8 +83,7 @@ JointPath::JointPath(std::vector<Scalar> times, std::span<const Eigen::MatrixXd>
       const Scalar speed = largest_size(rate, degree_);
       // Differences of rates err relative to the rates.
       const Scalar noise = degree_ > 1 ? kMotionNoise * degree * speed / h : 0;
-      const Bound bound{round_up(speed),
-                        round_up(largest_size(acceleration, degree_ - 1) + noise)};
+      const Bound bound{round_up(speed), round_up(largest_size(acceleration, degree_ - 1) + noise)};
       DYOP_REQUIRE(bound.speed < kInfinity && bound.acceleration < kInfinity, "coordinate ", j,
                    " of a joint path is too fast between t = ", times_[piece], " and ",
                    times_[piece + 1]);
@@ -119,10 +118,10 @@ JointPath::Bound JointPath::bound_of_piece(std::size_t coordinate, std::size_t p
   const Scalar s1 = std::clamp((part.end - begin) / h + kMotionNoise, 0.0, 1.0);
   const Scalar* rate = row(piece, coordinate) + degree_ + 1;
   // Differences of rates err relative to the rates.
-  const Scalar noise = whole.acceleration > 0 ? kMotionNoise * Scalar(degree_) * whole.speed / h : 0;
+  const Scalar noise =
+      whole.acceleration > 0 ? kMotionNoise * Scalar(degree_) * whole.speed / h : 0;
   return {std::min(whole.speed, largest_over(rate, degree_, s0, s1)),
-          std::min(whole.acceleration,
-                   largest_over(rate + degree_, degree_ - 1, s0, s1) + noise)};
+          std::min(whole.acceleration, largest_over(rate + degree_, degree_ - 1, s0, s1) + noise)};
 }
 
 JointPath::Bound JointPath::bound(std::size_t coordinate, const TimeInterval& part) const {

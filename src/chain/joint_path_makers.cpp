@@ -35,8 +35,8 @@ void require_vectors(std::span<const JointVector> vectors, std::size_t count, co
 }
 
 void require_knots(std::size_t degree, std::span<const Scalar> knots, std::size_t point_count) {
-  DYOP_REQUIRE(degree >= 1 && degree <= JointPath::kMaxDegree, "degree of a joint path must be 1 to ",
-               JointPath::kMaxDegree, ", not ", degree);
+  DYOP_REQUIRE(degree >= 1 && degree <= JointPath::kMaxDegree,
+               "degree of a joint path must be 1 to ", JointPath::kMaxDegree, ", not ", degree);
   DYOP_REQUIRE(point_count > degree && knots.size() == point_count + degree + 1,
                "a B-spline of degree ", degree, " needs at least ", degree + 1,
                " control points and ", degree + 1, " more knots than these, not ", point_count,
@@ -44,8 +44,9 @@ void require_knots(std::size_t degree, std::span<const Scalar> knots, std::size_
   for (std::size_t i = 0; i < knots.size(); ++i) {
     DYOP_REQUIRE(std::isfinite(knots[i]), "knot ", i, " of a joint path must be finite, not ",
                  knots[i]);
-    DYOP_REQUIRE(i == 0 || knots[i] >= knots[i - 1], "knots of a joint path must not decrease, but ",
-                 knots[i], " follows ", knots[i - 1]);
+    DYOP_REQUIRE(i == 0 || knots[i] >= knots[i - 1],
+                 "knots of a joint path must not decrease, but ", knots[i], " follows ",
+                 knots[i - 1]);
     // degree + 1 equal knots inside the domain would tear the path.
     DYOP_REQUIRE(i <= degree || i >= point_count || knots[i] > knots[i - degree], "knot ", i, " = ",
                  knots[i], " of a B-spline of degree ", degree, " is there more than ", degree,

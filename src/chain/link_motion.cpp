@@ -38,8 +38,8 @@ LinkMotion::LinkMotion(std::shared_ptr<const KinematicChain> chain,
 
 void LinkMotion::collect(std::size_t link, std::optional<std::size_t> base) {
   const std::size_t count = chain_->links().size();
-  DYOP_REQUIRE(link < count && base.value_or(0) < count, "the chain has ", count, " links, not link ",
-               link < count ? *base : link);
+  DYOP_REQUIRE(link < count && base.value_or(0) < count, "the chain has ", count,
+               " links, not link ", link < count ? *base : link);
   DYOP_REQUIRE(path_->coordinate_count() == chain_->coordinate_count(), "the path has ",
                path_->coordinate_count(), " coordinates, the chain ", chain_->coordinate_count());
   std::vector<KinematicChain::Step> steps;

@@ -42,6 +42,7 @@ class CellMotion final : public Motion {
   }
   TimeInterval domain() const override { return motion_.domain(); }
   Scalar smooth_until(Scalar t) const override { return motion_.smooth_until(t); }
+  bool is_trusted() const override { return true; }
 
  private:
   const LinkMotion& motion_;

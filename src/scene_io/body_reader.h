@@ -3,7 +3,7 @@
 
 #include "dyop/dynamics/rigid_body.h"
 #include "io/json_reader.h"
-#include "scene_io/shape_reader.h"
+#include "io/bodies/shape_reader.h"
 
 namespace dyop::internal {
 

@@ -4,15 +4,15 @@
 // the same arm in FCL, at one configuration of the same path. Both include self-collision.
 // Usage: chain_benchmark [paths]
 
+#include <fcl/broadphase/broadphase_dynamic_AABB_tree.h>
+#include <fcl/narrowphase/collision.h>
+
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <optional>
 #include <random>
-
-#include <fcl/broadphase/broadphase_dynamic_AABB_tree.h>
-#include <fcl/narrowphase/collision.h>
 
 #include "dyop/chain/certify_chain.h"
 #include "dyop/geometry/triangle_mesh.h"
@@ -76,8 +76,8 @@ class FclArm {
     for (const ObstacleId id : obstacles.ids()) {
       const Obstacle& obstacle = obstacles.obstacle(id);
       const FclShape shape = fcl_shape(*obstacle.shape);
-      others_.push_back(std::make_unique<FclObject>(
-          shape.geometry, isometry(obstacle.X_WO->pose(0) * shape.X_SG)));
+      others_.push_back(std::make_unique<FclObject>(shape.geometry,
+                                                    isometry(obstacle.X_WO->pose(0) * shape.X_SG)));
       manager_.registerObject(others_.back().get());
     }
     manager_.setup();
@@ -165,10 +165,12 @@ void run(const char* name, int path_count, Scalar length) {
     ratios.push_back(time / check);
     if (is_hit) std::printf("FCL finds a collision where dyop proves there is none: path %d\n", i);
   }
-  std::printf("%s: free %d, impact %d, initially within %d\n", name, counts[0], counts[1], counts[2]);
-  std::printf("  median certify %.1f us, of free paths %.1f us; one FCL check %.1f us, on free paths "
-              "%.1f us; median ratio %.1f\n",
-              median(all), median(free), median(checks), median(free_checks), median(ratios));
+  std::printf("%s: free %d, impact %d, initially within %d\n", name, counts[0], counts[1],
+              counts[2]);
+  std::printf(
+      "  median certify %.1f us, of free paths %.1f us; one FCL check %.1f us, on free paths "
+      "%.1f us; median ratio %.1f\n",
+      median(all), median(free), median(checks), median(free_checks), median(ratios));
 }
 
 }  // namespace

@@ -36,8 +36,7 @@ TEST(CertifyChain, FindsWhenABarMeetsABall) {
   // of the center from the bar's middle plane, 0.8 cos q, is r + 0.01.
   ObstacleSet obstacles;
   obstacles.add(std::make_shared<Sphere>(0.1), RigidPose(Vector3(0, 0.8, 0)));
-  const ChainResult result =
-      certify(bar(), line(vector_of({0}), vector_of({3})), obstacles);
+  const ChainResult result = certify(bar(), line(vector_of({0}), vector_of({3})), obstacles);
   EXPECT_EQ(result.toi.status, ToiStatus::Impact);
   EXPECT_NEAR(3 * result.toi.t_safe, std::acos(0.11 / 0.8), 1e-5);
   EXPECT_EQ(result.link_a, 1u);
@@ -93,8 +92,8 @@ TEST(CertifyChain, FindsSelfCollisionInTheWorldFrame) {
 
 TEST(CertifyChain, ObeysGroupsAndFilters) {
   ObstacleSet obstacles;
-  const ObstacleId ball = obstacles.add(std::make_shared<Sphere>(0.1),
-                                        RigidPose(Vector3(0, 0.8, 0)), /*groups=*/4);
+  const ObstacleId ball =
+      obstacles.add(std::make_shared<Sphere>(0.1), RigidPose(Vector3(0, 0.8, 0)), /*groups=*/4);
   const JointPath path = line(vector_of({0}), vector_of({3}));
   ChainOptions options;
   EXPECT_EQ(certify(bar(), path, obstacles, options).obstacle, ball);
@@ -131,12 +130,14 @@ TEST(CertifyChain, RefusesBadInput) {
   options.toi.solid_a = true;
   EXPECT_THROW(certify(bar(), line(vector_of({0}), vector_of({1})), none, options),
                InvalidArgument);
-  EXPECT_THROW(certify(KinematicChain({{"sheet", std::make_shared<TriangleMesh>(
-                                                     test_support::plate_grid(1, 1, 2, 2).mesh()),
-                                        true}},
-                                      {}),
-                       line(JointVector(), JointVector()), none),
-               InvalidArgument);
+  EXPECT_THROW(
+      certify(
+          KinematicChain(
+              {{"sheet",
+                std::make_shared<TriangleMesh>(test_support::plate_grid(1, 1, 2, 2).mesh()), true}},
+              {}),
+          line(JointVector(), JointVector()), none),
+      InvalidArgument);
 }
 
 enum class PathKind { Linear, Cubic, Spline };

@@ -76,14 +76,12 @@ TEST(JointPath, CubicWithoutVelocitiesRestsAtTheEndsAndHasAContinuousAcceleratio
   EXPECT_LT(path.velocity(times.back()).norm(), 1e-12);
   const Scalar h = 1e-4;  // differences of a piecewise quadratic velocity, exact to first order
   for (std::size_t i = 1; i + 1 < times.size(); ++i) {
-    const JointVector before =
-        (3 * path.velocity(times[i]) - 4 * path.velocity(times[i] - h) +
-         path.velocity(times[i] - 2 * h)) /
-        (2 * h);
-    const JointVector after =
-        (-3 * path.velocity(times[i]) + 4 * path.velocity(times[i] + h) -
-         path.velocity(times[i] + 2 * h)) /
-        (2 * h);
+    const JointVector before = (3 * path.velocity(times[i]) - 4 * path.velocity(times[i] - h) +
+                                path.velocity(times[i] - 2 * h)) /
+                               (2 * h);
+    const JointVector after = (-3 * path.velocity(times[i]) + 4 * path.velocity(times[i] + h) -
+                               path.velocity(times[i] + 2 * h)) /
+                              (2 * h);
     EXPECT_LT((after - before).norm(), 1e-8 * (1 + before.norm())) << i;
   }
 }
@@ -179,14 +177,17 @@ TEST(JointPath, RefusesBadInputByName) {
   const JointVector two = JointVector::Zero(2), three = JointVector::Zero(3);
   const std::vector<Scalar> times{0, 1};
   const auto message = [](const auto& f) { return message_of<InvalidArgument>(f); };
-  EXPECT_NE(message([&] { JointPath::linear(std::vector<Scalar>{0}, std::vector{two}); })
-                .find("two times, not 1"),
+  EXPECT_NE(message([&] {
+              JointPath::linear(std::vector<Scalar>{0}, std::vector{two});
+            }).find("two times, not 1"),
             std::string::npos);
-  EXPECT_NE(message([&] { JointPath::linear(std::vector<Scalar>{1, 1}, std::vector{two, two}); })
-                .find("1 follows 1"),
+  EXPECT_NE(message([&] {
+              JointPath::linear(std::vector<Scalar>{1, 1}, std::vector{two, two});
+            }).find("1 follows 1"),
             std::string::npos);
-  EXPECT_NE(message([&] { JointPath::linear(times, std::vector{two, three}); })
-                .find("has 3 coordinates, the first one has 2"),
+  EXPECT_NE(message([&] {
+              JointPath::linear(times, std::vector{two, three});
+            }).find("has 3 coordinates, the first one has 2"),
             std::string::npos);
   EXPECT_NE(message([&] { JointPath::linear(times, std::vector{two}); }).find("not 1"),
             std::string::npos);
@@ -204,12 +205,14 @@ TEST(JointPath, RefusesBadInputByName) {
                                 std::vector{two, JointVector(two.array() + 1e10)});
             }).find("too fast"),
             std::string::npos);
-  EXPECT_NE(message([&] { JointPath::linear(times, std::vector{two, two}).position(2); })
-                .find("not at t = 2"),
+  EXPECT_NE(message([&] {
+              JointPath::linear(times, std::vector{two, two}).position(2);
+            }).find("not at t = 2"),
             std::string::npos);
   const std::vector<Eigen::MatrixXd> torn{Eigen::MatrixXd::Zero(1, 2), Eigen::MatrixXd::Ones(1, 2)};
-  EXPECT_NE(message([&] { JointPath::bezier(std::vector<Scalar>{0, 1, 2}, torn); })
-                .find("must start where the one before ends"),
+  EXPECT_NE(message([&] {
+              JointPath::bezier(std::vector<Scalar>{0, 1, 2}, torn);
+            }).find("must start where the one before ends"),
             std::string::npos);
 }
 

@@ -28,9 +28,9 @@ TEST(KinematicChain, PosesOfAPlanarArmAreTheClosedForm) {
   const std::vector<RigidPose> poses = chain.link_poses(q);
   EXPECT_LT((poses[1].translation() - Vector3(1, 0, 0)).norm(), 1e-15);
   EXPECT_LT((poses[2].translation() - Vector3(1 + std::cos(0.3), std::sin(0.3), 0)).norm(), 1e-15);
-  EXPECT_LT((poses[2].rotation() * Vector3::UnitX() - Vector3(std::cos(-0.8), std::sin(-0.8), 0))
-                .norm(),
-            1e-15);
+  EXPECT_LT(
+      (poses[2].rotation() * Vector3::UnitX() - Vector3(std::cos(-0.8), std::sin(-0.8), 0)).norm(),
+      1e-15);
 }
 
 TEST(KinematicChain, PosesAreTheProductsOfHomogeneousMatrices) {
@@ -63,12 +63,12 @@ TEST(KinematicChain, NamesWhatIsWrong) {
   contains(message({{"a", kBall}, {"a", kBall}}, {}), "two links have the name 'a'");
   contains(message({{"a", kBall}, {"b", kBall}}, {}), "one link without a joint above, not 2");
   contains(message({{"a", kBall}, {"b", kBall}}, {revolute("j", "a", "x")}), "child 'x'");
-  contains(message({{"a", kBall}, {"b", kBall}},
-                   {revolute("j", "a", "b"), revolute("j", "a", "b")}),
-           "two joints have the name 'j'");
-  contains(message({{"a", kBall}, {"b", kBall}},
-                   {revolute("j", "a", "b"), revolute("k", "a", "b")}),
-           "'b' is already the child");
+  contains(
+      message({{"a", kBall}, {"b", kBall}}, {revolute("j", "a", "b"), revolute("j", "a", "b")}),
+      "two joints have the name 'j'");
+  contains(
+      message({{"a", kBall}, {"b", kBall}}, {revolute("j", "a", "b"), revolute("k", "a", "b")}),
+      "'b' is already the child");
   contains(message({{"a", kBall}, {"b", kBall}, {"c", kBall}},
                    {revolute("j", "b", "c"), revolute("k", "c", "b")}),
            "form a loop");
@@ -81,13 +81,15 @@ TEST(KinematicChain, NamesWhatIsWrong) {
   contains(message({{"a", kBall}, {"b", kBall}}, {reversed}), "2 > 1");
   KinematicChain::Options options;
   options.ignored_pairs = {{"a", "z"}};
-  contains(message_of<InvalidArgument>([&] { KinematicChain({{"a", kBall}}, {}, options); }),
+  contains(message_of<InvalidArgument>([&] {
+             KinematicChain({{"a", kBall}}, {}, options);
+           }),
            "ignored pair: 'z'");
 }
 
 TEST(KinematicChain, SelfPairsLeaveOutNeighboursAndIgnoredPairs) {
   // a - b - (no shape) - c - d, and e on b.
-  const std::vector<Link> links{{"a", kBall}, {"b", kBall},   {"empty", nullptr},
+  const std::vector<Link> links{{"a", kBall}, {"b", kBall}, {"empty", nullptr},
                                 {"c", kBall}, {"d", kBall}, {"e", kBall}};
   const std::vector<Joint> joints{revolute("1", "a", "b"), revolute("2", "b", "empty"),
                                   revolute("3", "empty", "c"), revolute("4", "c", "d"),

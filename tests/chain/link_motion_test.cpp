@@ -85,8 +85,10 @@ MotionPointer seen_from_a_link(Random& random, const Scales& scales) {
                                       chain->links().size() / 2);
 }
 
-const std::vector<MotionMaker> kLinkMotions{
-    {"linear", linear}, {"cubic", cubic}, {"spline", spline}, {"seen_from_a_link", seen_from_a_link}};
+const std::vector<MotionMaker> kLinkMotions{{"linear", linear},
+                                            {"cubic", cubic},
+                                            {"spline", spline},
+                                            {"seen_from_a_link", seen_from_a_link}};
 
 INSTANTIATE_TEST_SUITE_P(Links, MotionContract, all_of(kLinkMotions), test_name);
 
@@ -134,9 +136,9 @@ TEST(LinkMotion, ParallelAxesDoNotTurnOneAnother) {
       std::vector<Link>{{"root"}, {"a"}, {"b"}},
       std::vector<Joint>{{"1", JointType::Revolute, "root", "a", RigidPose(Vector3(1, 2, 3))},
                          {"2", JointType::Revolute, "a", "b", RigidPose(Vector3(1, 0, 0))}});
-  const auto path = std::make_shared<JointPath>(
-      JointPath::linear(std::vector<Scalar>{0, 1}, std::vector{JointVector(JointVector::Zero(2)),
-                                                               JointVector(JointVector::Ones(2))}));
+  const auto path = std::make_shared<JointPath>(JointPath::linear(
+      std::vector<Scalar>{0, 1},
+      std::vector{JointVector(JointVector::Zero(2)), JointVector(JointVector::Ones(2))}));
   EXPECT_LT(LinkMotion(chain, path, 2).twist_bound({0, 1}).angular_acceleration, 1e-12);
 }
 
@@ -149,9 +151,9 @@ TEST(LinkMotion, OfALongChainIsStillARotation) {
                       std::to_string(i), RigidPose(Vector3(0.1, 0, 0)), Vector3(i % 3, 1, i % 2)});
   }
   const auto chain = std::make_shared<KinematicChain>(links, joints);
-  const auto path = std::make_shared<JointPath>(
-      JointPath::linear(std::vector<Scalar>{0, 1}, std::vector{JointVector(JointVector::Zero(200)),
-                                                               JointVector(JointVector::Ones(200))}));
+  const auto path = std::make_shared<JointPath>(JointPath::linear(
+      std::vector<Scalar>{0, 1},
+      std::vector{JointVector(JointVector::Zero(200)), JointVector(JointVector::Ones(200))}));
   const LinkMotion motion(chain, path, 200);
   const Matrix3 R = motion.pose(0.7).rotation();
   EXPECT_LT((R.transpose() * R - Matrix3::Identity()).norm(), 1e-15);
@@ -172,7 +174,8 @@ TEST(LinkMotion, NamesWhatIsWrong) {
   contains(message_of<Wrong>([&] { LinkMotion(nullptr, path, 0); }), "null");
   contains(message_of<Wrong>([&] { LinkMotion(chain, path, 8); }), "8 links, not link 8");
   contains(message_of<Wrong>([&] { LinkMotion(chain, other, 1); }), "5 coordinates, the chain 6");
-  contains(message_of<Wrong>([&] { LinkMotion(chain, path, 2, 4); }), "'wrist_1' is not on the way");
+  contains(message_of<Wrong>([&] { LinkMotion(chain, path, 2, 4); }),
+           "'wrist_1' is not on the way");
 }
 
 }  // namespace

@@ -229,7 +229,8 @@ TEST_P(MotionContract, DisplacementsStayWithinTheSecondOrderBound) {
   });
 }
 
-inline std::string test_name(const ::testing::TestParamInfo<std::tuple<MotionMaker, NamedScales>>& info) {
+inline std::string test_name(
+    const ::testing::TestParamInfo<std::tuple<MotionMaker, NamedScales>>& info) {
   return std::string(std::get<0>(info.param).name) + "_" + std::get<1>(info.param).name;
 }
 

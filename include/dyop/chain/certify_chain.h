@@ -36,7 +36,7 @@ struct ChainResult {
   /// The link that the status refers to: the one hit first, or that could not be decided. Empty if
   /// Separated.
   std::optional<std::size_t> link_a;
-  std::optional<std::size_t> link_b;    ///< the other link, in self-collision
+  std::optional<std::size_t> link_b;   ///< the other link, in self-collision
   std::optional<ObstacleId> obstacle;  ///< otherwise
   /// The fraction of the path's time proven free: 1 if Separated.
   Scalar free_fraction = 0;

@@ -20,8 +20,9 @@ namespace DYOP_EXPORT dyop {
 /// A rigid part of a chain. Several shapes make one CompoundShape.
 struct Link {
   std::string name;
-  std::shared_ptr<const Shape> shape = nullptr;  ///< in the link's frame L; none: the link hits nothing
-  bool is_solid = false;               ///< treat a closed mesh as a solid, as ToiOptions::solid_a
+  std::shared_ptr<const Shape> shape =
+      nullptr;            ///< in the link's frame L; none: the link hits nothing
+  bool is_solid = false;  ///< treat a closed mesh as a solid, as ToiOptions::solid_a
   /// Obstacles that share none of these groups with the link are not its obstacles, such as the
   /// floor under a base.
   std::uint32_t groups = ~std::uint32_t{0};

@@ -43,6 +43,7 @@ class LinkMotion final : public Motion {
   PoseScale pose_scale(const TimeInterval& interval) const override;
   TimeInterval domain() const override { return path_->domain(); }
   Scalar smooth_until(Scalar t) const override;
+  bool is_trusted() const override { return true; }
 
   /// For inner loops: the joints from the base to the link, and where the link's origin is in the
   /// frame of the last of them.

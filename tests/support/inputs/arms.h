@@ -50,8 +50,9 @@ inline KinematicChain six_axis_arm() {
   const Scalar pi = std::numbers::pi;
   const auto turn = [&](const char* name, const char* parent, const char* child, Scalar height,
                         const Vector3& axis, Scalar limit) {
-    return Joint{name,  JointType::Revolute, parent, child, RigidPose(Vector3(0, 0, height)),
-                 axis, -limit,              limit};
+    return Joint{
+        name, JointType::Revolute, parent, child, RigidPose(Vector3(0, 0, height)), axis, -limit,
+        limit};
   };
   std::vector<Joint> joints{
       turn("turn", "base", "shoulder", 0.1, z, pi),
@@ -71,7 +72,8 @@ inline KinematicChain six_axis_arm() {
 /// Boxes, balls and meshes of size about 0.1 at random within the reach of the arm, but not within
 /// 0.35 of its column.
 inline ObstacleSet arm_surroundings(int count, std::mt19937_64& random) {
-  const auto torus = std::make_shared<TriangleMesh>(test_support::torus(0.06, 0.025, 24, 12).mesh());
+  const auto torus =
+      std::make_shared<TriangleMesh>(test_support::torus(0.06, 0.025, 24, 12).mesh());
   const std::vector<std::shared_ptr<const Shape>> shapes{
       std::make_shared<Box>(Vector3(0.05, 0.04, 0.06)), std::make_shared<Sphere>(0.05), torus,
       std::make_shared<Capsule>(0.03, 0.06)};

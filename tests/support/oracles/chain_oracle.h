@@ -67,8 +67,8 @@ inline std::vector<Eigen::Matrix4d> oracle_link_poses(const KinematicChain& chai
       const Vector3 axis = joint->axis_J.normalized();
       Eigen::Matrix4d turn = Eigen::Matrix4d::Identity();
       if (joint->type == JointType::Revolute) {
-        turn = homogeneous(Eigen::AngleAxisd(q[coordinate], axis).toRotationMatrix(),
-                           Vector3::Zero());
+        turn =
+            homogeneous(Eigen::AngleAxisd(q[coordinate], axis).toRotationMatrix(), Vector3::Zero());
       } else if (joint->type == JointType::Prismatic) {
         turn = homogeneous(Matrix3::Identity(), q[coordinate] * axis);
       }

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "dyop/geometry/box.h"
+#include "dyop/geometry/compound_shape.h"
+#include "dyop/toi/obstacle_set.h"
+
+/// A piano and a wall with a slot, for planners.
+namespace dyop::testing {
+
+inline constexpr Scalar kWallThickness = 0.002;
+
+/// A wall in the plane x = 0, two millimetres thick, 2 wide and 2 high, with a slot 0.3 wide and 0.5
+/// high in the middle; and a second wall, closed, at x = 1.1.
+inline ObstacleSet thin_wall() {
+  const Scalar half = kWallThickness / 2;
+  const auto side = std::make_shared<Box>(Vector3(half, 0.425, 1));
+  const auto cover = std::make_shared<Box>(Vector3(half, 0.15, 0.375));
+  ObstacleSet set;
+  set.add(side, RigidPose(Vector3(0, 0.575, 0)));
+  set.add(side, RigidPose(Vector3(0, -0.575, 0)));
+  set.add(cover, RigidPose(Vector3(0, 0, 0.625)));
+  set.add(cover, RigidPose(Vector3(0, 0, -0.625)));
+  set.add(std::make_shared<Box>(Vector3(half, 1, 1)), RigidPose(Vector3(1.1, 0, 0)));
+  return set;
+}
+
+/// An L of two boxes, 0.4 long, 0.1 deep and 0.25 high.
+inline std::shared_ptr<const Shape> piano() {
+  return std::make_shared<CompoundShape>(std::vector<CompoundChild>{
+      {std::make_shared<Box>(Vector3(0.2, 0.05, 0.05)), RigidPose(Vector3(0, 0, -0.05))},
+      {std::make_shared<Box>(Vector3(0.05, 0.05, 0.1)), RigidPose(Vector3(-0.15, 0, 0.05))}});
+}
+
+}  // namespace dyop::testing
