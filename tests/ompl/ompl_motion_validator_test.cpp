@@ -16,6 +16,7 @@
 #include "dyop/distance/distance.h"
 #include "dyop/geometry/sphere.h"
 #include "dyop/motion/constant_twist_motion.h"
+#include "dyop/motion/interpolated_motion.h"
 #include "support/inputs/arms.h"
 #include "support/inputs/random_inputs.h"
 #include "support/inputs/thin_wall.h"
@@ -104,9 +105,8 @@ TEST(OmplMotionValidator, GivesTheTimeUpToWhichAFallIsFree) {
   EXPECT_NEAR(valid.second, 2.5 / 8, 1e-6);
   EXPECT_DOUBLE_EQ(last->getZ(), 4 - 8 * valid.second);
   // The time is that of the query, exactly, and a null state is not written to.
-  const ObstacleImpact impact = obstacles->first_impact(
-      Sphere(0.5), ConstantTwistMotion(RigidPose(Vector3(0, 0, 4)), {{0, 0, -8}, {0, 0, 0}}),
-      {0, 1});
+  const InterpolatedMotion fall({0, 1}, RigidPose(Vector3(0, 0, 4)), RigidPose(Vector3(0, 0, -4)));
+  const ObstacleImpact impact = obstacles->first_impact(Sphere(0.5), fall, {0, 1});
   EXPECT_EQ(valid.second, impact.toi.t_safe);
   valid.first = nullptr;
   EXPECT_FALSE(validator.checkMotion(high.get(), low.get(), valid));
@@ -191,6 +191,7 @@ TEST(OmplMotionValidator, AcceptsNoMotionThroughAThinWall) {
   }
   EXPECT_GT(accepted, 20);
   EXPECT_EQ(refused_although_free, 0);
+  EXPECT_GT(jumped, 0) << "the wall is no trap";
   std::printf("accepted %d; the discrete validator accepts %d that collide\n", accepted, jumped);
 }
 

@@ -13,26 +13,26 @@ namespace dyop::testing {
 
 inline constexpr Scalar kWallThickness = 0.002;
 
-/// A wall in the plane x = 0, two millimetres thick, 2 wide and 2 high, with a slot 0.3 wide and 0.5
-/// high in the middle; and a second wall, closed, at x = 1.1.
+/// A wall in the plane x = 0, two millimetres thick, 2 wide and 2 high, with a slot 0.09 wide and
+/// 0.14 high in the middle; and a second wall, closed, at x = 0.9.
 inline ObstacleSet thin_wall() {
   const Scalar half = kWallThickness / 2;
-  const auto side = std::make_shared<Box>(Vector3(half, 0.425, 1));
-  const auto cover = std::make_shared<Box>(Vector3(half, 0.15, 0.375));
+  const auto side = std::make_shared<Box>(Vector3(half, 0.4775, 1));
+  const auto cover = std::make_shared<Box>(Vector3(half, 0.045, 0.465));
   ObstacleSet set;
-  set.add(side, RigidPose(Vector3(0, 0.575, 0)));
-  set.add(side, RigidPose(Vector3(0, -0.575, 0)));
-  set.add(cover, RigidPose(Vector3(0, 0, 0.625)));
-  set.add(cover, RigidPose(Vector3(0, 0, -0.625)));
-  set.add(std::make_shared<Box>(Vector3(half, 1, 1)), RigidPose(Vector3(1.1, 0, 0)));
+  set.add(side, RigidPose(Vector3(0, 0.5225, 0)));
+  set.add(side, RigidPose(Vector3(0, -0.5225, 0)));
+  set.add(cover, RigidPose(Vector3(0, 0, 0.535)));
+  set.add(cover, RigidPose(Vector3(0, 0, -0.535)));
+  set.add(std::make_shared<Box>(Vector3(half, 1, 1)), RigidPose(Vector3(0.9, 0, 0)));
   return set;
 }
 
-/// An L of two boxes, 0.4 long, 0.1 deep and 0.25 high.
+/// An L of two boxes, 0.12 long, 0.03 deep and 0.08 high.
 inline std::shared_ptr<const Shape> piano() {
   return std::make_shared<CompoundShape>(std::vector<CompoundChild>{
-      {std::make_shared<Box>(Vector3(0.2, 0.05, 0.05)), RigidPose(Vector3(0, 0, -0.05))},
-      {std::make_shared<Box>(Vector3(0.05, 0.05, 0.1)), RigidPose(Vector3(-0.15, 0, 0.05))}});
+      {std::make_shared<Box>(Vector3(0.06, 0.015, 0.015)), RigidPose(Vector3(0, 0, -0.025))},
+      {std::make_shared<Box>(Vector3(0.015, 0.015, 0.025)), RigidPose(Vector3(-0.045, 0, 0.015))}});
 }
 
 }  // namespace dyop::testing
