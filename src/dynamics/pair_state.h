@@ -7,9 +7,9 @@
 #include <optional>
 #include <vector>
 
+#include "distance/pivot_seed.h"
 #include "dynamics/body_record.h"
 #include "dyop/contact/contact_cache.h"
-#include "dyop/distance/distance.h"
 #include "dyop/dynamics/pair_record.h"
 
 namespace dyop::internal {
@@ -38,14 +38,17 @@ struct PairLengths {
 struct PairState {
   PairKey key;
   PairLengths lengths;
-  DistanceCache distance_cache;
+  Pivot pivot;    // at the World's time
+  PairSeed seed;  // from the pivot, then from the last query
   ContactCache contacts;
-  /// Proven lower bound on the distance, at the time that a step in progress has reached and at the
-  /// World's time; negative: unknown.
+  /// Proven bounds of the distance at the time that a step in progress has reached; the lower is -1
+  /// if it is not known.
   Scalar gap_lower = -1;
-  Scalar gap_committed = -1;
   Scalar gap_upper = kInfinity;
-  /// Set for a pair that began too near: less than `target`, the distance it must keep instead.
+  /// The same at the World's time.
+  Scalar gap_committed = -1;
+  Scalar gap_upper_committed = kInfinity;
+  /// Less than `target` for a pair that began too near: what it must keep instead.
   std::optional<Scalar> granted;
   bool is_inner = false;  // belongs to an island of the current step, which proves it
   bool overlaps = false;  // the shapes overlapped at the start: no distance to keep
@@ -58,9 +61,29 @@ struct PairState {
   Scalar reach = 0;               // up to which contacts were sought
 
   Scalar kept_distance() const { return granted.value_or(lengths.target); }
+  /// A step in progress begins.
+  void start_from_committed() {
+    gap_lower = gap_committed;
+    gap_upper = gap_upper_committed;
+    advancement_steps = 0;
+  }
+  /// The gap may have changed by so much, either way.
+  void loosen_bounds(Scalar way) {
+    gap_lower = gap_lower - way < 0 ? -1 : gap_lower - way;
+    gap_upper += way;
+  }
+  void commit_bounds() {
+    gap_committed = gap_lower;
+    gap_upper_committed = gap_upper;
+  }
 };
 
-/// Updates contacts and gap of a pair at two poses: contacts up to `reach`.
+/// Moves the pivot to where the bodies are: the middle of the nearest contact's witness segment,
+/// of the internal box while there is no contact. Where no query has left a better seed, the pivot
+/// picks one.
+void update_pivot(PairState& pair, const BodyRecord& a, const BodyRecord& b);
+
+/// Brings contacts and gap of a pair up to date at two poses: contacts up to `reach`.
 /// Returns whether there are any.
 bool refresh_contacts(PairState& pair, const BodyRecord& a, const RigidPose& X_WA,
                       const BodyRecord& b, const RigidPose& X_WB, Scalar reach,

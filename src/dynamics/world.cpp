@@ -129,8 +129,9 @@ void World::set_motion(BodyId id, std::shared_ptr<const Motion> motion) {
   if (jump > 0) {
     for (const auto& pair : impl_->pairs) {
       if (pair->key.a != id.slot && pair->key.b != id.slot) continue;
-      pair->gap_committed = std::max(pair->gap_committed - 2 * jump, -1.0);
-      if (pair->gap_committed < 0) pair->gap_committed = -1;
+      pair->start_from_committed();
+      pair->loosen_bounds(2 * jump);
+      pair->commit_bounds();
     }
   }
   body.definition.motion = std::move(motion);

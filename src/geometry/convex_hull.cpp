@@ -13,7 +13,7 @@
 namespace dyop {
 namespace {
 
-// Up to so many vertices a scan is faster than climbing.
+// With up to this many vertices a scan is faster than climbing.
 constexpr std::size_t kLargestScan = 128;
 
 TriangleMesh surface_mesh(const std::vector<Vector3>& points,

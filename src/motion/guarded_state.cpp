@@ -6,7 +6,7 @@
 namespace dyop::internal {
 namespace {
 
-// What `action` returns; the time is put in front of what it says is wrong.
+// Returns the result of `action`; prefixes its error message with the time.
 template <typename Action>
 auto with_time(const Action& action, Scalar t, const char* what) {
   try {
@@ -51,7 +51,7 @@ void refuse_jump(const PoseStep& step, Scalar speed, const char* what) {
   throw InvalidArgument(compose_message(
       what, " jumps between t = ", step.t_from, " and t = ", step.t_to, ": from position (",
       step.p_from.transpose(), ") to (", step.p_to.transpose(), "), rotation (", step.R_from,
-      ") to (", step.R_to, "), but its twist_bound allows a speed of ", speed, " only"));
+      ") to (", step.R_to, "), but its twist_bound allows only a speed of ", speed));
 }
 
 }  // namespace dyop::internal

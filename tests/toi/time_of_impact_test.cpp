@@ -310,7 +310,7 @@ TEST(TimeOfImpact, RefusesBadInputNamingTheValue) {
   const SampledMotion short_path({{0, at(0, 0, 0)}, {1, at(1, 0, 0)}});
   EXPECT_NE(message_of([&] {
               time_of_impact(sphere, short_path, sphere, rest, {0, 2});
-            }).find("motion of A is defined on [0, 1]"),
+            }).find("motion of A is defined only on [0, 1]"),
             std::string::npos);
 }
 

@@ -55,8 +55,8 @@ struct ContactReport {
 /// depend on earlier problems, to the bit.
 ///
 /// To add a contact solver:
-///   1. `include/dyop/contact/<name>_solver.h` and `src/contact/<name>_solver.cpp`, deriving from
-///      ContactSolver: name() and improve(); list both in `src/contact/CMakeLists.txt`;
+///   1. `include/dyop/contact/<name>_solver.h` and `src/contact/solver/<name>_solver.cpp`, deriving
+///      from ContactSolver: name() and improve(); list both in `src/contact/CMakeLists.txt`;
 ///   2. one word in `tests/contact/all_contact_solvers.h`: the contract tests check the laws,
 ///      closed forms and determinism;
 ///   3. if it should be part of the default: its budget in ContactSolverOptions, its place in

@@ -4,19 +4,26 @@
 #include <algorithm>
 
 #include "core/tolerance.h"
+#include "toi/toi_memory.h"
 
 namespace dyop::internal {
 namespace {
 
-ToiResult query(const BodyMove& a, const BodyMove& b, const TimeInterval& interval, Scalar target,
-                Scalar tolerance, const QueryLimits& limits, ToiWorkspace& workspace) {
+// Begins where the pair's last query of distance or impact ended, and is followed by the next.
+ToiResult query(PairState& pair, const BodyMove& a, const BodyMove& b, const TimeInterval& interval,
+                Scalar target, Scalar tolerance, const QueryLimits& limits,
+                ToiWorkspace& workspace) {
   ToiOptions options;
   options.target_distance = target;
   options.distance_tolerance = tolerance;
   options.max_node_pairs = limits.max_node_pairs;
   options.stop = limits.stop;
-  return time_of_impact(*a.body->definition.shape, *a.motion, *b.body->definition.shape, *b.motion,
-                        interval, options, workspace);
+  ToiMemory& memory = workspace.memory();
+  memory.start = pair.seed.supports;
+  ToiResult result = time_of_impact(*a.body->definition.shape, *a.motion, *b.body->definition.shape,
+                                    *b.motion, interval, options, workspace);
+  if (memory.seed.count > 0) pair.seed.supports = memory.seed;
+  return result;
 }
 
 // A pair that began too near becomes an ordinary one again once it is far enough apart.
@@ -77,12 +84,12 @@ Certificate certify(PairState& pair, const BodyMove& a, const BodyMove& b,
   if (certificate.proof) return certificate;
 
   ToiResult result =
-      query(a, b, interval, pair.granted ? std::min(kept, *pair.granted) : kept,
+      query(pair, a, b, interval, pair.granted ? std::min(kept, *pair.granted) : kept,
             pair.granted ? std::min(tolerance, *pair.granted / 4) : tolerance, limits, workspace);
   if (result.status == ToiStatus::InitiallyWithinTarget && kept <= pair.lengths.target) {
     if (pair.gap_lower > 0) {
       pair.granted = pair.gap_lower / 2;
-      result = query(a, b, interval, *pair.granted, *pair.granted / 4, limits, workspace);
+      result = query(pair, a, b, interval, *pair.granted, *pair.granted / 4, limits, workspace);
     } else {
       pair.overlaps = true;
       certificate.proof = PairProof::excused(pair.key, interval);

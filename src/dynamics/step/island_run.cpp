@@ -58,8 +58,7 @@ IslandRun::IslandRun(const StepContext& context, const Island& island, StepWorks
     pair.member_b = member_of(island.bodies, state->key.b);
     pair.friction = std::sqrt(pair.a->definition.friction * pair.b->definition.friction);
     pair.restitution = std::min(pair.a->definition.restitution, pair.b->definition.restitution);
-    state->gap_lower = state->gap_committed;
-    state->advancement_steps = 0;
+    state->start_from_committed();
     pairs_.push_back(std::move(pair));
   }
 }
@@ -116,7 +115,8 @@ void IslandRun::find_contacts() {
     if (state.gap_lower > reach) continue;
     const RigidPose X_WA = pose_of(pair.member_a, *pair.a);
     const RigidPose X_WB = pose_of(pair.member_b, *pair.b);
-    if (state.gap_lower < 0) {
+    // A distance that begins at the pivot costs less than to find that there are no contacts.
+    if (state.gap_lower < 0 || state.contacts.contacts().empty()) {
       measure_gap(state, *pair.a, X_WA, *pair.b, X_WB, reach);
       if (state.gap_lower > reach) continue;
     }
@@ -237,10 +237,7 @@ void IslandRun::commit_leg(Scalar t, const std::vector<BodyMove>& moves,
     outcome_.tracks[i].pieces.push_back({{now_, t}, moves[i].motion, moves[i].is_rest});
   }
   for (std::size_t i = 0; i < pairs_.size(); ++i) {
-    PairState& state = *pairs_[i].state;
-    state.gap_lower = std::max(state.gap_lower - closings[i], -1.0);
-    if (state.gap_lower < 0) state.gap_lower = -1;
-    state.gap_upper = kInfinity;
+    pairs_[i].state->loosen_bounds(closings[i]);
   }
   outcome_.proofs.insert(outcome_.proofs.end(), proofs.begin(), proofs.end());
   ++outcome_.work.legs;

@@ -77,9 +77,9 @@ void WorldStep::link_pairs() {
     const PairLengths& lengths = pair->lengths;
     const Scalar reach = lengths.rest_gap() + kContactReachStandoffs * lengths.standoff;
     if (pair->gap_committed > reach) continue;
-    pair->gap_lower = pair->gap_committed;
+    pair->start_from_committed();
     measure_gap(*pair, a, a.X_WB(), b, b.X_WB(), reach);
-    pair->gap_committed = pair->gap_lower;
+    pair->commit_bounds();
     pair->has_contacts = pair->gap_lower <= reach;
     if (!pair->has_contacts) continue;
     if (a.is_asleep) world_.wake(pair->key.a, &report_);
@@ -213,13 +213,11 @@ BodyMove WorldStep::move_of(std::uint32_t slot) const {
 
 void WorldStep::prove_pair(PairState& pair, Certificate& certificate,
                            ToiWorkspace& workspace) const {
-  pair.gap_lower = pair.gap_committed;
-  pair.advancement_steps = 0;
+  pair.start_from_committed();
   certificate = certify(pair, moves_[pair.key.a], moves_[pair.key.b], {context_.t, context_.t_end},
                         pair.kept_distance(), context_.limits(), workspace);
   if (certificate.result) pair.advancement_steps = certificate.result->statistics.node_pairs;
-  pair.gap_lower = std::max(pair.gap_lower - certificate.closing, -1.0);
-  if (pair.gap_lower < 0) pair.gap_lower = -1;
+  pair.loosen_bounds(certificate.closing);
 }
 
 // Pairs between islands and with sleepers. Returns false if some met and must be run together.
@@ -238,8 +236,7 @@ bool WorldStep::prove_the_rest() {
     if (a.definition.is_sensor || b.definition.is_sensor) continue;
     if (moves_[pair->key.a].is_rest && moves_[pair->key.b].is_rest && !pair->is_inner) {
       proofs_.push_back(PairProof::at_rest(pair->key, {context_.t, context_.t_end}));
-      pair->gap_lower = pair->gap_committed;
-      pair->advancement_steps = 0;
+      pair->start_from_committed();
       continue;
     }
     if (!pair->is_inner) open.push_back(pair.get());

@@ -105,6 +105,7 @@ void WorldStep::merge_pairs(const std::vector<std::pair<std::int32_t, std::int32
         auto pair = std::make_unique<PairState>();
         pair->key = key;
         pair->lengths = world_.lengths_of(key);
+        update_pivot(*pair, world_.bodies[key.a], world_.bodies[key.b]);
         merged.push_back(std::move(pair));
       }
     }
