@@ -31,7 +31,9 @@ struct Link {
 enum class JointType { Fixed, Revolute, Prismatic };
 
 /// How a child link C moves relative to its parent link P, at the coordinate q:
-///     X_PC = X_PJ exp(q axis_J)  (Revolute),   X_PJ shifted by q axis_J  (Prismatic),   X_PJ  (Fixed).
+///     X_PC = X_PJ exp(q axis_J)         (Revolute)
+///     X_PC = X_PJ shifted by q axis_J   (Prismatic)
+///     X_PC = X_PJ                       (Fixed)
 struct Joint {
   std::string name;
   JointType type = JointType::Revolute;

@@ -16,8 +16,8 @@ namespace DYOP_EXPORT dyop {
 /// The motion of one link of a chain along a joint path, in the world or as seen from a link closer
 /// to the root. For any query that takes a Motion.
 ///
-/// Bounds are composed from joint to joint, from the link towards the root; docs/algorithms/chain.md
-/// has the proof.
+/// Bounds are composed from joint to joint, from the link towards the root: the proof is in
+/// docs/algorithms/chain.md.
 class LinkMotion final : public Motion {
  public:
   /// A joint that moves, between the base and the link. Fixed joints belong to the one after them.

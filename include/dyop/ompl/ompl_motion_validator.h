@@ -52,8 +52,8 @@ class OmplMotionValidator final : public ompl::base::MotionValidator {
   using Bodies =
       std::function<std::vector<Body>(const ompl::base::State* from, const ompl::base::State* to)>;
 
-  /// One rigid body in an SE3StateSpace, whose states are poses of its frame. Between two states the
-  /// origin moves linearly and the body turns along OMPL's shortest arc.
+  /// One rigid body in an SE3StateSpace, whose states are poses of its frame. Between two states
+  /// the origin moves linearly and the body turns along OMPL's shortest arc.
   /// @throws InvalidArgument if a pointer is null, the space is another one, or an option is out of
   ///         range. As the two below.
   OmplMotionValidator(const ompl::base::SpaceInformationPtr& si, std::shared_ptr<const Shape> body,
