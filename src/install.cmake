@@ -72,6 +72,7 @@ endif()
 dyop_install_component(dyop PACKAGES ccd TBB Threads PC_PACKAGES ccd tbb PC_LIBRARIES -lpthread)
 dyop_install_component(paper NEEDS dyop PACKAGES ccd PC_PACKAGES ccd)
 dyop_install_component(contact NEEDS dyop)
+dyop_install_component(tool NEEDS contact)
 dyop_install_component(dynamics NEEDS contact PACKAGES SUNDIALS
                        PC_LIBRARIES -lsundials_arkode -lsundials_cvode -lsundials_nvecserial)
 dyop_install_component(io NEEDS dyop PACKAGES ${dyop_io_packages} PC_PACKAGES ${dyop_io_pc_packages})

@@ -38,9 +38,9 @@ DistanceResult distance(const Shape& a, const RigidPose& X_WA, const Shape& b,
   const ShapeTree tree_a(a);
   const ShapeTree tree_b(b);
   const RigidPose X_AB = X_WA.inverse() * X_WB;
-  internal::BoxPairStack stack;
+  cache.stack.clear();
   DistanceTraversal traversal(tree_a, tree_b, X_AB, internal::pose_noise(a, X_WA, b, X_WB),
-                              options.max_distance, stack);
+                              options.max_distance, cache.stack);
   traversal.absolute_tolerance = options.absolute_tolerance;
   traversal.relative_tolerance = options.relative_tolerance;
   if (cache.nearest) traversal.seed(cache.nearest->a, cache.nearest->b);
