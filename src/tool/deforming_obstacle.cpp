@@ -139,12 +139,12 @@ PairImpact DeformingObstacle::first_impact(const BodyMotion& motion, const ToiOp
     if (impact.has_hit) {
       const ImpactContact& contact = *result.contact;
       const Vector3 p_WB = contact.p_WCb - piece.radius * contact.nhat_AB_W;
-      impact.hit.v_WA = velocity_at(contact.triangle_a.value_or(0), contact.p_WCa,
-                                    fraction_after(result.t_safe));
+      impact.hit.v_WA =
+          velocity_at(contact.triangle_a.value_or(0), contact.p_WCa, fraction_after(result.t_safe));
       impact.hit.p_WA = contact.p_WCa - result.t_safe * impact.hit.v_WA;
       impact.hit.p_WB = motion.X_WB.pose(0) * (result.X_WB.inverse() * p_WB);
       impact.hit.nhat_AB_W = contact.nhat_AB_W;
-        }
+    }
     if (!(impact.t_safe > 0) || result.status != ToiStatus::Impact) return impact;
   }
   return impact;

@@ -14,11 +14,11 @@ namespace dyop::internal {
 /// What a step is to achieve.
 struct StepGoal {
   ToolPose from;
-  ToolStep wish;          ///< to where the device is
-  Scalar duration = 0;    ///< in which tissue moves on
-  Scalar rest_gap = 0;    ///< besides an obstacle's margin
-  Scalar recovery = 0;    ///< most that a gap below it may grow in the step
-  Scalar tolerance = 0;   ///< of the solve, length
+  ToolStep wish;         ///< to where the device is
+  Scalar duration = 0;   ///< in which tissue moves on
+  Scalar rest_gap = 0;   ///< besides an obstacle's margin
+  Scalar recovery = 0;   ///< most that a gap below it may grow in the step
+  Scalar tolerance = 0;  ///< of the solve, length
 };
 
 /// Finds the step nearest to the wished one, in the energy of the coupling's springs, that the holds

@@ -24,8 +24,8 @@ struct HoldPoint {
   Vector3 v_WA = Vector3::Zero();  ///< velocity of A's material point
   ContactKey key;
   Vector3 impulse_W = Vector3::Zero();  ///< of the last solve, on B
-  Scalar curvature = 0;  ///< true gap at the end of the motion minus the linear one
-  Scalar push = 0;       ///< more than the rest gap, after repeated hits
+  Scalar curvature = 0;                 ///< true gap at the end of the motion minus the linear one
+  Scalar push = 0;                      ///< more than the rest gap, after repeated hits
 
   Scalar gap() const { return nhat_AB_W.dot(p_WB - p_WA); }
 };

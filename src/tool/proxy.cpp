@@ -87,7 +87,7 @@ bool Proxy::is_at(const ToolPose& goal) const {
   return step.v_W.norm() <= options_.standoff * near && turn <= near;
 }
 
-FollowReport Proxy::follow(const ToolPose& goal, Scalar dt, WorkClock& clock,
+FollowReport Proxy::follow(const std::optional<ToolPose>& goal, Scalar dt, WorkClock& clock,
                            TickStatistics& work) {
   FollowReport report;
   for (const auto& obstacle : obstacles_) obstacle->start_tick();
@@ -101,27 +101,31 @@ FollowReport Proxy::follow(const ToolPose& goal, Scalar dt, WorkClock& clock,
     const Scalar remaining = dt - report.committed;
     return Piece{piece_time(remaining), remaining};
   };
-  int rounds = 0;
-  while (has_time() && rounds < options_.max_rounds) {
+  const auto wait = [&] {
+    while (has_time()) {
+      const Piece piece = next_piece();
+      const Scalar done = stay(piece.duration, clock, work, report);
+      report.committed += done;
+      if (done < piece.duration) break;
+    }
+  };
+  const ToolPose wished = goal.value_or(pose_);
+  if (!goal) wait();
+  for (int rounds = 0; has_time() && rounds < options_.max_rounds;) {
     const Piece piece = next_piece();
-    const Scalar done = move(goal, piece, clock, work, report);
+    const Scalar done = move(wished, piece, clock, work, report);
     report.committed += done;
     if (done >= piece.duration) continue;
     ++rounds;
     if (!(done > 0) || clock.cutoff()) break;
   }
-  while (has_time()) {
-    const Piece piece = next_piece();
-    const Scalar done = stay(piece.duration, clock, work, report);
-    report.committed += done;
-    if (done < piece.duration) break;
-  }
-  report.is_at_goal = is_at(goal);
+  wait();
+  report.is_at_goal = is_at(wished);
   return report;
 }
 
-Scalar Proxy::move(const ToolPose& goal, const Piece& piece, WorkClock& clock,
-                   TickStatistics& work, FollowReport& report) {
+Scalar Proxy::move(const ToolPose& goal, const Piece& piece, WorkClock& clock, TickStatistics& work,
+                   FollowReport& report) {
   const ToolStep wish = scaled(step_between(pose_, goal), piece.duration / piece.remaining);
   gather_holds(wish, piece);
   const StepGoal step_goal{pose_,
@@ -166,8 +170,7 @@ void Proxy::commit(const ToolMotion& motion, Scalar t) {
     const ToolBody& body = bodies_[pair.body];
     const Scalar moved = motion.largest_displacement(body, t) +
                          t * obstacles_[pair.obstacle]->speed() * (1 + 8 * kUnitRoundoff);
-    const Scalar size =
-        pose_.X_WT.translation().norm() + moved + body.shape->bounding_radius();
+    const Scalar size = pose_.X_WT.translation().norm() + moved + body.shape->bounding_radius();
     const Scalar vaguer = moved > 0 ? moved + kStepNoise * size : 0;
     pair.distance.lower = std::max(Scalar{0}, pair.distance.lower - vaguer);
     pair.distance.upper += vaguer;
@@ -246,8 +249,8 @@ Proxy::Proof Proxy::prove(const ToolMotion& motion, Scalar duration, WorkClock& 
 
 void Proxy::measure(PairState& pair, TickStatistics& work) {
   ++work.distance_queries;
-  pair.distance = obstacles_[pair.obstacle]->measure(bodies_[pair.body], body_pose(pair.body),
-                                                     pair.memory);
+  pair.distance =
+      obstacles_[pair.obstacle]->measure(bodies_[pair.body], body_pose(pair.body), pair.memory);
 }
 
 void Proxy::measure(WorkClock& clock, TickStatistics& work) {

@@ -28,9 +28,9 @@ struct PairState {
 
 /// How far a tick's following came.
 struct FollowReport {
-  Scalar committed = 0;        ///< time
+  Scalar committed = 0;  ///< time
   bool is_at_goal = false;
-  bool is_held = false;        ///< the last motion went to its end, against holds
+  bool is_held = false;  ///< the last motion went to its end, against holds
   bool was_recovering = false;
   bool was_overlapping = false;
 };
@@ -51,8 +51,10 @@ class Proxy {
     return pose_.X_WT * body_in_tool(bodies_[body], hinges_, pose_);
   }
 
-  /// Moves towards the goal while time dt passes, within the clock's budget.
-  FollowReport follow(const ToolPose& goal, Scalar dt, WorkClock& clock, TickStatistics& work);
+  /// Moves towards the goal while time dt passes, within the clock's budget. Without a goal it stays
+  /// where it is, as long as tissue lets it.
+  FollowReport follow(const std::optional<ToolPose>& goal, Scalar dt, WorkClock& clock,
+                      TickStatistics& work);
   /// Measures the distances that have become vague.
   void measure(WorkClock& clock, TickStatistics& work);
 
@@ -80,8 +82,7 @@ class Proxy {
   void add_hit(const HoldPoint& hit);
   Proof prove(const ToolMotion& motion, Scalar duration, WorkClock& clock, TickStatistics& work,
               FollowReport& report);
-  PairImpact ask(PairState& pair, const BodyMotion& motion, WorkClock& clock,
-                 TickStatistics& work);
+  PairImpact ask(PairState& pair, const BodyMotion& motion, WorkClock& clock, TickStatistics& work);
   bool ease_target(PairState& pair, TickStatistics& work);
   void measure(PairState& pair, TickStatistics& work);
   void commit(const ToolMotion& motion, Scalar t);

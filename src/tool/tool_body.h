@@ -19,10 +19,10 @@ struct CorePiece {
 /// What moves as one: all fixed parts of the tool, or the parts on one hinge.
 struct ToolBody {
   std::shared_ptr<const Shape> shape;
-  std::vector<CorePiece> pieces;      ///< the same surface, for queries against deforming meshes
-  std::optional<std::size_t> hinge;   ///< B is J turned by its angle; none: B is T
-  AlignedBox box;                     ///< in B
-  Scalar thickness = 0;               ///< least side of the box, or its diagonal if that is flat
+  std::vector<CorePiece> pieces;     ///< the same surface, for queries against deforming meshes
+  std::optional<std::size_t> hinge;  ///< B is J turned by its angle; none: B is T
+  AlignedBox box;                    ///< in B
+  Scalar thickness = 0;              ///< least side of the box, or its diagonal if that is flat
 };
 
 /// The bodies of a tool: the fixed one first, if there are fixed parts, then by hinge.

@@ -74,8 +74,8 @@ void require_valid(const ToolScene& scene) {
     require("margin", obstacle.margin);
     require("friction", obstacle.friction);
     require("soft_stiffness", obstacle.soft_stiffness);
-    DYOP_REQUIRE((obstacle.shape != nullptr) != !obstacle.triangles.empty(), "ToolSession: ",
-                 "obstacle ", k, " must have either a shape or triangles");
+    DYOP_REQUIRE((obstacle.shape != nullptr) != !obstacle.triangles.empty(),
+                 "ToolSession: ", "obstacle ", k, " must have either a shape or triangles");
   }
 }
 
@@ -129,8 +129,7 @@ void tell_clearances(const SessionState& state, const ToolStep& step, Scalar dt,
     const Obstacle& obstacle = *state.proxy.obstacles()[pair.obstacle];
     ToolClearance& clearance = tick.clearances[pair.obstacle];
     clearance.lower = std::min(clearance.lower, pair.distance.lower);
-    const Scalar speed =
-        body_speed(state.proxy.bodies()[pair.body], step, dt) + obstacle.speed();
+    const Scalar speed = body_speed(state.proxy.bodies()[pair.body], step, dt) + obstacle.speed();
     const Scalar free = pair.distance.lower - obstacle.margin;
     const Scalar time = free > 0 ? (speed > 0 ? free / speed : kInfinity) : 0;
     clearance.time_to_breach = std::min(clearance.time_to_breach, time);
@@ -154,8 +153,7 @@ void add_soft_forces(const SessionState& state, ToolTick& tick) {
     if (!(depth > 0) || !(length > 0)) continue;
     const Vector3 force = obstacle.soft_stiffness * depth / length * apart;
     tick.wrench.force_W += force;
-    tick.wrench.torque_W +=
-        (clearance.p_WT - tick.tool.X_WT.translation()).cross(force);
+    tick.wrench.torque_W += (clearance.p_WT - tick.tool.X_WT.translation()).cross(force);
   }
 }
 
@@ -169,7 +167,7 @@ const ToolTick& run_tick(SessionState& state, const DevicePose& device, Scalar d
   const Scalar passed = dt >= 0 && dt < kInfinity ? dt : 0;
   // An unknown device leaves the proxy where it is, as far as tissue lets it.
   const FollowReport report =
-      state.proxy.follow(is_valid ? *goal : before, passed, state.clock, tick.statistics);
+      state.proxy.follow(is_valid ? goal : std::nullopt, passed, state.clock, tick.statistics);
   state.proxy.measure(state.clock, tick.statistics);
   const Scalar late = passed - report.committed;
   const bool is_late = late > kTimeNoise * passed;
@@ -215,8 +213,7 @@ ToolSession::~ToolSession() = default;
 ToolSession::ToolSession(ToolSession&&) noexcept = default;
 ToolSession& ToolSession::operator=(ToolSession&&) noexcept = default;
 
-const ToolTick& ToolSession::update(const DevicePose& device, Scalar dt,
-                                    const Deadline& deadline) {
+const ToolTick& ToolSession::update(const DevicePose& device, Scalar dt, const Deadline& deadline) {
   const auto start = std::chrono::steady_clock::now();
   state_->clock.start(deadline);
   const ToolTick& tick = run_tick(*state_, device, dt);

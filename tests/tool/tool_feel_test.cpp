@@ -38,8 +38,7 @@ TEST(ToolFeel, PressingIntoAPlaneGivesStiffnessTimesDepth) {
     scene.obstacles.push_back(rigid_tissue(shared_mesh(testing::sheet(40, 16)), RigidPose(), 0.3));
     ToolSession session(scene, tool_options());
     Vector3 lowest = Vector3::Zero();
-    for (const Vector3& p :
-         static_cast<const TriangleMesh&>(*scene.tool[0].shape).vertices()) {
+    for (const Vector3& p : static_cast<const TriangleMesh&>(*scene.tool[0].shape).vertices()) {
       if (p.z() < lowest.z()) lowest = p;
     }
     const Scalar contact_height = -lowest.z();
@@ -85,8 +84,8 @@ TEST(ToolFeel, EdgesBetweenTrianglesOfADeformingPlaneAreNotFelt) {
 // The ball goes round the edge of a box: the force turns, but does not jump.
 TEST(ToolFeel, ASharpConvexEdgeIsRoundedWithoutAJump) {
   ToolScene scene = ball_tool(2, {-5, 0.1, 6}, 3);
-  scene.obstacles.push_back(rigid_tissue(std::make_shared<Box>(Vector3(6, 6, 6)),
-                                         RigidPose(Vector3(-6, 0, -6))));
+  scene.obstacles.push_back(
+      rigid_tissue(std::make_shared<Box>(Vector3(6, 6, 6)), RigidPose(Vector3(-6, 0, -6))));
   ToolOptions options = tool_options();
   options.coupling.rotational_stiffness = Vector3::Constant(2000);
   ToolSession session(scene, options);

@@ -43,8 +43,8 @@ TEST(ToolMotion, BoundsTheDisplacementOfEveryPoint) {
     hinges[0].X_TJ = testing::random_pose(1, random);
     const ToolBody body = box_body(i % 2 == 0 ? std::nullopt : std::optional<std::size_t>(0));
     ToolPose from{testing::random_pose(3, random), {random_number(-1, 1, random)}};
-    const ToolStep step{random_vector(1, random), random_vector(1, random),
-                        {random_number(-1, 1, random)}};
+    const ToolStep step{
+        random_vector(1, random), random_vector(1, random), {random_number(-1, 1, random)}};
     const ToolMotion motion(from, step, 2, hinges);
     const Scalar t = random_number(0, 2, random);
     const Scalar bound = motion.largest_displacement(body, t);
@@ -57,7 +57,9 @@ TEST(ToolMotion, BoundsTheDisplacementOfEveryPoint) {
       }
     }
     EXPECT_LE(largest, bound * (1 + 1e-12));
-    if (!body.hinge && step.w_W.norm() < 0.5) EXPECT_GT(largest, bound * t / 8);
+    if (!body.hinge && step.w_W.norm() < 0.5) {
+      EXPECT_GT(largest, bound * t / 8);
+    }
   }
 }
 

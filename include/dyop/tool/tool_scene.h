@@ -23,7 +23,7 @@ struct ToolHinge {
 /// One body of the tool. Parts without a hinge are fixed to the tool frame T.
 struct ToolPart {
   std::shared_ptr<const Shape> shape;
-  RigidPose X_TP;                   ///< its pose in the tool frame while its hinge is at angle 0
+  RigidPose X_TP;  ///< its pose in the tool frame while its hinge is at angle 0
   std::optional<std::size_t> hinge = {};  ///< number among ToolScene::hinges
 };
 

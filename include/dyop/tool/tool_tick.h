@@ -22,8 +22,7 @@ struct DevicePose {
   std::array<Scalar, kMostHinges> angles{};  ///< asked of the hinges, radians
 
   DevicePose() = default;
-  explicit DevicePose(const RigidPose& X_WD)
-      : p_WD(X_WD.translation()), q_WD(X_WD.quaternion()) {}
+  explicit DevicePose(const RigidPose& X_WD) : p_WD(X_WD.translation()), q_WD(X_WD.quaternion()) {}
 };
 
 /// Where the tool really is: the proxy.
@@ -57,11 +56,11 @@ enum class ToolStatus {
 /// A place where the proxy is held.
 struct ToolContactPoint {
   std::size_t obstacle = 0;
-  std::size_t part = 0;  ///< body of the tool: 0 all fixed parts, then one for each hinge
-  Vector3 p_W = Vector3::Zero();        ///< on the tool
-  Vector3 nhat_W = Vector3::UnitX();    ///< unit, from the obstacle to the tool
-  Scalar gap = 0;                       ///< at the start of the last motion
-  Vector3 force_W = Vector3::Zero();    ///< on the tool
+  std::size_t part = 0;           ///< body of the tool: 0 all fixed parts, then one for each hinge
+  Vector3 p_W = Vector3::Zero();  ///< on the tool
+  Vector3 nhat_W = Vector3::UnitX();  ///< unit, from the obstacle to the tool
+  Scalar gap = 0;                     ///< at the start of the last motion
+  Vector3 force_W = Vector3::Zero();  ///< on the tool
 };
 
 /// Certified distance of the tool from one obstacle at the end of the tick: lower <= d <= upper.
@@ -96,14 +95,14 @@ struct TickStatistics {
 struct ToolTick {
   ToolStatus status = ToolStatus::NotRun;
   ToolPose tool;
-  std::vector<ToolWaypoint> path;            ///< the committed motions: start, and end of each
-  Wrench wrench;                             ///< on the hand
-  std::vector<ToolContactPoint> contacts;    ///< that held the proxy in its last motion
-  std::vector<ToolClearance> clearances;     ///< one for each obstacle
-  Scalar energy_returned = 0;                ///< see VirtualCoupling
-  Scalar tissue_lag = 0;                     ///< by how much tissue is behind its snapshots, time
-  std::optional<TickCutoff> cutoff;          ///< if the deadline ended the tick
-  std::chrono::nanoseconds latency{0};       ///< of this call
+  std::vector<ToolWaypoint> path;          ///< the committed motions: start, and end of each
+  Wrench wrench;                           ///< on the hand
+  std::vector<ToolContactPoint> contacts;  ///< that held the proxy in its last motion
+  std::vector<ToolClearance> clearances;   ///< one for each obstacle
+  Scalar energy_returned = 0;              ///< see VirtualCoupling
+  Scalar tissue_lag = 0;                   ///< by how much tissue is behind its snapshots, time
+  std::optional<TickCutoff> cutoff;        ///< if the deadline ended the tick
+  std::chrono::nanoseconds latency{0};     ///< of this call
   TickStatistics statistics;
 };
 

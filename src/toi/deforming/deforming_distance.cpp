@@ -38,8 +38,8 @@ void require_fraction(Scalar s) {
 
 WitnessPair witness_of(const PieceDistance& piece, std::int32_t triangle_a,
                        std::int32_t triangle_b) {
-  return {piece.lower,     piece.upper,     piece.p_a,  piece.p_b,  piece.nhat_AB, piece.feature_a,
-          piece.feature_b, triangle_a,      triangle_b, std::nullopt, std::nullopt};
+  return {piece.lower,     piece.upper, piece.p_a,  piece.p_b,    piece.nhat_AB, piece.feature_a,
+          piece.feature_b, triangle_a,  triangle_b, std::nullopt, std::nullopt};
 }
 
 }  // namespace
@@ -65,8 +65,8 @@ DistanceResult distance(const DeformingMesh& a, Scalar s, const TriangleMesh& b,
   const PieceDistance& best = traversal.best;
   if (best.upper < kInfinity) {
     cache.nearest = {traversal.leaf_a, traversal.leaf_b};
-    static_cast<WitnessPair&>(result) = witness_of(best, sides.a.triangle(traversal.leaf_a),
-                                                   sides.b.triangle(traversal.leaf_b));
+    static_cast<WitnessPair&>(result) =
+        witness_of(best, sides.a.triangle(traversal.leaf_a), sides.b.triangle(traversal.leaf_b));
   }
   result.lower = best.is_overlapping ? 0 : std::min(traversal.lower, result.upper);
   if (best.is_overlapping) {
@@ -89,13 +89,13 @@ void find_near_pairs(const DeformingMesh& a, Scalar s, const TriangleMesh& b, co
   const StandingPair sides(a, s, b, X_WB);
   DeformingTraversal<RigidSide> traversal(sides.a, sides.b, sides.noise(), max_distance,
                                           cache.stack);
-  traversal.for_each_leaf_pair([&](const PieceDistance& piece, std::int32_t leaf_a,
-                                   std::int32_t leaf_b) {
-    if (piece.lower <= max_distance) {
-      pairs.push_back(witness_of(piece, sides.a.triangle(leaf_a), sides.b.triangle(leaf_b)));
-    }
-    return pairs.size() < limit;
-  });
+  traversal.for_each_leaf_pair(
+      [&](const PieceDistance& piece, std::int32_t leaf_a, std::int32_t leaf_b) {
+        if (piece.lower <= max_distance) {
+          pairs.push_back(witness_of(piece, sides.a.triangle(leaf_a), sides.b.triangle(leaf_b)));
+        }
+        return pairs.size() < limit;
+      });
 }
 
 }  // namespace dyop

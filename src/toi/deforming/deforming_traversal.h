@@ -40,7 +40,8 @@ class DeformingTraversal {
   PieceDistance best;
   std::int32_t leaf_a = 0;
   std::int32_t leaf_b = 0;
-  Scalar lower = kInfinity;  ///< of the whole pair: least bound of all that was left out or measured
+  Scalar lower =
+      kInfinity;  ///< of the whole pair: least bound of all that was left out or measured
   DistanceStatistics statistics;
   std::int64_t box_pairs = 0;  ///< taken from the stack
 

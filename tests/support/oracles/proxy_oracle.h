@@ -28,7 +28,7 @@ struct TissueSpan {
 /// The least distance of two moving surfaces over a span, by sampling.
 struct SampledDistance {
   Scalar least = kInfinity;   ///< of the samples
-  Scalar proven = kInfinity;  ///< between them too: least of (d0 + d1 - way from sample to sample) / 2
+  Scalar proven = kInfinity;  ///< between them too: least of (d0 + d1 - way) / 2
   int samples = 0;
 };
 
