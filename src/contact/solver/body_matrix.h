@@ -47,11 +47,10 @@ class BodyMatrix {
 
   std::vector<std::pair<int, int>> slots_, old_slots_;  // of every block of the system
   std::vector<int> place_;                              // in the order, of every body
-  std::vector<std::size_t> first_;  // entry of each column's first block below the diagonal
-  std::vector<int> rows_;
-  std::vector<std::vector<int>>
-      columns_;  // memory of find_fill()           // of every entry, ascending in a column
-  std::vector<Matrix6> entries_;   // below the diagonal
+  std::vector<std::size_t> first_;         // entry of each column's first block below the diagonal
+  std::vector<int> rows_;                  // of every entry, ascending in a column
+  std::vector<std::vector<int>> columns_;  // memory of find_fill()
+  std::vector<Matrix6> entries_;           // below the diagonal
   std::vector<Matrix6> mirrored_;  // above it, the same places mirrored; of general matrices
   std::vector<Matrix6> diagonal_;  // after factorise(): inverses, of L's blocks if symmetric
   bool is_symmetric_ = true;
