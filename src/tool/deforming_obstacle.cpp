@@ -112,7 +112,7 @@ Vector3 DeformingObstacle::velocity_at(std::int32_t triangle, const Vector3& p_W
 }
 
 PairImpact DeformingObstacle::first_impact(const BodyMotion& motion, const ToiOptions& options,
-                                           WorkClock& clock, PairMemory& memory) const {
+                                           WorkClock& clock, QueryMemory& memory) const {
   PairImpact impact;
   impact.status = ToiStatus::Separated;
   impact.t_safe = motion.duration;
@@ -167,12 +167,13 @@ bool DeformingObstacle::is_minimum(const CorePiece& piece, const RigidPose& X_WB
 }
 
 void DeformingObstacle::add_holds(const ToolBody& body, const RigidPose& X_WB, Scalar reach,
-                                  PairMemory& memory, std::vector<HoldPoint>& holds) const {
-  memory.caches.resize(body.pieces.size());
+                                  PairCaches& caches, QueryMemory& memory,
+                                  std::vector<HoldPoint>& holds) const {
+  caches.resize(body.pieces.size());
   for (std::size_t k = 0; k < body.pieces.size(); ++k) {
     const CorePiece& piece = body.pieces[k];
     find_near_pairs(shown(), fraction_, piece.mesh, X_WB, reach + piece.radius, kMostNearPairs,
-                    memory.caches[k], memory.pairs);
+                    caches[k], memory.pairs);
     for (const WitnessPair& pair : memory.pairs) {
       if (!(pair.lower > 0) || !is_minimum(piece, X_WB, pair)) continue;
       HoldPoint hold;
@@ -188,14 +189,13 @@ void DeformingObstacle::add_holds(const ToolBody& body, const RigidPose& X_WB, S
 }
 
 PairDistance DeformingObstacle::measure(const ToolBody& body, const RigidPose& X_WB,
-                                        PairMemory& memory) const {
-  memory.caches.resize(body.pieces.size());
+                                        PairCaches& caches) const {
+  caches.resize(body.pieces.size());
   PairDistance least;
   least.lower = kInfinity;
   for (std::size_t k = 0; k < body.pieces.size(); ++k) {
     const CorePiece& piece = body.pieces[k];
-    const DistanceResult result =
-        distance(shown(), fraction_, piece.mesh, X_WB, {}, memory.caches[k]);
+    const DistanceResult result = distance(shown(), fraction_, piece.mesh, X_WB, {}, caches[k]);
     least.lower = std::min(least.lower, std::max(Scalar{0}, result.lower - piece.radius));
     const Scalar upper = std::max(Scalar{0}, result.upper - piece.radius);
     if (!(upper < least.upper)) continue;

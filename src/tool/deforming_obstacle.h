@@ -33,11 +33,11 @@ class DeformingObstacle final : public Obstacle {
   bool has_next() const { return has_next_.load(std::memory_order_acquire); }
 
   PairImpact first_impact(const BodyMotion& motion, const ToiOptions& options, WorkClock& clock,
-                          PairMemory& memory) const override;
-  void add_holds(const ToolBody& body, const RigidPose& X_WB, Scalar reach, PairMemory& memory,
-                 std::vector<HoldPoint>& holds) const override;
+                          QueryMemory& memory) const override;
+  void add_holds(const ToolBody& body, const RigidPose& X_WB, Scalar reach, PairCaches& caches,
+                 QueryMemory& memory, std::vector<HoldPoint>& holds) const override;
   PairDistance measure(const ToolBody& body, const RigidPose& X_WB,
-                       PairMemory& memory) const override;
+                       PairCaches& caches) const override;
   Scalar speed() const override { return shown().largest_displacement() * rate_; }
   Scalar time_left() const override;
   void start_tick() override;

@@ -30,9 +30,11 @@ struct HoldPoint {
   Scalar gap() const { return nhat_AB_W.dot(p_WB - p_WA); }
 };
 
-/// What is kept from query to query for a body and an obstacle.
-struct PairMemory {
-  std::vector<DistanceCache> caches;  ///< one for each piece of the body
+/// What is kept from query to query for a body and an obstacle: one cache for each piece of the body.
+using PairCaches = std::vector<DistanceCache>;
+
+/// Memory that all queries of a session share, one after the other.
+struct QueryMemory {
   ToiWorkspace workspace;
   ContactWorkspace contact_workspace;
   std::vector<ContactPoint> contacts;
@@ -80,12 +82,13 @@ class Obstacle {
 
   /// As time_of_impact(), with A the obstacle.
   virtual PairImpact first_impact(const BodyMotion& motion, const ToiOptions& options,
-                                  WorkClock& clock, PairMemory& memory) const = 0;
+                                  WorkClock& clock, QueryMemory& memory) const = 0;
   /// Appends the places at most `reach` apart where the gap has a local minimum.
   virtual void add_holds(const ToolBody& body, const RigidPose& X_WB, Scalar reach,
-                         PairMemory& memory, std::vector<HoldPoint>& holds) const = 0;
+                         PairCaches& caches, QueryMemory& memory,
+                         std::vector<HoldPoint>& holds) const = 0;
   virtual PairDistance measure(const ToolBody& body, const RigidPose& X_WB,
-                               PairMemory& memory) const = 0;
+                               PairCaches& caches) const = 0;
 
   /// Bound of the speed of its points until time_left().
   virtual Scalar speed() const { return 0; }

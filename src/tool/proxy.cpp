@@ -21,6 +21,9 @@ constexpr Scalar kSolveShare = 1e-3;
 // what the options allow.
 constexpr Scalar kVagueShare = 0.25;
 
+// Node pairs that a query may have waiting for one span of time without growing its memory.
+constexpr std::size_t kQueuedPairs = 512;
+
 // A time shorter than this part of a tick is not worth a motion of its own.
 constexpr Scalar kTickNoise = 0x1p-30;
 
@@ -59,6 +62,7 @@ Proxy::Proxy(const ToolScene& scene, const ToolOptions& options)
       bodies_(make_tool_bodies(scene, has_deforming(scene))),
       solver_(options.coupling, scene.hinges, bodies_, std::size_t(options.max_contacts)),
       pose_(start_pose(scene)) {
+  memory_.workspace.reserve(kQueuedPairs);
   for (const ToolObstacle& obstacle : scene.obstacles) {
     obstacles_.push_back(make_obstacle(obstacle));
   }
@@ -188,7 +192,7 @@ PairImpact Proxy::ask(PairState& pair, const BodyMotion& motion, WorkClock& cloc
   options.target_distance = pair.target;
   options.distance_tolerance = pair.tolerance;
   const Obstacle& obstacle = *obstacles_[pair.obstacle];
-  PairImpact impact = obstacle.first_impact(motion, options, clock, pair.memory);
+  PairImpact impact = obstacle.first_impact(motion, options, clock, memory_);
   work.impact_queries += impact.queries;
   work.node_pairs += impact.node_pairs;
   return impact;
@@ -250,7 +254,7 @@ Proxy::Proof Proxy::prove(const ToolMotion& motion, Scalar duration, WorkClock& 
 void Proxy::measure(PairState& pair, TickStatistics& work) {
   ++work.distance_queries;
   pair.distance =
-      obstacles_[pair.obstacle]->measure(bodies_[pair.body], body_pose(pair.body), pair.memory);
+      obstacles_[pair.obstacle]->measure(bodies_[pair.body], body_pose(pair.body), pair.caches);
 }
 
 void Proxy::measure(WorkClock& clock, TickStatistics& work) {

@@ -23,7 +23,7 @@ struct PairState {
   Scalar tolerance = 0;
   bool is_recovering = false;   ///< nearer than the margin when its motion started
   bool is_overlapping = false;  ///< not proven apart: left out of the proof
-  PairMemory memory;
+  PairCaches caches;
 };
 
 /// How far a tick's following came.
@@ -96,6 +96,7 @@ class Proxy {
   std::vector<ToolBody> bodies_;
   std::vector<PairState> pairs_;
   HoldSolver solver_;
+  QueryMemory memory_;
   ToolPose pose_;
   std::vector<ToolWaypoint> path_;
   std::vector<HoldPoint> holds_;

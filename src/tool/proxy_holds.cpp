@@ -47,7 +47,8 @@ void Proxy::gather_holds(const ToolStep& wish, const Piece& piece) {
                          std::min(moved, kMostReach * options_.standoff);
     if (pair.distance.lower > reach) continue;
     const std::size_t first = found_.size();
-    obstacle.add_holds(bodies_[pair.body], body_pose(pair.body), reach, pair.memory, found_);
+    obstacle.add_holds(bodies_[pair.body], body_pose(pair.body), reach, pair.caches, memory_,
+                       found_);
     for (std::size_t k = first; k < found_.size(); ++k) {
       found_[k].body = pair.body;
       found_[k].obstacle = pair.obstacle;

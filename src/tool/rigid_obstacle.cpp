@@ -11,11 +11,11 @@ class RigidObstacle final : public Obstacle {
       : shape_(std::move(shape)), X_WA_(X_WA), motion_(X_WA) {}
 
   PairImpact first_impact(const BodyMotion& motion, const ToiOptions& options, WorkClock& clock,
-                          PairMemory& memory) const override;
-  void add_holds(const ToolBody& body, const RigidPose& X_WB, Scalar reach, PairMemory& memory,
-                 std::vector<HoldPoint>& holds) const override;
+                          QueryMemory& memory) const override;
+  void add_holds(const ToolBody& body, const RigidPose& X_WB, Scalar reach, PairCaches& caches,
+                 QueryMemory& memory, std::vector<HoldPoint>& holds) const override;
   PairDistance measure(const ToolBody& body, const RigidPose& X_WB,
-                       PairMemory& memory) const override;
+                       PairCaches& caches) const override;
 
  private:
   std::shared_ptr<const Shape> shape_;
@@ -24,7 +24,7 @@ class RigidObstacle final : public Obstacle {
 };
 
 PairImpact RigidObstacle::first_impact(const BodyMotion& motion, const ToiOptions& options,
-                                       WorkClock& clock, PairMemory& memory) const {
+                                       WorkClock& clock, QueryMemory& memory) const {
   PairImpact impact;
   if (clock.is_over()) {
     impact.status = ToiStatus::BudgetExhausted;
@@ -49,7 +49,8 @@ PairImpact RigidObstacle::first_impact(const BodyMotion& motion, const ToiOption
 }
 
 void RigidObstacle::add_holds(const ToolBody& body, const RigidPose& X_WB, Scalar reach,
-                              PairMemory& memory, std::vector<HoldPoint>& holds) const {
+                              PairCaches& /*caches*/, QueryMemory& memory,
+                              std::vector<HoldPoint>& holds) const {
   generate_contacts(*shape_, X_WA_, *body.shape, X_WB, reach, {}, memory.contact_workspace,
                     memory.contacts);
   for (const ContactPoint& contact : memory.contacts) {
@@ -63,9 +64,9 @@ void RigidObstacle::add_holds(const ToolBody& body, const RigidPose& X_WB, Scala
 }
 
 PairDistance RigidObstacle::measure(const ToolBody& body, const RigidPose& X_WB,
-                                    PairMemory& memory) const {
-  memory.caches.resize(1);
-  const DistanceResult result = distance(*shape_, X_WA_, *body.shape, X_WB, {}, memory.caches[0]);
+                                    PairCaches& caches) const {
+  caches.resize(1);
+  const DistanceResult result = distance(*shape_, X_WA_, *body.shape, X_WB, {}, caches[0]);
   return {result.lower, result.upper, result.p_WCa, result.p_WCb};
 }
 

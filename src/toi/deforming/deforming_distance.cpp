@@ -58,7 +58,7 @@ DistanceResult distance(const DeformingMesh& a, Scalar s, const TriangleMesh& b,
     traversal.seed(seed->a, seed->b);
   }
   traversal.start();
-  traversal.go_on(std::numeric_limits<std::int64_t>::max());
+  traversal.run_portion(std::numeric_limits<std::int64_t>::max());
 
   DistanceResult result;
   result.statistics = traversal.statistics;
