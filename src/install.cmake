@@ -74,6 +74,7 @@ dyop_install_component(paper NEEDS dyop PACKAGES ccd PC_PACKAGES ccd)
 dyop_install_component(chain NEEDS dyop)
 dyop_install_component(ompl NEEDS chain PC_LIBRARIES -lompl)
 dyop_install_component(contact NEEDS dyop)
+dyop_install_component(tool NEEDS contact)
 dyop_install_component(dynamics NEEDS contact PACKAGES SUNDIALS
                        PC_LIBRARIES -lsundials_arkode -lsundials_cvode -lsundials_nvecserial)
 dyop_install_component(io NEEDS chain PACKAGES ${dyop_io_packages} PC_PACKAGES ${dyop_io_pc_packages})

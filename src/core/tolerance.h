@@ -17,6 +17,10 @@ inline constexpr Scalar kUnitRoundoff = std::numeric_limits<Scalar>::epsilon() /
 /// digits are refused. Used by RigidPose.
 inline constexpr Scalar kRotationTolerance = 1e-6;
 
+/// How far from one the norm of a device's quaternion may be (relative); it is then normalised.
+/// Larger: nonsense passes; smaller: numbers of three digits are refused. Used by ToolSession.
+inline constexpr Scalar kDeviceRotationTolerance = 1e-2;
+
 /// How far a motion's pose may be from a rotation in a query: with columns x, y, z the sum of |
 /// |x|^2 - 1 |, | |y|^2 - 1 |, |x . y| and the entries of x cross y - z. Lengths then stretch by at
 /// most twice as much; kStepNoise has 200u to spare. Larger: bounds may fail; smaller: products of
