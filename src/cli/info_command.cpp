@@ -6,7 +6,7 @@
 
 #include "cli/body_arguments.h"
 #include "cli/commands.h"
-#include "cli/recording_tools.h"
+#include "cli/recording/recording_tools.h"
 #include "dyop/geometry/triangle_mesh.h"
 
 namespace dyop::cli {

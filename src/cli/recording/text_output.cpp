@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <fstream>
 
-#include "cli/run_output.h"
+#include "cli/recording/run_output.h"
 #include "dyop/io/file_error.h"
 #include "dyop/scene_io/run_recording.h"
 
@@ -40,8 +40,7 @@ class TextOutput final : public RunOutput {
 
 }  // namespace
 
-std::unique_ptr<RunOutput> make_text_output(const std::filesystem::path& file,
-                                            const Scene& scene) {
+std::unique_ptr<RunOutput> make_text_output(const std::filesystem::path& file, const Scene& scene) {
   return std::make_unique<TextOutput>(file, scene);
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cli/mesh_path.h"
-#include "cli/recording_tools.h"
+#include "cli/recording/recording_tools.h"
 #include "dyop/scene_io/scene_file.h"
 #include "dyop/scene_io/scene_recording.h"
 

@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <string_view>
 
-#include "cli/recording_tools.h"
+#include "cli/recording/recording_tools.h"
 #include "dyop/geometry/triangle_mesh.h"
 #include "dyop/recording/recording_reader.h"
 #include "dyop/scene_io/run_recording.h"
@@ -15,9 +15,9 @@ namespace {
 
 constexpr std::array<std::string_view, 6> kSegmentKinds{"absent",  "rest",  "twist",
                                                         "hermite", "given", "approximate"};
-constexpr std::array<std::string_view, 8> kEventKinds{
-    "fell_asleep",   "woke",        "too_near", "crossed",
-    "sensor_begins", "sensor_ends", "stalled",  "undecided"};
+constexpr std::array<std::string_view, 8> kEventKinds{"fell_asleep", "woke",          "too_near",
+                                                      "crossed",     "sensor_begins", "sensor_ends",
+                                                      "stalled",     "undecided"};
 
 struct RecordingSummary {
   std::array<std::size_t, kSegmentKinds.size()> segments{};
@@ -44,7 +44,8 @@ RecordingSummary summarize(const RecordingReader& reader, const std::filesystem:
     }
   }
   for (const RunEvent& event : reader.events()) ++summary.events[std::size_t(event.kind)];
-  for (const RecordedShape& shape : reader.shapes()) summary.triangles += triangles_of(*shape.shape);
+  for (const RecordedShape& shape : reader.shapes())
+    summary.triangles += triangles_of(*shape.shape);
   for (const RecordedFrame& frame : reader.frames()) {
     summary.residual = std::max(summary.residual, frame.work.residual);
     summary.stalls += frame.work.stalls;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cli/commands.h"
-#include "cli/recording_tools.h"
+#include "cli/recording/recording_tools.h"
 
 namespace dyop::cli {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "cli/run_output.h"
+#include "cli/recording/run_output.h"
 #include "dyop/recording/recording_writer.h"
 #include "dyop/scene_io/scene_recording.h"
 

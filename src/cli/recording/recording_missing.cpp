@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "cli/recording_tools.h"
-#include "cli/run_output.h"
+#include "cli/recording/recording_tools.h"
+#include "cli/recording/run_output.h"
 #include "dyop/io/file_error.h"
 
 namespace dyop::cli {
