@@ -78,7 +78,12 @@ dyop_install_component(tool NEEDS contact)
 dyop_install_component(dynamics NEEDS contact PACKAGES SUNDIALS
                        PC_LIBRARIES -lsundials_arkode -lsundials_cvode -lsundials_nvecserial)
 dyop_install_component(io NEEDS chain PACKAGES ${dyop_io_packages} PC_PACKAGES ${dyop_io_pc_packages})
-dyop_install_component(scene_io NEEDS dynamics io)
+dyop_install_component(recording NEEDS dynamics io PC_PACKAGES hdf5-serial)
+set(dyop_scene_io_needs dynamics io)
+if(TARGET dyop_recording)
+  list(APPEND dyop_scene_io_needs recording)
+endif()
+dyop_install_component(scene_io NEEDS ${dyop_scene_io_needs})
 dyop_install_component(c NEEDS dynamics PC_LIBRARIES -lstdc++ -lm)
 
 get_property(DYOP_COMPONENTS GLOBAL PROPERTY dyop_components)
