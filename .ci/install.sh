@@ -8,9 +8,11 @@ set -euo pipefail
 packages() {
   case "$1" in
     build) echo g++ cmake ninja-build pkg-config libeigen3-dev libccd-dev libsundials-dev libtbb-dev \
-                libassimp-dev nlohmann-json3-dev libcli11-dev zlib1g-dev ;;
+                libassimp-dev nlohmann-json3-dev libcli11-dev zlib1g-dev \
+                libompl-dev libhdf5-dev ;;
     run)   echo glmark2-data ;;
-    test)  echo libgtest-dev libcgal-dev libgmp-dev libsiconos-numerics-dev clang libclang-rt-dev clang-format-14 ;;
+    test)  echo libgtest-dev libcgal-dev libgmp-dev libsiconos-numerics-dev clang libclang-rt-dev clang-format-14 \
+                abigail-tools ;;
     coverage) echo gcovr ;;
     aarch64) echo g++-aarch64-linux-gnu libc6-dev-arm64-cross qemu-user ;;
     bench) echo libbenchmark-dev libfcl-dev libbullet-dev ;;

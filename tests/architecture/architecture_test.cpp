@@ -45,13 +45,15 @@ std::vector<fs::path> code_files(const std::vector<std::string>& folders) {
   return files;
 }
 
-// The header for users, which belongs to no room.
+// The headers that belong to no room: for users, and for users of C.
 const fs::path kUmbrella = kRoot / "include/dyop/dyop.h";
+const fs::path kCHeader = kRoot / "include/dyop/dyop_c.h";
 
 // The headers and sources of the rooms.
 std::vector<fs::path> room_files(const std::vector<std::string>& folders) {
   std::vector<fs::path> files = code_files(folders);
   std::erase(files, kUmbrella);
+  std::erase(files, kCHeader);
   return files;
 }
 
@@ -255,12 +257,13 @@ bool names_its_licence(const std::vector<std::string>& lines) {
   const auto end = lines.begin() + std::ptrdiff_t(std::min<std::size_t>(lines.size(), 2));
   return std::any_of(lines.begin(), end, [](const std::string& line) {
     return line == "// SPDX-License-Identifier: BSD-3-Clause" ||
-           line == "# SPDX-License-Identifier: BSD-3-Clause";
+           line == "# SPDX-License-Identifier: BSD-3-Clause" ||
+           line == "/* SPDX-License-Identifier: BSD-3-Clause */";
   });
 }
 
 TEST(Licence, IsNamedByEveryCodeFile) {
-  const std::set<std::string> extensions{".h", ".cpp", ".sh", ".cmake", ".py", ".js", ".mjs"};
+  const std::set<std::string> extensions{".c", ".h", ".cpp", ".sh", ".cmake", ".py", ".js", ".mjs"};
   int checked = 0;
   for (const char* folder : {"include", "src", "examples", "tests", ".ci"}) {
     for (const auto& entry : fs::recursive_directory_iterator(kRoot / folder)) {
