@@ -29,7 +29,7 @@ enum Kind { kBoxes, kHulls, kTori };
 std::shared_ptr<const Shape> make_shape(int kind) {
   if (kind == kBoxes) return std::make_shared<Box>(Vector3(0.8, 0.5, 0.3));
   if (kind == kTori) {
-    return std::make_shared<TriangleMesh>(test_support::torus(0.7, 0.3, 128, 64).mesh());
+    return std::make_shared<TriangleMesh>(testing::torus(0.7, 0.3, 128, 64).mesh());
   }
   std::mt19937_64 random(5);
   std::vector<Vector3> points(64);

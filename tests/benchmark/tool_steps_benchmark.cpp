@@ -25,7 +25,7 @@ namespace dyop::testing {
 namespace {
 
 TriangleMesh lumpy_sphere() {
-  auto arrays = test_support::icosphere(4);
+  auto arrays = testing::icosphere(4);
   for (Vector3& p : arrays.vertices) {
     p *= 1 + 0.005 * std::sin(7 * p.x()) * std::sin(6 * p.y()) * std::sin(5 * p.z());
   }
@@ -54,7 +54,7 @@ void print_row(const char* name, const std::vector<Scalar>& times) {
 
 int run(int steps) {
   const TriangleMesh organ = lumpy_sphere();
-  const TriangleMesh tool = test_support::torus(0.1, 0.035, 20, 20).mesh();
+  const TriangleMesh tool = testing::torus(0.1, 0.035, 20, 20).mesh();
   const RestMotion rest;
   ToiOptions options;
   options.distance_tolerance = 1e-6;  // literal: of the organ's radius, which is one

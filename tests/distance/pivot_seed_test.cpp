@@ -17,7 +17,7 @@
 namespace dyop::internal {
 namespace {
 
-using namespace test_support;
+using namespace testing;
 
 std::vector<std::shared_ptr<const Shape>> shapes(Scalar s) {
   std::mt19937_64 random(6);

@@ -10,7 +10,7 @@
 namespace dyop {
 namespace {
 
-using namespace test_support;
+using namespace testing;
 
 constexpr Scalar kRestStep = 0.01;
 

@@ -14,7 +14,7 @@
 namespace dyop {
 namespace {
 
-using test_support::MeshArrays;
+using testing::MeshArrays;
 using Edge = std::array<std::int32_t, 2>;
 
 // Any triangles over a few vertices: repeated numbers, duplicates, edges of many triangles.
@@ -93,7 +93,7 @@ TEST(MeshTopology, TakesAFanOfManyTrianglesAtOneVertex) {
 }
 
 TEST(MeshTopology, IsSharedByAMeshAndItsCopiesWithOtherVertices) {
-  const TriangleMesh mesh = test_support::icosphere(1).mesh();
+  const TriangleMesh mesh = testing::icosphere(1).mesh();
   const TriangleMesh copy = mesh;
   EXPECT_EQ(&copy.topology(), &mesh.topology());
   EXPECT_EQ(&copy.contact_features(), &mesh.contact_features());

@@ -15,15 +15,15 @@
 namespace dyop {
 namespace {
 
-using test_support::box_mesh;
-using test_support::gear;
-using test_support::icosphere;
-using test_support::MeshArrays;
-using test_support::needle;
-using test_support::plate_grid;
-using test_support::point_cloud;
-using test_support::torus;
+using testing::box_mesh;
+using testing::gear;
+using testing::icosphere;
+using testing::MeshArrays;
 using testing::message_of;
+using testing::needle;
+using testing::plate_grid;
+using testing::point_cloud;
+using testing::torus;
 
 #define EXPECT_MESSAGE(expression, part)                                                      \
   EXPECT_NE(message_of([&] { static_cast<void>(expression); }).find(part), std::string::npos) \

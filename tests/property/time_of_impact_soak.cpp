@@ -46,7 +46,7 @@ constexpr Scalar kRates[] = {0, 1, 6, 20};
 // The same shapes in every size of a row of scales, so that hierarchies are built once.
 struct Zoo {
   explicit Zoo(Scalar s) : scale(s) {
-    using namespace test_support;
+    using namespace testing;
     const auto add_mesh = [&](const MeshArrays& mesh) {
       shapes.push_back(std::make_shared<TriangleMesh>(
           mesh.moved(Matrix3::Identity(), Vector3::Zero(), s).mesh()));

@@ -22,12 +22,12 @@
 namespace dyop {
 namespace {
 
-using test_support::box_mesh;
-using test_support::gear;
-using test_support::icosphere;
-using test_support::plate_grid;
 using testing::at;
+using testing::box_mesh;
+using testing::gear;
+using testing::icosphere;
 using testing::moving;
+using testing::plate_grid;
 
 constexpr std::int64_t kBudget = 20000;
 

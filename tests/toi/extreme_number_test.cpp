@@ -15,8 +15,8 @@
 namespace dyop {
 namespace {
 
-using test_support::box_mesh;
 using testing::at;
+using testing::box_mesh;
 using testing::moving;
 
 // The square of the distance overflows; the bodies collide half way all the same.

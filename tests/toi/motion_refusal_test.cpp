@@ -22,9 +22,9 @@
 namespace dyop {
 namespace {
 
-using test_support::icosphere;
-using test_support::plate_grid;
+using testing::icosphere;
 using testing::message_of;
+using testing::plate_grid;
 
 const TimeInterval kLieInterval{0, 4};
 

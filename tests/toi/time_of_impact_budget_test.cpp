@@ -65,7 +65,7 @@ TEST(TimeOfImpact, HonoursDeadlineAndCancellation) {
 }
 
 TEST(TimeOfImpact, LooksForANearerPairNoLongerThanItsDeadline) {
-  const TriangleMesh plate = test_support::plate_grid(100, 100, 100, 100).mesh();
+  const TriangleMesh plate = testing::plate_grid(100, 100, 100, 100).mesh();
   ToiOptions options{.distance_tolerance = 1e-6};
   options.distance_tolerance = 1e-3;
   const ConstantTwistMotion falling =

@@ -202,7 +202,7 @@ TEST(TimeOfImpact, AdmitsWhenRoundingForbidsTheTolerance) {
 // z - sqrt((0.5 cos)^2 + (2 sin)^2) for a turn about x.
 TEST(TimeOfImpact, OfAUsersShapeIsFound) {
   const testing::Ellipsoid egg({1, 2, 0.5});
-  const TriangleMesh plate = test_support::plate_grid(8, 8, 4, 4).mesh();
+  const TriangleMesh plate = testing::plate_grid(8, 8, 4, 4).mesh();
   const Scalar rate = 0.4;
   const ToiResult result =
       both_orders(egg, moving(at(0.3, 0.1, 3), Vector3(0, 0, -1), Vector3(rate, 0, 0)), plate,
@@ -260,10 +260,10 @@ TEST(TimeOfImpact, CrossesTheCornersOfASampledPath) {
 
 // A refitted mesh has the triangles of a new one and only another tree over them.
 TEST(TimeOfImpact, AndDistanceOfRefittedMeshesAreThoseOfNewOnes) {
-  const test_support::MeshArrays sphere = test_support::icosphere(3);
+  const testing::MeshArrays sphere = testing::icosphere(3);
   const TriangleMesh mesh = sphere.mesh();
   for (const Scalar bend : {0.0, 0.3, 3.0}) {
-    test_support::MeshArrays bent = sphere;
+    testing::MeshArrays bent = sphere;
     for (Vector3& p : bent.vertices) p += bend * Vector3(p.y() * p.z(), 0, std::sin(4 * p.x()));
     const TriangleMesh refitted = mesh.with_vertices(bent.vertices);
     const TriangleMesh fresh = bent.mesh();
@@ -330,7 +330,7 @@ TEST(TimeOfImpact, NeedsNoDistanceWhileBallsOfConvexShapesStayApart) {
 
 // A needle that starts inside an organ is told so if the organ is a solid, and moves inside if not.
 TEST(TimeOfImpact, ABodyThatBeginsInsideASolidIsWithinTheTarget) {
-  const TriangleMesh organ = test_support::icosphere(3, 2).mesh();
+  const TriangleMesh organ = testing::icosphere(3, 2).mesh();
   const TriangleMesh needle = segment_mesh(Vector3::Zero(), Vector3(0, 0, 0.5));
   const RestMotion rest{RigidPose()};
   const ConstantTwistMotion slow = moving(at(0.3, 0, 0), {0.1, 0, 0}, Vector3::Zero());

@@ -50,8 +50,8 @@ class ToiBatch : public ::testing::Test {
   }
 
   tbb::global_control threads_{tbb::global_control::max_allowed_parallelism, 8};
-  const TriangleMesh gear_ = test_support::gear(15, 0.8, 1, 0.2).mesh();
-  const TriangleMesh torus_ = test_support::torus(0.8, 0.3, 24, 12).mesh();
+  const TriangleMesh gear_ = testing::gear(15, 0.8, 1, 0.2).mesh();
+  const TriangleMesh torus_ = testing::torus(0.8, 0.3, 24, 12).mesh();
   const Sphere sphere_{0.6};
   std::vector<ConstantTwistMotion> motions_;
 };

@@ -23,9 +23,9 @@
 namespace dyop {
 namespace {
 
-using test_support::gear;
-using test_support::torus;
+using testing::gear;
 using testing::message_of;
+using testing::torus;
 
 const TimeInterval kInterval{0, 2};
 

@@ -3,7 +3,7 @@
 
 #include "dyop/toi/toi_result.h"
 
-namespace dyop::test {
+namespace dyop::testing {
 
 /// An impact with all its figures, without any query.
 inline ToiResult small_impact_result() {
@@ -27,4 +27,4 @@ inline ToiResult small_impact_result() {
   return toi;
 }
 
-}  // namespace dyop::test
+}  // namespace dyop::testing

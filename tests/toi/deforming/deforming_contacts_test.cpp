@@ -19,7 +19,7 @@
 namespace dyop {
 namespace {
 
-using test_support::MeshArrays;
+using testing::MeshArrays;
 
 constexpr Scalar kTolerance = 1e-6;  // literal: of sides of about one
 constexpr Scalar kRise = 0.3;        // of everything, per unit of time
@@ -40,7 +40,7 @@ Vector3 shaken(const Vector3& p, std::mt19937_64& random) {
 }
 
 Sheet wandering_sheet(std::mt19937_64& random) {
-  const MeshArrays plate = test_support::plate_grid(3, 2, 12, 8);
+  const MeshArrays plate = testing::plate_grid(3, 2, 12, 8);
   Sheet sheet;
   sheet.triangles = plate.triangles;
   for (const Vector3& p : plate.vertices) {
@@ -76,7 +76,7 @@ DeformingMesh drifting(const MeshArrays& arrays, const Vector3& by) {
 
 // A box that slides along the sheet, `gap` tolerances above it, turned as a whole by R.
 struct Slide {
-  MeshArrays box = test_support::box_mesh({0.2, 0.15, 0.1});
+  MeshArrays box = testing::box_mesh({0.2, 0.15, 0.1});
   Vector3 from;
   Vector3 velocity;
   Matrix3 R;
@@ -157,7 +157,7 @@ TEST(DeformingContacts, GathersAllContactsOfAnImpact) {
   const DeformingMesh sheet = turned(wandering_sheet(random), Matrix3::Identity());
   ToiOptions options = with_tolerance();
   options.with_contacts = true;
-  const MeshArrays cube = test_support::box_mesh(Vector3::Constant(0.25));
+  const MeshArrays cube = testing::box_mesh(Vector3::Constant(0.25));
   const ConstantTwistMotion falling(RigidPose(Vector3(0.1, 0, 1)),
                                     {Vector3(0, 0, -2), Vector3::Zero()});
   const DeformingMesh deforming =

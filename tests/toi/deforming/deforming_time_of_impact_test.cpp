@@ -21,7 +21,7 @@
 namespace dyop {
 namespace {
 
-using test_support::MeshArrays;
+using testing::MeshArrays;
 
 DeformingMesh translating(const MeshArrays& arrays, const Vector3& by) {
   std::vector<Vector3> end = arrays.vertices;
@@ -30,7 +30,7 @@ DeformingMesh translating(const MeshArrays& arrays, const Vector3& by) {
 }
 
 MeshArrays plate_at(Scalar height) {
-  return test_support::plate_grid(2, 2, 4, 4).moved(Matrix3::Identity(), {0, 0, height});
+  return testing::plate_grid(2, 2, 4, 4).moved(Matrix3::Identity(), {0, 0, height});
 }
 
 TEST(DeformingTimeOfImpact, FindsTheTimeOneVertexReachesASheet) {
@@ -64,8 +64,8 @@ TEST(DeformingTimeOfImpact, FindsTheTimeOneVertexReachesASheet) {
 
 TEST(DeformingTimeOfImpact, AgreesWithTheRigidQueryForTranslations) {
   std::mt19937_64 random(1);
-  const MeshArrays sphere = test_support::icosphere(2);
-  const MeshArrays gear = test_support::gear(7, 0.8, 1.0, 0.3);
+  const MeshArrays sphere = testing::icosphere(2);
+  const MeshArrays gear = testing::gear(7, 0.8, 1.0, 0.3);
   const TriangleMesh rigid_sphere = sphere.mesh();
   const TriangleMesh rigid_gear = gear.mesh();
   int impacts = 0;
@@ -133,7 +133,7 @@ TEST(DeformingTimeOfImpact, TreatsAnIntervalOfNoLengthAsRest) {
 
 TEST(DeformingTimeOfImpact, GivesASafeTimeWhenItIsStopped) {
   std::mt19937_64 random(2);
-  const MeshArrays sphere = test_support::icosphere(3);
+  const MeshArrays sphere = testing::icosphere(3);
   const DeformingMesh a = translating(sphere, {0.1, 0, 0});
   const DeformingMesh b = translating(sphere.moved(Matrix3::Identity(), {3, 0.2, 0.1}), {-2, 0, 0});
   const ToiResult whole = time_of_impact(a, b, {0, 1});
