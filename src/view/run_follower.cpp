@@ -2,6 +2,7 @@
 #include "dyop/view/run_follower.h"
 
 #include <algorithm>
+#include <span>
 
 #include "dyop/distance/distance.h"
 #include "dyop/motion/rest_motion.h"
@@ -41,16 +42,20 @@ const char* undecided_words(AdvanceStatus status) {
   return nullptr;
 }
 
-// The nearest pair whose distance is known gets its witness points from a query.
-void add_witness(const World& world, std::vector<PageGap>& gaps, std::size_t first) {
-  const auto nearest =
-      std::min_element(gaps.begin() + std::ptrdiff_t(first), gaps.end(),
-                       [](const PageGap& x, const PageGap& y) { return x.upper < y.upper; });
-  if (nearest == gaps.end() || !(nearest->upper < kInfinity)) return;
-  const DistanceResult result =
-      distance(*world.body(nearest->a).shape, world.state(nearest->a).X_WB,
-               *world.body(nearest->b).shape, world.state(nearest->b).X_WB);
-  nearest->witness_W = {result.p_WCa, result.p_WCb};
+constexpr std::ptrdiff_t kWitnesses = 4;
+
+// The pairs of the least proven gaps get witness points and tight bounds from queries.
+void add_witnesses(const World& world, std::span<PageGap> gaps) {
+  const auto count = std::min(kWitnesses, std::ssize(gaps));
+  std::partial_sort(gaps.begin(), gaps.begin() + count, gaps.end(),
+                    [](const PageGap& x, const PageGap& y) { return x.lower < y.lower; });
+  for (PageGap& gap : gaps.first(std::size_t(count))) {
+    const DistanceResult result = distance(*world.body(gap.a).shape, world.state(gap.a).X_WB,
+                                           *world.body(gap.b).shape, world.state(gap.b).X_WB);
+    gap.lower = std::max(gap.lower, result.lower);
+    gap.upper = result.upper;
+    gap.witness_W = {result.p_WCa, result.p_WCb};
+  }
 }
 
 }  // namespace
@@ -116,7 +121,8 @@ void RunFollower::add_pairs(const World& world, PageSpan& span) {
     if (is_resting && std::binary_search(resting_.begin(), resting_.end(), resting.back())) {
       continue;  // the page knows it already
     }
-    PageGap gap{interval.end, pair.a, pair.b, pair.gap_lower, pair.gap_upper, is_resting, {}, {}};
+    PageGap gap{interval.end, pair.a, pair.b, pair.gap_lower, kInfinity, is_resting, {}, {}};
+    if (pair.gap_upper >= pair.gap_lower) gap.upper = pair.gap_upper;
     gap.pivot_W = pair.pivot_W;
     span.gaps.push_back(gap);
     for (const PairContact& contact : pair.contacts) {
@@ -128,7 +134,7 @@ void RunFollower::add_pairs(const World& world, PageSpan& span) {
   }
   std::sort(resting.begin(), resting.end());
   resting_ = std::move(resting);
-  add_witness(world, span.gaps, first);
+  add_witnesses(world, std::span(span.gaps).subspan(first));
 }
 
 void RunFollower::add_marks(const AdvanceReport& report, const World& world, PageSpan& span) const {

@@ -2,6 +2,7 @@
 #include "view/page_case.h"
 
 #include <algorithm>
+#include <cmath>
 #include <random>
 
 #include "dyop/view/run_follower.h"
@@ -48,8 +49,8 @@ nlohmann::json PageCase::facts(int count) const {
     facts["impacts"].push_back({{"t", event.t},
                                 {"a", event.a.slot},
                                 {"b", event.b.slot},
-                                {"X_WA", pose_json(event.toi.X_WA)},
-                                {"X_WB", pose_json(event.toi.X_WB)}});
+                                {"X_WA", pose_json(pose(event.a.slot, event.t))},
+                                {"X_WB", pose_json(pose(event.b.slot, event.t))}});
   }
   return facts;
 }
@@ -65,9 +66,9 @@ PageCase run_page_case(const Scene& scene, Scalar end_time) {
   const PageEncoder encoder(result.scene);
   result.blocks.push_back(encoder.head());
   RunFollower follower(scene.options.gravity_W);
-  const Scalar end = std::min(end_time, scene.end_time);
-  while (world.time() < end) {
-    const AdvanceReport report = world.advance(std::min(scene.step, end - world.time()));
+  const auto count = std::llround(std::min(end_time, scene.end_time) / scene.step);
+  for (long long k = 1; k <= count; ++k) {
+    const AdvanceReport report = world.advance(Scalar(k) * scene.step - world.time());
     result.steps.insert(result.steps.end(), report.steps.begin(), report.steps.end());
     result.impacts.insert(result.impacts.end(), report.impacts.begin(), report.impacts.end());
     result.blocks.push_back(encoder.span(follower.follow(report, world)));

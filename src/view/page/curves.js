@@ -13,6 +13,13 @@ function leastGaps(run) {
     .slice(0, kMostPairs).map(({pair}) => pair);
 }
 
+export function shortNumber(v) {
+  if (v == null) return '';
+  const size = Math.abs(v);
+  return v === 0 || (size >= 1e-3 && size < 1e5) ? Number(v.toPrecision(3)).toString()
+    : v.toExponential(1).replace('.0e', 'e').replace('+', '');
+}
+
 const number = (u, value) => (value == null ? '–' : value.toPrecision(5));
 
 export class Curves {
@@ -41,8 +48,7 @@ export class Curves {
       scales: {x: {time: false}, y: log ? {distr: 3, log: 10} : {}},
       axes: [{...axis, size: 26},
              {...axis, size: 62,
-              values: (u, ticks) => ticks.map((v) => (v == null ? '' : Number(v.toPrecision(3))
-                .toString()))}],
+              values: (u, ticks) => ticks.map(shortNumber)}],
       series: [{label: 't', value: number}, ...series.map((one) => ({value: number, width: 1.5,
                                                                      points: {show: false}, ...one}))],
       hooks: {draw: [(u) => this.#drawNow(u, color('--accent'))]},
@@ -80,7 +86,7 @@ export class Curves {
       const name = `${this.run.bodies[a].name} – ${this.run.bodies[b].name}`;
       data.push(upper, lower);
       series.push({label: name, stroke: kHues[k], spanGaps: false},
-                  {label: 'proven', stroke: kHues[k], dash: [4, 3], spanGaps: false});
+                  {label: 'proven', class: 'proven', stroke: kHues[k], dash: [4, 3], spanGaps: false});
     });
     this.#plot('Gap of the nearest pairs (dashed: proven lower bound)', series, data, true);
   }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Time, what is chosen and what is shown; draws when something has changed.
-import {Curves} from './curves.js';
+import {Curves, shortNumber} from './curves.js';
 import {Overlays} from './overlays.js';
 import {Panel} from './panel.js';
 import {bodyColor, heat, Stage} from './stage.js';
@@ -227,6 +227,8 @@ export class Player {
     if (this.label.hidden) return;
     this.label.style.left = `${place.x}px`;
     this.label.style.top = `${place.y}px`;
-    this.label.textContent = `gap ${shown.upper.toPrecision(3)}, proven ${shown.lower.toPrecision(3)}`;
+    this.label.textContent = Number.isFinite(shown.upper)
+      ? `gap ${shortNumber(shown.upper)}, proven ${shortNumber(shown.lower)}`
+      : `gap at least ${shortNumber(shown.lower)}`;
   }
 }

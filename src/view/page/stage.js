@@ -10,6 +10,8 @@ const kFixed = {light: 0xd9dce1, dark: 0x59616d};
 const kGiven = {light: 0x7a828e, dark: 0xa7afbb};
 const kManners = ['solid', 'ghost', 'wire'];
 const kShadowTriangles = 150000;
+const kMostSightLines = 40;
+const kMostWallTriangles = 5000;
 
 // Slow is blue, fast is yellow.
 export function heat(x, out = new THREE.Color()) {
@@ -55,8 +57,8 @@ export class Stage {
       geometry.computeBoundingBox();
       geometry.computeBoundingSphere();
       const materials = {
-        solid: new THREE.MeshLambertMaterial({side: THREE.DoubleSide}),
-        ghost: new THREE.MeshLambertMaterial({transparent: true, opacity: 0.22, depthWrite: false,
+        solid: new THREE.MeshLambertMaterial({side: THREE.DoubleSide, shadowSide: THREE.BackSide}),
+        ghost: new THREE.MeshLambertMaterial({transparent: true, opacity: 0.16, depthWrite: false,
                                               side: THREE.DoubleSide}),
         wire: new THREE.MeshBasicMaterial({wireframe: true}),
       };
@@ -65,7 +67,8 @@ export class Stage {
         mesh.instanceColor = new THREE.InstancedBufferAttribute(
           new Float32Array(3 * counts[number]), 3);
         mesh.frustumCulled = false;
-        mesh.castShadow = mesh.receiveShadow = manner === 'solid';
+        mesh.castShadow = manner === 'solid';
+        mesh.receiveShadow = manner !== 'wire';
         mesh.userData.bodies = new Int32Array(counts[number]);
         mesh.count = 0;
         this.scene.add(mesh);
@@ -194,8 +197,9 @@ export class Stage {
     const q = new THREE.Quaternion();
     const one = new THREE.Vector3(1, 1, 1);
     for (const {meshes} of this.shapes) for (const mesh of meshes) mesh.count = 0;
+    const hidden = this.uncover(t);
     for (const body of this.run.bodies) {
-      const manner = this.manner[body.number];
+      const manner = this.manner[body.number] || (hidden.has(body) ? 1 : 0);
       if (manner > 2 || !this.run.isPresent(body, t)) continue;
       const state = this.run.state(body, t);
       const mesh = this.shapes[body.shape].meshes[manner];
@@ -211,6 +215,34 @@ export class Stage {
         mesh.boundingSphere = null;
       }
     }
+  }
+
+  // Large fixed bodies that hide what moves, such as the near wall of a pit, become see-through.
+  uncover(t) {
+    const walls = this.run.bodies.filter((body) => body.kind !== 'dynamic' &&
+      body.radius > 0.5 * this.size && this.run.isPresent(body, t) &&
+      this.run.surfaces[body.shape].indices.length < 3 * kMostWallTriangles);
+    const moving = this.run.bodies.filter((body) => body.kind === 'dynamic');
+    const every = Math.max(1, Math.ceil(moving.length / kMostSightLines));
+    const hidden = new Set();
+    const ray = new THREE.Raycaster();
+    const probe = new THREE.Mesh(undefined, new THREE.MeshBasicMaterial({side: THREE.DoubleSide}));
+    for (let k = 0; k < moving.length; k += every) {
+      const center = new THREE.Vector3(...this.run.state(moving[k], t).p);
+      const distance = center.distanceTo(this.camera.position);
+      ray.set(this.camera.position, center.sub(this.camera.position).normalize());
+      ray.far = distance - moving[k].radius;
+      for (const wall of walls) {
+        if (hidden.has(wall) || ray.far <= 0) continue;
+        const {p, q} = this.run.state(wall, t);
+        probe.geometry = this.shapes[wall.shape].geometry;
+        probe.position.set(...p);
+        probe.quaternion.set(...q);
+        probe.updateMatrixWorld();
+        if (ray.intersectObject(probe, false).length > 0) hidden.add(wall);
+      }
+    }
+    return hidden;
   }
 
   // A frame around the box of one body.
@@ -240,8 +272,11 @@ export class Stage {
     const ray = new THREE.Raycaster();
     ray.setFromCamera(new THREE.Vector2((2 * x) / clientWidth - 1, 1 - (2 * y) / clientHeight),
                       this.camera);
-    const meshes = this.shapes.flatMap(({meshes: all}) => all.filter((mesh) => mesh.count > 0));
-    const hit = ray.intersectObjects(meshes, false)[0];
+    const meshes = this.shapes.flatMap(({meshes: all}) => all.filter(
+      (mesh, manner) => mesh.count > 0 && manner !== 1));
+    // See-through bodies are chosen only where nothing else is.
+    const ghosts = this.shapes.map(({meshes: all}) => all[1]).filter((mesh) => mesh.count > 0);
+    const hit = ray.intersectObjects(meshes, false)[0] ?? ray.intersectObjects(ghosts, false)[0];
     return hit && this.run.bodies[hit.object.userData.bodies[hit.instanceId]];
   }
 
