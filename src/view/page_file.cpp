@@ -2,7 +2,6 @@
 #include "dyop/view/page_file.h"
 
 #include <cstdint>
-#include <nlohmann/json.hpp>
 
 #include "dyop/core/error.h"
 #include "view/page_bytes.h"
@@ -82,13 +81,8 @@ std::string page_html(std::string_view title, std::span<const std::string> block
   return filled_page(title, data);
 }
 
-std::string live_page_html(std::string_view title, std::string_view token) {
-  // Within a script `<` must not begin a tag.
-  std::string json = nlohmann::json{{"token", token}}.dump();
-  for (std::size_t at = 0; (at = json.find('<', at)) != std::string::npos; at += 6) {
-    json.replace(at, 1, "\\u003c");
-  }
-  return filled_page(title, "<script type=\"application/json\" id=\"live\">" + json + "</script>");
+std::string live_page_html(std::string_view title) {
+  return filled_page(title, "<script type=\"text/plain\" id=\"live\"></script>");
 }
 
 }  // namespace dyop

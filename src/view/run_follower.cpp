@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <span>
 
-#include "dyop/distance/distance.h"
 #include "dyop/motion/rest_motion.h"
+#include "view/pair_rows.h"
 
 namespace dyop {
 namespace {
@@ -24,24 +24,6 @@ std::string names_of(const World& world, const std::vector<BodyId>& bodies) {
   return names;
 }
 
-const char* undecided_words(AdvanceStatus status) {
-  switch (status) {
-    case AdvanceStatus::BudgetExhausted:
-      return "budget exhausted";
-    case AdvanceStatus::NumericalLimit:
-      return "numerical limit";
-    case AdvanceStatus::Blocked:
-      return "blocked by bodies on given motions";
-    case AdvanceStatus::Cancelled:
-      return "cancelled";
-    case AdvanceStatus::NotRun:
-    case AdvanceStatus::Completed:
-    case AdvanceStatus::StoppedAtImpact:
-      return nullptr;
-  }
-  return nullptr;
-}
-
 constexpr std::ptrdiff_t kWitnesses = 4;
 
 // The pairs of the least proven gaps get witness points and tight bounds from queries.
@@ -50,11 +32,9 @@ void add_witnesses(const World& world, std::span<PageGap> gaps) {
   std::partial_sort(gaps.begin(), gaps.begin() + count, gaps.end(),
                     [](const PageGap& x, const PageGap& y) { return x.lower < y.lower; });
   for (PageGap& gap : gaps.first(std::size_t(count))) {
-    const DistanceResult result = distance(*world.body(gap.a).shape, world.state(gap.a).X_WB,
-                                           *world.body(gap.b).shape, world.state(gap.b).X_WB);
-    gap.lower = std::max(gap.lower, result.lower);
-    gap.upper = result.upper;
-    gap.witness_W = {result.p_WCa, result.p_WCb};
+    DistanceCache cache;
+    internal::add_witness(gap, *world.body(gap.a).shape, world.state(gap.a).X_WB,
+                          *world.body(gap.b).shape, world.state(gap.b).X_WB, cache);
   }
 }
 
@@ -121,16 +101,7 @@ void RunFollower::add_pairs(const World& world, PageSpan& span) {
     if (is_resting && std::binary_search(resting_.begin(), resting_.end(), resting.back())) {
       continue;  // the page knows it already
     }
-    PageGap gap{interval.end, pair.a, pair.b, pair.gap_lower, kInfinity, is_resting, {}, {}};
-    if (pair.gap_upper >= pair.gap_lower) gap.upper = pair.gap_upper;
-    gap.pivot_W = pair.pivot_W;
-    span.gaps.push_back(gap);
-    for (const PairContact& contact : pair.contacts) {
-      const auto& point = contact.point;
-      span.contacts.push_back({interval, pair.a, pair.b, is_resting,
-                               (point.p_WCa + point.p_WCb) / 2, point.nhat_AB_W, contact.impulse_W,
-                               point.gap});
-    }
+    internal::add_pair(pair, interval, span);
   }
   std::sort(resting.begin(), resting.end());
   resting_ = std::move(resting);
@@ -150,7 +121,7 @@ void RunFollower::add_marks(const AdvanceReport& report, const World& world, Pag
     span.marks.push_back(mark_of(report.t, "stalled",
                                  std::to_string(report.work.stalls) + " islands stood still", {}));
   }
-  if (const char* words = undecided_words(report.status)) {
+  if (const char* words = internal::undecided_words(report.status)) {
     const auto [a, b] = report.offending_pair;
     const std::string names = names_of(world, {a, b});
     span.marks.push_back(

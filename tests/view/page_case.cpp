@@ -58,8 +58,7 @@ nlohmann::json PageCase::facts(int count) const {
 PageCase run_page_case(const Scene& scene, Scalar end_time) {
   World world = make_world(scene);
   PageCase result;
-  result.scene =
-      RunFollower::scene_of(world, scene.title, scene.options.gravity_W, scene.end_time);
+  result.scene = RunFollower::scene_of(world, scene.title, scene.options.gravity_W, scene.end_time);
   for (std::size_t k = 0; k < scene.bodies.size(); ++k) {
     result.scene.bodies[k].shape_name = scene.shape_names[k];
   }

@@ -50,8 +50,8 @@ void expect_page_shows(const std::string& name, const PageCase& run, int poses) 
   const fs::path log = folder / (name + ".log");
   const std::string command = std::string("DYOP_PAGE_MODULES='" DYOP_PAGE_MODULES "' '" DYOP_NODE
                                           "' '" DYOP_CHECK_PAGE "' '" DYOP_CHROMIUM "' '") +
-                              file.string() + "' '" + (folder / (name + ".json")).string() + "' > '" +
-                              log.string() + "' 2>&1";
+                              file.string() + "' '" + (folder / (name + ".json")).string() +
+                              "' > '" + log.string() + "' 2>&1";
   EXPECT_EQ(std::system(command.c_str()), 0) << read_text(log);
 }
 
@@ -62,9 +62,8 @@ Scene generated(const std::string& kind, int n, const std::string& name) {
   return load_scene(file);
 }
 
-#define DYOP_SKIP_WITHOUT_BROWSER()                         \
-  if (const std::string why = reason_to_skip(); !why.empty()) \
-  GTEST_SKIP() << why
+#define DYOP_SKIP_WITHOUT_BROWSER() \
+  if (const std::string why = reason_to_skip(); !why.empty()) GTEST_SKIP() << why
 
 TEST(Page, ShowsACradleAsItRan) {
   DYOP_SKIP_WITHOUT_BROWSER();

@@ -18,8 +18,8 @@ bool has_page();
 std::string page_html(std::string_view title, std::span<const std::string> blocks);
 
 /// The same page without a run: it fetches its blocks from the server that it comes from, and
-/// controls the run there. `token` is sent with each request.
+/// controls the run there (LiveServer).
 /// @throws InvalidArgument unless has_page().
-std::string live_page_html(std::string_view title, std::string_view token);
+std::string live_page_html(std::string_view title);
 
 }  // namespace dyop

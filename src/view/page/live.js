@@ -5,8 +5,8 @@ import {element} from './panel.js';
 
 const kWait = 200;  // milliseconds between questions
 
-export function follow(token) {
-  const ask = (path, method = 'GET') => fetch(path, {method, headers: {'X-Dyop-Token': token}});
+export function follow() {
+  const ask = (path, method = 'GET') => fetch(path, {method});
   const status = {state: 'running'};
   let player;
 

@@ -7,6 +7,8 @@ import {newState} from './motion.js';
 import {Player} from './player.js';
 import {Run} from './run.js';
 
+const kReadingTurn = 200;  // milliseconds of reading between two pictures
+
 const byId = (id) => document.getElementById(id);
 
 function complain(text) {
@@ -79,11 +81,15 @@ function pleasantSpeed(span) {
 }
 
 async function readAll(player, run, blocks) {
+  let last = performance.now();
   for await (const block of blocks) {
     run.append(block);
+    if (!player.isLive && performance.now() < last + kReadingTurn) continue;
     player.grown();
     await nextTask();
+    last = performance.now();
   }
+  player.grown();
 }
 
 // What tests ask the page.
@@ -106,7 +112,7 @@ async function main() {
     return;
   }
   const live = document.querySelector('#live');
-  const source = live ? follow(JSON.parse(live.textContent).token) : undefined;
+  const source = live ? follow() : undefined;
   const blocks = source ? source.blocks() : blocksOfPage();
   const head = (await blocks.next()).value;
   if (!head) {
