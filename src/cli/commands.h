@@ -17,6 +17,7 @@ enum class ExitCode {
 
 /// Each adds one command, which puts its outcome into `exit_code`, which must outlive the app.
 void add_distance_command(CLI::App& app, ExitCode& exit_code);
+void add_export_command(CLI::App& app, ExitCode& exit_code);
 void add_info_command(CLI::App& app, ExitCode& exit_code);
 void add_paper_command(CLI::App& app, ExitCode& exit_code);
 void add_replay_command(CLI::App& app, ExitCode& exit_code);

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <span>
 #include <string>
 
 #include "dyop/dynamics/world.h"
@@ -19,6 +20,9 @@ enum class PairDetail {
 
 struct RecordingOptions {
   PairDetail pairs = PairDetail::Contacts;
+  /// The motions are cubics through samples of a run, as an older recording holds it, not those
+  /// that were committed: marks them SegmentKind::Approximate.
+  bool is_sampled = false;
 };
 
 /// Writes a run to a file as docs/recording.md describes: for each body the motions that were
@@ -41,6 +45,9 @@ class RecordingWriter {
   /// Writes what one advance of `world` reported.
   /// @throws InvalidArgument if a shape is none of dyop's own.
   void write(const AdvanceReport& report, const World& world);
+  /// For a run without its World: pairs are not recorded, energy and momenta are NaN.
+  /// @param bodies By slot; the same in every call.
+  void write(const AdvanceReport& report, std::span<const BodyDefinition> bodies);
 
   /// Writes how the run ended, and closes the file.
   void finish();
