@@ -12,9 +12,9 @@ namespace dyop::cli {
 namespace {
 
 constexpr const char* kInfoExamples = R"(Examples:
-  Is this mesh closed, and how large is it?
+  Size of a mesh, and whether it is closed:
     dyop info bunny.obj
-  Mass properties of a unit density, about its centre of mass, ten times as large, as JSON:
+  Mass properties at unit density about the centre of mass, scaled by ten, as JSON:
     dyop info bunny.obj --scale 10 --center mass --json
 )";
 
@@ -49,7 +49,7 @@ bool has_no_area(const Triangle& triangle) {
   return (triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]).isZero(0);
 }
 
-// The two below ask for what a mesh may not have; that is no error here.
+// A mesh may have no area or volume; that is not an error here.
 Scalar area_or_zero(const TriangleMesh& mesh) {
   try {
     return mesh.compute_shell_mass_properties(1).mass;
@@ -130,7 +130,8 @@ void print_words(const MeshReport& report) {
               << "  (density 1)     " << I.row(1).format(row) << '\n'
               << "                  " << I.row(2).format(row) << '\n';
   } else {
-    std::cout << "volume            none: the mesh is open or turned inside out\n";
+    std::cout << "volume            none: the mesh is open or inside out
+                 ";
   }
   std::cout << "hierarchy         " << report.nodes << " nodes\n"
             << "memory            " << Scalar(report.bytes) / (1 << 20) << " MiB\n";
@@ -149,11 +150,12 @@ ExitCode run_info(const InfoArguments& arguments) {
 
 void add_info_command(CLI::App& app, ExitCode& exit_code) {
   auto arguments = std::make_shared<InfoArguments>();
-  CLI::App* command = app.add_subcommand("info", "What a mesh file holds");
+  CLI::App* command =
+      app.add_subcommand("info", "Size, closedness and mass properties of a mesh file");
   command->footer(kInfoExamples);
   command->add_option("MESH", arguments->mesh, "Mesh file")->required();
   add_placement_options(*command, arguments->placement);
-  command->add_flag("--json", arguments->is_json, "One JSON object on stdout");
+  command->add_flag("--json", arguments->is_json, "Print one JSON object to stdout");
   command->callback([arguments, &exit_code] { exit_code = run_info(*arguments); });
 }
 

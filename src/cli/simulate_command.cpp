@@ -23,9 +23,9 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kSimulateExamples =
-    R"(DIR gets recording.jsonl, with every proven step and impact, and summary.txt, for people.
-Meshes are looked for beside the scene, then in --mesh-path, then in the directories of the
-environment variable DYOP_MESH_PATH (separated by colons). Ctrl-C ends with what is proven by then.
+    R"(DIR gets recording.jsonl, with every proven step and impact, and summary.txt for reading.
+Meshes are searched for beside the scene, then in --mesh-path, then in the directories of the
+environment variable DYOP_MESH_PATH (separated by colons). Ctrl-C stops and keeps what is proven.
 
 Examples:
   A bunny is thrown at another one; the mesh comes with the Debian package glmark2-data:
@@ -47,8 +47,8 @@ struct SimulateArguments {
 struct Run {
   RunTotals totals;
   std::vector<ImpactEvent> impacts;
-  nlohmann::ordered_json bodies;  // where they ended
-  std::exception_ptr failure;     // what ended it, to be thrown once its files are written
+  nlohmann::ordered_json bodies;  // final states
+  std::exception_ptr failure;     // what ended the run, rethrown once its files are written
 };
 
 std::vector<fs::path> mesh_directories(const SimulateArguments& arguments) {
@@ -64,20 +64,20 @@ std::vector<fs::path> mesh_directories(const SimulateArguments& arguments) {
 
 std::ofstream open_file(const fs::path& file) {
   std::ofstream out(file, std::ios::binary);
-  if (!out) throw FileError(file, "cannot be written");
+  if (!out) throw FileError(file, "could not be written");
   return out;
 }
 
 void close_file(std::ofstream& out, const fs::path& file) {
   out.close();
-  if (!out) throw FileError(file, "cannot be written to its end");
+  if (!out) throw FileError(file, "could not be written completely");
 }
 
-// A rest shorter than this part of a step is no step of its own.
-// literal: only rounding of end / step makes such a rest
+// A remainder shorter than this fraction of a step is not a step of its own.
+// literal: only rounding of end / step leaves such a remainder
 constexpr Scalar kNoStep = 1e-6;
 
-// What a run needs beside its scene and its results.
+// What a run needs besides its scene and its results.
 struct Watch {
   const std::stop_token& stop;
   ProgressBar& progress;
@@ -171,13 +171,13 @@ ExitCode exit_code_of(const Run& run, const SimulateArguments& arguments) {
   return ExitCode::Undecided;
 }
 
-// Throws what ended a run again, with the name of the scene.
+// Rethrows what ended a run, with the name of the scene.
 [[noreturn]] void throw_named(const std::exception_ptr& failure, const std::string& scene) {
   try {
     std::rethrow_exception(failure);
   } catch (const IntegrationError& error) {
     throw IntegrationError(scene + ": " + error.what());
-  } catch (const InvalidArgument& error) {  // a value that only shows to be too large in the run
+  } catch (const InvalidArgument& error) {  // a value that proves too large only during the run
     throw FileError(scene, error.what());
   }
 }
@@ -190,7 +190,7 @@ ExitCode run_simulate(const SimulateArguments& arguments) {
   const fs::path directory = arguments.out;
   std::error_code error;
   fs::create_directories(directory, error);
-  if (error) throw FileError(directory, "cannot be made: " + error.message());
+  if (error) throw FileError(directory, "could not be created: " + error.message());
   const Run run = record(scene, directory / "recording.jsonl", arguments, interrupt.token());
 
   const double seconds =
@@ -213,20 +213,21 @@ ExitCode run_simulate(const SimulateArguments& arguments) {
 
 void add_simulate_command(CLI::App& app, ExitCode& exit_code) {
   auto arguments = std::make_shared<SimulateArguments>();
-  CLI::App* command = app.add_subcommand("simulate", "Step a scene and record what happens");
+  CLI::App* command = app.add_subcommand("simulate", "Step a scene and record the run");
   command->footer(kSimulateExamples);
   command->add_option("SCENE", arguments->scene, "Scene file (docs/scene-format.md)")->required();
   command->add_option("--out", arguments->out, "Directory for the results; created if missing")
       ->required();
-  command->add_option("--mesh-path", arguments->mesh_path, "More directories to search for meshes");
+  command->add_option("--mesh-path", arguments->mesh_path,
+                      "Further directories to search for meshes");
   command
       ->add_option("--threads", arguments->threads,
-                   "0: as many as the machine has; the result is the same")
+                   "0: one per core; the result is always the same")
       ->check(CLI::Range(0, 4096))
       ->capture_default_str();
   command->add_flag("--no-progress", arguments->no_progress, "No progress bar on a terminal");
   command->add_flag("--json", arguments->is_json,
-                    "One JSON object on stdout instead of the summary");
+                    "Print one JSON object to stdout instead of the summary");
   command->add_flag("--fail-on-impact", arguments->fails_on_impact, "Exit code 1 if bodies met");
   command->callback([arguments, &exit_code] { exit_code = run_simulate(*arguments); });
 }

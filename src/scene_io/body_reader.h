@@ -9,7 +9,7 @@ namespace dyop::internal {
 
 struct NamedBody {
   BodyDefinition definition;
-  std::string shape_name;  ///< for people
+  std::string shape_name;  ///< for display
 };
 
 /// Reads one element of "bodies" of docs/scene-format.md. A kinematic body's motion must cover

@@ -43,7 +43,7 @@ ShapeReader::NamedShape ShapeReader::read(const JsonNode& node, bool is_shell) {
   return node.guard([&] {
     if (node.has("mesh")) return read_mesh(node, is_shell);
     for (const std::string_view key : {"scale", "center"}) {
-      if (node.has(key)) node.at(key).fail("only a mesh has this key");
+      if (node.has(key)) node.at(key).fail("only a mesh can have this key");
     }
     if (node.has("sphere")) return read_sphere(node.at("sphere"));
     if (node.has("box")) return read_box(node.at("box"));
@@ -64,7 +64,7 @@ ShapeReader::NamedShape ShapeReader::read_hull(const JsonNode& node) {
   std::vector<Vector3> points;
   if (node.has("points")) {
     for (const std::string_view key : {"scale", "center"}) {
-      if (node.has(key)) node.at(key).fail("only a mesh has this key");
+      if (node.has(key)) node.at(key).fail("only a mesh can have this key");
     }
     for (const JsonNode& point : node.at("points").items(1)) points.push_back(point.vector3());
   } else {

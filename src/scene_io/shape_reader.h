@@ -18,16 +18,16 @@ class ShapeReader {
  public:
   struct NamedShape {
     std::shared_ptr<const Shape> shape;
-    std::string name;  ///< for people
+    std::string name;  ///< for display
   };
 
-  /// @param directories Where meshes are looked for, in this order.
+  /// @param directories Where to search for meshes, in this order.
   explicit ShapeReader(std::vector<std::filesystem::path> directories)
       : directories_(std::move(directories)) {}
 
-  /// @param is_shell The body is a surface without an inside: decides what its centre of mass is.
+  /// @param is_shell The body is a surface without an inside: determines its centre of mass.
   NamedShape read(const JsonNode& node, bool is_shell);
-  /// The mesh of the file that a text names, as it is there.
+  /// The mesh of the file named by a string, not placed.
   const TriangleMesh& load(const JsonNode& node);
 
  private:

@@ -45,7 +45,7 @@ ToiResult run_search(const DeformingMesh& a, SideB& side_b, const TimeInterval& 
   return start == Start::Fresh ? search.run() : search.resume();
 }
 
-// Remembers what the query is about, or checks that it is what it was.
+// Stores what the query is about, or checks that it is still the same.
 void take_up(internal::ToiMemory& memory, const internal::ToiSubject& subject, Start start) {
   if (start == Start::Fresh) {
     memory.subject = subject;

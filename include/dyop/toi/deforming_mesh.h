@@ -20,7 +20,7 @@ namespace DYOP_EXPORT dyop {
 class DeformingMesh {
  public:
   /// A node of a binary tree of axis-aligned boxes. At the fraction s of the interval its vertices
-  /// are within the box whose corners are (1 - s) at_begin + s at_end.
+  /// are within the box with the corners (1 - s) at_begin + s at_end.
   struct Node {
     AlignedBox at_begin;
     AlignedBox at_end;
@@ -39,7 +39,7 @@ class DeformingMesh {
   /// @throws InvalidArgument as above; the mesh is then unchanged.
   void refit(std::vector<Vector3> begin, std::vector<Vector3> end);
 
-  /// The next interval: starts where the last one ended.
+  /// Starts the next interval where the last one ended.
   void advance(std::vector<Vector3> next_end);
 
   std::span<const Vector3> begin() const { return begin_; }
@@ -49,15 +49,15 @@ class DeformingMesh {
   /// A triangle at the fraction s of the interval, 0 <= s <= 1, rounded; exact at 0 and 1.
   Triangle triangle(std::int32_t index, Scalar s) const;
 
-  /// The mesh as it stands at the fraction s of the interval, with the same triangle and vertex
-  /// numbers; its vertices are those of triangle().
+  /// The mesh at the fraction s of the interval, with the same triangle and vertex numbers; its
+  /// vertices are those of triangle().
   TriangleMesh snapshot(Scalar s) const;
 
   /// Node 0 is the root; children come after their parents.
   std::span<const Node> nodes() const { return nodes_; }
 
   /// Largest distance of a vertex from the world's origin, and largest displacement of a vertex
-  /// over the interval, both over vertices that triangles use, rounded up.
+  /// over the interval; both over vertices that triangles use, rounded up.
   Scalar largest_radius() const { return largest_radius_; }
   Scalar largest_displacement() const { return largest_displacement_; }
 

@@ -13,7 +13,7 @@ struct ToiMemory;
 
 /// Memory of time_of_impact(), kept by the caller between queries: after the first few, queries of
 /// two meshes allocate nothing. Also holds the state of a query that ran out of budget, so that it
-/// can be resumed. Serves one query at a time; any pair of shapes. A query throws
+/// can be resumed. Works with any pair of shapes, one query at a time. A query throws
 /// InvalidArgument if the workspace is serving another one, in any thread, or was moved from.
 class ToiWorkspace {
  public:

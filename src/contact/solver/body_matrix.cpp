@@ -94,8 +94,8 @@ void BodyMatrix::order_bodies(std::size_t count) {
   }
 }
 
-// A column of L has the rows of the matrix's column and those of the columns that it is the first
-// row of.
+// A column of L has the rows of the matrix's column, and those of every column whose first row it
+// is.
 void BodyMatrix::find_fill(std::size_t count) {
   std::vector<std::vector<int>> columns(count);
   for (const auto& [slot_a, slot_b] : slots_) {
@@ -168,7 +168,7 @@ bool BodyMatrix::factorise_symmetric() {
       const Matrix6 entry = entries_[e];
       entries_[e].noalias() = entry.lazyProduct(diagonal_[j].transpose());
     }
-    // What column j does to those after it.
+    // Subtracts the contribution of column j from the later columns.
     for (std::size_t e = first_[j]; e < first_[j + 1]; ++e) {
       const std::size_t column = std::size_t(rows_[e]);
       diagonal_[column].noalias() -= entries_[e].lazyProduct(entries_[e].transpose());

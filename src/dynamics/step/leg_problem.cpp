@@ -52,7 +52,7 @@ std::size_t LegProblem::body_index(const std::optional<std::size_t>& member,
   for (const auto& [slot, index] : supports_) {
     if (slot == body.id.slot) return index;
   }
-  throw InternalError("a contact with a body that is no part of its island");
+  throw InternalError("contact with a body outside its island");
 }
 
 void LegProblem::ensure_support(const std::optional<std::size_t>& member, const BodyRecord& body) {
@@ -115,7 +115,7 @@ void LegProblem::add(const LegContact& contact) {
   PointContact row;
   row.body_a = body_index(pair.member_a, *pair.a);
   row.body_b = body_index(pair.member_b, *pair.b);
-  // Both bodies feel the impulse at the middle of the gap, so that it makes no torque of its own.
+  // Both bodies get the impulse at the middle of the gap, so that it adds no torque of its own.
   const Vector3 middle = (contact.point.p_WCa + contact.point.p_WCb) / 2;
   row.r_a_W = middle - center_of(row.body_a);
   row.r_b_W = middle - center_of(row.body_b);
@@ -168,7 +168,7 @@ ContactReport LegProblem::solve(Scalar tau, bool is_impact) {
   }
   ContactSolverOptions options = run_.context().options->solver;
   options.tolerance = contact_tolerance(fastest, standoff_, tau);
-  // Calm bodies need more than the cascade's rule, or stacks sway with the solver's error.
+  // Calm bodies need a tighter one than the cascade's, or stacks sway with the solver's error.
   constexpr Scalar kCalmTolerance = 1e-5;  // literal: of the standoff per step
   const Scalar calm = kCalmTolerance * standoff_ / tau;
   if (fastest * tau < 10 * standoff_) options.tolerance = calm;

@@ -26,16 +26,16 @@ void require_places(const std::vector<Vector3>& places, const char* when) {
 
 void require_valid(const std::vector<Vector3>& begin, const std::vector<Vector3>& end) {
   DYOP_REQUIRE(begin.size() == end.size(),
-               "DeformingMesh: begin and end must have as many vertices, not ", begin.size(),
+               "DeformingMesh: begin and end must have equally many vertices, not ", begin.size(),
                " and ", end.size());
   require_places(begin, "begin");
   require_places(end, "end");
 }
 
 void require_valid(const std::vector<TriangleIndices>& triangles, std::size_t vertex_count) {
-  DYOP_REQUIRE(!triangles.empty(), "DeformingMesh: there must be a triangle");
-  DYOP_REQUIRE(triangles.size() <= kLargestTriangleCount, "DeformingMesh: there may be ",
-               kLargestTriangleCount, " triangles, not ", triangles.size());
+  DYOP_REQUIRE(!triangles.empty(), "DeformingMesh: needs at least one triangle");
+  DYOP_REQUIRE(triangles.size() <= kLargestTriangleCount, "DeformingMesh: at most ",
+               kLargestTriangleCount, " triangles are possible, not ", triangles.size());
   for (std::size_t row = 0; row < triangles.size(); ++row) {
     for (const std::int32_t vertex : triangles[row]) {
       DYOP_REQUIRE(vertex >= 0 && static_cast<std::size_t>(vertex) < vertex_count,
@@ -45,7 +45,7 @@ void require_valid(const std::vector<TriangleIndices>& triangles, std::size_t ve
 }
 
 // Splits the triangles of a node in halves at the median of their centers along the longest axis.
-// Ties go by number, so that the same input gives the same tree.
+// Ties are broken by number, so that the same input gives the same tree.
 std::size_t split(Order order, const std::vector<Vector3>& centers) {
   const auto center = [&](std::int32_t i) -> const Vector3& {
     return centers[static_cast<std::size_t>(i)];
@@ -79,7 +79,7 @@ DeformingMesh::DeformingMesh(std::vector<Vector3> begin, std::vector<Vector3> en
 
 void DeformingMesh::refit(std::vector<Vector3> begin, std::vector<Vector3> end) {
   require_valid(begin, end);
-  DYOP_REQUIRE(begin.size() == begin_.size(), "DeformingMesh: there must be ", begin_.size(),
+  DYOP_REQUIRE(begin.size() == begin_.size(), "DeformingMesh: needs ", begin_.size(),
                " vertices as before, not ", begin.size());
   begin_ = std::move(begin);
   end_ = std::move(end);
@@ -106,7 +106,7 @@ TriangleMesh DeformingMesh::snapshot(Scalar s) const {
   return TriangleMesh(std::move(places), triangles_);
 }
 
-// Halving keeps the depth below 32, and the stack of open nodes with it.
+// Halving keeps the depth below 32, and so the stack of open nodes.
 void DeformingMesh::build() {
   std::vector<Vector3> centers;
   centers.reserve(triangles_.size());

@@ -29,7 +29,7 @@ void DeformingTraversal<SideB>::start() {
 }
 
 template <typename SideB>
-bool DeformingTraversal<SideB>::go_on(std::int64_t max_box_pairs) {
+bool DeformingTraversal<SideB>::run_portion(std::int64_t max_box_pairs) {
   for (; !stack_.empty(); --max_box_pairs) {
     if (max_box_pairs <= 0) return false;
     const BoxPair pair = stack_.back();
@@ -48,7 +48,7 @@ bool DeformingTraversal<SideB>::go_on(std::int64_t max_box_pairs) {
   return true;
 }
 
-// Puts the pairs of the larger box's parts with the other box on the stack, nearest on top.
+// Pushes the pairs of the larger box's parts with the other box, nearest on top.
 template <typename SideB>
 void DeformingTraversal<SideB>::open(const BoxPair& pair) {
   const OrientedBox box_a = a_.box_W(pair.a);

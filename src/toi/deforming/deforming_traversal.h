@@ -8,15 +8,15 @@
 
 namespace dyop::internal {
 
-/// Certified distance of two triangles where the sides stand, in world. Features have the meshes'
-/// vertex numbers.
+/// Certified distance of two triangles at the current time of the sides, in world. Features have
+/// the meshes' vertex numbers.
 /// @param noise Widens both bounds.
 template <typename SideB>
 PieceDistance leaf_distance(const DeformingSide& a, std::int32_t leaf_a, const SideB& b,
                             std::int32_t leaf_b, Scalar noise);
 
-/// What DistanceTraversal is to rigid shapes: depth-first branch and bound over pairs of boxes of a
-/// deforming mesh and a side of either kind, where they stand.
+/// The counterpart of DistanceTraversal: depth-first branch and bound over pairs of boxes of a
+/// deforming mesh and a side of either kind, at their current time.
 template <typename SideB>
 class DeformingTraversal {
  public:
@@ -24,16 +24,16 @@ class DeformingTraversal {
                      BoxPairStack& stack)
       : a_(a), b_(b), noise_(noise), max_distance_(max_distance), stack_(stack) {}
 
-  /// As those of DistanceTraversal.
+  /// As in DistanceTraversal.
   void start();
-  bool go_on(std::int64_t max_box_pairs);
+  bool run_portion(std::int64_t max_box_pairs);
 
-  /// Ends at the first pair of triangles the middle of whose bounds is below this.
+  /// Ends at the first pair of triangles for which the middle of the bounds is below this.
   Scalar sought_middle = -kInfinity;
 
   PieceDistance best;
   DistanceStatistics statistics;
-  std::int64_t box_pairs = 0;  ///< taken from the stack
+  std::int64_t box_pairs = 0;  ///< popped from the stack
 
  private:
   Scalar cutoff() const { return std::min(best.upper, max_distance_); }

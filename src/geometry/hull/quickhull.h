@@ -8,7 +8,7 @@
 
 namespace dyop::internal {
 
-// The surface of a convex hull, numbered like the input points.
+// The surface of a convex hull, with the input's point numbers.
 struct HullSurface {
   int dimension = 0;
   // Dimension 3: closed, facing outwards. 2: a fan over the polygon. 1, 0: one triangle with
@@ -17,7 +17,7 @@ struct HullSurface {
 };
 
 // Convex hull of at least one finite point. Every point lies in the hull of those that the
-// triangles use, exactly but for the coordinates below 2^-200 of the largest, which count as zero.
+// triangles use, exactly, except that coordinates below 2^-200 of the largest count as zero.
 HullSurface quickhull(std::span<const Vector3> points);
 
 }  // namespace dyop::internal

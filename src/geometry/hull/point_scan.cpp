@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "geometry/point_scan.h"
+#include "geometry/hull/point_scan.h"
 
 #include <algorithm>
 
@@ -23,7 +23,7 @@ Scalar PointScan::largest(const Vector3& direction) const {
 }
 
 std::int32_t PointScan::farthest(const Vector3& direction) const {
-  // Computed twice, with the same bits: that is cheaper than to carry numbers along.
+  // Computed twice, with the same bits: cheaper than keeping track of numbers.
   const Scalar most = largest(direction);
   for (std::size_t k = 0; k < blocks_.size(); ++k) {
     const Lanes value = blocks_[k].along(direction);
@@ -37,7 +37,7 @@ std::int32_t PointScan::farthest(const Vector3& direction) const {
 }
 
 Scalar PointScan::reach(const Vector3& direction) const {
-  // A maximum may lose NaN; zero times the direction has it.
+  // A maximum may drop NaN; zero times the direction restores it.
   return largest(direction) + 0 * direction.sum();
 }
 

@@ -9,7 +9,7 @@
 
 namespace dyop::internal {
 
-// Farthest points of a fixed list by looking at all of them, four at a time.
+// Finds farthest points of a fixed list by testing all of them, four at a time.
 class PointScan {
  public:
   explicit PointScan(std::span<const Vector3> points);  // at least one

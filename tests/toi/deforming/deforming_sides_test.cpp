@@ -17,7 +17,7 @@ namespace {
 
 // The bound of deforming_sides.h, without the part that is the search's: rounding.
 template <typename Support>
-Scalar bound_after(const Support& support, const MotionRest& rest, Scalar u) {
+Scalar bound_after(const Support& support, const MotionRemainder& rest, Scalar u) {
   return support.at(u, u * u / 2) + rest.jerk * u * u * u / 6 + rest.acceleration * u * u / 2;
 }
 
@@ -53,7 +53,7 @@ TEST(DeformingSides, BoundATurningTriangleAndItsBoxAtAllLaterTimes) {
     const Triangle triangle = mesh.triangle(side.triangle(leaf));
     const auto triangle_support = side.triangle_support(leaf, n_W);
     const auto box_support = side.box_support(leaf, n_W);
-    const MotionRest rest = side.rest(leaf, triangle_support);
+    const MotionRemainder rest = side.rest(leaf, triangle_support);
     EXPECT_NEAR(triangle_support.at(0, 0), largest_along_W(triangle, side.pose(), n_W), 1e-12);
     for (int k = 1; k <= 20; ++k) {
       const Scalar u = (2 - t) * k / 20;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "geometry/hull_climber.h"
+#include "geometry/hull/hull_climber.h"
 
 #include <cmath>
 #include <limits>
@@ -28,12 +28,12 @@ Vector3 spiral_direction(int k) {
   return {r * std::cos(angle), r * std::sin(angle), z};
 }
 
-// What rounding lets us say about direction . (p - q).
+// What is known about direction . (p - q) despite rounding.
 struct Gain {
   Scalar value;
   Scalar noise;
-  bool is_positive;      // surely
-  bool is_not_positive;  // surely; neither holds for NaN
+  bool is_positive;      // for certain
+  bool is_not_positive;  // for certain; neither holds for NaN
 
   Gain(const Vector3& direction, const Vector3& p, const Vector3& q) {
     const Vector3 difference = p - q;
@@ -51,7 +51,7 @@ struct Gain {
 HullClimber::HullClimber(const TriangleMesh& surface) : surface_(surface) {
   const std::size_t count = surface.vertices().size();
   first_.assign(count + 1, 0);
-  // Each edge of a closed surface leaves each of its ends once.
+  // Every edge of a closed surface starts once at each of its ends.
   for (const TriangleIndices& t : surface.triangles()) {
     for (const std::int32_t v : t) ++first_[std::size_t(v) + 1];
   }
@@ -85,7 +85,7 @@ std::int32_t HullClimber::best_start(const Vector3& direction) const {
 std::optional<std::int32_t> HullClimber::find(const Vector3& direction) const {
   const std::span<const Vector3> points = surface_.vertices();
   std::int32_t current = best_start(direction);
-  // The value rises surely with every step, so no vertex comes twice.
+  // The value certainly rises with every step, so no vertex is visited twice.
   std::size_t work = 0;
   while (work <= points.size()) {
     const auto begin = std::size_t(first_[std::size_t(current)]);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "geometry/quickhull.h"
+#include "geometry/hull/quickhull.h"
 
 #include <algorithm>
 #include <array>
@@ -15,8 +15,8 @@
 namespace dyop::internal {
 namespace {
 
-// Scaled by a power of two to size one, with vanishing coordinates set to zero: what the exact
-// predicates ask for.
+// Scaled by a power of two to size one, with vanishing coordinates set to zero, as the exact
+// predicates require.
 std::vector<Vector3> scaled_for_predicates(std::span<const Vector3> points) {
   Scalar largest = 0;
   for (const Vector3& p : points) largest = std::max(largest, p.cwiseAbs().maxCoeff());
@@ -35,30 +35,30 @@ std::vector<Vector3> scaled_for_predicates(std::span<const Vector3> points) {
 struct Facet {
   TriangleIndices vertices{};               // counterclockwise seen from outside
   std::array<std::int32_t, 3> neighbors{};  // across the edge from vertex k to the next one
-  std::vector<std::int32_t> outside;        // points strictly beyond this facet, of those not used
-  std::int32_t farthest = -1;               // of them
+  std::vector<std::int32_t> outside;        // unused points strictly beyond this facet
+  std::int32_t farthest = -1;               // of those
   Scalar farthest_height = 0;
-  std::int32_t visit = -1;  // the last apex this facet was looked at from
+  std::int32_t visit = -1;  // the last apex this facet was tested from
   bool is_visible = false;  // from that apex
 };
 
-// An edge between a visible facet and one that is not, as the visible one runs along it.
+// An edge between a visible facet and one that is not, in the direction of the visible one.
 struct HorizonEdge {
   std::int32_t from, to;
   std::int32_t beyond;  // the facet that is not visible
 };
 
-// Quickhull in space [Barber1996]. A facet is visible from a point only strictly beyond its plane,
-// decided exactly: so facets in one plane are all visible or none, the horizon is one simple cycle
-// and new facets are never degenerate. A point beyond a removed facet and outside the new hull is
-// beyond a new facet, so only those need to be looked at.
+// Quickhull in space [Barber1996]. A facet is visible from a point only if the point is strictly
+// beyond its plane, decided exactly: so coplanar facets are all visible or none, the horizon is one
+// simple cycle, and new facets are never degenerate. A point beyond a removed facet and outside the
+// new hull is beyond a new facet, so only those need testing.
 class Quickhull {
  public:
   Quickhull(std::span<const Vector3> points, const std::array<std::int32_t, 4>& simplex)
       : points_(points), facet_from_(points.size(), -1) {
     auto [a, b, c, d] = simplex;
     if (orientation(point(a), point(b), point(c), point(d)) > 0) std::swap(b, c);
-    // d is now below a, b, c; each facet leaves out one corner.
+    // d is now below a, b, c; each facet omits one corner.
     facets_.resize(4);
     facets_[0].vertices = {a, b, c};
     facets_[1].vertices = {b, a, d};
@@ -74,7 +74,7 @@ class Quickhull {
   }
 
   std::vector<TriangleIndices> run() {
-    // Each round with a point outside makes it a vertex, for ever out of the lists.
+    // Each round with a point outside makes it a vertex and removes it from the lists for good.
     while (!pending_.empty()) {
       const std::int32_t facet = pending_.back();
       pending_.pop_back();
@@ -98,13 +98,14 @@ class Quickhull {
     return orientation(point(a), point(b), point(c), point(p)) > 0;
   }
 
-  // Puts a point on the list of the first of these facets that it is beyond; else it is inside.
+  // Puts a point on the list of the first of these facets that it is beyond; otherwise it is
+  // inside.
   void assign(std::int32_t p, std::span<const std::int32_t> candidates) {
     for (const std::int32_t k : candidates) {
       Facet& facet = at(k);
       if (!is_beyond(facet, p)) continue;
       const auto [a, b, c] = facet.vertices;
-      // Only chooses the order in which points are added, hence not exact.
+      // Not exact: it only decides the order in which points are added.
       const Scalar height =
           (point(b) - point(a)).cross(point(c) - point(a)).dot(point(p) - point(a));
       if (facet.farthest < 0 || height > facet.farthest_height) {
@@ -135,7 +136,7 @@ class Quickhull {
     }
   }
 
-  // Fills visible_ and horizon_ by a search over neighbors; each facet is looked at once.
+  // Fills visible_ and horizon_ by a search over neighbors; each facet is tested once.
   void find_visible(std::int32_t start, std::int32_t apex) {
     visible_.assign(1, start);
     horizon_.clear();
@@ -206,8 +207,8 @@ class Quickhull {
       facet_from_;  // by vertex: the new facet whose horizon edge starts there
 };
 
-// The point with the largest value of `measure`, or, where rounding says that none is positive,
-// any for which `is_proper` holds exactly.
+// The point with the largest value of `measure`, or, where rounding makes none positive, any point
+// for which `is_proper` holds exactly.
 template <typename Measure, typename IsProper>
 std::optional<std::int32_t> find_best(std::span<const Vector3> points, const Measure& measure,
                                       const IsProper& is_proper) {
@@ -222,7 +223,7 @@ std::optional<std::int32_t> find_best(std::span<const Vector3> points, const Mea
   return std::nullopt;
 }
 
-// First an axis in which the line or plane of the points does not vanish, zero otherwise.
+// The first axis in which the line or plane of the points does not vanish; zero otherwise.
 int axis_of_turn(const Vector3& a, const Vector3& b, const Vector3& c) {
   Vector3 normal = (b - a).cross(c - a).cwiseAbs();
   for (int trial = 0; trial < 3; ++trial) {
@@ -244,7 +245,7 @@ std::vector<TriangleIndices> hull_of_flat(std::span<const Vector3> points, int a
   std::sort(order.begin(), order.end(), [&](std::int32_t p, std::int32_t q) {
     return std::tuple(point(p)[x], point(p)[y], p) < std::tuple(point(q)[x], point(q)[y], q);
   });
-  // Lower chain forwards, then upper chain backwards; each keeps left turns only.
+  // Lower chain forwards, then upper chain backwards; both keep left turns only.
   std::vector<std::int32_t> polygon;
   for (int chain = 0; chain < 2; ++chain) {
     const std::size_t start = polygon.size();
