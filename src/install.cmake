@@ -85,6 +85,12 @@ if(TARGET dyop_recording)
 endif()
 dyop_install_component(scene_io NEEDS ${dyop_scene_io_needs})
 dyop_install_component(c NEEDS dynamics PC_LIBRARIES -lstdc++ -lm)
+set(dyop_view_libraries "")
+if(DYOP_HTTPLIB_LIBRARY)
+  list(APPEND dyop_view_libraries -lcpp-httplib)
+endif()
+dyop_install_component(view NEEDS scene_io PACKAGES ZLIB Threads PC_PACKAGES zlib
+                       PC_LIBRARIES ${dyop_view_libraries})
 
 get_property(DYOP_COMPONENTS GLOBAL PROPERTY dyop_components)
 get_property(DYOP_COMPONENT_LINES GLOBAL PROPERTY dyop_component_lines)
