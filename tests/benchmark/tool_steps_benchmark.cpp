@@ -3,7 +3,7 @@
 // A tool near an organ, as at the 1 kHz of a haptic device: a torus of 800 triangles moves on a
 // curve along a lumpy sphere of 5,120, turning, at a gap of about a hundredth of the organ's
 // radius. Every step of a millisecond is a cubic in position and rotation vector, asked for its
-// impact in the memory of the steps before, and for the distance at its begin from the pieces that
+// impact in the memory of the steps before, and for the distance at its start from the pieces that
 // were nearest at the last one:
 //   tool_steps_benchmark [STEPS]
 // Prints the processor time of single calls in microseconds.

@@ -84,7 +84,7 @@ MeshArrays rows_with_t_junctions() {
   return grid;
 }
 
-// Closed boxes beside one another, their tops flush.
+// Closed boxes beside each other, their tops flush.
 MeshArrays tiles() {
   MeshArrays floor;
   for (int i = -8; i < 8; ++i) {

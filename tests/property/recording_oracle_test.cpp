@@ -37,7 +37,7 @@ std::string vector_text(const Vector3& v) {
   return out.str();
 }
 
-// Bodies of every kind in a column, all turning, that fall on one another and on a floor.
+// Bodies of every kind in a column, all turning, that fall on each other and on a floor.
 class FallingBodies : public ::testing::Test {
  protected:
   FallingBodies() {

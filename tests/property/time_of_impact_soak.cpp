@@ -241,7 +241,7 @@ void check(const Zoo& zoo, const Query& query, Tally& tally, const std::string& 
   testing::ToiOracle oracle(zoo.bodies[query.a], *query.X_WA, zoo.bodies[query.b], *query.X_WB);
   if (result.status == ToiStatus::InitiallyWithinTarget) {
     const Scalar lower = oracle.distance_at(query.interval.begin, resolution).lower;
-    if (lower > delta + epsilon) fault(tally.undecided, "not within the target at the begin");
+    if (lower > delta + epsilon) fault(tally.undecided, "not within the target at the start");
     return;
   }
   const bool is_hit = result.status == ToiStatus::Impact;

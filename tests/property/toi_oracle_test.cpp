@@ -112,7 +112,7 @@ TEST(ToiOracle, TimesABoxDroppedOnAPlane) {
   }
 }
 
-TEST(ToiOracle, SeesContainmentAtTheBegin) {
+TEST(ToiOracle, SeesContainmentAtTheStart) {
   const Box large(Vector3(5, 5, 5));
   const Sphere small(1);
   const OracleBody body_a(large);

@@ -61,7 +61,7 @@ struct Tally {
   int overlapping = 0;
   int impacts = 0;
   int other_status = 0;
-  int apart = 0;       // distances whose bounds exclude one another
+  int apart = 0;       // distances whose bounds exclude each other
   int loose = 0;       // warm bounds farther apart than those without and rounding
   int other_bits = 0;  // times of impact
 };

@@ -216,7 +216,7 @@ TEST(ExtremeInput, OfARateOf1e6JustOutOfReachIsNeverAnImpact) {
   }
 }
 
-TEST(ExtremeInput, OfIdenticalPosesIsAnOverlapAtTheBegin) {
+TEST(ExtremeInput, OfIdenticalPosesIsAnOverlapAtTheStart) {
   const ToiOptions options = with_tolerance(1e-6);
   const ConstantTwistMotion tumbling =
       moving(at(3, -2, 1), Vector3(0.3, 5, -2), Vector3(40, 20, -30));

@@ -88,7 +88,7 @@ TEST(ImpactContacts, AreGatheredOnlyIfAskedForAndChangeNothingElse) {
   EXPECT_EQ(full.t_safe, plain.t_safe);
   EXPECT_EQ(full.t_hit, plain.t_hit);
   EXPECT_EQ(full.contact->p_WCa, plain.contact->p_WCa);
-  // No impact, or one from the begin: nothing to gather.
+  // No impact, or one from the start: nothing to gather.
   EXPECT_TRUE(time_of_impact(floor, rest, cube, falling, {0, 3}, options).contacts.empty());
   EXPECT_TRUE(time_of_impact(floor, rest, cube, falling, {6, 7}, options).contacts.empty());
 }

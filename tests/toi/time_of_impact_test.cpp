@@ -197,7 +197,7 @@ TEST(TimeOfImpact, AdmitsWhenRoundingForbidsTheTolerance) {
   EXPECT_LT(result.t_safe, 3);
 }
 
-// All pairs of two plates are equally near at the begin: the look for a nearer one, which would
+// All pairs of two plates are equally near at the start: the look for a nearer one, which would
 // take all of them, ends when the caller says so.
 // z - sqrt((0.5 cos)^2 + (2 sin)^2) for a turn about x.
 TEST(TimeOfImpact, OfAUsersShapeIsFound) {
@@ -217,7 +217,7 @@ TEST(TimeOfImpact, OfAUsersShapeIsFound) {
 
 // The pair begins between a quarter and a half of the tolerance from the target: below the distance
 // that t_hit is about, which is reached after the begin all the same.
-TEST(TimeOfImpact, HitsAfterTheBeginWhateverTheGapThere) {
+TEST(TimeOfImpact, HitsAfterTheStartWhateverTheGapThere) {
   ToiOptions options{.distance_tolerance = 1e-6};
   options.distance_tolerance = 1;
   for (const Scalar gap : {0.26, 0.3, 0.49, 0.51, 0.6}) {

@@ -23,7 +23,7 @@ struct RecordingReport {
 };
 
 /// Checks that no two bodies of a recorded run intersect, at the recorded times and at
-/// `times_between` more in every part between two of them, and that the steps follow one another
+/// `times_between` more in every part between two of them, and that the steps follow each other
 /// from 0 to the end without a gap.
 ///
 /// Two surfaces of triangles are decided by CGAL (oracle_meshes_intersect), a pair with a rounded

@@ -93,8 +93,8 @@ TEST(DeformingTimeOfImpact, AgreesWithTheRigidQueryForTranslations) {
   EXPECT_LT(impacts, 35);
 }
 
-// As TimeOfImpact.HitsAfterTheBeginWhateverTheGapThere.
-TEST(DeformingTimeOfImpact, HitsAfterTheBeginWhateverTheGapThere) {
+// As TimeOfImpact.HitsAfterTheStartWhateverTheGapThere.
+TEST(DeformingTimeOfImpact, HitsAfterTheStartWhateverTheGapThere) {
   const DeformingMesh floor = translating(plate_at(0), Vector3::Zero());
   ToiOptions options{.distance_tolerance = 1e-6};
   options.distance_tolerance = 1;

@@ -89,7 +89,7 @@ TEST(ExactContact, SeesATouchAtOneInstantOnly) {
   const std::array<VertexPath, 3> face{resting(-1, -1, 0), resting(2, -1, 0), resting(-1, 2, 0)};
   EXPECT_TRUE(has_contact(VertexFacePaths{{{0, 0, 1}, {0, 0, -1}}, face}));
   EXPECT_TRUE(has_contact(VertexFacePaths{{{0, 0, 1}, {0, 0, 0}}, face})) << "at the end";
-  EXPECT_TRUE(has_contact(VertexFacePaths{{{0, 0, 0}, {0, 0, 1}}, face})) << "at the begin";
+  EXPECT_TRUE(has_contact(VertexFacePaths{{{0, 0, 0}, {0, 0, 1}}, face})) << "at the start";
   const double above = std::nextafter(0.0, 1.0);
   EXPECT_FALSE(has_contact(VertexFacePaths{{{0, 0, 1}, {0, 0, above}}, face}));
   // Through the border x + y = 1, and by the least number beside it.

@@ -153,7 +153,7 @@ TEST(VertexTimeOfImpact, TreatsAnIntervalOfNoLengthAsRest) {
   VertexToiOptions options{.distance_tolerance = 1e-6};
   options.contact_rule = ContactRule::Exact;
   EXPECT_EQ(time_of_impact(falling(1, -1), {4, 4}, options).status, ToiStatus::Separated);
-  // Edges that would cross on the way, and edges that cross at the begin.
+  // Edges that would cross on the way, and edges that cross at the start.
   const auto edges = [](Scalar height) {
     return EdgeEdgePaths{
         {resting(-1, 0, 0), resting(1, 0, 0)},
