@@ -17,6 +17,10 @@ inline constexpr Scalar kUnitRoundoff = std::numeric_limits<Scalar>::epsilon() /
 /// digits are refused. Used by RigidPose.
 inline constexpr Scalar kRotationTolerance = 1e-6;
 
+/// How far from one the norm of a device's quaternion may be (relative); it is then normalised.
+/// Larger: nonsense passes; smaller: numbers of three digits are refused. Used by ToolSession.
+inline constexpr Scalar kDeviceRotationTolerance = 1e-2;
+
 /// How far a motion's pose may be from a rotation in a query: with columns x, y, z the sum of |
 /// |x|^2 - 1 |, | |y|^2 - 1 |, |x . y| and the entries of x cross y - z. Lengths then stretch by at
 /// most twice as much; kStepNoise has 200u to spare. Larger: bounds may fail; smaller: products of
@@ -334,7 +338,20 @@ inline constexpr int kContactSlideLimit = 100;
 /// a good start; found by measurement. Used by ContactCascade.
 inline constexpr std::size_t kContactFewBodies = 2;
 
-/// Penalty of Newton's augmented Lagrangian times a contact's mobility: its initial value, and the
+/// A warm start is good if its residual is below this part of that without impulses: then Newton's
+/// method, which is fast near a solution, comes before Gauss-Seidel. Found by measurement. Used by
+/// ContactCascade.
+inline constexpr Scalar kContactGoodStart = 0.1;
+
+/// Residual to which contacts are solved, by the largest way x of a body in a step; both in standoffs
+/// per step: the first times max(x, x^2), but at least the second and at most the third. What is left
+/// of it every step may add up, at rest in 6,000 steps to 0.06 % of the standoff. Larger: stacks creep
+/// and never sleep, sliding bodies turn; smaller: rounding, and time. Used by contact_tolerance().
+inline constexpr Scalar kContactSpeedTolerance = 1e-6;
+inline constexpr Scalar kContactRestTolerance = 1e-7;
+inline constexpr Scalar kContactLooseTolerance = 0.1;
+
+/// Penalty of Newton's augmented Lagrangian times a contact's mobility: where it begins, and the
 /// largest. Larger: fewer outer iterations, but the inner ones have more corners and diverge from a
 /// cold start; found by measurement. Used by NewtonSolver.
 inline constexpr Scalar kContactPenalty = 300;

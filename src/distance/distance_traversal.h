@@ -7,18 +7,13 @@
 
 #include "core/tolerance.h"
 #include "distance/piece_distance.h"
-#include "dyop/distance/distance_result.h"
+#include "dyop/distance/distance.h"
 #include "geometry/shape_tree.h"
 #include "hierarchy/box_gaps.h"
 
 namespace dyop::internal {
 
-/// A pair of boxes proven at least `gap` apart.
-struct BoxPair {
-  Scalar gap;
-  std::int32_t a;
-  std::int32_t b;
-};
+using BoxPair = DistanceCache::BoxPair;
 using BoxPairStack = std::vector<BoxPair>;
 
 /// Depth-first branch and bound over pairs of tree boxes, nearest child first.

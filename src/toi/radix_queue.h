@@ -36,6 +36,10 @@ class RadixQueue {
     last_ = 0;
   }
 
+  void reserve(std::size_t count) {
+    for (std::vector<QueuedPair>& bucket : buckets_) bucket.reserve(count);
+  }
+
   void push(const QueuedPair& pair) {
     DYOP_ASSERT(pair.time == pair.time, pair.a, ' ', pair.b);
     const std::uint64_t key = key_of(pair.time);

@@ -20,6 +20,11 @@ bool ToiWorkspace::can_resume() const {
   return memory().is_unfinished;
 }
 
+void ToiWorkspace::reserve(std::size_t count) {
+  memory().queue.reserve(count);
+  memory().box_pairs.reserve(count);
+}
+
 namespace internal {
 
 WorkspaceUse::WorkspaceUse(ToiWorkspace& workspace) : memory_(workspace.memory()) {

@@ -39,6 +39,15 @@ struct DistanceCache {
     std::int32_t b;
   };
   std::optional<Leaves> nearest;
+
+  /// A pair of boxes proven at least `gap` apart.
+  struct BoxPair {
+    Scalar gap;
+    std::int32_t a;
+    std::int32_t b;
+  };
+  /// Memory of the search: with it, queries allocate nothing once it has grown.
+  std::vector<BoxPair> stack;
 };
 
 /// Returns the distance of two shapes, with proven bounds lower <= d <= upper and witness points.

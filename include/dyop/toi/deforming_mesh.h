@@ -11,6 +11,13 @@
 
 namespace DYOP_EXPORT dyop {
 
+/// The part of a deforming mesh's interval that a query covers, as fractions of it: the vertices go
+/// from their places at `begin` to those at `end`, at constant speed. Equal ones: they stand still.
+struct DeformingSpan {
+  Scalar begin = 0;  ///< 0 <= begin <= end <= 1
+  Scalar end = 1;
+};
+
 /// A triangle mesh that deforms: each vertex moves on a straight line, at constant speed, from its
 /// place at the start of an interval to its place at the end. World frame throughout. The interval
 /// itself is given with each query.
@@ -36,11 +43,13 @@ class DeformingMesh {
 
   /// Gives all vertices new positions, as many as before. Linear in the size; the tree keeps its
   /// structure, so queries slow down if neighbours drift far apart.
+  /// In place: allocates nothing.
   /// @throws InvalidArgument as above; the mesh is then unchanged.
-  void refit(std::vector<Vector3> begin, std::vector<Vector3> end);
+  void refit(std::span<const Vector3> begin, std::span<const Vector3> end);
 
   /// Starts the next interval where the last one ended.
-  void advance(std::vector<Vector3> next_end);
+  /// @throws InvalidArgument as refit(); the mesh is then unchanged.
+  void advance(std::span<const Vector3> next_end);
 
   std::span<const Vector3> begin() const { return begin_; }
   std::span<const Vector3> end() const { return end_; }

@@ -42,4 +42,11 @@ ToiResult resume_time_of_impact(const DeformingMesh& a, const TriangleMesh& b, c
                                 const TimeInterval& interval, const ToiOptions& options,
                                 ToiWorkspace& workspace);
 
+/// The same while A goes through a part of its own interval only, as a tool does that is stepped
+/// many times between two snapshots of an organ. Cannot be resumed.
+/// @throws InvalidArgument as above, and unless 0 <= span.begin <= span.end <= 1.
+ToiResult time_of_impact(const DeformingMesh& a, const DeformingSpan& span, const TriangleMesh& b,
+                         const Motion& X_WB, const TimeInterval& interval,
+                         const ToiOptions& options, ToiWorkspace& workspace);
+
 }  // namespace dyop

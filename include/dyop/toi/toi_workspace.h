@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstddef>
 #include <memory>
 
 #include "dyop/core/export.h"
@@ -25,6 +26,11 @@ class ToiWorkspace {
   /// True if the last query ended undecided (BudgetExhausted, Cancelled) and can be resumed.
   /// @throws InvalidArgument if the workspace was moved from; it can only be assigned then.
   bool can_resume() const;
+
+  /// Grows the memory before the first query: to `count` node pairs in each of the 65 arrays of the
+  /// queue, 16 bytes a pair.
+  /// @throws InvalidArgument if the workspace was moved from.
+  void reserve(std::size_t count);
 
   internal::ToiMemory& memory() const;
 

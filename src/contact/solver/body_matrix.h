@@ -47,11 +47,12 @@ class BodyMatrix {
 
   std::vector<std::pair<int, int>> slots_, old_slots_;  // by block of the system
   std::vector<int> place_;                              // by body: its position in the order
-  std::vector<std::size_t> first_;  // by column: entry of its first block below the diagonal
-  std::vector<int> rows_;           // by entry, ascending within a column
-  std::vector<Matrix6> entries_;    // below the diagonal
-  std::vector<Matrix6> mirrored_;   // above it, mirrored; general matrices only
-  std::vector<Matrix6> diagonal_;   // after factorise(): inverses (of L's blocks if symmetric)
+  std::vector<std::size_t> first_;         // by column: entry of its first block below the diagonal
+  std::vector<int> rows_;                  // by entry, ascending within a column
+  std::vector<std::vector<int>> columns_;  // memory of find_fill()
+  std::vector<Matrix6> entries_;           // below the diagonal
+  std::vector<Matrix6> mirrored_;          // above it, mirrored; general matrices only
+  std::vector<Matrix6> diagonal_;  // after factorise(): inverses (of L's blocks if symmetric)
   bool is_symmetric_ = true;
   std::vector<Mixed> mixed_;
   std::vector<Vector6> x_;

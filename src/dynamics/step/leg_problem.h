@@ -86,6 +86,8 @@ class LegProblem {
 
  private:
   Vector3 center_of(std::size_t body) const { return centers_[body]; }
+  Scalar tolerance(Scalar tau) const;
+  Scalar impact_tolerance(Scalar tau) const;
 
   IslandRun& run_;
   ContactProblem problem_;
@@ -95,6 +97,7 @@ class LegProblem {
   std::vector<Vector3> centers_;                                 // by body of the problem
   std::vector<std::pair<std::uint32_t, std::size_t>> supports_;  // slot, body of the problem
   Scalar standoff_ = kInfinity;
+  Scalar start_speed_ = 0;  // of the fastest member, turning included
 };
 
 }  // namespace dyop::internal

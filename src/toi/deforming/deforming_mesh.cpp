@@ -14,7 +14,7 @@ namespace {
 using Node = DeformingMesh::Node;
 using Order = std::span<std::int32_t>;
 
-void require_places(const std::vector<Vector3>& places, const char* when) {
+void require_places(std::span<const Vector3> places, const char* when) {
   for (std::size_t row = 0; row < places.size(); ++row) {
     const Vector3& p = places[row];
     const bool is_valid = (p.array().abs() <= kLargestCoordinate).all();
@@ -24,7 +24,7 @@ void require_places(const std::vector<Vector3>& places, const char* when) {
   }
 }
 
-void require_valid(const std::vector<Vector3>& begin, const std::vector<Vector3>& end) {
+void require_valid(std::span<const Vector3> begin, std::span<const Vector3> end) {
   DYOP_REQUIRE(begin.size() == end.size(),
                "DeformingMesh: begin and end must have equally many vertices, not ", begin.size(),
                " and ", end.size());
@@ -77,17 +77,22 @@ DeformingMesh::DeformingMesh(std::vector<Vector3> begin, std::vector<Vector3> en
   fit_boxes();
 }
 
-void DeformingMesh::refit(std::vector<Vector3> begin, std::vector<Vector3> end) {
+void DeformingMesh::refit(std::span<const Vector3> begin, std::span<const Vector3> end) {
   require_valid(begin, end);
   DYOP_REQUIRE(begin.size() == begin_.size(), "DeformingMesh: needs ", begin_.size(),
                " vertices as before, not ", begin.size());
-  begin_ = std::move(begin);
-  end_ = std::move(end);
+  std::copy(begin.begin(), begin.end(), begin_.begin());
+  std::copy(end.begin(), end.end(), end_.begin());
   fit_boxes();
 }
 
-void DeformingMesh::advance(std::vector<Vector3> next_end) {
-  refit(end_, std::move(next_end));
+void DeformingMesh::advance(std::span<const Vector3> next_end) {
+  DYOP_REQUIRE(next_end.size() == end_.size(), "DeformingMesh: there must be ", end_.size(),
+               " vertices as before, not ", next_end.size());
+  require_places(next_end, "end");
+  begin_.swap(end_);
+  std::copy(next_end.begin(), next_end.end(), end_.begin());
+  fit_boxes();
 }
 
 Triangle DeformingMesh::triangle(std::int32_t index, Scalar s) const {

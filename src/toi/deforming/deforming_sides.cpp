@@ -6,8 +6,8 @@
 namespace dyop::internal {
 
 void DeformingSide::set_time(Scalar t) {
-  s_ = std::clamp((t - interval_.begin) * per_time_, 0.0, 1.0);
-  if (t >= interval_.end && interval_.length() > 0) s_ = 1;
+  s_ = std::clamp(span_.begin + (t - interval_.begin) * per_time_, span_.begin, span_.end);
+  if (t >= interval_.end && interval_.length() > 0) s_ = span_.end;
 }
 
 OrientedBox DeformingSide::box_W(std::int32_t node) const {

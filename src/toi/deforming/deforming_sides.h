@@ -35,16 +35,22 @@ struct LinearSupport {
 
 class DeformingSide {
  public:
-  DeformingSide(const DeformingMesh& mesh, const TimeInterval& interval)
+  DeformingSide(const DeformingMesh& mesh, const TimeInterval& interval,
+                const DeformingSpan& span = {})
       : mesh_(mesh),
         interval_(interval),
-        per_time_(interval.length() > 0 ? 1 / interval.length() : 0) {}
+        span_(span),
+        per_time_(interval.length() > 0 ? (span.end - span.begin) / interval.length() : 0),
+        s_(span.begin) {}
 
   void set_time(Scalar t);
   Scalar smooth_until(Scalar /*t*/) const { return kInfinity; }
   void set_horizon(Scalar /*t*/, Scalar /*end*/) {}
 
   bool is_leaf(std::int32_t node) const { return at(node).is_leaf; }
+  bool has_leaf(std::int32_t node) const {
+    return node >= 0 && static_cast<std::size_t>(node) < mesh_.nodes().size() && is_leaf(node);
+  }
   int part_count(std::int32_t /*node*/) const { return 2; }
   std::int32_t part(std::int32_t node, int i) const { return at(node).first + i; }
   std::int32_t triangle(std::int32_t leaf) const { return at(leaf).first; }
@@ -78,8 +84,9 @@ class DeformingSide {
 
   const DeformingMesh& mesh_;
   const TimeInterval interval_;
+  const DeformingSpan span_;
   const Scalar per_time_;
-  Scalar s_ = 0;
+  Scalar s_;
 };
 
 // A piece of a rigid body along a direction that turns in the body's frame
@@ -110,6 +117,7 @@ class RigidSide {
   void set_horizon(Scalar t, Scalar end) { near_ = bounds_.over(t, end); }
 
   bool is_leaf(std::int32_t box) const { return tree_.is_leaf(box); }
+  bool has_leaf(std::int32_t box) const { return tree_.has_leaf(box); }
   int part_count(std::int32_t box) const { return tree_.node(tree_.child(box)).count(); }
   std::int32_t part(std::int32_t box, int i) const {
     return ShapeTree::box_number(tree_.child(box), i);

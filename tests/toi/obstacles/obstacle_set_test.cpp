@@ -201,7 +201,8 @@ TEST(ObstacleSet, RefusesInvalidInputByName) {
   const auto brief = testing::hermite(random, {1, 1, 1, {0, 0.5}});
   set.add({ball, brief, 1, false});
   const auto expect_domain = [](const std::string& message) {
-    EXPECT_NE(message.find("the motion of an obstacle is defined only on [0, 0.5]"), std::string::npos)
+    EXPECT_NE(message.find("the motion of an obstacle is defined only on [0, 0.5]"),
+              std::string::npos)
         << message;
   };
   expect_domain(testing::message_of([&] { set.first_impact(*ball, *resting, kSpan); }));
