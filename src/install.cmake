@@ -77,6 +77,7 @@ dyop_install_component(dynamics NEEDS contact PACKAGES SUNDIALS
                        PC_LIBRARIES -lsundials_arkode -lsundials_cvode -lsundials_nvecserial)
 dyop_install_component(io NEEDS dyop PACKAGES ${dyop_io_packages} PC_PACKAGES ${dyop_io_pc_packages})
 dyop_install_component(scene_io NEEDS dynamics io)
+dyop_install_component(tool_io NEEDS tool io)
 
 get_property(DYOP_COMPONENTS GLOBAL PROPERTY dyop_components)
 get_property(DYOP_COMPONENT_LINES GLOBAL PROPERTY dyop_component_lines)
