@@ -11,8 +11,8 @@
 #include "cli/interrupt.h"
 #include "cli/mesh_path.h"
 #include "cli/progress_bar.h"
-#include "cli/recording_tools.h"
-#include "cli/run_output.h"
+#include "cli/recording/recording_tools.h"
+#include "cli/recording/run_output.h"
 #include "dyop/io/file_error.h"
 #include "dyop/io/result_text.h"
 #include "dyop/scene_io/run_recording.h"
@@ -55,29 +55,29 @@ struct SimulateArguments {
 struct Run {
   RunTotals totals;
   std::vector<ImpactEvent> impacts;
-  nlohmann::ordered_json bodies;  // where they ended
-  std::exception_ptr failure;     // what ended it, to be thrown once its files are written
+  nlohmann::ordered_json bodies;  // final states
+  std::exception_ptr failure;     // what ended the run, rethrown once its files are written
 };
 
 void make_directory(const fs::path& directory) {
   std::error_code error;
   fs::create_directories(directory, error);
-  if (error) throw FileError(directory, "cannot be made: " + error.message());
+  if (error) throw FileError(directory, "could not be created: " + error.message());
 }
 
 void write_file(const fs::path& file, const std::string& text) {
   std::ofstream out(file, std::ios::binary);
-  if (!out) throw FileError(file, "cannot be written");
+  if (!out) throw FileError(file, "could not be written");
   out << text;
   out.close();
-  if (!out) throw FileError(file, "cannot be written to its end");
+  if (!out) throw FileError(file, "could not be written completely");
 }
 
-// A rest shorter than this part of a step is no step of its own.
-// literal: only rounding of end / step makes such a rest
+// A remainder shorter than this fraction of a step is not a step of its own.
+// literal: only rounding of end / step leaves such a remainder
 constexpr Scalar kNoStep = 1e-6;
 
-// What a run needs beside its scene and its results.
+// What a run needs besides its scene and its results.
 struct Watch {
   const std::stop_token& stop;
   ProgressBar& progress;
@@ -186,13 +186,13 @@ ExitCode exit_code_of(const Run& run, const SimulateArguments& arguments) {
   return ExitCode::Undecided;
 }
 
-// Throws what ended a run again, with the name of the scene.
+// Rethrows what ended a run, with the name of the scene.
 [[noreturn]] void throw_named(const std::exception_ptr& failure, const std::string& scene) {
   try {
     std::rethrow_exception(failure);
   } catch (const IntegrationError& error) {
     throw IntegrationError(scene + ": " + error.what());
-  } catch (const InvalidArgument& error) {  // a value that only shows to be too large in the run
+  } catch (const InvalidArgument& error) {  // a value that proves too large only during the run
     throw FileError(scene, error.what());
   }
 }
@@ -225,7 +225,7 @@ ExitCode run_simulate(const SimulateArguments& arguments) {
 
 void add_simulate_command(CLI::App& app, ExitCode& exit_code) {
   auto arguments = std::make_shared<SimulateArguments>();
-  CLI::App* command = app.add_subcommand("simulate", "Step a scene and record what happens");
+  CLI::App* command = app.add_subcommand("simulate", "Step a scene and record the run");
   command->footer(kSimulateExamples);
   command->add_option("SCENE", arguments->scene, "Scene file (docs/scene-format.md)")->required();
   command->add_option("--out", arguments->out, "Directory for the results; created if missing");
@@ -239,12 +239,12 @@ void add_simulate_command(CLI::App& app, ExitCode& exit_code) {
   command->add_option("--mesh-path", arguments->mesh_path, "More directories to search for meshes");
   command
       ->add_option("--threads", arguments->threads,
-                   "0: as many as the machine has; the result is the same")
+                   "0: one per core; the result is always the same")
       ->check(CLI::Range(0, 4096))
       ->capture_default_str();
   command->add_flag("--no-progress", arguments->no_progress, "No progress bar on a terminal");
   command->add_flag("--json", arguments->is_json,
-                    "One JSON object on stdout instead of the summary");
+                    "Print one JSON object to stdout instead of the summary");
   command->add_flag("--fail-on-impact", arguments->fails_on_impact, "Exit code 1 if bodies met");
   command->callback([arguments, &exit_code] { exit_code = run_simulate(*arguments); });
 }

@@ -76,28 +76,16 @@ void World::Impl::drop_pairs_of(std::uint32_t slot) {
 }
 
 PairRecord World::Impl::record_of(const PairState& pair) const {
-  const BodyRecord& a = bodies[pair.key.a];
-  const BodyRecord& b = bodies[pair.key.b];
   PairRecord record;
-  record.a = a.id;
-  record.b = b.id;
+  record.a = bodies[pair.key.a].id;
+  record.b = bodies[pair.key.b].id;
   record.proof = pair.proof;
   record.gap_lower = std::max(pair.gap_committed, 0.0);
+  record.gap_upper = pair.gap_upper_committed;
   record.advancement_steps = pair.advancement_steps;
   record.residual = pair.residual;
-  // The dynamic pivot: between the facing sides of the two bodies' boxes, axis by axis.
-  const auto box_of = [](const BodyRecord& body) {
-    const RigidPose X_WB = body.X_WB();
-    const AlignedBox box = body.definition.shape->bounding_box();
-    const Vector3 half = X_WB.rotation().cwiseAbs() * (box.sizes() / 2);
-    const Vector3 center = X_WB * Vector3(box.center());
-    return AlignedBox(center - half, center + half);
-  };
-  const AlignedBox box_a = box_of(a);
-  const AlignedBox box_b = box_of(b);
-  record.pivot_W = (box_a.min().cwiseMax(box_b.min()) + box_a.max().cwiseMin(box_b.max())) / 2;
-  const Vector3 between = box_b.center() - box_a.center();
-  if (between.norm() > 0) record.nhat_AB_W = between.normalized();
+  record.pivot_W = pair.pivot.p_W;
+  record.nhat_AB_W = pair.pivot.nhat_AB_W;
   if (!pair.has_contacts) return record;
   const auto points = pair.contacts.contacts();
   for (std::size_t i = 0; i < points.size(); ++i) {
@@ -108,9 +96,8 @@ PairRecord World::Impl::record_of(const PairState& pair) const {
       std::min_element(points.begin(), points.end(),
                        [](const ContactPoint& x, const ContactPoint& y) { return x.gap < y.gap; });
   if (nearest == points.end()) return record;
-  record.gap_upper = std::max(nearest->gap, record.gap_lower);
-  record.pivot_W = (nearest->p_WCa + nearest->p_WCb) / 2;
-  record.nhat_AB_W = nearest->nhat_AB_W;
+  record.gap_upper = std::min(record.gap_upper, (nearest->p_WCb - nearest->p_WCa).norm());
+  record.gap_upper = std::max(record.gap_upper, record.gap_lower);
   return record;
 }
 
@@ -138,7 +125,7 @@ void World::Impl::commit(const internal::Ledger& ledger,
     for (std::size_t k = 0; k < islands[i].bodies.size(); ++k) {
       BodyRecord& body = bodies[islands[i].bodies[k]];
       internal::Track& track = outcomes[i].tracks[k];
-      if (options.records_motions) step.motions[islands[i].bodies[k]] = track.joined();
+      step.motions[islands[i].bodies[k]] = track.joined();
       body.state = track.end;
       body.flight = std::move(track.flight);
     }
@@ -149,8 +136,12 @@ void World::Impl::commit(const internal::Ledger& ledger,
                    [](const ImpactEvent& x, const ImpactEvent& y) { return x.t < y.t; });
   auto entry = ledger.entries().begin();
   for (const auto& pair : pairs) {
-    pair->gap_committed = pair->gap_lower;
-    if (entry == ledger.entries().end() || entry->key != pair->key) continue;
+    pair->commit_bounds();
+    const bool has_entry = entry != ledger.entries().end() && entry->key == pair->key;
+    if (!has_entry || entry->kind != ProofKind::AtRest) {
+      update_pivot(*pair, bodies[pair->key.a], bodies[pair->key.b]);
+    }
+    if (!has_entry) continue;
     const bool was_excused = pair->proof == ProofKind::Excused;
     pair->proof = entry->kind;
     ++entry;
@@ -188,7 +179,7 @@ AdvanceReport World::Impl::advance(Scalar dt, const AdvanceLimits& limits) {
   }
   AdvanceReport report;
   const Scalar step = options.max_step.value_or(dt);
-  // literal: rounding of dt / step makes no step of its own
+  // literal: rounding of dt / step must not add a step
   const auto parts = std::max(1.0, std::ceil(dt / step - 1e-9));
   constexpr int kMostEventsAtOnce = 100;
   int events_at_once = 0;

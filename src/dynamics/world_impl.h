@@ -18,7 +18,7 @@
 
 namespace dyop {
 
-/// What a World is: bodies by slot, their near pairs, and the rules between them.
+/// The parts of a World: bodies by slot, their near pairs, and the rules between them.
 struct World::Impl {
   explicit Impl(const WorldOptions& the_options);
 
@@ -48,7 +48,7 @@ struct World::Impl {
 
   AdvanceReport advance(Scalar dt, const AdvanceLimits& limits);
   void answer_by_callback(AdvanceReport& report);
-  /// Takes over a step that was proven.
+  /// Adopts a step that was proven.
   void commit(const internal::Ledger& ledger, const std::vector<internal::Island>& islands,
               std::vector<internal::IslandOutcome>& outcomes, AdvanceReport& report);
 
@@ -65,7 +65,7 @@ struct World::Impl {
   std::deque<internal::JointState> joints;  // by id
   std::uint64_t next_joint = 0;
   std::set<internal::PairKey> overlapping_sensors;
-  std::set<internal::PairKey> crossed;  // reported already
+  std::set<internal::PairKey> crossed;  // already reported
   std::vector<std::unique_ptr<internal::StepWorkspace>> workspaces;
 };
 

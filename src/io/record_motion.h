@@ -11,7 +11,7 @@ namespace dyop::internal {
 /// The object "motion" of docs/replay-format.md.
 ///
 /// To add a motion: one entry in the table of record_motion.cpp.
-/// @throws InvalidArgument for a motion that is not one of dyop's, or made of the user's functions.
+/// @throws InvalidArgument for a motion that is not one of dyop's, or is made of user functions.
 DYOP_EXPORT Json record_motion(const Motion& motion);
 
 /// Throws FileError.

@@ -87,8 +87,7 @@ Hdf5File Hdf5File::open(const std::filesystem::path& file) {
   if (!std::filesystem::exists(file)) throw FileError(file, "no such file");
   Hdf5File result(file, H5Fopen(file.c_str(), H5F_ACC_RDONLY | H5F_ACC_SWMR_READ, H5P_DEFAULT));
   if (result.get() < 0) {  // repacked into the format that older programs read
-    result.file_ =
-        Hdf5Handle(H5Fopen(file.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), &H5Fclose);
+    result.file_ = Hdf5Handle(H5Fopen(file.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), &H5Fclose);
   }
   if (result.get() < 0) result.fail("is no HDF5 file that can be read");
   return result;
@@ -165,9 +164,9 @@ Hdf5Dataset::Hdf5Dataset(Hdf5File& file, const char* name, hid_t type, hsize_t c
   const Hdf5Handle space(H5Screate_simple(rank, none.data(), most.data()), &H5Sclose);
   const Hdf5Handle options(H5Pcreate(H5P_DATASET_CREATE), &H5Pclose);
   H5Pset_chunk(options.get(), rank, chunk.data());
-  dataset_ = Hdf5Handle(H5Dcreate2(file.get(), name, type, space.get(), H5P_DEFAULT, options.get(),
-                                   H5P_DEFAULT),
-                        &H5Dclose);
+  dataset_ = Hdf5Handle(
+      H5Dcreate2(file.get(), name, type, space.get(), H5P_DEFAULT, options.get(), H5P_DEFAULT),
+      &H5Dclose);
   check(dataset_.get() >= 0, "cannot be made");
 }
 
@@ -182,7 +181,7 @@ Hdf5Dataset Hdf5Dataset::open(Hdf5File& file, const char* name, hid_t type, hsiz
   H5Pset_chunk_cache(access.get(), kChunkCacheSlots, kChunkCacheBytes, H5D_CHUNK_CACHE_W0_DEFAULT);
   result.dataset_ = Hdf5Handle(H5Dopen2(file.get(), name, access.get()), &H5Dclose);
   result.check(result.dataset_.get() >= 0, "is missing");
-  result.refresh();
+  result.find_length();
   return result;
 }
 
@@ -192,8 +191,8 @@ void Hdf5Dataset::check(bool is_good, const char* what) const {
 
 Hdf5Handle Hdf5Dataset::select(std::uint64_t first, std::uint64_t count) const {
   Hdf5Handle space(H5Dget_space(dataset_.get()), &H5Sclose);
-  const std::vector<hsize_t> start = columns_ == 1 ? std::vector<hsize_t>{first}
-                                                   : std::vector<hsize_t>{first, 0};
+  const std::vector<hsize_t> start =
+      columns_ == 1 ? std::vector<hsize_t>{first} : std::vector<hsize_t>{first, 0};
   const std::vector<hsize_t> extent = extent_of(count, columns_);
   check(H5Sselect_hyperslab(space.get(), H5S_SELECT_SET, start.data(), nullptr, extent.data(),
                             nullptr) >= 0,
@@ -224,9 +223,9 @@ void Hdf5Dataset::flush() {
   check(H5Dflush(dataset_.get()) >= 0, "cannot be written");
 }
 
-void Hdf5Dataset::refresh() {
-  const QuietHdf5 quiet;
-  check(H5Drefresh(dataset_.get()) >= 0, "cannot be read");
+// H5Drefresh() would tell of rows that another process has written since. It is not used: where a
+// process has opened the same dataset twice, HDF5 1.10.8 then reads wrong numbers.
+void Hdf5Dataset::find_length() {
   const Hdf5Handle space(H5Dget_space(dataset_.get()), &H5Sclose);
   const int rank = H5Sget_simple_extent_ndims(space.get());
   check(rank == (columns_ == 1 ? 1 : 2), "has another number of dimensions");

@@ -92,8 +92,6 @@ class Hdf5Dataset {
 
   void append(const void* rows, std::size_t count);
   void flush();
-  /// Learns of rows that another process has written.
-  void refresh();
   std::uint64_t length() const { return length_; }
   /// Throws unless there are these rows.
   void require(std::uint64_t first, std::uint64_t count) const;
@@ -101,6 +99,7 @@ class Hdf5Dataset {
 
  private:
   Hdf5Dataset() = default;
+  void find_length();
   void check(bool is_good, const char* what) const;
   Hdf5Handle select(std::uint64_t first, std::uint64_t count) const;
   Hdf5Handle rows_in_memory(std::uint64_t count) const;

@@ -5,97 +5,20 @@
 #include <cmath>
 #include <utility>
 
+#include "dyop/io/file_error.h"
 #include "io/json_reader.h"
 #include "recording/event_rows.h"
 #include "recording/motion_rows.h"
+#include "recording/recording_input.h"
 #include "recording/recording_tables.h"
 #include "recording/shape_rows.h"
 
 namespace dyop {
-namespace {
 
-using internal::Hdf5File;
-using internal::InputRows;
+using internal::Input;
 using internal::Json;
-
-struct Input {
-  template <typename Row>
-  InputRows<Row> table(const char* name) {
-    return {file, name, internal::row_type<Row>().get(), 1};
-  }
-  InputRows<char> text(const char* name) { return {file, name, H5T_NATIVE_UINT8, 1}; }
-
-  Hdf5File file;
-  InputRows<internal::FrameRow> frames = table<internal::FrameRow>("frames");
-  InputRows<internal::StepRow> steps = table<internal::StepRow>("steps");
-  InputRows<internal::SegmentRow> segments = table<internal::SegmentRow>("segments");
-  InputRows<Scalar> numbers{file, "numbers", H5T_NATIVE_DOUBLE, 1};
-  InputRows<internal::ImpactRow> impacts = table<internal::ImpactRow>("impacts");
-  InputRows<internal::ContactRow> contacts = table<internal::ContactRow>("contacts");
-  InputRows<internal::PairRow> pairs = table<internal::PairRow>("pairs");
-  InputRows<internal::PairContactRow> pair_contacts =
-      table<internal::PairContactRow>("pair_contacts");
-  InputRows<internal::EventRow> events = table<internal::EventRow>("events");
-  InputRows<char> bodies = text("bodies");
-  InputRows<char> shapes = text("shapes");
-  InputRows<std::array<double, 3>> vertices{file, "vertices", H5T_NATIVE_DOUBLE, 3};
-  InputRows<std::array<std::int32_t, 3>> triangles{file, "triangles", H5T_NATIVE_INT32, 3};
-  InputRows<char> given = text("given");
-  InputRows<char> end = text("end");
-
-  explicit Input(const std::filesystem::path& path) : file(Hdf5File::open(path)) {}
-
-  // The last row of /frames says how long the others are: they are asked afterwards.
-  void refresh_all_but_frames() {
-    steps.refresh();
-    segments.refresh();
-    numbers.refresh();
-    impacts.refresh();
-    contacts.refresh();
-    pairs.refresh();
-    pair_contacts.refresh();
-    events.refresh();
-    bodies.refresh();
-    shapes.refresh();
-    vertices.refresh();
-    triangles.refresh();
-    given.refresh();
-    end.refresh();
-  }
-};
-
-std::string text_of(const std::vector<char>& bytes) {
-  return {bytes.begin(), bytes.end()};
-}
-
-std::vector<Json> json_lines(const std::string& text) {
-  std::vector<Json> lines;
-  for (std::size_t begin = 0; begin < text.size();) {
-    const std::size_t end = std::min(text.find('\n', begin), text.size());
-    lines.push_back(Json::parse(text.substr(begin, end - begin)));
-    begin = end + 1;
-  }
-  return lines;
-}
-
-std::optional<Scalar> optional_number(const Json& json) {
-  if (json.is_null()) return std::nullopt;
-  return json.get<Scalar>();
-}
-
-RunHeader header_from(const Json& json) {
-  RunHeader header;
-  header.title = json.at("title").get<std::string>();
-  if (!json.at("scene").is_null()) header.scene = json.at("scene").dump();
-  header.target_distance = optional_number(json.at("target_distance"));
-  header.standoff = optional_number(json.at("standoff"));
-  header.begin_time = json.at("begin_time").get<Scalar>();
-  header.end_time = json.at("end_time").get<Scalar>();
-  header.step = json.at("step").get<Scalar>();
-  return header;
-}
-
-}  // namespace
+using internal::json_lines;
+using internal::text_of;
 
 struct RecordingReader::Impl {
   struct Segment {
@@ -115,24 +38,17 @@ struct RecordingReader::Impl {
     try {
       return f();
     } catch (const InvalidArgument& error) {
-      throw FileError(input.file.path(), error.what());
+      throw FileError(file, error.what());
     } catch (const Json::exception& error) {
-      throw FileError(input.file.path(), error.what());
+      throw FileError(file, error.what());
     }
   }
 
-  explicit Impl(const std::filesystem::path& path) : input(path) {
-    if (input.file.text_attribute("format") != internal::kRecordingFormat) {
-      throw FileError(path, "is no recording of dyop");
-    }
-    const std::int64_t version = input.file.integer_attribute("version");
-    if (version != internal::kRecordingVersion) {
-      throw FileError(path, internal::compose_message("is a recording of version ", version,
-                                                      ", this program reads version ",
-                                                      internal::kRecordingVersion));
-    }
-    guard([&] { header = header_from(Json::parse(input.file.text_attribute("header"))); });
-    refresh();
+  explicit Impl(std::filesystem::path path) : file(std::move(path)) { refresh(); }
+
+  const Input& in() const {
+    if (!input) throw FileError(file, "cannot be read any more");
+    return *input;
   }
 
   bool refresh();
@@ -152,9 +68,10 @@ struct RecordingReader::Impl {
   const Motion& motion(BodyId body, Scalar t);
   std::vector<PairRecord> pairs(std::size_t frame);
 
-  Input input;
-  internal::BlockCache<Scalar> numbers{input.numbers};
-  internal::BlockCache<internal::SegmentRow> segment_rows{input.segments};
+  std::filesystem::path file;
+  std::optional<Input> input;
+  internal::BlockCache<Scalar> numbers;
+  internal::BlockCache<internal::SegmentRow> segment_rows;
   RunHeader header;
   std::vector<RecordedShape> shapes;
   std::vector<std::shared_ptr<const Shape>> all_shapes;  // the same
@@ -170,12 +87,14 @@ struct RecordingReader::Impl {
 };
 
 bool RecordingReader::Impl::refresh() {
-  input.frames.refresh();
-  const std::uint64_t count = input.frames.length();
-  input.refresh_all_but_frames();
+  // An open file keeps what it knew of the lengths; the new one asks that of /frames first.
+  input.reset();
+  input.emplace(file);
+  const std::uint64_t count = in().frames.length();
   return guard([&] {
+    header = internal::header_from(Json::parse(in().file.text_attribute("header")));
     const bool had_end = end.has_value();
-    const auto rows = input.frames.read(frames.size(), count - frames.size());
+    const auto rows = in().frames.read(frames.size(), count - frames.size());
     for (const internal::FrameRow& row : rows) frames.push_back(internal::frame_from(row));
     frame_rows.insert(frame_rows.end(), rows.begin(), rows.end());
     if (!rows.empty()) read_new(rows.back());
@@ -189,11 +108,11 @@ void RecordingReader::Impl::read_new(const internal::FrameRow& last) {
   read_bodies(last);
   read_segments(last);
   for (const internal::StepRow& row :
-       input.steps.read(known.step_count, last.step_count - known.step_count)) {
+       in().steps.read(known.step_count, last.step_count - known.step_count)) {
     steps.push_back({row.begin, row.end});
   }
   for (const internal::EventRow& row :
-       input.events.read(known.event_count, last.event_count - known.event_count)) {
+       in().events.read(known.event_count, last.event_count - known.event_count)) {
     events.push_back(internal::event_from(row));
   }
   const internal::FrameRow before = known;
@@ -204,20 +123,20 @@ void RecordingReader::Impl::read_new(const internal::FrameRow& last) {
 void RecordingReader::Impl::read_shapes(const internal::FrameRow& last) {
   if (last.shape_bytes == known.shape_bytes) return;
   // Vertex and triangle numbers of a line count from the first row of all.
-  const internal::ShapeRows rows{input.vertices.read(0, last.vertex_count),
-                                 input.triangles.read(0, last.triangle_count)};
+  const internal::ShapeRows rows{in().vertices.read(0, last.vertex_count),
+                                 in().triangles.read(0, last.triangle_count)};
   const std::string text =
-      text_of(input.shapes.read(known.shape_bytes, last.shape_bytes - known.shape_bytes));
+      text_of(in().shapes.read(known.shape_bytes, last.shape_bytes - known.shape_bytes));
   for (const Json& line : json_lines(text)) {
     all_shapes.push_back(internal::shape_from(line, rows, all_shapes));
-    shapes.push_back({std::stoull(line.at("hash").get<std::string>(), nullptr, 16),
-                      all_shapes.back()});
+    shapes.push_back(
+        {std::stoull(line.at("hash").get<std::string>(), nullptr, 16), all_shapes.back()});
   }
 }
 
 void RecordingReader::Impl::read_bodies(const internal::FrameRow& last) {
   const std::string text =
-      text_of(input.bodies.read(known.body_bytes, last.body_bytes - known.body_bytes));
+      text_of(in().bodies.read(known.body_bytes, last.body_bytes - known.body_bytes));
   for (const Json& line : json_lines(text)) {
     const auto slot = line.at("slot").get<std::uint32_t>();
     if (slot >= bodies.size()) bodies.resize(slot + 1);
@@ -241,7 +160,7 @@ void RecordingReader::Impl::read_segments(const internal::FrameRow& last) {
        first += kRowsAtOnce) {
     const std::uint64_t count = std::min(kRowsAtOnce, last.segment_count - first);
     std::uint64_t number = first;
-    for (const internal::SegmentRow& row : input.segments.read(first, count)) {
+    for (const internal::SegmentRow& row : in().segments.read(first, count)) {
       DYOP_REQUIRE(row.body < paths.size(), "segment ", number, " is of body ", row.body,
                    ", which is missing");
       paths[row.body].segments.push_back({row.begin, number++});
@@ -251,9 +170,9 @@ void RecordingReader::Impl::read_segments(const internal::FrameRow& last) {
 
 void RecordingReader::Impl::read_impacts(const internal::FrameRow& before) {
   for (const internal::ImpactRow& row :
-       input.impacts.read(before.impact_count, known.impact_count - before.impact_count)) {
+       in().impacts.read(before.impact_count, known.impact_count - before.impact_count)) {
     ImpactEvent impact =
-        internal::impact_from(row, input.contacts.read(row.first_contact, row.contact_count));
+        internal::impact_from(row, in().contacts.read(row.first_contact, row.contact_count));
     if (interval().contains(impact.toi.t_safe)) {
       impact.toi.X_WA = motion(impact.a, impact.toi.t_safe).pose(impact.toi.t_safe);
       impact.toi.X_WB = motion(impact.b, impact.toi.t_safe).pose(impact.toi.t_safe);
@@ -263,8 +182,8 @@ void RecordingReader::Impl::read_impacts(const internal::FrameRow& before) {
 }
 
 void RecordingReader::Impl::read_end() {
-  if (end || input.end.length() == 0) return;
-  const Json json = Json::parse(text_of(input.end.read(0, input.end.length())));
+  if (end || in().end.length() == 0) return;
+  const Json json = Json::parse(text_of(in().end.read(0, in().end.length())));
   RunEnd result;
   result.status = frames.empty() ? AdvanceStatus::NotRun : frames.back().status;
   result.error = json.at("error").get<std::string>();
@@ -276,17 +195,17 @@ TimeInterval RecordingReader::Impl::interval() const {
 }
 
 RecordingReader::Impl::Path& RecordingReader::Impl::path(BodyId body) {
-  DYOP_REQUIRE(body.slot < paths.size(), "the recording has ", paths.size(), " bodies, there is no ",
-               body);
+  DYOP_REQUIRE(body.slot < paths.size(), "the recording has ", paths.size(),
+               " bodies, there is no ", body);
   return paths[body.slot];
 }
 
 std::size_t RecordingReader::Impl::segment_at(BodyId body, Scalar t) {
   const Path& of_body = path(body);
-  DYOP_REQUIRE(interval().contains(t) && !of_body.segments.empty() &&
-                   of_body.segments.front().begin <= t,
-               "body ", body, " has no motion at the time ", t, ": the recording goes from ",
-               interval().begin, " to ", interval().end);
+  DYOP_REQUIRE(
+      interval().contains(t) && !of_body.segments.empty() && of_body.segments.front().begin <= t,
+      "body ", body, " has no motion at the time ", t, ": the recording goes from ",
+      interval().begin, " to ", interval().end);
   const auto after =
       std::upper_bound(of_body.segments.begin(), of_body.segments.end(), t,
                        [](Scalar x, const Segment& segment) { return x < segment.begin; });
@@ -294,11 +213,12 @@ std::size_t RecordingReader::Impl::segment_at(BodyId body, Scalar t) {
 }
 
 std::vector<Scalar> RecordingReader::Impl::numbers_at(std::uint64_t first, std::size_t count) {
-  return numbers.read(first, count, known.number_count);
+  return numbers.read(in().numbers, first, count, known.number_count);
 }
 
 internal::SegmentRow RecordingReader::Impl::row(const Path& of_body, std::size_t index) {
-  return segment_rows.read(of_body.segments[index].row, 1, known.segment_count).front();
+  return segment_rows.read(in().segments, of_body.segments[index].row, 1, known.segment_count)
+      .front();
 }
 
 internal::EncodedMotion RecordingReader::Impl::encoded(const Path& of_body, std::size_t index) {
@@ -322,7 +242,7 @@ internal::EncodedMotion RecordingReader::Impl::encoded(const Path& of_body, std:
   result.kind = static_cast<SegmentKind>(at.kind);
   const std::vector<Scalar> stored = numbers_at(at.first, internal::number_count(result.kind));
   if (result.kind == SegmentKind::Given) {
-    result.given = text_of(input.given.read(std::uint64_t(stored[0]), std::uint64_t(stored[1])));
+    result.given = text_of(in().given.read(std::uint64_t(stored[0]), std::uint64_t(stored[1])));
   } else {
     result.numbers = stored;
   }
@@ -349,8 +269,7 @@ const Motion& RecordingReader::Impl::motion(BodyId body, Scalar t) {
   const std::size_t index = segment_at(body, t);
   Path& of_body = path(body);
   if (of_body.last != index) {
-    of_body.last_motion =
-        internal::decode(encoded(of_body, index), bodies[body.slot].p_BoBcm);
+    of_body.last_motion = internal::decode(encoded(of_body, index), bodies[body.slot].p_BoBcm);
     of_body.last = index;
   }
   DYOP_REQUIRE(of_body.last_motion != nullptr, "body ", body, " is absent at the time ", t);
@@ -358,14 +277,14 @@ const Motion& RecordingReader::Impl::motion(BodyId body, Scalar t) {
 }
 
 std::vector<PairRecord> RecordingReader::Impl::pairs(std::size_t frame) {
-  DYOP_REQUIRE(frame < frames.size(), "the recording has ", frames.size(),
-               " frames, there is no ", frame);
+  DYOP_REQUIRE(frame < frames.size(), "the recording has ", frames.size(), " frames, there is no ",
+               frame);
   const std::uint64_t first = frame == 0 ? 0 : frame_rows[frame - 1].pair_count;
   std::vector<PairRecord> records;
   for (const internal::PairRow& row :
-       input.pairs.read(first, frame_rows[frame].pair_count - first)) {
-    records.push_back(internal::pair_from(
-        row, input.pair_contacts.read(row.first_contact, row.contact_count)));
+       in().pairs.read(first, frame_rows[frame].pair_count - first)) {
+    records.push_back(
+        internal::pair_from(row, in().pair_contacts.read(row.first_contact, row.contact_count)));
   }
   return records;
 }

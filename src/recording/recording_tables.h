@@ -45,8 +45,6 @@ class InputRows {
   InputRows(Hdf5File& file, const char* name, hid_t type, hsize_t columns)
       : dataset_(Hdf5Dataset::open(file, name, type, columns)) {}
 
-  /// Learns of rows that another process has written.
-  void refresh() { dataset_.refresh(); }
   std::uint64_t length() const { return dataset_.length(); }
   std::vector<Row> read(std::uint64_t first, std::uint64_t count) const {
     dataset_.require(first, count);
@@ -63,23 +61,22 @@ class InputRows {
 template <typename Row>
 class BlockCache {
  public:
-  explicit BlockCache(const InputRows<Row>& rows) : rows_(&rows) {}
-
-  /// @param known The rows that are there for good: only whole blocks of them are kept.
-  std::vector<Row> read(std::uint64_t first, std::uint64_t count, std::uint64_t known) {
+  /// @param known How many rows are there for good: only whole blocks of them are kept.
+  std::vector<Row> read(const InputRows<Row>& rows, std::uint64_t first, std::uint64_t count,
+                        std::uint64_t known) {
     std::vector<Row> result;
     result.reserve(count);
     for (std::uint64_t next = first; next < first + count;) {
       const std::uint64_t start = next / kBlockRows * kBlockRows;
       if (start + kBlockRows > known) {
-        const std::vector<Row> rest = rows_->read(next, first + count - next);
+        const std::vector<Row> rest = rows.read(next, first + count - next);
         result.insert(result.end(), rest.begin(), rest.end());
         return result;
       }
-      const std::vector<Row>& rows = block(start);
+      const std::vector<Row>& block = block_at(rows, start);
       const std::uint64_t end = std::min(first + count, start + kBlockRows);
-      result.insert(result.end(), rows.begin() + std::ptrdiff_t(next - start),
-                    rows.begin() + std::ptrdiff_t(end - start));
+      result.insert(result.end(), block.begin() + std::ptrdiff_t(next - start),
+                    block.begin() + std::ptrdiff_t(end - start));
       next = end;
     }
     return result;
@@ -89,7 +86,7 @@ class BlockCache {
   static constexpr std::uint64_t kBlockRows = 1 << 15;
   static constexpr std::size_t kMostBlocks = 1 << 10;  // 256 MB of doubles
 
-  const std::vector<Row>& block(std::uint64_t start) {
+  const std::vector<Row>& block_at(const InputRows<Row>& rows, std::uint64_t start) {
     const std::size_t number = start / kBlockRows;
     if (number >= blocks_.size()) blocks_.resize(number + 1);
     if (blocks_[number].empty()) {
@@ -100,12 +97,11 @@ class BlockCache {
       } else {
         loaded_.push_back(number);
       }
-      blocks_[number] = rows_->read(start, kBlockRows);
+      blocks_[number] = rows.read(start, kBlockRows);
     }
     return blocks_[number];
   }
 
-  const InputRows<Row>* rows_;
   std::vector<std::vector<Row>> blocks_;  // by number; empty: not loaded
   std::vector<std::size_t> loaded_;       // numbers, a ring once it is full
   std::size_t oldest_ = 0;

@@ -72,7 +72,8 @@ std::string content_of(const Shape& shape) {
 
 std::string hex_digits(std::uint64_t value) {
   std::string digits(16, '0');
-  for (std::size_t i = digits.size(); i-- > 0; value >>= 4) digits[i] = "0123456789abcdef"[value & 15u];
+  for (std::size_t i = digits.size(); i-- > 0; value >>= 4)
+    digits[i] = "0123456789abcdef"[value & 15u];
   return digits;
 }
 

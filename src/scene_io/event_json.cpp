@@ -28,7 +28,7 @@ WorldContact world_contact_from(const Json& json) {
 
 }  // namespace
 
-// Ids of a recording are places in its list of bodies.
+// Ids in a recording are indices into its list of bodies.
 Json to_json(const BodyId& id) {
   return id == BodyId() ? Json(nullptr) : Json(id.slot);
 }

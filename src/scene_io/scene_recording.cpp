@@ -69,9 +69,9 @@ void convert_recording(const std::filesystem::path& text, const Scene& scene,
                        const std::filesystem::path& out) {
   const RunRecording recording = read_recording(text);
   if (recording.bodies.size() != scene.bodies.size()) {
-    throw FileError(text, internal::compose_message("records ", recording.bodies.size(),
-                                                    " bodies, the scene has ",
-                                                    scene.bodies.size()));
+    throw FileError(text,
+                    internal::compose_message("records ", recording.bodies.size(),
+                                              " bodies, the scene has ", scene.bodies.size()));
   }
   RecordingOptions options;
   options.is_sampled = true;

@@ -45,8 +45,8 @@ TEST(RecordedMotion, ReadsBackWithEveryBit) {
           const auto read = internal::decode(encoded, Vector3::Zero());
           if (encoded.kind == SegmentKind::Approximate) {
             const Scalar begin = part.interval.begin;
-            EXPECT_TRUE(part.motion->pose(begin).rotation().isApprox(read->pose(begin).rotation(),
-                                                                     1e-9));
+            EXPECT_TRUE(
+                part.motion->pose(begin).rotation().isApprox(read->pose(begin).rotation(), 1e-9));
             continue;
           }
           expect_same(*part.motion, *read, part.interval);

@@ -6,9 +6,9 @@
 #include "dyop/geometry/compound_shape.h"
 #include "dyop/geometry/convex_hull.h"
 #include "dyop/geometry/sphere.h"
+#include "motion/random_values.h"
 #include "recording/shape_rows.h"
 #include "support/inputs/mesh_generators.h"
-#include "motion/random_values.h"
 #include "support/message_of.h"
 #include "support/same_bits.h"
 

@@ -26,8 +26,7 @@ inline World busy_world() {
   world.add_body(resting_cube(0, 0, 0));
   world.add_body(resting_cube(0, 0, 1 + rest_gap(0.8)));
   const auto ball = std::make_shared<Sphere>(0.3);
-  BodyDefinition thrown =
-      dynamic_body("thrown", ball, {-4, 0.1, 2}, {6, 0, 1}, {1, 2, 3});
+  BodyDefinition thrown = dynamic_body("thrown", ball, {-4, 0.1, 2}, {6, 0, 1}, {1, 2, 3});
   thrown.restitution = 0.6;
   world.add_body(thrown);
   const auto rod = std::make_shared<Capsule>(0.1, 0.5);
@@ -43,8 +42,8 @@ inline World busy_world() {
   drill.name = "drill";
   drill.kind = BodyKind::Kinematic;
   drill.shape = rod;
-  drill.motion = std::make_shared<ScrewMotion>(
-      RigidPose(Vector3(-8, 0, 3)), ScrewMotion::Screw{{-8, 0, 3}, {0, 0, 1}, 3, 0.1});
+  drill.motion = std::make_shared<ScrewMotion>(RigidPose(Vector3(-8, 0, 3)),
+                                               ScrewMotion::Screw{{-8, 0, 3}, {0, 0, 1}, 3, 0.1});
   world.add_body(drill);
   BodyDefinition sensor;
   sensor.name = "sensor";

@@ -38,8 +38,7 @@ void expect_same_motions(const RecordingReader& reader, const std::vector<Advanc
           const Scalar t = k == 0 ? step.interval.begin
                                   : step.interval.begin + part(random) * step.interval.length();
           if (t >= step.interval.end) continue;
-          ASSERT_TRUE(
-              has_same_bits(reader.pose(BodyId(body), t), step.motions[body]->pose(t)))
+          ASSERT_TRUE(has_same_bits(reader.pose(BodyId(body), t), step.motions[body]->pose(t)))
               << "body " << body << " at " << t;
           const Twist twist = reader.state(BodyId(body), t).twist;
           const Twist expected = step.motions[body]->state(t).twist;
@@ -202,6 +201,17 @@ TEST_F(Recording, GrowsUnderTheEyesOfAReader) {
   EXPECT_EQ(reader.end()->error, "the solver gave up");
 }
 
+TEST_F(Recording, IsReadTwiceAtOnce) {
+  const std::vector<AdvanceReport> reports = testing::record_busy_run(file());
+  const RecordingReader first(file());
+  expect_same_motions(first, reports);
+  RecordingReader second(file());
+  expect_same_motions(second, reports);
+  EXPECT_FALSE(second.refresh());
+  expect_same_motions(first, reports);
+  expect_same_motions(second, reports);
+}
+
 TEST_F(Recording, WritesNothingForBodiesThatSleep) {
   World world = testing::busy_world();
   RecordingWriter writer(file(), busy_header());
@@ -228,8 +238,8 @@ TEST_F(Recording, FollowsBodiesThatComeAndGo) {
   writer.write(world.advance(step), world);
   world.remove_body(BodyId(3));
   writer.write(world.advance(step), world);
-  const BodyId added = world.add_body(test_support::dynamic_body(
-      "late", std::make_shared<Box>(Vector3(0.1, 0.2, 0.3)), {9, 9, 9}));
+  const BodyId added = world.add_body(
+      test_support::dynamic_body("late", std::make_shared<Box>(Vector3(0.1, 0.2, 0.3)), {9, 9, 9}));
   EXPECT_EQ(added.slot, 3u);
   writer.write(world.advance(step), world);
   const RecordingReader reader(file());

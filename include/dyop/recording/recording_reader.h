@@ -24,7 +24,9 @@ class RecordingReader {
   RecordingReader(RecordingReader&&) noexcept;
   RecordingReader& operator=(RecordingReader&&) noexcept;
 
-  /// Reads what was written since; true if there is anything new. Invalidates spans.
+  /// Reads what was written since; true if there is anything new. Invalidates spans. Opens the file
+  /// again: what another process has written is not seen while another reader of this process has
+  /// the same file open.
   /// @throws FileError as the constructor.
   bool refresh();
 

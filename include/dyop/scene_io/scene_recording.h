@@ -15,7 +15,7 @@ RunHeader run_header(const Scene& scene);
 /// The text holds samples of the motions, so all its segments are SegmentKind::Approximate, with
 /// the poses that recorded_pose() gives, and it knows no pairs and no energy.
 /// @param scene The scene that was run: its shapes are not in the text.
-/// @throws FileError if a file cannot be read or written, or the scene is not that of the recording.
+/// @throws FileError if a file cannot be read or written, or the number of bodies differs.
 void convert_recording(const std::filesystem::path& text, const Scene& scene,
                        const std::filesystem::path& out);
 

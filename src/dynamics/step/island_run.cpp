@@ -11,7 +11,7 @@
 namespace dyop::internal {
 namespace {
 
-// Limits of one island in one step of the World.
+// Limits on one island in one step of the World.
 constexpr int kMostLegs = 100;
 constexpr int kMostImpacts = 50;
 
@@ -28,7 +28,7 @@ void add_difference(IntegratorStatistics& sum, const IntegratorStatistics& befor
   sum.function_evaluations += after.function_evaluations - before.function_evaluations;
 }
 
-// The reach asked for, or the one in use while it serves: a changed reach costs a generation.
+// The reach in use if it serves, else the one asked for: changing the reach costs a regeneration.
 Scalar steady_reach(Scalar in_use, Scalar base, Scalar way, Scalar most) {
   Scalar wanted = std::min(way, most);
   if (in_use >= base + wanted && in_use <= base + 8 * std::max(wanted, base)) return in_use;
@@ -58,8 +58,7 @@ IslandRun::IslandRun(const StepContext& context, const Island& island, StepWorks
     pair.member_b = member_of(island.bodies, state->key.b);
     pair.friction = std::sqrt(pair.a->definition.friction * pair.b->definition.friction);
     pair.restitution = std::min(pair.a->definition.restitution, pair.b->definition.restitution);
-    state->gap_lower = state->gap_committed;
-    state->advancement_steps = 0;
+    state->start_from_committed();
     pairs_.push_back(std::move(pair));
   }
 }
@@ -116,7 +115,8 @@ void IslandRun::find_contacts() {
     if (state.gap_lower > reach) continue;
     const RigidPose X_WA = pose_of(pair.member_a, *pair.a);
     const RigidPose X_WB = pose_of(pair.member_b, *pair.b);
-    if (state.gap_lower < 0) {
+    // A distance that begins at the pivot costs less than to find that there are no contacts.
+    if (state.gap_lower < 0 || state.contacts.contacts().empty()) {
       measure_gap(state, *pair.a, X_WA, *pair.b, X_WB, reach);
       if (state.gap_lower > reach) continue;
     }
@@ -127,7 +127,7 @@ void IslandRun::find_contacts() {
   }
 }
 
-// Free flight for all while every contact in reach opens, or stays open by itself.
+// Free flight for all while every contact in reach opens, or stays open without help.
 bool IslandRun::may_fly() const {
   const Scalar h = remaining();
   if (!island_.joints.empty()) return false;
@@ -173,13 +173,13 @@ bool IslandRun::try_flight() {
   const TimeInterval interval{now_, context_.t_end};
   const std::vector<BodyMove> moves = flights_to(interval.end);
   std::vector<Certificate> certificates;
-  std::size_t first = pairs_.size();  // hit first
+  std::size_t first = pairs_.size();  // the pair hit first
   for (std::size_t i = 0; i < pairs_.size(); ++i) {
     RunPair& pair = pairs_[i];
     PairState& state = *pair.state;
     const BodyMove a = pair.member_a ? moves[*pair.member_a] : support_move(*pair.a);
     const BodyMove b = pair.member_b ? moves[*pair.member_b] : support_move(*pair.b);
-    // Landing ends at the rest gap, so that nothing has to be pushed there.
+    // Landing ends at the rest gap, so that nothing needs pushing there.
     const Scalar kept = state.lengths.rest_gap() - state.lengths.tolerance();
     certificates.push_back(certify(state, a, b, interval, kept, context_.limits(), workspace_.toi));
     const Certificate& certificate = certificates.back();
@@ -237,10 +237,7 @@ void IslandRun::commit_leg(Scalar t, const std::vector<BodyMove>& moves,
     outcome_.tracks[i].pieces.push_back({{now_, t}, moves[i].motion, moves[i].is_rest});
   }
   for (std::size_t i = 0; i < pairs_.size(); ++i) {
-    PairState& state = *pairs_[i].state;
-    state.gap_lower = std::max(state.gap_lower - closings[i], -1.0);
-    if (state.gap_lower < 0) state.gap_lower = -1;
-    state.gap_upper = kInfinity;
+    pairs_[i].state->loosen_bounds(closings[i]);
   }
   outcome_.proofs.insert(outcome_.proofs.end(), proofs.begin(), proofs.end());
   ++outcome_.work.legs;
@@ -251,7 +248,7 @@ void IslandRun::fail(AdvanceStatus status, PairKey pair) {
   outcome_.failure = IslandFailure{status, pair};
 }
 
-// The last resort: no motion that keeps all distances was found, so nothing moves. Counted.
+// Last resort: no motion that keeps all distances was found, so nothing moves. Counted as a stall.
 void IslandRun::stand_still() {
   const TimeInterval interval{now_, context_.t_end};
   std::vector<BodyMove> moves;

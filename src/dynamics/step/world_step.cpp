@@ -14,7 +14,7 @@
 namespace dyop::internal {
 namespace {
 
-// Limit of merging rounds in one step; each adds at least one pair to an island.
+// Limit on merging rounds in one step; each adds at least one pair to an island.
 constexpr int kMostMerges = 1000;
 
 std::uint32_t find_root(std::vector<std::uint32_t>& parents, std::uint32_t slot) {
@@ -39,8 +39,8 @@ WorldStep::WorldStep(World::Impl& world, Scalar t_end, const AdvanceLimits& limi
   context_.stop = limits.stop;
 }
 
-// Calls item(index, workspace) for all indices over the World's threads. What is thrown at the
-// lowest index is thrown again, whatever the number of threads.
+// Calls item(index, workspace) for all indices on the World's threads. Of all exceptions, the one
+// at the lowest index is rethrown, whatever the number of threads.
 template <typename Item>
 void WorldStep::run_parallel(std::size_t item_count, const Item& item) {
   BatchOptions batch;
@@ -67,7 +67,7 @@ void WorldStep::run_parallel(std::size_t item_count, const Item& item) {
   }
 }
 
-// Finds which bodies are within reach of one another; wakes sleepers that something awake reached.
+// Finds which bodies are within reach of each other; wakes sleepers that something awake reached.
 void WorldStep::link_pairs() {
   for (const auto& pair : world_.pairs) {
     const BodyRecord& a = world_.bodies[pair->key.a];
@@ -77,9 +77,9 @@ void WorldStep::link_pairs() {
     const PairLengths& lengths = pair->lengths;
     const Scalar reach = lengths.rest_gap() + kContactReachStandoffs * lengths.standoff;
     if (pair->gap_committed > reach) continue;
-    pair->gap_lower = pair->gap_committed;
+    pair->start_from_committed();
     measure_gap(*pair, a, a.X_WB(), b, b.X_WB(), reach);
-    pair->gap_committed = pair->gap_lower;
+    pair->commit_bounds();
     pair->has_contacts = pair->gap_lower <= reach;
     if (!pair->has_contacts) continue;
     if (a.is_asleep) world_.wake(pair->key.a, &report_);
@@ -100,7 +100,7 @@ void WorldStep::link_pairs() {
   }
 }
 
-// Islands by contact and by the hits of this step. What was run with the same bodies is kept.
+// Islands by contact and by the hits of this step. Runs whose bodies are unchanged are kept.
 void WorldStep::plan_islands() {
   const auto count = static_cast<std::uint32_t>(world_.bodies.size());
   std::vector<std::uint32_t> parents(count);
@@ -178,7 +178,7 @@ void WorldStep::run_islands() {
   });
 }
 
-// An island that could not go to the end holds all others back.
+// An island that could not reach the end holds all others back.
 void WorldStep::shorten_to_reached() {
   for (;;) {
     Scalar reached = context_.t_end;
@@ -213,16 +213,14 @@ BodyMove WorldStep::move_of(std::uint32_t slot) const {
 
 void WorldStep::prove_pair(PairState& pair, Certificate& certificate,
                            ToiWorkspace& workspace) const {
-  pair.gap_lower = pair.gap_committed;
-  pair.advancement_steps = 0;
+  pair.start_from_committed();
   certificate = certify(pair, moves_[pair.key.a], moves_[pair.key.b], {context_.t, context_.t_end},
                         pair.kept_distance(), context_.limits(), workspace);
   if (certificate.result) pair.advancement_steps = certificate.result->statistics.node_pairs;
-  pair.gap_lower = std::max(pair.gap_lower - certificate.closing, -1.0);
-  if (pair.gap_lower < 0) pair.gap_lower = -1;
+  pair.loosen_bounds(certificate.closing);
 }
 
-// Pairs between islands and with sleepers. Returns false if some met: they must be run together.
+// Pairs between islands and with sleepers. Returns false if some met and must be run together.
 bool WorldStep::prove_the_rest() {
   moves_.clear();
   for (std::uint32_t slot = 0; slot < world_.bodies.size(); ++slot) {
@@ -238,8 +236,7 @@ bool WorldStep::prove_the_rest() {
     if (a.definition.is_sensor || b.definition.is_sensor) continue;
     if (moves_[pair->key.a].is_rest && moves_[pair->key.b].is_rest && !pair->is_inner) {
       proofs_.push_back(PairProof::at_rest(pair->key, {context_.t, context_.t_end}));
-      pair->gap_lower = pair->gap_committed;
-      pair->advancement_steps = 0;
+      pair->start_from_committed();
       continue;
     }
     if (!pair->is_inner) open.push_back(pair.get());
@@ -277,7 +274,7 @@ std::vector<PairKey> WorldStep::candidates() const {
   return keys;
 }
 
-// Bodies on given paths cannot answer: what comes too near is reported, once.
+// Bodies on given motions cannot react: those that come too near are reported, once.
 void WorldStep::report_crossings() {
   for (const auto& pair : world_.pairs) {
     const BodyRecord& a = world_.bodies[pair->key.a];
