@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "distance/pivot_seed.h"
@@ -52,6 +53,7 @@ struct PairState {
   std::optional<Scalar> granted;
   bool is_inner = false;  // of an island of the step in progress, which proves it
   bool overlaps = false;  // the shapes met at the start: nothing can be kept
+  std::vector<ContactPoint> overlap_contacts;  // then in place of `contacts`: estimates
   // Of the last step.
   ProofKind proof = ProofKind::AtRest;
   std::int64_t advancement_steps = 0;
@@ -60,6 +62,13 @@ struct PairState {
   bool has_contacts = false;      // `contacts` are those of the current poses
   Scalar reach = 0;               // up to which they were looked for
 
+  /// Contacts as they act.
+  std::span<ContactPoint> points() {
+    return overlaps ? std::span<ContactPoint>(overlap_contacts) : contacts.contacts();
+  }
+  std::span<const ContactPoint> points() const {
+    return overlaps ? std::span<const ContactPoint>(overlap_contacts) : contacts.contacts();
+  }
   Scalar kept_distance() const { return granted.value_or(lengths.target); }
   /// A step in progress begins.
   void start_from_committed() {

@@ -17,7 +17,8 @@ enum class ProofKind {
   Excused,  ///< not proven: they began nearer than their target, see AdvanceReport::too_near
 };
 
-/// A contact at the end of a step, with what it did during the step.
+/// A contact at the end of a step, with what it did during the step. Of bodies that overlap it is an
+/// estimate, its gap negative.
 struct PairContact {
   ContactPoint point;  ///< at the poses of World::time()
   /// On B, world axes, over the last step; on A the opposite. An impulse: force times time.
