@@ -11,11 +11,11 @@ namespace dyop::cli {
 namespace {
 
 constexpr const char* kReplayExamples =
-    R"(Asks the query of a record (dyop toi --record FILE) again and compares the answers bit by bit.
-Exit code 0: the same; 1: different, and every field that differs is named; 2: no readable record.
+    R"(Repeats the query of a record (dyop toi --record FILE) and compares the results bit by bit.
+Exit code 0: the same; 1: different, every field that differs is listed; 2: no readable record.
 
 Examples:
-  Record a query, ask it again:
+  Record a query and repeat it:
     dyop toi sphere:0.5 box:1,1,1 --position-a -3 0 0 --velocity-a 4 0 0 --record query.json
     dyop replay query.json
   For a script:
@@ -102,10 +102,10 @@ ExitCode run_replay(const ReplayArguments& arguments) {
 void add_replay_command(CLI::App& app, ExitCode& exit_code) {
   auto arguments = std::make_shared<ReplayArguments>();
   CLI::App* command =
-      app.add_subcommand("replay", "Repeat a recorded query and compare the answers bit by bit");
+      app.add_subcommand("replay", "Repeat a recorded query and compare the results bit by bit");
   command->footer(kReplayExamples);
   command->add_option("FILE", arguments->file, "Record written by dyop toi --record")->required();
-  command->add_flag("--json", arguments->is_json, "One JSON object on stdout");
+  command->add_flag("--json", arguments->is_json, "Print one JSON object to stdout");
   command->callback([arguments, &exit_code] { exit_code = run_replay(*arguments); });
 }
 

@@ -33,8 +33,8 @@ DistanceResult query(const Shape& a, const RigidPose& X_WA, const Shape& b, cons
   const ShapeTree tree_b(b);
   const RigidPose X_AB = X_WA.inverse() * X_WB;
   const Scalar noise = internal::pose_noise(a, X_WA, b, X_WB);
-  internal::BoxPairStack stack;
-  DistanceTraversal traversal(tree_a, tree_b, X_AB, noise, options.max_distance, stack);
+  cache.stack.clear();
+  DistanceTraversal traversal(tree_a, tree_b, X_AB, noise, options.max_distance, cache.stack);
   traversal.absolute_tolerance = options.absolute_tolerance;
   traversal.relative_tolerance = options.relative_tolerance;
   search(traversal, tree_a, tree_b, X_AB, noise);
@@ -54,7 +54,7 @@ DistanceResult query(const Shape& a, const RigidPose& X_WA, const Shape& b, cons
   result.lower = best.is_overlapping ? 0 : std::min(traversal.lower, best.upper);
   result.upper = best.upper;
   DYOP_ASSERT(result.lower <= result.upper, result.lower, ' ', result.upper);
-  if (result.upper == kInfinity) return result;  // farther than the limit: no piece was examined
+  if (result.upper == kInfinity) return result;  // beyond the limit: no piece was examined
   cache.nearest = {traversal.leaf_a, traversal.leaf_b};
   const Scalar lower = result.lower;
   static_cast<WitnessPair&>(result) =

@@ -32,10 +32,10 @@ struct PairLengths {
   Scalar standoff = 0;  // s
   Scalar radius = 0;    // the smaller bounding radius
   Scalar rest_gap() const { return target + standoff; }
-  Scalar tolerance() const;  // of time_of_impact(), a part of the standoff
+  Scalar tolerance() const;  // for time_of_impact(), a fraction of the standoff
 };
 
-/// What a World remembers of a near pair from step to step.
+/// What a World keeps about a near pair from step to step.
 struct PairState {
   PairKey key;
   PairLengths lengths;
@@ -51,16 +51,16 @@ struct PairState {
   Scalar gap_upper_committed = kInfinity;
   /// Less than `target` for a pair that began too near: what it must keep instead.
   std::optional<Scalar> granted;
-  bool is_inner = false;  // of an island of the step in progress, which proves it
-  bool overlaps = false;  // the shapes met at the start: nothing can be kept
-  std::vector<ContactPoint> overlap_contacts;  // then in place of `contacts`: estimates
+  bool is_inner = false;  // belongs to an island of the current step, which proves it
+  bool overlaps = false;  // the shapes overlapped at the start: no distance to keep
+  std::vector<ContactPoint> overlap_contacts;  // then used in place of `contacts`: estimates
   // Of the last step.
   ProofKind proof = ProofKind::AtRest;
   std::int64_t advancement_steps = 0;
   Scalar residual = 0;
   std::vector<Vector3> impulses;  // one per contact
-  bool has_contacts = false;      // `contacts` are those of the current poses
-  Scalar reach = 0;               // up to which they were looked for
+  bool has_contacts = false;      // `contacts` belong to the current poses
+  Scalar reach = 0;               // up to which contacts were sought
 
   /// Contacts as they act.
   std::span<ContactPoint> points() {
@@ -98,7 +98,7 @@ bool refresh_contacts(PairState& pair, const BodyRecord& a, const RigidPose& X_W
                       const BodyRecord& b, const RigidPose& X_WB, Scalar reach,
                       ContactWorkspace& workspace);
 
-/// Measures the gap at two poses unless its known bound is above `enough` already.
+/// Measures the gap at two poses unless its known bound already exceeds `enough`.
 void measure_gap(PairState& pair, const BodyRecord& a, const RigidPose& X_WA, const BodyRecord& b,
                  const RigidPose& X_WB, Scalar enough);
 

@@ -6,14 +6,14 @@
 #include "dynamics/world_impl.h"
 #include "dyop/motion/rest_motion.h"
 
-// Rest is a state that is left again: when forces change, what bodies lie on moves or leaves, or
-// something awake comes within reach.
+// A sleeping island wakes when forces change, when what its bodies lie on moves or goes away, or
+// when something awake comes within reach.
 namespace dyop {
 
 using internal::BodyRecord;
 using internal::PairKey;
 
-// Wakes a body and all sleepers that it is in contact with, directly or through others.
+// Wakes a body and all sleepers that it touches, directly or through others.
 void World::Impl::wake(std::uint32_t slot, AdvanceReport* report) {
   std::vector<std::uint32_t> open{slot};
   while (!open.empty()) {

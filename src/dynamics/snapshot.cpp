@@ -6,7 +6,7 @@
 namespace dyop {
 
 struct WorldSnapshot::State {
-  const void* world = nullptr;  // the one it is of
+  const void* world = nullptr;  // the World it was taken from
   Vector3 gravity_W;
   Scalar time = 0;
   std::deque<internal::BodyRecord> bodies;

@@ -42,7 +42,7 @@ void require_valid(const WorldOptions& options) {
 }
 
 void require_two(BodyId a, BodyId b) {
-  DYOP_REQUIRE(a != b, "World: a pair needs two bodies, not ", a, " twice");
+  DYOP_REQUIRE(a != b, "World: a pair needs two different bodies, not ", a, " twice");
 }
 
 }  // namespace
@@ -118,18 +118,18 @@ void World::set_motion(BodyId id, std::shared_ptr<const Motion> motion) {
   BodyRecord& body = impl_->record(id);
   const auto& name = body.definition.name;
   DYOP_REQUIRE(body.definition.kind == BodyKind::Kinematic, "body '", name,
-               "': only a kinematic body has a motion");
+               "': only a kinematic body can have a motion");
   DYOP_REQUIRE(motion != nullptr, "body '", name, "': the motion is missing");
   DYOP_REQUIRE(motion->domain().contains(impl_->time), "body '", name,
-               "': its motion is not defined at the time ", impl_->time);
+               "': its motion is not defined at t = ", impl_->time);
   const MotionState state = motion->state(impl_->time);
   const RigidPose X_WB = body.X_WB();
   const Scalar radius = body.definition.shape->bounding_radius();
   const Scalar jump = (state.X_WB.translation() - X_WB.translation()).norm() +
                       radius * (state.X_WB.rotation() - X_WB.rotation()).norm();
   constexpr Scalar kLargestJump = 1e-3;  // of the radius, as documented
-  DYOP_REQUIRE(jump <= kLargestJump * radius, "body '", name, "': its new motion begins ", jump,
-               " away from where the body is; move it there by a motion");
+  DYOP_REQUIRE(jump <= kLargestJump * radius, "body '", name, "': its new motion starts ", jump,
+               " away from the body; use a motion to move it there");
   if (jump > 0) {
     for (const auto& pair : impl_->pairs) {
       if (pair->key.a != id.slot && pair->key.b != id.slot) continue;
@@ -187,7 +187,8 @@ void World::set_gravity(const Vector3& gravity_W) {
 
 void World::wake(BodyId id) {
   BodyRecord& body = impl_->record(id);
-  DYOP_REQUIRE(body.is_dynamic(), "body '", body.definition.name, "': only a dynamic body wakes");
+  DYOP_REQUIRE(body.is_dynamic(), "body '", body.definition.name,
+               "': only a dynamic body can be woken");
   impl_->wake(id.slot, nullptr);
 }
 

@@ -216,7 +216,7 @@ void World::Impl::advance_steps(Scalar dt, const AdvanceLimits& limits, AdvanceR
   const Scalar t_begin = time;
   const Scalar t_end = time + dt;
   const Scalar step = options.max_step.value_or(dt);
-  // literal: rounding of dt / step makes no step of its own
+  // literal: rounding of dt / step must not add a step
   const auto parts = std::max(1.0, std::ceil(dt / step - 1e-9));
   constexpr int kMostEventsAtOnce = 100;
   int events_at_once = 0;

@@ -19,7 +19,7 @@
 
 namespace dyop {
 
-/// What a World is: bodies by slot, their near pairs, and the rules between them.
+/// The parts of a World: bodies by slot, their near pairs, and the rules between them.
 struct World::Impl {
   explicit Impl(const WorldOptions& the_options);
 
@@ -52,7 +52,7 @@ struct World::Impl {
   AdvanceReport advance(Scalar dt, const AdvanceLimits& limits);
   void advance_steps(Scalar dt, const AdvanceLimits& limits, AdvanceReport& report);
   void answer_by_callback(AdvanceReport& report);
-  /// Takes over a step that was proven.
+  /// Adopts a step that was proven.
   void commit(const internal::Ledger& ledger, const std::vector<internal::Island>& islands,
               std::vector<internal::IslandOutcome>& outcomes, AdvanceReport& report);
 
@@ -72,7 +72,7 @@ struct World::Impl {
   std::uint64_t next_spring = 0;
   std::vector<internal::PairKey> links;  // bodies of joints and springs
   std::set<internal::PairKey> overlapping_sensors;
-  std::set<internal::PairKey> crossed;  // reported already
+  std::set<internal::PairKey> crossed;  // already reported
   std::vector<std::unique_ptr<internal::StepWorkspace>> workspaces;
 };
 

@@ -43,7 +43,7 @@ void World::remove_joint(JointId id) {
 void World::set_motor(JointId id, const JointMotor& motor) {
   internal::JointState& joint = impl_->joint_at(id);
   DYOP_REQUIRE(joint.definition.motor.has_value(), "joint '", joint.definition.name,
-               "': it has no motor");
+               "': has no motor");
   JointDefinition changed = joint.definition;
   changed.motor = motor;
   internal::require_valid(changed);
@@ -97,7 +97,7 @@ Scalar World::spring_energy() const {
   return energy;
 }
 
-// After a change of what holds between two bodies: both wake up.
+// After a change to the rules between two bodies: both wake up.
 void World::forget_pair(BodyId a, BodyId b) {
   const PairKey key = internal::ordered(a.slot, b.slot);
   std::erase_if(impl_->pairs, [&](const auto& pair) { return pair->key == key; });

@@ -26,7 +26,7 @@ Enum enum_from(const Json& json, std::initializer_list<Enum> values) {
   for (const Enum value : values) {
     if (name_of(value) == name) return value;
   }
-  throw InvalidArgument("unknown word " + name);
+  throw InvalidArgument("unknown name " + name);
 }
 
 Feature feature_from(const Json& json) {

@@ -23,8 +23,8 @@ MassProperties read_mass(const JsonNode& node, const Shape& shape, bool is_shell
   const auto* mesh = dynamic_cast<const TriangleMesh*>(&shape);
   if (mesh != nullptr && !is_shell && !mesh->is_closed()) {
     node.at("shape").fail(
-        "the mesh is not closed, so it has no volume; for a surface say "
-        "\"shell\": true beside \"shape\"");
+        "the mesh is not closed, so it has no volume; for a surface, add "
+        "\"shell\": true next to \"shape\"");
   }
   const JsonNode value = node.at(node.has("density") ? "density" : "mass");
   const Scalar amount = value.positive_number();
@@ -49,7 +49,7 @@ LockedAxes read_locked(const JsonNode& node) {
 }
 
 void read_dynamic(const JsonNode& node, bool is_shell, BodyDefinition& body) {
-  forbid(node, "motion", "only a kinematic body has a motion");
+  forbid(node, "motion", "only a kinematic body can have a motion");
   if (node.has("pose")) body.initial.X_WB = read_pose(node.at("pose"));
   if (node.has("velocity")) body.initial.twist = read_twist(node.at("velocity"));
   if (node.has("locked")) body.locked = read_locked(node.at("locked"));
@@ -57,17 +57,17 @@ void read_dynamic(const JsonNode& node, bool is_shell, BodyDefinition& body) {
 }
 
 void read_static(const JsonNode& node, BodyDefinition& body) {
-  forbid(node, "motion", "only a kinematic body has a motion");
+  forbid(node, "motion", "only a kinematic body can have a motion");
   for (const std::string_view key : {"velocity", "density", "mass", "locked"}) {
-    forbid(node, key, "only a dynamic body has this key");
+    forbid(node, key, "only a dynamic body can have this key");
   }
   if (node.has("pose")) body.initial.X_WB = read_pose(node.at("pose"));
 }
 
 void read_kinematic(const JsonNode& node, const TimeInterval& span, BodyDefinition& body) {
-  forbid(node, "pose", "the pose of a kinematic body belongs into its motion");
+  forbid(node, "pose", "a kinematic body's pose is given by its motion");
   for (const std::string_view key : {"velocity", "density", "mass", "locked"}) {
-    forbid(node, key, "only a dynamic body has this key");
+    forbid(node, key, "only a dynamic body can have this key");
   }
   const JsonNode motion = node.at("motion");
   body.motion = read_motion(motion);
@@ -83,7 +83,7 @@ NamedBody read_body(const JsonNode& node, const TimeInterval& span, ShapeReader&
   NamedBody result;
   BodyDefinition& body = result.definition;
   body.name = node.at("name").text();
-  if (body.name.empty()) node.at("name").fail_expected("a text that is not empty");
+  if (body.name.empty()) node.at("name").fail_expected("a string that is not empty");
   const bool is_shell = node.has("shell") && node.at("shell").boolean();
   ShapeReader::NamedShape shape = shapes.read(node.at("shape"), is_shell);
   if (is_shell && shape.shape->kind() != ShapeKind::TriangleMesh) {

@@ -28,7 +28,7 @@ WorldContact world_contact_from(const Json& json) {
 
 }  // namespace
 
-// Ids of a recording are places in its list of bodies.
+// Ids in a recording are indices into its list of bodies.
 Json to_json(const BodyId& id) {
   return id == BodyId() ? Json(nullptr) : Json(id.slot);
 }
@@ -65,7 +65,10 @@ StepStatistics step_statistics_from(const Json& json) {
   statistics.contacts = json.at("contacts").get<std::int64_t>();
   statistics.unconverged = json.at("unconverged").get<std::int64_t>();
   statistics.residual = number_from(json.at("residual"));
-  statistics.shortest_gap = number_from(json.at("shortest_gap"));
+  // Recordings of version 0.2 do not have it.
+  if (json.contains("shortest_gap")) {
+    statistics.shortest_gap = number_from(json.at("shortest_gap"));
+  }
   statistics.pairs_by_bound = json.at("pairs_by_bound").get<std::int64_t>();
   statistics.pairs_by_query = json.at("pairs_by_query").get<std::int64_t>();
   statistics.pairs_at_rest = json.at("pairs_at_rest").get<std::int64_t>();

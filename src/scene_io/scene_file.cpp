@@ -23,7 +23,7 @@ BodyId body_named(const JsonNode& node, const Scene& scene) {
   node.fail_expected("the name of a body");
 }
 
-// A finite number of steps that can be counted, and that move the clock.
+// Requires a number of steps that is finite and countable, and steps that advance the clock.
 void require_countable(const JsonNode& step, const Scene& scene) {
   constexpr Scalar kMostSteps = 1e9;
   if (!(scene.end_time / step.positive_number() <= kMostSteps)) {
@@ -63,11 +63,11 @@ internal::SpringForce read_spring(const JsonNode& node) {
   return spring;
 }
 
-// The body that a force acts on.
+// Index of the body that a force acts on.
 std::size_t forced_body(const JsonNode& force, const Scene& scene) {
   const std::size_t id = body_named(force.at("body"), scene).slot;
   if (scene.bodies[id].kind != BodyKind::Dynamic) {
-    force.at("body").fail_expected("a dynamic body: forces do not move the others");
+    force.at("body").fail_expected("a dynamic body: forces do not move others");
   }
   return id;
 }
@@ -134,7 +134,7 @@ void read_targets(const JsonNode& node, Scene& scene) {
     item.require_object({"a", "b", "distance"});
     const SceneTarget target{body_named(item.at("a"), scene), body_named(item.at("b"), scene),
                              item.at("distance").non_negative_number()};
-    if (target.a == target.b) item.at("b").fail_expected("another body than a");
+    if (target.a == target.b) item.at("b").fail_expected("a body other than a");
     scene.target_distances.push_back(target);
   }
 }
@@ -146,7 +146,7 @@ void read_filters(const JsonNode& node, Scene& scene) {
       for (std::size_t j = 0; j < i; ++j) {
         const BodyId a = body_named(names[j], scene);
         const BodyId b = body_named(names[i], scene);
-        if (a == b) names[i].fail_expected("every body once in a group");
+        if (a == b) names[i].fail_expected("each body only once in a group");
         scene.disabled_pairs.emplace_back(a, b);
       }
     }

@@ -237,7 +237,7 @@ TEST_F(CommandLine, NamesWhatIsWrongWithAnOption) {
   expect_error({"distance", "sphere:-1", "sphere:1"}, "sphere:-1: ");
   expect_error({"distance", "sphere:", "sphere:1"}, "sphere:: expected a number");
   expect_error({"distance", "box:1,2", "sphere:1"}, "box:1,2: expected 3 numbers, found 2");
-  expect_error({"distance", "sphere:1", "sphere:1", "--scale", "0", "--limit", "-1"}, "-1");
+  expect_error({"distance", "sphere:1", "sphere:1", "--scale", "0", "--max-distance", "-1"}, "-1");
   expect_error({"toi", "sphere:1", "sphere:1", "--tolerance", "0"}, "--tolerance");
   expect_error({"toi", "sphere:1", "sphere:1", "--target", "-1"}, "--target");
   for (const char* option : {"--target", "--tolerance", "--time-limit"}) {

@@ -99,7 +99,7 @@ TEST_F(Replay, TellsThatARecordCannotBeWritten) {
   const CommandResult result =
       run_command({"toi", "sphere:1", "sphere:1", "--record", "/no/such/folder/query.json"});
   EXPECT_EQ(result.exit_code, 2);
-  EXPECT_NE(result.err.find("cannot be written"), std::string::npos) << result.err;
+  EXPECT_NE(result.err.find("could not be written"), std::string::npos) << result.err;
 }
 
 }  // namespace

@@ -45,7 +45,7 @@ TEST_F(SceneCommand, RefusesWhatItCannotMake) {
   expect({"scene", "stack", "0", "--out", file()}, "not 0");
   expect({"scene", "stack", "many", "--out", file()}, "many");
   expect({"scene", "stack", "2"}, "--out");
-  expect({"scene", "arch", "5", "--out", file() + "/none/s.json"}, "cannot be written");
+  expect({"scene", "arch", "5", "--out", file() + "/none/s.json"}, "could not be written");
 }
 
 }  // namespace

@@ -189,7 +189,7 @@ TEST_F(SimulateCommand, RefusesADirectoryThatCannotBeMade) {
   const CommandResult result =
       run_command({"simulate", write(falling_ball()), "--out", file + "/run"});
   EXPECT_EQ(result.exit_code, 2);
-  EXPECT_NE(result.err.find("cannot be made"), std::string::npos) << result.err;
+  EXPECT_NE(result.err.find("could not be created"), std::string::npos) << result.err;
 }
 
 TEST_F(SimulateCommand, EndsAtASignalWithWhatIsProven) {

@@ -148,7 +148,7 @@ TEST_F(DistanceBatch, RefusesBadQueriesNamingTheFirst) {
   EXPECT_EQ(results[0].status, DistanceStatus::NotRun);
   results.pop_back();
   EXPECT_EQ(message_of([&] { distance_batch(queries, results); }),
-            "distance: 9 queries, but room for 8 results");
+            "distance: 9 queries, but space for 8 results");
 }
 
 TEST_F(DistanceBatch, MayBeEmpty) {

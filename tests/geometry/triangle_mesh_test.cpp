@@ -294,7 +294,7 @@ TEST(TriangleMesh, TakesOtherVerticesFromStridedRows) {
 TEST(TriangleMesh, RefusesOtherVerticesThatDoNotFit) {
   const TriangleMesh mesh(kCorners, {{0, 1, 2}});
   EXPECT_MESSAGE(mesh.with_vertices(std::vector<Vector3>(2, Vector3::Zero())),
-                 "the mesh has 3 vertices and cannot take 2");
+                 "the mesh has 3 vertices, but got 2");
   EXPECT_MESSAGE(mesh.with_vertices({Vector3::Zero(), Vector3(0, kInfinity, 0), Vector3::Zero()}),
                  "vertex 1 is not finite: (0, inf, 0)");
   EXPECT_MESSAGE(mesh.with_vertices({Vector3::Zero(), Vector3::Zero(), Vector3(1e61, 0, 0)}),

@@ -243,8 +243,8 @@ TEST_F(MeshFile, RefusesAFaceWithoutVertices) {
 TEST_F(MeshFile, RefusesWhatHoldsNoTriangles) {
   EXPECT_MESSAGE(directory_.write("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\n"),
                  ": the file has no triangles");
-  EXPECT_MESSAGE(directory_.write("a.txt", "hello"), "not understood as a mesh");
-  EXPECT_MESSAGE(directory_.write("a.gltf", "{\"asset\":"), "not understood as a mesh");
+  EXPECT_MESSAGE(directory_.write("a.txt", "hello"), "not a readable mesh");
+  EXPECT_MESSAGE(directory_.write("a.gltf", "{\"asset\":"), "not a readable mesh");
   EXPECT_MESSAGE(directory_.write("a.gltf.gz", "x"), "only .obj.gz, .off.gz, .ply.gz and .stl.gz");
 }
 

@@ -219,7 +219,7 @@ TEST_F(QueryRecords, RefuseDamageByName) {
   expect_refused(with("/dyop_query_record", 2), "dyop_query_record: expected 1, found 2");
   expect_refused(with("/surprise", 2), "surprise");
   expect_refused(with("/failure", "both"), "either result or failure");
-  expect_refused(with("/result", 3), "result: expected the fields of an answer");
+  expect_refused(with("/result", 3), "result: expected the fields of a result");
   expect_refused(with("/a/motion/kind", "dance"), "a.motion.kind: expected one of rest");
   expect_refused(with("/a/shape/kind", "cone"), "a.shape.kind: expected one of mesh");
   expect_refused(with("/a/shape/triangles/0/0", 99), "99");
@@ -235,7 +235,7 @@ TEST_F(QueryRecords, RefuseDamageByName) {
   // Deeper than any answer.
   Json deep = 1;
   for (int k = 0; k < 20; ++k) deep = Json::array({deep});
-  expect_refused(with("/result/t_safe", deep), "result: expected the fields of an answer");
+  expect_refused(with("/result/t_safe", deep), "result: expected the fields of a result");
 }
 
 TEST_F(QueryRecords, MayBeWrittenByHandInDecimal) {

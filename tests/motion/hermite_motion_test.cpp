@@ -148,12 +148,12 @@ TEST(HermiteMotion, RefusesBadInputNamingIt) {
   wrong.twist.w_WB.y() = std::nan("");
   EXPECT_NE(message_of([&] {
               HermiteMotion({0, 1}, state, wrong);
-            }).find("angular velocity at end"),
+            }).find("angular velocity at the end"),
             std::string::npos);
   EXPECT_NE(message_of([&] {
               HermiteMotion::from_chart({0, 1}, Matrix3::Identity(), {},
                                         {kZero, kZero, Vector3(0, kInfinity, 0), kZero});
-            }).find("rotation vector at end must be finite"),
+            }).find("rotation vector at the end must be finite"),
             std::string::npos);
   EXPECT_NE(message_of([&] {
               HermiteMotion::from_chart({0, 1}, 2 * Matrix3::Identity(), {}, {});

@@ -22,9 +22,9 @@ std::string summary_of(std::size_t impacts) {
 TEST(RunSummary, TellsWhatHappenedInWordsAndFigures) {
   const std::string text = summary_of(1);
   for (const char* part :
-       {"Small\n", "  mover: sphere, moved by forces\n", "  rester: sphere, at rest\n",
+       {"Small\n", "  mover: sphere, dynamic\n", "  rester: sphere, static\n",
         "From t = 0 to t = 1 of 2: 1 impact. Completed at t = 1.\n",
-        "Began too near and were pushed apart: mover and rester\n",
+        "Started too near and were pushed apart: mover and rester\n",
         "Impact 1 at t = 0.333333333: mover meets rester\n",
         "  proven apart until t = 0.333333333, in contact by t = 0.34\n",
         "  gap at that time: at least 0.1, at most 0.2; closing at 2.5\n",

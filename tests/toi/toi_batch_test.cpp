@@ -191,13 +191,13 @@ TEST_F(ToiBatch, RefusesBadQueriesNamingTheFirstBeforeAnyRuns) {
   EXPECT_EQ(message(), "query 6: a shape is missing");
   const SampledMotion short_path({{0, RigidPose()}, {1, RigidPose()}});
   queries[5].X_WA = &short_path;
-  EXPECT_NE(message().find("query 5: time_of_impact: the motion of A is defined on [0, 1]"),
+  EXPECT_NE(message().find("query 5: time_of_impact: the motion of A is defined only on [0, 1]"),
             std::string::npos);
   queries[4].options.distance_tolerance = -1;
   EXPECT_NE(message().find("query 4: time_of_impact: distance_tolerance"), std::string::npos);
   EXPECT_EQ(results[0].status, ToiStatus::NotRun);
   results.pop_back();
-  EXPECT_EQ(message(), "time_of_impact: 9 queries, but room for 8 results");
+  EXPECT_EQ(message(), "time_of_impact: 9 queries, but space for 8 results");
 }
 
 TEST_F(ToiBatch, PassesOnWhatAMotionThrows) {

@@ -9,9 +9,9 @@
 
 namespace DYOP_EXPORT dyop {
 
-/// The default: Gauss-Seidel, then Newton, then ADMM, each starting from the best answer so far
-/// and within its budget, until one converges; then once more. With up to two bodies Newton is
-/// first. Returns the answer with the least residual.
+/// The default solver: Gauss-Seidel, then Newton, then ADMM, each starting from the best answer so
+/// far and within its own budget, until one converges; if none does, a second round. With one or
+/// two bodies Newton comes first. Returns the answer with the smallest residual.
 class ContactCascade final : public ContactSolver {
  public:
   std::string_view name() const override { return "cascade"; }
@@ -27,8 +27,9 @@ class ContactCascade final : public ContactSolver {
   std::vector<Vector3> best_lambda_;
 };
 
-/// The tolerance for a step of length h that keeps a standoff s (a length): 0.001 s / h for bodies
-/// that hardly move, up to 0.1 s / h for fast ones, and 0.001 of their speed in between.
+/// The tolerance for a step of length h that keeps a standoff s (a length), by the way
+/// x = speed h / s of the fastest body: 1e-6 max(x, x^2) s / h, but at least 1e-7 s / h, for bodies
+/// at rest, and at most 0.1 s / h.
 Scalar contact_tolerance(Scalar largest_speed, Scalar standoff, Scalar h);
 
 }  // namespace dyop

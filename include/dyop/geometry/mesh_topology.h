@@ -10,12 +10,12 @@
 
 namespace DYOP_EXPORT dyop {
 
-/// How the triangles of a mesh are connected, by vertex numbers alone: it does not change when
-/// vertices move.
+/// How the triangles of a mesh are connected, by vertex numbers alone: unchanged when vertices
+/// move.
 ///
-/// Side 3 t + k of the mesh is the side of triangle t from its corner k to the next one; corner
-/// 3 t + k is that corner. Sides that join the same two vertex numbers are one edge; a side from a
-/// vertex to itself has none. Edges are numbered by their smaller vertex, then by their larger one.
+/// Side 3 t + k is the side of triangle t from its corner k to the next one; corner 3 t + k is that
+/// corner. Sides that join the same two vertex numbers are one edge; a side from a vertex to itself
+/// has no edge. Edges are numbered by their smaller vertex, then by their larger one.
 class MeshTopology {
  public:
   MeshTopology(std::size_t vertex_count, std::span<const TriangleIndices> triangles);
@@ -35,7 +35,7 @@ class MeshTopology {
   std::span<const std::int32_t> sides_of_edge(std::int32_t edge) const {
     return part(sides_, first_side_, edge);
   }
-  /// The corners at a vertex, in ascending order; the triangle of the first owns it. None if no
+  /// The corners at a vertex, in ascending order; the triangle of the first owns it. Empty if no
   /// triangle uses it.
   std::span<const std::int32_t> corners_of_vertex(std::int32_t vertex) const {
     return part(corners_, first_corner_, vertex);
@@ -58,9 +58,9 @@ class MeshTopology {
 
   std::vector<std::array<std::int32_t, 2>> edges_;
   std::vector<std::int32_t> edge_of_side_;
-  std::vector<std::int32_t> first_side_;  // of an edge in sides_, and the end
+  std::vector<std::int32_t> first_side_;  // by edge: index into sides_; and the end
   std::vector<std::int32_t> sides_;
-  std::vector<std::int32_t> first_corner_;  // of a vertex in corners_, and the end
+  std::vector<std::int32_t> first_corner_;  // by vertex: index into corners_; and the end
   std::vector<std::int32_t> corners_;
   bool is_closed_ = false;
 };

@@ -33,7 +33,7 @@ struct Feature {
 ///      list both in `src/geometry/CMakeLists.txt`;
 ///   2. one word in `tests/geometry/all_shapes.h`: the contract tests check support function,
 ///      bounds and mass properties, and every query with every other shape;
-///   3. its name in `src/scene_io/shape_reader.cpp`, if scenes should use it.
+///   3. its name in `src/io/bodies/shape_reader.cpp`, if scenes and chains should use it.
 class Shape {
  public:
   virtual ~Shape() = default;

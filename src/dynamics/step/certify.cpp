@@ -27,7 +27,7 @@ ToiResult query(PairState& pair, const BodyMove& a, const BodyMove& b, const Tim
   return result;
 }
 
-// A pair that began too near is an ordinary one again once it is far enough apart.
+// A pair that began too near becomes an ordinary one again once it is far enough apart.
 void release(PairState& pair, const BodyMove& a, const RigidPose& X_WA, const BodyMove& b,
              const RigidPose& X_WB) {
   if (!pair.granted && !pair.overlaps) return;
@@ -72,14 +72,14 @@ Certificate certify(PairState& pair, const BodyMove& a, const BodyMove& b,
     certificate.proof = PairProof::excused(pair.key, interval);
     return certificate;
   }
-  // So much more that a query can begin where the bound ends.
+  // With enough to spare that a query can start where the bound ends.
   const Scalar floor = kept + tolerance / 2 + pair_noise(a, b);
   const auto by_bound = [&] {
     return PairProof::by_bound(pair, interval, pair.gap_lower, certificate.closing, floor);
   };
   certificate.proof = by_bound();
   if (certificate.proof) return certificate;
-  // A gap that would be proof enough, with something left for the next steps.
+  // A gap that would suffice as proof, with something left over for the next steps.
   measure_gap(pair, *a.body, X_WA, *b.body, X_WB, floor + 4 * certificate.closing);
   certificate.proof = by_bound();
   if (certificate.proof) return certificate;

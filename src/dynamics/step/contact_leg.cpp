@@ -17,7 +17,7 @@ namespace {
 using Member = IslandRun::Member;
 using RunPair = IslandRun::RunPair;
 
-// Limits of one attempt and of one leg.
+// Limits on one attempt and on one leg.
 constexpr int kMostRounds = 8;
 constexpr int kMostErrorSolves = 4;
 constexpr int kMostAttempts = 8;
@@ -29,7 +29,7 @@ bool is_edge_pair(const ContactPoint& point) {
   return point.feature_a.kind == FeatureKind::Edge && point.feature_b.kind == FeatureKind::Edge;
 }
 
-// One attempt at one horizon.
+// One attempt to step to one horizon.
 class ContactLeg {
  public:
   ContactLeg(IslandRun& run, Scalar tau, bool may_bounce, bool lands);
@@ -54,7 +54,7 @@ class ContactLeg {
   IslandRun& run_;
   Scalar tau_;
   bool may_bounce_;
-  bool lands_;  // the horizon ends at a hit that is to be answered there
+  bool lands_;  // the horizon ends at a hit to be resolved there
   LegProblem leg_;
   std::optional<SpringRows> springs_;  // after the joints' rows
   std::vector<Wrench> wrenches_;
@@ -80,7 +80,7 @@ ContactLeg::ContactLeg(IslandRun& run, Scalar tau, bool may_bounce, bool lands)
     wrenches_.push_back(total_wrench(*member.body, run.context().gravity_W, run.now(), state));
   }
   leg_.take_contacts([&](const RunPair& pair, const ContactPoint& point) {
-    // What is about to bounce is left to the impact.
+    // Contacts about to bounce are left to the impact law.
     return !(may_bounce_ && bounces(run_, pair, normal_velocity(run_, pair, point)));
   });
   for (const RunPair& pair : run.pairs()) {
@@ -93,8 +93,8 @@ ContactLeg::ContactLeg(IslandRun& run, Scalar tau, bool may_bounce, bool lands)
   end_b_ = start_b_;
 }
 
-// Velocities with half a kick; the angular one at the middle of the leg, where it solves
-// w = I(exp(tau w / 2) R)^-1 L.
+// Velocities after half a kick; the angular one is that at the middle of the leg and solves w =
+// I(exp(tau w / 2) R)^-1 L.
 void ContactLeg::set_free_velocities() {
   free_L_W_.clear();
   const bool is_first = moves_.empty();
@@ -135,7 +135,7 @@ Scalar ContactLeg::target_cap(std::size_t contact) const {
          3 * tau_ * leg_.relative_velocity(contact).squaredNorm() / lengths.radius;
 }
 
-// Least normal velocity that keeps the rest gap to the end, or recovers part of it.
+// Least normal velocity that keeps the rest gap until the end, or recovers part of it.
 Scalar ContactLeg::target(std::size_t contact) const {
   const LegContact& entry = leg_.contacts()[contact];
   const Scalar missing = run_.pairs()[entry.pair].state->lengths.rest_gap() - entry.point.gap;
@@ -155,7 +155,7 @@ void ContactLeg::solve_move() {
   residual_ = report.residual;
   const Scalar tolerance = 0.001 * leg_.standoff() / tau_;
   if (residual_ > kContradictionTolerances * tolerance && !targets_are_zero_) {
-    // Extrapolated constraints can contradict one another; "move along together" is feasible.
+    // Extrapolated constraints can contradict each other; "move along together" is always feasible.
     targets_are_zero_ = true;
     for (std::size_t i = 0; i < leg_.contacts().size(); ++i) leg_.set_target(i, target(i));
     residual_ = leg_.solve(tau_).residual;
@@ -184,7 +184,7 @@ RigidPose ContactLeg::end_pose(const std::optional<std::size_t>& member,
   return body.X_WB();
 }
 
-// Returns whether the prediction of a gap has changed so much that the solve must be repeated.
+// Returns whether the prediction of some gap has changed so much that the solve must be repeated.
 bool ContactLeg::update_errors() {
   bool has_changed = false;
   for (std::size_t i = 0; i < leg_.contacts().size(); ++i) {
@@ -224,7 +224,7 @@ void ContactLeg::find_proofs() {
   }
 }
 
-// Turns what was hit into contacts. Returns false if a hit must be answered where it is instead.
+// Turns hits into contacts. Returns false if a hit must be resolved where it happened instead.
 bool ContactLeg::answer_hits() {
   std::size_t first = certificates_.size();
   for (std::size_t i = 0; i < certificates_.size(); ++i) {
@@ -275,7 +275,7 @@ bool ContactLeg::answer_hits() {
   return true;
 }
 
-// The velocity that moved the bodies, without what only recovered their gaps.
+// The velocity that moved the bodies, minus what only recovered their gaps.
 void ContactLeg::store_velocities() {
   bool has_recovery = false;
   std::vector<Scalar> targets;
@@ -298,7 +298,7 @@ void ContactLeg::store_velocities() {
   stored_L_W_ = leg_.angular_momenta(free_L_W_);
 }
 
-// Goes to now + tau, tau <= tau_, with the proofs at hand.
+// Advances to now + tau, tau <= tau_, with the proofs at hand.
 void ContactLeg::commit(Scalar tau) {
   store_velocities();
   const Scalar t_end = run_.now() + tau;
@@ -322,7 +322,7 @@ void ContactLeg::commit(Scalar tau) {
   for (std::size_t i = 0; i < run_.members().size(); ++i) {
     Member& member = run_.members()[i];
     const RigidPose X_WB = without_drift(moves_[i].motion->pose(t_end));
-    // What is left of the kick belongs to the end; a leg that was cut has had too much of it.
+    // The rest of the kick belongs to the end; a leg that was cut short has had too much of it.
     member.state.v_W =
         stored_v_W_[i] + (tau - tau_) / 2 * member.body->inverse_mass * wrenches_[i].force;
     member.state.L_W = stored_L_W_[i] + (tau - tau_) / 2 * wrenches_[i].torque;

@@ -7,7 +7,7 @@ namespace dyop::internal {
 
 namespace {
 
-// The impulses of a leg, by contact: those of its move and of its end. The latter warm-start the
+// The impulses of a leg, per contact: those of its move and of its end. The latter warm-start the
 // next move.
 void keep_impulses(IslandRun& run, const LegProblem& node, const std::vector<Vector3>& moving) {
   for (IslandRun::RunPair& pair : run.pairs()) {
@@ -43,7 +43,7 @@ void solve_contact_node(IslandRun& run, Scalar tau, bool may_bounce) {
     free_L_W.push_back(member.state.L_W);
   }
   node.take_contacts([&](const IslandRun::RunPair& pair, const ContactPoint& point) {
-    if (pair.hit) return false;  // for the impact
+    if (pair.hit) return false;  // left to the impact law
     return !(may_bounce && bounces(run, pair, normal_velocity(run, pair, point)));
   });
   node.take_joints(tau / 2);

@@ -12,7 +12,7 @@
 namespace dyop::internal {
 namespace {
 
-// Limits of one island in one step of the World.
+// Limits on one island in one step of the World.
 constexpr int kMostLegs = 100;
 constexpr int kMostImpacts = 50;
 
@@ -29,7 +29,7 @@ void add_difference(IntegratorStatistics& sum, const IntegratorStatistics& befor
   sum.function_evaluations += after.function_evaluations - before.function_evaluations;
 }
 
-// The reach asked for, or the one in use while it serves: a changed reach costs a generation.
+// The reach in use if it serves, else the one asked for: changing the reach costs a regeneration.
 Scalar steady_reach(Scalar in_use, Scalar base, Scalar way, Scalar most) {
   Scalar wanted = std::min(way, most);
   if (in_use >= base + wanted && in_use <= base + 8 * std::max(wanted, base)) return in_use;
@@ -141,7 +141,7 @@ bool IslandRun::push_apart(RunPair& pair, const RigidPose& X_WA, const RigidPose
   return true;
 }
 
-// Free flight for all while every contact in reach opens, or stays open by itself.
+// Free flight for all while every contact in reach opens, or stays open without help.
 bool IslandRun::may_fly() const {
   const Scalar h = remaining();
   if (!island_.joints.empty() || !island_.springs.empty()) return false;
@@ -189,13 +189,13 @@ bool IslandRun::try_flight() {
   const std::vector<BodyMove> moves = flights_to(interval.end);
   const PartTimer timing = timer(&StepTimes::proofs);
   std::vector<Certificate> certificates;
-  std::size_t first = pairs_.size();  // hit first
+  std::size_t first = pairs_.size();  // the pair hit first
   for (std::size_t i = 0; i < pairs_.size(); ++i) {
     RunPair& pair = pairs_[i];
     PairState& state = *pair.state;
     const BodyMove a = pair.member_a ? moves[*pair.member_a] : support_move(*pair.a);
     const BodyMove b = pair.member_b ? moves[*pair.member_b] : support_move(*pair.b);
-    // Landing ends at the rest gap, so that nothing has to be pushed there.
+    // Landing ends at the rest gap, so that nothing needs pushing there.
     const Scalar kept = state.lengths.rest_gap() - state.lengths.tolerance();
     certificates.push_back(certify(state, a, b, interval, kept, context_.limits, workspace_.toi));
     const Certificate& certificate = certificates.back();
@@ -264,7 +264,7 @@ void IslandRun::fail(AdvanceStatus status, PairKey pair) {
   outcome_.failure = IslandFailure{status, pair};
 }
 
-// The last resort: no motion that keeps all distances was found, so nothing moves. Counted.
+// Last resort: no motion that keeps all distances was found, so nothing moves. Counted as a stall.
 void IslandRun::stand_still() {
   const TimeInterval interval{now_, context_.t_end};
   std::vector<BodyMove> moves;

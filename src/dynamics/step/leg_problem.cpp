@@ -16,6 +16,9 @@ LegProblem::LegProblem(IslandRun& run) : run_(run) {
     problem_.bodies.push_back(body);
     centers_.push_back(member.state.X_WM.translation());
     set_mobility(problem_.bodies.size() - 1, member.state.X_WM.rotation());
+    const Vector3 w_W = problem_.bodies.back().inverse_inertia_W * member.state.L_W;
+    start_speed_ =
+        std::max(start_speed_, member.state.v_W.norm() + w_W.norm() * member.body->radius);
   }
   for (const IslandRun::RunPair& pair : run.pairs()) {
     standoff_ = std::min(standoff_, pair.state->lengths.standoff);
@@ -53,7 +56,7 @@ std::size_t LegProblem::body_index(const std::optional<std::size_t>& member,
   for (const auto& [slot, index] : supports_) {
     if (slot == body.id.slot) return index;
   }
-  throw InternalError("a contact with a body that is no part of its island");
+  throw InternalError("contact with a body outside its island");
 }
 
 void LegProblem::ensure_support(const std::optional<std::size_t>& member, const BodyRecord& body) {
@@ -122,7 +125,7 @@ void LegProblem::add(const LegContact& contact) {
   PointContact row;
   row.body_a = body_index(pair.member_a, *pair.a);
   row.body_b = body_index(pair.member_b, *pair.b);
-  // Both bodies feel the impulse at the middle of the gap, so that it makes no torque of its own.
+  // Both bodies get the impulse at the middle of the gap, so that it adds no torque of its own.
   const Vector3 middle = (contact.point.p_WCa + contact.point.p_WCb) / 2;
   row.r_a_W = middle - center_of(row.body_a);
   row.r_b_W = middle - center_of(row.body_b);
@@ -171,6 +174,30 @@ void LegProblem::order() {
   problem_.contacts = std::move(rows);
 }
 
+// To a part of the speed with which the island moves. Of bodies at rest that is what the last
+// solves left, not what gravity would give them in a step: else stacks sway with the solver's error.
+Scalar LegProblem::tolerance(Scalar tau) const {
+  Scalar fastest = start_speed_;
+  for (const ContactBody& body : problem_.bodies) {
+    if (body.inverse_mass_W.isZero(0)) fastest = std::max(fastest, body.free_v_W.norm());
+  }
+  const Scalar usual = contact_tolerance(fastest, standoff_, tau);
+  // So few bodies are solved exactly in no time.
+  const bool is_small = run_.members().size() <= kContactFewBodies;
+  const Scalar exact =
+      std::max(kContactSpeedTolerance * fastest, kContactRestTolerance * standoff_ / tau);
+  return is_small ? std::min(usual, exact) : usual;
+}
+
+Scalar LegProblem::impact_tolerance(Scalar tau) const {
+  Scalar fastest = 0;
+  for (const ContactBody& body : problem_.bodies) {
+    fastest = std::max(fastest, body.free_v_W.norm());
+  }
+  constexpr Scalar kLeast = 1e-10;  // literal: of the standoff per step
+  return std::max(kImpactSpeedNoise * fastest, kLeast * standoff_ / tau);
+}
+
 ContactReport LegProblem::solve(Scalar tau, bool is_impact) {
   StepStatistics& work = run_.outcome().work;
   work.contacts = std::max(work.contacts, std::int64_t(contacts_.size()));
@@ -183,19 +210,8 @@ ContactReport LegProblem::solve(Scalar tau, bool is_impact) {
     report.status = ContactStatus::Converged;
     return report;
   }
-  Scalar fastest = 0;
-  for (std::size_t i = 0; i < problem_.bodies.size(); ++i) {
-    const ContactBody& body = problem_.bodies[i];
-    const Scalar radius = i < run_.members().size() ? run_.members()[i].body->radius : 0;
-    fastest = std::max(fastest, body.free_v_W.norm() + body.free_w_W.norm() * radius);
-  }
   ContactSolverOptions options = run_.context().options->solver;
-  options.tolerance = contact_tolerance(fastest, standoff_, tau);
-  // Calm bodies need more than the cascade's rule, or stacks sway with the solver's error.
-  constexpr Scalar kCalmTolerance = 1e-5;  // literal: of the standoff per step
-  const Scalar calm = kCalmTolerance * standoff_ / tau;
-  if (fastest * tau < 10 * standoff_) options.tolerance = calm;
-  if (is_impact) options.tolerance = std::max(kImpactSpeedNoise * fastest, kCalmTolerance * calm);
+  options.tolerance = is_impact ? impact_tolerance(tau) : tolerance(tau);
   const PartTimer timing = run_.timer(&StepTimes::solve);
   const ContactReport report = run_.workspace().solver.solve(problem_, options);
   work.residual = std::max(work.residual, report.residual);

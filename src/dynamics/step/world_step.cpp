@@ -14,7 +14,7 @@
 namespace dyop::internal {
 namespace {
 
-// Limit of merging rounds in one step; each adds at least one pair to an island.
+// Limit on merging rounds in one step; each adds at least one pair to an island.
 constexpr int kMostMerges = 1000;
 
 std::uint32_t find_root(std::vector<std::uint32_t>& parents, std::uint32_t slot) {
@@ -39,8 +39,8 @@ WorldStep::WorldStep(World::Impl& world, Scalar t_end, const AdvanceLimits& limi
   context_.limits = {world.options.max_node_pairs, limits.stop, limits.deadline};
 }
 
-// Calls item(index, workspace) for all indices over the World's threads. What is thrown at the
-// lowest index is thrown again, whatever the number of threads.
+// Calls item(index, workspace) for all indices on the World's threads. Of all exceptions, the one
+// at the lowest index is rethrown, whatever the number of threads.
 template <typename Item>
 void WorldStep::run_parallel(std::size_t item_count, const Item& item) {
   BatchOptions batch;
@@ -67,7 +67,7 @@ void WorldStep::run_parallel(std::size_t item_count, const Item& item) {
   }
 }
 
-// Finds which bodies are within reach of one another; wakes sleepers that something awake reached.
+// Finds which bodies are within reach of each other; wakes sleepers that something awake reached.
 void WorldStep::link_pairs() {
   for (const auto& pair : world_.pairs) {
     const BodyRecord& a = world_.bodies[pair->key.a];
@@ -100,7 +100,7 @@ void WorldStep::link_pairs() {
   }
 }
 
-// Islands by contact and by the hits of this step. What was run with the same bodies is kept.
+// Islands by contact and by the hits of this step. Runs whose bodies are unchanged are kept.
 void WorldStep::plan_islands() {
   const auto count = static_cast<std::uint32_t>(world_.bodies.size());
   std::vector<std::uint32_t> parents(count);
@@ -183,7 +183,7 @@ void WorldStep::run_islands() {
   });
 }
 
-// An island that could not go to the end holds all others back.
+// An island that could not reach the end holds all others back.
 void WorldStep::shorten_to_reached() {
   for (;;) {
     Scalar reached = context_.t_end;
@@ -225,7 +225,7 @@ void WorldStep::prove_pair(PairState& pair, Certificate& certificate,
   pair.loosen_bounds(certificate.closing);
 }
 
-// Pairs between islands and with sleepers. Returns false if some met: they must be run together.
+// Pairs between islands and with sleepers. Returns false if some met and must be run together.
 bool WorldStep::prove_the_rest() {
   moves_.clear();
   for (std::uint32_t slot = 0; slot < world_.bodies.size(); ++slot) {
@@ -285,7 +285,7 @@ std::vector<PairKey> WorldStep::candidates() const {
   return keys;
 }
 
-// Bodies on given paths cannot answer: what comes too near is reported, once.
+// Bodies on given motions cannot react: those that come too near are reported, once.
 void WorldStep::report_crossings() {
   for (const auto& pair : world_.pairs) {
     const BodyRecord& a = world_.bodies[pair->key.a];

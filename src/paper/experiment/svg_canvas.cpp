@@ -21,7 +21,7 @@ std::string joined(const Parts&... parts) {
 
 std::string number(Scalar x) {
   char buffer[32];
-  // Without the sign that a rounded zero would keep.
+  // Without the sign that a zero rounded from below would keep.
   std::snprintf(buffer, sizeof buffer, "%.2f", std::abs(x) < 0.005 ? 0 : x);
   std::string text = buffer;
   while (text.back() == '0') text.pop_back();

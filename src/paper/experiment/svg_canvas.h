@@ -20,9 +20,9 @@ struct SvgStyle {
 
 enum class SvgAnchor { Start, Middle, End };
 
-/// An SVG file that grows by one element a call; pixels, x to the right and y down. White ground,
-/// one sans-serif font, coordinates with two decimals, so that files are small and look the same
-/// anywhere.
+/// An SVG file that grows by one element per call; pixels, x to the right and y down. White
+/// background, one sans-serif font, coordinates with two decimals, so that files are small and look
+/// the same everywhere.
 class SvgCanvas {
  public:
   SvgCanvas(int width, int height, std::string_view title);
@@ -35,7 +35,7 @@ class SvgCanvas {
   void text(const Vector2& at, std::string_view words, Scalar size = 12,
             SvgAnchor anchor = SvgAnchor::Start, std::string_view colour = "#222222",
             bool is_bold = false);
-  /// Turned a quarter to the left about its middle, for the name of a vertical axis.
+  /// Rotated by a quarter turn to the left about its middle, for the name of a vertical axis.
   void vertical_text(const Vector2& at, std::string_view words, Scalar size = 12);
 
   /// A fill of slanted stripes in this colour, for use as `fill`.

@@ -7,6 +7,9 @@
 
 #include "dyop/scene_io/run_recording.h"
 #include "dyop/scene_io/scene_file.h"
+#ifdef DYOP_HAS_RECORDING
+#include "dyop/recording/recording_reader.h"
+#endif
 
 namespace dyop::testing {
 
@@ -31,5 +34,12 @@ struct RecordingReport {
 /// @param scene The scene that was run: its shapes, and the pairs that are not examined.
 RecordingReport check_recording(const Scene& scene, const RunRecording& recording,
                                 int times_between);
+
+#ifdef DYOP_HAS_RECORDING
+/// The same for a recording in HDF5: every committed step at its ends and at `times_between` times
+/// in it.
+RecordingReport check_recording(const Scene& scene, const RecordingReader& recording,
+                                int times_between);
+#endif
 
 }  // namespace dyop::testing
