@@ -82,7 +82,7 @@ mistake nan_taken_for_safe src/toi/rigid/safe_step.cpp toi '*' \
 mistake rounding_radius_forgotten src/toi/rigid/safe_step.h toi '*' \
   'return shape.core_reach(w) + (radius > 0 ? radius * w.norm() : 0);' \
   'return shape.core_reach(w) + 0 * radius;'
-mistake swept_box_of_the_begin_only src/toi/deforming/deforming_mesh.cpp toi 'Deforming*' \
+mistake swept_box_of_the_start_only src/toi/deforming/deforming_mesh.cpp toi 'Deforming*' \
   'node->at_end.extend(to);' 'node->at_end.extend(from);'
 
 if [ $# -gt 0 ]; then names=("$@"); fi
