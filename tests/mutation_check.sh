@@ -57,7 +57,7 @@ mistake edges_in_front_collide src/toi/best_first_search.cpp toi '*InitialState*
   'return !(nearer.best.middle() < piece.middle())' 'return true'
 mistake edges_of_a_sheet_collide src/toi/deforming/deforming_pair.cpp toi 'DeformingContacts.*' \
   'closing * now_.remaining > loss' 'true'
-mistake pairs_at_the_begin_skipped src/toi/best_first_search.cpp toi '*AtTheStart*' \
+mistake pairs_at_the_start_skipped src/toi/best_first_search.cpp toi '*AtTheStart*' \
   'pair_.time() > interval_.begin) return true;' 'pair_.time() >= interval_.begin) return true;'
 mistake resumed_from_another_pose src/toi/best_first_search.cpp toi '*Workspace*' \
   'pair_.set_time(memory_.standing_time);' ''
