@@ -67,6 +67,7 @@ bool DeformingObstacle::give(std::span<const Vector3> vertices, Scalar duration)
 
 void DeformingObstacle::start_tick() {
   is_next_seen_ = has_next_.load(std::memory_order_acquire);
+  snapshots_seen_ = snapshots_taken_ + (is_next_seen_ ? 1 : 0);
   if (time_left() == kInfinity) go_on();
 }
 

@@ -96,6 +96,8 @@ class Obstacle {
   virtual Scalar time_left() const { return kInfinity; }
   /// Sees what other threads have given; what comes later waits for the next tick.
   virtual void start_tick() {}
+  /// Snapshots given before the tick.
+  virtual std::int64_t snapshots_seen() const { return 0; }
   /// Lets time pass, at most time_left().
   virtual void pass(Scalar /*dt*/) {}
   /// Takes up what it is to do when its time is up; nothing is to come: it rests.

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "dyop/tool/tool_session.h"
+#include "tool/escape.h"
 #include "tool/hold_solver.h"
 #include "tool/obstacle.h"
 #include "tool/tool_body.h"
@@ -74,6 +75,7 @@ class Proxy {
   Scalar move(const ToolPose& goal, const Piece& piece, WorkClock& clock, TickStatistics& work,
               FollowReport& report);
   Scalar stay(Scalar duration, WorkClock& clock, TickStatistics& work, FollowReport& report);
+  void look_for_escape(TickStatistics& work);
   void gather_holds(const ToolStep& wish, const Piece& piece);
   void thin_holds();
   void warm_start();
@@ -97,6 +99,7 @@ class Proxy {
   std::vector<PairState> pairs_;
   HoldSolver solver_;
   QueryMemory memory_;
+  Escape escape_;
   ToolPose pose_;
   std::vector<ToolWaypoint> path_;
   std::vector<HoldPoint> holds_;

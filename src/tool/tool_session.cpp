@@ -176,6 +176,9 @@ const ToolTick& run_tick(SessionState& state, const DevicePose& device, Scalar d
   tick.tool = state.proxy.pose();
   tick.path = state.proxy.path();
   tick.cutoff = state.clock.cutoff();
+  for (std::size_t k = 0; k < tick.snapshots.size(); ++k) {
+    tick.snapshots[k] = state.proxy.obstacles()[k]->snapshots_seen();
+  }
   tell_contacts(state, tick);
   tell_clearances(state, internal::step_between(before, tick.tool), passed, tick);
   if (is_valid) {
@@ -206,6 +209,7 @@ ToolSession::ToolSession(const ToolScene& scene, const ToolOptions& options) {
   state_ = std::make_unique<SessionState>(scene, options);
   state_->tick.tool = state_->proxy.pose();
   state_->tick.clearances.resize(scene.obstacles.size());
+  state_->tick.snapshots.resize(scene.obstacles.size());
   state_->tick.contacts.reserve(std::size_t(options.max_contacts));
 }
 

@@ -156,6 +156,51 @@ TEST(ToolTissue, SnapshotsMayComeFromAnotherThread) {
   EXPECT_GT(session.snapshots_taken(0), 2);
 }
 
+// A ball that begins in a sheet leaves it at the recovery speed, and is reported until it is out.
+TEST(ToolTissue, AToolThatBeginsInTissueLeavesItAtBoundedSpeed) {
+  const auto sheet = testing::sheet(30, 8);
+  ToolScene scene = ball_tool(2, {0.3, 0.2, 0.8});
+  scene.obstacles.push_back(deforming_tissue(sheet));
+  const ToolOptions options = tool_options();
+  ToolSession session(scene, options);
+  bool was_overlapping = false;
+  for (int k = 0; k < 400; ++k) {
+    const Vector3 before = session.last().tool.X_WT.translation();
+    const ToolTick& tick = session.update(at({0.3, 0.2, 0.8}), kMillisecond);
+    const Scalar moved = (tick.tool.X_WT.translation() - before).norm();
+    if (tick.status != ToolStatus::Overlapping) break;
+    was_overlapping = true;
+    EXPECT_LE(moved, options.recovery_speed * kMillisecond * (1 + 1e-9));
+    EXPECT_EQ(tick.clearances[0].lower, 0);
+  }
+  EXPECT_TRUE(was_overlapping);
+  for (int k = 0; k < 100; ++k) session.update(at({0.3, 0.2, 0.8}), kMillisecond);
+  EXPECT_EQ(session.last().status, ToolStatus::Held);
+  EXPECT_GT(session.last().clearances[0].lower, 0.01);
+  // To the nearer side.
+  EXPECT_GT(session.last().tool.X_WT.translation().z(), 1.9);
+}
+
+// The device rests in a plate 0.5 above; the margin is that of a region switched on too late.
+TEST(ToolTissue, AToolThatBeginsWithinAMarginIsPushedToItAndNeverNearer) {
+  ToolScene scene = ball_tool(2, {0.3, 0.2, 3});
+  ToolObstacle region = deforming_tissue(testing::sheet(30, 8));
+  region.role = ObstacleRole::HardRegion;
+  region.margin = 3;
+  scene.obstacles.push_back(region);
+  ToolSession session(scene, tool_options());
+  Scalar last = 0;
+  bool was_recovering = false;
+  for (int k = 0; k < 200; ++k) {
+    const ToolTick& tick = session.update(at({0.3, 0.2, 2.5}), kMillisecond);
+    was_recovering |= tick.status == ToolStatus::Recovering;
+    EXPECT_GE(tick.clearances[0].upper, last - 0.01);
+    last = std::min(tick.clearances[0].lower, 3.0);
+  }
+  EXPECT_TRUE(was_recovering);
+  EXPECT_GE(session.last().clearances[0].lower, 3);
+}
+
 TEST(ToolTissue, RefusesBadSnapshots) {
   const auto sheet = testing::sheet(30, 4);
   ToolScene scene = ball_tool(2, {0.3, 0.2, 4});

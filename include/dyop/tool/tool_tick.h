@@ -101,6 +101,7 @@ struct ToolTick {
   std::vector<ToolClearance> clearances;   ///< one for each obstacle
   Scalar energy_returned = 0;              ///< see VirtualCoupling
   Scalar tissue_lag = 0;                   ///< by how much tissue is behind its snapshots, time
+  std::vector<std::int64_t> snapshots;     ///< for each obstacle: given before the tick, in all
   std::optional<TickCutoff> cutoff;        ///< if the deadline ended the tick
   std::chrono::nanoseconds latency{0};     ///< of this call
   TickStatistics statistics;

@@ -18,6 +18,7 @@ ToiResult query(PairState& pair, const BodyMove& a, const BodyMove& b, const Tim
   options.distance_tolerance = tolerance;
   options.max_node_pairs = limits.max_node_pairs;
   options.stop = limits.stop;
+  options.deadline = limits.deadline;
   ToiMemory& memory = workspace.memory();
   memory.start = pair.seed.supports;
   ToiResult result = time_of_impact(*a.body->definition.shape, *a.motion, *b.body->definition.shape,

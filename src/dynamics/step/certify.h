@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <chrono>
 #include <optional>
 #include <stop_token>
 
@@ -14,6 +15,9 @@ namespace dyop::internal {
 struct QueryLimits {
   std::int64_t max_node_pairs = 0;
   std::stop_token stop;
+  std::optional<std::chrono::steady_clock::time_point> deadline;
+
+  bool is_late() const { return deadline && std::chrono::steady_clock::now() >= *deadline; }
 };
 
 /// Either a proof over the whole interval, or the query's result instead.

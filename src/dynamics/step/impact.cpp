@@ -174,7 +174,7 @@ bool resolve_impacts(IslandRun& run, bool may_bounce) {
   const RunPair* met = nullptr;
   for (RunPair& pair : run.pairs()) {
     if (!may_bounce || !pair.is_near) continue;
-    for (const ContactPoint& point : pair.state->contacts.contacts()) {
+    for (const ContactPoint& point : pair.state->points()) {
       if (!is_triggered(run, pair, point)) continue;
       if (!met || (pair.hit && !met->hit)) met = &pair;
     }
