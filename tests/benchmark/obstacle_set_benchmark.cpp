@@ -24,7 +24,7 @@ namespace {
 constexpr TimeInterval kSpan{0, 1};
 constexpr std::size_t kQueries = 64;
 
-// Obstacles of size 0.5 in a cube with room for 4^3 of them each, and queries that cross it by a
+// Obstacles of size 0.5 in a cube with space for 4^3 of them each, and queries that cross it by a
 // quarter as they turn.
 struct ManyObstacles {
   explicit ManyObstacles(std::int64_t count, bool are_meshes) {

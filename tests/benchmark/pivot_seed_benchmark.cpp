@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 
 // What the dynamic pivot saves: the same walk of two shapes, measured step by step, with queries
-// that begin anywhere (seed 0), at what the pivot of the internal box picks (1), and where the last
+// that start anywhere (seed 0), at what the pivot of the internal box picks (1), and where the last
 // query ended (2). Counters: work per query.
 #include <benchmark/benchmark.h>
 

@@ -59,7 +59,7 @@ MeshArrays shattered(const MeshArrays& whole, std::mt19937_64& random) {
   return arrays;
 }
 
-// Half of the triangles wound the other way.
+// Half of the triangles wound the opposite way.
 MeshArrays miswound(MeshArrays arrays, std::mt19937_64& random) {
   for (TriangleIndices& t : arrays.triangles) {
     if (random_index(2, random) == 0) std::swap(t[0], t[1]);

@@ -120,7 +120,7 @@ TEST(Distance, LeavesBoundsAsFarApartAsAllowed) {
   EXPECT_LT(relative_work, exact_work / 2);
 }
 
-// With an allowance above the distance nothing is left to look at, and nothing is claimed.
+// With a tolerance above the distance nothing needs examining, and nothing is claimed.
 TEST(Distance, IsInconclusiveWhereTheAllowanceHidesAnOverlap) {
   const auto mesh = testing::icosphere(3).mesh();
   const DistanceResult result =

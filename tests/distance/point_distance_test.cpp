@@ -284,7 +284,7 @@ TEST(PointDistance, RefusesBadInputByName) {
             "point_distance_batch: point 2 must be finite, not (inf 0 0)");
 }
 
-// The kernel by itself, on the triangles that are hard for the certified one.
+// The kernel alone, on triangles that are hard for the certified one.
 TEST(PointTriangleDistance, BoundsHoldOnEveryFamilyOfTriangles) {
   std::mt19937_64 random(17);
   for (const TriangleFamily family : kAllTriangleFamilies) {

@@ -15,7 +15,7 @@
 namespace dyop {
 namespace {
 
-using namespace test_support;
+using namespace testing;
 using testing::message_of;
 
 void run_springs(World& world, int steps, Scalar h) {

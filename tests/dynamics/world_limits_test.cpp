@@ -15,7 +15,7 @@
 namespace dyop {
 namespace {
 
-using namespace test_support;
+using namespace testing;
 using Clock = std::chrono::steady_clock;
 
 TEST(WorldLimits, EndsAfterSoManySteps) {

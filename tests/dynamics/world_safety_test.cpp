@@ -134,7 +134,7 @@ TEST_P(WorldSafety, KeepsEveryTargetDistance) {
   std::int64_t stalls = 0;
   for (int k = 0; k < 120; ++k) {
     const AdvanceReport report = random.world().advance(0.01);
-    // A body may get jammed by the stirrer, which cannot give way: what was committed is safe.
+    // A body may get jammed by the stirrer, which cannot yield: what was committed is safe.
     const bool is_jammed = report.status == AdvanceStatus::Blocked;
     if (!is_jammed) {
       ASSERT_EQ(report.status, AdvanceStatus::Completed) << "seed " << seed << " step " << k;

@@ -67,7 +67,7 @@ TEST(ContactFeatures, ATorusHasConvexAndConcaveEdgesAndSaddles) {
   EXPECT_LT(count_contact_vertices(torus), torus.topology().vertex_count());
 }
 
-// The winding of a closed mesh decides what is convex, its turn in space nothing.
+// The winding of a closed mesh decides what is convex; its rotation in space does not matter.
 TEST(ContactFeatures, WindingTurnsConvexIntoConcave) {
   MeshArrays sphere = testing::icosphere(1);
   EXPECT_EQ(count_edges(sphere.mesh(), EdgeKind::Convex), sphere.mesh().topology().edge_count());

@@ -129,7 +129,7 @@ TEST(TriangleMesh, FromArraysNamesWhatIsWrong) {
                  "vertices: stride of 8 bytes is less than a row of 12");
   EXPECT_MESSAGE(TriangleMesh::from_arrays(rows, StridedRows<std::uint32_t>{triangles.data(), 0}),
                  "at least one triangle");
-  // Counts are looked at before any row.
+  // Counts are checked before any row.
   EXPECT_MESSAGE(TriangleMesh::from_arrays(
                      rows, StridedRows<std::uint32_t>{triangles.data(), std::size_t{1} << 40}),
                  "a mesh has at most 134217728 triangles, not 1099511627776");

@@ -246,7 +246,8 @@ TEST_F(MeshFile, RefusesWhatHoldsNoTriangles) {
                  ": the file has no triangles");
   EXPECT_MESSAGE(directory_.write("a.txt", "hello"), "not a readable mesh");
   EXPECT_MESSAGE(directory_.write("a.gltf", "{\"asset\":"), "not a readable mesh");
-  EXPECT_MESSAGE(directory_.write("a.gltf.gz", "x"), "only .obj.gz, .off.gz, .ply.gz and .stl.gz");
+  EXPECT_MESSAGE(directory_.write("a.gltf.gz", "x"),
+                 "only as .obj.gz, .off.gz, .ply.gz and .stl.gz");
 }
 
 TEST_F(MeshFile, PlacesAMesh) {

@@ -85,7 +85,7 @@ TEST(HermiteMotion, ChartAndStatesGiveTheSameMotion) {
   }
 }
 
-// Near the begin theta vanishes, and all bounds of short parts tend to the values there: linearly
+// Near the start theta vanishes, and all bounds of short parts tend to the values there: linearly
 // in the length of the part.
 TEST(HermiteMotion, BoundsOfShortPartsConvergeToTheValues) {
   Random random(4);

@@ -146,7 +146,7 @@ class RandomWorld {
       floor.initial.X_WB = RigidPose(Vector3(0, 0, -scale_));
     } else {
       floor.shape = std::make_shared<TriangleMesh>(
-          test_support::plate_grid(16 * scale_, 16 * scale_, 12, 12).mesh());
+          testing::plate_grid(16 * scale_, 16 * scale_, 12, 12).mesh());
     }
     add(floor);
   }
@@ -180,14 +180,13 @@ class RandomWorld {
         return std::make_shared<ConvexHull>(points);
       }
       case 4:
-        return std::make_shared<TriangleMesh>(
-            test_support::box_mesh(Vector3(r, r / 2, r / 3)).mesh());
+        return std::make_shared<TriangleMesh>(testing::box_mesh(Vector3(r, r / 2, r / 3)).mesh());
       case 5:
-        return std::make_shared<TriangleMesh>(test_support::torus(r, r / 3, 12, 8).mesh());
+        return std::make_shared<TriangleMesh>(testing::torus(r, r / 3, 12, 8).mesh());
       case 6:
-        return std::make_shared<TriangleMesh>(test_support::gear(7, 0.7 * r, r, r / 2).mesh());
+        return std::make_shared<TriangleMesh>(testing::gear(7, 0.7 * r, r, r / 2).mesh());
       default:
-        return std::make_shared<TriangleMesh>(test_support::icosphere(1, r).mesh());
+        return std::make_shared<TriangleMesh>(testing::icosphere(1, r).mesh());
     }
   }
 

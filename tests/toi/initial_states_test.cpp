@@ -12,8 +12,8 @@
 #include "dyop/toi/time_of_impact.h"
 #include "support/inputs/mesh_generators.h"
 
-// How a query begins, and what it then answers: the table in docs/algorithms/time_of_impact.md,
-// for two cubes face to face, each as a box, a hull and a mesh.
+// How a query starts, and what it returns: the table in docs/algorithms/time_of_impact.md, for two
+// cubes face to face, each as a box, a hull and a mesh.
 namespace dyop {
 namespace {
 
@@ -126,7 +126,7 @@ TEST_P(InitialState, AnIntervalOfNoLengthTellsTheStateAlone) {
   EXPECT_EQ(ask(0.5, kTogether, {0, 0}).status, ToiStatus::Impact) << "in contact, and closing";
 }
 
-// B begins in contact on its left and moves to the right, where its way ends at a second A.
+// B starts in contact on its left and moves to the right, where a second A stops it.
 TEST_P(InitialState, ABodyThatLeavesAContactFindsTheNextOne) {
   const auto& [kind_a, kind_b, setting] = GetParam();
   const Scalar s = setting.size;

@@ -107,7 +107,7 @@ UserMotion liar(const Lie& lie) {
   return UserMotion(functions);
 }
 
-// Expects the words, and a time of which the lie is told.
+// Expects these words, and a time at which the lie holds.
 void expect_refusal(const std::string& message, const std::string& motion, const Lie& lie) {
   EXPECT_NE(message.find(motion), std::string::npos) << lie.name << ": " << message;
   EXPECT_NE(message.find(lie.words), std::string::npos) << lie.name << ": " << message;

@@ -52,8 +52,8 @@ class AtTheStart : public ::testing::TestWithParam<int> {
   ToiOptions options_;
 };
 
-// With a tolerance of 0.25, 0.15 is near enough for an impact, 0.01 nearer than 0.0625: nothing can
-// be guaranteed, whichever is looked at first.
+// With a tolerance of 0.25, 0.15 is near enough for an impact, and 0.01 is nearer than 0.0625:
+// nothing can be guaranteed, whichever pair is examined first.
 TEST_P(AtTheStart, OnePairThatIsTooCloseDecides) {
   const TriangleMesh a = triangles();
   const TriangleMesh b = points(0.01);
@@ -89,7 +89,7 @@ TEST_P(AtTheStart, AnImpactIsReportedOnceNoPairIsTooClose) {
   EXPECT_EQ(other.contact->p_WCb, result.contact->p_WCb);
 }
 
-// A third pair that is far away is only looked at later.
+// A third pair that is far away is examined only later.
 TEST_P(AtTheStart, AnImpactDoesNotWaitForPairsOfLaterTimes) {
   const TriangleMesh a = triangles();
   const TriangleMesh b({{1.5, -0.15, 0}, {101.5, -0.4, 0}}, {{0, 0, 0}, {1, 1, 1}});

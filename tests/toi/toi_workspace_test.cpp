@@ -103,7 +103,7 @@ TEST(ToiWorkspace, GoesOnWhereABudgetRanOut) {
   EXPECT_GT(resumed, 100);
 }
 
-// A query that begins in contact looks for a nearer pair before it says so.
+// A query that starts in contact searches for a nearer pair before it reports.
 TEST(ToiWorkspace, GoesOnWithALookForANearerPair) {
   const TriangleMesh a = gear(15, 0.8, 1, 0.2).mesh();
   const TriangleMesh b = torus(0.8, 0.3, 24, 12).mesh();

@@ -63,7 +63,7 @@ inline KinematicChain six_axis_arm() {
       turn("spin", "wrist_2", "flange", 0.06, z, pi),
       Joint{"mount", JointType::Fixed, "flange", "tool", RigidPose(Vector3(0, 0, 0.02))}};
   KinematicChain::Options options;
-  // Neighbours but one, which overlap at the wrist.
+  // All but adjacent links, which overlap at the wrist.
   options.ignored_pairs = {{"forearm", "wrist_2"}, {"wrist_1", "flange"}, {"wrist_2", "tool"},
                            {"wrist_1", "tool"},    {"forearm", "flange"}, {"shoulder", "forearm"}};
   return KinematicChain(std::move(links), std::move(joints), options);

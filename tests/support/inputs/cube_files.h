@@ -11,7 +11,7 @@
 
 namespace dyop::testing {
 
-/// The unit cube [0, 1]^3, faces outward: the same in every format, so that what is loaded can be
+/// The unit cube [0, 1]^3, faces outward: the same in every format, so that loaded meshes can be
 /// compared.
 inline constexpr std::array<std::array<int, 3>, 8> kCubeVertices{
     {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}}};

@@ -5,7 +5,7 @@
 
 namespace dyop::testing {
 
-/// An impact with all its figures, without any query.
+/// An impact with all its data, without running a query.
 inline ToiResult small_impact_result() {
   ToiResult toi;
   toi.status = ToiStatus::Impact;

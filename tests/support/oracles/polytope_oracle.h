@@ -12,7 +12,7 @@
 
 namespace dyop::testing {
 
-/// The hull of a few points, inflated by a radius: a convex shape with nothing clever in it.
+/// The hull of a few points, inflated by a radius: a convex shape without any optimisation.
 class PointHull final : public ConvexShape {
  public:
   explicit PointHull(std::vector<Vector3> points, Scalar radius = 0)

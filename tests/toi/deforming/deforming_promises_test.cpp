@@ -195,7 +195,5 @@ TEST(DeformingTimeOfImpact, ScalesWithLengthAndHoldsFarFromTheOrigin) {
   }
 }
 
-// Points before the long sides of two triangles, within their boxes: gaps 0.18 and 0.01 or 0.19 at
-
 }  // namespace
 }  // namespace dyop

@@ -61,7 +61,7 @@ TEST(ExactContact, IsUnchangedByPowersOfTwoAndWholeOffsets) {
   for (int i = 0; i < 300; ++i) {
     const FourPaths paths = testing::make_paths(PathKind::SmallWhole, random);
     for (const double scale : {0x1p-200, 0x1p-14, 0x1p14, 0x1p190}) {
-      // Exact: small whole numbers, moved by less than 2^50 units.
+      // Exact: small integers, moved by less than 2^50 units.
       const Vector3 offset = scale * 0x1p30 * Vector3(1, -1, 1);
       const FourPaths moved = testing::placed(paths, scale, offset);
       EXPECT_EQ(has_contact(testing::vertex_face(moved)), has_contact(testing::vertex_face(paths)));
