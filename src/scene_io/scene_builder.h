@@ -24,6 +24,7 @@ class SceneBuilder {
   SceneBuilder(std::string title, Scalar end_time);
 
   /// A dynamic body of density 1000 without bounce; the reference holds until the next is added.
+  void set_lengths(Scalar target_distance, Scalar standoff);
   Json& add_body(const std::string& name, Json shape, const Vector3& position);
   /// The same, static.
   Json& add_static_body(const std::string& name, Json shape, const Vector3& position);

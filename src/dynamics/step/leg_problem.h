@@ -81,11 +81,14 @@ class LegProblem {
   /// Angular momenta of the members after the impulses of the last solve, from those before.
   std::vector<Vector3> angular_momenta(std::vector<Vector3> free_L_W) const;
   std::size_t body_index(const std::optional<std::size_t>& member, const BodyRecord& body) const;
+  /// Whether so many bodies move so fast that they are solved coarsely, in short legs.
+  bool is_struck() const;
   /// Smallest standoff of the island's pairs.
   Scalar standoff() const { return standoff_; }
 
  private:
   Vector3 center_of(std::size_t body) const { return centers_[body]; }
+  bool is_large() const;
   Scalar tolerance(Scalar tau) const;
   Scalar impact_tolerance(Scalar tau) const;
 
