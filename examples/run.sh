@@ -7,7 +7,7 @@ cd "$(dirname "$0")/.."
 say() { printf '\n== %s\n' "$*"; }
 
 say "1/5 packages"
-bash .ci/install.sh build run
+bash .ci/install.sh build python run
 
 say "2/5 build (build/release)"
 # A build that is there, such as that of tests/run.sh, is gone on with as it was configured.

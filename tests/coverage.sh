@@ -9,7 +9,7 @@ rooms=(core geometry motion distance toi dynamics io scene_io cli)
 targets=("${rooms[@]/#/dyop_}")
 targets=("${targets[@]/%/_test}")
 
-bash .ci/install.sh build run test coverage
+bash .ci/install.sh build python run test page coverage
 cmake --preset coverage >/dev/null
 cmake --build --preset coverage --target "${targets[@]}"
 find "$build" -name '*.gcda' -delete

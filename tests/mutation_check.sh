@@ -30,7 +30,7 @@ mistake turning_speed_not_bounded src/motion/curve/chart_curve.cpp motion '*Cont
   '0.999 * largest_norm({theta_rate.data(), degree_})'
 mistake jump_of_the_twist_forgotten src/motion/sampled_motion.cpp motion '*' \
   'last == first ? 0 : kInfinity' '0'
-mistake hull_vertex_lost src/geometry/quickhull.cpp geometry '*Hull*' \
+mistake hull_vertex_lost src/geometry/hull/quickhull.cpp geometry '*Hull*' \
   'if (p != apex) assign(p, cone_);' 'if (p > apex) assign(p, cone_);'
 mistake leaf_range_one_short src/hierarchy/mesh_hierarchy.cpp hierarchy '*' \
   'first[end[std::size_t(child)]] - begin' 'first[end[std::size_t(child)]] - begin - 1'
@@ -52,12 +52,12 @@ mistake normal_swapped src/distance/piece_distance.cpp toi 'TimeOfImpact.*' \
   'pair.nhat_AB_W = X_WA.rotation() * piece.nhat_AB' \
   'pair.nhat_AB_W = -(X_WA.rotation() * piece.nhat_AB)'
 mistake steps_too_long src/toi/impact_band.h toi 'TimeOfImpact.*' \
-  'kFloorFraction * distance_tolerance' '0.2 * distance_tolerance'
+  'kLeafTargetFraction * distance_tolerance' '0.2 * distance_tolerance'
 mistake edges_in_front_collide src/toi/best_first_search.cpp toi '*InitialState*' \
   'return !(nearer.best.middle() < piece.middle())' 'return true'
 mistake edges_of_a_sheet_collide src/toi/deforming/deforming_pair.cpp toi 'DeformingContacts.*' \
   'closing * now_.remaining > loss' 'true'
-mistake pairs_at_the_begin_skipped src/toi/best_first_search.cpp toi '*AtTheBegin*' \
+mistake pairs_at_the_begin_skipped src/toi/best_first_search.cpp toi '*AtTheStart*' \
   'pair_.time() > interval_.begin) return true;' 'pair_.time() >= interval_.begin) return true;'
 mistake resumed_from_another_pose src/toi/best_first_search.cpp toi '*Workspace*' \
   'pair_.set_time(memory_.standing_time);' ''
@@ -75,8 +75,8 @@ mistake third_order_of_a_fixed_normal src/toi/rigid/safe_step.h toi 'SafeStep*' 
 mistake third_order_term_dropped src/toi/rigid/box_steps_simd.h toi 'BoxSteps*:TurningBoxes*' \
   'bounds.jerk * (h_sq * h * L(1.0 / 6 + 0x1p-54))' 'bounds.jerk * L(0.0)'
 mistake half_diagonal_without_root_three src/toi/rigid/box_steps_simd.h toi 'BoxSteps*:TurningBoxes*' \
-  'radius = (root(dot(box.center, box.center)) + root(dot(box.half_extents, box.half_extents)))' \
-  'radius = (root(dot(box.center, box.center)) + box.half_extents[0])'
+  'radius = (sqrt(dot(box.center, box.center)) + sqrt(dot(box.half_extents, box.half_extents)))' \
+  'radius = (sqrt(dot(box.center, box.center)) + box.half_extents[0])'
 mistake nan_taken_for_safe src/toi/rigid/safe_step.cpp toi '*' \
   'if (!std::isfinite(discriminant)) return 0;' 'if (!std::isfinite(discriminant)) return kInfinity;'
 mistake rounding_radius_forgotten src/toi/rigid/safe_step.h toi '*' \

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-/// Everything that a program needs to ask queries: shapes, motions, distance, time of impact. What
-/// dyop::dyop holds, but for its kernels on single triangles.
+/// Everything a program needs for queries: shapes, motions, distance, time of impact. All of
+/// dyop::dyop except its kernels on single triangles.
 ///
-/// For users. dyop itself includes what it uses; stepping (`dyop/dynamics/world.h`) and files
-/// (`dyop/io/mesh_file.h`) belong to targets of their own.
+/// For users; dyop itself never includes it. Stepping (`dyop/dynamics/world.h`) and files
+/// (`dyop/io/mesh_file.h`) have targets of their own.
 
 #include "dyop/core/assert_handler.h"
 #include "dyop/core/batch_options.h"

@@ -19,7 +19,7 @@ Vector3 vector_or_zero(const std::vector<Scalar>& numbers) {
   return numbers.empty() ? Vector3::Zero() : Vector3(numbers[0], numbers[1], numbers[2]);
 }
 
-// The numbers behind the colon of a primitive shape.
+// The numbers after the colon of a primitive shape.
 std::vector<Scalar> parse_sizes(const std::string& text, std::size_t count) {
   std::vector<Scalar> sizes;
   std::size_t begin = text.find(':') + 1;
@@ -69,7 +69,7 @@ std::string require_non_negative(const std::string& text) {
 void add_placement_options(CLI::App& app, PlacementArguments& placement) {
   app.add_option("--scale", placement.scale, "Scale of meshes, > 0")->capture_default_str();
   app.add_option("--center", placement.center,
-                 "Where to put the origin of a mesh: none (as in the file), centre of its bounds, "
+                 "Origin of a mesh: none (as in the file), centre of its bounds, "
                  "or centre of mass")
       ->check(CLI::IsMember({"none", "bounds", "mass"}))
       ->capture_default_str();
@@ -89,7 +89,7 @@ void add_pose_options(CLI::App& app, BodyArguments& body) {
       ->expected(4)
       ->excludes(quaternion)
       ->group(group);
-  app.add_option(body.option("scale"), body.scale, "Scale of its mesh, instead of --scale")
+  app.add_option(body.option("scale"), body.scale, "Scale of its mesh, overrides --scale")
       ->group(group);
 }
 
@@ -103,7 +103,7 @@ void add_motion_options(CLI::App& app, BodyArguments& body) {
       ->expected(3)
       ->group(group);
   auto* motion = app.add_option(body.option("motion"), body.motion_file,
-                                "Any motion, from a JSON file (docs/scene-format.md)")
+                                "Motion from a JSON file (docs/scene-format.md)")
                      ->group(group);
   for (const char* other : {"position", "rotation", "axis-angle", "velocity", "spin"}) {
     motion->excludes(app.get_option(body.option(other)));

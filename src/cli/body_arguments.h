@@ -13,7 +13,7 @@
 
 namespace dyop::cli {
 
-/// What the command line says about one of two bodies; `side` is "a" or "b".
+/// The command line's arguments for one of two bodies; `side` is "a" or "b".
 struct BodyArguments {
   explicit BodyArguments(std::string the_side) : side(std::move(the_side)) {}
 
@@ -21,23 +21,23 @@ struct BodyArguments {
   std::string shape;  ///< file, or sphere:R, box:X,Y,Z, capsule:R,H
   std::vector<Scalar> position;
   std::vector<Scalar> quaternion;
-  std::vector<Scalar> axis_angle;  ///< axis and degrees
+  std::vector<Scalar> axis_angle;  ///< axis, then degrees
   std::vector<Scalar> velocity;
   std::vector<Scalar> spin;
   std::string motion_file;
-  std::optional<Scalar> scale;  ///< in place of the placement's
+  std::optional<Scalar> scale;  ///< overrides the placement's
 
   std::string option(const std::string& name) const { return "--" + name + "-" + side; }
 };
 
-/// How meshes are placed, unless a body says otherwise.
+/// How meshes are placed, unless overridden per body.
 struct PlacementArguments {
   Scalar scale = 1;
   std::string center = "none";
 };
 
-/// Checks of an option's text, for CLI::Option::check(): what is wrong, or nothing. Unlike those of
-/// CLI11 they refuse NaN, and a number too large to count with.
+/// Checks of an option's text for CLI::Option::check(): what is wrong, or empty. Unlike those of
+/// CLI11 they reject NaN, and numbers too large to count with.
 std::string require_count(const std::string& text);
 std::string require_positive(const std::string& text);
 std::string require_non_negative(const std::string& text);
@@ -53,7 +53,7 @@ std::shared_ptr<const Shape> make_shape(const BodyArguments& body, PlacementArgu
 RigidPose make_pose(const BodyArguments& body);
 std::shared_ptr<const Motion> make_motion(const BodyArguments& body);
 
-/// Runs f; an InvalidArgument from it is told with the name of the option.
+/// Runs f; prefixes an InvalidArgument from it with the name of the option.
 template <typename Function>
 auto guard_option(const std::string& option, Function f) {
   try {

@@ -3,6 +3,8 @@
 
 #include "cli/body_arguments.h"
 #include "cli/commands.h"
+#include "cli/picture/picture_file.h"
+#include "cli/picture/query_picture.h"
 #include "dyop/distance/distance.h"
 #include "dyop/io/result_text.h"
 
@@ -24,11 +26,13 @@ struct DistanceArguments {
   BodyArguments b{"b"};
   PlacementArguments placement;
   DistanceOptions options;
+  std::string picture_file;
   bool is_json = false;
   bool fails_on_impact = false;
 };
 
 ExitCode run_distance(const DistanceArguments& arguments) {
+  if (!arguments.picture_file.empty()) require_picture(arguments.picture_file);
   const auto a = make_shape(arguments.a, arguments.placement);
   const auto b = make_shape(arguments.b, arguments.placement);
   const DistanceResult result =
@@ -37,6 +41,10 @@ ExitCode run_distance(const DistanceArguments& arguments) {
     std::cout << to_json_text(result) << '\n';
   } else {
     std::cout << describe(result);
+  }
+  if (!arguments.picture_file.empty()) {
+    write_picture(arguments.picture_file,
+                  distance_picture(*a, make_pose(arguments.a), *b, make_pose(arguments.b), result));
   }
   if (result.status == DistanceStatus::Overlapping) {
     return exit_code_of_impact(arguments.fails_on_impact);
@@ -50,26 +58,25 @@ ExitCode run_distance(const DistanceArguments& arguments) {
 
 void add_distance_command(CLI::App& app, ExitCode& exit_code) {
   auto arguments = std::make_shared<DistanceArguments>();
-  CLI::App* command =
-      app.add_subcommand("distance", "Distance of two shapes, proven from both sides");
+  CLI::App* command = app.add_subcommand("distance", "Distance of two shapes, with proven bounds");
   command->footer(kDistanceExamples);
   command->add_option("A", arguments->a.shape, "First shape")->required();
   command->add_option("B", arguments->b.shape, "Second shape")->required();
-  command->add_option("--limit", arguments->options.max_distance,
-                      "Stop as soon as they are proven farther apart than this");
-  command->add_option("--allowance", arguments->options.absolute_tolerance,
-                      "How far apart the bounds may stay");
-  command->add_option("--relative-allowance", arguments->options.relative_tolerance,
-                      "The same as a fraction of the distance, below 1");
+  command->add_option("--max-distance", arguments->options.max_distance,
+                      "Stop once the shapes are proven farther apart than this");
+  command->add_option("--absolute-tolerance", arguments->options.absolute_tolerance,
+                      "Allowed difference of the bounds");
+  command->add_option("--relative-tolerance", arguments->options.relative_tolerance,
+                      "The same, as a fraction of the distance, below 1");
   command->add_flag("--penetration", arguments->options.with_penetration,
-                    "Also the depth of overlapping convex shapes");
+                    "Also compute the depth of overlapping convex shapes");
   add_placement_options(*command, arguments->placement);
   add_pose_options(*command, arguments->a);
   add_pose_options(*command, arguments->b);
   command->add_flag("--solid-a", arguments->options.solid_a,
-                    "A is a solid: what is inside the closed mesh overlaps it");
-  command->add_flag("--solid-b", arguments->options.solid_b, "B is a solid");
-  command->add_flag("--json", arguments->is_json, "One JSON object on stdout");
+                    "Treat A as a solid: anything inside the closed mesh overlaps");
+  command->add_flag("--solid-b", arguments->options.solid_b, "Treat B as a solid");
+  command->add_flag("--json", arguments->is_json, "Print one JSON object to stdout");
   command->add_flag("--fail-on-impact", arguments->fails_on_impact, "Exit code 1 if they overlap");
   command->callback([arguments, &exit_code] { exit_code = run_distance(*arguments); });
 }

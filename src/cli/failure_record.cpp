@@ -13,7 +13,7 @@ namespace {
   try {
     write_failure_record(file, query, failure);
   } catch (const Error& error) {
-    note = std::string("; the query cannot be recorded: ") + error.what();
+    note = std::string("; the query could not be recorded: ") + error.what();
   }
   throw InternalError(failure + note);
 }

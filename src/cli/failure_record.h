@@ -9,10 +9,10 @@
 
 namespace dyop::cli {
 
-/// Returns ask(), which answers `query`. If that fails in a way that is not the caller's doing, the
-/// query is first written to `record_file` (dyop-failure.json if that is empty).
-/// @throws InternalError with the name of the record for such a failure; other errors of dyop as
-///         they are.
+/// Returns ask(), which answers `query`. If that fails through no fault of the caller, the query is
+/// first written to `record_file` (dyop-failure.json if that is empty).
+/// @throws InternalError with the name of the record for such a failure; other errors of dyop
+///         unchanged.
 ToiResult answer_or_record(const ToiQuery& query, const std::string& record_file,
                            const std::function<ToiResult()>& ask);
 

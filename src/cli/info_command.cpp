@@ -6,16 +6,19 @@
 
 #include "cli/body_arguments.h"
 #include "cli/commands.h"
+#include "cli/recording/recording_tools.h"
 #include "dyop/geometry/triangle_mesh.h"
 
 namespace dyop::cli {
 namespace {
 
 constexpr const char* kInfoExamples = R"(Examples:
-  Is this mesh closed, and how large is it?
+  Size of a mesh, and whether it is closed:
     dyop info bunny.obj
-  Mass properties of a unit density, about its centre of mass, ten times as large, as JSON:
+  Mass properties at unit density about the centre of mass, scaled by ten, as JSON:
     dyop info bunny.obj --scale 10 --center mass --json
+  What happened in a run:
+    dyop info run.h5
 )";
 
 struct InfoArguments {
@@ -49,7 +52,7 @@ bool has_no_area(const Triangle& triangle) {
   return (triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]).isZero(0);
 }
 
-// The two below ask for what a mesh may not have; that is no error here.
+// A mesh may have no area or volume; that is not an error here.
 Scalar area_or_zero(const TriangleMesh& mesh) {
   try {
     return mesh.compute_shell_mass_properties(1).mass;
@@ -130,13 +133,14 @@ void print_words(const MeshReport& report) {
               << "  (density 1)     " << I.row(1).format(row) << '\n'
               << "                  " << I.row(2).format(row) << '\n';
   } else {
-    std::cout << "volume            none: the mesh is open or turned inside out\n";
+    std::cout << "volume            none: the mesh is open or inside out\n";
   }
   std::cout << "hierarchy         " << report.nodes << " nodes\n"
             << "memory            " << Scalar(report.bytes) / (1 << 20) << " MiB\n";
 }
 
 ExitCode run_info(const InfoArguments& arguments) {
+  if (is_recording(arguments.mesh)) return print_recording(arguments.mesh, arguments.is_json);
   const auto shape = make_shape(arguments.mesh, arguments.placement);
   const auto* mesh = dynamic_cast<const TriangleMesh*>(shape.get());
   DYOP_REQUIRE(mesh != nullptr, arguments.mesh, ": expected a mesh file");
@@ -149,11 +153,11 @@ ExitCode run_info(const InfoArguments& arguments) {
 
 void add_info_command(CLI::App& app, ExitCode& exit_code) {
   auto arguments = std::make_shared<InfoArguments>();
-  CLI::App* command = app.add_subcommand("info", "What a mesh file holds");
+  CLI::App* command = app.add_subcommand("info", "What a mesh file or a recording holds");
   command->footer(kInfoExamples);
-  command->add_option("MESH", arguments->mesh, "Mesh file")->required();
+  command->add_option("FILE", arguments->mesh, "Mesh file, or recording in HDF5")->required();
   add_placement_options(*command, arguments->placement);
-  command->add_flag("--json", arguments->is_json, "One JSON object on stdout");
+  command->add_flag("--json", arguments->is_json, "Print one JSON object to stdout");
   command->callback([arguments, &exit_code] { exit_code = run_info(*arguments); });
 }
 

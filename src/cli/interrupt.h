@@ -6,9 +6,9 @@
 
 namespace dyop::cli {
 
-/// While it lives, the first SIGINT or SIGTERM asks for a stop instead of ending the process, so
-/// that what is proven by then can be told; the second one ends the process. Create it before any
-/// thread.
+/// While this object lives, the first SIGINT or SIGTERM requests a stop instead of ending the
+/// process, so that partial results can be printed; the second one ends the process. Create it
+/// before any thread.
 ///
 /// A thread of its own waits for the signals: a signal handler may not call request_stop().
 class InterruptGuard {

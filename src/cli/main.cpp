@@ -12,10 +12,10 @@ namespace dyop::cli {
 namespace {
 
 constexpr const char* kExitCodes = R"(Exit codes:
-  0  the question was answered, whatever the answer is
-  1  with --fail-on-impact: an impact or an overlap was found; of replay: the answers differ
+  0  the question was answered, whatever the answer
+  1  --fail-on-impact: an impact or an overlap was found; replay: the answers differ
   2  bad input: a file, an option or a value cannot be used
-  3  undecided: a budget, a limit or Ctrl-C ended the work first; what is proven is told
+  3  undecided: a budget, a limit or Ctrl-C ended the work first; partial results are printed
   4  internal error
 
 Examples:
@@ -23,7 +23,7 @@ Examples:
   dyop simulate examples/scenes/bunny-throw.json --out run --mesh-path /usr/share/glmark2/models
 )";
 
-// One line, whatever the names in it hold.
+// One line, whatever the names in it contain.
 ExitCode report(ExitCode code, std::string message) {
   for (char& c : message) {
     if (static_cast<unsigned char>(c) < ' ') c = ' ';
@@ -40,14 +40,14 @@ bool has_command(const CLI::App& app, const std::string& name) {
 
 ExitCode run(CLI::App& app, int argc, char** argv, const ExitCode& exit_code) {
   try {
-    // The parser would only say that a command is missing.
+    // The parser would only report a missing command.
     const std::string first = argc > 1 ? argv[1] : "";
     if (!first.empty() && first.front() != '-' && !has_command(app, first)) {
       return report(ExitCode::BadInput, "unknown command '" + first + "' (see dyop --help)");
     }
     app.parse(argc, argv);
     std::cout.flush();
-    return std::cout ? exit_code : report(ExitCode::BadInput, "the output cannot be written");
+    return std::cout ? exit_code : report(ExitCode::BadInput, "could not write the output");
   } catch (const CLI::Success& request) {  // --help, --version
     app.exit(request);
     return ExitCode::Answered;
@@ -83,8 +83,11 @@ int main(int argc, char** argv) {
   dyop::cli::add_toi_command(app, exit_code);
   dyop::cli::add_simulate_command(app, exit_code);
   dyop::cli::add_scene_command(app, exit_code);
+  dyop::cli::add_export_command(app, exit_code);
   dyop::cli::add_info_command(app, exit_code);
   dyop::cli::add_paper_command(app, exit_code);
   dyop::cli::add_replay_command(app, exit_code);
+  dyop::cli::add_view_command(app, exit_code);
+  dyop::cli::add_tool_command(app, exit_code);
   return int(dyop::cli::run(app, argc, argv, exit_code));
 }

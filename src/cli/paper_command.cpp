@@ -19,11 +19,11 @@ namespace fs = std::filesystem;
 
 constexpr const char* kPaperExamples =
     R"(DIR gets paper.md (tables), times.csv, tests.csv, the paper's figures 4 and 5 in 2D and 3D, at rest
-and moving (times-*.svg, gains-*.svg), and its construction (construction-*.svg) for one test where the
-published rule is right and one where it is wrong, or for the pair of --pair.
+and moving (times-*.svg, gains-*.svg), and its construction (construction-*.svg): of one test where the
+published rule is right and one where it is wrong, or of the pair given by --pair.
 
 Examples:
-  The whole experiment, some seconds on a quiet machine:
+  The whole experiment, a few seconds on an idle machine:
     dyop paper --out paper
   The construction for Obj3 moved against Obj7, with few repetitions:
     dyop paper --out paper --pair 3,7 --repetitions 5
@@ -40,7 +40,7 @@ void write_file(const fs::path& directory, const std::string& name, const std::s
   std::ofstream out(directory / name, std::ios::binary);
   out << text;
   out.close();
-  if (!out) throw FileError(directory / name, "cannot be written");
+  if (!out) throw FileError(directory / name, "could not be written");
 }
 
 std::string name_of(int dimension) {
@@ -88,7 +88,7 @@ ExitCode run_paper(const PaperArguments& arguments) {
   const fs::path directory = arguments.out;
   std::error_code error;
   fs::create_directories(directory, error);
-  if (error) throw FileError(directory, "cannot be created: " + error.message());
+  if (error) throw FileError(directory, "could not be created: " + error.message());
   write_drawings<2>(arguments, directory);
   write_drawings<3>(arguments, directory);
   const PaperResults results = run_paper_experiment(arguments.settings);
@@ -108,13 +108,12 @@ ExitCode run_paper(const PaperArguments& arguments) {
 
 void add_paper_command(CLI::App& app, ExitCode& exit_code) {
   auto arguments = std::make_shared<PaperArguments>();
-  CLI::App* command =
-      app.add_subcommand("paper", "The experiment of the DyOP paper, with its figures and errors");
+  CLI::App* command = app.add_subcommand("paper", "Repeat the experiment of the DyOP paper");
   command->footer(kPaperExamples);
   command->add_option("--out", arguments->out, "Directory for tables and figures")->required();
-  command->add_option("--pair", arguments->pair, "Objects I,J whose construction is drawn")
+  command->add_option("--pair", arguments->pair, "Objects I,J whose construction to draw")
       ->delimiter(',');
-  command->add_option("--seed", arguments->settings.seed, "Seed of the triangles and all inputs")
+  command->add_option("--seed", arguments->settings.seed, "Seed of all random input")
       ->capture_default_str();
   command
       ->add_option("--repetitions", arguments->settings.repetitions,
@@ -123,10 +122,10 @@ void add_paper_command(CLI::App& app, ExitCode& exit_code) {
       ->capture_default_str();
   command
       ->add_option("--error-pairs", arguments->settings.error_pairs,
-                   "Random pairs per row of the table of errors")
+                   "Random pairs per row of the error table")
       ->check(CLI::Range(1, 100000000))
       ->capture_default_str();
-  command->add_flag("--json", arguments->is_json, "One JSON object on stdout");
+  command->add_flag("--json", arguments->is_json, "Print one JSON object to stdout");
   command->callback([arguments, &exit_code] { exit_code = run_paper(*arguments); });
 }
 

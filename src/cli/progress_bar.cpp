@@ -12,7 +12,7 @@
 namespace dyop::cli {
 namespace {
 
-// Columns of the terminal; 80 if it does not tell.
+// Columns of the terminal; 80 if unknown.
 int terminal_width() {
   winsize size{};
   const bool is_known = ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0;
@@ -43,10 +43,10 @@ void ProgressBar::draw(double fraction, std::int64_t impacts, double seconds) co
   std::snprintf(numbers, sizeof numbers, "%3.0f%%  %lld impact%s  %.1f s", 100 * fraction,
                 static_cast<long long>(impacts), impacts == 1 ? "" : "s", seconds);
   std::string line;
-  // One column stays free: a full line would make some terminals begin a new one.
-  const int room = terminal_width() - 1 - int(std::string_view(numbers).size() + 3);
+  // One column stays free: some terminals would wrap a full line.
+  const int space = terminal_width() - 1 - int(std::string_view(numbers).size() + 3);
   constexpr int kNarrowest = 5;
-  if (const int width = std::min(30, room); width >= kNarrowest) {
+  if (const int width = std::min(30, space); width >= kNarrowest) {
     const int done = std::clamp(int(fraction * width), 0, width);
     line.append(1, '[').append(std::size_t(done), '#').append(std::size_t(width - done), '.');
     line += "] ";

@@ -6,8 +6,8 @@
 
 namespace dyop::cli {
 
-/// One line on stderr that is written over and over, at most ten times a second, and wiped at the
-/// end. Silent unless stderr is a terminal. Shortened to what fits in a narrow one.
+/// One line on stderr that is rewritten at most ten times a second and erased at the end. Silent
+/// unless stderr is a terminal. Shortened to fit a narrow one.
 class ProgressBar {
  public:
   explicit ProgressBar(bool is_wanted);
@@ -15,7 +15,7 @@ class ProgressBar {
   ProgressBar(const ProgressBar&) = delete;
   ProgressBar& operator=(const ProgressBar&) = delete;
 
-  /// @param fraction Part of the simulated time that is done, 0 to 1.
+  /// @param fraction Fraction of the simulated time done, 0 to 1.
   void update(double fraction, std::int64_t impacts);
 
  private:

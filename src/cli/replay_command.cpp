@@ -3,6 +3,8 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/commands.h"
+#include "cli/picture/picture_file.h"
+#include "cli/picture/query_picture.h"
 #include "dyop/io/query_record.h"
 #include "dyop/io/result_text.h"
 #include "dyop/toi/time_of_impact.h"
@@ -11,19 +13,22 @@ namespace dyop::cli {
 namespace {
 
 constexpr const char* kReplayExamples =
-    R"(Asks the query of a record (dyop toi --record FILE) again and compares the answers bit by bit.
-Exit code 0: the same; 1: different, and every field that differs is named; 2: no readable record.
+    R"(Repeats the query of a record (dyop toi --record FILE) and compares the results bit by bit.
+Exit code 0: the same; 1: different, every field that differs is listed; 2: no readable record.
 
 Examples:
-  Record a query, ask it again:
+  Record a query and repeat it:
     dyop toi sphere:0.5 box:1,1,1 --position-a -3 0 0 --velocity-a 4 0 0 --record query.json
     dyop replay query.json
   For a script:
     dyop replay query.json --json
+  A picture of a query that failed (dyop-failure.json):
+    dyop replay dyop-failure.json --picture failure.html
 )";
 
 struct ReplayArguments {
   std::string file;
+  std::string picture_file;
   bool is_json = false;
 };
 
@@ -86,6 +91,7 @@ void print_text(const QueryRecord& record, const Outcome& now,
 }
 
 ExitCode run_replay(const ReplayArguments& arguments) {
+  if (!arguments.picture_file.empty()) require_picture(arguments.picture_file);
   const QueryRecord record(arguments.file);
   const Outcome now = ask_again(record.query());
   const std::vector<FieldDifference> differences = compare(record, now);
@@ -93,6 +99,12 @@ ExitCode run_replay(const ReplayArguments& arguments) {
     print_json(record, differences);
   } else {
     print_text(record, now, differences);
+  }
+  // Of a query that fails there is nothing to draw but its start.
+  if (!arguments.picture_file.empty()) {
+    ToiResult drawn = now.result.value_or(ToiResult{});
+    if (!now.result) drawn.t_safe = record.query().interval.begin;
+    write_picture(arguments.picture_file, toi_picture(record.query(), drawn));
   }
   return differences.empty() ? ExitCode::Answered : ExitCode::Different;
 }
@@ -102,10 +114,10 @@ ExitCode run_replay(const ReplayArguments& arguments) {
 void add_replay_command(CLI::App& app, ExitCode& exit_code) {
   auto arguments = std::make_shared<ReplayArguments>();
   CLI::App* command =
-      app.add_subcommand("replay", "Repeat a recorded query and compare the answers bit by bit");
+      app.add_subcommand("replay", "Repeat a recorded query and compare the results bit by bit");
   command->footer(kReplayExamples);
   command->add_option("FILE", arguments->file, "Record written by dyop toi --record")->required();
-  command->add_flag("--json", arguments->is_json, "One JSON object on stdout");
+  command->add_flag("--json", arguments->is_json, "Print one JSON object to stdout");
   command->callback([arguments, &exit_code] { exit_code = run_replay(*arguments); });
 }
 

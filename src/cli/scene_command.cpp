@@ -23,8 +23,8 @@ std::string scene_footer() {
     text << "  " << kind.name << std::string(11 - kind.name.size(), ' ') << kind.count << " ("
          << kind.least << " to " << kind.most << ")\n";
   }
-  text << "Mesh files that a scene names are written beside it.\n\nExamples:\n"
-          "  An arch of 25 stones, stepped:\n"
+  text << "Mesh files that the scene uses are written beside it.\n\nExamples:\n"
+          "  Generate and step an arch of 25 stones:\n"
           "    dyop scene arch 25 --out arch.json && dyop simulate arch.json --out run\n"
           "  A net of rings; ring.obj is written beside net.json:\n"
           "    dyop scene chain-net 8 --out net.json --json\n";
@@ -48,12 +48,13 @@ ExitCode run_scene(const SceneArguments& arguments) {
 
 void add_scene_command(CLI::App& app, ExitCode& exit_code) {
   auto arguments = std::make_shared<SceneArguments>();
-  CLI::App* command = app.add_subcommand("scene", "Make a scene file of a known kind");
+  CLI::App* command = app.add_subcommand("scene", "Generate a scene file");
   command->footer(scene_footer());
-  command->add_option("KIND", arguments->kind, "What it shows, see below")->required();
-  command->add_option("N", arguments->n, "How many")->required();
+  command->add_option("KIND", arguments->kind, "Kind of scene, see below")->required();
+  command->add_option("N", arguments->n, "Size of the scene, see below")->required();
   command->add_option("--out", arguments->out, "Scene file to write")->required();
-  command->add_flag("--json", arguments->is_json, "One JSON object on stdout: what was written");
+  command->add_flag("--json", arguments->is_json,
+                    "Print one JSON object to stdout: the files written");
   command->callback([arguments, &exit_code] { exit_code = run_scene(*arguments); });
 }
 

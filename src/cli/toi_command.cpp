@@ -8,6 +8,8 @@
 #include "cli/commands.h"
 #include "cli/failure_record.h"
 #include "cli/interrupt.h"
+#include "cli/picture/picture_file.h"
+#include "cli/picture/query_picture.h"
 #include "dyop/io/query_record.h"
 #include "dyop/io/result_text.h"
 #include "dyop/toi/time_of_impact.h"
@@ -17,15 +19,16 @@ namespace {
 
 constexpr const char* kToiExamples =
     R"(Shapes are mesh files, or sphere:RADIUS, box:HX,HY,HZ (half extents), capsule:RADIUS,HALFLENGTH.
-Any units of length and time. Without options both bodies rest at the origin; a pose is that at
-time 0.
+Any consistent units. Without options both bodies rest at the origin; poses are those at time 0.
 
 Examples:
   A ball flies at a wall:
     dyop toi sphere:0.5 box:0.1,5,5 --position-a -3 0 0 --velocity-a 1 0 0 --interval 0 10
-  A turning bunny flies at another one; how near is 0.01, and a script wants the answer:
+  A turning bunny flies at another one; within 0.01 is an impact, JSON output for a script:
     dyop toi bunny.obj bunny.obj --position-b 4 0 0 --velocity-b -3 0 0 --spin-b 0 2 5 \
         --target 0.01 --json
+  A picture of it, with the gap over time:
+    dyop toi bunny.obj bunny.obj --position-b 4 0 0 --velocity-b -3 0 0 --picture impact.svg
 )";
 
 struct ToiArguments {
@@ -37,6 +40,7 @@ struct ToiArguments {
   std::optional<Scalar> tolerance;
   std::optional<Scalar> time_limit;
   std::string record_file;
+  std::string picture_file;
   bool is_json = false;
   bool fails_on_impact = false;
 };
@@ -46,7 +50,7 @@ ToiOptions make_options(const ToiArguments& arguments, const InterruptGuard& int
   options.distance_tolerance = arguments.tolerance;
   if (arguments.time_limit) {
     using Clock = std::chrono::steady_clock;
-    // A year is no limit, and can be added to the clock.
+    // A year is as good as no limit, and can be added to the clock.
     constexpr Scalar kLongest = 365 * 24 * 3600;
     const std::chrono::duration<Scalar> limit(std::min(*arguments.time_limit, kLongest));
     options.deadline = Clock::now() + std::chrono::duration_cast<Clock::duration>(limit);
@@ -72,6 +76,7 @@ ExitCode exit_code_of(const ToiResult& result, bool fails_on_impact) {
 }
 
 ExitCode run_toi(const ToiArguments& arguments) {
+  if (!arguments.picture_file.empty()) require_picture(arguments.picture_file);
   const InterruptGuard interrupt;
   const TimeInterval interval{arguments.interval[0], arguments.interval[1]};
   guard_option("--interval", [&] { require_valid(interval); });
@@ -91,8 +96,11 @@ ExitCode run_toi(const ToiArguments& arguments) {
   } else {
     std::cout << describe(result) << "  time spent   " << spent.count() << " ms\n";
   }
-  // After the answer is printed: a record that cannot be made takes nothing away.
+  // After the answer is printed, so that a failed record does not lose it.
   if (!arguments.record_file.empty()) write_query_record(arguments.record_file, query, result);
+  if (!arguments.picture_file.empty()) {
+    write_picture(arguments.picture_file, toi_picture(query, result));
+  }
   return exit_code_of(result, arguments.fails_on_impact);
 }
 
@@ -101,7 +109,7 @@ ExitCode run_toi(const ToiArguments& arguments) {
 void add_toi_command(CLI::App& app, ExitCode& exit_code) {
   auto arguments = std::make_shared<ToiArguments>();
   CLI::App* command =
-      app.add_subcommand("toi", "When two moving shapes first meet, or a proof that they do not");
+      app.add_subcommand("toi", "When two moving shapes first touch, or a proof that they do not");
   command->footer(kToiExamples);
   command->add_option("A", arguments->a.shape, "First shape")->required();
   command->add_option("B", arguments->b.shape, "Second shape")->required();
@@ -110,7 +118,7 @@ void add_toi_command(CLI::App& app, ExitCode& exit_code) {
       ->capture_default_str();
   command
       ->add_option("--target", arguments->options.target_distance,
-                   "Distance that counts as an impact")
+                   "Gap at which the shapes count as touching")
       ->check(require_non_negative)
       ->capture_default_str();
   command
@@ -119,10 +127,12 @@ void add_toi_command(CLI::App& app, ExitCode& exit_code) {
           "How far above the target an impact may be reported; default: a millionth of the "
           "smaller bounding radius")
       ->check(require_positive);
-  command->add_option("--max-node-pairs", arguments->options.max_node_pairs, "Budget of work")
+  command
+      ->add_option("--max-node-pairs", arguments->options.max_node_pairs,
+                   "Limit on the work, in pairs of tree nodes")
       ->check(require_count)
       ->capture_default_str();
-  command->add_option("--time-limit", arguments->time_limit, "Budget in seconds")
+  command->add_option("--time-limit", arguments->time_limit, "Limit on the time, in seconds")
       ->check(require_non_negative);
   add_placement_options(*command, arguments->placement);
   for (BodyArguments* body : {&arguments->a, &arguments->b}) {
@@ -130,13 +140,13 @@ void add_toi_command(CLI::App& app, ExitCode& exit_code) {
     add_motion_options(*command, *body);
   }
   command->add_flag("--contacts", arguments->options.with_contacts,
-                    "All contacts at the impact, not only the first");
+                    "Report all contacts at the impact, not only the first");
   command->add_flag("--solid-a", arguments->options.solid_a,
-                    "A is a solid: what is inside the closed mesh overlaps it");
-  command->add_flag("--solid-b", arguments->options.solid_b, "B is a solid");
+                    "Treat A as a solid: a part of B inside the closed mesh overlaps");
+  command->add_flag("--solid-b", arguments->options.solid_b, "Treat B as a solid");
   command->add_option("--record", arguments->record_file,
-                      "File for the query and its answer, to be read by dyop replay");
-  command->add_flag("--json", arguments->is_json, "One JSON object on stdout");
+                      "File to record the query and its answer in, for dyop replay");
+  command->add_flag("--json", arguments->is_json, "Print one JSON object to stdout");
   command->add_flag("--fail-on-impact", arguments->fails_on_impact, "Exit code 1 if they meet");
   command->callback([arguments, &exit_code] { exit_code = run_toi(*arguments); });
 }

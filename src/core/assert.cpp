@@ -8,7 +8,7 @@
 namespace dyop {
 namespace {
 
-// The one state of the process that dyop has: who hears of its last message.
+// The only process-wide state in dyop: the handler that receives its last message.
 std::atomic<AssertHandler> the_handler{nullptr};
 
 }  // namespace

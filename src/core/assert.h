@@ -6,15 +6,16 @@
 
 namespace dyop::internal {
 
-/// Hands the message to the handler, then aborts.
+/// Passes the message to the handler, then aborts.
 DYOP_EXPORT [[noreturn]] void fail_assert(const char* file, int line, const char* condition,
                                           const std::string& values);
 
 }  // namespace dyop::internal
 
-/// Checks an assumption of ours, never what a caller promised (that is DYOP_REQUIRE). On with
+/// Checks an internal assumption, never what a caller promised (that is DYOP_REQUIRE). On with
 /// DYOP_ENABLE_ASSERTS: Debug and sanitizer builds. Usage: DYOP_ASSERT(lower <= upper, lower, ' ',
-/// upper). The condition must be false for NaN, and neither it nor the values may have effects.
+/// upper). The condition must be false for NaN, and neither it nor the values may have side
+/// effects.
 #ifdef DYOP_ENABLE_ASSERTS
 #define DYOP_ASSERT(condition, ...)                                                  \
   do {                                                                               \

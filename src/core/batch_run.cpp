@@ -18,7 +18,7 @@ namespace {
 
 using BatchItem = std::function<void(std::size_t, std::size_t)>;
 
-// What the workers of one batch share.
+// State shared by the workers of one batch.
 class BatchRun {
  public:
   BatchRun(std::size_t item_count, const BatchOptions& options, const BatchItem& item)
@@ -26,14 +26,14 @@ class BatchRun {
     is_ready_.store(true, std::memory_order_release);
   }
 
-  /// Runs items until none is left to hand out.
+  /// Runs items until none is left.
   void work(std::size_t worker) {
-    if (!is_ready_.load(std::memory_order_acquire)) return;  // always is
+    if (!is_ready_.load(std::memory_order_acquire)) return;  // always true, see is_ready_
     run_items(worker);
     ended_.fetch_add(1, std::memory_order_release);
   }
 
-  /// To be called when all workers have ended.
+  /// Call this when all workers have finished.
   void rethrow_failure() const {
     ended_.load(std::memory_order_acquire);
     if (failure_) std::rethrow_exception(failure_);
@@ -66,11 +66,11 @@ class BatchRun {
     const std::lock_guard lock(mutex_);
     ++done_;
     // Isolated: a callback that waits for parallel work of its own must not be given an item here,
-    // which would wait for the lock it holds.
+    // which would wait for the lock that the callback holds.
     tbb::this_task_arena::isolate([&] { options_.progress(done_, item_count_); });
   }
 
-  // Every item before a failed one has been handed out and will run: the lowest is always found.
+  // All items before a failed one have been handed out and will run, so the lowest is always found.
   void keep_failure(std::size_t index) {
     const std::lock_guard lock(mutex_);
     if (index < failed_index_) {
@@ -83,13 +83,13 @@ class BatchRun {
   const std::size_t item_count_;
   const BatchOptions& options_;
   const BatchItem& item_;
-  // oneTBB makes the caller's memory known to the workers, and theirs to the caller. These two say
-  // it once more, where a thread sanitizer can see it.
+  // oneTBB already makes the caller's memory visible to the workers, and theirs to the caller.
+  // These two repeat it where a thread sanitizer can see it.
   std::atomic<bool> is_ready_{false};
   std::atomic<std::size_t> ended_{0};
   std::atomic<std::size_t> next_{0};
   std::atomic<bool> is_failed_{false};
-  std::mutex mutex_;  // guards what follows
+  std::mutex mutex_;  // guards the members below
   std::size_t done_ = 0;
   std::size_t failed_index_ = std::numeric_limits<std::size_t>::max();
   std::exception_ptr failure_;

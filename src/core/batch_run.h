@@ -9,18 +9,17 @@
 
 namespace dyop::internal {
 
-/// Largest number of items that run_batch() has under way at once, at least one.
+/// The largest number of items that run_batch() runs at the same time, at least one.
 /// Throws InvalidArgument if thread_count is negative.
 DYOP_EXPORT std::size_t batch_worker_count(std::size_t item_count, const BatchOptions& options);
 
-/// Calls item(index, worker) for every index below item_count, over the threads that the options
-/// allow. Calls under way at the same time have different workers, below batch_worker_count(): so
-/// memory can be kept by worker.
+/// Calls item(index, worker) for every index below item_count, on the threads that the options
+/// allow. Concurrent calls have different workers, below batch_worker_count(), so memory can be
+/// kept per worker.
 ///
-/// Indices are handed out one at a time in rising order. After a stop is requested, or an item or
-/// the progress callback has thrown, no further one is. Of several exceptions that of the lowest
-/// index is rethrown, the same for every number of threads; an InvalidArgument thrown by an item
-/// gets "query <index>: " in front.
+/// Indices are handed out one at a time in rising order, until a stop is requested or an item or
+/// the progress callback throws. Of several exceptions the one of the lowest index is rethrown, for
+/// any number of threads; an InvalidArgument thrown by an item is prefixed with "query <index>: ".
 DYOP_EXPORT void run_batch(std::size_t item_count, const BatchOptions& options,
                            const std::function<void(std::size_t index, std::size_t worker)>& item);
 

@@ -5,10 +5,10 @@
 
 namespace dyop::internal {
 
-/// Widths of arithmetic that the wide kernels are built for. All give the same bits.
+/// Instruction sets that the wide kernels are built for. All give the same bits.
 enum class InstructionSet { Baseline, Avx2, Avx512 };
 
-/// The widest that this processor and this build can run.
+/// The widest one that this processor supports and this build contains.
 DYOP_EXPORT InstructionSet best_instruction_set();
 
 }  // namespace dyop::internal

@@ -41,7 +41,7 @@ RigidPose::RigidPose(const Matrix3& R_AB, const Vector3& p_AB) : p_(p_AB) {
 Matrix3 rotation_from_vector(const Vector3& w) {
   const Scalar angle = w.norm();
   // sin(x/2)/x through the quaternion: no cancellation at small angles. literal: below it the
-  // series 1/2 - x^2/48 has reached double precision.
+  // series 1/2 - x^2/48 is accurate to double precision.
   const Scalar half_sinc = angle > 1e-4 ? std::sin(angle / 2) / angle : 0.5 - angle * angle / 48;
   const Quaternion q(std::cos(angle / 2), w.x() * half_sinc, w.y() * half_sinc, w.z() * half_sinc);
   return q.normalized().toRotationMatrix();

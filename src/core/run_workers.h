@@ -8,13 +8,13 @@
 
 namespace dyop::internal {
 
-/// Calls run.work(0) ... run.work(count - 1) on up to `count` threads. A file of its own so that
-/// thread sanitizers can be told of it (tests/tsan_suppressions.txt).
+/// Calls run.work(0) ... run.work(count - 1) on up to `count` threads. In a file of its own so that
+/// thread sanitizers can be told about it (tests/tsan_suppressions.txt).
 template <typename Run>
 void run_workers(Run& run, std::size_t count) {
   tbb::task_arena arena(static_cast<int>(count));
   arena.execute([&] {
-    // A copy in each task.
+    // Each task has its own copy.
     const auto work = [shared = &run](std::size_t worker) { shared->work(worker); };
     tbb::parallel_for(std::size_t{0}, count, work, tbb::simple_partitioner());
   });

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-// Several numbers side by side, as wide as the instruction set this file is compiled for (those of
-// x86 here, the others in simd_portable.h), and one number with the same face. Only additions, multiplications, divisions, square roots, comparisons
-// and selections: each lane has the same bits whatever the width.
+// SIMD vectors as wide as the instruction set that this file is compiled for (x86 here, others in
+// simd_portable.h), and a single number with the same interface. Only additions, multiplications,
+// divisions, square roots, comparisons and selections: each lane has the same bits whatever the
+// width.
 //
-// Included by the kernels that are compiled once an instruction set. Those must not include
+// Included by the kernels that are compiled once per instruction set. They must not include
 // anything with inline functions of external linkage (Eigen, the standard library): the linker
-// might take the copy compiled for a newer processor for everyone. Hence the namespaces here.
+// might use the copy compiled for a newer processor everywhere. Hence the namespaces here.
 
 #if defined(__AVX512F__)
 #include <immintrin.h>
@@ -40,7 +41,7 @@ struct OneLane {
     friend DYOP_INLINE Mask operator|(Mask x, Mask y) { return {x.m || y.m}; }
     /// x and not y
     friend DYOP_INLINE Mask without(Mask x, Mask y) { return {x.m && !y.m}; }
-    /// One bit a lane.
+    /// One bit per lane.
     DYOP_INLINE unsigned bits() const { return m ? 1u : 0u; }
   };
   double v;
@@ -60,7 +61,7 @@ struct OneLane {
     return OneLane(x.v < y.v ? x.v : y.v);
   }
   friend DYOP_INLINE OneLane magnitude(OneLane x) { return OneLane(__builtin_fabs(x.v)); }
-  friend DYOP_INLINE OneLane root(OneLane x) { return OneLane(__builtin_sqrt(x.v)); }
+  friend DYOP_INLINE OneLane sqrt(OneLane x) { return OneLane(__builtin_sqrt(x.v)); }
   /// False where either is NaN.
   friend DYOP_INLINE Mask operator>(OneLane x, OneLane y) { return {x.v > y.v}; }
   friend DYOP_INLINE Mask operator>=(OneLane x, OneLane y) { return {x.v >= y.v}; }
@@ -121,7 +122,7 @@ struct Lanes {
   friend DYOP_INLINE Lanes larger(Lanes x, Lanes y) { return _mm512_max_pd(x.v, y.v); }
   friend DYOP_INLINE Lanes smaller(Lanes x, Lanes y) { return _mm512_min_pd(x.v, y.v); }
   friend DYOP_INLINE Lanes magnitude(Lanes x) { return _mm512_abs_pd(x.v); }
-  friend DYOP_INLINE Lanes root(Lanes x) { return _mm512_sqrt_pd(x.v); }
+  friend DYOP_INLINE Lanes sqrt(Lanes x) { return _mm512_sqrt_pd(x.v); }
   friend DYOP_INLINE Mask operator>(Lanes x, Lanes y) {
     return {_mm512_cmp_pd_mask(x.v, y.v, _CMP_GT_OQ)};
   }
@@ -130,46 +131,6 @@ struct Lanes {
   }
   friend DYOP_INLINE Lanes select(Mask m, Lanes x, Lanes y) {
     return _mm512_mask_blend_pd(m.m, y.v, x.v);
-  }
-};
-
-struct FloatLanes {
-  static constexpr int kCount = 8;
-  struct Mask {
-    __mmask8 m;
-    friend DYOP_INLINE Mask operator&(Mask x, Mask y) { return {__mmask8(x.m & y.m)}; }
-  };
-  __m256 v;
-
-  FloatLanes() = default;
-  DYOP_INLINE FloatLanes(__m256 x) : v(x) {}
-  DYOP_INLINE explicit FloatLanes(float x) : v(_mm256_set1_ps(x)) {}
-  static DYOP_INLINE FloatLanes load(const float* from) { return _mm256_loadu_ps(from); }
-  DYOP_INLINE void store(float* to) const { _mm256_storeu_ps(to, v); }
-
-  friend DYOP_INLINE FloatLanes operator+(FloatLanes x, FloatLanes y) {
-    return _mm256_add_ps(x.v, y.v);
-  }
-  friend DYOP_INLINE FloatLanes operator-(FloatLanes x, FloatLanes y) {
-    return _mm256_sub_ps(x.v, y.v);
-  }
-  friend DYOP_INLINE FloatLanes operator*(FloatLanes x, FloatLanes y) {
-    return _mm256_mul_ps(x.v, y.v);
-  }
-  friend DYOP_INLINE FloatLanes larger(FloatLanes x, FloatLanes y) {
-    return _mm256_max_ps(x.v, y.v);
-  }
-  friend DYOP_INLINE FloatLanes magnitude(FloatLanes x) {
-    return _mm256_andnot_ps(_mm256_set1_ps(-0.0f), x.v);
-  }
-  friend DYOP_INLINE Mask operator>(FloatLanes x, FloatLanes y) {
-    return {_mm256_cmp_ps_mask(x.v, y.v, _CMP_GT_OQ)};
-  }
-  friend DYOP_INLINE Mask operator>=(FloatLanes x, FloatLanes y) {
-    return {_mm256_cmp_ps_mask(x.v, y.v, _CMP_GE_OQ)};
-  }
-  friend DYOP_INLINE FloatLanes select(Mask m, FloatLanes x, FloatLanes y) {
-    return _mm256_mask_blend_ps(m.m, y.v, x.v);
   }
 };
 #elif defined(__AVX2__)
@@ -199,7 +160,7 @@ struct Lanes {
   friend DYOP_INLINE Lanes magnitude(Lanes x) {
     return _mm256_andnot_pd(_mm256_set1_pd(-0.0), x.v);
   }
-  friend DYOP_INLINE Lanes root(Lanes x) { return _mm256_sqrt_pd(x.v); }
+  friend DYOP_INLINE Lanes sqrt(Lanes x) { return _mm256_sqrt_pd(x.v); }
   friend DYOP_INLINE Mask operator>(Lanes x, Lanes y) {
     return {_mm256_cmp_pd(x.v, y.v, _CMP_GT_OQ)};
   }
@@ -208,46 +169,6 @@ struct Lanes {
   }
   friend DYOP_INLINE Lanes select(Mask m, Lanes x, Lanes y) {
     return _mm256_blendv_pd(y.v, x.v, m.m);
-  }
-};
-
-struct FloatLanes {
-  static constexpr int kCount = 8;
-  struct Mask {
-    __m256 m;
-    friend DYOP_INLINE Mask operator&(Mask x, Mask y) { return {_mm256_and_ps(x.m, y.m)}; }
-  };
-  __m256 v;
-
-  FloatLanes() = default;
-  DYOP_INLINE FloatLanes(__m256 x) : v(x) {}
-  DYOP_INLINE explicit FloatLanes(float x) : v(_mm256_set1_ps(x)) {}
-  static DYOP_INLINE FloatLanes load(const float* from) { return _mm256_loadu_ps(from); }
-  DYOP_INLINE void store(float* to) const { _mm256_storeu_ps(to, v); }
-
-  friend DYOP_INLINE FloatLanes operator+(FloatLanes x, FloatLanes y) {
-    return _mm256_add_ps(x.v, y.v);
-  }
-  friend DYOP_INLINE FloatLanes operator-(FloatLanes x, FloatLanes y) {
-    return _mm256_sub_ps(x.v, y.v);
-  }
-  friend DYOP_INLINE FloatLanes operator*(FloatLanes x, FloatLanes y) {
-    return _mm256_mul_ps(x.v, y.v);
-  }
-  friend DYOP_INLINE FloatLanes larger(FloatLanes x, FloatLanes y) {
-    return _mm256_max_ps(x.v, y.v);
-  }
-  friend DYOP_INLINE FloatLanes magnitude(FloatLanes x) {
-    return _mm256_andnot_ps(_mm256_set1_ps(-0.0f), x.v);
-  }
-  friend DYOP_INLINE Mask operator>(FloatLanes x, FloatLanes y) {
-    return {_mm256_cmp_ps(x.v, y.v, _CMP_GT_OQ)};
-  }
-  friend DYOP_INLINE Mask operator>=(FloatLanes x, FloatLanes y) {
-    return {_mm256_cmp_ps(x.v, y.v, _CMP_GE_OQ)};
-  }
-  friend DYOP_INLINE FloatLanes select(Mask m, FloatLanes x, FloatLanes y) {
-    return _mm256_blendv_ps(y.v, x.v, m.m);
   }
 };
 #elif defined(__SSE2__)
@@ -277,14 +198,79 @@ struct Lanes {
   friend DYOP_INLINE Lanes larger(Lanes x, Lanes y) { return _mm_max_pd(x.v, y.v); }
   friend DYOP_INLINE Lanes smaller(Lanes x, Lanes y) { return _mm_min_pd(x.v, y.v); }
   friend DYOP_INLINE Lanes magnitude(Lanes x) { return _mm_andnot_pd(_mm_set1_pd(-0.0), x.v); }
-  friend DYOP_INLINE Lanes root(Lanes x) { return _mm_sqrt_pd(x.v); }
+  friend DYOP_INLINE Lanes sqrt(Lanes x) { return _mm_sqrt_pd(x.v); }
   friend DYOP_INLINE Mask operator>(Lanes x, Lanes y) { return {_mm_cmpgt_pd(x.v, y.v)}; }
   friend DYOP_INLINE Mask operator>=(Lanes x, Lanes y) { return {_mm_cmpge_pd(x.v, y.v)}; }
   friend DYOP_INLINE Lanes select(Mask m, Lanes x, Lanes y) {
     return _mm_or_pd(_mm_and_pd(m.m, x.v), _mm_andnot_pd(m.m, y.v));
   }
 };
+#endif
 
+#if defined(__AVX2__)  // and with AVX-512
+struct FloatLanes {
+  static constexpr int kCount = 8;
+#if defined(__AVX512F__)
+  struct Mask {
+    __mmask8 m;
+    friend DYOP_INLINE Mask operator&(Mask x, Mask y) { return {__mmask8(x.m & y.m)}; }
+  };
+#else
+  struct Mask {
+    __m256 m;
+    friend DYOP_INLINE Mask operator&(Mask x, Mask y) { return {_mm256_and_ps(x.m, y.m)}; }
+  };
+#endif
+  __m256 v;
+
+  FloatLanes() = default;
+  DYOP_INLINE FloatLanes(__m256 x) : v(x) {}
+  DYOP_INLINE explicit FloatLanes(float x) : v(_mm256_set1_ps(x)) {}
+  static DYOP_INLINE FloatLanes load(const float* from) {
+    return _mm256_loadu_ps(from);
+  }
+  DYOP_INLINE void store(float* to) const {
+    _mm256_storeu_ps(to, v);
+  }
+
+  friend DYOP_INLINE FloatLanes operator+(FloatLanes x, FloatLanes y) {
+    return _mm256_add_ps(x.v, y.v);
+  }
+  friend DYOP_INLINE FloatLanes operator-(FloatLanes x, FloatLanes y) {
+    return _mm256_sub_ps(x.v, y.v);
+  }
+  friend DYOP_INLINE FloatLanes operator*(FloatLanes x, FloatLanes y) {
+    return _mm256_mul_ps(x.v, y.v);
+  }
+  friend DYOP_INLINE FloatLanes larger(FloatLanes x, FloatLanes y) {
+    return _mm256_max_ps(x.v, y.v);
+  }
+  friend DYOP_INLINE FloatLanes magnitude(FloatLanes x) {
+    return _mm256_andnot_ps(_mm256_set1_ps(-0.0f), x.v);
+  }
+#if defined(__AVX512F__)
+  friend DYOP_INLINE Mask operator>(FloatLanes x, FloatLanes y) {
+    return {_mm256_cmp_ps_mask(x.v, y.v, _CMP_GT_OQ)};
+  }
+  friend DYOP_INLINE Mask operator>=(FloatLanes x, FloatLanes y) {
+    return {_mm256_cmp_ps_mask(x.v, y.v, _CMP_GE_OQ)};
+  }
+  friend DYOP_INLINE FloatLanes select(Mask m, FloatLanes x, FloatLanes y) {
+    return _mm256_mask_blend_ps(m.m, y.v, x.v);
+  }
+#else
+  friend DYOP_INLINE Mask operator>(FloatLanes x, FloatLanes y) {
+    return {_mm256_cmp_ps(x.v, y.v, _CMP_GT_OQ)};
+  }
+  friend DYOP_INLINE Mask operator>=(FloatLanes x, FloatLanes y) {
+    return {_mm256_cmp_ps(x.v, y.v, _CMP_GE_OQ)};
+  }
+  friend DYOP_INLINE FloatLanes select(Mask m, FloatLanes x, FloatLanes y) {
+    return _mm256_blendv_ps(y.v, x.v, m.m);
+  }
+#endif
+};
+#elif defined(__SSE2__)
 struct FloatLanes {
   static constexpr int kCount = 4;
   struct Mask {
@@ -322,9 +308,9 @@ struct FloatLanes {
 };
 #endif
 
-/// x with its sign turned where s < 0 (and +-0 kept as if s were positive).
+/// x with its sign flipped where s < 0 (+-0 counts as positive).
 template <typename L>
-DYOP_INLINE L turned(L x, L s) {
+DYOP_INLINE L flip_sign(L x, L s) {
   return select(s >= L(0), x, L(0) - x);
 }
 

@@ -4,8 +4,8 @@
 #include "core/simd.h"
 
 // Operations on the bits of lanes, and loads and stores of whole columns. For kernels that must
-// give the bits of code with one number a time, signs of zero included. As simd.h, this may not
-// include anything with inline functions of external linkage.
+// match scalar code bit by bit, signs of zero included. Like simd.h, this must not include anything
+// with inline functions of external linkage.
 
 namespace dyop::internal {
 inline namespace DYOP_LANES {
@@ -14,8 +14,8 @@ inline namespace DYOP_LANES {
 DYOP_INLINE Lanes loaded(const double* from) {
   return _mm512_loadu_pd(from);
 }
-/// x with its sign turned where the sign bit of s is set.
-DYOP_INLINE Lanes turned_by_bit(Lanes x, Lanes s) {
+/// x with its sign flipped where the sign bit of s is set.
+DYOP_INLINE Lanes flip_sign_by_bit(Lanes x, Lanes s) {
   const __m512i sign = _mm512_and_si512(_mm512_castpd_si512(s.v),
                                         _mm512_set1_epi64(static_cast<long long>(1ULL << 63)));
   return _mm512_castsi512_pd(_mm512_xor_si512(_mm512_castpd_si512(x.v), sign));
@@ -28,7 +28,7 @@ DYOP_INLINE Lanes tagged(Lanes x, int code) {
 DYOP_INLINE Lanes::Mask equal(Lanes x, Lanes y) {
   return {_mm512_cmp_pd_mask(x.v, y.v, _CMP_EQ_OQ)};
 }
-/// Whole numbers from 0 to 127 as bytes.
+/// Integers from 0 to 127 as bytes.
 DYOP_INLINE void store_bytes(Lanes x, unsigned char* to) {
   const __m128i bytes = _mm256_cvtepi32_epi8(_mm512_cvtpd_epi32(x.v));
   _mm_storel_epi64(reinterpret_cast<__m128i*>(to), bytes);
@@ -37,7 +37,7 @@ DYOP_INLINE void store_bytes(Lanes x, unsigned char* to) {
 DYOP_INLINE Lanes loaded(const double* from) {
   return _mm256_loadu_pd(from);
 }
-DYOP_INLINE Lanes turned_by_bit(Lanes x, Lanes s) {
+DYOP_INLINE Lanes flip_sign_by_bit(Lanes x, Lanes s) {
   return _mm256_xor_pd(x.v, _mm256_and_pd(s.v, _mm256_set1_pd(-0.0)));
 }
 DYOP_INLINE Lanes tagged(Lanes x, int code) {
@@ -57,7 +57,7 @@ DYOP_INLINE void store_bytes(Lanes x, unsigned char* to) {
 DYOP_INLINE Lanes loaded(const double* from) {
   return _mm_loadu_pd(from);
 }
-DYOP_INLINE Lanes turned_by_bit(Lanes x, Lanes s) {
+DYOP_INLINE Lanes flip_sign_by_bit(Lanes x, Lanes s) {
   return _mm_xor_pd(x.v, _mm_and_pd(s.v, _mm_set1_pd(-0.0)));
 }
 DYOP_INLINE Lanes tagged(Lanes x, int code) {
@@ -79,7 +79,7 @@ DYOP_INLINE Lanes loaded(const double* from) {
   __builtin_memcpy(&x.v, from, sizeof(x.v));
   return x;
 }
-DYOP_INLINE Lanes turned_by_bit(Lanes x, Lanes s) {
+DYOP_INLINE Lanes flip_sign_by_bit(Lanes x, Lanes s) {
   return Lanes(x.as_bits() ^ (s.as_bits() & Lanes::sign()));
 }
 DYOP_INLINE Lanes tagged(Lanes x, int code) {
@@ -94,7 +94,7 @@ DYOP_INLINE void store_bytes(Lanes x, unsigned char* to) {
 #endif
 
 DYOP_INLINE Lanes negated(Lanes x) {
-  return turned_by_bit(x, Lanes(-0.0));
+  return flip_sign_by_bit(x, Lanes(-0.0));
 }
 
 }  // namespace DYOP_LANES

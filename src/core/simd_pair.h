@@ -13,8 +13,8 @@
 
 namespace dyop::internal {
 
-/// Two doubles computed side by side: one SSE2 register, which every x86-64 has, elsewhere two
-/// numbers. Every operation rounds as the scalar one does, so both give the same bits.
+/// Two doubles side by side: one SSE2 register, which every x86-64 has, elsewhere two numbers.
+/// Every operation rounds as the scalar one does, so both give the same bits.
 #if defined(__SSE2__)
 struct LanePair {
   __m128d v;
@@ -43,7 +43,7 @@ inline LanePair smaller(LanePair x, LanePair y) {
   return _mm_min_pd(x.v, y.v);
 }
 
-/// x with the sign of one lane turned.
+/// x with the sign of one lane flipped.
 inline LanePair low_negated(LanePair x) {
   return _mm_xor_pd(x.v, _mm_set_pd(0.0, -0.0));
 }
@@ -55,12 +55,12 @@ inline LanePair magnitude(LanePair x) {
   return _mm_andnot_pd(_mm_set1_pd(-0.0), x.v);
 }
 
-/// x with its sign turned where that of y is negative.
-inline LanePair turned(LanePair x, LanePair y) {
+/// x with its sign flipped where y is negative.
+inline LanePair flip_sign(LanePair x, LanePair y) {
   return _mm_xor_pd(x.v, _mm_and_pd(y.v, _mm_set1_pd(-0.0)));
 }
 
-inline LanePair root(LanePair x) {
+inline LanePair sqrt(LanePair x) {
   return _mm_sqrt_pd(x.v);
 }
 
@@ -146,11 +146,11 @@ inline LanePair magnitude(LanePair x) {
   return {std::abs(x.l), std::abs(x.h)};
 }
 
-inline LanePair turned(LanePair x, LanePair y) {
+inline LanePair flip_sign(LanePair x, LanePair y) {
   return {std::signbit(y.l) ? -x.l : x.l, std::signbit(y.h) ? -x.h : x.h};
 }
 
-inline LanePair root(LanePair x) {
+inline LanePair sqrt(LanePair x) {
   return {std::sqrt(x.l), std::sqrt(x.h)};
 }
 
@@ -216,7 +216,8 @@ inline LanePair is_inside_unit(LanePair x) {
   return both(above(x, LanePair(0)), above(LanePair(1), x));
 }
 
-/// Scalar product in the order of VectorPair::dot(). Eigen's depends on the instruction set.
+/// Scalar product in the same order as VectorPair::dot(). Eigen's order depends on the instruction
+/// set.
 inline Scalar dot(const Vector3& v, const Vector3& w) {
   return (v.x() * w.x() + v.y() * w.y()) + v.z() * w.z();
 }

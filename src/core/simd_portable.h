@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-// The wide types of simd.h through the vector extensions of g++ and clang++, for processors without
-// a section of their own there. Sixteen bytes: one register of NEON, SSE2, AltiVec or WebAssembly;
-// where there is none the compiler splits it. Included by simd.h only, and as strict as that.
+// The wide types of simd.h through the vector extensions of g++ and clang++, for processors that
+// have no section there. Sixteen bytes: one register of NEON, SSE2, AltiVec or WebAssembly;
+// elsewhere the compiler splits it. Included by simd.h only, with the same restrictions.
 
 #if defined(__aarch64__)
 #include <arm_neon.h>
@@ -19,17 +19,17 @@ using FloatBits = int __attribute__((vector_size(16)));
 using TwoFloats = float __attribute__((vector_size(8)));
 
 #if defined(__aarch64__)
-DYOP_INLINE Doubles vector_root(Doubles x) {
+DYOP_INLINE Doubles vector_sqrt(Doubles x) {
   return vsqrtq_f64(x);
 }
 #else
-DYOP_INLINE Doubles vector_root(Doubles x) {
+DYOP_INLINE Doubles vector_sqrt(Doubles x) {
   return Doubles{__builtin_sqrt(x[0]), __builtin_sqrt(x[1])};
 }
 #endif
 
-/// A register of numbers, `Bits` of the same register as whole numbers, and as many numbers in
-/// single precision.
+/// A register of numbers, `Bits` of the same register as integers, and as many numbers in single
+/// precision.
 template <typename Real, typename Vector, typename BitVector, typename Loaded>
 struct VectorLanes {
   static constexpr int kCount = 16 / sizeof(Real);
@@ -64,7 +64,7 @@ struct VectorLanes {
   friend DYOP_INLINE VectorLanes operator-(VectorLanes x, VectorLanes y) { return x.v - y.v; }
   friend DYOP_INLINE VectorLanes operator*(VectorLanes x, VectorLanes y) { return x.v * y.v; }
   friend DYOP_INLINE VectorLanes operator/(VectorLanes x, VectorLanes y) { return x.v / y.v; }
-  /// y where x is NaN, as on x86: not what the maximum of NEON does.
+  /// y where x is NaN, as on x86, unlike the maximum of NEON.
   friend DYOP_INLINE VectorLanes larger(VectorLanes x, VectorLanes y) {
     return select(x > y, x, y);
   }
@@ -74,7 +74,7 @@ struct VectorLanes {
   friend DYOP_INLINE VectorLanes magnitude(VectorLanes x) {
     return VectorLanes(x.as_bits() & ~sign());
   }
-  friend DYOP_INLINE VectorLanes root(VectorLanes x) { return vector_root(x.v); }
+  friend DYOP_INLINE VectorLanes sqrt(VectorLanes x) { return vector_sqrt(x.v); }
   friend DYOP_INLINE Mask operator>(VectorLanes x, VectorLanes y) { return {x.v > y.v}; }
   friend DYOP_INLINE Mask operator>=(VectorLanes x, VectorLanes y) { return {x.v >= y.v}; }
   friend DYOP_INLINE VectorLanes select(Mask m, VectorLanes x, VectorLanes y) {

@@ -7,6 +7,7 @@
 #include "distance/distance_check.h"
 #include "distance/distance_traversal.h"
 #include "distance/enclosure.h"
+#include "distance/pivot_seed.h"
 #include "dyop/distance/penetration.h"
 
 namespace dyop {
@@ -21,30 +22,22 @@ DistanceStatus status_of(const DistanceTraversal& traversal, Scalar limit) {
   return traversal.lower > 0 ? DistanceStatus::Separated : DistanceStatus::Inconclusive;
 }
 
-}  // namespace
-
-DistanceResult distance(const Shape& a, const RigidPose& X_WA, const Shape& b,
-                        const RigidPose& X_WB, const DistanceOptions& options) {
-  DistanceCache cache;
-  return distance(a, X_WA, b, X_WB, options, cache);
-}
-
-DistanceResult distance(const Shape& a, const RigidPose& X_WA, const Shape& b,
-                        const RigidPose& X_WB, const DistanceOptions& options,
-                        DistanceCache& cache) {
+// One query: shapes, poses and options, and how the traversal is to begin.
+template <typename Search>
+DistanceResult query(const Shape& a, const RigidPose& X_WA, const Shape& b, const RigidPose& X_WB,
+                     const DistanceOptions& options, DistanceCache& cache, const Search& search) {
   internal::require_valid_options(options, "distance");
   const internal::Solids solids{options.solid_a, options.solid_b};
   internal::require_closed("distance", a, b, solids);
   const ShapeTree tree_a(a);
   const ShapeTree tree_b(b);
   const RigidPose X_AB = X_WA.inverse() * X_WB;
-  internal::BoxPairStack stack;
-  DistanceTraversal traversal(tree_a, tree_b, X_AB, internal::pose_noise(a, X_WA, b, X_WB),
-                              options.max_distance, stack);
+  const Scalar noise = internal::pose_noise(a, X_WA, b, X_WB);
+  cache.stack.clear();
+  DistanceTraversal traversal(tree_a, tree_b, X_AB, noise, options.max_distance, cache.stack);
   traversal.absolute_tolerance = options.absolute_tolerance;
   traversal.relative_tolerance = options.relative_tolerance;
-  if (cache.nearest) traversal.seed(cache.nearest->a, cache.nearest->b);
-  traversal.run();
+  search(traversal, tree_a, tree_b, X_AB, noise);
 
   DistanceResult result;
   result.status = status_of(traversal, options.max_distance);
@@ -61,7 +54,7 @@ DistanceResult distance(const Shape& a, const RigidPose& X_WA, const Shape& b,
   result.lower = best.is_overlapping ? 0 : std::min(traversal.lower, best.upper);
   result.upper = best.upper;
   DYOP_ASSERT(result.lower <= result.upper, result.lower, ' ', result.upper);
-  if (result.upper == kInfinity) return result;  // farther than the limit: no piece was examined
+  if (result.upper == kInfinity) return result;  // beyond the limit: no piece was examined
   cache.nearest = {traversal.leaf_a, traversal.leaf_b};
   const Scalar lower = result.lower;
   static_cast<WitnessPair&>(result) =
@@ -73,5 +66,48 @@ DistanceResult distance(const Shape& a, const RigidPose& X_WA, const Shape& b,
   }
   return result;
 }
+
+void traverse(DistanceTraversal& traversal, const DistanceCache& cache) {
+  if (cache.nearest) traversal.seed(cache.nearest->a, cache.nearest->b);
+  traversal.run();
+}
+
+}  // namespace
+
+DistanceResult distance(const Shape& a, const RigidPose& X_WA, const Shape& b,
+                        const RigidPose& X_WB, const DistanceOptions& options) {
+  DistanceCache cache;
+  return distance(a, X_WA, b, X_WB, options, cache);
+}
+
+DistanceResult distance(const Shape& a, const RigidPose& X_WA, const Shape& b,
+                        const RigidPose& X_WB, const DistanceOptions& options,
+                        DistanceCache& cache) {
+  return query(a, X_WA, b, X_WB, options, cache,
+               [&](DistanceTraversal& traversal, const auto&...) { traverse(traversal, cache); });
+}
+
+namespace internal {
+
+DistanceResult seeded_distance(const Shape& a, const RigidPose& X_WA, const Shape& b,
+                               const RigidPose& X_WB, const DistanceOptions& options,
+                               PairSeed& seed) {
+  const auto search = [&](DistanceTraversal& traversal, const ShapeTree& tree_a,
+                          const ShapeTree& tree_b, const RigidPose& X_AB, Scalar noise) {
+    if (!tree_a.convex() || !tree_b.convex()) {
+      traverse(traversal, seed.pieces);
+      return;
+    }
+    const GjkGoal goal{.apart = options.max_distance, .share = kInfinity};
+    traversal.best = piece_distance(tree_a, ShapeTree::kRoot, tree_b, ShapeTree::kRoot, X_AB, noise,
+                                    goal, seed.supports);
+    traversal.lower = traversal.best.lower;
+    traversal.statistics.leaf_tests = 1;
+    traversal.statistics.gjk_iterations = traversal.best.gjk_iterations;
+  };
+  return query(a, X_WA, b, X_WB, options, seed.pieces, search);
+}
+
+}  // namespace internal
 
 }  // namespace dyop

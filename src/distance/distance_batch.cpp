@@ -12,7 +12,7 @@ namespace dyop {
 void distance_batch(std::span<const DistanceQuery> queries, std::span<DistanceResult> results,
                     const BatchOptions& options) {
   DYOP_REQUIRE(queries.size() == results.size(), "distance: ", queries.size(),
-               " queries, but room for ", results.size(), " results");
+               " queries, but space for ", results.size(), " results");
   for (std::size_t i = 0; i < queries.size(); ++i) {
     DYOP_REQUIRE(queries[i].a && queries[i].b, "query ", i, ": a shape is missing");
     internal::require_valid_options(queries[i].options, "query ", i);

@@ -6,7 +6,7 @@
 
 namespace dyop::internal {
 
-/// @throws InvalidArgument for options out of range; the message begins with the subject.
+/// @throws InvalidArgument for options out of range; the message starts with the subject.
 template <typename... Subject>
 void require_valid_options(const DistanceOptions& options, const Subject&... subject) {
   DYOP_REQUIRE(options.max_distance >= 0, subject..., ": max_distance must be >= 0, not ",

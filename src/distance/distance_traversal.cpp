@@ -18,7 +18,7 @@ void DistanceTraversal::visit_leaves(std::int32_t a, std::int32_t b) {
   }
 }
 
-// Puts the pairs of the larger box's parts with the other box on the stack, nearest on top.
+// Pushes the pairs of the larger box's parts with the other box, nearest on top.
 void DistanceTraversal::open(const BoxPair& pair) {
   const bool opens_a = opens_first(a_, pair.a, b_, pair.b);
   const ShapeTree& tree = opens_a ? a_ : b_;
@@ -39,7 +39,7 @@ void DistanceTraversal::open(const BoxPair& pair) {
     const std::int32_t part = ShapeTree::box_number(child, column);
     stack_.push_back({gap, opens_a ? part : pair.a, opens_a ? pair.b : part});
   }
-  // Insertion sort: eight at most, and the nearest on top.
+  // Insertion sort of at most eight, with the nearest on top.
   for (auto k = first + 1; k < stack_.size(); ++k) {
     const BoxPair moved = stack_[k];
     auto place = k;
@@ -56,7 +56,7 @@ void DistanceTraversal::seed(std::int32_t box_a, std::int32_t box_b) {
 
 void DistanceTraversal::run() {
   start();
-  go_on(std::numeric_limits<std::int64_t>::max());
+  run_portion(std::numeric_limits<std::int64_t>::max());
 }
 
 void DistanceTraversal::start() {
@@ -64,7 +64,7 @@ void DistanceTraversal::start() {
   if (!is_found()) stack_.push_back({0, ShapeTree::kRoot, ShapeTree::kRoot});
 }
 
-bool DistanceTraversal::go_on(std::int64_t max_box_pairs) {
+bool DistanceTraversal::run_portion(std::int64_t max_box_pairs) {
   for (; !stack_.empty(); --max_box_pairs) {
     if (max_box_pairs <= 0) return false;
     const BoxPair pair = stack_.back();

@@ -7,18 +7,13 @@
 
 #include "core/tolerance.h"
 #include "distance/piece_distance.h"
-#include "dyop/distance/distance_result.h"
+#include "dyop/distance/distance.h"
 #include "geometry/shape_tree.h"
 #include "hierarchy/box_gaps.h"
 
 namespace dyop::internal {
 
-/// A pair of boxes proven at least `gap` apart.
-struct BoxPair {
-  Scalar gap;
-  std::int32_t a;
-  std::int32_t b;
-};
+using BoxPair = DistanceCache::BoxPair;
 using BoxPairStack = std::vector<BoxPair>;
 
 /// Depth-first branch and bound over pairs of tree boxes, nearest child first.
@@ -36,30 +31,31 @@ class DistanceTraversal {
         box_gaps_(box_gaps_kernel(best_instruction_set())),
         stack_(stack) {}
 
-  /// Looks at one pair of pieces first, if these are leaves.
+  /// Examines one pair of pieces first, if these are leaves.
   void seed(std::int32_t leaf_a, std::int32_t leaf_b);
   void run();
-  /// The same in portions: start(), then go_on() until it says that it is through. Another
-  /// traversal of the same shapes, poses and limits goes on with the stack and `best` of this one.
+  /// The same in portions: start(), then run_portion() until it returns that it is done. Another
+  /// traversal of the same shapes, poses and limits can continue with the stack and `best` of this
+  /// one.
   void start();
-  bool go_on(std::int64_t max_box_pairs);
+  bool run_portion(std::int64_t max_box_pairs);
 
-  /// run() ends at the first pair of pieces the middle of whose bounds is below this.
+  /// run() ends at the first pair of pieces for which the middle of the bounds is below this.
   Scalar sought_middle = -kInfinity;
 
-  /// How far below best.upper a pair may be left aside; see DistanceOptions.
+  /// How far below best.upper a pair may still be skipped; see DistanceOptions.
   Scalar absolute_tolerance = 0;
   Scalar relative_tolerance = 0;
 
   PieceDistance best;
   std::int32_t leaf_a = 0;
   std::int32_t leaf_b = 0;
-  Scalar lower = kInfinity;  // of the whole pair: least bound of all that was pruned or evaluated
+  Scalar lower = kInfinity;  // of both shapes: smallest bound of all pairs pruned or evaluated
   DistanceStatistics statistics;
-  std::int64_t box_pairs = 0;  ///< taken from the stack
+  std::int64_t box_pairs = 0;  ///< popped from the stack
 
  private:
-  // What is provably farther than this cannot change the answer by more than is allowed.
+  // Pairs provably farther than this cannot change the answer by more than is allowed.
   Scalar cutoff() const {
     if (!(best.upper < kInfinity)) return limit_;
     return std::min(best.upper - std::max(absolute_tolerance, relative_tolerance * best.upper),
@@ -74,7 +70,7 @@ class DistanceTraversal {
   const RigidPose X_AB_;
   const RigidPose X_BA_;
   const Scalar noise_;      // of a point of one shape in the frame of the other
-  const Scalar box_noise_;  // of a gap of boxes
+  const Scalar box_noise_;  // of a gap between boxes
   const Scalar limit_;
   const BoxGapsKernel box_gaps_;
   BoxPairStack& stack_;

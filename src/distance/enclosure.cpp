@@ -16,8 +16,8 @@ const TriangleMesh* as_mesh(const Shape& shape) {
                                                  : nullptr;
 }
 
-// Calls `visit` with the meshes and convex shapes that a shape is made of, in its frame, until one
-// call returns true; says whether one did.
+// Calls `visit` with the meshes and convex shapes that a shape consists of, in its frame, until one
+// call returns true; returns whether one did.
 template <typename Visit>
 bool visit_parts(const Shape& shape, const Visit& visit) {
   if (shape.kind() != ShapeKind::Compound) return visit(shape);
@@ -26,7 +26,7 @@ bool visit_parts(const Shape& shape, const Visit& visit) {
                      [&](const CompoundPart& part) { return visit(part.shape()); });
 }
 
-// Each connected part is on one side as a whole.
+// A connected part is either all inside or all outside.
 std::optional<Vector3> find_inside_mesh(const TriangleMesh& solid, const RigidPose& X_WS,
                                         const Shape& shape, const RigidPose& X_WP) {
   const RigidPose X_SP = X_WS.inverse() * X_WP;

@@ -21,7 +21,7 @@ namespace {
 
 using internal::ShapeTree;
 
-// The surface of a shape's core as a mesh, and the radius around it. A smooth core has none.
+// The surface of a shape's core as a mesh, and the radius around it. A smooth core has no surface.
 struct CoreSurface {
   explicit CoreSurface(const Shape& shape) {
     if (shape.kind() == ShapeKind::TriangleMesh) {
@@ -45,19 +45,19 @@ struct TriangleFeature {
 };
 
 TriangleFeature vertex_of(const Triangle& t, const TriangleIndices& indices, std::size_t i) {
-  return {{t[i], t[i], t[i]}, {FeatureKind::Vertex, {indices[i], -1, -1}}};
+  return {{t[i], t[i], t[i]}, {FeatureKind::Vertex, {indices[i]}}};
 }
 
 TriangleFeature edge_of(const Triangle& t, const TriangleIndices& indices, std::size_t i) {
   const std::size_t j = (i + 1) % 3;
-  return {{t[i], t[j], t[j]}, {FeatureKind::Edge, {indices[i], indices[j], -1}}};
+  return {{t[i], t[j], t[j]}, {FeatureKind::Edge, {indices[i], indices[j]}}};
 }
 
 bool is_vertex(const Feature& feature) {
   return feature.kind == FeatureKind::Vertex;
 }
 
-// A mesh or convex shape that a shape is made of, in the shape's frame.
+// A mesh or convex shape that a shape consists of, in the shape's frame.
 struct ContactPart {
   const Shape& shape;
   std::optional<std::int32_t> child;
@@ -72,7 +72,7 @@ std::vector<ContactPart> contact_parts(const Shape& shape) {
   return parts;
 }
 
-// Gathers the contacts of two triangle surfaces in frame A.
+// Collects the contacts of two triangle surfaces in frame A.
 class ContactGathering {
  public:
   ContactGathering(const CoreSurface& a, const CoreSurface& b, const RigidPose& X_AB, Scalar noise,
@@ -95,11 +95,11 @@ class ContactGathering {
   Scalar max_distance_;
   std::int32_t triangle_a_ = 0;
   std::int32_t triangle_b_ = 0;
-  std::vector<Contact> inner_contacts_;  // of an edge inside a flat area
+  std::vector<Contact> inner_contacts_;  // of edges inside a flat area
 };
 
-// Adds the witness pair of two features if it is near enough. Edge pairs count only where both
-// witness points are inside their edges: the ends come as vertex-face pairs.
+// Adds the witness pair of two features if it is near enough. Edge pairs count only if both witness
+// points are inside their edges: the ends are found as vertex-face pairs.
 void ContactGathering::add(const TriangleFeature& a, const TriangleFeature& b, bool only_interior,
                            std::vector<Contact>& list) {
   const TriangleDistance d = triangle_distance(a.triangle, b.triangle);
@@ -119,13 +119,13 @@ void ContactGathering::add(const TriangleFeature& a, const TriangleFeature& b, b
   list.push_back(contact);
 }
 
-// Whether side k of a triangle joins two triangles of one plane.
+// Whether side k of a triangle joins two coplanar triangles.
 bool is_inner_side(const TriangleMesh& mesh, std::int32_t triangle, std::size_t k) {
-  const std::int32_t edge = mesh.topology().edge_of_side(3 * triangle + std::int32_t(k));
-  return edge >= 0 && mesh.contact_features().edge_kind(edge) == EdgeKind::Flat;
+  const auto edge = mesh.topology().edge_of_side(3 * triangle + std::int32_t(k));
+  return edge && mesh.contact_features().edge_kind(*edge) == EdgeKind::Flat;
 }
 
-// An edge that another one crosses inside a flat area is not where the area ends.
+// Where another edge crosses it, an edge inside a flat area is not the border of the area.
 void ContactGathering::add_edge_pairs(const Triangle& a, const Triangle& b) {
   const TriangleIndices& indices_a = a_.mesh->triangles()[static_cast<std::size_t>(triangle_a_)];
   const TriangleIndices& indices_b = b_.mesh->triangles()[static_cast<std::size_t>(triangle_b_)];
@@ -150,7 +150,7 @@ void ContactGathering::add_triangle_pair(std::int32_t triangle_a, std::int32_t t
   for (Vector3& vertex : b) vertex = X_AB_ * vertex;
   const TriangleFeature face_a{a, {FeatureKind::Face, indices_a}};
   const TriangleFeature face_b{b, {FeatureKind::Face, indices_b}};
-  // Most pairs of neighbouring boxes are not in contact: one test of the whole triangles first.
+  // Most pairs of neighbouring boxes are not in contact, so one test of the whole triangles first.
   if (triangle_distance(a, b).lower - noise_ - a_.radius - b_.radius > max_distance_) return;
   for (std::size_t i = 0; i < 3; ++i) {
     add(vertex_of(a, indices_a, i), face_b, false, contacts);
@@ -188,19 +188,20 @@ void ContactGathering::run() {
       stack.emplace_back(opens_a ? part : box_a, opens_a ? box_b : part);
     }
   }
-  // An area is flat to a tolerance: where its ends are just out of reach, what is inside counts.
+  // Flatness has a tolerance: if the area's border is just out of reach, its inner edges count.
   if (contacts.empty()) contacts = std::move(inner_contacts_);
 }
 
-// How far apart, on either body, witness points of one place may be: two legs of a right triangle
-// with a gap of at most `max_distance` are the least gap and the way along the surface.
+// How far apart, on either body, witness points of one place may be: in a right triangle with a gap
+// of at most `max_distance` as hypotenuse, the legs are the least gap and the distance along the
+// surface.
 Scalar place_radius(Scalar least_gap, Scalar max_distance) {
   return std::sqrt(std::max(0.0, max_distance - least_gap) * (max_distance + least_gap));
 }
 
-// Keeps the nearest contact of each place: those within `radius` of one already kept, on both
-// bodies and with nearly its normal, are dropped. Contacts must be sorted. A grid of cells of that
-// size finds neighbours.
+// Keeps the nearest contact of each place: drops those within `radius` of one already kept, on both
+// bodies and with nearly its normal. Contacts must be sorted. A grid of cells of that size finds
+// neighbours.
 std::vector<Contact> one_per_place(const std::vector<Contact>& contacts, Scalar radius) {
   constexpr Scalar kSameNormal = 0.99;  // cosine of 8 degrees
   internal::PointGrid grid(radius);
@@ -228,7 +229,7 @@ bool comes_first(const Contact& x, const Contact& y) {
   return key(x) < key(y);
 }
 
-// For cores without a surface: the one contact of the nearest points.
+// For cores without a surface: one contact, at the nearest points.
 std::vector<Contact> nearest_contact(const ContactPart& a, const RigidPose& X_WA,
                                      const ContactPart& b, const RigidPose& X_WB,
                                      Scalar max_distance) {
@@ -251,7 +252,7 @@ std::vector<Contact> nearest_contact(const ContactPart& a, const RigidPose& X_WA
   return {contact};
 }
 
-// One list, sorted, in world.
+// Merges both lists into one, sorted, in world.
 std::vector<Contact> merged(std::vector<Contact> gathered_A, std::vector<Contact> nearest_W,
                             const RigidPose& X_WA, Scalar max_distance, Scalar noise) {
   if (gathered_A.empty()) {
@@ -281,7 +282,7 @@ std::vector<Contact> find_contacts(const Shape& a, const RigidPose& X_WA, const 
   const Scalar noise = internal::pose_noise(a, X_WA, b, X_WB);
   const RigidPose X_AB = X_WA.inverse() * X_WB;
   std::vector<Contact> gathered;  // in frame A
-  std::vector<Contact> nearest;   // in world, of parts without a surface
+  std::vector<Contact> nearest;   // in world, for parts without a surface
   for (const ContactPart& part_a : contact_parts(a)) {
     for (const ContactPart& part_b : contact_parts(b)) {
       const CoreSurface surface_a(part_a.shape);

@@ -14,7 +14,7 @@ namespace {
 
 static_assert(sizeof(ccd_real_t) == sizeof(Scalar), "libccd must be built with double precision");
 
-// One shape as libccd sees it, in frame A and in units of the query's size, because libccd's
+// One shape as passed to libccd, in frame A and in units of the query's size, because libccd's
 // tolerances are absolute.
 struct CcdShape {
   const ConvexShape& shape;
@@ -26,7 +26,8 @@ struct CcdShape {
   Vector3 center() const { return X_AS * shape.core_center() / scale; }
 
   Vector3 support(const Vector3& direction_A) const {
-    // libccd's loops end when a support point brings nothing new: a fixed point bounds them all.
+    // libccd's loops end when a support point brings nothing new: returning a fixed point ends them
+    // all.
     if (--calls_left < 0 || !(direction_A.norm() > 0)) return center();
     const Vector3 nhat_A = direction_A.normalized();
     const Vector3 p_S = shape.core_support(X_AS.rotation().transpose() * nhat_A).point;
@@ -50,8 +51,8 @@ void center_callback(const void* shape, ccd_vec3_t* point) {
   *point = to_ccd(static_cast<const CcdShape*>(shape)->center());
 }
 
-// The direction along which two overlapping shapes must move apart the least, kept as the best of
-// several candidates. The depth of each is measured with the support functions, so that a poor
+// The direction along which two overlapping shapes must move the least to separate, kept as the
+// best of several candidates. Each depth is measured with the support functions, so a poor
 // candidate can be too deep but never fails to separate.
 class DepthSearch {
  public:
@@ -69,7 +70,7 @@ class DepthSearch {
     const Scalar depth = nhat_A.dot(a_.core_support(nhat_A).point) -
                          nhat_A.dot(X_AB_ * b_.core_support(-nhat_B).point) + a_.rounding_radius() +
                          b_.rounding_radius();
-    // Rounded up, so that a shape moved by it is apart in spite of rounding.
+    // Rounded up, so that a shape moved by it is separated despite rounding.
     const Scalar rounded_up = depth + kPoseNoise * scale_;
     if (rounded_up > 0 && rounded_up < depth_) {
       depth_ = rounded_up;
@@ -77,9 +78,9 @@ class DepthSearch {
     }
   }
 
-  // The expanding polytope algorithm, and minkowski portal refinement where that one fails.
-  // Of polytopes it ends at a face of the difference of the cores; the ball adds its radius to the
-  // depth and leaves the direction (parallel bodies of convex sets).
+  // The expanding polytope algorithm, or Minkowski portal refinement where that fails. For
+  // polytopes it ends at a face of the difference of the cores; the ball adds its radius to the
+  // depth and leaves the direction unchanged (parallel bodies of convex sets).
   void try_libccd(bool with_rounding) {
     ccd_t ccd;
     CCD_INIT(&ccd);
@@ -102,7 +103,7 @@ class DepthSearch {
     }
   }
 
-  // libccd may stop a little before the right face. From just outside the overlap, GJK finds the
+  // libccd may stop slightly before the right face. From just outside the overlap, GJK finds the
   // nearest face itself.
   void polish() {
     for (int i = 0; i < kPenetrationPolishLimit && has_direction(); ++i) {
@@ -139,10 +140,12 @@ std::optional<Penetration> find_penetration(const ConvexShape& a, const RigidPos
   DepthSearch search(a, b, X_AB);
   search.try_direction(gjk.nhat_AB);
   const Scalar radii = a.rounding_radius() + b.rounding_radius();
-  // Less than the radii: the cores are apart, and the direction of their distance is the answer.
+  // Less than the radii: the cores are separated, and the direction of their distance is the
+  // answer.
   if (!(search.depth() < radii)) {
     search.try_libccd(false);
-    // Cores with a flat difference (crossing segments, equal points) have no volume for libccd.
+    // Cores with a flat difference (crossing segments, equal points) have no volume, which libccd
+    // needs.
     if (radii > 0) search.try_libccd(true);
     search.polish();
   }

@@ -31,12 +31,12 @@ PieceDistance convex_pieces(const ConvexShape& a, const ConvexShape& b, const Ri
   return convex_pieces(a, b, X_AB, GjkGoal{}, seed);
 }
 
-// Points of a compound have been through one more pose.
+// Points of a compound were transformed by one more pose.
 Scalar posed_size(const Shape& shape) {
   return (shape.kind() == ShapeKind::Compound ? 2 : 1) * shape.bounding_radius();
 }
 
-// A point of B off by pose_noise changes the distance by no more.
+// An error of pose_noise in a point of B changes the distance by no more than that.
 void widen(PieceDistance& result, Scalar pose_noise) {
   DYOP_ASSERT(result.lower <= result.upper, result.lower, ' ', result.upper);
   DYOP_ASSERT(std::abs(result.nhat_AB.squaredNorm() - 1) <= 2 * kRotationTolerance, result.nhat_AB);
@@ -76,8 +76,8 @@ PieceDistance piece_distance(const ShapeTree& a, std::int32_t leaf_a, const Shap
 }
 
 Feature mesh_feature(Feature local, const TriangleIndices& indices) {
-  for (std::int32_t& vertex : local.vertices) {
-    if (vertex >= 0) vertex = indices[static_cast<std::size_t>(vertex)];
+  for (std::size_t k = 0; k < local.vertex_count(); ++k) {
+    local.vertices[k] = indices[static_cast<std::size_t>(local.vertices[k])];
   }
   return local;
 }

@@ -25,7 +25,7 @@ DYOP_EXPORT PieceDistance piece_distance(const ShapeTree& a, std::int32_t leaf_a
                                          const ShapeTree& b, std::int32_t leaf_b,
                                          const RigidPose& X_AB, Scalar pose_noise);
 
-/// The same, but of two convex shapes only as exact as `goal` asks, and from the points of `seed`.
+/// The same, but two convex shapes are solved only as exactly as `goal` asks, starting at `seed`.
 DYOP_EXPORT PieceDistance piece_distance(const ShapeTree& a, std::int32_t leaf_a,
                                          const ShapeTree& b, std::int32_t leaf_b,
                                          const RigidPose& X_AB, Scalar pose_noise,
@@ -40,11 +40,11 @@ inline std::optional<std::int32_t> triangle_number(const LeafPiece& piece) {
 /// A feature of a triangle with the mesh's vertex numbers in place of local ones.
 Feature mesh_feature(Feature local, const TriangleIndices& indices);
 
-/// Two pieces' nearest points in world.
+/// The nearest points of two pieces, in world.
 WitnessPair witness_pair(const PieceDistance& piece, const ShapeTree& a, std::int32_t leaf_a,
                          const ShapeTree& b, std::int32_t leaf_b, const RigidPose& X_WA);
 
-/// Rounding allowance for comparing points of two posed shapes (kPoseNoise has the reason).
+/// Allowance for rounding when points of two posed shapes are compared (see kPoseNoise).
 DYOP_EXPORT Scalar pose_noise(const Shape& a, const RigidPose& X_WA, const Shape& b,
                               const RigidPose& X_WB);
 

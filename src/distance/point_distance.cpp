@@ -19,7 +19,7 @@ namespace {
 
 using internal::NearestToPoint;
 
-// A point and a shape in the shape's frame, and what rounding adds to their distance.
+// A point and a shape in the shape's frame, and the rounding in their distance.
 struct PointQuery {
   const Vector3& p_S;
   const PointDistanceOptions& options;
@@ -62,9 +62,9 @@ PointDistance point_result_of(const NearestToPoint& found, const TriangleMesh& m
   return result;
 }
 
-// The same distance from inside.
+// Turns the distance into one from inside.
 void turn_inside(PointDistance& result) {
-  // Where the point may be on either side of the surface, both bounds stay.
+  // If the point may be on either side of the surface, both bounds stay.
   const Scalar lower = -result.upper;
   result.upper = result.lower > 0 ? -result.lower : result.upper;
   result.lower = lower;
@@ -84,7 +84,7 @@ PointDistance from_mesh(const TriangleMesh& mesh, const PointQuery& query) {
   return result;
 }
 
-// A convex shape without a surface, unsigned.
+// For a convex shape without a surface: unsigned.
 PointDistance from_smooth_core(const ConvexShape& shape, const PointQuery& query) {
   const internal::TriangleCore point({query.p_S, query.p_S, query.p_S});
   const GjkResult gjk = gjk_distance(shape, point, RigidPose());
@@ -184,7 +184,7 @@ void point_distance_batch(const Shape& shape, const RigidPose& X_WS,
                  " must be finite, not (", points_W[i].transpose(), ")");
   }
   std::fill(results.begin(), results.end(), PointDistance());
-  // Handing out a point costs about as much as answering it.
+  // Dispatching a point costs about as much as answering it.
   constexpr std::size_t kPortion = 256;
   const std::size_t total = points_W.size();
   BatchOptions in_portions = batch_options;

@@ -14,7 +14,7 @@
 
 namespace dyop::internal {
 
-/// Numbered points in cubic cells, to find those that are near one another.
+/// Numbered points in cubic cells, for finding points near each other.
 class PointGrid {
  public:
   explicit PointGrid(Scalar cell_size)
@@ -22,8 +22,8 @@ class PointGrid {
 
   void add(const Vector3& p, std::size_t number) { cells_[cell_of(p, 0, 0, 0)].push_back(number); }
 
-  /// Whether a point for which `is_sought(number)` is true lies in the cell of p or beside it:
-  /// every point within the size of a cell of p is asked for.
+  /// Whether a point for which `is_sought(number)` is true lies in the cell of p or a neighbouring
+  /// one. It is called for at least every point within one cell size of p.
   template <typename Predicate>
   bool any_near(const Vector3& p, const Predicate& is_sought) const {
     for (int dx = -1; dx <= 1; ++dx) {
@@ -42,7 +42,7 @@ class PointGrid {
   using Cell = std::tuple<std::int64_t, std::int64_t, std::int64_t>;
   struct CellHash {
     std::size_t operator()(const Cell& cell) const {
-      // Unsigned: the products may wrap.
+      // Unsigned, because the products may wrap.
       const auto mix = [](std::int64_t index, std::uint64_t prime) {
         return static_cast<std::uint64_t>(index) * prime;
       };

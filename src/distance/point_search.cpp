@@ -17,9 +17,9 @@ struct OpenBox {
 
 constexpr int kGroupSize = BoxGroup::kWidth;
 
-// Lower bounds of the squared distances of the boxes of a group to a point q, both in units of the
-// scale, before rounding outward: with coordinates y of the point along a box's axes
-// |y| - half extents. docs/algorithms/distance.md, "Points".
+// Lower bounds on the squared distances of the boxes of a group to a point q, both in units of the
+// scale, before rounding outward: |y| - half extents, with y the coordinates of the point along a
+// box's axes. docs/algorithms/distance.md, "Points".
 std::array<Scalar, kGroupSize> squared_gaps(const BoxGroup& boxes, const Vector3& q) {
   std::array<Scalar, kGroupSize> x, y, z, slack, sum{};
   for (int i = 0; i < kGroupSize; ++i) {
@@ -78,7 +78,7 @@ class PointSearch {
     return true;
   }
 
-  // Puts the boxes of a node on the stack, nearest on top.
+  // Pushes the boxes of a node, nearest on top.
   void open(std::int32_t number) {
     const MeshHierarchy::Node& node = tree_.nodes()[static_cast<std::size_t>(number)];
     const std::array<Scalar, kGroupSize> gaps = squared_gaps(node.boxes, q_);
@@ -108,7 +108,7 @@ class PointSearch {
   const Vector3 p_;
   const Vector3 q_;  // in units of the scale
   const Scalar limit_;
-  Scalar lower_ = kInfinity;  // of all that was left out or measured
+  Scalar lower_ = kInfinity;  // of everything skipped or measured
   NearestToPoint result_;
   std::size_t count_ = 0;
   std::array<OpenBox, MeshHierarchy::kMaxDepth * kGroupSize + 1> stack_;

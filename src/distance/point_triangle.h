@@ -6,7 +6,7 @@
 
 namespace dyop::internal {
 
-/// The point of a triangle nearest to another point, and proven bounds of their distance.
+/// The point of a triangle nearest to another point, with proven bounds on their distance.
 struct PointTriangleDistance {
   Scalar lower = 0;
   Scalar upper = kInfinity;
@@ -15,7 +15,7 @@ struct PointTriangleDistance {
   Feature feature;                    ///< local vertex numbers 0, 1, 2
 };
 
-/// Certified as triangle_distance() for a triangle that is the point three times, at a third of its
+/// Certified as triangle_distance() with the point as a degenerate triangle, at a third of its
 /// cost: the direction of [Ericson2005] 5.1.5 is tried first.
 PointTriangleDistance point_triangle_distance(const Vector3& p, const Triangle& triangle);
 

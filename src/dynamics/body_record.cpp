@@ -116,7 +116,7 @@ Matrix3 BodyRecord::linear_mobility() const {
 Matrix3 BodyRecord::angular_mobility(const Matrix3& R_WB) const {
   const auto& locked = definition.locked.rotation;
   if (!(locked[0] || locked[1] || locked[2])) return R_WB * inverse_inertia_B * R_WB.transpose();
-  // On the free axes the inverse of the inertia's part there, zero on the others.
+  // On the free axes: the inverse of that part of the inertia. On the others: zero.
   Matrix3 inertia = R_WB * inertia_B * R_WB.transpose();
   for (Eigen::Index k = 0; k < 3; ++k) {
     if (!locked[static_cast<std::size_t>(k)]) continue;
@@ -143,7 +143,7 @@ CentralState central_state(const BodyRecord& body, const MotionState& state) {
   CentralState result;
   result.X_WM = RigidPose::from_trusted(R, state.X_WB.translation() + p_BoBcm_W);
   result.v_W = state.twist.v_WB + state.twist.w_WB.cross(p_BoBcm_W);
-  if (!body.is_dynamic()) {  // a body without inertia keeps its angular velocity here
+  if (!body.is_dynamic()) {  // without inertia: this holds its angular velocity
     result.L_W = state.twist.w_WB;
     return result;
   }

@@ -16,7 +16,7 @@ struct CentralState {
   Vector3 L_W = Vector3::Zero();  // angular momentum about it
 };
 
-/// What a body is, prepared for stepping; constant but for the wrench and a kinematic motion.
+/// A body prepared for stepping; constant except for the wrench and a kinematic motion.
 struct BodyRecord {
   BodyId id;
   BodyDefinition definition;
@@ -31,19 +31,19 @@ struct BodyRecord {
   Scalar inverse_mass = 0;
 
   CentralState state;
-  Wrench wrench_asleep;                // of the user's callback when the body fell asleep
-  std::shared_ptr<const Motion> rest;  // at the pose of `state`, for a body that does not move
+  Wrench wrench_asleep;                // from the user's callback when the body fell asleep
+  std::shared_ptr<const Motion> rest;  // at the pose of `state`; for a body at rest
   std::shared_ptr<FreeFlight> flight;  // null: to be started from `state`
 
   bool is_present() const { return exists && is_enabled; }
   bool is_dynamic() const { return definition.kind == BodyKind::Dynamic; }
-  /// Stepped: dynamic, there, and not asleep.
+  /// Stepped: dynamic, present, and not asleep.
   bool is_awake() const { return is_present() && is_dynamic() && !is_asleep; }
 
   RigidPose X_WB() const;
   MotionState motion_state() const;
   Matrix3 linear_mobility() const;
-  /// w = angular_mobility(R) L, also with locked axes.
+  /// w = angular_mobility(R) L, also valid with locked axes.
   Matrix3 angular_mobility(const Matrix3& R_WB) const;
   Vector3 angular_velocity() const { return angular_mobility(state.X_WM.rotation()) * state.L_W; }
   Scalar kinetic_energy() const;
@@ -59,12 +59,12 @@ CentralState central_state(const BodyRecord& body, const MotionState& state);
 MotionState motion_state(const MassProperties& properties, const RigidPose& X_WM,
                          const Vector3& v_W, const Vector3& w_W);
 
-/// The body's own wrench with gravity, along its free axes only.
+/// The body's own wrench plus gravity, along its free axes only.
 /// @throws IntegrationError naming the body if its callback returns numbers that are not finite.
 Wrench total_wrench(const BodyRecord& body, const Vector3& gravity_W, Scalar t,
                     const MotionState& state);
 
-/// A motion about the centre of mass as that of the frame B.
+/// Converts a motion of the centre of mass to one of the frame B.
 std::shared_ptr<const Motion> about_center(const BodyRecord& body,
                                            std::shared_ptr<const Motion> X_WM);
 

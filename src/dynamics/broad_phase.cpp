@@ -24,8 +24,7 @@ void BroadPhase::update(std::int32_t number, const AlignedBox& box) {
   boxes_[index_of(number)] = box;
 }
 
-// The axis with the largest variance of the boxes' centres; boxes without a finite centre say
-// nothing.
+// The axis with the largest variance of box centres; boxes without a finite centre are left out.
 Eigen::Index BroadPhase::sweep_axis() const {
   Vector3 sum = Vector3::Zero();
   Vector3 sum_sq = Vector3::Zero();
@@ -43,8 +42,8 @@ Eigen::Index BroadPhase::sweep_axis() const {
   return axis;
 }
 
-// Insertion sort while the order is nearly right, which it is from step to step; a full sort when
-// that proves wrong.
+// Insertion sort while the order is nearly right, as it is from step to step; a full sort when it
+// is not.
 void BroadPhase::sort_along(Eigen::Index axis) {
   const auto is_before = [&](std::int32_t x, std::int32_t y) {
     const Scalar low_x = boxes_[index_of(x)].min()[axis];

@@ -9,9 +9,9 @@
 
 namespace dyop::internal {
 
-/// Finds which of many boxes overlap, without looking at all pairs: sweep and prune along the axis
-/// on which the boxes are spread most ([Cohen1995]). The order is kept from step to step, so that
-/// sorting boxes that moved little costs little.
+/// Finds which of many boxes overlap without testing all pairs: sweep and prune along the axis with
+/// the largest spread ([Cohen1995]). The order is kept from step to step, so boxes that moved
+/// little are cheap to sort.
 class BroadPhase {
  public:
   /// Adds the next box; returns its number, 0, 1, 2, ... in order.
@@ -20,8 +20,8 @@ class BroadPhase {
   /// Replaces a box. Infinite extents are legal.
   void update(std::int32_t number, const AlignedBox& box);
 
-  /// All pairs (a, b), a < b, whose boxes overlap (touching counts), sorted, but for pairs in which
-  /// neither may move.
+  /// All pairs (a, b), a < b, whose boxes overlap or touch, sorted; pairs in which neither may move
+  /// are left out.
   std::vector<std::pair<std::int32_t, std::int32_t>> find_pairs(const std::vector<bool>& may_move);
 
  private:

@@ -15,17 +15,17 @@ namespace {
 
 using Map = Eigen::Map<const Vector3>;
 
-// A chart is good while its rotation vector stays well below pi; beyond this turn it is renewed.
+// A chart is good while its rotation vector stays well below pi; beyond this angle it is renewed.
 constexpr Scalar kFlightChartTurn = 1.5;  // radians
 
-// How many steps ahead a body without a wrench is followed.
+// How many steps ahead a body without a wrench is computed.
 constexpr Scalar kStepsAhead = 16;
 
-// Limit of attempts at the length of a piece.
+// Largest number of attempts at the length of a piece.
 constexpr int kMostHalvings = 50;
 
-// The numbers of one body: position of the centre of mass, rotation vector in the chart, momentum
-// and angular momentum in world axes. The rotation never drifts off the rotations ([Terze2016]).
+// State vector of one body: position of the centre of mass, rotation vector in the chart, momentum
+// and angular momentum in world axes. The rotation cannot drift away from SO(3) ([Terze2016]).
 Map position(const Scalar* y) {
   return Map(y);
 }
@@ -120,10 +120,10 @@ FreeFlight::Node FreeFlight::integrated_end(Scalar t_end) {
     integrator_->restart(last_.t, last_.y);
     must_restart_ = false;
   }
-  // A step turns the body by no more than about a radian: the chart and the cubic stay accurate.
+  // A step turns the body by about a radian at most, so chart and cubic stay accurate.
   const Scalar speed = body_.inverse_inertia_B.norm() * spin(last_.y.data()).norm();
   const Scalar turn_limit = speed > 0 ? last_.t + 1 / speed : kInfinity;
-  // A limit below the resolution of time must not stop time.
+  // A limit below the resolution of time must not stop progress.
   integrator_->step(turn_limit > last_.t ? std::min(t_end, turn_limit) : t_end);
   Node end;
   end.t = integrator_->time();
@@ -150,20 +150,20 @@ void FreeFlight::integrate(Scalar t_end) {
   }
 }
 
-// From last_ on.
+// Starting at last_.
 void FreeFlight::renew_turn() {
   Matrix3 R_WB = last_.R_WC * rotation_from_vector(theta(last_.y.data()));
-  // Not from last_, which a cubic gave: the error of cubics does not add up.
+  // Not from last_, which came from a cubic: that way the errors of the cubics do not add up.
   if (turn_ && last_.t - t_turn_ <= turn_->span()) {
     R_WB = R_WT_ * rotation_from_vector(turn_->at(last_.t - t_turn_).theta);
   }
-  R_WB = RigidPose(R_WB, Vector3::Zero()).rotation();  // exact again after many products
+  R_WB = RigidPose(R_WB, Vector3::Zero()).rotation();  // removes the drift of many products
   turn_.emplace(body_.inverse_inertia_B, R_WB.transpose() * spin(last_.y.data()));
   R_WT_ = R_WB;
   t_turn_ = last_.t;
 }
 
-// A body without a wrench at time t: where the parabola and the turn bring it from last_.
+// A body without a wrench at time t: where the parabola and the free turn take it from last_.
 FreeFlight::Node FreeFlight::turning_node(Scalar t) const {
   Node node = last_;
   const Scalar h = t - last_.t;
@@ -179,7 +179,7 @@ FreeFlight::Node FreeFlight::turning_node(Scalar t) const {
   return node;
 }
 
-// The end of a piece from last_ on that should serve several steps of length h.
+// The end of a piece starting at last_ that should serve several steps of length h.
 FreeFlight::Node FreeFlight::coasting_end(Scalar h) {
   const Scalar wanted = std::min(h, coasting_length_);
   if (!turn_ || !(t_turn_ + turn_->span() - last_.t >= wanted)) renew_turn();
@@ -191,7 +191,7 @@ FreeFlight::Node FreeFlight::coasting_end(Scalar h) {
   const Vector3 rate_0 = Map(begin.rate.data() + 3);
   Scalar length = std::min(coasting_length_, most);
   for (int halving = 0;; ++halving) {
-    // A length below the resolution of time must not stop time.
+    // A length below the resolution of time must not stop progress.
     const Scalar t = std::max(last_.t + length, std::nextafter(last_.t, kInfinity));
     const Node end = turning_node(t);
     const Scalar half = (t - last_.t) / 2;
@@ -207,7 +207,7 @@ FreeFlight::Node FreeFlight::coasting_end(Scalar h) {
   }
 }
 
-// Pieces without a wrench: the first begins at t anew, so that mostly one serves a step.
+// Pieces without a wrench. The first one starts anew at t, so that one usually serves a step.
 void FreeFlight::coast(Scalar t, Scalar t_end) {
   if (last_.t > t) {
     const Vector3 w_W = piece_at(t).motion->twist(t).w_WB;

@@ -13,35 +13,36 @@
 
 namespace dyop::internal {
 
-/// The path of one body that nothing touches: gravity and its own wrench, integrated by itself.
+/// The path of one body in free flight: gravity and its own wrench, integrated separately from all
+/// other bodies.
 ///
-/// Each piece is a cubic in position and rotation vector between two states of the integrator; its
+/// Each piece is a cubic in position and rotation vector between two states of the integrator;
 /// momenta are cubics too. A body without a wrench needs no integrator: it falls along a parabola
-/// and turns by TorqueFreeTurn. Its pieces reach beyond the step, to serve several, as far as a
-/// cubic follows the turn to the integrator's relative tolerance (radians).
+/// and turns as TorqueFreeTurn says. Its pieces extend beyond the step and serve several steps, as
+/// long as a cubic follows the turn to the integrator's relative tolerance (radians).
 class FreeFlight {
  public:
-  /// Begins at `state`; `body` must outlive the flight.
+  /// Starts at `state`; `body` must outlive the flight.
   FreeFlight(const BodyRecord& body, const CentralState& state, const Vector3& gravity_W,
              IntegratorKind kind, const IntegratorOptions& options, Scalar t);
   ~FreeFlight();
 
-  /// The motion of the frame B from t to t_end > t. What lies before t is forgotten.
+  /// The motion of the frame B from t to t_end > t. Everything before t is discarded.
   /// @throws IntegrationError naming the body.
   std::shared_ptr<const Motion> motion(Scalar t, Scalar t_end);
 
-  /// At a time within the last motion().
+  /// At a time covered by the last motion().
   CentralState state(Scalar t) const;
 
-  /// Bound of the last motion() over at least [t, t_end], known already; none if it has several
-  /// pieces there.
+  /// The bound of the last motion() over at least [t, t_end] if it is already known; none if
+  /// several pieces lie there.
   std::optional<TwistBound> known_bound(Scalar t, Scalar t_end) const;
 
   IntegratorStatistics statistics() const;
 
  private:
   static constexpr std::size_t kStateSize = 12;
-  // The body at the end of a piece. Rates are those of the differential equations.
+  // The body at the end of a piece. Rates are those of the equations of motion.
   struct Node {
     Scalar t = 0;
     Matrix3 R_WC;  // chart, the same at both ends of a piece
@@ -78,8 +79,8 @@ class FreeFlight {
   bool must_restart_ = true;
   // Without a wrench.
   std::optional<TorqueFreeTurn> turn_;
-  Matrix3 R_WT_ = Matrix3::Identity();  // chart of turn_, the orientation when it began
-  Scalar t_turn_ = 0;                   // when it began
+  Matrix3 R_WT_ = Matrix3::Identity();  // chart of turn_: the orientation at its start
+  Scalar t_turn_ = 0;                   // start time of turn_
   Scalar coasting_length_ = kInfinity;  // of the next piece
   std::int64_t coasting_pieces_ = 0;
 };

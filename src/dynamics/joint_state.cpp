@@ -18,14 +18,15 @@ class Equations {
     const Vector3 center_a = X_WA * a.definition.mass_properties.p_BoBcm;
     const Vector3 center_b = X_WB * b.definition.mass_properties.p_BoBcm;
     between_ = X_WJb_.translation() - X_WJa_.translation();
-    // The point of A that is at JB, so that rows along axes of A are exact derivatives.
+    // Lever arm to the point of A that coincides with JB, so that rows along axes of A are exact
+    // derivatives.
     arm_a_ = X_WJb_.translation() - center_a;
     arm_b_ = X_WJb_.translation() - center_b;
   }
 
   Vector3 axis(Eigen::Index k) const { return X_WJa_.rotation().col(k); }
   const Vector3& between() const { return between_; }
-  // Of JB relative to JA, in world axes.
+  // The rotation vector of JB relative to JA, in world axes.
   Vector3 turn() const {
     return rotation_vector(X_WJb_.rotation() * X_WJa_.rotation().transpose());
   }
@@ -52,7 +53,7 @@ class Equations {
     equation.row.j_bw_W = radius_ * axis_W;
     list_.push_back(equation);
   }
-  // Speed and strength along the last row's axis.
+  // Speed and strength along the axis of the last row.
   void drive(Scalar speed, Scalar strength) {
     list_.back().value = 0;
     list_.back().row.target = speed;
@@ -89,7 +90,7 @@ void add_turn(Equations& equations, Eigen::Index axes) {
   }
 }
 
-// z of JB onto z of JA: two rows, right for any angle about z.
+// Aligns z of JB with z of JA: two rows, valid for any angle about z.
 void add_z_axis(Equations& equations, const RigidPose& X_WJb) {
   const Vector3 z = X_WJb.rotation().col(2);
   const Vector3 lean = equations.axis(2).cross(z);
@@ -171,7 +172,7 @@ std::vector<JointEquation> joint_equations(const JointDefinition& joint, const B
 void require_valid(const JointDefinition& joint) {
   const auto& name = joint.name;
   const bool has_axis = joint.kind == JointKind::Hinge || joint.kind == JointKind::Slider;
-  DYOP_REQUIRE(joint.a != joint.b, "joint '", name, "': it needs two bodies, not ", joint.a,
+  DYOP_REQUIRE(joint.a != joint.b, "joint '", name, "': needs two different bodies, not ", joint.a,
                " twice");
   DYOP_REQUIRE(!joint.motor || has_axis, "joint '", name,
                "': only a hinge or a slider can have a motor");

@@ -9,22 +9,22 @@
 
 namespace dyop::internal {
 
-/// A joint of a World and what it remembers from step to step.
+/// A joint of a World and what is kept from step to step.
 struct JointState {
   JointId id;
   JointDefinition definition;
-  std::vector<Scalar> impulses;  // of its rows: warm start
+  std::vector<Scalar> impulses;  // one per row: warm start
 };
 
-/// One row of a joint at one pose of its bodies: how far it is from being met, and its Jacobian.
+/// One row of a joint at one pose of its bodies: its error and its Jacobian.
 struct JointEquation {
   enum class Kind { Equality, Limit, Motor };
   Kind kind = Kind::Equality;
-  Scalar value = 0;  // length; of a Limit: what is left, >= 0; of a Motor: 0
-  JointRow row;      // Jacobian and, of a Motor, speed as target
+  Scalar value = 0;  // length; for a Limit the distance left, >= 0; for a Motor 0
+  JointRow row;      // Jacobian and, for a Motor, the speed as target
 };
 
-/// The rows at these poses of the bodies' frames; always the same number in the same order. Angles
+/// The rows at these poses of the bodies' frames, always the same number in the same order. Angles
 /// are scaled by `radius`, a length.
 std::vector<JointEquation> joint_equations(const JointDefinition& joint, const BodyRecord& a,
                                            const RigidPose& X_WA, const BodyRecord& b,

@@ -11,6 +11,24 @@ Scalar PairLengths::tolerance() const {
   return kCertifiedFraction * standoff;
 }
 
+void update_pivot(PairState& pair, const BodyRecord& a, const BodyRecord& b) {
+  const auto points = pair.points();
+  const auto nearest =
+      std::min_element(points.begin(), points.end(),
+                       [](const ContactPoint& x, const ContactPoint& y) { return x.gap < y.gap; });
+  const RigidPose X_WA = a.X_WB();
+  const RigidPose X_WB = b.X_WB();
+  const Shape& shape_a = *a.definition.shape;
+  const Shape& shape_b = *b.definition.shape;
+  if (pair.has_contacts && nearest != points.end()) {
+    pair.pivot = {(nearest->p_WCa + nearest->p_WCb) / 2, nearest->nhat_AB_W};
+  } else {
+    pair.pivot = internal_box_pivot(shape_a, X_WA, shape_b, X_WB);
+  }
+  const bool is_seeded = pair.seed.pieces.nearest || pair.seed.supports.count > 0;
+  if (!is_seeded) pair.seed = seed_at(pair.pivot, shape_a, X_WA, shape_b, X_WB);
+}
+
 bool refresh_contacts(PairState& pair, const BodyRecord& a, const RigidPose& X_WA,
                       const BodyRecord& b, const RigidPose& X_WB, Scalar reach,
                       ContactWorkspace& workspace) {
@@ -27,7 +45,7 @@ void measure_gap(PairState& pair, const BodyRecord& a, const RigidPose& X_WA, co
   DistanceOptions options;
   options.max_distance = enough;
   const DistanceResult result =
-      distance(*a.definition.shape, X_WA, *b.definition.shape, X_WB, options, pair.distance_cache);
+      seeded_distance(*a.definition.shape, X_WA, *b.definition.shape, X_WB, options, pair.seed);
   pair.gap_lower = result.lower;
   pair.gap_upper = result.upper;
 }

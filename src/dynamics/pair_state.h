@@ -5,11 +5,12 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
+#include "distance/pivot_seed.h"
 #include "dynamics/body_record.h"
 #include "dyop/contact/contact_cache.h"
-#include "dyop/distance/distance.h"
 #include "dyop/dynamics/pair_record.h"
 
 namespace dyop::internal {
@@ -31,34 +32,65 @@ struct PairLengths {
   Scalar standoff = 0;  // s
   Scalar radius = 0;    // the smaller bounding radius
   Scalar rest_gap() const { return target + standoff; }
-  Scalar tolerance() const;  // of time_of_impact(), a part of the standoff
+  Scalar tolerance() const;  // for time_of_impact(), a fraction of the standoff
 };
 
-/// What a World remembers of a near pair from step to step.
+/// What a World keeps about a near pair from step to step.
 struct PairState {
   PairKey key;
   PairLengths lengths;
-  DistanceCache distance_cache;
+  Pivot pivot;    // at the World's time
+  PairSeed seed;  // from the pivot, then from the last query
   ContactCache contacts;
-  /// Proven lower bound of the distance at the time that a step in progress has reached, and at the
-  /// World's time; -1: not known.
+  /// Proven bounds of the distance at the time that a step in progress has reached; the lower is -1
+  /// if it is not known.
   Scalar gap_lower = -1;
-  Scalar gap_committed = -1;
   Scalar gap_upper = kInfinity;
+  /// The same at the World's time.
+  Scalar gap_committed = -1;
+  Scalar gap_upper_committed = kInfinity;
   /// Less than `target` for a pair that began too near: what it must keep instead.
   std::optional<Scalar> granted;
-  bool is_inner = false;  // of an island of the step in progress, which proves it
-  bool overlaps = false;  // the shapes met at the start: nothing can be kept
+  bool is_inner = false;  // belongs to an island of the current step, which proves it
+  bool overlaps = false;  // the shapes overlapped at the start: no distance to keep
+  std::vector<ContactPoint> overlap_contacts;  // then used in place of `contacts`: estimates
   // Of the last step.
   ProofKind proof = ProofKind::AtRest;
   std::int64_t advancement_steps = 0;
   Scalar residual = 0;
   std::vector<Vector3> impulses;  // one per contact
-  bool has_contacts = false;      // `contacts` are those of the current poses
-  Scalar reach = 0;               // up to which they were looked for
+  bool has_contacts = false;      // `contacts` belong to the current poses
+  Scalar reach = 0;               // up to which contacts were sought
 
+  /// Contacts as they act.
+  std::span<ContactPoint> points() {
+    return overlaps ? std::span<ContactPoint>(overlap_contacts) : contacts.contacts();
+  }
+  std::span<const ContactPoint> points() const {
+    return overlaps ? std::span<const ContactPoint>(overlap_contacts) : contacts.contacts();
+  }
   Scalar kept_distance() const { return granted.value_or(lengths.target); }
+  /// A step in progress begins.
+  void start_from_committed() {
+    gap_lower = gap_committed;
+    gap_upper = gap_upper_committed;
+    advancement_steps = 0;
+  }
+  /// The gap may have changed by so much, either way.
+  void loosen_bounds(Scalar way) {
+    gap_lower = gap_lower - way < 0 ? -1 : gap_lower - way;
+    gap_upper += way;
+  }
+  void commit_bounds() {
+    gap_committed = gap_lower;
+    gap_upper_committed = gap_upper;
+  }
 };
+
+/// Moves the pivot to where the bodies are: the middle of the nearest contact's witness segment,
+/// of the internal box while there is no contact. Where no query has left a better seed, the pivot
+/// picks one.
+void update_pivot(PairState& pair, const BodyRecord& a, const BodyRecord& b);
 
 /// Brings contacts and gap of a pair up to date at two poses: contacts up to `reach`.
 /// Returns whether there are any.
@@ -66,7 +98,7 @@ bool refresh_contacts(PairState& pair, const BodyRecord& a, const RigidPose& X_W
                       const BodyRecord& b, const RigidPose& X_WB, Scalar reach,
                       ContactWorkspace& workspace);
 
-/// Measures the gap at two poses unless its known bound is above `enough` already.
+/// Measures the gap at two poses unless its known bound already exceeds `enough`.
 void measure_gap(PairState& pair, const BodyRecord& a, const RigidPose& X_WA, const BodyRecord& b,
                  const RigidPose& X_WB, Scalar enough);
 

@@ -7,8 +7,8 @@ namespace dyop {
 using internal::BodyRecord;
 using internal::PairKey;
 
-// Overlaps of sensors over a committed step. What only passes through within the step begins and
-// ends in it.
+// Overlaps with sensors over a committed step. A body that only passes through within the step
+// gives both events, begin and end.
 void World::Impl::sense(const CommittedStep& step, AdvanceReport& report) {
   for (const auto& pair : pairs) {
     const PairKey key = pair->key;

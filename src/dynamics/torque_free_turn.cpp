@@ -10,7 +10,7 @@ namespace dyop::internal {
 
 TorqueFreeTurn::TorqueFreeTurn(const Matrix3& inverse_inertia_B, const Vector3& L_B)
     : inverse_inertia_B_(inverse_inertia_B) {
-  // In units of time in which speeds are at most one the coefficients neither overflow nor vanish.
+  // Time is scaled so that speeds are at most one: coefficients neither overflow nor vanish.
   const Scalar speed = inverse_inertia_B.norm() * L_B.norm();
   unit_ = speed > 0 ? 1 / speed : kInfinity;
   const bool turns = unit_ < kInfinity;
@@ -36,7 +36,7 @@ TorqueFreeTurn::TorqueFreeTurn(const Matrix3& inverse_inertia_B, const Vector3& 
     scalar_[k + 1] = scalar_rate / (2 * n);
     w_B[k + 1] = unit_ * (inverse_inertia_B * L_B_[k + 1]);
   }
-  // The last two terms of each series stay below rounding, and the turn below a radian.
+  // Keeps the last two terms of each series below rounding, and the turn below a radian.
   Scalar reach = 1;
   for (const std::size_t k : {kDegree - 1, kDegree}) {
     const Scalar size = std::max(std::hypot(vector_[k].norm(), scalar_[k]), w_B[k].norm());

@@ -8,12 +8,12 @@
 
 namespace dyop::internal {
 
-/// How a rigid body turns that no torque acts on: the Taylor series of its angular momentum in body
-/// axes and of its quaternion about a start time. The equations are quadratic, so that the
-/// coefficients follow from one another by sums of products ([Jorba2005]).
+/// How a rigid body turns without torque: the Taylor series of its angular momentum in body axes
+/// and of its quaternion about a start time. The equations are quadratic, so the coefficients
+/// follow from each other by sums of products ([Jorba2005]).
 class TorqueFreeTurn {
  public:
-  /// From the angular momentum at the start, in the axes of B then.
+  /// From the angular momentum at the start, in the axes that B has then.
   TorqueFreeTurn(const Matrix3& inverse_inertia_B, const Vector3& L_B);
 
   /// Up to this time after the start the series are exact to rounding; > 0, may be infinite.

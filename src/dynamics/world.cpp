@@ -42,7 +42,7 @@ void require_valid(const WorldOptions& options) {
 }
 
 void require_two(BodyId a, BodyId b) {
-  DYOP_REQUIRE(a != b, "World: a pair needs two bodies, not ", a, " twice");
+  DYOP_REQUIRE(a != b, "World: a pair needs two different bodies, not ", a, " twice");
 }
 
 }  // namespace
@@ -79,6 +79,10 @@ void World::remove_body(BodyId id) {
   std::erase_if(impl_->joints, [&](const auto& joint) {
     return joint.definition.a == id || joint.definition.b == id;
   });
+  std::erase_if(impl_->springs, [&](const auto& spring) {
+    return spring.definition.a == id || spring.definition.b == id;
+  });
+  impl_->find_links();
   BodyRecord& body = impl_->record(id);
   body.exists = false;
   body.definition.user_data.reset();
@@ -114,23 +118,24 @@ void World::set_motion(BodyId id, std::shared_ptr<const Motion> motion) {
   BodyRecord& body = impl_->record(id);
   const auto& name = body.definition.name;
   DYOP_REQUIRE(body.definition.kind == BodyKind::Kinematic, "body '", name,
-               "': only a kinematic body has a motion");
+               "': only a kinematic body can have a motion");
   DYOP_REQUIRE(motion != nullptr, "body '", name, "': the motion is missing");
   DYOP_REQUIRE(motion->domain().contains(impl_->time), "body '", name,
-               "': its motion is not defined at the time ", impl_->time);
+               "': its motion is not defined at t = ", impl_->time);
   const MotionState state = motion->state(impl_->time);
   const RigidPose X_WB = body.X_WB();
   const Scalar radius = body.definition.shape->bounding_radius();
   const Scalar jump = (state.X_WB.translation() - X_WB.translation()).norm() +
                       radius * (state.X_WB.rotation() - X_WB.rotation()).norm();
   constexpr Scalar kLargestJump = 1e-3;  // of the radius, as documented
-  DYOP_REQUIRE(jump <= kLargestJump * radius, "body '", name, "': its new motion begins ", jump,
-               " away from where the body is; move it there by a motion");
+  DYOP_REQUIRE(jump <= kLargestJump * radius, "body '", name, "': its new motion starts ", jump,
+               " away from the body; use a motion to move it there");
   if (jump > 0) {
     for (const auto& pair : impl_->pairs) {
       if (pair->key.a != id.slot && pair->key.b != id.slot) continue;
-      pair->gap_committed = std::max(pair->gap_committed - 2 * jump, -1.0);
-      if (pair->gap_committed < 0) pair->gap_committed = -1;
+      pair->start_from_committed();
+      pair->loosen_bounds(2 * jump);
+      pair->commit_bounds();
     }
   }
   body.definition.motion = std::move(motion);
@@ -182,7 +187,8 @@ void World::set_gravity(const Vector3& gravity_W) {
 
 void World::wake(BodyId id) {
   BodyRecord& body = impl_->record(id);
-  DYOP_REQUIRE(body.is_dynamic(), "body '", body.definition.name, "': only a dynamic body wakes");
+  DYOP_REQUIRE(body.is_dynamic(), "body '", body.definition.name,
+               "': only a dynamic body can be woken");
   impl_->wake(id.slot, nullptr);
 }
 
@@ -211,59 +217,6 @@ void World::set_target_distance(BodyId a, BodyId b, Scalar target_distance) {
   const PairKey key = internal::ordered(a.slot, b.slot);
   set_pair_enabled(a, b, impl_->is_pair_enabled(key));  // wakes both, forgets the pair
   impl_->pair_target[key] = target_distance;
-}
-
-JointId World::add_joint(const JointDefinition& definition) {
-  internal::require_valid(definition);
-  const BodyRecord& a = impl_->record(definition.a);
-  const BodyRecord& b = impl_->record(definition.b);
-  DYOP_REQUIRE(a.is_dynamic() || b.is_dynamic(), "joint '", definition.name,
-               "': one of its bodies must be dynamic");
-  internal::JointState joint;
-  joint.id = {impl_->next_joint++};
-  joint.definition = definition;
-  if (definition.kind == JointKind::Distance && !definition.limits) {
-    const Vector3 p_WJa = a.X_WB() * definition.X_AJ.translation();
-    const Vector3 p_WJb = b.X_WB() * definition.X_BJ.translation();
-    const Scalar distance = (p_WJb - p_WJa).norm();
-    joint.definition.limits = JointLimits{distance, distance};
-    internal::require_valid(joint.definition);
-  }
-  impl_->joints.push_back(std::move(joint));
-  forget_pair(definition.a, definition.b);
-  return impl_->joints.back().id;
-}
-
-void World::remove_joint(JointId id) {
-  const JointDefinition definition = impl_->joint_at(id).definition;
-  std::erase_if(impl_->joints, [&](const auto& joint) { return joint.id == id; });
-  forget_pair(definition.a, definition.b);
-}
-
-void World::set_motor(JointId id, const JointMotor& motor) {
-  internal::JointState& joint = impl_->joint_at(id);
-  DYOP_REQUIRE(joint.definition.motor.has_value(), "joint '", joint.definition.name,
-               "': it has no motor");
-  JointDefinition changed = joint.definition;
-  changed.motor = motor;
-  internal::require_valid(changed);
-  joint.definition = changed;
-  impl_->wake(changed.a.slot, nullptr);
-  impl_->wake(changed.b.slot, nullptr);
-}
-
-const JointDefinition& World::joint(JointId id) const {
-  return impl_->joint_at(id).definition;
-}
-
-// After a change of what holds between two bodies: both wake up.
-void World::forget_pair(BodyId a, BodyId b) {
-  const PairKey key = internal::ordered(a.slot, b.slot);
-  std::erase_if(impl_->pairs, [&](const auto& pair) { return pair->key == key; });
-  for (const BodyId id : {a, b}) {
-    impl_->wake(id.slot, nullptr);
-    impl_->bodies[id.slot].flight = nullptr;
-  }
 }
 
 Scalar World::time() const {

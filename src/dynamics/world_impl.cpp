@@ -70,36 +70,41 @@ internal::JointState& World::Impl::joint_at(JointId id) {
   return *found;
 }
 
+internal::SpringState& World::Impl::spring_at(SpringId id) {
+  const auto found = std::find_if(springs.begin(), springs.end(),
+                                  [&](const auto& spring) { return spring.id == id; });
+  DYOP_REQUIRE(found != springs.end(), "World: there is no spring ", id.number);
+  return *found;
+}
+
+void World::Impl::find_links() {
+  links.clear();
+  for (const internal::JointState& joint : joints) {
+    links.push_back({joint.definition.a.slot, joint.definition.b.slot});
+  }
+  for (const internal::SpringState& spring : springs) {
+    links.push_back({spring.definition.a.slot, spring.definition.b.slot});
+  }
+}
+
 void World::Impl::drop_pairs_of(std::uint32_t slot) {
   std::erase_if(pairs,
                 [&](const auto& pair) { return pair->key.a == slot || pair->key.b == slot; });
 }
 
 PairRecord World::Impl::record_of(const PairState& pair) const {
-  const BodyRecord& a = bodies[pair.key.a];
-  const BodyRecord& b = bodies[pair.key.b];
   PairRecord record;
-  record.a = a.id;
-  record.b = b.id;
+  record.a = bodies[pair.key.a].id;
+  record.b = bodies[pair.key.b].id;
   record.proof = pair.proof;
   record.gap_lower = std::max(pair.gap_committed, 0.0);
+  record.gap_upper = pair.gap_upper_committed;
   record.advancement_steps = pair.advancement_steps;
   record.residual = pair.residual;
-  // The dynamic pivot: between the facing sides of the two bodies' boxes, axis by axis.
-  const auto box_of = [](const BodyRecord& body) {
-    const RigidPose X_WB = body.X_WB();
-    const AlignedBox box = body.definition.shape->bounding_box();
-    const Vector3 half = X_WB.rotation().cwiseAbs() * (box.sizes() / 2);
-    const Vector3 center = X_WB * Vector3(box.center());
-    return AlignedBox(center - half, center + half);
-  };
-  const AlignedBox box_a = box_of(a);
-  const AlignedBox box_b = box_of(b);
-  record.pivot_W = (box_a.min().cwiseMax(box_b.min()) + box_a.max().cwiseMin(box_b.max())) / 2;
-  const Vector3 between = box_b.center() - box_a.center();
-  if (between.norm() > 0) record.nhat_AB_W = between.normalized();
+  record.pivot_W = pair.pivot.p_W;
+  record.nhat_AB_W = pair.pivot.nhat_AB_W;
   if (!pair.has_contacts) return record;
-  const auto points = pair.contacts.contacts();
+  const auto points = pair.points();
   for (std::size_t i = 0; i < points.size(); ++i) {
     record.contacts.push_back(
         {points[i], i < pair.impulses.size() ? pair.impulses[i] : Vector3::Zero()});
@@ -108,9 +113,8 @@ PairRecord World::Impl::record_of(const PairState& pair) const {
       std::min_element(points.begin(), points.end(),
                        [](const ContactPoint& x, const ContactPoint& y) { return x.gap < y.gap; });
   if (nearest == points.end()) return record;
-  record.gap_upper = std::max(nearest->gap, record.gap_lower);
-  record.pivot_W = (nearest->p_WCa + nearest->p_WCb) / 2;
-  record.nhat_AB_W = nearest->nhat_AB_W;
+  record.gap_upper = std::min(record.gap_upper, (nearest->p_WCb - nearest->p_WCa).norm());
+  record.gap_upper = std::max(record.gap_upper, record.gap_lower);
   return record;
 }
 
@@ -138,7 +142,7 @@ void World::Impl::commit(const internal::Ledger& ledger,
     for (std::size_t k = 0; k < islands[i].bodies.size(); ++k) {
       BodyRecord& body = bodies[islands[i].bodies[k]];
       internal::Track& track = outcomes[i].tracks[k];
-      if (options.records_motions) step.motions[islands[i].bodies[k]] = track.joined();
+      step.motions[islands[i].bodies[k]] = track.joined();
       body.state = track.end;
       body.flight = std::move(track.flight);
     }
@@ -149,8 +153,17 @@ void World::Impl::commit(const internal::Ledger& ledger,
                    [](const ImpactEvent& x, const ImpactEvent& y) { return x.t < y.t; });
   auto entry = ledger.entries().begin();
   for (const auto& pair : pairs) {
-    pair->gap_committed = pair->gap_lower;
-    if (entry == ledger.entries().end() || entry->key != pair->key) continue;
+    pair->commit_bounds();
+    if (pair->has_contacts) {
+      for (const ContactPoint& point : pair->points()) {
+        report.work.shortest_gap = std::min(report.work.shortest_gap, point.gap);
+      }
+    }
+    const bool has_entry = entry != ledger.entries().end() && entry->key == pair->key;
+    if (!has_entry || entry->kind != ProofKind::AtRest) {
+      update_pivot(*pair, bodies[pair->key.a], bodies[pair->key.b]);
+    }
+    if (!has_entry) continue;
     const bool was_excused = pair->proof == ProofKind::Excused;
     pair->proof = entry->kind;
     ++entry;
@@ -179,16 +192,31 @@ void World::Impl::commit(const internal::Ledger& ledger,
 
 AdvanceReport World::Impl::advance(Scalar dt, const AdvanceLimits& limits) {
   DYOP_REQUIRE(dt > 0 && dt < kInfinity, "World::advance: dt must be finite and > 0, not ", dt);
-  const Scalar t_begin = time;
   const Scalar t_end = time + dt;
   for (const BodyRecord& body : bodies) {
     if (!body.is_present() || body.definition.kind != BodyKind::Kinematic) continue;
     const std::string what = "the motion of body '" + body.definition.name + "'";
     require_defined(*body.definition.motion, {time, t_end}, what.c_str());
   }
+  DYOP_REQUIRE(limits.max_steps > 0, "World::advance: max_steps must be > 0, not ",
+               limits.max_steps);
   AdvanceReport report;
+  Scalar total = 0;
+  {
+    const internal::PartTimer timing(options.measures_time, total);
+    advance_steps(dt, limits, report);
+  }
+  if (report.status == AdvanceStatus::NotRun) report.status = AdvanceStatus::Completed;
+  report.t = time;
+  report.times.total = total;
+  return report;
+}
+
+void World::Impl::advance_steps(Scalar dt, const AdvanceLimits& limits, AdvanceReport& report) {
+  const Scalar t_begin = time;
+  const Scalar t_end = time + dt;
   const Scalar step = options.max_step.value_or(dt);
-  // literal: rounding of dt / step makes no step of its own
+  // literal: rounding of dt / step must not add a step
   const auto parts = std::max(1.0, std::ceil(dt / step - 1e-9));
   constexpr int kMostEventsAtOnce = 100;
   int events_at_once = 0;
@@ -198,7 +226,8 @@ AdvanceReport World::Impl::advance(Scalar dt, const AdvanceLimits& limits) {
       report.status = AdvanceStatus::Cancelled;
       break;
     }
-    if (limits.deadline && std::chrono::steady_clock::now() >= *limits.deadline) {
+    const bool is_late = limits.deadline && std::chrono::steady_clock::now() >= *limits.deadline;
+    if (is_late || report.work.steps >= limits.max_steps) {
       report.status = AdvanceStatus::BudgetExhausted;
       break;
     }
@@ -217,9 +246,6 @@ AdvanceReport World::Impl::advance(Scalar dt, const AdvanceLimits& limits) {
     if (time > t_before && options.on_step) options.on_step(time);
     if (time >= t_next) ++k;
   }
-  if (report.status == AdvanceStatus::NotRun) report.status = AdvanceStatus::Completed;
-  report.t = time;
-  return report;
 }
 
 void World::Impl::answer_by_callback(AdvanceReport& report) {

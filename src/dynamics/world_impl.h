@@ -12,13 +12,14 @@
 #include "dynamics/broad_phase.h"
 #include "dynamics/joint_state.h"
 #include "dynamics/pair_state.h"
+#include "dynamics/spring_state.h"
 #include "dynamics/step/island_run.h"
 #include "dynamics/step/ledger.h"
 #include "dyop/dynamics/world.h"
 
 namespace dyop {
 
-/// What a World is: bodies by slot, their near pairs, and the rules between them.
+/// The parts of a World: bodies by slot, their near pairs, and the rules between them.
 struct World::Impl {
   explicit Impl(const WorldOptions& the_options);
 
@@ -33,6 +34,8 @@ struct World::Impl {
   internal::PairLengths lengths_of(internal::PairKey key) const;
   bool is_pair_enabled(internal::PairKey key) const;
   internal::JointState& joint_at(JointId id);
+  internal::SpringState& spring_at(SpringId id);
+  void find_links();
   void drop_pairs_of(std::uint32_t slot);
   PairRecord record_of(const internal::PairState& pair) const;
 
@@ -47,8 +50,9 @@ struct World::Impl {
   void sense(const CommittedStep& step, AdvanceReport& report);
 
   AdvanceReport advance(Scalar dt, const AdvanceLimits& limits);
+  void advance_steps(Scalar dt, const AdvanceLimits& limits, AdvanceReport& report);
   void answer_by_callback(AdvanceReport& report);
-  /// Takes over a step that was proven.
+  /// Adopts a step that was proven.
   void commit(const internal::Ledger& ledger, const std::vector<internal::Island>& islands,
               std::vector<internal::IslandOutcome>& outcomes, AdvanceReport& report);
 
@@ -64,8 +68,11 @@ struct World::Impl {
   std::map<internal::PairKey, Scalar> pair_target;
   std::deque<internal::JointState> joints;  // by id
   std::uint64_t next_joint = 0;
+  std::deque<internal::SpringState> springs;  // by id
+  std::uint64_t next_spring = 0;
+  std::vector<internal::PairKey> links;  // bodies of joints and springs
   std::set<internal::PairKey> overlapping_sensors;
-  std::set<internal::PairKey> crossed;  // reported already
+  std::set<internal::PairKey> crossed;  // already reported
   std::vector<std::unique_ptr<internal::StepWorkspace>> workspaces;
 };
 

@@ -64,7 +64,7 @@ int lowest_exponent(double x) {
 }
 
 BigInteger::BigInteger(std::int64_t value) : limbs_(value != 0 ? 1 : 0), is_negative_(value < 0) {
-  // Negating in the unsigned type is defined for the most negative value too.
+  // Negating in the unsigned type is defined even for the most negative value.
   const auto bits = static_cast<Limb>(value);
   if (value != 0) limbs_[0] = is_negative_ ? Limb{0} - bits : bits;
 }

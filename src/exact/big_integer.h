@@ -8,13 +8,13 @@
 
 namespace dyop::internal {
 
-// A whole number of any size, with what exact predicates need: sums, products, shifts and signs.
+// An integer of any size, with what exact predicates need: sums, products, shifts and signs.
 class BigInteger {
  public:
   BigInteger() = default;
   BigInteger(std::int64_t value);  // implicit: literals occur in formulas
 
-  // x / 2^exponent, which must be a whole number; x finite.
+  // x / 2^exponent, which must be an integer; x finite.
   static BigInteger from_scaled(double x, int exponent);
 
   int sign() const { return limbs_.empty() ? 0 : is_negative_ ? -1 : 1; }
@@ -36,8 +36,8 @@ class BigInteger {
   bool is_negative_ = false;  // never set for zero
 };
 
-// The exponent of the lowest bit of x that is set: x is a whole multiple of 2^e and of no higher
-// power. x finite and not zero.
+// The exponent e of the lowest set bit of x: x is an integer multiple of 2^e and of no higher power
+// of two. x finite and not zero.
 int lowest_exponent(double x);
 
 }  // namespace dyop::internal

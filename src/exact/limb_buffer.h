@@ -11,8 +11,8 @@
 
 namespace dyop::internal {
 
-// The digits of a whole number, lowest first. Short ones live in the object: nearly all numbers of
-// an exact decision do, and the time of allocating would exceed that of computing.
+// The digits of an integer, lowest first. Short ones are stored inside the object: nearly all
+// numbers of an exact decision are short, and allocating would take longer than computing.
 class LimbBuffer {
  public:
   using Limb = std::uint64_t;
@@ -60,8 +60,8 @@ class LimbBuffer {
   }
 
  private:
-  // All of it, in few moves: most numbers fill half of it, and a copy of unknown length costs a
-  // call.
+  // The whole buffer, in a few moves: most numbers fill half of it, and a copy of unknown length
+  // costs a function call.
   void copy_inside(const LimbBuffer& other) {
     if (outside_.empty()) std::memcpy(inside_.data(), other.inside_.data(), sizeof(inside_));
   }

@@ -10,7 +10,7 @@
 namespace dyop::internal {
 namespace {
 
-// A number as the sum of two doubles without overlap.
+// A number as the sum of two doubles that do not overlap.
 struct Pair {
   Scalar high = 0;
   Scalar low = 0;
@@ -29,8 +29,8 @@ Pair exact_product(Scalar a, Scalar b) {
   return {product, std::fma(a, b, -product)};
 }
 
-// An exact sum of doubles, kept as an expansion: parts without overlap, by increasing size, none of
-// them zero ("grow expansion" with elimination of zeros [Shewchuk1997]).
+// An exact sum of doubles, kept as an expansion: parts that do not overlap, by increasing size,
+// none of them zero ("grow expansion" with elimination of zeros [Shewchuk1997]).
 class Expansion {
  public:
   void add(Scalar value) {
@@ -56,7 +56,7 @@ class Expansion {
     add_product(product.high, c);
   }
 
-  // The largest part outweighs the rest.
+  // The largest part dominates the rest.
   int sign() const {
     if (size_ == 0) return 0;
     return parts_[size_ - 1] > 0 ? 1 : -1;

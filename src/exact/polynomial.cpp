@@ -9,8 +9,8 @@
 namespace dyop::internal {
 namespace {
 
-// A cubic, or less, on an interval [k, k + 1] / 2^level, by its Bernstein coefficients times a
-// positive factor.
+// A cubic, or less, on an interval [k, k + 1] / 2^level, given by its Bernstein coefficients times
+// a positive factor.
 struct Piece {
   std::vector<BigInteger> b;
   BigInteger k;
@@ -65,7 +65,7 @@ Piece whole_interval(const ExactPolynomial& p) {
   return piece;
 }
 
-// De Casteljau at the middle, all coefficients times 2^degree.
+// De Casteljau's algorithm at the middle, all coefficients times 2^degree.
 std::pair<Piece, Piece> split(const Piece& piece) {
   const std::size_t count = piece.b.size();
   Piece left{piece.b, piece.k + piece.k, piece.level + 1};
@@ -103,7 +103,7 @@ int first_sign(const std::vector<BigInteger>& b) {
 }
 
 // Roots of a square-free polynomial by Descartes' rule on Bernstein coefficients: no sign variation
-// means no root inside, one means one. The depth is bounded by the distance of the two nearest
+// means no root inside, one means one root. The depth is bounded by the distance of the two nearest
 // roots, 2^-O(bits).
 void isolate(const ExactPolynomial& p, std::vector<ExactRoot>& roots) {
   const int deepest = 16 * p.bit_length() + 64;
@@ -124,7 +124,8 @@ void isolate(const ExactPolynomial& p, std::vector<ExactRoot>& roots) {
       roots.push_back(std::move(root));
       continue;
     }
-    if (piece.level > deepest) throw InternalError("roots of a square-free cubic do not separate");
+    if (piece.level > deepest)
+      throw InternalError("could not isolate the roots of a square-free cubic");
     auto [left, right] = split(piece);
     if (left.b.back().is_zero()) append_fraction(right.k, BigInteger(1) << right.level, roots);
     stack.push_back(std::move(right));
@@ -132,7 +133,7 @@ void isolate(const ExactPolynomial& p, std::vector<ExactRoot>& roots) {
   }
 }
 
-// A polynomial with a double root and whole coefficients has fractions for roots.
+// A cubic with a double root and integer coefficients has rational roots.
 void append_cubic_roots(const ExactPolynomial& p, std::vector<ExactRoot>& roots) {
   const auto& [d, c, b, a] = p.c;
   const BigInteger b_sq = b * b;
@@ -169,7 +170,7 @@ bool is_inside(const BigInteger& numerator, const BigInteger& denominator, const
   return from_begin.sign() * denominator.sign() > 0 && to_end.sign() * denominator.sign() > 0;
 }
 
-// Remainder of f by g, times a power of g's leading coefficient.
+// Remainder of f divided by g, times a power of g's leading coefficient.
 ExactPolynomial remainder(ExactPolynomial f, const ExactPolynomial& g) {
   const int degree = g.degree();
   for (int k = f.degree(); k >= degree; k = std::min(k - 1, f.degree())) {
@@ -192,7 +193,7 @@ bool vanishes_at(const ExactPolynomial& q, const ExactPolynomial& p, const Exact
   if (low.degree() == 2) {
     common = remainder(high, low);
     if (common.is_zero()) {
-      // One divides the other. If q divides p, its roots are among those of p, of which one is
+      // One divides the other. If q divides p, its roots are among those of p, and one of them is
       // here.
       return !is_q_lower || count_variations(bernstein_around(q, root)) % 2 == 1;
     }
@@ -274,17 +275,17 @@ std::vector<ExactRoot> roots_in_unit_interval(const ExactPolynomial& p) {
 
 int sign_at(const ExactPolynomial& q, const ExactPolynomial& p, ExactRoot& root) {
   if (q.degree() <= 0) return q.c[0].sign();
-  // The values of q at the roots of p multiply to a whole number, the resultant, over powers of p's
-  // leading coefficient: where q is not zero it is not smaller than 2^-O(bits), and the loop ends.
+  // The values of q at the roots of p multiply to an integer, the resultant, over powers of p's
+  // leading coefficient: where q is not zero it is at least 2^-O(bits), so the loop ends.
   const int deepest = root.level + 16 * (p.bit_length() + q.bit_length()) + 64;
   constexpr int kFirstSteps = 8;
   constexpr int kMostSteps = 64;
   for (int steps = kFirstSteps; !root.is_fraction; steps = std::min(2 * steps, kMostSteps)) {
     const std::array<BigInteger, 3> b = bernstein_around(q, root);
     if (b[0].sign() == b[1].sign() && b[1].sign() == b[2].sign()) return b[0].sign();
-    // Mostly the sign is plain at once; a common root has to be looked for where it stays open.
+    // Usually the sign is clear at once; only if it stays open is a common root tested for.
     if (steps == 2 * kFirstSteps && vanishes_at(q, p, root)) return 0;
-    if (root.level > deepest) throw InternalError("the sign at a root does not settle");
+    if (root.level > deepest) throw InternalError("could not determine the sign at a root");
     for (int i = 0; i < steps && !root.is_fraction; ++i) halve(p, root);
   }
   return sign_at_fraction(q, root.numerator, root.denominator);

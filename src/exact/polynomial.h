@@ -8,7 +8,7 @@
 
 namespace dyop::internal {
 
-// c[0] + c[1] s + c[2] s^2 + c[3] s^3 with whole coefficients; degree at most three.
+// c[0] + c[1] s + c[2] s^2 + c[3] s^3 with integer coefficients; degree at most three.
 struct ExactPolynomial {
   std::array<BigInteger, 4> c;
 
@@ -29,7 +29,7 @@ struct ExactRoot {
   BigInteger numerator = 0;  // k, if not a fraction
   BigInteger denominator = 1;
   int level = 0;
-  int sign_at_begin = 0;  // of the polynomial just inside the interval's begin
+  int sign_at_begin = 0;  // of the polynomial just after the interval's start
 };
 
 // All distinct roots of p in [0, 1]; p must not be zero.

@@ -22,7 +22,7 @@ TriangleMesh surface_of_box(const Vector3& half_extents) {
   for (std::int32_t number = 0; number < 8; ++number) {
     vertices.push_back(corner(half_extents, number));
   }
-  // Two triangles a face, counterclockwise seen from outside: -x, +x, -y, +y, -z, +z.
+  // Two triangles per face, counterclockwise seen from outside: -x, +x, -y, +y, -z, +z.
   return TriangleMesh(std::move(vertices), {{0, 4, 6},
                                             {0, 6, 2},
                                             {1, 3, 7},
@@ -43,7 +43,7 @@ Box::Box(const Vector3& half_extents)
     : half_extents_(half_extents), surface_(surface_of_box(half_extents)) {}
 
 SupportPoint Box::core_support(const Vector3& direction) const {
-  // Signs are as random as coins: no branches on them.
+  // Signs are random, so no branches on them.
   SupportPoint support{half_extents_, 0};
   for (int k = 0; k < 3; ++k) {
     support.point[k] = std::copysign(half_extents_[k], direction[k]);

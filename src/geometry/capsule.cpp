@@ -44,7 +44,8 @@ Scalar Capsule::bounding_radius() const {
 MassProperties Capsule::compute_mass_properties(Scalar density) const {
   internal::require_density(density);
   // A cylinder of length 2h and two half balls, whose centres of mass lie 3r/8 beyond its ends; a
-  // half ball's transverse moment about its flat side's centre is 2/5 m r^2, as a whole ball's.
+  // half ball's transverse moment about the centre of its flat side is 2/5 m r^2, like a whole
+  // ball's.
   const Scalar r = radius_;
   const Scalar h = half_length_;
   const Scalar cylinder = density * (2 * std::numbers::pi) * r * r * h;

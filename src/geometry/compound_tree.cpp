@@ -35,7 +35,7 @@ float raised(Scalar x) {
   return Scalar(rounded) < x ? std::nextafter(rounded, std::numeric_limits<float>::max()) : rounded;
 }
 
-// Stores a box in units of another scale, `ratio` of this one: exactly, but for numbers that
+// Stores a box in units of another scale, `ratio` times this one: exactly, except for numbers that
 // underflow.
 void copy_box(const BoxGroup& from, int from_column, float ratio, BoxGroup& to, int to_column) {
   for (int row = 0; row < BoxGroup::kRows; ++row) {
@@ -93,7 +93,7 @@ class TreeBuilder {
   }
   const OrientedBox& box(std::int32_t child) const { return boxes_[std::size_t(child)]; }
 
-  // The node with the parts of a group of several children.
+  // Adds the node with the parts of a group of several children.
   std::int32_t add_node(const std::vector<std::int32_t>& children) {
     const auto number = std::int32_t(tree_.nodes.size());
     tree_.nodes.emplace_back();
@@ -124,7 +124,7 @@ class TreeBuilder {
     return static_cast<float>(mesh.scale() / tree_.scale);
   }
 
-  // Appends the tree of a mesh but for its first node; returns what that one links to.
+  // Appends the tree of a mesh without its first node; returns what that node links to.
   std::int32_t add_mesh(const MeshHierarchy& mesh, std::int32_t first_piece) {
     const std::int32_t base = std::int32_t(tree_.nodes.size()) - 1;
     const auto link = [&](std::int32_t child) {
@@ -142,8 +142,8 @@ class TreeBuilder {
     return link(mesh.nodes()[0].child[0]);
   }
 
-  // Into groups for the columns of a node: the largest is halved along the axis on which its
-  // centers are spread most, until there are enough.
+  // Divides children into groups for the columns of a node: the largest group is halved along the
+  // axis on which its centers spread most, until there are enough.
   std::vector<std::vector<std::int32_t>> divide(const std::vector<std::int32_t>& children) const {
     std::vector<std::vector<std::int32_t>> groups{children};
     const auto is_smaller = [](const auto& x, const auto& y) { return x.size() < y.size(); };

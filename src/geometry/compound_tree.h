@@ -13,8 +13,8 @@
 
 namespace dyop::internal {
 
-/// A child of a compound in the compound's frame: a mesh or a convex shape, with its own numbers of
-/// vertices and triangles.
+/// A child of a compound in the compound's frame: a mesh or a convex shape, with its own vertex and
+/// triangle numbers.
 struct CompoundPart {
   std::optional<TriangleMesh> mesh;
   std::unique_ptr<const PosedConvex> convex;  // null for a mesh
@@ -25,8 +25,8 @@ struct CompoundPart {
   }
 };
 
-/// All pieces of a compound, triangles and convex shapes, under one tree in the compound's frame:
-/// a small tree over the children, and below it copies of the meshes' own. Pieces are numbered
+/// All pieces of a compound, triangles and convex shapes, under one tree in the compound's frame: a
+/// small tree over the children, and below it copies of the meshes' own trees. Pieces are numbered
 /// child by child.
 struct CompoundTree {
   /// Children must be meshes and convex shapes.

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <optional>
 
 #include "core/tolerance.h"
 
@@ -28,7 +29,7 @@ class FeatureFinder {
 
   EdgeShape edge_shape(std::int32_t edge) const;
 
-  // Whether some n has n . t <= 0 for all edges t at the vertex: the normal cone, or more.
+  // Whether some n has n . t <= 0 for all edges t at the vertex: the normal cone, or a superset.
   bool has_normal_cone(std::int32_t vertex);
 
  private:
@@ -38,7 +39,7 @@ class FeatureFinder {
   EdgeShape shape_of_two(std::int32_t side_a, std::int32_t side_b) const;
   bool opens_beyond_half(std::span<const std::int32_t> sides) const;
   bool is_normal(const Vector3& n) const;
-  std::int32_t edge_owned_by(std::int32_t side) const;
+  std::optional<std::int32_t> edge_owned_by(std::int32_t side) const;
   void gather_rays(std::int32_t vertex);
 
   std::span<const Vector3> vertices_;
@@ -49,7 +50,7 @@ class FeatureFinder {
 };
 
 void FeatureFinder::find_normals() {
-  // A triangle thinner than this, relative to its length, has no normal that rounding leaves.
+  // A triangle thinner than this, relative to its length, has no normal beyond rounding.
   constexpr Scalar kThinnest = kFlatEdgeSine * kFlatEdgeSine;
   normals_.assign(triangles_.size(), Vector3::Zero());
   for (std::size_t k = 0; k < triangles_.size(); ++k) {
@@ -62,10 +63,10 @@ void FeatureFinder::find_normals() {
   }
 }
 
-// From the smaller vertex of its edge to the larger one.
+// Whether a side runs from the smaller vertex of its edge to the larger one.
 bool FeatureFinder::runs_up(std::int32_t side) const {
   const TriangleIndices& t = triangles_[std::size_t(side / 3)];
-  return t[std::size_t(side % 3)] == topology_.edge(topology_.edge_of_side(side))[0];
+  return t[std::size_t(side % 3)] == topology_.edge(*topology_.edge_of_side(side))[0];
 }
 
 const Vector3& FeatureFinder::corner_across(std::int32_t side) const {
@@ -82,18 +83,18 @@ EdgeShape FeatureFinder::shape_of_two(std::int32_t side_a, std::int32_t side_b) 
   const Scalar parted_sq = (n_a - n_b).squaredNorm();
   const Scalar opposed_sq = (n_a + n_b).squaredNorm();
   const bool is_flat = (is_consistent ? parted_sq : opposed_sq) <= kFlatSquare;
-  // The same triangle twice hides what it is joined to.
+  // A duplicate triangle hides what it is joined to.
   const bool is_folded = (is_consistent ? opposed_sq : parted_sq) <= kFlatSquare;
   if (!is_consistent) return {EdgeKind::NonManifold, !is_flat, is_folded};
   if (is_flat) return {EdgeKind::Flat, false, false};
-  const Vector3& from = vertices_[std::size_t(topology_.edge(topology_.edge_of_side(side_a))[0])];
+  const Vector3& from = vertices_[std::size_t(topology_.edge(*topology_.edge_of_side(side_a))[0])];
   const bool is_concave = n_a.dot(corner_across(side_b) - from) > 0;
   return {is_concave ? EdgeKind::Concave : EdgeKind::Convex, true, is_folded};
 }
 
-// Whether the triangles at an edge leave more than a half turn free on one side.
+// Whether the triangles at an edge leave more than half a turn free on one side.
 bool FeatureFinder::opens_beyond_half(std::span<const std::int32_t> sides) const {
-  const auto& ends = topology_.edge(topology_.edge_of_side(sides[0]));
+  const auto& ends = topology_.edge(*topology_.edge_of_side(sides[0]));
   const Vector3& from = vertices_[std::size_t(ends[0])];
   const Vector3 along = (vertices_[std::size_t(ends[1])] - from).normalized();
   const Vector3 zero = along.cross(along.cross(corner_across(sides[0]) - from)).normalized();
@@ -125,10 +126,10 @@ bool FeatureFinder::is_normal(const Vector3& n) const {
                      [&](const Vector3& ray) { return n.dot(ray) <= kFlatEdgeSine; });
 }
 
-// The edge of a side, if this side owns it; -1 if not.
-std::int32_t FeatureFinder::edge_owned_by(std::int32_t side) const {
-  const std::int32_t edge = topology_.edge_of_side(side);
-  return edge >= 0 && topology_.sides_of_edge(edge)[0] == side ? edge : -1;
+// The edge of a side, if this side owns it.
+std::optional<std::int32_t> FeatureFinder::edge_owned_by(std::int32_t side) const {
+  const auto edge = topology_.edge_of_side(side);
+  return edge && topology_.sides_of_edge(*edge)[0] == side ? edge : std::nullopt;
 }
 
 void FeatureFinder::gather_rays(std::int32_t vertex) {
@@ -137,9 +138,9 @@ void FeatureFinder::gather_rays(std::int32_t vertex) {
   for (const std::int32_t corner : topology_.corners_of_vertex(vertex)) {
     const std::int32_t side_before = corner % 3 == 0 ? corner + 2 : corner - 1;
     for (const std::int32_t side : {corner, side_before}) {
-      const std::int32_t edge = edge_owned_by(side);
-      if (edge < 0) continue;
-      const auto& ends = topology_.edge(edge);
+      const std::optional<std::int32_t> edge = edge_owned_by(side);
+      if (!edge) continue;
+      const auto& ends = topology_.edge(*edge);
       const Vector3 ray = vertices_[std::size_t(ends[ends[0] == vertex])] - p;
       const Scalar length = ray.norm();
       if (length > 0) rays_.push_back(ray / length);
@@ -147,9 +148,9 @@ void FeatureFinder::gather_rays(std::int32_t vertex) {
   }
 }
 
-// The cone, if there is one, has a normal along the rays' mean or one square to two of them.
+// If there is a cone, it has a normal along the mean of the rays or perpendicular to two of them.
 bool FeatureFinder::has_normal_cone(std::int32_t vertex) {
-  constexpr std::size_t kMostRays = 24;  // the work grows with the cube: more count as a cone
+  constexpr std::size_t kMostRays = 24;  // the work grows with the cube; with more rays: a cone
   gather_rays(vertex);
   Vector3 mean = Vector3::Zero();
   for (const Vector3& ray : rays_) mean += ray;
@@ -161,7 +162,7 @@ bool FeatureFinder::has_normal_cone(std::int32_t vertex) {
       const Vector3 n = rays_[i].cross(rays_[j]);
       if (n.squaredNorm() <= kFlatEdgeSine * kFlatEdgeSine) continue;
       is_line = false;
-      // Not divided by its length: that keeps a vertex more, at times.
+      // Not divided by its length: at worst that keeps a vertex too many.
       bool is_above = false;
       bool is_below = false;
       for (std::size_t k = 0; k < rays_.size() && !(is_above && is_below); ++k) {
@@ -206,10 +207,10 @@ ContactFeatures::ContactFeatures(std::span<const Vector3> vertices,
     const std::span<const std::int32_t> corners = topology.corners_of_vertex(v);
     if (corners.empty()) continue;
     const bool has_edge = std::any_of(corners.begin(), corners.end(), [&](std::int32_t corner) {
-      return topology.edge_of_side(corner) >= 0;
+      return topology.edge_of_side(corner).has_value();
     });
     if (!has_edge) bits = kContact | kDoubtful;
-    // A fan that is bent one way only has a cone.
+    // A fan that bends one way only has a cone.
     const bool is_mixed = (bits & kNotConvex) != 0 && (bits & kNotConcave) != 0;
     bits &= kContact | kDoubtful;
     if (bits == kContact && is_mixed && !finder.has_normal_cone(v)) bits = 0;
@@ -219,7 +220,7 @@ ContactFeatures::ContactFeatures(std::span<const Vector3> vertices,
   mark_nodes(hierarchy);
 }
 
-// Parts come after their node, so that the last node is the first that is complete.
+// Parts come after their node, so going backwards completes every node before its parent.
 void ContactFeatures::mark_nodes(const MeshHierarchy& hierarchy) {
   const std::vector<MeshHierarchy::Node>& nodes = hierarchy.nodes();
   node_bits_.resize(nodes.size());

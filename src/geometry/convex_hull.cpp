@@ -5,15 +5,15 @@
 #include <optional>
 #include <utility>
 
-#include "geometry/hull_climber.h"
-#include "geometry/point_scan.h"
-#include "geometry/quickhull.h"
+#include "geometry/hull/hull_climber.h"
+#include "geometry/hull/point_scan.h"
+#include "geometry/hull/quickhull.h"
 #include "geometry/solid.h"
 
 namespace dyop {
 namespace {
 
-// Up to so many vertices a scan is faster than climbing.
+// With up to this many vertices a scan is faster than climbing.
 constexpr std::size_t kLargestScan = 128;
 
 TriangleMesh surface_mesh(const std::vector<Vector3>& points,

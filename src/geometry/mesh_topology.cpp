@@ -22,7 +22,7 @@ struct SideEnd {
   friend auto operator<=>(const SideEnd&, const SideEnd&) = default;
 };
 
-// Counts become the places where each part of a list begins.
+// Turns counts into the start of each part of a list.
 void sum_up(std::vector<std::int32_t>& counts) {
   std::exclusive_scan(counts.begin(), counts.end(), counts.begin(), 0);
 }
@@ -51,7 +51,7 @@ void MeshTopology::sort_corners(std::size_t vertex_count,
   }
 }
 
-// Sides are gathered by their smaller vertex, then sorted within each vertex, where they are few.
+// Sides are grouped by their smaller vertex, then sorted within each vertex, which has few.
 void MeshTopology::join_sides(std::size_t vertex_count,
                               std::span<const TriangleIndices> triangles) {
   std::vector<std::int32_t> first(vertex_count + 1, 0);
@@ -118,7 +118,7 @@ std::vector<std::int32_t> part_vertices(std::size_t vertex_count,
                                         std::span<const TriangleIndices> triangles) {
   std::vector<std::int32_t> leader(vertex_count);
   std::iota(leader.begin(), leader.end(), 0);
-  // Halves the path on the way up, so that paths stay short.
+  // Halves the path on the way to the root, so that paths stay short.
   const auto find = [&](std::int32_t v) {
     const auto up = [&](std::int32_t x) -> std::int32_t& { return leader[std::size_t(x)]; };
     while (up(v) != v) v = up(v) = up(up(v));

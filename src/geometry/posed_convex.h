@@ -10,7 +10,7 @@
 
 namespace dyop::internal {
 
-/// A convex shape S seen from another frame C, with the vertex numbers of S.
+/// A convex shape S in another frame C, with the vertex numbers of S.
 class PosedConvex final : public ConvexShape {
  public:
   PosedConvex(std::shared_ptr<const ConvexShape> shape, const RigidPose& X_CS);
@@ -30,7 +30,7 @@ class PosedConvex final : public ConvexShape {
   Scalar bounding_radius() const override;
   MassProperties compute_mass_properties(Scalar density) const override;
 
-  /// The shape's own bounding box, turned with it.
+  /// The shape's own bounding box, rotated with it.
   OrientedBox box() const;
 
  private:
@@ -39,7 +39,7 @@ class PosedConvex final : public ConvexShape {
   std::optional<TriangleMesh> surface_;
 };
 
-/// The same mass seen from another frame: X_CS is the pose of the frame S it is given in.
+/// The same mass in another frame: X_CS is the pose of the frame S it is given in.
 MassProperties posed(const MassProperties& properties, const RigidPose& X_CS);
 
 /// The vertices of a mesh at a pose.

@@ -42,7 +42,7 @@ void ShapeTree::set_convex() {
   const AlignedBox bounds = convex_->bounding_box();
   OrientedBox box;
   box.center = bounds.center();
-  // Centre and half extents are rounded: grow by more than their error.
+  // Centre and half extents are rounded, so grow by more than their error.
   const Scalar noise =
       8 * kUnitRoundoff * bounds.min().cwiseAbs().cwiseMax(bounds.max().cwiseAbs()).sum();
   box.half_extents = (bounds.sizes() / 2).array() + noise;

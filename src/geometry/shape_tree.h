@@ -15,12 +15,12 @@
 
 namespace dyop::internal {
 
-/// What a leaf of a ShapeTree holds: a triangle of a mesh, or a convex shape. In the tree's frame.
+/// What a leaf of a ShapeTree holds: a triangle of a mesh, or a convex shape, in the tree's frame.
 struct LeafPiece {
   const TriangleMesh* mesh = nullptr;
   const ConvexShape* convex = nullptr;
-  std::int32_t triangle = 0;          ///< of the mesh
-  std::optional<std::int32_t> child;  ///< of a compound
+  std::int32_t triangle = 0;          ///< number of a mesh's triangle
+  std::optional<std::int32_t> child;  ///< number of a compound's child
 
   Triangle corners() const { return mesh->triangle(triangle); }
   const TriangleIndices& indices() const {
@@ -28,10 +28,10 @@ struct LeafPiece {
   }
 };
 
-/// One view on all kinds of shape for traversals: a tree of oriented boxes whose leaves are
-/// pieces, a triangle of a mesh or a whole convex shape. Does not own the shape.
+/// One view of all kinds of shape for traversals: a tree of oriented boxes whose leaves are pieces,
+/// each a triangle of a mesh or a whole convex shape. Does not own the shape.
 ///
-/// A box is named by eight times its node plus its column in it; box 0 is the root.
+/// A box is identified by eight times its node plus its column in it; box 0 is the root.
 class DYOP_EXPORT ShapeTree {
  public:
   explicit ShapeTree(const Shape& shape);
@@ -56,7 +56,7 @@ class DYOP_EXPORT ShapeTree {
   OrientedBox box(std::int32_t box) const { return node_of(box).boxes.box(column_of(box), scale_); }
   /// The boxes of a node, for the wide kernels.
   GroupRows rows(std::int32_t node) const { return {this->node(node).boxes.rows, scale_}; }
-  /// Asks for the memory of a node, which is needed soon. Speed only.
+  /// Prefetches a node that is needed soon. Speed only.
   void fetch(std::int32_t node) const {
     constexpr std::size_t kCacheLine = 64;
     const char* begin = reinterpret_cast<const char*>(&this->node(node));
@@ -69,9 +69,9 @@ class DYOP_EXPORT ShapeTree {
            static_cast<Scalar>(node_of(box).boxes.squared_half_diagonal(column_of(box)));
   }
   bool is_leaf(std::int32_t box) const { return node_of(box).child[column_of(box)] < 0; }
-  /// True if a number from outside names a leaf of this tree.
+  /// Whether a number from outside identifies a leaf of this tree.
   bool has_leaf(std::int32_t box) const;
-  /// The node with the parts of a box that is no leaf.
+  /// The node with the parts of a box that is not a leaf.
   std::int32_t child(std::int32_t box) const { return node_of(box).child[column_of(box)]; }
   /// Triangle number of a leaf of a mesh.
   std::int32_t triangle(std::int32_t leaf) const {
@@ -105,8 +105,8 @@ class DYOP_EXPORT ShapeTree {
 /// A box in the frame S of another shape. X_SO is the pose of the box's shape.
 DYOP_EXPORT FacingBox facing_box(const OrientedBox& box, const RigidPose& X_SO);
 
-/// True if of the boxes `a` and `b` the first is to be opened next: the larger one that is no leaf.
-/// One of them must not be a leaf.
+/// Whether box `a` is to be opened before `b`: the larger one that is not a leaf goes first. At
+/// least one must not be a leaf.
 inline bool opens_first(const ShapeTree& tree_a, std::int32_t a, const ShapeTree& tree_b,
                         std::int32_t b) {
   DYOP_ASSERT(!tree_a.is_leaf(a) || !tree_b.is_leaf(b), a, ' ', b);

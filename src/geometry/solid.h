@@ -19,7 +19,7 @@ inline void require_length(const char* what, Scalar length) {
                kLargestCoordinate, ", not ", length);
 }
 
-// Passes mass properties on if their mass neither overflowed nor underflowed: it can be divided by.
+// Returns mass properties whose mass neither overflowed nor underflowed, so that it can divide.
 inline MassProperties require_representable(const MassProperties& properties) {
   DYOP_REQUIRE(std::isnormal(properties.mass) && properties.mass > 0 &&
                    properties.I_BBcm.allFinite() && properties.p_BoBcm.allFinite(),

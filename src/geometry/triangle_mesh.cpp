@@ -77,7 +77,7 @@ TriangleMesh mesh_from_rows(const StridedRows<Number>& vertex_rows,
   for (std::size_t row = 0; row < triangles.size(); ++row) {
     const std::array<Index, 3> indices = read_row(triangle_rows, row);
     for (std::size_t k = 0; k < 3; ++k) {
-      // Before narrowing, so that a large unsigned number is named as it is.
+      // Checked before narrowing, so that the message shows a large unsigned number unchanged.
       require_index(row, std::int64_t(indices[k]), vertices.size());
       triangles[row][k] = std::int32_t(indices[k]);
     }
@@ -86,7 +86,7 @@ TriangleMesh mesh_from_rows(const StridedRows<Number>& vertex_rows,
 }
 
 // Largest norm, rounded up: scaling, three squares and sums, and the root err by less than 8u; the
-// last step up covers numbers below the normal range.
+// final step up covers numbers below the normal range.
 Scalar largest_norm(std::span<const Vector3> vertices, std::span<const TriangleIndices> triangles,
                     const AlignedBox& box) {
   const Scalar scale = std::max(box.min().cwiseAbs().maxCoeff(), box.max().cwiseAbs().maxCoeff());
@@ -157,7 +157,7 @@ struct TriangleMesh::Data {
         topology(std::make_shared<const MeshTopology>(vertices.size(), triangles)),
         part_vertices(internal::part_vertices(vertices.size(), triangles)) {}
 
-  // The mesh `base` with other vertices.
+  // The mesh `base` with different vertices.
   Data(const Data& base, std::vector<Vector3> vertices_in)
       : vertices(std::move(vertices_in)),
         triangles(base.triangles),
@@ -167,7 +167,7 @@ struct TriangleMesh::Data {
         topology(base.topology),
         part_vertices(base.part_vertices) {}
 
-  // Found when first asked for: only contacts need them.
+  // Computed on first use: only contacts need them.
   const ContactFeatures& contact_features() const {
     std::call_once(has_features_, [this] {
       features_ =
@@ -219,7 +219,7 @@ const TriangleMesh::Data& TriangleMesh::data() const {
 
 TriangleMesh TriangleMesh::with_vertices(std::vector<Vector3> vertices) const {
   DYOP_REQUIRE(vertices.size() == data().vertices.size(), "the mesh has ", data().vertices.size(),
-               " vertices and cannot take ", vertices.size());
+               " vertices, but got ", vertices.size());
   for (std::size_t row = 0; row < vertices.size(); ++row) require_vertex(row, vertices[row]);
   return TriangleMesh(std::make_shared<const Data>(data(), std::move(vertices)));
 }

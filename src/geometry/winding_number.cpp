@@ -13,8 +13,8 @@ namespace {
 
 constexpr int kAlong = 2;  // the ray's axis
 
-// The ray may meet what is in this column of the group. The axis-aligned box around the oriented
-// one is exact up to the rounding of three products and two sums.
+// Whether the ray may hit what is in this column of the group. The axis-aligned box around the
+// oriented one is exact up to the rounding of three products and two sums.
 bool may_meet(const BoxGroup& boxes, int column, Scalar scale, const Vector3& p) {
   const Scalar up = 1 + 8 * kUnitRoundoff;
   for (int i = 0; i < 3; ++i) {
@@ -31,7 +31,7 @@ bool may_meet(const BoxGroup& boxes, int column, Scalar scale, const Vector3& p)
   return true;
 }
 
-// Coordinates as the exact predicates want them: of size 2^-200 to 1, or zero.
+// Coordinates as the exact predicates require them: of size 2^-200 to 1, or zero.
 Vector3 scaled(const Vector3& p, int exponent) {
   Vector3 q;
   for (int i = 0; i < 3; ++i) {
@@ -42,8 +42,8 @@ Vector3 scaled(const Vector3& p, int exponent) {
 }
 
 // How often the edge from a to b passes the half line from p along the first of the two axes across
-// the ray, upwards in the second. Half open, so that it is the negative of the edge from b to a and
-// every closed loop gives an integer, the winding number of a point beside p.
+// the ray, upwards in the second. Half open, so that it is the negative of the edge from b to a,
+// and every closed loop gives an integer, the winding number of a point beside p.
 int passes(const Vector3& a, const Vector3& b, const Vector3& p) {
   constexpr int kAcross = (kAlong + 2) % 3;
   const bool is_a_below = a[kAcross] <= p[kAcross];
@@ -60,8 +60,8 @@ int crossing(const Triangle& triangle, const Vector3& p, int exponent) {
   const Vector3 c = scaled(triangle[2], exponent);
   const int turn = passes(a, b, p) + passes(b, c, p) + passes(c, a, p);
   if (turn == 0) return 0;
-  // The point is below the triangle if it lies on the side from which the triangle appears turning
-  // the other way than from the tip of the ray. On its plane it counts as above.
+  // The point is below the triangle if it lies on the side from which the triangle appears to turn
+  // the opposite way than from the tip of the ray. On its plane it counts as above.
   return internal::orientation(a, b, c, p) == -turn ? turn : 0;
 }
 
@@ -72,10 +72,10 @@ int winding_number(const TriangleMesh& mesh, const Vector3& p_B) {
                "only a closed mesh has an inside: this one has an edge that is not "
                "used exactly once in each direction");
   DYOP_REQUIRE(p_B.allFinite(), "point must be finite, not (", p_B.transpose(), ")");
-  // Beyond the box nothing is inside; and the exact predicates hold for points of the mesh's size.
+  // Outside the box nothing is inside, and the exact predicates need points of the mesh's size.
   if (!mesh.bounding_box().contains(p_B)) return 0;
   const MeshHierarchy& tree = mesh.hierarchy();
-  const int exponent = std::ilogb(tree.scale());  // above all coordinates of the mesh
+  const int exponent = std::ilogb(tree.scale());  // larger than all coordinates of the mesh
   const Vector3 p = scaled(p_B, exponent);
   int winding = 0;
   std::array<std::int32_t, MeshHierarchy::kMaxDepth * MeshHierarchy::kWidth + 1> open;

@@ -4,16 +4,16 @@
 #include "core/simd.h"
 #include "hierarchy/facing_box.h"
 
-// A direction along which two boxes are far apart, for several boxes at once.
+// Finds a direction along which two boxes are far apart, for several boxes at once.
 //
 // separating_direction() (box_direction.h) finds one for a single pair, and shares no code with
-// this: here boxes are columns of a node in single precision, one direction is as good as another
-// that is nearly so far, and a branch costs all lanes.
+// this: here boxes are columns of a node in single precision, a nearly optimal direction is good
+// enough, and a branch stalls all lanes.
 namespace dyop::internal {
 
 inline namespace DYOP_LANES {
 
-/// Boxes of a group from column `first` on, one a lane.
+/// Boxes of a group from column `first` on, one per lane.
 template <typename L>
 struct BoxLanes {
   L center[3];
@@ -37,7 +37,7 @@ struct Broadcast3 {
   DYOP_INLINE explicit Broadcast3(const double* x) : v{L(x[0]), L(x[1]), L(x[2])} {}
 };
 
-/// The axis of the largest normalised gap so far: gap^2 / length_sq, axis not of unit length.
+/// The axis with the largest normalised gap so far: gap^2 / length_sq, axis not of unit length.
 template <typename L>
 struct BestAxis {
   L gap_sq;
@@ -59,7 +59,7 @@ template <typename L>
 DYOP_INLINE void take_edges(const L (*r)[3], const L (*abs_r)[3], const L* t, const L* h,
                             const L* g, BestAxis<L>& best) {
   const L zero(0);
-  // literal: squared sine below which edges are parallel and say nothing the faces do not.
+  // literal: squared sine below which edges are parallel and add nothing to the faces.
   const L smallest_sine_sq(1e-6f);
   for (int i = 0; i < 3; ++i) {
     const int i1 = (i + 1) % 3;
@@ -74,22 +74,22 @@ DYOP_INLINE void take_edges(const L (*r)[3], const L (*abs_r)[3], const L* t, co
       const L gap_sq = gap * gap;
       const auto is_better = (gap > zero) & (length_sq > smallest_sine_sq) &
                              (gap_sq * best.length_sq > best.gap_sq * length_sq);
-      const L x = turned(zero - r[i2][j], along);
-      const L y = turned(r[i1][j], along);
+      const L x = flip_sign(zero - r[i2][j], along);
+      const L y = flip_sign(r[i1][j], along);
       best.take(is_better, gap_sq, length_sq, i == 0 ? zero : (i1 == 0 ? x : y),
                 i == 1 ? zero : (i1 == 1 ? x : y), i == 2 ? zero : (i1 == 2 ? x : y));
     }
   }
 }
 
-/// What find_axes() needs of the other box, in single precision and in a unit that is about the
-/// largest length at hand, so that products of four lengths neither overflow nor matter where they
-/// underflow.
+/// What find_axes() needs to know about the other box, in single precision and in a unit close to
+/// the largest length involved, so that products of four lengths do not overflow, nor matter where
+/// they underflow.
 struct RankingBox {
   float center[3];
   float axes[3][3];
   float half_extents[3];
-  float scale;  ///< of the group's rows
+  float scale;  ///< unit of the group's rows
 
   DYOP_INLINE RankingBox(const FacingBox& other, double group_scale) {
     double unit = group_scale;
@@ -108,9 +108,9 @@ struct RankingBox {
 
 /// Finds the axis, from the group's box to `other`, along which their slabs are farthest apart,
 /// among the fifteen axes of the separating axis test [Gottschalk1996] and the line of centers;
-/// without the nine of pairs of edges on request. Not of unit length; if the boxes are not apart
-/// along any, some axis. Only ranks: a caller must evaluate the gap along the axis itself. F holds
-/// single precision.
+/// optionally without the nine from pairs of edges. Not of unit length; some axis if none separates
+/// the boxes. Only ranks: a caller must evaluate the gap along the axis itself. F holds single
+/// precision.
 template <bool kWithEdges, typename F>
 DYOP_INLINE void find_axis(const GroupRows& group, int first, const RankingBox& other,
                            float (*axis)[kGroupWidth]) {
@@ -143,14 +143,14 @@ DYOP_INLINE void find_axis(const GroupRows& group, int first, const RankingBox& 
   }
   for (int i = 0; i < 3; ++i) t[i] = dot(u[i], d);
 
-  // Faces first; the largest gap of them by plain comparison.
+  // Faces first, comparing gaps directly.
   F best_gap = magnitude(t[0]) - h[0] - dot(abs_r[0], g);
-  BestAxis<F> best{zero, one, {turned(one, t[0]), zero, zero}};
+  BestAxis<F> best{zero, one, {flip_sign(one, t[0]), zero, zero}};
   for (int i = 1; i < 3; ++i) {
     const F gap = magnitude(t[i]) - h[i] - dot(abs_r[i], g);
     const auto is_better = gap > best_gap;
     best_gap = select(is_better, gap, best_gap);
-    const F sign = turned(one, t[i]);
+    const F sign = flip_sign(one, t[i]);
     best.take(is_better, zero, one, zero, i == 1 ? sign : zero, i == 2 ? sign : zero);
   }
   for (int j = 0; j < 3; ++j) {
@@ -158,13 +158,13 @@ DYOP_INLINE void find_axis(const GroupRows& group, int first, const RankingBox& 
                   ((abs_r[0][j] * h[0] + abs_r[1][j] * h[1]) + abs_r[2][j] * h[2]);
     const auto is_better = gap > best_gap;
     best_gap = select(is_better, gap, best_gap);
-    best.take(is_better, zero, one, turned(r[0][j], t_other[j]), turned(r[1][j], t_other[j]),
-              turned(r[2][j], t_other[j]));
+    best.take(is_better, zero, one, flip_sign(r[0][j], t_other[j]), flip_sign(r[1][j], t_other[j]),
+              flip_sign(r[2][j], t_other[j]));
   }
   const F positive = larger(best_gap, zero);
   best.gap_sq = positive * positive;
 
-  // From here on squares are compared, of positive gaps only.
+  // From here on squares of positive gaps are compared.
   F size = zero;
   for (int i = 0; i < 3; ++i) {
     size = size + (h[i] * magnitude(t[i]) + g[i] * magnitude(t_other[i]));
@@ -172,7 +172,7 @@ DYOP_INLINE void find_axis(const GroupRows& group, int first, const RankingBox& 
   const F length_sq = dot(t, t);
   const F gap = length_sq - size;
   const F gap_sq = gap * gap;
-  // literal: squares above it have all their digits.
+  // literal: squares above it have full precision.
   const auto is_better = (gap > zero) & (length_sq > F(0x1p-100f)) &
                          (gap_sq * best.length_sq > best.gap_sq * length_sq);
   best.take(is_better, gap_sq, length_sq, t[0], t[1], t[2]);
@@ -195,7 +195,7 @@ DYOP_INLINE void find_axes(const GroupRows& group, int count, const RankingBox& 
 template <typename L>
 DYOP_INLINE void unit_axis(const float (*axes)[kGroupWidth], int first, L* n) {
   for (int i = 0; i < 3; ++i) n[i] = L::load(axes[i] + first);
-  const L scale = L(1) / root(dot(n, n));
+  const L scale = L(1) / sqrt(dot(n, n));
   for (int i = 0; i < 3; ++i) n[i] = n[i] * scale;
 }
 

@@ -6,7 +6,7 @@
 namespace dyop::internal {
 namespace {
 
-// Keeps the direction of the largest gap over its length; in a's frame.
+// Keeps the direction with the largest ratio of gap to length; in a's frame.
 struct BestDirection {
   Scalar gap = -kInfinity;
   Vector3 n = Vector3::UnitX();
@@ -16,11 +16,10 @@ struct BestDirection {
     gap = offered;
     n = unit;
   }
-  // `offered` is the gap times the length; only gaps that separate are worth a root.
+  // `offered` is the gap times the length; a root is taken only for gaps that separate.
   void offer(Scalar offered, const Vector3& direction) {
     const Scalar length_sq = direction.squaredNorm();
-    // literal: below this a cross product of unit axes is rounding, and says nothing the faces do
-    // not.
+    // literal: below this a cross product of unit axes is rounding, and adds nothing to the faces.
     if (!(offered > 0) || !(length_sq > 1e-6)) return;
     const Scalar length = std::sqrt(length_sq);
     offer_unit(offered / length, direction / length);
@@ -64,21 +63,21 @@ Vector3 separating_direction(const OrientedBox& a, const OrientedBox& b) {
   const Vector3 gaps_a = t.cwiseAbs() - h - abs_r * g;
   const Vector3 gaps_b = t_b.cwiseAbs() - g - abs_r.transpose() * h;
   BestDirection best;
-  Vector3 way = Vector3::Zero();
+  Vector3 between_faces = Vector3::Zero();
   for (int i = 0; i < 3; ++i) {
     best.offer_unit(gaps_a[i], sign_of(t[i]) * Vector3::Unit(i));
     best.offer_unit(gaps_b[i], sign_of(t_b[i]) * r.col(i));
-    if (gaps_a[i] > 0) way[i] = sign_of(t[i]) * gaps_a[i];
+    if (gaps_a[i] > 0) between_faces[i] = sign_of(t[i]) * gaps_a[i];
   }
-  for (const Vector3& line : {way, t}) {
+  for (const Vector3& line : {between_faces, t}) {
     const Scalar length = line.norm();
     if (!(length > 0)) continue;
     const Vector3 n = line / length;
     best.offer_unit(n.dot(t) - n.cwiseAbs().dot(h) - (r.transpose() * n).cwiseAbs().dot(g), n);
   }
-  // Edges of aligned boxes give the faces' directions again.
+  // Edges of aligned boxes only repeat the directions of the faces.
   if (a.axes != b.axes) offer_edges(r, abs_r, t, h, g, best);
-  // The axes may be of unit length in single precision only.
+  // The axes may have unit length in single precision only.
   return (a.axes * best.n).normalized();
 }
 

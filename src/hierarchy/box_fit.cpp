@@ -12,8 +12,8 @@
 namespace dyop::internal {
 namespace {
 
-// Principal axes and estimates are taken from at most twice this many triangles, evenly spread:
-// more do not make smaller boxes or better trees.
+// Principal axes and estimates are computed from at most twice this many triangles, evenly spread:
+// more do not give smaller boxes or better trees.
 constexpr std::size_t kSampleCount = 256;
 
 std::size_t sample_stride(std::size_t count) {
@@ -35,9 +35,9 @@ struct Extent {
   }
 };
 
-// The box of an extent relative to `origin`, rounded up; see kBoxNoise for the bound. Zero is in
-// the extent, as the origin is one of the vertices. 1-norms are not less than norms and cannot
-// overflow; the smallest normal number covers products that underflow.
+// The box of an extent relative to `origin`, rounded up; see kBoxNoise for the bound. The extent
+// contains zero, because the origin is one of the vertices. 1-norms are at least the norms and
+// cannot overflow; the smallest normal number covers products that underflow.
 OrientedBox box_of(const Extent& extent, const Matrix3& axes, const Vector3& origin) {
   OrientedBox box;
   box.axes = axes;
@@ -55,22 +55,22 @@ Vector3 any_perpendicular(const Vector3& unit) {
   return unit.cross(Vector3::Unit(smallest));
 }
 
-// Orthonormal columns a, b, a x b with a along `first` and b towards `second`; both have entries
-// of at most about one. The identity if `first` is zero or something is not finite.
+// Orthonormal columns a, b, a x b with a along `first` and b towards `second`, both with entries of
+// at most about one. The identity if `first` is zero or something is not finite.
 //
-// Columns deviate from orthonormality by at most 8u an entry, as kBoxNoise assumes. Lengths:
+// Columns deviate from orthonormality by at most 8u per entry, as kBoxNoise assumes. Lengths:
 // normalising a vector of length about one errs by 1.5u (squares), 1u (root) and 1u (quotient), and
 // twice that in the square. Right angles: the last pass for b leaves 3u (dot product), 1u
 // (difference) and 1u (quotient); the cross product errs less.
 Matrix3 orthonormal_axes(const Vector3& first, const Vector3& second) {
-  // The scaling of stableNormalized() costs digits, which the second normalisation restores.
+  // stableNormalized() loses digits in its scaling; the second normalisation restores them.
   const Vector3 a = first.stableNormalized().normalized();
-  // The negation makes NaN end here too.
+  // Written with a negation so that NaN is caught here too.
   if (!(a.squaredNorm() > 0.5) || !second.allFinite()) return Matrix3::Identity();
   Vector3 b = second - a.dot(second) * a;
   if (b.norm() <= kBoxNoise) b = any_perpendicular(a);
   b.normalize();
-  // Once more: the first pass may have cancelled most digits of b.
+  // A second pass: the first may have cancelled most digits of b.
   b -= a.dot(b) * a;
   b.normalize();
   Matrix3 axes;
@@ -112,13 +112,13 @@ Matrix3 principal_axes(std::span<const Triangle> triangles) {
   }
   const Matrix3 covariance = sum_of_squares / count - (sum / count) * (sum / count).transpose();
   if (!covariance.allFinite()) return Matrix3::Identity();
-  // The closed form loses digits that only the tightness of the box depends on.
+  // The closed form loses digits, but they only affect how tight the box is.
   Eigen::SelfAdjointEigenSolver<Matrix3> solver;
   solver.computeDirect(covariance);
   return orthonormal_axes(solver.eigenvectors().col(2), solver.eigenvectors().col(1));
 }
 
-// The two boxes of every stride-th triangle, relative to the first one's first vertex.
+// Two candidate boxes of every stride-th triangle, relative to the first one's first vertex.
 struct Candidates {
   Matrix3 axes;
   Extent principal;
@@ -136,7 +136,7 @@ struct Candidates {
       }
     }
   }
-  // False for a NaN area, from overflow.
+  // False if the area is NaN, from overflow.
   bool is_principal_smaller() const { return principal.half_area() < aligned.half_area(); }
 };
 

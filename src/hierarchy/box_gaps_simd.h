@@ -8,7 +8,7 @@ inline namespace DYOP_LANES {
 
 template <typename L>
 DYOP_INLINE L slab_gap(const BoxLanes<L>& box, const FacingBox& other, const L* n) {
-  // From the group's box to the other's: centers, less what both reach along n.
+  // From the group's box to the other's: centers, minus both extents along n.
   L d[3];
   for (int i = 0; i < 3; ++i) d[i] = L(other.center[i]) - box.center[i];
   L reach(0.0);

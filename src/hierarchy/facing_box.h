@@ -3,7 +3,7 @@
 
 namespace dyop::internal {
 
-/// The rows of BoxGroup: center, three axes, half extents; one column a box. Centers and half
+/// The rows of BoxGroup: center, three axes, half extents; one column per box. Centers and half
 /// extents are multiples of a scale.
 inline constexpr int kGroupWidth = 8;
 inline constexpr int kGroupAxes = 3;

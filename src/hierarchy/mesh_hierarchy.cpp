@@ -19,7 +19,7 @@ namespace {
 
 using internal::SplitNode;
 
-// Nodes whose boxes one thread fits at a time, at least.
+// Minimum number of nodes whose boxes one thread fits at a time.
 constexpr std::size_t kGrain = 64;
 
 // The binary nodes that become the columns of a wide node.
@@ -39,7 +39,7 @@ void distribute(const std::vector<SplitNode>& nodes, std::int32_t n, int count, 
   distribute(nodes, node.right, count - left, columns);
 }
 
-// The nearest number in single precision that is not smaller. x >= 0, at most 2.
+// The nearest number in single precision that is not smaller. 0 <= x <= 2.
 float rounded_up(Scalar x) {
   const auto rounded = static_cast<float>(x);
   return Scalar(rounded) < x ? std::nextafter(rounded, 4.0f) : rounded;
@@ -58,9 +58,10 @@ OrientedBox BoxGroup::box(int column, Scalar scale) const {
   return box;
 }
 
-// Let the box be c + U y, |y_k| <= h_k, and what is stored C + A x with A = U + E, |E_ij| <= 2^-25
-// as entries are at most about one. A point of both has x - y = (A^-1 U - I) y + A^-1 (c - C),
+// Let the box be c + U y, |y_k| <= h_k, and the stored one C + A x with A = U + E, |E_ij| <= 2^-25
+// because entries are at most about one. A point of both has x - y = (A^-1 U - I) y + A^-1 (c - C),
 // where |A^-1 U - I| <= 3 * 2^-25 and |c - C| <= 2^-24 |c|, each up to second order, and up to
+// numbers that underflow.
 // numbers that underflow.
 void BoxGroup::set_box(int column, const OrientedBox& box, Scalar scale) {
   DYOP_ASSERT(column >= 0 && column < MeshHierarchy::kWidth, column);
@@ -99,7 +100,7 @@ MeshHierarchy::MeshHierarchy(std::span<const Vector3> vertices,
                triangles.size());
   const std::vector<SplitNode> binary = internal::build_split_tree(vertices, triangles);
 
-  // Where a box of a wide node stands in the binary tree, to be opened.
+  // A box of a wide node and its place in the binary tree, still to be expanded.
   struct Opening {
     std::int32_t node;
     int column;
@@ -114,7 +115,7 @@ MeshHierarchy::MeshHierarchy(std::span<const Vector3> vertices,
       if (column >= columns.count) continue;
       const std::int32_t index = columns.binary[std::size_t(column)];
       const SplitNode& part = binary[std::size_t(index)];
-      // Replaced when it is opened, unless it is a leaf.
+      // Replaced when it is expanded, unless it is a leaf.
       node.child[column] = part.right;
       if (!part.is_leaf()) openings.push_back({made, column, index});
     }
@@ -122,7 +123,7 @@ MeshHierarchy::MeshHierarchy(std::span<const Vector3> vertices,
   };
   nodes_.reserve(triangles.size() / 4 + 2);
   add_node({{0}, 1});
-  // Each round makes one node of two or more boxes.
+  // Each round makes one node with two or more boxes.
   while (!openings.empty()) {
     const Opening opening = openings.back();
     openings.pop_back();
@@ -141,8 +142,8 @@ MeshHierarchy MeshHierarchy::refitted(std::span<const Vector3> vertices,
   return result;
 }
 
-// Nodes come in preorder, so those below a box are consecutive, and so are their triangles when
-// those of each node are listed in turn.
+// Nodes come in preorder, so those below a box are consecutive, and so are their triangles if those
+// of each node are listed in turn.
 void MeshHierarchy::fit_boxes(std::span<const Vector3> vertices,
                               std::span<const TriangleIndices> triangles) {
   std::vector<Triangle> leaves;

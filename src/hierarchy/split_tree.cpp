@@ -24,11 +24,11 @@ constexpr int kDepthOfHalving = 64;
 // Sets below this size stay on one thread.
 constexpr std::size_t kGrain = 4096;
 
-// Four numbers, of which three are used, so that they fill a register.
+// Four numbers, of which three are used, to fill a register.
 using Row = Eigen::Array4f;
 
-// Half the area of a box of this size, and a little of its squared length, so that sets without
-// area (needles) are split in the middle, too.
+// Half the area of a box of this size, plus a little of its squared length, so that sets without
+// area (needles) are split in the middle too.
 float cost_of(const Eigen::Array3f& size) {
   return size[0] * size[1] + size[1] * size[2] + size[2] * size[0] +
          kLengthShare * size.square().sum();
@@ -51,7 +51,7 @@ struct Item {
   std::int32_t triangle = -1;
 };
 
-// The mesh in units of half its size, about its middle.
+// The mesh, centred and in units of half its size.
 class Input {
  public:
   Input(std::span<const Vector3> vertices, std::span<const TriangleIndices> triangles)
@@ -62,7 +62,7 @@ class Input {
     }
     middle_ = 0.5 * bounds.min() + 0.5 * bounds.max();
     const Scalar half_size = (0.5 * bounds.max() - 0.5 * bounds.min()).maxCoeff();
-    // literal: the reciprocal of a size near the end of the range would be infinite.
+    // literal: the reciprocal of a smaller size would be infinite.
     scale_ = half_size > 0x1p-1000 ? 1 / half_size : 0x1p1000;
   }
 
@@ -99,7 +99,7 @@ std::vector<Item> make_items(const Input& input) {
   return items;
 }
 
-// Which of the bins along each axis a center falls into.
+// The bin along each axis that a center falls into.
 struct Binning {
   Row lo;
   Row bins_per_length;
@@ -107,7 +107,7 @@ struct Binning {
   explicit Binning(const Box& centers) : lo(centers.lo) {
     for (int axis = 0; axis < 4; ++axis) {
       const float length = centers.hi[axis] - centers.lo[axis];
-      // literal: such a length has no digits; zero puts all into the first bin, which is no split.
+      // literal: such a length has no digits left; zero puts all into the first bin: no split.
       bins_per_length[axis] = axis < 3 && length > 1e-30f ? kBinCount / length : 0;
     }
   }
@@ -128,7 +128,7 @@ struct Bin {
 
 struct Split {
   int axis = -1;
-  int last_left = -1;  // bin
+  int last_left = -1;  // number of a bin
   float cost = std::numeric_limits<float>::infinity();
 };
 
@@ -172,7 +172,7 @@ std::size_t split_by_bins(std::span<Item> items, const Box& centers) {
   return std::size_t(middle - items.begin());
 }
 
-// Ties go by triangle number, so that the order is unique.
+// Ties are broken by triangle number, so that the order is unique.
 struct AlongAxis {
   int axis;
   bool operator()(const Item& a, const Item& b) const {
@@ -192,7 +192,7 @@ std::size_t split_by_count(std::span<Item> items, const Box& centers) {
   return half;
 }
 
-// The number of items of the left child, which are moved to the front.
+// Moves the items of the left child to the front; returns their number.
 std::size_t split(std::span<Item> items, int depth) {
   if (items.size() == 2) return 1;
   Box centers;
@@ -204,8 +204,8 @@ std::size_t split(std::span<Item> items, int depth) {
   return split_by_count(items, centers);
 }
 
-// By k: the cost of all wide nodes below a binary node that is given k columns of a parent, a node
-// costing its area (the chance that a query comes by): the dynamic program of [Ylitie2017]. All
+// By k: the cost of all wide nodes below a binary node that gets k columns of a parent, where a
+// node costs its area (the chance that a query visits it): the dynamic program of [Ylitie2017]. All
 // zero for a leaf.
 using Costs = std::array<float, kWidth + 1>;
 
@@ -247,8 +247,8 @@ class Builder {
   }
 
  private:
-  // Makes the nodes over items [begin, end), twice their number but one, from `node` on. Recursion
-  // ends because both parts of a split have items; its depth is that of the tree.
+  // Makes the nodes over items [begin, end), twice their number minus one, from `node` on.
+  // Recursion ends because both parts of a split have items; its depth is that of the tree.
   Costs build(std::size_t begin, std::size_t end, std::size_t node, int depth) {
     const std::span<Item> items(items_.begin() + std::ptrdiff_t(begin), end - begin);
     if (items.size() == 1) {
@@ -278,7 +278,7 @@ class Builder {
 
   const Input& input_;
   std::vector<Item> items_;
-  // The triangles of finished items, in their order.
+  // The triangles of finished items, in order.
   std::vector<Triangle> ordered_;
   std::vector<SplitNode> nodes_;
 };

@@ -29,14 +29,14 @@ std::string read_bytes(const std::filesystem::path& file) {
   std::ifstream in(file, std::ios::binary);
   std::ostringstream bytes;
   if (in && in.peek() != std::ifstream::traits_type::eof()) bytes << in.rdbuf();
-  if (!in && !in.eof()) throw FileError(file, "cannot be read");
+  if (!in && !in.eof()) throw FileError(file, "could not be read");
   return std::move(bytes).str();
 }
 
 std::string read_gzip_bytes(const std::filesystem::path& file) {
   require_file(file);
   const std::unique_ptr<gzFile_s, int (*)(gzFile)> in(gzopen(file.c_str(), "rb"), &gzclose_r);
-  if (!in) throw FileError(file, "cannot be read");
+  if (!in) throw FileError(file, "could not be read");
   std::string bytes;
   std::array<char, 1 << 16> block;
   int count = 0;
@@ -45,7 +45,7 @@ std::string read_gzip_bytes(const std::filesystem::path& file) {
   }
   int code = Z_OK;
   const char* reason = gzerror(in.get(), &code);
-  // A file that ends within the compressed data is only told through the code.
+  // A file that ends within the compressed data is reported only through the code.
   if (count < 0 || (code != Z_OK && code != Z_STREAM_END)) {
     throw FileError(file, std::string("damaged gzip data: ") + reason);
   }

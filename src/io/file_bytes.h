@@ -11,7 +11,7 @@ namespace dyop::internal {
 /// All bytes of a file. Throws FileError if it is missing, not a file, or cannot be read.
 DYOP_EXPORT std::string read_bytes(const std::filesystem::path& file);
 
-/// The same, decompressed from gzip. Throws FileError also if the compressed data is damaged.
+/// The same, decompressed with gzip. Throws FileError also if the compressed data is damaged.
 std::string read_gzip_bytes(const std::filesystem::path& file);
 
 }  // namespace dyop::internal

@@ -4,7 +4,7 @@
 namespace dyop {
 namespace {
 
-// One line that a terminal can show, whatever bytes of the file are quoted in it.
+// One printable line, whatever bytes of the file are quoted in it.
 std::string printable(std::string message) {
   for (char& c : message) {
     if (static_cast<unsigned char>(c) < ' ' || c == 0x7f) c = '?';

@@ -36,7 +36,7 @@ std::optional<Scalar> parsed(const Json& json) {
 
 constexpr const char* kNumber = "a finite number, in hexadecimal as \"0x1.8p+1\"";
 
-// Several numbers in an array of that length.
+// An array of exactly this many numbers.
 template <int kCount>
 Eigen::Matrix<Scalar, kCount, 1> hex_numbers(const JsonNode& node) {
   Eigen::Matrix<Scalar, kCount, 1> numbers;

@@ -4,7 +4,7 @@
 #include "dyop/core/rigid_pose.h"
 #include "io/json_reader.h"
 
-/// Numbers as texts in hexadecimal floating point, "0x1.8p+1": every bit is kept, and can be seen.
+/// Numbers as strings in hexadecimal floating point, "0x1.8p+1": every bit is kept and visible.
 namespace dyop::internal {
 
 Json hex_json(Scalar value);
@@ -12,13 +12,13 @@ Json hex_json(const Vector3& v);
 /// The rotation as nine numbers, row by row: a quaternion would lose bits.
 Json hex_json(const RigidPose& X);
 
-/// The same value with every floating point number in it as a text.
+/// The same value with every floating-point number in it as a string.
 Json with_hex_numbers(const Json& json);
 
-/// The value as a number: such a text, or a plain number. Throw FileError, also unless finite.
+/// The value as a number: such a string, or a plain number. Throws FileError, also if not finite.
 Scalar hex_number(const JsonNode& node);
 Vector3 hex_vector(const JsonNode& node);
-/// Takes the rotation as it is, if it is one.
+/// Uses the rotation unchanged, if it is one.
 RigidPose hex_pose(const JsonNode& node);
 
 }  // namespace dyop::internal

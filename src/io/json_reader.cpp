@@ -11,14 +11,14 @@ namespace dyop::internal {
 namespace {
 
 FilePosition position_of(const std::string& text, std::size_t byte_count) {
-  // The parser counts the bytes it has read; the last of them is the offending one.
+  // The parser counts the bytes it has read; the last one is the offending one.
   const std::size_t at = std::min(byte_count > 0 ? byte_count - 1 : 0, text.size());
   const std::size_t line_begin = at == 0 ? 0 : text.rfind('\n', at - 1) + 1;
   const auto line = 1 + std::count(text.begin(), text.begin() + std::ptrdiff_t(line_begin), '\n');
   return {std::size_t(line), at - line_begin + 1};
 }
 
-// What the parser says, without its own prefix and position.
+// The parser's message without its prefix and position.
 std::string syntax_problem(const std::string& what) {
   constexpr std::string_view kMark = "column ";
   const std::size_t mark = what.find(kMark);
@@ -52,7 +52,7 @@ class DuplicateKeyFinder {
 
 std::string shown(const Json& value) {
   if (value.is_object()) return "an object";
-  // Not printed if nested: the printer is recursive, and the file decides the depth.
+  // Nested values are not printed: the printer is recursive, and the file decides the depth.
   const bool is_nested =
       value.is_array() && std::any_of(value.begin(), value.end(),
                                       [](const Json& entry) { return entry.is_structured(); });
@@ -88,7 +88,7 @@ void JsonNode::require_object(std::initializer_list<std::string_view> keys) cons
     if (std::find(keys.begin(), keys.end(), key) != keys.end()) continue;
     std::string known;
     for (const std::string_view word : keys) known.append(known.empty() ? "" : ", ").append(word);
-    fail("unknown key " + quote(key) + "; known are " + known);
+    fail("unknown key " + quote(key) + "; known keys are " + known);
   }
 }
 
@@ -152,7 +152,7 @@ bool JsonNode::boolean() const {
 }
 
 std::string JsonNode::text() const {
-  if (!value_->is_string()) fail_expected("a text");
+  if (!value_->is_string()) fail_expected("a string");
   return value_->get<std::string>();
 }
 

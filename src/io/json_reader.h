@@ -19,7 +19,7 @@ namespace dyop::internal {
 using Json = nlohmann::ordered_json;
 
 /// Parses a JSON text. Throws FileError with line and column for a syntax error, and with the key
-/// for one that occurs twice in the same object.
+/// if one occurs twice in the same object.
 DYOP_EXPORT Json parse_json(const std::filesystem::path& file, const std::string& text);
 
 /// A value of a JSON file together with the path of keys that leads to it. Every reading function
@@ -33,13 +33,13 @@ class DYOP_EXPORT JsonNode {
   const std::filesystem::path& file() const { return *file_; }
   const Json& value() const { return *value_; }
 
-  /// Requires an object without any other keys.
+  /// Requires an object with no other keys.
   void require_object(std::initializer_list<std::string_view> keys) const;
   bool has(std::string_view key) const;
   JsonNode at(std::string_view key) const;
   std::optional<JsonNode> find(std::string_view key) const;
 
-  /// Requires an array with at least so many elements.
+  /// Requires an array with at least this many elements.
   std::vector<JsonNode> items(std::size_t at_least = 0) const;
 
   bool is_string() const { return value_->is_string(); }

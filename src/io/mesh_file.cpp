@@ -22,7 +22,7 @@ namespace {
 
 using internal::PolygonMesh;
 
-// The formats with a reader of our own; what others there are is left to assimp.
+// The formats with a reader of our own; all others are left to assimp.
 struct MeshFormat {
   std::string_view extension;
   PolygonMesh (*read)(const std::filesystem::path& file, std::string_view bytes);
@@ -31,7 +31,7 @@ constexpr std::array kFormats{
     MeshFormat{".obj", &internal::read_obj}, MeshFormat{".off", &internal::read_off},
     MeshFormat{".ply", &internal::read_ply}, MeshFormat{".stl", &internal::read_stl}};
 
-// Joins vertices at exactly the same place.
+// Merges vertices at exactly the same place.
 class VertexJoiner {
  public:
   explicit VertexJoiner(std::size_t count) { numbers_.reserve(count); }
@@ -79,7 +79,7 @@ PolygonMesh read_polygons(const std::filesystem::path& file) {
   const bool is_ours = format != kFormats.end();
   if (is_gzip && !is_ours) {
     throw FileError(
-        file, "of compressed meshes only .obj.gz, .off.gz, .ply.gz and .stl.gz are supported");
+        file, "compressed meshes are supported only as .obj.gz, .off.gz, .ply.gz and .stl.gz");
   }
   const std::string bytes = is_gzip ? internal::read_gzip_bytes(file) : internal::read_bytes(file);
   if (bytes.empty()) throw FileError(file, "the file is empty");

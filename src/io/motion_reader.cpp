@@ -28,12 +28,12 @@ Quaternion read_quaternion(const JsonNode& node) {
 Quaternion read_axis_angle(const JsonNode& node) {
   node.require_object({"axis", "degrees"});
   const Vector3 axis = node.at("axis").vector3();
-  if (axis.isZero(0)) node.at("axis").fail_expected("an axis of any length but zero");
+  if (axis.isZero(0)) node.at("axis").fail_expected("an axis of nonzero length");
   return Quaternion(Eigen::AngleAxis<Scalar>(node.at("degrees").number() * kRadiansPerDegree,
                                              axis.stableNormalized()));
 }
 
-// About the fixed axes of the world, first x, then y, then z.
+// About the fixed axes of the world: x, then y, then z.
 Quaternion read_euler(const JsonNode& node) {
   const Vector3 angles = node.vector3() * kRadiansPerDegree;
   return Eigen::AngleAxis<Scalar>(angles.z(), Vector3::UnitZ()) *

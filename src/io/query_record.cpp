@@ -19,7 +19,7 @@ using internal::hex_number;
 using internal::Json;
 using internal::JsonNode;
 
-// Of the format; readers refuse others.
+// Version of the format; readers reject others.
 constexpr std::int64_t kFormat = 1;
 
 Json body_json(const Shape& shape, const Motion& motion) {
@@ -60,7 +60,7 @@ Json answer_json(const ToiResult& result) {
   return json;
 }
 
-// As asked, but what ended the query at a place of its own must end it there again.
+// The options as given, except that a query ended by a deadline must end at the same place again.
 ToiOptions repeatable_options(const ToiOptions& options, const ToiResult& result) {
   DYOP_REQUIRE(result.status != ToiStatus::Cancelled && result.status != ToiStatus::NotRun,
                "a query that was ", name_of(result.status), " has no answer to record");
@@ -73,7 +73,7 @@ ToiOptions repeatable_options(const ToiOptions& options, const ToiResult& result
   return repeatable;
 }
 
-// Structures on lines of their own, vectors on one.
+// Prints structures over several lines, vectors on one.
 void print(std::ostream& out, const Json& json, const std::string& indent) {
   const bool has_lines =
       json.is_structured() && std::any_of(json.begin(), json.end(), [&](const Json& value) {
@@ -99,7 +99,7 @@ void write(const std::filesystem::path& file, const Json& json) {
   print(out, json, "\n");
   out << '\n';
   out.close();
-  if (!out) throw FileError(file, "cannot be written");
+  if (!out) throw FileError(file, "could not be written");
 }
 
 void add_differences(const std::string& field, const Json* recorded, const Json* now,
@@ -131,8 +131,8 @@ void add_differences(const std::string& field, const Json* recorded, const Json*
   }
 }
 
-// Whether arrays and objects are nested by more than that: what prints a value is recursive, and
-// the file decides the depth.
+// Whether arrays and objects are nested more deeply than the limit: printing a value is recursive,
+// and the file decides the depth.
 bool is_deeper_than(int limit, const Json& json) {
   if (!json.is_structured()) return false;
   if (limit == 0) return true;
@@ -219,7 +219,7 @@ QueryRecord::QueryRecord(const std::filesystem::path& file) {
     data.result = root.at("result").value();
     constexpr int kDeepest = 8;
     if (!data.result.is_object() || is_deeper_than(kDeepest, data.result)) {
-      root.at("result").fail_expected("the fields of an answer");
+      root.at("result").fail_expected("the fields of a result");
     }
   }
   data_ = std::make_unique<const Data>(std::move(data));

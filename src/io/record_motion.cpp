@@ -223,7 +223,7 @@ Json record_motion(const Motion& motion) {
     return json;
   }
   throw InvalidArgument(
-      "a motion that is not one of dyop's own, or is made of the user's functions, cannot be "
+      "a motion that is not dyop's own, or is made of user functions, cannot be "
       "recorded");
 }
 

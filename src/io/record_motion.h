@@ -11,10 +11,10 @@ namespace dyop::internal {
 /// The object "motion" of docs/replay-format.md.
 ///
 /// To add a motion: one entry in the table of record_motion.cpp.
-/// @throws InvalidArgument for a motion that is not one of dyop's, or made of the user's functions.
-Json record_motion(const Motion& motion);
+/// @throws InvalidArgument for a motion that is not one of dyop's, or is made of user functions.
+DYOP_EXPORT Json record_motion(const Motion& motion);
 
 /// Throws FileError.
-std::shared_ptr<const Motion> recorded_motion(const JsonNode& node);
+DYOP_EXPORT std::shared_ptr<const Motion> recorded_motion(const JsonNode& node);
 
 }  // namespace dyop::internal

@@ -7,8 +7,8 @@
 
 namespace dyop::internal {
 
-/// Results as JSON values and back, field by field under the same names. Numbers are exact. An
-/// infinite number is null.
+/// Results as JSON values and back, every field under its own name. Numbers are exact. An infinite
+/// number is null.
 DYOP_EXPORT Json number_json(Scalar value);
 DYOP_EXPORT Json to_json(const Vector3& v);
 Json to_json(const RigidPose& X);

@@ -15,7 +15,7 @@ using internal::show;
 std::string status_words(const ToiResult& result, const PairNames& names) {
   const std::string pair = names.a + " and " + names.b;
   const std::string t = show(result.t_safe);
-  // Where the query stopped at its begin, nothing is known of that time.
+  // If the query stopped at its start, nothing is known about that time.
   const std::string proven = " are proven apart only before t = " + t + ".";
   switch (result.status) {
     case ToiStatus::NotRun:
@@ -47,7 +47,7 @@ std::string status_words(DistanceStatus status, const PairNames& names) {
     case DistanceStatus::Overlapping:
       return pair + " touch or intersect.";
     case DistanceStatus::FartherThanMaxDistance:
-      return pair + " are proven farther apart than the limit.";
+      return pair + " are proven farther apart than the maximum.";
     case DistanceStatus::Inconclusive:
       return "Undecided: neither separation nor overlap of " + pair + " was proven.";
   }
@@ -157,7 +157,7 @@ std::string describe(const ToiResult& result, const PairNames& names) {
   out << status_words(result, names) << '\n';
   if (result.t_hit) {
     out << "  bracket      [" << show(result.t_safe) << ", " << show(*result.t_hit)
-        << "]: safe until its begin, in contact by its end\n";
+        << "]: apart until its start, in contact by its end\n";
   }
   if (result.contact) {
     const ImpactContact& contact = *result.contact;

@@ -69,7 +69,7 @@ Scalar TextScanner::finite_number(std::string_view word, std::string_view what) 
   Scalar value = 0;
   const std::string_view digits = without_plus(word);
   const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
-  // Numbers below the range of a double are zero; from_chars calls them out of range.
+  // Numbers too small for a double become zero; from_chars reports them as out of range.
   if (error == std::errc::result_out_of_range)
     value = std::strtod(std::string(word).c_str(), nullptr);
   const bool is_number =

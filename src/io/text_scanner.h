@@ -14,18 +14,18 @@
 
 namespace dyop::internal {
 
-/// Walks through a text file line by line, split at blanks, and throws FileErrors with the number
-/// of the current line.
+/// Walks through a text file line by line, split at whitespace, and throws FileErrors with the
+/// current line number.
 class TextScanner {
  public:
   TextScanner(const std::filesystem::path& file, std::string_view text)
       : file_(file), rest_(text) {}
 
-  /// Goes to the next line; false at the end of the text. A backslash before the end of a line
-  /// joins it with the next one if `joins_lines`.
+  /// Goes to the next line; false at the end of the text. If `joins_lines`, a backslash at the end
+  /// of a line joins it with the next one.
   bool next_line(bool joins_lines = false);
 
-  /// Goes to the next line that has a word after everything from '#' on was dropped.
+  /// Goes to the next line with at least one word, ignoring everything from '#' on.
   bool next_line_with_words();
 
   const std::vector<std::string_view>& words() const { return words_; }
@@ -33,7 +33,7 @@ class TextScanner {
   std::size_t line() const { return line_; }
   std::string_view rest() const { return rest_; }
 
-  /// The word as a number; throws unless it is one and finite. `what` names it.
+  /// The word as a number; throws unless it is a finite number. `what` names it.
   Scalar finite_number(std::string_view word, std::string_view what) const;
   std::int64_t integer(std::string_view word, std::string_view what) const;
 
@@ -50,7 +50,7 @@ class TextScanner {
 /// The word as an integer, or nothing.
 std::optional<std::int64_t> parse_integer(std::string_view word);
 
-/// A word in quotation marks, shortened and cleaned so that it can stand in a one-line message.
+/// A word in quotation marks, shortened and cleaned to fit into a one-line message.
 std::string quote(std::string_view word);
 
 }  // namespace dyop::internal

@@ -18,7 +18,7 @@ struct Spline {
   std::span<const Scalar> knots;
   std::span<const ControlPoint> points;
 
-  std::size_t begin() const { return degree; }       // index of the knot where the domain begins
+  std::size_t begin() const { return degree; }       // index of the knot where the domain starts
   std::size_t end() const { return points.size(); }  // and where it ends
 };
 
@@ -38,9 +38,9 @@ void require_sound(const Spline& spline) {
     DYOP_REQUIRE(std::isfinite(t), "knot ", i, " of B-spline motion must be finite, not ", t);
     DYOP_REQUIRE(i == 0 || t >= spline.knots[i - 1], "knots of B-spline motion must not decrease, ",
                  "but knot ", i, " = ", t, " follows knot ", i - 1, " = ", spline.knots[i - 1]);
-    // degree + 1 equal knots inside the domain would tear the curve.
+    // degree + 1 equal knots inside the domain would break the curve.
     DYOP_REQUIRE(i <= degree || i >= spline.end() || t > spline.knots[i - degree], "knot ", i,
-                 " = ", t, " of B-spline motion of degree ", degree, " is there more than ", degree,
+                 " = ", t, " of B-spline motion of degree ", degree, " occurs more than ", degree,
                  " times");
   }
   DYOP_REQUIRE(spline.knots[spline.begin()] < spline.knots[spline.end()],
@@ -48,8 +48,8 @@ void require_sound(const Spline& spline) {
                spline.knots[spline.begin()], ", ", spline.knots[spline.end()], "]");
 }
 
-// The polar form of the curve on the span from knot i to knot i + 1, at `from` (degree - count)
-// times and `to` count times: de Boor's algorithm with another argument at every level.
+// The polar form of the curve on the span from knot i to knot i + 1, with `from` (degree - count)
+// times and `to` count times: de Boor's algorithm with a different argument at every level.
 ControlPoint polar_form(const Spline& spline, std::size_t i, std::size_t count) {
   const std::size_t n = spline.degree;
   std::array<ControlPoint, BezierMotion::kMaxDegree + 1> x;
@@ -84,7 +84,8 @@ SequenceMotion bspline_motion(std::size_t degree, std::span<const Scalar> knots,
     if (interval.length() == 0) continue;
     const ControlPoint last = span.back();
     for (std::size_t k = 0; k <= degree; ++k) span[k] = polar_form(spline, i, k);
-    if (!parts.empty()) span.front() = last;  // the same up to rounding: no gap between the parts
+    if (!parts.empty())
+      span.front() = last;  // equal up to rounding; leaves no gap between the parts
     parts.push_back({interval, std::make_shared<BezierMotion>(interval, R_WC, span)});
   }
   return SequenceMotion(std::move(parts));

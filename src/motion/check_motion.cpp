@@ -16,13 +16,14 @@ namespace {
 using internal::compose_message;
 using MaybeFault = std::optional<MotionCheck>;
 
-constexpr int kHalvings = 60;           // from one sample to the next, to the last bits
-constexpr int kStepCount = 9;           // lengths of step that are tried from each sample
-constexpr Scalar kStepRatio = 1.0 / 8;  // of each to the one before
-constexpr Scalar kTwistNoise = 1e-13;   // literal: rounding of a twist, share of the largest speed
-constexpr Scalar kShortStep = 1.0 / 256;    // share of the sampling step that needs no bound
-constexpr Scalar kTellingNoise = 1000;      // over rounding, what moves enough to tell its twist
-constexpr Scalar kNumericTwist = 1.0 / 64;  // share of the sampling step that differences span
+constexpr int kHalvings = 60;           // of the span between two samples, to the last bits
+constexpr int kStepCount = 9;           // step lengths tried from each sample
+constexpr Scalar kStepRatio = 1.0 / 8;  // of each step length to the one before
+constexpr Scalar kTwistNoise =
+    1e-13;  // literal: rounding of a twist, fraction of the largest speed
+constexpr Scalar kShortStep = 1.0 / 256;    // fraction of the sampling step that needs no bound
+constexpr Scalar kTellingNoise = 1000;      // multiple of rounding that shows a twist
+constexpr Scalar kNumericTwist = 1.0 / 64;  // fraction of the sampling step that differences span
 
 template <typename... Words>
 MotionCheck fault(MotionFault kind, Scalar t, Scalar found, Scalar allowed, const Words&... words) {
@@ -67,7 +68,7 @@ class MotionProbe {
     Scalar allowed;
   };
   Change change_between(bool is_linear, Scalar from, Scalar to) const;
-  MaybeFault check_way(bool is_linear, Scalar t, Scalar next) const;
+  MaybeFault check_displacement(bool is_linear, Scalar t, Scalar next) const;
   MaybeFault check_step(Scalar t, Scalar s) const;
   MaybeFault check_speed(const TwistHalf& half, Scalar t, const TwistBound& bound) const;
   MaybeFault check_half(const TwistHalf& half, Scalar t, Scalar s, const TwistBound& bound,
@@ -78,7 +79,7 @@ class MotionProbe {
 
   const Motion& motion_;
   const TimeInterval interval_;
-  const Scalar spacing_;  // of the samples, on average
+  const Scalar spacing_;  // average spacing of the samples
   std::vector<Scalar> times_;
   Scalar position_noise_ = 0;
   Scalar rotation_noise_ = 0;
@@ -101,7 +102,7 @@ MotionProbe::MotionProbe(const Motion& motion, const TimeInterval& interval,
   times_.push_back(interval.end);
 }
 
-// What rounding may add. Where bounds are infinite the sampled values stand for them.
+// Allowances for rounding. Where bounds are infinite the sampled values replace them.
 void MotionProbe::measure_size() {
   Scalar position = 0;
   Twist largest;
@@ -128,8 +129,8 @@ MaybeFault MotionProbe::check_domain() const {
   const bool is_early = !(domain.begin <= interval_.begin);
   return fault(MotionFault::Domain, is_early ? interval_.begin : interval_.end,
                is_early ? interval_.begin : interval_.end, is_early ? domain.begin : domain.end,
-               "the motion is defined on [", domain.begin, ", ", domain.end,
-               "] only, not on all of [", interval_.begin, ", ", interval_.end, "]");
+               "the motion is defined only on [", domain.begin, ", ", domain.end,
+               "], not on all of [", interval_.begin, ", ", interval_.end, "]");
 }
 
 MaybeFault MotionProbe::check_instant(Scalar t) const {
@@ -155,7 +156,7 @@ MaybeFault MotionProbe::check_instant(Scalar t) const {
   const MotionState state = motion_.state(t);
   if (state.X_WB.rotation() != R || state.X_WB.translation() != X.translation() ||
       state.twist.v_WB != twist.v_WB || state.twist.w_WB != twist.w_WB) {
-    return fault(MotionFault::StateDiffers, t, 0, 0, "state() is not what pose() and twist() say");
+    return fault(MotionFault::StateDiffers, t, 0, 0, "state() differs from pose() and twist()");
   }
   return std::nullopt;
 }
@@ -175,14 +176,14 @@ MaybeFault MotionProbe::check_bound(const TimeInterval& part) const {
          {std::pair{bound.*half->speed, half->speed_word},
           std::pair{bound.*half->acceleration, half->acceleration_word}}) {
       if (value >= 0) continue;
-      return fault(MotionFault::BoundNotValid, part.begin, value, kInfinity, "twist_bound of [",
+      return fault(MotionFault::BoundNotValid, part.begin, value, kInfinity, "twist_bound on [",
                    part.begin, ", ", part.end, "] has the ", word, " ", value);
     }
   }
   return std::nullopt;
 }
 
-// Between good and bad, to the last bits.
+// Bisects between good and bad, to the last bits.
 Scalar MotionProbe::first_bad(Scalar good, Scalar bad, const auto& is_bad) const {
   for (int i = 0; i < kHalvings; ++i) {
     const Scalar middle = good + (bad - good) / 2;
@@ -205,7 +206,7 @@ MaybeFault MotionProbe::check_piece(Scalar t, Scalar next) const {
                ", but at t = ", t, " it was ", end, ": no jump of the twist before that");
 }
 
-// By how much a half of the pose changes from one time to another, and what its bound allows.
+// How much a half of the pose changes from one time to another, and what its bound allows.
 MotionProbe::Change MotionProbe::change_between(bool is_linear, Scalar from, Scalar to) const {
   const TwistBound bound = motion_.twist_bound({from, to});
   const RigidPose X = motion_.pose(from);
@@ -214,13 +215,13 @@ MotionProbe::Change MotionProbe::change_between(bool is_linear, Scalar from, Sca
     return {(Y.translation() - X.translation()).norm(),
             bound.linear_speed * (to - from) + position_noise_};
   }
-  // Two unit vectors that turn by an angle part by no more than the angle.
+  // Two unit vectors rotated by an angle separate by no more than the angle.
   const Matrix3 turned = Y.rotation() - X.rotation();
   return {turned.colwise().norm().maxCoeff(), bound.angular_speed * (to - from) + rotation_noise_};
 }
 
-// Whatever the pieces: a body does not move faster than its bound.
-MaybeFault MotionProbe::check_way(bool is_linear, Scalar t, Scalar next) const {
+// Holds for any pieces: a body does not move faster than its bound.
+MaybeFault MotionProbe::check_displacement(bool is_linear, Scalar t, Scalar next) const {
   const Change whole = change_between(is_linear, t, next);
   if (!(whole.found > whole.allowed)) return std::nullopt;
   Scalar from = t;
@@ -235,7 +236,7 @@ MaybeFault MotionProbe::check_way(bool is_linear, Scalar t, Scalar next) const {
   }
   const char* word = is_linear ? " the position moves by " : " the rotation changes by ";
   const Change last = change_between(is_linear, from, to);
-  // What is fast changes by nothing in no time; what jumps by all of the jump.
+  // A fast motion changes by nothing in no time; a jump keeps its full size.
   const bool is_jump = last.found - last.allowed > (whole.found - whole.allowed) / 2;
   if (!is_jump) {
     return fault(MotionFault::SpeedAboveBound, t, whole.found, whole.allowed, "until ", next, word,
@@ -254,7 +255,7 @@ MaybeFault MotionProbe::check_speed(const TwistHalf& half, Scalar t,
                speed, ", but twist_bound allows ", allowed);
 }
 
-// What differences of the pose say, and which slip would give the twist that was found.
+// The twist that differences of the pose give, and which mistake would explain the one found.
 std::string MotionProbe::explain(const TwistHalf& half, Scalar t) const {
   const Scalar step = kNumericTwist * spacing_;
   const Scalar inside = std::clamp(t, interval_.begin + 3 * step, interval_.end - 3 * step);
@@ -265,11 +266,12 @@ std::string MotionProbe::explain(const TwistHalf& half, Scalar t) const {
   const char* slip = "";
   if (is_near(-real)) slip = "; its sign is reversed";
   if (!is_near(real) && is_near(in_body)) slip = "; it is expressed in the body, not in the world";
-  return compose_message("twist says ", half.field, " = (", found.transpose(),
-                         "), differences of the pose say about (", real.transpose(), ")", slip);
+  return compose_message("twist gives ", half.field, " = (", found.transpose(),
+                         "), differences of the pose give about (", real.transpose(), ")", slip);
 }
 
-// `displacement` is by how much the pose changed over s, `missed` how far from where the twist leads.
+// `displacement` is the change of the pose over s, `missed` its difference from what the twist
+// predicts.
 MaybeFault MotionProbe::check_half(const TwistHalf& half, Scalar t, Scalar s,
                                    const TwistBound& bound, Scalar displacement, Scalar missed,
                                    Scalar pose_noise) const {
@@ -287,7 +289,7 @@ MaybeFault MotionProbe::check_half(const TwistHalf& half, Scalar t, Scalar s,
                  change / s, ", but twist_bound allows the ", half.acceleration_word, " ",
                  acceleration);
   }
-  // Without a bound: what the twist itself shows over a short time, generously.
+  // Without a bound: the change of the twist itself over a short time, generously.
   if (!is_known) {
     const bool is_telling = s < kShortStep * spacing_ && displacement > kTellingNoise * pose_noise;
     if (!is_telling) return std::nullopt;
@@ -298,11 +300,12 @@ MaybeFault MotionProbe::check_half(const TwistHalf& half, Scalar t, Scalar s,
       acceleration * s * s / 2 + s * noise + acceleration * s * late + pose_noise;
   if (!(missed > may_miss)) return std::nullopt;
   return fault(MotionFault::TwistNotDerivative, t, missed, may_miss,
-               "the twist is not the derivative of the pose: over a time of ", s, " they part by ",
-               missed, ", but twist_bound and rounding allow ", may_miss, "; ", explain(half, t));
+               "the twist is not the derivative of the pose: over a time of ", s,
+               " they differ by ", missed, ", but twist_bound and rounding allow ", may_miss, "; ",
+               explain(half, t));
 }
 
-// One step s from t within a smooth piece.
+// One step s from t, within a smooth piece.
 MaybeFault MotionProbe::check_step(Scalar t, Scalar s) const {
   const TwistBound bound = motion_.twist_bound({t, t + s});
   const RigidPose X = motion_.pose(t);
@@ -322,13 +325,13 @@ MaybeFault MotionProbe::check_step(Scalar t, Scalar s) const {
 MaybeFault MotionProbe::check_between(Scalar t, Scalar next) const {
   if (MaybeFault found = check_bound({t, next})) return found;
   if (MaybeFault found = check_piece(t, next)) return found;
-  if (MaybeFault found = check_way(true, t, next)) return found;
-  if (MaybeFault found = check_way(false, t, next)) return found;
+  if (MaybeFault found = check_displacement(true, t, next)) return found;
+  if (MaybeFault found = check_displacement(false, t, next)) return found;
   // literal: a little before the end of the piece, so that t + s, rounded, is not beyond it.
   const Scalar end = motion_.smooth_until(t);
   Scalar s = (std::min(end, next) - t) * (1 - 1e-9);
   for (int i = 0; i < kStepCount && t + s > t; ++i, s *= kStepRatio) {
-    const Scalar exact = (t + s) - t;  // the time between the two that are asked for
+    const Scalar exact = (t + s) - t;  // the exact time between the two arguments
     if (!(t + exact < end)) continue;
     if (MaybeFault found = check_step(t, exact)) return found;
   }
@@ -338,7 +341,7 @@ MaybeFault MotionProbe::check_between(Scalar t, Scalar next) const {
 MotionCheck MotionProbe::run() {
   if (MaybeFault found = check_domain()) return *found;
   if (MaybeFault found = check_instant_or_refusal(interval_.begin)) return *found;
-  // Up to the first sample that is unsound the motion is one that can be checked further.
+  // The motion can be checked further up to its first unsound sample.
   const auto is_unsound = [&](Scalar t) { return check_instant_or_refusal(t).has_value(); };
   const auto end = std::find_if(times_.begin(), times_.end(), is_unsound);
   MaybeFault unsound;

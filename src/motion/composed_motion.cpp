@@ -2,19 +2,21 @@
 #include "dyop/motion/composed_motion.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "motion/curve/rotation_rate.h"
+#include "motion/guarded_state.h"
 
 namespace dyop {
 
 ComposedMotion::ComposedMotion(std::shared_ptr<const Motion> X_WM,
                                std::shared_ptr<const Motion> X_MB)
     : outer_(std::move(X_WM)), inner_(std::move(X_MB)) {
-  DYOP_REQUIRE(outer_ && inner_, "composed motion needs two motions, one is null");
+  DYOP_REQUIRE(outer_ && inner_, "composed motion needs two motions, but one is null");
   const TimeInterval common = domain();
   DYOP_REQUIRE(common.begin <= common.end,
-               "the two motions of a composed motion have no time in common: one begins at ",
+               "the two motions of a composed motion have no time in common: one starts at ",
                common.begin, ", the other ends at ", common.end);
 }
 
@@ -40,9 +42,12 @@ TwistBound ComposedMotion::twist_bound(const TimeInterval& interval) const {
   const TwistBound outer = outer_->twist_bound(interval);
   const TwistBound inner = inner_->twist_bound(interval);
   // Every time of the interval is within half its length of the middle. Infinite intervals give
-  // infinity or NaN here, and round_up makes infinity of both.
+  // infinity or NaN here, and round_up turns both into infinity.
   const Scalar middle = interval.begin + interval.length() / 2;
-  const Scalar p_norm = internal::norm_of(inner_->pose(middle).translation());
+  const RigidPose X_MB = std::isfinite(middle)
+                             ? internal::guarded_pose(*inner_, middle, "composed motion: X_MB")
+                             : inner_->pose(middle);
+  const Scalar p_norm = internal::norm_of(X_MB.translation());
   const Scalar pose_noise = kPoseNoise * inner_->pose_scale(interval).length;
   const Scalar arm =
       internal::round_up(p_norm + inner.linear_speed * (interval.length() / 2) + pose_noise);

@@ -6,7 +6,7 @@
 namespace dyop::internal {
 namespace {
 
-// What `action` returns; the time is put in front of what it says is wrong.
+// Returns the result of `action`; prefixes its error message with the time.
 template <typename Action>
 auto with_time(const Action& action, Scalar t, const char* what) {
   try {
@@ -32,16 +32,17 @@ void refuse(const MotionState& state, Scalar t, const char* what) {
                                         state.twist.w_WB.transpose(), ")"));
 }
 
-MotionState guarded_state(const Motion& motion, Scalar t, const char* what) {
+MotionState guarded_state(const Motion& motion, bool is_trusted, Scalar t, const char* what) {
   const MotionState state = with_time([&] { return motion.state(t); }, t, what);
-  if (!is_sound(state)) [[unlikely]]
+  const bool is_sound = is_finite(state) && (is_trusted || is_rotation(state.X_WB.rotation()));
+  if (!is_sound) [[unlikely]]
     refuse(state, t, what);
   return state;
 }
 
 RigidPose guarded_pose(const Motion& motion, Scalar t, const char* what) {
   const MotionState state{with_time([&] { return motion.pose(t); }, t, what), {}};
-  if (!is_sound(state)) [[unlikely]]
+  if (!is_finite(state) || !is_rotation(state.X_WB.rotation())) [[unlikely]]
     refuse(state, t, what);
   return state.X_WB;
 }
@@ -50,7 +51,7 @@ void refuse_jump(const PoseStep& step, Scalar speed, const char* what) {
   throw InvalidArgument(compose_message(
       what, " jumps between t = ", step.t_from, " and t = ", step.t_to, ": from position (",
       step.p_from.transpose(), ") to (", step.p_to.transpose(), "), rotation (", step.R_from,
-      ") to (", step.R_to, "), but its twist_bound allows a speed of ", speed, " only"));
+      ") to (", step.R_to, "), but its twist_bound allows only a speed of ", speed));
 }
 
 }  // namespace dyop::internal

@@ -9,8 +9,8 @@
 
 namespace dyop::internal {
 
-/// How far a matrix with the columns x, y, z is from a rotation: x and y have length one and are
-/// square to each other, and z is x cross y. A sum, so that NaN survives; 0 up to rounding.
+/// How far a matrix with columns x, y, z is from a rotation: x and y have length one and are
+/// perpendicular, and z is x cross y. A sum, so that NaN survives; 0 up to rounding.
 inline Scalar rotation_error(const Matrix3& R) {
   const Scalar* r = R.data();  // by columns
   const Scalar xx = r[0] * r[0] + r[1] * r[1] + r[2] * r[2] - 1;
@@ -22,7 +22,7 @@ inline Scalar rotation_error(const Matrix3& R) {
   return std::abs(xx) + std::abs(yy) + std::abs(xy) + std::abs(z0) + std::abs(z1) + std::abs(z2);
 }
 
-/// Orthonormal up to kEngineRotationNoise, and no mirror; false for NaN.
+/// Orthonormal up to kEngineRotationNoise, and not a mirror; false for NaN.
 inline bool is_rotation(const Matrix3& R) {
   return rotation_error(R) <= kEngineRotationNoise;
 }
@@ -32,31 +32,32 @@ inline bool is_finite(const Vector3& x) {
   return ((x[0] - x[0]) + (x[1] - x[1])) + (x[2] - x[2]) == 0;
 }
 
-inline bool is_sound(const MotionState& state) {
+inline bool is_finite(const MotionState& state) {
   const Vector3& p = state.X_WB.translation();
   const Vector3& v = state.twist.v_WB;
   const Vector3& w = state.twist.w_WB;
   // One comparison for all nine numbers.
-  const Scalar zero = ((p[0] - p[0]) + (p[1] - p[1]) + (p[2] - p[2])) +
-                      ((v[0] - v[0]) + (v[1] - v[1]) + (v[2] - v[2])) +
-                      ((w[0] - w[0]) + (w[1] - w[1]) + (w[2] - w[2]));
-  return is_rotation(state.X_WB.rotation()) && zero == 0;
+  return ((p[0] - p[0]) + (p[1] - p[1]) + (p[2] - p[2])) +
+             ((v[0] - v[0]) + (v[1] - v[1]) + (v[2] - v[2])) +
+             ((w[0] - w[0]) + (w[1] - w[1]) + (w[2] - w[2])) ==
+         0;
 }
 
-/// Throws InvalidArgument that says what is wrong with a state that is not sound.
+/// Throws InvalidArgument that tells what is wrong with an unsound state.
 [[noreturn]] void refuse(const MotionState& state, Scalar t, const char* what);
 
-/// The one gate through which poses and twists of motions enter the engine.
+/// The only gate through which poses and twists of motions enter the engine.
 ///
-/// @param what Names the motion in messages, such as "the motion of A".
+/// @param is_trusted The motion's Motion::is_trusted(): rotations are not checked.
+/// @param what       Names the motion in messages, such as "the motion of A".
 /// @throws InvalidArgument with the time and the value if the pose is not finite or not a rotation,
-///         or the twist is not finite; with the time in front if the motion itself throws one.
-MotionState guarded_state(const Motion& motion, Scalar t, const char* what);
+///         or the twist is not finite; if the motion itself throws one, prefixed with the time.
+MotionState guarded_state(const Motion& motion, bool is_trusted, Scalar t, const char* what);
 
 /// The same for a pose alone.
 RigidPose guarded_pose(const Motion& motion, Scalar t, const char* what);
 
-/// Two times and the poses at them, as the engine met them.
+/// Two times and the poses at them, as the engine got them.
 struct PoseStep {
   const Matrix3& R_from;
   const Vector3& p_from;
@@ -70,7 +71,7 @@ struct PoseStep {
 [[noreturn]] void refuse_jump(const PoseStep& step, Scalar speed, const char* what);
 
 /// Throws InvalidArgument if a body of this radius moves farther between two times than its bound
-/// on speed allows: a motion that jumps from one place to another.
+/// on speed allows: the motion jumps from one place to another.
 inline void require_no_jump(const PoseStep& step, const TwistBound& bound, Scalar radius,
                             Scalar noise, const char* what) {
   const Scalar speed = bound.linear_speed + bound.angular_speed * radius;
@@ -85,7 +86,8 @@ inline void require_no_jump(const PoseStep& step, const TwistBound& bound, Scala
   }
 }
 
-/// A pose whose rotation is the product of many, set right long before a query would refuse it.
+/// Restores the rotation of a pose that is the product of many, long before a query would refuse
+/// it.
 inline RigidPose without_drift(const RigidPose& X_WB) {
   if (rotation_error(X_WB.rotation()) <= kEngineRotationNoise / 8) return X_WB;
   return RigidPose(X_WB.rotation(), X_WB.translation());

@@ -21,14 +21,14 @@ std::shared_ptr<const internal::ChartCurve<3>> make_curve(const TimeInterval& in
                                                           const HermiteNode& begin,
                                                           const HermiteNode& end) {
   require_valid(interval, "domain of Hermite motion");
-  require_finite(begin.p_WB, "position at begin");
-  require_finite(begin.v_WB, "velocity at begin");
-  require_finite(begin.theta, "rotation vector at begin");
-  require_finite(begin.theta_rate, "rotation vector's rate at begin");
-  require_finite(end.p_WB, "position at end");
-  require_finite(end.v_WB, "velocity at end");
-  require_finite(end.theta, "rotation vector at end");
-  require_finite(end.theta_rate, "rotation vector's rate at end");
+  require_finite(begin.p_WB, "position at the start");
+  require_finite(begin.v_WB, "velocity at the start");
+  require_finite(begin.theta, "rotation vector at the start");
+  require_finite(begin.theta_rate, "rotation vector's rate at the start");
+  require_finite(end.p_WB, "position at the end");
+  require_finite(end.v_WB, "velocity at the end");
+  require_finite(end.theta, "rotation vector at the end");
+  require_finite(end.theta_rate, "rotation vector's rate at the end");
   const Scalar h = interval.length();
   return std::make_shared<const internal::ChartCurve<3>>(
       "Hermite motion", interval, X_WC, begin.p_WB, 3,
@@ -37,13 +37,13 @@ std::shared_ptr<const internal::ChartCurve<3>> make_curve(const TimeInterval& in
 }
 
 HermiteNode begin_node(const MotionState& begin) {
-  require_finite(begin.twist.w_WB, "angular velocity at begin");
+  require_finite(begin.twist.w_WB, "angular velocity at the start");
   return {begin.X_WB.translation(), begin.twist.v_WB, Vector3::Zero(),
           begin.X_WB.rotation().transpose() * begin.twist.w_WB};
 }
 
 HermiteNode end_node(const MotionState& begin, const MotionState& end) {
-  require_finite(end.twist.w_WB, "angular velocity at end");
+  require_finite(end.twist.w_WB, "angular velocity at the end");
   const Matrix3 R_CW = begin.X_WB.rotation().transpose();
   const Vector3 theta = rotation_vector(R_CW * end.X_WB.rotation());
   return {end.X_WB.translation(), end.twist.v_WB, theta,

@@ -32,10 +32,10 @@ InterpolatedMotion InterpolatedMotion::from_chart(const TimeInterval& interval, 
 InterpolatedMotion InterpolatedMotion::from_chart(const TimeInterval& interval,
                                                   const RigidPose& X_WC, const Node& begin,
                                                   const Node& end) {
-  internal::require_finite(begin.p_WB, "position at begin");
-  internal::require_finite(end.p_WB, "position at end");
-  internal::require_finite(begin.theta, "rotation vector at begin");
-  internal::require_finite(end.theta, "rotation vector at end");
+  internal::require_finite(begin.p_WB, "position at the start");
+  internal::require_finite(end.p_WB, "position at the end");
+  internal::require_finite(begin.theta, "rotation vector at the start");
+  internal::require_finite(end.theta, "rotation vector at the end");
   return InterpolatedMotion(interval, Chart{X_WC.rotation(), begin, end});
 }
 
@@ -50,14 +50,14 @@ InterpolatedMotion::InterpolatedMotion(const TimeInterval& interval, const Chart
                "not [",
                interval.begin, ", ", interval.end, "]");
   const Scalar theta_rate = internal::norm_of(theta_rate_);
-  // theta x theta' is constant along the path; its rounding error is relative to the factors.
+  // theta x theta' is constant along the path; its rounding is relative to the factors.
   const Scalar turn = begin_.theta.cross(theta_rate_).norm();
   const Scalar turn_noise = kMotionNoise * begin_.theta.norm() * theta_rate;
   bound_.linear_speed = internal::round_up(internal::norm_of(v_WB_));
   bound_.angular_speed = internal::round_up(theta_rate);
   bound_.angular_acceleration =
       internal::round_up(internal::angular_acceleration_bound(theta_rate, 0, turn + turn_noise));
-  // Velocities are sums of products: where their squares overflow so may they.
+  // Velocities are sums of products: they may overflow where their squares do.
   DYOP_REQUIRE(bound_.linear_speed < kInfinity && bound_.angular_speed < kInfinity,
                "interpolated motion over a time of ", h, " is too fast: velocities overflow");
 }

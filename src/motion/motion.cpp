@@ -21,7 +21,7 @@ PoseScale Motion::pose_scale(const TimeInterval& interval) const {
 void require_defined(const Motion& motion, const TimeInterval& interval, const char* what) {
   const TimeInterval domain = motion.domain();
   DYOP_REQUIRE(domain.begin <= interval.begin && interval.end <= domain.end, what,
-               " is defined on [", domain.begin, ", ", domain.end, "] only, not on all of [",
+               " is defined only on [", domain.begin, ", ", domain.end, "], not on all of [",
                interval.begin, ", ", interval.end, "]");
 }
 

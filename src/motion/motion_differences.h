@@ -8,7 +8,7 @@
 namespace dyop::internal {
 
 /// f'(t) of a vector or matrix function by the central difference of sixth order: the error is
-/// step^6/140 f^(7) and about 2u |f| / step.
+/// step^6/140 f^(7) plus about 2u |f| / step.
 auto differentiate(const auto& f, Scalar t, Scalar step) {
   using Value = std::decay_t<decltype(f(t))>;
   const Value far = f(t + 3 * step) - f(t - 3 * step);

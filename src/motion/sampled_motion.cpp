@@ -36,7 +36,7 @@ SampledMotion::SampledMotion(std::vector<Sample> given) : samples_(std::move(giv
                       X_WB0.rotation() * rotation_vector(R_B0B1) / h};
     const internal::SpeedTree::Speeds speed{internal::round_up(internal::norm_of(twist.v_WB)),
                                             internal::round_up(internal::norm_of(twist.w_WB))};
-    // Where squares of velocities overflow, so may what is computed from them.
+    // Where squares of velocities overflow, so may anything computed from them.
     DYOP_REQUIRE(speed.linear < kInfinity && speed.angular < kInfinity, "time stamps ", i, " = ",
                  stamps_[i], " and ", i + 1, " = ", stamps_[i + 1],
                  " of sampled motion are too close: the velocity between them overflows");
@@ -49,7 +49,7 @@ SampledMotion::SampledMotion(std::vector<Sample> given) : samples_(std::move(giv
   speeds_ = std::make_shared<const internal::SpeedTree>(speeds);
 }
 
-// The piece that is valid from t on; the first before the domain, the last at its end.
+// The piece valid from t on; the first one before the domain, the last one at its end.
 std::size_t SampledMotion::piece_at(Scalar t) const {
   const auto next = std::upper_bound(stamps_.begin() + 1, stamps_.end() - 1, t);
   return static_cast<std::size_t>(next - stamps_.begin()) - 1;
@@ -78,8 +78,8 @@ TwistBound SampledMotion::twist_bound(const TimeInterval& interval) const {
 }
 
 PoseScale SampledMotion::pose_scale(const TimeInterval& interval) const {
-  // The turn between two samples errs by less than 8u however small it is: their speeds do not
-  // bound what that adds up to over many.
+  // The turn between two samples errs by up to 8u however small it is: the speeds do not bound what
+  // that adds up to over many samples.
   constexpr Scalar kTurnNoise = 8 * kUnitRoundoff;
   const auto stamps = static_cast<Scalar>(piece_at(interval.end) - piece_at(interval.begin));
   return {pose_scale_.length, pose_scale_.angle + stamps * (kTurnNoise / kPoseNoise)};

@@ -13,7 +13,7 @@
 namespace dyop {
 namespace {
 
-// Each pose may err by rounding (Motion::pose_scale). Returns the jump, relative to rounding.
+// Allows for rounding of each pose (Motion::pose_scale). Returns the jump, relative to rounding.
 PoseScale require_meeting(const SequenceMotion::Part& x, const SequenceMotion::Part& y,
                           std::size_t index) {
   const Scalar t = y.interval.begin;
@@ -34,7 +34,7 @@ PoseScale require_meeting(const SequenceMotion::Part& x, const SequenceMotion::P
 }  // namespace
 
 SequenceMotion::SequenceMotion(std::vector<Part> parts) : parts_(std::move(parts)) {
-  DYOP_REQUIRE(!parts_.empty(), "sequence motion needs a part");
+  DYOP_REQUIRE(!parts_.empty(), "sequence motion needs at least one part");
   std::vector<internal::SpeedTree::Speeds> speeds;
   speeds.reserve(parts_.size());
   for (std::size_t i = 0; i < parts_.size(); ++i) {
@@ -48,12 +48,13 @@ SequenceMotion::SequenceMotion(std::vector<Part> parts) : parts_(std::move(parts
     const TwistBound bound = motion->twist_bound(interval);
     speeds.push_back({bound.linear_speed, bound.angular_speed});
     pose_scale_ = internal::larger_of(pose_scale_, motion->pose_scale(interval));
+    is_trusted_ = is_trusted_ && motion->is_trusted();
     if (i == 0) {
       jumps_.push_back({0, 0});
       continue;
     }
     DYOP_REQUIRE(interval.begin == parts_[i - 1].interval.end, "part ", i,
-                 " of sequence motion must begin where part ", i - 1, " ends, at ",
+                 " of sequence motion must start where part ", i - 1, " ends, at ",
                  parts_[i - 1].interval.end, ", not at ", interval.begin);
     const PoseScale jump = require_meeting(parts_[i - 1], parts_[i], i - 1);
     jumps_.push_back({jumps_.back().length + jump.length, jumps_.back().angle + jump.angle});
@@ -61,7 +62,7 @@ SequenceMotion::SequenceMotion(std::vector<Part> parts) : parts_(std::move(parts
   speeds_ = std::make_shared<const internal::SpeedTree>(speeds);
 }
 
-// The part that is valid from t on; the first before the domain, the last at its end.
+// The part valid from t on; the first one before the domain, the last one at its end.
 std::size_t SequenceMotion::part_at(Scalar t) const {
   const auto next = std::upper_bound(parts_.begin() + 1, parts_.end(), t,
                                      [](Scalar x, const Part& p) { return x < p.interval.begin; });

@@ -9,7 +9,7 @@
 namespace dyop {
 namespace {
 
-// x + s (y - x), of both parts of a twist.
+// x + s (y - x), for both halves of a twist.
 Twist mix(const Twist& x, const Twist& y, Scalar s) {
   return {x.v_WB + s * (y.v_WB - x.v_WB), x.w_WB + s * (y.w_WB - x.w_WB)};
 }
@@ -20,8 +20,8 @@ SequenceMotion smooth_sampled_motion(const std::vector<SampledMotion::Sample>& s
   const SampledMotion steady(samples);  // checks the samples
   const std::size_t last = samples.size() - 1;
   const auto length = [&](std::size_t i) { return samples[i + 1].t - samples[i].t; };
-  // Between stamps i and i + 1 the parabola has the mean velocity steady.twist(samples[i].t), at
-  // the middle; in between it is linear.
+  // Between stamps i and i + 1 the parabola has the mean velocity steady.twist(samples[i].t) at the
+  // middle; in between it is linear.
   const auto at_inner = [&](std::size_t i) {
     return mix(steady.twist(samples[i - 1].t), steady.twist(samples[i].t),
                length(i - 1) / (length(i - 1) + length(i)));

@@ -130,7 +130,7 @@ std::span<const DistanceAlgorithm* const> distance_algorithms() {
   static const LinCanny lin_canny;
   static const LibccdGjk libccd;
   static const CertifiedGjk certified_gjk;
-  // To add an algorithm: its name here.
+  // To add an algorithm: its name goes here.
   static constexpr std::array<const DistanceAlgorithm*, 6> kAll{
       &certified_dyop, &published_dyop_algorithm, &gjk, &lin_canny, &libccd, &certified_gjk};
   return kAll;
@@ -142,8 +142,8 @@ const DistanceAlgorithm& distance_algorithm(std::string_view name) {
     if (algorithm->name() == name) return *algorithm;
     names += (names.empty() ? "" : ", ") + std::string(algorithm->name());
   }
-  throw InvalidArgument("no distance algorithm is called '" + std::string(name) +
-                        "'; there are: " + names);
+  throw InvalidArgument("no distance algorithm named '" + std::string(name) +
+                        "'; the names are: " + names);
 }
 
 }  // namespace dyop

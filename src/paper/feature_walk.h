@@ -11,11 +11,12 @@
 #include "dyop/paper/lin_canny.h"
 
 // The walk of lin_canny_distance() in space, for any two bodies with these members:
-//   Vector3 vertex(number)                  in the frame of the walk
-//   ends(edge), faces(edge)                 two numbers each; -1 for no face
-//   corners(face), sides(face)              three vertex and three edge numbers; side k from corner
-//   k edges_at(vertex)                        a range of edge numbers face_count(), is_flat flat
-//   bodies have faces with two outer sides
+//   vertex(number)               a Vector3 in the frame of the walk
+//   ends(edge), faces(edge)      two numbers each; -1 for no face
+//   corners(face), sides(face)   three vertex and three edge numbers; side k starts at corner k
+//   edges_at(vertex)             a range of edge numbers
+//   face_count()
+//   is_flat                      flat bodies have faces with two outer sides
 namespace dyop::internal {
 
 using Place = LinCannyCache::Place;
@@ -30,7 +31,7 @@ inline Place face_place(std::int32_t number) {
   return {FeatureKind::Face, number};
 }
 
-// The nearest points of two closed features, on the smallest features that hold them.
+// The nearest points of two closed features, on the smallest features that contain them.
 struct FeaturePair {
   Place a;
   Place b;
@@ -48,7 +49,7 @@ inline Scalar unit_clamped(Scalar x) {
   return x > 0 ? std::min(x, Scalar{1}) : 0;  // NaN gives 0
 }
 
-// An edge with its numbers, in coordinates.
+// An edge with its vertex numbers and coordinates.
 template <typename Body>
 struct EdgeLine {
   std::int32_t number;
@@ -97,7 +98,7 @@ Vector3 face_normal(const Body& body, std::int32_t face) {
   return (body.vertex(corners[1]) - origin).cross(body.vertex(corners[2]) - origin);
 }
 
-// The plane of a face, and the sides by which a point may be beyond it.
+// The plane of a face, and its sides, which a point may be beyond.
 template <typename Body>
 struct FacePlane {
   std::array<Vector3, 3> corners;
@@ -110,10 +111,10 @@ struct FacePlane {
         normal((corners[1] - corners[0]).cross(corners[2] - corners[0])),
         normal_sq(normal.squaredNorm()) {}
 
-  // From the foot of the perpendicular from p to p, if the foot is inside. Never for a face without
-  // area. u and v are coordinates along the sides at corner 0, times normal_sq. Whatever rounding
-  // does to them, the foot they name is a point of the face; that along the normal of a thin face
-  // need not be.
+  // From the foot of the perpendicular from p to p, if the foot is inside. Nothing for a face
+  // without area. u and v are coordinates along the sides at corner 0, times normal_sq. Whatever
+  // rounding does to them, they give a point of the face; a foot along the normal of a thin face
+  // need not be one.
   std::optional<Vector3> height(const Vector3& p) const {
     const Vector3 along = corners[1] - corners[0];
     const Vector3 across = corners[2] - corners[0];
@@ -125,7 +126,7 @@ struct FacePlane {
   }
 };
 
-// A pair that keeps nothing unless the foot of p is inside the face.
+// A pair that stays empty unless the foot of p is inside the face.
 template <typename Body>
 FeaturePair inner_face_to_point(const FacePlane<Body>& plane, std::int32_t face, const Vector3& p,
                                 Place place) {
@@ -144,9 +145,9 @@ FeaturePair face_to_point(const Body& body, std::int32_t face, const Vector3& p,
   return best;
 }
 
-// A face and an edge that does not pierce it: an end above the face, or a side and the edge. (An
-// edge that does pierce it means that the bodies meet; then no proof follows the walk.) The side
-// that is already known to be farther, if any, is left out.
+// A face and an edge that does not pierce it: an end above the face, or a side and the edge. (If
+// the edge does pierce it, the bodies intersect; then the walk proves nothing.) The side already
+// known to be farther, if any, is skipped.
 template <typename BodyA, typename BodyB>
 FeaturePair face_to_edge(const BodyA& a, std::int32_t face, const BodyB& b, std::int32_t edge,
                          std::int32_t known_side) {
@@ -161,8 +162,8 @@ FeaturePair face_to_edge(const BodyA& a, std::int32_t face, const BodyB& b, std:
   return best;
 }
 
-// Nearest points of any two features but two faces, which never meet in a walk. `known_edge` is an
-// edge of the body whose face is asked for, see face_to_edge().
+// Nearest points of any two features except two faces, which never meet in a walk. `known_edge` is
+// an edge of the body that owns the face, see face_to_edge().
 template <typename BodyA, typename BodyB>
 FeaturePair nearest_points(const BodyA& a, Place place_a, const BodyB& b, Place place_b,
                            std::int32_t known_edge = -1) {
@@ -185,9 +186,9 @@ FeaturePair nearest_points(const BodyA& a, Place place_a, const BodyB& b, Place 
   return edge_to_edge(EdgeLine<BodyA>(a, place_a.number), EdgeLine<BodyB>(b, place_b.number));
 }
 
-// The three below: the neighbour of the feature, one dimension up, towards which a step along w
-// goes the most: the Voronoi plane that the other point is farthest beyond. Smooth if it is beyond
-// none.
+// The three functions below return the neighbour of the feature, one dimension up, towards which a
+// step along w goes the most: the Voronoi plane that the other point is farthest beyond. Smooth if
+// it is beyond none.
 template <typename Body>
 Place steepest_edge(const Body& body, std::int32_t vertex, const Vector3& w) {
   Place best;
@@ -208,7 +209,8 @@ Place steepest_edge(const Body& body, std::int32_t vertex, const Vector3& w) {
   return best;
 }
 
-// As w is square to the edge, the third corner of a face tells whether the face comes nearer.
+// Because w is perpendicular to the edge, the third corner of a face tells whether the face is
+// nearer.
 template <typename Body>
 Place steepest_face(const Body& body, std::int32_t edge, const Vector3& w) {
   Place best;
@@ -242,8 +244,8 @@ Place steepest_neighbour(const Body& body, Place place, const Vector3& w) {
   return {};  // not reached
 }
 
-// Whether the other point is behind the face, where the nearest point of a face is no nearest point
-// of the body ([Mirtich1998] calls it a local minimum).
+// Whether the other point is behind the face, where the nearest point of the face is not a nearest
+// point of the body (a local minimum in [Mirtich1998]).
 template <typename Body>
 bool is_behind(const Body& body, Place place, const Vector3& w) {
   return !body.is_flat && place.kind == FeatureKind::Face &&
@@ -265,14 +267,14 @@ Place face_in_front(const Body& body, const Vector3& p) {
   return best;
 }
 
-// One walk. Every step but a jump brings the points strictly nearer, so that no pair comes twice.
+// One walk. Every step except a jump brings the points strictly nearer, so no pair occurs twice.
 template <typename BodyA, typename BodyB>
 class FeatureWalk {
  public:
   FeatureWalk(const BodyA& a, const BodyB& b, Place place_a, Place place_b)
       : a_(a), b_(b), pair_(nearest_points(a, place_a, b, place_b)) {}
 
-  // False if it ended at the limit or inside a body.
+  // Returns false if it ended at the limit or inside a body.
   bool run(int limit) {
     while (steps_ < limit) {
       ++steps_;
@@ -289,7 +291,7 @@ class FeatureWalk {
   int steps() const { return steps_; }
 
   // The direction that should prove the pair nearest: from the features themselves, which rounding
-  // turns by less than it turns a short w.
+  // turns less than a short w.
   Vector3 proof_direction() const {
     const Vector3& w = pair_.w;
     if (pair_.a.kind == FeatureKind::Face) return facing(face_normal(a_, pair_.a.number));
@@ -331,7 +333,7 @@ class FeatureWalk {
            keep_if_nearer(nearest_points(a_, pair_.a, b_, next_b, edge_number(pair_.b)));
   }
 
-  // Away from behind a face. May lengthen w, so that it must not happen for ever.
+  // Moves away from behind a face. May lengthen w, so the number of jumps is limited.
   bool jump() {
     if (++jumps_ > kFeatureJumpLimit) return false;
     const bool is_of_a = is_behind(a_, pair_.a, pair_.w);

@@ -7,14 +7,15 @@
 namespace dyop {
 namespace {
 
-// One side of a face: its ends in increasing order, and where it was met.
+// One side of a face: its ends in increasing order, and where it was found.
 struct Side {
   std::array<std::int32_t, 2> ends;
   std::int32_t face;
   std::size_t corner;
 };
 
-// Of the faces with area; a segment, which is a triangle with a repeated vertex, has one side.
+// The sides of faces with area; a segment, which is a triangle with a repeated vertex, has one
+// side.
 std::vector<Side> collect_sides(const ConvexHull& hull) {
   std::vector<Side> sides;
   const auto triangles = hull.core_surface()->triangles();

@@ -35,9 +35,9 @@ class CcdSimplex {
 
   void add(const ccd_vec3_t& point) { points_[static_cast<std::size_t>(count_++)] = point; }
 
-  // Squared distance of the origin and the nearest point. Of four points the triangle that has it
-  // is kept; a tetrahedron around the origin has no such triangle at distance zero, so that the
-  // loop ends for want of progress.
+  // Squared distance of the origin to the nearest point. Of four points, keeps the triangle that
+  // has it; a tetrahedron around the origin has no such triangle at distance zero, so the loop ends
+  // for lack of progress.
   Scalar reduce(ccd_vec3_t* nearest) {
     const auto& p = points_;
     switch (count_) {
@@ -53,7 +53,7 @@ class CcdSimplex {
     }
   }
 
-  // Whether the four points enclose the origin: it is on the inner side of every face.
+  // Whether the four points enclose the origin, which is then on the inner side of every face.
   bool holds_origin(const ccd_vec3_t& added) const {
     if (count_ < 3) return false;
     const std::array<ccd_vec3_t, 4> p{points_[0], points_[1], points_[2], added};
@@ -124,7 +124,7 @@ Scalar run_loop(const CcdTriangle& a, const CcdTriangle& b) {
   return std::sqrt(distance_sq);
 }
 
-// libccd's tolerances are absolute and made for coordinates of about one.
+// libccd's tolerances are absolute and meant for coordinates of about one.
 template <typename AnyTriangle>
 Scalar scaled_distance(const AnyTriangle& a, const AnyTriangle& b) {
   const auto origin = a[0];

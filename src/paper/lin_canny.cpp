@@ -47,7 +47,7 @@ bool is_valid(const Place& place, std::int32_t vertices, std::int32_t edges, std
   return place.number >= 0 && place.number < count;
 }
 
-// From the last query, or from the vertices that face the other's centroid. Never two faces.
+// From the last query, or from the vertices facing the other's centroid. Never two faces.
 std::pair<Place, Place> start_of(const Triangle& a, const Triangle& b, const LinCannyCache* cache) {
   if (cache != nullptr && is_valid(cache->a, 3, 3, 1) && is_valid(cache->b, 3, 3, 1) &&
       (cache->a.kind != FeatureKind::Face || cache->b.kind != FeatureKind::Face)) {
@@ -65,10 +65,10 @@ void remember(LinCannyCache* cache, const FeaturePair& pair, int steps, bool is_
 
 template <typename Body>
 Feature feature_of(const Body& body, const Place& place) {
-  Feature feature{place.kind, {place.number, -1, -1}};
+  Feature feature{place.kind, {place.number}};
   if (place.kind == FeatureKind::Edge) {
     const auto ends = body.ends(place.number);
-    feature.vertices = {std::min(ends[0], ends[1]), std::max(ends[0], ends[1]), -1};
+    feature.vertices = {std::min(ends[0], ends[1]), std::max(ends[0], ends[1])};
   } else if (place.kind == FeatureKind::Face) {
     feature.vertices = body.corners(place.number);
     std::sort(feature.vertices.begin(), feature.vertices.end());
@@ -76,7 +76,7 @@ Feature feature_of(const Body& body, const Place& place) {
   return feature;
 }
 
-// Extent of the box around both: no two of the points are farther apart. NaN survives in the sum.
+// Extent of the box around both: no two points are farther apart. The sum keeps NaN.
 Scalar extent(const Triangle& a, const Triangle& b) {
   AlignedBox box(a[0]);
   Scalar sum = 0;
@@ -88,7 +88,7 @@ Scalar extent(const Triangle& a, const Triangle& b) {
   return box.sizes().sum() + 0 * sum;
 }
 
-// The bounds that the end of the walk proves; kFeatureSlack has the rounding.
+// The bounds proven by the end of the walk; see kFeatureSlack for the rounding.
 TriangleDistance proven(const Triangle& a, const Triangle& b, const FeaturePair& pair,
                         const Vector3& m, Scalar size) {
   TriangleDistance result;
@@ -108,7 +108,7 @@ TriangleDistance proven(const Triangle& a, const Triangle& b, const FeaturePair&
   return result;
 }
 
-// A hull as a body, its vertices carried through the pose: the identity for the first one.
+// A hull as a body, with its vertices transformed by the pose: the identity for the first one.
 class HullBody {
  public:
   explicit HullBody(const HullFeatures& features, const RigidPose* X_AB = nullptr)
@@ -168,7 +168,7 @@ std::pair<Place, Place> start_of(const HullBody& body_a, const HullBody& body_b,
       internal::vertex_place(b.core_support(-(X_AB.rotation().transpose() * direction)).vertex)};
 }
 
-// The bounds that the end of the walk proves, rounded as docs/algorithms/gjk.md has it.
+// The bounds proven by the end of the walk, rounded as docs/algorithms/gjk.md derives.
 GjkResult proven(const ConvexHull& a, const ConvexHull& b, const RigidPose& X_AB,
                  const FeaturePair& pair, const Vector3& m, Scalar noise) {
   GjkResult result;
@@ -218,7 +218,7 @@ GjkResult lin_canny_distance(const HullFeatures& a, const HullFeatures& b, const
   const Scalar noise = kPoseNoise * (X_AB.translation().norm() + a.hull().bounding_radius() +
                                      b.hull().bounding_radius());
   GjkResult result = proven(a.hull(), b.hull(), X_AB, pair, walk.proof_direction(), noise);
-  // Both bounds have moved outwards by the noise; the rest is what the walk left open.
+  // Both bounds have moved outwards by the noise; any remainder was left open by the walk.
   const bool is_certified = result.lower > 0 && result.upper - result.lower <= 3 * noise;
   remember(cache, pair, walk.steps(), is_certified);
   if (is_certified) {

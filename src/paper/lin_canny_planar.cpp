@@ -25,7 +25,7 @@ PlanarWitness vertex_witness(const PolygonA& a, std::size_t i, const PolygonB& b
   return {w, w, w.squaredNorm(), a[i], b[j], planar_vertex(i), planar_vertex(j), w, w};
 }
 
-// Edges that do not cross are nearest at an end of one. (Of edges that do cross no proof follows.)
+// Edges that do not cross are nearest at an end of one. (For edges that cross nothing is proven.)
 template <typename PolygonA, typename PolygonB>
 PlanarWitness edge_witness(const PolygonA& a, std::size_t i, const PolygonB& b, std::size_t j) {
   PlanarWitness best = edge_vertex_witness(a, i, b, j);
@@ -98,7 +98,7 @@ class PlanarWalk {
 
   template <typename Polygon>
   static Vector2 outward(const Polygon& polygon, Scalar sense, std::size_t edge) {
-    return sense * turned(polygon[after(polygon, edge)] - polygon[edge]);
+    return sense * rotated_clockwise(polygon[after(polygon, edge)] - polygon[edge]);
   }
 
   template <typename Polygon>
@@ -108,7 +108,7 @@ class PlanarWalk {
            outward(polygon, sense, number_of(feature)).dot(w) < 0;
   }
 
-  // The edge that p is farthest in front of; false if p is behind all.
+  // The edge that p is farthest in front of; false if p is behind all edges.
   template <typename Polygon>
   static bool has_edge_in_front(const Polygon& polygon, Scalar sense, const Vector2& p,
                                 std::size_t& edge) {
@@ -141,7 +141,7 @@ class PlanarWalk {
                                   FeatureKind::Edge, edge));
   }
 
-  // As in space: away from behind an edge, a limited number of times.
+  // As in space: moves away from behind an edge, a limited number of times.
   bool jump() {
     if (++jumps_ > kFeatureJumpLimit) return false;
     std::size_t edge = 0;
@@ -186,7 +186,7 @@ bool has(const Polygon& polygon, const Place& place) {
   return is_feature && place.number >= 0 && static_cast<std::size_t>(place.number) < polygon.size();
 }
 
-// From the last query, or from the vertices that face the other's middle.
+// From the last query, or from the vertices facing the other's middle.
 template <typename PolygonA, typename PolygonB>
 PlanarWitness start_of(const PolygonA& a, const PolygonB& b, const LinCannyCache* cache) {
   if (cache != nullptr && has(a, cache->a) && has(b, cache->b)) {
@@ -224,7 +224,7 @@ PlanarDistance lin_canny_distance(const PlanarTriangle& a, const PlanarTriangle&
 
 PlanarDistance lin_canny_distance(std::span<const Vector2> a, std::span<const Vector2> b,
                                   LinCannyCache* cache) {
-  DYOP_REQUIRE(!a.empty() && !b.empty(), "a polygon needs a vertex; they have ", a.size(), " and ",
+  DYOP_REQUIRE(!a.empty() && !b.empty(), "a polygon needs a vertex; these have ", a.size(), " and ",
                b.size());
   constexpr std::size_t kMost = kLargestTriangleCount;
   DYOP_REQUIRE(a.size() + b.size() <= kMost / kFeatureLimit, "at most ", kMost / kFeatureLimit,

@@ -9,7 +9,7 @@
 #include "core/tolerance.h"
 #include "dyop/paper/planar_distance.h"
 
-// What the planar algorithms share: witnesses, and the proof that bounds the distance with them.
+// Shared by the planar algorithms: witnesses, and the proof that bounds the distance with them.
 // Rounding is bounded in docs/algorithms/published_dyop.md, "Certified distance in the plane".
 namespace dyop::internal {
 
@@ -17,8 +17,9 @@ inline Scalar cross(const Vector2& u, const Vector2& v) {
   return u.x() * v.y() - u.y() * v.x();
 }
 
-// The direction turned clockwise: outward for an edge of a counterclockwise polygon.
-inline Vector2 turned(const Vector2& v) {
+// The vector rotated clockwise by a quarter turn: outward for an edge of a counterclockwise
+// polygon.
+inline Vector2 rotated_clockwise(const Vector2& v) {
   return {v.y(), -v.x()};
 }
 
@@ -28,7 +29,7 @@ std::size_t after(const Polygon& polygon, std::size_t k) {
 }
 
 // Width plus height of the box around both: no two points are farther apart. NaN if a coordinate is
-// NaN or infinite, which the sum keeps and a maximum may lose.
+// NaN or infinite, because a sum keeps NaN, which a maximum may lose.
 template <typename PolygonA, typename PolygonB>
 Scalar planar_size(const PolygonA& a, const PolygonB& b) {
   Vector2 low = a[0];
@@ -62,11 +63,11 @@ struct PlanarWitness {
 };
 
 inline Feature planar_vertex(std::size_t k) {
-  return {FeatureKind::Vertex, {static_cast<std::int32_t>(k), -1, -1}};
+  return {FeatureKind::Vertex, {static_cast<std::int32_t>(k)}};
 }
 
 inline Feature planar_edge(std::size_t k, std::size_t next) {
-  return {FeatureKind::Edge, {static_cast<std::int32_t>(k), static_cast<std::int32_t>(next), -1}};
+  return {FeatureKind::Edge, {static_cast<std::int32_t>(k), static_cast<std::int32_t>(next)}};
 }
 
 inline PlanarWitness swapped(const PlanarWitness& x) {
@@ -90,7 +91,7 @@ PlanarWitness edge_vertex_witness(const PolygonA& a, std::size_t k, const Polygo
   if (along > 0 && along < length_sq) {
     const Vector2 step = (along / length_sq) * e;
     result.w = r - step;
-    result.m = turned(e);
+    result.m = rotated_clockwise(e);
     if (result.m.dot(result.w) < 0) result.m = -result.m;
     result.p_a = a[k] + step;
     result.feature_a = planar_edge(k, next);
@@ -115,13 +116,13 @@ Scalar planar_gap(const PolygonA& a, const PolygonB& b, const Vector2& origin, c
   return low_b - high_a;
 }
 
-// Sets the bounds and the normal from the vector w between two witness points, and the direction m
-// with its planar_gap(). A NaN anywhere leaves lower at 0.
+// Sets the bounds and the normal from the vector w between two witness points and the direction m
+// with its planar_gap(). NaN anywhere leaves lower at 0.
 inline void prove_bounds(PlanarDistance& result, const Vector2& w, const Vector2& m, Scalar size,
                          Scalar scaled_gap) {
   const Scalar slack = kTriangleSizeSlack * size;
   const Scalar length_sq = w.squaredNorm();
-  // Squares below the smallest safe one may have underflowed; the sum of the parts never does.
+  // Squares below the smallest safe one may have underflowed; the sum of the components never does.
   const Scalar length =
       length_sq >= kSmallestSquaredDirection ? std::sqrt(length_sq) : w.cwiseAbs().sum();
   result.upper = length + kTriangleRelativeSlack * length + slack;
@@ -151,7 +152,7 @@ inline bool is_certified(const PlanarDistance& d, Scalar size) {
   return d.lower > 0 && d.upper - d.lower <= kTriangleNoise * size;
 }
 
-// convex_polygon_distance() without the check, for whoever did not get an answer that is certified.
+// convex_polygon_distance() without the check, for callers whose own answer is not certified.
 PlanarDistance resolve_polygons(std::span<const Vector2> a, std::span<const Vector2> b);
 
 }  // namespace dyop::internal

@@ -13,7 +13,7 @@ namespace {
 
 constexpr int kAxis = 2;  // the plane's normal
 
-// Points as the exact predicates take them: scaled by a power of two.
+// Points as the exact predicates require them: scaled by a power of two.
 class ExactPlane {
  public:
   ExactPlane(std::span<const Vector2> a, std::span<const Vector2> b) {
@@ -28,7 +28,7 @@ class ExactPlane {
         }
       }
     }
-    if (!(largest > 0)) return;  // all at the origin: any scale will do
+    if (!(largest > 0)) return;  // all at the origin: any scale works
     exponent_ = -1 - std::ilogb(largest);
     is_exact_ = smallest >= largest * kSmallestHullCoordinate * 4;
   }

@@ -9,7 +9,7 @@
 namespace dyop::internal {
 
 // A common point of two convex polygons and the features that share it; nothing if they are apart,
-// or if coordinates differ so much in size that the exact predicates do not reach (2^200).
+// or if coordinates differ so much in size that the exact predicates fail (2^200).
 struct PlanarCrossing {
   Vector2 point;  // within rounding, unless the edges are parallel up to rounding
   Feature feature_a;

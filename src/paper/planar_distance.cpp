@@ -41,9 +41,9 @@ struct SidePair {
 };
 
 // The edge with the largest separation: in the plane the facets of the Minkowski difference are the
-// edges of both triangles. All six are scored without a branch; the number of the edge rides in the
-// last four bits of its score. An edge of a triangle without area has no outer side: then no score
-// is positive that is wrong, but some may be missing.
+// edges of both triangles. All six are scored without a branch; the number of the edge is stored in
+// the last four bits of its score. An edge of a triangle without area has no outer side: then
+// positive scores are still right, but some may be missing.
 struct BestEdge {
   Scalar score = 0;  // square of the separation
   std::size_t edge = 0;
@@ -62,7 +62,7 @@ struct BestEdge {
       std::array<LanePair, 3> h;
       for (std::size_t j = 0; j < 3; ++j) {
         h[j] = ey[k] * (swapped(s.x[j]) - s.x[k]) - ex[k] * (swapped(s.y[j]) - s.y[k]);
-        h[j] = turned(h[j], area);
+        h[j] = flip_sign(h[j], area);
       }
       const LanePair low = smaller(smaller(h[0], h[1]), h[2]);
       const LanePair length_sq = ex[k] * ex[k] + ey[k] * ey[k];
@@ -86,9 +86,9 @@ Scalar planar_dot(LanePair v, LanePair w) {
   return product.low() + product.high();
 }
 
-// One edge against the vertex of the other triangle that is nearest to its line, clamped. `own` is
-// the triangle that has the edge. Vectors are lane pairs (x, y), and no branch depends on the
-// numbers: random pairs would mispredict it.
+// One edge against the vertex of the other triangle nearest to its line, clamped. `own` is the
+// triangle that has the edge. Vectors are lane pairs (x, y), and no branch depends on the numbers:
+// random pairs would mispredict it.
 struct EdgeWitness {
   std::size_t edge;
   std::size_t next;
@@ -104,7 +104,7 @@ struct EdgeWitness {
     const LanePair e = lanes(own[next]) - start;
     const LanePair n = high_negated(swapped(e));
     const Scalar inward = planar_dot(n, lanes(own[3 - edge - next]) - start);
-    const LanePair outward = turned(n, LanePair(-inward));
+    const LanePair outward = flip_sign(n, LanePair(-inward));
     const std::array<LanePair, 3> r{lanes(other[0]) - start, lanes(other[1]) - start,
                                     lanes(other[2]) - start};
     const std::array<Scalar, 3> h{planar_dot(outward, r[0]), planar_dot(outward, r[1]),
@@ -143,7 +143,7 @@ Scalar lane_gap(const SidePair& s, const Vector2& origin, const Vector2& m) {
   return low.low() + low.high();
 }
 
-// The nearest vertex and edge of all, both ways round.
+// The nearest vertex and edge of all, in both orders.
 PlanarWitness nearest_of_all(std::span<const Vector2> a, std::span<const Vector2> b) {
   PlanarWitness best;
   for (std::size_t i = 0; i < a.size(); ++i) {
@@ -162,8 +162,8 @@ PlanarWitness nearest_of_all(std::span<const Vector2> a, std::span<const Vector2
 namespace {
 
 // Where rounding decides whether the nearest point is inside an edge or one of its ends, another
-// direction may prove more: from vertex to vertex, which is a single difference and good to its
-// last digit, or square to an edge.
+// direction may prove more: from vertex to vertex, which is a single difference and accurate to the
+// last digit, or perpendicular to an edge.
 void try_directions(PlanarDistance& result, std::span<const Vector2> a, std::span<const Vector2> b,
                     Scalar size, PlanarWitness witness) {
   const auto try_direction = [&](const Vector2& m) {
@@ -175,7 +175,7 @@ void try_directions(PlanarDistance& result, std::span<const Vector2> a, std::spa
   for (const Vector2& m : {witness.w, witness.to_start, witness.to_end}) try_direction(m);
   for (const auto& polygon : {a, b}) {
     for (std::size_t k = 0; k < polygon.size(); ++k) {
-      try_direction(turned(polygon[after(polygon, k)] - polygon[k]));
+      try_direction(rotated_clockwise(polygon[after(polygon, k)] - polygon[k]));
     }
   }
 }
@@ -191,8 +191,8 @@ PlanarDistance resolve_polygons(std::span<const Vector2> a, std::span<const Vect
   if (result.lower > 0) return result;
   const auto crossing = find_crossing(a, b);
   if (!crossing) return result;
-  // The crossing point is ill-conditioned where the edges are nearly parallel. Then a vertex is
-  // within rounding of the other polygon, and a better witness.
+  // The crossing point is ill-conditioned if the edges are nearly parallel. Then a vertex is within
+  // rounding of the other polygon, and a better witness.
   const bool is_at_vertex = result.upper <= kTriangleNoise * size;
   if (!is_at_vertex) {
     result.p_a = result.p_b = crossing->point;
@@ -229,7 +229,7 @@ PlanarDistance planar_triangle_distance(const PlanarTriangle& a, const PlanarTri
 }
 
 PlanarDistance convex_polygon_distance(std::span<const Vector2> a, std::span<const Vector2> b) {
-  DYOP_REQUIRE(!a.empty() && !b.empty(), "a polygon needs a vertex; they have ", a.size(), " and ",
+  DYOP_REQUIRE(!a.empty() && !b.empty(), "a polygon needs a vertex; these have ", a.size(), " and ",
                b.size());
   return internal::resolve_polygons(a, b);
 }

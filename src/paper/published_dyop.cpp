@@ -3,8 +3,8 @@
 
 #include <algorithm>
 
-// The seven steps of Figure 1 of [DyOP], in its order. The paper has them in the plane; each is
-// written here for any dimension, which is the direct reading in three.
+// The seven steps of Figure 1 of [DyOP], in its order. The paper has them in the plane; here each
+// is written for any dimension, which is the direct extension to three.
 namespace dyop {
 namespace {
 
@@ -25,15 +25,15 @@ typename PublishedDyop<dimension>::Box box_of(const TriangleOf<dimension>& trian
 template <int dimension>
 void find_pivot(PublishedDyop<dimension>& result) {
   using Point = PointOf<dimension>;
-  // Step 3: along each axis the facing extremes are the greater of the two minima and the smaller
-  // of the two maxima. The paper names them by the sides of its figure: X_P and X_C, Y_Q and Y_A.
+  // Step 3: along each axis the facing extremes are the larger of the two minima and the smaller of
+  // the two maxima. The paper names them by the sides of its figure: X_P and X_C, Y_Q and Y_A.
   const Point inner_min = result.box_a.min().cwiseMax(result.box_b.min());
   const Point inner_max = result.box_a.max().cwiseMin(result.box_b.max());
-  // Step 2: the axis of movement. The paper sees it from the objects' approach; two triangles at
-  // rest approach along the axis with the widest gap. The formulas below need no case for it: it is
-  // kept because the paper names it and the drawings show it.
+  // Step 2: the axis of movement. The paper takes it from the objects' approach; two triangles at
+  // rest approach along the axis with the widest gap. The formulas below do not need it: it is kept
+  // because the paper names it and the drawings show it.
   (inner_min - inner_max).maxCoeff(&result.axis);
-  // Step 4: the internal box lies between the extremes: a gap or an overlap, as they come.
+  // Step 4: the internal box lies between the extremes, whether they leave a gap or overlap.
   result.internal_box = {inner_min.cwiseMin(inner_max), inner_min.cwiseMax(inner_max)};
   // Step 5: X = (X_P + X_C) / 2, Y = (Y_Q + Y_A) / 2.
   result.pivot = (inner_min + inner_max) / 2;
@@ -69,7 +69,7 @@ struct KeptEdges {
 };
 
 // Candidates for the shortest segment: parameters and squared length. In arrays, and the shortest
-// is picked without branches, as processors mispredict these for random triangles.
+// is picked without branches, which processors would mispredict for random triangles.
 struct Candidates {
   std::array<Scalar, 5> s;
   std::array<Scalar, 5> t;
@@ -86,13 +86,13 @@ struct Candidates {
   }
 };
 
-// Limited to the edge, whose ends are the vertex-vertex tests; 0 for an edge without length.
+// Clamped to the edge, whose ends are the vertex-vertex tests; 0 for an edge without length.
 Scalar along_edge(Scalar parameter) {
   const Scalar positive = parameter > 0 ? parameter : 0;
   return positive < 1 ? positive : 1;
 }
 
-// Step 7: vertex-vertex, vertex-edge and edge-edge distances of what was kept; the shortest wins.
+// Step 7: vertex-vertex, vertex-edge and edge-edge distances of the kept edges; the shortest wins.
 template <int dimension>
 Candidates test_kept(const KeptEdges<dimension>& k) {
   // Vertex-edge, with vertex-vertex as its limits: the ends of a's edge, then those of b's.
@@ -114,9 +114,9 @@ Candidates test_kept(const KeptEdges<dimension>& k) {
 }
 
 Feature kept_feature(const std::array<int, 2>& kept, Scalar parameter) {
-  if (parameter == 0) return {FeatureKind::Vertex, {kept[0], -1, -1}};
-  if (parameter == 1) return {FeatureKind::Vertex, {kept[1], -1, -1}};
-  return {FeatureKind::Edge, {kept[0], kept[1], -1}};
+  if (parameter == 0) return {FeatureKind::Vertex, {kept[0]}};
+  if (parameter == 1) return {FeatureKind::Vertex, {kept[1]}};
+  return {FeatureKind::Edge, {kept[0], kept[1]}};
 }
 
 template <int dimension>

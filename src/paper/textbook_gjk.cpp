@@ -6,7 +6,7 @@
 
 #include "core/tolerance.h"
 
-// The origin against the Minkowski difference B - A: v is its nearest point known.
+// The origin against the Minkowski difference B - A: v is its nearest point so far.
 namespace dyop {
 namespace {
 
@@ -70,7 +70,7 @@ struct GjkSimplex {
   }
 };
 
-// The part of the segment i, j that holds its point nearest to the origin.
+// The part of the segment i, j that contains its point nearest to the origin.
 template <int dimension>
 GjkSimplex<dimension> nearest_on_segment(const GjkSimplex<dimension>& s, int i, int j) {
   const GjkPoint<dimension> edge = s.w(j) - s.w(i);
@@ -108,8 +108,8 @@ GjkSimplex<dimension> nearest_on_triangle(const GjkSimplex<dimension>& s, int i,
 }
 
 // The faces at vertex 3, the newest: the opposite one cannot be nearer than before. All four
-// vertices if the origin is on the inner side of each; that is rounding if the triangles are known
-// to be apart, and then the nearest face is taken.
+// vertices if the origin is on the inner side of each face; if the triangles are known to be apart
+// that is rounding, and the nearest face is taken.
 GjkSimplex<3> nearest_on_tetrahedron(const GjkSimplex<3>& s, bool is_apart) {
   constexpr int kFaces[3][3] = {{0, 1, 2}, {1, 2, 0}, {2, 0, 1}};
   GjkSimplex<3> best = s;

@@ -23,8 +23,8 @@ MassProperties read_mass(const JsonNode& node, const Shape& shape, bool is_shell
   const auto* mesh = dynamic_cast<const TriangleMesh*>(&shape);
   if (mesh != nullptr && !is_shell && !mesh->is_closed()) {
     node.at("shape").fail(
-        "the mesh is not closed, so it has no volume; for a surface say "
-        "\"shell\": true beside \"shape\"");
+        "the mesh is not closed, so it has no volume; for a surface, add "
+        "\"shell\": true next to \"shape\"");
   }
   const JsonNode value = node.at(node.has("density") ? "density" : "mass");
   const Scalar amount = value.positive_number();
@@ -49,7 +49,7 @@ LockedAxes read_locked(const JsonNode& node) {
 }
 
 void read_dynamic(const JsonNode& node, bool is_shell, BodyDefinition& body) {
-  forbid(node, "motion", "only a kinematic body has a motion");
+  forbid(node, "motion", "only a kinematic body can have a motion");
   if (node.has("pose")) body.initial.X_WB = read_pose(node.at("pose"));
   if (node.has("velocity")) body.initial.twist = read_twist(node.at("velocity"));
   if (node.has("locked")) body.locked = read_locked(node.at("locked"));
@@ -57,17 +57,17 @@ void read_dynamic(const JsonNode& node, bool is_shell, BodyDefinition& body) {
 }
 
 void read_static(const JsonNode& node, BodyDefinition& body) {
-  forbid(node, "motion", "only a kinematic body has a motion");
+  forbid(node, "motion", "only a kinematic body can have a motion");
   for (const std::string_view key : {"velocity", "density", "mass", "locked"}) {
-    forbid(node, key, "only a dynamic body has this key");
+    forbid(node, key, "only a dynamic body can have this key");
   }
   if (node.has("pose")) body.initial.X_WB = read_pose(node.at("pose"));
 }
 
 void read_kinematic(const JsonNode& node, const TimeInterval& span, BodyDefinition& body) {
-  forbid(node, "pose", "the pose of a kinematic body belongs into its motion");
+  forbid(node, "pose", "a kinematic body's pose is given by its motion");
   for (const std::string_view key : {"velocity", "density", "mass", "locked"}) {
-    forbid(node, key, "only a dynamic body has this key");
+    forbid(node, key, "only a dynamic body can have this key");
   }
   const JsonNode motion = node.at("motion");
   body.motion = read_motion(motion);
@@ -78,11 +78,12 @@ void read_kinematic(const JsonNode& node, const TimeInterval& span, BodyDefiniti
 
 NamedBody read_body(const JsonNode& node, const TimeInterval& span, ShapeReader& shapes) {
   node.require_object({"name", "kind", "shape", "shell", "pose", "velocity", "density", "mass",
-                       "motion", "locked", "restitution", "friction"});
+                       "motion", "locked", "restitution", "friction", "rolling_friction",
+                       "torsional_friction", "sensor"});
   NamedBody result;
   BodyDefinition& body = result.definition;
   body.name = node.at("name").text();
-  if (body.name.empty()) node.at("name").fail_expected("a text that is not empty");
+  if (body.name.empty()) node.at("name").fail_expected("a string that is not empty");
   const bool is_shell = node.has("shell") && node.at("shell").boolean();
   ShapeReader::NamedShape shape = shapes.read(node.at("shape"), is_shell);
   if (is_shell && shape.shape->kind() != ShapeKind::TriangleMesh) {
@@ -99,6 +100,16 @@ NamedBody read_body(const JsonNode& node, const TimeInterval& span, ShapeReader&
   if (body.kind == BodyKind::Static) read_static(node, body);
   if (body.kind == BodyKind::Kinematic) read_kinematic(node, span, body);
   if (node.has("friction")) body.friction = node.at("friction").non_negative_number();
+  if (const auto rolling = node.find("rolling_friction")) {
+    body.rolling_friction = rolling->non_negative_number();
+  }
+  if (const auto torsional = node.find("torsional_friction")) {
+    body.torsional_friction = torsional->non_negative_number();
+  }
+  if (node.has("sensor")) body.is_sensor = node.at("sensor").boolean();
+  if (body.is_sensor && body.kind == BodyKind::Dynamic) {
+    node.at("sensor").fail("only a kinematic or static body can be a sensor");
+  }
   if (const auto restitution = node.find("restitution")) {
     body.restitution = restitution->non_negative_number();
     if (!(body.restitution <= 1)) restitution->fail_expected("a number from 0 to 1");

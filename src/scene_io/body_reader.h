@@ -2,14 +2,14 @@
 #pragma once
 
 #include "dyop/dynamics/rigid_body.h"
+#include "io/bodies/shape_reader.h"
 #include "io/json_reader.h"
-#include "scene_io/shape_reader.h"
 
 namespace dyop::internal {
 
 struct NamedBody {
   BodyDefinition definition;
-  std::string shape_name;  ///< for people
+  std::string shape_name;  ///< for display
 };
 
 /// Reads one element of "bodies" of docs/scene-format.md. A kinematic body's motion must cover

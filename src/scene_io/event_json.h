@@ -6,11 +6,11 @@
 
 namespace dyop::internal {
 
-/// What a World reports, as JSON values and back: see io/result_json.h.
+/// Reports of a World as JSON values and back: see io/result_json.h.
 Json to_json(const BodyId& id);
 Json to_json(const IntegratorStatistics& statistics);
 Json to_json(const StepStatistics& statistics);
-/// The contacts of the time of impact are left out: the event lists those of all pairs.
+/// Without the contacts of the time of impact: the event lists those of all pairs.
 Json to_json(const ImpactEvent& event);
 
 /// Throw nlohmann exceptions for values of the wrong form.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 
-// What hangs or turns together: chain net, gears, Newton's cradle.
+// Hanging and linked bodies: chain net, gears, Newton's cradle.
 #include <cmath>
 #include <numbers>
 
@@ -34,10 +34,10 @@ struct GearSize {
   int teeth = 20;
   Scalar pitch_radius = 1;
   Scalar pressure_angle = kHalfTurn / 9;
-  Scalar play = 0.06;  // part of a pitch that is left free
+  Scalar play = 0.06;  // fraction of a pitch left free
 };
 
-// Half the angle that an involute tooth takes at radius r.
+// Half the angle of an involute tooth at radius r.
 Scalar half_tooth(const GearSize& gear, Scalar r) {
   const Scalar base = gear.pitch_radius * std::cos(gear.pressure_angle);
   const auto involute = [](Scalar a) { return std::tan(a) - a; };
@@ -71,7 +71,7 @@ std::vector<Vector3> gear_outline(const GearSize& gear) {
   return outline;
 }
 
-// The outline pulled along z; every point of it is seen from the axis.
+// The outline extruded along z; every point of it is visible from the axis.
 std::string gear_obj(const GearSize& gear, Scalar half_width) {
   std::vector<Vector3> vertices = gear_outline(gear);
   const int n = int(vertices.size());
@@ -97,7 +97,7 @@ std::string gear_obj(const GearSize& gear, Scalar half_width) {
 
 GeneratedScene make_chain_net(int n) {
   constexpr Scalar kRadius = 1, kTube = 0.15;
-  constexpr Scalar kToLinked = 1.3;  // from the middle of a ring to that of one linked to it
+  constexpr Scalar kToLinked = 1.3;  // between the centres of two linked rings
   constexpr int kAround = 32, kAcross = 12;
   SceneBuilder builder("A net of rings, held at its corners", 3);
   builder.add_mesh("ring.obj", torus_obj(kRadius, kTube, kAround, kAcross));
@@ -138,7 +138,7 @@ GeneratedScene make_gears(int n) {
     Json& body = builder.add_body("gear " + std::to_string(k), mesh_shape("gear.obj"),
                                   {2 * gear.pitch_radius * k, 0, 0});
     body["locked"] = {{"translation", {true, true, true}}, {"rotation", {true, true, false}}};
-    // A gap where the one before has a tooth.
+    // A gap where the previous gear has a tooth.
     if (k % 2 == 1) body["pose"]["axis_angle"] = turn_json({0, 0, 1}, 180.0 / gear.teeth);
   }
   builder.set_friction(0.1);
@@ -149,7 +149,7 @@ GeneratedScene make_gears(int n) {
 GeneratedScene make_cradle(int n) {
   constexpr Scalar kRadius = 0.25, kLength = 2, kDegrees = 30;
   constexpr Scalar kHalfBeam = 0.1;
-  // Not closed: a blow then goes from ball to ball. Balls in contact would share it.
+  // A small gap: a blow then passes from ball to ball. Touching balls would share it.
   constexpr Scalar kBetweenBalls = 0.002;
   const Scalar pitch = 2 * kRadius + kBetweenBalls;
   SceneBuilder builder("Newton's cradle", 10);

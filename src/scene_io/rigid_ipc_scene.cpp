@@ -7,8 +7,8 @@
 #include "dyop/motion/composed_motion.h"
 #include "dyop/motion/constant_twist_motion.h"
 #include "dyop/motion/rest_motion.h"
+#include "io/bodies/shape_reader.h"
 #include "scene_io/scene_forces.h"
-#include "scene_io/shape_reader.h"
 
 namespace dyop::internal {
 namespace {
@@ -19,19 +19,19 @@ constexpr Scalar kRadiansPerDegree = std::numbers::pi_v<Scalar> / 180;
 constexpr Scalar kRigidIpcDensity = 1000;
 constexpr Scalar kRigidIpcStep = 0.01;
 constexpr Scalar kRigidIpcEnd = 10;
-// literal: lengths in these scenes are metres, and bodies may begin a tenth of a millimetre apart
+// literal: lengths in these scenes are metres, and bodies may start a tenth of a millimetre apart
 constexpr Scalar kRigidIpcTarget = 1e-5;
 // literal: as above; bodies then rest at half of that
 constexpr Scalar kRigidIpcStandoff = 4e-5;
 
-// What the body is made of, besides its BodyDefinition.
+// What is read about a body besides its BodyDefinition.
 struct RigidIpcBody {
   BodyDefinition definition;
   std::string shape_name;
   std::optional<Scalar> group;
 };
 
-// The scene may lie some folders below the one that holds `meshes`.
+// The scene may lie some folders below the one that contains `meshes`.
 std::vector<fs::path> mesh_folders(const fs::path& file, const std::vector<fs::path>& others) {
   constexpr int kMostFoldersUp = 4;
   std::vector<fs::path> folders;
@@ -56,7 +56,7 @@ Quaternion read_rotation(const JsonNode& node) {
          Eigen::AngleAxis<Scalar>(angles.x(), Vector3::UnitX());
 }
 
-// "dimensions" are what the sides of the bounding box become; a flat side stays flat.
+// "dimensions" are the new sides of the bounding box; a flat side stays flat.
 Vector3 scale_to_dimensions(const JsonNode& node, const TriangleMesh& mesh) {
   Vector3 low = Vector3::Constant(kInfinity), high = -low;
   for (const Vector3& vertex : mesh.vertices()) {
@@ -100,7 +100,7 @@ LockedAxes read_fixed(const JsonNode& node) {
   std::array<bool, 6> flags{};
   if (fixed->value().is_array()) {
     const std::vector<JsonNode> items = fixed->items();
-    if (items.size() != flags.size()) fixed->fail_expected("a Boolean or six");
+    if (items.size() != flags.size()) fixed->fail_expected("one Boolean or six");
     for (std::size_t i = 0; i < flags.size(); ++i) flags[i] = items[i].boolean();
   } else {
     flags.fill(fixed->boolean());
@@ -127,7 +127,7 @@ BodyKind read_kind(const JsonNode& node, const LockedAxes& locked) {
   return kind != BodyKind::Static && is_all_locked(locked) ? BodyKind::Static : kind;
 }
 
-// The velocity of the origin from that of the centre of mass; locked ones are zero.
+// The velocity of the origin from that of the centre of mass; locked components are zero.
 Twist read_mass_center_twist(const JsonNode& node, const LockedAxes& locked) {
   Twist twist;
   twist.v_WB = vector_or_zero(node, "linear_velocity");
@@ -139,7 +139,7 @@ Twist read_mass_center_twist(const JsonNode& node, const LockedAxes& locked) {
   return twist;
 }
 
-// The centre of mass goes straight on, and the body turns about it.
+// The centre of mass moves straight on, and the body turns about it.
 std::shared_ptr<const Motion> make_steady_motion(const RigidPose& X_WB, const Vector3& p_BoBcm,
                                                  const Twist& twist) {
   const RigidPose X_WC(X_WB.quaternion(), X_WB * p_BoBcm);

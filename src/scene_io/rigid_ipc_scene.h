@@ -9,11 +9,12 @@
 
 namespace dyop::internal {
 
-/// Whether the root of a file is a scene of [Ferguson2021], known by its key "rigid_body_problem".
+/// Whether the root of a file is a scene of [Ferguson2021], recognised by its key
+/// "rigid_body_problem".
 bool is_rigid_ipc_scene(const JsonNode& root);
 
-/// Reads such a scene, see docs/scene-format.md. Meshes are looked for in the folders `meshes`
-/// beside the scene and above, then in `mesh_directories`. `scene.source` is left alone.
+/// Reads such a scene, see docs/scene-format.md. Meshes are searched for in the folders `meshes`
+/// beside and above the scene, then in `mesh_directories`. Does not set `scene.source`.
 void read_rigid_ipc_scene(const JsonNode& root,
                           const std::vector<std::filesystem::path>& mesh_directories, Scene& scene);
 

@@ -21,7 +21,7 @@ using internal::to_json;
 constexpr int kVersion = 2;
 constexpr std::size_t kStateNumbers = 13;
 constexpr int kPartsOfStep = 4;
-constexpr std::string_view kError = "Error";  // the status of a run that an exception ended
+constexpr std::string_view kError = "Error";  // the status of a run ended by an exception
 
 constexpr std::array<std::pair<BodyKind, std::string_view>, 3> kKinds{{
     {BodyKind::Dynamic, "dynamic"},
@@ -70,7 +70,7 @@ Json state_json(const RigidPose& X_WB, const Twist& twist) {
 }
 
 // The motion that a body follows throughout a part of a step: where two parts of a sequence meet,
-// the velocity before.
+// the velocity before the meeting.
 const Motion& motion_within(const Motion& motion, const TimeInterval& part) {
   const auto* sequence = dynamic_cast<const SequenceMotion*>(&motion);
   if (sequence == nullptr) return motion;
@@ -101,7 +101,7 @@ Json step_json(const CommittedStep& step, const TimeInterval& part) {
   return json;
 }
 
-// Divides a step where a velocity of one of its bodies jumps.
+// Splits a step where the velocity of one of its bodies jumps.
 std::vector<TimeInterval> smooth_parts(const CommittedStep& step) {
   std::vector<TimeInterval> parts;
   for (Scalar t = step.interval.begin; t < step.interval.end;) {
@@ -170,7 +170,7 @@ RecordedStep step_from(const Json& json, std::size_t body_count) {
 }
 
 void read_header(const Json& json, RunRecording& recording) {
-  if (json.at("version") != kVersion) throw InvalidArgument("unknown version of the format");
+  if (json.at("version") != kVersion) throw InvalidArgument("unknown format version");
   recording.scene = json.at("scene").dump();
   for (const Json& body : json.at("bodies")) {
     const auto kind = std::find_if(kKinds.begin(), kKinds.end(), [&](const auto& entry) {
@@ -254,10 +254,20 @@ void add_work(StepStatistics& sum, const StepStatistics& part) {
   sum.contacts = std::max(sum.contacts, part.contacts);
   sum.unconverged += part.unconverged;
   sum.residual = std::max(sum.residual, part.residual);
+  sum.shortest_gap = std::min(sum.shortest_gap, part.shortest_gap);
   sum.pairs_by_bound += part.pairs_by_bound;
   sum.pairs_by_query += part.pairs_by_query;
   sum.pairs_at_rest += part.pairs_at_rest;
   sum.pairs_excused += part.pairs_excused;
+}
+
+void add_times(StepTimes& sum, const StepTimes& part) {
+  sum.broad_phase += part.broad_phase;
+  sum.flight += part.flight;
+  sum.contacts += part.contacts;
+  sum.solve += part.solve;
+  sum.proofs += part.proofs;
+  sum.total += part.total;
 }
 
 }  // namespace
@@ -278,6 +288,7 @@ void RunTotals::add(const AdvanceReport& report) {
   toi.node_pairs += report.toi.node_pairs;
   toi.peak_queue = std::max(toi.peak_queue, report.toi.peak_queue);
   add_work(work, report.work);
+  add_times(times, report.times);
 }
 
 std::string_view RunTotals::end() const {
@@ -349,7 +360,7 @@ RunRecording read_recording(const std::filesystem::path& file) {
 
 RigidPose recorded_pose(const RecordedStep& step, BodyId body, Scalar t) {
   DYOP_REQUIRE(step.times.front() <= t && t <= step.times.back(), "the recorded step [",
-               step.times.front(), ", ", step.times.back(), "] does not hold the time ", t);
+               step.times.front(), ", ", step.times.back(), "] does not contain the time ", t);
   DYOP_REQUIRE(body.slot < step.states.front().size(), "the recording has no body ", body);
   const auto next = std::lower_bound(step.times.begin(), step.times.end(), t);
   const auto k = std::size_t(next - step.times.begin());

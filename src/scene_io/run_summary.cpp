@@ -19,11 +19,11 @@ const std::string& name_of_body(const Scene& scene, BodyId id) {
 std::string_view kind_words(BodyKind kind) {
   switch (kind) {
     case BodyKind::Dynamic:
-      return "moved by forces";
+      return "dynamic";
     case BodyKind::Kinematic:
-      return "on a given motion";
+      return "kinematic";
     case BodyKind::Static:
-      return "at rest";
+      return "static";
   }
   return "";
 }
@@ -83,16 +83,28 @@ void write_counters(std::ostream& out, const RunTotals& totals) {
       << " of islands; contact: " << totals.work.rounds << " rounds of hits, "
       << totals.work.unconverged << " solves not converged,\n    largest residual "
       << show(totals.work.residual) << ", " << totals.work.stalls << " stalls, at most "
-      << totals.work.contacts << " contacts\n"
+      << totals.work.contacts << " contacts, shortest gap of one " << show(totals.work.shortest_gap)
+      << "\n"
       << "  pairs proven: " << totals.work.pairs_by_bound << " by bound, "
       << totals.work.pairs_by_query << " by query, " << totals.work.pairs_at_rest << " at rest, "
-      << totals.work.pairs_excused << " not proven (began too near)\n"
+      << totals.work.pairs_excused << " not proven (started too near)\n"
       << "  integrator: " << totals.integrator.steps << " steps, "
       << totals.integrator.rejected_steps << " rejected, " << totals.integrator.function_evaluations
-      << " evaluations of the forces\n"
+      << " force evaluations\n"
       << "  impact engine: " << totals.toi.node_pairs << " node pairs, " << totals.toi.box_tests
       << " box tests, " << totals.toi.leaf_tests << " leaf tests, longest queue "
       << totals.toi.peak_queue << '\n';
+}
+
+// Milliseconds per step of each part, if it was measured.
+void write_times(std::ostream& out, const RunTotals& totals) {
+  const StepTimes& times = totals.times;
+  if (!(times.total > 0) || totals.steps == 0) return;
+  const auto per_step = [&](Scalar seconds) { return show(1000 * seconds / Scalar(totals.steps)); };
+  out << "  ms per step: " << per_step(times.total) << "; over all threads: broad phase "
+      << per_step(times.broad_phase) << ", free flight " << per_step(times.flight)
+      << ", contact generation " << per_step(times.contacts) << ",\n    contact solve "
+      << per_step(times.solve) << ", proofs " << per_step(times.proofs) << '\n';
 }
 
 }  // namespace
@@ -103,18 +115,18 @@ std::string describe_end(const Scene& scene, const RunTotals& totals) {
   const std::string pair = pair_words(scene, totals.offending_pair);
   switch (totals.status) {
     case AdvanceStatus::NotRun:
-      return "The run did not begin.";
+      return "The run did not start.";
     case AdvanceStatus::Completed:
       return "Completed at t = " + t + ".";
     case AdvanceStatus::StoppedAtImpact:
-      return "Stopped at the impact at t = " + t + ", as the scene asks.";
+      return "Stopped at the impact at t = " + t + ", as the scene requires.";
     case AdvanceStatus::BudgetExhausted:
-      return "Undecided after t = " + t + ": the budget ended for " + pair + ". Safe until then.";
+      return "Undecided after t = " + t + ": the budget ran out for " + pair + ". Safe until then.";
     case AdvanceStatus::Blocked:
-      return "Blocked at t = " + t + ": bodies on given motions leave no room for " + pair +
+      return "Blocked at t = " + t + ": kinematic bodies leave no space for " + pair +
              ". Safe until then.";
     case AdvanceStatus::NumericalLimit:
-      return "Undecided after t = " + t + ": rounding forbids the tolerance for " + pair +
+      return "Undecided after t = " + t + ": rounding rules out the tolerance for " + pair +
              ". Safe until then.";
     case AdvanceStatus::Cancelled:
       return "Cancelled at t = " + t + ". Safe until then.";
@@ -130,7 +142,7 @@ void write_summary(std::ostream& out, const Scene& scene, const std::vector<Impa
       << impacts.size() << (impacts.size() == 1 ? " impact. " : " impacts. ")
       << describe_end(scene, totals) << '\n';
   for (const auto& pair : totals.too_near) {
-    out << "Began too near and were pushed apart: " << pair_words(scene, pair) << '\n';
+    out << "Started too near and were pushed apart: " << pair_words(scene, pair) << '\n';
   }
   constexpr std::size_t kMostTold = 20;
   for (std::size_t k = 0; k < impacts.size() && k < kMostTold; ++k) {
@@ -140,6 +152,7 @@ void write_summary(std::ostream& out, const Scene& scene, const std::vector<Impa
     out << "\n... and " << impacts.size() - kMostTold << " more, in the recording.\n";
   }
   write_counters(out, totals);
+  write_times(out, totals);
   out << "  time spent: " << show(wall_seconds) << " s\n";
 }
 

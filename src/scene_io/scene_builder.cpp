@@ -49,7 +49,7 @@ void SceneBuilder::add_mesh(const std::string& file, std::string text) {
   meshes_.emplace_back(file, std::move(text));
 }
 
-// One body a line.
+// One body per line.
 GeneratedScene SceneBuilder::finish() const {
   std::ostringstream text;
   text << "{\n";
@@ -93,7 +93,7 @@ Json turn_json(const Vector3& axis, Scalar degrees) {
 std::string obj_text(const std::vector<Vector3>& vertices,
                      const std::vector<std::array<int, 3>>& triangles) {
   std::ostringstream text;
-  constexpr int kDigits = 17;  // all that a double has
+  constexpr int kDigits = 17;  // enough for any double
   text.precision(kDigits);
   for (const Vector3& v : vertices) text << "v " << v.x() << ' ' << v.y() << ' ' << v.z() << '\n';
   for (const auto& [a, b, c] : triangles) {

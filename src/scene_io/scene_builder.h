@@ -12,10 +12,10 @@
 namespace dyop::internal {
 
 /// The target distance of generated scenes.
-// literal: small beside bodies of a length of one
+// literal: small compared with bodies of length one
 inline constexpr Scalar kGeneratedTarget = 1e-5;
 inline constexpr Scalar kGeneratedStandoff = 4 * kGeneratedTarget;
-/// How far bodies at rest are apart: what World keeps.
+/// The gap between bodies at rest, as World keeps it.
 inline constexpr Scalar kGeneratedGap = kGeneratedTarget + kGeneratedStandoff;
 
 /// Collects the parts of a generated scene.
@@ -23,14 +23,15 @@ class SceneBuilder {
  public:
   SceneBuilder(std::string title, Scalar end_time);
 
-  /// A dynamic body of density 1000 without bounce; the reference holds until the next is added.
   void set_lengths(Scalar target_distance, Scalar standoff);
+  /// A dynamic body of density 1000 that does not bounce; the reference is valid until the next
+  /// call.
   Json& add_body(const std::string& name, Json shape, const Vector3& position);
   /// The same, static.
   Json& add_static_body(const std::string& name, Json shape, const Vector3& position);
   /// A static box with its top at z = 0.
   void add_floor(const Vector3& middle, Scalar half_length, Scalar half_width);
-  /// Of all bodies added so far.
+  /// For all bodies added so far.
   void set_friction(Scalar friction);
 
   void add_mesh(const std::string& file, std::string text);
@@ -50,9 +51,9 @@ Json sphere_shape(Scalar radius);
 Json hull_shape(const std::vector<Vector3>& points);
 Json mesh_shape(const std::string& file);
 Json vector_json(const Vector3& v);
-/// A turn about an axis, for the key "axis_angle" of a pose.
+/// A rotation about an axis, for the key "axis_angle" of a pose.
 Json turn_json(const Vector3& axis, Scalar degrees);
-/// The text of an OBJ file; triangles count from 0.
+/// The text of an OBJ file; triangle indices count from 0.
 std::string obj_text(const std::vector<Vector3>& vertices,
                      const std::vector<std::array<int, 3>>& triangles);
 

@@ -8,7 +8,7 @@
 
 namespace dyop::internal {
 
-/// Pulls a point of a body towards a point of the world: force -stiffness * (P - A) - damping *
+/// Pulls a point P of a body towards a point A of the world: force -stiffness * (P - A) - damping *
 /// v_P.
 struct SpringForce {
   Vector3 p_BP = Vector3::Zero();
@@ -17,7 +17,7 @@ struct SpringForce {
   Scalar damping = 0;    ///< force per speed
 };
 
-/// Everything that acts on one body besides gravity.
+/// All forces on one body except gravity.
 struct BodyForces {
   Wrench constant;
   std::vector<SpringForce> springs;

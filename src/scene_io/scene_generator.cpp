@@ -20,13 +20,12 @@ const std::vector<KindRow>& kind_rows() {
   static const std::vector<KindRow> rows{
       {{"stack", "cubes", 1, 1000}, internal::make_stack},
       {{"pyramid", "courses", 1, 100}, internal::make_pyramid},
-      {{"wall", "courses, of 2 N bricks", 1, 50}, internal::make_wall},
+      {{"wall", "courses of 2 N bricks", 1, 50}, internal::make_wall},
       {{"pile", "cubes", 1, 20000}, internal::make_pile},
       {{"arch", "stones", 3, 1001}, internal::make_arch},
       {{"cards", "levels", 1, 30}, internal::make_cards},
       {{"domino", "dominoes", 1, 1000}, internal::make_domino},
-      {{"chain-net", "rings on a side, without the links between", 2, 30},
-       internal::make_chain_net},
+      {{"chain-net", "rings per side, not counting links", 2, 30}, internal::make_chain_net},
       {{"gears", "gears", 1, 100}, internal::make_gears},
       {{"cradle", "balls", 2, 100}, internal::make_cradle}};
   return rows;
@@ -34,10 +33,10 @@ const std::vector<KindRow>& kind_rows() {
 
 void write_text(const std::filesystem::path& file, const std::string& text) {
   std::ofstream out(file, std::ios::binary);
-  if (!out) throw FileError(file, "cannot be written");
+  if (!out) throw FileError(file, "could not be written");
   out << text;
   out.close();
-  if (!out) throw FileError(file, "cannot be written to its end");
+  if (!out) throw FileError(file, "could not be written completely");
 }
 
 }  // namespace
@@ -62,7 +61,7 @@ GeneratedScene generate_scene(const std::string& kind, int n) {
     }
     names += (names.empty() ? "" : ", ") + row.kind.name;
   }
-  DYOP_REQUIRE(false, "no kind of scene is called '", kind, "'; there are ", names);
+  DYOP_REQUIRE(false, "no kind of scene named '", kind, "'; the kinds are ", names);
   return {};
 }
 

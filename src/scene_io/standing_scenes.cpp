@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 
-// Boxes on one another: stack, pyramid, wall, pile.
+// Boxes on top of each other: stack, pyramid, wall, pile.
 #include <cmath>
 
 #include "scene_io/scene_builder.h"
@@ -14,7 +14,7 @@ std::string numbered(const std::string& word, int number) {
   return word + " " + std::to_string(number);
 }
 
-// The middle of a body of half height `half` in the given course, counted from 0.
+// The height of the centre of a body of half height `half` in the given course, counted from 0.
 Scalar course_height(int course, Scalar half, Scalar gap = kGeneratedGap) {
   return half + gap + course * (2 * half + gap);
 }
@@ -39,7 +39,7 @@ GeneratedScene make_stack(int n) {
 }
 
 GeneratedScene make_pyramid(int n) {
-  constexpr Scalar kPitch = 1.1;  // of the cubes of a course
+  constexpr Scalar kPitch = 1.1;  // of the cubes in a course
   SceneBuilder builder("A pyramid of cubes", 5);
   builder.add_floor(Vector3::Zero(), 2 + kPitch * n / 2, 2);
   for (int course = 0, number = 0; course < n; ++course) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 
-// What stands by friction and shape: arch, card house, dominoes.
+// Structures held by friction and shape: arch, card house, dominoes.
 #include <cmath>
 #include <numbers>
 
@@ -9,8 +9,8 @@
 namespace dyop::internal {
 namespace {
 
-// The stone of an arch between two joints, which stand at these angles from the x axis; half a gap
-// is left on either side, a whole one at a foot.
+// The stone of an arch between two joints at these angles from the x axis; half a gap is left on
+// either side, a whole one at a foot.
 struct ArchStone {
   Scalar begin = 0, end = 0;
   Scalar begin_gap = 0, end_gap = 0;
@@ -64,15 +64,15 @@ GeneratedScene make_cards(int n) {
   constexpr Scalar kBetweenFeet = 0.02;
   const Scalar angle = kDegrees * std::numbers::pi_v<Scalar> / 180;
   const Scalar cosine = std::cos(angle), sine = std::sin(angle);
-  // Half of what a leaning card takes, along and up.
+  // Half the extent of a leaning card, along and up.
   const Scalar reach = kHalfLength * cosine + kHalfThickness * sine;
   const Scalar rise = kHalfLength * sine + kHalfThickness * cosine;
-  const Scalar pitch = 4 * reach + kGeneratedGap + kBetweenFeet;  // of the pairs of a level
+  const Scalar pitch = 4 * reach + kGeneratedGap + kBetweenFeet;  // of the pairs in a level
   const Vector3 card(kHalfLength, kHalfWidth, kHalfThickness);
   const Vector3 flat((pitch - kGeneratedGap) / 2, kHalfWidth, kHalfThickness);
   SceneBuilder builder("A house of cards", 5);
   builder.add_floor(Vector3::Zero(), 1 + pitch * n / 2, 2);
-  Scalar base = 0;  // what the level stands on
+  Scalar base = 0;  // height of the base of the level
   int number = 0;
   for (int level = 0; level < n; ++level) {
     const int pairs = n - level;

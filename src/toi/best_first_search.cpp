@@ -11,12 +11,12 @@
 
 namespace dyop::internal {
 
-// --- the loop -------------------------------------------------------------------------------------
+// --- the loop -----------------------------------------------------------------------------------
 
 template <typename Pair>
 ToiResult BestFirstSearch<Pair>::run() {
   memory_.queue.clear();
-  memory_.seed.count = 0;
+  memory_.seed = std::exchange(memory_.start, {});
   memory_.is_unfinished = false;
   memory_.has_resting_pair = false;
   memory_.is_seeking_nearer = false;
@@ -27,7 +27,7 @@ ToiResult BestFirstSearch<Pair>::run() {
 
 template <typename Pair>
 ToiResult BestFirstSearch<Pair>::resume() {
-  // Where the sides stood, so that all goes on with the same bits.
+  // Where the sides were, so that the search continues with the same bits.
   pair_.set_time(memory_.standing_time);
   memory_.is_unfinished = false;
   return search();
@@ -41,7 +41,7 @@ ToiResult BestFirstSearch<Pair>::search() {
     work.peak_queue = std::max(work.peak_queue, queue.size());
     QueuedPair pair = queue.pop();
     DYOP_ASSERT(pair.time >= pair_.time(), pair.time, ' ', pair_.time());
-    // A pair that goes on seeking a nearer one was counted before.
+    // A pair whose search for a nearer one continues was counted before.
     if (!memory_.is_seeking_nearer) {
       if (const auto status = interruption_.after(work.node_pairs)) {
         return finish_undecided(*status, pair);
@@ -71,19 +71,19 @@ ToiResult BestFirstSearch<Pair>::search() {
   return finish(ToiStatus::Separated, interval_.end);
 }
 
-// Moves a pair of boxes on in time, or replaces it by the pairs of the larger box's parts with the
+// Advances a pair of boxes in time, or replaces it by the pairs of the larger box's parts with the
 // other box.
 template <typename Pair>
 void BestFirstSearch<Pair>::examine_boxes(const QueuedPair& pair, bool is_far) {
-  if (!is_far) pair_.fetch_parts(pair);  // while the time is set
-  // What is proven from an earlier time on holds as well, and keys do not fall below the pair's own.
+  if (!is_far) pair_.fetch_parts(pair);  // while set_time() runs
+  // What is proven from an earlier time on holds too, and keys never fall below the pair's own.
   if (pair.time != pair_.time() && !pair_.may_stand_still(pair)) pair_.set_time(pair.time);
   const auto step_to = [&](Scalar step) { return std::max(pair.time, pair_.time() + step); };
   if (is_far) {
     ++result_.statistics.box_tests;
     pair_.advance(pair, [&](Scalar step, bool is_still_far) {
       const Scalar time = step_to(step);
-      // A step too short for its time must not come back as far away.
+      // A step too short for its time must not come back as a far pair.
       const bool is_flagged = is_still_far && time > pair.time;
       push(time, pair.a, is_flagged ? pair.b | kFarFlag : pair.b);
     });
@@ -95,19 +95,19 @@ void BestFirstSearch<Pair>::examine_boxes(const QueuedPair& pair, bool is_far) {
       });
 }
 
-// --- leaves ---------------------------------------------------------------------------------------
+// --- leaves -------------------------------------------------------------------------------------
 
 template <typename Pair>
 typename BestFirstSearch<Pair>::Verdict BestFirstSearch<Pair>::examine_leaves(
     const QueuedPair& pair) {
   ++result_.statistics.leaf_tests;
   const Scalar noise = pair_.noise();
-  // Far away a rough distance will do for a step.
+  // Far away a rough distance is enough for a step.
   const PieceDistance piece =
       measure(pair, {.apart = band_.largest_impact + 4 * noise, .share = kRoughShare});
   DYOP_ASSERT(piece.lower <= piece.upper, piece.lower, ' ', piece.upper);
-  // What lies this close at the begin was never proven apart. Later it cannot be there but for
-  // rounding, and the time it is at was proven safe.
+  // A pair this close at the start was never proven apart. Later it can be this close only by
+  // rounding, and its time was proven safe.
   if (pair_.time() == interval_.begin && !(piece.lower > band_.guaranteed)) {
     return examine_start(pair, piece);
   }
@@ -134,8 +134,8 @@ typename BestFirstSearch<Pair>::Verdict BestFirstSearch<Pair>::examine_leaves(
   return Verdict::GoOn;
 }
 
-// Two leaves too close at the begin, or not known to be apart there. The allowance of the query
-// grows with speeds; that of the poses at the begin does not.
+// Two leaves too close at the start, or not known to be apart there. The rounding allowance of the
+// query grows with speeds; that of the poses at the start does not.
 template <typename Pair>
 typename BestFirstSearch<Pair>::Verdict BestFirstSearch<Pair>::examine_start(
     const QueuedPair& pair, const PieceDistance& piece) {
@@ -145,23 +145,23 @@ typename BestFirstSearch<Pair>::Verdict BestFirstSearch<Pair>::examine_start(
     at_start = pair_.measure(pair, pair_.start_noise(), exact, memory_.seed);
   }
   result_.contact = make_contact(at_start, pair);
-  // Bounds wider than the tolerance do not tell near from far; nor does NaN.
+  // Bounds wider than the tolerance cannot tell near from far; nor can NaN.
   const bool is_within =
       at_start.upper <= band_.largest_impact && !(at_start.lower > band_.guaranteed);
   return is_within ? Verdict::TooCloseAtBegin : Verdict::Stuck;
 }
 
-// Bodies that slide along one another stay as far apart as they are where they touch. The faces and
-// edges beside that place come nearer until it is their turn: they do not collide. And at the begin
-// nothing is proven of pairs that are still to be measured: one that is nearer may be too close.
-// Nothing if the search is to end before that is known.
+// Bodies that slide along each other keep the distance they have where they touch. The neighbouring
+// faces and edges come nearer until they take over: they do not collide. And at the start nothing
+// is proven about pairs not yet measured: a nearer one may be too close. Nothing if the search must
+// end before that is known.
 template <typename Pair>
 std::optional<bool> BestFirstSearch<Pair>::is_nearest(const PieceDistance& piece) {
-  // Nothing was in contact before, or could have been.
+  // No pair was in contact before, or could have been.
   if (!memory_.has_resting_pair && pair_.time() > interval_.begin) return true;
   if (pair_.is_single_leaf_pair()) return true;
   auto nearer = pair_.nearer_search(piece.upper, memory_.box_pairs);
-  // Most of the rounding is that of the poses, which all pairs of pieces share.
+  // Most of the rounding comes from the poses, which all pairs of pieces share.
   nearer.sought_middle = piece.middle();
   if (memory_.is_seeking_nearer) {
     nearer.best = memory_.nearer;
@@ -172,7 +172,7 @@ std::optional<bool> BestFirstSearch<Pair>::is_nearest(const PieceDistance& piece
   const std::int64_t before = work.node_pairs;
   bool is_through = false;
   do {
-    is_through = nearer.go_on(interruption_.portion(work.node_pairs));
+    is_through = nearer.run_portion(interruption_.portion(work.node_pairs));
     work.node_pairs = before + nearer.box_pairs;
   } while (!is_through && !interruption_.after(work.node_pairs));
   work.box_tests += nearer.statistics.box_tests;
@@ -180,15 +180,15 @@ std::optional<bool> BestFirstSearch<Pair>::is_nearest(const PieceDistance& piece
   memory_.is_seeking_nearer = !is_through;
   memory_.nearer = nearer.best;
   if (!is_through) return std::nullopt;
-  // Later than at the begin nothing overlaps but for rounding.
+  // After the start, only rounding can make pieces overlap.
   if (nearer.best.is_overlapping) return pair_.time() > interval_.begin;
   return !(nearer.best.middle() < piece.middle());
 }
 
-// --- results --------------------------------------------------------------------------------------
+// --- results ------------------------------------------------------------------------------------
 
-// Goes on along the motion in doubling steps until the pair in contact is proven to be nearer than
-// its steps aim at.
+// Probes along the motion in doubling steps until the pair in contact is proven nearer than its
+// steps aim at.
 template <typename Pair>
 std::optional<Scalar> BestFirstSearch<Pair>::probe_hit(const QueuedPair& pair,
                                                        const ImpactContact& contact) {
@@ -198,9 +198,9 @@ std::optional<Scalar> BestFirstSearch<Pair>::probe_hit(const QueuedPair& pair,
   // Either above it or below it.
   const GjkGoal goal{.apart = below, .share = kInfinity, .hit = below - 2 * pair_.noise()};
   const Scalar begin = pair_.time();
-  // At the begin the gap may be below it already.
+  // At the start the gap may already be below it.
   const Scalar distance = std::max(contact.upper - below, band_.tolerance / 8);
-  // literal: a little longer than to the target, so that the first probe is below it as a rule.
+  // literal: a little longer than to the target, so that the first probe is usually below it.
   Scalar step = 1.25 * distance / contact.closing_speed;
   for (int probe = 0; probe < kProbes && begin + step <= interval_.end; ++probe, step *= 2) {
     if (!(begin + step > begin)) continue;
@@ -219,7 +219,7 @@ ToiResult BestFirstSearch<Pair>::finish(ToiStatus status, Scalar t_safe) {
   result_.rounding_allowance = pair_.noise();
   std::tie(result_.X_WA, result_.X_WB) = pair_.poses(t_safe);
   if (status == ToiStatus::Impact && options_.with_contacts) {
-    // Never empty: the contact that ended the search is within it.
+    // Never empty: it contains the contact that ended the search.
     const Scalar reach = result_.contact->upper + band_.tolerance + pair_.noise();
     result_.contacts = pair_.contacts_within(reach);
   }
@@ -233,7 +233,7 @@ ToiResult BestFirstSearch<Pair>::finish_impact(const QueuedPair& pair) {
   return result;
 }
 
-// To be resumed with this pair.
+// Puts the pair back, so that the search can be resumed with it.
 template <typename Pair>
 ToiResult BestFirstSearch<Pair>::finish_undecided(ToiStatus status, const QueuedPair& pair) {
   memory_.queue.push(pair);
@@ -242,7 +242,7 @@ ToiResult BestFirstSearch<Pair>::finish_undecided(ToiStatus status, const Queued
   return finish(status, pair.time);
 }
 
-// A solid holds a part of the other shape at the begin, whatever the distance of the surfaces.
+// A solid contains a part of the other shape at the start, whatever the distance of the surfaces.
 template <typename Pair>
 ToiResult BestFirstSearch<Pair>::finish_enclosed(const Vector3& p_W) {
   result_.contact.emplace();

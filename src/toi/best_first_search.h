@@ -14,22 +14,22 @@ namespace dyop::internal {
 
 /// Best-first conservative advancement, the one search of all queries on trees of boxes
 /// (docs/algorithms/time_of_impact.md, "Search"). `Pair` is the two sides at one time of the
-/// interval: RigidPair or DeformingPair. It knows how they move, and this class does not:
+/// interval: RigidPair or DeformingPair. It knows how they move; this class does not:
 ///
-///     set_time, time, noise            where the sides stand; rounding allowance of a gap
+///     set_time, time, noise            where the sides are; rounding allowance of a gap
 ///     first_time                       a time proven safe before any box is examined, or infinity
 ///     is_leaf_pair, fetch_parts, may_stand_still    of a pair in the queue
 ///     open, advance                    safe steps of the parts of a pair of boxes, or of itself
 ///     measure, leaf_step               distance and safe step of two leaves
 ///     closing_speed, is_closing        of two leaves
 ///     is_single_leaf_pair, nearer_search, start_noise, enclosed_point
-///     witness_pair, poses, contacts_within    what a result is made of
+///     witness_pair, poses, contacts_within    what a result consists of
 ///
-/// Instantiated for these in best_first_search.cpp.
+/// Instantiated for both in best_first_search.cpp.
 template <typename Pair>
 class BestFirstSearch {
  public:
-  /// All arguments must outlive the search. The pair stands at the begin of the interval.
+  /// All arguments must outlive the search. The pair must be at the start of the interval.
   BestFirstSearch(Pair& pair, const TimeInterval& interval, const ToiOptions& options,
                   const ImpactBand& band, ToiMemory& memory)
       : pair_(pair),
@@ -39,23 +39,23 @@ class BestFirstSearch {
         memory_(memory),
         interruption_(options) {}
 
-  /// From the begin of the interval.
+  /// From the start of the interval.
   ToiResult run();
-  /// On from what the memory holds.
+  /// Continues from what the memory holds.
   ToiResult resume();
 
  private:
   enum class Verdict { GoOn, Impact, TooCloseAtBegin, Stuck, Interrupted };
 
-  // Set in the number of the second box of a pair that is far apart for its size: it is moved on in
+  // Set in the number of the second box of a pair that is far apart for its size: it is advanced in
   // time before it is split.
   static constexpr std::int32_t kFarFlag = std::int32_t{1} << 30;
 
-  // How far the bounds of a rough distance may be apart, as a share of what is left to the target.
-  // Larger: shorter steps; smaller: more work on each.
+  // How far apart the bounds of a rough distance may be, as a fraction of the distance left to the
+  // target. Larger: shorter steps; smaller: more work per step.
   static constexpr Scalar kRoughShare = 0.25;
 
-  // Of everything but pairs that are proven apart to the end.
+  // Keeps every pair that is not proven apart to the end.
   void push(Scalar time, std::int32_t box_a, std::int32_t box_b) {
     if (time != kInfinity) memory_.queue.push({time, box_a, box_b});
   }

@@ -32,20 +32,26 @@ Scalar radius_of(const DeformingMesh& mesh) {
   return mesh.nodes()[0].at_begin.diagonal().norm() / 2;
 }
 
+void require_span(const DeformingSpan& span) {
+  DYOP_REQUIRE(span.begin >= 0 && span.begin <= span.end && span.end <= 1,
+               "time_of_impact: the span of a deforming mesh must be a part of [0, 1], not [",
+               span.begin, ", ", span.end, "]");
+}
+
 template <typename SideB>
 ToiResult run_search(const DeformingMesh& a, SideB& side_b, const TimeInterval& interval,
                      const ToiOptions& options, Scalar radius_b, internal::ToiMemory& memory,
-                     Start start) {
+                     Start start, const DeformingSpan& span = {}) {
   using Pair = internal::DeformingPair<SideB>;
   const internal::ImpactBand band(options.target_distance,
                                   internal::tolerance_of(options, radius_of(a), radius_b));
-  DeformingSide side_a(a, interval);
+  DeformingSide side_a(a, interval, span);
   Pair pair(side_a, side_b, interval, band);
   internal::BestFirstSearch<Pair> search(pair, interval, options, band, memory);
   return start == Start::Fresh ? search.run() : search.resume();
 }
 
-// Remembers what the query is about, or checks that it is what it was.
+// Stores what the query is about, or checks that it is still the same.
 void take_up(internal::ToiMemory& memory, const internal::ToiSubject& subject, Start start) {
   if (start == Start::Fresh) {
     memory.subject = subject;
@@ -115,6 +121,23 @@ ToiResult resume_time_of_impact(const DeformingMesh& a, const TriangleMesh& b, c
                                 ToiWorkspace& workspace) {
   return answer(a, b, X_WB, interval, options, internal::WorkspaceUse(workspace).memory(),
                 Start::Resumed);
+}
+
+ToiResult time_of_impact(const DeformingMesh& a, const DeformingSpan& span, const TriangleMesh& b,
+                         const Motion& X_WB, const TimeInterval& interval,
+                         const ToiOptions& options, ToiWorkspace& workspace) {
+  const internal::WorkspaceUse use(workspace);
+  require_valid(interval, options);
+  require_triangles(a, "A");
+  require_defined(X_WB, interval, internal::kMotionOfB);
+  require_span(span);
+  use.memory().subject = {};
+  use.memory().is_unfinished = false;
+  RigidSide side_b(b, X_WB, interval);
+  ToiResult result = run_search(a, side_b, interval, options, b.bounding_radius(), use.memory(),
+                                Start::Fresh, span);
+  use.memory().is_unfinished = false;
+  return result;
 }
 
 }  // namespace dyop

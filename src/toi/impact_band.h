@@ -33,15 +33,15 @@ struct ImpactBand {
 
   ImpactBand(Scalar target_distance, Scalar distance_tolerance)
       : tolerance(distance_tolerance),
-        guaranteed(target_distance + kLostFraction * distance_tolerance),
-        leaf_target(target_distance + kFloorFraction * distance_tolerance),
+        guaranteed(target_distance + kGuaranteedFraction * distance_tolerance),
+        leaf_target(target_distance + kLeafTargetFraction * distance_tolerance),
         contact(target_distance + kContactFraction * distance_tolerance),
-        box_target(target_distance + kLookFraction * distance_tolerance),
+        box_target(target_distance + kBoxTargetFraction * distance_tolerance),
         largest_impact(target_distance + distance_tolerance) {}
 
-  /// How near a pair that rests in the band, `lower` or more apart, may come before it is measured
-  /// again: it may lose an eighth of its slack. So a pair that slides or hops nearly keeps its gap,
-  /// and always has some slack.
+  /// How near a pair that rests in the band, at least `lower` apart, may come before it is measured
+  /// again: it may lose an eighth of its slack. So a pair that slides or hops keeps most of its
+  /// gap, and always has some slack.
   Scalar resting_target(Scalar lower, Scalar noise) const {
     const Scalar slack = std::max(2 * noise, (lower - guaranteed) / 8);
     return std::max(guaranteed, lower - slack);

@@ -10,15 +10,15 @@
 
 namespace dyop::internal {
 
-/// What makes a search end undecided: its budget, its deadline or its stop token.
+/// What can end a search undecided: its budget, its deadline or its stop token.
 class Interruption {
  public:
-  /// How often the clock and the stop token are looked at, in node pairs.
+  /// How often the clock and the stop token are checked, in node pairs.
   static constexpr std::int64_t kPollInterval = 64;
 
   explicit Interruption(const ToiOptions& options) : options_(options) {}
 
-  /// To be asked before every node pair, or after a portion of them.
+  /// Call this before every node pair, or after a portion of them.
   std::optional<ToiStatus> after(std::int64_t node_pairs) {
     if (node_pairs >= options_.max_node_pairs) {
       status_ = ToiStatus::BudgetExhausted;
@@ -28,16 +28,16 @@ class Interruption {
     }
     return status_;
   }
-  /// What was last said.
+  /// The last result of after().
   std::optional<ToiStatus> status() const { return status_; }
 
-  /// How many node pairs may be taken before the next question.
+  /// How many node pairs may be processed before the next check.
   std::int64_t portion(std::int64_t node_pairs) const {
     return std::min(kPollInterval, options_.max_node_pairs - node_pairs);
   }
 
  private:
-  // Of the clock and the caller.
+  // Checks the clock and the stop token.
   std::optional<ToiStatus> from_outside() const {
     if (options_.stop.stop_requested()) return ToiStatus::Cancelled;
     if (options_.deadline && std::chrono::steady_clock::now() >= *options_.deadline) {

@@ -17,11 +17,11 @@
 namespace dyop {
 namespace {
 
-// Times at which the distance is sampled first: the ends of this many equal parts.
+// The distance is first sampled at the ends of this many equal parts.
 constexpr int kParts = 8;
-// Steps of a descent to a minimum (limit). Each takes a third off the bracket.
+// Limit on the steps of a descent to a minimum. Each removes a third of the bracket.
 constexpr int kDescentSteps = 60;
-// Proofs that may fail by finding something nearer before the tolerance is widened (limit).
+// Limit on proofs that fail by finding something nearer, before the tolerance is widened.
 constexpr int kProofs = 64;
 
 // Finds a nearest approach, and proves that there is no nearer one.
@@ -58,11 +58,11 @@ class LeastDistanceSearch {
   const Scalar radius_b_;
   DistanceCache cache_;
   ToiWorkspace workspace_;
-  std::array<Scalar, kParts> part_lower_{};  // by speeds alone, over each part
+  std::array<Scalar, kParts> part_lower_{};  // lower bound from speeds alone, over each part
   // Proven on [begin, proven_until_]: the distance is at least floor_.
   Scalar floor_ = kInfinity;
   Scalar proven_until_;
-  Scalar widening_ = 1;  // of the tolerance, where proofs fail
+  Scalar widening_ = 1;  // factor on the tolerance, raised when proofs fail
   LeastDistanceResult result_;
 };
 
@@ -84,7 +84,7 @@ LeastDistanceSearch::LeastDistanceSearch(const Shape& a, const Motion& X_WA, con
        internal::largest_coordinate(X_WB, X_WB.twist_bound(interval), radius_b_, interval));
 }
 
-// The distance at one time, up to rounding; remembers the least.
+// The distance at one time, up to rounding; keeps the least one.
 Scalar LeastDistanceSearch::measure(Scalar t) {
   ++result_.distance_queries;
   const RigidPose X_WA = X_WA_.pose(t);
@@ -104,7 +104,7 @@ Scalar LeastDistanceSearch::measure(Scalar t) {
   return found.lower;
 }
 
-// Bound of the rate at which the distance changes.
+// Bound on the rate at which the distance changes.
 Scalar LeastDistanceSearch::speed_over(const TimeInterval& part) const {
   const TwistBound a = X_WA_.twist_bound(part);
   const TwistBound b = X_WB_.twist_bound(part);
@@ -112,7 +112,7 @@ Scalar LeastDistanceSearch::speed_over(const TimeInterval& part) const {
          b.angular_speed * radius_b_;
 }
 
-// Within a part the distance falls below neither end's by more than the speed allows.
+// Within a part the distance falls below that at either end by no more than the speed allows.
 void LeastDistanceSearch::sample() {
   Scalar begin = interval_.begin;
   Scalar before = measure(begin);
@@ -121,13 +121,13 @@ void LeastDistanceSearch::sample() {
     const Scalar after = end > begin ? measure(end) : before;
     const Scalar change = end > begin ? speed_over({begin, end}) * (end - begin) : 0;
     const Scalar lower = (before + after - change) / 2 - result_.rounding_allowance;
-    part_lower_[std::size_t(i)] = lower > 0 ? lower : 0;  // NaN: nothing
+    part_lower_[std::size_t(i)] = lower > 0 ? lower : 0;  // NaN proves nothing
     before = after;
     begin = end;
   }
 }
 
-// Golden section.
+// Golden section search.
 void LeastDistanceSearch::descend(Scalar low, Scalar high) {
   constexpr Scalar kGolden = 0.3819660112501051;
   Scalar t1 = low + kGolden * (high - low);
@@ -138,7 +138,7 @@ void LeastDistanceSearch::descend(Scalar low, Scalar high) {
   Scalar d_high = measure(high);
   for (int step = 0; step < kDescentSteps && low < t1 && t1 < t2 && t2 < high; ++step) {
     // The minimum is below its neighbours by no more than they rise: a quarter of the tolerance
-    // leaves the proof enough.
+    // leaves enough for the proof.
     if (std::max(d_low, d_high) - std::min(d1, d2) <= tolerance() / 4) return;
     if (d1 <= d2) {
       high = t2;
@@ -158,7 +158,7 @@ void LeastDistanceSearch::descend(Scalar low, Scalar high) {
   }
 }
 
-// Down a slope that was found at t; what lies before t is proven.
+// Follows a slope down that was found at t; everything before t is proven.
 void LeastDistanceSearch::descend_from(Scalar t) {
   Scalar low = t;
   Scalar step = interval_.length() / (64 * kParts);
@@ -199,7 +199,7 @@ ToiResult LeastDistanceSearch::ask(Scalar target, Scalar tolerance) {
   return toi;
 }
 
-// Looks where a proof failed.
+// Examines the time at which a proof failed.
 void LeastDistanceSearch::take_unproven(const ToiResult& toi) {
   const Scalar before = result_.upper;
   measure(toi.t_safe);
@@ -207,8 +207,8 @@ void LeastDistanceSearch::take_unproven(const ToiResult& toi) {
   if (result_.upper < before) descend_from(toi.t_safe);
 }
 
-// Tries once; true if all is proven. A failed proof has found something nearer, or rounding stops
-// it.
+// One attempt; returns true if everything is proven. A failed proof has found something nearer, or
+// rounding stops it.
 bool LeastDistanceSearch::prove() {
   const Scalar slack = widening_ * tolerance();
   const Scalar below = result_.upper - slack;

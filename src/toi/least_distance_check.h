@@ -5,7 +5,7 @@
 
 namespace dyop::internal {
 
-/// Throws InvalidArgument unless the numbers among the options are in range.
+/// Throws InvalidArgument unless all numbers in the options are in range.
 void require_valid_options(const LeastDistanceOptions& options);
 
 /// How far apart the bounds of a result may stay.

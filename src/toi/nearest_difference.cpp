@@ -6,10 +6,10 @@
 namespace dyop::internal {
 namespace {
 
-// literal: squared sine below which a cross product of two sides is rounding, some 1e-16 of them.
+// literal: squared sine below which a cross product of two sides is rounding, about 1e-16 of them.
 constexpr Scalar kSmallestSineSquare = 1e-28;
 
-// The part of x normal to an edge.
+// The component of x perpendicular to an edge.
 Vector3 reject(const Vector3& x, const Vector3& edge) {
   const Scalar length_sq = edge.squaredNorm();
   return length_sq > 0 ? Vector3(x - (x.dot(edge) / length_sq) * edge) : x;
@@ -20,11 +20,11 @@ Vector3 towards(const Vector3& normal, const Vector3& point) {
 }
 
 Feature vertex_feature(std::int32_t i) {
-  return {FeatureKind::Vertex, {i, -1, -1}};
+  return {FeatureKind::Vertex, {i}};
 }
 
 Feature edge_feature(std::int32_t i, std::int32_t j) {
-  return {FeatureKind::Edge, {i, j, -1}};
+  return {FeatureKind::Edge, {i, j}};
 }
 
 NearestDifference<3> at_corner(const Differences<3>& corners, std::size_t i) {
@@ -81,7 +81,7 @@ struct EdgeParameters {
   Scalar t;
 };
 
-// The best of the four pairs of an end and an edge: all there is to know of parallel edges.
+// The best of the four pairs of an end and an edge; for parallel edges that is sufficient.
 EdgeParameters nearest_end(const Differences<4>& corners, const Vector3& u, const Vector3& v) {
   const std::array<EdgeParameters, 4> ends{{{0, clamped_foot(corners[0], v)},
                                             {1, clamped_foot(corners[2], v)},
@@ -113,7 +113,7 @@ EdgeParameters nearest_parameters(const Differences<4>& corners, const Vector3& 
 
 }  // namespace
 
-// Voronoi regions of vertices, edges and face in turn ([Ericson2005]); of a triangle without area,
+// Voronoi regions of vertices, edges and face in turn ([Ericson2005]); for a triangle without area,
 // the nearest side.
 NearestDifference<3> find_nearest(const Differences<3>& corners) {
   const Vector3 side_b = corners[1] - corners[0];
@@ -121,7 +121,7 @@ NearestDifference<3> find_nearest(const Differences<3>& corners) {
   const Vector3 normal = side_b.cross(side_c);
   const Scalar sides_sq = side_b.squaredNorm() * side_c.squaredNorm();
   if (!(normal.squaredNorm() > kSmallestSineSquare * sides_sq)) return nearest_side(corners);
-  // How far the origin lies along both sides, seen from each corner.
+  // How far along both sides the origin lies, from each corner.
   const Scalar b0 = -side_b.dot(corners[0]);
   const Scalar c0 = -side_c.dot(corners[0]);
   if (b0 <= 0 && c0 <= 0) return at_corner(corners, 0);
@@ -138,7 +138,7 @@ NearestDifference<3> find_nearest(const Differences<3>& corners) {
   const Scalar area_a = normal.dot(corners[1].cross(corners[2]));
   if (area_a <= 0 && c1 >= b1 && b2 >= c2) return on_side(corners, 1, 2, c1 - b1, b2 - c2);
 
-  // Rounding may leave one of them below zero; the point must be one of the triangle.
+  // Rounding may leave one of them below zero, but the point must be in the triangle.
   const Scalar part_a = std::max(area_a, 0.0);
   const Scalar part_b = std::max(area_b, 0.0);
   const Scalar part_c = std::max(area_c, 0.0);

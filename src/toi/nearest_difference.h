@@ -13,14 +13,14 @@ namespace dyop::internal {
 template <int N>
 using Differences = std::array<Vector3, static_cast<std::size_t>(N)>;
 
-// The point of a triangle or parallelogram nearest to the origin. Plain floating point: a proposal,
-// from which bounds are made, never a bound.
+// The point of a triangle or parallelogram nearest to the origin. Plain floating point: a proposal
+// from which bounds are derived, never a bound itself.
 template <int N>
 struct NearestDifference {
   std::array<Scalar, static_cast<std::size_t>(N)> weights{};  // >= 0, of sum one
   Vector3 point = Vector3::Zero();
-  // Towards the element, normal to its feature; not of length one; zero or poor if that
-  // degenerates.
+  // Towards the element, perpendicular to its feature; not of unit length; zero or inaccurate if
+  // the feature degenerates.
   Vector3 normal = Vector3::Zero();
   Feature feature_a;
   Feature feature_b;

@@ -27,7 +27,7 @@ namespace {
 
 using Slot = internal::ObstacleSetData::Slot;
 
-// The slot's obstacle is new, or has a new motion.
+// For a slot whose obstacle is new or has a new motion.
 void box_obstacle(Slot& slot) {
   const Motion& motion = *slot.obstacle->X_WO;
   slot.is_at_rest = dynamic_cast<const RestMotion*>(&motion) != nullptr;
@@ -35,7 +35,7 @@ void box_obstacle(Slot& slot) {
 }
 
 std::uint32_t slot_of(const internal::ObstacleSetData& data, ObstacleId id) {
-  DYOP_REQUIRE(data.find(id), "no obstacle has the id ", static_cast<std::uint64_t>(id));
+  DYOP_REQUIRE(data.find(id), "no obstacle with id ", static_cast<std::uint64_t>(id));
   return static_cast<std::uint32_t>(id);
 }
 

@@ -18,11 +18,10 @@ struct QueuedPair {
   std::int32_t b;
 };
 
-/// Priority queue, earliest first, for times that are never earlier than the last one taken out: a
+/// Priority queue, earliest first, for times that are never earlier than the last one popped: a
 /// radix heap [Ahuja1990] on the bits of the time. A pair moves at most 64 times, in practice two
-/// or three, always to the end of an array; there is no scale to choose, whatever the motion. The
-/// order of pairs of the same time depends on the order of pushing only. Keeps its memory when
-/// cleared.
+/// or three, always to the end of an array; there is no scale to choose, whatever the motion. Pairs
+/// of equal time are ordered by when they were pushed. Keeps its memory when cleared.
 class RadixQueue {
  public:
   bool is_empty() const { return size_ == 0; }
@@ -35,6 +34,10 @@ class RadixQueue {
     occupied_ = 0;
     size_ = 0;
     last_ = 0;
+  }
+
+  void reserve(std::size_t count) {
+    for (std::vector<QueuedPair>& bucket : buckets_) bucket.reserve(count);
   }
 
   void push(const QueuedPair& pair) {
@@ -55,7 +58,7 @@ class RadixQueue {
   }
 
  private:
-  // Unsigned numbers in the order of the times.
+  // Unsigned integers in the order of the times.
   static std::uint64_t key_of(Scalar time) {
     const auto bits = std::bit_cast<std::uint64_t>(time + 0.0);  // -0 becomes 0
     constexpr std::uint64_t kSign = std::uint64_t{1} << 63;
@@ -69,7 +72,7 @@ class RadixQueue {
     buckets_[std::size_t(k)].push_back(pair);
   }
 
-  // Makes the smallest key the last one, and spreads its bucket over the ones below.
+  // Makes the smallest key the last one, and distributes its bucket over the lower ones.
   void advance() {
     DYOP_ASSERT(occupied_ != 0, size_);
     const int k = 1 + std::countr_zero(occupied_);
@@ -88,7 +91,7 @@ class RadixQueue {
   }
 
   std::array<std::vector<QueuedPair>, 65> buckets_;
-  std::uint64_t occupied_ = 0;  // bit k - 1: bucket k holds something
+  std::uint64_t occupied_ = 0;  // bit k - 1: bucket k is not empty
   std::uint64_t last_ = 0;
   std::int64_t size_ = 0;
 };

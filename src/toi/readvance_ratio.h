@@ -3,9 +3,9 @@
 
 namespace dyop::internal {
 
-/// A pair of boxes whose gap exceeds this part of its size is examined again, at its new time,
-/// before it is split; pairs of trees far apart explode without it. Speed only. Also included by
-/// the kernels for each instruction set, so nothing else may stand here.
+/// A pair of boxes whose gap exceeds this fraction of its size is examined again, at its new time,
+/// before it is split; without this the number of pairs of distant trees explodes. Speed only. Also
+/// included by the kernels for each instruction set, so this file must contain nothing else.
 inline constexpr double kReadvanceRatio = 0.3;
 
 }  // namespace dyop::internal

@@ -58,7 +58,7 @@ ToiResult answer(const ToiQuery& query, const std::stop_token& stop, ToiWorkspac
 void time_of_impact_batch(std::span<const ToiQuery> queries, std::span<ToiResult> results,
                           const BatchOptions& options) {
   DYOP_REQUIRE(queries.size() == results.size(), "time_of_impact: ", queries.size(),
-               " queries, but room for ", results.size(), " results");
+               " queries, but space for ", results.size(), " results");
   for (std::size_t i = 0; i < queries.size(); ++i) require_valid(queries[i], i);
   std::vector<ToiWorkspace> workspaces(internal::batch_worker_count(queries.size(), options));
   for (std::size_t i = 0; i < queries.size(); ++i) {

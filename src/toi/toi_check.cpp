@@ -12,8 +12,7 @@ namespace dyop {
 Scalar default_distance_tolerance(Scalar radius_a, Scalar radius_b) {
   const auto [smaller, larger] = std::minmax(radius_a, radius_b);
   const Scalar size = smaller > 0 ? smaller : larger;
-  DYOP_REQUIRE(size > 0,
-               "time_of_impact: distance_tolerance must be given for shapes without size");
+  DYOP_REQUIRE(size > 0, "time_of_impact: distance_tolerance is required for shapes without size");
   return kDefaultRelativeTolerance * size;
 }
 
@@ -50,10 +49,10 @@ void require_valid_query(const Shape& a, const Motion& X_WA, const Shape& b, con
 }
 
 void require_resumable(const ToiMemory& memory, const ToiSubject& subject) {
-  DYOP_REQUIRE(memory.is_unfinished, "resume_time_of_impact: the workspace holds no query that ",
-               "ended undecided");
+  DYOP_REQUIRE(memory.is_unfinished, "resume_time_of_impact: the workspace holds no undecided ",
+               "query");
   DYOP_REQUIRE(memory.subject == subject, "resume_time_of_impact: shapes, motions, interval, ",
-               "target and tolerance must be those of the query to be resumed");
+               "target and tolerance must be those of the resumed query");
 }
 
 }  // namespace dyop::internal

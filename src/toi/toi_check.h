@@ -12,7 +12,7 @@ void require_valid_distances(Scalar target_distance, std::optional<Scalar> dista
 /// The tolerance of a query of shapes with these bounding radii.
 Scalar tolerance_of(const ToiOptions& options, Scalar radius_a, Scalar radius_b);
 
-/// Throws InvalidArgument unless the numbers among the options are in range.
+/// Throws InvalidArgument unless all numbers in the options are in range.
 void require_valid_options(const ToiOptions& options);
 
 /// Throws InvalidArgument unless time_of_impact() can answer this query.

@@ -39,19 +39,20 @@ struct ToiSubject {
 /// The contents of a ToiWorkspace.
 struct ToiMemory {
   RadixQueue queue;
-  GjkSeed seed;  // of the last distance of two convex shapes
+  GjkSeed seed;   // of the last distance of two convex shapes
+  GjkSeed start;  // what the next query begins with; used up by it
   // Of the search for a nearer pair than two pieces in contact; an unfinished one goes on.
   BoxPairStack box_pairs;
   PieceDistance nearer;
   bool is_seeking_nearer = false;
-  bool has_resting_pair = false;  // a pair of pieces was met in contact, but not as an impact
+  bool has_resting_pair = false;  // some pair of pieces was in contact, but not as an impact
   ToiSubject subject;
   bool is_unfinished = false;
-  Scalar standing_time = 0;  // of an unfinished query: where the sides stood
+  Scalar standing_time = 0;  // of an unfinished query: the current time of the sides
   std::atomic<bool> is_in_use{false};
 };
 
-/// Keeps a workspace for one query.
+/// Reserves a workspace for one query.
 class WorkspaceUse {
  public:
   /// @throws InvalidArgument if another query uses it.

@@ -12,7 +12,7 @@ ToiWorkspace::ToiWorkspace(ToiWorkspace&&) noexcept = default;
 ToiWorkspace& ToiWorkspace::operator=(ToiWorkspace&&) noexcept = default;
 
 internal::ToiMemory& ToiWorkspace::memory() const {
-  DYOP_REQUIRE(memory_, "this ToiWorkspace was moved from and holds nothing");
+  DYOP_REQUIRE(memory_, "this ToiWorkspace was moved from and is empty");
   return *memory_;
 }
 
@@ -20,11 +20,17 @@ bool ToiWorkspace::can_resume() const {
   return memory().is_unfinished;
 }
 
+void ToiWorkspace::reserve(std::size_t count) {
+  memory().queue.reserve(count);
+  memory().box_pairs.reserve(count);
+}
+
 namespace internal {
 
 WorkspaceUse::WorkspaceUse(ToiWorkspace& workspace) : memory_(workspace.memory()) {
-  DYOP_REQUIRE(!memory_.is_in_use.exchange(true, std::memory_order_acquire),
-               "time_of_impact: the workspace is serving another query; give each thread its own");
+  DYOP_REQUIRE(
+      !memory_.is_in_use.exchange(true, std::memory_order_acquire),
+      "time_of_impact: the workspace is in use by another query; give each thread its own");
 }
 
 }  // namespace internal

@@ -46,7 +46,7 @@ Vector3 position(const VertexPath& path, Scalar s) {
   return path.begin + s * (path.end - path.begin);
 }
 
-// The contact of an instant; `a` and `b` are the points of both sides.
+// The contact at an instant; `a` and `b` are the points of both sides.
 template <int N, typename PointsA, typename PointsB>
 ImpactContact make_contact(const Instant<N>& here, const PointsA& a, const PointsB& b,
                            const TimeInterval& interval) {
@@ -67,7 +67,7 @@ ImpactContact make_contact(const Instant<N>& here, const PointsA& a, const Point
   return contact;
 }
 
-// How far the points of a pair may be from where they were proven to be, because a time is rounded.
+// How far the points of a pair may be from where they were proven, because a time is rounded.
 template <int N>
 Scalar time_noise(const Differences<N>& begin, const Differences<N>& end,
                   const TimeInterval& interval) {

@@ -9,7 +9,7 @@
 namespace dyop {
 namespace {
 
-using namespace test_support;
+using namespace testing;
 
 WorldOptions awake_options() {
   WorldOptions options = earth_options();

@@ -26,7 +26,7 @@ class FailureRecord : public ::testing::Test {
     return "no internal error";
   }
 
-  test::TemporaryDirectory directory_;
+  testing::TemporaryDirectory directory_;
   std::string file_ = (directory_.path() / "query.json").string();
   Sphere ball_{1};
   RestMotion rest_;
@@ -59,7 +59,7 @@ TEST_F(FailureRecord, IsNotMadeOfTheCallersMistake) {
 
 TEST_F(FailureRecord, ThatCannotBeWrittenHidesNothing) {
   const std::string message = message_after(InternalError("the impossible"), "/no/such/folder/x");
-  EXPECT_TRUE(message.starts_with("the impossible; the query cannot be recorded: ")) << message;
+  EXPECT_TRUE(message.starts_with("the impossible; the query could not be recorded: ")) << message;
 }
 
 }  // namespace

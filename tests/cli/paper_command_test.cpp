@@ -15,9 +15,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-using test::CommandResult;
-using test::run_command;
-using test::TemporaryDirectory;
+using testing::CommandResult;
+using testing::run_command;
+using testing::TemporaryDirectory;
 
 using Row = std::map<std::string, std::string>;
 
@@ -220,7 +220,7 @@ TEST_F(PaperCommand, ADirectoryThatCannotBeMadeIsBadInput) {
   const fs::path file = directory_->write("file", "");
   const CommandResult run = run_command({"paper", "--out", (file / "below").string()});
   EXPECT_EQ(run.exit_code, 2);
-  EXPECT_NE(run.err.find("cannot be created"), std::string::npos) << run.err;
+  EXPECT_NE(run.err.find("could not be created"), std::string::npos) << run.err;
 }
 
 }  // namespace

@@ -8,15 +8,15 @@
 namespace dyop {
 namespace {
 
-using test::CommandResult;
-using test::run_command;
+using testing::CommandResult;
+using testing::run_command;
 using Json = nlohmann::ordered_json;
 
 class SceneCommand : public ::testing::Test {
  protected:
   std::string file() const { return (directory_.path() / "scene.json").string(); }
 
-  test::TemporaryDirectory directory_;
+  testing::TemporaryDirectory directory_;
 };
 
 TEST_F(SceneCommand, WritesASceneThatRuns) {
@@ -45,7 +45,7 @@ TEST_F(SceneCommand, RefusesWhatItCannotMake) {
   expect({"scene", "stack", "0", "--out", file()}, "not 0");
   expect({"scene", "stack", "many", "--out", file()}, "many");
   expect({"scene", "stack", "2"}, "--out");
-  expect({"scene", "arch", "5", "--out", file() + "/none/s.json"}, "cannot be written");
+  expect({"scene", "arch", "5", "--out", file() + "/none/s.json"}, "could not be written");
 }
 
 }  // namespace

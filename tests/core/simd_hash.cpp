@@ -161,11 +161,11 @@ void hash_operations() {
                                larger(a, b),
                                smaller(a, b),
                                magnitude(a),
-                               root(a),
+                               sqrt(a),
                                select(a > b, a, b),
                                tagged(a, n % 16),
                                negated(a),
-                               turned(a, b)};
+                               flip_sign(a, b)};
       for (int i = 0; i < 12; ++i) results[i].store(out[i] + k);
       bits[0] |= (a > b).bits() << k;
       bits[1] |= (a >= b).bits() << k;
@@ -188,7 +188,7 @@ void hash_pairs() {
     const LanePair a{random.any(), random.any()}, b{random.any(), random.any()};
     for (const LanePair& x :
          {a + b, a - b, a * b, a / b, -a, larger(a, b), smaller(a, b), low_negated(a),
-          high_negated(a), magnitude(a), root(a), swapped(a), lows(a, b), highs(a, b), clamped(a),
+          high_negated(a), magnitude(a), sqrt(a), swapped(a), lows(a, b), highs(a, b), clamped(a),
           masked(above(a, b), a), selected(equal(a, b), a, b),
           selected(either(above(a, b), is_inside_unit(a)), b, a), tagged(a, n % 16, 3)}) {
       hash.add(x.low());

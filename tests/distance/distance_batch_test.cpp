@@ -42,8 +42,8 @@ class DistanceBatch : public ::testing::Test {
   }
 
   tbb::global_control threads_{tbb::global_control::max_allowed_parallelism, 8};
-  const TriangleMesh gear_ = test_support::gear(15, 0.8, 1, 0.2).mesh();
-  const TriangleMesh torus_ = test_support::torus(0.8, 0.3, 24, 12).mesh();
+  const TriangleMesh gear_ = testing::gear(15, 0.8, 1, 0.2).mesh();
+  const TriangleMesh torus_ = testing::torus(0.8, 0.3, 24, 12).mesh();
   const Box box_{Vector3(0.5, 0.7, 0.3)};
   const Sphere sphere_{0.6};
 };
@@ -148,7 +148,7 @@ TEST_F(DistanceBatch, RefusesBadQueriesNamingTheFirst) {
   EXPECT_EQ(results[0].status, DistanceStatus::NotRun);
   results.pop_back();
   EXPECT_EQ(message_of([&] { distance_batch(queries, results); }),
-            "distance: 9 queries, but room for 8 results");
+            "distance: 9 queries, but space for 8 results");
 }
 
 TEST_F(DistanceBatch, MayBeEmpty) {

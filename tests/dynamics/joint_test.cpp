@@ -14,7 +14,7 @@
 namespace dyop {
 namespace {
 
-using namespace test_support;
+using namespace testing;
 using testing::message_of;
 
 constexpr Scalar kJointStep = 0.01;
@@ -191,7 +191,7 @@ TEST(Joint, RefusesWhatCannotBe) {
   definition.a = a;
   definition.b = a;
   const auto message = [&] { return message_of([&] { world.add_joint(definition); }); };
-  EXPECT_NE(message().find("joint 'knee': it needs two bodies"), std::string::npos);
+  EXPECT_NE(message().find("joint 'knee': needs two different bodies"), std::string::npos);
   definition.b = b;
   EXPECT_NE(message().find("one of its bodies must be dynamic"), std::string::npos);
   definition.motor = JointMotor{1, 1};

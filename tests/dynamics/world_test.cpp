@@ -3,11 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cstring>
-#include <numbers>
-
-#include "dyop/core/error.h"
-#include "dyop/distance/distance.h"
 #include "dyop/dynamics/advance_report.h"
 #include "dyop/dynamics/body_id.h"
 #include "dyop/dynamics/pair_record.h"
@@ -20,7 +15,7 @@ namespace dyop {
 namespace {
 
 using testing::message_of;
-using namespace test_support;
+using namespace testing;
 
 BodyDefinition bouncing_ball(Scalar height, Scalar restitution) {
   BodyDefinition body = dynamic_body("ball", std::make_shared<Sphere>(0.5), {0, 0, height + 0.5});
@@ -320,62 +315,6 @@ TEST(World, TellsThePivotAndContactsOfNearPairs) {
   for (const PairContact& contact : contacts[0].contacts) impulse += contact.impulse_W;
   const Scalar weight = world.body(cube).mass_properties.mass * kGravity;
   EXPECT_NEAR(impulse.z(), weight * 0.01, 1e-4 * weight * 0.01);
-}
-
-// Everything a run produced, as bytes.
-std::string bytes_of(World& world, int steps) {
-  std::string bytes;
-  const auto add = [&](const auto& value) {
-    bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
-  };
-  for (int k = 0; k < steps; ++k) {
-    const AdvanceReport report = world.advance(0.01);
-    EXPECT_EQ(report.status, AdvanceStatus::Completed);
-    for (const ImpactEvent& event : report.impacts) {
-      add(event.t);
-      for (const WorldContact& contact : event.contacts) add(contact.impulse_W);
-    }
-  }
-  for (const BodyId id : world.bodies()) {
-    add(world.state(id).X_WB.rotation());
-    add(world.state(id).X_WB.translation());
-    add(world.state(id).twist.v_WB);
-  }
-  return bytes;
-}
-
-World tumbling_world(int thread_count) {
-  WorldOptions options = earth_options();
-  options.thread_count = thread_count;
-  World world(options);
-  world.add_body(floor_body(0.4, 0.4));
-  for (int i = 0; i < 8; ++i) {
-    world.add_body(dynamic_body("box", std::make_shared<Box>(Vector3(0.3, 0.2, 0.25)),
-                                {0.7 * (i % 4), 0.05 * i, 1 + 0.8 * (i / 2)}, {0, 0, 0},
-                                {1.0 * i, 2, 3}));
-  }
-  return world;
-}
-
-TEST(WorldDeterminism, GivesTheSameBytesForEveryNumberOfThreads) {
-  World one = tumbling_world(1);
-  const std::string expected = bytes_of(one, 80);
-  for (const int thread_count : {2, 4, 0}) {
-    World world = tumbling_world(thread_count);
-    EXPECT_EQ(bytes_of(world, 80), expected);
-  }
-}
-
-TEST(WorldDeterminism, GoesOnFromASnapshotWithTheSameBytes) {
-  World world = tumbling_world(2);
-  bytes_of(world, 40);
-  const WorldSnapshot snapshot = world.snapshot();
-  const std::string first = bytes_of(world, 60);
-  world.restore(snapshot);
-  EXPECT_NEAR(world.time(), 0.4, 1e-12);
-  EXPECT_EQ(bytes_of(world, 60), first);
-  World other;
-  EXPECT_NE(message_of([&] { other.restore(snapshot); }).find("another World"), std::string::npos);
 }
 
 TEST(World, RefusesBadBodiesNamingBodyAndField) {

@@ -15,15 +15,15 @@
 namespace dyop {
 namespace {
 
-using test_support::box_mesh;
-using test_support::gear;
-using test_support::icosphere;
-using test_support::MeshArrays;
-using test_support::needle;
-using test_support::plate_grid;
-using test_support::point_cloud;
-using test_support::torus;
+using testing::box_mesh;
+using testing::gear;
+using testing::icosphere;
+using testing::MeshArrays;
 using testing::message_of;
+using testing::needle;
+using testing::plate_grid;
+using testing::point_cloud;
+using testing::torus;
 
 #define EXPECT_MESSAGE(expression, part)                                                      \
   EXPECT_NE(message_of([&] { static_cast<void>(expression); }).find(part), std::string::npos) \
@@ -294,7 +294,7 @@ TEST(TriangleMesh, TakesOtherVerticesFromStridedRows) {
 TEST(TriangleMesh, RefusesOtherVerticesThatDoNotFit) {
   const TriangleMesh mesh(kCorners, {{0, 1, 2}});
   EXPECT_MESSAGE(mesh.with_vertices(std::vector<Vector3>(2, Vector3::Zero())),
-                 "the mesh has 3 vertices and cannot take 2");
+                 "the mesh has 3 vertices, but got 2");
   EXPECT_MESSAGE(mesh.with_vertices({Vector3::Zero(), Vector3(0, kInfinity, 0), Vector3::Zero()}),
                  "vertex 1 is not finite: (0, inf, 0)");
   EXPECT_MESSAGE(mesh.with_vertices({Vector3::Zero(), Vector3::Zero(), Vector3(1e61, 0, 0)}),

@@ -27,7 +27,7 @@ class MotionFile : public ::testing::Test {
     return "no error";
   }
 
-  test::TemporaryDirectory directory_;
+  testing::TemporaryDirectory directory_;
 };
 
 // A quarter turn about z takes (1, 0, 0) to (0, 1, 0).
@@ -131,7 +131,7 @@ TEST_F(MotionFile, NamesTheKeyOfWhatIsWrong) {
             ": pose: expected at most one of quaternion, axis_angle, euler_degrees");
   EXPECT_EQ(message_of(R"({"kind": "rest", "pose": {"axis_angle": {"axis": [0, 0, 0],
                                                                    "degrees": 1}}})"),
-            ": pose.axis_angle.axis: expected an axis of any length but zero, found [0,0,0]");
+            ": pose.axis_angle.axis: expected an axis of nonzero length, found [0,0,0]");
   EXPECT_EQ(message_of(R"({"kind": "bspline", "degree": 2.5, "knots": [0, 0, 1, 1],
                            "control_points": [{}, {}]})"),
             ": degree: expected an integer > 0, found 2.5");

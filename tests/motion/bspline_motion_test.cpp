@@ -95,7 +95,7 @@ TEST(BsplineMotion, RefusesBadInputNamingIt) {
               bspline_motion(1, std::vector<Scalar>{0, 0, 1, 1, 2, 2}, Matrix3::Identity(),
                              std::vector<ControlPoint>(4));
             }),
-            "knot 3 = 1 of B-spline motion of degree 1 is there more than 1 times");
+            "knot 3 = 1 of B-spline motion of degree 1 occurs more than 1 times");
   EXPECT_NE(message_of([&] {
               std::vector<ControlPoint> wrong(3);
               wrong[2].p_WB.z() = std::nan("");

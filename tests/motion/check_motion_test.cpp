@@ -95,7 +95,7 @@ TEST(CheckMotion, NamesReversedTwists) {
   };
   expect_fault(check_user(f), MotionFault::TwistNotDerivative, -1, 1e-12,
                "the twist is not the derivative of the pose");
-  expect_fault(check_user(f), MotionFault::TwistNotDerivative, -1, 1e-12, "twist says v_WB");
+  expect_fault(check_user(f), MotionFault::TwistNotDerivative, -1, 1e-12, "twist gives v_WB");
   EXPECT_NE(check_user(f).message.find("its sign is reversed"), std::string::npos);
   f.twist = [](Scalar t) {
     const Twist twist = sound().twist(t);
@@ -216,7 +216,7 @@ TEST(CheckMotion, ReportsTheFirstOfSeveralFaults) {
 
 TEST(CheckMotion, NamesWrongDomainsAndPieces) {
   expect_fault(check_user(sound(), {-1, 2}), MotionFault::Domain, 3, 0,
-               "defined on [-1, 2] only, not on all of [-1, 3]");
+               "defined only on [-1, 2], not on all of [-1, 3]");
   expect_fault(check_user(sound(), {0, 4}), MotionFault::Domain, -1, 0, "not on all of");
   UserMotion::Functions f = sound();
   f.smooth_until = [](Scalar t) { return t < 0 ? 2.0 : 1.0 + std::floor(t); };

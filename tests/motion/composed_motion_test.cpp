@@ -46,7 +46,7 @@ TEST(ComposedMotion, RefusesNullAndMotionsWithoutCommonTime) {
   const auto late =
       std::make_shared<InterpolatedMotion>(TimeInterval{2, 3}, RigidPose(), RigidPose());
   EXPECT_EQ(message_of([&] { ComposedMotion(early, late); }),
-            "the two motions of a composed motion have no time in common: one begins at 2, the "
+            "the two motions of a composed motion have no time in common: one starts at 2, the "
             "other ends at 1");
 }
 

@@ -109,7 +109,7 @@ TEST(HermiteMotion, BoundsOfShortPartsConvergeToTheValues) {
 
 // An integrator-like step of unit speed that turns by half a radian, with an end velocity off by d,
 // |d| <= 0.2: the coefficients of the rate are v, v - d and v + d, so the bound is at most 1.2
-// times the speed at the begin. The same holds for the turn with |d| <= 0.1 of 0.5, except that
+// times the speed at the start. The same holds for the turn with |d| <= 0.1 of 0.5, except that
 // theta' differs from the angular velocity by a factor of up to (f/2) / sin(f/2) < 1.02, f < 0.6.
 TEST(HermiteMotion, WholeBoundsAreTightForModerateSteps) {
   Random random(5);
@@ -148,12 +148,12 @@ TEST(HermiteMotion, RefusesBadInputNamingIt) {
   wrong.twist.w_WB.y() = std::nan("");
   EXPECT_NE(message_of([&] {
               HermiteMotion({0, 1}, state, wrong);
-            }).find("angular velocity at end"),
+            }).find("angular velocity at the end"),
             std::string::npos);
   EXPECT_NE(message_of([&] {
               HermiteMotion::from_chart({0, 1}, Matrix3::Identity(), {},
                                         {kZero, kZero, Vector3(0, kInfinity, 0), kZero});
-            }).find("rotation vector at end must be finite"),
+            }).find("rotation vector at the end must be finite"),
             std::string::npos);
   EXPECT_NE(message_of([&] {
               HermiteMotion::from_chart({0, 1}, 2 * Matrix3::Identity(), {}, {});

@@ -88,7 +88,7 @@ TEST(InterpolatedMotion, RefusesBadDomainsAndNumbers) {
   EXPECT_NE(message_of([&] {
               InterpolatedMotion::from_chart({0, 1}, Matrix3::Identity(), {},
                                              {Vector3::Zero(), Vector3(std::nan(""), 0, 0)});
-            }).find("rotation vector at end must be finite, not (nan"),
+            }).find("rotation vector at the end must be finite, not (nan"),
             std::string::npos);
   // Half a turn in so short a time that products of velocities overflow.
   EXPECT_EQ(message_of([&] {

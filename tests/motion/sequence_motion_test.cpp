@@ -60,19 +60,19 @@ TEST(SequenceMotion, RefusesPartsThatDoNotMeet) {
   const auto refusal = [](const Parts& parts) {
     return message_of([&] { SequenceMotion{parts}; });
   };
-  EXPECT_EQ(refusal({}), "sequence motion needs a part");
+  EXPECT_EQ(refusal({}), "sequence motion needs at least one part");
   EXPECT_EQ(refusal({{{0, 1}, nullptr}}), "motion of part 0 of sequence motion is null");
   EXPECT_EQ(refusal({{{0, 0}, sliding(0, 1, 0)}}),
             "interval of part 0 of sequence motion must have a positive length, not [0, 0]");
   EXPECT_EQ(refusal({{{0, 1}, sliding(0, 1, 0)}, {{1.5, 2}, sliding(0, 1, 0)}}),
-            "part 1 of sequence motion must begin where part 0 ends, at 1, not at 1.5");
+            "part 1 of sequence motion must start where part 0 ends, at 1, not at 1.5");
   EXPECT_EQ(refusal({{{0, 1}, sliding(0, 1, 0)}, {{1, 2}, sliding(1.25, 1, 1)}}),
             "parts 0 and 1 of sequence motion do not meet at time 1: the position jumps by 0.25, "
             "the rotation matrix by 0");
   EXPECT_NE(refusal({{{0, 9},
                       std::make_shared<SampledMotion>(
                           std::vector<SampledMotion::Sample>{{0, RigidPose()}, {1, RigidPose()}})}})
-                .find("is defined on [0, 1] only, not on all of [0, 9]"),
+                .find("is defined only on [0, 1], not on all of [0, 9]"),
             std::string::npos);
 }
 

@@ -39,10 +39,10 @@ TYPED_TEST(PaperTests, EveryObjectMeetsTheNineOthersAtTheGap) {
 TYPED_TEST(PaperTests, ATurnedCopyIsAnotherInputAtTheSameDistance) {
   std::mt19937_64 random(6);
   for (const auto& test : make_paper_tests<TypeParam::value>(5)) {
-    const auto copy = turned_copy(test.pair, random);
+    const auto copy = rotated_copy(test.pair, random);
     EXPECT_NEAR(distance_of(copy), kPaperGap, 1e-12);
     EXPECT_NE(copy.b[0], test.pair.b[0]);
-    EXPECT_NE(turned_copy(test.pair, random).b[0], copy.b[0]);
+    EXPECT_NE(rotated_copy(test.pair, random).b[0], copy.b[0]);
   }
 }
 

@@ -149,7 +149,7 @@ TopErrors top_errors() {
 }
 
 std::map<std::string, Scalar> measure() {
-  using namespace test_support;
+  using namespace testing;
   const TriangleErrors triangles = triangle_errors();
   const ImpactErrors impact = impact_errors();
   const TopErrors top = top_errors();

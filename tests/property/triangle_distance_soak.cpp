@@ -116,9 +116,9 @@ dyop::Feature random_feature(std::mt19937_64& random) {
   const int first = dyop::testing::random_index(3, random);
   switch (dyop::testing::random_index(3, random)) {
     case 0:
-      return {dyop::FeatureKind::Vertex, {first, -1, -1}};
+      return {dyop::FeatureKind::Vertex, {first}};
     case 1:
-      return {dyop::FeatureKind::Edge, {first, (first + 1) % 3, -1}};
+      return {dyop::FeatureKind::Edge, {first, (first + 1) % 3}};
     default:
       return {dyop::FeatureKind::Face, {0, 1, 2}};
   }

@@ -12,19 +12,19 @@ namespace {
 
 std::string summary_of(std::size_t impacts) {
   RunTotals totals;
-  totals.add(test::small_report());
+  totals.add(testing::small_report());
   std::ostringstream out;
-  write_summary(out, test::small_scene(), std::vector<ImpactEvent>(impacts, test::small_impact()),
-                totals, 1.5);
+  write_summary(out, testing::small_scene(),
+                std::vector<ImpactEvent>(impacts, testing::small_impact()), totals, 1.5);
   return out.str();
 }
 
 TEST(RunSummary, TellsWhatHappenedInWordsAndFigures) {
   const std::string text = summary_of(1);
   for (const char* part :
-       {"Small\n", "  mover: sphere, moved by forces\n", "  rester: sphere, at rest\n",
+       {"Small\n", "  mover: sphere, dynamic\n", "  rester: sphere, static\n",
         "From t = 0 to t = 1 of 2: 1 impact. Completed at t = 1.\n",
-        "Began too near and were pushed apart: mover and rester\n",
+        "Started too near and were pushed apart: mover and rester\n",
         "Impact 1 at t = 0.333333333: mover meets rester\n",
         "  proven apart until t = 0.333333333, in contact by t = 0.34\n",
         "  gap at that time: at least 0.1, at most 0.2; closing at 2.5\n",
@@ -52,12 +52,12 @@ TEST(RunSummary, NeverCallsAnUndecidedRunCompleted) {
   for (const AdvanceStatus status :
        {AdvanceStatus::BudgetExhausted, AdvanceStatus::NumericalLimit}) {
     totals.status = status;
-    const std::string text = describe_end(test::small_scene(), totals);
+    const std::string text = describe_end(testing::small_scene(), totals);
     EXPECT_TRUE(text.starts_with("Undecided after t = 0.5")) << text;
     EXPECT_NE(text.find("mover and rester"), std::string::npos) << text;
   }
   totals.status = AdvanceStatus::Cancelled;
-  EXPECT_EQ(describe_end(test::small_scene(), totals), "Cancelled at t = 0.5. Safe until then.");
+  EXPECT_EQ(describe_end(testing::small_scene(), totals), "Cancelled at t = 0.5. Safe until then.");
 }
 
 }  // namespace

@@ -20,7 +20,7 @@ using Json = nlohmann::ordered_json;
 
 class SceneFile : public ::testing::Test {
  protected:
-  SceneFile() { directory_.write("cube.obj", test::cube_obj()); }
+  SceneFile() { directory_.write("cube.obj", testing::cube_obj()); }
 
   // A small valid scene, to be damaged in one place.
   static Json valid() {
@@ -61,7 +61,7 @@ class SceneFile : public ::testing::Test {
     return message_of_text(scene.dump());
   }
 
-  test::TemporaryDirectory directory_;
+  testing::TemporaryDirectory directory_;
 };
 
 TEST_F(SceneFile, ReadsLockedAxesAndJoints) {
@@ -197,8 +197,8 @@ TEST_F(SceneFile, ReadsAKinematicBody) {
 }
 
 TEST_F(SceneFile, LooksForMeshesInTheGivenDirectories) {
-  const test::TemporaryDirectory other;
-  other.write("far.obj", test::cube_obj());
+  const testing::TemporaryDirectory other;
+  other.write("far.obj", testing::cube_obj());
   Json json = valid();
   json["bodies"][1]["shape"]["mesh"] = "far.obj";
   const std::filesystem::path file = directory_.write("s.json", json.dump());
@@ -242,10 +242,11 @@ TEST_F(SceneFile, NamesTheKeyAndTheValueThatAreWrong) {
 }
 
 TEST_F(SceneFile, NamesKeysThatAreUnknownMissingOrMisplaced) {
-  EXPECT_NE(message_of("/gravity", 1).find(": unknown key 'gravity'; known are title"),
+  EXPECT_NE(message_of("/gravity", 1).find(": unknown key 'gravity'; known keys are title"),
             std::string::npos);
-  EXPECT_NE(message_of("/bodies/0/shap", 1).find(": bodies[0]: unknown key 'shap'; known are name"),
-            std::string::npos);
+  EXPECT_NE(
+      message_of("/bodies/0/shap", 1).find(": bodies[0]: unknown key 'shap'; known keys are name"),
+      std::string::npos);
   EXPECT_EQ(message_without("/bodies/0", "name"), ": bodies[0]: the key 'name' is missing");
   EXPECT_EQ(message_without("/bodies/0", "shape"), ": bodies[0]: the key 'shape' is missing");
   EXPECT_EQ(message_without("/bodies/0", "density"),
@@ -254,11 +255,11 @@ TEST_F(SceneFile, NamesKeysThatAreUnknownMissingOrMisplaced) {
             ": bodies[0]: a dynamic body needs either density or mass");
   EXPECT_EQ(message_without("", "time"), ": the key 'time' is missing");
   EXPECT_EQ(message_of("/bodies/1/density", 1),
-            ": bodies[1].density: only a dynamic body has this key");
+            ": bodies[1].density: only a dynamic body can have this key");
   EXPECT_EQ(message_of("/bodies/0/motion", Json::object()),
-            ": bodies[0].motion: only a kinematic body has a motion");
+            ": bodies[0].motion: only a kinematic body can have a motion");
   EXPECT_EQ(message_of("/bodies/0/shape/scale", 2),
-            ": bodies[0].shape.scale: only a mesh has this key");
+            ": bodies[0].shape.scale: only a mesh can have this key");
   EXPECT_EQ(message_of("/bodies/0/shape/box", Json::object()),
             ": bodies[0].shape: expected exactly one of mesh, sphere, box, capsule, hull, found 2");
   EXPECT_EQ(message_of("/bodies/0/shape", Json::object()),
@@ -270,9 +271,9 @@ TEST_F(SceneFile, NamesReferencesToBodiesThatAreWrong) {
             ": filters[0][1]: expected the name of a body, found \"bell\"");
   EXPECT_EQ(message_of("/target_distances",
                        Json::parse(R"([{"a": "ball", "b": "ball", "distance": 1}])")),
-            ": target_distances[0].b: expected another body than a, found \"ball\"");
+            ": target_distances[0].b: expected a body other than a, found \"ball\"");
   EXPECT_EQ(message_of("/forces", Json::parse(R"({"drags": [{"body": "block", "linear": 1}]})")),
-            ": forces.drags[0].body: expected a dynamic body: forces do not move the others, found "
+            ": forces.drags[0].body: expected a dynamic body: forces do not move others, found "
             "\"block\"");
 }
 

@@ -6,9 +6,12 @@
 #include <cmath>
 #include <functional>
 
+#include "dyop/core/error.h"
 #include "dyop/geometry/sphere.h"
+#include "dyop/motion/composed_motion.h"
 #include "dyop/motion/constant_twist_motion.h"
 #include "dyop/motion/rest_motion.h"
+#include "dyop/motion/sequence_motion.h"
 #include "dyop/motion/user_motion.h"
 #include "dyop/toi/deforming_time_of_impact.h"
 #include "dyop/toi/time_of_impact.h"
@@ -19,9 +22,9 @@
 namespace dyop {
 namespace {
 
-using test_support::icosphere;
-using test_support::plate_grid;
+using testing::icosphere;
 using testing::message_of;
+using testing::plate_grid;
 
 const TimeInterval kLieInterval{0, 4};
 
@@ -146,6 +149,26 @@ TEST(MotionRefusal, AtTheStartToo) {
                      time_of_impact(mesh, at_rest, sphere, motion, {1, 2}, solid);
                    }),
                    "at t = 1", lie);
+  }
+}
+
+// Motions of the library are trusted, but not for what users put into them.
+TEST(MotionRefusal, OfLiesInsideOtherMotions) {
+  const Sphere sphere(1);
+  const auto at_rest = std::make_shared<RestMotion>(RigidPose());
+  EXPECT_TRUE(ComposedMotion(at_rest, at_rest).is_trusted());
+  EXPECT_TRUE(SequenceMotion({{kLieInterval, at_rest}}).is_trusted());
+  for (const Lie& lie : kLies) {
+    const auto motion = std::make_shared<UserMotion>(liar(lie));
+    EXPECT_FALSE(motion->is_trusted());
+    const ComposedMotion inner(at_rest, motion);
+    const ComposedMotion outer(motion, at_rest);
+    const SequenceMotion parts({{{0, 0.5}, motion}, {{0.5, 4}, motion}});
+    for (const Motion* whole : std::initializer_list<const Motion*>{&inner, &outer, &parts}) {
+      EXPECT_FALSE(whole->is_trusted());
+      EXPECT_THROW(time_of_impact(sphere, *at_rest, sphere, *whole, kLieInterval), InvalidArgument)
+          << lie.name;
+    }
   }
 }
 

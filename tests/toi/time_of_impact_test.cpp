@@ -4,8 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <array>
-#include <chrono>
-#include <numbers>
 
 #include "core/tolerance.h"
 #include "dyop/core/error.h"
@@ -16,6 +14,7 @@
 #include "dyop/motion/constant_twist_motion.h"
 #include "dyop/motion/rest_motion.h"
 #include "dyop/motion/sampled_motion.h"
+#include "support/both_orders.h"
 #include "support/inputs/bodies.h"
 #include "support/inputs/ellipsoid.h"
 #include "support/inputs/mesh_generators.h"
@@ -25,29 +24,11 @@ namespace dyop {
 namespace {
 
 using testing::at;
+using testing::both_orders;
 using testing::message_of;
 using testing::moving;
-
-TriangleMesh segment_mesh(const Vector3& from, const Vector3& to) {
-  return TriangleMesh({from, to}, {{0, 1, 1}});
-}
-
-TriangleMesh point_mesh(const Vector3& p) {
-  return TriangleMesh({p}, {{0, 0, 0}});
-}
-
-// Both orders must give the same time; the rest is mirrored.
-ToiResult both_orders(const Shape& a, const Motion& X_WA, const Shape& b, const Motion& X_WB,
-                      const TimeInterval& interval, const ToiOptions& options = {}) {
-  const ToiResult ab = time_of_impact(a, X_WA, b, X_WB, interval, options);
-  const ToiResult ba = time_of_impact(b, X_WB, a, X_WA, interval, options);
-  EXPECT_EQ(ab.status, ba.status);
-  EXPECT_NEAR(ab.t_safe, ba.t_safe, 1e-5 * (1 + std::abs(ab.t_safe)));
-  if (ab.status == ToiStatus::Impact && ba.status == ToiStatus::Impact) {
-    EXPECT_LT((ab.contact->nhat_AB_W + ba.contact->nhat_AB_W).norm(), 1e-4);
-  }
-  return ab;
-}
+using testing::point_mesh;
+using testing::segment_mesh;
 
 TEST(TimeOfImpact, OfTwoSpheresHeadOnIsGapOverSpeed) {
   const Sphere a(1);
@@ -182,49 +163,6 @@ TEST(TimeOfImpact, AnswersAZeroLengthInterval) {
             ToiStatus::InitiallyWithinTarget);
 }
 
-TEST(TimeOfImpact, StopsAtTheBudgetWithATimeThatIsSafe) {
-  const TriangleMesh rod = segment_mesh({0, 0, 0}, {2, 0, 0});
-  const auto turning = moving(RigidPose(), Vector3::Zero(), {0, 0, 1});
-  const RestMotion obstacle(at(std::cos(3.0), std::sin(3.0), 0));
-  ToiOptions options{.distance_tolerance = 1e-6};
-  Scalar last = 0;
-  bool has_finished = false;
-  for (int budget = 1; budget < 200 && !has_finished; ++budget) {
-    options.max_node_pairs = budget;
-    const ToiResult result =
-        time_of_impact(rod, turning, point_mesh(Vector3::Zero()), obstacle, {0, 10}, options);
-    EXPECT_LE(result.statistics.node_pairs, budget);
-    EXPECT_GE(result.t_safe, last);  // more work never proves less
-    EXPECT_LT(result.t_safe, 3);
-    has_finished = result.status == ToiStatus::Impact;
-    EXPECT_TRUE(has_finished || result.status == ToiStatus::BudgetExhausted);
-    last = result.t_safe;
-  }
-  EXPECT_TRUE(has_finished);
-}
-
-TEST(TimeOfImpact, HonoursDeadlineAndCancellation) {
-  const Sphere sphere(1);
-  const RestMotion rest{RigidPose()};
-  const auto coming = moving(at(9, 0, 0), {-1, 0, 0}, {0, 0, 0});
-  ToiOptions late;
-  late.deadline = std::chrono::steady_clock::now();
-  EXPECT_EQ(time_of_impact(sphere, rest, sphere, coming, {0, 10}, late).status,
-            ToiStatus::BudgetExhausted);
-  std::stop_source source;
-  ToiOptions stopped;
-  stopped.distance_tolerance = 1e-6;
-  stopped.stop = source.get_token();
-  EXPECT_EQ(time_of_impact(sphere, rest, sphere, coming, {0, 10}, stopped).status,
-            ToiStatus::Impact);
-  source.request_stop();
-  const ToiResult result = time_of_impact(sphere, rest, sphere, coming, {0, 10}, stopped);
-  EXPECT_EQ(result.status, ToiStatus::Cancelled);
-  // Balls about the origins prove as much before anything is looked at; the gap is 7 - t.
-  EXPECT_LE(result.t_safe, 7);
-  EXPECT_GT(result.t_safe, 7 - stopped.distance_tolerance.value());
-}
-
 TEST(TimeOfImpact, EndsWithinItsBudgetForExtremeInput) {
   const TriangleMesh rod = segment_mesh({-1, 0, 0}, {1, 0, 0});
   ToiOptions options{.distance_tolerance = 1e-6};
@@ -259,37 +197,12 @@ TEST(TimeOfImpact, AdmitsWhenRoundingForbidsTheTolerance) {
   EXPECT_LT(result.t_safe, 3);
 }
 
-// All pairs of two plates are equally near at the begin: the look for a nearer one, which would
+// All pairs of two plates are equally near at the start: the look for a nearer one, which would
 // take all of them, ends when the caller says so.
-TEST(TimeOfImpact, LooksForANearerPairNoLongerThanItsDeadline) {
-  const TriangleMesh plate = test_support::plate_grid(100, 100, 100, 100).mesh();
-  ToiOptions options{.distance_tolerance = 1e-6};
-  options.distance_tolerance = 1e-3;
-  const ConstantTwistMotion falling =
-      moving(at(0.2, 0.3, 5.5e-4), Vector3(0, 0, -1), Vector3::Zero());
-  const auto ask = [&](ToiWorkspace& workspace) {
-    return time_of_impact(plate, RestMotion(), plate, falling, {0, 1}, options, workspace);
-  };
-  ToiWorkspace workspace;
-  const ToiResult whole = ask(workspace);
-  ASSERT_EQ(whole.status, ToiStatus::Impact);
-  ASSERT_EQ(whole.t_safe, 0);
-  EXPECT_GT(whole.statistics.node_pairs, 10'000) << "it has not looked at all pairs";
-  options.deadline = std::chrono::steady_clock::now() + std::chrono::microseconds(300);
-  const ToiResult hurried = ask(workspace);
-  ASSERT_EQ(hurried.status, ToiStatus::BudgetExhausted);
-  EXPECT_EQ(hurried.t_safe, 0);
-  options.deadline.reset();
-  const ToiResult resumed =
-      resume_time_of_impact(plate, RestMotion(), plate, falling, {0, 1}, options, workspace);
-  EXPECT_EQ(resumed.status, ToiStatus::Impact);
-}
-
-// A shape that is not the library's falls onto a mesh, tilting: its lowest point is at the height
 // z - sqrt((0.5 cos)^2 + (2 sin)^2) for a turn about x.
 TEST(TimeOfImpact, OfAUsersShapeIsFound) {
   const testing::Ellipsoid egg({1, 2, 0.5});
-  const TriangleMesh plate = test_support::plate_grid(8, 8, 4, 4).mesh();
+  const TriangleMesh plate = testing::plate_grid(8, 8, 4, 4).mesh();
   const Scalar rate = 0.4;
   const ToiResult result =
       both_orders(egg, moving(at(0.3, 0.1, 3), Vector3(0, 0, -1), Vector3(rate, 0, 0)), plate,
@@ -304,7 +217,7 @@ TEST(TimeOfImpact, OfAUsersShapeIsFound) {
 
 // The pair begins between a quarter and a half of the tolerance from the target: below the distance
 // that t_hit is about, which is reached after the begin all the same.
-TEST(TimeOfImpact, HitsAfterTheBeginWhateverTheGapThere) {
+TEST(TimeOfImpact, HitsAfterTheStartWhateverTheGapThere) {
   ToiOptions options{.distance_tolerance = 1e-6};
   options.distance_tolerance = 1;
   for (const Scalar gap : {0.26, 0.3, 0.49, 0.51, 0.6}) {
@@ -347,10 +260,10 @@ TEST(TimeOfImpact, CrossesTheCornersOfASampledPath) {
 
 // A refitted mesh has the triangles of a new one and only another tree over them.
 TEST(TimeOfImpact, AndDistanceOfRefittedMeshesAreThoseOfNewOnes) {
-  const test_support::MeshArrays sphere = test_support::icosphere(3);
+  const testing::MeshArrays sphere = testing::icosphere(3);
   const TriangleMesh mesh = sphere.mesh();
   for (const Scalar bend : {0.0, 0.3, 3.0}) {
-    test_support::MeshArrays bent = sphere;
+    testing::MeshArrays bent = sphere;
     for (Vector3& p : bent.vertices) p += bend * Vector3(p.y() * p.z(), 0, std::sin(4 * p.x()));
     const TriangleMesh refitted = mesh.with_vertices(bent.vertices);
     const TriangleMesh fresh = bent.mesh();
@@ -397,7 +310,7 @@ TEST(TimeOfImpact, RefusesBadInputNamingTheValue) {
   const SampledMotion short_path({{0, at(0, 0, 0)}, {1, at(1, 0, 0)}});
   EXPECT_NE(message_of([&] {
               time_of_impact(sphere, short_path, sphere, rest, {0, 2});
-            }).find("motion of A is defined on [0, 1]"),
+            }).find("motion of A is defined only on [0, 1]"),
             std::string::npos);
 }
 
@@ -415,29 +328,9 @@ TEST(TimeOfImpact, NeedsNoDistanceWhileBallsOfConvexShapesStayApart) {
   EXPECT_GT(impact.t_safe, 1.0893);
 }
 
-TEST(TimeOfImpact, OfConvexShapesIsTheSameWhenResumedOneLookAtATime) {
-  const Box box(Vector3(0.5, 0.4, 0.3));
-  const ConstantTwistMotion X_WA = moving(at(0, 0, 0), {0, 0, 0}, {1, -2, 1});
-  const ConstantTwistMotion X_WB = moving(at(2, 0.3, 0.1), {-2, 0, 0}, {-2, 1, 2});
-  ToiOptions options;
-  const ToiResult whole = time_of_impact(box, X_WA, box, X_WB, {0, 1}, options);
-  ASSERT_EQ(whole.status, ToiStatus::Impact);
-  ASSERT_GT(whole.statistics.leaf_tests, 2);
-  options.max_node_pairs = 1;
-  ToiWorkspace workspace;
-  ToiResult part = time_of_impact(box, X_WA, box, X_WB, {0, 1}, options, workspace);
-  for (int k = 0; k < 100 && part.status == ToiStatus::BudgetExhausted; ++k) {
-    part = resume_time_of_impact(box, X_WA, box, X_WB, {0, 1}, options, workspace);
-  }
-  EXPECT_EQ(part.status, ToiStatus::Impact);
-  EXPECT_EQ(part.t_safe, whole.t_safe);
-  EXPECT_EQ(part.t_hit, whole.t_hit);
-  EXPECT_EQ(part.contact->p_WCa, whole.contact->p_WCa);
-}
-
 // A needle that starts inside an organ is told so if the organ is a solid, and moves inside if not.
 TEST(TimeOfImpact, ABodyThatBeginsInsideASolidIsWithinTheTarget) {
-  const TriangleMesh organ = test_support::icosphere(3, 2).mesh();
+  const TriangleMesh organ = testing::icosphere(3, 2).mesh();
   const TriangleMesh needle = segment_mesh(Vector3::Zero(), Vector3(0, 0, 0.5));
   const RestMotion rest{RigidPose()};
   const ConstantTwistMotion slow = moving(at(0.3, 0, 0), {0.1, 0, 0}, Vector3::Zero());
@@ -456,90 +349,6 @@ TEST(TimeOfImpact, ABodyThatBeginsInsideASolidIsWithinTheTarget) {
   options.solid_a = true;
   EXPECT_THROW(time_of_impact(needle, slow, organ, rest, {0, 1}, options), InvalidArgument);
 }
-
-// Two triangles on A and two points of B beside them, within their boxes: so both pairs are
-// measured at the begin. The gaps are `gap` and 0.15, closing at speed 1.
-class AtTheBegin : public ::testing::TestWithParam<int> {
- protected:
-  AtTheBegin() : falling_(moving(RigidPose(), {0, 1, 0}, {0, 0, 0})) {
-    options_.distance_tolerance = 0.25;
-  }
-
-  TriangleMesh triangles() const {
-    return TriangleMesh({{0, 0, 0}, {4, 0, 0}, {0, 4, 0}, {100, 0, 0}, {104, 0, 0}, {100, 4, 0}},
-                        {{0, 1, 2}, {3, 4, 5}});
-  }
-  // The parameter is the place of the pair with that gap.
-  TriangleMesh points(Scalar gap) const {
-    const bool is_first = GetParam() == 0;
-    return TriangleMesh({{1.5, is_first ? -gap : -0.15, 0}, {101.5, is_first ? -0.15 : -gap, 0}},
-                        {{0, 0, 0}, {1, 1, 1}});
-  }
-
-  // One node pair at a time.
-  ToiResult resumed(const TriangleMesh& a, const TriangleMesh& b) const {
-    ToiOptions options = options_;
-    options.max_node_pairs = 1;
-    ToiWorkspace workspace;
-    ToiResult result = time_of_impact(a, rest_, b, falling_, {0, 1}, options, workspace);
-    for (int k = 0; k < 20 && workspace.can_resume(); ++k) {
-      result = resume_time_of_impact(a, rest_, b, falling_, {0, 1}, options, workspace);
-    }
-    return result;
-  }
-
-  RestMotion rest_;
-  ConstantTwistMotion falling_;
-  ToiOptions options_;
-};
-
-// With a tolerance of 0.25, 0.15 is near enough for an impact, 0.01 nearer than 0.0625: nothing can
-// be guaranteed, whichever is looked at first.
-TEST_P(AtTheBegin, OnePairThatIsTooCloseDecides) {
-  const TriangleMesh a = triangles();
-  const TriangleMesh b = points(0.01);
-  const ToiResult result = both_orders(a, rest_, b, falling_, {0, 1}, options_);
-  EXPECT_EQ(result.status, ToiStatus::InitiallyWithinTarget);
-  EXPECT_NEAR(result.contact->upper, 0.01, 1e-9);
-  EXPECT_EQ(resumed(a, b).status, ToiStatus::InitiallyWithinTarget);
-}
-
-// So it does if the other pair crosses.
-TEST_P(AtTheBegin, OnePairThatCrossesDecides) {
-  const TriangleMesh a = triangles();
-  const Scalar x = GetParam() == 0 ? 0 : 100;  // of the triangle that is crossed
-  const TriangleMesh b(
-      {{101.5 - x, -0.15, 0}, {1.5 + x, 0.5, -1}, {1.6 + x, 0.5, 1}, {1.5 + x, 1, 1}},
-      {{0, 0, 0}, {1, 2, 3}});
-  const ToiResult result = both_orders(a, rest_, b, falling_, {0, 1}, options_);
-  EXPECT_EQ(result.status, ToiStatus::InitiallyWithinTarget);
-  EXPECT_EQ(resumed(a, b).status, ToiStatus::InitiallyWithinTarget);
-}
-
-// 0.155 is no closer: an impact, also if the query is resumed while it waits for the other pair.
-TEST_P(AtTheBegin, AnImpactIsReportedOnceNoPairIsTooClose) {
-  const TriangleMesh a = triangles();
-  const TriangleMesh b = points(0.155);
-  const ToiResult result = both_orders(a, rest_, b, falling_, {0, 1}, options_);
-  ASSERT_EQ(result.status, ToiStatus::Impact);
-  EXPECT_EQ(result.t_safe, 0);
-  EXPECT_TRUE(result.t_hit.has_value());
-  const ToiResult other = resumed(a, b);
-  ASSERT_EQ(other.status, ToiStatus::Impact);
-  EXPECT_EQ(other.t_hit, result.t_hit);
-  EXPECT_EQ(other.contact->p_WCb, result.contact->p_WCb);
-}
-
-// A third pair that is far away is only looked at later.
-TEST_P(AtTheBegin, AnImpactDoesNotWaitForPairsOfLaterTimes) {
-  const TriangleMesh a = triangles();
-  const TriangleMesh b({{1.5, -0.15, 0}, {101.5, -0.4, 0}}, {{0, 0, 0}, {1, 1, 1}});
-  const ToiResult result = both_orders(a, rest_, b, falling_, {0, 1}, options_);
-  EXPECT_EQ(result.status, ToiStatus::Impact);
-  EXPECT_EQ(result.t_safe, 0);
-}
-
-INSTANTIATE_TEST_SUITE_P(EitherPair, AtTheBegin, ::testing::Values(0, 1));
 
 }  // namespace
 }  // namespace dyop

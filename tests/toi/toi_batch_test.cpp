@@ -50,8 +50,8 @@ class ToiBatch : public ::testing::Test {
   }
 
   tbb::global_control threads_{tbb::global_control::max_allowed_parallelism, 8};
-  const TriangleMesh gear_ = test_support::gear(15, 0.8, 1, 0.2).mesh();
-  const TriangleMesh torus_ = test_support::torus(0.8, 0.3, 24, 12).mesh();
+  const TriangleMesh gear_ = testing::gear(15, 0.8, 1, 0.2).mesh();
+  const TriangleMesh torus_ = testing::torus(0.8, 0.3, 24, 12).mesh();
   const Sphere sphere_{0.6};
   std::vector<ConstantTwistMotion> motions_;
 };
@@ -191,13 +191,13 @@ TEST_F(ToiBatch, RefusesBadQueriesNamingTheFirstBeforeAnyRuns) {
   EXPECT_EQ(message(), "query 6: a shape is missing");
   const SampledMotion short_path({{0, RigidPose()}, {1, RigidPose()}});
   queries[5].X_WA = &short_path;
-  EXPECT_NE(message().find("query 5: time_of_impact: the motion of A is defined on [0, 1]"),
+  EXPECT_NE(message().find("query 5: time_of_impact: the motion of A is defined only on [0, 1]"),
             std::string::npos);
   queries[4].options.distance_tolerance = -1;
   EXPECT_NE(message().find("query 4: time_of_impact: distance_tolerance"), std::string::npos);
   EXPECT_EQ(results[0].status, ToiStatus::NotRun);
   results.pop_back();
-  EXPECT_EQ(message(), "time_of_impact: 9 queries, but room for 8 results");
+  EXPECT_EQ(message(), "time_of_impact: 9 queries, but space for 8 results");
 }
 
 TEST_F(ToiBatch, PassesOnWhatAMotionThrows) {

@@ -23,9 +23,9 @@
 namespace dyop {
 namespace {
 
-using test_support::gear;
-using test_support::torus;
+using testing::gear;
 using testing::message_of;
+using testing::torus;
 
 const TimeInterval kInterval{0, 2};
 
@@ -193,7 +193,7 @@ TEST(ToiWorkspace, RefusesASecondQueryWhileItServesOne) {
   const UserMotion nosy(functions);
   const ToiResult result = time_of_impact(mesh, at_rest, mesh, nosy, kInterval, {}, workspace);
   EXPECT_EQ(message,
-            "time_of_impact: the workspace is serving another query; give each thread its own");
+            "time_of_impact: the workspace is in use by another query; give each thread its own");
   expect_same_answer(result, time_of_impact(mesh, at_rest, mesh, approach, kInterval));
   EXPECT_EQ(
       message_of([&] { time_of_impact(box, at_rest, mesh, approach, kInterval, {}, workspace); }),
@@ -239,7 +239,7 @@ TEST(ToiWorkspace, MovedFromIsAnErrorUntilAssigned) {
     return message_of(
         [&] { time_of_impact(box, at_rest, box, approach, kInterval, {}, workspace); });
   };
-  const std::string refusal = "this ToiWorkspace was moved from and holds nothing";
+  const std::string refusal = "this ToiWorkspace was moved from and is empty";
   EXPECT_EQ(ask(first), refusal);
   EXPECT_EQ(message_of([&] { static_cast<void>(first.can_resume()); }), refusal);
   EXPECT_EQ(ask(second), "no error");

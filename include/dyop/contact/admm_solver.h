@@ -9,9 +9,9 @@ namespace internal {
 class AdmmRun;
 }
 
-/// Alternating directions: one factorisation over the bodies, then cheap iterations of a solve and
-/// a projection onto every cone ([Boyd2011]). Slow but steady: for problems on
-/// which Newton cycles.
+/// Alternating direction method of multipliers: one factorisation over the bodies, then cheap
+/// iterations, each a linear solve and a projection onto every cone ([Boyd2011]). Slow but robust:
+/// for problems on which Newton cycles.
 class AdmmSolver final : public ContactSolver {
  public:
   AdmmSolver();

@@ -9,9 +9,9 @@
 
 namespace DYOP_EXPORT dyop {
 
-/// The default: Gauss-Seidel, then Newton, then ADMM, each starting from the best answer so far
-/// and within its budget, until one converges; then once more. With up to two bodies Newton is
-/// first. Returns the answer with the least residual.
+/// The default solver: Gauss-Seidel, then Newton, then ADMM, each starting from the best answer so
+/// far and within its own budget, until one converges; if none does, a second round. With one or
+/// two bodies Newton comes first. Returns the answer with the smallest residual.
 class ContactCascade final : public ContactSolver {
  public:
   std::string_view name() const override { return "cascade"; }

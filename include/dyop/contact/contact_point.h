@@ -10,18 +10,18 @@
 
 namespace DYOP_EXPORT dyop {
 
-/// Names one side of a contact in the same words from step to step: the kind of feature, its number
-/// in the shape's MeshTopology (vertex, edge or triangle), and the piece of a compound it is on.
+/// Identifies one side of a contact from step to step: the kind of feature, its number in the
+/// shape's MeshTopology (vertex, edge or triangle), and the piece of a compound it belongs to.
 struct FeatureKey {
   FeatureKind kind = FeatureKind::Smooth;
   std::int32_t piece = 0;
-  std::int32_t number = -1;
+  std::int32_t number = 0;  ///< 0 for a smooth core, which has one feature
 
   friend auto operator<=>(const FeatureKey&, const FeatureKey&) = default;
 };
 
-/// Both sides of a contact. Unique within one set of contacts, ordered, and the same from step to
-/// step for as long as the same two features are in contact.
+/// Both sides of a contact. Unique within one set of contacts, ordered, and unchanged for as long
+/// as the same two features are in contact.
 struct ContactKey {
   FeatureKey a;
   FeatureKey b;
@@ -39,14 +39,14 @@ struct ContactPoint {
   Vector3 p_WCb = Vector3::Zero();       ///< witness point on B
   Vector3 nhat_AB_W = Vector3::UnitX();  ///< unit, from A to B
   Scalar gap = 0;                        ///< nhat_AB_W . (p_WCb - p_WCa)
-  /// Proven bounds of the distance of the two features, at the poses of generation. A contact that
-  /// was carried by a ContactCache keeps them; only points, normal and gap move.
+  /// Proven bounds on the distance between the two features, at the poses of generation. A contact
+  /// reused by a ContactCache keeps them; only points, normal and gap are updated.
   Scalar lower = 0;
   Scalar upper = 0;
 
-  Vector3 p_ACa = Vector3::Zero();  ///< the witness points as material points of the two shapes
+  Vector3 p_ACa = Vector3::Zero();  ///< the witness points, fixed in the two shapes
   Vector3 p_BCb = Vector3::Zero();
-  /// Which shape the normal turns with: the one whose face gave it. True for B.
+  /// Which shape the normal turns with, the one whose face gave it: true for B.
   bool normal_is_of_b = false;
   Vector3 nhat_AB_S = Vector3::UnitX();  ///< the normal in the frame of that shape
 
@@ -56,11 +56,11 @@ struct ContactPoint {
   std::optional<std::int32_t> triangle_a;  ///< a triangle that holds the point, if A is a mesh
   std::optional<std::int32_t> triangle_b;
 
-  /// Written by the caller after a solve, in world, on B; ContactCache::refresh() passes it on to
-  /// the contact that continues this one, turned with its normal, and prefers contacts that have
-  /// one.
+  /// Written by the caller after a solve: the impulse on B, world axes. ContactCache::refresh()
+  /// passes it on to the contact that continues this one, turned with its normal, and prefers to
+  /// keep contacts that have one.
   Vector3 impulse_W = Vector3::Zero();
-  /// Number of the contact of the last set that this one continues, by key, else by place.
+  /// Index of the contact in the previous set that this one continues, by key, else by place.
   std::optional<std::int32_t> previous;
 };
 

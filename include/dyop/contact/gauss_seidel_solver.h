@@ -5,8 +5,8 @@
 
 namespace DYOP_EXPORT dyop {
 
-/// Projected block Gauss-Seidel: one contact after the other is solved exactly, forward and back
-/// ([Jean1999]), with conjugate steps between the sweeps ([Silcowitz2010], NNCG). Fast for few
+/// Projected block Gauss-Seidel: solves one contact after another exactly, forward and back
+/// ([Jean1999]), with conjugate steps between the sweeps (NNCG, [Silcowitz2010]). Fast for few
 /// contacts, and for a rough answer with many; slow to converge in tall stacks and arches.
 class GaussSeidelSolver final : public ContactSolver {
  public:

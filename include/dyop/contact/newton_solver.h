@@ -10,7 +10,7 @@ class NewtonRun;
 }
 
 /// Semismooth Newton on an augmented Lagrangian of the velocities, with De Saxce's shift for
-/// Coulomb's law in an outer loop, and on the whole law, shift included, once that is near; the
+/// Coulomb's law in an outer loop; near the solution, on the whole law including the shift. The
 /// matrices are factorised in blocks over the bodies (docs/algorithms/contact_solvers.md). For
 /// stacks, arches and everything stiff, and for one or two bodies.
 class NewtonSolver final : public ContactSolver {

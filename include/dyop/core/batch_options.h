@@ -11,10 +11,10 @@ namespace DYOP_EXPORT dyop {
 
 /// How a batch of queries is run. Nothing here changes the result of a query that is answered.
 struct BatchOptions {
-  /// Threads to use, including the caller's; 0, or more than the machine has: all of them.
+  /// Threads to use, including the caller's; 0, or more than there are cores: one per core.
   int thread_count = 0;
-  /// Cooperative cancellation: no further query is started; running ones are stopped where they
-  /// can be.
+  /// Cooperative cancellation: no further query is started, and running ones stop as soon as they
+  /// can.
   std::stop_token stop;
   /// Called after each query with the number of queries done and the total number. Calls never
   /// overlap and `done` rises by one from call to call, but they come from any of the threads. An

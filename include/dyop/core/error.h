@@ -13,7 +13,7 @@
 
 namespace DYOP_EXPORT dyop {
 
-/// Root of every exception that dyop throws.
+/// Base of every exception that dyop throws.
 class Error : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
@@ -39,7 +39,7 @@ template <typename Part>
 void write_part(std::ostream& out, const Part& part) {
   if constexpr (std::is_floating_point_v<Part>) {
     if (part != part) {
-      out << "nan";  // its sign says nothing
+      out << "nan";  // without its sign, which means nothing
       return;
     }
     std::array<char, 64> digits;
@@ -68,8 +68,9 @@ std::string compose_message(const Parts&... parts) {
 }  // namespace internal
 }  // namespace dyop
 
-/// Checks what a caller promised; always on. Usage: DYOP_REQUIRE(r >= 0, "radius must be >= 0, not
-/// ", r). The condition must be false for NaN: write `x >= 0`, never `!(x < 0)`.
+/// Checks what a caller promised; always on. Usage:
+/// DYOP_REQUIRE(r >= 0, "radius must be >= 0, not ", r). The condition must be false for NaN: write
+/// `x >= 0`, never `!(x < 0)`.
 #define DYOP_REQUIRE(condition, ...)                                                 \
   do {                                                                               \
     if (!(condition)) {                                                              \

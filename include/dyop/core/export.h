@@ -5,8 +5,8 @@
 ///
 ///     namespace DYOP_EXPORT dyop {
 ///
-/// so that everything declared there is visible, and nothing can be forgotten; all else is hidden.
-/// A private function that another dyop library calls carries the macro itself. g++ applies the
+/// Everything declared there is visible, so nothing can be forgotten; everything else is hidden. A
+/// private function that another dyop library calls carries the macro itself. g++ applies the
 /// attribute of a namespace to later definitions of what was declared in it; clang++ does not, so
-/// shared libraries built with it export everything.
+/// shared libraries built with clang++ export everything.
 #define DYOP_EXPORT [[gnu::visibility("default")]]

@@ -27,7 +27,7 @@ class RigidPose {
   /// @throws InvalidArgument if it is not, or a number is not finite.
   RigidPose(const Matrix3& R_AB, const Vector3& p_AB);
 
-  /// For inner loops that have computed a rotation themselves: no check, no change.
+  /// For inner loops that computed a rotation themselves: neither checked nor changed.
   static RigidPose from_trusted(const Matrix3& R_AB, const Vector3& p_AB) {
     RigidPose X;
     X.R_ = R_AB;

@@ -8,7 +8,7 @@
 
 namespace DYOP_EXPORT dyop {
 
-/// A span of time [begin, end] in any unit, as long as velocities use the same unit.
+/// A span of time [begin, end], in the unit of time that velocities use.
 struct TimeInterval {
   Scalar begin = 0;
   Scalar end = 1;

@@ -12,7 +12,7 @@ namespace DYOP_EXPORT dyop {
 /// a point are legal triangles.
 using Triangle = std::array<Vector3, 3>;
 
-/// The same in the plane, vertices in any order.
+/// A triangle in the plane, vertices in any order.
 using PlanarTriangle = std::array<Vector2, 3>;
 
 /// Vertex numbers of a triangle of a mesh; repeated numbers make a segment or a point.

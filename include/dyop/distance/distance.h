@@ -14,23 +14,24 @@ namespace DYOP_EXPORT dyop {
 struct DistanceOptions {
   /// Stop as soon as the shapes are proven farther apart than this; length, >= 0.
   Scalar max_distance = kInfinity;
-  /// How far apart the bounds may stay, besides rounding: upper - lower is at most the absolute
-  /// tolerance (length, >= 0) or the relative one (in [0, 1)) times upper, whichever is larger. The
-  /// bounds still hold; pieces that could only narrow them are skipped. With an absolute tolerance,
-  /// overlapping shapes may be Inconclusive; close to max_distance, bounds may lie on both sides.
+  /// How far apart the bounds may stay, besides rounding: upper - lower is at most the larger of
+  /// the absolute tolerance (length, >= 0) and the relative one (in [0, 1)) times upper. The bounds
+  /// still hold; pieces that could only narrow them are skipped. With an absolute tolerance
+  /// overlapping shapes may be Inconclusive; close to max_distance the bounds may lie on both sides
+  /// of it.
   Scalar absolute_tolerance = 0;
   Scalar relative_tolerance = 0;
   /// Compute penetration depth and direction of overlapping convex shapes (through libccd).
   bool with_penetration = false;
-  /// Treat A (B) as a solid, not as a surface: what is wholly inside it overlaps. A mesh must be
-  /// closed; convex shapes are always solids.
+  /// Treat A (B) as a solid, not as a surface: anything inside it overlaps. A mesh must be closed;
+  /// convex shapes are always solids.
   bool solid_a = false;
   bool solid_b = false;
 };
 
-/// What a distance query stores for the next query of the same two shapes: the pieces that were
-/// nearest. Kept by the caller, one per pair of shapes; any cache is legal for any pair, a wrong
-/// one only costs time.
+/// What a distance query keeps for the next query of the same two shapes: the pieces that were
+/// nearest. The caller owns it, one per pair of shapes. Any cache may be used with any pair; a
+/// wrong one only costs time.
 struct DistanceCache {
   /// Leaves of the hierarchies of A and B.
   struct Leaves {
@@ -38,36 +39,45 @@ struct DistanceCache {
     std::int32_t b;
   };
   std::optional<Leaves> nearest;
+
+  /// A pair of boxes proven at least `gap` apart.
+  struct BoxPair {
+    Scalar gap;
+    std::int32_t a;
+    std::int32_t b;
+  };
+  /// Memory of the search: with it, queries allocate nothing once it has grown.
+  std::vector<BoxPair> stack;
 };
 
 /// Returns the distance of two shapes, with proven bounds lower <= d <= upper and witness points.
 ///
 /// For meshes d is the distance of the surfaces: a body wholly inside a closed mesh is at a
-/// positive distance from it, unless an option says that the mesh is a solid; both witness points
-/// are then the same point inside, and normal and features are meaningless. For convex shapes d is
-/// the distance of the solids. upper - lower is rounding noise, see docs/concepts.md, unless the
+/// positive distance from it, unless an option says that the mesh is a solid; then both witness
+/// points are the same inner point, and normal and features are meaningless. For convex shapes d is
+/// the distance of the solids. upper - lower is rounding noise (docs/concepts.md) unless the
 /// options allow more.
 ///
 /// @param a, b       Shapes, each in its own frame A, B.
 /// @param X_WA, X_WB Their poses in world W; any consistent unit of length.
 /// @throws InvalidArgument if max_distance or a tolerance is out of its range or NaN, or a solid is
 ///         a mesh that is not closed.
-/// Const, thread-safe. Method: docs/algorithms/distance.md.
+/// Reads the shapes only; thread-safe. Method: docs/algorithms/distance.md.
 DistanceResult distance(const Shape& a, const RigidPose& X_WA, const Shape& b,
                         const RigidPose& X_WB, const DistanceOptions& options = {});
 
 /// The same, starting from the pieces that were nearest in the last query with `cache`: several
-/// times faster when bodies have moved little. Bounds differ from those without it by rounding
-/// only; where several pieces are equally near, the witness may lie on another of them.
+/// times faster when bodies have moved little. Bounds differ from those without it only by
+/// rounding; where several pieces are equally near, the witness may be on another of them.
 DistanceResult distance(const Shape& a, const RigidPose& X_WA, const Shape& b,
                         const RigidPose& X_WB, const DistanceOptions& options,
                         DistanceCache& cache);
 
 /// Returns every contact of two shapes: the witness points of all pairs of surface pieces at most
-/// `max_distance` apart, once per place: pairs with nearly the same normal whose points lie closer
-/// to one another, on both bodies, than sqrt(max_distance² - least gap²) count as one. Sorted by
-/// lower bound, then by place, so that the order is reproducible. A cube resting on its face yields
-/// its corners, not one point.
+/// `max_distance` apart, once per place: pairs with nearly the same normal whose points are closer
+/// to each other, on both bodies, than sqrt(max_distance² - least gap²) count as one. Sorted by
+/// lower bound, then by place, so the order is reproducible. A cube resting on its face gives its
+/// corners, not one point.
 /// @throws InvalidArgument unless max_distance is finite and >= 0.
 std::vector<Contact> find_contacts(const Shape& a, const RigidPose& X_WA, const Shape& b,
                                    const RigidPose& X_WB, Scalar max_distance);

@@ -22,11 +22,12 @@ struct DistanceQuery {
 };
 
 /// Answers many distance queries on several threads: results[i] is bit for bit what distance()
-/// returns for queries[i], for every number of threads. After a stop the status of each query that
-/// was not started is NotRun; all others are answered.
+/// returns for queries[i], for any number of threads. After a stop, queries that were not started
+/// have status NotRun; all others are answered.
 /// @throws InvalidArgument before any query is run if the spans differ in length, thread_count is
 ///         negative, or a query lacks a shape or would be refused by distance(); the message names
-///         the lowest such index. What the progress callback throws ends the batch as a stop does.
+///         the lowest such index. An exception from the progress callback ends the batch as a stop
+///         does.
 void distance_batch(std::span<const DistanceQuery> queries, std::span<DistanceResult> results,
                     const BatchOptions& options = {});
 

@@ -7,7 +7,7 @@
 
 namespace DYOP_EXPORT dyop {
 
-/// Answer of gjk_distance() for the rounded shapes, in frame A of the first shape.
+/// Result of gjk_distance() for the rounded shapes, in frame A of the first shape.
 struct GjkResult : NearestPoints {
   int iterations = 0;
 };

@@ -6,8 +6,8 @@
 
 namespace DYOP_EXPORT dyop {
 
-/// Nearest points of two pieces a and b with bounds of their distance d: lower <= d <= upper.
-/// Points and normal are in the frame of the query, which its function names.
+/// Nearest points of two pieces a and b with bounds on their distance d: lower <= d <= upper.
+/// Points and normal are in the frame of the query, which the function states.
 struct NearestPoints {
   Scalar lower = 0;               ///< never above d; 0 if not proven positive
   Scalar upper = kInfinity;       ///< never below d

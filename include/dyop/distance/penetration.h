@@ -10,8 +10,8 @@
 namespace DYOP_EXPORT dyop {
 
 /// Returns depth and direction of two overlapping convex shapes by libccd's expanding polytope
-/// algorithm, or nothing if libccd finds no overlap or does not converge. An estimate: libccd
-/// gives no bound.
+/// algorithm, or nothing if libccd finds no overlap or does not converge. An estimate: libccd gives
+/// no error bound.
 std::optional<Penetration> find_penetration(const ConvexShape& a, const RigidPose& X_WA,
                                             const ConvexShape& b, const RigidPose& X_WB);
 

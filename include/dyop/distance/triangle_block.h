@@ -3,8 +3,8 @@
 
 #include "dyop/core/export.h"
 
-// Triangles in blocks, so that several are read at once. No includes: the kernels compiled once per
-// instruction set read it.
+// Triangles in blocks, so that several are loaded at once. No includes: the kernels that are
+// compiled once per instruction set use this header.
 
 namespace DYOP_EXPORT dyop {
 
@@ -16,7 +16,7 @@ struct alignas(64) TriangleBlock {
   double at[9][kTriangleBlockWidth];
 };
 
-/// The answers of triangle_distance() for eight pairs, by member.
+/// Results of triangle_distance() for eight pairs, by member.
 struct alignas(64) TriangleDistanceBlock {
   double lower[kTriangleBlockWidth];
   double upper[kTriangleBlockWidth];

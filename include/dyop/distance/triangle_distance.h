@@ -7,7 +7,7 @@
 
 namespace DYOP_EXPORT dyop {
 
-/// Answer of triangle_distance(), in the frame of the arguments. Features have local vertex numbers
+/// Result of triangle_distance(), in the frame of the arguments. Features have local vertex numbers
 /// 0, 1, 2.
 using TriangleDistance = NearestPoints;
 
@@ -23,7 +23,7 @@ using TriangleDistance = NearestPoints;
 /// Method: certified DyOP, docs/algorithms/dyop.md.
 TriangleDistance triangle_distance(const Triangle& a, const Triangle& b);
 
-/// Rounding allowance of triangle_distance() for this pair, a length (see docs/algorithms/dyop.md).
+/// Allowance for rounding in triangle_distance() for this pair, a length (docs/algorithms/dyop.md).
 Scalar triangle_noise(const Triangle& a, const Triangle& b);
 
 }  // namespace dyop

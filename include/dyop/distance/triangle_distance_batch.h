@@ -28,7 +28,7 @@ class TriangleBlocks {
   std::vector<TriangleBlock> blocks_;
 };
 
-/// Answers of triangle_distances(), stored likewise.
+/// Results of triangle_distances(), stored likewise.
 class TriangleDistanceBlocks {
  public:
   explicit TriangleDistanceBlocks(std::size_t count = 0) { resize(count); }
@@ -38,7 +38,7 @@ class TriangleDistanceBlocks {
   std::span<const TriangleDistanceBlock> blocks() const { return blocks_; }
   std::span<TriangleDistanceBlock> blocks() { return blocks_; }
 
-  /// The answer for pair n, as triangle_distance() gives it.
+  /// The result for pair n, as triangle_distance() gives it.
   /// @param n Less than size(), not checked.
   TriangleDistance operator[](std::size_t n) const;
 
@@ -47,11 +47,11 @@ class TriangleDistanceBlocks {
   std::vector<TriangleDistanceBlock> blocks_;
 };
 
-/// Puts triangle_distance(a[n], b[n]) into answers[n] for every n: the same bits, on every
+/// Stores triangle_distance(a[n], b[n]) in answers[n] for every n: the same bits, on every
 /// processor. `answers` gets the size of a and b.
 ///
-/// Throws InvalidArgument if a and b differ in size.
-/// Cost: as many pairs at once as the SIMD width (8 with AVX-512, 4 with AVX2, otherwise 2); those
+/// @throws InvalidArgument if a and b differ in size.
+/// Cost: as many pairs at once as the SIMD width (8 with AVX-512, 4 with AVX2, otherwise 2); pairs
 /// that need more than a few steps are solved one by one. No allocation unless `answers` grows.
 /// Method: docs/algorithms/dyop.md, "Many pairs at once".
 void triangle_distances(const TriangleBlocks& a, const TriangleBlocks& b,

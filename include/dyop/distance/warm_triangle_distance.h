@@ -6,11 +6,11 @@
 namespace DYOP_EXPORT dyop {
 
 /// Returns triangle_distance(a, b), trying first the features that were nearest at a nearby pose.
-/// Same guarantees; the features only affect speed, and which of two equally near pairs is named.
+/// Same guarantees; the features affect only speed, and which of two equally near pairs is named.
 ///
-/// @param last_a, last_b Features of the last answer for this pair, arbitrary if there is none.
-/// Cost: one clamped closest-point problem and its proof, if the proof holds; otherwise that of
-/// triangle_distance() on top.
+/// @param last_a, last_b Features of the last result for this pair; arbitrary if there is none.
+/// Cost: one clamped closest-point problem and its proof; if the proof fails, triangle_distance()
+/// on top.
 TriangleDistance warm_triangle_distance(const Triangle& a, const Triangle& b, const Feature& last_a,
                                         const Feature& last_b);
 

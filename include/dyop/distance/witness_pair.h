@@ -9,7 +9,7 @@
 
 namespace DYOP_EXPORT dyop {
 
-/// Two witness points of bodies A and B in world W, with bounds of their features' distance d:
+/// Two witness points of bodies A and B in world W, with bounds on their features' distance d:
 /// lower <= d <= upper.
 struct WitnessPair {
   Scalar lower = 0;                      ///< never above d
@@ -21,8 +21,8 @@ struct WitnessPair {
   Feature feature_b;
   std::optional<std::int32_t> triangle_a;  ///< triangle number, if A, or its child, is a mesh
   std::optional<std::int32_t> triangle_b;  ///< triangle number, if B, or its child, is a mesh
-  std::optional<std::int32_t> child_a;     ///< if A is a compound: which of its children was met;
-  std::optional<std::int32_t> child_b;     ///< feature and triangle are in that child's numbers
+  std::optional<std::int32_t> child_a;     ///< if A is a compound: the child that was met;
+  std::optional<std::int32_t> child_b;     ///< feature and triangle use that child's numbers
 
   /// Dynamic pivot point: the midpoint of the witness segment.
   Vector3 pivot_W() const { return (p_WCa + p_WCb) / 2; }

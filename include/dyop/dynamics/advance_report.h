@@ -15,16 +15,16 @@
 
 namespace DYOP_EXPORT dyop {
 
-/// One touching place of two bodies at an impact.
+/// One touching point of two bodies at an impact.
 struct WorldContact {
   BodyId a;
   BodyId b;
   Contact contact;
-  Scalar normal_velocity = 0;           ///< d/dt of the gap before the impulse; negative: closing
+  Scalar normal_velocity = 0;           ///< rate of the gap before the impulse; negative: closing
   Vector3 impulse_W = Vector3::Zero();  ///< on B at p_WCb; on A the opposite
 };
 
-/// Everything known about one impact of a World.
+/// Everything known about one impact.
 struct ImpactEvent {
   Scalar t = 0;  ///< = toi.t_safe
   BodyId a;      ///< the pair that met first
@@ -33,58 +33,71 @@ struct ImpactEvent {
   std::vector<WorldContact> contacts;  ///< all contacts that the impact law was solved for
 };
 
-/// A span of time in which a body overlapped a sensor.
+/// The start or end of an overlap between a body and a sensor.
 struct SensorEvent {
   BodyId sensor;
   BodyId body;
-  Scalar t = 0;             ///< when it was seen
-  bool is_overlap = false;  ///< begins (true) or ends
+  Scalar t = 0;             ///< when it was noticed
+  bool is_overlap = false;  ///< begins (true) or ends (false)
 };
 
 enum class AdvanceStatus {
   NotRun,
-  Completed,        ///< reached the end of the step asked for
+  Completed,        ///< reached the requested end
   StoppedAtImpact,  ///< policy Stop: at t_safe of the last event
-  BudgetExhausted,  ///< a budget or the deadline ended: safe and committed up to time()
+  BudgetExhausted,  ///< budget or deadline used up: safe and committed up to time()
   NumericalLimit,   ///< rounding forbids the distances asked for: safe and committed up to time()
-  Blocked,          ///< bodies on given motions leave no room: safe and committed up to time()
+  Blocked,          ///< kinematic bodies leave no space: safe and committed up to time()
   Cancelled,        ///< the caller stopped it: safe and committed up to time()
 };
 
 /// One committed step: over its interval every body follows its Motion.
 struct CommittedStep {
   TimeInterval interval;
-  std::vector<std::shared_ptr<const Motion>> motions;  ///< by BodyId::slot; null: removed, disabled
+  std::vector<std::shared_ptr<const Motion>>
+      motions;  ///< by BodyId::slot; null: removed or disabled
 };
 
 /// Counts over the steps of one advance().
 struct StepStatistics {
   std::int64_t steps = 0;        ///< of the World
-  std::int64_t legs = 0;         ///< steps of single islands, more than `islands` if some were cut
+  std::int64_t legs = 0;         ///< pieces of islands' steps, more than `islands` if some were cut
   std::int64_t islands = 0;      ///< that were stepped
   std::int64_t rounds = 0;       ///< contact solves with new constraints from hits
-  std::int64_t stalls = 0;       ///< legs in which no motion was found and the island stood still
+  std::int64_t stalls = 0;       ///< legs in which no motion was found: the island stood still
   std::int64_t contacts = 0;     ///< largest number at once
   std::int64_t unconverged = 0;  ///< contact solves that ended above their tolerance
   Scalar residual = 0;           ///< the largest, length per time
+  Scalar shortest_gap = kInfinity;  ///< of a contact at the end of a step, length
   std::int64_t pairs_by_bound = 0;
   std::int64_t pairs_by_query = 0;
   std::int64_t pairs_at_rest = 0;
   std::int64_t pairs_excused = 0;
 };
 
+/// Where the time of an advance() went, in seconds; under WorldOptions::measures_time. All but the
+/// total are sums over threads.
+struct StepTimes {
+  Scalar broad_phase = 0;  ///< which pairs may meet
+  Scalar flight = 0;       ///< integrating bodies that nothing touches
+  Scalar contacts = 0;     ///< finding contacts
+  Scalar solve = 0;        ///< solving for impulses
+  Scalar proofs = 0;       ///< distance and impact queries
+  Scalar total = 0;        ///< from begin to end
+};
+
 struct AdvanceReport {
   AdvanceStatus status = AdvanceStatus::NotRun;
-  Scalar t = 0;                      ///< World::time() at the end
+  Scalar t = 0;                      ///< World::time() on return
   std::vector<ImpactEvent> impacts;  ///< in order of time
   std::vector<BodyId> fell_asleep;
   std::vector<BodyId> woke;
   std::vector<SensorEvent> sensors;
-  /// Pairs that were nearer than their target at the start of a step: pushed apart at bounded
-  /// speed, with no certificate until they are. Each once.
+  /// Pairs that were nearer than their target at the start of a step. They are pushed apart at a
+  /// bounded speed, without a certificate until they are far enough apart. Each is listed once.
   std::vector<std::pair<BodyId, BodyId>> too_near;
-  /// Pairs of bodies that no force can move apart (kinematic, static) and that came nearer than
-  /// their target. Each once.
+  /// Pairs that no force can move apart (kinematic, static) and that came nearer than their target.
+  /// Each is listed once.
   std::vector<std::pair<BodyId, BodyId>> crossed;
   std::vector<CommittedStep> steps;  ///< the proven trajectory, in order
   /// For BudgetExhausted, NumericalLimit and Blocked: the pair that stopped it.
@@ -92,6 +105,7 @@ struct AdvanceReport {
   IntegratorStatistics integrator;
   ToiStatistics toi;  ///< sums over all queries
   StepStatistics work;
+  StepTimes times;
 };
 
 }  // namespace dyop

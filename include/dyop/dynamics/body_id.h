@@ -9,13 +9,13 @@
 
 namespace DYOP_EXPORT dyop {
 
-/// Names a body of one World. A slot is used again after its body has been removed, with another
-/// generation: an id that outlived its body is refused, never taken for a newer one.
+/// Identifies a body of one World. A slot is reused after its body was removed, with a new
+/// generation: an id that outlived its body is refused, never mistaken for a newer body.
 struct BodyId {
   std::uint32_t slot = ~std::uint32_t{0};
   std::uint32_t generation = 0;
 
-  BodyId() = default;  ///< of no body
+  BodyId() = default;  ///< refers to no body
   constexpr explicit BodyId(std::size_t the_slot, std::uint32_t the_generation = 0)
       : slot(static_cast<std::uint32_t>(the_slot)), generation(the_generation) {}
 

@@ -12,7 +12,7 @@
 
 namespace DYOP_EXPORT dyop {
 
-/// The solver could not go on; the message has its name, the failed call and the reason.
+/// The solver failed; the message names the solver, the failed call and the reason.
 class IntegrationError : public Error {
  public:
   using Error::Error;
@@ -35,30 +35,30 @@ struct IntegratorStatistics {
   std::int64_t function_evaluations = 0;
 };
 
-/// A one-step-at-a-time solver of an ordinary differential equation with dense output over the
-/// last step. It owns a proposed state only: the World decides what is committed, and restarts the
-/// solver wherever it truncates a step.
+/// A one-step-at-a-time solver of an ordinary differential equation, with dense output over the
+/// last step. It only proposes states: the World decides what is committed, and restarts the solver
+/// wherever it cuts a step short.
 ///
 /// To add an integrator:
-///   1. `include/dyop/dynamics/<name>_integrator.h` and `src/dynamics/<name>_integrator.cpp`; list
-///      both in `src/dynamics/CMakeLists.txt`;
+///   1. `include/dyop/dynamics/<name>_integrator.h` and
+///      `src/dynamics/integrators/<name>_integrator.cpp`; list both in
+///      `src/dynamics/CMakeLists.txt`;
 ///   2. one word in `tests/dynamics/all_integrators.h`: the contract test checks order, dense
-///   output,
-///      restart and errors;
+///      output, restart and errors;
 ///   3. its name in `make_integrator()`.
 class Integrator {
  public:
   virtual ~Integrator() = default;
 
-  /// Starts (again) at (t, y); forgets history.
+  /// Starts, or starts again, at (t, y); discards the history.
   virtual void restart(Scalar t, std::span<const Scalar> y) = 0;
 
   /// One internal step, not beyond t_end > time(). Afterwards begin() < time() <= t_end.
   /// @throws IntegrationError if the solver fails.
   virtual void step(Scalar t_end) = 0;
 
-  virtual Scalar begin() const = 0;  ///< where the last step began
-  virtual Scalar time() const = 0;   ///< where the last step ended
+  virtual Scalar begin() const = 0;  ///< start of the last step
+  virtual Scalar time() const = 0;   ///< end of the last step
   /// At time(); valid until the next step() or restart().
   virtual std::span<const Scalar> state() const = 0;
 

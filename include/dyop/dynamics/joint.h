@@ -11,19 +11,19 @@
 
 namespace DYOP_EXPORT dyop {
 
-/// Names a joint of one World; never used again after the joint was removed.
+/// Identifies a joint of one World; never reused after the joint was removed.
 struct JointId {
   std::uint64_t number = ~std::uint64_t{0};
   friend auto operator<=>(const JointId&, const JointId&) = default;
 };
 
-/// What a joint keeps of its two frames JA (on A) and JB (on B).
+/// What a joint holds of its two frames JA (on A) and JB (on B).
 enum class JointKind {
-  Ball,      ///< their origins together
+  Ball,      ///< origins together
   Hinge,     ///< origins and z axes together; the bodies turn about z
   Slider,    ///< axes together, origins on A's z axis; B moves along it
-  Fixed,     ///< both together
-  Distance,  ///< the distance of their origins
+  Fixed,     ///< origins and axes together
+  Distance,  ///< origins at a distance
 };
 
 /// Range of a Hinge (angle of JB about z of JA, radians, within (-pi, pi)), Slider (position of JB
@@ -39,7 +39,7 @@ struct JointMotor {
   Scalar strength = 0;  ///< largest torque or force, > 0
 };
 
-/// Two bodies, at least one of them Dynamic, that are held together; handed to World::add_joint().
+/// Two bodies held together, at least one of them Dynamic; passed to World::add_joint().
 struct JointDefinition {
   std::string name;
   JointKind kind = JointKind::Ball;
@@ -47,9 +47,9 @@ struct JointDefinition {
   BodyId b;
   RigidPose X_AJ;                     ///< frame JA in the frame of A
   RigidPose X_BJ;                     ///< frame JB in the frame of B
-  std::optional<JointLimits> limits;  ///< Hinge, Slider; Distance: none keeps the distance of now
+  std::optional<JointLimits> limits;  ///< Hinge, Slider; Distance: none holds the initial one
   std::optional<JointMotor> motor;    ///< Hinge, Slider
-  bool bodies_collide = false;  ///< otherwise the pair is not examined while the joint is there
+  bool bodies_collide = false;        ///< false: the pair is not examined while joined
 };
 
 }  // namespace dyop

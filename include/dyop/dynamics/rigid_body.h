@@ -31,8 +31,8 @@ struct Wrench {
 /// for states that are not committed; must have no side effects.
 using WrenchCallback = std::function<Wrench(Scalar t, const MotionState& state)>;
 
-/// Degrees of freedom that are locked: the centre of mass does not move along, and the body does
-/// not turn about, the world axes marked here. Locked velocities stay at zero.
+/// Locked degrees of freedom: the centre of mass does not move along, and the body does not turn
+/// about, the world axes marked here. Locked velocities stay zero.
 struct LockedAxes {
   std::array<bool, 3> translation{false, false, false};
   std::array<bool, 3> rotation{false, false, false};
@@ -43,12 +43,12 @@ struct LockedAxes {
   }
 };
 
-/// What a body is made of; handed to World::add_body().
+/// Everything that defines a body; passed to World::add_body().
 struct BodyDefinition {
   std::string name;
   BodyKind kind = BodyKind::Dynamic;
   std::shared_ptr<const Shape> shape;
-  /// Dynamic and Static (twist ignored for Static): pose of the shape's frame B, twist of its
+  /// Dynamic and Static (which ignores the twist): pose of the shape's frame B, twist of its
   /// origin.
   MotionState initial;
   MassProperties mass_properties;        ///< Dynamic
@@ -59,7 +59,7 @@ struct BodyDefinition {
   Scalar friction = 0.5;          ///< Coulomb coefficient >= 0; a pair uses the geometric mean
   Scalar rolling_friction = 0;    ///< length >= 0; a pair uses the larger
   Scalar torsional_friction = 0;  ///< length >= 0; a pair uses the larger
-  /// A sensor feels and gives no force: World reports when bodies overlap it. Never Dynamic.
+  /// A sensor exerts and feels no force: World reports when bodies overlap it. Never Dynamic.
   bool is_sensor = false;
   std::any user_data;  ///< kept, never read
 };

@@ -13,11 +13,11 @@ class SundialsSolver;
 }
 
 /// What the SUNDIALS integrators share: the bookkeeping of steps, and the cases that SUNDIALS
-/// itself refuses. A step too short for it (kShortestSolverStep) is one explicit midpoint step with
-/// linear dense output; a system of size zero steps to t_end at once.
+/// itself rejects. A step too short for SUNDIALS (kShortestSolverStep) is one explicit midpoint
+/// step with linear dense output; a system of size zero steps to t_end at once.
 ///
 /// Same inputs, same bits. After an exception time() and state() are unchanged, and the next step
-/// starts afresh from there. Exceptions of the right-hand side come out as they are. Not for
+/// restarts from there. Exceptions of the right-hand side are passed on unchanged. Not for
 /// concurrent use, not even evaluate().
 class SundialsIntegrator : public Integrator {
  public:

@@ -3,6 +3,8 @@
 
 #include <any>
 #include <chrono>
+#include <cstdint>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <stop_token>
@@ -13,11 +15,12 @@
 #include "dyop/dynamics/joint.h"
 #include "dyop/dynamics/pair_record.h"
 #include "dyop/dynamics/rigid_body.h"
+#include "dyop/dynamics/spring.h"
 #include "dyop/dynamics/world_options.h"
 
 namespace DYOP_EXPORT dyop {
 
-/// A World's state at one time, see World::snapshot().
+/// A World's state at one time; see World::snapshot().
 class WorldSnapshot {
  public:
   struct State;
@@ -27,22 +30,26 @@ class WorldSnapshot {
   std::shared_ptr<const State> state_;
 };
 
-/// When advance() must return, besides at its end.
+/// When advance() must return early.
 struct AdvanceLimits {
   std::stop_token stop;
-  std::optional<std::chrono::steady_clock::time_point> deadline;  ///< looked at between steps
+  /// Looked at between the parts of a step and within its queries; a contact solve that has begun
+  /// is finished. A step that it ends is cut to what is proven by then, which may be nothing: a step
+  /// that never fits into the time given needs a later deadline or a smaller WorldOptions::max_step.
+  std::optional<std::chrono::steady_clock::time_point> deadline;
+  std::int64_t max_steps = std::numeric_limits<std::int64_t>::max();  ///< that are committed, > 0
 };
 
 /// Rigid bodies stepped through time without ever passing through one another
 /// (docs/algorithms/stepping.md).
 ///
-/// Promise: over every committed step (AdvanceReport::steps) every enabled pair of bodies, one of
-/// them Dynamic, keeps its target distance, but for pairs reported as too near. The certificate
-/// holds for the returned motion, which is the library's trajectory by definition; it is not an
-/// enclosure of the exact solution of the equations.
+/// Promise: over every committed step (AdvanceReport::steps) every enabled pair of bodies, at least
+/// one of them Dynamic, keeps its target distance, except pairs reported as too near. The
+/// certificate holds for the returned motion, which is by definition the library's trajectory; it
+/// does not enclose the exact solution of the equations.
 ///
-/// Deterministic: the same calls give the same bits, for every number of threads. Not for
-/// concurrent use.
+/// Deterministic: the same calls give the same bits, for any number of threads. Not for concurrent
+/// use.
 class World {
  public:
   explicit World(const WorldOptions& options = {});
@@ -52,28 +59,38 @@ class World {
 
   /// @throws InvalidArgument for an incomplete or contradictory definition, naming body and field.
   BodyId add_body(const BodyDefinition& definition);
-  /// Bodies that rested on it wake up.
+  /// Wakes bodies that rested on it.
   void remove_body(BodyId id);
 
-  /// A disabled body stays where it is and is seen by nobody.
+  /// A disabled body stays where it is; nothing collides with it.
   void set_enabled(BodyId id, bool is_enabled);
-  /// Replaces the motion of a kinematic body from now on. It must be at the body's pose at time().
-  /// @throws InvalidArgument if it is not there, to a thousandth of the body's radius.
+  /// Replaces the motion of a kinematic body from now on. It must start at the body's current pose.
+  /// @throws InvalidArgument if it starts elsewhere, by more than a thousandth of the body's
+  /// radius.
   void set_motion(BodyId id, std::shared_ptr<const Motion> motion);
-  /// Of a dynamic body; wakes it. Its pose may be anywhere: what it is too near to is reported.
+  /// For a dynamic body; wakes it. The pose may be anywhere: pairs too near are reported.
   void set_state(BodyId id, const MotionState& state);
-  /// Of a dynamic body; wakes it. An empty function takes the force away.
+  /// For a dynamic body; wakes it. An empty function removes the force.
   void set_wrench(BodyId id, WrenchCallback wrench);
   void set_gravity(const Vector3& gravity_W);
   void wake(BodyId id);
 
-  /// Holds two bodies together from now on. What the frames are apart is closed at bounded speed.
+  /// Holds two bodies together from now on. An initial offset of the frames is closed at bounded
+  /// speed.
   /// @throws InvalidArgument naming the joint and what is wrong.
   JointId add_joint(const JointDefinition& definition);
   void remove_joint(JointId id);
-  /// Another speed or strength for a joint that has a motor; wakes its bodies.
+  /// New speed or strength for a joint that has a motor; wakes its bodies.
   void set_motor(JointId id, const JointMotor& motor);
   const JointDefinition& joint(JointId id) const;
+
+  /// Acts between two bodies from now on.
+  /// @throws InvalidArgument naming the spring and what is wrong.
+  SpringId add_spring(const SpringDefinition& definition);
+  void remove_spring(SpringId id);
+  const SpringDefinition& spring(SpringId id) const;
+  /// Energy stored in all springs now.
+  Scalar spring_energy() const;
 
   /// Pairs are examined unless disabled; pairs of bodies that cannot move never are.
   void set_pair_enabled(BodyId a, BodyId b, bool is_enabled);
@@ -92,27 +109,25 @@ class World {
   bool is_asleep(BodyId id) const;
   bool is_enabled(BodyId id) const;
 
-  /// Records of all near pairs after the last step, by slots; see PairRecord.
+  /// Records of all near pairs after the last step, ordered by slots; see PairRecord.
   std::vector<PairRecord> pairs() const;
-  /// Those of them that are in contact.
+  /// Those of them in contact.
   std::vector<PairRecord> contacts() const;
 
-  /// Total kinetic energy of the dynamic bodies, momentum, and angular momentum about the world
-  /// origin.
+  /// Total kinetic energy of the dynamic bodies, their momentum, and angular momentum about the
+  /// world origin.
   Scalar kinetic_energy() const;
   Vector3 momentum() const;
   Vector3 angular_momentum() const;
 
-  /// Advances by dt > 0, or less: see AdvanceStatus. What was not reached is the caller's to ask
-  /// for again.
+  /// Advances by dt > 0, or less: see AdvanceStatus. To cover the rest, call it again.
   /// @throws InvalidArgument if a kinematic body's motion is not defined until then,
-  /// IntegrationError
-  ///         if a wrench is not finite or cannot be integrated; both name the body. The World then
-  ///         stands at the last committed step.
+  ///         IntegrationError if a wrench is not finite or cannot be integrated; both name the
+  ///         body. The World is then at the last committed step.
   AdvanceReport advance(Scalar dt, const AdvanceLimits& limits = {});
 
-  /// Everything that decides what the World will do. Taking one restarts the integrators, as
-  /// restore() does: the run goes on with the same bits as a run restored from it.
+  /// Everything that determines what the World will do. Taking a snapshot restarts the integrators,
+  /// as restore() does: the run continues with the same bits as one restored from it.
   WorldSnapshot snapshot();
   /// @throws InvalidArgument unless the snapshot is of this World (or of one it was moved from).
   void restore(const WorldSnapshot& snapshot);
@@ -121,6 +136,7 @@ class World {
 
  private:
   void forget_pair(BodyId a, BodyId b);
+  void rouse(BodyId a, BodyId b);
 
   std::unique_ptr<Impl> impl_;
 };

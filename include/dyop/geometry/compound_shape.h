@@ -21,13 +21,13 @@ struct CompoundChild {
 };
 
 /// Several shapes in one body, each at a fixed pose: meshes and convex shapes in any mix. The
-/// compound is their union: every query treats a mesh child as a surface and a convex child as a
-/// solid, and its results name the child that was met (`child_a`, `child_b`) with triangles and
-/// features in that child's own numbers. Children may overlap.
+/// compound is their union: queries treat a mesh child as a surface and a convex child as a solid.
+/// Results name the child that was met (`child_a`, `child_b`) and give triangles and features in
+/// that child's own numbers. Children may overlap.
 ///
-/// One tree of boxes over all pieces is built once, so a query costs as much as for one mesh of as
-/// many pieces. For that the vertices of mesh children are transformed into the compound's frame
-/// and stored again, rounded to some 1e-15 of their size. Copies share the data.
+/// One tree of boxes over all pieces is built once, so a query costs as much as for one mesh with
+/// as many pieces. For that the vertices of mesh children are stored again in the compound's frame,
+/// rounded to about 1e-15 of their size. Copies share the data.
 class CompoundShape final : public Shape {
  public:
   /// A child that is a compound is replaced by its children, in their order; child numbers refer to

@@ -12,21 +12,20 @@
 namespace DYOP_EXPORT dyop {
 
 /// The shape of a mesh at an edge. Convex or concave follows from the winding of its triangles: at
-/// a convex edge each lies on the inner side of the other.
+/// a convex edge each triangle lies on the inner side of the other.
 enum class EdgeKind : std::uint8_t {
   Flat,  ///< two triangles in one plane, to kFlatEdgeSine
   Convex,
   Concave,
   Border,       ///< one triangle
-  NonManifold,  ///< none with area, three or more, or two that are wound against each other
+  NonManifold,  ///< no triangle with area, more than two, or two wound oppositely
 };
 
-/// Which edges and vertices of a mesh can be where another body touches it: those at which the
-/// surface has a normal cone, a set of directions n with n . t <= 0 for every direction t along the
-/// surface, that is more than the normals of a flat area. See
-/// docs/algorithms/contact_generation.md.
+/// Which edges and vertices of a mesh another body can touch: those where the surface's normal cone
+/// (the directions n with n . t <= 0 for every direction t along the surface) is more than the
+/// normals of a flat area. See docs/algorithms/contact_generation.md.
 ///
-/// Both sides of the surface count, so a concave edge can be touched, from inside. Doubtful
+/// Both sides of the surface count, so a concave edge can be touched from the inside. Doubtful
 /// features are kept: edges and vertices of triangles without area, and borders.
 class ContactFeatures {
  public:
@@ -39,15 +38,15 @@ class ContactFeatures {
     return (vertex_bits(vertex) & kContact) != 0;
   }
 
-  /// Whether vertex numbers may miss some of what meets here: borders, more than two triangles at
-  /// an edge, triangles without area.
+  /// Whether vertex numbers may not tell everything that meets here: borders, more than two
+  /// triangles at an edge, triangles without area.
   bool is_doubtful_edge(std::int32_t edge) const { return (edge_bits(edge) & kDoubtful) != 0; }
   bool is_doubtful_vertex(std::int32_t vertex) const {
     return (vertex_bits(vertex) & kDoubtful) != 0;
   }
 
-  /// Every contact edge and vertex is owned by one triangle: bit k is its corner k, bit 3 + k its
-  /// side k.
+  /// Each contact edge and vertex is owned by one triangle: bit k stands for its corner k, bit 3 +
+  /// k for its side k.
   std::uint8_t owned_by(std::int32_t triangle) const {
     return owned_[static_cast<std::size_t>(triangle)];
   }
@@ -65,7 +64,7 @@ class ContactFeatures {
  private:
   static constexpr std::uint8_t kContact = 1;
   static constexpr std::uint8_t kDoubtful = 2;
-  static constexpr std::uint8_t kNotConvex = 4;  // of an edge at a vertex, while they are gathered
+  static constexpr std::uint8_t kNotConvex = 4;  // of an edge at a vertex, during construction
   static constexpr std::uint8_t kNotConcave = 8;
   struct NodeBits {
     std::uint8_t vertices = 0;

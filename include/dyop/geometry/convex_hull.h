@@ -35,8 +35,8 @@ class ConvexHull final : public ConvexShape {
   /// 3 if the points enclose a volume, 2 a polygon, 1 a segment, 0 a point.
   int dimension() const { return dimension_; }
 
-  /// Cost: a scan of the vertices if they are few; else a climb along edges, with a scan only if
-  /// rounding leaves the end of the climb in doubt.
+  /// Cost: a scan of the vertices if there are few; otherwise a climb along edges, with a scan only
+  /// if rounding leaves its end in doubt.
   SupportPoint core_support(const Vector3& direction) const override;
   Scalar core_reach(const Vector3& direction) const override;
   Vector3 core_center() const override { return center_; }

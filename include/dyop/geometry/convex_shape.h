@@ -40,8 +40,8 @@ class ConvexShape : public Shape {
   virtual Vector3 core_center() const = 0;
 
   /// The core's surface as triangles with the same vertex numbers as core_support() (a point or a
-  /// segment is a degenerate triangle), or null for a smooth core. Used to gather contact patches,
-  /// and for longer steps towards an impact.
+  /// segment is a degenerate triangle), or null for a smooth core. Used to gather contact patches
+  /// and to take longer steps towards an impact.
   virtual const TriangleMesh* core_surface() const { return nullptr; }
 
   /// A farthest point of the whole shape along a unit direction.

@@ -45,9 +45,9 @@ class TriangleMesh final : public Shape {
                                   StridedRows<std::uint32_t> triangles);
 
   /// The same triangles with other vertices, as many as before: for a body that deforms. Keeps the
-  /// structure of the hierarchy and refits its boxes, at a fraction of the cost of a new mesh;
-  /// every answer is certified just the same. Where triangles have changed neighbours, queries of a
-  /// new mesh are faster. This mesh is not changed.
+  /// structure of the hierarchy and refits its boxes, at a fraction of the cost of a new mesh; all
+  /// answers remain certified. If neighbouring triangles have moved far apart, a new mesh gives
+  /// faster queries. This mesh is not changed.
   /// @throws InvalidArgument if the number of vertices differs, a vertex is not finite or beyond
   ///         kLargestCoordinate; from arrays, also for null data or a stride shorter than a row.
   TriangleMesh with_vertices(std::vector<Vector3> vertices) const;
@@ -65,13 +65,13 @@ class TriangleMesh final : public Shape {
   /// shared with copies.
   const ContactFeatures& contact_features() const;
 
-  /// Every edge is used exactly twice, once in each direction (nothing is merged: vertices are the
-  /// same only if their numbers are). Triangles that repeat a vertex number do not count;
+  /// Whether every edge is used exactly twice, once in each direction (nothing is merged: vertices
+  /// are the same only if their numbers are). Triangles that repeat a vertex number do not count;
   /// false if there are no others.
   bool is_closed() const;
 
-  /// A vertex number of each connected part, in the order of the triangles; triangles that share a
-  /// vertex number are connected.
+  /// One vertex number of each connected part, in the order of the triangles; triangles that share
+  /// a vertex number are connected.
   std::span<const std::int32_t> part_vertices() const;
 
   ShapeKind kind() const override { return ShapeKind::TriangleMesh; }
@@ -86,7 +86,7 @@ class TriangleMesh final : public Shape {
   ///         rounding noise); the message states the volume.
   MassProperties compute_mass_properties(Scalar density) const override;
 
-  /// Mass spread evenly over the surface: for open meshes. Segments and points weigh nothing.
+  /// Mass spread evenly over the surface, for open meshes. Segments and points have no mass.
   /// @throws InvalidArgument if the area is zero or density (mass per area) is not positive.
   MassProperties compute_shell_mass_properties(Scalar area_density) const;
 

@@ -34,8 +34,8 @@ struct alignas(64) BoxGroup {
   /// The box in a column, exactly.
   OrientedBox box(int column, Scalar scale) const;
 
-  /// Stores a box that contains `box`, whose axes must be orthonormal to 8u: the half extents
-  /// are enlarged to make up for rounding to single precision.
+  /// Stores a box that contains `box`, whose axes must be orthonormal to 8u: the half extents are
+  /// enlarged to cover the rounding to single precision.
   /// @param scale A power of two, at least as large as all center coordinates and half extents.
   void set_box(int column, const OrientedBox& box, Scalar scale);
 
@@ -55,14 +55,14 @@ struct alignas(64) BoxGroup {
 class MeshHierarchy {
  public:
   static constexpr int kWidth = BoxGroup::kWidth;
-  /// No node is deeper (the root has depth 0).
+  /// Upper limit on the depth of a node (the root has depth 0).
   static constexpr int kMaxDepth = 96;
   static constexpr std::int32_t kNothing = std::numeric_limits<std::int32_t>::min();
 
   struct Node {
     BoxGroup boxes;
-    /// What each box holds: the node with its parts, for a leaf -1 - triangle, or kNothing. At
-    /// least one box, and two in all nodes but the first; those without come last.
+    /// What each box holds: the number of a child node, -1 - triangle for a leaf, or kNothing.
+    /// Every node uses at least two boxes, the first at least one; unused ones come last.
     std::int32_t child[kWidth];
 
     /// Boxes in use.
@@ -76,9 +76,9 @@ class MeshHierarchy {
   /// Triangles may be degenerate; at least one.
   MeshHierarchy(std::span<const Vector3> vertices, std::span<const TriangleIndices> triangles);
 
-  /// The tree of the same triangles with other vertices: the same nodes with refitted boxes, which
-  /// contain the triangles as those of a new tree do. The indices must be those the tree was built
-  /// from. Queries take the same time as long as near triangles stay near each other.
+  /// The tree of the same triangles with other vertices: the same nodes with refitted boxes, with
+  /// the same guarantee of containment. The indices must be those the tree was built from. Queries
+  /// are as fast as before while nearby triangles stay near each other.
   MeshHierarchy refitted(std::span<const Vector3> vertices,
                          std::span<const TriangleIndices> triangles) const;
 

@@ -16,7 +16,7 @@ struct FilePosition {
   std::optional<std::size_t> column;
 };
 
-/// A file cannot be read, written, or understood. The message is one line:
+/// A file that cannot be read, written or understood. The message is one line:
 /// `<file>[:<line>[:<column>]]: <expected and found>`.
 class FileError : public Error {
  public:

@@ -10,16 +10,17 @@ namespace DYOP_EXPORT dyop {
 /// Returns all surfaces of a file as one mesh.
 ///
 /// OBJ, OFF, PLY and STL, text or binary (OFF: text), also compressed with gzip (`.ply.gz`), are
-/// read in double precision: every number is the double nearest to what the file says. Other
+/// read in double precision: every number is the double nearest to the one in the file. Other
 /// formats that assimp supports, such as glTF and 3DS, are read in single precision, if this
 /// library was built with it (CMake option DYOP_WITH_ASSIMP); meshes are placed by the transforms
-/// of their nodes, and a mirroring transform turns polygons over, so that they still face outward.
+/// of their nodes, and under a mirroring transform polygons are reversed, so that they still face
+/// outward.
 ///
 /// Vertices keep the order of the file. Those at exactly the same place are joined, because many
 /// formats repeat a vertex for every triangle or normal; in a file without repeats, vertices have
-/// the numbers of the file (counted from 0). Triangles keep the order of the file, too. A polygon
-/// of n corners becomes n − 2 triangles: a strictly convex one the fan of its first corner, any
-/// other by cutting ears, in the plane of its vector area. Lines and points become degenerate
+/// the numbers of the file (counted from 0). Triangles also keep the order of the file. A polygon
+/// of n corners becomes n − 2 triangles: if strictly convex, a fan around its first corner,
+/// otherwise by ear clipping in the plane of its vector area. Lines and points become degenerate
 /// triangles. Groups, materials, normals, colours and weights are ignored.
 /// @throws FileError if the file is missing, empty, truncated or not understood, has no triangle, a
 ///         number that is not finite, or an index out of range; with the line if known.
@@ -27,7 +28,7 @@ TriangleMesh load_mesh(const std::filesystem::path& file);
 
 /// Where the origin of a mesh is placed.
 enum class MeshCenter {
-  None,    ///< left as it is
+  None,    ///< unchanged
   Bounds,  ///< middle of the bounding box
   Mass,    ///< centre of mass: of the solid, or of the surface with MeshPlacement::is_shell
 };
@@ -38,7 +39,7 @@ struct MeshPlacement {
   bool is_shell = false;  ///< the mesh is a surface without an inside
 };
 
-/// The same triangles scaled and moved.
+/// The same triangles, scaled and moved.
 /// @throws InvalidArgument unless scale is finite and positive, or if Mass is requested for an open
 ///         mesh that is not declared a shell.
 TriangleMesh place_mesh(const TriangleMesh& mesh, const MeshPlacement& placement);

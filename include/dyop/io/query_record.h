@@ -11,10 +11,10 @@
 
 namespace DYOP_EXPORT dyop {
 
-/// Writes a query and its answer so that both can be compared bit by bit later: shapes and motions
+/// Writes a query and its result so that both can be compared bit by bit later: shapes and motions
 /// by value, every number in hexadecimal floating point. Format: docs/replay-format.md.
 ///
-/// A query ended by its deadline is recorded with a budget equal to the node pairs it took, which
+/// A query ended by its deadline is recorded with a budget equal to the node pairs it used, which
 /// ends it at the same point.
 /// @param query The query as asked, with valid options; shapes and motions must be dyop's own.
 /// @param result From time_of_impact(); one of resume_time_of_impact() counts its own work only.
@@ -28,7 +28,7 @@ void write_query_record(const std::filesystem::path& file, const ToiQuery& query
 void write_failure_record(const std::filesystem::path& file, const ToiQuery& query,
                           const std::string& failure);
 
-/// One field in which two answers differ.
+/// One field in which two results differ.
 struct FieldDifference {
   std::string field;     ///< such as "contact.p_WCa[2]"
   std::string recorded;  ///< JSON, numbers in hexadecimal; empty if absent
@@ -47,14 +47,14 @@ class QueryRecord {
   /// Version of dyop that wrote it.
   const std::string& version() const;
 
-  /// Refers to this record.
+  /// Refers to data of this record.
   ToiQuery query() const;
 
-  /// The error the query ended in; empty if it was answered.
+  /// The message of the error that ended the query; empty if it was answered.
   const std::string& failure() const;
 
-  /// All fields of an answer that differ in any bit from the recorded ones, all NaNs being equal;
-  /// every field if the recorded query failed.
+  /// All fields of a result that differ in any bit from the recorded ones, where all NaNs are
+  /// equal; every field if the recorded query failed.
   std::vector<FieldDifference> differences(const ToiResult& now) const;
 
  private:

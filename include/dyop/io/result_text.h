@@ -14,18 +14,18 @@ std::string_view name_of(DistanceStatus status);
 std::string_view name_of(ToiStatus status);
 std::string_view name_of(FeatureKind kind);
 
-/// A result as one JSON object without line breaks, all fields under their own names; numbers read
-/// back exactly, an infinite number is null. Docs: docs/recording-format.md.
+/// A result as one JSON object without line breaks, every field under its own name; numbers read
+/// back exactly, infinite ones are null. Format: docs/recording-format.md.
 std::string to_json_text(const DistanceResult& result);
 std::string to_json_text(const ToiResult& result);
 
-/// The names of two bodies in a text.
+/// The names of two bodies, for texts.
 struct PairNames {
   std::string a = "A";
   std::string b = "B";
 };
 
-/// A result in plain words, on several lines.
+/// A result in words, on several lines.
 std::string describe(const DistanceResult& result, const PairNames& names = {});
 std::string describe(const ToiResult& result, const PairNames& names = {});
 

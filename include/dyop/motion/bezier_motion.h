@@ -34,8 +34,8 @@ class BezierMotion final : public Motion {
   ///         of range, a number is not finite, or R_WC is not a rotation.
   BezierMotion(const TimeInterval& interval, const Matrix3& R_WC,
                std::span<const ControlPoint> control_points);
-  /// The same with the rotation of X_WC, used unchanged; with what the two members below
-  /// return it gives the same motion.
+  /// The same with the rotation of X_WC, used unchanged: with what the two members below return it
+  /// reproduces the motion exactly.
   BezierMotion(const TimeInterval& interval, const RigidPose& X_WC,
                std::span<const ControlPoint> control_points);
   RigidPose X_WC() const;
@@ -47,6 +47,7 @@ class BezierMotion final : public Motion {
   TwistBound twist_bound(const TimeInterval& interval) const override;
   PoseScale pose_scale(const TimeInterval& interval) const override;
   TimeInterval domain() const override;
+  bool is_trusted() const override { return true; }
 
  private:
   std::size_t count_;

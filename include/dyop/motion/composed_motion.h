@@ -15,16 +15,18 @@ namespace DYOP_EXPORT dyop {
 ///   |w'| <= alpha_M + w_M w_MB + alpha_MB.
 class ComposedMotion final : public Motion {
  public:
-  /// Both are shared, and immutable like every Motion. Defined where both are.
-  /// @throws InvalidArgument if one is null or the domains do not meet.
+  /// Both are shared and, like every Motion, immutable. Defined where both are.
+  /// @throws InvalidArgument if one is null or the domains do not overlap.
   ComposedMotion(std::shared_ptr<const Motion> X_WM, std::shared_ptr<const Motion> X_MB);
 
   RigidPose pose(Scalar t) const override;
   Twist twist(Scalar t) const override;
+  /// @throws InvalidArgument if the pose of X_MB is not finite or not a rotation in the middle.
   TwistBound twist_bound(const TimeInterval& interval) const override;
   PoseScale pose_scale(const TimeInterval& interval) const override;
   TimeInterval domain() const override;
   Scalar smooth_until(Scalar t) const override;
+  bool is_trusted() const override { return outer_->is_trusted() && inner_->is_trusted(); }
 
   const Motion& outer() const { return *outer_; }
   const Motion& inner() const { return *inner_; }

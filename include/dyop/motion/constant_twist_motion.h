@@ -23,6 +23,7 @@ class ConstantTwistMotion final : public Motion {
   MotionState state(Scalar t) const override;
   TwistBound twist_bound(const TimeInterval& interval) const override;
   PoseScale pose_scale(const TimeInterval& interval) const override;
+  bool is_trusted() const override { return true; }
 
   /// As given.
   const RigidPose& X_WB0() const { return X_WB0_; }

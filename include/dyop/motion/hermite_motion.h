@@ -25,17 +25,18 @@ struct HermiteNode {
 /// R_WC exp(theta(t)) with theta a cubic Hermite polynomial. Bounds: docs/algorithms/motions.md.
 class HermiteMotion final : public Motion {
  public:
-  /// Through two states; the body turns by less than pi from the first to the second: theta(end)
-  /// is the shortest rotation vector of R_BeginEnd.
+  /// Through two states. The body turns by less than pi from the first to the second: theta(end) is
+  /// the shortest rotation vector of R_BeginEnd.
   /// @throws InvalidArgument if the interval has no length or a number is not finite.
   HermiteMotion(const TimeInterval& interval, const MotionState& begin, const MotionState& end);
 
-  /// From data in a chart, as an integrator of theta has it. Usually begin.theta = 0; any turn.
+  /// From data in a chart, as an integrator of theta provides it. Usually begin.theta = 0; any
+  /// turn.
   /// @throws InvalidArgument as the constructor; R_WC must be a rotation.
   static HermiteMotion from_chart(const TimeInterval& interval, const Matrix3& R_WC,
                                   const HermiteNode& begin, const HermiteNode& end);
-  /// The same with the rotation of X_WC, used unchanged; with what the three members
-  /// below return it gives the same motion.
+  /// The same with the rotation of X_WC, used unchanged: with what the three members below return
+  /// it reproduces the motion exactly.
   static HermiteMotion from_chart(const TimeInterval& interval, const RigidPose& X_WC,
                                   const HermiteNode& begin, const HermiteNode& end);
   RigidPose X_WC() const;
@@ -48,6 +49,7 @@ class HermiteMotion final : public Motion {
   TwistBound twist_bound(const TimeInterval& interval) const override;
   PoseScale pose_scale(const TimeInterval& interval) const override;
   TimeInterval domain() const override;
+  bool is_trusted() const override { return true; }
 
  private:
   HermiteMotion(const TimeInterval& interval, const RigidPose& X_WC, const HermiteNode& begin,

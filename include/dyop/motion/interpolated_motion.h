@@ -27,18 +27,18 @@ class InterpolatedMotion final : public Motion {
     Vector3 theta = Vector3::Zero();  ///< R_WB = R_WC exp(theta), radians, any size
   };
 
-  /// Uses the shortest rotation vectors; a turn of pi has two, of which one is taken.
+  /// Uses the shortest rotation vectors; for a turn of pi, one of the two.
   /// @throws InvalidArgument if the interval has no length or is not finite.
   InterpolatedMotion(const TimeInterval& interval, const RigidPose& X_WB0, const RigidPose& X_WB1,
                      RotationPath path = RotationPath::Slerp);
 
-  /// Linear in the rotation vector relative to R_WC, also by more than half a turn. With R_WC the
-  /// rotation at the start and begin.theta = 0: a constant angular velocity.
+  /// Linear in the rotation vector relative to R_WC, also by more than half a turn. If R_WC is the
+  /// rotation at the start and begin.theta = 0, the angular velocity is constant.
   /// @throws InvalidArgument as the constructor, or if a number is not finite.
   static InterpolatedMotion from_chart(const TimeInterval& interval, const Matrix3& R_WC,
                                        const Node& begin, const Node& end);
-  /// The same with the rotation of X_WC, used unchanged; with what the three members
-  /// below return it gives the same motion.
+  /// The same with the rotation of X_WC, used unchanged: with what the three members below return
+  /// it reproduces the motion exactly.
   static InterpolatedMotion from_chart(const TimeInterval& interval, const RigidPose& X_WC,
                                        const Node& begin, const Node& end);
   RigidPose X_WC() const { return RigidPose::from_trusted(R_WC_, Vector3::Zero()); }
@@ -51,6 +51,7 @@ class InterpolatedMotion final : public Motion {
   TwistBound twist_bound(const TimeInterval& interval) const override;
   PoseScale pose_scale(const TimeInterval& interval) const override;
   TimeInterval domain() const override { return interval_; }
+  bool is_trusted() const override { return true; }
 
  private:
   struct Chart {

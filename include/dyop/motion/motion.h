@@ -13,8 +13,8 @@ struct Twist {
   Vector3 w_WB = Vector3::Zero();  ///< radians per time
 };
 
-/// Upper bounds that hold at every time of an interval (almost everywhere for accelerations).
-/// Infinity is a legal bound: it costs speed, never safety.
+/// Upper bounds that hold at every time of an interval (for accelerations: almost everywhere).
+/// Infinity is allowed: it costs speed, never safety.
 struct TwistBound {
   Scalar linear_speed = 0;          ///< sup |v_WB|, length per time
   Scalar angular_speed = 0;         ///< sup |w_WB|, radians per time
@@ -25,8 +25,8 @@ struct TwistBound {
 /// Scale of the rounding of poses: the computed pose maps a point at a distance r from the body's
 /// origin to within kPoseNoise * (length + angle * r) of its exact position.
 struct PoseScale {
-  Scalar length = 0;  ///< size of the lengths from which positions are computed
-  Scalar angle = 1;   ///< 1 and the size of the angles that rotations are computed from, radians
+  Scalar length = 0;  ///< largest length from which positions are computed
+  Scalar angle = 1;   ///< 1 plus the angles from which rotations are computed, radians
 };
 
 /// Pose and velocity of a body at one time.
@@ -35,8 +35,8 @@ struct MotionState {
   Twist twist;
 };
 
-/// A pose as a function of time, with rigorous bounds on how its twist changes. This is all the
-/// impact engine knows about dynamics.
+/// A pose as a function of time, with rigorous bounds on how its twist changes. This is all that
+/// the impact engine knows about dynamics.
 ///
 /// Motions are immutable, and all members may be called from several threads at once.
 ///
@@ -57,30 +57,34 @@ class Motion {
   virtual Twist twist(Scalar t) const = 0;
 
   /// Pose and twist at time t together, the same bits as from pose() and twist(). Override it where
-  /// they share work; the impact engine gets poses and twists only from here.
+  /// they share work: the impact engine only calls this.
   virtual MotionState state(Scalar t) const { return {pose(t), twist(t)}; }
 
   /// Bounds over `interval`, a sub-interval of domain(). Must round up, never down. A jump of the
-  /// twist at interval.end itself does not count, as nothing moves after it: there the bounds hold
-  /// for the values from the left. So the bounds over [t, smooth_until(t)] have finite
-  /// accelerations.
+  /// twist at interval.end itself does not count: there the bounds hold for the values from the
+  /// left. So the bounds over [t, smooth_until(t)] have finite accelerations.
   virtual TwistBound twist_bound(const TimeInterval& interval) const = 0;
 
   /// Scale of the rounding of poses over `interval`, a sub-interval of domain().
-  /// Default: that of a motion whose poses are computed from the time and from lengths as large as
-  /// the position and the distance travelled. Override it where poses are computed from something
+  /// Default: for a motion whose poses are computed from the time and from lengths no larger than
+  /// the position and the distance travelled. Override it where they are computed from something
   /// larger, such as the time since a distant reference time.
   virtual PoseScale pose_scale(const TimeInterval& interval) const;
 
   /// Where the motion is defined. Default: always.
   virtual TimeInterval domain() const { return {-kInfinity, kInfinity}; }
 
-  /// The end of the piece around t, from t on, in which the twist is Lipschitz: a time > t, at
-  /// which v or w may jump. Default: the end of domain(), or infinity beyond it.
+  /// The end of the piece from t on in which the twist is Lipschitz: a time > t, at which v or w
+  /// may jump. Default: the end of domain(), or infinity beyond it.
   virtual Scalar smooth_until(Scalar t) const {
     const Scalar end = domain().end;
     return t < end ? end : kInfinity;
   }
+
+  /// True if poses are rotations and bounds hold by construction: queries then check only that
+  /// poses and twists are finite. The library's own motions say so. Leave it as it is for a motion
+  /// that nobody has proven: queries refuse poses that are no rotations, and jumps.
+  virtual bool is_trusted() const { return false; }
 };
 
 /// Throws InvalidArgument unless `motion` is defined on all of `interval`.

@@ -16,6 +16,7 @@ class RestMotion final : public Motion {
   RigidPose pose(Scalar t) const override;
   Twist twist(Scalar t) const override;
   TwistBound twist_bound(const TimeInterval& interval) const override;
+  bool is_trusted() const override { return true; }
 
  private:
   RigidPose X_WB_;

@@ -15,12 +15,12 @@ class SpeedTree;
 
 namespace DYOP_EXPORT dyop {
 
-/// A log of poses, say of a haptic device or a robot, at uneven time stamps. Between two stamps the
-/// origin moves linearly and the rotation along the shortest arc at a constant rate; at the stamps
-/// in between the twist jumps; smooth_sampled_motion() has no such jumps.
+/// A log of poses at uneven time stamps, say from a haptic device or a robot. Between two stamps
+/// the origin moves linearly, and the rotation along the shortest arc at a constant rate. At the
+/// stamps the twist jumps; smooth_sampled_motion() avoids that.
 ///
-/// A turn by pi or more between two stamps is indistinguishable from the shorter one: sample
-/// faster. Cost: O(log n) for pose, twist and bound; no allocation.
+/// A turn by pi or more between two stamps looks like the shorter one: sample faster.
+/// Cost: O(log n) for pose, twist and bound; no allocation.
 class SampledMotion final : public Motion {
  public:
   struct Sample {
@@ -38,14 +38,15 @@ class SampledMotion final : public Motion {
   RigidPose pose(Scalar t) const override;
   Twist twist(Scalar t) const override;
 
-  /// Accelerations are infinite if a stamp lies inside the interval, else zero. Speeds are the
-  /// largest of the pieces that the interval overlaps.
+  /// Accelerations are infinite if a stamp lies inside the interval, otherwise zero. Speeds are the
+  /// largest of all pieces that overlap the interval.
   TwistBound twist_bound(const TimeInterval& interval) const override;
   PoseScale pose_scale(const TimeInterval& interval) const override;
   TimeInterval domain() const override { return {stamps_.front(), stamps_.back()}; }
 
   /// The next stamp after t, infinity after the last.
   Scalar smooth_until(Scalar t) const override;
+  bool is_trusted() const override { return true; }
 
  private:
   struct Piece {
@@ -55,7 +56,7 @@ class SampledMotion final : public Motion {
   std::size_t piece_at(Scalar t) const;
 
   std::vector<Sample> samples_;
-  std::vector<Scalar> stamps_;  // of the samples, close together for searching
+  std::vector<Scalar> stamps_;  // of the samples, contiguous for searching
   std::vector<Piece> pieces_;
   std::shared_ptr<const internal::SpeedTree> speeds_;
   PoseScale pose_scale_;

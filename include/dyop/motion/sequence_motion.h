@@ -40,15 +40,19 @@ class SequenceMotion final : public Motion {
   TimeInterval domain() const override;
   std::span<const Part> parts() const { return parts_; }
 
-  /// The end of the part, or what the part's motion says if that is sooner.
+  /// The end of the part, or of a smooth piece within it if that is sooner.
   Scalar smooth_until(Scalar t) const override;
+
+  /// If all parts are.
+  bool is_trusted() const override { return is_trusted_; }
 
  private:
   std::size_t part_at(Scalar t) const;
   std::vector<Part> parts_;
   std::shared_ptr<const internal::SpeedTree> speeds_;
-  PoseScale pose_scale_;  // of the parts
-  // By how much the pose jumps, for rounding, where parts meet: sums over the meetings before each
+  PoseScale pose_scale_;  // covers all parts
+  bool is_trusted_ = true;
+  // How much rounding makes the pose jump where parts meet: sums over the meetings before each
   // part, relative to rounding as PoseScale is. Speeds do not bound it.
   std::vector<PoseScale> jumps_;
 };

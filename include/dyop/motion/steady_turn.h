@@ -8,8 +8,8 @@
 namespace DYOP_EXPORT dyop {
 
 /// A rotation at constant angular velocity, R(tau) = exp(tau [w]) R0, by Rodrigues' formula with
-/// all but one sine and one cosine precomputed: R(tau) = S + cos(|w| tau) P + sin(|w| tau) Q.
-/// Orthonormal and exact to a few roundings of the angle |w| tau.
+/// everything precomputed but one sine and one cosine: R(tau) = S + cos(|w| tau) P + sin(|w| tau)
+/// Q. Orthonormal and exact to a few roundings of the angle |w| tau.
 class SteadyTurn {
  public:
   SteadyTurn() = default;

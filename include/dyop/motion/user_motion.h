@@ -7,9 +7,10 @@
 
 namespace DYOP_EXPORT dyop {
 
-/// A motion made of the caller's functions. Proofs are only as good as `twist_bound`: the functions
-/// must meet the contracts of the members of Motion with the same names, called from several
-/// threads at once, and poses must round as the default Motion::pose_scale() states.
+/// A motion made of the caller's functions. Proofs are only as good as `twist_bound`: each function
+/// must meet the contract of the member of Motion with its name, also when called from several
+/// threads at once, and poses must round as the default Motion::pose_scale() states. check_motion()
+/// tests all this.
 class UserMotion final : public Motion {
  public:
   struct Functions {

@@ -11,20 +11,20 @@
 
 namespace DYOP_EXPORT dyop {
 
-/// Bounds of a distance. Proven if the algorithm is certified; otherwise `upper` is its estimate
+/// Bounds on a distance. Proven if the algorithm is certified; otherwise `upper` is its estimate
 /// and `lower` is 0.
 struct DistanceBounds {
   Scalar lower = 0;
   Scalar upper = kInfinity;
 };
 
-/// One way to compute the distance of two triangles, or of two convex hulls; stateless and
-/// thread-safe. For comparing algorithms: each has its own function in this folder that returns
-/// witness points and features too, and distance() is the front door for everything else.
+/// One algorithm for the distance of two triangles, or of two convex hulls; stateless and
+/// thread-safe. For comparisons: each algorithm has its own function in this folder that also
+/// returns witness points and features, and distance() is the front door for everything else.
 ///
 /// To add an algorithm:
-///   1. `include/dyop/distance/<name>.h` and `src/distance/<name>.cpp`, listed in
-///      `src/distance/CMakeLists.txt`, with a page in docs/algorithms;
+///   1. `include/dyop/paper/<name>.h` and `src/paper/<name>.cpp`, listed in
+///      `src/paper/CMakeLists.txt`, with a page in docs/algorithms;
 ///   2. a class in `src/paper/distance_algorithm.cpp` and its name in the list at the end of
 ///      that file: the contract tests of tests/paper/distance_algorithm_test.cpp then check it, and
 ///      `dyop paper` measures and draws it.
@@ -32,7 +32,7 @@ class DistanceAlgorithm {
  public:
   virtual ~DistanceAlgorithm() = default;
 
-  /// As written in tables, unique.
+  /// Unique name, as written in tables.
   virtual std::string_view name() const = 0;
 
   /// Whether `lower <= d <= upper` is proven for every answer.
@@ -51,11 +51,11 @@ class DistanceAlgorithm {
                                                  const RigidPose& X_AB) const;
 };
 
-/// All of them, certified DyOP first.
+/// All algorithms, certified DyOP first.
 std::span<const DistanceAlgorithm* const> distance_algorithms();
 
-/// The one with that name.
-/// @throws InvalidArgument if there is none; the message has the names that exist.
+/// The algorithm with that name.
+/// @throws InvalidArgument if there is none; the message lists the names.
 const DistanceAlgorithm& distance_algorithm(std::string_view name);
 
 }  // namespace dyop

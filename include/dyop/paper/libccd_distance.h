@@ -6,11 +6,11 @@
 
 namespace DYOP_EXPORT dyop {
 
-/// A second opinion: distance of two triangles by GJK with the parts that libccd [Fiser] makes
-/// public. An estimate: nothing is proven. In the plane it is the same in space with z = 0.
+/// A second opinion: distance of two triangles by GJK with the public parts of libccd [Fiser]. An
+/// estimate: nothing is proven. The planar version is the same in space with z = 0.
 ///
-/// libccd says whether shapes overlap and how deeply; it has no public distance call, and FCL
-/// carries a copy of its private code for one. This adapter stays with the public interface:
+/// libccd tells whether shapes overlap and how deeply; it has no public distance call, and FCL
+/// carries a copy of its private code for one. This adapter uses the public interface only:
 /// libccd's support callbacks and its nearest points of a segment and a triangle to the origin, in
 /// the loop that FCL runs after libccd's overlap test. Leaving that test out makes it faster, not
 /// slower. Triangles that intersect give about zero.

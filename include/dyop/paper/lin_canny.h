@@ -12,17 +12,20 @@
 #include "dyop/geometry/convex_hull.h"
 #include "dyop/paper/planar_distance.h"
 
-/// The closest-feature walk of [LinCanny1991] with the care of [Mirtich1998] that it always ends.
+/// The closest-feature walk of [LinCanny1991], with the safeguards of [Mirtich1998] so that it
+/// always ends.
 ///
-/// A walk goes from a pair of features to a neighbouring pair that is nearer, as long as a nearest
-/// point lies outside the Voronoi region of the other's feature. Its end is checked like any other
-/// candidate: the slab between the features must prove it. If it does not (the shapes cross, or
-/// rounding stopped the walk), another certified algorithm answers. So the bounds hold whatever the
+/// A walk goes from a pair of features to a neighbouring pair that is nearer, for as long as a
+/// nearest point lies outside the Voronoi region of the other's feature. Its result is checked like
+/// any other candidate: the slab between the features must prove it. If it does not (the shapes
+/// intersect, or rounding stopped the walk), another certified algorithm answers. So the bounds
+/// hold whatever the walk does. Method and measurements: docs/algorithms/lin_canny.md.
 /// walk does. Method and measurements: docs/algorithms/lin_canny.md.
 namespace DYOP_EXPORT dyop {
 
 /// Where a walk starts, and what the last one did. A query of the same pair at a nearby pose then
-/// takes a step or two. Affects speed only. Numbers that fit no feature of the shapes are ignored.
+/// takes one or two steps. Affects speed only. Numbers that fit no feature of the shapes are
+/// ignored.
 struct LinCannyCache {
   /// Place on a shape: kind and number of the feature; Smooth for none.
   struct Place {
@@ -35,21 +38,21 @@ struct LinCannyCache {
   bool is_certified = false;  ///< of the last query: the walk's own end was proven
 };
 
-/// Distance of two triangles; promises and arguments as triangle_distance(), which is the fallback,
-/// but upper - lower may be twice triangle_noise().
+/// Distance of two triangles. Guarantees and arguments as triangle_distance(), which is the
+/// fallback, but upper - lower may be twice triangle_noise().
 TriangleDistance lin_canny_distance(const Triangle& a, const Triangle& b,
                                     LinCannyCache* cache = nullptr);
 
-/// Distance of two triangles in the plane; promises and arguments as planar_triangle_distance().
+/// Distance of two triangles in the plane. Guarantees and arguments as planar_triangle_distance().
 PlanarDistance lin_canny_distance(const PlanarTriangle& a, const PlanarTriangle& b,
                                   LinCannyCache* cache = nullptr);
 
-/// Distance of two convex polygons; promises and arguments as convex_polygon_distance(), which is
+/// Distance of two convex polygons. Guarantees and arguments as convex_polygon_distance(), which is
 /// the fallback. Cost: the walk, and a scan of all vertices for the proof.
 PlanarDistance lin_canny_distance(std::span<const Vector2> a, std::span<const Vector2> b,
                                   LinCannyCache* cache = nullptr);
 
-/// A convex hull with its edges, and who borders whom: what the walk needs. Built once per shape.
+/// A convex hull with its edges and their neighbours, as the walk needs them. Built once per shape.
 class HullFeatures {
  public:
   struct Edge {
@@ -73,10 +76,10 @@ class HullFeatures {
   std::vector<Edge> edges_;
   std::vector<std::array<std::int32_t, 3>> edges_of_face_;
   std::vector<std::int32_t> edges_of_vertices_;  // of vertex 0, then of vertex 1, ...
-  std::vector<std::int32_t> first_edge_;         // of each vertex in there, and the end
+  std::vector<std::int32_t> first_edge_;  // by vertex: index into edges_of_vertices_; and the end
 };
 
-/// Distance of two convex hulls of any size and dimension; promises and arguments as
+/// Distance of two convex hulls of any size and dimension. Guarantees and arguments as
 /// gjk_distance(), which is the fallback. `iterations` counts the steps of the walk and of the
 /// fallback.
 GjkResult lin_canny_distance(const HullFeatures& a, const HullFeatures& b, const RigidPose& X_AB,

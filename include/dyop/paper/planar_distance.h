@@ -39,8 +39,8 @@ PlanarDistance planar_triangle_distance(const PlanarTriangle& a, const PlanarTri
 /// @throws InvalidArgument if a polygon has no vertex.
 PlanarDistance convex_polygon_distance(std::span<const Vector2> a, std::span<const Vector2> b);
 
-/// Rounding allowance for this pair, a length: kTriangleNoise times the width and height of the box
-/// around both.
+/// Allowance for rounding for this pair, a length: kTriangleNoise times the width plus height of
+/// the box around both.
 Scalar planar_noise(std::span<const Vector2> a, std::span<const Vector2> b);
 
 }  // namespace dyop

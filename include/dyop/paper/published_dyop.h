@@ -9,8 +9,8 @@
 
 namespace DYOP_EXPORT dyop {
 
-/// What published_dyop() found on its way, in the frame of the arguments: enough to draw the
-/// construction of [DyOP].
+/// The result of published_dyop() with its intermediate steps, in the frame of the arguments:
+/// enough to draw the construction of [DyOP].
 template <int dimension>
 struct PublishedDyop {
   using Point = Eigen::Matrix<Scalar, dimension, 1>;
@@ -24,8 +24,8 @@ struct PublishedDyop {
   Point pivot = Point::Zero();      ///< the dynamic origin point, its middle
   std::array<int, 2> kept_a{0, 1};  ///< vertex numbers of the two vertices the pivot keeps
   std::array<int, 2> kept_b{0, 1};
-  Point p_a = Point::Zero();  ///< the shortest segment found: its end on a
-  Point p_b = Point::Zero();  ///< and on b
+  Point p_a = Point::Zero();  ///< end on a of the shortest segment found
+  Point p_b = Point::Zero();  ///< end on b
   Feature feature_a;          ///< the vertex or the kept edge that p_a is on
   Feature feature_b;
   Scalar distance = 0;  ///< |p_b - p_a|
@@ -33,15 +33,15 @@ struct PublishedDyop {
 
 /// DyOP as published [DyOP], for comparison: not a distance one can rely on.
 ///
-/// Returns the distance of two edges, one of each triangle, which the pivot chose. Up to rounding
-/// it is never below the distance of the triangles, and in general above it; crossing is not
-/// detected but for crossing edges in the plane. docs/algorithms/published_dyop.md has how often it
-/// errs and by how much; triangle_distance() is the algorithm to use.
+/// Returns the distance of two edges, one of each triangle, that the pivot chose. Up to rounding it
+/// is never below the distance of the triangles, and in general above it; intersection is not
+/// detected, except for crossing edges in the plane. docs/algorithms/published_dyop.md tells how
+/// often it errs and by how much; triangle_distance() is the algorithm to use.
 ///
 /// Coordinates must be finite and at most kLargestCoordinate; they are not checked here.
 PublishedDyop<2> published_dyop(const PlanarTriangle& a, const PlanarTriangle& b);
 
-/// Its direct reading in three dimensions: one more coordinate in every step.
+/// The direct extension to three dimensions: one more coordinate in every step.
 PublishedDyop<3> published_dyop(const Triangle& a, const Triangle& b);
 
 }  // namespace dyop

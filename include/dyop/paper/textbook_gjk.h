@@ -6,7 +6,7 @@
 
 namespace DYOP_EXPORT dyop {
 
-/// Answer of textbook_gjk(), in the frame of the arguments. An estimate: nothing is proven.
+/// Result of textbook_gjk(), in the frame of the arguments. An estimate: nothing is proven.
 template <int dimension>
 struct GjkEstimate {
   using Point = Eigen::Matrix<Scalar, dimension, 1>;
@@ -18,9 +18,9 @@ struct GjkEstimate {
   int iterations = 0;
 };
 
-/// Distance of two triangles by the algorithm of [GilbertJohnsonKeerthi1988] as textbooks have it
-/// ([vandenBergen2003] chapter 4, with the region tests of [Ericson2005] chapter 5), without
-/// certificate and without care for slivers: the rival of the experiment of [DyOP]. gjk_distance()
+/// Distance of two triangles by the algorithm of [GilbertJohnsonKeerthi1988] as textbooks present
+/// it ([vandenBergen2003] chapter 4, with the region tests of [Ericson2005] chapter 5), without a
+/// certificate and without care for slivers: the rival in the experiment of [DyOP]. gjk_distance()
 /// is the one to use.
 ///
 /// Coordinates must be finite; they are not checked here. Bounded, no allocation.

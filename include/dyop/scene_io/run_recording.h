@@ -28,8 +28,9 @@ struct RunTotals {
   IntegratorStatistics integrator;
   ToiStatistics toi;  ///< peak_queue is the largest
   StepStatistics work;
-  /// What World::advance() threw, if that ended the run; `status` is then that of the advance
-  /// before.
+  StepTimes times;  ///< not recorded: a recording knows no clock
+  /// What World::advance() threw, if that ended the run; `status` is then that of the previous
+  /// advance.
   std::optional<std::string> error;
 
   void add(const AdvanceReport& report);
@@ -38,20 +39,20 @@ struct RunTotals {
   std::string_view end() const;
 };
 
-/// Writes a run as JSON lines: docs/recording-format.md. The bytes depend on the scene and the
-/// reports only: no clock, no host, no number of threads.
+/// Writes a run as JSON lines: docs/recording-format.md. The bytes depend only on the scene and the
+/// reports, not on the clock, the host or the number of threads.
 class RunRecorder {
  public:
   /// Writes the header. The stream must outlive the recorder.
   RunRecorder(std::ostream& out, const Scene& scene);
 
-  /// Writes the committed steps and impacts of one advance, in the order of time.
+  /// Writes the committed steps and impacts of one advance, in order of time.
   void write(const AdvanceReport& report);
 
   /// Writes the last line.
   void finish();
 
-  /// Writes the last line of a run that an exception with this message ended.
+  /// Writes the last line of a run that was ended by an exception with this message.
   void fail(const std::string& error);
 
   const RunTotals& totals() const { return totals_; }
@@ -61,14 +62,14 @@ class RunRecorder {
   RunTotals totals_;
 };
 
-/// One committed step of all bodies: exact states of the committed motion at its begin, its end
-/// and some times between.
+/// One committed step of all bodies: exact states of the committed motion at its start, at its end
+/// and at some times in between.
 struct RecordedStep {
   std::vector<Scalar> times;                     ///< increasing, at least two
   std::vector<std::vector<MotionState>> states;  ///< per time, per body
 };
 
-/// What a recording holds.
+/// The contents of a recording.
 struct RunRecording {
   struct Body {
     std::string name;
@@ -78,7 +79,7 @@ struct RunRecording {
   std::vector<Body> bodies;
   std::vector<RecordedStep> steps;
   std::vector<ImpactEvent> impacts;
-  bool is_complete = false;  ///< the last line is there: the run was not killed
+  bool is_complete = false;  ///< the last line exists: the run was not killed
   RunTotals totals;          ///< if complete
 };
 
@@ -86,9 +87,9 @@ struct RunRecording {
 RunRecording read_recording(const std::filesystem::path& file);
 
 /// The pose of a body at a time within a step. At a recorded time it is the recorded pose, which is
-/// the committed one up to rounding; between two of them it is the cubic through their states (see
-/// HermiteMotion), whose error is of fourth order in their distance.
-/// @throws InvalidArgument if the step does not hold the time or the body.
+/// the committed one up to rounding; in between it is the cubic through the neighbouring states
+/// (see HermiteMotion), whose error is of fourth order in their distance in time.
+/// @throws InvalidArgument if the step does not contain the time or the body.
 RigidPose recorded_pose(const RecordedStep& step, BodyId body, Scalar t);
 
 }  // namespace dyop

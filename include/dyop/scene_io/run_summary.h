@@ -8,7 +8,7 @@
 
 namespace DYOP_EXPORT dyop {
 
-/// What happened in a run, for a person to read. Here, and only here, the clock is shown.
+/// A report of a run for people to read. Only here is the clock shown.
 /// @param impacts      All impacts of the run, in order; the first ones are printed in full.
 /// @param wall_seconds Time spent on the run.
 void write_summary(std::ostream& out, const Scene& scene, const std::vector<ImpactEvent>& impacts,

@@ -10,37 +10,38 @@
 
 namespace DYOP_EXPORT dyop {
 
-/// A target distance of one pair that differs from that of the others.
+/// A pair with a target distance of its own.
 struct SceneTarget {
   BodyId a;
   BodyId b;
   Scalar distance = 0;
 };
 
-/// A scene file, read and checked: all that a World needs. Format: docs/scene-format.md.
+/// A scene file, read and checked: everything a World needs. Format: docs/scene-format.md.
 struct Scene {
   std::string title;
   /// The JSON of the file on one line, keys in the order of the file.
   std::string source;
-  /// `thread_count` is not part of a scene and left alone.
+  /// `thread_count` is not part of a scene and keeps its default.
   WorldOptions options;
-  std::vector<BodyDefinition> bodies;    ///< BodyId::slot is the place in this list
-  std::vector<std::string> shape_names;  ///< per body, for people: "mesh bunny.obj", "sphere"
+  std::vector<BodyDefinition> bodies;    ///< BodyId::slot is the index into this list
+  std::vector<std::string> shape_names;  ///< per body, for display: "mesh bunny.obj", "sphere"
   std::vector<SceneTarget> target_distances;
   std::vector<std::pair<BodyId, BodyId>> disabled_pairs;
   std::vector<JointDefinition> joints;
+  std::vector<SpringDefinition> springs;
   Scalar end_time = 0;  ///< > 0; a scene starts at time 0
-  Scalar step = 0;      ///< > 0; how far World::advance() goes at a time
+  Scalar step = 0;      ///< > 0; length of one World::advance()
 };
 
-/// Returns the scene of a file. Meshes are looked for relative to the directory of the scene file,
-/// then in each of `mesh_directories`.
+/// Returns the scene of a file. Meshes are sought relative to the directory of the scene file, then
+/// in each of `mesh_directories`.
 /// @throws FileError with the file, the path of the key, what was expected and found.
 Scene load_scene(const std::filesystem::path& file,
                  const std::vector<std::filesystem::path>& mesh_directories = {});
 
 /// The world of a scene, at time 0.
-/// @throws InvalidArgument if the World refuses a body; the message names it.
+/// @throws InvalidArgument if the World rejects a body; the message names it.
 World make_world(const Scene& scene);
 
 }  // namespace dyop

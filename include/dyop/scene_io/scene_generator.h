@@ -10,8 +10,8 @@
 
 namespace DYOP_EXPORT dyop {
 
-/// A scene that was made, not read: the text of a scene file (docs/scene-format.md) and of the
-/// mesh files it names.
+/// A generated scene: the text of a scene file (docs/scene-format.md) and of the mesh files it
+/// names.
 struct GeneratedScene {
   std::string text;
   std::vector<std::pair<std::string, std::string>>
@@ -29,9 +29,9 @@ struct SceneKind {
 /// All kinds, in the order of the documentation.
 const std::vector<SceneKind>& scene_kinds();
 
-/// Makes a scene with z up, gravity 9.81 and bodies of a length of about one. Bodies that rest on
-/// one another begin at their rest gap. The same arguments give the same text.
-/// @throws InvalidArgument naming the kind or the count that cannot be used.
+/// Generates a scene with z up, gravity 9.81 and bodies about one unit long. Bodies that rest on
+/// each other start at their rest gap. The same arguments give the same text.
+/// @throws InvalidArgument naming the kind or count that is not possible.
 GeneratedScene generate_scene(const std::string& kind, int n);
 
 /// Writes the scene to `file` and its meshes beside it.

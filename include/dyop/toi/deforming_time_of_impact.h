@@ -17,13 +17,13 @@ namespace DYOP_EXPORT dyop {
 /// @param interval The vertices are at begin() at its start, at end() at its end. Finite, not
 ///                 reversed; if its length is zero only begin() counts.
 /// @throws InvalidArgument if an option is out of range or the interval is not valid.
-/// Const, thread-safe, deterministic unless a deadline or stop ends it.
+/// Reads the meshes only; thread-safe, deterministic unless a deadline or stop ends it.
 /// See docs/algorithms/linear_vertex_motion.md.
 ToiResult time_of_impact(const DeformingMesh& a, const DeformingMesh& b,
                          const TimeInterval& interval, const ToiOptions& options = {});
 
-/// The same in the memory of `workspace`, and resuming its last query, as for rigid shapes
-/// (time_of_impact.h); the meshes must not have been refitted in between.
+/// The same, in the memory of `workspace`; resume continues its last query as for rigid shapes
+/// (time_of_impact.h), if the meshes were not refitted in between.
 ToiResult time_of_impact(const DeformingMesh& a, const DeformingMesh& b,
                          const TimeInterval& interval, const ToiOptions& options,
                          ToiWorkspace& workspace);
@@ -41,5 +41,12 @@ ToiResult time_of_impact(const DeformingMesh& a, const TriangleMesh& b, const Mo
 ToiResult resume_time_of_impact(const DeformingMesh& a, const TriangleMesh& b, const Motion& X_WB,
                                 const TimeInterval& interval, const ToiOptions& options,
                                 ToiWorkspace& workspace);
+
+/// The same while A goes through a part of its own interval only, as a tool does that is stepped
+/// many times between two snapshots of an organ. Cannot be resumed.
+/// @throws InvalidArgument as above, and unless 0 <= span.begin <= span.end <= 1.
+ToiResult time_of_impact(const DeformingMesh& a, const DeformingSpan& span, const TriangleMesh& b,
+                         const Motion& X_WB, const TimeInterval& interval,
+                         const ToiOptions& options, ToiWorkspace& workspace);
 
 }  // namespace dyop

@@ -68,7 +68,7 @@ struct LeastDistanceResult {
 /// @param a, b, X_WA, X_WB, interval  As for time_of_impact().
 /// @throws InvalidArgument if an option is out of range, a motion is undefined on `interval`, or a
 ///         solid is a mesh that is not closed.
-/// Const, thread-safe, deterministic unless a deadline or stop ends it.
+/// Reads the shapes only; thread-safe, deterministic unless a deadline or stop ends it.
 /// See docs/algorithms/least_distance.md.
 LeastDistanceResult least_distance(const Shape& a, const Motion& X_WA, const Shape& b,
                                    const Motion& X_WB, const TimeInterval& interval,

@@ -8,9 +8,9 @@
 
 namespace DYOP_EXPORT dyop {
 
-/// One time-of-impact query of a batch: the arguments of time_of_impact(). Shapes and motions are
-/// the caller's, may be shared by any number of queries, and must stay as they are until the batch
-/// returns.
+/// One time-of-impact query of a batch: the arguments of time_of_impact(). Shapes and motions
+/// belong to the caller, may be shared by any number of queries, and must not change until the
+/// batch returns.
 struct ToiQuery {
   const Shape* a = nullptr;
   const Motion* X_WA = nullptr;
@@ -21,15 +21,15 @@ struct ToiQuery {
 };
 
 /// Answers many time-of-impact queries on several threads: results[i] is bit for bit what
-/// time_of_impact() returns for queries[i], for every number of threads.
+/// time_of_impact() returns for queries[i], for any number of threads.
 ///
 /// After the batch is stopped, a query that was running is Cancelled; one that had not started is
 /// NotRun.
 ///
 /// @throws InvalidArgument before any query is run if the spans differ in length, thread_count is
 ///         negative, or a query lacks a shape or a motion or would be refused by time_of_impact();
-///         the message names the lowest such index. What a motion or the progress callback throws
-///         ends the batch: results that are not NotRun are then answered.
+///         the message names the lowest such index. An exception from a motion or the progress
+///         callback ends the batch: results that are not NotRun are then answered.
 /// Motions must allow concurrent calls, as all of dyop's do. Memory is kept per thread, not per
 /// query. See docs/algorithms/time_of_impact.md, "Batches".
 void time_of_impact_batch(std::span<const ToiQuery> queries, std::span<ToiResult> results,

@@ -21,20 +21,20 @@ namespace DYOP_EXPORT dyop {
 ///
 ///     status                 t_safe   d on [begin, t_safe]   d(t_safe)          contact
 ///     NotRun                 begin    nothing                nothing            none
-///     Separated              end      >= δ + ε/4 - ν         as before it       none
+///     Separated              end      >= δ + ε/4 - ν         the same           none
 ///     Impact                 any      >= δ + ε/4 - ν         <= δ + ε + ν       the pair
 ///     InitiallyWithinTarget  begin    nothing                <= δ + ε + ν (1)   the pair (1)
-///     BudgetExhausted        any      >= δ + ε/4 - ν (2)     as before it       none
-///     Cancelled              any      >= δ + ε/4 - ν (2)     as before it       none
-///     NumericalLimit         any      >= δ + ε/4 - ν (2)     as before it       the pair
+///     BudgetExhausted        any      >= δ + ε/4 - ν (2)     the same           none
+///     Cancelled              any      >= δ + ε/4 - ν (2)     the same           none
+///     NumericalLimit         any      >= δ + ε/4 - ν (2)     the same           the pair
 ///
-/// (1) The lower bound of the pair's distance is at most δ + ε/4: it is not proven apart. Or, of a
-///     solid: a part of the other side is inside it, however far its surface; both witness points
-///     are then one point inside, and the rest of `contact` means nothing.
+/// (1) The lower bound of the pair's distance is at most δ + ε/4: it is not proven apart. Or, for a
+///     solid: part of the other side is inside it, however far from its surface; both witness
+///     points are then one point inside, and the rest of `contact` means nothing.
 /// (2) If t_safe > begin. If t_safe = begin nothing is known.
 ///
-/// The last three are undecided after t_safe: NOT a miss. NumericalLimit: rounding forbids the
-/// tolerance asked for.
+/// The last three are undecided after t_safe: NOT a miss. NumericalLimit: rounding rules out the
+/// requested tolerance.
 ///
 /// contact    Its distance bounds are those of the pair of pieces that ended the search, at t_safe;
 ///            d(t_safe) is at most `upper`.
@@ -55,7 +55,7 @@ enum class ToiStatus {
   InitiallyWithinTarget,  ///< not proven apart at the start
   BudgetExhausted,        ///< undecided: the budget ran out or the deadline passed
   Cancelled,              ///< undecided: stopped by the caller
-  NumericalLimit,         ///< undecided: rounding forbids the tolerance asked for
+  NumericalLimit,         ///< undecided: rounding rules out the requested tolerance
 };
 
 struct ToiStatistics {

@@ -9,7 +9,7 @@ namespace DYOP_EXPORT dyop {
 
 /// A point that moves on a straight line at constant speed over an interval of time: from `begin`
 /// at its start to `end` at its end, world frame. The path is the exact line through the two given
-/// points, not what rounding makes of it.
+/// points, unaffected by rounding.
 struct VertexPath {
   Vector3 begin = Vector3::Zero();
   Vector3 end = Vector3::Zero();

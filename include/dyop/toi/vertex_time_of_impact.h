@@ -20,15 +20,15 @@ struct VertexToiOptions {
   /// Gap δ at which the two elements count as touching; length, >= 0.
   Scalar target_distance = 0;
   /// How much above the target an impact may be reported: ε; length, > 0.
-  /// Default: a millionth of the smaller element's size, its largest distance between vertices; of
-  /// the triangle's for a vertex.
+  /// Default: a millionth of the smaller element's size, which is its largest distance between
+  /// vertices; for a vertex against a triangle, of the triangle's.
   std::optional<Scalar> distance_tolerance = {};
   ContactRule contact_rule = ContactRule::WithinTolerance;
-  /// Largest number of steps in time, >= 1. Spent: BudgetExhausted.
+  /// Largest number of steps in time, >= 1; after that the status is BudgetExhausted.
   std::int64_t max_steps = 1000;
 };
 
-/// Result of the queries below. ToiStatus says what each member promises in which status.
+/// Result of the queries below. ToiStatus states what each member promises in each status.
 struct VertexToiResult {
   ToiStatus status = ToiStatus::NotRun;
   Scalar t_safe = 0;
@@ -41,14 +41,14 @@ struct VertexToiResult {
 /// Returns when a moving vertex (A) and a moving triangle (B) first come within target_distance, or
 /// proves that they do not.
 ///
-/// Conservative advancement along fixed and turning directions; under ContactRule::Exact pairs
-/// that come within ε are decided in whole arithmetic.
+/// Conservative advancement along fixed and turning directions; under ContactRule::Exact, pairs
+/// that come within ε are decided in integer arithmetic.
 ///
-/// @param interval The paths are at `begin` at its begin and at `end` at its end. Finite, not
-///                 reversed; of an interval of length zero only the begin of the paths counts.
+/// @param interval The paths are at `begin` at its start and at `end` at its end. Finite, not
+///                 reversed; for an interval of length zero only `begin` counts.
 /// @throws InvalidArgument if a coordinate is not finite or beyond kLargestCoordinate, an option is
 ///         out of range, or the interval is not valid.
-/// Thread-safe, deterministic; bounded by max_steps. No allocation, but for the exact decision.
+/// Thread-safe, deterministic; bounded by max_steps. No allocation, except for the exact decision.
 /// See [Mirtich1996], docs/algorithms/linear_vertex_motion.md.
 VertexToiResult time_of_impact(const VertexFacePaths& paths, const TimeInterval& interval = {},
                                const VertexToiOptions& options = {});

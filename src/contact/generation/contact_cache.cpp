@@ -9,30 +9,29 @@
 namespace dyop {
 namespace {
 
-// Largest displacement of a point of a shape when its pose in some frame changes from X to Y: that of
-// the middle of its bounds, and the turn over the half diagonal.
+// Bound on the displacement of any point of a shape when its pose in some frame changes from X to
+// Y: the displacement of the middle of its bounds, plus the turn over the half diagonal.
 Scalar largest_displacement(const Shape& shape, const RigidPose& X, const RigidPose& Y) {
   const AlignedBox bounds = shape.bounding_box();
   const Vector3 center = bounds.center();
   const Matrix3 turn = Y.rotation() - X.rotation();
   const Vector3 moved = turn * center + (Y.translation() - X.translation());
-  // The norm of a difference of rotations, twice the sine of half the angle, is its Frobenius norm
-  // over the root of two.
+  //  - Y| of two rotations, twice the sine of half the angle, is the Frobenius norm over sqrt(2).
   return moved.norm() + turn.norm() / std::sqrt(Scalar{2}) * bounds.sizes().norm() / 2;
 }
 
-// The least displacement of the contact on either of the shapes, squared.
+// The smaller of the contact's displacements on the two shapes, squared.
 Scalar squared_step(const ContactPoint& from, const ContactPoint& to) {
   return std::min((from.p_ACa - to.p_ACa).squaredNorm(), (from.p_BCb - to.p_BCb).squaredNorm());
 }
 
-// The cosine of the turn of the normal as the shape it is of sees it; in world if it is of another.
+// Cosine of the normal's turn in the frame of the shape it belongs to, or in world if that changed.
 Scalar normal_cosine(const ContactPoint& from, const ContactPoint& to) {
   if (from.normal_is_of_b == to.normal_is_of_b) return from.nhat_AB_S.dot(to.nhat_AB_S);
   return from.nhat_AB_W.dot(to.nhat_AB_W);
 }
 
-// The impulse after the shortest turn between two normals.
+// The impulse, turned by the shortest rotation between two normals.
 Vector3 turned(const Vector3& impulse, const Vector3& from, const Vector3& to) {
   if (impulse.isZero(0)) return impulse;
   return Quaternion::FromTwoVectors(from, to) * impulse;
@@ -55,7 +54,7 @@ void ContactCache::clear() {
 bool ContactCache::serves(Scalar reach, const ContactCacheOptions& options) const {
   const bool is_same_generator = generator_.cone_tolerance == options.generator.cone_tolerance &&
                                  generator_.border_tolerance == options.generator.border_tolerance;
-  // Generated much farther than asked: the rest would only cost the solver time.
+  // If generated much farther out than needed, the extra contacts would only cost solver time.
   return is_same_generator && drift_ <= options.max_drift && reach + drift_ <= generated_reach_ &&
          generated_reach_ <= 2 * (reach + options.max_drift);
 }
@@ -74,7 +73,7 @@ void ContactCache::carry(const RigidPose& X_WA, const RigidPose& X_WB) {
   }
 }
 
-// First the same features, then whatever is nearest with nearly the same normal.
+// Matches the same features first, then the nearest contact with nearly the same normal.
 void ContactCache::hand_on_impulses(Scalar reach) {
   constexpr Scalar kSameNormal = 0.9;  // cosine of 26 degrees
   is_continued_.assign(last_.size(), 0);
@@ -109,7 +108,7 @@ bool ContactCache::refresh(const Shape& a, const RigidPose& X_WA, const Shape& b
                "ContactCache: max_drift must be finite and >= 0, not ", options.max_drift);
   const RigidPose X_AB = X_WA.inverse() * X_WB;
   if (generated_reach_ >= 0) {
-    // Either shape may be taken for the one at rest.
+    // Either shape may be regarded as fixed.
     drift_ = std::min(largest_displacement(b, X_AB_, X_AB),
                       largest_displacement(a, X_AB_.inverse(), X_AB.inverse()));
     if (serves(reach, options)) {
@@ -117,7 +116,7 @@ bool ContactCache::refresh(const Shape& a, const RigidPose& X_WA, const Shape& b
       return false;
     }
   }
-  generated_reach_ = -1;  // should the generator throw
+  generated_reach_ = -1;  // in case the generator throws
   last_.swap(contacts_);
   generate_contacts(a, X_WA, b, X_WB, reach + options.max_drift, options.generator, workspace,
                     contacts_);

@@ -34,7 +34,7 @@ void require_sine(const char* name, Scalar sine) {
                sine);
 }
 
-// Contacts of one place: what rounding or the tolerance at a triangle's border found twice.
+// Duplicates: contacts found twice at one place, by rounding or the tolerance at triangle borders.
 class DoubleRemoval {
  public:
   DoubleRemoval(const ContactQuery& query, std::vector<char>& is_double)
@@ -43,7 +43,7 @@ class DoubleRemoval {
   void run(std::vector<FoundContact>& found) const;
 
  private:
-  // How far apart the points of one place may be when they are `distance` from the other shape.
+  // How far apart two findings of one contact may be when it is `distance` from the other shape.
   Scalar spread(Scalar distance) const {
     return 2 * query_.options.border_tolerance * distance + 8 * query_.noise;
   }
@@ -63,7 +63,7 @@ bool is_better(const FoundContact& x, const FoundContact& y) {
   return std::tie(x.rank, x.key) < std::tie(y.rank, y.key);
 }
 
-// Marks the worse one of every two contacts of one place; sweeps along x.
+// Marks the worse of any two contacts at one place; sweeps along x.
 void DoubleRemoval::run(std::vector<FoundContact>& found) const {
   std::sort(found.begin(), found.end(), [](const FoundContact& x, const FoundContact& y) {
     return std::tie(x.p_a.x(), x.rank, x.key) < std::tie(y.p_a.x(), y.rank, y.key);
@@ -85,14 +85,14 @@ void DoubleRemoval::run(std::vector<FoundContact>& found) const {
             [](const FoundContact& x, const FoundContact& y) { return x.key < y.key; });
 }
 
-// A feature by the shape's own vertex numbers.
+// Translates a feature into the shape's own vertex numbers.
 Feature named_feature(const ContactSurface& surface, const FeatureKey& key) {
   switch (key.kind) {
     case FeatureKind::Vertex:
-      return {key.kind, {key.number, -1, -1}};
+      return {key.kind, {key.number}};
     case FeatureKind::Edge: {
       const auto& ends = surface.topology->edge(key.number);
-      return {key.kind, {ends[0], ends[1], -1}};
+      return {key.kind, {ends[0], ends[1]}};
     }
     case FeatureKind::Face:
       return {key.kind, surface.indices(key.number)};
@@ -102,7 +102,7 @@ Feature named_feature(const ContactSurface& surface, const FeatureKey& key) {
   return {};
 }
 
-// Adds the radii around the cores, and goes to world.
+// Adds the rounding radii of the cores, and transforms to world.
 ContactPoint finished(const ContactQuery& query, const RigidPose& X_WA, const FoundContact& found) {
   ContactPoint contact;
   const Scalar radii = query.a.radius + query.b.radius;
@@ -127,7 +127,8 @@ ContactPoint finished(const ContactQuery& query, const RigidPose& X_WA, const Fo
   return contact;
 }
 
-// Adds the contacts of two meshes or convex shapes, `piece_a` and `piece_b` of their bodies.
+// Appends the contacts of two meshes or convex shapes, pieces `piece_a` and `piece_b` of their
+// bodies.
 void append_contacts(const Shape& a, std::int32_t piece_a, const RigidPose& X_WA, const Shape& b,
                      std::int32_t piece_b, const RigidPose& X_WB, Scalar reach,
                      const ContactGeneratorOptions& options, ContactWorkspace& workspace,
@@ -136,12 +137,12 @@ void append_contacts(const Shape& a, std::int32_t piece_a, const RigidPose& X_WA
   ContactSurface surface_a(a);
   ContactSurface surface_b(b);
   const bool is_smooth = !surface_a.mesh || !surface_b.mesh;
-  // Distances to a smooth core are those of the whole shapes.
+  // Distances to a smooth core already include its radius.
   if (is_smooth) surface_a.radius = surface_b.radius = 0;
   ContactQuery query{surface_a, surface_b, X_WA.inverse() * X_WB, {}, 0, 0, options};
   query.X_BA = query.X_AB.inverse();
   query.reach = reach + surface_a.radius + surface_b.radius;
-  // Of the poses, and as much again for what is computed from posed points.
+  // The noise of the poses, and as much again for what is computed from posed points.
   query.noise = 2 * internal::pose_noise(a, X_WA, b, X_WB);
   found.clear();
   if (is_smooth) {
@@ -157,7 +158,7 @@ void append_contacts(const Shape& a, std::int32_t piece_a, const RigidPose& X_WA
   }
 }
 
-// Calls visit(shape, number) for each mesh or convex shape that a shape is made of, all in its
+// Calls visit(shape, number) for each mesh or convex shape that a shape consists of, all in its
 // frame.
 template <typename Visit>
 void for_each_piece(const Shape& shape, const Visit& visit) {

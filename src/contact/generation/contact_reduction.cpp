@@ -15,10 +15,10 @@ bool is_nearer(const ContactPoint& x, const ContactPoint& y) {
   return std::tie(x.gap, x.key) < std::tie(y.gap, y.key);
 }
 
-// What the reduction knows of a contact.
+// State of a contact during the reduction.
 struct Standing {
   enum { Free, InCluster, Kept, Dropped } place = Free;
-  Scalar apart = kInfinity;  // from the nearest kept one of its cluster, squared and weighted
+  Scalar apart = kInfinity;  // distance to the nearest kept one of its cluster, squared, weighted
 };
 
 class Reduction {

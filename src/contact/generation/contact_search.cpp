@@ -11,7 +11,7 @@
 namespace dyop::internal {
 namespace {
 
-// Which features lie below a box.
+// The kinds of features below a box.
 struct Below {
   bool vertices = true;
   bool edges = true;
@@ -24,13 +24,13 @@ Below below(const ContactFeatures& features, std::int32_t box) {
           (features.columns_with_edges(node) >> column & 1) != 0};
 }
 
-// A vertex against anything, or two edges.
+// Vertices pair with anything, edges with edges.
 bool can_touch(const Below& a, const Below& b) {
   return a.vertices || b.vertices || (a.edges && b.edges);
 }
 
-// Calls visit(leaf_a, leaf_b) for all leaves within reach for which is_sought(box_a, box_b) was true
-// all the way down.
+// Calls visit(leaf_a, leaf_b) for all pairs of leaves within reach for which is_sought(box_a,
+// box_b) holds on every level down to them.
 template <typename IsSought, typename Visit>
 void visit_leaf_pairs(const ShapeTree& tree_a, const ShapeTree& tree_b, const ContactQuery& query,
                       Scalar reach, std::vector<TreeBoxPair>& stack, const IsSought& is_sought,
@@ -65,8 +65,8 @@ void visit_leaf_pairs(const ShapeTree& tree_a, const ShapeTree& tree_b, const Co
   }
 }
 
-// Where on a triangle of `mesh` the foot of a smooth core's point lies, and whether its surface admits
-// the normal there. Everything in the mesh's frame, the normal outwards.
+// Whether the surface of `mesh` admits the normal at the foot of a smooth core's nearest point on
+// this triangle. Everything is in the mesh's frame, the normal points outwards.
 bool admits_smooth(const ContactQuery& query, const ContactSurface& mesh, std::int32_t triangle,
                    const Vector3& p_other, const Vector3& n, FeatureKey& key) {
   const std::optional<TriangleFoot> foot =

@@ -11,15 +11,15 @@
 
 namespace dyop::internal {
 
-/// A pair of features that passed the test, in frame A; cores without their radii.
+/// A pair of features that passed the test, in frame A; the cores without their radii.
 struct FoundContact {
   Vector3 p_a = Vector3::Zero();
   Vector3 p_b = Vector3::Zero();
   Vector3 normal = Vector3::UnitX();  ///< unit, from A to B
-  Scalar lower = 0;                   ///< of the cores' distance, without the rounding of poses
+  Scalar lower = 0;                   ///< on the cores' distance, without the rounding of poses
   Scalar upper = 0;
   bool normal_is_of_b = false;
-  int rank = 0;  ///< of contacts at one place the lowest stays
+  int rank = 0;  ///< of duplicates the lowest rank is kept
   ContactKey key;
   std::int32_t triangle_a = -1;
   std::int32_t triangle_b = -1;
@@ -27,14 +27,14 @@ struct FoundContact {
 
 using TreeBoxPair = std::pair<std::int32_t, std::int32_t>;
 
-/// What one pair of pieces is searched with.
+/// The input of a search for one pair of pieces.
 struct ContactQuery {
   const ContactSurface& a;
   const ContactSurface& b;
   RigidPose X_AB;
   RigidPose X_BA;
-  Scalar reach = 0;  ///< of the cores
-  Scalar noise = 0;  ///< rounding allowance of a distance, length
+  Scalar reach = 0;  ///< for the cores
+  Scalar noise = 0;  ///< allowance for rounding in a distance, length
   ContactGeneratorOptions options;
 };
 
@@ -42,7 +42,7 @@ struct ContactQuery {
 void search_surfaces(const ContactQuery& query, std::vector<TreeBoxPair>& stack,
                      std::vector<FoundContact>& found);
 
-/// The contact of a smooth core with each triangle of a mesh that it is near to, for either order.
+/// The contacts of a smooth core with each nearby triangle of a mesh, in either order.
 void search_smooth(const ContactQuery& query, const Shape& a, const Shape& b,
                    std::vector<TreeBoxPair>& stack, std::vector<FoundContact>& found);
 

@@ -14,8 +14,8 @@ bool rises(const Vector3& ray, const Vector3& n, Scalar sine) {
   return along > 0 && along * along > sine * sine * ray.squaredNorm();
 }
 
-// Whether a direction between two rays rises by more than `sine`. Between rays at an acute angle
-// nothing rises by more than sqrt(2) times the steeper of them: only wide sectors are asked within.
+// Whether some direction between two rays rises by more than `sine`. Between rays at an acute angle
+// nothing rises by more than sqrt(2) times the steeper one, so only wide sectors are tested inside.
 bool sector_rises(const Vector3& e, const Vector3& f, const Vector3& n, Scalar sine) {
   if (rises(e, n, sine) || rises(f, n, sine)) return true;
   if (e.dot(f) >= 0) return false;
@@ -25,8 +25,8 @@ bool sector_rises(const Vector3& e, const Vector3& f, const Vector3& n, Scalar s
   return n.cross(m).squaredNorm() > sine * sine * m.squaredNorm();
 }
 
-// Where the steepest path on a triangle from its point p, as n has it, meets the border; p itself
-// where it leaves at once.
+// Where the steepest path along n on a triangle, from its point p, reaches the border; p itself if
+// it leaves the triangle at once.
 Vector3 steepest_end(const Triangle& t, const Vector3& p, const Vector3& n) {
   const Vector3 m = (t[1] - t[0]).cross(t[2] - t[0]);
   const Scalar m_sq = m.squaredNorm();
@@ -89,7 +89,7 @@ bool ContactSurface::admits_at_edge(std::int32_t edge, const Vector3& p, const V
       const Vector3 up = vertices_[std::size_t(t[k > 0 ? k - 1 : 2])] - from;
       const Vector3 leaving = up - along * (along.dot(up) / length_sq);
       const Scalar height_sq = leaving.squaredNorm();
-      // Rounding is all that a triangle without area has across its longest side.
+      // Across its longest side, a triangle without area has nothing but rounding.
       if (!(height_sq > kFlatEdgeSine * kFlatEdgeSine * kFlatEdgeSine * kFlatEdgeSine *
                             std::max(length_sq, up.squaredNorm()))) {
         continue;
@@ -108,7 +108,7 @@ bool ContactSurface::admits_at_foot(std::int32_t triangle, const TriangleFoot& f
     case FeatureKind::Vertex:
       return admits_at_vertex(indices(triangle)[std::size_t(foot.index)], n, sine, noise);
     case FeatureKind::Edge:
-      return admits_at_edge(topology->edge_of_side(3 * triangle + foot.index), p, n, sine, noise);
+      return admits_at_edge(*topology->edge_of_side(3 * triangle + foot.index), p, n, sine, noise);
     case FeatureKind::Face:
     case FeatureKind::Smooth:
       break;
@@ -121,7 +121,7 @@ FeatureKey ContactSurface::foot_key(std::int32_t triangle, const TriangleFoot& f
     case FeatureKind::Vertex:
       return {foot.kind, 0, indices(triangle)[std::size_t(foot.index)]};
     case FeatureKind::Edge:
-      return {foot.kind, 0, topology->edge_of_side(3 * triangle + foot.index)};
+      return {foot.kind, 0, *topology->edge_of_side(3 * triangle + foot.index)};
     case FeatureKind::Face:
     case FeatureKind::Smooth:
       break;
@@ -134,7 +134,7 @@ bool ContactSurface::triangle_is_clear(std::int32_t triangle, const Vector3& p, 
   const Triangle t = mesh->triangle(triangle);
   Scalar size = 0;
   for (const Vector3& vertex : t) size = std::max(size, (vertex - p).lpNorm<Eigen::Infinity>());
-  // Files in single precision part what was meant to touch.
+  // Files in single precision separate parts that were meant to touch.
   const Scalar slack = noise + kFlatEdgeSine * size;
   const std::optional<TriangleFoot> foot = find_foot(t, p, slack, 0, 0);
   if (!foot) return true;
@@ -149,7 +149,7 @@ bool ContactSurface::touches_clear(const Vector3& p, const Vector3& n, Scalar si
                                    Scalar noise) const {
   const MeshHierarchy& hierarchy = mesh->hierarchy();
   const Scalar scale = hierarchy.scale();
-  // One node of each level waits with at most seven parts.
+  // Each level leaves at most seven siblings waiting.
   std::array<std::int32_t, (MeshHierarchy::kWidth - 1) * (MeshHierarchy::kMaxDepth + 1) + 1> stack;
   std::size_t height = 0;
   stack[height++] = 0;

@@ -19,7 +19,7 @@ FeatureKey vertex_key(std::int32_t number) {
   return {FeatureKind::Vertex, 0, number};
 }
 
-// The corners of the feature a foot lies on.
+// The corners of the feature that holds a foot.
 std::span<const Vector3> foot_corners(const Triangle& t, const TriangleFoot& foot,
                                       std::array<Vector3, 2>& ends) {
   const auto k = std::size_t(foot.index);
@@ -39,8 +39,8 @@ std::span<const Vector3> foot_corners(const Triangle& t, const TriangleFoot& foo
 
 }  // namespace
 
-// Bounds: the slab gap along `proof` cannot exceed the distance, the witness's length not fall
-// below it. Points and normal of the contact are set; the proof points from A to B, any length.
+// Bounds: the slab gap along `proof` is at most the distance, the witness's length at least. The
+// contact's points and normal must be set; the proof points from A to B and may have any length.
 void FeaturePairs::keep(FoundContact& contact, std::span<const Vector3> feature_a,
                         std::span<const Vector3> feature_b, const Vector3& proof) {
   Scalar gap = kInfinity;
@@ -105,8 +105,8 @@ bool FeaturePairs::admits_crossing(const EdgeSide& a, const EdgeSide& b,
                                  query_.noise);
 }
 
-// Of the normals of all faces beside the two edges the one nearest to the witness that both sides
-// admit.
+// Of the normals of all faces beside the two edges, picks the one nearest to the witness that both
+// sides admit.
 bool FeaturePairs::take_face_normal(const EdgeSide& a, const EdgeSide& b,
                                     const EdgeCrossing& crossing, FoundContact& contact) const {
   const Vector3 w = contact.p_b - contact.p_a;
@@ -149,7 +149,7 @@ void FeaturePairs::add_edges(const EdgeSide& a, const EdgeSide& b) {
   if (is_steep || !take_face_normal(a, b, *crossing, contact)) {
     contact.normal = n;
     if (!admits_crossing(a, b, *crossing, n)) {
-      // Touching edges do not say which way round: the faces beside them do.
+      // Touching edges do not give the normal's sign; the faces beside them do.
       if (std::abs(height) > query_.noise || !admits_crossing(a, b, *crossing, -n)) return;
       contact.normal = -n;
     }
@@ -172,11 +172,11 @@ void FeaturePairs::add_triangles(std::int32_t triangle_a, const Triangle& a,
   if ((own_a & ContactFeatures::kSides) == 0 || (own_b & ContactFeatures::kSides) == 0) return;
   for (std::size_t i = 0; i < 3; ++i) {
     if ((own_a >> (3 + i) & 1) == 0) continue;
-    const EdgeSide edge_a{query_.a.topology->edge_of_side(3 * triangle_a + std::int32_t(i)),
+    const EdgeSide edge_a{*query_.a.topology->edge_of_side(3 * triangle_a + std::int32_t(i)),
                           triangle_a, a[i], a[(i + 1) % 3]};
     for (std::size_t j = 0; j < 3; ++j) {
       if ((own_b >> (3 + j) & 1) == 0) continue;
-      add_edges(edge_a, {query_.b.topology->edge_of_side(3 * triangle_b + std::int32_t(j)),
+      add_edges(edge_a, {*query_.b.topology->edge_of_side(3 * triangle_b + std::int32_t(j)),
                          triangle_b, b[j], b[(j + 1) % 3]});
     }
   }

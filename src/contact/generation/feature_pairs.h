@@ -8,18 +8,18 @@
 
 namespace dyop::internal {
 
-/// Tests single pairs of features of two surfaces, and keeps those that are contacts.
+/// Tests single pairs of features of two surfaces and keeps those that are contacts.
 class FeaturePairs {
  public:
   FeaturePairs(const ContactQuery& query, std::vector<FoundContact>& found)
       : query_(query), found_(found) {}
 
-  /// All pairs whose features the two triangles own. Corners of `b` in frame A.
+  /// All pairs of features owned by the two triangles. Corners of `b` in frame A.
   void add_triangles(std::int32_t triangle_a, const Triangle& a, std::int32_t triangle_b,
                      const Triangle& b);
 
  private:
-  /// A vertex that touches the other surface.
+  /// A vertex touching the other surface.
   struct VertexSide {
     std::int32_t vertex;
     std::int32_t triangle;
@@ -43,7 +43,7 @@ class FeaturePairs {
   void keep(FoundContact& contact, std::span<const Vector3> feature_a,
             std::span<const Vector3> feature_b, const Vector3& proof);
 
-  /// The normal towards the other shape, in the frame of the shape asked.
+  /// The normal towards the other shape, in the frame of the given shape.
   Vector3 outward(bool of_a, const Vector3& nhat_AB_A) const {
     return of_a ? nhat_AB_A : Vector3(-(query_.X_BA.rotation() * nhat_AB_A));
   }

@@ -9,12 +9,12 @@
 namespace dyop::internal {
 namespace {
 
-// A triangle whose normal is longer than this, relative to the product of two sides, has a plane
-// that rounding moves by less than kPlaneSlack of the distance from its corner.
+// If a triangle's normal is longer than this, relative to the product of two sides, rounding moves
+// its plane by less than kPlaneSlack times the distance from its corner.
 constexpr Scalar kLeastNormalSine = 1.0 / (1 << 20);
 constexpr Scalar kPlaneSlack = kLeastNormalSine * kLeastNormalSine;
 
-// The nearest of the three sides and corners.
+// The nearest point on the three sides and corners.
 TriangleFoot border_foot(const Triangle& t, const Vector3& p) {
   TriangleFoot best;
   Scalar best_sq = kInfinity;
@@ -89,7 +89,7 @@ std::optional<EdgeCrossing> find_crossing(const Vector3& a0, const Vector3& a1, 
   const Vector3 n = e.cross(f);
   const Scalar n_sq = n.squaredNorm();
   const Scalar height = n.dot(r);
-  // A little farther than reach: bounds decide.
+  // Slightly farther than reach: the bounds decide.
   if (height * height > 1.0625 * reach * reach * n_sq) return std::nullopt;
   const Scalar e_sq = e.squaredNorm();
   const Scalar f_sq = f.squaredNorm();

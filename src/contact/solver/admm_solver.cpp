@@ -17,19 +17,19 @@ namespace internal {
 
 // Alternates between y, which minimises 1/2 |y|^2 + 1/2 rho |G y + free + shift - z + lambda /
 // rho|^2 with one factorisation of I + rho G^T G for all iterations, and (z, lambda), which are a
-// projection in each block. De Saxce's shift follows y.
+// projection per block. De Saxce's shift follows y.
 class AdmmRun {
  public:
   void begin(ContactSystem& system);
   bool factorise(Scalar factor);
   void iterate();
-  // Ratio of the primal to the dual residual, which says how the penalty should change.
+  // Ratio of the primal to the dual residual, which tells how to change the penalty.
   Scalar imbalance() const { return std::sqrt(primal_ / std::max(dual_, kSmallestDual)); }
   Scalar take_impulses();
   void end();
 
  private:
-  // Makes up for part of what each projection takes back ([Boyd2011] 3.4.3).
+  // Over-relaxation compensates for part of each projection ([Boyd2011] 3.4.3).
   static constexpr Scalar kOverRelaxation = 1.6;
   static constexpr Scalar kSmallestDual = std::numeric_limits<Scalar>::min();
 
@@ -137,7 +137,7 @@ void AdmmSolver::improve(internal::ContactSystem& system, const ContactSolverOpt
                          ContactReport& report) {
   constexpr int kCheckEvery = 5;     // the residual costs about half an iteration
   constexpr int kBalanceEvery = 20;  // a new penalty costs a factorisation
-  constexpr Scalar kTooFar = 4;      // out of balance
+  constexpr Scalar kTooFar = 4;      // imbalance that calls for a new penalty
   if (options.admm_limit == 0) return;
   run_->begin(system);
   Scalar factor = kContactFirstPenalty;

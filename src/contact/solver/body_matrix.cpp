@@ -77,6 +77,10 @@ void BodyMatrix::analyse(const ContactSystem& system) {
 }
 
 void BodyMatrix::order_bodies(std::size_t count) {
+  if (count == 1) {  // a tool among tissue: without the allocations below
+    place_.assign(1, 0);
+    return;
+  }
   std::vector<Eigen::Triplet<Scalar>> links;
   for (std::size_t i = 0; i < count; ++i) links.emplace_back(int(i), int(i), 1);
   for (const auto& [a, b] : slots_) {
@@ -94,24 +98,25 @@ void BodyMatrix::order_bodies(std::size_t count) {
   }
 }
 
-// A column of L has the rows of the matrix's column and those of the columns that it is the first
-// row of.
+// A column of L has the rows of the matrix's column, and those of every column whose first row it
+// is.
 void BodyMatrix::find_fill(std::size_t count) {
-  std::vector<std::vector<int>> columns(count);
+  columns_.resize(std::max(count, columns_.size()));
+  for (std::vector<int>& rows : columns_) rows.clear();
   for (const auto& [slot_a, slot_b] : slots_) {
     if (slot_a < 0 || slot_b < 0) continue;
     const int a = place_[std::size_t(slot_a)];
     const int b = place_[std::size_t(slot_b)];
-    columns[std::size_t(std::min(a, b))].push_back(std::max(a, b));
+    columns_[std::size_t(std::min(a, b))].push_back(std::max(a, b));
   }
   first_.assign(1, 0);
   rows_.clear();
   for (std::size_t j = 0; j < count; ++j) {
-    std::vector<int>& rows = columns[j];
+    std::vector<int>& rows = columns_[j];
     std::sort(rows.begin(), rows.end());
     rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
     if (rows.size() > 1) {
-      std::vector<int>& parent = columns[std::size_t(rows.front())];
+      std::vector<int>& parent = columns_[std::size_t(rows.front())];
       parent.insert(parent.end(), rows.begin() + 1, rows.end());
     }
     rows_.insert(rows_.end(), rows.begin(), rows.end());
@@ -168,7 +173,7 @@ bool BodyMatrix::factorise_symmetric() {
       const Matrix6 entry = entries_[e];
       entries_[e].noalias() = entry.lazyProduct(diagonal_[j].transpose());
     }
-    // What column j does to those after it.
+    // Subtracts the contribution of column j from the later columns.
     for (std::size_t e = first_[j]; e < first_[j + 1]; ++e) {
       const std::size_t column = std::size_t(rows_[e]);
       diagonal_[column].noalias() -= entries_[e].lazyProduct(entries_[e].transpose());

@@ -10,30 +10,30 @@ namespace dyop::internal {
 
 using Matrix6 = Eigen::Matrix<Scalar, 6, 6>;
 
-// The matrix I + sum of G^T D G over the blocks of a system, a 6x6 block for every body and every
-// pair of bodies that share one, and its factorisation in such blocks, bodies ordered by
-// approximate minimum degree: Cholesky's for symmetric D, or L U, at twice the cost, for any.
-// Nothing is allocated while the pattern stays the same.
+// The matrix I + sum of G^T D G over the blocks of a system, with a 6x6 block for every body and
+// every pair of bodies that share one, and its block factorisation, with the bodies in approximate
+// minimum degree order: Cholesky for symmetric D, or LU, at twice the cost, for any D. Nothing is
+// allocated while the pattern stays the same.
 class BodyMatrix {
  public:
-  // Finds pattern and fill; kept while the bodies of every block stay the same.
+  // Finds the pattern and its fill; kept while every block has the same bodies.
   void analyse(const ContactSystem& system);
 
-  // Sets the matrix to the identity, as the first of symmetric or of general ones.
+  // Sets the matrix to the identity, and chooses symmetric or general.
   void reset(bool is_symmetric = true);
 
-  // Adds G^T D G for the block of that index.
+  // Adds G^T D G for the block with that index.
   void add(const ContactSystem& system, std::size_t index, const Matrix3& D);
 
   // Factorises in place. Returns false if a symmetric matrix is not positive definite, or a general
   // one has a singular pivot.
   bool factorise();
 
-  // x = H^-1 x, one entry a body.
+  // x = H^-1 x, one entry per body.
   void solve(std::vector<Vector6>& x);
 
  private:
-  // Where the mixed part of a block goes, and whether rows of a are below there.
+  // Where the off-diagonal part of a block goes, and whether it holds the rows of a.
   struct Mixed {
     std::size_t entry = 0;
     bool a_is_below = true;
@@ -45,13 +45,14 @@ class BodyMatrix {
   bool factorise_symmetric();
   bool factorise_general();
 
-  std::vector<std::pair<int, int>> slots_, old_slots_;  // of every block of the system
-  std::vector<int> place_;                              // in the order, of every body
-  std::vector<std::size_t> first_;  // entry of each column's first block below the diagonal
-  std::vector<int> rows_;           // of every entry, ascending in a column
-  std::vector<Matrix6> entries_;    // below the diagonal
-  std::vector<Matrix6> mirrored_;   // above it, the same places mirrored; of general matrices
-  std::vector<Matrix6> diagonal_;   // after factorise(): inverses, of L's blocks if symmetric
+  std::vector<std::pair<int, int>> slots_, old_slots_;  // by block of the system
+  std::vector<int> place_;                              // by body: its position in the order
+  std::vector<std::size_t> first_;         // by column: entry of its first block below the diagonal
+  std::vector<int> rows_;                  // by entry, ascending within a column
+  std::vector<std::vector<int>> columns_;  // memory of find_fill()
+  std::vector<Matrix6> entries_;           // below the diagonal
+  std::vector<Matrix6> mirrored_;          // above it, mirrored; general matrices only
+  std::vector<Matrix6> diagonal_;  // after factorise(): inverses (of L's blocks if symmetric)
   bool is_symmetric_ = true;
   std::vector<Mixed> mixed_;
   std::vector<Vector6> x_;

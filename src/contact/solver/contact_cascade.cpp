@@ -60,7 +60,7 @@ void ContactCascade::improve(internal::ContactSystem& system, const ContactSolve
       }
       if (best <= options.tolerance) return;
     }
-    if (!(best < before)) return;  // the next round would do the same
+    if (!(best < before)) return;  // the next round would change nothing
   }
 }
 

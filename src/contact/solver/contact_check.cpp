@@ -23,8 +23,8 @@ void check_body(const ContactBody& body, std::size_t i) {
 
 void check_bodies(const char* what, std::size_t i, std::size_t a, std::size_t b,
                   std::size_t count) {
-  DYOP_REQUIRE(a < count && b < count && a != b, what, " ", i,
-               ": bodies must be two different ones of ", count, ", not ", a, " and ", b);
+  DYOP_REQUIRE(a < count && b < count && a != b, what, " ", i, ": needs two different bodies of ",
+               count, ", not ", a, " and ", b);
 }
 
 void check_contact(const PointContact& contact, std::size_t i) {
@@ -45,7 +45,7 @@ void check_contact(const PointContact& contact, std::size_t i) {
                "contact ", i, ": rolling and torsional friction must be finite and >= 0, not ",
                contact.rolling_friction, " and ", contact.torsional_friction);
   DYOP_REQUIRE(contact.impulse_W.allFinite() && contact.angular_impulse_W.allFinite(), "contact ",
-               i, ": impulses to begin with must be finite, not ", contact.impulse_W, " and ",
+               i, ": initial impulses must be finite, not ", contact.impulse_W, " and ",
                contact.angular_impulse_W);
 }
 
@@ -59,8 +59,8 @@ void check_row(const JointRow& row, std::size_t i) {
                ": bounds must be in order, not ", row.lower, " and ", row.upper);
   DYOP_REQUIRE(row.compliance >= 0 && std::isfinite(row.compliance), "row ", i,
                ": compliance must be finite and >= 0, not ", row.compliance);
-  DYOP_REQUIRE(std::isfinite(row.impulse), "row ", i,
-               ": impulse to begin with must be finite, not ", row.impulse);
+  DYOP_REQUIRE(std::isfinite(row.impulse), "row ", i, ": initial impulse must be finite, not ",
+               row.impulse);
 }
 
 }  // namespace

@@ -6,8 +6,8 @@
 
 namespace dyop::internal {
 
-// Throw InvalidArgument naming the value that breaks what contact_problem.h and contact_solver.h
-// ask for.
+// Throw InvalidArgument, naming the value, for input that contact_problem.h and contact_solver.h do
+// not allow.
 void check_problem(const ContactProblem& problem);
 void check_options(const ContactSolverOptions& options);
 void check_friction(Scalar friction, std::size_t contact);

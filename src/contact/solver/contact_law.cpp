@@ -23,9 +23,9 @@ class ShiftedInverse {
   Scalar a_, b_, d_, factor_;
 };
 
-// The tangential impulse p = (A + slip)^-1 b for which the bound c0 + c . p equals |p|, for
-// c0 > 0 and a bound that is below |p| at slip = 0. The function (c0 + c . p) / |p| - 1 of slip
-// is nearly linear, and exactly so for isotropic A; Newton's method within a bracket.
+// The tangential impulse p = (A + slip)^-1 b at which the bound c0 + c . p equals |p|, for c0 > 0
+// and a bound below |p| at slip = 0. The function (c0 + c . p) / |p| - 1 of slip is nearly linear,
+// and exactly so for isotropic A; solved by Newton's method within a bracket.
 Vector2 slide(const Eigen::Matrix2d& A, const Vector2& b, Scalar c0, const Vector2& c,
               Scalar& slip) {
   Scalar low = 0;
@@ -53,7 +53,7 @@ Vector2 slide(const Eigen::Matrix2d& A, const Vector2& b, Scalar c0, const Vecto
   return p;
 }
 
-// Shortens p to the bound, so that rounding does not leave the cone.
+// Shortens p to the bound, so that rounding cannot leave the cone.
 Vector2 clip(const Vector2& p, Scalar bound) {
   const Scalar length = p.norm();
   return length > bound ? Vector2(p * (std::max(bound, Scalar{0}) / length)) : p;
@@ -71,7 +71,7 @@ Vector3 solve_contact(const Matrix3& W, const Vector3& q, Scalar friction, Scala
   if (friction == 0) return {normal, 0, 0};
   const Vector2 coupling = W.block<2, 1>(1, 0) * W_nn_inverse;
   Eigen::Matrix2d A = W.bottomRightCorner<2, 2>() - coupling * W.block<1, 2>(0, 1);
-  A.diagonal().array() += kContactMobilityNoise * W.trace();  // a locked direction
+  A.diagonal().array() += kContactMobilityNoise * W.trace();  // handles a locked direction
   const Vector2 b = coupling * q[0] - q.tail<2>();
   Vector2 p = ShiftedInverse(A, 0) * b;
   Scalar n = normal - coupling.dot(p);

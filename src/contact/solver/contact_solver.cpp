@@ -19,7 +19,7 @@ ContactReport ContactSolver::solve(ContactProblem& problem, const ContactSolverO
   ContactReport report;
   report.solver = name();
   system.update_friction(problem);
-  // A law of friction is solved as a sequence of constant coefficients.
+  // A friction law is solved as a sequence of problems with constant coefficients.
   for (int round = 0; round < kContactFrictionRounds; ++round) {
     improve(system, options, report);
     system.update_velocities();

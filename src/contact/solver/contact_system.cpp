@@ -30,8 +30,8 @@ Matrix3 square_root(Matrix3 M) {
   return S;
 }
 
-// Columns: normal and two tangents; the first along the ellipse's larger axis, the second shortened
-// so that its coefficient is the same.
+// Columns: the normal and two tangents; the first along the ellipse's larger axis, the second
+// shortened so that its coefficient is the same.
 Matrix3 make_basis(const PointContact& contact) {
   const Vector3 n = contact.nhat_AB_W.normalized();
   Vector3 t = Vector3::Zero();
@@ -60,7 +60,7 @@ Scalar largest_coefficient(const PointContact& contact) {
   return contact.ellipse ? std::max(contact.friction, contact.ellipse->across) : contact.friction;
 }
 
-// What component of an impulse goes along a column that may have been shortened.
+// The component of an impulse along a column that may have been shortened.
 Scalar component(const Vector3& column, const Vector3& impulse_W) {
   const Scalar length_sq = column.squaredNorm();
   return length_sq > 0 ? column.dot(impulse_W) / length_sq : 0;
@@ -103,8 +103,8 @@ Block ContactSystem::make_block(BlockKind kind, std::size_t body_a, std::size_t 
   return block;
 }
 
-// G holds rows along v and w; turns them into rows along y, and keeps the block unless no impulse
-// changes its first component. Returns whether it is kept.
+// Turns G from rows along v and w into rows along y, and stores the block unless no impulse changes
+// its first component. Returns whether it was stored.
 bool ContactSystem::finish(Block& block, const Matrix3& basis_W, std::size_t index) {
   for (const auto& [slot, G] : {std::pair{block.slot_a, &block.G_a}, {block.slot_b, &block.G_b}}) {
     if (slot < 0) {
@@ -161,7 +161,7 @@ void ContactSystem::add_contact(const ContactProblem& problem, std::size_t index
   block.free = basis_W.transpose() * u_W;
   block.free[0] -= contact.target;
   block.friction = largest_coefficient(contact);
-  block.lambda[0] = std::max(block.lambda[0], Scalar{0});  // a pull becomes nothing
+  block.lambda[0] = std::max(block.lambda[0], Scalar{0});  // contacts cannot pull
   const Scalar bound = block.friction * block.lambda[0];
   const Scalar length = block.lambda.tail<2>().norm();
   if (length > bound) block.lambda.tail<2>() *= bound / length;

@@ -9,23 +9,23 @@
 
 namespace dyop::internal {
 
-// A contact problem in the coordinates of contact_block.h. Blocks: the joints' rows, then every
-// contact, each followed by its rolling and torsional blocks. Blocks that no impulse can change are
-// kept apart.
+// A contact problem in the coordinates of contact_block.h. Blocks: first the joints' rows, then
+// every contact, each followed by its rolling and torsional blocks. Blocks that no impulse can
+// change are kept separately.
 class ContactSystem {
  public:
-  // Checks and converts; impulses are carried over, each brought into its set.
+  // Checks and converts; impulses are carried over, each projected into its admissible set.
   void build(const ContactProblem& problem);
 
-  // Evaluates the law of friction at the present velocities, if there is one.
+  // Evaluates the friction law, if any, at the present velocities.
   void update_friction(const ContactProblem& problem);
 
   std::vector<Block>& blocks() { return blocks_; }
   const std::vector<Block>& blocks() const { return blocks_; }
-  std::vector<Vector6>& velocities() { return y_; }  // y, one a movable body
+  std::vector<Vector6>& velocities() { return y_; }  // y, one per movable body
   const std::vector<Vector6>& velocities() const { return y_; }
 
-  // y = sum of G^T lambda, from nothing.
+  // Recomputes y = sum of G^T lambda.
   void update_velocities();
 
   // u of one block, with compliance.
@@ -35,16 +35,16 @@ class ContactSystem {
   Scalar residual() const;
   Scalar residual(const Block& block) const;
 
-  // Blocks without mobility whose law is violated by more than the tolerance.
+  // Number of blocks without mobility whose law is violated by more than the tolerance.
   int immovable_violations(Scalar tolerance) const;
 
   // Impulses and velocities, in the problem's terms.
   void write(ContactProblem& problem) const;
 
  private:
-  struct Source {  // where a block comes from
+  struct Source {  // the contact or row of a block
     std::size_t index = 0;
-    Matrix3 basis_W = Matrix3::Identity();  // columns: what lambda's components mean as an impulse
+    Matrix3 basis_W = Matrix3::Identity();  // columns: lambda's components as impulses
   };
   struct Slot {
     Matrix3 S_v, S_w;  // S S^T = mobility

@@ -16,7 +16,7 @@ using internal::ContactSystem;
 using internal::Vector6;
 
 struct GaussSeidelSolver::Memory {
-  // Before the sweep, and the conjugate direction, of impulses and velocities.
+  // Values before the sweep, and the conjugate directions, of impulses and velocities.
   std::vector<Vector3> old_lambda, step_lambda;
   std::vector<Vector6> old_y, step_y;
   Scalar old_gradient_sq = 0;
@@ -39,7 +39,7 @@ void GaussSeidelSolver::Memory::keep(const ContactSystem& system) {
   std::copy(system.velocities().begin(), system.velocities().end(), old_y.begin());
 }
 
-// The change of a sweep plays the gradient of a nonlinear conjugate gradient iteration
+// The change over a sweep acts as the gradient in a nonlinear conjugate gradient iteration
 // (Fletcher-Reeves); when it grows, the direction is dropped.
 void GaussSeidelSolver::Memory::accelerate(ContactSystem& system) {
   std::vector<Block>& blocks = system.blocks();
@@ -73,7 +73,7 @@ void GaussSeidelSolver::Memory::accelerate(ContactSystem& system) {
 
 namespace {
 
-// The impulse that solves the block's law with all others held.
+// The impulse that solves the block's law with all others fixed.
 Vector3 solve_block(Block& block, const Vector3& u, Scalar normal) {
   switch (block.kind) {
     case BlockKind::Contact:
@@ -92,7 +92,7 @@ Vector3 solve_block(Block& block, const Vector3& u, Scalar normal) {
   return block.lambda;  // not reached
 }
 
-// Solves one block; returns how much velocity that changed.
+// Solves one block; returns by how much its velocity changed.
 Scalar relax(ContactSystem& system, Block& block) {
   DYOP_ASSERT(block.owner < int(system.blocks().size()), block.owner);
   const Vector3 u = system.relative_velocity(block);

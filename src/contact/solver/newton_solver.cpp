@@ -16,10 +16,10 @@ namespace internal {
 // For multipliers lambda_k and De Saxce's shifts of an outer iteration, finds the y that minimises
 //   1/2 |y|^2 + sum over blocks of max over lambda in C of
 //       -lambda . u~ - |lambda - lambda_k|^2 / (2 rho) - compliance |lambda|^2 / 2,
-// u~ = free + G y + shift n: convex, once differentiable, with Hessian I + sum of G^T rho P' G.
+// with u~ = free + G y + shift n: convex, once differentiable, Hessian I + sum of G^T rho P' G.
 class NewtonRun {
  public:
-  // Begins at the system's impulses.
+  // Starts at the system's impulses.
   void begin(ContactSystem& system, Scalar tolerance);
 
   // Sets multipliers and shifts from the present y, and the penalty rho = factor / W_nn.
@@ -29,17 +29,17 @@ class NewtonRun {
   // One outer iteration of at most `limit` factorisations, which it counts.
   End minimise(int limit, int& factorisations);
 
-  // Newton steps on the whole law, shifts included, with new multipliers at each, while every step
-  // halves the residual.
+  // Newton steps on the whole law, shifts included, with new multipliers at each step, for as long
+  // as every step halves the residual.
   End polish(Scalar factor, int limit, int& factorisations);
 
-  // Puts the impulses with the least residual into the system.
+  // Puts the impulses with the smallest residual into the system.
   void restore_best() { restore(best_lambda_); }
   bool is_lost() const { return !std::isfinite(system_->residual()); }
 
  private:
-  Vector3 raw_impulse(std::size_t i, const Vector3& u) const;  // before it is brought into C
-  Scalar penalty(std::size_t i) const;                         // d lambda / d u, but for P'
+  Vector3 raw_impulse(std::size_t i, const Vector3& u) const;  // before its projection onto C
+  Scalar penalty(std::size_t i) const;                         // d lambda / d u, without P'
   void compute_u(const std::vector<Vector6>& y, std::vector<Vector3>& u) const;
   void restore(const std::vector<Vector3>& lambda);
   void compute_shifts();
@@ -135,7 +135,7 @@ Scalar NewtonRun::take_impulses() {
   return residual;
 }
 
-// The negative gradient, into step_. Returns its largest effect on a relative velocity.
+// Stores the negative gradient in step_. Returns its largest effect on a relative velocity.
 Scalar NewtonRun::compute_gradient() {
   for (std::size_t i = 0; i < y_.size(); ++i) step_[i] = system_->velocities()[i] - y_[i];
   compute_u(step_, du_);
@@ -175,7 +175,7 @@ Scalar NewtonRun::slope(Scalar t) const {
   return sum;
 }
 
-// Goes along the step to where the slope is at most half as steep. The slope grows with t.
+// Moves along the step to a point where the slope is at most half as steep. The slope grows with t.
 bool NewtonRun::search_line() {
   const Scalar at_zero = slope(0);
   if (!(at_zero < 0)) return false;
@@ -230,7 +230,7 @@ NewtonRun::End NewtonRun::minimise_whole_law(int limit, int& factorisations) {
     if (gradient <= 0.1 * residual) {
       return residual <= outer_residual_ / 2 ? End::Minimised : End::Failed;
     }
-    // The first step may go up, when a contact changes sides.
+    // The first step may increase the gradient, when a contact changes state.
     if (i > 0 && !(gradient <= before / 2)) return End::Failed;
   }
   return End::Failed;
@@ -273,8 +273,8 @@ void NewtonSolver::improve(internal::ContactSystem& system, const ContactSolverO
   run_->begin(system, options.tolerance);
   Scalar factor = kContactPenalty;
   int left = options.newton_limit;
-  int wait = 0;       // outer iterations until the next polishing
-  int next_wait = 1;  // after a failed one
+  int wait = 0;       // outer iterations until the next polish
+  int next_wait = 1;  // after a failed polish
   while (left > 0) {
     int used = 0;
     if (wait-- <= 0) {

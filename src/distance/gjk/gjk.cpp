@@ -21,14 +21,14 @@ using internal::SimplexCombination;
 using internal::SimplexPoints;
 using internal::SimplexSolver;
 
-// Whether a squared norm has suffered neither overflow nor underflow.
+// Whether a squared norm neither overflowed nor underflowed.
 template <typename Real>
 bool is_safe_square(Real norm_sq) {
-  // literal: properties of the number format; the squares of the parts are normal numbers.
+  // literal: properties of the number format; the squares of the components are normal numbers.
   return norm_sq > static_cast<Real>(1e-200) && norm_sq < static_cast<Real>(1e200);
 }
 
-// One support query: a point of each core, each in the frame of its own shape, hence exact.
+// One support query: a point of each core, each in the frame of its own shape, so exact.
 struct CorePair {
   SupportPoint a;
   SupportPoint b;
@@ -45,7 +45,7 @@ RealVector3<Real> transform(const RigidPose& X_AB, const Vector3& p_B) {
   return X_AB.rotation().cast<Real>() * p_B.cast<Real>() + X_AB.translation().cast<Real>();
 }
 
-// Norm and direction without overflow or underflow. The size is a sum because that keeps a NaN,
+// Norm and direction without overflow or underflow. The size is a sum because a sum keeps NaN,
 // which a maximum may lose.
 template <typename Real>
 Real scaled_norm(const RealVector3<Real>& v) {
@@ -68,7 +68,7 @@ Vector3 unit_vector(const RealVector3<Real>& v, const Vector3& fallback) {
 
 enum class Progress { None, Tie, Nearer };
 
-// A convex combination of points of B - A. Holds the support points in use, first `count`.
+// A convex combination of points of B - A. The first `count` support points are in use.
 template <typename Real>
 struct Simplex {
   std::array<CorePair, 4> pairs;
@@ -98,7 +98,7 @@ struct Simplex {
   }
 
   // Adds a point. Changes nothing unless the nearest point comes closer, or stays as near up to
-  // rounding: a tie may still turn the normal to the better.
+  // rounding: a tie may still improve the normal.
   Progress add(const CorePair& pair, const RealVector3<Real>& point) {
     if (count == 4) return Progress::None;
     pairs[count] = pair;
@@ -119,7 +119,8 @@ struct Simplex {
   }
 };
 
-// The normal of a triangle simplex, on the origin's far side; zero if v itself is more accurate.
+// The normal of a triangle simplex, pointing away from the origin; zero if v itself is more
+// accurate.
 template <typename Real>
 RealVector3<Real> plane_direction(const Simplex<Real>& simplex) {
   const auto& w = simplex.points;
@@ -128,16 +129,16 @@ RealVector3<Real> plane_direction(const Simplex<Real>& simplex) {
                                        edges[2].squaredNorm()};
   const auto longest = std::max_element(lengths_sq.begin(), lengths_sq.end());
   const auto i = static_cast<std::size_t>(longest - lengths_sq.begin());
-  // The two shorter edges: the smallest rounding of a sliver's normal.
+  // The two shorter edges give the normal of a sliver with the least rounding.
   const RealVector3<Real> n = edges[(i + 1) % 3].cross(edges[(i + 2) % 3]);
   const Real height_sq = n.squaredNorm() / *longest;
   if (!(height_sq > simplex.nearest.norm_sq)) return RealVector3<Real>::Zero();
   return n.dot(simplex.nearest.point) >= 0 ? n : RealVector3<Real>(-n);
 }
 
-// The direction of v, but from the features when these give it better: rounding turns v by about
-// noise / |v|, the normal of a triangle by noise / height and an edge by noise / length. Near
-// contact v alone would end the iteration far from full accuracy.
+// The direction of v, or a more accurate one from the features: rounding turns v by about noise /
+// |v|, the normal of a triangle by noise / height and an edge by noise / length. Near contact v
+// alone would end the iteration far from full accuracy.
 template <typename Real>
 Vector3 search_direction(const Simplex<Real>& simplex, const Vector3& previous) {
   RealVector3<Real> d = simplex.nearest.point;
@@ -152,7 +153,7 @@ Vector3 search_direction(const Simplex<Real>& simplex, const Vector3& previous) 
   return unit_vector(d, previous);
 }
 
-// The state of one query: the bounds on the distance of the cores and what bounds rounding.
+// The state of one query: the bounds on the distance of the cores, and what bounds rounding.
 class GjkQuery {
  public:
   GjkQuery(const ConvexShape& a, const ConvexShape& b, const RigidPose& X_AB, const GjkGoal& goal)
@@ -197,7 +198,7 @@ class GjkQuery {
     return true;
   }
 
-  // Of the tetrahedron of an overlap three points.
+  // Of the tetrahedron of an overlap, keeps three points.
   static void keep(const Simplex<Scalar>& simplex, GjkSeed& seed) {
     seed.count = std::min(simplex.count, seed.a.size());
     for (std::size_t i = 0; i < seed.count; ++i) {
@@ -206,7 +207,7 @@ class GjkQuery {
     }
   }
 
-  // Rounding stopped the iteration early: go on with the same simplex in long double.
+  // Rounding stopped the iteration early: continues with the same simplex in long double.
   GjkResult run_in_wide_arithmetic(const Simplex<Scalar>& start) {
     Simplex<long double> simplex;
     simplex.pairs = start.pairs;
@@ -230,10 +231,10 @@ class GjkQuery {
     return transform<Real>(X_AB_, pair.b.point) - pair.a.point.cast<Real>();
   }
 
-  // literal: more than what underflows on the way, for shapes of the size of the smallest numbers.
+  // literal: more than all underflow, for shapes as small as the smallest numbers.
   Scalar noise() const { return kPoseNoise * scale_ + 0x1p-1064; }
 
-  // Of the bounds that result() would give, v having this length.
+  // Whether the bounds that result() would give suffice, if v has this length.
   bool is_enough(Scalar norm) {
     const Scalar radii = radius_a_ + radius_b_;
     const Scalar lower = best_gap_ - radii - noise();
@@ -243,13 +244,13 @@ class GjkQuery {
     return is_goal_met_;
   }
 
-  // Narrows the bounds; true once they meet or the cores are found to touch.
+  // Narrows the bounds; returns true once they meet or the cores are found to touch.
   template <typename Real>
   bool iterate(Simplex<Real>& simplex) {
     int ties = 0;
     for (int i = 0; i < kGjkIterationLimit; ++i) {
       const auto norm = static_cast<Scalar>(scaled_norm(simplex.nearest.point));
-      // Half of what result() calls touching, so that its own rounding cannot deny it.
+      // Half of what result() calls touching, so that its own rounding cannot contradict this.
       if (norm <= noise() / 2) return true;
       const Vector3 nhat_A = search_direction(simplex, best_normal_);
       const CorePair pair = find_support(nhat_A);
@@ -280,15 +281,15 @@ class GjkQuery {
   const GjkGoal& goal_;
   Scalar radius_a_;
   Scalar radius_b_;
-  Scalar scale_;  // size of all numbers of the query, length
+  Scalar scale_;  // size of all numbers in the query, length
   Vector3 best_normal_;
   Scalar best_gap_ = -kInfinity;  // slab gap of the cores along best_normal_, not yet rounded down
   int iterations_ = 0;
   bool is_goal_met_ = false;
 };
 
-// The feature of one core that the given support points span; of four vertices, which only the
-// tetrahedron of an overlap has, three.
+// The feature of one core spanned by the given support points; of four vertices, which occur only
+// in the tetrahedron of an overlap, the first three.
 Feature spanned_feature(const std::array<CorePair, 4>& pairs, std::size_t count,
                         SupportPoint CorePair::*side) {
   Feature feature;
@@ -297,9 +298,8 @@ Feature spanned_feature(const std::array<CorePair, 4>& pairs, std::size_t count,
     const std::int32_t vertex = (pairs[i].*side).vertex;
     if (vertex < 0) return {};
     auto& vertices = feature.vertices;
-    if (distinct == 3 || std::find(vertices.begin(), vertices.end(), vertex) != vertices.end()) {
-      continue;
-    }
+    const auto known = vertices.begin() + static_cast<std::ptrdiff_t>(distinct);
+    if (distinct == 3 || std::find(vertices.begin(), known, vertex) != known) continue;
     std::size_t at = distinct++;
     for (; at > 0 && vertices[at - 1] > vertex; --at) vertices[at] = vertices[at - 1];
     vertices[at] = vertex;
@@ -338,8 +338,8 @@ GjkResult GjkQuery::result(const Simplex<Real>& simplex) const {
   result.upper = std::max(Scalar(0), core_upper - radii + noise());
   result.is_overlapping = !(lower > 0) && core_upper - radii <= noise();
 
-  // Along v, not along best_normal_, so that the points are no farther apart than `upper`. Of
-  // overlapping rounded shapes a point in both.
+  // Along v, not best_normal_, so that the points are no farther apart than `upper`. For
+  // overlapping rounded shapes, a point in both.
   Vector3 offset_a = Vector3::Zero();
   Vector3 offset_b = Vector3::Zero();
   if (core_upper > radii) {

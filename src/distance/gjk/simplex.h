@@ -8,7 +8,7 @@
 
 #include "dyop/core/types.h"
 
-// The sub-problem of GJK: the point of a simplex nearest to the origin.
+// The subproblem of GJK: the point of a simplex nearest to the origin.
 namespace dyop::internal {
 
 template <typename Real>
@@ -25,13 +25,13 @@ struct SimplexCombination {
   Real norm_sq = std::numeric_limits<Real>::infinity();
 };
 
-// Tries sub-simplices one after the other and keeps the combination with the smallest norm.
+// Tries sub-simplices one after another and keeps the combination with the smallest norm.
 //
 // The nearest point lies in the relative interior of exactly one sub-simplex, where it is the
 // projection of the origin onto that sub-simplex's affine hull. The projections are computed in
 // floating point, but every candidate is compared by the norm of the actual combination: a
-// misjudged sign can lose accuracy, never validity. That is what region tests ([Ericson2005]) and
-// Johnson's recursion ([GilbertJohnsonKeerthi1988]) do not give on slivers; compare
+// misjudged sign can lose accuracy, never validity. Region tests ([Ericson2005]) and Johnson's
+// recursion ([GilbertJohnsonKeerthi1988]) do not have this property on slivers; compare
 // [MontanariPetrinicBarbieri2017].
 template <typename Real>
 class SimplexSolver {
@@ -40,7 +40,7 @@ class SimplexSolver {
 
   SimplexSolver(const SimplexPoints<Real>& points, std::size_t count) : w_(points), count_(count) {}
 
-  // All of the at most 15 sub-simplices.
+  // All sub-simplices, at most 15.
   SimplexCombination<Real> solve_exhaustively() {
     for (std::size_t i = 0; i < count_; ++i) try_vertex(i);
     for (std::size_t i = 1; i < count_; ++i) try_edges(i);
@@ -49,9 +49,9 @@ class SimplexSolver {
     return best_;
   }
 
-  // Only sub-simplices that hold the newest point, which has the largest index, and none but the
-  // simplex itself if the origin projects into it. The same point as above if the newest point
-  // brought progress and no sign was misjudged; the caller compares norms to find out.
+  // Only sub-simplices that contain the newest point, which has the largest index, and only the
+  // simplex itself if the origin projects into it. Gives the same point as above if the newest
+  // point made progress and no sign was misjudged; the caller compares norms to find out.
   SimplexCombination<Real> solve_with_newest() {
     const std::size_t newest = count_ - 1;
     if (count_ == 3) try_triangle(2, 1, 0);
@@ -63,8 +63,7 @@ class SimplexSolver {
     return best_;
   }
 
-  // All of the sub-simplices of at most three points, but the largest alone if the origin projects
-  // into it.
+  // All sub-simplices of at most three points, but only the largest if the origin projects into it.
   SimplexCombination<Real> solve_from_largest() {
     if (count_ == 2) try_edge(1, 0);
     if (count_ == 3) try_triangle(2, 1, 0);
@@ -72,7 +71,7 @@ class SimplexSolver {
     return solve_exhaustively();
   }
 
-  // Two squared norms that differ by less than this factor cannot be told apart.
+  // Two squared norms that differ by less than this factor are indistinguishable.
   static constexpr Real kTie = 1 + 16 * std::numeric_limits<Real>::epsilon();
 
  private:
@@ -130,16 +129,16 @@ class SimplexSolver {
     const Real weight_1 = w_cross_e.dot(g) / volume;
     const Real weight_2 = -w_cross_e.dot(f) / volume;
     const Real weight_3 = 1 - weight_0 - weight_1 - weight_2;
-    // False for the NaN of a flat tetrahedron: then a face is as near.
+    // False for the NaN of a flat tetrahedron; then a face is as near.
     if (!(weight_0 > 0 && weight_1 > 0 && weight_2 > 0 && weight_3 > 0)) return;
     if (!keep_if_nearer(w_[3] + weight_0 * e + weight_1 * f + weight_2 * g)) return;
     best_.weights = {weight_0, weight_1, weight_2, weight_3};
   }
 
-  // True if the point was kept, with all weights zero: the caller is to set them.
+  // Returns true if the point was kept, with all weights zero: the caller must set them.
   bool keep_if_nearer(const Vector& point) {
-    // Called in the order of dimension. On a tie the larger sub-simplex wins: its point is the same
-    // up to rounding, but its normal is the right one where v's direction is lost in rounding.
+    // Called in order of dimension. On a tie the larger sub-simplex wins: its point is the same up
+    // to rounding, but its normal is right even where v's direction is lost in rounding.
     const Real norm_sq = point.squaredNorm();
     if (!(norm_sq <= best_.norm_sq * kTie)) return false;
     best_.weights = {0, 0, 0, 0};

@@ -7,25 +7,25 @@
 
 namespace dyop::internal {
 
-/// What a query of two convex shapes leaves to the next one of the same two, at poses a little
-/// different: the support points that spanned the nearest point, each in the frame of its shape.
+/// What a query of two convex shapes passes to the next one of the same two at slightly different
+/// poses: the support points that spanned the nearest point, each in the frame of its shape.
 struct GjkSeed {
   std::array<SupportPoint, 3> a;
   std::array<SupportPoint, 3> b;
   std::size_t count = 0;  ///< 0: none
 };
 
-/// When less than the exact distance is enough; bounds hold all the same.
+/// When less than the exact distance is enough; the bounds hold regardless.
 struct GjkGoal {
-  /// Done once lower > apart with upper - lower <= share * (lower - apart).
+  /// Stop once lower > apart with upper - lower <= share * (lower - apart).
   Scalar apart = kInfinity;
   Scalar share = 0;
-  /// Done once upper < hit.
+  /// Stop once upper < hit.
   Scalar hit = -kInfinity;
 };
 
-/// gjk_distance() that begins with the points of `seed`, if there are any, and leaves its own
-/// there. A query that ends by its goal names no features.
+/// gjk_distance() starting with the points of `seed`, if there are any, and storing its own there.
+/// A query that ends by its goal names no features.
 GjkResult gjk_distance(const ConvexShape& a, const ConvexShape& b, const RigidPose& X_AB,
                        const GjkGoal& goal, GjkSeed& seed);
 

@@ -38,7 +38,7 @@ Scalar scaling_loss(int exponent) {
   return 4 * (kStep + std::ldexp(kStep, exponent));
 }
 
-/// The pair to scale by 2^-exponent, so that its largest difference is in [1, 2).
+/// How to scale a pair by 2^-exponent so that its largest difference is in [1, 2).
 struct Scaling {
   Scalar largest;  ///< NaN or infinite if a coordinate is, or if differences overflow
   int exponent;

@@ -11,7 +11,7 @@ struct VertexOrder {
   int highest;
 };
 
-/// Numbers of the least and the greatest of three values, by a table and without branches.
+/// Numbers of the smallest and the largest of three values, by a table and without branches.
 VertexOrder order_of(Scalar x0, Scalar x1, Scalar x2) {
   static constexpr VertexOrder kOrders[8] = {{2, 0}, {2, 1}, {1, 0}, {0, 0},
                                              {2, 0}, {0, 1}, {1, 2}, {0, 2}};

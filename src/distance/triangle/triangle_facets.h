@@ -14,9 +14,9 @@ inline VectorPair face_normals(const TrianglePair& pair) {
   return highs(pair.a02, pair.b02).cross(lows(pair.a02, pair.b02));
 }
 
-/// The facets of the Minkowski difference B - A, judged from the origin. The distance of the
-/// triangles is that of the origin to it; its facets are the faces of A and B swept by nothing more
-/// than a vertex, and parallelograms of one edge of each.
+/// The facets of the Minkowski difference B - A, as seen from the origin. The distance of the
+/// triangles is the distance of the origin to it; its facets are the faces of A and B, each swept
+/// by a single vertex, and parallelograms of one edge of each.
 ///
 /// Computed in pairs of lanes. Edge pairs (i, j) are kept in five of them: rows j = 0, 2, 1 with
 /// lanes i = 0, 2; then i = 1 with lanes j = 0, 2; then i = j = 1.
@@ -37,14 +37,14 @@ inline LanePair score(LanePair signed_square, LanePair squared_norm, int low, in
   return tagged(signed_square / larger(squared_norm, LanePair(kSmallestFacetSquare)), low, high);
 }
 
-/// The same for a pair of edges. It is a facet if alpha = a_i . nB and beta = b_j . nA have one
-/// sign, which is that of its outer side.
+/// The same for a pair of edges. It is a facet if alpha = a_i . nB and beta = b_j . nA have the
+/// same sign, which is that of its outer side.
 inline LanePair edge_score(LanePair h, LanePair alpha, LanePair beta, LanePair squares, LanePair ab,
                            int low, int high) {
-  // The Gram determinant keeps half of its digits, enough for a choice.
+  // The Gram determinant keeps half of its digits, enough to choose.
   const LanePair gram = squares - ab * ab;
   const LanePair is_inner = above(LanePair(0), alpha * beta);
-  const LanePair square = turned(h, alpha) * magnitude(h);
+  const LanePair square = flip_sign(h, alpha) * magnitude(h);
   return score(selected(is_inner, LanePair(-kLargestFacetSquare), square), gram, low, high);
 }
 
@@ -73,7 +73,8 @@ inline Facets::Facets(const TrianglePair& pair, const VectorPair& normals) : n(n
   const LanePair beta0 = lows(beta02, beta02);
   const LanePair beta2 = highs(beta02, beta02);
   const LanePair beta1 = -(beta0 + beta2);
-  // The determinants are a_i x b_j . r; the parallelogram begins at the vertices i and j, and both
+  // The determinants are a_i x b_j . r; the parallelogram starts at the vertices i and j, and both
+  // vertices 0 lie on the edges 0 and 2.
   // vertices 0 lie on the edges 0 and 2.
   h[0] = det0;
   h[1] = det2;
@@ -97,20 +98,21 @@ inline Facets::Facets(const TrianglePair& pair, const VectorPair& normals) : n(n
   code = static_cast<int>(std::bit_cast<std::uint64_t>(best) & 15);
 }
 
-/// Unit normal of a facet by its code, from A to B. Any unit vector if the facet has no normal.
+/// Unit normal of a facet by its code, from A to B. An arbitrary unit vector if the facet has no
+/// normal.
 Vector3 facet_normal(const TrianglePair& pair, const Facets& facets);
 
 /// Witness of the face of one triangle (A's if `of_a`) and the other's vertex nearest to its plane.
-/// If that vertex lies beyond the face: of the edge that it is beyond and of the vertex's lower
-/// edge.
+/// If that vertex lies beyond the face: witness of the edge that it is beyond and the vertex's
+/// lower edge.
 Witness face_witness(const TrianglePair& pair, const Facets& facets, bool of_a);
 
-/// Witness of two edges, found by dropping of each triangle the vertex that supports least along c,
-/// a direction from A to B: the published DyOP with c in place of the pivot.
+/// Witness of two edges, found by dropping from each triangle the vertex that supports least along
+/// c, a direction from A to B: the published DyOP with c in place of the pivot.
 Witness directed_witness(const TrianglePair& pair, const Vector3& c);
 
-/// Answer for pairs that no single candidate certified: touching, crossing, ties, degenerate
-/// triangles. `found` is the best answer so far. Always valid; wide bounds are possible.
+/// Solves pairs that no single candidate certified: touching, crossing, ties, degenerate triangles.
+/// `found` is the best answer so far. Always valid; wide bounds are possible.
 TriangleDistance resolve_triangle_pair(const TrianglePair& pair, const Facets& facets,
                                        const Vector3& direction, const TriangleDistance& found);
 

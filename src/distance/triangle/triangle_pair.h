@@ -8,9 +8,8 @@
 #include "core/tolerance.h"
 #include "dyop/distance/triangle_distance.h"
 
-/// Building blocks of triangle_distance(), private to it. The proofs of the rounding bounds are in
-/// docs/algorithms/dyop.md, section "Rounding"; the order of operations here is the one proven
-/// there.
+/// Building blocks of triangle_distance(), private to it. The rounding bounds are proven in
+/// docs/algorithms/dyop.md, section "Rounding", for exactly the order of operations here.
 namespace dyop::internal {
 
 /// Number of the corner (or edge) after k.
@@ -30,9 +29,9 @@ inline Scalar clamped(Scalar x, Scalar limit) {
   return x < limit ? x : limit;
 }
 
-/// Differences of the vertices of two triangles. Edge k of a triangle runs from vertex k to
-/// vertex k+1. Every vector is the rounded difference of two input points, so that its components
-/// have a relative error of at most u each, however far away the origin is.
+/// Differences of the vertices of two triangles. Edge k of a triangle runs from vertex k to vertex
+/// k+1. Every vector is the rounded difference of two input points, so each component has a
+/// relative error of at most u, however far away the origin is.
 struct TrianglePair {
   const Triangle& A;
   const Triangle& B;
@@ -65,19 +64,18 @@ struct TrianglePair {
     edges = (aa[0] + aa[1] + aa[2]) + (bb[0] + bb[1] + bb[2]);
     // The longest edge e of a triangle has e^2 <= 2/3 of the sum of squares, and
     // x + y + z <= sqrt(3 (x^2 + y^2 + z^2)). A sum, not a maximum, so that NaN survives.
-    size = root(LanePair(3 * dot(r, r) + 2 * edges)).low();
+    size = sqrt(LanePair(3 * dot(r, r) + 2 * edges)).low();
   }
 };
 
-/// Features are numbered 0..2 vertices, 3..5 edges, 6 face while computing.
+/// While computing, features are numbered: 0..2 vertices, 3..5 edges, 6 face.
 inline constexpr int kFaceCode = 6;
 
 /// The feature with that number, by local vertex numbers.
 inline const Feature& feature_of_place(int place) {
   static constexpr Feature kFeatures[7] = {
-      {FeatureKind::Vertex, {0, -1, -1}}, {FeatureKind::Vertex, {1, -1, -1}},
-      {FeatureKind::Vertex, {2, -1, -1}}, {FeatureKind::Edge, {0, 1, -1}},
-      {FeatureKind::Edge, {1, 2, -1}},    {FeatureKind::Edge, {0, 2, -1}},
+      {FeatureKind::Vertex, {0}},    {FeatureKind::Vertex, {1}},  {FeatureKind::Vertex, {2}},
+      {FeatureKind::Edge, {0, 1}},   {FeatureKind::Edge, {1, 2}}, {FeatureKind::Edge, {0, 2}},
       {FeatureKind::Face, {0, 1, 2}}};
   return kFeatures[place];
 }
@@ -106,24 +104,24 @@ struct Bounds {
   Scalar inverse_norm = 0;  ///< of the direction; 0 if the direction is useless
 };
 
-/// Returns proven bounds from direction m and witness vector D, whatever m is: NaN and tiny m give
-/// lower = 0.
+/// Returns bounds proven by direction m and witness vector D, for any m: NaN and tiny m give lower
+/// = 0.
 inline Bounds prove(const TrianglePair& pair, const Vector3& m, const Vector3& D) {
   const VectorPair mm(m);
-  // m times the vertices 1 and 2, relative to vertex 0; of A negative, so that minima are wanted.
+  // m times the vertices 1 and 2, relative to vertex 0; negated for A, so that both need minima.
   const LanePair on_a = low_negated(mm.dot(pair.a02));
   const LanePair on_b = high_negated(mm.dot(pair.b02));
   const LanePair reach = smaller(smaller(lows(on_b, on_a), highs(on_b, on_a)), LanePair(0));
   const Scalar gap = (dot(m, pair.r) + reach.low()) + reach.high();
   const VectorPair mD(m, D);
   const LanePair squares = mD.dot(mD);
-  const LanePair norms = root(squares);
+  const LanePair norms = sqrt(squares);
   const LanePair inverse_norm = LanePair(1) / lows(norms, norms);
   const LanePair middle = lows(LanePair(gap) * inverse_norm, swapped(norms));
   const LanePair slack =
       LanePair(kTriangleRelativeSlack) * middle + LanePair(kTriangleSizeSlack * pair.size);
   const LanePair outward = middle + low_negated(slack);
-  // Safe side: a comparison with NaN is false, and larger() then returns 0.
+  // Safe: a comparison with NaN is false, and larger() then returns 0.
   const LanePair is_usable = above(lows(squares, squares), LanePair(kSmallestSquaredDirection));
   Bounds bounds;
   bounds.lower = larger(masked(is_usable, outward), LanePair(0)).low();
@@ -165,13 +163,13 @@ inline Witness edge_witness(const TrianglePair& pair, int i, int j) {
   w.p_b = points.high();
   if (is_inside) {
     const LanePair side = n.dot(VectorPair(d));
-    w.m = {turned(n.x, side).low(), turned(n.y, side).low(), turned(n.z, side).low()};
+    w.m = {flip_sign(n.x, side).low(), flip_sign(n.y, side).low(), flip_sign(n.z, side).low()};
     w.place_a = 3 + i;
     w.place_b = 3 + j;
     return w;
   }
-  // The closest direction is square to the edge whose point is inside; rounding is removed. Both
-  // may be inside here if the first s was outside by rounding only.
+  // The closest direction is perpendicular to an edge whose point is inside; this removes rounding
+  // along it. Both points may be inside here if the first s was outside only by rounding.
   const LanePair share = masked(is_inside_unit(st), edges.dot(VectorPair(w.D)) * inverse);
   const VectorPair level = edges * share;
   w.m = (w.D - level.low()) - level.high();

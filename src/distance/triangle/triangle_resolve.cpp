@@ -12,15 +12,16 @@ inline std::size_t at(int k) {
   return static_cast<std::size_t>(k);
 }
 
-/// Collects witnesses and directions: the least upper and the greatest lower bound, each proven.
+/// Collects witnesses and directions: keeps the smallest upper and the largest lower bound, each
+/// proven.
 class Search {
  public:
   Search(const TrianglePair& pair, const TriangleDistance& found) : pair_(pair), result_(found) {
     if (found.lower > 0) gap_ = found.lower;
   }
 
-  /// Takes over the witness if it is nearer than the best one, and the direction if it separates
-  /// more; says whether the bounds agree within the noise now.
+  /// Keeps the witness if it is nearer than the best one, and the direction if it separates more;
+  /// returns whether the bounds now agree within the noise.
   bool offer(const Witness& w, const Vector3& m) {
     const Bounds bounds = prove(pair_, m, w.D);
     if (bounds.upper < result_.upper) {
@@ -42,7 +43,7 @@ class Search {
 
   bool is_done() const { return result_.upper - result_.lower <= kTriangleNoise * pair_.size; }
 
-  /// The answer. Touching pairs get the normal of the facet that is least deep.
+  /// The answer. Touching pairs get the normal of the facet with the least depth.
   TriangleDistance finished(const Facets& facets) const {
     TriangleDistance result = result_;
     if (result.lower == 0 && is_done()) {
@@ -58,8 +59,8 @@ class Search {
   Scalar gap_ = -kInfinity;
 };
 
-/// Takes from m what rounding has left of it along two edges to which it should be square.
-/// Needed if they are nearly parallel: their cross product then errs by u / sin.
+/// Removes from m the components that rounding left along two edges to which it should be
+/// perpendicular. Needed if they are nearly parallel: their cross product then errs by u / sin.
 Vector3 squared_to(const Vector3& m, const Vector3& e, const Vector3& f) {
   const Scalar ee = dot(e, e);
   const Vector3 level = m - e * (dot(m, e) / ee);
@@ -69,8 +70,8 @@ Vector3 squared_to(const Vector3& m, const Vector3& e, const Vector3& f) {
 }
 
 /// Point of the face of A (of B, unless `of_a`) nearest to the point where edge k of the other
-/// triangle meets its plane. Solved again for what is missed, since normals of thin triangles are
-/// inexact but the miss is known to rounding.
+/// triangle meets its plane. Solved again for the remainder, because normals of thin triangles are
+/// inexact but the remainder is known to rounding.
 Witness piercing_witness(const TrianglePair& pair, const Facets& facets, bool of_a, int k) {
   const Vector3 n = of_a ? facets.n.low() : facets.n.high();
   const Triangle& face = of_a ? pair.A : pair.B;
@@ -133,9 +134,9 @@ Signs signs_of(LanePair x, LanePair y) {
           arranged(bits(above(zero, x)), bits(above(zero, y)))};
 }
 
-/// Looks for an edge of one triangle through the face of the other. An edge k of B goes through A's
-/// face if its ends lie on both sides of A's plane and it passes A's three edges on the same side:
-/// h_0k, h_1k, h_2k have one sign.
+/// Searches for an edge of one triangle through the face of the other. An edge k of B passes
+/// through A's face if its ends lie on both sides of A's plane and it passes A's three edges on the
+/// same side: h_0k, h_1k, h_2k have one sign.
 bool find_piercing(const TrianglePair& pair, const Facets& f, Search& search) {
   const auto& y = f.height;
   const Signs of_b = signs_of(lows(y[0], y[2]), y[1]);
@@ -179,13 +180,13 @@ bool try_everything(const TrianglePair& pair, const Facets& facets, EdgeWitnesse
   for (int k = 0; k < 9; ++k) {
     Witness& w = all[at(k)];
     w = edge_witness(pair, k / 3, k % 3);
-    // Then no lower bound is left to be found.
+    // Then there is no lower bound to find.
     if (dot(w.D, w.D) <= touching * touching && search.offer(w)) return true;
   }
   return search.offer(all[at(nearest_of(all))]);
 }
 
-/// The same with directions that are freed of what rounding has left along the edges.
+/// The same with directions cleaned of what rounding left along the edges.
 bool try_cleaned(const TrianglePair& pair, const Facets& facets, const EdgeWitnesses& all,
                  Search& search) {
   const int k = nearest_of(all);
@@ -200,14 +201,14 @@ bool try_cleaned(const TrianglePair& pair, const Facets& facets, const EdgeWitne
   return false;
 }
 
-/// How far along the line from one vector to another the point nearest to the origin is.
+/// Where on the line from one vector to another the point nearest to the origin is.
 Scalar blend_share(const Vector3& from, const Vector3& to) {
   const Vector3 step = to - from;
   return clamped(-dot(from, step) / dot(step, step), 1);
 }
 
-/// The point nearest to the origin on the line between two points of B - A. Its points lie in A and
-/// in B because both are convex.
+/// The point nearest to the origin on the line between two points of B - A. Its witness points lie
+/// in A and B because both are convex.
 Witness blended(const Witness& w1, const Witness& w2) {
   const Scalar second = blend_share(w1.D, w2.D);
   const Scalar first = 1 - second;
@@ -222,8 +223,8 @@ Witness blended(const Witness& w1, const Witness& w2) {
 }
 
 /// For thin triangles, whose normals are inexact: where edges pass a point on both sides, the
-/// nearest point lies between them, and its direction is square to the edges. Rounding allows
-/// kTriangleBlendLimit blends of points that are near compared with the size.
+/// nearest point lies between them, and its direction is perpendicular to the edges. Rounding
+/// allows kTriangleBlendLimit blends of points that are close compared with the size.
 bool try_blends(const TrianglePair& pair, const EdgeWitnesses& all, Search& search) {
   int nearest = nearest_of(all);
   Witness best = all[at(nearest)];
@@ -257,7 +258,7 @@ bool try_blends(const TrianglePair& pair, const EdgeWitnesses& all, Search& sear
   return false;
 }
 
-/// Every axis that can separate polytopes that nearly touch.
+/// Tries every axis that can separate polytopes that nearly touch.
 bool try_all_axes(const TrianglePair& pair, const EdgeWitnesses& all, Search& search) {
   for (int k = 0; k < 9; ++k) {
     const Vector3& a = pair.a[k / 3];

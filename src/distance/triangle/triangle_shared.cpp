@@ -11,12 +11,12 @@ namespace {
 
 constexpr int kRowOf[9] = {0, 0, 0, 1, 1, 1, 2, 2, 2};
 constexpr int kColumnOf[9] = {0, 1, 2, 0, 1, 2, 0, 1, 2};
-/// Pairs of vertices that have neither vertex of the given pair.
+/// Pairs of vertices that contain neither vertex of the given pair.
 constexpr unsigned kOthers[9] = {0b110110000, 0b101101000, 0b011011000, 0b110000110, 0b101000101,
                                  0b011000011, 0b000110110, 0b000101101, 0b000011011};
 
 /// Unit normal from a to b for triangles with a common edge. Either face's normal separates them,
-/// and the larger face has the better one. Zero if both faces are too thin, or not in range.
+/// and that of the larger face is more accurate. Zero if both faces are too thin, or not in range.
 Vector3 hinge_normal(const Triangle& a, const Triangle& b, int first, int second) {
   const auto at = [](int k) { return static_cast<std::size_t>(k); };
   const VectorPair edge02[2] = {VectorPair(a[1], b[1]) - VectorPair(a[0], b[0]),
@@ -28,7 +28,7 @@ Vector3 hinge_normal(const Triangle& a, const Triangle& b, int first, int second
   const Scalar squared = of_a ? squares.low() : squares.high();
   const Scalar length = of_a ? lengths.low() : lengths.high();
   constexpr Scalar kFourth = kLargestTriangleSize * kLargestTriangleSize;
-  // The sum, so that NaN in either triangle is refused.
+  // A sum, so that NaN in either triangle is rejected.
   const bool is_in_range = lengths.low() + lengths.high() <= kFourth && length * kFourth >= 1;
   if (!is_in_range || !(squared >= kTriangleParallelSquare * (length * length))) {
     return Vector3::Zero();

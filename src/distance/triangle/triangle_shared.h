@@ -4,8 +4,8 @@
 #include "core/simd_pair.h"
 #include "dyop/distance/triangle_distance.h"
 
-/// Triangles that have vertices in common, as neighbours of a mesh do: found by comparing
-/// coordinates, so that the distance is zero without rounding.
+/// Triangles with common vertices, such as neighbours in a mesh: found by comparing coordinates, so
+/// that the distance is zero without rounding.
 namespace dyop::internal {
 
 /// Which vertices are equal: bit 3 i + j for vertex i of a and j of b.
@@ -29,7 +29,7 @@ inline unsigned equal_vertices(const Triangle& a, const Triangle& b) {
          (of_b2 & 2) << 4 | (mask(corner) & 1) << 8;
 }
 
-/// False only if no vertex is shared: a look at one coordinate.
+/// False only if no vertex is shared; a quick test of one coordinate.
 inline bool may_share_vertex(const Triangle& a, const Triangle& b) {
   const LanePair b01(b[0].x(), b[1].x());
   const LanePair of_a0 = equal(LanePair(a[0].x()), b01);
@@ -41,8 +41,8 @@ inline bool may_share_vertex(const Triangle& a, const Triangle& b) {
 }
 
 /// Unit normal of triangles that have a vertex in common, for a nonzero mask of equal_vertices():
-/// of the larger face at a common edge, else of the facet least deep. Zero if their size is out of
-/// range or a coordinate is not finite.
+/// that of the larger face at a common edge, else of the facet with the least depth. Zero if their
+/// size is out of range or a coordinate is not finite.
 Vector3 touching_normal(const Triangle& a, const Triangle& b, unsigned equal_mask);
 
 }  // namespace dyop::internal

@@ -14,8 +14,8 @@ bool is_corner(std::int32_t number) {
   return number >= 0 && number < 3;
 }
 
-// Number of an edge that holds the feature; nothing for other features. Edge k runs from vertex k
-// to vertex k + 1, and the numbers of an edge's vertices may come in any order.
+// Number of an edge that contains the feature; nothing for other features. Edge k runs from vertex
+// k to vertex k + 1, and the feature may list them in either order.
 std::optional<int> edge_with(const Feature& feature) {
   const auto [first, second, unused] = feature.vertices;
   if (!is_corner(first)) return std::nullopt;
@@ -24,7 +24,7 @@ std::optional<int> edge_with(const Feature& feature) {
   return kNext[first] == second ? first : second;
 }
 
-// Witness of a vertex above the inside of the other triangle's face; nothing if it is beyond it.
+// Witness of a vertex above the interior of the other triangle's face; nothing if it is beyond it.
 std::optional<Witness> vertex_above_face(const TrianglePair& pair, bool is_face_of_a, int vertex) {
   const Triangle& face = is_face_of_a ? pair.A : pair.B;
   const Vector3& p = (is_face_of_a ? pair.B : pair.A)[static_cast<std::size_t>(vertex)];

@@ -16,7 +16,7 @@ namespace dyop {
 namespace internal {
 namespace {
 
-// From so many triangles on, the wide kernel takes less time than one call each.
+// From this number of triangles on, the wide kernel is faster than one call each.
 constexpr int kFewest = 3;
 
 TriangleSlab slab_of(const Triangle& a, const Vector3& direction, Scalar cutoff) {
@@ -34,7 +34,7 @@ TriangleSlab slab_of(const Triangle& a, const Vector3& direction, Scalar cutoff)
     slab.direction[k] = direction[k];
   }
   slab.noise = kTriangleSlabNoise * direction.cwiseAbs().sum();
-  // Directions so long or short that products leave the range prove nothing; so does NaN.
+  // Directions so long or short that products leave the range prove nothing; nor does NaN.
   constexpr Scalar kLongest = kLargestTriangleSize * kLargestTriangleSize;
   const bool is_usable = squared <= kLongest && squared * kLongest >= 1;
   const Scalar underflow = 16 * std::numeric_limits<Scalar>::denorm_min();
@@ -43,7 +43,7 @@ TriangleSlab slab_of(const Triangle& a, const Vector3& direction, Scalar cutoff)
   return slab;
 }
 
-// Keeps the nearest of the triangles that are offered, by ascending number.
+// Keeps the nearest of the triangles offered, in ascending order of numbers.
 struct Nearest {
   std::optional<NearestTriangle> best;
   Scalar cutoff;

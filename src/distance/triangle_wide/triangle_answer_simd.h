@@ -3,7 +3,7 @@
 
 #include "distance/triangle_wide/triangle_search_simd.h"
 
-// Answers of all lanes, on their way into a block.
+// Answers of all lanes, before they are stored in a block.
 namespace dyop::internal {
 inline namespace DYOP_LANES {
 

@@ -7,7 +7,7 @@
 
 namespace dyop::internal {
 
-/// triangle_distances() with an instruction set that this processor can run, for tests.
+/// triangle_distances() with a given instruction set, which this processor must support; for tests.
 void triangle_distances(const TriangleBlocks& a, const TriangleBlocks& b, InstructionSet set,
                         TriangleDistanceBlocks& answers);
 

@@ -5,7 +5,7 @@
 #include "distance/triangle_wide/triangle_wide.h"
 #include "dyop/distance/triangle_block.h"
 
-/// Single triangles and answers of blocks.
+/// Access to single triangles and answers in blocks.
 namespace dyop::internal {
 
 inline Triangle triangle_at(const TriangleBlock& block, std::size_t n) {

@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::size_t kBlockWidth = kTriangleBlockWidth;
 
-// Blocks that are taken through a kernel together: they fit the nearest cache.
+// Number of blocks passed to a kernel at a time: they fit the first-level cache.
 constexpr std::size_t kRun = 8;
 
 void copy_triangle(const TriangleBlock& source, std::size_t from, TriangleBlock& block,
@@ -86,7 +86,7 @@ class BatchSolver {
     for (std::size_t n = 0; n < block_count; ++n)
       open_count += kTriangleBlockWidth - std::popcount(decided[n]);
     if (open_count == 0) return;
-    // Where most are open, the whole run again is cheaper than copies.
+    // If most pairs are open, running all of them again is cheaper than copying.
     const bool is_most = 2 * open_count > static_cast<int>(block_count) * kTriangleBlockWidth;
     if (is_most) run(kernels_.thorough, first, block_count, decided);
     for (std::size_t block = 0; block < block_count; ++block) {

@@ -3,11 +3,11 @@
 
 #include "distance/triangle_wide/triangle_witness_simd.h"
 
-// Faces in witnesses and as normals with one pair a lane, as in triangle_facets.cpp.
+// Faces in witnesses and as normals, one pair per lane, as in triangle_facets.cpp.
 namespace dyop::internal {
 inline namespace DYOP_LANES {
 
-/// Where the lanes' faces are used: a face of one triangle and the vertices of the other.
+/// Whose face the lanes use: the face of one triangle and the vertices of the other.
 struct FaceRoles {
   Mask of_a;
   Lanes n[3], start[3], edge0[3], edge2[3];
@@ -34,7 +34,7 @@ struct FaceRoles {
   }
 };
 
-/// face_witness(): where the vertex is above the face, its witness; elsewhere the edges to take.
+/// face_witness(): the witness where the vertex is above the face; elsewhere the edges to use.
 struct FaceWitnessLanes {
   WitnessLanes witness;
   Mask is_above_face;
@@ -73,7 +73,7 @@ struct FaceWitnessLanes {
       const Lanes we = face.edge2[k] * w;
       D[k] = (x[k] - ve) + we;
       foot[k] = (face.start[k] + ve) - we;
-      witness.m[k] = turned_by_bit(face.n[k], flip);
+      witness.m[k] = flip_sign_by_bit(face.n[k], flip);
     }
     face.set_direction(D, witness.D);
     face.set_points(foot, vertex, witness);
@@ -103,7 +103,7 @@ DYOP_INLINE void facet_normal(const PairLanes& pair, const FacetLanes& facets,
   for (int k = 0; k < 3; ++k) n[k] = select(is_turned, negated(n[k]), n[k]);
   const Lanes squared = dot(n, n);
   const Mask is_usable = squared >= Lanes(c.smallest_squared_direction);
-  const Lanes inverse_norm = Lanes(1.0) / root(squared);
+  const Lanes inverse_norm = Lanes(1.0) / sqrt(squared);
   for (int k = 0; k < 3; ++k) {
     normal[k] = select(is_usable, n[k] * inverse_norm, Lanes(k == 0 ? 1.0 : 0.0));
   }

@@ -3,7 +3,7 @@
 
 #include "distance/triangle_wide/triangle_face_simd.h"
 
-// The first stages of triangle_resolve.cpp, with one pair a lane.
+// The first stages of triangle_resolve.cpp, one pair per lane.
 namespace dyop::internal {
 inline namespace DYOP_LANES {
 
@@ -22,9 +22,9 @@ DYOP_INLINE Choice longest_of(const Lanes* squares) {
 struct SearchLanes {
   WitnessLanes best;  ///< m is the normal here
   Lanes lower, upper, gap;
-  Lanes point[3];  ///< of B - A, from which the walk goes on
+  Lanes point[3];  ///< of B - A, from which the walk continues
   Mask is_done;
-  Mask is_lost;  ///< needs more than is done here
+  Mask is_unresolved;  ///< needs more than these stages
 
   DYOP_INLINE SearchLanes(const WitnessLanes& w, const BoundsLanes& bounds, Mask is_tried,
                           const Lanes* centroids)
@@ -34,7 +34,7 @@ struct SearchLanes {
     gap = select(lower > Lanes(0.0), lower, Lanes(-__builtin_inf()));
     select(is_tried, w.D, centroids, point);
     for (int k = 0; k < 3; ++k) best.m[k] = w.m[k] * bounds.inverse_norm;
-    is_done = is_lost = no_choice().i.is_1;
+    is_done = is_unresolved = no_choice().i.is_1;
   }
 
   /// Search::offer() in some lanes.
@@ -68,7 +68,7 @@ struct SearchLanes {
     if (any(may_cross)) pierce(pair, facets, may_cross, c);
     // literal: kTriangleWalkLimit.
     for (int step = 0; step < 3; ++step) {
-      const Mask walking = without(open, is_done | is_lost);
+      const Mask walking = without(open, is_done | is_unresolved);
       if (!any(walking)) return;
       const EdgeChoice edges = directed_edges(pair, point);
       const WitnessLanes w = edge_witness(pair, edges.i, edges.j);
@@ -84,7 +84,7 @@ struct SearchLanes {
   }
 
  private:
-  /// Lanes where edge k of a triangle is cut by the other's plane, from heights of its vertices.
+  /// Lanes where the other triangle's plane cuts edge k, given the heights of the vertices.
   static DYOP_INLINE void straddling(const Lanes* x, Mask* edge) {
     const Lanes zero(0.0);
     Mask positive[3], negative[3];
@@ -106,7 +106,7 @@ struct SearchLanes {
     return inverse(positive & negative);
   }
 
-  /// find_piercing() for the first edge found; lanes where it does not suffice are lost.
+  /// find_piercing() for the first edge found; lanes where that does not suffice are given up.
   DYOP_INLINE void pierce(const PairLanes& pair, const FacetLanes& f, Mask lanes,
                           const TriangleConstants& c) {
     Mask of_b[3], of_a[3];
@@ -125,7 +125,7 @@ struct SearchLanes {
     WitnessLanes w;
     pierce_face(pair, FaceRoles(pair, f, is_b), select(is_b, edge_b, edge_a), c, w);
     offer(found, pair, w, c);
-    is_lost = is_lost | without(found, is_done);
+    is_unresolved = is_unresolved | without(found, is_done);
   }
 
   /// piercing_witness().

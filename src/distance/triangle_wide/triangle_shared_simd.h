@@ -3,7 +3,7 @@
 
 #include "distance/triangle_wide/triangle_answer_simd.h"
 
-// Pairs with vertices in common, as in triangle_shared.cpp, with one pair a lane.
+// Pairs with vertices in common, as in triangle_shared.cpp, one pair per lane.
 namespace dyop::internal {
 inline namespace DYOP_LANES {
 
@@ -34,7 +34,7 @@ struct SharedLanes {
     return ((x[0] | x[1]) | (x[2] | x[3])) | ((x[4] | x[5]) | ((x[6] | x[7]) | x[8]));
   }
 
-  /// The first pair of equal vertices, and the first that has neither of them.
+  /// The first pair of equal vertices, and the first one that contains neither of them.
   DYOP_INLINE void find_vertices(const PairLanes& pair, const Mask* is_equal) {
     const Mask none = without(lanes, lanes);
     Mask row[3] = {none, none, none}, column[3] = {none, none, none};
@@ -66,7 +66,7 @@ struct SharedLanes {
   }
 };
 
-/// hinge_normal(): lanes where it has one.
+/// hinge_normal(); returns the lanes that have one.
 DYOP_INLINE Mask hinge_normal(const PairLanes& pair, const SharedLanes& shared,
                               const TriangleConstants& c, Lanes* normal) {
   Lanes n_a[3], n_b[3], n[3], out[3];
@@ -84,7 +84,7 @@ DYOP_INLINE Mask hinge_normal(const PairLanes& pair, const SharedLanes& shared,
     out[k] = select(of_a, shared.own_b[k], shared.common[k]) -
              select(of_a, shared.common[k], shared.own_a[k]);
   }
-  const Lanes inverse_norm = Lanes(1.0) / root(squared);
+  const Lanes inverse_norm = Lanes(1.0) / sqrt(squared);
   const Mask is_turned = Lanes(0.0) > dot(n, out);
   const Lanes factor = select(is_turned, negated(inverse_norm), inverse_norm);
   for (int k = 0; k < 3; ++k) normal[k] = n[k] * factor;

@@ -4,8 +4,8 @@
 #include "core/simd_bits.h"
 #include "distance/triangle_wide/triangle_wide.h"
 
-// The building blocks of triangle_pair.h and triangle_facets.h with one pair a lane: the same
-// operations in the same order, so that every lane has the same bits. Comments are there.
+// The building blocks of triangle_pair.h and triangle_facets.h, one pair per lane: the same
+// operations in the same order, so that every lane has the same bits. They are documented there.
 namespace dyop::internal {
 inline namespace DYOP_LANES {
 
@@ -23,7 +23,7 @@ DYOP_INLINE Lanes masked(Mask m, Lanes x) {
   return select(m, x, Lanes(0.0));
 }
 
-/// Which of three a lane means: number 1, number 2, or else number 0.
+/// Selects one of three per lane: number 1, number 2, or else number 0.
 struct Choice {
   Mask is_1;
   Mask is_2;
@@ -86,7 +86,7 @@ struct PairLanes {
       bb[v] = dot(b[v], b[v]);
     }
     edges = ((aa[0] + aa[1]) + aa[2]) + ((bb[0] + bb[1]) + bb[2]);
-    size = root(Lanes(3.0) * dot(r, r) + Lanes(2.0) * edges);
+    size = sqrt(Lanes(3.0) * dot(r, r) + Lanes(2.0) * edges);
   }
 };
 
@@ -119,7 +119,7 @@ struct FacetLanes {
     scores[9] = face_score(height_b, n_a, 9, c);
     scores[10] = face_score(height_a, n_b, 10, c);
     score_edges(pair, c, scores);
-    // No score is NaN and no two are equal, so that the order does not matter.
+    // No score is NaN and no two are equal, so the order does not matter.
     best = larger(larger(larger(larger(scores[0], scores[1]), larger(scores[2], scores[3])),
                          larger(larger(scores[4], scores[5]), larger(scores[6], scores[7]))),
                   larger(scores[8], larger(scores[9], scores[10])));
@@ -178,7 +178,7 @@ struct FacetLanes {
       for (int w = 0; w < 3; ++w) {
         const Lanes gram = aa * pair.bb[w] - ab[v][w] * ab[v][w];
         const Mask is_inner = Lanes(0.0) > alpha[v] * beta[w];
-        const Lanes square = turned_by_bit(h[v][w], alpha[v]) * magnitude(h[v][w]);
+        const Lanes square = flip_sign_by_bit(h[v][w], alpha[v]) * magnitude(h[v][w]);
         scores[3 * v + w] =
             score(select(is_inner, Lanes(-c.largest_facet_square), square), gram, 3 * v + w, c);
       }

@@ -21,7 +21,7 @@ const TriangleWideKernels& triangle_wide_kernels(InstructionSet set) {
   return triangle_wide_baseline;
 }
 
-// The thorough kernel has these steps built in.
+// These limits are built into the thorough kernel.
 static_assert(kTriangleWalkLimit == 3 && kTrianglePiercingSteps == 2);
 
 const TriangleConstants& triangle_constants() {

@@ -22,29 +22,29 @@ struct TriangleConstants {
   double far_ratio;
 };
 
-/// Answers of triangle_distance(), bit for bit, for those pairs of some blocks that need one of its
-/// first stages only.
+/// Answers of triangle_distance(), bit for bit, for those pairs of some blocks that need only its
+/// first stages.
 ///
-/// @param decided A bit for each pair of a block: whether its answer is found. The others get
-/// meaningless numbers.
+/// @param decided One bit per pair of a block: whether its answer was found. The other pairs get
+///                meaningless numbers.
 using TriangleWideKernel = void (*)(const TriangleBlock* a, const TriangleBlock* b,
                                     TriangleDistanceBlock* answers, int block_count,
                                     const TriangleConstants& constants, unsigned char* decided);
 
-/// A triangle, seen along a direction.
+/// A triangle, projected on a direction.
 struct TriangleSlab {
   double origin[3];  ///< its vertex 0
   double direction[3];
-  double start;    ///< greatest product of the direction and a vertex from the origin
+  double start;    ///< largest product of the direction and a vertex from the origin
   double largest;  ///< coordinate of a vertex from the origin
   double noise;    ///< rounding of a product, over the largest coordinate
   double limit;    ///< cutoff times the length of the direction, rounded up
 };
 
-/// The triangles of a block, as bits, that the slab does not prove to be beyond its limit.
+/// The triangles of a block, as bits, that the slab does not prove to be beyond the limit.
 using TriangleSlabKernel = unsigned (*)(const TriangleBlock& block, const TriangleSlab& slab);
 
-/// The kernels of an instruction set: `quick` takes pairs that one candidate decides, `thorough`
+/// The kernels of an instruction set: `quick` decides pairs that need one candidate, `thorough`
 /// also those that touch in a vertex, cross, or take a few steps.
 struct TriangleWideKernels {
   TriangleWideKernel quick;
@@ -52,7 +52,7 @@ struct TriangleWideKernels {
   TriangleSlabKernel slab;
 };
 
-/// Those for an instruction set that this processor can run.
+/// The kernels for an instruction set, which this processor must support.
 const TriangleWideKernels& triangle_wide_kernels(InstructionSet set);
 
 }  // namespace dyop::internal

@@ -4,14 +4,14 @@
 #include "distance/triangle_wide/triangle_shared_simd.h"
 
 // The kernels of triangle_wide.h for the instruction set that the including file is compiled for.
-// The stages are those of triangle_distance(), in its order.
+// The stages are those of triangle_distance(), in the same order.
 namespace dyop::internal {
 inline namespace DYOP_LANES {
 
 /// First candidates of pairs that are not far.
 struct NearCandidate {
   WitnessLanes witness;
-  Mask is_flat;   ///< of these the longest edges are tried
+  Mask is_flat;   ///< of these, the longest edges are tried
   Mask is_tried;  ///< there is a candidate
 
   /// @param edges Edges of lanes that have their candidate already.
@@ -43,7 +43,7 @@ struct NearCandidate {
   }
 };
 
-/// Takes part of the lanes through triangle_distance(), as far as these kernels go.
+/// Runs some of the lanes through triangle_distance(), as far as these kernels go.
 /// @return The lanes whose answers are in the rows.
 template <bool is_thorough>
 DYOP_INLINE Mask decide_lanes(const TriangleBlock& a, const TriangleBlock& b,
@@ -133,7 +133,7 @@ static void decide_triangles(const TriangleBlock* a, const TriangleBlock* b,
   }
 }
 
-/// NaN may be left out: such a triangle is below no cutoff.
+/// Ignores NaN: such a triangle is below no cutoff.
 static unsigned triangles_within(const TriangleBlock& block, const TriangleSlab& slab) {
   unsigned bits = 0;
   for (int first = 0; first < kTriangleBlockWidth; first += Lanes::kCount) {
@@ -149,7 +149,7 @@ static unsigned triangles_within(const TriangleBlock& block, const TriangleSlab&
       reach[v] = dot(n, x);
     }
     const Lanes gap = smaller(smaller(reach[0], reach[1]), reach[2]) - Lanes(slab.start);
-    // Twice the largest: of both triangles.
+    // Twice the largest, for both triangles.
     const Lanes noise = Lanes(slab.noise) * (largest + largest);
     bits |= inverse(gap - noise > Lanes(slab.limit)).bits() << first;
   }

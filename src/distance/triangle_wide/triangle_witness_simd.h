@@ -3,7 +3,7 @@
 
 #include "distance/triangle_wide/triangle_simd.h"
 
-// Witnesses and their proofs with one pair a lane, as in triangle_pair.h and triangle_facets.cpp.
+// Witnesses and their proofs, one pair per lane, as in triangle_pair.h and triangle_facets.cpp.
 namespace dyop::internal {
 inline namespace DYOP_LANES {
 
@@ -46,15 +46,15 @@ DYOP_INLINE BoundsLanes prove(const PairLanes& pair, const Lanes* m, const Lanes
   const Lanes reach_a = smaller(smaller(negated(dot(m, pair.a[0])), dot(m, pair.a[2])), zero);
   const Lanes gap = (dot(m, pair.r) + reach_b) + reach_a;
   const Lanes squared = dot(m, m);
-  const Lanes norm = root(squared);
+  const Lanes norm = sqrt(squared);
   const Lanes inverse_norm = Lanes(1.0) / norm;
   const Lanes separation = gap * inverse_norm;
-  const Lanes length = root(dot(D, D));
+  const Lanes length = sqrt(dot(D, D));
   const Lanes slack(c.relative_slack);
-  const Lanes room = Lanes(c.size_slack) * pair.size;
+  const Lanes size_slack = Lanes(c.size_slack) * pair.size;
   const Mask is_usable = squared > Lanes(c.smallest_squared_direction);
-  return {larger(masked(is_usable, separation - (slack * separation + room)), zero),
-          length + (slack * length + room), separation, masked(is_usable, inverse_norm)};
+  return {larger(masked(is_usable, separation - (slack * separation + size_slack)), zero),
+          length + (slack * length + size_slack), separation, masked(is_usable, inverse_norm)};
 }
 
 DYOP_INLINE Mask is_certified(const PairLanes& pair, const BoundsLanes& bounds,
@@ -94,7 +94,7 @@ DYOP_INLINE WitnessLanes edge_witness(const PairLanes& pair, const Choice& i, co
   const Lanes share_b = masked(is_inside_unit(t), dot(b, w.D) * inverse_b);
   for (int k = 0; k < 3; ++k) {
     const Lanes level = (w.D[k] - a[k] * share_a) - b[k] * share_b;
-    w.m[k] = select(is_inside, turned_by_bit(n[k], side), level);
+    w.m[k] = select(is_inside, flip_sign_by_bit(n[k], side), level);
   }
   w.place_a = edge_place(i, s > zero, inverse(one > s));
   w.place_b = edge_place(j, t > zero, inverse(one > t));

@@ -36,7 +36,7 @@ class ArkodeSolver final : public SundialsSolver {
     set(ERKStepSStolerances(memory, options.relative_tolerance, options.absolute_tolerance),
         "ERKStepSStolerances");
     set(ERKStepSetMaxStep(memory, options.max_step), "ERKStepSetMaxStep");
-    // An explicit step is rejected for its error only, so this limits the attempts.
+    // An explicit step is rejected only for its error, so this limits the attempts.
     const auto attempts =
         std::min<std::int64_t>(options.max_internal_steps, std::numeric_limits<int>::max());
     set(ERKStepSetMaxErrTestFails(memory, static_cast<int>(attempts)), "ERKStepSetMaxErrTestFails");
@@ -74,7 +74,7 @@ class ArkodeSolver final : public SundialsSolver {
 
  private:
   std::unique_ptr<void, SundialsDeleter<void*, free_arkode>> memory_;
-  Scalar t_ = 0;  // where the solver stands, for messages
+  Scalar t_ = 0;  // the solver's time, for messages
 };
 
 std::unique_ptr<SundialsSolver> make_solver(OdeFunction f, std::size_t size,

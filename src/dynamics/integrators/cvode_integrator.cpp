@@ -20,7 +20,7 @@ using internal::GuardedFunction;
 using internal::SundialsDeleter;
 using internal::SundialsSolver;
 
-// Failures to solve the implicit equations that CVODE allows within one step, by its default.
+// CVODE's default limit on failures to solve the implicit equations within one step.
 constexpr std::int64_t kConvergenceFailures = 10;
 
 void free_cvode(void* memory) {
@@ -83,7 +83,7 @@ class CvodeSolver final : public SundialsSolver {
  private:
   void set(int code, const char* call) { check(code, call, 0); }
 
-  // CVODE gives up at the a-th failure of the error test or the b-th of the implicit solve, thus
+  // CVODE gives up at the a-th failure of the error test or the b-th of the implicit solve, so
   // after at most a + b - 1 attempts.
   void limit_attempts(std::int64_t attempts) {
     const std::int64_t b = std::min(kConvergenceFailures, (attempts - 1) / 2 + 1);
@@ -112,7 +112,7 @@ class CvodeSolver final : public SundialsSolver {
         "CVodeSetLinearSolver");
   }
 
-  // CVODE uses the solvers, so it goes first: it is the last member.
+  // CVODE uses the solvers, so it must be destroyed first: it is the last member.
   std::unique_ptr<_generic_SUNMatrix, SundialsDeleter<SUNMatrix, SUNMatDestroy>> matrix_;
   std::unique_ptr<_generic_SUNLinearSolver, SundialsDeleter<SUNLinearSolver, SUNLinSolFree>>
       linear_solver_;
@@ -120,7 +120,7 @@ class CvodeSolver final : public SundialsSolver {
                   SundialsDeleter<SUNNonlinearSolver, SUNNonlinSolFree>>
       nonlinear_solver_;
   std::unique_ptr<void, SundialsDeleter<void*, free_cvode>> memory_;
-  Scalar t_ = 0;  // where the solver stands, for messages
+  Scalar t_ = 0;  // the solver's time, for messages
 };
 
 std::unique_ptr<SundialsSolver> make_solver(CvodeMethod method, OdeFunction f, std::size_t size,

@@ -14,9 +14,10 @@ using internal::compose_message;
 
 namespace {
 
-// A step cut by t_end below this fraction of the longest one leaves a history that is no good: a
-// multistep method of order q grows back from it by multiplying rounding noise by the growth to the
-// power q. Adams was seen to jump by 1e4 tolerances. Larger: more restarts; smaller: more noise.
+// If t_end cuts a step to less than this fraction of the longest one, its history is discarded: a
+// multistep method of order q that grows back from it multiplies rounding noise by the growth to
+// the power q. Adams was seen to jump by 1e4 tolerances. Larger: more restarts; smaller: more
+// noise.
 constexpr Scalar kCutStepFraction = 0.1;
 
 }  // namespace
@@ -33,7 +34,7 @@ struct SundialsIntegrator::Impl {
   IntegratorOptions options;
   Scalar begin = 0;
   Scalar time = 0;
-  Scalar longest_step = 0;  // of the solver since its restart
+  Scalar longest_step = 0;  // since the solver's last restart
   std::vector<Scalar> begin_state;
   std::vector<Scalar> state;
   std::vector<Scalar> next;  // the state proposed by the step in progress
@@ -41,7 +42,7 @@ struct SundialsIntegrator::Impl {
   bool is_started = false;
   bool must_restart_solver = true;
   std::int64_t steps = 0;
-  std::int64_t rejected_before = 0;  // by the solver before its last restart
+  std::int64_t rejected_before = 0;  // before the solver's last restart
 };
 
 SundialsIntegrator::SundialsIntegrator(std::unique_ptr<internal::SundialsSolver> solver,
@@ -119,7 +120,7 @@ void SundialsIntegrator::Impl::solver_step(Scalar t_end) {
   }
   must_restart_solver = true;  // unless this step succeeds
   const std::int64_t rejected = solver->rejected_steps();
-  // A step may be too short to advance time; the solver then lengthens the next one.
+  // A step may be too short to advance time; the solver then makes the next one longer.
   for (std::int64_t i = 1;; ++i) {
     const Scalar reached = solver->step(t_end, next);
     if (reached > time) {

@@ -75,7 +75,7 @@ void SundialsSolver::store(std::span<Scalar> y) const {
 
 void SundialsSolver::check(int code, const char* call, Scalar t) {
   function_.rethrow_kept();
-  if (code >= 0) return;  // positive codes are news, such as having reached the stop time
+  if (code >= 0) return;  // positive codes are notices, such as reaching the stop time
   const std::unique_ptr<char, SundialsDeleter<void*, std::free>> code_text(code_name(code));
   throw IntegrationError(compose_message(name_, ": ", call, " failed at t = ", t, " with ",
                                          code_text ? code_text.get() : "an unnamed code", " (",
@@ -91,7 +91,7 @@ void SundialsSolver::keep_message(int, const char*, const char*, char* message,
   try {
     static_cast<SundialsSolver*>(self)->message_ = message;
   } catch (...) {
-    // Out of memory for an explanation: the code itself is still reported.
+    // No memory left for an explanation; the code itself is still reported.
   }
 }
 

@@ -25,19 +25,19 @@ using VectorPointer = std::unique_ptr<_generic_N_Vector, SundialsDeleter<N_Vecto
 /// @throws InvalidArgument if f is empty or an option is out of range, naming the value.
 void require_valid(const OdeFunction& f, const IntegratorOptions& options);
 
-/// The user's right-hand side behind SUNDIALS' C interface, which no exception may cross.
+/// Wraps the user's right-hand side for SUNDIALS' C interface, which no exception may cross.
 class GuardedFunction {
  public:
   GuardedFunction(OdeFunction f, std::size_t size);
 
-  /// @throws IntegrationError if a derivative is not finite; whatever f throws.
+  /// @throws IntegrationError if a derivative is not finite; passes on what f throws.
   void evaluate(Scalar t, std::span<const Scalar> y, std::span<Scalar> dydt);
 
-  /// The same for SUNDIALS; `self` is a GuardedFunction. Keeps what is thrown, and returns an
+  /// The callback for SUNDIALS; `self` is a GuardedFunction. Stores what is thrown and returns an
   /// unrecoverable error.
   static int call(sunrealtype t, N_Vector y, N_Vector dydt, void* self) noexcept;
 
-  /// Throws what was kept, once.
+  /// Throws the stored exception, once.
   void rethrow_kept();
 
   std::int64_t evaluations() const { return evaluations_; }
@@ -49,8 +49,8 @@ class GuardedFunction {
   std::exception_ptr kept_;
 };
 
-/// One solver of SUNDIALS, of a system of size > 0. Every call that fails throws what the user's
-/// function threw, or else IntegrationError.
+/// One SUNDIALS solver for a system of size > 0. A call that fails throws what the user's function
+/// threw, or else IntegrationError.
 class SundialsSolver {
  public:
   SundialsSolver(const char* name, OdeFunction f, std::size_t size);
@@ -58,13 +58,13 @@ class SundialsSolver {
   SundialsSolver(const SundialsSolver&) = delete;
   SundialsSolver& operator=(const SundialsSolver&) = delete;
 
-  /// Forgets all history.
+  /// Discards all history.
   virtual void restart(Scalar t, std::span<const Scalar> y) = 0;
-  /// Makes one step, not beyond t_end; returns the time reached.
+  /// Takes one step, not beyond t_end; returns the time reached.
   virtual Scalar step(Scalar t_end, std::span<Scalar> y) = 0;
   /// Dense output within the last step.
   virtual void evaluate(Scalar t, std::span<Scalar> y) = 0;
-  /// Attempts since the last restart that were not accepted.
+  /// Rejected attempts since the last restart.
   virtual std::int64_t rejected_steps() const = 0;
 
   const char* name() const { return name_; }
@@ -78,10 +78,11 @@ class SundialsSolver {
 
   /// Throws if `code`, returned by `call` at time t, is an error.
   void check(int code, const char* call, Scalar t);
-  /// Throws if a constructor of SUNDIALS returned null.
+  /// Throws if a SUNDIALS constructor returned null.
   void check_made(const void* object, const char* call) const;
 
-  /// Error handler for SUNDIALS: keeps the text instead of printing it; `self` is a SundialsSolver.
+  /// Error handler for SUNDIALS: stores the text instead of printing it; `self` is a
+  /// SundialsSolver.
   static void keep_message(int code, const char* module, const char* function, char* message,
                            void* self) noexcept;
 

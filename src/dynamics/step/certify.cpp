@@ -4,22 +4,30 @@
 #include <algorithm>
 
 #include "core/tolerance.h"
+#include "toi/toi_memory.h"
 
 namespace dyop::internal {
 namespace {
 
-ToiResult query(const BodyMove& a, const BodyMove& b, const TimeInterval& interval, Scalar target,
-                Scalar tolerance, const QueryLimits& limits, ToiWorkspace& workspace) {
+// Begins where the pair's last query of distance or impact ended, and is followed by the next.
+ToiResult query(PairState& pair, const BodyMove& a, const BodyMove& b, const TimeInterval& interval,
+                Scalar target, Scalar tolerance, const QueryLimits& limits,
+                ToiWorkspace& workspace) {
   ToiOptions options;
   options.target_distance = target;
   options.distance_tolerance = tolerance;
   options.max_node_pairs = limits.max_node_pairs;
   options.stop = limits.stop;
-  return time_of_impact(*a.body->definition.shape, *a.motion, *b.body->definition.shape, *b.motion,
-                        interval, options, workspace);
+  options.deadline = limits.deadline;
+  ToiMemory& memory = workspace.memory();
+  memory.start = pair.seed.supports;
+  ToiResult result = time_of_impact(*a.body->definition.shape, *a.motion, *b.body->definition.shape,
+                                    *b.motion, interval, options, workspace);
+  if (memory.seed.count > 0) pair.seed.supports = memory.seed;
+  return result;
 }
 
-// A pair that began too near is an ordinary one again once it is far enough apart.
+// A pair that began too near becomes an ordinary one again once it is far enough apart.
 void release(PairState& pair, const BodyMove& a, const RigidPose& X_WA, const BodyMove& b,
              const RigidPose& X_WB) {
   if (!pair.granted && !pair.overlaps) return;
@@ -81,25 +89,25 @@ Certificate certify(PairState& pair, const BodyMove& a, const BodyMove& b,
     certificate.proof = PairProof::excused(pair.key, interval);
     return certificate;
   }
-  // So much more that a query can begin where the bound ends.
+  // With enough to spare that a query can start where the bound ends.
   const Scalar floor = kept + tolerance / 2 + pair_noise(a, b);
   const auto by_bound = [&] {
     return PairProof::by_bound(pair, interval, pair.gap_lower, certificate.closing, floor);
   };
   certificate.proof = by_bound();
   if (certificate.proof) return certificate;
-  // A gap that would be proof enough, with something left for the next steps.
+  // A gap that would suffice as proof, with something left over for the next steps.
   measure_gap(pair, *a.body, X_WA, *b.body, X_WB, floor + 4 * certificate.closing);
   certificate.proof = by_bound();
   if (certificate.proof) return certificate;
 
   ToiResult result =
-      query(a, b, interval, pair.granted ? std::min(kept, *pair.granted) : kept,
+      query(pair, a, b, interval, pair.granted ? std::min(kept, *pair.granted) : kept,
             pair.granted ? std::min(tolerance, *pair.granted / 4) : tolerance, limits, workspace);
   if (result.status == ToiStatus::InitiallyWithinTarget && kept <= pair.lengths.target) {
     if (pair.gap_lower > 0) {
       pair.granted = pair.gap_lower / 2;
-      result = query(a, b, interval, *pair.granted, *pair.granted / 4, limits, workspace);
+      result = query(pair, a, b, interval, *pair.granted, *pair.granted / 4, limits, workspace);
     } else {
       pair.overlaps = true;
       certificate.proof = PairProof::excused(pair.key, interval);

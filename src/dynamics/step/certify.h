@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <chrono>
 #include <optional>
 #include <stop_token>
 
@@ -11,27 +12,30 @@
 
 namespace dyop::internal {
 
-/// Limits of the queries of a step.
+/// Limits on the queries of a step.
 struct QueryLimits {
   std::int64_t max_node_pairs = 0;
   std::stop_token stop;
+  std::optional<std::chrono::steady_clock::time_point> deadline;
+
+  bool is_late() const { return deadline && std::chrono::steady_clock::now() >= *deadline; }
 };
 
-/// Either a proof over the whole interval, or what the query says instead.
+/// Either a proof over the whole interval, or the query's result instead.
 struct Certificate {
   std::optional<PairProof> proof;
-  std::optional<ToiResult> result;  // of the query, if there was one
-  Scalar closing = 0;               // what the gap may have lost over the interval
+  std::optional<ToiResult> result;  // of the query, if one was made
+  Scalar closing = 0;               // bound on how much the gap shrinks over the interval
 };
 
-/// Proves that a pair stays farther apart than `kept`, the cheapest proof first: it rests; its
-/// known gap exceeds what can be closed; its gap measured anew does; no impact is found. A pair
-/// that begins too near is granted part of its gap, see PairState::granted.
+/// Proves that a pair stays farther apart than `kept`, trying the cheapest proof first: it is at
+/// rest; its known gap exceeds what can be closed; its gap measured anew does; no impact is found.
+/// A pair that began too near is granted part of its gap, see PairState::granted.
 Certificate certify(PairState& pair, const BodyMove& a, const BodyMove& b,
                     const TimeInterval& interval, Scalar kept, const QueryLimits& limits,
                     ToiWorkspace& workspace);
 
-/// Allowance for rounding at the size of a pair.
+/// Allowance for rounding at the scale of a pair.
 Scalar pair_noise(const BodyMove& a, const BodyMove& b);
 
 /// What the end of a query without a proof means for a step; none for an impact, which is answered.

@@ -8,6 +8,7 @@
 #include "dynamics/step/end_gap.h"
 #include "dynamics/step/joint_rows.h"
 #include "dynamics/step/leg_problem.h"
+#include "dynamics/step/spring_rows.h"
 #include "motion/guarded_state.h"
 
 namespace dyop::internal {
@@ -16,7 +17,7 @@ namespace {
 using Member = IslandRun::Member;
 using RunPair = IslandRun::RunPair;
 
-// Limits of one attempt and of one leg.
+// Limits on one attempt and on one leg.
 constexpr int kMostRounds = 8;
 constexpr int kMostErrorSolves = 4;
 constexpr int kMostAttempts = 8;
@@ -26,7 +27,11 @@ constexpr Scalar kStruckLegPart = 0.25;
 
 enum class AttemptResult { Committed, Blocked, Failed };
 
-// One attempt at one horizon.
+bool is_edge_pair(const ContactPoint& point) {
+  return point.feature_a.kind == FeatureKind::Edge && point.feature_b.kind == FeatureKind::Edge;
+}
+
+// One attempt to step to one horizon.
 class ContactLeg {
  public:
   ContactLeg(IslandRun& run, Scalar tau, bool may_bounce, bool lands);
@@ -46,15 +51,15 @@ class ContactLeg {
   void make_moves();
   void find_proofs();
   bool answer_hits();
-  void add_hit(std::size_t pair, const ToiResult& hit);
   void store_velocities();
   void commit(Scalar tau);
 
   IslandRun& run_;
   Scalar tau_;
   bool may_bounce_;
-  bool lands_;  // the horizon ends at a hit that is to be answered there
+  bool lands_;  // the horizon ends at a hit to be resolved there
   LegProblem leg_;
+  std::optional<SpringRows> springs_;  // after the joints' rows
   std::vector<Wrench> wrenches_;
   std::vector<Vector3> free_L_W_;
   std::vector<BodyMove> moves_;
@@ -78,7 +83,7 @@ ContactLeg::ContactLeg(IslandRun& run, Scalar tau, bool may_bounce, bool lands)
     wrenches_.push_back(total_wrench(*member.body, run.context().gravity_W, run.now(), state));
   }
   leg_.take_contacts([&](const RunPair& pair, const ContactPoint& point) {
-    // What is about to bounce is left to the impact.
+    // Contacts about to bounce are left to the impact law.
     return !(may_bounce_ && bounces(run_, pair, normal_velocity(run_, pair, point)));
   });
   for (const RunPair& pair : run.pairs()) {
@@ -86,12 +91,13 @@ ContactLeg::ContactLeg(IslandRun& run, Scalar tau, bool may_bounce, bool lands)
     start_b_.push_back(run.pose_of(pair.member_b, *pair.b));
   }
   leg_.take_joints(tau_ / 2);
+  springs_.emplace(leg_, tau_);
   end_a_ = start_a_;
   end_b_ = start_b_;
 }
 
-// Velocities with half a kick; the angular one at the middle of the leg, where it solves
-// w = I(exp(tau w / 2) R)^-1 L.
+// Velocities after half a kick; the angular one is that at the middle of the leg and solves w =
+// I(exp(tau w / 2) R)^-1 L.
 void ContactLeg::set_free_velocities() {
   free_L_W_.clear();
   const bool is_first = moves_.empty();
@@ -132,7 +138,7 @@ Scalar ContactLeg::target_cap(std::size_t contact) const {
          3 * tau_ * leg_.relative_velocity(contact).squaredNorm() / lengths.radius;
 }
 
-// Least normal velocity that keeps the rest gap to the end, or recovers part of it.
+// Least normal velocity that keeps the rest gap until the end, or recovers part of it.
 Scalar ContactLeg::target(std::size_t contact) const {
   const LegContact& entry = leg_.contacts()[contact];
   const Scalar missing = run_.pairs()[entry.pair].state->lengths.rest_gap() - entry.point.gap;
@@ -146,12 +152,13 @@ Scalar ContactLeg::target(std::size_t contact) const {
 void ContactLeg::solve_move() {
   set_free_velocities();
   set_joint_targets(leg_, tau_);
+  springs_->set_targets();
   for (std::size_t i = 0; i < leg_.contacts().size(); ++i) leg_.set_target(i, target(i));
   const ContactReport report = leg_.solve(tau_);
   residual_ = report.residual;
   const Scalar tolerance = 0.001 * leg_.standoff() / tau_;
   if (residual_ > kContradictionTolerances * tolerance && !targets_are_zero_) {
-    // Extrapolated constraints can contradict one another; "move along together" is feasible.
+    // Extrapolated constraints can contradict each other; "move along together" is always feasible.
     targets_are_zero_ = true;
     for (std::size_t i = 0; i < leg_.contacts().size(); ++i) leg_.set_target(i, target(i));
     residual_ = leg_.solve(tau_).residual;
@@ -180,7 +187,7 @@ RigidPose ContactLeg::end_pose(const std::optional<std::size_t>& member,
   return body.X_WB();
 }
 
-// Returns whether the prediction of a gap has changed so much that the solve must be repeated.
+// Returns whether the prediction of some gap has changed so much that the solve must be repeated.
 bool ContactLeg::update_errors() {
   bool has_changed = false;
   for (std::size_t i = 0; i < leg_.contacts().size(); ++i) {
@@ -191,9 +198,7 @@ bool ContactLeg::update_errors() {
     Scalar error = end_gap(entry.point, *pair.a, start_a_[entry.pair], end_a_[entry.pair], *pair.b,
                            start_b_[entry.pair], end_b_[entry.pair]) -
                    linear;
-    const bool is_edge_pair = entry.point.feature_a.kind == FeatureKind::Edge &&
-                              entry.point.feature_b.kind == FeatureKind::Edge;
-    if (is_edge_pair) error = std::min(error, 0.0);
+    if (is_edge_pair(entry.point)) error = std::min(error, 0.0);
     const bool matters =
         linear + error < pair.state->lengths.rest_gap() + pair.state->lengths.standoff;
     if (matters && std::abs(error - entry.error) > kErrorChange * pair.state->lengths.standoff) {
@@ -201,20 +206,20 @@ bool ContactLeg::update_errors() {
     }
     entry.error = error;
   }
-  const auto end = [this](const std::optional<std::size_t>& member, const BodyRecord& body) {
-    return end_pose(member, body);
-  };
+  const auto end = [this](const auto& member, const auto& body) { return end_pose(member, body); };
+  has_changed = springs_->update(end) || has_changed;
   return update_joint_errors(leg_, tau_, end) || has_changed;
 }
 
 void ContactLeg::find_proofs() {
+  const PartTimer timing = run_.timer(&StepTimes::proofs);
   certificates_.clear();
   const TimeInterval interval{run_.now(), run_.now() + tau_};
   for (RunPair& pair : run_.pairs()) {
     const BodyMove a = pair.member_a ? moves_[*pair.member_a] : run_.support_move(*pair.a);
     const BodyMove b = pair.member_b ? moves_[*pair.member_b] : run_.support_move(*pair.b);
     certificates_.push_back(certify(*pair.state, a, b, interval, pair.state->kept_distance(),
-                                    run_.context().limits(), run_.workspace().toi));
+                                    run_.context().limits, run_.workspace().toi));
     if (const auto& result = certificates_.back().result) {
       add(run_.outcome().toi, result->statistics);
       pair.state->advancement_steps += result->statistics.node_pairs;
@@ -222,25 +227,7 @@ void ContactLeg::find_proofs() {
   }
 }
 
-void ContactLeg::add_hit(std::size_t pair_index, const ToiResult& hit) {
-  const RunPair& pair = run_.pairs()[pair_index];
-  const PairLengths& lengths = pair.state->lengths;
-  LegContact entry;
-  entry.pair = pair_index;
-  entry.point = point_of_hit(hit, start_a_[pair_index], start_b_[pair_index]);
-  const ContactPoint& point = entry.point;
-  for (LegContact& known : leg_.contacts()) {
-    if (known.pair != pair_index) continue;
-    const bool is_same = known.point.nhat_AB_W.dot(point.nhat_AB_W) > 0.9 &&
-                         (known.point.p_WCa - point.p_WCa).norm() < 0.05 * lengths.radius;
-    if (!is_same) continue;
-    known.push += 0.5 * lengths.standoff * std::exp2(std::min(known.hits++, 4));
-    return;
-  }
-  leg_.add(entry);
-}
-
-// Turns what was hit into contacts. Returns false if a hit must be answered where it is instead.
+// Turns hits into contacts. Returns false if a hit must be resolved where it happened instead.
 bool ContactLeg::answer_hits() {
   std::size_t first = certificates_.size();
   for (std::size_t i = 0; i < certificates_.size(); ++i) {
@@ -270,12 +257,13 @@ bool ContactLeg::answer_hits() {
   }
   for (std::size_t i = 0; i < certificates_.size(); ++i) {
     const auto& result = certificates_[i].result;
-    if (!certificates_[i].proof && result->status == ToiStatus::Impact) add_hit(i, *result);
+    if (certificates_[i].proof || result->status != ToiStatus::Impact) continue;
+    leg_.add_hit(i, point_of_hit(*result, start_a_[i], start_b_[i]));
   }
   return true;
 }
 
-// The velocity that moved the bodies, without what only recovered their gaps.
+// The velocity that moved the bodies, minus what only recovered their gaps.
 void ContactLeg::store_velocities() {
   bool has_recovery = false;
   std::vector<Scalar> targets;
@@ -298,7 +286,7 @@ void ContactLeg::store_velocities() {
   stored_L_W_ = leg_.angular_momenta(free_L_W_);
 }
 
-// Goes to now + tau, tau <= tau_, with the proofs at hand.
+// Advances to now + tau, tau <= tau_, with the proofs at hand.
 void ContactLeg::commit(Scalar tau) {
   store_velocities();
   const Scalar t_end = run_.now() + tau;
@@ -316,23 +304,26 @@ void ContactLeg::commit(Scalar tau) {
   for (const LegContact& entry : leg_.contacts()) {
     if (!entry.index) continue;
     const std::size_t row = static_cast<std::size_t>(&entry - leg_.contacts().data());
-    run_.pairs()[entry.pair].state->contacts.contacts()[*entry.index].impulse_W =
+    run_.pairs()[entry.pair].state->points()[*entry.index].impulse_W =
         leg_.problem().contacts[row].impulse_W;
   }
   for (std::size_t i = 0; i < run_.members().size(); ++i) {
     Member& member = run_.members()[i];
     const RigidPose X_WB = without_drift(moves_[i].motion->pose(t_end));
-    // What is left of the kick belongs to the end; a leg that was cut has had too much of it.
+    // The rest of the kick belongs to the end; a leg that was cut short has had too much of it.
     member.state.v_W =
         stored_v_W_[i] + (tau - tau_) / 2 * member.body->inverse_mass * wrenches_[i].force;
     member.state.L_W = stored_L_W_[i] + (tau - tau_) / 2 * wrenches_[i].torque;
+    springs_->add_cut(tau / tau_, i, member.state.v_W, member.state.L_W);
     member.state.X_WM = central_pose(*member.body, X_WB);
   }
+  springs_->keep_impulses(tau / tau_);
   run_.commit_leg(t_end, moves_, std::move(proofs), closings);
 }
 
 AttemptResult ContactLeg::attempt() {
   for (int round = 0; round < kMostRounds; ++round) {
+    if (run_.must_stop()) return AttemptResult::Failed;
     const int error_solves = leg_.is_struck() ? 1 : kMostErrorSolves;
     for (int k = 0; k < error_solves; ++k) {
       solve_move();

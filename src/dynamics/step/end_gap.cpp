@@ -25,7 +25,7 @@ Scalar end_gap(const ContactPoint& point, const BodyRecord& a, const RigidPose& 
   const Shape& shape_a = *a.definition.shape;
   const Shape& shape_b = *b.definition.shape;
   if (is_smooth_core(shape_a) || is_smooth_core(shape_b)) {
-    // Their one contact moves over the surface: where it is then, the distance says.
+    // Their one contact slides over the surface: a distance query finds it.
     const DistanceResult result = distance(shape_a, X_WA_end, shape_b, X_WB_end);
     if (result.lower > 0) return result.upper;
   }

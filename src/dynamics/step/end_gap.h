@@ -7,14 +7,14 @@
 
 namespace dyop::internal {
 
-/// The gap of a contact after both bodies have moved from the poses X_WA, X_WB of the contact to
-/// new ones: between the same features, a face carried with its body, rounded cores by their
-/// centres.
+/// The gap of a contact after both bodies have moved from its poses X_WA, X_WB to new ones: between
+/// the same features, where a face moves with its body and a rounded core is taken at its centre.
 Scalar end_gap(const ContactPoint& point, const BodyRecord& a, const RigidPose& X_WA,
                const RigidPose& X_WA_end, const BodyRecord& b, const RigidPose& X_WB,
                const RigidPose& X_WB_end);
 
-/// The contact of a hit, carried back with its bodies to poses before: its normal with its face.
+/// The contact of a hit, moved back with its bodies to earlier poses: the normal moves with its
+/// face.
 ContactPoint point_of_hit(const ToiResult& hit, const RigidPose& X_WA, const RigidPose& X_WB);
 
 }  // namespace dyop::internal

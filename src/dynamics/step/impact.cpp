@@ -65,8 +65,8 @@ class ImpactSolve {
 
   IslandRun& run_;
   LegProblem leg_;
-  std::vector<Scalar> speeds_;       // normal velocities before
-  std::vector<Scalar> restitution_;  // zero for what closes slowly
+  std::vector<Scalar> speeds_;       // normal velocities before the impact
+  std::vector<Scalar> restitution_;  // zero for slow contacts
   std::vector<Vector3> free_L_W_;
 };
 
@@ -83,7 +83,7 @@ ImpactSolve::ImpactSolve(IslandRun& run) : run_(run), leg_(run) {
     body.free_w_W = body.inverse_inertia_W * member.state.L_W;
     free_L_W_.push_back(member.state.L_W);
   }
-  leg_.take_joints(0);  // motors have no strength at an instant
+  leg_.take_joints(0);  // motors give no impulse at an instant
   leg_.set_supports(0);
   for (std::size_t i = 0; i < leg_.rows().size(); ++i) {
     const bool is_equality = leg_.rows()[i].equation.kind == JointEquation::Kind::Equality;
@@ -126,7 +126,7 @@ void ImpactSolve::solve() {
                member.state.L_W.dot(mobility * member.state.L_W)) /
               2;
   }
-  // Work that bodies on given paths do is theirs to give: only bodies at rest are conservative.
+  // Bodies on given motions may do work: energy is bounded only if all of them are at rest.
   const bool may_gain = std::any_of(
       leg_.problem().bodies.begin() + static_cast<std::ptrdiff_t>(run_.members().size()),
       leg_.problem().bodies.end(), [](const ContactBody& body) {
@@ -135,7 +135,7 @@ void ImpactSolve::solve() {
   solve_with(1);
   const bool has_bounce = std::any_of(restitution_.begin(), restitution_.end(),
                                       [](Scalar restitution) { return restitution > 0; });
-  // Newton's restitution together with friction can create energy ([Kane1984]); then bounce less.
+  // Newton's restitution with friction can create energy ([Kane1984]); then reduce the bounce.
   Scalar bounce = 1;
   constexpr int kHalvings = 20;
   for (int i = 0; i < kHalvings && has_bounce && !may_gain; ++i) {
@@ -176,7 +176,7 @@ bool resolve_impacts(IslandRun& run, bool may_bounce) {
   const RunPair* met = nullptr;
   for (RunPair& pair : run.pairs()) {
     if (!may_bounce || !pair.is_near) continue;
-    for (const ContactPoint& point : pair.state->contacts.contacts()) {
+    for (const ContactPoint& point : pair.state->points()) {
       if (!is_triggered(run, pair, point)) continue;
       if (!met || (pair.hit && !met->hit)) met = &pair;
     }

@@ -8,53 +8,55 @@
 
 #include "dynamics/free_flight.h"
 #include "dynamics/joint_state.h"
+#include "dynamics/spring_state.h"
 #include "dynamics/step/certify.h"
+#include "dynamics/step/part_timer.h"
 #include "dyop/contact/contact_cascade.h"
 #include "dyop/contact/contact_generator.h"
 #include "dyop/dynamics/world_options.h"
 
 namespace dyop::internal {
 
-/// What all islands of a step share; constant while they run.
+/// Shared by all islands of a step; constant while they run.
 struct StepContext {
   const WorldOptions* options = nullptr;
   Vector3 gravity_W = Vector3::Zero();
   Scalar t = 0;
   Scalar t_end = 0;
-  Scalar h = 0;  // length of the step as it was planned; t_end may come sooner
+  Scalar h = 0;  // planned length of the step; t_end may come sooner
   const std::deque<BodyRecord>* bodies = nullptr;
-  std::stop_token stop;
+  QueryLimits limits;
 
   const BodyRecord& body(std::uint32_t slot) const { return (*bodies)[slot]; }
-  QueryLimits limits() const { return {options->max_node_pairs, stop}; }
-  /// Approach speeds above it bounce, for a pair of these lengths.
+  /// Faster approaches bounce, for a pair of these lengths.
   Scalar restitution_speed(const PairLengths& lengths) const;
 };
 
-/// Memory of one thread.
+/// Working memory of one thread.
 struct StepWorkspace {
   ContactCascade solver;
   ToiWorkspace toi;
   ContactWorkspace contacts;
 };
 
-/// Awake dynamic bodies that are stepped together, and the pairs to be proven with them: of two of
-/// them, or of one with a body that cannot be moved.
+/// Awake dynamic bodies that are stepped together, and the pairs to be proven with them: between
+/// two of them, or of one of them with a body that cannot be moved.
 struct Island {
   std::vector<std::uint32_t> bodies;  // slots, sorted
   std::vector<PairState*> pairs;      // by key
-  std::vector<JointState*> joints;    // of which at least one body is in `bodies`
+  std::vector<JointState*> joints;    // with at least one body in `bodies`
+  std::vector<SpringState*> springs;  // the same
 };
 
-/// Why an island could not go on.
+/// Why an island could not continue.
 struct IslandFailure {
   AdvanceStatus status = AdvanceStatus::NotRun;
   PairKey pair;
 };
 
-/// A step of an island, proposed.
+/// A proposed step of an island.
 struct IslandOutcome {
-  Scalar reached = 0;  // the step's end, unless an impact must be answered first or it failed
+  Scalar reached = 0;         // the step's end, unless an impact comes first or it failed
   std::vector<Track> tracks;  // by Island::bodies
   std::vector<PairProof> proofs;
   std::vector<ImpactEvent> impacts;
@@ -62,12 +64,13 @@ struct IslandOutcome {
   bool stopped_at_impact = false;  // the last of `impacts`
   bool in_contact = false;         // at its end
   StepStatistics work;
+  StepTimes times;
   ToiStatistics toi;
   IntegratorStatistics integrator;
 };
 
 /// Steps one island from the committed states to the end of the step, in legs: free flight while
-/// nothing touches, contact legs (ContactLeg) else, impacts between them.
+/// nothing touches, else contact legs (ContactLeg), with impacts in between.
 class IslandRun {
  public:
   IslandRun(const StepContext& context, const Island& island, StepWorkspace& workspace);
@@ -89,7 +92,7 @@ class IslandRun {
     Scalar friction = 0;
     Scalar restitution = 0;
     bool is_near = false;          // contacts of `state` are those at now()
-    std::optional<ToiResult> hit;  // that led to now()
+    std::optional<ToiResult> hit;  // the hit that ended the leg at now()
   };
   const StepContext& context() const { return context_; }
   StepWorkspace& workspace() { return workspace_; }
@@ -97,26 +100,34 @@ class IslandRun {
   std::vector<RunPair>& pairs() { return pairs_; }
   IslandOutcome& outcome() { return outcome_; }
   const std::vector<JointState*>& joints() const { return island_.joints; }
+  const std::vector<SpringState*>& springs() const { return island_.springs; }
   std::optional<std::size_t> member_at(BodyId id) const;
   Scalar now() const { return now_; }
   Scalar remaining() const { return context_.t_end - now_; }
 
-  /// Pose of the frame B of either body of a pair at now().
+  /// Pose at now() of the frame B of either body of a pair.
   RigidPose pose_of(const std::optional<std::size_t>& member, const BodyRecord& body) const;
-  /// How a body that is no member moves over [now(), t_end].
+  /// How a body outside the island moves over [now(), t_end].
   BodyMove support_move(const BodyRecord& body) const;
-  /// Twist at now() of its centre of mass.
+  /// Twist of its centre of mass at now().
   Twist central_twist(const std::optional<std::size_t>& member, const BodyRecord& body) const;
 
-  /// Goes on to time t: appends the moves (by member), proofs and closings (by pair).
+  /// Advances to time t: appends the moves (by member), proofs and closings (by pair).
   void commit_leg(Scalar t, const std::vector<BodyMove>& moves, std::vector<PairProof> proofs,
                   const std::vector<Scalar>& closings);
   /// Contacts of all near pairs at now().
   void find_contacts();
-  /// Time that nothing can happen at any more.
+  /// A timer of one part of the work; see StepTimes.
+  PartTimer timer(Scalar StepTimes::*part) {
+    return PartTimer(context_.options->measures_time, outcome_.times.*part);
+  }
+  /// Whether the caller wants the step to end now; it fails then.
+  bool must_stop();
+  /// Ends the run: no further progress is possible.
   void fail(AdvanceStatus status, PairKey pair);
 
  private:
+  bool push_apart(RunPair& pair, const RigidPose& X_WA, const RigidPose& X_WB);
   bool try_flight();
   bool may_fly() const;
   void stand_still();
@@ -132,12 +143,12 @@ class IslandRun {
   int impact_count_ = 0;
 };
 
-/// Normal velocity of a contact (B's point seen from A's) at the members' velocities.
+/// Normal velocity of a contact (B's point relative to A's) at the members' velocities.
 Scalar normal_velocity(const IslandRun& run, const IslandRun::RunPair& pair,
                        const ContactPoint& point);
 
-/// Solves the impact law at now() if a pair approaches faster than it may without bouncing: new
-/// velocities for the members and an event. Returns whether there was one.
+/// Solves the impact law at now() if some pair approaches faster than it may without bouncing: sets
+/// new velocities of the members and records an event. Returns whether there was one.
 bool resolve_impacts(IslandRun& run, bool may_bounce);
 
 /// Whether this pair bounces at this approach speed.

@@ -8,19 +8,19 @@
 
 namespace dyop::internal {
 
-/// Rows of joints in a move of length tau: they close what they are apart, not faster than bodies
-/// that began too near are pushed.
+/// Targets of the joints' rows for a move of length tau: they close the joint's errors, no faster
+/// than bodies that began too near are pushed apart.
 void set_joint_targets(LegProblem& leg, Scalar tau);
 
 /// Pose of the frame B of a body at the end of the move.
 using EndPose =
     std::function<RigidPose(const std::optional<std::size_t>& member, const BodyRecord& body)>;
 
-/// Compares the joints at the end with their linear prediction. Returns whether that has changed so
+/// Compares the joints at the end with their linear prediction. Returns whether it has changed so
 /// much that the solve must be repeated.
 bool update_joint_errors(LegProblem& leg, Scalar tau, const EndPose& end_pose);
 
-/// Takes what only recovers errors of position out of the targets. Returns whether there was any.
+/// Removes from the targets what only recovers errors of position. Returns whether there was any.
 bool release_joint_recovery(LegProblem& leg, Scalar tau);
 
 }  // namespace dyop::internal

@@ -8,7 +8,7 @@
 namespace dyop::internal {
 namespace {
 
-// From strong to weak, as one word for several proofs of a pair.
+// Ranks proofs from strong to weak; several proofs of a pair are reported as the weakest.
 int weakness(ProofKind kind) {
   switch (kind) {
     case ProofKind::AtRest:
@@ -27,7 +27,7 @@ int weakness(ProofKind kind) {
 
 std::optional<PairProof> PairProof::by_bound(const PairState& pair, const TimeInterval& interval,
                                              Scalar gap_lower, Scalar closing, Scalar kept) {
-  // False for NaN.
+  // Also false for NaN.
   if (!(gap_lower - closing > kept)) return std::nullopt;
   return PairProof(pair.key, interval, ProofKind::ByBound);
 }

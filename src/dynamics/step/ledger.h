@@ -11,22 +11,22 @@
 
 namespace dyop::internal {
 
-/// Evidence that a pair kept its distance over an interval. Only the functions below make one.
+/// Evidence that a pair kept its distance over an interval. Only the functions below create one.
 class PairProof {
  public:
   PairKey key() const { return key_; }
   const TimeInterval& interval() const { return interval_; }
   ProofKind kind() const { return kind_; }
 
-  /// The gap at the start exceeds what can be closed by more than what is to be kept.
+  /// The gap at the start, minus all that can be closed, exceeds the distance to keep.
   static std::optional<PairProof> by_bound(const PairState& pair, const TimeInterval& interval,
                                            Scalar gap_lower, Scalar closing, Scalar kept);
-  /// The query found no impact in an interval that holds this one.
+  /// The query found no impact in an interval that contains this one.
   static std::optional<PairProof> by_query(const PairState& pair, const TimeInterval& interval,
                                            const ToiResult& result);
-  /// Neither body moved, from poses that were proven before.
+  /// Neither body moved, and their poses were proven before.
   static PairProof at_rest(PairKey key, const TimeInterval& interval);
-  /// For a pair that began too near: to be reported.
+  /// For a pair that began too near, which is reported.
   static PairProof excused(PairKey key, const TimeInterval& interval);
 
  private:
@@ -37,8 +37,8 @@ class PairProof {
   ProofKind kind_;
 };
 
-/// The proofs of a step, complete: for every candidate pair they cover the whole interval without a
-/// hole. A step is committed with one of these and in no other manner.
+/// The complete proofs of a step: for every candidate pair they cover the whole interval without a
+/// gap. The only way to commit a step is with a Ledger.
 class Ledger {
  public:
   struct Entry {

@@ -2,6 +2,7 @@
 #include "dynamics/step/leg_problem.h"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
 #include "core/tolerance.h"
@@ -67,7 +68,7 @@ std::size_t LegProblem::body_index(const std::optional<std::size_t>& member,
   for (const auto& [slot, index] : supports_) {
     if (slot == body.id.slot) return index;
   }
-  throw InternalError("a contact with a body that is no part of its island");
+  throw InternalError("contact with a body outside its island");
 }
 
 void LegProblem::ensure_support(const std::optional<std::size_t>& member, const BodyRecord& body) {
@@ -80,23 +81,29 @@ void LegProblem::ensure_support(const std::optional<std::size_t>& member, const 
   centers_.push_back(central_pose(body, run_.pose_of(member, body)).translation());
 }
 
+std::size_t LegProblem::take_body(const BodyRecord& body) {
+  const auto member = run_.member_at(body.id);
+  ensure_support(member, body);
+  standoff_ = std::min(standoff_, kStandoffTargets * kTargetRadiusFraction * body.radius);
+  return body_index(member, body);
+}
+
 void LegProblem::take_joints(Scalar tau) {
   for (JointState* joint : run_.joints()) {
     const BodyRecord& a = run_.context().body(joint->definition.a.slot);
     const BodyRecord& b = run_.context().body(joint->definition.b.slot);
     const auto member_a = run_.member_at(a.id);
     const auto member_b = run_.member_at(b.id);
-    ensure_support(member_a, a);
-    ensure_support(member_b, b);
+    const std::size_t body_a = take_body(a);
+    const std::size_t body_b = take_body(b);
     const Scalar radius = std::min(a.radius, b.radius);
-    standoff_ = std::min(standoff_, kStandoffTargets * kTargetRadiusFraction * radius);
     const std::vector<JointEquation> equations = joint_equations(
         joint->definition, a, run_.pose_of(member_a, a), b, run_.pose_of(member_b, b), radius);
     joint->impulses.resize(equations.size(), 0);
     for (std::size_t k = 0; k < equations.size(); ++k) {
       JointRow row = equations[k].row;
-      row.body_a = body_index(member_a, a);
-      row.body_b = body_index(member_b, b);
+      row.body_a = body_a;
+      row.body_b = body_b;
       row.impulse = joint->impulses[k];
       if (equations[k].kind == JointEquation::Kind::Limit) row.lower = 0;
       if (equations[k].kind == JointEquation::Kind::Motor) {
@@ -130,7 +137,7 @@ void LegProblem::add(const LegContact& contact) {
   PointContact row;
   row.body_a = body_index(pair.member_a, *pair.a);
   row.body_b = body_index(pair.member_b, *pair.b);
-  // Both bodies feel the impulse at the middle of the gap, so that it makes no torque of its own.
+  // Both bodies get the impulse at the middle of the gap, so that it adds no torque of its own.
   const Vector3 middle = (contact.point.p_WCa + contact.point.p_WCb) / 2;
   row.r_a_W = middle - center_of(row.body_a);
   row.r_b_W = middle - center_of(row.body_b);
@@ -143,6 +150,22 @@ void LegProblem::add(const LegContact& contact) {
   row.impulse_W = contact.point.impulse_W;
   problem_.contacts.push_back(row);
   contacts_.push_back(contact);
+}
+
+void LegProblem::add_hit(std::size_t pair, const ContactPoint& point) {
+  const PairLengths& lengths = run_.pairs()[pair].state->lengths;
+  for (LegContact& known : contacts_) {
+    if (known.pair != pair) continue;
+    const bool is_same = known.point.nhat_AB_W.dot(point.nhat_AB_W) > 0.9 &&
+                         (known.point.p_WCa - point.p_WCa).norm() < 0.05 * lengths.radius;
+    if (!is_same) continue;
+    known.push += 0.5 * lengths.standoff * std::exp2(std::min(known.hits++, 4));
+    return;
+  }
+  LegContact entry;
+  entry.pair = pair;
+  entry.point = point;
+  add(entry);
 }
 
 void LegProblem::order() {
@@ -219,6 +242,7 @@ ContactReport LegProblem::solve(Scalar tau, bool is_impact) {
     options.newton_limit = 0;
     options.admm_limit = 0;
   }
+  const PartTimer timing = run_.timer(&StepTimes::solve);
   const ContactReport report = run_.workspace().solver.solve(problem_, options);
   work.residual = std::max(work.residual, report.residual);
   if (report.status != ContactStatus::Converged) ++work.unconverged;

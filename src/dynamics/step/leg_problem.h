@@ -11,17 +11,17 @@
 
 namespace dyop::internal {
 
-/// A contact of a leg with what the scheme needs beside the solver's part.
+/// A contact of a leg, with what the scheme needs besides the solver's part.
 struct LegContact {
   std::size_t pair = 0;              // into IslandRun::pairs()
-  std::optional<std::size_t> index;  // into the pair's contacts; none: it came from a hit
+  std::optional<std::size_t> index;  // into the pair's contacts; none: from a hit
   ContactPoint point;                // at the start of the leg
   Scalar error = 0;                  // end gap minus that of the linear prediction
-  Scalar push = 0;                   // asked for on top, for a place that was hit again; length
+  Scalar push = 0;                   // extra gap for a place that was hit again; length
   int hits = 0;
 };
 
-/// A row of a joint in a leg.
+/// A joint's row in a leg.
 struct LegRow {
   JointState* joint = nullptr;
   std::size_t index = 0;   // of the joint's rows
@@ -29,7 +29,7 @@ struct LegRow {
   Scalar error = 0;        // end value minus that of the linear prediction
 };
 
-/// The contact problem of an island at one time: members first, then what cannot be moved.
+/// The contact problem of an island at one time: members first, then bodies that cannot be moved.
 class LegProblem {
  public:
   explicit LegProblem(IslandRun& run);
@@ -40,17 +40,17 @@ class LegProblem {
   std::vector<LegContact>& contacts() { return contacts_; }
   const std::vector<LegContact>& contacts() const { return contacts_; }
 
-  /// Members' mobilities at these rotations.
+  /// The members' mobilities at these rotations.
   void set_mobility(std::size_t member, const Matrix3& R_WB);
-  /// Mean twist of the bodies on given motions over [now, now + tau]; that at now if tau is 0.
+  /// Mean twist over [now, now + tau] of the bodies on given motions; at now if tau is 0.
   void set_supports(Scalar tau);
-  /// Takes over the contacts of all near pairs at now that `wanted` accepts.
+  /// Adds the contacts of all near pairs at now that `wanted` accepts.
   template <typename Wanted>
   void take_contacts(const Wanted& wanted) {
     for (std::size_t i = 0; i < run_.pairs().size(); ++i) {
       const IslandRun::RunPair& pair = run_.pairs()[i];
       if (!pair.is_near) continue;
-      const auto points = pair.state->contacts.contacts();
+      const auto points = pair.state->points();
       for (std::size_t k = 0; k < points.size(); ++k) {
         if (wanted(pair, points[k])) add({i, k, points[k]});
       }
@@ -58,36 +58,41 @@ class LegProblem {
     order();
   }
   void add(const LegContact& contact);
-  /// Takes over the rows of all joints at now, motors with their strength over tau.
+  /// A contact where the move was hit; one that is known there already is pushed harder.
+  void add_hit(std::size_t pair, const ContactPoint& point);
+  /// Adds the rows of all joints at now; motors have their strength over tau.
   void take_joints(Scalar tau);
   std::vector<LegRow>& rows() { return rows_; }
   void set_row_target(std::size_t row, Scalar target) { problem_.rows[row].target = target; }
   /// J v with the velocities of the last solve.
   Scalar row_velocity(std::size_t row) const;
-  /// Impulses of the rows become the joints' warm start.
+  /// Stores the impulses of the rows as the joints' warm start.
   void keep_row_impulses();
-  /// Sorts contacts from the ground up, which is the order of sweeps.
+  /// Sorts contacts from the ground up, the order of the sweeps.
   void order();
 
-  /// Solves for targets by contact; impulses are kept as the next warm start. For an impact, which
-  /// has no next step to make up for its error, to rounding.
+  /// Solves for the targets; impulses are kept as the next warm start. An impact, which has no next
+  /// step to correct its error, is solved down to rounding.
   ContactReport solve(Scalar tau, bool is_impact = false);
   void set_target(std::size_t contact, Scalar target) {
     problem_.contacts[contact].target = target;
   }
 
-  /// B's point seen from A's, with the velocities of the last solve.
+  /// Velocity of B's point relative to A's after the last solve.
   Vector3 relative_velocity(std::size_t contact) const;
-  /// Angular momenta of the members after the impulses of the last solve, from those before.
+  /// Angular momenta of the members after the impulses of the last solve, given those before.
   std::vector<Vector3> angular_momenta(std::vector<Vector3> free_L_W) const;
   std::size_t body_index(const std::optional<std::size_t>& member, const BodyRecord& body) const;
   /// Whether so many bodies move so fast that they are solved coarsely, in short legs.
   bool is_struck() const;
+  /// Number in the problem of a body that something other than a contact acts on.
+  std::size_t take_body(const BodyRecord& body);
+  /// Centre of mass at now.
+  Vector3 center_of(std::size_t body) const { return centers_[body]; }
   /// Smallest standoff of the island's pairs.
   Scalar standoff() const { return standoff_; }
 
  private:
-  Vector3 center_of(std::size_t body) const { return centers_[body]; }
   bool is_large() const;
   Scalar tolerance(Scalar tau) const;
   Scalar impact_tolerance(Scalar tau) const;

@@ -10,7 +10,7 @@
 namespace dyop::internal {
 namespace {
 
-// Speed of all points of B seen from A.
+// Largest speed of any point of B relative to A.
 Scalar speed_seen_from(const BodyMove& a, const BodyMove& b, Scalar tau) {
   const Vector3 D = b.center - a.center;
   const Vector3 v = b.v_W - a.v_W;

@@ -11,7 +11,7 @@
 
 namespace dyop::internal {
 
-/// How one body moves over a span of time, with what bounds need of it.
+/// How one body moves over a span of time, and what bounds need to know of it.
 struct BodyMove {
   const BodyRecord* body = nullptr;
   std::shared_ptr<const Motion> motion;  // of B
@@ -23,8 +23,8 @@ struct BodyMove {
   Vector3 w_W = Vector3::Zero();
 };
 
-/// What a body does over a step of the World, proposed: motions one after the other, and where they
-/// end.
+/// The proposed path of a body over a step of the World: motions one after another, and the state
+/// at their end.
 struct Track {
   struct Piece {
     TimeInterval interval;
@@ -33,29 +33,29 @@ struct Track {
   };
   std::vector<Piece> pieces;
   CentralState end;
-  std::shared_ptr<FreeFlight> flight;  // that goes on beyond the end, or null
+  std::shared_ptr<FreeFlight> flight;  // continues beyond the end; or null
 
   bool is_rest() const;
-  /// One motion for all pieces.
+  /// All pieces as one motion.
   std::shared_ptr<const Motion> joined() const;
 };
 
-/// A move with constant twist from `state`, and where it ends after tau.
+/// A move with constant twist from `state`, and the pose it reaches after tau.
 BodyMove twist_move(const BodyRecord& body, const CentralState& state, Scalar t, const Vector3& v_W,
                     const Vector3& w_W);
 
 BodyMove rest_move(const BodyRecord& body, std::shared_ptr<const Motion> rest);
 
-/// Any motion of a body, from time t on.
+/// An arbitrary motion of a body, from time t on.
 BodyMove motion_move(const BodyRecord& body, std::shared_ptr<const Motion> motion, Scalar t);
 
 /// Pose of the frame at the centre of mass.
 RigidPose central_pose(const BodyRecord& body, const RigidPose& X_WB);
 
-/// How much the gap of two bodies can shrink over an interval, rounded up:
-/// with two constant twists, w_A x and so on about the centres of mass, D = c_B - c_A, all points
-/// of B seen from A move at most at |v_B - v_A - w_A x D| + tau |w_A| |v_B - v_A| + |w_B - w_A|
-/// r_B; the same with A and B exchanged. Else from the bounds of the twists.
+/// Upper bound on how much the gap of two bodies can shrink over an interval, rounded up. For two
+/// constant twists, with D = c_B - c_A between the centres of mass, all points of B move relative
+/// to A at most at |v_B - v_A - w_A x D| + tau |w_A| |v_B - v_A| + |w_B - w_A| r_B; the same with A
+/// and B exchanged. Otherwise from the bounds of the twists.
 Scalar closing_bound(const BodyMove& a, const BodyMove& b, const TimeInterval& interval);
 
 }  // namespace dyop::internal

@@ -14,7 +14,7 @@
 namespace dyop::internal {
 namespace {
 
-// Limit of merging rounds in one step; each adds at least one pair to an island.
+// Limit on merging rounds in one step; each adds at least one pair to an island.
 constexpr int kMostMerges = 1000;
 
 std::uint32_t find_root(std::vector<std::uint32_t>& parents, std::uint32_t slot) {
@@ -36,11 +36,11 @@ WorldStep::WorldStep(World::Impl& world, Scalar t_end, const AdvanceLimits& limi
   context_.t_end = t_end;
   context_.h = t_end - world.time;
   context_.bodies = &world.bodies;
-  context_.stop = limits.stop;
+  context_.limits = {world.options.max_node_pairs, limits.stop, limits.deadline};
 }
 
-// Calls item(index, workspace) for all indices over the World's threads. What is thrown at the
-// lowest index is thrown again, whatever the number of threads.
+// Calls item(index, workspace) for all indices on the World's threads. Of all exceptions, the one
+// at the lowest index is rethrown, whatever the number of threads.
 template <typename Item>
 void WorldStep::run_parallel(std::size_t item_count, const Item& item) {
   BatchOptions batch;
@@ -67,7 +67,7 @@ void WorldStep::run_parallel(std::size_t item_count, const Item& item) {
   }
 }
 
-// Finds which bodies are within reach of one another; wakes sleepers that something awake reached.
+// Finds which bodies are within reach of each other; wakes sleepers that something awake reached.
 void WorldStep::link_pairs() {
   for (const auto& pair : world_.pairs) {
     const BodyRecord& a = world_.bodies[pair->key.a];
@@ -77,9 +77,9 @@ void WorldStep::link_pairs() {
     const PairLengths& lengths = pair->lengths;
     const Scalar reach = lengths.rest_gap() + kContactReachStandoffs * lengths.standoff;
     if (pair->gap_committed > reach) continue;
-    pair->gap_lower = pair->gap_committed;
+    pair->start_from_committed();
     measure_gap(*pair, a, a.X_WB(), b, b.X_WB(), reach);
-    pair->gap_committed = pair->gap_lower;
+    pair->commit_bounds();
     pair->has_contacts = pair->gap_lower <= reach;
     if (!pair->has_contacts) continue;
     if (a.is_asleep) world_.wake(pair->key.a, &report_);
@@ -92,15 +92,15 @@ void WorldStep::link_pairs() {
     if (a.is_awake() && b.is_asleep) world_.wake(pair->key.b, &report_);
     if (b.is_awake() && a.is_asleep) world_.wake(pair->key.a, &report_);
   }
-  for (const JointState& joint : world_.joints) {
-    const BodyRecord& a = world_.bodies[joint.definition.a.slot];
-    const BodyRecord& b = world_.bodies[joint.definition.b.slot];
+  for (const PairKey& link : world_.links) {
+    const BodyRecord& a = world_.bodies[link.a];
+    const BodyRecord& b = world_.bodies[link.b];
     if (a.is_awake() && b.is_asleep) world_.wake(b.id.slot, &report_);
     if (b.is_awake() && a.is_asleep) world_.wake(a.id.slot, &report_);
   }
 }
 
-// Islands by contact and by the hits of this step. What was run with the same bodies is kept.
+// Islands by contact and by the hits of this step. Runs whose bodies are unchanged are kept.
 void WorldStep::plan_islands() {
   const auto count = static_cast<std::uint32_t>(world_.bodies.size());
   std::vector<std::uint32_t> parents(count);
@@ -115,9 +115,7 @@ void WorldStep::plan_islands() {
     if (pair->has_contacts) join(pair->key);
   }
   for (const PairKey& key : forced_links_) join(key);
-  for (const JointState& joint : world_.joints) {
-    join({joint.definition.a.slot, joint.definition.b.slot});
-  }
+  for (const PairKey& link : world_.links) join(link);
 
   std::map<std::vector<std::uint32_t>, IslandOutcome> kept;
   for (std::size_t i = 0; i < outcomes_.size(); ++i) {
@@ -152,13 +150,20 @@ void WorldStep::plan_islands() {
     pair->is_inner = true;
     islands_[static_cast<std::size_t>(std::max(of_a, of_b))].pairs.push_back(pair.get());
   }
+  // Of the island that something between two bodies acts in; none if one of them is not there.
+  const auto island_with = [&](BodyId a, BodyId b) -> Island* {
+    const std::int32_t island = std::max(island_of_[a.slot], island_of_[b.slot]);
+    const bool is_present =
+        world_.bodies[a.slot].is_present() && world_.bodies[b.slot].is_present();
+    return is_present && island >= 0 ? &islands_[static_cast<std::size_t>(island)] : nullptr;
+  };
   for (JointState& joint : world_.joints) {
-    const std::int32_t of_a = island_of_[joint.definition.a.slot];
-    const std::int32_t of_b = island_of_[joint.definition.b.slot];
-    const bool is_present = world_.bodies[joint.definition.a.slot].is_present() &&
-                            world_.bodies[joint.definition.b.slot].is_present();
-    if (!is_present || std::max(of_a, of_b) < 0) continue;
-    islands_[static_cast<std::size_t>(std::max(of_a, of_b))].joints.push_back(&joint);
+    Island* island = island_with(joint.definition.a, joint.definition.b);
+    if (island) island->joints.push_back(&joint);
+  }
+  for (SpringState& spring : world_.springs) {
+    Island* island = island_with(spring.definition.a, spring.definition.b);
+    if (island) island->springs.push_back(&spring);
   }
   for (const Island& island : islands_) {
     const auto known = kept.find(island.bodies);
@@ -178,7 +183,7 @@ void WorldStep::run_islands() {
   });
 }
 
-// An island that could not go to the end holds all others back.
+// An island that could not reach the end holds all others back.
 void WorldStep::shorten_to_reached() {
   for (;;) {
     Scalar reached = context_.t_end;
@@ -213,22 +218,23 @@ BodyMove WorldStep::move_of(std::uint32_t slot) const {
 
 void WorldStep::prove_pair(PairState& pair, Certificate& certificate,
                            ToiWorkspace& workspace) const {
-  pair.gap_lower = pair.gap_committed;
-  pair.advancement_steps = 0;
+  pair.start_from_committed();
   certificate = certify(pair, moves_[pair.key.a], moves_[pair.key.b], {context_.t, context_.t_end},
-                        pair.kept_distance(), context_.limits(), workspace);
+                        pair.kept_distance(), context_.limits, workspace);
   if (certificate.result) pair.advancement_steps = certificate.result->statistics.node_pairs;
-  pair.gap_lower = std::max(pair.gap_lower - certificate.closing, -1.0);
-  if (pair.gap_lower < 0) pair.gap_lower = -1;
+  pair.loosen_bounds(certificate.closing);
 }
 
-// Pairs between islands and with sleepers. Returns false if some met: they must be run together.
+// Pairs between islands and with sleepers. Returns false if some met and must be run together.
 bool WorldStep::prove_the_rest() {
   moves_.clear();
   for (std::uint32_t slot = 0; slot < world_.bodies.size(); ++slot) {
     moves_.push_back(world_.bodies[slot].is_present() ? move_of(slot) : BodyMove{});
   }
-  find_new_candidates();
+  {
+    const PartTimer timing(world_.options.measures_time, report_.times.broad_phase);
+    find_new_candidates();
+  }
   std::vector<PairState*> open;
   proofs_.clear();
   for (const auto& pair : world_.pairs) {
@@ -238,16 +244,18 @@ bool WorldStep::prove_the_rest() {
     if (a.definition.is_sensor || b.definition.is_sensor) continue;
     if (moves_[pair->key.a].is_rest && moves_[pair->key.b].is_rest && !pair->is_inner) {
       proofs_.push_back(PairProof::at_rest(pair->key, {context_.t, context_.t_end}));
-      pair->gap_lower = pair->gap_committed;
-      pair->advancement_steps = 0;
+      pair->start_from_committed();
       continue;
     }
     if (!pair->is_inner) open.push_back(pair.get());
   }
   std::vector<Certificate> certificates(open.size());
+  std::vector<Scalar> times(open.size(), 0);
   run_parallel(open.size(), [&](std::size_t i, StepWorkspace& workspace) {
+    const PartTimer timing(world_.options.measures_time, times[i]);
     prove_pair(*open[i], certificates[i], workspace.toi);
   });
+  report_.times.proofs = std::accumulate(times.begin(), times.end(), report_.times.proofs);
   bool all = true;
   for (std::size_t i = 0; i < open.size(); ++i) {
     const PairKey key = open[i]->key;
@@ -277,7 +285,7 @@ std::vector<PairKey> WorldStep::candidates() const {
   return keys;
 }
 
-// Bodies on given paths cannot answer: what comes too near is reported, once.
+// Bodies on given motions cannot react: those that come too near are reported, once.
 void WorldStep::report_crossings() {
   for (const auto& pair : world_.pairs) {
     const BodyRecord& a = world_.bodies[pair->key.a];
@@ -306,6 +314,10 @@ void WorldStep::add_totals() {
     sum.contacts = std::max(sum.contacts, outcome.work.contacts);
     sum.unconverged += outcome.work.unconverged;
     sum.residual = std::max(sum.residual, outcome.work.residual);
+    report_.times.flight += outcome.times.flight;
+    report_.times.contacts += outcome.times.contacts;
+    report_.times.solve += outcome.times.solve;
+    report_.times.proofs += outcome.times.proofs;
     add(report_.toi, outcome.toi);
     report_.integrator.steps += outcome.integrator.steps;
     report_.integrator.rejected_steps += outcome.integrator.rejected_steps;
@@ -317,17 +329,23 @@ AdvanceStatus WorldStep::run() {
   const TimeInterval whole{context_.t, context_.t_end};
   run_parallel(0, [](std::size_t, StepWorkspace&) {});
   world_.wake_what_changed(whole, report_);
-  find_candidates();
+  const auto find = [&] {
+    const PartTimer timing(world_.options.measures_time, report_.times.broad_phase);
+    find_candidates();
+  };
+  find();
   is_dirty_.assign(world_.bodies.size(), false);
   link_pairs();
   bool is_proven = false;
-  for (int merge = 0; merge < kMostMerges && !is_proven; ++merge) {
-    if (merge > 0) find_candidates();
+  bool is_late = false;
+  for (int merge = 0; merge < kMostMerges && !is_proven && !is_late; ++merge) {
+    if (merge > 0) find();
     plan_islands();
     run_islands();
     shorten_to_reached();
     if (!(context_.t_end > context_.t)) break;
     is_proven = prove_the_rest();
+    is_late = !is_proven && context_.limits.is_late();
   }
   add_totals();
   const IslandFailure* failure = nullptr;
@@ -350,6 +368,7 @@ AdvanceStatus WorldStep::run() {
       report_.impacts.insert(report_.impacts.end(), outcome.impacts.begin(), outcome.impacts.end());
     }
   }
+  if (is_late) return AdvanceStatus::BudgetExhausted;
   if (failure) {
     report_.offending_pair = {};
     if (failure->pair != PairKey{}) {

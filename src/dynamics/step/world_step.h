@@ -8,13 +8,13 @@
 
 namespace dyop::internal {
 
-/// One step of a World: plans islands, runs them, proves what is between them, merges and runs
-/// again what met, commits.
+/// One step of a World: plans islands, runs them, proves the pairs between them, merges and reruns
+/// islands that met, commits.
 class WorldStep {
  public:
   WorldStep(World::Impl& world, Scalar t_end, const AdvanceLimits& limits, AdvanceReport& report);
 
-  /// Returns the status if the advance ends here, NotRun if it may go on.
+  /// Returns the status if the advance ends here, NotRun if it continues.
   AdvanceStatus run();
 
  private:
@@ -42,9 +42,9 @@ class WorldStep {
   AdvanceReport& report_;
   StepContext context_;
   std::vector<AlignedBox> boxes_;        // by slot
-  std::vector<Scalar> own_targets_;      // by slot: the largest given for a pair
+  std::vector<Scalar> own_targets_;      // by slot: the largest target given for a pair
   std::vector<bool> may_move_;           // by slot
-  std::set<PairKey> forced_links_;       // by hits in this step
+  std::set<PairKey> forced_links_;       // from hits in this step
   std::vector<std::int32_t> island_of_;  // by slot; -1: none
   std::vector<bool> is_dirty_;           // by slot: its island must run again
   std::vector<Island> islands_;

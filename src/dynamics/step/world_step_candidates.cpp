@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 
-// Which pairs of bodies may come near one another in a step.
+// Which pairs of bodies may come near each other in a step.
 #include <algorithm>
 #include <utility>
 
@@ -10,7 +10,7 @@
 
 namespace dyop::internal {
 
-// A box that should hold the body over the whole step; whether it did is checked afterwards.
+// A box expected to hold the body over the whole step; checked afterwards.
 AlignedBox WorldStep::predicted_box(const BodyRecord& body) const {
   const TimeInterval interval{context_.t, context_.t_end};
   if (body.definition.kind == BodyKind::Kinematic) {
@@ -20,12 +20,12 @@ AlignedBox WorldStep::predicted_box(const BodyRecord& body) const {
   const Scalar h = interval.length();
   const Scalar way = h * (body.state.v_W.norm() + body.angular_velocity().norm() * body.radius +
                           h * world_.gravity_W.norm());
-  // Some more, so that pushes of contacts do not leave it.
+  // With a margin, so that contact pushes do not leave it.
   return box_around(body, body.X_WB(), 1.25 * way);
 }
 
-// A box that holds the body at every time of the step: its box at the middle, grown by how far any
-// point can move in half of it, and by half the distance at which pairs matter.
+// A box that holds the body at every time of the step: its box at the middle, grown by the largest
+// distance any point can move in half of it and by half the distance at which pairs matter.
 AlignedBox WorldStep::box_of(const BodyRecord& body, const BodyMove& move) const {
   const TimeInterval interval{context_.t, context_.t_end};
   return box_of(body, move, move.is_rest ? TwistBound{} : move.motion->twist_bound(interval));
@@ -45,7 +45,7 @@ AlignedBox WorldStep::box_around(const BodyRecord& body, const RigidPose& X_WB, 
   const AlignedBox box = shape.bounding_box();
   const Vector3 half = X_WB.rotation().cwiseAbs() * (box.sizes() / 2);
   const Vector3 center = X_WB * Vector3(box.center());
-  // Half of what the larger of two bodies needs; their pair's lengths are those of the smaller.
+  // Half of what the larger of two bodies needs; a pair's lengths are those of its smaller body.
   const Scalar radius = shape.bounding_radius();
   const Scalar target = world_.options.target_distance.value_or(kTargetRadiusFraction * radius);
   const Scalar standoff = world_.options.standoff.value_or(
@@ -61,7 +61,7 @@ AlignedBox WorldStep::box_around(const BodyRecord& body, const RigidPose& X_WB, 
 void WorldStep::find_candidates() {
   const TimeInterval interval{context_.t, context_.t_end};
   const std::size_t count = world_.bodies.size();
-  boxes_.resize(count);  // those of an earlier round of this step stay part of the new ones
+  boxes_.resize(count);  // boxes of earlier rounds of this step stay included
   may_move_.assign(count, false);
   own_targets_.assign(count, 0);
   for (const auto& [key, value] : world_.pair_target) {
@@ -84,7 +84,8 @@ void WorldStep::find_candidates() {
   merge_pairs(world_.broad_phase.find_pairs(may_move_));
 }
 
-// Found pairs join the known ones; known ones that are near no more go, unless both bodies rest.
+// Adds new pairs to the known ones; removes known ones no longer near, unless neither body may
+// move.
 void WorldStep::merge_pairs(const std::vector<std::pair<std::int32_t, std::int32_t>>& found) {
   std::vector<std::unique_ptr<PairState>> merged;
   merged.reserve(std::max(found.size(), world_.pairs.size()));
@@ -104,6 +105,7 @@ void WorldStep::merge_pairs(const std::vector<std::pair<std::int32_t, std::int32
         auto pair = std::make_unique<PairState>();
         pair->key = key;
         pair->lengths = world_.lengths_of(key);
+        update_pivot(*pair, world_.bodies[key.a], world_.bodies[key.b]);
         merged.push_back(std::move(pair));
       }
     }
@@ -113,14 +115,14 @@ void WorldStep::merge_pairs(const std::vector<std::pair<std::int32_t, std::int32
   world_.pairs = std::move(merged);
 }
 
-// Bodies that left the box they were expected in may be near others than was thought.
+// Bodies that left their expected box may be near others than assumed.
 bool WorldStep::find_new_candidates() {
   bool has_left = false;
   for (std::size_t i = 0; i < islands_.size(); ++i) {
     for (std::size_t k = 0; k < islands_[i].bodies.size(); ++k) {
       const std::uint32_t slot = islands_[i].bodies[k];
       if (moves_[slot].is_rest) continue;
-      // A bound of a longer time is enough if it keeps the body in its box.
+      // A bound over a longer time is enough if it keeps the body in its box.
       const Track& track = outcomes_[i].tracks[k];
       if (track.flight && track.pieces.size() == 1) {
         const auto known = track.flight->known_bound(context_.t, context_.t_end);

@@ -9,8 +9,8 @@ namespace dyop::internal {
 
 PolygonMesh read_with_assimp(const std::filesystem::path& file) {
   throw FileError(file,
-                  "this format is read with assimp, which this build of dyop does not have "
-                  "(CMake option DYOP_WITH_ASSIMP); without it: .obj, .off, .ply, .stl");
+                  "this format needs assimp, which this build of dyop lacks "
+                  "(CMake option DYOP_WITH_ASSIMP); supported without it: .obj, .off, .ply, .stl");
 }
 
 }  // namespace dyop::internal

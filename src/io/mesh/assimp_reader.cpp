@@ -12,7 +12,7 @@
 namespace dyop::internal {
 namespace {
 
-// Assimp does not check indices.
+// assimp does not check indices.
 void check_face(const std::filesystem::path& file, const aiMesh& mesh, unsigned number) {
   const aiFace& face = mesh.mFaces[number];
   if (face.mNumIndices == 0) {
@@ -66,7 +66,7 @@ std::string problem_of(std::string reason) {
   if (reason.find("contains no faces") != std::string::npos) return "the file has no triangles";
   std::replace_if(
       reason.begin(), reason.end(), [](unsigned char c) { return c < ' '; }, ' ');
-  return "not understood as a mesh: " + (reason.empty() ? "no reason given" : reason);
+  return "not a readable mesh: " + (reason.empty() ? "no reason given" : reason);
 }
 
 }  // namespace

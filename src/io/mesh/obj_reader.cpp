@@ -13,7 +13,7 @@ struct ForwardReference {
   std::size_t line = 0;
 };
 
-// Further numbers on the line, weights or colours, are left alone.
+// Further numbers on the line, weights or colours, are ignored.
 Vector3 read_vertex(const TextScanner& scanner) {
   const auto& words = scanner.words();
   if (words.size() < 4) {

@@ -12,7 +12,7 @@ struct OffCounts {
   std::int64_t faces = 0;
 };
 
-// The first word is OFF, with letters in front for what else a vertex has behind its coordinates.
+// The first word is OFF, preceded by letters for what else each vertex line contains.
 void check_keyword(const TextScanner& scanner) {
   const std::string_view keyword = scanner.words().front();
   if (!keyword.ends_with("OFF")) scanner.fail("expected the word OFF");

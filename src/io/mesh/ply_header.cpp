@@ -15,7 +15,7 @@ PlyType parse_type(const TextScanner& scanner, std::string_view word) {
   if (word == "uint" || word == "uint32") return {4, false, false};
   if (word == "float" || word == "float32") return {4, true, true};
   if (word == "double" || word == "float64") return {8, true, true};
-  scanner.fail("expected a type of property, found " + quote(word));
+  scanner.fail("expected a property type, found " + quote(word));
 }
 
 PlyProperty parse_property(const TextScanner& scanner) {
@@ -30,8 +30,8 @@ PlyProperty parse_property(const TextScanner& scanner) {
 PlyElement parse_element(const TextScanner& scanner) {
   const auto& words = scanner.words();
   if (words.size() != 3) scanner.fail("expected 'element <name> <count>'");
-  const std::int64_t count = scanner.integer(words[2], "count of elements");
-  if (count < 0) scanner.fail("count of elements must not be negative");
+  const std::int64_t count = scanner.integer(words[2], "number of elements");
+  if (count < 0) scanner.fail("number of elements must not be negative");
   return {std::string(words[1]), count, {}};
 }
 
@@ -47,7 +47,7 @@ void check_elements(const TextScanner& scanner, const PlyHeader& header) {
   int vertex_elements = 0;
   for (const PlyElement& element : header.elements) {
     if (element.name == "vertex" && ++vertex_elements > 1) {
-      scanner.fail("element 'vertex' stands twice in the header");
+      scanner.fail("element 'vertex' occurs twice in the header");
     }
     if (element.count == 0) continue;
     if (element.properties.empty()) {

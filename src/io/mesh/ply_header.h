@@ -12,7 +12,7 @@
 
 namespace dyop::internal {
 
-/// What a PLY file says of its data: which elements follow, and the properties of each.
+/// The header of a PLY file: which elements follow, and the properties of each.
 enum class PlyEncoding { Ascii, LittleEndian, BigEndian };
 
 struct PlyType {
@@ -23,8 +23,8 @@ struct PlyType {
 
 struct PlyProperty {
   std::string name;
-  PlyType type;                       // of the values
-  std::optional<PlyType> count_type;  // of the count in front, if the property is a list
+  PlyType type;                       // type of the values
+  std::optional<PlyType> count_type;  // type of the leading count, if the property is a list
 };
 
 struct PlyElement {
@@ -32,9 +32,9 @@ struct PlyElement {
   std::int64_t count = 0;
   std::vector<PlyProperty> properties;
 
-  /// Where the property stands; nothing if there is none of this name and kind.
+  /// Index of the property; nothing if there is none of this name and kind.
   std::optional<std::size_t> find(std::string_view property, bool is_list) const;
-  /// The list of vertices, which two names are in use for.
+  /// The list of vertices, for which two names are in use.
   std::optional<std::size_t> find_vertex_list() const;
 };
 
@@ -45,8 +45,8 @@ struct PlyHeader {
   std::int64_t vertex_count() const;
 };
 
-/// Reads up to the line after `end_header`. Every element has properties; there is at most one of
-/// name "vertex", with x, y and z; "face" and "tristrips" have a list of vertices.
+/// Reads up to the line after `end_header`. Every element has properties; at most one is named
+/// "vertex", with x, y and z; "face" and "tristrips" have a list of vertices.
 /// @throws FileError with the line.
 PlyHeader read_ply_header(TextScanner& scanner);
 

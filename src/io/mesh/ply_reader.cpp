@@ -13,7 +13,7 @@
 namespace dyop::internal {
 namespace {
 
-// Reads the values behind the header one after the other; each fail() says where.
+// Reads the values after the header one by one; fail() adds the position.
 class AsciiValues {
  public:
   explicit AsciiValues(TextScanner& scanner) : scanner_(scanner) {}
@@ -128,7 +128,7 @@ class PlyReader {
     mesh_.vertices.push_back(p);
   }
 
-  // Reads all properties of a row; of those only the list of vertices is kept.
+  // Reads all properties of a row, but keeps only the list of vertices.
   void read_row(const PlyElement& element) {
     const std::optional<std::size_t> vertex_list = element.find_vertex_list();
     for (std::size_t k = 0; k < element.properties.size(); ++k) {
@@ -167,7 +167,8 @@ class PlyReader {
     for (const Scalar value : list_) mesh_.add_corner(vertex_of(value));
   }
 
-  // Every vertex but the first two ends a triangle, whose sense alternates; -1 begins a new strip.
+  // Every vertex except the first two ends a triangle, of alternating orientation; -1 starts a new
+  // strip.
   void add_strip() {
     std::size_t begin = 0;
     for (std::size_t k = 0; k < list_.size(); ++k) {
@@ -186,8 +187,8 @@ class PlyReader {
   Values values_;
   const PlyHeader& header_;
   PolygonMesh mesh_;
-  std::vector<Scalar> list_;        // of the vertices of a row
-  std::vector<Scalar> other_list_;  // of what is not kept
+  std::vector<Scalar> list_;        // vertex numbers of a row
+  std::vector<Scalar> other_list_;  // for lists that are not kept
 };
 
 }  // namespace

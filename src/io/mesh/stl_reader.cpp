@@ -15,7 +15,7 @@ namespace {
 constexpr std::size_t kHeaderBytes = 84;  // 80 of text, 4 of the number of facets
 constexpr std::size_t kFacetBytes = 50;   // 12 floats, 2 bytes of attributes
 static_assert(std::endian::native == std::endian::little,
-              "binary STL is read as it lies in memory");
+              "binary STL is copied without conversion");
 
 std::uint32_t facet_count(std::string_view bytes) {
   std::uint32_t count = 0;
@@ -35,7 +35,7 @@ PolygonMesh read_binary(const std::filesystem::path& file, std::string_view byte
   PolygonMesh mesh;
   mesh.vertices.reserve(3 * std::size_t(facet_count(bytes)));
   for (std::size_t facet = 0; facet < facet_count(bytes); ++facet) {
-    std::array<float, 9> corners;  // behind the normal, which is not used
+    std::array<float, 9> corners;  // after the normal, which is not used
     std::memcpy(corners.data(), bytes.data() + kHeaderBytes + facet * kFacetBytes + 12,
                 sizeof(corners));
     for (std::size_t k = 0; k < corners.size(); ++k) {
@@ -51,7 +51,7 @@ PolygonMesh read_binary(const std::filesystem::path& file, std::string_view byte
   return mesh;
 }
 
-// Reads the statements of the text; those with a normal or around a loop need no reading.
+// Reads the statements of the text; those for normals and loops are skipped.
 class AsciiStlReader {
  public:
   AsciiStlReader(const std::filesystem::path& file, std::string_view bytes)
@@ -84,7 +84,7 @@ class AsciiStlReader {
   }
 
   void read_vertex() {
-    if (!is_in_facet_) scanner_.fail("vertex outside of a facet");
+    if (!is_in_facet_) scanner_.fail("vertex outside a facet");
     const auto& words = scanner_.words();
     if (words.size() < 4) scanner_.fail("vertex: expected three coordinates");
     mesh_.vertices.emplace_back(scanner_.finite_number(words[1], "vertex coordinate"),
@@ -115,7 +115,7 @@ PolygonMesh read_stl(const std::filesystem::path& file, std::string_view bytes) 
   const std::size_t expected =
       bytes.size() < kHeaderBytes ? kHeaderBytes : kHeaderBytes + kFacetBytes * facet_count(bytes);
   if (bytes.size() == expected) return read_binary(file, bytes);
-  // Binary files may begin with "solid" as well, so the word alone decides nothing.
+  // Binary files may start with "solid" too, so the word alone decides nothing.
   const bool is_ascii = bytes.substr(0, bytes.find_first_of(" \t\r\n")) == "solid" &&
                         (bytes.find("facet") != std::string_view::npos ||
                          bytes.find("endsolid") != std::string_view::npos);

@@ -6,7 +6,7 @@
 namespace dyop::internal {
 namespace {
 
-// A polygon in the plane of its vector area, seen so that it turns to the left.
+// A polygon in the plane of its vector area, seen from the side where it turns left.
 class PlanarPolygon {
  public:
   PlanarPolygon(const std::vector<Vector3>& vertices, std::span<const std::int32_t> polygon) {
@@ -16,7 +16,7 @@ class PlanarPolygon {
       area += (vertices[std::size_t(polygon[k - 1])] - origin)
                   .cross(vertices[std::size_t(polygon[k])] - origin);
     }
-    Eigen::Index across = 0;  // the axis along which the polygon is seen
+    Eigen::Index across = 0;  // the axis of projection
     area.cwiseAbs().maxCoeff(&across);
     Eigen::Index right = (across + 1) % 3;
     Eigen::Index up = (across + 2) % 3;
@@ -27,7 +27,7 @@ class PlanarPolygon {
     }
   }
 
-  // Twice the area of a triangle of three corners; positive if it turns to the left.
+  // Twice the area of the triangle of three corners; positive if it turns left.
   Scalar turn(std::size_t i, std::size_t j, std::size_t k) const {
     const Vector2 u = points_[j] - points_[i];
     const Vector2 v = points_[k] - points_[i];
@@ -42,7 +42,8 @@ class PlanarPolygon {
     return true;
   }
 
-  // Whether corner k is in the triangle or on its rim, unless it is at one of the triangle's corners.
+  // Whether corner k is in the triangle or on its border, unless it coincides with one of its
+  // corners.
   bool is_within(std::size_t k, std::size_t i0, std::size_t i1, std::size_t i2) const {
     if (points_[k] == points_[i0] || points_[k] == points_[i1] || points_[k] == points_[i2]) {
       return false;
@@ -54,7 +55,7 @@ class PlanarPolygon {
   std::vector<Vector2> points_;
 };
 
-// Cuts ears off a polygon, until a triangle or nothing that has an ear is left.
+// Cuts ears off a polygon until a triangle is left, or a polygon without ears.
 class EarCutter {
  public:
   explicit EarCutter(const PlanarPolygon& polygon, std::size_t count) : polygon_(polygon) {
@@ -64,7 +65,7 @@ class EarCutter {
   // Calls add(i, j, k) with the corners of every triangle.
   template <typename Add>
   void cut(Add add) {
-    std::size_t place = 1;  // the tip in left_
+    std::size_t place = 1;  // index of the ear's tip in left_
     std::size_t tried = 0;
     while (left_.size() > 3 && tried < left_.size()) {
       place %= left_.size();
@@ -117,7 +118,7 @@ void append_triangles(const std::vector<Vector3>& vertices, std::span<const std:
   }
   DYOP_REQUIRE(n <= kMostConcaveCorners, "a polygon of ", n,
                " corners is not strictly convex; at most ", kMostConcaveCorners,
-               " are supported for such");
+               " corners are supported then");
   EarCutter(planar, n).cut(add);
 }
 

@@ -7,7 +7,7 @@
 namespace dyop::internal {
 namespace {
 
-// C(n, k); exact, all of them being below 2^53 for n < kMaxBernsteinCount.
+// C(n, k); exact, because all are below 2^53 for n < kMaxBernsteinCount.
 Scalar binomial(std::size_t n, std::size_t k) {
   Scalar c = 1;
   for (std::size_t i = 1; i <= k; ++i)
@@ -26,8 +26,8 @@ Vector3 evaluate(BernsteinSpan b, Scalar s) {
   return x[0];
 }
 
-// Coefficient k of the part is the polar form at (degree - k) times s0 and k times s1: s0 is filled
-// in once more for every coefficient, from the last to the first.
+// Coefficient k of the part is the polar form at (degree - k) times s0 and k times s1: from the
+// last coefficient to the first, each inserts s0 once more.
 void restrict_to(BernsteinSpan b, Scalar s0, Scalar s1, std::span<Vector3> part) {
   BernsteinBuffer filled;
   std::copy(b.begin(), b.end(), filled.begin());
@@ -46,9 +46,9 @@ Scalar largest_norm(BernsteinSpan b) {
   Scalar largest_sq = 0;
   for (const Vector3& x : b) {
     const Scalar sq = x.squaredNorm();
-    if (sq > largest_sq || std::isnan(sq)) largest_sq = sq;  // a NaN stays: no sq is greater
+    if (sq > largest_sq || std::isnan(sq)) largest_sq = sq;  // NaN stays: no sq is greater
   }
-  // literal: below it squares of parts may have underflowed, which would make the norm too small.
+  // literal: below it squares may have underflowed, which would make the norm too small.
   if (!(largest_sq < 0x1p-900)) return std::sqrt(largest_sq);
   Scalar largest = 0;
   for (const Vector3& x : b) largest = std::max(largest, x.stableNorm());

@@ -7,8 +7,9 @@
 
 #include "dyop/core/types.h"
 
-// Vector polynomials by their Bernstein coefficients over s in [0, 1], one more than the degree:
-// the polynomial lies in their convex hull, so the largest norm of a coefficient bounds its norm.
+// Vector polynomials given by their Bernstein coefficients over s in [0, 1], one more than the
+// degree: the polynomial lies in their convex hull, so the largest norm of a coefficient bounds its
+// norm.
 namespace dyop::internal {
 
 inline constexpr std::size_t kMaxBernsteinCount = 20;
@@ -23,14 +24,14 @@ inline Vector3 mix(const Vector3& x, const Vector3& y, Scalar s) {
 // The value at s, by de Casteljau's algorithm.
 Vector3 evaluate(BernsteinSpan b, Scalar s);
 
-// The coefficients of the same polynomial over [s0, s1]; as many, into `part`.
+// The coefficients of the same polynomial over [s0, s1], equally many, into `part`.
 void restrict_to(BernsteinSpan b, Scalar s0, Scalar s1, std::span<Vector3> part);
 
 // The coefficients of the derivative with respect to t = h s; one fewer, into `rate`.
 void derive(BernsteinSpan b, Scalar h, std::span<Vector3> rate);
 
-// The largest norm of a coefficient, which bounds that of the polynomial; 0 if there are none; NaN
-// if one is NaN.
+// The largest norm of a coefficient, which bounds the norm of the polynomial; 0 if there are none;
+// NaN if one is NaN.
 Scalar largest_norm(BernsteinSpan b);
 
 // The largest norm of a coefficient of x(s) x y(s).

@@ -25,7 +25,7 @@ ChartCurve<kMaxDegree>::ChartCurve(const char* motion, const TimeInterval& inter
   }
 }
 
-// Rounding of a polynomial's derivatives on a part grows no faster than this; 1 for cubics.
+// Rounding of a polynomial's derivatives on a part grows by at most this factor; 1 for cubics.
 template <std::size_t kMaxDegree>
 Scalar ChartCurve<kMaxDegree>::noise() const {
   const Scalar n = static_cast<Scalar>(degree_);
@@ -41,7 +41,7 @@ auto ChartCurve<kMaxDegree>::make_polynomial(const Coefficients& value) const ->
   derive({result.rate.data(), degree_}, h, result.acceleration);
   result.value_noise = noise() * largest_norm({value.data(), degree_ + 1});
   result.rate_noise = noise() * largest_norm({result.rate.data(), degree_});
-  // Differences of the rates cancel: the error is relative to the rates, not to the differences.
+  // Differences of rates cancel: the error is relative to the rates, not to their differences.
   result.acceleration_noise = result.rate_noise / h;
   return result;
 }
@@ -85,7 +85,7 @@ TwistBound ChartCurve<kMaxDegree>::twist_bound(const TimeInterval& interval) con
               angular_acceleration_bound(angular_speed, acceleration_bound(theta_, s0, s1), turn))};
 }
 
-// De Casteljau's algorithm errs by some 7u of the largest coefficient a degree: by less than the
+// De Casteljau's algorithm errs by about 7u of the largest coefficient per degree: less than the
 // noise.
 template <std::size_t kMaxDegree>
 PoseScale ChartCurve<kMaxDegree>::pose_scale() const {

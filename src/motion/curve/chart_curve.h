@@ -8,23 +8,23 @@
 
 namespace dyop::internal {
 
-/// What HermiteMotion and BezierMotion share: position p_W0 + x(s) and rotation R_WC exp(theta(s)),
+/// Shared by HermiteMotion and BezierMotion: position p_W0 + x(s) and rotation R_WC exp(theta(s)),
 /// C a fixed frame, with polynomials x and theta of s, which runs from 0 to 1 over the domain.
 ///
-/// Bounds over a part of the domain come from the Bernstein coefficients over that part:
-/// |w| <= |theta'| and |w'| <= |theta''| + |theta'| min(|theta x theta'| / 6, |theta'| / pi).
-/// They converge to the true suprema as the part shrinks where theta = 0 or the axis is fixed. Cost
-/// of a bound: O(degree^3), no allocation. See docs/algorithms/motions.md.
+/// Bounds over a part of the domain come from the Bernstein coefficients over that part: |w| <=
+/// |theta'| and |w'| <= |theta''| + |theta'| min(|theta x theta'| / 6, |theta'| / pi). They
+/// converge to the true suprema as the part shrinks, where theta = 0 or the axis is fixed. Cost of
+/// a bound: O(degree^3), no allocation. See docs/algorithms/motions.md.
 template <std::size_t kMaxDegree>
 class ChartCurve {
  public:
-  /// The first degree + 1 of an array are the polynomial's Bernstein coefficients over the domain.
+  /// The first degree + 1 entries are the polynomial's Bernstein coefficients over the domain.
   using Coefficients = std::array<Vector3, kMaxDegree + 1>;
 
   /// `motion` names the motion in error messages; `displacement` holds the coefficients of x: small
   /// numbers, so that derivatives far from the world's origin are exact differences.
   /// @throws InvalidArgument if the interval has no length or is not finite, or accelerations
-  /// overflow.
+  ///         overflow.
   ChartCurve(const char* motion, const TimeInterval& interval, const RigidPose& X_WC,
              const Vector3& p_W0, std::size_t degree, const Coefficients& displacement,
              const Coefficients& theta);
@@ -42,7 +42,7 @@ class ChartCurve {
     Coefficients value;         // degree_ + 1 of them
     Coefficients rate;          // degree_
     Coefficients acceleration;  // degree_ - 1
-    Scalar value_noise;  // rounding allowances of values, rates and accelerations on any part
+    Scalar value_noise;         // rounding in values, rates and accelerations on any part
     Scalar rate_noise;
     Scalar acceleration_noise;
   };

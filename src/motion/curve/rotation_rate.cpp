@@ -25,7 +25,7 @@ TurningState turning_state(const Vector3& theta, const Vector3& theta_rate) {
   const Scalar sin_half = std::sin(f / 2);
   const Scalar cos_half = std::cos(f / 2);
   const Scalar sinc_half = f > 0 ? sin_half / (f / 2) : 1;
-  // (1 - cos f) / f^2 through the half angle: no cancellation anywhere.
+  // (1 - cos f) / f^2 through the half angle, which never cancels.
   const Scalar cross_coefficient = sinc_half * sinc_half / 2;
   const Vector3 turn = theta.cross(theta_rate);
   const Vector3 axis_part = theta * (sinc_half / 2);

@@ -30,23 +30,23 @@ TurningState turning_state(const Vector3& theta, const Vector3& theta_rate);
 // condition number is at most pi/2.
 DYOP_EXPORT Vector3 rotation_vector_rate(const Vector3& theta, const Vector3& w_C);
 
-// The computed bound x, raised by the relative error that a bound may carry. NaN becomes infinity.
+// Rounds the computed bound x up by the relative error that a bound may have. NaN becomes infinity.
 inline Scalar round_up(Scalar x) {
   return x >= 0 ? x * (1 + kMotionNoise) : kInfinity;
 }
 
-// The norm without the underflow of squares, which would make it too small.
+// The norm, without underflow of squares, which would make it too small.
 inline Scalar norm_of(const Vector3& x) {
   const Scalar norm_sq = x.squaredNorm();
   // literal: the squares of the larger parts are normal numbers.
   return norm_sq > 0x1p-900 ? std::sqrt(norm_sq) : x.stableNorm();
 }
 
-// Bound of |w'| from bounds of |theta'|, |theta''| and |theta x theta'| over the same times:
+// Bound on |w'| from bounds on |theta'|, |theta''| and |theta x theta'| over the same times:
 //   |w'| <= |theta''| + |theta'| min(|theta x theta'| / 6, |theta'| / pi) .
 Scalar angular_acceleration_bound(Scalar theta_rate, Scalar theta_acceleration, Scalar theta_turn);
 
-// x y, and zero of nothing, however large the other is: 0 * infinity is not NaN.
+// x y, and zero if either is zero, however large the other: 0 * infinity is not NaN.
 inline Scalar times(Scalar x, Scalar y) {
   return x == 0 || y == 0 ? 0 : x * y;
 }
@@ -56,7 +56,7 @@ inline Scalar longest_time(Scalar t0, const TimeInterval& interval) {
   return std::max(std::abs(interval.begin - t0), std::abs(interval.end - t0));
 }
 
-// What holds for both of two pieces of a motion.
+// Scale that covers two pieces of a motion.
 inline PoseScale larger_of(const PoseScale& x, const PoseScale& y) {
   return {std::max(x.length, y.length), std::max(x.angle, y.angle)};
 }

@@ -8,7 +8,7 @@
 
 namespace dyop::internal {
 
-/// Speed bounds of pieces of a motion, and the largest over any range of pieces in O(log n).
+/// Speed bounds of the pieces of a motion, with the largest over any range of pieces in O(log n).
 class SpeedTree {
  public:
   struct Speeds {
@@ -19,7 +19,7 @@ class SpeedTree {
   SpeedTree() = default;
   explicit SpeedTree(const std::vector<Speeds>& pieces);
 
-  /// Over the pieces first to last, both included; zero if there are none.
+  /// Over the pieces first to last, inclusive; zero if there are none.
   Speeds largest(std::size_t first, std::size_t last) const;
 
  private:

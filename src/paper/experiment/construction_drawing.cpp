@@ -24,29 +24,29 @@ constexpr std::string_view kColourPivot = "#cc79a7";
 constexpr std::string_view kColourFound = "#b22222";
 constexpr std::string_view kColourTrue = "#009e73";
 
-// A parallel projection of space that keeps verticals upright; in the plane nothing but the y axis
-// turned.
+// A parallel projection of space that keeps verticals upright; in the plane it only flips the y
+// axis.
 Vector2 projected(const Vector2& p) {
   return {p.x(), -p.y()};
 }
 Vector2 projected(const Vector3& p) {
-  // From 35 degrees to the side and 25 above: cosines and sines.
+  // Seen from 35 degrees to the side and 25 above: cosines and sines.
   const Scalar right = 0.819 * p.x() - 0.574 * p.y();
   const Scalar depth = 0.574 * p.x() + 0.819 * p.y();
   return {right, -(0.906 * p.z() + 0.423 * depth)};
 }
 
-// All of the drawing fits: the projection, then one scale for both axes.
+// Fits the whole drawing: the projection, then one scale for both axes.
 class View {
  public:
   void include(const Vector2& p) { bounds_.extend(p); }
 
   template <typename Point>
   Vector2 of(const Point& p) const {
-    const Vector2 room(kDrawingWidth - 2 * kDrawingSide,
-                       kDrawingHeight - kDrawingTop - kDrawingBottom);
-    const Scalar scale = (room.array() / bounds_.sizes().array()).minCoeff();
-    const Vector2 center(kDrawingWidth / 2.0, kDrawingTop + room.y() / 2);
+    const Vector2 space(kDrawingWidth - 2 * kDrawingSide,
+                        kDrawingHeight - kDrawingTop - kDrawingBottom);
+    const Scalar scale = (space.array() / bounds_.sizes().array()).minCoeff();
+    const Vector2 center(kDrawingWidth / 2.0, kDrawingTop + space.y() / 2);
     return center + scale * (projected(p) - bounds_.center());
   }
 
@@ -124,7 +124,7 @@ void draw_legend(SvgCanvas& canvas, Scalar found, const TrueSegment& truth) {
   const Scalar y = kDrawingHeight - kDrawingBottom + 28;
   canvas.line({kDrawingSide, y - 4}, {kDrawingSide + 24, y - 4},
               {.stroke = kColourFound, .stroke_width = 3});
-  canvas.text({kDrawingSide + 32, y}, words("shortest of the kept: %.6g", found));
+  canvas.text({kDrawingSide + 32, y}, words("shortest of the kept edges: %.6g", found));
   canvas.line({kDrawingSide + 290, y - 4}, {kDrawingSide + 314, y - 4},
               {.stroke = kColourTrue, .stroke_width = 3, .dashes = "5 3"});
   canvas.text({kDrawingSide + 322, y}, words("true distance: %.6g", truth.length));

@@ -7,9 +7,8 @@
 
 namespace dyop::cli {
 
-/// Figures 2 and 3 of [DyOP] as SVG: both boxes, the internal box, the pivot, the vertices that are
-/// kept and the shortest segment between them, beside the true one. In space seen from above a
-/// corner.
+/// Figures 2 and 3 of [DyOP] as SVG: both boxes, the internal box, the pivot, the vertices kept,
+/// and the shortest segment between them beside the true one. In space, seen from above a corner.
 template <int dimension>
 DYOP_EXPORT std::string draw_construction(const PaperTest<dimension>& test);
 

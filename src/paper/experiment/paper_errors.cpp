@@ -19,8 +19,8 @@ TriangleDistance certified(const PaperPair<3>& pair) {
   return triangle_distance(pair.a, pair.b);
 }
 
-// Moving b along the normal changes the distance by exactly as much: both the slab that proves it
-// and the segment that attains it do.
+// Moving b along the normal changes the distance by exactly that amount: so do both the slab that
+// proves it and the segment that attains it.
 template <int dimension>
 PaperPair<dimension> pair_at(Scalar gap, std::mt19937_64& random) {
   for (;;) {

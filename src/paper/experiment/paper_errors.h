@@ -15,12 +15,12 @@ struct GapErrors {
   Scalar gap = 0;
   int pairs = 0;
   int wrong = 0;           ///< value off by more than kWrongBy
-  Scalar mean_factor = 1;  ///< value over true distance, of the wrong ones
+  Scalar mean_factor = 1;  ///< value over true distance, where wrong
   Scalar worst_factor = 1;
 };
 
-/// Random triangles in [-1, 1]^2 and [-1, 1]^3, brought to each gap along the line of their nearest
-/// points; so many pairs a row.
+/// Random triangles in [-1, 1]^2 and [-1, 1]^3, moved to each gap along the line of their nearest
+/// points; `pairs` of them per row.
 std::vector<GapErrors> measure_gap_errors(std::uint64_t seed, int pairs);
 
 }  // namespace dyop::cli

@@ -15,8 +15,8 @@ namespace {
 
 constexpr int kPathSteps = 16;
 
-// Lin-Canny as it is meant for moving objects: each walk begins where the last one ended. A query
-// that begins another path begins anywhere, which costs it some steps.
+// Lin-Canny as intended for moving objects: each walk starts where the last one ended. The first
+// query of a path starts anywhere, which costs it some steps.
 class WarmLinCanny final : public DistanceAlgorithm {
  public:
   using DistanceAlgorithm::distance;
@@ -64,7 +64,7 @@ std::vector<const DistanceAlgorithm*> algorithms_for(int dimension, bool is_movi
   const auto all = distance_algorithms();
   std::vector<const DistanceAlgorithm*> result(all.begin(), all.end());
   if (is_moving) result.push_back(&warm_lin_canny);
-  // In the plane the cold kernel looks at six edges only: there is nothing to gain.
+  // In the plane the cold kernel only examines six edges, so a warm start gains nothing.
   if (is_moving && dimension == 3) result.push_back(&warm_dyop);
   return result;
 }
@@ -78,7 +78,7 @@ DistanceBounds true_distance(const PaperPair<dimension>& pair) {
   return distance_algorithms()[0]->distance(pair.a, pair.b);
 }
 
-// Nanoseconds a query. The sum keeps the compiler from leaving the work out.
+// Nanoseconds per query. The sum keeps the compiler from removing the work.
 template <int dimension>
 Scalar time_batch(const DistanceAlgorithm& algorithm,
                   const std::vector<PaperPair<dimension>>& batch) {
@@ -93,8 +93,7 @@ Scalar time_batch(const DistanceAlgorithm& algorithm,
          static_cast<Scalar>(batch.size());
 }
 
-// What one object's tests are timed on: nothing in it comes a second time, in this batch or a later
-// one.
+// The timed input of one object's tests: nothing in it occurs twice, in this batch or a later one.
 template <int dimension>
 std::vector<PaperPair<dimension>> make_batch(const std::vector<PaperTest<dimension>>& tests,
                                              int object, bool is_moving, int copies,
@@ -106,7 +105,7 @@ std::vector<PaperPair<dimension>> make_batch(const std::vector<PaperTest<dimensi
       if (is_moving) {
         append_path(test, kPathSteps, random, batch);
       } else {
-        batch.push_back(turned_copy(test.pair, random));
+        batch.push_back(rotated_copy(test.pair, random));
       }
     }
   }
@@ -153,8 +152,8 @@ void summarise(ObjectMeasurement& measurement, std::vector<Scalar>& times) {
 // Times of one series: [algorithm][object][repetition].
 using Times = std::vector<std::array<std::vector<Scalar>, kObjectCount>>;
 
-// Every algorithm gets the same batch, straight after one another and beginning with another one
-// each time, so that whatever else the machine does hits all of them alike.
+// All algorithms get the same batch, one right after another, starting with a different one each
+// time, so that whatever else the machine does affects all of them alike.
 template <int dimension>
 void run_repetition(PaperSeries& series, Times& times,
                     const std::vector<PaperTest<dimension>>& tests, int repetition,
@@ -237,7 +236,7 @@ Scalar AlgorithmMeasurement::wrong_query_share() const {
 const AlgorithmMeasurement& PaperSeries::of(const std::string& name) const {
   const auto found = std::find_if(algorithms.begin(), algorithms.end(),
                                   [&](const auto& algorithm) { return algorithm.name == name; });
-  DYOP_REQUIRE(found != algorithms.end(), "no algorithm called ", name, " was measured");
+  DYOP_REQUIRE(found != algorithms.end(), "no algorithm named ", name, " was measured");
   return *found;
 }
 

@@ -14,9 +14,9 @@ namespace dyop::cli {
 /// What is measured: see docs/algorithms/published_dyop.md, "The paper's experiment".
 struct PaperSettings {
   std::uint64_t seed = 1;
-  int repetitions = 101;    ///< timed batches an object and algorithm, with fresh inputs each
-  int copies = 64;          ///< queries of one test in a batch
-  int error_pairs = 20000;  ///< random pairs a row of the table of errors
+  int repetitions = 101;    ///< timed batches per object and algorithm, each with new inputs
+  int copies = 64;          ///< queries per test in a batch
+  int error_pairs = 20000;  ///< random pairs per row of the table of errors
 };
 
 /// An algorithm's times and errors for one object, moved against the nine others.
@@ -24,8 +24,8 @@ struct ObjectMeasurement {
   Scalar median_ns = 0;  ///< of one query, over the repetitions
   Scalar lower_quartile_ns = 0;
   Scalar upper_quartile_ns = 0;
-  int wrong_tests = 0;             ///< of the 9 tests: the value is off by more than kWrongBy
-  std::int64_t wrong_queries = 0;  ///< the same of the first repetition's timed queries
+  int wrong_tests = 0;             ///< of the 9 tests: value off by more than kWrongBy
+  std::int64_t wrong_queries = 0;  ///< the same for the first repetition's timed queries
   std::int64_t queries = 0;
 };
 
@@ -33,7 +33,7 @@ struct AlgorithmMeasurement {
   std::string name;
   bool is_certified = false;
   std::array<ObjectMeasurement, kObjectCount> objects;
-  /// Value over true distance, of the wrong ones of the 90 tests; 1 if none is.
+  /// Value over true distance, for those of the 90 tests that are wrong; 1 if none is.
   Scalar mean_factor = 1;
   Scalar worst_factor = 1;
 
@@ -49,7 +49,7 @@ struct PaperSeries {
 
   const AlgorithmMeasurement& of(const std::string& name) const;
   bool has(const std::string& name) const;
-  /// Certified DyOP, started from the last features where there are such.
+  /// Certified DyOP, warm-started from the last features where available.
   const AlgorithmMeasurement& best_certified_dyop() const;
   /// "2D", "3D, moving steps" and so on.
   std::string title() const;
@@ -75,13 +75,14 @@ struct PaperResults {
   std::vector<GapErrors> errors;
 };
 
-/// A value this far from the proven distance is wrong; lengths, objects being about one in size.
-inline constexpr Scalar kWrongBy = 1e-9;  // literal: far above every rounding, far below the gap
+/// A value this far from the proven distance is wrong; a length, where objects have a size of about
+/// one.
+inline constexpr Scalar kWrongBy = 1e-9;  // literal: far above rounding, far below the gap
 
 /// Percentage by which `fast` beats `slow` for an object, as the paper defines it: slow / fast - 1.
 Scalar gain_percent(const AlgorithmMeasurement& fast, const AlgorithmMeasurement& slow, int object);
 
-/// Runs everything: some seconds with the default settings.
+/// Runs everything: takes a few seconds with the default settings.
 DYOP_EXPORT PaperResults run_paper_experiment(const PaperSettings& settings);
 
 }  // namespace dyop::cli

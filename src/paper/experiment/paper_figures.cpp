@@ -16,20 +16,20 @@ constexpr Scalar kFigureLeft = 70;
 constexpr Scalar kFigureRight = 20;
 constexpr Scalar kFigureTop = 96;
 constexpr Scalar kFigureBottom = 92;
-constexpr Scalar kGroupShare = 0.8;            // of the width of an object that its bars take
+constexpr Scalar kGroupShare = 0.8;            // fraction of an object's width taken by its bars
 constexpr Scalar kPaperGjkGain[] = {78, 107};  // percent, the paper's worst and best object
 constexpr Scalar kPaperLinCannyGain[] = {75, 187};
 constexpr std::string_view kGrid = "#dddddd";
 constexpr std::string_view kInk = "#222222";
 constexpr std::string_view kWarning = "#b22222";
 
-// Colours that people with any colour vision tell apart (Okabe and Ito's).
-struct Look {
+// Colours that people with any colour vision can distinguish (Okabe and Ito).
+struct BarStyle {
   const char* name;
   const char* colour;
   bool is_striped;
 };
-constexpr Look kLooks[] = {
+constexpr BarStyle kBarStyles[] = {
     {"certified DyOP", "#0072b2", false}, {"certified DyOP, warm", "#003b5c", false},
     {"published DyOP", "#56b4e9", true},  {"GJK", "#e69f00", false},
     {"Lin-Canny", "#009e73", false},      {"libccd GJK", "#999999", false}};
@@ -99,7 +99,7 @@ void draw_header(SvgCanvas& canvas, const std::string& title, const std::string&
   canvas.text({kFigureLeft, 46}, subtitle, 12, SvgAnchor::Start, "#555555");
 }
 
-// One entry of a legend; returns where the next one begins.
+// Draws one entry of a legend; returns where the next one starts.
 Scalar draw_key(SvgCanvas& canvas, Scalar x, std::string_view name, std::string_view fill,
                 std::string_view stroke) {
   canvas.rectangle({x, 62}, {14, 12}, {.fill = fill, .stroke = stroke, .stroke_width = 0.5});
@@ -107,11 +107,11 @@ Scalar draw_key(SvgCanvas& canvas, Scalar x, std::string_view name, std::string_
   return x + 42 + 7 * static_cast<Scalar>(name.size());
 }
 
-std::string fill_of(SvgCanvas& canvas, const Look& look) {
-  return look.is_striped ? canvas.add_stripes(look.colour) : std::string(look.colour);
+std::string fill_of(SvgCanvas& canvas, const BarStyle& style) {
+  return style.is_striped ? canvas.add_stripes(style.colour) : std::string(style.colour);
 }
 
-// The column the paper did not have.
+// The column that the paper lacks.
 void draw_wrong_tests(SvgCanvas& canvas, const PaperSeries& series) {
   const AlgorithmMeasurement& published = series.of("published DyOP");
   const Scalar y = kFigureHeight - kFigureBottom + 38;
@@ -135,7 +135,7 @@ void draw_wrong_tests(SvgCanvas& canvas, const PaperSeries& series) {
               12, SvgAnchor::Start, kWarning);
 }
 
-// Names of the objects for which certified DyOP gains less than the paper's least gain.
+// Names of the objects for which certified DyOP gains less than the smallest gain in the paper.
 std::string objects_below(const PaperSeries& series, const char* slow, Scalar least) {
   std::string names;
   int count = 0;
@@ -148,7 +148,7 @@ std::string objects_below(const PaperSeries& series, const char* slow, Scalar le
   return count == kObjectCount ? "every object" : "object " + names;
 }
 
-// Said where the paper's least gains are missed.
+// Stated where the paper's smallest gains are missed.
 void draw_missed_claims(SvgCanvas& canvas, const PaperSeries& series) {
   canvas.text({kFigureLeft, kFigureHeight - 12},
               "Certified DyOP below the paper's worst case: over GJK (78 %) " +
@@ -168,26 +168,26 @@ std::string draw_times(const PaperSeries& series, const PaperSettings& settings)
                   "; median and quartiles of " + std::to_string(settings.repetitions) +
                   " interleaved repetitions");
   Scalar high = 0;
-  std::vector<Look> looks;
-  for (const Look& look : kLooks) {
-    if (series.has(look.name)) looks.push_back(look);
+  std::vector<BarStyle> styles;
+  for (const BarStyle& style : kBarStyles) {
+    if (series.has(style.name)) styles.push_back(style);
   }
-  for (const Look& look : looks) {
-    for (const ObjectMeasurement& object : series.of(look.name).objects) {
+  for (const BarStyle& style : styles) {
+    for (const ObjectMeasurement& object : series.of(style.name).objects) {
       high = std::max(high, object.upper_quartile_ns);
     }
   }
   Chart chart(canvas, 0, 1.05 * high, "nanoseconds");
   Scalar x = kFigureLeft;
   std::size_t k = 0;
-  for (const Look& look : looks) {
-    const std::string fill = fill_of(canvas, look);
-    x = draw_key(canvas, x, look.name, fill, look.colour);
-    const AlgorithmMeasurement& algorithm = series.of(look.name);
+  for (const BarStyle& style : styles) {
+    const std::string fill = fill_of(canvas, style);
+    x = draw_key(canvas, x, style.name, fill, style.colour);
+    const AlgorithmMeasurement& algorithm = series.of(style.name);
     for (int object = 1; object <= kObjectCount; ++object) {
       const ObjectMeasurement& m = algorithm.objects[static_cast<std::size_t>(object - 1)];
-      chart.draw_bar(object, k, looks.size(), m.median_ns, fill, look.colour);
-      const Vector2 place = Chart::bar(object, k, looks.size());
+      chart.draw_bar(object, k, styles.size(), m.median_ns, fill, style.colour);
+      const Vector2 place = Chart::bar(object, k, styles.size());
       const Scalar middle = place.x() + (place.y() - 1) / 2;
       canvas.line({middle, chart.y_of(m.lower_quartile_ns)},
                   {middle, chart.y_of(m.upper_quartile_ns)}, {.stroke = kInk});

@@ -8,7 +8,7 @@
 namespace dyop::cli {
 
 /// Figure 4 of [DyOP] as SVG: the time of one query per object and algorithm, with quartiles, and
-/// below each object in how many of its 9 tests an algorithm was wrong.
+/// below each object the number of its 9 tests that an algorithm got wrong.
 DYOP_EXPORT std::string draw_times(const PaperSeries& series, const PaperSettings& settings);
 
 /// Figure 5 of [DyOP] as SVG: the percentage by which DyOP, certified and as published, is faster

@@ -14,7 +14,7 @@ constexpr Scalar kFarAway = 20;  // farther than any two objects reach
 constexpr Scalar kPathLength = 1;
 constexpr Scalar kPathTurn = 1;  // radians
 
-// The standard library's distributions differ between implementations; this does not.
+// The standard library's distributions differ between implementations; this one does not.
 Scalar random_number(Scalar low, Scalar high, std::mt19937_64& random) {
   return low + (high - low) * (static_cast<Scalar>(random() >> 11) * 0x1p-53);
 }
@@ -28,7 +28,7 @@ Rotation<2> plane_rotation(Scalar angle) {
 
 template <int dimension>
 PaperPoint<dimension> random_direction(std::mt19937_64& random) {
-  // Uniform in the cube until it is in the ball: a direction without bias.
+  // Uniform in the cube until it is in the ball: an unbiased direction.
   for (;;) {
     PaperPoint<dimension> p;
     for (Scalar& x : p) x = random_number(-1, 1, random);
@@ -42,13 +42,14 @@ Rotation<dimension> random_rotation(std::mt19937_64& random) {
   if constexpr (dimension == 2) {
     return plane_rotation(random_number(0, 2 * std::numbers::pi, random));
   } else {
-    // [Shoemake1985]: a unit quaternion with uniform axis and angle is one on the sphere in four.
+    // [Shoemake1985]: a uniformly random rotation is a random point on the unit sphere in four
+    // dimensions.
     const PaperPoint<4> q = random_direction<4>(random);
     return Quaternion(q[0], q[1], q[2], q[3]).toRotationMatrix();
   }
 }
 
-// The turn about a random axis, for any part of its angle.
+// The rotation about a random axis, for any fraction of its angle.
 template <int dimension>
 class Turn {
  public:
@@ -80,7 +81,7 @@ PaperTriangle<dimension> shifted(PaperTriangle<dimension> t, const PaperPoint<di
   return t;
 }
 
-// A rigid motion of the whole pair and an order of the vertices.
+// A rigid motion of the whole pair, and an order of the vertices.
 template <int dimension>
 class Copy {
  public:
@@ -109,8 +110,8 @@ class Copy {
   std::uint64_t order_b_;
 };
 
-// How far along `away` the centroids must be for the gap. Both triangles hold their centroids, and
-// the distance of convex sets is a convex function of a shift, so it grows along the whole way.
+// How far along `away` the centroids must be for the gap. Both triangles contain their centroids,
+// and the distance of convex sets is a convex function of a shift, so it grows all along.
 template <int dimension>
 PaperTest<dimension> place(const PaperTriangle<dimension>& object,
                            const PaperTriangle<dimension>& against, std::mt19937_64& random) {
@@ -160,7 +161,7 @@ std::vector<PaperTest<dimension>> make_paper_tests(std::uint64_t seed) {
 }
 
 template <int dimension>
-PaperPair<dimension> turned_copy(const PaperPair<dimension>& pair, std::mt19937_64& random) {
+PaperPair<dimension> rotated_copy(const PaperPair<dimension>& pair, std::mt19937_64& random) {
   return Copy<dimension>(random).of(pair);
 }
 
@@ -183,8 +184,8 @@ template PaperTriangle<2> random_paper_triangle<2>(std::mt19937_64&);
 template PaperTriangle<3> random_paper_triangle<3>(std::mt19937_64&);
 template std::vector<PaperTest<2>> make_paper_tests<2>(std::uint64_t);
 template std::vector<PaperTest<3>> make_paper_tests<3>(std::uint64_t);
-template PaperPair<2> turned_copy<2>(const PaperPair<2>&, std::mt19937_64&);
-template PaperPair<3> turned_copy<3>(const PaperPair<3>&, std::mt19937_64&);
+template PaperPair<2> rotated_copy<2>(const PaperPair<2>&, std::mt19937_64&);
+template PaperPair<3> rotated_copy<3>(const PaperPair<3>&, std::mt19937_64&);
 template void append_path<2>(const PaperTest<2>&, int, std::mt19937_64&,
                              std::vector<PaperPair<2>>&);
 template void append_path<3>(const PaperTest<3>&, int, std::mt19937_64&,

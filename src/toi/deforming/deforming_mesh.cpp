@@ -14,7 +14,7 @@ namespace {
 using Node = DeformingMesh::Node;
 using Order = std::span<std::int32_t>;
 
-void require_places(const std::vector<Vector3>& places, const char* when) {
+void require_places(std::span<const Vector3> places, const char* when) {
   for (std::size_t row = 0; row < places.size(); ++row) {
     const Vector3& p = places[row];
     const bool is_valid = (p.array().abs() <= kLargestCoordinate).all();
@@ -24,18 +24,18 @@ void require_places(const std::vector<Vector3>& places, const char* when) {
   }
 }
 
-void require_valid(const std::vector<Vector3>& begin, const std::vector<Vector3>& end) {
+void require_valid(std::span<const Vector3> begin, std::span<const Vector3> end) {
   DYOP_REQUIRE(begin.size() == end.size(),
-               "DeformingMesh: begin and end must have as many vertices, not ", begin.size(),
+               "DeformingMesh: begin and end must have equally many vertices, not ", begin.size(),
                " and ", end.size());
   require_places(begin, "begin");
   require_places(end, "end");
 }
 
 void require_valid(const std::vector<TriangleIndices>& triangles, std::size_t vertex_count) {
-  DYOP_REQUIRE(!triangles.empty(), "DeformingMesh: there must be a triangle");
-  DYOP_REQUIRE(triangles.size() <= kLargestTriangleCount, "DeformingMesh: there may be ",
-               kLargestTriangleCount, " triangles, not ", triangles.size());
+  DYOP_REQUIRE(!triangles.empty(), "DeformingMesh: needs at least one triangle");
+  DYOP_REQUIRE(triangles.size() <= kLargestTriangleCount, "DeformingMesh: at most ",
+               kLargestTriangleCount, " triangles are possible, not ", triangles.size());
   for (std::size_t row = 0; row < triangles.size(); ++row) {
     for (const std::int32_t vertex : triangles[row]) {
       DYOP_REQUIRE(vertex >= 0 && static_cast<std::size_t>(vertex) < vertex_count,
@@ -45,7 +45,7 @@ void require_valid(const std::vector<TriangleIndices>& triangles, std::size_t ve
 }
 
 // Splits the triangles of a node in halves at the median of their centers along the longest axis.
-// Ties go by number, so that the same input gives the same tree.
+// Ties are broken by number, so that the same input gives the same tree.
 std::size_t split(Order order, const std::vector<Vector3>& centers) {
   const auto center = [&](std::int32_t i) -> const Vector3& {
     return centers[static_cast<std::size_t>(i)];
@@ -77,17 +77,22 @@ DeformingMesh::DeformingMesh(std::vector<Vector3> begin, std::vector<Vector3> en
   fit_boxes();
 }
 
-void DeformingMesh::refit(std::vector<Vector3> begin, std::vector<Vector3> end) {
+void DeformingMesh::refit(std::span<const Vector3> begin, std::span<const Vector3> end) {
   require_valid(begin, end);
-  DYOP_REQUIRE(begin.size() == begin_.size(), "DeformingMesh: there must be ", begin_.size(),
+  DYOP_REQUIRE(begin.size() == begin_.size(), "DeformingMesh: needs ", begin_.size(),
                " vertices as before, not ", begin.size());
-  begin_ = std::move(begin);
-  end_ = std::move(end);
+  std::copy(begin.begin(), begin.end(), begin_.begin());
+  std::copy(end.begin(), end.end(), end_.begin());
   fit_boxes();
 }
 
-void DeformingMesh::advance(std::vector<Vector3> next_end) {
-  refit(end_, std::move(next_end));
+void DeformingMesh::advance(std::span<const Vector3> next_end) {
+  DYOP_REQUIRE(next_end.size() == end_.size(), "DeformingMesh: there must be ", end_.size(),
+               " vertices as before, not ", next_end.size());
+  require_places(next_end, "end");
+  begin_.swap(end_);
+  std::copy(next_end.begin(), next_end.end(), end_.begin());
+  fit_boxes();
 }
 
 Triangle DeformingMesh::triangle(std::int32_t index, Scalar s) const {
@@ -106,7 +111,7 @@ TriangleMesh DeformingMesh::snapshot(Scalar s) const {
   return TriangleMesh(std::move(places), triangles_);
 }
 
-// Halving keeps the depth below 32, and the stack of open nodes with it.
+// Halving keeps the depth below 32, and so the stack of open nodes.
 void DeformingMesh::build() {
   std::vector<Vector3> centers;
   centers.reserve(triangles_.size());

@@ -33,10 +33,10 @@ SafeStep DeformingPair<SideB>::leaf_step(const PieceDistance& piece, const Queue
                    least);
 }
 
-// By more than rounding, and so fast that it matters: triangles of a sheet are only flat up to the
-// rounding of their vertices, so that the normal of two nearly parallel edges leans, and a side that
-// slides along seems to come nearer. What would not cost a resting pair its slack by the end is
-// rest.
+// Closing by more than rounding, and fast enough to matter: triangles of a sheet are flat only up
+// to the rounding of their vertices, so the normal of two nearly parallel edges tilts, and a side
+// that slides along seems to come nearer. A speed that would not use up the slack of a resting pair
+// by the end counts as rest.
 template <typename SideB>
 bool DeformingPair<SideB>::is_closing(const PieceDistance& piece, const QueuedPair& pair) const {
   const Scalar closing = closing_speed(piece, pair);
@@ -56,7 +56,7 @@ WitnessPair DeformingPair<SideB>::witness_pair(const PieceDistance& piece,
 template <typename SideB>
 std::vector<Contact> DeformingPair<SideB>::contacts_within(Scalar reach) const {
   const TriangleMesh mesh_a = a_.mesh_now();
-  // Of a rigid side no copy is made.
+  // A rigid side is not copied.
   const auto& mesh_b = b_.mesh_now();
   return find_contacts(mesh_a, a_.pose(), mesh_b, b_.pose(), reach);
 }

@@ -16,8 +16,8 @@
 
 namespace dyop::internal {
 
-/// A deforming mesh and a side of either kind, as BestFirstSearch wants them. The frame of pieces is
-/// the world.
+/// A deforming mesh and a side of either kind, for BestFirstSearch. The frame of pieces is the
+/// world.
 template <typename SideB>
 class DeformingPair {
  public:
@@ -29,7 +29,7 @@ class DeformingPair {
   void set_time(Scalar t);
   Scalar time() const { return time_; }
   Scalar noise() const { return now_.noise; }
-  /// That of the places at the begin, whatever the speeds.
+  /// The noise of the positions at the start, whatever the speeds.
   Scalar start_noise() const { return kPoseNoise * (a_.start_size() + b_.start_size()); }
 
   Scalar first_time() const { return interval_.begin; }
@@ -43,10 +43,10 @@ class DeformingPair {
   }
   bool is_single_leaf_pair() const { return false; }
   void fetch_parts(const QueuedPair& /*pair*/) const {}
-  /// Places cost little.
+  /// Positions cost little.
   bool may_stand_still(const QueuedPair& /*pair*/) const { return false; }
 
-  /// As those of RigidPair.
+  /// As in RigidPair.
   template <typename Push>
   int open(const QueuedPair& pair, const Push& push) const;
   template <typename Push>

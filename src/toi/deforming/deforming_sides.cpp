@@ -6,8 +6,8 @@
 namespace dyop::internal {
 
 void DeformingSide::set_time(Scalar t) {
-  s_ = std::clamp((t - interval_.begin) * per_time_, 0.0, 1.0);
-  if (t >= interval_.end && interval_.length() > 0) s_ = 1;
+  s_ = std::clamp(span_.begin + (t - interval_.begin) * per_time_, span_.begin, span_.end);
+  if (t >= interval_.end && interval_.length() > 0) s_ = span_.end;
 }
 
 OrientedBox DeformingSide::box_W(std::int32_t node) const {
@@ -24,8 +24,8 @@ LinearSupport<1> DeformingSide::box_support(std::int32_t node, const Vector3& n_
   const AlignedBox& to = at(node).at_end;
   const auto is_highest = (n_W.array() > 0);
   const Vector3 begin = is_highest.select(from.max(), from.min());
-  const Vector3 way = is_highest.select(to.max(), to.min()) - begin;
-  return {{n_W.dot(begin + s_ * way)}, {n_W.dot(way) * per_time_}};
+  const Vector3 displacement = is_highest.select(to.max(), to.min()) - begin;
+  return {{n_W.dot(begin + s_ * displacement)}, {n_W.dot(displacement) * per_time_}};
 }
 
 LinearSupport<3> DeformingSide::triangle_support(std::int32_t leaf, const Vector3& n_W) const {
@@ -39,7 +39,7 @@ LinearSupport<3> DeformingSide::triangle_support(std::int32_t leaf, const Vector
   return support;
 }
 
-// A time that is rounded by u max|t| moves points by their speed times that.
+// A time rounded by u max|t| moves points by their speed times that.
 Scalar DeformingSide::size() const {
   const Scalar largest_time = std::max(std::abs(interval_.begin), std::abs(interval_.end));
   return mesh_.largest_radius() + mesh_.largest_displacement() * (1 + largest_time * per_time_);
@@ -56,10 +56,10 @@ Vector3 DeformingSide::velocity_at(std::int32_t leaf, const Vector3& p_W) const 
 }
 
 void RigidSide::set_time(Scalar t) {
-  const MotionState state = guarded_state(motion_, t, kMotionOfB);
+  const MotionState state = guarded_state(motion_, motion_.is_trusted(), t, kMotionOfB);
   const BodyInstant before = now_;
   now_ = {state.X_WB.rotation(), state.X_WB.translation(), state.twist.v_WB, state.twist.w_WB};
-  if (noise_ > 0) {
+  if (noise_ > 0 && !motion_.is_trusted()) {
     require_no_jump({before.R_WB, before.p_WB, now_.R_WB, now_.p_WB, time_, t}, bounds_.whole(),
                     mesh_.bounding_radius(), noise_, kMotionOfB);
   }

@@ -16,9 +16,9 @@
 
 namespace dyop::internal {
 
-// The two kinds of side of an impact query in which something deforms. Both show a tree of boxes,
-// and bound the motion of a node or triangle along a direction n that is fixed in world: the
-// largest n.x after the time u is at most at(u, u^2 / 2) and what rest() says.
+// The two kinds of side of an impact query in which something deforms. Both provide a tree of
+// boxes, and bound the motion of a node or triangle along a direction n that is fixed in world:
+// after the time u the largest n.x is at most at(u, u^2 / 2) plus what rest() gives.
 
 // Points that move at constant velocity: max over them of n.x, a convex function of time.
 template <std::size_t N>
@@ -35,16 +35,22 @@ struct LinearSupport {
 
 class DeformingSide {
  public:
-  DeformingSide(const DeformingMesh& mesh, const TimeInterval& interval)
+  DeformingSide(const DeformingMesh& mesh, const TimeInterval& interval,
+                const DeformingSpan& span = {})
       : mesh_(mesh),
         interval_(interval),
-        per_time_(interval.length() > 0 ? 1 / interval.length() : 0) {}
+        span_(span),
+        per_time_(interval.length() > 0 ? (span.end - span.begin) / interval.length() : 0),
+        s_(span.begin) {}
 
   void set_time(Scalar t);
   Scalar smooth_until(Scalar /*t*/) const { return kInfinity; }
   void set_horizon(Scalar /*t*/, Scalar /*end*/) {}
 
   bool is_leaf(std::int32_t node) const { return at(node).is_leaf; }
+  bool has_leaf(std::int32_t node) const {
+    return node >= 0 && static_cast<std::size_t>(node) < mesh_.nodes().size() && is_leaf(node);
+  }
   int part_count(std::int32_t /*node*/) const { return 2; }
   std::int32_t part(std::int32_t node, int i) const { return at(node).first + i; }
   std::int32_t triangle(std::int32_t leaf) const { return at(leaf).first; }
@@ -57,12 +63,12 @@ class DeformingSide {
   LinearSupport<1> box_support(std::int32_t node, const Vector3& n_W) const;
   LinearSupport<3> triangle_support(std::int32_t leaf, const Vector3& n_W) const;
   template <std::size_t N>
-  MotionRest rest(std::int32_t /*node*/, const LinearSupport<N>& /*support*/) const {
+  MotionRemainder rest(std::int32_t /*node*/, const LinearSupport<N>& /*support*/) const {
     return {};
   }
-  // Bound of the speed of all points of a node.
+  // Bound on the speed of all points of a node.
   Scalar speed(std::int32_t /*node*/) const { return mesh_.largest_displacement() * per_time_; }
-  // Size of all numbers that occur, for the rounding allowance; and at the begin alone.
+  // Size of all numbers involved, for the rounding allowance.
   Scalar size() const;
   Scalar start_size() const { return mesh_.largest_radius(); }
   Vector3 velocity_at(std::int32_t leaf, const Vector3& p_W) const;
@@ -78,12 +84,13 @@ class DeformingSide {
 
   const DeformingMesh& mesh_;
   const TimeInterval interval_;
+  const DeformingSpan span_;
   const Scalar per_time_;
-  Scalar s_ = 0;
+  Scalar s_;
 };
 
-// A piece of a rigid body along a direction that turns in the body's frame (docs/algorithms/
-// time_of_impact.md).
+// A piece of a rigid body along a direction that turns in the body's frame
+// (docs/algorithms/time_of_impact.md).
 template <typename Piece>
 struct TurningSupport {
   TurningDirection direction;
@@ -110,6 +117,7 @@ class RigidSide {
   void set_horizon(Scalar t, Scalar end) { near_ = bounds_.over(t, end); }
 
   bool is_leaf(std::int32_t box) const { return tree_.is_leaf(box); }
+  bool has_leaf(std::int32_t box) const { return tree_.has_leaf(box); }
   int part_count(std::int32_t box) const { return tree_.node(tree_.child(box)).count(); }
   std::int32_t part(std::int32_t box, int i) const {
     return ShapeTree::box_number(tree_.child(box), i);
@@ -129,7 +137,7 @@ class RigidSide {
             mesh_.triangle(triangle(leaf))};
   }
   template <typename Piece>
-  MotionRest rest(std::int32_t node, const TurningSupport<Piece>& support) const {
+  MotionRemainder rest(std::int32_t node, const TurningSupport<Piece>& support) const {
     const Scalar reach = radius(node);
     return {.jerk = support.direction.third * reach,
             .acceleration = near_.linear_acceleration + near_.angular_acceleration * reach,
@@ -139,7 +147,7 @@ class RigidSide {
     return bounds_.whole().linear_speed + bounds_.whole().angular_speed * radius(node);
   }
   Scalar size() const;
-  // Where it stands.
+  // Size of the numbers at the current time.
   Scalar start_size() const { return now_.p_WB.norm() + mesh_.bounding_radius(); }
   Vector3 velocity_at(std::int32_t leaf, const Vector3& p_W) const;
 

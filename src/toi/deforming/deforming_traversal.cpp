@@ -23,32 +23,49 @@ PieceDistance leaf_distance(const DeformingSide& a, std::int32_t leaf_a, const S
 }
 
 template <typename SideB>
+void DeformingTraversal<SideB>::visit_leaves(std::int32_t a, std::int32_t b) {
+  ++statistics.leaf_tests;
+  const PieceDistance piece = leaf_distance(a_, a, b_, b, noise_);
+  lower = std::min(lower, piece.lower);
+  if (!(piece.upper < best.upper)) return;
+  best = piece;
+  leaf_a = a;
+  leaf_b = b;
+}
+
+template <typename SideB>
+void DeformingTraversal<SideB>::seed(std::int32_t leaf_a_in, std::int32_t leaf_b_in) {
+  visit_leaves(leaf_a_in, leaf_b_in);
+}
+
+template <typename SideB>
 void DeformingTraversal<SideB>::start() {
   stack_.clear();
   if (!is_found()) stack_.push_back({0, 0, 0});
 }
 
 template <typename SideB>
-bool DeformingTraversal<SideB>::go_on(std::int64_t max_box_pairs) {
+bool DeformingTraversal<SideB>::run_portion(std::int64_t max_box_pairs) {
   for (; !stack_.empty(); --max_box_pairs) {
     if (max_box_pairs <= 0) return false;
     const BoxPair pair = stack_.back();
     stack_.pop_back();
     ++box_pairs;
-    if (pair.gap > cutoff()) continue;
+    if (pair.gap > cutoff()) {
+      lower = std::min(lower, pair.gap);
+      continue;
+    }
     if (!a_.is_leaf(pair.a) || !b_.is_leaf(pair.b)) {
       open(pair);
       continue;
     }
-    ++statistics.leaf_tests;
-    const PieceDistance piece = leaf_distance(a_, pair.a, b_, pair.b, noise_);
-    if (piece.upper < best.upper) best = piece;
+    visit_leaves(pair.a, pair.b);
     if (is_found()) return true;
   }
   return true;
 }
 
-// Puts the pairs of the larger box's parts with the other box on the stack, nearest on top.
+// Pushes the pairs of the larger box's parts with the other box, nearest on top.
 template <typename SideB>
 void DeformingTraversal<SideB>::open(const BoxPair& pair) {
   const OrientedBox box_a = a_.box_W(pair.a);
@@ -67,7 +84,11 @@ void DeformingTraversal<SideB>::open(const BoxPair& pair) {
     const Scalar gap =
         -b_.box_support(part.b, -n_W).at(0, 0) - a_.box_support(part.a, n_W).at(0, 0) - noise_;
     part.gap = std::max(pair.gap, gap);
-    if (!(part.gap > cutoff())) stack_.push_back(part);
+    if (part.gap > cutoff()) {
+      lower = std::min(lower, part.gap);
+    } else {
+      stack_.push_back(part);
+    }
   }
   std::sort(stack_.begin() + first, stack_.end(),
             [](const BoxPair& x, const BoxPair& y) { return x.gap > y.gap; });

@@ -18,14 +18,14 @@ using internal::ObstacleTree;
 using internal::SweptBoxes;
 using internal::TimeParts;
 
-// Equal parts of the interval over each of which the body is boxed. More: obstacles are passed over
-// more often, each for some 0.3 us.
+// The body is boxed over each of this many equal parts of the interval. More: more obstacles are
+// skipped, each for about 0.3 us.
 constexpr int kTimeParts = 16;
-// Node pairs of the first go at a pair, and how much longer each further go is. Most pairs need one.
+// Node pairs of the first portion of a pair, and the growth of later ones. Most pairs need one.
 constexpr std::int64_t kFirstPortion = 512;
 constexpr std::int64_t kPortionGrowth = 4;
 
-// What comes first at equal times: all that may still turn out to be earlier, then the worst news.
+// Order at equal times: first everything that may still turn out earlier, then the worst news.
 enum Rank : int { kNode, kPair, kWithinTarget, kUndecided, kImpact };
 
 Rank rank_of(ToiStatus status) {
@@ -44,7 +44,7 @@ Rank rank_of(ToiStatus status) {
   return kUndecided;
 }
 
-// No less than the default tolerance of the body and any obstacle.
+// At least the default tolerance of the body with any obstacle.
 Scalar largest_default_tolerance(const internal::ObstacleSetData& data, const Shape& body) {
   if (body.bounding_radius() > 0) return kDefaultRelativeTolerance * body.bounding_radius();
   Scalar largest = 0;
@@ -54,7 +54,7 @@ Scalar largest_default_tolerance(const internal::ObstacleSetData& data, const Sh
   return kDefaultRelativeTolerance * largest;
 }
 
-// Best-first over obstacles: whichever may be met first is pursued, a portion at a time.
+// Best-first over obstacles: pursues whichever may be hit first, a portion at a time.
 class ImpactSearch {
  public:
   ImpactSearch(const internal::ObstacleSetData& data, const Shape& body, const Motion& X_WB,
@@ -69,8 +69,9 @@ class ImpactSearch {
         memory_(memory),
         parts_{interval, interval.length() > 0 ? kTimeParts : 1},
         swept_(body, X_WB, parts_),
-        // Boxes farther apart than this hold shapes that are, rounding included. The default
-        // tolerance goes by the smaller shape, so the body's or a larger one's never exceeds this.
+        // Boxes farther apart than this contain shapes that are too, rounding included. The default
+        // tolerance depends on the smaller shape, so that of the body or of a larger shape is never
+        // exceeded.
         reach_(options.target_distance +
                options.distance_tolerance.value_or(largest_default_tolerance(data, body))) {}
 
@@ -81,9 +82,9 @@ class ImpactSearch {
   void push_obstacle(std::uint32_t slot, const AlignedBox& box, int first);
   void push_moving(std::uint32_t slot);
   void add_pair(std::uint32_t slot, int first, int last);
-  // True if the whole call is to end.
+  // Returns true if the whole call must end.
   bool pursue(std::size_t index);
-  ToiResult go_on(ObstaclePair& pair);
+  ToiResult run_portion(ObstaclePair& pair);
   const Obstacle& obstacle(const ObstaclePair& pair) const {
     return *data_.slots[pair.slot].obstacle;
   }
@@ -121,7 +122,7 @@ void ImpactSearch::push_obstacle(std::uint32_t slot, const AlignedBox& box, int 
   if (near) add_pair(slot, *near, swept_.last_near(box, reach_, *near));
 }
 
-// Both are boxed over each part of the interval.
+// Both shapes are boxed over each part of the interval.
 void ImpactSearch::push_moving(std::uint32_t slot) {
   ++statistics_.box_tests;
   const Obstacle& other = *data_.slots[slot].obstacle;
@@ -156,8 +157,8 @@ void ImpactSearch::add_pair(std::uint32_t slot, int first, int last) {
       {pair.interval.begin, kPair, static_cast<std::uint64_t>(data_.id_of(slot)), index});
 }
 
-// A further portion of a pair's search.
-ToiResult ImpactSearch::go_on(ObstaclePair& pair) {
+// Runs a further portion of a pair's search.
+ToiResult ImpactSearch::run_portion(ObstaclePair& pair) {
   const Obstacle& other = obstacle(pair);
   ToiOptions options = options_;
   options.max_node_pairs = std::min(pair.portion, options_.max_node_pairs - statistics_.node_pairs);
@@ -173,7 +174,7 @@ ToiResult ImpactSearch::go_on(ObstaclePair& pair) {
 
 bool ImpactSearch::pursue(std::size_t index) {
   ObstaclePair& pair = *memory_.pairs[index];
-  pair.result = go_on(pair);
+  pair.result = run_portion(pair);
   const ToiResult& found = pair.result;
   statistics_.box_tests += found.statistics.box_tests;
   statistics_.leaf_tests += found.statistics.leaf_tests;
@@ -195,7 +196,7 @@ bool ImpactSearch::pursue(std::size_t index) {
       break;
   }
   memory_.queue.push({found.t_safe, kPair, id, index});
-  // Its own portion was spent, not the budget, the time or the caller's patience.
+  // The portion was used up, not the budget, the time or the caller's patience.
   const bool is_portion = found.status == ToiStatus::BudgetExhausted &&
                           found.statistics.node_pairs >= pair.portion &&
                           statistics_.node_pairs < options_.max_node_pairs;

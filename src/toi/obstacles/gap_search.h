@@ -9,14 +9,14 @@
 
 namespace dyop::internal {
 
-/// Something to be examined that is proven free up to `key`, a time or a distance.
+/// Something still to be examined, proven free up to `key`, a time or a distance.
 struct ObstacleEvent {
   Scalar key = 0;
   int rank = 0;           ///< at equal keys: boxes of the tree before obstacles
-  std::uint64_t id = 0;   ///< then the lesser id
+  std::uint64_t id = 0;   ///< then the smaller id
   std::size_t index = 0;  ///< node, slot or pair
 
-  /// For a heap with the least on top.
+  /// For a heap with the smallest on top.
   friend bool operator<(const ObstacleEvent& x, const ObstacleEvent& y) {
     return std::tie(x.key, x.rank, x.id, x.index) > std::tie(y.key, y.rank, y.id, y.index);
   }
@@ -42,12 +42,12 @@ class ObstacleQueue {
   std::vector<ObstacleEvent> heap_;
 };
 
-/// Calls visit(slot, gap) for obstacles that pass the filter in the order of (gap, id), while the
-/// gap is at most what limit() then says. So the order does not depend on the tree.
+/// Calls visit(slot, gap) for obstacles that pass the filter, in the order of (gap, id), while the
+/// gap is at most what limit() then returns. So the order does not depend on the tree.
 ///
-/// @param gap_of_box    Lower bound for what lies in a box; never more for a larger box.
+/// @param gap_of_box    Lower bound for everything in a box; never more for a larger box.
 /// @param gap_of_moving Lower bound for the obstacle in a slot.
-/// @returns The least bound of an obstacle, or of several, that was not visited.
+/// @returns The smallest bound of any obstacle that was not visited.
 template <typename GapOfBox, typename GapOfMoving, typename Limit, typename Visit>
 Scalar visit_by_gap(const ObstacleSetData& data, const ObstacleFilter& filter,
                     const GapOfBox& gap_of_box, const GapOfMoving& gap_of_moving,

@@ -15,7 +15,7 @@ namespace {
 
 using internal::box_gap;
 
-// Equal parts of the interval over each of which bodies are boxed.
+// Bodies are boxed over each of this many equal parts of the interval.
 constexpr int kClearanceParts = 16;
 
 void add_work(const DistanceStatistics& work, DistanceStatistics& sum) {
@@ -49,7 +49,7 @@ NearestObstacle ObstacleSet::nearest(const Shape& body, const RigidPose& X_WB, S
       [&](std::uint32_t slot) {
         return box_gap(box, internal::placed_box(*data_->slots[slot].obstacle->shape, place(slot)));
       },
-      // What overlaps is as near as can be.
+      // An overlapping obstacle is as near as possible.
       [&] { return best.distance.status == DistanceStatus::Overlapping ? -1 : limit(); },
       [&](std::uint32_t slot, Scalar) {
         const Obstacle& other = *data_->slots[slot].obstacle;

@@ -34,7 +34,7 @@ void ObstacleSetData::take_out(std::uint32_t slot) {
   loose.erase(std::find(loose.begin(), loose.end(), slot));
 }
 
-// So an obstacle is put into a new tree a bounded number of times, as a rule.
+// Rebuilds rarely enough that each obstacle is put into a new tree a bounded number of times.
 void ObstacleSetData::tidy() {
   constexpr std::size_t kFew = 16;
   constexpr std::size_t kShare = 4;
@@ -51,7 +51,7 @@ void ObstacleSetData::tidy() {
 }
 
 void require_no_solid_b(const char* query, bool solid_b) {
-  DYOP_REQUIRE(!solid_b, query, ": solid_b must be false; Obstacle::is_solid says what is solid");
+  DYOP_REQUIRE(!solid_b, query, ": solid_b must be false; use Obstacle::is_solid");
 }
 
 }  // namespace dyop::internal

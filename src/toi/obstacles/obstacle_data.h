@@ -9,22 +9,22 @@
 
 namespace dyop::internal {
 
-/// The contents of an ObstacleSet. Obstacles live in slots that are used again; an id is a slot and
-/// how often it was used before.
+/// The contents of an ObstacleSet. Obstacles live in slots that are reused; an id is a slot and the
+/// number of times it was used before.
 struct ObstacleSetData {
   struct Slot {
     std::optional<Obstacle> obstacle;
     std::uint32_t uses = 0;
     bool is_at_rest = false;
-    bool is_in_tree = false;  // or else it is one of `loose`; a leaf of the tree may be out of date
-    AlignedBox box;           // of one at rest, in world
+    bool is_in_tree = false;  // otherwise in `loose`; a leaf of the tree may be out of date
+    AlignedBox box;           // of an obstacle at rest, in world
   };
 
   std::vector<Slot> slots;
   std::vector<std::uint32_t> free;
   std::size_t size = 0;
   ObstacleTree tree;                 // of obstacles at rest, some of which may have left it
-  std::size_t left_tree = 0;         // how many
+  std::size_t left_tree = 0;         // how many left it
   std::vector<std::uint32_t> loose;  // the others, moving ones first
   std::size_t moving = 0;            // how many of them
 
@@ -34,16 +34,16 @@ struct ObstacleSetData {
   const Slot* find(ObstacleId id) const;
   /// Lists an obstacle that is new or was taken out.
   void put_in(std::uint32_t slot);
-  /// From the tree or the list of loose ones.
+  /// Removes an obstacle from the tree or the loose list.
   void take_out(std::uint32_t slot);
-  /// Puts all at rest into the tree, if many are not.
+  /// Rebuilds the tree with all obstacles at rest, if many are not in it.
   void tidy();
 };
 
-/// Throws InvalidArgument unless obstacle and query agree on who says what is a solid.
+/// Throws InvalidArgument if solid_b is set: Obstacle::is_solid replaces it.
 void require_no_solid_b(const char* query, bool solid_b);
 
-/// Whether a query wants this obstacle.
+/// Whether a query considers this obstacle.
 inline bool passes(const ObstacleSetData& data, std::uint32_t slot, const ObstacleFilter& filter) {
   if ((data.slots[slot].obstacle->groups & filter.groups) == 0) return false;
   return !filter.accepts || filter.accepts(data.id_of(slot));

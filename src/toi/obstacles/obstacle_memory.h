@@ -9,11 +9,11 @@
 
 namespace dyop::internal {
 
-/// The body and an obstacle whose search has begun.
+/// The body and an obstacle, and the state of their search.
 struct ObstaclePair {
   std::uint32_t slot = 0;
   TimeInterval interval;
-  std::int64_t portion = 0;  ///< node pairs of the next go
+  std::int64_t portion = 0;  ///< node pairs of the next portion
   bool is_begun = false;
   ToiResult result;
   ToiWorkspace workspace;
@@ -22,7 +22,7 @@ struct ObstaclePair {
 /// The contents of an ObstacleWorkspace.
 struct ObstacleMemory {
   ObstacleQueue queue;
-  std::vector<std::unique_ptr<ObstaclePair>> pairs;  ///< the first `used` ones are of this query
+  std::vector<std::unique_ptr<ObstaclePair>> pairs;  ///< the first `used` ones belong to this query
   std::size_t used = 0;
 };
 

@@ -15,15 +15,15 @@ Scalar reach_of(Scalar x) {
   return x >= 0 ? x : kInfinity;
 }
 
-AlignedBox posed_box(const Shape& shape, const RigidPose& X_WS, const Vector3& way) {
+AlignedBox posed_box(const Shape& shape, const RigidPose& X_WS, const Vector3& margin) {
   const AlignedBox box = shape.bounding_box();
   const Vector3 center = X_WS * box.center();
   const Vector3 turned = X_WS.rotation().cwiseAbs() * (box.sizes() / 2);
-  // Neither leaves the ball about the origin.
+  // A point stays in the ball about the origin.
   const Vector3 ball = Vector3::Constant(shape.bounding_radius());
   const Vector3& origin = X_WS.translation();
-  const Vector3 lowest = (center - turned).cwiseMax(origin - ball) - way;
-  const Vector3 highest = (center + turned).cwiseMin(origin + ball) + way;
+  const Vector3 lowest = (center - turned).cwiseMax(origin - ball) - margin;
+  const Vector3 highest = (center + turned).cwiseMin(origin + ball) + margin;
   return {lowest, highest};
 }
 
@@ -42,17 +42,17 @@ AlignedBox swept_box(const Shape& shape, const Motion& motion, const TimeInterva
   // literal: more than the rounding of half the length.
   const Scalar half = std::max(part.end - middle, middle - part.begin) * (1 + 0x1p-50);
   const MotionState state = motion.state(middle);
-  Vector3 way = Vector3::Constant(noise);
+  Vector3 travel = Vector3::Constant(noise);
   if (half > 0) {
     const Scalar turning = reach_of(half * (bound.angular_speed * radius));
     for (int i = 0; i < 3; ++i) {
       const Scalar by_speed = reach_of(half * bound.linear_speed);
       const Scalar by_velocity = reach_of(half * std::abs(state.twist.v_WB[i]) +
                                           half * half / 2 * bound.linear_acceleration);
-      way[i] += turning + std::min(by_speed, by_velocity);
+      travel[i] += turning + std::min(by_speed, by_velocity);
     }
   }
-  return posed_box(shape, state.X_WB, way);
+  return posed_box(shape, state.X_WB, travel);
 }
 
 AlignedBox placed_box(const Shape& shape, const RigidPose& X_WS) {

@@ -19,17 +19,17 @@ struct TimeParts {
   Scalar time(int i) const;
 };
 
-/// A box in world that holds the shape at all times of `part`, rounding included. Infinite where
+/// A box in world that contains the shape at all times of `part`, rounding included. Infinite where
 /// the bounds of the motion are.
 AlignedBox swept_box(const Shape& shape, const Motion& motion, const TimeInterval& part);
 
 /// The box of a shape at rest, rounding included.
 AlignedBox placed_box(const Shape& shape, const RigidPose& X_WS);
 
-/// Lower bound of the distance of two boxes, rounded down; zero if they meet.
+/// Lower bound on the distance of two boxes, rounded down; zero if they overlap.
 Scalar box_gap(const AlignedBox& a, const AlignedBox& b);
 
-/// Where a moving shape is, part by part.
+/// The boxes of a moving shape, part by part.
 class SweptBoxes {
  public:
   SweptBoxes(const Shape& shape, const Motion& motion, const TimeParts& parts);
@@ -38,8 +38,8 @@ class SweptBoxes {
   const AlignedBox& part(int i) const { return boxes_[static_cast<std::size_t>(i)]; }
   int count() const { return static_cast<int>(boxes_.size()); }
 
-  /// The first and the last part, from `first` on, in which the shape may come within `reach` of a
-  /// box; nothing if none.
+  /// The first part, from `first` on, in which the shape may come within `reach` of a box; nothing
+  /// if there is none.
   std::optional<int> first_near(const AlignedBox& box, Scalar reach, int first) const;
   int last_near(const AlignedBox& box, Scalar reach, int first) const;
   /// How near it may come to a box, rounded down.

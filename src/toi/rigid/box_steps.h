@@ -6,18 +6,18 @@
 
 namespace dyop::internal {
 
-/// How two bodies move from one instant t on, seen from the shape S that a group of boxes belongs
-/// to; O is the other shape. All vectors in the frame of S at time t. Plain numbers, for the wide
-/// kernels; PairInstant has the same in world.
+/// How two bodies move from one instant t on, as seen from the shape S that a group of boxes
+/// belongs to; O is the other shape. All vectors in the frame of S at time t. Plain numbers, for
+/// the wide kernels; PairInstant is the same in world.
 struct FacingMotion {
   double origin[3];         ///< from the origin of S to that of O
   double velocity[3];       ///< v_O - v_S of the origins
   double turning[3];        ///< angular velocity of S
   double other_turning[3];  ///< angular velocity of O
-  double turning_sq;        ///< their squared norms
+  double turning_sq;        ///< squared norms of the two
   double other_turning_sq;
   double largest_turning;      ///< rounded up
-  double origin_distance;      ///< of the origins of the two bodies
+  double origin_distance;      ///< between the origins of the two bodies
   double origin_opening;       ///< its rate
   double remaining;            ///< time from t to the end of the query
   double horizon;              ///< time for which the accelerations hold; <= remaining
@@ -27,12 +27,12 @@ struct FacingMotion {
   double linear_speed;  ///< sum over both bodies, over `remaining`
   double angular_speed;
   double other_angular_speed;
-  double floor;    ///< the distance that must not be undercut
+  double floor;    ///< the distance to keep
   double noise;    ///< rounding allowance of a gap, length
   bool is_steady;  ///< no turning and no acceleration: gaps are linear in time
 };
 
-/// The other box with what belongs to it and its motion.
+/// The other box, with its position and motion.
 struct FacingPiece {
   FacingBox box;
   double from_origin[3];  ///< its center from the origin of O, in the frame of S
@@ -41,14 +41,15 @@ struct FacingPiece {
 };
 
 /// For each box of the group: how long it is proven to stay more than `floor` from the other,
-/// rounded down, infinity to the end of the query; and whether it is far away for its size.
+/// rounded down, where infinity means to the end of the query; and whether it is far away for its
+/// size.
 struct BoxSteps {
   double time[kGroupWidth];
-  unsigned is_far;  ///< one bit a box
+  unsigned is_far;  ///< one bit per box
 };
 
 /// The coupled second-order bound of docs/algorithms/time_of_impact.md, as safe_step(), for `count`
-/// boxes of a group from column `first` on; results stand in the same columns.
+/// boxes of a group from column `first` on; results are in the same columns.
 using BoxStepsKernel = void (*)(const GroupRows& rows, int first, int count,
                                 const FacingPiece& other, const FacingMotion& motion,
                                 BoxSteps* steps);
@@ -58,7 +59,7 @@ struct BoxStepsKernels {
   BoxStepsKernel one;    ///< count = 1
 };
 
-/// The kernels for an instruction set that this processor can run.
+/// The kernels for an instruction set, which this processor must support.
 BoxStepsKernels box_steps_kernels(InstructionSet set);
 
 }  // namespace dyop::internal

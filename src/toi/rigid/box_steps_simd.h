@@ -10,18 +10,18 @@ namespace dyop::internal {
 inline namespace DYOP_LANES {
 
 /// A pair whose step turns a body by more than this angle is examined again before it is split, as
-/// by kReadvanceRatio, if its gap exceeds this part of its size: what ends such a step is that the
-/// direction turns away, and parts turn away as well.
+/// with kReadvanceRatio, if its gap exceeds this fraction of its size: what ends such a step is
+/// that the direction turns away, and the parts' directions turn away as well.
 constexpr double kReadvanceTurn = 0.05;
 constexpr double kReadvanceTurnRatio = 0.05;
 
 /// Angle of a step beyond which bounds without a direction are tried as well. Speed only.
-constexpr double kLostTurn = 0.5;
+constexpr double kDirectionlessTurn = 0.5;
 
-/// Trials of the length of a step; a fourth gains nothing that can be measured.
+/// Trials of the length of a step; a fourth gains nothing measurable.
 constexpr int kStepTrials = 3;
 
-/// Lengths that are tried side by side for a single box: 2, 4, 8, ... times a unit.
+/// Lengths tried side by side for a single box: 2, 4, 8, ... times a unit.
 constexpr int kStepLengths = 8;
 constexpr float kStepLength[kStepLengths] = {2, 4, 8, 16, 32, 64, 128, 256};
 
@@ -39,28 +39,28 @@ DYOP_INLINE L first_roots(L c0, L c1, L c2, L h) {
   const L discriminant = b * b - a * c0;
   // literal: 16u and 1 - 32u, as in first_root().
   const L root_noise = L(0x1p-49) * (b * b + magnitude(a) * c0);
-  const L square_root = root(larger(discriminant, zero));
+  const L square_root = sqrt(larger(discriminant, zero));
   const auto is_falling = b > zero;
   const L x = select(is_falling, c0, b - square_root) / select(is_falling, b + square_root, a);
-  // Nothing to meet: all coefficients positive, no root, or it lies beyond h.
+  // No root: all coefficients positive, discriminant negative, or the root is beyond h.
   const auto is_positive = (c1 >= zero) & (c2 >= zero);
   const auto has_no_root = zero - discriminant > root_noise;
   const auto never_falls = without(zero >= b, zero > a);
   const auto is_free = is_positive | (has_no_root | (never_falls | (x > L(1.0))));
-  // The discriminant is not finite where a coefficient is not, either; inf - inf is NaN.
+  // If a coefficient is not finite, neither is the discriminant; inf - inf is NaN.
   const auto is_finite = discriminant - discriminant >= zero;
   const L step = select(x >= zero, x, zero) * h * L(1 - 0x1p-48);
   return select(is_finite & is_free, infinity<L>(), select(is_finite, step, zero));
 }
 
-/// The gap of the slabs along the turning direction n + u k + q m, less the floor: G(u, q).
+/// The gap of the slabs along the turning direction n + u k + q m, minus the floor: G(u, q).
 template <typename L>
 struct TurningGap {
-  // Projections of n, k, m on what the gap is made of.
+  // Projections of n, k, m onto the terms of the gap.
   L constant;     // n . (origin + center of the other - center of the box) - floor
-  L rate;         // of the same by u: velocity and k
-  L bend;         // by q
-  L along[6][3];  // of each axis: n, k, m
+  L rate;         // derivative of the same by u: velocity and k
+  L bend;         // derivative by q
+  L along[6][3];  // per axis: n, k, m
   L reach[6];     // half extents
 
   template <typename Motion>
@@ -107,10 +107,10 @@ struct TurningGap {
     for (int k = 0; k < 6; ++k) sum = sum - magnitude(along[k][0]) * reach[k];
     return sum;
   }
-  /// How fast the gap shrinks at zero.
+  /// How fast the gap shrinks at the start of the step.
   DYOP_INLINE L closing() const {
     L sum = L(0.0) - rate;
-    for (int k = 0; k < 6; ++k) sum = sum + turned(along[k][1], along[k][0]) * reach[k];
+    for (int k = 0; k < 6; ++k) sum = sum + flip_sign(along[k][1], along[k][0]) * reach[k];
     return sum;
   }
   DYOP_INLINE L at(L u) const {
@@ -127,7 +127,7 @@ struct TurningGap {
   }
 };
 
-/// What bounds the step of each lane besides its direction.
+/// What bounds the step of each lane, besides its direction.
 template <typename L>
 struct StepBounds {
   L radius;        // of the group's boxes about the origin of S
@@ -141,7 +141,7 @@ struct StepBounds {
   DYOP_INLINE StepBounds(const BoxLanes<L>& box, const FacingPiece& other,
                          const FacingMotion& motion) {
     // literal: as node_radius(): axes are orthonormal to single precision only.
-    radius = (root(dot(box.center, box.center)) + root(dot(box.half_extents, box.half_extents))) *
+    radius = (sqrt(dot(box.center, box.center)) + sqrt(dot(box.half_extents, box.half_extents))) *
              L(1 + 0x1p-20);
     acceleration = L(motion.linear_acceleration) + L(motion.angular_acceleration) * radius +
                    L(motion.other_angular_acceleration) * L(other.radius);
@@ -149,15 +149,15 @@ struct StepBounds {
   }
 };
 
-/// What the greatest speeds allow; only where gap > 0.
+/// The step that the largest speeds allow; only where gap > 0.
 template <typename L>
 DYOP_INLINE L speed_step(const FacingPiece& other, const FacingMotion& motion, L gap, L radius) {
   const L speed = L(motion.linear_speed) + L(motion.angular_speed) * radius +
                   L(motion.other_angular_speed) * L(other.radius);
-  return gap / speed;  // 0 / 0 cannot be: gap > 0; infinite speed gives zero
+  return gap / speed;  // never 0 / 0, because gap > 0; infinite speed gives zero
 }
 
-/// The directionless bounds: greatest speeds, and two balls about the origins of the bodies.
+/// The bounds without a direction: largest speeds, and two balls about the origins of the bodies.
 template <typename L>
 DYOP_INLINE L directionless_step(const FacingPiece& other, const FacingMotion& motion, L gap,
                                  L radius) {
@@ -175,7 +175,7 @@ DYOP_INLINE L directionless_step(const FacingPiece& other, const FacingMotion& m
   return select(gap > zero, step, zero);
 }
 
-/// Steps of the gap that is linear in time.
+/// Steps of a gap that is linear in time.
 template <typename L>
 DYOP_INLINE L steady_step(L gap, L rate) {
   const L zero(0.0);
@@ -190,7 +190,7 @@ template <typename L>
 DYOP_INLINE L trial_step(const TurningGap<L>& gap_at, const FacingMotion& motion,
                          const StepBounds<L>& bounds, L gap, L h) {
   const L x = L(motion.largest_turning) * h;
-  const L noise = L(motion.noise) * (L(1.0) + x + x * x);  // the turned direction is longer than n
+  const L noise = L(motion.noise) * (L(1.0) + x + x * x);  // n + u k + q m is longer than n
   const L h_sq = h * h;
   const L c1 = gap_at.at(h * L(0.5)) - noise;
   // literal: 1/6 rounded up.
@@ -200,14 +200,14 @@ DYOP_INLINE L trial_step(const TurningGap<L>& gap_at, const FacingMotion& motion
   return smaller(first_roots(gap, c1, c2, h), h);
 }
 
-/// The coupled bound of a box in each lane, for one length after another.
+/// The coupled bound of a box in each lane, trying one length after another.
 template <typename L>
 DYOP_INLINE L coupled_step(const TurningGap<L>& gap_at, const FacingMotion& motion,
                            const StepBounds<L>& bounds, const FacingPiece&, L gap) {
   const L zero(0.0);
   const L horizon(motion.horizon);
   L time = zero;
-  // literal: a little longer than the gap lasts at its rate.
+  // literal: a little longer than the gap lasts at its present rate.
   const L closing = gap_at.closing();
   const L guess = L(1.25) * gap / closing;
   L h = select(closing > zero, smaller(guess, horizon), horizon);
@@ -216,17 +216,17 @@ DYOP_INLINE L coupled_step(const TurningGap<L>& gap_at, const FacingMotion& moti
     is_active = is_active & (h > zero);
     if (is_active.bits() == 0) break;
     const L step = trial_step(gap_at, motion, bounds, gap, h);
-    // literal: a step within 5% of the last is not worth another trial.
-    const auto is_settled = (L(1.05) * time >= step) | ((h > step) & (step + step >= h));
+    // literal: a step within 5% of the last one is not worth another trial.
+    const auto is_converged = (L(1.05) * time >= step) | ((h > step) & (step + step >= h));
     time = select(is_active & (step > time), step, time);
-    const auto is_done = is_settled | ((step >= h) & (h >= horizon));
+    const auto is_done = is_converged | ((step >= h) & (h >= horizon));
     is_active = without(is_active, is_done);
     h = smaller(horizon, step + step);
   }
   return time;
 }
 
-/// The coupled bound of one box, for several lengths at once.
+/// The coupled bound of one box, trying several lengths at once.
 DYOP_INLINE OneLane coupled_step(const TurningGap<OneLane>& one_gap_at, const FacingMotion& motion,
                                  const StepBounds<OneLane>& one_bounds, const FacingPiece& other,
                                  OneLane gap) {
@@ -261,7 +261,7 @@ DYOP_INLINE void box_steps(const GroupRows& rows, int first, const float (*axes)
   unit_axis(axes, first, n);
   TurningGap<L> gap_at(box, other, motion, n);
   const L raw_gap = gap_at.at_zero() - L(motion.noise);
-  // An overflow proves nothing; inf - inf is NaN.
+  // Overflow proves nothing; inf - inf is NaN.
   const L gap = select(raw_gap - raw_gap >= L(0.0), raw_gap, L(0.0));
   L time(0.0);
   if (motion.is_steady) {
@@ -280,22 +280,23 @@ DYOP_INLINE void box_steps(const GroupRows& rows, int first, const float (*axes)
     cross(k_other, other_turning.v, m_other);
     gap_at.add_turning(box, other, k_box, m_box, k_other, m_other);
     // literal: 1 + 32u rounds the products up.
-    bounds.jerk = (L(motion.turning_sq) * root(dot(k_box, k_box)) * bounds.radius +
-                   L(motion.other_turning_sq) * root(dot(k_other, k_other)) * L(other.radius)) *
+    bounds.jerk = (L(motion.turning_sq) * sqrt(dot(k_box, k_box)) * bounds.radius +
+                   L(motion.other_turning_sq) * sqrt(dot(k_other, k_other)) * L(other.radius)) *
                   L(1 + 0x1p-48);
     time = coupled_step(gap_at, motion, bounds, other, gap);
-    // Speeds and balls can only win where the turned direction has lost its meaning.
+    // Speeds and balls can win only where the direction has turned too far to mean anything.
     const L turned_by = time * L(motion.largest_turning);
-    const auto is_lost = (gap > L(0.0)) & ((turned_by > L(kLostTurn)) | (L(0.0) >= time));
-    if (is_lost.bits() != 0) {
+    const auto is_directionless =
+        (gap > L(0.0)) & ((turned_by > L(kDirectionlessTurn)) | (L(0.0) >= time));
+    if (is_directionless.bits() != 0) {
       // Only there, so that a lane does not depend on its neighbours.
       const L step = directionless_step(other, motion, gap, bounds.radius);
-      time = select(is_lost & (step > time), step, time);
+      time = select(is_directionless & (step > time), step, time);
     }
   }
   const auto is_free = time >= L(motion.remaining);
   select(is_free & (gap > L(0.0)), infinity<L>(), time).store(steps->time + first);
-  const L size = root(dot(box.half_extents, box.half_extents)) + L(other.half_diagonal);
+  const L size = sqrt(dot(box.half_extents, box.half_extents)) + L(other.half_diagonal);
   const auto is_turned = (time * L(motion.largest_turning) > L(kReadvanceTurn)) &
                          (gap > L(kReadvanceTurnRatio) * size);
   steps->is_far |= ((gap > L(kReadvanceRatio) * size) | is_turned).bits() << first;
@@ -315,7 +316,7 @@ static void box_steps_one(const GroupRows& rows, int first, int, const FacingPie
                           const FacingMotion& motion, BoxSteps* steps) {
   steps->is_far = 0;
   float axes[3][kGroupWidth];
-  // All boxes of the lanes cost no more than one, and branches none.
+  // All boxes of the lanes cost no more than one, and branches cost nothing.
   find_axis<false, FloatLanes>(rows, first - first % FloatLanes::kCount,
                                RankingBox(other.box, rows.scale), axes);
   box_steps<OneLane>(rows, first, axes, other, motion, steps);

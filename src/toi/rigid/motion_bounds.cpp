@@ -34,7 +34,7 @@ MotionBounds::MotionBounds(const Motion& motion, const TimeInterval& interval, B
   has_pieces_ = !is_uniform_ && lookups == BoundLookups::Many;
   if (!has_pieces_) return;
   for (int i = 0; i < kPieces; ++i) {
-    // Neighbours overlap by rounding at most, and piece_at() looks one piece too far either way.
+    // Neighbours overlap only by rounding, and piece_at() is at most one piece off.
     const Scalar begin = interval.begin + interval.length() * i / kPieces;
     const Scalar end = interval.begin + interval.length() * (i + 1) / kPieces;
     pieces_[static_cast<std::size_t>(i)] =
@@ -51,12 +51,12 @@ TwistBound MotionBounds::over(Scalar begin, Scalar end) const {
   if (is_uniform_) return whole_;
   if (!has_pieces_) return motion_.twist_bound({begin, end});
   const int first = piece_at(begin);
-  // Rounding may put a time that lies on a border into either neighbour.
+  // Rounding may put a time at a border into either neighbour.
   const int last = std::min(piece_at(end) + 1, kPieces - 1);
   TwistBound bound = pieces_[static_cast<std::size_t>(std::max(first - 1, 0))];
   for (int i = first; i <= last; ++i) bound = join(bound, pieces_[static_cast<std::size_t>(i)]);
   if (bound.linear_acceleration < kInfinity && bound.angular_acceleration < kInfinity) return bound;
-  // A jump of the twist lies in one of the pieces, but not between begin and end.
+  // The twist may jump in one of the pieces, but not between begin and end.
   return motion_.twist_bound({begin, end});
 }
 

@@ -7,17 +7,17 @@
 
 namespace dyop::internal {
 
-/// Size of the numbers that gaps of a moving body are computed from: its coordinates, and how far a
-/// point moves in the rounding of a time. `bound` is that over the interval, which the body's
-/// points within `radius` of its origin stay in.
+/// Size of the numbers from which gaps of a moving body are computed: its coordinates, and how far
+/// a point moves in the rounding of a time. `bound` holds over the interval, in which the body's
+/// points stay within `radius` of its origin.
 Scalar largest_coordinate(const Motion& motion, const TwistBound& bound, Scalar radius,
                           const TimeInterval& interval);
 
-/// How often MotionBounds::over() will be called: pieces pay for themselves after some 16 calls.
+/// How often MotionBounds::over() will be called: pieces pay off after about 16 calls.
 enum class BoundLookups { Few, Many };
 
 /// Twist bounds of one motion over parts of a fixed interval, precomputed over equal pieces so that
-/// the many small look-ups of a query of meshes cost a few comparisons each.
+/// the many short look-ups of a mesh query cost a few comparisons each.
 class MotionBounds {
  public:
   MotionBounds(const Motion& motion, const TimeInterval& interval,
@@ -38,7 +38,7 @@ class MotionBounds {
   const Motion& motion_;
   TimeInterval interval_;
   TwistBound whole_;
-  bool is_uniform_ = false;  // no acceleration anywhere: the whole bound serves every part
+  bool is_uniform_ = false;  // no acceleration anywhere: the whole bound fits every part
   bool has_pieces_ = false;
   std::array<TwistBound, kPieces> pieces_;
 };

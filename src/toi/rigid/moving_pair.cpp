@@ -12,13 +12,13 @@
 namespace dyop::internal {
 namespace {
 
-// Where the body is at time t. `before` is where it was at `t_before`, if `noise` is positive.
+// The body at time t. If `noise` is positive, `before` is its state at `t_before`.
 BodyInstant instant(const MovingShape& body, Scalar t, const BodyInstant& before, Scalar t_before,
                     Scalar noise) {
-  const MotionState state = guarded_state(body.motion, t, body.name);
+  const MotionState state = guarded_state(body.motion, body.is_trusted, t, body.name);
   const BodyInstant now{state.X_WB.rotation(), state.X_WB.translation(), state.twist.v_WB,
                         state.twist.w_WB};
-  if (noise > 0) {
+  if (noise > 0 && !body.is_trusted) {
     require_no_jump({before.R_WB, before.p_WB, now.R_WB, now.p_WB, t_before, t},
                     body.bounds.whole(), body.radius, noise, body.name);
   }
@@ -30,20 +30,22 @@ BoundLookups lookups_of(const Shape& a, const Shape& b) {
   return is_one_pair ? BoundLookups::Few : BoundLookups::Many;
 }
 
-// In world, the edges that a witness point's feature spans: of an edge one, of a face two.
+// The edges, in world, spanned by a witness point's feature: one for an edge, two for a face.
 class FeatureEdges {
  public:
   FeatureEdges(const LeafPiece& piece, const Feature& feature, const Matrix3& R_WS) {
     const TriangleMesh* mesh = piece.mesh ? piece.mesh : piece.convex->core_surface();
-    if (!mesh || feature.kind == FeatureKind::Smooth) return;
-    // A user's shape may number its vertices as it likes.
+    if (!mesh) return;
+    // A user's shape may use any vertex numbers.
     const auto count = static_cast<std::int32_t>(mesh->vertices().size());
-    const auto& numbers = feature.vertices;
-    if (std::any_of(numbers.begin(), numbers.end(), [&](auto n) { return n >= count; })) return;
+    const std::span numbers(feature.vertices.data(), feature.vertex_count());
+    if (std::any_of(numbers.begin(), numbers.end(), [&](auto n) { return n < 0 || n >= count; })) {
+      return;
+    }
     const auto corner = [&](std::size_t k) {
       return mesh->vertices()[static_cast<std::size_t>(numbers[k])];
     };
-    for (std::size_t k = 1; k < 3 && numbers[k] >= 0; ++k) {
+    for (std::size_t k = 1; k < numbers.size(); ++k) {
       edges_[count_++] = R_WS * (corner(k) - corner(0));
     }
   }
@@ -154,7 +156,7 @@ const FacingMotion& MovingPair::facing_motion(bool from_a) {
   return motion;
 }
 
-// To the end of the query both bodies only move along straight lines at constant speeds.
+// Whether both bodies move along straight lines at constant speed to the end of the query.
 bool MovingPair::is_steady() const {
   return now_.horizon >= now_.remaining && now_.linear_acceleration == 0 &&
          now_.angular_speed_a == 0 && now_.angular_speed_b == 0;

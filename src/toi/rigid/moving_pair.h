@@ -11,11 +11,11 @@
 
 namespace dyop::internal {
 
-/// The motions of a query, in messages.
+/// Names of a query's motions in messages.
 inline constexpr const char* kMotionOfA = "time_of_impact: the motion of A";
 inline constexpr const char* kMotionOfB = "time_of_impact: the motion of B";
 
-/// One of the two bodies of a query: what it is and how it moves.
+/// One of the two bodies of a query: its shape and its motion.
 struct MovingShape {
   MovingShape(const Shape& the_shape, const Motion& the_motion, const TimeInterval& interval,
               BoundLookups lookups, const char* the_name)
@@ -24,26 +24,28 @@ struct MovingShape {
         tree(the_shape),
         radius(the_shape.bounding_radius()),
         motion(the_motion),
+        is_trusted(the_motion.is_trusted()),
         bounds(the_motion, interval, lookups) {}
 
-  const char* name;  ///< of its motion, in messages
+  const char* name;  ///< name of its motion in messages
   const Shape& shape;
   ShapeTree tree;
   const Scalar radius;
   const Motion& motion;
+  const bool is_trusted;  ///< the motion
   MotionBounds bounds;
 };
 
 /// Largest distance of a point of a box from the origin of its frame, rounded up.
 inline Scalar node_radius(const OrientedBox& box) {
-  // literal: more than axes can stretch that are orthonormal to single precision.
+  // literal: more than axes orthonormal to single precision can stretch.
   return (box.center.norm() + box.half_extents.norm()) * (1 + 0x1p-20);
 }
 
-/// The two bodies of a query at one time of an interval, in the forms that the bounds want.
+/// The two bodies of a query at one time of an interval, in the forms that the bounds need.
 class MovingPair {
  public:
-  /// `interval` must be valid. Throws InvalidArgument for a motion that lies at its begin.
+  /// `interval` must be valid. Throws InvalidArgument for a motion that is unsound at its start.
   MovingPair(const Shape& a, const Motion& X_WA, const Shape& b, const Motion& X_WB,
              const TimeInterval& interval, Scalar floor);
 
@@ -55,7 +57,7 @@ class MovingPair {
   const MovingShape& b() const { return b_; }
   const RigidPose& X_AB() const { return X_AB_; }
   const PairInstant& now() const { return now_; }
-  /// Bound of the speed at which a gap can shrink, over the whole query.
+  /// Bound on the speed at which a gap can shrink, over the whole query.
   Scalar largest_speed() const { return largest_speed_; }
 
   /// Rounding allowance of a gap over the whole query, length; see
@@ -65,13 +67,13 @@ class MovingPair {
   /// The motion seen from A, or from B.
   const FacingMotion& facing_motion(bool from_a);
 
-  /// Box of B seen from A, or of A seen from B.
+  /// A box of B seen from A, or of A seen from B.
   FacingPiece facing_piece(bool from_a, std::int32_t box) const;
 
   /// -d/dt of the gap between the witness points, along the normal.
   Scalar closing_speed(const PieceDistance& piece) const;
 
-  /// By more than rounding.
+  /// Closing by more than rounding.
   bool is_closing(const PieceDistance& piece) const;
 
   /// How long two leaves, whose distance now is `piece`, stay more than `floor` apart.
@@ -84,7 +86,7 @@ class MovingPair {
     bool is_current = false;
   };
 
-  /// The normal of a pair of leaves, turning with the features that it is square to.
+  /// The normal of a pair of leaves, turning with the features to which it is perpendicular.
   TurningNormal normal_with_features(const PieceDistance& piece, const LeafPiece& piece_a,
                                      const LeafPiece& piece_b) const;
   Scalar rounding_allowance() const;

@@ -19,8 +19,8 @@ Scalar RigidPair::start_noise() const {
   return pose_noise(a().shape, X_WA, b().shape, X_WB);
 }
 
-// Only balls about the origins are not lost within a turn: while their steps span more than that,
-// they carry the search.
+// Only balls about the origins survive turns: while their steps span more than a turn, they lead
+// the search.
 Scalar RigidPair::skip_turns() {
   constexpr int kSteps = 32;
   constexpr Scalar kTurn = 6.3;
@@ -36,7 +36,7 @@ Scalar RigidPair::skip_turns() {
   return time();
 }
 
-// Two convex shapes need not be measured while balls about their origins are proven apart.
+// Two convex shapes need no measuring while balls about their origins are proven apart.
 Scalar RigidPair::first_time() {
   const Scalar begin = skip_turns();
   if (begin == kInfinity || !is_single_leaf_pair()) return begin;

@@ -13,7 +13,7 @@
 
 namespace dyop::internal {
 
-/// Two rigid sides, as BestFirstSearch wants them. The frame of pieces is A's.
+/// Two rigid sides, for BestFirstSearch. The frame of pieces is A's.
 class RigidPair {
  public:
   static constexpr std::int32_t kRoot = ShapeTree::kRoot;
@@ -24,25 +24,25 @@ class RigidPair {
   void set_time(Scalar t) { moving_.set_time(t); }
   Scalar time() const { return moving_.time(); }
   Scalar noise() const { return moving_.noise(); }
-  /// That of the poses where the sides stand, whatever the speeds.
+  /// The noise of the poses at the current time, whatever the speeds.
   Scalar start_noise() const;
 
-  /// A proven time, or infinity; the sides are left at a time that is not later.
+  /// A proven time, or infinity; leaves the sides at a time that is not later.
   Scalar first_time();
-  /// A point inside both, where they stand, of a pair of which one is a solid, as the options say.
+  /// A point inside both shapes at the current time, if the options declare one of them a solid.
   std::optional<Vector3> enclosed_point(const ToiOptions& options) const;
 
   bool is_leaf_pair(const QueuedPair& pair) const {
     return a().tree.is_leaf(pair.a) && b().tree.is_leaf(pair.b);
   }
   bool is_single_leaf_pair() const { return a().tree.convex() && b().tree.convex(); }
-  /// Asks for the memory of what open() will read.
+  /// Prefetches what open() will read.
   void fetch_parts(const QueuedPair& pair) const {
     const bool opens_a = opens_first(a().tree, pair.a, b().tree, pair.b);
     const ShapeTree& tree = opens_a ? a().tree : b().tree;
     tree.fetch(tree.child(opens_a ? pair.a : pair.b));
   }
-  /// Whether the sides may be left where they stand for a pair of boxes with a later time.
+  /// Whether the sides may stay at their current time for a pair of boxes with a later one.
   bool may_stand_still(const QueuedPair& pair) const {
     const Scalar moved = (pair.time - time()) * moving_.largest_speed();
     return moved * moved <=
@@ -79,13 +79,13 @@ class RigidPair {
                                   pose_of(moving_.now().a));
   }
   std::pair<RigidPose, RigidPose> poses(Scalar t) const;
-  /// Where the sides stand.
+  /// At the current time.
   std::vector<Contact> contacts_within(Scalar reach) const;
 
  private:
-  // Two boxes are examined where the bodies stood for the pair before, if they move by less than
-  // this part of the boxes' half diagonals until their time: poses cost more than such a part of a
-  // step.
+  // Two boxes are examined at the time of the previous pair if, until their own time, the bodies
+  // move by less than this fraction of the boxes' half diagonals: computing poses costs more than
+  // such a fraction of a step.
   static constexpr Scalar kStandingStill = 0.05;
 
   const MovingShape& a() const { return moving_.a(); }

@@ -10,15 +10,15 @@ namespace dyop::internal {
 
 namespace {
 
-// Squared sine of two edges below which their normal would turn much faster than they do. Speed
-// only.
+// Squared sine between two edges below which their normal would turn much faster than they do.
+// Speed only.
 constexpr Scalar kParallelSquare = 0.04;
 
 }  // namespace
 
 Vector3 turn_with_edges(const Vector3& n_W, std::span<const Vector3> edges_a, const Vector3& w_WA,
                         std::span<const Vector3> edges_b, const Vector3& w_WB) {
-  // The rate of the normal, square to it, by what its products with the edges must be.
+  // The rate of the normal, perpendicular to it, from what its products with the edges must be.
   const Vector3 with_a_W = w_WA.cross(n_W);
   const Vector3 with_b_W = w_WB.cross(n_W);
   Vector3 rate_W = Vector3::Zero();
@@ -31,7 +31,7 @@ Vector3 turn_with_edges(const Vector3& n_W, std::span<const Vector3> edges_a, co
     const Vector3& e = is_of_a ? edges_a[0] : edges_b[0];
     rate_W = (e.dot(is_of_a ? with_a_W : with_b_W) / e.squaredNorm()) * e;
     if (!edges_a.empty() && !edges_b.empty()) {
-      // What is left for B's edge, along what of it is square to A's.
+      // The rest for B's edge, along its component perpendicular to A's.
       const Vector3& f = edges_b[0];
       const Vector3 f_square = f - (f.dot(e) / e.squaredNorm()) * e;
       if (f_square.squaredNorm() > kParallelSquare * f.squaredNorm()) {
@@ -48,7 +48,7 @@ Scalar first_root(Scalar c0, Scalar c1, Scalar c2, Scalar h) {
   const Scalar b = c0 - c1;
   const Scalar a = b - (c1 - c2);
   const Scalar discriminant = b * b - a * c0;
-  // Not finite where a coefficient is not, either; NaN and overflow prove nothing.
+  // If a coefficient is not finite, neither is this; NaN and overflow prove nothing.
   if (!std::isfinite(discriminant)) return 0;
   // Positive coefficients: positive on all of [0, h].
   if (c1 >= 0 && c2 >= 0) return kInfinity;
@@ -58,8 +58,8 @@ Scalar first_root(Scalar c0, Scalar c1, Scalar c2, Scalar h) {
     // literal: relative noise of b * b - a * c0, a few roundings of each product.
     if (at_least > 16 * kUnitRoundoff * (b * b + std::abs(a) * c0)) return kInfinity;
   }
-  // The first positive root, in the form without cancellation: c0 / (b + sqrt(b^2 - a c0)) when the
-  // value falls at first (b > 0), (b - sqrt(b^2 - a c0)) / a when it rises and comes back (a < 0).
+  // The first positive root, in the form without cancellation: c0 / (b + sqrt(b^2 - a c0)) if the
+  // value falls at first (b > 0), (b - sqrt(b^2 - a c0)) / a if it rises first (a < 0).
   const Scalar root = std::sqrt(std::max(discriminant, 0.0));
   if (b <= 0 && !(a < 0)) return kInfinity;
   const Scalar x = b > 0 ? c0 / (b + root) : (b - root) / a;
@@ -71,7 +71,7 @@ Scalar safe_time_of_balls(const PairInstant& pair, Scalar radius_a, Scalar radiu
   const Vector3 p_AB_W = pair.b.p_WB - pair.a.p_WB;
   const Scalar origins = p_AB_W.norm();
   const Scalar gap = origins - radius_a - radius_b - floor - pair.noise;
-  if (!(gap > 0 && gap < kInfinity)) return 0;  // an overflow proves nothing
+  if (!(gap > 0 && gap < kInfinity)) return 0;  // overflow proves nothing
   const Scalar opening = p_AB_W.dot(pair.b.v_WB - pair.a.v_WB) / origins;
   // On [0, h]: gap + opening s - acceleration s^2 / 2, with Bernstein coefficients
   // gap, gap + opening h / 2, gap + opening h - acceleration h^2 / 2.

@@ -61,13 +61,13 @@ struct TurningNormal {
   Vector3 turn_W = Vector3::Zero();
 };
 
-/// A body's view of such a direction as both turn: n(s) . R(s) x = n_B(s) . x with
-/// n_B(s) = n + s k + s^2/2 m + remainder (docs/algorithms/time_of_impact.md).
+/// Such a direction in the frame of a body, as both turn: n(s) . R(s) x = n_B(s) . x with n_B(s) =
+/// n + s k + s^2/2 m + remainder (docs/algorithms/time_of_impact.md).
 struct TurningDirection {
   Vector3 n_B;  ///< n, k and m in the body's frame
   Vector3 k_B;
   Vector3 m_B;
-  Scalar third = 0;  ///< bound of the norm of the third derivative
+  Scalar third = 0;  ///< bound on the norm of the third derivative
   Scalar rate = 0;   ///< how fast n_B(s) can turn, radians per time
 
   TurningDirection(const BodyInstant& body, const TurningNormal& normal) {
@@ -87,15 +87,15 @@ struct TurningDirection {
   Vector3 at(Scalar u, Scalar q) const { return n_B + u * k_B + q * m_B; }
 };
 
-/// The turn that keeps a normal square to edges of both bodies, up to two of each, as they turn; of
-/// edges that contradict each other some are kept. Only a guess is asked of it: a bound holds along
-/// every direction. Zero without edges.
+/// The turn that keeps a normal perpendicular to edges of both bodies, up to two of each, as they
+/// turn; if edges contradict each other, to some of them. Only a guess is needed: a bound holds
+/// along any direction. Zero without edges.
 Vector3 turn_with_edges(const Vector3& n_W, std::span<const Vector3> edges_a, const Vector3& w_WA,
                         std::span<const Vector3> edges_b, const Vector3& w_WB);
 
-/// What bounds a gap beyond the second-order terms of constant twists: after s it has shrunk by at
+/// Bounds on a gap beyond the second-order terms of constant twists: after s it has shrunk by at
 /// most jerk s^3 / 6 + acceleration s^2 / 2 more.
-struct MotionRest {
+struct MotionRemainder {
   Scalar jerk = 0;
   Scalar acceleration = 0;
   Scalar turn = 0;  ///< how fast the direction turns in a body's frame
@@ -107,18 +107,19 @@ struct SafeStep {
   Scalar time = 0;  ///< safe for this long, rounded down; infinite: to the end of the query
 };
 
-/// A direction and what is known of it at the instant.
+/// A direction and what is known about it at the instant.
 struct Slab {
   TurningNormal normal;
-  Scalar gap = 0;      ///< slab gap along the normal, rounded down
-  Scalar closing = 0;  ///< guess of the rate at which it shrinks: says which times are tried first
+  Scalar gap = 0;  ///< slab gap along the normal, rounded down
+  Scalar closing =
+      0;  ///< guess of the rate at which it shrinks: decides which times are tried first
 };
 
 /// Bounds that need no direction: two balls about the body origins, and the largest speeds.
 Scalar safe_time_of_balls(const PairInstant& pair, Scalar radius_a, Scalar radius_b, Scalar floor);
 
-/// Finds a safe step along a direction, by the coupled second-order bound and the direction-free
-/// ones.
+/// Finds a safe step along a direction, by the coupled second-order bound and the bounds without a
+/// direction.
 ///
 /// @param radius_a, radius_b  Largest distance of a point of each piece from its body's origin.
 template <typename PieceA, typename PieceB>
@@ -130,24 +131,23 @@ template <typename PieceA, typename PieceB>
 SafeStep safe_step(const PairInstant& pair, const PieceA& a, Scalar radius_a, const PieceB& b,
                    Scalar radius_b, const Slab& slab, Scalar floor);
 
-// --- implementation
-// -------------------------------------------------------------------------------
+// --- implementation -----------------------------------------------------------------------------
 
-/// Everything of safe_step() that does not depend on the kind of piece: given the gap as a concave
+/// The part of safe_step() that does not depend on the kind of piece: the gap is given as a concave
 /// function G(u, q) of the turning parameters.
 ///
 /// @param first Length of the step that is tried first.
 template <typename Gap>
-SafeStep coupled_step(const PairInstant& pair, Scalar gap, Scalar first, const MotionRest& rest,
-                      const Gap& gap_at) {
+SafeStep coupled_step(const PairInstant& pair, Scalar gap, Scalar first,
+                      const MotionRemainder& rest, const Gap& gap_at) {
   constexpr int kTrials = 4;
   SafeStep step;
-  step.gap = gap < kInfinity ? gap : 0;  // an overflow proves nothing
+  step.gap = gap < kInfinity ? gap : 0;  // overflow proves nothing
   if (!(step.gap > 0)) return step;
   Scalar h = first;
   for (int trial = 0; trial < kTrials && h > 0; ++trial) {
     const Scalar x = rest.turn * h;
-    const Scalar noise = pair.noise * (1 + x + x * x);  // the turned direction is longer than n
+    const Scalar noise = pair.noise * (1 + x + x * x);  // n + u k + q m is longer than n
     const Scalar c1 = gap_at(h / 2, 0.0) - noise;
     const Scalar c2 = gap_at(h, h * h / 2) - noise - rest.jerk * (h * h * h / 6) -
                       rest.acceleration * (h * h / 2);
@@ -158,19 +158,19 @@ SafeStep coupled_step(const PairInstant& pair, Scalar gap, Scalar first, const M
       h = std::min(pair.horizon, 2 * h);
       continue;
     }
-    // literal: a step within 5% of the last is not worth another trial.
-    const bool is_settled = root <= 1.05 * step.time;
+    // literal: a step within 5% of the last one is not worth another trial.
+    const bool is_converged = root <= 1.05 * step.time;
     step.time = std::max(step.time, root);
-    // A bound over a longer time is no tighter.
-    if (is_settled || 2 * root >= h) break;
+    // A bound over a longer time is not tighter.
+    if (is_converged || 2 * root >= h) break;
     h = 2 * root;
   }
   return step;
 }
 
-/// The same with the gap from `gap_at`, and the whole horizon tried first.
+/// The same with the gap from `gap_at`, trying the whole horizon first.
 template <typename Gap>
-SafeStep coupled_step(const PairInstant& pair, const MotionRest& rest, const Gap& gap_at) {
+SafeStep coupled_step(const PairInstant& pair, const MotionRemainder& rest, const Gap& gap_at) {
   const Scalar gap = gap_at(0.0, 0.0) - pair.noise;
   return coupled_step(pair, gap, pair.horizon, rest, gap_at);
 }
@@ -182,7 +182,7 @@ struct TurningGap {
   const PieceB& b;
   TurningDirection turn_a;
   TurningDirection turn_b;
-  // Of n(s) . (p_B(s) - p_A(s)): its value, its derivatives, and what bounds the rest.
+  // For n(s) . (p_B(s) - p_A(s)): its value, its derivatives, and bounds on the remainder.
   Scalar origins;
   Scalar opening;
   Scalar bending;
@@ -207,13 +207,13 @@ struct TurningGap {
   }
 };
 
-/// The best of all bounds. The gap at the instant is given with the floor and noise taken off.
+/// The best of all bounds. The gap at the instant is given minus floor and noise.
 template <typename PieceA, typename PieceB>
 SafeStep best_step(const PairInstant& pair, const TurningGap<PieceA, PieceB>& gap_at,
                    Scalar radius_a, Scalar radius_b, Scalar gap, Scalar first, Scalar floor) {
   const TurningDirection& turn_a = gap_at.turn_a;
   const TurningDirection& turn_b = gap_at.turn_b;
-  MotionRest rest;
+  MotionRemainder rest;
   rest.jerk = turn_a.third * radius_a + turn_b.third * radius_b + gap_at.jerk;
   rest.acceleration = pair.linear_acceleration + pair.angular_acceleration_a * radius_a +
                       pair.angular_acceleration_b * radius_b;
@@ -243,7 +243,7 @@ SafeStep safe_step(const PairInstant& pair, const PieceA& a, Scalar radius_a, co
                    Scalar radius_b, const Slab& slab, Scalar floor) {
   const TurningGap<PieceA, PieceB> gap_at(pair, a, b, slab.normal, floor);
   const Scalar gap = slab.gap - floor - pair.noise;
-  // literal: room for a closing speed that falls; a step that is too short is doubled.
+  // literal: allows for a falling closing speed; a step that is too short is doubled.
   const Scalar guess = 1.25 * gap / slab.closing;
   const bool is_guess = slab.closing > 0 && guess < pair.horizon;
   return best_step(pair, gap_at, radius_a, radius_b, gap, is_guess ? guess : pair.horizon, floor);

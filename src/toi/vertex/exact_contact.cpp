@@ -9,7 +9,7 @@
 namespace dyop::internal {
 namespace {
 
-// A vector whose coordinates are polynomials of time, 0 at the begin and 1 at the end.
+// A vector whose coordinates are polynomials of time, 0 at the start and 1 at the end.
 using ExactVector = std::array<ExactPolynomial, 3>;
 
 using FourPaths = std::array<VertexPath, 4>;
@@ -32,7 +32,7 @@ ExactVector cross(const ExactVector& x, const ExactVector& y) {
   return {cross_component(x, y, 0), cross_component(x, y, 1), cross_component(x, y, 2)};
 }
 
-// All coordinates as whole numbers of one common unit, a power of two.
+// All coordinates as integers in one common unit, a power of two.
 std::array<ExactVector, 4> to_whole_numbers(const FourPaths& paths) {
   int unit = std::numeric_limits<int>::max();
   for (const VertexPath& path : paths) {
@@ -61,7 +61,7 @@ ExactRoot begin_instant() {
 }
 
 // A moving point and a moving segment pq: the point x is on the segment where (q - p) x (x - p) = 0
-// and (x - p).(x - q) <= 0. For p = q the second alone says x = p.
+// and (x - p).(x - q) <= 0. For p = q the second condition alone means x = p.
 class VertexOnEdge {
  public:
   VertexOnEdge(const ExactVector& x, const ExactVector& p, const ExactVector& q)
@@ -98,9 +98,9 @@ class VertexOnEdge {
   ExactPolynomial beyond_ends_;
 };
 
-// What the two kinds of pair have in common. Where the four points lie in one plane and the normal
-// n of the pair is not zero, one coordinate of cross products tells sides; where it is zero, and
-// for pairs that are coplanar at all times, contact is contact of a vertex with an edge.
+// What the two kinds of pair share. Where the four points are coplanar and the normal n of the pair
+// is not zero, one coordinate of cross products decides sides; where it is zero, and for pairs that
+// are coplanar at all times, contact is contact of a vertex with an edge.
 template <typename Pair>
 bool has_contact_of(const Pair& pair) {
   const ExactPolynomial coplanar = exact_dot(pair.normal, pair.offset);
@@ -113,7 +113,7 @@ bool has_contact_of(const Pair& pair) {
   ExactRoot begin = begin_instant();
   if (pair.meets_at(coplanar, begin)) return true;
   // The first contact of a pair that stays in one plane involves the border of a triangle or the
-  // end of an edge: a crossing of interiors would have begun before.
+  // end of an edge: a crossing of interiors would have started before.
   const auto edges = pair.vertices_and_edges();
   return std::any_of(edges.begin(), edges.end(),
                      [](const VertexOnEdge& edge) { return edge.holds_at_some_time(); });

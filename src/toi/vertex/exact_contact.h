@@ -6,8 +6,8 @@
 namespace dyop::internal {
 
 // Whether the two elements have a point in common at some instant of the interval, its ends
-// included. Exact for all finite coordinates, in whole arithmetic: coplanar, parallel, degenerate
-// and resting ones too. docs/algorithms/linear_vertex_motion.md, "Exact contact".
+// included. Exact for all finite coordinates, in integer arithmetic, including coplanar, parallel,
+// degenerate and resting elements. docs/algorithms/linear_vertex_motion.md, "Exact contact".
 bool has_contact(const VertexFacePaths& paths);
 bool has_contact(const EdgeEdgePaths& paths);
 

@@ -60,7 +60,7 @@ PathSlab<N> PathSearch<N>::make_slab(const Vector3& nhat) const {
   return slab;
 }
 
-// Keeps the direction if it proves more than the one before.
+// Keeps the direction if it proves more than the previous one.
 template <int N>
 void PathSearch<N>::use_normal(const Vector3& normal, Instant<N>& instant) const {
   const Scalar length = normal.norm();
@@ -83,7 +83,7 @@ Instant<N> PathSearch<N>::make_instant(Scalar s) {
   instant.upper = length + noise_;
   instant.lower = -kInfinity;
   use_normal(instant.nearest.normal, instant);
-  // The feature's normal is the better one near contact, but poor for thin triangles and nearly
+  // The feature's normal is better near contact, but inaccurate for thin triangles and nearly
   // parallel edges.
   if (!(instant.lower > length / 2)) use_normal(instant.nearest.point, instant);
   return instant;
@@ -91,7 +91,7 @@ Instant<N> PathSearch<N>::make_instant(Scalar s) {
 
 // Proves a gap above the floor at all times between two instants: along the last direction, or
 // along one that turns from the first to the last. The latter is m(x) = (1 - x) n0 + x n1, of
-// length at most one; m.D_k is a quadratic, and not below its least Bernstein coefficient.
+// length at most one; m.D_k is a quadratic, bounded below by its least Bernstein coefficient.
 template <int N>
 bool PathSearch<N>::is_apart_between(const Instant<N>& first, const Instant<N>& last,
                                      Scalar floor) const {
@@ -107,7 +107,7 @@ bool PathSearch<N>::is_apart_between(const Instant<N>& first, const Instant<N>& 
   return true;
 }
 
-// Until when the slab of the instant keeps above the floor; 1 or more if to the end.
+// The time until which the slab of the instant stays above the floor; 1 or more if to the end.
 template <int N>
 Scalar PathSearch<N>::slab_end(const Instant<N>& here, Scalar floor) const {
   const Scalar least = floor + noise_;
@@ -131,15 +131,15 @@ Scalar PathSearch<N>::closing_speed(const Instant<N>& here) const {
   return speed;
 }
 
-// Moves on by the slab's step, or farther with a turning direction where the step is short for the
-// speed: faces and edges that turn while they stay near.
+// Advances by the slab's step, or farther with a turning direction if that step is short for the
+// speed: for faces and edges that turn while they stay near.
 template <int N>
 Instant<N> PathSearch<N>::advance(const Instant<N>& here, Scalar safe_until, Scalar floor) {
   constexpr int kTrials = 3;
   const Scalar rest = 1 - here.s;
   const Scalar speed = closing_speed(here);
-  const Scalar room = here.lower - floor;
-  const Scalar until_contact = speed * rest > room ? room / speed : rest;
+  const Scalar slack = here.lower - floor;
+  const Scalar until_contact = speed * rest > slack ? slack / speed : rest;
   const Scalar step = safe_until - here.s;
   Scalar trial = std::min(until_contact < rest ? 0.9 * until_contact : rest, reach_);
   for (int i = 0; i < kTrials && trial > 2 * step; ++i, trial /= 4) {

@@ -16,7 +16,7 @@ template <int N>
 using Values = std::array<Scalar, static_cast<std::size_t>(N)>;
 
 // A fixed direction n and what it proves: the slab gap min_k n.D_k(s) is a minimum of linear
-// functions, known by its values at both ends.
+// functions, given by its values at both ends.
 template <int N>
 struct PathSlab {
   Vector3 nhat = Vector3::UnitX();
@@ -84,7 +84,7 @@ class PathSearch {
   const bool is_exact_;
   Scalar noise_ = 0;
   const ImpactBand band_;
-  Scalar reach_ = 1;  // how far a turning direction is tried next
+  Scalar reach_ = 1;  // the reach of the next turning direction
   std::optional<bool> has_contact_;
   std::int64_t steps_ = 0;
 };

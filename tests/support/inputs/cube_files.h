@@ -9,7 +9,7 @@
 
 #include "support/inputs/mesh_writers.h"
 
-namespace dyop::test {
+namespace dyop::testing {
 
 /// The unit cube [0, 1]^3, faces outward: the same in every format, so that what is loaded can be
 /// compared.
@@ -95,4 +95,4 @@ inline std::string cube_gltf(const std::string& node = "\"name\":\"cube\"") {
   return out.str();
 }
 
-}  // namespace dyop::test
+}  // namespace dyop::testing

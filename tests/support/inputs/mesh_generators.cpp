@@ -7,7 +7,7 @@
 #include <random>
 #include <utility>
 
-namespace dyop::test_support {
+namespace dyop::testing {
 namespace {
 
 constexpr Scalar kTwoPi = 2 * std::numbers::pi;
@@ -192,4 +192,4 @@ MeshArrays gear(int teeth, Scalar root_radius, Scalar tip_radius, Scalar thickne
   return mesh;
 }
 
-}  // namespace dyop::test_support
+}  // namespace dyop::testing

@@ -12,7 +12,7 @@
 
 #include "dyop/core/types.h"
 
-namespace dyop::test {
+namespace dyop::testing {
 
 /// What is written: polygons of vertices counted from 0, each of at least one corner.
 struct Polygons {
@@ -153,4 +153,4 @@ inline std::string stl_binary_of(const Polygons& mesh) {
   return bytes;
 }
 
-}  // namespace dyop::test
+}  // namespace dyop::testing

@@ -19,7 +19,7 @@ enum class PathKind {
   Coplanar,     ///< whole, all in the plane x = y at all times
   Collinear,    ///< whole, all on one line at all times
   Resting,      ///< whole, nothing moves
-  Duplicate,    ///< whole, with two points the same at the begin and sometimes at the end
+  Duplicate,    ///< whole, with two points the same at the start and sometimes at the end
   Parallel,     ///< whole, the second pair of points is the first one, translated
   NearlyWhole,  ///< SmallWhole with one coordinate moved by 2^-40 to 2^-20
 };

@@ -10,7 +10,7 @@
 #include "dyop/geometry/box.h"
 #include "dyop/geometry/sphere.h"
 
-namespace dyop::test_support {
+namespace dyop::testing {
 
 inline constexpr Scalar kGravity = 9.81;
 
@@ -118,4 +118,4 @@ inline void add_free_bodies(World& world, int count) {
   }
 }
 
-}  // namespace dyop::test_support
+}  // namespace dyop::testing

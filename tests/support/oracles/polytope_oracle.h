@@ -10,7 +10,7 @@
 #include "dyop/core/rigid_pose.h"
 #include "dyop/geometry/convex_shape.h"
 
-namespace dyop::test {
+namespace dyop::testing {
 
 /// The hull of a few points, inflated by a radius: a convex shape with nothing clever in it.
 class PointHull final : public ConvexShape {
@@ -207,4 +207,4 @@ class PolytopeOracle {
   std::vector<Vector> b_;
 };
 
-}  // namespace dyop::test
+}  // namespace dyop::testing

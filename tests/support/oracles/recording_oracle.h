@@ -7,6 +7,9 @@
 
 #include "dyop/scene_io/run_recording.h"
 #include "dyop/scene_io/scene_file.h"
+#ifdef DYOP_HAS_RECORDING
+#include "dyop/recording/recording_reader.h"
+#endif
 
 namespace dyop::testing {
 
@@ -20,7 +23,7 @@ struct RecordingReport {
 };
 
 /// Checks that no two bodies of a recorded run intersect, at the recorded times and at
-/// `times_between` more in every part between two of them, and that the steps follow one another
+/// `times_between` more in every part between two of them, and that the steps follow each other
 /// from 0 to the end without a gap.
 ///
 /// Two surfaces of triangles are decided by CGAL (oracle_meshes_intersect), a pair with a rounded
@@ -31,5 +34,12 @@ struct RecordingReport {
 /// @param scene The scene that was run: its shapes, and the pairs that are not examined.
 RecordingReport check_recording(const Scene& scene, const RunRecording& recording,
                                 int times_between);
+
+#ifdef DYOP_HAS_RECORDING
+/// The same for a recording in HDF5: every committed step at its ends and at `times_between` times
+/// in it.
+RecordingReport check_recording(const Scene& scene, const RecordingReader& recording,
+                                int times_between);
+#endif
 
 }  // namespace dyop::testing

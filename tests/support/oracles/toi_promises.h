@@ -44,8 +44,8 @@ struct PromiseTerms {
         distance_tolerance(options.distance_tolerance.value()),
         is_exact(options.contact_rule == ContactRule::Exact) {}
 
-  Scalar guaranteed() const { return target_distance + kLostFraction * distance_tolerance; }
-  Scalar leaf_target() const { return target_distance + kFloorFraction * distance_tolerance; }
+  Scalar guaranteed() const { return target_distance + kGuaranteedFraction * distance_tolerance; }
+  Scalar leaf_target() const { return target_distance + kLeafTargetFraction * distance_tolerance; }
   Scalar largest_impact() const { return target_distance + distance_tolerance; }
 };
 

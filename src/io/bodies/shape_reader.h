@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "dyop/geometry/shape.h"
+#include "dyop/geometry/triangle_mesh.h"
+#include "io/json_reader.h"
+
+namespace dyop::internal {
+
+/// Reads the object "shape" of docs/scene-format.md. Each mesh file is loaded once.
+class DYOP_EXPORT ShapeReader {
+ public:
+  struct NamedShape {
+    std::shared_ptr<const Shape> shape;
+    std::string name;  ///< for display
+  };
+
+  /// @param directories Where to search for meshes, in this order.
+  explicit ShapeReader(std::vector<std::filesystem::path> directories)
+      : directories_(std::move(directories)) {}
+
+  /// @param is_shell The body is a surface without an inside: determines its centre of mass.
+  NamedShape read(const JsonNode& node, bool is_shell);
+  /// The mesh of the file named by a string, not placed.
+  const TriangleMesh& load(const JsonNode& node);
+
+ private:
+  NamedShape read_mesh(const JsonNode& node, bool is_shell);
+  NamedShape read_hull(const JsonNode& node);
+  TriangleMesh read_placed_mesh(const JsonNode& node, bool is_shell);
+  std::filesystem::path find(const JsonNode& node) const;
+
+  std::vector<std::filesystem::path> directories_;
+  std::map<std::filesystem::path, TriangleMesh> loaded_;
+};
+
+}  // namespace dyop::internal

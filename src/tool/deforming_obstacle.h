@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <span>
+
+#include "dyop/geometry/mesh_topology.h"
+#include "dyop/toi/deforming_mesh.h"
+#include "tool/obstacle.h"
+
+namespace dyop::internal {
+
+/// Tissue whose vertices go from snapshot to snapshot on straight lines.
+///
+/// Two meshes take turns. One is shown; the other is free for give(), which refits it in the caller's
+/// thread, or holds what comes next. A single flag hands it over, so neither side ever waits.
+class DeformingObstacle final : public Obstacle {
+ public:
+  DeformingObstacle(const std::vector<Vector3>& vertices,
+                    const std::vector<TriangleIndices>& triangles);
+
+  /// See ToolSession::give_snapshot(). From one thread at a time.
+  bool give(std::span<const Vector3> vertices, Scalar duration);
+
+  /// Where the mesh stands: shown().triangle(i, fraction()).
+  const DeformingMesh& shown() const { return meshes_[shown_]; }
+  Scalar fraction() const { return fraction_; }
+  /// Where a vertex is.
+  Vector3 place(std::int32_t vertex) const;
+  std::int64_t snapshots_taken() const { return snapshots_taken_; }
+  bool has_next() const { return has_next_.load(std::memory_order_acquire); }
+
+  PairImpact first_impact(const BodyMotion& motion, const ToiOptions& options, WorkClock& clock,
+                          QueryMemory& memory) const override;
+  void add_holds(const ToolBody& body, const RigidPose& X_WB, Scalar reach, PairCaches& caches,
+                 QueryMemory& memory, std::vector<HoldPoint>& holds) const override;
+  PairDistance measure(const ToolBody& body, const RigidPose& X_WB,
+                       PairCaches& caches) const override;
+  std::int64_t snapshots_seen() const override { return snapshots_seen_; }
+  Scalar speed() const override { return shown().largest_displacement() * rate_; }
+  Scalar time_left() const override;
+  void start_tick() override;
+  void pass(Scalar dt) override;
+  void go_on() override;
+
+ private:
+  Vector3 velocity_at(std::int32_t triangle, const Vector3& p_W, Scalar s) const;
+  bool is_minimum(const CorePiece& piece, const RigidPose& X_WB, const WitnessPair& pair) const;
+  Scalar fraction_after(Scalar dt) const;
+
+  std::array<DeformingMesh, 2> meshes_;
+  MeshTopology topology_;
+  std::size_t shown_ = 0;
+  Scalar fraction_ = 1;
+  Scalar rate_ = 0;  // of the fraction, per time; 0 at rest
+  std::int64_t snapshots_taken_ = 0;
+  // Of the mesh that is not shown. Set by the giver, cleared by the taker.
+  std::atomic<bool> has_next_{false};
+  Scalar next_duration_ = 0;
+  std::int64_t snapshots_seen_ = 0;
+  bool is_next_seen_ = false;  // as it was when the tick started
+};
+
+}  // namespace dyop::internal

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "dyop/contact/contact_cascade.h"
+#include "dyop/tool/virtual_coupling.h"
+#include "tool/obstacle.h"
+#include "tool/tool_motion.h"
+
+namespace dyop::internal {
+
+/// What a step is to achieve.
+struct StepGoal {
+  ToolPose from;
+  ToolStep wish;         ///< to where the device is
+  Scalar duration = 0;   ///< in which tissue moves on
+  Scalar rest_gap = 0;   ///< besides an obstacle's margin
+  Scalar recovery = 0;   ///< most that a gap below it may grow in the step
+  Scalar tolerance = 0;  ///< of the solve, length
+};
+
+/// Finds the step nearest to the wished one, in the energy of the coupling's springs, that the holds
+/// admit: gaps not below their rest gaps, and Coulomb's friction. The impulses are then the forces
+/// with which the springs pull against the holds. One body for the tool's frame and one for each
+/// hinge, as a velocity-level contact problem in which the unit of time is the step.
+class HoldSolver {
+ public:
+  HoldSolver(const CouplingOptions& coupling, std::span<const ToolHinge> hinges,
+             std::span<const ToolBody> bodies, std::size_t most_contacts);
+
+  /// Writes the impulses into `holds`.
+  ToolStep solve(const StepGoal& goal, std::span<const std::unique_ptr<Obstacle>> obstacles,
+                 std::vector<HoldPoint>& holds);
+
+ private:
+  void place_bodies(const StepGoal& goal);
+  void add_hold(const StepGoal& goal, const Obstacle& obstacle, const HoldPoint& hold);
+  void add_hinge(const StepGoal& goal, std::size_t number);
+  bool run(const StepGoal& goal);
+  ToolStep read_step(const StepGoal& goal) const;
+  std::size_t body_of(const HoldPoint& hold) const;
+
+  const Matrix3 inverse_stiffness_;
+  const Matrix3 inverse_turn_stiffness_;
+  const Scalar length_;  // that angles are scaled by
+  std::vector<ToolHinge> hinges_;
+  std::vector<std::optional<std::size_t>> hinge_of_body_;
+  ContactProblem problem_;
+  ContactCascade solver_;
+};
+
+}  // namespace dyop::internal

@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "dyop/contact/contact_generator.h"
+#include "dyop/contact/contact_point.h"
+#include "dyop/distance/distance.h"
+#include "dyop/toi/time_of_impact.h"
+#include "dyop/tool/tool_scene.h"
+#include "tool/tool_body.h"
+#include "tool/work_clock.h"
+
+namespace dyop::internal {
+
+/// A place where an obstacle A may hold a body B of the tool, at the start of a motion.
+struct HoldPoint {
+  std::size_t body = 0;
+  std::size_t obstacle = 0;
+  Vector3 p_WA = Vector3::Zero();
+  Vector3 p_WB = Vector3::Zero();
+  Vector3 nhat_AB_W = Vector3::UnitX();
+  Vector3 v_WA = Vector3::Zero();  ///< velocity of A's material point
+  ContactKey key;
+  Vector3 impulse_W = Vector3::Zero();  ///< of the last solve, on B
+  Scalar curvature = 0;                 ///< true gap at the end of the motion minus the linear one
+  Scalar push = 0;                      ///< more than the rest gap, after repeated hits
+
+  Scalar gap() const { return nhat_AB_W.dot(p_WB - p_WA); }
+};
+
+/// What is kept from query to query for a body and an obstacle: one cache for each piece of the body.
+using PairCaches = std::vector<DistanceCache>;
+
+/// Memory that all queries of a session share, one after the other.
+struct QueryMemory {
+  ToiWorkspace workspace;
+  ContactWorkspace contact_workspace;
+  std::vector<ContactPoint> contacts;
+  std::vector<WitnessPair> pairs;
+};
+
+/// Answer of Obstacle::first_impact().
+struct PairImpact {
+  ToiStatus status = ToiStatus::NotRun;
+  Scalar t_safe = 0;
+  bool has_hit = false;
+  HoldPoint hit;  ///< points at the start of the motion
+  std::int64_t queries = 0;
+  std::int64_t node_pairs = 0;
+};
+
+/// Bounds of the distance of a body from an obstacle, with nearest points.
+struct PairDistance {
+  Scalar lower = 0;
+  Scalar upper = kInfinity;
+  Vector3 p_WA = Vector3::Zero();
+  Vector3 p_WB = Vector3::Zero();
+};
+
+/// A motion to be proven: of a body over [0, duration].
+struct BodyMotion {
+  const ToolBody& body;
+  const Motion& X_WB;
+  Scalar duration;
+};
+
+/// An obstacle of the session in its present state. Queries change nothing but their memory.
+class Obstacle {
+ public:
+  virtual ~Obstacle() = default;
+
+  std::string name;
+  ObstacleRole role = ObstacleRole::Tissue;
+  Scalar margin = 0;
+  Scalar friction = 0;
+  Scalar soft_stiffness = 0;
+
+  /// The tool is kept out of it.
+  bool is_hard() const { return role == ObstacleRole::Tissue || role == ObstacleRole::HardRegion; }
+
+  /// As time_of_impact(), with A the obstacle.
+  virtual PairImpact first_impact(const BodyMotion& motion, const ToiOptions& options,
+                                  WorkClock& clock, QueryMemory& memory) const = 0;
+  /// Appends the places at most `reach` apart where the gap has a local minimum.
+  virtual void add_holds(const ToolBody& body, const RigidPose& X_WB, Scalar reach,
+                         PairCaches& caches, QueryMemory& memory,
+                         std::vector<HoldPoint>& holds) const = 0;
+  virtual PairDistance measure(const ToolBody& body, const RigidPose& X_WB,
+                               PairCaches& caches) const = 0;
+
+  /// Bound of the speed of its points until time_left().
+  virtual Scalar speed() const { return 0; }
+  /// How long it goes on as it does.
+  virtual Scalar time_left() const { return kInfinity; }
+  /// Sees what other threads have given; what comes later waits for the next tick.
+  virtual void start_tick() {}
+  /// Snapshots given before the tick.
+  virtual std::int64_t snapshots_seen() const { return 0; }
+  /// Lets time pass, at most time_left().
+  virtual void pass(Scalar /*dt*/) {}
+  /// Takes up what it is to do when its time is up; nothing is to come: it rests.
+  virtual void go_on() {}
+};
+
+std::unique_ptr<Obstacle> make_rigid_obstacle(const ToolObstacle& obstacle);
+
+}  // namespace dyop::internal

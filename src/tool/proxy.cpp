@@ -1,0 +1,301 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "tool/proxy.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/tolerance.h"
+#include "tool/deforming_obstacle.h"
+
+namespace dyop::internal {
+namespace {
+
+// Impacts are told to this part of the standoff: what is left of it is for the difference between a
+// step and its linear approximation.
+constexpr Scalar kToleranceShare = 0.3;
+
+// Steps are solved to this part of the standoff.
+constexpr Scalar kSolveShare = 1e-3;
+
+// A distance is measured again when its bounds are farther apart than this part of the standoff, and
+// what the options allow.
+constexpr Scalar kVagueShare = 0.25;
+
+// The first places tried for a way out are this part of a body's thickness away; so many a tick.
+constexpr Scalar kEscapeStart = 8;
+constexpr int kEscapesTried = 4;
+
+// Node pairs that a query may have waiting for one span of time without growing its memory.
+constexpr std::size_t kQueuedPairs = 512;
+
+// A time shorter than this part of a tick is not worth a motion of its own.
+constexpr Scalar kTickNoise = 0x1p-30;
+
+std::unique_ptr<Obstacle> make_obstacle(const ToolObstacle& given) {
+  std::unique_ptr<Obstacle> obstacle;
+  if (given.shape) {
+    obstacle = make_rigid_obstacle(given);
+  } else {
+    obstacle = std::make_unique<DeformingObstacle>(given.vertices, given.triangles);
+  }
+  obstacle->name = given.name;
+  obstacle->role = given.role;
+  obstacle->margin = given.margin;
+  obstacle->friction = given.role == ObstacleRole::Tissue ? given.friction : 0;
+  obstacle->soft_stiffness = given.soft_stiffness;
+  return obstacle;
+}
+
+bool has_deforming(const ToolScene& scene) {
+  return std::any_of(scene.obstacles.begin(), scene.obstacles.end(),
+                     [](const ToolObstacle& obstacle) { return !obstacle.shape; });
+}
+
+ToolPose start_pose(const ToolScene& scene) {
+  ToolPose pose{scene.X_WT, {}};
+  for (std::size_t k = 0; k < scene.hinges.size(); ++k) pose.angles[k] = scene.hinges[k].angle;
+  return pose;
+}
+
+}  // namespace
+
+Proxy::Proxy(const ToolScene& scene, const ToolOptions& options)
+    : options_(options),
+      tolerance_(kToleranceShare * options.standoff),
+      hinges_(scene.hinges),
+      bodies_(make_tool_bodies(scene, has_deforming(scene))),
+      solver_(options.coupling, scene.hinges, bodies_, std::size_t(options.max_contacts)),
+      pose_(start_pose(scene)) {
+  memory_.workspace.reserve(kQueuedPairs);
+  for (const ToolObstacle& obstacle : scene.obstacles) {
+    obstacles_.push_back(make_obstacle(obstacle));
+  }
+  for (std::size_t body = 0; body < bodies_.size(); ++body) {
+    for (std::size_t obstacle = 0; obstacle < obstacles_.size(); ++obstacle) {
+      PairState& pair = pairs_.emplace_back();
+      pair.body = body;
+      pair.obstacle = obstacle;
+    }
+  }
+}
+
+// --- following ------------------------------------------------------------------------------------
+
+Scalar Proxy::piece_time(Scalar remaining) const {
+  Scalar time = remaining;
+  for (const auto& obstacle : obstacles_) time = std::min(time, obstacle->time_left());
+  return time;
+}
+
+bool Proxy::is_at(const ToolPose& goal) const {
+  const ToolStep step = step_between(pose_, goal);
+  const Scalar near = kDefaultRelativeTolerance;
+  Scalar turn = step.w_W.norm();
+  for (std::size_t k = 0; k < hinges_.size(); ++k) turn = std::max(turn, std::abs(step.angles[k]));
+  return step.v_W.norm() <= options_.standoff * near && turn <= near;
+}
+
+FollowReport Proxy::follow(const std::optional<ToolPose>& goal, Scalar dt, WorkClock& clock,
+                           TickStatistics& work) {
+  FollowReport report;
+  for (const auto& obstacle : obstacles_) obstacle->start_tick();
+  path_.clear();
+  path_.push_back({0, pose_});
+  const auto has_time = [&] { return dt - report.committed > kTickNoise * dt; };
+  const auto next_piece = [&] {
+    for (const auto& obstacle : obstacles_) {
+      if (!(obstacle->time_left() > 0)) obstacle->go_on();
+    }
+    const Scalar remaining = dt - report.committed;
+    return Piece{piece_time(remaining), remaining};
+  };
+  const auto wait = [&] {
+    while (has_time()) {
+      const Piece piece = next_piece();
+      const Scalar done = stay(piece.duration, clock, work, report);
+      report.committed += done;
+      if (done < piece.duration) break;
+    }
+  };
+  look_for_escape(work);
+  const ToolPose wished = goal.value_or(pose_);
+  if (!goal) wait();
+  for (int rounds = 0; has_time() && rounds < options_.max_rounds;) {
+    const Piece piece = next_piece();
+    const Scalar done = move(wished, piece, clock, work, report);
+    report.committed += done;
+    if (done >= piece.duration) continue;
+    ++rounds;
+    if (!(done > 0) || clock.cutoff()) break;
+  }
+  wait();
+  report.is_at_goal = is_at(wished);
+  return report;
+}
+
+Scalar Proxy::move(const ToolPose& goal, const Piece& piece, WorkClock& clock, TickStatistics& work,
+                   FollowReport& report) {
+  ToolStep wish = scaled(step_between(pose_, goal), piece.duration / piece.remaining);
+  if (const auto out_W = escape_.direction()) {
+    wish = {};
+    wish.v_W = options_.recovery_speed * piece.duration * *out_W;
+  }
+  gather_holds(wish, piece);
+  const StepGoal step_goal{pose_,
+                           wish,
+                           piece.duration,
+                           options_.standoff,
+                           options_.recovery_speed * piece.duration,
+                           kSolveShare * options_.standoff};
+  ToolStep step = wish;
+  ToolStep best_step;
+  Scalar best = 0;
+  for (int attempt = 0; attempt < options_.max_attempts; ++attempt) {
+    if (!holds_.empty()) step = solve(step_goal, work);
+    const ToolMotion motion(pose_, step, piece.duration, hinges_);
+    const Proof proof = prove(motion, piece.duration, clock, work, report);
+    if (proof.t_safe > best) {
+      best = proof.t_safe;
+      best_step = step;
+    }
+    if (best >= piece.duration || proof.is_undecided || !proof.has_hit) break;
+    if (attempt + 1 < options_.max_attempts) add_hit(proof.hit);
+  }
+  if (best > 0) {
+    commit(ToolMotion(pose_, best_step, piece.duration, hinges_), best);
+    ++work.pieces;
+  }
+  report.is_held = best >= piece.duration && !holds_.empty();
+  return best;
+}
+
+// Of the first pair that crosses; a search that led nowhere starts again, as tissue moves.
+void Proxy::look_for_escape(TickStatistics& work) {
+  const auto crossing = std::find_if(pairs_.begin(), pairs_.end(),
+                                     [](const PairState& pair) { return pair.is_overlapping; });
+  if (crossing == pairs_.end()) return escape_.stop();
+  const ToolBody& body = bodies_[crossing->body];
+  const auto number = std::size_t(crossing - pairs_.begin());
+  if (!escape_.is_for(number) || escape_.has_failed()) {
+    escape_.start(number, body.thickness / kEscapeStart);
+  }
+  const Obstacle& obstacle = *obstacles_[crossing->obstacle];
+  const RigidPose X_WB = body_pose(crossing->body);
+  for (int k = 0; k < kEscapesTried; ++k) {
+    escape_.try_next([&](const Vector3& moved) {
+      ++work.distance_queries;
+      const RigidPose X_WB_there =
+          RigidPose::from_trusted(X_WB.rotation(), X_WB.translation() + moved);
+      return obstacle.measure(body, X_WB_there, crossing->caches).lower > obstacle.margin;
+    });
+  }
+}
+
+// Tissue goes on, the tool waits.
+Scalar Proxy::stay(Scalar duration, WorkClock& clock, TickStatistics& work, FollowReport& report) {
+  const ToolMotion motion(pose_, {}, duration, hinges_);
+  const Proof proof = prove(motion, duration, clock, work, report);
+  if (proof.t_safe > 0) commit(motion, proof.t_safe);
+  return proof.t_safe;
+}
+
+// Distances are known from before, less what was covered since.
+void Proxy::commit(const ToolMotion& motion, Scalar t) {
+  for (PairState& pair : pairs_) {
+    const ToolBody& body = bodies_[pair.body];
+    const Scalar moved = motion.largest_displacement(body, t) +
+                         t * obstacles_[pair.obstacle]->speed() * (1 + 8 * kUnitRoundoff);
+    const Scalar size = pose_.X_WT.translation().norm() + moved + body.shape->bounding_radius();
+    const Scalar vaguer = moved > 0 ? moved + kStepNoise * size : 0;
+    pair.distance.lower = std::max(Scalar{0}, pair.distance.lower - vaguer);
+    pair.distance.upper += vaguer;
+  }
+  pose_ = motion.at(t);
+  path_.push_back({path_.back().time + t, pose_});
+  for (const auto& obstacle : obstacles_) obstacle->pass(t);
+}
+
+// --- proof ----------------------------------------------------------------------------------------
+
+PairImpact Proxy::ask(PairState& pair, const BodyMotion& motion, WorkClock& clock,
+                      TickStatistics& work) {
+  ToiOptions options;
+  options.target_distance = pair.target;
+  options.distance_tolerance = pair.tolerance;
+  const Obstacle& obstacle = *obstacles_[pair.obstacle];
+  PairImpact impact = obstacle.first_impact(motion, options, clock, memory_);
+  work.impact_queries += impact.queries;
+  work.node_pairs += impact.node_pairs;
+  return impact;
+}
+
+// What is nearer than its target already is to come no nearer. Returns whether it is known to be
+// apart at all.
+bool Proxy::ease_target(PairState& pair, TickStatistics& work) {
+  measure(pair, work);
+  const Scalar lower = pair.distance.lower;
+  pair.is_recovering = true;
+  pair.is_overlapping = !(lower > 0);
+  pair.tolerance = std::min(tolerance_, lower / 4);
+  pair.target = std::max(Scalar{0}, lower - pair.tolerance);
+  return !pair.is_overlapping;
+}
+
+// Every pair of a body and something hard is proven apart by a bound of how far both can move, by a
+// query, or because neither moves; or it overlaps and is reported.
+Proxy::Proof Proxy::prove(const ToolMotion& motion, Scalar duration, WorkClock& clock,
+                          TickStatistics& work, FollowReport& report) {
+  Proof proof;
+  proof.t_safe = duration;
+  for (PairState& pair : pairs_) {
+    const Obstacle& obstacle = *obstacles_[pair.obstacle];
+    if (!obstacle.is_hard()) continue;
+    const ToolBody& body = bodies_[pair.body];
+    const Scalar moved = motion.largest_displacement(body, proof.t_safe) +
+                         obstacle.speed() * proof.t_safe * (1 + 8 * kUnitRoundoff);
+    const Scalar noise =
+        kStepNoise * (pose_.X_WT.translation().norm() + moved + body.shape->bounding_radius());
+    if (moved == 0 || pair.distance.lower - moved - noise > obstacle.margin + tolerance_) continue;
+    pair.target = obstacle.margin;
+    pair.tolerance = tolerance_;
+    pair.is_recovering = pair.is_overlapping = false;
+    PairImpact impact = ask(pair, {body, motion.of(body), proof.t_safe}, clock, work);
+    if (impact.status == ToiStatus::InitiallyWithinTarget) {
+      report.was_recovering = true;
+      if (!ease_target(pair, work)) {
+        report.was_overlapping = true;
+        continue;
+      }
+      impact = ask(pair, {body, motion.of(body), proof.t_safe}, clock, work);
+    }
+    if (impact.status == ToiStatus::Separated) continue;
+    proof.t_safe = impact.t_safe;
+    proof.is_undecided = impact.status != ToiStatus::Impact;
+    proof.has_hit = impact.has_hit;
+    proof.hit = impact.hit;
+    proof.hit.body = pair.body;
+    proof.hit.obstacle = pair.obstacle;
+    if (!(proof.t_safe > 0)) break;
+  }
+  return proof;
+}
+
+// --- distances ------------------------------------------------------------------------------------
+
+void Proxy::measure(PairState& pair, TickStatistics& work) {
+  ++work.distance_queries;
+  pair.distance =
+      obstacles_[pair.obstacle]->measure(bodies_[pair.body], body_pose(pair.body), pair.caches);
+}
+
+void Proxy::measure(WorkClock& clock, TickStatistics& work) {
+  for (PairState& pair : pairs_) {
+    const Scalar allowed =
+        options_.clearance_tolerance * pair.distance.lower + kVagueShare * options_.standoff;
+    if (pair.distance.upper - pair.distance.lower <= allowed) continue;
+    if (clock.is_over()) return;
+    measure(pair, work);
+  }
+}
+
+}  // namespace dyop::internal

@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "dyop/tool/tool_session.h"
+#include "tool/escape.h"
+#include "tool/hold_solver.h"
+#include "tool/obstacle.h"
+#include "tool/tool_body.h"
+#include "tool/tool_motion.h"
+#include "tool/work_clock.h"
+
+namespace dyop::internal {
+
+/// What is proven of a body and an obstacle where they stand.
+struct PairState {
+  std::size_t body = 0;
+  std::size_t obstacle = 0;
+  PairDistance distance;  ///< bounds hold; points are those of the last measurement
+  Scalar target = 0;      ///< what the next motion keeps: the margin, or less if it is nearer
+  Scalar tolerance = 0;
+  bool is_recovering = false;   ///< nearer than the margin when its motion started
+  bool is_overlapping = false;  ///< not proven apart: left out of the proof
+  PairCaches caches;
+};
+
+/// How far a tick's following came.
+struct FollowReport {
+  Scalar committed = 0;  ///< time
+  bool is_at_goal = false;
+  bool is_held = false;  ///< the last motion went to its end, against holds
+  bool was_recovering = false;
+  bool was_overlapping = false;
+};
+
+/// The tool's proxy among the obstacles: moves only along what is proven.
+class Proxy {
+ public:
+  Proxy(const ToolScene& scene, const ToolOptions& options);
+
+  const ToolPose& pose() const { return pose_; }
+  /// The motions of the last follow().
+  const std::vector<ToolWaypoint>& path() const { return path_; }
+  std::span<const HoldPoint> holds() const { return holds_; }
+  std::span<const PairState> pairs() const { return pairs_; }
+  std::span<const std::unique_ptr<Obstacle>> obstacles() const { return obstacles_; }
+  std::span<const ToolBody> bodies() const { return bodies_; }
+  RigidPose body_pose(std::size_t body) const {
+    return pose_.X_WT * body_in_tool(bodies_[body], hinges_, pose_);
+  }
+
+  /// Moves towards the goal while time dt passes, within the clock's budget. Without a goal it stays
+  /// where it is, as long as tissue lets it.
+  FollowReport follow(const std::optional<ToolPose>& goal, Scalar dt, WorkClock& clock,
+                      TickStatistics& work);
+  /// Measures the distances that have become vague.
+  void measure(WorkClock& clock, TickStatistics& work);
+
+ private:
+  /// A motion and how far it is proven.
+  struct Proof {
+    Scalar t_safe = 0;
+    bool is_undecided = false;  // the budget ended
+    bool has_hit = false;
+    HoldPoint hit;
+  };
+  struct Piece {
+    Scalar duration;
+    Scalar remaining;  // of the tick
+  };
+
+  Scalar move(const ToolPose& goal, const Piece& piece, WorkClock& clock, TickStatistics& work,
+              FollowReport& report);
+  Scalar stay(Scalar duration, WorkClock& clock, TickStatistics& work, FollowReport& report);
+  void look_for_escape(TickStatistics& work);
+  void gather_holds(const ToolStep& wish, const Piece& piece);
+  void thin_holds();
+  void warm_start();
+  Scalar bend_holds(const ToolMotion& motion, const ToolStep& step, Scalar duration);
+  ToolStep solve(const StepGoal& goal, TickStatistics& work);
+  void add_hit(const HoldPoint& hit);
+  Proof prove(const ToolMotion& motion, Scalar duration, WorkClock& clock, TickStatistics& work,
+              FollowReport& report);
+  PairImpact ask(PairState& pair, const BodyMotion& motion, WorkClock& clock, TickStatistics& work);
+  bool ease_target(PairState& pair, TickStatistics& work);
+  void measure(PairState& pair, TickStatistics& work);
+  void commit(const ToolMotion& motion, Scalar t);
+  Scalar piece_time(Scalar remaining) const;
+  bool is_at(const ToolPose& goal) const;
+
+  const ToolOptions options_;
+  const Scalar tolerance_;  // of impacts
+  std::vector<ToolHinge> hinges_;
+  std::vector<std::unique_ptr<Obstacle>> obstacles_;
+  std::vector<ToolBody> bodies_;
+  std::vector<PairState> pairs_;
+  HoldSolver solver_;
+  QueryMemory memory_;
+  Escape escape_;
+  ToolPose pose_;
+  std::vector<ToolWaypoint> path_;
+  std::vector<HoldPoint> holds_;
+  std::vector<HoldPoint> last_holds_;
+  std::vector<HoldPoint> found_;
+};
+
+}  // namespace dyop::internal

@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
+#include <tuple>
+
+#include "tool/proxy.h"
+
+namespace dyop::internal {
+namespace {
+
+// Holds are gathered this many standoffs beyond the rest gap, and as far again as the tool moves, up
+// to the limit; what is met beyond is found by the proof.
+constexpr Scalar kReach = 4;
+constexpr Scalar kMostReach = 20;
+
+// Two holds closer than this many standoffs with nearly the same normal are one.
+constexpr Scalar kSamePlace = 2;
+constexpr Scalar kSameNormal = 0.999;  // cosine of 2.6 degrees
+
+// A repeated hit pushes the tool off by this part of the standoff, and twice as much each time.
+constexpr Scalar kPush = 0.25;
+
+// The bend of holds over a motion is taken into account if it is more than this part of the standoff.
+constexpr Scalar kBend = 0.1;
+
+bool is_same_place(const HoldPoint& x, const HoldPoint& y, Scalar apart) {
+  return x.body == y.body && x.obstacle == y.obstacle &&
+         (x.p_WB - y.p_WB).squaredNorm() <= apart * apart &&
+         x.nhat_AB_W.dot(y.nhat_AB_W) >= kSameNormal;
+}
+
+bool is_named_before(const HoldPoint& x, const HoldPoint& y) {
+  return std::tie(x.body, x.obstacle, x.key) < std::tie(y.body, y.obstacle, y.key);
+}
+
+}  // namespace
+
+void Proxy::gather_holds(const ToolStep& wish, const Piece& piece) {
+  last_holds_.swap(holds_);
+  found_.clear();
+  const ToolMotion motion(pose_, wish, piece.duration, hinges_);
+  for (PairState& pair : pairs_) {
+    const Obstacle& obstacle = *obstacles_[pair.obstacle];
+    if (!obstacle.is_hard() || pair.is_overlapping) continue;
+    const Scalar moved = motion.largest_displacement(bodies_[pair.body], piece.duration) +
+                         obstacle.speed() * piece.duration;
+    const Scalar reach = obstacle.margin + (1 + kReach) * options_.standoff +
+                         std::min(moved, kMostReach * options_.standoff);
+    if (pair.distance.lower > reach) continue;
+    const std::size_t first = found_.size();
+    obstacle.add_holds(bodies_[pair.body], body_pose(pair.body), reach, pair.caches, memory_,
+                       found_);
+    for (std::size_t k = first; k < found_.size(); ++k) {
+      found_[k].body = pair.body;
+      found_[k].obstacle = pair.obstacle;
+    }
+  }
+  thin_holds();
+  warm_start();
+}
+
+// The nearest first; one for a place; no more than the solver is to have.
+void Proxy::thin_holds() {
+  const auto excess = [&](const HoldPoint& hold) {
+    return hold.gap() - obstacles_[hold.obstacle]->margin;
+  };
+  std::sort(found_.begin(), found_.end(), [&](const HoldPoint& x, const HoldPoint& y) {
+    const Scalar excess_x = excess(x), excess_y = excess(y);
+    if (excess_x != excess_y) return excess_x < excess_y;
+    return is_named_before(x, y);
+  });
+  holds_.clear();
+  const Scalar apart = kSamePlace * options_.standoff;
+  for (const HoldPoint& hold : found_) {
+    // Room is kept for what the proof will find.
+    if (holds_.size() + std::size_t(options_.max_attempts) > std::size_t(options_.max_contacts)) {
+      break;
+    }
+    const bool is_known = std::any_of(holds_.begin(), holds_.end(), [&](const HoldPoint& kept) {
+      return is_same_place(kept, hold, apart);
+    });
+    if (!is_known) holds_.push_back(hold);
+  }
+}
+
+void Proxy::warm_start() {
+  for (HoldPoint& hold : holds_) {
+    const auto same = std::find_if(last_holds_.begin(), last_holds_.end(), [&](const auto& last) {
+      return last.body == hold.body && last.obstacle == hold.obstacle && last.key == hold.key;
+    });
+    if (same != last_holds_.end()) hold.impulse_W = same->impulse_W;
+  }
+}
+
+// How much the gap at the end of a motion differs from the linear one, by the turn of the material
+// points.
+Scalar Proxy::bend_holds(const ToolMotion& motion, const ToolStep& step, Scalar duration) {
+  const ToolPose end = motion.at(duration);
+  Scalar change = 0;
+  for (HoldPoint& hold : holds_) {
+    const ToolBody& body = bodies_[hold.body];
+    const RigidPose X_BW = body_pose(hold.body).inverse();
+    const RigidPose X_WB_end = end.X_WT * body_in_tool(body, hinges_, end);
+    const Vector3 r_W = hold.p_WB - pose_.X_WT.translation();
+    Vector3 linear = step.v_W + step.w_W.cross(r_W);
+    if (body.hinge) {
+      const RigidPose X_WJ = pose_.X_WT * hinges_[*body.hinge].X_TJ;
+      const Vector3 axis = X_WJ.rotation().col(2);
+      linear += step.angles[*body.hinge] * axis.cross(hold.p_WB - X_WJ.translation());
+    }
+    const Vector3 moved = X_WB_end * (X_BW * hold.p_WB) - hold.p_WB;
+    const Scalar curvature = hold.nhat_AB_W.dot(moved - linear);
+    change = std::max(change, std::abs(curvature - hold.curvature));
+    hold.curvature = curvature;
+  }
+  return change;
+}
+
+ToolStep Proxy::solve(const StepGoal& goal, TickStatistics& work) {
+  constexpr int kMostBends = 2;
+  ToolStep step;
+  for (int k = 0; k <= kMostBends; ++k) {
+    step = solver_.solve(goal, obstacles_, holds_);
+    ++work.solves;
+    const ToolMotion motion(pose_, step, goal.duration, hinges_);
+    if (bend_holds(motion, step, goal.duration) <= kBend * options_.standoff) break;
+  }
+  return step;
+}
+
+void Proxy::add_hit(const HoldPoint& hit) {
+  const Scalar apart = kSamePlace * options_.standoff;
+  for (HoldPoint& hold : holds_) {
+    if (!is_same_place(hold, hit, apart)) continue;
+    hold.push = hold.push > 0 ? 2 * hold.push : kPush * options_.standoff;
+    return;
+  }
+  holds_.push_back(hit);
+}
+
+}  // namespace dyop::internal

@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "dyop/motion/rest_motion.h"
+#include "tool/obstacle.h"
+
+namespace dyop::internal {
+namespace {
+
+class RigidObstacle final : public Obstacle {
+ public:
+  RigidObstacle(std::shared_ptr<const Shape> shape, const RigidPose& X_WA)
+      : shape_(std::move(shape)), X_WA_(X_WA), motion_(X_WA) {}
+
+  PairImpact first_impact(const BodyMotion& motion, const ToiOptions& options, WorkClock& clock,
+                          QueryMemory& memory) const override;
+  void add_holds(const ToolBody& body, const RigidPose& X_WB, Scalar reach, PairCaches& caches,
+                 QueryMemory& memory, std::vector<HoldPoint>& holds) const override;
+  PairDistance measure(const ToolBody& body, const RigidPose& X_WB,
+                       PairCaches& caches) const override;
+
+ private:
+  std::shared_ptr<const Shape> shape_;
+  RigidPose X_WA_;
+  RestMotion motion_;
+};
+
+PairImpact RigidObstacle::first_impact(const BodyMotion& motion, const ToiOptions& options,
+                                       WorkClock& clock, QueryMemory& memory) const {
+  PairImpact impact;
+  if (clock.is_over()) {
+    impact.status = ToiStatus::BudgetExhausted;
+    return impact;
+  }
+  ToiOptions lent = options;
+  clock.lend(lent);
+  const ToiResult result = time_of_impact(*shape_, motion_, *motion.body.shape, motion.X_WB,
+                                          {0, motion.duration}, lent, memory.workspace);
+  clock.take_back(result);
+  impact.status = result.status;
+  impact.t_safe = result.t_safe;
+  impact.queries = 1;
+  impact.node_pairs = result.statistics.node_pairs;
+  if (result.status != ToiStatus::Impact || !result.contact) return impact;
+  const ImpactContact& contact = *result.contact;
+  impact.has_hit = true;
+  impact.hit.p_WA = contact.p_WCa;
+  impact.hit.p_WB = motion.X_WB.pose(0) * (result.X_WB.inverse() * contact.p_WCb);
+  impact.hit.nhat_AB_W = contact.nhat_AB_W;
+  return impact;
+}
+
+void RigidObstacle::add_holds(const ToolBody& body, const RigidPose& X_WB, Scalar reach,
+                              PairCaches& /*caches*/, QueryMemory& memory,
+                              std::vector<HoldPoint>& holds) const {
+  generate_contacts(*shape_, X_WA_, *body.shape, X_WB, reach, {}, memory.contact_workspace,
+                    memory.contacts);
+  for (const ContactPoint& contact : memory.contacts) {
+    HoldPoint hold;
+    hold.p_WA = contact.p_WCa;
+    hold.p_WB = contact.p_WCb;
+    hold.nhat_AB_W = contact.nhat_AB_W;
+    hold.key = contact.key;
+    holds.push_back(hold);
+  }
+}
+
+PairDistance RigidObstacle::measure(const ToolBody& body, const RigidPose& X_WB,
+                                    PairCaches& caches) const {
+  caches.resize(1);
+  const DistanceResult result = distance(*shape_, X_WA_, *body.shape, X_WB, {}, caches[0]);
+  return {result.lower, result.upper, result.p_WCa, result.p_WCb};
+}
+
+}  // namespace
+
+std::unique_ptr<Obstacle> make_rigid_obstacle(const ToolObstacle& obstacle) {
+  return std::make_unique<RigidObstacle>(obstacle.shape, obstacle.X_WO);
+}
+
+}  // namespace dyop::internal

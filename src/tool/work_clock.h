@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <optional>
+
+#include "dyop/toi/time_of_impact.h"
+#include "dyop/tool/tool_tick.h"
+
+namespace dyop::internal {
+
+/// Decides where a tick ends early: at its deadline, or where an earlier run was cut off. Every
+/// question it is asked is a checkpoint; their order depends on the inputs alone.
+class WorkClock {
+ public:
+  using Deadline = std::optional<std::chrono::steady_clock::time_point>;
+
+  void start(const Deadline& deadline);
+  void start(const std::optional<TickCutoff>& cutoff);
+
+  /// Asked before every stage.
+  bool is_over();
+  /// Hands the rest of the budget to a query, right after is_over() said no.
+  void lend(ToiOptions& options) const;
+  /// Takes note of how the query ended.
+  void take_back(const ToiResult& result);
+
+  const std::optional<TickCutoff>& cutoff() const { return cutoff_; }
+
+ private:
+  Deadline deadline_;
+  std::optional<TickCutoff> wanted_;  // of a replay
+  std::optional<TickCutoff> cutoff_;
+  std::int64_t checkpoint_ = 0;
+};
+
+}  // namespace dyop::internal

@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: BSD-3-Clause
+
+// The promise of the loop, judged by an oracle that samples the committed motions densely: whatever
+// the device does, the tool never passes through tissue and never breaches a hard margin.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "dyop/tool/tool_session.h"
+#include "support/inputs/random_inputs.h"
+#include "support/inputs/tool_scenes.h"
+#include "support/oracles/proxy_oracle.h"
+
+namespace dyop {
+namespace {
+
+using testing::kMillisecond;
+using testing::random_number;
+
+// A rod with a head, some 12 long.
+testing::MeshArrays rod() {
+  auto head = testing::icosphere(1, 1.2);
+  const auto shaft = testing::box_mesh({0.4, 0.4, 5}).moved(Matrix3::Identity(), {0, 0, 5.5});
+  const auto offset = std::int32_t(head.vertices.size());
+  head.vertices.insert(head.vertices.end(), shaft.vertices.begin(), shaft.vertices.end());
+  for (TriangleIndices t : shaft.triangles) {
+    for (std::int32_t& vertex : t) vertex += offset;
+    head.triangles.push_back(t);
+  }
+  return head;
+}
+
+// A lumpy ball that breathes.
+std::vector<Vector3> breath(const testing::MeshArrays& organ, Scalar phase) {
+  std::vector<Vector3> vertices = organ.vertices;
+  for (Vector3& p : vertices) {
+    const Scalar lump = 1 + 0.1 * std::sin(p.x()) * std::cos(0.8 * p.y());
+    p = p * lump * (1 + 0.08 * std::sin(phase)) + Vector3(0, 0, 0.6 * std::sin(phase + 1));
+  }
+  return vertices;
+}
+
+// A device that strokes, stabs, turns and jumps.
+class Hand {
+ public:
+  explicit Hand(std::uint64_t seed) : random_(seed) {}
+
+  RigidPose next() {
+    if (left_-- == 0) {
+      left_ = testing::random_index(60, random_) + 5;
+      const bool is_jump = testing::random_index(12, random_) == 0;
+      const Vector3 goal = random_number(0, 9, random_) * testing::random_direction(random_);
+      velocity_ = is_jump ? Vector3::Zero() : Vector3((goal - place_) / left_);
+      if (is_jump) place_ = 30 * goal;
+      turn_ = 0.04 * testing::random_direction(random_) * random_number(0, 1, random_);
+    }
+    place_ += velocity_;
+    turned_ = Matrix3(rotation_from_vector(turn_) * turned_);
+    return RigidPose(turned_, place_);
+  }
+  std::mt19937_64& random() { return random_; }
+
+ private:
+  std::mt19937_64 random_;
+  int left_ = 0;
+  Vector3 place_{0, 0, 9};
+  Vector3 velocity_ = Vector3::Zero();
+  Vector3 turn_ = Vector3::Zero();
+  Matrix3 turned_ = Matrix3::Identity();
+};
+
+struct Promise {
+  std::vector<TriangleIndices> triangles;
+  testing::TissueSpan span;
+  Scalar margin;
+};
+
+int check_tick(const TriangleMesh& tool, const ToolTick& tick, const Promise& promise, int k) {
+  if (tick.path.size() < 2) return 0;
+  int samples = 0;
+  const Scalar whole = tick.path.back().time;
+  for (std::size_t i = 1; i < tick.path.size(); ++i) {
+    const testing::ToolSpan span{tick.path[i - 1].tool.X_WT, tick.path[i].tool.X_WT};
+    const testing::TissueSpan tissue{promise.span.at(tick.path[i - 1].time / whole),
+                                     promise.span.at(tick.path[i].time / whole)};
+    const auto least = testing::sample_distance(tool, span, promise.triangles, tissue,
+                                                promise.margin + 1e-3, 2e-3);
+    EXPECT_GE(least.least, promise.margin + 1e-3) << "tick " << k << " piece " << i;
+    EXPECT_GT(least.proven, promise.margin - 2e-3 + 1e-3) << "tick " << k;
+    samples += least.samples;
+  }
+  return samples;
+}
+
+void run(std::uint64_t seed, int ticks) {
+  const auto organ = testing::icosphere(2, 5);
+  const auto vessel = testing::torus(7, 0.8, 16, 6).moved(Matrix3::Identity(), {0, 0, 2});
+  ToolScene scene;
+  scene.tool.push_back({testing::shared_mesh(rod()), RigidPose()});
+  scene.X_WT = RigidPose(Vector3(0, 0, 9));
+  ToolObstacle liver = testing::deforming_tissue(organ, 0.3);
+  liver.vertices = breath(organ, 0);
+  ToolObstacle region = testing::rigid_tissue(testing::shared_mesh(vessel));
+  region.role = ObstacleRole::HardRegion;
+  region.margin = 0.5;
+  scene.obstacles = {liver, region};
+  const ToolOptions options = testing::tool_options();
+  ToolSession session(scene, options);
+  const auto& tool = static_cast<const TriangleMesh&>(*scene.tool[0].shape);
+  Hand hand(seed);
+  int held = 0, free = 0, checked = 0;
+  Scalar travelled = 0;
+  for (int k = 0; k < ticks; ++k) {
+    if (k % 20 == 0) session.give_snapshot(0, breath(organ, 0.4 * (k / 20 + 1)), 0.02);
+    Promise soft{organ.triangles, {session.tissue_vertices(0), {}}, 0};
+    const Vector3 before = session.last().tool.X_WT.translation();
+    const std::int64_t taken = session.snapshots_taken(0);
+    const int kind = testing::random_index(20, hand.random());
+    DevicePose device(hand.next());
+    if (kind == 0) device.p_WD.x() = std::nan("");
+    const Scalar dt = kind == 1 ? 2 * kMillisecond : kind == 2 ? 0 : kMillisecond;
+    ToolSession::Deadline deadline;
+    if (kind == 3) {
+      deadline = std::chrono::steady_clock::now() + std::chrono::microseconds(k % 50);
+    }
+    const ToolTick& tick = session.update(device, dt, deadline);
+    soft.span.end = session.tissue_vertices(0);
+    // Where a snapshot is taken within a tick, the tissue's path has a corner; left out.
+    const bool is_straight = session.snapshots_taken(0) == taken || tick.path.size() == 2;
+    checked += is_straight;
+    if (is_straight) check_tick(tool, tick, soft, k);
+    const Promise hard{vessel.triangles, {vessel.vertices, vessel.vertices}, 0.5};
+    check_tick(tool, tick, hard, k);
+    held += tick.status == ToolStatus::Held;
+    free += (tick.tool.X_WT.translation() - device.p_WD).norm() < 1e-3;
+    travelled += (tick.tool.X_WT.translation() - before).norm();
+    if (::testing::Test::HasFailure()) return;
+  }
+  EXPECT_GT(checked, ticks * 9 / 10);
+  EXPECT_GT(held, ticks / 20);
+  EXPECT_GT(free, ticks / 100);
+  EXPECT_GT(travelled, 0.02 * ticks);
+}
+
+TEST(ProxyPath, NeverPassesTissueNorBreachesAMarginOverWildStrokes) {
+  for (const std::uint64_t seed : {1, 2, 3}) run(seed, 150);
+}
+
+}  // namespace
+}  // namespace dyop

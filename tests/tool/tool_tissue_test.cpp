@@ -1,0 +1,218 @@
+// SPDX-License-Identifier: BSD-3-Clause
+
+// Tissue that deforms under a tool.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <thread>
+
+#include "dyop/core/error.h"
+#include "dyop/geometry/box.h"
+#include "dyop/tool/tool_session.h"
+#include "support/inputs/tool_scenes.h"
+#include "support/oracles/proxy_oracle.h"
+
+namespace dyop {
+namespace {
+
+using testing::ball_tool;
+using testing::deforming_tissue;
+using testing::kMillisecond;
+using testing::tool_options;
+
+DevicePose at(const Vector3& p_WD) {
+  return DevicePose(RigidPose(p_WD));
+}
+
+std::vector<Vector3> lifted(const std::vector<Vector3>& vertices, Scalar height) {
+  std::vector<Vector3> result = vertices;
+  for (Vector3& p : result) p.z() += height;
+  return result;
+}
+
+TEST(ToolTissue, MovesFromSnapshotToSnapshotAndThenRests) {
+  const auto sheet = testing::sheet(20, 4);
+  ToolScene scene = ball_tool(2, {0, 0, 20});
+  scene.obstacles.push_back(deforming_tissue(sheet));
+  ToolSession session(scene, tool_options());
+  const auto height = [&] { return session.tissue_vertices(0)[0].z(); };
+  EXPECT_TRUE(session.give_snapshot(0, lifted(sheet.vertices, 1), 0.02));
+  // Not taken yet.
+  EXPECT_FALSE(session.give_snapshot(0, lifted(sheet.vertices, 5), 0.02));
+  for (int k = 0; k < 5; ++k) session.update(at({0, 0, 20}), kMillisecond);
+  EXPECT_EQ(session.snapshots_taken(0), 1);
+  EXPECT_NEAR(height(), 0.25, 1e-9);
+  EXPECT_TRUE(session.give_snapshot(0, lifted(sheet.vertices, 3), 0.01));
+  for (int k = 0; k < 20; ++k) session.update(at({0, 0, 20}), kMillisecond);
+  EXPECT_EQ(session.snapshots_taken(0), 2);
+  EXPECT_NEAR(height(), 1 + 2 * 0.5, 1e-9);
+  for (int k = 0; k < 20; ++k) session.update(at({0, 0, 20}), kMillisecond);
+  EXPECT_EQ(height(), 3);
+  EXPECT_EQ(session.last().tissue_lag, 0);
+}
+
+TEST(ToolTissue, ASwapInTheMiddleOfATickIsKeptToTheTime) {
+  const auto sheet = testing::sheet(20, 4);
+  ToolScene scene = ball_tool(2, {0, 0, 20});
+  scene.obstacles.push_back(deforming_tissue(sheet));
+  ToolSession session(scene, tool_options());
+  session.give_snapshot(0, lifted(sheet.vertices, 1), 0.0025);
+  session.update(at({0, 0, 20}), kMillisecond);
+  session.give_snapshot(0, lifted(sheet.vertices, 0), 0.005);
+  session.update(at({0, 0, 20}), kMillisecond);
+  session.update(at({0, 0, 21}), kMillisecond);
+  EXPECT_NEAR(session.tissue_vertices(0)[0].z(), 1 - 0.1, 1e-9);
+  EXPECT_EQ(session.last().path.size(), 3u);
+  EXPECT_EQ(session.last().status, ToolStatus::Free);
+}
+
+// The device rests; a breathing sheet comes up under the tool, and takes it along.
+TEST(ToolTissue, PushesARestingToolOutAndNeverPassesThroughIt) {
+  const auto sheet = testing::sheet(30, 8);
+  ToolScene scene = ball_tool(2, {0.3, 0.2, 4});
+  scene.obstacles.push_back(deforming_tissue(sheet, 0.2));
+  ToolSession session(scene, tool_options());
+  const auto& tool = static_cast<const TriangleMesh&>(*scene.tool[0].shape);
+  Scalar highest = 0;
+  for (int k = 0; k < 400; ++k) {
+    if (k % 20 == 0) {
+      const Scalar height = 3 * (1 - std::cos(2 * std::acos(-1) * (k / 20 + 1) / 10));
+      ASSERT_TRUE(session.give_snapshot(0, lifted(sheet.vertices, height), 0.02));
+    }
+    testing::TissueSpan tissue{session.tissue_vertices(0), {}};
+    const ToolTick& tick = session.update(at({0.3, 0.2, 4}), kMillisecond);
+    tissue.end = session.tissue_vertices(0);
+    highest = std::max(highest, tick.tool.X_WT.translation().z());
+    ASSERT_EQ(tick.path.size(), 2u);
+    const testing::ToolSpan span{tick.path[0].tool.X_WT, tick.path[1].tool.X_WT};
+    const auto least = testing::sample_distance(tool, span, sheet.triangles, tissue, 0.0005, 0.001);
+    EXPECT_GT(least.proven, 0) << k;
+    EXPECT_GT(least.least, 0.0015) << k;
+    EXPECT_EQ(tick.tissue_lag, 0);
+  }
+  // Up to 6, with the ball's radius of about 2 on top, and down again.
+  EXPECT_GT(highest, 7.8);
+  EXPECT_EQ(session.last().status, ToolStatus::Free);
+}
+
+// Two sheets close on a ball that cannot get out of the way: they stop, and it says so.
+TEST(ToolTissue, TrappedFromBothSidesTheTissueIsStopped) {
+  const auto sheet = testing::sheet(30, 4);
+  const auto upper = sheet.moved(Matrix3::Identity(), {0, 0, 5});
+  ToolScene scene = ball_tool(2, {0.3, 0.2, 2.5});
+  scene.obstacles.push_back(deforming_tissue(sheet));
+  scene.obstacles.push_back(deforming_tissue(upper));
+  ToolSession session(scene, tool_options());
+  session.give_snapshot(0, lifted(sheet.vertices, 2), 0.05);
+  session.give_snapshot(1, lifted(upper.vertices, -2), 0.05);
+  bool was_trapped = false;
+  for (int k = 0; k < 100; ++k) {
+    const ToolTick& tick = session.update(at({0.3, 0.2, 2.5}), kMillisecond);
+    was_trapped |= tick.status == ToolStatus::Trapped;
+  }
+  EXPECT_TRUE(was_trapped);
+  EXPECT_GT(session.last().tissue_lag, 0.01);
+  const Scalar gap = session.tissue_vertices(1)[0].z() - session.tissue_vertices(0)[0].z();
+  EXPECT_GT(gap, 3.8);
+  EXPECT_LT(gap, 4.2);
+}
+
+TEST(ToolTissue, ALateSnapshotLetsTheTissueRest) {
+  const auto sheet = testing::sheet(30, 4);
+  ToolScene scene = ball_tool(2, {0.3, 0.2, 2.2});
+  scene.obstacles.push_back(deforming_tissue(sheet));
+  ToolSession session(scene, tool_options());
+  session.give_snapshot(0, lifted(sheet.vertices, 0.5), 0.01);
+  for (int k = 0; k < 50; ++k) session.update(at({0.3, 0.2, 1}), kMillisecond);
+  const Vector3 before = session.last().tool.X_WT.translation();
+  for (int k = 0; k < 5; ++k) session.update(at({0.3, 0.2, 1}), kMillisecond);
+  EXPECT_LT((session.last().tool.X_WT.translation() - before).norm(), 0.001);
+  session.give_snapshot(0, lifted(sheet.vertices, 1), 0.01);
+  for (int k = 0; k < 50; ++k) session.update(at({0.3, 0.2, 1}), kMillisecond);
+  EXPECT_NEAR(session.last().tool.X_WT.translation().z(), before.z() + 0.5, 0.01);
+}
+
+TEST(ToolTissue, SnapshotsMayComeFromAnotherThread) {
+  const auto sheet = testing::sheet(30, 8);
+  ToolScene scene = ball_tool(2, {0.3, 0.2, 4});
+  scene.obstacles.push_back(deforming_tissue(sheet));
+  ToolSession session(scene, tool_options());
+  std::atomic<bool> is_done{false};
+  std::thread giver([&] {
+    for (int k = 0; !is_done; ++k) {
+      while (!session.give_snapshot(0, lifted(sheet.vertices, k % 2 == 0 ? 2 : 0), 0.005)) {
+        if (is_done) return;
+        std::this_thread::yield();
+      }
+    }
+  });
+  for (int k = 0; k < 2000; ++k) {
+    const ToolTick& tick = session.update(at({0.3, 0.2, 1}), kMillisecond);
+    EXPECT_GT(tick.clearances[0].lower, 0) << k;
+  }
+  is_done = true;
+  giver.join();
+  EXPECT_GT(session.snapshots_taken(0), 2);
+}
+
+// A ball that begins in a sheet leaves it at the recovery speed, and is reported until it is out.
+TEST(ToolTissue, AToolThatBeginsInTissueLeavesItAtBoundedSpeed) {
+  const auto sheet = testing::sheet(30, 8);
+  ToolScene scene = ball_tool(2, {0.3, 0.2, 0.8});
+  scene.obstacles.push_back(deforming_tissue(sheet));
+  const ToolOptions options = tool_options();
+  ToolSession session(scene, options);
+  bool was_overlapping = false;
+  for (int k = 0; k < 400; ++k) {
+    const Vector3 before = session.last().tool.X_WT.translation();
+    const ToolTick& tick = session.update(at({0.3, 0.2, 0.8}), kMillisecond);
+    const Scalar moved = (tick.tool.X_WT.translation() - before).norm();
+    if (tick.status != ToolStatus::Overlapping) break;
+    was_overlapping = true;
+    EXPECT_LE(moved, options.recovery_speed * kMillisecond * (1 + 1e-9));
+    EXPECT_EQ(tick.clearances[0].lower, 0);
+  }
+  EXPECT_TRUE(was_overlapping);
+  for (int k = 0; k < 100; ++k) session.update(at({0.3, 0.2, 0.8}), kMillisecond);
+  EXPECT_EQ(session.last().status, ToolStatus::Held);
+  EXPECT_GT(session.last().clearances[0].lower, 0.01);
+  // To the nearer side.
+  EXPECT_GT(session.last().tool.X_WT.translation().z(), 1.9);
+}
+
+// The device rests in a plate 0.5 above; the margin is that of a region switched on too late.
+TEST(ToolTissue, AToolThatBeginsWithinAMarginIsPushedToItAndNeverNearer) {
+  ToolScene scene = ball_tool(2, {0.3, 0.2, 3});
+  ToolObstacle region = deforming_tissue(testing::sheet(30, 8));
+  region.role = ObstacleRole::HardRegion;
+  region.margin = 3;
+  scene.obstacles.push_back(region);
+  ToolSession session(scene, tool_options());
+  Scalar last = 0;
+  bool was_recovering = false;
+  for (int k = 0; k < 200; ++k) {
+    const ToolTick& tick = session.update(at({0.3, 0.2, 2.5}), kMillisecond);
+    was_recovering |= tick.status == ToolStatus::Recovering;
+    EXPECT_GE(tick.clearances[0].upper, last - 0.01);
+    last = std::min(tick.clearances[0].lower, 3.0);
+  }
+  EXPECT_TRUE(was_recovering);
+  EXPECT_GE(session.last().clearances[0].lower, 3);
+}
+
+TEST(ToolTissue, RefusesBadSnapshots) {
+  const auto sheet = testing::sheet(30, 4);
+  ToolScene scene = ball_tool(2, {0.3, 0.2, 4});
+  scene.obstacles.push_back(deforming_tissue(sheet));
+  ToolSession session(scene, tool_options());
+  EXPECT_THROW(session.give_snapshot(0, sheet.vertices, 0), InvalidArgument);
+  EXPECT_THROW(session.give_snapshot(0, std::span(sheet.vertices).first(3), 1), InvalidArgument);
+  auto bad = sheet.vertices;
+  bad[3].x() = std::nan("");
+  EXPECT_THROW(session.give_snapshot(0, bad, 1), InvalidArgument);
+  EXPECT_TRUE(session.give_snapshot(0, sheet.vertices, 1));
+}
+
+}  // namespace
+}  // namespace dyop
