@@ -48,6 +48,23 @@ Scalar pair_noise(const BodyMove& a, const BodyMove& b) {
   return kStepNoise * (a.center.norm() + b.center.norm() + a.body->radius + b.body->radius);
 }
 
+std::optional<AdvanceStatus> failure_of(ToiStatus status) {
+  switch (status) {
+    case ToiStatus::Impact:
+      return std::nullopt;
+    case ToiStatus::Separated:
+    case ToiStatus::InitiallyWithinTarget:
+    case ToiStatus::NumericalLimit:
+      return AdvanceStatus::NumericalLimit;
+    case ToiStatus::BudgetExhausted:
+      return AdvanceStatus::BudgetExhausted;
+    case ToiStatus::NotRun:
+    case ToiStatus::Cancelled:
+      break;
+  }
+  return AdvanceStatus::Cancelled;
+}
+
 void add(ToiStatistics& sum, const ToiStatistics& part) {
   sum.box_tests += part.box_tests;
   sum.leaf_tests += part.leaf_tests;

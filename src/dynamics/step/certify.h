@@ -7,6 +7,7 @@
 
 #include "dynamics/step/ledger.h"
 #include "dynamics/step/track.h"
+#include "dyop/dynamics/advance_report.h"
 #include "dyop/toi/time_of_impact.h"
 
 namespace dyop::internal {
@@ -36,6 +37,9 @@ Certificate certify(PairState& pair, const BodyMove& a, const BodyMove& b,
 
 /// Allowance for rounding at the scale of a pair.
 Scalar pair_noise(const BodyMove& a, const BodyMove& b);
+
+/// What the end of a query without a proof means for a step; none for an impact, which is answered.
+std::optional<AdvanceStatus> failure_of(ToiStatus status);
 
 void add(ToiStatistics& sum, const ToiStatistics& part);
 

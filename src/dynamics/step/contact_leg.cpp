@@ -22,6 +22,8 @@ constexpr int kMostRounds = 8;
 constexpr int kMostErrorSolves = 4;
 constexpr int kMostAttempts = 8;
 constexpr int kMostSpinSweeps = 4;
+// Legs of a struck island, of a step.
+constexpr Scalar kStruckLegPart = 0.25;
 
 enum class AttemptResult { Committed, Blocked, Failed };
 
@@ -37,6 +39,7 @@ class ContactLeg {
 
   Scalar blocked_at() const { return blocked_at_; }
   bool must_land() const { return must_land_; }
+  bool is_struck() const { return leg_.is_struck(); }
 
  private:
   void set_free_velocities();
@@ -236,22 +239,7 @@ bool ContactLeg::answer_hits() {
   }
   const ToiResult& met = *certificates_[first].result;
   blocked_at_ = met.t_safe;
-  switch (met.status) {
-    case ToiStatus::Impact:
-      break;
-    case ToiStatus::Separated:
-    case ToiStatus::InitiallyWithinTarget:
-    case ToiStatus::NumericalLimit:
-      failure_ = AdvanceStatus::NumericalLimit;
-      break;
-    case ToiStatus::BudgetExhausted:
-      failure_ = AdvanceStatus::BudgetExhausted;
-      break;
-    case ToiStatus::NotRun:
-    case ToiStatus::Cancelled:
-      failure_ = AdvanceStatus::Cancelled;
-      break;
-  }
+  failure_ = failure_of(met.status);
   if (failure_) {
     run_.fail(*failure_, run_.pairs()[first].state->key);
     return false;
@@ -336,7 +324,8 @@ void ContactLeg::commit(Scalar tau) {
 AttemptResult ContactLeg::attempt() {
   for (int round = 0; round < kMostRounds; ++round) {
     if (run_.must_stop()) return AttemptResult::Failed;
-    for (int k = 0; k < kMostErrorSolves; ++k) {
+    const int error_solves = leg_.is_struck() ? 1 : kMostErrorSolves;
+    for (int k = 0; k < error_solves; ++k) {
       solve_move();
       make_moves();
       if (!update_errors()) break;
@@ -369,7 +358,13 @@ bool run_contact_leg(IslandRun& run, bool may_bounce) {
   for (int attempt = 0; attempt < kMostAttempts; ++attempt) {
     if (!(run.now() + tau > run.now())) return false;
     ContactLeg leg(run, tau, may_bounce, lands);
-    if (attempt == 0 || !lands) {
+    const Scalar struck_tau = kStruckLegPart * run.context().h;
+    // literal: rounding cuts no leg
+    if (attempt == 0 && tau > struck_tau * (1 + 1e-9) && leg.is_struck()) {
+      tau = struck_tau;
+      continue;
+    }
+    if (!lands) {
       for (RunPair& pair : run.pairs()) pair.hit.reset();
     }
     const AttemptResult result = leg.attempt();

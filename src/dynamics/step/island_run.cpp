@@ -206,11 +206,8 @@ bool IslandRun::try_flight() {
     if (certificate.proof) continue;
     const ToiStatus status = certificate.result->status;
     if (status == ToiStatus::InitiallyWithinTarget) return false;
-    if (status != ToiStatus::Impact) {
-      fail(status == ToiStatus::NumericalLimit    ? AdvanceStatus::NumericalLimit
-           : status == ToiStatus::BudgetExhausted ? AdvanceStatus::BudgetExhausted
-                                                  : AdvanceStatus::Cancelled,
-           state.key);
+    if (const auto failure = failure_of(status)) {
+      fail(*failure, state.key);
       return true;
     }
     if (first == pairs_.size() || certificate.result->t_safe < certificates[first].result->t_safe) {

@@ -83,6 +83,8 @@ class LegProblem {
   /// Angular momenta of the members after the impulses of the last solve, given those before.
   std::vector<Vector3> angular_momenta(std::vector<Vector3> free_L_W) const;
   std::size_t body_index(const std::optional<std::size_t>& member, const BodyRecord& body) const;
+  /// Whether so many bodies move so fast that they are solved coarsely, in short legs.
+  bool is_struck() const;
   /// Number in the problem of a body that something other than a contact acts on.
   std::size_t take_body(const BodyRecord& body);
   /// Centre of mass at now.
@@ -91,6 +93,7 @@ class LegProblem {
   Scalar standoff() const { return standoff_; }
 
  private:
+  bool is_large() const;
   Scalar tolerance(Scalar tau) const;
   Scalar impact_tolerance(Scalar tau) const;
 
