@@ -48,10 +48,9 @@ class CommandLine : public ::testing::Test {
 TEST_F(CommandLine, HelpNamesCommandsAndExitCodes) {
   const CommandResult help = run_command({"--help"});
   EXPECT_EQ(help.exit_code, kAnswered);
-  for (const char* part :
-       {"distance", "toi", "simulate", "info", "paper", "replay",
-        "Exit codes:\n  0  the question was answered", "  1  --fail-on-impact",
-        "  2  bad input", "  3  undecided", "  4  internal error"}) {
+  for (const char* part : {"distance", "toi", "simulate", "info", "paper", "replay",
+                           "Exit codes:\n  0  the question was answered", "  1  --fail-on-impact",
+                           "  2  bad input", "  3  undecided", "  4  internal error"}) {
     EXPECT_NE(help.out.find(part), std::string::npos) << part << "\nis missing in\n" << help.out;
   }
 }

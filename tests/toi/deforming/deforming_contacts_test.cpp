@@ -22,8 +22,8 @@ namespace {
 using testing::MeshArrays;
 
 constexpr Scalar kSheetTolerance = 1e-6;  // literal: of sides of about one
-constexpr Scalar kRise = 0.3;        // of everything, per unit of time
-constexpr Scalar kWallSpeed = 0.2;   // against the body, which slides at speed one
+constexpr Scalar kRise = 0.3;             // of everything, per unit of time
+constexpr Scalar kWallSpeed = 0.2;        // against the body, which slides at speed one
 
 // A flat sheet about z = 0, 3 by 2, of 12 by 8 cells: its inner vertices wander in its plane, by a
 // third of a cell at most, each on a line of its own, and all of it rises.
