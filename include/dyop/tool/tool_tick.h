@@ -96,7 +96,7 @@ struct ToolTick {
   ToolStatus status = ToolStatus::NotRun;
   ToolPose tool;
   std::vector<ToolWaypoint> path;          ///< the committed motions: start, and end of each
-  Wrench wrench;                           ///< on the hand
+  ToolWrench wrench;                           ///< on the hand
   std::vector<ToolContactPoint> contacts;  ///< that held the proxy in its last motion
   std::vector<ToolClearance> clearances;   ///< one for each obstacle
   Scalar energy_returned = 0;              ///< see VirtualCoupling

@@ -9,7 +9,7 @@
 namespace DYOP_EXPORT dyop {
 
 /// Force and torque on the hand that holds the device, about the device's origin, world axes.
-struct Wrench {
+struct ToolWrench {
   Vector3 force_W = Vector3::Zero();
   Vector3 torque_W = Vector3::Zero();
 };
@@ -48,7 +48,7 @@ class VirtualCoupling {
 
   /// The wrench for a device at X_WD whose proxy is at X_WP, dt after the last call; it is taken to
   /// be held until the next one. dt = 0 repeats the velocities of the last call.
-  Wrench update(const RigidPose& X_WD, const RigidPose& X_WP, Scalar dt);
+  ToolWrench update(const RigidPose& X_WD, const RigidPose& X_WP, Scalar dt);
 
   /// No pose of the device is known: no wrench; the next call starts without velocities.
   void release();
@@ -63,11 +63,11 @@ class VirtualCoupling {
     RigidPose X_WP;
   };
   void observe(const RigidPose& X_WD);
-  void brake(Scalar dt, Wrench& wrench) const;
+  void brake(Scalar dt, ToolWrench& wrench) const;
 
   CouplingOptions options_;
   std::optional<Poses> last_;
-  Wrench wrench_;
+  ToolWrench wrench_;
   Vector3 v_WD_ = Vector3::Zero();
   Vector3 w_WD_ = Vector3::Zero();
   Vector3 v_WP_ = Vector3::Zero();
