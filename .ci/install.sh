@@ -2,20 +2,44 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # Installs the Debian packages that a job needs and that are missing. The only list of packages:
 # tests/architecture checks that the build asks for nothing else.
-# Usage: bash .ci/install.sh GROUP...     groups: build run test bench coverage aarch64
+# Usage: bash .ci/install.sh GROUP...     groups: build python run test page bench coverage aarch64
 set -euo pipefail
 
 packages() {
   case "$1" in
     build) echo g++ cmake ninja-build pkg-config libeigen3-dev libccd-dev libsundials-dev libtbb-dev \
-                libassimp-dev nlohmann-json3-dev libcli11-dev zlib1g-dev ;;
+                libassimp-dev nlohmann-json3-dev libcli11-dev zlib1g-dev \
+                libompl-dev libhdf5-dev libtinygltf-dev librsvg2-dev libcpp-httplib-dev libssl-dev ;;
+    python) echo pybind11-dev python3-dev python3-numpy ;;
     run)   echo glmark2-data ;;
-    test)  echo libgtest-dev libcgal-dev libgmp-dev libsiconos-numerics-dev clang libclang-rt-dev clang-format-14 ;;
+    test)  echo libgtest-dev libcgal-dev libgmp-dev libsiconos-numerics-dev clang libclang-rt-dev clang-format-14 \
+                abigail-tools \
+                python3-pytest python3-matplotlib python3-distributed python3-nbconvert python3-ipykernel \
+                mypy python3-mypy python3-build python3-setuptools python3-wheel ;;
+    page)  echo chromium ffmpeg $(command -v npm >/dev/null || echo nodejs npm) ;;
     coverage) echo gcovr ;;
     aarch64) echo g++-aarch64-linux-gnu libc6-dev-arm64-cross qemu-user ;;
     bench) echo libbenchmark-dev libfcl-dev libbullet-dev ;;
-    *)     echo "install.sh: unknown group '$1' (build, run, test, bench, coverage, aarch64)" >&2; exit 2 ;;
+    *)     echo "install.sh: unknown group '$1' (build, python, run, test, page, bench, coverage, aarch64)" >&2; exit 2 ;;
   esac
+}
+
+# The npm packages of the page, below the build folder. Without them everything else builds.
+install_page_modules() {
+  local here target
+  here=$(cd "$(dirname "$0")/.." && pwd)
+  target="$here/build/npm"
+  if cmp -s "$here/src/view/page/package-lock.json" "$target/installed-lock.json"; then
+    echo "packages: the page's npm packages are installed"
+    return
+  fi
+  mkdir -p "$target"
+  cp "$here/src/view/page/package.json" "$here/src/view/page/package-lock.json" "$target/"
+  if (cd "$target" && npm ci --no-audit --no-fund --silent); then
+    cp "$target/package-lock.json" "$target/installed-lock.json"
+  else
+    echo "packages: npm cannot install the page's packages; dyop builds without its page" >&2
+  fi
 }
 
 wanted=()
@@ -33,15 +57,18 @@ for package in "${wanted[@]}"; do
 done
 if [ ${#missing[@]} -eq 0 ]; then
   echo "packages: all ${#wanted[@]} are installed"
-  exit 0
+else
+  as_root=()
+  if [ "$(id -u)" -ne 0 ]; then
+    command -v sudo >/dev/null || { echo "install.sh: needs root or sudo to install: ${missing[*]}" >&2; exit 1; }
+    as_root=(sudo)
+  fi
+  echo "packages: installing ${missing[*]}"
+  "${as_root[@]}" apt-get update -qq
+  "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends \
+    "${missing[@]}" >/dev/null
 fi
 
-as_root=()
-if [ "$(id -u)" -ne 0 ]; then
-  command -v sudo >/dev/null || { echo "install.sh: needs root or sudo to install: ${missing[*]}" >&2; exit 1; }
-  as_root=(sudo)
-fi
-echo "packages: installing ${missing[*]}"
-"${as_root[@]}" apt-get update -qq
-"${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends \
-  "${missing[@]}" >/dev/null
+for group in "$@"; do
+  if [ "$group" = page ]; then install_page_modules; fi
+done

@@ -1,12 +1,15 @@
 # SPDX-License-Identifier: BSD-3-Clause
-# Runs EXAMPLE and compares what it prints with the last comment of SOURCE: every line after
-# "// Prints:", without "// " in front.
-execute_process(COMMAND ${EXAMPLE} OUTPUT_VARIABLE printed RESULT_VARIABLE failure)
+# Runs EXAMPLE (with INTERPRETER, if that is given) and compares what it prints with the last comment
+# of SOURCE: every line after "// Prints:", without "// " in front. COMMENT replaces "//".
+if(NOT COMMENT)
+  set(COMMENT "//")
+endif()
+execute_process(COMMAND ${INTERPRETER} ${EXAMPLE} OUTPUT_VARIABLE printed RESULT_VARIABLE failure)
 if(failure)
   message(FATAL_ERROR "${EXAMPLE} ended with ${failure} after printing:\n${printed}")
 endif()
 file(READ ${SOURCE} source)
-set(mark "\n// Prints:\n")
+set(mark "\n${COMMENT} Prints:\n")
 string(FIND "${source}" "${mark}" place REVERSE)
 if(place EQUAL -1)
   message(FATAL_ERROR "${SOURCE} does not say what it prints")
@@ -14,7 +17,7 @@ endif()
 string(LENGTH "${mark}" length)
 math(EXPR start "${place} + ${length}")
 string(SUBSTRING "${source}" ${start} -1 expected)
-string(REPLACE "\n// " "\n" expected "\n${expected}")
+string(REPLACE "\n${COMMENT} " "\n" expected "\n${expected}")
 if(NOT "\n${printed}" STREQUAL "${expected}" OR expected STREQUAL "\n")
   message(FATAL_ERROR "${SOURCE} says that it prints:${expected}\nbut it prints:\n${printed}")
 endif()

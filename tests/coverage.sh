@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: BSD-3-Clause
-# Line coverage of the library by the tests of its rooms, without the soaks: one row a room.
+# Line coverage of the library by the tests of its rooms, without the soaks: one row per room.
 # Usage: bash tests/coverage.sh [LINES]      LINES: list the uncovered lines of every file, too
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -9,7 +9,7 @@ rooms=(core geometry motion distance toi dynamics io scene_io cli)
 targets=("${rooms[@]/#/dyop_}")
 targets=("${targets[@]/%/_test}")
 
-bash .ci/install.sh build run test coverage
+bash .ci/install.sh build python run test page coverage
 cmake --preset coverage >/dev/null
 cmake --build --preset coverage --target "${targets[@]}"
 find "$build" -name '*.gcda' -delete

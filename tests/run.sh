@@ -8,7 +8,7 @@ cd "$(dirname "$0")/.."
 say() { printf '\n== %s\n' "$*"; }
 
 say "1/3 packages"
-bash .ci/install.sh build run test
+bash .ci/install.sh build python run test page
 
 say "2/3 build (build/release)"
 cmake --preset release -DDYOP_BUILD_TESTS=ON -DDYOP_WARNINGS_AS_ERRORS=ON >/dev/null

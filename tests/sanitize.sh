@@ -9,7 +9,7 @@ cd "$(dirname "$0")/.."
 say() { printf '\n== %s\n' "$*"; }
 
 say "1/4 packages"
-bash .ci/install.sh build run test
+bash .ci/install.sh build python run test page
 
 say "2/4 g++, address and undefined behaviour sanitizers (build/asan)"
 cmake --preset asan >/dev/null

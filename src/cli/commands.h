@@ -17,12 +17,14 @@ enum class ExitCode {
 
 /// Each adds one command that stores its exit code in `exit_code`, which must outlive the app.
 void add_distance_command(CLI::App& app, ExitCode& exit_code);
+void add_export_command(CLI::App& app, ExitCode& exit_code);
 void add_info_command(CLI::App& app, ExitCode& exit_code);
 void add_paper_command(CLI::App& app, ExitCode& exit_code);
 void add_replay_command(CLI::App& app, ExitCode& exit_code);
 void add_scene_command(CLI::App& app, ExitCode& exit_code);
 void add_simulate_command(CLI::App& app, ExitCode& exit_code);
 void add_toi_command(CLI::App& app, ExitCode& exit_code);
+void add_view_command(CLI::App& app, ExitCode& exit_code);
 void add_tool_command(CLI::App& app, ExitCode& exit_code);
 
 /// Exit code of a command that found an impact or an overlap.

@@ -6,6 +6,7 @@
 
 #include "cli/body_arguments.h"
 #include "cli/commands.h"
+#include "cli/recording/recording_tools.h"
 #include "dyop/geometry/triangle_mesh.h"
 
 namespace dyop::cli {
@@ -16,6 +17,8 @@ constexpr const char* kInfoExamples = R"(Examples:
     dyop info bunny.obj
   Mass properties at unit density about the centre of mass, scaled by ten, as JSON:
     dyop info bunny.obj --scale 10 --center mass --json
+  What happened in a run:
+    dyop info run.h5
 )";
 
 struct InfoArguments {
@@ -130,14 +133,14 @@ void print_words(const MeshReport& report) {
               << "  (density 1)     " << I.row(1).format(row) << '\n'
               << "                  " << I.row(2).format(row) << '\n';
   } else {
-    std::cout << "volume            none: the mesh is open or inside out
-                 ";
+    std::cout << "volume            none: the mesh is open or inside out\n";
   }
   std::cout << "hierarchy         " << report.nodes << " nodes\n"
             << "memory            " << Scalar(report.bytes) / (1 << 20) << " MiB\n";
 }
 
 ExitCode run_info(const InfoArguments& arguments) {
+  if (is_recording(arguments.mesh)) return print_recording(arguments.mesh, arguments.is_json);
   const auto shape = make_shape(arguments.mesh, arguments.placement);
   const auto* mesh = dynamic_cast<const TriangleMesh*>(shape.get());
   DYOP_REQUIRE(mesh != nullptr, arguments.mesh, ": expected a mesh file");
@@ -150,10 +153,9 @@ ExitCode run_info(const InfoArguments& arguments) {
 
 void add_info_command(CLI::App& app, ExitCode& exit_code) {
   auto arguments = std::make_shared<InfoArguments>();
-  CLI::App* command =
-      app.add_subcommand("info", "Size, closedness and mass properties of a mesh file");
+  CLI::App* command = app.add_subcommand("info", "What a mesh file or a recording holds");
   command->footer(kInfoExamples);
-  command->add_option("MESH", arguments->mesh, "Mesh file")->required();
+  command->add_option("FILE", arguments->mesh, "Mesh file, or recording in HDF5")->required();
   add_placement_options(*command, arguments->placement);
   command->add_flag("--json", arguments->is_json, "Print one JSON object to stdout");
   command->callback([arguments, &exit_code] { exit_code = run_info(*arguments); });

@@ -83,9 +83,11 @@ int main(int argc, char** argv) {
   dyop::cli::add_toi_command(app, exit_code);
   dyop::cli::add_simulate_command(app, exit_code);
   dyop::cli::add_scene_command(app, exit_code);
+  dyop::cli::add_export_command(app, exit_code);
   dyop::cli::add_info_command(app, exit_code);
   dyop::cli::add_paper_command(app, exit_code);
   dyop::cli::add_replay_command(app, exit_code);
+  dyop::cli::add_view_command(app, exit_code);
   dyop::cli::add_tool_command(app, exit_code);
   return int(dyop::cli::run(app, argc, argv, exit_code));
 }

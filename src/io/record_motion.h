@@ -12,9 +12,9 @@ namespace dyop::internal {
 ///
 /// To add a motion: one entry in the table of record_motion.cpp.
 /// @throws InvalidArgument for a motion that is not one of dyop's, or is made of user functions.
-Json record_motion(const Motion& motion);
+DYOP_EXPORT Json record_motion(const Motion& motion);
 
 /// Throws FileError.
-std::shared_ptr<const Motion> recorded_motion(const JsonNode& node);
+DYOP_EXPORT std::shared_ptr<const Motion> recorded_motion(const JsonNode& node);
 
 }  // namespace dyop::internal

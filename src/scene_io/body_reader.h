@@ -2,8 +2,8 @@
 #pragma once
 
 #include "dyop/dynamics/rigid_body.h"
+#include "io/bodies/shape_reader.h"
 #include "io/json_reader.h"
-#include "scene_io/shape_reader.h"
 
 namespace dyop::internal {
 

@@ -7,8 +7,8 @@
 #include "dyop/motion/composed_motion.h"
 #include "dyop/motion/constant_twist_motion.h"
 #include "dyop/motion/rest_motion.h"
+#include "io/bodies/shape_reader.h"
 #include "scene_io/scene_forces.h"
-#include "scene_io/shape_reader.h"
 
 namespace dyop::internal {
 namespace {

@@ -66,7 +66,7 @@ endif()
 set(prefix ${WORK_DIR}/prefix)
 if(KIND STREQUAL "shared")
   run(${configure} -S ${SOURCE_DIR} -B ${WORK_DIR}/dyop -DBUILD_SHARED_LIBS=ON -DDYOP_BUILD_TESTS=OFF
-      -DCMAKE_UNITY_BUILD=ON -DCMAKE_INSTALL_PREFIX=${prefix})
+      -DCMAKE_UNITY_BUILD=ON -DDYOP_BUILD_PYTHON=OFF -DCMAKE_INSTALL_PREFIX=${prefix})
   run(${CMAKE_COMMAND} --build ${WORK_DIR}/dyop)
   run(${CMAKE_COMMAND} --install ${WORK_DIR}/dyop)
   run(${prefix}/bin/dyop --version)

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cmath>
-#include <memory>
 #include <vector>
 
 #include "dyop/motion/bezier_motion.h"
@@ -17,27 +16,10 @@
 #include "dyop/motion/sequence_motion.h"
 #include "dyop/motion/smooth_sampled_motion.h"
 #include "dyop/motion/user_motion.h"
-#include "motion/random_values.h"
+#include "motion/motion_maker.h"
 
 /// One maker a motion; the contract test runs over kAllMotions.
 namespace dyop::testing {
-
-/// Where and how large a random motion is.
-struct Scales {
-  Scalar length = 1;    ///< of displacements during the span
-  Scalar distance = 1;  ///< from the world's origin
-  Scalar turn = 1;      ///< about the radians turned during the span
-  TimeInterval span{0, 1};
-
-  Scalar time() const { return span.length(); }
-};
-
-using MotionPointer = std::shared_ptr<const Motion>;
-
-struct MotionMaker {
-  const char* name;
-  MotionPointer (*make)(Random&, const Scales&);
-};
 
 inline RigidPose random_pose(Random& random, const Scales& scales) {
   return random.pose(scales.distance);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 
-// Checks a recording of `dyop simulate` against CGAL: recording_check SCENE RECORDING [times
+// Checks a recording of `dyop simulate` (text, or HDF5 if it ends in .h5) against CGAL: recording_check SCENE RECORDING [times
 // between]. At the recorded times, and so many more between every two of them (default 4), no two
 // bodies may intersect. Meshes are looked for as by the dyop command, see DYOP_MESH_PATH. The exit
 // code is 1 if anything is wrong, 2 if the files cannot be used.
@@ -12,6 +12,22 @@
 #include "support/inputs/models.h"
 #include "support/oracles/recording_oracle.h"
 
+namespace {
+
+using dyop::testing::check_recording;
+using dyop::testing::RecordingReport;
+
+RecordingReport check(const dyop::Scene& scene, const std::filesystem::path& file, int between) {
+#ifdef DYOP_HAS_RECORDING
+  if (file.extension() == ".h5") {
+    return check_recording(scene, dyop::RecordingReader(file), between);
+  }
+#endif
+  return check_recording(scene, dyop::read_recording(file), between);
+}
+
+}  // namespace
+
 int main(int argc, char** argv) {
   if (argc < 3) {
     std::fprintf(stderr, "usage: recording_check SCENE RECORDING [times between]\n");
@@ -19,9 +35,7 @@ int main(int argc, char** argv) {
   }
   try {
     const dyop::Scene scene = dyop::load_scene(argv[1], dyop::testing::model_directories());
-    const dyop::RunRecording recording = dyop::read_recording(argv[2]);
-    const auto report =
-        dyop::testing::check_recording(scene, recording, argc > 3 ? std::atoi(argv[3]) : 4);
+    const RecordingReport report = check(scene, argv[2], argc > 3 ? std::atoi(argv[3]) : 4);
     for (const std::string& fault : report.faults) std::printf("%s\n", fault.c_str());
     std::printf("%lld steps, %lld poses, %lld pairs of bodies, %lld examined, %zu faults\n",
                 static_cast<long long>(report.steps), static_cast<long long>(report.poses),

@@ -41,3 +41,10 @@ endforeach()
 set(ENV{DYOP_MESH_PATH} ${models})
 run(${CHECK} ${WORK_DIR}/scene.json ${first} 1)
 message("${output}")
+
+# The same run in HDF5, where the dyop command knows it.
+if(HAS_RECORDING)
+  run(${DYOP} simulate ${WORK_DIR}/scene.json --mesh-path ${models} --record ${WORK_DIR}/run.h5)
+  run(${CHECK} ${WORK_DIR}/scene.json ${WORK_DIR}/run.h5 4)
+  message("${output}")
+endif()

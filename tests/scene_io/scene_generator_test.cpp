@@ -3,6 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <tuple>
+
 #include "dyop/core/error.h"
 #include "dyop/distance/distance.h"
 #include "dyop/scene_io/scene_file.h"
@@ -19,7 +22,7 @@ class SceneGenerator : public ::testing::TestWithParam<SceneKind> {
     return load_scene(file);
   }
 
-  test::TemporaryDirectory directory_;
+  testing::TemporaryDirectory directory_;
 };
 
 bool is_disabled(const Scene& scene, const BodyId& a, const BodyId& b) {
@@ -70,6 +73,48 @@ INSTANTIATE_TEST_SUITE_P(Kinds, SceneGenerator, ::testing::ValuesIn(scene_kinds(
                            std::erase(name, '-');
                            return name;
                          });
+
+// Arches and card houses that are built at their rest gaps stand, at any step, with every contact
+// solved to a residual far below 1e-6; and then they sleep.
+class StandingScene : public ::testing::TestWithParam<std::tuple<const char*, int, Scalar>> {};
+
+TEST_P(StandingScene, StandsStrictlySolved) {
+  const auto [kind, n, h] = GetParam();
+  const testing::TemporaryDirectory directory;
+  const std::filesystem::path file = directory.path() / "scene.json";
+  write_generated_scene(generate_scene(kind, n), file);
+  Scene scene = load_scene(file);
+  scene.options.records_motions = false;
+  World world = make_world(scene);
+  const std::size_t count = world.bodies().size() - 1;  // without the floor
+  std::size_t asleep = 0;
+  for (int k = 0; k < 60; ++k) {
+    const AdvanceReport report = world.advance(h);
+    ASSERT_EQ(report.status, AdvanceStatus::Completed);
+    ASSERT_EQ(report.work.unconverged, 0);
+    ASSERT_EQ(report.work.stalls, 0);
+    ASSERT_LT(report.work.residual, 1e-8);
+    asleep += report.fell_asleep.size();
+  }
+  EXPECT_EQ(asleep, count);
+  for (const BodyId id : world.bodies()) {
+    const RigidPose& before = scene.bodies[id.slot].initial.X_WB;
+    const RigidPose after = world.state(id).X_WB;
+    const Scalar radius = world.body(id).shape->bounding_radius();
+    EXPECT_LT((after.translation() - before.translation()).norm(), 1e-6 * radius) << id.slot;
+    EXPECT_LT((after.rotation() - before.rotation()).norm(), 1e-6) << id.slot;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    ArchesAndCards, StandingScene,
+    ::testing::Values(std::tuple{"arch", 25, 0.01}, std::tuple{"arch", 101, 0.0025},
+                      std::tuple{"arch", 101, 0.01}, std::tuple{"cards", 4, 0.0025},
+                      std::tuple{"cards", 4, 0.01}, std::tuple{"cards", 10, 0.01}),
+    [](const auto& test) {
+      return std::string(std::get<0>(test.param)) + std::to_string(std::get<1>(test.param)) + "at" +
+             std::to_string(std::lround(1e6 * std::get<2>(test.param))) + "us";
+    });
 
 TEST(SceneGeneratorArguments, NamesTheUnknownKind) {
   try {

@@ -29,7 +29,7 @@ struct Stand {
     return DevicePose(RigidPose(Vector3(0.3, 0.2, 4 - 0.01 * double(tick))));
   }
 
-  test_support::MeshArrays sheet;
+  testing::MeshArrays sheet;
   std::unique_ptr<ToolSession> session;
   TissueFeed feed;
 };

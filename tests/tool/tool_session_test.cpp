@@ -152,7 +152,7 @@ TEST(ToolSession, DoubleAndDroppedTicksAreOnlyOtherLengths) {
 
 TEST(ToolSession, KeepsTheMarginOfAHardRegionAndReportsClearancesOfAll) {
   ToolScene scene = ball_tool(2, {0, 0, 20});
-  ToolObstacle vessel = rigid_tissue(shared_mesh(test_support::icosphere(3, 3)));
+  ToolObstacle vessel = rigid_tissue(shared_mesh(testing::icosphere(3, 3)));
   vessel.role = ObstacleRole::HardRegion;
   vessel.margin = 2;
   ToolObstacle watched =
@@ -207,8 +207,8 @@ TEST(ToolSession, ASoftRegionPushesBackInProportion) {
 
 TEST(ToolSession, AllocatesNothingAfterTheFirstTicks) {
   ToolScene scene = over_sheet(4, 0.3);
-  scene.obstacles.push_back(testing::deforming_tissue(
-      test_support::icosphere(3, 5).moved(Matrix3::Identity(), {12, 0, 0})));
+  scene.obstacles.push_back(
+      testing::deforming_tissue(testing::icosphere(3, 5).moved(Matrix3::Identity(), {12, 0, 0})));
   ToolSession session(scene, tool_options());
   const auto stroke = [&](int k) {
     const Scalar s = 2 * std::acos(-1) * (k % 700) / 700;
@@ -263,9 +263,9 @@ TEST(ToolSession, PastTheDeadlineItKeepsWhatIsProvenAndAReplayEndsAtTheSamePlace
 TEST(ToolSession, AJawThatMeetsTissueStopsThere) {
   ToolScene scene;
   const auto jaw =
-      shared_mesh(test_support::box_mesh({5, 0.5, 0.5}).moved(Matrix3::Identity(), {6, 0, 0}));
+      shared_mesh(testing::box_mesh({5, 0.5, 0.5}).moved(Matrix3::Identity(), {6, 0, 0}));
   scene.hinges.push_back({RigidPose(), 0.5, 0.1});
-  scene.tool.push_back({shared_mesh(test_support::box_mesh({0.5, 0.5, 0.5})), RigidPose()});
+  scene.tool.push_back({shared_mesh(testing::box_mesh({0.5, 0.5, 0.5})), RigidPose()});
   scene.tool.push_back({jaw, RigidPose(), 0});
   // The sheet stands in the plane y = 0 from x = 3 on.
   const Matrix3 R = rotation_from_vector(Vector3(std::acos(-1) / 2, 0, 0));

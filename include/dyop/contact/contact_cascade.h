@@ -27,8 +27,9 @@ class ContactCascade final : public ContactSolver {
   std::vector<Vector3> best_lambda_;
 };
 
-/// The solver tolerance for a step of length h and a standoff s (a length): 0.001 s / h for bodies
-/// that hardly move, at most 0.1 s / h for fast ones, and 0.001 of their speed in between.
+/// The tolerance for a step of length h that keeps a standoff s (a length), by the way
+/// x = speed h / s of the fastest body: 1e-6 max(x, x^2) s / h, but at least 1e-7 s / h, for bodies
+/// at rest, and at most 0.1 s / h.
 Scalar contact_tolerance(Scalar largest_speed, Scalar standoff, Scalar h);
 
 }  // namespace dyop

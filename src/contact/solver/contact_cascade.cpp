@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <utility>
 
 #include "contact/solver/contact_system.h"
@@ -17,6 +18,17 @@ void keep(const internal::ContactSystem& system, std::vector<Vector3>& lambda) {
   for (const internal::Block& block : system.blocks()) lambda.push_back(block.lambda);
 }
 
+// Largest relative velocity that an impulse has to change: the residual of starting from nothing.
+Scalar residual_without_impulses(const internal::ContactSystem& system) {
+  Scalar largest = 0;
+  for (const internal::Block& block : system.blocks()) {
+    largest = std::max(largest, block.kind == internal::BlockKind::Row
+                                    ? std::abs(block.free[0])
+                                    : std::max(-block.free[0], Scalar{0}));
+  }
+  return largest;
+}
+
 void restore(internal::ContactSystem& system, const std::vector<Vector3>& lambda) {
   for (std::size_t i = 0; i < lambda.size(); ++i) system.blocks()[i].lambda = lambda[i];
   system.update_velocities();
@@ -27,8 +39,12 @@ void restore(internal::ContactSystem& system, const std::vector<Vector3>& lambda
 void ContactCascade::improve(internal::ContactSystem& system, const ContactSolverOptions& options,
                              ContactReport& report) {
   std::array<ContactSolver*, 3> order{&gauss_seidel_, &newton_, &admm_};
-  if (system.velocities().size() <= kContactFewBodies) std::swap(order[0], order[1]);
   Scalar best = system.residual();
+  if (best <= options.tolerance) return;  // at rest the last impulses still do
+  const bool is_good_start = best <= kContactGoodStart * residual_without_impulses(system);
+  if (is_good_start || system.velocities().size() <= kContactFewBodies) {
+    std::swap(order[0], order[1]);
+  }
   for (int round = 0; round < options.cascade_rounds; ++round) {
     const Scalar before = best;
     for (ContactSolver* solver : order) {
@@ -51,8 +67,10 @@ void ContactCascade::improve(internal::ContactSystem& system, const ContactSolve
 Scalar contact_tolerance(Scalar largest_speed, Scalar standoff, Scalar h) {
   DYOP_REQUIRE(largest_speed >= 0, "speed must be >= 0, not ", largest_speed);
   DYOP_REQUIRE(standoff > 0 && h > 0, "standoff and step must be > 0, not ", standoff, " and ", h);
-  constexpr Scalar kOfSpeed = 1e-3;
-  return std::clamp(kOfSpeed * largest_speed, kOfSpeed * standoff / h, 0.1 * standoff / h);
+  const Scalar way = largest_speed * h / standoff;  // in a step, in standoffs
+  return std::clamp(kContactSpeedTolerance * way * std::max(way, Scalar{1}), kContactRestTolerance,
+                    kContactLooseTolerance) *
+         standoff / h;
 }
 
 }  // namespace dyop

@@ -2,6 +2,7 @@
 #include "support/oracles/recording_oracle.h"
 
 #include <algorithm>
+#include <functional>
 #include <utility>
 
 #include "dyop/core/error.h"
@@ -14,7 +15,7 @@ namespace {
 
 constexpr std::size_t kMaxFaults = 100;
 
-// Contains the posed box; rounded up by a part of its size that exceeds the roundings.
+// Contains the posed box; rounded up by a fraction of its size that exceeds the roundings.
 AlignedBox posed_box(const AlignedBox& box, const RigidPose& X_WB) {
   const Vector3 center = X_WB * box.center();
   const Vector3 half = X_WB.rotation().cwiseAbs() * (box.sizes() / 2);
@@ -22,9 +23,18 @@ AlignedBox posed_box(const AlignedBox& box, const RigidPose& X_WB) {
   return {center - half - noise, center + half + noise};
 }
 
+// A recorded run of either format.
+struct RunView {
+  std::string scene;
+  bool is_complete = false;
+  Scalar end = 0;
+  std::vector<std::vector<Scalar>> steps;  // times of each that are examined
+  std::function<RigidPose(std::size_t step, BodyId body, Scalar t)> pose;
+};
+
 class Checker {
  public:
-  Checker(const Scene& scene, const RunRecording& recording, int times_between)
+  Checker(const Scene& scene, const RunView& recording, int times_between)
       : scene_(scene), recording_(recording), times_between_(times_between) {
     for (const BodyDefinition& body : scene.bodies) bodies_.emplace_back(*body.shape);
     find_pairs();
@@ -32,7 +42,7 @@ class Checker {
 
   RecordingReport run() {
     check_frame();
-    for (const RecordedStep& step : recording_.steps) check_step(step);
+    for (std::size_t step = 0; step < recording_.steps.size(); ++step) check_step(step);
     return std::move(report_);
   }
 
@@ -52,7 +62,7 @@ class Checker {
     }
   }
 
-  // Two bodies that cannot move are not examined by the library either.
+  // The library does not examine pairs of bodies that cannot move either.
   void find_pairs() {
     const auto moves = [&](std::size_t k) { return scene_.bodies[k].kind != BodyKind::Static; };
     const auto is_disabled = [&](std::size_t a, std::size_t b) {
@@ -75,35 +85,36 @@ class Checker {
     if (recording_.scene != scene_.source) fault("the recording is of another scene");
     if (recording_.steps.empty()) return fault("the recording has no step");
     Scalar t = 0;
-    for (const RecordedStep& step : recording_.steps) {
-      if (step.times.front() != t) fault("a step begins at ", step.times.front(), ", not at ", t);
-      t = step.times.back();
+    for (const std::vector<Scalar>& times : recording_.steps) {
+      if (times.front() != t) fault("a step begins at ", times.front(), ", not at ", t);
+      t = times.back();
     }
-    if (recording_.is_complete && recording_.totals.t != t) {
-      fault("the last step ends at ", t, ", the run at ", recording_.totals.t);
+    if (recording_.is_complete && recording_.end != t) {
+      fault("the last step ends at ", t, ", the run at ", recording_.end);
     }
   }
 
-  void check_step(const RecordedStep& step) {
+  void check_step(std::size_t step) {
+    const std::vector<Scalar>& times = recording_.steps[step];
     ++report_.steps;
-    // The begin is the end of the step before, but with what an impact changed.
-    check_time(step, step.times.front());
-    for (std::size_t k = 1; k < step.times.size(); ++k) {
-      const Scalar begin = step.times[k - 1];
+    // A step starts where the previous one ended, except for what an impact changed.
+    check_time(step, times.front());
+    for (std::size_t k = 1; k < times.size(); ++k) {
+      const Scalar begin = times[k - 1];
       for (int i = 1; i <= times_between_; ++i) {
-        check_time(step, begin + (step.times[k] - begin) * i / (times_between_ + 1));
+        check_time(step, begin + (times[k] - begin) * i / (times_between_ + 1));
       }
-      check_time(step, step.times[k]);
+      check_time(step, times[k]);
     }
   }
 
-  void check_time(const RecordedStep& step, Scalar t) {
+  void check_time(std::size_t step, Scalar t) {
     ++report_.poses;
     std::vector<RigidPose> poses;
     for (std::size_t k = 0; k < bodies_.size(); ++k) {
-      poses.push_back(recorded_pose(step, BodyId(k), t));
+      poses.push_back(recording_.pose(step, BodyId(k), t));
     }
-    const bool is_end = t == 0 || t == recording_.steps.back().times.back();
+    const bool is_end = t == 0 || t == recording_.steps.back().back();
     for (Pair& pair : pairs_) {
       ++report_.pairs;
       const RigidPose& X_WA = poses[pair.a];
@@ -135,21 +146,42 @@ class Checker {
   }
 
   const Scene& scene_;
-  const RunRecording& recording_;
+  const RunView& recording_;
   int times_between_;
   std::vector<OracleBody> bodies_;
   std::vector<Pair> pairs_;
   RecordingReport report_;
 };
 
+RecordingReport check_view(const Scene& scene, const RunView& view, std::size_t body_count,
+                           int times_between) {
+  DYOP_REQUIRE(times_between >= 0, "times_between must be >= 0, not ", times_between);
+  DYOP_REQUIRE(scene.bodies.size() == body_count, "the scene has ", scene.bodies.size(),
+               " bodies, the recording ", body_count);
+  return Checker(scene, view, times_between).run();
+}
+
 }  // namespace
 
 RecordingReport check_recording(const Scene& scene, const RunRecording& recording,
                                 int times_between) {
-  DYOP_REQUIRE(times_between >= 0, "times_between must be >= 0, not ", times_between);
-  DYOP_REQUIRE(scene.bodies.size() == recording.bodies.size(), "the scene has ",
-               scene.bodies.size(), " bodies, the recording ", recording.bodies.size());
-  return Checker(scene, recording, times_between).run();
+  RunView view{recording.scene, recording.is_complete, recording.totals.t, {}, {}};
+  for (const RecordedStep& step : recording.steps) view.steps.push_back(step.times);
+  view.pose = [&](std::size_t step, BodyId body, Scalar t) {
+    return recorded_pose(recording.steps[step], body, t);
+  };
+  return check_view(scene, view, recording.bodies.size(), times_between);
 }
+
+#ifdef DYOP_HAS_RECORDING
+RecordingReport check_recording(const Scene& scene, const RecordingReader& recording,
+                                int times_between) {
+  RunView view{
+      recording.header().scene, recording.end().has_value(), recording.interval().end, {}, {}};
+  for (const TimeInterval& step : recording.steps()) view.steps.push_back({step.begin, step.end});
+  view.pose = [&](std::size_t, BodyId body, Scalar t) { return recording.pose(body, t); };
+  return check_view(scene, view, recording.bodies().size(), times_between);
+}
+#endif
 
 }  // namespace dyop::testing

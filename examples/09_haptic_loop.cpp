@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 
-// 10. A haptic loop: a tool driven by a device, tissue that breathes, a vessel to be kept away from.
-#include <dyop/tool/tool_session.h>
+// 9. A haptic loop: a tool driven by a device, tissue that breathes, a vessel to be kept away from.
+#include <dyop/geometry/triangle_mesh.h>
+include<dyop / tool / tool_session.h>
 #include <dyop/tool_io/anatomy.h>
 
 #include <cmath>
 #include <cstdio>
 
-int main() {
+    int main() {
   // Millimetres, newtons, seconds. The tool is a rod; its origin is at its tip.
   const dyop::AnatomyMesh rod = dyop::make_shaft(1000, 2.5, 100);
   dyop::ToolScene scene;

@@ -14,7 +14,7 @@
 namespace dyop::internal {
 
 /// Reads the object "shape" of docs/scene-format.md. Each mesh file is loaded once.
-class ShapeReader {
+class DYOP_EXPORT ShapeReader {
  public:
   struct NamedShape {
     std::shared_ptr<const Shape> shape;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "scene_io/shape_reader.h"
+#include "io/bodies/shape_reader.h"
 
 #include "dyop/geometry/box.h"
 #include "dyop/geometry/capsule.h"

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <optional>
+
+#include "dyop/chain/joint_path.h"
+#include "dyop/chain/kinematic_chain.h"
+#include "dyop/toi/obstacle_set.h"
+#include "dyop/toi/time_of_impact.h"
+
+namespace DYOP_EXPORT dyop {
+
+namespace internal {
+struct ChainMemory;
+}
+
+struct ChainOptions {
+  /// As for time_of_impact(), for each pair of bodies; solid_a and solid_b must be false:
+  /// Link::is_solid and Obstacle::is_solid replace them. Budget, deadline and stop are those of the
+  /// whole call.
+  ToiOptions toi;
+  /// Of the obstacles that share a group with a link (Link::groups), those considered.
+  ObstacleFilter obstacles;
+  /// Check KinematicChain::self_pairs() too.
+  bool with_self_collision = true;
+};
+
+/// Result of certify(). What `toi` states about the distance of two shapes holds for the distances
+/// of all links from their obstacles and of all pairs of links: Separated, t_safe, rounding
+/// allowance and statistics cover all of them. A is `link_a`; B is `link_b` or `obstacle`; points,
+/// normal and poses are in the world.
+struct ChainResult {
+  ToiResult toi;
+  /// The link that the status refers to: the one hit first, or that could not be decided. Empty if
+  /// Separated.
+  std::optional<std::size_t> link_a;
+  std::optional<std::size_t> link_b;   ///< the other link, in self-collision
+  std::optional<ObstacleId> obstacle;  ///< otherwise
+  /// The fraction of the path's time proven free: 1 if Separated.
+  Scalar free_fraction = 0;
+};
+
+/// Memory of certify(), kept by the caller between queries. Serves one query at a time.
+class ChainWorkspace {
+ public:
+  ChainWorkspace();
+  ~ChainWorkspace();
+  ChainWorkspace(ChainWorkspace&&) noexcept;
+  ChainWorkspace& operator=(ChainWorkspace&&) noexcept;
+
+  internal::ChainMemory& memory() { return *memory_; }
+
+ private:
+  std::unique_ptr<internal::ChainMemory> memory_;
+};
+
+/// Proves that a chain on a joint path stays clear of obstacles and of itself, for all of the
+/// path's time, or says up to when, and what is met first.
+///
+/// Pairs of links are examined in the frame of the link where their branches meet, so that what
+/// moves both costs nothing.
+///
+/// If the budget is spent, bodies not yet examined are proven free at no time: t_safe is then the
+/// path's beginning.
+///
+/// @param path      As many coordinates as the chain; its domain is the interval.
+/// @param obstacles Moving ones are placed at the path's time.
+/// @throws InvalidArgument if the coordinates differ in number, or as ObstacleSet::first_impact().
+/// Const, thread-safe, deterministic unless a deadline or stop ends it.
+/// See docs/algorithms/chain.md.
+ChainResult certify(const KinematicChain& chain, const JointPath& path,
+                    const ObstacleSet& obstacles, const ChainOptions& options = {});
+/// The same, in the memory of `workspace`. Same result, bit for bit.
+ChainResult certify(const KinematicChain& chain, const JointPath& path,
+                    const ObstacleSet& obstacles, const ChainOptions& options,
+                    ChainWorkspace& workspace);
+
+}  // namespace dyop

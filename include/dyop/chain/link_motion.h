@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "dyop/chain/joint_path.h"
+#include "dyop/chain/kinematic_chain.h"
+#include "dyop/motion/motion.h"
+
+namespace DYOP_EXPORT dyop {
+
+/// The motion of one link of a chain along a joint path, in the world or as seen from a link closer
+/// to the root. For any query that takes a Motion.
+///
+/// Bounds are composed from joint to joint, from the link towards the root: the proof is in
+/// docs/algorithms/chain.md.
+class LinkMotion final : public Motion {
+ public:
+  /// A joint that moves, between the base and the link. Fixed joints belong to the one after them.
+  struct Turn {
+    KinematicChain::Step step;
+    Scalar reach = 0;         ///< largest distance of the link's origin from the joint, rounded up
+    Scalar sine_to_next = 1;  ///< of the angle to the next axis towards the link, rounded up
+  };
+
+  /// In the world.
+  /// @throws InvalidArgument if a pointer is null, the chain has no such link, or the path has
+  ///         another number of coordinates than the chain.
+  LinkMotion(std::shared_ptr<const KinematicChain> chain, std::shared_ptr<const JointPath> path,
+             std::size_t link);
+  /// In the frame of link `base`, which must be on the way from the root to `link`, or `link`.
+  LinkMotion(std::shared_ptr<const KinematicChain> chain, std::shared_ptr<const JointPath> path,
+             std::size_t link, std::size_t base);
+
+  RigidPose pose(Scalar t) const override;
+  Twist twist(Scalar t) const override;
+  MotionState state(Scalar t) const override;
+  TwistBound twist_bound(const TimeInterval& interval) const override;
+  PoseScale pose_scale(const TimeInterval& interval) const override;
+  TimeInterval domain() const override { return path_->domain(); }
+  Scalar smooth_until(Scalar t) const override;
+  bool is_trusted() const override { return true; }
+
+  /// For inner loops: the joints from the base to the link, and where the link's origin is in the
+  /// frame of the last of them.
+  std::span<const Turn> turns() const { return turns_; }
+  const Vector3& p_JL() const { return X_JL_.translation(); }
+
+ private:
+  void collect(std::size_t link, std::optional<std::size_t> base);
+  void measure();
+
+  std::shared_ptr<const KinematicChain> chain_;
+  std::shared_ptr<const JointPath> path_;
+  RigidPose X_WF_;  // of the base, or of the root in the world
+  std::vector<Turn> turns_;
+  RigidPose X_JL_;  // fixed joints after the last turn
+  PoseScale scale_;
+};
+
+}  // namespace dyop

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <memory>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "dyop/core/export.h"
+
+namespace DYOP_EXPORT dyop {
+
+/// Whether this dyop was built with a server (it needs cpp-httplib).
+bool has_live_server();
+
+/// Serves the page of a run that is going on, on this machine only (127.0.0.1), under an address
+/// that cannot be guessed, from a thread of its own. The page may pause and stop the run; opening,
+/// closing or losing it changes nothing.
+class LiveServer {
+ public:
+  /// @param head PageEncoder::head().
+  /// @param port 0: any that is free.
+  /// @throws InvalidArgument unless has_page() and has_live_server(), or if the port is taken.
+  LiveServer(const std::string& title, std::string head, int port = 0);
+  /// Ends the server; what it still sends is finished.
+  ~LiveServer();
+  LiveServer(const LiveServer&) = delete;
+  LiveServer& operator=(const LiveServer&) = delete;
+
+  /// To be opened in a browser.
+  std::string address() const;
+
+  /// Adds a block, PageEncoder::span().
+  void publish(std::string block);
+  /// No more blocks will come.
+  void finish();
+  /// All of them, the head first.
+  std::vector<std::string> blocks() const;
+
+  /// Waits while the page has paused the run, or until `stop` asks to go on. False if the run must
+  /// end, because the page or `stop` says so.
+  bool may_go_on(const std::stop_token& stop);
+  /// Asked when the page stops the run: for AdvanceLimits::stop.
+  std::stop_token stop_token() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace dyop

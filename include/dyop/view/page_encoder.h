@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "dyop/dynamics/advance_report.h"
+#include "dyop/dynamics/rigid_body.h"
+
+namespace DYOP_EXPORT dyop {
+
+/// A body as a page shows it.
+struct PageBody {
+  std::string name;
+  BodyKind kind = BodyKind::Dynamic;
+  std::shared_ptr<const Shape> shape;  ///< bodies that share one are stored once
+  std::string shape_name;              ///< for people; may be empty
+  std::optional<MassProperties> mass_properties;
+};
+
+/// What a page needs to know before anything moves.
+struct PageScene {
+  std::string title;
+  std::vector<PageBody> bodies;  ///< BodyId::slot is the place in this list
+  Vector3 gravity_W = Vector3::Zero();
+  Scalar begin_time = 0;
+  Scalar end_time = 0;  ///< as planned; a page shows what it gets
+};
+
+/// The motion of one body over a span of time. A body stays where its last segment left it.
+struct PageSegment {
+  BodyId body;
+  TimeInterval interval;
+  std::shared_ptr<const Motion> motion;  ///< defined on `interval`; null: the body is not there
+};
+
+/// What was known after one advance of a World. Energies and momenta are those of the dynamic
+/// bodies at the end: kinetic, in the uniform field of gravity, and about the world's origin.
+struct PageFrame {
+  TimeInterval interval;
+  StepStatistics work;
+  Scalar kinetic_energy = 0;
+  Scalar potential_energy = 0;
+  Vector3 momentum_W = Vector3::Zero();
+  Vector3 angular_momentum_W = Vector3::Zero();
+};
+
+/// The gap of a pair at one time.
+struct PageGap {
+  Scalar t = 0;
+  BodyId a;
+  BodyId b;
+  Scalar lower = 0;          ///< proven
+  Scalar upper = kInfinity;  ///< infinite: not computed
+  bool is_resting = false;   ///< holds while both bodies stay where they are
+  std::optional<std::pair<Vector3, Vector3>> witness_W;  ///< points of A and B
+  std::optional<Vector3> pivot_W;
+};
+
+/// A contact that a step's solve has pushed in.
+struct PageContact {
+  TimeInterval interval;
+  BodyId a;
+  BodyId b;
+  bool is_resting = false;  ///< holds while both bodies stay where they are
+  Vector3 p_WC = Vector3::Zero();
+  Vector3 nhat_AB_W = Vector3::UnitX();
+  Vector3 impulse_W = Vector3::Zero();  ///< on B
+  Scalar gap = 0;
+};
+
+/// Something to be seen on the time axis.
+struct PageMark {
+  Scalar t = 0;
+  std::string kind;  ///< asleep, woke, too_near, crossed, stalled, undecided, end
+  std::string text;
+  std::vector<BodyId> bodies;
+};
+
+/// A span of a run, in order of time within each list; lists may be empty.
+struct PageSpan {
+  std::vector<PageSegment> segments;
+  std::vector<TimeInterval> steps;  ///< committed ones
+  std::vector<PageFrame> frames;
+  std::vector<ImpactEvent> impacts;
+  std::vector<PageGap> gaps;
+  std::vector<PageContact> contacts;
+  std::vector<PageMark> marks;
+};
+
+/// Turns a run into the blocks of bytes that the page reads (docs/player.md). A block is a zlib
+/// stream of columns; the first one is the scene, each further one a span of time.
+///
+/// Motions keep their exact parameters in double precision if they are at rest, of constant twist,
+/// screws, or cubics (HermiteMotion), or are made of such by SequenceMotion or ComposedMotion about
+/// the centre of mass. Any other motion becomes cubics that follow it to kMotionTolerance.
+/// Shapes are rounded to 1/65535 of their bounding box, for drawing only.
+class PageEncoder {
+ public:
+  /// Of a motion that is stored as cubics: greatest error of position, as part of the sum of the
+  /// body's radius and distance from the origin, and of orientation, in radians.
+  static constexpr Scalar kMotionTolerance = 1e-10;  // literal: a tenth of what the page promises
+
+  /// @throws InvalidArgument if a body has no shape.
+  explicit PageEncoder(PageScene scene);
+
+  const PageScene& scene() const { return scene_; }
+  std::string head() const;
+  /// @throws InvalidArgument for a body that the scene does not have.
+  std::string span(const PageSpan& span) const;
+
+ private:
+  PageScene scene_;
+};
+
+}  // namespace dyop

@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "c/context.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cstring>
+#include <new>
+
+#include "dyop/core/assert_handler.h"
+#include "dyop/dynamics/integrator.h"
+
+namespace dyop::c {
+namespace {
+
+// Beside core's own: the handler in the form that C can give it.
+std::atomic<void (*)(const char*)> the_c_handler{nullptr};
+
+void call_c_handler(const std::string& message) {
+  if (const auto handler = the_c_handler.load()) handler(message.c_str());
+}
+
+void report(dyop_context& context, const char* message) noexcept {
+  const std::lock_guard lock(context.error_mutex);
+  try {
+    context.last_error = message;
+  } catch (const std::bad_alloc&) {
+    context.last_error.clear();
+  }
+  if (context.hooks.log) context.hooks.log(context.hooks.user, DYOP_LOG_ERROR, message);
+}
+
+template <typename Object, typename Handle>
+std::shared_ptr<Object> find(const dyop_context& context, const HandleTable<Object>& table,
+                             Handle handle, const char* what) {
+  const std::shared_lock lock(context.mutex);
+  std::shared_ptr<Object> object = table.find(handle);
+  if (!object) {
+    throw StaleHandle(internal::compose_message(what, " ", handle.index, " of generation ",
+                                                handle.generation, " is stale"));
+  }
+  return object;
+}
+
+}  // namespace
+
+void* HookMemory::do_allocate(std::size_t size, std::size_t alignment) {
+  if (!hooks_.allocate) return std::pmr::new_delete_resource()->allocate(size, alignment);
+  void* const memory = hooks_.allocate(hooks_.user, size, alignment);
+  if (!memory) throw std::bad_alloc();
+  return memory;
+}
+
+void HookMemory::do_deallocate(void* memory, std::size_t size, std::size_t alignment) {
+  if (hooks_.allocate) {
+    hooks_.deallocate(hooks_.user, memory, size, alignment);
+  } else {
+    std::pmr::new_delete_resource()->deallocate(memory, size, alignment);
+  }
+}
+
+dyop_status guard(dyop_context* context, const std::function<void()>& call) {
+  if (!context) return DYOP_INVALID_ARGUMENT;
+  const auto fail = [context](dyop_status status, const char* message) {
+    report(*context, message);
+    return status;
+  };
+  try {
+    call();
+    return DYOP_OK;
+  } catch (const StaleHandle& error) {
+    return fail(DYOP_STALE_HANDLE, error.what());
+  } catch (const Unsupported& error) {
+    return fail(DYOP_UNSUPPORTED, error.what());
+  } catch (const InvalidArgument& error) {
+    return fail(DYOP_INVALID_ARGUMENT, error.what());
+  } catch (const IntegrationError& error) {
+    return fail(DYOP_INTEGRATION_ERROR, error.what());
+  } catch (const std::bad_alloc&) {
+    return fail(DYOP_OUT_OF_MEMORY, "out of memory");
+  } catch (const std::exception& error) {
+    return fail(DYOP_INTERNAL_ERROR, error.what());
+  } catch (...) {
+    return fail(DYOP_INTERNAL_ERROR, "an exception that is not of the standard library");
+  }
+}
+
+}  // namespace dyop::c
+
+std::shared_ptr<const dyop::Shape> dyop_context::shape(dyop_shape handle) const {
+  return dyop::c::find(*this, shapes, handle, "shape");
+}
+
+std::shared_ptr<const dyop::Motion> dyop_context::motion(dyop_motion handle) const {
+  return dyop::c::find(*this, motions, handle, "motion");
+}
+
+std::shared_ptr<dyop::c::WorldObject> dyop_context::world(dyop_world handle) const {
+  return dyop::c::find(*this, worlds, handle, "world");
+}
+
+dyop_status dyop_context_create(const dyop_context_options* options, dyop_context** context) {
+  if (!context) return DYOP_INVALID_ARGUMENT;
+  *context = nullptr;
+  try {
+    const auto hooks = dyop::c::read_struct<dyop_context_options>(
+        options, DYOP_CONTEXT_OPTIONS_INIT, "dyop_context_options");
+    if ((hooks.allocate == nullptr) != (hooks.deallocate == nullptr)) return DYOP_INVALID_ARGUMENT;
+    dyop::c::HookMemory memory(hooks);
+    void* const place = memory.allocate(sizeof(dyop_context), alignof(dyop_context));
+    *context = new (place) dyop_context(hooks);
+    return DYOP_OK;
+  } catch (const dyop::c::Unsupported&) {
+    return DYOP_UNSUPPORTED;
+  } catch (const dyop::InvalidArgument&) {
+    return DYOP_INVALID_ARGUMENT;
+  } catch (const std::exception&) {
+    return DYOP_OUT_OF_MEMORY;
+  }
+}
+
+void dyop_context_destroy(dyop_context* context) {
+  if (!context) return;
+  dyop::c::HookMemory memory(context->hooks);
+  context->~dyop_context();
+  memory.deallocate(context, sizeof(dyop_context), alignof(dyop_context));
+}
+
+dyop_status dyop_last_error(const dyop_context* context, char* text, size_t capacity) {
+  if (!context || !text || capacity == 0) return DYOP_INVALID_ARGUMENT;
+  const std::lock_guard lock(context->error_mutex);
+  const std::size_t length = std::min(capacity - 1, context->last_error.size());
+  std::memcpy(text, context->last_error.data(), length);
+  text[length] = '\0';
+  return DYOP_OK;
+}
+
+const char* dyop_status_text(dyop_status status) {
+  switch (status) {
+    case DYOP_OK:
+      return "ok";
+    case DYOP_INVALID_ARGUMENT:
+      return "invalid argument";
+    case DYOP_STALE_HANDLE:
+      return "stale handle";
+    case DYOP_UNSUPPORTED:
+      return "unsupported";
+    case DYOP_OUT_OF_MEMORY:
+      return "out of memory";
+    case DYOP_INTEGRATION_ERROR:
+      return "integration error";
+    case DYOP_INTERNAL_ERROR:
+      return "internal error";
+  }
+  return "unknown status";
+}
+
+uint32_t dyop_version(void) {
+  return DYOP_VERSION_NUMBER;
+}
+
+void dyop_set_assert_handler(void (*handler)(const char* message)) {
+  dyop::c::the_c_handler.store(handler);
+  dyop::set_assert_handler(handler ? &dyop::c::call_c_handler : nullptr);
+}

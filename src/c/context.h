@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <memory_resource>
+#include <mutex>
+#include <shared_mutex>
+#include <string>
+
+#include "c/handle_table.h"
+#include "c/sized_struct.h"
+#include "dyop/dynamics/world.h"
+#include "dyop/dyop_c.h"
+#include "dyop/geometry/shape.h"
+#include "dyop/motion/motion.h"
+
+namespace dyop::c {
+
+/// A handle that refers to nothing.
+class StaleHandle : public Error {
+ public:
+  using Error::Error;
+};
+
+/// The caller's allocator, or operator new.
+class HookMemory final : public std::pmr::memory_resource {
+ public:
+  explicit HookMemory(const dyop_context_options& hooks) : hooks_(hooks) {}
+
+ private:
+  void* do_allocate(std::size_t size, std::size_t alignment) override;
+  void do_deallocate(void* memory, std::size_t size, std::size_t alignment) override;
+  bool do_is_equal(const memory_resource& other) const noexcept override { return this == &other; }
+
+  dyop_context_options hooks_;
+};
+
+/// A world, and what its last advance reported.
+struct WorldObject {
+  explicit WorldObject(const WorldOptions& options) : world(options) {}
+
+  World world;
+  std::vector<ImpactEvent> impacts;
+};
+
+/// What a call of the interface runs in: turns what it throws into a status, and tells the log.
+dyop_status guard(dyop_context* context, const std::function<void()>& call);
+
+}  // namespace dyop::c
+
+/// All objects of one user of the interface.
+struct dyop_context {
+  explicit dyop_context(const dyop_context_options& options)
+      : hooks(options), memory(options), shapes(&memory), motions(&memory), worlds(&memory) {}
+
+  std::shared_ptr<const dyop::Shape> shape(dyop_shape handle) const;
+  std::shared_ptr<const dyop::Motion> motion(dyop_motion handle) const;
+  std::shared_ptr<dyop::c::WorldObject> world(dyop_world handle) const;
+
+  /// Makes an object in the memory of the hooks, to which the handle then refers.
+  template <typename Concrete, typename Object, typename Handle, typename... Arguments>
+  void add(dyop::c::HandleTable<Object>& table, Handle* handle, Arguments&&... arguments) {
+    DYOP_REQUIRE(handle, "the pointer to the new handle must not be null");
+    std::shared_ptr<Object> object = std::allocate_shared<Concrete>(
+        std::pmr::polymorphic_allocator<Concrete>(&memory), std::forward<Arguments>(arguments)...);
+    const std::unique_lock lock(mutex);
+    *handle = table.template add<Handle>(std::move(object));
+  }
+  template <typename Object, typename Handle>
+  void remove(dyop::c::HandleTable<Object>& table, Handle handle, const char* what) {
+    std::shared_ptr<Object> object;  // destroyed after the lock is gone: it may call hooks
+    const std::unique_lock lock(mutex);
+    object = table.find(handle);
+    if (!table.remove(handle)) throw dyop::c::StaleHandle(std::string(what) + " is stale");
+  }
+
+  const dyop_context_options hooks;
+  dyop::c::HookMemory memory;
+  mutable std::shared_mutex mutex;  ///< of the tables
+  dyop::c::HandleTable<const dyop::Shape> shapes;
+  dyop::c::HandleTable<const dyop::Motion> motions;
+  dyop::c::HandleTable<dyop::c::WorldObject> worlds;
+  mutable std::mutex error_mutex;
+  std::string last_error;
+};

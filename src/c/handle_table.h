@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <memory_resource>
+#include <vector>
+
+namespace dyop::c {
+
+/// Objects by handles, an index and a generation. A slot that is used again has another generation;
+/// one whose generations are used up is not used again.
+template <typename Object>
+class HandleTable {
+ public:
+  explicit HandleTable(std::pmr::memory_resource* memory) : slots_(memory), free_(memory) {}
+
+  /// Handle is any struct of an index and a generation.
+  template <typename Handle>
+  Handle add(std::shared_ptr<Object> object) {
+    if (free_.empty()) {
+      free_.push_back(static_cast<std::uint32_t>(slots_.size()));
+      slots_.emplace_back();
+    }
+    const std::uint32_t index = free_.back();
+    free_.pop_back();
+    Slot& slot = slots_[index];
+    slot.object = std::move(object);
+    return {index, ++slot.generation};
+  }
+
+  /// Null if the handle is stale.
+  template <typename Handle>
+  std::shared_ptr<Object> find(const Handle& handle) const {
+    if (handle.index >= slots_.size()) return nullptr;
+    const Slot& slot = slots_[handle.index];
+    return slot.generation == handle.generation ? slot.object : nullptr;
+  }
+
+  /// False if the handle is stale.
+  template <typename Handle>
+  bool remove(const Handle& handle) {
+    if (!find(handle)) return false;
+    Slot& slot = slots_[handle.index];
+    slot.object.reset();
+    if (slot.generation < ~std::uint32_t{0}) free_.push_back(handle.index);
+    return true;
+  }
+
+ private:
+  struct Slot {
+    std::shared_ptr<Object> object;
+    std::uint32_t generation = 0;
+  };
+  std::pmr::vector<Slot> slots_;
+  std::pmr::vector<std::uint32_t> free_;
+};
+
+}  // namespace dyop::c

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "c/context.h"
+#include "c/convert.h"
+#include "dyop/geometry/box.h"
+#include "dyop/geometry/capsule.h"
+#include "dyop/geometry/compound_shape.h"
+#include "dyop/geometry/convex_hull.h"
+#include "dyop/geometry/sphere.h"
+#include "dyop/geometry/triangle_mesh.h"
+
+namespace {
+
+using namespace dyop;  // NOLINT: nothing here is public
+using dyop::c::guard;
+using dyop::c::require_given;
+
+std::vector<Vector3> points_from(const double* points, std::size_t count) {
+  DYOP_REQUIRE(points || count == 0, "points must not be null");
+  std::vector<Vector3> result;
+  result.reserve(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    result.emplace_back(points[3 * i], points[3 * i + 1], points[3 * i + 2]);
+  }
+  return result;
+}
+
+}  // namespace
+
+dyop_status dyop_sphere_create(dyop_context* context, double radius, dyop_shape* shape) {
+  return guard(context, [&] { context->add<Sphere>(context->shapes, shape, radius); });
+}
+
+dyop_status dyop_box_create(dyop_context* context, const double half_extents[3],
+                            dyop_shape* shape) {
+  return guard(context, [&] {
+    require_given(half_extents, "half_extents");
+    context->add<Box>(context->shapes, shape,
+                      Vector3(half_extents[0], half_extents[1], half_extents[2]));
+  });
+}
+
+dyop_status dyop_capsule_create(dyop_context* context, double radius, double half_length,
+                                dyop_shape* shape) {
+  return guard(context,
+               [&] { context->add<Capsule>(context->shapes, shape, radius, half_length); });
+}
+
+dyop_status dyop_hull_create(dyop_context* context, const double* points, size_t point_count,
+                             dyop_shape* shape) {
+  return guard(context, [&] {
+    context->add<ConvexHull>(context->shapes, shape, points_from(points, point_count));
+  });
+}
+
+dyop_status dyop_mesh_create(dyop_context* context, const double* vertices, size_t vertex_count,
+                             const int32_t* triangles, size_t triangle_count, dyop_shape* shape) {
+  return guard(context, [&] {
+    context->add<TriangleMesh>(
+        context->shapes, shape,
+        TriangleMesh::from_arrays(StridedRows<double>{vertices, vertex_count},
+                                  StridedRows<std::int32_t>{triangles, triangle_count}));
+  });
+}
+
+dyop_status dyop_mesh_refit(dyop_context* context, dyop_shape mesh, const double* vertices,
+                            size_t vertex_count, dyop_shape* shape) {
+  return guard(context, [&] {
+    const auto old = std::dynamic_pointer_cast<const TriangleMesh>(context->shape(mesh));
+    DYOP_REQUIRE(old, "shape ", mesh.index, " is not a mesh");
+    context->add<TriangleMesh>(context->shapes, shape,
+                               old->with_vertices(StridedRows<double>{vertices, vertex_count}));
+  });
+}
+
+dyop_status dyop_compound_create(dyop_context* context, const dyop_shape* children,
+                                 const dyop_pose* poses, size_t child_count, dyop_shape* shape) {
+  return guard(context, [&] {
+    DYOP_REQUIRE(child_count == 0 || (children && poses), "children and poses must not be null");
+    std::vector<CompoundChild> list;
+    for (std::size_t i = 0; i < child_count; ++i) {
+      list.push_back({context->shape(children[i]), dyop::c::pose_from(poses[i])});
+    }
+    context->add<CompoundShape>(context->shapes, shape, list);
+  });
+}
+
+dyop_status dyop_shape_destroy(dyop_context* context, dyop_shape shape) {
+  return guard(context, [&] { context->remove(context->shapes, shape, "the shape"); });
+}

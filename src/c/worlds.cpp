@@ -1,0 +1,214 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "c/context.h"
+#include "c/convert.h"
+
+namespace dyop::c {
+namespace {
+
+// The enumerators of C are those of C++, in the same order.
+static_assert(int(BodyKind::Static) == DYOP_STATIC);
+static_assert(int(ImpactPolicy::Impulse) == DYOP_IMPACT_IMPULSE);
+static_assert(int(AdvanceStatus::BudgetExhausted) == DYOP_ADVANCE_BUDGET_EXHAUSTED);
+static_assert(int(AdvanceStatus::Blocked) == DYOP_ADVANCE_BLOCKED);
+static_assert(int(AdvanceStatus::Cancelled) == DYOP_ADVANCE_CANCELLED);
+
+WorldOptions options_from(const dyop_world_options* given) {
+  const auto c =
+      read_struct<dyop_world_options>(given, DYOP_WORLD_OPTIONS_INIT, "dyop_world_options");
+  DYOP_REQUIRE(c.policy == DYOP_IMPACT_STOP || c.policy == DYOP_IMPACT_IMPULSE,
+               "policy of a world must be DYOP_IMPACT_STOP or DYOP_IMPACT_IMPULSE, not ", c.policy);
+  DYOP_REQUIRE(c.max_step >= 0, "max_step of a world must be >= 0, not ", c.max_step);
+  WorldOptions options;
+  options.policy = static_cast<ImpactPolicy>(c.policy);
+  options.gravity_W = vector_from(c.gravity);
+  if (c.max_step > 0) options.max_step = c.max_step;
+  if (!(c.target_distance < 0)) options.target_distance = c.target_distance;
+  options.thread_count = c.thread_count;
+  options.records_motions = false;
+  if (c.on_step) options.on_step = [c](Scalar t) { c.on_step(c.user, t); };
+  return options;
+}
+
+WrenchCallback wrench_from(dyop_wrench_callback callback, void* user) {
+  if (!callback) return {};
+  return [callback, user](Scalar t, const MotionState& state) {
+    const dyop_state at = to_c(state);
+    dyop_wrench wrench{};
+    callback(user, t, &at, &wrench);
+    return Wrench{vector_from(wrench.force), vector_from(wrench.torque)};
+  };
+}
+
+BodyDefinition definition_from(const dyop_context& context, const dyop_body_definition& c) {
+  DYOP_REQUIRE(c.kind >= DYOP_DYNAMIC && c.kind <= DYOP_STATIC,
+               "kind of a body must be DYOP_DYNAMIC, DYOP_KINEMATIC or DYOP_STATIC, not ", c.kind);
+  BodyDefinition definition;
+  definition.kind = static_cast<BodyKind>(c.kind);
+  definition.shape = context.shape(c.shape);
+  definition.restitution = c.restitution;
+  definition.friction = c.friction;
+  switch (definition.kind) {
+    case BodyKind::Dynamic:
+      definition.mass_properties = definition.shape->compute_mass_properties(c.density);
+      definition.wrench = wrench_from(c.wrench, c.user);
+      [[fallthrough]];
+    case BodyKind::Static:
+      definition.initial = state_from(c.initial);
+      break;
+    case BodyKind::Kinematic:
+      definition.motion = context.motion(c.motion);
+      break;
+  }
+  return definition;
+}
+
+BodyId find_body(const World& world, dyop_body body) {
+  const BodyId id = body_from(body);
+  if (body.generation == 0 || !world.has_body(id)) {
+    throw StaleHandle(internal::compose_message("body ", body.index, " of generation ",
+                                                body.generation, " is stale"));
+  }
+  return id;
+}
+
+dyop_impact impact_record(const ImpactEvent& event) {
+  dyop_impact impact{};
+  impact.t = event.t;
+  impact.a = to_c(event.a);
+  impact.b = to_c(event.b);
+  if (event.toi.contact) {
+    impact.witness = to_c(static_cast<const WitnessPair&>(*event.toi.contact));
+    impact.closing_speed = event.toi.contact->closing_speed;
+  }
+  return impact;
+}
+
+dyop_contact contact_record(const PairRecord& pair, const PairContact& touched) {
+  dyop_contact contact{};
+  contact.a = to_c(pair.a);
+  contact.b = to_c(pair.b);
+  write_vector(touched.point.p_WCa, contact.point_a);
+  write_vector(touched.point.p_WCb, contact.point_b);
+  write_vector(touched.point.nhat_AB_W, contact.normal);
+  contact.gap = touched.point.gap;
+  write_vector(touched.impulse_W, contact.impulse);
+  return contact;
+}
+
+// As many of a list as the caller has space for.
+template <typename Struct>
+void hand_over(const std::vector<Struct>& list, Struct* out, std::size_t capacity,
+               std::size_t* count, const char* what) {
+  auto array = sized_array(out, capacity, what);
+  for (std::size_t i = 0; i < std::min(capacity, list.size()); ++i) array.write(i, list[i]);
+  *require_given(count, "count") = list.size();
+}
+
+}  // namespace
+}  // namespace dyop::c
+
+using dyop::c::find_body;
+using dyop::c::guard;
+using dyop::c::require_given;
+
+dyop_status dyop_world_create(dyop_context* context, const dyop_world_options* options,
+                              dyop_world* world) {
+  return guard(context, [&] {
+    context->add<dyop::c::WorldObject>(context->worlds, world, dyop::c::options_from(options));
+  });
+}
+
+dyop_status dyop_world_destroy(dyop_context* context, dyop_world world) {
+  return guard(context, [&] { context->remove(context->worlds, world, "the world"); });
+}
+
+dyop_status dyop_world_add_body(dyop_context* context, dyop_world world,
+                                const dyop_body_definition* definition, dyop_body* body) {
+  return guard(context, [&] {
+    const auto given = dyop::c::read_struct<dyop_body_definition>(
+        require_given(definition, "definition"), DYOP_BODY_DEFINITION_INIT, "dyop_body_definition");
+    require_given(body, "body");
+    const auto object = context->world(world);
+    *body = dyop::c::to_c(object->world.add_body(dyop::c::definition_from(*context, given)));
+  });
+}
+
+dyop_status dyop_world_remove_body(dyop_context* context, dyop_world world, dyop_body body) {
+  return guard(context, [&] {
+    const auto object = context->world(world);
+    object->world.remove_body(find_body(object->world, body));
+  });
+}
+
+dyop_status dyop_world_set_state(dyop_context* context, dyop_world world, dyop_body body,
+                                 const dyop_state* state) {
+  return guard(context, [&] {
+    const auto object = context->world(world);
+    object->world.set_state(find_body(object->world, body),
+                            dyop::c::state_from(*require_given(state, "state")));
+  });
+}
+
+dyop_status dyop_world_set_motion(dyop_context* context, dyop_world world, dyop_body body,
+                                  dyop_motion motion) {
+  return guard(context, [&] {
+    const auto object = context->world(world);
+    object->world.set_motion(find_body(object->world, body), context->motion(motion));
+  });
+}
+
+dyop_status dyop_world_set_pair_enabled(dyop_context* context, dyop_world world, dyop_body a,
+                                        dyop_body b, int32_t is_enabled) {
+  return guard(context, [&] {
+    const auto object = context->world(world);
+    object->world.set_pair_enabled(find_body(object->world, a), find_body(object->world, b),
+                                   is_enabled != 0);
+  });
+}
+
+dyop_status dyop_world_states(dyop_context* context, dyop_world world, const dyop_body* bodies,
+                              size_t count, dyop_state* states) {
+  return guard(context, [&] {
+    const auto object = context->world(world);
+    DYOP_REQUIRE(count == 0 || (bodies && states), "bodies and states must not be null");
+    for (std::size_t i = 0; i < count; ++i) {
+      states[i] = dyop::c::to_c(object->world.state(find_body(object->world, bodies[i])));
+    }
+  });
+}
+
+dyop_status dyop_world_advance(dyop_context* context, dyop_world world, double dt,
+                               dyop_advance_report* report) {
+  return guard(context, [&] {
+    const auto object = context->world(world);
+    auto out = dyop::c::sized_array(report, 1, "dyop_advance_report");
+    object->impacts.clear();
+    dyop::AdvanceReport found = object->world.advance(dt);
+    object->impacts = std::move(found.impacts);
+    out.write(0, {0, int(found.status), found.t, found.work.steps, object->impacts.size()});
+  });
+}
+
+dyop_status dyop_world_impacts(dyop_context* context, dyop_world world, dyop_impact* impacts,
+                               size_t capacity, size_t* count) {
+  return guard(context, [&] {
+    std::vector<dyop_impact> list;
+    for (const dyop::ImpactEvent& event : context->world(world)->impacts) {
+      list.push_back(dyop::c::impact_record(event));
+    }
+    dyop::c::hand_over(list, impacts, capacity, count, "dyop_impact");
+  });
+}
+
+dyop_status dyop_world_contacts(dyop_context* context, dyop_world world, dyop_contact* contacts,
+                                size_t capacity, size_t* count) {
+  return guard(context, [&] {
+    std::vector<dyop_contact> list;
+    for (const dyop::PairRecord& pair : context->world(world)->world.contacts()) {
+      for (const dyop::PairContact& touched : pair.contacts) {
+        list.push_back(dyop::c::contact_record(pair, touched));
+      }
+    }
+    dyop::c::hand_over(list, contacts, capacity, count, "dyop_contact");
+  });
+}

@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "dyop/chain/certify_chain.h"
+
+#include <algorithm>
+#include <vector>
+
+#include "chain/path_cells.h"
+#include "dyop/core/error.h"
+
+namespace dyop {
+namespace internal {
+
+struct ChainMemory {
+  ObstacleWorkspace obstacles;
+  ToiWorkspace pair;
+  PathCells cells;
+};
+
+}  // namespace internal
+
+ChainWorkspace::ChainWorkspace() : memory_(std::make_unique<internal::ChainMemory>()) {}
+ChainWorkspace::~ChainWorkspace() = default;
+ChainWorkspace::ChainWorkspace(ChainWorkspace&&) noexcept = default;
+ChainWorkspace& ChainWorkspace::operator=(ChainWorkspace&&) noexcept = default;
+
+namespace {
+
+// A pointer that does not keep its object.
+template <typename Object>
+std::shared_ptr<const Object> borrow(const Object& object) {
+  return std::shared_ptr<const Object>(std::shared_ptr<const Object>(), &object);
+}
+
+void move_to_world(WitnessPair& pair, const RigidPose& X_WC) {
+  pair.p_WCa = X_WC * pair.p_WCa;
+  pair.p_WCb = X_WC * pair.p_WCb;
+  pair.nhat_AB_W = X_WC.rotation() * pair.nhat_AB_W;
+}
+
+void add(ToiStatistics& sum, const ToiStatistics& part) {
+  sum.box_tests += part.box_tests;
+  sum.leaf_tests += part.leaf_tests;
+  sum.node_pairs += part.node_pairs;
+  sum.peak_queue = std::max(sum.peak_queue, part.peak_queue);
+}
+
+// Body after body, each only up to the first event among those before.
+class ChainSearch {
+ public:
+  ChainSearch(const KinematicChain& chain, const JointPath& path, const ObstacleSet& obstacles,
+              const ChainOptions& options, internal::ChainMemory& memory)
+      : chain_(borrow(chain)),
+        path_(borrow(path)),
+        obstacles_(obstacles),
+        options_(options),
+        memory_(memory) {
+    best_.toi.status = ToiStatus::Separated;
+    best_.toi.t_safe = path.domain().end;
+    for (std::size_t link = 0; link < chain.links().size(); ++link) {
+      links_.emplace_back(chain_, path_, link);
+    }
+    memory_.cells.set(path, links_);
+  }
+
+  ChainResult run();
+
+ private:
+  void examine_link(std::size_t link);
+  void examine_pair(const KinematicChain::LinkPair& pair);
+  ToiOptions rest_of_options() const;
+  TimeInterval rest() const { return {path_->domain().begin, best_.toi.t_safe}; }
+  // Takes the event if it is earlier than what is known.
+  bool take(const ToiResult& found);
+
+  std::shared_ptr<const KinematicChain> chain_;
+  std::shared_ptr<const JointPath> path_;
+  const ObstacleSet& obstacles_;
+  const ChainOptions& options_;
+  internal::ChainMemory& memory_;
+  std::vector<LinkMotion> links_;  // in the world
+  ChainResult best_;
+  ToiStatistics statistics_;
+  Scalar rounding_allowance_ = 0;
+};
+
+ToiOptions ChainSearch::rest_of_options() const {
+  ToiOptions options = options_.toi;
+  options.max_node_pairs =
+      std::max<std::int64_t>(1, options.max_node_pairs - statistics_.node_pairs);
+  return options;
+}
+
+bool ChainSearch::take(const ToiResult& found) {
+  add(statistics_, found.statistics);
+  rounding_allowance_ = std::max(rounding_allowance_, found.rounding_allowance);
+  if (found.status == ToiStatus::Separated) return false;
+  // An event at the very end of the rest comes no earlier than the one that is known, unless there
+  // is none.
+  if (best_.toi.status != ToiStatus::Separated && !(found.t_safe < best_.toi.t_safe)) return false;
+  best_ = ChainResult();
+  best_.toi = found;
+  return true;
+}
+
+void ChainSearch::examine_link(std::size_t link) {
+  const Link& body = chain_->links()[link];
+  if (!body.shape) return;
+  ObstacleFilter filter = options_.obstacles;
+  filter.groups &= body.groups;
+  if (filter.groups == 0) return;
+  ToiOptions options = rest_of_options();
+  options.solid_a = body.is_solid;
+  const internal::CellMotion motion(links_[link], link, memory_.cells);
+  const ObstacleImpact found =
+      obstacles_.first_impact(*body.shape, motion, rest(), options, filter, memory_.obstacles);
+  if (!take(found.toi)) return;
+  best_.link_a = link;
+  best_.obstacle = found.obstacle;
+}
+
+void ChainSearch::examine_pair(const KinematicChain::LinkPair& pair) {
+  const Link& a = chain_->links()[pair.first];
+  const Link& b = chain_->links()[pair.second];
+  const std::size_t base = chain_->common_ancestor(pair.first, pair.second);
+  ToiOptions options = rest_of_options();
+  options.solid_a = a.is_solid;
+  options.solid_b = b.is_solid;
+  const LinkMotion motion_a(chain_, path_, pair.first, base);
+  const LinkMotion motion_b(chain_, path_, pair.second, base);
+  const ToiResult found = time_of_impact(
+      *a.shape, internal::CellMotion(motion_a, pair.first, memory_.cells), *b.shape,
+      internal::CellMotion(motion_b, pair.second, memory_.cells), rest(), options, memory_.pair);
+  if (!take(found)) return;
+  best_.link_a = pair.first;
+  best_.link_b = pair.second;
+  const RigidPose X_WC = links_[base].pose(found.t_safe);
+  best_.toi.X_WA = X_WC * found.X_WA;
+  best_.toi.X_WB = X_WC * found.X_WB;
+  if (best_.toi.contact) move_to_world(*best_.toi.contact, X_WC);
+  for (Contact& contact : best_.toi.contacts) move_to_world(contact, X_WC);
+}
+
+ChainResult ChainSearch::run() {
+  // The last links move most, and are most likely to shorten the rest for the others.
+  for (std::size_t link = chain_->links().size(); link-- > 0;) examine_link(link);
+  if (options_.with_self_collision) {
+    for (const KinematicChain::LinkPair& pair : chain_->self_pairs()) examine_pair(pair);
+  }
+  best_.toi.statistics = statistics_;
+  best_.toi.rounding_allowance = rounding_allowance_;
+  const TimeInterval whole = path_->domain();
+  const bool is_free = best_.toi.status == ToiStatus::Separated;
+  best_.free_fraction = is_free ? 1 : (best_.toi.t_safe - whole.begin) / whole.length();
+  return best_;
+}
+
+}  // namespace
+
+ChainResult certify(const KinematicChain& chain, const JointPath& path,
+                    const ObstacleSet& obstacles, const ChainOptions& options) {
+  ChainWorkspace workspace;
+  return certify(chain, path, obstacles, options, workspace);
+}
+
+ChainResult certify(const KinematicChain& chain, const JointPath& path,
+                    const ObstacleSet& obstacles, const ChainOptions& options,
+                    ChainWorkspace& workspace) {
+  DYOP_REQUIRE(path.coordinate_count() == chain.coordinate_count(), "certify: the path has ",
+               path.coordinate_count(), " coordinates, the chain ", chain.coordinate_count());
+  DYOP_REQUIRE(!options.toi.solid_a && !options.toi.solid_b,
+               "certify: solids are stated by Link::is_solid and Obstacle::is_solid");
+  return ChainSearch(chain, path, obstacles, options, workspace.memory()).run();
+}
+
+}  // namespace dyop

@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "dyop/chain/link_motion.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "chain/link_bounds.h"
+#include "dyop/core/error.h"
+
+namespace dyop {
+namespace {
+
+// A product of many rotations, with the rounding errors of its columns' lengths and angles removed.
+Matrix3 orthonormal(const Matrix3& R) {
+  Matrix3 result;
+  result.col(0) = R.col(0).normalized();
+  result.col(1) = (R.col(1) - result.col(0) * result.col(0).dot(R.col(1))).normalized();
+  result.col(2) = result.col(0).cross(result.col(1));
+  return result;
+}
+
+}  // namespace
+
+LinkMotion::LinkMotion(std::shared_ptr<const KinematicChain> chain,
+                       std::shared_ptr<const JointPath> path, std::size_t link)
+    : chain_(std::move(chain)), path_(std::move(path)) {
+  DYOP_REQUIRE(chain_ && path_, "a link's motion needs a chain and a path, one is null");
+  X_WF_ = chain_->X_WR();
+  collect(link, std::nullopt);
+}
+
+LinkMotion::LinkMotion(std::shared_ptr<const KinematicChain> chain,
+                       std::shared_ptr<const JointPath> path, std::size_t link, std::size_t base)
+    : chain_(std::move(chain)), path_(std::move(path)) {
+  DYOP_REQUIRE(chain_ && path_, "a link's motion needs a chain and a path, one is null");
+  collect(link, base);
+}
+
+void LinkMotion::collect(std::size_t link, std::optional<std::size_t> base) {
+  const std::size_t count = chain_->links().size();
+  DYOP_REQUIRE(link < count && base.value_or(0) < count, "the chain has ", count,
+               " links, not link ", link < count ? *base : link);
+  DYOP_REQUIRE(path_->coordinate_count() == chain_->coordinate_count(), "the path has ",
+               path_->coordinate_count(), " coordinates, the chain ", chain_->coordinate_count());
+  std::vector<KinematicChain::Step> steps;
+  for (std::size_t up = link; base ? up != *base : bool(chain_->step(up));
+       up = chain_->step(up)->parent) {
+    DYOP_REQUIRE(chain_->step(up), "link '", chain_->links()[*base].name,
+                 "' is not on the way from the root to link '", chain_->links()[link].name, "'");
+    steps.push_back(*chain_->step(up));
+  }
+  std::reverse(steps.begin(), steps.end());
+  RigidPose before;  // of the fixed joints since the last one that moves
+  for (KinematicChain::Step& step : steps) {
+    if (step.type == JointType::Fixed) {
+      before = before * step.X_PJ;
+      continue;
+    }
+    step.axis_P = before.rotation() * step.axis_P;
+    step.X_PJ = before * step.X_PJ;
+    internal::set_turn(step);
+    turns_.push_back({step});
+    before = RigidPose();
+  }
+  X_JL_ = before;
+  measure();
+}
+
+// The scale of rounding, as of motions composed from the base to the link; how far the link reaches
+// from each joint; and the angles between neighbouring axes, which only prismatic joints come
+// between and which stay the same.
+void LinkMotion::measure() {
+  scale_ = {X_WF_.translation().stableNorm(), 1};
+  for (const Turn& turn : turns_) {
+    const Scalar reach = path_->largest_value(turn.step.coordinate);
+    const bool is_prismatic = turn.step.type == JointType::Prismatic;
+    const Scalar length = turn.step.X_PJ.translation().stableNorm() + (is_prismatic ? reach : 0);
+    scale_.length += (scale_.angle + 1) * length;
+    scale_.angle += is_prismatic ? 1 : 1 + 2 * reach;
+  }
+  Scalar reach = X_JL_.translation().stableNorm();
+  scale_.length += (scale_.angle + 1) * reach;
+  for (auto turn = turns_.rbegin(); turn != turns_.rend(); ++turn) {
+    const KinematicChain::Step& step = turn->step;
+    if (step.type == JointType::Prismatic) reach += path_->largest_value(step.coordinate);
+    turn->reach = internal::round_up(reach);
+    reach += step.X_PJ.translation().stableNorm();
+  }
+
+  Matrix3 R = Matrix3::Identity();  // at zero coordinates
+  Turn* last = nullptr;
+  Vector3 last_axis = Vector3::Zero();
+  for (Turn& turn : turns_) {
+    if (turn.step.type == JointType::Revolute) {
+      const Vector3 axis = R * turn.step.axis_P;
+      if (last) {
+        const Scalar sine = internal::round_up(last_axis.cross(axis).norm()) + kMotionNoise;
+        last->sine_to_next = std::min(1.0, sine);
+      }
+      last = &turn;
+      last_axis = axis;
+    }
+    R = R * turn.step.X_PJ.rotation();
+  }
+}
+
+MotionState LinkMotion::state(Scalar t) const {
+  const std::size_t piece = path_->piece_at(t);
+  Matrix3 R = X_WF_.rotation();
+  Vector3 p = X_WF_.translation();
+  Twist twist;
+  for (const Turn& turn : turns_) {
+    const KinematicChain::Step& step = turn.step;
+    const JointPath::Sample q = path_->sample(step.coordinate, piece, t);
+    const Vector3 axis = R * step.axis_P;
+    if (step.type == JointType::Prismatic) {
+      const Vector3 shift = R * (step.X_PJ.translation() + q.value * step.axis_P);
+      p += shift;
+      twist.v_WB += twist.w_WB.cross(shift) + q.rate * axis;
+      R = R * step.X_PJ.rotation();
+    } else {
+      const Vector3 shift = R * step.X_PJ.translation();
+      p += shift;
+      twist.v_WB += twist.w_WB.cross(shift);
+      twist.w_WB += q.rate * axis;
+      R = R * internal::turn_at(step, q.value);
+    }
+  }
+  const Vector3 shift = R * X_JL_.translation();
+  twist.v_WB += twist.w_WB.cross(shift);
+  return {RigidPose::from_trusted(orthonormal(R * X_JL_.rotation()), p + shift), twist};
+}
+
+RigidPose LinkMotion::pose(Scalar t) const {
+  return LinkMotion::state(t).X_WB;
+}
+
+Twist LinkMotion::twist(Scalar t) const {
+  return LinkMotion::state(t).twist;
+}
+
+TwistBound LinkMotion::twist_bound(const TimeInterval& interval) const {
+  const internal::PartMiddle middle(interval);
+  const std::size_t piece = path_->piece_at(middle.time);
+  TwistBound bound;
+  internal::visit_bounds(
+      *this, middle, kPoseNoise * scale_.length,
+      [&](std::size_t coordinate) {
+        return internal::joint_part(*path_, coordinate, piece, interval, middle.time);
+      },
+      [&bound](std::size_t, const TwistBound& seen) { bound = seen; });
+  return bound;
+}
+
+PoseScale LinkMotion::pose_scale(const TimeInterval&) const {
+  return scale_;
+}
+
+Scalar LinkMotion::smooth_until(Scalar t) const {
+  const std::span<const Scalar> times = path_->times();
+  const auto next = std::upper_bound(times.begin(), times.end(), t);
+  return next == times.end() ? kInfinity : *next;
+}
+
+}  // namespace dyop

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "chain/path_cells.h"
+
+#include <algorithm>
+
+#include "chain/link_bounds.h"
+
+namespace dyop::internal {
+namespace {
+
+// At least so many cells per path, of equal length within a piece. More: closer bounds of short
+// parts, each for about a microsecond for an arm of six axes.
+constexpr std::size_t kCells = 16;
+
+}  // namespace
+
+void PathCells::set(const JointPath& path, std::span<const LinkMotion> links) {
+  const std::span<const Scalar> pieces = path.times();
+  const std::size_t per_piece = (kCells + pieces.size() - 2) / (pieces.size() - 1);
+  times_.clear();
+  begins_piece_.clear();
+  for (std::size_t piece = 0; piece + 1 < pieces.size(); ++piece) {
+    const Scalar begin = pieces[piece];
+    const Scalar end = pieces[piece + 1];
+    for (std::size_t i = 0; i < per_piece; ++i) {
+      const Scalar fraction = static_cast<Scalar>(i) / static_cast<Scalar>(per_piece);
+      times_.push_back(std::min(begin + fraction * (end - begin), end));
+      begins_piece_.push_back(i == 0);
+    }
+  }
+  times_.push_back(pieces.back());
+  offsets_.assign(1, 0);
+  for (const LinkMotion& link : links) {
+    offsets_.push_back(offsets_.back() + link.turns().size() + 1);
+  }
+  bounds_.resize((times_.size() - 1) * offsets_.back());
+  std::vector<JointPart> parts(path.coordinate_count());
+  for (std::size_t cell = 0; cell + 1 < times_.size(); ++cell) {
+    const TimeInterval part{times_[cell], times_[cell + 1]};
+    const PartMiddle middle(part);
+    for (std::size_t j = 0; j < parts.size(); ++j) {
+      parts[j] = joint_part(path, j, cell / per_piece, part, middle.time);
+    }
+    for (std::size_t i = 0; i < links.size(); ++i) {
+      TwistBound* const row = bounds_.data() + cell * offsets_.back() + offsets_[i];
+      visit_bounds(
+          links[i], middle, kPoseNoise * links[i].pose_scale(part).length,
+          [&parts](std::size_t coordinate) -> const JointPart& { return parts[coordinate]; },
+          [row](std::size_t count, const TwistBound& seen) { row[count] = seen; });
+    }
+  }
+}
+
+TwistBound PathCells::bound(std::size_t link, std::size_t turns, const TimeInterval& part) const {
+  const auto after = std::upper_bound(times_.begin() + 1, times_.end() - 1, part.begin);
+  const std::size_t first = static_cast<std::size_t>(after - times_.begin()) - 1;
+  const TwistBound* row = bounds_.data() + first * offsets_.back() + offsets_[link] + turns;
+  TwistBound result = *row;
+  for (std::size_t cell = first + 1; cell + 1 < times_.size() && times_[cell] < part.end; ++cell) {
+    row += offsets_.back();
+    result = {std::max(result.linear_speed, row->linear_speed),
+              std::max(result.angular_speed, row->angular_speed),
+              std::max(result.linear_acceleration, row->linear_acceleration),
+              std::max(result.angular_acceleration, row->angular_acceleration)};
+    // Where two pieces meet the twist may jump.
+    if (begins_piece_[cell]) result.linear_acceleration = kInfinity;
+    if (begins_piece_[cell]) result.angular_acceleration = kInfinity;
+  }
+  return result;
+}
+
+}  // namespace dyop::internal

@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <cmath>
+#include <condition_variable>
+#include <fstream>
+#include <iostream>
+#include <mutex>
+#include <nlohmann/json.hpp>
+
+#include "cli/commands.h"
+#include "cli/interrupt.h"
+#include "dyop/io/file_error.h"
+#include "dyop/scene_io/scene_file.h"
+#include "dyop/view/live_server.h"
+#include "dyop/view/page_file.h"
+#include "dyop/view/recorded_page.h"
+#include "dyop/view/run_follower.h"
+
+namespace dyop::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kViewExamples =
+    R"(The page is one file that needs no network and opens by a double click; docs/player.md.
+
+Examples:
+  dyop simulate scene.json --out run --record run.h5 && dyop view run.h5 -o run.html
+  A run in the browser while it is computed; Ctrl-C ends it:
+    dyop view --live scene.json -o run.html
+)";
+
+struct ViewArguments {
+  std::string file;
+  std::string out;
+  std::vector<std::string> mesh_path;
+  bool is_live = false;
+  bool ends_with_run = false;
+  int port = 0;
+  int threads = 0;
+  bool is_json = false;
+};
+
+void write_text(const fs::path& file, const std::string& text) {
+  std::ofstream out(file, std::ios::binary);
+  if (!out) throw FileError(file, "cannot be written");
+  out << text;
+  out.close();
+  if (!out) throw FileError(file, "cannot be written to its end");
+}
+
+void tell(const ViewArguments& arguments, const char* key, const std::string& value) {
+  if (arguments.is_json) {
+    std::cout << nlohmann::ordered_json{{key, value}}.dump() << std::endl;
+  } else {
+    std::cout << key << ": " << value << std::endl;
+  }
+}
+
+ExitCode view_recording(const ViewArguments& arguments) {
+  const std::string page = recorded_page_html(arguments.file);
+  write_text(arguments.out, page);
+  tell(arguments, "page", arguments.out);
+  return ExitCode::Answered;
+}
+
+// A rest shorter than this part of a step is no step of its own.
+// literal: only rounding of end / step makes such a rest
+constexpr Scalar kNoStep = 1e-6;
+
+AdvanceStatus run_live(const Scene& scene, const PageEncoder& encoder, World& world,
+                       LiveServer& server, const std::stop_token& interrupt) {
+  RunFollower follower(scene.options.gravity_W);
+  std::stop_source stop;
+  const std::stop_callback by_user(interrupt, [&] { stop.request_stop(); });
+  const std::stop_callback by_page(server.stop_token(), [&] { stop.request_stop(); });
+  const auto count =
+      std::max<std::int64_t>(1, std::llround(std::ceil(scene.end_time / scene.step - kNoStep)));
+  for (std::int64_t k = 1; k <= count; ++k) {
+    if (!server.may_go_on(interrupt)) return AdvanceStatus::Cancelled;
+    const Scalar t = k == count ? scene.end_time : Scalar(k) * scene.step;
+    const AdvanceReport report = world.advance(t - world.time(), {stop.get_token(), std::nullopt});
+    server.publish(encoder.span(follower.follow(report, world)));
+    if (report.status != AdvanceStatus::Completed) return report.status;
+  }
+  return AdvanceStatus::Completed;
+}
+
+void wait_for(const std::stop_token& interrupt) {
+  std::mutex mutex;
+  std::condition_variable_any ended;
+  std::unique_lock lock(mutex);
+  ended.wait(lock, interrupt, [] { return false; });
+}
+
+ExitCode view_live(const ViewArguments& arguments) {
+  const InterruptGuard interrupt;
+  const std::vector<fs::path> directories(arguments.mesh_path.begin(), arguments.mesh_path.end());
+  Scene scene = load_scene(arguments.file, directories);
+  scene.options.thread_count = arguments.threads;
+  World world = make_world(scene);
+  PageScene page_scene =
+      RunFollower::scene_of(world, scene.title, scene.options.gravity_W, scene.end_time);
+  for (std::size_t k = 0; k < scene.bodies.size(); ++k) {
+    page_scene.bodies[k].shape_name = scene.shape_names[k];
+  }
+  const PageEncoder encoder(std::move(page_scene));
+  LiveServer server(scene.title, encoder.head(), arguments.port);
+  tell(arguments, "address", server.address());
+  const AdvanceStatus status = run_live(scene, encoder, world, server, interrupt.token());
+  server.finish();
+  if (!arguments.out.empty()) {
+    write_text(arguments.out, page_html(scene.title, server.blocks()));
+    tell(arguments, "page", arguments.out);
+  }
+  tell(arguments, "t", std::to_string(world.time()));
+  if (!arguments.ends_with_run && !interrupt.token().stop_requested()) {
+    if (!arguments.is_json) std::cout << "the run is over; Ctrl-C ends the page" << std::endl;
+    wait_for(interrupt.token());
+  }
+  return status == AdvanceStatus::Completed || status == AdvanceStatus::StoppedAtImpact
+             ? ExitCode::Answered
+             : ExitCode::Undecided;
+}
+
+ExitCode run_view(const ViewArguments& arguments) {
+  if (!has_page()) {
+    throw InvalidArgument(
+        "this dyop was built without its page: that needs npm packages, see "
+        "docs/player.md");
+  }
+  if (arguments.is_live) return view_live(arguments);
+  if (arguments.out.empty()) throw InvalidArgument("view needs -o PAGE.html, or --live");
+  return view_recording(arguments);
+}
+
+}  // namespace
+
+void add_view_command(CLI::App& app, ExitCode& exit_code) {
+  auto arguments = std::make_shared<ViewArguments>();
+  CLI::App* command = app.add_subcommand("view", "A recorded run as a page for the browser");
+  command->footer(kViewExamples);
+  command->add_option("FILE", arguments->file, "Recording, or with --live a scene file")
+      ->required();
+  command->add_option("-o,--out", arguments->out, "Page to write");
+  command->add_flag("--live", arguments->is_live,
+                    "Simulate FILE and serve its page meanwhile, on this machine only");
+  command->add_option("--port", arguments->port, "Of the page with --live; 0: any that is free")
+      ->check(CLI::Range(0, 65535))
+      ->capture_default_str();
+  command->add_flag("--end-with-run", arguments->ends_with_run,
+                    "With --live: do not wait for Ctrl-C once the run is over");
+  command->add_option("--mesh-path", arguments->mesh_path, "More directories to search for meshes");
+  command
+      ->add_option("--threads", arguments->threads,
+                   "0: as many as the machine has; the result is the same")
+      ->check(CLI::Range(0, 4096))
+      ->capture_default_str();
+  command->add_flag("--json", arguments->is_json, "One JSON object a line on stdout");
+  command->callback([arguments, &exit_code] { exit_code = run_view(*arguments); });
+}
+
+}  // namespace dyop::cli

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cli/recording/recording_tools.h"
+#include "cli/recording/run_output.h"
+#include "dyop/io/file_error.h"
+
+namespace dyop::cli {
+namespace {
+
+[[noreturn]] void refuse(const std::filesystem::path& file) {
+  throw FileError(file, "this dyop was built without HDF5 (on Debian: libhdf5-dev)");
+}
+
+}  // namespace
+
+std::unique_ptr<RunOutput> make_hdf5_output(const std::filesystem::path& file, const Scene&,
+                                            const std::string&) {
+  refuse(file);
+}
+
+ExitCode print_recording(const std::filesystem::path& file, bool) {
+  refuse(file);
+}
+
+ExitCode export_recording(const ExportArguments& arguments) {
+  refuse(arguments.recording);
+}
+
+}  // namespace dyop::cli

@@ -1,0 +1,17 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Certified continuous collision detection and stepping of rigid bodies.
+
+Names, arguments and promises are those of the C++ library. See ``help(dyop.time_of_impact)`` and
+docs/python.md.
+"""
+
+try:
+    import numpy as _numpy  # noqa: F401  first, so that a missing one is named
+except ImportError as error:
+    raise ImportError("dyop needs numpy; on Debian: apt-get install python3-numpy") from error
+
+from . import _dyop
+from ._dyop import *  # noqa: F401,F403
+from ._dyop import __version__
+
+__all__ = [name for name in dir(_dyop) if not name.startswith("_")]

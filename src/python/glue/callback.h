@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <memory>
+#include <utility>
+
+#include "python/glue/arguments.h"
+
+namespace dyop::python {
+
+/// A Python object that C++ may copy and drop in any thread, with or without the interpreter's
+/// lock.
+class SharedObject {
+ public:
+  SharedObject() = default;
+  explicit SharedObject(py::object object)
+      : object_(object.release().ptr(), [](PyObject* pointer) {
+          if (Py_IsInitialized() == 0) return;  // the interpreter has freed everything
+          const py::gil_scoped_acquire lock;
+          Py_DECREF(pointer);
+        }) {}
+
+  /// With the lock only; None if empty.
+  py::object get() const {
+    return object_ ? py::reinterpret_borrow<py::object>(object_.get()) : py::object(py::none());
+  }
+
+ private:
+  std::shared_ptr<PyObject> object_;
+};
+
+/// A Python function as a C++ one: takes the lock, calls, and reads the answer.
+template <auto kRead>
+struct PythonFunction {
+  SharedObject function;
+
+  template <typename... Arguments>
+  auto operator()(const Arguments&... arguments) const {
+    const py::gil_scoped_acquire lock;
+    return kRead(function.get()(arguments...));
+  }
+};
+
+inline void read_nothing(const py::object&) {}
+inline Scalar read_scalar(const py::object& value) {
+  return value.cast<Scalar>();
+}
+inline bool read_bool(const py::object& value) {
+  return value.cast<bool>();
+}
+inline RigidPose read_pose(const py::object& value) {
+  return pose_of(value);
+}
+inline Twist read_twist(const py::object& value) {
+  return twist_of(value);
+}
+
+using StepFunction = PythonFunction<&read_nothing>;
+using ScalarFunction = PythonFunction<&read_scalar>;
+using BoolFunction = PythonFunction<&read_bool>;
+using PoseFunction = PythonFunction<&read_pose>;
+using TwistFunction = PythonFunction<&read_twist>;
+
+}  // namespace dyop::python

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "python/glue/record.h"
+
+#include <algorithm>
+
+namespace dyop::python {
+
+void finish_record(const py::object& type, const FieldList& fields,
+                   void* (*pointer_of)(py::handle)) {
+  py::list names;
+  for (const Field& field : fields) names.append(field.name);
+  type.attr("_fields") = py::tuple(names);
+  const auto method = [&](const char* name, const char* doc, auto function) {
+    // Without the name: pybind11 takes one called __setstate__ for a constructor.
+    type.attr(name) = py::cpp_function(function, py::is_method(type), py::scope(type), doc);
+  };
+  method("asdict", "The fields by name.", [fields, pointer_of](py::handle self) {
+    py::dict values;
+    for (const Field& field : fields) values[field.name.c_str()] = field.get(pointer_of(self));
+    return values;
+  });
+  method("__repr__", "", [fields, pointer_of](py::handle self) {
+    std::string text = py::str(py::type::handle_of(self).attr("__name__"));
+    text += '(';
+    for (const Field& field : fields) {
+      if (&field != fields.data()) text += ", ";
+      text += field.name + '=' + std::string(py::repr(field.get(pointer_of(self))));
+    }
+    return text + ')';
+  });
+  method("__reduce__", "", [fields, pointer_of](py::handle self) {
+    py::tuple values(fields.size());
+    for (std::size_t i = 0; i < fields.size(); ++i) values[i] = fields[i].get(pointer_of(self));
+    return py::make_tuple(py::type::of(self), py::tuple(), values);
+  });
+  method("__setstate__", "", [fields, pointer_of](py::handle self, const py::tuple& values) {
+    if (values.size() != fields.size()) throw py::value_error("pickled by another version of dyop");
+    for (std::size_t i = 0; i < fields.size(); ++i) fields[i].set(pointer_of(self), values[i]);
+  });
+}
+
+void add_property(const py::object& type, const Field& field, const char* doc, bool is_writable,
+                  void* (*pointer_of)(py::handle)) {
+  const py::cpp_function get(
+      [get = field.get, pointer_of](py::handle self) { return get(pointer_of(self)); });
+  py::object set = py::none();
+  if (is_writable) {
+    set = py::cpp_function(
+        [set = field.set, pointer_of, name = field.name](py::handle self, py::handle value) {
+          try {
+            set(pointer_of(self), value);
+          } catch (const py::cast_error&) {
+            throw py::type_error(name + " cannot be " + std::string(py::repr(value)));
+          }
+        });
+  }
+  const auto property = py::module_::import("builtins").attr("property");
+  type.attr(field.name.c_str()) = property(get, set, py::none(), doc);
+}
+
+void set_fields(void* record, const FieldList& fields, const py::kwargs& values) {
+  for (const auto& [key, value] : values) {
+    const std::string name = py::str(key);
+    const auto field =
+        std::find_if(fields.begin(), fields.end(), [&](const Field& f) { return f.name == name; });
+    if (field == fields.end()) throw py::type_error("there is no field '" + name + "'");
+    try {
+      field->set(record, value);
+    } catch (const py::cast_error&) {
+      throw py::type_error(name + " cannot be " + std::string(py::repr(value)));
+    }
+  }
+}
+
+}  // namespace dyop::python

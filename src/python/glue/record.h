@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <pybind11/stl.h>
+
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "python/glue/arguments.h"
+
+namespace dyop::python {
+
+/// A named member of a struct, reached through a pointer to the struct.
+struct Field {
+  std::string name;
+  py::object (*get)(const void* record);
+  void (*set)(void* record, py::handle value);
+};
+using FieldList = std::vector<Field>;
+
+/// Adds what all records have beside their fields: `_fields`, `asdict()`, repr and pickling.
+/// @param pointer_of The struct within an instance.
+void finish_record(const py::object& type, const FieldList& fields,
+                   void* (*pointer_of)(py::handle));
+/// Adds a field as a property; `doc` begins with its type, "float: ...".
+void add_property(const py::object& type, const Field& field, const char* doc, bool is_writable,
+                  void* (*pointer_of)(py::handle));
+/// Sets the fields that keyword arguments name.
+/// @throws TypeError naming a keyword that is none.
+void set_fields(void* record, const FieldList& fields, const py::kwargs& values);
+
+template <typename Member>
+struct MemberTraits;
+template <typename Class, typename Value>
+struct MemberTraits<Value Class::*> {
+  using ValueType = Value;
+};
+
+/// What is read from Python for a member of this type.
+template <typename Value>
+Value value_of(py::handle source) {
+  if constexpr (std::is_same_v<Value, RigidPose>) {
+    return pose_of(source);
+  } else if constexpr (std::is_same_v<Value, TimeInterval>) {
+    return interval_of(source);
+  } else if constexpr (std::is_same_v<Value, Twist>) {
+    return twist_of(source);
+  } else if constexpr (std::is_same_v<Value, MotionState>) {
+    return state_of(source);
+  } else {
+    return source.cast<Value>();
+  }
+}
+
+/// Binds a plain struct whose members have the same names in Python. Every record pickles, and can
+/// be made empty or from keyword arguments.
+template <typename T, typename... Bases>
+class Record {
+ public:
+  Record(py::handle scope, const char* name, const char* doc) : type(scope, name, doc) {}
+
+  /// A result: read only.
+  template <auto kMember>
+  Record& field(const char* name, const char* doc) {
+    return add<kMember>(name, doc, false);
+  }
+  /// An option: can be set.
+  template <auto kMember>
+  Record& option(const char* name, const char* doc) {
+    return add<kMember>(name, doc, true);
+  }
+  /// A member whose Python type is another one.
+  Record& custom(const Field& field, const char* doc, bool is_writable = true) {
+    fields.push_back(field);
+    add_property(type, field, doc, is_writable, &pointer_of);
+    return *this;
+  }
+  void finish() {
+    type.def(py::init([list = fields](const py::kwargs& values) {
+      T record{};
+      set_fields(&record, list, values);
+      return record;
+    }));
+    finish_record(type, fields, &pointer_of);
+  }
+
+  py::class_<T, Bases...> type;
+  FieldList fields;
+
+ private:
+  static void* pointer_of(py::handle instance) { return instance.cast<T*>(); }
+
+  template <auto kMember>
+  Record& add(const char* name, const char* doc, bool is_writable) {
+    using Value = typename MemberTraits<decltype(kMember)>::ValueType;
+    return custom({name,
+                   [](const void* record) {
+                     return py::cast(static_cast<const T*>(record)->*kMember,
+                                     py::return_value_policy::copy);
+                   },
+                   [](void* record, py::handle value) {
+                     static_cast<T*>(record)->*kMember = value_of<Value>(value);
+                   }},
+                  doc, is_writable);
+  }
+};
+
+}  // namespace dyop::python

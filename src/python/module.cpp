@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "python/bindings.h"
+
+namespace {
+
+constexpr const char* kDoc = R"(Certified continuous collision detection.
+
+Lengths and times are in any consistent units. Arrays are float64; poses are a RigidPose, a (4, 4)
+array, or a pair (quaternion (w, x, y, z), position). Normals point from A to B, in world W.)";
+
+}  // namespace
+
+PYBIND11_MODULE(_dyop, m) {
+  m.doc() = kDoc;
+  m.attr("__version__") = DYOP_VERSION;
+  dyop::python::bind_core(m);
+  dyop::python::bind_shapes(m);
+  dyop::python::bind_meshes(m);
+  dyop::python::bind_motions(m);
+  dyop::python::bind_curves(m);
+  dyop::python::bind_distance(m);
+  dyop::python::bind_toi(m);
+  dyop::python::bind_batches(m);
+  dyop::python::bind_deforming(m);
+  dyop::python::bind_obstacles(m);
+}

@@ -1,0 +1,339 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "dyop/core/error.h"
+#include "dyop/distance/distance_batch.h"
+#include "dyop/motion/constant_twist_motion.h"
+#include "dyop/motion/interpolated_motion.h"
+#include "dyop/toi/toi_batch.h"
+#include "python/bindings.h"
+#include "python/glue/interrupt.h"
+#include "python/query/query_options.h"
+#include "python/query/result_rows.h"
+
+namespace dyop::python {
+namespace {
+
+using MotionPointer = std::shared_ptr<const Motion>;
+using ShapePointer = std::shared_ptr<const Shape>;
+
+constexpr const char* kWitnessFields =
+    "('lower','f8'),('upper','f8'),('p_WCa','f8',3),('p_WCb','f8',3),('nhat_AB_W','f8',3),"
+    "('feature_a','i4',4),('feature_b','i4',4),('triangle_a','i4'),('triangle_b','i4'),"
+    "('child_a','i4'),('child_b','i4'),";
+
+// The type of a row, fields in the order of the struct.
+template <typename Row>
+py::dtype row_type(const std::string& fields) {
+  const auto read = py::module_::import("ast").attr("literal_eval");
+  auto type = py::dtype::from_args(read("[" + fields + "]"));
+  if (std::size_t(type.itemsize()) != sizeof(Row)) throw InternalError("a row has another size");
+  return type;
+}
+
+struct RowTypes {
+  py::dtype toi = row_type<ToiRow>(std::string("('t_safe','f8'),('t_hit','f8'),") + kWitnessFields +
+                                   "('closing_speed','f8'),('rounding_allowance','f8'),"
+                                   "('box_tests','i8'),('leaf_tests','i8'),('node_pairs','i8'),"
+                                   "('peak_queue','i8'),('status','i8')");
+  py::dtype distance = row_type<DistanceRow>(
+      std::string(kWitnessFields) +
+      "('penetration_depth','f8'),('penetration_nhat_AB_W','f8',3),('penetration_p_W','f8',3),"
+      "('box_tests','i8'),('leaf_tests','i8'),('gjk_iterations','i8'),('status','i8')");
+  py::dtype point = row_type<PointRow>(
+      "('lower','f8'),('upper','f8'),('p_WC','f8',3),('nhat_W','f8',3),"
+      "('feature','i4',4),('triangle','i4'),('child','i4')");
+};
+
+/// Items of a batch: one for all queries, or one each.
+template <typename Item>
+struct ItemList {
+  std::vector<Item> items;
+  bool is_single = false;
+  const Item& at(std::size_t i) const { return items[is_single ? 0 : i]; }
+};
+
+/// Motions that lie side by side in memory.
+struct MotionArray {
+  std::vector<MotionPointer> motions;
+};
+
+template <typename Pointer>
+ItemList<Pointer> items_of(py::handle source, const char* what) {
+  using Base = std::remove_const_t<typename Pointer::element_type>;
+  if (py::isinstance<Base>(source)) return {{source.cast<Pointer>()}, true};
+  if constexpr (std::is_same_v<Base, Motion>) {
+    if (py::isinstance<MotionArray>(source)) return {source.cast<MotionArray&>().motions, false};
+  }
+  ItemList<Pointer> list;
+  if (!py::isinstance<py::sequence>(source)) {
+    throw InvalidArgument(std::string(what) + " must be one object or a sequence of them");
+  }
+  for (const py::handle item : source) {
+    DYOP_REQUIRE(py::isinstance<Base>(item), what, "[", list.items.size(),
+                 "] is not what is asked for, but ", std::string(py::repr(item)));
+    list.items.push_back(item.cast<Pointer>());
+  }
+  return list;
+}
+
+ItemList<TimeInterval> intervals_of(py::handle source) {
+  const auto array = py::array_t<double, py::array::c_style>::ensure(source);
+  if (py::isinstance<TimeInterval>(source) || !array || array.ndim() == 1) {
+    return {{interval_of(source)}, true};
+  }
+  const auto rows = rows_of(source, 2, "interval", CopyRule::IfNeeded);
+  ItemList<TimeInterval> list;
+  for (py::ssize_t i = 0; i < rows.shape(0); ++i)
+    list.items.push_back({rows.at(i, 0), rows.at(i, 1)});
+  return list;
+}
+
+// The number of queries: that of all lists, single items standing for any number.
+class BatchSize {
+ public:
+  template <typename List>
+  void join(const List& list, std::size_t size, const char* what) {
+    if (list.is_single) return;
+    DYOP_REQUIRE(!size_ || *size_ == size, what, " holds ", size, " items, but ", name_, " ",
+                 size_.value_or(0));
+    size_ = size;
+    name_ = what;
+  }
+  std::size_t get() const { return size_.value_or(1); }
+
+ private:
+  std::optional<std::size_t> size_;
+  std::string name_;
+};
+
+// The array for the results: the caller's, or a new one.
+template <typename Row>
+py::array output_of(const py::object& out, const py::dtype& type, std::size_t size) {
+  if (out.is_none()) return {type, std::vector<py::ssize_t>{py::ssize_t(size)}};
+  if (!py::isinstance<py::array>(out)) throw InvalidArgument("out must be an array");
+  py::array array = out;
+  const bool fits = array.ndim() == 1 && array.shape(0) == py::ssize_t(size) &&
+                    array.dtype().equal(type) && array.writeable() &&
+                    (size < 2 || array.strides(0) == py::ssize_t(sizeof(Row)));
+  DYOP_REQUIRE(fits, "out must be a writeable, contiguous array of ", size,
+               " rows of the type that the call returns");
+  return array;
+}
+
+// What is the same for all batches: runs, and turns results into rows.
+template <typename Row, typename Result, typename Run>
+py::array run_rows(const py::dtype& type, std::size_t size, const BatchOptions& given,
+                   const py::object& out, const Run& run) {
+  py::array rows = output_of<Row>(out, type, size);
+  std::vector<Result> results(size);
+  auto* row = static_cast<Row*>(rows.mutable_data());
+  BatchOptions options = given;
+  run_interruptible(given.stop, [&](const std::stop_token& stop) {
+    options.stop = stop;
+    run(std::span<Result>(results), options);
+    for (std::size_t i = 0; i < size; ++i) fill_row(row[i], results[i]);
+  });
+  return rows;
+}
+
+BatchOptions batch_options(int thread_count, const std::stop_source* stop,
+                           const py::object& progress) {
+  BatchOptions options;
+  options.thread_count = thread_count;
+  if (stop != nullptr) options.stop = stop->get_token();
+  options.progress = make_progress(progress);
+  return options;
+}
+
+struct ToiBatchInput {
+  ItemList<ShapePointer> a;
+  ItemList<MotionPointer> X_WA;
+  ItemList<ShapePointer> b;
+  ItemList<MotionPointer> X_WB;
+  ItemList<TimeInterval> intervals;
+};
+
+py::array toi_batch(const py::dtype& type, const ToiBatchInput& input, const ToiOptions& options,
+                    const BatchOptions& batch, const py::object& out) {
+  DYOP_REQUIRE(!options.with_contacts,
+               "with_contacts gives lists of contacts, which an array of rows cannot hold: call "
+               "time_of_impact() for the queries that hit");
+  BatchSize size;
+  size.join(input.a, input.a.items.size(), "a");
+  size.join(input.X_WA, input.X_WA.items.size(), "X_WA");
+  size.join(input.b, input.b.items.size(), "b");
+  size.join(input.X_WB, input.X_WB.items.size(), "X_WB");
+  size.join(input.intervals, input.intervals.items.size(), "interval");
+  const auto run = [&](std::span<ToiResult> results, const BatchOptions& used) {
+    std::vector<ToiQuery> queries;
+    queries.reserve(results.size());
+    for (std::size_t i = 0; i < results.size(); ++i) {
+      queries.push_back({input.a.at(i).get(), input.X_WA.at(i).get(), input.b.at(i).get(),
+                         input.X_WB.at(i).get(), input.intervals.at(i), options});
+    }
+    time_of_impact_batch(queries, results, used);
+  };
+  return run_rows<ToiRow, ToiResult>(type, size.get(), batch, out, run);
+}
+
+py::array distance_batch_rows(const py::dtype& type, const ItemList<ShapePointer>& a,
+                              const PoseList& X_WA, const ItemList<ShapePointer>& b,
+                              const PoseList& X_WB, const DistanceOptions& options,
+                              const BatchOptions& batch, const py::object& out) {
+  BatchSize size;
+  size.join(a, a.items.size(), "a");
+  size.join(X_WA, X_WA.poses.size(), "X_WA");
+  size.join(b, b.items.size(), "b");
+  size.join(X_WB, X_WB.poses.size(), "X_WB");
+  const auto run = [&](std::span<DistanceResult> results, const BatchOptions& used) {
+    std::vector<DistanceQuery> queries;
+    queries.reserve(results.size());
+    for (std::size_t i = 0; i < results.size(); ++i) {
+      queries.push_back({a.at(i).get(), X_WA.at(i), b.at(i).get(), X_WB.at(i), options, nullptr});
+    }
+    distance_batch(queries, results, used);
+  };
+  return run_rows<DistanceRow, DistanceResult>(type, size.get(), batch, out, run);
+}
+
+// Motions of one class, stored together and shared one by one.
+template <typename Kind, typename Make>
+MotionArray motion_array(std::size_t size, const Make& make) {
+  auto store = std::make_shared<std::vector<Kind>>();
+  store->reserve(size);
+  for (std::size_t i = 0; i < size; ++i) store->push_back(make(i));
+  MotionArray array;
+  array.motions.reserve(size);
+  for (const Kind& motion : *store) array.motions.emplace_back(store, &motion);
+  return array;
+}
+
+MotionArray constant_twist_motions(const py::object& X_WB0, const py::object& v_WB,
+                                   const py::object& w_WB, Scalar t0) {
+  const PoseList poses = poses_of(X_WB0, "X_WB0");
+  const auto v = rows_of(v_WB, 3, "v_WB", CopyRule::IfNeeded);
+  const auto w = rows_of(w_WB, 3, "w_WB", CopyRule::IfNeeded);
+  const std::size_t size = points_in(v).size();
+  DYOP_REQUIRE(points_in(w).size() == size && (poses.is_single || poses.poses.size() == size),
+               "X_WB0, v_WB and w_WB must hold as many rows: ", poses.poses.size(), ", ", size,
+               " and ", points_in(w).size());
+  return motion_array<ConstantTwistMotion>(size, [&](std::size_t i) {
+    return ConstantTwistMotion(poses.at(i), {points_in(v)[i], points_in(w)[i]}, t0);
+  });
+}
+
+MotionArray interpolated_motions(const IntervalArgument& interval, const py::object& begin,
+                                 const py::object& end) {
+  const PoseList first = poses_of(begin, "X_WB0");
+  const PoseList last = poses_of(end, "X_WB1");
+  BatchSize size;
+  size.join(first, first.poses.size(), "X_WB0");
+  size.join(last, last.poses.size(), "X_WB1");
+  return motion_array<InterpolatedMotion>(size.get(), [&](std::size_t i) {
+    return InterpolatedMotion(interval.interval, first.at(i), last.at(i));
+  });
+}
+
+void bind_motion_arrays(py::module_& m) {
+  py::class_<MotionArray>(m, "MotionArray", "Many motions, for batches.")
+      .def("__len__", [](const MotionArray& array) { return array.motions.size(); })
+      .def(
+          "__getitem__",
+          [](const MotionArray& array, py::ssize_t i) {
+            const auto size = py::ssize_t(array.motions.size());
+            if (i < -size || i >= size) throw py::index_error();
+            return std::const_pointer_cast<Motion>(
+                array.motions[std::size_t(i < 0 ? i + size : i)]);
+          },
+          py::arg("index"));
+  m.def(
+      "constant_twist_motions", &constant_twist_motions, py::arg("X_WB0"), py::arg("v_WB"),
+      py::arg("w_WB"), py::arg("t0") = 0.0,
+      "N ConstantTwistMotions from poses at time t0, v_WB (N, 3) and w_WB (N, 3). Poses: one for\n"
+      "all, (N, 4, 4), or a pair of quaternions (N, 4) and positions (N, 3).");
+  m.def("interpolated_motions", &interpolated_motions, py::arg("interval"), py::arg("X_WB0"),
+        py::arg("X_WB1"), "N InterpolatedMotions over one interval, from poses at both ends.");
+}
+
+constexpr const char* kBatchDoc =
+    "Each argument is one object for all queries, or a sequence of N. Returns a structured array\n"
+    "of N rows (or fills `out`): the same bytes for every thread_count (0: all). Missing numbers\n"
+    "are NaN, missing indices -1; status holds the integers of the enum. progress(done, total) is\n"
+    "called at most ten times a second. Ctrl-C ends the batch.";
+
+void bind_toi_batch(py::module_& m, const std::shared_ptr<RowTypes>& types) {
+  m.def(
+      "time_of_impact_batch",
+      [type = types->toi](
+          const py::object& a, const py::object& X_WA, const py::object& b, const py::object& X_WB,
+          const py::object& interval, const PythonToiOptions* options, int thread_count,
+          const py::object& progress, const std::stop_source* stop, const py::object& out) {
+        const ToiBatchInput input{items_of<ShapePointer>(a, "a"),
+                                  items_of<MotionPointer>(X_WA, "X_WA"),
+                                  items_of<ShapePointer>(b, "b"),
+                                  items_of<MotionPointer>(X_WB, "X_WB"), intervals_of(interval)};
+        return toi_batch(type, input, options_or_default(options),
+                         batch_options(thread_count, stop, progress), out);
+      },
+      py::arg("a"), py::arg("X_WA"), py::arg("b"), py::arg("X_WB"),
+      py::arg("interval") = py::make_tuple(0.0, 1.0), py::arg("options") = py::none(),
+      py::kw_only(), py::arg("thread_count") = 0, py::arg("progress") = py::none(),
+      py::arg("stop") = py::none(), py::arg("out") = py::none(),
+      (std::string("Many time_of_impact() queries on several threads. ") + kBatchDoc).c_str());
+}
+
+void bind_distance_batches(py::module_& m, const std::shared_ptr<RowTypes>& types) {
+  m.def(
+      "distance_batch",
+      [type = types->distance](const py::object& a, const py::object& X_WA, const py::object& b,
+                               const py::object& X_WB, const DistanceOptions* options,
+                               int thread_count, const py::object& progress,
+                               const std::stop_source* stop, const py::object& out) {
+        return distance_batch_rows(type, items_of<ShapePointer>(a, "a"), poses_of(X_WA, "X_WA"),
+                                   items_of<ShapePointer>(b, "b"), poses_of(X_WB, "X_WB"),
+                                   options != nullptr ? *options : DistanceOptions(),
+                                   batch_options(thread_count, stop, progress), out);
+      },
+      py::arg("a"), py::arg("X_WA"), py::arg("b"), py::arg("X_WB"), py::arg("options") = py::none(),
+      py::kw_only(), py::arg("thread_count") = 0, py::arg("progress") = py::none(),
+      py::arg("stop") = py::none(), py::arg("out") = py::none(),
+      (std::string("Many distance() queries on several threads. ") + kBatchDoc).c_str());
+  m.def(
+      "point_distance_batch",
+      [type = types->point](const Shape& shape, const PoseArgument& X_WS, const py::object& points,
+                            const PointDistanceOptions* options, int thread_count,
+                            const py::object& progress, const std::stop_source* stop,
+                            const py::object& copy, const py::object& out) {
+        const auto rows = rows_of(points, 3, "points_W", copy_rule_of(copy));
+        const PointDistanceOptions used = options != nullptr ? *options : PointDistanceOptions();
+        const auto run = [&](std::span<PointDistance> results, const BatchOptions& batch) {
+          point_distance_batch(shape, X_WS.X, points_in(rows), results, used, batch);
+        };
+        return run_rows<PointRow, PointDistance>(
+            type, points_in(rows).size(), batch_options(thread_count, stop, progress), out, run);
+      },
+      py::arg("shape"), py::arg("X_WS"), py::arg("points_W"), py::arg("options") = py::none(),
+      py::kw_only(), py::arg("thread_count") = 0, py::arg("progress") = py::none(),
+      py::arg("stop") = py::none(), py::arg("copy") = py::none(), py::arg("out") = py::none(),
+      (std::string("The distance of many points (N, 3) from one shape. Contiguous float64 points\n"
+                   "are read where they are; copy=False refuses others. ") +
+       kBatchDoc)
+          .c_str());
+}
+
+}  // namespace
+
+void bind_batches(py::module_& m) {
+  bind_motion_arrays(m);
+  const auto types = std::make_shared<RowTypes>();
+  bind_toi_batch(m, types);
+  bind_distance_batches(m, types);
+  m.attr("toi_row") = types->toi;
+  m.attr("distance_row") = types->distance;
+  m.attr("point_row") = types->point;
+}
+
+}  // namespace dyop::python

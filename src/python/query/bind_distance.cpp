@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <memory>
+
+#include "dyop/distance/distance.h"
+#include "dyop/distance/gjk.h"
+#include "dyop/distance/penetration.h"
+#include "dyop/distance/point_distance.h"
+#include "dyop/distance/triangle_distance.h"
+#include "dyop/io/result_text.h"
+#include "python/bindings.h"
+#include "python/query/witness_fields.h"
+
+namespace dyop::python {
+namespace {
+
+void bind_distance_results(py::module_& m) {
+  py::enum_<DistanceStatus>(m, "DistanceStatus", "How a distance query ended.")
+      .value("NotRun", DistanceStatus::NotRun)
+      .value("Separated", DistanceStatus::Separated, "Proven apart.")
+      .value("Overlapping", DistanceStatus::Overlapping, "They touch or intersect.")
+      .value("FartherThanMaxDistance", DistanceStatus::FartherThanMaxDistance, "Stopped early.")
+      .value("Inconclusive", DistanceStatus::Inconclusive, "Neither was proven.");
+  Record<Penetration>(m, "Penetration", "How two overlapping convex shapes must move apart.")
+      .field<&Penetration::depth>("depth", "float: length, > 0")
+      .field<&Penetration::nhat_AB_W>("nhat_AB_W",
+                                      "numpy.ndarray: (3,) moving B by depth along it separates")
+      .field<&Penetration::p_W>("p_W", "numpy.ndarray: (3,) a point in the overlap")
+      .finish();
+  Record<DistanceStatistics>(m, "DistanceStatistics", "Work of a distance query.")
+      .field<&DistanceStatistics::box_tests>("box_tests", "int: pairs of bounding boxes")
+      .field<&DistanceStatistics::leaf_tests>("leaf_tests", "int: pairs of triangles or pieces")
+      .field<&DistanceStatistics::gjk_iterations>("gjk_iterations", "int: of GJK")
+      .finish();
+  Record<WitnessPair> pair(m, "WitnessPair", "Two witness points, and bounds of the distance.");
+  add_witness_fields(pair);
+  pair.finish();
+  m.attr("Contact") = pair.type;
+  Record<DistanceResult, WitnessPair> result(m, "DistanceResult", "Result of distance().");
+  result.field<&DistanceResult::status>("status", "DistanceStatus: how the query ended");
+  add_witness_fields(result);
+  result
+      .field<&DistanceResult::penetration>("penetration",
+                                           "Optional[Penetration]: if asked for and found")
+      .field<&DistanceResult::statistics>("statistics", "DistanceStatistics: work")
+      .finish();
+  result.type.def("__str__", [](const DistanceResult& r) { return describe(r); });
+}
+
+void bind_distance_options(py::module_& m) {
+  Record<DistanceOptions>(m, "DistanceOptions", "Options of distance().")
+      .option<&DistanceOptions::max_distance>("max_distance",
+                                              "float: stop when proven farther apart; length, >= 0")
+      .option<&DistanceOptions::absolute_tolerance>(
+          "absolute_tolerance", "float: how far apart the bounds may stay; length, >= 0")
+      .option<&DistanceOptions::relative_tolerance>("relative_tolerance",
+                                                    "float: the same times upper, in [0, 1)")
+      .option<&DistanceOptions::with_penetration>("with_penetration",
+                                                  "bool: depth of overlapping convex shapes")
+      .option<&DistanceOptions::solid_a>("solid_a", "bool: A is a solid, not a surface")
+      .option<&DistanceOptions::solid_b>("solid_b", "bool: B is a solid, not a surface")
+      .finish();
+  py::class_<DistanceCache>(m, "DistanceCache",
+                            "What a distance query stores for the next one of the same shapes.")
+      .def(py::init<>());
+}
+
+void bind_shape_queries(py::module_& m) {
+  m.def(
+      "distance",
+      [](const Shape& a, const PoseArgument& X_WA, const Shape& b, const PoseArgument& X_WB,
+         const DistanceOptions* options, DistanceCache* cache) {
+        const DistanceOptions& used = options != nullptr ? *options : DistanceOptions();
+        const py::gil_scoped_release unlocked;
+        if (cache == nullptr) return distance(a, X_WA.X, b, X_WB.X, used);
+        return distance(a, X_WA.X, b, X_WB.X, used, *cache);
+      },
+      py::arg("a"), py::arg("X_WA"), py::arg("b"), py::arg("X_WB"), py::arg("options") = py::none(),
+      py::arg("cache") = py::none(),
+      "The distance of two shapes at their poses, with proven bounds lower <= d <= upper and\n"
+      "witness points, lengths. Meshes are surfaces, convex shapes solids. A cache, used by one\n"
+      "thread at a time, makes the next query of the same shapes faster.");
+  m.def(
+      "find_contacts",
+      [](const Shape& a, const PoseArgument& X_WA, const Shape& b, const PoseArgument& X_WB,
+         Scalar max_distance) {
+        const py::gil_scoped_release unlocked;
+        return find_contacts(a, X_WA.X, b, X_WB.X, max_distance);
+      },
+      py::arg("a"), py::arg("X_WA"), py::arg("b"), py::arg("X_WB"), py::arg("max_distance"),
+      "Every contact of two shapes at most max_distance (length) apart, nearest first.");
+  m.def(
+      "find_penetration",
+      [](const ConvexShape& a, const PoseArgument& X_WA, const ConvexShape& b,
+         const PoseArgument& X_WB) { return find_penetration(a, X_WA.X, b, X_WB.X); },
+      py::arg("a"), py::arg("X_WA"), py::arg("b"), py::arg("X_WB"),
+      "Depth and direction of two overlapping convex shapes; an estimate. None if no overlap.");
+}
+
+void bind_distance_kernels(py::module_& m) {
+  Record<NearestPoints>(m, "NearestPoints", "Nearest points of two pieces, in the query's frame.")
+      .field<&NearestPoints::lower>("lower", "float: never above the distance")
+      .field<&NearestPoints::upper>("upper", "float: never below the distance")
+      .field<&NearestPoints::p_a>("p_a", "numpy.ndarray: (3,) witness point on a")
+      .field<&NearestPoints::p_b>("p_b", "numpy.ndarray: (3,) witness point on b")
+      .field<&NearestPoints::nhat_AB>("nhat_AB", "numpy.ndarray: (3,) unit, from a to b")
+      .field<&NearestPoints::feature_a>("feature_a", "Feature: of a")
+      .field<&NearestPoints::feature_b>("feature_b", "Feature: of b")
+      .field<&NearestPoints::is_overlapping>("is_overlapping", "bool: found to touch")
+      .finish();
+  m.def(
+      "gjk_distance",
+      [](const ConvexShape& a, const ConvexShape& b, const PoseArgument& X_AB) -> NearestPoints {
+        return gjk_distance(a, b, X_AB.X);
+      },
+      py::arg("a"), py::arg("b"), py::arg("X_AB"),
+      "The distance of two convex shapes, in the frame of the first.");
+  m.def(
+      "triangle_distance",
+      [](const py::object& a, const py::object& b) {
+        const auto corners = [](const py::object& source) {
+          const auto points = points_of(source, "triangle", CopyRule::IfNeeded);
+          if (points.size() != 3) throw py::value_error("a triangle must be (3, 3)");
+          for (const Vector3& p : points) {
+            if (!p.allFinite()) throw py::value_error("a triangle must be finite");
+          }
+          return Triangle{points[0], points[1], points[2]};
+        };
+        return triangle_distance(corners(a), corners(b));
+      },
+      py::arg("a"), py::arg("b"), "The distance of two triangles (3, 3) in one frame.");
+}
+
+void bind_point_distance(py::module_& m) {
+  Record<PointDistanceOptions>(m, "PointDistanceOptions", "Options of point_distance().")
+      .option<&PointDistanceOptions::max_distance>(
+          "max_distance", "float: stop when proven farther from the point; length, >= 0")
+      .option<&PointDistanceOptions::is_signed>("is_signed",
+                                                "bool: distances inside the shape are negative")
+      .finish();
+  Record<PointDistance>(m, "PointDistance", "Result of point_distance().")
+      .field<&PointDistance::lower>("lower", "float: never above the distance")
+      .field<&PointDistance::upper>("upper", "float: never below the distance")
+      .field<&PointDistance::p_WC>("p_WC", "numpy.ndarray: (3,) nearest point of the surface")
+      .field<&PointDistance::nhat_W>("nhat_W", "numpy.ndarray: (3,) unit, along which it grows")
+      .field<&PointDistance::feature>("feature", "Feature: of the shape")
+      .field<&PointDistance::triangle>("triangle", "Optional[int]: if the shape is a mesh")
+      .field<&PointDistance::child>("child", "Optional[int]: if the shape is a compound")
+      .finish();
+  m.def(
+      "point_distance",
+      [](const Shape& shape, const PoseArgument& X_WS, const Vector3& p_W,
+         const PointDistanceOptions* options) {
+        return point_distance(shape, X_WS.X, p_W,
+                              options != nullptr ? *options : PointDistanceOptions());
+      },
+      py::arg("shape"), py::arg("X_WS"), py::arg("p_W"), py::arg("options") = py::none(),
+      "The distance of a point (3,) from a shape, with proven bounds.");
+}
+
+}  // namespace
+
+void bind_distance(py::module_& m) {
+  bind_distance_results(m);
+  bind_distance_options(m);
+  bind_shape_queries(m);
+  bind_distance_kernels(m);
+  bind_point_distance(m);
+}
+
+}  // namespace dyop::python

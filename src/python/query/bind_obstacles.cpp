@@ -1,0 +1,190 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <memory>
+
+#include "dyop/core/error.h"
+#include "dyop/motion/rest_motion.h"
+#include "dyop/toi/obstacle_set.h"
+#include "python/bindings.h"
+#include "python/glue/callback.h"
+#include "python/glue/interrupt.h"
+#include "python/query/query_options.h"
+
+namespace dyop::python {
+namespace {
+
+using Id = std::uint64_t;
+
+// Queries run without the interpreter's lock: the set must not change meanwhile.
+struct SharedObstacleSet {
+  ObstacleSet set;
+  int readers = 0;  // under the lock
+
+  ObstacleSet& change() {
+    DYOP_REQUIRE(readers == 0, "the obstacle set is being read by ", readers, " queries");
+    return set;
+  }
+  template <typename Query>
+  auto read(const Query& query) {
+    struct Guard {
+      int& readers;
+      explicit Guard(int& count) : readers(count) { ++readers; }
+      ~Guard() { --readers; }
+    };
+    const Guard guard(readers);
+    return query(static_cast<const ObstacleSet&>(set));
+  }
+};
+
+ObstacleFilter make_filter(std::uint32_t groups, const py::object& accepts) {
+  ObstacleFilter filter;
+  filter.groups = groups;
+  if (!accepts.is_none()) {
+    filter.accepts = [call = BoolFunction{SharedObject(accepts)}](ObstacleId id) {
+      return call(Id(id));
+    };
+  }
+  return filter;
+}
+
+// Ids are plain integers in Python.
+template <typename T>
+Field id_field() {
+  return {"obstacle",
+          [](const void* r) {
+            const auto& id = static_cast<const T*>(r)->obstacle;
+            return id ? py::object(py::int_(Id(*id))) : py::object(py::none());
+          },
+          [](void* r, py::handle value) {
+            auto& id = static_cast<T*>(r)->obstacle;
+            id.reset();
+            if (!value.is_none()) id = ObstacleId(value.cast<Id>());
+          }};
+}
+
+void bind_obstacle_results(py::module_& m) {
+  constexpr const char* kIdDoc = "Optional[int]: the obstacle that the result refers to";
+  Record<ObstacleImpact>(m, "ObstacleImpact", "Result of ObstacleSet.first_impact().")
+      .field<&ObstacleImpact::toi>("toi", "ToiResult: A is the body, B the obstacle")
+      .custom(id_field<ObstacleImpact>(), kIdDoc, false)
+      .field<&ObstacleImpact::free_fraction>("free_fraction",
+                                             "float: part of the interval proven free")
+      .finish();
+  Record<NearestObstacle>(m, "NearestObstacle", "Result of ObstacleSet.nearest().")
+      .field<&NearestObstacle::distance>("distance", "DistanceResult: least over all obstacles")
+      .custom(id_field<NearestObstacle>(), kIdDoc, false)
+      .finish();
+  Record<ObstacleClearance>(m, "ObstacleClearance", "Result of ObstacleSet.least_distance().")
+      .field<&ObstacleClearance::distance>("distance", "LeastDistanceResult: over all obstacles")
+      .custom(id_field<ObstacleClearance>(), kIdDoc, false)
+      .finish();
+}
+
+using SetClass = py::class_<SharedObstacleSet, std::shared_ptr<SharedObstacleSet>>;
+
+void bind_obstacle_changes(SetClass& type) {
+  type.def(py::init<>(), "An empty set.")
+      .def(
+          "add",
+          [](SharedObstacleSet& self, const std::shared_ptr<Shape>& shape, const py::object& X_WO,
+             std::uint32_t groups, bool is_solid) {
+            std::shared_ptr<const Motion> motion;
+            if (py::isinstance<Motion>(X_WO)) {
+              motion = X_WO.cast<std::shared_ptr<Motion>>();
+            } else {
+              motion = std::make_shared<RestMotion>(pose_of(X_WO));
+            }
+            return Id(self.change().add({shape, motion, groups, is_solid}));
+          },
+          py::arg("shape").none(false), py::arg("X_WO") = RigidPose(), py::arg("groups") = 1,
+          py::arg("is_solid") = false,
+          "Adds a shape at a pose or on a motion; returns its id. groups: bit set.")
+      .def(
+          "move",
+          [](SharedObstacleSet& self, Id id, const py::object& X_WO) {
+            if (py::isinstance<Motion>(X_WO)) {
+              self.change().move(ObstacleId(id), X_WO.cast<std::shared_ptr<Motion>>());
+            } else {
+              self.change().move(ObstacleId(id), pose_of(X_WO));
+            }
+          },
+          py::arg("id"), py::arg("X_WO"), "To another pose, or onto another motion.")
+      .def(
+          "remove", [](SharedObstacleSet& self, Id id) { self.change().remove(ObstacleId(id)); },
+          py::arg("id"), "Takes the obstacle away.")
+      .def(
+          "__contains__",
+          [](const SharedObstacleSet& self, Id id) { return self.set.contains(ObstacleId(id)); },
+          py::arg("id"))
+      .def("__len__", [](const SharedObstacleSet& self) { return self.set.size(); })
+      .def(
+          "ids",
+          [](const SharedObstacleSet& self) {
+            std::vector<Id> ids;
+            for (const ObstacleId id : self.set.ids()) ids.push_back(Id(id));
+            return ids;
+          },
+          "Ids of all obstacles, in ascending order.");
+}
+
+void bind_obstacle_queries(SetClass& type) {
+  type.def(
+          "first_impact",
+          [](SharedObstacleSet& self, const Shape& body, const Motion& X_WB,
+             const IntervalArgument& interval, const PythonToiOptions* options,
+             std::uint32_t groups, const py::object& accepts) {
+            const ToiOptions used = options_or_default(options);
+            const ObstacleFilter filter = make_filter(groups, accepts);
+            return self.read([&](const ObstacleSet& set) {
+              const py::gil_scoped_release unlocked;
+              return set.first_impact(body, X_WB, interval.interval, used, filter);
+            });
+          },
+          py::arg("body"), py::arg("X_WB"), py::arg("interval"), py::arg("options") = py::none(),
+          py::arg("groups") = ~std::uint32_t{0}, py::arg("accepts") = py::none(),
+          "The first time at which the body comes within the target distance of an obstacle, or a\n"
+          "proof that it does not. accepts(id) leaves obstacles out.")
+      .def(
+          "nearest",
+          [](SharedObstacleSet& self, const Shape& body, const PoseArgument& X_WB, Scalar t,
+             const DistanceOptions* options, std::uint32_t groups, const py::object& accepts) {
+            const DistanceOptions used = options != nullptr ? *options : DistanceOptions();
+            const ObstacleFilter filter = make_filter(groups, accepts);
+            return self.read([&](const ObstacleSet& set) {
+              const py::gil_scoped_release unlocked;
+              return set.nearest(body, X_WB.X, t, used, filter);
+            });
+          },
+          py::arg("body"), py::arg("X_WB"), py::arg("t") = 0.0, py::arg("options") = py::none(),
+          py::arg("groups") = ~std::uint32_t{0}, py::arg("accepts") = py::none(),
+          "The obstacle nearest to the body at time t.")
+      .def(
+          "least_distance",
+          [](SharedObstacleSet& self, const Shape& body, const Motion& X_WB,
+             const IntervalArgument& interval, const PythonLeastDistanceOptions* options,
+             std::uint32_t groups, const py::object& accepts) {
+            LeastDistanceOptions used = options_or_default(options);
+            const ObstacleFilter filter = make_filter(groups, accepts);
+            return self.read([&](const ObstacleSet& set) {
+              ObstacleClearance result;
+              run_interruptible(used.stop, [&](const std::stop_token& stop) {
+                used.stop = stop;
+                result = set.least_distance(body, X_WB, interval.interval, used, filter);
+              });
+              return result;
+            });
+          },
+          py::arg("body"), py::arg("X_WB"), py::arg("interval"), py::arg("options") = py::none(),
+          py::arg("groups") = ~std::uint32_t{0}, py::arg("accepts") = py::none(),
+          "The least distance of the body from any obstacle over an interval (begin, end).");
+}
+
+}  // namespace
+
+void bind_obstacles(py::module_& m) {
+  bind_obstacle_results(m);
+  SetClass type(m, "ObstacleSet", "Many placed shapes, for queries of one body against all.");
+  bind_obstacle_changes(type);
+  bind_obstacle_queries(type);
+}
+
+}  // namespace dyop::python

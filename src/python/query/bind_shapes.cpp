@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <memory>
+
+#include "dyop/geometry/box.h"
+#include "dyop/geometry/capsule.h"
+#include "dyop/geometry/compound_shape.h"
+#include "dyop/geometry/convex_hull.h"
+#include "dyop/geometry/sphere.h"
+#include "python/bindings.h"
+#include "python/glue/record.h"
+
+namespace dyop::python {
+namespace {
+
+using SharedShape = std::shared_ptr<Shape>;
+
+void bind_shape_bases(py::module_& m) {
+  py::enum_<ShapeKind>(m, "ShapeKind")
+      .value("TriangleMesh", ShapeKind::TriangleMesh)
+      .value("Convex", ShapeKind::Convex)
+      .value("Compound", ShapeKind::Compound);
+  py::enum_<FeatureKind>(m, "FeatureKind", "The kind of feature a witness point lies on.")
+      .value("Vertex", FeatureKind::Vertex)
+      .value("Edge", FeatureKind::Edge)
+      .value("Face", FeatureKind::Face)
+      .value("Smooth", FeatureKind::Smooth);
+  Record<Feature>(m, "Feature", "A feature, named by the shape's own vertex numbers.")
+      .field<&Feature::kind>("kind", "FeatureKind: ")
+      .field<&Feature::vertices>("vertices", "list[int]: as many as the kind has; the rest are -1")
+      .finish();
+  Record<MassProperties>(m, "MassProperties", "Mass properties of a body, in its shape's frame B.")
+      .option<&MassProperties::mass>("mass", "float: > 0")
+      .option<&MassProperties::p_BoBcm>("p_BoBcm", "numpy.ndarray: (3,) centre of mass, length")
+      .option<&MassProperties::I_BBcm>(
+          "I_BBcm", "numpy.ndarray: (3, 3) rotational inertia about the centre of mass, axes of B")
+      .finish();
+  m.def("with_mass", &with_mass, py::arg("properties"), py::arg("mass"),
+        "The same mass distribution scaled to a total mass.");
+
+  py::class_<Shape, SharedShape>(m, "Shape",
+                                 "A rigid shape at rest in its own frame. Immutable and shared.")
+      .def("kind", &Shape::kind, "Mesh, convex or compound.")
+      .def(
+          "bounding_box",
+          [](const Shape& shape) {
+            const AlignedBox box = shape.bounding_box();
+            return std::pair(Vector3(box.min()), Vector3(box.max()));
+          },
+          "Corners (min, max), (3,) each, length, in the shape's frame.")
+      .def("bounding_radius", &Shape::bounding_radius,
+           "Largest distance of a point of the shape from the frame's origin, length.")
+      .def("compute_mass_properties", &Shape::compute_mass_properties, py::arg("density"),
+           "Mass properties of the solid of this density (mass per volume).");
+}
+
+void bind_convex_shapes(py::module_& m) {
+  py::class_<ConvexShape, Shape, std::shared_ptr<ConvexShape>>(
+      m, "ConvexShape", "A convex core inflated by a ball of radius rounding_radius().")
+      .def(
+          "support",
+          [](const ConvexShape& shape, const Vector3& direction) {
+            return shape.support(direction);
+          },
+          py::arg("unit_direction"), "A farthest point (3,) along a unit direction (3,).")
+      .def("rounding_radius", &ConvexShape::rounding_radius, "Length, >= 0.");
+  py::class_<Sphere, ConvexShape, std::shared_ptr<Sphere>>(m, "Sphere", "Ball about the origin.")
+      .def(py::init<Scalar>(), py::arg("radius"), "Radius > 0, length.")
+      .def_property_readonly("radius", &Sphere::radius, "float: length")
+      .def("__repr__",
+           [](const Sphere& s) {
+             return "Sphere(" + std::string(py::repr(py::cast(s.radius()))) + ")";
+           })
+      .def(py::pickle([](const Sphere& s) { return py::make_tuple(s.radius()); },
+                      [](const py::tuple& state) {
+                        return std::make_shared<Sphere>(state[0].cast<Scalar>());
+                      }));
+  py::class_<Box, ConvexShape, std::shared_ptr<Box>>(m, "Box", "Axis-aligned box about the origin.")
+      .def(py::init<const Vector3&>(), py::arg("half_extents"), "(3,) lengths, > 0.")
+      .def_property_readonly("half_extents", &Box::half_extents, "numpy.ndarray: (3,) lengths")
+      .def("__repr__",
+           [](const Box& b) {
+             const py::object list = array_of(b.half_extents()).attr("tolist")();
+             return "Box(" + std::string(py::str(list)) + ")";
+           })
+      .def(py::pickle([](const Box& b) { return py::make_tuple(b.half_extents()); },
+                      [](const py::tuple& state) {
+                        return std::make_shared<Box>(vector_of(state[0], "half_extents"));
+                      }));
+  py::class_<Capsule, ConvexShape, std::shared_ptr<Capsule>>(
+      m, "Capsule", "All points within a radius of a segment on the z axis, about the origin.")
+      .def(py::init<Scalar, Scalar>(), py::arg("radius"), py::arg("half_length"),
+           "Lengths, radius > 0, half_length >= 0.")
+      .def_property_readonly("radius", &Capsule::radius, "float: length")
+      .def_property_readonly("half_length", &Capsule::half_length, "float: length")
+      .def("__repr__",
+           [](const Capsule& c) {
+             return "Capsule" + std::string(py::repr(py::make_tuple(c.radius(), c.half_length())));
+           })
+      .def(py::pickle([](const Capsule& c) { return py::make_tuple(c.radius(), c.half_length()); },
+                      [](const py::tuple& state) {
+                        return std::make_shared<Capsule>(state[0].cast<Scalar>(),
+                                                         state[1].cast<Scalar>());
+                      }));
+}
+
+void bind_hull(py::module_& m) {
+  py::class_<ConvexHull, ConvexShape, std::shared_ptr<ConvexHull>>(
+      m, "ConvexHull", "Convex hull of points, found on exact predicates.")
+      .def(py::init([](py::handle points, const py::object& copy) {
+             return std::make_shared<ConvexHull>(points_of(points, "points", copy_rule_of(copy)));
+           }),
+           py::arg("points"), py::kw_only(), py::arg("copy") = py::none(),
+           "Points (N, 3), N >= 1, in any order. copy=False: InvalidArgument if they had to be\n"
+           "brought into another layout first.")
+      .def_property_readonly(
+          "vertices",
+          [](const py::object& self) {
+            const auto vertices = self.cast<const ConvexHull&>().vertices();
+            return view_of(vertices.data()->data(), vertices.size(), self);
+          },
+          "numpy.ndarray: (N, 3) corners in the order of the input, a read-only view")
+      .def("dimension", &ConvexHull::dimension,
+           "3 for a volume, 2 a polygon, 1 a segment, 0 a point.")
+      .def("__repr__",
+           [](const ConvexHull& h) {
+             return "ConvexHull(" + std::to_string(h.vertices().size()) + " corners)";
+           })
+      .def("__reduce__", [](const py::object& self) {
+        return py::make_tuple(py::type::of(self), py::make_tuple(self.attr("vertices")));
+      });
+}
+
+void bind_compound(py::module_& m) {
+  using Child = std::pair<std::shared_ptr<const Shape>, PoseArgument>;
+  py::class_<CompoundShape, Shape, std::shared_ptr<CompoundShape>>(
+      m, "CompoundShape", "Several shapes in one body, each at a fixed pose: their union.")
+      .def(py::init([](const std::vector<Child>& children) {
+             std::vector<CompoundChild> list;
+             for (const auto& [shape, pose] : children) list.push_back({shape, pose.X});
+             return std::make_shared<CompoundShape>(list);
+           }),
+           py::arg("children"),
+           "Pairs (shape, pose X_CS); a compound in it is replaced by its own.")
+      .def_property_readonly(
+          "children",
+          [](const CompoundShape& compound) {
+            py::list list;
+            for (const CompoundChild& child : compound.children()) {
+              list.append(py::make_tuple(std::const_pointer_cast<Shape>(child.shape), child.X_CS));
+            }
+            return list;
+          },
+          "list[tuple[Shape, RigidPose]]: meshes and convex shapes, with their poses")
+      .def("__repr__",
+           [](const CompoundShape& c) {
+             return "CompoundShape(" + std::to_string(c.children().size()) + " children)";
+           })
+      .def("__reduce__", [](const py::object& self) {
+        return py::make_tuple(py::type::of(self), py::make_tuple(self.attr("children")));
+      });
+}
+
+}  // namespace
+
+void bind_shapes(py::module_& m) {
+  bind_shape_bases(m);
+  bind_convex_shapes(m);
+  bind_hull(m);
+  bind_compound(m);
+}
+
+}  // namespace dyop::python

@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "dyop/view/live_server.h"
+
+#include <httplib.h>
+
+#include <array>
+#include <chrono>
+#include <condition_variable>
+#include <cstdio>
+#include <mutex>
+#include <random>
+#include <thread>
+
+#include "dyop/core/error.h"
+#include "dyop/view/page_file.h"
+
+namespace dyop {
+namespace {
+
+constexpr const char* kHost = "127.0.0.1";
+constexpr int kNotFound = 404;
+constexpr int kNoContent = 204;
+constexpr int kForbidden = 403;
+constexpr std::chrono::milliseconds kWait{1};
+constexpr int kMostWaits = 5000;
+
+// 128 bits that another page cannot guess.
+std::string random_name() {
+  std::random_device device;
+  std::string name;
+  for (int k = 0; k < 4; ++k) {
+    std::array<char, 9> digits{};
+    std::snprintf(digits.data(), digits.size(), "%08x", static_cast<unsigned>(device()));
+    name += digits.data();
+  }
+  return name;
+}
+
+}  // namespace
+
+struct LiveServer::Impl {
+  enum class State { Running, Paused, Finished };
+
+  mutable std::mutex mutex;
+  std::condition_variable_any changed;
+  State state = State::Running;
+  std::vector<std::string> blocks;
+  std::stop_source stop;
+  std::string page;
+  std::string name = random_name();
+  int port = 0;
+  httplib::Server server;
+  std::jthread thread;
+
+  const char* state_word() const {
+    switch (state) {
+      case State::Running:
+        return "running";
+      case State::Paused:
+        return "paused";
+      case State::Finished:
+        return "finished";
+    }
+    return "";
+  }
+
+  // Only Running and Paused may change into one another.
+  void change(State wanted) {
+    const std::scoped_lock lock(mutex);
+    if (state != State::Finished) state = wanted;
+    changed.notify_all();
+  }
+
+  void send_block(const httplib::Request& request, httplib::Response& response) const {
+    const std::size_t number = std::stoul(request.matches[1].str());
+    const std::scoped_lock lock(mutex);
+    response.set_header("X-Dyop-State", state_word());
+    response.set_header("Cache-Control", "no-store");
+    if (number < blocks.size()) {
+      response.set_content(blocks[number], "application/octet-stream");
+    } else {
+      response.status = kNoContent;
+    }
+  }
+
+  void add_routes() {
+    const std::string at = "/" + name + "/";
+    // By default two servers may share a port.
+    server.set_socket_options([](socket_t socket) {
+      const int yes = 1;
+      setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof(yes));
+    });
+    // A page of another site that resolves its own name to this machine is refused.
+    server.set_pre_routing_handler([this](const auto& request, auto& response) {
+      const std::string host = request.get_header_value("Host");
+      const std::string own = std::string(kHost) + ":" + std::to_string(port);
+      if (host == own) return httplib::Server::HandlerResponse::Unhandled;
+      response.status = kForbidden;
+      return httplib::Server::HandlerResponse::Handled;
+    });
+    server.Get(at, [this](const auto&, auto& response) {
+      response.set_content(page, "text/html; charset=utf-8");
+    });
+    server.Get(at + R"(block/(\d{1,9}))",
+               [this](const auto& request, auto& response) { send_block(request, response); });
+    server.Post(at + "pause", [this](const auto&, auto&) { change(State::Paused); });
+    server.Post(at + "resume", [this](const auto&, auto&) { change(State::Running); });
+    server.Post(at + "stop", [this](const auto&, auto&) {
+      stop.request_stop();
+      change(State::Running);
+    });
+    server.set_error_handler([](const auto&, auto& response) {
+      if (response.status == kNotFound) response.set_content("not here\n", "text/plain");
+    });
+  }
+};
+
+bool has_live_server() {
+  return true;
+}
+
+LiveServer::LiveServer(const std::string& title, std::string head, int port)
+    : impl_(std::make_unique<Impl>()) {
+  impl_->page = live_page_html(title);
+  impl_->blocks.push_back(std::move(head));
+  impl_->add_routes();
+  if (port == 0) {
+    impl_->port = impl_->server.bind_to_any_port(kHost);
+  } else {
+    impl_->port = impl_->server.bind_to_port(kHost, port) ? port : -1;
+  }
+  DYOP_REQUIRE(impl_->port > 0, "port ", port, " of ", kHost, " cannot be used");
+  impl_->thread = std::jthread([server = &impl_->server] { server->listen_after_bind(); });
+  // The port is bound already: what comes before the thread listens waits in the system's queue. But
+  // stop() before that would be forgotten.
+  for (int k = 0; k < kMostWaits && !impl_->server.is_running(); ++k) {
+    std::this_thread::sleep_for(kWait);
+  }
+}
+
+LiveServer::~LiveServer() {
+  impl_->server.stop();
+}
+
+std::string LiveServer::address() const {
+  return "http://" + std::string(kHost) + ":" + std::to_string(impl_->port) + "/" + impl_->name +
+         "/";
+}
+
+void LiveServer::publish(std::string block) {
+  const std::scoped_lock lock(impl_->mutex);
+  impl_->blocks.push_back(std::move(block));
+}
+
+void LiveServer::finish() {
+  const std::scoped_lock lock(impl_->mutex);
+  impl_->state = Impl::State::Finished;
+}
+
+std::vector<std::string> LiveServer::blocks() const {
+  const std::scoped_lock lock(impl_->mutex);
+  return impl_->blocks;
+}
+
+bool LiveServer::may_go_on(const std::stop_token& stop) {
+  std::unique_lock lock(impl_->mutex);
+  impl_->changed.wait(lock, stop, [this] {
+    return impl_->state != Impl::State::Paused || impl_->stop.stop_requested();
+  });
+  return !stop.stop_requested() && !impl_->stop.stop_requested();
+}
+
+std::stop_token LiveServer::stop_token() const {
+  return impl_->stop.get_token();
+}
+
+}  // namespace dyop

@@ -1,0 +1,221 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "view/motion_rows.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "dyop/core/error.h"
+#include "dyop/motion/composed_motion.h"
+#include "dyop/motion/rest_motion.h"
+#include "dyop/motion/sequence_motion.h"
+
+namespace dyop::internal {
+namespace {
+
+TimeInterval meet(const TimeInterval& a, const TimeInterval& b) {
+  return {std::max(a.begin, b.begin), std::min(a.end, b.end)};
+}
+
+// The motion of the centre of mass, if that is how `motion` is made (about_center() of dynamics).
+const Motion* central_motion(const Motion& motion, const Vector3& p_BoBcm) {
+  const auto* composed = dynamic_cast<const ComposedMotion*>(&motion);
+  if (composed == nullptr) return nullptr;
+  const auto* offset = dynamic_cast<const RestMotion*>(&composed->inner());
+  if (offset == nullptr) return nullptr;
+  const RigidPose X_MB = offset->pose(0);
+  const bool is_central = X_MB.translation() == -p_BoBcm && X_MB.rotation().isIdentity(0);
+  return is_central ? &composed->outer() : nullptr;
+}
+
+constexpr int kMostHalvings = 40;
+
+}  // namespace
+
+void MotionRows::Spans::add(const Body& the_body, const TimeInterval& interval, bool central) {
+  body.push_back(the_body.number);
+  begin.push_back(interval.begin);
+  end.push_back(interval.end);
+  is_central.push_back(central ? 1 : 0);
+}
+
+void MotionRows::Spans::add_to(ColumnBlock& block, const std::string& kind) const {
+  block.add(kind + ".body", std::span(body));
+  block.add(kind + ".begin", std::span(begin));
+  block.add(kind + ".end", std::span(end));
+  block.add(kind + ".central", std::span(is_central));
+}
+
+void MotionRows::Poses::add(const RigidPose& X) {
+  const Quaternion q = X.quaternion();
+  position.push_back(X.translation());
+  vector.push_back(q.vec());
+  scalar.push_back(q.w());
+}
+
+void MotionRows::Poses::add_to(ColumnBlock& block, const std::string& kind) const {
+  block.add(kind + ".p", std::span(position));
+  block.add(kind + ".q", std::span(vector));
+  block.add(kind + ".qw", std::span(scalar));
+}
+
+void MotionRows::add(const Body& body, const TimeInterval& interval, const Motion* motion) {
+  if (motion == nullptr) {
+    absent_.add(body, interval, false);
+  } else {
+    add_motion(body, interval, *motion);
+  }
+}
+
+void MotionRows::add_motion(const Body& body, const TimeInterval& interval, const Motion& motion) {
+  if (const auto* sequence = dynamic_cast<const SequenceMotion*>(&motion)) {
+    for (const SequenceMotion::Part& part : sequence->parts()) {
+      const TimeInterval common = meet(part.interval, interval);
+      if (common.begin < common.end) add_motion(body, common, *part.motion);
+    }
+    return;
+  }
+  if (add_exact(body, interval, motion, false)) return;
+  const Motion* central = central_motion(motion, body.p_BoBcm);
+  if (central != nullptr && add_exact(body, interval, *central, true)) return;
+  Scalar t = interval.begin;
+  while (t < interval.end) {  // ends: smooth_until() is after t
+    const Scalar next = std::min(interval.end, motion.smooth_until(t));
+    add_cubics(body, {t, next}, motion);
+    t = next;
+  }
+}
+
+bool MotionRows::add_exact(const Body& body, const TimeInterval& interval, const Motion& motion,
+                           bool is_central) {
+  if (dynamic_cast<const RestMotion*>(&motion) != nullptr) {
+    add_rest(body, interval, motion.pose(interval.begin), is_central);
+  } else if (const auto* twist = dynamic_cast<const ConstantTwistMotion*>(&motion)) {
+    add_twist(body, interval, *twist, is_central);
+  } else if (const auto* screw = dynamic_cast<const ScrewMotion*>(&motion)) {
+    add_screw(body, interval, *screw, is_central);
+  } else if (const auto* cubic = dynamic_cast<const HermiteMotion*>(&motion)) {
+    add_cubic(body, interval, *cubic, is_central);
+  } else {
+    return false;
+  }
+  return true;
+}
+
+// Halves the interval until the cubic through the states at its ends is close enough; parts wait on
+// a stack, the next one last.
+void MotionRows::add_cubics(const Body& body, const TimeInterval& interval, const Motion& motion) {
+  struct Part {
+    TimeInterval interval;
+    int halvings;
+  };
+  std::vector<Part> waiting{{interval, 0}};
+  while (!waiting.empty()) {
+    const auto [part, halvings] = waiting.back();
+    waiting.pop_back();
+    MotionState end = motion.state(part.end);
+    // The twist at the end is that of the next part, if it jumps there: use a time just before.
+    if (part.end == interval.end) {
+      end.twist = motion.twist(std::nextafter(part.end, part.begin));
+    }
+    const HermiteMotion cubic(part, motion.state(part.begin), end);
+    const Scalar middle = part.begin + part.length() / 2;
+    const bool is_divisible = part.begin < middle && middle < part.end && halvings < kMostHalvings;
+    if (!is_divisible || is_close(body, cubic, part, motion)) {
+      add_cubic(body, part, cubic, false);
+    } else {
+      waiting.push_back({{middle, part.end}, halvings + 1});
+      waiting.push_back({{part.begin, middle}, halvings + 1});
+    }
+  }
+}
+
+bool MotionRows::is_close(const Body& body, const HermiteMotion& cubic,
+                          const TimeInterval& interval, const Motion& motion) const {
+  constexpr int kSamples = 8;
+  for (int k = 1; k < kSamples; ++k) {
+    const Scalar t = interval.begin + interval.length() * k / kSamples;
+    const RigidPose X = motion.pose(t);
+    const RigidPose Y = cubic.pose(t);
+    const Scalar length = body.radius + X.translation().norm();
+    if (!((X.translation() - Y.translation()).norm() <= tolerance_ * length)) return false;
+    if (!(rotation_vector(X.rotation().transpose() * Y.rotation()).norm() <= tolerance_)) {
+      return false;
+    }
+  }
+  return true;
+}
+
+void MotionRows::add_rest(const Body& body, const TimeInterval& interval, const RigidPose& X,
+                          bool is_central) {
+  rest_.spans.add(body, interval, is_central);
+  rest_.poses.add(X);
+}
+
+void MotionRows::add_twist(const Body& body, const TimeInterval& interval,
+                           const ConstantTwistMotion& motion, bool is_central) {
+  twist_.spans.add(body, interval, is_central);
+  twist_.poses.add(motion.X_WB0());
+  const Twist twist = motion.twist(motion.t0());
+  twist_.t0.push_back(motion.t0());
+  twist_.v_W.push_back(twist.v_WB);
+  twist_.w_W.push_back(twist.w_WB);
+}
+
+void MotionRows::add_screw(const Body& body, const TimeInterval& interval,
+                           const ScrewMotion& motion, bool is_central) {
+  screw_.spans.add(body, interval, is_central);
+  screw_.poses.add(motion.X_WB0());
+  screw_.t0.push_back(motion.t0());
+  screw_.turn_rate.push_back(motion.screw().turn_rate);
+  screw_.slide_rate.push_back(motion.screw().slide_rate);
+  screw_.p_WA.push_back(motion.screw().p_WA);
+  screw_.axis_W.push_back(motion.screw().axis_W.stableNormalized());
+}
+
+void MotionRows::add_cubic(const Body& body, const TimeInterval& interval,
+                           const HermiteMotion& motion, bool is_central) {
+  cubic_.spans.add(body, interval, is_central);
+  cubic_.charts.add(motion.X_WC());
+  cubic_.domain_begin.push_back(motion.domain().begin);
+  cubic_.domain_end.push_back(motion.domain().end);
+  cubic_.p0.push_back(motion.begin().p_WB);
+  cubic_.v0.push_back(motion.begin().v_WB);
+  cubic_.theta0.push_back(motion.begin().theta);
+  cubic_.theta_rate0.push_back(motion.begin().theta_rate);
+  cubic_.p1.push_back(motion.end().p_WB);
+  cubic_.v1.push_back(motion.end().v_WB);
+  cubic_.theta1.push_back(motion.end().theta);
+  cubic_.theta_rate1.push_back(motion.end().theta_rate);
+}
+
+void MotionRows::add_to(ColumnBlock& block) const {
+  absent_.add_to(block, "absent");
+  rest_.spans.add_to(block, "rest");
+  rest_.poses.add_to(block, "rest");
+  twist_.spans.add_to(block, "twist");
+  twist_.poses.add_to(block, "twist");
+  block.add("twist.t0", std::span(twist_.t0));
+  block.add("twist.v", std::span(twist_.v_W));
+  block.add("twist.w", std::span(twist_.w_W));
+  screw_.spans.add_to(block, "screw");
+  screw_.poses.add_to(block, "screw");
+  block.add("screw.t0", std::span(screw_.t0));
+  block.add("screw.turn_rate", std::span(screw_.turn_rate));
+  block.add("screw.slide_rate", std::span(screw_.slide_rate));
+  block.add("screw.point", std::span(screw_.p_WA));
+  block.add("screw.axis", std::span(screw_.axis_W));
+  cubic_.spans.add_to(block, "cubic");
+  cubic_.charts.add_to(block, "cubic");
+  block.add("cubic.domain_begin", std::span(cubic_.domain_begin));
+  block.add("cubic.domain_end", std::span(cubic_.domain_end));
+  block.add("cubic.p0", std::span(cubic_.p0));
+  block.add("cubic.v0", std::span(cubic_.v0));
+  block.add("cubic.theta0", std::span(cubic_.theta0));
+  block.add("cubic.theta_rate0", std::span(cubic_.theta_rate0));
+  block.add("cubic.p1", std::span(cubic_.p1));
+  block.add("cubic.v1", std::span(cubic_.v1));
+  block.add("cubic.theta1", std::span(cubic_.theta1));
+  block.add("cubic.theta_rate1", std::span(cubic_.theta_rate1));
+}
+
+}  // namespace dyop::internal

@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "dyop/motion/constant_twist_motion.h"
+#include "dyop/motion/hermite_motion.h"
+#include "dyop/motion/screw_motion.h"
+#include "view/column_block.h"
+
+namespace dyop::internal {
+
+/// Motions of bodies over spans of time as columns of their parameters, a set of columns for each
+/// kind of motion.
+class MotionRows {
+ public:
+  /// Of cubics that stand in for other motions, see PageEncoder::kMotionTolerance.
+  explicit MotionRows(Scalar tolerance) : tolerance_(tolerance) {}
+
+  struct Body {
+    std::uint32_t number = 0;
+    Vector3 p_BoBcm = Vector3::Zero();  ///< what its motions may be about, besides its origin
+    Scalar radius = 0;
+  };
+
+  /// A null motion: the body is not there.
+  void add(const Body& body, const TimeInterval& interval, const Motion* motion);
+  void add_to(ColumnBlock& block) const;
+
+ private:
+  // What all kinds have. `is_central`: the motion is that of the centre of mass, in the axes of B.
+  struct Spans {
+    std::vector<std::uint32_t> body;
+    std::vector<double> begin;
+    std::vector<double> end;
+    std::vector<std::uint8_t> is_central;
+    void add(const Body& the_body, const TimeInterval& interval, bool central);
+    void add_to(ColumnBlock& block, const std::string& kind) const;
+  };
+  struct Poses {
+    std::vector<Vector3> position;
+    std::vector<Vector3> vector;  // of the quaternion
+    std::vector<double> scalar;
+    void add(const RigidPose& X);
+    void add_to(ColumnBlock& block, const std::string& kind) const;
+  };
+
+  // False if the motion is of no kind that has exact rows.
+  bool add_exact(const Body& body, const TimeInterval& interval, const Motion& motion,
+                 bool is_central);
+  void add_cubics(const Body& body, const TimeInterval& interval, const Motion& motion);
+  bool is_close(const Body& body, const HermiteMotion& cubic, const TimeInterval& interval,
+                const Motion& motion) const;
+  void add_rest(const Body& body, const TimeInterval& interval, const RigidPose& X,
+                bool is_central);
+  void add_twist(const Body& body, const TimeInterval& interval, const ConstantTwistMotion& motion,
+                 bool is_central);
+  void add_screw(const Body& body, const TimeInterval& interval, const ScrewMotion& motion,
+                 bool is_central);
+  void add_cubic(const Body& body, const TimeInterval& interval, const HermiteMotion& motion,
+                 bool is_central);
+
+  void add_motion(const Body& body, const TimeInterval& interval, const Motion& motion);
+
+  Scalar tolerance_;
+  Spans absent_;
+  struct {
+    Spans spans;
+    Poses poses;
+  } rest_;
+  struct {
+    Spans spans;
+    Poses poses;
+    std::vector<double> t0;
+    std::vector<Vector3> v_W, w_W;
+  } twist_;
+  struct {
+    Spans spans;
+    Poses poses;
+    std::vector<double> t0, turn_rate, slide_rate;
+    std::vector<Vector3> p_WA, axis_W;
+  } screw_;
+  struct {
+    Spans spans;
+    Poses charts;
+    std::vector<double> domain_begin, domain_end;
+    std::vector<Vector3> p0, v0, theta0, theta_rate0, p1, v1, theta1, theta_rate1;
+  } cubic_;
+};
+
+}  // namespace dyop::internal

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Reads the blocks of PageEncoder: a zlib stream of a JSON header and columns of numbers.
+
+const kTypes = {f64: Float64Array, u32: Uint32Array, u16: Uint16Array, u8: Uint8Array};
+
+export function bytesFromBase64(text) {
+  if (Uint8Array.fromBase64) return Uint8Array.fromBase64(text);
+  const letters = atob(text);
+  const bytes = new Uint8Array(letters.length);
+  for (let k = 0; k < letters.length; ++k) bytes[k] = letters.charCodeAt(k);
+  return bytes;
+}
+
+async function inflate(bytes) {
+  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream('deflate'));
+  return new Uint8Array(await new Response(stream).arrayBuffer());
+}
+
+// Byte planes back to numbers.
+function columnOf(bytes, {type, at, count}) {
+  const column = new kTypes[type](count);
+  const width = column.BYTES_PER_ELEMENT;
+  if (width === 1) {
+    column.set(bytes.subarray(at, at + count));
+    return column;
+  }
+  const out = new Uint8Array(column.buffer);
+  for (let plane = 0; plane < width; ++plane) {
+    const from = at + plane * count;
+    for (let k = 0, to = plane; k < count; ++k, to += width) out[to] = bytes[from + k];
+  }
+  return column;
+}
+
+// The header, with `columns` turned into typed arrays.
+export async function readBlock(compressed) {
+  const bytes = await inflate(compressed);
+  const length = new DataView(bytes.buffer).getUint32(0, true);
+  const block = JSON.parse(new TextDecoder().decode(bytes.subarray(4, 4 + length)));
+  const data = bytes.subarray(4 + length);
+  for (const [name, place] of Object.entries(block.columns)) {
+    block.columns[name] = columnOf(data, place);
+  }
+  return block;
+}
+
+// Positions and triangle indices of a shape.
+export function readSurface(block, number) {
+  const {vertices, triangles, low, high} = block.shapes[number];
+  const differences = block.columns[`shape${number}.vertices`];
+  const back = block.columns[`shape${number}.triangles`];
+  const positions = new Float32Array(3 * vertices);
+  for (let axis = 0; axis < 3; ++axis) {
+    const step = (high[axis] - low[axis]) / 65535;
+    let level = 0;
+    for (let k = 0; k < vertices; ++k) {
+      const z = differences[axis * vertices + k];
+      level = (level + ((z >>> 1) ^ -(z & 1))) & 0xffff;
+      positions[3 * k + axis] = low[axis] + step * level;
+    }
+  }
+  const indices = new Uint32Array(3 * triangles);
+  let next = 0;
+  for (let k = 0; k < indices.length; ++k) indices[k] = back[k] === 0 ? next++ : next - back[k];
+  return {positions, indices};
+}

@@ -1,0 +1,193 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Buttons, keys, and the link that carries time and camera.
+import {element} from './panel.js';
+import {kColorings} from './player.js';
+
+const kSpeeds = [1e-3, 0.01, 0.05, 0.1, 0.25, 0.5, 1, 2, 5, 10];
+
+function actionsOf(player) {
+  const {overlays, stage} = player;
+  const toggle = (name) => {
+    overlays.show[name] = !overlays.show[name];
+    player.notify();
+  };
+  const chooseNext = (direction) => {
+    const {bodies} = player.run;
+    const k = player.chosen.body ? player.chosen.body.number + direction : direction > 0 ? 0 : -1;
+    player.choose({body: bodies.at(k % bodies.length)});
+  };
+  return {
+    play: {keys: [' ', 'k'], words: 'Play or pause', act: () => player.play()},
+    stepBack: {keys: ['ArrowLeft', ','], words: 'One committed step back', act: () => player.step(-1)},
+    stepOn: {keys: ['ArrowRight', '.'], words: 'One committed step on', act: () => player.step(1)},
+    impactBack: {keys: ['ArrowUp', 'b'], words: 'Previous impact', act: () => player.impact(-1)},
+    impactOn: {keys: ['ArrowDown', 'n'], words: 'Next impact', act: () => player.impact(1)},
+    toBegin: {keys: ['Home'], words: 'To the start', act: () => player.seek(player.run.begin)},
+    toEnd: {keys: ['End'], words: 'To the end', act: () => {
+      player.seek(player.run.end);
+      player.follows = player.isLive;
+    }},
+    slower: {keys: ['-'], words: 'Slower', act: () => changeSpeed(player, -1)},
+    faster: {keys: ['+', '='], words: 'Faster', act: () => changeSpeed(player, 1)},
+    loop: {keys: ['l'], words: 'Loop', act: () => {
+      player.loops = !player.loops;
+      player.notify();
+    }},
+    contacts: {keys: ['c'], words: 'Contacts, normals (green) and impulses (pink)', act: () => toggle('contacts')},
+    witness: {keys: ['w'], words: 'Witness segment (blue) and pivot of the nearest pair', act: () => toggle('witness')},
+    trails: {keys: ['t'], words: 'Trails', act: () => toggle('trails')},
+    wireframe: {keys: ['x'], words: 'Wireframe, of the chosen body or of all', act: () => player.setView('wireframe')},
+    ghost: {keys: ['g'], words: 'Ghosts: what is not chosen is see-through', act: () => player.setView('ghost')},
+    isolate: {keys: ['i'], words: 'Only the chosen body', act: () => player.setView('isolate')},
+    color: {keys: ['o'], words: 'Colour by body, speed, sleep, island', act: () => {
+      player.coloring = kColorings[(kColorings.indexOf(player.coloring) + 1) % kColorings.length];
+      player.notify();
+    }},
+    next: {keys: [']'], words: 'Choose the next body', act: () => chooseNext(1)},
+    previous: {keys: ['['], words: 'Choose the previous body', act: () => chooseNext(-1)},
+    none: {keys: ['Escape'], words: 'Choose nothing', act: () => player.choose({})},
+    frame: {keys: ['f'], words: 'Frame what moves', act: () => {
+      stage.frame();
+      player.notify();
+    }},
+    panel: {keys: ['p'], words: 'Show or hide the panel', act: () => {
+      const panel = document.getElementById('panel');
+      panel.hidden = !panel.hidden;
+      player.onResize();
+    }},
+    theme: {keys: ['d'], words: 'Dark or light', act: () => player.setTheme(stage.theme === 'dark' ? 'light' : 'dark')},
+    link: {keys: ['y'], words: 'Put time and camera into the address, to be copied', act: () => writeLink(player)},
+    help: {keys: ['?', 'h'], words: 'This list', act: () => document.getElementById('help').showModal()},
+  };
+}
+
+function changeSpeed(player, direction) {
+  const nearest = kSpeeds.reduce((best, speed) =>
+    Math.abs(Math.log(speed / player.speed)) < Math.abs(Math.log(best / player.speed)) ? speed : best);
+  const k = kSpeeds.indexOf(nearest) + direction;
+  player.speed = kSpeeds[Math.min(Math.max(k, 0), kSpeeds.length - 1)];
+  player.notify();
+}
+
+function writeLink(player) {
+  const {camera, controls} = player.stage;
+  const numbers = [...camera.position.toArray(), ...controls.target.toArray()];
+  const camera_text = numbers.map((x) => Number(x.toPrecision(6))).join(',');
+  history.replaceState(null, '', `#t=${player.t}&cam=${camera_text}`);
+  navigator.clipboard?.writeText(location.href).catch(() => {});
+}
+
+export function readLink(player) {
+  const link = new URLSearchParams(location.hash.slice(1));
+  const camera = link.get('cam')?.split(',').map(Number);
+  if (camera?.length === 6 && camera.every(Number.isFinite)) {
+    player.stage.camera.position.fromArray(camera, 0);
+    player.stage.controls.target.fromArray(camera, 3);
+    player.stage.controls.update();
+  }
+  const t = Number(link.get('t') ?? NaN);
+  if (Number.isFinite(t)) player.seek(t);
+  if (link.get('theme')) player.setTheme(link.get('theme') === 'dark' ? 'dark' : 'light');
+  if (link.get('tab')) document.querySelector(`[data-tab="${CSS.escape(link.get('tab'))}"]`)?.click();
+  document.body.classList.toggle('bare', link.get('bare') === '1');
+}
+
+function addButtons(player, actions) {
+  const button = (name, text, isPressed) => {
+    const {keys, words, act} = actions[name];
+    const node = element('button', {title: `${words} (${keys[0] === ' ' ? 'space' : keys[0]})`,
+                                    'aria-label': words, onclick: act}, text);
+    if (isPressed) {
+      player.changed.add(() => node.setAttribute('aria-pressed', String(Boolean(isPressed()))));
+    }
+    return node;
+  };
+  const play = button('play', '▶');
+  player.changed.add(() => (play.textContent = player.isPlaying ? '❚❚' : '▶'));
+  const speed = element('select', {'aria-label': 'Speed', title: 'Speed (+ and -)', onchange: () => {
+    player.speed = Number(speed.value);
+    player.notify();
+  }}, ...kSpeeds.map((x) => element('option', {value: String(x)}, `${x}×`)));
+  player.changed.add(() => {
+    if (![...speed.options].some((option) => Number(option.value) === player.speed)) {
+      speed.append(element('option', {value: String(player.speed)}, `${player.speed}×`));
+    }
+    speed.value = String(player.speed);
+  });
+  document.querySelector('#transport .buttons').append(
+    button('impactBack', '⇤'), button('stepBack', '◂'), play, button('stepOn', '▸'),
+    button('impactOn', '⇥'), speed, button('loop', '↻', () => player.loops));
+  document.getElementById('tools').append(
+    button('contacts', 'Contacts', () => player.overlays.show.contacts),
+    button('witness', 'Nearest', () => player.overlays.show.witness),
+    button('trails', 'Trails', () => player.overlays.show.trails),
+    button('wireframe', 'Wire', () => player.view === 'wireframe'),
+    button('ghost', 'Ghost', () => player.view === 'ghost'),
+    button('isolate', 'Isolate', () => player.view === 'isolate'),
+    button('color', 'Colour'), button('frame', 'Frame'), button('theme', '◐'),
+    button('link', 'Link'), button('panel', 'Panel'), button('help', '?'));
+}
+
+function addTabs(player) {
+  const tabs = [...document.querySelectorAll('[role=tab]')];
+  for (const tab of tabs) {
+    tab.addEventListener('click', () => {
+      for (const other of tabs) {
+        other.setAttribute('aria-selected', String(other === tab));
+        document.getElementById(`tab-${other.dataset.tab}`).hidden = other !== tab;
+      }
+      player.notify();
+    });
+    tab.addEventListener('keydown', (event) => {
+      const direction = {ArrowLeft: -1, ArrowRight: 1}[event.key];
+      if (!direction) return;
+      event.stopPropagation();
+      const next = tabs[(tabs.indexOf(tab) + direction + tabs.length) % tabs.length];
+      next.focus();
+      next.click();
+    });
+  }
+}
+
+function addHelp(actions) {
+  const dialog = document.getElementById('help');
+  const name = (key) => ({' ': 'space', ArrowLeft: '←', ArrowRight: '→', ArrowUp: '↑', ArrowDown: '↓'}[key] ?? key);
+  dialog.append(
+    element('h2', {}, 'Keys'),
+    element('table', {}, ...Object.values(actions).map(({keys, words}) =>
+      element('tr', {}, element('th', {}, ...keys.flatMap((key) => [element('kbd', {}, name(key)), ' '])),
+              element('td', {}, words)))),
+    element('p', {class: 'dim'}, 'Drag turns the camera, right drag or two fingers move it, the wheel ' +
+      'zooms. On the time axis the wheel zooms, a double click shows all. Pink lines are impacts, ' +
+      'triangles are marks: what fell asleep or woke, stalled, or stayed undecided.'),
+    element('form', {method: 'dialog'}, element('button', {}, 'Close')));
+}
+
+export function addControls(player) {
+  const actions = actionsOf(player);
+  addButtons(player, actions);
+  addTabs(player);
+  addHelp(actions);
+  document.getElementById('fold').addEventListener('click', actions.panel.act);
+  const byKey = new Map(Object.values(actions).flatMap(({keys, act}) => keys.map((key) => [key, act])));
+  window.addEventListener('keydown', (event) => {
+    if (event.ctrlKey || event.altKey || event.metaKey || document.getElementById('help').open) return;
+    if (event.target.closest?.('select, input')) return;
+    if (event.target.closest?.('button') && (event.key === ' ' || event.key === 'Enter')) return;
+    const act = byKey.get(event.key);
+    if (!act) return;
+    event.preventDefault();
+    act();
+  });
+  window.addEventListener('hashchange', () => readLink(player));
+  let down;
+  const canvas = player.stage.canvas;
+  canvas.addEventListener('pointerdown', (event) => (down = [event.clientX, event.clientY]));
+  canvas.addEventListener('pointerup', (event) => {
+    if (!down || Math.hypot(event.clientX - down[0], event.clientY - down[1]) > 4) return;
+    const box = canvas.getBoundingClientRect();
+    const body = player.stage.pick(event.clientX - box.left, event.clientY - box.top);
+    player.choose(body ? {body} : {});
+    if (body) document.querySelector('[data-tab=data]').click();
+  });
+}

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A run that is still going on, fetched from the server that the page came from.
+import {readBlock} from './blocks.js';
+import {element} from './panel.js';
+
+const kWait = 200;  // milliseconds between questions
+
+export function follow() {
+  const ask = (path, method = 'GET') => fetch(path, {method});
+  const status = {state: 'running'};
+  let player;
+
+  async function* blocks() {
+    for (let k = 0;;) {
+      let answer;
+      try {
+        answer = await ask(`block/${k}`);
+      } catch {
+        status.state = 'gone';
+        player?.notify();
+        return;
+      }
+      status.state = answer.headers.get('X-Dyop-State') ?? status.state;
+      player?.notify();
+      if (answer.status === 200) {
+        yield readBlock(new Uint8Array(await answer.arrayBuffer()));
+        ++k;
+      } else if (status.state === 'finished') {
+        return;
+      } else {
+        await new Promise((done) => setTimeout(done, kWait));
+      }
+    }
+  }
+
+  function addTo(thePlayer) {
+    player = thePlayer;
+    player.isLive = player.timeline.live = player.follows = true;
+    const words = element('span', {class: 'dim', role: 'status', id: 'live-state'});
+    const pause = element('button', {id: 'live-pause', title: 'Pause the simulation itself', onclick: async () => {
+      await ask(status.state === 'paused' ? 'resume' : 'pause', 'POST');
+    }});
+    const stop = element('button', {id: 'live-stop', title: 'End the simulation with what is proven', onclick: async () => {
+      await ask('stop', 'POST');
+    }}, 'Stop run');
+    const latest = element('button', {title: 'Follow the run (End)', onclick: () => {
+      player.follows = true;
+      player.isPlaying = false;
+      player.grown();
+    }}, 'Follow');
+    document.querySelector('#transport .buttons').append(latest, pause, stop, words);
+    document.getElementById('busy').hidden = true;
+    player.changed.add(() => {
+      words.textContent = {running: 'running', paused: 'paused', finished: 'finished',
+                           gone: 'the run has ended'}[status.state];
+      pause.textContent = status.state === 'paused' ? 'Resume run' : 'Pause run';
+      pause.disabled = stop.disabled = status.state === 'finished' || status.state === 'gone';
+      latest.setAttribute('aria-pressed', String(Boolean(player.follows)));
+      player.isFinished = pause.disabled;
+    });
+  }
+
+  return {blocks, addTo};
+}

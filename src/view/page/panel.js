@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The panel beside the picture: data of what is chosen, lists of events and bodies.
+
+export function element(tag, attributes = {}, ...children) {
+  const node = document.createElement(tag);
+  for (const [name, value] of Object.entries(attributes)) {
+    if (name.startsWith('on')) node.addEventListener(name.slice(2), value);
+    else if (value !== undefined && value !== false) node.setAttribute(name, value === true ? '' : value);
+  }
+  node.append(...children.filter((child) => child !== undefined));
+  return node;
+}
+
+function number(x) {
+  if (x === undefined) return '–';
+  if (Number.isNaN(x)) return 'not known';
+  if (x === Infinity) return 'not computed';
+  return Number(x.toPrecision(9)).toString();
+}
+
+const strongest = (hits) => [...hits].sort((a, b) => Math.hypot(...b.impulse) - Math.hypot(...a.impulse));
+
+const vector = (v) => v.map((x) => Number(x.toPrecision(6))).join(', ');
+
+function rows(list) {
+  return element('table', {}, ...list.filter(Boolean).map(([name, value]) =>
+    element('tr', {}, element('th', {}, name), element('td', {}, value))));
+}
+
+const kKindWords = {dynamic: 'moved by forces', kinematic: 'on a given motion', static: 'fixed'};
+const kMostRows = 2000;
+
+export class Panel {
+  // `act` has seek(t), chooseBody(body), chooseImpact(k).
+  constructor(run, act) {
+    this.run = run;
+    this.act = act;
+    this.host = Object.fromEntries(['data', 'events', 'bodies'].map(
+      (name) => [name, document.getElementById(`tab-${name}`)]));
+  }
+
+  name(number) {
+    return this.run.bodies[number]?.name ?? '?';
+  }
+
+  #body(body, t) {
+    const {p, q, v, w} = this.run.state(body, t);
+    const touching = this.run.contactsAt(t).filter(({a, b}) => a === body.number || b === body.number);
+    return [
+      element('h2', {}, body.name),
+      rows([
+        ['Kind', kKindWords[body.kind]],
+        body.shape_name && ['Shape', body.shape_name],
+        ['Triangles drawn', (this.run.surfaces[body.shape].indices.length / 3).toLocaleString('en')],
+        body.mass !== undefined && ['Mass', number(body.mass)],
+        ['Position', vector(p)],
+        ['Quaternion x y z w', vector(q)],
+        ['Velocity', vector(v)],
+        ['Angular velocity', vector(w)],
+        ['Speed', number(Math.hypot(...v))],
+        body.kind === 'dynamic' && ['Sleeps', this.run.isAsleep(body, t) ? 'yes' : 'no'],
+        ['Contacts', String(touching.length)],
+      ]),
+    ];
+  }
+
+  #impact(impact) {
+    const width = impact.t_hit - impact.t_safe;
+    return [
+      element('h2', {}, `Impact ${impact.number + 1}: ${this.name(impact.a)} meets ${this.name(impact.b)}`),
+      rows([
+        ['Time', String(impact.t)],
+        ['Proven apart until', String(impact.t_safe)],
+        ['Reached by', Number.isNaN(impact.t_hit) ? 'not known' : String(impact.t_hit)],
+        Number.isFinite(width) && ['Width of the bracket', number(width)],
+        ['Gap then', `${number(impact.lower)} to ${number(impact.upper)}`],
+        ['Closing speed', number(impact.closing)],
+        ['Normal', vector(impact.normal)],
+        ['Witness points', `${vector(impact.pa)}; ${vector(impact.pb)}`],
+      ]),
+      ...strongest(impact.hits ?? []).slice(0, 40).map((hit, k) => element('div', {},
+        element('h2', {}, `Contact ${k + 1}: ${this.name(hit.a)} – ${this.name(hit.b)}`),
+        rows([
+          ['Impulse', `${number(Math.hypot(...hit.impulse))} (${vector(hit.impulse)})`],
+          ['Gap', number(hit.gap)],
+          ['Speed of the gap', number(hit.speed)],
+          ['Normal', vector(hit.normal)],
+        ]))),
+    ];
+  }
+
+  #frame(t, shown) {
+    const frames = this.run.frames;
+    const k = Math.min(frames.at(t) + (frames.rows[frames.at(t)]?.end === t ? 0 : 1), frames.rows.length - 1);
+    const frame = frames.rows[k];
+    return [
+      element('h2', {}, 'Step'),
+      frame ? rows([
+        ['Advance', `${k + 1} of ${frames.rows.length}: ${number(frame.begin)} to ${number(frame.end)}`],
+        ['Committed steps', String(frame.steps)],
+        ['Islands, legs', `${frame.islands}, ${frame.legs}`],
+        ['Contacts', String(frame.contacts)],
+        ['Solver residual', number(frame.residual)],
+        frame.unconverged > 0 && ['Not converged', String(frame.unconverged)],
+        frame.stalls > 0 && ['Stalls', String(frame.stalls)],
+        ['Energy', `${number(frame.kinetic)} + ${number(frame.potential)} = ${number(frame.kinetic + frame.potential)}`],
+        ['Momentum', vector(frame.momentum)],
+        ['Angular momentum', vector(frame.angular_momentum)],
+      ]) : element('p', {class: 'dim'}, 'Not recorded.'),
+      element('h2', {}, 'Nearest pair'),
+      shown ? rows([
+        ['Bodies', `${this.name(shown.a)} – ${this.name(shown.b)}`],
+        ['Gap', number(shown.upper)],
+        ['Proven', `at least ${number(shown.lower)}`],
+        Number.isFinite(shown.pivot?.[0]) && ['Pivot', vector(shown.pivot)],
+      ]) : element('p', {class: 'dim'}, 'No pair is near.'),
+    ];
+  }
+
+  // `chosen` is {body} or {impact} or nothing; `shown` the pair whose witness is drawn.
+  showData(t, chosen, shown) {
+    if (this.host.data.hidden) return;
+    const parts = [];
+    if (chosen.impact) parts.push(...this.#impact(chosen.impact));
+    if (chosen.body) parts.push(...this.#body(chosen.body, t));
+    if (!chosen.impact && !chosen.body) {
+      parts.push(element('p', {class: 'dim'}, 'Click a body or an event for its data.'));
+    }
+    this.host.data.replaceChildren(...parts, ...this.#frame(t, shown));
+  }
+
+  #pickRow(cells, attributes, act) {
+    return element('tr', {class: 'pick', tabindex: '0', onclick: act, ...attributes,
+                          onkeydown: (event) => {
+                            if (event.key !== 'Enter' && event.key !== ' ') return;
+                            event.preventDefault();
+                            event.stopPropagation();
+                            act();
+                          }},
+                   ...cells.map((cell) => element('td', {}, cell)));
+  }
+
+  showEvents(t) {
+    if (this.host.events.hidden) return;
+    const count = this.run.impacts.rows.length + this.run.marks.length;
+    if (this.listed !== count) {
+      this.listed = count;
+      const list = [
+        ...this.run.impacts.rows.map((impact, k) => ({
+          t: impact.t, text: `${this.name(impact.a)} meets ${this.name(impact.b)}`, kind: 'impact',
+          act: () => this.act.chooseImpact(k)})),
+        ...this.run.marks.map((mark) => ({t: mark.t, text: mark.text, kind: mark.kind,
+                                          act: () => this.act.seek(mark.t)})),
+      ].sort((a, b) => a.t - b.t);
+      this.eventTimes = list.slice(0, kMostRows).map((event) => event.t);
+      this.eventRows = list.slice(0, kMostRows).map((event) =>
+        this.#pickRow([number(event.t), event.kind.replace('_', ' '), event.text], {}, event.act));
+      this.host.events.replaceChildren(
+        element('p', {class: 'dim'}, list.length > kMostRows
+          ? `${list.length} events, the first ${kMostRows} of them:` : `${list.length} events`),
+        element('table', {}, ...this.eventRows));
+    }
+    let now = -1;
+    this.eventTimes.forEach((time, k) => (now = time <= t ? k : now));
+    this.eventRows.forEach((row, k) => row.classList.toggle('now', k === now));
+  }
+
+  showBodies(colors, chosen) {
+    if (this.host.bodies.hidden) return;
+    const dots = this.run.bodies.slice(0, kMostRows).map((body) => {
+      const dot = element('span', {class: 'dot'});
+      dot.style.background = `#${colors[body.number].getHexString()}`;
+      return this.#pickRow([element('span', {}, dot, body.name), kKindWords[body.kind]],
+                           {'aria-selected': String(chosen.body === body)},
+                           () => this.act.chooseBody(body));
+    });
+    this.host.bodies.replaceChildren(
+      element('p', {class: 'dim'}, `${this.run.bodies.length} bodies, ${this.run.surfaces.length} shapes`),
+      element('table', {}, ...dots));
+  }
+}

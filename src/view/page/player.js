@@ -1,0 +1,234 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Time, what is chosen and what is shown; draws when something has changed.
+import {Curves, shortNumber} from './curves.js';
+import {Overlays} from './overlays.js';
+import {Panel} from './panel.js';
+import {bodyColor, heat, Stage} from './stage.js';
+import {timeText, Timeline} from './timeline.js';
+
+export const kColorings = ['body', 'speed', 'sleep', 'island'];
+const kIslandHues = 12;
+const kFlash = 0.35;  // seconds for which an impact is seen while the run plays
+
+export class Player {
+  constructor(run) {
+    this.run = run;
+    this.t = run.begin;
+    this.speed = 1;
+    this.isPlaying = false;
+    this.loops = false;
+    this.coloring = 'body';
+    this.chosen = {};
+    this.flashes = [];
+    const byId = (id) => document.getElementById(id);
+    this.stage = new Stage(byId('stage'), run);
+    this.overlays = new Overlays(this.stage);
+    this.timeline = new Timeline(byId('timeline'), run, (t) => this.seek(t));
+    this.curves = new Curves(byId('tab-curves'), run, (t) => this.seek(t));
+    this.panel = new Panel(run, {
+      seek: (t) => this.seek(t),
+      chooseBody: (body) => this.choose({body}),
+      chooseImpact: (k) => this.goToImpact(k),
+    });
+    this.label = byId('label');
+    this.clock = byId('time');
+    this.legend = byId('legend');
+    this.stage.onChange = () => this.redraw();
+    this.changed = new Set();
+    this.topSpeed = 0;
+    requestAnimationFrame((now) => this.#tick(now));
+  }
+
+  redraw() {
+    this.isDirty = true;
+  }
+
+  notify() {
+    this.isDirty = true;
+    for (const act of this.changed) act();
+  }
+
+  // The run has grown.
+  grown() {
+    if (this.follows) this.t = this.run.end;
+    this.curves.stale = true;
+    this.notify();
+  }
+
+  seek(t) {
+    this.follows = false;
+    this.t = Math.min(Math.max(t, this.run.begin), this.run.end);
+    this.flashes = [];
+    this.notify();
+  }
+
+  play(plays = !this.isPlaying) {
+    this.isPlaying = plays;
+    if (plays && this.t >= this.run.end && !this.follows) this.t = this.run.begin;
+    this.flashes = [];
+    this.notify();
+  }
+
+  choose(chosen) {
+    this.chosen = chosen;
+    this.#setManners();
+    this.notify();
+  }
+
+  setView(view) {
+    this.view = this.view === view ? undefined : view;
+    this.#setManners();
+    this.notify();
+  }
+
+  // isolate: only the chosen body; ghost: the others see-through; wireframe: the chosen one, or all.
+  #setManners() {
+    const {body} = this.chosen;
+    for (const one of this.run.bodies) {
+      const isChosen = body === undefined || one === body;
+      let manner = 0;
+      if (this.view === 'wireframe' && isChosen) manner = 2;
+      if (this.view === 'ghost' && (body === undefined ? one.kind === 'dynamic' : !isChosen)) manner = 1;
+      if (this.view === 'isolate' && !isChosen) manner = 3;
+      this.stage.manner[one.number] = manner;
+    }
+  }
+
+  // One committed step on or back.
+  step(direction) {
+    const ends = this.run.steps;
+    let k = ends.at(this.t);
+    if (direction > 0) k += 1;
+    else if (k >= 0 && ends.rows[k].end === this.t) k -= 1;
+    this.isPlaying = false;
+    this.choose({body: this.chosen.body});
+    this.seek(k < 0 ? this.run.begin : ends.rows[Math.min(k, ends.rows.length - 1)]?.end ?? this.t);
+  }
+
+  // The next or previous time at which something hits.
+  impact(direction) {
+    const {rows} = this.run.impacts;
+    let k = this.run.impacts.at(this.t);
+    if (direction > 0) {
+      k += 1;
+    } else {
+      while (k >= 0 && rows[k].t === this.t) --k;
+    }
+    if (k >= 0 && k < rows.length) this.goToImpact(k);
+  }
+
+  goToImpact(k) {
+    const impact = this.run.impacts.rows[k];
+    this.isPlaying = false;
+    this.choose({impact, body: this.chosen.body});
+    this.seek(impact.t);
+  }
+
+  // Impacts to be seen now: those at this very time, and while playing those just passed.
+  #impactsNow(now) {
+    const {rows} = this.run.impacts;
+    if (this.isPlaying) {
+      this.flashes = this.flashes.filter(({until}) => until > now);
+      return this.flashes.map(({impact}) => impact);
+    }
+    const found = [];
+    for (let k = this.run.impacts.at(this.t); k >= 0 && rows[k].t === this.t; --k) found.push(rows[k]);
+    if (this.chosen.impact?.t === this.t) return [this.chosen.impact];
+    return found.reverse();
+  }
+
+  #advance(seconds, now) {
+    const before = this.t;
+    this.t += seconds * this.speed;
+    if (this.t >= this.run.end) {
+      if (this.loops) this.t = this.run.begin;
+      else if (this.isLive && !this.isFinished) this.t = this.run.end;
+      else [this.t, this.isPlaying] = [this.run.end, false];
+    }
+    const {rows} = this.run.impacts;
+    for (let k = this.run.impacts.at(this.t); k >= 0 && rows[k].t > before; --k) {
+      this.flashes.push({impact: rows[k], until: now + 1000 * kFlash});
+    }
+    if (this.chosen.impact) this.chosen = {body: this.chosen.body};
+  }
+
+  #tick(now) {
+    requestAnimationFrame((next) => this.#tick(next));
+    if (this.isPlaying) {
+      this.#advance(Math.min(0.25, (now - this.lastTick) / 1000 || 0), now);
+      this.notify();
+    }
+    this.lastTick = now;
+    if (this.isDirty) this.draw(now);
+  }
+
+  draw(now = performance.now()) {
+    this.isDirty = false;
+    this.#paint();
+    this.stage.place(this.t);
+    const impacts = this.#impactsNow(now);
+    this.overlays.update(this.t, impacts, this.chosen.body);
+    this.stage.select(this.chosen.body, this.t);
+    this.stage.render();
+    this.#showLabel();
+    this.timeline.draw(this.t);
+    this.curves.update(this.t);
+    this.panel.showData(this.t, this.chosen, this.overlays.shown);
+    this.panel.showEvents(this.t);
+    this.panel.showBodies(this.stage.colors, this.chosen);
+    const span = this.run.end - this.run.begin;
+    this.clock.innerHTML = '';
+    this.clock.append(timeText(this.t, span));
+    const end = document.createElement('small');
+    end.textContent = ` of ${timeText(this.run.end, span)}`;
+    this.clock.append(end);
+    this.frames = (this.frames ?? 0) + 1;
+  }
+
+  #paint() {
+    const {colors, theme} = this.stage;
+    const islands = this.coloring === 'island' ? this.run.islandsAt(this.t) : undefined;
+    for (const body of this.run.bodies) {
+      const color = bodyColor(body, theme, colors[body.number]);
+      if (body.kind !== 'dynamic') {
+        if (this.coloring !== 'speed' || body.kind === 'static') continue;
+      }
+      if (this.coloring === 'speed') {
+        const {v} = this.run.state(body, this.t);
+        const speed = Math.hypot(...v);
+        this.topSpeed = Math.max(this.topSpeed, speed);
+        heat(this.topSpeed > 0 ? Math.sqrt(speed / this.topSpeed) : 0, color);
+      } else if (this.coloring === 'sleep') {
+        color.set(this.run.isAsleep(body, this.t) ? 0x5b6b85 : 0xf2a03c);
+      } else if (this.coloring === 'island') {
+        color.setHSL((islands[body.number] * 0.618034) % 1, 0.5,
+                     0.45 + 0.12 * (islands[body.number] % 2) * (kIslandHues / 12));
+      }
+    }
+    this.#showLegend();
+  }
+
+  #showLegend() {
+    const texts = {
+      body: '',
+      speed: `<i style="background:#2c3f9e"></i>still<i style="background:#fdd835"></i>${this.topSpeed.toPrecision(3)}`,
+      sleep: '<i style="background:#f2a03c"></i>awake<i style="background:#5b6b85"></i>asleep',
+      island: 'a colour for each island of bodies in contact',
+    };
+    const text = texts[this.coloring];
+    if (this.legend.innerHTML !== text) this.legend.innerHTML = text;
+  }
+
+  // The gap beside the pivot of the nearest pair.
+  #showLabel() {
+    const {shown} = this.overlays;
+    const place = shown && Number.isFinite(shown.pivot?.[0]) && this.stage.project(shown.pivot);
+    this.label.hidden = !place?.visible;
+    if (this.label.hidden) return;
+    this.label.style.left = `${place.x}px`;
+    this.label.style.top = `${place.y}px`;
+    this.label.textContent = Number.isFinite(shown.upper)
+      ? `gap ${shortNumber(shown.upper)}, proven ${shortNumber(shown.lower)}`
+      : `gap at least ${shortNumber(shown.lower)}`;
+  }
+}

@@ -1,0 +1,292 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Draws the bodies: one instanced mesh for each shape and each manner of drawing.
+import * as THREE from 'three';
+import {OrbitControls} from 'three/addons/controls/OrbitControls.js';
+import {cornerNormals} from './normals.js';
+
+const kHues = [0x4c78a8, 0xf2903c, 0x59a86e, 0xb36bc2, 0xd9a521, 0x4fb3bf, 0xd3605f, 0x8a7462,
+               0x7d8fd6, 0x9bb552, 0xc7779b, 0x6c9a8b];
+const kFixed = {light: 0xc3c9d2, dark: 0x59616d};
+const kGiven = {light: 0x7a828e, dark: 0xa7afbb};
+const kManners = ['solid', 'ghost', 'wire'];
+const kShadowTriangles = 150000;
+const kMostSightLines = 40;
+const kMostWallTriangles = 5000;
+
+// Slow is blue, fast is yellow.
+export function heat(x, out = new THREE.Color()) {
+  const stops = [[0x2c, 0x3f, 0x9e], [0x1f, 0x96, 0x9c], [0x6c, 0xc2, 0x5a], [0xfd, 0xd8, 0x35]];
+  const at = Math.min(Math.max(x, 0), 1) * (stops.length - 1);
+  const k = Math.min(Math.floor(at), stops.length - 2);
+  const mix = stops[k].map((c, i) => (c + (at - k) * (stops[k + 1][i] - c)) / 255);
+  return out.setRGB(...mix, THREE.SRGBColorSpace);
+}
+
+export function bodyColor(body, theme, out = new THREE.Color()) {
+  if (body.kind === 'static') return out.set(kFixed[theme]);
+  if (body.kind === 'kinematic') return out.set(kGiven[theme]);
+  return out.set(kHues[body.number % kHues.length]);
+}
+
+export class Stage {
+  constructor(canvas, run) {
+    this.run = run;
+    this.canvas = canvas;
+    this.renderer = new THREE.WebGLRenderer({canvas, antialias: true, preserveDrawingBuffer: true});
+    this.scene = new THREE.Scene();
+    this.camera = new THREE.PerspectiveCamera(40, 1, 0.01, 1000);
+    this.manner = new Uint8Array(run.bodies.length);  // 0 solid, 1 ghost, 2 wire, 3 hidden
+    this.colors = run.bodies.map(() => new THREE.Color());
+    this.size = 1;
+    this.#addShapes();
+    this.#addLight();
+    this.selection = new THREE.LineSegments(new THREE.EdgesGeometry(new THREE.BoxGeometry(1, 1, 1)),
+                                            new THREE.LineBasicMaterial());
+    this.selection.visible = false;
+    this.scene.add(this.selection);
+    this.#setUp();
+  }
+
+  #addShapes() {
+    const counts = this.run.surfaces.map(() => 0);
+    for (const body of this.run.bodies) body.place = counts[body.shape]++;
+    let triangles = 0;
+    this.shapes = this.run.surfaces.map((surface, number) => {
+      triangles += counts[number] * surface.indices.length / 3;
+      const geometry = cornerNormals(surface);
+      geometry.computeBoundingBox();
+      geometry.computeBoundingSphere();
+      const materials = {
+        solid: new THREE.MeshLambertMaterial({side: THREE.DoubleSide, shadowSide: THREE.BackSide}),
+        ghost: new THREE.MeshLambertMaterial({transparent: true, opacity: 0.16, depthWrite: false,
+                                              side: THREE.DoubleSide}),
+        wire: new THREE.MeshBasicMaterial({wireframe: true}),
+      };
+      const meshes = kManners.map((manner) => {
+        const mesh = new THREE.InstancedMesh(geometry, materials[manner], counts[number]);
+        mesh.instanceColor = new THREE.InstancedBufferAttribute(
+          new Float32Array(3 * counts[number]), 3);
+        mesh.frustumCulled = false;
+        mesh.castShadow = manner === 'solid';
+        mesh.receiveShadow = manner !== 'wire';
+        mesh.userData.bodies = new Int32Array(counts[number]);
+        mesh.count = 0;
+        this.scene.add(mesh);
+        return mesh;
+      });
+      return {geometry, meshes};
+    });
+    this.triangles = triangles;
+  }
+
+  #addLight() {
+    this.scene.add(new THREE.HemisphereLight(0xffffff, 0x8d8478, 1.9));
+    this.sun = new THREE.DirectionalLight(0xffffff, 2.1);
+    this.sun.castShadow = this.renderer.shadowMap.enabled = this.triangles < kShadowTriangles;
+    this.sun.shadow.mapSize.set(2048, 2048);
+    this.sun.shadow.radius = 4;
+    this.scene.add(this.sun, this.sun.target);
+  }
+
+  // Up is against gravity, if there is any; the camera frames what moves.
+  #setUp() {
+    const g = new THREE.Vector3(...this.run.gravity);
+    const up = g.length() > 0 ? g.normalize().negate() : new THREE.Vector3(0, 0, 1);
+    this.camera.up.copy(up);
+    this.controls = new OrbitControls(this.camera, this.canvas);
+    this.controls.enableDamping = false;
+    this.controls.addEventListener('change', () => this.onChange?.());
+  }
+
+  #framingBox() {
+    const box = new THREE.Box3();
+    const count = 12;
+    for (let k = 0; k <= count; ++k) {
+      const t = this.run.begin + ((this.run.end - this.run.begin) * k) / count;
+      for (const body of this.run.bodies) {
+        if (body.kind !== 'dynamic' || !this.run.isPresent(body, t)) continue;
+        const {p} = this.run.state(body, t);
+        const center = new THREE.Vector3(...p);
+        if (k > 0 && this.farLimit && center.distanceTo(this.firstCenter) > this.farLimit) continue;
+        const sphere = this.shapes[body.shape].geometry.boundingSphere;
+        const arm = sphere.center.length() + sphere.radius;
+        box.expandByPoint(center.clone().addScalar(arm));
+        box.expandByPoint(center.clone().addScalar(-arm));
+      }
+      if (k === 0 && !box.isEmpty()) {
+        this.firstCenter = box.getCenter(new THREE.Vector3());
+        this.farLimit = 4 * box.getSize(new THREE.Vector3()).length();
+      }
+    }
+    if (box.isEmpty()) {
+      for (const body of this.run.bodies) {
+        const center = new THREE.Vector3(...this.run.state(body, this.run.begin).p);
+        box.expandByPoint(center.clone().addScalar(body.radius));
+        box.expandByPoint(center.clone().addScalar(-body.radius));
+      }
+    }
+    if (box.isEmpty()) box.set(new THREE.Vector3(-1, -1, -1), new THREE.Vector3(1, 1, 1));
+    return box;
+  }
+
+  frame() {
+    const box = this.#framingBox();
+    const center = box.getCenter(new THREE.Vector3());
+    const half = box.getSize(new THREE.Vector3()).multiplyScalar(0.5);
+    const up = this.camera.up.clone();
+    this.size = Math.max(half.length(), 1e-30);
+    // Look across the two largest sides that are not up.
+    const axes = [new THREE.Vector3(1, 0, 0), new THREE.Vector3(0, 1, 0), new THREE.Vector3(0, 0, 1)]
+      .filter((axis) => Math.abs(axis.dot(up)) < 0.7)
+      .sort((a, b) => Math.abs(a.dot(half)) - Math.abs(b.dot(half)));
+    const front = axes[0].clone().cross(up).dot(axes[1]) < 0 ? axes[0] : axes[0].clone().negate();
+    const direction = front.clone().multiplyScalar(1).addScaledVector(axes[1], 0.55)
+      .addScaledVector(up, 0.38).normalize();
+    const angle = (this.camera.fov * Math.PI) / 360;
+    const narrow = Math.atan(Math.tan(angle) * Math.min(1, this.camera.aspect));
+    // The distance from which all corners of the box are in the picture.
+    const right = direction.clone().cross(up).normalize();
+    const top = right.clone().cross(direction).normalize();
+    const tan = Math.tan(angle);
+    let distance = 0;
+    for (let corner = 0; corner < 8; ++corner) {
+      const d = new THREE.Vector3(corner & 1 ? half.x : -half.x, corner & 2 ? half.y : -half.y,
+                                  corner & 4 ? half.z : -half.z);
+      const depth = d.dot(direction);
+      distance = Math.max(distance, depth + Math.abs(d.dot(top)) / tan,
+                          depth + Math.abs(d.dot(right)) / (tan * this.camera.aspect));
+    }
+    distance = Math.max(distance * 1.08, this.size * 0.2 / Math.tan(narrow));
+    this.camera.position.copy(center).addScaledVector(direction, distance);
+    this.controls.target.copy(center);
+    this.sun.position.copy(center).addScaledVector(up, 3 * this.size)
+      .addScaledVector(axes[1], 1.3 * this.size).addScaledVector(front, 0.9 * this.size);
+    this.sun.target.position.copy(center);
+    const shadow = this.sun.shadow.camera;
+    shadow.left = shadow.bottom = -1.6 * this.size;
+    shadow.right = shadow.top = 1.6 * this.size;
+    shadow.near = 0.1 * this.size;
+    shadow.far = 8 * this.size;
+    this.sun.shadow.bias = -1e-4;
+    this.sun.shadow.normalBias = 2e-3 * this.size;
+    shadow.updateProjectionMatrix();
+    this.controls.update();
+  }
+
+  setTheme(theme) {
+    this.theme = theme;
+    const style = getComputedStyle(document.documentElement);
+    this.scene.background = new THREE.Color(style.getPropertyValue('--ground').trim());
+    this.selection.material.color.set(style.getPropertyValue('--accent').trim());
+  }
+
+  resize() {
+    const {clientWidth, clientHeight} = this.canvas;
+    const ratio = Math.min(window.devicePixelRatio || 1, 2);
+    if (clientWidth === 0 || clientHeight === 0) return;
+    this.renderer.setPixelRatio(ratio);
+    this.renderer.setSize(clientWidth, clientHeight, false);
+    this.camera.aspect = clientWidth / clientHeight;
+    this.camera.updateProjectionMatrix();
+  }
+
+  // Puts every body where it is at time t.
+  place(t) {
+    const matrix = new THREE.Matrix4();
+    const p = new THREE.Vector3();
+    const q = new THREE.Quaternion();
+    const one = new THREE.Vector3(1, 1, 1);
+    for (const {meshes} of this.shapes) for (const mesh of meshes) mesh.count = 0;
+    const hidden = this.uncover(t);
+    for (const body of this.run.bodies) {
+      const manner = this.manner[body.number] || (hidden.has(body) ? 1 : 0);
+      if (manner > 2 || !this.run.isPresent(body, t)) continue;
+      const state = this.run.state(body, t);
+      const mesh = this.shapes[body.shape].meshes[manner];
+      const place = mesh.count++;
+      mesh.setMatrixAt(place, matrix.compose(p.fromArray(state.p), q.fromArray(state.q), one));
+      mesh.setColorAt(place, this.colors[body.number]);
+      mesh.userData.bodies[place] = body.number;
+    }
+    for (const {meshes} of this.shapes) {
+      for (const mesh of meshes) {
+        mesh.visible = mesh.count > 0;
+        mesh.instanceMatrix.needsUpdate = mesh.instanceColor.needsUpdate = true;
+        mesh.boundingSphere = null;
+      }
+    }
+  }
+
+  // Large fixed bodies that hide what moves, such as the near wall of a pit, become see-through.
+  uncover(t) {
+    const walls = this.run.bodies.filter((body) => body.kind !== 'dynamic' &&
+      body.radius > 0.5 * this.size && this.run.isPresent(body, t) &&
+      this.run.surfaces[body.shape].indices.length < 3 * kMostWallTriangles);
+    const moving = this.run.bodies.filter((body) => body.kind === 'dynamic');
+    const every = Math.max(1, Math.ceil(moving.length / kMostSightLines));
+    const hidden = new Set();
+    const ray = new THREE.Raycaster();
+    const probe = new THREE.Mesh(undefined, new THREE.MeshBasicMaterial({side: THREE.DoubleSide}));
+    for (let k = 0; k < moving.length; k += every) {
+      const center = new THREE.Vector3(...this.run.state(moving[k], t).p);
+      const distance = center.distanceTo(this.camera.position);
+      ray.set(this.camera.position, center.sub(this.camera.position).normalize());
+      ray.far = distance - moving[k].radius;
+      for (const wall of walls) {
+        if (hidden.has(wall) || ray.far <= 0) continue;
+        const {p, q} = this.run.state(wall, t);
+        probe.geometry = this.shapes[wall.shape].geometry;
+        probe.position.set(...p);
+        probe.quaternion.set(...q);
+        probe.updateMatrixWorld();
+        if (ray.intersectObject(probe, false).length > 0) hidden.add(wall);
+      }
+    }
+    return hidden;
+  }
+
+  // A frame around the box of one body.
+  select(body, t) {
+    this.selection.visible = body !== undefined && this.run.isPresent(body, t);
+    if (!this.selection.visible) return;
+    const {p, q} = this.run.state(body, t);
+    const box = this.shapes[body.shape].geometry.boundingBox;
+    const turn = new THREE.Quaternion(...q);
+    const center = box.getCenter(new THREE.Vector3()).applyQuaternion(turn);
+    this.selection.position.set(...p).add(center);
+    this.selection.quaternion.copy(turn);
+    this.selection.scale.copy(box.getSize(new THREE.Vector3())).multiplyScalar(1.03);
+  }
+
+  render() {
+    const distance = this.camera.position.distanceTo(this.controls.target);
+    this.camera.near = Math.max(distance, this.size) * 2e-3;
+    this.camera.far = (distance + this.size) * 60;
+    this.camera.updateProjectionMatrix();
+    this.renderer.render(this.scene, this.camera);
+  }
+
+  // The body under a point of the canvas.
+  pick(x, y) {
+    const {clientWidth, clientHeight} = this.canvas;
+    const ray = new THREE.Raycaster();
+    ray.setFromCamera(new THREE.Vector2((2 * x) / clientWidth - 1, 1 - (2 * y) / clientHeight),
+                      this.camera);
+    const meshes = this.shapes.flatMap(({meshes: all}) => all.filter(
+      (mesh, manner) => mesh.count > 0 && manner !== 1));
+    // See-through bodies are chosen only where nothing else is.
+    const ghosts = this.shapes.map(({meshes: all}) => all[1]).filter((mesh) => mesh.count > 0);
+    const hit = ray.intersectObjects(meshes, false)[0] ?? ray.intersectObjects(ghosts, false)[0];
+    return hit && this.run.bodies[hit.object.userData.bodies[hit.instanceId]];
+  }
+
+  // Where a point of the world is on the canvas, in its CSS pixels.
+  project(point) {
+    const v = new THREE.Vector3(...point).project(this.camera);
+    return {
+      x: ((v.x + 1) / 2) * this.canvas.clientWidth,
+      y: ((1 - v.y) / 2) * this.canvas.clientHeight,
+      visible: v.z > -1 && v.z < 1,
+    };
+  }
+}

@@ -1,0 +1,239 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "dyop/view/page_encoder.h"
+
+#include <cmath>
+#include <limits>
+#include <map>
+
+#include "dyop/core/error.h"
+#include "view/column_block.h"
+#include "view/motion_rows.h"
+#include "view/shape_surface.h"
+
+namespace dyop {
+namespace {
+
+using internal::ColumnBlock;
+using Json = nlohmann::json;
+
+// With more bodies round ones are drawn with fewer triangles.
+constexpr std::size_t kManyBodies = 100;
+constexpr int kFine = 4;
+constexpr int kCoarse = 3;
+
+constexpr std::uint32_t kNoBody = ~std::uint32_t{0};
+
+Json vector_json(const Vector3& v) {
+  return {v.x(), v.y(), v.z()};
+}
+
+const char* word_of(BodyKind kind) {
+  switch (kind) {
+    case BodyKind::Dynamic:
+      return "dynamic";
+    case BodyKind::Kinematic:
+      return "kinematic";
+    case BodyKind::Static:
+      return "static";
+  }
+  throw InternalError("unknown kind of body");
+}
+
+// Columns of what is asked of each row of a list.
+template <typename Rows>
+class RowColumns {
+ public:
+  RowColumns(ColumnBlock& block, std::string name, const Rows& rows)
+      : block_(block), name_(std::move(name)), rows_(rows) {}
+
+  template <typename Get>
+  void numbers(const char* column, Get get) {
+    std::vector<double> values;
+    for (const auto& row : rows_) values.push_back(double(get(row)));
+    block_.add(name_ + "." + column, std::span<const double>(values));
+  }
+  template <typename Get>
+  void vectors(const char* column, Get get) {
+    std::vector<Vector3> values;
+    for (const auto& row : rows_) values.push_back(get(row));
+    block_.add(name_ + "." + column, std::span<const Vector3>(values));
+  }
+  template <typename Get>
+  void bodies(const char* column, Get get) {
+    std::vector<std::uint32_t> values;
+    for (const auto& row : rows_) values.push_back(get(row).slot);
+    block_.add(name_ + "." + column, std::span<const std::uint32_t>(values));
+  }
+
+ private:
+  ColumnBlock& block_;
+  std::string name_;
+  const Rows& rows_;
+};
+
+void add_steps(ColumnBlock& block, const PageSpan& span) {
+  RowColumns steps(block, "step", span.steps);
+  steps.numbers("begin", [](const TimeInterval& s) { return s.begin; });
+  steps.numbers("end", [](const TimeInterval& s) { return s.end; });
+  RowColumns rows(block, "frame", span.frames);
+  rows.numbers("begin", [](const PageFrame& f) { return f.interval.begin; });
+  rows.numbers("end", [](const PageFrame& f) { return f.interval.end; });
+  rows.numbers("steps", [](const PageFrame& f) { return f.work.steps; });
+  rows.numbers("legs", [](const PageFrame& f) { return f.work.legs; });
+  rows.numbers("islands", [](const PageFrame& f) { return f.work.islands; });
+  rows.numbers("rounds", [](const PageFrame& f) { return f.work.rounds; });
+  rows.numbers("stalls", [](const PageFrame& f) { return f.work.stalls; });
+  rows.numbers("contacts", [](const PageFrame& f) { return f.work.contacts; });
+  rows.numbers("unconverged", [](const PageFrame& f) { return f.work.unconverged; });
+  rows.numbers("residual", [](const PageFrame& f) { return f.work.residual; });
+  rows.numbers("kinetic", [](const PageFrame& f) { return f.kinetic_energy; });
+  rows.numbers("potential", [](const PageFrame& f) { return f.potential_energy; });
+  rows.vectors("momentum", [](const PageFrame& f) { return f.momentum_W; });
+  rows.vectors("angular_momentum", [](const PageFrame& f) { return f.angular_momentum_W; });
+}
+
+const ImpactContact& contact_of(const ImpactEvent& event) {
+  static const ImpactContact kNone;
+  return event.toi.contact ? *event.toi.contact : kNone;
+}
+
+// A contact of an impact, with the impact's place in the list.
+struct ImpactRow {
+  std::uint32_t impact;
+  const WorldContact* contact;
+};
+
+void add_impacts(ColumnBlock& block, const std::vector<ImpactEvent>& impacts) {
+  RowColumns rows(block, "impact", impacts);
+  rows.numbers("t", [](const ImpactEvent& e) { return e.t; });
+  rows.numbers("t_safe", [](const ImpactEvent& e) { return e.toi.t_safe; });
+  rows.numbers("t_hit", [](const ImpactEvent& e) { return e.toi.t_hit.value_or(std::nan("")); });
+  rows.bodies("a", [](const ImpactEvent& e) { return e.a; });
+  rows.bodies("b", [](const ImpactEvent& e) { return e.b; });
+  rows.numbers("lower", [](const ImpactEvent& e) { return contact_of(e).lower; });
+  rows.numbers("upper", [](const ImpactEvent& e) { return contact_of(e).upper; });
+  rows.numbers("closing", [](const ImpactEvent& e) { return contact_of(e).closing_speed; });
+  rows.vectors("pa", [](const ImpactEvent& e) { return contact_of(e).p_WCa; });
+  rows.vectors("pb", [](const ImpactEvent& e) { return contact_of(e).p_WCb; });
+  rows.vectors("normal", [](const ImpactEvent& e) { return contact_of(e).nhat_AB_W; });
+  std::vector<ImpactRow> list;
+  for (std::size_t k = 0; k < impacts.size(); ++k) {
+    for (const WorldContact& contact : impacts[k].contacts) {
+      list.push_back({std::uint32_t(k), &contact});
+    }
+  }
+  RowColumns points(block, "hit", list);
+  points.numbers("impact", [](const ImpactRow& r) { return r.impact; });
+  points.bodies("a", [](const ImpactRow& r) { return r.contact->a; });
+  points.bodies("b", [](const ImpactRow& r) { return r.contact->b; });
+  points.vectors("pa", [](const ImpactRow& r) { return r.contact->contact.p_WCa; });
+  points.vectors("pb", [](const ImpactRow& r) { return r.contact->contact.p_WCb; });
+  points.vectors("normal", [](const ImpactRow& r) { return r.contact->contact.nhat_AB_W; });
+  points.vectors("impulse", [](const ImpactRow& r) { return r.contact->impulse_W; });
+  points.numbers("gap", [](const ImpactRow& r) { return r.contact->contact.lower; });
+  points.numbers("speed", [](const ImpactRow& r) { return r.contact->normal_velocity; });
+}
+
+const Vector3 kNoPoint = Vector3::Constant(std::numeric_limits<Scalar>::quiet_NaN());
+
+void add_gaps(ColumnBlock& block, const std::vector<PageGap>& gaps) {
+  RowColumns rows(block, "gap", gaps);
+  rows.numbers("t", [](const PageGap& g) { return g.t; });
+  rows.bodies("a", [](const PageGap& g) { return g.a; });
+  rows.bodies("b", [](const PageGap& g) { return g.b; });
+  rows.numbers("lower", [](const PageGap& g) { return g.lower; });
+  rows.numbers("upper", [](const PageGap& g) { return g.upper; });
+  rows.numbers("resting", [](const PageGap& g) { return g.is_resting; });
+  rows.vectors("pa", [](const PageGap& g) { return g.witness_W ? g.witness_W->first : kNoPoint; });
+  rows.vectors("pb", [](const PageGap& g) { return g.witness_W ? g.witness_W->second : kNoPoint; });
+  rows.vectors("pivot", [](const PageGap& g) { return g.pivot_W.value_or(kNoPoint); });
+}
+
+void add_contacts(ColumnBlock& block, const std::vector<PageContact>& contacts) {
+  RowColumns rows(block, "contact", contacts);
+  rows.numbers("begin", [](const PageContact& c) { return c.interval.begin; });
+  rows.numbers("end", [](const PageContact& c) { return c.interval.end; });
+  rows.bodies("a", [](const PageContact& c) { return c.a; });
+  rows.bodies("b", [](const PageContact& c) { return c.b; });
+  rows.numbers("resting", [](const PageContact& c) { return c.is_resting; });
+  rows.vectors("p", [](const PageContact& c) { return c.p_WC; });
+  rows.vectors("normal", [](const PageContact& c) { return c.nhat_AB_W; });
+  rows.vectors("impulse", [](const PageContact& c) { return c.impulse_W; });
+  rows.numbers("gap", [](const PageContact& c) { return c.gap; });
+}
+
+Json marks_json(const std::vector<PageMark>& marks) {
+  Json list = Json::array();
+  for (const PageMark& mark : marks) {
+    Json json{{"t", mark.t}, {"kind", mark.kind}, {"text", mark.text}, {"bodies", Json::array()}};
+    for (const BodyId& id : mark.bodies) {
+      if (id.slot != kNoBody) json["bodies"].push_back(id.slot);
+    }
+    list.push_back(std::move(json));
+  }
+  return list;
+}
+
+Json body_json(const PageBody& body, std::size_t shape) {
+  Json json{{"name", body.name},
+            {"kind", word_of(body.kind)},
+            {"shape", shape},
+            {"shape_name", body.shape_name},
+            {"radius", body.shape->bounding_radius()}};
+  if (body.mass_properties) {
+    json["mass"] = body.mass_properties->mass;
+    json["center"] = vector_json(body.mass_properties->p_BoBcm);
+  }
+  return json;
+}
+
+}  // namespace
+
+PageEncoder::PageEncoder(PageScene scene) : scene_(std::move(scene)) {
+  for (const PageBody& body : scene_.bodies) {
+    DYOP_REQUIRE(body.shape != nullptr, "body '", body.name, "' has no shape to show");
+  }
+}
+
+std::string PageEncoder::head() const {
+  ColumnBlock block;
+  Json header{{"block", "scene"},
+              {"title", scene_.title},
+              {"gravity", vector_json(scene_.gravity_W)},
+              {"begin", scene_.begin_time},
+              {"end", scene_.end_time},
+              {"bodies", Json::array()},
+              {"shapes", Json::array()}};
+  const int fineness = scene_.bodies.size() < kManyBodies ? kFine : kCoarse;
+  std::map<const Shape*, std::size_t> numbers;
+  for (const PageBody& body : scene_.bodies) {
+    const auto [entry, is_new] = numbers.try_emplace(body.shape.get(), numbers.size());
+    if (is_new) {
+      header["shapes"].push_back(add_surface(block, "shape" + std::to_string(entry->second),
+                                             internal::surface_of(*body.shape, fineness)));
+    }
+    header["bodies"].push_back(body_json(body, entry->second));
+  }
+  return block.bytes(std::move(header));
+}
+
+std::string PageEncoder::span(const PageSpan& span) const {
+  internal::MotionRows motions(kMotionTolerance);
+  for (const PageSegment& segment : span.segments) {
+    DYOP_REQUIRE(segment.body.slot < scene_.bodies.size(), "the page has no body ", segment.body);
+    const PageBody& body = scene_.bodies[segment.body.slot];
+    const Vector3 center =
+        body.mass_properties ? body.mass_properties->p_BoBcm : Vector3(Vector3::Zero());
+    motions.add({segment.body.slot, center, body.shape->bounding_radius()}, segment.interval,
+                segment.motion.get());
+  }
+  ColumnBlock block;
+  motions.add_to(block);
+  add_steps(block, span);
+  add_impacts(block, span.impacts);
+  add_gaps(block, span.gaps);
+  add_contacts(block, span.contacts);
+  return block.bytes({{"block", "span"}, {"marks", marks_json(span.marks)}});
+}
+
+}  // namespace dyop

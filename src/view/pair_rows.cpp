@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "view/pair_rows.h"
+
+#include <algorithm>
+
+namespace dyop::internal {
+
+void add_pair(const PairRecord& pair, const TimeInterval& frame, PageSpan& span) {
+  const bool is_resting = pair.proof == ProofKind::AtRest;
+  PageGap gap;
+  gap.t = frame.end;
+  gap.a = pair.a;
+  gap.b = pair.b;
+  gap.lower = pair.gap_lower;
+  // A pair without contacts may not have been measured.
+  if (pair.gap_upper >= pair.gap_lower) gap.upper = pair.gap_upper;
+  gap.is_resting = is_resting;
+  gap.pivot_W = pair.pivot_W;
+  span.gaps.push_back(gap);
+  for (const PairContact& contact : pair.contacts) {
+    const ContactPoint& point = contact.point;
+    span.contacts.push_back({frame, pair.a, pair.b, is_resting, (point.p_WCa + point.p_WCb) / 2,
+                             point.nhat_AB_W, contact.impulse_W, point.gap});
+  }
+}
+
+void add_witness(PageGap& gap, const Shape& a, const RigidPose& X_WA, const Shape& b,
+                 const RigidPose& X_WB, DistanceCache& cache) {
+  const DistanceResult result = distance(a, X_WA, b, X_WB, {}, cache);
+  gap.lower = std::max(gap.lower, result.lower);
+  gap.upper = result.upper;
+  gap.witness_W = {result.p_WCa, result.p_WCb};
+}
+
+const char* undecided_words(AdvanceStatus status) {
+  switch (status) {
+    case AdvanceStatus::BudgetExhausted:
+      return "budget exhausted";
+    case AdvanceStatus::NumericalLimit:
+      return "numerical limit";
+    case AdvanceStatus::Blocked:
+      return "blocked by bodies on given motions";
+    case AdvanceStatus::Cancelled:
+      return "cancelled";
+    case AdvanceStatus::NotRun:
+    case AdvanceStatus::Completed:
+    case AdvanceStatus::StoppedAtImpact:
+      return nullptr;
+  }
+  return nullptr;
+}
+
+}  // namespace dyop::internal

@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "view/shape_surface.h"
+
+#include <array>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <utility>
+
+#include "dyop/core/error.h"
+#include "dyop/geometry/compound_shape.h"
+#include "dyop/geometry/convex_shape.h"
+
+namespace dyop::internal {
+namespace {
+
+ShapeSurface octahedron() {
+  return {{Vector3::UnitX(), -Vector3::UnitX(), Vector3::UnitY(), -Vector3::UnitY(),
+           Vector3::UnitZ(), -Vector3::UnitZ()},
+          {{0, 2, 4}, {2, 1, 4}, {1, 3, 4}, {3, 0, 4}, {2, 0, 5}, {1, 2, 5}, {3, 1, 5}, {0, 3, 5}}};
+}
+
+// Each triangle becomes four, its new corners on the unit sphere.
+ShapeSurface subdivided(const ShapeSurface& sphere) {
+  ShapeSurface finer{sphere.vertices, {}};
+  std::map<std::pair<std::int32_t, std::int32_t>, std::int32_t> middles;
+  const auto middle = [&](std::int32_t i, std::int32_t j) {
+    const auto [entry, is_new] =
+        middles.try_emplace(std::minmax(i, j), std::int32_t(finer.vertices.size()));
+    if (is_new) {
+      finer.vertices.push_back(
+          (sphere.vertices[std::size_t(i)] + sphere.vertices[std::size_t(j)]).normalized());
+    }
+    return entry->second;
+  };
+  for (const TriangleIndices& t : sphere.triangles) {
+    const auto m = std::array{middle(t[0], t[1]), middle(t[1], t[2]), middle(t[2], t[0])};
+    finer.triangles.push_back({t[0], m[0], m[2]});
+    finer.triangles.push_back({m[0], t[1], m[1]});
+    finer.triangles.push_back({m[2], m[1], t[2]});
+    finer.triangles.push_back({m[0], m[1], m[2]});
+  }
+  return finer;
+}
+
+ShapeSurface surface_of_mesh(const TriangleMesh& mesh) {
+  return {{mesh.vertices().begin(), mesh.vertices().end()},
+          {mesh.triangles().begin(), mesh.triangles().end()}};
+}
+
+ShapeSurface surface_of_convex(const ConvexShape& shape, int fineness) {
+  const TriangleMesh* core = shape.core_surface();
+  if (core != nullptr && !(shape.rounding_radius() > 0)) return surface_of_mesh(*core);
+  ShapeSurface surface = octahedron();
+  for (int k = 0; k < fineness; ++k) surface = subdivided(surface);
+  // A slight tilt: no direction is then exactly across an axis, where a support point is not unique.
+  const Matrix3 tilt = rotation_from_vector(Vector3(0.01, 0.013, 0.017));
+  for (Vector3& v : surface.vertices) v = shape.support(tilt * v);
+  return surface;
+}
+
+ShapeSurface surface_of_compound(const CompoundShape& compound, int fineness) {
+  ShapeSurface all;
+  for (const CompoundChild& child : compound.children()) {
+    const ShapeSurface part = surface_of(*child.shape, fineness);
+    const auto first = std::int32_t(all.vertices.size());
+    for (const Vector3& p : part.vertices) all.vertices.push_back(child.X_CS * p);
+    for (const TriangleIndices& t : part.triangles) {
+      all.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+    }
+  }
+  return all;
+}
+
+// Small numbers for small differences of either sign.
+std::uint16_t zigzag(std::int32_t difference) {
+  const auto d = std::int16_t(difference);  // modulo 2^16, which the page undoes
+  return std::uint16_t((std::uint16_t(d) << 1) ^ std::uint16_t(d >> 15));
+}
+
+constexpr Scalar kLevels = 65535;
+
+}  // namespace
+
+ShapeSurface surface_of(const Shape& shape, int fineness) {
+  switch (shape.kind()) {
+    case ShapeKind::TriangleMesh:
+      return surface_of_mesh(static_cast<const TriangleMesh&>(shape));
+    case ShapeKind::Convex:
+      return surface_of_convex(static_cast<const ConvexShape&>(shape), fineness);
+    case ShapeKind::Compound:
+      return surface_of_compound(static_cast<const CompoundShape&>(shape), fineness);
+  }
+  throw InternalError("unknown kind of shape");
+}
+
+nlohmann::json add_surface(ColumnBlock& block, const std::string& name,
+                           const ShapeSurface& surface) {
+  constexpr auto kUnseen = std::numeric_limits<std::uint32_t>::max();
+  std::vector<std::uint32_t> place(surface.vertices.size(), kUnseen);
+  std::vector<Vector3> used;
+  std::vector<std::uint32_t> back;  // how far a vertex is before the next new one; 0: it is new
+  back.reserve(3 * surface.triangles.size());
+  for (const TriangleIndices& triangle : surface.triangles) {
+    for (const std::int32_t vertex : triangle) {
+      std::uint32_t& at = place[std::size_t(vertex)];
+      const auto next = std::uint32_t(used.size());
+      if (at == kUnseen) {
+        at = next;
+        used.push_back(surface.vertices[std::size_t(vertex)]);
+        back.push_back(0);
+      } else {
+        back.push_back(next - at);
+      }
+    }
+  }
+  AlignedBox box;
+  for (const Vector3& p : used) box.extend(p);
+  std::vector<std::uint16_t> differences(3 * used.size());
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
+    const Scalar width = box.sizes()[axis];
+    std::int32_t last = 0;
+    for (std::size_t k = 0; k < used.size(); ++k) {
+      const Scalar part = width > 0 ? (used[k][axis] - box.min()[axis]) / width : 0;
+      const auto level = std::int32_t(std::lround(part * kLevels));
+      differences[std::size_t(axis) * used.size() + k] = zigzag(level - last);
+      last = level;
+    }
+  }
+  block.add(name + ".vertices", std::span<const std::uint16_t>(differences));
+  block.add(name + ".triangles", std::span<const std::uint32_t>(back));
+  nlohmann::json json;
+  json["vertices"] = used.size();
+  json["triangles"] = surface.triangles.size();
+  json["low"] = {box.min().x(), box.min().y(), box.min().z()};
+  json["high"] = {box.max().x(), box.max().y(), box.max().z()};
+  return json;
+}
+
+}  // namespace dyop::internal

@@ -1,0 +1,294 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+
+/* What a C99 program sees of dyop: built with a C compiler, run by the suite. Returns the number of
+ * the first check that fails. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "dyop/dyop_c.h"
+
+#define CHECK(condition)                             \
+  do {                                               \
+    if (!(condition)) {                              \
+      printf("line %d: %s\n", __LINE__, #condition); \
+      return __LINE__;                               \
+    }                                                \
+  } while (0)
+
+static int log_count = 0;
+static long allocated = 0;
+
+static void log_error(void* user, dyop_log_level level, const char* message) {
+  (void)user;
+  log_count += level == DYOP_LOG_ERROR && strlen(message) > 0;
+}
+
+static void* allocate(void* user, size_t size, size_t alignment) {
+  (void)user;
+  (void)alignment;
+  allocated += (long)size;
+  return malloc(size);
+}
+
+static void deallocate(void* user, void* memory, size_t size, size_t alignment) {
+  (void)user;
+  (void)alignment;
+  allocated -= (long)size;
+  free(memory);
+}
+
+/* Falls from z = 5 at speed 1. */
+static void falling_state(void* user, double t, dyop_state* state) {
+  (void)user;
+  state->pose.position[2] = 5 - t;
+  state->twist.v[2] = -1;
+}
+
+static void falling_bound(void* user, dyop_interval interval, dyop_twist_bound* bound) {
+  const dyop_twist_bound steady = {1, 0, 0, 0};
+  (void)user;
+  (void)interval;
+  *bound = steady;
+}
+
+static void lift(void* user, double t, const dyop_state* state, dyop_wrench* wrench) {
+  (void)t;
+  (void)state;
+  wrench->force[2] = *(const double*)user;
+}
+
+static int stop_at_third(void* user, size_t done, size_t total) {
+  (void)user;
+  (void)total;
+  return done >= 3;
+}
+
+static int check_queries(dyop_context* context) {
+  dyop_shape ball, box, mesh;
+  dyop_motion rest, fall, falling;
+  const double half[3] = {1, 1, 1};
+  const double vertices[12] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
+  const int32_t triangles[12] = {0, 2, 1, 0, 1, 3, 1, 2, 3, 0, 3, 2};
+  const dyop_pose origin = DYOP_POSE_IDENTITY;
+  dyop_state start = {{{0, 0, 5}, {1, 0, 0, 0}}, {{0, 0, -1}, {0, 0, 0}}};
+  dyop_motion_functions functions = DYOP_MOTION_FUNCTIONS_INIT;
+  dyop_toi_query query = {sizeof(dyop_toi_query), 0, {0, 0}, {0, 0}, {0, 0}, {0, 0}, {0, 10}};
+  dyop_toi_result result = {sizeof(dyop_toi_result)};
+  dyop_distance_query near = {sizeof(dyop_distance_query), 0, {0, 0}, {0, 0}, DYOP_POSE_IDENTITY,
+                              DYOP_POSE_IDENTITY};
+  dyop_distance_result gap = {sizeof(dyop_distance_result)};
+
+  CHECK(dyop_sphere_create(context, 0.5, &ball) == DYOP_OK);
+  CHECK(dyop_box_create(context, half, &box) == DYOP_OK);
+  CHECK(dyop_mesh_create(context, vertices, 4, triangles, 4, &mesh) == DYOP_OK);
+  CHECK(dyop_rest_create(context, &origin, &rest) == DYOP_OK);
+  CHECK(dyop_constant_twist_create(context, &start, 0, &fall) == DYOP_OK);
+  functions.state = falling_state;
+  functions.twist_bound = falling_bound;
+  functions.domain.begin = -HUGE_VAL;
+  functions.domain.end = HUGE_VAL;
+  CHECK(dyop_user_motion_create(context, &functions, &falling) == DYOP_OK);
+
+  query.a = box;
+  query.b = ball;
+  query.motion_a = rest;
+  query.motion_b = fall;
+  CHECK(dyop_time_of_impact(context, &query, NULL, &result) == DYOP_OK);
+  CHECK(result.status == DYOP_TOI_IMPACT);
+  CHECK(fabs(result.t_safe - 3.5) < 1e-5);
+  CHECK(result.has_contact == 1 && fabs(result.witness.normal[2] - 1) < 1e-9);
+  CHECK(fabs(result.closing_speed - 1) < 1e-9);
+  query.motion_b = falling;
+  CHECK(dyop_time_of_impact(context, &query, NULL, &result) == DYOP_OK);
+  CHECK(result.status == DYOP_TOI_IMPACT && fabs(result.t_safe - 3.5) < 1e-5);
+
+  near.a = mesh;
+  near.b = ball;
+  near.pose_b.position[0] = 3;
+  CHECK(dyop_compute_distance(context, &near, NULL, &gap) == DYOP_OK);
+  CHECK(gap.status == DYOP_DISTANCE_SEPARATED);
+  CHECK(gap.witness.lower <= 1.5 && 1.5 <= gap.witness.upper && gap.witness.upper < 1.5 + 1e-12);
+  CHECK(gap.witness.triangle_a >= 0 && gap.witness.triangle_b == -1);
+
+  /* A destroyed shape is stale, also after its slot is used again. */
+  CHECK(dyop_shape_destroy(context, ball) == DYOP_OK);
+  CHECK(dyop_shape_destroy(context, ball) == DYOP_STALE_HANDLE);
+  {
+    dyop_shape other;
+    CHECK(dyop_sphere_create(context, 0.25, &other) == DYOP_OK);
+    CHECK(other.index == ball.index && other.generation != ball.generation);
+    CHECK(dyop_time_of_impact(context, &query, NULL, &result) == DYOP_STALE_HANDLE);
+  }
+  return 0;
+}
+
+static int check_batch(dyop_context* context) {
+  enum { kCount = 8 };
+  dyop_shape ball;
+  dyop_motion rest, fall;
+  const dyop_pose origin = DYOP_POSE_IDENTITY;
+  dyop_toi_query queries[kCount];
+  dyop_toi_result results[kCount];
+  dyop_batch_options batch = DYOP_BATCH_OPTIONS_INIT;
+  int i, not_run = 0;
+
+  CHECK(dyop_sphere_create(context, 0.5, &ball) == DYOP_OK);
+  CHECK(dyop_rest_create(context, &origin, &rest) == DYOP_OK);
+  memset(queries, 0, sizeof(queries));
+  for (i = 0; i < kCount; ++i) {
+    const dyop_state start = {{{0, 0, 2.0 + i}, {1, 0, 0, 0}}, {{0, 0, -1}, {0, 0, 0}}};
+    CHECK(dyop_constant_twist_create(context, &start, 0, &fall) == DYOP_OK);
+    queries[i].size = sizeof(dyop_toi_query);
+    queries[i].a = ball;
+    queries[i].b = ball;
+    queries[i].motion_a = rest;
+    queries[i].motion_b = fall;
+    queries[i].interval.end = 20;
+  }
+  results[0].size = sizeof(dyop_toi_result);
+  CHECK(dyop_time_of_impact_batch(context, queries, kCount, NULL, NULL, results) == DYOP_OK);
+  for (i = 0; i < kCount; ++i) {
+    CHECK(results[i].size == sizeof(dyop_toi_result) && results[i].status == DYOP_TOI_IMPACT);
+    CHECK(fabs(results[i].t_safe - (1.0 + i)) < 1e-5);
+  }
+  batch.thread_count = 1;
+  batch.progress = stop_at_third;
+  CHECK(dyop_time_of_impact_batch(context, queries, kCount, NULL, &batch, results) == DYOP_OK);
+  for (i = 0; i < kCount; ++i) not_run += results[i].status == DYOP_TOI_NOT_RUN;
+  CHECK(not_run == kCount - 3);
+  /* Nothing runs if one query is wrong, and the message names it. */
+  queries[5].interval.end = -1;
+  CHECK(dyop_time_of_impact_batch(context, queries, kCount, NULL, NULL, results) ==
+        DYOP_INVALID_ARGUMENT);
+  {
+    char text[200];
+    CHECK(dyop_last_error(context, text, sizeof(text)) == DYOP_OK);
+    CHECK(strstr(text, "5") != NULL && strstr(text, "-1") != NULL);
+    CHECK(dyop_last_error(context, text, 6) == DYOP_OK && strlen(text) == 5);
+  }
+  queries[5].interval.end = 20;
+  queries[6].size = 4;
+  CHECK(dyop_time_of_impact_batch(context, queries, kCount, NULL, NULL, results) ==
+        DYOP_INVALID_ARGUMENT);
+  return 0;
+}
+
+static int check_world(dyop_context* context) {
+  dyop_shape ball, floor_shape;
+  dyop_world world;
+  dyop_body body, ground, bodies[2];
+  dyop_world_options options = DYOP_WORLD_OPTIONS_INIT;
+  dyop_body_definition definition = DYOP_BODY_DEFINITION_INIT;
+  dyop_advance_report report = {sizeof(dyop_advance_report)};
+  dyop_state states[2];
+  const double half[3] = {5, 5, 0.5};
+  double force = 0;
+  size_t count = 0;
+  dyop_impact impact = {sizeof(dyop_impact)};
+  dyop_contact contacts[4] = {{sizeof(dyop_contact)}};
+  int i;
+
+  CHECK(dyop_sphere_create(context, 0.5, &ball) == DYOP_OK);
+  CHECK(dyop_box_create(context, half, &floor_shape) == DYOP_OK);
+  options.gravity[2] = -10;
+  options.max_step = 0.01;
+  CHECK(dyop_world_create(context, &options, &world) == DYOP_OK);
+  definition.shape = ball;
+  definition.initial.pose.position[2] = 2;
+  definition.restitution = 0;
+  definition.user = &force;
+  definition.wrench = lift;
+  CHECK(dyop_world_add_body(context, world, &definition, &body) == DYOP_OK);
+  definition.kind = DYOP_STATIC;
+  definition.shape = floor_shape;
+  definition.initial.pose.position[2] = -0.5;
+  CHECK(dyop_world_add_body(context, world, &definition, &ground) == DYOP_OK);
+  bodies[0] = body;
+  bodies[1] = ground;
+
+  /* Free fall, until it meets the floor: z = 2 - 5 t^2. */
+  CHECK(dyop_world_advance(context, world, 0.4, &report) == DYOP_OK);
+  CHECK(report.status == DYOP_ADVANCE_COMPLETED && report.impact_count == 0);
+  CHECK(dyop_world_states(context, world, bodies, 2, states) == DYOP_OK);
+  CHECK(fabs(states[0].pose.position[2] - 1.2) < 1e-6);
+  CHECK(dyop_world_advance(context, world, 0.6, &report) == DYOP_OK);
+  CHECK(report.impact_count >= 1);
+  CHECK(dyop_world_impacts(context, world, &impact, 1, &count) == DYOP_OK);
+  CHECK(count == report.impact_count);
+  CHECK(fabs(impact.t - sqrt(0.3)) < 1e-2);
+  CHECK(dyop_world_states(context, world, bodies, 1, states) == DYOP_OK);
+  CHECK(states[0].pose.position[2] > 0.5 && states[0].pose.position[2] < 0.51);
+  CHECK(dyop_world_contacts(context, world, NULL, 0, &count) == DYOP_OK && count >= 1);
+  CHECK(dyop_world_contacts(context, world, contacts, 4, &count) == DYOP_OK);
+  /* One impulse holds it: weight times step. Which body is A is the world's choice. */
+  CHECK(fabs(contacts[0].gap) < 0.01);
+
+  /* The force of the callback lifts it: more than its weight. */
+  force = 2 * 10 * 1000 * 4.0 / 3 * 3.141592653589793 * 0.125;
+  for (i = 0; i < 2; ++i) {
+    states[0].pose.position[2] = 3;
+    memset(&states[0].twist, 0, sizeof(states[0].twist));
+  }
+  CHECK(dyop_world_set_state(context, world, body, &states[0]) == DYOP_OK);
+  CHECK(dyop_world_advance(context, world, 0.5, &report) == DYOP_OK);
+  CHECK(dyop_world_states(context, world, bodies, 1, states) == DYOP_OK);
+  CHECK(fabs(states[0].pose.position[2] - 4.25) < 1e-4);
+
+  CHECK(dyop_world_remove_body(context, world, body) == DYOP_OK);
+  CHECK(dyop_world_states(context, world, bodies, 1, states) == DYOP_STALE_HANDLE);
+  CHECK(dyop_world_destroy(context, world) == DYOP_OK);
+  CHECK(dyop_world_advance(context, world, 1, &report) == DYOP_STALE_HANDLE);
+  return 0;
+}
+
+static int check_refusals(dyop_context* context) {
+  dyop_shape shape = {0, 0};
+  const int before = log_count;
+  dyop_toi_query query = {sizeof(dyop_toi_query), 0, {0, 0}, {0, 0}, {0, 0}, {0, 0}, {0, 1}};
+  dyop_toi_result result = {sizeof(dyop_toi_result)};
+  struct {
+    dyop_toi_options options;
+    double from_the_future;
+  } newer = {DYOP_TOI_OPTIONS_INIT, 0};
+
+  CHECK(dyop_sphere_create(context, -1, &shape) == DYOP_INVALID_ARGUMENT);
+  CHECK(dyop_sphere_create(context, NAN, &shape) == DYOP_INVALID_ARGUMENT);
+  CHECK(dyop_sphere_create(context, 1, NULL) == DYOP_INVALID_ARGUMENT);
+  CHECK(dyop_sphere_create(NULL, 1, &shape) == DYOP_INVALID_ARGUMENT);
+  CHECK(dyop_shape_destroy(context, shape) == DYOP_STALE_HANDLE);
+  CHECK(dyop_time_of_impact(context, &query, NULL, &result) == DYOP_STALE_HANDLE);
+  CHECK(dyop_time_of_impact(context, NULL, NULL, &result) == DYOP_INVALID_ARGUMENT);
+  newer.options.size = sizeof(newer);
+  CHECK(dyop_time_of_impact(context, &query, &newer.options, &result) == DYOP_STALE_HANDLE);
+  newer.from_the_future = 1;
+  CHECK(dyop_time_of_impact(context, &query, &newer.options, &result) == DYOP_UNSUPPORTED);
+  newer.options.size = 0;
+  CHECK(dyop_time_of_impact(context, &query, &newer.options, &result) == DYOP_INVALID_ARGUMENT);
+  CHECK(log_count == before + 9);
+  CHECK(strcmp(dyop_status_text(DYOP_STALE_HANDLE), "stale handle") == 0);
+  return 0;
+}
+
+int main(void) {
+  dyop_context_options options = DYOP_CONTEXT_OPTIONS_INIT;
+  dyop_context* context = NULL;
+  int failed;
+  options.log = log_error;
+  options.allocate = allocate;
+  CHECK(dyop_context_create(&options, &context) == DYOP_INVALID_ARGUMENT && !context);
+  options.deallocate = deallocate;
+  CHECK(dyop_context_create(&options, &context) == DYOP_OK);
+  CHECK(dyop_version() >= 200);
+  failed = check_queries(context);
+  if (!failed) failed = check_batch(context);
+  if (!failed) failed = check_world(context);
+  if (!failed) failed = check_refusals(context);
+  if (failed) return 1;
+  CHECK(allocated > 0);
+  dyop_context_destroy(context);
+  CHECK(allocated == 0);
+  dyop_context_destroy(NULL);
+  return 0;
+}

@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "cli/command.h"
+#include "dyop/recording/recording_reader.h"
+
+namespace dyop {
+namespace {
+
+using testing::CommandResult;
+using testing::run_command;
+using Json = nlohmann::json;
+
+// A ball that bounces once, and a box that rests.
+constexpr const char* kScene = R"({
+  "title": "A ball falls on a box",
+  "time": {"end": 1.5, "step": 0.125}, "target_distance": 1e-7, "standoff": 1e-6,
+  "bodies": [
+    {"name": "ball", "shape": {"sphere": {"radius": 0.5}}, "density": 1,
+     "pose": {"position": [0, 0, 1.5]}, "restitution": 1, "friction": 0},
+    {"name": "box", "kind": "static", "shape": {"box": {"half_extents": [5, 5, 1]}},
+     "pose": {"position": [0, 0, -1]}, "restitution": 1}
+  ],
+  "forces": {"gravity": [0, 0, -2]}})";
+
+class RecordingCommands : public ::testing::Test {
+ protected:
+  std::string path(const char* name) const { return (directory_.path() / name).string(); }
+  CommandResult simulate(const std::vector<std::string>& more = {}) const {
+    std::vector<std::string> words{"simulate", directory_.write("scene.json", kScene).string(),
+                                   "--record", path("run.h5")};
+    words.insert(words.end(), more.begin(), more.end());
+    return run_command(words);
+  }
+  testing::TemporaryDirectory directory_;
+};
+
+TEST_F(RecordingCommands, SimulateRecordsInHdf5) {
+  const CommandResult result = simulate({"--json"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const Json json = Json::parse(result.out);
+  EXPECT_EQ(json.at("recording"), path("run.h5"));
+  EXPECT_TRUE(json.at("summary").is_null());
+  const RecordingReader reader(path("run.h5"));
+  EXPECT_EQ(reader.interval().end, 1.5);
+  ASSERT_EQ(reader.impacts().size(), 1u);
+  EXPECT_NEAR(reader.impacts()[0].t, 1, 1e-5);
+  // Elastic: at t = 1.5 the ball is where it was at t = 0.5, at 1.5 - t^2 = 1.25.
+  EXPECT_NEAR(reader.pose(BodyId(0), 1.5).translation().z(), 1.25, 1e-4);
+  EXPECT_NEAR(reader.pose(BodyId(0), 0.3).translation().z(), 1.5 - 0.09, 1e-9);
+}
+
+TEST_F(RecordingCommands, SimulateWritesTheSummaryBesideIt) {
+  const CommandResult result = simulate({"--out", path("run")});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_EQ(testing::TemporaryDirectory::read(path("run") + "/summary.txt"), result.out);
+  EXPECT_FALSE(std::filesystem::exists(path("run") + "/recording.jsonl"));
+}
+
+TEST_F(RecordingCommands, SimulateNeedsAPlaceForItsResults) {
+  const CommandResult result =
+      run_command({"simulate", directory_.write("scene.json", kScene).string()});
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_NE(result.err.find("--record FILE"), std::string::npos) << result.err;
+}
+
+TEST_F(RecordingCommands, InfoTellsWhatHappened) {
+  ASSERT_EQ(simulate().exit_code, 0);
+  const CommandResult text = run_command({"info", path("run.h5")});
+  ASSERT_EQ(text.exit_code, 0) << text.err;
+  EXPECT_NE(text.out.find("ended             Completed"), std::string::npos) << text.out;
+  EXPECT_NE(text.out.find("impacts           1\n"), std::string::npos) << text.out;
+  const CommandResult json_text = run_command({"info", path("run.h5"), "--json"});
+  const Json json = Json::parse(json_text.out);
+  EXPECT_EQ(json.at("bodies"), 2);
+  EXPECT_EQ(json.at("is_complete"), true);
+  EXPECT_EQ(json.at("segments").at("rest"), 1);
+  EXPECT_EQ(json.at("frames"), 12);
+}
+
+TEST_F(RecordingCommands, ExportConvertsARecordingAsText) {
+  const std::string scene = directory_.write("scene.json", kScene).string();
+  ASSERT_EQ(run_command({"simulate", scene, "--out", path("run")}).exit_code, 0);
+  const CommandResult result = run_command(
+      {"export", path("run") + "/recording.jsonl", "--scene", scene, "-o", path("converted.h5")});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  ASSERT_EQ(simulate().exit_code, 0);
+  const RecordingReader converted(path("converted.h5"));
+  const RecordingReader exact(path("run.h5"));
+  for (int k = 0; k < 100; ++k) {
+    const Scalar t = 1.5 * k / 100;
+    EXPECT_NEAR(converted.pose(BodyId(0), t).translation().z(),
+                exact.pose(BodyId(0), t).translation().z(), 1e-12);
+  }
+}
+
+TEST_F(RecordingCommands, RefuseWhatTheyCannotUse) {
+  const auto error_of = [](const std::vector<std::string>& words) {
+    const CommandResult result = run_command(words);
+    EXPECT_EQ(result.exit_code, 2);
+    return result.err;
+  };
+  EXPECT_NE(error_of({"info", path("none.h5")}).find("no such file"), std::string::npos);
+  EXPECT_NE(error_of({"info", directory_.write("text.h5", "x").string()}).find("no HDF5 file"),
+            std::string::npos);
+  EXPECT_NE(error_of({"export", path("a.jsonl"), "-o", path("b.h5")}).find("--scene"),
+            std::string::npos);
+}
+
+}  // namespace
+}  // namespace dyop

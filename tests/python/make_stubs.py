@@ -1,0 +1,202 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Writes the type stubs of the module dyop._dyop from what it says of itself.
+
+Usage, with the built package on PYTHONPATH: make_stubs.py FILE
+Types come from the signatures that pybind11 puts into docstrings, and from the first word of the
+docstrings of properties ("float: length"). A test compares FILE with what this would write.
+"""
+
+import re
+import sys
+
+import dyop._dyop as module
+
+HEAD = '''\
+# SPDX-License-Identifier: BSD-3-Clause
+# Written by tests/python/make_stubs.py.
+from typing import Any, Callable, ClassVar, Dict, Iterator, List, Optional, Sequence, Tuple, Union, overload
+
+import os
+
+import numpy
+from numpy.typing import ArrayLike, NDArray
+
+PoseLike = Union[RigidPose, ArrayLike, Tuple[ArrayLike, ArrayLike]]
+IntervalLike = Union[TimeInterval, ArrayLike]
+TwistLike = Union[Twist, Tuple[ArrayLike, ArrayLike], ArrayLike]
+StateLike = Union[MotionState, Tuple[PoseLike, TwistLike]]
+__version__: str
+'''
+# What pybind11 only knows as an object.
+BY_NAME = {
+    "copy": "Optional[bool]",
+    "progress": "Optional[Callable[[int, int], object]]",
+    "stop": "Optional[StopSource]",
+    "out": "Optional[NDArray[Any]]",
+    "accepts": "Optional[Callable[[int], bool]]",
+    "file": "Union[str, os.PathLike[str]]",
+    "poses": "Union[ArrayLike, Sequence[PoseLike], Tuple[ArrayLike, ArrayLike]]",
+    "motions": "Sequence[Motion]",
+}
+ARRAYS = (
+    "vertices triangles points points_W array begin end next_end control_points v_WB w_WB a b "
+    "position quaternion interval"
+).split()
+BATCH = {
+    "a": "Union[Shape, Sequence[Shape]]",
+    "b": "Union[Shape, Sequence[Shape]]",
+    "X_WA": "Union[Motion, Sequence[Motion], MotionArray]",
+    "X_WB": "Union[Motion, Sequence[Motion], MotionArray]",
+    "interval": "Union[IntervalLike, Sequence[IntervalLike]]",
+}
+POSES = "Union[PoseLike, Sequence[PoseLike]]"
+
+
+def plain(text, is_result):
+    """A type as pybind11 writes it, as one of Python."""
+    text = text.replace("dyop._dyop.", "")
+    text = re.sub(r"numpy\.ndarray\[\([^)]*\), float64\]", "@", text)
+    text = re.sub(r"numpy\.ndarray\[[^\]]*\]|numpy\.ndarray|array\b", "NDArray[Any]", text)
+    text = text.replace("@", "NDArray[numpy.float64]" if is_result else "ArrayLike")
+    text = re.sub(r"\b(object|handle)\b", "Any", text)
+    return re.sub(r"\bcapsule\b|\biterator\b", "Any", text)
+
+
+def split_arguments(text):
+    """Splits at commas outside of brackets and strings."""
+    parts, depth, start = [], 0, 0
+    for i, c in enumerate(text):
+        depth += (c in "([{<") - (c in ")]}>")
+        if c == "," and depth == 0:
+            parts.append(text[start:i])
+            start = i + 1
+    return [p.strip() for p in [*parts, text[start:]] if p.strip()]
+
+
+def argument(text, function):
+    if text in ("*", "*args", "**kwargs"):
+        return {"*": "*", "*args": "*args: Any", "**kwargs": "**kwargs: Any"}[text]
+    found = re.match(r"(\w+)(?:: ([^=]+?))?(?: = (.*))?$", text, re.S)
+    name, kind, default = found.groups()
+    kind = plain(kind or "object", False)
+    if kind == "Any" and name != "self":
+        kind = BY_NAME.get(name, "ArrayLike" if name in ARRAYS else "Any")
+        if name.startswith("X_"):
+            kind = POSES
+        if function == "time_of_impact_batch":
+            kind = BATCH.get(name, kind)
+        if function == "distance_batch" and name in "ab":
+            kind = BATCH[name]
+    if default == "None" and not kind.startswith("Optional") and kind != "Any":
+        kind = f"Optional[{kind}]"
+    if name == "self":
+        return "self"
+    name = name if not re.match(r"arg\d", name) else "_" * (1 + int(name[3:]))
+    return f"{name}: {kind}" + (" = ..." if default is not None else "")
+
+
+def signatures(function, name):
+    doc = function.__doc__ or ""
+    lines = re.findall(rf"^(?:\d+\. )?{re.escape(name)}\((.*)\) -> (.*)$", doc, re.M)
+    return [
+        (", ".join(argument(a, name) for a in split_arguments(arguments)), plain(result, True))
+        for arguments, result in lines
+    ]
+
+
+def write_function(out, name, function, indent, is_static=False):
+    found = signatures(function, name)
+    for arguments, result in found:
+        if len(found) > 1:
+            out.append(f"{indent}@overload")
+        if is_static:
+            out.append(f"{indent}@staticmethod")
+        if name == "__eq__":
+            arguments, result = "self, _: object", "bool"
+        out.append(f"{indent}def {name}({arguments}) -> {result}: ...")
+
+
+def property_type(value):
+    return plain((value.__doc__ or "Any").split(":")[0], True)
+
+
+def write_record(out, cls):
+    values = {name: property_type(getattr(cls, name)) for name in cls._fields}
+    listed = ", ".join(f"{name}: {kind} = ..." for name, kind in values.items())
+    out.append("    _fields: ClassVar[Tuple[str, ...]]")
+    out.append(f"    def __init__(self, *, {listed}) -> None: ...")
+    out.append("    def asdict(self) -> Dict[str, Any]: ...")
+    out.append("    def __reduce__(self) -> Tuple[Any, ...]: ...")
+    out.append("    def __setstate__(self, state: Tuple[Any, ...]) -> None: ...")
+
+
+def write_enum(out, cls):
+    out.append("    def __init__(self, value: int) -> None: ...")
+    out.append("    def __int__(self) -> int: ...")
+    out.append("    def __index__(self) -> int: ...")
+    out.append("    def __hash__(self) -> int: ...")
+    out.append("    def __eq__(self, _: object) -> bool: ...")
+    out.append("    def __ne__(self, _: object) -> bool: ...")
+    out.append("    def __getstate__(self) -> int: ...")
+    out.append("    def __setstate__(self, state: int) -> None: ...")
+    out.append("    @property\n    def name(self) -> str: ...")
+    out.append("    @property\n    def value(self) -> int: ...")
+    out.append(f"    __members__: ClassVar[Dict[str, {cls.__name__}]]")
+    for member in cls.__members__:
+        out.append(f"    {member}: ClassVar[{cls.__name__}]")
+
+
+def write_class(out, cls):
+    bases = [b.__name__ for b in cls.__bases__ if b.__name__ not in ("pybind11_object", "object")]
+    out.append(f"class {cls.__name__}({', '.join(bases)}):" if bases else f"class {cls.__name__}:")
+    if hasattr(cls, "__members__"):
+        write_enum(out, cls)
+        return
+    if issubclass(cls, BaseException):
+        if cls.__name__ == "FileError":
+            out += ["    file: str", "    line: Optional[int]", "    column: Optional[int]"]
+        else:
+            out.append("    ...")
+        return
+    is_record = "_fields" in vars(cls)
+    if is_record:
+        write_record(out, cls)
+    for name, value in vars(cls).items():
+        if is_record and name in ("__init__", "__reduce__", "__setstate__", "asdict", "_fields"):
+            continue
+        if isinstance(value, property):
+            kind = property_type(value)
+            out.append(f"    @property\n    def {name}(self) -> {kind}: ...")
+            if value.fset is not None:
+                out.append(f"    @{name}.setter\n    def {name}(self, value: {kind}) -> None: ...")
+        elif name == "__hash__" and value is None:
+            out.append("    __hash__: ClassVar[None]  # type: ignore[assignment]")
+        elif isinstance(value, staticmethod):
+            write_function(out, name, getattr(cls, name), "    ", True)
+        elif callable(value) and (not name.startswith("__") or value.__doc__):
+            write_function(out, name, value, "    ")
+    if not is_record and not signatures(cls.__init__, "__init__"):  # cannot be made from Python
+        out.append("    def __init__(self, *args: Any, **kwargs: Any) -> None: ...")
+
+
+def main(path):
+    out = []
+    for name in dir(module):
+        value = getattr(module, name)
+        if name.startswith("_"):
+            continue
+        if isinstance(value, type) and value.__name__ == name:
+            write_class(out, value)
+        elif isinstance(value, type):
+            out.append(f"{name} = {value.__name__}")
+        elif callable(value):
+            write_function(out, name, value, "")
+        else:
+            out.append(f"{name}: {type(value).__module__}.{type(value).__name__.split('[')[0]}")
+    text = re.sub(r"\b(Pose|Interval|Twist|State)Like\b", r"_\1Like", HEAD + "\n".join(out) + "\n")
+    with open(path, "w", encoding="utf-8") as file:
+        file.write(re.sub(r"numpy\.dtype\w*", "numpy.dtype[Any]", text))
+
+
+if __name__ == "__main__":
+    main(sys.argv[1])

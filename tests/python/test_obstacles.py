@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: BSD-3-Clause
+import numpy as np
+import pytest
+
+import dyop
+
+
+def at(x, y=0.0, z=0.0):
+    return ((1, 0, 0, 0), (x, y, z))
+
+
+@pytest.fixture
+def wall_of_balls():
+    """Balls of radius 1 at x = 5, 10, ..., 50; ids in that order."""
+    obstacles = dyop.ObstacleSet()
+    ids = [obstacles.add(dyop.Sphere(1), at(5.0 * k), groups=1 + k % 2) for k in range(1, 11)]
+    return obstacles, ids
+
+
+def test_the_first_of_many_is_hit(wall_of_balls):
+    obstacles, ids = wall_of_balls
+    flight = dyop.ConstantTwistMotion(np.eye(4), ((2, 0, 0), (0, 0, 0)))
+    hit = obstacles.first_impact(dyop.Sphere(0.5), flight, (0, 30))
+    assert hit.obstacle == ids[0] and hit.toi.t_safe == pytest.approx(1.75, abs=1e-5)
+    assert hit.free_fraction == pytest.approx(1.75 / 30, abs=1e-5)
+    later = obstacles.first_impact(
+        dyop.Sphere(0.5), flight, (0, 30), accepts=lambda id: id not in ids[:3]
+    )
+    assert later.obstacle == ids[3]
+    grouped = obstacles.first_impact(dyop.Sphere(0.5), flight, (0, 30), groups=1)
+    assert grouped.obstacle == ids[1]
+
+
+def test_set_changes(wall_of_balls):
+    obstacles, ids = wall_of_balls
+    assert len(obstacles) == 10 and obstacles.ids() == sorted(ids) and ids[0] in obstacles
+    obstacles.remove(ids[0])
+    assert ids[0] not in obstacles
+    with pytest.raises(dyop.InvalidArgument):
+        obstacles.move(ids[0], at(1))
+    obstacles.move(ids[5], at(0, 3))
+    nearest = obstacles.nearest(dyop.Sphere(1), np.eye(4))
+    assert nearest.obstacle == ids[5] and nearest.distance.upper == pytest.approx(1)
+    obstacles.move(ids[5], dyop.ConstantTwistMotion(at(0, 3), ((0, 1, 0), (0, 0, 0))))
+    assert obstacles.nearest(dyop.Sphere(1), np.eye(4), t=2).distance.upper == pytest.approx(3)
+
+
+def test_clearance(wall_of_balls):
+    obstacles, ids = wall_of_balls
+    flight = dyop.ConstantTwistMotion(at(0, 4), ((2, 0, 0), (0, 0, 0)))
+    result = obstacles.least_distance(dyop.Sphere(1), flight, (0, 8))
+    assert result.distance.lower <= 2 <= result.distance.upper
+    assert result.obstacle in ids
+
+
+def test_an_empty_set_is_free():
+    flight = dyop.ConstantTwistMotion(np.eye(4), ((2, 0, 0), (0, 0, 0)))
+    hit = dyop.ObstacleSet().first_impact(dyop.Sphere(1), flight, (0, 1))
+    assert hit.obstacle is None and hit.free_fraction == 1
+
+
+def test_an_exception_of_a_filter_comes_out(wall_of_balls):
+    def fail(id):
+        raise LookupError("who is it")
+
+    with pytest.raises(LookupError):
+        wall_of_balls[0].nearest(dyop.Sphere(1), np.eye(4), accepts=fail)

@@ -1,0 +1,104 @@
+# SPDX-License-Identifier: BSD-3-Clause
+import numpy as np
+import pytest
+
+import dyop
+from conftest import uv_sphere
+
+
+def test_sphere_box_capsule_have_closed_forms():
+    sphere = dyop.Sphere(2).compute_mass_properties(3)
+    assert sphere.mass == pytest.approx(3 * 4 / 3 * np.pi * 8)
+    np.testing.assert_allclose(sphere.I_BBcm, np.eye(3) * 0.4 * sphere.mass * 4)
+    box = dyop.Box([1, 2, 3]).compute_mass_properties(1)
+    assert box.mass == pytest.approx(48)
+    np.testing.assert_allclose(np.diag(box.I_BBcm), [16 * 13, 16 * 10, 16 * 5])
+    low, high = dyop.Capsule(1, 2).bounding_box()
+    np.testing.assert_allclose(low, [-1, -1, -3], rtol=1e-15)
+    np.testing.assert_allclose(high, [1, 1, 3], rtol=1e-15)
+    assert dyop.with_mass(box, 2).mass == pytest.approx(2)
+
+
+def test_kinds_and_radii(all_shapes):
+    kinds = [shape.kind().name for shape in all_shapes]
+    assert kinds == ["Convex"] * 4 + ["TriangleMesh", "Compound"]
+    for shape in all_shapes:
+        low, high = shape.bounding_box()
+        assert np.all(low < high)
+        assert shape.bounding_radius() <= np.linalg.norm(np.maximum(-low, high)) * (1 + 1e-12)
+        assert repr(shape)
+
+
+def test_support_of_a_hull_is_its_farthest_corner(generator):
+    points = generator.normal(size=(50, 3))
+    hull = dyop.ConvexHull(points)
+    assert hull.dimension() == 3
+    for direction in generator.normal(size=(20, 3)):
+        unit = direction / np.linalg.norm(direction)
+        assert hull.support(unit) @ unit == pytest.approx((points @ unit).max(), rel=1e-14)
+    assert {tuple(v) for v in hull.vertices} <= {tuple(p) for p in points}
+
+
+def test_mesh_is_closed_and_weighs_what_it_encloses():
+    mesh = dyop.TriangleMesh(*uv_sphere(60, 80))
+    assert mesh.is_closed()
+    assert mesh.compute_mass_properties(1).mass == pytest.approx(4 / 3 * np.pi, rel=5e-3)
+    assert mesh.compute_shell_mass_properties(1).mass == pytest.approx(4 * np.pi, rel=5e-3)
+    assert dyop.winding_number(mesh, (0, 0, 0)) == 1
+    assert dyop.contains(mesh, (0.5, 0.1, 0)) and not dyop.contains(mesh, (2, 0, 0))
+
+
+def test_with_vertices_refits(ball_mesh):
+    moved = ball_mesh.with_vertices(np.asarray(ball_mesh.vertices) + [10, 0, 0])
+    np.testing.assert_array_equal(moved.triangles, ball_mesh.triangles)
+    result = dyop.distance(moved, dyop.RigidPose(), dyop.Sphere(1), dyop.RigidPose())
+    assert result.lower <= 8.0 <= result.upper + 0.1
+    with pytest.raises(dyop.InvalidArgument, match="vertices"):
+        ball_mesh.with_vertices(np.zeros((3, 3)))
+
+
+def test_compound_names_its_children(ball_mesh):
+    inner = dyop.CompoundShape([(dyop.Sphere(1), np.eye(4))])
+    far = dyop.RigidPose(position=(5, 0, 0))
+    compound = dyop.CompoundShape([(inner, np.eye(4)), (ball_mesh, far)])
+    shapes = [shape for shape, _ in compound.children]
+    assert isinstance(shapes[0], dyop.Sphere) and isinstance(shapes[1], dyop.TriangleMesh)
+    result = dyop.distance(compound, np.eye(4), dyop.Sphere(1), ((1, 0, 0, 0), (8, 0, 0)))
+    assert result.child_a == 1 and result.child_b is None
+    with pytest.raises(dyop.InvalidArgument):
+        dyop.CompoundShape([])
+
+
+@pytest.mark.parametrize(
+    "make, said",
+    [
+        (lambda: dyop.Sphere(0), "0"),
+        (lambda: dyop.Sphere(float("nan")), "nan"),
+        (lambda: dyop.Box([1, -2, 1]), "-2"),
+        (lambda: dyop.Capsule(1, -1), "-1"),
+        (lambda: dyop.ConvexHull(np.zeros((0, 3))), "point"),
+        (lambda: dyop.TriangleMesh(np.zeros((3, 3)), np.zeros((0, 3), np.int32)), "triangle"),
+        (lambda: dyop.TriangleMesh(np.zeros((3, 3)), [[0, 1, 3]]), "3"),
+        (lambda: dyop.TriangleMesh(np.zeros((3, 3)), [[0, 1, -1]]), "-1"),
+        (lambda: dyop.TriangleMesh(np.full((3, 3), np.nan), [[0, 1, 2]]), "nan"),
+    ],
+)
+def test_bad_shapes_are_refused_with_the_value(make, said):
+    with pytest.raises(dyop.InvalidArgument, match=said):
+        make()
+    with pytest.raises(ValueError):
+        make()
+
+
+def test_mesh_files_are_read_and_placed(tmp_path):
+    file = tmp_path / "triangle.obj"
+    file.write_text("v 0 0 0\nv 2 0 0\nv 0 4 0\nf 1 2 3\n")
+    mesh = dyop.load_mesh(file)
+    np.testing.assert_array_equal(mesh.vertices, [[0, 0, 0], [2, 0, 0], [0, 4, 0]])
+    placed = dyop.place_mesh(mesh, scale=2, center=dyop.MeshCenter.Bounds)
+    np.testing.assert_array_equal(placed.vertices, [[-2, -4, 0], [2, -4, 0], [-2, 4, 0]])
+    file.write_text("v 0 0 x\n")
+    with pytest.raises(dyop.FileError, match="triangle.obj") as caught:
+        dyop.load_mesh(str(file))
+    assert caught.value.file == str(file) and caught.value.line == 1
+    assert isinstance(caught.value, OSError) and isinstance(caught.value, dyop.Error)

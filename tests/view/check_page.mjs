@@ -1,0 +1,271 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Checks a page in headless Chromium against facts of its run, and keeps screenshots beside it.
+// Usage: DYOP_PAGE_MODULES=... node check_page.mjs CHROMIUM PAGE.html FACTS.json
+// Exit code 0 if every check passes; each failure is one line.
+import {createRequire} from 'node:module';
+import fs from 'node:fs';
+import os from 'node:os';
+import path from 'node:path';
+import {pathToFileURL} from 'node:url';
+import {inflateSync} from 'node:zlib';
+
+const [chromium, file, factsFile] = process.argv.slice(2);
+const require = createRequire(path.join(path.resolve(process.env.DYOP_PAGE_MODULES), 'x.js'));
+const puppeteer = require('puppeteer-core');
+const facts = JSON.parse(fs.readFileSync(factsFile, 'utf8'));
+const base = file.replace(/\.html$/, '');
+
+let failures = 0;
+function check(holds, words) {
+  if (holds) return;
+  ++failures;
+  console.log(`FAILED: ${words}`);
+}
+
+// Rows of RGB bytes of a PNG of 8 bits without interlacing, as Chromium writes it.
+function pixelsOf(png) {
+  const parts = [];
+  let width, height, channels;
+  for (let at = 8; at < png.length;) {
+    const length = png.readUInt32BE(at);
+    const kind = png.toString('latin1', at + 4, at + 8);
+    const data = png.subarray(at + 8, at + 8 + length);
+    if (kind === 'IHDR') {
+      width = data.readUInt32BE(0);
+      height = data.readUInt32BE(4);
+      channels = data[9] === 6 ? 4 : 3;
+    }
+    if (kind === 'IDAT') parts.push(data);
+    at += 12 + length;
+  }
+  const raw = inflateSync(Buffer.concat(parts));
+  const stride = width * channels;
+  const out = Buffer.alloc(stride * height);
+  for (let y = 0; y < height; ++y) {
+    const filter = raw[y * (stride + 1)];
+    for (let x = 0; x < stride; ++x) {
+      const left = x >= channels ? out[y * stride + x - channels] : 0;
+      const above = y > 0 ? out[(y - 1) * stride + x] : 0;
+      const corner = x >= channels && y > 0 ? out[(y - 1) * stride + x - channels] : 0;
+      const p = left + above - corner;
+      const [pa, pb, pc] = [Math.abs(p - left), Math.abs(p - above), Math.abs(p - corner)];
+      const paeth = pa <= pb && pa <= pc ? left : pb <= pc ? above : corner;
+      const guess = [0, left, above, (left + above) >> 1, paeth][filter];
+      out[y * stride + x] = (raw[y * (stride + 1) + 1 + x] + guess) & 255;
+    }
+  }
+  return (x, y) => {
+    const at = Math.round(y) * stride + Math.round(x) * channels;
+    return [out[at], out[at + 1], out[at + 2]];
+  };
+}
+
+const browser = await puppeteer.launch({
+  executablePath: chromium,
+  headless: true,
+  args: [...(os.userInfo().uid === 0 ? ['--no-sandbox'] : []), '--enable-unsafe-swiftshader',
+         '--force-device-scale-factor=1', '--hide-scrollbars'],
+});
+const problems = [];
+let requests = 0;
+
+async function open(hash, {width = 1000, height = 640, theme = 'light'} = {}) {
+  const page = await browser.newPage();
+  await page.setViewport({width, height});
+  await page.emulateMediaFeatures([{name: 'prefers-color-scheme', value: theme}]);
+  page.on('console', (message) => {
+    if (message.type() === 'error') problems.push(message.text());
+  });
+  page.on('pageerror', (error) => problems.push(String(error)));
+  page.on('request', (request) => {
+    if (!/^(file|data|blob):/.test(request.url())) ++requests;
+  });
+  await page.goto(pathToFileURL(file) + hash);
+  await page.waitForFunction('window.dyop && window.dyop.isReady', {timeout: 120000});
+  return page;
+}
+
+const settled = (page) =>
+  page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
+
+function angle(p, q) {
+  // Of the rotation between two quaternions; their sign means nothing.
+  const length = (v) => Math.hypot(...v);
+  const same = length(p.map((x, k) => x - q[k]));
+  const opposite = length(p.map((x, k) => x + q[k]));
+  return 2 * Math.min(same, opposite);
+}
+
+async function checkPoses(page) {
+  const states = await page.evaluate((queries) => window.dyop.states(queries),
+                                     facts.poses.map(({body, t}) => [body, t]));
+  let worst = 0;
+  facts.poses.forEach((pose, k) => {
+    const size = pose.radius + Math.hypot(...pose.p);
+    const off = Math.hypot(...pose.p.map((x, i) => x - states[k].p[i])) / size;
+    worst = Math.max(worst, off, angle(pose.q, states[k].q));
+  });
+  check(facts.poses.length >= 1000, `only ${facts.poses.length} poses to compare`);
+  check(worst <= 1e-9, `poses differ by ${worst} of the size`);
+  console.log(`${facts.poses.length} poses differ by at most ${worst.toExponential(2)} of the size`);
+}
+
+async function checkImpacts(page) {
+  const count = await page.evaluate(() => window.dyop.run.impacts.rows.length);
+  check(count === facts.impacts.length, `${count} impacts, not ${facts.impacts.length}`);
+  await page.keyboard.press('Home');
+  for (const impact of facts.impacts.slice(0, 20)) {
+    const at = await page.evaluate(() => window.dyop.player.t);
+    if (at < impact.t) await page.keyboard.press('ArrowDown');
+    const shown = await page.evaluate(({a, b}) => {
+      const {player, run} = window.dyop;
+      player.draw();
+      // What is drawn, in single precision: the instances' matrices.
+      const drawn = (number) => {
+        const {meshes} = player.stage.shapes[run.bodies[number].shape];
+        for (const mesh of meshes) {
+          const place = [...mesh.userData.bodies.subarray(0, mesh.count)].indexOf(number);
+          if (place >= 0) return [...mesh.instanceMatrix.array.subarray(16 * place + 12, 16 * place + 15)];
+        }
+        return undefined;
+      };
+      return {t: player.t, a: drawn(a), b: drawn(b), radius: [a, b].map((k) => run.bodies[k].radius)};
+    }, impact);
+    check(shown.t === impact.t, `jump to impact at ${impact.t} went to ${shown.t}`);
+    [['a', impact.X_WA.p], ['b', impact.X_WB.p]].forEach(([key, p], k) => {
+      const off = Math.hypot(...p.map((x, i) => x - shown[key][i]));
+      const size = shown.radius[k] + Math.hypot(...p);
+      check(off <= 1e-6 * size, `body ${impact[key]} at impact ${impact.t} is off by ${off}`);
+    });
+  }
+}
+
+// Each body whose centre is in the picture and not hidden by another shows its own colour there.
+async function checkPixels(page, t) {
+  await page.evaluate((at) => {
+    const {player} = window.dyop;
+    player.overlays.show = {contacts: false, witness: false, trails: false};
+    player.choose({});
+    player.seek(at);
+    player.draw();
+  }, t);
+  await settled(page);
+  const places = await page.evaluate(() => {
+    const {player, run, project} = window.dyop;
+    const canvas = player.stage.canvas.getBoundingClientRect();
+    const background = player.stage.scene.background.getStyle();
+    return {
+      background,
+      bodies: run.bodies.map((body) => {
+        const state = run.state(body, player.t);
+        const box = player.stage.shapes[body.shape].geometry.boundingBox;
+        const middle = box.min.clone().add(box.max).multiplyScalar(0.5)
+          .applyQuaternion({x: state.q[0], y: state.q[1], z: state.q[2], w: state.q[3]});
+        const {x, y, visible} = project(state.p.map((v, k) => v + middle.getComponent(k)));
+        const seen = visible && player.stage.pick(x, y) === body;
+        const tool = document.elementFromPoint(canvas.left + x, canvas.top + y) !== player.stage.canvas;
+        return {x: canvas.left + x, y: canvas.top + y, kind: body.kind, seen: seen && !tool,
+                color: player.stage.colors[body.number].getStyle()};
+      }),
+    };
+  });
+  const png = Buffer.from(await page.screenshot());
+  const pixel = pixelsOf(png);
+  const rgb = (style) => style.match(/\d+/g).map(Number);
+  const hueOf = (c) => {
+    const mean = (c[0] + c[1] + c[2]) / 3 || 1;
+    return c.map((x) => x / mean);
+  };
+  let checked = 0;
+  for (const body of places.bodies) {
+    if (!body.seen || body.kind !== 'dynamic') continue;
+    ++checked;
+    const found = pixel(body.x, body.y);
+    const off = Math.max(...hueOf(found).map((x, k) => Math.abs(x - hueOf(rgb(body.color))[k])));
+    check(off < 0.5, `a body of colour ${body.color} shows rgb(${found}) at its centre, t = ${t}`);
+    const ground = rgb(places.background);
+    check(found.some((x, k) => Math.abs(x - ground[k]) > 12),
+          `the background is where a body should be, t = ${t}`);
+  }
+  return checked;
+}
+
+async function checkPlay(page) {
+  await page.keyboard.press('Home');
+  const before = await page.evaluate(() => window.dyop.player.t);
+  await page.keyboard.press(' ');
+  await page.waitForFunction((t) => window.dyop.player.t > t, {timeout: 60000}, before);
+  await page.keyboard.press(' ');
+  const [playing, t] = await page.evaluate(() => [window.dyop.player.isPlaying, window.dyop.player.t]);
+  check(!playing || t >= facts.end, 'the space bar does not pause');
+  await page.keyboard.press('Home');
+  await page.keyboard.press('ArrowRight');
+  const [stepped, end] = await page.evaluate(() => [window.dyop.player.t, window.dyop.run.steps.rows[0].end]);
+  check(stepped === end, `a step on goes to ${stepped}, not to the committed ${end}`);
+  await page.keyboard.press('ArrowLeft');
+  check(await page.evaluate(() => window.dyop.player.t === window.dyop.run.begin), 'a step back');
+  await page.keyboard.press('End');
+  check(await page.evaluate((t) => window.dyop.player.t === t, facts.end), 'End goes to the end');
+  for (const key of ['t', 'o', 'o', 'o', 'o', ']', 'g', 'g', 'i', 'i', 'x', 'x', 'c', 'w', 'l', 'f', 'd', 'd', 'Escape']) {
+    await page.keyboard.press(key);
+    await settled(page);
+  }
+  await page.keyboard.press('?');
+  check(await page.evaluate(() => document.getElementById('help').open), 'the list of keys opens');
+  await page.keyboard.press('Escape');
+  await page.keyboard.press('y');
+  const link = await page.evaluate(() => location.hash);
+  check(/^#t=.*&cam=/.test(link), `the link ${link} carries time and camera`);
+  return link;
+}
+
+async function checkLink(page) {
+  const camera = () => page.evaluate(() => window.dyop.player.stage.camera.position.toArray());
+  await page.evaluate(() => window.dyop.player.seek(window.dyop.run.end / 3));
+  await page.keyboard.press('y');
+  const [link, t, position] = [await page.evaluate(() => location.hash),
+                               await page.evaluate(() => window.dyop.player.t), await camera()];
+  const other = await open(link);
+  check(await other.evaluate((at) => window.dyop.player.t === at, t), 'the link restores the time');
+  const restored = await other.evaluate(() => window.dyop.player.stage.camera.position.toArray());
+  const off = Math.hypot(...restored.map((x, k) => x - position[k])) / Math.hypot(...position);
+  check(off < 1e-4, `the link restores the camera to ${off}`);
+  await other.close();
+}
+
+try {
+  const page = await open('');
+  const first = await page.evaluate(() => window.dyop.firstPicture);
+  console.log(`first picture after ${Math.round(first)} ms`);
+  await checkPoses(page);
+  await checkImpacts(page);
+  let seen = 0;
+  for (const part of [0, 0.4, 1]) seen += await checkPixels(page, part * facts.end);
+  check(seen > 0, 'no body was seen');
+  console.log(`${seen} bodies are seen where they are`);
+  await page.evaluate(() => {
+    window.dyop.player.overlays.show = {contacts: true, witness: true, trails: false};
+  });
+  await checkPlay(page);
+  await checkLink(page);
+
+  const impact = facts.impacts[0]?.t ?? 0.5 * facts.end;
+  for (const [name, hash, options] of [
+    ['data', `#t=${impact}`, {}],
+    ['curves', `#t=${0.6 * facts.end}&tab=curves`, {theme: 'dark'}],
+    ['events', `#t=${impact}&tab=events`, {}],
+    ['phone', `#t=${0.6 * facts.end}`, {width: 390, height: 760}],
+    ['bare', `#t=${0.6 * facts.end}&bare=1`, {width: 960, height: 600}],
+  ]) {
+    const shot = await open(hash, options);
+    await settled(shot);
+    await shot.screenshot({path: `${base}-${name}.png`});
+    await shot.close();
+  }
+} catch (error) {
+  check(false, String(error));
+}
+check(problems.length === 0, `the console says: ${problems.join(' | ')}`);
+check(requests === 0, `${requests} requests over the network`);
+await browser.close();
+process.exit(failures === 0 ? 0 : 1);
