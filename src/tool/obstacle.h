@@ -51,6 +51,14 @@ struct PairImpact {
   std::int64_t node_pairs = 0;
 };
 
+/// The time that a query over [0, t] has proven; nothing if its budget ended before the first node
+/// pair, so that a replay, which leaves such a query out, finds the same.
+inline Scalar safe_time(const ToiResult& result) {
+  const bool is_nothing =
+      result.status == ToiStatus::BudgetExhausted && result.statistics.node_pairs == 0;
+  return is_nothing ? 0 : result.t_safe;
+}
+
 /// Bounds of the distance of a body from an obstacle, with nearest points.
 struct PairDistance {
   Scalar lower = 0;

@@ -229,20 +229,17 @@ PairImpact Proxy::ask(PairState& pair, const BodyMotion& motion, WorkClock& cloc
   return impact;
 }
 
-// What is nearer than its target already is to come no nearer. Returns whether it is known to be
-// apart at all.
-bool Proxy::ease_target(PairState& pair, TickStatistics& work) {
+// What is nearer than its target already is to come no nearer.
+void Proxy::ease_target(PairState& pair, TickStatistics& work) {
   measure(pair, work);
   const Scalar lower = pair.distance.lower;
-  pair.is_recovering = true;
   pair.is_overlapping = !(lower > 0);
   pair.tolerance = std::min(tolerance_, lower / 4);
   pair.target = std::max(Scalar{0}, lower - pair.tolerance);
-  return !pair.is_overlapping;
 }
 
 // Every pair of a body and something hard is proven apart by a bound of how far both can move, by a
-// query, or because neither moves; or it overlaps and is reported.
+// query, or because neither moves; or it crosses and is reported.
 Proxy::Proof Proxy::prove(const ToolMotion& motion, Scalar duration, WorkClock& clock,
                           TickStatistics& work, FollowReport& report) {
   Proof proof;
@@ -255,18 +252,25 @@ Proxy::Proof Proxy::prove(const ToolMotion& motion, Scalar duration, WorkClock& 
                          obstacle.speed() * proof.t_safe * (1 + 8 * kUnitRoundoff);
     const Scalar noise =
         kStepNoise * (pose_.X_WT.translation().norm() + moved + body.shape->bounding_radius());
-    if (moved == 0 || pair.distance.lower - moved - noise > obstacle.margin + tolerance_) continue;
+    if (moved == 0 && pair.distance.lower >= obstacle.margin) continue;
+    if (pair.distance.lower - moved - noise > obstacle.margin + tolerance_) continue;
     pair.target = obstacle.margin;
     pair.tolerance = tolerance_;
-    pair.is_recovering = pair.is_overlapping = false;
+    pair.is_overlapping = false;
     PairImpact impact = ask(pair, {body, motion.of(body), proof.t_safe}, clock, work);
     if (impact.status == ToiStatus::InitiallyWithinTarget) {
       report.was_recovering = true;
-      if (!ease_target(pair, work)) {
+      ease_target(pair, work);
+      if (!pair.is_overlapping) {
+        impact = ask(pair, {body, motion.of(body), proof.t_safe}, clock, work);
+        // So near that rounding does not tell.
+        pair.is_overlapping = impact.status == ToiStatus::InitiallyWithinTarget ||
+                              (impact.status == ToiStatus::NumericalLimit && !(impact.t_safe > 0));
+      }
+      if (pair.is_overlapping) {
         report.was_overlapping = true;
         continue;
       }
-      impact = ask(pair, {body, motion.of(body), proof.t_safe}, clock, work);
     }
     if (impact.status == ToiStatus::Separated) continue;
     proof.t_safe = impact.t_safe;

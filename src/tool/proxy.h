@@ -22,7 +22,6 @@ struct PairState {
   PairDistance distance;  ///< bounds hold; points are those of the last measurement
   Scalar target = 0;      ///< what the next motion keeps: the margin, or less if it is nearer
   Scalar tolerance = 0;
-  bool is_recovering = false;   ///< nearer than the margin when its motion started
   bool is_overlapping = false;  ///< not proven apart: left out of the proof
   PairCaches caches;
 };
@@ -85,7 +84,7 @@ class Proxy {
   Proof prove(const ToolMotion& motion, Scalar duration, WorkClock& clock, TickStatistics& work,
               FollowReport& report);
   PairImpact ask(PairState& pair, const BodyMotion& motion, WorkClock& clock, TickStatistics& work);
-  bool ease_target(PairState& pair, TickStatistics& work);
+  void ease_target(PairState& pair, TickStatistics& work);
   void measure(PairState& pair, TickStatistics& work);
   void commit(const ToolMotion& motion, Scalar t);
   Scalar piece_time(Scalar remaining) const;

@@ -114,10 +114,10 @@ void tell_contacts(const SessionState& state, ToolTick& tick) {
 // The speed that no point of a body exceeds, if the tool goes on as it went in this tick.
 Scalar body_speed(const internal::ToolBody& body, const ToolStep& step, Scalar dt) {
   if (!(dt > 0)) return 0;
-  Scalar farthest = body.shape->bounding_radius();
-  Scalar turn = step.w_W.norm();
-  if (body.hinge) turn += std::abs(step.angles[*body.hinge]);
-  return (step.v_W.norm() + turn * farthest) / dt;
+  const Scalar hinge_turn = body.hinge ? std::abs(step.angles[*body.hinge]) : 0;
+  return (step.v_W.norm() + step.w_W.norm() * body.reach +
+          hinge_turn * body.shape->bounding_radius()) /
+         dt;
 }
 
 void tell_clearances(const SessionState& state, const ToolStep& step, Scalar dt, ToolTick& tick) {

@@ -91,6 +91,19 @@ TEST(ToolSession, AJumpOfMetresStopsAtTheSurfaceAndSlidesTowardsTheDevice) {
   EXPECT_EQ(session.last().status, ToolStatus::Free);
 }
 
+// Whatever it does with it, it does not throw, and does not pass.
+TEST(ToolSession, APoseBeyondAllMeasureIsNotFollowedThroughTissue) {
+  for (const Scalar far : {1e9, 1e20, 1e59}) {
+    const ToolScene scene = over_sheet(4);
+    ToolSession session(scene, tool_options());
+    for (int k = 0; k < 3; ++k) {
+      const ToolTick& tick = session.update(at({0, 0, -far}), kMillisecond);
+      EXPECT_NE(tick.status, ToolStatus::Free);
+      EXPECT_GT(tick.tool.X_WT.translation().z(), 1.9);
+    }
+  }
+}
+
 TEST(ToolSession, BadInputIsAStatusAndLeavesTheProxyAndGivesNoForce) {
   ToolSession session(over_sheet(2.5), tool_options());
   session.update(device_at({0.3, 0.2, 1}), kMillisecond);
