@@ -3,13 +3,14 @@
 
 #include <cmath>
 #include <functional>
+#include <numbers>
 
 #include "dyop/core/error.h"
 
 namespace dyop {
 namespace {
 
-constexpr Scalar kPi = 3.14159265358979323846;
+constexpr Scalar kPi = std::numbers::pi;
 
 // A closed surface around an axis: rings of `around` vertices between two poles. The place of a
 // vertex is that of two parameters in [0, 1]: from pole to pole, and around.

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "dyop/io/mesh_file.h"
 #include "dyop/tool_io/anatomy.h"
@@ -14,8 +15,6 @@ namespace {
 
 using internal::Json;
 using internal::JsonNode;
-
-constexpr Scalar kPi = 3.14159265358979323846;
 
 Scalar number_or(const JsonNode& node, const char* key, Scalar fallback) {
   return node.has(key) ? node.at(key).non_negative_number() : fallback;
@@ -94,7 +93,7 @@ TissueFeed read_breathing(const JsonNode& node, std::size_t obstacle,
   feed.obstacle = obstacle;
   feed.period = period;
   feed.shape = [=](std::int64_t number, std::span<Vector3> shape) {
-    const Scalar phase = 2 * kPi * frequency * period * Scalar(number);
+    const Scalar phase = 2 * std::numbers::pi * frequency * period * Scalar(number);
     constexpr Scalar kLag = 0.005;  // radians per millimetre
     for (std::size_t k = 0; k < shape.size(); ++k) {
       const Vector3& p = (*rest)[k];

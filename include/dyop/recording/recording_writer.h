@@ -56,6 +56,7 @@ class RecordingWriter {
   void fail(const std::string& error);
 
  private:
+  struct Output;
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };

@@ -9,7 +9,7 @@
 namespace dyop::testing {
 namespace {
 
-constexpr Scalar kTwoPi = 2 * std::numbers::pi;
+constexpr Scalar kFullTurn = 2 * std::numbers::pi;
 
 Triangle random_triangle(std::mt19937_64& random) {
   Triangle triangle;
@@ -309,7 +309,7 @@ Vector3 random_vector(Scalar half_width, std::mt19937_64& random) {
 Vector3 random_direction(std::mt19937_64& random) {
   // Archimedes: the height of a uniform point of the sphere is uniform.
   const Scalar z = random_number(-1, 1, random);
-  const Scalar angle = random_number(0, kTwoPi, random);
+  const Scalar angle = random_number(0, kFullTurn, random);
   const Scalar r = std::sqrt(1 - z * z);
   return {r * std::cos(angle), r * std::sin(angle), z};
 }
@@ -317,8 +317,8 @@ Vector3 random_direction(std::mt19937_64& random) {
 Quaternion random_rotation(std::mt19937_64& random) {
   // Two uniform circles whose squared radii add up to one are a uniform 3-sphere.
   const Scalar share = random_number(0, 1, random);
-  const Scalar angle = random_number(0, kTwoPi, random);
-  const Scalar other = random_number(0, kTwoPi, random);
+  const Scalar angle = random_number(0, kFullTurn, random);
+  const Scalar other = random_number(0, kFullTurn, random);
   const Scalar r = std::sqrt(1 - share);
   const Scalar s = std::sqrt(share);
   return Quaternion(s * std::cos(other), r * std::sin(angle), r * std::cos(angle),

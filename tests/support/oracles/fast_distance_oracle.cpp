@@ -122,7 +122,7 @@ void Search::examine_triangles(std::int32_t i, std::int32_t j) {
   }
   const PointTriangle<double> points_a = to_points<double>(a);
   const PointTriangle<double> points_b = to_points<double>(b);
-  const NearestPoints<double> nearest = nearest_points(points_a, points_b);
+  const NearestPair<double> nearest = nearest_points(points_a, points_b);
   Scalar upper = std::sqrt(nearest.squared_distance);
   Scalar lower = std::clamp(slab_gap(points_a, points_b, nearest), 0.0, upper);
   const Scalar allowed = std::max(kProven * size_of(a, b), gap_.absolute / 2);

@@ -21,7 +21,7 @@ namespace {
 
 using testing::MeshArrays;
 
-constexpr Scalar kTolerance = 1e-6;  // literal: of sides of about one
+constexpr Scalar kSheetTolerance = 1e-6;  // literal: of sides of about one
 constexpr Scalar kRise = 0.3;        // of everything, per unit of time
 constexpr Scalar kWallSpeed = 0.2;   // against the body, which slides at speed one
 
@@ -82,7 +82,7 @@ struct Slide {
   Matrix3 R;
 
   Slide(Scalar gap, const Matrix3& rotation)
-      : from(rotation * Vector3(-1, 0.05, 0.1 + gap * kTolerance)),
+      : from(rotation * Vector3(-1, 0.05, 0.1 + gap * kSheetTolerance)),
         velocity(rotation * Vector3(1, 0, kRise)),
         R(rotation) {}
 
@@ -94,7 +94,7 @@ struct Slide {
 
 ToiOptions with_tolerance() {
   ToiOptions options;
-  options.distance_tolerance = kTolerance;
+  options.distance_tolerance = kSheetTolerance;
   return options;
 }
 
@@ -122,8 +122,8 @@ TEST(DeformingContacts, ABodyThatSlidesAlongASheetHitsTheWallOnItInTime) {
   std::mt19937_64 random(2);
   const Scalar closing = 1 + kWallSpeed;
   // Between a quarter, where the sheet may be the nearer one, and five eighths of the tolerance.
-  const Scalar earliest = (1.8 - 0.625 * kTolerance) / closing;
-  const Scalar latest = (1.8 - 0.25 * kTolerance) / closing;
+  const Scalar earliest = (1.8 - 0.625 * kSheetTolerance) / closing;
+  const Scalar latest = (1.8 - 0.25 * kSheetTolerance) / closing;
   // literal: the interval ends after the impact; paths are twice as long.
   const TimeInterval interval{0, 2};
   for (int i = 0; i < 12; ++i) {
@@ -168,7 +168,7 @@ TEST(DeformingContacts, GathersAllContactsOfAnImpact) {
                                       : time_of_impact(sheet, deforming, {0, 1}, options);
     ASSERT_EQ(result.status, ToiStatus::Impact);
     EXPECT_NEAR(result.t_safe, 0.75 / (2 + kRise), 1e-5);
-    const Scalar limit = result.contact->upper + kTolerance + 2 * result.rounding_allowance;
+    const Scalar limit = result.contact->upper + kSheetTolerance + 2 * result.rounding_allowance;
     for (const Contact& contact : result.contacts) {
       EXPECT_LE(contact.lower, limit);
       EXPECT_NEAR(contact.p_WCa.z(), kRise * result.t_safe, 1e-9);
