@@ -10,8 +10,6 @@
 namespace dyop {
 namespace {
 
-constexpr Scalar std::numbers::pi = std::numbers::pi;
-
 // A closed surface around an axis: rings of `around` vertices between two poles. The place of a
 // vertex is that of two parameters in [0, 1]: from pole to pole, and around.
 AnatomyMesh closed_grid(std::size_t triangles, Scalar slimness,
