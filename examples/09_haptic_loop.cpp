@@ -2,7 +2,7 @@
 
 // 9. A haptic loop: a tool driven by a device, tissue that breathes, a vessel to be kept away from.
 #include <dyop/geometry/triangle_mesh.h>
-include<dyop / tool / tool_session.h>
+#include <dyop/tool/tool_session.h>
 #include <dyop/tool_io/anatomy.h>
 
 #include <cmath>

@@ -4,8 +4,8 @@
 // validator, which looks at single states, and once with dyop's, which proves what is between them.
 #include <dyop/dyop.h>
 #include <dyop/ompl/ompl_motion_validator.h>
-#include <ompl/base/PlannerTerminationCondition.h>
 #include <ompl/base/spaces/SE3StateSpace.h>
+#include <ompl/base/terminationconditions/IterationTerminationCondition.h>
 #include <ompl/geometric/SimpleSetup.h>
 #include <ompl/geometric/planners/rrt/RRTConnect.h>
 #include <ompl/util/Console.h>
@@ -18,24 +18,23 @@ using Box = dyop::Box;
 using dyop::RigidPose;
 using dyop::Vector3;
 
-// Two millimetres thick, two metres wide and high, with a slot of 5 by 8 centimetres.
+// Two millimetres thick, two metres wide and high, with a slot of 6 by 8 centimetres.
 std::shared_ptr<const dyop::ObstacleSet> wall_with_slot() {
   auto set = std::make_shared<dyop::ObstacleSet>();
-  const auto side = std::make_shared<Box>(Vector3(0.001, 0.4875, 1));
-  const auto cover = std::make_shared<Box>(Vector3(0.001, 0.025, 0.48));
+  const auto side = std::make_shared<Box>(Vector3(0.001, 0.485, 1));
+  const auto cover = std::make_shared<Box>(Vector3(0.001, 0.03, 0.48));
   for (const double sign : {1.0, -1.0}) {
-    set->add(side, RigidPose(Vector3(0, sign * 0.5125, 0)));
+    set->add(side, RigidPose(Vector3(0, sign * 0.515, 0)));
     set->add(cover, RigidPose(Vector3(0, 0, sign * 0.52)));
   }
   return set;
 }
 
-// An L, 6 centimetres long.
+// An L, 3 centimetres long.
 std::shared_ptr<const dyop::Shape> piano() {
   return std::make_shared<dyop::CompoundShape>(std::vector<dyop::CompoundChild>{
-      {std::make_shared<Box>(Vector3(0.03, 0.0075, 0.0075)), RigidPose(Vector3(0, 0, -0.0125))},
-      {std::make_shared<Box>(Vector3(0.0075, 0.0075, 0.0125)),
-       RigidPose(Vector3(-0.0225, 0, 0.0075))}});
+      {std::make_shared<Box>(Vector3(0.015, 0.004, 0.004)), RigidPose(Vector3(0, 0, -0.006))},
+      {std::make_shared<Box>(Vector3(0.004, 0.004, 0.006)), RigidPose(Vector3(-0.011, 0, 0.004))}});
 }
 
 struct Count {
@@ -51,6 +50,7 @@ Count plan(bool with_proof, int runs) {
   space->setBounds(bounds);
   Count count;
   for (int run = 0; run < runs; ++run) {
+    ob::IterationTerminationCondition limit(20000);
     ompl::geometric::SimpleSetup setup(space);
     const auto si = setup.getSpaceInformation();
     const auto proof = std::make_shared<dyop::OmplMotionValidator>(si, piano(), wall_with_slot());
@@ -63,8 +63,7 @@ Count plan(bool with_proof, int runs) {
     goal->rotation().setIdentity();
     setup.setStartAndGoalStates(start, goal);
     setup.setPlanner(std::make_shared<ompl::geometric::RRTConnect>(si));
-    if (setup.solve(ob::timedPlannerTerminationCondition(60)) != ob::PlannerStatus::EXACT_SOLUTION)
-      continue;
+    if (setup.solve(limit) != ob::PlannerStatus::EXACT_SOLUTION) continue;
     ++count.solved;
     const std::vector<ob::State*>& states = setup.getSolutionPath().getStates();
     bool is_clear = true;

@@ -13,6 +13,7 @@
 #include "cli/progress_bar.h"
 #include "cli/recording/recording_tools.h"
 #include "cli/recording/run_output.h"
+#include "cli/scene_steps.h"
 #include "dyop/io/file_error.h"
 #include "dyop/io/result_text.h"
 #include "dyop/scene_io/run_recording.h"
@@ -73,10 +74,6 @@ void write_file(const fs::path& file, const std::string& text) {
   if (!out) throw FileError(file, "could not be written completely");
 }
 
-// A remainder shorter than this fraction of a step is not a step of its own.
-// literal: only rounding of end / step leaves such a remainder
-constexpr Scalar kNoStep = 1e-6;
-
 // What a run needs besides its scene and its results.
 struct Watch {
   const std::stop_token& stop;
@@ -85,10 +82,9 @@ struct Watch {
 
 void step_through(const Scene& scene, const Watch& watch, World& world, RunOutput& output,
                   Run& run) {
-  const auto count =
-      std::max<std::int64_t>(1, std::llround(std::ceil(scene.end_time / scene.step - kNoStep)));
+  const std::int64_t count = step_count(scene);
   for (std::int64_t k = 1; k <= count; ++k) {
-    const Scalar t = k == count ? scene.end_time : Scalar(k) * scene.step;
+    const Scalar t = step_end(scene, k, count);
     const AdvanceReport report = world.advance(t - world.time(), {watch.stop, std::nullopt});
     output.write(report, world);
     run.totals.add(report);

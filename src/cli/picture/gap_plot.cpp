@@ -83,8 +83,8 @@ void draw_steps(SvgCanvas& canvas, const Axes& axes, const GapHistory& history) 
 }
 
 void draw_legend(SvgCanvas& canvas, const Panel& panel, const GapHistory& history) {
-  const auto entry = [&, x = panel.corner.x()](std::string_view ink, const std::string& words,
-                                               Scalar width) mutable {
+  auto entry = [&, x = panel.corner.x()](std::string_view ink, const std::string& words,
+                                         Scalar width) mutable {
     const Scalar y = panel.corner.y() - 12;
     canvas.line({x, y - 4}, {x + 22, y - 4}, {.stroke = ink, .stroke_width = 2.5});
     canvas.text({x + 28, y}, words, 12);
