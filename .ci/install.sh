@@ -9,7 +9,7 @@ packages() {
   case "$1" in
     build) echo g++ cmake ninja-build pkg-config libeigen3-dev libccd-dev libsundials-dev libtbb-dev \
                 libassimp-dev nlohmann-json3-dev libcli11-dev zlib1g-dev \
-                libompl-dev libhdf5-dev libcpp-httplib-dev libssl-dev ;;
+                libompl-dev libhdf5-dev libtinygltf-dev librsvg2-dev libcpp-httplib-dev libssl-dev ;;
     python) echo pybind11-dev python3-dev python3-numpy ;;
     run)   echo glmark2-data ;;
     test)  echo libgtest-dev libcgal-dev libgmp-dev libsiconos-numerics-dev clang libclang-rt-dev clang-format-14 \
