@@ -13,6 +13,7 @@
 #include "cli/progress_bar.h"
 #include "cli/recording/recording_tools.h"
 #include "cli/recording/run_output.h"
+#include "cli/scene_steps.h"
 #include "dyop/io/file_error.h"
 #include "dyop/io/result_text.h"
 #include "dyop/scene_io/run_recording.h"
@@ -73,10 +74,6 @@ void write_file(const fs::path& file, const std::string& text) {
   if (!out) throw FileError(file, "could not be written completely");
 }
 
-// A remainder shorter than this fraction of a step is not a step of its own.
-// literal: only rounding of end / step leaves such a remainder
-constexpr Scalar kNoStep = 1e-6;
-
 // What a run needs besides its scene and its results.
 struct Watch {
   const std::stop_token& stop;
@@ -85,10 +82,9 @@ struct Watch {
 
 void step_through(const Scene& scene, const Watch& watch, World& world, RunOutput& output,
                   Run& run) {
-  const auto count =
-      std::max<std::int64_t>(1, std::llround(std::ceil(scene.end_time / scene.step - kNoStep)));
+  const std::int64_t count = step_count(scene);
   for (std::int64_t k = 1; k <= count; ++k) {
-    const Scalar t = k == count ? scene.end_time : Scalar(k) * scene.step;
+    const Scalar t = step_end(scene, k, count);
     const AdvanceReport report = world.advance(t - world.time(), {watch.stop, std::nullopt});
     output.write(report, world);
     run.totals.add(report);
@@ -156,12 +152,21 @@ void print_json(const Run& run, const SimulateArguments& arguments, double secon
   if (!run.impacts.empty()) json["first_impact"] = run.impacts.front().t;
   json["steps"] = run.totals.steps;
   json["stalls"] = run.totals.work.stalls;
+  json["unconverged"] = run.totals.work.unconverged;
   json["residual"] = run.totals.work.residual;
+  json["shortest_gap"] = nullptr;  // no bodies touched
+  if (run.totals.work.shortest_gap < kInfinity) {
+    json["shortest_gap"] = run.totals.work.shortest_gap;
+  }
   json["contacts"] = run.totals.work.contacts;
   json["too_near"] = run.totals.too_near.size();
   json["bodies"] = run.bodies;
   json["node_pairs"] = run.totals.toi.node_pairs;
   json["seconds"] = seconds;
+  const StepTimes& times = run.totals.times;
+  json["step_seconds"] = {{"total", times.total},   {"broad_phase", times.broad_phase},
+                          {"flight", times.flight}, {"contacts", times.contacts},
+                          {"solve", times.solve},   {"proofs", times.proofs}};
   json["recording"] = recording_of(arguments).string();
   json["summary"] = nullptr;
   if (!arguments.out.empty()) {
@@ -204,6 +209,7 @@ ExitCode run_simulate(const SimulateArguments& arguments) {
   const auto begin = std::chrono::steady_clock::now();
   Scene scene = load_scene(arguments.scene, mesh_directories(arguments.mesh_path));
   scene.options.thread_count = arguments.threads;
+  scene.options.measures_time = true;
   if (!arguments.out.empty()) make_directory(arguments.out);
   const Run run = record(scene, arguments, interrupt.token());
 

@@ -29,7 +29,7 @@ struct Batch {
   std::vector<ToiQuery> queries;
 };
 
-// Bodies of radius one that begin 2 to 5 apart, fly at each other with some side step, and turn.
+// Bodies of radius one that start 2 to 5 apart, fly at each other slightly off centre, and turn.
 Batch::Batch(const std::filesystem::path& file) : mesh(load_unit_model(file)) {
   std::mt19937_64 random(42);
   for (int k = 0; k < kQueryCount; ++k) {

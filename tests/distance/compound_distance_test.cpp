@@ -20,7 +20,7 @@
 namespace dyop {
 namespace {
 
-using namespace test_support;  // NOLINT: makers
+using namespace testing;  // NOLINT: makers
 using testing::at;
 
 std::vector<CompoundChild> children_of(const Shape& shape) {

@@ -25,16 +25,16 @@
 namespace dyop::testing {
 namespace {
 
-using test_support::all_shapes;
-using test_support::box_mesh;
-using test_support::gear;
-using test_support::icosphere;
-using test_support::MeshArrays;
-using test_support::needle;
-using test_support::plate_grid;
-using test_support::point_cloud;
-using test_support::random_soup;
-using test_support::torus;
+using testing::all_shapes;
+using testing::box_mesh;
+using testing::gear;
+using testing::icosphere;
+using testing::MeshArrays;
+using testing::needle;
+using testing::plate_grid;
+using testing::point_cloud;
+using testing::random_soup;
+using testing::torus;
 
 TriangleMesh point_mesh(const Vector3& p) {
   return TriangleMesh({p}, {{0, 0, 0}});
@@ -284,7 +284,7 @@ TEST(PointDistance, RefusesBadInputByName) {
             "point_distance_batch: point 2 must be finite, not (inf 0 0)");
 }
 
-// The kernel by itself, on the triangles that are hard for the certified one.
+// The kernel alone, on triangles that are hard for the certified one.
 TEST(PointTriangleDistance, BoundsHoldOnEveryFamilyOfTriangles) {
   std::mt19937_64 random(17);
   for (const TriangleFamily family : kAllTriangleFamilies) {

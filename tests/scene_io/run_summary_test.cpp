@@ -12,10 +12,10 @@ namespace {
 
 std::string summary_of(std::size_t impacts) {
   RunTotals totals;
-  totals.add(test::small_report());
+  totals.add(testing::small_report());
   std::ostringstream out;
-  write_summary(out, test::small_scene(), std::vector<ImpactEvent>(impacts, test::small_impact()),
-                totals, 1.5);
+  write_summary(out, testing::small_scene(),
+                std::vector<ImpactEvent>(impacts, testing::small_impact()), totals, 1.5);
   return out.str();
 }
 
@@ -52,12 +52,12 @@ TEST(RunSummary, NeverCallsAnUndecidedRunCompleted) {
   for (const AdvanceStatus status :
        {AdvanceStatus::BudgetExhausted, AdvanceStatus::NumericalLimit}) {
     totals.status = status;
-    const std::string text = describe_end(test::small_scene(), totals);
+    const std::string text = describe_end(testing::small_scene(), totals);
     EXPECT_TRUE(text.starts_with("Undecided after t = 0.5")) << text;
     EXPECT_NE(text.find("mover and rester"), std::string::npos) << text;
   }
   totals.status = AdvanceStatus::Cancelled;
-  EXPECT_EQ(describe_end(test::small_scene(), totals), "Cancelled at t = 0.5. Safe until then.");
+  EXPECT_EQ(describe_end(testing::small_scene(), totals), "Cancelled at t = 0.5. Safe until then.");
 }
 
 }  // namespace

@@ -26,7 +26,7 @@ DevicePose at(const Vector3& p_WD) {
 // A single vertex of an octahedron-like tool points down, so that contact is a point.
 ToolScene point_tool(const Vector3& p_WT) {
   ToolScene scene;
-  scene.tool.push_back({shared_mesh(test_support::icosphere(0, 2)), RigidPose()});
+  scene.tool.push_back({shared_mesh(testing::icosphere(0, 2)), RigidPose()});
   scene.X_WT = RigidPose(p_WT);
   return scene;
 }

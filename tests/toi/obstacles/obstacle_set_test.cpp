@@ -15,13 +15,13 @@
 namespace dyop {
 namespace {
 
-using namespace test_support;  // NOLINT: makers
+using namespace testing;  // NOLINT: makers
 using testing::at;
 using testing::moving;
 
 constexpr TimeInterval kSpan{0, 1};
 
-// A row of balls on the x axis at 3, 4, 5, ..., and the body on its way along it.
+// A row of balls on the x axis at 3, 4, 5, ..., and the body moving along it.
 ObstacleSet row_of_balls(int count) {
   ObstacleSet set;
   const auto ball = std::make_shared<Sphere>(0.25);
@@ -75,7 +75,7 @@ TEST(ObstacleSet, TellsSolidsFromSurfaces) {
   EXPECT_EQ(set.least_distance(body, RestMotion(), kSpan).distance.lower, 0);
 }
 
-// Of several at the same time or distance the one with the least id.
+// Of several at the same time or distance, the one with the smallest id.
 TEST(ObstacleSet, BreaksTiesById) {
   ObstacleSet set;
   const auto ball = std::make_shared<Sphere>(0.5);
@@ -201,7 +201,8 @@ TEST(ObstacleSet, RefusesInvalidInputByName) {
   const auto brief = testing::hermite(random, {1, 1, 1, {0, 0.5}});
   set.add({ball, brief, 1, false});
   const auto expect_domain = [](const std::string& message) {
-    EXPECT_NE(message.find("the motion of an obstacle is defined only on [0, 0.5]"), std::string::npos)
+    EXPECT_NE(message.find("the motion of an obstacle is defined only on [0, 0.5]"),
+              std::string::npos)
         << message;
   };
   expect_domain(testing::message_of([&] { set.first_impact(*ball, *resting, kSpan); }));
