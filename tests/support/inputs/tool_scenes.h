@@ -63,9 +63,4 @@ inline DevicePose device_at(const Vector3& p_WD) {
 
 inline constexpr Scalar kMillisecond = 1e-3;
 
-/// The device at a point, not turned.
-inline DevicePose device_at(const Vector3& p_WD) {
-  return DevicePose(RigidPose(p_WD));
-}
-
 }  // namespace dyop::testing
