@@ -6,8 +6,9 @@
  * is said in docs/algorithms, with the C++ names, which are the names here.
  *
  * - Every function returns a dyop_status. No exception leaves the library.
- * - Handles are an index and a generation: a handle whose object was destroyed is DYOP_STALE_HANDLE,
- *   never another object. Zero handles refer to nothing. Handles belong to their context.
+ * - Handles are an index and a generation: a handle whose object was destroyed is
+ *   DYOP_STALE_HANDLE, never another object. Zero handles refer to nothing. Handles belong to
+ *   their context.
  * - Arrays belong to the caller, and are used only during the call.
  * - Structs for options, definitions and results begin with their `size`, so that they can grow:
  *   fill them from the DYOP_..._INIT macros. Null options mean these defaults.
@@ -375,7 +376,7 @@ DYOP_C_API dyop_status dyop_world_impacts(dyop_context* context, dyop_world worl
 DYOP_C_API dyop_status dyop_world_contacts(dyop_context* context, dyop_world world,
                                            dyop_contact* contacts, size_t capacity, size_t* count);
 
-/* --- Defaults ---------------------------------------------------------------------------------- */
+/* --- Defaults --------------------------------------------------------------------------------- */
 
 /* clang-format off */
 #define DYOP_POSE_IDENTITY {{0, 0, 0}, {1, 0, 0, 0}}

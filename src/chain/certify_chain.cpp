@@ -25,7 +25,9 @@ ChainWorkspace& ChainWorkspace::operator=(ChainWorkspace&&) noexcept = default;
 
 namespace {
 
-// A pointer that does not own its object.
+using internal::CellMotion;
+
+// A pointer that does not keep its object.
 template <typename Object>
 std::shared_ptr<const Object> borrow(const Object& object) {
   return std::shared_ptr<const Object>(std::shared_ptr<const Object>(), &object);
@@ -56,10 +58,11 @@ class ChainSearch {
         memory_(memory) {
     best_.toi.status = ToiStatus::Separated;
     best_.toi.t_safe = path.domain().end;
+    links_.reserve(chain.links().size());
     for (std::size_t link = 0; link < chain.links().size(); ++link) {
       links_.emplace_back(chain_, path_, link);
     }
-    memory_.cells.set(path, links_);
+    memory_.cells.set(chain, path, links_);
   }
 
   ChainResult run();
@@ -110,7 +113,7 @@ void ChainSearch::examine_link(std::size_t link) {
   if (filter.groups == 0) return;
   ToiOptions options = rest_of_options();
   options.solid_a = body.is_solid;
-  const internal::CellMotion motion(links_[link], link, memory_.cells);
+  const CellMotion motion(links_[link], link, CellMotion::Frame::World, memory_.cells);
   const ObstacleImpact found =
       obstacles_.first_impact(*body.shape, motion, rest(), options, filter, memory_.obstacles);
   if (!take(found.toi)) return;
@@ -127,9 +130,11 @@ void ChainSearch::examine_pair(const KinematicChain::LinkPair& pair) {
   options.solid_b = b.is_solid;
   const LinkMotion motion_a(chain_, path_, pair.first, base);
   const LinkMotion motion_b(chain_, path_, pair.second, base);
-  const ToiResult found = time_of_impact(
-      *a.shape, internal::CellMotion(motion_a, pair.first, memory_.cells), *b.shape,
-      internal::CellMotion(motion_b, pair.second, memory_.cells), rest(), options, memory_.pair);
+  constexpr auto kLink = CellMotion::Frame::Link;
+  const CellMotion cell_a(motion_a, pair.first, kLink, memory_.cells);
+  const CellMotion cell_b(motion_b, pair.second, kLink, memory_.cells);
+  const ToiResult found =
+      time_of_impact(*a.shape, cell_a, *b.shape, cell_b, rest(), options, memory_.pair);
   if (!take(found)) return;
   best_.link_a = pair.first;
   best_.link_b = pair.second;

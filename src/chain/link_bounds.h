@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "chain/chain_step.h"
+#include "chain/chain_frame.h"
 #include "core/tolerance.h"
 #include "dyop/chain/link_motion.h"
 #include "motion/curve/rotation_rate.h"
@@ -14,9 +14,7 @@ namespace dyop::internal {
 /// What one joint does over a part of a path, and its position at the middle of that part.
 struct JointPart {
   JointPath::Bound bound;
-  Scalar value = 0;
-  Scalar cosine = 1;
-  Scalar sine = 0;
+  JointInstant middle;
 };
 
 /// A part of a path, as its middle and the longest time from there, rounded up.
@@ -32,8 +30,7 @@ struct PartMiddle {
 
 inline JointPart joint_part(const JointPath& path, std::size_t coordinate, std::size_t piece,
                             const TimeInterval& part, Scalar middle) {
-  const Scalar value = path.sample(coordinate, piece, middle).value;
-  return {path.bound(coordinate, part), value, std::cos(value), std::sin(value)};
+  return {path.bound(coordinate, part), joint_instant(path, coordinate, piece, middle)};
 }
 
 /// Bounds of a link's twist over a part of a path, as seen from the link above each of its joints:
@@ -45,15 +42,17 @@ void visit_bounds(const LinkMotion& link, const PartMiddle& middle, Scalar noise
   const std::span<const LinkMotion::Turn> turns = link.turns();
   const Scalar up = 1 + kMotionNoise * static_cast<Scalar>(1 + turns.size());
   TwistBound seen;
-  Vector3 arm = link.p_JL();  // from the last joint passed to the link's origin
-  Scalar next_rate = 0;       // of the last revolute joint passed
-  Scalar other_rates = 0;     // of the earlier ones
+  Vector3 arm =
+      link.X_JL().translation();  // from the joint that was last passed to the link's origin
+  Scalar next_rate = 0;           // of the revolute joint that was last passed
+  Scalar other_rates = 0;         // of those before it
   visit(0, seen);
   for (std::size_t count = 1; count <= turns.size(); ++count) {
     const LinkMotion::Turn& turn = turns[turns.size() - count];
     const KinematicChain::Step& step = turn.step;
-    const JointPart& q = part_of(step.coordinate);
-    const JointPath::Bound& rate = q.bound;
+    const JointPart& part = part_of(step.coordinate);
+    const JointPath::Bound& rate = part.bound;
+    const JointInstant& q = part.middle;
     if (step.type == JointType::Prismatic) {
       seen.linear_acceleration += rate.acceleration;
       seen.linear_speed += rate.speed;

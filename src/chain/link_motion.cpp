@@ -4,23 +4,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "chain/chain_frame.h"
 #include "chain/link_bounds.h"
 #include "dyop/core/error.h"
 
 namespace dyop {
-namespace {
-
-// A product of many rotations, with the rounding errors of its columns' lengths and angles removed.
-Matrix3 orthonormal(const Matrix3& R) {
-  Matrix3 result;
-  result.col(0) = R.col(0).normalized();
-  result.col(1) = (R.col(1) - result.col(0) * result.col(0).dot(R.col(1))).normalized();
-  result.col(2) = result.col(0).cross(result.col(1));
-  return result;
-}
-
-}  // namespace
-
 LinkMotion::LinkMotion(std::shared_ptr<const KinematicChain> chain,
                        std::shared_ptr<const JointPath> path, std::size_t link)
     : chain_(std::move(chain)), path_(std::move(path)) {
@@ -106,29 +94,12 @@ void LinkMotion::measure() {
 
 MotionState LinkMotion::state(Scalar t) const {
   const std::size_t piece = path_->piece_at(t);
-  Matrix3 R = X_WF_.rotation();
-  Vector3 p = X_WF_.translation();
-  Twist twist;
+  internal::ChainFrame frame{X_WF_.rotation(), X_WF_.translation(), {}};
   for (const Turn& turn : turns_) {
-    const KinematicChain::Step& step = turn.step;
-    const JointPath::Sample q = path_->sample(step.coordinate, piece, t);
-    const Vector3 axis = R * step.axis_P;
-    if (step.type == JointType::Prismatic) {
-      const Vector3 shift = R * (step.X_PJ.translation() + q.value * step.axis_P);
-      p += shift;
-      twist.v_WB += twist.w_WB.cross(shift) + q.rate * axis;
-      R = R * step.X_PJ.rotation();
-    } else {
-      const Vector3 shift = R * step.X_PJ.translation();
-      p += shift;
-      twist.v_WB += twist.w_WB.cross(shift);
-      twist.w_WB += q.rate * axis;
-      R = R * internal::turn_at(step, q.value);
-    }
+    const std::size_t coordinate = turn.step.coordinate;
+    internal::advance(frame, turn.step, internal::joint_instant(*path_, coordinate, piece, t));
   }
-  const Vector3 shift = R * X_JL_.translation();
-  twist.v_WB += twist.w_WB.cross(shift);
-  return {RigidPose::from_trusted(orthonormal(R * X_JL_.rotation()), p + shift), twist};
+  return internal::link_state(frame, X_JL_);
 }
 
 RigidPose LinkMotion::pose(Scalar t) const {

@@ -96,6 +96,10 @@ TEST(Ladder, IncludesPointDownOnly) {
     for (const std::string& line : read_lines(file)) {
       std::smatch match;
       if (!std::regex_search(line, match, include)) continue;
+      if (match[1] == "dyop") {  // a header that belongs to no room
+        EXPECT_EQ(room, "c") << file << ": " << line;
+        continue;
+      }
       ASSERT_TRUE(kLevel.contains(match[1].str())) << file << ": " << line;
       EXPECT_TRUE(may_include(room, match[1].str())) << file << ": " << line;
       ++checked;

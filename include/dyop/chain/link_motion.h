@@ -46,10 +46,10 @@ class LinkMotion final : public Motion {
   Scalar smooth_until(Scalar t) const override;
   bool is_trusted() const override { return true; }
 
-  /// For inner loops: the joints from the base to the link, and the link's origin in the frame of
-  /// the last of them.
+  /// For inner loops: the joints from the base to the link, and the link's pose in the frame of the
+  /// last of them.
   std::span<const Turn> turns() const { return turns_; }
-  const Vector3& p_JL() const { return X_JL_.translation(); }
+  const RigidPose& X_JL() const { return X_JL_; }
 
  private:
   void collect(std::size_t link, std::optional<std::size_t> base);
