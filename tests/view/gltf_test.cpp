@@ -30,8 +30,8 @@ class GltfScene {
   std::vector<float> numbers(int accessor) const {
     const tinygltf::Accessor& a = model_.accessors[std::size_t(accessor)];
     const tinygltf::BufferView& view = model_.bufferViews[std::size_t(a.bufferView)];
-    std::vector<float> result(a.count * std::size_t(tinygltf::GetNumComponentsInType(
-                                            std::uint32_t(a.type))));
+    std::vector<float> result(a.count *
+                              std::size_t(tinygltf::GetNumComponentsInType(std::uint32_t(a.type))));
     std::memcpy(result.data(), model_.buffers[0].data.data() + view.byteOffset + a.byteOffset,
                 result.size() * sizeof(float));
     return result;
