@@ -13,9 +13,9 @@
 namespace dyop {
 namespace {
 
-using test::CommandResult;
-using test::run_command;
-using test::TemporaryDirectory;
+using testing::CommandResult;
+using testing::run_command;
+using testing::TemporaryDirectory;
 
 // A tumbling rod falls on a box; at several scales and far from the origin.
 struct FallingRod {
