@@ -27,7 +27,7 @@ namespace fs = std::filesystem;
 
 constexpr const char* kSimulateExamples =
     R"(--out DIR gets recording.jsonl, with every proven step and impact, and summary.txt, for people.
---record FILE.h5 gets the exact motions and all that happened, in a tenth of the space and readable
+--record FILE.h5 gets the exact motions and all that happened, in a hundredth of the space and readable
 while the run goes on (docs/recording.md); with it, DIR gets no recording.jsonl.
 Meshes are looked for beside the scene, then in --mesh-path, then in the directories of the
 environment variable DYOP_MESH_PATH (separated by colons). Ctrl-C ends with what is proven by then.

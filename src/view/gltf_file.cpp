@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <fstream>
 #include <map>
 #include <span>
 
@@ -272,10 +273,14 @@ void write_gltf(const std::filesystem::path& recording, const std::filesystem::p
   scene.nodes = {0};
   writer.model().scenes = {scene};
   writer.model().defaultScene = 0;
-  if (!tinygltf::TinyGLTF().WriteGltfSceneToFile(&writer.model(), out.string(), true, true, false,
-                                                 true)) {
-    throw FileError(out, "cannot be written");
-  }
+  std::ofstream file(out, std::ios::binary);
+  if (!file) throw FileError(out, "cannot be written");
+  constexpr bool kPretty = false;
+  constexpr bool kBinary = true;
+  const bool is_written =
+      tinygltf::TinyGLTF().WriteGltfSceneToStream(&writer.model(), file, kPretty, kBinary);
+  file.close();
+  if (!is_written || !file) throw FileError(out, "cannot be written to its end");
 }
 
 }  // namespace dyop

@@ -80,10 +80,10 @@ void frame_all(Camera& camera, const Panel& panel, const PairScene& scene) {
   constexpr Scalar kMostOfStart = 5;
   const bool shows_start = all.size().maxCoeff() <= kMostOfStart * now.size().maxCoeff();
   const Extent& shown = shows_start ? all : now;
-  constexpr Scalar kMargin = 0.9;
+  constexpr Scalar kFilled = 0.9;
   const Vector2 size = shown.size().cwiseMax(Vector2::Constant(scene.radius_a * 0.01));
   place(camera, panel, shown.center(),
-        kMargin * std::min(panel.size.x() / size.x(), panel.size.y() / size.y()));
+        kFilled * std::min(panel.size.x() / size.x(), panel.size.y() / size.y()));
 }
 
 Vector2 on_canvas(const Camera& camera, const Panel& panel, const Vector3& p_W) {

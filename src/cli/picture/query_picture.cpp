@@ -24,6 +24,12 @@ constexpr int kPathPoints = 200;
 // Of spheres and other smooth shapes.
 constexpr int kFineness = 5;
 
+std::string time_words(Scalar x) {
+  std::ostringstream out;
+  out << x;
+  return out.str();
+}
+
 std::vector<std::string> lines_of(const std::string& text) {
   std::vector<std::string> lines;
   std::istringstream in(text);
@@ -105,19 +111,27 @@ WitnessPair witness_of(const ToiQuery& query, const ToiResult& result, const Pai
   return distance(*query.a, scene.X_WA, *query.b, scene.X_WB);
 }
 
+// Of shapes that never meet the end shows nothing: they are drawn where they come nearest.
+Scalar drawn_time(const ToiResult& result, const GapHistory& history) {
+  if (result.status != ToiStatus::Separated) return result.t_safe;
+  return std::min_element(history.samples.begin(), history.samples.end(),
+                          [](const GapSample& x, const GapSample& y) { return x.lower < y.lower; })
+      ->t;
+}
+
 }  // namespace
 
 std::string toi_picture(const ToiQuery& query, const ToiResult& result) {
-  PairScene scene = scene_of(*query.a, query.X_WA->pose(result.t_safe), *query.b,
-                             query.X_WB->pose(result.t_safe));
-  const TimeInterval proven{query.interval.begin, result.t_safe};
-  scene.path_a = path_of(*query.X_WA, proven);
-  scene.path_b = path_of(*query.X_WB, proven);
-  if (proven.length() > 0) {
-    scene.start = {query.X_WA->pose(proven.begin), query.X_WB->pose(proven.begin)};
+  const GapHistory history = gap_history(query, tolerance_of(query), kSamples, kMostSteps);
+  const Scalar t = drawn_time(result, history);
+  PairScene scene = scene_of(*query.a, query.X_WA->pose(t), *query.b, query.X_WB->pose(t));
+  const TimeInterval before{query.interval.begin, t};
+  scene.path_a = path_of(*query.X_WA, before);
+  scene.path_b = path_of(*query.X_WB, before);
+  if (before.length() > 0) {
+    scene.start = {query.X_WA->pose(before.begin), query.X_WB->pose(before.begin)};
   }
   scene.witness = witness_of(query, result, scene);
-  const GapHistory history = gap_history(query, tolerance_of(query), kSamples, kMostSteps);
   const std::vector<std::string> lines = lines_of(describe(result));
   constexpr Scalar kBelowScene = 3.6 * kLineHeight;
   const Scalar words = kMargin + kLineHeight * (Scalar(lines.size()) + 1.5);
@@ -125,7 +139,10 @@ std::string toi_picture(const ToiQuery& query, const ToiResult& result) {
       int(words + kSceneHeight + kBelowScene + kPlotHeight + 3 * kLineHeight + kMargin);
   SvgCanvas canvas(kWidth, height, lines.front());
   Scalar y = draw_words(canvas, lines, kMargin + 0.6 * kLineHeight);
-  draw_scene(canvas, scene, y, "at t_safe; faint: at the start; dashed: paths of the origins");
+  const std::string time = result.status == ToiStatus::Separated
+                               ? "where the sampled gap is least, t = " + time_words(t)
+                               : "at t_safe";
+  draw_scene(canvas, scene, y, time + "; faint: at the start; dashed: paths of the origins");
   y += kSceneHeight + kBelowScene;
   draw_gap(canvas, {{kMargin + 66, y}, {kWidth - 2 * kMargin - 66, kPlotHeight}}, query, result,
            history);
