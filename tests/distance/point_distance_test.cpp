@@ -106,8 +106,8 @@ TEST(PointDistance, NamesTheTriangleAndFeatureThatAreNearest) {
     EXPECT_NEAR(static_cast<Scalar>(named.distance), found.upper, 1e-13);
     const auto& numbers = found.feature.vertices;
     std::vector<Vector3> corner;
-    for (const std::int32_t n : numbers) {
-      if (n >= 0) corner.push_back(mesh.vertices()[static_cast<std::size_t>(n)]);
+    for (std::size_t n = 0; n < found.feature.vertex_count(); ++n) {
+      corner.push_back(mesh.vertices()[static_cast<std::size_t>(numbers[n])]);
     }
     const std::size_t last = corner.size() - 1;
     const Triangle feature{corner[0], corner[std::min<std::size_t>(1, last)], corner[last]};
