@@ -18,13 +18,13 @@ using Box = dyop::Box;
 using dyop::RigidPose;
 using dyop::Vector3;
 
-// Two millimetres thick, two metres wide and high, with a slot of 6 by 8 centimetres.
+// Two millimetres thick, two metres wide and high, with a slot of 8 by 8 centimetres.
 std::shared_ptr<const dyop::ObstacleSet> wall_with_slot() {
   auto set = std::make_shared<dyop::ObstacleSet>();
-  const auto side = std::make_shared<Box>(Vector3(0.001, 0.485, 1));
-  const auto cover = std::make_shared<Box>(Vector3(0.001, 0.03, 0.48));
+  const auto side = std::make_shared<Box>(Vector3(0.001, 0.48, 1));
+  const auto cover = std::make_shared<Box>(Vector3(0.001, 0.04, 0.48));
   for (const double sign : {1.0, -1.0}) {
-    set->add(side, RigidPose(Vector3(0, sign * 0.515, 0)));
+    set->add(side, RigidPose(Vector3(0, sign * 0.52, 0)));
     set->add(cover, RigidPose(Vector3(0, 0, sign * 0.52)));
   }
   return set;

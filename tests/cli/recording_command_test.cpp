@@ -11,7 +11,7 @@ namespace {
 
 using testing::CommandResult;
 using testing::run_command;
-using Json = nlohmann::json;
+using Json = nlohmann::ordered_json;
 
 // A ball that bounces once, and a box that rests.
 constexpr const char* kScene = R"({

@@ -31,21 +31,27 @@ std::vector<std::string> lines_of(const std::string& text) {
   return lines;
 }
 
+// "  name         value" and "  name: value" as their two columns; else all in the first.
+std::pair<std::string, std::string> columns_of(const std::string& line) {
+  const auto first = std::min(line.find_first_not_of(' '), line.size());
+  const std::string words = line.substr(first);
+  const auto gap = std::min(words.find("  "), words.find(": "));
+  constexpr std::size_t kLongestName = 12;
+  if (first == 0 || gap == std::string::npos || gap > kLongestName) return {words, ""};
+  const auto value = words.find_first_not_of(": ", gap);
+  return {words.substr(0, gap), value == std::string::npos ? "" : words.substr(value)};
+}
+
 // The first line is the headline. Returns where the next thing may begin.
 Scalar draw_words(SvgCanvas& canvas, const std::vector<std::string>& lines, Scalar top) {
   Scalar y = top;
   for (std::size_t k = 0; k < lines.size(); ++k) {
-    const auto first = std::min(lines[k].find_first_not_of(' '), lines[k].size());
-    // "  name         value": two columns.
-    const auto gap = lines[k].find("  ", first);
-    const auto value = gap == std::string::npos ? gap : lines[k].find_first_not_of(' ', gap);
-    if (k == 0 || value == std::string::npos) {
-      canvas.text({kMargin, y}, lines[k].substr(first), k == 0 ? 16 : 12, SvgAnchor::Start,
-                  "#222222", k == 0);
+    const auto [name, value] = columns_of(lines[k]);
+    if (k == 0 || value.empty()) {
+      canvas.text({kMargin, y}, name, k == 0 ? 16 : 12, SvgAnchor::Start, "#222222", k == 0);
     } else {
-      canvas.text({kMargin, y}, lines[k].substr(first, gap - first), 12, SvgAnchor::Start,
-                  "#555b61");
-      canvas.text({kMargin + 120, y}, lines[k].substr(value), 12);
+      canvas.text({kMargin, y}, name, 12, SvgAnchor::Start, "#555b61");
+      canvas.text({kMargin + 100, y}, value, 12);
     }
     y += k == 0 ? 1.5 * kLineHeight : kLineHeight;
   }

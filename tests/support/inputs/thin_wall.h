@@ -13,15 +13,15 @@ namespace dyop::testing {
 
 inline constexpr Scalar kWallThickness = 0.002;
 
-/// A wall in the plane x = 0, two millimetres thick, 2 wide and 2 high, with a slot 0.06 wide and
+/// A wall in the plane x = 0, two millimetres thick, 2 wide and 2 high, with a slot 0.08 wide and
 /// 0.08 high in the middle; and a second wall, closed, at x = 0.9.
 inline ObstacleSet thin_wall() {
   const Scalar half = kWallThickness / 2;
-  const auto side = std::make_shared<Box>(Vector3(half, 0.485, 1));
-  const auto cover = std::make_shared<Box>(Vector3(half, 0.03, 0.48));
+  const auto side = std::make_shared<Box>(Vector3(half, 0.48, 1));
+  const auto cover = std::make_shared<Box>(Vector3(half, 0.04, 0.48));
   ObstacleSet set;
-  set.add(side, RigidPose(Vector3(0, 0.515, 0)));
-  set.add(side, RigidPose(Vector3(0, -0.515, 0)));
+  set.add(side, RigidPose(Vector3(0, 0.52, 0)));
+  set.add(side, RigidPose(Vector3(0, -0.52, 0)));
   set.add(cover, RigidPose(Vector3(0, 0, 0.52)));
   set.add(cover, RigidPose(Vector3(0, 0, -0.52)));
   set.add(std::make_shared<Box>(Vector3(half, 1, 1)), RigidPose(Vector3(0.9, 0, 0)));
