@@ -90,7 +90,7 @@ class Gltf : public ::testing::Test {
     testing::record_busy_run(recording_);
     write_gltf(recording_, file_);
   }
-  test::TemporaryDirectory directory_;
+  testing::TemporaryDirectory directory_;
   std::filesystem::path recording_ = directory_.path() / "run.h5";
   std::filesystem::path file_ = directory_.path() / "run.glb";
 };
