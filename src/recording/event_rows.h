@@ -21,7 +21,7 @@ BodyKind kind_of_name(std::string_view name);
 /// A report with one of these statuses did not reach its end.
 bool is_undecided(AdvanceStatus status);
 
-/// Does not set the rows of contacts: that is up to the caller.
+/// Does not set the rows of contacts; the caller does.
 ImpactRow impact_row(const ImpactEvent& impact);
 ImpactEvent impact_from(const ImpactRow& row, std::span<const ContactRow> contacts);
 ContactRow contact_row(const WorldContact& contact);

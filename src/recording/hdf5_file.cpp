@@ -10,7 +10,7 @@ namespace {
 constexpr std::size_t kChunkCacheBytes = std::size_t{4} << 20;
 constexpr std::size_t kChunkCacheSlots = 12'421;
 
-// The innermost message of HDF5 about what went wrong.
+// HDF5's innermost error message.
 std::string innermost_message() {
   std::string message;
   H5Ewalk2(

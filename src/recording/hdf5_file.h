@@ -12,7 +12,8 @@
 
 #include "dyop/io/file_error.h"
 
-/// The parts of HDF5 that a recording needs. No call prints; failures are FileErrors with the file.
+/// The parts of HDF5 that a recording needs. No call prints; failures throw a FileError that names
+/// the file.
 namespace dyop::internal {
 
 /// While it lives, HDF5 prints no errors in this thread.
@@ -66,7 +67,7 @@ class Hdf5File {
   /// For reading, even while another process writes it.
   static Hdf5File open(const std::filesystem::path& file);
 
-  /// From now on others may read what is flushed; no further datasets can be added.
+  /// From now on others may read flushed data; no further datasets can be added.
   void share_with_readers();
   void write_attribute(const char* name, const std::string& text);
   void write_attribute(const char* name, std::int64_t value);

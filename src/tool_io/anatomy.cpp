@@ -10,8 +10,8 @@
 namespace dyop {
 namespace {
 
-// A closed surface around an axis: rings of `around` vertices between two poles. The place of a
-// vertex is that of two parameters in [0, 1]: from pole to pole, and around.
+// A closed surface around an axis: rings of `around` vertices between two poles. Two parameters in
+// [0, 1] give the position of a vertex: from pole to pole, and around.
 AnatomyMesh closed_grid(std::size_t triangles, Scalar slimness,
                         const std::function<Vector3(Scalar along, Scalar round)>& place) {
   DYOP_REQUIRE(triangles >= 32, "anatomy: there must be at least 32 triangles, not ", triangles);
@@ -111,7 +111,7 @@ AnatomyMesh make_jaw(std::size_t triangles, Scalar radius, Scalar length) {
     return radius * taper * std::sqrt(std::max(Scalar{0}, 1 - std::pow(2 * s - 1, 20)));
   });
   for (Vector3& p : mesh.vertices) {
-    // A half of it, a little off the middle, pointing down. Two mirrors keep the winding.
+    // One half, slightly off centre, pointing down. Two reflections keep the winding.
     const Scalar off = 0.05 * radius + 0.9 * std::max(Scalar{0}, p.x()) + 0.1 * (p.x() + radius);
     p = Vector3(-off, p.y(), -p.z());
   }

@@ -32,7 +32,7 @@ class KeyMaker {
   KeyMaker(Scalar t_begin, Scalar radius, Scalar tolerance)
       : t_begin_(t_begin), radius_(radius), tolerance_(tolerance) {}
 
-  // A stretch without a jump of the velocity.
+  // An interval without a velocity jump.
   void add(const MotionSegment& segment) {
     const Motion& motion = *segment.motion;
     const TimeInterval& interval = segment.interval;
@@ -73,7 +73,7 @@ class KeyMaker {
     Vector4 q1 = coefficients(last.X_WB);
     if (q0.dot(q1) < 0) q1 = -q1;
     const Scalar h = end - begin;
-    // literal: places in a stretch, none of them special to a cubic
+    // literal: points of an interval, none of them special for a cubic
     for (const Scalar s : std::array{0.2, 0.5, 0.7}) {
       const RigidPose X_WB = motion.pose(begin + s * h);
       const Vector3 p = spline(first.X_WB.translation(), first.twist.v_WB, last.X_WB.translation(),
@@ -88,7 +88,7 @@ class KeyMaker {
     return true;
   }
 
-  // The key at a time; one for all that happens within the resolution of single precision.
+  // The key at a time; events within the resolution of single precision share one.
   AnimationKey& key_at(Scalar t, const MotionState& state) {
     if (keys_.empty() || keys_.back().t < time_of(t)) {
       AnimationKey& key = keys_.emplace_back();
