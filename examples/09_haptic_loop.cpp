@@ -8,7 +8,7 @@
 #include <cmath>
 #include <cstdio>
 
-    int main() {
+int main() {
   // Millimetres, newtons, seconds. The tool is a rod; its origin is at its tip.
   const dyop::AnatomyMesh rod = dyop::make_shaft(1000, 2.5, 100);
   dyop::ToolScene scene;

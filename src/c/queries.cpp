@@ -10,7 +10,7 @@
 namespace dyop::c {
 namespace {
 
-// The enumerators of C are those of C++, in the same order.
+// The enumerators of C match those of C++, in the same order.
 static_assert(int(DistanceStatus::Inconclusive) == DYOP_DISTANCE_INCONCLUSIVE);
 static_assert(int(DistanceStatus::FartherThanMaxDistance) == DYOP_DISTANCE_FARTHER_THAN_MAX);
 static_assert(int(DistanceStatus::Overlapping) == DYOP_DISTANCE_OVERLAPPING);
@@ -77,7 +77,7 @@ dyop_toi_result toi_result(const ToiResult& found) {
   return result;
 }
 
-// Queries, and what keeps their shapes and motions while they run.
+// Queries, and the shapes and motions kept alive while they run.
 struct KeptShapes {
   const Shape* keep(std::shared_ptr<const Shape> shape) {
     return shapes.emplace_back(std::move(shape)).get();

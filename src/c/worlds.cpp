@@ -5,7 +5,7 @@
 namespace dyop::c {
 namespace {
 
-// The enumerators of C are those of C++, in the same order.
+// The enumerators of C match those of C++, in the same order.
 static_assert(int(BodyKind::Static) == DYOP_STATIC);
 static_assert(int(ImpactPolicy::Impulse) == DYOP_IMPACT_IMPULSE);
 static_assert(int(AdvanceStatus::BudgetExhausted) == DYOP_ADVANCE_BUDGET_EXHAUSTED);
@@ -95,7 +95,7 @@ dyop_contact contact_record(const PairRecord& pair, const PairContact& touched) 
   return contact;
 }
 
-// As many of a list as the caller has space for.
+// As many entries of a list as the caller has space for.
 template <typename Struct>
 void hand_over(const std::vector<Struct>& list, Struct* out, std::size_t capacity,
                std::size_t* count, const char* what) {

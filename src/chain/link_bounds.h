@@ -11,13 +11,13 @@
 
 namespace dyop::internal {
 
-/// What one joint does over a part of a path, and where it is in the middle of that part.
+/// What one joint does over a part of a path, and its position at the middle of that part.
 struct JointPart {
   JointPath::Bound bound;
   JointInstant middle;
 };
 
-/// A part of a path by its middle and the longest time from there, rounded up.
+/// A part of a path, as its middle and the longest time from there, rounded up.
 struct PartMiddle {
   explicit PartMiddle(const TimeInterval& part)
       : time(std::clamp((part.begin + part.end) / 2, part.begin, part.end)),
@@ -60,7 +60,7 @@ void visit_bounds(const LinkMotion& link, const PartMiddle& middle, Scalar noise
     } else {
       arm = step.turn_fixed * arm + q.cosine * (step.turn_cosine * arm) +
             q.sine * (step.turn_sine * arm);
-      // How far the link's origin gets from the axis.
+      // How far the link's origin is from the axis, at most.
       const Scalar near_middle =
           norm_of(step.axis_P.cross(arm)) + middle.half * seen.linear_speed + noise;
       const Scalar radius = std::min(turn.reach, near_middle);

@@ -8,8 +8,8 @@
 
 namespace dyop::internal {
 
-/// Bounds of the twists of all links over short parts of one path, each as seen from every link
-/// between it and the root: computed once per query, for its many look-ups.
+/// Bounds on the twists of all links over short parts of one path, each as seen from every link
+/// between it and the root: computed once per query, which looks them up many times.
 class PathCells {
  public:
   /// Of `links`, the motions of all links in the world.

@@ -124,13 +124,17 @@ void World::Impl::commit(const internal::Ledger& ledger,
   const TimeInterval& interval = ledger.interval();
   CommittedStep step;
   step.interval = interval;
-  step.motions.resize(bodies.size());
+  const bool has_sensors = std::any_of(bodies.begin(), bodies.end(), [](const BodyRecord& body) {
+    return body.definition.is_sensor;
+  });
+  const bool keeps_motions = options.records_motions || has_sensors;
+  if (keeps_motions) step.motions.resize(bodies.size());
   for (std::size_t slot = 0; slot < bodies.size(); ++slot) {
     BodyRecord& body = bodies[slot];
     if (!body.is_present()) continue;
-    step.motions[slot] = body.rest;
+    if (keeps_motions) step.motions[slot] = body.rest;
     if (moves_by_itself(body, interval)) {
-      step.motions[slot] = body.definition.motion;
+      if (keeps_motions) step.motions[slot] = body.definition.motion;
       body.state = central_state(body, body.definition.motion->state(interval.end));
       body.rest = std::make_shared<RestMotion>(body.X_WB());
     } else if (body.definition.kind == BodyKind::Kinematic) {
@@ -142,7 +146,7 @@ void World::Impl::commit(const internal::Ledger& ledger,
     for (std::size_t k = 0; k < islands[i].bodies.size(); ++k) {
       BodyRecord& body = bodies[islands[i].bodies[k]];
       internal::Track& track = outcomes[i].tracks[k];
-      step.motions[islands[i].bodies[k]] = track.joined();
+      if (keeps_motions) step.motions[islands[i].bodies[k]] = track.joined();
       body.state = track.end;
       body.flight = std::move(track.flight);
     }

@@ -6,7 +6,7 @@
 
 #include "recording/hdf5_file.h"
 
-/// The rows of the tables of docs/recording.md, as they stand in the file.
+/// The rows of the tables of docs/recording.md, as stored in the file.
 namespace dyop::internal {
 
 using Row3 = std::array<double, 3>;

@@ -105,7 +105,7 @@ struct RecordingWriter::Output {
 };
 
 struct RecordingWriter::Impl {
-  // What was written of a body last.
+  // The last data written for a body.
   struct Body {
     std::optional<BodyId> id;
     Vector3 p_BoBcm = Vector3::Zero();

@@ -11,7 +11,7 @@
 namespace dyop::internal {
 namespace {
 
-// Pairs of triangles near a place where the tool is held: some hundred.
+// Pairs of triangles near a point where the tool is held: a few hundred.
 constexpr std::size_t kMostNearPairs = 2000;
 
 // How much a neighbouring piece of surface may rise along a contact's normal, as for
@@ -19,8 +19,8 @@ constexpr std::size_t kMostNearPairs = 2000;
 constexpr Scalar kConeSine = 0.02;
 constexpr Scalar kBorderSine = 1e-3;
 
-// The tolerance for one side of a pair of features. Normals of pairs that are not a vertex over a
-// face or two crossing edges lean with every shift to the side.
+// The tolerance for one side of a pair of features. Unless a vertex is over a face or two edges
+// cross, the normal tilts with every sideways shift.
 Scalar sine_for(const WitnessPair& pair) {
   const bool is_face =
       pair.feature_a.kind == FeatureKind::Face || pair.feature_b.kind == FeatureKind::Face;
@@ -58,7 +58,7 @@ bool DeformingObstacle::give(std::span<const Vector3> vertices, Scalar duration)
   DYOP_REQUIRE(duration > 0 && duration < kInfinity,
                "give_snapshot: duration must be finite and > 0, not ", duration);
   if (has_next_.load(std::memory_order_acquire)) return false;
-  // The taker changes what is shown only while there is a next one.
+  // The tick changes the shown mesh only while there is a next one.
   meshes_[1 - shown_].refit(meshes_[shown_].end(), vertices);
   next_duration_ = duration;
   has_next_.store(true, std::memory_order_release);

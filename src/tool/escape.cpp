@@ -9,7 +9,7 @@ void Escape::start(std::size_t pair, Scalar first_length) {
   first_length_ = length_ = first_length;
 }
 
-// The neighbours of the middle cell of a cube of 27: all but number 13.
+// The neighbours of the centre cell of a 3 x 3 x 3 cube: all but number 13.
 Vector3 Escape::direction_of(int number) {
   const int cell = number < kDirections / 2 ? number : number + 1;
   return Vector3(cell % 3 - 1, cell / 3 % 3 - 1, cell / 9 - 1).normalized();

@@ -8,23 +8,23 @@
 
 namespace dyop::internal {
 
-/// The search for the shortest way out of an obstacle that crosses the tool: a straight one along an
-/// axis or diagonal of the world, to a place where both are proven apart. A few places are tried in
-/// each tick.
+/// The search for the shortest straight path out of an obstacle that crosses the tool, along an
+/// axis or diagonal of the world, to a position where both are proven apart. Each tick tries a few
+/// positions.
 class Escape {
  public:
-  /// @param first_length The first places are this far away, each further one half as far again.
+  /// @param first_length Distance of the first positions; each next one is 1.5 times as far.
   void start(std::size_t pair, Scalar first_length);
   void stop() { pair_.reset(); }
   bool is_for(std::size_t pair) const { return pair_ == pair; }
 
-  /// Tries the next place: is_apart(displacement) says whether the two are proven apart there.
+  /// Tries the next position: is_apart(displacement) is true if the two are proven apart there.
   template <typename IsApart>
   void try_next(const IsApart& is_apart);
 
-  /// The unit direction of the shortest way, once all were tried.
+  /// The unit direction of the shortest path, once all have been tried.
   std::optional<Vector3> direction() const;
-  /// All were tried, and none leads out.
+  /// All have been tried, and none leads out.
   bool has_failed() const { return is_through() && !(shortest_ < kInfinity); }
 
   static constexpr int kDirections = 26;

@@ -10,25 +10,26 @@
 namespace dyop::internal {
 namespace {
 
-// Impacts are told to this part of the standoff: what is left of it is for the difference between a
-// step and its linear approximation.
+// Tolerance of impacts as a fraction of the standoff; the rest of it is for the difference between
+// a step and its linear approximation.
 constexpr Scalar kToleranceShare = 0.3;
 
-// Steps are solved to this part of the standoff.
+// Tolerance of the solve as a fraction of the standoff.
 constexpr Scalar kSolveShare = 1e-3;
 
-// A distance is measured again when its bounds are farther apart than this part of the standoff, and
-// what the options allow.
+// A distance is measured again when its bounds are farther apart than this fraction of the standoff
+// and than the options allow.
 constexpr Scalar kVagueShare = 0.25;
 
-// The first places tried for a way out are this part of a body's thickness away; so many a tick.
+// The first positions tried by an escape are this fraction of a body's thickness away; so many
+// are tried in a tick.
 constexpr Scalar kEscapeStart = 8;
 constexpr int kEscapesTried = 4;
 
-// Node pairs that a query may have waiting for one span of time without growing its memory.
+// Node pairs that a query may hold for one time interval without growing its memory.
 constexpr std::size_t kQueuedPairs = 512;
 
-// A time shorter than this part of a tick is not worth a motion of its own.
+// A time shorter than this fraction of a tick is not worth its own motion.
 constexpr Scalar kTickNoise = 0x1p-30;
 
 std::unique_ptr<Obstacle> make_obstacle(const ToolObstacle& given) {
@@ -169,7 +170,7 @@ Scalar Proxy::move(const ToolPose& goal, const Piece& piece, WorkClock& clock, T
   return best;
 }
 
-// Of the first pair that crosses; a search that led nowhere starts again, as tissue moves.
+// Of the first pair that crosses; a failed search starts again, as tissue moves.
 void Proxy::look_for_escape(TickStatistics& work) {
   const auto crossing = std::find_if(pairs_.begin(), pairs_.end(),
                                      [](const PairState& pair) { return pair.is_overlapping; });
@@ -191,7 +192,7 @@ void Proxy::look_for_escape(TickStatistics& work) {
   }
 }
 
-// Tissue goes on, the tool waits.
+// Tissue moves on, the tool waits.
 Scalar Proxy::stay(Scalar duration, WorkClock& clock, TickStatistics& work, FollowReport& report) {
   const ToolMotion motion(pose_, {}, duration, hinges_);
   const Proof proof = prove(motion, duration, clock, work, report);
@@ -199,7 +200,7 @@ Scalar Proxy::stay(Scalar duration, WorkClock& clock, TickStatistics& work, Foll
   return proof.t_safe;
 }
 
-// Distances are known from before, less what was covered since.
+// Distances are those measured before, minus the displacement since.
 void Proxy::commit(const ToolMotion& motion, Scalar t) {
   for (PairState& pair : pairs_) {
     const ToolBody& body = bodies_[pair.body];
@@ -229,7 +230,7 @@ PairImpact Proxy::ask(PairState& pair, const BodyMotion& motion, WorkClock& cloc
   return impact;
 }
 
-// What is nearer than its target already is to come no nearer.
+// A pair that is nearer than its target already must come no nearer.
 void Proxy::ease_target(PairState& pair, TickStatistics& work) {
   measure(pair, work);
   const Scalar lower = pair.distance.lower;
@@ -238,8 +239,8 @@ void Proxy::ease_target(PairState& pair, TickStatistics& work) {
   pair.target = std::max(Scalar{0}, lower - pair.tolerance);
 }
 
-// Every pair of a body and something hard is proven apart by a bound of how far both can move, by a
-// query, or because neither moves; or it crosses and is reported.
+// Every pair of a body and a hard obstacle is proven apart by a bound of how far both can move, by
+// a query, or because neither moves; or it crosses and is reported.
 Proxy::Proof Proxy::prove(const ToolMotion& motion, Scalar duration, WorkClock& clock,
                           TickStatistics& work, FollowReport& report) {
   Proof proof;
@@ -263,7 +264,7 @@ Proxy::Proof Proxy::prove(const ToolMotion& motion, Scalar duration, WorkClock& 
       ease_target(pair, work);
       if (!pair.is_overlapping) {
         impact = ask(pair, {body, motion.of(body), proof.t_safe}, clock, work);
-        // So near that rounding does not tell.
+        // Too near for rounding to decide.
         pair.is_overlapping = impact.status == ToiStatus::InitiallyWithinTarget ||
                               (impact.status == ToiStatus::NumericalLimit && !(impact.t_safe > 0));
       }

@@ -15,7 +15,7 @@
 
 namespace dyop::internal {
 
-/// What is proven of a body and an obstacle where they stand.
+/// What is proven about a body and an obstacle at their current poses.
 struct PairState {
   std::size_t body = 0;
   std::size_t obstacle = 0;
@@ -26,7 +26,7 @@ struct PairState {
   PairCaches caches;
 };
 
-/// How far a tick's following came.
+/// How far the proxy followed the device in one tick.
 struct FollowReport {
   Scalar committed = 0;  ///< time
   bool is_at_goal = false;
@@ -35,7 +35,7 @@ struct FollowReport {
   bool was_overlapping = false;
 };
 
-/// The tool's proxy among the obstacles: moves only along what is proven.
+/// The tool's proxy among the obstacles: makes only proven motions.
 class Proxy {
  public:
   Proxy(const ToolScene& scene, const ToolOptions& options);
@@ -51,11 +51,11 @@ class Proxy {
     return pose_.X_WT * body_in_tool(bodies_[body], hinges_, pose_);
   }
 
-  /// Moves towards the goal while time dt passes, within the clock's budget. Without a goal it stays
-  /// where it is, as long as tissue lets it.
+  /// Moves towards the goal while time dt passes, within the clock's budget. Without a goal it
+  /// stays where it is, as long as tissue lets it.
   FollowReport follow(const std::optional<ToolPose>& goal, Scalar dt, WorkClock& clock,
                       TickStatistics& work);
-  /// Measures the distances that have become vague.
+  /// Measures again the distances whose bounds have become loose.
   void measure(WorkClock& clock, TickStatistics& work);
 
  private:

@@ -5,8 +5,8 @@
 
 namespace dyop::internal {
 
-/// A real-time priority for the calling thread, and the process's memory locked, for as long as this
-/// lives and where the system allows it.
+/// Gives the calling thread real-time priority and locks the process's memory, where the system
+/// allows it, until destroyed.
 class RealTime {
  public:
   explicit RealTime(bool is_wanted);

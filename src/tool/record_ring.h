@@ -9,12 +9,13 @@
 
 namespace dyop::internal {
 
-/// Hands ticks from one thread to another without waiting or, once its places have grown, allocating.
+/// Hands ticks from one thread to another without waiting and, once its slots have grown, without
+/// allocating.
 class RecordRing {
  public:
   explicit RecordRing(std::size_t size) : places_(size) {}
 
-  /// The giver's: a place to write to and then push(), or null if all are waiting to be read.
+  /// For the writer: a slot to fill and then push(), or null if all slots wait to be read.
   TickRecord* free_place() {
     const std::size_t next = given_.load(std::memory_order_relaxed);
     if (next - taken_.load(std::memory_order_acquire) >= places_.size()) return nullptr;
@@ -24,7 +25,7 @@ class RecordRing {
     given_.store(given_.load(std::memory_order_relaxed) + 1, std::memory_order_release);
   }
 
-  /// The taker's: the oldest one, to be read before pop(), or null.
+  /// For the reader: the oldest tick, to be read before pop(), or null.
   const TickRecord* front() const {
     const std::size_t next = taken_.load(std::memory_order_relaxed);
     if (next == given_.load(std::memory_order_acquire)) return nullptr;

@@ -10,7 +10,7 @@
 
 namespace dyop::internal {
 
-/// What is known of a mesh whose vertices may move: where they are is asked for.
+/// The topology of a mesh whose vertices may move; the caller passes their positions.
 struct SurfaceCone {
   const MeshTopology& topology;
   std::span<const TriangleIndices> triangles;
@@ -18,7 +18,7 @@ struct SurfaceCone {
   /// Whether n . t <= sine for all unit directions t in which the surface leaves a point p of a
   /// feature of a triangle: no neighbouring piece of surface comes nearer along n than p does, as
   /// far as vertex numbers tell who is a neighbour.
-  /// @param place Called with a vertex number: its place.
+  /// @param place Called with a vertex number, returns its position.
   template <typename Place>
   bool admits(const Feature& feature, std::int32_t triangle, const Vector3& n, Scalar sine,
               const Place& place) const;

@@ -14,13 +14,13 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-// Ticks that may wait for the log: two seconds at 1 kHz.
+// Ticks that the log may be behind: two seconds at 1 kHz.
 constexpr std::size_t kWaitingTicks = 2048;
 
 // How often the threads beside the loop look for work.
 constexpr std::chrono::microseconds kIdle{500};
 
-// A feed and what it has prepared.
+// A feed and the snapshot it has prepared.
 class Feeder {
  public:
   Feeder(ToolSession& session, const TissueFeed& feed)
@@ -40,7 +40,7 @@ class Feeder {
   std::int64_t number_ = 1;
 };
 
-// A thread that works until it is told to stop, and keeps what its work throws.
+// A thread that works until stopped, and keeps the exception that its work throws.
 class Worker {
  public:
   template <typename Work>

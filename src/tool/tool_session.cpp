@@ -36,7 +36,7 @@ using internal::PairState;
 using internal::SessionState;
 using internal::ToolStep;
 
-// What a tick does not reach for rounding.
+// Time that a tick may miss by rounding.
 constexpr Scalar kTimeNoise = 0x1p-20;
 
 void require_positive(const char* name, Scalar value) {
@@ -111,7 +111,7 @@ void tell_contacts(const SessionState& state, ToolTick& tick) {
   }
 }
 
-// The speed that no point of a body exceeds, if the tool goes on as it went in this tick.
+// A bound of the speed of all points of a body if the tool keeps the motion of this tick.
 Scalar body_speed(const internal::ToolBody& body, const ToolStep& step, Scalar dt) {
   if (!(dt > 0)) return 0;
   const Scalar hinge_turn = body.hinge ? std::abs(step.angles[*body.hinge]) : 0;
@@ -165,7 +165,7 @@ const ToolTick& run_tick(SessionState& state, const DevicePose& device, Scalar d
   const bool is_valid = goal && dt >= 0 && dt < kInfinity;
   const ToolPose before = state.proxy.pose();
   const Scalar passed = dt >= 0 && dt < kInfinity ? dt : 0;
-  // An unknown device leaves the proxy where it is, as far as tissue lets it.
+  // Without a device pose the proxy stays where it is, unless tissue pushes it.
   const FollowReport report =
       state.proxy.follow(is_valid ? goal : std::nullopt, passed, state.clock, tick.statistics);
   state.proxy.measure(state.clock, tick.statistics);

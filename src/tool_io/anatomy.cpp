@@ -10,10 +10,8 @@
 namespace dyop {
 namespace {
 
-constexpr Scalar kPi = std::numbers::pi;
-
-// A closed surface around an axis: rings of `around` vertices between two poles. The place of a
-// vertex is that of two parameters in [0, 1]: from pole to pole, and around.
+// A closed surface around an axis: rings of `around` vertices between two poles. Two parameters in
+// [0, 1] give the position of a vertex: from pole to pole, and around.
 AnatomyMesh closed_grid(std::size_t triangles, Scalar slimness,
                         const std::function<Vector3(Scalar along, Scalar round)>& place) {
   DYOP_REQUIRE(triangles >= 32, "anatomy: there must be at least 32 triangles, not ", triangles);
@@ -48,7 +46,7 @@ AnatomyMesh closed_grid(std::size_t triangles, Scalar slimness,
 AnatomyMesh turned(std::size_t triangles, Scalar slimness, Scalar length,
                    const std::function<Scalar(Scalar)>& radius) {
   return closed_grid(triangles, slimness, [&](Scalar s, Scalar round) {
-    const Scalar angle = 2 * kPi * round;
+    const Scalar angle = 2 * std::numbers::pi * round;
     return Vector3(radius(s) * std::cos(angle), radius(s) * std::sin(angle), s * length);
   });
 }
@@ -57,7 +55,7 @@ AnatomyMesh turned(std::size_t triangles, Scalar slimness, Scalar length,
 
 AnatomyMesh make_liver(std::size_t triangles) {
   return closed_grid(triangles, 1, [](Scalar s, Scalar round) {
-    const Scalar polar = kPi * s, angle = 2 * kPi * round;
+    const Scalar polar = std::numbers::pi * s, angle = 2 * std::numbers::pi * round;
     const Vector3 n(std::sin(polar) * std::cos(angle), std::sin(polar) * std::sin(angle),
                     -std::cos(polar));
     const Scalar lumps = 1 + 0.08 * std::sin(3 * n.x() + 1) * std::cos(4 * n.y()) +
@@ -69,10 +67,11 @@ AnatomyMesh make_liver(std::size_t triangles) {
 
 AnatomyMesh make_vessel(std::size_t triangles) {
   return closed_grid(triangles, 6, [](Scalar s, Scalar round) {
-    const Scalar angle = 2 * kPi * round;
+    const Scalar angle = 2 * std::numbers::pi * round;
     // Its ends are round.
     const Scalar radius = 3 * std::sqrt(std::max(0.0, 1 - std::pow(2 * s - 1, 40)));
-    const Vector3 middle(140 * (s - 0.5), 12 * std::sin(2 * kPi * s), 8 * std::cos(3 * s));
+    const Vector3 middle(140 * (s - 0.5), 12 * std::sin(2 * std::numbers::pi * s),
+                         8 * std::cos(3 * s));
     return Vector3(middle + radius * Vector3(0, std::sin(angle), -std::cos(angle)));
   });
 }
@@ -112,7 +111,7 @@ AnatomyMesh make_jaw(std::size_t triangles, Scalar radius, Scalar length) {
     return radius * taper * std::sqrt(std::max(Scalar{0}, 1 - std::pow(2 * s - 1, 20)));
   });
   for (Vector3& p : mesh.vertices) {
-    // A half of it, a little off the middle, pointing down. Two mirrors keep the winding.
+    // One half, slightly off centre, pointing down. Two reflections keep the winding.
     const Scalar off = 0.05 * radius + 0.9 * std::max(Scalar{0}, p.x()) + 0.1 * (p.x() + radius);
     p = Vector3(-off, p.y(), -p.z());
   }

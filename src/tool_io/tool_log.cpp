@@ -11,8 +11,7 @@
 namespace dyop {
 namespace {
 
-// What a log starts with: its name and its version. Numbers are stored as they are in memory on a
-// little-endian machine.
+// A log starts with its name and its version. Numbers are little-endian.
 constexpr std::string_view kMagic = "dyop tool log 1\n";
 
 // Bit 0 of a tick's first byte: it was cut off.
@@ -37,7 +36,7 @@ void put_single(std::string& buffer, const Vector3& p) {
   for (int k = 0; k < 3; ++k) put(buffer, float(p[k]));
 }
 
-// What a replay must meet again.
+// Values that a replay must reproduce.
 void put_results(std::string& buffer, const ToolTick& tick, std::size_t hinge_count) {
   put(buffer, std::uint8_t(tick.status));
   put(buffer, tick.tool.X_WT.translation());
@@ -105,7 +104,7 @@ LoggedInputs read_inputs(Reader& reader, std::size_t hinge_count, std::size_t ob
   return inputs;
 }
 
-// A feed that is given when the log says so.
+// A feed that delivers its snapshots at the ticks of the log.
 struct ReplayFeed {
   const TissueFeed& feed;
   std::vector<Vector3> vertices;

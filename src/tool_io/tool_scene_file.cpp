@@ -30,7 +30,7 @@ RigidPose read_pose(const JsonNode& node) {
   return node.guard([&] { return RigidPose(rotation_from_vector(w), p); });
 }
 
-// One of the generated meshes, or one of a file.
+// A generated mesh, or one from a file.
 AnatomyMesh read_mesh(const JsonNode& node) {
   if (node.has("mesh")) {
     const std::filesystem::path file = node.file().parent_path() / node.at("mesh").text();
@@ -81,7 +81,7 @@ void read_tool(const JsonNode& node, ToolScene& scene) {
   }
 }
 
-// Breathing: every vertex goes to and fro, those farther along a little later.
+// Breathing: every vertex oscillates, with a lag that grows along the mesh.
 TissueFeed read_breathing(const JsonNode& node, std::size_t obstacle,
                           const std::vector<Vector3>& vertices) {
   node.require_object({"frequency", "amplitude", "rate"});

@@ -16,7 +16,7 @@
 namespace dyop {
 namespace {
 
-// More than a message; longer datagrams are none.
+// Larger than any message; longer datagrams are ignored.
 constexpr std::size_t kLongestDatagram = 256;
 
 [[noreturn]] void fail(std::uint16_t port, int code) {
@@ -49,7 +49,7 @@ std::uint16_t TransformLink::port() const {
   return ntohs(address.sin_port);
 }
 
-// What waits in the system is bounded by its buffer, and so is the loop.
+// The system's buffer bounds the number of waiting datagrams, and so the loop.
 std::optional<TransformMessage> TransformLink::receive() {
   std::optional<TransformMessage> newest;
   std::array<std::uint8_t, kLongestDatagram> bytes;

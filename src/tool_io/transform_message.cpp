@@ -20,7 +20,7 @@ constexpr std::size_t kSizeAt = 42;
 constexpr std::size_t kSumAt = 50;
 constexpr std::string_view kType = "TRANSFORM";
 
-// Single precision and a few products.
+// Single precision after a few products.
 constexpr Scalar kRotationNoise = 1e-5;  // literal: of matrices in single precision
 
 // CRC-64 of ECMA-182, most significant bit first.
@@ -57,7 +57,7 @@ std::string read_text(Bytes bytes, std::size_t at, std::size_t length) {
   return text;
 }
 
-// The nearest rotation, if there is one that near.
+// The nearest rotation, if the matrix is within the noise of one.
 std::optional<Matrix3> rotation_near(const Matrix3& R) {
   if (!R.allFinite()) return std::nullopt;
   const Scalar error = (R.transpose() * R - Matrix3::Identity()).cwiseAbs().maxCoeff();

@@ -6,7 +6,7 @@
 namespace dyop::internal {
 namespace {
 
-constexpr int kMostHalvings = 24;
+constexpr int kMostDivisions = 24;
 
 Vector4 coefficients(const RigidPose& X_WB) {
   return X_WB.quaternion().normalized().coeffs();
@@ -19,8 +19,8 @@ Vector4 rate_of(const Vector4& q, const Vector3& w_W) {
 }
 
 template <typename Vector>
-Vector cubic(const Vector& x0, const Vector& rate0, const Vector& x1, const Vector& rate1, Scalar h,
-             Scalar s) {
+Vector spline(const Vector& x0, const Vector& rate0, const Vector& x1, const Vector& rate1,
+              Scalar h, Scalar s) {
   const Scalar s2 = s * s;
   const Scalar s3 = s2 * s;
   return (2 * s3 - 3 * s2 + 1) * x0 + (s3 - 2 * s2 + s) * h * rate0 + (3 * s2 - 2 * s3) * x1 +
@@ -32,7 +32,7 @@ class KeyMaker {
   KeyMaker(Scalar t_begin, Scalar radius, Scalar tolerance)
       : t_begin_(t_begin), radius_(radius), tolerance_(tolerance) {}
 
-  // A stretch without a jump of the velocity.
+  // An interval without a velocity jump.
   void add(const MotionSegment& segment) {
     const Motion& motion = *segment.motion;
     const TimeInterval& interval = segment.interval;
@@ -41,7 +41,7 @@ class KeyMaker {
       Scalar begin = interval.begin;
       while (begin < interval.end) {  // a given motion may have jumps of its own
         const Scalar end = std::min(interval.end, motion.smooth_until(begin));
-        divide(motion, begin, end, kMostHalvings);
+        divide(motion, begin, end, kMostDivisions);
         begin = end;
       }
     } else {
@@ -73,13 +73,13 @@ class KeyMaker {
     Vector4 q1 = coefficients(last.X_WB);
     if (q0.dot(q1) < 0) q1 = -q1;
     const Scalar h = end - begin;
-    // literal: places in a stretch, none of them special to a cubic
+    // literal: points of an interval, none of them special for a cubic
     for (const Scalar s : std::array{0.2, 0.5, 0.7}) {
       const RigidPose X_WB = motion.pose(begin + s * h);
-      const Vector3 p = cubic(first.X_WB.translation(), first.twist.v_WB, last.X_WB.translation(),
-                              last.twist.v_WB, h, s);
+      const Vector3 p = spline(first.X_WB.translation(), first.twist.v_WB, last.X_WB.translation(),
+                               last.twist.v_WB, h, s);
       const Vector4 q =
-          cubic(q0, rate_of(q0, first.twist.w_WB), q1, rate_of(q1, last.twist.w_WB), h, s);
+          spline(q0, rate_of(q0, first.twist.w_WB), q1, rate_of(q1, last.twist.w_WB), h, s);
       const Matrix3 R = Quaternion(Vector4(q.normalized())).toRotationMatrix();
       const Scalar distance =
           (p - X_WB.translation()).norm() + radius_ * (R - X_WB.rotation()).norm();
@@ -88,7 +88,7 @@ class KeyMaker {
     return true;
   }
 
-  // The key at a time; one for all that happens within the resolution of single precision.
+  // The key at a time; events within the resolution of single precision share one.
   AnimationKey& key_at(Scalar t, const MotionState& state) {
     if (keys_.empty() || keys_.back().t < time_of(t)) {
       AnimationKey& key = keys_.emplace_back();

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <fstream>
 #include <map>
 #include <span>
 
@@ -24,7 +25,7 @@ using internal::Vector4;
 // Of spheres and other smooth shapes.
 constexpr int kFineness = 3;
 
-// Red, green, blue of what does not move, of what moves as it was told, and of the others in turn.
+// Red, green, blue of static bodies, of kinematic ones, and of the others in turn.
 using Colour = std::array<double, 3>;
 constexpr Colour kStaticColour{0.62, 0.64, 0.66};
 constexpr Colour kKinematicColour{0.85, 0.47, 0.13};
@@ -93,7 +94,7 @@ void append(std::vector<float>& numbers, const Vector& v) {
   for (const Scalar x : v) numbers.push_back(static_cast<float>(x));
 }
 
-// Meshes of glTF: one for each shape and colour, with the shape's data in common.
+// Meshes of glTF: one for each shape and colour; colours of a shape share its data.
 class MeshMaker {
  public:
   MeshMaker(ModelWriter& writer, const RecordingReader& reader)
@@ -196,7 +197,7 @@ void add_motion(ModelWriter& writer, tinygltf::Animation& animation, int node,
   add_channel(animation, node, "rotation", input, writer.add<float>(rotations, 4), "CUBICSPLINE");
 }
 
-// A body that is not there has no size.
+// An absent body is scaled to zero.
 void add_presence(ModelWriter& writer, tinygltf::Animation& animation, int node,
                   const std::vector<internal::PresenceChange>& changes) {
   std::vector<float> times;
@@ -214,7 +215,7 @@ void add_presence(ModelWriter& writer, tinygltf::Animation& animation, int node,
   add_channel(animation, node, "scale", input, writer.add<float>(sizes, 3), "STEP");
 }
 
-// Largest distance from the run that the options allow.
+// The largest deviation from the run that the options allow.
 Scalar tolerance_of(const RecordingReader& reader, const GltfOptions& options) {
   Scalar radius = kInfinity;
   for (const RecordedBody& body : reader.bodies()) {
@@ -272,10 +273,14 @@ void write_gltf(const std::filesystem::path& recording, const std::filesystem::p
   scene.nodes = {0};
   writer.model().scenes = {scene};
   writer.model().defaultScene = 0;
-  if (!tinygltf::TinyGLTF().WriteGltfSceneToFile(&writer.model(), out.string(), true, true, false,
-                                                 true)) {
-    throw FileError(out, "cannot be written");
-  }
+  std::ofstream file(out, std::ios::binary);
+  if (!file) throw FileError(out, "cannot be written");
+  constexpr bool kPretty = false;
+  constexpr bool kBinary = true;
+  const bool is_written =
+      tinygltf::TinyGLTF().WriteGltfSceneToStream(&writer.model(), file, kPretty, kBinary);
+  file.close();
+  if (!is_written || !file) throw FileError(out, "cannot be written to its end");
 }
 
 }  // namespace dyop

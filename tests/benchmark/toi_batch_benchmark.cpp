@@ -57,7 +57,7 @@ void run(benchmark::State& state) {
   BatchOptions options;
   options.thread_count = static_cast<int>(state.range(0));
   std::vector<ToiResult> results(batch.queries.size());
-  for (auto _ : state) time_of_impact(batch.queries, results, options);
+  for (auto _ : state) time_of_impact_batch(batch.queries, results, options);
   int impacts = 0;
   for (const ToiResult& result : results) impacts += result.status == ToiStatus::Impact;
   state.counters["impacts"] = impacts;

@@ -104,10 +104,9 @@ TEST(PointDistance, NamesTheTriangleAndFeatureThatAreNearest) {
     const OracleDistance named =
         oracle_triangle_distance({p, p, p}, mesh.triangle(*found.triangle));
     EXPECT_NEAR(static_cast<Scalar>(named.distance), found.upper, 1e-13);
-    const auto& numbers = found.feature.vertices;
     std::vector<Vector3> corner;
-    for (const std::int32_t n : numbers) {
-      if (n >= 0) corner.push_back(mesh.vertices()[static_cast<std::size_t>(n)]);
+    for (std::size_t i = 0; i < found.feature.vertex_count(); ++i) {
+      corner.push_back(mesh.vertices()[static_cast<std::size_t>(found.feature.vertices[i])]);
     }
     const std::size_t last = corner.size() - 1;
     const Triangle feature{corner[0], corner[std::min<std::size_t>(1, last)], corner[last]};

@@ -31,7 +31,7 @@ namespace dyop::testing {
 namespace {
 
 constexpr Scalar kGravity = 10;
-constexpr int kSamples = 4;  // within each committed step, besides its begin
+constexpr int kSamples = 4;  // within each committed step, besides its start
 // Energy a world without stirrers may gain: the residual of solves and the error of curved contact.
 constexpr Scalar kEnergyBound = 2e-3;  // relative to what it began with
 

@@ -281,7 +281,7 @@ TEST_F(Recording, RefusesOtherFiles) {
     return testing::message_of<FileError>([&] { RecordingReader reader(path); });
   };
   EXPECT_NE(message(file("none.h5")).find("no such file"), std::string::npos);
-  EXPECT_NE(message(directory_.write("text.h5", "hello")).find("is no HDF5 file"),
+  EXPECT_NE(message(directory_.write("text.h5", "hello")).find("is not a readable HDF5 file"),
             std::string::npos);
   {
     internal::Hdf5File other = internal::Hdf5File::create(file("other.h5"));

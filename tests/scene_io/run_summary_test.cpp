@@ -33,7 +33,7 @@ TEST(RunSummary, TellsWhatHappenedInWordsAndFigures) {
         "  normal from mover to rester: (0.6, 0.8, 0); pivot (0.0714286, 1, 1.5)\n",
         "  found with 33 node pairs, 22 leaf tests\n", "1 place in contact", "impulse on rester",
         "  2 proven steps, 0 of islands", "8 by query",
-        "  integrator: 5 steps, 6 rejected, 7 evaluations", "  time spent: 1.5 s\n"}) {
+        "  integrator: 5 steps, 6 rejected, 7 force evaluations", "  time spent: 1.5 s\n"}) {
     EXPECT_NE(text.find(part), std::string::npos) << part << "\nis missing in\n" << text;
   }
 }

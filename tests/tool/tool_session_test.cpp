@@ -97,7 +97,7 @@ TEST(ToolSession, APoseBeyondAllMeasureIsNotFollowedThroughTissue) {
     const ToolScene scene = over_sheet(4);
     ToolSession session(scene, tool_options());
     for (int k = 0; k < 3; ++k) {
-      const ToolTick& tick = session.update(at({0, 0, -far}), kMillisecond);
+      const ToolTick& tick = session.update(device_at({0, 0, -far}), kMillisecond);
       EXPECT_NE(tick.status, ToolStatus::Free);
       EXPECT_GT(tick.tool.X_WT.translation().z(), 1.9);
     }

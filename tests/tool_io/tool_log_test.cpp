@@ -31,7 +31,7 @@ void log_run(const fs::path& file, bool is_paced, std::int64_t ticks) {
 }
 
 TEST(ToolLog, AReplayGivesTheSameBits) {
-  const test::TemporaryDirectory directory;
+  const testing::TemporaryDirectory directory;
   for (const bool is_paced : {false, true}) {
     const fs::path file = directory.path() / "run.dyoptool";
     log_run(file, is_paced, 600);
@@ -42,7 +42,7 @@ TEST(ToolLog, AReplayGivesTheSameBits) {
 }
 
 TEST(ToolLog, ADamagedLogIsAnError) {
-  const test::TemporaryDirectory directory;
+  const testing::TemporaryDirectory directory;
   const fs::path file = directory.path() / "run.dyoptool";
   log_run(file, false, 30);
   fs::resize_file(file, fs::file_size(file) - 5);
@@ -53,7 +53,7 @@ TEST(ToolLog, ADamagedLogIsAnError) {
 
 // A result that was changed in the file is found.
 TEST(ToolLog, AReplayNamesTheFirstDifference) {
-  const test::TemporaryDirectory directory;
+  const testing::TemporaryDirectory directory;
   const fs::path file = directory.path() / "run.dyoptool";
   log_run(file, false, 30);
   std::fstream bytes(file, std::ios::in | std::ios::out | std::ios::binary);

@@ -75,15 +75,15 @@ struct StepStatistics {
   std::int64_t pairs_excused = 0;
 };
 
-/// Where the time of an advance() went, in seconds; under WorldOptions::measures_time. All but the
-/// total are sums over threads.
+/// How long the parts of an advance() took, in seconds; under WorldOptions::measures_time. All but
+/// the total are sums over threads.
 struct StepTimes {
-  Scalar broad_phase = 0;  ///< which pairs may meet
+  Scalar broad_phase = 0;  ///< finding pairs that may meet
   Scalar flight = 0;       ///< integrating bodies that nothing touches
   Scalar contacts = 0;     ///< finding contacts
   Scalar solve = 0;        ///< solving for impulses
   Scalar proofs = 0;       ///< distance and impact queries
-  Scalar total = 0;        ///< from begin to end
+  Scalar total = 0;        ///< from start to end
 };
 
 struct AdvanceReport {

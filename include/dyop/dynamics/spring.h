@@ -23,16 +23,16 @@ struct SpringId {
 /// length of zero it is stiffness (Q - P) + damping (Q - P)' in all directions.
 ///
 /// Solved together with contacts by the implicit midpoint rule, of second order in the step h: a
-/// frequency w comes out too low by the part (w h)^2 / 12, and without damping the energy is kept.
-/// What the step does not resolve, w h > 2 or overdamped within it, dies down; no stiffness blows
-/// up.
+/// frequency w comes out too low by a fraction (w h)^2 / 12, and without damping energy is
+/// conserved. Motions that the step does not resolve, w h > 2 or overdamped within it, decay; no
+/// stiffness is unstable.
 struct SpringDefinition {
   std::string name;
   BodyId a;
   BodyId b;
   Vector3 p_AP = Vector3::Zero();     ///< in the frame of A
   Vector3 p_BQ = Vector3::Zero();     ///< in the frame of B
-  std::optional<Scalar> rest_length;  ///< length >= 0; none: the distance of now
+  std::optional<Scalar> rest_length;  ///< length >= 0; none: the current distance
   Scalar stiffness = 0;               ///< force per length, >= 0
   Scalar damping = 0;                 ///< force per speed, >= 0; not both zero
 };

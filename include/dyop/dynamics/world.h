@@ -33,11 +33,11 @@ class WorldSnapshot {
 /// When advance() must return early.
 struct AdvanceLimits {
   std::stop_token stop;
-  /// Looked at between the parts of a step and within its queries; a contact solve that has begun
-  /// is finished. A step that it ends is cut to what is proven by then, which may be nothing: a step
-  /// that never fits into the time given needs a later deadline or a smaller WorldOptions::max_step.
+  /// Checked between the parts of a step and within its queries; a contact solve that has started
+  /// is finished. An interrupted step is shortened to the time proven so far, which may be zero: a
+  /// step that never fits needs a later deadline or a smaller WorldOptions::max_step.
   std::optional<std::chrono::steady_clock::time_point> deadline;
-  std::int64_t max_steps = std::numeric_limits<std::int64_t>::max();  ///< that are committed, > 0
+  std::int64_t max_steps = std::numeric_limits<std::int64_t>::max();  ///< committed steps, > 0
 };
 
 /// Rigid bodies stepped through time without ever passing through one another

@@ -16,10 +16,10 @@ struct AnatomyMesh {
 };
 
 /// A closed lumpy surface of about 160 x 110 x 70, like a liver, about the origin.
-/// @param triangles As many as will make a regular grid, about; >= 32. So for all of these.
+/// @param triangles The approximate number, >= 32: a regular grid determines it, here and below.
 AnatomyMesh make_liver(std::size_t triangles);
 
-/// A closed bent tube of radius 3 and some 140 long, along x.
+/// A closed bent tube of radius 3, about 140 long, along x.
 AnatomyMesh make_vessel(std::size_t triangles);
 
 /// An open sheet of 240 x 240, domed by 40, like the inside of the abdominal wall; z upwards.

@@ -13,13 +13,13 @@
 
 namespace DYOP_EXPORT dyop {
 
-/// Appends ticks to a file: the scene once, then for each tick its inputs exactly (device, dt, number
+/// Appends ticks to a file: the scene once, then for each tick its exact inputs (device, dt, number
 /// of snapshots given, where a deadline cut it off) and its results. Snapshots themselves are not
-/// stored: the scene says how they come about. Bytes of a tick: 130 + 16 for each hinge and 9 for
+/// stored: the scene defines them. Bytes of a tick: 130 + 16 for each hinge and 9 for
 /// each obstacle, and 16 if it was cut off.
 class ToolLogWriter {
  public:
-  /// @throws FileError if the file cannot be written; so do the others.
+  /// @throws FileError if the file cannot be written, as all members do.
   ToolLogWriter(const std::filesystem::path& file, const ToolRun& run);
 
   void add(const TickRecord& record);
@@ -36,7 +36,7 @@ class ToolLogWriter {
   std::int64_t bytes_of_ticks_ = 0;
 };
 
-/// A replay: how many ticks there were, and the first that came out differently.
+/// Result of a replay: the number of ticks, and the first that differs.
 struct ToolReplay {
   std::int64_t ticks = 0;
   std::int64_t differing = 0;
@@ -44,9 +44,9 @@ struct ToolReplay {
 };
 
 /// Runs the ticks of a log again from their inputs alone, and compares tool poses, forces and
-/// statuses with what was logged, bit for bit.
-/// @param scene_file Where the scene was: its meshes are searched for beside it.
-/// @throws FileError if the log is no log or is cut short.
+/// statuses with the log, bit for bit.
+/// @param scene_file Path of the scene: its meshes are searched for beside it.
+/// @throws FileError if the file is not a log or is truncated.
 ToolReplay replay_tool_log(const std::filesystem::path& file,
                            const std::filesystem::path& scene_file);
 

@@ -17,7 +17,7 @@ struct DevicePoint {
   DevicePose pose;
 };
 
-/// A named part of what the surgeon does.
+/// A named part of the surgeon's motion.
 struct ToolStroke {
   std::string name;
   std::vector<DevicePoint> points;  ///< times ascend from 0
@@ -25,24 +25,24 @@ struct ToolStroke {
   Scalar duration() const { return points.back().t; }
 };
 
-/// All that `dyop tool` needs for a run: see docs/tool-scene-format.md.
+/// Everything `dyop tool` needs for a run: see docs/tool-scene-format.md.
 struct ToolRun {
   ToolScene scene;
   ToolOptions options;
   RunnerOptions runner;
   std::vector<TissueFeed> tissue;
-  std::vector<ToolStroke> strokes;  ///< one after the other, again and again
+  std::vector<ToolStroke> strokes;  ///< one after the other, repeated
   std::string text;                 ///< of the file
 
-  /// The stroke that a tick belongs to, and where the device is at its end.
+  /// The stroke of a tick, and the device's pose at the end of the tick.
   std::size_t stroke_at(std::int64_t tick) const;
   DevicePose device(std::int64_t tick) const;
 };
 
 /// Reads a scene of a tool.
-/// @throws FileError with the key, for whatever is missing, out of range or not known.
+/// @throws FileError naming the key that is missing, out of range or unknown.
 ToolRun load_tool_run(const std::filesystem::path& file);
-/// The same from a text; meshes are searched for beside `file`.
+/// The same from a string; meshes are searched for beside `file`.
 ToolRun parse_tool_run(const std::filesystem::path& file, const std::string& text);
 
 }  // namespace dyop

@@ -22,8 +22,8 @@ struct TransformMessage {
 /// @throws InvalidArgument if the name is longer than 20 bytes.
 std::vector<std::uint8_t> pack_transform(const TransformMessage& message);
 
-/// Nothing if the bytes are no such message: of another type or length, with a wrong check sum, or a
-/// matrix that is no rotation to single precision.
+/// Nothing if the bytes are not such a message: another type or length, a wrong checksum, or a
+/// matrix that is not a rotation to single precision.
 std::optional<TransformMessage> unpack_transform(std::span<const std::uint8_t> bytes);
 
 /// Sends and receives such messages as UDP datagrams, without waiting. For one thread.
@@ -36,15 +36,15 @@ class TransformLink {
   TransformLink(const TransformLink&) = delete;
   TransformLink& operator=(const TransformLink&) = delete;
 
-  /// The port it listens on.
+  /// The port on which it listens.
   std::uint16_t port() const;
 
   /// The newest message that has arrived since the last call; older ones are dropped.
   std::optional<TransformMessage> receive();
 
   /// @param address A numeric IPv4 address.
-  /// @return Whether the system took it.
-  /// @throws InvalidArgument if the address is not one.
+  /// @return Whether the system accepted it.
+  /// @throws InvalidArgument if it is not an IPv4 address.
   bool send(const std::string& address, std::uint16_t port, const TransformMessage& message);
 
  private:

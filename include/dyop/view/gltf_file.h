@@ -16,8 +16,8 @@ struct GltfOptions {
 };
 
 /// Writes a recording of docs/recording.md as one binary glTF file (.glb): a node for every body,
-/// animated by cubic splines whose tangents differ at an impact, so that every viewer draws the
-/// kink where it is.
+/// animated by cubic splines whose tangents differ at an impact, so that every viewer shows the
+/// exact kink.
 ///
 /// Times, places and rotations are in single precision, as glTF wants it: events closer than its
 /// resolution become one key.

@@ -83,19 +83,21 @@ void draw_steps(SvgCanvas& canvas, const Axes& axes, const GapHistory& history) 
 }
 
 void draw_legend(SvgCanvas& canvas, const Panel& panel, const GapHistory& history) {
-  auto entry = [&, x = panel.corner.x()](std::string_view ink, const std::string& words,
-                                         Scalar width) mutable {
+  Scalar x = panel.corner.x();
+  const auto entry = [&](std::string_view ink, const std::string& words, Scalar width) {
     const Scalar y = panel.corner.y() - 12;
     canvas.line({x, y - 4}, {x + 22, y - 4}, {.stroke = ink, .stroke_width = 2.5});
     canvas.text({x + 28, y}, words, 12);
     x += width;
   };
   entry(kInkGap, "gap (sampled)", 140);
-  entry(kInkStep,
-        "proven lower bound: " + std::to_string(history.steps.size()) +
-            (history.is_cut ? " steps of conservative advancement, and more"
-                            : " steps of conservative advancement"),
-        430);
+  if (!history.steps.empty()) {
+    entry(kInkStep,
+          "proven lower bound: " + std::to_string(history.steps.size()) +
+              (history.is_cut ? " steps of conservative advancement, and more"
+                              : " steps of conservative advancement"),
+          430);
+  }
   entry(kInkHit, "t_safe, t_hit", 120);
 }
 
@@ -129,7 +131,9 @@ void draw_gap(SvgCanvas& canvas, const Panel& panel, const ToiQuery& query, cons
   draw_steps(canvas, axes, history);
   draw_time(canvas, axes, result.t_safe, top, "");
   if (result.t_hit) draw_time(canvas, axes, *result.t_hit, top, "4 3");
-  canvas.text(panel.corner + Vector2(8, 18), "proven apart", 12, SvgAnchor::Start, kInkStep);
+  if (result.t_safe > query.interval.begin) {
+    canvas.text(panel.corner + Vector2(8, 18), "proven apart", 12, SvgAnchor::Start, kInkStep);
+  }
   canvas.rectangle(panel.corner, panel.size, {.stroke = "#9aa0a6"});
   draw_legend(canvas, panel, history);
 }

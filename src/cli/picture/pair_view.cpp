@@ -80,10 +80,10 @@ void frame_all(Camera& camera, const Panel& panel, const PairScene& scene) {
   constexpr Scalar kMostOfStart = 5;
   const bool shows_start = all.size().maxCoeff() <= kMostOfStart * now.size().maxCoeff();
   const Extent& shown = shows_start ? all : now;
-  constexpr Scalar kMargin = 0.9;
+  constexpr Scalar kFilled = 0.9;
   const Vector2 size = shown.size().cwiseMax(Vector2::Constant(scene.radius_a * 0.01));
   place(camera, panel, shown.center(),
-        kMargin * std::min(panel.size.x() / size.x(), panel.size.y() / size.y()));
+        kFilled * std::min(panel.size.x() / size.x(), panel.size.y() / size.y()));
 }
 
 Vector2 on_canvas(const Camera& camera, const Panel& panel, const Vector3& p_W) {
@@ -162,6 +162,22 @@ void draw_witness(SvgCanvas& canvas, const Panel& panel, const Camera& camera,
       {.fill = kInkPivot, .stroke = "#ffffff", .stroke_width = 1});
 }
 
+// Each name beside its witness point, on the side of its body.
+void draw_names(SvgCanvas& canvas, const Panel& panel, const Camera& camera,
+                const WitnessPair& witness) {
+  const Vector2 a = on_canvas(camera, panel, witness.p_WCa);
+  const Vector2 b = on_canvas(camera, panel, witness.p_WCb);
+  const Vector2 n(camera.right_W.dot(witness.nhat_AB_W), -camera.up_W.dot(witness.nhat_AB_W));
+  constexpr Scalar kAlong = 26;
+  constexpr Scalar kAcross = 16;
+  const Vector2 across(-n.y(), n.x());
+  const Vector2 to_baseline(0, 5);
+  draw_label(canvas, a - kAlong * n + kAcross * across + to_baseline, "A", SvgAnchor::Middle,
+             kInkA);
+  draw_label(canvas, b + kAlong * n + kAcross * across + to_baseline, "B", SvgAnchor::Middle,
+             kInkB);
+}
+
 void draw_border(SvgCanvas& canvas, const Panel& panel) {
   canvas.rectangle(panel.corner, panel.size, {.stroke = "#c8ccd0"});
 }
@@ -191,13 +207,7 @@ void draw_close_up(SvgCanvas& canvas, const Panel& panel, const PairScene& scene
   now.start.reset();
   draw_image(canvas, panel, camera, now);
   draw_witness(canvas, panel, camera, witness, 0.3 * panel.size.minCoeff());
-  const Vector2 a = on_canvas(camera, panel, witness.p_WCa);
-  const Vector2 b = on_canvas(camera, panel, witness.p_WCb);
-  const bool a_is_left = a.x() <= b.x();
-  draw_label(canvas, a + Vector2(a_is_left ? -10 : 10, 18), "A",
-             a_is_left ? SvgAnchor::End : SvgAnchor::Start, kInkA);
-  draw_label(canvas, b + Vector2(a_is_left ? 10 : -10, 18), "B",
-             a_is_left ? SvgAnchor::Start : SvgAnchor::End, kInkB);
+  draw_names(canvas, panel, camera, witness);
   draw_border(canvas, panel);
 }
 

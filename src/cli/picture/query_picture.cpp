@@ -24,6 +24,12 @@ constexpr int kPathPoints = 200;
 // Of spheres and other smooth shapes.
 constexpr int kFineness = 5;
 
+std::string time_words(Scalar x) {
+  std::ostringstream out;
+  out << x;
+  return out.str();
+}
+
 std::vector<std::string> lines_of(const std::string& text) {
   std::vector<std::string> lines;
   std::istringstream in(text);
@@ -31,21 +37,27 @@ std::vector<std::string> lines_of(const std::string& text) {
   return lines;
 }
 
+// "  name         value" and "  name: value" as their two columns; else all in the first.
+std::pair<std::string, std::string> columns_of(const std::string& line) {
+  const auto first = std::min(line.find_first_not_of(' '), line.size());
+  const std::string words = line.substr(first);
+  const auto gap = std::min(words.find("  "), words.find(": "));
+  constexpr std::size_t kLongestName = 12;
+  if (first == 0 || gap == std::string::npos || gap > kLongestName) return {words, ""};
+  const auto value = words.find_first_not_of(": ", gap);
+  return {words.substr(0, gap), value == std::string::npos ? "" : words.substr(value)};
+}
+
 // The first line is the headline. Returns where the next thing may begin.
 Scalar draw_words(SvgCanvas& canvas, const std::vector<std::string>& lines, Scalar top) {
   Scalar y = top;
   for (std::size_t k = 0; k < lines.size(); ++k) {
-    const auto first = std::min(lines[k].find_first_not_of(' '), lines[k].size());
-    // "  name         value": two columns.
-    const auto gap = lines[k].find("  ", first);
-    const auto value = gap == std::string::npos ? gap : lines[k].find_first_not_of(' ', gap);
-    if (k == 0 || value == std::string::npos) {
-      canvas.text({kMargin, y}, lines[k].substr(first), k == 0 ? 16 : 12, SvgAnchor::Start,
-                  "#222222", k == 0);
+    const auto [name, value] = columns_of(lines[k]);
+    if (k == 0 || value.empty()) {
+      canvas.text({kMargin, y}, name, k == 0 ? 16 : 12, SvgAnchor::Start, "#222222", k == 0);
     } else {
-      canvas.text({kMargin, y}, lines[k].substr(first, gap - first), 12, SvgAnchor::Start,
-                  "#555b61");
-      canvas.text({kMargin + 120, y}, lines[k].substr(value), 12);
+      canvas.text({kMargin, y}, name, 12, SvgAnchor::Start, "#555b61");
+      canvas.text({kMargin + 100, y}, value, 12);
     }
     y += k == 0 ? 1.5 * kLineHeight : kLineHeight;
   }
@@ -99,19 +111,27 @@ WitnessPair witness_of(const ToiQuery& query, const ToiResult& result, const Pai
   return distance(*query.a, scene.X_WA, *query.b, scene.X_WB);
 }
 
+// Of shapes that never meet the end shows nothing: they are drawn where they come nearest.
+Scalar drawn_time(const ToiResult& result, const GapHistory& history) {
+  if (result.status != ToiStatus::Separated) return result.t_safe;
+  return std::min_element(history.samples.begin(), history.samples.end(),
+                          [](const GapSample& x, const GapSample& y) { return x.lower < y.lower; })
+      ->t;
+}
+
 }  // namespace
 
 std::string toi_picture(const ToiQuery& query, const ToiResult& result) {
-  PairScene scene = scene_of(*query.a, query.X_WA->pose(result.t_safe), *query.b,
-                             query.X_WB->pose(result.t_safe));
-  const TimeInterval proven{query.interval.begin, result.t_safe};
-  scene.path_a = path_of(*query.X_WA, proven);
-  scene.path_b = path_of(*query.X_WB, proven);
-  if (proven.length() > 0) {
-    scene.start = {query.X_WA->pose(proven.begin), query.X_WB->pose(proven.begin)};
+  const GapHistory history = gap_history(query, tolerance_of(query), kSamples, kMostSteps);
+  const Scalar t = drawn_time(result, history);
+  PairScene scene = scene_of(*query.a, query.X_WA->pose(t), *query.b, query.X_WB->pose(t));
+  const TimeInterval before{query.interval.begin, t};
+  scene.path_a = path_of(*query.X_WA, before);
+  scene.path_b = path_of(*query.X_WB, before);
+  if (before.length() > 0) {
+    scene.start = {query.X_WA->pose(before.begin), query.X_WB->pose(before.begin)};
   }
   scene.witness = witness_of(query, result, scene);
-  const GapHistory history = gap_history(query, tolerance_of(query), kSamples, kMostSteps);
   const std::vector<std::string> lines = lines_of(describe(result));
   constexpr Scalar kBelowScene = 3.6 * kLineHeight;
   const Scalar words = kMargin + kLineHeight * (Scalar(lines.size()) + 1.5);
@@ -119,7 +139,10 @@ std::string toi_picture(const ToiQuery& query, const ToiResult& result) {
       int(words + kSceneHeight + kBelowScene + kPlotHeight + 3 * kLineHeight + kMargin);
   SvgCanvas canvas(kWidth, height, lines.front());
   Scalar y = draw_words(canvas, lines, kMargin + 0.6 * kLineHeight);
-  draw_scene(canvas, scene, y, "at t_safe; faint: at the start; dashed: paths of the origins");
+  const std::string time = result.status == ToiStatus::Separated
+                               ? "where the sampled gap is least, t = " + time_words(t)
+                               : "at t_safe";
+  draw_scene(canvas, scene, y, time + "; faint: at the start; dashed: paths of the origins");
   y += kSceneHeight + kBelowScene;
   draw_gap(canvas, {{kMargin + 66, y}, {kWidth - 2 * kMargin - 66, kPlotHeight}}, query, result,
            history);

@@ -9,7 +9,8 @@
 namespace dyop::cli {
 namespace {
 
-// Where neighbouring pixels differ by more than this in depth, pixels, or in light, an edge is drawn.
+// An edge is drawn where the depth bends by more than this across a pixel, in pixels, or the light
+// changes by more.
 constexpr float kDepthOfEdge = 4;
 constexpr float kLightOfEdge = 0.14F;
 constexpr Scalar kDarknessOfEdge = 0.45;
@@ -70,7 +71,7 @@ void ShadedImage::draw_triangle(std::vector<Sample>& samples,
                                 const std::array<Vector3, 3>& corners) const {
   const Vector3 normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
   if (!(normal.norm() > 0)) return;
-  const Vector3 lamp = (camera_.back_W + 0.5 * camera_.up_W - 0.4 * camera_.right_W).normalized();
+  const Vector3 lamp = (camera_.back_W + 0.8 * camera_.up_W - 0.5 * camera_.right_W).normalized();
   const Vector3 seen = normal.dot(camera_.back_W) < 0 ? Vector3(-normal) : normal;
   const auto light =
       static_cast<float>(0.42 + 0.58 * std::max(Scalar(0), lamp.dot(seen.normalized())));
@@ -106,20 +107,21 @@ void ShadedImage::draw_triangle(std::vector<Sample>& samples,
 
 void ShadedImage::blend(const std::vector<Sample>& samples, Rgb colour, Scalar opacity) {
   const auto width = std::size_t(camera_.width);
-  const auto differs = [&](const Sample& here, std::size_t other) {
-    const Sample& there = samples[other];
-    return !there.is_there || std::abs(here.depth - there.depth) > kDepthOfEdge ||
-           std::abs(here.light - there.light) > kLightOfEdge;
+  // Across a pixel, from one neighbour to the other.
+  const auto is_edge = [&](std::size_t k, std::size_t step) {
+    const bool has_both = k >= step && k + step < samples.size();
+    const Sample& here = samples[k];
+    const Sample& before = samples[has_both ? k - step : k];
+    const Sample& after = samples[has_both ? k + step : k];
+    if (!before.is_there || !after.is_there) return true;
+    return std::abs(before.depth + after.depth - 2 * here.depth) > kDepthOfEdge ||
+           std::abs(here.light - after.light) > kLightOfEdge;
   };
   for (std::size_t k = 0; k < samples.size(); ++k) {
     const Sample& here = samples[k];
     if (!here.is_there || here.depth < depth_[k]) continue;
-    const std::size_t x = k % width;
-    const bool is_edge = (x + 1 < width && differs(here, k + 1)) ||
-                         (x > 0 && !samples[k - 1].is_there) ||
-                         (k + width < samples.size() && differs(here, k + width)) ||
-                         (k >= width && !samples[k - width].is_there);
-    const Scalar light = Scalar(here.light) * (is_edge ? kDarknessOfEdge : 1);
+    const bool is_dark = is_edge(k, 1) || is_edge(k, width);
+    const Scalar light = Scalar(here.light) * (is_dark ? kDarknessOfEdge : 1);
     pixels_[k] = {mixed(pixels_[k].red, light * colour.red, opacity),
                   mixed(pixels_[k].green, light * colour.green, opacity),
                   mixed(pixels_[k].blue, light * colour.blue, opacity)};

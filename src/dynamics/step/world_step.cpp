@@ -274,17 +274,6 @@ bool WorldStep::prove_the_rest() {
   return all;
 }
 
-std::vector<PairKey> WorldStep::candidates() const {
-  std::vector<PairKey> keys;
-  for (const auto& pair : world_.pairs) {
-    const BodyRecord& a = world_.bodies[pair->key.a];
-    const BodyRecord& b = world_.bodies[pair->key.b];
-    if (a.definition.is_sensor || b.definition.is_sensor) continue;
-    if (a.is_dynamic() || b.is_dynamic()) keys.push_back(pair->key);
-  }
-  return keys;
-}
-
 // Bodies on given motions cannot react: those that come too near are reported, once.
 void WorldStep::report_crossings() {
   for (const auto& pair : world_.pairs) {
@@ -334,6 +323,10 @@ AdvanceStatus WorldStep::run() {
     find_candidates();
   };
   find();
+  if (!has_moving_) {
+    commit_rest();
+    return AdvanceStatus::NotRun;
+  }
   is_dirty_.assign(world_.bodies.size(), false);
   link_pairs();
   bool is_proven = false;

@@ -56,11 +56,11 @@ inline testing::MeshArrays sheet(Scalar size, int cells) {
   return testing::plate_grid(size, size, cells, cells);
 }
 
-inline constexpr Scalar kMillisecond = 1e-3;
-
-/// The device at a point, not turned.
+/// A device that is not turned.
 inline DevicePose device_at(const Vector3& p_WD) {
   return DevicePose(RigidPose(p_WD));
 }
+
+inline constexpr Scalar kMillisecond = 1e-3;
 
 }  // namespace dyop::testing

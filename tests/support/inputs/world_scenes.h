@@ -88,7 +88,24 @@ inline void add_pyramid(World& world, int rows) {
   }
 }
 
-/// side^3 boxes that fall on a floor, each slightly tilted.
+/// A wall of bricks, each above the joint of two, all touching their neighbours.
+inline void add_bricks(World& world, int courses, int per_course) {
+  world.add_body(floor_body(0.5));
+  const auto shape = std::make_shared<Box>(Vector3(0.5, 0.25, 0.25));
+  const Scalar gap = rest_gap(shape->bounding_radius());
+  for (int course = 0; course < courses; ++course) {
+    for (int k = 0; k < per_course; ++k) {
+      const Scalar x = (1 + gap) * (k - Scalar(per_course) / 2 + (course % 2 == 0 ? 0 : 0.5));
+      BodyDefinition brick =
+          dynamic_body("brick", shape, {x, 0, 0.25 + gap + course * (0.5 + gap)});
+      brick.friction = 0.5;
+      brick.restitution = 0;
+      world.add_body(brick);
+    }
+  }
+}
+
+/// side^3 boxes that fall on a floor, each turned a little.
 inline void add_pile(World& world, int side) {
   world.add_body(floor_body(0.5));
   const auto shape = std::make_shared<Box>(Vector3(0.5, 0.5, 0.5));
