@@ -20,13 +20,16 @@ cp "$here/mkdocs.yml" "$work/"
 printf '\n[Reference of the headers](api/index.html)\n' >> "$work/docs/README.md"
 mkdir "$work/docs/api"
 echo '<html></html>' > "$work/docs/api/index.html"  # replaced below
-# Files of the tree that the prose points to, outside docs/, come along.
-grep -ohE '\]\(\.\./[^)#]+' "$work"/docs/*.md | sed 's/^](\.\.\///' | sort -u |
+# Files of the tree that the prose points to, outside docs/, come along: ../X from a page of docs/,
+# ../../X from a page of a folder in it.
+sed -i 's/](\.\.\//](tree\//' "$work"/docs/*.md
+sed -i 's/](\.\.\/\.\.\//](..\/tree\//' "$work"/docs/*/*.md
+{ grep -ohE '\]\(tree/[^)#]+' "$work"/docs/*.md; grep -ohE '\]\(\.\./tree/[^)#]+' "$work"/docs/*/*.md; } |
+  sed -E 's/^\]\((\.\.\/)?tree\///' | sort -u |
   while read -r path; do
     mkdir -p "$work/docs/tree/$(dirname "$path")"
     cp "$root/$path" "$work/docs/tree/$path"
   done
-sed -i 's/](\.\.\//](tree\//' "$work"/docs/*.md
 (cd "$work" && mkdocs build > mkdocs.log 2>&1) || { grep -v "^INFO" "$work/mkdocs.log" >&2; exit 1; }
 version=$(sed -n 's/^project(dyop VERSION \([0-9.]*\).*/\1/p' "$root/CMakeLists.txt")
 { cat "$here/Doxyfile"

@@ -45,5 +45,5 @@ if [ -d "$scratch/usr/lib/python3/dist-packages/dyop" ]; then
   echo "Python"
   (cd / && PYTHONPATH=$scratch/usr/lib/python3/dist-packages /usr/bin/python3 -c "import dyop; print(dyop.__file__)")
 fi
-[ -f "$scratch/usr/share/doc/dyop-doc/concepts.md" ]
+[ -f "$scratch/usr/share/doc/dyop/concepts.md" ]
 echo "packages: all is well"
