@@ -212,6 +212,12 @@ ContactReport LegProblem::solve(Scalar tau, bool is_impact) {
   }
   ContactSolverOptions options = run_.context().options->solver;
   options.tolerance = is_impact ? impact_tolerance(tau) : tolerance(tau);
+  if (const auto& law = run_.context().options->friction_law) {
+    problem_.friction_law = [this, &law](std::size_t contact, const Vector3& sliding_W) {
+      const IslandRun::RunPair& pair = run_.pairs()[contacts_[contact].pair];
+      return law(pair.a->id, pair.b->id, sliding_W);
+    };
+  }
   const PartTimer timing = run_.timer(&StepTimes::solve);
   const ContactReport report = run_.workspace().solver.solve(problem_, options);
   work.residual = std::max(work.residual, report.residual);
