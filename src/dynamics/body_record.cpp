@@ -28,19 +28,6 @@ void require_mass(const BodyDefinition& body) {
                "': inertia must be positive definite, but has principal moment ", principal[0]);
 }
 
-void require_material(const BodyDefinition& body) {
-  const auto& name = body.name;
-  DYOP_REQUIRE(body.restitution >= 0 && body.restitution <= 1, "body '", name,
-               "': restitution must be in [0, 1], not ", body.restitution);
-  const auto require_coefficient = [&](Scalar value, const char* what) {
-    DYOP_REQUIRE(value >= 0 && value < kInfinity, "body '", name, "': ", what,
-                 " must be finite and >= 0, not ", value);
-  };
-  require_coefficient(body.friction, "friction");
-  require_coefficient(body.rolling_friction, "rolling friction");
-  require_coefficient(body.torsional_friction, "torsional friction");
-}
-
 // Largest distance of a point of the shape from p, both in B.
 Scalar radius_about(const Shape& shape, const Vector3& p_BoP) {
   const AlignedBox box = shape.bounding_box();
@@ -54,6 +41,19 @@ Vector3 free_axes(const std::array<bool, 3>& locked) {
 }
 
 }  // namespace
+
+void require_material(const BodyDefinition& body) {
+  const auto& name = body.name;
+  DYOP_REQUIRE(body.restitution >= 0 && body.restitution <= 1, "body '", name,
+               "': restitution must be in [0, 1], not ", body.restitution);
+  const auto require_coefficient = [&](Scalar value, const char* what) {
+    DYOP_REQUIRE(value >= 0 && value < kInfinity, "body '", name, "': ", what,
+                 " must be finite and >= 0, not ", value);
+  };
+  require_coefficient(body.friction, "friction");
+  require_coefficient(body.rolling_friction, "rolling friction");
+  require_coefficient(body.torsional_friction, "torsional friction");
+}
 
 void require_valid(const BodyDefinition& body) {
   const auto& name = body.name;

@@ -58,9 +58,10 @@ struct PairState {
   ProofKind proof = ProofKind::AtRest;
   std::int64_t advancement_steps = 0;
   Scalar residual = 0;
-  std::vector<Vector3> impulses;  // one per contact
-  bool has_contacts = false;      // `contacts` belong to the current poses
-  Scalar reach = 0;               // up to which contacts were sought
+  std::vector<Vector3> impulses;    // one per contact
+  Scalar answered_at = -kInfinity;  // time of an impact that a callback was asked about
+  bool has_contacts = false;        // `contacts` belong to the current poses
+  Scalar reach = 0;                 // up to which contacts were sought
 
   /// Contacts as they act.
   std::span<ContactPoint> points() {

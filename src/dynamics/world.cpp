@@ -7,7 +7,9 @@
 #include "dynamics/free_flight.h"
 #include "dynamics/world_impl.h"
 #include "dyop/core/error.h"
+#include "dyop/motion/interpolated_motion.h"
 #include "dyop/motion/rest_motion.h"
+#include "dyop/motion/sequence_motion.h"
 
 namespace dyop {
 
@@ -143,6 +145,19 @@ void World::set_motion(BodyId id, std::shared_ptr<const Motion> motion) {
   impl_->restart(body);
 }
 
+void World::set_next_pose(BodyId id, const RigidPose& X_WB, Scalar t) {
+  const BodyRecord& body = impl_->record(id);
+  const Scalar now = impl_->time;
+  DYOP_REQUIRE(t > now && t < kInfinity, "body '", body.definition.name,
+               "': the time of its next pose must be finite and > ", now, ", not ", t);
+  constexpr Scalar kRestSpans = 1e9;
+  const TimeInterval move{now, t};
+  const TimeInterval rest{t, t + kRestSpans * (t - now)};
+  set_motion(id, std::make_shared<SequenceMotion>(std::vector<SequenceMotion::Part>{
+                     {move, std::make_shared<InterpolatedMotion>(move, body.X_WB(), X_WB)},
+                     {rest, std::make_shared<RestMotion>(X_WB)}}));
+}
+
 void World::set_state(BodyId id, const MotionState& state) {
   BodyRecord& body = impl_->record(id);
   const auto& name = body.definition.name;
@@ -172,6 +187,22 @@ void World::set_wrench(BodyId id, WrenchCallback wrench) {
   body.definition.wrench = std::move(wrench);
   body.flight = nullptr;
   wake(id);
+}
+
+void World::set_material(BodyId id, const Material& material) {
+  BodyRecord& body = impl_->record(id);
+  BodyDefinition changed = body.definition;
+  changed.restitution = material.restitution;
+  changed.friction = material.friction;
+  changed.rolling_friction = material.rolling_friction;
+  changed.torsional_friction = material.torsional_friction;
+  internal::require_material(changed);
+  body.definition = std::move(changed);
+  for (const auto& pair : impl_->pairs) {
+    if (!pair->has_contacts || (pair->key.a != id.slot && pair->key.b != id.slot)) continue;
+    impl_->wake(pair->key.a, nullptr);
+    impl_->wake(pair->key.b, nullptr);
+  }
 }
 
 void World::set_gravity(const Vector3& gravity_W) {

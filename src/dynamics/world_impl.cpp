@@ -254,6 +254,10 @@ void World::Impl::advance_steps(Scalar dt, const AdvanceLimits& limits, AdvanceR
 
 void World::Impl::answer_by_callback(AdvanceReport& report) {
   const ImpactEvent& event = report.impacts.back();
+  const PairKey key = internal::ordered(event.a.slot, event.b.slot);
+  for (const auto& pair : pairs) {
+    if (pair->key == key) pair->answered_at = time;
+  }
   BodyRecord& a = record(event.a);
   BodyRecord& b = record(event.b);
   ImpactStates states{a.motion_state(), b.motion_state()};

@@ -59,6 +59,14 @@ TEST_F(SimulateCommand, RecordsAnImpact) {
   EXPECT_EQ(json.at("status"), "Completed");
   EXPECT_EQ(json.at("impacts"), 1);
   EXPECT_NEAR(json.at("first_impact").get<double>(), 1, 1e-5);
+  EXPECT_EQ(json.at("stalls"), 0);
+  EXPECT_TRUE(json.contains("shortest_gap"));
+  double parts = 0;
+  for (const char* part : {"broad_phase", "flight", "contacts", "solve", "proofs"}) {
+    parts += json.at("step_seconds").at(part).get<double>();
+  }
+  EXPECT_GT(parts, 0);
+  EXPECT_GT(json.at("step_seconds").at("total").get<double>(), 0);
 
   const RunRecording recording = read_recording(out() + "/recording.jsonl");
   EXPECT_TRUE(recording.is_complete);

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "dyop/dynamics/joint.h"
 #include "dyop/motion/constant_twist_motion.h"
 #include "support/inputs/world_scenes.h"
 #include "support/message_of.h"
@@ -160,6 +161,29 @@ TEST(Spring, DoesNotBlowUpHoweverStiff) {
         EXPECT_LT(pair.world.spring_energy(), 0.01 * energy) << stiffness << ' ' << damping;
       }
     }
+  }
+}
+
+// A joint that holds the length of a spring, with velocities that the joint must correct.
+TEST(Spring, LeavesAJointBesideItAlone) {
+  for (const Scalar stiffness : {1.0, 100.0, 1e4, 1e6}) {
+    Oscillator pair(Vector3(1, 0.2, 0.1), 1, 3, stiffness, 1, 1.5, 0);
+    MotionState state = pair.world.state(pair.b);
+    state.twist = {Vector3(1, 0.5, 0), Vector3(1, 2, 3)};
+    pair.world.set_state(pair.b, state);
+    JointDefinition joint;
+    joint.kind = JointKind::Distance;
+    joint.a = pair.a;
+    joint.b = pair.b;
+    pair.world.add_joint(joint);
+    const Scalar energy = pair.energy();
+    for (int k = 0; k < 100; ++k) {
+      run_springs(pair.world, 1, 0.01);
+      ASSERT_LT(pair.energy(), energy * (1 + 1e-6)) << stiffness;
+    }
+    const Vector3 D = pair.world.state(pair.b).X_WB.translation() -
+                      pair.world.state(pair.a).X_WB.translation();
+    EXPECT_NEAR(D.norm(), 1.5, 1e-4);
   }
 }
 

@@ -85,12 +85,15 @@ class RandomWorld {
       if (report.work.stalls > 0 && !is_blocked) fault(tally, "stall", k);
       if (!report.too_near.empty()) fault(tally, "too near", k);
       if (!is_stirred_ && energy() > before * (1 + kEnergyBound)) {
+        std::printf("  energy %.6g of %.6g at t = %g\n", energy(), before, report.t);
         fault(tally, "energy", k);
         return;
       }
       if (report.status == AdvanceStatus::Completed) continue;
       // Bodies may be jammed by a stirrer, which cannot give way; nothing else may end the run.
       ++tally.ends[report.status];
+      std::printf("  ended at t = %g between %u and %u\n", report.t, report.offending_pair.first.slot,
+                  report.offending_pair.second.slot);
       if (!is_blocked || !is_stirred_) fault(tally, "ended", k);
       return;
     }

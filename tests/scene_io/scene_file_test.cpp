@@ -186,6 +186,67 @@ TEST_F(SceneFile, AddsUpForces) {
   EXPECT_FALSE(bool(scene.bodies[1].wrench));
 }
 
+TEST_F(SceneFile, ReadsSpringsBetweenBodies) {
+  Json json = valid();
+  json["forces"] = Json::parse(R"({"springs": [
+    {"a": "block", "b": "ball", "point_a": [0, 0, 1], "stiffness": 10, "damping": 3},
+    {"a": "ball", "b": "block", "rest_length": 2, "damping": 1}]})");
+  const Scene scene = load(json.dump());
+  ASSERT_EQ(scene.springs.size(), 2u);
+  EXPECT_EQ(scene.springs[0].a, BodyId(1));
+  EXPECT_EQ(scene.springs[0].p_AP, Vector3(0, 0, 1));
+  EXPECT_EQ(scene.springs[0].stiffness, 10);
+  EXPECT_EQ(scene.springs[0].damping, 3);
+  EXPECT_FALSE(scene.springs[0].rest_length);
+  EXPECT_EQ(scene.springs[1].rest_length, 2);
+  const World world = make_world(scene);
+  EXPECT_NEAR(world.spring_energy(), 0, 1e-12);
+  EXPECT_EQ(*world.spring(SpringId{0}).rest_length, 2);  // from z = 1 to z = 3
+
+  const auto message = [&](const Json& spring) {
+    return message_of("/forces", {{"springs", Json::array({spring})}});
+  };
+  EXPECT_NE(message({{"a", "ball"}, {"b", "ball"}, {"stiffness", 1}}).find("springs[0].b: "),
+            std::string::npos);
+  EXPECT_NE(message({{"a", "ball"}, {"b", "block"}}).find("a stiffness or a damping"),
+            std::string::npos);
+  EXPECT_NE(message({{"a", "ball"}, {"b", "rope"}, {"stiffness", 1}}).find("springs[0].b: "),
+            std::string::npos);
+}
+
+TEST_F(SceneFile, ReadsLimitsMotorsAndDistances) {
+  Json json = valid();
+  json["joints"] = Json::parse(R"([
+    {"kind": "hinge", "a": "block", "b": "ball", "point": [0, 0, 5],
+     "limits": {"min": -1, "max": 0.5}, "motor": {"speed": 2, "strength": 7}},
+    {"kind": "distance", "a": "block", "b": "ball", "point_b": [0, 0, 1],
+     "limits": {"min": 1, "max": 5}}])");
+  const Scene scene = load(json.dump());
+  ASSERT_EQ(scene.joints.size(), 2u);
+  EXPECT_EQ(scene.joints[0].limits->min, -1);
+  EXPECT_EQ(scene.joints[0].limits->max, 0.5);
+  EXPECT_EQ(scene.joints[0].motor->speed, 2);
+  EXPECT_EQ(scene.joints[0].motor->strength, 7);
+  EXPECT_EQ(scene.joints[1].kind, JointKind::Distance);
+  EXPECT_EQ(scene.joints[1].X_BJ.translation(), Vector3(0, 0, 1));
+  EXPECT_EQ(scene.joints[1].limits->max, 5);
+  make_world(scene);
+}
+
+TEST_F(SceneFile, ReadsMaterialsAndSensors) {
+  Json json = valid();
+  json["separation_speed"] = 0.25;
+  json["bodies"][0]["rolling_friction"] = 0.01;
+  json["bodies"][0]["torsional_friction"] = 0.02;
+  json["bodies"][1]["sensor"] = true;
+  const Scene scene = load(json.dump());
+  EXPECT_EQ(scene.options.separation_speed, 0.25);
+  EXPECT_EQ(scene.bodies[0].rolling_friction, 0.01);
+  EXPECT_EQ(scene.bodies[0].torsional_friction, 0.02);
+  EXPECT_TRUE(scene.bodies[1].is_sensor);
+  EXPECT_NE(message_of("/bodies/0/sensor", true).find("bodies[0].sensor: "), std::string::npos);
+}
+
 TEST_F(SceneFile, ReadsAKinematicBody) {
   Json json = valid();
   json["bodies"][1] = Json::parse(R"({"name": "arm", "kind": "kinematic",

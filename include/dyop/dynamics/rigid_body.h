@@ -43,6 +43,14 @@ struct LockedAxes {
   }
 };
 
+/// Friction and restitution; see BodyDefinition.
+struct Material {
+  Scalar restitution = 0.5;
+  Scalar friction = 0.5;
+  Scalar rolling_friction = 0;
+  Scalar torsional_friction = 0;
+};
+
 /// Everything that defines a body; passed to World::add_body().
 struct BodyDefinition {
   std::string name;

@@ -68,10 +68,16 @@ class World {
   /// @throws InvalidArgument if it starts elsewhere, by more than a thousandth of the body's
   /// radius.
   void set_motion(BodyId id, std::shared_ptr<const Motion> motion);
+  /// The same for a body whose future is known one pose at a time (a hand, a log that is being
+  /// written): it moves to X_WB until the time t > time(), its origin along a line and turning at a
+  /// constant rate, and rests there then, for a billion times as long.
+  void set_next_pose(BodyId id, const RigidPose& X_WB, Scalar t);
   /// For a dynamic body; wakes it. The pose may be anywhere: pairs too near are reported.
   void set_state(BodyId id, const MotionState& state);
   /// For a dynamic body; wakes it. An empty function removes the force.
   void set_wrench(BodyId id, WrenchCallback wrench);
+  /// Friction and restitution from now on; wakes what the body touches.
+  void set_material(BodyId id, const Material& material);
   void set_gravity(const Vector3& gravity_W);
   void wake(BodyId id);
 

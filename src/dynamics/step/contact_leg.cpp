@@ -277,6 +277,7 @@ void ContactLeg::store_velocities() {
   leg_.keep_row_impulses();
   has_recovery = release_joint_recovery(leg_, tau_) || has_recovery;
   if (has_recovery) {
+    springs_->set_targets();
     for (std::size_t i = 0; i < targets.size(); ++i) leg_.set_target(i, targets[i]);
     residual_ = std::max(residual_, leg_.solve(tau_).residual);
   }

@@ -52,10 +52,18 @@ WorldContact world_contact(const RunPair& pair, const ContactPoint& point, Scala
   return result;
 }
 
-// The impact law at one time: every contact that closes fast leaves with its restitution.
+// Limit of rounds at one time; a row of so many balls passes a push on.
+constexpr int kMostImpactRounds = 100;
+
+// The impact law at one time, one round of it: every contact that closes fast leaves with its
+// restitution. Contacts that would bounce but do not close have no part in the round, so that a
+// push is passed on through a row of touching bodies one after the other ([Smith2012]); those
+// without restitution support at once.
 class ImpactSolve {
  public:
-  explicit ImpactSolve(IslandRun& run);
+  ImpactSolve(IslandRun& run, bool takes_all);
+  // Whether a contact bounces.
+  bool has_work() const;
   void solve();
   void write(ImpactEvent& event) const;
 
@@ -70,11 +78,13 @@ class ImpactSolve {
   std::vector<Vector3> free_L_W_;
 };
 
-ImpactSolve::ImpactSolve(IslandRun& run) : run_(run), leg_(run) {
+ImpactSolve::ImpactSolve(IslandRun& run, bool takes_all) : run_(run), leg_(run) {
   leg_.take_contacts([&](const RunPair& pair, const ContactPoint& point) {
+    if (is_triggered(run, pair, point)) return true;
     const PairLengths& lengths = pair.state->lengths;
-    return point.gap <= lengths.rest_gap() + 0.5 * lengths.standoff ||
-           is_triggered(run, pair, point);
+    if (point.gap > lengths.rest_gap() + 0.5 * lengths.standoff) return false;
+    return takes_all || !(pair.restitution > 0) ||
+           bounces(run, pair, normal_velocity(run, pair, point));
   });
   for (std::size_t i = 0; i < run.members().size(); ++i) {
     const IslandRun::Member& member = run.members()[i];
@@ -98,6 +108,10 @@ ImpactSolve::ImpactSolve(IslandRun& run) : run_(run), leg_(run) {
     restitution_.push_back(bounces(run, pair, speeds_.back()) ? pair.restitution : 0);
     leg_.problem().contacts[i].impulse_W.setZero();
   }
+}
+
+bool ImpactSolve::has_work() const {
+  return std::any_of(restitution_.begin(), restitution_.end(), [](Scalar e) { return e > 0; });
 }
 
 void ImpactSolve::solve_with(Scalar bounce) {
@@ -151,11 +165,23 @@ void ImpactSolve::solve() {
   }
 }
 
+// A contact of several rounds is told once, with the sum of its impulses.
 void ImpactSolve::write(ImpactEvent& event) const {
   for (std::size_t i = 0; i < leg_.contacts().size(); ++i) {
     const LegContact& entry = leg_.contacts()[i];
-    event.contacts.push_back(world_contact(run_.pairs()[entry.pair], entry.point, speeds_[i],
-                                           leg_.problem().contacts[i].impulse_W));
+    const RunPair& pair = run_.pairs()[entry.pair];
+    const Vector3& impulse = leg_.problem().contacts[i].impulse_W;
+    const auto known = std::find_if(event.contacts.begin(), event.contacts.end(),
+                                    [&](const WorldContact& contact) {
+                                      return contact.a == pair.a->id && contact.b == pair.b->id &&
+                                             contact.contact.p_WCa == entry.point.p_WCa &&
+                                             contact.contact.p_WCb == entry.point.p_WCb;
+                                    });
+    if (known != event.contacts.end()) {
+      known->impulse_W += impulse;
+    } else {
+      event.contacts.push_back(world_contact(pair, entry.point, speeds_[i], impulse));
+    }
   }
 }
 
@@ -168,7 +194,8 @@ Scalar normal_velocity(const IslandRun& run, const RunPair& pair, const ContactP
 }
 
 bool bounces(const IslandRun& run, const RunPair& pair, Scalar normal_velocity) {
-  return pair.restitution > 0 &&
+  // What a callback left as it is does not bounce any more.
+  return pair.restitution > 0 && pair.state->answered_at != run.now() &&
          normal_velocity < -run.context().restitution_speed(pair.state->lengths);
 }
 
@@ -193,14 +220,19 @@ bool resolve_impacts(IslandRun& run, bool may_bounce) {
   event.a = met->a->id;
   event.b = met->b->id;
   if (met->hit) event.toi = *met->hit;
-  ImpactSolve solve(run);
-  if (run.context().options->policy == ImpactPolicy::Impulse) {
-    solve.solve();
-  } else {
+  if (run.context().options->policy != ImpactPolicy::Impulse) {
     run.outcome().stopped_at_impact = true;
+    ImpactSolve(run, true).write(event);
+    forget();
+    return true;
   }
-  solve.write(event);
-  forget();
+  for (int round = 1; round <= kMostImpactRounds; ++round) {
+    ImpactSolve solve(run, round == kMostImpactRounds);
+    if (round > 1 && !solve.has_work()) break;
+    solve.solve();
+    solve.write(event);
+    forget();
+  }
   return true;
 }
 

@@ -242,6 +242,12 @@ ContactReport LegProblem::solve(Scalar tau, bool is_impact) {
     options.newton_limit = 0;
     options.admm_limit = 0;
   }
+  if (const auto& law = run_.context().options->friction_law) {
+    problem_.friction_law = [this, &law](std::size_t contact, const Vector3& sliding_W) {
+      const IslandRun::RunPair& pair = run_.pairs()[contacts_[contact].pair];
+      return law(pair.a->id, pair.b->id, sliding_W);
+    };
+  }
   const PartTimer timing = run_.timer(&StepTimes::solve);
   const ContactReport report = run_.workspace().solver.solve(problem_, options);
   work.residual = std::max(work.residual, report.residual);

@@ -8,6 +8,13 @@
 namespace dyop::internal {
 namespace {
 
+// A solve is repeated if the length or direction of a spring has changed by more than this relative
+// to the standoff. Larger: springs lose energy.
+constexpr Scalar kSpringErrorChange = 4e-4;  // literal: a fiftieth of what gaps need
+
+// Weight of a spring's row across the spring where it has no stiffness, relative to that along it.
+constexpr Scalar kSpringLeastShare = 1e-9;  // literal: nothing, but the row stays solvable
+
 // Columns x, y, z with x along `direction`; those of the world if it is zero.
 Matrix3 axes_along(const Vector3& direction) {
   const Scalar length = direction.norm();
