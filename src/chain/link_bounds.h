@@ -11,7 +11,7 @@
 
 namespace dyop::internal {
 
-/// What one joint does over a part of a path, and where it is in the middle of that part.
+/// What one joint does over a part of a path, and its position at the middle of that part.
 struct JointPart {
   JointPath::Bound bound;
   Scalar value = 0;
@@ -19,7 +19,7 @@ struct JointPart {
   Scalar sine = 0;
 };
 
-/// A part of a path by its middle and the longest time from there, rounded up.
+/// A part of a path, as its middle and the longest time from there, rounded up.
 struct PartMiddle {
   explicit PartMiddle(const TimeInterval& part)
       : time(std::clamp((part.begin + part.end) / 2, part.begin, part.end)),
@@ -45,9 +45,9 @@ void visit_bounds(const LinkMotion& link, const PartMiddle& middle, Scalar noise
   const std::span<const LinkMotion::Turn> turns = link.turns();
   const Scalar up = 1 + kMotionNoise * static_cast<Scalar>(1 + turns.size());
   TwistBound seen;
-  Vector3 arm = link.p_JL();  // from the joint that was last passed to the link's origin
-  Scalar next_rate = 0;       // of the revolute joint that was last passed
-  Scalar other_rates = 0;     // of those before it
+  Vector3 arm = link.p_JL();  // from the last joint passed to the link's origin
+  Scalar next_rate = 0;       // of the last revolute joint passed
+  Scalar other_rates = 0;     // of the earlier ones
   visit(0, seen);
   for (std::size_t count = 1; count <= turns.size(); ++count) {
     const LinkMotion::Turn& turn = turns[turns.size() - count];
@@ -61,7 +61,7 @@ void visit_bounds(const LinkMotion& link, const PartMiddle& middle, Scalar noise
     } else {
       arm = step.turn_fixed * arm + q.cosine * (step.turn_cosine * arm) +
             q.sine * (step.turn_sine * arm);
-      // How far the link's origin gets from the axis.
+      // How far the link's origin is from the axis, at most.
       const Scalar near_middle =
           norm_of(step.axis_P.cross(arm)) + middle.half * seen.linear_speed + noise;
       const Scalar radius = std::min(turn.reach, near_middle);

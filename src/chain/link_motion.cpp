@@ -46,11 +46,11 @@ void LinkMotion::collect(std::size_t link, std::optional<std::size_t> base) {
   for (std::size_t up = link; base ? up != *base : bool(chain_->step(up));
        up = chain_->step(up)->parent) {
     DYOP_REQUIRE(chain_->step(up), "link '", chain_->links()[*base].name,
-                 "' is not on the way from the root to link '", chain_->links()[link].name, "'");
+                 "' is not on the path from the root to link '", chain_->links()[link].name, "'");
     steps.push_back(*chain_->step(up));
   }
   std::reverse(steps.begin(), steps.end());
-  RigidPose before;  // of the fixed joints since the last one that moves
+  RigidPose before;  // of the fixed joints since the last moving one
   for (KinematicChain::Step& step : steps) {
     if (step.type == JointType::Fixed) {
       before = before * step.X_PJ;
@@ -66,9 +66,9 @@ void LinkMotion::collect(std::size_t link, std::optional<std::size_t> base) {
   measure();
 }
 
-// The scale of rounding, as of motions composed from the base to the link; how far the link reaches
-// from each joint; and the angles between neighbouring axes, which only prismatic joints come
-// between and which stay the same.
+// The scale of rounding, for motions composed from the base to the link; how far the link reaches
+// from each joint; and the angles between neighbouring axes, which only prismatic joints separate
+// and which stay the same.
 void LinkMotion::measure() {
   scale_ = {X_WF_.translation().stableNorm(), 1};
   for (const Turn& turn : turns_) {

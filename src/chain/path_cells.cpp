@@ -8,8 +8,8 @@
 namespace dyop::internal {
 namespace {
 
-// At least so many cells per path, of equal length within a piece. More: closer bounds of short
-// parts, each for about a microsecond for an arm of six axes.
+// Minimum number of cells per path, of equal length within a piece. More: closer bounds on short
+// parts, each for about a microsecond for a six-axis arm.
 constexpr std::size_t kCells = 16;
 
 }  // namespace

@@ -7,8 +7,8 @@
 
 namespace dyop::internal {
 
-/// Bounds of the twists of all links over short parts of one path, each as seen from every link
-/// between it and the root: computed once per query, for its many look-ups.
+/// Bounds on the twists of all links over short parts of one path, each as seen from every link
+/// between it and the root: computed once per query, which looks them up many times.
 class PathCells {
  public:
   /// Of `links`, the motions of all links in the world.
@@ -18,7 +18,7 @@ class PathCells {
   TwistBound bound(std::size_t link, std::size_t turns, const TimeInterval& part) const;
 
  private:
-  std::vector<Scalar> times_;  // where cells begin, and where the last one ends
+  std::vector<Scalar> times_;  // start of every cell, and end of the last one
   std::vector<bool> begins_piece_;
   std::vector<std::size_t> offsets_;  // of a link's bounds among those of a cell, and their number
   std::vector<TwistBound> bounds_;    // by cell, link and number of joints
@@ -27,7 +27,7 @@ class PathCells {
 /// A LinkMotion whose bounds come from PathCells.
 class CellMotion final : public Motion {
  public:
-  /// Both must outlive it. `link` is the number of the link whose motion `motion` is.
+  /// Both must outlive it. `link` is the index of the link whose motion `motion` is.
   CellMotion(const LinkMotion& motion, std::size_t link, const PathCells& cells)
       : motion_(motion), link_(link), cells_(cells) {}
 

@@ -1,21 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cli/scene_run.h"
 
-#include <algorithm>
-#include <cmath>
+#include "cli/scene_steps.h"
 
 namespace dyop::cli {
 
-// A remainder shorter than this fraction of a step is not a step of its own.
-// literal: only rounding of end / step leaves such a remainder
-constexpr Scalar kNoStep = 1e-6;
-
 void step_through(const Scene& scene, const std::stop_token& stop, World& world,
                   const std::function<void(const AdvanceReport&)>& after_step) {
-  const auto count =
-      std::max<std::int64_t>(1, std::llround(std::ceil(scene.end_time / scene.step - kNoStep)));
+  const std::int64_t count = step_count(scene);
   for (std::int64_t k = 1; k <= count; ++k) {
-    const Scalar t = k == count ? scene.end_time : Scalar(k) * scene.step;
+    const Scalar t = step_end(scene, k, count);
     const AdvanceReport report = world.advance(t - world.time(), {stop, std::nullopt});
     after_step(report);
     if (report.status != AdvanceStatus::Completed) return;

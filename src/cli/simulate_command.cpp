@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <chrono>
+#include <cmath>
 #include <exception>
 #include <fstream>
 #include <iostream>
@@ -118,12 +119,21 @@ void print_json(const Run& run, const SimulateArguments& arguments, double secon
   if (!run.impacts.empty()) json["first_impact"] = run.impacts.front().t;
   json["steps"] = run.totals.steps;
   json["stalls"] = run.totals.work.stalls;
+  json["unconverged"] = run.totals.work.unconverged;
   json["residual"] = run.totals.work.residual;
+  json["shortest_gap"] = nullptr;  // no bodies touched
+  if (run.totals.work.shortest_gap < kInfinity) {
+    json["shortest_gap"] = run.totals.work.shortest_gap;
+  }
   json["contacts"] = run.totals.work.contacts;
   json["too_near"] = run.totals.too_near.size();
   json["bodies"] = run.bodies;
   json["node_pairs"] = run.totals.toi.node_pairs;
   json["seconds"] = seconds;
+  const StepTimes& times = run.totals.times;
+  json["step_seconds"] = {{"total", times.total},   {"broad_phase", times.broad_phase},
+                          {"flight", times.flight}, {"contacts", times.contacts},
+                          {"solve", times.solve},   {"proofs", times.proofs}};
   json["recording"] = recording_of(arguments).string();
   json["summary"] = nullptr;
   if (!arguments.out.empty()) {
@@ -166,6 +176,7 @@ ExitCode run_simulate(const SimulateArguments& arguments) {
   const auto begin = std::chrono::steady_clock::now();
   Scene scene = load_scene(arguments.scene, mesh_directories(arguments.mesh_path));
   scene.options.thread_count = arguments.threads;
+  scene.options.measures_time = true;
   if (!arguments.out.empty()) make_directory(arguments.out);
   const Run run = record(scene, arguments, interrupt.token());
 

@@ -41,8 +41,10 @@ Json header_json(const RunHeader& header) {
   return json;
 }
 
+}  // namespace
+
 // All datasets, each with chunks of about 8 to 16 kB: small recordings stay small.
-struct Output {
+struct RecordingWriter::Output {
   template <typename Row>
   OutputRows<Row> table(const char* name, hsize_t chunk_rows) {
     return {file, name, internal::row_type<Row>().get(), 1, chunk_rows};
@@ -101,8 +103,6 @@ struct Output {
     row.triangle_count = triangles.length();
   }
 };
-
-}  // namespace
 
 struct RecordingWriter::Impl {
   // What was written of a body last.

@@ -67,6 +67,7 @@ bool DeformingObstacle::give(std::span<const Vector3> vertices, Scalar duration)
 
 void DeformingObstacle::start_tick() {
   is_next_seen_ = has_next_.load(std::memory_order_acquire);
+  snapshots_seen_ = snapshots_taken_ + (is_next_seen_ ? 1 : 0);
   if (time_left() == kInfinity) go_on();
 }
 
@@ -134,14 +135,14 @@ PairImpact DeformingObstacle::first_impact(const BodyMotion& motion, const ToiOp
     impact.node_pairs += result.statistics.node_pairs;
     if (result.status == ToiStatus::Separated) continue;
     impact.status = result.status;
-    impact.t_safe = result.t_safe;
+    impact.t_safe = safe_time(result);
     impact.has_hit = result.status == ToiStatus::Impact && result.contact.has_value();
     if (impact.has_hit) {
       const ImpactContact& contact = *result.contact;
       const Vector3 p_WB = contact.p_WCb - piece.radius * contact.nhat_AB_W;
       impact.hit.v_WA =
-          velocity_at(contact.triangle_a.value_or(0), contact.p_WCa, fraction_after(result.t_safe));
-      impact.hit.p_WA = contact.p_WCa - result.t_safe * impact.hit.v_WA;
+          velocity_at(contact.triangle_a.value_or(0), contact.p_WCa, fraction_after(impact.t_safe));
+      impact.hit.p_WA = contact.p_WCa - impact.t_safe * impact.hit.v_WA;
       impact.hit.p_WB = motion.X_WB.pose(0) * (result.X_WB.inverse() * p_WB);
       impact.hit.nhat_AB_W = contact.nhat_AB_W;
     }

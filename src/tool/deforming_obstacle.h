@@ -38,6 +38,7 @@ class DeformingObstacle final : public Obstacle {
                  QueryMemory& memory, std::vector<HoldPoint>& holds) const override;
   PairDistance measure(const ToolBody& body, const RigidPose& X_WB,
                        PairCaches& caches) const override;
+  std::int64_t snapshots_seen() const override { return snapshots_seen_; }
   Scalar speed() const override { return shown().largest_displacement() * rate_; }
   Scalar time_left() const override;
   void start_tick() override;
@@ -58,6 +59,7 @@ class DeformingObstacle final : public Obstacle {
   // Of the mesh that is not shown. Set by the giver, cleared by the taker.
   std::atomic<bool> has_next_{false};
   Scalar next_duration_ = 0;
+  std::int64_t snapshots_seen_ = 0;
   bool is_next_seen_ = false;  // as it was when the tick started
 };
 

@@ -51,6 +51,14 @@ struct PairImpact {
   std::int64_t node_pairs = 0;
 };
 
+/// The time that a query over [0, t] has proven; nothing if its budget ended before the first node
+/// pair, so that a replay, which leaves such a query out, finds the same.
+inline Scalar safe_time(const ToiResult& result) {
+  const bool is_nothing =
+      result.status == ToiStatus::BudgetExhausted && result.statistics.node_pairs == 0;
+  return is_nothing ? 0 : result.t_safe;
+}
+
 /// Bounds of the distance of a body from an obstacle, with nearest points.
 struct PairDistance {
   Scalar lower = 0;
@@ -96,6 +104,8 @@ class Obstacle {
   virtual Scalar time_left() const { return kInfinity; }
   /// Sees what other threads have given; what comes later waits for the next tick.
   virtual void start_tick() {}
+  /// Snapshots given before the tick.
+  virtual std::int64_t snapshots_seen() const { return 0; }
   /// Lets time pass, at most time_left().
   virtual void pass(Scalar /*dt*/) {}
   /// Takes up what it is to do when its time is up; nothing is to come: it rests.

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "dyop/tool/tool_session.h"
+#include "tool/escape.h"
 #include "tool/hold_solver.h"
 #include "tool/obstacle.h"
 #include "tool/tool_body.h"
@@ -21,7 +22,6 @@ struct PairState {
   PairDistance distance;  ///< bounds hold; points are those of the last measurement
   Scalar target = 0;      ///< what the next motion keeps: the margin, or less if it is nearer
   Scalar tolerance = 0;
-  bool is_recovering = false;   ///< nearer than the margin when its motion started
   bool is_overlapping = false;  ///< not proven apart: left out of the proof
   PairCaches caches;
 };
@@ -74,6 +74,7 @@ class Proxy {
   Scalar move(const ToolPose& goal, const Piece& piece, WorkClock& clock, TickStatistics& work,
               FollowReport& report);
   Scalar stay(Scalar duration, WorkClock& clock, TickStatistics& work, FollowReport& report);
+  void look_for_escape(TickStatistics& work);
   void gather_holds(const ToolStep& wish, const Piece& piece);
   void thin_holds();
   void warm_start();
@@ -83,7 +84,7 @@ class Proxy {
   Proof prove(const ToolMotion& motion, Scalar duration, WorkClock& clock, TickStatistics& work,
               FollowReport& report);
   PairImpact ask(PairState& pair, const BodyMotion& motion, WorkClock& clock, TickStatistics& work);
-  bool ease_target(PairState& pair, TickStatistics& work);
+  void ease_target(PairState& pair, TickStatistics& work);
   void measure(PairState& pair, TickStatistics& work);
   void commit(const ToolMotion& motion, Scalar t);
   Scalar piece_time(Scalar remaining) const;
@@ -97,6 +98,7 @@ class Proxy {
   std::vector<PairState> pairs_;
   HoldSolver solver_;
   QueryMemory memory_;
+  Escape escape_;
   ToolPose pose_;
   std::vector<ToolWaypoint> path_;
   std::vector<HoldPoint> holds_;

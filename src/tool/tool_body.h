@@ -22,6 +22,7 @@ struct ToolBody {
   std::vector<CorePiece> pieces;     ///< the same surface, for queries against deforming meshes
   std::optional<std::size_t> hinge;  ///< B is J turned by its angle; none: B is T
   AlignedBox box;                    ///< in B
+  Scalar reach = 0;                  ///< no point is farther from T's origin
   Scalar thickness = 0;              ///< least side of the box, or its diagonal if that is flat
 };
 

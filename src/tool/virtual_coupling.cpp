@@ -76,7 +76,7 @@ void VirtualCoupling::observe(const RigidPose& X_WD) {
 
 // Adds the damping that would take the surplus back within one period, if the device goes on as it
 // moves ([Hannaford2002]).
-void VirtualCoupling::brake(Scalar dt, Wrench& wrench) const {
+void VirtualCoupling::brake(Scalar dt, ToolWrench& wrench) const {
   const Scalar motion = (v_WD_.squaredNorm() + w_WD_.squaredNorm()) * dt;
   if (!options_.bounds_energy || !(energy_returned_ > 0) || !(motion > 0)) return;
   const Scalar damping = energy_returned_ / motion;
@@ -84,7 +84,7 @@ void VirtualCoupling::brake(Scalar dt, Wrench& wrench) const {
   wrench.torque_W -= damping * w_WD_;
 }
 
-Wrench VirtualCoupling::update(const RigidPose& X_WD, const RigidPose& X_WP, Scalar dt) {
+ToolWrench VirtualCoupling::update(const RigidPose& X_WD, const RigidPose& X_WP, Scalar dt) {
   observe(X_WD);
   if (!last_) {
     v_WD_ = w_WD_ = v_WP_ = w_WP_ = Vector3::Zero();

@@ -85,6 +85,11 @@ struct LiveServer::Impl {
 
   void add_routes() {
     const std::string at = "/" + name + "/";
+    // By default two servers may share a port.
+    server.set_socket_options([](socket_t socket) {
+      const int yes = 1;
+      setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof(yes));
+    });
     // A page of another site that resolves its own name to this machine is refused.
     server.set_pre_routing_handler([this](const auto& request, auto& response) {
       const std::string host = request.get_header_value("Host");

@@ -17,7 +17,7 @@ struct ShapeSurface {
 
 /// Of a mesh or a polytope its own triangles, of a smooth convex shape 8 * 4^fineness between points
 /// of its support function, of a compound those of its children.
-ShapeSurface surface_of(const Shape& shape, int fineness);
+DYOP_EXPORT ShapeSurface surface_of(const Shape& shape, int fineness);
 
 /// Adds columns <name>.vertices and <name>.triangles to a block and returns what the page needs to
 /// undo them: vertices in order of first use, rounded to 1/65535 of their box, as differences.

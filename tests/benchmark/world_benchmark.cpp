@@ -9,7 +9,7 @@
 namespace dyop {
 namespace {
 
-using namespace test_support;
+using namespace testing;
 
 WorldOptions awake_options() {
   WorldOptions options = earth_options();
@@ -19,7 +19,7 @@ WorldOptions awake_options() {
   return options;
 }
 
-// Steps one world; what it did is told beside its time.
+// Steps one world; prints what it did beside its time.
 void step(benchmark::State& state, World& world, Scalar h) {
   StepStatistics work;
   std::int64_t steps = 0;

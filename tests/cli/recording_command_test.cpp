@@ -9,9 +9,9 @@
 namespace dyop {
 namespace {
 
-using test::CommandResult;
-using test::run_command;
-using Json = nlohmann::json;
+using testing::CommandResult;
+using testing::run_command;
+using Json = nlohmann::ordered_json;
 
 // A ball that bounces once, and a box that rests.
 constexpr const char* kScene = R"({
@@ -34,7 +34,7 @@ class RecordingCommands : public ::testing::Test {
     words.insert(words.end(), more.begin(), more.end());
     return run_command(words);
   }
-  test::TemporaryDirectory directory_;
+  testing::TemporaryDirectory directory_;
 };
 
 TEST_F(RecordingCommands, SimulateRecordsInHdf5) {
@@ -55,7 +55,7 @@ TEST_F(RecordingCommands, SimulateRecordsInHdf5) {
 TEST_F(RecordingCommands, SimulateWritesTheSummaryBesideIt) {
   const CommandResult result = simulate({"--out", path("run")});
   ASSERT_EQ(result.exit_code, 0) << result.err;
-  EXPECT_EQ(test::TemporaryDirectory::read(path("run") + "/summary.txt"), result.out);
+  EXPECT_EQ(testing::TemporaryDirectory::read(path("run") + "/summary.txt"), result.out);
   EXPECT_FALSE(std::filesystem::exists(path("run") + "/recording.jsonl"));
 }
 

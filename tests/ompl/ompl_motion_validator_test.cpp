@@ -167,6 +167,22 @@ TEST(OmplMotionValidator, ProvesTheArcThatOmplTakes) {
   EXPECT_GT(blocked, 200);
 }
 
+// OMPL looks every 3.4 cm, a hundredth of the space's diagonal: before the wall, and behind it.
+TEST(OmplMotionValidator, SeesTheWallThatTheDiscreteValidatorJumpsOver) {
+  const auto si = pose_space();
+  const auto obstacles = std::make_shared<ObstacleSet>(thin_wall());
+  const OmplMotionValidator validator(si, piano(), obstacles);
+  si->setStateValidityChecker([&](const ob::State* s) { return validator.is_valid(s); });
+  si->setup();
+  const Matrix3 across = rotation_from_vector(Vector3(0, 0, std::numbers::pi / 2));
+  const auto a = state_of(si, RigidPose(across, Vector3(-0.5, 0.3, 0.3)));
+  const auto b = state_of(si, RigidPose(across, Vector3(0.5, 0.3, 0.3)));
+  EXPECT_TRUE(ob::DiscreteMotionValidator(si).checkMotion(a.get(), b.get()));
+  std::pair<ob::State*, double> last(nullptr, 0);
+  EXPECT_FALSE(validator.checkMotion(a.get(), b.get(), last));
+  EXPECT_NEAR(last.second, 0.495, 1e-6);  // the wall's side less half the piano's depth
+}
+
 TEST(OmplMotionValidator, AcceptsNoMotionThroughAThinWall) {
   const auto si = pose_space();
   const auto obstacles = std::make_shared<ObstacleSet>(thin_wall());
@@ -191,7 +207,6 @@ TEST(OmplMotionValidator, AcceptsNoMotionThroughAThinWall) {
   }
   EXPECT_GT(accepted, 20);
   EXPECT_EQ(refused_although_free, 0);
-  EXPECT_GT(jumped, 0) << "the wall is no trap";
   std::printf("accepted %d; the discrete validator accepts %d that collide\n", accepted, jumped);
 }
 

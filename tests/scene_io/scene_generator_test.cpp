@@ -22,7 +22,7 @@ class SceneGenerator : public ::testing::TestWithParam<SceneKind> {
     return load_scene(file);
   }
 
-  test::TemporaryDirectory directory_;
+  testing::TemporaryDirectory directory_;
 };
 
 bool is_disabled(const Scene& scene, const BodyId& a, const BodyId& b) {
@@ -80,7 +80,7 @@ class StandingScene : public ::testing::TestWithParam<std::tuple<const char*, in
 
 TEST_P(StandingScene, StandsStrictlySolved) {
   const auto [kind, n, h] = GetParam();
-  const test::TemporaryDirectory directory;
+  const testing::TemporaryDirectory directory;
   const std::filesystem::path file = directory.path() / "scene.json";
   write_generated_scene(generate_scene(kind, n), file);
   Scene scene = load_scene(file);

@@ -2,81 +2,34 @@
 // The page in a real browser: check_page.mjs compares it with the World's own motions.
 #include <gtest/gtest.h>
 
-#include <cstdlib>
-#include <filesystem>
-#include <fstream>
-#include <sstream>
-
 #include "dyop/scene_io/scene_generator.h"
 #include "dyop/view/page_file.h"
+#include "dyop/view/run_follower.h"
+#include "support/temporary_directory.h"
+#include "view/browser_check.h"
 #include "view/page_case.h"
 
 namespace dyop {
 namespace {
 
-namespace fs = std::filesystem;
 using testing::PageCase;
-using testing::run_page_case;
 
-std::string read_text(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  std::ostringstream text;
-  text << in.rdbuf();
-  return text.str();
-}
-
-// Why pages cannot be checked here; empty if they can.
-std::string reason_to_skip() {
-  if (!has_page()) return "this build has no page: bash .ci/install.sh page";
-  const std::string modules = DYOP_PAGE_MODULES;
-  if (!fs::exists(modules + "/puppeteer-core")) return "npm package puppeteer-core is missing";
-  if (!fs::exists(DYOP_CHROMIUM)) return "chromium is missing: apt-get install chromium";
-  return "";
-}
-
-fs::path write_page(const std::string& name, const PageCase& run, int poses) {
-  const fs::path folder = DYOP_PAGE_OUTPUT;
-  fs::create_directories(folder);
-  const fs::path file = folder / (name + ".html");
-  std::ofstream(file, std::ios::binary) << page_html(run.scene.title, run.blocks);
-  std::ofstream(folder / (name + ".json")) << run.facts(poses).dump();
-  return file;
-}
-
-// Screenshots stay beside the page in the build folder.
-void expect_page_shows(const std::string& name, const PageCase& run, int poses) {
-  const fs::path file = write_page(name, run, poses);
-  const fs::path folder = file.parent_path();
-  const fs::path log = folder / (name + ".log");
-  const std::string command = std::string("DYOP_PAGE_MODULES='" DYOP_PAGE_MODULES "' '" DYOP_NODE
-                                          "' '" DYOP_CHECK_PAGE "' '" DYOP_CHROMIUM "' '") +
-                              file.string() + "' '" + (folder / (name + ".json")).string() +
-                              "' > '" + log.string() + "' 2>&1";
-  EXPECT_EQ(std::system(command.c_str()), 0) << read_text(log);
-}
-
-Scene generated(const std::string& kind, int n, const std::string& name) {
-  const fs::path file = fs::path(DYOP_PAGE_OUTPUT) / (name + "-scene.json");
-  fs::create_directories(file.parent_path());
+void expect_scene_shown(const std::string& kind, int n, Scalar end_time) {
+  if (const std::string why = testing::reason_to_skip_browser(); !why.empty()) GTEST_SKIP() << why;
+  const testing::TemporaryDirectory directory;
+  const auto file = directory.path() / "scene.json";
   write_generated_scene(generate_scene(kind, n), file);
-  return load_scene(file);
+  const PageCase run = testing::run_page_case(load_scene(file), end_time);
+  ASSERT_FALSE(run.impacts.empty());
+  testing::expect_page_shows(kind, page_html(run.scene.title, run.blocks), run.facts(10000));
 }
-
-#define DYOP_SKIP_WITHOUT_BROWSER() \
-  if (const std::string why = reason_to_skip(); !why.empty()) GTEST_SKIP() << why
 
 TEST(Page, ShowsACradleAsItRan) {
-  DYOP_SKIP_WITHOUT_BROWSER();
-  const PageCase run = run_page_case(generated("cradle", 5, "cradle"));
-  ASSERT_FALSE(run.impacts.empty());
-  expect_page_shows("cradle", run, 10000);
+  expect_scene_shown("cradle", 5, 3);
 }
 
-TEST(Page, ShowsFallingBoxesAndGivenMotions) {
-  DYOP_SKIP_WITHOUT_BROWSER();
-  const PageCase run = run_page_case(generated("pile", 12, "pile"), 1.5);
-  ASSERT_FALSE(run.impacts.empty());
-  expect_page_shows("pile", run, 10000);
+TEST(Page, ShowsFallingBoxesInAPit) {
+  expect_scene_shown("pile", 12, 1.5);
 }
 
 }  // namespace

@@ -18,6 +18,8 @@ function number(x) {
   return Number(x.toPrecision(9)).toString();
 }
 
+const strongest = (hits) => [...hits].sort((a, b) => Math.hypot(...b.impulse) - Math.hypot(...a.impulse));
+
 const vector = (v) => v.map((x) => Number(x.toPrecision(6))).join(', ');
 
 function rows(list) {
@@ -76,7 +78,7 @@ export class Panel {
         ['Normal', vector(impact.normal)],
         ['Witness points', `${vector(impact.pa)}; ${vector(impact.pb)}`],
       ]),
-      ...(impact.hits ?? []).slice(0, 40).map((hit, k) => element('div', {},
+      ...strongest(impact.hits ?? []).slice(0, 40).map((hit, k) => element('div', {},
         element('h2', {}, `Contact ${k + 1}: ${this.name(hit.a)} – ${this.name(hit.b)}`),
         rows([
           ['Impulse', `${number(Math.hypot(...hit.impulse))} (${vector(hit.impulse)})`],

@@ -6,7 +6,7 @@ import {cornerNormals} from './normals.js';
 
 const kHues = [0x4c78a8, 0xf2903c, 0x59a86e, 0xb36bc2, 0xd9a521, 0x4fb3bf, 0xd3605f, 0x8a7462,
                0x7d8fd6, 0x9bb552, 0xc7779b, 0x6c9a8b];
-const kFixed = {light: 0xd9dce1, dark: 0x59616d};
+const kFixed = {light: 0xc3c9d2, dark: 0x59616d};
 const kGiven = {light: 0x7a828e, dark: 0xa7afbb};
 const kManners = ['solid', 'ghost', 'wire'];
 const kShadowTriangles = 150000;

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "view/browser_check.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "dyop/view/page_file.h"
+
+namespace dyop::testing {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string read_text(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  std::ostringstream text;
+  text << in.rdbuf();
+  return text.str();
+}
+
+}  // namespace
+
+std::string reason_to_skip_browser() {
+  if (!has_page()) return "this build has no page: bash .ci/install.sh page";
+  const std::string modules = DYOP_PAGE_MODULES;
+  if (!fs::exists(modules + "/puppeteer-core")) return "npm package puppeteer-core is missing";
+  if (!fs::exists(DYOP_CHROMIUM)) return "chromium is missing: apt-get install chromium";
+  return "";
+}
+
+void expect_page_shows(const std::string& name, const std::string& html,
+                       const nlohmann::json& facts) {
+  const fs::path folder = DYOP_PAGE_OUTPUT;
+  fs::create_directories(folder);
+  const auto file = [&](const char* ending) { return (folder / (name + ending)).string(); };
+  std::ofstream(file(".html"), std::ios::binary) << html;
+  std::ofstream(file(".json")) << facts.dump();
+  const std::string command = "DYOP_PAGE_MODULES='" DYOP_PAGE_MODULES "' '" DYOP_NODE
+                              "' '" DYOP_CHECK_PAGE "' '" DYOP_CHROMIUM "' '" +
+                              file(".html") + "' '" + file(".json") + "' > '" + file(".log") +
+                              "' 2>&1";
+  EXPECT_EQ(std::system(command.c_str()), 0) << read_text(file(".log"));
+}
+
+}  // namespace dyop::testing

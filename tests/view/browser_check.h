@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+namespace dyop::testing {
+
+/// Why pages cannot be checked here; empty if they can.
+std::string reason_to_skip_browser();
+
+/// Runs check_page.mjs on a page and the facts of its run. Page and screenshots stay in the build
+/// folder, page_test/.
+void expect_page_shows(const std::string& name, const std::string& html,
+                       const nlohmann::json& facts);
+
+}  // namespace dyop::testing

@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "dyop/view/live_server.h"
+
+#include <arpa/inet.h>
+#include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <regex>
+#include <thread>
+
+#include "dyop/core/error.h"
+#include "dyop/view/page_file.h"
+
+namespace dyop {
+namespace {
+
+#define DYOP_SKIP_WITHOUT_SERVER()       \
+  if (!has_page() || !has_live_server()) \
+  GTEST_SKIP() << "this build has no page or no server: bash .ci/install.sh build page"
+
+struct Address {
+  int port = 0;
+  std::string path;
+};
+
+Address parts_of(const std::string& address) {
+  std::smatch match;
+  EXPECT_TRUE(std::regex_match(address, match, std::regex(R"(http://127\.0\.0\.1:(\d+)(/.*/))")));
+  return {std::stoi(match[1].str()), match[2].str()};
+}
+
+// One request over a socket of its own; the whole answer, head and body.
+std::string ask(const Address& address, const std::string& method, const std::string& path,
+                const std::string& host = "") {
+  const int socket = ::socket(AF_INET, SOCK_STREAM, 0);
+  sockaddr_in to{};
+  to.sin_family = AF_INET;
+  to.sin_port = htons(std::uint16_t(address.port));
+  inet_pton(AF_INET, "127.0.0.1", &to.sin_addr);
+  EXPECT_EQ(connect(socket, reinterpret_cast<sockaddr*>(&to), sizeof(to)), 0);
+  const std::string request = method + " " + path + " HTTP/1.1\r\nHost: " +
+                              (host.empty() ? "127.0.0.1:" + std::to_string(address.port) : host) +
+                              "\r\nConnection: close\r\nContent-Length: 0\r\n\r\n";
+  EXPECT_EQ(send(socket, request.data(), request.size(), 0), ssize_t(request.size()));
+  std::string answer;
+  std::array<char, 4096> buffer{};
+  for (;;) {
+    const ssize_t count = recv(socket, buffer.data(), buffer.size(), 0);
+    if (count <= 0) break;
+    answer.append(buffer.data(), std::size_t(count));
+  }
+  close(socket);
+  return answer;
+}
+
+int status_of(const std::string& answer) {
+  return std::stoi(answer.substr(answer.find(' ') + 1));
+}
+
+TEST(LiveServer, ServesItsPageAndBlocksAsTheyCome) {
+  DYOP_SKIP_WITHOUT_SERVER();
+  LiveServer server("A run", "head");
+  const Address address = parts_of(server.address());
+  EXPECT_NE(ask(address, "GET", address.path).find("id=\"live\""), std::string::npos);
+  EXPECT_NE(ask(address, "GET", address.path + "block/0").find("\r\n\r\nhead"), std::string::npos);
+  EXPECT_EQ(status_of(ask(address, "GET", address.path + "block/1")), 204);
+  server.publish("first");
+  const std::string answer = ask(address, "GET", address.path + "block/1");
+  EXPECT_NE(answer.find("\r\n\r\nfirst"), std::string::npos);
+  EXPECT_NE(answer.find("X-Dyop-State: running"), std::string::npos);
+  server.finish();
+  EXPECT_NE(ask(address, "GET", address.path + "block/2").find("X-Dyop-State: finished"),
+            std::string::npos);
+  EXPECT_EQ(server.blocks(), (std::vector<std::string>{"head", "first"}));
+}
+
+TEST(LiveServer, RefusesWhoDoesNotKnowItsAddress) {
+  DYOP_SKIP_WITHOUT_SERVER();
+  LiveServer server("A run", "head");
+  const Address address = parts_of(server.address());
+  EXPECT_GE(address.path.size(), 32u);
+  EXPECT_EQ(status_of(ask(address, "GET", "/")), 404);
+  EXPECT_EQ(status_of(ask(address, "GET", "/block/0")), 404);
+  EXPECT_EQ(status_of(ask(address, "POST", "/stop")), 404);
+  EXPECT_EQ(status_of(ask(address, "GET", address.path, "example.org")), 403);
+  EXPECT_FALSE(server.stop_token().stop_requested());
+}
+
+TEST(LiveServer, PausesAndStopsTheRunOnlyWhenAsked) {
+  DYOP_SKIP_WITHOUT_SERVER();
+  LiveServer server("A run", "head");
+  const Address address = parts_of(server.address());
+  std::stop_source user;
+  EXPECT_TRUE(server.may_go_on(user.get_token()));
+  EXPECT_EQ(status_of(ask(address, "POST", address.path + "pause")), 200);
+  std::atomic<bool> has_gone_on = false;
+  std::jthread run([&] { has_gone_on = server.may_go_on(user.get_token()); });
+  std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  EXPECT_FALSE(has_gone_on);
+  EXPECT_EQ(status_of(ask(address, "POST", address.path + "resume")), 200);
+  run.join();
+  EXPECT_TRUE(has_gone_on);
+  EXPECT_EQ(status_of(ask(address, "POST", address.path + "stop")), 200);
+  EXPECT_TRUE(server.stop_token().stop_requested());
+  EXPECT_FALSE(server.may_go_on(user.get_token()));
+}
+
+TEST(LiveServer, AUsersStopEndsAPause) {
+  DYOP_SKIP_WITHOUT_SERVER();
+  LiveServer server("A run", "head");
+  const Address address = parts_of(server.address());
+  ask(address, "POST", address.path + "pause");
+  std::stop_source user;
+  std::atomic<bool> may = true;
+  std::jthread run([&] { may = server.may_go_on(user.get_token()); });
+  user.request_stop();
+  run.join();
+  EXPECT_FALSE(may);
+}
+
+TEST(LiveServer, ATakenPortIsNamed) {
+  DYOP_SKIP_WITHOUT_SERVER();
+  LiveServer server("A run", "head");
+  try {
+    LiveServer second("Another", "head", parts_of(server.address()).port);
+    ADD_FAILURE() << "two servers share a port";
+  } catch (const InvalidArgument& error) {
+    EXPECT_NE(std::string(error.what()).find(std::to_string(parts_of(server.address()).port)),
+              std::string::npos);
+  }
+}
+
+}  // namespace
+}  // namespace dyop
