@@ -2,25 +2,27 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # Installs the Debian packages that a job needs and that are missing. The only list of packages:
 # tests/architecture checks that the build asks for nothing else.
-# Usage: bash .ci/install.sh GROUP...     groups: build python run test page bench coverage aarch64
+# Usage: bash .ci/install.sh GROUP...     groups: build python run test page package bench coverage aarch64
 set -euo pipefail
 
 packages() {
   case "$1" in
     build) echo g++ cmake ninja-build pkg-config libeigen3-dev libccd-dev libsundials-dev libtbb-dev \
                 libassimp-dev nlohmann-json3-dev libcli11-dev zlib1g-dev \
-                libompl-dev libhdf5-dev libcpp-httplib-dev libssl-dev ;;
+                libompl-dev libhdf5-dev libtinygltf-dev librsvg2-dev libcpp-httplib-dev libssl-dev ;;
     python) echo pybind11-dev python3-dev python3-numpy ;;
     run)   echo glmark2-data ;;
     test)  echo libgtest-dev libcgal-dev libgmp-dev libsiconos-numerics-dev clang libclang-rt-dev clang-format-14 \
                 abigail-tools \
-                python3-pytest python3-matplotlib python3-distributed python3-nbconvert python3-ipykernel \
+                python3-pytest python3-h5py python3-matplotlib python3-distributed python3-nbconvert python3-ipykernel \
                 mypy python3-mypy python3-build python3-setuptools python3-wheel ;;
     page)  echo chromium ffmpeg $(command -v npm >/dev/null || echo nodejs npm) ;;
+    package) echo debhelper dpkg-dev dh-python fakeroot help2man lintian bash-completion \
+                  mkdocs mkdocs-material doxygen ;;
     coverage) echo gcovr ;;
     aarch64) echo g++-aarch64-linux-gnu libc6-dev-arm64-cross qemu-user ;;
     bench) echo libbenchmark-dev libfcl-dev libbullet-dev ;;
-    *)     echo "install.sh: unknown group '$1' (build, python, run, test, page, bench, coverage, aarch64)" >&2; exit 2 ;;
+    *)     echo "install.sh: unknown group '$1' (build, python, run, test, page, package, bench, coverage, aarch64)" >&2; exit 2 ;;
   esac
 }
 

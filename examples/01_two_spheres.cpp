@@ -28,7 +28,7 @@ dyop::TriangleMesh torus() {
 }
 
 int main() {
-  // Two balls of radius 1, the centres 6 apart; B comes nearer at speed 2 for 4 units of time.
+  // Two balls of radius 1, centres 6 apart; B approaches at speed 2 for 4 units of time.
   const dyop::Sphere ball(1);
   const dyop::RestMotion at_rest{dyop::RigidPose()};
   const dyop::ConstantTwistMotion coming(dyop::RigidPose({6, 0, 0}), {{-2, 0, 0}, {0, 0, 0}});
@@ -39,7 +39,7 @@ int main() {
                 p.x(), p.y(), p.z());
   }
 
-  // A small ball rests inside the tube of the torus, and touches nothing. A mesh is a surface ...
+  // A small ball rests inside the tube of the torus, touching nothing. A mesh is a surface ...
   const dyop::TriangleMesh tube = torus();
   const dyop::Sphere marble(0.25);
   const dyop::RestMotion inside{dyop::RigidPose({3, 0, 0})};
@@ -47,7 +47,7 @@ int main() {
   std::printf("torus as a surface: %s\n",
               surface.status == dyop::ToiStatus::Separated ? "separated" : "in contact");
 
-  // ... unless you say that it is a solid.
+  // ... unless you declare it a solid.
   dyop::ToiOptions options;
   options.solid_a = true;
   const dyop::ToiResult solid =

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 
-// 2. Meshes from files, how far apart they are, and how far away a point is.
+// 2. Meshes from files, the distance between them, and the distance of a point.
 #include <dyop/dyop.h>
 #include <dyop/io/mesh_file.h>
 
@@ -26,7 +26,7 @@ int main() {
   std::printf("a roof over it: %.6f, bounds %s apart, triangle %d below\n", gap.lower,
               gap.upper - gap.lower < 1e-12 ? "less than 1e-12" : "more", *gap.triangle_a);
 
-  // Of a point. With signs a closed mesh is a solid, and the inside is negative.
+  // Distance of a point. With signs, a closed mesh is a solid, and distances inside are negative.
   dyop::PointDistanceOptions options;
   options.is_signed = true;
   for (const double z : {2.0, 0.25}) {
@@ -35,7 +35,7 @@ int main() {
                 d.p_WC.y(), d.p_WC.z());
   }
 
-  // A damaged file is an error that names the line, never half a mesh.
+  // A damaged file gives an error that names the line, never half a mesh.
   std::ofstream(file) << "v 0 0 0\nv 1 0 0\nv 0 1 zero\nf 1 2 3\n";
   try {
     dyop::load_mesh(file);

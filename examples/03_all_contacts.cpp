@@ -8,7 +8,7 @@
 int main() {
   const dyop::Box table({5, 5, 0.5});
   const dyop::Box crate({1, 0.5, 0.25});
-  const dyop::RigidPose X_WTable({0, 0, -0.5});   // its top is at height 0
+  const dyop::RigidPose X_WTable({0, 0, -0.5});   // the top is at height 0
   const dyop::RigidPose X_WCrate({0, 0, 0.251});  // a thousandth above it
 
   // All pairs of features at most 0.01 apart, once per place: the corners of the crate.
@@ -18,7 +18,7 @@ int main() {
                 contact.nhat_AB_W.y() + 0.0, contact.nhat_AB_W.z());
   }
 
-  // The same at the end of a fall: ask time_of_impact for every contact of the impact.
+  // The same at the end of a fall: time_of_impact returns all contacts of the impact.
   const dyop::RestMotion at_rest{X_WTable};
   const dyop::ConstantTwistMotion falling(dyop::RigidPose({0, 0, 2.25}), {{0, 0, -4}, {0, 0, 0}});
   dyop::ToiOptions options;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 
-// 5. Bounded time: a query that runs out of budget still proves something, and can go on.
+// 5. Bounded time: a query that runs out of budget still proves something, and can be resumed.
 #include <dyop/dyop.h>
 
 #include <cmath>
@@ -33,10 +33,10 @@ int main() {
   const dyop::ConstantTwistMotion falling(dyop::RigidPose({0.3, 0.1, 2}),
                                           {{0, 0, -1}, {0.5, 0, 2}});
 
-  // A budget of node pairs gives the same answer on every machine; a deadline is a point in time.
+  // A budget of node pairs gives the same result on every machine; a deadline is a point in time.
   dyop::ToiOptions options;
   options.max_node_pairs = 15;
-  dyop::ToiWorkspace workspace;  // keeps what is left to do; one per thread
+  dyop::ToiWorkspace workspace;  // keeps the remaining work; one per thread
   dyop::ToiResult result =
       dyop::time_of_impact(lower, at_rest, upper, falling, {0, 3}, options, workspace);
   while (workspace.can_resume()) {

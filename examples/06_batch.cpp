@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 
-// 6. Many queries at once, on all cores. The answers are the same bits for any number of threads.
+// 6. Many queries at once, on all cores. Results have the same bits for any number of threads.
 #include <dyop/dyop.h>
 
 #include <cmath>
@@ -23,7 +23,7 @@ int main() {
   }
   std::vector<dyop::ToiResult> results(queries.size());
   dyop::BatchOptions options;
-  options.thread_count = 0;  // all there are; also: a stop token, and a progress callback
+  options.thread_count = 0;  // all cores; a stop token and a progress callback are also possible
   dyop::time_of_impact_batch(queries, results, options);
   int hits = 0;
   double first = 4;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 
-// 7. A surface that deforms: every vertex moves on a straight line from snapshot to snapshot.
+// 7. A deforming surface: every vertex moves on a straight line from snapshot to snapshot.
 #include <dyop/dyop.h>
 
 #include <cmath>

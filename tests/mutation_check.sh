@@ -57,7 +57,7 @@ mistake edges_in_front_collide src/toi/best_first_search.cpp toi '*InitialState*
   'return !(nearer.best.middle() < piece.middle())' 'return true'
 mistake edges_of_a_sheet_collide src/toi/deforming/deforming_pair.cpp toi 'DeformingContacts.*' \
   'closing * now_.remaining > loss' 'true'
-mistake pairs_at_the_begin_skipped src/toi/best_first_search.cpp toi '*AtTheBegin*' \
+mistake pairs_at_the_start_skipped src/toi/best_first_search.cpp toi '*AtTheStart*' \
   'pair_.time() > interval_.begin) return true;' 'pair_.time() >= interval_.begin) return true;'
 mistake resumed_from_another_pose src/toi/best_first_search.cpp toi '*Workspace*' \
   'pair_.set_time(memory_.standing_time);' ''
@@ -82,7 +82,7 @@ mistake nan_taken_for_safe src/toi/rigid/safe_step.cpp toi '*' \
 mistake rounding_radius_forgotten src/toi/rigid/safe_step.h toi '*' \
   'return shape.core_reach(w) + (radius > 0 ? radius * w.norm() : 0);' \
   'return shape.core_reach(w) + 0 * radius;'
-mistake swept_box_of_the_begin_only src/toi/deforming/deforming_mesh.cpp toi 'Deforming*' \
+mistake swept_box_of_the_start_only src/toi/deforming/deforming_mesh.cpp toi 'Deforming*' \
   'node->at_end.extend(to);' 'node->at_end.extend(from);'
 
 if [ $# -gt 0 ]; then names=("$@"); fi

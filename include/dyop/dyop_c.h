@@ -2,12 +2,13 @@
 #ifndef DYOP_C_H
 #define DYOP_C_H
 
-/* dyop for C99 and every language that can call C. docs/c.md is the guide; what a query promises
- * is said in docs/algorithms, with the C++ names, which are the names here.
+/* dyop for C99 and every language that can call C. docs/c.md is the guide; docs/algorithms
+ * states what a query promises, under the C++ names, which are also used here.
  *
  * - Every function returns a dyop_status. No exception leaves the library.
- * - Handles are an index and a generation: a handle whose object was destroyed is DYOP_STALE_HANDLE,
- *   never another object. Zero handles refer to nothing. Handles belong to their context.
+ * - Handles are an index and a generation: a handle whose object was destroyed is
+ *   DYOP_STALE_HANDLE, never another object. Zero handles refer to nothing. Handles belong to
+ *   their context.
  * - Arrays belong to the caller, and are used only during the call.
  * - Structs for options, definitions and results begin with their `size`, so that they can grow:
  *   fill them from the DYOP_..._INIT macros. Null options mean these defaults.
@@ -31,15 +32,15 @@ extern "C" {
 typedef enum dyop_status {
   DYOP_OK = 0,
   DYOP_INVALID_ARGUMENT = 1, /* the message names the value */
-  DYOP_STALE_HANDLE = 2,     /* the object was destroyed, or never was */
+  DYOP_STALE_HANDLE = 2,     /* the object was destroyed or never existed */
   DYOP_UNSUPPORTED = 3,      /* a struct has fields that this library does not know */
   DYOP_OUT_OF_MEMORY = 4,
   DYOP_INTEGRATION_ERROR = 5, /* a wrench is not finite or cannot be integrated */
-  DYOP_INTERNAL_ERROR = 6     /* an error in dyop; the message holds what is needed to repeat it */
+  DYOP_INTERNAL_ERROR = 6     /* an error in dyop; the message holds the data to reproduce it */
 } dyop_status;
 
 typedef struct dyop_context dyop_context;
-/* Each its own type, so that a compiler finds handles that are mixed up. */
+/* Distinct types, so that a compiler detects mixed-up handles. */
 typedef struct dyop_shape {
   uint32_t index, generation;
 } dyop_shape;
@@ -81,20 +82,20 @@ typedef enum dyop_log_level { DYOP_LOG_ERROR = 0 } dyop_log_level;
 typedef struct dyop_context_options {
   uint32_t size;
   uint32_t reserved;
-  void* user; /* given to all hooks */
+  void* user; /* passed to all hooks */
   /* Memory of the context: its tables, and the shapes, motions and worlds themselves, but not what
    * these hold inside. Both or neither; must not return less aligned memory than asked for. */
   void* (*allocate)(void* user, size_t size, size_t alignment);
   void (*deallocate)(void* user, void* memory, size_t size, size_t alignment);
-  /* Hears of each failure. One call at a time. */
+  /* Called on each failure, one call at a time. */
   void (*log)(void* user, dyop_log_level level, const char* message);
 } dyop_context_options;
 
 DYOP_C_API dyop_status dyop_context_create(const dyop_context_options* options,
                                            dyop_context** context);
-/* Destroys all that is left in it. Null is legal. */
+/* Destroys all objects left in it. Null is legal. */
 DYOP_C_API void dyop_context_destroy(dyop_context* context);
-/* Copies the text of the context's last failure, cut to fit and always ended by a zero. */
+/* Copies the text of the context's last failure, truncated to fit and always zero-terminated. */
 DYOP_C_API dyop_status dyop_last_error(const dyop_context* context, char* text, size_t capacity);
 DYOP_C_API const char* dyop_status_text(dyop_status status);
 /* major * 10000 + minor * 100 + patch */
@@ -117,7 +118,7 @@ DYOP_C_API dyop_status dyop_hull_create(dyop_context* context, const double* poi
 DYOP_C_API dyop_status dyop_mesh_create(dyop_context* context, const double* vertices,
                                         size_t vertex_count, const int32_t* triangles,
                                         size_t triangle_count, dyop_shape* shape);
-/* The same triangles with other vertices, as many: a new shape at a fraction of the cost. */
+/* The same triangles with as many new vertices: a new shape at a fraction of the cost. */
 DYOP_C_API dyop_status dyop_mesh_refit(dyop_context* context, dyop_shape mesh,
                                        const double* vertices, size_t vertex_count,
                                        dyop_shape* shape);
@@ -248,7 +249,7 @@ typedef struct dyop_batch_options {
   uint32_t size;
   int32_t thread_count; /* 0: all */
   void* user;
-  /* Called after each query, one call at a time; another value than 0 stops the batch. */
+  /* Called after each query, one call at a time; a nonzero value stops the batch. */
   int (*progress)(void* user, size_t done, size_t total);
 } dyop_batch_options;
 
@@ -335,7 +336,7 @@ typedef struct dyop_impact {
   uint32_t size;
   uint32_t reserved;
   double t;
-  dyop_body a, b; /* the pair that met first */
+  dyop_body a, b; /* the first pair to meet */
   dyop_witness witness;
   double closing_speed;
 } dyop_impact;
@@ -375,7 +376,7 @@ DYOP_C_API dyop_status dyop_world_impacts(dyop_context* context, dyop_world worl
 DYOP_C_API dyop_status dyop_world_contacts(dyop_context* context, dyop_world world,
                                            dyop_contact* contacts, size_t capacity, size_t* count);
 
-/* --- Defaults ---------------------------------------------------------------------------------- */
+/* --- Defaults --------------------------------------------------------------------------------- */
 
 /* clang-format off */
 #define DYOP_POSE_IDENTITY {{0, 0, 0}, {1, 0, 0, 0}}

@@ -12,7 +12,7 @@
 namespace dyop::c {
 namespace {
 
-// Beside core's own: the handler in the form that C can give it.
+// In addition to core's own: the handler in a form that C can provide.
 std::atomic<void (*)(const char*)> the_c_handler{nullptr};
 
 void call_c_handler(const std::string& message) {
@@ -80,7 +80,7 @@ dyop_status guard(dyop_context* context, const std::function<void()>& call) {
   } catch (const std::exception& error) {
     return fail(DYOP_INTERNAL_ERROR, error.what());
   } catch (...) {
-    return fail(DYOP_INTERNAL_ERROR, "an exception that is not of the standard library");
+    return fail(DYOP_INTERNAL_ERROR, "an exception that is not a standard one");
   }
 }
 

@@ -44,7 +44,7 @@ struct WorldObject {
   std::vector<ImpactEvent> impacts;
 };
 
-/// What a call of the interface runs in: turns what it throws into a status, and tells the log.
+/// Runs a call of the interface: turns exceptions into a status, and informs the log.
 dyop_status guard(dyop_context* context, const std::function<void()>& call);
 
 }  // namespace dyop::c
@@ -58,7 +58,7 @@ struct dyop_context {
   std::shared_ptr<const dyop::Motion> motion(dyop_motion handle) const;
   std::shared_ptr<dyop::c::WorldObject> world(dyop_world handle) const;
 
-  /// Makes an object in the memory of the hooks, to which the handle then refers.
+  /// Makes an object in the memory of the hooks, which the handle then refers to.
   template <typename Concrete, typename Object, typename Handle, typename... Arguments>
   void add(dyop::c::HandleTable<Object>& table, Handle* handle, Arguments&&... arguments) {
     DYOP_REQUIRE(handle, "the pointer to the new handle must not be null");

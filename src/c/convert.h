@@ -8,7 +8,7 @@
 #include "dyop/motion/motion.h"
 #include "dyop/toi/toi_result.h"
 
-// Values in the forms of C and of C++.
+// Converts values between C and C++.
 namespace dyop::c {
 
 inline Vector3 vector_from(const double (&x)[3]) {
@@ -60,7 +60,7 @@ inline dyop_witness to_c(const WitnessPair& pair) {
   return witness;
 }
 
-// Handles of bodies begin at generation 1, so that zero refers to none.
+// Handles of bodies start at generation 1, so that zero refers to none.
 inline dyop_body to_c(const BodyId& id) {
   return {id.slot, id.generation + 1};
 }

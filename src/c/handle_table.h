@@ -8,8 +8,8 @@
 
 namespace dyop::c {
 
-/// Objects by handles, an index and a generation. A slot that is used again has another generation;
-/// one whose generations are used up is not used again.
+/// Objects by handle, an index and a generation. A reused slot has a new generation; a slot whose
+/// generations are used up is not reused.
 template <typename Object>
 class HandleTable {
  public:

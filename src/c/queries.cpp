@@ -10,7 +10,7 @@
 namespace dyop::c {
 namespace {
 
-// The enumerators of C are those of C++, in the same order.
+// The enumerators of C match those of C++, in the same order.
 static_assert(int(DistanceStatus::Inconclusive) == DYOP_DISTANCE_INCONCLUSIVE);
 static_assert(int(DistanceStatus::FartherThanMaxDistance) == DYOP_DISTANCE_FARTHER_THAN_MAX);
 static_assert(int(DistanceStatus::Overlapping) == DYOP_DISTANCE_OVERLAPPING);
@@ -55,12 +55,12 @@ BatchOptions options_from(const dyop_batch_options* given, std::stop_source& sto
   return options;
 }
 
-dyop_distance_result to_c(const DistanceResult& found) {
+dyop_distance_result distance_result(const DistanceResult& found) {
   return {sizeof(dyop_distance_result), int(found.status),
           to_c(static_cast<const WitnessPair&>(found))};
 }
 
-dyop_toi_result to_c(const ToiResult& found) {
+dyop_toi_result toi_result(const ToiResult& found) {
   dyop_toi_result result{};
   result.status = int(found.status);
   result.t_safe = found.t_safe;
@@ -77,7 +77,7 @@ dyop_toi_result to_c(const ToiResult& found) {
   return result;
 }
 
-// Queries, and what keeps their shapes and motions while they run.
+// Queries, and the shapes and motions kept alive while they run.
 struct KeptShapes {
   const Shape* keep(std::shared_ptr<const Shape> shape) {
     return shapes.emplace_back(std::move(shape)).get();
@@ -103,7 +103,7 @@ void run_distances(dyop_context& context, const dyop_distance_query* queries, st
   }
   std::vector<DistanceResult> found(count);
   distance_batch(list, found, batch);
-  for (std::size_t i = 0; i < count; ++i) out.write(i, to_c(found[i]));
+  for (std::size_t i = 0; i < count; ++i) out.write(i, distance_result(found[i]));
 }
 
 void run_impacts(dyop_context& context, const dyop_toi_query* queries, std::size_t count,
@@ -120,10 +120,14 @@ void run_impacts(dyop_context& context, const dyop_toi_query* queries, std::size
   }
   std::vector<ToiResult> found(count);
   time_of_impact_batch(list, found, batch);
-  for (std::size_t i = 0; i < count; ++i) out.write(i, to_c(found[i]));
+  for (std::size_t i = 0; i < count; ++i) out.write(i, toi_result(found[i]));
 }
 
-const BatchOptions kAlone{.thread_count = 1};
+BatchOptions alone() {
+  BatchOptions options;
+  options.thread_count = 1;
+  return options;
+}
 
 }  // namespace
 }  // namespace dyop::c
@@ -134,7 +138,7 @@ dyop_status dyop_compute_distance(dyop_context* context, const dyop_distance_que
                                   const dyop_distance_options* options,
                                   dyop_distance_result* result) {
   return guard(context, [&] {
-    dyop::c::run_distances(*context, query, 1, dyop::c::options_from(options), dyop::c::kAlone,
+    dyop::c::run_distances(*context, query, 1, dyop::c::options_from(options), dyop::c::alone(),
                            result);
   });
 }
@@ -142,7 +146,7 @@ dyop_status dyop_compute_distance(dyop_context* context, const dyop_distance_que
 dyop_status dyop_time_of_impact(dyop_context* context, const dyop_toi_query* query,
                                 const dyop_toi_options* options, dyop_toi_result* result) {
   return guard(context, [&] {
-    dyop::c::run_impacts(*context, query, 1, dyop::c::options_from(options), dyop::c::kAlone,
+    dyop::c::run_impacts(*context, query, 1, dyop::c::options_from(options), dyop::c::alone(),
                          result);
   });
 }

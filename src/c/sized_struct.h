@@ -8,8 +8,8 @@
 
 #include "dyop/core/error.h"
 
-// Structs that begin with the size that the caller knows, which an older or a newer header may have
-// made another one than ours.
+// Structs that start with the size known to the caller, which may differ from ours if the header is
+// older or newer.
 namespace dyop::c {
 
 /// A struct has fields that this library does not know.
@@ -18,7 +18,8 @@ class Unsupported : public Error {
   using Error::Error;
 };
 
-/// The size of a struct in the first release that had it. When one grows, say here what it was.
+/// The size of a struct in the first release that had it. When a struct grows, keep its old size
+/// here.
 template <typename Struct>
 inline constexpr std::uint32_t kFirstSize = sizeof(Struct);
 
@@ -29,8 +30,8 @@ void require_size(std::uint32_t size, const char* what) {
                kFirstSize<Struct>, ": start from its DYOP_..._INIT macro or set it");
 }
 
-/// What the caller wrote, at `given`, over the defaults for all that it does not know. Fields that
-/// we do not know must be zero.
+/// What the caller wrote at `given`, with defaults for the fields it does not know. Fields unknown
+/// to this library must be zero.
 template <typename Struct>
 Struct read_struct(const void* given, const Struct& defaults, const char* what) {
   if (!given) return defaults;
@@ -48,7 +49,7 @@ Struct read_struct(const void* given, const Struct& defaults, const char* what) 
   return result;
 }
 
-/// Writes as much of `value` as a struct of this size has, and zeros beyond.
+/// Writes as much of `value` as fits a struct of this size, and zeros beyond.
 template <typename Struct>
 void write_struct(const Struct& value, std::uint32_t size, void* out) {
   std::memset(out, 0, size);
@@ -56,7 +57,7 @@ void write_struct(const Struct& value, std::uint32_t size, void* out) {
   std::memcpy(out, &size, sizeof(size));
 }
 
-/// An array of the caller, whose elements are all as large as the first one says.
+/// An array of the caller whose elements all have the size stated by the first one.
 template <typename Struct, typename Bytes>
 class SizedArray {
  public:

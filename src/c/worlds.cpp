@@ -5,7 +5,7 @@
 namespace dyop::c {
 namespace {
 
-// The enumerators of C are those of C++, in the same order.
+// The enumerators of C match those of C++, in the same order.
 static_assert(int(BodyKind::Static) == DYOP_STATIC);
 static_assert(int(ImpactPolicy::Impulse) == DYOP_IMPACT_IMPULSE);
 static_assert(int(AdvanceStatus::BudgetExhausted) == DYOP_ADVANCE_BUDGET_EXHAUSTED);
@@ -71,7 +71,7 @@ BodyId find_body(const World& world, dyop_body body) {
   return id;
 }
 
-dyop_impact to_c(const ImpactEvent& event) {
+dyop_impact impact_record(const ImpactEvent& event) {
   dyop_impact impact{};
   impact.t = event.t;
   impact.a = to_c(event.a);
@@ -83,7 +83,7 @@ dyop_impact to_c(const ImpactEvent& event) {
   return impact;
 }
 
-dyop_contact to_c(const PairRecord& pair, const PairContact& touched) {
+dyop_contact contact_record(const PairRecord& pair, const PairContact& touched) {
   dyop_contact contact{};
   contact.a = to_c(pair.a);
   contact.b = to_c(pair.b);
@@ -95,7 +95,7 @@ dyop_contact to_c(const PairRecord& pair, const PairContact& touched) {
   return contact;
 }
 
-// As many of a list as the caller has space for.
+// As many entries of a list as the caller has space for.
 template <typename Struct>
 void hand_over(const std::vector<Struct>& list, Struct* out, std::size_t capacity,
                std::size_t* count, const char* what) {
@@ -194,7 +194,7 @@ dyop_status dyop_world_impacts(dyop_context* context, dyop_world world, dyop_imp
   return guard(context, [&] {
     std::vector<dyop_impact> list;
     for (const dyop::ImpactEvent& event : context->world(world)->impacts) {
-      list.push_back(dyop::c::to_c(event));
+      list.push_back(dyop::c::impact_record(event));
     }
     dyop::c::hand_over(list, impacts, capacity, count, "dyop_impact");
   });
@@ -206,7 +206,7 @@ dyop_status dyop_world_contacts(dyop_context* context, dyop_world world, dyop_co
     std::vector<dyop_contact> list;
     for (const dyop::PairRecord& pair : context->world(world)->world.contacts()) {
       for (const dyop::PairContact& touched : pair.contacts) {
-        list.push_back(dyop::c::to_c(pair, touched));
+        list.push_back(dyop::c::contact_record(pair, touched));
       }
     }
     dyop::c::hand_over(list, contacts, capacity, count, "dyop_contact");

@@ -25,6 +25,8 @@ ChainWorkspace& ChainWorkspace::operator=(ChainWorkspace&&) noexcept = default;
 
 namespace {
 
+using internal::CellMotion;
+
 // A pointer that does not keep its object.
 template <typename Object>
 std::shared_ptr<const Object> borrow(const Object& object) {
@@ -44,7 +46,7 @@ void add(ToiStatistics& sum, const ToiStatistics& part) {
   sum.peak_queue = std::max(sum.peak_queue, part.peak_queue);
 }
 
-// Body after body, each only up to the first event among those before.
+// Body after body, each only up to the first event found so far.
 class ChainSearch {
  public:
   ChainSearch(const KinematicChain& chain, const JointPath& path, const ObstacleSet& obstacles,
@@ -56,10 +58,11 @@ class ChainSearch {
         memory_(memory) {
     best_.toi.status = ToiStatus::Separated;
     best_.toi.t_safe = path.domain().end;
+    links_.reserve(chain.links().size());
     for (std::size_t link = 0; link < chain.links().size(); ++link) {
       links_.emplace_back(chain_, path_, link);
     }
-    memory_.cells.set(path, links_);
+    memory_.cells.set(chain, path, links_);
   }
 
   ChainResult run();
@@ -69,7 +72,7 @@ class ChainSearch {
   void examine_pair(const KinematicChain::LinkPair& pair);
   ToiOptions rest_of_options() const;
   TimeInterval rest() const { return {path_->domain().begin, best_.toi.t_safe}; }
-  // Takes the event if it is earlier than what is known.
+  // Keeps the event if it is earlier than the best one.
   bool take(const ToiResult& found);
 
   std::shared_ptr<const KinematicChain> chain_;
@@ -94,7 +97,7 @@ bool ChainSearch::take(const ToiResult& found) {
   add(statistics_, found.statistics);
   rounding_allowance_ = std::max(rounding_allowance_, found.rounding_allowance);
   if (found.status == ToiStatus::Separated) return false;
-  // An event at the very end of the rest comes no earlier than the one that is known, unless there
+  // An event at the very end of the remaining time is not earlier than the known one, unless there
   // is none.
   if (best_.toi.status != ToiStatus::Separated && !(found.t_safe < best_.toi.t_safe)) return false;
   best_ = ChainResult();
@@ -110,7 +113,7 @@ void ChainSearch::examine_link(std::size_t link) {
   if (filter.groups == 0) return;
   ToiOptions options = rest_of_options();
   options.solid_a = body.is_solid;
-  const internal::CellMotion motion(links_[link], link, memory_.cells);
+  const CellMotion motion(links_[link], link, CellMotion::Frame::World, memory_.cells);
   const ObstacleImpact found =
       obstacles_.first_impact(*body.shape, motion, rest(), options, filter, memory_.obstacles);
   if (!take(found.toi)) return;
@@ -127,9 +130,11 @@ void ChainSearch::examine_pair(const KinematicChain::LinkPair& pair) {
   options.solid_b = b.is_solid;
   const LinkMotion motion_a(chain_, path_, pair.first, base);
   const LinkMotion motion_b(chain_, path_, pair.second, base);
-  const ToiResult found = time_of_impact(
-      *a.shape, internal::CellMotion(motion_a, pair.first, memory_.cells), *b.shape,
-      internal::CellMotion(motion_b, pair.second, memory_.cells), rest(), options, memory_.pair);
+  constexpr auto kLink = CellMotion::Frame::Link;
+  const CellMotion cell_a(motion_a, pair.first, kLink, memory_.cells);
+  const CellMotion cell_b(motion_b, pair.second, kLink, memory_.cells);
+  const ToiResult found =
+      time_of_impact(*a.shape, cell_a, *b.shape, cell_b, rest(), options, memory_.pair);
   if (!take(found)) return;
   best_.link_a = pair.first;
   best_.link_b = pair.second;
@@ -141,7 +146,7 @@ void ChainSearch::examine_pair(const KinematicChain::LinkPair& pair) {
 }
 
 ChainResult ChainSearch::run() {
-  // The last links move most, and are most likely to shorten the rest for the others.
+  // The last links move most, and are most likely to shorten the remaining time for the others.
   for (std::size_t link = chain_->links().size(); link-- > 0;) examine_link(link);
   if (options_.with_self_collision) {
     for (const KinematicChain::LinkPair& pair : chain_->self_pairs()) examine_pair(pair);
@@ -168,7 +173,7 @@ ChainResult certify(const KinematicChain& chain, const JointPath& path,
   DYOP_REQUIRE(path.coordinate_count() == chain.coordinate_count(), "certify: the path has ",
                path.coordinate_count(), " coordinates, the chain ", chain.coordinate_count());
   DYOP_REQUIRE(!options.toi.solid_a && !options.toi.solid_b,
-               "certify: solids are stated by Link::is_solid and Obstacle::is_solid");
+               "certify: use Link::is_solid and Obstacle::is_solid");
   return ChainSearch(chain, path, obstacles, options, workspace.memory()).run();
 }
 

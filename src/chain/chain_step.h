@@ -15,9 +15,9 @@ inline void set_turn(KinematicChain::Step& step) {
   for (int k = 0; k < 3; ++k) step.turn_sine.col(k) = step.axis_P.cross(R.col(k));
 }
 
-/// The rotation of a revolute joint.
-inline Matrix3 turn_at(const KinematicChain::Step& step, Scalar q) {
-  return step.turn_fixed + std::cos(q) * step.turn_cosine + std::sin(q) * step.turn_sine;
+/// The rotation of a revolute joint, by the cosine and sine of its coordinate.
+inline Matrix3 turn_at(const KinematicChain::Step& step, Scalar cosine, Scalar sine) {
+  return step.turn_fixed + cosine * step.turn_cosine + sine * step.turn_sine;
 }
 
 /// The pose of a child link in its parent's frame.
@@ -26,7 +26,8 @@ inline RigidPose step_pose(const KinematicChain::Step& step, Scalar q) {
     case JointType::Fixed:
       break;
     case JointType::Revolute:
-      return RigidPose::from_trusted(turn_at(step, q), step.X_PJ.translation());
+      return RigidPose::from_trusted(turn_at(step, std::cos(q), std::sin(q)),
+                                     step.X_PJ.translation());
     case JointType::Prismatic:
       return RigidPose::from_trusted(step.X_PJ.rotation(),
                                      step.X_PJ.translation() + q * step.axis_P);

@@ -38,8 +38,8 @@ Scalar largest_size(const Scalar* b, std::size_t count) {
   return largest;
 }
 
-// Bounds the size of the polynomial over [s0, s1]: the largest Bernstein coefficient there. These
-// are its polar form at some s0 and the rest s1, so each comes from one filling in of s0 more.
+// Bounds the size of the polynomial over [s0, s1]: the largest Bernstein coefficient there. Each is
+// a value of the polar form, found by inserting s0 once more.
 Scalar largest_over(const Scalar* b, std::size_t count, Scalar s0, Scalar s1) {
   if (count == 0) return 0;
   Buffer filled;
@@ -49,7 +49,7 @@ Scalar largest_over(const Scalar* b, std::size_t count, Scalar s0, Scalar s1) {
     largest = std::max(largest, std::abs(value_at(filled.data(), k + 1, s1)));
     for (std::size_t i = 0; i < k; ++i) filled[i] = blend(filled[i], filled[i + 1], s0);
   }
-  // Convex combinations err relative to what they combine, not to what is left.
+  // Convex combinations err relative to their inputs, not to the result.
   return round_up(largest) + kMotionNoise * largest_size(b, count);
 }
 
@@ -127,7 +127,7 @@ JointPath::Bound JointPath::bound_of_piece(std::size_t coordinate, std::size_t p
 JointPath::Bound JointPath::bound(std::size_t coordinate, const TimeInterval& part) const {
   const std::size_t first = piece_at(part.begin);
   Bound result = bound_of_piece(coordinate, first, part);
-  // A piece that begins where the part ends does not count.
+  // A piece that starts where the part ends does not count.
   for (std::size_t piece = first + 1; piece + 1 < times_.size() && times_[piece] < part.end;
        ++piece) {
     result = join(result, bound_of_piece(coordinate, piece, part));
@@ -137,8 +137,8 @@ JointPath::Bound JointPath::bound(std::size_t coordinate, const TimeInterval& pa
 }
 
 JointVector JointPath::position(Scalar t) const {
-  DYOP_REQUIRE(domain().contains(t), "joint path is defined on [", times_.front(), ", ",
-               times_.back(), "] only, not at t = ", t);
+  DYOP_REQUIRE(domain().contains(t), "joint path is defined only on [", times_.front(), ", ",
+               times_.back(), "], not at t = ", t);
   JointVector q(coordinate_count_);
   for (std::size_t j = 0; j < coordinate_count_; ++j) {
     q[static_cast<Eigen::Index>(j)] = sample(j, piece_at(t), t).value;
@@ -147,8 +147,8 @@ JointVector JointPath::position(Scalar t) const {
 }
 
 JointVector JointPath::velocity(Scalar t) const {
-  DYOP_REQUIRE(domain().contains(t), "joint path is defined on [", times_.front(), ", ",
-               times_.back(), "] only, not at t = ", t);
+  DYOP_REQUIRE(domain().contains(t), "joint path is defined only on [", times_.front(), ", ",
+               times_.back(), "], not at t = ", t);
   JointVector rate(coordinate_count_);
   for (std::size_t j = 0; j < coordinate_count_; ++j) {
     rate[static_cast<Eigen::Index>(j)] = sample(j, piece_at(t), t).rate;

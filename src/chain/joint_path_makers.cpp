@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 
-// The ways to make a JointPath: each is turned into Bezier pieces.
+// The constructors of JointPath: each is converted to Bezier pieces.
 
 #include <cmath>
 
@@ -47,9 +47,9 @@ void require_knots(std::size_t degree, std::span<const Scalar> knots, std::size_
     DYOP_REQUIRE(i == 0 || knots[i] >= knots[i - 1],
                  "knots of a joint path must not decrease, but ", knots[i], " follows ",
                  knots[i - 1]);
-    // degree + 1 equal knots inside the domain would tear the path.
+    // degree + 1 equal knots inside the domain would break the path.
     DYOP_REQUIRE(i <= degree || i >= point_count || knots[i] > knots[i - degree], "knot ", i, " = ",
-                 knots[i], " of a B-spline of degree ", degree, " is there more than ", degree,
+                 knots[i], " of a B-spline of degree ", degree, " occurs more than ", degree,
                  " times");
   }
   DYOP_REQUIRE(knots[degree] < knots[point_count],
@@ -57,8 +57,8 @@ void require_knots(std::size_t degree, std::span<const Scalar> knots, std::size_
                knots[point_count], "]");
 }
 
-// The polar form of the spline on the span from knot i, at `count` times knot i + 1 and otherwise
-// knot i: de Boor's algorithm with another argument at every level.
+// The polar form of the spline on the span from knot i, with knot i + 1 `count` times and otherwise
+// knot i: de Boor's algorithm with a different argument at every level.
 JointVector polar_form(std::size_t degree, std::span<const Scalar> knots,
                        std::span<const JointVector> points, std::size_t i, std::size_t count) {
   std::vector<JointVector> x(points.begin() + std::ptrdiff_t(i - degree),
@@ -116,7 +116,7 @@ JointPath JointPath::bezier(std::span<const Scalar> times,
     DYOP_REQUIRE(controls[i].allFinite(), "control points of piece ", i,
                  " of a joint path must be finite");
     DYOP_REQUIRE(i == 0 || controls[i].col(0) == controls[i - 1].col(columns - 1), "piece ", i,
-                 " of a joint path must start where the one before ends, at (",
+                 " of a joint path must start where the previous one ends, at (",
                  controls[i - 1].col(columns - 1).transpose(), "), not at (",
                  controls[i].col(0).transpose(), ")");
   }
@@ -170,7 +170,7 @@ JointPath JointPath::bspline(std::size_t degree, std::span<const Scalar> knots,
     for (std::size_t k = 0; k <= degree; ++k) {
       control.col(Eigen::Index(k)) = polar_form(degree, knots, control_points, i, k);
     }
-    // The same up to rounding: no gap between the pieces.
+    // Equal up to rounding; leaves no gap between the pieces.
     if (!controls.empty()) control.col(0) = controls.back().col(Eigen::Index(degree));
     controls.push_back(std::move(control));
   }

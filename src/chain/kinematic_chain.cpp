@@ -135,7 +135,7 @@ std::size_t KinematicChain::common_ancestor(std::size_t first, std::size_t secon
   return first;
 }
 
-// True if no other link with a shape lies between them.
+// Whether no other link with a shape lies between them.
 bool KinematicChain::are_neighbours(std::size_t first, std::size_t second) const {
   const std::size_t meeting = common_ancestor(first, second);
   if (meeting != first && meeting != second && links_[meeting].shape) return false;

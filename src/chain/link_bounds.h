@@ -4,22 +4,20 @@
 #include <algorithm>
 #include <cmath>
 
-#include "chain/chain_step.h"
+#include "chain/chain_frame.h"
 #include "core/tolerance.h"
 #include "dyop/chain/link_motion.h"
 #include "motion/curve/rotation_rate.h"
 
 namespace dyop::internal {
 
-/// What one joint does over a part of a path, and where it is in the middle of that part.
+/// What one joint does over a part of a path, and its position at the middle of that part.
 struct JointPart {
   JointPath::Bound bound;
-  Scalar value = 0;
-  Scalar cosine = 1;
-  Scalar sine = 0;
+  JointInstant middle;
 };
 
-/// A part of a path by its middle and the longest time from there, rounded up.
+/// A part of a path, as its middle and the longest time from there, rounded up.
 struct PartMiddle {
   explicit PartMiddle(const TimeInterval& part)
       : time(std::clamp((part.begin + part.end) / 2, part.begin, part.end)),
@@ -32,8 +30,7 @@ struct PartMiddle {
 
 inline JointPart joint_part(const JointPath& path, std::size_t coordinate, std::size_t piece,
                             const TimeInterval& part, Scalar middle) {
-  const Scalar value = path.sample(coordinate, piece, middle).value;
-  return {path.bound(coordinate, part), value, std::cos(value), std::sin(value)};
+  return {path.bound(coordinate, part), joint_instant(path, coordinate, piece, middle)};
 }
 
 /// Bounds of a link's twist over a part of a path, as seen from the link above each of its joints:
@@ -45,15 +42,17 @@ void visit_bounds(const LinkMotion& link, const PartMiddle& middle, Scalar noise
   const std::span<const LinkMotion::Turn> turns = link.turns();
   const Scalar up = 1 + kMotionNoise * static_cast<Scalar>(1 + turns.size());
   TwistBound seen;
-  Vector3 arm = link.p_JL();  // from the joint that was last passed to the link's origin
-  Scalar next_rate = 0;       // of the revolute joint that was last passed
-  Scalar other_rates = 0;     // of those before it
+  Vector3 arm =
+      link.X_JL().translation();  // from the joint that was last passed to the link's origin
+  Scalar next_rate = 0;           // of the revolute joint that was last passed
+  Scalar other_rates = 0;         // of those before it
   visit(0, seen);
   for (std::size_t count = 1; count <= turns.size(); ++count) {
     const LinkMotion::Turn& turn = turns[turns.size() - count];
     const KinematicChain::Step& step = turn.step;
-    const JointPart& q = part_of(step.coordinate);
-    const JointPath::Bound& rate = q.bound;
+    const JointPart& part = part_of(step.coordinate);
+    const JointPath::Bound& rate = part.bound;
+    const JointInstant& q = part.middle;
     if (step.type == JointType::Prismatic) {
       seen.linear_acceleration += rate.acceleration;
       seen.linear_speed += rate.speed;
@@ -61,7 +60,7 @@ void visit_bounds(const LinkMotion& link, const PartMiddle& middle, Scalar noise
     } else {
       arm = step.turn_fixed * arm + q.cosine * (step.turn_cosine * arm) +
             q.sine * (step.turn_sine * arm);
-      // How far the link's origin gets from the axis.
+      // How far the link's origin is from the axis, at most.
       const Scalar near_middle =
           norm_of(step.axis_P.cross(arm)) + middle.half * seen.linear_speed + noise;
       const Scalar radius = std::min(turn.reach, near_middle);

@@ -4,23 +4,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "chain/chain_frame.h"
 #include "chain/link_bounds.h"
 #include "dyop/core/error.h"
 
 namespace dyop {
-namespace {
-
-// A product of many rotations, with the rounding errors of its columns' lengths and angles removed.
-Matrix3 orthonormal(const Matrix3& R) {
-  Matrix3 result;
-  result.col(0) = R.col(0).normalized();
-  result.col(1) = (R.col(1) - result.col(0) * result.col(0).dot(R.col(1))).normalized();
-  result.col(2) = result.col(0).cross(result.col(1));
-  return result;
-}
-
-}  // namespace
-
 LinkMotion::LinkMotion(std::shared_ptr<const KinematicChain> chain,
                        std::shared_ptr<const JointPath> path, std::size_t link)
     : chain_(std::move(chain)), path_(std::move(path)) {
@@ -46,11 +34,11 @@ void LinkMotion::collect(std::size_t link, std::optional<std::size_t> base) {
   for (std::size_t up = link; base ? up != *base : bool(chain_->step(up));
        up = chain_->step(up)->parent) {
     DYOP_REQUIRE(chain_->step(up), "link '", chain_->links()[*base].name,
-                 "' is not on the way from the root to link '", chain_->links()[link].name, "'");
+                 "' is not on the path from the root to link '", chain_->links()[link].name, "'");
     steps.push_back(*chain_->step(up));
   }
   std::reverse(steps.begin(), steps.end());
-  RigidPose before;  // of the fixed joints since the last one that moves
+  RigidPose before;  // of the fixed joints since the last moving one
   for (KinematicChain::Step& step : steps) {
     if (step.type == JointType::Fixed) {
       before = before * step.X_PJ;
@@ -66,9 +54,9 @@ void LinkMotion::collect(std::size_t link, std::optional<std::size_t> base) {
   measure();
 }
 
-// The scale of rounding, as of motions composed from the base to the link; how far the link reaches
-// from each joint; and the angles between neighbouring axes, which only prismatic joints come
-// between and which stay the same.
+// The scale of rounding, for motions composed from the base to the link; how far the link reaches
+// from each joint; and the angles between neighbouring axes, which only prismatic joints separate
+// and which stay the same.
 void LinkMotion::measure() {
   scale_ = {X_WF_.translation().stableNorm(), 1};
   for (const Turn& turn : turns_) {
@@ -106,29 +94,12 @@ void LinkMotion::measure() {
 
 MotionState LinkMotion::state(Scalar t) const {
   const std::size_t piece = path_->piece_at(t);
-  Matrix3 R = X_WF_.rotation();
-  Vector3 p = X_WF_.translation();
-  Twist twist;
+  internal::ChainFrame frame{X_WF_.rotation(), X_WF_.translation(), {}};
   for (const Turn& turn : turns_) {
-    const KinematicChain::Step& step = turn.step;
-    const JointPath::Sample q = path_->sample(step.coordinate, piece, t);
-    const Vector3 axis = R * step.axis_P;
-    if (step.type == JointType::Prismatic) {
-      const Vector3 shift = R * (step.X_PJ.translation() + q.value * step.axis_P);
-      p += shift;
-      twist.v_WB += twist.w_WB.cross(shift) + q.rate * axis;
-      R = R * step.X_PJ.rotation();
-    } else {
-      const Vector3 shift = R * step.X_PJ.translation();
-      p += shift;
-      twist.v_WB += twist.w_WB.cross(shift);
-      twist.w_WB += q.rate * axis;
-      R = R * internal::turn_at(step, q.value);
-    }
+    const std::size_t coordinate = turn.step.coordinate;
+    internal::advance(frame, turn.step, internal::joint_instant(*path_, coordinate, piece, t));
   }
-  const Vector3 shift = R * X_JL_.translation();
-  twist.v_WB += twist.w_WB.cross(shift);
-  return {RigidPose::from_trusted(orthonormal(R * X_JL_.rotation()), p + shift), twist};
+  return internal::link_state(frame, X_JL_);
 }
 
 RigidPose LinkMotion::pose(Scalar t) const {

@@ -2,19 +2,21 @@
 #include "chain/path_cells.h"
 
 #include <algorithm>
+#include <numeric>
 
 #include "chain/link_bounds.h"
 
 namespace dyop::internal {
 namespace {
 
-// At least so many cells per path, of equal length within a piece. More: closer bounds of short
-// parts, each for about a microsecond for an arm of six axes.
+// Minimum number of cells per path, of equal length within a piece. More: closer bounds on short
+// parts, each for about a microsecond for a six-axis arm.
 constexpr std::size_t kCells = 16;
 
 }  // namespace
 
-void PathCells::set(const JointPath& path, std::span<const LinkMotion> links) {
+void PathCells::set(const KinematicChain& chain, const JointPath& path,
+                    std::span<const LinkMotion> links) {
   const std::span<const Scalar> pieces = path.times();
   const std::size_t per_piece = (kCells + pieces.size() - 2) / (pieces.size() - 1);
   times_.clear();
@@ -34,26 +36,65 @@ void PathCells::set(const JointPath& path, std::span<const LinkMotion> links) {
     offsets_.push_back(offsets_.back() + link.turns().size() + 1);
   }
   bounds_.resize((times_.size() - 1) * offsets_.back());
-  std::vector<JointPart> parts(path.coordinate_count());
+  states_.resize((times_.size() - 1) * links.size());
+  middles_.resize(times_.size() - 1);
+  parts_.resize(path.coordinate_count());
+  frames_.resize(links.size());
+  order_.resize(links.size());
+  std::iota(order_.begin(), order_.end(), std::size_t{0});
+  std::stable_sort(order_.begin(), order_.end(), [&chain](std::size_t a, std::size_t b) {
+    return chain.depth(a) < chain.depth(b);
+  });
   for (std::size_t cell = 0; cell + 1 < times_.size(); ++cell) {
     const TimeInterval part{times_[cell], times_[cell + 1]};
     const PartMiddle middle(part);
-    for (std::size_t j = 0; j < parts.size(); ++j) {
-      parts[j] = joint_part(path, j, cell / per_piece, part, middle.time);
+    middles_[cell] = middle.time;
+    for (std::size_t j = 0; j < parts_.size(); ++j) {
+      parts_[j] = joint_part(path, j, cell / per_piece, part, middle.time);
     }
     for (std::size_t i = 0; i < links.size(); ++i) {
       TwistBound* const row = bounds_.data() + cell * offsets_.back() + offsets_[i];
       visit_bounds(
           links[i], middle, kPoseNoise * links[i].pose_scale(part).length,
-          [&parts](std::size_t coordinate) -> const JointPart& { return parts[coordinate]; },
+          [this](std::size_t coordinate) -> const JointPart& { return parts_[coordinate]; },
           [row](std::size_t count, const TwistBound& seen) { row[count] = seen; });
     }
+    set_states(chain, links, cell);
   }
 }
 
+// A link's frame is its parent's, past one joint; fixed joints are part of the turn after them, or
+// of X_JL.
+void PathCells::set_states(const KinematicChain& chain, std::span<const LinkMotion> links,
+                           std::size_t cell) {
+  for (const std::size_t link : order_) {
+    ChainFrame& frame = frames_[link];
+    const std::optional<KinematicChain::Step>& step = chain.step(link);
+    if (step) {
+      frame = frames_[step->parent];
+      if (step->type != JointType::Fixed) {
+        const KinematicChain::Step& last = links[link].turns().back().step;
+        advance(frame, last, parts_[last.coordinate].middle);
+      }
+    } else {
+      frame = {chain.X_WR().rotation(), chain.X_WR().translation(), {}};
+    }
+    states_[cell * links.size() + link] = link_state(frame, links[link].X_JL());
+  }
+}
+
+std::size_t PathCells::cell_at(Scalar t) const {
+  const auto after = std::upper_bound(times_.begin() + 1, times_.end() - 1, t);
+  return static_cast<std::size_t>(after - times_.begin()) - 1;
+}
+
+const MotionState* PathCells::state(std::size_t link, Scalar t) const {
+  const std::size_t cell = cell_at(t);
+  return middles_[cell] == t ? &states_[cell * frames_.size() + link] : nullptr;
+}
+
 TwistBound PathCells::bound(std::size_t link, std::size_t turns, const TimeInterval& part) const {
-  const auto after = std::upper_bound(times_.begin() + 1, times_.end() - 1, part.begin);
-  const std::size_t first = static_cast<std::size_t>(after - times_.begin()) - 1;
+  const std::size_t first = cell_at(part.begin);
   const TwistBound* row = bounds_.data() + first * offsets_.back() + offsets_[link] + turns;
   TwistBound result = *row;
   for (std::size_t cell = first + 1; cell + 1 < times_.size() && times_[cell] < part.end; ++cell) {

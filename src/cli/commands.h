@@ -23,8 +23,10 @@ void add_paper_command(CLI::App& app, ExitCode& exit_code);
 void add_replay_command(CLI::App& app, ExitCode& exit_code);
 void add_scene_command(CLI::App& app, ExitCode& exit_code);
 void add_simulate_command(CLI::App& app, ExitCode& exit_code);
+void add_study_command(CLI::App& app, ExitCode& exit_code);
 void add_toi_command(CLI::App& app, ExitCode& exit_code);
 void add_view_command(CLI::App& app, ExitCode& exit_code);
+void add_tool_command(CLI::App& app, ExitCode& exit_code);
 
 /// Exit code of a command that found an impact or an overlap.
 inline ExitCode exit_code_of_impact(bool fails_on_impact) {

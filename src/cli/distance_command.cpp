@@ -3,6 +3,8 @@
 
 #include "cli/body_arguments.h"
 #include "cli/commands.h"
+#include "cli/picture/picture_file.h"
+#include "cli/picture/query_picture.h"
 #include "dyop/distance/distance.h"
 #include "dyop/io/result_text.h"
 
@@ -24,11 +26,13 @@ struct DistanceArguments {
   BodyArguments b{"b"};
   PlacementArguments placement;
   DistanceOptions options;
+  std::string picture_file;
   bool is_json = false;
   bool fails_on_impact = false;
 };
 
 ExitCode run_distance(const DistanceArguments& arguments) {
+  if (!arguments.picture_file.empty()) require_picture(arguments.picture_file);
   const auto a = make_shape(arguments.a, arguments.placement);
   const auto b = make_shape(arguments.b, arguments.placement);
   const DistanceResult result =
@@ -37,6 +41,10 @@ ExitCode run_distance(const DistanceArguments& arguments) {
     std::cout << to_json_text(result) << '\n';
   } else {
     std::cout << describe(result);
+  }
+  if (!arguments.picture_file.empty()) {
+    write_picture(arguments.picture_file,
+                  distance_picture(*a, make_pose(arguments.a), *b, make_pose(arguments.b), result));
   }
   if (result.status == DistanceStatus::Overlapping) {
     return exit_code_of_impact(arguments.fails_on_impact);

@@ -133,8 +133,7 @@ void print_words(const MeshReport& report) {
               << "  (density 1)     " << I.row(1).format(row) << '\n'
               << "                  " << I.row(2).format(row) << '\n';
   } else {
-    std::cout << "volume            none: the mesh is open or inside out
-                 ";
+    std::cout << "volume            none: the mesh is open or inside out\n";
   }
   std::cout << "hierarchy         " << report.nodes << " nodes\n"
             << "memory            " << Scalar(report.bytes) / (1 << 20) << " MiB\n";

@@ -3,6 +3,8 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/commands.h"
+#include "cli/picture/picture_file.h"
+#include "cli/picture/query_picture.h"
 #include "dyop/io/query_record.h"
 #include "dyop/io/result_text.h"
 #include "dyop/toi/time_of_impact.h"
@@ -20,10 +22,13 @@ Examples:
     dyop replay query.json
   For a script:
     dyop replay query.json --json
+  A picture of a query that failed (dyop-failure.json):
+    dyop replay dyop-failure.json --picture failure.html
 )";
 
 struct ReplayArguments {
   std::string file;
+  std::string picture_file;
   bool is_json = false;
 };
 
@@ -86,6 +91,7 @@ void print_text(const QueryRecord& record, const Outcome& now,
 }
 
 ExitCode run_replay(const ReplayArguments& arguments) {
+  if (!arguments.picture_file.empty()) require_picture(arguments.picture_file);
   const QueryRecord record(arguments.file);
   const Outcome now = ask_again(record.query());
   const std::vector<FieldDifference> differences = compare(record, now);
@@ -93,6 +99,12 @@ ExitCode run_replay(const ReplayArguments& arguments) {
     print_json(record, differences);
   } else {
     print_text(record, now, differences);
+  }
+  // Of a query that fails there is nothing to draw but its start.
+  if (!arguments.picture_file.empty()) {
+    ToiResult drawn = now.result.value_or(ToiResult{});
+    if (!now.result) drawn.t_safe = record.query().interval.begin;
+    write_picture(arguments.picture_file, toi_picture(record.query(), drawn));
   }
   return differences.empty() ? ExitCode::Answered : ExitCode::Different;
 }

@@ -23,12 +23,8 @@ std::string scene_footer() {
     text << "  " << kind.name << std::string(11 - kind.name.size(), ' ') << kind.count << " ("
          << kind.least << " to " << kind.most << ")\n";
   }
-  text << "Mesh files that the scene uses are written beside it.
-
-Examples:
-"
-          "  Generate and step an arch of 25 stones:
-"
+  text << "Mesh files that the scene uses are written beside it.\n\nExamples:\n"
+          "  Generate and step an arch of 25 stones:\n"
           "    dyop scene arch 25 --out arch.json && dyop simulate arch.json --out run\n"
           "  A net of rings; ring.obj is written beside net.json:\n"
           "    dyop scene chain-net 8 --out net.json --json\n";

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <chrono>
-#include <cmath>
 #include <exception>
 #include <fstream>
 #include <iostream>
@@ -13,6 +12,7 @@
 #include "cli/progress_bar.h"
 #include "cli/recording/recording_tools.h"
 #include "cli/recording/run_output.h"
+#include "cli/scene_run.h"
 #include "dyop/io/file_error.h"
 #include "dyop/io/result_text.h"
 #include "dyop/scene_io/run_recording.h"
@@ -26,7 +26,7 @@ namespace fs = std::filesystem;
 
 constexpr const char* kSimulateExamples =
     R"(--out DIR gets recording.jsonl, with every proven step and impact, and summary.txt, for people.
---record FILE.h5 gets the exact motions and all that happened, in a tenth of the space and readable
+--record FILE.h5 gets the exact motions and all that happened, in a hundredth of the space and readable
 while the run goes on (docs/recording.md); with it, DIR gets no recording.jsonl.
 Meshes are looked for beside the scene, then in --mesh-path, then in the directories of the
 environment variable DYOP_MESH_PATH (separated by colons). Ctrl-C ends with what is proven by then.
@@ -73,49 +73,6 @@ void write_file(const fs::path& file, const std::string& text) {
   if (!out) throw FileError(file, "could not be written completely");
 }
 
-// A remainder shorter than this fraction of a step is not a step of its own.
-// literal: only rounding of end / step leaves such a remainder
-constexpr Scalar kNoStep = 1e-6;
-
-// What a run needs besides its scene and its results.
-struct Watch {
-  const std::stop_token& stop;
-  ProgressBar& progress;
-};
-
-void step_through(const Scene& scene, const Watch& watch, World& world, RunOutput& output,
-                  Run& run) {
-  const auto count =
-      std::max<std::int64_t>(1, std::llround(std::ceil(scene.end_time / scene.step - kNoStep)));
-  for (std::int64_t k = 1; k <= count; ++k) {
-    const Scalar t = k == count ? scene.end_time : Scalar(k) * scene.step;
-    const AdvanceReport report = world.advance(t - world.time(), {watch.stop, std::nullopt});
-    output.write(report, world);
-    run.totals.add(report);
-    run.impacts.insert(run.impacts.end(), report.impacts.begin(), report.impacts.end());
-    watch.progress.update(world.time() / scene.end_time, std::int64_t(run.impacts.size()));
-    if (report.status != AdvanceStatus::Completed) return;
-  }
-}
-
-nlohmann::ordered_json bodies_json(const World& world) {
-  const auto numbers = [](const auto& v) { return std::vector<Scalar>(v.begin(), v.end()); };
-  nlohmann::ordered_json list = nlohmann::ordered_json::array();
-  for (const BodyId id : world.bodies()) {
-    const MotionState state = world.state(id);
-    const Quaternion q = state.X_WB.quaternion();
-    nlohmann::ordered_json body;
-    body["name"] = world.body(id).name;
-    body["position"] = numbers(state.X_WB.translation());
-    body["quaternion"] = std::vector<Scalar>{q.w(), q.x(), q.y(), q.z()};
-    body["linear_velocity"] = numbers(state.twist.v_WB);
-    body["angular_velocity"] = numbers(state.twist.w_WB);
-    body["asleep"] = world.is_asleep(id);
-    list.push_back(std::move(body));
-  }
-  return list;
-}
-
 fs::path recording_of(const SimulateArguments& arguments) {
   if (!arguments.record.empty()) return arguments.record;
   return fs::path(arguments.out) / "recording.jsonl";
@@ -134,7 +91,12 @@ Run record(const Scene& scene, const SimulateArguments& arguments, const std::st
   Run run;
   std::string message;
   try {
-    step_through(scene, {stop, progress}, world, *output, run);
+    step_through(scene, stop, world, [&](const AdvanceReport& report) {
+      output->write(report, world);
+      run.totals.add(report);
+      run.impacts.insert(run.impacts.end(), report.impacts.begin(), report.impacts.end());
+      progress.update(world.time() / scene.end_time, std::int64_t(run.impacts.size()));
+    });
   } catch (const FileError&) {  // the recording itself cannot be written
     throw;
   } catch (const Error& error) {
@@ -156,12 +118,21 @@ void print_json(const Run& run, const SimulateArguments& arguments, double secon
   if (!run.impacts.empty()) json["first_impact"] = run.impacts.front().t;
   json["steps"] = run.totals.steps;
   json["stalls"] = run.totals.work.stalls;
+  json["unconverged"] = run.totals.work.unconverged;
   json["residual"] = run.totals.work.residual;
+  json["shortest_gap"] = nullptr;  // no bodies touched
+  if (run.totals.work.shortest_gap < kInfinity) {
+    json["shortest_gap"] = run.totals.work.shortest_gap;
+  }
   json["contacts"] = run.totals.work.contacts;
   json["too_near"] = run.totals.too_near.size();
   json["bodies"] = run.bodies;
   json["node_pairs"] = run.totals.toi.node_pairs;
   json["seconds"] = seconds;
+  const StepTimes& times = run.totals.times;
+  json["step_seconds"] = {{"total", times.total},   {"broad_phase", times.broad_phase},
+                          {"flight", times.flight}, {"contacts", times.contacts},
+                          {"solve", times.solve},   {"proofs", times.proofs}};
   json["recording"] = recording_of(arguments).string();
   json["summary"] = nullptr;
   if (!arguments.out.empty()) {
@@ -204,6 +175,7 @@ ExitCode run_simulate(const SimulateArguments& arguments) {
   const auto begin = std::chrono::steady_clock::now();
   Scene scene = load_scene(arguments.scene, mesh_directories(arguments.mesh_path));
   scene.options.thread_count = arguments.threads;
+  scene.options.measures_time = true;
   if (!arguments.out.empty()) make_directory(arguments.out);
   const Run run = record(scene, arguments, interrupt.token());
 

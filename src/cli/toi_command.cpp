@@ -8,6 +8,8 @@
 #include "cli/commands.h"
 #include "cli/failure_record.h"
 #include "cli/interrupt.h"
+#include "cli/picture/picture_file.h"
+#include "cli/picture/query_picture.h"
 #include "dyop/io/query_record.h"
 #include "dyop/io/result_text.h"
 #include "dyop/toi/time_of_impact.h"
@@ -25,6 +27,8 @@ Examples:
   A turning bunny flies at another one; within 0.01 is an impact, JSON output for a script:
     dyop toi bunny.obj bunny.obj --position-b 4 0 0 --velocity-b -3 0 0 --spin-b 0 2 5 \
         --target 0.01 --json
+  A picture of it, with the gap over time:
+    dyop toi bunny.obj bunny.obj --position-b 4 0 0 --velocity-b -3 0 0 --picture impact.svg
 )";
 
 struct ToiArguments {
@@ -36,6 +40,7 @@ struct ToiArguments {
   std::optional<Scalar> tolerance;
   std::optional<Scalar> time_limit;
   std::string record_file;
+  std::string picture_file;
   bool is_json = false;
   bool fails_on_impact = false;
 };
@@ -71,6 +76,7 @@ ExitCode exit_code_of(const ToiResult& result, bool fails_on_impact) {
 }
 
 ExitCode run_toi(const ToiArguments& arguments) {
+  if (!arguments.picture_file.empty()) require_picture(arguments.picture_file);
   const InterruptGuard interrupt;
   const TimeInterval interval{arguments.interval[0], arguments.interval[1]};
   guard_option("--interval", [&] { require_valid(interval); });
@@ -92,6 +98,9 @@ ExitCode run_toi(const ToiArguments& arguments) {
   }
   // After the answer is printed, so that a failed record does not lose it.
   if (!arguments.record_file.empty()) write_query_record(arguments.record_file, query, result);
+  if (!arguments.picture_file.empty()) {
+    write_picture(arguments.picture_file, toi_picture(query, result));
+  }
   return exit_code_of(result, arguments.fails_on_impact);
 }
 

@@ -301,6 +301,13 @@ inline constexpr Scalar kGapRecovery = 0.3;
 /// relative to the standoff. Larger: curved contact loses energy. Used by World.
 inline constexpr Scalar kErrorChange = 0.02;
 
+/// The same for the length and direction of a spring, whose energy shows it: smaller. Used by World.
+inline constexpr Scalar kSpringErrorChange = 4e-4;
+
+/// Weight of a spring's row across the spring where it has no stiffness, relative to that along it:
+/// small, but the row stays solvable. Used by World.
+inline constexpr Scalar kSpringLeastShare = 1e-9;
+
 /// A solve with a residual above this multiple of its tolerance has contradictory constraints: gaps
 /// are then not recovered in that step. Used by World.
 inline constexpr Scalar kContradictionTolerances = 300;

@@ -45,12 +45,12 @@ struct TriangleFeature {
 };
 
 TriangleFeature vertex_of(const Triangle& t, const TriangleIndices& indices, std::size_t i) {
-  return {{t[i], t[i], t[i]}, {FeatureKind::Vertex, {indices[i], -1, -1}}};
+  return {{t[i], t[i], t[i]}, {FeatureKind::Vertex, {indices[i]}}};
 }
 
 TriangleFeature edge_of(const Triangle& t, const TriangleIndices& indices, std::size_t i) {
   const std::size_t j = (i + 1) % 3;
-  return {{t[i], t[j], t[j]}, {FeatureKind::Edge, {indices[i], indices[j], -1}}};
+  return {{t[i], t[j], t[j]}, {FeatureKind::Edge, {indices[i], indices[j]}}};
 }
 
 bool is_vertex(const Feature& feature) {
@@ -121,8 +121,8 @@ void ContactGathering::add(const TriangleFeature& a, const TriangleFeature& b, b
 
 // Whether side k of a triangle joins two coplanar triangles.
 bool is_inner_side(const TriangleMesh& mesh, std::int32_t triangle, std::size_t k) {
-  const std::int32_t edge = mesh.topology().edge_of_side(3 * triangle + std::int32_t(k));
-  return edge >= 0 && mesh.contact_features().edge_kind(edge) == EdgeKind::Flat;
+  const auto edge = mesh.topology().edge_of_side(3 * triangle + std::int32_t(k));
+  return edge && mesh.contact_features().edge_kind(*edge) == EdgeKind::Flat;
 }
 
 // Where another edge crosses it, an edge inside a flat area is not the border of the area.

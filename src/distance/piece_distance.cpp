@@ -76,8 +76,8 @@ PieceDistance piece_distance(const ShapeTree& a, std::int32_t leaf_a, const Shap
 }
 
 Feature mesh_feature(Feature local, const TriangleIndices& indices) {
-  for (std::int32_t& vertex : local.vertices) {
-    if (vertex >= 0) vertex = indices[static_cast<std::size_t>(vertex)];
+  for (std::size_t k = 0; k < local.vertex_count(); ++k) {
+    local.vertices[k] = indices[static_cast<std::size_t>(local.vertices[k])];
   }
   return local;
 }

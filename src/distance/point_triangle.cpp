@@ -14,7 +14,7 @@ namespace {
 struct Place {
   Scalar s = 0;
   Scalar t = 0;
-  Feature feature{FeatureKind::Vertex, {0, -1, -1}};
+  Feature feature{FeatureKind::Vertex, {0}};
 };
 
 // The place of the nearest point of a triangle with the edges e1 and e2 from vertex 0, which is at
@@ -26,23 +26,23 @@ Place find_place(const Vector3& r, const Vector3& e1, const Vector3& e2) {
   const Vector3 r1 = r + e1;
   const Scalar d3 = -e1.dot(r1);
   const Scalar d4 = -e2.dot(r1);
-  if (d3 >= 0 && d4 <= d3) return {1, 0, {FeatureKind::Vertex, {1, -1, -1}}};
+  if (d3 >= 0 && d4 <= d3) return {1, 0, {FeatureKind::Vertex, {1}}};
   const Vector3 r2 = r + e2;
   const Scalar d5 = -e1.dot(r2);
   const Scalar d6 = -e2.dot(r2);
-  if (d6 >= 0 && d5 <= d6) return {0, 1, {FeatureKind::Vertex, {2, -1, -1}}};
+  if (d6 >= 0 && d5 <= d6) return {0, 1, {FeatureKind::Vertex, {2}}};
   const Scalar vc = d1 * d4 - d3 * d2;
   if (vc <= 0 && d1 >= 0 && d3 <= 0) {
-    return {d1 / (d1 - d3), 0, {FeatureKind::Edge, {0, 1, -1}}};
+    return {d1 / (d1 - d3), 0, {FeatureKind::Edge, {0, 1}}};
   }
   const Scalar vb = d5 * d2 - d1 * d6;
   if (vb <= 0 && d2 >= 0 && d6 <= 0) {
-    return {0, d2 / (d2 - d6), {FeatureKind::Edge, {0, 2, -1}}};
+    return {0, d2 / (d2 - d6), {FeatureKind::Edge, {0, 2}}};
   }
   const Scalar va = d3 * d6 - d5 * d4;
   if (va <= 0 && d4 >= d3 && d5 >= d6) {
     const Scalar t = (d4 - d3) / ((d4 - d3) + (d5 - d6));
-    return {1 - t, t, {FeatureKind::Edge, {1, 2, -1}}};
+    return {1 - t, t, {FeatureKind::Edge, {1, 2}}};
   }
   const Scalar sum = va + vb + vc;
   const Scalar s = vb / sum;

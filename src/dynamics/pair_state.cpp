@@ -12,7 +12,7 @@ Scalar PairLengths::tolerance() const {
 }
 
 void update_pivot(PairState& pair, const BodyRecord& a, const BodyRecord& b) {
-  const auto points = pair.contacts.contacts();
+  const auto points = pair.points();
   const auto nearest =
       std::min_element(points.begin(), points.end(),
                        [](const ContactPoint& x, const ContactPoint& y) { return x.gap < y.gap; });

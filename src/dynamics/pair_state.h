@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "distance/pivot_seed.h"
@@ -52,6 +53,7 @@ struct PairState {
   std::optional<Scalar> granted;
   bool is_inner = false;  // belongs to an island of the current step, which proves it
   bool overlaps = false;  // the shapes overlapped at the start: no distance to keep
+  std::vector<ContactPoint> overlap_contacts;  // then used in place of `contacts`: estimates
   // Of the last step.
   ProofKind proof = ProofKind::AtRest;
   std::int64_t advancement_steps = 0;
@@ -60,6 +62,13 @@ struct PairState {
   bool has_contacts = false;      // `contacts` belong to the current poses
   Scalar reach = 0;               // up to which contacts were sought
 
+  /// Contacts as they act.
+  std::span<ContactPoint> points() {
+    return overlaps ? std::span<ContactPoint>(overlap_contacts) : contacts.contacts();
+  }
+  std::span<const ContactPoint> points() const {
+    return overlaps ? std::span<const ContactPoint>(overlap_contacts) : contacts.contacts();
+  }
   Scalar kept_distance() const { return granted.value_or(lengths.target); }
   /// A step in progress begins.
   void start_from_committed() {

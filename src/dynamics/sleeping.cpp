@@ -29,9 +29,7 @@ void World::Impl::wake(std::uint32_t slot, AdvanceReport* report) {
       if (pair->key.a == next && bodies[pair->key.b].is_asleep) open.push_back(pair->key.b);
       if (pair->key.b == next && bodies[pair->key.a].is_asleep) open.push_back(pair->key.a);
     }
-    for (const internal::JointState& joint : joints) {
-      const std::uint32_t a = joint.definition.a.slot;
-      const std::uint32_t b = joint.definition.b.slot;
+    for (const auto& [a, b] : links) {
       if (a == next && bodies[b].is_asleep) open.push_back(b);
       if (b == next && bodies[a].is_asleep) open.push_back(a);
     }
@@ -53,9 +51,9 @@ void World::Impl::wake_what_changed(const TimeInterval& interval, AdvanceReport&
     return moves_by_itself(body, interval);
   });
   if (!has_moving) return;
-  for (const internal::JointState& joint : joints) {
-    const BodyRecord& a = bodies[joint.definition.a.slot];
-    const BodyRecord& b = bodies[joint.definition.b.slot];
+  for (const PairKey& link : links) {
+    const BodyRecord& a = bodies[link.a];
+    const BodyRecord& b = bodies[link.b];
     if (a.is_asleep && moves_by_itself(b, interval)) wake(a.id.slot, &report);
     if (b.is_asleep && moves_by_itself(a, interval)) wake(b.id.slot, &report);
   }
@@ -88,15 +86,21 @@ void World::Impl::put_to_sleep(const std::vector<internal::Island>& islands,
       may_sleep = may_sleep && !moves(bodies[pair->key.a]) && !moves(bodies[pair->key.b]) &&
                   !pair->granted && !pair->overlaps;
     }
-    for (const internal::JointState* joint : islands[i].joints) {
+    const auto hangs_on = [&](BodyId a, BodyId b) {
       touches = true;
-      for (const BodyId id : {joint->definition.a, joint->definition.b}) {
+      for (const BodyId id : {a, b}) {
         const BodyRecord& body = bodies[id.slot];
         standoff = std::min(standoff, kStandoffTargets * kTargetRadiusFraction * body.radius);
         const bool is_given = body.definition.kind == BodyKind::Kinematic;
         may_sleep = may_sleep && !(is_given && moves_by_itself(body, {time - h, time}));
       }
+    };
+    for (const internal::JointState* joint : islands[i].joints) {
+      hangs_on(joint->definition.a, joint->definition.b);
       may_sleep = may_sleep && !joint->definition.motor;
+    }
+    for (const internal::SpringState* spring : islands[i].springs) {
+      hangs_on(spring->definition.a, spring->definition.b);
     }
     may_sleep = may_sleep && touches;
     const Scalar slow = options.sleep_speed.value_or(kSleepStandoffFraction * standoff / h);

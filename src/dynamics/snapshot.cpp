@@ -18,6 +18,8 @@ struct WorldSnapshot::State {
   std::map<internal::PairKey, Scalar> pair_target;
   std::deque<internal::JointState> joints;
   std::uint64_t next_joint = 0;
+  std::deque<internal::SpringState> springs;
+  std::uint64_t next_spring = 0;
   std::set<internal::PairKey> overlapping_sensors;
   std::set<internal::PairKey> crossed;
 };
@@ -37,6 +39,8 @@ WorldSnapshot World::snapshot() {
   state->pair_target = impl_->pair_target;
   state->joints = impl_->joints;
   state->next_joint = impl_->next_joint;
+  state->springs = impl_->springs;
+  state->next_spring = impl_->next_spring;
   state->overlapping_sensors = impl_->overlapping_sensors;
   state->crossed = impl_->crossed;
   WorldSnapshot snapshot;
@@ -62,6 +66,9 @@ void World::restore(const WorldSnapshot& snapshot) {
   impl_->pair_target = state.pair_target;
   impl_->joints = state.joints;
   impl_->next_joint = state.next_joint;
+  impl_->springs = state.springs;
+  impl_->next_spring = state.next_spring;
+  impl_->find_links();
   impl_->overlapping_sensors = state.overlapping_sensors;
   impl_->crossed = state.crossed;
 }

@@ -79,6 +79,10 @@ void World::remove_body(BodyId id) {
   std::erase_if(impl_->joints, [&](const auto& joint) {
     return joint.definition.a == id || joint.definition.b == id;
   });
+  std::erase_if(impl_->springs, [&](const auto& spring) {
+    return spring.definition.a == id || spring.definition.b == id;
+  });
+  impl_->find_links();
   BodyRecord& body = impl_->record(id);
   body.exists = false;
   body.definition.user_data.reset();
@@ -213,59 +217,6 @@ void World::set_target_distance(BodyId a, BodyId b, Scalar target_distance) {
   const PairKey key = internal::ordered(a.slot, b.slot);
   set_pair_enabled(a, b, impl_->is_pair_enabled(key));  // wakes both, forgets the pair
   impl_->pair_target[key] = target_distance;
-}
-
-JointId World::add_joint(const JointDefinition& definition) {
-  internal::require_valid(definition);
-  const BodyRecord& a = impl_->record(definition.a);
-  const BodyRecord& b = impl_->record(definition.b);
-  DYOP_REQUIRE(a.is_dynamic() || b.is_dynamic(), "joint '", definition.name,
-               "': one of its bodies must be dynamic");
-  internal::JointState joint;
-  joint.id = {impl_->next_joint++};
-  joint.definition = definition;
-  if (definition.kind == JointKind::Distance && !definition.limits) {
-    const Vector3 p_WJa = a.X_WB() * definition.X_AJ.translation();
-    const Vector3 p_WJb = b.X_WB() * definition.X_BJ.translation();
-    const Scalar distance = (p_WJb - p_WJa).norm();
-    joint.definition.limits = JointLimits{distance, distance};
-    internal::require_valid(joint.definition);
-  }
-  impl_->joints.push_back(std::move(joint));
-  forget_pair(definition.a, definition.b);
-  return impl_->joints.back().id;
-}
-
-void World::remove_joint(JointId id) {
-  const JointDefinition definition = impl_->joint_at(id).definition;
-  std::erase_if(impl_->joints, [&](const auto& joint) { return joint.id == id; });
-  forget_pair(definition.a, definition.b);
-}
-
-void World::set_motor(JointId id, const JointMotor& motor) {
-  internal::JointState& joint = impl_->joint_at(id);
-  DYOP_REQUIRE(joint.definition.motor.has_value(), "joint '", joint.definition.name,
-               "': has no motor");
-  JointDefinition changed = joint.definition;
-  changed.motor = motor;
-  internal::require_valid(changed);
-  joint.definition = changed;
-  impl_->wake(changed.a.slot, nullptr);
-  impl_->wake(changed.b.slot, nullptr);
-}
-
-const JointDefinition& World::joint(JointId id) const {
-  return impl_->joint_at(id).definition;
-}
-
-// After a change to the rules between two bodies: both wake up.
-void World::forget_pair(BodyId a, BodyId b) {
-  const PairKey key = internal::ordered(a.slot, b.slot);
-  std::erase_if(impl_->pairs, [&](const auto& pair) { return pair->key == key; });
-  for (const BodyId id : {a, b}) {
-    impl_->wake(id.slot, nullptr);
-    impl_->bodies[id.slot].flight = nullptr;
-  }
 }
 
 Scalar World::time() const {

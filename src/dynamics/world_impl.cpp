@@ -70,6 +70,23 @@ internal::JointState& World::Impl::joint_at(JointId id) {
   return *found;
 }
 
+internal::SpringState& World::Impl::spring_at(SpringId id) {
+  const auto found = std::find_if(springs.begin(), springs.end(),
+                                  [&](const auto& spring) { return spring.id == id; });
+  DYOP_REQUIRE(found != springs.end(), "World: there is no spring ", id.number);
+  return *found;
+}
+
+void World::Impl::find_links() {
+  links.clear();
+  for (const internal::JointState& joint : joints) {
+    links.push_back({joint.definition.a.slot, joint.definition.b.slot});
+  }
+  for (const internal::SpringState& spring : springs) {
+    links.push_back({spring.definition.a.slot, spring.definition.b.slot});
+  }
+}
+
 void World::Impl::drop_pairs_of(std::uint32_t slot) {
   std::erase_if(pairs,
                 [&](const auto& pair) { return pair->key.a == slot || pair->key.b == slot; });
@@ -87,7 +104,7 @@ PairRecord World::Impl::record_of(const PairState& pair) const {
   record.pivot_W = pair.pivot.p_W;
   record.nhat_AB_W = pair.pivot.nhat_AB_W;
   if (!pair.has_contacts) return record;
-  const auto points = pair.contacts.contacts();
+  const auto points = pair.points();
   for (std::size_t i = 0; i < points.size(); ++i) {
     record.contacts.push_back(
         {points[i], i < pair.impulses.size() ? pair.impulses[i] : Vector3::Zero()});
@@ -107,13 +124,17 @@ void World::Impl::commit(const internal::Ledger& ledger,
   const TimeInterval& interval = ledger.interval();
   CommittedStep step;
   step.interval = interval;
-  step.motions.resize(bodies.size());
+  const bool has_sensors = std::any_of(bodies.begin(), bodies.end(), [](const BodyRecord& body) {
+    return body.definition.is_sensor;
+  });
+  const bool keeps_motions = options.records_motions || has_sensors;
+  if (keeps_motions) step.motions.resize(bodies.size());
   for (std::size_t slot = 0; slot < bodies.size(); ++slot) {
     BodyRecord& body = bodies[slot];
     if (!body.is_present()) continue;
-    step.motions[slot] = body.rest;
+    if (keeps_motions) step.motions[slot] = body.rest;
     if (moves_by_itself(body, interval)) {
-      step.motions[slot] = body.definition.motion;
+      if (keeps_motions) step.motions[slot] = body.definition.motion;
       body.state = central_state(body, body.definition.motion->state(interval.end));
       body.rest = std::make_shared<RestMotion>(body.X_WB());
     } else if (body.definition.kind == BodyKind::Kinematic) {
@@ -125,7 +146,7 @@ void World::Impl::commit(const internal::Ledger& ledger,
     for (std::size_t k = 0; k < islands[i].bodies.size(); ++k) {
       BodyRecord& body = bodies[islands[i].bodies[k]];
       internal::Track& track = outcomes[i].tracks[k];
-      step.motions[islands[i].bodies[k]] = track.joined();
+      if (keeps_motions) step.motions[islands[i].bodies[k]] = track.joined();
       body.state = track.end;
       body.flight = std::move(track.flight);
     }
@@ -137,6 +158,11 @@ void World::Impl::commit(const internal::Ledger& ledger,
   auto entry = ledger.entries().begin();
   for (const auto& pair : pairs) {
     pair->commit_bounds();
+    if (pair->has_contacts) {
+      for (const ContactPoint& point : pair->points()) {
+        report.work.shortest_gap = std::min(report.work.shortest_gap, point.gap);
+      }
+    }
     const bool has_entry = entry != ledger.entries().end() && entry->key == pair->key;
     if (!has_entry || entry->kind != ProofKind::AtRest) {
       update_pivot(*pair, bodies[pair->key.a], bodies[pair->key.b]);
@@ -170,14 +196,29 @@ void World::Impl::commit(const internal::Ledger& ledger,
 
 AdvanceReport World::Impl::advance(Scalar dt, const AdvanceLimits& limits) {
   DYOP_REQUIRE(dt > 0 && dt < kInfinity, "World::advance: dt must be finite and > 0, not ", dt);
-  const Scalar t_begin = time;
   const Scalar t_end = time + dt;
   for (const BodyRecord& body : bodies) {
     if (!body.is_present() || body.definition.kind != BodyKind::Kinematic) continue;
     const std::string what = "the motion of body '" + body.definition.name + "'";
     require_defined(*body.definition.motion, {time, t_end}, what.c_str());
   }
+  DYOP_REQUIRE(limits.max_steps > 0, "World::advance: max_steps must be > 0, not ",
+               limits.max_steps);
   AdvanceReport report;
+  Scalar total = 0;
+  {
+    const internal::PartTimer timing(options.measures_time, total);
+    advance_steps(dt, limits, report);
+  }
+  if (report.status == AdvanceStatus::NotRun) report.status = AdvanceStatus::Completed;
+  report.t = time;
+  report.times.total = total;
+  return report;
+}
+
+void World::Impl::advance_steps(Scalar dt, const AdvanceLimits& limits, AdvanceReport& report) {
+  const Scalar t_begin = time;
+  const Scalar t_end = time + dt;
   const Scalar step = options.max_step.value_or(dt);
   // literal: rounding of dt / step must not add a step
   const auto parts = std::max(1.0, std::ceil(dt / step - 1e-9));
@@ -189,7 +230,8 @@ AdvanceReport World::Impl::advance(Scalar dt, const AdvanceLimits& limits) {
       report.status = AdvanceStatus::Cancelled;
       break;
     }
-    if (limits.deadline && std::chrono::steady_clock::now() >= *limits.deadline) {
+    const bool is_late = limits.deadline && std::chrono::steady_clock::now() >= *limits.deadline;
+    if (is_late || report.work.steps >= limits.max_steps) {
       report.status = AdvanceStatus::BudgetExhausted;
       break;
     }
@@ -208,9 +250,6 @@ AdvanceReport World::Impl::advance(Scalar dt, const AdvanceLimits& limits) {
     if (time > t_before && options.on_step) options.on_step(time);
     if (time >= t_next) ++k;
   }
-  if (report.status == AdvanceStatus::NotRun) report.status = AdvanceStatus::Completed;
-  report.t = time;
-  return report;
 }
 
 void World::Impl::answer_by_callback(AdvanceReport& report) {

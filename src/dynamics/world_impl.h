@@ -12,6 +12,7 @@
 #include "dynamics/broad_phase.h"
 #include "dynamics/joint_state.h"
 #include "dynamics/pair_state.h"
+#include "dynamics/spring_state.h"
 #include "dynamics/step/island_run.h"
 #include "dynamics/step/ledger.h"
 #include "dyop/dynamics/world.h"
@@ -33,6 +34,8 @@ struct World::Impl {
   internal::PairLengths lengths_of(internal::PairKey key) const;
   bool is_pair_enabled(internal::PairKey key) const;
   internal::JointState& joint_at(JointId id);
+  internal::SpringState& spring_at(SpringId id);
+  void find_links();
   void drop_pairs_of(std::uint32_t slot);
   PairRecord record_of(const internal::PairState& pair) const;
 
@@ -47,6 +50,7 @@ struct World::Impl {
   void sense(const CommittedStep& step, AdvanceReport& report);
 
   AdvanceReport advance(Scalar dt, const AdvanceLimits& limits);
+  void advance_steps(Scalar dt, const AdvanceLimits& limits, AdvanceReport& report);
   void answer_by_callback(AdvanceReport& report);
   /// Adopts a step that was proven.
   void commit(const internal::Ledger& ledger, const std::vector<internal::Island>& islands,
@@ -64,6 +68,9 @@ struct World::Impl {
   std::map<internal::PairKey, Scalar> pair_target;
   std::deque<internal::JointState> joints;  // by id
   std::uint64_t next_joint = 0;
+  std::deque<internal::SpringState> springs;  // by id
+  std::uint64_t next_spring = 0;
+  std::vector<internal::PairKey> links;  // bodies of joints and springs
   std::set<internal::PairKey> overlapping_sensors;
   std::set<internal::PairKey> crossed;  // already reported
   std::vector<std::unique_ptr<internal::StepWorkspace>> workspaces;

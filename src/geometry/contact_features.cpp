@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <optional>
 
 #include "core/tolerance.h"
 
@@ -38,7 +39,7 @@ class FeatureFinder {
   EdgeShape shape_of_two(std::int32_t side_a, std::int32_t side_b) const;
   bool opens_beyond_half(std::span<const std::int32_t> sides) const;
   bool is_normal(const Vector3& n) const;
-  std::int32_t edge_owned_by(std::int32_t side) const;
+  std::optional<std::int32_t> edge_owned_by(std::int32_t side) const;
   void gather_rays(std::int32_t vertex);
 
   std::span<const Vector3> vertices_;
@@ -65,7 +66,7 @@ void FeatureFinder::find_normals() {
 // Whether a side runs from the smaller vertex of its edge to the larger one.
 bool FeatureFinder::runs_up(std::int32_t side) const {
   const TriangleIndices& t = triangles_[std::size_t(side / 3)];
-  return t[std::size_t(side % 3)] == topology_.edge(topology_.edge_of_side(side))[0];
+  return t[std::size_t(side % 3)] == topology_.edge(*topology_.edge_of_side(side))[0];
 }
 
 const Vector3& FeatureFinder::corner_across(std::int32_t side) const {
@@ -86,14 +87,14 @@ EdgeShape FeatureFinder::shape_of_two(std::int32_t side_a, std::int32_t side_b) 
   const bool is_folded = (is_consistent ? opposed_sq : parted_sq) <= kFlatSquare;
   if (!is_consistent) return {EdgeKind::NonManifold, !is_flat, is_folded};
   if (is_flat) return {EdgeKind::Flat, false, false};
-  const Vector3& from = vertices_[std::size_t(topology_.edge(topology_.edge_of_side(side_a))[0])];
+  const Vector3& from = vertices_[std::size_t(topology_.edge(*topology_.edge_of_side(side_a))[0])];
   const bool is_concave = n_a.dot(corner_across(side_b) - from) > 0;
   return {is_concave ? EdgeKind::Concave : EdgeKind::Convex, true, is_folded};
 }
 
 // Whether the triangles at an edge leave more than half a turn free on one side.
 bool FeatureFinder::opens_beyond_half(std::span<const std::int32_t> sides) const {
-  const auto& ends = topology_.edge(topology_.edge_of_side(sides[0]));
+  const auto& ends = topology_.edge(*topology_.edge_of_side(sides[0]));
   const Vector3& from = vertices_[std::size_t(ends[0])];
   const Vector3 along = (vertices_[std::size_t(ends[1])] - from).normalized();
   const Vector3 zero = along.cross(along.cross(corner_across(sides[0]) - from)).normalized();
@@ -125,10 +126,10 @@ bool FeatureFinder::is_normal(const Vector3& n) const {
                      [&](const Vector3& ray) { return n.dot(ray) <= kFlatEdgeSine; });
 }
 
-// The edge of a side, if this side owns it; -1 if not.
-std::int32_t FeatureFinder::edge_owned_by(std::int32_t side) const {
-  const std::int32_t edge = topology_.edge_of_side(side);
-  return edge >= 0 && topology_.sides_of_edge(edge)[0] == side ? edge : -1;
+// The edge of a side, if this side owns it.
+std::optional<std::int32_t> FeatureFinder::edge_owned_by(std::int32_t side) const {
+  const auto edge = topology_.edge_of_side(side);
+  return edge && topology_.sides_of_edge(*edge)[0] == side ? edge : std::nullopt;
 }
 
 void FeatureFinder::gather_rays(std::int32_t vertex) {
@@ -137,9 +138,9 @@ void FeatureFinder::gather_rays(std::int32_t vertex) {
   for (const std::int32_t corner : topology_.corners_of_vertex(vertex)) {
     const std::int32_t side_before = corner % 3 == 0 ? corner + 2 : corner - 1;
     for (const std::int32_t side : {corner, side_before}) {
-      const std::int32_t edge = edge_owned_by(side);
-      if (edge < 0) continue;
-      const auto& ends = topology_.edge(edge);
+      const std::optional<std::int32_t> edge = edge_owned_by(side);
+      if (!edge) continue;
+      const auto& ends = topology_.edge(*edge);
       const Vector3 ray = vertices_[std::size_t(ends[ends[0] == vertex])] - p;
       const Scalar length = ray.norm();
       if (length > 0) rays_.push_back(ray / length);
@@ -206,7 +207,7 @@ ContactFeatures::ContactFeatures(std::span<const Vector3> vertices,
     const std::span<const std::int32_t> corners = topology.corners_of_vertex(v);
     if (corners.empty()) continue;
     const bool has_edge = std::any_of(corners.begin(), corners.end(), [&](std::int32_t corner) {
-      return topology.edge_of_side(corner) >= 0;
+      return topology.edge_of_side(corner).has_value();
     });
     if (!has_edge) bits = kContact | kDoubtful;
     // A fan that bends one way only has a cone.

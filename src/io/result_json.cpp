@@ -96,8 +96,8 @@ Json to_json(const Feature& feature) {
   Json json;
   json["kind"] = name_of(feature.kind);
   json["vertices"] = Json::array();
-  for (const std::int32_t vertex : feature.vertices) {
-    if (vertex >= 0) json["vertices"].push_back(vertex);
+  for (std::size_t k = 0; k < feature.vertex_count(); ++k) {
+    json["vertices"].push_back(feature.vertices[k]);
   }
   return json;
 }

@@ -157,8 +157,7 @@ std::string describe(const ToiResult& result, const PairNames& names) {
   out << status_words(result, names) << '\n';
   if (result.t_hit) {
     out << "  bracket      [" << show(result.t_safe) << ", " << show(*result.t_hit)
-        << "]: apart until its start, in contact by its end
-           ";
+        << "]: apart until its start, in contact by its end\n";
   }
   if (result.contact) {
     const ImpactContact& contact = *result.contact;

@@ -21,9 +21,7 @@ std::string feature_words(const Feature& feature) {
     case FeatureKind::Smooth:
       return "curved surface";
   }
-  for (const std::int32_t vertex : feature.vertices) {
-    if (vertex >= 0) out << ' ' << vertex;
-  }
+  for (std::size_t k = 0; k < feature.vertex_count(); ++k) out << ' ' << feature.vertices[k];
   return out.str();
 }
 

@@ -29,8 +29,8 @@ EdgeVerdict verdict_of(const ToiResult& result) {
 
 using Se3State = ompl::base::SE3StateSpace::StateType;
 
-// Along the arc that OMPL takes, which the sign of the product of the quaternions decides: for half
-// a turn rounding must not choose another one.
+// Along OMPL's arc, which the sign of the quaternions' product decides: at half a turn, rounding
+// must not choose the other one.
 InterpolatedMotion motion_between(const Se3State& from, const Se3State& to) {
   const auto& q0 = from.rotation();
   const auto& q1 = to.rotation();

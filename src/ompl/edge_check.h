@@ -10,7 +10,7 @@
 
 namespace dyop::internal {
 
-/// What is known of a motion.
+/// What is known about a motion.
 struct EdgeVerdict {
   bool is_free = false;  ///< proven, all of it
   Scalar t_safe = 0;     ///< of [0, 1], proven free up to here
@@ -34,11 +34,11 @@ std::unique_ptr<const EdgeCheck> make_bodies_check(OmplMotionValidator::Bodies b
                                                    std::shared_ptr<const ObstacleSet> obstacles,
                                                    const OmplOptions& options);
 
-/// Workspaces that threads lend one another: as many as there ever were queries at once.
+/// A pool of workspaces: as many as there have been simultaneous queries.
 template <typename Workspace>
 class WorkspacePool {
  public:
-  /// A workspace for the caller alone, until it is destroyed.
+  /// A workspace for exclusive use, returned to the pool by the destructor.
   class Loan {
    public:
     explicit Loan(WorkspacePool& pool) : pool_(pool), workspace_(pool.take()) {}

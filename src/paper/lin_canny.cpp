@@ -65,10 +65,10 @@ void remember(LinCannyCache* cache, const FeaturePair& pair, int steps, bool is_
 
 template <typename Body>
 Feature feature_of(const Body& body, const Place& place) {
-  Feature feature{place.kind, {place.number, -1, -1}};
+  Feature feature{place.kind, {place.number}};
   if (place.kind == FeatureKind::Edge) {
     const auto ends = body.ends(place.number);
-    feature.vertices = {std::min(ends[0], ends[1]), std::max(ends[0], ends[1]), -1};
+    feature.vertices = {std::min(ends[0], ends[1]), std::max(ends[0], ends[1])};
   } else if (place.kind == FeatureKind::Face) {
     feature.vertices = body.corners(place.number);
     std::sort(feature.vertices.begin(), feature.vertices.end());

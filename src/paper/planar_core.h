@@ -63,11 +63,11 @@ struct PlanarWitness {
 };
 
 inline Feature planar_vertex(std::size_t k) {
-  return {FeatureKind::Vertex, {static_cast<std::int32_t>(k), -1, -1}};
+  return {FeatureKind::Vertex, {static_cast<std::int32_t>(k)}};
 }
 
 inline Feature planar_edge(std::size_t k, std::size_t next) {
-  return {FeatureKind::Edge, {static_cast<std::int32_t>(k), static_cast<std::int32_t>(next), -1}};
+  return {FeatureKind::Edge, {static_cast<std::int32_t>(k), static_cast<std::int32_t>(next)}};
 }
 
 inline PlanarWitness swapped(const PlanarWitness& x) {

@@ -114,9 +114,9 @@ Candidates test_kept(const KeptEdges<dimension>& k) {
 }
 
 Feature kept_feature(const std::array<int, 2>& kept, Scalar parameter) {
-  if (parameter == 0) return {FeatureKind::Vertex, {kept[0], -1, -1}};
-  if (parameter == 1) return {FeatureKind::Vertex, {kept[1], -1, -1}};
-  return {FeatureKind::Edge, {kept[0], kept[1], -1}};
+  if (parameter == 0) return {FeatureKind::Vertex, {kept[0]}};
+  if (parameter == 1) return {FeatureKind::Vertex, {kept[1]}};
+  return {FeatureKind::Edge, {kept[0], kept[1]}};
 }
 
 template <int dimension>

@@ -16,5 +16,13 @@ void bind_toi(pybind11::module_& m);
 void bind_batches(pybind11::module_& m);
 void bind_deforming(pybind11::module_& m);
 void bind_obstacles(pybind11::module_& m);
+void bind_contacts(pybind11::module_& m);
+void bind_bodies(pybind11::module_& m);
+void bind_reports(pybind11::module_& m);
+void bind_world(pybind11::module_& m);
+void bind_scenes(pybind11::module_& m);
+void bind_records(pybind11::module_& m);
+/// Where the library can write them (HDF5).
+void bind_recordings(pybind11::module_& m);
 
 }  // namespace dyop::python

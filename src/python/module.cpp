@@ -3,7 +3,8 @@
 
 namespace {
 
-constexpr const char* kDoc = R"(Certified continuous collision detection.
+constexpr const char* kDoc =
+    R"(Certified continuous collision detection and stepping of rigid bodies.
 
 Lengths and times are in any consistent units. Arrays are float64; poses are a RigidPose, a (4, 4)
 array, or a pair (quaternion (w, x, y, z), position). Normals point from A to B, in world W.)";
@@ -23,4 +24,13 @@ PYBIND11_MODULE(_dyop, m) {
   dyop::python::bind_batches(m);
   dyop::python::bind_deforming(m);
   dyop::python::bind_obstacles(m);
+  dyop::python::bind_contacts(m);
+  dyop::python::bind_bodies(m);
+  dyop::python::bind_reports(m);
+  dyop::python::bind_world(m);
+  dyop::python::bind_scenes(m);
+  dyop::python::bind_records(m);
+#ifdef DYOP_HAS_RECORDING
+  dyop::python::bind_recordings(m);
+#endif
 }

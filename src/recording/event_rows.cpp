@@ -236,6 +236,7 @@ void put_report(const AdvanceReport& report, FrameRow& row) {
   row.contacts = work.contacts;
   row.unconverged = work.unconverged;
   row.residual = work.residual;
+  row.shortest_gap = work.shortest_gap;
   row.pairs_by_bound = work.pairs_by_bound;
   row.pairs_by_query = work.pairs_by_query;
   row.pairs_at_rest = work.pairs_at_rest;
@@ -257,9 +258,10 @@ RecordedFrame frame_from(const FrameRow& row) {
   frame.kinetic_energy = row.kinetic_energy;
   frame.momentum = vector_of(row.momentum);
   frame.angular_momentum = vector_of(row.angular_momentum);
-  frame.work = {row.steps,          row.legs,           row.islands,       row.rounds,
-                row.stalls,         row.contacts,       row.unconverged,   row.residual,
-                row.pairs_by_bound, row.pairs_by_query, row.pairs_at_rest, row.pairs_excused};
+  frame.work = {row.steps,        row.legs,           row.islands,        row.rounds,
+                row.stalls,       row.contacts,       row.unconverged,    row.residual,
+                row.shortest_gap, row.pairs_by_bound, row.pairs_by_query, row.pairs_at_rest,
+                row.pairs_excused};
   frame.integrator = {row.integrator_steps, row.rejected_steps, row.function_evaluations};
   frame.toi = {row.box_tests, row.leaf_tests, row.node_pairs, row.peak_queue};
   return frame;

@@ -21,7 +21,7 @@ BodyKind kind_of_name(std::string_view name);
 /// A report with one of these statuses did not reach its end.
 bool is_undecided(AdvanceStatus status);
 
-/// The places of contacts are the caller's.
+/// Does not set the rows of contacts; the caller does.
 ImpactRow impact_row(const ImpactEvent& impact);
 ImpactEvent impact_from(const ImpactRow& row, std::span<const ContactRow> contacts);
 ContactRow contact_row(const WorldContact& contact);
@@ -33,7 +33,7 @@ PairContactRow pair_contact_row(const PairContact& contact, const Vector3& pivot
 EventRow event_row(const RunEvent& event);
 RunEvent event_from(const EventRow& row);
 
-/// All of a frame but its begin, its energies and the lengths.
+/// Everything in a frame except its start, its energies and the lengths.
 void put_report(const AdvanceReport& report, FrameRow& row);
 RecordedFrame frame_from(const FrameRow& row);
 

@@ -6,11 +6,11 @@
 namespace dyop::internal {
 namespace {
 
-// Bytes of chunks that a dataset keeps in memory, and places in the table of chunks.
+// Bytes of chunks that a dataset caches in memory, and slots in the table of chunks.
 constexpr std::size_t kChunkCacheBytes = std::size_t{4} << 20;
 constexpr std::size_t kChunkCacheSlots = 12'421;
 
-// The innermost message of HDF5 about what went wrong.
+// HDF5's innermost error message.
 std::string innermost_message() {
   std::string message;
   H5Ewalk2(
@@ -78,7 +78,7 @@ Hdf5File Hdf5File::create(const std::filesystem::path& file) {
   const Hdf5Handle access(H5Pcreate(H5P_FILE_ACCESS), &H5Pclose);
   H5Pset_libver_bounds(access.get(), H5F_LIBVER_V110, H5F_LIBVER_V110);
   Hdf5File result(file, H5Fcreate(file.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access.get()));
-  if (result.get() < 0) result.fail("cannot be written");
+  if (result.get() < 0) result.fail("could not be written");
   return result;
 }
 
@@ -89,7 +89,7 @@ Hdf5File Hdf5File::open(const std::filesystem::path& file) {
   if (result.get() < 0) {  // repacked into the format that older programs read
     result.file_ = Hdf5Handle(H5Fopen(file.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), &H5Fclose);
   }
-  if (result.get() < 0) result.fail("is no HDF5 file that can be read");
+  if (result.get() < 0) result.fail("is not a readable HDF5 file");
   return result;
 }
 
@@ -127,7 +127,7 @@ std::string Hdf5File::text_attribute(const char* name) const {
   const Hdf5Handle type(H5Aget_type(attribute.get()), &H5Tclose);
   const bool is_text = attribute.get() >= 0 && H5Tget_class(type.get()) == H5T_STRING &&
                        H5Tis_variable_str(type.get()) == 0;
-  if (!is_text) fail(std::string("is no recording of dyop: no attribute ") + name);
+  if (!is_text) fail(std::string("is not a recording of dyop: no attribute ") + name);
   std::string text(H5Tget_size(type.get()), '\0');
   if (H5Aread(attribute.get(), type.get(), text.data()) < 0) {
     fail(std::string("attribute ") + name + " cannot be read");
@@ -141,7 +141,7 @@ std::int64_t Hdf5File::integer_attribute(const char* name) const {
   const Hdf5Handle attribute(H5Aopen(get(), name, H5P_DEFAULT), &H5Aclose);
   std::int64_t value = 0;
   if (attribute.get() < 0 || H5Aread(attribute.get(), H5T_NATIVE_INT64, &value) < 0) {
-    fail(std::string("is no recording of dyop: no attribute ") + name);
+    fail(std::string("is not a recording of dyop: no attribute ") + name);
   }
   return value;
 }
@@ -149,7 +149,7 @@ std::int64_t Hdf5File::integer_attribute(const char* name) const {
 void Hdf5File::close() {
   const QuietHdf5 quiet;
   const bool is_written = H5Fflush(get(), H5F_SCOPE_GLOBAL) >= 0;
-  if (!is_written) fail("cannot be written to its end");
+  if (!is_written) fail("could not be written completely");
   file_.reset();
 }
 
@@ -167,7 +167,7 @@ Hdf5Dataset::Hdf5Dataset(Hdf5File& file, const char* name, hid_t type, hsize_t c
   dataset_ = Hdf5Handle(
       H5Dcreate2(file.get(), name, type, space.get(), H5P_DEFAULT, options.get(), H5P_DEFAULT),
       &H5Dclose);
-  check(dataset_.get() >= 0, "cannot be made");
+  check(dataset_.get() >= 0, "could not be created");
 }
 
 Hdf5Dataset Hdf5Dataset::open(Hdf5File& file, const char* name, hid_t type, hsize_t columns) {
@@ -214,24 +214,24 @@ void Hdf5Dataset::append(const void* rows, std::size_t count) {
   const Hdf5Handle memory_rows = rows_in_memory(count);
   check(H5Dwrite(dataset_.get(), type_.get(), memory_rows.get(), file_rows.get(), H5P_DEFAULT,
                  rows) >= 0,
-        "cannot be written");
+        "could not be written");
   length_ += count;
 }
 
 void Hdf5Dataset::flush() {
   const QuietHdf5 quiet;
-  check(H5Dflush(dataset_.get()) >= 0, "cannot be written");
+  check(H5Dflush(dataset_.get()) >= 0, "could not be written");
 }
 
-// H5Drefresh() would tell of rows that another process has written since. It is not used: where a
+// H5Drefresh() would report rows that another process has written since. It is not used: if a
 // process has opened the same dataset twice, HDF5 1.10.8 then reads wrong numbers.
 void Hdf5Dataset::find_length() {
   const Hdf5Handle space(H5Dget_space(dataset_.get()), &H5Sclose);
   const int rank = H5Sget_simple_extent_ndims(space.get());
-  check(rank == (columns_ == 1 ? 1 : 2), "has another number of dimensions");
+  check(rank == (columns_ == 1 ? 1 : 2), "has a different number of dimensions");
   std::array<hsize_t, 2> extent{0, 1};
   H5Sget_simple_extent_dims(space.get(), extent.data(), nullptr);
-  check(columns_ == 1 || extent[1] == columns_, "has another number of columns");
+  check(columns_ == 1 || extent[1] == columns_, "has a different number of columns");
   length_ = extent[0];
 }
 
@@ -247,7 +247,7 @@ void Hdf5Dataset::read(std::uint64_t first, std::uint64_t count, void* rows) con
   const Hdf5Handle memory_rows = rows_in_memory(count);
   check(H5Dread(dataset_.get(), type_.get(), memory_rows.get(), file_rows.get(), H5P_DEFAULT,
                 rows) >= 0,
-        "cannot be read");
+        "could not be read");
 }
 
 }  // namespace dyop::internal

@@ -12,7 +12,8 @@
 
 #include "dyop/io/file_error.h"
 
-/// What a recording needs of HDF5. No call prints; failures are FileErrors with the file.
+/// The parts of HDF5 that a recording needs. No call prints; failures throw a FileError that names
+/// the file.
 namespace dyop::internal {
 
 /// While it lives, HDF5 prints no errors in this thread.
@@ -63,10 +64,10 @@ class Hdf5File {
  public:
   /// Replaces the file.
   static Hdf5File create(const std::filesystem::path& file);
-  /// For reading, also while another process writes it.
+  /// For reading, even while another process writes it.
   static Hdf5File open(const std::filesystem::path& file);
 
-  /// From here on others may read what is flushed; no dataset can be added any more.
+  /// From now on others may read flushed data; no further datasets can be added.
   void share_with_readers();
   void write_attribute(const char* name, const std::string& text);
   void write_attribute(const char* name, std::int64_t value);
@@ -93,7 +94,7 @@ class Hdf5Dataset {
   void append(const void* rows, std::size_t count);
   void flush();
   std::uint64_t length() const { return length_; }
-  /// Throws unless there are these rows.
+  /// Throws unless these rows exist.
   void require(std::uint64_t first, std::uint64_t count) const;
   void read(std::uint64_t first, std::uint64_t count, void* rows) const;
 

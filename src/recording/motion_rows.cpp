@@ -226,7 +226,7 @@ std::shared_ptr<const Motion> decode(const EncodedMotion& encoded, const Vector3
       require_length(encoded, kHermiteNumbers);
       return decode_hermite(encoded.numbers);
   }
-  DYOP_REQUIRE(false, "unknown kind of segment ", static_cast<std::uint32_t>(encoded.kind));
+  DYOP_REQUIRE(false, "unknown segment kind ", static_cast<std::uint32_t>(encoded.kind));
   return nullptr;
 }
 

@@ -17,10 +17,10 @@ constexpr std::size_t kHermiteNumbers = 35;
 constexpr std::size_t kContinuedNumbers = 28;
 constexpr std::size_t kGivenNumbers = 2;
 
-/// The length of a row's numbers, but for one that continues.
+/// The length of a row's numbers, except for one that continues another.
 std::size_t number_count(SegmentKind kind);
 
-/// A motion and where it starts, and ends at the latest.
+/// A motion, its start and its latest end.
 struct MotionPart {
   TimeInterval interval;
   std::shared_ptr<const Motion> motion;

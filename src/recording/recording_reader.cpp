@@ -32,7 +32,7 @@ struct RecordingReader::Impl {
     std::shared_ptr<const Motion> last_motion;
   };
 
-  // Runs f; what is wrong with the content becomes a FileError.
+  // Runs f; errors in the content become a FileError.
   template <typename Function>
   auto guard(Function f) const {
     try {
@@ -87,7 +87,7 @@ struct RecordingReader::Impl {
 };
 
 bool RecordingReader::Impl::refresh() {
-  // An open file keeps what it knew of the lengths; the new one asks that of /frames first.
+  // An open file caches the lengths; a new one reads that of /frames first.
   input.reset();
   input.emplace(file);
   const std::uint64_t count = in().frames.length();

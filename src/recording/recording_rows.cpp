@@ -173,6 +173,7 @@ Hdf5RowType row_type<FrameRow>() {
   DYOP_ROW_MEMBER(FrameRow, contacts);
   DYOP_ROW_MEMBER(FrameRow, unconverged);
   DYOP_ROW_MEMBER(FrameRow, residual);
+  DYOP_ROW_MEMBER(FrameRow, shortest_gap);
   DYOP_ROW_MEMBER(FrameRow, pairs_by_bound);
   DYOP_ROW_MEMBER(FrameRow, pairs_by_query);
   DYOP_ROW_MEMBER(FrameRow, pairs_at_rest);

@@ -6,7 +6,7 @@
 
 #include "recording/hdf5_file.h"
 
-/// The rows of the tables of docs/recording.md, as they stand in the file.
+/// The rows of the tables of docs/recording.md, as stored in the file.
 namespace dyop::internal {
 
 using Row3 = std::array<double, 3>;
@@ -115,6 +115,7 @@ struct FrameRow {
   Row3 angular_momentum;
   std::int64_t steps, legs, islands, rounds, stalls, contacts, unconverged;
   double residual;
+  double shortest_gap;
   std::int64_t pairs_by_bound, pairs_by_query, pairs_at_rest, pairs_excused;
   std::int64_t integrator_steps, rejected_steps, function_evaluations;
   std::int64_t box_tests, leaf_tests, node_pairs, peak_queue;

@@ -24,7 +24,7 @@ class OutputRows {
   void add_all(const Range& rows) {
     waiting_.insert(waiting_.end(), std::begin(rows), std::end(rows));
   }
-  /// With the rows that wait.
+  /// Including the rows that wait.
   std::uint64_t length() const { return dataset_.length() + waiting_.size(); }
   void flush() {
     if (waiting_.empty()) return;
@@ -57,11 +57,11 @@ class InputRows {
   Hdf5Dataset dataset_;
 };
 
-/// A long dataset that is read here and there: keeps the blocks that were read last.
+/// A long dataset that is read at random: caches the blocks that were read last.
 template <typename Row>
 class BlockCache {
  public:
-  /// @param known How many rows are there for good: only whole blocks of them are kept.
+  /// @param known Number of final rows: only whole blocks of them are cached.
   std::vector<Row> read(const InputRows<Row>& rows, std::uint64_t first, std::uint64_t count,
                         std::uint64_t known) {
     std::vector<Row> result;

@@ -41,8 +41,10 @@ Json header_json(const RunHeader& header) {
   return json;
 }
 
+}  // namespace
+
 // All datasets, each with chunks of about 8 to 16 kB: small recordings stay small.
-struct Output {
+struct RecordingWriter::Output {
   template <typename Row>
   OutputRows<Row> table(const char* name, hsize_t chunk_rows) {
     return {file, name, internal::row_type<Row>().get(), 1, chunk_rows};
@@ -102,10 +104,8 @@ struct Output {
   }
 };
 
-}  // namespace
-
 struct RecordingWriter::Impl {
-  // What was written of a body last.
+  // The last data written for a body.
   struct Body {
     std::optional<BodyId> id;
     Vector3 p_BoBcm = Vector3::Zero();

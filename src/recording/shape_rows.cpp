@@ -39,7 +39,7 @@ void put_mesh(std::string& bytes, std::span<const Vector3> vertices,
   for (const TriangleIndices& t : triangles) put(bytes, std::span<const std::int32_t>(t));
 }
 
-// Everything that makes a shape what it is: equal for shapes that behave the same.
+// A key with all that defines a shape: equal for shapes that behave the same.
 std::string content_of(const Shape& shape) {
   std::string bytes;
   if (const auto* mesh = dynamic_cast<const TriangleMesh*>(&shape)) {

@@ -25,8 +25,8 @@ struct ShapeRows {
 /// Stores each shape once. Numbers shapes from 0 in the order of their lines.
 class ShapeWriter {
  public:
-  /// The number of the shape. What is new is appended to `lines` and `rows`.
-  /// @throws InvalidArgument for a shape that is none of dyop's own.
+  /// The number of the shape. A new shape is appended to `lines` and `rows`.
+  /// @throws InvalidArgument for a shape of a kind that dyop does not define.
   std::size_t add(const std::shared_ptr<const Shape>& shape, std::string& lines, ShapeRows& rows);
 
  private:

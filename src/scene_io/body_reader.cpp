@@ -78,7 +78,8 @@ void read_kinematic(const JsonNode& node, const TimeInterval& span, BodyDefiniti
 
 NamedBody read_body(const JsonNode& node, const TimeInterval& span, ShapeReader& shapes) {
   node.require_object({"name", "kind", "shape", "shell", "pose", "velocity", "density", "mass",
-                       "motion", "locked", "restitution", "friction"});
+                       "motion", "locked", "restitution", "friction", "rolling_friction",
+                       "torsional_friction", "sensor"});
   NamedBody result;
   BodyDefinition& body = result.definition;
   body.name = node.at("name").text();
@@ -99,6 +100,16 @@ NamedBody read_body(const JsonNode& node, const TimeInterval& span, ShapeReader&
   if (body.kind == BodyKind::Static) read_static(node, body);
   if (body.kind == BodyKind::Kinematic) read_kinematic(node, span, body);
   if (node.has("friction")) body.friction = node.at("friction").non_negative_number();
+  if (const auto rolling = node.find("rolling_friction")) {
+    body.rolling_friction = rolling->non_negative_number();
+  }
+  if (const auto torsional = node.find("torsional_friction")) {
+    body.torsional_friction = torsional->non_negative_number();
+  }
+  if (node.has("sensor")) body.is_sensor = node.at("sensor").boolean();
+  if (body.is_sensor && body.kind == BodyKind::Dynamic) {
+    node.at("sensor").fail("only a kinematic or static body can be a sensor");
+  }
   if (const auto restitution = node.find("restitution")) {
     body.restitution = restitution->non_negative_number();
     if (!(body.restitution <= 1)) restitution->fail_expected("a number from 0 to 1");

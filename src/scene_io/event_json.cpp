@@ -47,6 +47,7 @@ Json to_json(const StepStatistics& statistics) {
   json["contacts"] = statistics.contacts;
   json["unconverged"] = statistics.unconverged;
   json["residual"] = number_json(statistics.residual);
+  json["shortest_gap"] = number_json(statistics.shortest_gap);
   json["pairs_by_bound"] = statistics.pairs_by_bound;
   json["pairs_by_query"] = statistics.pairs_by_query;
   json["pairs_at_rest"] = statistics.pairs_at_rest;
@@ -64,6 +65,10 @@ StepStatistics step_statistics_from(const Json& json) {
   statistics.contacts = json.at("contacts").get<std::int64_t>();
   statistics.unconverged = json.at("unconverged").get<std::int64_t>();
   statistics.residual = number_from(json.at("residual"));
+  // Recordings of version 0.2 do not have it.
+  if (json.contains("shortest_gap")) {
+    statistics.shortest_gap = number_from(json.at("shortest_gap"));
+  }
   statistics.pairs_by_bound = json.at("pairs_by_bound").get<std::int64_t>();
   statistics.pairs_by_query = json.at("pairs_by_query").get<std::int64_t>();
   statistics.pairs_at_rest = json.at("pairs_at_rest").get<std::int64_t>();

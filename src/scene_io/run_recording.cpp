@@ -254,10 +254,20 @@ void add_work(StepStatistics& sum, const StepStatistics& part) {
   sum.contacts = std::max(sum.contacts, part.contacts);
   sum.unconverged += part.unconverged;
   sum.residual = std::max(sum.residual, part.residual);
+  sum.shortest_gap = std::min(sum.shortest_gap, part.shortest_gap);
   sum.pairs_by_bound += part.pairs_by_bound;
   sum.pairs_by_query += part.pairs_by_query;
   sum.pairs_at_rest += part.pairs_at_rest;
   sum.pairs_excused += part.pairs_excused;
+}
+
+void add_times(StepTimes& sum, const StepTimes& part) {
+  sum.broad_phase += part.broad_phase;
+  sum.flight += part.flight;
+  sum.contacts += part.contacts;
+  sum.solve += part.solve;
+  sum.proofs += part.proofs;
+  sum.total += part.total;
 }
 
 }  // namespace
@@ -278,6 +288,7 @@ void RunTotals::add(const AdvanceReport& report) {
   toi.node_pairs += report.toi.node_pairs;
   toi.peak_queue = std::max(toi.peak_queue, report.toi.peak_queue);
   add_work(work, report.work);
+  add_times(times, report.times);
 }
 
 std::string_view RunTotals::end() const {

@@ -83,19 +83,28 @@ void write_counters(std::ostream& out, const RunTotals& totals) {
       << " of islands; contact: " << totals.work.rounds << " rounds of hits, "
       << totals.work.unconverged << " solves not converged,\n    largest residual "
       << show(totals.work.residual) << ", " << totals.work.stalls << " stalls, at most "
-      << totals.work.contacts << " contacts\n"
+      << totals.work.contacts << " contacts, shortest gap of one " << show(totals.work.shortest_gap)
+      << "\n"
       << "  pairs proven: " << totals.work.pairs_by_bound << " by bound, "
       << totals.work.pairs_by_query << " by query, " << totals.work.pairs_at_rest << " at rest, "
-      << totals.work.pairs_excused
-      << " not proven (started too near)
-         "
+      << totals.work.pairs_excused << " not proven (started too near)\n"
       << "  integrator: " << totals.integrator.steps << " steps, "
       << totals.integrator.rejected_steps << " rejected, " << totals.integrator.function_evaluations
-      << " force evaluations
-         "
+      << " force evaluations\n"
       << "  impact engine: " << totals.toi.node_pairs << " node pairs, " << totals.toi.box_tests
       << " box tests, " << totals.toi.leaf_tests << " leaf tests, longest queue "
       << totals.toi.peak_queue << '\n';
+}
+
+// Milliseconds per step of each part, if it was measured.
+void write_times(std::ostream& out, const RunTotals& totals) {
+  const StepTimes& times = totals.times;
+  if (!(times.total > 0) || totals.steps == 0) return;
+  const auto per_step = [&](Scalar seconds) { return show(1000 * seconds / Scalar(totals.steps)); };
+  out << "  ms per step: " << per_step(times.total) << "; over all threads: broad phase "
+      << per_step(times.broad_phase) << ", free flight " << per_step(times.flight)
+      << ", contact generation " << per_step(times.contacts) << ",\n    contact solve "
+      << per_step(times.solve) << ", proofs " << per_step(times.proofs) << '\n';
 }
 
 }  // namespace
@@ -143,6 +152,7 @@ void write_summary(std::ostream& out, const Scene& scene, const std::vector<Impa
     out << "\n... and " << impacts.size() - kMostTold << " more, in the recording.\n";
   }
   write_counters(out, totals);
+  write_times(out, totals);
   out << "  time spent: " << show(wall_seconds) << " s\n";
 }
 

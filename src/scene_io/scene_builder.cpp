@@ -8,9 +8,13 @@ namespace dyop::internal {
 SceneBuilder::SceneBuilder(std::string title, Scalar end_time) {
   root_["title"] = std::move(title);
   root_["time"] = {{"end", end_time}, {"step", 0.01}};
-  root_["target_distance"] = kGeneratedTarget;
-  root_["standoff"] = kGeneratedStandoff;
+  set_lengths(kGeneratedTarget, kGeneratedStandoff);
   root_["forces"]["gravity"] = {0, 0, -9.81};
+}
+
+void SceneBuilder::set_lengths(Scalar target_distance, Scalar standoff) {
+  root_["target_distance"] = target_distance;
+  root_["standoff"] = standoff;
 }
 
 Json& SceneBuilder::add_body(const std::string& name, Json shape, const Vector3& position) {

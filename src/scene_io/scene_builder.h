@@ -23,6 +23,7 @@ class SceneBuilder {
  public:
   SceneBuilder(std::string title, Scalar end_time);
 
+  void set_lengths(Scalar target_distance, Scalar standoff);
   /// A dynamic body of density 1000 that does not bounce; the reference is valid until the next
   /// call.
   Json& add_body(const std::string& name, Json shape, const Vector3& position);

@@ -72,6 +72,25 @@ std::size_t forced_body(const JsonNode& force, const Scene& scene) {
   return id;
 }
 
+SpringDefinition read_link_spring(const JsonNode& node, const Scene& scene) {
+  node.require_object({"a", "b", "point_a", "point_b", "rest_length", "stiffness", "damping"});
+  SpringDefinition spring;
+  spring.name = node.path();
+  spring.a = body_named(node.at("a"), scene);
+  spring.b = body_named(node.at("b"), scene);
+  if (spring.a == spring.b) node.at("b").fail_expected("another body than a");
+  if (node.has("point_a")) spring.p_AP = node.at("point_a").vector3();
+  if (node.has("point_b")) spring.p_BQ = node.at("point_b").vector3();
+  if (const auto value = node.find("rest_length"))
+    spring.rest_length = value->non_negative_number();
+  if (const auto value = node.find("stiffness")) spring.stiffness = value->non_negative_number();
+  if (const auto value = node.find("damping")) spring.damping = value->non_negative_number();
+  if (!(spring.stiffness > 0 || spring.damping > 0)) {
+    node.fail("a spring needs a stiffness or a damping > 0");
+  }
+  return spring;
+}
+
 std::vector<JsonNode> list_or_empty(const JsonNode& node, std::string_view key) {
   return node.has(key) ? node.at(key).items() : std::vector<JsonNode>();
 }
@@ -89,6 +108,10 @@ void read_forces(const JsonNode& node, Scene& scene) {
     has_force[id] = true;
   }
   for (const JsonNode& item : list_or_empty(node, "springs")) {
+    if (item.has("a")) {
+      scene.springs.push_back(read_link_spring(item, scene));
+      continue;
+    }
     const std::size_t id = forced_body(item, scene);
     forces[id].springs.push_back(read_spring(item));
     has_force[id] = true;
@@ -161,23 +184,55 @@ RigidPose initial_pose(const Scene& scene, const BodyId& id) {
   return body.kind == BodyKind::Kinematic ? body.motion->pose(0) : body.initial.X_WB;
 }
 
-// Frames are given in the world, at time 0.
-JointDefinition read_joint(const JsonNode& node, const Scene& scene) {
-  node.require_object({"kind", "a", "b", "point", "axis"});
+JointLimits read_limits(const JsonNode& node) {
+  node.require_object({"min", "max"});
+  return {node.at("min").number(), node.at("max").number()};
+}
+
+JointMotor read_motor(const JsonNode& node) {
+  node.require_object({"speed", "strength"});
+  return {node.at("speed").number(), node.at("strength").positive_number()};
+}
+
+// Two points whose distance is kept, each in its body's frame.
+JointDefinition read_distance_joint(const JsonNode& node, const Scene& scene) {
+  node.require_object({"kind", "a", "b", "point_a", "point_b", "limits"});
+  JointDefinition joint;
+  joint.kind = JointKind::Distance;
+  joint.a = body_named(node.at("a"), scene);
+  joint.b = body_named(node.at("b"), scene);
+  if (node.has("point_a")) joint.X_AJ = RigidPose(node.at("point_a").vector3());
+  if (node.has("point_b")) joint.X_BJ = RigidPose(node.at("point_b").vector3());
+  return joint;
+}
+
+// Frames are given where they are at time 0, in the world.
+JointDefinition read_framed_joint(const JsonNode& node, const Scene& scene) {
+  node.require_object({"kind", "a", "b", "point", "axis", "limits", "motor"});
   JointDefinition joint;
   joint.kind = node.at("kind").choice<JointKind>({{"ball", JointKind::Ball},
                                                   {"hinge", JointKind::Hinge},
                                                   {"slider", JointKind::Slider},
-                                                  {"fixed", JointKind::Fixed}});
+                                                  {"fixed", JointKind::Fixed},
+                                                  {"distance", JointKind::Distance}});
   joint.a = body_named(node.at("a"), scene);
   joint.b = body_named(node.at("b"), scene);
-  if (joint.a == joint.b) node.at("b").fail_expected("a body other than a");
   const Vector3 axis = node.has("axis") ? node.at("axis").vector3() : Vector3(0, 0, 1);
   if (!(axis.norm() > 0)) node.at("axis").fail_expected("an axis that is not zero");
   const RigidPose X_WJ(Quaternion::FromTwoVectors(Vector3::UnitZ(), axis),
                        node.at("point").vector3());
   joint.X_AJ = initial_pose(scene, joint.a).inverse() * X_WJ;
   joint.X_BJ = initial_pose(scene, joint.b).inverse() * X_WJ;
+  if (node.has("motor")) joint.motor = read_motor(node.at("motor"));
+  return joint;
+}
+
+JointDefinition read_joint(const JsonNode& node, const Scene& scene) {
+  const bool is_distance = node.at("kind").text() == "distance";
+  JointDefinition joint =
+      is_distance ? read_distance_joint(node, scene) : read_framed_joint(node, scene);
+  if (joint.a == joint.b) node.at("b").fail_expected("another body than a");
+  if (node.has("limits")) joint.limits = read_limits(node.at("limits"));
   joint.name = node.path();
   return joint;
 }
@@ -202,6 +257,9 @@ void read_options(const JsonNode& root, Scene& scene) {
   if (const auto node = root.find("restitution_speed")) {
     options.restitution_speed = node->non_negative_number();
   }
+  if (const auto node = root.find("separation_speed")) {
+    options.separation_speed = node->positive_number();
+  }
   if (const auto node = root.find("sleep_steps")) options.sleep_steps = read_int(*node);
   if (const auto node = root.find("max_node_pairs")) {
     options.max_node_pairs = node->positive_integer();
@@ -211,8 +269,9 @@ void read_options(const JsonNode& root, Scene& scene) {
 void read_root(const JsonNode& root, const std::vector<std::filesystem::path>& directories,
                Scene& scene) {
   root.require_object({"title", "notes", "time", "bodies", "forces", "target_distance",
-                       "target_distances", "standoff", "restitution_speed", "sleep_steps",
-                       "filters", "joints", "integrator", "policy", "max_node_pairs"});
+                       "target_distances", "standoff", "restitution_speed", "separation_speed",
+                       "sleep_steps", "filters", "joints", "integrator", "policy",
+                       "max_node_pairs"});
   if (root.has("title")) scene.title = root.at("title").text();
   if (root.has("notes")) root.at("notes").text();
   read_time(root.at("time"), scene);
@@ -252,6 +311,7 @@ World make_world(const Scene& scene) {
     world.set_target_distance(target.a, target.b, target.distance);
   }
   for (const JointDefinition& joint : scene.joints) world.add_joint(joint);
+  for (const SpringDefinition& spring : scene.springs) world.add_spring(spring);
   return world;
 }
 

@@ -15,8 +15,8 @@ std::string numbered(const std::string& word, int number) {
 }
 
 // The height of the centre of a body of half height `half` in the given course, counted from 0.
-Scalar course_height(int course, Scalar half) {
-  return half + kGeneratedGap + course * (2 * half + kGeneratedGap);
+Scalar course_height(int course, Scalar half, Scalar gap = kGeneratedGap) {
+  return half + gap + course * (2 * half + gap);
 }
 
 // A number in [0, 1) that looks random, the same on all machines.
@@ -53,21 +53,25 @@ GeneratedScene make_pyramid(int n) {
 }
 
 GeneratedScene make_wall(int n) {
+  // Larger than usual: a strike is solved to parts of the standoff.
+  constexpr Scalar kTarget = 10 * kGeneratedTarget;
+  constexpr Scalar kGap = 10 * kGeneratedGap;
   const Vector3 half(0.5, 0.25, 0.25);
-  const Scalar pitch = 2 * half.x() + kGeneratedGap;
-  const Scalar half_brick = (half.x() - kGeneratedGap / 2) / 2;
+  const Scalar pitch = 2 * half.x() + kGap;
+  const Scalar half_brick = (half.x() - kGap / 2) / 2;
   const Scalar end = n * pitch;  // of the wall, from its middle
   SceneBuilder builder("A ball strikes a wall of bricks", 3);
+  builder.set_lengths(kTarget, kGap - kTarget);
   builder.add_floor(Vector3::Zero(), end + 5, 15);
   for (int course = 0, number = 0; course < n; ++course) {
-    const Scalar z = course_height(course, half.z());
+    const Scalar z = course_height(course, half.z(), kGap);
     const bool is_offset = course % 2 == 1;
     for (int k = 0; k < 2 * n - int(is_offset); ++k, ++number) {
       builder.add_body(numbered("brick", number), box_shape(half),
                        {(k + (is_offset ? 1 : 0.5)) * pitch - end, 0, z});
     }
     if (!is_offset) continue;
-    const Scalar x = end - kGeneratedGap / 2 - half_brick;
+    const Scalar x = end - kGap / 2 - half_brick;
     for (const Scalar side : {-x, x}) {
       builder.add_body(numbered("half brick", number++),
                        box_shape({half_brick, half.y(), half.z()}), {side, 0, z});

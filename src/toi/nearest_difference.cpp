@@ -20,11 +20,11 @@ Vector3 towards(const Vector3& normal, const Vector3& point) {
 }
 
 Feature vertex_feature(std::int32_t i) {
-  return {FeatureKind::Vertex, {i, -1, -1}};
+  return {FeatureKind::Vertex, {i}};
 }
 
 Feature edge_feature(std::int32_t i, std::int32_t j) {
-  return {FeatureKind::Edge, {i, j, -1}};
+  return {FeatureKind::Edge, {i, j}};
 }
 
 NearestDifference<3> at_corner(const Differences<3>& corners, std::size_t i) {

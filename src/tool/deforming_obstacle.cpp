@@ -11,7 +11,7 @@
 namespace dyop::internal {
 namespace {
 
-// Pairs of triangles near a place where the tool is held: some hundred.
+// Pairs of triangles near a point where the tool is held: a few hundred.
 constexpr std::size_t kMostNearPairs = 2000;
 
 // How much a neighbouring piece of surface may rise along a contact's normal, as for
@@ -19,8 +19,8 @@ constexpr std::size_t kMostNearPairs = 2000;
 constexpr Scalar kConeSine = 0.02;
 constexpr Scalar kBorderSine = 1e-3;
 
-// The tolerance for one side of a pair of features. Normals of pairs that are not a vertex over a
-// face or two crossing edges lean with every shift to the side.
+// The tolerance for one side of a pair of features. Unless a vertex is over a face or two edges
+// cross, the normal tilts with every sideways shift.
 Scalar sine_for(const WitnessPair& pair) {
   const bool is_face =
       pair.feature_a.kind == FeatureKind::Face || pair.feature_b.kind == FeatureKind::Face;
@@ -58,7 +58,7 @@ bool DeformingObstacle::give(std::span<const Vector3> vertices, Scalar duration)
   DYOP_REQUIRE(duration > 0 && duration < kInfinity,
                "give_snapshot: duration must be finite and > 0, not ", duration);
   if (has_next_.load(std::memory_order_acquire)) return false;
-  // The taker changes what is shown only while there is a next one.
+  // The tick changes the shown mesh only while there is a next one.
   meshes_[1 - shown_].refit(meshes_[shown_].end(), vertices);
   next_duration_ = duration;
   has_next_.store(true, std::memory_order_release);
@@ -67,6 +67,7 @@ bool DeformingObstacle::give(std::span<const Vector3> vertices, Scalar duration)
 
 void DeformingObstacle::start_tick() {
   is_next_seen_ = has_next_.load(std::memory_order_acquire);
+  snapshots_seen_ = snapshots_taken_ + (is_next_seen_ ? 1 : 0);
   if (time_left() == kInfinity) go_on();
 }
 
@@ -134,14 +135,14 @@ PairImpact DeformingObstacle::first_impact(const BodyMotion& motion, const ToiOp
     impact.node_pairs += result.statistics.node_pairs;
     if (result.status == ToiStatus::Separated) continue;
     impact.status = result.status;
-    impact.t_safe = result.t_safe;
+    impact.t_safe = safe_time(result);
     impact.has_hit = result.status == ToiStatus::Impact && result.contact.has_value();
     if (impact.has_hit) {
       const ImpactContact& contact = *result.contact;
       const Vector3 p_WB = contact.p_WCb - piece.radius * contact.nhat_AB_W;
       impact.hit.v_WA =
-          velocity_at(contact.triangle_a.value_or(0), contact.p_WCa, fraction_after(result.t_safe));
-      impact.hit.p_WA = contact.p_WCa - result.t_safe * impact.hit.v_WA;
+          velocity_at(contact.triangle_a.value_or(0), contact.p_WCa, fraction_after(impact.t_safe));
+      impact.hit.p_WA = contact.p_WCa - impact.t_safe * impact.hit.v_WA;
       impact.hit.p_WB = motion.X_WB.pose(0) * (result.X_WB.inverse() * p_WB);
       impact.hit.nhat_AB_W = contact.nhat_AB_W;
     }

@@ -12,10 +12,11 @@
 
 namespace dyop::internal {
 
-/// Tissue whose vertices go from snapshot to snapshot on straight lines.
+/// Tissue whose vertices move on straight lines from snapshot to snapshot.
 ///
-/// Two meshes take turns. One is shown; the other is free for give(), which refits it in the caller's
-/// thread, or holds what comes next. A single flag hands it over, so neither side ever waits.
+/// Two meshes alternate. One is shown; the other is free for give(), which refits it in the
+/// caller's thread, or holds the next motion. A single flag hands it over, so neither side ever
+/// waits.
 class DeformingObstacle final : public Obstacle {
  public:
   DeformingObstacle(const std::vector<Vector3>& vertices,
@@ -24,10 +25,10 @@ class DeformingObstacle final : public Obstacle {
   /// See ToolSession::give_snapshot(). From one thread at a time.
   bool give(std::span<const Vector3> vertices, Scalar duration);
 
-  /// Where the mesh stands: shown().triangle(i, fraction()).
+  /// The current position of the mesh: shown().triangle(i, fraction()).
   const DeformingMesh& shown() const { return meshes_[shown_]; }
   Scalar fraction() const { return fraction_; }
-  /// Where a vertex is.
+  /// Position of a vertex.
   Vector3 place(std::int32_t vertex) const;
   std::int64_t snapshots_taken() const { return snapshots_taken_; }
   bool has_next() const { return has_next_.load(std::memory_order_acquire); }
@@ -38,6 +39,7 @@ class DeformingObstacle final : public Obstacle {
                  QueryMemory& memory, std::vector<HoldPoint>& holds) const override;
   PairDistance measure(const ToolBody& body, const RigidPose& X_WB,
                        PairCaches& caches) const override;
+  std::int64_t snapshots_seen() const override { return snapshots_seen_; }
   Scalar speed() const override { return shown().largest_displacement() * rate_; }
   Scalar time_left() const override;
   void start_tick() override;
@@ -55,9 +57,10 @@ class DeformingObstacle final : public Obstacle {
   Scalar fraction_ = 1;
   Scalar rate_ = 0;  // of the fraction, per time; 0 at rest
   std::int64_t snapshots_taken_ = 0;
-  // Of the mesh that is not shown. Set by the giver, cleared by the taker.
+  // Of the mesh that is not shown. Set by give(), cleared by the tick.
   std::atomic<bool> has_next_{false};
   Scalar next_duration_ = 0;
+  std::int64_t snapshots_seen_ = 0;
   bool is_next_seen_ = false;  // as it was when the tick started
 };
 

@@ -7,11 +7,11 @@
 namespace dyop::internal {
 namespace {
 
-// The part of the frame's stiffness that a jaw by itself has: so little that it does not hold the
-// tool, and enough for the solver's arithmetic.
+// Fraction of the frame's stiffness that a jaw has by itself: too little to hold the tool, enough
+// for the solver's arithmetic.
 constexpr Scalar kJawShare = 1e-3;
 
-// A gap below the rest gap is opened by this part in a step, so that a hold does not bounce.
+// A step opens a gap below the rest gap by this fraction of the difference, to avoid bouncing.
 constexpr Scalar kOpening = 0.3;
 
 Matrix3 inverse_diagonal(const Vector3& values) {
@@ -51,7 +51,7 @@ void HoldSolver::place_bodies(const StepGoal& goal) {
   for (std::size_t k = 0; k < hinges_.size(); ++k) add_hinge(goal, k);
 }
 
-// A jaw: fixed to the frame but for its angle, which a spring pulls.
+// A jaw: fixed to the frame except for its angle, which a spring drives.
 void HoldSolver::add_hinge(const StepGoal& goal, std::size_t number) {
   const RigidPose X_WJ = goal.from.X_WT * hinges_[number].X_TJ;
   const Vector3 axis = X_WJ.rotation().col(2);
@@ -95,7 +95,7 @@ void HoldSolver::add_hold(const StepGoal& goal, const Obstacle& obstacle, const 
   contact.body_b = body_of(hold);
   contact.r_b_W = hold.p_WB - goal.from.X_WT.translation();
   contact.nhat_AB_W = hold.nhat_AB_W;
-  // The gap is to be at least this at the end.
+  // The least gap at the end.
   const Scalar missing = obstacle.margin + goal.rest_gap + hold.push - hold.gap();
   const Scalar opened = missing > 0 ? std::min(kOpening * missing, goal.recovery) : missing;
   contact.target = opened - hold.curvature;
@@ -127,7 +127,7 @@ ToolStep HoldSolver::solve(const StepGoal& goal,
   place_bodies(goal);
   for (const HoldPoint& hold : holds) add_hold(goal, *obstacles[hold.obstacle], hold);
   if (!run(goal)) {
-    // Gaps that are to grow can contradict one another; that none shrinks cannot.
+    // Demands that gaps grow can contradict each other; that none shrinks can always be met.
     bool is_eased = false;
     for (PointContact& contact : problem_.contacts) {
       is_eased |= contact.target > 0;

@@ -11,20 +11,20 @@
 
 namespace dyop::internal {
 
-/// What a step is to achieve.
+/// The goal of a step.
 struct StepGoal {
   ToolPose from;
-  ToolStep wish;         ///< to where the device is
-  Scalar duration = 0;   ///< in which tissue moves on
+  ToolStep wish;         ///< to the device's pose
+  Scalar duration = 0;   ///< time during which tissue moves
   Scalar rest_gap = 0;   ///< besides an obstacle's margin
-  Scalar recovery = 0;   ///< most that a gap below it may grow in the step
+  Scalar recovery = 0;   ///< largest growth in the step of a gap below it
   Scalar tolerance = 0;  ///< of the solve, length
 };
 
-/// Finds the step nearest to the wished one, in the energy of the coupling's springs, that the holds
-/// admit: gaps not below their rest gaps, and Coulomb's friction. The impulses are then the forces
-/// with which the springs pull against the holds. One body for the tool's frame and one for each
-/// hinge, as a velocity-level contact problem in which the unit of time is the step.
+/// Finds the step nearest to the wished one, in the energy of the coupling's springs, that the
+/// holds admit: gaps not below their rest gaps, and Coulomb friction. The impulses are then the
+/// forces with which the springs pull against the holds. Solved as a velocity-level contact problem
+/// with one body for the tool's frame and one for each hinge; the unit of time is the step.
 class HoldSolver {
  public:
   HoldSolver(const CouplingOptions& coupling, std::span<const ToolHinge> hinges,

@@ -14,7 +14,7 @@
 
 namespace dyop::internal {
 
-/// A place where an obstacle A may hold a body B of the tool, at the start of a motion.
+/// A point where an obstacle A may hold a body B of the tool, at the start of a motion.
 struct HoldPoint {
   std::size_t body = 0;
   std::size_t obstacle = 0;
@@ -30,10 +30,10 @@ struct HoldPoint {
   Scalar gap() const { return nhat_AB_W.dot(p_WB - p_WA); }
 };
 
-/// What is kept from query to query for a body and an obstacle: one cache for each piece of the body.
+/// Data kept between queries for a body and an obstacle: one cache for each piece of the body.
 using PairCaches = std::vector<DistanceCache>;
 
-/// Memory that all queries of a session share, one after the other.
+/// Memory that the queries of a session use one after the other.
 struct QueryMemory {
   ToiWorkspace workspace;
   ContactWorkspace contact_workspace;
@@ -51,6 +51,14 @@ struct PairImpact {
   std::int64_t node_pairs = 0;
 };
 
+/// The time that a query over [0, t] has proven; nothing if its budget ended before the first node
+/// pair, so that a replay, which leaves such a query out, finds the same.
+inline Scalar safe_time(const ToiResult& result) {
+  const bool is_nothing =
+      result.status == ToiStatus::BudgetExhausted && result.statistics.node_pairs == 0;
+  return is_nothing ? 0 : result.t_safe;
+}
+
 /// Bounds of the distance of a body from an obstacle, with nearest points.
 struct PairDistance {
   Scalar lower = 0;
@@ -59,14 +67,14 @@ struct PairDistance {
   Vector3 p_WB = Vector3::Zero();
 };
 
-/// A motion to be proven: of a body over [0, duration].
+/// A motion of a body to be proven, over [0, duration].
 struct BodyMotion {
   const ToolBody& body;
   const Motion& X_WB;
   Scalar duration;
 };
 
-/// An obstacle of the session in its present state. Queries change nothing but their memory.
+/// An obstacle of the session in its current state. Queries change only their memory.
 class Obstacle {
  public:
   virtual ~Obstacle() = default;
@@ -77,13 +85,13 @@ class Obstacle {
   Scalar friction = 0;
   Scalar soft_stiffness = 0;
 
-  /// The tool is kept out of it.
+  /// The tool must not enter it.
   bool is_hard() const { return role == ObstacleRole::Tissue || role == ObstacleRole::HardRegion; }
 
   /// As time_of_impact(), with A the obstacle.
   virtual PairImpact first_impact(const BodyMotion& motion, const ToiOptions& options,
                                   WorkClock& clock, QueryMemory& memory) const = 0;
-  /// Appends the places at most `reach` apart where the gap has a local minimum.
+  /// Appends the points, at most `reach` apart, where the gap has a local minimum.
   virtual void add_holds(const ToolBody& body, const RigidPose& X_WB, Scalar reach,
                          PairCaches& caches, QueryMemory& memory,
                          std::vector<HoldPoint>& holds) const = 0;
@@ -92,13 +100,15 @@ class Obstacle {
 
   /// Bound of the speed of its points until time_left().
   virtual Scalar speed() const { return 0; }
-  /// How long it goes on as it does.
+  /// How long its current motion lasts.
   virtual Scalar time_left() const { return kInfinity; }
-  /// Sees what other threads have given; what comes later waits for the next tick.
+  /// Takes over the snapshots of other threads; later ones wait for the next tick.
   virtual void start_tick() {}
-  /// Lets time pass, at most time_left().
+  /// Snapshots given before the tick.
+  virtual std::int64_t snapshots_seen() const { return 0; }
+  /// Advances time by at most time_left().
   virtual void pass(Scalar /*dt*/) {}
-  /// Takes up what it is to do when its time is up; nothing is to come: it rests.
+  /// Starts its next motion when the current one has ended, or comes to rest if there is none.
   virtual void go_on() {}
 };
 

@@ -10,21 +10,26 @@
 namespace dyop::internal {
 namespace {
 
-// Impacts are told to this part of the standoff: what is left of it is for the difference between a
-// step and its linear approximation.
+// Tolerance of impacts as a fraction of the standoff; the rest of it is for the difference between
+// a step and its linear approximation.
 constexpr Scalar kToleranceShare = 0.3;
 
-// Steps are solved to this part of the standoff.
+// Tolerance of the solve as a fraction of the standoff.
 constexpr Scalar kSolveShare = 1e-3;
 
-// A distance is measured again when its bounds are farther apart than this part of the standoff, and
-// what the options allow.
+// A distance is measured again when its bounds are farther apart than this fraction of the standoff
+// and than the options allow.
 constexpr Scalar kVagueShare = 0.25;
 
-// Node pairs that a query may have waiting for one span of time without growing its memory.
+// The first positions tried by an escape are this fraction of a body's thickness away; so many
+// are tried in a tick.
+constexpr Scalar kEscapeStart = 8;
+constexpr int kEscapesTried = 4;
+
+// Node pairs that a query may hold for one time interval without growing its memory.
 constexpr std::size_t kQueuedPairs = 512;
 
-// A time shorter than this part of a tick is not worth a motion of its own.
+// A time shorter than this fraction of a tick is not worth its own motion.
 constexpr Scalar kTickNoise = 0x1p-30;
 
 std::unique_ptr<Obstacle> make_obstacle(const ToolObstacle& given) {
@@ -113,6 +118,7 @@ FollowReport Proxy::follow(const std::optional<ToolPose>& goal, Scalar dt, WorkC
       if (done < piece.duration) break;
     }
   };
+  look_for_escape(work);
   const ToolPose wished = goal.value_or(pose_);
   if (!goal) wait();
   for (int rounds = 0; has_time() && rounds < options_.max_rounds;) {
@@ -130,7 +136,11 @@ FollowReport Proxy::follow(const std::optional<ToolPose>& goal, Scalar dt, WorkC
 
 Scalar Proxy::move(const ToolPose& goal, const Piece& piece, WorkClock& clock, TickStatistics& work,
                    FollowReport& report) {
-  const ToolStep wish = scaled(step_between(pose_, goal), piece.duration / piece.remaining);
+  ToolStep wish = scaled(step_between(pose_, goal), piece.duration / piece.remaining);
+  if (const auto out_W = escape_.direction()) {
+    wish = {};
+    wish.v_W = options_.recovery_speed * piece.duration * *out_W;
+  }
   gather_holds(wish, piece);
   const StepGoal step_goal{pose_,
                            wish,
@@ -160,7 +170,29 @@ Scalar Proxy::move(const ToolPose& goal, const Piece& piece, WorkClock& clock, T
   return best;
 }
 
-// Tissue goes on, the tool waits.
+// Of the first pair that crosses; a failed search starts again, as tissue moves.
+void Proxy::look_for_escape(TickStatistics& work) {
+  const auto crossing = std::find_if(pairs_.begin(), pairs_.end(),
+                                     [](const PairState& pair) { return pair.is_overlapping; });
+  if (crossing == pairs_.end()) return escape_.stop();
+  const ToolBody& body = bodies_[crossing->body];
+  const auto number = std::size_t(crossing - pairs_.begin());
+  if (!escape_.is_for(number) || escape_.has_failed()) {
+    escape_.start(number, body.thickness / kEscapeStart);
+  }
+  const Obstacle& obstacle = *obstacles_[crossing->obstacle];
+  const RigidPose X_WB = body_pose(crossing->body);
+  for (int k = 0; k < kEscapesTried; ++k) {
+    escape_.try_next([&](const Vector3& moved) {
+      ++work.distance_queries;
+      const RigidPose X_WB_there =
+          RigidPose::from_trusted(X_WB.rotation(), X_WB.translation() + moved);
+      return obstacle.measure(body, X_WB_there, crossing->caches).lower > obstacle.margin;
+    });
+  }
+}
+
+// Tissue moves on, the tool waits.
 Scalar Proxy::stay(Scalar duration, WorkClock& clock, TickStatistics& work, FollowReport& report) {
   const ToolMotion motion(pose_, {}, duration, hinges_);
   const Proof proof = prove(motion, duration, clock, work, report);
@@ -168,7 +200,7 @@ Scalar Proxy::stay(Scalar duration, WorkClock& clock, TickStatistics& work, Foll
   return proof.t_safe;
 }
 
-// Distances are known from before, less what was covered since.
+// Distances are those measured before, minus the displacement since.
 void Proxy::commit(const ToolMotion& motion, Scalar t) {
   for (PairState& pair : pairs_) {
     const ToolBody& body = bodies_[pair.body];
@@ -198,20 +230,17 @@ PairImpact Proxy::ask(PairState& pair, const BodyMotion& motion, WorkClock& cloc
   return impact;
 }
 
-// What is nearer than its target already is to come no nearer. Returns whether it is known to be
-// apart at all.
-bool Proxy::ease_target(PairState& pair, TickStatistics& work) {
+// A pair that is nearer than its target already must come no nearer.
+void Proxy::ease_target(PairState& pair, TickStatistics& work) {
   measure(pair, work);
   const Scalar lower = pair.distance.lower;
-  pair.is_recovering = true;
   pair.is_overlapping = !(lower > 0);
   pair.tolerance = std::min(tolerance_, lower / 4);
   pair.target = std::max(Scalar{0}, lower - pair.tolerance);
-  return !pair.is_overlapping;
 }
 
-// Every pair of a body and something hard is proven apart by a bound of how far both can move, by a
-// query, or because neither moves; or it overlaps and is reported.
+// Every pair of a body and a hard obstacle is proven apart by a bound of how far both can move, by
+// a query, or because neither moves; or it crosses and is reported.
 Proxy::Proof Proxy::prove(const ToolMotion& motion, Scalar duration, WorkClock& clock,
                           TickStatistics& work, FollowReport& report) {
   Proof proof;
@@ -224,18 +253,25 @@ Proxy::Proof Proxy::prove(const ToolMotion& motion, Scalar duration, WorkClock& 
                          obstacle.speed() * proof.t_safe * (1 + 8 * kUnitRoundoff);
     const Scalar noise =
         kStepNoise * (pose_.X_WT.translation().norm() + moved + body.shape->bounding_radius());
-    if (moved == 0 || pair.distance.lower - moved - noise > obstacle.margin + tolerance_) continue;
+    if (moved == 0 && pair.distance.lower >= obstacle.margin) continue;
+    if (pair.distance.lower - moved - noise > obstacle.margin + tolerance_) continue;
     pair.target = obstacle.margin;
     pair.tolerance = tolerance_;
-    pair.is_recovering = pair.is_overlapping = false;
+    pair.is_overlapping = false;
     PairImpact impact = ask(pair, {body, motion.of(body), proof.t_safe}, clock, work);
     if (impact.status == ToiStatus::InitiallyWithinTarget) {
       report.was_recovering = true;
-      if (!ease_target(pair, work)) {
+      ease_target(pair, work);
+      if (!pair.is_overlapping) {
+        impact = ask(pair, {body, motion.of(body), proof.t_safe}, clock, work);
+        // Too near for rounding to decide.
+        pair.is_overlapping = impact.status == ToiStatus::InitiallyWithinTarget ||
+                              (impact.status == ToiStatus::NumericalLimit && !(impact.t_safe > 0));
+      }
+      if (pair.is_overlapping) {
         report.was_overlapping = true;
         continue;
       }
-      impact = ask(pair, {body, motion.of(body), proof.t_safe}, clock, work);
     }
     if (impact.status == ToiStatus::Separated) continue;
     proof.t_safe = impact.t_safe;

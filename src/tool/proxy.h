@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "dyop/tool/tool_session.h"
+#include "tool/escape.h"
 #include "tool/hold_solver.h"
 #include "tool/obstacle.h"
 #include "tool/tool_body.h"
@@ -14,19 +15,18 @@
 
 namespace dyop::internal {
 
-/// What is proven of a body and an obstacle where they stand.
+/// What is proven about a body and an obstacle at their current poses.
 struct PairState {
   std::size_t body = 0;
   std::size_t obstacle = 0;
   PairDistance distance;  ///< bounds hold; points are those of the last measurement
   Scalar target = 0;      ///< what the next motion keeps: the margin, or less if it is nearer
   Scalar tolerance = 0;
-  bool is_recovering = false;   ///< nearer than the margin when its motion started
   bool is_overlapping = false;  ///< not proven apart: left out of the proof
   PairCaches caches;
 };
 
-/// How far a tick's following came.
+/// How far the proxy followed the device in one tick.
 struct FollowReport {
   Scalar committed = 0;  ///< time
   bool is_at_goal = false;
@@ -35,7 +35,7 @@ struct FollowReport {
   bool was_overlapping = false;
 };
 
-/// The tool's proxy among the obstacles: moves only along what is proven.
+/// The tool's proxy among the obstacles: makes only proven motions.
 class Proxy {
  public:
   Proxy(const ToolScene& scene, const ToolOptions& options);
@@ -51,11 +51,11 @@ class Proxy {
     return pose_.X_WT * body_in_tool(bodies_[body], hinges_, pose_);
   }
 
-  /// Moves towards the goal while time dt passes, within the clock's budget. Without a goal it stays
-  /// where it is, as long as tissue lets it.
+  /// Moves towards the goal while time dt passes, within the clock's budget. Without a goal it
+  /// stays where it is, as long as tissue lets it.
   FollowReport follow(const std::optional<ToolPose>& goal, Scalar dt, WorkClock& clock,
                       TickStatistics& work);
-  /// Measures the distances that have become vague.
+  /// Measures again the distances whose bounds have become loose.
   void measure(WorkClock& clock, TickStatistics& work);
 
  private:
@@ -74,6 +74,7 @@ class Proxy {
   Scalar move(const ToolPose& goal, const Piece& piece, WorkClock& clock, TickStatistics& work,
               FollowReport& report);
   Scalar stay(Scalar duration, WorkClock& clock, TickStatistics& work, FollowReport& report);
+  void look_for_escape(TickStatistics& work);
   void gather_holds(const ToolStep& wish, const Piece& piece);
   void thin_holds();
   void warm_start();
@@ -83,7 +84,7 @@ class Proxy {
   Proof prove(const ToolMotion& motion, Scalar duration, WorkClock& clock, TickStatistics& work,
               FollowReport& report);
   PairImpact ask(PairState& pair, const BodyMotion& motion, WorkClock& clock, TickStatistics& work);
-  bool ease_target(PairState& pair, TickStatistics& work);
+  void ease_target(PairState& pair, TickStatistics& work);
   void measure(PairState& pair, TickStatistics& work);
   void commit(const ToolMotion& motion, Scalar t);
   Scalar piece_time(Scalar remaining) const;
@@ -97,6 +98,7 @@ class Proxy {
   std::vector<PairState> pairs_;
   HoldSolver solver_;
   QueryMemory memory_;
+  Escape escape_;
   ToolPose pose_;
   std::vector<ToolWaypoint> path_;
   std::vector<HoldPoint> holds_;

@@ -7,8 +7,8 @@
 namespace dyop::internal {
 namespace {
 
-// Holds are gathered this many standoffs beyond the rest gap, and as far again as the tool moves, up
-// to the limit; what is met beyond is found by the proof.
+// Holds are gathered up to this many standoffs beyond the rest gap, plus the tool's displacement,
+// up to the limit; the proof finds contacts farther away.
 constexpr Scalar kReach = 4;
 constexpr Scalar kMostReach = 20;
 
@@ -16,10 +16,10 @@ constexpr Scalar kMostReach = 20;
 constexpr Scalar kSamePlace = 2;
 constexpr Scalar kSameNormal = 0.999;  // cosine of 2.6 degrees
 
-// A repeated hit pushes the tool off by this part of the standoff, and twice as much each time.
+// A repeated hit pushes the tool away by this fraction of the standoff, doubled each time.
 constexpr Scalar kPush = 0.25;
 
-// The bend of holds over a motion is taken into account if it is more than this part of the standoff.
+// The curvature of a hold is taken into account if it exceeds this fraction of the standoff.
 constexpr Scalar kBend = 0.1;
 
 bool is_same_place(const HoldPoint& x, const HoldPoint& y, Scalar apart) {
@@ -58,7 +58,7 @@ void Proxy::gather_holds(const ToolStep& wish, const Piece& piece) {
   warm_start();
 }
 
-// The nearest first; one for a place; no more than the solver is to have.
+// The nearest first, one for each point, no more than the solver may have.
 void Proxy::thin_holds() {
   const auto excess = [&](const HoldPoint& hold) {
     return hold.gap() - obstacles_[hold.obstacle]->margin;
@@ -71,7 +71,7 @@ void Proxy::thin_holds() {
   holds_.clear();
   const Scalar apart = kSamePlace * options_.standoff;
   for (const HoldPoint& hold : found_) {
-    // Room is kept for what the proof will find.
+    // Leaves space for the holds that the proof will find.
     if (holds_.size() + std::size_t(options_.max_attempts) > std::size_t(options_.max_contacts)) {
       break;
     }
@@ -91,8 +91,8 @@ void Proxy::warm_start() {
   }
 }
 
-// How much the gap at the end of a motion differs from the linear one, by the turn of the material
-// points.
+// How much the gap at the end of a motion differs from the linear one because the material points
+// rotate.
 Scalar Proxy::bend_holds(const ToolMotion& motion, const ToolStep& step, Scalar duration) {
   const ToolPose end = motion.at(duration);
   Scalar change = 0;

@@ -36,7 +36,7 @@ PairImpact RigidObstacle::first_impact(const BodyMotion& motion, const ToiOption
                                           {0, motion.duration}, lent, memory.workspace);
   clock.take_back(result);
   impact.status = result.status;
-  impact.t_safe = result.t_safe;
+  impact.t_safe = safe_time(result);
   impact.queries = 1;
   impact.node_pairs = result.statistics.node_pairs;
   if (result.status != ToiStatus::Impact || !result.contact) return impact;

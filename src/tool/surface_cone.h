@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <optional>
+#include <span>
+
 #include "dyop/core/triangle.h"
 #include "dyop/geometry/mesh_topology.h"
 #include "dyop/geometry/shape.h"
 
 namespace dyop::internal {
 
-/// What is known of a mesh whose vertices may move: where they are is asked for.
+/// The topology of a mesh whose vertices may move; the caller passes their positions.
 struct SurfaceCone {
   const MeshTopology& topology;
   std::span<const TriangleIndices> triangles;
@@ -15,7 +18,7 @@ struct SurfaceCone {
   /// Whether n . t <= sine for all unit directions t in which the surface leaves a point p of a
   /// feature of a triangle: no neighbouring piece of surface comes nearer along n than p does, as
   /// far as vertex numbers tell who is a neighbour.
-  /// @param place Called with a vertex number: its place.
+  /// @param place Called with a vertex number, returns its position.
   template <typename Place>
   bool admits(const Feature& feature, std::int32_t triangle, const Vector3& n, Scalar sine,
               const Place& place) const;
@@ -48,11 +51,12 @@ bool SurfaceCone::admits(const Feature& feature, std::int32_t triangle, const Ve
         const std::int32_t to = own[std::size_t(k < 2 ? k + 1 : 0)];
         const bool is_this = (from == feature.vertices[0] && to == feature.vertices[1]) ||
                              (from == feature.vertices[1] && to == feature.vertices[0]);
-        const std::int32_t edge = is_this ? topology.edge_of_side(3 * triangle + k) : -1;
-        if (edge < 0) continue;
+        const auto edge =
+            is_this ? topology.edge_of_side(3 * triangle + k) : std::optional<std::int32_t>();
+        if (!edge) continue;
         const Vector3 p = place(from);
         const Vector3 along = place(to) - p;
-        for (const std::int32_t side : topology.sides_of_edge(edge)) {
+        for (const std::int32_t side : topology.sides_of_edge(*edge)) {
           const TriangleIndices& t = triangles[std::size_t(side / 3)];
           const int corner = side % 3;
           const Vector3 up = place(t[std::size_t(corner > 0 ? corner - 1 : 2)]) - p;

@@ -51,6 +51,7 @@ ToolBody make_body(const std::vector<CompoundChild>& children, std::optional<std
   }
   if (with_pieces) add_pieces(*body.shape, RigidPose(), body.pieces);
   body.box = body.shape->bounding_box();
+  body.reach = body.shape->bounding_radius();
   const Vector3 sizes = body.box.sizes();
   body.thickness = sizes.minCoeff() > 0 ? sizes.minCoeff() : sizes.norm();
   return body;
@@ -83,6 +84,7 @@ std::vector<ToolBody> make_tool_bodies(const ToolScene& scene, bool with_pieces)
     const auto children = children_of(scene, hinge);
     DYOP_REQUIRE(!children.empty(), "ToolSession: hinge ", hinge, " has no parts");
     bodies.push_back(make_body(children, hinge, with_pieces));
+    bodies.back().reach += scene.hinges[hinge].X_TJ.translation().norm();
   }
   return bodies;
 }

@@ -16,12 +16,13 @@ struct CorePiece {
   Scalar radius = 0;
 };
 
-/// What moves as one: all fixed parts of the tool, or the parts on one hinge.
+/// Parts that move together: all fixed parts of the tool, or the parts on one hinge.
 struct ToolBody {
   std::shared_ptr<const Shape> shape;
   std::vector<CorePiece> pieces;     ///< the same surface, for queries against deforming meshes
-  std::optional<std::size_t> hinge;  ///< B is J turned by its angle; none: B is T
+  std::optional<std::size_t> hinge;  ///< B is J rotated by its angle; none: B is T
   AlignedBox box;                    ///< in B
+  Scalar reach = 0;                  ///< no point is farther from T's origin
   Scalar thickness = 0;              ///< least side of the box, or its diagonal if that is flat
 };
 

@@ -13,7 +13,7 @@ RigidPose turned_about_z(Scalar angle) {
   return RigidPose::from_trusted(rotation_from_vector(angle * Vector3::UnitZ()), Vector3::Zero());
 }
 
-// More than the rounding of the few operations that bounds are made of.
+// More than the rounding error of the few operations in a bound.
 Scalar rounded_up(Scalar x) {
   return x * (1 + 64 * kUnitRoundoff);
 }
@@ -64,7 +64,7 @@ PoseScale HingeMotion::pose_scale(const TimeInterval& interval) const {
   scale.length += X_TJ_.translation().stableNorm();
   scale.angle += std::abs(angle_) +
                  std::abs(rate_) * std::max(std::abs(interval.begin), std::abs(interval.end));
-  // Three poses in a row.
+  // Three composed poses.
   return {3 * scale.length, 3 * scale.angle};
 }
 

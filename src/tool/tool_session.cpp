@@ -36,7 +36,7 @@ using internal::PairState;
 using internal::SessionState;
 using internal::ToolStep;
 
-// What a tick does not reach for rounding.
+// Time that a tick may miss by rounding.
 constexpr Scalar kTimeNoise = 0x1p-20;
 
 void require_positive(const char* name, Scalar value) {
@@ -111,13 +111,13 @@ void tell_contacts(const SessionState& state, ToolTick& tick) {
   }
 }
 
-// The speed that no point of a body exceeds, if the tool goes on as it went in this tick.
+// A bound of the speed of all points of a body if the tool keeps the motion of this tick.
 Scalar body_speed(const internal::ToolBody& body, const ToolStep& step, Scalar dt) {
   if (!(dt > 0)) return 0;
-  Scalar farthest = body.shape->bounding_radius();
-  Scalar turn = step.w_W.norm();
-  if (body.hinge) turn += std::abs(step.angles[*body.hinge]);
-  return (step.v_W.norm() + turn * farthest) / dt;
+  const Scalar hinge_turn = body.hinge ? std::abs(step.angles[*body.hinge]) : 0;
+  return (step.v_W.norm() + step.w_W.norm() * body.reach +
+          hinge_turn * body.shape->bounding_radius()) /
+         dt;
 }
 
 void tell_clearances(const SessionState& state, const ToolStep& step, Scalar dt, ToolTick& tick) {
@@ -165,7 +165,7 @@ const ToolTick& run_tick(SessionState& state, const DevicePose& device, Scalar d
   const bool is_valid = goal && dt >= 0 && dt < kInfinity;
   const ToolPose before = state.proxy.pose();
   const Scalar passed = dt >= 0 && dt < kInfinity ? dt : 0;
-  // An unknown device leaves the proxy where it is, as far as tissue lets it.
+  // Without a device pose the proxy stays where it is, unless tissue pushes it.
   const FollowReport report =
       state.proxy.follow(is_valid ? goal : std::nullopt, passed, state.clock, tick.statistics);
   state.proxy.measure(state.clock, tick.statistics);
@@ -176,6 +176,9 @@ const ToolTick& run_tick(SessionState& state, const DevicePose& device, Scalar d
   tick.tool = state.proxy.pose();
   tick.path = state.proxy.path();
   tick.cutoff = state.clock.cutoff();
+  for (std::size_t k = 0; k < tick.snapshots.size(); ++k) {
+    tick.snapshots[k] = state.proxy.obstacles()[k]->snapshots_seen();
+  }
   tell_contacts(state, tick);
   tell_clearances(state, internal::step_between(before, tick.tool), passed, tick);
   if (is_valid) {
@@ -206,6 +209,7 @@ ToolSession::ToolSession(const ToolScene& scene, const ToolOptions& options) {
   state_ = std::make_unique<SessionState>(scene, options);
   state_->tick.tool = state_->proxy.pose();
   state_->tick.clearances.resize(scene.obstacles.size());
+  state_->tick.snapshots.resize(scene.obstacles.size());
   state_->tick.contacts.reserve(std::size_t(options.max_contacts));
 }
 

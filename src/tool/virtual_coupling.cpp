@@ -18,7 +18,7 @@ void require_axes(const char* name, const Vector3& values, bool may_be_zero) {
   }
 }
 
-// The turn from A to B, world axes.
+// The rotation vector from A to B in world axes.
 Vector3 turn_between(const RigidPose& X_WA, const RigidPose& X_WB) {
   return rotation_vector(X_WB.rotation() * X_WA.rotation().transpose());
 }
@@ -67,16 +67,16 @@ bool VirtualCoupling::is_passive() const {
   return true;
 }
 
-// The wrench was held while the device moved.
+// The wrench was constant while the device moved.
 void VirtualCoupling::observe(const RigidPose& X_WD) {
   if (!last_) return;
   energy_returned_ += wrench_.force_W.dot(X_WD.translation() - last_->X_WD.translation()) +
                       wrench_.torque_W.dot(turn_between(last_->X_WD, X_WD));
 }
 
-// Adds the damping that would take the surplus back within one period, if the device goes on as it
-// moves ([Hannaford2002]).
-void VirtualCoupling::brake(Scalar dt, Wrench& wrench) const {
+// Adds the damping that would dissipate the surplus energy within one period if the device keeps
+// its velocity ([Hannaford2002]).
+void VirtualCoupling::brake(Scalar dt, ToolWrench& wrench) const {
   const Scalar motion = (v_WD_.squaredNorm() + w_WD_.squaredNorm()) * dt;
   if (!options_.bounds_energy || !(energy_returned_ > 0) || !(motion > 0)) return;
   const Scalar damping = energy_returned_ / motion;
@@ -84,7 +84,7 @@ void VirtualCoupling::brake(Scalar dt, Wrench& wrench) const {
   wrench.torque_W -= damping * w_WD_;
 }
 
-Wrench VirtualCoupling::update(const RigidPose& X_WD, const RigidPose& X_WP, Scalar dt) {
+ToolWrench VirtualCoupling::update(const RigidPose& X_WD, const RigidPose& X_WP, Scalar dt) {
   observe(X_WD);
   if (!last_) {
     v_WD_ = w_WD_ = v_WP_ = w_WP_ = Vector3::Zero();

@@ -11,7 +11,7 @@
 namespace dyop::internal {
 
 /// Decides where a tick ends early: at its deadline, or where an earlier run was cut off. Every
-/// question it is asked is a checkpoint; their order depends on the inputs alone.
+/// call is a checkpoint; the order of the calls depends on the inputs alone.
 class WorkClock {
  public:
   using Deadline = std::optional<std::chrono::steady_clock::time_point>;
@@ -19,11 +19,11 @@ class WorkClock {
   void start(const Deadline& deadline);
   void start(const std::optional<TickCutoff>& cutoff);
 
-  /// Asked before every stage.
+  /// To be called before every stage.
   bool is_over();
   /// Hands the rest of the budget to a query, right after is_over() said no.
   void lend(ToiOptions& options) const;
-  /// Takes note of how the query ended.
+  /// Records how the query ended.
   void take_back(const ToiResult& result);
 
   const std::optional<TickCutoff>& cutoff() const { return cutoff_; }

@@ -11,8 +11,8 @@
 
 namespace dyop::internal {
 
-/// Motions of bodies over spans of time as columns of their parameters, a set of columns for each
-/// kind of motion.
+/// Motions of bodies over time intervals as columns of their parameters, one set of columns for
+/// each kind of motion.
 class MotionRows {
  public:
   /// Of cubics that stand in for other motions, see PageEncoder::kMotionTolerance.
@@ -24,7 +24,7 @@ class MotionRows {
     Scalar radius = 0;
   };
 
-  /// A null motion: the body is not there.
+  /// A null motion: the body is absent.
   void add(const Body& body, const TimeInterval& interval, const Motion* motion);
   void add_to(ColumnBlock& block) const;
 
@@ -46,7 +46,7 @@ class MotionRows {
     void add_to(ColumnBlock& block, const std::string& kind) const;
   };
 
-  // False if the motion is of no kind that has exact rows.
+  // False if the kind of motion has no exact rows.
   bool add_exact(const Body& body, const TimeInterval& interval, const Motion& motion,
                  bool is_central);
   void add_cubics(const Body& body, const TimeInterval& interval, const Motion& motion);

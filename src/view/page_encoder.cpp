@@ -16,7 +16,7 @@ namespace {
 using internal::ColumnBlock;
 using Json = nlohmann::json;
 
-// With more bodies round ones are drawn with fewer triangles.
+// With more bodies than this, round ones are drawn with fewer triangles.
 constexpr std::size_t kManyBodies = 100;
 constexpr int kFine = 4;
 constexpr int kCoarse = 3;
@@ -39,7 +39,7 @@ const char* word_of(BodyKind kind) {
   throw InternalError("unknown kind of body");
 }
 
-// Columns of what is asked of each row of a list.
+// Columns of values computed from each row of a list.
 template <typename Rows>
 class RowColumns {
  public:

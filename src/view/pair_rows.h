@@ -10,7 +10,7 @@ namespace dyop::internal {
 /// Adds the gap and the contacts of a near pair at the end of a frame.
 void add_pair(const PairRecord& pair, const TimeInterval& frame, PageSpan& span);
 
-/// Asks for witness points and tight bounds of a gap: one distance query.
+/// Computes witness points and tight bounds of a gap by one distance query.
 void add_witness(PageGap& gap, const Shape& a, const RigidPose& X_WA, const Shape& b,
                  const RigidPose& X_WB, DistanceCache& cache);
 

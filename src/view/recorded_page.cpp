@@ -25,7 +25,7 @@ namespace {
 
 using PairName = std::pair<std::uint32_t, std::uint32_t>;
 
-// Blocks are small enough to be shown one after another while a page is read; the first one more so.
+// Blocks are small enough to be shown one by one while a page loads; the first is smaller still.
 constexpr std::size_t kSegmentsOfBlock = 20000;
 constexpr std::size_t kSegmentsOfFirstBlock = 3000;
 
@@ -45,7 +45,7 @@ std::string words_of(const Shape& shape) {
   return "convex shape";
 }
 
-// What the scene file says, if there is one.
+// Contents of the scene file, if there is one.
 Vector3 gravity_of(const RunHeader& header) {
   const auto scene = nlohmann::json::parse(header.scene, nullptr, false);
   const auto place = nlohmann::json::json_pointer("/forces/gravity");
@@ -108,7 +108,7 @@ PageMark mark_of(const RunEvent& event, const PageScene& scene, AdvanceStatus st
   throw InternalError("unknown kind of event");
 }
 
-// Walks through a recording frame by frame and cuts it into blocks.
+// Reads a recording frame by frame and divides it into blocks.
 class RecordedPage {
  public:
   RecordedPage(RecordingReader& reader, const RecordedPageOptions& options)
@@ -136,7 +136,7 @@ class RecordedPage {
     std::shared_ptr<const Motion> motion;
   };
 
-  // Those whose proven gap falls lowest, and how often they are measured.
+  // The pairs with the smallest proven gaps, and how often they are measured.
   void choose_pairs(const RecordedPageOptions& options) {
     std::map<PairName, Scalar> least;
     for (std::size_t k = 0; k < reader_.frames().size(); ++k) {

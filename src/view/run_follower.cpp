@@ -26,7 +26,7 @@ std::string names_of(const World& world, const std::vector<BodyId>& bodies) {
 
 constexpr std::ptrdiff_t kWitnesses = 4;
 
-// The pairs of the least proven gaps get witness points and tight bounds from queries.
+// The pairs with the smallest proven gaps get witness points and tight bounds from queries.
 void add_witnesses(const World& world, std::span<PageGap> gaps) {
   const auto count = std::min(kWitnesses, std::ssize(gaps));
   std::partial_sort(gaps.begin(), gaps.begin() + count, gaps.end(),

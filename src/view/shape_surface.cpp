@@ -53,7 +53,8 @@ ShapeSurface surface_of_convex(const ConvexShape& shape, int fineness) {
   if (core != nullptr && !(shape.rounding_radius() > 0)) return surface_of_mesh(*core);
   ShapeSurface surface = octahedron();
   for (int k = 0; k < fineness; ++k) surface = subdivided(surface);
-  // A slight tilt: no direction is then exactly across an axis, where a support point is not unique.
+  // Slightly tilted: no direction is exactly normal to an axis, where a support point is not
+  // unique.
   const Matrix3 tilt = rotation_from_vector(Vector3(0.01, 0.013, 0.017));
   for (Vector3& v : surface.vertices) v = shape.support(tilt * v);
   return surface;
@@ -72,7 +73,7 @@ ShapeSurface surface_of_compound(const CompoundShape& compound, int fineness) {
   return all;
 }
 
-// Small numbers for small differences of either sign.
+// Maps small differences of either sign to small numbers.
 std::uint16_t zigzag(std::int32_t difference) {
   const auto d = std::int16_t(difference);  // modulo 2^16, which the page undoes
   return std::uint16_t((std::uint16_t(d) << 1) ^ std::uint16_t(d >> 15));

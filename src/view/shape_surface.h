@@ -15,12 +15,12 @@ struct ShapeSurface {
   std::vector<TriangleIndices> triangles;
 };
 
-/// Of a mesh or a polytope its own triangles, of a smooth convex shape 8 * 4^fineness between points
-/// of its support function, of a compound those of its children.
-ShapeSurface surface_of(const Shape& shape, int fineness);
+/// The triangles of a mesh or polytope; for a smooth convex shape 8 * 4^fineness triangles between
+/// support points; for a compound those of its children.
+DYOP_EXPORT ShapeSurface surface_of(const Shape& shape, int fineness);
 
 /// Adds columns <name>.vertices and <name>.triangles to a block and returns what the page needs to
-/// undo them: vertices in order of first use, rounded to 1/65535 of their box, as differences.
+/// decode them: vertices in order of first use, rounded to 1/65535 of their box, as differences.
 nlohmann::json add_surface(ColumnBlock& block, const std::string& name,
                            const ShapeSurface& surface);
 

@@ -81,7 +81,7 @@ std::string room_of(const fs::path& path) {
 TEST(Ladder, HasEveryRoomThatExists) {
   for (const char* folder : {"include/dyop", "src"}) {
     for (const auto& entry : fs::directory_iterator(kRoot / folder)) {
-      if (entry.is_directory()) {
+      if (entry.is_directory() && entry.path().filename() != "packaging") {
         EXPECT_TRUE(kLevel.contains(entry.path().filename().string())) << entry.path();
       }
     }
@@ -96,6 +96,10 @@ TEST(Ladder, IncludesPointDownOnly) {
     for (const std::string& line : read_lines(file)) {
       std::smatch match;
       if (!std::regex_search(line, match, include)) continue;
+      if (match[1] == "dyop") {  // a header that belongs to no room
+        EXPECT_EQ(room, "c") << file << ": " << line;
+        continue;
+      }
       ASSERT_TRUE(kLevel.contains(match[1].str())) << file << ": " << line;
       EXPECT_TRUE(may_include(room, match[1].str())) << file << ": " << line;
       ++checked;
@@ -197,6 +201,7 @@ TEST(Umbrella, IsForUsersOnly) {
 TEST(Examples, AreShortAndNumberedAndSayWhatTheyPrint) {
   int number = 0;
   for (const fs::path& file : code_files({"examples"})) {
+    if (file.parent_path() != kRoot / "examples") continue;  // of one use: examples/planning
     const std::string name = file.filename().string();
     EXPECT_EQ(std::stoi(name.substr(0, 2)), ++number) << name;
     EXPECT_EQ(name[2], '_') << name;

@@ -282,7 +282,7 @@ RectangleSweptSphere RectangleSweptSphere::fit(std::span<const Vector3> points) 
     const Scalar height = x.z() - middle;
     return std::max(Scalar{0}, radius * radius - height * height);
   };
-  // Each pair of sides by itself: every point is to lie less than its overhang beyond.
+  // Each pair of sides separately: every point must be less than its overhang beyond.
   Vector2 lo = Vector2::Constant(kInfinity);
   Vector2 hi = Vector2::Constant(-kInfinity);
   for (const Vector3& p : points) {

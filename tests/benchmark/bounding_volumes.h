@@ -19,7 +19,7 @@ struct Separation {
 };
 
 /// A ball within about 1 % of the smallest, by 100 steps of the iteration of [BadoiuClarkson2003]:
-/// the center moves towards the farthest point, by a half of the way first, then a third, ...
+/// the center moves towards the farthest point, by half of the distance first, then a third, ...
 struct Sphere {
   using Placement = RigidPose;
   static constexpr const char* kName = "sphere";

@@ -152,7 +152,7 @@ void run(const char* name, int path_count, Scalar length) {
     if (result.toi.status == ToiStatus::InitiallyWithinTarget) continue;
     all.push_back(time);
     if (is_free) free.push_back(time);
-    // At places of the part that is free, where a check has to look at everything.
+    // In the free part, where a check has to examine everything.
     constexpr int kChecks = 20;
     bool is_hit = other->collides(from);
     const auto check_start = Clock::now();

@@ -35,7 +35,7 @@ struct Scene {
 constexpr int kPoses = 256;
 
 Scene cube_on_triangles() {
-  Scene scene{std::make_shared<TriangleMesh>(test_support::plate_grid(8, 8, 64, 64).mesh()),
+  Scene scene{std::make_shared<TriangleMesh>(testing::plate_grid(8, 8, 64, 64).mesh()),
               std::make_shared<Box>(Vector3(0.5, 0.5, 0.5)),
               {},
               0.01};

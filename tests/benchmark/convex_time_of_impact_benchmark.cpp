@@ -109,7 +109,7 @@ Engine bullet_engine(const btConvexShape& shape) {
 
 fcl::InterpMotion<double> to_fcl(const RigidPose& begin, const ConstantTwistMotion& motion) {
   const RigidPose end = motion.pose(1);
-  // About the body's origin, said explicitly: FCL leaves its default uninitialised.
+  // About the body's origin, set explicitly: FCL leaves its default uninitialised.
   return {begin.rotation(), begin.translation(), end.rotation(), end.translation(),
           Vector3::Zero()};
 }

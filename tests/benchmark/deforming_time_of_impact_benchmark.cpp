@@ -20,7 +20,7 @@ using dyop::DeformingMesh;
 using dyop::TimeInterval;
 using dyop::ToiResult;
 using dyop::Vector3;
-using dyop::test_support::MeshArrays;
+using dyop::testing::MeshArrays;
 
 constexpr int kQueries = 32;
 constexpr int kSubdivisions = 6;
@@ -60,7 +60,7 @@ void average(benchmark::State& state) {
 }
 
 void deforming_against_deforming(benchmark::State& state) {
-  const MeshArrays sphere = dyop::test_support::icosphere(kSubdivisions);
+  const MeshArrays sphere = dyop::testing::icosphere(kSubdivisions);
   const DeformingMesh a(sphere.vertices, wobbled(sphere.vertices, Vector3::Zero()),
                         sphere.triangles);
   std::vector<DeformingMesh> others;
@@ -78,10 +78,10 @@ void deforming_against_deforming(benchmark::State& state) {
 }
 
 void deforming_against_spinning(benchmark::State& state) {
-  const MeshArrays sphere = dyop::test_support::icosphere(kSubdivisions);
+  const MeshArrays sphere = dyop::testing::icosphere(kSubdivisions);
   const DeformingMesh a(sphere.vertices, wobbled(sphere.vertices, Vector3::Zero()),
                         sphere.triangles);
-  const dyop::TriangleMesh gear = dyop::test_support::gear(200, 0.9, 1.0, 0.3).mesh();
+  const dyop::TriangleMesh gear = dyop::testing::gear(200, 0.9, 1.0, 0.3).mesh();
   const std::vector<Approach> approaches = make_approaches();
   std::size_t next = 0;
   for (auto _ : state) {
@@ -94,7 +94,7 @@ void deforming_against_spinning(benchmark::State& state) {
 }
 
 void refit(benchmark::State& state) {
-  const MeshArrays sphere = dyop::test_support::icosphere(kSubdivisions);
+  const MeshArrays sphere = dyop::testing::icosphere(kSubdivisions);
   DeformingMesh mesh(sphere.vertices, sphere.vertices, sphere.triangles);
   const std::vector<Vector3> end = wobbled(sphere.vertices, Vector3::Zero());
   for (auto _ : state) mesh.refit(sphere.vertices, end);

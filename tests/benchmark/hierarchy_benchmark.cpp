@@ -16,7 +16,7 @@
 namespace dyop::testing {
 namespace {
 
-using test_support::MeshArrays;
+using testing::MeshArrays;
 
 // Bends the mesh, as a soft body does: neighbours stay neighbours.
 std::vector<Vector3> bent(const MeshArrays& mesh) {
@@ -55,7 +55,7 @@ void add(const std::string& name, const MeshArrays& mesh) {
 void add_all() {
   // 20 * 4^k triangles: 80 to 1,310,720.
   for (int k = 1; k <= 8; ++k) {
-    const MeshArrays sphere = test_support::icosphere(k);
+    const MeshArrays sphere = testing::icosphere(k);
     add("sphere " + std::to_string(sphere.triangles.size()), sphere);
   }
   for (const char* model : {"bunny.obj", "dragon_vrip_res4.ply.gz", "dragon_vrip_res3.ply.gz",

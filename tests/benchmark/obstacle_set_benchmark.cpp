@@ -24,15 +24,14 @@ namespace {
 constexpr TimeInterval kSpan{0, 1};
 constexpr std::size_t kQueries = 64;
 
-// Obstacles of size 0.5 in a cube with room for 4^3 of them each, and queries that cross it by a
+// Obstacles of size 0.5 in a cube with space for 4^3 of them each, and queries that cross it by a
 // quarter as they turn.
 struct ManyObstacles {
   explicit ManyObstacles(std::int64_t count, bool are_meshes) {
     std::mt19937_64 random(7);
     const Scalar half = std::cbrt(Scalar(count));
     const auto box = std::make_shared<Box>(Vector3(0.25, 0.25, 0.25));
-    const auto mesh =
-        std::make_shared<TriangleMesh>(test_support::torus(0.35, 0.15, 48, 24).mesh());
+    const auto mesh = std::make_shared<TriangleMesh>(testing::torus(0.35, 0.15, 48, 24).mesh());
     for (std::int64_t i = 0; i < count; ++i) {
       const auto pose = random_pose(half, random);
       motions.push_back(std::make_shared<RestMotion>(pose));
@@ -49,7 +48,7 @@ struct ManyObstacles {
   std::shared_ptr<const Shape> shape;
   std::vector<std::shared_ptr<const RestMotion>> motions;
   std::vector<ConstantTwistMotion> paths;
-  TriangleMesh body = test_support::gear(24, 0.2, 0.25, 0.1).mesh();
+  TriangleMesh body = testing::gear(24, 0.2, 0.25, 0.1).mesh();
 };
 
 void first_impact_of_set(benchmark::State& state) {
@@ -141,7 +140,7 @@ void least_distance_of_loop(benchmark::State& state) {
 // Two tori of 9,216 triangles that pass by each other, with the relative tolerance 10^-digits.
 void least_distance_of_pair(benchmark::State& state) {
   std::mt19937_64 random(11);
-  const TriangleMesh mesh = test_support::torus(0.7, 0.3, 96, 48).mesh();
+  const TriangleMesh mesh = testing::torus(0.7, 0.3, 96, 48).mesh();
   LeastDistanceOptions options;
   options.relative_tolerance = std::pow(10, -Scalar(state.range(0)));
   std::vector<std::pair<ConstantTwistMotion, ConstantTwistMotion>> passes;

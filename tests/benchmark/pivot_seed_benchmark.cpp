@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 
 // What the dynamic pivot saves: the same walk of two shapes, measured step by step, with queries
-// that begin anywhere (seed 0), at what the pivot of the internal box picks (1), and where the last
+// that start anywhere (seed 0), at what the pivot of the internal box picks (1), and where the last
 // query ended (2). Counters: work per query.
 #include <benchmark/benchmark.h>
 
@@ -29,7 +29,7 @@ enum Kind { kBoxes, kHulls, kTori };
 std::shared_ptr<const Shape> make_shape(int kind) {
   if (kind == kBoxes) return std::make_shared<Box>(Vector3(0.8, 0.5, 0.3));
   if (kind == kTori) {
-    return std::make_shared<TriangleMesh>(test_support::torus(0.7, 0.3, 128, 64).mesh());
+    return std::make_shared<TriangleMesh>(testing::torus(0.7, 0.3, 128, 64).mesh());
   }
   std::mt19937_64 random(5);
   std::vector<Vector3> points(64);

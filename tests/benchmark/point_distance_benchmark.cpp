@@ -25,7 +25,7 @@ using Tree = CGAL::AABB_tree<CGAL::AABB_traits<Kernel, Primitive>>;
 // A ball with dents, so that no point is equally near to everything.
 const TriangleMesh& mesh() {
   static const TriangleMesh dented = [] {
-    test_support::MeshArrays ball = test_support::icosphere(6);
+    testing::MeshArrays ball = testing::icosphere(6);
     for (Vector3& v : ball.vertices) v *= 1 + 0.1 * std::sin(7 * v.x()) * std::sin(9 * v.y());
     return ball.mesh();
   }();

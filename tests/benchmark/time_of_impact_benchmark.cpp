@@ -40,8 +40,8 @@ struct Model {
 };
 
 // Every triangle in four.
-test_support::MeshArrays split_in_four(const test_support::MeshArrays& mesh) {
-  test_support::MeshArrays result;
+testing::MeshArrays split_in_four(const testing::MeshArrays& mesh) {
+  testing::MeshArrays result;
   for (const TriangleIndices& t : mesh.triangles) {
     const auto first = std::int32_t(result.vertices.size());
     for (std::size_t k = 0; k < 3; ++k) {
@@ -59,18 +59,18 @@ test_support::MeshArrays split_in_four(const test_support::MeshArrays& mesh) {
 
 // "sphere K" of 20 * 4^K triangles, "torus K" of 20 K^2, "gear K" of 192 * 4^K, all of radius one;
 // "teeth K", a gear of K teeth whose faces are fans of needles.
-std::optional<test_support::MeshArrays> generated_mesh(const std::string& name) {
+std::optional<testing::MeshArrays> generated_mesh(const std::string& name) {
   const auto number = [&](const std::string& kind) {
     return name.starts_with(kind) ? std::stoi(name.substr(kind.size())) : 0;
   };
-  if (const int k = number("sphere ")) return test_support::icosphere(k);
-  if (const int k = number("torus ")) return test_support::torus(0.7, 0.3, 5 * k, 2 * k);
+  if (const int k = number("sphere ")) return testing::icosphere(k);
+  if (const int k = number("torus ")) return testing::torus(0.7, 0.3, 5 * k, 2 * k);
   if (const int k = number("gear ")) {
-    test_support::MeshArrays mesh = test_support::gear(12, 0.7, 1, 0.3);
+    testing::MeshArrays mesh = testing::gear(12, 0.7, 1, 0.3);
     for (int i = 0; i < k; ++i) mesh = split_in_four(mesh);
     return mesh;
   }
-  if (const int k = number("teeth ")) return test_support::gear(k, 0.9, 1, 0.3);
+  if (const int k = number("teeth ")) return testing::gear(k, 0.9, 1, 0.3);
   return std::nullopt;
 }
 

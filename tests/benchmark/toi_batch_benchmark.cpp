@@ -29,7 +29,7 @@ struct Batch {
   std::vector<ToiQuery> queries;
 };
 
-// Bodies of radius one that begin 2 to 5 apart, fly at each other with some side step, and turn.
+// Bodies of radius one that start 2 to 5 apart, fly at each other slightly off centre, and turn.
 Batch::Batch(const std::filesystem::path& file) : mesh(load_unit_model(file)) {
   std::mt19937_64 random(42);
   for (int k = 0; k < kQueryCount; ++k) {
@@ -57,7 +57,7 @@ void run(benchmark::State& state) {
   BatchOptions options;
   options.thread_count = static_cast<int>(state.range(0));
   std::vector<ToiResult> results(batch.queries.size());
-  for (auto _ : state) time_of_impact(batch.queries, results, options);
+  for (auto _ : state) time_of_impact_batch(batch.queries, results, options);
   int impacts = 0;
   for (const ToiResult& result : results) impacts += result.status == ToiStatus::Impact;
   state.counters["impacts"] = impacts;

@@ -3,7 +3,7 @@
 // A tool near an organ, as at the 1 kHz of a haptic device: a torus of 800 triangles moves on a
 // curve along a lumpy sphere of 5,120, turning, at a gap of about a hundredth of the organ's
 // radius. Every step of a millisecond is a cubic in position and rotation vector, asked for its
-// impact in the memory of the steps before, and for the distance at its begin from the pieces that
+// impact in the memory of the steps before, and for the distance at its start from the pieces that
 // were nearest at the last one:
 //   tool_steps_benchmark [STEPS]
 // Prints the processor time of single calls in microseconds.
@@ -25,7 +25,7 @@ namespace dyop::testing {
 namespace {
 
 TriangleMesh lumpy_sphere() {
-  auto arrays = test_support::icosphere(4);
+  auto arrays = testing::icosphere(4);
   for (Vector3& p : arrays.vertices) {
     p *= 1 + 0.005 * std::sin(7 * p.x()) * std::sin(6 * p.y()) * std::sin(5 * p.z());
   }
@@ -54,7 +54,7 @@ void print_row(const char* name, const std::vector<Scalar>& times) {
 
 int run(int steps) {
   const TriangleMesh organ = lumpy_sphere();
-  const TriangleMesh tool = test_support::torus(0.1, 0.035, 20, 20).mesh();
+  const TriangleMesh tool = testing::torus(0.1, 0.035, 20, 20).mesh();
   const RestMotion rest;
   ToiOptions options;
   options.distance_tolerance = 1e-6;  // literal: of the organ's radius, which is one

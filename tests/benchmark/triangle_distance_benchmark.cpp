@@ -63,7 +63,7 @@ Pairs pairs_of(TriangleFamily family, Scalar scale) {
 Pairs mesh_neighbours() {
   constexpr int kCells = 64;
   std::mt19937_64 random(42);
-  const test_support::MeshArrays sheet = test_support::plate_grid(2, 2, kCells, kCells);
+  const testing::MeshArrays sheet = testing::plate_grid(2, 2, kCells, kCells);
   std::vector<Vector3> vertices = sheet.vertices;
   for (Vector3& p : vertices) {
     p += Vector3(0, 0, std::sin(3 * p.x()) * std::cos(2 * p.y())) + random_vector(0.005, random);

@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
 
-// Time per step of the World, one thread: free flight, stacks, columns, a pyramid, piles.
+// Time per step of the World, one thread: free flight, stacks, columns, a pyramid, bricks, piles; some
+// of them in Bullet too.
 #include <benchmark/benchmark.h>
 
+#include "bullet_copy.h"
 #include "dyop/dynamics/world.h"
 #include "support/inputs/world_scenes.h"
 
 namespace dyop {
 namespace {
 
-using namespace test_support;
+using namespace testing;
 
 WorldOptions awake_options() {
   WorldOptions options = earth_options();
@@ -19,7 +21,7 @@ WorldOptions awake_options() {
   return options;
 }
 
-// Steps one world; what it did is told beside its time.
+// Steps one world; prints what it did beside its time.
 void step(benchmark::State& state, World& world, Scalar h) {
   StepStatistics work;
   std::int64_t steps = 0;
@@ -69,6 +71,39 @@ void BM_Pyramid(benchmark::State& state) {
   step(state, world, 1.0 / 60);
 }
 BENCHMARK(BM_Pyramid)->Arg(20)->Unit(benchmark::kMillisecond);
+
+void BM_Bricks(benchmark::State& state) {
+  World world(awake_options());
+  add_bricks(world, static_cast<int>(state.range(0)), 36);
+  step(state, world, 1.0 / 60);
+}
+BENCHMARK(BM_Bricks)->Arg(28)->Unit(benchmark::kMillisecond);
+
+void step_in_bullet(benchmark::State& state, const World& world) {
+  testing::BulletCopy copy(world, awake_options().gravity_W);
+  for (auto _ : state) copy.step(1.0 / 60);
+}
+
+void BM_BulletColumns(benchmark::State& state) {
+  World world(awake_options());
+  add_columns(world, static_cast<int>(state.range(0)), 10);
+  step_in_bullet(state, world);
+}
+BENCHMARK(BM_BulletColumns)->Arg(100)->Unit(benchmark::kMillisecond);
+
+void BM_BulletPyramid(benchmark::State& state) {
+  World world(awake_options());
+  add_pyramid(world, static_cast<int>(state.range(0)));
+  step_in_bullet(state, world);
+}
+BENCHMARK(BM_BulletPyramid)->Arg(20)->Unit(benchmark::kMillisecond);
+
+void BM_BulletBricks(benchmark::State& state) {
+  World world(awake_options());
+  add_bricks(world, static_cast<int>(state.range(0)), 36);
+  step_in_bullet(state, world);
+}
+BENCHMARK(BM_BulletBricks)->Arg(28)->Unit(benchmark::kMillisecond);
 
 void BM_Pile(benchmark::State& state) {
   World world(awake_options());

@@ -131,12 +131,11 @@ TEST(CertifyChain, RefusesBadInput) {
   EXPECT_THROW(certify(bar(), line(vector_of({0}), vector_of({1})), none, options),
                InvalidArgument);
   EXPECT_THROW(
-      certify(
-          KinematicChain(
-              {{"sheet",
-                std::make_shared<TriangleMesh>(test_support::plate_grid(1, 1, 2, 2).mesh()), true}},
-              {}),
-          line(JointVector(), JointVector()), none),
+      certify(KinematicChain(
+                  {{"sheet", std::make_shared<TriangleMesh>(testing::plate_grid(1, 1, 2, 2).mesh()),
+                    true}},
+                  {}),
+              line(JointVector(), JointVector()), none),
       InvalidArgument);
 }
 

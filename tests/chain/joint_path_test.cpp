@@ -212,7 +212,7 @@ TEST(JointPath, RefusesBadInputByName) {
   const std::vector<Eigen::MatrixXd> torn{Eigen::MatrixXd::Zero(1, 2), Eigen::MatrixXd::Ones(1, 2)};
   EXPECT_NE(message([&] {
               JointPath::bezier(std::vector<Scalar>{0, 1, 2}, torn);
-            }).find("must start where the one before ends"),
+            }).find("must start where the previous one ends"),
             std::string::npos);
 }
 

@@ -175,7 +175,7 @@ TEST(LinkMotion, NamesWhatIsWrong) {
   contains(message_of<Wrong>([&] { LinkMotion(chain, path, 8); }), "8 links, not link 8");
   contains(message_of<Wrong>([&] { LinkMotion(chain, other, 1); }), "5 coordinates, the chain 6");
   contains(message_of<Wrong>([&] { LinkMotion(chain, path, 2, 4); }),
-           "'wrist_1' is not on the way");
+           "'wrist_1' is not on the path");
 }
 
 }  // namespace

@@ -12,7 +12,7 @@
 
 #include "support/temporary_directory.h"
 
-namespace dyop::test {
+namespace dyop::testing {
 
 /// How a run of the dyop command ended.
 struct CommandResult {
@@ -62,4 +62,4 @@ inline CommandResult run_command(const std::vector<std::string>& arguments) {
   return Command(arguments).wait();
 }
 
-}  // namespace dyop::test
+}  // namespace dyop::testing

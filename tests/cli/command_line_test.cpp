@@ -10,8 +10,8 @@
 namespace dyop {
 namespace {
 
-using test::CommandResult;
-using test::run_command;
+using testing::CommandResult;
+using testing::run_command;
 
 constexpr int kAnswered = 0;
 constexpr int kImpact = 1;
@@ -42,16 +42,15 @@ class CommandLine : public ::testing::Test {
   }
   std::string out_directory() const { return (directory_.path() / "run").string(); }
 
-  test::TemporaryDirectory directory_;
+  testing::TemporaryDirectory directory_;
 };
 
 TEST_F(CommandLine, HelpNamesCommandsAndExitCodes) {
   const CommandResult help = run_command({"--help"});
   EXPECT_EQ(help.exit_code, kAnswered);
-  for (const char* part :
-       {"distance", "toi", "simulate", "info", "paper", "replay",
-        "Exit codes:\n  0  the question was answered", "  1  with --fail-on-impact",
-        "  2  bad input", "  3  undecided", "  4  internal error"}) {
+  for (const char* part : {"distance", "toi", "simulate", "info", "paper", "replay",
+                           "Exit codes:\n  0  the question was answered", "  1  --fail-on-impact",
+                           "  2  bad input", "  3  undecided", "  4  internal error"}) {
     EXPECT_NE(help.out.find(part), std::string::npos) << part << "\nis missing in\n" << help.out;
   }
 }
@@ -103,7 +102,7 @@ TEST_F(CommandLine, TellsAnOverlapToScriptsThatAsk) {
 // The cube [0, 1]^3, turned by 45 degrees about z: its nearest edge lies at y = 0, its corner
 // (1, 1) at (0, sqrt 2).
 TEST_F(CommandLine, PlacesAMesh) {
-  const std::string cube = write("cube.obj", test::cube_obj());
+  const std::string cube = write("cube.obj", testing::cube_obj());
   const CommandResult turned =
       run_command({"distance", cube, "sphere:1", "--axis-angle-a", "0", "0", "1", "45",
                    "--position-b", "0", "4", "0.5", "--json"});
@@ -168,7 +167,7 @@ TEST_F(CommandLine, ProvesThatNothingMeets) {
 }
 
 TEST_F(CommandLine, SaysUndecidedWhenTheBudgetEnds) {
-  const std::string cube = write("cube.obj", test::cube_obj());
+  const std::string cube = write("cube.obj", testing::cube_obj());
   const CommandResult result =
       run_command({"toi", cube, cube, "--position-b", "3", "0.5", "0.25", "--velocity-b", "-4", "0",
                    "0", "--spin-b", "1", "2", "3", "--max-node-pairs", "1", "--json"});
@@ -189,7 +188,7 @@ TEST_F(CommandLine, ReadsAMotionFile) {
 }
 
 TEST_F(CommandLine, TellsWhatAMeshHolds) {
-  const std::string cube = write("cube.obj", test::cube_obj() + "f 1 1 2\nf 3 2 1\n");
+  const std::string cube = write("cube.obj", testing::cube_obj() + "f 1 1 2\nf 3 2 1\n");
   const auto report = nlohmann::json::parse(run_command({"info", cube, "--json"}).out);
   EXPECT_EQ(report.at("triangles"), 14);
   EXPECT_EQ(report.at("vertices"), 8);
@@ -198,7 +197,7 @@ TEST_F(CommandLine, TellsWhatAMeshHolds) {
   EXPECT_EQ(report.at("is_closed"), false);
   EXPECT_TRUE(report.at("solid").is_null());
 
-  const std::string whole = write("whole.obj", test::cube_obj());
+  const std::string whole = write("whole.obj", testing::cube_obj());
   const auto solid =
       nlohmann::json::parse(run_command({"info", whole, "--scale", "2", "--json"}).out);
   EXPECT_EQ(solid.at("is_closed"), true);
@@ -221,7 +220,7 @@ TEST_F(CommandLine, NamesWhatIsWrongWithAMesh) {
          "nan.obj:2: vertex x: expected a finite number, found 'nan'");
   expect(write("index.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n"),
          "index.obj:4: vertex index 9 is out of range");
-  expect(write("short.stl", test::cube_stl_binary().substr(0, 600)),
+  expect(write("short.stl", testing::cube_stl_binary().substr(0, 600)),
          "short.stl: truncated or damaged: the header announces 12 facets, expected 684 bytes, "
          "found 600");
 }

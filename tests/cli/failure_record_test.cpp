@@ -26,7 +26,7 @@ class FailureRecord : public ::testing::Test {
     return "no internal error";
   }
 
-  test::TemporaryDirectory directory_;
+  testing::TemporaryDirectory directory_;
   std::string file_ = (directory_.path() / "query.json").string();
   Sphere ball_{1};
   RestMotion rest_;

@@ -15,9 +15,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-using test::CommandResult;
-using test::run_command;
-using test::TemporaryDirectory;
+using testing::CommandResult;
+using testing::run_command;
+using testing::TemporaryDirectory;
 
 using Row = std::map<std::string, std::string>;
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <gtest/gtest.h>
 
+#include <cstdlib>
+#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "cli/command.h"
@@ -9,9 +11,9 @@
 namespace dyop {
 namespace {
 
-using test::CommandResult;
-using test::run_command;
-using Json = nlohmann::json;
+using testing::CommandResult;
+using testing::run_command;
+using Json = nlohmann::ordered_json;
 
 // A ball that bounces once, and a box that rests.
 constexpr const char* kScene = R"({
@@ -34,7 +36,7 @@ class RecordingCommands : public ::testing::Test {
     words.insert(words.end(), more.begin(), more.end());
     return run_command(words);
   }
-  test::TemporaryDirectory directory_;
+  testing::TemporaryDirectory directory_;
 };
 
 TEST_F(RecordingCommands, SimulateRecordsInHdf5) {
@@ -55,7 +57,7 @@ TEST_F(RecordingCommands, SimulateRecordsInHdf5) {
 TEST_F(RecordingCommands, SimulateWritesTheSummaryBesideIt) {
   const CommandResult result = simulate({"--out", path("run")});
   ASSERT_EQ(result.exit_code, 0) << result.err;
-  EXPECT_EQ(test::TemporaryDirectory::read(path("run") + "/summary.txt"), result.out);
+  EXPECT_EQ(testing::TemporaryDirectory::read(path("run") + "/summary.txt"), result.out);
   EXPECT_FALSE(std::filesystem::exists(path("run") + "/recording.jsonl"));
 }
 
@@ -107,6 +109,38 @@ TEST_F(RecordingCommands, RefuseWhatTheyCannotUse) {
             std::string::npos);
   EXPECT_NE(error_of({"export", path("a.jsonl"), "-o", path("b.h5")}).find("--scene"),
             std::string::npos);
+}
+
+// The reader of examples/recording, which shares no code with the library.
+TEST_F(RecordingCommands, AnswerAsAReaderInPythonDoes) {
+  const std::string python = "/usr/bin/python3";
+  if (std::system((python + " -c 'import h5py' 2> /dev/null").c_str()) != 0) {
+    GTEST_SKIP() << "no h5py (Debian package python3-h5py)";
+  }
+  ASSERT_EQ(simulate().exit_code, 0);
+  const std::string command = python + " " DYOP_READ_RECORDING " " + path("run.h5") +
+                              " 0 0.3 0.99 1.4999 > " + path("poses.txt");
+  ASSERT_EQ(std::system(command.c_str()), 0);
+  std::ifstream poses(path("poses.txt"));
+  std::string line;
+  std::getline(poses, line);
+  EXPECT_NE(line.find("2 bodies"), std::string::npos) << line;
+  EXPECT_NE(line.find("1 impacts"), std::string::npos) << line;
+  const RecordingReader reader(path("run.h5"));
+  int count = 0;
+  for (; std::getline(poses, line); ++count) {
+    const Json json = Json::parse(line);
+    const BodyId body(json.at("body") == "ball" ? 0 : 1);
+    const RigidPose X_WB = reader.pose(body, json.at("t").get<Scalar>());
+    for (std::size_t k = 0; k < 9; ++k) {
+      EXPECT_NEAR(json.at("R")[k].get<Scalar>(),
+                  X_WB.rotation()(Eigen::Index(k / 3), Eigen::Index(k % 3)), 1e-14);
+    }
+    for (std::size_t k = 0; k < 3; ++k) {
+      EXPECT_NEAR(json.at("p")[k].get<Scalar>(), X_WB.translation()[Eigen::Index(k)], 1e-14);
+    }
+  }
+  EXPECT_EQ(count, 8);
 }
 
 }  // namespace

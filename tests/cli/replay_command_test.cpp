@@ -9,8 +9,8 @@
 namespace dyop {
 namespace {
 
-using test::CommandResult;
-using test::run_command;
+using testing::CommandResult;
+using testing::run_command;
 using Json = nlohmann::ordered_json;
 
 class Replay : public ::testing::Test {
@@ -28,7 +28,7 @@ class Replay : public ::testing::Test {
   Json written() const { return Json::parse(std::ifstream(file())); }
   void write(const Json& json) const { std::ofstream(file()) << json.dump(); }
 
-  test::TemporaryDirectory directory_;
+  testing::TemporaryDirectory directory_;
 };
 
 TEST_F(Replay, FindsARecordedQueryUnchanged) {

@@ -8,15 +8,15 @@
 namespace dyop {
 namespace {
 
-using test::CommandResult;
-using test::run_command;
+using testing::CommandResult;
+using testing::run_command;
 using Json = nlohmann::ordered_json;
 
 class SceneCommand : public ::testing::Test {
  protected:
   std::string file() const { return (directory_.path() / "scene.json").string(); }
 
-  test::TemporaryDirectory directory_;
+  testing::TemporaryDirectory directory_;
 };
 
 TEST_F(SceneCommand, WritesASceneThatRuns) {

@@ -11,9 +11,9 @@
 namespace dyop {
 namespace {
 
-using test::CommandResult;
-using test::run_command;
-using test::TemporaryDirectory;
+using testing::CommandResult;
+using testing::run_command;
+using testing::TemporaryDirectory;
 using Json = nlohmann::ordered_json;
 
 // A ball of radius 0.5 falls from a height of 1.5 above a box with its top at z = 0, under a
@@ -105,7 +105,7 @@ TEST_F(SimulateCommand, StopsAtAnImpactIfTheSceneAsks) {
 
 TEST_F(SimulateCommand, FindsMeshesByOptionAndEnvironment) {
   const TemporaryDirectory meshes;
-  meshes.write("cube.obj", test::cube_obj());
+  meshes.write("cube.obj", testing::cube_obj());
   Json scene = falling_ball();
   scene["bodies"][1]["shape"] = {{"mesh", "cube.obj"}};
   scene["bodies"][1].erase("pose");
@@ -195,7 +195,7 @@ TEST_F(SimulateCommand, RefusesADirectoryThatCannotBeMade) {
 TEST_F(SimulateCommand, EndsAtASignalWithWhatIsProven) {
   Json scene = falling_ball();
   scene["time"] = {{"end", 1e6}, {"step", 0.125}};
-  const test::Command command({"simulate", write(scene), "--out", out(), "--json"});
+  const testing::Command command({"simulate", write(scene), "--out", out(), "--json"});
   // The recording has its header as soon as the run has begun and a buffer of lines is full.
   const std::filesystem::path recording = out() + "/recording.jsonl";
   for (int k = 0; k < 500; ++k) {

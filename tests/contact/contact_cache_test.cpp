@@ -81,8 +81,8 @@ TEST_F(CacheOfACube, GeneratesAnewForMoreReachOrOtherOptions) {
 TEST(ContactCache, CarriedGapsAreRightToFirstOrder) {
   std::mt19937_64 random(11);
   ContactWorkspace workspace;
-  const TriangleMesh body = test_support::gear(5, 0.3, 0.5, 0.2).mesh();
-  const TriangleMesh sheet = test_support::torus(1.5, 0.6, 16, 9).mesh();
+  const TriangleMesh body = testing::gear(5, 0.3, 0.5, 0.2).mesh();
+  const TriangleMesh sheet = testing::torus(1.5, 0.6, 16, 9).mesh();
   int carried = 0;
   for (int k = 0; k < 300; ++k) {
     const Quaternion q = testing::random_rotation(random);

@@ -86,7 +86,7 @@ TEST(ContactCascade, SaysThatItDidNotConverge) {
   EXPECT_NEAR(report.residual, 0.0981, 1e-12);
 }
 
-// Every solver of the cascade makes up for what the ones before it did not reach.
+// Every solver of the cascade solves what the previous ones could not.
 TEST(ContactCascade, FallsBackFromOneSolverToTheNext) {
   ContactSolverOptions options;
   options.tolerance = 1e-8;

@@ -26,7 +26,7 @@ using testing::random_magnitude;
 using testing::random_number;
 using testing::random_vector;
 
-using test_support::MeshArrays;
+using testing::MeshArrays;
 
 // Three sheets at one edge, at random angles, some of them flat across it.
 MeshArrays fan(std::mt19937_64& random) {
@@ -42,7 +42,7 @@ MeshArrays fan(std::mt19937_64& random) {
 
 // An open, bumpy sheet.
 MeshArrays sheet(std::mt19937_64& random) {
-  MeshArrays arrays = test_support::plate_grid(2, 2, 4, 3);
+  MeshArrays arrays = testing::plate_grid(2, 2, 4, 3);
   for (Vector3& p : arrays.vertices) p.z() = random_number(-0.3, 0.3, random);
   return arrays;
 }
@@ -59,7 +59,7 @@ MeshArrays shattered(const MeshArrays& whole, std::mt19937_64& random) {
   return arrays;
 }
 
-// Half of the triangles wound the other way.
+// Half of the triangles wound the opposite way.
 MeshArrays miswound(MeshArrays arrays, std::mt19937_64& random) {
   for (TriangleIndices& t : arrays.triangles) {
     if (random_index(2, random) == 0) std::swap(t[0], t[1]);
@@ -70,27 +70,27 @@ MeshArrays miswound(MeshArrays arrays, std::mt19937_64& random) {
 MeshArrays random_arrays(int family, std::mt19937_64& random) {
   switch (family) {
     case 0:
-      return test_support::box_mesh(Vector3(1, 0.7, 0.5));
+      return testing::box_mesh(Vector3(1, 0.7, 0.5));
     case 1:
-      return test_support::icosphere(1);
+      return testing::icosphere(1);
     case 2:
-      return test_support::torus(1, 0.4, 5, 4);
+      return testing::torus(1, 0.4, 5, 4);
     case 3:
-      return test_support::gear(3, 0.6, 1, 0.4);
+      return testing::gear(3, 0.6, 1, 0.4);
     case 4:
       return sheet(random);
     case 5:
       return fan(random);
     case 6:
-      return shattered(test_support::box_mesh(Vector3(1, 0.7, 0.5)), random);
+      return shattered(testing::box_mesh(Vector3(1, 0.7, 0.5)), random);
     case 7:
-      return miswound(test_support::icosphere(0), random);
+      return miswound(testing::icosphere(0), random);
     case 8:
-      return test_support::needle(2, 3);
+      return testing::needle(2, 3);
     case 9:
-      return test_support::random_soup(8, 0.6, random());
+      return testing::random_soup(8, 0.6, random());
     default:
-      return test_support::point_cloud(5, random());
+      return testing::point_cloud(5, random());
   }
 }
 constexpr int kMeshFamilies = 11;

@@ -21,7 +21,7 @@
 namespace dyop {
 namespace {
 
-using test_support::MeshArrays;
+using testing::MeshArrays;
 
 // The common polygon of two rectangles about the z axis, by clipping one with the sides of the other.
 std::vector<Vector2> clip(std::vector<Vector2> polygon, const std::vector<Vector2>& window) {
@@ -90,7 +90,7 @@ TEST(ContactGenerator, FaceOnFaceGivesTheCornersOfTheirCommonPolygon) {
       const auto corners =
           clip(rectangle(0.9, 0.7, turn, shift), rectangle(1, 0.8, 0, Vector2::Zero()));
       expect_corners(generate_contacts(a, RigidPose(), b, X_WB, 4 * gap), corners, gap);
-      const TriangleMesh mesh = test_support::box_mesh(Vector3(1, 0.8, 0.5)).mesh();
+      const TriangleMesh mesh = testing::box_mesh(Vector3(1, 0.8, 0.5)).mesh();
       expect_corners(generate_contacts(mesh, RigidPose(), b, X_WB, 4 * gap), corners, gap);
     }
   }
@@ -104,8 +104,8 @@ TEST(ContactGenerator, EqualBoxesOnOneAnotherTouchAtFourCorners) {
 }
 
 TEST(ContactGenerator, FaceOfManyTrianglesGivesTheSameCorners) {
-  const auto sheet = test_support::plate_grid(2, 2, 12, 12).mesh();
-  const auto turned = test_support::plate_grid(2, 2, 9, 9).mesh();
+  const auto sheet = testing::plate_grid(2, 2, 12, 12).mesh();
+  const auto turned = testing::plate_grid(2, 2, 9, 9).mesh();
   const Scalar turn = 0.4;
   const auto corners =
       clip(rectangle(1, 1, turn, Vector2(0.1, 0)), rectangle(1, 1, 0, Vector2::Zero()));
@@ -157,7 +157,7 @@ TEST(ContactGenerator, ABallInAGrooveTouchesBothSides) {
 
 TEST(ContactGenerator, ABallInABowlTouchesWhereItsFacesAreNearest) {
   // Inside a closed sphere of flat faces: the nearest face, and no edge, as all are hollow here.
-  const TriangleMesh bowl = test_support::icosphere(2).mesh();
+  const TriangleMesh bowl = testing::icosphere(2).mesh();
   const Sphere ball(0.6);
   std::mt19937_64 random(5);
   for (int k = 0; k < 100; ++k) {
@@ -175,7 +175,7 @@ TEST(ContactGenerator, ABallInABowlTouchesWhereItsFacesAreNearest) {
 }
 
 TEST(ContactGenerator, ABallOnAnEdgeBetweenTrianglesTouchesOnce) {
-  const TriangleMesh sheet = test_support::plate_grid(2, 2, 4, 4).mesh();
+  const TriangleMesh sheet = testing::plate_grid(2, 2, 4, 4).mesh();
   for (const Vector2& place : {Vector2(0, 0), Vector2(0.5, 0.1), Vector2(0.25, 0.25)}) {
     for (const Scalar off : {0.0, 1e-15, -1e-12, 1e-7, 3e-4}) {
       const RigidPose X_WB(Vector3(place.x() + off, place.y(), 0.3 + 1e-4));
@@ -206,7 +206,7 @@ TEST(ContactGenerator, ASmoothCoreGivesOneContactPerPlace) {
     Vector3 half_axes_{0.5, 0.4, 0.3};
   };
   const Ellipsoid body;
-  const TriangleMesh sheet = test_support::plate_grid(2, 2, 4, 4).mesh();
+  const TriangleMesh sheet = testing::plate_grid(2, 2, 4, 4).mesh();
   for (const Vector2& place : {Vector2(0, 0), Vector2(0.5, 0.1), Vector2(0.13, 0.22)}) {
     const RigidPose X_WB(Vector3(place.x(), place.y(), 0.301));
     for (const bool is_first : {true, false}) {

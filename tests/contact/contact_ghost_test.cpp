@@ -16,14 +16,14 @@
 namespace dyop {
 namespace {
 
-using test_support::MeshArrays;
+using testing::MeshArrays;
 using testing::random_number;
 
 constexpr Scalar kHalfWidth = 4;
 
 // 8,192 triangles; diagonals one way.
 MeshArrays plain_grid() {
-  return test_support::plate_grid(2 * kHalfWidth, 2 * kHalfWidth, 64, 64);
+  return testing::plate_grid(2 * kHalfWidth, 2 * kHalfWidth, 64, 64);
 }
 
 // Every other diagonal the other way, half of the triangles wound the other way.
@@ -84,12 +84,12 @@ MeshArrays rows_with_t_junctions() {
   return grid;
 }
 
-// Closed boxes beside one another, their tops flush.
+// Closed boxes beside each other, their tops flush.
 MeshArrays tiles() {
   MeshArrays floor;
   for (int i = -8; i < 8; ++i) {
     for (int j = -8; j < 8; ++j) {
-      MeshArrays tile = test_support::box_mesh(Vector3(0.25, 0.25, 0.25));
+      MeshArrays tile = testing::box_mesh(Vector3(0.25, 0.25, 0.25));
       const auto first = std::int32_t(floor.vertices.size());
       for (const Vector3& p : tile.vertices) {
         floor.vertices.push_back(p + Vector3(0.5 * i + 0.25, 0.5 * j + 0.25, -0.25));

@@ -90,7 +90,7 @@ TEST_F(BatchRun, HandsOutNothingAfterAStop) {
     std::atomic<int> ran{0};
     const auto item = [&](std::size_t, std::size_t) { ++ran; };
     run_batch(1000, options, item);
-    // What was under way at the stop is ended.
+    // What was running at the stop is completed.
     EXPECT_GE(ran, 50);
     EXPECT_LE(ran, 50 + threads);
     const int before = ran;

@@ -20,7 +20,7 @@
 namespace dyop {
 namespace {
 
-using namespace test_support;  // NOLINT: makers
+using namespace testing;  // NOLINT: makers
 using testing::at;
 
 std::vector<CompoundChild> children_of(const Shape& shape) {
@@ -97,10 +97,8 @@ TEST(CompoundDistance, IsTheLeastOfTheChildren) {
             const auto& mesh = static_cast<const TriangleMesh&>(*child_a.shape);
             ASSERT_LT(std::size_t(*d.triangle_a), mesh.triangles().size());
             const TriangleIndices& t = mesh.triangles()[std::size_t(*d.triangle_a)];
-            for (const std::int32_t vertex : d.feature_a.vertices) {
-              if (vertex >= 0) {
-                EXPECT_NE(std::find(t.begin(), t.end(), vertex), t.end());
-              }
+            for (std::size_t i = 0; i < d.feature_a.vertex_count(); ++i) {
+              EXPECT_NE(std::find(t.begin(), t.end(), d.feature_a.vertices[i]), t.end());
             }
           }
           const TriangleMesh point({d.p_WCa}, {{0, 0, 0}});

@@ -42,8 +42,8 @@ class DistanceBatch : public ::testing::Test {
   }
 
   tbb::global_control threads_{tbb::global_control::max_allowed_parallelism, 8};
-  const TriangleMesh gear_ = test_support::gear(15, 0.8, 1, 0.2).mesh();
-  const TriangleMesh torus_ = test_support::torus(0.8, 0.3, 24, 12).mesh();
+  const TriangleMesh gear_ = testing::gear(15, 0.8, 1, 0.2).mesh();
+  const TriangleMesh torus_ = testing::torus(0.8, 0.3, 24, 12).mesh();
   const Box box_{Vector3(0.5, 0.7, 0.3)};
   const Sphere sphere_{0.6};
 };

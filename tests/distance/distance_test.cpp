@@ -43,7 +43,7 @@ TEST(Distance, IsBracketedForEveryPairOfShapesAsTheOracleSays) {
   std::vector<std::shared_ptr<const Shape>> shapes{
       std::make_shared<Sphere>(0.7), std::make_shared<Box>(Vector3(0.5, 0.8, 0.2)),
       std::make_shared<Capsule>(0.3, 0.6),
-      std::make_shared<TriangleMesh>(test_support::icosphere(1).mesh()),
+      std::make_shared<TriangleMesh>(testing::icosphere(1).mesh()),
       std::make_shared<TriangleMesh>(
           TriangleMesh({{0, 0, 0}, {1, 0.2, 0}, {0, 1, 0.4}}, {{0, 1, 1}, {2, 2, 2}, {0, 1, 2}}))};
   int separated = 0;
@@ -76,7 +76,7 @@ TEST(Distance, IsBracketedForEveryPairOfShapesAsTheOracleSays) {
 }
 
 TEST(Distance, StopsAtTheLimitWithAProof) {
-  const auto mesh = test_support::icosphere(4).mesh();
+  const auto mesh = testing::icosphere(4).mesh();
   DistanceOptions options;
   options.max_distance = 0.5;
   const DistanceResult far = distance(mesh, RigidPose(), mesh, at(4, 0, 0), options);
@@ -90,8 +90,8 @@ TEST(Distance, StopsAtTheLimitWithAProof) {
 }
 
 TEST(Distance, LeavesBoundsAsFarApartAsAllowed) {
-  const auto a = test_support::torus(0.8, 0.25, 60, 30).mesh();
-  const auto b = test_support::icosphere(4).mesh();
+  const auto a = testing::torus(0.8, 0.25, 60, 30).mesh();
+  const auto b = testing::icosphere(4).mesh();
   std::mt19937_64 random(3);
   std::int64_t exact_work = 0;
   std::int64_t absolute_work = 0;
@@ -120,9 +120,9 @@ TEST(Distance, LeavesBoundsAsFarApartAsAllowed) {
   EXPECT_LT(relative_work, exact_work / 2);
 }
 
-// With an allowance above the distance nothing is left to look at, and nothing is claimed.
+// With a tolerance above the distance nothing needs examining, and nothing is claimed.
 TEST(Distance, IsInconclusiveWhereTheAllowanceHidesAnOverlap) {
-  const auto mesh = test_support::icosphere(3).mesh();
+  const auto mesh = testing::icosphere(3).mesh();
   const DistanceResult result =
       distance(mesh, RigidPose(), mesh, at(1, 0, 0), {.absolute_tolerance = 10});
   EXPECT_EQ(result.lower, 0);
@@ -140,7 +140,7 @@ TEST(Distance, SaysOverlappingAndPenetrationOfConvexPairs) {
   ASSERT_TRUE(spheres.penetration.has_value());
   EXPECT_NEAR(spheres.penetration->depth, 0.5, 1e-6);
   EXPECT_LT((spheres.penetration->nhat_AB_W - Vector3(1, 0, 0)).norm(), 1e-3);
-  const auto mesh = test_support::icosphere(2).mesh();
+  const auto mesh = testing::icosphere(2).mesh();
   EXPECT_EQ(distance(mesh, RigidPose(), mesh, at(1, 0, 0)).status, DistanceStatus::Overlapping);
 }
 
@@ -241,7 +241,7 @@ TEST(FindContacts, OfRoundShapesAreOnTheirSurfaces) {
 // A core without a surface of triangles has one contact, that of the nearest points.
 TEST(FindContacts, OfASmoothShapeIsItsNearestPoint) {
   const testing::Ellipsoid egg({1, 2, 0.5});
-  const TriangleMesh plate = test_support::plate_grid(8, 8, 4, 4).mesh();
+  const TriangleMesh plate = testing::plate_grid(8, 8, 4, 4).mesh();
   const Scalar gap = 1e-6;
   const std::vector<Contact> found =
       find_contacts(egg, at(0.3, 0.1, 0.5 + gap), plate, RigidPose(), 2 * gap);
@@ -256,9 +256,9 @@ TEST(FindContacts, OfASmoothShapeIsItsNearestPoint) {
 }
 
 TEST(DistanceCache, ChangesNoAnswerAndSavesWork) {
-  const std::vector<TriangleMesh> meshes{test_support::gear(15, 0.8, 1, 0.2).mesh(),
-                                         test_support::torus(0.8, 0.3, 48, 24).mesh(),
-                                         test_support::random_soup(300, 0.2, 3).mesh()};
+  const std::vector<TriangleMesh> meshes{testing::gear(15, 0.8, 1, 0.2).mesh(),
+                                         testing::torus(0.8, 0.3, 48, 24).mesh(),
+                                         testing::random_soup(300, 0.2, 3).mesh()};
   std::mt19937_64 random(12);
   std::int64_t cold_tests = 0;
   std::int64_t warm_tests = 0;
@@ -287,7 +287,7 @@ TEST(DistanceCache, ChangesNoAnswerAndSavesWork) {
 }
 
 TEST(DistanceCache, OfOtherShapesIsHarmless) {
-  const TriangleMesh large = test_support::icosphere(3).mesh();
+  const TriangleMesh large = testing::icosphere(3).mesh();
   const TriangleMesh small({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}});
   DistanceCache cache;
   distance(large, RigidPose(), large, at(3, 0, 0), {}, cache);

@@ -12,10 +12,10 @@
 namespace dyop {
 namespace {
 
-using test_support::box_mesh;
-using test_support::icosphere;
-using test_support::plate_grid;
-using test_support::torus;
+using testing::box_mesh;
+using testing::icosphere;
+using testing::plate_grid;
+using testing::torus;
 
 const RigidPose kOrigin;
 

@@ -17,10 +17,10 @@
 namespace dyop {
 namespace {
 
-using test::make_box;
-using test::make_capsule;
-using test::make_sphere;
-using test::PointHull;
+using testing::make_box;
+using testing::make_capsule;
+using testing::make_sphere;
+using testing::PointHull;
 
 Scalar pair_size(const ConvexShape& a, const ConvexShape& b, const RigidPose& X_AB) {
   return X_AB.translation().norm() + a.bounding_radius() + b.bounding_radius();
@@ -129,7 +129,7 @@ TEST(Gjk, BoundsEncloseTheOraclesDistance) {
   for (int i = 0; i < count; ++i) {
     const auto [a, b, X_AB] = pairs.next();
     const GjkResult r = gjk_distance(a, b, X_AB);
-    const long double core = test::PolytopeOracle(a, b, X_AB).core_distance();
+    const long double core = testing::PolytopeOracle(a, b, X_AB).core_distance();
     const auto radii = static_cast<long double>(a.rounding_radius() + b.rounding_radius());
     const long double d = std::max(0.0L, core - radii);
     ASSERT_LE(r.lower, d) << "pair " << i;

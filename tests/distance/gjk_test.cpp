@@ -18,10 +18,10 @@
 namespace dyop {
 namespace {
 
-using test::make_box;
-using test::make_capsule;
-using test::make_sphere;
-using test::PointHull;
+using testing::make_box;
+using testing::make_capsule;
+using testing::make_sphere;
+using testing::PointHull;
 
 Scalar query_size(const ConvexShape& a, const ConvexShape& b, const RigidPose& X_AB) {
   return X_AB.translation().norm() + a.bounding_radius() + b.bounding_radius();
@@ -81,10 +81,10 @@ TEST(Gjk, NamesFeaturesByVertexNumbers) {
   const PointHull box = make_box({1, 2, 3});
   const PointHull sphere = make_sphere(0.5);
   const GjkResult corner = gjk_distance(box, sphere, RigidPose(Vector3(4, 6, 15)));
-  EXPECT_EQ(corner.feature_a, (Feature{FeatureKind::Vertex, {7, -1, -1}}));
-  EXPECT_EQ(corner.feature_b, (Feature{FeatureKind::Vertex, {0, -1, -1}}));
+  EXPECT_EQ(corner.feature_a, (Feature{FeatureKind::Vertex, {7}}));
+  EXPECT_EQ(corner.feature_b, (Feature{FeatureKind::Vertex, {0}}));
   const GjkResult edge = gjk_distance(box, sphere, RigidPose(Vector3(4, 6, 0.7)));
-  EXPECT_EQ(edge.feature_a, (Feature{FeatureKind::Edge, {3, 7, -1}}));
+  EXPECT_EQ(edge.feature_a, (Feature{FeatureKind::Edge, {3, 7}}));
   const GjkResult face = gjk_distance(box, sphere, RigidPose(Vector3(4, 0.3, -0.2)));
   EXPECT_EQ(face.feature_a.kind, FeatureKind::Face);
   for (const std::int32_t vertex : face.feature_a.vertices) EXPECT_EQ(vertex & 1, 1);  // x = +1
@@ -188,7 +188,7 @@ TEST(Gjk, DegenerateTrianglesAreLegal) {
   expect_distance(point, segment, RigidPose(Vector3(0, 0.5, 0)), 0.5);
   expect_overlap(point, segment, RigidPose(Vector3(-1, 0, 0)));
   EXPECT_EQ(gjk_distance(point, triangle, RigidPose()).feature_a,
-            (Feature{FeatureKind::Vertex, {0, -1, -1}}));
+            (Feature{FeatureKind::Vertex, {0}}));
 }
 
 // What a triangle's core has of a shape beside its support points.

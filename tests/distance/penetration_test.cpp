@@ -15,10 +15,10 @@
 namespace dyop {
 namespace {
 
-using test::make_box;
-using test::make_capsule;
-using test::make_sphere;
-using test::PointHull;
+using testing::make_box;
+using testing::make_capsule;
+using testing::make_sphere;
+using testing::PointHull;
 
 Scalar noise_of(const ConvexShape& a, const ConvexShape& b, const RigidPose& X_AB) {
   return 4 * kPoseNoise * (X_AB.translation().norm() + a.bounding_radius() + b.bounding_radius());

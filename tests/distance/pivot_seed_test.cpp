@@ -17,9 +17,9 @@
 namespace dyop::internal {
 namespace {
 
-using namespace test_support;
+using namespace testing;
 
-std::vector<std::shared_ptr<const Shape>> shapes(Scalar s) {
+std::vector<std::shared_ptr<const Shape>> walked_shapes(Scalar s) {
   std::mt19937_64 random(6);
   std::vector<Vector3> points(32);
   for (Vector3& p : points) p = s * testing::random_vector(0.7, random);
@@ -37,10 +37,10 @@ std::vector<std::shared_ptr<const Shape>> shapes(Scalar s) {
 // Calls check(a, X_WA, b, X_WB, seed) along a walk of every pair; the seed is the last query's,
 // every tenth time what the pivot picks.
 template <typename Check>
-void walk(const Check& check) {
+void walk_pairs(const Check& check) {
   std::mt19937_64 random(12);
   for (const Scalar s : {1e-4, 1.0, 1e4}) {
-    const auto all = shapes(s);
+    const auto all = walked_shapes(s);
     for (const auto& a : all) {
       for (const auto& b : all) {
         const RigidPose X_WA(testing::random_rotation(random).toRotationMatrix(),
@@ -62,8 +62,8 @@ void walk(const Check& check) {
 }
 
 TEST(PivotSeed, LeavesTheDistanceAsItIs) {
-  walk([](const Shape& a, const RigidPose& X_WA, const Shape& b, const RigidPose& X_WB,
-          PairSeed& seed, Scalar s) {
+  walk_pairs([](const Shape& a, const RigidPose& X_WA, const Shape& b, const RigidPose& X_WB,
+                PairSeed& seed, Scalar s) {
     const DistanceResult cold = distance(a, X_WA, b, X_WB);
     const DistanceResult warm = seeded_distance(a, X_WA, b, X_WB, {}, seed);
     const Scalar noise = 1e-9 * s;
@@ -77,8 +77,8 @@ TEST(PivotSeed, LeavesTheDistanceAsItIs) {
 
 TEST(PivotSeed, StopsWhereTheLimitIsProven) {
   int farther = 0;
-  walk([&](const Shape& a, const RigidPose& X_WA, const Shape& b, const RigidPose& X_WB,
-           PairSeed& seed, Scalar s) {
+  walk_pairs([&](const Shape& a, const RigidPose& X_WA, const Shape& b, const RigidPose& X_WB,
+                 PairSeed& seed, Scalar s) {
     const DistanceResult cold = distance(a, X_WA, b, X_WB);
     DistanceOptions options;
     options.max_distance = 0.3 * s;
@@ -107,8 +107,8 @@ TEST(PivotSeed, LiesInTheMiddleBetweenFacingSides) {
 TEST(PivotSeed, SavesWork) {
   std::int64_t cold = 0;
   std::int64_t warm = 0;
-  walk([&](const Shape& a, const RigidPose& X_WA, const Shape& b, const RigidPose& X_WB,
-           PairSeed& seed, Scalar) {
+  walk_pairs([&](const Shape& a, const RigidPose& X_WA, const Shape& b, const RigidPose& X_WB,
+                 PairSeed& seed, Scalar) {
     const auto work = [](const DistanceStatistics& s) {
       return s.box_tests + 5 * s.leaf_tests + s.gjk_iterations;
     };

@@ -25,16 +25,16 @@
 namespace dyop::testing {
 namespace {
 
-using test_support::all_shapes;
-using test_support::box_mesh;
-using test_support::gear;
-using test_support::icosphere;
-using test_support::MeshArrays;
-using test_support::needle;
-using test_support::plate_grid;
-using test_support::point_cloud;
-using test_support::random_soup;
-using test_support::torus;
+using testing::all_shapes;
+using testing::box_mesh;
+using testing::gear;
+using testing::icosphere;
+using testing::MeshArrays;
+using testing::needle;
+using testing::plate_grid;
+using testing::point_cloud;
+using testing::random_soup;
+using testing::torus;
 
 TriangleMesh point_mesh(const Vector3& p) {
   return TriangleMesh({p}, {{0, 0, 0}});
@@ -104,10 +104,9 @@ TEST(PointDistance, NamesTheTriangleAndFeatureThatAreNearest) {
     const OracleDistance named =
         oracle_triangle_distance({p, p, p}, mesh.triangle(*found.triangle));
     EXPECT_NEAR(static_cast<Scalar>(named.distance), found.upper, 1e-13);
-    const auto& numbers = found.feature.vertices;
     std::vector<Vector3> corner;
-    for (const std::int32_t n : numbers) {
-      if (n >= 0) corner.push_back(mesh.vertices()[static_cast<std::size_t>(n)]);
+    for (std::size_t i = 0; i < found.feature.vertex_count(); ++i) {
+      corner.push_back(mesh.vertices()[static_cast<std::size_t>(found.feature.vertices[i])]);
     }
     const std::size_t last = corner.size() - 1;
     const Triangle feature{corner[0], corner[std::min<std::size_t>(1, last)], corner[last]};
@@ -284,7 +283,7 @@ TEST(PointDistance, RefusesBadInputByName) {
             "point_distance_batch: point 2 must be finite, not (inf 0 0)");
 }
 
-// The kernel by itself, on the triangles that are hard for the certified one.
+// The kernel alone, on triangles that are hard for the certified one.
 TEST(PointTriangleDistance, BoundsHoldOnEveryFamilyOfTriangles) {
   std::mt19937_64 random(17);
   for (const TriangleFamily family : kAllTriangleFamilies) {

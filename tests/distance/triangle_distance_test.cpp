@@ -25,11 +25,11 @@ Triangle scaled(Triangle triangle, Scalar factor) {
 }
 
 Feature vertex(std::int32_t i) {
-  return {FeatureKind::Vertex, {i, -1, -1}};
+  return {FeatureKind::Vertex, {i}};
 }
 
 Feature edge(std::int32_t i, std::int32_t j) {
-  return {FeatureKind::Edge, {i, j, -1}};
+  return {FeatureKind::Edge, {i, j}};
 }
 
 const Feature kFace{FeatureKind::Face, {0, 1, 2}};

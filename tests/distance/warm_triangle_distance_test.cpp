@@ -12,15 +12,14 @@ namespace {
 
 // Every feature a triangle has, and some that it has not.
 std::vector<Feature> all_features() {
-  std::vector<Feature> features{
-      {}, {FeatureKind::Face, {0, 1, 2}}, {FeatureKind::Edge, {1, 7, -1}}};
+  std::vector<Feature> features{{}, {FeatureKind::Face, {0, 1, 2}}, {FeatureKind::Edge, {1, 7}}};
   for (std::int32_t k = 0; k < 3; ++k) {
     const std::int32_t next = (k + 1) % 3;
-    features.push_back({FeatureKind::Vertex, {k, -1, -1}});
-    features.push_back({FeatureKind::Edge, {k, next, -1}});
-    features.push_back({FeatureKind::Edge, {next, k, -1}});
+    features.push_back({FeatureKind::Vertex, {k}});
+    features.push_back({FeatureKind::Edge, {k, next}});
+    features.push_back({FeatureKind::Edge, {next, k}});
   }
-  features.push_back({FeatureKind::Vertex, {-1, -1, -1}});
+  features.push_back({FeatureKind::Vertex, {-1}});
   return features;
 }
 

@@ -14,7 +14,7 @@
 namespace dyop {
 namespace {
 
-using namespace test_support;
+using namespace testing;
 using testing::message_of;
 
 constexpr Scalar kJointStep = 0.01;

@@ -13,7 +13,7 @@
 namespace dyop::internal {
 namespace {
 
-using namespace test_support;
+using namespace testing;
 
 Matrix3 cross_matrix(const Vector3& w) {
   Matrix3 W;

@@ -13,7 +13,7 @@
 namespace dyop {
 namespace {
 
-using namespace test_support;
+using namespace testing;
 
 constexpr Scalar kStep = 0.01;
 

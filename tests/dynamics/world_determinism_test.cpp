@@ -12,7 +12,7 @@ namespace dyop {
 namespace {
 
 using testing::message_of;
-using namespace test_support;
+using namespace testing;
 
 // Everything a run produced, as bytes.
 std::string bytes_of(World& world, int steps) {

@@ -12,7 +12,7 @@
 namespace dyop {
 namespace {
 
-using namespace test_support;
+using namespace testing;
 
 // A ball that falls on a floor: far, then in contact.
 TEST(WorldPivot, LiesBetweenTheBoxesAndThenBetweenWitnesses) {

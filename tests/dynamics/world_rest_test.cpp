@@ -10,7 +10,7 @@
 namespace dyop {
 namespace {
 
-using namespace test_support;
+using namespace testing;
 
 constexpr Scalar kRestStep = 0.01;
 
@@ -88,7 +88,7 @@ TEST(WorldRest, KeepsABlockOnASlopeThatMayNotSleepWithinAMillionthOfItsSize) {
   EXPECT_LT(largest_creep(world, before), 1e-6);
 }
 
-// Also after a fall, and whatever the step: cubes on one another, dropped with gaps and turned.
+// Also after a fall, and whatever the step: cubes on each other, dropped with gaps and turned.
 TEST(WorldRest, PutsFallenCubesToSleepAtEveryStep) {
   for (const Scalar h : {0.002, 0.005, 0.01, 0.02}) {
     SCOPED_TRACE(h);

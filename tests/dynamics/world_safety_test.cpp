@@ -16,7 +16,7 @@
 namespace dyop {
 namespace {
 
-using namespace test_support;
+using namespace testing;
 
 class RandomWorld {
  public:
@@ -93,10 +93,9 @@ class RandomWorld {
       case 2:
         return std::make_shared<Capsule>(r / 2, r);
       case 3:
-        return std::make_shared<TriangleMesh>(
-            test_support::box_mesh(Vector3(r, r / 2, r / 3)).mesh());
+        return std::make_shared<TriangleMesh>(testing::box_mesh(Vector3(r, r / 2, r / 3)).mesh());
       default:
-        return std::make_shared<TriangleMesh>(test_support::torus(r, r / 3, 12, 8).mesh());
+        return std::make_shared<TriangleMesh>(testing::torus(r, r / 3, 12, 8).mesh());
     }
   }
 
@@ -135,7 +134,7 @@ TEST_P(WorldSafety, KeepsEveryTargetDistance) {
   std::int64_t stalls = 0;
   for (int k = 0; k < 120; ++k) {
     const AdvanceReport report = random.world().advance(0.01);
-    // A body may get jammed by the stirrer, which cannot give way: what was committed is safe.
+    // A body may get jammed by the stirrer, which cannot yield: what was committed is safe.
     const bool is_jammed = report.status == AdvanceStatus::Blocked;
     if (!is_jammed) {
       ASSERT_EQ(report.status, AdvanceStatus::Completed) << "seed " << seed << " step " << k;

@@ -15,7 +15,7 @@ namespace dyop {
 namespace {
 
 using testing::message_of;
-using namespace test_support;
+using namespace testing;
 
 BodyDefinition bouncing_ball(Scalar height, Scalar restitution) {
   BodyDefinition body = dynamic_body("ball", std::make_shared<Sphere>(0.5), {0, 0, height + 0.5});

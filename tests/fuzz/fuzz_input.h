@@ -17,7 +17,7 @@
 /// What the fuzz targets share.
 namespace dyop::fuzz {
 
-/// Ends the process, which is how a fuzzer is told of a broken promise.
+/// Ends the process, which tells the fuzzer about a broken promise.
 inline void require(bool is_kept, const std::string& promise) {
   if (is_kept) return;
   std::fprintf(stderr, "broken promise: %s\n", promise.c_str());

@@ -90,7 +90,7 @@ void require_kept(const char* broken) {
   require(broken == nullptr, broken == nullptr ? "" : broken);
 }
 
-// Under the same budget: in a workspace, and interrupted half-way and resumed.
+// Under the same budget: in a workspace, and interrupted halfway and resumed.
 void check_other_ways(const Query& query, const ToiResult& result) {
   ToiWorkspace workspace;
   ToiOptions half = query.options;

@@ -9,7 +9,7 @@
 #include "dyop/geometry/compound_shape.h"
 #include "geometry/all_shapes.h"
 
-namespace dyop::test_support {
+namespace dyop::testing {
 
 /// A compound of about the given size, for tests that hold for every shape.
 struct CompoundMaker {
@@ -68,4 +68,4 @@ inline std::vector<CompoundMaker> all_compounds() {
   };
 }
 
-}  // namespace dyop::test_support
+}  // namespace dyop::testing

@@ -13,7 +13,7 @@
 #include "dyop/geometry/sphere.h"
 #include "support/inputs/mesh_generators.h"
 
-namespace dyop::test_support {
+namespace dyop::testing {
 
 /// A convex shape of about the given size, for tests that hold for every shape.
 struct ShapeMaker {
@@ -57,4 +57,4 @@ inline std::vector<ShapeMaker> all_shapes() {
   };
 }
 
-}  // namespace dyop::test_support
+}  // namespace dyop::testing

@@ -18,7 +18,7 @@ namespace {
 
 using internal::LeafPiece;
 using internal::ShapeTree;
-using namespace test_support;  // NOLINT: makers
+using namespace testing;  // NOLINT: makers
 
 std::vector<Scalar> sizes() {
   return {1e-4, 1, 1e4};

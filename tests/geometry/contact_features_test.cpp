@@ -15,7 +15,7 @@
 namespace dyop {
 namespace {
 
-using test_support::MeshArrays;
+using testing::MeshArrays;
 
 int count_edges(const TriangleMesh& mesh, EdgeKind kind) {
   int count = 0;
@@ -51,7 +51,7 @@ TEST(ContactFeatures, OfABoxAreItsEdgesAndCorners) {
 }
 
 TEST(ContactFeatures, OfAFlatSheetAreOnItsBorder) {
-  const TriangleMesh sheet = test_support::plate_grid(2, 3, 5, 7).mesh();
+  const TriangleMesh sheet = testing::plate_grid(2, 3, 5, 7).mesh();
   EXPECT_EQ(count_edges(sheet, EdgeKind::Border), 2 * (5 + 7));
   EXPECT_EQ(count_edges(sheet, EdgeKind::Flat), sheet.topology().edge_count() - 24);
   EXPECT_EQ(count_contact_edges(sheet), 24);
@@ -60,16 +60,16 @@ TEST(ContactFeatures, OfAFlatSheetAreOnItsBorder) {
 
 // Seen from within, the hollow of a torus has edges that bend outwards.
 TEST(ContactFeatures, ATorusHasConvexAndConcaveEdgesAndSaddles) {
-  const TriangleMesh torus = test_support::torus(2, 0.7, 12, 8).mesh();
+  const TriangleMesh torus = testing::torus(2, 0.7, 12, 8).mesh();
   EXPECT_GT(count_edges(torus, EdgeKind::Convex), 0);
   EXPECT_GT(count_edges(torus, EdgeKind::Concave), 0);
   EXPECT_GT(count_contact_vertices(torus), 0);
   EXPECT_LT(count_contact_vertices(torus), torus.topology().vertex_count());
 }
 
-// The winding of a closed mesh decides what is convex, its turn in space nothing.
+// The winding of a closed mesh decides what is convex; its rotation in space does not matter.
 TEST(ContactFeatures, WindingTurnsConvexIntoConcave) {
-  MeshArrays sphere = test_support::icosphere(1);
+  MeshArrays sphere = testing::icosphere(1);
   EXPECT_EQ(count_edges(sphere.mesh(), EdgeKind::Convex), sphere.mesh().topology().edge_count());
   for (TriangleIndices& t : sphere.triangles) std::swap(t[0], t[1]);
   EXPECT_EQ(count_edges(sphere.mesh(), EdgeKind::Concave), sphere.mesh().topology().edge_count());
@@ -113,9 +113,8 @@ TEST(ContactFeatures, AFinOnAPlateIsTouchedAtItsRimOnly) {
 
 TEST(ContactFeatures, EveryOneIsOwnedOnceAndFoundInTheTree) {
   std::mt19937_64 random(2);
-  for (const MeshArrays& arrays :
-       {test_support::gear(5, 1, 1.4, 0.5), test_support::torus(1, 0.4, 9, 7),
-        test_support::random_soup(40, 0.3, 4), test_support::needle(2, 5)}) {
+  for (const MeshArrays& arrays : {testing::gear(5, 1, 1.4, 0.5), testing::torus(1, 0.4, 9, 7),
+                                   testing::random_soup(40, 0.3, 4), testing::needle(2, 5)}) {
     const TriangleMesh mesh = arrays.mesh();
     const ContactFeatures& features = mesh.contact_features();
     int vertices = 0;
@@ -128,7 +127,7 @@ TEST(ContactFeatures, EveryOneIsOwnedOnceAndFoundInTheTree) {
         }
         if (features.owned_by(t) >> (3 + k) & 1) {
           ++edges;
-          EXPECT_TRUE(features.is_contact_edge(mesh.topology().edge_of_side(3 * t + k)));
+          EXPECT_TRUE(features.is_contact_edge(*mesh.topology().edge_of_side(3 * t + k)));
         }
       }
     }
@@ -154,7 +153,7 @@ TEST(ContactFeatures, DropsNoVertexWithANormalCone) {
   std::mt19937_64 random(6);
   int dropped = 0;
   for (int k = 0; k < 20; ++k) {
-    MeshArrays arrays = test_support::icosphere(1);
+    MeshArrays arrays = testing::icosphere(1);
     for (Vector3& p : arrays.vertices) p *= testing::random_number(0.6, 1.4, random);
     const TriangleMesh mesh = arrays.mesh();
     for (std::int32_t v = 0; v < mesh.topology().vertex_count(); ++v) {
@@ -178,7 +177,7 @@ TEST(ContactFeatures, DropsNoVertexWithANormalCone) {
 }
 
 TEST(ContactFeatures, AreTheSameForThreadsThatAskAtOnce) {
-  const TriangleMesh mesh = test_support::icosphere(3).mesh();
+  const TriangleMesh mesh = testing::icosphere(3).mesh();
   std::array<const ContactFeatures*, 4> found{};
   std::vector<std::thread> threads;
   for (auto& place : found) threads.emplace_back([&] { place = &mesh.contact_features(); });

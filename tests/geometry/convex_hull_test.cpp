@@ -113,7 +113,7 @@ TEST(ConvexHull, SupportLosesNoExtremePointAtAnyScaleOrPlace) {
 }
 
 TEST(ConvexHull, OfCoplanarPointsIsAPolygon) {
-  std::vector<Vector3> points = test_support::plate_grid(2, 4, 8, 8).vertices;
+  std::vector<Vector3> points = testing::plate_grid(2, 4, 8, 8).vertices;
   points.insert(points.end(), points.begin(), points.end());
   std::shuffle(points.begin(), points.end(), std::mt19937_64(5));
   for (Vector3& p : points) p = Vector3(p.x(), 2 * p.x() + p.y(), 3 + p.y());
@@ -151,10 +151,9 @@ TEST(ConvexHull, SurvivesARangeOfCoordinatesBeyondExactArithmetic) {
 }
 
 TEST(ConvexHull, RotatedCopiesHaveTheSameMass) {
-  const ConvexHull hull(test_support::gear(9, 0.7, 1, 0.5).vertices);
+  const ConvexHull hull(testing::gear(9, 0.7, 1, 0.5).vertices);
   const Matrix3 turn = rotation_from_vector(Vector3(1, 2, -0.5));
-  const ConvexHull turned(
-      test_support::gear(9, 0.7, 1, 0.5).moved(turn, Vector3(1, 2, 3)).vertices);
+  const ConvexHull turned(testing::gear(9, 0.7, 1, 0.5).moved(turn, Vector3(1, 2, 3)).vertices);
   const MassProperties expected = hull.compute_mass_properties(1);
   const MassProperties found = turned.compute_mass_properties(1);
   EXPECT_NEAR(found.mass, expected.mass, 1e-13);
@@ -163,7 +162,7 @@ TEST(ConvexHull, RotatedCopiesHaveTheSameMass) {
 }
 
 TEST(ConvexHull, CopesWithManyPointsOnASphere) {
-  const ConvexHull hull(test_support::icosphere(6).vertices);
+  const ConvexHull hull(testing::icosphere(6).vertices);
   EXPECT_EQ(hull.vertices().size(), 40962u);
   EXPECT_TRUE(hull.core_surface()->is_closed());
 }

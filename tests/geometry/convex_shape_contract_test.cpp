@@ -12,9 +12,9 @@
 namespace dyop {
 namespace {
 
-using test_support::all_shapes;
-using test_support::icosphere;
-using test_support::ShapeMaker;
+using testing::all_shapes;
+using testing::icosphere;
+using testing::ShapeMaker;
 
 class ConvexShapeContract : public ::testing::TestWithParam<std::tuple<ShapeMaker, Scalar>> {
  protected:

@@ -14,7 +14,7 @@
 namespace dyop {
 namespace {
 
-using test_support::MeshArrays;
+using testing::MeshArrays;
 using Edge = std::array<std::int32_t, 2>;
 
 // Any triangles over a few vertices: repeated numbers, duplicates, edges of many triangles.
@@ -77,8 +77,8 @@ TEST(MeshTopology, GivesSidesOfOneVertexNoEdge) {
   const std::vector<TriangleIndices> triangles{{0, 0, 1}, {2, 2, 2}};
   const MeshTopology topology(3, triangles);
   EXPECT_EQ(topology.edge_count(), 1);
-  EXPECT_EQ(topology.edge_of_side(0), -1);
-  EXPECT_EQ(topology.edge_of_side(3), -1);
+  EXPECT_EQ(topology.edge_of_side(0), std::nullopt);
+  EXPECT_EQ(topology.edge_of_side(3), std::nullopt);
   EXPECT_EQ(topology.edge_of_side(1), topology.edge_of_side(2));
   EXPECT_FALSE(topology.is_closed());
 }
@@ -93,7 +93,7 @@ TEST(MeshTopology, TakesAFanOfManyTrianglesAtOneVertex) {
 }
 
 TEST(MeshTopology, IsSharedByAMeshAndItsCopiesWithOtherVertices) {
-  const TriangleMesh mesh = test_support::icosphere(1).mesh();
+  const TriangleMesh mesh = testing::icosphere(1).mesh();
   const TriangleMesh copy = mesh;
   EXPECT_EQ(&copy.topology(), &mesh.topology());
   EXPECT_EQ(&copy.contact_features(), &mesh.contact_features());

@@ -15,15 +15,15 @@
 namespace dyop {
 namespace {
 
-using test_support::box_mesh;
-using test_support::gear;
-using test_support::icosphere;
-using test_support::MeshArrays;
-using test_support::needle;
-using test_support::plate_grid;
-using test_support::point_cloud;
-using test_support::torus;
+using testing::box_mesh;
+using testing::gear;
+using testing::icosphere;
+using testing::MeshArrays;
 using testing::message_of;
+using testing::needle;
+using testing::plate_grid;
+using testing::point_cloud;
+using testing::torus;
 
 #define EXPECT_MESSAGE(expression, part)                                                      \
   EXPECT_NE(message_of([&] { static_cast<void>(expression); }).find(part), std::string::npos) \
@@ -129,7 +129,7 @@ TEST(TriangleMesh, FromArraysNamesWhatIsWrong) {
                  "vertices: stride of 8 bytes is less than a row of 12");
   EXPECT_MESSAGE(TriangleMesh::from_arrays(rows, StridedRows<std::uint32_t>{triangles.data(), 0}),
                  "at least one triangle");
-  // Counts are looked at before any row.
+  // Counts are checked before any row.
   EXPECT_MESSAGE(TriangleMesh::from_arrays(
                      rows, StridedRows<std::uint32_t>{triangles.data(), std::size_t{1} << 40}),
                  "a mesh has at most 134217728 triangles, not 1099511627776");

@@ -14,12 +14,12 @@
 namespace dyop {
 namespace {
 
-using test_support::box_mesh;
-using test_support::gear;
-using test_support::icosphere;
-using test_support::MeshArrays;
-using test_support::plate_grid;
-using test_support::torus;
+using testing::box_mesh;
+using testing::gear;
+using testing::icosphere;
+using testing::MeshArrays;
+using testing::plate_grid;
+using testing::torus;
 
 // The sum of the signed solid angles of all triangles over 4 pi ([VanOosterom1983]); an integer up
 // to rounding, away from the surface.
@@ -162,7 +162,7 @@ TEST(WindingNumber, PartVerticesAreOneOfEachPart) {
   ASSERT_EQ(parts.size(), 2u);
   EXPECT_LT(parts[0], 42) << "the sphere's vertices come first";
   EXPECT_GE(parts[1], 42);
-  const TriangleMesh points = test_support::point_cloud(7, 1).mesh();
+  const TriangleMesh points = testing::point_cloud(7, 1).mesh();
   EXPECT_EQ(points.part_vertices().size(), 7u);
 }
 

@@ -16,15 +16,15 @@
 namespace dyop {
 namespace {
 
-using test_support::box_mesh;
-using test_support::gear;
-using test_support::icosphere;
-using test_support::MeshArrays;
-using test_support::needle;
-using test_support::plate_grid;
-using test_support::point_cloud;
-using test_support::random_soup;
-using test_support::torus;
+using testing::box_mesh;
+using testing::gear;
+using testing::icosphere;
+using testing::MeshArrays;
+using testing::needle;
+using testing::plate_grid;
+using testing::point_cloud;
+using testing::random_soup;
+using testing::torus;
 
 using Wide = long double;  // 64 bits of mantissa: its own rounding is 2000 times smaller
 using WideVector = Eigen::Matrix<Wide, 3, 1>;

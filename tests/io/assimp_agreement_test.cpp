@@ -54,15 +54,15 @@ TEST(AssimpAgreement, HoldsForTheBunny) {
 }
 
 TEST(AssimpAgreement, HoldsForEveryFormat) {
-  const test::TemporaryDirectory directory;
-  test::Polygons mesh = test::cube_polygons();
+  const testing::TemporaryDirectory directory;
+  testing::Polygons mesh = testing::cube_polygons();
   for (Vector3& p : mesh.vertices) p = Vector3(0.1, 1.0 / 3, 7) + 1e-3 * p;
-  expect_agreement(directory.write("a.obj", test::obj_of(mesh)));
-  expect_agreement(directory.write("a.off", test::off_of(mesh)));
-  expect_agreement(directory.write("a.stl", test::stl_ascii_of(mesh)));
-  expect_agreement(directory.write("b.stl", test::stl_binary_of(mesh)));
-  expect_agreement(directory.write("a.ply", test::ply_ascii_of(mesh)));
-  expect_agreement(directory.write("b.ply", test::ply_binary_of<float>(mesh)));
+  expect_agreement(directory.write("a.obj", testing::obj_of(mesh)));
+  expect_agreement(directory.write("a.off", testing::off_of(mesh)));
+  expect_agreement(directory.write("a.stl", testing::stl_ascii_of(mesh)));
+  expect_agreement(directory.write("b.stl", testing::stl_binary_of(mesh)));
+  expect_agreement(directory.write("a.ply", testing::ply_ascii_of(mesh)));
+  expect_agreement(directory.write("b.ply", testing::ply_binary_of<float>(mesh)));
 }
 
 }  // namespace

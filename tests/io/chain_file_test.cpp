@@ -28,7 +28,7 @@ class ChainFile : public ::testing::Test {
     EXPECT_NE(message.find("chain.json"), std::string::npos) << message;
   }
 
-  test::TemporaryDirectory directory_;
+  testing::TemporaryDirectory directory_;
 };
 
 constexpr const char* kArm = R"({

@@ -13,7 +13,7 @@
 namespace dyop {
 namespace {
 
-using test::TemporaryDirectory;
+using testing::TemporaryDirectory;
 
 std::string message_of(const std::filesystem::path& file) {
   try {
@@ -56,7 +56,7 @@ class MeshFile : public ::testing::Test {
  protected:
   void expect_cube(const std::filesystem::path& file) const {
     const TriangleMesh mesh = load_mesh(file);
-    const TriangleMesh expected = load_mesh(directory_.write("expected.obj", test::cube_obj()));
+    const TriangleMesh expected = load_mesh(directory_.write("expected.obj", testing::cube_obj()));
     EXPECT_EQ(mesh.vertices().size(), 8u) << file;
     EXPECT_EQ(sorted_corners(mesh), sorted_corners(expected)) << file;
     EXPECT_TRUE(mesh.is_closed()) << file;
@@ -67,30 +67,30 @@ class MeshFile : public ::testing::Test {
 };
 
 TEST_F(MeshFile, LoadsTheCubeFromObjExactly) {
-  const TriangleMesh mesh = load_mesh(directory_.write("cube.obj", test::cube_obj()));
-  ASSERT_EQ(mesh.triangles().size(), test::kCubeTriangles.size());
-  for (std::size_t k = 0; k < test::kCubeTriangles.size(); ++k) {
+  const TriangleMesh mesh = load_mesh(directory_.write("cube.obj", testing::cube_obj()));
+  ASSERT_EQ(mesh.triangles().size(), testing::kCubeTriangles.size());
+  for (std::size_t k = 0; k < testing::kCubeTriangles.size(); ++k) {
     const Triangle triangle = mesh.triangle(std::int32_t(k));
     for (std::size_t i = 0; i < 3; ++i) {
-      const auto& v = test::kCubeVertices[std::size_t(test::kCubeTriangles[k][i])];
+      const auto& v = testing::kCubeVertices[std::size_t(testing::kCubeTriangles[k][i])];
       EXPECT_EQ(triangle[i], Vector3(v[0], v[1], v[2]));
     }
   }
 }
 
 TEST_F(MeshFile, LoadsTheSameCubeFromEveryFormat) {
-  expect_cube(directory_.write("cube.off", test::cube_off()));
-  expect_cube(directory_.write("ascii.stl", test::cube_stl_ascii()));
-  expect_cube(directory_.write("binary.stl", test::cube_stl_binary()));
-  expect_cube(directory_.write("ascii.ply", test::cube_ply_ascii()));
-  expect_cube(directory_.write("binary.ply", test::cube_ply_binary()));
-  expect_cube(directory_.write("cube.gltf", test::cube_gltf()));
+  expect_cube(directory_.write("cube.off", testing::cube_off()));
+  expect_cube(directory_.write("ascii.stl", testing::cube_stl_ascii()));
+  expect_cube(directory_.write("binary.stl", testing::cube_stl_binary()));
+  expect_cube(directory_.write("ascii.ply", testing::cube_ply_ascii()));
+  expect_cube(directory_.write("binary.ply", testing::cube_ply_binary()));
+  expect_cube(directory_.write("cube.gltf", testing::cube_gltf()));
 }
 
 TEST_F(MeshFile, LoadsGzippedPly) {
   const std::filesystem::path file = directory_.path() / "cube.ply.gz";
   const gzFile out = gzopen(file.c_str(), "wb");
-  const std::string bytes = test::cube_ply_binary();
+  const std::string bytes = testing::cube_ply_binary();
   ASSERT_EQ(gzwrite(out, bytes.data(), unsigned(bytes.size())), int(bytes.size()));
   ASSERT_EQ(gzclose(out), Z_OK);
   expect_cube(file);
@@ -105,12 +105,12 @@ TEST_F(MeshFile, JoinsVerticesThatNormalsSplit) {
   // Each face has its own normal, so that assimp would split all vertices.
   std::ostringstream text;
   text << "vn 0 0 1\nvn 0 1 0\nvn 1 0 0\n";
-  for (const auto& v : test::kCubeVertices) {
+  for (const auto& v : testing::kCubeVertices) {
     text << "v " << v[0] << ' ' << v[1] << ' ' << v[2] << '\n';
   }
-  for (std::size_t k = 0; k < test::kCubeTriangles.size(); ++k) {
+  for (std::size_t k = 0; k < testing::kCubeTriangles.size(); ++k) {
     text << 'f';
-    for (const int i : test::kCubeTriangles[k]) text << ' ' << i + 1 << "//" << k % 3 + 1;
+    for (const int i : testing::kCubeTriangles[k]) text << ' ' << i + 1 << "//" << k % 3 + 1;
     text << '\n';
   }
   expect_cube(directory_.write("normals.obj", text.str()));
@@ -118,14 +118,14 @@ TEST_F(MeshFile, JoinsVerticesThatNormalsSplit) {
 
 TEST_F(MeshFile, AppliesTheTransformOfANode) {
   const TriangleMesh mesh =
-      load_mesh(directory_.write("moved.gltf", test::cube_gltf("\"translation\":[10,20,30]")));
+      load_mesh(directory_.write("moved.gltf", testing::cube_gltf("\"translation\":[10,20,30]")));
   EXPECT_EQ(mesh.bounding_box().min(), Vector3(10, 20, 30));
   EXPECT_EQ(mesh.bounding_box().max(), Vector3(11, 21, 31));
 }
 
 TEST_F(MeshFile, TurnsMirroredTrianglesOver) {
   const TriangleMesh mesh =
-      load_mesh(directory_.write("mirrored.gltf", test::cube_gltf("\"scale\":[-2,1,1]")));
+      load_mesh(directory_.write("mirrored.gltf", testing::cube_gltf("\"scale\":[-2,1,1]")));
   EXPECT_EQ(mesh.bounding_box().min(), Vector3(-2, 0, 0));
   EXPECT_DOUBLE_EQ(mesh.compute_mass_properties(1).mass, 2);
 }
@@ -188,7 +188,7 @@ TEST_F(MeshFile, NamesWhatIsWrongWithOff) {
 }
 
 TEST_F(MeshFile, NamesWhatIsWrongWithStl) {
-  const std::string whole = test::cube_stl_binary();
+  const std::string whole = testing::cube_stl_binary();
   EXPECT_MESSAGE(
       directory_.write("a.stl", whole.substr(0, whole.size() - 10)),
       "truncated or damaged: the header announces 12 facets, expected 684 bytes, found 674");
@@ -199,7 +199,7 @@ TEST_F(MeshFile, NamesWhatIsWrongWithStl) {
   std::memcpy(with_nan.data() + 84 + 50 + 12 + 12, &nan, sizeof(nan));
   EXPECT_MESSAGE(directory_.write("c.stl", with_nan),
                  "facet 1, vertex 1: expected finite numbers, found nan");
-  const std::string text = test::cube_stl_ascii();
+  const std::string text = testing::cube_stl_ascii();
   EXPECT_MESSAGE(directory_.write("d.stl", text.substr(0, text.size() / 2)),
                  "truncated: expected 'endsolid'");
   EXPECT_MESSAGE(directory_.write("e.stl",
@@ -209,7 +209,7 @@ TEST_F(MeshFile, NamesWhatIsWrongWithStl) {
 }
 
 TEST_F(MeshFile, NamesWhatIsWrongWithPly) {
-  const std::string binary = test::cube_ply_binary();
+  const std::string binary = testing::cube_ply_binary();
   EXPECT_MESSAGE(directory_.write("a.ply", binary.substr(0, binary.size() - 5)),
                  "face 11 of 12: truncated");
   std::string out_of_range = binary;
@@ -219,11 +219,12 @@ TEST_F(MeshFile, NamesWhatIsWrongWithPly) {
                  "face 11 of 12: vertex index 8 is out of range: the file has 8 vertices");
   std::string with_nan = binary;
   const float nan = std::numeric_limits<float>::quiet_NaN();
-  std::memcpy(with_nan.data() +
-                  test::ply_header_of<float>(test::cube_polygons(), "binary_little_endian").size(),
-              &nan, sizeof(nan));
+  std::memcpy(
+      with_nan.data() +
+          testing::ply_header_of<float>(testing::cube_polygons(), "binary_little_endian").size(),
+      &nan, sizeof(nan));
   EXPECT_MESSAGE(directory_.write("c.ply", with_nan), "vertex 0 of 8: x: expected a finite number");
-  const std::string text = test::cube_ply_ascii();
+  const std::string text = testing::cube_ply_ascii();
   EXPECT_MESSAGE(directory_.write("d.ply", text.substr(0, text.size() - 16)),
                  "truncated: expected 12");
   EXPECT_MESSAGE(directory_.write("e.ply", "ply\nformat ascii 1.0\nelement vertex 3\n"),
@@ -245,11 +246,12 @@ TEST_F(MeshFile, RefusesWhatHoldsNoTriangles) {
                  ": the file has no triangles");
   EXPECT_MESSAGE(directory_.write("a.txt", "hello"), "not a readable mesh");
   EXPECT_MESSAGE(directory_.write("a.gltf", "{\"asset\":"), "not a readable mesh");
-  EXPECT_MESSAGE(directory_.write("a.gltf.gz", "x"), "only .obj.gz, .off.gz, .ply.gz and .stl.gz");
+  EXPECT_MESSAGE(directory_.write("a.gltf.gz", "x"),
+                 "only as .obj.gz, .off.gz, .ply.gz and .stl.gz");
 }
 
 TEST_F(MeshFile, PlacesAMesh) {
-  const TriangleMesh cube = load_mesh(directory_.write("cube.obj", test::cube_obj()));
+  const TriangleMesh cube = load_mesh(directory_.write("cube.obj", testing::cube_obj()));
   for (const MeshCenter center : {MeshCenter::Bounds, MeshCenter::Mass}) {
     const TriangleMesh placed = place_mesh(cube, {.scale = 4, .center = center, .is_shell = false});
     EXPECT_TRUE(placed.bounding_box().min().isApprox(Vector3(-2, -2, -2)));

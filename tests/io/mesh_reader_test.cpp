@@ -20,9 +20,9 @@
 namespace dyop {
 namespace {
 
-using test::Polygons;
-using test::TemporaryDirectory;
-using test::TextStyle;
+using testing::Polygons;
+using testing::TemporaryDirectory;
+using testing::TextStyle;
 
 // Coordinates of every magnitude and sign, with all their bits in use.
 Polygons random_triangles(std::mt19937_64& random) {
@@ -76,12 +76,12 @@ TEST_F(MeshReader, KeepsEveryBitOfADouble) {
       {Vector3(third, std::nextafter(third, 1.0), -third), Vector3(0.1, 1e-300, smallest),
        Vector3(1e6 + third, 123456789.123456789, 5)},
       {{0, 1, 2}}};
-  expect_same_bits(load("a.obj", test::obj_of(mesh)), mesh, "OBJ");
-  expect_same_bits(load("a.off", test::off_of(mesh)), mesh, "OFF");
-  expect_same_bits(load("a.stl", test::stl_ascii_of(mesh)), mesh, "STL");
-  expect_same_bits(load("a.ply", test::ply_ascii_of(mesh)), mesh, "PLY");
-  expect_same_bits(load("b.ply", test::ply_binary_of<double>(mesh, false)), mesh, "little PLY");
-  expect_same_bits(load("c.ply", test::ply_binary_of<double>(mesh, true)), mesh, "big PLY");
+  expect_same_bits(load("a.obj", testing::obj_of(mesh)), mesh, "OBJ");
+  expect_same_bits(load("a.off", testing::off_of(mesh)), mesh, "OFF");
+  expect_same_bits(load("a.stl", testing::stl_ascii_of(mesh)), mesh, "STL");
+  expect_same_bits(load("a.ply", testing::ply_ascii_of(mesh)), mesh, "PLY");
+  expect_same_bits(load("b.ply", testing::ply_binary_of<double>(mesh, false)), mesh, "little PLY");
+  expect_same_bits(load("c.ply", testing::ply_binary_of<double>(mesh, true)), mesh, "big PLY");
 }
 
 TEST_F(MeshReader, ReadsBackRandomMeshesInEveryFormatAndStyle) {
@@ -97,13 +97,13 @@ TEST_F(MeshReader, ReadsBackRandomMeshesInEveryFormatAndStyle) {
     const Polygons mesh = random_triangles(random);
     for (std::size_t s = 0; s < styles.size(); ++s) {
       const std::string what = "round " + std::to_string(round) + ", style " + std::to_string(s);
-      expect_same_bits(load("a.obj", test::obj_of(mesh, styles[s])), mesh, what + ", OBJ");
-      expect_same_bits(load("a.off", test::off_of(mesh, styles[s])), mesh, what + ", OFF");
-      expect_same_bits(load("a.stl", test::stl_ascii_of(mesh, styles[s])), mesh, what + ", STL");
-      expect_same_bits(load("a.ply", test::ply_ascii_of(mesh, styles[s])), mesh, what + ", PLY");
+      expect_same_bits(load("a.obj", testing::obj_of(mesh, styles[s])), mesh, what + ", OBJ");
+      expect_same_bits(load("a.off", testing::off_of(mesh, styles[s])), mesh, what + ", OFF");
+      expect_same_bits(load("a.stl", testing::stl_ascii_of(mesh, styles[s])), mesh, what + ", STL");
+      expect_same_bits(load("a.ply", testing::ply_ascii_of(mesh, styles[s])), mesh, what + ", PLY");
     }
     for (const bool is_big : {false, true}) {
-      expect_same_bits(load("b.ply", test::ply_binary_of<double>(mesh, is_big)), mesh,
+      expect_same_bits(load("b.ply", testing::ply_binary_of<double>(mesh, is_big)), mesh,
                        "binary PLY");
     }
     Polygons single = mesh;
@@ -113,8 +113,8 @@ TEST_F(MeshReader, ReadsBackRandomMeshesInEveryFormatAndStyle) {
         x = Scalar(rounded);
       }
     }
-    expect_same_bits(load("b.stl", test::stl_binary_of(single)), single, "binary STL");
-    expect_same_bits(load("c.ply", test::ply_binary_of<float>(single)), single, "float PLY");
+    expect_same_bits(load("b.stl", testing::stl_binary_of(single)), single, "binary STL");
+    expect_same_bits(load("c.ply", testing::ply_binary_of<float>(single)), single, "float PLY");
   }
 }
 
@@ -122,25 +122,25 @@ TEST_F(MeshReader, NumbersVerticesAsTheFileDoesAndJoinsThoseAtOnePlace) {
   Polygons mesh{{Vector3(0, 0, 0), Vector3(3, 0, 0), Vector3(9, 9, 9), Vector3(0, 3, 0)},
                 {{3, 0, 1}}};
   for (const TriangleMesh& loaded :
-       {load("a.obj", test::obj_of(mesh)), load("a.off", test::off_of(mesh)),
-        load("a.ply", test::ply_ascii_of(mesh))}) {
+       {load("a.obj", testing::obj_of(mesh)), load("a.off", testing::off_of(mesh)),
+        load("a.ply", testing::ply_ascii_of(mesh))}) {
     ASSERT_EQ(loaded.vertices().size(), 4u);
     EXPECT_EQ(loaded.vertices()[2], Vector3(9, 9, 9));  // no triangle uses it
     EXPECT_EQ(loaded.triangles()[0], (TriangleIndices{3, 0, 1}));
   }
   mesh.vertices[2] = Vector3(-0.0, 0, 0);  // the same place as vertex 0
-  const TriangleMesh joined = load("a.obj", test::obj_of(mesh));
+  const TriangleMesh joined = load("a.obj", testing::obj_of(mesh));
   ASSERT_EQ(joined.vertices().size(), 3u);
   EXPECT_EQ(joined.triangles()[0], (TriangleIndices{2, 0, 1}));
 }
 
 TEST_F(MeshReader, ReadsEveryFormatThroughGzip) {
-  const Polygons cube = test::cube_polygons();
+  const Polygons cube = testing::cube_polygons();
   for (const auto& [name, bytes] : std::vector<std::pair<std::string, std::string>>{
-           {"a.obj.gz", test::obj_of(cube)},
-           {"a.off.gz", test::off_of(cube)},
-           {"a.PLY.GZ", test::ply_binary_of<double>(cube)},
-           {"a.stl.gz", test::stl_binary_of(cube)}}) {
+           {"a.obj.gz", testing::obj_of(cube)},
+           {"a.off.gz", testing::off_of(cube)},
+           {"a.PLY.GZ", testing::ply_binary_of<double>(cube)},
+           {"a.stl.gz", testing::stl_binary_of(cube)}}) {
     const std::filesystem::path file = directory_.path() / name;
     const gzFile out = gzopen(file.c_str(), "wb");
     ASSERT_EQ(gzwrite(out, bytes.data(), unsigned(bytes.size())), int(bytes.size()));
@@ -150,9 +150,10 @@ TEST_F(MeshReader, ReadsEveryFormatThroughGzip) {
 }
 
 TEST_F(MeshReader, LeavesAloneWhatIsNoGeometry) {
-  const Polygons cube = test::cube_polygons();
-  expect_same_bits(load("a.obj", "usemtl x\ns off\n" + test::obj_of(cube) + "vp 1 2\ncurv 0 1 1\n"),
-                   cube, "OBJ");
+  const Polygons cube = testing::cube_polygons();
+  expect_same_bits(
+      load("a.obj", "usemtl x\ns off\n" + testing::obj_of(cube) + "vp 1 2\ncurv 0 1 1\n"), cube,
+      "OBJ");
   expect_same_bits(load("w.obj", "v 0 0 0 7\nv 1 0 0 0.5 0.5 0.5\nv 0 +1.0e0 0 1\nf 1 2 3\n"),
                    {{Vector3(0, 0, 0), Vector3(1, 0, 0), Vector3(0, 1, 0)}, {{0, 1, 2}}},
                    "OBJ with weights and colours");
@@ -210,12 +211,12 @@ struct Sample {
   std::size_t tail;  // so many bytes at the end may be missing
 };
 std::vector<Sample> samples() {
-  const Polygons cube = test::cube_polygons();
-  return {{"a.off", test::off_of(cube), 1},
-          {"a.ply", test::ply_ascii_of(cube), 1},
-          {"b.ply", test::ply_binary_of<double>(cube), 0},
-          {"a.stl", test::stl_ascii_of(cube), std::string(" made up\n").size()},
-          {"b.stl", test::stl_binary_of(cube), 0}};
+  const Polygons cube = testing::cube_polygons();
+  return {{"a.off", testing::off_of(cube), 1},
+          {"a.ply", testing::ply_ascii_of(cube), 1},
+          {"b.ply", testing::ply_binary_of<double>(cube), 0},
+          {"a.stl", testing::stl_ascii_of(cube), std::string(" made up\n").size()},
+          {"b.stl", testing::stl_binary_of(cube), 0}};
 }
 
 TEST_F(MeshReader, RefusesEveryTruncatedFile) {
@@ -232,7 +233,7 @@ TEST_F(MeshReader, ReadsOrRefusesFilesWithAWrongByte) {
   int loaded = 0;
   int refused = 0;
   std::vector<Sample> all = samples();
-  all.push_back({"a.obj", test::obj_of(test::cube_polygons()), 0});
+  all.push_back({"a.obj", testing::obj_of(testing::cube_polygons()), 0});
   for (const Sample& sample : all) {
     for (int round = 0; round < 100; ++round) {
       std::string bytes = sample.bytes;

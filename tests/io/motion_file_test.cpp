@@ -27,7 +27,7 @@ class MotionFile : public ::testing::Test {
     return "no error";
   }
 
-  test::TemporaryDirectory directory_;
+  testing::TemporaryDirectory directory_;
 };
 
 // A quarter turn about z takes (1, 0, 0) to (0, 1, 0).

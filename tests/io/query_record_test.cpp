@@ -31,7 +31,7 @@ ToiResult ask(const ToiQuery& query) {
 class QueryRecords : public ::testing::Test {
  protected:
   QueryRecords()
-      : cube_(test_support::box_mesh(Vector3(1, 1, 1)).mesh()),
+      : cube_(testing::box_mesh(Vector3(1, 1, 1)).mesh()),
         falling_(RigidPose(Vector3(0.1, 0.2, 5)), Twist{{0, 0, -2}, {0.1, 0.2, 0.3}}) {}
 
   ToiQuery query() const { return {&cube_, &rest_, &cube_, &falling_, {0, 3}, {}}; }
@@ -59,7 +59,7 @@ class QueryRecords : public ::testing::Test {
     }
   }
 
-  test::TemporaryDirectory directory_;
+  testing::TemporaryDirectory directory_;
   std::filesystem::path file_ = directory_.path() / "query.json";
   TriangleMesh cube_;
   RestMotion rest_;
@@ -90,7 +90,7 @@ TEST_F(QueryRecords, GiveTheSameBitsForEveryMotion) {
 }
 
 TEST_F(QueryRecords, GiveTheSameBitsForEveryShape) {
-  for (const test_support::ShapeMaker& maker : test_support::all_shapes()) {
+  for (const testing::ShapeMaker& maker : testing::all_shapes()) {
     SCOPED_TRACE(maker.name);
     const auto shape = maker.make(0.7);
     ToiQuery with_shape = query();
@@ -98,7 +98,7 @@ TEST_F(QueryRecords, GiveTheSameBitsForEveryShape) {
     with_shape.options.with_contacts = true;
     expect_same_after_reading(with_shape);
   }
-  const TriangleMesh soup = test_support::random_soup(60, 0.5, 3).mesh();
+  const TriangleMesh soup = testing::random_soup(60, 0.5, 3).mesh();
   ToiQuery with_soup = query();
   with_soup.a = &soup;
   expect_same_after_reading(with_soup);
@@ -153,7 +153,7 @@ TEST_F(QueryRecords, TellEveryFieldThatDiffers) {
 }
 
 TEST_F(QueryRecords, RepeatWhatADeadlineEnded) {
-  const TriangleMesh ball = test_support::icosphere(3).mesh();
+  const TriangleMesh ball = testing::icosphere(3).mesh();
   ToiQuery asked = query();
   asked.a = &ball;
   asked.options.max_node_pairs = 64;

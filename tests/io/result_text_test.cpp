@@ -25,7 +25,7 @@ TEST(ResultText, WritesADistanceAsJson) {
 }
 
 TEST(ResultText, WritesATimeOfImpactAsJson) {
-  const auto json = nlohmann::json::parse(to_json_text(test::small_impact_result()));
+  const auto json = nlohmann::json::parse(to_json_text(testing::small_impact_result()));
   EXPECT_EQ(json.at("status"), "Impact");
   EXPECT_EQ(json.at("t_safe").get<Scalar>(), 1.0 / 3);
   EXPECT_EQ(json.at("contact").at("feature_a").at("kind"), "Edge");
@@ -48,7 +48,7 @@ TEST(ResultText, NeverSaysThatAnUndecidedQueryMissed) {
 }
 
 TEST(ResultText, DescribesAnImpactWithAllItsFigures) {
-  const std::string text = describe(test::small_impact_result(), {"tool", "organ"});
+  const std::string text = describe(testing::small_impact_result(), {"tool", "organ"});
   for (const char* part :
        {"Impact at t = 0.333333333: tool and organ are proven apart until then.",
         "bracket      [0.333333333, 0.34]", "at least 0.1, at most 0.2",

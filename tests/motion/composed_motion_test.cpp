@@ -40,7 +40,7 @@ TEST(ComposedMotion, IsDefinedWhereBothAre) {
 
 TEST(ComposedMotion, RefusesNullAndMotionsWithoutCommonTime) {
   EXPECT_EQ(message_of([] { ComposedMotion(turntable(), nullptr); }),
-            "composed motion needs two motions, one is null");
+            "composed motion needs two motions, but one is null");
   const auto early =
       std::make_shared<InterpolatedMotion>(TimeInterval{0, 1}, RigidPose(), RigidPose());
   const auto late =

@@ -85,7 +85,7 @@ TEST(HermiteMotion, ChartAndStatesGiveTheSameMotion) {
   }
 }
 
-// Near the begin theta vanishes, and all bounds of short parts tend to the values there: linearly
+// Near the start theta vanishes, and all bounds of short parts tend to the values there: linearly
 // in the length of the part.
 TEST(HermiteMotion, BoundsOfShortPartsConvergeToTheValues) {
   Random random(4);
@@ -109,7 +109,7 @@ TEST(HermiteMotion, BoundsOfShortPartsConvergeToTheValues) {
 
 // An integrator-like step of unit speed that turns by half a radian, with an end velocity off by d,
 // |d| <= 0.2: the coefficients of the rate are v, v - d and v + d, so the bound is at most 1.2
-// times the speed at the begin. The same holds for the turn with |d| <= 0.1 of 0.5, except that
+// times the speed at the start. The same holds for the turn with |d| <= 0.1 of 0.5, except that
 // theta' differs from the angular velocity by a factor of up to (f/2) / sin(f/2) < 1.02, f < 0.6.
 TEST(HermiteMotion, WholeBoundsAreTightForModerateSteps) {
   Random random(5);

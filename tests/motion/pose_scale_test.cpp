@@ -39,7 +39,7 @@ LongMatrix turn(const LongVector& axis, Long angle) {
   return Eigen::AngleAxis<Long>(angle, axis.normalized()).toRotationMatrix();
 }
 
-// Largest share of what pose_scale() allows that was used, for points at distances to 10.
+// Largest used fraction of what pose_scale() allows, for points at distances up to 10.
 Scalar used_allowance(const Motion& motion, const TimeInterval& interval, Scalar t,
                       const LongPose& exact, Random& random) {
   const PoseScale scale = motion.pose_scale(interval);
@@ -157,7 +157,7 @@ TEST(PoseScale, OfACompositionCountsBothMotions) {
   }
 }
 
-// Of a sequence: the largest of its parts, also where another part is asked for.
+// For a sequence: the largest of its parts, even if another part is evaluated.
 TEST(PoseScale, OfASequenceIsThatOfItsParts) {
   const auto rest = std::make_shared<RestMotion>(RigidPose(Vector3(3, 0, 4)));
   const SequenceMotion motion({{{0, 1}, rest}, {{1, 2}, rest}});

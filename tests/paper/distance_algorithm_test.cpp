@@ -151,8 +151,8 @@ TEST_P(HullDistanceAlgorithm, KeepsTheBoundsForHullsOfManyPoints) {
     const RigidPose X_AB(random_rotation(random), 2.2 * random_direction(random));
     const auto d = algorithm().distance(ConvexHull(points_a), ConvexHull(points_b), X_AB);
     ASSERT_TRUE(d);
-    const test::PointHull a(points_a), b(points_b);
-    const auto truth = test::PolytopeOracle(a, b, X_AB).core_distance();
+    const testing::PointHull a(points_a), b(points_b);
+    const auto truth = testing::PolytopeOracle(a, b, X_AB).core_distance();
     EXPECT_LE(static_cast<long double>(d->lower), truth);
     EXPECT_GE(static_cast<long double>(d->upper), truth);
     EXPECT_LE(d->upper - d->lower, kEstimateNoise);

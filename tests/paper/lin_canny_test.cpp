@@ -18,7 +18,7 @@ namespace dyop::testing {
 namespace {
 
 std::vector<Vector3> box_corners(const Vector3& half) {
-  return test::make_box(half).points();
+  return testing::make_box(half).points();
 }
 
 HullFeatures box_features(const Vector3& half) {
@@ -115,8 +115,8 @@ TEST(LinCanny, HullsOfEveryDimensionAgreeWithTheOracle) {
     const RigidPose X_AB(random_rotation(random), 2 * scale * random_vector(1, random));
     const GjkResult d = lin_canny_distance(HullFeatures(ConvexHull(points_a)),
                                            HullFeatures(ConvexHull(points_b)), X_AB);
-    const test::PointHull a(points_a), b(points_b);
-    const auto truth = test::PolytopeOracle(a, b, X_AB).core_distance();
+    const testing::PointHull a(points_a), b(points_b);
+    const auto truth = testing::PolytopeOracle(a, b, X_AB).core_distance();
     const Scalar noise =
         kPoseNoise * (X_AB.translation().norm() + a.bounding_radius() + b.bounding_radius());
     ASSERT_LE(wide(d.lower), truth) << k;
@@ -175,7 +175,7 @@ TEST(LinCanny, EveryStartLeadsToTheSameDistance) {
       const TriangleDistance d = lin_canny_distance(a, b, &cache);
       EXPECT_NEAR(d.lower, 1, 3 * triangle_noise(a, b));
       EXPECT_EQ(d.feature_a.kind, FeatureKind::Face);
-      EXPECT_EQ(d.feature_b, (Feature{FeatureKind::Vertex, {0, -1, -1}}));
+      EXPECT_EQ(d.feature_b, (Feature{FeatureKind::Vertex, {0}}));
       EXPECT_TRUE(cache.is_certified);
     }
   }

@@ -53,8 +53,8 @@ TEST(PlanarDistance, VertexAboveAnEdge) {
   EXPECT_TRUE(d.p_a.isApprox(Vector2(0.5, 0)));
   EXPECT_EQ(d.p_b, b[0]);
   EXPECT_EQ(d.nhat_AB, Vector2(0, -1));
-  EXPECT_EQ(d.feature_a, (Feature{FeatureKind::Edge, {0, 1, -1}}));
-  EXPECT_EQ(d.feature_b, (Feature{FeatureKind::Vertex, {0, -1, -1}}));
+  EXPECT_EQ(d.feature_a, (Feature{FeatureKind::Edge, {0, 1}}));
+  EXPECT_EQ(d.feature_b, (Feature{FeatureKind::Vertex, {0}}));
 }
 
 TEST(PlanarDistance, VertexBeyondAVertex) {
@@ -63,8 +63,8 @@ TEST(PlanarDistance, VertexBeyondAVertex) {
   const PlanarDistance d = planar_triangle_distance(kUnit, b);
   EXPECT_NEAR(d.upper, 5, planar_noise(kUnit, b));
   EXPECT_TRUE(d.nhat_AB.isApprox(Vector2(0.6, -0.8)));
-  EXPECT_EQ(d.feature_a, (Feature{FeatureKind::Vertex, {1, -1, -1}}));
-  EXPECT_EQ(d.feature_b, (Feature{FeatureKind::Vertex, {1, -1, -1}}));
+  EXPECT_EQ(d.feature_a, (Feature{FeatureKind::Vertex, {1}}));
+  EXPECT_EQ(d.feature_b, (Feature{FeatureKind::Vertex, {1}}));
 }
 
 TEST(PlanarDistance, CrossingEdgesHaveNoDistanceAndTheirCommonPoint) {

@@ -43,8 +43,8 @@ TEST(PublishedDyop, ShortestOfTheKeptWins) {
   EXPECT_DOUBLE_EQ(d.distance, std::sqrt(4.25));
   EXPECT_EQ(d.p_a, kLeft[1]);
   EXPECT_EQ(d.p_b, kRight[0]);
-  EXPECT_EQ(d.feature_a, (Feature{FeatureKind::Vertex, {1, -1, -1}}));
-  EXPECT_EQ(d.feature_b, (Feature{FeatureKind::Vertex, {0, -1, -1}}));
+  EXPECT_EQ(d.feature_a, (Feature{FeatureKind::Vertex, {1}}));
+  EXPECT_EQ(d.feature_b, (Feature{FeatureKind::Vertex, {0}}));
 }
 
 TEST(PublishedDyop, CrossingKeptEdgesHaveNoDistanceInThePlane) {
@@ -61,7 +61,7 @@ TEST(PublishedDyop, EdgesInSpaceMeetAtTheirCommonPerpendicular) {
   const PublishedDyop<3> d = published_dyop(a, b);
   EXPECT_EQ(d.axis, 2);
   EXPECT_DOUBLE_EQ(d.distance, 1);
-  EXPECT_EQ(d.feature_a, (Feature{FeatureKind::Edge, {0, 1, -1}}));
+  EXPECT_EQ(d.feature_a, (Feature{FeatureKind::Edge, {0, 1}}));
 }
 
 TEST(PublishedDyop, KnowsNoVertexAboveAFace) {

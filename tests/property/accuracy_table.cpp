@@ -117,7 +117,7 @@ BodyDefinition free_body(std::shared_ptr<const Shape> shape, const Twist& twist)
   return body;
 }
 
-// Free fall for two units of time, relative to the way.
+// Free fall for two units of time, relative to the distance fallen.
 Scalar fall_error() {
   WorldOptions options;
   options.gravity_W = Vector3(0, 0, -9.81);
@@ -149,7 +149,7 @@ TopErrors top_errors() {
 }
 
 std::map<std::string, Scalar> measure() {
-  using namespace test_support;
+  using namespace testing;
   const TriangleErrors triangles = triangle_errors();
   const ImpactErrors impact = impact_errors();
   const TopErrors top = top_errors();

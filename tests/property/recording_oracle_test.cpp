@@ -17,9 +17,9 @@
 namespace dyop::testing {
 namespace {
 
-using test::TemporaryDirectory;
+using testing::TemporaryDirectory;
 
-std::string obj_text(const test_support::MeshArrays& mesh) {
+std::string obj_text(const testing::MeshArrays& mesh) {
   std::ostringstream out;
   out.precision(9);
   for (const Vector3& p : mesh.vertices) {
@@ -37,12 +37,12 @@ std::string vector_text(const Vector3& v) {
   return out.str();
 }
 
-// Bodies of every kind in a column, all turning, that fall on one another and on a floor.
+// Bodies of every kind in a column, all turning, that fall on each other and on a floor.
 class FallingBodies : public ::testing::Test {
  protected:
   FallingBodies() {
-    directory_.write("gear.obj", obj_text(test_support::gear(6, 0.3, 0.5, 0.2)));
-    directory_.write("ring.obj", obj_text(test_support::torus(0.4, 0.12, 16, 8)));
+    directory_.write("gear.obj", obj_text(testing::gear(6, 0.3, 0.5, 0.2)));
+    directory_.write("ring.obj", obj_text(testing::torus(0.4, 0.12, 16, 8)));
     std::mt19937_64 random(7);
     std::string bodies;
     int place = 0;

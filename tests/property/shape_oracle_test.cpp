@@ -20,12 +20,12 @@
 namespace dyop::testing {
 namespace {
 
-using test_support::box_mesh;
-using test_support::icosphere;
-using test_support::needle;
-using test_support::point_cloud;
-using test_support::random_soup;
-using test_support::torus;
+using testing::box_mesh;
+using testing::icosphere;
+using testing::needle;
+using testing::point_cloud;
+using testing::random_soup;
+using testing::torus;
 
 // Both orders, and the fast oracle on the same pair.
 void expect_distance(long double expected, const Shape& a, const RigidPose& X_WA, const Shape& b,

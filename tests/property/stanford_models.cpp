@@ -45,7 +45,7 @@ constexpr TimeInterval kInterval{0, 1};
 constexpr Scalar kTolerance = 1e-6;
 constexpr std::array<Scalar, 2> kTargets{0, 0.02};
 constexpr Scalar kTurningRate = 6;
-// Too few motions say nothing about the rate of hits.
+// Too few motions tell nothing about the rate of hits.
 constexpr std::size_t kRateNeeds = 50;
 
 struct Model {
@@ -71,7 +71,7 @@ struct Tally {
   std::int64_t triangle_tests = 0;
 };
 
-// Two turning bodies on their way past each other: the first stays about the origin.
+// Two turning bodies that pass each other: the first stays about the origin.
 struct MotionPair {
   std::unique_ptr<Motion> a;
   std::unique_ptr<Motion> b;

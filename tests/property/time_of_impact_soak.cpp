@@ -46,7 +46,7 @@ constexpr Scalar kRates[] = {0, 1, 6, 20};
 // The same shapes in every size of a row of scales, so that hierarchies are built once.
 struct Zoo {
   explicit Zoo(Scalar s) : scale(s) {
-    using namespace test_support;
+    using namespace testing;
     const auto add_mesh = [&](const MeshArrays& mesh) {
       shapes.push_back(std::make_shared<TriangleMesh>(
           mesh.moved(Matrix3::Identity(), Vector3::Zero(), s).mesh()));
@@ -241,7 +241,7 @@ void check(const Zoo& zoo, const Query& query, Tally& tally, const std::string& 
   testing::ToiOracle oracle(zoo.bodies[query.a], *query.X_WA, zoo.bodies[query.b], *query.X_WB);
   if (result.status == ToiStatus::InitiallyWithinTarget) {
     const Scalar lower = oracle.distance_at(query.interval.begin, resolution).lower;
-    if (lower > delta + epsilon) fault(tally.undecided, "not within the target at the begin");
+    if (lower > delta + epsilon) fault(tally.undecided, "not within the target at the start");
     return;
   }
   const bool is_hit = result.status == ToiStatus::Impact;

@@ -71,12 +71,11 @@ TEST(ToiOracle, RefutesAClaimThatIsSlightlyTooLate) {
 // and the rod meets the point (0, -2 sin s, 2 cos s) * 0.7 at wt = s. Before, the distance is
 // 1.4 sin(s - wt), as the foot lies on the rod.
 TEST(ToiOracle, TimesARotatingRodAgainstAPoint) {
-  const TriangleMesh rod = test_support::needle(2, 3).mesh();
+  const TriangleMesh rod = testing::needle(2, 3).mesh();
   const OracleBody body_a(rod);
   const Scalar w = 2;
   const Scalar s = 1.1;
-  const test_support::MeshArrays dot{{Vector3(0, -1.4 * std::sin(s), 1.4 * std::cos(s))},
-                                     {{0, 0, 0}}};
+  const testing::MeshArrays dot{{Vector3(0, -1.4 * std::sin(s), 1.4 * std::cos(s))}, {{0, 0, 0}}};
   const TriangleMesh point = dot.mesh();
   const OracleBody body_b(point);
   const ConstantTwistMotion turning = moving(RigidPose(), {0, 0, 0}, {w, 0, 0});
@@ -96,8 +95,8 @@ TEST(ToiOracle, TimesARotatingRodAgainstAPoint) {
 
 // A cube of half width 1 falls at speed 3 from a height of 4 (lower face at 3) on a plate.
 TEST(ToiOracle, TimesABoxDroppedOnAPlane) {
-  const TriangleMesh plate = test_support::plate_grid(10, 10, 8, 8).mesh();
-  const TriangleMesh cube = test_support::box_mesh(Vector3(1, 1, 1)).mesh();
+  const TriangleMesh plate = testing::plate_grid(10, 10, 8, 8).mesh();
+  const TriangleMesh cube = testing::box_mesh(Vector3(1, 1, 1)).mesh();
   const Box solid(Vector3(1, 1, 1));
   for (const Shape* falling :
        {static_cast<const Shape*>(&cube), static_cast<const Shape*>(&solid)}) {
@@ -113,7 +112,7 @@ TEST(ToiOracle, TimesABoxDroppedOnAPlane) {
   }
 }
 
-TEST(ToiOracle, SeesContainmentAtTheBegin) {
+TEST(ToiOracle, SeesContainmentAtTheStart) {
   const Box large(Vector3(5, 5, 5));
   const Sphere small(1);
   const OracleBody body_a(large);
@@ -128,8 +127,8 @@ TEST(ToiOracle, SeesContainmentAtTheBegin) {
 // The two certified answers against each other and against plain dense sampling.
 TEST(ToiOracle, IsConsistentOnRandomMotions) {
   std::mt19937_64 random(21);
-  const TriangleMesh ring = test_support::torus(1, 0.3, 16, 8).mesh();
-  const TriangleMesh ball = test_support::icosphere(2, 0.5).mesh();
+  const TriangleMesh ring = testing::torus(1, 0.3, 16, 8).mesh();
+  const TriangleMesh ball = testing::icosphere(2, 0.5).mesh();
   const OracleBody body_a(ring);
   const OracleBody body_b(ball);
   constexpr Scalar kResolution = 1e-3;

@@ -116,9 +116,9 @@ dyop::Feature random_feature(std::mt19937_64& random) {
   const int first = dyop::testing::random_index(3, random);
   switch (dyop::testing::random_index(3, random)) {
     case 0:
-      return {dyop::FeatureKind::Vertex, {first, -1, -1}};
+      return {dyop::FeatureKind::Vertex, {first}};
     case 1:
-      return {dyop::FeatureKind::Edge, {first, (first + 1) % 3, -1}};
+      return {dyop::FeatureKind::Edge, {first, (first + 1) % 3}};
     default:
       return {dyop::FeatureKind::Face, {0, 1, 2}};
   }
@@ -154,7 +154,7 @@ void check_all_paths(const std::vector<dyop::testing::TrianglePair>& pairs, std:
     const TriangleDistance r = dyop::triangle_distance(pair.a, pair.b);
     check(pair.a, pair.b, r, tally);
     answers.push_back(r);
-    // The right features repeat the answer or prove it another way; others mislead.
+    // The right features repeat the answer or prove it differently; others mislead.
     const bool is_right = dyop::testing::random_index(2, random) == 0;
     const dyop::Feature feature_a = is_right ? r.feature_a : random_feature(random);
     const dyop::Feature feature_b = is_right ? r.feature_b : random_feature(random);

@@ -38,7 +38,7 @@ constexpr TimeInterval kStep{0, 1e-3};
 constexpr std::array<Scalar, 4> kStepSizes{1e-7, 1e-3, 0.03, 1};
 
 std::vector<std::unique_ptr<const Shape>> make_shapes() {
-  using namespace test_support;
+  using namespace testing;
   std::vector<std::unique_ptr<const Shape>> shapes;
   for (const MeshArrays& mesh : {icosphere(4), torus(0.8, 0.25, 40, 16), gear(12, 0.7, 1, 0.2),
                                  plate_grid(1.8, 0.8, 8, 5), box_mesh(Vector3(1, 0.1, 0.1)),
@@ -61,7 +61,7 @@ struct Tally {
   int overlapping = 0;
   int impacts = 0;
   int other_status = 0;
-  int apart = 0;       // distances whose bounds exclude one another
+  int apart = 0;       // distances whose bounds exclude each other
   int loose = 0;       // warm bounds farther apart than those without and rounding
   int other_bits = 0;  // times of impact
 };

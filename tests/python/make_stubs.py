@@ -14,7 +14,7 @@ import dyop._dyop as module
 HEAD = '''\
 # SPDX-License-Identifier: BSD-3-Clause
 # Written by tests/python/make_stubs.py.
-from typing import Any, Callable, ClassVar, Dict, Iterator, List, Optional, Sequence, Tuple, Union, overload
+from typing import Any, Callable, ClassVar, Dict, Iterable, Iterator, List, Optional, Sequence, Tuple, Union, overload
 
 import os
 
@@ -37,6 +37,9 @@ BY_NAME = {
     "file": "Union[str, os.PathLike[str]]",
     "poses": "Union[ArrayLike, Sequence[PoseLike], Tuple[ArrayLike, ArrayLike]]",
     "motions": "Sequence[Motion]",
+    "wrench": "Optional[Callable[[float, MotionState], Union[Wrench, Tuple[ArrayLike, ArrayLike]]]]",
+    "deadline": "Optional[float]",
+    "mesh_directories": "Sequence[Union[str, os.PathLike[str]]]",
 }
 ARRAYS = (
     "vertices triangles points points_W array begin end next_end control_points v_WB w_WB a b "

@@ -20,7 +20,7 @@ namespace dyop::testing {
 /// A little of everything: impacts, spinning flight off centre, forces, stacks that fall asleep, a
 /// body on a given motion, a sensor, and a motion of the user's functions.
 inline World busy_world() {
-  using namespace test_support;
+  using namespace testing;
   World world(earth_options());
   world.add_body(floor_body(0.5, 0.3));
   world.add_body(resting_cube(0, 0, 0));

@@ -51,7 +51,7 @@ void expect_prefix(const RecordingReader& part, const RecordingReader& whole) {
 }
 
 TEST(RecordingOfAKilledRun, IsWholeUpToTheLastFlush) {
-  const test::TemporaryDirectory directory;
+  const testing::TemporaryDirectory directory;
   const auto whole_file = directory.path() / "whole.h5";
   const auto begin = std::chrono::steady_clock::now();
   testing::record_busy_run(whole_file);

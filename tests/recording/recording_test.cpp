@@ -23,7 +23,7 @@ using testing::kBusyFrames;
 class Recording : public ::testing::Test {
  protected:
   std::filesystem::path file(const char* name = "run.h5") const { return directory_.path() / name; }
-  test::TemporaryDirectory directory_;
+  testing::TemporaryDirectory directory_;
 };
 
 // Compares the reader with the motions of the run, at random times and at both ends of every step.
@@ -239,7 +239,7 @@ TEST_F(Recording, FollowsBodiesThatComeAndGo) {
   world.remove_body(BodyId(3));
   writer.write(world.advance(step), world);
   const BodyId added = world.add_body(
-      test_support::dynamic_body("late", std::make_shared<Box>(Vector3(0.1, 0.2, 0.3)), {9, 9, 9}));
+      testing::dynamic_body("late", std::make_shared<Box>(Vector3(0.1, 0.2, 0.3)), {9, 9, 9}));
   EXPECT_EQ(added.slot, 3u);
   writer.write(world.advance(step), world);
   const RecordingReader reader(file());
@@ -281,7 +281,7 @@ TEST_F(Recording, RefusesOtherFiles) {
     return testing::message_of<FileError>([&] { RecordingReader reader(path); });
   };
   EXPECT_NE(message(file("none.h5")).find("no such file"), std::string::npos);
-  EXPECT_NE(message(directory_.write("text.h5", "hello")).find("is no HDF5 file"),
+  EXPECT_NE(message(directory_.write("text.h5", "hello")).find("is not a readable HDF5 file"),
             std::string::npos);
   {
     internal::Hdf5File other = internal::Hdf5File::create(file("other.h5"));
@@ -300,7 +300,7 @@ TEST_F(Recording, RefusesOtherFiles) {
 
 TEST_F(Recording, RefusesAFileThatWasCutOff) {
   testing::record_busy_run(file());
-  const std::string whole = test::TemporaryDirectory::read(file());
+  const std::string whole = testing::TemporaryDirectory::read(file());
   for (const std::size_t length : {whole.size() / 3, whole.size() / 2, whole.size() - 100}) {
     const auto cut = directory_.write("cut.h5", whole.substr(0, length));
     EXPECT_THROW(RecordingReader{cut}, FileError) << length;

@@ -20,7 +20,7 @@ class RigidIpcScene : public ::testing::Test {
   RigidIpcScene() {
     std::filesystem::create_directory(directory_.path() / "meshes");
     std::filesystem::create_directory(directory_.path() / "scenes");
-    directory_.write("meshes/cube.obj", test::cube_obj());
+    directory_.write("meshes/cube.obj", testing::cube_obj());
   }
   Scene load(const Json& bodies, const std::string& problem_key = "#",
              const Json& value = 0) const {
@@ -43,7 +43,7 @@ class RigidIpcScene : public ::testing::Test {
     return "no error";
   }
 
-  test::TemporaryDirectory directory_;
+  testing::TemporaryDirectory directory_;
 };
 
 TEST_F(RigidIpcScene, ReadsWhatAllBodiesShare) {

@@ -16,8 +16,8 @@ namespace {
 
 std::string record_small_run() {
   std::ostringstream out;
-  RunRecorder recorder(out, test::small_scene());
-  recorder.write(test::small_report());
+  RunRecorder recorder(out, testing::small_scene());
+  recorder.write(testing::small_report());
   recorder.finish();
   return out.str();
 }
@@ -27,7 +27,7 @@ class RunRecordingFile : public ::testing::Test {
   RunRecording read(const std::string& text) const {
     return read_recording(directory_.write("recording.jsonl", text));
   }
-  test::TemporaryDirectory directory_;
+  testing::TemporaryDirectory directory_;
 };
 
 TEST_F(RunRecordingFile, HasOneJsonObjectPerLineInTheOrderOfTime) {
@@ -46,7 +46,7 @@ TEST_F(RunRecordingFile, HasTheSameBytesForTheSameRun) {
 
 TEST_F(RunRecordingFile, ReadsBackWhatWasWritten) {
   const RunRecording recording = read(record_small_run());
-  EXPECT_EQ(recording.scene, test::small_scene().source);
+  EXPECT_EQ(recording.scene, testing::small_scene().source);
   ASSERT_EQ(recording.bodies.size(), 2u);
   EXPECT_EQ(recording.bodies[0].name, "mover");
   EXPECT_EQ(recording.bodies[1].kind, BodyKind::Static);
@@ -64,8 +64,8 @@ TEST_F(RunRecordingFile, ReadsBackWhatWasWritten) {
 
 TEST_F(RunRecordingFile, TellsTheErrorThatEndedARun) {
   std::ostringstream out;
-  RunRecorder recorder(out, test::small_scene());
-  recorder.write(test::small_report());
+  RunRecorder recorder(out, testing::small_scene());
+  recorder.write(testing::small_report());
   recorder.fail("the solver gave up");
   const RunRecording recording = read(out.str());
   EXPECT_TRUE(recording.is_complete);
@@ -75,7 +75,7 @@ TEST_F(RunRecordingFile, TellsTheErrorThatEndedARun) {
 }
 
 TEST_F(RunRecordingFile, KeepsEveryNumberOfAnImpactExactly) {
-  const ImpactEvent expected = test::small_impact();
+  const ImpactEvent expected = testing::small_impact();
   const RunRecording recording = read(record_small_run());
   ASSERT_EQ(recording.impacts.size(), 1u);
   const ImpactEvent& event = recording.impacts[0];
@@ -100,7 +100,7 @@ TEST_F(RunRecordingFile, KeepsEveryNumberOfAnImpactExactly) {
 }
 
 TEST_F(RunRecordingFile, RebuildsTheMotionWithinEveryStep) {
-  const auto motion = test::small_motion();
+  const auto motion = testing::small_motion();
   const RunRecording recording = read(record_small_run());
   ASSERT_EQ(recording.steps.size(), 2u);
   EXPECT_EQ(recording.steps[0].times.back(), 1.0 / 3);

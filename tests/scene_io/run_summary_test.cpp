@@ -12,10 +12,10 @@ namespace {
 
 std::string summary_of(std::size_t impacts) {
   RunTotals totals;
-  totals.add(test::small_report());
+  totals.add(testing::small_report());
   std::ostringstream out;
-  write_summary(out, test::small_scene(), std::vector<ImpactEvent>(impacts, test::small_impact()),
-                totals, 1.5);
+  write_summary(out, testing::small_scene(),
+                std::vector<ImpactEvent>(impacts, testing::small_impact()), totals, 1.5);
   return out.str();
 }
 
@@ -33,7 +33,7 @@ TEST(RunSummary, TellsWhatHappenedInWordsAndFigures) {
         "  normal from mover to rester: (0.6, 0.8, 0); pivot (0.0714286, 1, 1.5)\n",
         "  found with 33 node pairs, 22 leaf tests\n", "1 place in contact", "impulse on rester",
         "  2 proven steps, 0 of islands", "8 by query",
-        "  integrator: 5 steps, 6 rejected, 7 evaluations", "  time spent: 1.5 s\n"}) {
+        "  integrator: 5 steps, 6 rejected, 7 force evaluations", "  time spent: 1.5 s\n"}) {
     EXPECT_NE(text.find(part), std::string::npos) << part << "\nis missing in\n" << text;
   }
 }
@@ -52,12 +52,12 @@ TEST(RunSummary, NeverCallsAnUndecidedRunCompleted) {
   for (const AdvanceStatus status :
        {AdvanceStatus::BudgetExhausted, AdvanceStatus::NumericalLimit}) {
     totals.status = status;
-    const std::string text = describe_end(test::small_scene(), totals);
+    const std::string text = describe_end(testing::small_scene(), totals);
     EXPECT_TRUE(text.starts_with("Undecided after t = 0.5")) << text;
     EXPECT_NE(text.find("mover and rester"), std::string::npos) << text;
   }
   totals.status = AdvanceStatus::Cancelled;
-  EXPECT_EQ(describe_end(test::small_scene(), totals), "Cancelled at t = 0.5. Safe until then.");
+  EXPECT_EQ(describe_end(testing::small_scene(), totals), "Cancelled at t = 0.5. Safe until then.");
 }
 
 }  // namespace

@@ -20,7 +20,7 @@ using Json = nlohmann::ordered_json;
 
 class SceneFile : public ::testing::Test {
  protected:
-  SceneFile() { directory_.write("cube.obj", test::cube_obj()); }
+  SceneFile() { directory_.write("cube.obj", testing::cube_obj()); }
 
   // A small valid scene, to be damaged in one place.
   static Json valid() {
@@ -61,7 +61,7 @@ class SceneFile : public ::testing::Test {
     return message_of_text(scene.dump());
   }
 
-  test::TemporaryDirectory directory_;
+  testing::TemporaryDirectory directory_;
 };
 
 TEST_F(SceneFile, ReadsLockedAxesAndJoints) {
@@ -197,8 +197,8 @@ TEST_F(SceneFile, ReadsAKinematicBody) {
 }
 
 TEST_F(SceneFile, LooksForMeshesInTheGivenDirectories) {
-  const test::TemporaryDirectory other;
-  other.write("far.obj", test::cube_obj());
+  const testing::TemporaryDirectory other;
+  other.write("far.obj", testing::cube_obj());
   Json json = valid();
   json["bodies"][1]["shape"]["mesh"] = "far.obj";
   const std::filesystem::path file = directory_.write("s.json", json.dump());

@@ -22,7 +22,7 @@ class SceneGenerator : public ::testing::TestWithParam<SceneKind> {
     return load_scene(file);
   }
 
-  test::TemporaryDirectory directory_;
+  testing::TemporaryDirectory directory_;
 };
 
 bool is_disabled(const Scene& scene, const BodyId& a, const BodyId& b) {
@@ -80,7 +80,7 @@ class StandingScene : public ::testing::TestWithParam<std::tuple<const char*, in
 
 TEST_P(StandingScene, StandsStrictlySolved) {
   const auto [kind, n, h] = GetParam();
-  const test::TemporaryDirectory directory;
+  const testing::TemporaryDirectory directory;
   const std::filesystem::path file = directory.path() / "scene.json";
   write_generated_scene(generate_scene(kind, n), file);
   Scene scene = load_scene(file);
@@ -115,6 +115,50 @@ INSTANTIATE_TEST_SUITE_P(
       return std::string(std::get<0>(test.param)) + std::to_string(std::get<1>(test.param)) + "at" +
              std::to_string(std::lround(1e6 * std::get<2>(test.param))) + "us";
     });
+
+// Kinetic and potential energy of all bodies that move.
+Scalar energy(const World& world, const Vector3& gravity_W) {
+  Scalar sum = world.kinetic_energy();
+  for (const BodyId id : world.bodies()) {
+    const BodyDefinition& body = world.body(id);
+    if (body.kind != BodyKind::Dynamic) continue;
+    const Vector3 p_WBcm = world.state(id).X_WB * body.mass_properties.p_BoBcm;
+    sum -= body.mass_properties.mass * gravity_W.dot(p_WBcm);
+  }
+  return sum;
+}
+
+// A wall that is struck is solved coarsely, in short legs: it gains no energy by that, takes up the
+// momentum that the ball loses, and no island gets stuck.
+TEST(StruckWall, GainsNoEnergyAndTakesTheBallsMomentum) {
+  const test::TemporaryDirectory directory;
+  const std::filesystem::path file = directory.path() / "scene.json";
+  write_generated_scene(generate_scene("wall", 4), file);
+  Scene scene = load_scene(file);
+  scene.options.records_motions = false;
+  World world = make_world(scene);
+  const BodyId ball = world.bodies().back();
+  ASSERT_EQ(world.body(ball).name, "ball");
+  const Scalar begin = world.kinetic_energy();
+  Scalar before = energy(world, scene.options.gravity_W);
+  for (int k = 0; k < 60; ++k) {
+    const AdvanceReport report = world.advance(0.01);
+    ASSERT_EQ(report.status, AdvanceStatus::Completed);
+    ASSERT_EQ(report.work.stalls, 0);
+    const Scalar after = energy(world, scene.options.gravity_W);
+    EXPECT_LT(after - before, 1e-3 * begin) << "at " << world.time();
+    before = after;
+  }
+  const Scalar mass = world.body(ball).mass_properties.mass;
+  Scalar momentum = 0;  // of the bricks, across the wall
+  for (const BodyId id : world.bodies()) {
+    if (id == ball || world.body(id).kind != BodyKind::Dynamic) continue;
+    momentum += world.body(id).mass_properties.mass * world.state(id).twist.v_WB.y();
+  }
+  const Scalar lost = mass * (12 - world.state(ball).twist.v_WB.y());
+  EXPECT_GT(momentum, 0);
+  EXPECT_LT(momentum, 1.001 * lost);  // the floor takes some by friction
+}
 
 TEST(SceneGeneratorArguments, NamesTheUnknownKind) {
   try {

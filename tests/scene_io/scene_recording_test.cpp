@@ -18,17 +18,17 @@ class SceneRecording : public ::testing::Test {
  protected:
   std::filesystem::path text(bool is_complete = true) const {
     std::ostringstream out;
-    RunRecorder recorder(out, test::small_scene());
-    recorder.write(test::small_report());
+    RunRecorder recorder(out, testing::small_scene());
+    recorder.write(testing::small_report());
     if (is_complete) recorder.finish();
     return directory_.write("recording.jsonl", out.str());
   }
   std::filesystem::path out() const { return directory_.path() / "run.h5"; }
-  test::TemporaryDirectory directory_;
+  testing::TemporaryDirectory directory_;
 };
 
 TEST_F(SceneRecording, IsHeadedByItsScene) {
-  Scene scene = test::small_scene();
+  Scene scene = testing::small_scene();
   scene.options.target_distance = 0.5;
   const RunHeader header = run_header(scene);
   EXPECT_EQ(header.title, "Small");
@@ -40,7 +40,7 @@ TEST_F(SceneRecording, IsHeadedByItsScene) {
 
 TEST_F(SceneRecording, ConvertsARecordingAsText) {
   const std::filesystem::path file = text();
-  convert_recording(file, test::small_scene(), out());
+  convert_recording(file, testing::small_scene(), out());
   const RunRecording expected = read_recording(file);
   const RecordingReader reader(out());
   EXPECT_EQ(reader.interval().end, 1);
@@ -70,12 +70,12 @@ TEST_F(SceneRecording, ConvertsARecordingAsText) {
 }
 
 TEST_F(SceneRecording, OfAKilledRunStaysWithoutAnEnd) {
-  convert_recording(text(false), test::small_scene(), out());
+  convert_recording(text(false), testing::small_scene(), out());
   EXPECT_FALSE(RecordingReader(out()).end().has_value());
 }
 
 TEST_F(SceneRecording, RefusesAnotherScene) {
-  Scene scene = test::small_scene();
+  Scene scene = testing::small_scene();
   scene.bodies.pop_back();
   EXPECT_THROW(convert_recording(text(), scene, out()), FileError);
 }

@@ -9,7 +9,7 @@
 #include "dyop/scene_io/scene_file.h"
 #include "support/inputs/small_impact.h"
 
-namespace dyop::test {
+namespace dyop::testing {
 
 /// Two bodies, one of which moves, without any simulation: what a recorder gets.
 inline Scene small_scene() {
@@ -72,4 +72,4 @@ inline AdvanceReport small_report() {
   return report;
 }
 
-}  // namespace dyop::test
+}  // namespace dyop::testing

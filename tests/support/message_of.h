@@ -7,7 +7,7 @@
 
 namespace dyop::testing {
 
-/// What the exception says that `action` throws.
+/// The message of the exception that `action` throws.
 template <typename Exception = InvalidArgument>
 std::string message_of(const auto& action) {
   try {

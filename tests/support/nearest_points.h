@@ -46,7 +46,7 @@ Point<Number> cross(const Point<Number>& p, const Point<Number>& q) {
 
 /// A point of A, a point of B, and the square of their distance.
 template <typename Number>
-struct NearestPoints {
+struct NearestPair {
   Point<Number> on_a;
   Point<Number> on_b;
   Number squared_distance;
@@ -89,7 +89,7 @@ std::optional<Point<Number>> projection_in_triangle(const Point<Number>& p,
 template <typename Number>
 Point<Number> nearest_on_triangle(const Point<Number>& p, const PointTriangle<Number>& triangle) {
   const Point<Number> step = triangle[0] - p;
-  NearestPoints<Number> best{p, triangle[0], dot(step, step)};
+  NearestPair<Number> best{p, triangle[0], dot(step, step)};
   for (std::size_t k = 0; k < 3; ++k) {
     best.keep_nearer(p, nearest_on_segment(p, triangle[k], triangle[(k + 1) % 3]));
   }
@@ -100,8 +100,8 @@ Point<Number> nearest_on_triangle(const Point<Number>& p, const PointTriangle<Nu
 
 /// Feet of the common perpendicular of two segments' lines, where both lie in the segments.
 template <typename Number>
-void keep_perpendicular(NearestPoints<Number>& best, const Point<Number>& a0,
-                        const Point<Number>& a1, const Point<Number>& b0, const Point<Number>& b1) {
+void keep_perpendicular(NearestPair<Number>& best, const Point<Number>& a0, const Point<Number>& a1,
+                        const Point<Number>& b0, const Point<Number>& b1) {
   const Point<Number> e = a1 - a0;
   const Point<Number> f = b1 - b0;
   const Point<Number> w = b0 - a0;
@@ -131,10 +131,9 @@ std::optional<Point<Number>> plane_crossing(const Point<Number>& p, const Point<
 /// against edges are in it), nine edge-edge pairs, and six edges piercing the other triangle. Two
 /// triangles that meet do so at a point of an edge of one of them, so this is all.
 template <typename Number>
-NearestPoints<Number> nearest_points(const PointTriangle<Number>& a,
-                                     const PointTriangle<Number>& b) {
+NearestPair<Number> nearest_points(const PointTriangle<Number>& a, const PointTriangle<Number>& b) {
   const Point<Number> step = b[0] - a[0];
-  NearestPoints<Number> best{a[0], b[0], dot(step, step)};
+  NearestPair<Number> best{a[0], b[0], dot(step, step)};
   for (std::size_t i = 0; i < 3; ++i) {
     best.keep_nearer(a[i], nearest_on_triangle(a[i], b));
     best.keep_nearer(nearest_on_triangle(b[i], a), b[i]);
@@ -154,7 +153,7 @@ NearestPoints<Number> nearest_points(const PointTriangle<Number>& a,
 /// it cannot exceed their distance, whatever the points are. Zero or negative proves nothing.
 template <typename Number>
 Number slab_gap(const PointTriangle<Number>& a, const PointTriangle<Number>& b,
-                const NearestPoints<Number>& nearest) {
+                const NearestPair<Number>& nearest) {
   const Point<Number> n = nearest.on_b - nearest.on_a;
   const Number norm = square_root(dot(n, n));
   if (!(norm > 0)) return 0;

@@ -9,7 +9,7 @@
 #include <stdexcept>
 #include <string>
 
-namespace dyop::test {
+namespace dyop::testing {
 
 /// A fresh directory that is removed with everything in it.
 class TemporaryDirectory {
@@ -44,4 +44,4 @@ class TemporaryDirectory {
   std::filesystem::path path_;
 };
 
-}  // namespace dyop::test
+}  // namespace dyop::testing

@@ -16,7 +16,7 @@
 namespace dyop {
 namespace {
 
-using namespace test_support;  // NOLINT: makers
+using namespace testing;  // NOLINT: makers
 using testing::kAllMotions;
 using testing::MotionPointer;
 using testing::Scales;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 
-// Extreme speeds, turning rates, sizes and places: every query ends within its budget, with a
-// status that is true. Work is judged by node pairs, never by time.
+// Extreme speeds, turning rates, sizes and positions: every query ends within its budget, with a
+// status that is true. Work is measured in node pairs, never in time.
 
 #include <gtest/gtest.h>
 
@@ -22,12 +22,12 @@
 namespace dyop {
 namespace {
 
-using test_support::box_mesh;
-using test_support::gear;
-using test_support::icosphere;
-using test_support::plate_grid;
 using testing::at;
+using testing::box_mesh;
+using testing::gear;
+using testing::icosphere;
 using testing::moving;
+using testing::plate_grid;
 
 constexpr std::int64_t kBudget = 20000;
 
@@ -38,14 +38,13 @@ ToiOptions with_tolerance(Scalar tolerance) {
   return options;
 }
 
-/// What is true of a head-on approach: the gap is closing_speed (t_contact - t), if they meet.
+/// The truth of a head-on approach: the gap is closing_speed (t_contact - t), if they meet.
 struct Truth {
   std::optional<Scalar> t_contact;
   Scalar closing_speed = 0;
 };
 
-// No status may say what is not so; and unless rounding is in the way or the budget is spent, it
-// must be an answer.
+// No status may be false; and unless rounding prevents it or the budget is used up, it must decide.
 void check(const ToiResult& result, const TimeInterval& interval, const ToiOptions& options,
            const Truth& truth) {
   const Scalar tolerance = options.distance_tolerance.value();
@@ -216,7 +215,7 @@ TEST(ExtremeInput, OfARateOf1e6JustOutOfReachIsNeverAnImpact) {
   }
 }
 
-TEST(ExtremeInput, OfIdenticalPosesIsAnOverlapAtTheBegin) {
+TEST(ExtremeInput, OfIdenticalPosesIsAnOverlapAtTheStart) {
   const ToiOptions options = with_tolerance(1e-6);
   const ConstantTwistMotion tumbling =
       moving(at(3, -2, 1), Vector3(0.3, 5, -2), Vector3(40, 20, -30));
@@ -287,8 +286,8 @@ TEST(ExtremeInput, OfSizes1e12ApartIsAnsweredWhereRoundingAllows) {
        {static_cast<const Shape*>(&large_box), static_cast<const Shape*>(&large_mesh)}) {
     for (const auto& small : unit_shapes(kSmall)) {
       const Scalar bottom = small->bounding_box().min().z();
-      // The rounding of coordinates of 1e6 is some 1e-8: the first is a question, the others are
-      // not.
+      // The rounding of coordinates of 1e6 is about 1e-8: the first tolerance may be met, the
+      // others not.
       for (const Scalar tolerance : {1e-6, 1e-9, 1e-12}) {
         const ToiOptions options = with_tolerance(tolerance);
         const ToiResult falling =
@@ -351,7 +350,8 @@ TEST(ExtremeInput, EndsForNumbersAtTheEndOfTheirRange) {
             moving(at(5, 0, 0), Vector3(0, huge, 0), Vector3(huge, 0, huge))}) {
         const ToiResult result = time_of_impact(*a, rest, *a, motion, {0, 1}, options);
         EXPECT_LE(result.statistics.node_pairs, kBudget);
-        // None of these ever meet; what is not proven must not be called an impact at a known time.
+        // None of these ever meet; what is not proven must not be reported as an impact at a known
+        // time.
         EXPECT_TRUE(result.status == ToiStatus::Separated ||
                     result.status == ToiStatus::NumericalLimit ||
                     result.status == ToiStatus::BudgetExhausted)

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 
-// Extreme speeds, turning rates, sizes and places: every query ends within its budget, with a
-// status that is true. Work is judged by node pairs, never by time.
+// Extreme numbers: distances and times whose squares or roundings matter. Every query ends within
+// its budget, with a status that is true.
 
 #include <gtest/gtest.h>
 
@@ -15,11 +15,11 @@
 namespace dyop {
 namespace {
 
-using test_support::box_mesh;
 using testing::at;
+using testing::box_mesh;
 using testing::moving;
 
-// The square of the distance overflows; the bodies collide half way all the same.
+// The square of the distance overflows; still the bodies collide halfway.
 TEST(ExtremeInput, OfDistancesWhoseSquaresOverflowIsNoMiss) {
   for (const Scalar distance : {1e150, 1e153, 1e155, 1e200}) {
     for (const Scalar rate : {0.0, 1e-54, 1e-50}) {
@@ -39,12 +39,12 @@ TEST(ExtremeInput, OfDistancesWhoseSquaresOverflowIsNoMiss) {
 }
 
 // Poses are computed from the time since t0: what is lost there is part of the allowance, and the
-// query says so when it is more than the tolerance.
+// status tells when that exceeds the tolerance.
 TEST(ExtremeInput, OfMotionsSinceLongAgoCountsTheirRounding) {
   const Sphere a(1), b(1);
   const TimeInterval interval{0, 1};
   for (const Scalar t0 : {0.0, -1e6, -1e15}) {
-    // In contact at time 0.5 but for the rounding of -t0.
+    // In contact at time 0.5, up to the rounding of -t0.
     const ConstantTwistMotion X_WB(at(3 + 2 * t0, 0, 0), Twist{Vector3(-2, 0, 0), Vector3::Zero()},
                                    -t0);
     const ToiOptions options{.distance_tolerance = 1e-6};

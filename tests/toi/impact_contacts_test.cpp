@@ -21,11 +21,11 @@
 namespace dyop {
 namespace {
 
-using test_support::box_mesh;
-using test_support::gear;
-using test_support::MeshArrays;
-using test_support::plate_grid;
 using testing::at;
+using testing::box_mesh;
+using testing::gear;
+using testing::MeshArrays;
+using testing::plate_grid;
 using testing::Point;
 using testing::PointTriangle;
 
@@ -88,7 +88,7 @@ TEST(ImpactContacts, AreGatheredOnlyIfAskedForAndChangeNothingElse) {
   EXPECT_EQ(full.t_safe, plain.t_safe);
   EXPECT_EQ(full.t_hit, plain.t_hit);
   EXPECT_EQ(full.contact->p_WCa, plain.contact->p_WCa);
-  // No impact, or one from the begin: nothing to gather.
+  // No impact, or one from the start: nothing to gather.
   EXPECT_TRUE(time_of_impact(floor, rest, cube, falling, {0, 3}, options).contacts.empty());
   EXPECT_TRUE(time_of_impact(floor, rest, cube, falling, {6, 7}, options).contacts.empty());
 }
@@ -309,7 +309,7 @@ std::optional<Vector3> flat_normal_at(const TriangleMesh& mesh, const Vector3& p
 // flat area of A has none of its own where another one of that area is at least as near.
 TEST(ImpactContacts, LeaveNoNearPairOfTrianglesOut) {
   const TriangleMesh a = gear(7, 0.8, 1, 0.3).mesh();
-  const TriangleMesh b = test_support::icosphere(1, 0.7).mesh();
+  const TriangleMesh b = testing::icosphere(1, 0.7).mesh();
   std::mt19937_64 random(5);
   ToiOptions options{.distance_tolerance = 1e-6};
   options.with_contacts = true;

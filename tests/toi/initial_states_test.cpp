@@ -12,8 +12,8 @@
 #include "dyop/toi/time_of_impact.h"
 #include "support/inputs/mesh_generators.h"
 
-// How a query begins, and what it then answers: the table in docs/algorithms/time_of_impact.md,
-// for two cubes face to face, each as a box, a hull and a mesh.
+// How a query starts, and what it returns: the table in docs/algorithms/time_of_impact.md, for two
+// cubes face to face, each as a box, a hull and a mesh.
 namespace dyop {
 namespace {
 
@@ -25,9 +25,9 @@ std::shared_ptr<const Shape> cube(Kind kind, Scalar half) {
     case Kind::AsBox:
       return std::make_shared<Box>(h);
     case Kind::AsHull:
-      return std::make_shared<ConvexHull>(test_support::box_mesh(h).vertices);
+      return std::make_shared<ConvexHull>(testing::box_mesh(h).vertices);
     case Kind::AsMesh:
-      return std::make_shared<TriangleMesh>(test_support::box_mesh(h).mesh());
+      return std::make_shared<TriangleMesh>(testing::box_mesh(h).mesh());
   }
   return nullptr;
 }
@@ -126,7 +126,7 @@ TEST_P(InitialState, AnIntervalOfNoLengthTellsTheStateAlone) {
   EXPECT_EQ(ask(0.5, kTogether, {0, 0}).status, ToiStatus::Impact) << "in contact, and closing";
 }
 
-// B begins in contact on its left and moves to the right, where its way ends at a second A.
+// B starts in contact on its left and moves to the right, where a second A stops it.
 TEST_P(InitialState, ABodyThatLeavesAContactFindsTheNextOne) {
   const auto& [kind_a, kind_b, setting] = GetParam();
   const Scalar s = setting.size;
@@ -136,7 +136,7 @@ TEST_P(InitialState, ABodyThatLeavesAContactFindsTheNextOne) {
   options.target_distance = setting.target * s;
   // Two cubes in one mesh, 3 sizes apart, or the second one alone for convex shapes.
   const Vector3 second(3 * s, 0, 0);
-  auto walls = test_support::box_mesh(Vector3::Constant(s / 2));
+  auto walls = testing::box_mesh(Vector3::Constant(s / 2));
   if (kind_a == Kind::AsMesh) {
     const auto right = walls.moved(Matrix3::Identity(), second);
     const auto offset = std::int32_t(walls.vertices.size());

@@ -22,9 +22,9 @@
 namespace dyop {
 namespace {
 
-using test_support::icosphere;
-using test_support::plate_grid;
+using testing::icosphere;
 using testing::message_of;
+using testing::plate_grid;
 
 const TimeInterval kLieInterval{0, 4};
 
@@ -107,7 +107,7 @@ UserMotion liar(const Lie& lie) {
   return UserMotion(functions);
 }
 
-// Expects the words, and a time of which the lie is told.
+// Expects these words, and a time at which the lie holds.
 void expect_refusal(const std::string& message, const std::string& motion, const Lie& lie) {
   EXPECT_NE(message.find(motion), std::string::npos) << lie.name << ": " << message;
   EXPECT_NE(message.find(lie.words), std::string::npos) << lie.name << ": " << message;

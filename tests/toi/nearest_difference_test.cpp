@@ -71,13 +71,13 @@ TEST(NearestDifference, NamesFeatures) {
   EXPECT_EQ(find_nearest(above).feature_b, (Feature{FeatureKind::Face, {0, 1, 2}}));
   const Vector3 q(2, 2, 0);
   const Differences<3> beside{Vector3(0, 0, 0) - q, Vector3(1, 0, 0) - q, Vector3(0, 1, 0) - q};
-  EXPECT_EQ(find_nearest(beside).feature_b, (Feature{FeatureKind::Edge, {1, 2, -1}}));
+  EXPECT_EQ(find_nearest(beside).feature_b, (Feature{FeatureKind::Edge, {1, 2}}));
   // Edge A from (0, 0, 0) to (1, 0, 0), edge B from (2, -1, 1) to (2, 1, 1): the end 1 of A is
   // nearest.
   const Differences<4> ends{Vector3(2, -1, 1), Vector3(2, 1, 1), Vector3(1, -1, 1),
                             Vector3(1, 1, 1)};
-  EXPECT_EQ(find_nearest(ends).feature_a, (Feature{FeatureKind::Vertex, {1, -1, -1}}));
-  EXPECT_EQ(find_nearest(ends).feature_b, (Feature{FeatureKind::Edge, {0, 1, -1}}));
+  EXPECT_EQ(find_nearest(ends).feature_a, (Feature{FeatureKind::Vertex, {1}}));
+  EXPECT_EQ(find_nearest(ends).feature_b, (Feature{FeatureKind::Edge, {0, 1}}));
 }
 
 TEST(NearestDifference, KeepsItsPointOnThinTriangles) {

@@ -59,13 +59,15 @@ TEST(TimeOfImpact, HonoursDeadlineAndCancellation) {
   source.request_stop();
   const ToiResult result = time_of_impact(sphere, rest, sphere, coming, {0, 10}, stopped);
   EXPECT_EQ(result.status, ToiStatus::Cancelled);
-  // Balls about the origins prove as much before anything is looked at; the gap is 7 - t.
+  // Balls about the origins prove this much before anything is examined; the gap is 7 - t.
   EXPECT_LE(result.t_safe, 7);
   EXPECT_GT(result.t_safe, 7 - stopped.distance_tolerance.value());
 }
 
-TEST(TimeOfImpact, LooksForANearerPairNoLongerThanItsDeadline) {
-  const TriangleMesh plate = test_support::plate_grid(100, 100, 100, 100).mesh();
+// All pairs of two plates are equally near at the start: the search for a nearer one, which would
+// examine all of them, ends at the deadline.
+TEST(TimeOfImpact, SearchForANearerPairEndsAtItsDeadline) {
+  const TriangleMesh plate = testing::plate_grid(100, 100, 100, 100).mesh();
   ToiOptions options{.distance_tolerance = 1e-6};
   options.distance_tolerance = 1e-3;
   const ConstantTwistMotion falling =
@@ -77,7 +79,7 @@ TEST(TimeOfImpact, LooksForANearerPairNoLongerThanItsDeadline) {
   const ToiResult whole = ask(workspace);
   ASSERT_EQ(whole.status, ToiStatus::Impact);
   ASSERT_EQ(whole.t_safe, 0);
-  EXPECT_GT(whole.statistics.node_pairs, 10'000) << "it has not looked at all pairs";
+  EXPECT_GT(whole.statistics.node_pairs, 10'000) << "it has not examined all pairs";
   options.deadline = std::chrono::steady_clock::now() + std::chrono::microseconds(300);
   const ToiResult hurried = ask(workspace);
   ASSERT_EQ(hurried.status, ToiStatus::BudgetExhausted);
@@ -88,9 +90,7 @@ TEST(TimeOfImpact, LooksForANearerPairNoLongerThanItsDeadline) {
   EXPECT_EQ(resumed.status, ToiStatus::Impact);
 }
 
-// A shape that is not the library's falls onto a mesh, tilting: its lowest point is at the height
-
-TEST(TimeOfImpact, OfConvexShapesIsTheSameWhenResumedOneLookAtATime) {
+TEST(TimeOfImpact, OfConvexShapesIsTheSameWhenResumedOneNodePairAtATime) {
   const Box box(Vector3(0.5, 0.4, 0.3));
   const ConstantTwistMotion X_WA = moving(at(0, 0, 0), {0, 0, 0}, {1, -2, 1});
   const ConstantTwistMotion X_WB = moving(at(2, 0.3, 0.1), {-2, 0, 0}, {-2, 1, 2});

@@ -17,10 +17,10 @@ using testing::both_orders;
 using testing::moving;
 
 // Two triangles on A and two points of B beside them, within their boxes: so both pairs are
-// measured at the begin. The gaps are `gap` and 0.15, closing at speed 1.
-class AtTheBegin : public ::testing::TestWithParam<int> {
+// measured at the start. The gaps are `gap` and 0.15, closing at speed 1.
+class AtTheStart : public ::testing::TestWithParam<int> {
  protected:
-  AtTheBegin() : falling_(moving(RigidPose(), {0, 1, 0}, {0, 0, 0})) {
+  AtTheStart() : falling_(moving(RigidPose(), {0, 1, 0}, {0, 0, 0})) {
     options_.distance_tolerance = 0.25;
   }
 
@@ -52,9 +52,9 @@ class AtTheBegin : public ::testing::TestWithParam<int> {
   ToiOptions options_;
 };
 
-// With a tolerance of 0.25, 0.15 is near enough for an impact, 0.01 nearer than 0.0625: nothing can
-// be guaranteed, whichever is looked at first.
-TEST_P(AtTheBegin, OnePairThatIsTooCloseDecides) {
+// With a tolerance of 0.25, 0.15 is near enough for an impact, and 0.01 is nearer than 0.0625:
+// nothing can be guaranteed, whichever pair is examined first.
+TEST_P(AtTheStart, OnePairThatIsTooCloseDecides) {
   const TriangleMesh a = triangles();
   const TriangleMesh b = points(0.01);
   const ToiResult result = both_orders(a, rest_, b, falling_, {0, 1}, options_);
@@ -64,7 +64,7 @@ TEST_P(AtTheBegin, OnePairThatIsTooCloseDecides) {
 }
 
 // So it does if the other pair crosses.
-TEST_P(AtTheBegin, OnePairThatCrossesDecides) {
+TEST_P(AtTheStart, OnePairThatCrossesDecides) {
   const TriangleMesh a = triangles();
   const Scalar x = GetParam() == 0 ? 0 : 100;  // of the triangle that is crossed
   const TriangleMesh b(
@@ -76,7 +76,7 @@ TEST_P(AtTheBegin, OnePairThatCrossesDecides) {
 }
 
 // 0.155 is no closer: an impact, also if the query is resumed while it waits for the other pair.
-TEST_P(AtTheBegin, AnImpactIsReportedOnceNoPairIsTooClose) {
+TEST_P(AtTheStart, AnImpactIsReportedOnceNoPairIsTooClose) {
   const TriangleMesh a = triangles();
   const TriangleMesh b = points(0.155);
   const ToiResult result = both_orders(a, rest_, b, falling_, {0, 1}, options_);
@@ -89,8 +89,8 @@ TEST_P(AtTheBegin, AnImpactIsReportedOnceNoPairIsTooClose) {
   EXPECT_EQ(other.contact->p_WCb, result.contact->p_WCb);
 }
 
-// A third pair that is far away is only looked at later.
-TEST_P(AtTheBegin, AnImpactDoesNotWaitForPairsOfLaterTimes) {
+// A third pair that is far away is examined only later.
+TEST_P(AtTheStart, AnImpactDoesNotWaitForPairsOfLaterTimes) {
   const TriangleMesh a = triangles();
   const TriangleMesh b({{1.5, -0.15, 0}, {101.5, -0.4, 0}}, {{0, 0, 0}, {1, 1, 1}});
   const ToiResult result = both_orders(a, rest_, b, falling_, {0, 1}, options_);
@@ -98,7 +98,7 @@ TEST_P(AtTheBegin, AnImpactDoesNotWaitForPairsOfLaterTimes) {
   EXPECT_EQ(result.t_safe, 0);
 }
 
-INSTANTIATE_TEST_SUITE_P(EitherPair, AtTheBegin, ::testing::Values(0, 1));
+INSTANTIATE_TEST_SUITE_P(EitherPair, AtTheStart, ::testing::Values(0, 1));
 
 }  // namespace
 }  // namespace dyop

@@ -57,7 +57,7 @@ TEST(TimeOfImpact, OfTwoSpheresHeadOnIsGapOverSpeed) {
 
 TEST(TimeOfImpact, OfARotatingRodIsItsAngleOverItsRate) {
   // A rod from the origin to (2, 0, 0) turns about z at rate w and meets a point at radius 1 and
-  // angle phi when w t = phi, but for the gap: the distance of the point is sin(phi - w t).
+  // angle phi when w t = phi, up to the gap: the distance of the point is sin(phi - w t).
   const TriangleMesh rod = segment_mesh({0, 0, 0}, {2, 0, 0});
   const TriangleMesh obstacle = point_mesh(Vector3::Zero());
   for (const Scalar phi : {0.3, 1.2, 3.0, 6.0}) {
@@ -197,12 +197,11 @@ TEST(TimeOfImpact, AdmitsWhenRoundingForbidsTheTolerance) {
   EXPECT_LT(result.t_safe, 3);
 }
 
-// All pairs of two plates are equally near at the begin: the look for a nearer one, which would
-// take all of them, ends when the caller says so.
-// z - sqrt((0.5 cos)^2 + (2 sin)^2) for a turn about x.
+// A shape that is not the library's falls onto a mesh while it turns about x: its lowest point is at
+// the height z - sqrt((0.5 cos)^2 + (2 sin)^2), z that of its centre.
 TEST(TimeOfImpact, OfAUsersShapeIsFound) {
   const testing::Ellipsoid egg({1, 2, 0.5});
-  const TriangleMesh plate = test_support::plate_grid(8, 8, 4, 4).mesh();
+  const TriangleMesh plate = testing::plate_grid(8, 8, 4, 4).mesh();
   const Scalar rate = 0.4;
   const ToiResult result =
       both_orders(egg, moving(at(0.3, 0.1, 3), Vector3(0, 0, -1), Vector3(rate, 0, 0)), plate,
@@ -215,9 +214,9 @@ TEST(TimeOfImpact, OfAUsersShapeIsFound) {
   EXPECT_LT(height(result.t_safe), 1e-5);
 }
 
-// The pair begins between a quarter and a half of the tolerance from the target: below the distance
-// that t_hit is about, which is reached after the begin all the same.
-TEST(TimeOfImpact, HitsAfterTheBeginWhateverTheGapThere) {
+// The pair starts between a quarter and a half of the tolerance from the target: below the distance
+// that t_hit is about, which is still reached after the start.
+TEST(TimeOfImpact, HitsAfterTheStartWhateverTheGapThere) {
   ToiOptions options{.distance_tolerance = 1e-6};
   options.distance_tolerance = 1;
   for (const Scalar gap : {0.26, 0.3, 0.49, 0.51, 0.6}) {
@@ -232,7 +231,7 @@ TEST(TimeOfImpact, HitsAfterTheBeginWhateverTheGapThere) {
   }
 }
 
-// Numbers so large that nothing is known of the gap: not a claim that the shapes begin too close.
+// Numbers so large that nothing is known about the gap: no claim that the shapes start too close.
 TEST(TimeOfImpact, DoesNotCallOverflowAnOverlap) {
   const Sphere sphere(1);
   const RestMotion rest;
@@ -260,10 +259,10 @@ TEST(TimeOfImpact, CrossesTheCornersOfASampledPath) {
 
 // A refitted mesh has the triangles of a new one and only another tree over them.
 TEST(TimeOfImpact, AndDistanceOfRefittedMeshesAreThoseOfNewOnes) {
-  const test_support::MeshArrays sphere = test_support::icosphere(3);
+  const testing::MeshArrays sphere = testing::icosphere(3);
   const TriangleMesh mesh = sphere.mesh();
   for (const Scalar bend : {0.0, 0.3, 3.0}) {
-    test_support::MeshArrays bent = sphere;
+    testing::MeshArrays bent = sphere;
     for (Vector3& p : bent.vertices) p += bend * Vector3(p.y() * p.z(), 0, std::sin(4 * p.x()));
     const TriangleMesh refitted = mesh.with_vertices(bent.vertices);
     const TriangleMesh fresh = bent.mesh();
@@ -281,7 +280,7 @@ TEST(TimeOfImpact, AndDistanceOfRefittedMeshesAreThoseOfNewOnes) {
       const ToiResult d = time_of_impact(fresh, rest, mesh, moving, {0, 1});
       EXPECT_EQ(c.status, ToiStatus::Impact);
       EXPECT_EQ(d.status, ToiStatus::Impact);
-      // Both lie within the tolerance of 1e-6 before the impact, at a speed of some 9.
+      // Both lie within the tolerance of 1e-6 before the impact, at a speed of about 9.
       EXPECT_NEAR(c.t_safe, d.t_safe, 1e-5);
     }
   }
@@ -328,9 +327,10 @@ TEST(TimeOfImpact, NeedsNoDistanceWhileBallsOfConvexShapesStayApart) {
   EXPECT_GT(impact.t_safe, 1.0893);
 }
 
-// A needle that starts inside an organ is told so if the organ is a solid, and moves inside if not.
+// A needle that starts inside an organ is reported if the organ is a solid, and moves inside it if
+// not.
 TEST(TimeOfImpact, ABodyThatBeginsInsideASolidIsWithinTheTarget) {
-  const TriangleMesh organ = test_support::icosphere(3, 2).mesh();
+  const TriangleMesh organ = testing::icosphere(3, 2).mesh();
   const TriangleMesh needle = segment_mesh(Vector3::Zero(), Vector3(0, 0, 0.5));
   const RestMotion rest{RigidPose()};
   const ConstantTwistMotion slow = moving(at(0.3, 0, 0), {0.1, 0, 0}, Vector3::Zero());

@@ -50,8 +50,8 @@ class ToiBatch : public ::testing::Test {
   }
 
   tbb::global_control threads_{tbb::global_control::max_allowed_parallelism, 8};
-  const TriangleMesh gear_ = test_support::gear(15, 0.8, 1, 0.2).mesh();
-  const TriangleMesh torus_ = test_support::torus(0.8, 0.3, 24, 12).mesh();
+  const TriangleMesh gear_ = testing::gear(15, 0.8, 1, 0.2).mesh();
+  const TriangleMesh torus_ = testing::torus(0.8, 0.3, 24, 12).mesh();
   const Sphere sphere_{0.6};
   std::vector<ConstantTwistMotion> motions_;
 };
@@ -136,8 +136,8 @@ UserMotion::Functions resting() {
 }
 
 TEST_F(ToiBatch, StopsTheQueriesThatAreUnderWay) {
-  // The first look at B's path requests the stop: the query must see it, whether or not it has a
-  // stop of its own. B lies where A begins, so that balls about the origins settle nothing.
+  // The first evaluation of B's path requests the stop: the query must see it, whether or not it has
+  // a stop of its own. B is where A starts, so that balls about the origins decide nothing.
   ToiQuery query = random_queries(1)[0];
   const Motion& X_WA = *query.X_WA;
   for (const bool has_own_stop : {false, true}) {

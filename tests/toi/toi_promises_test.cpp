@@ -25,8 +25,8 @@
 namespace dyop {
 namespace {
 
-using test_support::MeshArrays;
 using testing::DistanceBracket;
+using testing::MeshArrays;
 using testing::PromiseTerms;
 
 constexpr int kPromiseSamples = 200;
@@ -135,22 +135,22 @@ class ToiPromises : public ::testing::TestWithParam<Setting> {
 };
 
 TEST_P(ToiPromises, HoldBetweenConvexShapes) {
-  const std::vector<Vector3> points = test_support::icosphere(1).vertices;
+  const std::vector<Vector3> points = testing::icosphere(1).vertices;
   const RestMotion X_WA(RigidPose(X_.rotation(), X_.translation() - 0.5 * up()));
   check_rigid(Box(Vector3(2, 2, 0.5)), X_WA, ConvexHull(points), motion_of_b(points),
               setting().expected);
 }
 
 TEST_P(ToiPromises, HoldBetweenRigidMeshes) {
-  const MeshArrays sphere = test_support::icosphere(2);
-  const TriangleMesh plate = test_support::plate_grid(4, 4, 6, 6).mesh();
+  const MeshArrays sphere = testing::icosphere(2);
+  const TriangleMesh plate = testing::plate_grid(4, 4, 6, 6).mesh();
   check_rigid(plate, RestMotion(X_), sphere.mesh(), motion_of_b(sphere.vertices),
               expected_of_meshes());
 }
 
 // A plate that stretches in its own plane, world frame.
 DeformingMesh stretching_plate(const RigidPose& X) {
-  const MeshArrays plate = test_support::plate_grid(4, 4, 6, 6);
+  const MeshArrays plate = testing::plate_grid(4, 4, 6, 6);
   std::vector<Vector3> begin;
   std::vector<Vector3> end;
   for (const Vector3& p : plate.vertices) {
@@ -171,7 +171,7 @@ TriangleMesh placed(const DeformingMesh& mesh, Scalar t) {
 }
 
 TEST_P(ToiPromises, HoldBetweenDeformingMeshes) {
-  const MeshArrays sphere = test_support::icosphere(2);
+  const MeshArrays sphere = testing::icosphere(2);
   const DeformingMesh a = stretching_plate(X_);
   std::vector<Vector3> begin;
   for (const Vector3& p : sphere.vertices) begin.push_back(p + start_of(sphere.vertices));
@@ -189,7 +189,7 @@ TEST_P(ToiPromises, HoldBetweenDeformingMeshes) {
 }
 
 TEST_P(ToiPromises, HoldBetweenADeformingAndARigidMesh) {
-  const MeshArrays sphere = test_support::icosphere(2);
+  const MeshArrays sphere = testing::icosphere(2);
   const DeformingMesh a = stretching_plate(X_);
   const TriangleMesh b = sphere.mesh();
   const ConstantTwistMotion X_WB = motion_of_b(sphere.vertices);

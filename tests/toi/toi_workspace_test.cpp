@@ -23,9 +23,9 @@
 namespace dyop {
 namespace {
 
-using test_support::gear;
-using test_support::torus;
+using testing::gear;
 using testing::message_of;
+using testing::torus;
 
 const TimeInterval kInterval{0, 2};
 
@@ -103,7 +103,7 @@ TEST(ToiWorkspace, GoesOnWhereABudgetRanOut) {
   EXPECT_GT(resumed, 100);
 }
 
-// A query that begins in contact looks for a nearer pair before it says so.
+// A query that starts in contact searches for a nearer pair before it reports.
 TEST(ToiWorkspace, GoesOnWithALookForANearerPair) {
   const TriangleMesh a = gear(15, 0.8, 1, 0.2).mesh();
   const TriangleMesh b = torus(0.8, 0.3, 24, 12).mesh();

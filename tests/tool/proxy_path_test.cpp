@@ -20,9 +20,9 @@ using testing::kMillisecond;
 using testing::random_number;
 
 // A rod with a head, some 12 long.
-test_support::MeshArrays rod() {
-  auto head = test_support::icosphere(1, 1.2);
-  const auto shaft = test_support::box_mesh({0.4, 0.4, 5}).moved(Matrix3::Identity(), {0, 0, 5.5});
+testing::MeshArrays rod() {
+  auto head = testing::icosphere(1, 1.2);
+  const auto shaft = testing::box_mesh({0.4, 0.4, 5}).moved(Matrix3::Identity(), {0, 0, 5.5});
   const auto offset = std::int32_t(head.vertices.size());
   head.vertices.insert(head.vertices.end(), shaft.vertices.begin(), shaft.vertices.end());
   for (TriangleIndices t : shaft.triangles) {
@@ -33,7 +33,7 @@ test_support::MeshArrays rod() {
 }
 
 // A lumpy ball that breathes.
-std::vector<Vector3> breath(const test_support::MeshArrays& organ, Scalar phase) {
+std::vector<Vector3> breath(const testing::MeshArrays& organ, Scalar phase) {
   std::vector<Vector3> vertices = organ.vertices;
   for (Vector3& p : vertices) {
     const Scalar lump = 1 + 0.1 * std::sin(p.x()) * std::cos(0.8 * p.y());
@@ -95,8 +95,8 @@ int check_tick(const TriangleMesh& tool, const ToolTick& tick, const Promise& pr
 }
 
 void run(std::uint64_t seed, int ticks) {
-  const auto organ = test_support::icosphere(2, 5);
-  const auto vessel = test_support::torus(7, 0.8, 16, 6).moved(Matrix3::Identity(), {0, 0, 2});
+  const auto organ = testing::icosphere(2, 5);
+  const auto vessel = testing::torus(7, 0.8, 16, 6).moved(Matrix3::Identity(), {0, 0, 2});
   ToolScene scene;
   scene.tool.push_back({testing::shared_mesh(rod()), RigidPose()});
   scene.X_WT = RigidPose(Vector3(0, 0, 9));

@@ -14,19 +14,16 @@ namespace dyop {
 namespace {
 
 using testing::ball_tool;
+using testing::device_at;
 using testing::kMillisecond;
 using testing::rigid_tissue;
 using testing::shared_mesh;
 using testing::tool_options;
 
-DevicePose at(const Vector3& p_WD) {
-  return DevicePose(RigidPose(p_WD));
-}
-
 // A single vertex of an octahedron-like tool points down, so that contact is a point.
 ToolScene point_tool(const Vector3& p_WT) {
   ToolScene scene;
-  scene.tool.push_back({shared_mesh(test_support::icosphere(0, 2)), RigidPose()});
+  scene.tool.push_back({shared_mesh(testing::icosphere(0, 2)), RigidPose()});
   scene.X_WT = RigidPose(p_WT);
   return scene;
 }
@@ -44,7 +41,7 @@ TEST(ToolFeel, PressingIntoAPlaneGivesStiffnessTimesDepth) {
     const Scalar contact_height = -lowest.z();
     for (int k = 0; k <= 400; ++k) {
       const Scalar height = 4 - (4 - contact_height + depth) * std::min(1.0, k / 300.0);
-      session.update(at({0.3, 0.2, height}), kMillisecond);
+      session.update(device_at({0.3, 0.2, height}), kMillisecond);
     }
     EXPECT_NEAR(session.last().wrench.force_W.z(), depth, 0.01 * depth);
     EXPECT_EQ(session.last().status, ToolStatus::Held);
@@ -55,11 +52,11 @@ TEST(ToolFeel, PressingIntoAPlaneGivesStiffnessTimesDepth) {
 void slide(ToolSession& session, const Vector3& from, const Vector3& to, int ticks,
            Scalar least_force) {
   for (int k = 0; k < 100; ++k) {
-    session.update(at(from + Vector3(0, 0, 3 * (1 - k / 99.0))), kMillisecond);
+    session.update(device_at(from + Vector3(0, 0, 3 * (1 - k / 99.0))), kMillisecond);
   }
   Vector3 last = session.last().wrench.force_W;
   for (int k = 1; k <= ticks; ++k) {
-    const ToolTick& tick = session.update(at(from + (to - from) * k / ticks), kMillisecond);
+    const ToolTick& tick = session.update(device_at(from + (to - from) * k / ticks), kMillisecond);
     const Vector3 force = tick.wrench.force_W;
     EXPECT_GT(force.norm(), least_force) << k;
     EXPECT_LE((force - last).norm(), 0.02 * last.norm()) << k << " " << force.transpose();
@@ -89,17 +86,17 @@ TEST(ToolFeel, ASharpConvexEdgeIsRoundedWithoutAJump) {
   ToolOptions options = tool_options();
   options.coupling.rotational_stiffness = Vector3::Constant(2000);
   ToolSession session(scene, options);
-  const auto device_at = [](Scalar s) {
+  const auto place_at = [](Scalar s) {
     // An arc about the edge, inside the box's skin.
     return Vector3(-1.5 + 1.5 * s, 0.1, -0.5 - 1.5 * s);
   };
   for (int k = 0; k < 100; ++k) {
-    session.update(at(device_at(0) + Vector3(0, 0, 3 * (1 - k / 99.0))), kMillisecond);
+    session.update(device_at(place_at(0) + Vector3(0, 0, 3 * (1 - k / 99.0))), kMillisecond);
   }
   Vector3 last = session.last().wrench.force_W;
   EXPECT_GT(last.z(), 1.5);
   for (int k = 1; k <= 400; ++k) {
-    const ToolTick& tick = session.update(at(device_at(k / 400.0)), kMillisecond);
+    const ToolTick& tick = session.update(device_at(place_at(k / 400.0)), kMillisecond);
     EXPECT_LE((tick.wrench.force_W - last).norm(), 0.02 * last.norm()) << k;
     last = tick.wrench.force_W;
   }
@@ -115,16 +112,16 @@ TEST(ToolFeel, FrictionHoldsUpToCoulombsLimit) {
   options.coupling.rotational_stiffness = Vector3::Constant(1e6);
   ToolSession session(scene, options);
   for (int k = 0; k <= 200; ++k) {
-    session.update(at({0, 0, 4 - 6 * k / 200.0}), kMillisecond);
+    session.update(device_at({0, 0, 4 - 6 * k / 200.0}), kMillisecond);
   }
   const Scalar normal = session.last().wrench.force_W.z();
   const Scalar x = session.last().tool.X_WT.translation().x();
   for (int k = 0; k <= 40; ++k) {
-    session.update(at({0.9 * mu * normal * k / 40, 0, -2}), kMillisecond);
+    session.update(device_at({0.9 * mu * normal * k / 40, 0, -2}), kMillisecond);
   }
   EXPECT_NEAR(session.last().tool.X_WT.translation().x(), x, 1e-3);
   for (int k = 0; k <= 100; ++k) {
-    session.update(at({3 * mu * normal * k / 100, 0, -2}), kMillisecond);
+    session.update(device_at({3 * mu * normal * k / 100, 0, -2}), kMillisecond);
   }
   const Vector3 force = session.last().wrench.force_W;
   EXPECT_NEAR(-force.x(), mu * force.z(), 0.01 * force.z());
@@ -145,7 +142,7 @@ TEST(ToolFeel, ClosedStrokesReturnNoEnergy) {
       const Scalar phase = 2 * std::acos(-1) * k / 300;
       const Vector3 p(3 * std::sin(phase), std::sin(2 * phase), 4 - 3 * (1 - std::cos(phase)));
       least_depth = std::min(least_depth, p.z());
-      session.update(at(p), kMillisecond);
+      session.update(device_at(p), kMillisecond);
     }
     EXPECT_LE(session.last().energy_returned, 0) << stroke;
   }

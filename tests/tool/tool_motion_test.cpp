@@ -30,7 +30,7 @@ TEST(HingeMotion, KeepsThePromisesOfAMotion) {
 ToolBody box_body(std::optional<std::size_t> hinge) {
   ToolScene scene;
   const auto box = std::make_shared<TriangleMesh>(
-      test_support::box_mesh({0.5, 0.2, 1}).moved(Matrix3::Identity(), {0.3, 0.4, 0.1}).mesh());
+      testing::box_mesh({0.5, 0.2, 1}).moved(Matrix3::Identity(), {0.3, 0.4, 0.1}).mesh());
   scene.tool.push_back({box, RigidPose(), hinge});
   if (hinge) scene.hinges.resize(1);
   return make_tool_bodies(scene, true).front();

@@ -19,14 +19,11 @@ namespace dyop {
 namespace {
 
 using testing::ball_tool;
+using testing::device_at;
 using testing::kMillisecond;
 using testing::rigid_tissue;
 using testing::shared_mesh;
 using testing::tool_options;
-
-DevicePose at(const Vector3& p_WD) {
-  return DevicePose(RigidPose(p_WD));
-}
 
 // A ball of radius 2 over a sheet at z = 0.
 ToolScene over_sheet(Scalar height, Scalar friction = 0) {
@@ -60,7 +57,7 @@ TEST(ToolSession, AStabThroughASheetEndsOnItsNearSide) {
   const ToolScene scene = over_sheet(10);
   ToolSession session(scene, tool_options());
   for (int k = 0; k < 30; ++k) {
-    const ToolTick& tick = session.update(at({0.3, 0.2, 10.0 - k}), kMillisecond);
+    const ToolTick& tick = session.update(device_at({0.3, 0.2, 10.0 - k}), kMillisecond);
     EXPECT_GT(tick.tool.X_WT.translation().z(), 1.9);
     EXPECT_GT(distance_now(scene, tick), 0);
   }
@@ -84,28 +81,41 @@ TEST(ToolSession, AJumpOfMetresStopsAtTheSurfaceAndSlidesTowardsTheDevice) {
       EXPECT_GT(least.least, 1e-3);
     }
   };
-  check(session.update(at({1, -2, -3000}), kMillisecond));
+  check(session.update(device_at({1, -2, -3000}), kMillisecond));
   EXPECT_GT(session.last().tool.X_WT.translation().z(), 1.9);
-  check(session.update(at({5, 3, -2000}), kMillisecond));
+  check(session.update(device_at({5, 3, -2000}), kMillisecond));
   // Over the rim, and then to the device.
   for (int k = 0; k < 40; ++k) {
-    check(session.update(at({1000, 3, -3000}), kMillisecond));
+    check(session.update(device_at({1000, 3, -3000}), kMillisecond));
   }
   EXPECT_EQ(session.last().status, ToolStatus::Free);
 }
 
+// Whatever it does with it, it does not throw, and does not pass.
+TEST(ToolSession, APoseBeyondAllMeasureIsNotFollowedThroughTissue) {
+  for (const Scalar far : {1e9, 1e20, 1e59}) {
+    const ToolScene scene = over_sheet(4);
+    ToolSession session(scene, tool_options());
+    for (int k = 0; k < 3; ++k) {
+      const ToolTick& tick = session.update(device_at({0, 0, -far}), kMillisecond);
+      EXPECT_NE(tick.status, ToolStatus::Free);
+      EXPECT_GT(tick.tool.X_WT.translation().z(), 1.9);
+    }
+  }
+}
+
 TEST(ToolSession, BadInputIsAStatusAndLeavesTheProxyAndGivesNoForce) {
   ToolSession session(over_sheet(2.5), tool_options());
-  session.update(at({0.3, 0.2, 1}), kMillisecond);
+  session.update(device_at({0.3, 0.2, 1}), kMillisecond);
   const RigidPose before = session.last().tool.X_WT;
   const Scalar nan = std::numeric_limits<Scalar>::quiet_NaN();
-  DevicePose turned = at({0, 0, 5});
+  DevicePose turned = device_at({0, 0, 5});
   turned.q_WD.coeffs() *= 2;
-  DevicePose bad_angle = at({0, 0, 5});
+  DevicePose bad_angle = device_at({0, 0, 5});
   bad_angle.angles[0] = kInfinity;
-  DevicePose unknown = at({0, 0, 5});
+  DevicePose unknown = device_at({0, 0, 5});
   unknown.p_WD.y() = nan;
-  DevicePose far = at({0, 0, 5});
+  DevicePose far = device_at({0, 0, 5});
   far.p_WD.z() = kInfinity;
   for (const DevicePose& device : {unknown, far, turned, bad_angle}) {
     const ToolTick& tick = session.update(device, kMillisecond);
@@ -114,15 +124,15 @@ TEST(ToolSession, BadInputIsAStatusAndLeavesTheProxyAndGivesNoForce) {
     EXPECT_EQ(tick.tool.X_WT.translation(), before.translation());
   }
   for (const Scalar dt : {-1.0, nan, kInfinity}) {
-    EXPECT_EQ(session.update(at({0, 0, 5}), dt).status, ToolStatus::InvalidInput);
+    EXPECT_EQ(session.update(device_at({0, 0, 5}), dt).status, ToolStatus::InvalidInput);
   }
-  EXPECT_EQ(session.update(at({0, 0, 5}), kMillisecond).status, ToolStatus::Free);
+  EXPECT_EQ(session.update(device_at({0, 0, 5}), kMillisecond).status, ToolStatus::Free);
 }
 
 TEST(ToolSession, ATickOfNoLengthMovesNothing) {
   ToolSession session(over_sheet(10), tool_options());
-  session.update(at({0, 0, 10}), kMillisecond);
-  const ToolTick& tick = session.update(at({0, 0, 9}), 0);
+  session.update(device_at({0, 0, 10}), kMillisecond);
+  const ToolTick& tick = session.update(device_at({0, 0, 9}), 0);
   EXPECT_EQ(tick.tool.X_WT.translation(), Vector3(0, 0, 10));
   EXPECT_NEAR(tick.wrench.force_W.z(), 1, 1e-12);
 }
@@ -132,14 +142,15 @@ TEST(ToolSession, DoubleAndDroppedTicksAreOnlyOtherLengths) {
   ToolSession session(scene, tool_options());
   for (int k = 0; k < 60; ++k) {
     const Scalar dt = k % 7 == 0 ? 3 * kMillisecond : k % 5 == 0 ? 0 : kMillisecond;
-    const ToolTick& tick = session.update(at({0.3 + 0.2 * k, 0.2, 4 - 0.1 * std::min(k, 40)}), dt);
+    const ToolTick& tick =
+        session.update(device_at({0.3 + 0.2 * k, 0.2, 4 - 0.1 * std::min(k, 40)}), dt);
     EXPECT_GT(distance_now(scene, tick), 0.005);
   }
 }
 
 TEST(ToolSession, KeepsTheMarginOfAHardRegionAndReportsClearancesOfAll) {
   ToolScene scene = ball_tool(2, {0, 0, 20});
-  ToolObstacle vessel = rigid_tissue(shared_mesh(test_support::icosphere(3, 3)));
+  ToolObstacle vessel = rigid_tissue(shared_mesh(testing::icosphere(3, 3)));
   vessel.role = ObstacleRole::HardRegion;
   vessel.margin = 2;
   ToolObstacle watched =
@@ -149,7 +160,7 @@ TEST(ToolSession, KeepsTheMarginOfAHardRegionAndReportsClearancesOfAll) {
   scene.obstacles = {vessel, watched};
   ToolSession session(scene, tool_options());
   for (int k = 0; k < 40; ++k) {
-    const ToolTick& tick = session.update(at({0, 0, 20.0 - k}), kMillisecond);
+    const ToolTick& tick = session.update(device_at({0, 0, 20.0 - k}), kMillisecond);
     ASSERT_EQ(tick.clearances.size(), 2u);
     for (std::size_t i = 0; i < 2; ++i) {
       const DistanceResult truth = distance(*scene.tool[0].shape, tick.tool.X_WT,
@@ -170,12 +181,12 @@ TEST(ToolSession, KeepsTheMarginOfAHardRegionAndReportsClearancesOfAll) {
 TEST(ToolSession, TimeToBreachIsNeverTooLong) {
   const ToolScene scene = over_sheet(10);
   ToolSession session(scene, tool_options());
-  session.update(at({0.3, 0.2, 9}), kMillisecond);
-  const ToolTick& tick = session.update(at({0.3, 0.2, 8}), kMillisecond);
+  session.update(device_at({0.3, 0.2, 9}), kMillisecond);
+  const ToolTick& tick = session.update(device_at({0.3, 0.2, 8}), kMillisecond);
   const Scalar truth = distance_now(scene, tick) / (1 / kMillisecond);
   EXPECT_LE(tick.clearances[0].time_to_breach, truth);
   EXPECT_GE(tick.clearances[0].time_to_breach, 0.9 * truth);
-  EXPECT_EQ(session.update(at({0.3, 0.2, 8}), kMillisecond).clearances[0].time_to_breach,
+  EXPECT_EQ(session.update(device_at({0.3, 0.2, 8}), kMillisecond).clearances[0].time_to_breach,
             kInfinity);
 }
 
@@ -185,7 +196,7 @@ TEST(ToolSession, ASoftRegionPushesBackInProportion) {
   scene.obstacles[0].margin = 3;
   scene.obstacles[0].soft_stiffness = 0.5;
   ToolSession session(scene, tool_options());
-  const ToolTick& tick = session.update(at({0.3, 0.2, 4}), kMillisecond);
+  const ToolTick& tick = session.update(device_at({0.3, 0.2, 4}), kMillisecond);
   EXPECT_EQ(tick.status, ToolStatus::Free);
   const Scalar depth = 3 - distance_now(scene, tick);
   EXPECT_GT(depth, 0.5);
@@ -194,13 +205,14 @@ TEST(ToolSession, ASoftRegionPushesBackInProportion) {
 
 TEST(ToolSession, AllocatesNothingAfterTheFirstTicks) {
   ToolScene scene = over_sheet(4, 0.3);
-  scene.obstacles.push_back(testing::deforming_tissue(
-      test_support::icosphere(3, 5).moved(Matrix3::Identity(), {12, 0, 0})));
+  scene.obstacles.push_back(
+      testing::deforming_tissue(testing::icosphere(3, 5).moved(Matrix3::Identity(), {12, 0, 0})));
   ToolSession session(scene, tool_options());
   const auto stroke = [&](int k) {
     const Scalar s = 2 * std::acos(-1) * (k % 700) / 700;
-    session.update(at({0.3 + 5 * std::sin(s), 3 * std::sin(2 * s), 1.7 + 0.5 * std::cos(3 * s)}),
-                   kMillisecond);
+    session.update(
+        device_at({0.3 + 5 * std::sin(s), 3 * std::sin(2 * s), 1.7 + 0.5 * std::cos(3 * s)}),
+        kMillisecond);
   };
   for (int k = 0; k < 1400; ++k) stroke(k);
   const std::int64_t before = testing::allocation_count();
@@ -213,7 +225,7 @@ TEST(ToolSession, SameInputsGiveTheSameBits) {
   for (int run = 0; run < 2; ++run) {
     ToolSession session(over_sheet(4, 0.3), tool_options());
     for (int k = 0; k < 200; ++k) {
-      const ToolTick& tick = session.update(at({0.1 * k, 0.2, 4 - 0.03 * k}), kMillisecond);
+      const ToolTick& tick = session.update(device_at({0.1 * k, 0.2, 4 - 0.03 * k}), kMillisecond);
       const Vector3& p = tick.tool.X_WT.translation();
       if (run == 0) {
         first.push_back(p);
@@ -232,7 +244,7 @@ TEST(ToolSession, PastTheDeadlineItKeepsWhatIsProvenAndAReplayEndsAtTheSamePlace
   for (int k = 0; k < 150; ++k) {
     const auto now = std::chrono::steady_clock::now();
     const auto deadline = now + std::chrono::microseconds(k % 3 == 0 ? 0 : k % 40);
-    const DevicePose device = at({0.1 * k, 0.2, 4 - 0.03 * k});
+    const DevicePose device = device_at({0.1 * k, 0.2, 4 - 0.03 * k});
     const ToolTick& tick = session.update(device, kMillisecond, deadline);
     late += tick.cutoff.has_value();
     EXPECT_GT(distance_now(scene, tick), 0.005);
@@ -250,9 +262,9 @@ TEST(ToolSession, PastTheDeadlineItKeepsWhatIsProvenAndAReplayEndsAtTheSamePlace
 TEST(ToolSession, AJawThatMeetsTissueStopsThere) {
   ToolScene scene;
   const auto jaw =
-      shared_mesh(test_support::box_mesh({5, 0.5, 0.5}).moved(Matrix3::Identity(), {6, 0, 0}));
+      shared_mesh(testing::box_mesh({5, 0.5, 0.5}).moved(Matrix3::Identity(), {6, 0, 0}));
   scene.hinges.push_back({RigidPose(), 0.5, 0.1});
-  scene.tool.push_back({shared_mesh(test_support::box_mesh({0.5, 0.5, 0.5})), RigidPose()});
+  scene.tool.push_back({shared_mesh(testing::box_mesh({0.5, 0.5, 0.5})), RigidPose()});
   scene.tool.push_back({jaw, RigidPose(), 0});
   // The sheet stands in the plane y = 0 from x = 3 on.
   const Matrix3 R = rotation_from_vector(Vector3(std::acos(-1) / 2, 0, 0));
@@ -260,7 +272,7 @@ TEST(ToolSession, AJawThatMeetsTissueStopsThere) {
       rigid_tissue(shared_mesh(testing::sheet(10, 4)), RigidPose(R, Vector3(8, 0, 0))));
   ToolSession session(scene, tool_options());
   for (int k = 0; k < 100; ++k) {
-    DevicePose device = at({0, 0, 0});
+    DevicePose device = device_at({0, 0, 0});
     device.angles[0] = 0.5 - 0.01 * k;
     session.update(device, kMillisecond);
   }
@@ -273,7 +285,7 @@ TEST(ToolSession, AJawThatMeetsTissueStopsThere) {
   ASSERT_FALSE(tick.contacts.empty());
   EXPECT_EQ(tick.contacts[0].part, 1u);
   // Opened again it follows.
-  DevicePose device = at({0, 0, 0});
+  DevicePose device = device_at({0, 0, 0});
   device.angles[0] = 0.4;
   EXPECT_EQ(session.update(device, kMillisecond).status, ToolStatus::Free);
   EXPECT_NEAR(session.last().tool.angles[0], 0.4, 1e-9);

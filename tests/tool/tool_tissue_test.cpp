@@ -18,12 +18,9 @@ namespace {
 
 using testing::ball_tool;
 using testing::deforming_tissue;
+using testing::device_at;
 using testing::kMillisecond;
 using testing::tool_options;
-
-DevicePose at(const Vector3& p_WD) {
-  return DevicePose(RigidPose(p_WD));
-}
 
 std::vector<Vector3> lifted(const std::vector<Vector3>& vertices, Scalar height) {
   std::vector<Vector3> result = vertices;
@@ -40,14 +37,14 @@ TEST(ToolTissue, MovesFromSnapshotToSnapshotAndThenRests) {
   EXPECT_TRUE(session.give_snapshot(0, lifted(sheet.vertices, 1), 0.02));
   // Not taken yet.
   EXPECT_FALSE(session.give_snapshot(0, lifted(sheet.vertices, 5), 0.02));
-  for (int k = 0; k < 5; ++k) session.update(at({0, 0, 20}), kMillisecond);
+  for (int k = 0; k < 5; ++k) session.update(device_at({0, 0, 20}), kMillisecond);
   EXPECT_EQ(session.snapshots_taken(0), 1);
   EXPECT_NEAR(height(), 0.25, 1e-9);
   EXPECT_TRUE(session.give_snapshot(0, lifted(sheet.vertices, 3), 0.01));
-  for (int k = 0; k < 20; ++k) session.update(at({0, 0, 20}), kMillisecond);
+  for (int k = 0; k < 20; ++k) session.update(device_at({0, 0, 20}), kMillisecond);
   EXPECT_EQ(session.snapshots_taken(0), 2);
   EXPECT_NEAR(height(), 1 + 2 * 0.5, 1e-9);
-  for (int k = 0; k < 20; ++k) session.update(at({0, 0, 20}), kMillisecond);
+  for (int k = 0; k < 20; ++k) session.update(device_at({0, 0, 20}), kMillisecond);
   EXPECT_EQ(height(), 3);
   EXPECT_EQ(session.last().tissue_lag, 0);
 }
@@ -58,10 +55,10 @@ TEST(ToolTissue, ASwapInTheMiddleOfATickIsKeptToTheTime) {
   scene.obstacles.push_back(deforming_tissue(sheet));
   ToolSession session(scene, tool_options());
   session.give_snapshot(0, lifted(sheet.vertices, 1), 0.0025);
-  session.update(at({0, 0, 20}), kMillisecond);
+  session.update(device_at({0, 0, 20}), kMillisecond);
   session.give_snapshot(0, lifted(sheet.vertices, 0), 0.005);
-  session.update(at({0, 0, 20}), kMillisecond);
-  session.update(at({0, 0, 21}), kMillisecond);
+  session.update(device_at({0, 0, 20}), kMillisecond);
+  session.update(device_at({0, 0, 21}), kMillisecond);
   EXPECT_NEAR(session.tissue_vertices(0)[0].z(), 1 - 0.1, 1e-9);
   EXPECT_EQ(session.last().path.size(), 3u);
   EXPECT_EQ(session.last().status, ToolStatus::Free);
@@ -81,7 +78,7 @@ TEST(ToolTissue, PushesARestingToolOutAndNeverPassesThroughIt) {
       ASSERT_TRUE(session.give_snapshot(0, lifted(sheet.vertices, height), 0.02));
     }
     testing::TissueSpan tissue{session.tissue_vertices(0), {}};
-    const ToolTick& tick = session.update(at({0.3, 0.2, 4}), kMillisecond);
+    const ToolTick& tick = session.update(device_at({0.3, 0.2, 4}), kMillisecond);
     tissue.end = session.tissue_vertices(0);
     highest = std::max(highest, tick.tool.X_WT.translation().z());
     ASSERT_EQ(tick.path.size(), 2u);
@@ -108,7 +105,7 @@ TEST(ToolTissue, TrappedFromBothSidesTheTissueIsStopped) {
   session.give_snapshot(1, lifted(upper.vertices, -2), 0.05);
   bool was_trapped = false;
   for (int k = 0; k < 100; ++k) {
-    const ToolTick& tick = session.update(at({0.3, 0.2, 2.5}), kMillisecond);
+    const ToolTick& tick = session.update(device_at({0.3, 0.2, 2.5}), kMillisecond);
     was_trapped |= tick.status == ToolStatus::Trapped;
   }
   EXPECT_TRUE(was_trapped);
@@ -124,12 +121,12 @@ TEST(ToolTissue, ALateSnapshotLetsTheTissueRest) {
   scene.obstacles.push_back(deforming_tissue(sheet));
   ToolSession session(scene, tool_options());
   session.give_snapshot(0, lifted(sheet.vertices, 0.5), 0.01);
-  for (int k = 0; k < 50; ++k) session.update(at({0.3, 0.2, 1}), kMillisecond);
+  for (int k = 0; k < 50; ++k) session.update(device_at({0.3, 0.2, 1}), kMillisecond);
   const Vector3 before = session.last().tool.X_WT.translation();
-  for (int k = 0; k < 5; ++k) session.update(at({0.3, 0.2, 1}), kMillisecond);
+  for (int k = 0; k < 5; ++k) session.update(device_at({0.3, 0.2, 1}), kMillisecond);
   EXPECT_LT((session.last().tool.X_WT.translation() - before).norm(), 0.001);
   session.give_snapshot(0, lifted(sheet.vertices, 1), 0.01);
-  for (int k = 0; k < 50; ++k) session.update(at({0.3, 0.2, 1}), kMillisecond);
+  for (int k = 0; k < 50; ++k) session.update(device_at({0.3, 0.2, 1}), kMillisecond);
   EXPECT_NEAR(session.last().tool.X_WT.translation().z(), before.z() + 0.5, 0.01);
 }
 
@@ -148,12 +145,57 @@ TEST(ToolTissue, SnapshotsMayComeFromAnotherThread) {
     }
   });
   for (int k = 0; k < 2000; ++k) {
-    const ToolTick& tick = session.update(at({0.3, 0.2, 1}), kMillisecond);
+    const ToolTick& tick = session.update(device_at({0.3, 0.2, 1}), kMillisecond);
     EXPECT_GT(tick.clearances[0].lower, 0) << k;
   }
   is_done = true;
   giver.join();
   EXPECT_GT(session.snapshots_taken(0), 2);
+}
+
+// A ball that begins in a sheet leaves it at the recovery speed, and is reported until it is out.
+TEST(ToolTissue, AToolThatBeginsInTissueLeavesItAtBoundedSpeed) {
+  const auto sheet = testing::sheet(30, 8);
+  ToolScene scene = ball_tool(2, {0.3, 0.2, 0.8});
+  scene.obstacles.push_back(deforming_tissue(sheet));
+  const ToolOptions options = tool_options();
+  ToolSession session(scene, options);
+  bool was_overlapping = false;
+  for (int k = 0; k < 400; ++k) {
+    const Vector3 before = session.last().tool.X_WT.translation();
+    const ToolTick& tick = session.update(device_at({0.3, 0.2, 0.8}), kMillisecond);
+    const Scalar moved = (tick.tool.X_WT.translation() - before).norm();
+    if (tick.status != ToolStatus::Overlapping) break;
+    was_overlapping = true;
+    EXPECT_LE(moved, options.recovery_speed * kMillisecond * (1 + 1e-9));
+    EXPECT_EQ(tick.clearances[0].lower, 0);
+  }
+  EXPECT_TRUE(was_overlapping);
+  for (int k = 0; k < 100; ++k) session.update(device_at({0.3, 0.2, 0.8}), kMillisecond);
+  EXPECT_EQ(session.last().status, ToolStatus::Held);
+  EXPECT_GT(session.last().clearances[0].lower, 0.01);
+  // To the nearer side.
+  EXPECT_GT(session.last().tool.X_WT.translation().z(), 1.9);
+}
+
+// The device rests in a plate 0.5 above; the margin is that of a region switched on too late.
+TEST(ToolTissue, AToolThatBeginsWithinAMarginIsPushedToItAndNeverNearer) {
+  ToolScene scene = ball_tool(2, {0.3, 0.2, 3});
+  ToolObstacle region = deforming_tissue(testing::sheet(30, 8));
+  region.role = ObstacleRole::HardRegion;
+  region.margin = 3;
+  scene.obstacles.push_back(region);
+  ToolSession session(scene, tool_options());
+  Scalar last = 0;
+  bool was_recovering = false;
+  for (int k = 0; k < 200; ++k) {
+    const ToolTick& tick = session.update(device_at({0.3, 0.2, 2.5}), kMillisecond);
+    was_recovering |= tick.status == ToolStatus::Recovering;
+    EXPECT_GE(tick.clearances[0].upper, last - 0.01);
+    last = std::min(tick.clearances[0].lower, 3.0);
+  }
+  EXPECT_TRUE(was_recovering);
+  EXPECT_GE(session.last().clearances[0].lower, 3);
 }
 
 TEST(ToolTissue, RefusesBadSnapshots) {

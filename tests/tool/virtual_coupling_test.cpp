@@ -18,7 +18,7 @@ CouplingOptions springs() {
 
 TEST(VirtualCoupling, PullsAlongEachAxisByItsOwnGain) {
   VirtualCoupling coupling(springs());
-  const Wrench wrench = coupling.update(RigidPose(), RigidPose(Vector3(1, 1, 1)), 1e-3);
+  const ToolWrench wrench = coupling.update(RigidPose(), RigidPose(Vector3(1, 1, 1)), 1e-3);
   EXPECT_EQ(wrench.force_W, Vector3(1, 2, 4));
   EXPECT_TRUE(wrench.torque_W.isZero(0));
 }
@@ -26,7 +26,7 @@ TEST(VirtualCoupling, PullsAlongEachAxisByItsOwnGain) {
 TEST(VirtualCoupling, TurnsTowardsTheProxyAboutTheAxisOfTheTurn) {
   VirtualCoupling coupling(springs());
   const RigidPose X_WP(rotation_from_vector(Vector3(0, 0.1, 0)), Vector3::Zero());
-  const Wrench wrench = coupling.update(RigidPose(), X_WP, 1e-3);
+  const ToolWrench wrench = coupling.update(RigidPose(), X_WP, 1e-3);
   EXPECT_NEAR(wrench.torque_W.y(), 20 * 0.1, 1e-12);
   EXPECT_NEAR(wrench.torque_W.x(), 0, 1e-12);
 }
@@ -36,7 +36,7 @@ TEST(VirtualCoupling, DampsTheDeviceThatMovesAgainstARestingProxy) {
   options.damping = {0.5, 0.5, 0.5};
   VirtualCoupling coupling(options);
   coupling.update(RigidPose(), RigidPose(), 1e-3);
-  const Wrench wrench = coupling.update(RigidPose(Vector3(0, 0, 0.001)), RigidPose(), 1e-3);
+  const ToolWrench wrench = coupling.update(RigidPose(Vector3(0, 0, 0.001)), RigidPose(), 1e-3);
   EXPECT_NEAR(wrench.force_W.z(), -4 * 0.001 - 0.5 * 1, 1e-12);
 }
 
@@ -46,7 +46,7 @@ TEST(VirtualCoupling, ShortensWrenchesToTheLimits) {
   options.largest_torque = 0.5;
   VirtualCoupling coupling(options);
   const RigidPose X_WP(rotation_from_vector(Vector3(1, 0, 0)), Vector3(100, 0, 0));
-  const Wrench wrench = coupling.update(RigidPose(), X_WP, 1e-3);
+  const ToolWrench wrench = coupling.update(RigidPose(), X_WP, 1e-3);
   EXPECT_NEAR(wrench.force_W.norm(), 3, 1e-12);
   EXPECT_NEAR(wrench.torque_W.norm(), 0.5, 1e-12);
 }

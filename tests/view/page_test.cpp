@@ -16,7 +16,7 @@ using testing::PageCase;
 
 void expect_scene_shown(const std::string& kind, int n, Scalar end_time) {
   if (const std::string why = testing::reason_to_skip_browser(); !why.empty()) GTEST_SKIP() << why;
-  const test::TemporaryDirectory directory;
+  const testing::TemporaryDirectory directory;
   const auto file = directory.path() / "scene.json";
   write_generated_scene(generate_scene(kind, n), file);
   const PageCase run = testing::run_page_case(load_scene(file), end_time);

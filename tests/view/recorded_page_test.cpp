@@ -34,7 +34,7 @@ PageCase case_of(const std::vector<AdvanceReport>& reports) {
 
 TEST(RecordedPage, ShowsTheRecordedRunInABrowser) {
   if (const std::string why = testing::reason_to_skip_browser(); !why.empty()) GTEST_SKIP() << why;
-  const test::TemporaryDirectory directory;
+  const testing::TemporaryDirectory directory;
   const auto file = directory.path() / "run.h5";
   const PageCase run = case_of(testing::record_busy_run(file));
   ASSERT_FALSE(run.impacts.empty());
@@ -43,7 +43,7 @@ TEST(RecordedPage, ShowsTheRecordedRunInABrowser) {
 
 TEST(RecordedPage, NamesTheFileThatIsNoRecording) {
   if (!has_page()) GTEST_SKIP() << "this build has no page: bash .ci/install.sh page";
-  const test::TemporaryDirectory directory;
+  const testing::TemporaryDirectory directory;
   const auto file = directory.write("run.h5", "not HDF5");
   try {
     recorded_page_html(file);

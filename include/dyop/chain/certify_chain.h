@@ -21,7 +21,7 @@ struct ChainOptions {
   /// Link::is_solid and Obstacle::is_solid replace them. Budget, deadline and stop are those of the
   /// whole call.
   ToiOptions toi;
-  /// Of the obstacles that share a group with a link (Link::groups), those considered.
+  /// Which of the obstacles that share a group with a link (Link::groups) to consider.
   ObstacleFilter obstacles;
   /// Check KinematicChain::self_pairs() too.
   bool with_self_collision = true;
@@ -56,19 +56,19 @@ class ChainWorkspace {
   std::unique_ptr<internal::ChainMemory> memory_;
 };
 
-/// Proves that a chain on a joint path stays clear of obstacles and of itself, for all of the
-/// path's time, or says up to when, and what is met first.
+/// Proves that a chain on a joint path stays clear of obstacles and of itself for the whole time of
+/// the path, or tells until when, and what is hit first.
 ///
-/// Pairs of links are examined in the frame of the link where their branches meet, so that what
-/// moves both costs nothing.
+/// Pairs of links are examined in the frame of the link where their branches meet, so motion that
+/// they share costs nothing.
 ///
-/// If the budget is spent, bodies not yet examined are proven free at no time: t_safe is then the
-/// path's beginning.
+/// If the budget is used up, bodies not yet examined are proven free at no time: t_safe is then the
+/// start of the path.
 ///
-/// @param path      As many coordinates as the chain; its domain is the interval.
+/// @param path      With as many coordinates as the chain; its domain is the interval.
 /// @param obstacles Moving ones are placed at the path's time.
-/// @throws InvalidArgument if the coordinates differ in number, or as ObstacleSet::first_impact().
-/// Const, thread-safe, deterministic unless a deadline or stop ends it.
+/// @throws InvalidArgument if the number of coordinates differs, or as ObstacleSet::first_impact().
+/// Reads its arguments only; thread-safe, deterministic unless a deadline or stop ends it.
 /// See docs/algorithms/chain.md.
 ChainResult certify(const KinematicChain& chain, const JointPath& path,
                     const ObstacleSet& obstacles, const ChainOptions& options = {});

@@ -10,19 +10,20 @@
 
 namespace DYOP_EXPORT dyop {
 
-/// One number per coordinate of a chain: radians of a revolute joint, length of a prismatic one.
+/// One number per coordinate of a chain: radians for a revolute joint, length for a prismatic one.
 using JointVector = Eigen::VectorXd;
 
-/// The coordinates of a chain as functions of time: polynomials of one degree, piece after piece,
+/// The coordinates of a chain as functions of time: piecewise polynomials of one degree,
 /// continuous; velocities may jump where two pieces meet. Immutable.
 class JointPath {
  public:
   static constexpr std::size_t kMaxDegree = 9;
 
   /// Straight lines between waypoints; the velocity jumps at each of them.
-  /// @param times  Strictly increasing, at least two; as many waypoints.
+  /// @param times  Strictly increasing, at least two; one per waypoint.
   /// @throws InvalidArgument naming the value if this does not hold, waypoints differ in size or
-  ///         have none, or a number or a resulting velocity is not finite. As all functions below.
+  ///         are empty, or a number or a resulting velocity is not finite; so do all functions
+  ///         below.
   static JointPath linear(std::span<const Scalar> times, std::span<const JointVector> waypoints);
 
   /// Cubics through the waypoints with these velocities [Farin2002].
@@ -40,16 +41,16 @@ class JointPath {
   static JointPath bspline(std::size_t degree, std::span<const Scalar> knots,
                            std::span<const JointVector> control_points);
 
-  /// Bezier curves, one after another: piece k lasts from times[k] to times[k + 1] and its control
+  /// Bezier curves, one after another: piece k lasts from times[k] to times[k + 1], and its control
   /// points are the columns of controls[k].
-  /// @param controls One row per coordinate; 2 to kMaxDegree + 1 columns, as many in each piece. A
-  ///                 piece starts exactly at the last control point of the one before.
+  /// @param controls One row per coordinate; 2 to kMaxDegree + 1 columns, the same number in each
+  ///                 piece. A piece starts exactly at the last control point of the previous one.
   static JointPath bezier(std::span<const Scalar> times, std::span<const Eigen::MatrixXd> controls);
 
   TimeInterval domain() const { return {times_.front(), times_.back()}; }
   std::size_t coordinate_count() const { return coordinate_count_; }
   std::size_t degree() const { return degree_; }
-  /// Where pieces begin, and where the last one ends.
+  /// Start of every piece, and the end of the last one.
   std::span<const Scalar> times() const { return times_; }
 
   /// Coordinates and their rates at a time of the domain; at a jump the rates from the right.
@@ -80,7 +81,7 @@ class JointPath {
  private:
   JointPath(std::vector<Scalar> times, std::span<const Eigen::MatrixXd> controls);
 
-  // Of one piece and coordinate: `degree + 1` values, `degree` rates, `degree - 1` accelerations.
+  // By piece and coordinate: `degree + 1` values, `degree` rates, `degree - 1` accelerations.
   std::size_t stride() const { return 3 * degree_; }
   const Scalar* row(std::size_t piece, std::size_t coordinate) const {
     return coefficients_.data() + (piece * coordinate_count_ + coordinate) * stride();

@@ -23,8 +23,8 @@ struct Link {
   std::shared_ptr<const Shape> shape =
       nullptr;            ///< in the link's frame L; none: the link hits nothing
   bool is_solid = false;  ///< treat a closed mesh as a solid, as ToiOptions::solid_a
-  /// Obstacles that share none of these groups with the link are not its obstacles, such as the
-  /// floor under a base.
+  /// Obstacles that share none of these groups with the link are ignored for it, such as the floor
+  /// under a base.
   std::uint32_t groups = ~std::uint32_t{0};
 };
 
@@ -40,7 +40,7 @@ struct Joint {
   std::string parent;
   std::string child;
   RigidPose X_PJ = RigidPose();
-  Vector3 axis_J = Vector3::UnitZ();  ///< any length but zero; of a fixed joint: not used
+  Vector3 axis_J = Vector3::UnitZ();  ///< any nonzero length; unused for a fixed joint
   Scalar lower = -kInfinity;          ///< smallest and largest coordinate; see is_within_limits()
   Scalar upper = kInfinity;
 };
@@ -54,12 +54,12 @@ class KinematicChain {
     /// Pairs of names of links that are never checked against each other.
     std::vector<std::pair<std::string, std::string>> ignored_pairs = {};
   };
-  /// Two links that self-collision checks, by number, first < second.
+  /// Two links that self-collision checks, by index, first < second.
   struct LinkPair {
     std::size_t first = 0;
     std::size_t second = 0;
   };
-  /// A joint as computed with: numbers for names, unit axis in the parent's frame.
+  /// A joint prepared for computing: indices for names, unit axis in the parent's frame.
   struct Step {
     JointType type = JointType::Fixed;
     std::size_t parent = 0;      ///< number of the parent link
@@ -85,14 +85,14 @@ class KinematicChain {
 
   /// The number of joints that are not fixed. Coordinates are in the order of these joints.
   std::size_t coordinate_count() const { return coordinate_joints_.size(); }
-  /// The number of the joint of a coordinate.
+  /// The index of the joint of a coordinate.
   std::size_t joint_of(std::size_t coordinate) const { return coordinate_joints_[coordinate]; }
 
-  /// The number of the link of this name, if there is one.
+  /// The index of the link with this name, if there is one.
   std::optional<std::size_t> find_link(std::string_view name) const;
 
-  /// Whether each coordinate lies within its joint's limits. Queries do not ask: they answer for
-  /// any path.
+  /// Whether every coordinate lies within its joint's limits. Queries do not check this: they
+  /// accept any path.
   bool is_within_limits(const JointVector& q) const;
 
   /// Poses X_WL of all links, in their order.
@@ -100,14 +100,14 @@ class KinematicChain {
   std::vector<RigidPose> link_poses(const JointVector& q) const;
 
   /// Pairs that self-collision checks: both links have shapes, they are not neighbours (joined
-  /// directly, or through links without shapes only), and the pair is not ignored.
+  /// directly, or only through links without shapes), and the pair is not ignored.
   std::span<const LinkPair> self_pairs() const { return self_pairs_; }
 
   /// For inner loops: the joint above a link; none for the root.
   const std::optional<Step>& step(std::size_t link) const { return steps_[link]; }
-  /// The last link that is on the paths from the root to both.
+  /// The last link on both paths from the root.
   std::size_t common_ancestor(std::size_t first, std::size_t second) const;
-  /// How many joints lie between the root and a link.
+  /// Number of joints between the root and a link.
   std::size_t depth(std::size_t link) const { return depths_[link]; }
 
  private:

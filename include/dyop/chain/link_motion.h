@@ -20,7 +20,7 @@ namespace DYOP_EXPORT dyop {
 /// docs/algorithms/chain.md.
 class LinkMotion final : public Motion {
  public:
-  /// A joint that moves, between the base and the link. Fixed joints belong to the one after them.
+  /// A moving joint between the base and the link. Fixed joints are merged into the next one.
   struct Turn {
     KinematicChain::Step step;
     Scalar reach = 0;         ///< largest distance of the link's origin from the joint, rounded up
@@ -28,11 +28,12 @@ class LinkMotion final : public Motion {
   };
 
   /// In the world.
-  /// @throws InvalidArgument if a pointer is null, the chain has no such link, or the path has
-  ///         another number of coordinates than the chain.
+  /// @throws InvalidArgument if a pointer is null, the chain has no such link, or the path and the
+  ///         chain differ in the number of coordinates.
   LinkMotion(std::shared_ptr<const KinematicChain> chain, std::shared_ptr<const JointPath> path,
              std::size_t link);
-  /// In the frame of link `base`, which must be on the way from the root to `link`, or `link`.
+  /// In the frame of link `base`, which must be on the path from the root to `link`, or `link`
+  /// itself.
   LinkMotion(std::shared_ptr<const KinematicChain> chain, std::shared_ptr<const JointPath> path,
              std::size_t link, std::size_t base);
 
@@ -45,10 +46,10 @@ class LinkMotion final : public Motion {
   Scalar smooth_until(Scalar t) const override;
   bool is_trusted() const override { return true; }
 
-  /// For inner loops: the joints from the base to the link, and where the link's origin is in the
-  /// frame of the last of them.
+  /// For inner loops: the joints from the base to the link, and the link's pose in the frame of the
+  /// last of them.
   std::span<const Turn> turns() const { return turns_; }
-  const Vector3& p_JL() const { return X_JL_.translation(); }
+  const RigidPose& X_JL() const { return X_JL_; }
 
  private:
   void collect(std::size_t link, std::optional<std::size_t> base);

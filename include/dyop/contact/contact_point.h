@@ -15,7 +15,7 @@ namespace DYOP_EXPORT dyop {
 struct FeatureKey {
   FeatureKind kind = FeatureKind::Smooth;
   std::int32_t piece = 0;
-  std::int32_t number = -1;
+  std::int32_t number = 0;  ///< 0 for a smooth core, which has one feature
 
   friend auto operator<=>(const FeatureKey&, const FeatureKey&) = default;
 };

@@ -68,10 +68,22 @@ struct StepStatistics {
   std::int64_t contacts = 0;     ///< largest number at once
   std::int64_t unconverged = 0;  ///< contact solves that ended above their tolerance
   Scalar residual = 0;           ///< the largest, length per time
+  Scalar shortest_gap = kInfinity;  ///< of a contact at the end of a step, length
   std::int64_t pairs_by_bound = 0;
   std::int64_t pairs_by_query = 0;
   std::int64_t pairs_at_rest = 0;
   std::int64_t pairs_excused = 0;
+};
+
+/// How long the parts of an advance() took, in seconds; under WorldOptions::measures_time. All but
+/// the total are sums over threads.
+struct StepTimes {
+  Scalar broad_phase = 0;  ///< finding pairs that may meet
+  Scalar flight = 0;       ///< integrating bodies that nothing touches
+  Scalar contacts = 0;     ///< finding contacts
+  Scalar solve = 0;        ///< solving for impulses
+  Scalar proofs = 0;       ///< distance and impact queries
+  Scalar total = 0;        ///< from start to end
 };
 
 struct AdvanceReport {
@@ -93,6 +105,7 @@ struct AdvanceReport {
   IntegratorStatistics integrator;
   ToiStatistics toi;  ///< sums over all queries
   StepStatistics work;
+  StepTimes times;
 };
 
 }  // namespace dyop

@@ -17,7 +17,8 @@ enum class ProofKind {
   Excused,  ///< not proven: started nearer than the target, see AdvanceReport::too_near
 };
 
-/// A contact at the end of a step, and what it did during the step.
+/// A contact at the end of a step, and what it did during the step. Of bodies that overlap it is an
+/// estimate, with a negative gap.
 struct PairContact {
   ContactPoint point;  ///< at the poses of World::time()
   /// On B (opposite on A), world axes, over the last step. An impulse: force times time.

@@ -3,6 +3,8 @@
 
 #include <any>
 #include <chrono>
+#include <cstdint>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <stop_token>
@@ -13,6 +15,7 @@
 #include "dyop/dynamics/joint.h"
 #include "dyop/dynamics/pair_record.h"
 #include "dyop/dynamics/rigid_body.h"
+#include "dyop/dynamics/spring.h"
 #include "dyop/dynamics/world_options.h"
 
 namespace DYOP_EXPORT dyop {
@@ -30,7 +33,11 @@ class WorldSnapshot {
 /// When advance() must return early.
 struct AdvanceLimits {
   std::stop_token stop;
-  std::optional<std::chrono::steady_clock::time_point> deadline;  ///< checked between steps
+  /// Checked between the parts of a step and within its queries; a contact solve that has started
+  /// is finished. An interrupted step is shortened to the time proven so far, which may be zero: a
+  /// step that never fits needs a later deadline or a smaller WorldOptions::max_step.
+  std::optional<std::chrono::steady_clock::time_point> deadline;
+  std::int64_t max_steps = std::numeric_limits<std::int64_t>::max();  ///< committed steps, > 0
 };
 
 /// Rigid bodies stepped through time without ever passing through one another
@@ -77,6 +84,14 @@ class World {
   void set_motor(JointId id, const JointMotor& motor);
   const JointDefinition& joint(JointId id) const;
 
+  /// Acts between two bodies from now on.
+  /// @throws InvalidArgument naming the spring and what is wrong.
+  SpringId add_spring(const SpringDefinition& definition);
+  void remove_spring(SpringId id);
+  const SpringDefinition& spring(SpringId id) const;
+  /// Energy stored in all springs now.
+  Scalar spring_energy() const;
+
   /// Pairs are examined unless disabled; pairs of bodies that cannot move never are.
   void set_pair_enabled(BodyId a, BodyId b, bool is_enabled);
   /// Target distance of one pair; overrides WorldOptions::target_distance.
@@ -121,6 +136,7 @@ class World {
 
  private:
   void forget_pair(BodyId a, BodyId b);
+  void rouse(BodyId a, BodyId b);
 
   std::unique_ptr<Impl> impl_;
 };

@@ -57,6 +57,7 @@ struct WorldOptions {
   ContactSolverOptions solver;  ///< tolerance is ignored: derived from standoff and step
   std::int64_t max_node_pairs = 50'000'000;  ///< per time-of-impact query
   bool records_motions = true;               ///< fills AdvanceReport::steps
+  bool measures_time = false;                ///< fills AdvanceReport::times; reads the clock
   /// Called after each committed step; must not change the World.
   std::function<void(Scalar t)> on_step;
   int thread_count = 0;  ///< 0: one per core; never changes the result

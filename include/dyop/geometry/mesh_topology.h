@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -27,9 +28,10 @@ class MeshTopology {
   const std::array<std::int32_t, 2>& edge(std::int32_t edge) const {
     return edges_[static_cast<std::size_t>(edge)];
   }
-  /// The edge of a side, -1 for a side of one vertex.
-  std::int32_t edge_of_side(std::int32_t side) const {
-    return edge_of_side_[static_cast<std::size_t>(side)];
+  /// The edge of a side; none for a side from a vertex to itself.
+  std::optional<std::int32_t> edge_of_side(std::int32_t side) const {
+    const std::int32_t edge = edge_of_side_[static_cast<std::size_t>(side)];
+    return edge >= 0 ? std::optional(edge) : std::nullopt;
   }
   /// The sides of an edge, one per triangle and use, in ascending order. The first owns the edge.
   std::span<const std::int32_t> sides_of_edge(std::int32_t edge) const {
@@ -57,8 +59,8 @@ class MeshTopology {
   bool find_closed(std::span<const TriangleIndices> triangles) const;
 
   std::vector<std::array<std::int32_t, 2>> edges_;
-  std::vector<std::int32_t> edge_of_side_;
-  std::vector<std::int32_t> first_side_;  // by edge: index into sides_; and the end
+  std::vector<std::int32_t> edge_of_side_;  // negative: none
+  std::vector<std::int32_t> first_side_;    // by edge: index into sides_; and the end
   std::vector<std::int32_t> sides_;
   std::vector<std::int32_t> first_corner_;  // by vertex: index into corners_; and the end
   std::vector<std::int32_t> corners_;

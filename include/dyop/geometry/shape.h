@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 
 #include "dyop/core/types.h"
@@ -11,13 +12,18 @@ namespace DYOP_EXPORT dyop {
 
 enum class ShapeKind { TriangleMesh, Convex, Compound };
 
-/// The kind of feature a witness point lies on.
+/// The kind of feature a witness point lies on. Smooth: a curved surface.
 enum class FeatureKind { Vertex, Edge, Face, Smooth };
 
-/// A feature named by the shape's own vertex numbers (for a curved shape: of its core).
+/// A feature, given by the shape's own vertex numbers (for a curved shape: those of its core).
 struct Feature {
   FeatureKind kind = FeatureKind::Smooth;
-  std::array<std::int32_t, 3> vertices{-1, -1, -1};  ///< as many as the kind has; the rest -1
+  std::array<std::int32_t, 3> vertices{};  ///< the first vertex_count() are set, the others are 0
+
+  /// Vertex: 1, Edge: 2, Face: 3, Smooth: 0.
+  constexpr std::size_t vertex_count() const {
+    return kind == FeatureKind::Smooth ? 0 : static_cast<std::size_t>(kind) + 1;
+  }
 
   friend bool operator==(const Feature&, const Feature&) = default;
 };

@@ -25,37 +25,37 @@ class EdgeCheck;
 struct OmplOptions {
   /// A motion is valid if the distance stays above this; length, >= 0.
   Scalar clearance = 0;
-  /// As ToiOptions::distance_tolerance, and as max_node_pairs, for one motion.
+  /// ToiOptions::distance_tolerance and max_node_pairs, for one motion.
   std::optional<Scalar> distance_tolerance = {};
   std::int64_t max_node_pairs = 10'000'000;
-  /// Treat the moving body, if a closed mesh, as a solid. Chains: Link::is_solid instead.
+  /// Treat the moving body as a solid if it is a closed mesh. For chains see Link::is_solid.
   bool solid_body = false;
 };
 
-/// Validates motions of the planners of OMPL by proof instead of samples: a motion is valid only if
-/// every state between its ends is at least `clearance` away from all obstacles. Motions that could
-/// not be decided, in any budget, are not valid.
+/// Validates motions for the planners of OMPL by proof instead of by samples: a motion is valid
+/// only if every state between its ends is at least `clearance` away from all obstacles. Motions
+/// that could not be decided within the budget are not valid.
 ///
-/// Thread-safe, as long as the obstacles do not change. The counters of OMPL's base class count.
+/// Thread-safe as long as the obstacles do not change. Updates the counters of OMPL's base class.
 ///
 ///     si->setMotionValidator(std::make_shared<dyop::OmplMotionValidator>(si, body, obstacles));
 class OmplMotionValidator final : public ompl::base::MotionValidator {
  public:
-  /// A body whose motion is given, between two states of any space.
+  /// A body with a given motion, between two states of any space.
   struct Body {
     std::shared_ptr<const Shape> shape;
     std::shared_ptr<const Motion> X_WB;  ///< defined on [0, 1]: the first state to the second
     bool is_solid = false;
   };
-  /// Returns the bodies on their way from one state to another: forward kinematics given as one
-  /// motion per link. Must be what StateSpace::interpolate() does; called from several threads.
+  /// Returns the moving bodies between two states: forward kinematics given as one motion per link.
+  /// Must match StateSpace::interpolate(); called from several threads.
   using Bodies =
       std::function<std::vector<Body>(const ompl::base::State* from, const ompl::base::State* to)>;
 
   /// One rigid body in an SE3StateSpace, whose states are poses of its frame. Between two states
   /// the origin moves linearly and the body turns along OMPL's shortest arc.
-  /// @throws InvalidArgument if a pointer is null, the space is another one, or an option is out of
-  ///         range. As the two below.
+  /// @throws InvalidArgument if a pointer is null, the space is of another type, or an option is
+  ///         out of range; so do the two below.
   OmplMotionValidator(const ompl::base::SpaceInformationPtr& si, std::shared_ptr<const Shape> body,
                       std::shared_ptr<const ObstacleSet> obstacles,
                       const OmplOptions& options = {});
@@ -64,7 +64,7 @@ class OmplMotionValidator final : public ompl::base::MotionValidator {
                       std::shared_ptr<const KinematicChain> chain,
                       std::shared_ptr<const ObstacleSet> obstacles,
                       const OmplOptions& options = {});
-  /// Bodies on motions of the caller, each against the obstacles.
+  /// Bodies on the caller's motions, each against the obstacles.
   OmplMotionValidator(const ompl::base::SpaceInformationPtr& si, Bodies bodies,
                       std::shared_ptr<const ObstacleSet> obstacles,
                       const OmplOptions& options = {});
@@ -79,7 +79,7 @@ class OmplMotionValidator final : public ompl::base::MotionValidator {
                    std::pair<ompl::base::State*, double>& lastValid) const override;
 
   /// Whether one state is valid, by the same rule: for SpaceInformation::setStateValidityChecker().
-  /// A state that is not valid has no valid motion from it.
+  /// No valid motion starts at an invalid state.
   bool is_valid(const ompl::base::State* state) const;
 
  private:

@@ -14,48 +14,48 @@
 
 namespace DYOP_EXPORT dyop {
 
-/// What a run is, besides its bodies.
+/// Data of a run, besides its bodies.
 struct RunHeader {
   std::string title;
   std::string scene;  ///< the scene file's JSON on one line; empty if the run has none
-  /// Of the pairs, if the World was given one; none: it took its default.
+  /// For the pairs, if the World was given one; none: its default.
   std::optional<Scalar> target_distance;
   std::optional<Scalar> standoff;
   Scalar begin_time = 0;
-  Scalar end_time = 0;  ///< what was planned; 0: not known
-  Scalar step = 0;      ///< of one World::advance(); 0: not known
+  Scalar end_time = 0;  ///< planned; 0: unknown
+  Scalar step = 0;      ///< of one World::advance(); 0: unknown
 };
 
-/// A shape of a recording; bodies with equal shapes share it.
+/// A shape in a recording; bodies with equal shapes share it.
 struct RecordedShape {
-  std::uint64_t hash = 0;              ///< of its content; see docs/recording.md
+  std::uint64_t hash = 0;              ///< of its contents; see docs/recording.md
   std::shared_ptr<const Shape> shape;  ///< the same numbers as in the run
 };
 
 struct RecordedBody {
   std::string name;
   BodyKind kind = BodyKind::Dynamic;
-  std::size_t shape = 0;  ///< place in the list of shapes
+  std::size_t shape = 0;  ///< index into the list of shapes
   bool is_sensor = false;
   Scalar mass = 0;                    ///< Dynamic
-  Vector3 p_BoBcm = Vector3::Zero();  ///< Dynamic: centre of mass; else zero
+  Vector3 p_BoBcm = Vector3::Zero();  ///< Dynamic: centre of mass; otherwise zero
 };
 
-/// What a stretch of a body's path is. M is the frame at the body's centre of mass with the axes of
-/// B: X_WB(t) = X_WM(t) * translation(-p_BoBcm).
+/// The kind of a segment of a body's path. M is the frame at the body's centre of mass with the
+/// axes of B: X_WB(t) = X_WM(t) * translation(-p_BoBcm).
 enum class SegmentKind : std::uint32_t {
   Absent = 0,   ///< the body was removed or disabled
-  Rest = 1,     ///< it stands still, or sleeps
+  Rest = 1,     ///< at rest or asleep
   Twist = 2,    ///< M has a constant twist
   Hermite = 3,  ///< M follows cubics of position and rotation vector: HermiteMotion
-  Given = 4,    ///< the motion of a kinematic body, as it was given
-  /// A motion of the user's own functions, which no file can hold: cubics through its states at the
-  /// ends of the segment. The only kind that is not exact.
+  Given = 4,    ///< the motion of a kinematic body, as given
+  /// A motion of the user's own functions, which no file can store: cubics through its states at
+  /// the ends of the segment. The only kind that is not exact.
   Approximate = 5,
 };
 
-/// A stretch of one body's path: from `interval.begin` on it follows `motion`, until its next
-/// segment begins, or up to the last committed time.
+/// A segment of one body's path: from `interval.begin` on the body follows `motion`, until its next
+/// segment starts, or up to the last committed time.
 struct MotionSegment {
   SegmentKind kind = SegmentKind::Absent;
   TimeInterval interval;
@@ -68,7 +68,7 @@ struct MotionSegment {
   std::shared_ptr<const Motion> motion;  ///< of B, the same bits as in the run; null if Absent
 };
 
-/// One World::advance(), with what the World knew at its end. A recording is whole up to the end of
+/// One World::advance(), with the World's data at its end. A recording is complete up to the end of
 /// its last frame.
 struct RecordedFrame {
   TimeInterval interval;  ///< the end is the committed time
@@ -85,7 +85,7 @@ struct RecordedFrame {
 enum class RunEventKind : std::uint32_t {
   FellAsleep = 0,    ///< a
   Woke = 1,          ///< a
-  TooNear = 2,       ///< a and b began a step nearer than their target
+  TooNear = 2,       ///< a and b started a step nearer than their target
   Crossed = 3,       ///< a and b, which no force can move apart
   SensorBegins = 4,  ///< a is the sensor, b the body
   SensorEnds = 5,
@@ -104,7 +104,7 @@ struct RunEvent {
 /// How a run ended.
 struct RunEnd {
   AdvanceStatus status = AdvanceStatus::NotRun;  ///< of the last advance
-  std::string error;                             ///< the message that ended it; empty: none did
+  std::string error;  ///< message of the error that ended it; empty: none
 };
 
 }  // namespace dyop

@@ -11,7 +11,7 @@
 
 namespace DYOP_EXPORT dyop {
 
-/// What of the pairs of bodies is recorded after every advance.
+/// What to record about pairs of bodies after every advance.
 enum class PairDetail {
   None,      ///< nothing
   Gaps,      ///< proof, bounds of the gap, normal, pivot
@@ -20,30 +20,31 @@ enum class PairDetail {
 
 struct RecordingOptions {
   PairDetail pairs = PairDetail::Contacts;
-  /// The motions are cubics through samples of a run, as an older recording holds it, not those
-  /// that were committed: marks them SegmentKind::Approximate.
+  /// The motions are cubics through samples of a run, as from an older recording, not the committed
+  /// ones: marks them SegmentKind::Approximate.
   bool is_sampled = false;
 };
 
-/// Writes a run to a file as docs/recording.md describes: for each body the motions that were
-/// committed, exactly and each once, and apart from them what happened. RecordingReader can read
-/// the file at any time: while it is written and after the process was killed it holds all that was
-/// written before the last return of write().
+/// Writes a run to a file as described in docs/recording.md: the committed motions of each body,
+/// exactly and each once, and separately the events. RecordingReader can read the file at any time:
+/// while it is being written, and after the process was killed, it contains everything written
+/// before the last return of write().
 ///
-/// The content depends on the calls only: no clock, no host. Not for concurrent use.
+/// The contents depend only on the calls: no clock, no host. Not for concurrent use.
 class RecordingWriter {
  public:
-  /// Replaces the file. The World is used in write() only; its bodies may change between calls.
-  /// @throws FileError if the file cannot be made, and every member if it cannot be written.
+  /// Replaces the file. The World is used only in write(); its bodies may change between calls.
+  /// @throws FileError if the file cannot be created, and from every member if it cannot be
+  /// written.
   RecordingWriter(const std::filesystem::path& file, const RunHeader& header,
                   const RecordingOptions& options = {});
-  /// Without finish(): as if the process had been killed now.
+  /// Without finish(): as if the process were killed now.
   ~RecordingWriter();
   RecordingWriter(RecordingWriter&&) noexcept;
   RecordingWriter& operator=(RecordingWriter&&) noexcept;
 
   /// Writes what one advance of `world` reported.
-  /// @throws InvalidArgument if a shape is none of dyop's own.
+  /// @throws InvalidArgument if a shape is not one of dyop's own.
   void write(const AdvanceReport& report, const World& world);
   /// For a run without its World: pairs are not recorded, energy and momenta are NaN.
   /// @param bodies By slot; the same in every call.
@@ -51,10 +52,11 @@ class RecordingWriter {
 
   /// Writes how the run ended, and closes the file.
   void finish();
-  /// The same for a run that an exception with this message ended.
+  /// The same for a run that was ended by an exception with this message.
   void fail(const std::string& error);
 
  private:
+  struct Output;
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };

@@ -28,6 +28,7 @@ struct RunTotals {
   IntegratorStatistics integrator;
   ToiStatistics toi;  ///< peak_queue is the largest
   StepStatistics work;
+  StepTimes times;  ///< not recorded: a recording knows no clock
   /// What World::advance() threw, if that ended the run; `status` is then that of the previous
   /// advance.
   std::optional<std::string> error;

@@ -29,6 +29,7 @@ struct Scene {
   std::vector<SceneTarget> target_distances;
   std::vector<std::pair<BodyId, BodyId>> disabled_pairs;
   std::vector<JointDefinition> joints;
+  std::vector<SpringDefinition> springs;
   Scalar end_time = 0;  ///< > 0; a scene starts at time 0
   Scalar step = 0;      ///< > 0; length of one World::advance()
 };

@@ -12,11 +12,12 @@
 
 namespace DYOP_EXPORT dyop {
 
-/// A jaw's hinge: the part turns about the z axis of a frame J that is fixed in the tool frame T.
+/// A jaw's hinge: the part turns about the z axis of a frame J fixed in the tool frame T.
 struct ToolHinge {
   RigidPose X_TJ;
   Scalar angle = 0;  ///< at the start, radians
-  /// Of the spring that pulls the jaw to the angle the device asks for: torque per radian, > 0.
+  /// Stiffness of the spring that pulls the jaw to the angle the device requests: torque per
+  /// radian, > 0.
   Scalar stiffness = 0;
 };
 
@@ -27,12 +28,12 @@ struct ToolPart {
   std::optional<std::size_t> hinge = {};  ///< number among ToolScene::hinges
 };
 
-/// What an obstacle is to the tool.
+/// How the tool treats an obstacle.
 enum class ObstacleRole {
   Tissue,      ///< touched: the tool stays out, with friction, and the hand feels it
   HardRegion,  ///< forbidden: the tool stays at least the margin away, without friction
-  SoftRegion,  ///< a force pushes back that grows from the margin inwards
-  Monitor,     ///< only the clearance is told
+  SoftRegion,  ///< a force that grows from the margin inwards pushes back
+  Monitor,     ///< only the clearance is reported
 };
 
 /// Something in the tool's surroundings: a rigid shape at rest, or a mesh that deforms.
@@ -52,7 +53,7 @@ struct ToolObstacle {
   Scalar soft_stiffness = 0;  ///< force per length inside the margin, >= 0; SoftRegion only
 };
 
-/// All that a ToolSession is made of. Any consistent units.
+/// Everything a ToolSession needs. Any consistent units.
 struct ToolScene {
   std::vector<ToolPart> tool;
   std::vector<ToolHinge> hinges;

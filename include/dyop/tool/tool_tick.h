@@ -12,14 +12,14 @@
 
 namespace DYOP_EXPORT dyop {
 
-/// Hinges a tool can have.
+/// Largest number of hinges of a tool.
 inline constexpr std::size_t kMostHinges = 4;
 
-/// What a device says: raw numbers, checked by ToolSession::update().
+/// Input from a device: raw numbers, checked by ToolSession::update().
 struct DevicePose {
   Vector3 p_WD = Vector3::Zero();
   Quaternion q_WD = Quaternion::Identity();
-  std::array<Scalar, kMostHinges> angles{};  ///< asked of the hinges, radians
+  std::array<Scalar, kMostHinges> angles{};  ///< requested of the hinges, radians
 
   DevicePose() = default;
   explicit DevicePose(const RigidPose& X_WD) : p_WD(X_WD.translation()), q_WD(X_WD.quaternion()) {}
@@ -31,32 +31,32 @@ struct ToolPose {
   std::array<Scalar, kMostHinges> angles{};
 };
 
-/// The tool at a time of a tick. In between its origin moves on a line, it turns at a constant rate,
-/// and so do its hinges.
+/// The tool at a time of a tick. In between, its origin moves on a line, and the tool and its
+/// hinges turn at constant rates.
 struct ToolWaypoint {
   Scalar time = 0;  ///< since the start of the tick
   ToolPose tool;
 };
 
 /// How a tick ended. In every status the proxy's motion of this tick is proven: no part of the tool
-/// came nearer to a tissue or hard region than its target distance, or, where it already was
-/// nearer, than it was (Recovering); only Overlapping is an exception, which names it.
+/// came nearer to a tissue or hard region than its target distance, or, if it already was nearer,
+/// than it was (Recovering). The only exception is Overlapping, which names the pair.
 enum class ToolStatus {
   NotRun,
   Free,          ///< the proxy is where the device is
-  Held,          ///< contacts or regions hold it back: it is as near to the device as they let it
+  Held,          ///< contacts or regions hold it back: as near to the device as they allow
   Blocked,       ///< the rounds of the tick were used up before that was reached
   Deadline,      ///< the same for the deadline
-  Trapped,       ///< tissue comes in from all sides: it was stopped too, see tissue_lag
+  Trapped,       ///< tissue closes in from all sides: it was stopped too, see tissue_lag
   Recovering,    ///< something was nearer than its target at the start and is being left
   Overlapping,   ///< something crosses the tool: that pair is not proven, and is being left
-  InvalidInput,  ///< device pose or dt is not usable: the proxy stays, no wrench
+  InvalidInput,  ///< unusable device pose or dt: the proxy stays, no wrench
 };
 
-/// A place where the proxy is held.
+/// A place where the proxy is held back.
 struct ToolContactPoint {
   std::size_t obstacle = 0;
-  std::size_t part = 0;           ///< body of the tool: 0 all fixed parts, then one for each hinge
+  std::size_t part = 0;           ///< body of the tool: 0 for all fixed parts, then one per hinge
   Vector3 p_W = Vector3::Zero();  ///< on the tool
   Vector3 nhat_W = Vector3::UnitX();  ///< unit, from the obstacle to the tool
   Scalar gap = 0;                     ///< at the start of the last motion
@@ -70,14 +70,14 @@ struct ToolClearance {
   Vector3 p_WT = Vector3::Zero();  ///< nearest point of the tool when it was last measured
   Vector3 p_WO = Vector3::Zero();  ///< and of the obstacle
   bool is_breached = false;        ///< upper is below the margin
-  /// A time before which the margin is not breached if the tool goes on with the velocity of this
+  /// A time before which the margin is not breached if the tool continues with the velocity of this
   /// tick and the obstacle at most at its own speed: a proven lower bound; infinite at rest.
   Scalar time_to_breach = kInfinity;
 };
 
-/// Where a tick was cut off by its deadline, so that a replay can end at the same place.
+/// Where a deadline cut off a tick, so that a replay can end at the same place.
 struct TickCutoff {
-  std::int64_t checkpoint = 0;  ///< number of the question in the tick
+  std::int64_t checkpoint = 0;  ///< number of the checkpoint within the tick
   std::int64_t node_pairs = 0;  ///< of the query it fell in; 0: before it
 
   friend bool operator==(const TickCutoff&, const TickCutoff&) = default;
@@ -95,12 +95,13 @@ struct TickStatistics {
 struct ToolTick {
   ToolStatus status = ToolStatus::NotRun;
   ToolPose tool;
-  std::vector<ToolWaypoint> path;          ///< the committed motions: start, and end of each
-  Wrench wrench;                           ///< on the hand
+  std::vector<ToolWaypoint> path;  ///< the committed motions: the start, then the end of each
+  ToolWrench wrench;               ///< on the hand
   std::vector<ToolContactPoint> contacts;  ///< that held the proxy in its last motion
   std::vector<ToolClearance> clearances;   ///< one for each obstacle
   Scalar energy_returned = 0;              ///< see VirtualCoupling
-  Scalar tissue_lag = 0;                   ///< by how much tissue is behind its snapshots, time
+  Scalar tissue_lag = 0;                   ///< how far tissue lags behind its snapshots, time
+  std::vector<std::int64_t> snapshots;     ///< per obstacle: total given before the tick
   std::optional<TickCutoff> cutoff;        ///< if the deadline ended the tick
   std::chrono::nanoseconds latency{0};     ///< of this call
   TickStatistics statistics;

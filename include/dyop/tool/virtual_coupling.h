@@ -9,7 +9,7 @@
 namespace DYOP_EXPORT dyop {
 
 /// Force and torque on the hand that holds the device, about the device's origin, world axes.
-struct Wrench {
+struct ToolWrench {
   Vector3 force_W = Vector3::Zero();
   Vector3 torque_W = Vector3::Zero();
 };
@@ -20,14 +20,14 @@ struct CouplingOptions {
   Vector3 damping = Vector3::Zero();               ///< B, force per velocity, >= 0
   Vector3 rotational_stiffness = Vector3::Zero();  ///< torque per radian, finite, > 0
   Vector3 rotational_damping = Vector3::Zero();    ///< torque per angular velocity, >= 0
-  Scalar largest_force = kInfinity;                ///< force and torque are shortened to these, > 0
+  Scalar largest_force = kInfinity;                ///< force and torque are limited to these, > 0
   Scalar largest_torque = kInfinity;
-  /// What the device itself damps, b: force per velocity, torque per angular velocity, >= 0. With
-  /// the period T of the loop it decides on passivity.
+  /// Damping of the device itself, b: force per velocity, torque per angular velocity, >= 0.
+  /// Together with the period T of the loop it decides passivity.
   Scalar device_damping = 0;
   Scalar device_rotational_damping = 0;
   Scalar period = 1e-3;
-  /// Brake the hand with what energy was returned beyond what it put in (passivity control).
+  /// Brake the hand by the energy that was returned beyond what it put in (passivity control).
   bool bounds_energy = false;
 };
 
@@ -35,7 +35,7 @@ struct CouplingOptions {
 /// between, are passive whatever holds the device: b > K T / 2 + |B| ([Colgate1997]).
 Scalar least_passive_damping(Scalar stiffness, Scalar damping, Scalar period);
 
-/// The force that a device feels: towards the proxy, which is where the tool really is.
+/// The force on the hand: towards the proxy, which is where the tool really is.
 class VirtualCoupling {
  public:
   /// @throws InvalidArgument if an option is out of its range or NaN; the message names it.
@@ -46,15 +46,15 @@ class VirtualCoupling {
   /// Whether the device's damping suffices for all axes at the given period.
   bool is_passive() const;
 
-  /// The wrench for a device at X_WD whose proxy is at X_WP, dt after the last call; it is taken to
-  /// be held until the next one. dt = 0 repeats the velocities of the last call.
-  Wrench update(const RigidPose& X_WD, const RigidPose& X_WP, Scalar dt);
+  /// The wrench for a device at X_WD whose proxy is at X_WP, dt after the last call; assumed to be
+  /// held until the next call. dt = 0 repeats the velocities of the last call.
+  ToolWrench update(const RigidPose& X_WD, const RigidPose& X_WP, Scalar dt);
 
-  /// No pose of the device is known: no wrench; the next call starts without velocities.
+  /// The device's pose is unknown: no wrench; the next call starts without velocities.
   void release();
 
-  /// The work that the wrenches given so far have done on the hand, by the device's displacement
-  /// while each was held. At most zero over every closed stroke if the coupling is passive.
+  /// The work done on the hand by all wrenches so far, from the device's displacement while each
+  /// was held. At most zero over every closed stroke if the coupling is passive.
   Scalar energy_returned() const { return energy_returned_; }
 
  private:
@@ -63,11 +63,11 @@ class VirtualCoupling {
     RigidPose X_WP;
   };
   void observe(const RigidPose& X_WD);
-  void brake(Scalar dt, Wrench& wrench) const;
+  void brake(Scalar dt, ToolWrench& wrench) const;
 
   CouplingOptions options_;
   std::optional<Poses> last_;
-  Wrench wrench_;
+  ToolWrench wrench_;
   Vector3 v_WD_ = Vector3::Zero();
   Vector3 w_WD_ = Vector3::Zero();
   Vector3 v_WP_ = Vector3::Zero();

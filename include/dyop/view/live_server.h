@@ -13,16 +13,16 @@ namespace DYOP_EXPORT dyop {
 /// Whether this dyop was built with a server (it needs cpp-httplib).
 bool has_live_server();
 
-/// Serves the page of a run that is going on, on this machine only (127.0.0.1), under an address
-/// that cannot be guessed, from a thread of its own. The page may pause and stop the run; opening,
+/// Serves the page of a live run from its own thread, on this machine only (127.0.0.1), under an
+/// address that cannot be guessed. The page may pause and stop the run; opening,
 /// closing or losing it changes nothing.
 class LiveServer {
  public:
   /// @param head PageEncoder::head().
-  /// @param port 0: any that is free.
+  /// @param port 0: any free port.
   /// @throws InvalidArgument unless has_page() and has_live_server(), or if the port is taken.
   LiveServer(const std::string& title, std::string head, int port = 0);
-  /// Ends the server; what it still sends is finished.
+  /// Stops the server after it has sent all pending data.
   ~LiveServer();
   LiveServer(const LiveServer&) = delete;
   LiveServer& operator=(const LiveServer&) = delete;

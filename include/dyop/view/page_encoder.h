@@ -18,24 +18,24 @@ struct PageBody {
   std::string name;
   BodyKind kind = BodyKind::Dynamic;
   std::shared_ptr<const Shape> shape;  ///< bodies that share one are stored once
-  std::string shape_name;              ///< for people; may be empty
+  std::string shape_name;              ///< for display; may be empty
   std::optional<MassProperties> mass_properties;
 };
 
-/// What a page needs to know before anything moves.
+/// The scene that a page shows before anything moves.
 struct PageScene {
   std::string title;
   std::vector<PageBody> bodies;  ///< BodyId::slot is the place in this list
   Vector3 gravity_W = Vector3::Zero();
   Scalar begin_time = 0;
-  Scalar end_time = 0;  ///< as planned; a page shows what it gets
+  Scalar end_time = 0;  ///< as planned; the run may end earlier
 };
 
 /// The motion of one body over a span of time. A body stays where its last segment left it.
 struct PageSegment {
   BodyId body;
   TimeInterval interval;
-  std::shared_ptr<const Motion> motion;  ///< defined on `interval`; null: the body is not there
+  std::shared_ptr<const Motion> motion;  ///< defined on `interval`; null: the body is absent
 };
 
 /// What was known after one advance of a World. Energies and momenta are those of the dynamic
@@ -61,7 +61,7 @@ struct PageGap {
   std::optional<Vector3> pivot_W;
 };
 
-/// A contact that a step's solve has pushed in.
+/// A contact with an impulse from a step's solve.
 struct PageContact {
   TimeInterval interval;
   BodyId a;
@@ -73,7 +73,7 @@ struct PageContact {
   Scalar gap = 0;
 };
 
-/// Something to be seen on the time axis.
+/// A mark on the time axis.
 struct PageMark {
   Scalar t = 0;
   std::string kind;  ///< asleep, woke, too_near, crossed, stalled, undecided, end
@@ -96,9 +96,9 @@ struct PageSpan {
 /// stream of columns; the first one is the scene, each further one a span of time.
 ///
 /// Motions keep their exact parameters in double precision if they are at rest, of constant twist,
-/// screws, or cubics (HermiteMotion), or are made of such by SequenceMotion or ComposedMotion about
-/// the centre of mass. Any other motion becomes cubics that follow it to kMotionTolerance.
-/// Shapes are rounded to 1/65535 of their bounding box, for drawing only.
+/// screws, or cubics (HermiteMotion), or made of these by SequenceMotion or ComposedMotion about
+/// the centre of mass. Any other motion becomes cubics that follow it to kMotionTolerance. Shapes
+/// are rounded to 1/65535 of their bounding box, for drawing only.
 class PageEncoder {
  public:
   /// Of a motion that is stored as cubics: greatest error of position, as part of the sum of the

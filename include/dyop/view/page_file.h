@@ -13,7 +13,7 @@ namespace DYOP_EXPORT dyop {
 bool has_page();
 
 /// A self-contained HTML page that plays a run: PageEncoder's blocks within the page's own code.
-/// Opens from a file, asks for nothing over a network.
+/// Opens from a file; needs no network.
 /// @throws InvalidArgument unless has_page().
 std::string page_html(std::string_view title, std::span<const std::string> blocks);
 

@@ -10,9 +10,9 @@
 namespace DYOP_EXPORT dyop {
 
 struct RecordedPageOptions {
-  /// Pairs whose gap is drawn over the whole run: those that come nearest.
+  /// Number of pairs, those that come nearest, whose gap is plotted over the whole run.
   int gap_pairs = 6;
-  /// At how many times at most; each costs a distance query for each of the pairs.
+  /// Largest number of times; each costs one distance query per pair.
   int gap_samples = 300;
 };
 

@@ -10,7 +10,7 @@
 
 namespace DYOP_EXPORT dyop {
 
-/// Gathers what a page shows from a World while it runs.
+/// Collects the data of a page from a World while it runs.
 class RunFollower {
  public:
   /// The World's bodies at its time; `end_time` is what is planned.
@@ -20,7 +20,7 @@ class RunFollower {
   /// @param gravity_W For the potential energy.
   explicit RunFollower(const Vector3& gravity_W) : gravity_W_(gravity_W) {}
 
-  /// What one advance of `world` added. To be called after each advance.
+  /// The data of the last advance of `world`. To be called after each advance.
   PageSpan follow(const AdvanceReport& report, const World& world);
 
  private:

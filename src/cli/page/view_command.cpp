@@ -10,6 +10,7 @@
 
 #include "cli/commands.h"
 #include "cli/interrupt.h"
+#include "cli/scene_steps.h"
 #include "dyop/io/file_error.h"
 #include "dyop/scene_io/scene_file.h"
 #include "dyop/view/frame_pictures.h"
@@ -89,21 +90,16 @@ ExitCode view_recording(const ViewArguments& arguments) {
   return ExitCode::Answered;
 }
 
-// A rest shorter than this part of a step is no step of its own.
-// literal: only rounding of end / step makes such a rest
-constexpr Scalar kNoStep = 1e-6;
-
 AdvanceStatus run_live(const Scene& scene, const PageEncoder& encoder, World& world,
                        LiveServer& server, const std::stop_token& interrupt) {
   RunFollower follower(scene.options.gravity_W);
   std::stop_source stop;
   const std::stop_callback by_user(interrupt, [&] { stop.request_stop(); });
   const std::stop_callback by_page(server.stop_token(), [&] { stop.request_stop(); });
-  const auto count =
-      std::max<std::int64_t>(1, std::llround(std::ceil(scene.end_time / scene.step - kNoStep)));
+  const std::int64_t count = step_count(scene);
   for (std::int64_t k = 1; k <= count; ++k) {
     if (!server.may_go_on(interrupt)) return AdvanceStatus::Cancelled;
-    const Scalar t = k == count ? scene.end_time : Scalar(k) * scene.step;
+    const Scalar t = step_end(scene, k, count);
     const AdvanceReport report = world.advance(t - world.time(), {stop.get_token(), std::nullopt});
     server.publish(encoder.span(follower.follow(report, world)));
     if (report.status != AdvanceStatus::Completed) return report.status;

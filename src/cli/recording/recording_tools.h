@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "cli/commands.h"
+#include "dyop/core/types.h"
 
 /// What needs HDF5: without it every function throws FileError, which names the package.
 namespace dyop::cli {
@@ -23,6 +24,8 @@ struct ExportArguments {
   std::string out;
   std::string scene;
   std::vector<std::string> mesh_path;
+  Scalar tolerance = 1e-4;  ///< literal: as GltfOptions
+  std::string up = "z";
 };
 
 ExitCode export_recording(const ExportArguments& arguments);

@@ -89,10 +89,10 @@ void DoubleRemoval::run(std::vector<FoundContact>& found) const {
 Feature named_feature(const ContactSurface& surface, const FeatureKey& key) {
   switch (key.kind) {
     case FeatureKind::Vertex:
-      return {key.kind, {key.number, -1, -1}};
+      return {key.kind, {key.number}};
     case FeatureKind::Edge: {
       const auto& ends = surface.topology->edge(key.number);
-      return {key.kind, {ends[0], ends[1], -1}};
+      return {key.kind, {ends[0], ends[1]}};
     }
     case FeatureKind::Face:
       return {key.kind, surface.indices(key.number)};

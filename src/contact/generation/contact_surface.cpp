@@ -108,7 +108,7 @@ bool ContactSurface::admits_at_foot(std::int32_t triangle, const TriangleFoot& f
     case FeatureKind::Vertex:
       return admits_at_vertex(indices(triangle)[std::size_t(foot.index)], n, sine, noise);
     case FeatureKind::Edge:
-      return admits_at_edge(topology->edge_of_side(3 * triangle + foot.index), p, n, sine, noise);
+      return admits_at_edge(*topology->edge_of_side(3 * triangle + foot.index), p, n, sine, noise);
     case FeatureKind::Face:
     case FeatureKind::Smooth:
       break;
@@ -121,7 +121,7 @@ FeatureKey ContactSurface::foot_key(std::int32_t triangle, const TriangleFoot& f
     case FeatureKind::Vertex:
       return {foot.kind, 0, indices(triangle)[std::size_t(foot.index)]};
     case FeatureKind::Edge:
-      return {foot.kind, 0, topology->edge_of_side(3 * triangle + foot.index)};
+      return {foot.kind, 0, *topology->edge_of_side(3 * triangle + foot.index)};
     case FeatureKind::Face:
     case FeatureKind::Smooth:
       break;

@@ -172,11 +172,11 @@ void FeaturePairs::add_triangles(std::int32_t triangle_a, const Triangle& a,
   if ((own_a & ContactFeatures::kSides) == 0 || (own_b & ContactFeatures::kSides) == 0) return;
   for (std::size_t i = 0; i < 3; ++i) {
     if ((own_a >> (3 + i) & 1) == 0) continue;
-    const EdgeSide edge_a{query_.a.topology->edge_of_side(3 * triangle_a + std::int32_t(i)),
+    const EdgeSide edge_a{*query_.a.topology->edge_of_side(3 * triangle_a + std::int32_t(i)),
                           triangle_a, a[i], a[(i + 1) % 3]};
     for (std::size_t j = 0; j < 3; ++j) {
       if ((own_b >> (3 + j) & 1) == 0) continue;
-      add_edges(edge_a, {query_.b.topology->edge_of_side(3 * triangle_b + std::int32_t(j)),
+      add_edges(edge_a, {*query_.b.topology->edge_of_side(3 * triangle_b + std::int32_t(j)),
                          triangle_b, b[j], b[(j + 1) % 3]});
     }
   }

@@ -298,9 +298,8 @@ Feature spanned_feature(const std::array<CorePair, 4>& pairs, std::size_t count,
     const std::int32_t vertex = (pairs[i].*side).vertex;
     if (vertex < 0) return {};
     auto& vertices = feature.vertices;
-    if (distinct == 3 || std::find(vertices.begin(), vertices.end(), vertex) != vertices.end()) {
-      continue;
-    }
+    const auto known = vertices.begin() + static_cast<std::ptrdiff_t>(distinct);
+    if (distinct == 3 || std::find(vertices.begin(), known, vertex) != known) continue;
     std::size_t at = distinct++;
     for (; at > 0 && vertices[at - 1] > vertex; --at) vertices[at] = vertices[at - 1];
     vertices[at] = vertex;

@@ -74,9 +74,8 @@ inline constexpr int kFaceCode = 6;
 /// The feature with that number, by local vertex numbers.
 inline const Feature& feature_of_place(int place) {
   static constexpr Feature kFeatures[7] = {
-      {FeatureKind::Vertex, {0, -1, -1}}, {FeatureKind::Vertex, {1, -1, -1}},
-      {FeatureKind::Vertex, {2, -1, -1}}, {FeatureKind::Edge, {0, 1, -1}},
-      {FeatureKind::Edge, {1, 2, -1}},    {FeatureKind::Edge, {0, 2, -1}},
+      {FeatureKind::Vertex, {0}},    {FeatureKind::Vertex, {1}},  {FeatureKind::Vertex, {2}},
+      {FeatureKind::Edge, {0, 1}},   {FeatureKind::Edge, {1, 2}}, {FeatureKind::Edge, {0, 2}},
       {FeatureKind::Face, {0, 1, 2}}};
   return kFeatures[place];
 }

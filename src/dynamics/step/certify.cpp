@@ -18,6 +18,7 @@ ToiResult query(PairState& pair, const BodyMove& a, const BodyMove& b, const Tim
   options.distance_tolerance = tolerance;
   options.max_node_pairs = limits.max_node_pairs;
   options.stop = limits.stop;
+  options.deadline = limits.deadline;
   ToiMemory& memory = workspace.memory();
   memory.start = pair.seed.supports;
   ToiResult result = time_of_impact(*a.body->definition.shape, *a.motion, *b.body->definition.shape,
@@ -45,6 +46,23 @@ void release(PairState& pair, const BodyMove& a, const RigidPose& X_WA, const Bo
 
 Scalar pair_noise(const BodyMove& a, const BodyMove& b) {
   return kStepNoise * (a.center.norm() + b.center.norm() + a.body->radius + b.body->radius);
+}
+
+std::optional<AdvanceStatus> failure_of(ToiStatus status) {
+  switch (status) {
+    case ToiStatus::Impact:
+      return std::nullopt;
+    case ToiStatus::Separated:
+    case ToiStatus::InitiallyWithinTarget:
+    case ToiStatus::NumericalLimit:
+      return AdvanceStatus::NumericalLimit;
+    case ToiStatus::BudgetExhausted:
+      return AdvanceStatus::BudgetExhausted;
+    case ToiStatus::NotRun:
+    case ToiStatus::Cancelled:
+      break;
+  }
+  return AdvanceStatus::Cancelled;
 }
 
 void add(ToiStatistics& sum, const ToiStatistics& part) {

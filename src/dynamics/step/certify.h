@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <chrono>
 #include <optional>
 #include <stop_token>
 
 #include "dynamics/step/ledger.h"
 #include "dynamics/step/track.h"
+#include "dyop/dynamics/advance_report.h"
 #include "dyop/toi/time_of_impact.h"
 
 namespace dyop::internal {
@@ -14,6 +16,9 @@ namespace dyop::internal {
 struct QueryLimits {
   std::int64_t max_node_pairs = 0;
   std::stop_token stop;
+  std::optional<std::chrono::steady_clock::time_point> deadline;
+
+  bool is_late() const { return deadline && std::chrono::steady_clock::now() >= *deadline; }
 };
 
 /// Either a proof over the whole interval, or the query's result instead.
@@ -32,6 +37,9 @@ Certificate certify(PairState& pair, const BodyMove& a, const BodyMove& b,
 
 /// Allowance for rounding at the scale of a pair.
 Scalar pair_noise(const BodyMove& a, const BodyMove& b);
+
+/// What the end of a query without a proof means for a step; none for an impact, which is answered.
+std::optional<AdvanceStatus> failure_of(ToiStatus status);
 
 void add(ToiStatistics& sum, const ToiStatistics& part);
 

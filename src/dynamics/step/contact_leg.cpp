@@ -8,6 +8,7 @@
 #include "dynamics/step/end_gap.h"
 #include "dynamics/step/joint_rows.h"
 #include "dynamics/step/leg_problem.h"
+#include "dynamics/step/spring_rows.h"
 #include "motion/guarded_state.h"
 
 namespace dyop::internal {
@@ -21,8 +22,14 @@ constexpr int kMostRounds = 8;
 constexpr int kMostErrorSolves = 4;
 constexpr int kMostAttempts = 8;
 constexpr int kMostSpinSweeps = 4;
+// Legs of a struck island, of a step.
+constexpr Scalar kStruckLegPart = 0.25;
 
 enum class AttemptResult { Committed, Blocked, Failed };
+
+bool is_edge_pair(const ContactPoint& point) {
+  return point.feature_a.kind == FeatureKind::Edge && point.feature_b.kind == FeatureKind::Edge;
+}
 
 // One attempt to step to one horizon.
 class ContactLeg {
@@ -32,6 +39,7 @@ class ContactLeg {
 
   Scalar blocked_at() const { return blocked_at_; }
   bool must_land() const { return must_land_; }
+  bool is_struck() const { return leg_.is_struck(); }
 
  private:
   void set_free_velocities();
@@ -43,7 +51,6 @@ class ContactLeg {
   void make_moves();
   void find_proofs();
   bool answer_hits();
-  void add_hit(std::size_t pair, const ToiResult& hit);
   void store_velocities();
   void commit(Scalar tau);
 
@@ -52,6 +59,7 @@ class ContactLeg {
   bool may_bounce_;
   bool lands_;  // the horizon ends at a hit to be resolved there
   LegProblem leg_;
+  std::optional<SpringRows> springs_;  // after the joints' rows
   std::vector<Wrench> wrenches_;
   std::vector<Vector3> free_L_W_;
   std::vector<BodyMove> moves_;
@@ -83,6 +91,7 @@ ContactLeg::ContactLeg(IslandRun& run, Scalar tau, bool may_bounce, bool lands)
     start_b_.push_back(run.pose_of(pair.member_b, *pair.b));
   }
   leg_.take_joints(tau_ / 2);
+  springs_.emplace(leg_, tau_);
   end_a_ = start_a_;
   end_b_ = start_b_;
 }
@@ -143,6 +152,7 @@ Scalar ContactLeg::target(std::size_t contact) const {
 void ContactLeg::solve_move() {
   set_free_velocities();
   set_joint_targets(leg_, tau_);
+  springs_->set_targets();
   for (std::size_t i = 0; i < leg_.contacts().size(); ++i) leg_.set_target(i, target(i));
   const ContactReport report = leg_.solve(tau_);
   residual_ = report.residual;
@@ -188,9 +198,7 @@ bool ContactLeg::update_errors() {
     Scalar error = end_gap(entry.point, *pair.a, start_a_[entry.pair], end_a_[entry.pair], *pair.b,
                            start_b_[entry.pair], end_b_[entry.pair]) -
                    linear;
-    const bool is_edge_pair = entry.point.feature_a.kind == FeatureKind::Edge &&
-                              entry.point.feature_b.kind == FeatureKind::Edge;
-    if (is_edge_pair) error = std::min(error, 0.0);
+    if (is_edge_pair(entry.point)) error = std::min(error, 0.0);
     const bool matters =
         linear + error < pair.state->lengths.rest_gap() + pair.state->lengths.standoff;
     if (matters && std::abs(error - entry.error) > kErrorChange * pair.state->lengths.standoff) {
@@ -198,43 +206,25 @@ bool ContactLeg::update_errors() {
     }
     entry.error = error;
   }
-  const auto end = [this](const std::optional<std::size_t>& member, const BodyRecord& body) {
-    return end_pose(member, body);
-  };
+  const auto end = [this](const auto& member, const auto& body) { return end_pose(member, body); };
+  has_changed = springs_->update(end) || has_changed;
   return update_joint_errors(leg_, tau_, end) || has_changed;
 }
 
 void ContactLeg::find_proofs() {
+  const PartTimer timing = run_.timer(&StepTimes::proofs);
   certificates_.clear();
   const TimeInterval interval{run_.now(), run_.now() + tau_};
   for (RunPair& pair : run_.pairs()) {
     const BodyMove a = pair.member_a ? moves_[*pair.member_a] : run_.support_move(*pair.a);
     const BodyMove b = pair.member_b ? moves_[*pair.member_b] : run_.support_move(*pair.b);
     certificates_.push_back(certify(*pair.state, a, b, interval, pair.state->kept_distance(),
-                                    run_.context().limits(), run_.workspace().toi));
+                                    run_.context().limits, run_.workspace().toi));
     if (const auto& result = certificates_.back().result) {
       add(run_.outcome().toi, result->statistics);
       pair.state->advancement_steps += result->statistics.node_pairs;
     }
   }
-}
-
-void ContactLeg::add_hit(std::size_t pair_index, const ToiResult& hit) {
-  const RunPair& pair = run_.pairs()[pair_index];
-  const PairLengths& lengths = pair.state->lengths;
-  LegContact entry;
-  entry.pair = pair_index;
-  entry.point = point_of_hit(hit, start_a_[pair_index], start_b_[pair_index]);
-  const ContactPoint& point = entry.point;
-  for (LegContact& known : leg_.contacts()) {
-    if (known.pair != pair_index) continue;
-    const bool is_same = known.point.nhat_AB_W.dot(point.nhat_AB_W) > 0.9 &&
-                         (known.point.p_WCa - point.p_WCa).norm() < 0.05 * lengths.radius;
-    if (!is_same) continue;
-    known.push += 0.5 * lengths.standoff * std::exp2(std::min(known.hits++, 4));
-    return;
-  }
-  leg_.add(entry);
 }
 
 // Turns hits into contacts. Returns false if a hit must be resolved where it happened instead.
@@ -249,22 +239,7 @@ bool ContactLeg::answer_hits() {
   }
   const ToiResult& met = *certificates_[first].result;
   blocked_at_ = met.t_safe;
-  switch (met.status) {
-    case ToiStatus::Impact:
-      break;
-    case ToiStatus::Separated:
-    case ToiStatus::InitiallyWithinTarget:
-    case ToiStatus::NumericalLimit:
-      failure_ = AdvanceStatus::NumericalLimit;
-      break;
-    case ToiStatus::BudgetExhausted:
-      failure_ = AdvanceStatus::BudgetExhausted;
-      break;
-    case ToiStatus::NotRun:
-    case ToiStatus::Cancelled:
-      failure_ = AdvanceStatus::Cancelled;
-      break;
-  }
+  failure_ = failure_of(met.status);
   if (failure_) {
     run_.fail(*failure_, run_.pairs()[first].state->key);
     return false;
@@ -282,7 +257,8 @@ bool ContactLeg::answer_hits() {
   }
   for (std::size_t i = 0; i < certificates_.size(); ++i) {
     const auto& result = certificates_[i].result;
-    if (!certificates_[i].proof && result->status == ToiStatus::Impact) add_hit(i, *result);
+    if (certificates_[i].proof || result->status != ToiStatus::Impact) continue;
+    leg_.add_hit(i, point_of_hit(*result, start_a_[i], start_b_[i]));
   }
   return true;
 }
@@ -328,7 +304,7 @@ void ContactLeg::commit(Scalar tau) {
   for (const LegContact& entry : leg_.contacts()) {
     if (!entry.index) continue;
     const std::size_t row = static_cast<std::size_t>(&entry - leg_.contacts().data());
-    run_.pairs()[entry.pair].state->contacts.contacts()[*entry.index].impulse_W =
+    run_.pairs()[entry.pair].state->points()[*entry.index].impulse_W =
         leg_.problem().contacts[row].impulse_W;
   }
   for (std::size_t i = 0; i < run_.members().size(); ++i) {
@@ -338,14 +314,18 @@ void ContactLeg::commit(Scalar tau) {
     member.state.v_W =
         stored_v_W_[i] + (tau - tau_) / 2 * member.body->inverse_mass * wrenches_[i].force;
     member.state.L_W = stored_L_W_[i] + (tau - tau_) / 2 * wrenches_[i].torque;
+    springs_->add_cut(tau / tau_, i, member.state.v_W, member.state.L_W);
     member.state.X_WM = central_pose(*member.body, X_WB);
   }
+  springs_->keep_impulses(tau / tau_);
   run_.commit_leg(t_end, moves_, std::move(proofs), closings);
 }
 
 AttemptResult ContactLeg::attempt() {
   for (int round = 0; round < kMostRounds; ++round) {
-    for (int k = 0; k < kMostErrorSolves; ++k) {
+    if (run_.must_stop()) return AttemptResult::Failed;
+    const int error_solves = leg_.is_struck() ? 1 : kMostErrorSolves;
+    for (int k = 0; k < error_solves; ++k) {
       solve_move();
       make_moves();
       if (!update_errors()) break;
@@ -378,7 +358,13 @@ bool run_contact_leg(IslandRun& run, bool may_bounce) {
   for (int attempt = 0; attempt < kMostAttempts; ++attempt) {
     if (!(run.now() + tau > run.now())) return false;
     ContactLeg leg(run, tau, may_bounce, lands);
-    if (attempt == 0 || !lands) {
+    const Scalar struck_tau = kStruckLegPart * run.context().h;
+    // literal: rounding cuts no leg
+    if (attempt == 0 && tau > struck_tau * (1 + 1e-9) && leg.is_struck()) {
+      tau = struck_tau;
+      continue;
+    }
+    if (!lands) {
       for (RunPair& pair : run.pairs()) pair.hit.reset();
     }
     const AttemptResult result = leg.attempt();

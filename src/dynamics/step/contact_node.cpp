@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "dynamics/step/contact_leg.h"
 #include "dynamics/step/leg_problem.h"
+#include "dynamics/step/spring_rows.h"
 
 namespace dyop::internal {
 
@@ -10,15 +11,14 @@ namespace {
 // next move.
 void keep_impulses(IslandRun& run, const LegProblem& node, const std::vector<Vector3>& moving) {
   for (IslandRun::RunPair& pair : run.pairs()) {
-    pair.state->impulses.assign(pair.is_near ? pair.state->contacts.contacts().size() : 0,
-                                Vector3::Zero());
+    pair.state->impulses.assign(pair.is_near ? pair.state->points().size() : 0, Vector3::Zero());
   }
   for (std::size_t i = 0; i < node.contacts().size(); ++i) {
     const LegContact& entry = node.contacts()[i];
     PairState& state = *run.pairs()[entry.pair].state;
     const Vector3& impulse = node.problem().contacts[i].impulse_W;
     state.impulses[*entry.index] = moving[i] + impulse;
-    state.contacts.contacts()[*entry.index].impulse_W = impulse;
+    state.points()[*entry.index].impulse_W = impulse;
   }
 }
 
@@ -47,6 +47,7 @@ void solve_contact_node(IslandRun& run, Scalar tau, bool may_bounce) {
     return !(may_bounce && bounces(run, pair, normal_velocity(run, pair, point)));
   });
   node.take_joints(tau / 2);
+  add_spring_ends(node, tau, free_L_W);
   node.set_supports(0);
   for (std::size_t i = 0; i < node.rows().size(); ++i) {
     const LegRow& entry = node.rows()[i];

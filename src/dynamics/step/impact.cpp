@@ -133,10 +133,12 @@ void ImpactSolve::solve() {
         return !(body.free_v_W.isZero(0) && body.free_w_W.isZero(0));
       });
   solve_with(1);
+  const bool has_bounce = std::any_of(restitution_.begin(), restitution_.end(),
+                                      [](Scalar restitution) { return restitution > 0; });
   // Newton's restitution with friction can create energy ([Kane1984]); then reduce the bounce.
   Scalar bounce = 1;
   constexpr int kHalvings = 20;
-  for (int i = 0; i < kHalvings && !may_gain; ++i) {
+  for (int i = 0; i < kHalvings && has_bounce && !may_gain; ++i) {
     if (kinetic_energy() <= before * (1 + kImpactEnergyNoise)) break;
     bounce = i + 1 < kHalvings ? bounce / 2 : 0;
     solve_with(bounce);
@@ -174,7 +176,7 @@ bool resolve_impacts(IslandRun& run, bool may_bounce) {
   const RunPair* met = nullptr;
   for (RunPair& pair : run.pairs()) {
     if (!may_bounce || !pair.is_near) continue;
-    for (const ContactPoint& point : pair.state->contacts.contacts()) {
+    for (const ContactPoint& point : pair.state->points()) {
       if (!is_triggered(run, pair, point)) continue;
       if (!met || (pair.hit && !met->hit)) met = &pair;
     }

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/tolerance.h"
+#include "dynamics/overlap.h"
 #include "dynamics/step/contact_leg.h"
 #include "dyop/motion/rest_motion.h"
 
@@ -98,6 +99,7 @@ Twist IslandRun::central_twist(const std::optional<std::size_t>& member,
 }
 
 void IslandRun::find_contacts() {
+  const PartTimer timing = timer(&StepTimes::contacts);
   const Scalar h = context_.h;
   const auto way_of = [&](const std::optional<std::size_t>& member, const BodyRecord& body) {
     const Twist twist = central_twist(member, body);
@@ -116,9 +118,10 @@ void IslandRun::find_contacts() {
     const RigidPose X_WA = pose_of(pair.member_a, *pair.a);
     const RigidPose X_WB = pose_of(pair.member_b, *pair.b);
     // A distance that begins at the pivot costs less than to find that there are no contacts.
-    if (state.gap_lower < 0 || state.contacts.contacts().empty()) {
+    if (state.gap_lower < 0 || state.overlaps || state.points().empty()) {
       measure_gap(state, *pair.a, X_WA, *pair.b, X_WB, reach);
       if (state.gap_lower > reach) continue;
+      if (push_apart(pair, X_WA, X_WB)) continue;
     }
     state.reach = reach;
     pair.is_near =
@@ -127,10 +130,21 @@ void IslandRun::find_contacts() {
   }
 }
 
+// Contacts of a pair that overlaps. Returns whether it does.
+bool IslandRun::push_apart(RunPair& pair, const RigidPose& X_WA, const RigidPose& X_WB) {
+  PairState& state = *pair.state;
+  state.overlaps = !(state.gap_lower > 0);
+  if (!state.overlaps) return false;
+  state.overlap_contacts =
+      estimate_overlap(*pair.a, X_WA, *pair.b, X_WB, state.lengths.rest_gap(), workspace_.contacts);
+  pair.is_near = !state.overlap_contacts.empty();
+  return true;
+}
+
 // Free flight for all while every contact in reach opens, or stays open without help.
 bool IslandRun::may_fly() const {
   const Scalar h = remaining();
-  if (!island_.joints.empty()) return false;
+  if (!island_.joints.empty() || !island_.springs.empty()) return false;
   for (const Member& member : members_) {
     if (member.body->definition.locked.any()) return false;
   }
@@ -140,7 +154,7 @@ bool IslandRun::may_fly() const {
     const PairLengths& lengths = pair.state->lengths;
     const Scalar fall =
         (pair.member_a && pair.member_b ? 0.0 : 0.5) * h * h * context_.gravity_W.norm();
-    for (const ContactPoint& point : pair.state->contacts.contacts()) {
+    for (const ContactPoint& point : pair.state->points()) {
       const Scalar speed = normal_velocity(*this, pair, point);
       if (point.gap < lengths.rest_gap() - 0.7 * kCertifiedFraction * lengths.standoff)
         return false;
@@ -151,6 +165,7 @@ bool IslandRun::may_fly() const {
 }
 
 std::vector<BodyMove> IslandRun::flights_to(Scalar t_end) {
+  const PartTimer timing = timer(&StepTimes::flight);
   std::vector<BodyMove> moves;
   for (Member& member : members_) {
     if (!member.flight) {
@@ -172,6 +187,7 @@ std::vector<BodyMove> IslandRun::flights_to(Scalar t_end) {
 bool IslandRun::try_flight() {
   const TimeInterval interval{now_, context_.t_end};
   const std::vector<BodyMove> moves = flights_to(interval.end);
+  const PartTimer timing = timer(&StepTimes::proofs);
   std::vector<Certificate> certificates;
   std::size_t first = pairs_.size();  // the pair hit first
   for (std::size_t i = 0; i < pairs_.size(); ++i) {
@@ -181,7 +197,7 @@ bool IslandRun::try_flight() {
     const BodyMove b = pair.member_b ? moves[*pair.member_b] : support_move(*pair.b);
     // Landing ends at the rest gap, so that nothing needs pushing there.
     const Scalar kept = state.lengths.rest_gap() - state.lengths.tolerance();
-    certificates.push_back(certify(state, a, b, interval, kept, context_.limits(), workspace_.toi));
+    certificates.push_back(certify(state, a, b, interval, kept, context_.limits, workspace_.toi));
     const Certificate& certificate = certificates.back();
     if (certificate.result) {
       add(outcome_.toi, certificate.result->statistics);
@@ -190,11 +206,8 @@ bool IslandRun::try_flight() {
     if (certificate.proof) continue;
     const ToiStatus status = certificate.result->status;
     if (status == ToiStatus::InitiallyWithinTarget) return false;
-    if (status != ToiStatus::Impact) {
-      fail(status == ToiStatus::NumericalLimit    ? AdvanceStatus::NumericalLimit
-           : status == ToiStatus::BudgetExhausted ? AdvanceStatus::BudgetExhausted
-                                                  : AdvanceStatus::Cancelled,
-           state.key);
+    if (const auto failure = failure_of(status)) {
+      fail(*failure, state.key);
       return true;
     }
     if (first == pairs_.size() || certificate.result->t_safe < certificates[first].result->t_safe) {
@@ -270,7 +283,7 @@ void IslandRun::stand_still() {
     const BodyMove a = pair.member_a ? moves[*pair.member_a] : support_move(*pair.a);
     const BodyMove b = pair.member_b ? moves[*pair.member_b] : support_move(*pair.b);
     certificates.push_back(
-        certify(state, a, b, interval, state.kept_distance(), context_.limits(), workspace_.toi));
+        certify(state, a, b, interval, state.kept_distance(), context_.limits, workspace_.toi));
     if (!certificates.back().proof && certificates.back().result->t_safe < reached) {
       reached = certificates.back().result->t_safe;
       blocked = state.key;
@@ -293,13 +306,19 @@ void IslandRun::stand_still() {
   commit_leg(reached, moves, std::move(proofs), closings);
 }
 
+bool IslandRun::must_stop() {
+  if (context_.limits.stop.stop_requested()) {
+    fail(AdvanceStatus::Cancelled, {});
+  } else if (context_.limits.is_late()) {
+    fail(AdvanceStatus::BudgetExhausted, {});
+  }
+  return outcome_.failure.has_value();
+}
+
 IslandOutcome IslandRun::run() {
   for (int leg = 0; now_ < context_.t_end && !outcome_.failure && !outcome_.stopped_at_impact;
        ++leg) {
-    if (context_.stop.stop_requested()) {
-      fail(AdvanceStatus::Cancelled, {});
-      break;
-    }
+    if (must_stop()) break;
     find_contacts();
     const bool may_bounce = impact_count_ < kMostImpacts;
     if (resolve_impacts(*this, may_bounce)) {
@@ -315,7 +334,7 @@ IslandOutcome IslandRun::run() {
   for (RunPair& pair : pairs_) {
     PairState& state = *pair.state;
     const Scalar reach = state.lengths.rest_gap() + kContactReachStandoffs * state.lengths.standoff;
-    const auto points = state.contacts.contacts();
+    const auto points = state.points();
     state.has_contacts = outcome_.in_contact && pair.is_near &&
                          std::any_of(points.begin(), points.end(),
                                      [&](const ContactPoint& point) { return point.gap <= reach; });

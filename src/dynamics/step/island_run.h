@@ -8,7 +8,9 @@
 
 #include "dynamics/free_flight.h"
 #include "dynamics/joint_state.h"
+#include "dynamics/spring_state.h"
 #include "dynamics/step/certify.h"
+#include "dynamics/step/part_timer.h"
 #include "dyop/contact/contact_cascade.h"
 #include "dyop/contact/contact_generator.h"
 #include "dyop/dynamics/world_options.h"
@@ -23,10 +25,9 @@ struct StepContext {
   Scalar t_end = 0;
   Scalar h = 0;  // planned length of the step; t_end may come sooner
   const std::deque<BodyRecord>* bodies = nullptr;
-  std::stop_token stop;
+  QueryLimits limits;
 
   const BodyRecord& body(std::uint32_t slot) const { return (*bodies)[slot]; }
-  QueryLimits limits() const { return {options->max_node_pairs, stop}; }
   /// Faster approaches bounce, for a pair of these lengths.
   Scalar restitution_speed(const PairLengths& lengths) const;
 };
@@ -44,6 +45,7 @@ struct Island {
   std::vector<std::uint32_t> bodies;  // slots, sorted
   std::vector<PairState*> pairs;      // by key
   std::vector<JointState*> joints;    // with at least one body in `bodies`
+  std::vector<SpringState*> springs;  // the same
 };
 
 /// Why an island could not continue.
@@ -62,6 +64,7 @@ struct IslandOutcome {
   bool stopped_at_impact = false;  // the last of `impacts`
   bool in_contact = false;         // at its end
   StepStatistics work;
+  StepTimes times;
   ToiStatistics toi;
   IntegratorStatistics integrator;
 };
@@ -97,6 +100,7 @@ class IslandRun {
   std::vector<RunPair>& pairs() { return pairs_; }
   IslandOutcome& outcome() { return outcome_; }
   const std::vector<JointState*>& joints() const { return island_.joints; }
+  const std::vector<SpringState*>& springs() const { return island_.springs; }
   std::optional<std::size_t> member_at(BodyId id) const;
   Scalar now() const { return now_; }
   Scalar remaining() const { return context_.t_end - now_; }
@@ -113,10 +117,17 @@ class IslandRun {
                   const std::vector<Scalar>& closings);
   /// Contacts of all near pairs at now().
   void find_contacts();
+  /// A timer of one part of the work; see StepTimes.
+  PartTimer timer(Scalar StepTimes::*part) {
+    return PartTimer(context_.options->measures_time, outcome_.times.*part);
+  }
+  /// Whether the caller wants the step to end now; it fails then.
+  bool must_stop();
   /// Ends the run: no further progress is possible.
   void fail(AdvanceStatus status, PairKey pair);
 
  private:
+  bool push_apart(RunPair& pair, const RigidPose& X_WA, const RigidPose& X_WB);
   bool try_flight();
   bool may_fly() const;
   void stand_still();

@@ -50,7 +50,7 @@ class LegProblem {
     for (std::size_t i = 0; i < run_.pairs().size(); ++i) {
       const IslandRun::RunPair& pair = run_.pairs()[i];
       if (!pair.is_near) continue;
-      const auto points = pair.state->contacts.contacts();
+      const auto points = pair.state->points();
       for (std::size_t k = 0; k < points.size(); ++k) {
         if (wanted(pair, points[k])) add({i, k, points[k]});
       }
@@ -58,6 +58,8 @@ class LegProblem {
     order();
   }
   void add(const LegContact& contact);
+  /// A contact where the move was hit; one that is known there already is pushed harder.
+  void add_hit(std::size_t pair, const ContactPoint& point);
   /// Adds the rows of all joints at now; motors have their strength over tau.
   void take_joints(Scalar tau);
   std::vector<LegRow>& rows() { return rows_; }
@@ -81,11 +83,17 @@ class LegProblem {
   /// Angular momenta of the members after the impulses of the last solve, given those before.
   std::vector<Vector3> angular_momenta(std::vector<Vector3> free_L_W) const;
   std::size_t body_index(const std::optional<std::size_t>& member, const BodyRecord& body) const;
+  /// Whether so many bodies move so fast that they are solved coarsely, in short legs.
+  bool is_struck() const;
+  /// Number in the problem of a body that something other than a contact acts on.
+  std::size_t take_body(const BodyRecord& body);
+  /// Centre of mass at now.
+  Vector3 center_of(std::size_t body) const { return centers_[body]; }
   /// Smallest standoff of the island's pairs.
   Scalar standoff() const { return standoff_; }
 
  private:
-  Vector3 center_of(std::size_t body) const { return centers_[body]; }
+  bool is_large() const;
   Scalar tolerance(Scalar tau) const;
   Scalar impact_tolerance(Scalar tau) const;
 

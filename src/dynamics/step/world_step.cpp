@@ -36,7 +36,7 @@ WorldStep::WorldStep(World::Impl& world, Scalar t_end, const AdvanceLimits& limi
   context_.t_end = t_end;
   context_.h = t_end - world.time;
   context_.bodies = &world.bodies;
-  context_.stop = limits.stop;
+  context_.limits = {world.options.max_node_pairs, limits.stop, limits.deadline};
 }
 
 // Calls item(index, workspace) for all indices on the World's threads. Of all exceptions, the one
@@ -92,9 +92,9 @@ void WorldStep::link_pairs() {
     if (a.is_awake() && b.is_asleep) world_.wake(pair->key.b, &report_);
     if (b.is_awake() && a.is_asleep) world_.wake(pair->key.a, &report_);
   }
-  for (const JointState& joint : world_.joints) {
-    const BodyRecord& a = world_.bodies[joint.definition.a.slot];
-    const BodyRecord& b = world_.bodies[joint.definition.b.slot];
+  for (const PairKey& link : world_.links) {
+    const BodyRecord& a = world_.bodies[link.a];
+    const BodyRecord& b = world_.bodies[link.b];
     if (a.is_awake() && b.is_asleep) world_.wake(b.id.slot, &report_);
     if (b.is_awake() && a.is_asleep) world_.wake(a.id.slot, &report_);
   }
@@ -115,9 +115,7 @@ void WorldStep::plan_islands() {
     if (pair->has_contacts) join(pair->key);
   }
   for (const PairKey& key : forced_links_) join(key);
-  for (const JointState& joint : world_.joints) {
-    join({joint.definition.a.slot, joint.definition.b.slot});
-  }
+  for (const PairKey& link : world_.links) join(link);
 
   std::map<std::vector<std::uint32_t>, IslandOutcome> kept;
   for (std::size_t i = 0; i < outcomes_.size(); ++i) {
@@ -152,13 +150,20 @@ void WorldStep::plan_islands() {
     pair->is_inner = true;
     islands_[static_cast<std::size_t>(std::max(of_a, of_b))].pairs.push_back(pair.get());
   }
+  // Of the island that something between two bodies acts in; none if one of them is not there.
+  const auto island_with = [&](BodyId a, BodyId b) -> Island* {
+    const std::int32_t island = std::max(island_of_[a.slot], island_of_[b.slot]);
+    const bool is_present =
+        world_.bodies[a.slot].is_present() && world_.bodies[b.slot].is_present();
+    return is_present && island >= 0 ? &islands_[static_cast<std::size_t>(island)] : nullptr;
+  };
   for (JointState& joint : world_.joints) {
-    const std::int32_t of_a = island_of_[joint.definition.a.slot];
-    const std::int32_t of_b = island_of_[joint.definition.b.slot];
-    const bool is_present = world_.bodies[joint.definition.a.slot].is_present() &&
-                            world_.bodies[joint.definition.b.slot].is_present();
-    if (!is_present || std::max(of_a, of_b) < 0) continue;
-    islands_[static_cast<std::size_t>(std::max(of_a, of_b))].joints.push_back(&joint);
+    Island* island = island_with(joint.definition.a, joint.definition.b);
+    if (island) island->joints.push_back(&joint);
+  }
+  for (SpringState& spring : world_.springs) {
+    Island* island = island_with(spring.definition.a, spring.definition.b);
+    if (island) island->springs.push_back(&spring);
   }
   for (const Island& island : islands_) {
     const auto known = kept.find(island.bodies);
@@ -215,7 +220,7 @@ void WorldStep::prove_pair(PairState& pair, Certificate& certificate,
                            ToiWorkspace& workspace) const {
   pair.start_from_committed();
   certificate = certify(pair, moves_[pair.key.a], moves_[pair.key.b], {context_.t, context_.t_end},
-                        pair.kept_distance(), context_.limits(), workspace);
+                        pair.kept_distance(), context_.limits, workspace);
   if (certificate.result) pair.advancement_steps = certificate.result->statistics.node_pairs;
   pair.loosen_bounds(certificate.closing);
 }
@@ -226,7 +231,10 @@ bool WorldStep::prove_the_rest() {
   for (std::uint32_t slot = 0; slot < world_.bodies.size(); ++slot) {
     moves_.push_back(world_.bodies[slot].is_present() ? move_of(slot) : BodyMove{});
   }
-  find_new_candidates();
+  {
+    const PartTimer timing(world_.options.measures_time, report_.times.broad_phase);
+    find_new_candidates();
+  }
   std::vector<PairState*> open;
   proofs_.clear();
   for (const auto& pair : world_.pairs) {
@@ -242,9 +250,12 @@ bool WorldStep::prove_the_rest() {
     if (!pair->is_inner) open.push_back(pair.get());
   }
   std::vector<Certificate> certificates(open.size());
+  std::vector<Scalar> times(open.size(), 0);
   run_parallel(open.size(), [&](std::size_t i, StepWorkspace& workspace) {
+    const PartTimer timing(world_.options.measures_time, times[i]);
     prove_pair(*open[i], certificates[i], workspace.toi);
   });
+  report_.times.proofs = std::accumulate(times.begin(), times.end(), report_.times.proofs);
   bool all = true;
   for (std::size_t i = 0; i < open.size(); ++i) {
     const PairKey key = open[i]->key;
@@ -261,17 +272,6 @@ bool WorldStep::prove_the_rest() {
     }
   }
   return all;
-}
-
-std::vector<PairKey> WorldStep::candidates() const {
-  std::vector<PairKey> keys;
-  for (const auto& pair : world_.pairs) {
-    const BodyRecord& a = world_.bodies[pair->key.a];
-    const BodyRecord& b = world_.bodies[pair->key.b];
-    if (a.definition.is_sensor || b.definition.is_sensor) continue;
-    if (a.is_dynamic() || b.is_dynamic()) keys.push_back(pair->key);
-  }
-  return keys;
 }
 
 // Bodies on given motions cannot react: those that come too near are reported, once.
@@ -303,6 +303,10 @@ void WorldStep::add_totals() {
     sum.contacts = std::max(sum.contacts, outcome.work.contacts);
     sum.unconverged += outcome.work.unconverged;
     sum.residual = std::max(sum.residual, outcome.work.residual);
+    report_.times.flight += outcome.times.flight;
+    report_.times.contacts += outcome.times.contacts;
+    report_.times.solve += outcome.times.solve;
+    report_.times.proofs += outcome.times.proofs;
     add(report_.toi, outcome.toi);
     report_.integrator.steps += outcome.integrator.steps;
     report_.integrator.rejected_steps += outcome.integrator.rejected_steps;
@@ -314,17 +318,27 @@ AdvanceStatus WorldStep::run() {
   const TimeInterval whole{context_.t, context_.t_end};
   run_parallel(0, [](std::size_t, StepWorkspace&) {});
   world_.wake_what_changed(whole, report_);
-  find_candidates();
+  const auto find = [&] {
+    const PartTimer timing(world_.options.measures_time, report_.times.broad_phase);
+    find_candidates();
+  };
+  find();
+  if (!has_moving_) {
+    commit_rest();
+    return AdvanceStatus::NotRun;
+  }
   is_dirty_.assign(world_.bodies.size(), false);
   link_pairs();
   bool is_proven = false;
-  for (int merge = 0; merge < kMostMerges && !is_proven; ++merge) {
-    if (merge > 0) find_candidates();
+  bool is_late = false;
+  for (int merge = 0; merge < kMostMerges && !is_proven && !is_late; ++merge) {
+    if (merge > 0) find();
     plan_islands();
     run_islands();
     shorten_to_reached();
     if (!(context_.t_end > context_.t)) break;
     is_proven = prove_the_rest();
+    is_late = !is_proven && context_.limits.is_late();
   }
   add_totals();
   const IslandFailure* failure = nullptr;
@@ -347,6 +361,7 @@ AdvanceStatus WorldStep::run() {
       report_.impacts.insert(report_.impacts.end(), outcome.impacts.begin(), outcome.impacts.end());
     }
   }
+  if (is_late) return AdvanceStatus::BudgetExhausted;
   if (failure) {
     report_.offending_pair = {};
     if (failure->pair != PairKey{}) {

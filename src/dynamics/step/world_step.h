@@ -28,6 +28,7 @@ class WorldStep {
   void plan_islands();
   void run_islands();
   void shorten_to_reached();
+  void commit_rest();
   bool prove_the_rest();
   bool find_new_candidates();
   void prove_pair(PairState& pair, Certificate& certificate, ToiWorkspace& workspace) const;
@@ -44,6 +45,7 @@ class WorldStep {
   std::vector<AlignedBox> boxes_;        // by slot
   std::vector<Scalar> own_targets_;      // by slot: the largest target given for a pair
   std::vector<bool> may_move_;           // by slot
+  bool has_moving_ = false;              // one of them
   std::set<PairKey> forced_links_;       // from hits in this step
   std::vector<std::int32_t> island_of_;  // by slot; -1: none
   std::vector<bool> is_dirty_;           // by slot: its island must run again

@@ -68,14 +68,14 @@ void WorldStep::find_candidates() {
     own_targets_[key.a] = std::max(own_targets_[key.a], value);
     own_targets_[key.b] = std::max(own_targets_[key.b], value);
   }
-  bool any = false;
+  has_moving_ = false;
   for (std::size_t slot = 0; slot < count; ++slot) {
     const BodyRecord& body = world_.bodies[slot];
     if (!body.is_present()) continue;
     may_move_[slot] = body.is_awake() || world_.moves_by_itself(body, interval);
-    any = any || may_move_[slot];
+    has_moving_ = has_moving_ || may_move_[slot];
   }
-  if (!any) return;
+  if (!has_moving_) return;
   for (std::size_t slot = 0; slot < count; ++slot) {
     const BodyRecord& body = world_.bodies[slot];
     if (body.is_present()) boxes_[slot].extend(predicted_box(body));
@@ -139,6 +139,31 @@ bool WorldStep::find_new_candidates() {
   }
   if (has_left) merge_pairs(world_.broad_phase.find_pairs(may_move_));
   return has_left;
+}
+
+std::vector<PairKey> WorldStep::candidates() const {
+  std::vector<PairKey> keys;
+  for (const auto& pair : world_.pairs) {
+    const BodyRecord& a = world_.bodies[pair->key.a];
+    const BodyRecord& b = world_.bodies[pair->key.b];
+    if (a.definition.is_sensor || b.definition.is_sensor) continue;
+    if (a.is_dynamic() || b.is_dynamic()) keys.push_back(pair->key);
+  }
+  return keys;
+}
+
+// A step in which nothing moves.
+void WorldStep::commit_rest() {
+  const TimeInterval interval{context_.t, context_.t_end};
+  std::vector<PairKey> keys = candidates();
+  std::vector<PairProof> proofs;
+  proofs.reserve(keys.size());
+  for (const PairKey& key : keys) proofs.push_back(PairProof::at_rest(key, interval));
+  for (const auto& pair : world_.pairs) {
+    pair->is_inner = false;
+    pair->start_from_committed();
+  }
+  world_.commit(Ledger(interval, keys, std::move(proofs)), islands_, outcomes_, report_);
 }
 
 }  // namespace dyop::internal

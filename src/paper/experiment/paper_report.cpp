@@ -87,7 +87,8 @@ std::string describe_paper(const PaperResults& results) {
       << "Ten random triangles, each moved against the nine others until they are " << kPaperGap
       << " apart: 90 tests.\nSeed " << results.settings.seed << ", " << results.settings.repetitions
       << " interleaved repetitions of " << 9 * results.settings.copies
-      << " queries per object, no input twice. Ranges are over the ten objects; times are medians. "
+      << " queries per object, no input twice.\nRanges are over the ten objects; times are "
+         "medians. "
          "Wrong: off by more than "
       << kWrongBy << ".\n";
   for (const PaperSeries& series : results.series) describe_series(out, series);

@@ -100,12 +100,16 @@ void SvgCanvas::polyline(const std::vector<Vector2>& points, const SvgStyle& sty
 }
 
 void SvgCanvas::text(const Vector2& at, std::string_view words, Scalar size, SvgAnchor anchor,
-                     std::string_view colour, bool is_bold) {
+                     std::string_view colour, bool is_bold, Scalar outline) {
   append(elements_, "<text", attribute("x", at.x()), attribute("y", at.y()),
          attribute("font-size", size), attribute("fill", colour));
   if (anchor == SvgAnchor::Middle) append(elements_, attribute("text-anchor", "middle"));
   if (anchor == SvgAnchor::End) append(elements_, attribute("text-anchor", "end"));
   if (is_bold) append(elements_, attribute("font-weight", "bold"));
+  if (outline > 0) {
+    append(elements_, attribute("stroke", colour), attribute("stroke-width", outline),
+           attribute("stroke-linejoin", "round"));
+  }
   append(elements_, ">", escaped(words), "</text>\n");
 }
 
@@ -115,6 +119,12 @@ void SvgCanvas::vertical_text(const Vector2& at, std::string_view words, Scalar 
   append(elements_, "<text", attribute("transform", placing), attribute("font-size", size),
          attribute("fill", "#222222"), attribute("text-anchor", "middle"), ">", escaped(words),
          "</text>\n");
+}
+
+void SvgCanvas::image(const Vector2& corner, const Vector2& size, std::string_view png_base64) {
+  append(elements_, "<image", attribute("x", corner.x()), attribute("y", corner.y()),
+         attribute("width", size.x()), attribute("height", size.y()),
+         attribute("href", joined("data:image/png;base64,", png_base64)), "/>\n");
 }
 
 std::string SvgCanvas::add_stripes(std::string_view colour) {

@@ -23,7 +23,7 @@ enum class SvgAnchor { Start, Middle, End };
 /// An SVG file that grows by one element per call; pixels, x to the right and y down. White
 /// background, one sans-serif font, coordinates with two decimals, so that files are small and look
 /// the same everywhere.
-class SvgCanvas {
+class DYOP_EXPORT SvgCanvas {
  public:
   SvgCanvas(int width, int height, std::string_view title);
 
@@ -32,11 +32,15 @@ class SvgCanvas {
   void circle(const Vector2& center, Scalar radius, const SvgStyle& style);
   void polygon(const std::vector<Vector2>& corners, const SvgStyle& style);
   void polyline(const std::vector<Vector2>& points, const SvgStyle& style);
+  /// @param outline Width of a line around the letters, in their colour: for a halo behind a text.
   void text(const Vector2& at, std::string_view words, Scalar size = 12,
             SvgAnchor anchor = SvgAnchor::Start, std::string_view colour = "#222222",
-            bool is_bold = false);
+            bool is_bold = false, Scalar outline = 0);
   /// Rotated by a quarter turn to the left about its middle, for the name of a vertical axis.
   void vertical_text(const Vector2& at, std::string_view words, Scalar size = 12);
+
+  /// A PNG file, in base 64, stretched over a rectangle.
+  void image(const Vector2& corner, const Vector2& size, std::string_view png_base64);
 
   /// A fill of slanted stripes in this colour, for use as `fill`.
   std::string add_stripes(std::string_view colour);

@@ -13,5 +13,7 @@ except ImportError as error:
 from . import _dyop
 from ._dyop import *  # noqa: F401,F403
 from ._dyop import __version__
+from ._scenes import Simulation, simulate, summary
 
 __all__ = [name for name in dir(_dyop) if not name.startswith("_")]
+__all__ += ["Simulation", "simulate", "summary"]

@@ -22,9 +22,20 @@ std::string describe_source(py::handle source) {
   throw InvalidArgument(what + " must be " + wanted + ", not " + describe_source(found));
 }
 
-// Numbers of any type that float64 holds, in C order; null if it is none.
+// The array of numbers that the source can be made into without loss; null if it is none. Other
+// errors, such as Ctrl-C, are not swallowed.
+template <typename Array>
+Array converted(py::handle source) {
+  try {
+    return Array(py::reinterpret_borrow<py::object>(source));
+  } catch (const py::error_already_set& error) {
+    if (!error.matches(PyExc_TypeError) && !error.matches(PyExc_ValueError)) throw;
+    return py::reinterpret_steal<Array>(py::handle());
+  }
+}
+
 Doubles doubles_of(py::handle source) {
-  return Doubles::ensure(source);
+  return converted<Doubles>(source);
 }
 
 bool has_shape(const py::array& array, std::initializer_list<py::ssize_t> shape) {
@@ -101,6 +112,10 @@ RigidPose pose_of(py::handle source) {
   return pose_of_matrix(array.data());
 }
 
+std::filesystem::path path_of(py::handle file) {
+  return py::module_::import("os").attr("fspath")(file).cast<std::string>();
+}
+
 TimeInterval interval_of(py::handle source) {
   if (py::isinstance<TimeInterval>(source)) return source.cast<const TimeInterval&>();
   const auto array = doubles_of(source);
@@ -110,6 +125,9 @@ TimeInterval interval_of(py::handle source) {
 
 Twist twist_of(py::handle source) {
   if (py::isinstance<Twist>(source)) return source.cast<const Twist&>();
+  if (is_pair(source)) {
+    return {vector_of(source[py::int_(0)], "v"), vector_of(source[py::int_(1)], "w")};
+  }
   const auto array = doubles_of(source);
   if (!has_shape(array, {2, 3})) refuse("twist", "a Twist or a pair (v, w)", source);
   return {Vector3(array.data()), Vector3(array.data() + 3)};
@@ -177,7 +195,7 @@ std::vector<TriangleIndices> triangles_of(py::handle source, CopyRule rule) {
     refuse("triangles", std::string(kWanted) + " under copy=False", source);
   }
   // Safe casting: integers only, and none that int64 cannot hold.
-  const auto array = py::array_t<std::int64_t, py::array::c_style>::ensure(source);
+  const auto array = converted<py::array_t<std::int64_t, py::array::c_style>>(source);
   if (!array || array.ndim() != 2 || array.shape(1) != 3) {
     refuse("triangles", kWanted, source);
   }

@@ -4,6 +4,7 @@
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 
+#include <filesystem>
 #include <span>
 #include <vector>
 
@@ -23,6 +24,8 @@ Vector3 vector_of(py::handle source, const char* what);
 Matrix3 matrix_of(py::handle source, const char* what);
 /// A RigidPose, a (4, 4) array or a pair (quaternion w x y z, position).
 RigidPose pose_of(py::handle source);
+/// A str or os.PathLike.
+std::filesystem::path path_of(py::handle file);
 /// A TimeInterval or a pair (begin, end).
 TimeInterval interval_of(py::handle source);
 /// A Twist or a pair (v, w).

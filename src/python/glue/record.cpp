@@ -16,7 +16,7 @@ void finish_record(const py::object& type, const FieldList& fields,
   };
   method("asdict", "The fields by name.", [fields, pointer_of](py::handle self) {
     py::dict values;
-    for (const Field& field : fields) values[field.name.c_str()] = field.get(pointer_of(self));
+    for (const Field& field : fields) values[field.name.c_str()] = field.get(pointer_of(self), {});
     return values;
   });
   method("__repr__", "", [fields, pointer_of](py::handle self) {
@@ -24,13 +24,13 @@ void finish_record(const py::object& type, const FieldList& fields,
     text += '(';
     for (const Field& field : fields) {
       if (&field != fields.data()) text += ", ";
-      text += field.name + '=' + std::string(py::repr(field.get(pointer_of(self))));
+      text += field.name + '=' + std::string(py::repr(field.get(pointer_of(self), {})));
     }
     return text + ')';
   });
   method("__reduce__", "", [fields, pointer_of](py::handle self) {
     py::tuple values(fields.size());
-    for (std::size_t i = 0; i < fields.size(); ++i) values[i] = fields[i].get(pointer_of(self));
+    for (std::size_t i = 0; i < fields.size(); ++i) values[i] = fields[i].get(pointer_of(self), {});
     return py::make_tuple(py::type::of(self), py::tuple(), values);
   });
   method("__setstate__", "", [fields, pointer_of](py::handle self, const py::tuple& values) {
@@ -41,8 +41,9 @@ void finish_record(const py::object& type, const FieldList& fields,
 
 void add_property(const py::object& type, const Field& field, const char* doc, bool is_writable,
                   void* (*pointer_of)(py::handle)) {
-  const py::cpp_function get(
-      [get = field.get, pointer_of](py::handle self) { return get(pointer_of(self)); });
+  const py::cpp_function get([get = field.get, pointer_of, is_writable](py::handle self) {
+    return get(pointer_of(self), is_writable ? self : py::handle());
+  });
   py::object set = py::none();
   if (is_writable) {
     set = py::cpp_function(

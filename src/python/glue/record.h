@@ -15,7 +15,9 @@ namespace dyop::python {
 /// A named member of a struct, reached through a pointer to the struct.
 struct Field {
   std::string name;
-  py::object (*get)(const void* record);
+  /// With an owner, a record within the record is that one itself, so that its fields can be set;
+  /// without, a copy.
+  py::object (*get)(const void* record, py::handle owner);
   void (*set)(void* record, py::handle value);
 };
 using FieldList = std::vector<Field>;
@@ -37,6 +39,11 @@ template <typename Class, typename Value>
 struct MemberTraits<Value Class::*> {
   using ValueType = Value;
 };
+
+/// Whether Python holds a value of this type as an object of its own, not converted.
+template <typename Value>
+inline constexpr bool kIsRecord =
+    std::is_base_of_v<py::detail::type_caster_base<Value>, py::detail::make_caster<Value>>;
 
 /// What is read from Python for a member of this type.
 template <typename Value>
@@ -96,9 +103,15 @@ class Record {
   Record& add(const char* name, const char* doc, bool is_writable) {
     using Value = typename MemberTraits<decltype(kMember)>::ValueType;
     return custom({name,
-                   [](const void* record) {
-                     return py::cast(static_cast<const T*>(record)->*kMember,
-                                     py::return_value_policy::copy);
+                   [](const void* record, [[maybe_unused]] py::handle owner) {
+                     const Value& value = static_cast<const T*>(record)->*kMember;
+                     if constexpr (kIsRecord<Value>) {
+                       if (owner) {
+                         return py::cast(&value, py::return_value_policy::reference_internal,
+                                         owner);
+                       }
+                     }
+                     return py::cast(value, py::return_value_policy::copy);
                    },
                    [](void* record, py::handle value) {
                      static_cast<T*>(record)->*kMember = value_of<Value>(value);

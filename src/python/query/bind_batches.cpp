@@ -80,8 +80,8 @@ ItemList<Pointer> items_of(py::handle source, const char* what) {
 }
 
 ItemList<TimeInterval> intervals_of(py::handle source) {
-  const auto array = py::array_t<double, py::array::c_style>::ensure(source);
-  if (py::isinstance<TimeInterval>(source) || !array || array.ndim() == 1) {
+  const auto dimensions = py::module_::import("numpy").attr("ndim")(source).cast<int>();
+  if (dimensions < 2) {
     return {{interval_of(source)}, true};
   }
   const auto rows = rows_of(source, 2, "interval", CopyRule::IfNeeded);

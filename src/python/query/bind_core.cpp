@@ -62,8 +62,8 @@ py::array_t<double> quaternion_of(const RigidPose& X) {
 
 // p_BP of one point (3,), or of many (N, 3).
 py::array transform(const RigidPose& X, py::handle points) {
-  const auto array = py::array_t<double>::ensure(points);
-  if (array && array.ndim() == 1) return array_of(Vector3(X * vector_of(points, "point")));
+  const auto dimensions = py::module_::import("numpy").attr("ndim")(points).cast<int>();
+  if (dimensions == 1) return array_of(Vector3(X * vector_of(points, "point")));
   const auto rows = rows_of(points, 3, "points", CopyRule::IfNeeded);
   py::array_t<double> result({rows.shape(0), py::ssize_t{3}});
   double* out = result.mutable_data();

@@ -207,7 +207,7 @@ void bind_curves(py::module_& m) {
   m.def(
       "load_motion",
       [](const py::object& file) {
-        const std::string path = py::module_::import("os").attr("fspath")(file).cast<std::string>();
+        const auto path = path_of(file);
         return std::const_pointer_cast<Motion>(load_motion(path));
       },
       py::arg("file"), "The motion of a JSON file (docs/scene-format.md, \"Motions\").");

@@ -113,7 +113,7 @@ void bind_mesh_files(py::module_& m) {
   m.def(
       "load_mesh",
       [](const py::object& file) {
-        const std::string path = py::module_::import("os").attr("fspath")(file).cast<std::string>();
+        const auto path = path_of(file);
         const py::gil_scoped_release unlocked;
         return std::make_shared<TriangleMesh>(load_mesh(path));
       },

@@ -2,12 +2,19 @@
 #include <memory>
 
 #include "dyop/motion/check_motion.h"
+#include "dyop/motion/composed_motion.h"
+#include "dyop/motion/constant_twist_motion.h"
+#include "dyop/motion/rest_motion.h"
+#include "dyop/motion/screw_motion.h"
+#include "dyop/motion/sequence_motion.h"
 #include "python/bindings.h"
 #include "python/glue/record.h"
-#include "python/query/motion_copy.h"
+#include "python/query/python_motion.h"
 
 namespace dyop::python {
 namespace {
+
+using SharedMotion = std::shared_ptr<Motion>;
 
 void bind_motion_records(py::module_& m) {
   Record<Twist>(m, "Twist", "Velocity of a body B in world W.")
@@ -109,6 +116,11 @@ void bind_steady_motions(py::module_& m) {
       });
 }
 
+// A motion within another one, which it keeps alive.
+SharedMotion part_of(const std::shared_ptr<ComposedMotion>& whole, const Motion& part) {
+  return {whole, const_cast<Motion*>(&part)};
+}
+
 void bind_compositions(py::module_& m) {
   using ConstMotion = std::shared_ptr<const Motion>;
   py::class_<ComposedMotion, Motion, std::shared_ptr<ComposedMotion>>(
@@ -116,9 +128,11 @@ void bind_compositions(py::module_& m) {
       .def(py::init<ConstMotion, ConstMotion>(), py::arg("X_WM"), py::arg("X_MB"),
            "The frame's motion in world, and the body's in the frame.")
       .def(
-          "outer", [](const ComposedMotion& c) { return copy_motion(c.outer()); }, "X_WM.")
+          "outer", [](const std::shared_ptr<ComposedMotion>& c) { return part_of(c, c->outer()); },
+          "X_WM.")
       .def(
-          "inner", [](const ComposedMotion& c) { return copy_motion(c.inner()); }, "X_MB.")
+          "inner", [](const std::shared_ptr<ComposedMotion>& c) { return part_of(c, c->inner()); },
+          "X_MB.")
       .def("__reduce__", [](const py::object& self) {
         return py::make_tuple(py::type::of(self),
                               py::make_tuple(self.attr("outer")(), self.attr("inner")()));

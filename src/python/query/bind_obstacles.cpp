@@ -50,7 +50,7 @@ ObstacleFilter make_filter(std::uint32_t groups, const py::object& accepts) {
 template <typename T>
 Field id_field() {
   return {"obstacle",
-          [](const void* r) {
+          [](const void* r, py::handle) {
             const auto& id = static_cast<const T*>(r)->obstacle;
             return id ? py::object(py::int_(Id(*id))) : py::object(py::none());
           },

@@ -26,7 +26,7 @@ void bind_shape_bases(py::module_& m) {
       .value("Smooth", FeatureKind::Smooth);
   Record<Feature>(m, "Feature", "A feature, named by the shape's own vertex numbers.")
       .field<&Feature::kind>("kind", "FeatureKind: ")
-      .field<&Feature::vertices>("vertices", "list[int]: as many as the kind has; the rest are -1")
+      .field<&Feature::vertices>("vertices", "list[int]: as many as the kind has; the rest are 0")
       .finish();
   Record<MassProperties>(m, "MassProperties", "Mass properties of a body, in its shape's frame B.")
       .option<&MassProperties::mass>("mass", "float: > 0")

@@ -33,7 +33,8 @@ template <typename SomeRecord, typename Options>
 void add_limits(SomeRecord& record, const Stoppable<Options>*) {
   using T = Stoppable<Options>;
   record.custom(
-      {"deadline", [](const void* o) { return seconds_of(static_cast<const T*>(o)->deadline); },
+      {"deadline",
+       [](const void* o, py::handle) { return seconds_of(static_cast<const T*>(o)->deadline); },
        [](void* o, py::handle value) {
          auto& deadline = static_cast<T*>(o)->deadline;
          deadline.reset();
@@ -41,7 +42,8 @@ void add_limits(SomeRecord& record, const Stoppable<Options>*) {
        }},
       "Optional[float]: when to stop, in seconds of time.monotonic()");
   record.custom(
-      {"stop", [](const void* o) { return py::cast(static_cast<const T*>(o)->stop_source); },
+      {"stop",
+       [](const void* o, py::handle) { return py::cast(static_cast<const T*>(o)->stop_source); },
        [](void* o, py::handle value) {
          auto* options = static_cast<T*>(o);
          options->stop_source = value.cast<std::optional<std::stop_source>>();

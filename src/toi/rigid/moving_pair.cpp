@@ -35,15 +35,17 @@ class FeatureEdges {
  public:
   FeatureEdges(const LeafPiece& piece, const Feature& feature, const Matrix3& R_WS) {
     const TriangleMesh* mesh = piece.mesh ? piece.mesh : piece.convex->core_surface();
-    if (!mesh || feature.kind == FeatureKind::Smooth) return;
+    if (!mesh) return;
     // A user's shape may use any vertex numbers.
     const auto count = static_cast<std::int32_t>(mesh->vertices().size());
-    const auto& numbers = feature.vertices;
-    if (std::any_of(numbers.begin(), numbers.end(), [&](auto n) { return n >= count; })) return;
+    const std::span numbers(feature.vertices.data(), feature.vertex_count());
+    if (std::any_of(numbers.begin(), numbers.end(), [&](auto n) { return n < 0 || n >= count; })) {
+      return;
+    }
     const auto corner = [&](std::size_t k) {
       return mesh->vertices()[static_cast<std::size_t>(numbers[k])];
     };
-    for (std::size_t k = 1; k < 3 && numbers[k] >= 0; ++k) {
+    for (std::size_t k = 1; k < numbers.size(); ++k) {
       edges_[count_++] = R_WS * (corner(k) - corner(0));
     }
   }

@@ -25,7 +25,7 @@ inline std::shared_ptr<const Shape> along_z(const std::shared_ptr<const Shape>& 
 
 /// A closed tube of an arm from z = 0 to `length`, as an ellipsoid-like mesh of 1280 triangles.
 inline std::shared_ptr<const Shape> arm_mesh(Scalar length, Scalar radius) {
-  test_support::MeshArrays arrays = test_support::icosphere(3);
+  testing::MeshArrays arrays = testing::icosphere(3);
   for (Vector3& v : arrays.vertices) {
     v = Vector3(radius * v.x(), radius * v.y(), length / 2 * (1 + v.z()));
   }
@@ -37,7 +37,7 @@ inline std::shared_ptr<const Shape> arm_mesh(Scalar length, Scalar radius) {
 /// belongs to group 2 only, so that it may stand on obstacles of group 1.
 inline KinematicChain six_axis_arm() {
   const Vector3 x = Vector3::UnitX(), y = Vector3::UnitY(), z = Vector3::UnitZ();
-  const auto gear = std::make_shared<TriangleMesh>(test_support::gear(16, 0.05, 0.06, 0.03).mesh());
+  const auto gear = std::make_shared<TriangleMesh>(testing::gear(16, 0.05, 0.06, 0.03).mesh());
   std::vector<Link> links{
       {"base", along_z(std::make_shared<Box>(Vector3(0.1, 0.1, 0.05)), 0.05), false, 2},
       {"shoulder", along_z(std::make_shared<Capsule>(0.08, 0.05), 0.08), true},
@@ -63,7 +63,7 @@ inline KinematicChain six_axis_arm() {
       turn("spin", "wrist_2", "flange", 0.06, z, pi),
       Joint{"mount", JointType::Fixed, "flange", "tool", RigidPose(Vector3(0, 0, 0.02))}};
   KinematicChain::Options options;
-  // Neighbours but one, which overlap at the wrist.
+  // All but adjacent links, which overlap at the wrist.
   options.ignored_pairs = {{"forearm", "wrist_2"}, {"wrist_1", "flange"}, {"wrist_2", "tool"},
                            {"wrist_1", "tool"},    {"forearm", "flange"}, {"shoulder", "forearm"}};
   return KinematicChain(std::move(links), std::move(joints), options);
@@ -72,8 +72,7 @@ inline KinematicChain six_axis_arm() {
 /// Boxes, balls and meshes of size about 0.1 at random within the reach of the arm, but not within
 /// 0.35 of its column.
 inline ObstacleSet arm_surroundings(int count, std::mt19937_64& random) {
-  const auto torus =
-      std::make_shared<TriangleMesh>(test_support::torus(0.06, 0.025, 24, 12).mesh());
+  const auto torus = std::make_shared<TriangleMesh>(testing::torus(0.06, 0.025, 24, 12).mesh());
   const std::vector<std::shared_ptr<const Shape>> shapes{
       std::make_shared<Box>(Vector3(0.05, 0.04, 0.06)), std::make_shared<Sphere>(0.05), torus,
       std::make_shared<Capsule>(0.03, 0.06)};

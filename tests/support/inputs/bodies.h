@@ -4,15 +4,15 @@
 #include "dyop/geometry/triangle_mesh.h"
 #include "dyop/motion/constant_twist_motion.h"
 
-/// Where bodies are and how they move, in few words.
+/// Short names for poses and motions of bodies.
 namespace dyop::testing {
 
-/// Moved, not turned.
+/// Translated, not rotated.
 inline RigidPose at(Scalar x, Scalar y, Scalar z) {
   return RigidPose(Vector3(x, y, z));
 }
 
-/// From the pose on, with the velocity v and the angular velocity w.
+/// From the given pose on, with velocity v and angular velocity w.
 inline ConstantTwistMotion moving(const RigidPose& X_WB, const Vector3& v,
                                   const Vector3& w = Vector3::Zero()) {
   return ConstantTwistMotion(X_WB, Twist{v, w});

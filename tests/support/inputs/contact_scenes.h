@@ -5,20 +5,20 @@
 
 #include "dyop/contact/contact_problem.h"
 
-/// Contact problems as steps of scenes pose them, made from simple geometry: every body has taken
-/// up the gravity of one step (9.81 over 0.01), and must be held by its contacts.
+/// Contact problems as steps of scenes pose them, made from simple geometry: every body has the
+/// velocity from one step of gravity (9.81 over 0.01), and must be held by its contacts.
 namespace dyop::testing {
 
 /// A box of the given size and mass with rotation R_WB and free velocity v, w.
 ContactBody box_body(const Vector3& size, Scalar mass, const Matrix3& R_WB, const Vector3& v_W,
                      const Vector3& w_W = Vector3::Zero());
 
-/// A box on the plane z = 0 (body 0, immovable), turned by `angle` about z, touching with its four
+/// A box on the plane z = 0 (body 0, immovable), rotated by `angle` about z, touching with its four
 /// lower corners; body 1 has free velocity v.
 ContactProblem box_on_plane(const Vector3& size, Scalar mass, Scalar angle, Scalar friction,
                             const Vector3& v_W);
 
-/// `count` cubes one on the other. Body 0 is the ground here and below.
+/// `count` cubes on top of each other. Body 0 is the ground here and below.
 ContactProblem stack_scene(int count, Scalar friction = 0.5);
 
 /// `layers` of n x n boxes, each layer shifted at random, so that a box rests on up to four others.
@@ -30,10 +30,10 @@ ContactProblem wall_scene(int columns, int rows, Scalar friction = 0.5);
 /// A half circle of wedges between two immovable ones, radius 1, thickness 0.3.
 ContactProblem arch_scene(int count, Scalar friction = 0.6);
 
-/// A light tool (mass 0.1) that is pressed against a plane with four contacts, sliding.
+/// A light tool (mass 0.1), pressed against a plane with four contacts, sliding.
 ContactProblem tool_scene(int contacts = 4, Scalar friction = 0.3);
 
-/// What random_contact_problem() makes.
+/// Parameters of random_contact_problem().
 struct RandomContacts {
   int bodies = 5;
   int contacts = 12;

@@ -9,9 +9,9 @@
 
 #include "support/inputs/mesh_writers.h"
 
-namespace dyop::test {
+namespace dyop::testing {
 
-/// The unit cube [0, 1]^3, faces outward: the same in every format, so that what is loaded can be
+/// The unit cube [0, 1]^3, faces outward: the same in every format, so that loaded meshes can be
 /// compared.
 inline constexpr std::array<std::array<int, 3>, 8> kCubeVertices{
     {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}}};
@@ -95,4 +95,4 @@ inline std::string cube_gltf(const std::string& node = "\"name\":\"cube\"") {
   return out.str();
 }
 
-}  // namespace dyop::test
+}  // namespace dyop::testing

@@ -5,8 +5,7 @@
 
 namespace dyop::testing {
 
-/// A shape that is not the library's: a smooth core without vertices and without a surface of
-/// triangles.
+/// A shape that is not the library's: a smooth core without vertices or a surface of triangles.
 class Ellipsoid final : public ConvexShape {
  public:
   explicit Ellipsoid(const Vector3& radii) : radii_(radii) {}

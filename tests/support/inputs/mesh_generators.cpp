@@ -7,7 +7,7 @@
 #include <random>
 #include <utility>
 
-namespace dyop::test_support {
+namespace dyop::testing {
 namespace {
 
 constexpr Scalar kTwoPi = 2 * std::numbers::pi;
@@ -157,7 +157,7 @@ MeshArrays random_soup(int count, Scalar size, std::uint64_t seed) {
       case 8:  // a sliver: the third corner on the line of the others, up to rounding
         t[2] = 0.3 * t[0] + 0.7 * t[1];
         break;
-      case 11:  // the triangle before once more
+      case 11:  // the previous triangle again
         for (std::size_t c = 0; c < 3; ++c) t[c] = mesh.vertices[mesh.vertices.size() - 3 + c];
         break;
       default:
@@ -192,4 +192,4 @@ MeshArrays gear(int teeth, Scalar root_radius, Scalar tip_radius, Scalar thickne
   return mesh;
 }
 
-}  // namespace dyop::test_support
+}  // namespace dyop::testing

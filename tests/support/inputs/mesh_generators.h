@@ -6,7 +6,7 @@
 
 #include "dyop/geometry/triangle_mesh.h"
 
-namespace dyop::test_support {
+namespace dyop::testing {
 
 /// A mesh as plain arrays, so that a test may move or break it before it becomes a TriangleMesh.
 struct MeshArrays {
@@ -44,4 +44,4 @@ MeshArrays random_soup(int count, Scalar size, std::uint64_t seed);
 /// Gear about the z axis with square teeth, thickness along z. Closed, not convex.
 MeshArrays gear(int teeth, Scalar root_radius, Scalar tip_radius, Scalar thickness);
 
-}  // namespace dyop::test_support
+}  // namespace dyop::testing

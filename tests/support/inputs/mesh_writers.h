@@ -12,15 +12,15 @@
 
 #include "dyop/core/types.h"
 
-namespace dyop::test {
+namespace dyop::testing {
 
-/// What is written: polygons of vertices counted from 0, each of at least one corner.
+/// The mesh to write: polygons of vertices counted from 0, each with at least one corner.
 struct Polygons {
   std::vector<Vector3> vertices;
   std::vector<std::vector<int>> polygons;
 };
 
-/// Liberties that text formats allow, and programs take.
+/// Variations that text formats allow and programs use.
 struct TextStyle {
   std::string line_end = "\n";
   std::string blank = " ";
@@ -125,7 +125,7 @@ std::string ply_binary_of(const Polygons& mesh, bool is_big_endian = false) {
   return bytes;
 }
 
-/// Triangles only: STL has nothing else.
+/// Triangles only: STL supports nothing else.
 inline std::string stl_ascii_of(const Polygons& mesh, const TextStyle& style = {}) {
   const std::string& end = style.line_end;
   std::string text = "solid made up" + end;
@@ -153,4 +153,4 @@ inline std::string stl_binary_of(const Polygons& mesh) {
   return bytes;
 }
 
-}  // namespace dyop::test
+}  // namespace dyop::testing

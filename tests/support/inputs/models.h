@@ -14,10 +14,10 @@ namespace dyop::testing {
 /// command), then where the Debian package and examples/run.sh put the models.
 std::vector<std::filesystem::path> model_directories();
 
-/// A file in the first of these directories that has it.
+/// The file in the first of these directories that has it.
 std::optional<std::filesystem::path> find_model(const std::string& name);
 
-/// The mesh of a file about the middle of its bounds, scaled to a bounding radius of 1.
+/// The mesh of a file, centred at the middle of its bounds and scaled to a bounding radius of 1.
 TriangleMesh load_unit_model(const std::filesystem::path& file);
 
 }  // namespace dyop::testing

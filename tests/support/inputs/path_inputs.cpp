@@ -22,7 +22,7 @@ Vector3 whole_vector_of(PathKind kind, std::mt19937_64& random) {
   return p;
 }
 
-// Far below what sampling can see, but so that a distance of the square of it is still above the
+// Far below what sampling can resolve, but such that its square as a distance is still above the
 // resolution of the oracle.
 void nudge(double& x, std::mt19937_64& random) {
   constexpr std::array kExponents{-40, -36, -30, -20};

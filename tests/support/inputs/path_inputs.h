@@ -11,16 +11,16 @@ namespace dyop::testing {
 
 using FourPaths = std::array<VertexPath, 4>;
 
-/// Kinds of four moving points. The whole-number kinds touch exactly in a good part of the cases.
+/// Kinds of four moving points. The integer kinds touch exactly in many cases.
 enum class PathKind {
   General,      ///< coordinates and displacements even in [-1, 1]
   Slow,         ///< displacements a hundredth of the size
-  SmallWhole,   ///< whole coordinates from -2 to 2
-  Coplanar,     ///< whole, all in the plane x = y at all times
-  Collinear,    ///< whole, all on one line at all times
-  Resting,      ///< whole, nothing moves
-  Duplicate,    ///< whole, with two points the same at the begin and sometimes at the end
-  Parallel,     ///< whole, the second pair of points is the first one, translated
+  SmallWhole,   ///< integer coordinates from -2 to 2
+  Coplanar,     ///< integers, all in the plane x = y at all times
+  Collinear,    ///< integers, all on one line at all times
+  Resting,      ///< integers, nothing moves
+  Duplicate,    ///< integers, two points equal at the start and sometimes at the end
+  Parallel,     ///< integers, the second pair of points is the first one, translated
   NearlyWhole,  ///< SmallWhole with one coordinate moved by 2^-40 to 2^-20
 };
 inline constexpr std::array kAllPathKinds{

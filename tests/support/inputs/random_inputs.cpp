@@ -9,7 +9,7 @@
 namespace dyop::testing {
 namespace {
 
-constexpr Scalar kTwoPi = 2 * std::numbers::pi;
+constexpr Scalar kFullTurn = 2 * std::numbers::pi;
 
 Triangle random_triangle(std::mt19937_64& random) {
   Triangle triangle;
@@ -39,7 +39,7 @@ Vector3 normal_of(const Triangle& t) {
   return (t[1] - t[0]).cross(t[2] - t[0]).normalized();
 }
 
-// Same triangle, another first vertex, and in half of the cases the other orientation.
+// The same triangle with another first vertex, and in half of the cases the other orientation.
 Triangle shuffled(const Triangle& t, std::mt19937_64& random) {
   const auto first = static_cast<std::size_t>(random_index(3, random));
   Triangle result{t[first], t[(first + 1) % 3], t[(first + 2) % 3]};
@@ -54,8 +54,8 @@ TrianglePair far_pair(std::mt19937_64& random) {
   return pair;
 }
 
-// Side by side, pushed apart along a direction until a slab of the chosen width separates them;
-// one in eight is left as it fell.
+// Side by side, moved apart along a direction until a slab of the chosen width separates them; one
+// in eight is left as generated.
 TrianglePair near_pair(std::mt19937_64& random) {
   TrianglePair pair{random_triangle(random), random_triangle(random)};
   const Vector3 n = random_direction(random);
@@ -164,7 +164,7 @@ TrianglePair degenerate_pair(std::mt19937_64& random) {
 
 TrianglePair sliver_pair(std::mt19937_64& random) {
   TrianglePair pair{random_sliver(random), random_sliver(random)};
-  // In half of the cases they come near, where ill-conditioning shows.
+  // In half of the cases they come near, which shows ill-conditioning.
   if (random_index(2, random) == 0) {
     const Vector3 target = random_point_of(pair.a, false, random);
     const Vector3 source = random_point_of(pair.b, false, random);
@@ -190,7 +190,7 @@ TrianglePair coplanar_pair(std::mt19937_64& random) {
 
 TrianglePair parallel_edge_pair(std::mt19937_64& random) {
   TrianglePair pair = near_pair(random);
-  // The factor is a power of two in half of the cases: then only the sum rounds.
+  // The factor is a power of two in half of the cases, so that only the sum rounds.
   const Scalar factor = random_index(2, random) == 0 ? 0.5 : random_number(-2, 2, random);
   pair.b[1] = pair.b[0] + factor * (pair.a[1] - pair.a[0]);
   return {shuffled(pair.a, random), shuffled(pair.b, random)};
@@ -309,7 +309,7 @@ Vector3 random_vector(Scalar half_width, std::mt19937_64& random) {
 Vector3 random_direction(std::mt19937_64& random) {
   // Archimedes: the height of a uniform point of the sphere is uniform.
   const Scalar z = random_number(-1, 1, random);
-  const Scalar angle = random_number(0, kTwoPi, random);
+  const Scalar angle = random_number(0, kFullTurn, random);
   const Scalar r = std::sqrt(1 - z * z);
   return {r * std::cos(angle), r * std::sin(angle), z};
 }
@@ -317,8 +317,8 @@ Vector3 random_direction(std::mt19937_64& random) {
 Quaternion random_rotation(std::mt19937_64& random) {
   // Two uniform circles whose squared radii add up to one are a uniform 3-sphere.
   const Scalar share = random_number(0, 1, random);
-  const Scalar angle = random_number(0, kTwoPi, random);
-  const Scalar other = random_number(0, kTwoPi, random);
+  const Scalar angle = random_number(0, kFullTurn, random);
+  const Scalar other = random_number(0, kFullTurn, random);
   const Scalar r = std::sqrt(1 - share);
   const Scalar s = std::sqrt(share);
   return Quaternion(s * std::cos(other), r * std::sin(angle), r * std::cos(angle),

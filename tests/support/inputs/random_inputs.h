@@ -8,21 +8,21 @@
 #include "dyop/core/triangle.h"
 #include "dyop/motion/motion.h"
 
-/// Random inputs that depend on the generator's seed alone: no distribution of the standard
-/// library is used, whose results differ between implementations.
+/// Random inputs that depend only on the generator's seed: the standard library's distributions,
+/// whose results differ between implementations, are not used.
 namespace dyop::testing {
 
-/// Kinds of triangle pairs. Sizes are about one unless said.
+/// Kinds of triangle pairs. Sizes are about one unless stated.
 enum class TriangleFamily {
   Far,             ///< 6 to 10 apart
   Near,            ///< disjoint or not; gaps of about 1e-3 to 0.5
   Touching,        ///< a vertex or edge point of one on the other, up to rounding
-  Crossing,        ///< an edge of one pierces the inside of the other
+  Crossing,        ///< an edge of one pierces the interior of the other
   DegenerateMix,   ///< points, segments and slivers against each other and against triangles
   Sliver,          ///< both a million to 1e16 times longer than wide
   Coplanar,        ///< in one plane: up to rounding, or exactly with z = const
   ParallelEdges,   ///< one edge of each parallel, exactly or up to rounding
-  SharedVertex,    ///< one vertex in common, as neighbours of a mesh
+  SharedVertex,    ///< one vertex in common, like neighbours in a mesh
   SharedEdge,      ///< two vertices in common
   Duplicate,       ///< the same triangle, vertices in any order
   ZeroArea,        ///< both without area: collinear or repeated vertices

@@ -3,9 +3,9 @@
 
 #include "dyop/toi/toi_result.h"
 
-namespace dyop::test {
+namespace dyop::testing {
 
-/// An impact with all its figures, without any query.
+/// An impact with all its data, without running a query.
 inline ToiResult small_impact_result() {
   ToiResult toi;
   toi.status = ToiStatus::Impact;
@@ -20,11 +20,11 @@ inline ToiResult small_impact_result() {
   contact.p_WCa = Vector3(1.0 / 7, 2, 3);
   contact.nhat_AB_W = Vector3(0.6, 0.8, 0);
   contact.closing_speed = 2.5;
-  contact.feature_a = {FeatureKind::Edge, {4, 5, -1}};
-  contact.feature_b = {FeatureKind::Smooth, {-1, -1, -1}};
+  contact.feature_a = {FeatureKind::Edge, {4, 5}};
+  contact.feature_b = {};
   contact.triangle_a = 17;
   toi.contact = contact;
   return toi;
 }
 
-}  // namespace dyop::test
+}  // namespace dyop::testing

@@ -20,14 +20,14 @@ inline ToolOptions tool_options() {
   return options;
 }
 
-inline std::shared_ptr<const TriangleMesh> shared_mesh(const test_support::MeshArrays& arrays) {
+inline std::shared_ptr<const TriangleMesh> shared_mesh(const testing::MeshArrays& arrays) {
   return std::make_shared<const TriangleMesh>(arrays.mesh());
 }
 
 /// A ball of facets for a tool, at a height over the origin.
 inline ToolScene ball_tool(Scalar radius, const Vector3& p_WT, int subdivisions = 2) {
   ToolScene scene;
-  scene.tool.push_back({shared_mesh(test_support::icosphere(subdivisions, radius)), RigidPose()});
+  scene.tool.push_back({shared_mesh(testing::icosphere(subdivisions, radius)), RigidPose()});
   scene.X_WT = RigidPose(p_WT);
   return scene;
 }
@@ -42,7 +42,7 @@ inline ToolObstacle rigid_tissue(std::shared_ptr<const Shape> shape, const Rigid
   return obstacle;
 }
 
-inline ToolObstacle deforming_tissue(const test_support::MeshArrays& arrays, Scalar friction = 0) {
+inline ToolObstacle deforming_tissue(const testing::MeshArrays& arrays, Scalar friction = 0) {
   ToolObstacle obstacle;
   obstacle.name = "organ";
   obstacle.vertices = arrays.vertices;
@@ -52,8 +52,13 @@ inline ToolObstacle deforming_tissue(const test_support::MeshArrays& arrays, Sca
 }
 
 /// A sheet of size x size at z = 0.
-inline test_support::MeshArrays sheet(Scalar size, int cells) {
-  return test_support::plate_grid(size, size, cells, cells);
+inline testing::MeshArrays sheet(Scalar size, int cells) {
+  return testing::plate_grid(size, size, cells, cells);
+}
+
+/// A device that is not turned.
+inline DevicePose device_at(const Vector3& p_WD) {
+  return DevicePose(RigidPose(p_WD));
 }
 
 inline constexpr Scalar kMillisecond = 1e-3;

@@ -10,7 +10,7 @@
 #include "dyop/geometry/box.h"
 #include "dyop/geometry/sphere.h"
 
-namespace dyop::test_support {
+namespace dyop::testing {
 
 inline constexpr Scalar kGravity = 9.81;
 
@@ -32,7 +32,7 @@ inline BodyDefinition dynamic_body(const std::string& name, std::shared_ptr<cons
   return body;
 }
 
-/// Its top is z = 0.
+/// The top is z = 0.
 inline BodyDefinition floor_body(Scalar friction, Scalar restitution = 0) {
   BodyDefinition body;
   body.name = "floor";
@@ -49,7 +49,7 @@ inline Scalar rest_gap(Scalar smaller_radius) {
   return 5e-4 * smaller_radius;
 }
 
-/// A cube of half extent 0.5 lying on what ends at height z, at its rest gap.
+/// A cube of half extent 0.5 lying at its rest gap on a support that ends at height z.
 inline BodyDefinition resting_cube(Scalar x, Scalar y, Scalar z, Scalar friction = 0.5) {
   const auto shape = std::make_shared<Box>(Vector3(0.5, 0.5, 0.5));
   BodyDefinition body =
@@ -59,7 +59,7 @@ inline BodyDefinition resting_cube(Scalar x, Scalar y, Scalar z, Scalar friction
   return body;
 }
 
-/// Columns of cubes, count of them in a square, each of `height`.
+/// `count` columns of cubes in a square, each of `height` cubes.
 inline void add_columns(World& world, int columns, int height) {
   world.add_body(floor_body(0.5));
   const int side = static_cast<int>(std::ceil(std::sqrt(Scalar(columns))));
@@ -88,6 +88,23 @@ inline void add_pyramid(World& world, int rows) {
   }
 }
 
+/// A wall of bricks, each above the joint of two, all touching their neighbours.
+inline void add_bricks(World& world, int courses, int per_course) {
+  world.add_body(floor_body(0.5));
+  const auto shape = std::make_shared<Box>(Vector3(0.5, 0.25, 0.25));
+  const Scalar gap = rest_gap(shape->bounding_radius());
+  for (int course = 0; course < courses; ++course) {
+    for (int k = 0; k < per_course; ++k) {
+      const Scalar x = (1 + gap) * (k - Scalar(per_course) / 2 + (course % 2 == 0 ? 0 : 0.5));
+      BodyDefinition brick =
+          dynamic_body("brick", shape, {x, 0, 0.25 + gap + course * (0.5 + gap)});
+      brick.friction = 0.5;
+      brick.restitution = 0;
+      world.add_body(brick);
+    }
+  }
+}
+
 /// side^3 boxes that fall on a floor, each turned a little.
 inline void add_pile(World& world, int side) {
   world.add_body(floor_body(0.5));
@@ -107,7 +124,7 @@ inline void add_pile(World& world, int side) {
   }
 }
 
-/// `count` spinning boxes on a grid, far apart, without gravity to meet by.
+/// `count` spinning boxes on a grid, far apart, without gravity: they never meet.
 inline void add_free_bodies(World& world, int count) {
   const auto shape = std::make_shared<Box>(Vector3(0.3, 0.2, 0.1));
   const int side = static_cast<int>(std::ceil(std::cbrt(Scalar(count))));
@@ -118,4 +135,4 @@ inline void add_free_bodies(World& world, int count) {
   }
 }
 
-}  // namespace dyop::test_support
+}  // namespace dyop::testing

@@ -84,8 +84,8 @@ inline RigidPose oracle_pose(const Eigen::Matrix4d& X) {
   return RigidPose(Matrix3(X.topLeftCorner<3, 3>()), Vector3(X.topRightCorner<3, 1>()));
 }
 
-/// A bound of how fast the distance of any two bodies can change along a path, from nothing but the
-/// lengths of the chain: every point of a link is within `reach` of every joint above it.
+/// A bound on how fast the distance of any two bodies can change along a path, from the lengths of
+/// the chain alone: every point of a link is within `reach` of every joint above it.
 inline Scalar oracle_speed(const KinematicChain& chain, const JointPath& path) {
   Scalar reach = 0;
   for (const Link& link : chain.links()) {

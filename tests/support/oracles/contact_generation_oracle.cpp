@@ -130,7 +130,7 @@ std::vector<OraclePoints> ContactOracle::minima(Scalar reach, Scalar sine) const
         add(s[i], nearest(s[i], t));
         add(nearest(t[i], s), t[i]);
         for (std::size_t j = 0; j < 3; ++j) {
-          NearestPoints<Wide> best{ws[i], ws[i], Wide(kInfinity)};
+          NearestPair<Wide> best{ws[i], ws[i], Wide(kInfinity)};
           keep_perpendicular(best, ws[i], ws[(i + 1) % 3], wt[j], wt[(j + 1) % 3]);
           if (best.squared_distance < Wide(kInfinity)) add(narrow(best.on_a), narrow(best.on_b));
         }

@@ -15,10 +15,11 @@ struct OraclePoints {
   Vector3 p_b;
 };
 
-/// Two small shapes with triangles (meshes, or convex shapes with a core surface) in frame A, and the
-/// local minima of the distance of their cores, straight from the definition: all vertices against
-/// all triangles and all sides against all sides, each judged by the directions to a dense grid of
-/// points on every triangle that its points lie on. Knows nothing of how triangles are joined.
+/// Two small shapes with triangles (meshes, or convex shapes with a core surface) in frame A, and
+/// the local minima of the distance of their cores, straight from the definition: all vertices
+/// against all triangles and all sides against all sides, each tested with the directions to a
+/// dense grid of points on every triangle that contains its points. Uses no connectivity of the
+/// triangles.
 class ContactOracle {
  public:
   ContactOracle(const Shape& a, const Shape& b, const RigidPose& X_AB);
@@ -35,7 +36,7 @@ class ContactOracle {
   Scalar distance_to_a(const Vector3& p) const { return distance_to(a_, p); }
   Scalar distance_to_b(const Vector3& p) const { return distance_to(b_, p); }
 
-  /// Whether a solid holds a corner of the other shape, given that their surfaces do not meet.
+  /// Whether a solid contains a corner of the other shape, given that their surfaces do not meet.
   bool is_enclosed() const;
 
   Scalar size() const { return size_; }

@@ -58,7 +58,7 @@ Scalar contact_residual(const PointState& s, Scalar friction) {
   return std::hypot(p_n - s.w * s.J_n, (p_t - s.w * s.J_t).norm());
 }
 
-// The same for what opposes a velocity with at most `bound`.
+// The same for an impulse that opposes a velocity with at most `bound`.
 Scalar bounded_residual(const Vector3& J, const Vector3& u, Scalar w, Scalar bound) {
   Vector3 x = w * J - u;
   const Scalar length = x.norm();

@@ -11,13 +11,13 @@ namespace dyop::testing {
 namespace {
 
 constexpr Scalar kRoundoff = 0x1p-53;
-// Posing, boxes, nearest points and slab, each some 20 roundings of numbers of the pair's size.
+// Posing, boxes, nearest points and slab: each about 20 roundings of numbers of the pair's size.
 constexpr Scalar kNoise = 128 * kRoundoff;
 // A pair in double that its slab proves to this fraction of the size needs no quad precision. The
 // slab tilts by the error of the witness over the distance, so that it cannot reach rounding.
 constexpr Scalar kProven = 0x1p-40;
 
-// B carried into the frame of A, and what is found so far.
+// B transformed to the frame of A, and the best result so far.
 class Search {
  public:
   Search(const OracleBody& a, const RigidPose& X_WA, const OracleBody& b, const RigidPose& X_WB,
@@ -51,7 +51,7 @@ class Search {
     const Vector3 step = R_AB_ * b.center + p_AB_ - a.center;
     const Scalar balls = step.norm() - a.radius - b.radius;
     if (balls >= upper_) return balls;
-    // Along the axes of A, where B's box is enlarged to an aligned one, and the other way round.
+    // Along the axes of A, where B's box is enlarged to an aligned one, and vice versa.
     const Vector3 along_a = step.cwiseAbs() - a.half_extents - R_AB_abs_ * b.half_extents;
     const Vector3 step_b = R_AB_.transpose() * step;
     const Vector3 along_b =
@@ -87,7 +87,7 @@ class Search {
   Scalar noise_;
   Scalar radii_;
   Scalar lower_ = kInfinity;   // of the examined triangle pairs
-  Scalar pruned_ = kInfinity;  // of what was passed over
+  Scalar pruned_ = kInfinity;  // of the pairs skipped
   Scalar upper_ = kInfinity;
   PairSeed nearest_;
   std::vector<NodePair> stack_;
@@ -122,7 +122,7 @@ void Search::examine_triangles(std::int32_t i, std::int32_t j) {
   }
   const PointTriangle<double> points_a = to_points<double>(a);
   const PointTriangle<double> points_b = to_points<double>(b);
-  const NearestPoints<double> nearest = nearest_points(points_a, points_b);
+  const NearestPair<double> nearest = nearest_points(points_a, points_b);
   Scalar upper = std::sqrt(nearest.squared_distance);
   Scalar lower = std::clamp(slab_gap(points_a, points_b, nearest), 0.0, upper);
   const Scalar allowed = std::max(kProven * size_of(a, b), gap_.absolute / 2);

@@ -17,7 +17,7 @@ class OracleBody {
   struct Node {
     Vector3 center;
     Vector3 half_extents;
-    Scalar radius;            ///< of a ball about `center` that holds the triangles
+    Scalar radius;            ///< of a ball about `center` that contains the triangles
     std::int32_t first = -1;  ///< inner: the children are nodes first and first + 1; leaf: triangle
     bool is_leaf = false;
   };
@@ -48,25 +48,25 @@ struct DistanceBracket {
   Scalar upper = kInfinity;
 };
 
-/// Pair of triangles to begin with; after the query the pair that gave its upper bound.
+/// Pair of triangles to start with; after the query the pair that gave its upper bound.
 struct PairSeed {
   std::int32_t triangle_a = 0;
   std::int32_t triangle_b = 0;
 };
 
-/// How far apart the bounds may be left: `absolute`, or where that is more, `relative` times what
-/// the distance exceeds `target` by.
+/// How far apart the bounds may be left: `absolute`, or if larger, `relative` times the excess of
+/// the distance over `target`.
 struct SearchGap {
   Scalar absolute = 0;
   Scalar relative = 0;
   Scalar target = 0;
 };
 
-/// Distance of the surfaces (with rounding radii) by branch and bound in double, with formulas of
-/// its own. The bounds are proven by the slab between the triangles, and by quad precision where
-/// double does not suffice. They differ by at most the gap asked for, plus 2^-40 of the size of
-/// a pair of triangles, plus 512 u (size of both shapes + distance of their origins), u = 2^-53. A
-/// shape inside a solid is not seen: see oracle_contains(). `seed` affects the speed only.
+/// Distance of the surfaces (with rounding radii) by branch and bound in double, with its own
+/// formulas. The bounds are proven by the slab between the triangles, and by quad precision where
+/// double is not enough. They differ by at most the gap requested, plus 2^-40 of the size of a pair
+/// of triangles, plus 512 u (size of both shapes + distance of their origins), u = 2^-53. A shape
+/// inside a solid is not detected: see oracle_contains(). `seed` affects only the speed.
 DistanceBracket fast_oracle_distance(const OracleBody& a, const RigidPose& X_WA,
                                      const OracleBody& b, const RigidPose& X_WB,
                                      const SearchGap& gap, PairSeed& seed);

@@ -48,8 +48,8 @@ Number segment_distance_sq(const PathPoint<Number>& x, const PathPoint<Number>& 
   return dot(offset, offset);
 }
 
-// Whether a cross product is more than rounding of positions of this size: a plane through points
-// on a line is noise, and its foot as well, while vertices and edges know everything of it.
+// Whether a cross product is more than rounding of positions of this size. A plane through points
+// on a line is noise, and so is its foot; their vertices and edges are then sufficient.
 template <typename Number>
 bool is_plane(const PathPoint<Number>& u, const PathPoint<Number>& v, Number normal_sq,
               Number size_sq) {

@@ -10,9 +10,9 @@
 #include "dyop/core/rigid_pose.h"
 #include "dyop/geometry/convex_shape.h"
 
-namespace dyop::test {
+namespace dyop::testing {
 
-/// The hull of a few points, inflated by a radius: a convex shape with nothing clever in it.
+/// The hull of a few points, inflated by a radius: a convex shape without any optimisation.
 class PointHull final : public ConvexShape {
  public:
   explicit PointHull(std::vector<Vector3> points, Scalar radius = 0)
@@ -207,4 +207,4 @@ class PolytopeOracle {
   std::vector<Vector> b_;
 };
 
-}  // namespace dyop::test
+}  // namespace dyop::testing

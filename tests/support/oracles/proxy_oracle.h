@@ -28,12 +28,12 @@ struct TissueSpan {
 /// The least distance of two moving surfaces over a span, by sampling.
 struct SampledDistance {
   Scalar least = kInfinity;   ///< of the samples
-  Scalar proven = kInfinity;  ///< between them too: least of (d0 + d1 - way) / 2
+  Scalar proven = kInfinity;  ///< also between them: least of (d0 + d1 - travel) / 2
   int samples = 0;
 };
 
 /// Samples until `proven` is at least `wanted`, or less than `resolution` is left between samples.
-/// The way is measured on the vertices; nothing of the tool room is used.
+/// The travel is measured on the vertices; nothing of the tool room is used.
 SampledDistance sample_distance(const TriangleMesh& tool, const ToolSpan& tool_span,
                                 const std::vector<TriangleIndices>& tissue,
                                 const TissueSpan& tissue_span, Scalar wanted, Scalar resolution);

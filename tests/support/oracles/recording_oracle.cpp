@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::size_t kMaxFaults = 100;
 
-// Contains the posed box; rounded up by a part of its size that exceeds the roundings.
+// Contains the posed box; rounded up by a fraction of its size that exceeds the roundings.
 AlignedBox posed_box(const AlignedBox& box, const RigidPose& X_WB) {
   const Vector3 center = X_WB * box.center();
   const Vector3 half = X_WB.rotation().cwiseAbs() * (box.sizes() / 2);
@@ -28,7 +28,7 @@ struct RunView {
   std::string scene;
   bool is_complete = false;
   Scalar end = 0;
-  std::vector<std::vector<Scalar>> steps;  // times of each that are looked at, and between
+  std::vector<std::vector<Scalar>> steps;  // times of each that are examined
   std::function<RigidPose(std::size_t step, BodyId body, Scalar t)> pose;
 };
 
@@ -62,7 +62,7 @@ class Checker {
     }
   }
 
-  // Two bodies that cannot move are not examined by the library either.
+  // The library does not examine pairs of bodies that cannot move either.
   void find_pairs() {
     const auto moves = [&](std::size_t k) { return scene_.bodies[k].kind != BodyKind::Static; };
     const auto is_disabled = [&](std::size_t a, std::size_t b) {
@@ -97,7 +97,7 @@ class Checker {
   void check_step(std::size_t step) {
     const std::vector<Scalar>& times = recording_.steps[step];
     ++report_.steps;
-    // The begin is the end of the step before, but with what an impact changed.
+    // A step starts where the previous one ended, except for what an impact changed.
     check_time(step, times.front());
     for (std::size_t k = 1; k < times.size(); ++k) {
       const Scalar begin = times[k - 1];

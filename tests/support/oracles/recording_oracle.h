@@ -13,23 +13,23 @@
 
 namespace dyop::testing {
 
-/// What an independent look at a recording found.
+/// Result of an independent check of a recording.
 struct RecordingReport {
   std::int64_t steps = 0;
   std::int64_t poses = 0;           ///< times at which all bodies were posed
-  std::int64_t pairs = 0;           ///< pairs of bodies looked at, over all times
+  std::int64_t pairs = 0;           ///< pairs of bodies considered, over all times
   std::int64_t examined_pairs = 0;  ///< those whose boxes meet: decided triangle by triangle
-  std::vector<std::string> faults;  ///< in words, the first hundred; empty: nothing is wrong
+  std::vector<std::string> faults;  ///< descriptions of the first hundred; empty: no fault
 };
 
 /// Checks that no two bodies of a recorded run intersect, at the recorded times and at
-/// `times_between` more in every part between two of them, and that the steps follow one another
-/// from 0 to the end without a gap.
+/// `times_between` more between any two of them, and that the steps follow each other from 0 to the
+/// end without a gap.
 ///
 /// Two surfaces of triangles are decided by CGAL (oracle_meshes_intersect), a pair with a rounded
-/// body (sphere, capsule) by fast_oracle_distance: no code of the library but the recording's
-/// reader and RigidPose takes part. A body wholly inside a solid is looked for at the first and
-/// at the last time only: nothing gets inside without surfaces that meet on the way.
+/// body (sphere, capsule) by fast_oracle_distance: of the library only the recording's reader and
+/// RigidPose are used. Whether a body is wholly inside a solid is checked only at the first and the
+/// last time: nothing gets inside without surfaces that meet on the way in.
 ///
 /// @param scene The scene that was run: its shapes, and the pairs that are not examined.
 RecordingReport check_recording(const Scene& scene, const RunRecording& recording,

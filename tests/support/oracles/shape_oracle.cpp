@@ -12,16 +12,16 @@ namespace {
 
 using QuadTriangles = std::vector<PointTriangle<Quad>>;
 
-// A core whose center is nearer to a face than this times its size has no inside.
+// A core whose center is nearer to a face than this times its size has no interior.
 constexpr double kFlatness = 0x1p-60;
-// Rounding of a face's normal in quad precision, poses far from the origin included, relative to
-// the product of two of its edges: long ones of a sliver cancel.
+// Rounding of a face's normal in quad precision, relative to the product of two of its edges, also
+// for poses far from the origin: long edges of a sliver cancel.
 constexpr double kNormalRounding = 0x1p-90;
 // Rounding of a quad vertex to double and of a box's gap; relative to the coordinates.
 constexpr double kBoxRounding = 0x1p-49;
 // Rounding of a pose in quad precision, relative to the coordinates.
 constexpr long double kPosing = 0x1p-106L;
-// What counts as contact, so that the search may end; relative to the size of the shapes.
+// What counts as contact, so that the search ends; relative to the size of the shapes.
 constexpr long double kContact = 0x1p-93L;
 
 Point<Quad> posed(const RigidPose& X, const Vector3& p) {
@@ -63,7 +63,7 @@ double squared_gap(const AlignedBox& a, const AlignedBox& b) {
   return gap.squaredNorm() * (1 - kBoxRounding);
 }
 
-// A distance that is reached, as a start: the nearest first vertices.
+// A distance that is attained, to start with: the nearest first vertices.
 double some_squared_distance(const std::vector<AlignedBox>& a, const std::vector<AlignedBox>& b) {
   const AlignedBox all_b = merged(b);
   double best = kInfinity;
@@ -107,7 +107,7 @@ OracleDistance surface_distance(const QuadTriangles& a, const QuadTriangles& b) 
   return {lower + (upper - lower) / 2, (upper - lower) / 2 + posing};
 }
 
-// A plane through a face, and the side of it that the mean of the vertices is on. Independent of
+// A plane through a face, and the side of it that contains the mean of the vertices. Independent of
 // the orientation of the triangles.
 struct InwardPlane {
   Point<Quad> point;
@@ -139,7 +139,7 @@ std::vector<InwardPlane> inward_planes(const QuadTriangles& faces) {
   return planes;
 }
 
-// To be asked in the core's own frame: posing rounds, and a sliver's normal is lost in that.
+// To be evaluated in the core's own frame: posing rounds, and destroys a sliver's normal.
 bool has_inside(const TriangleMesh& core) {
   const std::vector<InwardPlane> planes = inward_planes(posed_triangles(core, RigidPose()));
   return !planes.empty() &&

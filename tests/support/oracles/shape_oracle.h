@@ -18,14 +18,14 @@ namespace dyop::testing {
 /// counts as a surface.
 ///
 /// Poses are taken as the exact doubles of their matrices and applied in quad precision. A pair of
-/// triangles is passed over only if its boxes prove it farther than one already measured.
-/// Cost: 2 ns a pair of triangles plus 0.05 ms for each that is near: 5000 x 5000 takes a second.
+/// triangles is skipped only if its boxes prove it farther apart than one already measured.
+/// Cost: 2 ns per pair of triangles plus 0.05 ms for each near pair: 5000 x 5000 takes a second.
 ///
 /// @throws InvalidArgument for a convex shape whose core_surface() is null.
 OracleDistance oracle_distance(const Shape& a, const RigidPose& X_WA, const Shape& b,
                                const RigidPose& X_WB);
 
-/// The triangles that stand for a shape, and what surrounds them.
+/// The triangles that represent a shape, and the solid they enclose.
 struct OracleSurface {
   const TriangleMesh* triangles;
   Scalar rounding_radius;
@@ -36,7 +36,7 @@ struct OracleSurface {
 OracleSurface oracle_surface(const Shape& shape);
 
 /// Whether one shape lies inside the core of the other, given that their surfaces do not meet: the
-/// part of the overlap that no distance of surfaces sees.
+/// part of an overlap that no distance of surfaces detects.
 bool oracle_contains(const Shape& a, const RigidPose& X_WA, const Shape& b, const RigidPose& X_WB);
 
 /// All triangles in world, with 113 bits.

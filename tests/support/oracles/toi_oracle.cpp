@@ -14,9 +14,9 @@ namespace {
 constexpr int kMaxSamples = 1'000'000;
 // Parts that min_distance_on() samples before it bisects.
 constexpr int kFirstParts = 16;
-// How precisely a distance far above the target is measured.
+// The precision of a distance far above the target.
 constexpr Scalar kFarPrecision = 0.05;
-// The same while the target is not known but only a distance that is met.
+// The same while the target is unknown and only a distance that is attained is known.
 constexpr Scalar kExcessPrecision = 0.25;
 // Products and sums of the Lipschitz bound, rounded up.
 constexpr Scalar kRoundUp = 1 + 0x1p-45;
@@ -75,13 +75,13 @@ MinimumDistance ToiOracle::min_distance_on(const TimeInterval& interval, Scalar 
   require_valid(interval);
   require_resolution(resolution);
   MinimumDistance result{0, kInfinity, interval.begin, 0};
-  // A body cannot get inside another later without their surfaces meeting.
+  // A body cannot get inside another one later without their surfaces meeting.
   if (contains_at(interval.begin)) return {0, 0, interval.begin, 1};
 
   const auto sample = [&](Scalar t) {
     count_sample(result.samples);
-    // Precise where it may be the minimum. What is left open elsewhere is a part of the excess over
-    // a distance that is met, so that the lower bound stays above the minimum.
+    // Precise where it may be the minimum. Elsewhere the error is a fraction of the excess over a
+    // distance that is attained, so that the lower bound stays above the minimum.
     const Scalar met = result.upper;
     const SearchGap gap = std::isfinite(met) ? SearchGap{resolution / 4, kExcessPrecision, met}
                                              : SearchGap{resolution / 4};
@@ -123,7 +123,8 @@ MinimumDistance ToiOracle::min_distance_on(const TimeInterval& interval, Scalar 
   }
 }
 
-// The speed bound over all the rest is a start; over what that step reaches it is often smaller.
+// The speed bound over all the rest is a start; over the span that the step reaches it is often
+// smaller.
 Scalar ToiOracle::safe_step(Scalar t, Scalar end, Scalar slack) const {
   const auto reach = [&](Scalar until) {
     const Scalar speed = approach_speed_bound({t, until});

@@ -26,12 +26,12 @@ struct FirstApproach {
   int samples = 0;
 };
 
-/// Time of impact by sampling the distance, each sample proving its neighbourhood by a Lipschitz
-/// bound: the distance changes at most at the rate
+/// Time of impact by sampling the distance, where each sample proves its neighbourhood by a
+/// Lipschitz bound: the distance changes at most at the rate
 ///     L = |v_A| + |v_B| + |w_A| r_A + |w_B| r_B,
-/// with speeds from Motion::twist_bound() over the interval at hand, and radii r from the vertices.
-/// This and Motion::pose() are all that the oracle takes from the library. Bounds of distances hold
-/// up to the rounding stated at fast_oracle_distance() (1e-13 of the size).
+/// with speeds from Motion::twist_bound() over the interval in question, and radii r from the
+/// vertices. This and Motion::pose() are all that the oracle takes from the library. Bounds of
+/// distances hold up to the rounding stated at fast_oracle_distance() (1e-13 of the size).
 ///
 /// Cost: one distance query a sample (about 1 ms for meshes of 70,000 triangles); at most about
 /// (length of the interval) L / resolution samples where the distance stays near its minimum, some
@@ -42,7 +42,7 @@ class ToiOracle {
  public:
   ToiOracle(const OracleBody& a, const Motion& X_WA, const OracleBody& b, const Motion& X_WB);
 
-  /// Bounds at one time that differ by at most `resolution` (and rounding). Sees containment.
+  /// Bounds at one time that differ by at most `resolution` (and rounding). Detects containment.
   DistanceBracket distance_at(Scalar t, Scalar resolution = 0);
 
   /// The minimum over `interval` with upper - lower <= resolution (and rounding), resolution > 0.

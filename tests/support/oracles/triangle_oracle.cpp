@@ -74,7 +74,7 @@ OracleDistance oracle_triangle_distance(const PointTriangle<Quad>& a,
   PointTriangle<Quad> local_a = a;
   PointTriangle<Quad> local_b = b;
   const auto size = static_cast<long double>(move_to_local_origin(local_a, local_b));
-  const NearestPoints<Quad> nearest = nearest_points(local_a, local_b);
+  const NearestPair<Quad> nearest = nearest_points(local_a, local_b);
   const auto upper = static_cast<long double>(square_root(nearest.squared_distance));
   const auto gap = static_cast<long double>(slab_gap(local_a, local_b, nearest));
   const long double noise = kQuadNoise * size;

@@ -19,11 +19,11 @@
 namespace dyop {
 namespace {
 
-using test_support::MeshArrays;
+using testing::MeshArrays;
 
-constexpr Scalar kTolerance = 1e-6;  // literal: of sides of about one
-constexpr Scalar kRise = 0.3;        // of everything, per unit of time
-constexpr Scalar kWallSpeed = 0.2;   // against the body, which slides at speed one
+constexpr Scalar kSheetTolerance = 1e-6;  // literal: of sides of about one
+constexpr Scalar kRise = 0.3;             // of everything, per unit of time
+constexpr Scalar kWallSpeed = 0.2;        // against the body, which slides at speed one
 
 // A flat sheet about z = 0, 3 by 2, of 12 by 8 cells: its inner vertices wander in its plane, by a
 // third of a cell at most, each on a line of its own, and all of it rises.
@@ -40,7 +40,7 @@ Vector3 shaken(const Vector3& p, std::mt19937_64& random) {
 }
 
 Sheet wandering_sheet(std::mt19937_64& random) {
-  const MeshArrays plate = test_support::plate_grid(3, 2, 12, 8);
+  const MeshArrays plate = testing::plate_grid(3, 2, 12, 8);
   Sheet sheet;
   sheet.triangles = plate.triangles;
   for (const Vector3& p : plate.vertices) {
@@ -76,13 +76,13 @@ DeformingMesh drifting(const MeshArrays& arrays, const Vector3& by) {
 
 // A box that slides along the sheet, `gap` tolerances above it, turned as a whole by R.
 struct Slide {
-  MeshArrays box = test_support::box_mesh({0.2, 0.15, 0.1});
+  MeshArrays box = testing::box_mesh({0.2, 0.15, 0.1});
   Vector3 from;
   Vector3 velocity;
   Matrix3 R;
 
   Slide(Scalar gap, const Matrix3& rotation)
-      : from(rotation * Vector3(-1, 0.05, 0.1 + gap * kTolerance)),
+      : from(rotation * Vector3(-1, 0.05, 0.1 + gap * kSheetTolerance)),
         velocity(rotation * Vector3(1, 0, kRise)),
         R(rotation) {}
 
@@ -94,7 +94,7 @@ struct Slide {
 
 ToiOptions with_tolerance() {
   ToiOptions options;
-  options.distance_tolerance = kTolerance;
+  options.distance_tolerance = kSheetTolerance;
   return options;
 }
 
@@ -122,8 +122,8 @@ TEST(DeformingContacts, ABodyThatSlidesAlongASheetHitsTheWallOnItInTime) {
   std::mt19937_64 random(2);
   const Scalar closing = 1 + kWallSpeed;
   // Between a quarter, where the sheet may be the nearer one, and five eighths of the tolerance.
-  const Scalar earliest = (1.8 - 0.625 * kTolerance) / closing;
-  const Scalar latest = (1.8 - 0.25 * kTolerance) / closing;
+  const Scalar earliest = (1.8 - 0.625 * kSheetTolerance) / closing;
+  const Scalar latest = (1.8 - 0.25 * kSheetTolerance) / closing;
   // literal: the interval ends after the impact; paths are twice as long.
   const TimeInterval interval{0, 2};
   for (int i = 0; i < 12; ++i) {
@@ -157,7 +157,7 @@ TEST(DeformingContacts, GathersAllContactsOfAnImpact) {
   const DeformingMesh sheet = turned(wandering_sheet(random), Matrix3::Identity());
   ToiOptions options = with_tolerance();
   options.with_contacts = true;
-  const MeshArrays cube = test_support::box_mesh(Vector3::Constant(0.25));
+  const MeshArrays cube = testing::box_mesh(Vector3::Constant(0.25));
   const ConstantTwistMotion falling(RigidPose(Vector3(0.1, 0, 1)),
                                     {Vector3(0, 0, -2), Vector3::Zero()});
   const DeformingMesh deforming =
@@ -168,7 +168,7 @@ TEST(DeformingContacts, GathersAllContactsOfAnImpact) {
                                       : time_of_impact(sheet, deforming, {0, 1}, options);
     ASSERT_EQ(result.status, ToiStatus::Impact);
     EXPECT_NEAR(result.t_safe, 0.75 / (2 + kRise), 1e-5);
-    const Scalar limit = result.contact->upper + kTolerance + 2 * result.rounding_allowance;
+    const Scalar limit = result.contact->upper + kSheetTolerance + 2 * result.rounding_allowance;
     for (const Contact& contact : result.contacts) {
       EXPECT_LE(contact.lower, limit);
       EXPECT_NEAR(contact.p_WCa.z(), kRise * result.t_safe, 1e-9);

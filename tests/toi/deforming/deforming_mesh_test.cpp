@@ -14,7 +14,7 @@
 namespace dyop {
 namespace {
 
-using test_support::MeshArrays;
+using testing::MeshArrays;
 
 std::vector<Vector3> shaken(const std::vector<Vector3>& places, Scalar by,
                             std::mt19937_64& random) {
@@ -56,9 +56,8 @@ void check_tree(const DeformingMesh& mesh) {
 
 TEST(DeformingMesh, HoldsEveryTriangleInItsSweptBoxes) {
   std::mt19937_64 random(1);
-  for (const MeshArrays& arrays :
-       {test_support::icosphere(2), test_support::random_soup(77, 0.3, 5),
-        test_support::needle(2, 9), test_support::point_cloud(33, 4)}) {
+  for (const MeshArrays& arrays : {testing::icosphere(2), testing::random_soup(77, 0.3, 5),
+                                   testing::needle(2, 9), testing::point_cloud(33, 4)}) {
     const DeformingMesh mesh(arrays.vertices, shaken(arrays.vertices, 0.5, random),
                              arrays.triangles);
     check_tree(mesh);
@@ -67,7 +66,7 @@ TEST(DeformingMesh, HoldsEveryTriangleInItsSweptBoxes) {
 
 TEST(DeformingMesh, RefitsToNewPlaces) {
   std::mt19937_64 random(2);
-  const MeshArrays arrays = test_support::icosphere(1);
+  const MeshArrays arrays = testing::icosphere(1);
   DeformingMesh mesh(arrays.vertices, arrays.vertices, arrays.triangles);
   EXPECT_EQ(mesh.largest_displacement(), 0);
   const std::vector<Vector3> second = shaken(arrays.vertices, 2, random);

@@ -17,7 +17,7 @@
 namespace dyop {
 namespace {
 
-using test_support::MeshArrays;
+using testing::MeshArrays;
 
 // The distance of two meshes at the fraction s, by the oracle, which takes plain triangles.
 class MeshPairOracle {
@@ -109,9 +109,8 @@ DeformingMesh random_deforming(const MeshArrays& arrays, const Vector3& from, co
 }
 
 std::vector<MeshArrays> small_meshes() {
-  return {test_support::icosphere(1), test_support::plate_grid(1.6, 1.6, 3, 3),
-          test_support::random_soup(20, 0.5, 3), test_support::needle(2, 3),
-          test_support::point_cloud(12, 8)};
+  return {testing::icosphere(1), testing::plate_grid(1.6, 1.6, 3, 3),
+          testing::random_soup(20, 0.5, 3), testing::needle(2, 3), testing::point_cloud(12, 8)};
 }
 
 TEST(DeformingTimeOfImpact, KeepsItsPromisesBetweenRandomDeformingMeshes) {
@@ -172,7 +171,7 @@ TEST(DeformingTimeOfImpact, KeepsItsPromisesAgainstTurningRigidMeshes) {
 
 TEST(DeformingTimeOfImpact, ScalesWithLengthAndHoldsFarFromTheOrigin) {
   std::mt19937_64 random(5);
-  const MeshArrays sphere = test_support::icosphere(1);
+  const MeshArrays sphere = testing::icosphere(1);
   const Vector3 from(3, 0.3, 0.2);
   const DeformingMesh a = random_deforming(sphere, Vector3::Zero(), Vector3::Zero(), random);
   const DeformingMesh b = random_deforming(sphere, from, {-3, 0, 0}, random);
@@ -195,8 +194,6 @@ TEST(DeformingTimeOfImpact, ScalesWithLengthAndHoldsFarFromTheOrigin) {
     }
   }
 }
-
-// Points before the long sides of two triangles, within their boxes: gaps 0.18 and 0.01 or 0.19 at
 
 }  // namespace
 }  // namespace dyop

@@ -29,7 +29,7 @@ Scalar largest_along_W(const Triangle& triangle, const RigidPose& X_WB, const Ve
 
 TEST(DeformingSides, BoundATurningTriangleAndItsBoxAtAllLaterTimes) {
   std::mt19937_64 random(1);
-  const TriangleMesh mesh = test_support::icosphere(0).mesh();
+  const TriangleMesh mesh = testing::icosphere(0).mesh();
   const TimeInterval interval{1, 2};
   Scalar slack = 0;  // how much of the bound is not used; small if the bound is of second order
   int count = 0;
@@ -74,7 +74,7 @@ TEST(DeformingSides, BoundATurningTriangleAndItsBoxAtAllLaterTimes) {
 
 TEST(DeformingSides, BoundADeformingTriangleAndItsBoxExactly) {
   std::mt19937_64 random(2);
-  const test_support::MeshArrays arrays = test_support::icosphere(1);
+  const testing::MeshArrays arrays = testing::icosphere(1);
   std::vector<Vector3> moved = arrays.vertices;
   for (Vector3& p : moved) p += testing::random_vector(1, random);
   const DeformingMesh mesh(arrays.vertices, moved, arrays.triangles);

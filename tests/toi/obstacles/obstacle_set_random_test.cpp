@@ -14,7 +14,7 @@
 namespace dyop {
 namespace {
 
-using namespace test_support;  // NOLINT: makers
+using namespace testing;  // NOLINT: makers
 using testing::at;
 using testing::kAllMotions;
 using testing::MotionPointer;

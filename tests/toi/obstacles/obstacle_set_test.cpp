@@ -15,13 +15,13 @@
 namespace dyop {
 namespace {
 
-using namespace test_support;  // NOLINT: makers
+using namespace testing;  // NOLINT: makers
 using testing::at;
 using testing::moving;
 
 constexpr TimeInterval kSpan{0, 1};
 
-// A row of balls on the x axis at 3, 4, 5, ..., and the body on its way along it.
+// A row of balls on the x axis at 3, 4, 5, ..., and the body moving along it.
 ObstacleSet row_of_balls(int count) {
   ObstacleSet set;
   const auto ball = std::make_shared<Sphere>(0.25);
@@ -75,7 +75,7 @@ TEST(ObstacleSet, TellsSolidsFromSurfaces) {
   EXPECT_EQ(set.least_distance(body, RestMotion(), kSpan).distance.lower, 0);
 }
 
-// Of several at the same time or distance the one with the least id.
+// Of several at the same time or distance, the one with the smallest id.
 TEST(ObstacleSet, BreaksTiesById) {
   ObstacleSet set;
   const auto ball = std::make_shared<Sphere>(0.5);

@@ -23,7 +23,7 @@ TEST(SweptBoxes, HoldTheShapeAllTheTime) {
     for (const Scalar size : {1e-4, 1.0, 1e4}) {
       const testing::Scales scales{2 * size, 3 * size, 4, {-1, 2}};
       const auto motion = maker.make(random, scales);
-      const TriangleMesh mesh = test_support::gear(6, 0.8, 1, 0.2)
+      const TriangleMesh mesh = testing::gear(6, 0.8, 1, 0.2)
                                     .moved(Matrix3::Identity(), size * Vector3(0.2, 0.1, 0), size)
                                     .mesh();
       const TimeParts parts{scales.span, 7};
@@ -46,7 +46,7 @@ TEST(SweptBoxes, HoldTheShapeAllTheTime) {
 }
 
 TEST(SweptBoxes, SayWhichPartsComeNear) {
-  const test_support::MeshArrays box = test_support::box_mesh(Vector3(0.5, 0.5, 0.5));
+  const testing::MeshArrays box = testing::box_mesh(Vector3(0.5, 0.5, 0.5));
   const ConstantTwistMotion motion = testing::moving(testing::at(0, 0, 0), {8, 0, 0});
   const SweptBoxes swept(box.mesh(), motion, {{0, 1}, 8});
   const AlignedBox target(Vector3(3.6, -1, -1), Vector3(4.4, 1, 1));

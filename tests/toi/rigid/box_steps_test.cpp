@@ -112,7 +112,7 @@ TEST_P(BoxStepsProperty, NeverPassTheFloorAndAreNotWasteful) {
       }
       if (time == kInfinity) continue;
       ++limited;
-      // How far one step gets on the way to where the boxes really meet, if they do.
+      // How far one step gets towards the time at which the boxes really meet, if they do.
       Scalar truth = time;
       while (truth < c.motion.remaining && distance_at(c, column, truth) > c.motion.floor) {
         truth += 0.05;

@@ -244,7 +244,7 @@ TEST(TurnWithEdges, KeepsTheNormalSquareToThem) {
     EXPECT_NEAR(slip(turn_with_edges(n, {}, w_a, face, w_b), f, w_b), 0, 1e-12);
     EXPECT_EQ(turn_with_edges(n, {}, w_a, {}, w_b), Vector3::Zero());
   }
-  // Edges without length and parallel ones say nothing, but do no harm.
+  // Edges without length and parallel ones add nothing, but do no harm.
   const std::array<Vector3, 1> point{Vector3::Zero()};
   EXPECT_EQ(turn_with_edges(Vector3::UnitZ(), point, vector(), point, vector()), Vector3::Zero());
   const std::array<Vector3, 1> along{Vector3::UnitX()};

@@ -17,7 +17,7 @@
 namespace dyop {
 namespace {
 
-using test_support::MeshArrays;
+using testing::MeshArrays;
 
 void append(MeshArrays& all, const MeshArrays& part) {
   const auto first = static_cast<std::int32_t>(all.vertices.size());
@@ -40,11 +40,11 @@ Scalar root_of(const Function& f, Scalar low, Scalar high) {
 // A small piece at (0, -1, 0) of a body that turns about z at rate 1 and flies along -x at speed 1:
 // its height over the wall x = 0 is 0.01 - t + sin t. Up to second order it does not change at all.
 TEST(TurningBoxes, AreBoundedToThirdOrder) {
-  const MeshArrays grid = test_support::plate_grid(0.5, 0.5, 6, 6);
+  const MeshArrays grid = testing::plate_grid(0.5, 0.5, 6, 6);
   const Matrix3 upright = rotation_from_vector(Vector3(0, -std::acos(0.0), 0));  // normal along x
   const TriangleMesh wall = grid.moved(upright, Vector3(0, -1, 0)).mesh();
   const TriangleMesh piece =
-      test_support::icosphere(1, 1e-4).moved(Matrix3::Identity(), Vector3(0, -1, 0)).mesh();
+      testing::icosphere(1, 1e-4).moved(Matrix3::Identity(), Vector3(0, -1, 0)).mesh();
   const RestMotion rest;
   const ConstantTwistMotion rolling(RigidPose(Vector3(0.0101, 0, 0)), Twist{{-1, 0, 0}, {0, 0, 1}});
   const ToiResult result = time_of_impact(wall, rest, piece, rolling, {0, 0.6});
@@ -60,8 +60,9 @@ TEST(TurningBoxes, AreBoundedToThirdOrder) {
 TEST(TurningBoxes, AreAsLargeAsTheirDiagonals) {
   MeshArrays cubes;
   for (int k = 0; k < 8; ++k) {
-    append(cubes, test_support::box_mesh(Vector3(1, 1, 1))
-                      .moved(Matrix3::Identity(), Vector3(-100.0 * k, 0, 0)));
+    append(
+        cubes,
+        testing::box_mesh(Vector3(1, 1, 1)).moved(Matrix3::Identity(), Vector3(-100.0 * k, 0, 0)));
   }
   const TriangleMesh body = cubes.mesh();
   const Vector3 p(1.02, 0.98, 0.98);

@@ -61,7 +61,7 @@ TEST(ExactContact, IsUnchangedByPowersOfTwoAndWholeOffsets) {
   for (int i = 0; i < 300; ++i) {
     const FourPaths paths = testing::make_paths(PathKind::SmallWhole, random);
     for (const double scale : {0x1p-200, 0x1p-14, 0x1p14, 0x1p190}) {
-      // Exact: small whole numbers, moved by less than 2^50 units.
+      // Exact: small integers, moved by less than 2^50 units.
       const Vector3 offset = scale * 0x1p30 * Vector3(1, -1, 1);
       const FourPaths moved = testing::placed(paths, scale, offset);
       EXPECT_EQ(has_contact(testing::vertex_face(moved)), has_contact(testing::vertex_face(paths)));
@@ -89,7 +89,7 @@ TEST(ExactContact, SeesATouchAtOneInstantOnly) {
   const std::array<VertexPath, 3> face{resting(-1, -1, 0), resting(2, -1, 0), resting(-1, 2, 0)};
   EXPECT_TRUE(has_contact(VertexFacePaths{{{0, 0, 1}, {0, 0, -1}}, face}));
   EXPECT_TRUE(has_contact(VertexFacePaths{{{0, 0, 1}, {0, 0, 0}}, face})) << "at the end";
-  EXPECT_TRUE(has_contact(VertexFacePaths{{{0, 0, 0}, {0, 0, 1}}, face})) << "at the begin";
+  EXPECT_TRUE(has_contact(VertexFacePaths{{{0, 0, 0}, {0, 0, 1}}, face})) << "at the start";
   const double above = std::nextafter(0.0, 1.0);
   EXPECT_FALSE(has_contact(VertexFacePaths{{{0, 0, 1}, {0, 0, above}}, face}));
   // Through the border x + y = 1, and by the least number beside it.

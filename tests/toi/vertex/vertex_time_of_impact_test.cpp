@@ -68,8 +68,8 @@ TEST(VertexTimeOfImpact, FindsTheTimeTwoEdgesCross) {
   const VertexToiResult result = time_of_impact(paths);
   ASSERT_EQ(result.status, ToiStatus::Impact);
   EXPECT_NEAR(result.t_safe, 0.25, 1e-6);
-  EXPECT_EQ(result.contact->feature_a, (Feature{FeatureKind::Edge, {0, 1, -1}}));
-  EXPECT_EQ(result.contact->feature_b, (Feature{FeatureKind::Edge, {0, 1, -1}}));
+  EXPECT_EQ(result.contact->feature_a, (Feature{FeatureKind::Edge, {0, 1}}));
+  EXPECT_EQ(result.contact->feature_b, (Feature{FeatureKind::Edge, {0, 1}}));
   EXPECT_NEAR((result.contact->nhat_AB_W - Vector3(0, 0, 1)).norm(), 0, 1e-12);
   EXPECT_NEAR((result.contact->p_WCa - Vector3(0.5, 0, 0)).norm(), 0, 1e-12);
 }
@@ -79,7 +79,7 @@ TEST(VertexTimeOfImpact, NamesTheVertexOfAFaceThatIsHit) {
   const VertexToiResult result = time_of_impact(paths, {}, {.distance_tolerance = 1e-6});
   ASSERT_EQ(result.status, ToiStatus::Impact);
   EXPECT_NEAR(result.t_safe, 0.5, 1e-6);
-  EXPECT_EQ(result.contact->feature_b, (Feature{FeatureKind::Vertex, {1, -1, -1}}));
+  EXPECT_EQ(result.contact->feature_b, (Feature{FeatureKind::Vertex, {1}}));
 }
 
 TEST(VertexTimeOfImpact, ProvesThatAVertexPassesBeside) {
@@ -153,7 +153,7 @@ TEST(VertexTimeOfImpact, TreatsAnIntervalOfNoLengthAsRest) {
   VertexToiOptions options{.distance_tolerance = 1e-6};
   options.contact_rule = ContactRule::Exact;
   EXPECT_EQ(time_of_impact(falling(1, -1), {4, 4}, options).status, ToiStatus::Separated);
-  // Edges that would cross on the way, and edges that cross at the begin.
+  // Edges that would cross on the way, and edges that cross at the start.
   const auto edges = [](Scalar height) {
     return EdgeEdgePaths{
         {resting(-1, 0, 0), resting(1, 0, 0)},

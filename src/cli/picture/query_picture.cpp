@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "cli/picture/query_picture.h"
+
+#include <algorithm>
+#include <sstream>
+
+#include "cli/picture/gap_plot.h"
+#include "cli/picture/pair_view.h"
+#include "dyop/io/result_text.h"
+#include "dyop/toi/time_of_impact.h"
+
+namespace dyop::cli {
+namespace {
+
+constexpr int kWidth = 1000;
+constexpr Scalar kMargin = 24;
+constexpr Scalar kLineHeight = 17;
+constexpr Scalar kSceneHeight = 400;
+constexpr Scalar kSceneWidth = 590;
+constexpr Scalar kPlotHeight = 230;
+constexpr int kSamples = 240;
+constexpr int kMostSteps = 400;
+constexpr int kPathPoints = 200;
+// Of spheres and other smooth shapes.
+constexpr int kFineness = 5;
+
+std::string time_words(Scalar x) {
+  std::ostringstream out;
+  out << x;
+  return out.str();
+}
+
+std::vector<std::string> lines_of(const std::string& text) {
+  std::vector<std::string> lines;
+  std::istringstream in(text);
+  for (std::string line; std::getline(in, line);) lines.push_back(line);
+  return lines;
+}
+
+// "  name         value" and "  name: value" as their two columns; else all in the first.
+std::pair<std::string, std::string> columns_of(const std::string& line) {
+  const auto first = std::min(line.find_first_not_of(' '), line.size());
+  const std::string words = line.substr(first);
+  const auto gap = std::min(words.find("  "), words.find(": "));
+  constexpr std::size_t kLongestName = 12;
+  if (first == 0 || gap == std::string::npos || gap > kLongestName) return {words, ""};
+  const auto value = words.find_first_not_of(": ", gap);
+  return {words.substr(0, gap), value == std::string::npos ? "" : words.substr(value)};
+}
+
+// The first line is the headline. Returns where the next thing may begin.
+Scalar draw_words(SvgCanvas& canvas, const std::vector<std::string>& lines, Scalar top) {
+  Scalar y = top;
+  for (std::size_t k = 0; k < lines.size(); ++k) {
+    const auto [name, value] = columns_of(lines[k]);
+    if (k == 0 || value.empty()) {
+      canvas.text({kMargin, y}, name, k == 0 ? 16 : 12, SvgAnchor::Start, "#222222", k == 0);
+    } else {
+      canvas.text({kMargin, y}, name, 12, SvgAnchor::Start, "#555b61");
+      canvas.text({kMargin + 100, y}, value, 12);
+    }
+    y += k == 0 ? 1.5 * kLineHeight : kLineHeight;
+  }
+  return y;
+}
+
+void draw_scene(SvgCanvas& canvas, const PairScene& scene, Scalar top, std::string_view caption) {
+  const Panel whole{{kMargin, top}, {kSceneWidth, kSceneHeight}};
+  const Scalar x = 2 * kMargin + kSceneWidth;
+  const Panel near{{x, top}, {kWidth - kMargin - x, kSceneHeight}};
+  draw_pair(canvas, whole, scene);
+  draw_close_up(canvas, near, scene);
+  const Scalar y = top + kSceneHeight + kLineHeight;
+  canvas.text({kMargin, y}, caption, 12, SvgAnchor::Start, "#555b61");
+  if (scene.witness) {
+    canvas.text({x, y}, "from near: witness points, normal, pivot (diamond)", 12, SvgAnchor::Start,
+                "#555b61");
+  }
+}
+
+std::vector<Vector3> path_of(const Motion& motion, const TimeInterval& interval) {
+  std::vector<Vector3> path;
+  for (int k = 0; k <= kPathPoints; ++k) {
+    const Scalar t =
+        k == kPathPoints ? interval.end : interval.begin + interval.length() * k / kPathPoints;
+    path.push_back(motion.pose(t).translation());
+  }
+  return path;
+}
+
+PairScene scene_of(const Shape& a, const RigidPose& X_WA, const Shape& b, const RigidPose& X_WB) {
+  PairScene scene;
+  scene.a = internal::surface_of(a, kFineness);
+  scene.b = internal::surface_of(b, kFineness);
+  scene.radius_a = a.bounding_radius();
+  scene.radius_b = b.bounding_radius();
+  scene.X_WA = X_WA;
+  scene.X_WB = X_WB;
+  return scene;
+}
+
+Scalar tolerance_of(const ToiQuery& query) {
+  return query.options.distance_tolerance
+             ? *query.options.distance_tolerance
+             : default_distance_tolerance(query.a->bounding_radius(), query.b->bounding_radius());
+}
+
+// The witness of the query, or where it has none the nearest points at t_safe.
+WitnessPair witness_of(const ToiQuery& query, const ToiResult& result, const PairScene& scene) {
+  if (result.contact && result.status == ToiStatus::Impact) return *result.contact;
+  return distance(*query.a, scene.X_WA, *query.b, scene.X_WB);
+}
+
+// Of shapes that never meet the end shows nothing: they are drawn where they come nearest.
+Scalar drawn_time(const ToiResult& result, const GapHistory& history) {
+  if (result.status != ToiStatus::Separated) return result.t_safe;
+  return std::min_element(history.samples.begin(), history.samples.end(),
+                          [](const GapSample& x, const GapSample& y) { return x.lower < y.lower; })
+      ->t;
+}
+
+}  // namespace
+
+std::string toi_picture(const ToiQuery& query, const ToiResult& result) {
+  const GapHistory history = gap_history(query, tolerance_of(query), kSamples, kMostSteps);
+  const Scalar t = drawn_time(result, history);
+  PairScene scene = scene_of(*query.a, query.X_WA->pose(t), *query.b, query.X_WB->pose(t));
+  const TimeInterval before{query.interval.begin, t};
+  scene.path_a = path_of(*query.X_WA, before);
+  scene.path_b = path_of(*query.X_WB, before);
+  if (before.length() > 0) {
+    scene.start = {query.X_WA->pose(before.begin), query.X_WB->pose(before.begin)};
+  }
+  scene.witness = witness_of(query, result, scene);
+  const std::vector<std::string> lines = lines_of(describe(result));
+  constexpr Scalar kBelowScene = 3.6 * kLineHeight;
+  const Scalar words = kMargin + kLineHeight * (Scalar(lines.size()) + 1.5);
+  const int height =
+      int(words + kSceneHeight + kBelowScene + kPlotHeight + 3 * kLineHeight + kMargin);
+  SvgCanvas canvas(kWidth, height, lines.front());
+  Scalar y = draw_words(canvas, lines, kMargin + 0.6 * kLineHeight);
+  const std::string time = result.status == ToiStatus::Separated
+                               ? "where the sampled gap is least, t = " + time_words(t)
+                               : "at t_safe";
+  draw_scene(canvas, scene, y, time + "; faint: at the start; dashed: paths of the origins");
+  y += kSceneHeight + kBelowScene;
+  draw_gap(canvas, {{kMargin + 66, y}, {kWidth - 2 * kMargin - 66, kPlotHeight}}, query, result,
+           history);
+  return canvas.str();
+}
+
+std::string distance_picture(const Shape& a, const RigidPose& X_WA, const Shape& b,
+                             const RigidPose& X_WB, const DistanceResult& result) {
+  PairScene scene = scene_of(a, X_WA, b, X_WB);
+  const bool has_witness = result.status != DistanceStatus::NotRun && result.upper < kInfinity;
+  if (has_witness) scene.witness = result;
+  const std::vector<std::string> lines = lines_of(describe(result));
+  const Scalar words = kMargin + kLineHeight * (Scalar(lines.size()) + 1.5);
+  SvgCanvas canvas(kWidth, int(words + kSceneHeight + 2.5 * kLineHeight), lines.front());
+  const Scalar y = draw_words(canvas, lines, kMargin + 0.6 * kLineHeight);
+  draw_scene(canvas, scene, y, "A blue, B orange");
+  return canvas.str();
+}
+
+}  // namespace dyop::cli

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <vector>
+
+#include "dynamics/spring_state.h"
+#include "dynamics/step/joint_rows.h"
+
+namespace dyop::internal {
+
+/// The springs of an island in one move of length tau, by the implicit midpoint rule: half the
+/// impulse of the force at the middle of the move acts in the move, as three soft rows of the
+/// contact problem each; the other half at its end.
+///
+/// With D from P to Q, its middle value D_m = (D_begin + D_end) / 2 and u = D / |D_m|, the force on
+/// B along an axis x is -k_x (x . D_m - rest_x) - c_x x . D', D' = (D_end - D_begin) / tau: along
+/// u with stiffness, damping and rest length, across it with the stiffness k (1 - rest / |D_m|)
+/// that a stretched spring has there. A spring that the step does not resolve takes its force at the
+/// end of the move instead.
+class SpringRows {
+ public:
+  /// Adds the rows, after those of joints.
+  SpringRows(LegProblem& leg, Scalar tau);
+
+  void set_targets();
+  /// Compares the ends with their linear prediction. Returns whether the solve must be repeated.
+  bool update(const EndPose& end_pose);
+  /// The velocities of the last solve, had the leg been cut to `share` of tau, differ by the rest
+  /// of the impulses: keeps what remains of them for the end.
+  void keep_impulses(Scalar share);
+  /// Impulse on a member by the half that was cut off, to be added.
+  void add_cut(Scalar share, std::size_t member, Vector3& v_W, Vector3& L_W) const;
+
+ private:
+  struct Entry {
+    SpringState* spring = nullptr;
+    std::size_t body_a = 0;  // of the problem
+    std::size_t body_b = 0;
+    Vector3 arm_a_W;  // from the centre of mass at the start
+    Vector3 arm_b_W;
+    Vector3 begin_W;                    // D at the start
+    Vector3 error_W = Vector3::Zero();  // D at the end minus its linear prediction
+    Matrix3 axes_W;                     // columns; the first along the spring
+    Scalar ahead = 0.5;                 // part of the move at whose end the force is taken
+    std::size_t first_row = 0;
+  };
+  void set_rows(const Entry& entry);
+  Vector3 impulse(const Entry& entry) const;
+  Vector3 rate(const Entry& entry) const;
+
+  LegProblem& leg_;
+  Scalar tau_;
+  std::vector<Entry> entries_;
+};
+
+/// The second half at the end of a leg of length tau, on the members' free velocities. A spring or
+/// damper that would turn a motion round within the half step is solved implicitly there too, as a
+/// row that looks half a step ahead: what the step cannot resolve dies down.
+void add_spring_ends(LegProblem& node, Scalar tau, std::vector<Vector3>& free_L_W);
+
+}  // namespace dyop::internal

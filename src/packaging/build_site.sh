@@ -1,0 +1,40 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: BSD-3-Clause
+# Renders docs/ and the reference of the public headers to a site that needs no network and no server,
+# and checks its links.
+# Usage: bash src/packaging/build_site.sh OUT_FOLDER
+# Needs: mkdocs mkdocs-material doxygen (.ci/install.sh package).
+set -euo pipefail
+[ $# -eq 1 ] || { sed -n '5s/^# //p' "$0" >&2; exit 2; }
+root=$(cd "$(dirname "$0")/../.." && pwd)
+here=$root/src/packaging/site
+mkdir -p "$1"
+out=$(cd "$1" && pwd)
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+
+mkdir "$work/docs"
+cp -r "$root/docs/." "$work/docs/"
+cp "$here/mkdocs.yml" "$work/"
+# The reference is beside the prose, and one click away.
+printf '\n[Reference of the headers](api/index.html)\n' >> "$work/docs/README.md"
+mkdir "$work/docs/api"
+echo '<html></html>' > "$work/docs/api/index.html"  # replaced below
+# Files of the tree that the prose points to, outside docs/, come along.
+grep -ohE '\]\(\.\./[^)#]+' "$work"/docs/*.md | sed 's/^](\.\.\///' | sort -u |
+  while read -r path; do
+    mkdir -p "$work/docs/tree/$(dirname "$path")"
+    cp "$root/$path" "$work/docs/tree/$path"
+  done
+sed -i 's/](\.\.\//](tree\//' "$work"/docs/*.md
+(cd "$work" && mkdocs build > mkdocs.log 2>&1) || { grep -v "^INFO" "$work/mkdocs.log" >&2; exit 1; }
+version=$(sed -n 's/^project(dyop VERSION \([0-9.]*\).*/\1/p' "$root/CMakeLists.txt")
+{ cat "$here/Doxyfile"
+  echo "PROJECT_NUMBER = $version"
+  echo "INPUT = $root/include"
+  echo "STRIP_FROM_PATH = $root/include"
+  echo "OUTPUT_DIRECTORY = $work/site"
+} | doxygen -
+rm -rf "${out:?}"/*
+cp -r "$work/site/." "$out/"
+python3 "$here/check_links.py" "$out"

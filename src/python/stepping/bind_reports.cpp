@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "dyop/dynamics/advance_report.h"
+#include "dyop/dynamics/pair_record.h"
+#include "python/bindings.h"
+#include "python/glue/record.h"
+
+namespace dyop::python {
+namespace {
+
+void bind_impacts(py::module_& m) {
+  Record<WorldContact>(m, "WorldContact", "One touching place of two bodies at an impact.")
+      .field<&WorldContact::a>("a", "BodyId: A")
+      .field<&WorldContact::b>("b", "BodyId: B")
+      .field<&WorldContact::contact>("contact", "WitnessPair: where")
+      .field<&WorldContact::normal_velocity>("normal_velocity",
+                                             "float: rate of the gap before the impulse")
+      .field<&WorldContact::impulse_W>("impulse_W", "numpy.ndarray: (3,) on B; on A the opposite")
+      .finish();
+  Record<ImpactEvent>(m, "ImpactEvent", "Everything known about one impact.")
+      .field<&ImpactEvent::t>("t", "float: when")
+      .field<&ImpactEvent::a>("a", "BodyId: of the pair that met first")
+      .field<&ImpactEvent::b>("b", "BodyId: of the pair that met first")
+      .field<&ImpactEvent::toi>("toi", "ToiResult: of that pair")
+      .field<&ImpactEvent::contacts>("contacts", "list[WorldContact]: solved at that instant")
+      .finish();
+  Record<SensorEvent>(m, "SensorEvent", "The start or end of an overlap with a sensor.")
+      .field<&SensorEvent::sensor>("sensor", "BodyId: the sensor")
+      .field<&SensorEvent::body>("body", "BodyId: what overlaps it")
+      .field<&SensorEvent::t>("t", "float: when it was noticed")
+      .field<&SensorEvent::is_overlap>("is_overlap", "bool: begins or ends")
+      .finish();
+}
+
+void bind_statistics(py::module_& m) {
+  using Work = StepStatistics;
+  Record<Work>(m, "StepStatistics", "Counts over the steps of an advance.")
+      .field<&Work::steps>("steps", "int: of the World")
+      .field<&Work::legs>("legs", "int: pieces of islands' steps")
+      .field<&Work::islands>("islands", "int: that were stepped")
+      .field<&Work::rounds>("rounds", "int: contact solves with new constraints")
+      .field<&Work::stalls>("stalls", "int: legs in which an island stood still")
+      .field<&Work::contacts>("contacts", "int: largest number at once")
+      .field<&Work::unconverged>("unconverged", "int: contact solves above their tolerance")
+      .field<&Work::residual>("residual", "float: the largest, length per time")
+      .field<&Work::pairs_by_bound>("pairs_by_bound", "int: proven apart by a bound")
+      .field<&Work::pairs_by_query>("pairs_by_query", "int: proven apart by a query")
+      .field<&Work::pairs_at_rest>("pairs_at_rest", "int: neither moved")
+      .field<&Work::pairs_excused>("pairs_excused", "int: not proven, see too_near")
+      .finish();
+  Record<IntegratorStatistics>(m, "IntegratorStatistics", "Work of the integrators.")
+      .field<&IntegratorStatistics::steps>("steps", "int: accepted")
+      .field<&IntegratorStatistics::rejected_steps>("rejected_steps", "int: rejected")
+      .field<&IntegratorStatistics::function_evaluations>("function_evaluations",
+                                                          "int: of the right-hand side")
+      .finish();
+}
+
+void bind_advance_report(py::module_& m) {
+  py::enum_<AdvanceStatus>(m, "AdvanceStatus", "How an advance ended.")
+      .value("NotRun", AdvanceStatus::NotRun)
+      .value("Completed", AdvanceStatus::Completed, "Reached the requested end.")
+      .value("StoppedAtImpact", AdvanceStatus::StoppedAtImpact)
+      .value("BudgetExhausted", AdvanceStatus::BudgetExhausted, "Safe up to time().")
+      .value("NumericalLimit", AdvanceStatus::NumericalLimit, "Safe up to time().")
+      .value("Blocked", AdvanceStatus::Blocked, "Safe up to time().")
+      .value("Cancelled", AdvanceStatus::Cancelled, "Safe up to time().");
+  Record<CommittedStep>(m, "CommittedStep", "Every body follows its motion over the interval.")
+      .field<&CommittedStep::interval>("interval", "TimeInterval: of the step")
+      .field<&CommittedStep::motions>("motions", "list[Optional[Motion]]: by slot")
+      .finish();
+  using Report = AdvanceReport;
+  Record<Report>(m, "AdvanceReport", "What World.advance() did.")
+      .field<&Report::status>("status", "AdvanceStatus: how it ended")
+      .field<&Report::t>("t", "float: World.time() on return")
+      .field<&Report::impacts>("impacts", "list[ImpactEvent]: in order of time")
+      .field<&Report::fell_asleep>("fell_asleep", "list[BodyId]: in order of time")
+      .field<&Report::woke>("woke", "list[BodyId]: in order of time")
+      .field<&Report::sensors>("sensors", "list[SensorEvent]: overlaps with sensors")
+      .field<&Report::too_near>("too_near",
+                                "list[Tuple[BodyId, BodyId]]: nearer than their target at first")
+      .field<&Report::crossed>("crossed",
+                               "list[Tuple[BodyId, BodyId]]: that no force can move apart")
+      .field<&Report::steps>("steps", "list[CommittedStep]: the proven trajectory")
+      .field<&Report::offending_pair>("offending_pair",
+                                      "Tuple[BodyId, BodyId]: that stopped it, if any did")
+      .field<&Report::integrator>("integrator", "IntegratorStatistics: sums")
+      .field<&Report::toi>("toi", "ToiStatistics: sums over all queries")
+      .field<&Report::work>("work", "StepStatistics: sums")
+      .finish();
+}
+
+void bind_pair_records(py::module_& m) {
+  py::enum_<ProofKind>(m, "ProofKind", "Why two bodies are known to have kept apart over a step.")
+      .value("ByBound", ProofKind::ByBound)
+      .value("ByQuery", ProofKind::ByQuery)
+      .value("AtRest", ProofKind::AtRest)
+      .value("Excused", ProofKind::Excused, "Not proven: they began too near.");
+  Record<PairContact>(m, "PairContact", "A contact at the end of a step.")
+      .field<&PairContact::point>("point", "ContactPoint: at the poses of World.time()")
+      .field<&PairContact::impulse_W>("impulse_W", "numpy.ndarray: (3,) on B over the last step")
+      .finish();
+  Record<PairRecord>(m, "PairRecord", "What is known of two near bodies after a step.")
+      .field<&PairRecord::a>("a", "BodyId: A")
+      .field<&PairRecord::b>("b", "BodyId: B")
+      .field<&PairRecord::proof>("proof", "ProofKind: of the last step")
+      .field<&PairRecord::gap_lower>("gap_lower", "float: proven, at World.time()")
+      .field<&PairRecord::gap_upper>("gap_upper", "float: infinite if it was not needed")
+      .field<&PairRecord::pivot_W>("pivot_W", "numpy.ndarray: (3,) dynamic pivot point")
+      .field<&PairRecord::nhat_AB_W>("nhat_AB_W", "numpy.ndarray: (3,) unit, from A to B")
+      .field<&PairRecord::advancement_steps>("advancement_steps", "int: node pairs of the query")
+      .field<&PairRecord::contacts>("contacts", "list[PairContact]: of the pair")
+      .field<&PairRecord::residual>("residual", "float: of the last solve, length per time")
+      .finish();
+}
+
+}  // namespace
+
+void bind_reports(py::module_& m) {
+  bind_impacts(m);
+  bind_statistics(m);
+  bind_advance_report(m);
+  bind_pair_records(m);
+}
+
+}  // namespace dyop::python

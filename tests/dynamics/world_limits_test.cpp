@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: BSD-3-Clause
+
+// What ends an advance before its end, and bodies that begin where they cannot be.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <chrono>
+
+#include "dyop/distance/distance.h"
+#include "dyop/geometry/capsule.h"
+#include "dyop/motion/constant_twist_motion.h"
+#include "support/inputs/mesh_generators.h"
+#include "support/inputs/world_scenes.h"
+
+namespace dyop {
+namespace {
+
+using namespace testing;
+using Clock = std::chrono::steady_clock;
+
+TEST(WorldLimits, EndsAfterSoManySteps) {
+  WorldOptions options = earth_options();
+  options.max_step = 0.01;
+  World world(options);
+  world.add_body(floor_body(0.5));
+  world.add_body(resting_cube(0, 0, 1));
+  AdvanceLimits limits;
+  limits.max_steps = 3;
+  const AdvanceReport report = world.advance(0.1, limits);
+  EXPECT_EQ(report.status, AdvanceStatus::BudgetExhausted);
+  EXPECT_EQ(report.work.steps, 3);
+  EXPECT_NEAR(world.time(), 0.03, 1e-12);
+  EXPECT_EQ(world.advance(0.1 - world.time()).status, AdvanceStatus::Completed);
+  limits.max_steps = 0;
+  EXPECT_THROW(world.advance(0.1, limits), InvalidArgument);
+}
+
+// A pile that takes long: the deadline ends it, time after time; what is committed is safe, and the
+// run goes on from there.
+TEST(WorldLimits, EndsWithinAStepAtItsDeadline) {
+  WorldOptions options = earth_options();
+  options.thread_count = 1;
+  World world(options);
+  add_pile(world, 4);
+  for (int k = 0; k < 40; ++k) world.advance(0.01);
+  AdvanceLimits limits;
+  limits.deadline = Clock::now();
+  const Scalar before = world.time();
+  AdvanceReport report = world.advance(0.01, limits);
+  EXPECT_EQ(report.status, AdvanceStatus::BudgetExhausted);
+  EXPECT_EQ(world.time(), before);
+  int cut = 0;
+  for (int micro = 50; micro < 100'000 && world.time() < before + 0.05; micro *= 2) {
+    limits.deadline = Clock::now() + std::chrono::microseconds(micro);
+    const Scalar t = world.time();
+    report = world.advance(0.05, limits);
+    EXPECT_GE(world.time(), t);
+    EXPECT_EQ(report.t, world.time());
+    if (report.status == AdvanceStatus::BudgetExhausted) ++cut;
+    for (const CommittedStep& step : report.steps) EXPECT_LE(step.interval.end, world.time());
+  }
+  EXPECT_GT(cut, 0);
+  report = world.advance(0.05);
+  EXPECT_EQ(report.status, AdvanceStatus::Completed);
+  EXPECT_TRUE(report.too_near.empty());
+}
+
+TEST(WorldLimits, TellsWhereTimeGoesIfAsked) {
+  WorldOptions options = earth_options();
+  options.measures_time = true;
+  options.thread_count = 1;
+  World world(options);
+  add_pile(world, 2);
+  StepTimes sum;
+  for (int k = 0; k < 80; ++k) {
+    const AdvanceReport report = world.advance(0.01);
+    const StepTimes& times = report.times;
+    sum.broad_phase += times.broad_phase;
+    sum.flight += times.flight;
+    sum.contacts += times.contacts;
+    sum.solve += times.solve;
+    sum.proofs += times.proofs;
+    EXPECT_LE(times.broad_phase + times.flight + times.contacts + times.solve + times.proofs,
+              times.total);
+  }
+  for (const Scalar part : {sum.broad_phase, sum.flight, sum.contacts, sum.solve, sum.proofs}) {
+    EXPECT_GT(part, 0);
+  }
+  options.measures_time = false;
+  World silent(options);
+  add_pile(silent, 1);
+  EXPECT_EQ(silent.advance(0.01).times.total, 0);
+}
+
+// Two bodies that overlap, alone in space: they separate, not faster than asked for, are reported
+// once, and then keep their distance.
+void expect_separation(const std::shared_ptr<const Shape>& a, const RigidPose& X_WA,
+                       const std::shared_ptr<const Shape>& b, const RigidPose& X_WB) {
+  WorldOptions options;
+  options.separation_speed = 0.5;
+  World world(options);
+  BodyDefinition first = dynamic_body("first", a, {0, 0, 0});
+  first.initial.X_WB = X_WA;
+  BodyDefinition second = dynamic_body("second", b, {0, 0, 0});
+  second.initial.X_WB = X_WB;
+  const BodyId id_a = world.add_body(first);
+  const BodyId id_b = world.add_body(second);
+  const BodyId other =
+      world.add_body(dynamic_body("other", std::make_shared<Sphere>(0.2), {20, 0, 0}, {1, 0, 0}));
+  ASSERT_LE(distance(*a, X_WA, *b, X_WB).lower, 0);
+  int reported = 0;
+  int steps_apart = 0;
+  for (int k = 0; k < 300; ++k) {
+    const Vector3 p = world.state(id_b).X_WB.translation() - world.state(id_a).X_WB.translation();
+    const AdvanceReport report = world.advance(0.01);
+    ASSERT_EQ(report.status, AdvanceStatus::Completed);
+    reported += int(report.too_near.size());
+    const Vector3 q = world.state(id_b).X_WB.translation() - world.state(id_a).X_WB.translation();
+    EXPECT_LT((q - p).norm(), 0.01 * 3 * *options.separation_speed) << "step " << k;
+    const DistanceResult d = distance(*a, world.state(id_a).X_WB, *b, world.state(id_b).X_WB);
+    const Scalar target = 1e-4 * std::min(a->bounding_radius(), b->bounding_radius());
+    if (d.upper >= target) ++steps_apart;
+    if (steps_apart > 5) {
+      EXPECT_GE(d.upper, target) << "step " << k;
+    }
+  }
+  EXPECT_EQ(reported, 1);
+  EXPECT_GT(steps_apart, 100);
+  EXPECT_LT(world.momentum().y(), 1e-9);
+  // What pushed them apart is not kept as velocity.
+  EXPECT_LT(world.state(id_a).twist.v_WB.norm(), 0.05);
+  EXPECT_LT(world.state(id_b).twist.v_WB.norm(), 0.05);
+  EXPECT_NEAR(world.state(other).X_WB.translation().x(), 23, 1e-9);
+}
+
+TEST(WorldOverlap, SeparatesConvexBodies) {
+  const auto box = std::make_shared<Box>(Vector3(0.5, 0.4, 0.3));
+  expect_separation(box, RigidPose(), box,
+                    RigidPose(rotation_from_vector(Vector3(0.1, 0.2, 0.3)), Vector3(0.8, 0.1, 0)));
+  const auto ball = std::make_shared<Sphere>(0.5);
+  expect_separation(box, RigidPose(), ball, RigidPose(Vector3(0.1, 0.05, 0.7)));
+  expect_separation(ball, RigidPose(), std::make_shared<Capsule>(0.2, 0.5),
+                    RigidPose(Vector3(0.5, 0.2, 0)));
+}
+
+TEST(WorldOverlap, SeparatesMeshes) {
+  const auto ball = std::make_shared<TriangleMesh>(icosphere(2, 0.5).mesh());
+  const auto ring = std::make_shared<TriangleMesh>(torus(0.6, 0.2, 24, 12).mesh());
+  expect_separation(ball, RigidPose(), ball, RigidPose(Vector3(0.85, 0.1, 0.2)));
+  expect_separation(ring, RigidPose(), ball, RigidPose(Vector3(0.1, 0, 0.4)));
+  expect_separation(ring, RigidPose(), std::make_shared<Box>(Vector3(0.2, 0.2, 0.2)),
+                    RigidPose(Vector3(0.9, 0.1, 0.05)));
+}
+
+TEST(WorldOverlap, LiftsABoxOutOfTheFloorWithoutTurningIt) {
+  World world(earth_options());
+  world.add_body(floor_body(0.5));
+  BodyDefinition sunk = resting_cube(0, 0, 0);
+  sunk.initial.X_WB = RigidPose(Vector3(0, 0, 0.42));
+  const BodyId cube = world.add_body(sunk);
+  for (int k = 0; k < 200; ++k) {
+    ASSERT_EQ(world.advance(0.01).status, AdvanceStatus::Completed);
+  }
+  const RigidPose X = world.state(cube).X_WB;
+  EXPECT_NEAR(X.translation().z(), 0.5, 2e-3);
+  EXPECT_LT(X.translation().head<2>().norm(), 1e-3);
+  EXPECT_LT(rotation_vector(X.rotation()).norm(), 1e-3);
+}
+
+}  // namespace
+}  // namespace dyop

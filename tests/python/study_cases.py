@@ -1,0 +1,56 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What the workers of test_study.py run; they import it by name."""
+
+import os
+import time
+from pathlib import Path
+
+import numpy as np
+
+import dyop
+
+
+def flight(case, mesh):
+    """Time of impact of two turning meshes, the second one started by the case's number."""
+    generator = np.random.default_rng(case)
+    q = generator.normal(size=4)
+    start = dyop.RigidPose(quaternion=q / np.linalg.norm(q), position=(4, *generator.normal(size=2)))
+    motion = dyop.ConstantTwistMotion(start, ((-2, 0, 0), 3 * generator.normal(size=3)))
+    result = dyop.time_of_impact(mesh, dyop.RestMotion(), mesh, motion, (0, 3))
+    return int(result.status), result.t_safe.hex()
+
+
+def slow(case):
+    time.sleep(0.05)
+    return case * case
+
+
+def counted(case, folder):
+    """Leaves a file per run of each case."""
+    time.sleep(0.02)
+    file = Path(folder) / f"{case}-{os.getpid()}-{time.monotonic_ns()}"
+    file.touch()
+    return case
+
+
+def fails_at_three(case):
+    if case == 3:
+        raise ValueError("three is too many")
+    return case
+
+
+def nothing(case):
+    return case
+
+
+def pushed_stack(case, scene):
+    """Where the cubes of a stack are 0.2 later if the upper one is pushed; the push is the case's."""
+    options = scene.options
+    options.thread_count = 1
+    options.records_motions = False
+    world = dyop.make_world(scene, options)
+    top = world.bodies()[-1]
+    generator = np.random.default_rng(case)
+    world.set_state(top, (world.state(top).X_WB, (0.5 * generator.normal(size=3), (0, 0, 0))))
+    world.advance(0.2)
+    return np.concatenate([world.state(id).X_WB.translation for id in world.bodies()])
