@@ -23,6 +23,7 @@ constexpr int kNoContent = 204;
 constexpr int kForbidden = 403;
 constexpr std::chrono::milliseconds kWait{1};
 constexpr int kMostWaits = 5000;
+constexpr std::size_t kBytesOfAnswer = 1 << 20;
 
 // 128 bits that another page cannot guess.
 std::string random_name() {
@@ -71,16 +72,19 @@ struct LiveServer::Impl {
     changed.notify_all();
   }
 
-  void send_block(const httplib::Request& request, httplib::Response& response) const {
-    const std::size_t number = std::stoul(request.matches[1].str());
+  // Some of the blocks from the one asked for on, each after its length (32 bits, little-endian).
+  void send_blocks(const httplib::Request& request, httplib::Response& response) const {
+    const std::size_t first = std::stoul(request.matches[1].str());
     const std::scoped_lock lock(mutex);
     response.set_header("X-Dyop-State", state_word());
     response.set_header("Cache-Control", "no-store");
-    if (number < blocks.size()) {
-      response.set_content(blocks[number], "application/octet-stream");
-    } else {
-      response.status = kNoContent;
+    std::string bytes;
+    for (std::size_t k = first; k < blocks.size() && bytes.size() < kBytesOfAnswer; ++k) {
+      for (int shift = 0; shift < 32; shift += 8) bytes += char(blocks[k].size() >> shift & 255);
+      bytes += blocks[k];
     }
+    if (bytes.empty()) response.status = kNoContent;
+    response.set_content(std::move(bytes), "application/octet-stream");
   }
 
   void add_routes() {
@@ -101,8 +105,8 @@ struct LiveServer::Impl {
     server.Get(at, [this](const auto&, auto& response) {
       response.set_content(page, "text/html; charset=utf-8");
     });
-    server.Get(at + R"(block/(\d{1,9}))",
-               [this](const auto& request, auto& response) { send_block(request, response); });
+    server.Get(at + R"(blocks/(\d{1,9}))",
+               [this](const auto& request, auto& response) { send_blocks(request, response); });
     server.Post(at + "pause", [this](const auto&, auto&) { change(State::Paused); });
     server.Post(at + "resume", [this](const auto&, auto&) { change(State::Running); });
     server.Post(at + "stop", [this](const auto&, auto&) {

@@ -32,18 +32,28 @@ std::string reason_to_skip_browser() {
   return "";
 }
 
+void expect_script_passes(const std::string& name, const std::string& script,
+                          const std::vector<std::string>& arguments) {
+  const fs::path folder = DYOP_PAGE_OUTPUT;
+  fs::create_directories(folder);
+  const std::string log = (folder / (name + ".log")).string();
+  std::string command = "DYOP_PAGE_MODULES='" DYOP_PAGE_MODULES "' '" DYOP_NODE
+                        "' '" DYOP_PAGE_CHECKS "/" +
+                        script + "' '" DYOP_CHROMIUM "'";
+  for (const std::string& argument : arguments) command += " '" + argument + "'";
+  command += " > '" + log + "' 2>&1";
+  EXPECT_EQ(std::system(command.c_str()), 0) << read_text(log);
+}
+
 void expect_page_shows(const std::string& name, const std::string& html,
                        const nlohmann::json& facts) {
   const fs::path folder = DYOP_PAGE_OUTPUT;
   fs::create_directories(folder);
-  const auto file = [&](const char* ending) { return (folder / (name + ending)).string(); };
-  std::ofstream(file(".html"), std::ios::binary) << html;
-  std::ofstream(file(".json")) << facts.dump();
-  const std::string command = "DYOP_PAGE_MODULES='" DYOP_PAGE_MODULES "' '" DYOP_NODE
-                              "' '" DYOP_CHECK_PAGE "' '" DYOP_CHROMIUM "' '" +
-                              file(".html") + "' '" + file(".json") + "' > '" + file(".log") +
-                              "' 2>&1";
-  EXPECT_EQ(std::system(command.c_str()), 0) << read_text(file(".log"));
+  const std::string page = (folder / (name + ".html")).string();
+  const std::string facts_file = (folder / (name + ".json")).string();
+  std::ofstream(page, std::ios::binary) << html;
+  std::ofstream(facts_file) << facts.dump();
+  expect_script_passes(name, "check_page.mjs", {page, facts_file});
 }
 
 }  // namespace dyop::testing

@@ -3,11 +3,16 @@
 
 #include <nlohmann/json.hpp>
 #include <string>
+#include <vector>
 
 namespace dyop::testing {
 
 /// Why pages cannot be checked here; empty if they can.
 std::string reason_to_skip_browser();
+
+/// Runs a script of tests/view with node; its output is kept as page_test/NAME.log.
+void expect_script_passes(const std::string& name, const std::string& script,
+                          const std::vector<std::string>& arguments);
 
 /// Runs check_page.mjs on a page and the facts of its run. Page and screenshots stay in the build
 /// folder, page_test/.

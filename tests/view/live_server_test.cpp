@@ -66,16 +66,19 @@ TEST(LiveServer, ServesItsPageAndBlocksAsTheyCome) {
   LiveServer server("A run", "head");
   const Address address = parts_of(server.address());
   EXPECT_NE(ask(address, "GET", address.path).find("id=\"live\""), std::string::npos);
-  EXPECT_NE(ask(address, "GET", address.path + "block/0").find("\r\n\r\nhead"), std::string::npos);
-  EXPECT_EQ(status_of(ask(address, "GET", address.path + "block/1")), 204);
+  const std::string head("\r\n\r\n\4\0\0\0head", 12);
+  EXPECT_NE(ask(address, "GET", address.path + "blocks/0").find(head), std::string::npos);
+  EXPECT_EQ(status_of(ask(address, "GET", address.path + "blocks/1")), 204);
   server.publish("first");
-  const std::string answer = ask(address, "GET", address.path + "block/1");
-  EXPECT_NE(answer.find("\r\n\r\nfirst"), std::string::npos);
+  server.publish("second");
+  const std::string answer = ask(address, "GET", address.path + "blocks/1");
+  const std::string both("\5\0\0\0first\6\0\0\0second", 19);
+  EXPECT_NE(answer.find("\r\n\r\n" + both), std::string::npos);
   EXPECT_NE(answer.find("X-Dyop-State: running"), std::string::npos);
   server.finish();
-  EXPECT_NE(ask(address, "GET", address.path + "block/2").find("X-Dyop-State: finished"),
+  EXPECT_NE(ask(address, "GET", address.path + "blocks/3").find("X-Dyop-State: finished"),
             std::string::npos);
-  EXPECT_EQ(server.blocks(), (std::vector<std::string>{"head", "first"}));
+  EXPECT_EQ(server.blocks(), (std::vector<std::string>{"head", "first", "second"}));
 }
 
 TEST(LiveServer, RefusesWhoDoesNotKnowItsAddress) {
@@ -84,7 +87,7 @@ TEST(LiveServer, RefusesWhoDoesNotKnowItsAddress) {
   const Address address = parts_of(server.address());
   EXPECT_GE(address.path.size(), 32u);
   EXPECT_EQ(status_of(ask(address, "GET", "/")), 404);
-  EXPECT_EQ(status_of(ask(address, "GET", "/block/0")), 404);
+  EXPECT_EQ(status_of(ask(address, "GET", "/blocks/0")), 404);
   EXPECT_EQ(status_of(ask(address, "POST", "/stop")), 404);
   EXPECT_EQ(status_of(ask(address, "GET", address.path, "example.org")), 403);
   EXPECT_FALSE(server.stop_token().stop_requested());

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <unistd.h>
+
 #include <cmath>
 #include <condition_variable>
 #include <fstream>
@@ -11,6 +13,7 @@
 #include "cli/scene_steps.h"
 #include "dyop/io/file_error.h"
 #include "dyop/scene_io/scene_file.h"
+#include "dyop/view/frame_pictures.h"
 #include "dyop/view/live_server.h"
 #include "dyop/view/page_file.h"
 #include "dyop/view/recorded_page.h"
@@ -28,12 +31,17 @@ Examples:
   dyop simulate scene.json --out run --record run.h5 && dyop view run.h5 -o run.html
   A run in the browser while it is computed; Ctrl-C ends it:
     dyop view --live scene.json -o run.html
+  A film of it at a tenth of the speed, and pictures (with Chromium, without a window):
+    dyop view run.h5 --frames run.mp4 --speed 0.1
+    dyop view run.h5 --frames pictures --fps 10 --link theme=dark
 )";
 
 struct ViewArguments {
   std::string file;
   std::string out;
   std::vector<std::string> mesh_path;
+  std::string frames;
+  FrameOptions frame_options;
   bool is_live = false;
   bool ends_with_run = false;
   int port = 0;
@@ -59,8 +67,26 @@ void tell(const ViewArguments& arguments, const char* key, const std::string& va
 
 ExitCode view_recording(const ViewArguments& arguments) {
   const std::string page = recorded_page_html(arguments.file);
-  write_text(arguments.out, page);
-  tell(arguments, "page", arguments.out);
+  if (!arguments.out.empty()) {
+    write_text(arguments.out, page);
+    tell(arguments, "page", arguments.out);
+  }
+  if (arguments.frames.empty()) return ExitCode::Answered;
+  const bool keeps_page = !arguments.out.empty();
+  const fs::path file =
+      keeps_page ? fs::path(arguments.out)
+                 : fs::temp_directory_path() / ("dyop-page-" + std::to_string(getpid()) + ".html");
+  if (!keeps_page) write_text(file, page);
+  struct Cleanup {
+    fs::path file;
+    ~Cleanup() {
+      std::error_code ignored;
+      if (!file.empty()) fs::remove(file, ignored);
+    }
+  };
+  const Cleanup cleanup{keeps_page ? fs::path() : file};
+  const std::int64_t count = write_frames(file, arguments.frames, arguments.frame_options);
+  tell(arguments, "frames", std::to_string(count));
   return ExitCode::Answered;
 }
 
@@ -125,7 +151,9 @@ ExitCode run_view(const ViewArguments& arguments) {
         "docs/player.md");
   }
   if (arguments.is_live) return view_live(arguments);
-  if (arguments.out.empty()) throw InvalidArgument("view needs -o PAGE.html, or --live");
+  if (arguments.out.empty() && arguments.frames.empty()) {
+    throw InvalidArgument("view needs -o PAGE.html, --frames, or --live");
+  }
   return view_recording(arguments);
 }
 
@@ -145,6 +173,19 @@ void add_view_command(CLI::App& app, ExitCode& exit_code) {
       ->capture_default_str();
   command->add_flag("--end-with-run", arguments->ends_with_run,
                     "With --live: do not wait for Ctrl-C once the run is over");
+  command->add_option("--frames", arguments->frames,
+                      "Pictures at equal steps of time: a directory, or a film FILE.mp4");
+  FrameOptions& frame = arguments->frame_options;
+  command->add_option("--fps", frame.frames_per_second, "Frames per second of the film")
+      ->capture_default_str();
+  command->add_option("--speed", frame.time_per_second, "Time of the run per second of the film")
+      ->capture_default_str();
+  command->add_option("--from", frame.from, "Time of the first frame");
+  command->add_option("--to", frame.to, "Time up to which there are frames");
+  command->add_option("--width", frame.width, "Of frames, in pixels")->capture_default_str();
+  command->add_option("--height", frame.height, "Of frames, in pixels")->capture_default_str();
+  command->add_option("--link", frame.link, "Camera and theme of frames: what a link has after #");
+  command->add_option("--browser", frame.browser, "Chromium, if it is not on the path");
   command->add_option("--mesh-path", arguments->mesh_path, "More directories to search for meshes");
   command
       ->add_option("--threads", arguments->threads,

@@ -14,7 +14,7 @@ export function follow() {
     for (let k = 0;;) {
       let answer;
       try {
-        answer = await ask(`block/${k}`);
+        answer = await ask(`blocks/${k}`);
       } catch {
         status.state = 'gone';
         player?.notify();
@@ -23,8 +23,13 @@ export function follow() {
       status.state = answer.headers.get('X-Dyop-State') ?? status.state;
       player?.notify();
       if (answer.status === 200) {
-        yield readBlock(new Uint8Array(await answer.arrayBuffer()));
-        ++k;
+        const bytes = new Uint8Array(await answer.arrayBuffer());
+        const view = new DataView(bytes.buffer);
+        for (let at = 0; at < bytes.length; ++k) {
+          const length = view.getUint32(at, true);
+          yield readBlock(bytes.subarray(at + 4, at + 4 + length));
+          at += 4 + length;
+        }
       } else if (status.state === 'finished') {
         return;
       } else {

@@ -111,6 +111,10 @@ async function main() {
              'Try another browser, or allow hardware or software rendering in its settings.');
     return;
   }
+  // What the page shows comes after this script.
+  while (document.readyState === 'loading' && !document.querySelector('#live, script.block')) {
+    await nextTask();
+  }
   const live = document.querySelector('#live');
   const source = live ? follow() : undefined;
   const blocks = source ? source.blocks() : blocksOfPage();

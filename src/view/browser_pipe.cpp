@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "view/browser_pipe.h"
+
+#include <fcntl.h>
+#include <poll.h>
+#include <signal.h>
+#include <spawn.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+
+#include "dyop/io/file_error.h"
+
+extern char** environ;
+
+namespace dyop::internal {
+namespace {
+
+constexpr int kLongestWait = 120'000;  // milliseconds for one answer
+constexpr int kReads = 3;              // what the browser reads from and writes to
+constexpr int kWrites = 4;
+
+pid_t start(const std::vector<std::string>& words, posix_spawn_file_actions_t* actions) {
+  std::vector<std::string> own = words;
+  std::vector<char*> arguments;
+  for (std::string& word : own) arguments.push_back(word.data());
+  arguments.push_back(nullptr);
+  pid_t process = -1;
+  const int error =
+      posix_spawnp(&process, arguments[0], actions, nullptr, arguments.data(), environ);
+  if (error != 0) throw FileError(words[0], std::string("cannot be started: ") + strerror(error));
+  return process;
+}
+
+std::string from_base64(const std::string& text) {
+  std::string bytes;
+  std::uint32_t group = 0;
+  int bits = 0;
+  for (const char c : text) {
+    const char* digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    const char* place = c == '\0' ? nullptr : std::strchr(digits, c);
+    if (place == nullptr) break;  // the padding
+    group = group << 6 | std::uint32_t(place - digits);
+    bits += 6;
+    if (bits < 8) continue;
+    bits -= 8;
+    bytes += char(group >> bits & 255u);
+  }
+  return bytes;
+}
+
+}  // namespace
+
+int run_program(const std::vector<std::string>& words) {
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
+  const pid_t process = start(words, &actions);
+  posix_spawn_file_actions_destroy(&actions);
+  int status = 0;
+  waitpid(process, &status, 0);
+  return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+}
+
+BrowserPipe::BrowserPipe(const std::string& program, int width, int height) : program_(program) {
+  profile_ = (std::filesystem::temp_directory_path() / "dyop-browser-XXXXXX").string();
+  if (mkdtemp(profile_.data()) == nullptr) throw FileError(profile_, "cannot be made");
+  std::array<int, 2> down{};
+  std::array<int, 2> up{};
+  // A socket where this process writes: a pipe would end it with a signal if the browser is gone.
+  if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, down.data()) != 0 ||
+      pipe2(up.data(), O_CLOEXEC) != 0) {
+    throw FileError(program, "cannot be connected by pipes");
+  }
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  // Copied out of the way first: the ends themselves may be numbered 3 or 4.
+  const int reads = fcntl(down[0], F_DUPFD_CLOEXEC, kWrites + 1);
+  const int writes = fcntl(up[1], F_DUPFD_CLOEXEC, kWrites + 1);
+  posix_spawn_file_actions_adddup2(&actions, reads, kReads);
+  posix_spawn_file_actions_adddup2(&actions, writes, kWrites);
+  posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, "/dev/null", O_WRONLY, 0);
+  posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
+  std::vector<std::string> words{
+      program,
+      "--headless",
+      "--remote-debugging-pipe",
+      "--enable-unsafe-swiftshader",
+      "--hide-scrollbars",
+      "--no-first-run",
+      "--user-data-dir=" + profile_,
+      "--window-size=" + std::to_string(width) + "," + std::to_string(height)};
+  if (geteuid() == 0) words.push_back("--no-sandbox");  // it refuses to start for root otherwise
+  try {
+    process_ = start(words, &actions);
+  } catch (...) {
+    std::filesystem::remove_all(profile_);
+    throw;
+  }
+  posix_spawn_file_actions_destroy(&actions);
+  for (const int end : {down[0], up[1], reads, writes}) close(end);
+  to_ = down[1];
+  from_ = up[0];
+  const nlohmann::json target = ask("Target.createTarget", {{"url", "about:blank"}});
+  session_ = ask("Target.attachToTarget", {{"targetId", target.at("targetId")}, {"flatten", true}})
+                 .at("sessionId");
+  ask("Emulation.setDeviceMetricsOverride",
+      {{"width", width}, {"height", height}, {"deviceScaleFactor", 1}, {"mobile", false}});
+}
+
+BrowserPipe::~BrowserPipe() {
+  close(to_);  // ends it
+  close(from_);
+  kill(process_, SIGTERM);
+  int status = 0;
+  waitpid(process_, &status, 0);
+  std::error_code ignored;
+  std::filesystem::remove_all(profile_, ignored);
+}
+
+void BrowserPipe::send(const std::string& message) {
+  const std::string bytes = message + '\0';
+  for (std::size_t sent = 0; sent < bytes.size();) {
+    const ssize_t count = ::send(to_, bytes.data() + sent, bytes.size() - sent, MSG_NOSIGNAL);
+    if (count < 0 && errno == EINTR) continue;
+    if (count <= 0) throw FileError(program_, "has ended too early");
+    sent += std::size_t(count);
+  }
+}
+
+std::string BrowserPipe::receive() {
+  for (;;) {  // ends with the message, the browser, or the wait
+    const std::size_t end = read_ahead_.find('\0');
+    if (end != std::string::npos) {
+      std::string message = read_ahead_.substr(0, end);
+      read_ahead_.erase(0, end + 1);
+      return message;
+    }
+    pollfd waiting{from_, POLLIN, 0};
+    if (poll(&waiting, 1, kLongestWait) == 0) throw FileError(program_, "does not answer");
+    std::array<char, 65536> buffer{};
+    const ssize_t count = read(from_, buffer.data(), buffer.size());
+    if (count < 0 && errno == EINTR) continue;
+    if (count <= 0) throw FileError(program_, "has ended too early");
+    read_ahead_.append(buffer.data(), std::size_t(count));
+  }
+}
+
+nlohmann::json BrowserPipe::ask(const std::string& method, nlohmann::json parameters) {
+  nlohmann::json message{{"id", ++asked_}, {"method", method}, {"params", std::move(parameters)}};
+  if (!session_.empty()) message["sessionId"] = session_;
+  send(message.dump());
+  for (;;) {  // what is not the answer tells of events
+    const nlohmann::json answer = nlohmann::json::parse(receive());
+    if (answer.value("id", std::int64_t{0}) != asked_) continue;
+    if (answer.contains("error")) {
+      throw FileError(program_,
+                      method + ": " + answer.at("error").at("message").get<std::string>());
+    }
+    return answer.at("result");
+  }
+}
+
+void BrowserPipe::open(const std::string& address) {
+  ask("Page.navigate", {{"url", address}});
+}
+
+nlohmann::json BrowserPipe::evaluate(const std::string& expression) {
+  const nlohmann::json answer =
+      ask("Runtime.evaluate",
+          {{"expression", expression}, {"returnByValue", true}, {"awaitPromise", true}});
+  if (answer.contains("exceptionDetails")) {
+    throw FileError(program_, "the page fails: " + answer.at("exceptionDetails").dump());
+  }
+  return answer.at("result").value("value", nlohmann::json());
+}
+
+std::string BrowserPipe::picture() {
+  return from_base64(ask("Page.captureScreenshot", {{"format", "png"}}).at("data"));
+}
+
+}  // namespace dyop::internal
