@@ -51,6 +51,7 @@
 #include "dyop/motion/sequence_motion.h"
 #include "dyop/motion/smooth_sampled_motion.h"
 #include "dyop/motion/user_motion.h"
+#include "dyop/toi/deforming_distance.h"
 #include "dyop/toi/deforming_mesh.h"
 #include "dyop/toi/deforming_time_of_impact.h"
 #include "dyop/toi/least_distance.h"

@@ -25,7 +25,7 @@
 namespace dyop::testing {
 namespace {
 
-using namespace test_support;
+using namespace testing;
 
 constexpr Scalar kFriction = 0.5;
 constexpr Scalar kDensity = 1000;

@@ -11,9 +11,9 @@
 namespace dyop {
 namespace {
 
-using test::CommandResult;
-using test::run_command;
-using test::TemporaryDirectory;
+using testing::CommandResult;
+using testing::run_command;
+using testing::TemporaryDirectory;
 
 constexpr const char* kFall = R"({
   "title": "A ball falls",

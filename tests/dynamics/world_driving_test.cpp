@@ -12,7 +12,7 @@
 namespace dyop {
 namespace {
 
-using namespace test_support;
+using namespace testing;
 using testing::message_of;
 
 BodyDefinition hand_body() {

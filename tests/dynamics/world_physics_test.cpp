@@ -14,7 +14,7 @@
 namespace dyop {
 namespace {
 
-using namespace test_support;
+using namespace testing;
 
 void advance_all(World& world, Scalar time, Scalar h) {
   const int steps = static_cast<int>(std::lround(time / h));

@@ -6,8 +6,8 @@
 #include <thread>
 
 #include "dyop/core/error.h"
-#include "tool/real_time.h"
-#include "tool/record_ring.h"
+#include "tool/runner/real_time.h"
+#include "tool/runner/record_ring.h"
 
 namespace dyop {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "tool/real_time.h"
+#include "tool/runner/real_time.h"
 
 #include <cstring>
 
