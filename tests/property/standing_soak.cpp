@@ -30,7 +30,7 @@ namespace fs = std::filesystem;
 
 Scene scene_of(const std::string& name, int n) {
   if (fs::exists(name)) return load_scene(name);
-  const testing::TemporaryDirectory folder;
+  const TemporaryDirectory folder;
   const fs::path file = folder.path() / "scene.json";
   write_generated_scene(generate_scene(name, n), file);
   return load_scene(file);

@@ -12,7 +12,7 @@ namespace {
 
 // An island of more contacts is large: solved to this part of its speed.
 constexpr std::size_t kLargeContacts = 300;
-constexpr Scalar kLargeSpeedTolerance = 1e-3;
+constexpr Scalar kLargeSpeedTolerance = 1e-2;
 // A large one in which something moves by so many standoffs per step is struck: many cheap legs beat
 // few exact ones. Its residual, in standoffs per leg: so much less may a gap become than asked for.
 // All found by measurement.
@@ -236,7 +236,7 @@ ContactReport LegProblem::solve(Scalar tau, bool is_impact) {
   }
   ContactSolverOptions options = run_.context().options->solver;
   options.tolerance = is_impact ? impact_tolerance(tau) : tolerance(tau);
-  if (is_large()) options.cascade_rounds = 1;
+  if (is_large() && start_speed_ * tau > standoff_) options.cascade_rounds = 1;
   if (is_struck()) {
     options.tolerance = std::max(options.tolerance, kStruckTolerance * standoff_ / tau);
     options.newton_limit = 0;
