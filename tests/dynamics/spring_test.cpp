@@ -181,8 +181,8 @@ TEST(Spring, LeavesAJointBesideItAlone) {
       run_springs(pair.world, 1, 0.01);
       ASSERT_LT(pair.energy(), energy * (1 + 1e-6)) << stiffness;
     }
-    const Vector3 D = pair.world.state(pair.b).X_WB.translation() -
-                      pair.world.state(pair.a).X_WB.translation();
+    const Vector3 D =
+        pair.world.state(pair.b).X_WB.translation() - pair.world.state(pair.a).X_WB.translation();
     EXPECT_NEAR(D.norm(), 1.5, 1e-4);
   }
 }
