@@ -207,6 +207,8 @@ ToolSession::ToolSession(const ToolScene& scene, const ToolOptions& options) {
   require_valid(options);
   require_valid(scene);
   state_ = std::make_unique<SessionState>(scene, options);
+  // Without a deadline, so that the first tick knows what is far.
+  state_->proxy.measure(state_->clock, state_->tick.statistics);
   state_->tick.tool = state_->proxy.pose();
   state_->tick.clearances.resize(scene.obstacles.size());
   state_->tick.snapshots.resize(scene.obstacles.size());
