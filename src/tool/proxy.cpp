@@ -253,7 +253,7 @@ Proxy::Proof Proxy::prove(const ToolMotion& motion, Scalar duration, WorkClock& 
                          obstacle.speed() * proof.t_safe * (1 + 8 * kUnitRoundoff);
     const Scalar noise =
         kStepNoise * (pose_.X_WT.translation().norm() + moved + body.shape->bounding_radius());
-    if (moved == 0 && pair.distance.lower >= obstacle.margin) continue;
+    if (moved == 0 && pair.distance.lower > obstacle.margin) continue;
     if (pair.distance.lower - moved - noise > obstacle.margin + tolerance_) continue;
     pair.target = obstacle.margin;
     pair.tolerance = tolerance_;
@@ -295,9 +295,12 @@ void Proxy::measure(PairState& pair, TickStatistics& work) {
 
 void Proxy::measure(WorkClock& clock, TickStatistics& work) {
   for (PairState& pair : pairs_) {
+    const Scalar lower = pair.distance.lower;
+    const Scalar margin = obstacles_[pair.obstacle]->margin;
     const Scalar allowed =
-        options_.clearance_tolerance * pair.distance.lower + kVagueShare * options_.standoff;
-    if (pair.distance.upper - pair.distance.lower <= allowed) continue;
+        options_.clearance_tolerance * std::min(lower, std::abs(lower - margin)) +
+        kVagueShare * options_.standoff;
+    if (pair.distance.upper - lower <= allowed) continue;
     if (clock.is_over()) return;
     measure(pair, work);
   }

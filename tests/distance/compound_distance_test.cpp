@@ -97,8 +97,8 @@ TEST(CompoundDistance, IsTheLeastOfTheChildren) {
             const auto& mesh = static_cast<const TriangleMesh&>(*child_a.shape);
             ASSERT_LT(std::size_t(*d.triangle_a), mesh.triangles().size());
             const TriangleIndices& t = mesh.triangles()[std::size_t(*d.triangle_a)];
-            for (std::size_t i = 0; i < d.feature_a.vertex_count(); ++i) {
-              EXPECT_NE(std::find(t.begin(), t.end(), d.feature_a.vertices[i]), t.end());
+            for (std::size_t n = 0; n < d.feature_a.vertex_count(); ++n) {
+              EXPECT_NE(std::find(t.begin(), t.end(), d.feature_a.vertices[n]), t.end());
             }
           }
           const TriangleMesh point({d.p_WCa}, {{0, 0, 0}});

@@ -131,7 +131,7 @@ Scalar energy(const World& world, const Vector3& gravity_W) {
 // A wall that is struck is solved coarsely, in short legs: it gains no energy by that, takes up the
 // momentum that the ball loses, and no island gets stuck.
 TEST(StruckWall, GainsNoEnergyAndTakesTheBallsMomentum) {
-  const test::TemporaryDirectory directory;
+  const testing::TemporaryDirectory directory;
   const std::filesystem::path file = directory.path() / "scene.json";
   write_generated_scene(generate_scene("wall", 4), file);
   Scene scene = load_scene(file);

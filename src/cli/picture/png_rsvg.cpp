@@ -35,7 +35,7 @@ std::string png_of(const std::filesystem::path& file, const std::string& svg) {
   if (!handle || rsvg_handle_get_intrinsic_size_in_pixels(handle.get(), &width, &height) == 0) {
     throw FileError(file, "cannot be drawn by librsvg");
   }
-  const RsvgRectangle all{0, 0, std::ceil(kPixelsOfOne * width), std::ceil(kSharpness * height)};
+  const RsvgRectangle all{0, 0, std::ceil(kPixelsOfOne * width), std::ceil(kPixelsOfOne * height)};
   const std::unique_ptr<cairo_surface_t, Unref> surface(cairo_image_surface_create(
       CAIRO_FORMAT_RGB24, static_cast<int>(all.width), static_cast<int>(all.height)));
   const std::unique_ptr<cairo_t, Unref> context(cairo_create(surface.get()));
