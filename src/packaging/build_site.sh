@@ -38,6 +38,7 @@ version=$(sed -n 's/^project(dyop VERSION \([0-9.]*\).*/\1/p' "$root/CMakeLists.
   echo "STRIP_FROM_PATH = $root/include"
   echo "OUTPUT_DIRECTORY = $work/site"
 } | doxygen -
+rm "$work/site/404.html"  # for servers only
 rm -rf "${out:?}"/*
 cp -r "$work/site/." "$out/"
 python3 "$here/check_links.py" "$out"
