@@ -43,7 +43,10 @@ export function follow() {
     player.isLive = player.timeline.live = player.follows = true;
     const words = element('span', {class: 'dim', role: 'status', id: 'live-state'});
     const pause = element('button', {id: 'live-pause', title: 'Pause the simulation itself', onclick: async () => {
-      await ask(status.state === 'paused' ? 'resume' : 'pause', 'POST');
+      const pauses = status.state !== 'paused';
+      await ask(pauses ? 'pause' : 'resume', 'POST');
+      status.state = pauses ? 'paused' : 'running';
+      player.notify();
     }});
     const stop = element('button', {id: 'live-stop', title: 'End the simulation with what is proven', onclick: async () => {
       await ask('stop', 'POST');

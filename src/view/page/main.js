@@ -81,14 +81,15 @@ function pleasantSpeed(span) {
 }
 
 async function readAll(player, run, blocks) {
-  let last = performance.now();
+  let waiting;
   for await (const block of blocks) {
     run.append(block);
-    if (!player.isLive && performance.now() < last + kReadingTurn) continue;
-    player.grown();
-    await nextTask();
-    last = performance.now();
+    waiting ??= setTimeout(() => {
+      waiting = undefined;
+      player.grown();
+    }, kReadingTurn);
   }
+  clearTimeout(waiting);
   player.grown();
 }
 
