@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "dyop/core/error.h"
+#include "dyop/tool/latency_histogram.h"
 #include "support/inputs/tool_scenes.h"
 
 namespace dyop {

@@ -10,6 +10,8 @@
 #include "dyop/distance/distance.h"
 #include "dyop/geometry/box.h"
 #include "dyop/geometry/sphere.h"
+#include "dyop/tool/tool_scene.h"
+#include "dyop/tool/tool_tick.h"
 #include "support/allocation_count.h"
 #include "support/inputs/tool_scenes.h"
 #include "support/message_of.h"
