@@ -13,10 +13,10 @@
 namespace dyop {
 namespace {
 
-using test::Command;
-using test::CommandResult;
 using test::run_command;
-using test::TemporaryDirectory;
+using testing::Command;
+using testing::CommandResult;
+using testing::TemporaryDirectory;
 using Json = nlohmann::ordered_json;
 namespace fs = std::filesystem;
 
