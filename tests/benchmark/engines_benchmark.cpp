@@ -25,8 +25,6 @@
 namespace dyop::testing {
 namespace {
 
-using namespace testing;
-
 constexpr Scalar kFriction = 0.5;
 constexpr Scalar kDensity = 1000;
 const Vector3 kFloorHalf(100, 100, 1);

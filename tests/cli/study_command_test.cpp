@@ -21,7 +21,7 @@ using Json = nlohmann::ordered_json;
 namespace fs = std::filesystem;
 
 // A ball above a floor; the study sweeps restitution and draws the ball's height.
-constexpr const char* kScene = R"({
+constexpr const char* kStudyScene = R"({
   "time": {"end": 0.5, "step": 0.05},
   "forces": {"gravity": [0, 0, -9.81]},
   "bodies": [
@@ -40,7 +40,7 @@ constexpr const char* kStudy = R"({
 class StudyCommand : public ::testing::Test {
  protected:
   StudyCommand() {
-    directory_.write("ball.json", kScene);
+    directory_.write("ball.json", kStudyScene);
     directory_.write("study.json", kStudy);
   }
   std::string at(const std::string& name) const { return (directory_.path() / name).string(); }
@@ -106,9 +106,9 @@ TEST_F(StudyCommand, SweepsAndDrawsWhatItSays) {
 }
 
 TEST_F(StudyCommand, GoesOnAfterAKillWithTheSameBytes) {
-  directory_.write("ball.json",
-                   std::string(kScene).replace(std::string(kScene).find("0.5, \"step\": 0.05"), 17,
-                                               "50, \"step\": 0.001"));
+  directory_.write("ball.json", std::string(kStudyScene)
+                                    .replace(std::string(kStudyScene).find("0.5, \"step\": 0.05"),
+                                             17, "50, \"step\": 0.001"));
   ASSERT_EQ(study({}, "whole").exit_code, 0);
   const std::string whole = read("whole/shard-1-of-1.jsonl");
   const Command killed({"study", at("study.json"), "--out", at("out")});

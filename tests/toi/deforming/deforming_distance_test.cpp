@@ -28,7 +28,8 @@ struct DistanceCase {
 DistanceCase random_distance_case(Scalar scale, Scalar offset, std::mt19937_64& random) {
   const Vector3 place = offset * testing::random_direction(random);
   const MeshArrays sheet =
-      testing::plate_grid(2, 2, 6, 6).moved(testing::random_rotation(random), place, scale);
+      testing::plate_grid(2, 2, 6, 6)
+          .moved(testing::random_rotation(random).toRotationMatrix(), place, scale);
   std::vector<Vector3> end = sheet.vertices;
   for (Vector3& p : end) p += scale * testing::random_vector(0.5, random);
   const Vector3 beside =
