@@ -17,9 +17,9 @@ btVector3 to_bullet(const Vector3& v) {
 
 btTransform to_bullet(const RigidPose& X) {
   const Quaternion q(X.rotation());
-  return {btQuaternion(static_cast<btScalar>(q.x()), static_cast<btScalar>(q.y()),
-                       static_cast<btScalar>(q.z()), static_cast<btScalar>(q.w())),
-          to_bullet(X.translation())};
+  const btQuaternion turn(static_cast<btScalar>(q.x()), static_cast<btScalar>(q.y()),
+                          static_cast<btScalar>(q.z()), static_cast<btScalar>(q.w()));
+  return btTransform(turn, to_bullet(X.translation()));
 }
 
 }  // namespace
