@@ -10,7 +10,8 @@
 namespace dyop::internal {
 namespace {
 
-// An island of more contacts is large: solved to this part of its speed.
+// An island of more contacts is large: solved to this part of its speed while it moves by more than
+// a standoff per step.
 constexpr std::size_t kLargeContacts = 300;
 constexpr Scalar kLargeSpeedTolerance = 1e-2;
 // A large one in which something moves by so many standoffs per step is struck: many cheap legs beat
@@ -198,7 +199,7 @@ Scalar LegProblem::tolerance(Scalar tau) const {
   const bool is_small = run_.members().size() <= kContactFewBodies;
   const Scalar exact =
       std::max(kContactSpeedTolerance * fastest, kContactRestTolerance * standoff_ / tau);
-  if (is_large()) {
+  if (is_large() && fastest * tau > standoff_) {
     const Scalar loose = kContactLooseTolerance * standoff_ / tau;
     return std::max(usual, std::min(kLargeSpeedTolerance * fastest, loose));
   }
