@@ -76,6 +76,8 @@ void add_distance_command(CLI::App& app, ExitCode& exit_code) {
   command->add_flag("--solid-a", arguments->options.solid_a,
                     "Treat A as a solid: anything inside the closed mesh overlaps");
   command->add_flag("--solid-b", arguments->options.solid_b, "Treat B as a solid");
+  command->add_option("--picture", arguments->picture_file,
+                      "Write a picture of the answer to a file .svg, .png or .html");
   command->add_flag("--json", arguments->is_json, "Print one JSON object to stdout");
   command->add_flag("--fail-on-impact", arguments->fails_on_impact, "Exit code 1 if they overlap");
   command->callback([arguments, &exit_code] { exit_code = run_distance(*arguments); });

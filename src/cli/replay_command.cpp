@@ -117,6 +117,8 @@ void add_replay_command(CLI::App& app, ExitCode& exit_code) {
       app.add_subcommand("replay", "Repeat a recorded query and compare the results bit by bit");
   command->footer(kReplayExamples);
   command->add_option("FILE", arguments->file, "Record written by dyop toi --record")->required();
+  command->add_option("--picture", arguments->picture_file,
+                      "Write a picture of the answer to a file .svg, .png or .html");
   command->add_flag("--json", arguments->is_json, "Print one JSON object to stdout");
   command->callback([arguments, &exit_code] { exit_code = run_replay(*arguments); });
 }

@@ -118,8 +118,8 @@ FreeFlight::Node FreeFlight::integrated_end(Scalar t_end) {
   if (must_restart_) {
     R_WC_ = last_.R_WC;
     integrator_->restart(last_.t, last_.y);
-    must_restart_ = false;
   }
+  must_restart_ = true;  // unless the step is taken: a wrench may throw
   // A step turns the body by about a radian at most, so chart and cubic stay accurate.
   const Scalar speed = body_.inverse_inertia_B.norm() * spin(last_.y.data()).norm();
   const Scalar turn_limit = speed > 0 ? last_.t + 1 / speed : kInfinity;
@@ -130,6 +130,7 @@ FreeFlight::Node FreeFlight::integrated_end(Scalar t_end) {
   end.R_WC = R_WC_;
   std::copy(integrator_->state().begin(), integrator_->state().end(), end.y.begin());
   evaluate(R_WC_, end.t, end.y, end.rate);
+  must_restart_ = false;
   return end;
 }
 

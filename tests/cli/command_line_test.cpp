@@ -60,7 +60,7 @@ TEST_F(CommandLine, EveryCommandHasTwoExamples) {
     const CommandResult help = run_command({command, "--help"});
     EXPECT_EQ(help.exit_code, kAnswered);
     EXPECT_NE(help.out.find("Examples:"), std::string::npos) << help.out;
-    EXPECT_EQ(count_of(help.out, "\n    dyop " + command + " "), 2u) << help.out;
+    EXPECT_GE(count_of(help.out, "\n    dyop " + command + " "), 2u) << help.out;
     EXPECT_NE(help.out.find("--json"), std::string::npos) << help.out;
   }
 }

@@ -32,8 +32,9 @@ using ImpactCallback = std::function<void(const ImpactEvent& event, ImpactStates
 /// pair, so that no unit is assumed.
 struct WorldOptions {
   Vector3 gravity_W = Vector3::Zero();
-  /// For bodies in free flight with their own wrench. The others need no integrator: they fall along
-  /// a parabola and turn by the Taylor series of their equations, to the same relative tolerance.
+  /// For bodies in free flight with their own wrench. The others need no integrator: they fall
+  /// along a parabola and turn by the Taylor series of their equations, to the same relative
+  /// tolerance.
   IntegratorKind integrator = IntegratorKind::Arkode;
   IntegratorOptions integrator_options;
   /// Longest step h, time: advance() divides longer spans into equal parts. Default: one step.
@@ -56,9 +57,9 @@ struct WorldOptions {
   /// Largest speed at which bodies that start too near are pushed apart, length per time. Default:
   /// r/20 per step.
   std::optional<Scalar> separation_speed;
-  /// Coefficient of friction of a pair at a contact that slides with a velocity (B's point relative to
-  /// A's, world axes, length per time): finite, >= 0, deterministic, callable from several threads,
-  /// best continuous. Default: the geometric mean of the bodies' friction.
+  /// Coefficient of friction of a pair at a contact that slides with a velocity (B's point
+  /// relative to A's, world axes, length per time): finite, >= 0, deterministic, callable from
+  /// several threads, best continuous. Default: the geometric mean of the bodies' friction.
   std::function<Scalar(BodyId a, BodyId b, const Vector3& sliding_W)> friction_law;
   ContactSolverOptions solver;  ///< tolerance is ignored: derived from standoff and step
   std::int64_t max_node_pairs = 50'000'000;  ///< per time-of-impact query

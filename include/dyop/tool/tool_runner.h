@@ -59,8 +59,8 @@ struct RunnerReport {
 /// @param device Called before every tick with its number, in the calling thread.
 /// @param tissue Called in the tissue's thread.
 /// @param sink   Called for every tick, in order, in the logger's thread; may be empty.
-/// @throws InvalidArgument if the period is not finite and > 0 or a feed's obstacle does not deform;
-///         what the functions throw ends the run.
+/// @throws InvalidArgument if the period is not finite and > 0 or a feed's obstacle does not
+///         deform; what the functions throw ends the run.
 RunnerReport run_session(ToolSession& session,
                          const std::function<DevicePose(std::int64_t tick)>& device,
                          const std::vector<TissueFeed>& tissue,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "benchmark/k_dop.h"
+#include "benchmark/bounding_volumes/k_dop.h"
 
 #include <algorithm>
 #include <cmath>

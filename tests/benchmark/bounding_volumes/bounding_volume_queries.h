@@ -9,7 +9,7 @@
 #include <span>
 #include <vector>
 
-#include "benchmark/bounding_volumes.h"
+#include "benchmark/bounding_volumes/bounding_volumes.h"
 #include "dyop/distance/triangle_distance.h"
 #include "dyop/geometry/triangle_mesh.h"
 #include "dyop/motion/motion.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "benchmark/bounding_volumes.h"
+#include "benchmark/bounding_volumes/bounding_volumes.h"
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>

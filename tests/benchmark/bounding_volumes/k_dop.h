@@ -3,7 +3,7 @@
 
 #include <array>
 
-#include "benchmark/bounding_volumes.h"
+#include "benchmark/bounding_volumes/bounding_volumes.h"
 
 namespace dyop::testing {
 

@@ -17,9 +17,9 @@
 #include <string>
 #include <vector>
 
-#include "benchmark/bounding_volume_queries.h"
-#include "benchmark/bounding_volumes.h"
-#include "benchmark/k_dop.h"
+#include "benchmark/bounding_volumes/bounding_volume_queries.h"
+#include "benchmark/bounding_volumes/bounding_volumes.h"
+#include "benchmark/bounding_volumes/k_dop.h"
 #include "benchmark/mesh_pair.h"
 #include "dyop/distance/distance.h"
 #include "dyop/motion/constant_twist_motion.h"
