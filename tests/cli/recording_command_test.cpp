@@ -105,7 +105,8 @@ TEST_F(RecordingCommands, RefuseWhatTheyCannotUse) {
     return result.err;
   };
   EXPECT_NE(error_of({"info", path("none.h5")}).find("no such file"), std::string::npos);
-  EXPECT_NE(error_of({"info", directory_.write("text.h5", "x").string()}).find("not a readable HDF5 file"),
+  EXPECT_NE(error_of({"info", directory_.write("text.h5", "x").string()})
+                .find("not a readable HDF5 file"),
             std::string::npos);
   EXPECT_NE(error_of({"export", path("a.jsonl"), "-o", path("b.h5")}).find("--scene"),
             std::string::npos);
