@@ -83,9 +83,11 @@ void write_counters(std::ostream& out, const RunTotals& totals) {
       << " of islands; contact: " << totals.work.rounds << " rounds of hits, "
       << totals.work.unconverged << " solves not converged,\n    largest residual "
       << show(totals.work.residual) << ", " << totals.work.stalls << " stalls, at most "
-      << totals.work.contacts << " contacts, shortest gap of one " << show(totals.work.shortest_gap)
-      << "\n"
-      << "  pairs proven: " << totals.work.pairs_by_bound << " by bound, "
+      << totals.work.contacts << " contacts";
+  if (totals.work.shortest_gap < kInfinity) {
+    out << ", the nearest " << show(totals.work.shortest_gap) << " apart";
+  }
+  out << "\n  pairs proven: " << totals.work.pairs_by_bound << " by bound, "
       << totals.work.pairs_by_query << " by query, " << totals.work.pairs_at_rest << " at rest, "
       << totals.work.pairs_excused << " not proven (started too near)\n"
       << "  integrator: " << totals.integrator.steps << " steps, "
