@@ -5,19 +5,19 @@
 set -euo pipefail
 build=$1
 out=$2
-work=$(mktemp -d)
-trap 'rm -rf "$work"' EXIT
+scratch=$(mktemp -d)
+trap 'rm -rf "$scratch"' EXIT
 python=$(sed -n 's/^_\?Python_EXECUTABLE:[A-Z]*=//p' "$build/CMakeCache.txt" | head -n 1)
 python=${python:-/usr/bin/python3}
-cmake --install "$build" --component python --prefix "$work/root" >/dev/null
-mkdir -p "$work/wheel" "$out"
-mv "$work/root/lib/python3/dist-packages/dyop" "$work/wheel/dyop"
-strip --strip-unneeded "$work"/wheel/dyop/_dyop*.so
+cmake --install "$build" --component python --prefix "$scratch/root" >/dev/null
+mkdir -p "$scratch/wheel" "$out"
+mv "$scratch/root/lib/python3/dist-packages/dyop" "$scratch/wheel/dyop"
+strip --strip-unneeded "$scratch"/wheel/dyop/_dyop*.so
 version=$(sed -n 's/^CMAKE_PROJECT_VERSION:STATIC=//p' "$build/CMakeCache.txt")
 tag=$("$python" -c 'import sys, sysconfig
 v = "cp%d%d" % sys.version_info[:2]
 print(v, v, sysconfig.get_platform().replace("-", "_").replace(".", "_"), sep="-")')
-info="$work/wheel/dyop-$version.dist-info"
+info="$scratch/wheel/dyop-$version.dist-info"
 mkdir "$info"
 cp "$(dirname "$0")/../../LICENSE" "$info/LICENSE"
 cat > "$info/METADATA" <<METADATA
@@ -32,4 +32,4 @@ Provides-Extra: study
 Requires-Dist: distributed; extra == "study"
 METADATA
 printf 'Wheel-Version: 1.0\nGenerator: make_wheel.sh\nRoot-Is-Purelib: false\nTag: %s\n' "$tag" > "$info/WHEEL"
-"$python" -m wheel pack "$work/wheel" --dest-dir "$out"
+"$python" -m wheel pack "$scratch/wheel" --dest-dir "$out"

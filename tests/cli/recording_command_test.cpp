@@ -116,7 +116,7 @@ TEST_F(RecordingCommands, RefuseWhatTheyCannotUse) {
 TEST_F(RecordingCommands, AnswerAsAReaderInPythonDoes) {
   const std::string python = "/usr/bin/python3";
   if (std::system((python + " -c 'import h5py' 2> /dev/null").c_str()) != 0) {
-    GTEST_SKIP() << "no h5py (Debian package python3-h5py)";
+    GTEST_SKIP() << "runs where h5py is installed: bash .ci/install.sh test";
   }
   ASSERT_EQ(simulate().exit_code, 0);
   const std::string command = python + " " DYOP_READ_RECORDING " " + path("run.h5") +

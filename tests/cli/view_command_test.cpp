@@ -47,7 +47,7 @@ class ViewCommand : public ::testing::Test {
 };
 
 TEST_F(ViewCommand, WritesThePageOfARecording) {
-  if (!has_page()) GTEST_SKIP() << "this build has no page: bash .ci/install.sh page";
+  if (!has_page()) GTEST_SKIP() << "runs where the page is built: bash .ci/install.sh page";
   const CommandResult result = view({"-o", path("run.html"), "--json"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_EQ(result.out, "{\"page\":\"" + path("run.html") + "\"}\n");
@@ -60,7 +60,7 @@ TEST_F(ViewCommand, SaysWhatIsMissing) {
   const CommandResult result = view({});
   EXPECT_EQ(result.exit_code, 2);
   EXPECT_NE(result.err.find(has_page() ? "-o" : "npm"), std::string::npos) << result.err;
-  if (!has_page()) GTEST_SKIP() << "this build has no page: bash .ci/install.sh page";
+  if (!has_page()) GTEST_SKIP() << "runs where the page is built: bash .ci/install.sh page";
   const CommandResult missing = run_command({"view", path("none.h5"), "-o", path("x.html")});
   EXPECT_EQ(missing.exit_code, 2);
   EXPECT_NE(missing.err.find("none.h5"), std::string::npos) << missing.err;
@@ -84,7 +84,7 @@ TEST_F(ViewCommand, DrawsFrames) {
 }
 
 TEST_F(ViewCommand, RefusesFramesThatCannotBe) {
-  if (!has_page()) GTEST_SKIP() << "this build has no page: bash .ci/install.sh page";
+  if (!has_page()) GTEST_SKIP() << "runs where the page is built: bash .ci/install.sh page";
   const auto expect = [&](const std::vector<std::string>& more, const std::string& part) {
     std::vector<std::string> words{"--frames", path("frames")};
     words.insert(words.end(), more.begin(), more.end());
@@ -101,9 +101,11 @@ TEST_F(ViewCommand, RefusesFramesThatCannotBe) {
 
 TEST_F(ViewCommand, ServesARunThatABrowserFollowsPausesAndStops) {
   if (const std::string why = testing::reason_to_skip_browser(); !why.empty()) GTEST_SKIP() << why;
-  if (!has_live_server()) GTEST_SKIP() << "this build has no server: bash .ci/install.sh build";
+  if (!has_live_server())
+    GTEST_SKIP() << "runs where cpp-httplib is installed: bash .ci/install.sh build";
   // The browser must keep up with the run, which it does on an idle machine only.
-  if (std::getenv("DYOP_TEST_LIVE") == nullptr) GTEST_SKIP() << "runs with DYOP_TEST_LIVE=1";
+  if (std::getenv("DYOP_TEST_LIVE") == nullptr)
+    GTEST_SKIP() << "runs if DYOP_TEST_LIVE is set, on an idle machine";
   ASSERT_EQ(run_command({"scene", "cradle", "5", "--out", path("scene.json")}).exit_code, 0);
   std::string scene = TemporaryDirectory::read(path("scene.json"));
   const std::string end = "\"end\":10.0";

@@ -25,10 +25,11 @@ std::string read_text(const fs::path& file) {
 }  // namespace
 
 std::string reason_to_skip_browser() {
-  if (!has_page()) return "this build has no page: bash .ci/install.sh page";
+  if (!has_page()) return "runs where the page is built: bash .ci/install.sh page";
   const std::string modules = DYOP_PAGE_MODULES;
-  if (!fs::exists(modules + "/puppeteer-core")) return "npm package puppeteer-core is missing";
-  if (!fs::exists(DYOP_CHROMIUM)) return "chromium is missing: apt-get install chromium";
+  if (!fs::exists(modules + "/puppeteer-core"))
+    return "runs with the npm package puppeteer-core: bash .ci/install.sh page";
+  if (!fs::exists(DYOP_CHROMIUM)) return "runs with chromium: bash .ci/install.sh page";
   return "";
 }
 

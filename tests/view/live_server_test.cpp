@@ -20,7 +20,7 @@ namespace {
 
 #define DYOP_SKIP_WITHOUT_SERVER()       \
   if (!has_page() || !has_live_server()) \
-  GTEST_SKIP() << "this build has no page or no server: bash .ci/install.sh build page"
+  GTEST_SKIP() << "runs where page and server are built: bash .ci/install.sh build page"
 
 struct Address {
   int port = 0;

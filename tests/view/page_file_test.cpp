@@ -15,7 +15,7 @@ TEST(PageFile, HoldsEscapedTitleAndBlocksAndNoAddressOfANetwork) {
   const std::array<std::string, 4> blocks{"", "f", "fo", "foobar"};
   if (!has_page()) {
     EXPECT_THROW(page_html("x", blocks), InvalidArgument);
-    GTEST_SKIP() << "this build has no page: bash .ci/install.sh page";
+    GTEST_SKIP() << "runs where the page is built: bash .ci/install.sh page";
   }
   const std::string page = page_html("</title><b>", blocks);
   EXPECT_NE(page.find("&lt;/title&gt;&lt;b&gt;"), std::string::npos);
@@ -30,7 +30,7 @@ TEST(PageFile, HoldsEscapedTitleAndBlocksAndNoAddressOfANetwork) {
 TEST(PageFile, OfALiveRunHoldsNoBlocks) {
   if (!has_page()) {
     EXPECT_THROW(live_page_html("x"), InvalidArgument);
-    GTEST_SKIP() << "this build has no page: bash .ci/install.sh page";
+    GTEST_SKIP() << "runs where the page is built: bash .ci/install.sh page";
   }
   EXPECT_NE(live_page_html("x").find("id=\"live\""), std::string::npos);
   EXPECT_EQ(live_page_html("x").find("class=\"block\""), std::string::npos);

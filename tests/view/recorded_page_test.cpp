@@ -42,7 +42,7 @@ TEST(RecordedPage, ShowsTheRecordedRunInABrowser) {
 }
 
 TEST(RecordedPage, NamesTheFileThatIsNoRecording) {
-  if (!has_page()) GTEST_SKIP() << "this build has no page: bash .ci/install.sh page";
+  if (!has_page()) GTEST_SKIP() << "runs where the page is built: bash .ci/install.sh page";
   const testing::TemporaryDirectory directory;
   const auto file = directory.write("run.h5", "not HDF5");
   try {

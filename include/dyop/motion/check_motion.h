@@ -49,7 +49,9 @@ struct MotionCheck {
 ///
 /// What is checked is what the impact engine relies on, with the motion's own bounds. With v, a the
 /// bounds on speed and acceleration over a part [t, t + s] without a jump of the twist,
-///     |p(t + s) - p(t)| ≤ v s,    |p(t + s) - p(t) - s v(t)| ≤ a s²/2,    |v(t + s) - v(t)| ≤ a s
+///     |p(t + s) - p(t)| <= v s,
+///     |p(t + s) - p(t) - s v(t)| <= a s^2 / 2,
+///     |v(t + s) - v(t)| <= a s
 /// up to rounding, for many s from the time between samples down; the same for rotations. So a
 /// motion that keeps its promises is never reported, whatever its form. A wrong twist is detected
 /// down to about 1e-7 of the speed if the bound on acceleration is close to the true one. Where

@@ -47,8 +47,8 @@ Scalar default_distance_tolerance(Scalar radius_a, Scalar radius_b);
 /// ToiStatus states what is promised. Best-first conservative advancement over pairs of hierarchy
 /// nodes, each keyed by a time before which that pair is proven apart.
 ///
-/// A pair that starts, or passes, between δ + ε/4 and δ + ε while moving apart is not an impact, so
-/// bodies can separate from contact.
+/// A pair that moves apart is not an impact, even if it starts or passes between δ + ε/4 and
+/// δ + ε: bodies can separate from contact.
 ///
 /// @param a, b       Shapes, each in its own frame. For meshes the surfaces count, for convex
 /// shapes the solids.

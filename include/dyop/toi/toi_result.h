@@ -14,8 +14,8 @@ namespace DYOP_EXPORT dyop {
 /// How a time-of-impact query ended, and what that promises. This table is the only statement of
 /// the promise; it holds for every query: rigid shapes, deforming meshes, vertex paths and batches.
 ///
-/// δ = target_distance, ε = distance_tolerance, d(t) = distance of the two sides at time t, on the
-/// motions as given, ν = the result's rounding_allowance (a length, for which
+/// δ = target_distance, ε = distance_tolerance, d(t) = distance of the two sides at time t, on
+/// the motions as given, ν = the result's rounding_allowance (a length, for which
 /// docs/algorithms/time_of_impact.md has the proof). So after any proof sides are apart even for
 /// δ = 0, as long as ε > 4 ν.
 ///
@@ -28,8 +28,8 @@ namespace DYOP_EXPORT dyop {
 ///     Cancelled              any      >= δ + ε/4 - ν (2)     the same           none
 ///     NumericalLimit         any      >= δ + ε/4 - ν (2)     the same           the pair
 ///
-/// (1) The lower bound of the pair's distance is at most δ + ε/4: it is not proven apart. Or, for a
-///     solid: part of the other side is inside it, however far from its surface; both witness
+/// (1) The lower bound of the pair's distance is at most δ + ε/4: it is not proven apart. Or, for
+///     a solid: part of the other side is inside it, however far from its surface; both witness
 ///     points are then one point inside, and the rest of `contact` means nothing.
 /// (2) If t_safe > begin. If t_safe = begin nothing is known.
 ///
@@ -38,11 +38,12 @@ namespace DYOP_EXPORT dyop {
 ///
 /// contact    Its distance bounds are those of the pair of pieces that ended the search, at t_safe;
 ///            d(t_safe) is at most `upper`.
-/// contacts   Impact under ToiOptions::with_contacts: all contacts at t_safe whose gap is at most ε
-///            larger than that of `contact`, rounding allowed for, as find_contacts() gives them;
-///            never empty. Otherwise empty.
-/// t_hit      Impact, if a short probe found one: in (t_safe, end], with d(t_hit) <= δ + ε/2 + ν.
-///            So [t_safe, *t_hit] brackets the time at which d falls to δ + ε/2. Otherwise none.
+/// contacts   Impact under ToiOptions::with_contacts: all contacts at t_safe whose gap is at most
+///            ε larger than that of `contact`, rounding allowed for, as find_contacts() gives
+///            them; never empty. Otherwise empty.
+/// t_hit      Impact, if a short probe found one: in (t_safe, end], with
+///            d(t_hit) <= δ + ε/2 + ν. So [t_safe, *t_hit] brackets the time at which d falls to
+///            δ + ε/2. Otherwise none.
 /// X_WA, X_WB Poses at t_safe; the identity for a deforming mesh, and in NotRun.
 ///
 /// Under ContactRule::Exact (vertex paths) Separated means d > 0 on the whole interval instead,

@@ -93,7 +93,7 @@ struct PageSpan {
 };
 
 /// Turns a run into the blocks of bytes that the page reads (docs/player.md). A block is a zlib
-/// stream of columns; the first one is the scene, each further one a span of time.
+/// stream of columns. The first block holds the scene, every later block one span of time.
 ///
 /// Motions keep their exact parameters in double precision if they are at rest, of constant twist,
 /// screws, or cubics (HermiteMotion), or made of these by SequenceMotion or ComposedMotion about

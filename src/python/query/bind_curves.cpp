@@ -54,7 +54,8 @@ void bind_interpolated(py::module_& m) {
              return std::make_shared<InterpolatedMotion>(interval.interval, begin.X, end.X, path);
            }),
            py::arg("interval"), py::arg("X_WB0"), py::arg("X_WB1"),
-           py::arg("path") = RotationPath::Slerp, "Poses at the begin and the end of (begin, end).")
+           py::arg("path") = RotationPath::Slerp,
+           "Poses at both ends of the interval (begin, end).")
       .def_static(
           "from_chart",
           [](const IntervalArgument& interval, const PoseArgument& X_WC, const Node& begin,

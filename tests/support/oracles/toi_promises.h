@@ -65,7 +65,7 @@ inline const char* broken_end(const PromiseTerms& terms, ToiStatus status, Scala
       return t_safe == terms.interval.end ? nullptr : "Separated, but not up to the end";
     case ToiStatus::NotRun:
     case ToiStatus::InitiallyWithinTarget:
-      return t_safe == terms.interval.begin ? nullptr : "t_safe is not the begin";
+      return t_safe == terms.interval.begin ? nullptr : "t_safe is not the start of the interval";
     case ToiStatus::Impact:
     case ToiStatus::BudgetExhausted:
     case ToiStatus::Cancelled:

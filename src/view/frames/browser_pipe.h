@@ -3,10 +3,12 @@
 
 #include <sys/types.h>
 
-#include <filesystem>
+#include <cstdint>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
+
+#include "view/frames/scratch_folder.h"
 
 namespace dyop::internal {
 
@@ -20,9 +22,6 @@ class BrowserPipe {
  public:
   /// Throws FileError if it cannot be started.
   BrowserPipe(const std::string& program, int width, int height);
-  ~BrowserPipe();
-  BrowserPipe(const BrowserPipe&) = delete;
-  BrowserPipe& operator=(const BrowserPipe&) = delete;
 
   void open(const std::string& address);
   /// The value of an expression in the page, once what it promises is there.
@@ -35,13 +34,20 @@ class BrowserPipe {
   void send(const std::string& message);
   std::string receive();
 
+  // The running browser and what it holds; ends with everything of it, also if it fails to start.
+  struct Process {
+    ~Process();
+    ScratchFolder profile{"browser"};  // its own folder of settings
+    pid_t id = -1;
+    int to = -1;
+    int from = -1;
+  };
+  void start(int width, int height);
+
   std::string program_;
-  std::string profile_;  // its own folder of settings, removed at the end
+  Process process_;
   std::string session_;
   std::string read_ahead_;
-  pid_t process_ = -1;
-  int to_ = -1;
-  int from_ = -1;
   std::int64_t asked_ = 0;
 };
 

@@ -7,13 +7,13 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <fstream>
 #include <thread>
 
 #include "dyop/core/error.h"
 #include "dyop/io/file_error.h"
-#include "view/browser_pipe.h"
+#include "view/frames/browser_pipe.h"
+#include "view/frames/scratch_folder.h"
 
 namespace dyop {
 namespace {
@@ -111,28 +111,16 @@ void make_film(const fs::path& directory, const fs::path& out, Scalar frames_per
 
 std::int64_t write_frames(const fs::path& page, const fs::path& out, const FrameOptions& options) {
   check(options);
-  const bool is_film = out.extension() == ".mp4";
-  fs::path directory = out;
-  std::error_code error;
-  if (is_film) {
-    std::string name = (fs::temp_directory_path() / "dyop-frames-XXXXXX").string();
-    if (mkdtemp(name.data()) == nullptr) throw FileError(name, "could not be made");
-    directory = name;
-  } else {
-    fs::create_directories(directory, error);
-    if (error) throw FileError(directory, "could not be made: " + error.message());
+  if (out.extension() == ".mp4") {
+    const internal::ScratchFolder frames("frames");
+    const std::int64_t count = write_pictures(page, frames.path(), options);
+    make_film(frames.path(), out, options.frames_per_second);
+    return count;
   }
-  struct Cleanup {
-    fs::path directory;
-    ~Cleanup() {
-      std::error_code ignored;
-      if (!directory.empty()) fs::remove_all(directory, ignored);
-    }
-  };
-  const Cleanup cleanup{is_film ? directory : fs::path()};
-  const std::int64_t count = write_pictures(page, directory, options);
-  if (is_film) make_film(directory, out, options.frames_per_second);
-  return count;
+  std::error_code error;
+  fs::create_directories(out, error);
+  if (error) throw FileError(out, "could not be created: " + error.message());
+  return write_pictures(page, out, options);
 }
 
 }  // namespace dyop

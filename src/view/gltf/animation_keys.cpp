@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "view/animation_keys.h"
+#include "view/gltf/animation_keys.h"
 
 #include <array>
 

@@ -12,7 +12,7 @@
 
 #include "dyop/io/file_error.h"
 #include "dyop/recording/recording_reader.h"
-#include "view/animation_keys.h"
+#include "view/gltf/animation_keys.h"
 #include "view/shape_surface.h"
 
 namespace dyop {

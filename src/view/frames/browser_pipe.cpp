@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "view/browser_pipe.h"
+#include "view/frames/browser_pipe.h"
 
 #include <fcntl.h>
 #include <poll.h>
@@ -25,14 +25,33 @@ constexpr int kLongestWait = 120'000;  // milliseconds for one answer
 constexpr int kReads = 3;              // what the browser reads from and writes to
 constexpr int kWrites = 4;
 
-pid_t start(const std::vector<std::string>& words, posix_spawn_file_actions_t* actions) {
+// A file descriptor that is closed at the end; -1: none.
+struct Descriptor {
+  explicit Descriptor(int the_number) : number(the_number) {}
+  ~Descriptor() {
+    if (number >= 0) close(number);
+  }
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  const int number;
+};
+
+struct SpawnActions {
+  SpawnActions() { posix_spawn_file_actions_init(&list); }
+  ~SpawnActions() { posix_spawn_file_actions_destroy(&list); }
+  SpawnActions(const SpawnActions&) = delete;
+  SpawnActions& operator=(const SpawnActions&) = delete;
+  posix_spawn_file_actions_t list;
+};
+
+pid_t spawn(const std::vector<std::string>& words, const SpawnActions& actions) {
   std::vector<std::string> own = words;
   std::vector<char*> arguments;
   for (std::string& word : own) arguments.push_back(word.data());
   arguments.push_back(nullptr);
   pid_t process = -1;
   const int error =
-      posix_spawnp(&process, arguments[0], actions, nullptr, arguments.data(), environ);
+      posix_spawnp(&process, arguments[0], &actions.list, nullptr, arguments.data(), environ);
   if (error != 0) throw FileError(words[0], std::string("cannot be started: ") + strerror(error));
   return process;
 }
@@ -57,55 +76,59 @@ std::string from_base64(const std::string& text) {
 }  // namespace
 
 int run_program(const std::vector<std::string>& words) {
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-  const pid_t process = start(words, &actions);
-  posix_spawn_file_actions_destroy(&actions);
+  SpawnActions actions;
+  posix_spawn_file_actions_addopen(&actions.list, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
+  const pid_t process = spawn(words, actions);
   int status = 0;
   waitpid(process, &status, 0);
   return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
 }
 
-BrowserPipe::BrowserPipe(const std::string& program, int width, int height) : program_(program) {
-  profile_ = (std::filesystem::temp_directory_path() / "dyop-browser-XXXXXX").string();
-  if (mkdtemp(profile_.data()) == nullptr) throw FileError(profile_, "cannot be made");
-  std::array<int, 2> down{};
-  std::array<int, 2> up{};
+BrowserPipe::Process::~Process() {
+  if (to >= 0) close(to);  // ends the browser
+  if (from >= 0) close(from);
+  if (id < 0) return;
+  kill(id, SIGTERM);
+  int status = 0;
+  waitpid(id, &status, 0);
+}
+
+void BrowserPipe::start(int width, int height) {
+  std::array<int, 2> down{-1, -1};
+  std::array<int, 2> up{-1, -1};
   // A socket where this process writes: a pipe would end it with a signal if the browser is gone.
-  if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, down.data()) != 0 ||
-      pipe2(up.data(), O_CLOEXEC) != 0) {
-    throw FileError(program, "cannot be connected by pipes");
+  const bool is_connected = socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, down.data()) == 0 &&
+                            pipe2(up.data(), O_CLOEXEC) == 0;
+  process_.to = down[1];
+  process_.from = up[0];
+  // The other ends are copied out of the way: they may be numbered 3 or 4 themselves.
+  const Descriptor reads(is_connected ? fcntl(down[0], F_DUPFD_CLOEXEC, kWrites + 1) : -1);
+  const Descriptor writes(is_connected ? fcntl(up[1], F_DUPFD_CLOEXEC, kWrites + 1) : -1);
+  const Descriptor old_reads(down[0]);
+  const Descriptor old_writes(up[1]);
+  if (reads.number < 0 || writes.number < 0) {
+    throw FileError(program_, std::string("cannot be connected by pipes: ") + strerror(errno));
   }
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  // Copied out of the way first: the ends themselves may be numbered 3 or 4.
-  const int reads = fcntl(down[0], F_DUPFD_CLOEXEC, kWrites + 1);
-  const int writes = fcntl(up[1], F_DUPFD_CLOEXEC, kWrites + 1);
-  posix_spawn_file_actions_adddup2(&actions, reads, kReads);
-  posix_spawn_file_actions_adddup2(&actions, writes, kWrites);
-  posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, "/dev/null", O_WRONLY, 0);
-  posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
+  SpawnActions actions;
+  posix_spawn_file_actions_adddup2(&actions.list, reads.number, kReads);
+  posix_spawn_file_actions_adddup2(&actions.list, writes.number, kWrites);
+  posix_spawn_file_actions_addopen(&actions.list, STDERR_FILENO, "/dev/null", O_WRONLY, 0);
+  posix_spawn_file_actions_addopen(&actions.list, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
   std::vector<std::string> words{
-      program,
+      program_,
       "--headless",
       "--remote-debugging-pipe",
       "--enable-unsafe-swiftshader",
       "--hide-scrollbars",
       "--no-first-run",
-      "--user-data-dir=" + profile_,
+      "--user-data-dir=" + process_.profile.path().string(),
       "--window-size=" + std::to_string(width) + "," + std::to_string(height)};
   if (geteuid() == 0) words.push_back("--no-sandbox");  // it refuses to start for root otherwise
-  try {
-    process_ = start(words, &actions);
-  } catch (...) {
-    std::filesystem::remove_all(profile_);
-    throw;
-  }
-  posix_spawn_file_actions_destroy(&actions);
-  for (const int end : {down[0], up[1], reads, writes}) close(end);
-  to_ = down[1];
-  from_ = up[0];
+  process_.id = spawn(words, actions);
+}
+
+BrowserPipe::BrowserPipe(const std::string& program, int width, int height) : program_(program) {
+  start(width, height);
   const nlohmann::json target = ask("Target.createTarget", {{"url", "about:blank"}});
   session_ = ask("Target.attachToTarget", {{"targetId", target.at("targetId")}, {"flatten", true}})
                  .at("sessionId");
@@ -113,20 +136,11 @@ BrowserPipe::BrowserPipe(const std::string& program, int width, int height) : pr
       {{"width", width}, {"height", height}, {"deviceScaleFactor", 1}, {"mobile", false}});
 }
 
-BrowserPipe::~BrowserPipe() {
-  close(to_);  // ends it
-  close(from_);
-  kill(process_, SIGTERM);
-  int status = 0;
-  waitpid(process_, &status, 0);
-  std::error_code ignored;
-  std::filesystem::remove_all(profile_, ignored);
-}
-
 void BrowserPipe::send(const std::string& message) {
   const std::string bytes = message + '\0';
   for (std::size_t sent = 0; sent < bytes.size();) {
-    const ssize_t count = ::send(to_, bytes.data() + sent, bytes.size() - sent, MSG_NOSIGNAL);
+    const ssize_t count =
+        ::send(process_.to, bytes.data() + sent, bytes.size() - sent, MSG_NOSIGNAL);
     if (count < 0 && errno == EINTR) continue;
     if (count <= 0) throw FileError(program_, "has ended too early");
     sent += std::size_t(count);
@@ -141,10 +155,10 @@ std::string BrowserPipe::receive() {
       read_ahead_.erase(0, end + 1);
       return message;
     }
-    pollfd waiting{from_, POLLIN, 0};
+    pollfd waiting{process_.from, POLLIN, 0};
     if (poll(&waiting, 1, kLongestWait) == 0) throw FileError(program_, "does not answer");
     std::array<char, 65536> buffer{};
-    const ssize_t count = read(from_, buffer.data(), buffer.size());
+    const ssize_t count = read(process_.from, buffer.data(), buffer.size());
     if (count < 0 && errno == EINTR) continue;
     if (count <= 0) throw FileError(program_, "has ended too early");
     read_ahead_.append(buffer.data(), std::size_t(count));

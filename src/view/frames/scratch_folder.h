@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+namespace dyop::internal {
+
+/// A fresh folder for temporary files, removed with everything in it.
+class ScratchFolder {
+ public:
+  /// Throws FileError if it cannot be created. `use` is part of its name.
+  explicit ScratchFolder(const std::string& use);
+  ~ScratchFolder();
+  ScratchFolder(const ScratchFolder&) = delete;
+  ScratchFolder& operator=(const ScratchFolder&) = delete;
+
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+}  // namespace dyop::internal
