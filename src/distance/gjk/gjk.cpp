@@ -298,8 +298,9 @@ Feature spanned_feature(const std::array<CorePair, 4>& pairs, std::size_t count,
     const std::int32_t vertex = (pairs[i].*side).vertex;
     if (vertex < 0) return {};
     auto& vertices = feature.vertices;
-    const auto known = vertices.begin() + static_cast<std::ptrdiff_t>(distinct);
-    if (distinct == 3 || std::find(vertices.begin(), known, vertex) != known) continue;
+    bool is_known = distinct == 3;
+    for (std::size_t k = 0; k < distinct; ++k) is_known |= vertices[k] == vertex;
+    if (is_known) continue;
     std::size_t at = distinct++;
     for (; at > 0 && vertices[at - 1] > vertex; --at) vertices[at] = vertices[at - 1];
     vertices[at] = vertex;
