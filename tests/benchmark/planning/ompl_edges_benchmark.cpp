@@ -12,9 +12,10 @@
 #include <ompl/base/spaces/RealVectorStateSpace.h>
 #include <ompl/base/spaces/SE3StateSpace.h>
 
-#include <chrono>
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
+#include <ctime>
 #include <random>
 
 #include "dyop/ompl/ompl_motion_validator.h"
@@ -25,7 +26,6 @@ namespace dyop::testing {
 namespace {
 
 namespace ob = ompl::base;
-using Clock = std::chrono::steady_clock;
 using Se3 = ob::SE3StateSpace;
 using FclObject = fcl::CollisionObject<double>;
 
@@ -114,27 +114,31 @@ std::vector<Edge> random_edges(const ob::SpaceInformationPtr& si, const OmplMoti
 
 struct Verdicts {
   std::vector<bool> accepted;
-  double all = 0;   // microseconds an edge
+  double all = 0;   // microseconds of processor time an edge
   double free = 0;  // of the edges that are free
 };
 
+double processor_microseconds() {
+  return 1e6 * static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
+}
+
+// @param free Those edges are timed by themselves; null: those accepted.
 Verdicts judge(const ob::MotionValidator& validator, const std::vector<Edge>& edges,
                const std::vector<bool>* free) {
+  const auto check = [&](std::size_t i) {
+    return validator.checkMotion(edges[i].from.get(), edges[i].to.get());
+  };
   Verdicts verdicts;
+  const double start = processor_microseconds();
+  for (std::size_t i = 0; i < edges.size(); ++i) verdicts.accepted.push_back(check(i));
+  const double middle = processor_microseconds();
+  const std::vector<bool>& wanted = free != nullptr ? *free : verdicts.accepted;
   double free_count = 0;
   for (std::size_t i = 0; i < edges.size(); ++i) {
-    const auto start = Clock::now();
-    const bool is_accepted = validator.checkMotion(edges[i].from.get(), edges[i].to.get());
-    const double time = std::chrono::duration<double, std::micro>(Clock::now() - start).count();
-    verdicts.accepted.push_back(is_accepted);
-    verdicts.all += time;
-    if (free != nullptr ? (*free)[i] : is_accepted) {
-      verdicts.free += time;
-      ++free_count;
-    }
+    if (wanted[i]) free_count += check(i);
   }
-  verdicts.all /= static_cast<double>(edges.size());
-  verdicts.free /= std::max(free_count, 1.0);
+  verdicts.all = (middle - start) / static_cast<double>(edges.size());
+  verdicts.free = (processor_microseconds() - middle) / std::max(free_count, 1.0);
   return verdicts;
 }
 
