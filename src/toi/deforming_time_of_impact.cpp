@@ -135,8 +135,7 @@ ToiResult time_of_impact(const DeformingMesh& a, const DeformingSpan& span, cons
 ToiResult internal::time_of_listed_impact(const DeformingMesh& a, const DeformingSpan& span,
                                           const TriangleMesh& b, const Motion& X_WB,
                                           const TimeInterval& interval, const ToiOptions& options,
-                                          ToiWorkspace& workspace,
-                                          std::span<const BoxPair> pairs) {
+                                          ToiWorkspace& workspace, std::span<const BoxPair> pairs) {
   const WorkspaceUse use(workspace);
   require_valid(interval, options);
   require_triangles(a, "A");

@@ -121,11 +121,11 @@ bool DeformingObstacle::find_suspects(const CorePiece& piece, const BodyMotion& 
                        motion.X_WB, motion.duration);
   const Scalar reach = approach.far + motion.displacement;
   return front.refine(
-      sides, reach, [&] { return clock.is_over(); },
+      sides, reach, [&] { return clock.is_over_small(); },
       [&](const PieceDistance& found, std::int32_t a, std::int32_t b) {
         const bool is_apart =
-            found.lower > 0 && chord.least(sides.a.triangle(a), sides.b.triangle(b),
-                                           found.nhat_AB) > approach.near;
+            found.lower > 0 &&
+            chord.least(sides.a.triangle(a), sides.b.triangle(b), found.nhat_AB) > approach.near;
         if (!is_apart) suspects.push_back({0, a, b});
         return reach;
       });
@@ -225,7 +225,9 @@ void DeformingObstacle::add_holds(const ToolBody& body, const RigidPose& X_WB, S
       holds.push_back(hold);
       return surface_reach;
     };
-    if (!kept[k].front.refine(sides, surface_reach, [&] { return clock.is_over(); }, visit)) return;
+    if (!kept[k].front.refine(
+            sides, surface_reach, [&] { return clock.is_over_small(); }, visit))
+      return;
   }
 }
 
@@ -243,8 +245,9 @@ void join(const CorePiece& piece, Scalar lower, const NearestPoints& nearest, Pa
 
 }  // namespace
 
-PairDistance DeformingObstacle::measure(const ToolBody& body, const RigidPose& X_WB, Scalar allowed,
-                                        WorkClock& clock, PairMemory& kept) const {
+PairDistance DeformingObstacle::measure(const ToolBody& body, const RigidPose& X_WB,
+                                        const DistanceWish& wish, WorkClock& clock,
+                                        PairMemory& kept) const {
   kept.resize(body.pieces.size());
   PairDistance least;
   least.lower = kInfinity;
@@ -253,7 +256,8 @@ PairDistance DeformingObstacle::measure(const ToolBody& body, const RigidPose& X
     PieceDistance best;
     const StandingPair sides(shown(), fraction_, body.pieces[k].mesh, X_WB);
     front.find_nearest(
-        sides, allowed, [&] { return clock.is_over(); }, kept[k].cache.stack, best);
+        sides, wish.farthest + body.pieces[k].radius, wish.allowed,
+        [&] { return clock.is_over_small(); }, kept[k].cache.stack, best);
     join(body.pieces[k], best.is_overlapping ? 0 : std::min(front.lower(), best.upper), best,
          least);
   }

@@ -38,7 +38,7 @@ class DeformingObstacle final : public Obstacle {
   void add_holds(const ToolBody& body, const RigidPose& X_WB, Scalar reach, WorkClock& clock,
                  PairMemory& kept, QueryMemory& memory,
                  std::vector<HoldPoint>& holds) const override;
-  PairDistance measure(const ToolBody& body, const RigidPose& X_WB, Scalar allowed,
+  PairDistance measure(const ToolBody& body, const RigidPose& X_WB, const DistanceWish& wish,
                        WorkClock& clock, PairMemory& kept) const override;
   PairDistance measure_at(const ToolBody& body, const RigidPose& X_WB,
                           PairMemory& kept) const override;

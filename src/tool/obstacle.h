@@ -73,6 +73,13 @@ struct PairDistance {
   Vector3 p_WB = Vector3::Zero();
 };
 
+/// How close the bounds of a distance have to be: at most `allowed` apart, unless the lower one is
+/// proven to be at least farthest - allowed.
+struct DistanceWish {
+  Scalar farthest = kInfinity;
+  Scalar allowed = 0;
+};
+
 /// A motion of a body to be proven, over [0, duration].
 struct BodyMotion {
   const ToolBody& body;
@@ -105,9 +112,10 @@ class Obstacle {
   virtual void add_holds(const ToolBody& body, const RigidPose& X_WB, Scalar reach,
                          WorkClock& clock, PairMemory& kept, QueryMemory& memory,
                          std::vector<HoldPoint>& holds) const = 0;
-  /// Bounds at most `allowed` apart, besides rounding, unless the clock runs out.
-  virtual PairDistance measure(const ToolBody& body, const RigidPose& X_WB, Scalar allowed,
-                               WorkClock& clock, PairMemory& kept) const = 0;
+  /// Bounds as close as wished, besides rounding, unless the clock runs out.
+  virtual PairDistance measure(const ToolBody& body, const RigidPose& X_WB,
+                               const DistanceWish& wish, WorkClock& clock,
+                               PairMemory& kept) const = 0;
   /// Bounds for a pose where the body is not, only supposed to be.
   virtual PairDistance measure_at(const ToolBody& body, const RigidPose& X_WB,
                                   PairMemory& kept) const = 0;

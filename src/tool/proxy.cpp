@@ -241,7 +241,7 @@ PairImpact Proxy::ask(PairState& pair, const BodyMotion& motion, WorkClock& cloc
 
 // A pair that is nearer than its target already must come no nearer.
 void Proxy::ease_target(PairState& pair, WorkClock& clock, TickStatistics& work) {
-  measure(pair, 0, clock, work);
+  measure(pair, {}, clock, work);
   if (clock.cutoff()) return;
   const Scalar lower = pair.distance.lower;
   pair.is_overlapping = !(lower > 0);
@@ -299,22 +299,44 @@ Proxy::Proof Proxy::prove(const ToolMotion& motion, Scalar duration, WorkClock& 
 
 // --- distances ------------------------------------------------------------------------------------
 
-void Proxy::measure(PairState& pair, Scalar allowed, WorkClock& clock, TickStatistics& work) {
+void Proxy::measure(PairState& pair, const DistanceWish& wish, WorkClock& clock,
+                    TickStatistics& work) {
   ++work.distance_queries;
   const PairDistance found = obstacles_[pair.obstacle]->measure(
-      bodies_[pair.body], body_pose(pair.body), allowed, clock, pair.kept);
+      bodies_[pair.body], body_pose(pair.body), wish, clock, pair.kept);
   if (!clock.cutoff()) pair.distance = found;
 }
 
+// The clearance is that of the nearest body: others only have to be proven farther away.
 void Proxy::measure(WorkClock& clock, TickStatistics& work) {
-  for (PairState& pair : pairs_) {
-    const Scalar lower = pair.distance.lower;
-    const Scalar margin = obstacles_[pair.obstacle]->margin;
+  for (std::size_t number = 0; number < obstacles_.size(); ++number) {
+    const auto is_other = [&](const PairState& pair) { return pair.obstacle != number; };
+    PairDistance least;
+    least.lower = kInfinity;
+    for (const PairState& pair : pairs_) {
+      if (is_other(pair)) continue;
+      least.lower = std::min(least.lower, pair.distance.lower);
+      least.upper = std::min(least.upper, pair.distance.upper);
+    }
+    const Scalar margin = obstacles_[number]->margin;
     const Scalar allowed =
-        options_.clearance_tolerance * std::min(lower, std::abs(lower - margin)) +
+        options_.clearance_tolerance * std::min(least.lower, std::abs(least.lower - margin)) +
         kVagueShare * options_.standoff;
-    if (pair.distance.upper - lower <= allowed) continue;
-    measure(pair, kMeasuredShare * allowed, clock, work);
+    if (least.upper - least.lower <= allowed) continue;
+    const Scalar tight = kMeasuredShare * allowed;
+    // The nearest first, so that what it leaves of the others' work is little.
+    const auto measure_if = [&](const auto& is_chosen) {
+      for (PairState& pair : pairs_) {
+        if (is_other(pair) || clock.cutoff() || !is_chosen(pair)) continue;
+        measure(pair, {least.upper, tight}, clock, work);
+        least.upper = std::min(least.upper, pair.distance.upper);
+      }
+    };
+    const Scalar nearest = least.upper;
+    measure_if([&](const PairState& pair) { return !(pair.distance.upper > nearest); });
+    measure_if([&](const PairState& pair) {
+      return pair.distance.upper > least.upper && pair.distance.lower < least.upper - tight;
+    });
     if (clock.cutoff()) return;
   }
 }

@@ -56,7 +56,7 @@ class Proxy {
   /// stays where it is, as long as tissue lets it.
   FollowReport follow(const std::optional<ToolPose>& goal, Scalar dt, WorkClock& clock,
                       TickStatistics& work);
-  /// Measures again the distances whose bounds have become loose.
+  /// Measures again the clearances whose bounds have become loose.
   void measure(WorkClock& clock, TickStatistics& work);
 
  private:
@@ -87,7 +87,7 @@ class Proxy {
               FollowReport& report);
   PairImpact ask(PairState& pair, const BodyMotion& motion, WorkClock& clock, TickStatistics& work);
   void ease_target(PairState& pair, WorkClock& clock, TickStatistics& work);
-  void measure(PairState& pair, Scalar allowed, WorkClock& clock, TickStatistics& work);
+  void measure(PairState& pair, const DistanceWish& wish, WorkClock& clock, TickStatistics& work);
   void commit(const ToolMotion& motion, Scalar t);
   Scalar piece_time(Scalar remaining) const;
   bool is_at(const ToolPose& goal) const;

@@ -41,8 +41,8 @@ void Proxy::gather_holds(const ToolStep& wish, const Piece& piece, WorkClock& cl
   for (PairState& pair : pairs_) {
     const Obstacle& obstacle = *obstacles_[pair.obstacle];
     if (!obstacle.is_hard() || pair.is_overlapping) continue;
-    const Scalar moved = likely_step(bodies_[pair.body], motion, piece.duration) +
-                         obstacle.speed() * piece.duration;
+    const Scalar moved =
+        likely_step(bodies_[pair.body], motion, piece.duration) + obstacle.speed() * piece.duration;
     const Scalar reach = obstacle.margin + (1 + kReach) * options_.standoff +
                          std::min(moved, kMostReach * options_.standoff);
     if (pair.distance.lower > reach) continue;

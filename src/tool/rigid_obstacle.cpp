@@ -15,7 +15,7 @@ class RigidObstacle final : public Obstacle {
   void add_holds(const ToolBody& body, const RigidPose& X_WB, Scalar reach, WorkClock& clock,
                  PairMemory& kept, QueryMemory& memory,
                  std::vector<HoldPoint>& holds) const override;
-  PairDistance measure(const ToolBody& body, const RigidPose& X_WB, Scalar allowed,
+  PairDistance measure(const ToolBody& body, const RigidPose& X_WB, const DistanceWish& wish,
                        WorkClock& clock, PairMemory& kept) const override;
   PairDistance measure_at(const ToolBody& body, const RigidPose& X_WB,
                           PairMemory& kept) const override;
@@ -68,8 +68,9 @@ void RigidObstacle::add_holds(const ToolBody& body, const RigidPose& X_WB, Scala
   }
 }
 
-PairDistance RigidObstacle::measure(const ToolBody& body, const RigidPose& X_WB, Scalar /*allowed*/,
-                                    WorkClock& clock, PairMemory& kept) const {
+PairDistance RigidObstacle::measure(const ToolBody& body, const RigidPose& X_WB,
+                                    const DistanceWish& /*wish*/, WorkClock& clock,
+                                    PairMemory& kept) const {
   if (clock.is_over()) return {};
   return measure_at(body, X_WB, kept);
 }

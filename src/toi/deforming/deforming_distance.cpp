@@ -72,8 +72,7 @@ void find_near_pairs(const DeformingMesh& a, Scalar s, const TriangleMesh& b, co
                "find_near_pairs: max_distance must be finite and >= 0, not ", max_distance);
   pairs.clear();
   const StandingPair sides(a, s, b, X_WB);
-  DeformingTraversal<RigidSide> traversal(sides.a, sides.b, sides.noise, max_distance,
-                                          cache.stack);
+  DeformingTraversal<RigidSide> traversal(sides.a, sides.b, sides.noise, max_distance, cache.stack);
   traversal.for_each_leaf_pair(
       [&](const PieceDistance& piece, std::int32_t leaf_a, std::int32_t leaf_b) {
         if (piece.lower <= max_distance) {

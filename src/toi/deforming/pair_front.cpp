@@ -23,8 +23,7 @@ Scalar box_gap(const StandingPair& sides, std::int32_t a, std::int32_t b, const 
 }
 
 Scalar triangle_gap(const StandingPair& sides, std::int32_t a, std::int32_t b, const Vector3& n_W) {
-  return -sides.b.triangle_reach(b, -n_W) - largest_along(sides.a.triangle_W(a), n_W) -
-         sides.noise;
+  return -sides.b.triangle_reach(b, -n_W) - largest_along(sides.a.triangle_W(a), n_W) - sides.noise;
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
@@ -39,12 +40,13 @@ class DYOP_EXPORT PairFront {
   template <typename IsOver, typename Visit>
   bool refine(const StandingPair& sides, Scalar reach, const IsOver& is_over, const Visit& visit);
 
-  /// Searches for the nearest pair until lower() is at most `allowed` below its distance.
+  /// Searches for the nearest pair until lower() is at most `allowed` below its distance, or below
+  /// `farthest`.
   /// @param best Replaced by a pair of triangles and its distance; its upper bound always holds.
   /// @return Whether it went through.
   template <typename IsOver>
-  bool find_nearest(const StandingPair& sides, Scalar allowed, const IsOver& is_over,
-                    BoxPairStack& stack, PieceDistance& best);
+  bool find_nearest(const StandingPair& sides, Scalar farthest, Scalar allowed,
+                    const IsOver& is_over, BoxPairStack& stack, PieceDistance& best);
   /// The leaves of the pair that find_nearest() found.
   const BoxPair& nearest() const { return nearest_; }
 
@@ -103,16 +105,17 @@ bool PairFront::refine(const StandingPair& sides, Scalar reach, const IsOver& is
 }
 
 template <typename IsOver>
-bool PairFront::find_nearest(const StandingPair& sides, Scalar allowed, const IsOver& is_over,
-                             BoxPairStack& stack, PieceDistance& best) {
+bool PairFront::find_nearest(const StandingPair& sides, Scalar farthest, Scalar allowed,
+                             const IsOver& is_over, BoxPairStack& stack, PieceDistance& best) {
   best = first_nearest(sides, stack);
-  return refine(sides, best.upper - allowed, is_over,
+  const auto reach = [&] { return std::min(best.upper, farthest) - allowed; };
+  return refine(sides, reach(), is_over,
                 [&](const PieceDistance& piece, std::int32_t a, std::int32_t b) {
                   if (piece.upper < best.upper) {
                     best = piece;
                     nearest_ = {0, a, b};
                   }
-                  return best.upper - allowed;
+                  return reach();
                 });
 }
 

@@ -16,7 +16,6 @@ namespace dyop::internal {
 /// Two rigid sides, for BestFirstSearch. The frame of pieces is A's.
 class RigidPair {
  public:
-
   RigidPair(const Shape& a, const Motion& X_WA, const Shape& b, const Motion& X_WB,
             const TimeInterval& interval, const ImpactBand& band);
 
