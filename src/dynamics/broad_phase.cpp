@@ -66,24 +66,27 @@ std::vector<std::pair<std::int32_t, std::int32_t>> BroadPhase::find_pairs(
     const std::vector<bool>& may_move) {
   const Eigen::Index axis = sweep_axis();
   sort_along(axis);
-  std::vector<std::pair<std::int32_t, std::int32_t>> pairs;
-  struct Open {  // a box that the sweep has entered and not left
+  struct Entry {
     AlignedBox box;
     std::int32_t number;
     bool may_move;
   };
-  std::vector<Open> open;
+  std::vector<Entry> entries;  // side by side, in the order of the sweep
+  entries.reserve(order_.size());
   for (const std::int32_t number : order_) {
-    const AlignedBox& box = boxes_[index_of(number)];
-    const bool moves = may_move[index_of(number)];
-    const Scalar low = box.min()[axis];
-    std::erase_if(open, [&](const Open& other) { return other.box.max()[axis] < low; });
-    for (const Open& other : open) {
-      if ((moves || other.may_move) && box.intersects(other.box)) {
-        pairs.emplace_back(std::min(number, other.number), std::max(number, other.number));
+    entries.push_back({boxes_[index_of(number)], number, may_move[index_of(number)]});
+  }
+  std::vector<std::pair<std::int32_t, std::int32_t>> pairs;
+  for (std::size_t i = 0; i < entries.size(); ++i) {
+    const Entry& a = entries[i];
+    const Scalar end = a.box.max()[axis];
+    for (std::size_t k = i + 1; k < entries.size(); ++k) {
+      const Entry& b = entries[k];
+      if (b.box.min()[axis] > end) break;
+      if ((a.may_move || b.may_move) && a.box.intersects(b.box)) {
+        pairs.emplace_back(std::min(a.number, b.number), std::max(a.number, b.number));
       }
     }
-    open.push_back({box, number, moves});
   }
   std::sort(pairs.begin(), pairs.end());
   return pairs;

@@ -183,7 +183,7 @@ class RandomWorld {
       case 1:
         return std::make_shared<Sphere>(r);
       case 2:
-        return std::make_shared<Capsule>(r / 2, r * number(0.3, 1));
+        return std::make_shared<Capsule>(r / 3, r * number(0.2, 0.7));
       case 3: {
         std::vector<Vector3> points(12);
         for (Vector3& p : points) p = r * random_direction(random_);
@@ -216,7 +216,7 @@ class RandomWorld {
     body.name = "body " + std::to_string(i);
     body.shape = make_shape();
     body.mass_properties = body.shape->compute_mass_properties(number(100, 5000));
-    const Vector3 place(1.3 * (i % 3) - 1.3, 1.3 * (i / 3 % 3) - 1.3, 2.6 + 1.2 * (i / 9));
+    const Vector3 place(1.4 * (i % 3) - 1.4, 1.4 * (i / 3 % 3) - 1.4, 2.6 + 1.4 * (i / 9));
     body.initial.X_WB = RigidPose(random_rotation(random_).toRotationMatrix(), scale_ * place);
     body.initial.twist = {random_vector(scale_ * number(0, 3), random_),
                           random_vector(number(0, 8), random_)};

@@ -19,7 +19,7 @@ class WorldStep {
 
  private:
   void find_candidates();
-  AlignedBox predicted_box(const BodyRecord& body) const;
+  AlignedBox predicted_box(const BodyRecord& body);
   AlignedBox box_around(const BodyRecord& body, const RigidPose& X_WB, Scalar way) const;
   AlignedBox box_of(const BodyRecord& body, const BodyMove& move) const;
   AlignedBox box_of(const BodyRecord& body, const BodyMove& move, const TwistBound& bound) const;
@@ -44,6 +44,7 @@ class WorldStep {
   StepContext context_;
   std::vector<AlignedBox> boxes_;        // by slot
   std::vector<Scalar> own_targets_;      // by slot: the largest target given for a pair
+  std::vector<Scalar> expected_way_;     // by slot: how far boxes_ let a body go; -1: not known
   std::vector<bool> may_move_;           // by slot
   bool has_moving_ = false;              // one of them
   std::vector<PairKey> touching_;        // pairs in contact at the start

@@ -11,7 +11,7 @@
 namespace dyop::internal {
 
 // A box expected to hold the body over the whole step; checked afterwards.
-AlignedBox WorldStep::predicted_box(const BodyRecord& body) const {
+AlignedBox WorldStep::predicted_box(const BodyRecord& body) {
   const TimeInterval interval{context_.t, context_.t_end};
   if (body.definition.kind == BodyKind::Kinematic) {
     return box_of(body, motion_move(body, body.definition.motion, context_.t));
@@ -21,6 +21,7 @@ AlignedBox WorldStep::predicted_box(const BodyRecord& body) const {
   const Scalar way = h * (body.state.v_W.norm() + body.angular_velocity().norm() * body.radius +
                           h * world_.gravity_W.norm());
   // With a margin, so that contact pushes do not leave it.
+  expected_way_[body.id.slot] = 1.25 * way;
   return box_around(body, body.X_WB(), 1.25 * way);
 }
 
@@ -63,6 +64,7 @@ void WorldStep::find_candidates() {
   const std::size_t count = world_.bodies.size();
   boxes_.resize(count);  // boxes of earlier rounds of this step stay included
   may_move_.assign(count, false);
+  expected_way_.assign(count, -1);
   own_targets_.assign(count, 0);
   for (const auto& [key, value] : world_.pair_target) {
     own_targets_[key.a] = std::max(own_targets_[key.a], value);
@@ -122,11 +124,14 @@ bool WorldStep::find_new_candidates() {
     for (std::size_t k = 0; k < islands_[i].bodies.size(); ++k) {
       const std::uint32_t slot = islands_[i].bodies[k];
       if (moves_[slot].is_rest) continue;
-      // A bound over a longer time is enough if it keeps the body in its box.
+      // A bound over a longer time is enough if the body moves no farther than expected.
       const Track& track = outcomes_[i].tracks[k];
       if (track.flight && track.pieces.size() == 1) {
         const auto known = track.flight->known_bound(context_.t, context_.t_end);
-        if (known && boxes_[slot].contains(box_of(world_.bodies[slot], moves_[slot], *known))) {
+        const Scalar radius = world_.bodies[slot].definition.shape->bounding_radius();
+        const Scalar h = context_.t_end - context_.t;
+        if (known &&
+            h * (known->linear_speed + known->angular_speed * radius) <= expected_way_[slot]) {
           continue;
         }
       }
