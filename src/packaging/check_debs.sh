@@ -1,14 +1,18 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: BSD-3-Clause
-# Unpacks the packages of a folder into a scratch root and uses what is in them: the command, its
-# manual page and completion, a program built with pkg-config, one with find_package, and one in C.
+# Asks apt whether the packages of a folder can be installed, unpacks them into a scratch root and uses
+# what is in them: the command, its manual page and completion, a program built with pkg-config, one with
+# find_package, one in C, and a query from Python.
 # Usage: bash src/packaging/check_debs.sh FOLDER_OF_DEBS
 set -euo pipefail
-[ $# -eq 1 ] || { sed -n '5s/^# //p' "$0" >&2; exit 2; }
+[ $# -eq 1 ] || { sed -n '6s/^# //p' "$0" >&2; exit 2; }
 root=$(cd "$(dirname "$0")/../.." && pwd)
 scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
-for deb in "$1"/*.deb; do
+debs=$(cd "$1" && pwd)
+echo "apt"
+apt-get install --simulate --no-install-recommends "$debs"/*.deb | grep '^Inst.*dyop'
+for deb in "$debs"/*.deb; do
   dpkg-deb --extract "$deb" "$scratch"
 done
 libraries=$(dirname "$(find "$scratch" -name 'libdyop.so.*' | head -1)")
@@ -43,7 +47,7 @@ cmake --build "$scratch/build" > /dev/null
 
 if [ -d "$scratch/usr/lib/python3/dist-packages/dyop" ]; then
   echo "Python"
-  (cd / && PYTHONPATH=$scratch/usr/lib/python3/dist-packages /usr/bin/python3 -c "import dyop; print(dyop.__file__)")
+  (cd / && PYTHONPATH=$scratch/usr/lib/python3/dist-packages /usr/bin/python3 "$root/examples/python/01_two_spheres.py")
 fi
 [ -f "$scratch/usr/share/doc/dyop/concepts.md" ]
 echo "packages: all is well"

@@ -16,6 +16,7 @@ void bind_toi(pybind11::module_& m);
 void bind_batches(pybind11::module_& m);
 void bind_deforming(pybind11::module_& m);
 void bind_obstacles(pybind11::module_& m);
+void bind_chain(pybind11::module_& m);
 void bind_contacts(pybind11::module_& m);
 void bind_bodies(pybind11::module_& m);
 void bind_reports(pybind11::module_& m);

@@ -3,10 +3,13 @@
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
+#include <tbb/task_arena.h>
 
 #include <atomic>
+#include <chrono>
 #include <numeric>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "dyop/core/batch_options.h"
@@ -21,7 +24,14 @@ using testing::message_of;
 // The machine may have fewer threads than a test asks for.
 class BatchRun : public ::testing::Test {
  protected:
+  template <typename Item>
+  void run_batch(std::size_t count, const BatchOptions& options, const Item& item) {
+    arena_.execute([&] { internal::run_batch(count, options, item); });
+  }
+
+ private:
   tbb::global_control threads_{tbb::global_control::max_allowed_parallelism, 8};
+  tbb::task_arena arena_{8};
 };
 using BatchRunDeterminism = BatchRun;
 
@@ -126,8 +136,34 @@ TEST_F(BatchRun, LeavesOtherExceptionsAsTheyAre) {
 }
 
 TEST_F(BatchRun, RefusesANegativeNumberOfThreads) {
-  const auto run = [] { run_batch(5, with_threads(-2), [](std::size_t, std::size_t) {}); };
+  const auto run = [&] { run_batch(5, with_threads(-2), [](std::size_t, std::size_t) {}); };
   EXPECT_NE(message_of(run).find("thread_count must be >= 0, not -2"), std::string::npos);
+}
+
+// Whether two items of a batch were under way together within a time that no machine needs.
+bool runs_two_items_at_once() {
+  std::atomic<int> under_way{0};
+  std::atomic<bool> met{false};
+  run_batch(2, with_threads(2), [&](std::size_t, std::size_t) {
+    ++under_way;
+    const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+    while (!met && std::chrono::steady_clock::now() < end) {
+      if (under_way == 2) met = true;
+      std::this_thread::yield();
+    }
+    --under_way;
+  });
+  return met;
+}
+
+// An arena of its own for each batch gave the first batch alone a second thread.
+TEST(BatchRunThreads, EveryBatchHasThem) {
+  if (batch_worker_count(2, with_threads(2)) < 2) {
+    GTEST_SKIP() << "runs on machines with two processors or more";
+  }
+  for (int batch = 0; batch < 20; ++batch) {
+    ASSERT_TRUE(runs_two_items_at_once()) << "batch " << batch;
+  }
 }
 
 }  // namespace

@@ -43,7 +43,7 @@ BY_NAME = {
 }
 ARRAYS = (
     "vertices triangles points points_W array begin end next_end control_points v_WB w_WB a b "
-    "position quaternion interval"
+    "position quaternion interval waypoints velocities controls q"
 ).split()
 BATCH = {
     "a": "Union[Shape, Sequence[Shape]]",

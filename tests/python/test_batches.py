@@ -140,6 +140,24 @@ def test_other_threads_run_while_a_batch_does():
     assert len(counted) > 3
 
 
+def test_batches_of_several_threads_do_not_disturb_one_another(generator):
+    mesh = dyop.TriangleMesh(*uv_sphere(12, 16))
+    motions = flights(generator, 200)
+    alone = dyop.time_of_impact_batch(mesh, REST, mesh, motions, (0, 3), thread_count=1)
+    same = []
+
+    def run():
+        rows = dyop.time_of_impact_batch(mesh, REST, mesh, motions, (0, 3), thread_count=2)
+        same.append(rows.tobytes() == alone.tobytes())
+
+    threads = [threading.Thread(target=run) for _ in range(40)]  # more than have a place at once
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert same == [True] * 40
+
+
 def test_bad_batches_are_refused_with_the_index(generator):
     motions = list(flights(generator, 3))
     short = dyop.InterpolatedMotion((0, 1), np.eye(4), np.eye(4))

@@ -1,8 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A thousand rounds of making and dropping everything leave nothing behind.
-
-On one thread: what the allocator of oneTBB keeps for its threads is not the binding's.
-"""
+"""A thousand rounds of making and dropping everything leave nothing behind."""
 
 import gc
 import pickle
@@ -36,7 +33,7 @@ def batches():
     poses = (np.tile([1.0, 0, 0, 0], (20, 1)), np.full((20, 3), 4.0))
     motions = dyop.constant_twist_motions(poses, -np.ones((20, 3)), np.ones((20, 3)))
     rows = dyop.time_of_impact_batch(
-        mesh, dyop.RestMotion(), mesh, motions, progress=lambda done, total: None, thread_count=1
+        mesh, dyop.RestMotion(), mesh, motions, progress=lambda done, total: None, thread_count=2
     )
     return motions[3], rows
 
@@ -49,7 +46,7 @@ def functions_and_errors():
         lambda interval: (1, 0, 0, 0),
     )
     wall = dyop.RestMotion(((1, 0, 0, 0), (3, 0, 0)))
-    dyop.time_of_impact_batch(dyop.Sphere(1), [motion] * 4, dyop.Sphere(1), wall, thread_count=1)
+    dyop.time_of_impact_batch(dyop.Sphere(1), [motion] * 4, dyop.Sphere(1), wall, thread_count=2)
     for bad in (lambda: dyop.Sphere(-1), lambda: dyop.RestMotion("here"), lambda: motion.pose("x")):
         with pytest.raises((dyop.InvalidArgument, TypeError)):
             bad()
@@ -57,12 +54,17 @@ def functions_and_errors():
 
 def worlds():
     data = bytes(100_000)
-    world = dyop.World(dyop.WorldOptions(gravity_W=(0, 0, -9.81), max_step=0.05, thread_count=1))
+    world = dyop.World(dyop.WorldOptions(gravity_W=(0, 0, -9.81), max_step=0.05, thread_count=2))
     shape = dyop.TriangleMesh(VERTICES, TRIANGLES)
     body = world.add_body(
         name="ball", shape=shape, mass_properties=shape.compute_mass_properties(1), user_data=data,
         wrench=lambda t, state: ((len(data), 0, 0), (0, 0, 0)),
     )
+    apart = dyop.MotionState(X_WB=((1, 0, 0, 0), (9, 0, 0)))
+    world.add_body(
+        name="other", shape=shape, mass_properties=shape.compute_mass_properties(1), initial=apart
+    )  # two to step: two threads
+    world.add_spring(a=body, b=world.bodies()[1], stiffness=1)
     kept = world.snapshot()
     report = world.advance(0.1)
     world.restore(kept)

@@ -1,8 +1,14 @@
 # SPDX-License-Identifier: BSD-3-Clause
+import os
+import signal
+import threading
+import time
+
 import numpy as np
 import pytest
 
 import dyop
+from conftest import uv_sphere
 
 
 def at(x, y=0.0, z=0.0):
@@ -65,3 +71,31 @@ def test_an_exception_of_a_filter_comes_out(wall_of_balls):
 
     with pytest.raises(LookupError):
         wall_of_balls[0].nearest(dyop.Sphere(1), np.eye(4), accepts=fail)
+
+
+def test_obstacles_are_what_was_added(wall_of_balls):
+    obstacles, ids = wall_of_balls
+    kept = obstacles.obstacle(ids[2])
+    assert kept.shape.radius == 1 and kept.groups == 2 and not kept.is_solid
+    np.testing.assert_array_equal(kept.X_WO.pose(0).translation, [15, 0, 0])
+    with pytest.raises(dyop.InvalidArgument):
+        obstacles.obstacle(10**6)
+
+
+@pytest.mark.parametrize("query", ["first_impact", "least_distance"])
+def test_ctrl_c_ends_a_long_query(query):
+    # A ball of triangles spins within a shell of them: hours of work.
+    vertices, triangles = uv_sphere(60, 80)
+    ball = dyop.TriangleMesh(vertices, triangles)
+    obstacles = dyop.ObstacleSet()
+    obstacles.add(dyop.TriangleMesh(1.1 * vertices, triangles), at(0))
+    spin = dyop.ConstantTwistMotion(at(0), ((0, 0, 0), (300, 200, 100)))
+    options = dyop.ToiOptions() if query == "first_impact" else dyop.LeastDistanceOptions()
+    options.max_node_pairs = 10**12
+    threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT)).start()
+    before = time.monotonic()
+    with pytest.raises(KeyboardInterrupt):
+        getattr(obstacles, query)(ball, spin, (0, 1000), options)
+    assert time.monotonic() - before < 60
+    assert len(obstacles) == 1
+    obstacles.add(ball, at(9))  # nobody reads it any more

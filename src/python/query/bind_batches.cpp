@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <tbb/info.h>
+#include <tbb/task_arena.h>
+
 #include <memory>
 #include <optional>
 #include <string>
@@ -32,6 +35,21 @@ py::dtype row_type(const std::string& fields) {
   if (std::size_t(type.itemsize()) != sizeof(Row)) throw InternalError("a row has another size");
   return type;
 }
+
+using Arena = std::shared_ptr<tbb::task_arena>;
+
+// Threads for batches. Each batch is run by a thread of its own (glue/interrupt.h), and oneTBB 2021.8
+// neither frees what such a thread used nor lets another have its workers: one arena serves all.
+Arena make_arena() {
+  constexpr int kCallers = 32;  // at once; more wait for one another
+  return std::make_shared<tbb::task_arena>(tbb::info::default_concurrency() + kCallers,
+                                           unsigned(kCallers + 1));
+}
+
+struct BatchKind {
+  py::dtype row;
+  Arena arena;
+};
 
 struct RowTypes {
   py::dtype toi = row_type<ToiRow>(std::string("('t_safe','f8'),('t_hit','f8'),") + kWitnessFields +
@@ -125,15 +143,15 @@ py::array output_of(const py::object& out, const py::dtype& type, std::size_t si
 
 // What is the same for all batches: runs, and turns results into rows.
 template <typename Row, typename Result, typename Run>
-py::array run_rows(const py::dtype& type, std::size_t size, const BatchOptions& given,
+py::array run_rows(const BatchKind& kind, std::size_t size, const BatchOptions& given,
                    const py::object& out, const Run& run) {
-  py::array rows = output_of<Row>(out, type, size);
+  py::array rows = output_of<Row>(out, kind.row, size);
   std::vector<Result> results(size);
   auto* row = static_cast<Row*>(rows.mutable_data());
   BatchOptions options = given;
   run_interruptible(given.stop, [&](const std::stop_token& stop) {
     options.stop = stop;
-    run(std::span<Result>(results), options);
+    kind.arena->execute([&] { run(std::span<Result>(results), options); });
     for (std::size_t i = 0; i < size; ++i) fill_row(row[i], results[i]);
   });
   return rows;
@@ -156,7 +174,7 @@ struct ToiBatchInput {
   ItemList<TimeInterval> intervals;
 };
 
-py::array toi_batch(const py::dtype& type, const ToiBatchInput& input, const ToiOptions& options,
+py::array toi_batch(const BatchKind& kind, const ToiBatchInput& input, const ToiOptions& options,
                     const BatchOptions& batch, const py::object& out) {
   DYOP_REQUIRE(!options.with_contacts,
                "with_contacts gives lists of contacts, which an array of rows cannot hold: call "
@@ -176,10 +194,10 @@ py::array toi_batch(const py::dtype& type, const ToiBatchInput& input, const Toi
     }
     time_of_impact_batch(queries, results, used);
   };
-  return run_rows<ToiRow, ToiResult>(type, size.get(), batch, out, run);
+  return run_rows<ToiRow, ToiResult>(kind, size.get(), batch, out, run);
 }
 
-py::array distance_batch_rows(const py::dtype& type, const ItemList<ShapePointer>& a,
+py::array distance_batch_rows(const BatchKind& kind, const ItemList<ShapePointer>& a,
                               const PoseList& X_WA, const ItemList<ShapePointer>& b,
                               const PoseList& X_WB, const DistanceOptions& options,
                               const BatchOptions& batch, const py::object& out) {
@@ -196,7 +214,7 @@ py::array distance_batch_rows(const py::dtype& type, const ItemList<ShapePointer
     }
     distance_batch(queries, results, used);
   };
-  return run_rows<DistanceRow, DistanceResult>(type, size.get(), batch, out, run);
+  return run_rows<DistanceRow, DistanceResult>(kind, size.get(), batch, out, run);
 }
 
 // Motions of one class, stored together and shared one by one.
@@ -264,10 +282,10 @@ constexpr const char* kBatchDoc =
     "are NaN, missing indices -1; status holds the integers of the enum. progress(done, total) is\n"
     "called at most ten times a second. Ctrl-C ends the batch.";
 
-void bind_toi_batch(py::module_& m, const std::shared_ptr<RowTypes>& types) {
+void bind_toi_batch(py::module_& m, const RowTypes& types, const Arena& arena) {
   m.def(
       "time_of_impact_batch",
-      [type = types->toi](
+      [kind = BatchKind{types.toi, arena}](
           const py::object& a, const py::object& X_WA, const py::object& b, const py::object& X_WB,
           const py::object& interval, const PythonToiOptions* options, int thread_count,
           const py::object& progress, const std::stop_source* stop, const py::object& out) {
@@ -275,7 +293,7 @@ void bind_toi_batch(py::module_& m, const std::shared_ptr<RowTypes>& types) {
                                   items_of<MotionPointer>(X_WA, "X_WA"),
                                   items_of<ShapePointer>(b, "b"),
                                   items_of<MotionPointer>(X_WB, "X_WB"), intervals_of(interval)};
-        return toi_batch(type, input, options_or_default(options),
+        return toi_batch(kind, input, options_or_default(options),
                          batch_options(thread_count, stop, progress), out);
       },
       py::arg("a"), py::arg("X_WA"), py::arg("b"), py::arg("X_WB"),
@@ -285,14 +303,14 @@ void bind_toi_batch(py::module_& m, const std::shared_ptr<RowTypes>& types) {
       (std::string("Many time_of_impact() queries on several threads. ") + kBatchDoc).c_str());
 }
 
-void bind_distance_batches(py::module_& m, const std::shared_ptr<RowTypes>& types) {
+void bind_distance_batches(py::module_& m, const RowTypes& types, const Arena& arena) {
   m.def(
       "distance_batch",
-      [type = types->distance](const py::object& a, const py::object& X_WA, const py::object& b,
-                               const py::object& X_WB, const DistanceOptions* options,
-                               int thread_count, const py::object& progress,
-                               const std::stop_source* stop, const py::object& out) {
-        return distance_batch_rows(type, items_of<ShapePointer>(a, "a"), poses_of(X_WA, "X_WA"),
+      [kind = BatchKind{types.distance, arena}](
+          const py::object& a, const py::object& X_WA, const py::object& b, const py::object& X_WB,
+          const DistanceOptions* options, int thread_count, const py::object& progress,
+          const std::stop_source* stop, const py::object& out) {
+        return distance_batch_rows(kind, items_of<ShapePointer>(a, "a"), poses_of(X_WA, "X_WA"),
                                    items_of<ShapePointer>(b, "b"), poses_of(X_WB, "X_WB"),
                                    options != nullptr ? *options : DistanceOptions(),
                                    batch_options(thread_count, stop, progress), out);
@@ -303,17 +321,17 @@ void bind_distance_batches(py::module_& m, const std::shared_ptr<RowTypes>& type
       (std::string("Many distance() queries on several threads. ") + kBatchDoc).c_str());
   m.def(
       "point_distance_batch",
-      [type = types->point](const Shape& shape, const PoseArgument& X_WS, const py::object& points,
-                            const PointDistanceOptions* options, int thread_count,
-                            const py::object& progress, const std::stop_source* stop,
-                            const py::object& copy, const py::object& out) {
+      [kind = BatchKind{types.point, arena}](
+          const Shape& shape, const PoseArgument& X_WS, const py::object& points,
+          const PointDistanceOptions* options, int thread_count, const py::object& progress,
+          const std::stop_source* stop, const py::object& copy, const py::object& out) {
         const auto rows = rows_of(points, 3, "points_W", copy_rule_of(copy));
         const PointDistanceOptions used = options != nullptr ? *options : PointDistanceOptions();
         const auto run = [&](std::span<PointDistance> results, const BatchOptions& batch) {
           point_distance_batch(shape, X_WS.X, points_in(rows), results, used, batch);
         };
         return run_rows<PointRow, PointDistance>(
-            type, points_in(rows).size(), batch_options(thread_count, stop, progress), out, run);
+            kind, points_in(rows).size(), batch_options(thread_count, stop, progress), out, run);
       },
       py::arg("shape"), py::arg("X_WS"), py::arg("points_W"), py::arg("options") = py::none(),
       py::kw_only(), py::arg("thread_count") = 0, py::arg("progress") = py::none(),
@@ -328,12 +346,13 @@ void bind_distance_batches(py::module_& m, const std::shared_ptr<RowTypes>& type
 
 void bind_batches(py::module_& m) {
   bind_motion_arrays(m);
-  const auto types = std::make_shared<RowTypes>();
-  bind_toi_batch(m, types);
-  bind_distance_batches(m, types);
-  m.attr("toi_row") = types->toi;
-  m.attr("distance_row") = types->distance;
-  m.attr("point_row") = types->point;
+  const RowTypes types;
+  const Arena arena = make_arena();
+  bind_toi_batch(m, types, arena);
+  bind_distance_batches(m, types, arena);
+  m.attr("toi_row") = types.toi;
+  m.attr("distance_row") = types.distance;
+  m.attr("point_row") = types.point;
 }
 
 }  // namespace dyop::python

@@ -1,67 +1,25 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <functional>
 #include <memory>
 
-#include "dyop/core/error.h"
 #include "dyop/motion/rest_motion.h"
-#include "dyop/toi/obstacle_set.h"
 #include "python/bindings.h"
-#include "python/glue/callback.h"
-#include "python/glue/interrupt.h"
+#include "python/query/python_obstacles.h"
 #include "python/query/query_options.h"
+#include "python/query/toi_slices.h"
 
 namespace dyop::python {
 namespace {
 
 using Id = std::uint64_t;
 
-// Queries run without the interpreter's lock: the set must not change meanwhile.
-struct SharedObstacleSet {
-  ObstacleSet set;
-  int readers = 0;  // under the lock
-
-  ObstacleSet& change() {
-    DYOP_REQUIRE(readers == 0, "the obstacle set is being read by ", readers, " queries");
-    return set;
-  }
-  template <typename Query>
-  auto read(const Query& query) {
-    struct Guard {
-      int& readers;
-      explicit Guard(int& count) : readers(count) { ++readers; }
-      ~Guard() { --readers; }
-    };
-    const Guard guard(readers);
-    return query(static_cast<const ObstacleSet&>(set));
-  }
-};
-
-ObstacleFilter make_filter(std::uint32_t groups, const py::object& accepts) {
-  ObstacleFilter filter;
-  filter.groups = groups;
-  if (!accepts.is_none()) {
-    filter.accepts = [call = BoolFunction{SharedObject(accepts)}](ObstacleId id) {
-      return call(Id(id));
-    };
-  }
-  return filter;
-}
-
-// Ids are plain integers in Python.
-template <typename T>
-Field id_field() {
-  return {"obstacle",
-          [](const void* r, py::handle) {
-            const auto& id = static_cast<const T*>(r)->obstacle;
-            return id ? py::object(py::int_(Id(*id))) : py::object(py::none());
-          },
-          [](void* r, py::handle value) {
-            auto& id = static_cast<T*>(r)->obstacle;
-            id.reset();
-            if (!value.is_none()) id = ObstacleId(value.cast<Id>());
-          }};
-}
-
 void bind_obstacle_results(py::module_& m) {
+  Record<Obstacle>(m, "Obstacle", "A shape in the world, at rest or on a motion.")
+      .field<&Obstacle::shape>("shape", "Optional[Shape]: in its frame O")
+      .field<&Obstacle::X_WO>("X_WO", "Optional[Motion]: a RestMotion for one at rest")
+      .field<&Obstacle::groups>("groups", "int: bit set; queries select by it")
+      .field<&Obstacle::is_solid>("is_solid", "bool: a closed mesh is a solid")
+      .finish();
   constexpr const char* kIdDoc = "Optional[int]: the obstacle that the result refers to";
   Record<ObstacleImpact>(m, "ObstacleImpact", "Result of ObstacleSet.first_impact().")
       .field<&ObstacleImpact::toi>("toi", "ToiResult: A is the body, B the obstacle")
@@ -112,6 +70,12 @@ void bind_obstacle_changes(SetClass& type) {
           "remove", [](SharedObstacleSet& self, Id id) { self.change().remove(ObstacleId(id)); },
           py::arg("id"), "Takes the obstacle away.")
       .def(
+          "obstacle",
+          [](const SharedObstacleSet& self, Id id) {
+            return Obstacle(self.set.obstacle(ObstacleId(id)));
+          },
+          py::arg("id"), "The obstacle of an id.")
+      .def(
           "__contains__",
           [](const SharedObstacleSet& self, Id id) { return self.set.contains(ObstacleId(id)); },
           py::arg("id"))
@@ -135,8 +99,10 @@ void bind_obstacle_queries(SetClass& type) {
             const ToiOptions used = options_or_default(options);
             const ObstacleFilter filter = make_filter(groups, accepts);
             return self.read([&](const ObstacleSet& set) {
-              const py::gil_scoped_release unlocked;
-              return set.first_impact(body, X_WB, interval.interval, used, filter);
+              const auto ask = [&](const ToiOptions& limited) {
+                return set.first_impact(body, X_WB, interval.interval, limited, filter);
+              };
+              return answer_or_start_over(used, ask, std::mem_fn(&ObstacleImpact::toi));
             });
           },
           py::arg("body"), py::arg("X_WB"), py::arg("interval"), py::arg("options") = py::none(),

@@ -100,19 +100,20 @@ void bind_toi_options(py::module_& m) {
         py::arg("radius_b"), "The tolerance of a query that names none, length.");
 }
 
+// Pointers are within optionals because pybind11 takes None for a pointer in a second attempt only.
 ToiResult ask_toi(const ShapePointer& a, const MotionPointer& X_WA, const ShapePointer& b,
                   const MotionPointer& X_WB, const IntervalArgument& interval,
-                  const PythonToiOptions* options, PythonWorkspace* given) {
+                  std::optional<PythonToiOptions*> options, std::optional<PythonWorkspace*> given) {
   std::optional<PythonWorkspace> own;
-  PythonWorkspace& kept = given != nullptr ? *given : own.emplace();
-  if (given != nullptr) kept.held = {a, X_WA, b, X_WB};
+  PythonWorkspace& kept = given ? **given : own.emplace();
+  if (given) kept.held = {a, X_WA, b, X_WB};
   const auto resume = [&](const ToiOptions& slice) {
     return resume_time_of_impact(*a, *X_WA, *b, *X_WB, interval.interval, slice, kept.workspace);
   };
   const auto start = [&](const ToiOptions& slice) {
     return time_of_impact(*a, *X_WA, *b, *X_WB, interval.interval, slice, kept.workspace);
   };
-  return answer_in_slices(options_or_default(options), start, resume);
+  return answer_in_slices(options_or_default(options.value_or(nullptr)), start, resume);
 }
 
 void bind_toi_query(py::module_& m) {

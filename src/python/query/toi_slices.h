@@ -8,6 +8,7 @@
 
 #include "dyop/toi/time_of_impact.h"
 #include "python/glue/arguments.h"
+#include "python/glue/interrupt.h"
 
 namespace dyop::python {
 
@@ -16,6 +17,8 @@ struct PythonWorkspace {
   ToiWorkspace workspace;
   std::vector<std::shared_ptr<const void>> held;
 };
+
+inline constexpr std::int64_t kSlice = 50'000;  // node pairs: some ten milliseconds
 
 /// Adds the work of a further slice of a query.
 inline void add_work(ToiStatistics& sum, const ToiStatistics& slice) {
@@ -30,7 +33,6 @@ inline void add_work(ToiStatistics& sum, const ToiStatistics& slice) {
 /// @param first  Starts the query under other options; `resume` goes on with it.
 template <typename First, typename Resume>
 ToiResult answer_in_slices(const ToiOptions& options, const First& first, const Resume& resume) {
-  constexpr std::int64_t kSlice = 50'000;  // node pairs: some ten milliseconds
   const py::gil_scoped_release unlocked;
   ToiOptions slice = options;
   slice.max_node_pairs = std::min(options.max_node_pairs, kSlice);
@@ -51,6 +53,29 @@ ToiResult answer_in_slices(const ToiOptions& options, const First& first, const 
     add_work(work, result.statistics);
   }
   result.statistics = work;
+  return result;
+}
+
+/// Answers a query that cannot be resumed: within a slice of its budget in the calling thread, and
+/// if that is not enough once more with all of it, while Ctrl-C is served. The result is the one of
+/// the whole budget at once.
+/// @param toi_of The ToiResult within a result.
+template <typename Ask, typename ToiOf>
+auto answer_or_start_over(ToiOptions options, const Ask& ask, const ToiOf& toi_of) {
+  const std::int64_t budget = options.max_node_pairs;
+  options.max_node_pairs = std::min(budget, kSlice);
+  auto result = [&] {
+    const py::gil_scoped_release unlocked;
+    return ask(options);
+  }();
+  const bool is_late = options.deadline && std::chrono::steady_clock::now() >= *options.deadline;
+  const bool is_undecided = toi_of(result).status == ToiStatus::BudgetExhausted;
+  if (budget <= kSlice || is_late || !is_undecided) return result;
+  options.max_node_pairs = budget;
+  run_interruptible(options.stop, [&](const std::stop_token& stop) {
+    options.stop = stop;
+    result = ask(options);
+  });
   return result;
 }
 

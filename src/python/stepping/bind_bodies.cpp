@@ -1,11 +1,23 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "dyop/dynamics/joint.h"
 #include "dyop/dynamics/rigid_body.h"
+#include "dyop/dynamics/spring.h"
 #include "python/bindings.h"
 #include "python/stepping/world_functions.h"
 
 namespace dyop::python {
 namespace {
+
+// An id that is a number in order of creation.
+template <typename Id>
+void bind_number(py::module_& m, const std::string& name, const char* doc) {
+  py::class_<Id>(m, name.c_str(), doc)
+      .def_readonly("number", &Id::number, "int: in order of creation")
+      .def("__eq__", [](const Id& a, const Id& b) { return a == b; })
+      .def("__hash__", [](const Id& id) { return std::hash<std::uint64_t>{}(id.number); })
+      .def("__repr__",
+           [name](const Id& id) { return name + "(" + std::to_string(id.number) + ")"; });
+}
 
 void bind_ids(py::module_& m) {
   py::class_<BodyId>(m, "BodyId", "Names a body of one World; refused once the body is gone.")
@@ -29,12 +41,8 @@ void bind_ids(py::module_& m) {
                         return BodyId(state[0].cast<std::uint32_t>(),
                                       state[1].cast<std::uint32_t>());
                       }));
-  py::class_<JointId>(m, "JointId", "Names a joint of one World; never used again.")
-      .def_readonly("number", &JointId::number, "int: in order of creation")
-      .def("__eq__", [](const JointId& a, const JointId& b) { return a == b; })
-      .def("__hash__", [](const JointId& id) { return std::hash<std::uint64_t>{}(id.number); })
-      .def("__repr__",
-           [](const JointId& id) { return "JointId(" + std::to_string(id.number) + ")"; });
+  bind_number<JointId>(m, "JointId", "Names a joint of one World; never used again.");
+  bind_number<SpringId>(m, "SpringId", "Names a spring of one World; never used again.");
 }
 
 void bind_body_parts(py::module_& m) {
@@ -49,6 +57,12 @@ void bind_body_parts(py::module_& m) {
   Record<LockedAxes>(m, "LockedAxes", "Degrees of freedom that are locked, by world axis.")
       .option<&LockedAxes::translation>("translation", "list[bool]: three, of the centre of mass")
       .option<&LockedAxes::rotation>("rotation", "list[bool]: three, about it")
+      .finish();
+  Record<Material>(m, "Material", "Friction and restitution; see BodyDefinition.")
+      .option<&Material::restitution>("restitution", "float: in [0, 1]")
+      .option<&Material::friction>("friction", "float: >= 0")
+      .option<&Material::rolling_friction>("rolling_friction", "float: length, >= 0")
+      .option<&Material::torsional_friction>("torsional_friction", "float: length, >= 0")
       .finish();
 }
 
@@ -117,6 +131,22 @@ void bind_joint(py::module_& m) {
       .finish();
 }
 
+void bind_spring(py::module_& m) {
+  using Spring = SpringDefinition;
+  Record<Spring>(
+      m, "SpringDefinition",
+      "Spring and damper between a point of A and one of B; handed to World.add_spring().")
+      .option<&Spring::name>("name", "str: for messages")
+      .option<&Spring::a>("a", "BodyId: A")
+      .option<&Spring::b>("b", "BodyId: B")
+      .option<&Spring::p_AP>("p_AP", "numpy.ndarray: (3,) point of A, in the frame of A")
+      .option<&Spring::p_BQ>("p_BQ", "numpy.ndarray: (3,) point of B, in the frame of B")
+      .option<&Spring::rest_length>("rest_length", "Optional[float]: None: the current distance")
+      .option<&Spring::stiffness>("stiffness", "float: force per length, >= 0")
+      .option<&Spring::damping>("damping", "float: force per speed, >= 0; not both zero")
+      .finish();
+}
+
 }  // namespace
 
 void bind_bodies(py::module_& m) {
@@ -124,6 +154,7 @@ void bind_bodies(py::module_& m) {
   bind_body_parts(m);
   bind_body(m);
   bind_joint(m);
+  bind_spring(m);
 }
 
 }  // namespace dyop::python

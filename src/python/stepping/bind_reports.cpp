@@ -42,10 +42,20 @@ void bind_statistics(py::module_& m) {
       .field<&Work::contacts>("contacts", "int: largest number at once")
       .field<&Work::unconverged>("unconverged", "int: contact solves above their tolerance")
       .field<&Work::residual>("residual", "float: the largest, length per time")
+      .field<&Work::shortest_gap>("shortest_gap", "float: of a contact at the end of a step")
       .field<&Work::pairs_by_bound>("pairs_by_bound", "int: proven apart by a bound")
       .field<&Work::pairs_by_query>("pairs_by_query", "int: proven apart by a query")
       .field<&Work::pairs_at_rest>("pairs_at_rest", "int: neither moved")
       .field<&Work::pairs_excused>("pairs_excused", "int: not proven, see too_near")
+      .finish();
+  using Times = StepTimes;
+  Record<Times>(m, "StepTimes", "Seconds that the parts of an advance took; sums over threads.")
+      .field<&Times::broad_phase>("broad_phase", "float: finding pairs that may meet")
+      .field<&Times::flight>("flight", "float: integrating bodies that nothing touches")
+      .field<&Times::contacts>("contacts", "float: finding contacts")
+      .field<&Times::solve>("solve", "float: solving for impulses")
+      .field<&Times::proofs>("proofs", "float: distance and impact queries")
+      .field<&Times::total>("total", "float: from start to end")
       .finish();
   Record<IntegratorStatistics>(m, "IntegratorStatistics", "Work of the integrators.")
       .field<&IntegratorStatistics::steps>("steps", "int: accepted")
@@ -86,6 +96,7 @@ void bind_advance_report(py::module_& m) {
       .field<&Report::integrator>("integrator", "IntegratorStatistics: sums")
       .field<&Report::toi>("toi", "ToiStatistics: sums over all queries")
       .field<&Report::work>("work", "StepStatistics: sums")
+      .field<&Report::times>("times", "StepTimes: under WorldOptions.measures_time")
       .finish();
 }
 

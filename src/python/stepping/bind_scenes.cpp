@@ -63,6 +63,9 @@ void bind_scene(py::module_& m) {
           "joints", [](const PythonScene& s) { return s.scene.joints; },
           "list[JointDefinition]: all")
       .def_property_readonly(
+          "springs", [](const PythonScene& s) { return s.scene.springs; },
+          "list[SpringDefinition]: all")
+      .def_property_readonly(
           "end_time", [](const PythonScene& s) { return s.scene.end_time; }, "float: > 0")
       .def_property_readonly(
           "step", [](const PythonScene& s) { return s.scene.step; }, "float: of an advance, > 0")

@@ -44,9 +44,13 @@ void bind_world_options(py::module_& m) {
       .option<&O::sleep_steps>("sleep_steps", "int: after so many slow steps; 0: never")
       .option<&O::separation_speed>("separation_speed",
                                     "Optional[float]: largest, of bodies that began too near")
+      .custom(function_field<O, &O::friction_law, ScalarFunction>("friction_law"),
+              "Optional[Callable[[BodyId, BodyId, NDArray[Any]], float]]: coefficient of a pair "
+              "that slides with a velocity (3,), B relative to A")
       .option<&O::solver>("solver", "ContactSolverOptions: budgets")
       .option<&O::max_node_pairs>("max_node_pairs", "int: per time-of-impact query")
       .option<&O::records_motions>("records_motions", "bool: fills AdvanceReport.steps")
+      .option<&O::measures_time>("measures_time", "bool: fills AdvanceReport.times")
       .custom(function_field<O, &O::on_step, StepFunction>("on_step"),
               "Optional[Callable[[float], object]]: called with t after each committed step; must "
               "not change the World")
@@ -99,6 +103,25 @@ void bind_building(WorldClass& type) {
           py::arg("id"), py::arg("motor"), "Another speed or strength.");
 }
 
+void bind_springs(WorldClass& type) {
+  type.def(
+          "add_spring",
+          [](PythonWorld& self, const py::object& definition, const py::kwargs& fields) {
+            return self.change().add_spring(definition_of<SpringDefinition>(definition, fields));
+          },
+          py::arg("definition") = py::none(),
+          "Acts between two bodies from now on: a SpringDefinition, or its fields as keywords.")
+      .def(
+          "remove_spring", [](PythonWorld& w, const SpringId& id) { w.change().remove_spring(id); },
+          py::arg("id"), "It acts no longer.")
+      .def(
+          "spring", [](PythonWorld& w, const SpringId& id) { return w.read().spring(id); },
+          py::arg("id"), "The spring's definition, a copy.")
+      .def(
+          "spring_energy", [](PythonWorld& w) { return w.read().spring_energy(); },
+          "Stored in all springs now.");
+}
+
 void bind_setters(WorldClass& type) {
   type.def(
           "set_enabled",
@@ -112,6 +135,20 @@ void bind_setters(WorldClass& type) {
             w.change().set_motion(id, motion);
           },
           py::arg("id"), py::arg("motion"), "Of a kinematic body, from now on.")
+      .def(
+          "set_next_pose",
+          [](PythonWorld& w, const BodyId& id, const PoseArgument& X_WB, Scalar t) {
+            w.change().set_next_pose(id, X_WB.X, t);
+          },
+          py::arg("id"), py::arg("X_WB"), py::arg("t"),
+          "Moves a kinematic body to a pose until the time t > time(); it rests there then.")
+      .def(
+          "set_material",
+          [](PythonWorld& w, const BodyId& id, const Material& material) {
+            w.change().set_material(id, material);
+          },
+          py::arg("id"), py::arg("material"),
+          "Friction and restitution from now on; wakes what the body touches.")
       .def(
           "set_state",
           [](PythonWorld& w, const BodyId& id, const StateArgument& state) {
@@ -198,19 +235,24 @@ void bind_world(py::module_& m) {
   WorldClass type(m, "World",
                   "Rigid bodies stepped through time without ever passing through one another.");
   bind_building(type);
+  bind_springs(type);
   bind_setters(type);
   bind_getters(type);
   type.def(
           "advance",
-          [](PythonWorld& self, Scalar dt, const std::stop_source* stop,
-             const py::object& deadline) {
-            std::optional<std::chrono::steady_clock::time_point> until;
-            if (!deadline.is_none()) until = deadline_of(deadline);
-            return self.advance(dt, stop != nullptr ? stop->get_token() : std::stop_token(), until);
+          [](PythonWorld& self, Scalar dt, const std::stop_source* stop, const py::object& deadline,
+             const std::optional<std::int64_t>& max_steps) {
+            AdvanceLimits limits;
+            if (stop != nullptr) limits.stop = stop->get_token();
+            if (!deadline.is_none()) limits.deadline = deadline_of(deadline);
+            if (max_steps) limits.max_steps = *max_steps;
+            return self.advance(dt, limits);
           },
           py::arg("dt"), py::arg("stop") = py::none(), py::arg("deadline") = py::none(),
+          py::arg("max_steps") = py::none(),
           "Advances by dt > 0, or less: see AdvanceStatus. deadline: seconds of time.monotonic(),\n"
-          "looked at between steps. Ctrl-C ends it after the committed step.")
+          "checked within steps too. max_steps: committed steps, > 0. Ctrl-C ends it after the\n"
+          "committed step.")
       .def(
           "snapshot", [](PythonWorld& w) { return w.change().snapshot(); },
           "Everything that decides what the World will do.")

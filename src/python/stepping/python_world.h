@@ -5,6 +5,7 @@
 #include <memory>
 #include <stop_token>
 #include <thread>
+#include <utility>
 
 #include "dyop/core/error.h"
 #include "dyop/dynamics/world.h"
@@ -72,13 +73,12 @@ class PythonWorld {
     DYOP_REQUIRE(!is_advancing_, "the World cannot be changed while it is being advanced");
     return world_;
   }
-  AdvanceReport advance(Scalar dt, const std::stop_token& stop,
-                        const std::optional<std::chrono::steady_clock::time_point>& deadline) {
+  AdvanceReport advance(Scalar dt, AdvanceLimits limits) {
     World& world = change();
     const Guard guard(*this);
     AdvanceReport report;
     {
-      const AdvanceLimits limits{watch_->begin(), deadline};
+      const std::stop_token stop = std::exchange(limits.stop, watch_->begin());
       const std::stop_callback forward(stop, [this] { watch_->request_stop(); });
       const py::gil_scoped_release unlocked;
       report = world.advance(dt, limits);
