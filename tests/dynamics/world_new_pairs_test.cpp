@@ -13,7 +13,7 @@ using namespace testing;
 
 constexpr Scalar kRadius = 0.1;
 constexpr Scalar kTouching = 2 * kRadius + 1e-4;  // centres of balls within each other's reach
-constexpr Scalar kStep = 0.01;
+constexpr Scalar kArrivalStep = 0.01;
 
 BodyDefinition elastic_ball(const std::string& name, const Vector3& p,
                             const Vector3& v = Vector3::Zero()) {
@@ -47,7 +47,7 @@ TEST(WorldNewPairs, OfAnIslandThatIsKeptAreProvenWhileOthersMeet) {
   // Two others meet in the same step, so that islands are planned again.
   const BodyId left = world.add_body(elastic_ball("left", {0, 10, 0}, {20, 0, 0}));
   const BodyId right = world.add_body(elastic_ball("right", {0.5, 10, 0}, {-20, 0, 0}));
-  const AdvanceReport report = world.advance(kStep);
+  const AdvanceReport report = world.advance(kArrivalStep);
   EXPECT_EQ(report.status, AdvanceStatus::Completed);
   EXPECT_GT(world.state(thrown).X_WB.translation().x(), 0.25);
   EXPECT_LT(world.state(left).twist.v_WB.x(), -19);
@@ -64,13 +64,13 @@ TEST(WorldNewPairs, OfABodyThatWokeInThisStepAreFound) {
   constexpr Scalar kWall = 0.4;
   world.add_body(wall_at(kWall));
   const BodyId ball = world.add_body(elastic_ball("ball", {-8, 0, lying}));
-  for (int k = 0; k < 100 && !world.is_asleep(sleeper); ++k) world.advance(kStep);
+  for (int k = 0; k < 100 && !world.is_asleep(sleeper); ++k) world.advance(kArrivalStep);
   ASSERT_TRUE(world.is_asleep(sleeper));
   MotionState state = world.state(ball);
   state.X_WB = RigidPose(Vector3(-kTouching, 0, lying));
   state.twist.v_WB = Vector3(60, 0, 0);
   world.set_state(ball, state);
-  world.advance(kStep);
+  world.advance(kArrivalStep);
   EXPECT_FALSE(world.is_asleep(sleeper));
   EXPECT_LT(world.state(sleeper).X_WB.translation().x(), kWall - kRadius);
 }
