@@ -4,7 +4,7 @@
 # of figures in OUT/figures.md; for the paper's 90 tests their tables and figures.
 # Usage: bash examples/gallery.sh [OUT [NAME...]]     OUT: build/gallery
 # Environment: DYOP, the command (default build/release/dyop). Bunnies: Debian's glmark2-data. Pictures:
-# chromium; without it the pages are written all the same.
+# chromium and ffmpeg (bash .ci/install.sh page); without them the pages are written all the same.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 out=${1:-build/gallery}
@@ -40,11 +40,13 @@ make_one() {
   "$dyop" simulate "$scene" --out "$out/$name" --record "$out/$name.h5" --no-progress --json --threads 1 \
     --mesh-path /usr/share/glmark2/models > "$out/$name.result.json"
   "$dyop" view "$out/$name.h5" -o "$out/$name.html" > /dev/null
-  if command -v chromium >/dev/null; then
+  if command -v chromium >/dev/null && command -v ffmpeg >/dev/null; then
     "$dyop" export "$out/$name.h5" --frames "$out/$name.frames" --from "$time" --to "$time" \
       --width 640 --height 400 --link "$link" > /dev/null
-    mv "$out/$name.frames/frame-00000.png" "$out/$name.png"
-    rmdir "$out/$name.frames"
+    # 256 colours are enough for a page of the docs.
+    ffmpeg -y -loglevel error -i "$out/$name.frames/frame-00000.png" -frames:v 1 \
+      -vf 'split[a][b];[a]palettegen=reserve_transparent=0[p];[b][p]paletteuse=dither=none' "$out/$name.png"
+    rm -r "$out/$name.frames"
   fi
   python3 - "$out" "$name" >> "$rows" <<'ROW'
 import json, os, sys

@@ -2,11 +2,13 @@
 
 // Checks a recording of `dyop simulate` (text, or HDF5 if it ends in .h5) against CGAL: recording_check SCENE RECORDING [times
 // between]. At the recorded times, and so many more between every two of them (default 4), no two
-// bodies may intersect. Meshes are looked for as by the dyop command, see DYOP_MESH_PATH. The exit
+// bodies may intersect. If it ends in .poses.json it holds what was drawn instead (tests/view/drawn_poses.mjs). Meshes are looked for as by the dyop command, see DYOP_MESH_PATH. The exit
 // code is 1 if anything is wrong, 2 if the files cannot be used.
 
 #include <cstdio>
 #include <cstdlib>
+#include <fstream>
+#include <nlohmann/json.hpp>
 
 #include "dyop/core/error.h"
 #include "support/inputs/models.h"
@@ -17,7 +19,21 @@ namespace {
 using dyop::testing::check_recording;
 using dyop::testing::RecordingReport;
 
+// {"times": [...], "poses": [for each time, for each body: p 3, quaternion x y z w]}.
+RecordingReport check_drawn(const dyop::Scene& scene, const std::filesystem::path& file) {
+  std::ifstream in(file);
+  const nlohmann::json drawn = nlohmann::json::parse(in);
+  const auto times = drawn.at("times").get<std::vector<dyop::Scalar>>();
+  const auto rows = drawn.at("poses").get<std::vector<std::vector<dyop::Scalar>>>();
+  return dyop::testing::check_poses(scene, times, [&](dyop::BodyId body, std::size_t time) {
+    const dyop::Scalar* row = rows.at(time).data() + 7 * body.slot;
+    return dyop::RigidPose(dyop::Quaternion(row[6], row[3], row[4], row[5]).normalized(),
+                           dyop::Vector3(row[0], row[1], row[2]));
+  });
+}
+
 RecordingReport check(const dyop::Scene& scene, const std::filesystem::path& file, int between) {
+  if (file.string().ends_with(".poses.json")) return check_drawn(scene, file);
 #ifdef DYOP_HAS_RECORDING
   if (file.extension() == ".h5") {
     return check_recording(scene, dyop::RecordingReader(file), between);

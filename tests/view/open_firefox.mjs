@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Opens a page in headless Firefox: it must become ready, play, and say nothing on its console.
-// Usage: DYOP_PAGE_MODULES=... node open_firefox.mjs FIREFOX PAGE.html [PICTURE.png]
+// Opens a page in Firefox: it must become ready, play, and say nothing on its console. Firefox without
+// a window offers no WebGL where there is no graphics card, so it gets a window on a screen that
+// nobody sees. By hand (Debian: firefox-esr libgl1-mesa-dri libegl1 xvfb xauth):
+//   DYOP_PAGE_MODULES=build/npm/node_modules xvfb-run -a -s '-screen 0 1280x800x24' \
+//     node tests/view/open_firefox.mjs /usr/bin/firefox-esr PAGE.html [PICTURE.png]
 import {createRequire} from 'node:module';
 import path from 'node:path';
 import {pathToFileURL} from 'node:url';
@@ -11,7 +14,7 @@ const require = createRequire(path.join(path.resolve(process.env.DYOP_PAGE_MODUL
 const browser = await require('puppeteer-core').launch({
   browser: 'firefox',
   executablePath: firefox,
-  headless: true,
+  headless: false,
   timeout: kLongest,
   protocolTimeout: kLongest,
   extraPrefsFirefox: {'webgl.force-enabled': true, 'webgl.disable-fail-if-major-performance-caveat': true},

@@ -11,7 +11,8 @@ const kGround = {light: 0xc3c9d2, dark: 0x4a515c};
 const kFixed = {light: 0xd9dbe0, dark: 0x838c99};
 const kGiven = {light: 0x7a828e, dark: 0xa7afbb};
 const kManners = ['solid', 'ghost', 'wire'];
-const kShadowTriangles = 150000;
+// More are drawn without shadows and smooth edges: without a graphics card, and with one.
+const kMostTriangles = {software: 60000, hardware: 2000000};
 const kMostSightLines = 40;
 const kMostWallTriangles = 5000;
 const kNearest = 2e-4;  // of the size: nearer, single precision would show
@@ -31,11 +32,26 @@ export function bodyColor(body, theme, out = new THREE.Color()) {
   return out.set(kHues[body.number % kHues.length]);
 }
 
+function rendering() {
+  const gl = document.createElement('canvas').getContext('webgl2');
+  const name = gl.getExtension('WEBGL_debug_renderer_info')?.UNMASKED_RENDERER_WEBGL ?? gl.RENDERER;
+  const isSoftware = /swiftshader|llvmpipe|software/i.test(gl.getParameter(name));
+  gl.getExtension('WEBGL_lose_context')?.loseContext();
+  return isSoftware ? 'software' : 'hardware';
+}
+
+// A page without controls is a picture, or a frame of a film: it may take its time.
+function isPicture() {
+  return new URLSearchParams(location.hash.slice(1)).get('bare') === '1';
+}
+
 export class Stage {
   constructor(canvas, run) {
     this.run = run;
     this.canvas = canvas;
-    this.renderer = new THREE.WebGLRenderer({canvas, antialias: true, preserveDrawingBuffer: true});
+    this.triangles = run.bodies.reduce((sum, {shape}) => sum + run.surfaces[shape].indices.length / 3, 0);
+    this.isFine = this.triangles < kMostTriangles[rendering()] || isPicture();
+    this.renderer = new THREE.WebGLRenderer({canvas, antialias: this.isFine, preserveDrawingBuffer: true});
     this.scene = new THREE.Scene();
     this.camera = new THREE.PerspectiveCamera(40, 1, 0.01, 1000);
     this.manner = new Uint8Array(run.bodies.length);  // 0 solid, 1 ghost, 2 wire, 3 hidden
@@ -53,9 +69,7 @@ export class Stage {
   #addShapes() {
     const counts = this.run.surfaces.map(() => 0);
     for (const body of this.run.bodies) body.place = counts[body.shape]++;
-    let triangles = 0;
     this.shapes = this.run.surfaces.map((surface, number) => {
-      triangles += counts[number] * surface.indices.length / 3;
       const geometry = cornerNormals(surface);
       geometry.computeBoundingBox();
       geometry.computeBoundingSphere();
@@ -79,13 +93,12 @@ export class Stage {
       });
       return {geometry, meshes};
     });
-    this.triangles = triangles;
   }
 
   #addLight() {
     this.scene.add(new THREE.HemisphereLight(0xffffff, 0x9a9a9a, 1.5));
     this.sun = new THREE.DirectionalLight(0xffffff, 1.9);
-    this.sun.castShadow = this.renderer.shadowMap.enabled = this.triangles < kShadowTriangles;
+    this.sun.castShadow = this.renderer.shadowMap.enabled = this.isFine;
     this.sun.shadow.mapSize.set(2048, 2048);
     this.sun.shadow.radius = 4;
     // A weak light at the camera, so that no side that is seen is black.

@@ -173,6 +173,17 @@ RecordingReport check_recording(const Scene& scene, const RunRecording& recordin
   return check_view(scene, view, recording.bodies.size(), times_between);
 }
 
+RecordingReport check_poses(const Scene& scene, const std::vector<Scalar>& times,
+                            const std::function<RigidPose(BodyId body, std::size_t time)>& pose) {
+  DYOP_REQUIRE(times.size() >= 2, "two times are needed, not ", times.size());
+  RunView view{scene.source, true, times.back(), {times}, {}};
+  view.pose = [&](std::size_t, BodyId body, Scalar t) {
+    const auto place = std::lower_bound(times.begin(), times.end(), t) - times.begin();
+    return pose(body, std::size_t(place));
+  };
+  return check_view(scene, view, scene.bodies.size(), 0);
+}
+
 #ifdef DYOP_HAS_RECORDING
 RecordingReport check_recording(const Scene& scene, const RecordingReader& recording,
                                 int times_between) {

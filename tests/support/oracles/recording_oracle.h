@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -34,6 +35,11 @@ struct RecordingReport {
 /// @param scene The scene that was run: its shapes, and the pairs that are not examined.
 RecordingReport check_recording(const Scene& scene, const RunRecording& recording,
                                 int times_between);
+
+/// The same for poses from elsewhere, such as what a page or a glTF file draws: at each of `times`,
+/// which start with 0 and increase.
+RecordingReport check_poses(const Scene& scene, const std::vector<Scalar>& times,
+                            const std::function<RigidPose(BodyId body, std::size_t time)>& pose);
 
 #ifdef DYOP_HAS_RECORDING
 /// The same for a recording in HDF5: every committed step at its ends and at `times_between` times
