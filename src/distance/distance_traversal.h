@@ -16,6 +16,9 @@ namespace dyop::internal {
 using BoxPair = DistanceCache::BoxPair;
 using BoxPairStack = std::vector<BoxPair>;
 
+/// Where a traversal of whole trees starts.
+inline constexpr BoxPair kRootPair{0, ShapeTree::kRoot, ShapeTree::kRoot};
+
 /// Depth-first branch and bound over pairs of tree boxes, nearest child first.
 class DistanceTraversal {
  public:

@@ -44,12 +44,13 @@ Box::Box(const Vector3& half_extents)
 
 SupportPoint Box::core_support(const Vector3& direction) const {
   // Signs are random, so no branches on them.
-  SupportPoint support{half_extents_, 0};
+  Vector3 corner;
+  std::int32_t vertex = 0;
   for (int k = 0; k < 3; ++k) {
-    support.point[k] = std::copysign(half_extents_[k], direction[k]);
-    support.vertex |= static_cast<std::int32_t>(!std::signbit(direction[k])) << k;
+    corner[k] = std::copysign(half_extents_[k], direction[k]);
+    vertex |= static_cast<std::int32_t>(!std::signbit(direction[k])) << k;
   }
-  return support;
+  return {corner, vertex};
 }
 
 MassProperties Box::compute_mass_properties(Scalar density) const {

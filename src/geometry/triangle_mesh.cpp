@@ -137,6 +137,11 @@ Matrix3 corner_products(const Triangle& p) {
          sum * sum.transpose();
 }
 
+// Out of line, so that data() is inlined.
+[[noreturn]] void refuse_moved_from() {
+  throw InvalidArgument("this TriangleMesh was moved from and holds no triangles");
+}
+
 }  // namespace
 
 struct TriangleMesh::Data {
@@ -211,9 +216,8 @@ TriangleMesh TriangleMesh::from_arrays(StridedRows<float> vertices,
 }
 
 const TriangleMesh::Data& TriangleMesh::data() const {
-  if (!data_) [[unlikely]] {
-    throw InvalidArgument("this TriangleMesh was moved from and holds no triangles");
-  }
+  if (!data_) [[unlikely]]
+    refuse_moved_from();
   return *data_;
 }
 

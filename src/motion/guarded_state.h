@@ -46,13 +46,22 @@ inline bool is_finite(const MotionState& state) {
 /// Throws InvalidArgument that tells what is wrong with an unsound state.
 [[noreturn]] void refuse(const MotionState& state, Scalar t, const char* what);
 
+/// guarded_state() of a motion that is not trusted, but for the test for finite numbers.
+MotionState checked_state(const Motion& motion, Scalar t, const char* what);
+
 /// The only gate through which poses and twists of motions enter the engine.
 ///
-/// @param is_trusted The motion's Motion::is_trusted(): rotations are not checked.
+/// @param is_trusted The motion's Motion::is_trusted(): only finite numbers are asked for.
 /// @param what       Names the motion in messages, such as "the motion of A".
 /// @throws InvalidArgument with the time and the value if the pose is not finite or not a rotation,
 ///         or the twist is not finite; if the motion itself throws one, prefixed with the time.
-MotionState guarded_state(const Motion& motion, bool is_trusted, Scalar t, const char* what);
+inline MotionState guarded_state(const Motion& motion, bool is_trusted, Scalar t,
+                                 const char* what) {
+  MotionState state = is_trusted ? motion.state(t) : checked_state(motion, t, what);
+  if (!is_finite(state)) [[unlikely]]
+    refuse(state, t, what);
+  return state;
+}
 
 /// The same for a pose alone.
 RigidPose guarded_pose(const Motion& motion, Scalar t, const char* what);

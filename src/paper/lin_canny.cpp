@@ -163,9 +163,9 @@ std::pair<Place, Place> start_of(const HullBody& body_a, const HullBody& body_b,
     return {cache->a, cache->b};
   }
   const Vector3 direction = X_AB * b.core_center() - a.core_center();
-  return {
-      internal::vertex_place(a.core_support(direction).vertex),
-      internal::vertex_place(b.core_support(-(X_AB.rotation().transpose() * direction)).vertex)};
+  return {internal::vertex_place(a.core_support(direction).vertex.value()),
+          internal::vertex_place(
+              b.core_support(-(X_AB.rotation().transpose() * direction)).vertex.value())};
 }
 
 // The bounds proven by the end of the walk, rounded as docs/algorithms/gjk.md derives.

@@ -9,9 +9,9 @@ scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
 python=$(sed -n 's/^_\?Python_EXECUTABLE:[A-Z]*=//p' "$build/CMakeCache.txt" | head -n 1)
 python=${python:-/usr/bin/python3}
-cmake --install "$build" --component python --prefix "$scratch/root" >/dev/null
+cmake --install "$build" --component python --prefix "$scratch/tree" >/dev/null
 mkdir -p "$scratch/wheel" "$out"
-mv "$scratch/root/lib/python3/dist-packages/dyop" "$scratch/wheel/dyop"
+mv "$scratch/tree/lib/python3/dist-packages/dyop" "$scratch/wheel/dyop"
 strip --strip-unneeded "$scratch"/wheel/dyop/_dyop*.so
 version=$(sed -n 's/^CMAKE_PROJECT_VERSION:STATIC=//p' "$build/CMakeCache.txt")
 tag=$("$python" -c 'import sys, sysconfig

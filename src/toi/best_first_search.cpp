@@ -21,7 +21,8 @@ ToiResult BestFirstSearch<Pair>::run() {
   memory_.has_resting_pair = false;
   memory_.is_seeking_nearer = false;
   if (const auto p_W = pair_.enclosed_point(options_)) return finish_enclosed(*p_W);
-  push(pair_.first_time(), Pair::kRoot, Pair::kRoot);
+  const Scalar time = pair_.first_time();
+  for (const BoxPair& first : pair_.first_pairs()) push(time, first.a, first.b);
   return search();
 }
 

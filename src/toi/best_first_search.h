@@ -18,6 +18,7 @@ namespace dyop::internal {
 ///
 ///     set_time, time, noise            where the sides are; rounding allowance of a gap
 ///     first_time                       a time proven safe before any box is examined, or infinity
+///     first_pairs                      what it starts with
 ///     is_leaf_pair, fetch_parts, may_stand_still    of a pair in the queue
 ///     open, advance                    safe steps of the parts of a pair of boxes, or of itself
 ///     measure, leaf_step               distance and safe step of two leaves

@@ -4,6 +4,7 @@
 #include "dyop/core/error.h"
 #include "toi/best_first_search.h"
 #include "toi/deforming/deforming_pair.h"
+#include "toi/deforming/listed_impact.h"
 #include "toi/toi_check.h"
 #include "toi/toi_memory.h"
 
@@ -41,12 +42,13 @@ void require_span(const DeformingSpan& span) {
 template <typename SideB>
 ToiResult run_search(const DeformingMesh& a, SideB& side_b, const TimeInterval& interval,
                      const ToiOptions& options, Scalar radius_b, internal::ToiMemory& memory,
-                     Start start, const DeformingSpan& span = {}) {
+                     Start start, const DeformingSpan& span = {},
+                     std::span<const internal::BoxPair> first = {&internal::kRootPair, 1}) {
   using Pair = internal::DeformingPair<SideB>;
   const internal::ImpactBand band(options.target_distance,
                                   internal::tolerance_of(options, radius_of(a), radius_b));
   DeformingSide side_a(a, interval, span);
-  Pair pair(side_a, side_b, interval, band);
+  Pair pair(side_a, side_b, interval, band, first);
   internal::BestFirstSearch<Pair> search(pair, interval, options, band, memory);
   return start == Start::Fresh ? search.run() : search.resume();
 }
@@ -126,16 +128,24 @@ ToiResult resume_time_of_impact(const DeformingMesh& a, const TriangleMesh& b, c
 ToiResult time_of_impact(const DeformingMesh& a, const DeformingSpan& span, const TriangleMesh& b,
                          const Motion& X_WB, const TimeInterval& interval,
                          const ToiOptions& options, ToiWorkspace& workspace) {
-  const internal::WorkspaceUse use(workspace);
+  return internal::time_of_listed_impact(a, span, b, X_WB, interval, options, workspace,
+                                         {&internal::kRootPair, 1});
+}
+
+ToiResult internal::time_of_listed_impact(const DeformingMesh& a, const DeformingSpan& span,
+                                          const TriangleMesh& b, const Motion& X_WB,
+                                          const TimeInterval& interval, const ToiOptions& options,
+                                          ToiWorkspace& workspace, std::span<const BoxPair> pairs) {
+  const WorkspaceUse use(workspace);
   require_valid(interval, options);
   require_triangles(a, "A");
-  require_defined(X_WB, interval, internal::kMotionOfB);
+  require_defined(X_WB, interval, kMotionOfB);
   require_span(span);
   use.memory().subject = {};
   use.memory().is_unfinished = false;
   RigidSide side_b(b, X_WB, interval);
   ToiResult result = run_search(a, side_b, interval, options, b.bounding_radius(), use.memory(),
-                                Start::Fresh, span);
+                                Start::Fresh, span, pairs);
   use.memory().is_unfinished = false;
   return result;
 }

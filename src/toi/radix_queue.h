@@ -40,7 +40,8 @@ class RadixQueue {
     for (std::vector<QueuedPair>& bucket : buckets_) bucket.reserve(count);
   }
 
-  void push(const QueuedPair& pair) {
+  // Up to eight per pair of boxes; calls cost 2 % of a query.
+  [[gnu::always_inline]] void push(const QueuedPair& pair) {
     DYOP_ASSERT(pair.time == pair.time, pair.a, ' ', pair.b);
     const std::uint64_t key = key_of(pair.time);
     add(key < last_ ? last_ : key, pair);
@@ -66,7 +67,7 @@ class RadixQueue {
   }
 
   // Bucket k > 0 holds keys that differ from last_ in bit k - 1 and agree above.
-  void add(std::uint64_t key, const QueuedPair& pair) {
+  [[gnu::always_inline]] void add(std::uint64_t key, const QueuedPair& pair) {
     const auto k = static_cast<int>(std::bit_width(key ^ last_));
     if (k > 0) occupied_ |= std::uint64_t{1} << (k - 1);
     buckets_[std::size_t(k)].push_back(pair);

@@ -5,14 +5,13 @@
 
 #include "dyop/core/error.h"
 #include "dyop/toi/deforming_distance.h"
-#include "dyop/toi/deforming_time_of_impact.h"
+#include "toi/deforming/chord_gap.h"
+#include "toi/deforming/listed_impact.h"
+#include "toi/impact_band.h"
 #include "tool/surface_cone.h"
 
 namespace dyop::internal {
 namespace {
-
-// Pairs of triangles near a point where the tool is held: a few hundred.
-constexpr std::size_t kMostNearPairs = 2000;
 
 // How much a neighbouring piece of surface may rise along a contact's normal, as for
 // ContactGeneratorOptions.
@@ -21,7 +20,7 @@ constexpr Scalar kBorderSine = 1e-3;
 
 // The tolerance for one side of a pair of features. Unless a vertex is over a face or two edges
 // cross, the normal tilts with every sideways shift.
-Scalar sine_for(const WitnessPair& pair) {
+Scalar sine_for(const PieceDistance& pair) {
   const bool is_face =
       pair.feature_a.kind == FeatureKind::Face || pair.feature_b.kind == FeatureKind::Face;
   const bool is_crossing =
@@ -112,97 +111,173 @@ Vector3 DeformingObstacle::velocity_at(std::int32_t triangle, const Vector3& p_W
   return sum;
 }
 
+// The triangles that neither their distance nor their places at both ends prove apart.
+bool DeformingObstacle::find_suspects(const CorePiece& piece, const BodyMotion& motion,
+                                      const Approach& approach, WorkClock& clock, PairFront& front,
+                                      std::vector<BoxPair>& suspects) const {
+  suspects.clear();
+  const StandingPair sides(shown(), fraction_, piece.mesh, motion.X_WB.pose(0));
+  const ChordGap chord(shown(), {fraction_, fraction_after(motion.duration)}, piece.mesh,
+                       motion.X_WB, motion.duration);
+  const Scalar reach = approach.far + motion.displacement;
+  return front.refine(
+      sides, reach, [&] { return clock.is_over_small(); },
+      [&](const PieceDistance& found, std::int32_t a, std::int32_t b) {
+        const bool is_apart =
+            found.lower > 0 &&
+            chord.least(sides.a.triangle(a), sides.b.triangle(b), found.nhat_AB) > approach.near;
+        if (!is_apart) suspects.push_back({0, a, b});
+        return reach;
+      });
+}
+
 PairImpact DeformingObstacle::first_impact(const BodyMotion& motion, const ToiOptions& options,
-                                           WorkClock& clock, QueryMemory& memory) const {
+                                           WorkClock& clock, PairMemory& kept,
+                                           QueryMemory& memory) const {
+  kept.resize(motion.body.pieces.size());
   PairImpact impact;
   impact.status = ToiStatus::Separated;
   impact.t_safe = motion.duration;
-  for (const CorePiece& piece : motion.body.pieces) {
-    if (clock.is_over()) {
+  for (std::size_t k = 0; k < kept.size(); ++k) {
+    const CorePiece& piece = motion.body.pieces[k];
+    const Scalar target = options.target_distance + piece.radius;
+    const ImpactBand band(target, options.distance_tolerance.value());
+    const BodyMotion rest{motion.body, motion.X_WB, impact.t_safe, motion.displacement};
+    const bool is_through = find_suspects(piece, rest, {band.leaf_target, band.largest_impact},
+                                          clock, kept[k].front, memory.pairs);
+    if (!is_through || (!memory.pairs.empty() && clock.is_over())) {
       impact.status = ToiStatus::BudgetExhausted;
       impact.t_safe = 0;
       return impact;
     }
-    ToiOptions lent = options;
-    clock.lend(lent);
-    lent.target_distance += piece.radius;
-    const Scalar duration = impact.t_safe;
-    const ToiResult result =
-        time_of_impact(shown(), {fraction_, fraction_after(duration)}, piece.mesh, motion.X_WB,
-                       {0, duration}, lent, memory.workspace);
-    clock.take_back(result);
-    ++impact.queries;
-    impact.node_pairs += result.statistics.node_pairs;
-    if (result.status == ToiStatus::Separated) continue;
-    impact.status = result.status;
-    impact.t_safe = safe_time(result);
-    impact.has_hit = result.status == ToiStatus::Impact && result.contact.has_value();
-    if (impact.has_hit) {
-      const ImpactContact& contact = *result.contact;
-      const Vector3 p_WB = contact.p_WCb - piece.radius * contact.nhat_AB_W;
-      impact.hit.v_WA =
-          velocity_at(contact.triangle_a.value_or(0), contact.p_WCa, fraction_after(impact.t_safe));
-      impact.hit.p_WA = contact.p_WCa - impact.t_safe * impact.hit.v_WA;
-      impact.hit.p_WB = motion.X_WB.pose(0) * (result.X_WB.inverse() * p_WB);
-      impact.hit.nhat_AB_W = contact.nhat_AB_W;
-    }
-    if (!(impact.t_safe > 0) || result.status != ToiStatus::Impact) return impact;
+    if (memory.pairs.empty()) continue;
+    ask(piece, rest, options, clock, memory, impact);
+    if (impact.status == ToiStatus::Separated) continue;
+    if (!(impact.t_safe > 0) || impact.status != ToiStatus::Impact) return impact;
   }
   return impact;
 }
 
+// Asks about the suspects.
+void DeformingObstacle::ask(const CorePiece& piece, const BodyMotion& motion,
+                            const ToiOptions& options, WorkClock& clock, QueryMemory& memory,
+                            PairImpact& impact) const {
+  ToiOptions lent = options;
+  clock.lend(lent);
+  lent.target_distance += piece.radius;
+  const ToiResult result = time_of_listed_impact(
+      shown(), {fraction_, fraction_after(motion.duration)}, piece.mesh, motion.X_WB,
+      {0, motion.duration}, lent, memory.workspace, memory.pairs);
+  clock.take_back(result);
+  ++impact.queries;
+  impact.node_pairs += result.statistics.node_pairs;
+  if (result.status == ToiStatus::Separated) return;
+  impact.status = result.status;
+  impact.t_safe = safe_time(result);
+  impact.has_hit = result.status == ToiStatus::Impact && result.contact.has_value();
+  if (!impact.has_hit) return;
+  const ImpactContact& contact = *result.contact;
+  const Vector3 p_WB = contact.p_WCb - piece.radius * contact.nhat_AB_W;
+  impact.hit.v_WA =
+      velocity_at(contact.triangle_a.value_or(0), contact.p_WCa, fraction_after(impact.t_safe));
+  impact.hit.p_WA = contact.p_WCa - impact.t_safe * impact.hit.v_WA;
+  impact.hit.p_WB = motion.X_WB.pose(0) * (result.X_WB.inverse() * p_WB);
+  impact.hit.nhat_AB_W = contact.nhat_AB_W;
+}
+
 bool DeformingObstacle::is_minimum(const CorePiece& piece, const RigidPose& X_WB,
-                                   const WitnessPair& pair) const {
+                                   const PieceDistance& pair, std::int32_t triangle_a,
+                                   std::int32_t triangle_b) const {
   const Scalar sine = sine_for(pair);
   const SurfaceCone own{topology_, shown().triangles()};
-  const Vector3& n_W = pair.nhat_AB_W;
-  if (!own.admits(pair.feature_a, *pair.triangle_a, n_W, sine,
+  const Vector3& n_W = pair.nhat_AB;
+  if (!own.admits(pair.feature_a, triangle_a, n_W, sine,
                   [&](std::int32_t vertex) { return place(vertex); })) {
     return false;
   }
   const SurfaceCone other{piece.mesh.topology(), piece.mesh.triangles()};
   const Vector3 n_B = -(X_WB.rotation().transpose() * n_W);
-  return other.admits(pair.feature_b, *pair.triangle_b, n_B, sine, [&](std::int32_t vertex) {
+  return other.admits(pair.feature_b, triangle_b, n_B, sine, [&](std::int32_t vertex) {
     return piece.mesh.vertices()[std::size_t(vertex)];
   });
 }
 
 void DeformingObstacle::add_holds(const ToolBody& body, const RigidPose& X_WB, Scalar reach,
-                                  PairCaches& caches, QueryMemory& memory,
+                                  WorkClock& clock, PairMemory& kept, QueryMemory& /*memory*/,
                                   std::vector<HoldPoint>& holds) const {
-  caches.resize(body.pieces.size());
-  for (std::size_t k = 0; k < body.pieces.size(); ++k) {
+  kept.resize(body.pieces.size());
+  for (std::size_t k = 0; k < kept.size(); ++k) {
     const CorePiece& piece = body.pieces[k];
-    find_near_pairs(shown(), fraction_, piece.mesh, X_WB, reach + piece.radius, kMostNearPairs,
-                    caches[k], memory.pairs);
-    for (const WitnessPair& pair : memory.pairs) {
-      if (!(pair.lower > 0) || !is_minimum(piece, X_WB, pair)) continue;
+    const StandingPair sides(shown(), fraction_, piece.mesh, X_WB);
+    const Scalar surface_reach = reach + piece.radius;
+    const auto visit = [&](const PieceDistance& pair, std::int32_t a, std::int32_t b) {
+      const std::int32_t triangle_a = sides.a.triangle(a), triangle_b = sides.b.triangle(b);
+      if (!(pair.lower > 0) || !is_minimum(piece, X_WB, pair, triangle_a, triangle_b)) {
+        return surface_reach;
+      }
       HoldPoint hold;
-      hold.p_WA = pair.p_WCa;
-      hold.p_WB = pair.p_WCb - piece.radius * pair.nhat_AB_W;
-      hold.nhat_AB_W = pair.nhat_AB_W;
-      hold.v_WA = velocity_at(*pair.triangle_a, pair.p_WCa, fraction_);
-      hold.key = {key_of(pair.feature_a, *pair.triangle_a, 0),
-                  key_of(pair.feature_b, *pair.triangle_b, std::int32_t(k))};
+      hold.p_WA = pair.p_a;
+      hold.p_WB = pair.p_b - piece.radius * pair.nhat_AB;
+      hold.nhat_AB_W = pair.nhat_AB;
+      hold.v_WA = velocity_at(triangle_a, pair.p_a, fraction_);
+      hold.key = {key_of(pair.feature_a, triangle_a, 0),
+                  key_of(pair.feature_b, triangle_b, std::int32_t(k))};
       holds.push_back(hold);
-    }
+      return surface_reach;
+    };
+    if (!kept[k].front.refine(
+            sides, surface_reach, [&] { return clock.is_over_small(); }, visit))
+      return;
   }
 }
 
+namespace {
+
+// Joins what is known of a piece to the least of its body.
+void join(const CorePiece& piece, Scalar lower, const NearestPoints& nearest, PairDistance& least) {
+  least.lower = std::min(least.lower, std::max(Scalar{0}, lower - piece.radius));
+  const Scalar upper = std::max(Scalar{0}, nearest.upper - piece.radius);
+  if (!(upper < least.upper)) return;
+  least.upper = upper;
+  least.p_WA = nearest.p_a;
+  least.p_WB = nearest.p_b - piece.radius * nearest.nhat_AB;
+}
+
+}  // namespace
+
 PairDistance DeformingObstacle::measure(const ToolBody& body, const RigidPose& X_WB,
-                                        PairCaches& caches) const {
-  caches.resize(body.pieces.size());
+                                        const DistanceWish& wish, WorkClock& clock,
+                                        PairMemory& kept) const {
+  kept.resize(body.pieces.size());
   PairDistance least;
   least.lower = kInfinity;
-  for (std::size_t k = 0; k < body.pieces.size(); ++k) {
-    const CorePiece& piece = body.pieces[k];
-    const DistanceResult result = distance(shown(), fraction_, piece.mesh, X_WB, {}, caches[k]);
-    least.lower = std::min(least.lower, std::max(Scalar{0}, result.lower - piece.radius));
-    const Scalar upper = std::max(Scalar{0}, result.upper - piece.radius);
-    if (!(upper < least.upper)) continue;
-    least.upper = upper;
-    least.p_WA = result.p_WCa;
-    least.p_WB = result.p_WCb - piece.radius * result.nhat_AB_W;
+  for (std::size_t k = 0; k < kept.size(); ++k) {
+    PairFront& front = kept[k].front;
+    PieceDistance best;
+    const StandingPair sides(shown(), fraction_, body.pieces[k].mesh, X_WB);
+    front.find_nearest(
+        sides, wish.farthest + body.pieces[k].radius, wish.allowed,
+        [&] { return clock.is_over_small(); }, kept[k].cache.stack, best);
+    join(body.pieces[k], best.is_overlapping ? 0 : std::min(front.lower(), best.upper), best,
+         least);
+  }
+  return least;
+}
+
+PairDistance DeformingObstacle::measure_at(const ToolBody& body, const RigidPose& X_WB,
+                                           PairMemory& kept) const {
+  kept.resize(body.pieces.size());
+  PairDistance least;
+  least.lower = kInfinity;
+  for (std::size_t k = 0; k < kept.size(); ++k) {
+    const DistanceResult result =
+        distance(shown(), fraction_, body.pieces[k].mesh, X_WB, {}, kept[k].cache);
+    NearestPoints nearest;
+    nearest.upper = result.upper;
+    nearest.p_a = result.p_WCa;
+    nearest.p_b = result.p_WCb;
+    nearest.nhat_AB = result.nhat_AB_W;
+    join(body.pieces[k], result.lower, nearest, least);
   }
   return least;
 }

@@ -34,11 +34,14 @@ class DeformingObstacle final : public Obstacle {
   bool has_next() const { return has_next_.load(std::memory_order_acquire); }
 
   PairImpact first_impact(const BodyMotion& motion, const ToiOptions& options, WorkClock& clock,
-                          QueryMemory& memory) const override;
-  void add_holds(const ToolBody& body, const RigidPose& X_WB, Scalar reach, PairCaches& caches,
-                 QueryMemory& memory, std::vector<HoldPoint>& holds) const override;
-  PairDistance measure(const ToolBody& body, const RigidPose& X_WB,
-                       PairCaches& caches) const override;
+                          PairMemory& kept, QueryMemory& memory) const override;
+  void add_holds(const ToolBody& body, const RigidPose& X_WB, Scalar reach, WorkClock& clock,
+                 PairMemory& kept, QueryMemory& memory,
+                 std::vector<HoldPoint>& holds) const override;
+  PairDistance measure(const ToolBody& body, const RigidPose& X_WB, const DistanceWish& wish,
+                       WorkClock& clock, PairMemory& kept) const override;
+  PairDistance measure_at(const ToolBody& body, const RigidPose& X_WB,
+                          PairMemory& kept) const override;
   std::int64_t snapshots_seen() const override { return snapshots_seen_; }
   Scalar speed() const override { return shown().largest_displacement() * rate_; }
   Scalar time_left() const override;
@@ -48,7 +51,16 @@ class DeformingObstacle final : public Obstacle {
 
  private:
   Vector3 velocity_at(std::int32_t triangle, const Vector3& p_W, Scalar s) const;
-  bool is_minimum(const CorePiece& piece, const RigidPose& X_WB, const WitnessPair& pair) const;
+  bool is_minimum(const CorePiece& piece, const RigidPose& X_WB, const PieceDistance& pair,
+                  std::int32_t triangle_a, std::int32_t triangle_b) const;
+  struct Approach {
+    Scalar near;  // what a motion must keep
+    Scalar far;   // at the start, plus the displacement: surely apart
+  };
+  bool find_suspects(const CorePiece& piece, const BodyMotion& motion, const Approach& approach,
+                     WorkClock& clock, PairFront& front, std::vector<BoxPair>& suspects) const;
+  void ask(const CorePiece& piece, const BodyMotion& motion, const ToiOptions& options,
+           WorkClock& clock, QueryMemory& memory, PairImpact& impact) const;
   Scalar fraction_after(Scalar dt) const;
 
   std::array<DeformingMesh, 2> meshes_;

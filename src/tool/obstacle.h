@@ -9,6 +9,7 @@
 #include "dyop/distance/distance.h"
 #include "dyop/toi/time_of_impact.h"
 #include "dyop/tool/tool_scene.h"
+#include "toi/deforming/pair_front.h"
 #include "tool/tool_body.h"
 #include "tool/work_clock.h"
 
@@ -30,15 +31,20 @@ struct HoldPoint {
   Scalar gap() const { return nhat_AB_W.dot(p_WB - p_WA); }
 };
 
-/// Data kept between queries for a body and an obstacle: one cache for each piece of the body.
-using PairCaches = std::vector<DistanceCache>;
+/// Data kept between queries for a piece of a body and an obstacle.
+struct PieceMemory {
+  DistanceCache cache;
+  PairFront front;
+};
+/// For a body and an obstacle: one for each piece of the body.
+using PairMemory = std::vector<PieceMemory>;
 
 /// Memory that the queries of a session use one after the other.
 struct QueryMemory {
   ToiWorkspace workspace;
   ContactWorkspace contact_workspace;
   std::vector<ContactPoint> contacts;
-  std::vector<WitnessPair> pairs;
+  std::vector<BoxPair> pairs;
 };
 
 /// Answer of Obstacle::first_impact().
@@ -67,14 +73,23 @@ struct PairDistance {
   Vector3 p_WB = Vector3::Zero();
 };
 
+/// How close the bounds of a distance have to be: at most `allowed` apart, unless the lower one is
+/// proven to be at least farthest - allowed.
+struct DistanceWish {
+  Scalar farthest = kInfinity;
+  Scalar allowed = 0;
+};
+
 /// A motion of a body to be proven, over [0, duration].
 struct BodyMotion {
   const ToolBody& body;
   const Motion& X_WB;
   Scalar duration;
+  Scalar displacement;  ///< bound of that of all points, relative to the obstacle's
 };
 
-/// An obstacle of the session in its current state. Queries change only their memory.
+/// An obstacle of the session in its current state. Queries change only their memory; what is kept
+/// of a pair must be told of every motion.
 class Obstacle {
  public:
   virtual ~Obstacle() = default;
@@ -90,13 +105,20 @@ class Obstacle {
 
   /// As time_of_impact(), with A the obstacle.
   virtual PairImpact first_impact(const BodyMotion& motion, const ToiOptions& options,
-                                  WorkClock& clock, QueryMemory& memory) const = 0;
-  /// Appends the points, at most `reach` apart, where the gap has a local minimum.
+                                  WorkClock& clock, PairMemory& kept,
+                                  QueryMemory& memory) const = 0;
+  /// Appends the points, at most `reach` apart, where the gap has a local minimum; not all of them
+  /// if the clock runs out.
   virtual void add_holds(const ToolBody& body, const RigidPose& X_WB, Scalar reach,
-                         PairCaches& caches, QueryMemory& memory,
+                         WorkClock& clock, PairMemory& kept, QueryMemory& memory,
                          std::vector<HoldPoint>& holds) const = 0;
+  /// Bounds as close as wished, besides rounding, unless the clock runs out.
   virtual PairDistance measure(const ToolBody& body, const RigidPose& X_WB,
-                               PairCaches& caches) const = 0;
+                               const DistanceWish& wish, WorkClock& clock,
+                               PairMemory& kept) const = 0;
+  /// Bounds for a pose where the body is not, only supposed to be.
+  virtual PairDistance measure_at(const ToolBody& body, const RigidPose& X_WB,
+                                  PairMemory& kept) const = 0;
 
   /// Bound of the speed of its points until time_left().
   virtual Scalar speed() const { return 0; }

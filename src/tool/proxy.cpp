@@ -21,6 +21,9 @@ constexpr Scalar kSolveShare = 1e-3;
 // and than the options allow.
 constexpr Scalar kVagueShare = 0.25;
 
+// It is then measured to this fraction of what is allowed, so that it lasts a while.
+constexpr Scalar kMeasuredShare = 0.9;
+
 // The first positions tried by an escape are this fraction of a body's thickness away; so many
 // are tried in a tick.
 constexpr Scalar kEscapeStart = 8;
@@ -120,6 +123,8 @@ FollowReport Proxy::follow(const std::optional<ToolPose>& goal, Scalar dt, WorkC
   };
   look_for_escape(work);
   const ToolPose wished = goal.value_or(pose_);
+  goal_step_ = step_between(last_goal_.value_or(pose_), wished);
+  last_goal_ = wished;
   if (!goal) wait();
   for (int rounds = 0; has_time() && rounds < options_.max_rounds;) {
     const Piece piece = next_piece();
@@ -141,7 +146,8 @@ Scalar Proxy::move(const ToolPose& goal, const Piece& piece, WorkClock& clock, T
     wish = {};
     wish.v_W = options_.recovery_speed * piece.duration * *out_W;
   }
-  gather_holds(wish, piece);
+  gather_holds(wish, piece, clock);
+  if (clock.cutoff()) return 0;
   const StepGoal step_goal{pose_,
                            wish,
                            piece.duration,
@@ -187,7 +193,7 @@ void Proxy::look_for_escape(TickStatistics& work) {
       ++work.distance_queries;
       const RigidPose X_WB_there =
           RigidPose::from_trusted(X_WB.rotation(), X_WB.translation() + moved);
-      return obstacle.measure(body, X_WB_there, crossing->caches).lower > obstacle.margin;
+      return obstacle.measure_at(body, X_WB_there, crossing->kept).lower > obstacle.margin;
     });
   }
 }
@@ -210,8 +216,11 @@ void Proxy::commit(const ToolMotion& motion, Scalar t) {
     const Scalar vaguer = moved > 0 ? moved + kStepNoise * size : 0;
     pair.distance.lower = std::max(Scalar{0}, pair.distance.lower - vaguer);
     pair.distance.upper += vaguer;
+    for (PieceMemory& kept : pair.kept) kept.front.move(vaguer);
   }
+  const ToolPose before = pose_;
   pose_ = motion.at(t);
+  last_step_ = step_between(before, pose_);
   path_.push_back({path_.back().time + t, pose_});
   for (const auto& obstacle : obstacles_) obstacle->pass(t);
 }
@@ -224,15 +233,16 @@ PairImpact Proxy::ask(PairState& pair, const BodyMotion& motion, WorkClock& cloc
   options.target_distance = pair.target;
   options.distance_tolerance = pair.tolerance;
   const Obstacle& obstacle = *obstacles_[pair.obstacle];
-  PairImpact impact = obstacle.first_impact(motion, options, clock, memory_);
+  PairImpact impact = obstacle.first_impact(motion, options, clock, pair.kept, memory_);
   work.impact_queries += impact.queries;
   work.node_pairs += impact.node_pairs;
   return impact;
 }
 
 // A pair that is nearer than its target already must come no nearer.
-void Proxy::ease_target(PairState& pair, TickStatistics& work) {
-  measure(pair, work);
+void Proxy::ease_target(PairState& pair, WorkClock& clock, TickStatistics& work) {
+  measure(pair, {}, clock, work);
+  if (clock.cutoff()) return;
   const Scalar lower = pair.distance.lower;
   pair.is_overlapping = !(lower > 0);
   pair.tolerance = std::min(tolerance_, lower / 4);
@@ -258,12 +268,14 @@ Proxy::Proof Proxy::prove(const ToolMotion& motion, Scalar duration, WorkClock& 
     pair.target = obstacle.margin;
     pair.tolerance = tolerance_;
     pair.is_overlapping = false;
-    PairImpact impact = ask(pair, {body, motion.of(body), proof.t_safe}, clock, work);
+    const BodyMotion asked{body, motion.of(body), proof.t_safe, moved + noise};
+    PairImpact impact = ask(pair, asked, clock, work);
     if (impact.status == ToiStatus::InitiallyWithinTarget) {
       report.was_recovering = true;
-      ease_target(pair, work);
+      ease_target(pair, clock, work);
+      if (clock.cutoff()) return {};
       if (!pair.is_overlapping) {
-        impact = ask(pair, {body, motion.of(body), proof.t_safe}, clock, work);
+        impact = ask(pair, asked, clock, work);
         // Too near for rounding to decide.
         pair.is_overlapping = impact.status == ToiStatus::InitiallyWithinTarget ||
                               (impact.status == ToiStatus::NumericalLimit && !(impact.t_safe > 0));
@@ -287,22 +299,45 @@ Proxy::Proof Proxy::prove(const ToolMotion& motion, Scalar duration, WorkClock& 
 
 // --- distances ------------------------------------------------------------------------------------
 
-void Proxy::measure(PairState& pair, TickStatistics& work) {
+void Proxy::measure(PairState& pair, const DistanceWish& wish, WorkClock& clock,
+                    TickStatistics& work) {
   ++work.distance_queries;
-  pair.distance =
-      obstacles_[pair.obstacle]->measure(bodies_[pair.body], body_pose(pair.body), pair.caches);
+  const PairDistance found = obstacles_[pair.obstacle]->measure(
+      bodies_[pair.body], body_pose(pair.body), wish, clock, pair.kept);
+  if (!clock.cutoff()) pair.distance = found;
 }
 
+// The clearance is that of the nearest body: others only have to be proven farther away.
 void Proxy::measure(WorkClock& clock, TickStatistics& work) {
-  for (PairState& pair : pairs_) {
-    const Scalar lower = pair.distance.lower;
-    const Scalar margin = obstacles_[pair.obstacle]->margin;
+  for (std::size_t number = 0; number < obstacles_.size(); ++number) {
+    const auto is_other = [&](const PairState& pair) { return pair.obstacle != number; };
+    PairDistance least;
+    least.lower = kInfinity;
+    for (const PairState& pair : pairs_) {
+      if (is_other(pair)) continue;
+      least.lower = std::min(least.lower, pair.distance.lower);
+      least.upper = std::min(least.upper, pair.distance.upper);
+    }
+    const Scalar margin = obstacles_[number]->margin;
     const Scalar allowed =
-        options_.clearance_tolerance * std::min(lower, std::abs(lower - margin)) +
+        options_.clearance_tolerance * std::min(least.lower, std::abs(least.lower - margin)) +
         kVagueShare * options_.standoff;
-    if (pair.distance.upper - lower <= allowed) continue;
-    if (clock.is_over()) return;
-    measure(pair, work);
+    if (least.upper - least.lower <= allowed) continue;
+    const Scalar tight = kMeasuredShare * allowed;
+    // The nearest first, so that what it leaves of the others' work is little.
+    const auto measure_if = [&](const auto& is_chosen) {
+      for (PairState& pair : pairs_) {
+        if (is_other(pair) || clock.cutoff() || !is_chosen(pair)) continue;
+        measure(pair, {least.upper, tight}, clock, work);
+        least.upper = std::min(least.upper, pair.distance.upper);
+      }
+    };
+    const Scalar nearest = least.upper;
+    measure_if([&](const PairState& pair) { return !(pair.distance.upper > nearest); });
+    measure_if([&](const PairState& pair) {
+      return pair.distance.upper > least.upper && pair.distance.lower < least.upper - tight;
+    });
+    if (clock.cutoff()) return;
   }
 }
 

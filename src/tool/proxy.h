@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -23,7 +24,7 @@ struct PairState {
   Scalar target = 0;      ///< what the next motion keeps: the margin, or less if it is nearer
   Scalar tolerance = 0;
   bool is_overlapping = false;  ///< not proven apart: left out of the proof
-  PairCaches caches;
+  PairMemory kept;
 };
 
 /// How far the proxy followed the device in one tick.
@@ -55,7 +56,7 @@ class Proxy {
   /// stays where it is, as long as tissue lets it.
   FollowReport follow(const std::optional<ToolPose>& goal, Scalar dt, WorkClock& clock,
                       TickStatistics& work);
-  /// Measures again the distances whose bounds have become loose.
+  /// Measures again the clearances whose bounds have become loose.
   void measure(WorkClock& clock, TickStatistics& work);
 
  private:
@@ -75,7 +76,8 @@ class Proxy {
               FollowReport& report);
   Scalar stay(Scalar duration, WorkClock& clock, TickStatistics& work, FollowReport& report);
   void look_for_escape(TickStatistics& work);
-  void gather_holds(const ToolStep& wish, const Piece& piece);
+  void gather_holds(const ToolStep& wish, const Piece& piece, WorkClock& clock);
+  Scalar likely_step(const ToolBody& body, const ToolMotion& wished, Scalar duration) const;
   void thin_holds();
   void warm_start();
   Scalar bend_holds(const ToolMotion& motion, const ToolStep& step, Scalar duration);
@@ -84,8 +86,8 @@ class Proxy {
   Proof prove(const ToolMotion& motion, Scalar duration, WorkClock& clock, TickStatistics& work,
               FollowReport& report);
   PairImpact ask(PairState& pair, const BodyMotion& motion, WorkClock& clock, TickStatistics& work);
-  void ease_target(PairState& pair, TickStatistics& work);
-  void measure(PairState& pair, TickStatistics& work);
+  void ease_target(PairState& pair, WorkClock& clock, TickStatistics& work);
+  void measure(PairState& pair, const DistanceWish& wish, WorkClock& clock, TickStatistics& work);
   void commit(const ToolMotion& motion, Scalar t);
   Scalar piece_time(Scalar remaining) const;
   bool is_at(const ToolPose& goal) const;
@@ -100,6 +102,9 @@ class Proxy {
   QueryMemory memory_;
   Escape escape_;
   ToolPose pose_;
+  ToolStep last_step_;  // of the last motion
+  ToolStep goal_step_;  // of the device, since the last tick
+  std::optional<ToolPose> last_goal_;
   std::vector<ToolWaypoint> path_;
   std::vector<HoldPoint> holds_;
   std::vector<HoldPoint> last_holds_;

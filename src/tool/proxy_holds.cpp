@@ -34,20 +34,20 @@ bool is_named_before(const HoldPoint& x, const HoldPoint& y) {
 
 }  // namespace
 
-void Proxy::gather_holds(const ToolStep& wish, const Piece& piece) {
+void Proxy::gather_holds(const ToolStep& wish, const Piece& piece, WorkClock& clock) {
   last_holds_.swap(holds_);
   found_.clear();
   const ToolMotion motion(pose_, wish, piece.duration, hinges_);
   for (PairState& pair : pairs_) {
     const Obstacle& obstacle = *obstacles_[pair.obstacle];
     if (!obstacle.is_hard() || pair.is_overlapping) continue;
-    const Scalar moved = motion.largest_displacement(bodies_[pair.body], piece.duration) +
-                         obstacle.speed() * piece.duration;
+    const Scalar moved =
+        likely_step(bodies_[pair.body], motion, piece.duration) + obstacle.speed() * piece.duration;
     const Scalar reach = obstacle.margin + (1 + kReach) * options_.standoff +
                          std::min(moved, kMostReach * options_.standoff);
     if (pair.distance.lower > reach) continue;
     const std::size_t first = found_.size();
-    obstacle.add_holds(bodies_[pair.body], body_pose(pair.body), reach, pair.caches, memory_,
+    obstacle.add_holds(bodies_[pair.body], body_pose(pair.body), reach, clock, pair.kept, memory_,
                        found_);
     for (std::size_t k = first; k < found_.size(); ++k) {
       found_[k].body = pair.body;
@@ -56,6 +56,15 @@ void Proxy::gather_holds(const ToolStep& wish, const Piece& piece) {
   }
   thin_holds();
   warm_start();
+}
+
+// A device far inside what holds the tool pulls it a long way, but it will hardly move farther than
+// the device did, or than last time. Holds farther away are found by the proof.
+Scalar Proxy::likely_step(const ToolBody& body, const ToolMotion& wished, Scalar duration) const {
+  const auto size = [&](const ToolStep& step) {
+    return ToolMotion(pose_, step, duration, hinges_).largest_displacement(body, duration);
+  };
+  return std::min(wished.largest_displacement(body, duration), size(goal_step_) + size(last_step_));
 }
 
 // The nearest first, one for each point, no more than the solver may have.

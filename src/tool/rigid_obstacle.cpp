@@ -11,11 +11,14 @@ class RigidObstacle final : public Obstacle {
       : shape_(std::move(shape)), X_WA_(X_WA), motion_(X_WA) {}
 
   PairImpact first_impact(const BodyMotion& motion, const ToiOptions& options, WorkClock& clock,
-                          QueryMemory& memory) const override;
-  void add_holds(const ToolBody& body, const RigidPose& X_WB, Scalar reach, PairCaches& caches,
-                 QueryMemory& memory, std::vector<HoldPoint>& holds) const override;
-  PairDistance measure(const ToolBody& body, const RigidPose& X_WB,
-                       PairCaches& caches) const override;
+                          PairMemory& kept, QueryMemory& memory) const override;
+  void add_holds(const ToolBody& body, const RigidPose& X_WB, Scalar reach, WorkClock& clock,
+                 PairMemory& kept, QueryMemory& memory,
+                 std::vector<HoldPoint>& holds) const override;
+  PairDistance measure(const ToolBody& body, const RigidPose& X_WB, const DistanceWish& wish,
+                       WorkClock& clock, PairMemory& kept) const override;
+  PairDistance measure_at(const ToolBody& body, const RigidPose& X_WB,
+                          PairMemory& kept) const override;
 
  private:
   std::shared_ptr<const Shape> shape_;
@@ -24,7 +27,8 @@ class RigidObstacle final : public Obstacle {
 };
 
 PairImpact RigidObstacle::first_impact(const BodyMotion& motion, const ToiOptions& options,
-                                       WorkClock& clock, QueryMemory& memory) const {
+                                       WorkClock& clock, PairMemory& /*kept*/,
+                                       QueryMemory& memory) const {
   PairImpact impact;
   if (clock.is_over()) {
     impact.status = ToiStatus::BudgetExhausted;
@@ -49,8 +53,9 @@ PairImpact RigidObstacle::first_impact(const BodyMotion& motion, const ToiOption
 }
 
 void RigidObstacle::add_holds(const ToolBody& body, const RigidPose& X_WB, Scalar reach,
-                              PairCaches& /*caches*/, QueryMemory& memory,
+                              WorkClock& clock, PairMemory& /*kept*/, QueryMemory& memory,
                               std::vector<HoldPoint>& holds) const {
+  if (clock.is_over()) return;
   generate_contacts(*shape_, X_WA_, *body.shape, X_WB, reach, {}, memory.contact_workspace,
                     memory.contacts);
   for (const ContactPoint& contact : memory.contacts) {
@@ -64,9 +69,16 @@ void RigidObstacle::add_holds(const ToolBody& body, const RigidPose& X_WB, Scala
 }
 
 PairDistance RigidObstacle::measure(const ToolBody& body, const RigidPose& X_WB,
-                                    PairCaches& caches) const {
-  caches.resize(1);
-  const DistanceResult result = distance(*shape_, X_WA_, *body.shape, X_WB, {}, caches[0]);
+                                    const DistanceWish& /*wish*/, WorkClock& clock,
+                                    PairMemory& kept) const {
+  if (clock.is_over()) return {};
+  return measure_at(body, X_WB, kept);
+}
+
+PairDistance RigidObstacle::measure_at(const ToolBody& body, const RigidPose& X_WB,
+                                       PairMemory& kept) const {
+  kept.resize(1);
+  const DistanceResult result = distance(*shape_, X_WA_, *body.shape, X_WB, {}, kept[0].cache);
   return {result.lower, result.upper, result.p_WCa, result.p_WCb};
 }
 

@@ -21,6 +21,9 @@ class WorkClock {
 
   /// To be called before every stage.
   bool is_over();
+  /// The same for small pieces of work, each shorter than reading the clock eight times: it is read
+  /// for every eighth of them only.
+  bool is_over_small();
   /// Hands the rest of the budget to a query, right after is_over() said no.
   void lend(ToiOptions& options) const;
   /// Records how the query ended.
@@ -32,6 +35,8 @@ class WorkClock {
   Deadline deadline_;
   std::optional<TickCutoff> wanted_;  // of a replay
   std::optional<TickCutoff> cutoff_;
+  bool check(bool reads_clock);
+
   std::int64_t checkpoint_ = 0;
 };
 

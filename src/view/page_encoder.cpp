@@ -189,6 +189,19 @@ Json body_json(const PageBody& body, std::size_t shape) {
 
 }  // namespace
 
+void append(PageSpan& whole, PageSpan part) {
+  const auto move_to = [](auto& to, auto& from) {
+    to.insert(to.end(), std::make_move_iterator(from.begin()), std::make_move_iterator(from.end()));
+  };
+  move_to(whole.segments, part.segments);
+  move_to(whole.steps, part.steps);
+  move_to(whole.frames, part.frames);
+  move_to(whole.impacts, part.impacts);
+  move_to(whole.gaps, part.gaps);
+  move_to(whole.contacts, part.contacts);
+  move_to(whole.marks, part.marks);
+}
+
 PageEncoder::PageEncoder(PageScene scene) : scene_(std::move(scene)) {
   for (const PageBody& body : scene_.bodies) {
     DYOP_REQUIRE(body.shape != nullptr, "body '", body.name, "' has no shape to show");

@@ -58,6 +58,15 @@ PageScene RunFollower::scene_of(const World& world, const std::string& title,
   return scene;
 }
 
+PageSpan RunFollower::start(const World& world) {
+  PageSpan span;
+  for (const BodyId id : world.bodies()) {
+    const TimeInterval instant{world.time(), world.time()};
+    span.segments.push_back({id, instant, std::make_shared<RestMotion>(world.state(id).X_WB)});
+  }
+  return span;
+}
+
 void RunFollower::add_segments(const AdvanceReport& report, PageSpan& span) {
   for (const CommittedStep& step : report.steps) {
     span.steps.push_back(step.interval);

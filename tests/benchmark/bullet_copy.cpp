@@ -3,6 +3,7 @@
 
 #include <btBulletDynamicsCommon.h>
 
+#include <cmath>
 #include <vector>
 
 #include "dyop/core/error.h"
@@ -51,7 +52,7 @@ BulletCopy::BulletCopy(const World& world, const Vector3& gravity_W)
     btRigidBody::btRigidBodyConstructionInfo info(mass, nullptr, parts_->shapes.back().get(),
                                                   inertia);
     info.m_startWorldTransform = to_bullet(world.state(id).X_WB);
-    info.m_friction = static_cast<btScalar>(body.friction);
+    info.m_friction = std::sqrt(static_cast<btScalar>(body.friction));  // Bullet multiplies
     parts_->bodies.push_back(std::make_unique<btRigidBody>(info));
     parts_->bodies.back()->setActivationState(DISABLE_DEACTIVATION);
     parts_->world.addRigidBody(parts_->bodies.back().get());

@@ -112,6 +112,22 @@ void BM_Pile(benchmark::State& state) {
 }
 BENCHMARK(BM_Pile)->Arg(3)->Arg(5)->Iterations(150)->Unit(benchmark::kMillisecond);
 
+// The growth of a step with the number of bodies, and with 1 and 2 threads: compare elapsed times.
+void BM_FallingPile(benchmark::State& state) {
+  WorldOptions options = awake_options();
+  options.thread_count = static_cast<int>(state.range(1));
+  World world(options);
+  add_pile(world, static_cast<int>(state.range(0)));
+  step(state, world, 0.01);
+}
+BENCHMARK(BM_FallingPile)
+    ->ArgNames({"side", "threads"})
+    ->ArgsProduct({{5, 10, 20}, {1, 2}})
+    ->Iterations(150)
+    ->UseRealTime()
+    ->MeasureProcessCPUTime()
+    ->Unit(benchmark::kMillisecond);
+
 void BM_Asleep(benchmark::State& state) {
   WorldOptions options = awake_options();
   options.sleep_steps = 5;

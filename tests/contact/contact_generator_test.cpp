@@ -194,8 +194,8 @@ TEST(ContactGenerator, ASmoothCoreGivesOneContactPerPlace) {
     SupportPoint core_support(const Vector3& direction) const override {
       const Vector3 scaled = direction.cwiseProduct(half_axes_);
       const Scalar length = scaled.norm();
-      if (!(length > 0)) return {half_axes_.cwiseProduct(Vector3::UnitX()), -1};
-      return {half_axes_.cwiseProduct(scaled) / length, -1};
+      if (!(length > 0)) return {half_axes_.cwiseProduct(Vector3::UnitX()), {}};
+      return {half_axes_.cwiseProduct(scaled) / length, {}};
     }
     Vector3 core_center() const override { return Vector3::Zero(); }
     AlignedBox bounding_box() const override { return {-half_axes_, half_axes_}; }

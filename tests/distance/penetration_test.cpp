@@ -184,7 +184,7 @@ TEST(Penetration, OfRandomBoxesIsExactAndSeparates) {
 class Ball final : public ConvexShape {
  public:
   SupportPoint core_support(const Vector3& d) const override {
-    return {d.norm() > 0 ? d.normalized() : Vector3::Zero(), -1};
+    return {d.norm() > 0 ? d.normalized() : Vector3::Zero(), {}};
   }
   Vector3 core_center() const override { return Vector3::Zero(); }
   AlignedBox bounding_box() const override { return {}; }

@@ -93,12 +93,13 @@ TEST_P(ConvexShapeContract, VertexNumbersAreThoseOfTheCoreSurface) {
   for (const Vector3& n : directions()) {
     const SupportPoint support = shape_->core_support(n);
     if (surface == nullptr) {
-      EXPECT_EQ(support.vertex, -1);
+      EXPECT_FALSE(support.vertex);
       continue;
     }
-    ASSERT_GE(support.vertex, 0);
-    ASSERT_LT(std::size_t(support.vertex), surface->vertices().size());
-    EXPECT_EQ(surface->vertices()[std::size_t(support.vertex)], support.point);
+    ASSERT_TRUE(support.vertex);
+    ASSERT_GE(*support.vertex, 0);
+    ASSERT_LT(std::size_t(*support.vertex), surface->vertices().size());
+    EXPECT_EQ(surface->vertices()[std::size_t(*support.vertex)], support.point);
   }
 }
 

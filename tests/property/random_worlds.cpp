@@ -111,7 +111,7 @@ class RandomWorld {
   struct Body {
     BodyId id;
     std::shared_ptr<const Shape> shape;
-    std::unique_ptr<OracleBody> oracle;
+    std::vector<std::pair<OracleBody, RigidPose>> oracles;  // one per child, with its pose
     bool is_dynamic = false;
   };
 
@@ -134,7 +134,13 @@ class RandomWorld {
     Body body;
     body.id = world_->add_body(definition);
     body.shape = definition.shape;
-    body.oracle = std::make_unique<OracleBody>(*body.shape);
+    if (const auto* compound = dynamic_cast<const CompoundShape*>(body.shape.get())) {
+      for (const CompoundChild& child : compound->children()) {
+        body.oracles.emplace_back(OracleBody(*child.shape), child.X_CS);
+      }
+    } else {
+      body.oracles.emplace_back(OracleBody(*body.shape), RigidPose());
+    }
     body.is_dynamic = definition.kind == BodyKind::Dynamic;
     bodies_.push_back(std::move(body));
   }
@@ -170,9 +176,10 @@ class RandomWorld {
 
   std::shared_ptr<const Shape> make_shape() {
     const Scalar r = scale_ * number(0.15, 0.5);
-    switch (random_index(8, random_)) {
+    switch (random_index(9, random_)) {
       case 0:
-        return std::make_shared<Box>(Vector3(r, r * number(0.1, 1), r * number(0.1, 1)));
+        return std::make_shared<Box>(
+            0.6 * Vector3(r, r * number(0.1, 1), r * number(0.1, 1)));  // apart at the start
       case 1:
         return std::make_shared<Sphere>(r);
       case 2:
@@ -188,6 +195,17 @@ class RandomWorld {
         return std::make_shared<TriangleMesh>(testing::torus(r, r / 3, 12, 8).mesh());
       case 6:
         return std::make_shared<TriangleMesh>(testing::gear(7, 0.7 * r, r, r / 2).mesh());
+      case 7: {  // a dumbbell or a hammer
+        const RigidPose X_CP(Vector3(0.6 * r, 0, 0));
+        const bool is_hammer = random_index(2, random_) == 0;
+        const auto sphere = std::make_shared<Sphere>(0.4 * r);
+        const auto head = std::make_shared<Box>(Vector3(0.2, 0.4, 0.3) * r);
+        const auto rod = std::make_shared<Box>(Vector3(0.5, 0.1, 0.1) * r);
+        return std::make_shared<CompoundShape>(std::vector<CompoundChild>{
+            {is_hammer ? std::shared_ptr<const Shape>(head) : sphere, X_CP},
+            {rod, RigidPose()},
+            {sphere, X_CP.inverse()}});
+      }
       default:
         return std::make_shared<TriangleMesh>(testing::icosphere(1, r).mesh());
     }
@@ -257,12 +275,18 @@ class RandomWorld {
     if (between > a.shape->bounding_radius() + b.shape->bounding_radius() + scale_) return;
     const Scalar target =
         1e-4 * std::min(a.shape->bounding_radius(), b.shape->bounding_radius());  // the default
-    PairSeed seed;
     const SearchGap gap{target / 1000, 0.5, target};
-    const DistanceBracket bracket =
-        fast_oracle_distance(*a.oracle, X_WA, *b.oracle, X_WB, gap, seed);
+    Scalar nearest = kInfinity;
+    for (const auto& [part_a, X_AP] : a.oracles) {
+      for (const auto& [part_b, X_BP] : b.oracles) {
+        PairSeed seed;
+        const DistanceBracket bracket =
+            fast_oracle_distance(part_a, X_WA * X_AP, part_b, X_WB * X_BP, gap, seed);
+        nearest = std::min(nearest, bracket.upper);
+      }
+    }
     ++tally.samples;
-    const Scalar excess = (bracket.upper - target) / target;
+    const Scalar excess = (nearest - target) / target;
     tally.least_excess = std::min(tally.least_excess, excess);
     if (excess < 0) fault(tally, "nearer than the target", -1);
   }

@@ -3,7 +3,9 @@
 
 #include <gtest/gtest.h>
 
-#include "dyop/core/error.h"
+#include <cstdlib>
+
+#include "dyop/io/file_error.h"
 #include "support/message_of.h"
 #include "support/temporary_directory.h"
 
@@ -33,7 +35,23 @@ TEST(FramePictures, SayThatTheBrowserIsMissing) {
   const auto page = directory.write("page.html", "<!doctype html>");
   FrameOptions options;
   options.browser = (directory.path() / "no-browser").string();
-  EXPECT_THROW(write_frames(page, directory.path() / "frames", options), Error);
+  const std::string message =
+      message_of<FileError>([&] { write_frames(page, directory.path() / "frames", options); });
+  EXPECT_NE(message.find("no-browser"), std::string::npos) << message;
+  EXPECT_NE(message.find("apt-get install chromium"), std::string::npos) << message;
+}
+
+TEST(FramePictures, SayThatFfmpegIsMissingBeforeTheyDrawAnything) {
+  const TemporaryDirectory directory;
+  const auto page = directory.write("page.html", "<!doctype html>");
+  FrameOptions options;
+  options.browser = "/bin/true";  // is there, but draws nothing
+  const std::string path = std::getenv("PATH");
+  setenv("PATH", directory.path().c_str(), 1);
+  const std::string message =
+      message_of<FileError>([&] { write_frames(page, directory.path() / "film.mp4", options); });
+  setenv("PATH", path.c_str(), 1);
+  EXPECT_NE(message.find("apt-get install ffmpeg"), std::string::npos) << message;
 }
 
 }  // namespace

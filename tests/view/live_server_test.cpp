@@ -8,7 +8,6 @@
 
 #include <array>
 #include <atomic>
-#include <chrono>
 #include <regex>
 #include <thread>
 
@@ -61,29 +60,74 @@ int status_of(const std::string& answer) {
   return std::stoi(answer.substr(answer.find(' ') + 1));
 }
 
+std::string body_of(const std::string& answer) {
+  return answer.substr(answer.find("\r\n\r\n") + 4);
+}
+
+// A block as it is sent: after its length.
+std::string sent(const std::string& block) {
+  std::string bytes;
+  for (int shift = 0; shift < 32; shift += 8) bytes += char(block.size() >> shift & 255);
+  return bytes + block;
+}
+
+PageEncoder encoder() {
+  PageScene scene;
+  scene.title = "A run";
+  return PageEncoder(scene);
+}
+
+PageSpan frame(int k) {
+  PageSpan span;
+  span.frames.emplace_back().interval = {Scalar(k), Scalar(k + 1)};
+  return span;
+}
+
+std::string state_at(const Address& address, int block) {
+  const std::string answer = ask(address, "GET", address.path + "blocks/" + std::to_string(block));
+  const std::string key = "X-Dyop-State: ";
+  const std::size_t at = answer.find(key) + key.size();
+  return answer.substr(at, answer.find('\r', at) - at);
+}
+
 TEST(LiveServer, ServesItsPageAndBlocksAsTheyCome) {
   DYOP_SKIP_WITHOUT_SERVER();
-  LiveServer server("A run", "head");
+  LiveServer server(encoder());
   const Address address = parts_of(server.address());
   EXPECT_NE(ask(address, "GET", address.path).find("id=\"live\""), std::string::npos);
-  const std::string head("\r\n\r\n\4\0\0\0head", 12);
-  EXPECT_NE(ask(address, "GET", address.path + "blocks/0").find(head), std::string::npos);
+  EXPECT_EQ(body_of(ask(address, "GET", address.path + "blocks/0")), sent(encoder().head()));
   EXPECT_EQ(status_of(ask(address, "GET", address.path + "blocks/1")), 204);
-  server.publish("first");
-  server.publish("second");
+  // What comes while nobody asks is one block.
+  server.publish(frame(0));
+  server.publish(frame(1));
+  PageSpan both = frame(0);
+  append(both, frame(1));
   const std::string answer = ask(address, "GET", address.path + "blocks/1");
-  const std::string both("\5\0\0\0first\6\0\0\0second", 19);
-  EXPECT_NE(answer.find("\r\n\r\n" + both), std::string::npos);
+  EXPECT_EQ(body_of(answer), sent(encoder().span(both)));
   EXPECT_NE(answer.find("X-Dyop-State: running"), std::string::npos);
+  server.publish(frame(2));
+  EXPECT_EQ(body_of(ask(address, "GET", address.path + "blocks/1")), sent(encoder().span(both)));
+  EXPECT_EQ(body_of(ask(address, "GET", address.path + "blocks/2")),
+            sent(encoder().span(frame(2))));
   server.finish();
   EXPECT_NE(ask(address, "GET", address.path + "blocks/3").find("X-Dyop-State: finished"),
             std::string::npos);
-  EXPECT_EQ(server.blocks(), (std::vector<std::string>{"head", "first", "second"}));
+  EXPECT_EQ(server.blocks(), (std::vector<std::string>{encoder().head(), encoder().span(both),
+                                                       encoder().span(frame(2))}));
+}
+
+TEST(LiveServer, KeepsForThePageAtTheEndWhatNobodyAskedFor) {
+  DYOP_SKIP_WITHOUT_SERVER();
+  LiveServer server(encoder());
+  server.publish(frame(0));
+  server.finish();
+  EXPECT_EQ(server.blocks(),
+            (std::vector<std::string>{encoder().head(), encoder().span(frame(0))}));
 }
 
 TEST(LiveServer, RefusesWhoDoesNotKnowItsAddress) {
   DYOP_SKIP_WITHOUT_SERVER();
-  LiveServer server("A run", "head");
+  LiveServer server(encoder());
   const Address address = parts_of(server.address());
   EXPECT_GE(address.path.size(), 32u);
   EXPECT_EQ(status_of(ask(address, "GET", "/")), 404);
@@ -95,14 +139,17 @@ TEST(LiveServer, RefusesWhoDoesNotKnowItsAddress) {
 
 TEST(LiveServer, PausesAndStopsTheRunOnlyWhenAsked) {
   DYOP_SKIP_WITHOUT_SERVER();
-  LiveServer server("A run", "head");
+  LiveServer server(encoder());
   const Address address = parts_of(server.address());
   std::stop_source user;
   EXPECT_TRUE(server.may_go_on(user.get_token()));
   EXPECT_EQ(status_of(ask(address, "POST", address.path + "pause")), 200);
+  // The run's last step is still under way.
+  EXPECT_EQ(state_at(address, 1), "pausing");
   std::atomic<bool> has_gone_on = false;
   std::jthread run([&] { has_gone_on = server.may_go_on(user.get_token()); });
-  std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  for (int k = 0; k < 10000 && state_at(address, 1) != "paused"; ++k) std::this_thread::yield();
+  EXPECT_EQ(state_at(address, 1), "paused");
   EXPECT_FALSE(has_gone_on);
   EXPECT_EQ(status_of(ask(address, "POST", address.path + "resume")), 200);
   run.join();
@@ -114,9 +161,8 @@ TEST(LiveServer, PausesAndStopsTheRunOnlyWhenAsked) {
 
 TEST(LiveServer, AUsersStopEndsAPause) {
   DYOP_SKIP_WITHOUT_SERVER();
-  LiveServer server("A run", "head");
-  const Address address = parts_of(server.address());
-  ask(address, "POST", address.path + "pause");
+  LiveServer server(encoder());
+  server.pause();
   std::stop_source user;
   std::atomic<bool> may = true;
   std::jthread run([&] { may = server.may_go_on(user.get_token()); });
@@ -127,9 +173,9 @@ TEST(LiveServer, AUsersStopEndsAPause) {
 
 TEST(LiveServer, ATakenPortIsNamed) {
   DYOP_SKIP_WITHOUT_SERVER();
-  LiveServer server("A run", "head");
+  LiveServer server(encoder());
   try {
-    LiveServer second("Another", "head", parts_of(server.address()).port);
+    LiveServer second(encoder(), parts_of(server.address()).port);
     ADD_FAILURE() << "two servers share a port";
   } catch (const InvalidArgument& error) {
     EXPECT_NE(std::string(error.what()).find(std::to_string(parts_of(server.address()).port)),

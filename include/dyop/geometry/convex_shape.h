@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 
 #include "dyop/geometry/shape.h"
 
@@ -9,10 +10,10 @@ namespace DYOP_EXPORT dyop {
 
 class TriangleMesh;
 
-/// A farthest point along a direction, and its vertex number (-1 for a smooth core).
+/// A farthest point along a direction, and its vertex number (none for a smooth core).
 struct SupportPoint {
   Vector3 point = Vector3::Zero();
-  std::int32_t vertex = -1;
+  std::optional<std::int32_t> vertex;
 };
 
 /// A convex set given by a support function: a convex *core*, inflated by a ball of radius

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "dyop/core/export.h"
+#include "dyop/view/page_encoder.h"
 
 namespace DYOP_EXPORT dyop {
 
@@ -18,10 +19,9 @@ bool has_live_server();
 /// closing or losing it changes nothing.
 class LiveServer {
  public:
-  /// @param head PageEncoder::head().
   /// @param port 0: any free port.
   /// @throws InvalidArgument unless has_page() and has_live_server(), or if the port is taken.
-  LiveServer(const std::string& title, std::string head, int port = 0);
+  explicit LiveServer(PageEncoder encoder, int port = 0);
   /// Stops the server after it has sent all pending data.
   ~LiveServer();
   LiveServer(const LiveServer&) = delete;
@@ -30,15 +30,19 @@ class LiveServer {
   /// To be opened in a browser.
   std::string address() const;
 
-  /// Adds a block, PageEncoder::span().
-  void publish(std::string block);
-  /// No more blocks will come.
+  /// Adds what happened next. Spans are put together until a page asks for them, so that a page
+  /// that is slower than the run gets few, large blocks.
+  void publish(PageSpan span);
+  /// Nothing more will come.
   void finish();
-  /// All of them, the head first.
-  std::vector<std::string> blocks() const;
+  /// All that was published, as blocks of a page, the head first.
+  std::vector<std::string> blocks();
 
-  /// Waits while the page has paused the run, or until `stop` asks to go on. False if the run must
-  /// end, because the page or `stop` says so.
+  /// As if a page had paused the run.
+  void pause();
+  /// Waits while the run is paused, or until `stop` asks to go on. False if the run must end,
+  /// because the page or `stop` says so. The page calls the run paused from here on only: it then
+  /// has all that was published.
   bool may_go_on(const std::stop_token& stop);
   /// Asked when the page stops the run: for AdvanceLimits::stop.
   std::stop_token stop_token() const;

@@ -92,6 +92,9 @@ struct PageSpan {
   std::vector<PageMark> marks;
 };
 
+/// Adds `part`, which follows `whole` in time, to its end.
+void append(PageSpan& whole, PageSpan part);
+
 /// Turns a run into the blocks of bytes that the page reads (docs/player.md). A block is a zlib
 /// stream of columns. The first block holds the scene, every later block one span of time.
 ///

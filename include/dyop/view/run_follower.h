@@ -20,6 +20,8 @@ class RunFollower {
   /// @param gravity_W For the potential energy.
   explicit RunFollower(const Vector3& gravity_W) : gravity_W_(gravity_W) {}
 
+  /// Where the bodies are before the first advance, for a page that opens before its end.
+  static PageSpan start(const World& world);
   /// The data of the last advance of `world`. To be called after each advance.
   PageSpan follow(const AdvanceReport& report, const World& world);
 

@@ -1,19 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <unistd.h>
-
 #include <cmath>
 #include <condition_variable>
-#include <fstream>
 #include <iostream>
 #include <mutex>
 #include <nlohmann/json.hpp>
 
 #include "cli/commands.h"
 #include "cli/interrupt.h"
+#include "cli/page/page_output.h"
 #include "cli/scene_steps.h"
-#include "dyop/io/file_error.h"
 #include "dyop/scene_io/scene_file.h"
-#include "dyop/view/frame_pictures.h"
 #include "dyop/view/live_server.h"
 #include "dyop/view/page_file.h"
 #include "dyop/view/recorded_page.h"
@@ -44,18 +40,11 @@ struct ViewArguments {
   FrameOptions frame_options;
   bool is_live = false;
   bool ends_with_run = false;
+  bool starts_paused = false;
   int port = 0;
   int threads = 0;
   bool is_json = false;
 };
-
-void write_text(const fs::path& file, const std::string& text) {
-  std::ofstream out(file, std::ios::binary);
-  if (!out) throw FileError(file, "cannot be written");
-  out << text;
-  out.close();
-  if (!out) throw FileError(file, "cannot be written to its end");
-}
 
 void tell(const ViewArguments& arguments, const char* key, const std::string& value) {
   if (arguments.is_json) {
@@ -68,30 +57,17 @@ void tell(const ViewArguments& arguments, const char* key, const std::string& va
 ExitCode view_recording(const ViewArguments& arguments) {
   const std::string page = recorded_page_html(arguments.file);
   if (!arguments.out.empty()) {
-    write_text(arguments.out, page);
+    write_page(arguments.out, page);
     tell(arguments, "page", arguments.out);
   }
   if (arguments.frames.empty()) return ExitCode::Answered;
-  const bool keeps_page = !arguments.out.empty();
-  const fs::path file =
-      keeps_page ? fs::path(arguments.out)
-                 : fs::temp_directory_path() / ("dyop-page-" + std::to_string(getpid()) + ".html");
-  if (!keeps_page) write_text(file, page);
-  struct Cleanup {
-    fs::path file;
-    ~Cleanup() {
-      std::error_code ignored;
-      if (!file.empty()) fs::remove(file, ignored);
-    }
-  };
-  const Cleanup cleanup{keeps_page ? fs::path() : file};
-  const std::int64_t count = write_frames(file, arguments.frames, arguments.frame_options);
+  const std::int64_t count = write_page_frames(page, arguments.frames, arguments.frame_options);
   tell(arguments, "frames", std::to_string(count));
   return ExitCode::Answered;
 }
 
-AdvanceStatus run_live(const Scene& scene, const PageEncoder& encoder, World& world,
-                       LiveServer& server, const std::stop_token& interrupt) {
+AdvanceStatus run_live(const Scene& scene, World& world, LiveServer& server,
+                       const std::stop_token& interrupt) {
   RunFollower follower(scene.options.gravity_W);
   std::stop_source stop;
   const std::stop_callback by_user(interrupt, [&] { stop.request_stop(); });
@@ -101,7 +77,7 @@ AdvanceStatus run_live(const Scene& scene, const PageEncoder& encoder, World& wo
     if (!server.may_go_on(interrupt)) return AdvanceStatus::Cancelled;
     const Scalar t = step_end(scene, k, count);
     const AdvanceReport report = world.advance(t - world.time(), {stop.get_token(), std::nullopt});
-    server.publish(encoder.span(follower.follow(report, world)));
+    server.publish(follower.follow(report, world));
     if (report.status != AdvanceStatus::Completed) return report.status;
   }
   return AdvanceStatus::Completed;
@@ -125,13 +101,14 @@ ExitCode view_live(const ViewArguments& arguments) {
   for (std::size_t k = 0; k < scene.bodies.size(); ++k) {
     page_scene.bodies[k].shape_name = scene.shape_names[k];
   }
-  const PageEncoder encoder(std::move(page_scene));
-  LiveServer server(scene.title, encoder.head(), arguments.port);
+  LiveServer server(PageEncoder(std::move(page_scene)), arguments.port);
+  server.publish(RunFollower::start(world));
+  if (arguments.starts_paused) server.pause();
   tell(arguments, "address", server.address());
-  const AdvanceStatus status = run_live(scene, encoder, world, server, interrupt.token());
+  const AdvanceStatus status = run_live(scene, world, server, interrupt.token());
   server.finish();
   if (!arguments.out.empty()) {
-    write_text(arguments.out, page_html(scene.title, server.blocks()));
+    write_page(arguments.out, page_html(scene.title, server.blocks()));
     tell(arguments, "page", arguments.out);
   }
   tell(arguments, "t", std::to_string(world.time()));
@@ -171,21 +148,13 @@ void add_view_command(CLI::App& app, ExitCode& exit_code) {
   command->add_option("--port", arguments->port, "Of the page with --live; 0: any that is free")
       ->check(CLI::Range(0, 65535))
       ->capture_default_str();
+  command->add_flag("--paused", arguments->starts_paused,
+                    "With --live: the run waits for Resume in the page");
   command->add_flag("--end-with-run", arguments->ends_with_run,
                     "With --live: do not wait for Ctrl-C once the run is over");
   command->add_option("--frames", arguments->frames,
                       "Pictures at equal steps of time: a directory, or a film FILE.mp4");
-  FrameOptions& frame = arguments->frame_options;
-  command->add_option("--fps", frame.frames_per_second, "Frames per second of the film")
-      ->capture_default_str();
-  command->add_option("--speed", frame.time_per_second, "Time of the run per second of the film")
-      ->capture_default_str();
-  command->add_option("--from", frame.from, "Time of the first frame");
-  command->add_option("--to", frame.to, "Time up to which there are frames");
-  command->add_option("--width", frame.width, "Of frames, in pixels")->capture_default_str();
-  command->add_option("--height", frame.height, "Of frames, in pixels")->capture_default_str();
-  command->add_option("--link", frame.link, "Camera and theme of frames: what a link has after #");
-  command->add_option("--browser", frame.browser, "Chromium, if it is not on the path");
+  add_frame_options(*command, arguments->frame_options);
   command->add_option("--mesh-path", arguments->mesh_path, "More directories to search for meshes");
   command
       ->add_option("--threads", arguments->threads,

@@ -1,18 +1,23 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cli/body_arguments.h"
 #include "cli/commands.h"
+#include "cli/page/page_output.h"
 #include "cli/recording/recording_tools.h"
 
 namespace dyop::cli {
 namespace {
 
 constexpr const char* kExportExamples =
-    R"(-o FILE.glb writes binary glTF, which Blender and every other viewer plays; -o FILE.h5 takes a
-recording as text.
+    R"(-o FILE.glb writes binary glTF, which Blender and every other viewer plays; -o FILE.mp4 a film;
+--frames DIR pictures at equal steps of time; -o FILE.h5 takes a recording as text. Pictures are drawn
+by Chromium without a window; a film needs ffmpeg as well.
 
 Examples:
   For Blender:
     dyop export run.h5 -o run.glb
+  A film at a tenth of the speed, and ten pictures for a paper:
+    dyop export run.h5 -o run.mp4 --speed 0.1
+    dyop export run.h5 --frames pictures --fps 10 --from 0.3 --to 1.2 --width 1920 --height 1080
   A recording as text, from an earlier dyop, as HDF5:
     dyop export run/recording.jsonl --scene scene.json -o run.h5
 )";
@@ -25,8 +30,9 @@ void add_export_command(CLI::App& app, ExitCode& exit_code) {
   command->footer(kExportExamples);
   command->add_option("RECORDING", arguments->recording, "Recording (docs/recording.md)")
       ->required();
-  command->add_option("-o,--out", arguments->out, "File to write; its ending says what")
-      ->required();
+  command->add_option("-o,--out", arguments->out, "File to write; its ending says what");
+  command->add_option("--frames", arguments->frames, "Directory of pictures frame-00000.png, ...");
+  add_frame_options(*command, arguments->frame_options);
   command->add_option("--scene", arguments->scene,
                       "Scene of a recording as text, which has no shapes");
   command

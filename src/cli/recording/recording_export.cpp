@@ -1,14 +1,35 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <iostream>
+
 #include "cli/mesh_path.h"
+#include "cli/page/page_output.h"
 #include "cli/recording/recording_tools.h"
 #include "dyop/scene_io/scene_file.h"
 #include "dyop/scene_io/scene_recording.h"
 #include "dyop/view/gltf_file.h"
+#include "dyop/view/recorded_page.h"
 
 namespace dyop::cli {
+namespace {
+
+void export_frames(const ExportArguments& arguments, const std::string& out) {
+  const std::string page = recorded_page_html(arguments.recording);
+  const std::int64_t count = write_page_frames(page, out, arguments.frame_options);
+  std::cout << "frames: " << count << '\n';
+}
+
+}  // namespace
 
 ExitCode export_recording(const ExportArguments& arguments) {
   const std::filesystem::path out = arguments.out;
+  DYOP_REQUIRE(!arguments.out.empty() || !arguments.frames.empty(),
+               "export needs -o FILE or --frames DIR");
+  if (!arguments.frames.empty()) export_frames(arguments, arguments.frames);
+  if (arguments.out.empty()) return ExitCode::Answered;
+  if (out.extension() == ".mp4") {
+    export_frames(arguments, arguments.out);
+    return ExitCode::Answered;
+  }
   if (out.extension() == ".glb") {
     GltfOptions options;
     options.tolerance = arguments.tolerance;
@@ -16,7 +37,7 @@ ExitCode export_recording(const ExportArguments& arguments) {
     write_gltf(arguments.recording, out, options);
     return ExitCode::Answered;
   }
-  DYOP_REQUIRE(is_recording(out), "-o ", arguments.out, ": expected a file .glb or .h5");
+  DYOP_REQUIRE(is_recording(out), "-o ", arguments.out, ": expected a file .glb, .mp4 or .h5");
   DYOP_REQUIRE(!arguments.scene.empty(),
                "a recording as text has no shapes: --scene SCENE is required");
   const Scene scene = load_scene(arguments.scene, mesh_directories(arguments.mesh_path));

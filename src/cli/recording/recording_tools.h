@@ -7,6 +7,7 @@
 
 #include "cli/commands.h"
 #include "dyop/core/types.h"
+#include "dyop/view/frame_pictures.h"
 
 /// What needs HDF5: without it every function throws FileError, which names the package.
 namespace dyop::cli {
@@ -21,7 +22,9 @@ ExitCode print_recording(const std::filesystem::path& file, bool is_json);
 
 struct ExportArguments {
   std::string recording;
-  std::string out;
+  std::string out;     ///< may be empty if `frames` is not
+  std::string frames;  ///< directory
+  FrameOptions frame_options;
   std::string scene;
   std::vector<std::string> mesh_path;
   Scalar tolerance = 1e-4;  ///< literal: as GltfOptions

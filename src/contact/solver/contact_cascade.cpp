@@ -18,17 +18,6 @@ void keep(const internal::ContactSystem& system, std::vector<Vector3>& lambda) {
   for (const internal::Block& block : system.blocks()) lambda.push_back(block.lambda);
 }
 
-// Largest relative velocity that an impulse has to change: the residual of starting from nothing.
-Scalar residual_without_impulses(const internal::ContactSystem& system) {
-  Scalar largest = 0;
-  for (const internal::Block& block : system.blocks()) {
-    largest = std::max(largest, block.kind == internal::BlockKind::Row
-                                    ? std::abs(block.free[0])
-                                    : std::max(-block.free[0], Scalar{0}));
-  }
-  return largest;
-}
-
 void restore(internal::ContactSystem& system, const std::vector<Vector3>& lambda) {
   for (std::size_t i = 0; i < lambda.size(); ++i) system.blocks()[i].lambda = lambda[i];
   system.update_velocities();
@@ -41,7 +30,7 @@ void ContactCascade::improve(internal::ContactSystem& system, const ContactSolve
   std::array<ContactSolver*, 3> order{&gauss_seidel_, &newton_, &admm_};
   Scalar best = system.residual();
   if (best <= options.tolerance) return;  // at rest the last impulses still do
-  const bool is_good_start = best <= kContactGoodStart * residual_without_impulses(system);
+  const bool is_good_start = best <= kContactGoodStart * system.residual_without_impulses();
   if (is_good_start || system.velocities().size() <= kContactFewBodies) {
     std::swap(order[0], order[1]);
   }

@@ -262,6 +262,15 @@ Scalar ContactSystem::residual() const {
   return largest;
 }
 
+Scalar ContactSystem::residual_without_impulses() const {
+  Scalar largest = 0;
+  for (const Block& block : blocks_) {
+    largest = std::max(largest, block.kind == BlockKind::Row ? std::abs(block.free[0])
+                                                             : std::max(-block.free[0], Scalar{0}));
+  }
+  return largest;
+}
+
 int ContactSystem::immovable_violations(Scalar tolerance) const {
   int count = 0;
   for (const Block& block : immovable_) {

@@ -35,6 +35,9 @@ class ContactSystem {
   Scalar residual() const;
   Scalar residual(const Block& block) const;
 
+  // Largest relative velocity that an impulse has to change: the residual of starting from nothing.
+  Scalar residual_without_impulses() const;
+
   // Number of blocks without mobility whose law is violated by more than the tolerance.
   int immovable_violations(Scalar tolerance) const;
 

@@ -12,6 +12,15 @@
 
 namespace dyop {
 namespace internal {
+namespace {
+
+// Starting impulses whose residual is so small a part of that without impulses have nearly all
+// contacts in the right state: then a large penalty diverges no more, and stands for fewer
+// iterations. Found by measurement.
+constexpr Scalar kNearStart = 1e-4;  // literal: a ratio of residuals
+constexpr Scalar kNearPenalty = 3e5;
+
+}  // namespace
 
 // For multipliers lambda_k and De Saxce's shifts of an outer iteration, finds the y that minimises
 //   1/2 |y|^2 + sum over blocks of max over lambda in C of
@@ -35,6 +44,11 @@ class NewtonRun {
 
   // Puts the impulses with the smallest residual into the system.
   void restore_best() { restore(best_lambda_); }
+  // Penalty to begin with, times a contact's mobility.
+  Scalar first_penalty() const {
+    const bool is_near = best_residual_ <= kNearStart * system_->residual_without_impulses();
+    return is_near ? kNearPenalty : kContactPenalty;
+  }
   bool is_lost() const { return !std::isfinite(system_->residual()); }
 
  private:
@@ -271,7 +285,7 @@ void NewtonSolver::improve(internal::ContactSystem& system, const ContactSolverO
   using End = internal::NewtonRun::End;
   if (options.newton_limit == 0) return;
   run_->begin(system, options.tolerance);
-  Scalar factor = kContactPenalty;
+  Scalar factor = run_->first_penalty();
   int left = options.newton_limit;
   int wait = 0;       // outer iterations until the next polish
   int next_wait = 1;  // after a failed polish
@@ -295,7 +309,7 @@ void NewtonSolver::improve(internal::ContactSystem& system, const ContactSolverO
       if (run_->is_lost()) run_->restore_best();
       factor = std::max(factor / 10, Scalar{1});
     } else if (used <= kContactInnerFew) {
-      factor = std::min(factor * 4, kContactLargestPenalty);
+      factor = std::max(factor, std::min(factor * 4, kContactLargestPenalty));
     }
   }
   run_->restore_best();

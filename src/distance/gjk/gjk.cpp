@@ -33,11 +33,11 @@ struct CorePair {
   SupportPoint a;
   SupportPoint b;
 
-  bool is_smooth() const { return a.vertex < 0 || b.vertex < 0; }
+  bool is_smooth() const { return !a.vertex || !b.vertex; }
 };
 
 bool is_same_point(const SupportPoint& p, const SupportPoint& q) {
-  return p.vertex >= 0 ? p.vertex == q.vertex : p.point == q.point;
+  return p.vertex ? p.vertex == q.vertex : p.point == q.point;
 }
 
 template <typename Real>
@@ -295,11 +295,12 @@ Feature spanned_feature(const std::array<CorePair, 4>& pairs, std::size_t count,
   Feature feature;
   std::size_t distinct = 0;
   for (std::size_t i = 0; i < count; ++i) {
-    const std::int32_t vertex = (pairs[i].*side).vertex;
-    if (vertex < 0) return {};
+    if (!(pairs[i].*side).vertex) return {};
+    const std::int32_t vertex = *(pairs[i].*side).vertex;
     auto& vertices = feature.vertices;
-    const auto known = vertices.begin() + static_cast<std::ptrdiff_t>(distinct);
-    if (distinct == 3 || std::find(vertices.begin(), known, vertex) != known) continue;
+    bool is_known = distinct == 3;
+    for (std::size_t k = 0; k < distinct; ++k) is_known |= vertices[k] == vertex;
+    if (is_known) continue;
     std::size_t at = distinct++;
     for (; at > 0 && vertices[at - 1] > vertex; --at) vertices[at] = vertices[at - 1];
     vertices[at] = vertex;

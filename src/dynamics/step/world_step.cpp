@@ -98,9 +98,14 @@ void WorldStep::link_pairs() {
     if (a.is_awake() && b.is_asleep) world_.wake(b.id.slot, &report_);
     if (b.is_awake() && a.is_asleep) world_.wake(a.id.slot, &report_);
   }
+  // Kept, as a run may end these contacts: planned again, the same bodies make the same islands.
+  for (const auto& pair : world_.pairs) {
+    if (pair->has_contacts) touching_.push_back(pair->key);
+  }
 }
 
-// Islands by contact and by the hits of this step. Runs whose bodies are unchanged are kept.
+// Islands by contact and by the hits of this step. Runs whose bodies are unchanged are kept; pairs
+// that were found since then are not in them, and stay outside.
 void WorldStep::plan_islands() {
   const auto count = static_cast<std::uint32_t>(world_.bodies.size());
   std::vector<std::uint32_t> parents(count);
@@ -111,9 +116,7 @@ void WorldStep::plan_islands() {
     const std::uint32_t b = find_root(parents, key.b);
     parents[std::max(a, b)] = std::min(a, b);
   };
-  for (const auto& pair : world_.pairs) {
-    if (pair->has_contacts) join(pair->key);
-  }
+  for (const PairKey& key : touching_) join(key);
   for (const PairKey& key : forced_links_) join(key);
   for (const PairKey& link : world_.links) join(link);
 
@@ -136,19 +139,27 @@ void WorldStep::plan_islands() {
     }
     island_of_[slot] = island_of_[root];
     islands_[static_cast<std::size_t>(island_of_[slot])].bodies.push_back(slot);
+    may_move_[slot] = true;  // also those that woke since the candidates were found
+  }
+  for (const Island& island : islands_) {
+    const auto known = kept.find(island.bodies);
+    outcomes_.push_back(known == kept.end() ? IslandOutcome{} : std::move(known->second));
   }
   for (const auto& pair : world_.pairs) {
     const BodyRecord& a = world_.bodies[pair->key.a];
     const BodyRecord& b = world_.bodies[pair->key.b];
     const std::int32_t of_a = island_of_[pair->key.a];
     const std::int32_t of_b = island_of_[pair->key.b];
+    const bool was_inner = pair->is_inner;
     pair->is_inner = false;
     if (a.definition.is_sensor || b.definition.is_sensor) continue;
     const bool is_inner = of_a >= 0 && of_a == of_b;
     const bool is_support = (of_a >= 0 && !b.is_dynamic()) || (of_b >= 0 && !a.is_dynamic());
     if (!is_inner && !is_support) continue;
+    const auto island = static_cast<std::size_t>(std::max(of_a, of_b));
+    if (!outcomes_[island].tracks.empty() && !was_inner) continue;
     pair->is_inner = true;
-    islands_[static_cast<std::size_t>(std::max(of_a, of_b))].pairs.push_back(pair.get());
+    islands_[island].pairs.push_back(pair.get());
   }
   // Of the island that something between two bodies acts in; none if one of them is not there.
   const auto island_with = [&](BodyId a, BodyId b) -> Island* {
@@ -164,10 +175,6 @@ void WorldStep::plan_islands() {
   for (SpringState& spring : world_.springs) {
     Island* island = island_with(spring.definition.a, spring.definition.b);
     if (island) island->springs.push_back(&spring);
-  }
-  for (const Island& island : islands_) {
-    const auto known = kept.find(island.bodies);
-    outcomes_.push_back(known == kept.end() ? IslandOutcome{} : std::move(known->second));
   }
 }
 

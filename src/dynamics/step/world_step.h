@@ -46,6 +46,7 @@ class WorldStep {
   std::vector<Scalar> own_targets_;      // by slot: the largest target given for a pair
   std::vector<bool> may_move_;           // by slot
   bool has_moving_ = false;              // one of them
+  std::vector<PairKey> touching_;        // pairs in contact at the start
   std::set<PairKey> forced_links_;       // from hits in this step
   std::vector<std::int32_t> island_of_;  // by slot; -1: none
   std::vector<bool> is_dirty_;           // by slot: its island must run again

@@ -5,31 +5,16 @@
 #include <optional>
 
 #include "dyop/core/error.h"
-#include "dyop/motion/rest_motion.h"
 #include "toi/deforming/deforming_traversal.h"
+#include "toi/deforming/standing_pair.h"
 
 namespace dyop {
 namespace {
 
-using internal::DeformingSide;
 using internal::DeformingTraversal;
 using internal::PieceDistance;
 using internal::RigidSide;
-
-const TimeInterval kInstant{0, 0};
-
-// The two meshes where they stand.
-struct StandingPair {
-  StandingPair(const DeformingMesh& mesh_a, Scalar s, const TriangleMesh& mesh_b,
-               const RigidPose& X_WB)
-      : X_WB_motion(X_WB), a(mesh_a, kInstant, {s, s}), b(mesh_b, X_WB_motion, kInstant) {}
-
-  Scalar noise() const { return kStepNoise * (a.size() + b.size()); }
-
-  RestMotion X_WB_motion;
-  DeformingSide a;
-  RigidSide b;
-};
+using internal::StandingPair;
 
 void require_fraction(Scalar s) {
   DYOP_REQUIRE(s >= 0 && s <= 1, "the fraction of a deforming mesh's interval must be in [0, 1], ",
@@ -51,7 +36,7 @@ DistanceResult distance(const DeformingMesh& a, Scalar s, const TriangleMesh& b,
   DYOP_REQUIRE(options.max_distance >= 0, "distance: max_distance must be >= 0, not ",
                options.max_distance);
   const StandingPair sides(a, s, b, X_WB);
-  DeformingTraversal<RigidSide> traversal(sides.a, sides.b, sides.noise(), options.max_distance,
+  DeformingTraversal<RigidSide> traversal(sides.a, sides.b, sides.noise, options.max_distance,
                                           cache.stack);
   const auto& seed = cache.nearest;
   if (seed && sides.a.has_leaf(seed->a) && sides.b.has_leaf(seed->b)) {
@@ -87,8 +72,7 @@ void find_near_pairs(const DeformingMesh& a, Scalar s, const TriangleMesh& b, co
                "find_near_pairs: max_distance must be finite and >= 0, not ", max_distance);
   pairs.clear();
   const StandingPair sides(a, s, b, X_WB);
-  DeformingTraversal<RigidSide> traversal(sides.a, sides.b, sides.noise(), max_distance,
-                                          cache.stack);
+  DeformingTraversal<RigidSide> traversal(sides.a, sides.b, sides.noise, max_distance, cache.stack);
   traversal.for_each_leaf_pair(
       [&](const PieceDistance& piece, std::int32_t leaf_a, std::int32_t leaf_b) {
         if (piece.lower <= max_distance) {

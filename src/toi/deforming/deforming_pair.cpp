@@ -9,8 +9,8 @@ namespace dyop::internal {
 
 template <typename SideB>
 DeformingPair<SideB>::DeformingPair(DeformingSide& a, SideB& b, const TimeInterval& interval,
-                                    const ImpactBand& band)
-    : a_(a), b_(b), interval_(interval), band_(band) {
+                                    const ImpactBand& band, std::span<const BoxPair> first)
+    : a_(a), b_(b), interval_(interval), band_(band), first_(first) {
   now_.noise = kStepNoise * (a_.size() + b_.size());
   set_time(interval.begin);
 }

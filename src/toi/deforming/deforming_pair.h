@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -21,10 +22,10 @@ namespace dyop::internal {
 template <typename SideB>
 class DeformingPair {
  public:
-  static constexpr std::int32_t kRoot = 0;
-
   /// All arguments must outlive the pair.
-  DeformingPair(DeformingSide& a, SideB& b, const TimeInterval& interval, const ImpactBand& band);
+  /// @param first The pairs of nodes to examine: by default, the roots.
+  DeformingPair(DeformingSide& a, SideB& b, const TimeInterval& interval, const ImpactBand& band,
+                std::span<const BoxPair> first = {&kRootPair, 1});
 
   void set_time(Scalar t);
   Scalar time() const { return time_; }
@@ -33,6 +34,7 @@ class DeformingPair {
   Scalar start_noise() const { return kPoseNoise * (a_.start_size() + b_.start_size()); }
 
   Scalar first_time() const { return interval_.begin; }
+  std::span<const BoxPair> first_pairs() const { return first_; }
   /// Deforming meshes are surfaces.
   std::optional<Vector3> enclosed_point(const ToiOptions& /*options*/) const {
     return std::nullopt;
@@ -64,7 +66,7 @@ class DeformingPair {
   }
   bool is_closing(const PieceDistance& piece, const QueuedPair& pair) const;
   DeformingTraversal<SideB> nearer_search(Scalar max_distance, BoxPairStack& stack) const {
-    return DeformingTraversal<SideB>(a_, b_, noise(), max_distance, stack);
+    return DeformingTraversal<SideB>(a_, b_, noise(), max_distance, stack, first_);
   }
 
   WitnessPair witness_pair(const PieceDistance& piece, const QueuedPair& pair) const;
@@ -90,6 +92,7 @@ class DeformingPair {
   SideB& b_;
   const TimeInterval interval_;
   const ImpactBand& band_;
+  const std::span<const BoxPair> first_;
   PairInstant now_;  // only noise, horizon and remaining are used
   Scalar time_ = 0;
 };

@@ -125,6 +125,14 @@ class RigidSide {
   std::int32_t triangle(std::int32_t leaf) const { return tree_.triangle(leaf); }
   std::span<const TriangleIndices> triangles() const { return mesh_.triangles(); }
   OrientedBox box_W(std::int32_t box) const;
+  /// The largest n.x over a box where it stands.
+  Scalar box_reach(std::int32_t box, const Vector3& n_W) const {
+    return n_W.dot(now_.p_WB) + largest_along(tree_.box(box), now_.R_WB.transpose() * n_W);
+  }
+  Scalar triangle_reach(std::int32_t leaf, const Vector3& n_W) const {
+    return n_W.dot(now_.p_WB) +
+           largest_along(mesh_.triangle(triangle(leaf)), now_.R_WB.transpose() * n_W);
+  }
   Triangle triangle_W(std::int32_t leaf) const;
   RigidPose pose() const { return RigidPose::from_trusted(now_.R_WB, now_.p_WB); }
   const TriangleMesh& mesh_now() const { return mesh_; }

@@ -41,7 +41,7 @@ void DeformingTraversal<SideB>::seed(std::int32_t leaf_a_in, std::int32_t leaf_b
 template <typename SideB>
 void DeformingTraversal<SideB>::start() {
   stack_.clear();
-  if (!is_found()) stack_.push_back({0, 0, 0});
+  if (!is_found()) stack_.assign(first_.begin(), first_.end());
 }
 
 template <typename SideB>

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 
 #include "distance/distance_traversal.h"
 #include "toi/deforming/deforming_sides.h"
@@ -20,9 +21,10 @@ PieceDistance leaf_distance(const DeformingSide& a, std::int32_t leaf_a, const S
 template <typename SideB>
 class DeformingTraversal {
  public:
+  /// @param first What it starts with: by default, the roots.
   DeformingTraversal(const DeformingSide& a, const SideB& b, Scalar noise, Scalar max_distance,
-                     BoxPairStack& stack)
-      : a_(a), b_(b), noise_(noise), max_distance_(max_distance), stack_(stack) {}
+                     BoxPairStack& stack, std::span<const BoxPair> first = {&kRootPair, 1})
+      : a_(a), b_(b), noise_(noise), max_distance_(max_distance), stack_(stack), first_(first) {}
 
   /// As in DistanceTraversal.
   void seed(std::int32_t leaf_a, std::int32_t leaf_b);
@@ -56,13 +58,13 @@ class DeformingTraversal {
   const Scalar noise_;
   const Scalar max_distance_;
   BoxPairStack& stack_;
+  const std::span<const BoxPair> first_;
 };
 
 template <typename SideB>
 template <typename Visit>
 void DeformingTraversal<SideB>::for_each_leaf_pair(const Visit& visit) {
-  stack_.clear();
-  stack_.push_back({0, 0, 0});
+  stack_.assign(first_.begin(), first_.end());
   while (!stack_.empty()) {
     const BoxPair pair = stack_.back();
     stack_.pop_back();

@@ -12,17 +12,19 @@
 namespace dyop::internal {
 namespace {
 
-// The body at time t. If `noise` is positive, `before` is its state at `t_before`.
-BodyInstant instant(const MovingShape& body, Scalar t, const BodyInstant& before, Scalar t_before,
-                    Scalar noise) {
+// Moves the body from time t_now to time t. A positive `noise` says that it has been moved before.
+void move(BodyInstant& now, const MovingShape& body, Scalar t_now, Scalar t, Scalar noise) {
   const MotionState state = guarded_state(body.motion, body.is_trusted, t, body.name);
-  const BodyInstant now{state.X_WB.rotation(), state.X_WB.translation(), state.twist.v_WB,
-                        state.twist.w_WB};
+  const Matrix3& R_WB = state.X_WB.rotation();
+  const Vector3& p_WB = state.X_WB.translation();
   if (noise > 0 && !body.is_trusted) {
-    require_no_jump({before.R_WB, before.p_WB, now.R_WB, now.p_WB, t_before, t},
-                    body.bounds.whole(), body.radius, noise, body.name);
+    require_no_jump({now.R_WB, now.p_WB, R_WB, p_WB, t_now, t}, body.bounds.whole(), body.radius,
+                    noise, body.name);
   }
-  return now;
+  now.R_WB = R_WB;
+  now.p_WB = p_WB;
+  now.v_WB = state.twist.v_WB;
+  now.w_WB = state.twist.w_WB;
 }
 
 BoundLookups lookups_of(const Shape& a, const Shape& b) {
@@ -36,14 +38,15 @@ class FeatureEdges {
   FeatureEdges(const LeafPiece& piece, const Feature& feature, const Matrix3& R_WS) {
     const TriangleMesh* mesh = piece.mesh ? piece.mesh : piece.convex->core_surface();
     if (!mesh) return;
-    // A user's shape may use any vertex numbers.
-    const auto count = static_cast<std::int32_t>(mesh->vertices().size());
+    const std::span<const Vector3> corners = mesh->vertices();
     const std::span numbers(feature.vertices.data(), feature.vertex_count());
-    if (std::any_of(numbers.begin(), numbers.end(), [&](auto n) { return n < 0 || n >= count; })) {
-      return;
-    }
-    const auto corner = [&](std::size_t k) {
-      return mesh->vertices()[static_cast<std::size_t>(numbers[k])];
+    const auto is_outside = [&](std::int32_t n) {
+      return static_cast<std::size_t>(n) >= corners.size();  // negative ones too
+    };
+    // A user's shape may use any vertex numbers.
+    if (std::any_of(numbers.begin(), numbers.end(), is_outside)) return;
+    const auto corner = [&](std::size_t k) -> const Vector3& {
+      return corners[static_cast<std::size_t>(numbers[k])];
     };
     for (std::size_t k = 1; k < numbers.size(); ++k) {
       edges_[count_++] = R_WS * (corner(k) - corner(0));
@@ -89,8 +92,8 @@ Scalar MovingPair::rounding_allowance() const {
 }
 
 void MovingPair::set_time(Scalar t) {
-  now_.a = instant(a_, t, now_.a, time_, now_.noise);
-  now_.b = instant(b_, t, now_.b, time_, now_.noise);
+  move(now_.a, a_, time_, t, now_.noise);
+  move(now_.b, b_, time_, t, now_.noise);
   time_ = t;
   X_AB_ = RigidPose::from_trusted(now_.a.R_WB.transpose() * now_.b.R_WB,
                                   now_.a.R_WB.transpose() * (now_.b.p_WB - now_.a.p_WB));

@@ -16,8 +16,6 @@ namespace dyop::internal {
 /// Two rigid sides, for BestFirstSearch. The frame of pieces is A's.
 class RigidPair {
  public:
-  static constexpr std::int32_t kRoot = ShapeTree::kRoot;
-
   RigidPair(const Shape& a, const Motion& X_WA, const Shape& b, const Motion& X_WB,
             const TimeInterval& interval, const ImpactBand& band);
 
@@ -29,6 +27,7 @@ class RigidPair {
 
   /// A proven time, or infinity; leaves the sides at a time that is not later.
   Scalar first_time();
+  std::span<const BoxPair> first_pairs() const { return {&kRootPair, 1}; }
   /// A point inside both shapes at the current time, if the options declare one of them a solid.
   std::optional<Vector3> enclosed_point(const ToiOptions& options) const;
 

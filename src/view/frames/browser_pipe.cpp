@@ -13,6 +13,7 @@
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
+#include <sstream>
 
 #include "dyop/io/file_error.h"
 
@@ -74,6 +75,19 @@ std::string from_base64(const std::string& text) {
 }
 
 }  // namespace
+
+void require_program(const std::string& program, const std::string& package) {
+  const char* path = std::getenv("PATH");
+  const bool is_named_by_path = program.find('/') != std::string::npos;
+  std::istringstream folders(is_named_by_path || path == nullptr ? "" : path);
+  bool is_there = is_named_by_path && access(program.c_str(), X_OK) == 0;
+  for (std::string folder; !is_there && std::getline(folders, folder, ':');) {
+    is_there = access((folder + "/" + program).c_str(), X_OK) == 0;
+  }
+  if (!is_there) {
+    throw FileError(program, "is not installed; on Debian: apt-get install " + package);
+  }
+}
 
 int run_program(const std::vector<std::string>& words) {
   SpawnActions actions;

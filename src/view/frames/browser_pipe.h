@@ -12,6 +12,9 @@
 
 namespace dyop::internal {
 
+/// Throws FileError, which names the package, unless the program is on the path.
+void require_program(const std::string& program, const std::string& package);
+
 /// Runs a program found on the path and returns its exit code. Throws FileError if it cannot be
 /// started.
 int run_program(const std::vector<std::string>& words);

@@ -20,6 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr const char* kBrowser = "chromium";
 constexpr int kLeastSize = 16;
 constexpr int kMostSize = 8192;
 constexpr std::chrono::milliseconds kBetweenLooks{50};
@@ -69,8 +70,8 @@ fs::path frame_file(const fs::path& directory, std::int64_t k) {
 
 std::int64_t write_pictures(const fs::path& page, const fs::path& directory,
                             const FrameOptions& options) {
-  internal::BrowserPipe browser(options.browser.empty() ? "chromium" : options.browser,
-                                options.width, options.height);
+  internal::BrowserPipe browser(options.browser.empty() ? kBrowser : options.browser, options.width,
+                                options.height);
   browser.open(address_of(page, options.link));
   wait_until_ready(browser, page);
   const auto run_begin = browser.evaluate("window.dyop.run.begin").get<Scalar>();
@@ -111,7 +112,10 @@ void make_film(const fs::path& directory, const fs::path& out, Scalar frames_per
 
 std::int64_t write_frames(const fs::path& page, const fs::path& out, const FrameOptions& options) {
   check(options);
+  // Before the first frame is drawn, not after the last.
+  internal::require_program(options.browser.empty() ? kBrowser : options.browser, kBrowser);
   if (out.extension() == ".mp4") {
+    internal::require_program("ffmpeg", "ffmpeg");
     const internal::ScratchFolder frames("frames");
     const std::int64_t count = write_pictures(page, frames.path(), options);
     make_film(frames.path(), out, options.frames_per_second);

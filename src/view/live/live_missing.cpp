@@ -10,7 +10,7 @@ bool has_live_server() {
   return false;
 }
 
-LiveServer::LiveServer(const std::string&, std::string, int) {
+LiveServer::LiveServer(PageEncoder, int) {
   throw InvalidArgument("this dyop was built without cpp-httplib, so it cannot serve a page");
 }
 
@@ -20,13 +20,15 @@ std::string LiveServer::address() const {
   return {};
 }
 
-void LiveServer::publish(std::string) {}
+void LiveServer::publish(PageSpan) {}
 
 void LiveServer::finish() {}
 
-std::vector<std::string> LiveServer::blocks() const {
+std::vector<std::string> LiveServer::blocks() {
   return {};
 }
+
+void LiveServer::pause() {}
 
 bool LiveServer::may_go_on(const std::stop_token&) {
   return false;

@@ -10,6 +10,7 @@
 #include <mutex>
 #include <random>
 #include <thread>
+#include <utility>
 
 #include "dyop/core/error.h"
 #include "dyop/view/page_file.h"
@@ -24,6 +25,7 @@ constexpr int kForbidden = 403;
 constexpr std::chrono::milliseconds kWait{1};
 constexpr int kMostWaits = 5000;
 constexpr std::size_t kBytesOfAnswer = 1 << 20;
+constexpr std::size_t kSegmentsOfBlock = 20000;
 
 // 128 bits that another page cannot guess.
 std::string random_name() {
@@ -40,12 +42,17 @@ std::string random_name() {
 }  // namespace
 
 struct LiveServer::Impl {
-  enum class State { Running, Paused, Finished };
+  // Pausing: the run has been asked to pause, but is still about its last step.
+  enum class State { Running, Pausing, Paused, Finished };
 
-  mutable std::mutex mutex;
+  explicit Impl(PageEncoder the_encoder) : encoder(std::move(the_encoder)) {}
+
+  const PageEncoder encoder;
+  std::mutex mutex;
   std::condition_variable_any changed;
   State state = State::Running;
-  std::vector<std::string> blocks;
+  std::vector<std::string> blocks{encoder.head()};
+  PageSpan pending;  // what follows the blocks
   std::stop_source stop;
   std::string page;
   std::string name = random_name();
@@ -57,6 +64,8 @@ struct LiveServer::Impl {
     switch (state) {
       case State::Running:
         return "running";
+      case State::Pausing:
+        return "pausing";
       case State::Paused:
         return "paused";
       case State::Finished:
@@ -65,17 +74,24 @@ struct LiveServer::Impl {
     return "";
   }
 
-  // Only Running and Paused may change into one another.
   void change(State wanted) {
     const std::scoped_lock lock(mutex);
-    if (state != State::Finished) state = wanted;
+    if (state == State::Finished || (state == State::Paused && wanted == State::Pausing)) return;
+    state = wanted;
     changed.notify_all();
   }
 
+  // Makes a block of what is pending; the caller holds the mutex.
+  void encode_pending() {
+    if (pending.frames.empty() && pending.segments.empty()) return;
+    blocks.push_back(encoder.span(std::exchange(pending, {})));
+  }
+
   // Some of the blocks from the one asked for on, each after its length (32 bits, little-endian).
-  void send_blocks(const httplib::Request& request, httplib::Response& response) const {
+  void send_blocks(const httplib::Request& request, httplib::Response& response) {
     const std::size_t first = std::stoul(request.matches[1].str());
     const std::scoped_lock lock(mutex);
+    if (first >= blocks.size()) encode_pending();
     response.set_header("X-Dyop-State", state_word());
     response.set_header("Cache-Control", "no-store");
     std::string bytes;
@@ -107,7 +123,7 @@ struct LiveServer::Impl {
     });
     server.Get(at + R"(blocks/(\d{1,9}))",
                [this](const auto& request, auto& response) { send_blocks(request, response); });
-    server.Post(at + "pause", [this](const auto&, auto&) { change(State::Paused); });
+    server.Post(at + "pause", [this](const auto&, auto&) { change(State::Pausing); });
     server.Post(at + "resume", [this](const auto&, auto&) { change(State::Running); });
     server.Post(at + "stop", [this](const auto&, auto&) {
       stop.request_stop();
@@ -123,10 +139,9 @@ bool has_live_server() {
   return true;
 }
 
-LiveServer::LiveServer(const std::string& title, std::string head, int port)
-    : impl_(std::make_unique<Impl>()) {
-  impl_->page = live_page_html(title);
-  impl_->blocks.push_back(std::move(head));
+LiveServer::LiveServer(PageEncoder encoder, int port)
+    : impl_(std::make_unique<Impl>(std::move(encoder))) {
+  impl_->page = live_page_html(impl_->encoder.scene().title);
   impl_->add_routes();
   if (port == 0) {
     impl_->port = impl_->server.bind_to_any_port(kHost);
@@ -151,9 +166,10 @@ std::string LiveServer::address() const {
          "/";
 }
 
-void LiveServer::publish(std::string block) {
+void LiveServer::publish(PageSpan span) {
   const std::scoped_lock lock(impl_->mutex);
-  impl_->blocks.push_back(std::move(block));
+  append(impl_->pending, std::move(span));
+  if (impl_->pending.segments.size() > kSegmentsOfBlock) impl_->encode_pending();
 }
 
 void LiveServer::finish() {
@@ -161,16 +177,22 @@ void LiveServer::finish() {
   impl_->state = Impl::State::Finished;
 }
 
-std::vector<std::string> LiveServer::blocks() const {
+std::vector<std::string> LiveServer::blocks() {
   const std::scoped_lock lock(impl_->mutex);
+  impl_->encode_pending();
   return impl_->blocks;
 }
 
+void LiveServer::pause() {
+  impl_->change(Impl::State::Pausing);
+}
+
 bool LiveServer::may_go_on(const std::stop_token& stop) {
+  using State = Impl::State;
   std::unique_lock lock(impl_->mutex);
-  impl_->changed.wait(lock, stop, [this] {
-    return impl_->state != Impl::State::Paused || impl_->stop.stop_requested();
-  });
+  if (impl_->state == State::Pausing) impl_->state = State::Paused;
+  impl_->changed.wait(
+      lock, stop, [this] { return impl_->state != State::Paused || impl_->stop.stop_requested(); });
   return !stop.stop_requested() && !impl_->stop.stop_requested();
 }
 

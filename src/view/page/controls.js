@@ -50,6 +50,11 @@ function actionsOf(player) {
       stage.frame();
       player.notify();
     }},
+    closeUp: {keys: ['z'], words: 'Close up: to the gap of the nearest pair', act: () => player.closeUp()},
+    track: {keys: ['m'], words: 'The camera moves with the chosen body', act: () => {
+      player.tracks = !player.tracks;
+      player.notify();
+    }},
     panel: {keys: ['p'], words: 'Show or hide the panel', act: () => {
       const panel = document.getElementById('panel');
       panel.hidden = !panel.hidden;
@@ -124,7 +129,8 @@ function addButtons(player, actions) {
     button('wireframe', 'Wire', () => player.view === 'wireframe'),
     button('ghost', 'Ghost', () => player.view === 'ghost'),
     button('isolate', 'Isolate', () => player.view === 'isolate'),
-    button('color', 'Colour'), button('frame', 'Frame'), button('theme', '◐'),
+    button('color', 'Colour'), button('frame', 'Frame'), button('closeUp', 'Close up'),
+    button('track', 'Track', () => player.tracks), button('theme', '◐'),
     button('link', 'Link'), button('panel', 'Panel'), button('help', '?'));
 }
 

@@ -2,8 +2,10 @@
 // Curves over time: gaps of the nearest pairs with their proven lower bounds, energy, momentum, and
 // what the steps cost. Made when first seen.
 import uPlot from 'uplot';
+import {lastAtMost} from './run.js';
 
-const kHues = ['#2563eb', '#d97706', '#2f9e44', '#9333ea', '#d6336c', '#0e7490'];
+const kHues = {light: ['#2563eb', '#d97706', '#2f9e44', '#9333ea', '#d6336c', '#0e7490'],
+               dark: ['#7aa7ff', '#fbbf6b', '#6fd08c', '#c59bff', '#ff8fb5', '#5fd0e0']};
 const kMostPairs = 6;
 
 function leastGaps(run) {
@@ -13,14 +15,14 @@ function leastGaps(run) {
     .slice(0, kMostPairs).map(({pair}) => pair);
 }
 
-export function shortNumber(v) {
+export function shortNumber(v, digits = 3) {
   if (v == null) return '';
   const size = Math.abs(v);
-  return v === 0 || (size >= 1e-3 && size < 1e5) ? Number(v.toPrecision(3)).toString()
-    : v.toExponential(1).replace('.0e', 'e').replace('+', '');
+  return v === 0 || (size >= 1e-3 && size < 1e5) ? Number(v.toPrecision(digits)).toString()
+    : v.toExponential(digits - 2).replace(/\.?0*e/, 'e').replace('+', '');
 }
 
-const number = (u, value) => (value == null ? '–' : value.toPrecision(5));
+const number = (u, value) => (value == null ? '–' : shortNumber(value, 5));
 
 export class Curves {
   constructor(host, run, seek) {
@@ -31,11 +33,15 @@ export class Curves {
     this.t = run.begin;
   }
 
-  #plot(title, series, data, log = false) {
+  // `bands` are pairs of series between which the plot is filled.
+  #plot(title, series, data, {log = false, bands} = {}) {
     const style = getComputedStyle(document.documentElement);
     const color = (name) => style.getPropertyValue(name).trim();
-    const axis = {stroke: color('--dim'), grid: {stroke: color('--line'), width: 1},
-                  ticks: {stroke: color('--line'), width: 1}, font: '10px system-ui'};
+    const line = {stroke: color('--line'), width: 1};
+    // Lines and numbers at powers of ten only.
+    const decades = (u, ticks) => ticks.map((v) => (Math.abs(Math.log10(v) % 1) < 1e-6 ? v : null));
+    const filter = log ? {filter: decades} : {};
+    const axis = {stroke: color('--dim'), grid: line, ticks: line, font: '10px system-ui'};
     const section = document.createElement('div');
     section.className = 'curve';
     section.innerHTML = '<h2></h2>';
@@ -47,9 +53,10 @@ export class Curves {
       cursor: {sync: {key: 'time'}, drag: {x: true, y: false}},
       scales: {x: {time: false}, y: log ? {distr: 3, log: 10} : {}},
       axes: [{...axis, size: 26},
-             {...axis, size: 62,
-              values: (u, ticks) => ticks.map(shortNumber)}],
-      series: [{label: 't', value: number}, ...series.map((one) => ({value: number, width: 1.5,
+             {...axis, size: 62, grid: {...line, ...filter}, ticks: {...line, ...filter}, ...filter,
+              values: (u, ticks) => ticks.map((v) => shortNumber(v))}],
+      bands,
+      series: [{label: 't', class: 'time', value: number}, ...series.map((one) => ({value: number, width: 1.5,
                                                                      points: {show: false}, ...one}))],
       hooks: {draw: [(u) => this.#drawNow(u, color('--accent'))]},
     }, data, section);
@@ -76,6 +83,7 @@ export class Curves {
     const positive = (x) => (x > 0 && Number.isFinite(x) ? x : null);
     const data = [times];
     const series = [];
+    const bands = [];
     pairs.forEach(({a, b, gaps}, k) => {
       const upper = new Array(times.length).fill(null);
       const lower = new Array(times.length).fill(null);
@@ -85,10 +93,12 @@ export class Curves {
       }
       const name = `${this.run.bodies[a].name} – ${this.run.bodies[b].name}`;
       data.push(upper, lower);
-      series.push({label: name, stroke: kHues[k], spanGaps: false},
-                  {label: 'proven', class: 'proven', stroke: kHues[k], dash: [4, 3], spanGaps: false});
+      series.push({label: name, stroke: this.hues[k], spanGaps: false},
+                  {label: 'proven', class: 'proven', stroke: this.hues[k], width: 0.5, spanGaps: false});
+      bands.push({series: [2 * k + 1, 2 * k + 2], fill: `${this.hues[k]}40`});
     });
-    this.#plot('Gap of the nearest pairs (dashed: proven lower bound)', series, data, true);
+    this.#plot('Gap of the nearest pairs, shaded down to the proven bound', series, data,
+               {log: true, bands});
   }
 
   #frames() {
@@ -96,31 +106,33 @@ export class Curves {
     if (rows.length === 0) return;
     const of = (get) => rows.map(get);
     const t = of((f) => f.end);
-    this.#plot('Energy', [{label: 'kinetic', stroke: kHues[1]}, {label: 'potential', stroke: kHues[2]},
-                          {label: 'sum', stroke: kHues[0], width: 2}],
+    this.#plot('Energy', [{label: 'kinetic', stroke: this.hues[1]}, {label: 'potential', stroke: this.hues[2]},
+                          {label: 'sum', stroke: this.hues[0], width: 2}],
                [t, of((f) => f.kinetic), of((f) => f.potential),
                 of((f) => f.kinetic + f.potential)]);
-    this.#plot('Momentum', [{label: '|p|', stroke: kHues[0]}, {label: '|L|', stroke: kHues[3]}],
+    this.#plot('Momentum', [{label: '|p|', stroke: this.hues[0]}, {label: '|L|', stroke: this.hues[3]}],
                [t, of((f) => Math.hypot(...f.momentum)),
                 of((f) => Math.hypot(...f.angular_momentum))]);
     this.#plot('Contacts and sub-steps of islands',
-               [{label: 'contacts', stroke: kHues[0]}, {label: 'legs', stroke: kHues[1]},
-                {label: 'stalls', stroke: kHues[4]}],
+               [{label: 'contacts', stroke: this.hues[0]}, {label: 'legs', stroke: this.hues[1]},
+                {label: 'stalls', stroke: this.hues[4]}],
                [t, of((f) => f.contacts), of((f) => f.legs), of((f) => f.stalls)]);
     if (rows.some((f) => f.residual > 0)) {
-      this.#plot('Residual of the contact solver', [{label: 'residual', stroke: kHues[3]}],
-                 [t, of((f) => (f.residual > 0 ? f.residual : null))], true);
+      this.#plot('Residual of the contact solver', [{label: 'residual', stroke: this.hues[3]}],
+                 [t, of((f) => (f.residual > 0 ? f.residual : null))], {log: true});
     }
   }
 
   build() {
     for (const plot of this.plots) plot.destroy();
     this.plots = [];
+    this.hues = kHues[document.documentElement.dataset.theme === 'dark' ? 'dark' : 'light'];
     this.host.replaceChildren();
     this.#gaps();
     this.#frames();
     if (this.plots.length === 0) this.host.textContent = 'Nothing was recorded for curves.';
     this.built = this.run.frames.rows.length;
+    queueMicrotask(() => this.#showNow());  // after the plots have drawn themselves first
   }
 
   update(t) {
@@ -128,6 +140,15 @@ export class Curves {
     if (this.host.hidden) return;
     if (this.built !== this.run.frames.rows.length || this.stale) this.build();
     this.stale = false;
-    for (const plot of this.plots) plot.redraw(false, false);
+    this.#showNow();
+  }
+
+  // The line at the time shown, and the values there.
+  #showNow() {
+    for (const plot of this.plots) {
+      const idx = lastAtMost(plot.data[0], plot.data[0].length, this.t);
+      if (plot.cursor.left < 0) plot.setLegend({idx: Math.max(0, idx)}, false);
+      plot.redraw(false, false);
+    }
   }
 }

@@ -3,7 +3,8 @@
 import {readBlock} from './blocks.js';
 import {element} from './panel.js';
 
-const kWait = 200;  // milliseconds between questions
+const kWait = 150;  // milliseconds between questions
+const kLargeAnswer = 1 << 20;  // bytes: the server sends the rest when asked again
 
 export function follow() {
   const ask = (path, method = 'GET') => fetch(path, {method});
@@ -20,8 +21,7 @@ export function follow() {
         player?.notify();
         return;
       }
-      status.state = answer.headers.get('X-Dyop-State') ?? status.state;
-      player?.notify();
+      const state = answer.headers.get('X-Dyop-State') ?? status.state;
       if (answer.status === 200) {
         const bytes = new Uint8Array(await answer.arrayBuffer());
         const view = new DataView(bytes.buffer);
@@ -30,11 +30,15 @@ export function follow() {
           yield readBlock(bytes.subarray(at + 4, at + 4 + length));
           at += 4 + length;
         }
-      } else if (status.state === 'finished') {
-        return;
+        if (bytes.length >= kLargeAnswer) continue;  // there may be more
       } else {
-        await new Promise((done) => setTimeout(done, kWait));
+        // Only now does the page have all that came before.
+        status.state = state;
+        player?.notify();
+        if (state === 'finished') return;
       }
+      if (state === 'running') status.state = state, player?.notify();
+      await new Promise((done) => setTimeout(done, kWait));
     }
   }
 
@@ -43,9 +47,9 @@ export function follow() {
     player.isLive = player.timeline.live = player.follows = true;
     const words = element('span', {class: 'dim', role: 'status', id: 'live-state'});
     const pause = element('button', {id: 'live-pause', title: 'Pause the simulation itself', onclick: async () => {
-      const pauses = status.state !== 'paused';
+      const pauses = status.state === 'running';
       await ask(pauses ? 'pause' : 'resume', 'POST');
-      status.state = pauses ? 'paused' : 'running';
+      status.state = pauses ? 'pausing' : 'running';
       player.notify();
     }});
     const stop = element('button', {id: 'live-stop', title: 'End the simulation with what is proven', onclick: async () => {
@@ -59,9 +63,9 @@ export function follow() {
     document.querySelector('#transport .buttons').append(latest, pause, stop, words);
     document.getElementById('busy').hidden = true;
     player.changed.add(() => {
-      words.textContent = {running: 'running', paused: 'paused', finished: 'finished',
+      words.textContent = {running: 'running', pausing: 'pausing', paused: 'paused', finished: 'finished',
                            gone: 'the run has ended'}[status.state];
-      pause.textContent = status.state === 'paused' ? 'Resume run' : 'Pause run';
+      pause.textContent = status.state === 'running' ? 'Pause run' : 'Resume run';
       pause.disabled = stop.disabled = status.state === 'finished' || status.state === 'gone';
       latest.setAttribute('aria-pressed', String(Boolean(player.follows)));
       player.isFinished = pause.disabled;

@@ -64,7 +64,7 @@ function startPlayer(run) {
     player.curves.stale = true;
     player.redraw();
   };
-  if (window.innerWidth <= 760) byId('panel').hidden = true;
+  if (window.innerWidth <= 900) byId('panel').hidden = true;
   player.setTheme(preferredTheme());
   matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => player.setTheme(preferredTheme()));
   new ResizeObserver(() => player.onResize()).observe(byId('view'));

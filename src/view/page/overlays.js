@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What a debugger draws over the bodies: contacts with normals and impulses, the witness segment and
-// pivot of the nearest pair, trails. Lines, so that thousands of them cost little.
+// pivot of the nearest pair, trails.
 import * as THREE from 'three';
-import {turned} from './motion.js';
 
 const kColors = {normal: 0x2f9e44, impulse: 0xd6336c, witness: 0x2563eb, pivot: 0xc2410c};
 const kTrailSamples = 160;
 const kMostTrails = 60;
 const kMostArrows = 4000;
+// Of the camera's distance: radius of the rods, of the pivot.
+const kThickness = 1.1e-3;
+const kPivotSize = 5e-3;
 
 class Lines {
   constructor(scene, color, options = {}) {
@@ -26,23 +28,6 @@ class Lines {
   segment(a, b) {
     this.points.push(a[0], a[1], a[2], b[0], b[1], b[2]);
   }
-  arrow(from, vector, size, axisHint) {
-    const to = [0, 1, 2].map((k) => from[k] + vector[k]);
-    this.segment(from, to);
-    const along = new THREE.Vector3(...vector);
-    const length = along.length();
-    if (!(length > 0)) return;
-    along.divideScalar(length);
-    const side = along.clone().cross(axisHint);
-    if (side.length() < 1e-3) side.set(along.y, along.z, along.x).cross(along);
-    side.normalize();
-    const head = Math.min(size, 0.35 * length);
-    for (const sign of [-1, 1]) {
-      const wing = new THREE.Vector3(...to).addScaledVector(along, -head)
-        .addScaledVector(side, sign * 0.5 * head);
-      this.segment(to, wing.toArray());
-    }
-  }
   commit() {
     this.lines.visible = this.points.length > 0;
     if (!this.lines.visible) return;
@@ -50,58 +35,131 @@ class Lines {
   }
 }
 
+const kAlong = new THREE.Vector3(0, 1, 0);
+
+// Rods with a tip, seen through everything: one instanced mesh for the rods and one for the tips.
+class Arrows {
+  constructor(scene, color) {
+    this.scene = scene;
+    this.material = new THREE.MeshBasicMaterial({color, depthTest: false, transparent: true});
+    this.rod = new THREE.CylinderGeometry(1, 1, 1, 6).translate(0, 0.5, 0);
+    this.tip = new THREE.ConeGeometry(1, 1, 8).translate(0, 0.5, 0);
+    this.list = [];
+    this.room = 0;
+  }
+  clear() {
+    this.list.length = 0;
+  }
+  add(from, vector) {
+    if (Math.hypot(...vector) > 0) this.list.push({from, vector});
+  }
+  #grow() {
+    if (this.list.length <= this.room) return;
+    this.room = 2 * this.list.length;
+    for (const mesh of this.meshes ?? []) this.scene.remove(mesh), mesh.dispose();
+    this.meshes = [this.rod, this.tip].map((geometry) => {
+      const mesh = new THREE.InstancedMesh(geometry, this.material, this.room);
+      mesh.frustumCulled = false;
+      mesh.renderOrder = 2;
+      this.scene.add(mesh);
+      return mesh;
+    });
+  }
+  // `thickness` is the radius of the rods, in the world.
+  commit(thickness) {
+    this.#grow();
+    if (!this.meshes) return;
+    const matrix = new THREE.Matrix4();
+    const turn = new THREE.Quaternion();
+    const [from, along, scale] = [0, 1, 2].map(() => new THREE.Vector3());
+    this.list.forEach((arrow, k) => {
+      along.fromArray(arrow.vector);
+      const length = along.length();
+      turn.setFromUnitVectors(kAlong, along.divideScalar(length));
+      const tip = Math.min(8 * thickness, 0.5 * length);
+      from.fromArray(arrow.from);
+      this.meshes[0].setMatrixAt(k, matrix.compose(from, turn, scale.set(thickness, length - tip, thickness)));
+      from.addScaledVector(along, length - tip);
+      this.meshes[1].setMatrixAt(k, matrix.compose(from, turn, scale.set(0.36 * tip, tip, 0.36 * tip)));
+    });
+    for (const mesh of this.meshes) {
+      mesh.count = this.list.length;
+      mesh.visible = mesh.count > 0;
+      mesh.instanceMatrix.needsUpdate = true;
+    }
+  }
+}
+
+function median(values) {
+  const sorted = [...values].sort((a, b) => a - b);
+  return sorted[Math.floor(sorted.length / 2)];
+}
+
+// What an impulse of ordinary size is, so that the few largest do not dwarf the rest.
+function ordinary(rows) {
+  const sizes = rows.map(({impulse}) => Math.hypot(...impulse)).filter((size) => size > 0);
+  sizes.sort((a, b) => a - b);
+  return sizes[Math.floor(0.9 * sizes.length)] ?? 1;
+}
+
 export class Overlays {
   constructor(stage) {
     this.stage = stage;
     this.run = stage.run;
-    this.normals = new Lines(stage.scene, kColors.normal);
-    this.impulses = new Lines(stage.scene, kColors.impulse);
+    this.impulses = new Arrows(stage.scene, kColors.impulse);
+    this.normals = new Arrows(stage.scene, kColors.normal);
     this.witness = new Lines(stage.scene, kColors.witness);
     this.trails = new Lines(stage.scene, 0x888888, {opacity: 0.8, depthTest: true});
-    this.pivot = new THREE.Points(
-      new THREE.BufferGeometry().setAttribute('position',
-                                              new THREE.Float32BufferAttribute([0, 0, 0], 3)),
-      new THREE.PointsMaterial({color: kColors.pivot, size: 9, sizeAttenuation: false,
-                                depthTest: false, transparent: true}));
+    this.pivot = new THREE.Mesh(
+      new THREE.SphereGeometry(1, 16, 10),
+      new THREE.MeshBasicMaterial({color: kColors.pivot, depthTest: false, transparent: true}));
     this.pivot.frustumCulled = false;
     this.pivot.renderOrder = 3;
     stage.scene.add(this.pivot);
     this.show = {contacts: true, witness: true, trails: false};
-    this.impulseScale = 0;
+    const moving = this.run.bodies.filter((body) => body.kind === 'dynamic');
+    this.bodyRadius = median(moving.map((body) => body.radius)) ?? Infinity;
+    this.ordinary = new Map();
   }
 
-  // An impulse as long as the larger ones seen so far is drawn this long.
-  #scaled(impulse) {
+  // An impulse as an arrow; one of ordinary size among its like is `length` long.
+  #scaled(impulse, table, length) {
+    let known = this.ordinary.get(table);
+    if (known?.count !== table.rows.length) {
+      known = {count: table.rows.length, size: ordinary(table.rows)};
+      this.ordinary.set(table, known);
+    }
     const size = Math.hypot(...impulse);
-    this.impulseScale = Math.max(this.impulseScale, size);
-    if (!(size > 0)) return [0, 0, 0];
-    const length = 0.35 * this.stage.size * Math.sqrt(size / this.impulseScale);
-    return impulse.map((x) => (x / size) * length);
+    const part = Math.min(1.6, Math.sqrt(size / known.size));
+    return size > 0 ? impulse.map((x) => (x / size) * part * length) : [0, 0, 0];
   }
 
   // `impacts` are those to be seen at t.
   update(t, impacts, chosen) {
-    const view = new THREE.Vector3();
-    this.stage.camera.getWorldDirection(view);
-    for (const lines of [this.normals, this.impulses, this.witness, this.trails]) lines.clear();
-    if (this.show.contacts) this.#contacts(t, impacts, view);
+    const {distance} = this.stage;
+    for (const layer of [this.normals, this.impulses, this.witness, this.trails]) layer.clear();
+    if (this.show.contacts) this.#contacts(t, impacts, distance);
     this.#nearest(t, impacts);
+    this.pivot.scale.setScalar(kPivotSize * distance);
     if (this.show.trails) this.#trails(t, chosen);
-    for (const lines of [this.normals, this.impulses, this.witness, this.trails]) lines.commit();
+    this.normals.commit(0.6 * kThickness * distance);
+    this.impulses.commit(kThickness * distance);
+    for (const lines of [this.witness, this.trails]) lines.commit();
   }
 
-  #contacts(t, impacts, view) {
-    const head = 0.05 * this.stage.size;
+  #contacts(t, impacts, distance) {
+    const normalLength = Math.min(0.04 * distance, 0.5 * this.bodyRadius);
+    const impulseLength = Math.min(0.1 * distance, 1.2 * this.bodyRadius);
     let left = kMostArrows;
-    const draw = (p, normal, impulse) => {
+    const draw = (p, normal, impulse, table) => {
       if (left-- <= 0) return;
-      this.normals.arrow(p, normal.map((x) => 0.09 * this.stage.size * x), head, view);
-      const arrow = this.#scaled(impulse);
-      if (arrow.some((x) => x !== 0)) this.impulses.arrow(p, arrow, head, view);
+      this.normals.add(p, normal.map((x) => normalLength * x));
+      this.impulses.add(p, this.#scaled(impulse, table, impulseLength));
     };
-    for (const contact of this.run.contactsAt(t)) draw(contact.p, contact.normal, contact.impulse);
+    const {run} = this;
+    for (const contact of run.contactsAt(t)) draw(contact.p, contact.normal, contact.impulse, run.contacts);
     for (const impact of impacts) {
-      for (const hit of impact.hits ?? []) draw(hit.pb, hit.normal, hit.impulse);
+      for (const hit of impact.hits ?? []) draw(hit.pb, hit.normal, hit.impulse, run.hits);
     }
   }
 
@@ -138,9 +196,7 @@ export class Overlays {
       for (let k = 0; k <= kTrailSamples; ++k) {
         const at = begin + ((t - begin) * k) / kTrailSamples;
         if (!this.run.isPresent(body, at)) continue;
-        const {p, q} = this.run.state(body, at);
-        const arm = turned(q, body.center);
-        const center = [0, 1, 2].map((i) => p[i] + arm[i]);
+        const center = this.run.centerOf(body, at);
         if (last) this.trails.segment(last, center);
         last = center;
       }

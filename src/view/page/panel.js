@@ -11,16 +11,23 @@ export function element(tag, attributes = {}, ...children) {
   return node;
 }
 
+// Nine digits; with an exponent where zeros would have to be counted.
+function digits(x, count) {
+  const size = Math.abs(x);
+  if (x === 0 || (size >= 1e-3 && size < 1e9)) return Number(x.toPrecision(count)).toString();
+  return x.toExponential(count - 1).replace(/\.?0*e/, 'e').replace('+', '');
+}
+
 function number(x) {
   if (x === undefined) return '–';
   if (Number.isNaN(x)) return 'not known';
   if (x === Infinity) return 'not computed';
-  return Number(x.toPrecision(9)).toString();
+  return digits(x, 9);
 }
 
 const strongest = (hits) => [...hits].sort((a, b) => Math.hypot(...b.impulse) - Math.hypot(...a.impulse));
 
-const vector = (v) => v.map((x) => Number(x.toPrecision(6))).join(', ');
+const vector = (v) => v.map((x) => digits(x, 6)).join(', ');
 
 function rows(list) {
   return element('table', {}, ...list.filter(Boolean).map(([name, value]) =>
@@ -73,7 +80,8 @@ export class Panel {
         ['Proven apart until', String(impact.t_safe)],
         ['Reached by', Number.isNaN(impact.t_hit) ? 'not known' : String(impact.t_hit)],
         Number.isFinite(width) && ['Width of the bracket', number(width)],
-        ['Gap then', `${number(impact.lower)} to ${number(impact.upper)}`],
+        ['Gap at least', number(impact.lower)],
+        ['Gap at most', number(impact.upper)],
         ['Closing speed', number(impact.closing)],
         ['Normal', vector(impact.normal)],
         ['Witness points', `${vector(impact.pa)}; ${vector(impact.pb)}`],
@@ -140,21 +148,36 @@ export class Panel {
                    ...cells.map((cell) => element('td', {}, cell)));
   }
 
+  // Of marks of one kind at one time, such as bodies that fall asleep together, one.
+  #marks() {
+    const found = new Map();
+    for (const mark of this.run.marks) {
+      const name = `${mark.t} ${mark.kind}`;
+      const same = found.get(name);
+      if (same) same.more += 1;
+      else found.set(name, {...mark, more: 0, act: () => this.act.seek(mark.t)});
+    }
+    return [...found.values()].map((mark) => ({
+      ...mark, text: mark.more > 0 ? `${mark.text} and ${mark.more} more` : mark.text}));
+  }
+
   showEvents(t) {
     if (this.host.events.hidden) return;
-    const count = this.run.impacts.rows.length + this.run.marks.length;
+    const {impacts, marks, touches} = this.run;
+    const count = impacts.rows.length + marks.length + touches.length;
     if (this.listed !== count) {
       this.listed = count;
       const list = [
         ...this.run.impacts.rows.map((impact, k) => ({
           t: impact.t, text: `${this.name(impact.a)} meets ${this.name(impact.b)}`, kind: 'impact',
           act: () => this.act.chooseImpact(k)})),
-        ...this.run.marks.map((mark) => ({t: mark.t, text: mark.text, kind: mark.kind,
-                                          act: () => this.act.seek(mark.t)})),
+        ...this.run.touches.map(({t, a, b}) => ({
+          t, text: `${this.name(a)} touches ${this.name(b)}`, kind: 'touch', act: () => this.act.seek(t)})),
+        ...this.#marks(),
       ].sort((a, b) => a.t - b.t);
       this.eventTimes = list.slice(0, kMostRows).map((event) => event.t);
       this.eventRows = list.slice(0, kMostRows).map((event) =>
-        this.#pickRow([number(event.t), event.kind.replace('_', ' '), event.text], {}, event.act));
+        this.#pickRow([number(event.t), element('span', {class: `dot ${event.kind}`}), event.text], {}, event.act));
       this.host.events.replaceChildren(
         element('p', {class: 'dim'}, list.length > kMostRows
           ? `${list.length} events, the first ${kMostRows} of them:` : `${list.length} events`),

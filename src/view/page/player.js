@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Time, what is chosen and what is shown; draws when something has changed.
+import {Vector3} from 'three';
 import {Curves, shortNumber} from './curves.js';
 import {Overlays} from './overlays.js';
 import {Panel} from './panel.js';
@@ -165,6 +166,7 @@ export class Player {
   draw(now = performance.now()) {
     this.isDirty = false;
     this.#paint();
+    this.#track();
     this.stage.place(this.t);
     const impacts = this.#impactsNow(now);
     this.overlays.update(this.t, impacts, this.chosen.body);
@@ -183,6 +185,24 @@ export class Player {
     end.textContent = ` of ${timeText(this.run.end, span)}`;
     this.clock.append(end);
     this.frames = (this.frames ?? 0) + 1;
+  }
+
+  // The camera goes where the chosen body goes.
+  #track() {
+    const {body} = this.chosen;
+    if (!this.tracks || !body) return (this.tracked = undefined);
+    const now = this.run.centerOf(body, this.t);
+    if (this.tracked?.body === body) {
+      this.stage.shift(new Vector3(...now.map((x, k) => x - this.tracked.p[k])));
+    }
+    this.tracked = {body, p: now};
+  }
+
+  // To the witness points of the nearest pair, until its gap is seen.
+  closeUp() {
+    const {shown} = this.overlays;
+    if (Number.isFinite(shown?.pa?.[0])) this.stage.closeUp(shown.pa, shown.pb, shown.upper);
+    this.notify();
   }
 
   #paint() {
@@ -225,10 +245,12 @@ export class Player {
     const place = shown && Number.isFinite(shown.pivot?.[0]) && this.stage.project(shown.pivot);
     this.label.hidden = !place?.visible;
     if (this.label.hidden) return;
-    this.label.style.left = `${place.x}px`;
-    this.label.style.top = `${place.y}px`;
     this.label.textContent = Number.isFinite(shown.upper)
       ? `gap ${shortNumber(shown.upper)}, proven ${shortNumber(shown.lower)}`
       : `gap at least ${shortNumber(shown.lower)}`;
+    const {clientWidth} = this.stage.canvas;
+    const left = Math.max(4, Math.min(place.x + 12, clientWidth - this.label.offsetWidth - 8));
+    this.label.style.left = `${left}px`;
+    this.label.style.top = `${Math.max(28, place.y - 12 - this.label.offsetHeight)}px`;
   }
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A run: its bodies, their motions, and what happened when. Blocks are appended in order of time.
-import {evaluate, kKinds, newState} from './motion.js';
+import {evaluate, kKinds, newState, turned} from './motion.js';
 import {readSurface} from './blocks.js';
 
 // A list of numbers that grows.
@@ -42,6 +42,7 @@ function lastRow(rows, key, t) {
   return low > 0 ? rows[low - 1] : undefined;
 }
 
+const kTouchFrames = 10;  // without contact, after which a pair touches anew
 const kRest = kKinds.indexOf('rest');
 const kAbsent = kKinds.indexOf('absent');
 
@@ -85,6 +86,7 @@ export class Run {
     this.begin = head.begin;
     this.end = head.begin;
     this.plannedEnd = head.end;
+    this.blocks = 1;  // read so far, the head among them
     this.surfaces = head.shapes.map((_, number) => readSurface(head, number));
     this.bodies = head.bodies.map((body, number) => ({
       ...body,
@@ -99,6 +101,9 @@ export class Run {
       state: newState(),
       stateTime: NaN,
     }));
+    const radii = this.bodies.filter(({kind}) => kind === 'dynamic').map(({radius}) => radius);
+    const ordinary = radii.sort((a, b) => a - b)[Math.floor(radii.length / 2)] ?? Infinity;
+    for (const body of this.bodies) body.isGround = body.kind === 'static' && body.radius > 4 * ordinary;
     this.parts = [];  // columns of one kind from one block
     this.steps = new Table('end', []);
     this.frames = new Table('end', ['momentum', 'angular_momentum']);
@@ -106,11 +111,13 @@ export class Run {
     this.hits = new Table('impact', ['pa', 'pb', 'normal', 'impulse']);
     this.gaps = new Table('t', ['pa', 'pb', 'pivot']);
     this.marks = [];
+    this.touches = [];  // {t, a, b}: a pair comes into contact without an impact of its own
     this.contacts = new Table('begin', ['p', 'normal', 'impulse']);
     this.pairs = new Map();  // by name: gaps, and contacts in groups of one begin
   }
 
   append(block) {
+    this.blocks += 1;
     this.#appendSegments(block.columns);
     this.steps.append(block.columns, 'step');
     this.frames.append(block.columns, 'frame');
@@ -180,10 +187,19 @@ export class Run {
   #appendContacts(columns) {
     const first = this.contacts.append(columns, 'contact');
     for (const contact of this.contacts.rows.slice(first)) {
-      const groups = this.#pair(contact).contacts;
-      const group = groups.at(-1);
-      if (group?.begin === contact.begin) group.rows.push(contact);
-      else groups.push({begin: contact.begin, end: contact.end, rows: [contact]});
+      const pair = this.#pair(contact);
+      const last = pair.contacts.at(-1);
+      if (last?.begin === contact.begin) {
+        last.rows.push(contact);
+        continue;
+      }
+      pair.contacts.push({begin: contact.begin, end: contact.end, rows: [contact]});
+      const apart = last ? contact.begin - last.end : Infinity;
+      const shortly = kTouchFrames * (contact.end - contact.begin);
+      const hasHit = this.impacts.rows.slice(this.impacts.at(contact.begin - shortly) + 1)
+        .some(({a, b}) => a === contact.a && b === contact.b);
+      const isNew = apart > shortly && !last?.rows[0].resting && !hasHit;
+      if (isNew && contact.begin > this.begin) this.touches.push({t: contact.end, a: contact.a, b: contact.b});
     }
   }
 
@@ -217,6 +233,13 @@ export class Run {
     const state = this.state(body, t);
     for (const key of ['p', 'q', 'v', 'w']) out[key] = [...state[key]];
     return out;
+  }
+
+  // Its centre of mass in the world.
+  centerOf(body, t) {
+    const {p, q} = this.state(body, t);
+    const arm = turned(q, body.center);
+    return p.map((x, k) => x + arm[k]);
   }
 
   isAsleep(body, t) {
@@ -261,6 +284,26 @@ export class Run {
       if (gap.t >= oldest || (gap.resting && this.#rested(pair, gap.t, t))) found.push(gap);
     }
     return found;
+  }
+
+  // When the last pair met for the first time; the beginning, if none did.
+  lastMeeting() {
+    const firsts = new Map();
+    const meet = (a, b, t) => {
+      const name = `${a}-${b}`;
+      if (!(firsts.get(name) <= t)) firsts.set(name, t);
+    };
+    for (const {a, b, t} of this.impacts.rows) meet(a, b, t);
+    for (const {a, b, contacts} of this.pairs.values()) {
+      if (contacts.length > 0) meet(a, b, contacts[0].begin);
+    }
+    return Math.max(this.begin, ...firsts.values());
+  }
+
+  // Whether anything has come near the body.
+  meets({number}) {
+    const has = ({a, b}) => a === number || b === number;
+    return this.impacts.rows.some(has) || [...this.pairs.values()].some(has);
   }
 
   nearestGap(t) {

@@ -2,16 +2,19 @@
 // Draws the bodies: one instanced mesh for each shape and each manner of drawing.
 import * as THREE from 'three';
 import {OrbitControls} from 'three/addons/controls/OrbitControls.js';
+import {ballsToFrame, fit} from './framing.js';
 import {cornerNormals} from './normals.js';
 
 const kHues = [0x4c78a8, 0xf2903c, 0x59a86e, 0xb36bc2, 0xd9a521, 0x4fb3bf, 0xd3605f, 0x8a7462,
                0x7d8fd6, 0x9bb552, 0xc7779b, 0x6c9a8b];
-const kFixed = {light: 0xc3c9d2, dark: 0x59616d};
+const kGround = {light: 0xc3c9d2, dark: 0x4a515c};
+const kFixed = {light: 0xd9dbe0, dark: 0x838c99};
 const kGiven = {light: 0x7a828e, dark: 0xa7afbb};
 const kManners = ['solid', 'ghost', 'wire'];
 const kShadowTriangles = 150000;
 const kMostSightLines = 40;
 const kMostWallTriangles = 5000;
+const kNearest = 2e-4;  // of the size: nearer, single precision would show
 
 // Slow is blue, fast is yellow.
 export function heat(x, out = new THREE.Color()) {
@@ -23,7 +26,7 @@ export function heat(x, out = new THREE.Color()) {
 }
 
 export function bodyColor(body, theme, out = new THREE.Color()) {
-  if (body.kind === 'static') return out.set(kFixed[theme]);
+  if (body.kind === 'static') return out.set((body.isGround ? kGround : kFixed)[theme]);
   if (body.kind === 'kinematic') return out.set(kGiven[theme]);
   return out.set(kHues[body.number % kHues.length]);
 }
@@ -80,12 +83,14 @@ export class Stage {
   }
 
   #addLight() {
-    this.scene.add(new THREE.HemisphereLight(0xffffff, 0x8d8478, 1.9));
-    this.sun = new THREE.DirectionalLight(0xffffff, 2.1);
+    this.scene.add(new THREE.HemisphereLight(0xffffff, 0x9a9a9a, 1.5));
+    this.sun = new THREE.DirectionalLight(0xffffff, 1.9);
     this.sun.castShadow = this.renderer.shadowMap.enabled = this.triangles < kShadowTriangles;
     this.sun.shadow.mapSize.set(2048, 2048);
     this.sun.shadow.radius = 4;
-    this.scene.add(this.sun, this.sun.target);
+    // A weak light at the camera, so that no side that is seen is black.
+    this.lamp = new THREE.DirectionalLight(0xffffff, 0.7);
+    this.scene.add(this.sun, this.sun.target, this.lamp, this.lamp.target);
   }
 
   // Up is against gravity, if there is any; the camera frames what moves.
@@ -98,69 +103,25 @@ export class Stage {
     this.controls.addEventListener('change', () => this.onChange?.());
   }
 
-  #framingBox() {
-    const box = new THREE.Box3();
-    const count = 12;
-    for (let k = 0; k <= count; ++k) {
-      const t = this.run.begin + ((this.run.end - this.run.begin) * k) / count;
-      for (const body of this.run.bodies) {
-        if (body.kind !== 'dynamic' || !this.run.isPresent(body, t)) continue;
-        const {p} = this.run.state(body, t);
-        const center = new THREE.Vector3(...p);
-        if (k > 0 && this.farLimit && center.distanceTo(this.firstCenter) > this.farLimit) continue;
-        const sphere = this.shapes[body.shape].geometry.boundingSphere;
-        const arm = sphere.center.length() + sphere.radius;
-        box.expandByPoint(center.clone().addScalar(arm));
-        box.expandByPoint(center.clone().addScalar(-arm));
-      }
-      if (k === 0 && !box.isEmpty()) {
-        this.firstCenter = box.getCenter(new THREE.Vector3());
-        this.farLimit = 4 * box.getSize(new THREE.Vector3()).length();
-      }
-    }
-    if (box.isEmpty()) {
-      for (const body of this.run.bodies) {
-        const center = new THREE.Vector3(...this.run.state(body, this.run.begin).p);
-        box.expandByPoint(center.clone().addScalar(body.radius));
-        box.expandByPoint(center.clone().addScalar(-body.radius));
-      }
-    }
-    if (box.isEmpty()) box.set(new THREE.Vector3(-1, -1, -1), new THREE.Vector3(1, 1, 1));
-    return box;
-  }
-
   frame() {
-    const box = this.#framingBox();
-    const center = box.getCenter(new THREE.Vector3());
-    const half = box.getSize(new THREE.Vector3()).multiplyScalar(0.5);
     const up = this.camera.up.clone();
-    this.size = Math.max(half.length(), 1e-30);
+    const balls = ballsToFrame(this.run, this.shapes);
+    const box = new THREE.Box3();
+    for (const {center} of balls) box.expandByPoint(center);
+    const half = box.getSize(new THREE.Vector3());
     // Look across the two largest sides that are not up.
     const axes = [new THREE.Vector3(1, 0, 0), new THREE.Vector3(0, 1, 0), new THREE.Vector3(0, 0, 1)]
       .filter((axis) => Math.abs(axis.dot(up)) < 0.7)
       .sort((a, b) => Math.abs(a.dot(half)) - Math.abs(b.dot(half)));
     const front = axes[0].clone().cross(up).dot(axes[1]) < 0 ? axes[0] : axes[0].clone().negate();
-    const direction = front.clone().multiplyScalar(1).addScaledVector(axes[1], 0.55)
-      .addScaledVector(up, 0.38).normalize();
-    const angle = (this.camera.fov * Math.PI) / 360;
-    const narrow = Math.atan(Math.tan(angle) * Math.min(1, this.camera.aspect));
-    // The distance from which all corners of the box are in the picture.
-    const right = direction.clone().cross(up).normalize();
-    const top = right.clone().cross(direction).normalize();
-    const tan = Math.tan(angle);
-    let distance = 0;
-    for (let corner = 0; corner < 8; ++corner) {
-      const d = new THREE.Vector3(corner & 1 ? half.x : -half.x, corner & 2 ? half.y : -half.y,
-                                  corner & 4 ? half.z : -half.z);
-      const depth = d.dot(direction);
-      distance = Math.max(distance, depth + Math.abs(d.dot(top)) / tan,
-                          depth + Math.abs(d.dot(right)) / (tan * this.camera.aspect));
-    }
-    distance = Math.max(distance * 1.08, this.size * 0.2 / Math.tan(narrow));
-    this.camera.position.copy(center).addScaledVector(direction, distance);
-    this.controls.target.copy(center);
-    this.sun.position.copy(center).addScaledVector(up, 3 * this.size)
-      .addScaledVector(axes[1], 1.3 * this.size).addScaledVector(front, 0.9 * this.size);
+    const direction = front.clone().addScaledVector(axes[1], 0.55).addScaledVector(up, 0.38).normalize();
+    const {position, target, box: seen} = fit(balls, direction, up, this.camera.fov, this.camera.aspect);
+    this.camera.position.copy(position);
+    this.controls.target.copy(target);
+    const center = seen.getCenter(new THREE.Vector3());
+    this.size = Math.max(seen.getSize(new THREE.Vector3()).length() / 2, 1e-30);
+    this.sun.position.copy(center).addScaledVector(up, 2.4 * this.size)
+      .addScaledVector(axes[1], 0.9 * this.size).addScaledVector(front, 1.5 * this.size);
     this.sun.target.position.copy(center);
     const shadow = this.sun.shadow.camera;
     shadow.left = shadow.bottom = -1.6 * this.size;
@@ -259,11 +220,55 @@ export class Stage {
   }
 
   render() {
-    const distance = this.camera.position.distanceTo(this.controls.target);
-    this.camera.near = Math.max(distance, this.size) * 2e-3;
+    const {distance} = this;
+    // Near enough for a look at a gap, far enough for the ground.
+    this.camera.near = distance * 0.02;
     this.camera.far = (distance + this.size) * 60;
+    this.lamp.position.copy(this.camera.position);
+    this.lamp.target.position.copy(this.controls.target);
     this.camera.updateProjectionMatrix();
     this.renderer.render(this.scene, this.camera);
+  }
+
+  // How far the camera is from what it turns about.
+  get distance() {
+    return this.camera.position.distanceTo(this.controls.target);
+  }
+
+  // Moves the camera along with what it looks at.
+  shift(offset) {
+    this.camera.position.add(offset);
+    this.controls.target.add(offset);
+    this.controls.update();
+  }
+
+  // Goes to the middle of a gap, and looks along it, as near as its width asks for.
+  closeUp(pa, pb, width) {
+    const [from, to] = [new THREE.Vector3(...pa), new THREE.Vector3(...pb)];
+    const across = to.clone().sub(from).normalize();
+    const direction = this.camera.position.clone().sub(this.controls.target).normalize();
+    const distance = Math.min(Math.max(12 * width, kNearest * this.size), 0.5 * this.size);
+    const middle = from.add(to).multiplyScalar(0.5);
+    this.controls.target.copy(middle);
+    const along = this.#openSide(middle, across, direction, distance);
+    this.camera.position.copy(middle).addScaledVector(along, distance);
+    this.controls.update();
+  }
+
+  // Of the directions along a gap, one in which nothing stands before the camera, near `direction`.
+  #openSide(middle, across, direction, distance) {
+    const first = direction.clone().addScaledVector(across, -direction.dot(across));
+    if (first.length() < 0.1) first.copy(this.camera.up).cross(across);
+    first.normalize();
+    const meshes = this.shapes.flatMap(({meshes: all}) => all.filter((mesh) => mesh.count > 0));
+    const turns = [0, 1, -1, 2, -2, 3, -3, 4, -4, 5, -5, 6, -6, 7, -7, 8];
+    const sides = turns.map((k) => first.clone().applyAxisAngle(across, (k * Math.PI) / 8));
+    const ray = new THREE.Raycaster();
+    ray.far = distance;
+    return sides.find((side) => {
+      ray.set(middle, side);
+      return ray.intersectObjects(meshes, false).length === 0;
+    }) ?? first;
   }
 
   // The body under a point of the canvas.

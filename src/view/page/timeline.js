@@ -126,6 +126,15 @@ export class Timeline {
       previous = column(impact.t);
       pen.fillRect(previous - 0.75, top - 3, 1.5, bar + 3);
     }
+    // Where pairs come into contact without an impact: shorter lines.
+    previous = undefined;
+    pen.globalAlpha = 0.55;
+    for (const touch of run.touches) {
+      if (touch.t < begin || touch.t > end || column(touch.t) === previous) continue;
+      previous = column(touch.t);
+      pen.fillRect(previous - 0.75, top, 1.5, 0.5 * bar);
+    }
+    pen.globalAlpha = 1;
     // Marks, as triangles above the bar.
     previous = new Set();
     for (const mark of run.marks) {

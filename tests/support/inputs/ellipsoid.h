@@ -12,7 +12,7 @@ class Ellipsoid final : public ConvexShape {
   SupportPoint core_support(const Vector3& d) const override {
     const Vector3 scaled = radii_.cwiseProduct(d);
     const Scalar norm = scaled.norm();
-    return {norm > 0 ? Vector3(radii_.cwiseProduct(scaled) / norm) : Vector3::Zero(), -1};
+    return {norm > 0 ? Vector3(radii_.cwiseProduct(scaled) / norm) : Vector3::Zero(), {}};
   }
   Vector3 core_center() const override { return Vector3::Zero(); }
   AlignedBox bounding_box() const override { return {-radii_, radii_}; }

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: BSD-3-Clause
+
+// Curved contact: a ball that slides or rolls down another keeps its energy to second order in the
+// step; a rocking block loses what Housner's formula says.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "support/inputs/world_scenes.h"
+
+namespace dyop {
+namespace {
+
+using namespace testing;
+
+// How far the energy of a ball is from its start after 0.4, relative to the kinetic energy gained: it
+// starts at the top of a fixed ball with a speed along `azimuth`.
+Scalar energy_error_on_a_ball(Scalar h, Scalar friction, Scalar azimuth) {
+  constexpr Scalar kRadius = 0.25;
+  constexpr Scalar kSpeed = 1.5;
+  World world(earth_options());
+  BodyDefinition support = floor_body(friction);
+  support.shape = std::make_shared<Sphere>(1);
+  support.initial.X_WB = RigidPose();
+  world.add_body(support);
+  const Vector3 along(std::cos(azimuth), std::sin(azimuth), 0);
+  BodyDefinition ball = dynamic_body("ball", std::make_shared<Sphere>(kRadius),
+                                     {0, 0, 1 + kRadius + rest_gap(kRadius)}, kSpeed * along);
+  if (friction > 0) ball.initial.twist.w_WB = kSpeed / kRadius * Vector3::UnitZ().cross(along);
+  ball.friction = friction;
+  ball.restitution = 0;
+  const BodyId id = world.add_body(ball);
+  const Scalar weight = kGravity * ball.mass_properties.mass;
+  const Scalar height = world.state(id).X_WB.translation().z();
+  const Scalar before = world.kinetic_energy();
+  for (int k = 0; k < std::lround(0.4 / h); ++k) world.advance(h);
+  const Scalar fallen = height - world.state(id).X_WB.translation().z();
+  EXPECT_GT(fallen, 0.1);
+  return std::abs(world.kinetic_energy() - before - weight * fallen) / (weight * fallen);
+}
+
+TEST(WorldCurved, ABallOffABallKeepsItsEnergyToSecondOrder) {
+  for (const Scalar friction : {0.0, 1.0}) {
+    for (const Scalar azimuth : {0.0, 0.5, 2.0}) {
+      const Scalar coarse = energy_error_on_a_ball(0.01, friction, azimuth);
+      const Scalar fine = energy_error_on_a_ball(0.005, friction, azimuth);
+      EXPECT_LT(coarse, 5e-3) << friction << ' ' << azimuth;
+      EXPECT_GT(coarse, 3.5 * fine) << friction << ' ' << azimuth;
+    }
+  }
+}
+
+// The spin that a block keeps when it rocks from one lower edge over to the other.
+Scalar spin_kept(Scalar h, Scalar half_width, Scalar half_height, Scalar azimuth) {
+  World world(earth_options());
+  world.add_body(floor_body(2));
+  const auto shape = std::make_shared<Box>(Vector3(half_width, 0.5, half_height));
+  BodyDefinition block = dynamic_body("block", shape, Vector3::Zero());
+  const Scalar tilt = 0.3 * std::atan2(half_width, half_height);
+  const Matrix3 turn = rotation_from_vector(Vector3(0, 0, azimuth));
+  const Matrix3 R = turn * rotation_from_vector(Vector3(0, tilt, 0));
+  const Scalar lowest = half_height * std::cos(tilt) + half_width * std::sin(tilt);
+  block.initial.X_WB = RigidPose(R, Vector3(0, 0, lowest + rest_gap(shape->bounding_radius())));
+  block.friction = 2;
+  block.restitution = 0;
+  const BodyId id = world.add_body(block);
+  const Vector3 axis = turn.col(1);
+  // Its energy above that of the block standing still.
+  const Scalar weight = kGravity * block.mass_properties.mass;
+  const Scalar standing = weight * (half_height + rest_gap(shape->bounding_radius()));
+  Scalar before = 0;
+  Scalar after = 0;
+  for (int k = 0; k < std::lround(2 / h) && after == 0; ++k) {
+    world.advance(h);
+    const RigidPose X_WB = world.state(id).X_WB;
+    const Scalar lean = axis.dot(turn.col(2).cross(X_WB.rotation().col(2)));  // sine of the tilt
+    const Scalar energy = world.kinetic_energy() + weight * X_WB.translation().z() - standing;
+    if (lean > 0.01) before = energy;
+    if (lean < -0.01) after = energy;
+  }
+  return std::sqrt(after / before);
+}
+
+// To first order in the step: the instant of the landing is found within a step only if it bounces.
+TEST(WorldCurved, ARockingBlockKeepsHousnersPartOfItsSpin) {
+  constexpr Scalar kExact = 1 - 1.5 / 10;  // three times as high as wide
+  for (const Scalar azimuth : {0.0, 0.6}) {
+    const Scalar coarse = kExact - spin_kept(0.005, 0.25, 0.75, azimuth);
+    const Scalar middle = kExact - spin_kept(0.0025, 0.25, 0.75, azimuth);
+    const Scalar fine = kExact - spin_kept(0.00125, 0.25, 0.75, azimuth);
+    EXPECT_LT(std::abs(coarse), 0.02) << azimuth;
+    EXPECT_LT(std::abs(middle), 0.6 * std::abs(coarse)) << azimuth;
+    EXPECT_LT(std::abs(fine), 0.6 * std::abs(middle)) << azimuth;
+  }
+}
+
+}  // namespace
+}  // namespace dyop

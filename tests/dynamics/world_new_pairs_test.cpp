@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: BSD-3-Clause
+
+// Pairs that become candidates within a step, because an impact or a wake-up gave a body another
+// motion than was expected of it.
+#include <gtest/gtest.h>
+
+#include "support/inputs/world_scenes.h"
+
+namespace dyop {
+namespace {
+
+using namespace testing;
+
+constexpr Scalar kRadius = 0.1;
+constexpr Scalar kTouching = 2 * kRadius + 1e-4;  // centres of balls within each other's reach
+constexpr Scalar kArrivalStep = 0.01;
+
+BodyDefinition elastic_ball(const std::string& name, const Vector3& p,
+                            const Vector3& v = Vector3::Zero()) {
+  BodyDefinition ball = dynamic_body(name, std::make_shared<Sphere>(kRadius), p, v);
+  ball.restitution = 1;
+  ball.friction = 0;
+  return ball;
+}
+
+// A thin plate across the x axis.
+BodyDefinition wall_at(Scalar x) {
+  BodyDefinition wall = floor_body(0, 1);
+  wall.name = "wall";
+  wall.shape = std::make_shared<Box>(Vector3(0.01, 1, 1));
+  wall.initial.X_WB = RigidPose(Vector3(x, 0, 0));
+  return wall;
+}
+
+TEST(WorldNewPairs, OfAnIslandThatIsKeptAreProvenWhileOthersMeet) {
+  World world{WorldOptions{}};
+  const BodyId thrower = world.add_body(elastic_ball("thrower", {-kTouching, 0, 0}, {30, 0, 0}));
+  const BodyId thrown = world.add_body(elastic_ball("thrown", {0, 0, 0}));
+  // Of the same island by its spring; the thrown ball passes it closely, without a hit.
+  const BodyId passed = world.add_body(elastic_ball("passed", {0.45, 0.15, 0}));
+  SpringDefinition spring;
+  spring.name = "spring";
+  spring.a = thrower;
+  spring.b = passed;
+  spring.stiffness = 1;
+  world.add_spring(spring);
+  // Two others meet in the same step, so that islands are planned again.
+  const BodyId left = world.add_body(elastic_ball("left", {0, 10, 0}, {20, 0, 0}));
+  const BodyId right = world.add_body(elastic_ball("right", {0.5, 10, 0}, {-20, 0, 0}));
+  const AdvanceReport report = world.advance(kArrivalStep);
+  EXPECT_EQ(report.status, AdvanceStatus::Completed);
+  EXPECT_GT(world.state(thrown).X_WB.translation().x(), 0.25);
+  EXPECT_LT(world.state(left).twist.v_WB.x(), -19);
+  EXPECT_GT(world.state(right).twist.v_WB.x(), 19);
+}
+
+TEST(WorldNewPairs, OfABodyThatWokeInThisStepAreFound) {
+  WorldOptions options = earth_options();
+  options.sleep_steps = 3;
+  World world(options);
+  world.add_body(floor_body(0));
+  const Scalar lying = kRadius + rest_gap(kRadius);
+  const BodyId sleeper = world.add_body(elastic_ball("sleeper", {0, 0, lying}));
+  constexpr Scalar kWall = 0.4;
+  world.add_body(wall_at(kWall));
+  const BodyId ball = world.add_body(elastic_ball("ball", {-8, 0, lying}));
+  for (int k = 0; k < 100 && !world.is_asleep(sleeper); ++k) world.advance(kArrivalStep);
+  ASSERT_TRUE(world.is_asleep(sleeper));
+  MotionState state = world.state(ball);
+  state.X_WB = RigidPose(Vector3(-kTouching, 0, lying));
+  state.twist.v_WB = Vector3(60, 0, 0);
+  world.set_state(ball, state);
+  world.advance(kArrivalStep);
+  EXPECT_FALSE(world.is_asleep(sleeper));
+  EXPECT_LT(world.state(sleeper).X_WB.translation().x(), kWall - kRadius);
+}
+
+}  // namespace
+}  // namespace dyop
