@@ -30,27 +30,29 @@ void LinkMotion::collect(std::size_t link, std::optional<std::size_t> base) {
                " links, not link ", link < count ? *base : link);
   DYOP_REQUIRE(path_->coordinate_count() == chain_->coordinate_count(), "the path has ",
                path_->coordinate_count(), " coordinates, the chain ", chain_->coordinate_count());
-  std::vector<KinematicChain::Step> steps;
+  std::vector<const KinematicChain::Step*> steps;
+  steps.reserve(chain_->depth(link));
   for (std::size_t up = link; base ? up != *base : bool(chain_->step(up));
        up = chain_->step(up)->parent) {
     DYOP_REQUIRE(chain_->step(up), "link '", chain_->links()[*base].name,
                  "' is not on the path from the root to link '", chain_->links()[link].name, "'");
-    steps.push_back(*chain_->step(up));
+    steps.push_back(&*chain_->step(up));
   }
-  std::reverse(steps.begin(), steps.end());
-  RigidPose before;  // of the fixed joints since the last moving one
-  for (KinematicChain::Step& step : steps) {
-    if (step.type == JointType::Fixed) {
-      before = before * step.X_PJ;
+  turns_.reserve(steps.size());
+  std::optional<RigidPose> before;  // of the fixed joints since the last moving one
+  for (auto step = steps.rbegin(); step != steps.rend(); ++step) {
+    if ((*step)->type == JointType::Fixed) {
+      before = before ? *before * (*step)->X_PJ : (*step)->X_PJ;
       continue;
     }
-    step.axis_P = before.rotation() * step.axis_P;
-    step.X_PJ = before * step.X_PJ;
-    internal::set_turn(step);
-    turns_.push_back({step});
-    before = RigidPose();
+    KinematicChain::Step& turn = turns_.emplace_back(Turn{**step}).step;
+    if (!before) continue;
+    turn.axis_P = before->rotation() * turn.axis_P;
+    turn.X_PJ = *before * turn.X_PJ;
+    internal::set_turn(turn);
+    before.reset();
   }
-  X_JL_ = before;
+  X_JL_ = before.value_or(RigidPose());
   measure();
 }
 

@@ -23,7 +23,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "python"))
 import study_cases  # noqa: E402
 from test_study import Cluster  # noqa: E402
 
-CHUNK = 50
+CHUNK = 200
 
 
 def processor_seconds(workers):
@@ -55,7 +55,7 @@ def run(cluster, workers, count, shared, victim=None):
 
 
 def main(count):
-    generated = dyop.generate_scene("stack", 10)
+    generated = dyop.generate_scene("stack", 3)
     with tempfile.TemporaryDirectory() as folder:
         dyop.write_generated_scene(generated, f"{folder}/stack.json")
         shared = {"scene": dyop.load_scene(f"{folder}/stack.json")}

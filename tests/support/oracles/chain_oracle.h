@@ -26,7 +26,7 @@ inline KinematicChain random_tree(Scalar size, std::mt19937_64& random) {
     links.push_back({std::to_string(i), std::make_shared<Sphere>(0.2 * size)});
     if (i == 0) continue;
     Joint joint;
-    joint.name = "j" + std::to_string(i);
+    joint.name = std::to_string(i);
     joint.type = JointType(random_index(3, random));
     joint.parent = std::to_string(random_index(i, random));
     joint.child = std::to_string(i);
