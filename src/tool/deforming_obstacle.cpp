@@ -264,6 +264,26 @@ PairDistance DeformingObstacle::measure(const ToolBody& body, const RigidPose& X
   return least;
 }
 
+bool DeformingObstacle::renew(const ToolBody& body, const RigidPose& X_WB, const DistanceWish& wish,
+                              int budget, WorkClock& clock, PairMemory& kept) const {
+  const auto is_over = [&] { return budget-- <= 0 || clock.is_over_small(); };
+  for (std::size_t k = 0; k < kept.size(); ++k) {
+    PairFront& next = kept[k].next;
+    PieceDistance best;
+    next.seed(kept[k].front.nearest());
+    const StandingPair sides(shown(), fraction_, body.pieces[k].mesh, X_WB);
+    if (!next.find_nearest(sides, wish.farthest + body.pieces[k].radius, wish.allowed, is_over,
+                           kept[k].cache.stack, best)) {
+      return false;
+    }
+  }
+  for (PieceMemory& memory : kept) {
+    std::swap(memory.front, memory.next);
+    memory.next.restart();
+  }
+  return true;
+}
+
 PairDistance DeformingObstacle::measure_at(const ToolBody& body, const RigidPose& X_WB,
                                            PairMemory& kept) const {
   kept.resize(body.pieces.size());

@@ -24,6 +24,9 @@ constexpr Scalar kVagueShare = 0.25;
 // It is then measured to this fraction of what is allowed, so that it lasts a while.
 constexpr Scalar kMeasuredShare = 0.9;
 
+// Small pieces of work per tick for fronts that are built anew.
+constexpr int kRenewals = 32;
+
 // The first positions tried by an escape are this fraction of a body's thickness away; so many
 // are tried in a tick.
 constexpr Scalar kEscapeStart = 8;
@@ -158,6 +161,7 @@ Scalar Proxy::move(const ToolPose& goal, const Piece& piece, WorkClock& clock, T
   ToolStep best_step;
   Scalar best = 0;
   for (int attempt = 0; attempt < options_.max_attempts; ++attempt) {
+    if (clock.is_over()) break;
     if (!holds_.empty()) step = solve(step_goal, work);
     const ToolMotion motion(pose_, step, piece.duration, hinges_);
     const Proof proof = prove(motion, piece.duration, clock, work, report);
@@ -216,7 +220,10 @@ void Proxy::commit(const ToolMotion& motion, Scalar t) {
     const Scalar vaguer = moved > 0 ? moved + kStepNoise * size : 0;
     pair.distance.lower = std::max(Scalar{0}, pair.distance.lower - vaguer);
     pair.distance.upper += vaguer;
-    for (PieceMemory& kept : pair.kept) kept.front.move(vaguer);
+    for (PieceMemory& kept : pair.kept) {
+      kept.front.move(vaguer);
+      kept.next.move(vaguer);
+    }
   }
   const ToolPose before = pose_;
   pose_ = motion.at(t);
@@ -308,30 +315,34 @@ void Proxy::measure(PairState& pair, const DistanceWish& wish, WorkClock& clock,
 }
 
 // The clearance is that of the nearest body: others only have to be proven farther away.
+DistanceWish Proxy::wish_for(std::size_t obstacle, PairDistance& least) const {
+  least.lower = kInfinity;
+  for (const PairState& pair : pairs_) {
+    if (pair.obstacle != obstacle) continue;
+    least.lower = std::min(least.lower, pair.distance.lower);
+    least.upper = std::min(least.upper, pair.distance.upper);
+  }
+  const Scalar margin = obstacles_[obstacle]->margin;
+  const Scalar allowed =
+      options_.clearance_tolerance * std::min(least.lower, std::abs(least.lower - margin)) +
+      kVagueShare * options_.standoff;
+  return {least.upper, allowed};
+}
+
 void Proxy::measure(WorkClock& clock, TickStatistics& work) {
   for (std::size_t number = 0; number < obstacles_.size(); ++number) {
-    const auto is_other = [&](const PairState& pair) { return pair.obstacle != number; };
     PairDistance least;
-    least.lower = kInfinity;
-    for (const PairState& pair : pairs_) {
-      if (is_other(pair)) continue;
-      least.lower = std::min(least.lower, pair.distance.lower);
-      least.upper = std::min(least.upper, pair.distance.upper);
-    }
-    const Scalar margin = obstacles_[number]->margin;
-    const Scalar allowed =
-        options_.clearance_tolerance * std::min(least.lower, std::abs(least.lower - margin)) +
-        kVagueShare * options_.standoff;
+    const Scalar allowed = wish_for(number, least).allowed;
     if (least.upper - least.lower <= allowed) continue;
     const Scalar tight = kMeasuredShare * allowed;
-    // The nearest first, so that what it leaves of the others' work is little.
     const auto measure_if = [&](const auto& is_chosen) {
       for (PairState& pair : pairs_) {
-        if (is_other(pair) || clock.cutoff() || !is_chosen(pair)) continue;
+        if (pair.obstacle != number || clock.cutoff() || !is_chosen(pair)) continue;
         measure(pair, {least.upper, tight}, clock, work);
         least.upper = std::min(least.upper, pair.distance.upper);
       }
     };
+    // The nearest first, so that little is left to do for the others.
     const Scalar nearest = least.upper;
     measure_if([&](const PairState& pair) { return !(pair.distance.upper > nearest); });
     measure_if([&](const PairState& pair) {
@@ -339,6 +350,17 @@ void Proxy::measure(WorkClock& clock, TickStatistics& work) {
     });
     if (clock.cutoff()) return;
   }
+}
+
+void Proxy::renew(WorkClock& clock) {
+  if (clock.cutoff()) return;
+  PairState& pair = pairs_[renewed_ % pairs_.size()];
+  PairDistance least;
+  const DistanceWish wish = wish_for(pair.obstacle, least);
+  const bool is_done = obstacles_[pair.obstacle]->renew(
+      bodies_[pair.body], body_pose(pair.body), {wish.farthest, kMeasuredShare * wish.allowed},
+      kRenewals, clock, pair.kept);
+  if (is_done) renewed_ = (renewed_ + 1) % pairs_.size();
 }
 
 }  // namespace dyop::internal

@@ -58,6 +58,8 @@ class Proxy {
                       TickStatistics& work);
   /// Measures again the clearances whose bounds have become loose.
   void measure(WorkClock& clock, TickStatistics& work);
+  /// Spends a little time on what makes later ticks fast.
+  void renew(WorkClock& clock);
 
  private:
   /// A motion and how far it is proven.
@@ -91,6 +93,7 @@ class Proxy {
   void commit(const ToolMotion& motion, Scalar t);
   Scalar piece_time(Scalar remaining) const;
   bool is_at(const ToolPose& goal) const;
+  DistanceWish wish_for(std::size_t obstacle, PairDistance& least) const;
 
   const ToolOptions options_;
   const Scalar tolerance_;  // of impacts
@@ -98,6 +101,7 @@ class Proxy {
   std::vector<std::unique_ptr<Obstacle>> obstacles_;
   std::vector<ToolBody> bodies_;
   std::vector<PairState> pairs_;
+  std::size_t renewed_ = 0;  // number of the pair whose turn it is
   HoldSolver solver_;
   QueryMemory memory_;
   Escape escape_;

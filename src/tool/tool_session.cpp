@@ -169,6 +169,7 @@ const ToolTick& run_tick(SessionState& state, const DevicePose& device, Scalar d
   const FollowReport report =
       state.proxy.follow(is_valid ? goal : std::nullopt, passed, state.clock, tick.statistics);
   state.proxy.measure(state.clock, tick.statistics);
+  state.proxy.renew(state.clock);
   const Scalar late = passed - report.committed;
   const bool is_late = late > kTimeNoise * passed;
   state.time += passed;
@@ -176,6 +177,7 @@ const ToolTick& run_tick(SessionState& state, const DevicePose& device, Scalar d
   tick.tool = state.proxy.pose();
   tick.path = state.proxy.path();
   tick.cutoff = state.clock.cutoff();
+  tick.statistics.checkpoints = state.clock.checkpoints();
   for (std::size_t k = 0; k < tick.snapshots.size(); ++k) {
     tick.snapshots[k] = state.proxy.obstacles()[k]->snapshots_seen();
   }

@@ -30,6 +30,7 @@ class WorkClock {
   void take_back(const ToiResult& result);
 
   const std::optional<TickCutoff>& cutoff() const { return cutoff_; }
+  std::int64_t checkpoints() const { return checkpoint_; }
 
  private:
   Deadline deadline_;

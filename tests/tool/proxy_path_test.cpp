@@ -94,7 +94,9 @@ int check_tick(const TriangleMesh& tool, const ToolTick& tick, const Promise& pr
   return samples;
 }
 
-void run(std::uint64_t seed, int ticks) {
+enum class Cuts { Sometimes, Always };
+
+void run(std::uint64_t seed, int ticks, Cuts cuts) {
   const auto organ = testing::icosphere(2, 5);
   const auto vessel = testing::torus(7, 0.8, 16, 6).moved(Matrix3::Identity(), {0, 0, 2});
   ToolScene scene;
@@ -110,7 +112,7 @@ void run(std::uint64_t seed, int ticks) {
   ToolSession session(scene, options);
   const auto& tool = static_cast<const TriangleMesh&>(*scene.tool[0].shape);
   Hand hand(seed);
-  int held = 0, free = 0, checked = 0;
+  int held = 0, free = 0, checked = 0, cut = 0;
   Scalar travelled = 0;
   for (int k = 0; k < ticks; ++k) {
     if (k % 20 == 0) session.give_snapshot(0, breath(organ, 0.4 * (k / 20 + 1)), 0.02);
@@ -125,7 +127,14 @@ void run(std::uint64_t seed, int ticks) {
     if (kind == 3) {
       deadline = std::chrono::steady_clock::now() + std::chrono::microseconds(k % 50);
     }
-    const ToolTick& tick = session.update(device, dt, deadline);
+    const std::optional<TickCutoff> cutoff{{1 + testing::random_index(80, hand.random()), 0}};
+    const ToolTick& tick = cuts == Cuts::Always ? session.replay(device, dt, cutoff)
+                                                : session.update(device, dt, deadline);
+    // After the cut nothing is begun.
+    if (cuts == Cuts::Always && tick.cutoff) {
+      EXPECT_EQ(tick.statistics.checkpoints, cutoff->checkpoint);
+    }
+    cut += tick.cutoff.has_value();
     soft.span.end = session.tissue_vertices(0);
     // Where a snapshot is taken within a tick, the tissue's path has a corner; left out.
     const bool is_straight = session.snapshots_taken(0) == taken || tick.path.size() == 2;
@@ -139,13 +148,22 @@ void run(std::uint64_t seed, int ticks) {
     if (::testing::Test::HasFailure()) return;
   }
   EXPECT_GT(checked, ticks * 9 / 10);
+  if (cuts == Cuts::Always) {
+    EXPECT_GT(cut, ticks / 3);
+    return;
+  }
   EXPECT_GT(held, ticks / 20);
   EXPECT_GT(free, ticks / 100);
   EXPECT_GT(travelled, 0.02 * ticks);
 }
 
 TEST(ProxyPath, NeverPassesTissueNorBreachesAMarginOverWildStrokes) {
-  for (const std::uint64_t seed : {1, 2, 3}) run(seed, 150);
+  for (const std::uint64_t seed : {1, 2, 3}) run(seed, 150, Cuts::Sometimes);
+}
+
+// A clock that counts pieces of work in place of time.
+TEST(ProxyPath, NeverUnsafeWhereverATickIsCutOff) {
+  for (const std::uint64_t seed : {4, 5}) run(seed, 100, Cuts::Always);
 }
 
 }  // namespace

@@ -222,6 +222,29 @@ TEST(ToolSession, AllocatesNothingAfterTheFirstTicks) {
   EXPECT_EQ(testing::allocation_count() - before, 0);
 }
 
+TEST(ToolSession, AllocatesNothingWithJawsEither) {
+  ToolScene scene = over_sheet(4, 0.3);
+  for (const Scalar side : {-1.0, 1.0}) {
+    scene.hinges.push_back({RigidPose(Vector3(0, 0, -2)), 0.2 * side, 50});
+    scene.tool.push_back({testing::shared_mesh(testing::box_mesh({1, 0.2, 0.2})),
+                          RigidPose(Vector3(side, 0, 0)), scene.hinges.size() - 1});
+  }
+  ToolSession session(scene, tool_options());
+  const auto stroke = [&](int k) {
+    const Scalar s = 2 * std::acos(-1) * (k % 700) / 700;
+    DevicePose device =
+        device_at({0.3 + 5 * std::sin(s), 3 * std::sin(2 * s), 2 + std::cos(3 * s)});
+    device.angles = {0.2 * std::sin(2 * s), -0.2 * std::sin(2 * s)};
+    return session.update(device, kMillisecond).contacts.size();
+  };
+  for (int k = 0; k < 1400; ++k) stroke(k);
+  const std::int64_t before = testing::allocation_count();
+  std::size_t contacts = 0;
+  for (int k = 1400; k < 2100; ++k) contacts += stroke(k);
+  EXPECT_EQ(testing::allocation_count() - before, 0);
+  EXPECT_GT(contacts, 100u);
+}
+
 TEST(ToolSession, SameInputsGiveTheSameBits) {
   std::vector<Vector3> first;
   for (int run = 0; run < 2; ++run) {

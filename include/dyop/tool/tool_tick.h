@@ -87,6 +87,7 @@ struct TickStatistics {
   std::int64_t impact_queries = 0;
   std::int64_t distance_queries = 0;
   std::int64_t node_pairs = 0;
+  std::int64_t checkpoints = 0;  ///< small pieces of work: where a deadline can end the tick
   std::int64_t solves = 0;
   std::int64_t pieces = 0;  ///< motions committed
 };

@@ -81,10 +81,18 @@ void BodyMatrix::order_bodies(std::size_t count) {
     place_.assign(1, 0);
     return;
   }
+  // Contacts with what does not move link nothing: the order often stays, as for a tool with jaws.
+  pairs_.clear();
+  for (const auto& [a, b] : slots_) {
+    if (a >= 0 && b >= 0) pairs_.emplace_back(std::min(a, b), std::max(a, b));
+  }
+  std::sort(pairs_.begin(), pairs_.end());
+  pairs_.erase(std::unique(pairs_.begin(), pairs_.end()), pairs_.end());
+  if (count == place_.size() && pairs_ == old_pairs_) return;
+  old_pairs_ = pairs_;
   std::vector<Eigen::Triplet<Scalar>> links;
   for (std::size_t i = 0; i < count; ++i) links.emplace_back(int(i), int(i), 1);
-  for (const auto& [a, b] : slots_) {
-    if (a < 0 || b < 0) continue;
+  for (const auto& [a, b] : pairs_) {
     links.emplace_back(a, b, 1);
     links.emplace_back(b, a, 1);
   }

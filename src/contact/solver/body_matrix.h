@@ -13,7 +13,7 @@ using Matrix6 = Eigen::Matrix<Scalar, 6, 6>;
 // The matrix I + sum of G^T D G over the blocks of a system, with a 6x6 block for every body and
 // every pair of bodies that share one, and its block factorisation, with the bodies in approximate
 // minimum degree order: Cholesky for symmetric D, or LU, at twice the cost, for any D. Nothing is
-// allocated while the pattern stays the same.
+// allocated while the same bodies are linked and no more memory is needed than before.
 class BodyMatrix {
  public:
   // Finds the pattern and its fill; kept while every block has the same bodies.
@@ -46,6 +46,7 @@ class BodyMatrix {
   bool factorise_general();
 
   std::vector<std::pair<int, int>> slots_, old_slots_;  // by block of the system
+  std::vector<std::pair<int, int>> pairs_, old_pairs_;  // of bodies that share a block, ascending
   std::vector<int> place_;                              // by body: its position in the order
   std::vector<std::size_t> first_;         // by column: entry of its first block below the diagonal
   std::vector<int> rows_;                  // by entry, ascending within a column

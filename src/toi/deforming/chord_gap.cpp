@@ -11,8 +11,8 @@ namespace {
 // More than the rounding error of the few operations in a bound.
 constexpr Scalar kRoundedUp = 1 + 64 * kUnitRoundoff;
 
-Scalar size_of(const DeformingMesh& a, const TriangleMesh& b, const Motion& X_WB,
-               const TwistBound& bound, Scalar duration) {
+Scalar largest_size(const DeformingMesh& a, const TriangleMesh& b, const Motion& X_WB,
+                    const TwistBound& bound, Scalar duration) {
   return a.largest_radius() + 2 * a.largest_displacement() +
          largest_coordinate(X_WB, bound, b.bounding_radius(), {0, duration});
 }
@@ -27,7 +27,7 @@ ChordGap::ChordGap(const DeformingMesh& a, const DeformingSpan& span, const Tria
   bend_ = eighth * bound.linear_acceleration;
   bend_per_length_ =
       eighth * (bound.angular_acceleration + bound.angular_speed * bound.angular_speed);
-  noise_ = kStepNoise * size_of(a, b, X_WB, bound, duration);
+  noise_ = kStepNoise * largest_size(a, b, X_WB, bound, duration);
 }
 
 Scalar ChordGap::least(std::int32_t triangle_a, std::int32_t triangle_b, const Vector3& n_W) const {

@@ -13,20 +13,32 @@ namespace {
 // Rounding of a key and of what is read from it, as a multiple of its size.
 constexpr Scalar kKeyNoise = 8 * kUnitRoundoff;
 
-bool is_leaf_pair(const StandingPair& sides, std::int32_t a, std::int32_t b) {
+// Enough for most pairs, so that no memory is asked for later.
+constexpr std::size_t kReserved = 4096;
+constexpr std::size_t kReservedMeasured = 256;
+
+bool are_leaves(const StandingPair& sides, std::int32_t a, std::int32_t b) {
   return sides.a.is_leaf(a) && sides.b.is_leaf(b);
 }
 
 // A bound of the distance of two boxes: their gap along n.
-Scalar box_gap(const StandingPair& sides, std::int32_t a, std::int32_t b, const Vector3& n_W) {
+Scalar gap_of_boxes(const StandingPair& sides, std::int32_t a, std::int32_t b, const Vector3& n_W) {
   return -sides.b.box_reach(b, -n_W) - sides.a.box_support(a, n_W).at(0, 0) - sides.noise;
 }
 
-Scalar triangle_gap(const StandingPair& sides, std::int32_t a, std::int32_t b, const Vector3& n_W) {
+Scalar gap_of_triangles(const StandingPair& sides, std::int32_t a, std::int32_t b,
+                        const Vector3& n_W) {
   return -sides.b.triangle_reach(b, -n_W) - largest_along(sides.a.triangle_W(a), n_W) - sides.noise;
 }
 
 }  // namespace
+
+PairFront::PairFront() {
+  entries_.reserve(kReserved);
+  heap_.reserve(kReserved);
+  measured_.reserve(kReservedMeasured);
+  restart();
+}
 
 void PairFront::restart() {
   moved_ = 0;
@@ -87,14 +99,14 @@ void PairFront::keep_top(Scalar gap, const Vector3& n_W) {
 
 PairFront::Finding PairFront::examine(const StandingPair& sides, Scalar reach) {
   const Entry entry = top();
-  if (is_leaf_pair(sides, entry.a, entry.b)) return examine_leaves(sides, reach);
-  const Scalar gap = box_gap(sides, entry.a, entry.b, entry.n_W);
+  if (are_leaves(sides, entry.a, entry.b)) return examine_leaves(sides, reach);
+  const Scalar gap = gap_of_boxes(sides, entry.a, entry.b, entry.n_W);
   if (gap > reach) {
     keep_top(gap, entry.n_W);
     return Finding::Apart;
   }
   const Vector3 n_W = separating_direction(sides.a.box_W(entry.a), sides.b.box_W(entry.b));
-  const Scalar best_gap = box_gap(sides, entry.a, entry.b, n_W);
+  const Scalar best_gap = gap_of_boxes(sides, entry.a, entry.b, n_W);
   if (best_gap > reach) {
     keep_top(best_gap, n_W);
     return Finding::Apart;
@@ -106,7 +118,7 @@ PairFront::Finding PairFront::examine(const StandingPair& sides, Scalar reach) {
 
 PairFront::Finding PairFront::examine_leaves(const StandingPair& sides, Scalar reach) {
   const Entry entry = top();
-  const Scalar gap = triangle_gap(sides, entry.a, entry.b, entry.n_W);
+  const Scalar gap = gap_of_triangles(sides, entry.a, entry.b, entry.n_W);
   if (gap > reach) {
     keep_top(gap, entry.n_W);
     return Finding::Apart;

@@ -20,7 +20,7 @@ namespace dyop::internal {
 /// The meshes and the numbers of their vertices must stay the same; places may change.
 class DYOP_EXPORT PairFront {
  public:
-  PairFront() { restart(); }
+  PairFront();
 
   /// Forgets everything but the nearest pair.
   void restart();
@@ -47,6 +47,8 @@ class DYOP_EXPORT PairFront {
   template <typename IsOver>
   bool find_nearest(const StandingPair& sides, Scalar farthest, Scalar allowed,
                     const IsOver& is_over, BoxPairStack& stack, PieceDistance& best);
+  /// Where find_nearest() starts.
+  void seed(const BoxPair& nearest) { nearest_ = nearest; }
   /// The leaves of the pair that find_nearest() found.
   const BoxPair& nearest() const { return nearest_; }
 

@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "toi/deforming/pair_front.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <random>
+
+#include "dyop/distance/distance.h"
+#include "dyop/distance/triangle_distance.h"
+#include "support/inputs/mesh_generators.h"
+#include "support/inputs/random_inputs.h"
+
+namespace dyop {
+namespace {
+
+using internal::BoxPair;
+using internal::PairFront;
+using internal::PieceDistance;
+using internal::StandingPair;
+
+constexpr Scalar kNoise = 1e-9;  // literal: far more than the rounding of numbers of size 10
+
+// A sheet that deforms and a ball that moves beside it, step by step.
+class Walk {
+ public:
+  explicit Walk(std::uint64_t seed) : random_(seed) {
+    const auto arrays = testing::plate_grid(4, 4, 5, 5);
+    std::vector<Vector3> end = arrays.vertices;
+    for (Vector3& p : end) p += testing::random_vector(0.4, random_);
+    sheet = DeformingMesh(arrays.vertices, end, arrays.triangles);
+  }
+
+  // The displacement of any point relative to any of the other mesh, from their vertices.
+  Scalar step(Scalar length) {
+    const Scalar s_before = s;
+    const RigidPose before = X_WB;
+    s = std::clamp(s + testing::random_number(-0.1, 0.1, random_), Scalar{0}, Scalar{1});
+    const Matrix3 turn = rotation_from_vector(Vector3(0.1 * testing::random_direction(random_)));
+    X_WB = RigidPose(Matrix3(turn * X_WB.rotation()),
+                     X_WB.translation() + length * testing::random_direction(random_));
+    Scalar sheet_step = 0, ball_step = 0;
+    for (std::size_t k = 0; k < sheet.begin().size(); ++k) {
+      const Vector3 path = sheet.end()[k] - sheet.begin()[k];
+      sheet_step = std::max(sheet_step, std::abs(s - s_before) * path.norm());
+    }
+    for (const Vector3& p : ball.vertices()) {
+      ball_step = std::max(ball_step, (X_WB * p - before * p).norm());
+    }
+    return sheet_step + ball_step + kNoise;
+  }
+  DistanceResult truth() const {
+    return distance(sheet.snapshot(s), RigidPose(), ball, X_WB, DistanceOptions{});
+  }
+  std::mt19937_64& random() { return random_; }
+
+ private:
+  std::mt19937_64 random_;
+
+ public:
+  DeformingMesh sheet{{{0, 0, 0}}, {{0, 0, 0}}, {{0, 0, 0}}};
+  TriangleMesh ball = testing::icosphere(1).mesh();
+  RigidPose X_WB{Vector3(0.2, 0.1, 2.5)};
+  Scalar s = 0;
+};
+
+// Pairs of triangles at most `reach` apart, one by one.
+std::vector<std::pair<std::int32_t, std::int32_t>> near_pairs(const Walk& walk, Scalar reach) {
+  std::vector<std::pair<std::int32_t, std::int32_t>> pairs;
+  for (std::int32_t i = 0; i < std::int32_t(walk.sheet.triangles().size()); ++i) {
+    const Triangle a = walk.sheet.triangle(i, walk.s);
+    for (std::int32_t k = 0; k < std::int32_t(walk.ball.triangles().size()); ++k) {
+      Triangle b = walk.ball.triangle(k);
+      for (Vector3& p : b) p = walk.X_WB * p;
+      if (triangle_distance(a, b).upper < reach - kNoise) pairs.emplace_back(i, k);
+    }
+  }
+  return pairs;
+}
+
+TEST(PairFront, CarriesTrueBoundsAlongAWalk) {
+  int separated = 0;
+  for (const std::uint64_t seed : {1, 2, 3, 4}) {
+    Walk walk(seed);
+    PairFront front;
+    BoxPair nothing{};
+    internal::BoxPairStack stack;
+    for (int k = 0; k < 60; ++k) {
+      front.move(walk.step(testing::random_number(0, 0.4, walk.random())));
+      const DistanceResult truth = walk.truth();
+      EXPECT_LE(front.lower(), truth.upper + kNoise) << k;
+      const StandingPair sides(walk.sheet, walk.s, walk.ball, walk.X_WB);
+      const Scalar allowed = testing::random_number(0, 0.3, walk.random());
+      PieceDistance best;
+      // A search that is stopped keeps what it found.
+      int left = testing::random_index(40, walk.random());
+      front.find_nearest(
+          sides, kInfinity, allowed, [&] { return left-- <= 0; }, stack, best);
+      EXPECT_LE(front.lower(), truth.upper + kNoise) << k;
+      EXPECT_GE(best.upper, truth.lower - kNoise) << k;
+      EXPECT_TRUE(front.find_nearest(
+          sides, kInfinity, allowed, [] { return false; }, stack, best));
+      EXPECT_LE(front.lower(), truth.upper + kNoise) << k;
+      EXPECT_GE(best.upper, truth.lower - kNoise) << k;
+      EXPECT_LE(best.upper - front.lower(), allowed + kNoise) << k;
+      separated += truth.lower > 0;
+      nothing = front.nearest();
+    }
+    EXPECT_GE(nothing.a, 0);
+    EXPECT_GT(front.size(), 1u);
+  }
+  EXPECT_GT(separated, 60);
+}
+
+TEST(PairFront, HandsOutEveryPairWithinReach) {
+  std::size_t most = 0;
+  for (const std::uint64_t seed : {5, 6}) {
+    Walk walk(seed);
+    PairFront front;
+    for (int k = 0; k < 40; ++k) {
+      front.move(walk.step(0.3));
+      const StandingPair sides(walk.sheet, walk.s, walk.ball, walk.X_WB);
+      const Scalar reach = testing::random_number(0.1, 1.5, walk.random());
+      std::vector<std::pair<std::int32_t, std::int32_t>> found;
+      EXPECT_TRUE(front.refine(
+          sides, reach, [] { return false; },
+          [&](const PieceDistance& piece, std::int32_t a, std::int32_t b) {
+            EXPECT_LE(piece.lower, reach);
+            found.emplace_back(sides.a.triangle(a), sides.b.triangle(b));
+            return reach;
+          }));
+      std::sort(found.begin(), found.end());
+      EXPECT_TRUE(std::adjacent_find(found.begin(), found.end()) == found.end());
+      const auto wanted = near_pairs(walk, reach);
+      EXPECT_TRUE(std::includes(found.begin(), found.end(), wanted.begin(), wanted.end())) << k;
+      most = std::max(most, wanted.size());
+      if (k % 10 == 9) front.restart();
+    }
+  }
+  EXPECT_GT(most, 100u);
+}
+
+}  // namespace
+}  // namespace dyop
