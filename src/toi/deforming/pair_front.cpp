@@ -13,6 +13,9 @@ namespace {
 // Rounding of a key and of what is read from it, as a multiple of its size.
 constexpr Scalar kKeyNoise = 8 * kUnitRoundoff;
 
+// About 12 MB. Fronts only grow until they are renewed, which ticks that are cut off never do.
+constexpr std::size_t kMostEntries = std::size_t{1} << 18;
+
 // Enough for most pairs, so that no memory is asked for later.
 constexpr std::size_t kReserved = 4096;
 constexpr std::size_t kReservedMeasured = 256;
@@ -48,6 +51,7 @@ void PairFront::restart() {
 }
 
 void PairFront::move(Scalar displacement) {
+  if (entries_.size() > kMostEntries) restart();
   for (const Measured& known : measured_) add(known.place);
   measured_.clear();
   moved_ = (moved_ + displacement) * (1 + 4 * kUnitRoundoff);

@@ -25,7 +25,7 @@ class DYOP_EXPORT PairFront {
   /// Forgets everything but the nearest pair.
   void restart();
   /// No point of A has moved relative to any point of B by more than `displacement`, >= 0, since
-  /// the last call, rounding included.
+  /// the last call, rounding included. A front that has grown too large is restarted.
   void move(Scalar displacement);
   /// Lower bound of the distance of all triangles; -infinity if nothing is known.
   Scalar lower() const;
