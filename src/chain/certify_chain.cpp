@@ -98,8 +98,11 @@ bool ChainSearch::take(const ToiResult& found) {
   rounding_allowance_ = std::max(rounding_allowance_, found.rounding_allowance);
   if (found.status == ToiStatus::Separated) return false;
   // An event at the very end of the remaining time is not earlier than the known one, unless there
-  // is none.
-  if (best_.toi.status != ToiStatus::Separated && !(found.t_safe < best_.toi.t_safe)) return false;
+  // is none, or that one is an impact at the start, where this pair is too near already.
+  const bool is_worse = found.status == ToiStatus::InitiallyWithinTarget &&
+                        best_.toi.status != ToiStatus::InitiallyWithinTarget;
+  const bool is_first = best_.toi.status == ToiStatus::Separated;
+  if (!is_first && !is_worse && !(found.t_safe < best_.toi.t_safe)) return false;
   best_ = ChainResult();
   best_.toi = found;
   return true;

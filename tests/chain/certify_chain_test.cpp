@@ -122,6 +122,25 @@ TEST(CertifyChain, ASpentBudgetIsNotAMiss) {
   EXPECT_TRUE(result.link_a);
 }
 
+// The last link is examined first, and comes within the tolerance at the start, closing.
+TEST(CertifyChain, AnImpactAtTheStartDoesNotHideAnOverlap) {
+  const auto ball = std::make_shared<Sphere>(0.5);
+  const KinematicChain two(
+      {{"root"}, {"inner", ball}, {"outer", ball}},
+      {{"slide", JointType::Prismatic, "root", "inner", RigidPose(), Vector3::UnitX()},
+       {"hold", JointType::Fixed, "inner", "outer", RigidPose(Vector3(0, 5, 0))}});
+  ObstacleSet obstacles;
+  obstacles.add(ball, RigidPose(Vector3(0.9, 0, 0)));       // overlaps the inner ball
+  obstacles.add(ball, RigidPose(Vector3(1 + 5e-5, 5, 0)));  // literal: half of the tolerance
+  ChainOptions options;
+  options.toi.distance_tolerance = 1e-4;  // literal: twice the gap
+  const ChainResult result =
+      certify(two, line(JointVector::Zero(1), JointVector::Ones(1)), obstacles, options);
+  EXPECT_EQ(result.toi.status, ToiStatus::InitiallyWithinTarget);
+  EXPECT_EQ(result.link_a, std::size_t{1});
+  EXPECT_EQ(result.free_fraction, 0);
+}
+
 TEST(CertifyChain, RefusesBadInput) {
   const ObstacleSet none;
   EXPECT_THROW(certify(bar(), line(JointVector::Zero(2), JointVector::Ones(2)), none),
