@@ -92,10 +92,10 @@ void draw_legend(SvgCanvas& canvas, const Panel& panel, const GapHistory& histor
   };
   entry(kInkGap, "gap (sampled)", 140);
   if (!history.steps.empty()) {
+    const std::size_t count = history.steps.size();
     entry(kInkStep,
-          "proven lower bound: " + std::to_string(history.steps.size()) +
-              (history.is_cut ? " steps of conservative advancement, and more"
-                              : " steps of conservative advancement"),
+          "proven lower bound: " + std::to_string(count) + (count == 1 ? " step" : " steps") +
+              " of conservative advancement" + (history.is_cut ? ", and more" : ""),
           430);
   }
   entry(kInkHit, "t_safe, t_hit", 120);
