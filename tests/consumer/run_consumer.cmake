@@ -5,14 +5,7 @@
 #   shared            both with shared libraries of their own; the installed command runs
 #   add_subdirectory  queries only, built as Release without being told to
 # Arguments: KIND, SOURCE_DIR (of dyop), BINARY_DIR (of dyop), WORK_DIR, COMPILER.
-function(run)
-  execute_process(COMMAND ${ARGV} RESULT_VARIABLE code OUTPUT_VARIABLE output ERROR_VARIABLE output)
-  if(NOT code EQUAL 0)
-    list(JOIN ARGV " " command)
-    message(FATAL_ERROR "failed (${code}): ${command}\n${output}")
-  endif()
-  set(output "${output}" PARENT_SCOPE)
-endfunction()
+include(${CMAKE_CURRENT_LIST_DIR}/../support/run.cmake)
 
 file(REMOVE_RECURSE ${WORK_DIR})
 set(consumers ${SOURCE_DIR}/tests/consumer)

@@ -4,14 +4,7 @@
 # scene's own if empty), MODELS (directories, separated by colons).
 cmake_minimum_required(VERSION 3.24)
 
-function(run)
-  execute_process(COMMAND ${ARGV} RESULT_VARIABLE code OUTPUT_VARIABLE output ERROR_VARIABLE output)
-  if(NOT code EQUAL 0)
-    list(JOIN ARGV " " command)
-    message(FATAL_ERROR "failed (${code}): ${command}\n${output}")
-  endif()
-  set(output "${output}" PARENT_SCOPE)
-endfunction()
+include(${CMAKE_CURRENT_LIST_DIR}/../support/run.cmake)
 
 string(REPLACE ":" ";" directories "$ENV{DYOP_MESH_PATH}:${MODELS}")
 find_file(bunny bunny.obj PATHS ${directories} NO_DEFAULT_PATH NO_CACHE)
