@@ -54,7 +54,7 @@ MotionState checked_state(const Motion& motion, Scalar t, const char* what);
 /// @param is_trusted The motion's Motion::is_trusted(): only finite numbers are asked for.
 /// @param what       Names the motion in messages, such as "the motion of A".
 /// @throws InvalidArgument with the time and the value if the pose is not finite or not a rotation,
-///         or the twist is not finite; if the motion itself throws one, prefixed with the time.
+///         or the twist is not finite; one that an untrusted motion throws, prefixed with the time.
 inline MotionState guarded_state(const Motion& motion, bool is_trusted, Scalar t,
                                  const char* what) {
   MotionState state = is_trusted ? motion.state(t) : checked_state(motion, t, what);

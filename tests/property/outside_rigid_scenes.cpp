@@ -24,6 +24,7 @@
 #include "dyop/scene_io/run_recording.h"
 #include "dyop/scene_io/scene_file.h"
 #include "support/oracles/recording_oracle.h"
+#include "support/world_energy.h"
 
 namespace dyop::testing {
 namespace {
@@ -31,22 +32,10 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kSkipped = 77;
-// Kinetic and potential energy of all bodies that move.
-Scalar energy(const World& world, const Vector3& gravity_W) {
-  Scalar sum = world.kinetic_energy();
-  for (const BodyId id : world.bodies()) {
-    const BodyDefinition& body = world.body(id);
-    if (body.kind != BodyKind::Dynamic) continue;
-    const Vector3 p_WBcm = world.state(id).X_WB * body.mass_properties.p_BoBcm;
-    sum -= body.mass_properties.mass * gravity_W.dot(p_WBcm);
-  }
-  return sum;
-}
 
 struct Outcome {
   RunTotals totals;
-  Scalar largest_gain =
-      0;  // of energy, over what was there and the work of falling a length of one
+  Scalar largest_gain = 0;  // of energy, over that at the start and of falling a length of one
   double seconds = 0;
 };
 

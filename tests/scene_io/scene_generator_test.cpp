@@ -10,6 +10,7 @@
 #include "dyop/distance/distance.h"
 #include "dyop/scene_io/scene_file.h"
 #include "support/temporary_directory.h"
+#include "support/world_energy.h"
 
 namespace dyop {
 namespace {
@@ -116,18 +117,6 @@ INSTANTIATE_TEST_SUITE_P(
              std::to_string(std::lround(1e6 * std::get<2>(test.param))) + "us";
     });
 
-// Kinetic and potential energy of all bodies that move.
-Scalar energy(const World& world, const Vector3& gravity_W) {
-  Scalar sum = world.kinetic_energy();
-  for (const BodyId id : world.bodies()) {
-    const BodyDefinition& body = world.body(id);
-    if (body.kind != BodyKind::Dynamic) continue;
-    const Vector3 p_WBcm = world.state(id).X_WB * body.mass_properties.p_BoBcm;
-    sum -= body.mass_properties.mass * gravity_W.dot(p_WBcm);
-  }
-  return sum;
-}
-
 // A wall that is struck is solved coarsely, in short legs: it gains no energy by that, takes up the
 // momentum that the ball loses, and no island gets stuck.
 TEST(StruckWall, GainsNoEnergyAndTakesTheBallsMomentum) {
@@ -140,12 +129,12 @@ TEST(StruckWall, GainsNoEnergyAndTakesTheBallsMomentum) {
   const BodyId ball = world.bodies().back();
   ASSERT_EQ(world.body(ball).name, "ball");
   const Scalar begin = world.kinetic_energy();
-  Scalar before = energy(world, scene.options.gravity_W);
+  Scalar before = testing::energy(world, scene.options.gravity_W);
   for (int k = 0; k < 60; ++k) {
     const AdvanceReport report = world.advance(0.01);
     ASSERT_EQ(report.status, AdvanceStatus::Completed);
     ASSERT_EQ(report.work.stalls, 0);
-    const Scalar after = energy(world, scene.options.gravity_W);
+    const Scalar after = testing::energy(world, scene.options.gravity_W);
     EXPECT_LT(after - before, 1e-3 * begin) << "at " << world.time();
     before = after;
   }
