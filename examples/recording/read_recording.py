@@ -14,8 +14,11 @@ import sys
 import h5py
 import numpy as np
 
-ABSENT, REST, TWIST, HERMITE, GIVEN, APPROXIMATE, CONTINUED = range(7)
-LENGTH = {ABSENT: 0, REST: 12, TWIST: 19, HERMITE: 35, GIVEN: 2, APPROXIMATE: 35, CONTINUED: 28}
+ABSENT, REST, TWIST, HERMITE, GIVEN, APPROXIMATE = range(6)
+LENGTH = {ABSENT: 0, REST: 12, TWIST: 19, GIVEN: 2, APPROXIMATE: 35}
+# Cubics that do not repeat what earlier rows hold: how many numbers they have for R_WC (one: its
+# place) and for the start (the last ones of 13).
+CUBICS = {3: (9, 13), 6: (9, 6), 7: (1, 13), 8: (1, 6), 9: (1, 0)}
 
 
 def rotation(vector):
@@ -47,17 +50,21 @@ class Recording:
         self.rows = {slot: np.flatnonzero(self.segments["body"] == slot) for slot in self.bodies}
 
     def numbers(self, row):
-        """The numbers of a segment; those of one that continues made whole."""
-        segment = self.segments[row]
+        """The numbers of a segment; those of a cubic made whole."""
+        numbers, segment = self.file["numbers"], self.segments[row]
         first, kind = int(segment["first"]), int(segment["kind"])
-        x = self.file["numbers"][first : first + LENGTH[kind]]
-        if kind != CONTINUED:
-            return kind, x
-        mine = self.rows[int(segment["body"])]
-        before = self.segments[mine[np.searchsorted(mine, row) - 1]]
-        end = int(before["first"]) + LENGTH[int(before["kind"])]
-        node = self.file["numbers"][end - 13 : end - 6]  # t, p, v at the end of the row before
-        return HERMITE, np.concatenate([x[:9], node, x[9:]])
+        if kind not in CUBICS:
+            return kind, numbers[first : first + LENGTH[kind]]
+        chart_count, start_count = CUBICS[kind]
+        x = numbers[first : first + chart_count + start_count + 13]
+        place = first if chart_count == 9 else int(x[0])
+        parts = [numbers[place : place + 9], x[chart_count:]]
+        if start_count < 13:  # it starts where the row before ends
+            mine = self.rows[int(segment["body"])]
+            before = self.segments[mine[np.searchsorted(mine, row) - 1]]
+            end = int(before["first"]) + sum(CUBICS[int(before["kind"])]) + 13
+            parts.insert(1, numbers[end - 13 : end - start_count])
+        return HERMITE, np.concatenate(parts)
 
     def pose(self, slot, t):
         """R_WB and p_WB of a body at a time, or None if it is absent."""

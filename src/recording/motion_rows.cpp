@@ -2,7 +2,6 @@
 #include "recording/motion_rows.h"
 
 #include <algorithm>
-#include <cstring>
 
 #include "dyop/motion/composed_motion.h"
 #include "dyop/motion/constant_twist_motion.h"
@@ -13,10 +12,6 @@
 
 namespace dyop::internal {
 namespace {
-
-constexpr std::size_t kRotationNumbers = 9;
-constexpr std::size_t kNodeStart = 7;  // t, p, v of a cubic's end: what the next cubic shares
-constexpr std::size_t kNodeNumbers = 13;
 
 class NumberWriter {
  public:
@@ -228,30 +223,6 @@ std::shared_ptr<const Motion> decode(const EncodedMotion& encoded, const Vector3
   }
   DYOP_REQUIRE(false, "unknown segment kind ", static_cast<std::uint32_t>(encoded.kind));
   return nullptr;
-}
-
-std::span<const Scalar> end_of(std::span<const Scalar> hermite) {
-  return hermite.last(kNodeNumbers).first(kNodeStart);
-}
-
-bool continues(std::span<const Scalar> before, std::span<const Scalar> next) {
-  const std::span<const Scalar> end = end_of(before);
-  return std::memcmp(end.data(), next.data() + kRotationNumbers, end.size_bytes()) == 0;
-}
-
-std::vector<Scalar> continued_numbers(std::span<const Scalar> next) {
-  std::vector<Scalar> numbers(next.begin(), next.begin() + kRotationNumbers);
-  const auto rest = next.subspan(kRotationNumbers + kNodeStart);
-  numbers.insert(numbers.end(), rest.begin(), rest.end());
-  return numbers;
-}
-
-std::vector<Scalar> whole_numbers(std::span<const Scalar> end_of_before,
-                                  std::span<const Scalar> continued) {
-  std::vector<Scalar> numbers(continued.begin(), continued.begin() + kRotationNumbers);
-  numbers.insert(numbers.end(), end_of_before.begin(), end_of_before.end());
-  numbers.insert(numbers.end(), continued.begin() + kRotationNumbers, continued.end());
-  return numbers;
 }
 
 }  // namespace dyop::internal

@@ -21,9 +21,10 @@ Hdf5File open_recording(const std::filesystem::path& path) {
     throw FileError(path, "is no recording of dyop");
   }
   const std::int64_t version = file.integer_attribute("version");
-  if (version != kRecordingVersion) {
-    throw FileError(path, compose_message("is a recording of version ", version,
-                                          ", this program reads version ", kRecordingVersion));
+  if (version < 1 || version > kRecordingVersion) {
+    throw FileError(path,
+                    compose_message("is a recording of version ", version,
+                                    ", this program reads versions 1 to ", kRecordingVersion));
   }
   return file;
 }

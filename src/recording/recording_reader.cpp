@@ -63,6 +63,8 @@ struct RecordingReader::Impl {
   std::size_t segment_at(BodyId body, Scalar t);
   std::vector<Scalar> numbers_at(std::uint64_t first, std::size_t count);
   internal::SegmentRow row(const Path& of_body, std::size_t index);
+  std::vector<Scalar> cubic(const internal::HermiteForm& form, const internal::SegmentRow& at,
+                            const Path& of_body, std::size_t index);
   internal::EncodedMotion encoded(const Path& of_body, std::size_t index);
   MotionSegment segment(BodyId body, std::size_t index);
   const Motion& motion(BodyId body, Scalar t);
@@ -221,20 +223,36 @@ internal::SegmentRow RecordingReader::Impl::row(const Path& of_body, std::size_t
       .front();
 }
 
+// A cubic made whole from what the rows before it hold.
+std::vector<Scalar> RecordingReader::Impl::cubic(const internal::HermiteForm& form,
+                                                 const internal::SegmentRow& at,
+                                                 const Path& of_body, std::size_t index) {
+  const std::vector<Scalar> stored = numbers_at(at.first, form.count());
+  std::uint64_t chart_place = at.first;
+  if (!form.has_own_chart) {
+    const bool is_place = stored[0] >= 0 && stored[0] < static_cast<Scalar>(at.first);
+    DYOP_REQUIRE(is_place, "the chart of a cubic is said to be in the place ", stored[0]);
+    chart_place = static_cast<std::uint64_t>(stored[0]);
+  }
+  std::vector<Scalar> end_of_before;
+  if (form.continues()) {
+    DYOP_REQUIRE(index > 0, "a cubic continues nothing");
+    const internal::SegmentRow before = row(of_body, index - 1);
+    const internal::HermiteForm* form_before = internal::hermite_form(before.kind);
+    DYOP_REQUIRE(form_before != nullptr, "a cubic continues a segment of kind ", before.kind);
+    end_of_before = numbers_at(before.first + form_before->count() - internal::kNodeNumbers,
+                               internal::kNodeNumbers);
+  }
+  return internal::whole_numbers(form, numbers_at(chart_place, internal::kChartNumbers),
+                                 end_of_before, stored);
+}
+
 internal::EncodedMotion RecordingReader::Impl::encoded(const Path& of_body, std::size_t index) {
   const internal::SegmentRow at = row(of_body, index);
   internal::EncodedMotion result;
-  if (at.kind == internal::kHermiteContinued) {
-    DYOP_REQUIRE(index > 0, "a cubic continues nothing");
-    const internal::SegmentRow before = row(of_body, index - 1);
-    const bool is_whole = before.kind == static_cast<std::uint32_t>(SegmentKind::Hermite);
-    DYOP_REQUIRE(is_whole || before.kind == internal::kHermiteContinued,
-                 "a cubic continues a segment of kind ", before.kind);
-    const std::vector<Scalar> last = numbers_at(
-        before.first, is_whole ? internal::kHermiteNumbers : internal::kContinuedNumbers);
-    const std::vector<Scalar> next = numbers_at(at.first, internal::kContinuedNumbers);
+  if (const internal::HermiteForm* form = internal::hermite_form(at.kind)) {
     result.kind = SegmentKind::Hermite;
-    result.numbers = internal::whole_numbers(internal::end_of(last), next);
+    result.numbers = cubic(*form, at, of_body, index);
     return result;
   }
   DYOP_REQUIRE(at.kind <= static_cast<std::uint32_t>(SegmentKind::Approximate),

@@ -13,11 +13,9 @@ using Row3 = std::array<double, 3>;
 using FloatRow3 = std::array<float, 3>;
 using FeatureRow = std::array<std::int32_t, 4>;
 
-constexpr std::int64_t kRecordingVersion = 1;
+/// Version 2 added the rows of cubics that do not repeat their chart; readers of it read 1.
+constexpr std::int64_t kRecordingVersion = 2;
 constexpr const char* kRecordingFormat = "dyop recording";
-
-/// The kind of a row that continues the cubic of the row before; readers see a Hermite segment.
-constexpr std::uint32_t kHermiteContinued = 6;
 
 struct SegmentRow {
   double begin;

@@ -112,6 +112,8 @@ struct RecordingWriter::Impl {
     std::shared_ptr<const Motion> motion;  // of the last segment
     EncodedMotion last;
     bool has_segment = false;
+    std::vector<Scalar> chart;      // R_WC of the last cubic; empty if there was none
+    std::uint64_t chart_place = 0;  // in /numbers
   };
 
   Impl(const std::filesystem::path& path, const RunHeader& header,
@@ -128,6 +130,7 @@ struct RecordingWriter::Impl {
   void put_step(const CommittedStep& step);
   void put_motion(std::uint32_t slot, const MotionPart& part);
   void put_segment(std::uint32_t slot, Scalar begin, EncodedMotion encoded);
+  std::uint32_t put_cubic(Body& body, std::span<const Scalar> whole);
   void put_impact(const ImpactEvent& impact);
   void put_pairs(const std::vector<PairRecord>& records);
   void put_events(const AdvanceReport& report);
@@ -169,6 +172,20 @@ void RecordingWriter::Impl::put_body(const BodyId& id, const BodyDefinition& def
   output.bodies.add_all(line.dump() + '\n');
 }
 
+// Returns the kind of its row.
+std::uint32_t RecordingWriter::Impl::put_cubic(Body& body, std::span<const Scalar> whole) {
+  const bool follows_cubic = body.has_segment && body.last.kind == SegmentKind::Hermite;
+  const internal::HermiteForm& form = internal::shortest_form(
+      follows_cubic ? std::span<const Scalar>(body.last.numbers) : std::span<const Scalar>(),
+      body.chart, whole);
+  if (form.has_own_chart) {
+    body.chart.assign(whole.begin(), whole.begin() + internal::kChartNumbers);
+    body.chart_place = output.numbers.length();
+  }
+  output.numbers.add_all(internal::stored_numbers(form, body.chart_place, whole));
+  return form.kind;
+}
+
 void RecordingWriter::Impl::put_segment(std::uint32_t slot, Scalar begin, EncodedMotion encoded) {
   Body& body = bodies[slot];
   const bool is_same = body.has_segment && body.last.kind == encoded.kind &&
@@ -181,11 +198,8 @@ void RecordingWriter::Impl::put_segment(std::uint32_t slot, Scalar begin, Encode
     output.numbers.add(static_cast<Scalar>(output.given.length()));
     output.numbers.add(static_cast<Scalar>(encoded.given.size()));
     output.given.add_all(encoded.given);
-  } else if (encoded.kind == SegmentKind::Hermite && body.has_segment &&
-             body.last.kind == SegmentKind::Hermite &&
-             internal::continues(body.last.numbers, encoded.numbers)) {
-    row.kind = internal::kHermiteContinued;
-    output.numbers.add_all(internal::continued_numbers(encoded.numbers));
+  } else if (encoded.kind == SegmentKind::Hermite) {
+    row.kind = put_cubic(body, encoded.numbers);
   } else {
     output.numbers.add_all(encoded.numbers);
   }

@@ -68,5 +68,6 @@ GeneratedScene make_domino(int n);
 GeneratedScene make_chain_net(int n);
 GeneratedScene make_gears(int n);
 GeneratedScene make_cradle(int n);
+GeneratedScene make_bolt(int n);
 
 }  // namespace dyop::internal

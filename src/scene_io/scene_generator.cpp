@@ -27,7 +27,8 @@ const std::vector<KindRow>& kind_rows() {
       {{"domino", "dominoes", 1, 1000}, internal::make_domino},
       {{"chain-net", "rings per side, not counting links", 2, 30}, internal::make_chain_net},
       {{"gears", "gears", 1, 100}, internal::make_gears},
-      {{"cradle", "balls", 2, 100}, internal::make_cradle}};
+      {{"cradle", "balls", 2, 100}, internal::make_cradle},
+      {{"bolt", "turns of the nut", 1, 100}, internal::make_bolt}};
   return rows;
 }
 

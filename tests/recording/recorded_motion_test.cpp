@@ -101,30 +101,53 @@ TEST(RecordedMotion, OfASequenceIsThatOfItsPartsWithinTheStep) {
   EXPECT_EQ(internal::parts_of(first, {0.5, 2}).size(), 1u);
 }
 
-TEST(RecordedMotion, ContinuesACubicWhereTheLastOneEnded) {
+// Of each pair of cubics the second is stored in the form given, and read back whole.
+TEST(RecordedMotion, OfACubicIsStoredInItsShortestForm) {
   Random random(11);
-  const MotionState middle{random.pose(5), {random.in_ball(3), random.in_ball(1)}};
-  const auto numbers_between = [&](const TimeInterval& interval, const MotionState& begin,
-                                   const MotionState& end) {
-    const auto motion = std::make_shared<HermiteMotion>(interval, begin, end);
-    return internal::encode({interval, motion}, Vector3::Zero()).numbers;
+  const auto some = [&](std::size_t count) {
+    std::vector<Scalar> numbers;
+    while (numbers.size() < count) numbers.push_back(random.uniform(-1, 1));
+    return numbers;
   };
-  const auto near = [&] {
-    return MotionState{RigidPose(middle.X_WB.rotation(), random.in_ball(4)),
-                       {random.in_ball(3), random.in_ball(1)}};
+  struct Case {
+    std::uint32_t kind;
+    bool is_same_chart;
+    std::size_t shared;  // numbers of the start that are those of the end before
+    std::size_t count;
   };
-  const auto before = numbers_between({0, 1}, near(), middle);
-  const auto next = numbers_between({1, 2.5}, middle, near());
-  const auto elsewhere = numbers_between({1, 2.5}, near(), middle);
-  ASSERT_TRUE(internal::continues(before, next));
-  EXPECT_FALSE(internal::continues(before, elsewhere));
-  EXPECT_FALSE(internal::continues(next, before));
-  const auto rest = internal::continued_numbers(next);
-  EXPECT_EQ(rest.size(), internal::kContinuedNumbers);
-  EXPECT_EQ(internal::whole_numbers(internal::end_of(before), rest), next);
-  // The end of a continued row is found in the row itself.
-  const auto end = internal::end_of(rest);
-  EXPECT_TRUE(std::equal(end.begin(), end.end(), internal::end_of(next).begin()));
+  for (const Case& one : {Case{3, false, 0, 35}, Case{3, false, 6, 35}, Case{6, false, 7, 28},
+                          Case{6, false, 13, 28}, Case{7, true, 0, 27}, Case{7, true, 6, 27},
+                          Case{8, true, 7, 20}, Case{8, true, 12, 20}, Case{9, true, 13, 14}}) {
+    const std::vector<Scalar> before = some(35);
+    std::vector<Scalar> next = some(35);
+    if (one.is_same_chart) std::copy_n(before.begin(), 9, next.begin());
+    std::copy_n(before.end() - 13, one.shared, next.begin() + 9);
+    const std::span<const Scalar> chart = std::span(before).first(9);
+    const internal::HermiteForm& form = internal::shortest_form(before, chart, next);
+    EXPECT_EQ(form.kind, one.kind);
+    EXPECT_EQ(internal::hermite_form(one.kind), &form);
+    const auto stored = internal::stored_numbers(form, 1234, next);
+    EXPECT_EQ(stored.size(), one.count);
+    EXPECT_EQ(form.count(), one.count);
+    EXPECT_EQ(stored[0], one.is_same_chart ? 1234 : next[0]);
+    const auto read =
+        internal::whole_numbers(form, std::span(next).first(9), std::span(before).last(13), stored);
+    EXPECT_EQ(read, next);
+    // The end of a row is found in the row itself.
+    EXPECT_TRUE(std::equal(stored.end() - 13, stored.end(), next.end() - 13));
+    // Nothing to continue, no chart.
+    EXPECT_EQ(internal::shortest_form({}, chart, next).kind, one.is_same_chart ? 7u : 3u);
+    EXPECT_EQ(internal::shortest_form({}, {}, next).kind, 3u);
+  }
+}
+
+// A zero with a sign is not the other zero.
+TEST(RecordedMotion, OfACubicKeepsTheSignOfZero) {
+  const std::vector<Scalar> before(35, 0.0);
+  std::vector<Scalar> next = before;
+  EXPECT_EQ(internal::shortest_form(before, std::span(before).first(9), next).kind, 9u);
+  next[8] = -0.0;
+  EXPECT_EQ(internal::shortest_form(before, std::span(before).first(9), next).kind, 6u);
 }
 
 TEST(RecordedMotion, RefusesNumbersThatAreTooFew) {

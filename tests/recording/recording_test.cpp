@@ -298,6 +298,20 @@ TEST_F(Recording, RefusesOtherFiles) {
   EXPECT_NE(message(file("new.h5")).find("version 99"), std::string::npos);
 }
 
+TEST_F(Recording, OfTheFirstVersionIsRead) {
+  testing::record_busy_run(file());
+  const auto set_version = [&](std::int64_t version) {
+    const internal::Hdf5Handle opened(H5Fopen(file().c_str(), H5F_ACC_RDWR, H5P_DEFAULT),
+                                      &H5Fclose);
+    const internal::Hdf5Handle attribute(H5Aopen(opened.get(), "version", H5P_DEFAULT), &H5Aclose);
+    ASSERT_GE(H5Awrite(attribute.get(), H5T_NATIVE_INT64, &version), 0);
+  };
+  set_version(1);
+  EXPECT_FALSE(RecordingReader(file()).frames().empty());
+  set_version(0);
+  EXPECT_THROW(RecordingReader{file()}, FileError);
+}
+
 TEST_F(Recording, RefusesAFileThatWasCutOff) {
   testing::record_busy_run(file());
   const std::string whole = testing::TemporaryDirectory::read(file());
