@@ -75,6 +75,19 @@ class RandomWorld {
     return least;
   }
 
+  // The widest gap across which an impact acts, as a multiple of the pair's target distance. Bodies
+  // come to rest at five of it.
+  Scalar widest_push(const ImpactEvent& event) const {
+    Scalar widest = 0;
+    for (const WorldContact& contact : event.contacts) {
+      if (contact.impulse_W.isZero(0)) continue;
+      const Scalar target = 1e-4 * std::min(world_->body(contact.a).shape->bounding_radius(),
+                                            world_->body(contact.b).shape->bounding_radius());
+      widest = std::max(widest, contact.contact.lower / target);
+    }
+    return widest;
+  }
+
  private:
   Scalar number(Scalar low, Scalar high) {
     return std::uniform_real_distribution<Scalar>(low, high)(random_);
@@ -141,6 +154,9 @@ TEST_P(WorldSafety, KeepsEveryTargetDistance) {
     }
     ASSERT_TRUE(report.too_near.empty()) << "seed " << seed << " step " << k;
     stalls += report.work.stalls;
+    for (const ImpactEvent& event : report.impacts) {
+      ASSERT_LE(random.widest_push(event), 10) << "seed " << seed << " t " << event.t;
+    }
     for (const CommittedStep& step : report.steps) {
       ASSERT_GE(random.least_excess(step, {}), 0) << "seed " << seed << " step " << k;
     }

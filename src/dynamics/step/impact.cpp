@@ -18,7 +18,15 @@ Vector3 point_velocity(const IslandRun& run, const std::optional<std::size_t>& m
   return twist.v_WB + twist.w_WB.cross(p_W - center);
 }
 
+// The list of points also has places that may meet later in the step; an impulse now would act
+// across their gap.
+bool is_met(const RunPair& pair, const ContactPoint& point) {
+  const PairLengths& lengths = pair.state->lengths;
+  return point.gap <= lengths.rest_gap() + 0.5 * lengths.standoff;
+}
+
 bool is_triggered(const IslandRun& run, const RunPair& pair, const ContactPoint& point) {
+  if (!is_met(pair, point)) return false;
   const Scalar speed = normal_velocity(run, pair, point);
   if (pair.hit) {
     return speed < -run.context().restitution_speed(pair.state->lengths);
@@ -81,8 +89,7 @@ class ImpactSolve {
 ImpactSolve::ImpactSolve(IslandRun& run, bool takes_all) : run_(run), leg_(run) {
   leg_.take_contacts([&](const RunPair& pair, const ContactPoint& point) {
     if (is_triggered(run, pair, point)) return true;
-    const PairLengths& lengths = pair.state->lengths;
-    if (point.gap > lengths.rest_gap() + 0.5 * lengths.standoff) return false;
+    if (!is_met(pair, point)) return false;
     return takes_all || !(pair.restitution > 0) ||
            bounces(run, pair, normal_velocity(run, pair, point));
   });
