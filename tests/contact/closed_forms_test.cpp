@@ -128,14 +128,13 @@ TYPED_TEST(ClosedForms, RollingAndTorsionalFrictionSlowABall) {
   ball.free_v_W = Vector3(1, 0, -kGravity * kStep);
   ball.free_w_W = Vector3(0, 1, 3);
   problem.bodies = {ContactBody{}, ball};
-  PointContact contact;
+  PointContact& contact = problem.contacts.emplace_back();
   contact.body_b = 1;
   contact.r_b_W = Vector3(0, 0, -1);
   contact.nhat_AB_W = Vector3::UnitZ();
   contact.friction = 0.5;
   contact.rolling_friction = 0.02;
   contact.torsional_friction = 0.01;
-  problem.contacts.push_back(contact);
   ASSERT_EQ(this->solve(problem).status, ContactStatus::Converged);
   const Scalar normal = kGravity * kStep;
   EXPECT_NEAR(problem.bodies[1].v_W[0], 1 - 0.02 * normal / 1.4, 1e-10);

@@ -8,6 +8,7 @@
 #include "contact/solver/body_matrix.h"
 #include "contact/solver/contact_law.h"
 #include "contact/solver/contact_system.h"
+#include "contact/solver/impulse_drift.h"
 #include "core/tolerance.h"
 
 namespace dyop {
@@ -19,6 +20,10 @@ namespace {
 // iterations. Found by measurement.
 constexpr Scalar kNearStart = 1e-4;  // literal: a ratio of residuals
 constexpr Scalar kNearPenalty = 3e5;
+// Multipliers that drift are followed from this residual on, a part of that without impulses:
+// farther away, contacts still change state, and what looks like a drift ends by itself. Found by
+// measurement.
+constexpr Scalar kDriftResidual = 1e-3;
 
 }  // namespace
 
@@ -41,6 +46,10 @@ class NewtonRun {
   // Newton steps on the whole law, shifts included, with new multipliers at each step, for as long
   // as every step halves the residual.
   End polish(Scalar factor, int limit, int& factorisations);
+
+  // Near the solution, follows a drift of the multipliers over the last two outer iterations to its
+  // end. Returns whether there was one.
+  bool end_drift();
 
   // Puts the impulses with the smallest residual into the system.
   void restore_best() { restore(best_lambda_); }
@@ -70,6 +79,7 @@ class NewtonRun {
   Scalar outer_residual_ = kInfinity;
   Scalar best_residual_ = kInfinity;
   BodyMatrix matrix_;
+  ImpulseDrift drift_;
   std::vector<Vector3> lambda_, best_lambda_;
   std::vector<Scalar> rho_, shift_, radius_;
   std::vector<Vector3> u_, du_;  // without compliance and shift
@@ -90,6 +100,7 @@ void NewtonRun::begin(ContactSystem& system, Scalar tolerance) {
   best_residual_ = system.residual();
   outer_residual_ = best_residual_;
   matrix_.analyse(system);
+  drift_.clear();
   compute_u(y_, u_);
 }
 
@@ -267,6 +278,14 @@ NewtonRun::End NewtonRun::polish(Scalar factor, int limit, int& factorisations) 
   return End::Minimised;
 }
 
+bool NewtonRun::end_drift() {
+  const bool is_near = system_->residual() < kDriftResidual * system_->residual_without_impulses();
+  if (!is_near || !drift_.follow(*system_, lambda_, rho_[0])) return false;
+  y_ = system_->velocities();
+  compute_u(y_, u_);
+  return true;
+}
+
 void NewtonRun::restore(const std::vector<Vector3>& lambda) {
   std::vector<Block>& blocks = system_->blocks();
   for (std::size_t i = 0; i < blocks.size(); ++i) blocks[i].lambda = lambda[i];
@@ -310,6 +329,9 @@ void NewtonSolver::improve(internal::ContactSystem& system, const ContactSolverO
       factor = std::max(factor / 10, Scalar{1});
     } else if (used <= kContactInnerFew) {
       factor = std::max(factor, std::min(factor * 4, kContactLargestPenalty));
+    }
+    if (end == End::Minimised && run_->end_drift()) {
+      factor = std::min(factor * 10, kContactPolishPenalty);
     }
   }
   run_->restore_best();

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: BSD-3-Clause
+
+// More contacts than a body needs, which ask for velocities that contradict one another by little:
+// gaps differ by rounding and by what earlier solves left. Some contacts must let go, and all of
+// their load has to move to the others.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "dyop/contact/contact_cascade.h"
+#include "support/inputs/contact_scenes.h"
+#include "support/inputs/random_inputs.h"
+#include "support/oracles/contact_oracle.h"
+
+namespace dyop::testing {
+namespace {
+
+constexpr Scalar kTolerance = 1e-9;
+
+// A block on the plane z = 0 with `count` corners, turned and at rest but for a step of gravity.
+ContactProblem resting_prism(int count, Scalar friction, std::mt19937_64& random) {
+  ContactProblem problem;
+  problem.bodies = {ContactBody{},
+                    box_body(Vector3(0.5, 0.6, 0.4), random_number(0.1, 10, random),
+                             random_rotation(random).toRotationMatrix(), Vector3(0, 0, -0.0981))};
+  const Scalar turn = random_number(0, 1, random);
+  for (int i = 0; i < count; ++i) {
+    const Scalar angle = turn + 2 * std::numbers::pi * i / count;
+    PointContact& contact = problem.contacts.emplace_back();
+    contact.body_b = 1;
+    contact.r_b_W = Vector3(0.3 * std::cos(angle), 0.3 * std::sin(angle), -0.25);
+    contact.nhat_AB_W = Vector3::UnitZ();
+    contact.friction = friction;
+  }
+  return problem;
+}
+
+// Solves twice: as it is, and from there with targets that differ by so many tolerances. Returns
+// the second report.
+ContactReport solve_disturbed(ContactSolver& solver, ContactProblem& problem, Scalar tolerances,
+                              std::mt19937_64& random) {
+  ContactSolverOptions options;
+  options.tolerance = kTolerance;
+  EXPECT_EQ(solver.solve(problem, options).status, ContactStatus::Converged);
+  for (PointContact& contact : problem.contacts) {
+    contact.target = random_number(-tolerances, tolerances, random) * kTolerance;
+  }
+  const ContactReport report = solver.solve(problem, options);
+  EXPECT_EQ(broken_contact_law(problem, report.residual * 1.001 + 1e-13), "");
+  return report;
+}
+
+TEST(RedundantContacts, LetGoWhereTheyContradictOneAnother) {
+  std::mt19937_64 random(61);
+  ContactCascade cascade;
+  int factorisations = 0;
+  int solves = 0;
+  for (const Scalar tolerances : {2, 5, 20, 100, 1000, 100000}) {
+    for (int count = 3; count <= 9; ++count) {
+      for (int k = 0; k < 10; ++k) {
+        ContactProblem problem = resting_prism(count, random_number(0.1, 1, random), random);
+        const ContactReport report = solve_disturbed(cascade, problem, tolerances, random);
+        EXPECT_EQ(report.status, ContactStatus::Converged)
+            << count << " contacts, targets differ by " << tolerances << " tolerances, residual "
+            << report.residual;
+        factorisations += report.newton_iterations;
+        ++solves;
+      }
+    }
+  }
+  EXPECT_LE(factorisations, 12 * solves);  // recorded: 8.5 on average
+}
+
+}  // namespace
+}  // namespace dyop::testing
