@@ -17,8 +17,9 @@ std::optional<Scalar> optional_number(const Json& json) {
 
 Hdf5File open_recording(const std::filesystem::path& path) {
   Hdf5File file = Hdf5File::open(path);
-  if (file.text_attribute("format") != kRecordingFormat) {
-    throw FileError(path, "is no recording of dyop");
+  const std::string format = file.text_attribute("format");
+  if (format != kRecordingFormat) {
+    throw FileError(path, "is no recording of dyop's World: its format is '" + format + "'");
   }
   const std::int64_t version = file.integer_attribute("version");
   if (version < 1 || version > kRecordingVersion) {

@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "dyop/core/error.h"
+#include "dyop/io/file_error.h"
 #include "dyop/recording/recorded_run.h"
 #include "io/json_reader.h"
 #include "recording/recording_tables.h"
@@ -42,6 +44,18 @@ struct Input {
 
   explicit Input(const std::filesystem::path& path) : file(open_recording(path)) {}
 };
+
+/// Runs f; errors in the content of `file` become a FileError.
+template <typename Function>
+auto guard_content(const std::filesystem::path& file, Function f) {
+  try {
+    return f();
+  } catch (const InvalidArgument& error) {
+    throw FileError(file, error.what());
+  } catch (const Json::exception& error) {
+    throw FileError(file, error.what());
+  }
+}
 
 std::string text_of(const std::vector<char>& bytes);
 

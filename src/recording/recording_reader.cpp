@@ -32,16 +32,9 @@ struct RecordingReader::Impl {
     std::shared_ptr<const Motion> last_motion;
   };
 
-  // Runs f; errors in the content become a FileError.
   template <typename Function>
   auto guard(Function f) const {
-    try {
-      return f();
-    } catch (const InvalidArgument& error) {
-      throw FileError(file, error.what());
-    } catch (const Json::exception& error) {
-      throw FileError(file, error.what());
-    }
+    return internal::guard_content(file, f);
   }
 
   explicit Impl(std::filesystem::path path) : file(std::move(path)) { refresh(); }

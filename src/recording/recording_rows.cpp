@@ -132,6 +132,17 @@ Hdf5RowType row_type<PairRow>() {
 }
 
 template <>
+Hdf5RowType row_type<SnapshotRow>() {
+  Hdf5RowType type(sizeof(SnapshotRow));
+  DYOP_ROW_MEMBER(SnapshotRow, obstacle);
+  DYOP_ROW_MEMBER(SnapshotRow, number);
+  DYOP_ROW_MEMBER(SnapshotRow, duration);
+  DYOP_ROW_MEMBER(SnapshotRow, first_vertex);
+  DYOP_ROW_MEMBER(SnapshotRow, vertex_count);
+  return type;
+}
+
+template <>
 Hdf5RowType row_type<PairContactRow>() {
   Hdf5RowType type(sizeof(PairContactRow));
   DYOP_ROW_MEMBER(PairContactRow, from_pivot_a);

@@ -101,6 +101,15 @@ struct EventRow {
   std::uint32_t unused;
 };
 
+/// Of a tool's run: a snapshot whose vertices are rows of /snapshot_vertices.
+struct SnapshotRow {
+  std::uint32_t obstacle;
+  std::uint32_t number;  // of the obstacle, from 1
+  double duration;
+  std::uint64_t first_vertex;
+  std::uint64_t vertex_count;
+};
+
 struct FrameRow {
   double begin;
   double end;

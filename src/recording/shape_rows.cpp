@@ -85,23 +85,6 @@ Vector3 vector_from(const Json& json) {
   return {json.at(0).get<Scalar>(), json.at(1).get<Scalar>(), json.at(2).get<Scalar>()};
 }
 
-Json pose_numbers(const RigidPose& X) {
-  Json json = Json::array();
-  for (Eigen::Index i = 0; i < 3; ++i) {
-    for (Eigen::Index j = 0; j < 3; ++j) json.push_back(X.rotation()(i, j));
-  }
-  for (const Scalar x : X.translation()) json.push_back(x);
-  return json;
-}
-
-RigidPose pose_from_numbers(const Json& json) {
-  const auto x = json.get<std::vector<Scalar>>();
-  DYOP_REQUIRE(x.size() == 12, "a pose has 12 numbers, not ", x.size());
-  Matrix3 R;
-  for (std::size_t k = 0; k < 9; ++k) R(Eigen::Index(k / 3), Eigen::Index(k % 3)) = x[k];
-  return RigidPose::from_trusted(R, Vector3(x[9], x[10], x[11]));
-}
-
 std::vector<Vector3> vertices_of(const Json& line, const ShapeRows& rows) {
   const auto first = line.at("first_vertex").get<std::size_t>();
   const auto count = line.at("vertex_count").get<std::size_t>();
@@ -126,6 +109,23 @@ std::shared_ptr<const Shape> mesh_from(const Json& line, const ShapeRows& rows) 
 }
 
 }  // namespace
+
+Json pose_numbers(const RigidPose& X) {
+  Json json = Json::array();
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    for (Eigen::Index j = 0; j < 3; ++j) json.push_back(X.rotation()(i, j));
+  }
+  for (const Scalar x : X.translation()) json.push_back(x);
+  return json;
+}
+
+RigidPose pose_from_numbers(const Json& json) {
+  const auto x = json.get<std::vector<Scalar>>();
+  DYOP_REQUIRE(x.size() == 12, "a pose has 12 numbers, not ", x.size());
+  Matrix3 R;
+  for (std::size_t k = 0; k < 9; ++k) R(Eigen::Index(k / 3), Eigen::Index(k % 3)) = x[k];
+  return RigidPose::from_trusted(R, Vector3(x[9], x[10], x[11]));
+}
 
 std::uint64_t content_hash(const Shape& shape) {
   return hash_of(content_of(shape));

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "dyop/core/rigid_pose.h"
 #include "dyop/core/types.h"
 #include "dyop/geometry/shape.h"
 #include "dyop/geometry/triangle_mesh.h"
@@ -38,6 +39,10 @@ class ShapeWriter {
   std::uint64_t vertex_count_ = 0;
   std::uint64_t triangle_count_ = 0;
 };
+
+/// A pose as 12 numbers, the rotation row by row and then the position, and back with every bit.
+Json pose_numbers(const RigidPose& X);
+RigidPose pose_from_numbers(const Json& json);
 
 /// The hash of docs/recording.md.
 std::uint64_t content_hash(const Shape& shape);

@@ -81,7 +81,7 @@ void read_tool(const JsonNode& node, ToolScene& scene) {
   }
 }
 
-// Breathing: every vertex oscillates, with a lag that grows along the mesh.
+// Every vertex oscillates, with a lag that grows along the mesh.
 TissueFeed read_breathing(const JsonNode& node, std::size_t obstacle,
                           const std::vector<Vector3>& vertices) {
   node.require_object({"frequency", "amplitude", "rate"});
@@ -92,6 +92,7 @@ TissueFeed read_breathing(const JsonNode& node, std::size_t obstacle,
   TissueFeed feed;
   feed.obstacle = obstacle;
   feed.period = period;
+  feed.formula = node.value().dump();
   feed.shape = [=](std::int64_t number, std::span<Vector3> shape) {
     const Scalar phase = 2 * std::numbers::pi * frequency * period * Scalar(number);
     constexpr Scalar kLag = 0.005;  // radians per millimetre
@@ -221,10 +222,11 @@ DevicePose ToolRun::device(std::int64_t tick) const {
 ToolRun parse_tool_run(const std::filesystem::path& file, const std::string& text) {
   const Json json = internal::parse_json(file, text);
   const JsonNode root(file, json);
-  root.require_object({"tool", "obstacles", "coupling", "standoff", "recovery_speed", "rate",
-                       "deadline", "duration", "strokes"});
+  root.require_object({"title", "tool", "obstacles", "coupling", "standoff", "recovery_speed",
+                       "rate", "deadline", "duration", "strokes"});
   ToolRun run;
   run.text = text;
+  if (root.has("title")) run.title = root.at("title").text();
   read_options(root, run);
   read_tool(root.at("tool"), run.scene);
   for (const JsonNode& item : root.at("obstacles").items()) {
@@ -239,6 +241,12 @@ ToolRun parse_tool_run(const std::filesystem::path& file, const std::string& tex
   const Scalar duration = root.at("duration").positive_number();
   run.runner.ticks = std::llround(duration / run.runner.period);
   return run;
+}
+
+TissueFeed feed_of_formula(const std::filesystem::path& file, const std::string& formula,
+                           std::size_t obstacle, const std::vector<Vector3>& vertices) {
+  const Json json = internal::parse_json(file, formula);
+  return read_breathing(JsonNode(file, json), obstacle, vertices);
 }
 
 ToolRun load_tool_run(const std::filesystem::path& file) {

@@ -7,6 +7,7 @@
 
 #include "dyop/core/error.h"
 #include "view/column_block.h"
+#include "view/deformation_columns.h"
 #include "view/motion_rows.h"
 #include "view/shape_surface.h"
 
@@ -180,11 +181,49 @@ Json body_json(const PageBody& body, std::size_t shape) {
             {"shape", shape},
             {"shape_name", body.shape_name},
             {"radius", body.shape->bounding_radius()}};
+  if (!body.color.empty()) json["color"] = body.color;
+  if (body.is_ghost) json["ghost"] = true;
   if (body.mass_properties) {
     json["mass"] = body.mass_properties->mass;
     json["center"] = vector_json(body.mass_properties->p_BoBcm);
   }
   return json;
+}
+
+Json charts_json(const std::vector<PageChart>& charts) {
+  Json list = Json::array();
+  for (const PageChart& chart : charts) {
+    list.push_back({{"title", chart.title}, {"series", chart.series}});
+  }
+  return list;
+}
+
+std::size_t series_count(const std::vector<PageChart>& charts) {
+  std::size_t count = 0;
+  for (const PageChart& chart : charts) count += chart.series.size();
+  return count;
+}
+
+void add_samples(ColumnBlock& block, const std::vector<PageSample>& samples, std::size_t count) {
+  RowColumns rows(block, "sample", samples);
+  rows.numbers("t", [](const PageSample& s) { return s.t; });
+  for (std::size_t k = 0; k < count; ++k) {
+    rows.numbers(std::to_string(k).c_str(), [&](const PageSample& s) { return s.values.at(k); });
+  }
+}
+
+const TriangleMesh& deforming_mesh(const PageScene& scene, const PageDeformation& deformation) {
+  const auto slot = std::size_t(deformation.body.slot);
+  DYOP_REQUIRE(slot < scene.bodies.size(), "the page has no body ", deformation.body);
+  const auto* mesh = dynamic_cast<const TriangleMesh*>(scene.bodies[slot].shape.get());
+  DYOP_REQUIRE(mesh != nullptr, "only a mesh can deform, and body ", slot, " is none");
+  for (const std::vector<Vector3>& mode : deformation.modes) {
+    DYOP_REQUIRE(mode.size() == mesh->vertices().size(), "a mode of body ", slot, " has ",
+                 mode.size(), " displacements for ", mesh->vertices().size(), " vertices");
+  }
+  DYOP_REQUIRE(deformation.weights.size() == deformation.times.size() * deformation.modes.size(),
+               "the deformation of body ", slot, " has ", deformation.weights.size(), " weights");
+  return *mesh;
 }
 
 }  // namespace
@@ -200,11 +239,15 @@ void append(PageSpan& whole, PageSpan part) {
   move_to(whole.gaps, part.gaps);
   move_to(whole.contacts, part.contacts);
   move_to(whole.marks, part.marks);
+  move_to(whole.samples, part.samples);
 }
 
 PageEncoder::PageEncoder(PageScene scene) : scene_(std::move(scene)) {
   for (const PageBody& body : scene_.bodies) {
     DYOP_REQUIRE(body.shape != nullptr, "body '", body.name, "' has no shape to show");
+  }
+  for (const PageDeformation& deformation : scene_.deformations) {
+    static_cast<void>(deforming_mesh(scene_, deformation));
   }
 }
 
@@ -227,6 +270,13 @@ std::string PageEncoder::head() const {
     }
     header["bodies"].push_back(body_json(body, entry->second));
   }
+  header["charts"] = charts_json(scene_.charts);
+  header["deformations"] = Json::array();
+  for (const PageDeformation& deformation : scene_.deformations) {
+    const std::string name = "deformation" + std::to_string(header["deformations"].size());
+    header["deformations"].push_back(internal::add_deformation(
+        block, name, deformation, deforming_mesh(scene_, deformation).triangles()));
+  }
   return block.bytes(std::move(header));
 }
 
@@ -246,6 +296,7 @@ std::string PageEncoder::span(const PageSpan& span) const {
   add_impacts(block, span.impacts);
   add_gaps(block, span.gaps);
   add_contacts(block, span.contacts);
+  add_samples(block, span.samples, series_count(scene_.charts));
   return block.bytes({{"block", "span"}, {"marks", marks_json(span.marks)}});
 }
 

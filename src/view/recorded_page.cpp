@@ -19,6 +19,10 @@
 #include "dyop/view/page_encoder.h"
 #include "dyop/view/page_file.h"
 #include "view/pair_rows.h"
+#ifdef DYOP_HAS_TOOL_PAGE
+#include "dyop/recording/tool_recording_reader.h"
+#include "view/tool/tool_page.h"
+#endif
 
 namespace dyop {
 namespace {
@@ -260,6 +264,12 @@ class RecordedPage {
 
 std::string recorded_page_html(const std::filesystem::path& recording,
                                const RecordedPageOptions& options) {
+#ifdef DYOP_HAS_TOOL_PAGE
+  if (is_tool_recording(recording)) {
+    const internal::ToolPage page = internal::make_tool_page(recording);
+    return page_html(page.title, page.blocks);
+  }
+#endif
   RecordingReader reader(recording);
   const std::vector<std::string> blocks = RecordedPage(reader, options).blocks();
   const std::string& title = reader.header().title;

@@ -95,40 +95,61 @@ ShapeSurface surface_of(const Shape& shape, int fineness) {
   throw InternalError("unknown kind of shape");
 }
 
-nlohmann::json add_surface(ColumnBlock& block, const std::string& name,
-                           const ShapeSurface& surface) {
-  constexpr auto kUnseen = std::numeric_limits<std::uint32_t>::max();
-  std::vector<std::uint32_t> place(surface.vertices.size(), kUnseen);
-  std::vector<Vector3> used;
-  std::vector<std::uint32_t> back;  // how far a vertex is before the next new one; 0: it is new
-  back.reserve(3 * surface.triangles.size());
-  for (const TriangleIndices& triangle : surface.triangles) {
+std::vector<std::int32_t> vertices_in_order(std::span<const TriangleIndices> triangles,
+                                            std::size_t vertex_count) {
+  std::vector<bool> is_used(vertex_count);
+  std::vector<std::int32_t> order;
+  for (const TriangleIndices& triangle : triangles) {
     for (const std::int32_t vertex : triangle) {
-      std::uint32_t& at = place[std::size_t(vertex)];
-      const auto next = std::uint32_t(used.size());
-      if (at == kUnseen) {
-        at = next;
-        used.push_back(surface.vertices[std::size_t(vertex)]);
-        back.push_back(0);
-      } else {
-        back.push_back(next - at);
-      }
+      if (is_used[std::size_t(vertex)]) continue;
+      is_used[std::size_t(vertex)] = true;
+      order.push_back(vertex);
     }
   }
+  return order;
+}
+
+AlignedBox add_rounded(ColumnBlock& block, const std::string& name,
+                       std::span<const Vector3> vectors) {
   AlignedBox box;
-  for (const Vector3& p : used) box.extend(p);
-  std::vector<std::uint16_t> differences(3 * used.size());
+  for (const Vector3& p : vectors) box.extend(p);
+  std::vector<std::uint16_t> differences(3 * vectors.size());
   for (Eigen::Index axis = 0; axis < 3; ++axis) {
     const Scalar width = box.sizes()[axis];
     std::int32_t last = 0;
-    for (std::size_t k = 0; k < used.size(); ++k) {
-      const Scalar part = width > 0 ? (used[k][axis] - box.min()[axis]) / width : 0;
+    for (std::size_t k = 0; k < vectors.size(); ++k) {
+      const Scalar part = width > 0 ? (vectors[k][axis] - box.min()[axis]) / width : 0;
       const auto level = std::int32_t(std::lround(part * kLevels));
-      differences[std::size_t(axis) * used.size() + k] = zigzag(level - last);
+      differences[std::size_t(axis) * vectors.size() + k] = zigzag(level - last);
       last = level;
     }
   }
-  block.add(name + ".vertices", std::span<const std::uint16_t>(differences));
+  block.add(name, std::span<const std::uint16_t>(differences));
+  return box;
+}
+
+nlohmann::json add_surface(ColumnBlock& block, const std::string& name,
+                           const ShapeSurface& surface) {
+  const std::vector<std::int32_t> order =
+      vertices_in_order(surface.triangles, surface.vertices.size());
+  std::vector<std::uint32_t> place(surface.vertices.size());
+  std::vector<Vector3> used;
+  used.reserve(order.size());
+  for (const std::int32_t vertex : order) {
+    place[std::size_t(vertex)] = std::uint32_t(used.size());
+    used.push_back(surface.vertices[std::size_t(vertex)]);
+  }
+  std::vector<std::uint32_t> back;  // how far a vertex is before the next new one; 0: it is new
+  back.reserve(3 * surface.triangles.size());
+  std::uint32_t next = 0;
+  for (const TriangleIndices& triangle : surface.triangles) {
+    for (const std::int32_t vertex : triangle) {
+      const std::uint32_t at = place[std::size_t(vertex)];
+      back.push_back(next - at);
+      next += at == next ? 1 : 0;
+    }
+  }
+  const AlignedBox box = add_rounded(block, name + ".vertices", used);
   block.add(name + ".triangles", std::span<const std::uint32_t>(back));
   nlohmann::json json;
   json["vertices"] = used.size();

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <span>
+#include <string>
 #include <vector>
 
 #include "dyop/geometry/shape.h"
@@ -18,6 +20,15 @@ struct ShapeSurface {
 /// The triangles of a mesh or polytope; for a smooth convex shape 8 * 4^fineness triangles between
 /// support points; for a compound those of its children.
 DYOP_EXPORT ShapeSurface surface_of(const Shape& shape, int fineness);
+
+/// The vertices that triangles use, in the order of their first use: the order of the page.
+std::vector<std::int32_t> vertices_in_order(std::span<const TriangleIndices> triangles,
+                                            std::size_t vertex_count);
+
+/// Adds a column: three numbers for each row, x of all first, rounded to 1/65535 of their box, as
+/// differences to the row before. The box is what the page needs to decode them.
+AlignedBox add_rounded(ColumnBlock& block, const std::string& name,
+                       std::span<const Vector3> vectors);
 
 /// Adds columns <name>.vertices and <name>.triangles to a block and returns what the page needs to
 /// decode them: vertices in order of first use, rounded to 1/65535 of their box, as differences.

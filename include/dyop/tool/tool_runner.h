@@ -21,6 +21,9 @@ struct TissueFeed {
   Scalar period = 0.02;  ///< from one snapshot to the next, time of the session
   /// Writes snapshot `number`, counted from 1; the vertices hold the one before.
   std::function<void(std::int64_t number, std::span<Vector3> vertices)> shape;
+  /// A text from which a replay can make `shape` again; empty: a recording of the run must store
+  /// the vertices.
+  std::string formula = {};
 };
 
 /// One tick with its inputs, as a log wants it.

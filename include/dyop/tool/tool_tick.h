@@ -53,6 +53,9 @@ enum class ToolStatus {
   InvalidInput,  ///< unusable device pose or dt: the proxy stays, no wrench
 };
 
+/// A status in plain words.
+const char* words_of(ToolStatus status);
+
 /// A place where the proxy is held back.
 struct ToolContactPoint {
   std::size_t obstacle = 0;

@@ -27,6 +27,7 @@ struct ToolStroke {
 
 /// Everything `dyop tool` needs for a run: see docs/tool-scene-format.md.
 struct ToolRun {
+  std::string title;  ///< for display; may be empty
   ToolScene scene;
   ToolOptions options;
   RunnerOptions runner;
@@ -44,5 +45,11 @@ struct ToolRun {
 ToolRun load_tool_run(const std::filesystem::path& file);
 /// The same from a string; meshes are searched for beside `file`.
 ToolRun parse_tool_run(const std::filesystem::path& file, const std::string& text);
+
+/// The feed of an obstacle by its TissueFeed::formula and the vertices it starts with.
+/// @param file For messages.
+/// @throws FileError if the formula is not one that a scene can hold.
+TissueFeed feed_of_formula(const std::filesystem::path& file, const std::string& formula,
+                           std::size_t obstacle, const std::vector<Vector3>& vertices);
 
 }  // namespace dyop

@@ -20,6 +20,23 @@ struct PageBody {
   std::shared_ptr<const Shape> shape;  ///< bodies that share one are stored once
   std::string shape_name;              ///< for display; may be empty
   std::optional<MassProperties> mass_properties;
+  std::string color = {};  ///< as in CSS; empty: the page's choice
+  bool is_ghost = false;   ///< drawn see-through
+};
+
+/// How the mesh of a body deforms: its vertices in the body's frame, each plus the sum of all
+/// weight x mode, with weights that are linear between the times and constant outside.
+struct PageDeformation {
+  BodyId body;
+  std::vector<std::vector<Vector3>> modes;  ///< one displacement for each vertex
+  std::vector<Scalar> times;                ///< ascending
+  std::vector<Scalar> weights;              ///< all of the first time, then of the next ...
+};
+
+/// A diagram over time, of numbers in PageSpan::samples.
+struct PageChart {
+  std::string title;
+  std::vector<std::string> series;
 };
 
 /// The scene that a page shows before anything moves.
@@ -29,6 +46,9 @@ struct PageScene {
   Vector3 gravity_W = Vector3::Zero();
   Scalar begin_time = 0;
   Scalar end_time = 0;  ///< as planned; the run may end earlier
+  std::vector<PageDeformation> deformations = {};
+  /// For a run that is not a World's: shown in place of energy, momentum and work.
+  std::vector<PageChart> charts = {};
 };
 
 /// The motion of one body over a span of time. A body stays where its last segment left it.
@@ -73,6 +93,12 @@ struct PageContact {
   Scalar gap = 0;
 };
 
+/// The numbers of all charts at one time, chart by chart.
+struct PageSample {
+  Scalar t = 0;
+  std::vector<Scalar> values;
+};
+
 /// A mark on the time axis.
 struct PageMark {
   Scalar t = 0;
@@ -90,6 +116,7 @@ struct PageSpan {
   std::vector<PageGap> gaps;
   std::vector<PageContact> contacts;
   std::vector<PageMark> marks;
+  std::vector<PageSample> samples;
 };
 
 /// Adds `part`, which follows `whole` in time, to its end.
@@ -108,7 +135,7 @@ class PageEncoder {
   /// body's radius and distance from the origin, and of orientation, in radians.
   static constexpr Scalar kMotionTolerance = 1e-10;  // literal: a tenth of what the page promises
 
-  /// @throws InvalidArgument if a body has no shape.
+  /// @throws InvalidArgument if a body has no shape, or a deformation does not fit its body's mesh.
   explicit PageEncoder(PageScene scene);
 
   const PageScene& scene() const { return scene_; }

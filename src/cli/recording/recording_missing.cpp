@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cli/recording/recording_tools.h"
 #include "cli/recording/run_output.h"
+#include "cli/tool/tool_output.h"
 #include "dyop/io/file_error.h"
 
 namespace dyop::cli {
@@ -23,6 +24,18 @@ ExitCode print_recording(const std::filesystem::path& file, bool) {
 
 ExitCode export_recording(const ExportArguments& arguments) {
   refuse(arguments.recording);
+}
+
+std::unique_ptr<ToolOutput> make_tool_output(const std::filesystem::path& file, const ToolRun&) {
+  refuse(file);
+}
+
+ExitCode replay_tool(const std::filesystem::path& file) {
+  refuse(file);
+}
+
+ExitCode print_tool_recording(const std::filesystem::path& file, bool) {
+  refuse(file);
 }
 
 }  // namespace dyop::cli

@@ -44,21 +44,27 @@ export async function readBlock(compressed) {
   return block;
 }
 
-// Positions and triangle indices of a shape.
-export function readSurface(block, number) {
-  const {vertices, triangles, low, high} = block.shapes[number];
-  const differences = block.columns[`shape${number}.vertices`];
-  const back = block.columns[`shape${number}.triangles`];
-  const positions = new Float32Array(3 * vertices);
+// Vectors that are rounded to their box, as differences.
+export function readRounded(differences, {low, high}) {
+  const count = differences.length / 3;
+  const vectors = new Float32Array(3 * count);
   for (let axis = 0; axis < 3; ++axis) {
     const step = (high[axis] - low[axis]) / 65535;
     let level = 0;
-    for (let k = 0; k < vertices; ++k) {
-      const z = differences[axis * vertices + k];
+    for (let k = 0; k < count; ++k) {
+      const z = differences[axis * count + k];
       level = (level + ((z >>> 1) ^ -(z & 1))) & 0xffff;
-      positions[3 * k + axis] = low[axis] + step * level;
+      vectors[3 * k + axis] = low[axis] + step * level;
     }
   }
+  return vectors;
+}
+
+// Positions and triangle indices of a shape.
+export function readSurface(block, number) {
+  const {triangles} = block.shapes[number];
+  const back = block.columns[`shape${number}.triangles`];
+  const positions = readRounded(block.columns[`shape${number}.vertices`], block.shapes[number]);
   const indices = new Uint32Array(3 * triangles);
   let next = 0;
   for (let k = 0; k < indices.length; ++k) indices[k] = back[k] === 0 ? next++ : next - back[k];

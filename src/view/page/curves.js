@@ -103,7 +103,7 @@ export class Curves {
 
   #frames() {
     const {rows} = this.run.frames;
-    if (rows.length === 0) return;
+    if (rows.length === 0 || this.run.charts.length > 0) return;
     const of = (get) => rows.map(get);
     const t = of((f) => f.end);
     this.#plot('Energy', [{label: 'kinetic', stroke: this.hues[1]}, {label: 'potential', stroke: this.hues[2]},
@@ -123,6 +123,21 @@ export class Curves {
     }
   }
 
+  // What a run that is not a World's brings with it.
+  #charts() {
+    const {rows} = this.run.samples;
+    if (rows.length === 0) return;
+    const t = rows.map((row) => row.t);
+    let column = 0;
+    for (const {title, series} of this.run.charts) {
+      const lines = series.map((label, k) => ({label, stroke: this.hues[k]}));
+      this.#plot(title, lines, [t, ...series.map(() => {
+        const name = String(column++);
+        return rows.map((row) => row[name]);
+      })]);
+    }
+  }
+
   build() {
     for (const plot of this.plots) plot.destroy();
     this.plots = [];
@@ -130,6 +145,7 @@ export class Curves {
     this.host.replaceChildren();
     this.#gaps();
     this.#frames();
+    this.#charts();
     if (this.plots.length === 0) this.host.textContent = 'Nothing was recorded for curves.';
     this.built = this.run.frames.rows.length;
     queueMicrotask(() => this.#showNow());  // after the plots have drawn themselves first

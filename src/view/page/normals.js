@@ -30,11 +30,12 @@ function cornersOfVertices(count, indices) {
   return {first, corners};
 }
 
-// Large meshes keep one normal a vertex.
-export function cornerNormals({positions, indices}) {
+// Large meshes and those that deform keep one normal a vertex; the latter in a copy.
+export function cornerNormals({positions, indices, deforms}) {
   const geometry = new THREE.BufferGeometry();
-  if (indices.length > 3 * kManyTriangles) {
-    geometry.setAttribute('position', new THREE.BufferAttribute(positions, 3));
+  if (deforms || indices.length > 3 * kManyTriangles) {
+    const places = deforms ? positions.slice() : positions;
+    geometry.setAttribute('position', new THREE.BufferAttribute(places, 3));
     geometry.setIndex(new THREE.BufferAttribute(indices, 1));
     geometry.computeVertexNormals();
     return geometry;

@@ -97,7 +97,22 @@ export class Panel {
     ];
   }
 
-  #frame(t, shown) {
+  // The last mark, and the numbers of all charts.
+  #sample(t) {
+    const {charts, samples, marks} = this.run;
+    const row = samples.rows[samples.at(t)];
+    const mark = marks.filter((one) => one.t <= t).at(-1);
+    const names = charts.flatMap(({series}) => series);
+    return [
+      element('h2', {}, 'Now'),
+      rows([
+        mark && ['Status', mark.text],
+        ...names.map((name, k) => row && [name[0].toUpperCase() + name.slice(1), digits(row[k], 4)]),
+      ]),
+    ];
+  }
+
+  #step(t) {
     const frames = this.run.frames;
     const k = Math.min(frames.at(t) + (frames.rows[frames.at(t)]?.end === t ? 0 : 1), frames.rows.length - 1);
     const frame = frames.rows[k];
@@ -115,6 +130,12 @@ export class Panel {
         ['Momentum', vector(frame.momentum)],
         ['Angular momentum', vector(frame.angular_momentum)],
       ]) : element('p', {class: 'dim'}, 'Not recorded.'),
+    ];
+  }
+
+  #frame(t, shown) {
+    return [
+      ...(this.run.charts.length > 0 ? this.#sample(t) : this.#step(t)),
       element('h2', {}, 'Nearest pair'),
       shown ? rows([
         ['Bodies', `${this.name(shown.a)} – ${this.name(shown.b)}`],

@@ -87,7 +87,7 @@ export class Player {
     const {body} = this.chosen;
     for (const one of this.run.bodies) {
       const isChosen = body === undefined || one === body;
-      let manner = 0;
+      let manner = one.ghost ? 1 : 0;
       if (this.view === 'wireframe' && isChosen) manner = 2;
       if (this.view === 'ghost' && (body === undefined ? one.kind === 'dynamic' : !isChosen)) manner = 1;
       if (this.view === 'isolate' && !isChosen) manner = 3;

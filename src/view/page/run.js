@@ -2,6 +2,7 @@
 // A run: its bodies, their motions, and what happened when. Blocks are appended in order of time.
 import {evaluate, kKinds, newState, turned} from './motion.js';
 import {readSurface} from './blocks.js';
+import {readDeformation} from './deformation.js';
 
 // A list of numbers that grows.
 class Column {
@@ -88,6 +89,10 @@ export class Run {
     this.plannedEnd = head.end;
     this.blocks = 1;  // read so far, the head among them
     this.surfaces = head.shapes.map((_, number) => readSurface(head, number));
+    this.deformations = (head.deformations ?? []).map((_, number) => readDeformation(head, number));
+    for (const {body} of this.deformations) this.surfaces[head.bodies[body].shape].deforms = true;
+    this.charts = head.charts ?? [];  // each with a title and its series, columns of `samples`
+    this.samples = new Table('t', []);
     this.bodies = head.bodies.map((body, number) => ({
       ...body,
       number,
@@ -121,6 +126,7 @@ export class Run {
     this.#appendSegments(block.columns);
     this.steps.append(block.columns, 'step');
     this.frames.append(block.columns, 'frame');
+    this.samples.append(block.columns, 'sample');
     const firstImpact = this.impacts.append(block.columns, 'impact');
     for (let k = firstImpact; k < this.impacts.rows.length; ++k) this.impacts.rows[k].number = k;
     const firstHit = this.hits.append(block.columns, 'hit');

@@ -2,6 +2,7 @@
 // Draws the bodies: one instanced mesh for each shape and each manner of drawing.
 import * as THREE from 'three';
 import {OrbitControls} from 'three/addons/controls/OrbitControls.js';
+import {deform} from './deformation.js';
 import {ballsToFrame, fit} from './framing.js';
 import {cornerNormals} from './normals.js';
 
@@ -27,6 +28,7 @@ export function heat(x, out = new THREE.Color()) {
 }
 
 export function bodyColor(body, theme, out = new THREE.Color()) {
+  if (body.color) return out.set(body.color);
   if (body.kind === 'static') return out.set((body.isGround ? kGround : kFixed)[theme]);
   if (body.kind === 'kinematic') return out.set(kGiven[theme]);
   return out.set(kHues[body.number % kHues.length]);
@@ -54,7 +56,8 @@ export class Stage {
     this.renderer = new THREE.WebGLRenderer({canvas, antialias: this.isFine, preserveDrawingBuffer: true});
     this.scene = new THREE.Scene();
     this.camera = new THREE.PerspectiveCamera(40, 1, 0.01, 1000);
-    this.manner = new Uint8Array(run.bodies.length);  // 0 solid, 1 ghost, 2 wire, 3 hidden
+    // 0 solid, 1 ghost, 2 wire, 3 hidden
+    this.manner = Uint8Array.from(run.bodies, ({ghost}) => (ghost ? 1 : 0));
     this.colors = run.bodies.map(() => new THREE.Color());
     this.size = 1;
     this.#addShapes();
@@ -171,6 +174,10 @@ export class Stage {
     const q = new THREE.Quaternion();
     const one = new THREE.Vector3(1, 1, 1);
     for (const {meshes} of this.shapes) for (const mesh of meshes) mesh.count = 0;
+    for (const deformation of this.run.deformations) {
+      const {shape} = this.run.bodies[deformation.body];
+      deform(deformation, this.run.surfaces[shape], this.shapes[shape].geometry, t);
+    }
     const hidden = this.uncover(t);
     for (const body of this.run.bodies) {
       const manner = this.manner[body.number] || (hidden.has(body) ? 1 : 0);

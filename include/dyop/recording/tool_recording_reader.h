@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "dyop/recording/recorded_tick.h"
+#include "dyop/tool/tool_session.h"
+
+namespace DYOP_EXPORT dyop {
+
+/// A snapshot whose vertices are stored.
+struct RecordedSnapshot {
+  std::vector<Vector3> vertices;
+  Scalar duration = 0;  ///< see ToolSession::give_snapshot()
+};
+
+/// Whether a file is a recording of a tool's run, and no other file of HDF5.
+/// @throws FileError if it is missing or not a readable HDF5 file.
+bool is_tool_recording(const std::filesystem::path& file);
+
+/// The run of a ToolSession, read from a file of docs/tool-recording.md, even while another process
+/// writes it or after that process was killed. Not for concurrent use.
+class ToolRecordingReader {
+ public:
+  /// @throws FileError if the file is missing, not a recording of a tool, of another version, or
+  ///         damaged; so do all members.
+  explicit ToolRecordingReader(const std::filesystem::path& file);
+  ~ToolRecordingReader();
+  ToolRecordingReader(ToolRecordingReader&&) noexcept;
+  ToolRecordingReader& operator=(ToolRecordingReader&&) noexcept;
+
+  const ToolRunHeader& header() const;
+  /// With every bit: a ToolSession of these computes what the recorded one did.
+  const ToolScene& scene() const;
+  const ToolOptions& options() const;
+  /// One for each obstacle; of no meaning for rigid ones.
+  std::span<const SnapshotSource> sources() const;
+  /// How the run ended; none if it was still running when the file was opened, or was killed.
+  const std::optional<ToolRunEnd>& end() const;
+
+  /// The number of ticks when the file was opened.
+  std::int64_t tick_count() const;
+  /// @throws InvalidArgument if there are no such ticks.
+  std::vector<RecordedTick> ticks(std::int64_t first, std::int64_t count) const;
+  std::size_t bytes_per_tick() const;
+
+  /// A stored snapshot of an obstacle, counted from 1.
+  /// @throws InvalidArgument if there is no such snapshot.
+  RecordedSnapshot snapshot(std::size_t obstacle, std::int64_t number) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace dyop

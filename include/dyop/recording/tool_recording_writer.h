@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <string>
+
+#include "dyop/recording/recorded_tick.h"
+#include "dyop/tool/tool_runner.h"
+
+namespace DYOP_EXPORT dyop {
+
+/// Records the run of a ToolSession in a file of docs/tool-recording.md: the scene with all its
+/// meshes once, then every tick with its inputs and results. ToolRecordingReader, h5py and the like
+/// can read it while it is written, and after the process was killed: it then lacks at most the
+/// ticks since the last flush, a tenth of a second.
+///
+/// Bytes of a tick: 204, and 12 for each hinge and 13 for each obstacle.
+class ToolRecordingWriter {
+ public:
+  /// Replaces the file.
+  /// @param tissue Feeds of the run. Obstacles whose feed has a formula need no add_snapshot().
+  /// @throws FileError if the file cannot be created, as all members if it cannot be written;
+  ///         InvalidArgument if a shape is not one of dyop's own.
+  ToolRecordingWriter(const std::filesystem::path& file, const ToolRunHeader& header,
+                      const ToolScene& scene, const ToolOptions& options,
+                      std::span<const TissueFeed> tissue = {});
+  /// Without finish(): as if the process were killed now.
+  ~ToolRecordingWriter();
+  ToolRecordingWriter(ToolRecordingWriter&&) noexcept;
+  ToolRecordingWriter& operator=(ToolRecordingWriter&&) noexcept;
+
+  /// The next snapshot of an obstacle, in their order and before the tick that sees it: with each
+  /// ToolSession::give_snapshot() that returns true. From any thread.
+  /// @throws InvalidArgument if the obstacle does not deform or has a formula, or the number of
+  ///         vertices differs.
+  void add_snapshot(std::size_t obstacle, std::span<const Vector3> vertices, Scalar duration);
+
+  /// A tick, in their order.
+  /// @throws InvalidArgument if it has seen a snapshot that was not added.
+  void add(const TickRecord& record);
+
+  /// Writes how the run ended, and closes the file.
+  void finish(const RunnerReport& report);
+  /// The same for a run that was ended by an exception with this message.
+  void fail(const std::string& error);
+
+  /// Of one tick.
+  std::size_t bytes_per_tick() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace dyop

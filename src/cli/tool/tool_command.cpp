@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <cmath>
+#include <cstdio>
+#include <memory>
+
+#include "cli/commands.h"
+#include "cli/interrupt.h"
+#include "cli/tool/tool_output.h"
+#include "cli/tool/tool_summary.h"
+#include "dyop/tool_io/tool_scene_file.h"
+
+namespace dyop::cli {
+namespace {
+
+constexpr const char* kToolExamples =
+    R"(Runs a haptic tool through the strokes of a scene (docs/tool-scene-format.md), and says what
+happened and how long the ticks took. Without --paced one tick follows the other as fast as it can.
+
+Examples:
+  dyop tool examples/surgery/scene.json
+  At 1 kHz by the clock, recorded; then as a page, and the recorded inputs run again:
+    dyop tool examples/surgery/scene.json --paced -o run.h5
+    dyop view run.h5 -o run.html
+    dyop tool run.h5 --replay
+)";
+
+struct ToolArguments {
+  std::string scene;
+  std::string recording;
+  bool is_replay = false;
+  Scalar seconds = 0;
+  bool is_paced = false;
+};
+
+// What each stroke was like.
+class Report {
+ public:
+  explicit Report(const ToolRun& run) : run_(run), strokes_(run.strokes.size()) {}
+
+  void add(const TickRecord& record) {
+    strokes_[run_.stroke_at(record.number)].add(record.tick);
+    energy_ = record.tick.energy_returned;
+  }
+
+  void print() const {
+    for (std::size_t k = 0; k < strokes_.size(); ++k) {
+      if (strokes_[k].ticks == 0) continue;
+      std::printf("%s: %lld ticks\n", run_.strokes[k].name.c_str(),
+                  static_cast<long long>(strokes_[k].ticks));
+      print_summary(strokes_[k], run_.scene.obstacles);
+    }
+    std::printf("energy returned to the hand: %.4g\n", energy_);
+  }
+
+ private:
+  const ToolRun& run_;
+  std::vector<ToolSummary> strokes_;
+  Scalar energy_ = 0;
+};
+
+void print_timing(const RunnerReport& report) {
+  std::printf("%lld ticks; %s\n", static_cast<long long>(report.ticks), report.rights.c_str());
+  print_latency(report.latency);
+  if (report.late_starts > 0) {
+    std::printf("%lld ticks started more than a period late\n",
+                static_cast<long long>(report.late_starts));
+  }
+  if (report.unlogged > 0) {
+    std::printf("%lld ticks are missing in report and recording\n",
+                static_cast<long long>(report.unlogged));
+  }
+}
+
+// Records the run, also one that an exception ends.
+RunnerReport run_recorded(ToolSession& session, const ToolRun& run, Report& report,
+                          ToolOutput* output, const std::stop_token& stop) {
+  try {
+    const RunnerReport timing = run_session(
+        session, [&](std::int64_t tick) { return run.device(tick); }, run.tissue,
+        [&](const TickRecord& record) {
+          report.add(record);
+          if (output != nullptr) output->add(record);
+        },
+        run.runner, stop);
+    if (output != nullptr) output->finish(timing);
+    return timing;
+  } catch (const std::exception& error) {
+    if (output != nullptr) output->fail(error.what());
+    throw;
+  }
+}
+
+ExitCode run_tool(const ToolArguments& arguments) {
+  if (arguments.is_replay) return replay_tool(arguments.scene);
+  const InterruptGuard interrupt;
+  ToolRun run = load_tool_run(arguments.scene);
+  run.runner.is_paced = arguments.is_paced;
+  if (arguments.seconds > 0) {
+    run.runner.ticks = std::llround(arguments.seconds / run.runner.period);
+  }
+  ToolSession session(run.scene, run.options);
+  std::unique_ptr<ToolOutput> output;
+  if (!arguments.recording.empty()) output = make_tool_output(arguments.recording, run);
+  Report report(run);
+  const RunnerReport timing = run_recorded(session, run, report, output.get(), interrupt.token());
+  report.print();
+  std::printf("the coupling is %spassive at this rate\n", session.is_passive() ? "" : "not ");
+  print_timing(timing);
+  if (output) std::printf("recording: %zu bytes a tick\n", output->bytes_per_tick());
+  return timing.ticks == run.runner.ticks ? ExitCode::Answered : ExitCode::Undecided;
+}
+
+}  // namespace
+
+void add_tool_command(CLI::App& app, ExitCode& exit_code) {
+  auto arguments = std::make_shared<ToolArguments>();
+  CLI::App* command = app.add_subcommand("tool", "Run a haptic tool among tissue");
+  command->footer(kToolExamples);
+  command->add_option("SCENE", arguments->scene, "Scene of a tool, JSON; with --replay a recording")
+      ->required();
+  command->add_option("-o,--record", arguments->recording, "Recording of all ticks, HDF5");
+  command->add_flag("--replay", arguments->is_replay,
+                    "Run the inputs of a recording again and compare every bit");
+  command->add_option("--seconds", arguments->seconds, "Instead of the scene's duration")
+      ->check(CLI::PositiveNumber);
+  command->add_flag("--paced", arguments->is_paced, "By the clock, with threads of their own");
+  command->callback([arguments, &exit_code] { exit_code = run_tool(*arguments); });
+}
+
+}  // namespace dyop::cli

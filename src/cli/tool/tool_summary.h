@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <span>
+#include <vector>
+
+#include "dyop/tool/latency_histogram.h"
+#include "dyop/tool/tool_scene.h"
+#include "dyop/tool/tool_tick.h"
+
+namespace dyop::cli {
+
+/// What a number of ticks was like.
+struct ToolSummary {
+  std::int64_t ticks = 0;
+  std::map<ToolStatus, std::int64_t> statuses;
+  Scalar largest_force = 0;
+  Scalar longest_lag = 0;
+  std::vector<Scalar> least_clearance;  ///< per obstacle, proven
+
+  /// A ToolTick or a RecordedTick.
+  template <typename Tick>
+  void add(const Tick& tick) {
+    least_clearance.resize(tick.clearances.size(), kInfinity);
+    ++ticks;
+    ++statuses[tick.status];
+    largest_force = std::max(largest_force, tick.wrench.force_W.norm());
+    longest_lag = std::max(longest_lag, tick.tissue_lag);
+    for (std::size_t k = 0; k < tick.clearances.size(); ++k) {
+      least_clearance[k] = std::min(least_clearance[k], tick.clearances[k].lower);
+    }
+  }
+};
+
+/// Prints it, each line indented by two.
+void print_summary(const ToolSummary& summary, std::span<const ToolObstacle> obstacles);
+void print_latency(const LatencyHistogram& latency);
+
+}  // namespace dyop::cli

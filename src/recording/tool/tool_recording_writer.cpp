@@ -1,0 +1,191 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "dyop/recording/tool_recording_writer.h"
+
+#include <cmath>
+#include <deque>
+#include <mutex>
+
+#include "dyop/core/error.h"
+#include "recording/recording_tables.h"
+#include "recording/tool/session_json.h"
+#include "recording/tool/tick_row.h"
+
+namespace dyop {
+namespace {
+
+using internal::Json;
+using internal::OutputRows;
+using internal::TickRow;
+
+// Of the session's time.
+constexpr Scalar kFlushPeriod = 0.1;
+constexpr std::int64_t kUsualFlush = 100;  // ticks, if their period is unknown
+
+// A snapshot that no tick has seen yet.
+struct WaitingSnapshot {
+  std::vector<Vector3> vertices;
+  Scalar duration = 0;
+};
+
+// The snapshots of one obstacle.
+struct SnapshotQueue {
+  std::size_t vertex_count = 0;  // 0: none can be given
+  bool is_stored = false;
+  std::int64_t written = 0;
+  std::deque<WaitingSnapshot> waiting;
+};
+
+std::vector<SnapshotQueue> queues_of(const ToolScene& scene, std::span<const TissueFeed> tissue) {
+  std::vector<SnapshotQueue> queues;
+  for (const ToolObstacle& obstacle : scene.obstacles) {
+    queues.push_back({obstacle.vertices.size(), internal::deforms(obstacle), 0, {}});
+  }
+  for (const TissueFeed& feed : tissue) {
+    DYOP_REQUIRE(feed.obstacle < queues.size(), "the feed of obstacle ", feed.obstacle,
+                 ", which the scene does not have");
+    if (!feed.formula.empty()) queues[feed.obstacle].is_stored = false;
+  }
+  return queues;
+}
+
+}  // namespace
+
+struct ToolRecordingWriter::Impl {
+  Impl(const std::filesystem::path& path, const ToolScene& scene,
+       std::span<const TissueFeed> tissue, Scalar period)
+      : file(internal::Hdf5File::create(path)),
+        queues(queues_of(scene, tissue)),
+        seen(scene.obstacles.size()),
+        row(scene.hinges.size(), scene.obstacles.size()),
+        flush_ticks(period > 0 ? std::int64_t(std::max(1.0, std::round(kFlushPeriod / period)))
+                               : kUsualFlush) {}
+
+  OutputRows<char> text(const char* name) { return {file, name, H5T_NATIVE_UINT8, 1, 4096}; }
+  void start(const ToolRunHeader& header, const internal::SessionText& session);
+  void write_seen_snapshots(const ToolTick& tick);
+  void flush();
+  void end(const Json& json);
+
+  internal::Hdf5File file;
+  std::mutex snapshot_mutex;
+  std::vector<SnapshotQueue> queues;  // per obstacle
+  std::vector<std::int64_t> seen;     // per obstacle, by the last tick
+  TickRow row;
+  std::int64_t flush_ticks;
+  std::vector<char> waiting;  // bytes of ticks
+  std::int64_t waiting_ticks = 0;
+  internal::Hdf5Dataset ticks{file, "ticks", row.type().get(), 1, 256};
+  OutputRows<internal::SnapshotRow> snapshots{
+      file, "snapshots", internal::row_type<internal::SnapshotRow>().get(), 1, 512};
+  OutputRows<std::array<double, 3>> snapshot_vertices{file, "snapshot_vertices", H5T_NATIVE_DOUBLE,
+                                                      3, 4096};
+  OutputRows<char> session_rows = text("session");
+  OutputRows<char> scene_rows = text("scene");
+  OutputRows<char> shapes = text("shapes");
+  OutputRows<std::array<double, 3>> vertices{file, "vertices", H5T_NATIVE_DOUBLE, 3, 512};
+  OutputRows<std::array<std::int32_t, 3>> triangles{file, "triangles", H5T_NATIVE_INT32, 3, 1024};
+  OutputRows<char> end_rows = text("end");
+};
+
+// All that ticks refer to is in the file before the first of them.
+void ToolRecordingWriter::Impl::start(const ToolRunHeader& header,
+                                      const internal::SessionText& session) {
+  file.write_attribute("format", std::string(internal::kToolRecordingFormat));
+  file.write_attribute("version", internal::kToolRecordingVersion);
+  const Json json{{"title", header.title}, {"period", header.period}, {"version", DYOP_VERSION}};
+  file.write_attribute("header", json.dump());
+  session_rows.add_all(session.json);
+  scene_rows.add_all(header.scene);
+  shapes.add_all(session.shapes);
+  vertices.add_all(session.rows.vertices);
+  triangles.add_all(session.rows.triangles);
+  file.share_with_readers();
+  session_rows.flush();
+  scene_rows.flush();
+  shapes.flush();
+  vertices.flush();
+  triangles.flush();
+}
+
+void ToolRecordingWriter::Impl::write_seen_snapshots(const ToolTick& tick) {
+  const std::lock_guard lock(snapshot_mutex);
+  for (std::size_t k = 0; k < queues.size(); ++k) {
+    SnapshotQueue& queue = queues[k];
+    for (; queue.is_stored && queue.written < tick.snapshots[k]; ++queue.written) {
+      DYOP_REQUIRE(!queue.waiting.empty(), "snapshot ", queue.written + 1, " of obstacle ", k,
+                   " was not given to the recording");
+      const WaitingSnapshot& snapshot = queue.waiting.front();
+      snapshots.add({std::uint32_t(k), std::uint32_t(queue.written + 1), snapshot.duration,
+                     snapshot_vertices.length(), snapshot.vertices.size()});
+      for (const Vector3& p : snapshot.vertices) snapshot_vertices.add({p.x(), p.y(), p.z()});
+      queue.waiting.pop_front();
+    }
+  }
+}
+
+// A tick is in the file, and all that it has seen, once its row is.
+void ToolRecordingWriter::Impl::flush() {
+  snapshot_vertices.flush();
+  snapshots.flush();
+  ticks.append(waiting.data(), std::size_t(waiting_ticks));
+  ticks.flush();
+  waiting.clear();
+  waiting_ticks = 0;
+}
+
+void ToolRecordingWriter::Impl::end(const Json& json) {
+  flush();
+  end_rows.add_all(json.dump());
+  end_rows.flush();
+  file.close();
+}
+
+ToolRecordingWriter::ToolRecordingWriter(const std::filesystem::path& file,
+                                         const ToolRunHeader& header, const ToolScene& scene,
+                                         const ToolOptions& options,
+                                         std::span<const TissueFeed> tissue) {
+  // Before there is a file: it throws for what cannot be recorded.
+  const internal::SessionText session = internal::session_text(scene, options, tissue);
+  impl_ = std::make_unique<Impl>(file, scene, tissue, header.period);
+  impl_->start(header, session);
+}
+
+ToolRecordingWriter::~ToolRecordingWriter() = default;
+ToolRecordingWriter::ToolRecordingWriter(ToolRecordingWriter&&) noexcept = default;
+ToolRecordingWriter& ToolRecordingWriter::operator=(ToolRecordingWriter&&) noexcept = default;
+
+void ToolRecordingWriter::add_snapshot(std::size_t obstacle, std::span<const Vector3> vertices,
+                                       Scalar duration) {
+  DYOP_REQUIRE(obstacle < impl_->queues.size() && impl_->queues[obstacle].is_stored,
+               "no snapshots of obstacle ", obstacle, " are stored");
+  SnapshotQueue& queue = impl_->queues[obstacle];
+  DYOP_REQUIRE(vertices.size() == queue.vertex_count, "a snapshot of obstacle ", obstacle, " has ",
+               queue.vertex_count, " vertices, not ", vertices.size());
+  const std::lock_guard lock(impl_->snapshot_mutex);
+  queue.waiting.push_back({{vertices.begin(), vertices.end()}, duration});
+}
+
+void ToolRecordingWriter::add(const TickRecord& record) {
+  impl_->write_seen_snapshots(record.tick);
+  internal::put_tick(record, impl_->seen, impl_->row);
+  impl_->row.append_to(impl_->waiting);
+  if (++impl_->waiting_ticks >= impl_->flush_ticks) impl_->flush();
+}
+
+void ToolRecordingWriter::finish(const RunnerReport& report) {
+  impl_->end({{"ticks", report.ticks},
+              {"late_starts", report.late_starts},
+              {"unlogged", report.unlogged},
+              {"rights", report.rights},
+              {"error", ""}});
+}
+
+void ToolRecordingWriter::fail(const std::string& error) {
+  impl_->end({{"error", error}});
+}
+
+std::size_t ToolRecordingWriter::bytes_per_tick() const {
+  return impl_->row.bytes();
+}
+
+}  // namespace dyop

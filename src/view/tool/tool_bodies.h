@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "dyop/recording/tool_recording_reader.h"
+#include "dyop/view/page_encoder.h"
+
+namespace dyop::internal {
+
+/// Bodies of a tool's page: the parts of the tool, the same parts as a ghost of the device, and the
+/// obstacles, in this order.
+class ToolBodies {
+ public:
+  explicit ToolBodies(const ToolScene& scene) : scene_(scene) {}
+
+  std::size_t part_count() const { return scene_.tool.size(); }
+  BodyId proxy(std::size_t part) const { return BodyId(part); }
+  BodyId device(std::size_t part) const { return BodyId(part_count() + part); }
+  BodyId obstacle(std::size_t number) const { return BodyId(2 * part_count() + number); }
+
+  std::vector<PageBody> bodies() const;
+  RigidPose part_pose(std::size_t part, const ToolPose& tool) const;
+  /// The greatest distance of a point of the part from the part's origin.
+  Scalar reach(std::size_t part) const;
+
+ private:
+  const ToolScene& scene_;
+};
+
+}  // namespace dyop::internal

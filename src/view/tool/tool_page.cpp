@@ -1,0 +1,291 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "view/tool/tool_page.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "dyop/motion/rest_motion.h"
+#include "dyop/tool_io/tool_replay.h"
+#include "view/tool/thinned_motion.h"
+#include "view/tool/tissue_modes.h"
+#include "view/tool/tool_bodies.h"
+
+namespace dyop::internal {
+namespace {
+
+// Ticks that are read, and made into a block, at once.
+constexpr std::int64_t kTicksOfBlock = 2048;
+
+// Times at which the run is sampled for diagrams, at most.
+constexpr std::int64_t kMostSamples = 4000;
+
+// How far a drawn tool and drawn tissue may be from the recorded ones, as a part of the standoff:
+// what rests on tissue is not seen in it.
+constexpr Scalar kPartOfStandoff = 0.25;
+constexpr std::size_t kMostModes = 48;
+
+// The proxy or the device: of each part the poses that wait to be written.
+using PartPoses = std::vector<std::vector<TimedPose>>;
+
+Scalar length_of(const RecordedTick& tick) {
+  return tick.dt >= 0 && tick.dt < kInfinity ? tick.dt : 0;
+}
+
+// The extremes of a number of ticks.
+struct Sample {
+  Scalar force = 0;
+  Scalar torque = 0;
+  Scalar latency = 0;
+  Scalar energy = 0;
+  Scalar lag = 0;
+  std::vector<ToolClearance> least;  // by lower bound; the upper bound is the least of all
+};
+
+// How an obstacle deforms.
+struct Track {
+  TissueModes modes;
+  std::vector<Scalar> times;
+  std::vector<std::vector<Scalar>> weights;
+
+  // A snapshot that was given at time t starts where the one before ends, or now if tissue rests.
+  void add(Scalar t, const RecordedSnapshot& snapshot) {
+    if (times.back() < t) {
+      times.push_back(t);
+      weights.push_back(std::vector<Scalar>(weights.back()));
+    }
+    times.push_back(times.back() + snapshot.duration);
+    weights.push_back(modes.add(snapshot.vertices));
+  }
+  // Tissue was stopped before time t: it arrives later.
+  void delay(Scalar by, Scalar t) {
+    for (std::size_t k = times.size(); by > 0 && k-- > 0 && times[k] >= t;) times[k] += by;
+  }
+};
+
+class ToolPageMaker {
+ public:
+  explicit ToolPageMaker(const std::filesystem::path& file)
+      : file_(file),
+        reader_(file),
+        bodies_(reader_.scene()),
+        proxy_(bodies_.part_count()),
+        device_(bodies_.part_count()),
+        stride_(
+            std::max<std::int64_t>(1, (reader_.tick_count() + kMostSamples - 1) / kMostSamples)) {}
+
+  ToolPage make() {
+    PageScene scene = page_scene();
+    follow_tissue(scene);
+    const PageEncoder encoder(std::move(scene));
+    ToolPage page{encoder.scene().title, {encoder.head()}};
+    start();
+    const std::int64_t count = reader_.tick_count();
+    for (std::int64_t first = 0; first < count; first += kTicksOfBlock) {
+      for (const RecordedTick& tick :
+           reader_.ticks(first, std::min(kTicksOfBlock, count - first))) {
+        add(tick);
+      }
+      write_motions();
+      page.blocks.push_back(encoder.span(std::exchange(span_, {})));
+    }
+    add_end();
+    page.blocks.push_back(encoder.span(span_));
+    return page;
+  }
+
+ private:
+  PageScene page_scene() const {
+    PageScene scene;
+    scene.title =
+        reader_.header().title.empty() ? file_.filename().string() : reader_.header().title;
+    scene.bodies = bodies_.bodies();
+    scene.end_time = Scalar(reader_.tick_count()) * reader_.header().period;
+    scene.charts = {{"Force on the hand, largest of each sample", {"force"}},
+                    {"Torque on the hand, largest of each sample", {"torque"}},
+                    {"Energy returned to the hand", {"energy"}},
+                    {"Time of a tick in microseconds, longest of each sample", {"latency"}},
+                    {"How far tissue lags behind its snapshots", {"lag"}}};
+    return scene;
+  }
+
+  // Where the tissue is: from snapshot to snapshot, as ticks took them.
+  void follow_tissue(PageScene& scene) const {
+    const Scalar tolerance = kPartOfStandoff * reader_.options().standoff;
+    RecordedTissue tissue(reader_, file_);
+    std::vector<std::optional<Track>> tracks(reader_.scene().obstacles.size());
+    Scalar t = 0;
+    Scalar lag = 0;
+    const std::int64_t count = reader_.tick_count();
+    for (std::int64_t first = 0; first < count; first += kTicksOfBlock) {
+      for (const RecordedTick& tick :
+           reader_.ticks(first, std::min(kTicksOfBlock, count - first))) {
+        for (std::size_t k = 0; k < tracks.size(); ++k) {
+          if (tick.new_snapshots[k] == 0) continue;
+          const RecordedSnapshot& snapshot = tissue.next(k);
+          if (!tracks[k]) {
+            tracks[k] =
+                Track{{reader_.scene().obstacles[k].vertices, tolerance, kMostModes}, {t}, {{}}};
+          }
+          tracks[k]->add(t, snapshot);
+        }
+        t += length_of(tick);
+        for (std::optional<Track>& track : tracks) {
+          if (track) track->delay(tick.tissue_lag - lag, t);
+        }
+        lag = tick.tissue_lag;
+      }
+    }
+    for (std::size_t k = 0; k < tracks.size(); ++k) {
+      if (!tracks[k]) continue;
+      PageDeformation& deformation = scene.deformations.emplace_back();
+      deformation.body = bodies_.obstacle(k);
+      deformation.modes = tracks[k]->modes.modes();
+      deformation.times = tracks[k]->times;
+      for (std::vector<Scalar>& weights : tracks[k]->weights) {
+        weights.resize(deformation.modes.size());
+        deformation.weights.insert(deformation.weights.end(), weights.begin(), weights.end());
+      }
+    }
+  }
+
+  void start() {
+    for (std::size_t k = 0; k < reader_.scene().obstacles.size(); ++k) {
+      const RigidPose& X_WO = reader_.scene().obstacles[k].X_WO;
+      span_.segments.push_back(
+          {bodies_.obstacle(k), {0, 0}, std::make_shared<const RestMotion>(X_WO)});
+    }
+    ToolPose tool{reader_.scene().X_WT, {}};
+    for (std::size_t k = 0; k < reader_.scene().hinges.size(); ++k) {
+      tool.angles[k] = reader_.scene().hinges[k].angle;
+    }
+    add_poses(proxy_, tool);
+  }
+
+  void add_poses(PartPoses& poses, const ToolPose& tool) const {
+    for (std::size_t k = 0; k < poses.size(); ++k) {
+      poses[k].push_back({t_, bodies_.part_pose(k, tool)});
+    }
+  }
+
+  void add(const RecordedTick& tick) {
+    t_ += length_of(tick);
+    add_poses(proxy_, tick.tool);
+    if (tick.status == ToolStatus::InvalidInput) {
+      hide_device();
+    } else {
+      const RigidPose X_WD(tick.device.q_WD.normalized(), tick.device.p_WD);
+      add_poses(device_, {X_WD, tick.device.angles});
+    }
+    if (tick.status != status_) {
+      status_ = tick.status;
+      span_.marks.push_back({t_, mark_kind(status_), words_of(status_), {}});
+    }
+    gather(tick);
+    if ((tick.number + 1) % stride_ == 0) write_sample();
+  }
+
+  static const char* mark_kind(ToolStatus status) {
+    const bool is_warning = status == ToolStatus::Overlapping || status == ToolStatus::Trapped ||
+                            status == ToolStatus::InvalidInput;
+    return is_warning ? "stalled" : "status";
+  }
+
+  // The device is unknown: it is not drawn.
+  void hide_device() {
+    write_motions_of(device_, &ToolBodies::device);
+    for (std::size_t k = 0; k < device_.size(); ++k) {
+      device_[k].clear();
+      span_.segments.push_back({bodies_.device(k), {t_, t_}, nullptr});
+    }
+  }
+
+  void gather(const RecordedTick& tick) {
+    sample_.force = std::max(sample_.force, tick.wrench.force_W.norm());
+    sample_.torque = std::max(sample_.torque, tick.wrench.torque_W.norm());
+    sample_.latency = std::max(sample_.latency, Scalar(tick.latency.count()) / 1e3);
+    sample_.energy = tick.energy_returned;
+    sample_.lag = tick.tissue_lag;
+    sample_.least.resize(tick.clearances.size());
+    for (std::size_t k = 0; k < tick.clearances.size(); ++k) {
+      ToolClearance& least = sample_.least[k];
+      const Scalar lower =
+          std::min(is_new_sample_ ? kInfinity : least.lower, tick.clearances[k].lower);
+      const Scalar upper =
+          std::min(is_new_sample_ ? kInfinity : least.upper, tick.clearances[k].upper);
+      least = tick.clearances[k];
+      least.lower = lower;
+      least.upper = upper;
+    }
+    nearest_ = tick.nearest;
+    is_new_sample_ = false;
+  }
+
+  void write_sample() {
+    span_.samples.push_back(
+        {t_, {sample_.force, sample_.torque, sample_.energy, sample_.latency, sample_.lag}});
+    PageFrame frame;
+    frame.interval = {sample_begin_, t_};
+    span_.frames.push_back(frame);
+    span_.steps.push_back(frame.interval);
+    for (std::size_t k = 0; k < sample_.least.size(); ++k) {
+      PageGap gap;
+      gap.t = t_;
+      gap.a = bodies_.proxy(0);
+      gap.b = bodies_.obstacle(k);
+      gap.lower = sample_.least[k].lower;
+      gap.upper = sample_.least[k].upper;
+      if (nearest_ == k) gap.witness_W = {sample_.least[k].p_WT, sample_.least[k].p_WO};
+      span_.gaps.push_back(gap);
+    }
+    sample_begin_ = t_;
+    sample_ = {};
+    is_new_sample_ = true;
+  }
+
+  void write_motions() {
+    write_motions_of(proxy_, &ToolBodies::proxy);
+    write_motions_of(device_, &ToolBodies::device);
+  }
+
+  // Keeps the last pose, from which the next motion starts.
+  void write_motions_of(PartPoses& poses, BodyId (ToolBodies::*id)(std::size_t) const) {
+    for (std::size_t k = 0; k < poses.size(); ++k) {
+      if (poses[k].empty()) continue;
+      const ThinningLimits limits{kPartOfStandoff * reader_.options().standoff, bodies_.reach(k)};
+      add_thinned((bodies_.*id)(k), poses[k], limits, span_.segments);
+      poses[k].erase(poses[k].begin(), poses[k].end() - 1);
+    }
+  }
+
+  void add_end() {
+    if (!reader_.end()) {
+      span_.marks.push_back(
+          {t_, "end", "the recording ends here: the run goes on, or was killed", {}});
+    } else if (!reader_.end()->error.empty()) {
+      span_.marks.push_back({t_, "undecided", reader_.end()->error, {}});
+    }
+  }
+
+  std::filesystem::path file_;
+  ToolRecordingReader reader_;
+  ToolBodies bodies_;
+  PartPoses proxy_;
+  PartPoses device_;
+  std::int64_t stride_;
+  PageSpan span_;
+  Scalar t_ = 0;
+  ToolStatus status_ = ToolStatus::NotRun;
+  Sample sample_;
+  bool is_new_sample_ = true;
+  std::optional<std::size_t> nearest_;
+  Scalar sample_begin_ = 0;
+};
+
+}  // namespace
+
+ToolPage make_tool_page(const std::filesystem::path& recording) {
+  return ToolPageMaker(recording).make();
+}
+
+}  // namespace dyop::internal

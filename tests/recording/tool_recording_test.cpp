@@ -1,0 +1,240 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cmath>
+
+#include "dyop/core/error.h"
+#include "dyop/geometry/box.h"
+#include "dyop/geometry/capsule.h"
+#include "dyop/io/file_error.h"
+#include "dyop/recording/recorded_tick.h"
+#include "dyop/recording/recording_reader.h"
+#include "dyop/recording/tool_recording_reader.h"
+#include "dyop/recording/tool_recording_writer.h"
+#include "recording/recorded_world.h"
+#include "support/inputs/tool_scenes.h"
+#include "support/message_of.h"
+#include "support/temporary_directory.h"
+
+namespace dyop {
+namespace {
+
+namespace fs = std::filesystem;
+
+// A ball with a jaw over a sheet that heaves, beside a forbidden box.
+ToolScene heaving_scene() {
+  ToolScene scene = testing::ball_tool(2, {0.3, 0.2, 4});
+  scene.hinges.push_back({RigidPose(Vector3(0, 0, -1)), 0.2, 50});
+  scene.tool.push_back({std::make_shared<Capsule>(0.3, 1.5),
+                        RigidPose(rotation_from_vector({0, 1.5, 0}), Vector3(2, 0, 0)), 0});
+  scene.obstacles.push_back(testing::deforming_tissue(testing::sheet(30, 8), 0.2));
+  ToolObstacle region =
+      testing::rigid_tissue(std::make_shared<Box>(Vector3(1, 1, 1)),
+                            RigidPose(rotation_from_vector({0.1, 0.7, 0.2}), Vector3(9, 0, 3)));
+  region.role = ObstacleRole::HardRegion;
+  region.margin = 0.5;
+  scene.obstacles.push_back(region);
+  return scene;
+}
+
+DevicePose heaving_device(int tick) {
+  DevicePose device(RigidPose(rotation_from_vector({0.002 * tick, 0, 0.001 * tick}),
+                              Vector3(0.02 * tick, 0.2, 4 - 0.03 * std::min(tick, 150))));
+  device.angles[0] = 0.2 * std::cos(0.05 * tick);
+  if (tick == 77) device.p_WD.y() = std::nan("");
+  return device;
+}
+
+// Runs the scene, every seventh tick cut off, with snapshots at irregular ticks.
+std::vector<ToolTick> record_heaving_run(const fs::path& file, int count) {
+  const ToolScene scene = heaving_scene();
+  const ToolOptions options = testing::tool_options();
+  ToolSession session(scene, options);
+  ToolRecordingWriter writer(file, {"heaving", "", 1e-3, ""}, scene, options);
+  std::vector<ToolTick> run;
+  for (int k = 0; k < count; ++k) {
+    if (k % 13 == 5) {
+      std::vector<Vector3> vertices = scene.obstacles[0].vertices;
+      for (Vector3& p : vertices) p.z() += std::sin(0.02 * k + 0.1 * p.x());
+      if (session.give_snapshot(0, vertices, 0.01)) writer.add_snapshot(0, vertices, 0.01);
+    }
+    TickRecord record{k, heaving_device(k), k % 50 == 20 ? 2e-3 : 1e-3, {}};
+    std::optional<TickCutoff> cutoff;
+    if (k % 7 == 3) cutoff = TickCutoff{1 + k % 11, 0};
+    record.tick = session.replay(record.device, record.dt, cutoff);
+    run.push_back(record.tick);
+    writer.add(record);
+  }
+  writer.finish({});
+  return run;
+}
+
+// The digests of the recorded inputs, run again.
+void expect_same_bits(const ToolRecordingReader& reader) {
+  ToolSession session(reader.scene(), reader.options());
+  std::int64_t snapshots = 0;
+  for (const RecordedTick& recorded : reader.ticks(0, reader.tick_count())) {
+    if (recorded.new_snapshots[0] > 0) {
+      const RecordedSnapshot snapshot = reader.snapshot(0, ++snapshots);
+      ASSERT_TRUE(session.give_snapshot(0, snapshot.vertices, snapshot.duration));
+    }
+    const ToolTick& tick = session.replay(recorded.device, recorded.dt, recorded.cutoff);
+    ASSERT_EQ(tick_digest(tick), recorded.digest) << recorded.number;
+  }
+}
+
+TEST(ToolRecording, HoldsTheInputsOfARunWithEveryBit) {
+  const testing::TemporaryDirectory directory;
+  const fs::path file = directory.path() / "run.h5";
+  const std::vector<ToolTick> run = record_heaving_run(file, 400);
+  const ToolRecordingReader reader(file);
+  ASSERT_EQ(reader.tick_count(), 400);
+  EXPECT_TRUE(is_tool_recording(file));
+  EXPECT_EQ(reader.header().title, "heaving");
+  EXPECT_EQ(reader.options().coupling.largest_force, kInfinity);
+  ASSERT_TRUE(reader.end().has_value());
+  expect_same_bits(reader);
+  int cut_off = 0;
+  for (const ToolTick& tick : run) cut_off += tick.cutoff.has_value();
+  EXPECT_GT(cut_off, 40);
+  EXPECT_GT(run.back().snapshots[0], 20);
+}
+
+TEST(ToolRecording, RoundsResultsToTheSafeSide) {
+  const testing::TemporaryDirectory directory;
+  const fs::path file = directory.path() / "run.h5";
+  const std::vector<ToolTick> run = record_heaving_run(file, 200);
+  const ToolRecordingReader reader(file);
+  for (const RecordedTick& recorded : reader.ticks(0, 200)) {
+    const ToolTick& tick = run[std::size_t(recorded.number)];
+    EXPECT_EQ(recorded.status, tick.status);
+    EXPECT_EQ(recorded.tool.X_WT.translation(), tick.tool.X_WT.translation());
+    EXPECT_TRUE(recorded.tool.X_WT.rotation().isApprox(tick.tool.X_WT.rotation(), 1e-6));
+    EXPECT_NEAR(recorded.tool.angles[0], tick.tool.angles[0], 1e-7);
+    EXPECT_TRUE(recorded.wrench.force_W.isApprox(tick.wrench.force_W, 1e-6));
+    ASSERT_EQ(recorded.clearances.size(), 2u);
+    for (std::size_t k = 0; k < 2; ++k) {
+      EXPECT_LE(recorded.clearances[k].lower, tick.clearances[k].lower);
+      EXPECT_GE(recorded.clearances[k].upper, tick.clearances[k].upper);
+      EXPECT_NEAR(recorded.clearances[k].lower, tick.clearances[k].lower, 1e-5);
+      EXPECT_LE(recorded.clearances[k].time_to_breach, tick.clearances[k].time_to_breach);
+      EXPECT_EQ(recorded.clearances[k].is_breached, tick.clearances[k].is_breached);
+    }
+    ASSERT_TRUE(recorded.nearest.has_value());
+    const ToolClearance& nearest = recorded.clearances[*recorded.nearest];
+    EXPECT_LE(nearest.upper, recorded.clearances[1 - *recorded.nearest].upper);
+    EXPECT_TRUE(nearest.p_WT.isApprox(tick.clearances[*recorded.nearest].p_WT, 1e-5));
+  }
+}
+
+TEST(ToolRecording, ADigestTellsAnyBit) {
+  ToolTick tick;
+  tick.clearances.resize(2);
+  tick.contacts.resize(1);
+  const std::uint64_t digest = tick_digest(tick);
+  ToolTick other = tick;
+  other.latency = std::chrono::nanoseconds(5);
+  other.statistics.node_pairs = 5;
+  EXPECT_EQ(tick_digest(other), digest);
+  other.contacts[0].force_W.y() = -0.0;
+  EXPECT_NE(tick_digest(other), digest);
+  other = tick;
+  other.clearances[1].lower = std::nextafter(0.0, 1.0);
+  EXPECT_NE(tick_digest(other), digest);
+  std::swap(other.clearances[0], other.clearances[1]);
+  EXPECT_NE(tick_digest(other), digest);
+}
+
+// One hinge, two obstacles.
+TEST(ToolRecording, TakesAsManyBytesATickAsStated) {
+  const testing::TemporaryDirectory directory;
+  const fs::path small = directory.path() / "small.h5", large = directory.path() / "large.h5";
+  const ToolScene scene = heaving_scene();
+  for (const bool is_large : {false, true}) {
+    ToolRecordingWriter writer(is_large ? large : small, {}, scene, testing::tool_options());
+    TickRecord record;
+    record.tick.clearances.resize(2);
+    record.tick.snapshots.resize(2);
+    for (int k = 0; k < (is_large ? 20'480 : 1'024); ++k) {
+      record.number = k;
+      writer.add(record);
+    }
+    EXPECT_EQ(writer.bytes_per_tick(), 204u + 12 + 2 * 13);
+    writer.finish({});
+  }
+  const auto bytes = Scalar(fs::file_size(large) - fs::file_size(small)) / (20'480 - 1'024);
+  EXPECT_LE(bytes, 1.01 * (204 + 12 + 2 * 13));
+}
+
+// As after a kill: nothing of the process runs after the last tick.
+TEST(ToolRecording, IsWholeUpToTheLastFlush) {
+  const testing::TemporaryDirectory directory;
+  const fs::path file = directory.path() / "run.h5";
+  const pid_t child = fork();
+  if (child == 0) {
+    const ToolScene scene = heaving_scene();
+    ToolSession session(scene, testing::tool_options());
+    ToolRecordingWriter writer(file, {"killed", "", 1e-3, ""}, scene, testing::tool_options());
+    for (int k = 0; k < 250; ++k) {
+      TickRecord record{k, heaving_device(k), 1e-3, {}};
+      record.tick = session.update(record.device, record.dt);
+      writer.add(record);
+    }
+    _exit(0);
+  }
+  int status = 0;
+  waitpid(child, &status, 0);
+  ASSERT_EQ(status, 0);
+  const ToolRecordingReader reader(file);
+  EXPECT_EQ(reader.tick_count(), 200);
+  EXPECT_FALSE(reader.end().has_value());
+  expect_same_bits(reader);
+}
+
+TEST(ToolRecording, AnErrorEndsItToo) {
+  const testing::TemporaryDirectory directory;
+  const fs::path file = directory.path() / "run.h5";
+  ToolRecordingWriter writer(file, {}, heaving_scene(), testing::tool_options());
+  writer.fail("the device is gone");
+  const ToolRecordingReader reader(file);
+  ASSERT_TRUE(reader.end().has_value());
+  EXPECT_EQ(reader.end()->error, "the device is gone");
+  EXPECT_THROW(static_cast<void>(reader.ticks(0, 1)), InvalidArgument);
+  EXPECT_THROW(static_cast<void>(reader.snapshot(0, 1)), InvalidArgument);
+}
+
+TEST(ToolRecording, RefusesWhatItCannotReplay) {
+  const testing::TemporaryDirectory directory;
+  const fs::path file = directory.path() / "run.h5";
+  const ToolScene scene = heaving_scene();
+  ToolRecordingWriter writer(file, {}, scene, testing::tool_options());
+  EXPECT_THROW(writer.add_snapshot(1, scene.obstacles[0].vertices, 1), InvalidArgument);
+  EXPECT_THROW(writer.add_snapshot(0, std::span(scene.obstacles[0].vertices).first(2), 1),
+               InvalidArgument);
+  TickRecord record;
+  record.tick.clearances.resize(2);
+  record.tick.snapshots = {1, 0};
+  EXPECT_NE(testing::message_of([&] { writer.add(record); }).find("snapshot 1 of obstacle 0"),
+            std::string::npos);
+}
+
+TEST(ToolRecording, TheTwoKindsOfRecordingsAreToldApart) {
+  const testing::TemporaryDirectory directory;
+  const fs::path tool = directory.path() / "tool.h5", world = directory.path() / "world.h5";
+  record_heaving_run(tool, 3);
+  testing::record_busy_run(world);
+  EXPECT_FALSE(is_tool_recording(world));
+  EXPECT_NE(
+      testing::message_of<FileError>([&] { RecordingReader{tool}; }).find("dyop tool recording"),
+      std::string::npos);
+  EXPECT_NE(testing::message_of<FileError>([&] {
+              ToolRecordingReader{world};
+            }).find("no recording of a tool"),
+            std::string::npos);
+  EXPECT_THROW(ToolRecordingReader(directory.path() / "none.h5"), FileError);
+}
+
+}  // namespace
+}  // namespace dyop
