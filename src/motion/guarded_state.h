@@ -95,11 +95,18 @@ inline void require_no_jump(const PoseStep& step, const TwistBound& bound, Scala
   }
 }
 
+/// Poses whose rotation_error() is above this part of kEngineRotationNoise are restored.
+inline constexpr Scalar kRestoredFraction = 1.0 / 3;
+
+/// The pose with a rotation whose rotation_error() is below kRestoredFraction * kEngineRotationNoise.
+/// @throws InvalidArgument as RigidPose's constructor, if the rotation is too far from one.
+RigidPose restored(const RigidPose& X_WB);
+
 /// Restores the rotation of a pose that is the product of many, long before a query would refuse
-/// it.
+/// it. What was restored once keeps its bits, so that a recorded motion is built again as it was.
 inline RigidPose without_drift(const RigidPose& X_WB) {
-  if (rotation_error(X_WB.rotation()) <= kEngineRotationNoise / 8) return X_WB;
-  return RigidPose(X_WB.rotation(), X_WB.translation());
+  const Scalar most = kRestoredFraction * kEngineRotationNoise;
+  return rotation_error(X_WB.rotation()) <= most ? X_WB : restored(X_WB);
 }
 
 }  // namespace dyop::internal

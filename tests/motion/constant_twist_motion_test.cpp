@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "motion/motion_test_tools.h"
+#include "motion/random_values.h"
 
 namespace dyop::testing {
 namespace {
@@ -27,6 +28,23 @@ TEST(ConstantTwistMotion, TakesTheAngularVelocityInWorld) {
                                    {Vector3::Zero(), Vector3(0, 0, std::numbers::pi)});
   // The body's x axis points along -z of the world: on the axis of turning, so it stays.
   EXPECT_LT((motion.pose(1) * Vector3(1, 0, 0) - Vector3(0, 0, -1)).norm(), 1e-15);
+}
+
+// As a recording does it. Every product of two rotations has drifted a little.
+TEST(ConstantTwistMotion, KeepsItsBitsWhenItIsBuiltAgain) {
+  Random random(5);
+  int restored = 0;
+  for (int k = 0; k < 100000; ++k) {
+    const RigidPose X_WB0 = random.pose(1) * random.pose(1) * random.pose(1);
+    const Twist twist{random.in_ball(1), random.in_ball(1)};
+    const ConstantTwistMotion motion(X_WB0, twist);
+    const ConstantTwistMotion again(motion.X_WB0(), twist);
+    ASSERT_EQ(again.pose(0.5).rotation(), motion.pose(0.5).rotation()) << k;
+    ASSERT_EQ(again.X_WB0().rotation(), motion.X_WB0().rotation()) << k;
+    ASSERT_TRUE(motion.X_WB0().rotation().isApprox(X_WB0.rotation(), 1e-14)) << k;
+    restored += motion.X_WB0().rotation() != X_WB0.rotation();
+  }
+  EXPECT_GT(restored, 1000);
 }
 
 TEST(ConstantTwistMotion, BoundsAreEqualitiesUpToRounding) {
