@@ -27,6 +27,14 @@ constexpr Scalar kStruckLegPart = 0.25;
 
 enum class AttemptResult { Committed, Blocked, Failed };
 
+// How far the linear gap may close over the leg without a dip below what is proven, plus half a
+// standoff for the tolerance of the proof.
+Scalar most_closing(const RunPair& pair, const LegContact& contact) {
+  const PairState& state = *pair.state;
+  const Scalar room = contact.point.gap - state.kept_distance() - 0.5 * state.lengths.standoff;
+  return closing_at_dip(room, contact.error);
+}
+
 bool is_edge_pair(const ContactPoint& point) {
   return point.feature_a.kind == FeatureKind::Edge && point.feature_b.kind == FeatureKind::Edge;
 }
@@ -144,7 +152,7 @@ Scalar ContactLeg::target(std::size_t contact) const {
   const Scalar missing = run_.pairs()[entry.pair].state->lengths.rest_gap() - entry.point.gap;
   const Scalar rate = missing > 0 ? kGapRecovery * missing : missing;
   Scalar value = (rate - entry.error + entry.push) / tau_;
-  if (value <= 0) return value;
+  if (value <= 0) return std::max(value, -most_closing(run_.pairs()[entry.pair], entry) / tau_);
   if (targets_are_zero_) return 0;
   return std::min(value, target_cap(contact));
 }

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "dynamics/step/end_gap.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include "dyop/distance/distance.h"
 #include "dyop/geometry/convex_shape.h"
 
@@ -41,6 +44,10 @@ Scalar end_gap(const ContactPoint& point, const BodyRecord& a, const RigidPose& 
   }
   const Matrix3& R_end = point.normal_is_of_b ? X_WB_end.rotation() : X_WA_end.rotation();
   return (R_end * point.nhat_AB_S).dot(core_b - core_a) - radius_a - radius_b;
+}
+
+Scalar closing_at_dip(Scalar room, Scalar error) {
+  return error > 0 ? 2 * std::sqrt(error * std::max(room, Scalar{0})) : kInfinity;
 }
 
 ContactPoint point_of_hit(const ToiResult& hit, const RigidPose& X_WA, const RigidPose& X_WB) {
