@@ -5,6 +5,7 @@
 
 #include "cli/commands.h"
 #include "cli/interrupt.h"
+#include "cli/tool/tool_device.h"
 #include "cli/tool/tool_output.h"
 #include "cli/tool/tool_summary.h"
 #include "dyop/tool_io/tool_scene_file.h"
@@ -22,6 +23,8 @@ Examples:
     dyop tool examples/surgery/scene.json --paced -o run.h5
     dyop view run.h5 -o run.html
     dyop tool run.h5 --replay
+  A device that sends its pose over UDP (OpenIGTLink TRANSFORM), and gets the tool's pose and force:
+    dyop tool examples/surgery/scene.json --device 18944 --send 127.0.0.1:18945
 )";
 
 struct ToolArguments {
@@ -30,6 +33,8 @@ struct ToolArguments {
   bool is_replay = false;
   Scalar seconds = 0;
   bool is_paced = false;
+  std::optional<std::uint16_t> device_port;
+  std::string receiver;
 };
 
 // What each stroke was like.
@@ -71,14 +76,39 @@ void print_timing(const RunnerReport& report) {
   }
 }
 
+// Where poses come from, and where ticks go.
+struct ToolLinks {
+  std::unique_ptr<LinkedDevice> device;
+  std::unique_ptr<LinkedOutput> receiver;
+  std::unique_ptr<ToolOutput> recording;
+};
+
+ToolLinks open_links(const ToolArguments& arguments, const ToolRun& run) {
+  ToolLinks links;
+  if (arguments.device_port) {
+    links.device = std::make_unique<LinkedDevice>(*arguments.device_port, run.scene);
+    std::printf("device: UDP port %d\n", int(links.device->port()));
+    std::fflush(stdout);
+  }
+  if (!arguments.receiver.empty()) {
+    links.receiver = std::make_unique<LinkedOutput>(arguments.receiver);
+  }
+  if (!arguments.recording.empty()) links.recording = make_tool_output(arguments.recording, run);
+  return links;
+}
+
 // Records the run, also one that an exception ends.
 RunnerReport run_recorded(ToolSession& session, const ToolRun& run, Report& report,
-                          ToolOutput* output, const std::stop_token& stop) {
+                          const ToolLinks& links, const std::stop_token& stop) {
+  ToolOutput* output = links.recording.get();
   try {
     const RunnerReport timing = run_session(
-        session, [&](std::int64_t tick) { return run.device(tick); }, run.tissue,
+        session,
+        [&](std::int64_t tick) { return links.device ? links.device->pose() : run.device(tick); },
+        run.tissue,
         [&](const TickRecord& record) {
           report.add(record);
+          if (links.receiver) links.receiver->send(record.tick);
           if (output != nullptr) output->add(record);
         },
         run.runner, stop);
@@ -94,19 +124,28 @@ ExitCode run_tool(const ToolArguments& arguments) {
   if (arguments.is_replay) return replay_tool(arguments.scene);
   const InterruptGuard interrupt;
   ToolRun run = load_tool_run(arguments.scene);
-  run.runner.is_paced = arguments.is_paced;
+  run.runner.is_paced = arguments.is_paced || arguments.device_port;
+  if (arguments.device_port) {  // for the report
+    const DevicePose pose(run.scene.X_WT);
+    run.strokes = {{"device", {{0, pose}, {1, pose}}}};
+  }
   if (arguments.seconds > 0) {
     run.runner.ticks = std::llround(arguments.seconds / run.runner.period);
   }
   ToolSession session(run.scene, run.options);
-  std::unique_ptr<ToolOutput> output;
-  if (!arguments.recording.empty()) output = make_tool_output(arguments.recording, run);
+  const ToolLinks links = open_links(arguments, run);
   Report report(run);
-  const RunnerReport timing = run_recorded(session, run, report, output.get(), interrupt.token());
+  const RunnerReport timing = run_recorded(session, run, report, links, interrupt.token());
   report.print();
   std::printf("the coupling is %spassive at this rate\n", session.is_passive() ? "" : "not ");
   print_timing(timing);
-  if (output) std::printf("recording: %zu bytes a tick\n", output->bytes_per_tick());
+  if (links.device) {
+    std::printf("%lld poses of the device were used\n",
+                static_cast<long long>(links.device->messages()));
+  }
+  if (links.recording) {
+    std::printf("recording: %zu bytes a tick\n", links.recording->bytes_per_tick());
+  }
   return timing.ticks == run.runner.ticks ? ExitCode::Answered : ExitCode::Undecided;
 }
 
@@ -124,6 +163,11 @@ void add_tool_command(CLI::App& app, ExitCode& exit_code) {
   command->add_option("--seconds", arguments->seconds, "Instead of the scene's duration")
       ->check(CLI::PositiveNumber);
   command->add_flag("--paced", arguments->is_paced, "By the clock, with threads of their own");
+  command->add_option("--device", arguments->device_port,
+                      "UDP port for TRANSFORM messages of OpenIGTLink, in place of the strokes; "
+                      "0: any that is free; by the clock");
+  command->add_option("--send", arguments->receiver,
+                      "ADDRESS:PORT that gets the tool's pose and the force as such messages");
   command->callback([arguments, &exit_code] { exit_code = run_tool(*arguments); });
 }
 

@@ -108,7 +108,9 @@ export class Run {
     }));
     const radii = this.bodies.filter(({kind}) => kind === 'dynamic').map(({radius}) => radius);
     const ordinary = radii.sort((a, b) => a - b)[Math.floor(radii.length / 2)] ?? Infinity;
-    for (const body of this.bodies) body.isGround = body.kind === 'static' && body.radius > 4 * ordinary;
+    for (const body of this.bodies) {
+      body.isGround = body.kind === 'static' && !body.color && body.radius > 4 * ordinary;
+    }
     this.parts = [];  // columns of one kind from one block
     this.steps = new Table('end', []);
     this.frames = new Table('end', ['momentum', 'angular_momentum']);

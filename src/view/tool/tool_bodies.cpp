@@ -34,6 +34,12 @@ const char* words_of_role(ObstacleRole role) {
   return "";
 }
 
+// An open sheet would hide what is behind it.
+bool is_open(const Shape& shape) {
+  const auto* mesh = dynamic_cast<const TriangleMesh*>(&shape);
+  return mesh != nullptr && !mesh->is_closed();
+}
+
 constexpr const char* kToolColor = "#8a9bb0";
 constexpr const char* kDeviceColor = "#3b82f6";
 
@@ -62,8 +68,8 @@ std::vector<PageBody> ToolBodies::bodies() const {
                      : std::make_shared<const TriangleMesh>(obstacle.vertices, obstacle.triangles);
     body.shape_name = words_of_role(obstacle.role);
     body.color = color_of(obstacle.role);
-    body.is_ghost =
-        obstacle.role == ObstacleRole::SoftRegion || obstacle.role == ObstacleRole::Monitor;
+    body.is_ghost = obstacle.role == ObstacleRole::SoftRegion ||
+                    obstacle.role == ObstacleRole::Monitor || is_open(*body.shape);
   }
   return bodies;
 }

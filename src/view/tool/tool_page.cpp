@@ -235,7 +235,10 @@ class ToolPageMaker {
       gap.b = bodies_.obstacle(k);
       gap.lower = sample_.least[k].lower;
       gap.upper = sample_.least[k].upper;
-      if (nearest_ == k) gap.witness_W = {sample_.least[k].p_WT, sample_.least[k].p_WO};
+      if (nearest_ == k) {
+        gap.witness_W = {sample_.least[k].p_WT, sample_.least[k].p_WO};
+        gap.pivot_W = (sample_.least[k].p_WT + sample_.least[k].p_WO) / 2;
+      }
       span_.gaps.push_back(gap);
     }
     sample_begin_ = t_;

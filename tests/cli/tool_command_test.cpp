@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "cli/command.h"
+#include "dyop/recording/tool_recording_reader.h"
+#include "dyop/tool_io/transform_link.h"
+#include "support/inputs/tool_run_texts.h"
+
+namespace dyop {
+namespace {
+
+using testing::CommandResult;
+using testing::run_command;
+
+class ToolCommand : public ::testing::Test {
+ protected:
+  std::string path(const char* name) const { return (directory_.path() / name).string(); }
+  CommandResult run(const std::vector<std::string>& more) const {
+    std::vector<std::string> words{
+        "tool", directory_.write("scene.json", testing::kSmallToolScene).string()};
+    words.insert(words.end(), more.begin(), more.end());
+    return run_command(words);
+  }
+  testing::TemporaryDirectory directory_;
+};
+
+TEST_F(ToolCommand, RecordsARunThatCanBeReadAndReplayed) {
+  const CommandResult result = run({"--seconds", "0.5", "-o", path("run.h5")});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_NE(result.out.find("down: "), std::string::npos) << result.out;
+  EXPECT_NE(result.out.find("recording: 242 bytes a tick"), std::string::npos) << result.out;
+  const CommandResult replay = run_command({"tool", path("run.h5"), "--replay"});
+  EXPECT_EQ(replay.exit_code, 0) << replay.out << replay.err;
+  EXPECT_NE(replay.out.find("500 ticks, 0 different"), std::string::npos) << replay.out;
+  const CommandResult words = run_command({"info", path("run.h5")});
+  EXPECT_NE(words.out.find("500 in 0.5 s, 242 bytes each"), std::string::npos) << words.out;
+  const auto json = nlohmann::json::parse(run_command({"info", path("run.h5"), "--json"}).out);
+  EXPECT_EQ(json.at("ticks"), 500);
+  EXPECT_TRUE(json.at("is_complete"));
+  EXPECT_EQ(json.at("obstacles").at(1).at("name"), "vessel");
+  EXPECT_GE(json.at("obstacles").at(1).at("least_clearance"), 2);
+}
+
+// A reader that shares no code with the library.
+TEST_F(ToolCommand, ARecordingIsATableInPython) {
+  const std::string python = "/usr/bin/python3";
+  if (std::system((python + " -c 'import h5py' 2> /dev/null").c_str()) != 0) {
+    GTEST_SKIP() << "runs where h5py is installed: bash .ci/install.sh test";
+  }
+  ASSERT_EQ(run({"--seconds", "0.3", "-o", path("run.h5")}).exit_code, 0);
+  const std::string script =
+      "import h5py, sys\n"
+      "with h5py.File(sys.argv[1], 'r', swmr=True) as run:\n"
+      "  t = run['ticks'][:]\n"
+      "  print(len(t), repr(float(t['tool_p'][-1, 2])), t['lower'].shape[1])\n";
+  const std::string command = python + " " + directory_.write("read.py", script).string() + " " +
+                              path("run.h5") + " > " + path("out.txt");
+  ASSERT_EQ(std::system(command.c_str()), 0);
+  std::istringstream words(testing::TemporaryDirectory::read(path("out.txt")));
+  std::size_t ticks = 0, obstacles = 0;
+  Scalar height = 0;
+  words >> ticks >> height >> obstacles;
+  const ToolRecordingReader reader(path("run.h5"));
+  EXPECT_EQ(ticks, 300u);
+  EXPECT_EQ(obstacles, 2u);
+  EXPECT_EQ(height, reader.ticks(299, 1)[0].tool.X_WT.translation().z());
+}
+
+// The device of a scene is replaced by messages; the tool's pose and force come back.
+TEST_F(ToolCommand, FollowsADeviceOverUdp) {
+  TransformLink receiver(0);
+  const std::uint16_t port = TransformLink(0).port();  // free again
+  const Vector3 place(3, -2, 78);
+  std::atomic<bool> is_done{false};
+  bool is_answered = false;
+  std::thread device([&] {
+    TransformLink sender(0);
+    while (!is_done) {
+      sender.send("127.0.0.1", port, {"Device", RigidPose(place)});
+      const auto message = receiver.receive();
+      is_answered |= message && (message->name == "Tool" || message->name == "Force");
+      std::this_thread::sleep_for(std::chrono::microseconds(300));
+    }
+  });
+  const CommandResult result =
+      run({"--seconds", "1", "--device", std::to_string(port), "--send",
+           "127.0.0.1:" + std::to_string(receiver.port()), "-o", path("run.h5")});
+  is_done = true;
+  device.join();
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_TRUE(is_answered);
+  const ToolRecordingReader reader(path("run.h5"));
+  const RecordedTick last = reader.ticks(reader.tick_count() - 1, 1)[0];
+  EXPECT_EQ(last.device.p_WD, place);
+  EXPECT_LT((last.tool.X_WT.translation() - place).norm(), 0.1);
+}
+
+TEST_F(ToolCommand, RefusesWhatItCannotUse) {
+  const auto error_of = [](const CommandResult& result) {
+    EXPECT_EQ(result.exit_code, 2);
+    return result.err;
+  };
+  EXPECT_NE(error_of(run({"--send", "nowhere"})).find("ADDRESS:PORT"), std::string::npos);
+  EXPECT_NE(error_of(run({"--send", "nowhere:5"})).find("IPv4"), std::string::npos);
+  EXPECT_NE(error_of(run({"--replay"})).find("scene.json"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace dyop
