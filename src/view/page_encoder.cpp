@@ -175,6 +175,25 @@ Json marks_json(const std::vector<PageMark>& marks) {
   return list;
 }
 
+// What ties bodies, as in the scene file.
+Json links_json(const std::string& scene_file) {
+  Json links = Json::object();
+  const Json scene = Json::parse(scene_file, nullptr, false);
+  if (!scene.is_object()) return links;
+  const auto take = [&](const char* name, const char* place) {
+    const Json::json_pointer pointer(place);
+    if (scene.contains(pointer)) links[name] = scene.at(pointer);
+  };
+  take("joints", "/joints");
+  take("springs", "/forces/springs");
+  if (!scene.contains("bodies") || !scene["bodies"].is_array()) return links;
+  for (const Json& body : scene["bodies"]) {
+    if (!body.is_object() || !body.contains("locked")) continue;
+    links["locked"][body.value("name", "")] = body["locked"];
+  }
+  return links;
+}
+
 Json body_json(const PageBody& body, std::size_t shape) {
   Json json{{"name", body.name},
             {"kind", word_of(body.kind)},
@@ -260,6 +279,9 @@ std::string PageEncoder::head() const {
               {"end", scene_.end_time},
               {"bodies", Json::array()},
               {"shapes", Json::array()}};
+  if (Json links = links_json(scene_.scene_file); !links.empty()) {
+    header["links"] = std::move(links);
+  }
   const int fineness = scene_.bodies.size() < kManyBodies ? kFine : kCoarse;
   std::map<const Shape*, std::size_t> numbers;
   for (const PageBody& body : scene_.bodies) {

@@ -66,6 +66,7 @@ PageScene scene_of(const RecordingReader& reader) {
   PageScene scene;
   scene.title = reader.header().title;
   scene.gravity_W = gravity_of(reader.header());
+  scene.scene_file = reader.header().scene;
   scene.begin_time = reader.interval().begin;
   scene.end_time = std::max(reader.header().end_time, reader.interval().end);
   for (const RecordedBody& body : reader.bodies()) {

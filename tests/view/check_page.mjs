@@ -144,7 +144,7 @@ async function checkImpacts(page) {
 async function checkPixels(page, t) {
   await page.evaluate((at) => {
     const {player} = window.dyop;
-    player.overlays.show = {contacts: false, witness: false, trails: false};
+    player.overlays.show = {};
     player.choose({});
     player.seek(at);
     player.draw();
@@ -190,6 +190,31 @@ async function checkPixels(page, t) {
   return checked;
 }
 
+// A joint's point, as drawn from either body, is one place; its key hides what is drawn.
+async function checkJoints(page) {
+  const {joints, off, drawn, hidden} = await page.evaluate(() => {
+    const {run, player} = window.dyop;
+    const {links} = player.overlays;
+    let worst = 0;
+    for (let k = 0; k <= 20; ++k) {
+      const t = run.begin + (k / 20) * (run.end - run.begin);
+      for (const [a, b] of links.jointEnds(t)) worst = Math.max(worst, Math.hypot(...a.map((x, i) => x - b[i])));
+    }
+    const count = () => {
+      player.draw();
+      return links.layers.joint.balls.list.length;
+    };
+    const shown = count();
+    player.overlays.show.joints = false;
+    const none = count();
+    player.overlays.show.joints = true;
+    return {joints: run.links.joints?.length ?? 0, off: worst, drawn: shown, hidden: none};
+  });
+  check(joints === (facts.joints ?? 0), `${joints} joints are known, not ${facts.joints ?? 0}`);
+  check(drawn === joints && hidden === 0, `${drawn} of ${joints} joints are drawn, ${hidden} when hidden`);
+  check(off < 1e-4, `the ends of a joint are drawn ${off} apart`);
+}
+
 async function checkPlay(page) {
   await page.keyboard.press('Home');
   const before = await page.evaluate(() => window.dyop.player.t);
@@ -231,6 +256,15 @@ async function checkLink(page) {
   const off = Math.hypot(...restored.map((x, k) => x - position[k])) / Math.hypot(...position);
   check(off < 1e-4, `the link restores the camera to ${off}`);
   await other.close();
+  // What is shown, too.
+  for (const key of [']', 'g', 'o', 't', 'c', 'y']) await page.keyboard.press(key);
+  const shown = () => {
+    const {chosen, view, coloring, overlays} = window.dyop.player;
+    return JSON.stringify([chosen.body.name, view, coloring, overlays.show]);
+  };
+  const again = await open(await page.evaluate(() => location.hash));
+  check(await again.evaluate(shown) === await page.evaluate(shown), 'the link restores what is shown');
+  await again.close();
 }
 
 try {
@@ -244,8 +278,9 @@ try {
   check(seen > 0, 'no body was seen');
   console.log(`${seen} bodies are seen where they are`);
   await page.evaluate(() => {
-    window.dyop.player.overlays.show = {contacts: true, witness: true, trails: false};
+    window.dyop.player.overlays.show = {contacts: true, witness: true, joints: true, trails: false};
   });
+  await checkJoints(page);
   await checkPlay(page);
   await checkLink(page);
 

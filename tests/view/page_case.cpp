@@ -34,6 +34,7 @@ nlohmann::json PageCase::facts(int count) const {
   std::uniform_int_distribution<std::size_t> any_body(0, scene.bodies.size() - 1);
   nlohmann::json facts;
   facts["end"] = end_time();
+  facts["joints"] = joints;
   facts["poses"] = nlohmann::json::array();
   for (int k = 0; k < count; ++k) {
     const Scalar t = any_time(random);
@@ -59,9 +60,11 @@ PageCase run_page_case(const Scene& scene, Scalar end_time) {
   World world = make_world(scene);
   PageCase result;
   result.scene = RunFollower::scene_of(world, scene.title, scene.options.gravity_W, scene.end_time);
+  result.scene.scene_file = scene.source;
   for (std::size_t k = 0; k < scene.bodies.size(); ++k) {
     result.scene.bodies[k].shape_name = scene.shape_names[k];
   }
+  result.joints = scene.joints.size();
   const PageEncoder encoder(result.scene);
   result.blocks.push_back(encoder.head());
   RunFollower follower(scene.options.gravity_W);

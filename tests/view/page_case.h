@@ -18,6 +18,7 @@ struct PageCase {
   std::vector<std::string> blocks;
   std::vector<CommittedStep> steps;
   std::vector<ImpactEvent> impacts;
+  std::size_t joints = 0;
 
   /// The pose of a body on the committed motion; for the page at an earlier step's end the later
   /// one counts.

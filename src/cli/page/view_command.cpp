@@ -98,6 +98,7 @@ ExitCode view_live(const ViewArguments& arguments) {
   World world = make_world(scene);
   PageScene page_scene =
       RunFollower::scene_of(world, scene.title, scene.options.gravity_W, scene.end_time);
+  page_scene.scene_file = scene.source;
   for (std::size_t k = 0; k < scene.bodies.size(); ++k) {
     page_scene.bodies[k].shape_name = scene.shape_names[k];
   }

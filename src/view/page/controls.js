@@ -3,6 +3,8 @@
 import {element} from './panel.js';
 import {kColorings} from './player.js';
 
+const kViews = ['wireframe', 'ghost', 'isolate'];
+const kShownFirst = ['contacts', 'witness', 'joints'];
 const kSpeeds = [1e-3, 0.01, 0.05, 0.1, 0.25, 0.5, 1, 2, 5, 10];
 
 function actionsOf(player) {
@@ -35,6 +37,7 @@ function actionsOf(player) {
     }},
     contacts: {keys: ['c'], words: 'Contacts, normals (green) and impulses (pink)', act: () => toggle('contacts')},
     witness: {keys: ['w'], words: 'Witness segment (blue) and pivot of the nearest pair', act: () => toggle('witness')},
+    joints: {keys: ['j'], words: 'Joints (purple), springs (teal), axes of locked bodies', act: () => toggle('joints')},
     trails: {keys: ['t'], words: 'Trails', act: () => toggle('trails')},
     wireframe: {keys: ['x'], words: 'Wireframe, of the chosen body or of all', act: () => player.setView('wireframe')},
     ghost: {keys: ['g'], words: 'Ghosts: what is not chosen is see-through', act: () => player.setView('ghost')},
@@ -61,7 +64,7 @@ function actionsOf(player) {
       player.onResize();
     }},
     theme: {keys: ['d'], words: 'Dark or light', act: () => player.setTheme(stage.theme === 'dark' ? 'light' : 'dark')},
-    link: {keys: ['y'], words: 'Put time and camera into the address, to be copied', act: () => writeLink(player)},
+    link: {keys: ['y'], words: 'Put time, camera and what is shown into the address, to be copied', act: () => writeLink(player)},
     help: {keys: ['?', 'h'], words: 'This list', act: () => document.getElementById('help').showModal()},
   };
 }
@@ -78,8 +81,27 @@ function writeLink(player) {
   const {camera, controls} = player.stage;
   const numbers = [...camera.position.toArray(), ...controls.target.toArray()];
   const camera_text = numbers.map((x) => Number(x.toPrecision(6))).join(',');
-  history.replaceState(null, '', `#t=${player.t}&cam=${camera_text}`);
+  const {chosen, view, coloring, overlays} = player;
+  const more = new URLSearchParams();
+  if (chosen.body) more.set('body', chosen.body.name);
+  if (view) more.set('view', view);
+  if (coloring !== 'body') more.set('color', coloring);
+  const shown = Object.keys(overlays.show).filter((name) => overlays.show[name]).join(',');
+  if (shown !== kShownFirst.join(',')) more.set('show', shown);
+  const rest = more.size > 0 ? `&${more}` : '';
+  history.replaceState(null, '', `#t=${player.t}&cam=${camera_text}${rest}`);
   navigator.clipboard?.writeText(location.href).catch(() => {});
+}
+
+function readChoice(player, link) {
+  const {run, overlays} = player;
+  const body = run.bodies.find(({name}) => name === link.get('body'));
+  if (body) player.choose({body});
+  if (kViews.includes(link.get('view')) && player.view !== link.get('view')) player.setView(link.get('view'));
+  if (kColorings.includes(link.get('color'))) player.coloring = link.get('color');
+  if (!link.has('show')) return;
+  const shown = link.get('show').split(',');
+  for (const name of Object.keys(overlays.show)) overlays.show[name] = shown.includes(name);
 }
 
 export function readLink(player) {
@@ -88,8 +110,10 @@ export function readLink(player) {
   if (camera?.length === 6 && camera.every(Number.isFinite)) {
     player.stage.camera.position.fromArray(camera, 0);
     player.stage.controls.target.fromArray(camera, 3);
+    player.stage.isFramed = false;
     player.stage.controls.update();
   }
+  readChoice(player, link);
   const t = Number(link.get('t') ?? NaN);
   if (Number.isFinite(t)) player.seek(t);
   if (link.get('theme')) player.setTheme(link.get('theme') === 'dark' ? 'dark' : 'light');
@@ -125,6 +149,8 @@ function addButtons(player, actions) {
   document.getElementById('tools').append(
     button('contacts', 'Contacts', () => player.overlays.show.contacts),
     button('witness', 'Nearest', () => player.overlays.show.witness),
+    ...(Object.keys(player.run.links).length > 0
+      ? [button('joints', 'Joints', () => player.overlays.show.joints)] : []),
     button('trails', 'Trails', () => player.overlays.show.trails),
     button('wireframe', 'Wire', () => player.view === 'wireframe'),
     button('ghost', 'Ghost', () => player.view === 'ghost'),

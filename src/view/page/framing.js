@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Where the camera stands so that what happens fills the picture.
 import * as THREE from 'three';
+import {jointPoints} from './links.js';
 
 const kTimes = 24;
 const kMostPlaces = 6000;
@@ -65,15 +66,16 @@ const sizeOf = (balls) => boxOf(balls).getSize(new THREE.Vector3()).length();
 // Balls that the picture should hold: of moving bodies over time, and of small fixed bodies they hit.
 // What flies off after the last pair has met for the first time may leave the picture.
 export function ballsToFrame(run, shapes) {
-  const moving = run.bodies.filter((body) => body.kind === 'dynamic');
+  const moving = run.movers;
   let kept = ballsUntil(run, shapes, moving, run.end);
   const met = run.lastMeeting() + kAfterMeeting * (run.end - run.begin);
   if (met > run.begin && met < run.end) {
     const early = ballsUntil(run, shapes, moving, met);
     if (sizeOf(kept) > kFarOff * sizeOf(early)) kept = early;
   }
-  const fixed = run.bodies.filter((body) => body.kind !== 'dynamic' && run.isPresent(body, run.begin) &&
+  const fixed = run.bodies.filter((body) => !body.isMover && run.isPresent(body, run.begin) &&
     (moving.length === 0 || (!body.isGround && run.meets(body))));
+  kept.push(...jointPoints(run).map((p) => ({center: new THREE.Vector3(...p), radius: 0})));
   kept.push(...fixed.map((body) => ballOf(run, shapes, body, run.begin)));
   return kept.length > 0 ? kept : [{center: new THREE.Vector3(), radius: 1}];
 }

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What a debugger draws over the bodies: contacts with normals and impulses, the witness segment and
-// pivot of the nearest pair, trails.
+// pivot of the nearest pair, joints, trails.
 import * as THREE from 'three';
+import {Links} from './links.js';
+import {Arrows, Lines} from './marks.js';
 
 const kColors = {normal: 0x2f9e44, impulse: 0xd6336c, witness: 0x2563eb, pivot: 0xc2410c};
 const kTrailSamples = 160;
@@ -10,85 +12,6 @@ const kMostArrows = 4000;
 // Of the camera's distance: radius of the rods, of the pivot.
 const kThickness = 1.1e-3;
 const kPivotSize = 5e-3;
-
-class Lines {
-  constructor(scene, color, options = {}) {
-    this.geometry = new THREE.BufferGeometry();
-    this.lines = new THREE.LineSegments(
-      this.geometry, new THREE.LineBasicMaterial({color, depthTest: false, transparent: true,
-                                                  ...options}));
-    this.lines.frustumCulled = false;
-    this.lines.renderOrder = 2;
-    scene.add(this.lines);
-    this.points = [];
-  }
-  clear() {
-    this.points.length = 0;
-  }
-  segment(a, b) {
-    this.points.push(a[0], a[1], a[2], b[0], b[1], b[2]);
-  }
-  commit() {
-    this.lines.visible = this.points.length > 0;
-    if (!this.lines.visible) return;
-    this.geometry.setAttribute('position', new THREE.Float32BufferAttribute(this.points, 3));
-  }
-}
-
-const kAlong = new THREE.Vector3(0, 1, 0);
-
-// Rods with a tip, seen through everything: one instanced mesh for the rods and one for the tips.
-class Arrows {
-  constructor(scene, color) {
-    this.scene = scene;
-    this.material = new THREE.MeshBasicMaterial({color, depthTest: false, transparent: true});
-    this.rod = new THREE.CylinderGeometry(1, 1, 1, 6).translate(0, 0.5, 0);
-    this.tip = new THREE.ConeGeometry(1, 1, 8).translate(0, 0.5, 0);
-    this.list = [];
-    this.room = 0;
-  }
-  clear() {
-    this.list.length = 0;
-  }
-  add(from, vector) {
-    if (Math.hypot(...vector) > 0) this.list.push({from, vector});
-  }
-  #grow() {
-    if (this.list.length <= this.room) return;
-    this.room = 2 * this.list.length;
-    for (const mesh of this.meshes ?? []) this.scene.remove(mesh), mesh.dispose();
-    this.meshes = [this.rod, this.tip].map((geometry) => {
-      const mesh = new THREE.InstancedMesh(geometry, this.material, this.room);
-      mesh.frustumCulled = false;
-      mesh.renderOrder = 2;
-      this.scene.add(mesh);
-      return mesh;
-    });
-  }
-  // `thickness` is the radius of the rods, in the world.
-  commit(thickness) {
-    this.#grow();
-    if (!this.meshes) return;
-    const matrix = new THREE.Matrix4();
-    const turn = new THREE.Quaternion();
-    const [from, along, scale] = [0, 1, 2].map(() => new THREE.Vector3());
-    this.list.forEach((arrow, k) => {
-      along.fromArray(arrow.vector);
-      const length = along.length();
-      turn.setFromUnitVectors(kAlong, along.divideScalar(length));
-      const tip = Math.min(8 * thickness, 0.5 * length);
-      from.fromArray(arrow.from);
-      this.meshes[0].setMatrixAt(k, matrix.compose(from, turn, scale.set(thickness, length - tip, thickness)));
-      from.addScaledVector(along, length - tip);
-      this.meshes[1].setMatrixAt(k, matrix.compose(from, turn, scale.set(0.36 * tip, tip, 0.36 * tip)));
-    });
-    for (const mesh of this.meshes) {
-      mesh.count = this.list.length;
-      mesh.visible = mesh.count > 0;
-      mesh.instanceMatrix.needsUpdate = true;
-    }
-  }
-}
 
 function median(values) {
   const sorted = [...values].sort((a, b) => a - b);
@@ -116,8 +39,9 @@ export class Overlays {
     this.pivot.frustumCulled = false;
     this.pivot.renderOrder = 3;
     stage.scene.add(this.pivot);
-    this.show = {contacts: true, witness: true, trails: false};
-    const moving = this.run.bodies.filter((body) => body.kind === 'dynamic');
+    this.show = {contacts: true, witness: true, joints: true, trails: false};
+    const moving = this.run.movers;
+    this.links = new Links(stage);
     this.bodyRadius = median(moving.map((body) => body.radius)) ?? Infinity;
     this.ordinary = new Map();
   }
@@ -142,6 +66,7 @@ export class Overlays {
     this.#nearest(t, impacts);
     this.pivot.scale.setScalar(kPivotSize * distance);
     if (this.show.trails) this.#trails(t, chosen);
+    this.links.update(t, this.show.joints, kThickness * distance);
     this.normals.commit(0.6 * kThickness * distance);
     this.impulses.commit(kThickness * distance);
     for (const lines of [this.witness, this.trails]) lines.commit();
@@ -190,7 +115,7 @@ export class Overlays {
     const span = this.run.end - this.run.begin;
     const begin = Math.max(this.run.begin, t - 0.35 * span);
     const bodies = chosen ? [chosen]
-      : this.run.bodies.filter((body) => body.kind === 'dynamic').slice(0, kMostTrails);
+      : this.run.movers.slice(0, kMostTrails);
     for (const body of bodies) {
       let last;
       for (let k = 0; k <= kTrailSamples; ++k) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The panel beside the picture: data of what is chosen, lists of events and bodies.
+import {tiesOf} from './links.js';
 
 export function element(tag, attributes = {}, ...children) {
   const node = document.createElement(tag);
@@ -67,6 +68,7 @@ export class Panel {
         ['Speed', number(Math.hypot(...v))],
         body.kind === 'dynamic' && ['Sleeps', this.run.isAsleep(body, t) ? 'yes' : 'no'],
         ['Contacts', String(touching.length)],
+        ...tiesOf(this.run, body).map((words, k) => [k === 0 ? 'Tied by' : '', words]),
       ]),
     ];
   }

@@ -84,6 +84,7 @@ export class Run {
   constructor(head) {
     this.title = head.title;
     this.gravity = head.gravity;
+    this.links = head.links ?? {};  // joints, springs and locked axes, as in the scene file
     this.begin = head.begin;
     this.end = head.begin;
     this.plannedEnd = head.end;
@@ -106,6 +107,10 @@ export class Run {
       state: newState(),
       stateTime: NaN,
     }));
+    // What is looked at: bodies moved by forces, or if there are none those on given motions.
+    const ofKind = (kind) => this.bodies.filter((body) => body.kind === kind);
+    this.movers = ofKind('dynamic').length > 0 ? ofKind('dynamic') : ofKind('kinematic');
+    for (const body of this.movers) body.isMover = true;
     const radii = this.bodies.filter(({kind}) => kind === 'dynamic').map(({radius}) => radius);
     const ordinary = radii.sort((a, b) => a - b)[Math.floor(radii.length / 2)] ?? Infinity;
     for (const body of this.bodies) {

@@ -16,6 +16,7 @@ const kManners = ['solid', 'ghost', 'wire'];
 const kMostTriangles = {software: 60000, hardware: 2000000};
 const kMostSightLines = 40;
 const kMostWallTriangles = 5000;
+const kWall = 0.3;      // of the size: the smallest radius of a fixed body that becomes see-through
 const kNearest = 2e-4;  // of the size: nearer, single precision would show
 
 // Slow is blue, fast is yellow.
@@ -30,7 +31,7 @@ export function heat(x, out = new THREE.Color()) {
 export function bodyColor(body, theme, out = new THREE.Color()) {
   if (body.color) return out.set(body.color);
   if (body.kind === 'static') return out.set((body.isGround ? kGround : kFixed)[theme]);
-  if (body.kind === 'kinematic') return out.set(kGiven[theme]);
+  if (!body.isMover) return out.set(kGiven[theme]);
   return out.set(kHues[body.number % kHues.length]);
 }
 
@@ -116,6 +117,7 @@ export class Stage {
     this.camera.up.copy(up);
     this.controls = new OrbitControls(this.camera, this.canvas);
     this.controls.enableDamping = false;
+    this.controls.addEventListener('start', () => (this.isFramed = false));
     this.controls.addEventListener('change', () => this.onChange?.());
   }
 
@@ -129,9 +131,12 @@ export class Stage {
     const axes = [new THREE.Vector3(1, 0, 0), new THREE.Vector3(0, 1, 0), new THREE.Vector3(0, 0, 1)]
       .filter((axis) => Math.abs(axis.dot(up)) < 0.7)
       .sort((a, b) => Math.abs(a.dot(half)) - Math.abs(b.dot(half)));
-    const front = axes[0].clone().cross(up).dot(axes[1]) < 0 ? axes[0] : axes[0].clone().negate();
-    const direction = front.clone().addScaledVector(axes[1], 0.55).addScaledVector(up, 0.38).normalize();
-    const {position, target, box: seen} = fit(balls, direction, up, this.camera.fov, this.camera.aspect);
+    const right = axes[0].clone().cross(up).dot(axes[1]) < 0 ? 1 : -1;
+    const [front, {position, target, box: seen}] = this.#openView([right, -right].map((sign) => {
+      const way = axes[0].clone().multiplyScalar(sign);
+      const toward = way.clone().addScaledVector(axes[1], 0.55 * sign * right).addScaledVector(up, 0.38);
+      return [way, fit(balls, toward.normalize(), up, this.camera.fov, this.camera.aspect)];
+    }));
     this.camera.position.copy(position);
     this.controls.target.copy(target);
     const center = seen.getCenter(new THREE.Vector3());
@@ -148,6 +153,7 @@ export class Stage {
     this.sun.shadow.normalBias = 2e-3 * this.size;
     shadow.updateProjectionMatrix();
     this.controls.update();
+    this.isFramed = true;
   }
 
   setTheme(theme) {
@@ -163,8 +169,11 @@ export class Stage {
     if (clientWidth === 0 || clientHeight === 0) return;
     this.renderer.setPixelRatio(ratio);
     this.renderer.setSize(clientWidth, clientHeight, false);
-    this.camera.aspect = clientWidth / clientHeight;
+    const aspect = clientWidth / clientHeight;
+    const isNew = aspect !== this.camera.aspect;
+    this.camera.aspect = aspect;
     this.camera.updateProjectionMatrix();
+    if (isNew && this.isFramed) this.frame();
   }
 
   // Puts every body where it is at time t.
@@ -198,32 +207,55 @@ export class Stage {
     }
   }
 
+  // Of two views from opposite sides the first, unless fixed bodies hide much less in the other.
+  #openView(views) {
+    const {begin, end} = this.run;
+    const hiding = views.map(([, {position}]) => [0.1, 0.3, 0.5, 0.7, 0.9].reduce((sum, part) => {
+      const t = begin + part * (end - begin);
+      return sum + this.#inTheWay(this.#wallsAt(t), position, t).count;
+    }, 0));
+    return views[hiding[1] < 0.5 * hiding[0] ? 1 : 0];
+  }
+
+  #wallsAt(t) {
+    return this.run.bodies.filter((body) => !body.isMover && this.run.isPresent(body, t) &&
+      this.run.surfaces[body.shape].indices.length < 3 * kMostWallTriangles);
+  }
+
   // Large fixed bodies that hide what moves, such as the near wall of a pit, become see-through.
   uncover(t) {
-    const walls = this.run.bodies.filter((body) => body.kind !== 'dynamic' &&
-      body.radius > 0.5 * this.size && this.run.isPresent(body, t) &&
-      this.run.surfaces[body.shape].indices.length < 3 * kMostWallTriangles);
-    const moving = this.run.bodies.filter((body) => body.kind === 'dynamic');
+    const walls = this.#wallsAt(t).filter(({radius}) => radius > kWall * this.size);
+    return this.#inTheWay(walls, this.camera.position, t).walls;
+  }
+
+  // Which walls are before the moving bodies, seen from a place, and how many sight lines they block.
+  #inTheWay(walls, place, t) {
+    const moving = this.run.movers;
     const every = Math.max(1, Math.ceil(moving.length / kMostSightLines));
     const hidden = new Set();
+    let count = 0;
     const ray = new THREE.Raycaster();
     const probe = new THREE.Mesh(undefined, new THREE.MeshBasicMaterial({side: THREE.DoubleSide}));
     for (let k = 0; k < moving.length; k += every) {
       const center = new THREE.Vector3(...this.run.state(moving[k], t).p);
-      const distance = center.distanceTo(this.camera.position);
-      ray.set(this.camera.position, center.sub(this.camera.position).normalize());
+      const distance = center.distanceTo(place);
+      ray.set(place, center.sub(place).normalize());
       ray.far = distance - moving[k].radius;
+      let isHidden = false;
       for (const wall of walls) {
-        if (hidden.has(wall) || ray.far <= 0) continue;
+        if (ray.far <= 0 || (isHidden && hidden.has(wall))) continue;
         const {p, q} = this.run.state(wall, t);
         probe.geometry = this.shapes[wall.shape].geometry;
         probe.position.set(...p);
         probe.quaternion.set(...q);
         probe.updateMatrixWorld();
-        if (ray.intersectObject(probe, false).length > 0) hidden.add(wall);
+        if (ray.intersectObject(probe, false).length === 0) continue;
+        hidden.add(wall);
+        isHidden = true;
       }
+      count += isHidden;
     }
-    return hidden;
+    return {walls: hidden, count};
   }
 
   // A frame around the box of one body.
@@ -257,6 +289,7 @@ export class Stage {
 
   // Moves the camera along with what it looks at.
   shift(offset) {
+    this.isFramed = false;
     this.camera.position.add(offset);
     this.controls.target.add(offset);
     this.controls.update();
@@ -264,6 +297,7 @@ export class Stage {
 
   // Goes to the middle of a gap, and looks along it, as near as its width asks for.
   closeUp(pa, pb, width) {
+    this.isFramed = false;
     const [from, to] = [new THREE.Vector3(...pa), new THREE.Vector3(...pb)];
     const across = to.clone().sub(from).normalize();
     const direction = this.camera.position.clone().sub(this.controls.target).normalize();
