@@ -6,6 +6,7 @@
 #include "core/assert.h"
 #include "distance/distance_check.h"
 #include "distance/distance_traversal.h"
+#include "distance/distance_until.h"
 #include "distance/enclosure.h"
 #include "distance/pivot_seed.h"
 #include "dyop/distance/penetration.h"
@@ -88,6 +89,21 @@ DistanceResult distance(const Shape& a, const RigidPose& X_WA, const Shape& b,
 }
 
 namespace internal {
+
+std::optional<DistanceResult> distance_until(const Shape& a, const RigidPose& X_WA, const Shape& b,
+                                             const RigidPose& X_WB, const DistanceOptions& options,
+                                             DistanceCache& cache, Interrupt& interrupt) {
+  constexpr std::int64_t kPortion = 8;
+  bool is_through = false;
+  const auto search = [&](DistanceTraversal& traversal, const auto&...) {
+    if (cache.nearest) traversal.seed(cache.nearest->a, cache.nearest->b);
+    traversal.start();
+    while (!is_through && !interrupt.is_over()) is_through = traversal.run_portion(kPortion);
+  };
+  const DistanceResult result = query(a, X_WA, b, X_WB, options, cache, search);
+  if (!is_through) return std::nullopt;
+  return result;
+}
 
 DistanceResult seeded_distance(const Shape& a, const RigidPose& X_WA, const Shape& b,
                                const RigidPose& X_WB, const DistanceOptions& options,

@@ -14,7 +14,7 @@ namespace dyop::internal {
 class Interruption {
  public:
   /// How often the clock and the stop token are checked, in node pairs.
-  static constexpr std::int64_t kPollInterval = 64;
+  static constexpr std::int64_t kPollInterval = 16;
 
   explicit Interruption(const ToiOptions& options) : options_(options) {}
 

@@ -18,6 +18,9 @@ namespace {
 constexpr Scalar kConeSine = 0.02;
 constexpr Scalar kBorderSine = 1e-3;
 
+// A motion is long if it is longer than this part of a body's thickness.
+constexpr Scalar kThicknesses = 8;
+
 // The tolerance for one side of a pair of features. Unless a vertex is over a face or two edges
 // cross, the normal tilts with every sideways shift.
 Scalar sine_for(const PieceDistance& pair) {
@@ -111,7 +114,8 @@ Vector3 DeformingObstacle::velocity_at(std::int32_t triangle, const Vector3& p_W
   return sum;
 }
 
-// The triangles that neither their distance nor their places at both ends prove apart.
+// The pairs that neither their distance nor their places at both ends prove apart: triangles, and
+// of a long motion boxes too, since all triangles that it could reach would be too many.
 bool DeformingObstacle::find_suspects(const CorePiece& piece, const BodyMotion& motion,
                                       const Approach& approach, WorkClock& clock, PairFront& front,
                                       std::vector<BoxPair>& suspects) const {
@@ -119,15 +123,24 @@ bool DeformingObstacle::find_suspects(const CorePiece& piece, const BodyMotion& 
   const StandingPair sides(shown(), fraction_, piece.mesh, motion.X_WB.pose(0));
   const ChordGap chord(shown(), {fraction_, fraction_after(motion.duration)}, piece.mesh,
                        motion.X_WB, motion.duration);
-  const Scalar reach = approach.far + motion.displacement;
-  return front.refine(
-      sides, reach, [&] { return clock.is_over_small(); },
-      [&](const PieceDistance& found, std::int32_t a, std::int32_t b) {
+  const Scalar far = approach.far + motion.displacement;
+  const Scalar reach = std::min(far, approach.far + motion.body.thickness / kThicknesses);
+  const auto is_over = [&] { return clock.is_over_small(); };
+  const bool is_through = front.refine(
+      sides, reach, is_over, [&](const PieceDistance& found, std::int32_t a, std::int32_t b) {
         const bool is_apart =
             found.lower > 0 &&
             chord.least(sides.a.triangle(a), sides.b.triangle(b), found.nhat_AB) > approach.near;
         if (!is_apart) suspects.push_back({0, a, b});
         return reach;
+      });
+  if (!is_through || reach == far) return is_through;
+  const StandingPair sides_after(shown(), fraction_after(motion.duration), piece.mesh,
+                                 motion.X_WB.pose(motion.duration));
+  return front.for_each_between(
+      reach, far, is_over, [&](std::int32_t a, std::int32_t b, const Vector3& n_W) {
+        const bool is_apart = chord.least_of_boxes(sides, sides_after, a, b, n_W) > approach.near;
+        if (!is_apart) suspects.push_back({0, a, b});
       });
 }
 
@@ -262,26 +275,6 @@ PairDistance DeformingObstacle::measure(const ToolBody& body, const RigidPose& X
          least);
   }
   return least;
-}
-
-bool DeformingObstacle::renew(const ToolBody& body, const RigidPose& X_WB, const DistanceWish& wish,
-                              int budget, WorkClock& clock, PairMemory& kept) const {
-  const auto is_over = [&] { return budget-- <= 0 || clock.is_over_small(); };
-  for (std::size_t k = 0; k < kept.size(); ++k) {
-    PairFront& next = kept[k].next;
-    PieceDistance best;
-    next.seed(kept[k].front.nearest());
-    const StandingPair sides(shown(), fraction_, body.pieces[k].mesh, X_WB);
-    if (!next.find_nearest(sides, wish.farthest + body.pieces[k].radius, wish.allowed, is_over,
-                           kept[k].cache.stack, best)) {
-      return false;
-    }
-  }
-  for (PieceMemory& memory : kept) {
-    std::swap(memory.front, memory.next);
-    memory.next.restart();
-  }
-  return true;
 }
 
 PairDistance DeformingObstacle::measure_at(const ToolBody& body, const RigidPose& X_WB,

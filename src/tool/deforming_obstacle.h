@@ -40,8 +40,6 @@ class DeformingObstacle final : public Obstacle {
                  std::vector<HoldPoint>& holds) const override;
   PairDistance measure(const ToolBody& body, const RigidPose& X_WB, const DistanceWish& wish,
                        WorkClock& clock, PairMemory& kept) const override;
-  bool renew(const ToolBody& body, const RigidPose& X_WB, const DistanceWish& wish, int budget,
-             WorkClock& clock, PairMemory& kept) const override;
   PairDistance measure_at(const ToolBody& body, const RigidPose& X_WB,
                           PairMemory& kept) const override;
   std::int64_t snapshots_seen() const override { return snapshots_seen_; }

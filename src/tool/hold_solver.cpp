@@ -104,9 +104,13 @@ void HoldSolver::add_hold(const StepGoal& goal, const Obstacle& obstacle, const 
   problem_.contacts.push_back(contact);
 }
 
-bool HoldSolver::run(const StepGoal& goal) {
+bool HoldSolver::run(const StepGoal& goal, WorkClock& clock) {
   ContactSolverOptions options;
   options.tolerance = goal.tolerance;
+  options.interrupt = &clock;
+  // What these do not solve asks for what is impossible; more work hardly ever helps.
+  options.cascade_rounds = 1;
+  options.admm_limit = 0;
   return solver_.solve(problem_, options).status == ContactStatus::Converged;
 }
 
@@ -123,18 +127,19 @@ ToolStep HoldSolver::read_step(const StepGoal& goal) const {
 
 ToolStep HoldSolver::solve(const StepGoal& goal,
                            std::span<const std::unique_ptr<Obstacle>> obstacles,
-                           std::vector<HoldPoint>& holds) {
+                           std::vector<HoldPoint>& holds, WorkClock& clock) {
   place_bodies(goal);
   for (const HoldPoint& hold : holds) add_hold(goal, *obstacles[hold.obstacle], hold);
-  if (!run(goal)) {
+  if (!run(goal, clock) && !clock.cutoff()) {
     // Demands that gaps grow can contradict each other; that none shrinks can always be met.
     bool is_eased = false;
     for (PointContact& contact : problem_.contacts) {
       is_eased |= contact.target > 0;
       contact.target = std::min(contact.target, Scalar{0});
     }
-    if (is_eased) run(goal);
+    if (is_eased) run(goal, clock);
   }
+  if (clock.cutoff()) return {};
   for (std::size_t k = 0; k < holds.size(); ++k) {
     holds[k].impulse_W = problem_.contacts[k].impulse_W;
   }

@@ -30,15 +30,15 @@ class HoldSolver {
   HoldSolver(const CouplingOptions& coupling, std::span<const ToolHinge> hinges,
              std::span<const ToolBody> bodies, std::size_t most_contacts);
 
-  /// Writes the impulses into `holds`.
+  /// Writes the impulses into `holds`, unless the clock runs out; then the step is worth nothing.
   ToolStep solve(const StepGoal& goal, std::span<const std::unique_ptr<Obstacle>> obstacles,
-                 std::vector<HoldPoint>& holds);
+                 std::vector<HoldPoint>& holds, WorkClock& clock);
 
  private:
   void place_bodies(const StepGoal& goal);
   void add_hold(const StepGoal& goal, const Obstacle& obstacle, const HoldPoint& hold);
   void add_hinge(const StepGoal& goal, std::size_t number);
-  bool run(const StepGoal& goal);
+  bool run(const StepGoal& goal, WorkClock& clock);
   ToolStep read_step(const StepGoal& goal) const;
   std::size_t body_of(const HoldPoint& hold) const;
 

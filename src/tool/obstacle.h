@@ -35,7 +35,6 @@ struct HoldPoint {
 struct PieceMemory {
   DistanceCache cache;
   PairFront front;
-  PairFront next;  ///< is built a little in every tick, and then takes the place of the other
 };
 /// For a body and an obstacle: one for each piece of the body.
 using PairMemory = std::vector<PieceMemory>;
@@ -117,14 +116,6 @@ class Obstacle {
   virtual PairDistance measure(const ToolBody& body, const RigidPose& X_WB,
                                const DistanceWish& wish, WorkClock& clock,
                                PairMemory& kept) const = 0;
-  /// Goes on with the next fronts of the pair for at most `budget` small pieces of work: a front
-  /// only ever becomes finer, so that one that was near the obstacle is slow far from it.
-  /// @return Whether they have taken their place.
-  virtual bool renew(const ToolBody& /*body*/, const RigidPose& /*X_WB*/,
-                     const DistanceWish& /*wish*/, int /*budget*/, WorkClock& /*clock*/,
-                     PairMemory& /*kept*/) const {
-    return true;
-  }
   /// Bounds for a pose where the body is not, only supposed to be.
   virtual PairDistance measure_at(const ToolBody& body, const RigidPose& X_WB,
                                   PairMemory& kept) const = 0;

@@ -15,7 +15,7 @@ namespace {
 constexpr Scalar kToleranceShare = 0.3;
 
 // Tolerance of the solve as a fraction of the standoff.
-constexpr Scalar kSolveShare = 1e-3;
+constexpr Scalar kSolveShare = 1e-2;
 
 // A distance is measured again when its bounds are farther apart than this fraction of the standoff
 // and than the options allow.
@@ -23,9 +23,6 @@ constexpr Scalar kVagueShare = 0.25;
 
 // It is then measured to this fraction of what is allowed, so that it lasts a while.
 constexpr Scalar kMeasuredShare = 0.9;
-
-// Small pieces of work per tick for fronts that are built anew.
-constexpr int kRenewals = 32;
 
 // The first positions tried by an escape are this fraction of a body's thickness away; so many
 // are tried in a tick.
@@ -124,7 +121,7 @@ FollowReport Proxy::follow(const std::optional<ToolPose>& goal, Scalar dt, WorkC
       if (done < piece.duration) break;
     }
   };
-  look_for_escape(work);
+  look_for_escape(clock, work);
   const ToolPose wished = goal.value_or(pose_);
   goal_step_ = step_between(last_goal_.value_or(pose_), wished);
   last_goal_ = wished;
@@ -162,7 +159,8 @@ Scalar Proxy::move(const ToolPose& goal, const Piece& piece, WorkClock& clock, T
   Scalar best = 0;
   for (int attempt = 0; attempt < options_.max_attempts; ++attempt) {
     if (clock.is_over()) break;
-    if (!holds_.empty()) step = solve(step_goal, work);
+    if (!holds_.empty()) step = solve(step_goal, clock, work);
+    if (clock.cutoff()) break;
     const ToolMotion motion(pose_, step, piece.duration, hinges_);
     const Proof proof = prove(motion, piece.duration, clock, work, report);
     if (proof.t_safe > best) {
@@ -181,7 +179,7 @@ Scalar Proxy::move(const ToolPose& goal, const Piece& piece, WorkClock& clock, T
 }
 
 // Of the first pair that crosses; a failed search starts again, as tissue moves.
-void Proxy::look_for_escape(TickStatistics& work) {
+void Proxy::look_for_escape(WorkClock& clock, TickStatistics& work) {
   const auto crossing = std::find_if(pairs_.begin(), pairs_.end(),
                                      [](const PairState& pair) { return pair.is_overlapping; });
   if (crossing == pairs_.end()) return escape_.stop();
@@ -192,7 +190,7 @@ void Proxy::look_for_escape(TickStatistics& work) {
   }
   const Obstacle& obstacle = *obstacles_[crossing->obstacle];
   const RigidPose X_WB = body_pose(crossing->body);
-  for (int k = 0; k < kEscapesTried; ++k) {
+  for (int k = 0; k < kEscapesTried && !clock.is_over(); ++k) {
     escape_.try_next([&](const Vector3& moved) {
       ++work.distance_queries;
       const RigidPose X_WB_there =
@@ -220,10 +218,7 @@ void Proxy::commit(const ToolMotion& motion, Scalar t) {
     const Scalar vaguer = moved > 0 ? moved + kStepNoise * size : 0;
     pair.distance.lower = std::max(Scalar{0}, pair.distance.lower - vaguer);
     pair.distance.upper += vaguer;
-    for (PieceMemory& kept : pair.kept) {
-      kept.front.move(vaguer);
-      kept.next.move(vaguer);
-    }
+    for (PieceMemory& kept : pair.kept) kept.front.move(vaguer);
   }
   const ToolPose before = pose_;
   pose_ = motion.at(t);
@@ -350,17 +345,6 @@ void Proxy::measure(WorkClock& clock, TickStatistics& work) {
     });
     if (clock.cutoff()) return;
   }
-}
-
-void Proxy::renew(WorkClock& clock) {
-  if (clock.cutoff()) return;
-  PairState& pair = pairs_[renewed_ % pairs_.size()];
-  PairDistance least;
-  const DistanceWish wish = wish_for(pair.obstacle, least);
-  const bool is_done = obstacles_[pair.obstacle]->renew(
-      bodies_[pair.body], body_pose(pair.body), {wish.farthest, kMeasuredShare * wish.allowed},
-      kRenewals, clock, pair.kept);
-  if (is_done) renewed_ = (renewed_ + 1) % pairs_.size();
 }
 
 }  // namespace dyop::internal

@@ -58,8 +58,6 @@ class Proxy {
                       TickStatistics& work);
   /// Measures again the clearances whose bounds have become loose.
   void measure(WorkClock& clock, TickStatistics& work);
-  /// Spends a little time on what makes later ticks fast.
-  void renew(WorkClock& clock);
 
  private:
   /// A motion and how far it is proven.
@@ -77,13 +75,13 @@ class Proxy {
   Scalar move(const ToolPose& goal, const Piece& piece, WorkClock& clock, TickStatistics& work,
               FollowReport& report);
   Scalar stay(Scalar duration, WorkClock& clock, TickStatistics& work, FollowReport& report);
-  void look_for_escape(TickStatistics& work);
+  void look_for_escape(WorkClock& clock, TickStatistics& work);
   void gather_holds(const ToolStep& wish, const Piece& piece, WorkClock& clock);
   Scalar likely_step(const ToolBody& body, const ToolMotion& wished, Scalar duration) const;
   void thin_holds();
   void warm_start();
   Scalar bend_holds(const ToolMotion& motion, const ToolStep& step, Scalar duration);
-  ToolStep solve(const StepGoal& goal, TickStatistics& work);
+  ToolStep solve(const StepGoal& goal, WorkClock& clock, TickStatistics& work);
   void add_hit(const HoldPoint& hit);
   Proof prove(const ToolMotion& motion, Scalar duration, WorkClock& clock, TickStatistics& work,
               FollowReport& report);
@@ -101,7 +99,6 @@ class Proxy {
   std::vector<std::unique_ptr<Obstacle>> obstacles_;
   std::vector<ToolBody> bodies_;
   std::vector<PairState> pairs_;
-  std::size_t renewed_ = 0;  // number of the pair whose turn it is
   HoldSolver solver_;
   QueryMemory memory_;
   Escape escape_;

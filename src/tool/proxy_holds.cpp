@@ -9,7 +9,7 @@ namespace {
 
 // Holds are gathered up to this many standoffs beyond the rest gap, plus the tool's displacement,
 // up to the limit; the proof finds contacts farther away.
-constexpr Scalar kReach = 4;
+constexpr Scalar kReach = 1.5;
 constexpr Scalar kMostReach = 20;
 
 // Two holds closer than this many standoffs with nearly the same normal are one.
@@ -124,12 +124,13 @@ Scalar Proxy::bend_holds(const ToolMotion& motion, const ToolStep& step, Scalar 
   return change;
 }
 
-ToolStep Proxy::solve(const StepGoal& goal, TickStatistics& work) {
+ToolStep Proxy::solve(const StepGoal& goal, WorkClock& clock, TickStatistics& work) {
   constexpr int kMostBends = 2;
   ToolStep step;
   for (int k = 0; k <= kMostBends; ++k) {
-    step = solver_.solve(goal, obstacles_, holds_);
+    step = solver_.solve(goal, obstacles_, holds_, clock);
     ++work.solves;
+    if (clock.cutoff()) break;
     const ToolMotion motion(pose_, step, goal.duration, hinges_);
     if (bend_holds(motion, step, goal.duration) <= kBend * options_.standoff) break;
   }

@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
+
+#include "distance/distance_until.h"
 #include "dyop/motion/rest_motion.h"
 #include "tool/obstacle.h"
 
@@ -55,9 +58,8 @@ PairImpact RigidObstacle::first_impact(const BodyMotion& motion, const ToiOption
 void RigidObstacle::add_holds(const ToolBody& body, const RigidPose& X_WB, Scalar reach,
                               WorkClock& clock, PairMemory& /*kept*/, QueryMemory& memory,
                               std::vector<HoldPoint>& holds) const {
-  if (clock.is_over()) return;
   generate_contacts(*shape_, X_WA_, *body.shape, X_WB, reach, {}, memory.contact_workspace,
-                    memory.contacts);
+                    memory.contacts, &clock);
   for (const ContactPoint& contact : memory.contacts) {
     HoldPoint hold;
     hold.p_WA = contact.p_WCa;
@@ -69,10 +71,16 @@ void RigidObstacle::add_holds(const ToolBody& body, const RigidPose& X_WB, Scala
 }
 
 PairDistance RigidObstacle::measure(const ToolBody& body, const RigidPose& X_WB,
-                                    const DistanceWish& /*wish*/, WorkClock& clock,
+                                    const DistanceWish& wish, WorkClock& clock,
                                     PairMemory& kept) const {
-  if (clock.is_over()) return {};
-  return measure_at(body, X_WB, kept);
+  kept.resize(1);
+  DistanceOptions options;
+  options.absolute_tolerance = wish.allowed;
+  options.max_distance = std::max(Scalar{0}, wish.farthest - wish.allowed);
+  const auto result =
+      distance_until(*shape_, X_WA_, *body.shape, X_WB, options, kept[0].cache, clock);
+  if (!result) return {};
+  return {result->lower, result->upper, result->p_WCa, result->p_WCb};
 }
 
 PairDistance RigidObstacle::measure_at(const ToolBody& body, const RigidPose& X_WB,

@@ -169,7 +169,6 @@ const ToolTick& run_tick(SessionState& state, const DevicePose& device, Scalar d
   const FollowReport report =
       state.proxy.follow(is_valid ? goal : std::nullopt, passed, state.clock, tick.statistics);
   state.proxy.measure(state.clock, tick.statistics);
-  state.proxy.renew(state.clock);
   const Scalar late = passed - report.committed;
   const bool is_late = late > kTimeNoise * passed;
   state.time += passed;

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <optional>
 
+#include "dyop/core/interrupt.h"
 #include "dyop/toi/time_of_impact.h"
 #include "dyop/tool/tool_tick.h"
 
@@ -12,7 +13,7 @@ namespace dyop::internal {
 
 /// Decides where a tick ends early: at its deadline, or where an earlier run was cut off. Every
 /// call is a checkpoint; the order of the calls depends on the inputs alone.
-class WorkClock {
+class WorkClock final : public Interrupt {
  public:
   using Deadline = std::optional<std::chrono::steady_clock::time_point>;
 
@@ -20,7 +21,7 @@ class WorkClock {
   void start(const std::optional<TickCutoff>& cutoff);
 
   /// To be called before every stage.
-  bool is_over();
+  bool is_over() override;
   /// The same for small pieces of work, each shorter than reading the clock eight times: it is read
   /// for every eighth of them only.
   bool is_over_small();

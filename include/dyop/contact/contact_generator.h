@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "dyop/contact/contact_point.h"
+#include "dyop/core/interrupt.h"
 #include "dyop/core/rigid_pose.h"
 #include "dyop/geometry/shape.h"
 
@@ -53,9 +54,12 @@ class ContactWorkspace {
 ///
 /// @throws InvalidArgument if reach or an option is out of its range or NaN.
 /// Reads the shapes only; thread-safe for shared shapes. Allocates only while buffers grow.
-void generate_contacts(const Shape& a, const RigidPose& X_WA, const Shape& b, const RigidPose& X_WB,
+/// @param interrupt Asked after every few pairs of boxes; null: never.
+/// @return False if it said yes: then there are no contacts.
+bool generate_contacts(const Shape& a, const RigidPose& X_WA, const Shape& b, const RigidPose& X_WB,
                        Scalar reach, const ContactGeneratorOptions& options,
-                       ContactWorkspace& workspace, std::vector<ContactPoint>& contacts);
+                       ContactWorkspace& workspace, std::vector<ContactPoint>& contacts,
+                       Interrupt* interrupt = nullptr);
 
 /// The same with buffers of its own, for occasional use.
 std::vector<ContactPoint> generate_contacts(const Shape& a, const RigidPose& X_WA, const Shape& b,

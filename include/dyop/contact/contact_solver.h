@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "dyop/contact/contact_problem.h"
+#include "dyop/core/interrupt.h"
 
 namespace DYOP_EXPORT dyop {
 
@@ -29,6 +30,9 @@ struct ContactSolverOptions {
   int newton_limit = 100;     ///< of factorisations
   int admm_limit = 200;       ///< of iterations
   int cascade_rounds = 2;     ///< passes of ContactCascade over its solvers
+  /// Asked before every sweep, factorisation and iteration; once it says yes, what was found until
+  /// then is returned. Not owned; null: never.
+  Interrupt* interrupt = nullptr;
 };
 
 /// What a solver achieved. The residual is a velocity, length per time: the largest value over all

@@ -132,14 +132,14 @@ ContactPoint finished(const ContactQuery& query, const RigidPose& X_WA, const Fo
 void append_contacts(const Shape& a, std::int32_t piece_a, const RigidPose& X_WA, const Shape& b,
                      std::int32_t piece_b, const RigidPose& X_WB, Scalar reach,
                      const ContactGeneratorOptions& options, ContactWorkspace& workspace,
-                     std::vector<ContactPoint>& contacts) {
+                     std::vector<ContactPoint>& contacts, Interrupt* interrupt) {
   auto& [stack, found, is_double] = workspace.impl();
   ContactSurface surface_a(a);
   ContactSurface surface_b(b);
   const bool is_smooth = !surface_a.mesh || !surface_b.mesh;
   // Distances to a smooth core already include its radius.
   if (is_smooth) surface_a.radius = surface_b.radius = 0;
-  ContactQuery query{surface_a, surface_b, X_WA.inverse() * X_WB, {}, 0, 0, options};
+  ContactQuery query{surface_a, surface_b, X_WA.inverse() * X_WB, {}, 0, 0, options, interrupt};
   query.X_BA = query.X_AB.inverse();
   query.reach = reach + surface_a.radius + surface_b.radius;
   // The noise of the poses, and as much again for what is computed from posed points.
@@ -150,6 +150,7 @@ void append_contacts(const Shape& a, std::int32_t piece_a, const RigidPose& X_WA
   } else {
     internal::search_surfaces(query, stack, found);
   }
+  if (is_over(interrupt)) return;
   DoubleRemoval(query, is_double).run(found);
   for (const FoundContact& contact : found) {
     contacts.push_back(finished(query, X_WA, contact));
@@ -171,9 +172,10 @@ void for_each_piece(const Shape& shape, const Visit& visit) {
 
 }  // namespace
 
-void generate_contacts(const Shape& a, const RigidPose& X_WA, const Shape& b, const RigidPose& X_WB,
+bool generate_contacts(const Shape& a, const RigidPose& X_WA, const Shape& b, const RigidPose& X_WB,
                        Scalar reach, const ContactGeneratorOptions& options,
-                       ContactWorkspace& workspace, std::vector<ContactPoint>& contacts) {
+                       ContactWorkspace& workspace, std::vector<ContactPoint>& contacts,
+                       Interrupt* interrupt) {
   DYOP_REQUIRE(reach >= 0 && reach < kInfinity,
                "generate_contacts: reach must be finite and >= 0, not ", reach);
   require_sine("cone_tolerance", options.cone_tolerance);
@@ -182,13 +184,18 @@ void generate_contacts(const Shape& a, const RigidPose& X_WA, const Shape& b, co
   for_each_piece(a, [&](const Shape& piece_a, std::int32_t number_a) {
     for_each_piece(b, [&](const Shape& piece_b, std::int32_t number_b) {
       append_contacts(piece_a, number_a, X_WA, piece_b, number_b, X_WB, reach, options, workspace,
-                      contacts);
+                      contacts, interrupt);
     });
   });
+  if (is_over(interrupt)) {
+    contacts.clear();
+    return false;
+  }
   if (a.kind() == ShapeKind::Compound || b.kind() == ShapeKind::Compound) {
     std::sort(contacts.begin(), contacts.end(),
               [](const ContactPoint& x, const ContactPoint& y) { return x.key < y.key; });
   }
+  return true;
 }
 
 std::vector<ContactPoint> generate_contacts(const Shape& a, const RigidPose& X_WA, const Shape& b,

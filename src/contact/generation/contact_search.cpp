@@ -11,6 +11,9 @@
 namespace dyop::internal {
 namespace {
 
+// So that asking costs little.
+constexpr int kPairsBetweenPolls = 8;
+
 // The kinds of features below a box.
 struct Below {
   bool vertices = true;
@@ -41,7 +44,8 @@ void visit_leaf_pairs(const ShapeTree& tree_a, const ShapeTree& tree_b, const Co
   if (is_sought(ShapeTree::kRoot, ShapeTree::kRoot)) {
     stack.emplace_back(ShapeTree::kRoot, ShapeTree::kRoot);
   }
-  while (!stack.empty()) {
+  for (int popped = 0; !stack.empty(); ++popped) {
+    if (popped % kPairsBetweenPolls == 0 && is_over(query.interrupt)) return;
     const auto [box_a, box_b] = stack.back();
     stack.pop_back();
     if (tree_a.is_leaf(box_a) && tree_b.is_leaf(box_b)) {

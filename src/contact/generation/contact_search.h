@@ -36,9 +36,10 @@ struct ContactQuery {
   Scalar reach = 0;  ///< for the cores
   Scalar noise = 0;  ///< allowance for rounding in a distance, length
   ContactGeneratorOptions options;
+  Interrupt* interrupt = nullptr;
 };
 
-/// Appends the contacts of two surfaces with triangles.
+/// Appends the contacts of two surfaces with triangles; not all of them if it is interrupted.
 void search_surfaces(const ContactQuery& query, std::vector<TreeBoxPair>& stack,
                      std::vector<FoundContact>& found);
 

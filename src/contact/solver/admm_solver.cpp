@@ -138,11 +138,12 @@ void AdmmSolver::improve(internal::ContactSystem& system, const ContactSolverOpt
   constexpr int kCheckEvery = 5;     // the residual costs about half an iteration
   constexpr int kBalanceEvery = 20;  // a new penalty costs a factorisation
   constexpr Scalar kTooFar = 4;      // imbalance that calls for a new penalty
-  if (options.admm_limit == 0) return;
+  if (options.admm_limit == 0 || is_over(options.interrupt)) return;
   run_->begin(system);
   Scalar factor = kContactFirstPenalty;
   bool has_factor = run_->factorise(factor);
   for (int i = 1; i <= options.admm_limit && has_factor; ++i) {
+    if (is_over(options.interrupt)) break;
     ++report.admm_iterations;
     run_->iterate();
     if (i % kCheckEvery == 0 && run_->take_impulses() <= options.tolerance) break;

@@ -47,7 +47,7 @@ void ContactCascade::improve(internal::ContactSystem& system, const ContactSolve
       } else {
         restore(system, best_lambda_);
       }
-      if (best <= options.tolerance) return;
+      if (best <= options.tolerance || is_over(options.interrupt)) return;
     }
     if (!(best < before)) return;  // the next round would change nothing
   }

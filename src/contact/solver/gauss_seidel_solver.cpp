@@ -126,7 +126,7 @@ void GaussSeidelSolver::improve(ContactSystem& system, const ContactSolverOption
   const bool is_small = int(system.blocks().size()) <= options.few_contacts;
   const int limit = is_small ? options.few_sweep_limit : options.sweep_limit;
   memory_->begin(system);
-  for (int i = 0; i < limit; ++i) {
+  for (int i = 0; i < limit && !is_over(options.interrupt); ++i) {
     ++report.sweeps;
     memory_->keep(system);
     if (sweep(system) <= options.tolerance && system.residual() <= options.tolerance) return;

@@ -34,7 +34,7 @@ constexpr Scalar kDriftResidual = 1e-3;
 class NewtonRun {
  public:
   // Starts at the system's impulses.
-  void begin(ContactSystem& system, Scalar tolerance);
+  void begin(ContactSystem& system, const ContactSolverOptions& options);
 
   // Sets multipliers and shifts from the present y, and the penalty rho = factor / W_nn.
   void begin_outer(Scalar factor);
@@ -76,6 +76,7 @@ class NewtonRun {
 
   ContactSystem* system_ = nullptr;
   Scalar tolerance_ = 0;
+  Interrupt* interrupt_ = nullptr;
   Scalar outer_residual_ = kInfinity;
   Scalar best_residual_ = kInfinity;
   BodyMatrix matrix_;
@@ -86,9 +87,10 @@ class NewtonRun {
   std::vector<Vector6> y_, step_;
 };
 
-void NewtonRun::begin(ContactSystem& system, Scalar tolerance) {
+void NewtonRun::begin(ContactSystem& system, const ContactSolverOptions& options) {
   system_ = &system;
-  tolerance_ = tolerance;
+  tolerance_ = options.tolerance;
+  interrupt_ = options.interrupt;
   const std::size_t count = system.blocks().size();
   best_residual_ = kInfinity;
   for (auto* array : {&lambda_, &best_lambda_, &u_, &du_}) array->resize(count);
@@ -228,7 +230,7 @@ NewtonRun::End NewtonRun::minimise(int limit, int& factorisations) {
   for (int i = 0;; ++i) {
     if (take_impulses() <= tolerance_) return End::Converged;
     if (compute_gradient() <= goal) return End::Minimised;
-    if (i == limit) return End::Failed;
+    if (i == limit || is_over(interrupt_)) return End::Failed;
     ++factorisations;
     if (!compute_step(false) || !search_line()) return End::Failed;
   }
@@ -245,7 +247,7 @@ bool NewtonRun::step_on_whole_law() {
 NewtonRun::End NewtonRun::minimise_whole_law(int limit, int& factorisations) {
   if (take_impulses() <= tolerance_) return End::Converged;
   Scalar gradient = compute_gradient();
-  for (int i = 0; i < limit; ++i) {
+  for (int i = 0; i < limit && !is_over(interrupt_); ++i) {
     ++factorisations;
     if (!step_on_whole_law()) return End::Failed;
     const Scalar residual = take_impulses();
@@ -302,13 +304,13 @@ NewtonSolver::~NewtonSolver() = default;
 void NewtonSolver::improve(internal::ContactSystem& system, const ContactSolverOptions& options,
                            ContactReport& report) {
   using End = internal::NewtonRun::End;
-  if (options.newton_limit == 0) return;
-  run_->begin(system, options.tolerance);
+  if (options.newton_limit == 0 || is_over(options.interrupt)) return;
+  run_->begin(system, options);
   Scalar factor = run_->first_penalty();
   int left = options.newton_limit;
   int wait = 0;       // outer iterations until the next polish
   int next_wait = 1;  // after a failed polish
-  while (left > 0) {
+  while (left > 0 && !is_over(options.interrupt)) {
     int used = 0;
     if (wait-- <= 0) {
       const End end = run_->polish(factor, left, used);

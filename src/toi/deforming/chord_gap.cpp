@@ -30,6 +30,10 @@ ChordGap::ChordGap(const DeformingMesh& a, const DeformingSpan& span, const Tria
   noise_ = kStepNoise * largest_size(a, b, X_WB, bound, duration);
 }
 
+Scalar ChordGap::bend(Scalar radius) const {
+  return bend_ + bend_per_length_ * radius * kRoundedUp;
+}
+
 Scalar ChordGap::least(std::int32_t triangle_a, std::int32_t triangle_b, const Vector3& n_W) const {
   const Triangle t_B = b_.triangle(triangle_b);
   Scalar radius_sq = 0;
@@ -39,8 +43,14 @@ Scalar ChordGap::least(std::int32_t triangle_a, std::int32_t triangle_b, const V
     return n_W.dot(X_WB.translation()) - largest_along(t_B, -n_B) -
            largest_along(a_.triangle(triangle_a, s), n_W);
   };
-  const Scalar bend = bend_ + bend_per_length_ * std::sqrt(radius_sq) * kRoundedUp;
-  return std::min(gap(X_WB_begin_, span_.begin), gap(X_WB_end_, span_.end)) - bend - noise_;
+  return std::min(gap(X_WB_begin_, span_.begin), gap(X_WB_end_, span_.end)) -
+         bend(std::sqrt(radius_sq)) - noise_;
+}
+
+Scalar ChordGap::least_of_boxes(const StandingPair& begin, const StandingPair& end,
+                                std::int32_t box_a, std::int32_t box_b, const Vector3& n_W) const {
+  return std::min(begin.box_gap(box_a, box_b, n_W), end.box_gap(box_a, box_b, n_W)) -
+         bend(begin.b.radius(box_b)) - noise_;
 }
 
 }  // namespace dyop::internal

@@ -4,7 +4,7 @@
 #include "dyop/core/export.h"
 #include "dyop/core/triangle.h"
 #include "dyop/motion/motion.h"
-#include "toi/deforming/deforming_sides.h"
+#include "toi/deforming/standing_pair.h"
 
 namespace dyop::internal {
 
@@ -22,8 +22,14 @@ class DYOP_EXPORT ChordGap {
 
   /// Lower bound of the gap of two triangles along n, unit, from A to B; rounding included.
   Scalar least(std::int32_t triangle_a, std::int32_t triangle_b, const Vector3& n_W) const;
+  /// The same for two boxes, from where they stand at the two ends.
+  Scalar least_of_boxes(const StandingPair& begin, const StandingPair& end, std::int32_t box_a,
+                        std::int32_t box_b, const Vector3& n_W) const;
 
  private:
+  // How far a point at this distance from the origin leaves its chord.
+  Scalar bend(Scalar radius) const;
+
   const DeformingMesh& a_;
   const DeformingSpan span_;
   const TriangleMesh& b_;

@@ -155,13 +155,13 @@ class RigidSide {
     return bounds_.whole().linear_speed + bounds_.whole().angular_speed * radius(node);
   }
   Scalar size() const;
+  /// No point of a box is farther from the origin of its frame.
+  Scalar radius(std::int32_t box) const { return node_radius(tree_.box(box)); }
   // Size of the numbers at the current time.
   Scalar start_size() const { return now_.p_WB.norm() + mesh_.bounding_radius(); }
   Vector3 velocity_at(std::int32_t leaf, const Vector3& p_W) const;
 
  private:
-  Scalar radius(std::int32_t box) const { return node_radius(tree_.box(box)); }
-
   const TriangleMesh& mesh_;
   const ShapeTree tree_;
   const Motion& motion_;

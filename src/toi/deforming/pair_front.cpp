@@ -13,8 +13,16 @@ namespace {
 // Rounding of a key and of what is read from it, as a multiple of its size.
 constexpr Scalar kKeyNoise = 8 * kUnitRoundoff;
 
-// About 12 MB. Fronts only grow until they are renewed, which ticks that are cut off never do.
-constexpr std::size_t kMostEntries = std::size_t{1} << 18;
+// About 16 MB. What was opened is closed only when it is examined again.
+constexpr std::size_t kMostNodes = std::size_t{1} << 18;
+
+// An opened pair is closed when it is proven to be so many of the latest motions beyond the reach:
+// sooner, and it would be opened again soon. After so many it is tried again.
+constexpr Scalar kLasting = 2;
+constexpr Scalar kUntilTried = 16;
+
+// How much of the pace one motion forgets.
+constexpr Scalar kForgotten = 0.1;
 
 // Enough for most pairs, so that no memory is asked for later.
 constexpr std::size_t kReserved = 4096;
@@ -24,144 +32,141 @@ bool are_leaves(const StandingPair& sides, std::int32_t a, std::int32_t b) {
   return sides.a.is_leaf(a) && sides.b.is_leaf(b);
 }
 
-// A bound of the distance of two boxes: their gap along n.
-Scalar gap_of_boxes(const StandingPair& sides, std::int32_t a, std::int32_t b, const Vector3& n_W) {
-  return -sides.b.box_reach(b, -n_W) - sides.a.box_support(a, n_W).at(0, 0) - sides.noise;
-}
-
-Scalar gap_of_triangles(const StandingPair& sides, std::int32_t a, std::int32_t b,
-                        const Vector3& n_W) {
-  return -sides.b.triangle_reach(b, -n_W) - largest_along(sides.a.triangle_W(a), n_W) - sides.noise;
-}
-
 }  // namespace
 
 PairFront::PairFront() {
-  entries_.reserve(kReserved);
-  heap_.reserve(kReserved);
+  nodes_.reserve(kReserved);
   measured_.reserve(kReservedMeasured);
   restart();
 }
 
 void PairFront::restart() {
   moved_ = 0;
+  size_ = 1;
+  free_.fill(-1);
   measured_.clear();
-  entries_.assign(1, {0, 0, Vector3::UnitX()});
-  heap_.assign(1, {-kInfinity, 0});
+  nodes_.assign(1, {-kInfinity, Vector3::UnitX(), 0, 0, 0, -1, 0});
 }
 
 void PairFront::move(Scalar displacement) {
-  if (entries_.size() > kMostEntries) restart();
-  for (const Measured& known : measured_) add(known.place);
+  if (nodes_.size() > kMostNodes) restart();
   measured_.clear();
   moved_ = (moved_ + displacement) * (1 + 4 * kUnitRoundoff);
+  pace_ = std::max(displacement, (1 - kForgotten) * pace_);
 }
 
-Scalar PairFront::lower() const {
-  Scalar least = heap_.empty() ? kInfinity : heap_.front().key - moved_;
-  for (const Measured& known : measured_) least = std::min(least, known.piece.lower);
-  return least;
+const PairFront::Measured* PairFront::measured(std::int32_t number) const {
+  if (at(number).count > 0) return nullptr;
+  const auto place = static_cast<std::size_t>(at(number).parts);
+  if (place >= measured_.size() || measured_[place].node != number) return nullptr;
+  return &measured_[place];
 }
 
-// --- the heap -------------------------------------------------------------------------------------
+// --- the tree -------------------------------------------------------------------------------------
 
 Scalar PairFront::key_of(Scalar gap) const {
   return gap + moved_ - kKeyNoise * (std::abs(gap) + moved_);
 }
 
-void PairFront::add(const Place& place) {
-  std::size_t at = heap_.size();
-  heap_.push_back(place);
-  for (; at > 0; at = (at - 1) / 2) {
-    const Place above = heap_[(at - 1) / 2];
-    if (above.key <= place.key) break;
-    heap_[at] = above;
-  }
-  heap_[at] = place;
+void PairFront::set_apart(std::int32_t number, Scalar gap, const Vector3& n_W) {
+  if (at(number).count > 0) close(number);
+  at(number).key = key_of(gap);
+  at(number).n_W = n_W;
 }
 
-void PairFront::sink_top() {
-  const Place top = heap_.front();
-  const std::size_t count = heap_.size();
-  std::size_t at = 0;
-  for (std::size_t below = 1; below < count; below = 2 * at + 1) {
-    if (below + 1 < count && heap_[below + 1].key < heap_[below].key) ++below;
-    if (!(heap_[below].key < top.key)) break;
-    heap_[at] = heap_[below];
-    at = below;
+std::int32_t PairFront::take_block(int count) {
+  size_ += static_cast<std::size_t>(count);
+  std::int32_t& free = free_[static_cast<std::size_t>(count)];
+  if (free >= 0) {
+    const std::int32_t first = free;
+    free = at(first).parts;
+    return first;
   }
-  heap_[at] = top;
+  const auto first = static_cast<std::int32_t>(nodes_.size());
+  nodes_.resize(nodes_.size() + static_cast<std::size_t>(count));
+  return first;
 }
 
-void PairFront::keep_top(Scalar gap, const Vector3& n_W) {
-  top().n_W = n_W;
-  heap_.front().key = key_of(gap);
-  sink_top();
-}
-
-// --- examination ----------------------------------------------------------------------------------
-
-PairFront::Finding PairFront::examine(const StandingPair& sides, Scalar reach) {
-  const Entry entry = top();
-  if (are_leaves(sides, entry.a, entry.b)) return examine_leaves(sides, reach);
-  const Scalar gap = gap_of_boxes(sides, entry.a, entry.b, entry.n_W);
-  if (gap > reach) {
-    keep_top(gap, entry.n_W);
-    return Finding::Apart;
+// Gives the parts back, theirs first.
+void PairFront::close(std::int32_t number) {
+  const std::int32_t first = at(number).parts, count = at(number).count;
+  for (std::int32_t part = first; part < first + count; ++part) {
+    if (at(part).count > 0) close(part);
   }
-  const Vector3 n_W = separating_direction(sides.a.box_W(entry.a), sides.b.box_W(entry.b));
-  const Scalar best_gap = gap_of_boxes(sides, entry.a, entry.b, n_W);
-  if (best_gap > reach) {
-    keep_top(best_gap, n_W);
-    return Finding::Apart;
-  }
-  top().n_W = n_W;
-  open(sides);
-  return Finding::Opened;
-}
-
-PairFront::Finding PairFront::examine_leaves(const StandingPair& sides, Scalar reach) {
-  const Entry entry = top();
-  const Scalar gap = gap_of_triangles(sides, entry.a, entry.b, entry.n_W);
-  if (gap > reach) {
-    keep_top(gap, entry.n_W);
-    return Finding::Apart;
-  }
-  const PieceDistance piece = leaf_distance(sides.a, entry.a, sides.b, entry.b, sides.noise);
-  // Triangles that touch have no normal.
-  const Vector3 n_W = piece.lower > 0 ? piece.nhat_AB : entry.n_W;
-  if (piece.lower > reach) {
-    keep_top(piece.lower, n_W);
-    return Finding::Apart;
-  }
-  top().n_W = n_W;
-  measured_.push_back({piece, {key_of(piece.lower), heap_.front().entry}});
-  heap_.front() = heap_.back();
-  heap_.pop_back();
-  if (!heap_.empty()) sink_top();
-  return Finding::Near;
+  std::int32_t& free = free_[static_cast<std::size_t>(count)];
+  at(first).parts = free;
+  free = first;
+  size_ -= static_cast<std::size_t>(count);
+  at(number).parts = -1;
+  at(number).count = 0;
 }
 
 // Replaces a pair of boxes by those of the larger one's parts with the other one. They keep its
 // bound until they are examined.
-void PairFront::open(const StandingPair& sides) {
-  const Entry entry = top();
-  const Scalar key = heap_.front().key;
+void PairFront::open(const StandingPair& sides, std::int32_t number) {
+  Node part = at(number);
   const auto size = [](const OrientedBox& box) { return box.half_extents.squaredNorm(); };
   const bool opens_a =
-      !sides.a.is_leaf(entry.a) &&
-      (sides.b.is_leaf(entry.b) || size(sides.a.box_W(entry.a)) >= size(sides.b.box_W(entry.b)));
-  const int count = opens_a ? sides.a.part_count(entry.a) : sides.b.part_count(entry.b);
+      !sides.a.is_leaf(part.a) &&
+      (sides.b.is_leaf(part.b) || size(sides.a.box_W(part.a)) >= size(sides.b.box_W(part.b)));
+  const std::int32_t opened = opens_a ? part.a : part.b;
+  const int count = opens_a ? sides.a.part_count(opened) : sides.b.part_count(opened);
+  const std::int32_t first = take_block(count);
+  part.parts = -1;
+  part.count = 0;
   for (int k = 0; k < count; ++k) {
-    Entry part = entry;
-    (opens_a ? part.a : part.b) = opens_a ? sides.a.part(entry.a, k) : sides.b.part(entry.b, k);
-    if (k == 0) {
-      top() = part;
-      continue;
-    }
-    entries_.push_back(part);
-    add({key, std::uint32_t(entries_.size() - 1)});
+    (opens_a ? part.a : part.b) = opens_a ? sides.a.part(opened, k) : sides.b.part(opened, k);
+    at(first + k) = part;
   }
+  at(number).parts = first;
+  at(number).count = count;
+}
+
+// --- examination ----------------------------------------------------------------------------------
+
+// What suffices for a pair that is not opened, and is worth closing an opened one for.
+Scalar PairFront::far_enough(const Node& node, Scalar reach) const {
+  return node.count == 0 ? reach : reach + kLasting * pace_;
+}
+
+PairFront::Finding PairFront::examine(const StandingPair& sides, std::int32_t number,
+                                      Scalar reach) {
+  const Node node = at(number);
+  if (are_leaves(sides, node.a, node.b)) return examine_leaves(sides, number, reach);
+  const Scalar wanted = far_enough(node, reach);
+  const Scalar gap = sides.box_gap(node.a, node.b, node.n_W);
+  if (gap > wanted) {
+    set_apart(number, gap, node.n_W);
+    return Finding::Apart;
+  }
+  const Vector3 n_W = separating_direction(sides.a.box_W(node.a), sides.b.box_W(node.b));
+  const Scalar best_gap = sides.box_gap(node.a, node.b, n_W);
+  if (best_gap > wanted) {
+    set_apart(number, best_gap, n_W);
+    return Finding::Apart;
+  }
+  at(number).n_W = n_W;
+  if (node.count == 0) open(sides, number);
+  at(number).try_after =
+      moved_ + std::max(far_enough(at(number), reach) - best_gap, kUntilTried * pace_);
+  return Finding::Opened;
+}
+
+PairFront::Finding PairFront::examine_leaves(const StandingPair& sides, std::int32_t number,
+                                             Scalar reach) {
+  const Node node = at(number);
+  const Scalar gap = sides.triangle_gap(node.a, node.b, node.n_W);
+  if (gap > reach) {
+    set_apart(number, gap, node.n_W);
+    return Finding::Apart;
+  }
+  const PieceDistance piece = leaf_distance(sides.a, node.a, sides.b, node.b, sides.noise);
+  // Triangles that touch have no normal.
+  set_apart(number, piece.lower, piece.lower > 0 ? piece.nhat_AB : node.n_W);
+  if (piece.lower > reach) return Finding::Apart;
+  at(number).parts = static_cast<std::int32_t>(measured_.size());
+  measured_.push_back({piece, number});
+  return Finding::Near;
 }
 
 // The pair that was nearest last time, measured again.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -12,10 +13,11 @@
 namespace dyop::internal {
 
 /// What is known of the distance of a deforming mesh A from a rigid mesh B, kept while both move: a
-/// front through the tree of pairs of their boxes. Every pair of triangles is below exactly one of
-/// its entries. Each entry carries a lower bound of the distance of all its triangles; what the two
-/// have moved since is subtracted. So a query soon after the last one examines only the entries
-/// whose bounds no longer suffice (docs/algorithms/tool_loop.md, "The front").
+/// tree of pairs of their boxes, opened as far as was needed. Every pair of triangles is below
+/// exactly one pair that is not opened; these are the front. Each carries a lower bound of the
+/// distance of all its triangles; what the two have moved since is subtracted. So a query soon
+/// after the last one examines only the pairs whose bounds no longer suffice, and opened pairs that
+/// have become far enough are closed (docs/algorithms/tool_loop.md, "The front").
 ///
 /// The meshes and the numbers of their vertices must stay the same; places may change.
 class DYOP_EXPORT PairFront {
@@ -25,20 +27,30 @@ class DYOP_EXPORT PairFront {
   /// Forgets everything but the nearest pair.
   void restart();
   /// No point of A has moved relative to any point of B by more than `displacement`, >= 0, since
-  /// the last call, rounding included. A front that has grown too large is restarted.
+  /// the last call, rounding included. A tree that has grown too large is restarted.
   void move(Scalar displacement);
   /// Lower bound of the distance of all triangles; -infinity if nothing is known.
-  Scalar lower() const;
-  std::size_t size() const { return entries_.size(); }
+  Scalar lower() const { return nodes_.front().key - moved_; }
+  /// Pairs in the tree, the opened ones too.
+  std::size_t size() const { return size_; }
 
-  /// Examines entries until each is proven farther apart than `reach` or is a pair of triangles
+  /// Examines pairs until each is proven farther apart than `reach` or is a pair of triangles
   /// measured at the present places. Those not proven farther apart are handed to
   /// visit(piece, leaf of A, leaf of B), which returns the reach from then on, at most the last.
-  /// @param is_over Called before every examination; if it says yes, the call ends. What was found
-  ///                is kept.
+  /// @param is_over Called before every examination and every visit; if it says yes, the call ends.
+  ///                What was found is kept.
   /// @return Whether it went through.
   template <typename IsOver, typename Visit>
   bool refine(const StandingPair& sides, Scalar reach, const IsOver& is_over, const Visit& visit);
+
+  /// Calls visit(a, b, n) for every pair of the front, opened no further, whose lower bound is more
+  /// than `near`, which refine() has seen to, but not more than `far`; n is the unit direction
+  /// along which it was last proven apart.
+  /// @param is_over As above, before every visit.
+  template <typename IsOver, typename Visit>
+  bool for_each_between(Scalar near, Scalar far, const IsOver& is_over, const Visit& visit) const {
+    return descend_between(near + moved_, far + moved_, is_over, visit, 0);
+  }
 
   /// Searches for the nearest pair until lower() is at most `allowed` below its distance, or below
   /// `farthest`.
@@ -54,56 +66,116 @@ class DYOP_EXPORT PairFront {
 
  private:
   enum class Finding { Apart, Near, Opened };
-  struct Entry {
+  // Blocks of parts that are not in use are linked by `parts` of their first node.
+  static constexpr int kMostParts = BoxGroup::kWidth;
+
+  struct Node {
+    // The lower bound of the distance when it was examined, plus all displacements until then; of
+    // an opened pair the least of its parts, or less.
+    Scalar key;
+    Vector3 n_W;       // unit, along which the two were last proven apart
+    Scalar try_after;  // opened: sum of displacements before which it is not examined
     std::int32_t a;
     std::int32_t b;
-    Vector3 n_W;  // unit, along which the two were last proven apart
+    std::int32_t parts;  // opened: its first part; leaves: where it may have been measured
+    std::int32_t count;  // of parts; 0: not opened
   };
-  // In a heap, the least key on top: the lower bound of an entry's distance when it was examined,
-  // plus all displacements until then.
-  struct Place {
-    Scalar key;
-    std::uint32_t entry;
-  };
-  // A pair of triangles measured at the present places: out of the heap until the next motion.
+  // A pair of triangles measured at the present places.
   struct Measured {
     PieceDistance piece;
-    Place place;
+    std::int32_t node;
+  };
+  template <typename IsOver, typename Visit>
+  struct Pass {
+    const StandingPair& sides;
+    Scalar reach;
+    const IsOver& is_over;
+    const Visit& visit;
   };
 
-  Finding examine(const StandingPair& sides, Scalar reach);
-  Finding examine_leaves(const StandingPair& sides, Scalar reach);
-  void open(const StandingPair& sides);
-  void keep_top(Scalar gap, const Vector3& n_W);
-  void add(const Place& place);
-  void sink_top();
+  template <typename IsOver, typename Visit>
+  bool descend(Pass<IsOver, Visit>& pass, std::int32_t number);
+  template <typename IsOver, typename Visit>
+  bool descend_to_parts(Pass<IsOver, Visit>& pass, std::int32_t number);
+  template <typename IsOver, typename Visit>
+  bool descend_between(Scalar near_key, Scalar far_key, const IsOver& is_over, const Visit& visit,
+                       std::int32_t number) const;
+  Finding examine(const StandingPair& sides, std::int32_t number, Scalar reach);
+  Finding examine_leaves(const StandingPair& sides, std::int32_t number, Scalar reach);
+  const Measured* measured(std::int32_t number) const;
+  Scalar far_enough(const Node& node, Scalar reach) const;
+  void open(const StandingPair& sides, std::int32_t number);
+  void close(std::int32_t number);
+  std::int32_t take_block(int count);
+  void set_apart(std::int32_t number, Scalar gap, const Vector3& n_W);
   Scalar key_of(Scalar gap) const;
   PieceDistance first_nearest(const StandingPair& sides, BoxPairStack& stack);
 
-  Entry& top() { return entries_[heap_.front().entry]; }
+  Node& at(std::int32_t number) { return nodes_[static_cast<std::size_t>(number)]; }
+  const Node& at(std::int32_t number) const { return nodes_[static_cast<std::size_t>(number)]; }
 
-  std::vector<Entry> entries_;
-  std::vector<Place> heap_;
+  std::vector<Node> nodes_;                          // the first is the root
+  std::array<std::int32_t, kMostParts + 1> free_{};  // by the number of nodes; -1: none
+  std::size_t size_ = 0;
   std::vector<Measured> measured_;
   Scalar moved_ = 0;  // sum of all displacements
+  Scalar pace_ = 0;   // of late, in one motion
   BoxPair nearest_{0, -1, -1};
 };
 
 template <typename IsOver, typename Visit>
 bool PairFront::refine(const StandingPair& sides, Scalar reach, const IsOver& is_over,
                        const Visit& visit) {
-  const auto show = [&](const Measured& near) {
-    const Entry& entry = entries_[near.place.entry];
-    reach = visit(near.piece, entry.a, entry.b);
-  };
-  for (const Measured& known : measured_) {
-    if (!(known.piece.lower > reach)) show(known);
+  Pass<IsOver, Visit> pass{sides, reach, is_over, visit};
+  return descend(pass, 0);
+}
+
+template <typename IsOver, typename Visit>
+bool PairFront::descend(Pass<IsOver, Visit>& pass, std::int32_t number) {
+  const Node& node = at(number);
+  if (node.key > pass.reach + moved_) return true;
+  if (node.count > 0 && node.try_after > moved_) return descend_to_parts(pass, number);
+  if (pass.is_over()) return false;
+  const Measured* near = measured(number);
+  if (!near) {
+    const Finding finding = examine(pass.sides, number, pass.reach);
+    if (finding == Finding::Apart) return true;
+    if (finding == Finding::Opened) return descend_to_parts(pass, number);
+    near = &measured_.back();
   }
-  while (!heap_.empty() && !(heap_.front().key > reach + moved_)) {
+  pass.reach = pass.visit(near->piece, at(number).a, at(number).b);
+  return true;
+}
+
+template <typename IsOver, typename Visit>
+bool PairFront::descend_between(Scalar near_key, Scalar far_key, const IsOver& is_over,
+                                const Visit& visit, std::int32_t number) const {
+  const Node& node = at(number);
+  if (node.key > far_key) return true;
+  if (node.count == 0) {
+    if (!(node.key > near_key)) return true;
     if (is_over()) return false;
-    if (examine(sides, reach) == Finding::Near) show(measured_.back());
+    visit(node.a, node.b, node.n_W);
+    return true;
+  }
+  for (std::int32_t part = node.parts; part < node.parts + node.count; ++part) {
+    if (!descend_between(near_key, far_key, is_over, visit, part)) return false;
   }
   return true;
+}
+
+// Opening a part may move all nodes.
+template <typename IsOver, typename Visit>
+bool PairFront::descend_to_parts(Pass<IsOver, Visit>& pass, std::int32_t number) {
+  const std::int32_t first = at(number).parts, end = first + at(number).count;
+  bool is_through = true;
+  Scalar least = kInfinity;
+  for (std::int32_t part = first; part < end; ++part) {
+    if (is_through) is_through = descend(pass, part);
+    least = std::min(least, at(part).key);
+  }
+  at(number).key = least;
+  return is_through;
 }
 
 template <typename IsOver>

@@ -14,6 +14,15 @@ struct DYOP_EXPORT StandingPair {
   StandingPair(const StandingPair&) = delete;
   StandingPair& operator=(const StandingPair&) = delete;
 
+  /// Lower bounds of the distance of two boxes, or of two leaves' triangles: their gap along n,
+  /// unit, from A to B.
+  Scalar box_gap(std::int32_t box_a, std::int32_t box_b, const Vector3& n_W) const {
+    return -b.box_reach(box_b, -n_W) - a.box_support(box_a, n_W).at(0, 0) - noise;
+  }
+  Scalar triangle_gap(std::int32_t leaf_a, std::int32_t leaf_b, const Vector3& n_W) const {
+    return -b.triangle_reach(leaf_b, -n_W) - largest_along(a.triangle_W(leaf_a), n_W) - noise;
+  }
+
   RestMotion X_WB_motion;
   DeformingSide a;
   RigidSide b;

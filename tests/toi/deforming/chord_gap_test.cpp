@@ -51,5 +51,39 @@ TEST(ChordGap, IsBelowTheGapAtAllTimesAndExactAtRest) {
   }
 }
 
+TEST(ChordGap, OfBoxesIsBelowThatOfTheirTriangles) {
+  std::mt19937_64 random(12);
+  const auto arrays = testing::plate_grid(4, 4, 3, 3);
+  const TriangleMesh ball = testing::icosphere(1).mesh();
+  for (int k = 0; k < 100; ++k) {
+    std::vector<Vector3> end = arrays.vertices;
+    for (Vector3& p : end) p += testing::random_vector(0.3, random);
+    const DeformingMesh sheet(arrays.vertices, end, arrays.triangles);
+    const DeformingSpan span{0.25, 0.75};
+    const ConstantTwistMotion motion(
+        RigidPose(testing::random_rotation(random), testing::random_vector(3, random)),
+        {testing::random_vector(2, random), testing::random_vector(1, random)});
+    const Scalar duration = 0.5;
+    const internal::ChordGap chord(sheet, span, ball, motion, duration);
+    const internal::StandingPair first(sheet, span.begin, ball, motion.pose(0));
+    const internal::StandingPair last(sheet, span.end, ball, motion.pose(duration));
+    const Vector3 n_W = testing::random_direction(random);
+    const Scalar bound = chord.least_of_boxes(first, last, 0, 0, n_W);
+    constexpr int kSamples = 32;
+    Scalar least = kInfinity;
+    for (int step = 0; step <= kSamples; ++step) {
+      const Scalar part = Scalar(step) / kSamples;
+      const TriangleMesh now = sheet.snapshot(span.begin + part * (span.end - span.begin));
+      const RigidPose X_WB = motion.pose(part * duration);
+      for (const Vector3& p : now.vertices()) {
+        for (const Vector3& q_B : ball.vertices()) least = std::min(least, n_W.dot(X_WB * q_B - p));
+      }
+    }
+    EXPECT_LE(bound, least) << k;
+    // Boxes are larger, but not by more than their diagonals.
+    EXPECT_GE(bound, least - 4) << k;
+  }
+}
+
 }  // namespace
 }  // namespace dyop

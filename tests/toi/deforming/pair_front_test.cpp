@@ -140,5 +140,71 @@ TEST(PairFront, HandsOutEveryPairWithinReach) {
   EXPECT_GT(most, 100u);
 }
 
+// The triangle numbers below a node or box.
+template <typename Side>
+void add_leaves(const Side& side, std::int32_t node, std::vector<std::int32_t>& triangles) {
+  if (side.is_leaf(node)) return triangles.push_back(side.triangle(node));
+  for (int k = 0; k < side.part_count(node); ++k) add_leaves(side, side.part(node, k), triangles);
+}
+
+TEST(PairFront, PairsBetweenTwoReachesAreAllThatAreLeft) {
+  std::size_t most = 0;
+  Walk walk(7);
+  PairFront front;
+  for (int k = 0; k < 30; ++k) {
+    front.move(walk.step(0.3));
+    const StandingPair sides(walk.sheet, walk.s, walk.ball, walk.X_WB);
+    const Scalar near = testing::random_number(0.1, 1, walk.random());
+    const Scalar far = near + testing::random_number(0, 1, walk.random());
+    std::vector<std::pair<std::int32_t, std::int32_t>> found;
+    const auto never = [] { return false; };
+    front.refine(sides, near, never, [&](const PieceDistance&, std::int32_t a, std::int32_t b) {
+      found.emplace_back(sides.a.triangle(a), sides.b.triangle(b));
+      return near;
+    });
+    EXPECT_TRUE(front.for_each_between(near, far, never,
+                                       [&](std::int32_t a, std::int32_t b, const Vector3& n_W) {
+                                         EXPECT_NEAR(n_W.norm(), 1, 1e-9);  // literal: rounding
+                                         std::vector<std::int32_t> of_a, of_b;
+                                         add_leaves(sides.a, a, of_a);
+                                         add_leaves(sides.b, b, of_b);
+                                         for (const std::int32_t i : of_a) {
+                                           for (const std::int32_t j : of_b)
+                                             found.emplace_back(i, j);
+                                         }
+                                       }));
+    std::sort(found.begin(), found.end());
+    EXPECT_TRUE(std::adjacent_find(found.begin(), found.end()) == found.end());
+    const auto wanted = near_pairs(walk, far);
+    EXPECT_TRUE(std::includes(found.begin(), found.end(), wanted.begin(), wanted.end())) << k;
+    most = std::max(most, wanted.size());
+  }
+  EXPECT_GT(most, 100u);
+}
+
+// Otherwise a tool that goes past much tissue would carry all of it along.
+TEST(PairFront, ClosesWhatHasBecomeFar) {
+  Walk walk(8);
+  PairFront front;
+  internal::BoxPairStack stack;
+  PieceDistance best;
+  const auto search = [&] {
+    const StandingPair sides(walk.sheet, walk.s, walk.ball, walk.X_WB);
+    front.find_nearest(
+        sides, kInfinity, 0.01, [] { return false; }, stack, best);
+  };
+  walk.X_WB = RigidPose(Vector3(0, 0, 1.5));
+  search();
+  const std::size_t near = front.size();
+  for (int k = 0; k < 40; ++k) {
+    walk.X_WB = RigidPose(Vector3(0, 0, walk.X_WB.translation().z() + 1));
+    front.move(1 + kNoise);
+    search();
+    EXPECT_LE(front.lower(), walk.truth().upper + kNoise) << k;
+  }
+  EXPECT_GT(near, 100u);
+  EXPECT_LT(front.size(), near / 2);
+}
+
 }  // namespace
 }  // namespace dyop

@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "dyop/tool/tool_tick.h"
+#include "tissue_path.h"
+
+namespace dyop::testing {
+
+/// The tool's motion from one waypoint to the next: its origin on a line, turning at a constant
+/// rate about one axis, as its hinges do.
+class ToolSpanPath {
+ public:
+  ToolSpanPath(const ToolPose& from, const ToolPose& to);
+  ToolPose at(Scalar s) const;
+  /// Bound of the path of a point at `reach` from the tool's origin and from all hinges.
+  Scalar travel(Scalar reach) const { return shift_.norm() + turn_ * reach; }
+  /// How far such a point leaves its chord.
+  Scalar bow(Scalar reach) const { return turn_ * turn_ * reach / 4; }
+
+ private:
+  ToolPose from_;
+  ToolPose to_;
+  Vector3 shift_;
+  Vector3 axis_;
+  Scalar angle_;
+  Scalar turn_;  // with that of the hinges
+};
+
+/// A part of a tool's tick: s from s0 to s1 of a span, during `time`.
+struct SpanPart {
+  const ToolSpanPath& path;
+  Scalar s0;
+  Scalar s1;
+  Scalar time;
+};
+
+struct SpanDistance {
+  Scalar least = kInfinity;   ///< of the samples; at most the cap
+  Scalar proven = kInfinity;  ///< also between them: least of (d0 + d1 - travel) / 2
+  Scalar at_end = kInfinity;
+  std::int64_t samples = 0;
+};
+
+/// Samples the distance of a part of a tool from an obstacle over a part of a span, both moving,
+/// with plain_distance() of all pairs of triangles whose boxes come closer than `cap`.
+class SpanOracle {
+ public:
+  explicit SpanOracle(const ToolScene& scene);
+
+  std::size_t part_count() const { return parts_.size(); }
+  /// Until it is proven to stay at `wanted`, or the samples are closer than `resolution`.
+  SpanDistance check(std::size_t part, const SpanPart& span, const TissuePath& tissue, Scalar cap,
+                     Scalar wanted, Scalar resolution);
+
+ private:
+  struct Part {
+    std::vector<Vector3> vertices;  // in T, or in the hinge's frame at angle 0
+    std::vector<TriangleIndices> triangles;
+    std::optional<std::size_t> hinge;
+    Scalar reach = 0;  // from T's origin
+  };
+  struct Pair {
+    std::size_t tool, tissue;
+    Scalar distance, s;  // where it was measured last
+  };
+
+  RigidPose pose(const Part& part, const ToolPose& tool) const;
+  void find_pairs(const Part& part, const SpanPart& span, const TissuePath& tissue, Scalar cap);
+  Scalar distance_at(Scalar s);
+  void sample(Scalar s0, Scalar d0, Scalar s1, Scalar d1);
+
+  const std::vector<ToolHinge> hinges_;
+  std::vector<Part> parts_;
+  // Of the current check.
+  const Part* part_ = nullptr;
+  const SpanPart* span_ = nullptr;
+  const TissuePath* tissue_ = nullptr;
+  Scalar cap_ = 0, wanted_ = 0, resolution_ = 0, travel_ = 0;
+  SpanDistance result_;
+  std::vector<AlignedBox> boxes_;
+  std::vector<std::size_t> near_;
+  std::vector<Pair> pairs_;
+};
+
+}  // namespace dyop::testing
