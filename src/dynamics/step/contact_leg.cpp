@@ -326,7 +326,8 @@ AttemptResult ContactLeg::attempt() {
     ++run_.outcome().work.rounds;
     const std::size_t known = leg_.contacts().size();
     if (answer_hits()) {
-      is_jammed_ = targets_are_zero_ && is_contradictory() && leg_.contacts().size() == known;
+      const bool is_hopeless = targets_are_zero_ && is_contradictory() && !leg_.is_struck();
+      is_jammed_ = is_hopeless && leg_.contacts().size() == known;
       if (is_jammed_) return AttemptResult::Blocked;
       continue;
     }
