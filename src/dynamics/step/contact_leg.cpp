@@ -8,7 +8,6 @@
 #include "dynamics/step/end_gap.h"
 #include "dynamics/step/joint_rows.h"
 #include "dynamics/step/leg_problem.h"
-#include "dynamics/step/leg_targets.h"
 #include "dynamics/step/spring_rows.h"
 #include "motion/guarded_state.h"
 
@@ -125,7 +124,7 @@ void ContactLeg::set_free_velocities() {
 }
 
 Scalar ContactLeg::target(std::size_t contact) const {
-  const Scalar value = leg_target(run_, leg_, contact, tau_);
+  const Scalar value = leg_.least_velocity(contact, tau_);
   return targets_are_zero_ ? std::min(value, Scalar{0}) : value;
 }
 
