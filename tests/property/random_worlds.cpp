@@ -92,7 +92,8 @@ class RandomWorld {
       if (report.status == AdvanceStatus::Completed) continue;
       // Bodies may be jammed by a stirrer, which cannot give way; nothing else may end the run.
       ++tally.ends[report.status];
-      std::printf("  ended at t = %g between %u and %u\n", report.t,
+      std::printf("  seed %llu ended at t = %g between %u and %u\n",
+                  static_cast<unsigned long long>(seed_), report.t,
                   report.offending_pair.first.slot, report.offending_pair.second.slot);
       if (!is_blocked || !is_stirred_) fault(tally, "ended", k);
       return;

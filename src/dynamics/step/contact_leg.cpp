@@ -27,14 +27,6 @@ constexpr Scalar kStruckLegPart = 0.25;
 
 enum class AttemptResult { Committed, Blocked, Failed };
 
-// How far the linear gap may close over the leg without a dip below what is proven, plus half a
-// standoff for the tolerance of the proof.
-Scalar most_closing(const RunPair& pair, const LegContact& contact) {
-  const PairState& state = *pair.state;
-  const Scalar room = contact.point.gap - state.kept_distance() - 0.5 * state.lengths.standoff;
-  return closing_at_dip(room, contact.error);
-}
-
 bool is_edge_pair(const ContactPoint& point) {
   return point.feature_a.kind == FeatureKind::Edge && point.feature_b.kind == FeatureKind::Edge;
 }
@@ -47,13 +39,15 @@ class ContactLeg {
 
   Scalar blocked_at() const { return blocked_at_; }
   bool must_land() const { return must_land_; }
+  // Not even to move along together is possible, and the last hits brought nothing new.
+  bool is_jammed() const { return is_jammed_; }
   bool is_struck() const { return leg_.is_struck(); }
 
  private:
   void set_free_velocities();
   Scalar target(std::size_t contact) const;
-  Scalar target_cap(std::size_t contact) const;
   void solve_move();
+  bool is_contradictory() const;
   bool update_errors();
   RigidPose end_pose(const std::optional<std::size_t>& member, const BodyRecord& body) const;
   void make_moves();
@@ -79,6 +73,7 @@ class ContactLeg {
   bool targets_are_zero_ = false;
   Scalar blocked_at_ = 0;
   bool must_land_ = false;
+  bool is_jammed_ = false;
   std::optional<AdvanceStatus> failure_;
 };
 
@@ -128,33 +123,9 @@ void ContactLeg::set_free_velocities() {
   leg_.set_supports(tau_);
 }
 
-Scalar ContactLeg::target_cap(std::size_t contact) const {
-  const LegContact& entry = leg_.contacts()[contact];
-  const RunPair& pair = run_.pairs()[entry.pair];
-  const PairLengths& lengths = pair.state->lengths;
-  if (pair.state->granted || pair.state->overlaps) {
-    return run_.context().options->separation_speed.value_or(kSeparationRadiusFraction *
-                                                             lengths.radius / run_.context().h);
-  }
-  const auto turn = [&](const std::optional<std::size_t>& member, const BodyRecord& body) {
-    if (!member) return Scalar{0};
-    const Vector3& w = leg_.problem().bodies[*member].w_W;
-    return w.squaredNorm() * body.radius;
-  };
-  return 0.5 * lengths.standoff / tau_ + entry.push / tau_ +
-         tau_ * (turn(pair.member_a, *pair.a) + turn(pair.member_b, *pair.b)) +
-         3 * tau_ * leg_.relative_velocity(contact).squaredNorm() / lengths.radius;
-}
-
-// Least normal velocity that keeps the rest gap until the end, or recovers part of it.
 Scalar ContactLeg::target(std::size_t contact) const {
-  const LegContact& entry = leg_.contacts()[contact];
-  const Scalar missing = run_.pairs()[entry.pair].state->lengths.rest_gap() - entry.point.gap;
-  const Scalar rate = missing > 0 ? kGapRecovery * missing : missing;
-  Scalar value = (rate - entry.error + entry.push) / tau_;
-  if (value <= 0) return std::max(value, -most_closing(run_.pairs()[entry.pair], entry) / tau_);
-  if (targets_are_zero_) return 0;
-  return std::min(value, target_cap(contact));
+  const Scalar value = leg_.least_velocity(contact, tau_);
+  return targets_are_zero_ ? std::min(value, Scalar{0}) : value;
 }
 
 void ContactLeg::solve_move() {
@@ -164,13 +135,17 @@ void ContactLeg::solve_move() {
   for (std::size_t i = 0; i < leg_.contacts().size(); ++i) leg_.set_target(i, target(i));
   const ContactReport report = leg_.solve(tau_);
   residual_ = report.residual;
-  const Scalar tolerance = 0.001 * leg_.standoff() / tau_;
-  if (residual_ > kContradictionTolerances * tolerance && !targets_are_zero_) {
+  if (is_contradictory() && !targets_are_zero_) {
     // Extrapolated constraints can contradict each other; "move along together" is always feasible.
     targets_are_zero_ = true;
     for (std::size_t i = 0; i < leg_.contacts().size(); ++i) leg_.set_target(i, target(i));
     residual_ = leg_.solve(tau_).residual;
   }
+}
+
+bool ContactLeg::is_contradictory() const {
+  const Scalar tolerance = 0.001 * leg_.standoff() / tau_;
+  return residual_ > kContradictionTolerances * tolerance;
 }
 
 void ContactLeg::make_moves() {
@@ -348,7 +323,13 @@ AttemptResult ContactLeg::attempt() {
       return AttemptResult::Committed;
     }
     ++run_.outcome().work.rounds;
-    if (answer_hits()) continue;
+    const std::size_t known = leg_.contacts().size();
+    if (answer_hits()) {
+      const bool is_hopeless = targets_are_zero_ && is_contradictory() && !leg_.is_struck();
+      is_jammed_ = is_hopeless && leg_.contacts().size() == known;
+      if (is_jammed_) return AttemptResult::Blocked;
+      continue;
+    }
     if (failure_) return AttemptResult::Failed;
     if (!lands_) return AttemptResult::Blocked;
     const Scalar tau = blocked_at_ - run_.now();
@@ -364,6 +345,7 @@ AttemptResult ContactLeg::attempt() {
 bool run_contact_leg(IslandRun& run, bool may_bounce) {
   Scalar tau = run.remaining();
   bool lands = false;
+  bool was_jammed = false;
   for (int attempt = 0; attempt < kMostAttempts; ++attempt) {
     if (!(run.now() + tau > run.now())) return false;
     ContactLeg leg(run, tau, may_bounce, lands);
@@ -382,10 +364,14 @@ bool run_contact_leg(IslandRun& run, bool may_bounce) {
     if (leg.must_land()) {
       lands = true;
       tau = safe;
+    } else if (leg.is_jammed() && was_jammed) {  // shorter legs do not help: use what room there is
+      lands = false;
+      tau = 0.9 * safe;
     } else {
       lands = false;
       tau = safe > tau / 4 ? std::max(0.9 * safe, tau / 4) : tau / 4;
     }
+    was_jammed = leg.is_jammed();
   }
   return false;
 }

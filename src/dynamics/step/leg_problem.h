@@ -78,6 +78,11 @@ class LegProblem {
     problem_.contacts[contact].target = target;
   }
 
+  /// Least normal velocity of a contact in a leg of length tau: keeps the rest gap until the end, or
+  /// recovers a part of it at bounded speed, and keeps a corner that turns away from dipping on the
+  /// way. Uses the error of the last prediction and the velocities of the last solve.
+  Scalar least_velocity(std::size_t contact, Scalar tau) const;
+
   /// Velocity of B's point relative to A's after the last solve.
   Vector3 relative_velocity(std::size_t contact) const;
   /// Angular momenta of the members after the impulses of the last solve, given those before.
@@ -94,6 +99,7 @@ class LegProblem {
 
  private:
   bool is_large() const;
+  Scalar recovery_cap(std::size_t contact, Scalar tau) const;  // largest target above zero
   Scalar tolerance(Scalar tau) const;
   Scalar impact_tolerance(Scalar tau) const;
 
