@@ -1,20 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "dyop/tool_io/tool_replay.h"
 
-#include <algorithm>
-
 #include "dyop/core/error.h"
 #include "dyop/io/file_error.h"
 #include "dyop/tool_io/tool_scene_file.h"
 
 namespace dyop {
-namespace {
-
-// Ticks that are read at once.
-constexpr std::int64_t kBlock = 1024;
-
-}  // namespace
-
 RecordedTissue::RecordedTissue(const ToolRecordingReader& reader, const std::filesystem::path& file)
     : reader_(reader), sources_(reader.sources().size()) {
   for (std::size_t k = 0; k < sources_.size(); ++k) {
@@ -45,26 +36,23 @@ ToolReplay replay_tool_recording(
   RecordedTissue tissue(reader, file);
   ToolReplay replay;
   replay.recorded_by = reader.header().version;
-  const std::int64_t count = reader.tick_count();
-  for (std::int64_t first = 0; first < count; first += kBlock) {
-    for (const RecordedTick& recorded : reader.ticks(first, std::min(kBlock, count - first))) {
-      if (recorded.number != replay.ticks) {
-        throw FileError(file, internal::compose_message("lacks tick ", replay.ticks,
-                                                        ": the log was too slow for the run"));
-      }
-      for (std::size_t k = 0; k < recorded.new_snapshots.size(); ++k) {
-        if (recorded.new_snapshots[k] == 0) continue;
-        const RecordedSnapshot& snapshot = tissue.next(k);
-        session.give_snapshot(k, snapshot.vertices, snapshot.duration);
-      }
-      const ToolTick& tick = session.replay(recorded.device, recorded.dt, recorded.cutoff);
-      ++replay.ticks;
-      if (on_tick) on_tick(recorded, tick);
-      if (tick_digest(tick) == recorded.digest) continue;
-      ++replay.differing;
-      if (!replay.first_difference) replay.first_difference = recorded.number;
+  reader.for_each_tick([&](const RecordedTick& recorded) {
+    if (recorded.number != replay.ticks) {
+      throw FileError(file, internal::compose_message("lacks tick ", replay.ticks,
+                                                      ": the log was too slow for the run"));
     }
-  }
+    for (std::size_t k = 0; k < recorded.new_snapshots.size(); ++k) {
+      if (recorded.new_snapshots[k] == 0) continue;
+      const RecordedSnapshot& snapshot = tissue.next(k);
+      session.give_snapshot(k, snapshot.vertices, snapshot.duration);
+    }
+    const ToolTick& tick = session.replay(recorded.device, recorded.dt, recorded.cutoff);
+    ++replay.ticks;
+    if (on_tick) on_tick(recorded, tick);
+    if (tick_digest(tick) == recorded.digest) return;
+    ++replay.differing;
+    if (!replay.first_difference) replay.first_difference = recorded.number;
+  });
   return replay;
 }
 

@@ -46,6 +46,9 @@ struct RecordedTick {
   std::chrono::nanoseconds latency{0};
   TickStatistics statistics;
   std::uint64_t digest = 0;
+
+  /// What of dt the session went on by: none of a bad one.
+  Scalar time_passed() const { return dt >= 0 && dt < kInfinity ? dt : 0; }
 };
 
 /// How a recorded run ended.

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <algorithm>
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -46,6 +48,15 @@ class ToolRecordingReader {
   std::int64_t tick_count() const;
   /// @throws InvalidArgument if there are no such ticks.
   std::vector<RecordedTick> ticks(std::int64_t first, std::int64_t count) const;
+  /// Calls visit(const RecordedTick&) for all of them, in order; a block at a time is in memory.
+  template <typename Visit>
+  void for_each_tick(Visit visit) const {
+    constexpr std::int64_t kBlock = 2048;
+    const std::int64_t count = tick_count();
+    for (std::int64_t first = 0; first < count; first += kBlock) {
+      for (const RecordedTick& tick : ticks(first, std::min(kBlock, count - first))) visit(tick);
+    }
+  }
   std::size_t bytes_per_tick() const;
 
   /// A stored snapshot of an obstacle, counted from 1.

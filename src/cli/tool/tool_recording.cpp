@@ -11,9 +11,6 @@
 namespace dyop::cli {
 namespace {
 
-// Ticks that are read at once.
-constexpr std::int64_t kTicksOfBlock = 4096;
-
 class Hdf5ToolOutput final : public ToolOutput {
  public:
   Hdf5ToolOutput(const std::filesystem::path& file, const ToolRun& run)
@@ -37,14 +34,11 @@ struct RecordedSummary {
 
 RecordedSummary summarize(const ToolRecordingReader& reader) {
   RecordedSummary summary;
-  const std::int64_t count = reader.tick_count();
-  for (std::int64_t first = 0; first < count; first += kTicksOfBlock) {
-    for (const RecordedTick& tick : reader.ticks(first, std::min(kTicksOfBlock, count - first))) {
-      summary.ticks.add(tick);
-      summary.latency.add(tick.latency);
-      summary.time += tick.dt >= 0 && tick.dt < kInfinity ? tick.dt : 0;
-    }
-  }
+  reader.for_each_tick([&](const RecordedTick& tick) {
+    summary.ticks.add(tick);
+    summary.latency.add(tick.latency);
+    summary.time += tick.time_passed();
+  });
   return summary;
 }
 

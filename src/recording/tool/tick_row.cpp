@@ -38,7 +38,7 @@ void copy_numbers(const From& from, To& to) {
 }
 
 template <std::size_t kCount, typename Number>
-auto vector_of(const std::array<Number, kCount>& numbers) {
+auto as_vector(const std::array<Number, kCount>& numbers) {
   Eigen::Matrix<Scalar, int(kCount), 1> v;
   for (std::size_t k = 0; k < kCount; ++k) v[Eigen::Index(k)] = numbers[k];
   return v;
@@ -210,16 +210,16 @@ RecordedTick tick_from(const TickRow& row, std::span<const Scalar> margins) {
   tick.status = ToolStatus(row.status);
   tick.contacts = row.contacts;
   tick.dt = row.dt;
-  tick.device.p_WD = vector_of(row.device_p);
-  tick.device.q_WD.coeffs() = vector_of(row.device_q);
+  tick.device.p_WD = as_vector(row.device_p);
+  tick.device.q_WD.coeffs() = as_vector(row.device_q);
   std::copy(row.device_angles.begin(), row.device_angles.end(), tick.device.angles.begin());
   if (row.cutoff_checkpoint > 0) tick.cutoff = {row.cutoff_checkpoint, row.cutoff_node_pairs};
   tick.new_snapshots = row.new_snapshots;
   Quaternion q_WT;
-  q_WT.coeffs() = vector_of(row.tool_q);
-  tick.tool.X_WT = RigidPose(q_WT.normalized(), vector_of(row.tool_p));
+  q_WT.coeffs() = as_vector(row.tool_q);
+  tick.tool.X_WT = RigidPose(q_WT.normalized(), as_vector(row.tool_p));
   std::copy(row.tool_angles.begin(), row.tool_angles.end(), tick.tool.angles.begin());
-  tick.wrench = {vector_of(row.force), vector_of(row.torque)};
+  tick.wrench = {as_vector(row.force), as_vector(row.torque)};
   tick.energy_returned = row.energy_returned;
   tick.tissue_lag = row.tissue_lag;
   for (std::size_t k = 0; k < row.lower.size(); ++k) {
@@ -230,8 +230,8 @@ RecordedTick tick_from(const TickRow& row, std::span<const Scalar> margins) {
     clearance.is_breached = clearance.upper < margins[k];
     if (row.nearest != k) continue;
     tick.nearest = k;
-    clearance.p_WT = vector_of(row.p_tool);
-    clearance.p_WO = vector_of(row.p_obstacle);
+    clearance.p_WT = as_vector(row.p_tool);
+    clearance.p_WO = as_vector(row.p_obstacle);
   }
   tick.latency = std::chrono::nanoseconds(row.latency_ns);
   tick.statistics = {row.impact_queries, row.distance_queries, row.node_pairs,

@@ -14,7 +14,7 @@
 namespace dyop::internal {
 namespace {
 
-// Ticks that are read, and made into a block, at once.
+// Ticks of a block of the page.
 constexpr std::int64_t kTicksOfBlock = 2048;
 
 // Times at which the run is sampled for diagrams, at most.
@@ -27,10 +27,6 @@ constexpr std::size_t kMostModes = 48;
 
 // The proxy or the device: of each part the poses that wait to be written.
 using PartPoses = std::vector<std::vector<TimedPose>>;
-
-Scalar length_of(const RecordedTick& tick) {
-  return tick.dt >= 0 && tick.dt < kInfinity ? tick.dt : 0;
-}
 
 // The extremes of a number of ticks.
 struct Sample {
@@ -80,15 +76,15 @@ class ToolPageMaker {
     const PageEncoder encoder(std::move(scene));
     ToolPage page{encoder.scene().title, {encoder.head()}};
     start();
-    const std::int64_t count = reader_.tick_count();
-    for (std::int64_t first = 0; first < count; first += kTicksOfBlock) {
-      for (const RecordedTick& tick :
-           reader_.ticks(first, std::min(kTicksOfBlock, count - first))) {
-        add(tick);
-      }
+    std::int64_t waiting = 0;
+    reader_.for_each_tick([&](const RecordedTick& tick) {
+      add(tick);
+      if (++waiting < kTicksOfBlock) return;
       write_motions();
       page.blocks.push_back(encoder.span(std::exchange(span_, {})));
-    }
+      waiting = 0;
+    });
+    write_motions();
     add_end();
     page.blocks.push_back(encoder.span(span_));
     return page;
@@ -116,26 +112,22 @@ class ToolPageMaker {
     std::vector<std::optional<Track>> tracks(reader_.scene().obstacles.size());
     Scalar t = 0;
     Scalar lag = 0;
-    const std::int64_t count = reader_.tick_count();
-    for (std::int64_t first = 0; first < count; first += kTicksOfBlock) {
-      for (const RecordedTick& tick :
-           reader_.ticks(first, std::min(kTicksOfBlock, count - first))) {
-        for (std::size_t k = 0; k < tracks.size(); ++k) {
-          if (tick.new_snapshots[k] == 0) continue;
-          const RecordedSnapshot& snapshot = tissue.next(k);
-          if (!tracks[k]) {
-            tracks[k] =
-                Track{{reader_.scene().obstacles[k].vertices, tolerance, kMostModes}, {t}, {{}}};
-          }
-          tracks[k]->add(t, snapshot);
+    reader_.for_each_tick([&](const RecordedTick& tick) {
+      for (std::size_t k = 0; k < tracks.size(); ++k) {
+        if (tick.new_snapshots[k] == 0) continue;
+        const RecordedSnapshot& snapshot = tissue.next(k);
+        if (!tracks[k]) {
+          tracks[k] =
+              Track{{reader_.scene().obstacles[k].vertices, tolerance, kMostModes}, {t}, {{}}};
         }
-        t += length_of(tick);
-        for (std::optional<Track>& track : tracks) {
-          if (track) track->delay(tick.tissue_lag - lag, t);
-        }
-        lag = tick.tissue_lag;
+        tracks[k]->add(t, snapshot);
       }
-    }
+      t += tick.time_passed();
+      for (std::optional<Track>& track : tracks) {
+        if (track) track->delay(tick.tissue_lag - lag, t);
+      }
+      lag = tick.tissue_lag;
+    });
     for (std::size_t k = 0; k < tracks.size(); ++k) {
       if (!tracks[k]) continue;
       PageDeformation& deformation = scene.deformations.emplace_back();
@@ -169,7 +161,7 @@ class ToolPageMaker {
   }
 
   void add(const RecordedTick& tick) {
-    t_ += length_of(tick);
+    t_ += tick.time_passed();
     add_poses(proxy_, tick.tool);
     if (tick.status == ToolStatus::InvalidInput) {
       hide_device();
