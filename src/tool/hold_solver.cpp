@@ -139,10 +139,10 @@ ToolStep HoldSolver::solve(const StepGoal& goal,
     }
     if (is_eased) run(goal, clock);
   }
-  if (clock.cutoff()) return {};
   for (std::size_t k = 0; k < holds.size(); ++k) {
     holds[k].impulse_W = problem_.contacts[k].impulse_W;
   }
+  if (clock.cutoff()) return {};
   return read_step(goal);
 }
 

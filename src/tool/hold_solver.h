@@ -30,7 +30,8 @@ class HoldSolver {
   HoldSolver(const CouplingOptions& coupling, std::span<const ToolHinge> hinges,
              std::span<const ToolBody> bodies, std::size_t most_contacts);
 
-  /// Writes the impulses into `holds`, unless the clock runs out; then the step is worth nothing.
+  /// Writes the impulses into `holds`. If the clock runs out, they are only a good start for the
+  /// next solve, and the step is none.
   ToolStep solve(const StepGoal& goal, std::span<const std::unique_ptr<Obstacle>> obstacles,
                  std::vector<HoldPoint>& holds, WorkClock& clock);
 

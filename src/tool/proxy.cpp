@@ -29,6 +29,10 @@ constexpr Scalar kMeasuredShare = 0.9;
 constexpr Scalar kEscapeStart = 8;
 constexpr int kEscapesTried = 4;
 
+// Ticks that are cut off before the tool has moved try half of the way, down to this part, until
+// one comes through.
+constexpr Scalar kLeastPace = 0x1p-12;
+
 // Node pairs that a query may hold for one time interval without growing its memory.
 constexpr std::size_t kQueuedPairs = 512;
 
@@ -136,12 +140,20 @@ FollowReport Proxy::follow(const std::optional<ToolPose>& goal, Scalar dt, WorkC
   }
   wait();
   report.is_at_goal = is_at(wished);
+  take_pace(clock.cutoff().has_value(), work.pieces > 0);
   return report;
+}
+
+// Otherwise a device that has run ahead would ask for ever more in every tick, and for nothing that
+// can be had in its time.
+void Proxy::take_pace(bool was_cut, bool has_moved) {
+  if (!was_cut) pace_ = std::min(Scalar{1}, 2 * pace_);
+  if (was_cut && !has_moved) pace_ = std::max(kLeastPace, pace_ / 2);
 }
 
 Scalar Proxy::move(const ToolPose& goal, const Piece& piece, WorkClock& clock, TickStatistics& work,
                    FollowReport& report) {
-  ToolStep wish = scaled(step_between(pose_, goal), piece.duration / piece.remaining);
+  ToolStep wish = scaled(step_between(pose_, goal), pace_ * piece.duration / piece.remaining);
   if (const auto out_W = escape_.direction()) {
     wish = {};
     wish.v_W = options_.recovery_speed * piece.duration * *out_W;
@@ -306,7 +318,13 @@ void Proxy::measure(PairState& pair, const DistanceWish& wish, WorkClock& clock,
   ++work.distance_queries;
   const PairDistance found = obstacles_[pair.obstacle]->measure(
       bodies_[pair.body], body_pose(pair.body), wish, clock, pair.kept);
-  if (!clock.cutoff()) pair.distance = found;
+  if (!clock.cutoff()) {
+    pair.distance = found;
+    return;
+  }
+  const Scalar lower = std::max(pair.distance.lower, found.lower);
+  if (found.upper < pair.distance.upper) pair.distance = found;
+  pair.distance.lower = lower;
 }
 
 // The clearance is that of the nearest body: others only have to be proven farther away.
@@ -324,27 +342,36 @@ DistanceWish Proxy::wish_for(std::size_t obstacle, PairDistance& least) const {
   return {least.upper, allowed};
 }
 
+// Begins where the last tick was cut off.
 void Proxy::measure(WorkClock& clock, TickStatistics& work) {
-  for (std::size_t number = 0; number < obstacles_.size(); ++number) {
-    PairDistance least;
-    const Scalar allowed = wish_for(number, least).allowed;
-    if (least.upper - least.lower <= allowed) continue;
-    const Scalar tight = kMeasuredShare * allowed;
-    const auto measure_if = [&](const auto& is_chosen) {
-      for (PairState& pair : pairs_) {
-        if (pair.obstacle != number || clock.cutoff() || !is_chosen(pair)) continue;
-        measure(pair, {least.upper, tight}, clock, work);
-        least.upper = std::min(least.upper, pair.distance.upper);
-      }
-    };
-    // The nearest first, so that little is left to do for the others.
-    const Scalar nearest = least.upper;
-    measure_if([&](const PairState& pair) { return !(pair.distance.upper > nearest); });
-    measure_if([&](const PairState& pair) {
-      return pair.distance.upper > least.upper && pair.distance.lower < least.upper - tight;
-    });
-    if (clock.cutoff()) return;
+  for (std::size_t k = 0; k < obstacles_.size(); ++k) {
+    const std::size_t number = (measured_first_ + k) % obstacles_.size();
+    if (measure_obstacle(number, clock, work)) continue;
+    measured_first_ = number;
+    return;
   }
+  measured_first_ = 0;
+}
+
+bool Proxy::measure_obstacle(std::size_t number, WorkClock& clock, TickStatistics& work) {
+  PairDistance least;
+  const Scalar allowed = wish_for(number, least).allowed;
+  if (least.upper - least.lower <= allowed) return true;
+  const Scalar tight = kMeasuredShare * allowed;
+  const auto measure_if = [&](const auto& is_chosen) {
+    for (PairState& pair : pairs_) {
+      if (pair.obstacle != number || clock.cutoff() || !is_chosen(pair)) continue;
+      measure(pair, {least.upper, tight}, clock, work);
+      least.upper = std::min(least.upper, pair.distance.upper);
+    }
+  };
+  // The nearest first, so that little is left to do for the others.
+  const Scalar nearest = least.upper;
+  measure_if([&](const PairState& pair) { return !(pair.distance.upper > nearest); });
+  measure_if([&](const PairState& pair) {
+    return pair.distance.upper > least.upper && pair.distance.lower < least.upper - tight;
+  });
+  return !clock.cutoff();
 }
 
 }  // namespace dyop::internal

@@ -92,6 +92,8 @@ class Proxy {
   Scalar piece_time(Scalar remaining) const;
   bool is_at(const ToolPose& goal) const;
   DistanceWish wish_for(std::size_t obstacle, PairDistance& least) const;
+  bool measure_obstacle(std::size_t number, WorkClock& clock, TickStatistics& work);
+  void take_pace(bool was_cut, bool has_moved);
 
   const ToolOptions options_;
   const Scalar tolerance_;  // of impacts
@@ -99,6 +101,8 @@ class Proxy {
   std::vector<std::unique_ptr<Obstacle>> obstacles_;
   std::vector<ToolBody> bodies_;
   std::vector<PairState> pairs_;
+  std::size_t measured_first_ = 0;  // number of the obstacle where the last tick was cut off
+  Scalar pace_ = 1;                 // part of the way to the device that is tried
   HoldSolver solver_;
   QueryMemory memory_;
   Escape escape_;

@@ -16,6 +16,9 @@ constexpr Scalar kMostReach = 20;
 constexpr Scalar kSamePlace = 2;
 constexpr Scalar kSameNormal = 0.999;  // cosine of 2.6 degrees
 
+// So many holds are kept at the slowest pace: with fewer the proof finds the others, one by one.
+constexpr int kFewestHolds = 8;
+
 // A repeated hit pushes the tool away by this fraction of the standoff, doubled each time.
 constexpr Scalar kPush = 0.25;
 
@@ -78,12 +81,13 @@ void Proxy::thin_holds() {
     return is_named_before(x, y);
   });
   holds_.clear();
+  // Fewer at a slower pace, since solves take long.
+  const int all = 1 + options_.max_contacts - options_.max_attempts;
+  const auto most = std::size_t(std::max(std::min(kFewestHolds, all), int(pace_ * all)));
   const Scalar apart = kSamePlace * options_.standoff;
   for (const HoldPoint& hold : found_) {
     // Leaves space for the holds that the proof will find.
-    if (holds_.size() + std::size_t(options_.max_attempts) > std::size_t(options_.max_contacts)) {
-      break;
-    }
+    if (holds_.size() >= most) break;
     const bool is_known = std::any_of(holds_.begin(), holds_.end(), [&](const HoldPoint& kept) {
       return is_same_place(kept, hold, apart);
     });

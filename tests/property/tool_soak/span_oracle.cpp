@@ -8,6 +8,12 @@
 #include "plain_distance.h"
 
 namespace dyop::testing {
+namespace {
+
+// Longer motions are checked piece by piece, so that few pairs come near in each.
+constexpr Scalar kLongest = 1;
+
+}  // namespace
 
 ToolSpanPath::ToolSpanPath(const ToolPose& from, const ToolPose& to) : from_(from), to_(to) {
   const Eigen::AngleAxis<Scalar> turn(
@@ -79,7 +85,7 @@ void SpanOracle::find_pairs(const Part& part, const SpanPart& span, const Tissue
   AlignedBox near_whole;
   for (const std::size_t number : near_) {
     AlignedBox& box = near_boxes.emplace_back();
-    for (const Scalar later : {Scalar{0}, span.time}) {
+    for (const Scalar later : {span.later, span.later + span.time}) {
       for (const Vector3& p : tissue.triangle(number, later)) box.extend(p);
     }
     near_whole.extend(box);
@@ -103,7 +109,8 @@ Scalar SpanOracle::distance_at(Scalar s) {
     for (std::size_t i = 0; i < 3; ++i) {
       tool[i] = X * part_->vertices[std::size_t(part_->triangles[pair.tool][i])];
     }
-    pair.distance = plain_distance(tool, tissue_->triangle(pair.tissue, s * span_->time));
+    pair.distance =
+        plain_distance(tool, tissue_->triangle(pair.tissue, span_->later + s * span_->time));
     pair.s = s;
     least = std::min(least, pair.distance);
   }
@@ -127,15 +134,33 @@ void SpanOracle::sample(Scalar s0, Scalar d0, Scalar s1, Scalar d1) {
 SpanDistance SpanOracle::check(std::size_t part, const SpanPart& span, const TissuePath& tissue,
                                Scalar cap, Scalar wanted, Scalar resolution) {
   part_ = &parts_[part];
-  span_ = &span;
   tissue_ = &tissue;
-  travel_ = (span.s1 - span.s0) * span.path.travel(part_->reach) + tissue.travel(span.time);
-  // Then pairs that are never closer than the cap prove what is wanted.
-  cap_ = std::max(cap, wanted + travel_);
   wanted_ = wanted;
   resolution_ = resolution;
+  const Scalar travel =
+      (span.s1 - span.s0) * span.path.travel(part_->reach) + tissue.travel(span.time);
+  const int count = 1 + int(travel / kLongest);
+  travel_ = travel / count;
+  SpanDistance whole;
+  for (int k = 0; k < count; ++k) {
+    const auto s_at = [&](int i) { return span.s0 + (span.s1 - span.s0) * i / count; };
+    const Scalar time = span.time / count;
+    const SpanDistance found =
+        check_short({span.path, s_at(k), s_at(k + 1), time, span.later + k * time}, cap);
+    whole.least = std::min(whole.least, found.least);
+    whole.proven = std::min(whole.proven, found.proven);
+    whole.at_end = found.at_end;
+    whole.samples += found.samples;
+  }
+  return whole;
+}
+
+SpanDistance SpanOracle::check_short(const SpanPart& span, Scalar cap) {
+  span_ = &span;
+  // Then pairs that are never closer than the cap prove what is wanted.
+  cap_ = std::max(cap, wanted_ + travel_);
   result_ = {};
-  find_pairs(*part_, span, tissue, cap_);
+  find_pairs(*part_, span, *tissue_, cap_);
   if (pairs_.empty()) {
     result_.least = result_.proven = result_.at_end = cap_;
     return result_;

@@ -29,12 +29,14 @@ class ToolSpanPath {
   Scalar turn_;  // with that of the hinges
 };
 
-/// A part of a tool's tick: s from s0 to s1 of a span, during `time`.
+/// A part of a tool's tick: s from s0 to s1 of a span, during `time`, which begins `later` than the
+/// tissue's present.
 struct SpanPart {
   const ToolSpanPath& path;
   Scalar s0;
   Scalar s1;
   Scalar time;
+  Scalar later = 0;
 };
 
 struct SpanDistance {
@@ -67,6 +69,7 @@ class SpanOracle {
     Scalar distance, s;  // where it was measured last
   };
 
+  SpanDistance check_short(const SpanPart& span, Scalar cap);
   RigidPose pose(const Part& part, const ToolPose& tool) const;
   void find_pairs(const Part& part, const SpanPart& span, const TissuePath& tissue, Scalar cap);
   Scalar distance_at(Scalar s);

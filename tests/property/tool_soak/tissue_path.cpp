@@ -27,7 +27,7 @@ TissuePath::TissuePath(const ToolObstacle& obstacle) {
 }
 
 void TissuePath::give(std::vector<Vector3> vertices, Scalar duration) {
-  next_.emplace(std::move(vertices), duration);
+  next_.emplace_back(std::move(vertices), duration);
 }
 
 void TissuePath::start_tick() {
@@ -38,10 +38,10 @@ void TissuePath::go_on() {
   if (time_left() > 0 && duration_ > 0) return;
   begin_ = end_;
   duration_ = elapsed_ = 0;
-  if (next_) {
-    end_ = std::move(next_->first);
-    duration_ = next_->second;
-    next_.reset();
+  if (!next_.empty()) {
+    end_ = std::move(next_.front().first);
+    duration_ = next_.front().second;
+    next_.pop_front();
   }
   fit_boxes();
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <optional>
+#include <deque>
 #include <utility>
 #include <vector>
 
@@ -16,7 +16,7 @@ class TissuePath {
  public:
   explicit TissuePath(const ToolObstacle& obstacle);
 
-  /// The next snapshot, while there is none waiting.
+  /// The snapshot after all those that are waiting.
   void give(std::vector<Vector3> vertices, Scalar duration);
   /// At the start of a tick: obstacles at rest set off.
   void start_tick();
@@ -41,7 +41,7 @@ class TissuePath {
   std::vector<Vector3> begin_, end_;
   std::vector<TriangleIndices> triangles_;
   std::vector<AlignedBox> boxes_, block_boxes_;  // over the whole line
-  std::optional<std::pair<std::vector<Vector3>, Scalar>> next_;
+  std::deque<std::pair<std::vector<Vector3>, Scalar>> next_;
   Scalar duration_ = 0;  // 0: at rest
   Scalar elapsed_ = 0;
   Scalar largest_ = 0;  // displacement over the line

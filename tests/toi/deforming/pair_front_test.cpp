@@ -186,23 +186,22 @@ TEST(PairFront, PairsBetweenTwoReachesAreAllThatAreLeft) {
 TEST(PairFront, ClosesWhatHasBecomeFar) {
   Walk walk(8);
   PairFront front;
-  internal::BoxPairStack stack;
-  PieceDistance best;
-  const auto search = [&] {
+  const auto query = [&] {
     const StandingPair sides(walk.sheet, walk.s, walk.ball, walk.X_WB);
-    front.find_nearest(
-        sides, kInfinity, 0.01, [] { return false; }, stack, best);
+    front.refine(
+        sides, 0.3, [] { return false; },
+        [](const PieceDistance&, std::int32_t, std::int32_t) { return 0.3; });
   };
-  walk.X_WB = RigidPose(Vector3(0, 0, 1.5));
-  search();
+  walk.X_WB = RigidPose(Vector3(0, 0, 1.2));
+  query();
   const std::size_t near = front.size();
   for (int k = 0; k < 40; ++k) {
-    walk.X_WB = RigidPose(Vector3(0, 0, walk.X_WB.translation().z() + 1));
-    front.move(1 + kNoise);
-    search();
+    walk.X_WB = RigidPose(Vector3(0, 0, walk.X_WB.translation().z() + 0.1));
+    front.move(0.1 + kNoise);
+    query();
     EXPECT_LE(front.lower(), walk.truth().upper + kNoise) << k;
   }
-  EXPECT_GT(near, 100u);
+  EXPECT_GT(near, 50u);
   EXPECT_LT(front.size(), near / 2);
 }
 
