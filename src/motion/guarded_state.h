@@ -96,10 +96,17 @@ inline void require_no_jump(const PoseStep& step, const TwistBound& bound, Scala
 }
 
 /// Restores the rotation of a pose that is the product of many, long before a query would refuse
-/// it.
+/// it. What it returns it leaves as it is, so that a motion can be stored and made anew with every
+/// bit: two columns of length one and across each other, each to a few units of rounding, and the
+/// third as rotation_error() computes it.
 inline RigidPose without_drift(const RigidPose& X_WB) {
   if (rotation_error(X_WB.rotation()) <= kEngineRotationNoise / 8) return X_WB;
-  return RigidPose(X_WB.rotation(), X_WB.translation());
+  Matrix3 R = RigidPose(X_WB.rotation(), X_WB.translation()).rotation();  // refuses what is none
+  R.col(0).normalize();
+  R.col(1) -= R.col(0).dot(R.col(1)) * R.col(0);
+  R.col(1).normalize();
+  R.col(2) = R.col(0).cross(R.col(1));
+  return RigidPose::from_trusted(R, X_WB.translation());
 }
 
 }  // namespace dyop::internal

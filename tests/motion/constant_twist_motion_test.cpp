@@ -5,7 +5,9 @@
 
 #include <numbers>
 
+#include "motion/all_motions.h"
 #include "motion/motion_test_tools.h"
+#include "support/same_bits.h"
 
 namespace dyop::testing {
 namespace {
@@ -38,6 +40,18 @@ TEST(ConstantTwistMotion, BoundsAreEqualitiesUpToRounding) {
   EXPECT_LT(bound.angular_speed, 13 * (1 + 1e-13));
   EXPECT_EQ(bound.linear_acceleration, 0);
   EXPECT_EQ(bound.angular_acceleration, 0);
+}
+
+// Rotations that have drifted by all amounts around the one from which they are restored.
+TEST(ConstantTwistMotion, IsTheSameWhenMadeFromItsOwnPose) {
+  testing::Random random(4);
+  for (int k = 0; k < 20000; ++k) {
+    Matrix3 R = random.pose(1).rotation();
+    R *= 1 + random.uniform(-1, 1) * 2e-15;
+    const ConstantTwistMotion motion(RigidPose::from_trusted(R, random.in_ball(1)), {}, 0);
+    const ConstantTwistMotion again(motion.X_WB0(), {}, 0);
+    ASSERT_TRUE(testing::has_same_bits(motion.X_WB0(), again.X_WB0())) << k;
+  }
 }
 
 TEST(ConstantTwistMotion, RefusesNumbersThatAreNotFinite) {
