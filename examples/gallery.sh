@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: BSD-3-Clause
-# Runs the ten examples of docs/gallery.md: for each scene a recording, its page, a picture, and a row
+# Runs the examples of docs/gallery.md: for each scene a recording, its page, a picture, and a row
 # of figures in OUT/figures.md; for the paper's 90 tests their tables and figures.
 # Usage: bash examples/gallery.sh [OUT [NAME...]]     OUT: build/gallery
 # Environment: DYOP, the command (default build/release/dyop). Bunnies: Debian's glmark2-data. Pictures:
@@ -23,12 +23,27 @@ cradle        examples/scenes/cradle.json         1.2  light
 domino        examples/scenes/domino.json         1.0  light
 wrecking-ball examples/scenes/wrecking-ball.json  1.6  light
 pile          pile:40                             1.5  light
+bolt          bolt:4                              2.0  light view=ghost&body=bolt&show=joints
 LIST
 )
 
 rows="$out/figures.md"
 echo "| run | bodies | simulated | computed in | impacts | most contacts | stalls | recording | page |" > "$rows"
 echo "|---|---|---|---|---|---|---|---|---|" >> "$rows"
+
+# The page of a recording, and its picture at a time.
+show_one() {
+  local name=$1 time=$2 link=$3
+  "$dyop" view "$out/$name.h5" -o "$out/$name.html" > /dev/null
+  if command -v chromium >/dev/null && command -v ffmpeg >/dev/null; then
+    "$dyop" export "$out/$name.h5" --frames "$out/$name.frames" --from "$time" --to "$time" \
+      --width 640 --height 400 --link "$link" > /dev/null
+    # 256 colours are enough for a page of the docs.
+    ffmpeg -y -loglevel error -i "$out/$name.frames/frame-00000.png" -frames:v 1 \
+      -vf 'split[a][b];[a]palettegen=reserve_transparent=0[p];[b][p]paletteuse=dither=none' "$out/$name.png"
+    rm -r "$out/$name.frames"
+  fi
+}
 
 make_one() {
   local name=$1 scene=$2 time=$3 link="theme=$4"
@@ -39,15 +54,7 @@ make_one() {
   fi
   "$dyop" simulate "$scene" --out "$out/$name" --record "$out/$name.h5" --no-progress --json --threads 1 \
     --mesh-path /usr/share/glmark2/models > "$out/$name.result.json"
-  "$dyop" view "$out/$name.h5" -o "$out/$name.html" > /dev/null
-  if command -v chromium >/dev/null && command -v ffmpeg >/dev/null; then
-    "$dyop" export "$out/$name.h5" --frames "$out/$name.frames" --from "$time" --to "$time" \
-      --width 640 --height 400 --link "$link" > /dev/null
-    # 256 colours are enough for a page of the docs.
-    ffmpeg -y -loglevel error -i "$out/$name.frames/frame-00000.png" -frames:v 1 \
-      -vf 'split[a][b];[a]palettegen=reserve_transparent=0[p];[b][p]paletteuse=dither=none' "$out/$name.png"
-    rm -r "$out/$name.frames"
-  fi
+  show_one "$name" "$time" "$link"
   python3 - "$out" "$name" >> "$rows" <<'ROW'
 import json, os, sys
 out, name = sys.argv[1:]
@@ -67,6 +74,13 @@ wanted=("$@")
 while read -r name scene time theme link; do
   if is_wanted "$name"; then make_one "$name" "$scene" "$time" "$theme" "$link"; fi
 done <<< "$scenes"
+# Planning needs OMPL: without it its example was not built.
+planner=$(dirname "$dyop")/examples/example_planning_arm_at_shelf
+if is_wanted planning && [ -x "$planner" ]; then
+  "$planner" "$out/planning.h5"
+  show_one planning 3 "theme=light&show=trails&body=hand"
+  echo planning
+fi
 if is_wanted paper; then
   "$dyop" paper --out "$out/paper" > "$out/paper.txt"
   echo paper

@@ -2,6 +2,7 @@
 #include "dyop/recording/recording_writer.h"
 
 #include <algorithm>
+#include <chrono>
 #include <limits>
 #include <map>
 #include <optional>
@@ -22,6 +23,11 @@ using internal::Hdf5File;
 using internal::Json;
 using internal::MotionPart;
 using internal::OutputRows;
+
+using Clock = std::chrono::steady_clock;
+
+// Between two flushes pass so many times what the last one took.
+constexpr int kFlushRest = 20;
 
 constexpr Scalar kUnknown = std::numeric_limits<Scalar>::quiet_NaN();
 
@@ -71,7 +77,8 @@ struct RecordingWriter::Output {
 
   explicit Output(const std::filesystem::path& path) : file(Hdf5File::create(path)) {}
 
-  void flush_all_but_frames() {
+  // The rows of /frames last: they count the others.
+  void flush() {
     steps.flush();
     segments.flush();
     numbers.flush();
@@ -85,6 +92,7 @@ struct RecordingWriter::Output {
     vertices.flush();
     triangles.flush();
     given.flush();
+    frames.flush();
   }
 
   void put_lengths(internal::FrameRow& row) const {
@@ -124,6 +132,8 @@ struct RecordingWriter::Impl {
     output.file.write_attribute("header", header_json(header).dump());
     output.file.share_with_readers();
     time = header.begin_time;
+    DYOP_REQUIRE(options.longest_delay >= 0, "longest_delay must be >= 0, not ",
+                 options.longest_delay);
   }
 
   void put_body(const BodyId& id, const BodyDefinition& definition);
@@ -135,6 +145,8 @@ struct RecordingWriter::Impl {
   void put_pairs(const std::vector<PairRecord>& records);
   void put_events(const AdvanceReport& report);
   void put_frame(const AdvanceReport& report, internal::FrameRow row);
+  void flush();
+  void flush_if_due();
   void end(const std::string& error);
 
   Output output;
@@ -144,6 +156,9 @@ struct RecordingWriter::Impl {
   std::set<std::pair<BodyId, BodyId>> pairs_at_rest;
   Scalar time = 0;  // committed
   AdvanceStatus status = AdvanceStatus::NotRun;
+  Clock::time_point last_flush = Clock::now();
+  Clock::duration rest{};  // that passes before the next flush
+  bool has_ended = false;
 };
 
 void RecordingWriter::Impl::put_body(const BodyId& id, const BodyDefinition& definition) {
@@ -287,7 +302,19 @@ void RecordingWriter::Impl::put_events(const AdvanceReport& report) {
   }
 }
 
-// The frame is in the file, and whole, once its row is.
+void RecordingWriter::Impl::flush() {
+  const Clock::time_point begin = Clock::now();
+  output.flush();
+  last_flush = Clock::now();
+  rest = kFlushRest * (last_flush - begin);
+}
+
+void RecordingWriter::Impl::flush_if_due() {
+  const std::chrono::duration<Scalar> waited = Clock::now() - last_flush;
+  if (waited >= rest || waited.count() >= options.longest_delay) flush();
+}
+
+// A frame is in the file, and whole, once its row is.
 void RecordingWriter::Impl::put_frame(const AdvanceReport& report, internal::FrameRow row) {
   for (const CommittedStep& step : report.steps) put_step(step);
   for (const ImpactEvent& impact : report.impacts) put_impact(impact);
@@ -295,25 +322,34 @@ void RecordingWriter::Impl::put_frame(const AdvanceReport& report, internal::Fra
   internal::put_report(report, row);
   row.begin = time;
   output.put_lengths(row);
-  output.flush_all_but_frames();
   output.frames.add(row);
-  output.frames.flush();
   time = report.t;
   status = report.status;
+  flush_if_due();
 }
 
 void RecordingWriter::Impl::end(const std::string& error) {
+  flush();
   const Json json{{"status", static_cast<std::uint32_t>(status)}, {"error", error}};
   output.end.add_all(json.dump());
   output.end.flush();
   output.file.close();
+  has_ended = true;
 }
 
 RecordingWriter::RecordingWriter(const std::filesystem::path& file, const RunHeader& header,
                                  const RecordingOptions& options)
     : impl_(std::make_unique<Impl>(file, header, options)) {}
 
-RecordingWriter::~RecordingWriter() = default;
+RecordingWriter::~RecordingWriter() {
+  if (!impl_ || impl_->has_ended) return;
+  try {
+    impl_->flush();
+  } catch (
+      const std::exception&) {  // the disk is full, say: the file is whole up to the last flush
+  }
+}
+
 RecordingWriter::RecordingWriter(RecordingWriter&&) noexcept = default;
 RecordingWriter& RecordingWriter::operator=(RecordingWriter&&) noexcept = default;
 

@@ -28,8 +28,7 @@ double seconds_of(const Scene& scene, const std::optional<std::filesystem::path>
   std::optional<RecordingWriter> writer;
   if (recording) writer.emplace(*recording, run_header(scene));
   while (world.time() < scene.end_time) {
-    const AdvanceReport report =
-        world.advance(std::min(scene.step, scene.end_time - world.time()));
+    const AdvanceReport report = world.advance(std::min(scene.step, scene.end_time - world.time()));
     if (writer) writer->write(report, world);
     if (report.status != AdvanceStatus::Completed) break;
   }

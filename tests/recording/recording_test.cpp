@@ -26,6 +26,9 @@ class Recording : public ::testing::Test {
   testing::TemporaryDirectory directory_;
 };
 
+// Every frame can be read as soon as it is written.
+const RecordingOptions kAtOnce{.longest_delay = 0};
+
 // Compares the reader with the motions of the run, at random times and at both ends of every step.
 void expect_same_motions(const RecordingReader& reader, const std::vector<AdvanceReport>& reports) {
   std::mt19937 random(1);
@@ -132,7 +135,7 @@ TEST_F(Recording, KeepsPairsAndEnergyOfEveryFrame) {
   std::vector<std::vector<PairRecord>> pairs;
   std::vector<Scalar> energies;
   {
-    RecordingWriter writer(file(), busy_header());
+    RecordingWriter writer(file(), busy_header(), kAtOnce);
     for (int k = 0; k < kBusyFrames; ++k) {
       writer.write(world.advance(busy_header().step), world);
       pairs.push_back(world.pairs());
@@ -178,7 +181,7 @@ TEST_F(Recording, KeepsPairsAndEnergyOfEveryFrame) {
 
 TEST_F(Recording, GrowsUnderTheEyesOfAReader) {
   World world = testing::busy_world();
-  RecordingWriter writer(file(), busy_header());
+  RecordingWriter writer(file(), busy_header(), kAtOnce);
   RecordingReader reader(file());
   EXPECT_EQ(reader.interval().length(), 0);
   EXPECT_EQ(reader.bodies().size(), 0u);
@@ -201,6 +204,28 @@ TEST_F(Recording, GrowsUnderTheEyesOfAReader) {
   EXPECT_EQ(reader.end()->error, "the solver gave up");
 }
 
+// However fast it is written, and without an end.
+TEST_F(Recording, HasEveryFrameOfAWriterThatIsGone) {
+  World world = testing::busy_world();
+  {
+    RecordingWriter writer(file(), busy_header());
+    for (int k = 0; k < 50; ++k) writer.write(world.advance(busy_header().step), world);
+  }
+  const RecordingReader reader(file());
+  EXPECT_EQ(reader.frames().size(), 50u);
+  EXPECT_EQ(reader.interval().end, world.time());
+  EXPECT_FALSE(reader.end().has_value());
+}
+
+TEST_F(Recording, RefusesADelayBelowZero) {
+  RecordingOptions options;
+  options.longest_delay = -1;
+  EXPECT_NE(testing::message_of<InvalidArgument>([&] {
+              RecordingWriter(file(), busy_header(), options);
+            }).find("-1"),
+            std::string::npos);
+}
+
 TEST_F(Recording, IsReadTwiceAtOnce) {
   const std::vector<AdvanceReport> reports = testing::record_busy_run(file());
   const RecordingReader first(file());
@@ -214,7 +239,7 @@ TEST_F(Recording, IsReadTwiceAtOnce) {
 
 TEST_F(Recording, WritesNothingForBodiesThatSleep) {
   World world = testing::busy_world();
-  RecordingWriter writer(file(), busy_header());
+  RecordingWriter writer(file(), busy_header(), kAtOnce);
   for (int k = 0; k < 400 && !world.is_asleep(BodyId(1)); ++k) {
     writer.write(world.advance(busy_header().step), world);
   }
@@ -233,7 +258,7 @@ TEST_F(Recording, WritesNothingForBodiesThatSleep) {
 
 TEST_F(Recording, FollowsBodiesThatComeAndGo) {
   World world = testing::busy_world();
-  RecordingWriter writer(file(), busy_header());
+  RecordingWriter writer(file(), busy_header(), kAtOnce);
   const Scalar step = busy_header().step;
   writer.write(world.advance(step), world);
   world.remove_body(BodyId(3));
