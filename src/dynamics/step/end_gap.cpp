@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "dynamics/step/end_gap.h"
 
+#include <algorithm>
+#include <vector>
+
+#include "core/tolerance.h"
 #include "dyop/distance/distance.h"
 #include "dyop/geometry/convex_shape.h"
 
@@ -41,6 +45,37 @@ Scalar end_gap(const ContactPoint& point, const BodyRecord& a, const RigidPose& 
   }
   const Matrix3& R_end = point.normal_is_of_b ? X_WB_end.rotation() : X_WA_end.rotation();
   return (R_end * point.nhat_AB_S).dot(core_b - core_a) - radius_a - radius_b;
+}
+
+bool is_on_curved_surface(const ContactPoint& point, const BodyRecord& a, const BodyRecord& b) {
+  if (point.merged_way > 0) return true;
+  const Shape& shape_a = *a.definition.shape;
+  const Shape& shape_b = *b.definition.shape;
+  return (rounding_radius(shape_a) > 0 && shape_b.kind() == ShapeKind::TriangleMesh) ||
+         (rounding_radius(shape_b) > 0 && shape_a.kind() == ShapeKind::TriangleMesh);
+}
+
+std::optional<Scalar> measured_end_gap(const ContactPoint& point, Scalar way, Scalar reach,
+                                       Scalar lift, const BodyRecord& a, const RigidPose& X_WA_end,
+                                       const BodyRecord& b, const RigidPose& X_WB_end,
+                                       ContactWorkspace& workspace) {
+  const Vector3& n = point.nhat_AB_W;
+  const RigidPose lifted(X_WB_end.rotation(), X_WB_end.translation() + lift * n);
+  std::vector<ContactPoint> found;
+  generate_contacts(*a.definition.shape, X_WA_end, *b.definition.shape, lifted, reach + lift, {},
+                    workspace, found);
+  const Vector3 p_a = X_WA_end * point.p_ACa;
+  const Vector3 p_b = X_WB_end * point.p_BCb;
+  std::optional<Scalar> least;
+  for (const ContactPoint& other : found) {
+    const Scalar cosine = other.nhat_AB_W.dot(n);
+    const Scalar apart =
+        std::min((other.p_WCa - p_a).squaredNorm(), (other.p_WCa - p_b).squaredNorm());
+    if (cosine < kContactMergedCosine || apart > way * way) continue;
+    const Scalar gap = other.gap - lift * cosine;
+    least = std::min(gap, least.value_or(gap));
+  }
+  return least;
 }
 
 ContactPoint point_of_hit(const ToiResult& hit, const RigidPose& X_WA, const RigidPose& X_WB) {
