@@ -294,6 +294,19 @@ inline constexpr Scalar kContactDriftFraction = 0.2;
 inline constexpr Scalar kContactReachStandoffs = 4;
 inline constexpr Scalar kContactReachRadiusFraction = 0.02;
 
+/// Contacts of a curved surface stand for others up to this fraction of the bounding radius away
+/// with a normal within this cosine. Larger: small parts lose their support; smaller: fast rolling
+/// loses energy. Used by reduce_contacts().
+inline constexpr Scalar kContactMergedRadiusFraction = 0.15;
+inline constexpr Scalar kContactMergedCosine = 0.9;
+
+/// In World such a contact is at most so many standoffs above the rest gap, and the body turns by
+/// so many standoffs over its radius. The gap at the end of a step is measured within so many ways
+/// of the step. Used by World.
+inline constexpr Scalar kContactMergedStandoffs = 0.7;
+inline constexpr Scalar kContactMergedChange = 0.01;
+inline constexpr Scalar kContactMeasuredWays = 3;
+
 /// Fraction of the missing rest gap that a step recovers. Larger: jitter. Used by World.
 inline constexpr Scalar kGapRecovery = 0.3;
 

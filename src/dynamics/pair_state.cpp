@@ -31,8 +31,12 @@ void update_pivot(PairState& pair, const BodyRecord& a, const BodyRecord& b) {
 
 bool refresh_contacts(PairState& pair, const BodyRecord& a, const RigidPose& X_WA,
                       const BodyRecord& b, const RigidPose& X_WB, Scalar reach,
-                      ContactWorkspace& workspace) {
+                      const Vector3& shift_W, const Vector3& turn_W, ContactWorkspace& workspace) {
   ContactCacheOptions options;
+  ContactMerging merging{shift_W, turn_W, pair.lengths.radius};
+  merging.active_gap = pair.lengths.rest_gap() + kContactMergedStandoffs * pair.lengths.standoff;
+  merging.gap_change = kContactMergedChange * pair.lengths.standoff;
+  options.reduction.merging = merging;
   options.max_drift = kContactDriftFraction * pair.lengths.standoff;
   pair.contacts.refresh(*a.definition.shape, X_WA, *b.definition.shape, X_WB, reach, options,
                         workspace);

@@ -93,11 +93,12 @@ struct PairState {
 /// picks one.
 void update_pivot(PairState& pair, const BodyRecord& a, const BodyRecord& b);
 
-/// Brings contacts and gap of a pair up to date at two poses: contacts up to `reach`.
+/// Brings contacts and gap of a pair up to date at two poses: contacts up to `reach`. B's point at
+/// p_WC is expected to move by shift_W + turn_W x p_WC relative to A.
 /// Returns whether there are any.
 bool refresh_contacts(PairState& pair, const BodyRecord& a, const RigidPose& X_WA,
                       const BodyRecord& b, const RigidPose& X_WB, Scalar reach,
-                      ContactWorkspace& workspace);
+                      const Vector3& shift_W, const Vector3& turn_W, ContactWorkspace& workspace);
 
 /// Measures the gap at two poses unless its known bound already exceeds `enough`.
 void measure_gap(PairState& pair, const BodyRecord& a, const RigidPose& X_WA, const BodyRecord& b,

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <numbers>
 #include <random>
@@ -14,6 +15,7 @@
 #include "dyop/geometry/capsule.h"
 #include "dyop/geometry/compound_shape.h"
 #include "dyop/geometry/sphere.h"
+#include "support/inputs/curved_meshes.h"
 #include "support/inputs/mesh_generators.h"
 #include "support/inputs/random_inputs.h"
 #include "support/oracles/contact_generation_oracle.h"
@@ -171,6 +173,23 @@ TEST(ContactGenerator, ABallInABowlTouchesWhereItsFacesAreNearest) {
       EXPECT_EQ(contact.feature_a.kind, FeatureKind::Face);
     }
     EXPECT_NEAR(least, nearest.upper, 1e-12);
+  }
+}
+
+// The tolerance at the borders of facets, relative to the ball's radius, covers several of them.
+TEST(ContactGenerator, ABallOnFineFacetsGetsTheNormalOfTheNearest) {
+  constexpr int kStrips = 4096;
+  const TriangleMesh hollow = testing::trough(1, 0.5, 0.7, kStrips).mesh();
+  const Scalar facet = 1.4 / kStrips;  // angle
+  for (const Scalar angle : {-0.31, 0.0, 0.123, 0.3}) {
+    for (const Scalar place : {0.1, 0.5, 0.9}) {
+      const Scalar middle = (std::floor(angle / facet) + place) * facet;
+      const Vector3 down(std::sin(middle), 0, -std::cos(middle));
+      const RigidPose X_WB(0.749 * down);
+      const auto contacts = generate_contacts(hollow, RigidPose(), Sphere(0.25), X_WB, 0.002);
+      ASSERT_EQ(contacts.size(), 1u);
+      EXPECT_LT(contacts[0].nhat_AB_W.cross(down).norm(), 0.501 * facet) << angle << ' ' << place;
+    }
   }
 }
 

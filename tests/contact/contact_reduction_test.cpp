@@ -96,6 +96,47 @@ TEST(ContactReduction, LeavesFewAlone) {
   EXPECT_EQ(contacts.size(), 2u);
 }
 
+// Vertices of a rim of radius 1 above a floor, 0.01 apart; the lowest is the tenth of 21.
+std::vector<ContactPoint> rim(Scalar y, int first) {
+  std::vector<ContactPoint> contacts;
+  for (int k = 0; k < 21; ++k) {
+    const Scalar x = 0.01 * (k - 10);
+    contacts.push_back(contact_at({x, y, 0}, Vector3::UnitZ(), 0.001 + x * x / 2, first + k));
+  }
+  return contacts;
+}
+
+ContactReductionOptions merging_for(const Vector3& shift_W, const Vector3& turn_W) {
+  ContactMerging merging{shift_W, turn_W, 1};
+  merging.active_gap = 0.0011;
+  merging.gap_change = 1e-5;
+  return {.merging = merging};
+}
+
+TEST(ContactReduction, ARollingRimRestsOnItsLowestPoint) {
+  auto contacts = rim(0, 0);
+  const auto more = rim(0.5, 21);
+  contacts.insert(contacts.end(), more.begin(), more.end());
+  contacts[9].impulse_W = Vector3::UnitZ();
+  reduce_contacts(merging_for(Vector3(0.06, 0, 0), Vector3(0, 0.06, 0)), contacts);
+  ASSERT_EQ(contacts.size(), 2u);
+  for (const ContactPoint& contact : contacts) {
+    EXPECT_EQ(contact.p_WCa.x(), 0);
+    EXPECT_EQ(contact.merged_way, 0.15);
+  }
+  EXPECT_EQ(contacts[0].impulse_W, Vector3::UnitZ());
+}
+
+TEST(ContactReduction, WhatSlidesOrRestsKeepsItsContacts) {
+  for (const Vector3& shift_W : {Vector3(0, 0, 0), Vector3(0.1, 0, 0), Vector3(0, 0, -0.1)}) {
+    std::vector<ContactPoint> contacts{contact_at(Vector3::Zero(), Vector3::UnitZ(), 0.001, 0),
+                                       contact_at({0.01, 0, 0}, Vector3::UnitZ(), 0.001, 1)};
+    reduce_contacts(merging_for(shift_W, Vector3::Zero()), contacts);
+    EXPECT_EQ(contacts.size(), 2u);
+    EXPECT_EQ(contacts[0].merged_way, 0);
+  }
+}
+
 TEST(ContactReduction, RefusesWhatIsOutOfRange) {
   std::vector<ContactPoint> contacts;
   EXPECT_THROW(reduce_contacts({.points_per_cluster = 0}, contacts), InvalidArgument);

@@ -2,6 +2,7 @@
 #include "dyop/contact/contact_generator.h"
 
 #include <algorithm>
+#include <cmath>
 #include <tuple>
 
 #include "contact/generation/contact_search.h"
@@ -54,13 +55,20 @@ class DoubleRemoval {
            (x.p_b - y.p_b).squaredNorm() <= apart * apart && x.normal.dot(y.normal) >= kSameNormal;
   }
 
+  bool is_better(const FoundContact& x, const FoundContact& y) const;
+
   const ContactQuery& query_;
   const Scalar window_;
   std::vector<char>& is_double_;
 };
 
-bool is_better(const FoundContact& x, const FoundContact& y) {
-  return std::tie(x.rank, x.key) < std::tie(y.rank, y.key);
+// Of two at one place: on a finely faceted surface the tolerance reaches over several facets, and
+// only the nearest has the surface's normal there.
+bool DoubleRemoval::is_better(const FoundContact& x, const FoundContact& y) const {
+  const Scalar unit = 8 * query_.noise;  // distances that rounding may swap are the same
+  const Scalar x_upper = std::floor(x.upper / unit);
+  const Scalar y_upper = std::floor(y.upper / unit);
+  return std::tie(x.rank, x_upper, x.key) < std::tie(y.rank, y_upper, y.key);
 }
 
 // Marks the worse of any two contacts at one place; sweeps along x.

@@ -49,6 +49,8 @@ class ContactLeg {
   void solve_move();
   bool is_contradictory() const;
   bool update_errors();
+  Scalar found_end_gap(std::size_t contact, Scalar linear);
+  Vector3 relative_turn(const RunPair& pair) const;
   RigidPose end_pose(const std::optional<std::size_t>& member, const BodyRecord& body) const;
   void make_moves();
   void find_proofs();
@@ -170,6 +172,42 @@ RigidPose ContactLeg::end_pose(const std::optional<std::size_t>& member,
   return body.X_WB();
 }
 
+// The gap at the end near a contact. The facet of a contact on a curved surface says little about
+// it: other facets may have come nearer by then.
+Scalar ContactLeg::found_end_gap(std::size_t contact, Scalar linear) {
+  const LegContact& entry = leg_.contacts()[contact];
+  const RunPair& pair = run_.pairs()[entry.pair];
+  const PairLengths& lengths = pair.state->lengths;
+  const RigidPose& X_WA_end = end_a_[entry.pair];
+  const RigidPose& X_WB_end = end_b_[entry.pair];
+  if (is_on_curved_surface(entry.point, *pair.a, *pair.b)) {
+    const Scalar sliding = tau_ * leg_.relative_velocity(contact).norm();
+    const Scalar turn = tau_ * relative_turn(pair).norm();
+    const Scalar way = sliding + turn * lengths.radius;
+    if (way > kContactMergedChange * lengths.standoff) {
+      const Scalar predicted = linear + entry.error;
+      const Scalar lift = std::max(0.0, way * way / lengths.radius - predicted);
+      const Scalar reach =
+          std::max(predicted, lengths.rest_gap()) + lengths.standoff + way * way / lengths.radius;
+      const auto measured = measured_end_gap(
+          entry.point, std::max(kContactMeasuredWays * way, entry.point.merged_way), reach, lift,
+          *pair.a, X_WA_end, *pair.b, X_WB_end, run_.workspace().contacts);
+      if (measured) return *measured;
+    }
+  }
+  const Scalar gap = end_gap(entry.point, *pair.a, start_a_[entry.pair], X_WA_end, *pair.b,
+                             start_b_[entry.pair], X_WB_end);
+  return is_edge_pair(entry.point) ? std::min(gap, linear) : gap;
+}
+
+// Angular velocity of B relative to A in the move.
+Vector3 ContactLeg::relative_turn(const RunPair& pair) const {
+  const auto w = [&](const std::optional<std::size_t>& member, const BodyRecord& body) {
+    return leg_.problem().bodies[leg_.body_index(member, body)].w_W;
+  };
+  return w(pair.member_b, *pair.b) - w(pair.member_a, *pair.a);
+}
+
 // Returns whether the prediction of some gap has changed so much that the solve must be repeated.
 bool ContactLeg::update_errors() {
   bool has_changed = false;
@@ -178,10 +216,7 @@ bool ContactLeg::update_errors() {
     const RunPair& pair = run_.pairs()[entry.pair];
     const Scalar linear =
         entry.point.gap + tau_ * entry.point.nhat_AB_W.dot(leg_.relative_velocity(i));
-    Scalar error = end_gap(entry.point, *pair.a, start_a_[entry.pair], end_a_[entry.pair], *pair.b,
-                           start_b_[entry.pair], end_b_[entry.pair]) -
-                   linear;
-    if (is_edge_pair(entry.point)) error = std::min(error, 0.0);
+    const Scalar error = found_end_gap(i, linear) - linear;
     const bool matters =
         linear + error < pair.state->lengths.rest_gap() + pair.state->lengths.standoff;
     if (matters && std::abs(error - entry.error) > kErrorChange * pair.state->lengths.standoff) {

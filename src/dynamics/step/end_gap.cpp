@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
+#include "core/tolerance.h"
 #include "dyop/distance/distance.h"
 #include "dyop/geometry/convex_shape.h"
 
@@ -48,6 +50,37 @@ Scalar end_gap(const ContactPoint& point, const BodyRecord& a, const RigidPose& 
 
 Scalar closing_at_dip(Scalar room, Scalar error) {
   return error > 0 ? 2 * std::sqrt(error * std::max(room, Scalar{0})) : kInfinity;
+}
+
+bool is_on_curved_surface(const ContactPoint& point, const BodyRecord& a, const BodyRecord& b) {
+  if (point.merged_way > 0) return true;
+  const Shape& shape_a = *a.definition.shape;
+  const Shape& shape_b = *b.definition.shape;
+  return (rounding_radius(shape_a) > 0 && shape_b.kind() == ShapeKind::TriangleMesh) ||
+         (rounding_radius(shape_b) > 0 && shape_a.kind() == ShapeKind::TriangleMesh);
+}
+
+std::optional<Scalar> measured_end_gap(const ContactPoint& point, Scalar way, Scalar reach,
+                                       Scalar lift, const BodyRecord& a, const RigidPose& X_WA_end,
+                                       const BodyRecord& b, const RigidPose& X_WB_end,
+                                       ContactWorkspace& workspace) {
+  const Vector3& n = point.nhat_AB_W;
+  const RigidPose lifted(X_WB_end.rotation(), X_WB_end.translation() + lift * n);
+  std::vector<ContactPoint> found;
+  generate_contacts(*a.definition.shape, X_WA_end, *b.definition.shape, lifted, reach + lift, {},
+                    workspace, found);
+  const Vector3 p_a = X_WA_end * point.p_ACa;
+  const Vector3 p_b = X_WB_end * point.p_BCb;
+  std::optional<Scalar> least;
+  for (const ContactPoint& other : found) {
+    const Scalar cosine = other.nhat_AB_W.dot(n);
+    const Scalar apart =
+        std::min((other.p_WCa - p_a).squaredNorm(), (other.p_WCa - p_b).squaredNorm());
+    if (cosine < kContactMergedCosine || apart > way * way) continue;
+    const Scalar gap = other.gap - lift * cosine;
+    least = std::min(gap, least.value_or(gap));
+  }
+  return least;
 }
 
 ContactPoint point_of_hit(const ToiResult& hit, const RigidPose& X_WA, const RigidPose& X_WB) {

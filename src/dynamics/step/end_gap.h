@@ -2,7 +2,7 @@
 #pragma once
 
 #include "dynamics/body_record.h"
-#include "dyop/contact/contact_point.h"
+#include "dyop/contact/contact_generator.h"
 #include "dyop/toi/toi_result.h"
 
 namespace dyop::internal {
@@ -19,6 +19,17 @@ Scalar end_gap(const ContactPoint& point, const BodyRecord& a, const RigidPose& 
 /// Its least value, g - c^2 / (4 e), must not fall short by more than the room. Infinite for e <= 0,
 /// where the end is nearest.
 Scalar closing_at_dip(Scalar room, Scalar error);
+
+/// Whether the surfaces may bring another facet than the contact's to it within a short way: a
+/// contact that stands for its neighbours, or that of a ball on a mesh.
+bool is_on_curved_surface(const ContactPoint& point, const BodyRecord& a, const BodyRecord& b);
+
+/// The least gap near such a contact at new poses, measured afresh: over `way` from its place, up
+/// to `reach`; none if nothing is found there. Poses may overlap by less than `lift`.
+std::optional<Scalar> measured_end_gap(const ContactPoint& point, Scalar way, Scalar reach,
+                                       Scalar lift, const BodyRecord& a, const RigidPose& X_WA_end,
+                                       const BodyRecord& b, const RigidPose& X_WB_end,
+                                       ContactWorkspace& workspace);
 
 /// The contact of a hit, moved back with its bodies to earlier poses: the normal moves with its
 /// face.

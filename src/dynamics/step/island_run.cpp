@@ -101,8 +101,8 @@ Twist IslandRun::central_twist(const std::optional<std::size_t>& member,
 void IslandRun::find_contacts() {
   const PartTimer timing = timer(&StepTimes::contacts);
   const Scalar h = context_.h;
-  const auto way_of = [&](const std::optional<std::size_t>& member, const BodyRecord& body) {
-    const Twist twist = central_twist(member, body);
+  const auto way_of = [&](const Twist& twist, const std::optional<std::size_t>& member,
+                          const BodyRecord& body) {
     return h * (twist.v_WB.norm() + twist.w_WB.norm() * body.radius +
                 (member ? h * context_.gravity_W.norm() : 0));
   };
@@ -110,7 +110,10 @@ void IslandRun::find_contacts() {
     PairState& state = *pair.state;
     const PairLengths& lengths = state.lengths;
     const Scalar base = lengths.rest_gap() + kContactReachStandoffs * lengths.standoff;
-    const Scalar way = way_of(pair.member_a, *pair.a) + way_of(pair.member_b, *pair.b);
+    const Twist twist_a = central_twist(pair.member_a, *pair.a);
+    const Twist twist_b = central_twist(pair.member_b, *pair.b);
+    const Scalar way =
+        way_of(twist_a, pair.member_a, *pair.a) + way_of(twist_b, pair.member_b, *pair.b);
     const Scalar reach =
         steady_reach(state.reach, base, way, kContactReachRadiusFraction * lengths.radius);
     pair.is_near = false;
@@ -124,8 +127,13 @@ void IslandRun::find_contacts() {
       if (push_apart(pair, X_WA, X_WB)) continue;
     }
     state.reach = reach;
-    pair.is_near =
-        refresh_contacts(state, *pair.a, X_WA, *pair.b, X_WB, reach, workspace_.contacts);
+    const auto shift = [&](const Twist& twist, const BodyRecord& body, const RigidPose& X_W) {
+      const Vector3 center = central_pose(body, X_W).translation();
+      return Vector3(h * (twist.v_WB - twist.w_WB.cross(center)));
+    };
+    pair.is_near = refresh_contacts(state, *pair.a, X_WA, *pair.b, X_WB, reach,
+                                    shift(twist_b, *pair.b, X_WB) - shift(twist_a, *pair.a, X_WA),
+                                    h * (twist_b.w_WB - twist_a.w_WB), workspace_.contacts);
     if (!pair.is_near) measure_gap(state, *pair.a, X_WA, *pair.b, X_WB, reach);
   }
 }
