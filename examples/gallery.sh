@@ -81,6 +81,11 @@ if is_wanted planning && [ -x "$planner" ]; then
   show_one planning 3 "theme=light&show=trails&body=hand"
   echo planning
 fi
+if is_wanted tool; then
+  "$dyop" tool examples/surgery/scene.json -o "$out/tool.h5" > "$out/tool.txt"
+  show_one tool 6.5 "theme=light"
+  echo tool
+fi
 if is_wanted paper; then
   "$dyop" paper --out "$out/paper" > "$out/paper.txt"
   echo paper

@@ -11,6 +11,7 @@
 #include "dyop/core/batch_options.h"
 #include "dyop/core/error.h"
 #include "dyop/core/export.h"
+#include "dyop/core/interrupt.h"
 #include "dyop/core/rigid_pose.h"
 #include "dyop/core/time_interval.h"
 #include "dyop/core/triangle.h"

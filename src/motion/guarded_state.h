@@ -98,7 +98,8 @@ inline void require_no_jump(const PoseStep& step, const TwistBound& bound, Scala
 /// Poses whose rotation_error() is above this part of kEngineRotationNoise are restored.
 inline constexpr Scalar kRestoredFraction = 1.0 / 3;
 
-/// The pose with a rotation whose rotation_error() is below kRestoredFraction * kEngineRotationNoise.
+/// The pose with a rotation whose rotation_error() is at most kRestoredFraction *
+/// kEngineRotationNoise.
 /// @throws InvalidArgument as RigidPose's constructor, if the rotation is too far from one.
 RigidPose restored(const RigidPose& X_WB);
 

@@ -18,7 +18,7 @@ namespace {
 using namespace testing;
 
 constexpr Scalar kWedge = 40 * std::numbers::pi / 180;
-constexpr Scalar kRadius = 0.3;
+constexpr Scalar kBallRadius = 0.3;
 
 AdvanceReport close_wedge(World& world, Scalar friction) {
   world.add_body(floor_body(friction));
@@ -31,9 +31,9 @@ AdvanceReport close_wedge(World& world, Scalar friction) {
                                                        Twist{Vector3(0, 0, -0.5), Vector3::Zero()});
   plate.friction = friction;
   world.add_body(plate);
-  const Scalar x = kRadius / std::tan(kWedge / 2) + 0.05;
-  BodyDefinition ball =
-      dynamic_body("ball", std::make_shared<Sphere>(kRadius), {x, 0, kRadius + rest_gap(kRadius)});
+  const Scalar x = kBallRadius / std::tan(kWedge / 2) + 0.05;
+  BodyDefinition ball = dynamic_body("ball", std::make_shared<Sphere>(kBallRadius),
+                                     {x, 0, kBallRadius + rest_gap(kBallRadius)});
   ball.friction = friction;
   world.add_body(ball);
   AdvanceReport report;

@@ -31,11 +31,11 @@ struct RecordingOptions {
 
 /// Writes a run to a file as described in docs/recording.md: the committed motions of each body,
 /// exactly and each once, and separately the events. RecordingReader can read the file at any time:
-/// while it is being written, and after the process was killed, it contains whole frames, all but those
-/// of RecordingOptions::longest_delay.
+/// while it is being written, and after the process was killed, it contains whole frames, all but
+/// those of RecordingOptions::longest_delay.
 ///
-/// The contents depend only on the calls: the clock decides when they are written, not what. Not for
-/// concurrent use.
+/// The contents depend only on the calls: the clock decides when they are written, not what. Not
+/// for concurrent use.
 class RecordingWriter {
  public:
   /// Replaces the file. The World is used only in write(); its bodies may change between calls.

@@ -11,15 +11,7 @@
 #include "recording/tool/tick_row.h"
 
 namespace dyop {
-namespace {
-
-using internal::Json;
-using internal::OutputRows;
-using internal::TickRow;
-
-// Of the session's time.
-constexpr Scalar kFlushPeriod = 0.1;
-constexpr std::int64_t kUsualFlush = 100;  // ticks, if their period is unknown
+namespace internal {
 
 // A snapshot that no tick has seen yet.
 struct WaitingSnapshot {
@@ -34,6 +26,19 @@ struct SnapshotQueue {
   std::int64_t written = 0;
   std::deque<WaitingSnapshot> waiting;
 };
+
+}  // namespace internal
+
+namespace {
+
+using internal::Json;
+using internal::OutputRows;
+using internal::SnapshotQueue;
+using internal::TickRow;
+
+// Of the session's time.
+constexpr Scalar kFlushPeriod = 0.1;
+constexpr std::int64_t kUsualFlush = 100;  // ticks, if their period is unknown
 
 std::vector<SnapshotQueue> queues_of(const ToolScene& scene, std::span<const TissueFeed> tissue) {
   std::vector<SnapshotQueue> queues;
@@ -114,7 +119,7 @@ void ToolRecordingWriter::Impl::write_seen_snapshots(const ToolTick& tick) {
     for (; queue.is_stored && queue.written < tick.snapshots[k]; ++queue.written) {
       DYOP_REQUIRE(!queue.waiting.empty(), "snapshot ", queue.written + 1, " of obstacle ", k,
                    " was not given to the recording");
-      const WaitingSnapshot& snapshot = queue.waiting.front();
+      const auto& snapshot = queue.waiting.front();
       snapshots.add({std::uint32_t(k), std::uint32_t(queue.written + 1), snapshot.duration,
                      snapshot_vertices.length(), snapshot.vertices.size()});
       for (const Vector3& p : snapshot.vertices) snapshot_vertices.add({p.x(), p.y(), p.z()});
