@@ -50,7 +50,6 @@ class ContactLeg {
   bool is_contradictory() const;
   bool update_errors();
   Scalar found_end_gap(std::size_t contact, Scalar linear);
-  Vector3 relative_turn(const RunPair& pair) const;
   RigidPose end_pose(const std::optional<std::size_t>& member, const BodyRecord& body) const;
   void make_moves();
   void find_proofs();
@@ -182,30 +181,15 @@ Scalar ContactLeg::found_end_gap(std::size_t contact, Scalar linear) {
   const RigidPose& X_WB_end = end_b_[entry.pair];
   if (is_on_curved_surface(entry.point, *pair.a, *pair.b)) {
     const Scalar sliding = tau_ * leg_.relative_velocity(contact).norm();
-    const Scalar turn = tau_ * relative_turn(pair).norm();
-    const Scalar way = sliding + turn * lengths.radius;
-    if (way > kContactMergedChange * lengths.standoff) {
-      const Scalar predicted = linear + entry.error;
-      const Scalar lift = std::max(0.0, way * way / lengths.radius - predicted);
-      const Scalar reach =
-          std::max(predicted, lengths.rest_gap()) + lengths.standoff + way * way / lengths.radius;
-      const auto measured = measured_end_gap(
-          entry.point, std::max(kContactMeasuredWays * way, entry.point.merged_way), reach, lift,
-          *pair.a, X_WA_end, *pair.b, X_WB_end, run_.workspace().contacts);
-      if (measured) return *measured;
-    }
+    const Scalar turn = tau_ * leg_.relative_turn(contact).norm();
+    const auto measured =
+        measured_end_gap(entry.point, {linear + entry.error, sliding + turn * lengths.radius},
+                         lengths, *pair.a, X_WA_end, *pair.b, X_WB_end, run_.workspace().contacts);
+    if (measured) return *measured;
   }
   const Scalar gap = end_gap(entry.point, *pair.a, start_a_[entry.pair], X_WA_end, *pair.b,
                              start_b_[entry.pair], X_WB_end);
   return is_edge_pair(entry.point) ? std::min(gap, linear) : gap;
-}
-
-// Angular velocity of B relative to A in the move.
-Vector3 ContactLeg::relative_turn(const RunPair& pair) const {
-  const auto w = [&](const std::optional<std::size_t>& member, const BodyRecord& body) {
-    return leg_.problem().bodies[leg_.body_index(member, body)].w_W;
-  };
-  return w(pair.member_b, *pair.b) - w(pair.member_a, *pair.a);
 }
 
 // Returns whether the prediction of some gap has changed so much that the solve must be repeated.

@@ -60,12 +60,18 @@ bool is_on_curved_surface(const ContactPoint& point, const BodyRecord& a, const 
          (rounding_radius(shape_b) > 0 && shape_a.kind() == ShapeKind::TriangleMesh);
 }
 
-std::optional<Scalar> measured_end_gap(const ContactPoint& point, Scalar way, Scalar reach,
-                                       Scalar lift, const BodyRecord& a, const RigidPose& X_WA_end,
-                                       const BodyRecord& b, const RigidPose& X_WB_end,
-                                       ContactWorkspace& workspace) {
+std::optional<Scalar> measured_end_gap(const ContactPoint& point, const CurvedMove& move,
+                                       const PairLengths& lengths, const BodyRecord& a,
+                                       const RigidPose& X_WA_end, const BodyRecord& b,
+                                       const RigidPose& X_WB_end, ContactWorkspace& workspace) {
+  if (!(move.way > kContactMergedChange * lengths.standoff)) return std::nullopt;
+  const Scalar sagitta = move.way * move.way / lengths.radius;
+  const Scalar lift = std::max(0.0, sagitta - move.end_gap);
+  const Scalar reach = std::max(move.end_gap, lengths.rest_gap()) + lengths.standoff + sagitta;
+  const Scalar near = std::max(kContactMeasuredWays * move.way, point.merged_way);
   const Vector3& n = point.nhat_AB_W;
-  const RigidPose lifted(X_WB_end.rotation(), X_WB_end.translation() + lift * n);
+  const RigidPose lifted =
+      RigidPose::from_trusted(X_WB_end.rotation(), X_WB_end.translation() + lift * n);
   std::vector<ContactPoint> found;
   generate_contacts(*a.definition.shape, X_WA_end, *b.definition.shape, lifted, reach + lift, {},
                     workspace, found);
@@ -76,7 +82,7 @@ std::optional<Scalar> measured_end_gap(const ContactPoint& point, Scalar way, Sc
     const Scalar cosine = other.nhat_AB_W.dot(n);
     const Scalar apart =
         std::min((other.p_WCa - p_a).squaredNorm(), (other.p_WCa - p_b).squaredNorm());
-    if (cosine < kContactMergedCosine || apart > way * way) continue;
+    if (cosine < kContactMergedCosine || apart > near * near) continue;
     const Scalar gap = other.gap - lift * cosine;
     least = std::min(gap, least.value_or(gap));
   }

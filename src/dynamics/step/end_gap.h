@@ -2,6 +2,7 @@
 #pragma once
 
 #include "dynamics/body_record.h"
+#include "dynamics/pair_state.h"
 #include "dyop/contact/contact_generator.h"
 #include "dyop/toi/toi_result.h"
 
@@ -24,12 +25,18 @@ Scalar closing_at_dip(Scalar room, Scalar error);
 /// contact that stands for its neighbours, or that of a ball on a mesh.
 bool is_on_curved_surface(const ContactPoint& point, const BodyRecord& a, const BodyRecord& b);
 
-/// The least gap near such a contact at new poses, measured afresh: over `way` from its place, up
-/// to `reach`; none if nothing is found there. Poses may overlap by less than `lift`.
-std::optional<Scalar> measured_end_gap(const ContactPoint& point, Scalar way, Scalar reach,
-                                       Scalar lift, const BodyRecord& a, const RigidPose& X_WA_end,
-                                       const BodyRecord& b, const RigidPose& X_WB_end,
-                                       ContactWorkspace& workspace);
+/// What is expected of such a contact.
+struct CurvedMove {
+  Scalar end_gap;  ///< as predicted
+  Scalar way;      ///< that the contact moves over the surfaces
+};
+
+/// The least gap near such a contact at new poses, measured afresh; none if it hardly moves or if
+/// nothing is found there. The new poses may overlap, as far as a flat facet reaches into a surface.
+std::optional<Scalar> measured_end_gap(const ContactPoint& point, const CurvedMove& move,
+                                       const PairLengths& lengths, const BodyRecord& a,
+                                       const RigidPose& X_WA_end, const BodyRecord& b,
+                                       const RigidPose& X_WB_end, ContactWorkspace& workspace);
 
 /// The contact of a hit, moved back with its bodies to earlier poses: the normal moves with its
 /// face.

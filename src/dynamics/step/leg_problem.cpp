@@ -263,6 +263,11 @@ Vector3 LegProblem::relative_velocity(std::size_t contact) const {
   return b.v_W + b.w_W.cross(row.r_b_W) - a.v_W - a.w_W.cross(row.r_a_W);
 }
 
+Vector3 LegProblem::relative_turn(std::size_t contact) const {
+  const PointContact& row = problem_.contacts[contact];
+  return problem_.bodies[row.body_b].w_W - problem_.bodies[row.body_a].w_W;
+}
+
 std::vector<Vector3> LegProblem::angular_momenta(std::vector<Vector3> free_L_W) const {
   const std::size_t count = free_L_W.size();
   for (const PointContact& row : problem_.contacts) {

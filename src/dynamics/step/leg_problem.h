@@ -85,6 +85,8 @@ class LegProblem {
 
   /// Velocity of B's point relative to A's after the last solve.
   Vector3 relative_velocity(std::size_t contact) const;
+  /// Angular velocity of B relative to A after the last solve.
+  Vector3 relative_turn(std::size_t contact) const;
   /// Angular momenta of the members after the impulses of the last solve, given those before.
   std::vector<Vector3> angular_momenta(std::vector<Vector3> free_L_W) const;
   std::size_t body_index(const std::optional<std::size_t>& member, const BodyRecord& body) const;
