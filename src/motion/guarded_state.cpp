@@ -52,17 +52,4 @@ void refuse_jump(const PoseStep& step, Scalar speed, const char* what) {
       ") to (", step.R_to, "), but its twist_bound allows only a speed of ", speed));
 }
 
-// The quaternion of RigidPose's constructor leaves up to 73u (of 2e7 rotations); this leaves at most
-// 27u: 10u in each length (3 in the sum of squares, half of it in the root, then the root, the
-// division, and what rotation_error() rounds), 7u between x and y, and none in z, which is computed
-// as there.
-RigidPose restored(const RigidPose& X_WB) {
-  Matrix3 R = RigidPose(X_WB.rotation(), X_WB.translation()).rotation();
-  R.col(0) /= std::sqrt(R.col(0).squaredNorm());
-  R.col(1) -= R.col(0).dot(R.col(1)) * R.col(0);
-  R.col(1) /= std::sqrt(R.col(1).squaredNorm());
-  R.col(2) = R.col(0).cross(R.col(1));
-  return RigidPose::from_trusted(R, X_WB.translation());
-}
-
 }  // namespace dyop::internal

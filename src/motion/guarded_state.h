@@ -99,9 +99,19 @@ inline void require_no_jump(const PoseStep& step, const TwistBound& bound, Scala
 inline constexpr Scalar kRestoredFraction = 1.0 / 3;
 
 /// The pose with a rotation whose rotation_error() is at most kRestoredFraction *
-/// kEngineRotationNoise.
+/// kEngineRotationNoise = 32u. The quaternion of RigidPose's constructor leaves up to 73u (of 2e7
+/// rotations); this leaves at most 27u: 10u in each length (3u in the sum of squares, half of it in
+/// the root, then the root, the division, and what rotation_error() rounds), 7u between x and y, and
+/// none in z, which is computed as there.
 /// @throws InvalidArgument as RigidPose's constructor, if the rotation is too far from one.
-RigidPose restored(const RigidPose& X_WB);
+inline RigidPose restored(const RigidPose& X_WB) {
+  Matrix3 R = RigidPose(X_WB.rotation(), X_WB.translation()).rotation();
+  R.col(0) /= std::sqrt(R.col(0).squaredNorm());
+  R.col(1) -= R.col(0).dot(R.col(1)) * R.col(0);
+  R.col(1) /= std::sqrt(R.col(1).squaredNorm());
+  R.col(2) = R.col(0).cross(R.col(1));
+  return RigidPose::from_trusted(R, X_WB.translation());
+}
 
 /// Restores the rotation of a pose that is the product of many, long before a query would refuse
 /// it. What was restored once keeps its bits, so that a recorded motion is built again as it was.

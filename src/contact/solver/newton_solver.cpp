@@ -332,7 +332,7 @@ void NewtonSolver::improve(internal::ContactSystem& system, const ContactSolverO
     } else if (used <= kContactInnerFew) {
       factor = std::max(factor, std::min(factor * 4, kContactLargestPenalty));
     }
-    if (end == End::Minimised && run_->end_drift()) {
+    if (options.follows_drift && end == End::Minimised && run_->end_drift()) {
       factor = std::min(factor * 10, kContactPolishPenalty);
     }
   }

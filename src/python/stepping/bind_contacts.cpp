@@ -61,6 +61,7 @@ void bind_contacts(py::module_& m) {
       .option<&ContactSolverOptions::newton_limit>("newton_limit", "int: of factorisations")
       .option<&ContactSolverOptions::admm_limit>("admm_limit", "int: of iterations")
       .option<&ContactSolverOptions::cascade_rounds>("cascade_rounds", "int: through all solvers")
+      .option<&ContactSolverOptions::follows_drift>("follows_drift", "bool: in Newton's iteration")
       .finish();
 }
 
