@@ -83,7 +83,7 @@ if is_wanted planning && [ -x "$planner" ]; then
 fi
 if is_wanted tool; then
   "$dyop" tool examples/surgery/scene.json -o "$out/tool.h5" > "$out/tool.txt"
-  show_one tool 6.5 "theme=light"
+  show_one tool 2.2 "theme=light"
   echo tool
 fi
 if is_wanted paper; then
