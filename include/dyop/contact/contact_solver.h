@@ -30,8 +30,8 @@ struct ContactSolverOptions {
   int newton_limit = 100;     ///< of factorisations
   int admm_limit = 200;       ///< of iterations
   int cascade_rounds = 2;     ///< passes of ContactCascade over its solvers
-  /// Whether NewtonSolver follows a drift of redundant contacts to its end: solves more problems, and
-  /// takes longer over those that have no solution.
+  /// Whether NewtonSolver follows a drift of redundant contacts to its end: solves more problems,
+  /// and takes longer over those that have no solution.
   bool follows_drift = true;
   /// Asked before every sweep, factorisation and iteration; once it says yes, what was found until
   /// then is returned. Not owned; null: never.
