@@ -100,7 +100,7 @@ Scalar radius_at(const Thread& thread, const Corner& corner, Scalar turn) {
 }
 
 // Adds a threaded cylinder from z = 0 to the thread's turns, between two rings. Its columns of
-// corners follow the helix, so the last column joins the first one a turn higher.
+// corners follow the helix, so the last column meets the first, one turn higher.
 void add_thread(Mesh& mesh, const Thread& thread, const Ring& bottom, const Ring& top) {
   constexpr int kTurn = int(kCorners.size());
   const int count = kTurn * (thread.turns - 1);
