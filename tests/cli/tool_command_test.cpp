@@ -9,6 +9,7 @@
 #include "cli/command.h"
 #include "dyop/recording/tool_recording_reader.h"
 #include "dyop/tool_io/transform_link.h"
+#include "dyop/tool_io/transform_stream.h"
 #include "support/inputs/tool_run_texts.h"
 
 namespace dyop {
@@ -100,6 +101,44 @@ TEST_F(ToolCommand, FollowsADeviceOverUdp) {
   EXPECT_LT((last.tool.X_WT.translation() - place).norm(), 0.1);
 }
 
+// A device that listens over TCP, and gets the answers on the same connection.
+TEST_F(ToolCommand, FollowsADeviceOverTcp) {
+  TransformStream device(0);
+  const Vector3 place(3, -2, 78);
+  std::atomic<bool> is_done{false};
+  bool is_answered = false;
+  std::thread sender([&] {
+    while (!is_done) {
+      const auto message = device.receive();
+      is_answered |= message && (message->name == "Tool" || message->name == "Force");
+      device.send({"Device", RigidPose(place)});
+      std::this_thread::sleep_for(std::chrono::microseconds(300));
+    }
+  });
+  const CommandResult result =
+      run({"--seconds", "1", "--device", "tcp:127.0.0.1:" + std::to_string(device.port()), "-o",
+           path("run.h5")});
+  is_done = true;
+  sender.join();
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_TRUE(is_answered);
+  const ToolRecordingReader reader(path("run.h5"));
+  const RecordedTick last = reader.ticks(reader.tick_count() - 1, 1)[0];
+  EXPECT_EQ(last.device.p_WD, place);
+  EXPECT_LT((last.tool.X_WT.translation() - place).norm(), 0.1);
+}
+
+// So short that every tick which has anything to do is cut off; the replay is cut at the same
+// places.
+TEST_F(ToolCommand, ADeadlineReplacesTheScenes) {
+  const CommandResult result =
+      run({"--seconds", "0.5", "--deadline", "1e-6", "-o", path("run.h5")});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_NE(result.out.find("cut off"), std::string::npos) << result.out;
+  const CommandResult replay = run_command({"tool", path("run.h5"), "--replay"});
+  EXPECT_EQ(replay.exit_code, 0) << replay.out << replay.err;
+}
+
 TEST_F(ToolCommand, RefusesWhatItCannotUse) {
   const auto error_of = [](const CommandResult& result) {
     EXPECT_EQ(result.exit_code, 2);
@@ -107,6 +146,11 @@ TEST_F(ToolCommand, RefusesWhatItCannotUse) {
   };
   EXPECT_NE(error_of(run({"--send", "nowhere"})).find("ADDRESS:PORT"), std::string::npos);
   EXPECT_NE(error_of(run({"--send", "nowhere:5"})).find("IPv4"), std::string::npos);
+  for (const char* device : {"nowhere", "tcp:", "tcp:nowhere", "127.0.0.1:5", "70000", "tcp:a:0"}) {
+    EXPECT_NE(error_of(run({"--device", device})).find("tcp:ADDRESS:PORT"), std::string::npos);
+  }
+  EXPECT_NE(error_of(run({"--device", "tcp:127.0.0.1:1"})).find("127.0.0.1:1"), std::string::npos);
+  EXPECT_EQ(run({"--deadline", "0"}).exit_code, 2);
   EXPECT_NE(error_of(run({"--replay"})).find("scene.json"), std::string::npos);
 }
 

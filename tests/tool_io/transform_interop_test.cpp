@@ -6,16 +6,21 @@
 
 #ifdef DYOP_HAS_OPENIGTLINK
 #include <arpa/inet.h>
+#include <igtlClientSocket.h>
+#include <igtlImageMessage.h>
 #include <igtlMath.h>
 #include <igtlTransformMessage.h>
 #include <netinet/in.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <cstring>
 #include <random>
+#include <thread>
 
 #include "dyop/tool_io/transform_link.h"
+#include "dyop/tool_io/transform_stream.h"
 #include "support/inputs/random_inputs.h"
 
 namespace dyop {
@@ -59,6 +64,53 @@ TEST(TransformInterop, AMessageOfTheLibraryArrivesOverUdp) {
     EXPECT_TRUE(received->pose.rotation().isApprox(X.rotation(), 1e-6));
   }
   ::close(sender);
+}
+
+// As a viewer does: images and transforms over one connection, and an answer to each transform.
+TEST(TransformInterop, TalksWithAClientOfTheLibraryOverTcp) {
+  std::mt19937_64 random(5);
+  TransformStream stream(0);
+  igtl::ClientSocket::Pointer client = igtl::ClientSocket::New();
+  ASSERT_EQ(client->ConnectToServer("127.0.0.1", int(stream.port())), 0);
+  client->SetReceiveTimeout(5000);  // milliseconds
+  igtl::ImageMessage::Pointer image = igtl::ImageMessage::New();
+  image->SetDimensions(300, 300, 2);
+  image->SetScalarTypeToUint8();
+  image->SetDeviceName("Ultrasound");
+  image->AllocateScalars();
+  std::memset(image->GetScalarPointer(), 7, std::size_t(image->GetImageSize()));
+  image->Pack();
+  for (int k = 0; k < 20; ++k) {
+    const RigidPose X = testing::random_pose(200, random);
+    std::thread sender([&] {
+      client->Send(image->GetPackPointer(), image->GetPackSize());
+      const igtl::TransformMessage::Pointer message = message_of_library(X);
+      client->Send(message->GetPackPointer(), message->GetPackSize());
+    });
+    std::optional<TransformMessage> received;
+    for (int wait = 0; wait < 5000 && !received; ++wait) {
+      received = stream.receive();
+      if (!received) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    sender.join();
+    ASSERT_TRUE(received);
+    EXPECT_TRUE(received->pose.translation().isApprox(X.translation(), 1e-6));
+    EXPECT_EQ(stream.send({"Tool", X}), 1);
+    igtl::MessageHeader::Pointer header = igtl::MessageHeader::New();
+    header->InitPack();
+    ASSERT_EQ(client->Receive(header->GetPackPointer(), header->GetPackSize()),
+              header->GetPackSize());
+    ASSERT_NE(header->Unpack() & igtl::MessageHeader::UNPACK_HEADER, 0);
+    igtl::TransformMessage::Pointer answer = igtl::TransformMessage::New();
+    answer->SetMessageHeader(header);
+    answer->AllocatePack();
+    client->Receive(answer->GetPackBodyPointer(), answer->GetPackBodySize());
+    ASSERT_NE(answer->Unpack(1) & igtl::MessageHeader::UNPACK_BODY, 0);
+    igtl::Matrix4x4 matrix;
+    answer->GetMatrix(matrix);
+    for (int row = 0; row < 3; ++row) EXPECT_EQ(matrix[row][3], float(X.translation()[row]));
+  }
+  client->CloseSocket();
 }
 
 TEST(TransformInterop, TheLibraryReadsOurMessage) {

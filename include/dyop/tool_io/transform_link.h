@@ -3,30 +3,13 @@
 
 #include <cstdint>
 #include <optional>
-#include <span>
 #include <string>
-#include <vector>
 
-#include "dyop/core/rigid_pose.h"
+#include "dyop/tool_io/transform_message.h"
 
 namespace DYOP_EXPORT dyop {
 
-/// A TRANSFORM message of OpenIGTLink, version 1 [Tokuda2009]: a pose with a name, in single
-/// precision. Its length unit is the millimetre.
-struct TransformMessage {
-  std::string name;  ///< at most 20 bytes
-  RigidPose pose;
-};
-
-/// The bytes of a message: a header of 58 and a body of 48.
-/// @throws InvalidArgument if the name is longer than 20 bytes.
-std::vector<std::uint8_t> pack_transform(const TransformMessage& message);
-
-/// Nothing if the bytes are not such a message: another type or length, a wrong checksum, or a
-/// matrix that is not a rotation to single precision.
-std::optional<TransformMessage> unpack_transform(std::span<const std::uint8_t> bytes);
-
-/// Sends and receives such messages as UDP datagrams, without waiting. For one thread.
+/// Sends and receives TRANSFORM messages as UDP datagrams, without waiting. For one thread.
 class TransformLink {
  public:
   /// @param port Local port to listen on, on all addresses; 0: any.

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <memory>
@@ -23,7 +24,9 @@ Examples:
     dyop tool examples/surgery/scene.json --paced -o run.h5
     dyop view run.h5 -o run.html
     dyop tool run.h5 --replay
-  A device that sends its pose over UDP (OpenIGTLink TRANSFORM), and gets the tool's pose and force:
+  A device that connects over TCP and sends its pose (OpenIGTLink TRANSFORM), and gets the tool's
+  pose and force back; then the same over UDP, the answers to a port of its own:
+    dyop tool examples/surgery/scene.json --device tcp:18944
     dyop tool examples/surgery/scene.json --device 18944 --send 127.0.0.1:18945
 )";
 
@@ -32,8 +35,9 @@ struct ToolArguments {
   std::string recording;
   bool is_replay = false;
   Scalar seconds = 0;
+  Scalar deadline = 0;
   bool is_paced = false;
-  std::optional<std::uint16_t> device_port;
+  std::string device;
   std::string receiver;
 };
 
@@ -85,9 +89,9 @@ struct ToolLinks {
 
 ToolLinks open_links(const ToolArguments& arguments, const ToolRun& run) {
   ToolLinks links;
-  if (arguments.device_port) {
-    links.device = std::make_unique<LinkedDevice>(*arguments.device_port, run.scene);
-    std::printf("device: UDP port %d\n", int(links.device->port()));
+  if (!arguments.device.empty()) {
+    links.device = std::make_unique<LinkedDevice>(arguments.device, run.scene);
+    std::printf("device: %s\n", links.device->name().c_str());
     std::fflush(stdout);
   }
   if (!arguments.receiver.empty()) {
@@ -108,6 +112,7 @@ RunnerReport run_recorded(ToolSession& session, const ToolRun& run, Report& repo
         run.tissue,
         [&](const TickRecord& record) {
           report.add(record);
+          if (links.device) links.device->answer(record.tick);
           if (links.receiver) links.receiver->send(record.tick);
           if (output != nullptr) output->add(record);
         },
@@ -124,13 +129,17 @@ ExitCode run_tool(const ToolArguments& arguments) {
   if (arguments.is_replay) return replay_tool(arguments.scene);
   const InterruptGuard interrupt;
   ToolRun run = load_tool_run(arguments.scene);
-  run.runner.is_paced = arguments.is_paced || arguments.device_port;
-  if (arguments.device_port) {  // for the report
+  run.runner.is_paced = arguments.is_paced || !arguments.device.empty();
+  if (!arguments.device.empty()) {  // for the report
     const DevicePose pose(run.scene.X_WT);
     run.strokes = {{"device", {{0, pose}, {1, pose}}}};
   }
   if (arguments.seconds > 0) {
     run.runner.ticks = std::llround(arguments.seconds / run.runner.period);
+  }
+  if (arguments.deadline > 0) {
+    run.runner.deadline = std::chrono::duration_cast<std::chrono::nanoseconds>(
+        std::chrono::duration<Scalar>(arguments.deadline));
   }
   ToolSession session(run.scene, run.options);
   const ToolLinks links = open_links(arguments, run);
@@ -163,11 +172,17 @@ void add_tool_command(CLI::App& app, ExitCode& exit_code) {
   command->add_option("--seconds", arguments->seconds, "Instead of the scene's duration")
       ->check(CLI::PositiveNumber);
   command->add_flag("--paced", arguments->is_paced, "By the clock, with threads of their own");
-  command->add_option("--device", arguments->device_port,
-                      "UDP port for TRANSFORM messages of OpenIGTLink, in place of the strokes; "
-                      "0: any that is free; by the clock");
+  command
+      ->add_option("--deadline", arguments->deadline,
+                   "Seconds a tick may take, instead of the scene's")
+      ->check(CLI::Range(1e-6, 1.0));
+  command->add_option("--device", arguments->device,
+                      "TRANSFORM messages of OpenIGTLink in place of the strokes, by the clock: "
+                      "PORT to listen on over UDP, tcp:PORT over TCP, or tcp:ADDRESS:PORT to "
+                      "connect to; port 0: any that is free");
   command->add_option("--send", arguments->receiver,
-                      "ADDRESS:PORT that gets the tool's pose and the force as such messages");
+                      "ADDRESS:PORT that gets the tool's pose and the force as such messages, "
+                      "over UDP; over TCP the device gets them anyway");
   command->callback([arguments, &exit_code] { exit_code = run_tool(*arguments); });
 }
 

@@ -7,22 +7,33 @@
 
 #include "dyop/tool/tool_runner.h"
 #include "dyop/tool_io/transform_link.h"
+#include "dyop/tool_io/transform_stream.h"
 
 namespace dyop::cli {
 
-/// A device that sends its pose as TRANSFORM datagrams of OpenIGTLink.
+/// A device that sends its pose as TRANSFORM messages of OpenIGTLink.
 class LinkedDevice {
  public:
+  /// @param link PORT: a UDP port to listen on; tcp:PORT: a TCP port; tcp:ADDRESS:PORT: to connect
+  /// to, the address a numeric IPv4 one.
   /// @param scene For the pose until the first message, and the angles of the hinges.
-  LinkedDevice(std::uint16_t port, const ToolScene& scene);
+  /// @throws InvalidArgument if the link is none of these.
+  LinkedDevice(const std::string& link, const ToolScene& scene);
 
   /// The pose of the newest message.
   DevicePose pose();
-  std::uint16_t port() const { return link_.port(); }
+
+  /// Over TCP, every tick's result goes back to the device; see LinkedOutput.
+  void answer(const ToolTick& tick);
+
+  /// For the user: what it listens on or is connected to.
+  const std::string& name() const { return name_; }
   std::int64_t messages() const { return messages_; }
 
  private:
-  TransformLink link_;
+  std::optional<TransformLink> datagrams_;
+  std::optional<TransformStream> stream_;
+  std::string name_;
   DevicePose pose_;
   std::int64_t messages_ = 0;
 };
