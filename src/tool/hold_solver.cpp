@@ -111,6 +111,7 @@ bool HoldSolver::run(const StepGoal& goal, WorkClock& clock) {
   // What these do not solve asks for what is impossible; more work hardly ever helps.
   options.cascade_rounds = 1;
   options.admm_limit = 0;
+  options.restart_contacts = 0;
   options.follows_drift = false;
   return solver_.solve(problem_, options).status == ContactStatus::Converged;
 }

@@ -102,12 +102,14 @@ TEST(ContactCascade, FallsBackFromOneSolverToTheNext) {
 }
 
 // Friction up to 5 with duplicate contacts and locked axes, where a solution need not exist.
-// Recorded: 182 of 200 after both rounds.
-TEST(ContactCascade, GoesRoundAgain) {
+// Recorded, of 200: 161 after a round, 182 after two, 197 with other starts.
+TEST(ContactCascade, GoesRoundAgainAndThenBeginsAgain) {
   std::mt19937_64 random(51);
+  constexpr int kProblems = 200;
   int first_round = 0;
   int both_rounds = 0;
-  constexpr int kProblems = 200;
+  int all_starts = 0;
+  ContactCascade cascade;
   for (int i = 0; i < kProblems; ++i) {
     RandomContacts wanted;
     wanted.bodies = 4;
@@ -115,17 +117,23 @@ TEST(ContactCascade, GoesRoundAgain) {
     wanted.friction = 5;
     wanted.has_degenerates = true;
     const ContactProblem begin = random_contact_problem(wanted, random);
-    ContactCascade cascade;
     ContactSolverOptions options;
     options.tolerance = 1e-8;
-    ContactProblem problem = begin;
-    both_rounds += cascade.solve(problem, options).status == ContactStatus::Converged;
+    const auto is_solved = [&] {
+      ContactProblem problem = begin;
+      const ContactReport report = cascade.solve(problem, options);
+      EXPECT_EQ(broken_contact_law(problem, report.residual * 1.001 + 1e-13), "");
+      return report.status == ContactStatus::Converged;
+    };
+    all_starts += is_solved();
+    options.restart_contacts = 0;
+    both_rounds += is_solved();
     options.cascade_rounds = 1;
-    problem = begin;
-    first_round += cascade.solve(problem, options).status == ContactStatus::Converged;
+    first_round += is_solved();
   }
   EXPECT_GT(both_rounds, first_round);
-  EXPECT_GE(both_rounds, kProblems * 9 / 10);
+  EXPECT_GT(all_starts, both_rounds);
+  EXPECT_GE(all_starts, kProblems * 19 / 20);
 }
 
 TEST(ContactTolerance, FollowsTheSpeedWithinItsBounds) {

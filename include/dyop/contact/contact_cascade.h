@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <array>
+#include <memory>
 #include <vector>
 
 #include "dyop/contact/admm_solver.h"
@@ -9,11 +11,19 @@
 
 namespace DYOP_EXPORT dyop {
 
+namespace internal {
+class ContactRestart;
+}
+
 /// The default solver: Gauss-Seidel, then Newton, then ADMM, each starting from the best answer so
 /// far and within its own budget, until one converges; if none does, a second round. With one or
-/// two bodies Newton comes first. Returns the answer with the smallest residual.
+/// two bodies Newton comes first. What no round solves, and has few contacts, is begun again: by
+/// continuation from the problem without friction, then from random impulses, the same in every
+/// run. Returns the answer with the smallest residual.
 class ContactCascade final : public ContactSolver {
  public:
+  ContactCascade();
+  ~ContactCascade() override;
   std::string_view name() const override { return "cascade"; }
 
  protected:
@@ -21,10 +31,17 @@ class ContactCascade final : public ContactSolver {
                ContactReport& report) override;
 
  private:
+  Scalar run_round(internal::ContactSystem& system, const ContactSolverOptions& options,
+                   ContactReport& report);
+  void restart(internal::ContactSystem& system, Scalar best, const ContactSolverOptions& options,
+               ContactReport& report);
+
   GaussSeidelSolver gauss_seidel_;
   NewtonSolver newton_;
   AdmmSolver admm_;
-  std::vector<Vector3> best_lambda_;
+  std::array<ContactSolver*, 3> order_{};
+  std::unique_ptr<internal::ContactRestart> restart_;
+  std::vector<Vector3> first_lambda_, best_lambda_;
 };
 
 /// The tolerance for a step of length h that keeps a standoff s (a length), by the way

@@ -30,6 +30,12 @@ struct ContactSolverOptions {
   int newton_limit = 100;     ///< of factorisations
   int admm_limit = 200;       ///< of iterations
   int cascade_rounds = 2;     ///< passes of ContactCascade over its solvers
+  /// What ContactCascade does about a problem that its rounds did not solve, if it has at most this
+  /// many contacts and rows: steps of friction from zero to its value, then random starts, each
+  /// with a round of its own.
+  int restart_contacts = 32;
+  int friction_steps = 10;
+  int scattered_starts = 20;
   /// Whether NewtonSolver follows a drift of redundant contacts to its end: solves more problems,
   /// and takes longer over those that have no solution.
   bool follows_drift = true;

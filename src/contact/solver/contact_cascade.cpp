@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "contact/solver/contact_restart.h"
 #include "contact/solver/contact_system.h"
 #include "core/tolerance.h"
 #include "dyop/core/error.h"
@@ -25,32 +26,66 @@ void restore(internal::ContactSystem& system, const std::vector<Vector3>& lambda
 
 }  // namespace
 
+ContactCascade::ContactCascade() : restart_(std::make_unique<internal::ContactRestart>()) {}
+ContactCascade::~ContactCascade() = default;
+
+// Solvers one after the other, each from the best answer so far, which is left in the system.
+Scalar ContactCascade::run_round(internal::ContactSystem& system,
+                                 const ContactSolverOptions& options, ContactReport& report) {
+  Scalar best = system.residual();
+  for (ContactSolver* solver : order_) {
+    if (best <= options.tolerance || is_over(options.interrupt)) break;
+    keep(system, best_lambda_);
+    solver->improve(system, options, report);
+    system.update_velocities();
+    const Scalar residual = system.residual();
+    if (residual < best) {
+      best = residual;
+      report.solver = solver->name();
+    } else {
+      restore(system, best_lambda_);
+    }
+  }
+  return best;
+}
+
 void ContactCascade::improve(internal::ContactSystem& system, const ContactSolverOptions& options,
                              ContactReport& report) {
-  std::array<ContactSolver*, 3> order{&gauss_seidel_, &newton_, &admm_};
+  order_ = {&gauss_seidel_, &newton_, &admm_};
   Scalar best = system.residual();
   if (best <= options.tolerance) return;  // at rest the last impulses still do
   const bool is_good_start = best <= kContactGoodStart * system.residual_without_impulses();
   if (is_good_start || system.velocities().size() <= kContactFewBodies) {
-    std::swap(order[0], order[1]);
+    std::swap(order_[0], order_[1]);
   }
   for (int round = 0; round < options.cascade_rounds; ++round) {
-    const Scalar before = best;
-    for (ContactSolver* solver : order) {
-      keep(system, best_lambda_);
-      solver->improve(system, options, report);
-      system.update_velocities();
-      const Scalar residual = system.residual();
-      if (residual < best) {
-        best = residual;
-        report.solver = solver->name();
-      } else {
-        restore(system, best_lambda_);
-      }
-      if (best <= options.tolerance || is_over(options.interrupt)) return;
-    }
-    if (!(best < before)) return;  // the next round would change nothing
+    const Scalar before = std::exchange(best, run_round(system, options, report));
+    if (best <= options.tolerance || is_over(options.interrupt)) return;
+    if (!(best < before)) break;  // the next round would change nothing
   }
+  restart(system, best, options, report);
+}
+
+// The best answer yet is in the system, with this residual.
+void ContactCascade::restart(internal::ContactSystem& system, Scalar best,
+                             const ContactSolverOptions& options, ContactReport& report) {
+  if (system.blocks().size() > std::size_t(options.restart_contacts)) return;
+  const std::string_view solver = report.solver;
+  keep(system, first_lambda_);
+  restart_->begin(system);
+  for (int k = 0; options.friction_steps > 0 && k <= options.friction_steps; ++k) {
+    restart_->set_friction(system, Scalar(k) / options.friction_steps);
+    run_round(system, options, report);
+  }
+  for (int k = 0; k < options.scattered_starts; ++k) {
+    if (system.residual() <= options.tolerance || is_over(options.interrupt)) break;
+    restart_->scatter(system);
+    run_round(system, options, report);
+  }
+  restart_->set_friction(system, 1);
+  if (system.residual() < best) return;
+  restore(system, first_lambda_);
+  report.solver = solver;
 }
 
 Scalar contact_tolerance(Scalar largest_speed, Scalar standoff, Scalar h) {

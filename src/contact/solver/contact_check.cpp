@@ -87,8 +87,10 @@ void check_problem(const ContactProblem& problem) {
 void check_options(const ContactSolverOptions& options) {
   DYOP_REQUIRE(options.tolerance > 0 && std::isfinite(options.tolerance),
                "tolerance must be finite and > 0, not ", options.tolerance);
-  for (const int limit : {options.sweep_limit, options.few_contacts, options.few_sweep_limit,
-                          options.newton_limit, options.admm_limit, options.cascade_rounds}) {
+  for (const int limit :
+       {options.sweep_limit, options.few_contacts, options.few_sweep_limit, options.newton_limit,
+        options.admm_limit, options.cascade_rounds, options.restart_contacts,
+        options.friction_steps, options.scattered_starts}) {
     DYOP_REQUIRE(limit >= 0, "limits must be >= 0, not ", limit);
   }
 }

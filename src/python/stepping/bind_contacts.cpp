@@ -61,6 +61,10 @@ void bind_contacts(py::module_& m) {
       .option<&ContactSolverOptions::newton_limit>("newton_limit", "int: of factorisations")
       .option<&ContactSolverOptions::admm_limit>("admm_limit", "int: of iterations")
       .option<&ContactSolverOptions::cascade_rounds>("cascade_rounds", "int: through all solvers")
+      .option<&ContactSolverOptions::restart_contacts>("restart_contacts",
+                                                       "int: with at most as many")
+      .option<&ContactSolverOptions::friction_steps>("friction_steps", "int: of continuation")
+      .option<&ContactSolverOptions::scattered_starts>("scattered_starts", "int: at random")
       .option<&ContactSolverOptions::follows_drift>("follows_drift", "bool: in Newton's iteration")
       .finish();
 }
