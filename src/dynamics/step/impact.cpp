@@ -63,6 +63,9 @@ WorldContact world_contact(const RunPair& pair, const ContactPoint& point, Scala
 // Limit of rounds at one time; a row of so many balls passes a push on.
 constexpr int kMostImpactRounds = 100;
 
+// After so many rounds without a solution a body is jammed, and more impulses would only be noise.
+constexpr int kMostUnsolvedRounds = 2;
+
 // The impact law at one time, one round of it: every contact that closes fast leaves with its
 // restitution. Contacts that would bounce but do not close have no part in the round, so that a
 // push is passed on through a row of touching bodies one after the other ([Smith2012]); those
@@ -72,11 +75,12 @@ class ImpactSolve {
   ImpactSolve(IslandRun& run, bool takes_all);
   // Whether a contact bounces.
   bool has_work() const;
-  void solve();
+  // Whether the law has been solved; the bodies get the velocities of the last try anyway.
+  bool solve();
   void write(ImpactEvent& event) const;
 
  private:
-  void solve_with(Scalar bounce);
+  bool solve_with(Scalar bounce);
   Scalar kinetic_energy() const;
 
   IslandRun& run_;
@@ -121,11 +125,11 @@ bool ImpactSolve::has_work() const {
   return std::any_of(restitution_.begin(), restitution_.end(), [](Scalar e) { return e > 0; });
 }
 
-void ImpactSolve::solve_with(Scalar bounce) {
+bool ImpactSolve::solve_with(Scalar bounce) {
   for (std::size_t i = 0; i < speeds_.size(); ++i) {
     leg_.set_target(i, -bounce * restitution_[i] * std::min(speeds_[i], 0.0));
   }
-  leg_.solve(run_.context().h, true);
+  return leg_.solve(run_.context().h, true).status == ContactStatus::Converged;
 }
 
 Scalar ImpactSolve::kinetic_energy() const {
@@ -139,7 +143,7 @@ Scalar ImpactSolve::kinetic_energy() const {
   return energy / 2;
 }
 
-void ImpactSolve::solve() {
+bool ImpactSolve::solve() {
   Scalar before = 0;
   for (const IslandRun::Member& member : run_.members()) {
     const Matrix3 mobility = member.body->angular_mobility(member.state.X_WM.rotation());
@@ -153,7 +157,7 @@ void ImpactSolve::solve() {
       leg_.problem().bodies.end(), [](const ContactBody& body) {
         return !(body.free_v_W.isZero(0) && body.free_w_W.isZero(0));
       });
-  solve_with(1);
+  bool is_solved = solve_with(1);
   const bool has_bounce = std::any_of(restitution_.begin(), restitution_.end(),
                                       [](Scalar restitution) { return restitution > 0; });
   // Newton's restitution with friction can create energy ([Kane1984]); then reduce the bounce.
@@ -162,7 +166,7 @@ void ImpactSolve::solve() {
   for (int i = 0; i < kHalvings && has_bounce && !may_gain; ++i) {
     if (kinetic_energy() <= before * (1 + kImpactEnergyNoise)) break;
     bounce = i + 1 < kHalvings ? bounce / 2 : 0;
-    solve_with(bounce);
+    is_solved = solve_with(bounce);
   }
   const std::vector<Vector3> L_W = leg_.angular_momenta(free_L_W_);
   for (std::size_t i = 0; i < run_.members().size(); ++i) {
@@ -170,6 +174,7 @@ void ImpactSolve::solve() {
     run_.members()[i].state.L_W = L_W[i];
     run_.members()[i].flight = nullptr;
   }
+  return is_solved;
 }
 
 // A contact of several rounds is told once, with the sum of its impulses.
@@ -233,10 +238,11 @@ bool resolve_impacts(IslandRun& run, bool may_bounce) {
     forget();
     return true;
   }
-  for (int round = 1; round <= kMostImpactRounds; ++round) {
+  int unsolved = 0;
+  for (int round = 1; round <= kMostImpactRounds && unsolved < kMostUnsolvedRounds; ++round) {
     ImpactSolve solve(run, round == kMostImpactRounds);
     if (round > 1 && !solve.has_work()) break;
-    solve.solve();
+    unsolved += solve.solve() ? 0 : 1;
     solve.write(event);
     forget();
   }
