@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <memory>
 #include <vector>
 
 #include "dyop/contact/admm_solver.h"
@@ -9,11 +10,18 @@
 
 namespace DYOP_EXPORT dyop {
 
+namespace internal {
+class RestingSolver;
+}
+
 /// The default solver: Gauss-Seidel, then Newton, then ADMM, each starting from the best answer so
 /// far and within its own budget, until one converges; if none does, a second round. With one or
-/// two bodies Newton comes first. Returns the answer with the smallest residual.
+/// two bodies Newton comes first. Where bodies seem to rest, interior points do before all of them;
+/// their factorisations count as Newton's. Returns the answer with the smallest residual.
 class ContactCascade final : public ContactSolver {
  public:
+  ContactCascade();
+  ~ContactCascade() override;
   std::string_view name() const override { return "cascade"; }
 
  protected:
@@ -21,6 +29,7 @@ class ContactCascade final : public ContactSolver {
                ContactReport& report) override;
 
  private:
+  std::unique_ptr<internal::RestingSolver> resting_;
   GaussSeidelSolver gauss_seidel_;
   NewtonSolver newton_;
   AdmmSolver admm_;
