@@ -13,13 +13,15 @@ namespace DYOP_EXPORT dyop {
 
 namespace internal {
 class ContactRestart;
+class RestingSolver;
 }
 
 /// The default solver: Gauss-Seidel, then Newton, then ADMM, each starting from the best answer so
 /// far and within its own budget, until one converges; if none does, a second round. With one or
-/// two bodies Newton comes first. What no round solves, and has few contacts, is begun again: by
-/// continuation from the problem without friction, then from random impulses, the same in every
-/// run. Returns the answer with the smallest residual.
+/// two bodies Newton comes first. Where bodies seem to rest, interior points do before all of them;
+/// their factorisations count as Newton's. What no round solves, and has few contacts, is begun
+/// again: by continuation from the problem without friction, then from random impulses, the same
+/// in every run. Returns the answer with the smallest residual.
 class ContactCascade final : public ContactSolver {
  public:
   ContactCascade();
@@ -36,6 +38,7 @@ class ContactCascade final : public ContactSolver {
   void restart(internal::ContactSystem& system, Scalar best, const ContactSolverOptions& options,
                ContactReport& report);
 
+  std::unique_ptr<internal::RestingSolver> resting_;
   GaussSeidelSolver gauss_seidel_;
   NewtonSolver newton_;
   AdmmSolver admm_;

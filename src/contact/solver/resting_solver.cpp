@@ -1,0 +1,201 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "contact/solver/resting_solver.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "contact/solver/contact_law.h"
+#include "core/tolerance.h"
+
+namespace dyop::internal {
+namespace {
+
+// Part of the way to the edge of the cones that a step goes at most.
+constexpr Scalar kNearlyAll = 0.9;
+// Fewer factorisations are the rule; more mean that something contradicts the hypothesis.
+constexpr int kRestingLimit = 25;
+// The shift is the rest of the residual if the one without it is smaller than this part.
+constexpr Scalar kSlidingPart = 0.1;
+// Near the solution, at so small a part of the residual without impulses, a step this short has met
+// the contradictions of redundant contacts, which Newton resolves better. All found by measurement.
+constexpr Scalar kShortStep = 0.3;
+constexpr Scalar kNearPart = 1e-6;  // literal: a ratio of residuals
+// Impulses with a larger part of it answer another question, and are a bad start for the others.
+constexpr Scalar kKeptPart = 1e-5;  // literal: a ratio of residuals
+
+// The velocity's part, or all, of a block: G y.
+Vector3 velocity_of(const Block& block, const std::vector<Vector6>& y) {
+  Vector3 u = Vector3::Zero();
+  if (block.slot_a >= 0) u += block.G_a * y[std::size_t(block.slot_a)];
+  if (block.slot_b >= 0) u += block.G_b * y[std::size_t(block.slot_b)];
+  return u;
+}
+
+// y += G^T lambda.
+void add_impulse(const Block& block, const Vector3& lambda, std::vector<Vector6>& y) {
+  if (block.slot_a >= 0) y[std::size_t(block.slot_a)] += block.G_a.transpose() * lambda;
+  if (block.slot_b >= 0) y[std::size_t(block.slot_b)] += block.G_b.transpose() * lambda;
+}
+
+Vector3 moved_inside(Vector3 x, Scalar by) {
+  x[0] = std::max(x[0], x.tail<2>().norm()) + by;
+  return x;
+}
+
+}  // namespace
+
+// The starting impulses, moved inside the cones by as much as they violate the laws.
+void RestingSolver::begin(ContactSystem& system) {
+  system_ = &system;
+  system.update_velocities();
+  y_ = system.velocities();
+  step_.resize(y_.size());
+  matrix_.analyse(system);
+  best_residual_ = system.residual();
+  pairs_.resize(system.blocks().size());
+  start_lambda_.resize(pairs_.size());
+  for (std::size_t i = 0; i < pairs_.size(); ++i) {
+    const Block& block = system.blocks()[i];
+    Pair& pair = pairs_[i];
+    const Scalar mu = block.friction;
+    pair.scale = mu > 0 ? Vector3(1 / mu, 1, 1) : Vector3(1, 0, 0);
+    start_lambda_[i] = block.lambda;
+    const Vector3 impulse =
+        mu > 0 ? Vector3(mu * block.lambda[0], block.lambda[1], block.lambda[2]) : block.lambda;
+    pair.impulse = moved_inside(impulse, best_residual_ / block.weight);
+    pair.velocity =
+        moved_inside(pair.scale.cwiseProduct(system.relative_velocity(block)), best_residual_);
+  }
+  best_lambda_ = start_lambda_;
+}
+
+void RestingSolver::evaluate() {
+  lacking_.resize(y_.size());
+  for (std::size_t i = 0; i < y_.size(); ++i) lacking_[i] = -y_[i];
+  product_ = 0;
+  for (std::size_t i = 0; i < pairs_.size(); ++i) {
+    Block& block = system_->blocks()[i];
+    Pair& pair = pairs_[i];
+    block.lambda = pair.scale.cwiseProduct(pair.impulse);
+    add_impulse(block, block.lambda, lacking_);
+    pair.gap = pair.scale.cwiseProduct(block.free + velocity_of(block, y_)) - pair.velocity;
+    product_ += pair.impulse.dot(pair.velocity) / Scalar(pairs_.size());
+  }
+  system_->update_velocities();
+}
+
+void RestingSolver::measure() {
+  residual_ = system_->residual();
+  held_residual_ = 0;
+  for (const Block& block : system_->blocks()) {
+    const Vector3 x = block.lambda - system_->relative_velocity(block) / block.weight;
+    const Scalar r = (block.lambda - project(block, x, 0)).norm() * block.weight;
+    if (!(r <= held_residual_)) held_residual_ = r;  // NaN is kept
+  }
+  if (!(residual_ < best_residual_)) return;
+  best_residual_ = residual_;
+  for (std::size_t i = 0; i < pairs_.size(); ++i) best_lambda_[i] = system_->blocks()[i].lambda;
+}
+
+bool RestingSolver::factorise() {
+  matrix_.reset();
+  for (std::size_t i = 0; i < pairs_.size(); ++i) {
+    Pair& pair = pairs_[i];
+    pair.scaling = ConeScaling(pair.velocity, pair.impulse);
+    const Matrix3 root = pair.scaling.inverse * pair.scale.asDiagonal();
+    matrix_.add(*system_, i, root.transpose() * root);
+  }
+  return matrix_.factorise();
+}
+
+// The steps that change the scaled products by `wanted`, and close all gaps.
+void RestingSolver::solve() {
+  step_ = lacking_;
+  for (std::size_t i = 0; i < pairs_.size(); ++i) {
+    Pair& pair = pairs_[i];
+    const ConeScaling& scaling = pair.scaling;
+    pair.wanted = cone_quotient(scaling.middle, pair.wanted);
+    const Vector3 impulse = scaling.inverse * (pair.wanted - scaling.inverse * pair.gap);
+    add_impulse(system_->blocks()[i], pair.scale.cwiseProduct(impulse), step_);
+  }
+  matrix_.solve(step_);
+  for (std::size_t i = 0; i < pairs_.size(); ++i) {
+    Pair& pair = pairs_[i];
+    const ConeScaling& scaling = pair.scaling;
+    pair.velocity_step =
+        pair.scale.cwiseProduct(velocity_of(system_->blocks()[i], step_)) + pair.gap;
+    pair.impulse_step = scaling.inverse * (pair.wanted - scaling.inverse * pair.velocity_step);
+  }
+}
+
+Scalar RestingSolver::longest_step() const {
+  Scalar way = kInfinity;
+  for (const Pair& pair : pairs_) {
+    way = std::min({way, way_to_cone(pair.impulse, pair.impulse_step),
+                    way_to_cone(pair.velocity, pair.velocity_step)});
+  }
+  return way;
+}
+
+// The predictor aims at products of zero. What it reaches says how far to aim now; its products are
+// the error of linearising.
+void RestingSolver::predict_and_correct() {
+  for (Pair& pair : pairs_) {
+    pair.wanted = -cone_product(pair.scaling.middle, pair.scaling.middle);
+  }
+  solve();
+  const Scalar way = std::min(longest_step(), Scalar{1});
+  Scalar predicted = 0;
+  for (const Pair& pair : pairs_) {
+    predicted +=
+        (pair.impulse + way * pair.impulse_step).dot(pair.velocity + way * pair.velocity_step) /
+        Scalar(pairs_.size());
+  }
+  const Scalar part = std::max(predicted, Scalar{0}) / product_;
+  for (Pair& pair : pairs_) {
+    const Vector3& v = pair.scaling.middle;
+    pair.wanted = -cone_product(v, v) - cone_product(pair.scaling.W * pair.impulse_step,
+                                                     pair.scaling.inverse * pair.velocity_step);
+    pair.wanted[0] += part * part * part * product_;
+  }
+  solve();
+}
+
+bool RestingSolver::keeps_going(Scalar before, Scalar step) const {
+  if (!(held_residual_ > kSlidingPart * residual_)) return false;  // also NaN
+  if (held_residual_ > kNearPart * system_->residual_without_impulses()) return true;
+  return step > kShortStep || held_residual_ < before / 2;
+}
+
+void RestingSolver::improve(ContactSystem& system, const ContactSolverOptions& options,
+                            ContactReport& report) {
+  const auto is_contact = [](const Block& block) { return block.kind == BlockKind::Contact; };
+  if (options.newton_limit == 0) return;
+  if (!std::all_of(system.blocks().begin(), system.blocks().end(), is_contact)) return;
+  begin(system);
+  Scalar step = 1;
+  Scalar before = kInfinity;
+  const int limit = std::min(options.newton_limit, kRestingLimit);
+  for (int i = 0;; ++i) {
+    evaluate();
+    measure();
+    if (best_residual_ <= options.tolerance || i == limit || is_over(options.interrupt)) break;
+    if (!keeps_going(before, step)) break;
+    before = held_residual_;
+    ++report.newton_iterations;
+    if (!factorise()) break;
+    predict_and_correct();
+    step = std::min(std::max(kNearlyAll, 1 - product_) * longest_step(), Scalar{1});
+    for (Pair& pair : pairs_) {
+      pair.impulse += step * pair.impulse_step;
+      pair.velocity += step * pair.velocity_step;
+    }
+    for (std::size_t k = 0; k < y_.size(); ++k) y_[k] += step * step_[k];
+  }
+  const bool is_near = best_residual_ <= kKeptPart * system.residual_without_impulses();
+  const std::vector<Vector3>& kept = is_near ? best_lambda_ : start_lambda_;
+  for (std::size_t i = 0; i < pairs_.size(); ++i) system.blocks()[i].lambda = kept[i];
+  system.update_velocities();
+}
+
+}  // namespace dyop::internal
