@@ -112,7 +112,6 @@ bool HoldSolver::run(const StepGoal& goal, WorkClock& clock) {
   options.cascade_rounds = 1;
   options.admm_limit = 0;
   options.restart_contacts = 0;
-  options.follows_drift = false;
   return solver_.solve(problem_, options).status == ContactStatus::Converged;
 }
 
@@ -127,23 +126,43 @@ ToolStep HoldSolver::read_step(const StepGoal& goal) const {
   return step;
 }
 
-ToolStep HoldSolver::solve(const StepGoal& goal,
-                           std::span<const std::unique_ptr<Obstacle>> obstacles,
-                           std::vector<HoldPoint>& holds, WorkClock& clock) {
+void HoldSolver::build(const StepGoal& goal, Obstacles obstacles,
+                       std::span<const HoldPoint> holds) {
   place_bodies(goal);
   for (const HoldPoint& hold : holds) add_hold(goal, *obstacles[hold.obstacle], hold);
-  if (!run(goal, clock) && !clock.cutoff()) {
-    // Demands that gaps grow can contradict each other; that none shrinks can always be met.
-    bool is_eased = false;
-    for (PointContact& contact : problem_.contacts) {
-      is_eased |= contact.target > 0;
-      contact.target = std::min(contact.target, Scalar{0});
-    }
-    if (is_eased) run(goal, clock);
+}
+
+// Where friction all but jams the tool, solvers need thousands of iterations, and an unsolved step
+// lets gaps shrink, if only by a little. At the least gap that a proof admits neither tool nor
+// tissue could then move, and the next tick would begin with the same problem: for ever. So finds
+// the step nearest to the one found that keeps all gaps, without friction: a convex problem, which
+// is solved in a few iterations whenever there is such a step.
+void HoldSolver::keep_gaps(const StepGoal& goal, Obstacles obstacles,
+                           std::span<const HoldPoint> holds, WorkClock& clock) {
+  StepGoal near = goal;
+  near.wish = read_step(goal);
+  build(near, obstacles, holds);
+  for (PointContact& contact : problem_.contacts) {
+    contact.friction = 0;
+    contact.impulse_W.setZero();
   }
+  if (run(goal, clock) || clock.cutoff()) return;
+  // Demands that gaps grow can contradict each other; that none shrinks can be met unless tissue
+  // closes in from all sides.
+  for (PointContact& contact : problem_.contacts) {
+    contact.target = std::min(contact.target, Scalar{0});
+  }
+  run(goal, clock);
+}
+
+ToolStep HoldSolver::solve(const StepGoal& goal, Obstacles obstacles, std::vector<HoldPoint>& holds,
+                           WorkClock& clock) {
+  build(goal, obstacles, holds);
+  const bool is_solved = run(goal, clock);
   for (std::size_t k = 0; k < holds.size(); ++k) {
     holds[k].impulse_W = problem_.contacts[k].impulse_W;
   }
+  if (!is_solved && !clock.cutoff()) keep_gaps(goal, obstacles, holds, clock);
   if (clock.cutoff()) return {};
   return read_step(goal);
 }
