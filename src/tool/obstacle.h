@@ -35,6 +35,13 @@ struct HoldPoint {
 struct PieceMemory {
   DistanceCache cache;
   PairFront front;
+
+  /// For other meshes.
+  void restart() {
+    cache.nearest.reset();
+    front.restart();
+    front.seed({0, -1, -1});
+  }
 };
 /// For a body and an obstacle: one for each piece of the body.
 using PairMemory = std::vector<PieceMemory>;
@@ -125,13 +132,15 @@ class Obstacle {
   /// How long its current motion lasts.
   virtual Scalar time_left() const { return kInfinity; }
   /// Takes over the snapshots of other threads; later ones wait for the next tick.
-  virtual void start_tick() {}
-  /// Snapshots given before the tick.
+  /// @return As go_on().
+  virtual bool start_tick() { return false; }
+  /// Snapshots and meshes given before the tick.
   virtual std::int64_t snapshots_seen() const { return 0; }
   /// Advances time by at most time_left().
   virtual void pass(Scalar /*dt*/) {}
   /// Starts its next motion when the current one has ended, or comes to rest if there is none.
-  virtual void go_on() {}
+  /// @return Whether it is now another mesh: nothing that is kept of it holds any longer.
+  virtual bool go_on() { return false; }
 };
 
 std::unique_ptr<Obstacle> make_rigid_obstacle(const ToolObstacle& obstacle);

@@ -89,6 +89,19 @@ Proxy::Proxy(const ToolScene& scene, const ToolOptions& options)
 
 // --- following ------------------------------------------------------------------------------------
 
+// The obstacle is another mesh now.
+void Proxy::forget(std::size_t obstacle) {
+  for (std::size_t k = 0; k < pairs_.size(); ++k) {
+    PairState& pair = pairs_[k];
+    if (pair.obstacle != obstacle) continue;
+    pair.distance = {};
+    pair.is_overlapping = false;
+    for (PieceMemory& kept : pair.kept) kept.restart();
+    if (escape_.is_for(k)) escape_.stop();
+  }
+  std::erase_if(holds_, [&](const HoldPoint& hold) { return hold.obstacle == obstacle; });
+}
+
 Scalar Proxy::piece_time(Scalar remaining) const {
   Scalar time = remaining;
   for (const auto& obstacle : obstacles_) time = std::min(time, obstacle->time_left());
@@ -106,13 +119,15 @@ bool Proxy::is_at(const ToolPose& goal) const {
 FollowReport Proxy::follow(const std::optional<ToolPose>& goal, Scalar dt, WorkClock& clock,
                            TickStatistics& work) {
   FollowReport report;
-  for (const auto& obstacle : obstacles_) obstacle->start_tick();
+  for (std::size_t k = 0; k < obstacles_.size(); ++k) {
+    if (obstacles_[k]->start_tick()) forget(k);
+  }
   path_.clear();
   path_.push_back({0, pose_});
   const auto has_time = [&] { return dt - report.committed > kTickNoise * dt; };
   const auto next_piece = [&] {
-    for (const auto& obstacle : obstacles_) {
-      if (!(obstacle->time_left() > 0)) obstacle->go_on();
+    for (std::size_t k = 0; k < obstacles_.size(); ++k) {
+      if (!(obstacles_[k]->time_left() > 0) && obstacles_[k]->go_on()) forget(k);
     }
     const Scalar remaining = dt - report.committed;
     return Piece{piece_time(remaining), remaining};

@@ -19,7 +19,8 @@ namespace dyop::internal {
 /// after the last one examines only the pairs whose bounds no longer suffice, and opened pairs that
 /// have become far enough are closed (docs/algorithms/tool_loop.md, "The front").
 ///
-/// The meshes and the numbers of their vertices must stay the same; places may change.
+/// The meshes and the numbers of their vertices must stay the same, or restart() and seed() be
+/// called; places may change.
 class DYOP_EXPORT PairFront {
  public:
   PairFront();
@@ -59,7 +60,7 @@ class DYOP_EXPORT PairFront {
   template <typename IsOver>
   bool find_nearest(const StandingPair& sides, Scalar farthest, Scalar allowed,
                     const IsOver& is_over, BoxPairStack& stack, PieceDistance& best);
-  /// Where find_nearest() starts.
+  /// Where find_nearest() starts; negative: nowhere.
   void seed(const BoxPair& nearest) { nearest_ = nearest; }
   /// The leaves of the pair that find_nearest() found.
   const BoxPair& nearest() const { return nearest_; }
