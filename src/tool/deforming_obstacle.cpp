@@ -4,8 +4,8 @@
 #include <algorithm>
 
 #include "dyop/core/error.h"
-#include "dyop/toi/deforming_distance.h"
 #include "toi/deforming/chord_gap.h"
+#include "toi/deforming/deforming_traversal.h"
 #include "toi/deforming/listed_impact.h"
 #include "toi/impact_band.h"
 #include "tool/surface_cone.h"
@@ -298,22 +298,22 @@ PairDistance DeformingObstacle::measure(const ToolBody& body, const RigidPose& X
   return least;
 }
 
-PairDistance DeformingObstacle::measure_at(const ToolBody& body, const RigidPose& X_WB,
-                                           PairMemory& kept) const {
+std::optional<bool> DeformingObstacle::is_apart_at(const ToolBody& body, const RigidPose& X_WB,
+                                                   WorkClock& clock, PairMemory& kept) const {
   kept.resize(body.pieces.size());
-  PairDistance least;
-  least.lower = kInfinity;
   for (std::size_t k = 0; k < kept.size(); ++k) {
-    const DistanceResult result =
-        distance(shown(), fraction_, body.pieces[k].mesh, X_WB, {}, kept[k].cache);
-    NearestPoints nearest;
-    nearest.upper = result.upper;
-    nearest.p_a = result.p_WCa;
-    nearest.p_b = result.p_WCb;
-    nearest.nhat_AB = result.nhat_AB_W;
-    join(body.pieces[k], result.lower, nearest, least);
+    const Scalar least = margin + body.pieces[k].radius;
+    const StandingPair sides(shown(), fraction_, body.pieces[k].mesh, X_WB);
+    DeformingTraversal<RigidSide> traversal(sides.a, sides.b, sides.noise, least,
+                                            kept[k].cache.stack);
+    traversal.sought_middle = least;
+    traversal.start();
+    do {
+      if (clock.is_over_small()) return std::nullopt;
+    } while (!traversal.run_portion(1));
+    if (!(traversal.lower > least)) return false;
   }
-  return least;
+  return true;
 }
 
 }  // namespace dyop::internal

@@ -42,8 +42,8 @@ class DeformingObstacle final : public Obstacle {
                  std::vector<HoldPoint>& holds) const override;
   PairDistance measure(const ToolBody& body, const RigidPose& X_WB, const DistanceWish& wish,
                        WorkClock& clock, PairMemory& kept) const override;
-  PairDistance measure_at(const ToolBody& body, const RigidPose& X_WB,
-                          PairMemory& kept) const override;
+  std::optional<bool> is_apart_at(const ToolBody& body, const RigidPose& X_WB, WorkClock& clock,
+                                  PairMemory& kept) const override;
   std::int64_t snapshots_seen() const override { return snapshots_seen_; }
   Scalar speed() const override { return shown().largest_displacement() * rate_; }
   Scalar time_left() const override;

@@ -110,6 +110,8 @@ class Obstacle {
   /// The tool must not enter it.
   bool is_hard() const { return role == ObstacleRole::Tissue || role == ObstacleRole::HardRegion; }
 
+  /// Computes what queries about a body would otherwise compute at the first of them.
+  virtual void prepare(const ToolBody& /*body*/, QueryMemory& /*memory*/) const {}
   /// As time_of_impact(), with A the obstacle.
   virtual PairImpact first_impact(const BodyMotion& motion, const ToiOptions& options,
                                   WorkClock& clock, PairMemory& kept,
@@ -123,9 +125,10 @@ class Obstacle {
   virtual PairDistance measure(const ToolBody& body, const RigidPose& X_WB,
                                const DistanceWish& wish, WorkClock& clock,
                                PairMemory& kept) const = 0;
-  /// Bounds for a pose where the body is not, only supposed to be.
-  virtual PairDistance measure_at(const ToolBody& body, const RigidPose& X_WB,
-                                  PairMemory& kept) const = 0;
+  /// Whether a body in a pose where it is not would be farther away than the margin, proven;
+  /// nothing if the clock runs out.
+  virtual std::optional<bool> is_apart_at(const ToolBody& body, const RigidPose& X_WB,
+                                          WorkClock& clock, PairMemory& kept) const = 0;
 
   /// Bound of the speed of its points until time_left().
   virtual Scalar speed() const { return 0; }

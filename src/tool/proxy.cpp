@@ -36,6 +36,10 @@ constexpr Scalar kLeastPace = 0x1p-12;
 // Node pairs that a query may hold for one time interval without growing its memory.
 constexpr std::size_t kQueuedPairs = 512;
 
+// So many pairs to ask about, and holds before they are thinned out, need no further memory.
+constexpr std::size_t kReservedPairs = 4096;
+constexpr std::size_t kReservedHolds = 1024;
+
 // A time shorter than this fraction of a tick is not worth its own motion.
 constexpr Scalar kTickNoise = 0x1p-30;
 
@@ -75,6 +79,8 @@ Proxy::Proxy(const ToolScene& scene, const ToolOptions& options)
       solver_(options.coupling, scene.hinges, bodies_, std::size_t(options.max_contacts)),
       pose_(start_pose(scene)) {
   memory_.workspace.reserve(kQueuedPairs);
+  memory_.pairs.reserve(kReservedPairs);
+  found_.reserve(kReservedHolds);
   for (const ToolObstacle& obstacle : scene.obstacles) {
     obstacles_.push_back(make_obstacle(obstacle));
   }
@@ -83,6 +89,7 @@ Proxy::Proxy(const ToolScene& scene, const ToolOptions& options)
       PairState& pair = pairs_.emplace_back();
       pair.body = body;
       pair.obstacle = obstacle;
+      if (obstacles_[obstacle]->is_hard()) obstacles_[obstacle]->prepare(bodies_[body], memory_);
     }
   }
 }
@@ -222,7 +229,7 @@ void Proxy::look_for_escape(WorkClock& clock, TickStatistics& work) {
       ++work.distance_queries;
       const RigidPose X_WB_there =
           RigidPose::from_trusted(X_WB.rotation(), X_WB.translation() + moved);
-      return obstacle.measure_at(body, X_WB_there, crossing->kept).lower > obstacle.margin;
+      return obstacle.is_apart_at(body, X_WB_there, clock, crossing->kept);
     });
   }
 }

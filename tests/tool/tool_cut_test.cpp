@@ -177,6 +177,37 @@ TEST(ToolCut, AMeshWithinTheMarginIsLeftAndNeverComeNearer) {
   EXPECT_GT(theatre.least_seen, 0.25);
 }
 
+// The first look at the new mesh, its proof and the search for a way out, ended after any number of
+// pieces of work: what is reported is true, and later ticks go on.
+TEST(ToolCut, WhereverTheTickAfterItIsCutOffBoundsHold) {
+  for (const Scalar height : {0.0, 1.5}) {
+    int cut_off = 0;
+    for (std::int64_t checkpoint = 1; checkpoint < 200; checkpoint += 1 + checkpoint / 4) {
+      Theatre theatre;
+      const auto device = device_at({0.3, 0.2, 1});
+      for (int k = 0; k < 30; ++k) theatre.session->update(device, kMillisecond);
+      ASSERT_TRUE(theatre.give(at_height(slit(theatre.sheet), height)));
+      for (int k = 0; k < 3; ++k) {
+        const ToolTick& tick =
+            theatre.session->replay(device, kMillisecond, TickCutoff{checkpoint, 0});
+        EXPECT_LE(tick.statistics.checkpoints, checkpoint);
+        cut_off += tick.cutoff.has_value();
+        const testing::ToolSpan still{tick.tool.X_WT, tick.tool.X_WT};
+        const auto truth =
+            testing::sample_distance(*theatre.ball, still, theatre.mesh.triangles,
+                                     {theatre.mesh.vertices, theatre.mesh.vertices}, 0, 1e-4);
+        EXPECT_LE(tick.clearances[0].lower, truth.least + 1e-4) << checkpoint;
+        EXPECT_GE(tick.clearances[0].upper, truth.least) << checkpoint;
+      }
+      for (int k = 0; k < 300 && theatre.session->last().status != ToolStatus::Held; ++k) {
+        theatre.session->update(device, kMillisecond);
+      }
+      EXPECT_EQ(theatre.session->last().status, ToolStatus::Held) << checkpoint;
+    }
+    EXPECT_GT(cut_off, 10);
+  }
+}
+
 TEST(ToolCut, RefusesBadMeshesAndNamesWhatIsWrong) {
   Theatre theatre;
   auto bad = theatre.sheet;
