@@ -143,6 +143,16 @@ Hdf5RowType row_type<SnapshotRow>() {
 }
 
 template <>
+Hdf5RowType row_type<MeshRow>() {
+  Hdf5RowType type(sizeof(MeshRow));
+  DYOP_ROW_MEMBER(MeshRow, obstacle);
+  DYOP_ROW_MEMBER(MeshRow, number);
+  DYOP_ROW_MEMBER(MeshRow, first_triangle);
+  DYOP_ROW_MEMBER(MeshRow, triangle_count);
+  return type;
+}
+
+template <>
 Hdf5RowType row_type<PairContactRow>() {
   Hdf5RowType type(sizeof(PairContactRow));
   DYOP_ROW_MEMBER(PairContactRow, from_pivot_a);

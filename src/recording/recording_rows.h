@@ -101,13 +101,22 @@ struct EventRow {
   std::uint32_t unused;
 };
 
-/// Of a tool's run: a snapshot whose vertices are rows of /snapshot_vertices.
+/// Of a tool's run: a snapshot whose vertices are rows of /snapshot_vertices; or another mesh, of
+/// duration 0, whose triangles are rows of /snapshot_triangles.
 struct SnapshotRow {
   std::uint32_t obstacle;
   std::uint32_t number;  // of the obstacle, from 1
   double duration;
   std::uint64_t first_vertex;
   std::uint64_t vertex_count;
+};
+
+/// The triangles of a mesh among the snapshots.
+struct MeshRow {
+  std::uint32_t obstacle;
+  std::uint32_t number;  // of the snapshot
+  std::uint64_t first_triangle;
+  std::uint64_t triangle_count;
 };
 
 struct FrameRow {

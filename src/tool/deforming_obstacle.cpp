@@ -4,8 +4,8 @@
 #include <algorithm>
 
 #include "dyop/core/error.h"
-#include "dyop/toi/deforming_distance.h"
 #include "toi/deforming/chord_gap.h"
+#include "toi/deforming/deforming_traversal.h"
 #include "toi/deforming/listed_impact.h"
 #include "toi/impact_band.h"
 #include "tool/surface_cone.h"
@@ -52,25 +52,42 @@ std::array<Scalar, 3> weights_at(const Triangle& t, const Vector3& p) {
 
 DeformingObstacle::DeformingObstacle(const std::vector<Vector3>& vertices,
                                      const std::vector<TriangleIndices>& triangles)
-    : meshes_{DeformingMesh(vertices, vertices, triangles),
-              DeformingMesh(vertices, vertices, triangles)},
-      topology_(vertices.size(), triangles) {}
+    : meshes_{Surface{{vertices, vertices, triangles}, {vertices.size(), triangles}},
+              Surface{{vertices, vertices, triangles}, {vertices.size(), triangles}}} {}
 
 bool DeformingObstacle::give(std::span<const Vector3> vertices, Scalar duration) {
   DYOP_REQUIRE(duration > 0 && duration < kInfinity,
                "give_snapshot: duration must be finite and > 0, not ", duration);
   if (has_next_.load(std::memory_order_acquire)) return false;
   // The tick changes the shown mesh only while there is a next one.
-  meshes_[1 - shown_].refit(meshes_[shown_].end(), vertices);
-  next_duration_ = duration;
-  has_next_.store(true, std::memory_order_release);
+  const Surface& last = meshes_[shown_];
+  DYOP_REQUIRE(vertices.size() == last.mesh.end().size(), "give_snapshot: the mesh has ",
+               last.mesh.end().size(), " vertices, not ", vertices.size());
+  if (spare().version != last.version) spare() = last;
+  spare().mesh.refit(last.mesh.end(), vertices);
+  hand_over(duration);
   return true;
 }
 
-void DeformingObstacle::start_tick() {
+bool DeformingObstacle::give_mesh(std::span<const Vector3> vertices,
+                                  std::span<const TriangleIndices> triangles) {
+  if (has_next_.load(std::memory_order_acquire)) return false;
+  const std::vector<Vector3> places(vertices.begin(), vertices.end());
+  DeformingMesh mesh(places, places, {triangles.begin(), triangles.end()});
+  spare() = {std::move(mesh), {vertices.size(), triangles}, meshes_[shown_].version + 1};
+  hand_over(0);
+  return true;
+}
+
+void DeformingObstacle::hand_over(Scalar duration) {
+  next_duration_ = duration;
+  has_next_.store(true, std::memory_order_release);
+}
+
+bool DeformingObstacle::start_tick() {
   is_next_seen_ = has_next_.load(std::memory_order_acquire);
   snapshots_seen_ = snapshots_taken_ + (is_next_seen_ ? 1 : 0);
-  if (time_left() == kInfinity) go_on();
+  return time_left() == kInfinity && go_on();
 }
 
 Scalar DeformingObstacle::time_left() const {
@@ -85,16 +102,20 @@ void DeformingObstacle::pass(Scalar dt) {
   fraction_ = fraction_after(dt);
 }
 
-void DeformingObstacle::go_on() {
-  if (fraction_ < 1) return;
+bool DeformingObstacle::go_on() {
+  if (fraction_ < 1) return false;
   rate_ = 0;
-  if (!is_next_seen_) return;
+  if (!is_next_seen_) return false;
   is_next_seen_ = false;
   shown_ = 1 - shown_;
-  fraction_ = 0;
-  rate_ = 1 / next_duration_;
+  const bool is_other_mesh = !(next_duration_ > 0);
+  if (!is_other_mesh) {
+    fraction_ = 0;
+    rate_ = 1 / next_duration_;
+  }
   ++snapshots_taken_;
   has_next_.store(false, std::memory_order_release);
+  return is_other_mesh;
 }
 
 Vector3 DeformingObstacle::place(std::int32_t vertex) const {
@@ -202,7 +223,7 @@ bool DeformingObstacle::is_minimum(const CorePiece& piece, const RigidPose& X_WB
                                    const PieceDistance& pair, std::int32_t triangle_a,
                                    std::int32_t triangle_b) const {
   const Scalar sine = sine_for(pair);
-  const SurfaceCone own{topology_, shown().triangles()};
+  const SurfaceCone own{meshes_[shown_].topology, shown().triangles()};
   const Vector3& n_W = pair.nhat_AB;
   if (!own.admits(pair.feature_a, triangle_a, n_W, sine,
                   [&](std::int32_t vertex) { return place(vertex); })) {
@@ -277,22 +298,22 @@ PairDistance DeformingObstacle::measure(const ToolBody& body, const RigidPose& X
   return least;
 }
 
-PairDistance DeformingObstacle::measure_at(const ToolBody& body, const RigidPose& X_WB,
-                                           PairMemory& kept) const {
+std::optional<bool> DeformingObstacle::is_apart_at(const ToolBody& body, const RigidPose& X_WB,
+                                                   WorkClock& clock, PairMemory& kept) const {
   kept.resize(body.pieces.size());
-  PairDistance least;
-  least.lower = kInfinity;
   for (std::size_t k = 0; k < kept.size(); ++k) {
-    const DistanceResult result =
-        distance(shown(), fraction_, body.pieces[k].mesh, X_WB, {}, kept[k].cache);
-    NearestPoints nearest;
-    nearest.upper = result.upper;
-    nearest.p_a = result.p_WCa;
-    nearest.p_b = result.p_WCb;
-    nearest.nhat_AB = result.nhat_AB_W;
-    join(body.pieces[k], result.lower, nearest, least);
+    const Scalar least = margin + body.pieces[k].radius;
+    const StandingPair sides(shown(), fraction_, body.pieces[k].mesh, X_WB);
+    DeformingTraversal<RigidSide> traversal(sides.a, sides.b, sides.noise, least,
+                                            kept[k].cache.stack);
+    traversal.sought_middle = least;
+    traversal.start();
+    do {
+      if (clock.is_over_small()) return std::nullopt;
+    } while (!traversal.run_portion(1));
+    if (!(traversal.lower > least)) return false;
   }
-  return least;
+  return true;
 }
 
 }  // namespace dyop::internal

@@ -14,9 +14,9 @@ namespace dyop::internal {
 
 /// Tissue whose vertices move on straight lines from snapshot to snapshot.
 ///
-/// Two meshes alternate. One is shown; the other is free for give(), which refits it in the
-/// caller's thread, or holds the next motion. A single flag hands it over, so neither side ever
-/// waits.
+/// Two meshes alternate. One is shown; the other is free for give(), which refits or replaces it in
+/// the caller's thread, or holds the next motion. A single flag hands it over, so neither side ever
+/// waits, and the tick never frees a mesh.
 class DeformingObstacle final : public Obstacle {
  public:
   DeformingObstacle(const std::vector<Vector3>& vertices,
@@ -24,9 +24,11 @@ class DeformingObstacle final : public Obstacle {
 
   /// See ToolSession::give_snapshot(). From one thread at a time.
   bool give(std::span<const Vector3> vertices, Scalar duration);
+  /// See ToolSession::give_mesh(). From the same thread.
+  bool give_mesh(std::span<const Vector3> vertices, std::span<const TriangleIndices> triangles);
 
   /// The current position of the mesh: shown().triangle(i, fraction()).
-  const DeformingMesh& shown() const { return meshes_[shown_]; }
+  const DeformingMesh& shown() const { return meshes_[shown_].mesh; }
   Scalar fraction() const { return fraction_; }
   /// Position of a vertex.
   Vector3 place(std::int32_t vertex) const;
@@ -40,16 +42,24 @@ class DeformingObstacle final : public Obstacle {
                  std::vector<HoldPoint>& holds) const override;
   PairDistance measure(const ToolBody& body, const RigidPose& X_WB, const DistanceWish& wish,
                        WorkClock& clock, PairMemory& kept) const override;
-  PairDistance measure_at(const ToolBody& body, const RigidPose& X_WB,
-                          PairMemory& kept) const override;
+  std::optional<bool> is_apart_at(const ToolBody& body, const RigidPose& X_WB, WorkClock& clock,
+                                  PairMemory& kept) const override;
   std::int64_t snapshots_seen() const override { return snapshots_seen_; }
   Scalar speed() const override { return shown().largest_displacement() * rate_; }
   Scalar time_left() const override;
-  void start_tick() override;
+  bool start_tick() override;
   void pass(Scalar dt) override;
-  void go_on() override;
+  bool go_on() override;
 
  private:
+  struct Surface {
+    DeformingMesh mesh;
+    MeshTopology topology;
+    std::int64_t version = 0;  // counts the meshes given
+  };
+
+  Surface& spare() { return meshes_[1 - shown_]; }
+  void hand_over(Scalar duration);
   Vector3 velocity_at(std::int32_t triangle, const Vector3& p_W, Scalar s) const;
   bool is_minimum(const CorePiece& piece, const RigidPose& X_WB, const PieceDistance& pair,
                   std::int32_t triangle_a, std::int32_t triangle_b) const;
@@ -63,15 +73,14 @@ class DeformingObstacle final : public Obstacle {
            WorkClock& clock, QueryMemory& memory, PairImpact& impact) const;
   Scalar fraction_after(Scalar dt) const;
 
-  std::array<DeformingMesh, 2> meshes_;
-  MeshTopology topology_;
+  std::array<Surface, 2> meshes_;
   std::size_t shown_ = 0;
   Scalar fraction_ = 1;
   Scalar rate_ = 0;  // of the fraction, per time; 0 at rest
   std::int64_t snapshots_taken_ = 0;
   // Of the mesh that is not shown. Set by give(), cleared by the tick.
   std::atomic<bool> has_next_{false};
-  Scalar next_duration_ = 0;
+  Scalar next_duration_ = 0;  // 0: another mesh, at rest
   std::int64_t snapshots_seen_ = 0;
   bool is_next_seen_ = false;  // as it was when the tick started
 };

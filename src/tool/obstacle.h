@@ -35,6 +35,13 @@ struct HoldPoint {
 struct PieceMemory {
   DistanceCache cache;
   PairFront front;
+
+  /// For other meshes.
+  void restart() {
+    cache.nearest.reset();
+    front.restart();
+    front.seed({0, -1, -1});
+  }
 };
 /// For a body and an obstacle: one for each piece of the body.
 using PairMemory = std::vector<PieceMemory>;
@@ -103,6 +110,8 @@ class Obstacle {
   /// The tool must not enter it.
   bool is_hard() const { return role == ObstacleRole::Tissue || role == ObstacleRole::HardRegion; }
 
+  /// Computes what queries about a body would otherwise compute at the first of them.
+  virtual void prepare(const ToolBody& /*body*/, QueryMemory& /*memory*/) const {}
   /// As time_of_impact(), with A the obstacle.
   virtual PairImpact first_impact(const BodyMotion& motion, const ToiOptions& options,
                                   WorkClock& clock, PairMemory& kept,
@@ -116,22 +125,25 @@ class Obstacle {
   virtual PairDistance measure(const ToolBody& body, const RigidPose& X_WB,
                                const DistanceWish& wish, WorkClock& clock,
                                PairMemory& kept) const = 0;
-  /// Bounds for a pose where the body is not, only supposed to be.
-  virtual PairDistance measure_at(const ToolBody& body, const RigidPose& X_WB,
-                                  PairMemory& kept) const = 0;
+  /// Whether a body in a pose where it is not would be farther away than the margin, proven;
+  /// nothing if the clock runs out.
+  virtual std::optional<bool> is_apart_at(const ToolBody& body, const RigidPose& X_WB,
+                                          WorkClock& clock, PairMemory& kept) const = 0;
 
   /// Bound of the speed of its points until time_left().
   virtual Scalar speed() const { return 0; }
   /// How long its current motion lasts.
   virtual Scalar time_left() const { return kInfinity; }
   /// Takes over the snapshots of other threads; later ones wait for the next tick.
-  virtual void start_tick() {}
-  /// Snapshots given before the tick.
+  /// @return As go_on().
+  virtual bool start_tick() { return false; }
+  /// Snapshots and meshes given before the tick.
   virtual std::int64_t snapshots_seen() const { return 0; }
   /// Advances time by at most time_left().
   virtual void pass(Scalar /*dt*/) {}
   /// Starts its next motion when the current one has ended, or comes to rest if there is none.
-  virtual void go_on() {}
+  /// @return Whether it is now another mesh: nothing that is kept of it holds any longer.
+  virtual bool go_on() { return false; }
 };
 
 std::unique_ptr<Obstacle> make_rigid_obstacle(const ToolObstacle& obstacle);

@@ -36,6 +36,10 @@ constexpr Scalar kLeastPace = 0x1p-12;
 // Node pairs that a query may hold for one time interval without growing its memory.
 constexpr std::size_t kQueuedPairs = 512;
 
+// So many pairs to ask about, and holds before they are thinned out, need no further memory.
+constexpr std::size_t kReservedPairs = 4096;
+constexpr std::size_t kReservedHolds = 1024;
+
 // A time shorter than this fraction of a tick is not worth its own motion.
 constexpr Scalar kTickNoise = 0x1p-30;
 
@@ -75,6 +79,8 @@ Proxy::Proxy(const ToolScene& scene, const ToolOptions& options)
       solver_(options.coupling, scene.hinges, bodies_, std::size_t(options.max_contacts)),
       pose_(start_pose(scene)) {
   memory_.workspace.reserve(kQueuedPairs);
+  memory_.pairs.reserve(kReservedPairs);
+  found_.reserve(kReservedHolds);
   for (const ToolObstacle& obstacle : scene.obstacles) {
     obstacles_.push_back(make_obstacle(obstacle));
   }
@@ -83,11 +89,25 @@ Proxy::Proxy(const ToolScene& scene, const ToolOptions& options)
       PairState& pair = pairs_.emplace_back();
       pair.body = body;
       pair.obstacle = obstacle;
+      if (obstacles_[obstacle]->is_hard()) obstacles_[obstacle]->prepare(bodies_[body], memory_);
     }
   }
 }
 
 // --- following ------------------------------------------------------------------------------------
+
+// The obstacle is another mesh now.
+void Proxy::forget(std::size_t obstacle) {
+  for (std::size_t k = 0; k < pairs_.size(); ++k) {
+    PairState& pair = pairs_[k];
+    if (pair.obstacle != obstacle) continue;
+    pair.distance = {};
+    pair.is_overlapping = false;
+    for (PieceMemory& kept : pair.kept) kept.restart();
+    if (escape_.is_for(k)) escape_.stop();
+  }
+  std::erase_if(holds_, [&](const HoldPoint& hold) { return hold.obstacle == obstacle; });
+}
 
 Scalar Proxy::piece_time(Scalar remaining) const {
   Scalar time = remaining;
@@ -106,13 +126,15 @@ bool Proxy::is_at(const ToolPose& goal) const {
 FollowReport Proxy::follow(const std::optional<ToolPose>& goal, Scalar dt, WorkClock& clock,
                            TickStatistics& work) {
   FollowReport report;
-  for (const auto& obstacle : obstacles_) obstacle->start_tick();
+  for (std::size_t k = 0; k < obstacles_.size(); ++k) {
+    if (obstacles_[k]->start_tick()) forget(k);
+  }
   path_.clear();
   path_.push_back({0, pose_});
   const auto has_time = [&] { return dt - report.committed > kTickNoise * dt; };
   const auto next_piece = [&] {
-    for (const auto& obstacle : obstacles_) {
-      if (!(obstacle->time_left() > 0)) obstacle->go_on();
+    for (std::size_t k = 0; k < obstacles_.size(); ++k) {
+      if (!(obstacles_[k]->time_left() > 0) && obstacles_[k]->go_on()) forget(k);
     }
     const Scalar remaining = dt - report.committed;
     return Piece{piece_time(remaining), remaining};
@@ -207,7 +229,7 @@ void Proxy::look_for_escape(WorkClock& clock, TickStatistics& work) {
       ++work.distance_queries;
       const RigidPose X_WB_there =
           RigidPose::from_trusted(X_WB.rotation(), X_WB.translation() + moved);
-      return obstacle.measure_at(body, X_WB_there, crossing->kept).lower > obstacle.margin;
+      return obstacle.is_apart_at(body, X_WB_there, clock, crossing->kept);
     });
   }
 }

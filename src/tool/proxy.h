@@ -89,6 +89,7 @@ class Proxy {
   void ease_target(PairState& pair, WorkClock& clock, TickStatistics& work);
   void measure(PairState& pair, const DistanceWish& wish, WorkClock& clock, TickStatistics& work);
   void commit(const ToolMotion& motion, Scalar t);
+  void forget(std::size_t obstacle);
   Scalar piece_time(Scalar remaining) const;
   bool is_at(const ToolPose& goal) const;
   DistanceWish wish_for(std::size_t obstacle, PairDistance& least) const;

@@ -38,7 +38,6 @@ bool is_named_before(const HoldPoint& x, const HoldPoint& y) {
 }  // namespace
 
 void Proxy::gather_holds(const ToolStep& wish, const Piece& piece, WorkClock& clock) {
-  last_holds_.swap(holds_);
   found_.clear();
   const ToolMotion motion(pose_, wish, piece.duration, hinges_);
   for (PairState& pair : pairs_) {
@@ -57,6 +56,8 @@ void Proxy::gather_holds(const ToolStep& wish, const Piece& piece, WorkClock& cl
       found_[k].obstacle = pair.obstacle;
     }
   }
+  if (clock.cutoff()) return;
+  last_holds_.swap(holds_);
   thin_holds();
   warm_start();
 }

@@ -13,6 +13,7 @@ class RigidObstacle final : public Obstacle {
   RigidObstacle(std::shared_ptr<const Shape> shape, const RigidPose& X_WA)
       : shape_(std::move(shape)), X_WA_(X_WA), motion_(X_WA) {}
 
+  void prepare(const ToolBody& body, QueryMemory& memory) const override;
   PairImpact first_impact(const BodyMotion& motion, const ToiOptions& options, WorkClock& clock,
                           PairMemory& kept, QueryMemory& memory) const override;
   void add_holds(const ToolBody& body, const RigidPose& X_WB, Scalar reach, WorkClock& clock,
@@ -20,14 +21,21 @@ class RigidObstacle final : public Obstacle {
                  std::vector<HoldPoint>& holds) const override;
   PairDistance measure(const ToolBody& body, const RigidPose& X_WB, const DistanceWish& wish,
                        WorkClock& clock, PairMemory& kept) const override;
-  PairDistance measure_at(const ToolBody& body, const RigidPose& X_WB,
-                          PairMemory& kept) const override;
+  std::optional<bool> is_apart_at(const ToolBody& body, const RigidPose& X_WB, WorkClock& clock,
+                                  PairMemory& kept) const override;
 
  private:
   std::shared_ptr<const Shape> shape_;
   RigidPose X_WA_;
   RestMotion motion_;
 };
+
+// Meshes find out which of their features can touch anything when contacts are first asked for.
+void RigidObstacle::prepare(const ToolBody& body, QueryMemory& memory) const {
+  const Vector3 away(4 * (shape_->bounding_radius() + body.shape->bounding_radius()), 0, 0);
+  generate_contacts(*shape_, X_WA_, *body.shape, RigidPose(Vector3(X_WA_.translation() + away)), 0,
+                    {}, memory.contact_workspace, memory.contacts);
+}
 
 PairImpact RigidObstacle::first_impact(const BodyMotion& motion, const ToiOptions& options,
                                        WorkClock& clock, PairMemory& /*kept*/,
@@ -83,11 +91,15 @@ PairDistance RigidObstacle::measure(const ToolBody& body, const RigidPose& X_WB,
   return {result->lower, result->upper, result->p_WCa, result->p_WCb};
 }
 
-PairDistance RigidObstacle::measure_at(const ToolBody& body, const RigidPose& X_WB,
-                                       PairMemory& kept) const {
+std::optional<bool> RigidObstacle::is_apart_at(const ToolBody& body, const RigidPose& X_WB,
+                                               WorkClock& clock, PairMemory& kept) const {
   kept.resize(1);
-  const DistanceResult result = distance(*shape_, X_WA_, *body.shape, X_WB, {}, kept[0].cache);
-  return {result.lower, result.upper, result.p_WCa, result.p_WCb};
+  DistanceOptions options;
+  options.max_distance = margin;
+  const auto result =
+      distance_until(*shape_, X_WA_, *body.shape, X_WB, options, kept[0].cache, clock);
+  if (!result) return std::nullopt;
+  return result->lower > margin;
 }
 
 }  // namespace

@@ -258,6 +258,11 @@ bool ToolSession::give_snapshot(std::size_t obstacle, std::span<const Vector3> v
   return deforming(*state_, obstacle).give(vertices, duration);
 }
 
+bool ToolSession::give_mesh(std::size_t obstacle, std::span<const Vector3> vertices,
+                            std::span<const TriangleIndices> triangles) {
+  return deforming(*state_, obstacle).give_mesh(vertices, triangles);
+}
+
 std::vector<Vector3> ToolSession::tissue_vertices(std::size_t obstacle) const {
   const DeformingObstacle& tissue = deforming(*state_, obstacle);
   std::vector<Vector3> vertices;

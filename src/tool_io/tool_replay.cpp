@@ -44,7 +44,11 @@ ToolReplay replay_tool_recording(
     for (std::size_t k = 0; k < recorded.new_snapshots.size(); ++k) {
       if (recorded.new_snapshots[k] == 0) continue;
       const RecordedSnapshot& snapshot = tissue.next(k);
-      session.give_snapshot(k, snapshot.vertices, snapshot.duration);
+      if (snapshot.is_mesh()) {
+        session.give_mesh(k, snapshot.vertices, snapshot.triangles);
+      } else {
+        session.give_snapshot(k, snapshot.vertices, snapshot.duration);
+      }
     }
     const ToolTick& tick = session.replay(recorded.device, recorded.dt, recorded.cutoff);
     ++replay.ticks;

@@ -47,7 +47,14 @@ DevicePose heaving_device(int tick) {
   return device;
 }
 
-// Runs the scene, every seventh tick cut off, with snapshots at irregular ticks.
+// The sheet without its first triangles.
+std::vector<TriangleIndices> cut_triangles(const ToolScene& scene) {
+  const std::vector<TriangleIndices>& whole = scene.obstacles[0].triangles;
+  return {whole.begin() + 20, whole.end()};
+}
+
+// Runs the scene, every seventh tick cut off, with snapshots at irregular ticks; one of them is
+// another mesh.
 std::vector<ToolTick> record_heaving_run(const fs::path& file, int count) {
   const ToolScene scene = heaving_scene();
   const ToolOptions options = testing::tool_options();
@@ -58,7 +65,16 @@ std::vector<ToolTick> record_heaving_run(const fs::path& file, int count) {
     if (k % 13 == 5) {
       std::vector<Vector3> vertices = scene.obstacles[0].vertices;
       for (Vector3& p : vertices) p.z() += std::sin(0.02 * k + 0.1 * p.x());
-      if (session.give_snapshot(0, vertices, 0.01)) writer.add_snapshot(0, vertices, 0.01);
+      if (k % 260 == 122) {
+        vertices = session.tissue_vertices(0);
+        // More vertices than before, which nothing uses.
+        vertices.push_back(Vector3::Zero());
+        const auto triangles = cut_triangles(scene);
+        if (session.give_mesh(0, vertices, triangles)) writer.add_mesh(0, vertices, triangles);
+      } else {
+        vertices.resize(session.tissue_vertices(0).size(), Vector3(1, 2, 3));
+        if (session.give_snapshot(0, vertices, 0.01)) writer.add_snapshot(0, vertices, 0.01);
+      }
     }
     TickRecord record{k, heaving_device(k), k % 50 == 20 ? 2e-3 : 1e-3, {}};
     std::optional<TickCutoff> cutoff;
@@ -77,8 +93,9 @@ void expect_same_bits(const ToolRecordingReader& reader) {
   std::int64_t snapshots = 0;
   for (const RecordedTick& recorded : reader.ticks(0, reader.tick_count())) {
     if (recorded.new_snapshots[0] > 0) {
-      const RecordedSnapshot snapshot = reader.snapshot(0, ++snapshots);
-      ASSERT_TRUE(session.give_snapshot(0, snapshot.vertices, snapshot.duration));
+      const RecordedSnapshot given = reader.snapshot(0, ++snapshots);
+      ASSERT_TRUE(given.is_mesh() ? session.give_mesh(0, given.vertices, given.triangles)
+                                  : session.give_snapshot(0, given.vertices, given.duration));
     }
     const ToolTick& tick = session.replay(recorded.device, recorded.dt, recorded.cutoff);
     ASSERT_EQ(tick_digest(tick), recorded.digest) << recorded.number;
@@ -96,6 +113,11 @@ TEST(ToolRecording, HoldsTheInputsOfARunWithEveryBit) {
   EXPECT_EQ(reader.options().coupling.largest_force, kInfinity);
   ASSERT_TRUE(reader.end().has_value());
   expect_same_bits(reader);
+  EXPECT_FALSE(reader.snapshot(0, 1).is_mesh());
+  const RecordedSnapshot mesh = reader.snapshot(0, 10);
+  EXPECT_EQ(mesh.triangles, cut_triangles(reader.scene()));
+  EXPECT_EQ(mesh.vertices.size(), reader.scene().obstacles[0].vertices.size() + 1);
+  EXPECT_EQ(reader.snapshot(0, 11).vertices.size(), mesh.vertices.size());
   int cut_off = 0;
   for (const ToolTick& tick : run) cut_off += tick.cutoff.has_value();
   EXPECT_GT(cut_off, 40);
@@ -213,6 +235,8 @@ TEST(ToolRecording, RefusesWhatItCannotReplay) {
   EXPECT_THROW(writer.add_snapshot(1, scene.obstacles[0].vertices, 1), InvalidArgument);
   EXPECT_THROW(writer.add_snapshot(0, std::span(scene.obstacles[0].vertices).first(2), 1),
                InvalidArgument);
+  EXPECT_THROW(writer.add_mesh(1, {}, scene.obstacles[0].triangles), InvalidArgument);
+  EXPECT_THROW(writer.add_mesh(0, scene.obstacles[0].vertices, {}), InvalidArgument);
   TickRecord record;
   record.tick.clearances.resize(2);
   record.tick.snapshots = {1, 0};

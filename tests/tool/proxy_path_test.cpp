@@ -94,16 +94,52 @@ int check_tick(const TriangleMesh& tool, const ToolTick& tick, const Promise& pr
   return samples;
 }
 
+// An organ whose mesh is replaced now and then by one with a patch less.
+class Organ {
+ public:
+  explicit Organ(const testing::MeshArrays& whole) : whole_(whole), given_(whole.triangles) {}
+
+  std::vector<Vector3> start() const { return breath(whole_, 0); }
+  void give_next(ToolSession& session) {
+    const Scalar phase = 0.4 * Scalar(number_ + 1);
+    if (number_ % 3 < 2) {
+      number_ += session.give_snapshot(0, breath(whole_, phase), 0.02);
+      return;
+    }
+    // Where the last snapshot ended.
+    std::vector<TriangleIndices> rest(given_.begin() + kPatch, given_.end());
+    if (!session.give_mesh(0, breath(whole_, phase - 0.4), rest)) return;
+    ++number_;
+    given_ = rest;
+    mesh_number_ = number_;
+  }
+  // The triangles that a session moves on which has taken so many shapes.
+  const std::vector<TriangleIndices>& shown(std::int64_t taken) {
+    if (taken >= mesh_number_) shown_ = given_;
+    return shown_;
+  }
+
+ private:
+  static constexpr int kPatch = 16;
+
+  testing::MeshArrays whole_;
+  std::vector<TriangleIndices> given_;
+  std::vector<TriangleIndices> shown_ = given_;
+  std::int64_t number_ = 0;
+  std::int64_t mesh_number_ = 0;  // of the last mesh
+};
+
 enum class Cuts { Sometimes, Always };
 
 void run(std::uint64_t seed, int ticks, Cuts cuts) {
-  const auto organ = testing::icosphere(2, 5);
+  const auto whole = testing::icosphere(2, 5);
+  Organ organ(whole);
   const auto vessel = testing::torus(7, 0.8, 16, 6).moved(Matrix3::Identity(), {0, 0, 2});
   ToolScene scene;
   scene.tool.push_back({testing::shared_mesh(rod()), RigidPose()});
   scene.X_WT = RigidPose(Vector3(0, 0, 9));
-  ToolObstacle liver = testing::deforming_tissue(organ, 0.3);
-  liver.vertices = breath(organ, 0);
+  ToolObstacle liver = testing::deforming_tissue(whole, 0.3);
+  liver.vertices = organ.start();
   ToolObstacle region = testing::rigid_tissue(testing::shared_mesh(vessel));
   region.role = ObstacleRole::HardRegion;
   region.margin = 0.5;
@@ -115,8 +151,8 @@ void run(std::uint64_t seed, int ticks, Cuts cuts) {
   int held = 0, free = 0, checked = 0, cut = 0;
   Scalar travelled = 0;
   for (int k = 0; k < ticks; ++k) {
-    if (k % 20 == 0) session.give_snapshot(0, breath(organ, 0.4 * (k / 20 + 1)), 0.02);
-    Promise soft{organ.triangles, {session.tissue_vertices(0), {}}, 0};
+    if (k % 20 == 0) organ.give_next(session);
+    Promise soft{{}, {session.tissue_vertices(0), {}}, 0};
     const Vector3 before = session.last().tool.X_WT.translation();
     const std::int64_t taken = session.snapshots_taken(0);
     const int kind = testing::random_index(20, hand.random());
@@ -138,6 +174,7 @@ void run(std::uint64_t seed, int ticks, Cuts cuts) {
     }
     cut += tick.cutoff.has_value();
     soft.span.end = session.tissue_vertices(0);
+    soft.triangles = organ.shown(session.snapshots_taken(0));
     // Where a snapshot is taken within a tick, the tissue's path has a corner; left out.
     const bool is_straight = session.snapshots_taken(0) == taken || tick.path.size() == 2;
     checked += is_straight;

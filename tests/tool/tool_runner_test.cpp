@@ -42,6 +42,29 @@ RunnerOptions ticks(std::int64_t count, bool is_paced) {
   return options;
 }
 
+// The tissue is cut with every third shape; from then on shapes have the new number of vertices.
+TEST(ToolRunner, GivesMeshesInPlaceOfSnapshots) {
+  for (const bool is_paced : {false, true}) {
+    Stand stand;
+    std::vector<std::size_t> sizes;
+    const auto shape = stand.feed.shape;
+    stand.feed.shape = [&](std::int64_t number, std::span<Vector3> vertices) {
+      sizes.push_back(vertices.size());
+      shape(number, vertices);
+    };
+    stand.feed.cut = [&](std::int64_t number) -> std::optional<TissueMesh> {
+      if (number % 3 != 0) return std::nullopt;
+      stand.sheet.vertices.push_back(Vector3::Zero());
+      return TissueMesh{stand.sheet.vertices, stand.sheet.triangles};
+    };
+    run_session(*stand.session, Stand::device, {stand.feed}, {}, ticks(300, is_paced));
+    EXPECT_GT(stand.session->snapshots_taken(0), 10);
+    EXPECT_EQ(sizes[1], sizes[0]);
+    EXPECT_EQ(sizes[2], sizes[0] + 1);
+    EXPECT_EQ(sizes[4], sizes[0] + 2);
+  }
+}
+
 TEST(ToolRunner, RunsAllTicksInOrderAndHandsThemToTheSink) {
   for (const bool is_paced : {false, true}) {
     Stand stand;

@@ -40,7 +40,11 @@ try {
   check(Math.abs(run.end - facts.end) < 1e-9, `the run ends at ${run.end}, not ${facts.end}`);
   check(run.samples > 100, `${run.samples} samples`);
   check(run.gaps === 2 * run.samples, `${run.gaps} gaps at ${run.samples} samples`);
-  check(run.ghosts === 2, `${run.ghosts} see-through bodies`);
+  check(run.ghosts === facts.ghosts, `${run.ghosts} see-through bodies`);
+  for (const {body, t, is} of facts.present) {
+    const isShown = await page.evaluate((b, at) => window.dyop.run.isPresent(window.dyop.run.bodies[b], at), body, t);
+    check(isShown === is, `body ${body} at ${t} is ${isShown ? '' : 'not '}there`);
+  }
   for (const {body, t, p, q} of facts.poses) {
     const state = await page.evaluate((b, at) => window.dyop.state(b, at), body, t);
     check(off(state.p, p) <= 0.3 * facts.standoff, `body ${body} at ${t}: ${state.p}, not ${p}`);

@@ -33,25 +33,50 @@ nlohmann::json pose_fact(std::size_t body, Scalar t, const RigidPose& X) {
           {"q", {q.x(), q.y(), q.z(), q.w()}}};
 }
 
+constexpr std::int64_t kCutNumber = 15;
+
+// In place of snapshot 15 every other triangle is taken away; all shapes are stored.
+void cut_tissue(const ToolRun& run, TissueFeed& feed, std::unique_ptr<ToolRecordingWriter>& writer,
+                std::vector<Vector3>& last) {
+  feed.formula.clear();
+  feed.shape = [shape = feed.shape, &writer, &last, &feed](std::int64_t number,
+                                                           std::span<Vector3> vertices) {
+    shape(number, vertices);
+    writer->add_snapshot(0, vertices, feed.period);
+    last.assign(vertices.begin(), vertices.end());
+  };
+  feed.cut = [&](std::int64_t number) -> std::optional<TissueMesh> {
+    if (number != kCutNumber) return std::nullopt;
+    TissueMesh mesh{last, {}};
+    const std::vector<TriangleIndices>& whole = run.scene.obstacles[0].triangles;
+    for (std::size_t k = 0; k < whole.size(); k += 2) mesh.triangles.push_back(whole[k]);
+    writer->add_mesh(0, mesh.vertices, mesh.triangles);
+    return mesh;
+  };
+}
+
 // Part 0 of the small scene is fixed to the tool; bodies are two parts, the device's two, liver,
-// vessel.
-nlohmann::json record_and_tell(const fs::path& file) {
-  constexpr std::size_t kLiver = 4, kDevice = 2;
+// vessel, and the cut liver if it is.
+nlohmann::json record_and_tell(const fs::path& file, bool is_cut) {
+  constexpr std::size_t kLiver = 4, kCutLiver = 6, kDevice = 2;
   ToolRun run = parse_tool_run("scene.json", testing::kSmallToolScene);
   run.runner.ticks = 700;
   run.runner.is_paced = false;
   ToolSession session(run.scene, run.options);
-  ToolRecordingWriter writer(file, {"", run.text, run.runner.period, ""}, run.scene, run.options,
-                             run.tissue);
-  nlohmann::json facts{{"standoff", run.options.standoff},
-                       {"end", 0.7},
-                       {"poses", nlohmann::json::array()},
+  std::unique_ptr<ToolRecordingWriter> writer;
+  std::vector<Vector3> last;
+  if (is_cut) cut_tissue(run, run.tissue[0], writer, last);
+  writer = std::make_unique<ToolRecordingWriter>(
+      file, ToolRunHeader{"", run.text, run.runner.period, ""}, run.scene, run.options, run.tissue);
+  nlohmann::json facts{{"standoff", run.options.standoff}, {"end", 0.7},
+                       {"ghosts", is_cut ? 3 : 2},  // the cut liver is open
+                       {"poses", nlohmann::json::array()}, {"present", nlohmann::json::array()},
                        {"boxes", nlohmann::json::array()}};
   const RigidPose& X_TP = run.scene.tool[0].X_TP;
   const RunnerReport report = run_session(
       session, [&](std::int64_t tick) { return run.device(tick); }, run.tissue,
       [&](const TickRecord& record) {
-        writer.add(record);
+        writer->add(record);
         if (record.number % 37 != 5) return;
         const Scalar t = Scalar(record.number + 1) * run.runner.period;
         facts["poses"].push_back(pose_fact(0, t, record.tick.tool.X_WT * X_TP));
@@ -59,13 +84,18 @@ nlohmann::json record_and_tell(const fs::path& file) {
         facts["poses"].push_back(pose_fact(kDevice, t, X_WD * X_TP));
         AlignedBox box;
         for (const Vector3& p : session.tissue_vertices(0)) box.extend(p);
-        facts["boxes"].push_back({{"body", kLiver},
+        const bool is_open = is_cut && session.snapshots_taken(0) >= kCutNumber;
+        if (is_cut) {
+          facts["present"].push_back({{"body", kLiver}, {"t", t}, {"is", !is_open}});
+          facts["present"].push_back({{"body", kCutLiver}, {"t", t}, {"is", is_open}});
+        }
+        facts["boxes"].push_back({{"body", is_open ? kCutLiver : kLiver},
                                   {"t", t},
                                   {"low", numbers_of(box.min())},
                                   {"high", numbers_of(box.max())}});
       },
       run.runner);
-  writer.finish(report);
+  writer->finish(report);
   return facts;
 }
 
@@ -73,12 +103,14 @@ TEST(ToolPage, ShowsToolDeviceAndTissueWhereTheyWere) {
   if (const std::string why = testing::reason_to_skip_browser(); !why.empty()) GTEST_SKIP() << why;
   const testing::TemporaryDirectory directory;
   const fs::path file = directory.path() / "run.h5";
-  const nlohmann::json facts = record_and_tell(file);
-  ASSERT_GT(facts.at("boxes").size(), 15u);
-  const fs::path facts_file = directory.write("facts.json", facts.dump());
-  const fs::path page = directory.write("page.html", recorded_page_html(file));
-  testing::expect_script_passes("tool", "check_tool_page.mjs",
-                                {page.string(), facts_file.string()});
+  for (const bool is_cut : {false, true}) {
+    const nlohmann::json facts = record_and_tell(file, is_cut);
+    ASSERT_GT(facts.at("boxes").size(), 15u);
+    const fs::path facts_file = directory.write("facts.json", facts.dump());
+    const fs::path page = directory.write("page.html", recorded_page_html(file));
+    testing::expect_script_passes("tool", "check_tool_page.mjs",
+                                  {page.string(), facts_file.string()});
+  }
 }
 
 TEST(ToolPage, RefusesADeformationThatDoesNotFitItsMesh) {

@@ -14,10 +14,13 @@
 
 namespace DYOP_EXPORT dyop {
 
-/// A snapshot whose vertices are stored.
+/// A snapshot whose vertices are stored, or another mesh.
 struct RecordedSnapshot {
   std::vector<Vector3> vertices;
-  Scalar duration = 0;  ///< see ToolSession::give_snapshot()
+  Scalar duration = 0;                          ///< see ToolSession::give_snapshot(); 0 of a mesh
+  std::vector<TriangleIndices> triangles = {};  ///< of a mesh, see ToolSession::give_mesh()
+
+  bool is_mesh() const { return !triangles.empty(); }
 };
 
 /// Whether a file is a recording of a tool's run, and no other file of HDF5.
@@ -59,7 +62,7 @@ class ToolRecordingReader {
   }
   std::size_t bytes_per_tick() const;
 
-  /// A stored snapshot of an obstacle, counted from 1.
+  /// A stored snapshot or mesh of an obstacle, counted from 1.
   /// @throws InvalidArgument if there is no such snapshot.
   RecordedSnapshot snapshot(std::size_t obstacle, std::int64_t number) const;
 

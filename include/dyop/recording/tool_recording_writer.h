@@ -37,6 +37,12 @@ class ToolRecordingWriter {
   ///         vertices differs.
   void add_snapshot(std::size_t obstacle, std::span<const Vector3> vertices, Scalar duration);
 
+  /// The same for another mesh: with each ToolSession::give_mesh() that returns true.
+  /// @throws InvalidArgument if the obstacle does not deform or has a formula, or there is no
+  ///         triangle.
+  void add_mesh(std::size_t obstacle, std::span<const Vector3> vertices,
+                std::span<const TriangleIndices> triangles);
+
   /// A tick, in their order.
   /// @throws InvalidArgument if it has seen a snapshot that was not added.
   void add(const TickRecord& record);

@@ -15,6 +15,12 @@
 
 namespace DYOP_EXPORT dyop {
 
+/// Another mesh that a deforming obstacle goes on as.
+struct TissueMesh {
+  std::vector<Vector3> vertices;
+  std::vector<TriangleIndices> triangles;
+};
+
 /// Shapes of a deforming obstacle, one after the other.
 struct TissueFeed {
   std::size_t obstacle = 0;
@@ -24,6 +30,9 @@ struct TissueFeed {
   /// A text from which a replay can make `shape` again; empty: a recording of the run must store
   /// the vertices.
   std::string formula = {};
+  /// If not empty, called first: a mesh that takes the place of snapshot `number`, or nothing. See
+  /// ToolSession::give_mesh().
+  std::function<std::optional<TissueMesh>(std::int64_t number)> cut = {};
 };
 
 /// One tick with its inputs, as a log wants it.

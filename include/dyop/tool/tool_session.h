@@ -74,10 +74,22 @@ class ToolSession {
   ///         is not finite, or duration is not > 0.
   bool give_snapshot(std::size_t obstacle, std::span<const Vector3> vertices, Scalar duration);
 
+  /// Gives a deforming obstacle another mesh, as after a cut, instead of a next snapshot: with the
+  /// tick in which it has reached the last one, its surface is the new mesh, at rest. Snapshots
+  /// given later move the new one. From the same thread as snapshots; the hierarchy is built there.
+  ///
+  /// What is known of the old mesh is dropped, and the new one is proven apart from the tool where
+  /// they stand. If it is not, the tool leaves it: ToolStatus::Recovering, Overlapping.
+  /// @return As give_snapshot().
+  /// @throws InvalidArgument if the obstacle does not deform, there is no triangle, an index is out
+  ///         of range, or a vertex is not finite.
+  bool give_mesh(std::size_t obstacle, std::span<const Vector3> vertices,
+                 std::span<const TriangleIndices> triangles);
+
   /// Current vertices of a deforming obstacle.
   /// @throws InvalidArgument if the obstacle does not deform.
   std::vector<Vector3> tissue_vertices(std::size_t obstacle) const;
-  /// The number of snapshots that the obstacle has started on.
+  /// The number of snapshots and meshes that the obstacle has started on.
   std::int64_t snapshots_taken(std::size_t obstacle) const;
 
  private:

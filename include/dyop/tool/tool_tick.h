@@ -105,7 +105,8 @@ struct ToolTick {
   std::vector<ToolClearance> clearances;   ///< one for each obstacle
   Scalar energy_returned = 0;              ///< see VirtualCoupling
   Scalar tissue_lag = 0;                   ///< how far tissue lags behind its snapshots, time
-  std::vector<std::int64_t> snapshots;     ///< per obstacle: total given before the tick
+  /// Per obstacle: total of snapshots and meshes given before the tick.
+  std::vector<std::int64_t> snapshots;
   std::optional<TickCutoff> cutoff;        ///< if the deadline ended the tick
   std::chrono::nanoseconds latency{0};     ///< of this call
   TickStatistics statistics;

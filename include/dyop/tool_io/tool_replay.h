@@ -20,7 +20,7 @@ class RecordedTissue {
   /// @throws FileError for a formula that this program does not know.
   explicit RecordedTissue(const ToolRecordingReader& reader, const std::filesystem::path& file);
 
-  /// The next snapshot of an obstacle.
+  /// The next snapshot or mesh of an obstacle.
   /// @throws InvalidArgument if the recording lacks it, FileError if it cannot be read.
   const RecordedSnapshot& next(std::size_t obstacle);
 

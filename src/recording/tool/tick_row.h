@@ -12,7 +12,8 @@
 
 namespace dyop::internal {
 
-constexpr std::int64_t kToolRecordingVersion = 1;
+/// Version 2 added the meshes that obstacles go on as; readers of it read 1.
+constexpr std::int64_t kToolRecordingVersion = 2;
 constexpr const char* kToolRecordingFormat = "dyop tool recording";
 
 /// No obstacle.

@@ -23,9 +23,9 @@ Hdf5File open_tool_recording(const std::filesystem::path& path) {
     throw FileError(path, "is no recording of a tool");
   }
   const std::int64_t version = file.integer_attribute("version");
-  if (version != internal::kToolRecordingVersion) {
+  if (version < 1 || version > internal::kToolRecordingVersion) {
     throw FileError(path, internal::compose_message("is a recording of a tool of version ", version,
-                                                    ", this program reads version ",
+                                                    ", this program reads versions 1 to ",
                                                     internal::kToolRecordingVersion));
   }
   return file;
@@ -39,6 +39,7 @@ struct ToolRecordingReader::Impl {
       read_session();
       read_ticks();
       read_snapshots();
+      if (file.integer_attribute("version") >= 2) read_meshes();
       read_end();
     });
   }
@@ -50,6 +51,7 @@ struct ToolRecordingReader::Impl {
   void read_session();
   void read_ticks();
   void read_snapshots();
+  void read_meshes();
   void read_end();
 
   Hdf5File file;
@@ -57,8 +59,12 @@ struct ToolRecordingReader::Impl {
   internal::StoredSession session;
   std::vector<Scalar> margins;
   std::optional<internal::Hdf5Dataset> ticks;
-  std::map<std::pair<std::size_t, std::int64_t>, internal::SnapshotRow> snapshots;
+  template <typename Row>
+  using RowsByNumber = std::map<std::pair<std::size_t, std::int64_t>, Row>;
+  RowsByNumber<internal::SnapshotRow> snapshots;
+  RowsByNumber<internal::MeshRow> meshes;
   std::optional<InputRows<std::array<double, 3>>> snapshot_vertices;
+  std::optional<InputRows<std::array<std::int32_t, 3>>> snapshot_triangles;
   std::optional<ToolRunEnd> end;
 
   TickRow row() const { return {session.scene.hinges.size(), session.scene.obstacles.size()}; }
@@ -94,6 +100,15 @@ void ToolRecordingReader::Impl::read_snapshots() {
     snapshots[{row.obstacle, row.number}] = row;
   }
   snapshot_vertices.emplace(file, "snapshot_vertices", H5T_NATIVE_DOUBLE, 3);
+}
+
+void ToolRecordingReader::Impl::read_meshes() {
+  const InputRows<internal::MeshRow> rows(file, "meshes",
+                                          internal::row_type<internal::MeshRow>().get(), 1);
+  for (const internal::MeshRow& row : rows.read(0, rows.length())) {
+    meshes[{row.obstacle, row.number}] = row;
+  }
+  snapshot_triangles.emplace(file, "snapshot_triangles", H5T_NATIVE_INT32, 3);
 }
 
 void ToolRecordingReader::Impl::read_end() {
@@ -174,6 +189,10 @@ RecordedSnapshot ToolRecordingReader::snapshot(std::size_t obstacle, std::int64_
   for (const auto& p : impl_->snapshot_vertices->read(row.first_vertex, row.vertex_count)) {
     snapshot.vertices.emplace_back(p[0], p[1], p[2]);
   }
+  const auto mesh = impl_->meshes.find({obstacle, number});
+  if (mesh == impl_->meshes.end()) return snapshot;
+  snapshot.triangles =
+      impl_->snapshot_triangles->read(mesh->second.first_triangle, mesh->second.triangle_count);
   return snapshot;
 }
 

@@ -17,6 +17,7 @@ namespace internal {
 struct WaitingSnapshot {
   std::vector<Vector3> vertices;
   Scalar duration = 0;
+  std::vector<TriangleIndices> triangles;  // of another mesh
 };
 
 // The snapshots of one obstacle.
@@ -48,6 +49,8 @@ std::vector<SnapshotQueue> queues_of(const ToolScene& scene, std::span<const Tis
   for (const TissueFeed& feed : tissue) {
     DYOP_REQUIRE(feed.obstacle < queues.size(), "the feed of obstacle ", feed.obstacle,
                  ", which the scene does not have");
+    DYOP_REQUIRE(feed.formula.empty() || !feed.cut, "the feed of obstacle ", feed.obstacle,
+                 " must not have both a formula and cuts: a recording needs all shapes then");
     if (!feed.formula.empty()) queues[feed.obstacle].is_stored = false;
   }
   return queues;
@@ -67,6 +70,9 @@ struct ToolRecordingWriter::Impl {
 
   OutputRows<char> text(const char* name) { return {file, name, H5T_NATIVE_UINT8, 1, 4096}; }
   void start(const ToolRunHeader& header, const internal::SessionText& session);
+  SnapshotQueue& stored_queue(std::size_t obstacle);
+  void write_snapshot(std::uint32_t obstacle, std::uint32_t number,
+                      const internal::WaitingSnapshot& snapshot);
   void write_seen_snapshots(const ToolTick& tick);
   void flush();
   void end(const Json& json);
@@ -84,6 +90,10 @@ struct ToolRecordingWriter::Impl {
       file, "snapshots", internal::row_type<internal::SnapshotRow>().get(), 1, 512};
   OutputRows<std::array<double, 3>> snapshot_vertices{file, "snapshot_vertices", H5T_NATIVE_DOUBLE,
                                                       3, 4096};
+  OutputRows<internal::MeshRow> meshes{file, "meshes",
+                                       internal::row_type<internal::MeshRow>().get(), 1, 64};
+  OutputRows<TriangleIndices> snapshot_triangles{file, "snapshot_triangles", H5T_NATIVE_INT32, 3,
+                                                 1024};
   OutputRows<char> session_rows = text("session");
   OutputRows<char> scene_rows = text("scene");
   OutputRows<char> shapes = text("shapes");
@@ -112,6 +122,22 @@ void ToolRecordingWriter::Impl::start(const ToolRunHeader& header,
   triangles.flush();
 }
 
+SnapshotQueue& ToolRecordingWriter::Impl::stored_queue(std::size_t obstacle) {
+  DYOP_REQUIRE(obstacle < queues.size() && queues[obstacle].is_stored, "no snapshots of obstacle ",
+               obstacle, " are stored");
+  return queues[obstacle];
+}
+
+void ToolRecordingWriter::Impl::write_snapshot(std::uint32_t obstacle, std::uint32_t number,
+                                               const internal::WaitingSnapshot& snapshot) {
+  snapshots.add(
+      {obstacle, number, snapshot.duration, snapshot_vertices.length(), snapshot.vertices.size()});
+  for (const Vector3& p : snapshot.vertices) snapshot_vertices.add({p.x(), p.y(), p.z()});
+  if (snapshot.triangles.empty()) return;
+  meshes.add({obstacle, number, snapshot_triangles.length(), snapshot.triangles.size()});
+  snapshot_triangles.add_all(snapshot.triangles);
+}
+
 void ToolRecordingWriter::Impl::write_seen_snapshots(const ToolTick& tick) {
   const std::lock_guard lock(snapshot_mutex);
   for (std::size_t k = 0; k < queues.size(); ++k) {
@@ -119,10 +145,7 @@ void ToolRecordingWriter::Impl::write_seen_snapshots(const ToolTick& tick) {
     for (; queue.is_stored && queue.written < tick.snapshots[k]; ++queue.written) {
       DYOP_REQUIRE(!queue.waiting.empty(), "snapshot ", queue.written + 1, " of obstacle ", k,
                    " was not given to the recording");
-      const auto& snapshot = queue.waiting.front();
-      snapshots.add({std::uint32_t(k), std::uint32_t(queue.written + 1), snapshot.duration,
-                     snapshot_vertices.length(), snapshot.vertices.size()});
-      for (const Vector3& p : snapshot.vertices) snapshot_vertices.add({p.x(), p.y(), p.z()});
+      write_snapshot(std::uint32_t(k), std::uint32_t(queue.written + 1), queue.waiting.front());
       queue.waiting.pop_front();
     }
   }
@@ -131,6 +154,8 @@ void ToolRecordingWriter::Impl::write_seen_snapshots(const ToolTick& tick) {
 // A tick is in the file, and all that it has seen, once its row is.
 void ToolRecordingWriter::Impl::flush() {
   snapshot_vertices.flush();
+  snapshot_triangles.flush();
+  meshes.flush();
   snapshots.flush();
   ticks.append(waiting.data(), std::size_t(waiting_ticks));
   ticks.flush();
@@ -161,13 +186,21 @@ ToolRecordingWriter& ToolRecordingWriter::operator=(ToolRecordingWriter&&) noexc
 
 void ToolRecordingWriter::add_snapshot(std::size_t obstacle, std::span<const Vector3> vertices,
                                        Scalar duration) {
-  DYOP_REQUIRE(obstacle < impl_->queues.size() && impl_->queues[obstacle].is_stored,
-               "no snapshots of obstacle ", obstacle, " are stored");
-  SnapshotQueue& queue = impl_->queues[obstacle];
+  SnapshotQueue& queue = impl_->stored_queue(obstacle);
   DYOP_REQUIRE(vertices.size() == queue.vertex_count, "a snapshot of obstacle ", obstacle, " has ",
                queue.vertex_count, " vertices, not ", vertices.size());
   const std::lock_guard lock(impl_->snapshot_mutex);
-  queue.waiting.push_back({{vertices.begin(), vertices.end()}, duration});
+  queue.waiting.push_back({{vertices.begin(), vertices.end()}, duration, {}});
+}
+
+void ToolRecordingWriter::add_mesh(std::size_t obstacle, std::span<const Vector3> vertices,
+                                   std::span<const TriangleIndices> triangles) {
+  SnapshotQueue& queue = impl_->stored_queue(obstacle);
+  DYOP_REQUIRE(!triangles.empty(), "the mesh of obstacle ", obstacle, " has no triangles");
+  const std::lock_guard lock(impl_->snapshot_mutex);
+  queue.vertex_count = vertices.size();
+  queue.waiting.push_back(
+      {{vertices.begin(), vertices.end()}, 0, {triangles.begin(), triangles.end()}});
 }
 
 void ToolRecordingWriter::add(const TickRecord& record) {

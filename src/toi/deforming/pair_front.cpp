@@ -2,7 +2,6 @@
 #include "toi/deforming/pair_front.h"
 
 #include <algorithm>
-#include <limits>
 
 #include "core/tolerance.h"
 #include "hierarchy/box_direction.h"
@@ -26,7 +25,7 @@ constexpr Scalar kForgotten = 0.1;
 
 // Enough for most pairs, so that no memory is asked for later.
 constexpr std::size_t kReserved = 4096;
-constexpr std::size_t kReservedMeasured = 256;
+constexpr std::size_t kReservedMeasured = 2048;
 
 bool are_leaves(const StandingPair& sides, std::int32_t a, std::int32_t b) {
   return sides.a.is_leaf(a) && sides.b.is_leaf(b);
@@ -45,7 +44,8 @@ void PairFront::restart() {
   size_ = 1;
   free_.fill(-1);
   measured_.clear();
-  nodes_.assign(1, {-kInfinity, Vector3::UnitX(), 0, 0, 0, -1, 0});
+  nodes_.resize(1);
+  at(0) = {-kInfinity, Vector3::UnitX(), 0, 0, 0, -1, 0};
 }
 
 void PairFront::move(Scalar displacement) {
@@ -167,18 +167,6 @@ PairFront::Finding PairFront::examine_leaves(const StandingPair& sides, std::int
   at(number).parts = static_cast<std::int32_t>(measured_.size());
   measured_.push_back({piece, number});
   return Finding::Near;
-}
-
-// The pair that was nearest last time, measured again.
-PieceDistance PairFront::first_nearest(const StandingPair& sides, BoxPairStack& stack) {
-  if (sides.a.has_leaf(nearest_.a) && sides.b.has_leaf(nearest_.b)) {
-    return leaf_distance(sides.a, nearest_.a, sides.b, nearest_.b, sides.noise);
-  }
-  DeformingTraversal<RigidSide> traversal(sides.a, sides.b, sides.noise, kInfinity, stack);
-  traversal.start();
-  traversal.run_portion(std::numeric_limits<std::int64_t>::max());
-  nearest_ = {0, traversal.leaf_a, traversal.leaf_b};
-  return traversal.best;
 }
 
 }  // namespace dyop::internal

@@ -8,6 +8,7 @@
 
 #include "dyop/core/export.h"
 #include "toi/deforming/deforming_traversal.h"
+#include "toi/deforming/growing_blocks.h"
 #include "toi/deforming/standing_pair.h"
 
 namespace dyop::internal {
@@ -19,7 +20,8 @@ namespace dyop::internal {
 /// after the last one examines only the pairs whose bounds no longer suffice, and opened pairs that
 /// have become far enough are closed (docs/algorithms/tool_loop.md, "The front").
 ///
-/// The meshes and the numbers of their vertices must stay the same; places may change.
+/// The meshes and the numbers of their vertices must stay the same, or restart() and seed() be
+/// called; places may change.
 class DYOP_EXPORT PairFront {
  public:
   PairFront();
@@ -30,7 +32,7 @@ class DYOP_EXPORT PairFront {
   /// the last call, rounding included. A tree that has grown too large is restarted.
   void move(Scalar displacement);
   /// Lower bound of the distance of all triangles; -infinity if nothing is known.
-  Scalar lower() const { return nodes_.front().key - moved_; }
+  Scalar lower() const { return at(0).key - moved_; }
   /// Pairs in the tree, the opened ones too.
   std::size_t size() const { return size_; }
 
@@ -59,7 +61,7 @@ class DYOP_EXPORT PairFront {
   template <typename IsOver>
   bool find_nearest(const StandingPair& sides, Scalar farthest, Scalar allowed,
                     const IsOver& is_over, BoxPairStack& stack, PieceDistance& best);
-  /// Where find_nearest() starts.
+  /// Where find_nearest() starts; negative: nowhere.
   void seed(const BoxPair& nearest) { nearest_ = nearest; }
   /// The leaves of the pair that find_nearest() found.
   const BoxPair& nearest() const { return nearest_; }
@@ -109,12 +111,14 @@ class DYOP_EXPORT PairFront {
   std::int32_t take_block(int count);
   void set_apart(std::int32_t number, Scalar gap, const Vector3& n_W);
   Scalar key_of(Scalar gap) const;
-  PieceDistance first_nearest(const StandingPair& sides, BoxPairStack& stack);
+  template <typename IsOver>
+  PieceDistance first_nearest(const StandingPair& sides, const IsOver& is_over,
+                              BoxPairStack& stack);
 
   Node& at(std::int32_t number) { return nodes_[static_cast<std::size_t>(number)]; }
   const Node& at(std::int32_t number) const { return nodes_[static_cast<std::size_t>(number)]; }
 
-  std::vector<Node> nodes_;                          // the first is the root
+  GrowingBlocks<Node> nodes_;                        // the first is the root
   std::array<std::int32_t, kMostParts + 1> free_{};  // by the number of nodes; -1: none
   std::size_t size_ = 0;
   std::vector<Measured> measured_;
@@ -178,10 +182,25 @@ bool PairFront::descend_to_parts(Pass<IsOver, Visit>& pass, std::int32_t number)
   return is_through;
 }
 
+// The pair that was nearest last time, measured again; or the nearest found in the time.
+template <typename IsOver>
+PieceDistance PairFront::first_nearest(const StandingPair& sides, const IsOver& is_over,
+                                       BoxPairStack& stack) {
+  if (sides.a.has_leaf(nearest_.a) && sides.b.has_leaf(nearest_.b)) {
+    return leaf_distance(sides.a, nearest_.a, sides.b, nearest_.b, sides.noise);
+  }
+  DeformingTraversal<RigidSide> traversal(sides.a, sides.b, sides.noise, kInfinity, stack);
+  traversal.start();
+  while (!is_over() && !traversal.run_portion(1)) {
+  }
+  if (traversal.best.upper < kInfinity) nearest_ = {0, traversal.leaf_a, traversal.leaf_b};
+  return traversal.best;
+}
+
 template <typename IsOver>
 bool PairFront::find_nearest(const StandingPair& sides, Scalar farthest, Scalar allowed,
                              const IsOver& is_over, BoxPairStack& stack, PieceDistance& best) {
-  best = first_nearest(sides, stack);
+  best = first_nearest(sides, is_over, stack);
   const auto reach = [&] { return std::min(best.upper, farthest) - allowed; };
   return refine(sides, reach(), is_over,
                 [&](const PieceDistance& piece, std::int32_t a, std::int32_t b) {

@@ -20,23 +20,37 @@ constexpr std::size_t kWaitingTicks = 2048;
 // How often the threads beside the loop look for work.
 constexpr std::chrono::microseconds kIdle{500};
 
-// A feed and the snapshot it has prepared.
+// A feed and the snapshot or mesh it has prepared.
 class Feeder {
  public:
   Feeder(ToolSession& session, const TissueFeed& feed)
       : session_(session), feed_(feed), vertices_(session.tissue_vertices(feed.obstacle)) {
-    feed_.shape(number_, vertices_);
+    prepare();
   }
 
   void offer() {
-    if (!session_.give_snapshot(feed_.obstacle, vertices_, feed_.period)) return;
-    feed_.shape(++number_, vertices_);
+    const std::size_t obstacle = feed_.obstacle;
+    const bool is_taken = mesh_ ? session_.give_mesh(obstacle, mesh_->vertices, mesh_->triangles)
+                                : session_.give_snapshot(obstacle, vertices_, feed_.period);
+    if (!is_taken) return;
+    ++number_;
+    prepare();
   }
 
  private:
+  void prepare() {
+    mesh_ = feed_.cut ? feed_.cut(number_) : std::nullopt;
+    if (mesh_) {
+      vertices_ = mesh_->vertices;
+    } else {
+      feed_.shape(number_, vertices_);
+    }
+  }
+
   ToolSession& session_;
   const TissueFeed& feed_;
   std::vector<Vector3> vertices_;
+  std::optional<TissueMesh> mesh_;
   std::int64_t number_ = 1;
 };
 

@@ -40,6 +40,18 @@ bool is_open(const Shape& shape) {
   return mesh != nullptr && !mesh->is_closed();
 }
 
+PageBody obstacle_body(const ToolObstacle& obstacle, std::shared_ptr<const Shape> shape) {
+  PageBody body;
+  body.name = obstacle.name;
+  body.kind = BodyKind::Static;
+  body.shape = std::move(shape);
+  body.shape_name = words_of_role(obstacle.role);
+  body.color = color_of(obstacle.role);
+  body.is_ghost = obstacle.role == ObstacleRole::SoftRegion ||
+                  obstacle.role == ObstacleRole::Monitor || is_open(*body.shape);
+  return body;
+}
+
 constexpr const char* kToolColor = "#8a9bb0";
 constexpr const char* kDeviceColor = "#3b82f6";
 
@@ -60,18 +72,18 @@ std::vector<PageBody> ToolBodies::bodies() const {
   add_parts("tool", BodyKind::Dynamic, kToolColor, false);
   add_parts("device", BodyKind::Kinematic, kDeviceColor, true);
   for (const ToolObstacle& obstacle : scene_.obstacles) {
-    PageBody& body = bodies.emplace_back();
-    body.name = obstacle.name;
-    body.kind = BodyKind::Static;
-    body.shape = obstacle.shape != nullptr
-                     ? obstacle.shape
-                     : std::make_shared<const TriangleMesh>(obstacle.vertices, obstacle.triangles);
-    body.shape_name = words_of_role(obstacle.role);
-    body.color = color_of(obstacle.role);
-    body.is_ghost = obstacle.role == ObstacleRole::SoftRegion ||
-                    obstacle.role == ObstacleRole::Monitor || is_open(*body.shape);
+    const auto shape = obstacle.shape != nullptr ? obstacle.shape
+                                                 : std::make_shared<const TriangleMesh>(
+                                                       obstacle.vertices, obstacle.triangles);
+    bodies.push_back(obstacle_body(obstacle, shape));
   }
   return bodies;
+}
+
+PageBody ToolBodies::later_mesh(std::size_t number, std::shared_ptr<const Shape> mesh) const {
+  PageBody body = obstacle_body(scene_.obstacles[number], std::move(mesh));
+  body.name += ", cut";
+  return body;
 }
 
 RigidPose ToolBodies::part_pose(std::size_t number, const ToolPose& tool) const {

@@ -6,9 +6,8 @@
 #include <utility>
 
 #include "dyop/motion/rest_motion.h"
-#include "dyop/tool_io/tool_replay.h"
 #include "view/tool/thinned_motion.h"
-#include "view/tool/tissue_modes.h"
+#include "view/tool/tissue_tracks.h"
 #include "view/tool/tool_bodies.h"
 
 namespace dyop::internal {
@@ -23,7 +22,6 @@ constexpr std::int64_t kMostSamples = 4000;
 // How far a drawn tool and drawn tissue may be from the recorded ones, as a part of the standoff:
 // what rests on tissue is not seen in it.
 constexpr Scalar kPartOfStandoff = 0.25;
-constexpr std::size_t kMostModes = 48;
 
 // The proxy or the device: of each part the poses that wait to be written.
 using PartPoses = std::vector<std::vector<TimedPose>>;
@@ -38,33 +36,13 @@ struct Sample {
   std::vector<ToolClearance> least;  // by lower bound; the upper bound is the least of all
 };
 
-// How an obstacle deforms.
-struct Track {
-  TissueModes modes;
-  std::vector<Scalar> times;
-  std::vector<std::vector<Scalar>> weights;
-
-  // A snapshot that was given at time t starts where the one before ends, or now if tissue rests.
-  void add(Scalar t, const RecordedSnapshot& snapshot) {
-    if (times.back() < t) {
-      times.push_back(t);
-      weights.push_back(std::vector<Scalar>(weights.back()));
-    }
-    times.push_back(times.back() + snapshot.duration);
-    weights.push_back(modes.add(snapshot.vertices));
-  }
-  // Tissue was stopped before time t: it arrives later.
-  void delay(Scalar by, Scalar t) {
-    for (std::size_t k = times.size(); by > 0 && k-- > 0 && times[k] >= t;) times[k] += by;
-  }
-};
-
 class ToolPageMaker {
  public:
   explicit ToolPageMaker(const std::filesystem::path& file)
       : file_(file),
         reader_(file),
         bodies_(reader_.scene()),
+        tissue_(reader_, file, bodies_, kPartOfStandoff * reader_.options().standoff),
         proxy_(bodies_.part_count()),
         device_(bodies_.part_count()),
         stride_(
@@ -72,10 +50,13 @@ class ToolPageMaker {
 
   ToolPage make() {
     PageScene scene = page_scene();
-    follow_tissue(scene);
+    tissue_.add_to(scene);
     const PageEncoder encoder(std::move(scene));
     ToolPage page{encoder.scene().title, {encoder.head()}};
     start();
+    for (const TissueSwap& swap : tissue_.swaps()) {
+      span_.segments.push_back({swap.body, {0, 0}, nullptr});
+    }
     std::int64_t waiting = 0;
     reader_.for_each_tick([&](const RecordedTick& tick) {
       add(tick);
@@ -105,53 +86,31 @@ class ToolPageMaker {
     return scene;
   }
 
-  // Where the tissue is: from snapshot to snapshot, as ticks took them.
-  void follow_tissue(PageScene& scene) const {
-    const Scalar tolerance = kPartOfStandoff * reader_.options().standoff;
-    RecordedTissue tissue(reader_, file_);
-    std::vector<std::optional<Track>> tracks(reader_.scene().obstacles.size());
-    Scalar t = 0;
-    Scalar lag = 0;
-    reader_.for_each_tick([&](const RecordedTick& tick) {
-      for (std::size_t k = 0; k < tracks.size(); ++k) {
-        if (tick.new_snapshots[k] == 0) continue;
-        const RecordedSnapshot& snapshot = tissue.next(k);
-        if (!tracks[k]) {
-          tracks[k] =
-              Track{{reader_.scene().obstacles[k].vertices, tolerance, kMostModes}, {t}, {{}}};
-        }
-        tracks[k]->add(t, snapshot);
-      }
-      t += tick.time_passed();
-      for (std::optional<Track>& track : tracks) {
-        if (track) track->delay(tick.tissue_lag - lag, t);
-      }
-      lag = tick.tissue_lag;
-    });
-    for (std::size_t k = 0; k < tracks.size(); ++k) {
-      if (!tracks[k]) continue;
-      PageDeformation& deformation = scene.deformations.emplace_back();
-      deformation.body = bodies_.obstacle(k);
-      deformation.modes = tracks[k]->modes.modes();
-      deformation.times = tracks[k]->times;
-      for (std::vector<Scalar>& weights : tracks[k]->weights) {
-        weights.resize(deformation.modes.size());
-        deformation.weights.insert(deformation.weights.end(), weights.begin(), weights.end());
-      }
-    }
-  }
-
   void start() {
     for (std::size_t k = 0; k < reader_.scene().obstacles.size(); ++k) {
       const RigidPose& X_WO = reader_.scene().obstacles[k].X_WO;
-      span_.segments.push_back(
-          {bodies_.obstacle(k), {0, 0}, std::make_shared<const RestMotion>(X_WO)});
+      shown_.push_back(bodies_.obstacle(k));
+      span_.segments.push_back({shown_[k], {0, 0}, std::make_shared<const RestMotion>(X_WO)});
     }
     ToolPose tool{reader_.scene().X_WT, {}};
     for (std::size_t k = 0; k < reader_.scene().hinges.size(); ++k) {
       tool.angles[k] = reader_.scene().hinges[k].angle;
     }
     add_poses(proxy_, tool);
+  }
+
+  // Obstacles that have become other meshes by now.
+  void swap_tissue() {
+    for (; swapped_ < tissue_.swaps().size(); ++swapped_) {
+      const TissueSwap& swap = tissue_.swaps()[swapped_];
+      if (swap.time > t_) return;
+      BodyId& shown = shown_[swap.obstacle];
+      span_.segments.push_back({shown, {swap.time, swap.time}, nullptr});
+      shown = swap.body;
+      span_.segments.push_back(
+          {shown, {swap.time, swap.time}, std::make_shared<const RestMotion>(RigidPose())});
+      span_.marks.push_back({swap.time, "status", "tissue is cut", {}});
+    }
   }
 
   void add_poses(PartPoses& poses, const ToolPose& tool) const {
@@ -162,6 +121,7 @@ class ToolPageMaker {
 
   void add(const RecordedTick& tick) {
     t_ += tick.time_passed();
+    swap_tissue();
     add_poses(proxy_, tick.tool);
     if (tick.status == ToolStatus::InvalidInput) {
       hide_device();
@@ -224,7 +184,7 @@ class ToolPageMaker {
       PageGap gap;
       gap.t = t_;
       gap.a = bodies_.proxy(0);
-      gap.b = bodies_.obstacle(k);
+      gap.b = shown_[k];
       gap.lower = sample_.least[k].lower;
       gap.upper = sample_.least[k].upper;
       if (nearest_ == k) {
@@ -265,6 +225,9 @@ class ToolPageMaker {
   std::filesystem::path file_;
   ToolRecordingReader reader_;
   ToolBodies bodies_;
+  TissueTracks tissue_;
+  std::vector<BodyId> shown_;  // of each obstacle
+  std::size_t swapped_ = 0;
   PartPoses proxy_;
   PartPoses device_;
   std::int64_t stride_;

@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "view/tool/tissue_tracks.h"
+
+#include <algorithm>
+
+#include "dyop/tool_io/tool_replay.h"
+
+namespace dyop::internal {
+namespace {
+
+constexpr std::size_t kMostModes = 48;
+
+}  // namespace
+
+TissueTracks::TissueTracks(const ToolRecordingReader& reader, const std::filesystem::path& file,
+                           const ToolBodies& bodies, Scalar tolerance)
+    : scene_(reader.scene()),
+      bodies_(bodies),
+      tolerance_(tolerance),
+      shown_(reader.scene().obstacles.size()) {
+  RecordedTissue tissue(reader, file);
+  Scalar t = 0;
+  Scalar lag = 0;
+  reader.for_each_tick([&](const RecordedTick& tick) {
+    for (std::size_t k = 0; k < shown_.size(); ++k) {
+      if (tick.new_snapshots[k] > 0) add(k, t, tissue.next(k));
+    }
+    t += tick.time_passed();
+    delay(tick.tissue_lag - lag, t);
+    lag = tick.tissue_lag;
+  });
+  std::stable_sort(swaps_.begin(), swaps_.end(),
+                   [](const TissueSwap& x, const TissueSwap& y) { return x.time < y.time; });
+}
+
+TissueTracks::Track TissueTracks::start(std::size_t obstacle, Scalar t,
+                                        const RecordedSnapshot* mesh) {
+  if (mesh == nullptr) {
+    return {bodies_.obstacle(obstacle),
+            obstacle,
+            nullptr,
+            {scene_.obstacles[obstacle].vertices, tolerance_, kMostModes},
+            {t},
+            {{}}};
+  }
+  return {bodies_.later(mesh_count_++),
+          obstacle,
+          std::make_shared<const TriangleMesh>(mesh->vertices, mesh->triangles),
+          {mesh->vertices, tolerance_, kMostModes},
+          {t},
+          {{}}};
+}
+
+// A snapshot that was given at time t starts where the one before ends, or now if tissue rests. So
+// does another mesh.
+void TissueTracks::add(std::size_t obstacle, Scalar t, const RecordedSnapshot& snapshot) {
+  std::optional<std::size_t>& shown = shown_[obstacle];
+  if (snapshot.is_mesh()) {
+    const Scalar begin = shown ? std::max(t, tracks_[*shown].times.back()) : t;
+    tracks_.push_back(start(obstacle, begin, &snapshot));
+    shown = tracks_.size() - 1;
+    swaps_.push_back({begin, obstacle, tracks_.back().body});
+    return;
+  }
+  if (!shown) {
+    tracks_.push_back(start(obstacle, t, nullptr));
+    shown = tracks_.size() - 1;
+  }
+  Track& track = tracks_[*shown];
+  if (track.times.back() < t) {
+    track.times.push_back(t);
+    track.weights.push_back(std::vector<Scalar>(track.weights.back()));
+  }
+  track.times.push_back(track.times.back() + snapshot.duration);
+  track.weights.push_back(track.modes.add(snapshot.vertices));
+}
+
+// Tissue was stopped before time t: it arrives later.
+void TissueTracks::delay(Scalar by, Scalar t) {
+  if (!(by > 0)) return;
+  for (Track& track : tracks_) {
+    for (std::size_t k = track.times.size(); k-- > 0 && track.times[k] >= t;) track.times[k] += by;
+  }
+  for (TissueSwap& swap : swaps_) swap.time += swap.time >= t ? by : 0;
+}
+
+void TissueTracks::add_to(PageScene& scene) const {
+  for (const Track& track : tracks_) {
+    if (track.mesh) scene.bodies.push_back(bodies_.later_mesh(track.obstacle, track.mesh));
+    PageDeformation& deformation = scene.deformations.emplace_back();
+    deformation.body = track.body;
+    deformation.modes = track.modes.modes();
+    deformation.times = track.times;
+    for (std::vector<Scalar> weights : track.weights) {
+      weights.resize(deformation.modes.size());
+      deformation.weights.insert(deformation.weights.end(), weights.begin(), weights.end());
+    }
+  }
+}
+
+}  // namespace dyop::internal

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "dyop/geometry/triangle_mesh.h"
+#include "dyop/recording/tool_recording_reader.h"
+#include "dyop/view/page_encoder.h"
+#include "view/tool/tissue_modes.h"
+#include "view/tool/tool_bodies.h"
+
+namespace dyop::internal {
+
+/// An obstacle becomes another mesh, which is drawn as another body.
+struct TissueSwap {
+  Scalar time;
+  std::size_t obstacle;
+  BodyId body;
+};
+
+/// Where the tissue of a recorded run is: from snapshot to snapshot, as ticks took them.
+class TissueTracks {
+ public:
+  /// @param tolerance How far drawn vertices may be from the recorded ones.
+  TissueTracks(const ToolRecordingReader& reader, const std::filesystem::path& file,
+               const ToolBodies& bodies, Scalar tolerance);
+
+  /// Adds the deformations, and a body for every later mesh, to a scene with the other bodies.
+  void add_to(PageScene& scene) const;
+  /// In the order of time.
+  const std::vector<TissueSwap>& swaps() const { return swaps_; }
+
+ private:
+  // One mesh, and how it deforms.
+  struct Track {
+    BodyId body;
+    std::size_t obstacle;
+    std::shared_ptr<const TriangleMesh> mesh;  // null: as the scene has it
+    TissueModes modes;
+    std::vector<Scalar> times;
+    std::vector<std::vector<Scalar>> weights;
+  };
+
+  Track start(std::size_t obstacle, Scalar t, const RecordedSnapshot* mesh);
+  void add(std::size_t obstacle, Scalar t, const RecordedSnapshot& snapshot);
+  void delay(Scalar by, Scalar t);
+
+  const ToolScene& scene_;
+  const ToolBodies& bodies_;
+  const Scalar tolerance_;
+  std::vector<Track> tracks_;
+  std::vector<std::optional<std::size_t>> shown_;  // per obstacle: its last track
+  std::size_t mesh_count_ = 0;
+  std::vector<TissueSwap> swaps_;
+};
+
+}  // namespace dyop::internal
