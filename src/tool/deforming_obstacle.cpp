@@ -177,7 +177,8 @@ PairImpact DeformingObstacle::first_impact(const BodyMotion& motion, const ToiOp
     const Scalar target = options.target_distance + piece.radius;
     const ImpactBand band(target, options.distance_tolerance.value());
     const BodyMotion rest{motion.body, motion.X_WB, impact.t_safe, motion.displacement};
-    const bool is_through = find_suspects(piece, rest, {band.leaf_target, band.largest_impact},
+    const bool is_through =
+        !clock.is_over() && find_suspects(piece, rest, {band.leaf_target, band.largest_impact},
                                           clock, kept[k].front, memory.pairs);
     if (!is_through || (!memory.pairs.empty() && clock.is_over())) {
       impact.status = ToiStatus::BudgetExhausted;

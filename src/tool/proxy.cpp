@@ -382,7 +382,7 @@ bool Proxy::measure_obstacle(std::size_t number, WorkClock& clock, TickStatistic
   const Scalar tight = kMeasuredShare * allowed;
   const auto measure_if = [&](const auto& is_chosen) {
     for (PairState& pair : pairs_) {
-      if (pair.obstacle != number || clock.cutoff() || !is_chosen(pair)) continue;
+      if (pair.obstacle != number || !is_chosen(pair) || clock.is_over()) continue;
       measure(pair, {least.upper, tight}, clock, work);
       least.upper = std::min(least.upper, pair.distance.upper);
     }

@@ -43,10 +43,13 @@ void Proxy::gather_holds(const ToolStep& wish, const Piece& piece, WorkClock& cl
   for (PairState& pair : pairs_) {
     const Obstacle& obstacle = *obstacles_[pair.obstacle];
     if (!obstacle.is_hard() || pair.is_overlapping) continue;
+    const Scalar least_reach = obstacle.margin + (1 + kReach) * options_.standoff;
+    const Scalar most_moved = kMostReach * options_.standoff;
+    if (pair.distance.lower > least_reach + most_moved) continue;
+    if (clock.is_over()) return;
     const Scalar moved =
         likely_step(bodies_[pair.body], motion, piece.duration) + obstacle.speed() * piece.duration;
-    const Scalar reach = obstacle.margin + (1 + kReach) * options_.standoff +
-                         std::min(moved, kMostReach * options_.standoff);
+    const Scalar reach = least_reach + std::min(moved, most_moved);
     if (pair.distance.lower > reach) continue;
     const std::size_t first = found_.size();
     obstacle.add_holds(bodies_[pair.body], body_pose(pair.body), reach, clock, pair.kept, memory_,

@@ -48,7 +48,7 @@ TEST(Interrupt, EndsASearchForContactsWithNone) {
   const std::size_t whole = contacts.size();
   EXPECT_GT(whole, 0u);
   int cut = 0;
-  for (int asked = 0; asked < 200; ++asked) {
+  for (int asked = 0; asked < 10'000; asked += 50) {
     Countdown countdown(asked);
     const bool is_through =
         generate_contacts(a, X_WA, b, X_WB, 0.1, {}, workspace, contacts, &countdown);

@@ -45,10 +45,12 @@ void visit_leaf_pairs(const ShapeTree& tree_a, const ShapeTree& tree_b, const Co
     stack.emplace_back(ShapeTree::kRoot, ShapeTree::kRoot);
   }
   for (int popped = 0; !stack.empty(); ++popped) {
-    if (popped % kPairsBetweenPolls == 0 && is_over(query.interrupt)) return;
     const auto [box_a, box_b] = stack.back();
+    // At a vertex of many triangles two leaves take as long as many boxes.
+    const bool are_leaves = tree_a.is_leaf(box_a) && tree_b.is_leaf(box_b);
+    if ((are_leaves || popped % kPairsBetweenPolls == 0) && is_over(query.interrupt)) return;
     stack.pop_back();
-    if (tree_a.is_leaf(box_a) && tree_b.is_leaf(box_b)) {
+    if (are_leaves) {
       visit(box_a, box_b);
       continue;
     }
