@@ -3,7 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
+#include <utility>
 
 #include "core/tolerance.h"
 
@@ -23,6 +23,11 @@ constexpr Scalar kStruckTolerance = 0.3;
 }  // namespace
 
 LegProblem::LegProblem(IslandRun& run) : run_(run) {
+  std::vector<LegMemory>& spare = run.workspace().spare;
+  if (!spare.empty()) {
+    memory_ = std::move(spare.back());
+    spare.pop_back();
+  }
   for (const IslandRun::Member& member : run.members()) {
     ContactBody body;
     body.inverse_mass_W = member.body->linear_mobility();
@@ -36,6 +41,15 @@ LegProblem::LegProblem(IslandRun& run) : run_(run) {
   for (const IslandRun::RunPair& pair : run.pairs()) {
     standoff_ = std::min(standoff_, pair.state->lengths.standoff);
   }
+}
+
+LegProblem::~LegProblem() {
+  contacts_.clear();
+  problem_.bodies.clear();
+  problem_.contacts.clear();
+  problem_.rows.clear();
+  problem_.friction_law = nullptr;
+  run_.workspace().spare.push_back(std::move(memory_));
 }
 
 void LegProblem::set_mobility(std::size_t member, const Matrix3& R_WB) {
@@ -169,22 +183,13 @@ void LegProblem::add_hit(std::size_t pair, const ContactPoint& point) {
   add(entry);
 }
 
-void LegProblem::order() {
-  const Vector3 up = -run_.context().gravity_W;
-  std::vector<std::size_t> order(contacts_.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  std::vector<Scalar> height;
-  for (const LegContact& contact : contacts_) height.push_back(up.dot(contact.point.p_WCa));
-  std::stable_sort(order.begin(), order.end(),
-                   [&](std::size_t x, std::size_t y) { return height[x] < height[y]; });
-  std::vector<LegContact> contacts;
-  std::vector<PointContact> rows;
-  for (const std::size_t i : order) {
-    contacts.push_back(std::move(contacts_[i]));
-    rows.push_back(problem_.contacts[i]);
+void LegProblem::add_from_below(std::vector<Place> places) {
+  std::stable_sort(places.begin(), places.end(),
+                   [](const Place& x, const Place& y) { return x.height < y.height; });
+  for (const Place& place : places) {
+    const PairState& state = *run_.pairs()[place.pair].state;
+    add({place.pair, place.index, state.points()[place.index]});
   }
-  contacts_ = std::move(contacts);
-  problem_.contacts = std::move(rows);
 }
 
 // To a part of the speed with which the island moves. Of bodies at rest that is what the last

@@ -2,24 +2,12 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
 #include <vector>
 
 #include "dynamics/step/island_run.h"
-#include "dyop/contact/contact_problem.h"
 #include "dyop/core/error.h"
 
 namespace dyop::internal {
-
-/// A contact of a leg, with what the scheme needs besides the solver's part.
-struct LegContact {
-  std::size_t pair = 0;              // into IslandRun::pairs()
-  std::optional<std::size_t> index;  // into the pair's contacts; none: from a hit
-  ContactPoint point;                // at the start of the leg
-  Scalar error = 0;                  // end gap minus that of the linear prediction
-  Scalar push = 0;                   // extra gap for a place that was hit again; length
-  int hits = 0;
-};
 
 /// A joint's row in a leg.
 struct LegRow {
@@ -33,6 +21,9 @@ struct LegRow {
 class LegProblem {
  public:
   explicit LegProblem(IslandRun& run);
+  ~LegProblem();
+  LegProblem(const LegProblem&) = delete;
+  LegProblem& operator=(const LegProblem&) = delete;
 
   IslandRun& run() { return run_; }
   ContactProblem& problem() { return problem_; }
@@ -44,18 +35,20 @@ class LegProblem {
   void set_mobility(std::size_t member, const Matrix3& R_WB);
   /// Mean twist over [now, now + tau] of the bodies on given motions; at now if tau is 0.
   void set_supports(Scalar tau);
-  /// Adds the contacts of all near pairs at now that `wanted` accepts.
+  /// Adds the contacts of all near pairs at now that `wanted` accepts, from the ground up: the order
+  /// of the sweeps.
   template <typename Wanted>
   void take_contacts(const Wanted& wanted) {
+    std::vector<Place> places;
     for (std::size_t i = 0; i < run_.pairs().size(); ++i) {
       const IslandRun::RunPair& pair = run_.pairs()[i];
       if (!pair.is_near) continue;
       const auto points = pair.state->points();
       for (std::size_t k = 0; k < points.size(); ++k) {
-        if (wanted(pair, points[k])) add({i, k, points[k]});
+        if (wanted(pair, points[k])) places.push_back({i, k, height_of(points[k])});
       }
     }
-    order();
+    add_from_below(std::move(places));
   }
   void add(const LegContact& contact);
   /// A contact where the move was hit; one that is known there already is pushed harder.
@@ -68,8 +61,6 @@ class LegProblem {
   Scalar row_velocity(std::size_t row) const;
   /// Stores the impulses of the rows as the joints' warm start.
   void keep_row_impulses();
-  /// Sorts contacts from the ground up, the order of the sweeps.
-  void order();
 
   /// Solves for the targets; impulses are kept as the next warm start. An impact, which has no next
   /// step to correct its error, is solved down to rounding.
@@ -100,14 +91,25 @@ class LegProblem {
   Scalar standoff() const { return standoff_; }
 
  private:
+  struct Place {  // of a contact
+    std::size_t pair = 0;
+    std::size_t index = 0;  // into the pair's contacts
+    Scalar height = 0;
+  };
+
+  Scalar height_of(const ContactPoint& point) const {
+    return -run_.context().gravity_W.dot(point.p_WCa);
+  }
+  void add_from_below(std::vector<Place> places);
   bool is_large() const;
   Scalar recovery_cap(std::size_t contact, Scalar tau) const;  // largest target above zero
   Scalar tolerance(Scalar tau) const;
   Scalar impact_tolerance(Scalar tau) const;
 
   IslandRun& run_;
-  ContactProblem problem_;
-  std::vector<LegContact> contacts_;
+  LegMemory memory_;  // the workspace's, for the life of this object
+  ContactProblem& problem_ = memory_.problem;
+  std::vector<LegContact>& contacts_ = memory_.contacts;
   std::vector<LegRow> rows_;
   void ensure_support(const std::optional<std::size_t>& member, const BodyRecord& body);
   std::vector<Vector3> centers_;                                 // by body of the problem
