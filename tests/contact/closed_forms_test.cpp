@@ -7,6 +7,7 @@
 #include "contact/all_contact_solvers.h"
 #include "dyop/contact/contact_problem.h"
 #include "support/inputs/contact_scenes.h"
+#include "support/oracles/contact_oracle.h"
 
 namespace dyop::testing {
 namespace {
@@ -69,6 +70,23 @@ TYPED_TEST(ClosedForms, TipsOverTheFrontEdge) {
   EXPECT_NEAR(problem.bodies[1].w_W[1], spin, 1e-9);
   EXPECT_NEAR(problem.bodies[1].v_W[0], spin / 2, 1e-9);
   EXPECT_NEAR(problem.bodies[1].v_W[2], spin / 2, 1e-9);
+}
+
+// A plate that counts as sticking when it goes along at 0.3: friction brings it there, or as near as it
+// can in the step.
+TYPED_TEST(ClosedForms, FrictionDrivesTowardsTheStickingVelocity) {
+  for (const Scalar friction : {0.1, 0.5}) {
+    ContactProblem problem =
+        box_on_plane(Vector3(0.4, 0.4, 0.02), 2, 0.3, friction, Vector3(0, 0, -kGravity * kStep));
+    const Scalar most = 0.3 * kGravity * kStep;
+    for (PointContact& contact : problem.contacts) {
+      contact.sticking_velocity_W = Vector3(0, most, 7);  // the normal part is ignored
+    }
+    ASSERT_EQ(this->solve(problem).status, ContactStatus::Converged);
+    EXPECT_LE(contact_residual(problem), 1e-9);
+    const Vector3 v(0, std::min(most, friction * kGravity * kStep), 0);
+    EXPECT_LE((problem.bodies[1].v_W - v).norm(), 1e-10) << friction;
+  }
 }
 
 // Newton's restitution as a target: equal masses exchange velocities; masses 1 and 3 meet the

@@ -199,6 +199,7 @@ TYPED_TEST(ContactSolverContract, BadInputIsNamed) {
   expect_refused([&](ContactProblem& p) { p.contacts[1].friction = -1; });
   expect_refused([&](ContactProblem& p) { p.contacts[1].friction = nan; });
   expect_refused([&](ContactProblem& p) { p.contacts[1].target = nan; });
+  expect_refused([&](ContactProblem& p) { p.contacts[1].sticking_velocity_W.y() = nan; });
   expect_refused([&](ContactProblem& p) { p.contacts[1].r_b_W[2] = nan; });
   expect_refused([&](ContactProblem& p) { p.contacts[1].nhat_AB_W *= 2; });
   expect_refused([&](ContactProblem& p) { p.contacts[1].body_a = 1; });

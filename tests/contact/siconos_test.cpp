@@ -62,7 +62,8 @@ Matrices matrices_of(const ContactProblem& problem) {
       row.segment<3>(6 * Eigen::Index(contact.body_a)) -= d.transpose();
       row.segment<3>(6 * Eigen::Index(contact.body_a) + 3) -= contact.r_a_W.cross(d).transpose();
     }
-    m.target[3 * Eigen::Index(i)] = contact.target;
+    m.target.segment<3>(3 * Eigen::Index(i)) << contact.target, t.dot(contact.sticking_velocity_W),
+        n.cross(t).dot(contact.sticking_velocity_W);
     m.friction.push_back(contact.friction);
   }
   return m;

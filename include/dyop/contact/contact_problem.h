@@ -35,16 +35,17 @@ struct FrictionEllipse {
 ///
 /// With u = v_B + w_B x r_b - v_A - w_A x r_a, the velocity of B's point relative to A's, the laws
 /// are: 0 <= impulse . n and u . n >= target, at least one of them an equality (Signorini); and
-/// |tangential impulse| <= friction times normal impulse, opposite to the sliding velocity where
-/// that is not zero (Coulomb). Newton's restitution is a target: target = -e times the approach
+/// |tangential impulse| <= friction times normal impulse, opposite to the sliding velocity, the
+/// tangential part of u - sticking_velocity_W, where that is not zero (Coulomb). Newton's restitution is a target: target = -e times the approach
 /// velocity before the impact.
 struct PointContact {
-  std::size_t body_a = 0;                  ///< index into ContactProblem::bodies
-  std::size_t body_b = 0;                  ///< a different one
-  Vector3 r_a_W = Vector3::Zero();         ///< from A's centre of mass to the contact
-  Vector3 r_b_W = Vector3::Zero();         ///< from B's centre of mass to the contact
-  Vector3 nhat_AB_W = Vector3::UnitX();    ///< unit, from A to B
-  Scalar target = 0;                       ///< least normal velocity, length per time
+  std::size_t body_a = 0;                         ///< index into ContactProblem::bodies
+  std::size_t body_b = 0;                         ///< a different one
+  Vector3 r_a_W = Vector3::Zero();                ///< from A's centre of mass to the contact
+  Vector3 r_b_W = Vector3::Zero();                ///< from B's centre of mass to the contact
+  Vector3 nhat_AB_W = Vector3::UnitX();           ///< unit, from A to B
+  Scalar target = 0;                              ///< least normal velocity, length per time
+  Vector3 sticking_velocity_W = Vector3::Zero();  ///< of B's point to A's that does not slide
   Scalar friction = 0;                     ///< Coulomb's coefficient, >= 0; along ellipse->axis_W
   std::optional<FrictionEllipse> ellipse;  ///< none: the same friction in all directions
   /// Resistance to rolling and to spinning about the normal, lengths >= 0: |angular impulse across

@@ -103,43 +103,81 @@ void Reduction::run() {
   for (std::size_t leader; (leader = nearest_free()) < contacts_.size();) thin_cluster(leader);
 }
 
-// Lets the contacts of curved surfaces stand for their neighbours, the nearest first. Within three
-// ways of the step: one that touches at its end is one way ahead, and the solve at the end feels
-// those up to two ways ahead. Facets longer than that are a polygon's.
-void merge_contacts(const ContactMerging& merging, std::vector<ContactPoint>& contacts) {
-  const auto shift = [&](const ContactPoint& contact) -> Vector3 {
-    return merging.shift_W + merging.turn_W.cross(contact.p_WCb);
-  };
-  std::vector<std::size_t> order(contacts.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  std::sort(order.begin(), order.end(),
-            [&](std::size_t x, std::size_t y) { return is_nearer(contacts[x], contacts[y]); });
-  std::vector<char> is_merged(contacts.size(), 0);
-  for (auto leader = order.begin(); leader != order.end(); ++leader) {
-    ContactPoint& first = contacts[*leader];
-    if (is_merged[*leader] || first.gap > merging.active_gap) continue;
-    const Vector3& n = first.nhat_AB_W;
-    const Scalar change = n.dot(shift(first));
-    const Scalar sliding = (shift(first) - change * n).norm();
-    const Scalar rolling = merging.turn_W.cross(n).norm() * merging.radius;
-    const Scalar way = std::min(kContactMeasuredWays * (sliding + rolling),
-                                kContactMergedRadiusFraction * merging.radius);
-    for (auto next = leader + 1; next != order.end(); ++next) {
-      ContactPoint& other = contacts[*next];
-      if (is_merged[*next] || other.nhat_AB_W.dot(n) < kContactMergedCosine) continue;
-      const Scalar apart = (other.p_WCb - first.p_WCb).norm();
-      const Scalar difference = std::abs(other.nhat_AB_W.dot(shift(other)) - change);
-      if (!(apart < way) || difference * merging.radius < merging.gap_change * apart) continue;
-      is_merged[*next] = 1;
-      first.merged_way = way;
-      if (first.impulse_W.isZero(0)) first.impulse_W = other.impulse_W;
-    }
+// Lets the nearest of the contacts on a curved surface stand for all that are linked to it by facets
+// shorter than three ways of the step: one that touches at its end is one way ahead, and the solve
+// at the end feels those up to two ways ahead. Longer facets are a polygon's. Links lead on, because
+// a contact beyond three ways would measure its gap at the end where the first one is by then, and
+// brake or drive.
+class Merging {
+ public:
+  Merging(const ContactMerging& merging, std::vector<ContactPoint>& contacts)
+      : merging_(merging), contacts_(contacts), is_merged_(contacts.size(), 0) {}
+
+  void run();
+
+ private:
+  Vector3 shift(const ContactPoint& contact) const {
+    return merging_.shift_W + merging_.turn_W.cross(contact.p_WCb);
+  }
+  bool can_stand_for(const ContactPoint& leader, const ContactPoint& other) const;
+  bool is_linked(const ContactPoint& other, Scalar link) const;
+  void gather(std::size_t leader);
+
+  const ContactMerging& merging_;
+  std::vector<ContactPoint>& contacts_;
+  std::vector<char> is_merged_;
+  std::vector<std::size_t> order_;    // by gap
+  std::vector<std::size_t> members_;  // of the leader at hand
+};
+
+bool Merging::can_stand_for(const ContactPoint& leader, const ContactPoint& other) const {
+  if (other.nhat_AB_W.dot(leader.nhat_AB_W) < kContactMergedCosine) return false;
+  const Scalar apart = (other.p_WCb - leader.p_WCb).norm();
+  const Scalar difference =
+      std::abs(other.nhat_AB_W.dot(shift(other)) - leader.nhat_AB_W.dot(shift(leader)));
+  return apart < kContactMergedRadiusFraction * merging_.radius &&
+         difference * merging_.radius >= merging_.gap_change * apart;
+}
+
+bool Merging::is_linked(const ContactPoint& other, Scalar link) const {
+  return std::any_of(members_.begin(), members_.end(), [&](std::size_t k) {
+    return (contacts_[k].p_WCb - other.p_WCb).squaredNorm() < link * link;
+  });
+}
+
+void Merging::gather(std::size_t leader) {
+  ContactPoint& first = contacts_[leader];
+  const Vector3& n = first.nhat_AB_W;
+  const Scalar sliding = (shift(first) - n.dot(shift(first)) * n).norm();
+  const Scalar rolling = merging_.turn_W.cross(n).norm() * merging_.radius;
+  const Scalar link = std::min(kContactMeasuredWays * (sliding + rolling),
+                               kContactMergedRadiusFraction * merging_.radius);
+  members_.assign(1, leader);
+  for (const std::size_t k : order_) {
+    ContactPoint& other = contacts_[k];
+    if (k == leader || is_merged_[k] || !is_nearer(first, other)) continue;
+    if (!can_stand_for(first, other) || !is_linked(other, link)) continue;
+    is_merged_[k] = 1;
+    members_.push_back(k);
+    const Scalar apart = (other.p_WCb - first.p_WCb).norm();
+    first.merged_way = std::max({first.merged_way, apart, link});
+    if (first.impulse_W.isZero(0)) first.impulse_W = other.impulse_W;
+  }
+}
+
+void Merging::run() {
+  order_.resize(contacts_.size());
+  std::iota(order_.begin(), order_.end(), std::size_t{0});
+  std::sort(order_.begin(), order_.end(),
+            [&](std::size_t x, std::size_t y) { return is_nearer(contacts_[x], contacts_[y]); });
+  for (const std::size_t leader : order_) {
+    if (!is_merged_[leader] && contacts_[leader].gap <= merging_.active_gap) gather(leader);
   }
   std::size_t kept = 0;
-  for (std::size_t k = 0; k < contacts.size(); ++k) {
-    if (!is_merged[k]) contacts[kept++] = contacts[k];
+  for (std::size_t k = 0; k < contacts_.size(); ++k) {
+    if (!is_merged_[k]) contacts_[kept++] = contacts_[k];
   }
-  contacts.resize(kept);
+  contacts_.resize(kept);
 }
 
 }  // namespace
@@ -151,7 +189,7 @@ void reduce_contacts(const ContactReductionOptions& options, std::vector<Contact
   DYOP_REQUIRE(options.same_normal_cosine >= -1 && options.same_normal_cosine <= 1,
                "reduce_contacts: same_normal_cosine must be in [-1, 1], not ",
                options.same_normal_cosine);
-  if (options.merging) merge_contacts(*options.merging, contacts);
+  if (options.merging) Merging(*options.merging, contacts).run();
   if (contacts.size() <= options.points_per_cluster) return;
   Reduction reduction(options, contacts);
   reduction.run();

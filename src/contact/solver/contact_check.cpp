@@ -34,6 +34,8 @@ void check_contact(const PointContact& contact, std::size_t i) {
                i, ": normal must be a unit vector, not ", contact.nhat_AB_W);
   DYOP_REQUIRE(std::isfinite(contact.target), "contact ", i, ": target must be finite, not ",
                contact.target);
+  DYOP_REQUIRE(contact.sticking_velocity_W.allFinite(), "contact ", i,
+               ": sticking velocity must be finite, not ", contact.sticking_velocity_W);
   check_friction(contact.friction, i);
   if (contact.ellipse) {
     check_friction(contact.ellipse->across, i);

@@ -158,8 +158,8 @@ void ContactSystem::add_contact(const ContactProblem& problem, std::size_t index
   }
   const Vector3 u_W =
       (b.free_v_W - a.free_v_W) + b.free_w_W.cross(contact.r_b_W) - a.free_w_W.cross(contact.r_a_W);
-  block.free = basis_W.transpose() * u_W;
-  block.free[0] -= contact.target;
+  block.free = basis_W.transpose() * (u_W - contact.sticking_velocity_W);
+  block.free[0] = basis_W.col(0).dot(u_W) - contact.target;
   block.friction = largest_coefficient(contact);
   block.lambda[0] = std::max(block.lambda[0], Scalar{0});  // contacts cannot pull
   const Scalar bound = block.friction * block.lambda[0];
@@ -217,7 +217,8 @@ void ContactSystem::update_friction(const ContactProblem& problem) {
     const PointContact& contact = problem.contacts[sources_[i].index];
     const auto [v_a_W, w_a_W] = body_velocity(problem, contact.body_a);
     const auto [v_b_W, w_b_W] = body_velocity(problem, contact.body_b);
-    const Vector3 u_W = v_b_W - v_a_W + w_b_W.cross(contact.r_b_W) - w_a_W.cross(contact.r_a_W);
+    const Vector3 u_W = v_b_W - v_a_W + w_b_W.cross(contact.r_b_W) - w_a_W.cross(contact.r_a_W) -
+                        contact.sticking_velocity_W;
     const Vector3 n = contact.nhat_AB_W.normalized();
     const Vector3 sliding_W = u_W - n * n.dot(u_W);
     const Scalar friction = problem.friction_law(sources_[i].index, sliding_W);

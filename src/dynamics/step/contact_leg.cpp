@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "core/tolerance.h"
-#include "dynamics/step/end_gap.h"
+#include "dynamics/step/gaps/curved_gap.h"
 #include "dynamics/step/joint_rows.h"
 #include "dynamics/step/leg_problem.h"
 #include "dynamics/step/spring_rows.h"
@@ -22,14 +22,13 @@ constexpr int kMostRounds = 8;
 constexpr int kMostErrorSolves = 4;
 constexpr int kMostAttempts = 8;
 constexpr int kMostSpinSweeps = 4;
+// The solve is repeated if a contact would slip by this part of the standoff because it sticks at
+// another place than before. Larger: what spins or pivots gains or loses energy at first order.
+constexpr Scalar kStickingChange = 0.001;
 // Legs of a struck island, of a step.
 constexpr Scalar kStruckLegPart = 0.25;
 
 enum class AttemptResult { Committed, Blocked, Failed };
-
-bool is_edge_pair(const ContactPoint& point) {
-  return point.feature_a.kind == FeatureKind::Edge && point.feature_b.kind == FeatureKind::Edge;
-}
 
 // One attempt to step to one horizon.
 class ContactLeg {
@@ -49,7 +48,7 @@ class ContactLeg {
   void solve_move();
   bool is_contradictory() const;
   bool update_errors();
-  Scalar found_end_gap(std::size_t contact, Scalar linear);
+  EndGap found_end(std::size_t contact, Scalar linear);
   RigidPose end_pose(const std::optional<std::size_t>& member, const BodyRecord& body) const;
   void make_moves();
   void find_proofs();
@@ -171,25 +170,28 @@ RigidPose ContactLeg::end_pose(const std::optional<std::size_t>& member,
   return body.X_WB();
 }
 
-// The gap at the end near a contact. The facet of a contact on a curved surface says little about
-// it: other facets may have come nearer by then.
-Scalar ContactLeg::found_end_gap(std::size_t contact, Scalar linear) {
+// The end near a contact. The facet of a contact on a curved surface says little about it: other
+// facets may have come nearer by then.
+EndGap ContactLeg::found_end(std::size_t contact, Scalar linear) {
   const LegContact& entry = leg_.contacts()[contact];
   const RunPair& pair = run_.pairs()[entry.pair];
-  const PairLengths& lengths = pair.state->lengths;
   const RigidPose& X_WA_end = end_a_[entry.pair];
   const RigidPose& X_WB_end = end_b_[entry.pair];
   if (is_on_curved_surface(entry.point, *pair.a, *pair.b)) {
-    const Scalar sliding = tau_ * leg_.relative_velocity(contact).norm();
-    const Scalar turn = tau_ * leg_.relative_turn(contact).norm();
-    const auto measured =
-        measured_end_gap(entry.point, {linear + entry.error, sliding + turn * lengths.radius},
-                         lengths, *pair.a, X_WA_end, *pair.b, X_WB_end, run_.workspace().contacts);
+    CurvedMove move{linear + entry.error, tau_ * leg_.relative_velocity(contact).norm(),
+                    tau_ * leg_.relative_turn(contact).norm()};
+    for (const LegContact& other : leg_.contacts()) {
+      if (other.pair != entry.pair || &other == &entry) continue;
+      move.others_W.push_back(X_WA_end * other.point.p_ACa);
+    }
+    const auto measured = measured_end_gap(entry.point, move, pair.state->lengths, *pair.a,
+                                           X_WA_end, *pair.b, X_WB_end, run_.workspace().contacts);
     if (measured) return *measured;
   }
-  const Scalar gap = end_gap(entry.point, *pair.a, start_a_[entry.pair], X_WA_end, *pair.b,
-                             start_b_[entry.pair], X_WB_end);
-  return is_edge_pair(entry.point) ? std::min(gap, linear) : gap;
+  EndGap end = end_gap(entry.point, *pair.a, start_a_[entry.pair], X_WA_end, *pair.b,
+                       start_b_[entry.pair], X_WB_end);
+  if (is_edge_pair(entry.point)) end.gap = std::min(end.gap, linear);
+  return end;
 }
 
 // Returns whether the prediction of some gap has changed so much that the solve must be repeated.
@@ -200,13 +202,17 @@ bool ContactLeg::update_errors() {
     const RunPair& pair = run_.pairs()[entry.pair];
     const Scalar linear =
         entry.point.gap + tau_ * entry.point.nhat_AB_W.dot(leg_.relative_velocity(i));
-    const Scalar error = found_end_gap(i, linear) - linear;
+    const EndGap end = found_end(i, linear);
+    const Scalar error = end.gap - linear;
+    const bool carries = !leg_.problem().contacts[i].impulse_W.isZero(0);
     const bool matters =
-        linear + error < pair.state->lengths.rest_gap() + pair.state->lengths.standoff;
+        carries || linear + error < pair.state->lengths.rest_gap() + pair.state->lengths.standoff;
     if (matters && std::abs(error - entry.error) > kErrorChange * pair.state->lengths.standoff) {
       has_changed = true;
     }
     entry.error = error;
+    const Scalar slip = end.p_W ? tau_ * leg_.stick_midway(i, *end.p_W, tau_) : 0;
+    if (matters && slip > kStickingChange * pair.state->lengths.standoff) has_changed = true;
   }
   const auto end = [this](const auto& member, const auto& body) { return end_pose(member, body); };
   has_changed = springs_->update(end) || has_changed;

@@ -68,6 +68,9 @@ class LegProblem {
   void set_target(std::size_t contact, Scalar target) {
     problem_.contacts[contact].target = target;
   }
+  /// Lets a contact stick where it is in the middle of a leg of length tau, not where it was at the
+  /// start. Returns by how much this changes the velocity that counts as sticking.
+  Scalar stick_midway(std::size_t contact, const Vector3& p_W_end, Scalar tau);
 
   /// Least normal velocity of a contact in a leg of length tau: keeps the rest gap until the end, or
   /// recovers a part of it at bounded speed, and keeps a corner that turns away from dipping on the

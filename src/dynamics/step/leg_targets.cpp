@@ -2,7 +2,7 @@
 #include <algorithm>
 
 #include "core/tolerance.h"
-#include "dynamics/step/end_gap.h"
+#include "dynamics/step/gaps/end_gap.h"
 #include "dynamics/step/leg_problem.h"
 
 namespace dyop::internal {
@@ -35,7 +35,23 @@ Scalar LegProblem::recovery_cap(std::size_t contact, Scalar tau) const {
   };
   return 0.5 * lengths.standoff / tau + entry.push / tau +
          tau * (turn(pair.member_a, *pair.a) + turn(pair.member_b, *pair.b)) +
-         3 * tau * relative_velocity(contact).squaredNorm() / lengths.radius;
+         3 * tau * relative_velocity(contact).squaredNorm() / lengths.radius +
+         relative_turn(contact).norm() * entry.point.merged_way;
+}
+
+// With the velocities of the last solve, the bodies' points in the middle of the contact's way have
+// this velocity less than those at its start.
+Scalar LegProblem::stick_midway(std::size_t contact, const Vector3& p_W_end, Scalar tau) {
+  PointContact& row = problem_.contacts[contact];
+  const ContactPoint& point = contacts_[contact].point;
+  const Vector3 way = (p_W_end - (point.p_WCa + point.p_WCb) / 2) / 2;
+  const auto change = [&](const ContactBody& body) -> Vector3 {
+    return body.w_W.cross(way - tau / 2 * body.v_W);
+  };
+  Vector3 velocity_W = change(problem_.bodies[row.body_a]) - change(problem_.bodies[row.body_b]);
+  velocity_W -= row.nhat_AB_W * row.nhat_AB_W.dot(velocity_W);
+  std::swap(row.sticking_velocity_W, velocity_W);
+  return row.friction > 0 ? (row.sticking_velocity_W - velocity_W).norm() : 0;
 }
 
 Scalar LegProblem::least_velocity(std::size_t contact, Scalar tau) const {

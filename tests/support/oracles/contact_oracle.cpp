@@ -35,6 +35,8 @@ PointState state_of(const ContactProblem& problem, const PointContact& contact) 
   state.n = contact.nhat_AB_W;
   const Scalar along = u.dot(state.n);
   state.u_t = u - along * state.n;
+  const Vector3& sticking = contact.sticking_velocity_W;
+  state.u_t -= sticking - state.n * state.n.dot(sticking);
   state.u_n = along - contact.target;
   state.J_n = contact.impulse_W.dot(state.n);
   state.J_t = contact.impulse_W - state.J_n * state.n;
