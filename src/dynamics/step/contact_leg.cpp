@@ -336,6 +336,10 @@ AttemptResult ContactLeg::attempt() {
     const int error_solves = leg_.is_struck() ? 1 : kMostErrorSolves;
     for (int k = 0; k < error_solves; ++k) {
       solve_move();
+      if (leg_.turns_too_far(tau_)) {
+        blocked_at_ = run_.now();
+        return AttemptResult::Blocked;
+      }
       make_moves();
       if (!update_errors()) break;
     }

@@ -19,6 +19,9 @@ constexpr Scalar kLargeSpeedTolerance = 1e-2;
 // All found by measurement.
 constexpr Scalar kStruckWay = 20;
 constexpr Scalar kStruckTolerance = 0.3;
+// Radians. A contact keeps its gap by its place at the end of a leg; beyond about this turn the next
+// prediction asks for more turn, and so on.
+constexpr Scalar kMostContactTurn = 1;
 
 }  // namespace
 
@@ -213,6 +216,14 @@ Scalar LegProblem::tolerance(Scalar tau) const {
 
 bool LegProblem::is_large() const {
   return contacts_.size() > kLargeContacts;
+}
+
+bool LegProblem::turns_too_far(Scalar tau) const {
+  for (std::size_t i = 0; i < run_.members().size(); ++i) {
+    const ContactBody& body = problem_.bodies[i];
+    if (tau * (body.w_W - body.free_w_W).norm() > kMostContactTurn) return true;
+  }
+  return false;
 }
 
 bool LegProblem::is_struck() const {

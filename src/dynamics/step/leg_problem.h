@@ -84,6 +84,9 @@ class LegProblem {
   /// Angular momenta of the members after the impulses of the last solve, given those before.
   std::vector<Vector3> angular_momenta(std::vector<Vector3> free_L_W) const;
   std::size_t body_index(const std::optional<std::size_t>& member, const BodyRecord& body) const;
+  /// Whether the impulses of the last solve turn a member by so much in a leg of length tau that
+  /// where its contacts will be by then is a guess.
+  bool turns_too_far(Scalar tau) const;
   /// Whether so many bodies move so fast that they are solved coarsely, in short legs.
   bool is_struck() const;
   /// Number in the problem of a body that something other than a contact acts on.
