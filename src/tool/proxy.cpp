@@ -188,6 +188,7 @@ Scalar Proxy::move(const ToolPose& goal, const Piece& piece, WorkClock& clock, T
                            options_.standoff,
                            options_.recovery_speed * piece.duration,
                            kSolveShare * options_.standoff};
+  for (PairState& pair : pairs_) pair.proven = kInfinity;
   ToolStep step = wish;
   ToolStep best_step;
   Scalar best = 0;
@@ -236,13 +237,15 @@ void Proxy::look_for_escape(WorkClock& clock, TickStatistics& work) {
 
 // Tissue moves on, the tool waits.
 Scalar Proxy::stay(Scalar duration, WorkClock& clock, TickStatistics& work, FollowReport& report) {
+  for (PairState& pair : pairs_) pair.proven = kInfinity;
   const ToolMotion motion(pose_, {}, duration, hinges_);
   const Proof proof = prove(motion, duration, clock, work, report);
   if (proof.t_safe > 0) commit(motion, proof.t_safe);
   return proof.t_safe;
 }
 
-// Distances are those measured before, minus the displacement since.
+// Distances are those measured before, minus the displacement since; or what the proof says, if that
+// is more.
 void Proxy::commit(const ToolMotion& motion, Scalar t) {
   for (PairState& pair : pairs_) {
     const ToolBody& body = bodies_[pair.body];
@@ -250,7 +253,8 @@ void Proxy::commit(const ToolMotion& motion, Scalar t) {
                          t * obstacles_[pair.obstacle]->speed() * (1 + 8 * kUnitRoundoff);
     const Scalar size = pose_.X_WT.translation().norm() + moved + body.shape->bounding_radius();
     const Scalar vaguer = moved > 0 ? moved + kStepNoise * size : 0;
-    pair.distance.lower = std::max(Scalar{0}, pair.distance.lower - vaguer);
+    const Scalar proven = pair.proven < kInfinity ? pair.proven : 0;
+    pair.distance.lower = std::max({Scalar{0}, pair.distance.lower - vaguer, proven});
     pair.distance.upper += vaguer;
     for (PieceMemory& kept : pair.kept) kept.front.move(vaguer);
   }
@@ -318,9 +322,13 @@ Proxy::Proof Proxy::prove(const ToolMotion& motion, Scalar duration, WorkClock& 
       }
       if (pair.is_overlapping) {
         report.was_overlapping = true;
+        pair.proven = 0;
         continue;
       }
     }
+    // See ToiStatus.
+    const Scalar kept = pair.target + pair.tolerance / 4 - 2 * noise;
+    if (impact.t_safe > 0) pair.proven = std::min(pair.proven, kept);
     if (impact.status == ToiStatus::Separated) continue;
     proof.t_safe = impact.t_safe;
     proof.is_undecided = impact.status != ToiStatus::Impact;
@@ -340,12 +348,8 @@ void Proxy::measure(PairState& pair, const DistanceWish& wish, WorkClock& clock,
   ++work.distance_queries;
   const PairDistance found = obstacles_[pair.obstacle]->measure(
       bodies_[pair.body], body_pose(pair.body), wish, clock, pair.kept);
-  if (!clock.cutoff()) {
-    pair.distance = found;
-    return;
-  }
   const Scalar lower = std::max(pair.distance.lower, found.lower);
-  if (found.upper < pair.distance.upper) pair.distance = found;
+  if (!clock.cutoff() || found.upper < pair.distance.upper) pair.distance = found;
   pair.distance.lower = lower;
 }
 

@@ -23,6 +23,8 @@ struct PairState {
   PairDistance distance;  ///< bounds hold; points are those of the last measurement
   Scalar target = 0;      ///< what the next motion keeps: the margin, or less if it is nearer
   Scalar tolerance = 0;
+  /// What the motions tried since the last commit have been proven to keep, up to their safe times.
+  Scalar proven = kInfinity;
   bool is_overlapping = false;  ///< not proven apart: left out of the proof
   PairMemory kept;
 };

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <random>
 
+#include "dyop/distance/distance.h"
 #include "dyop/tool/tool_session.h"
 #include "support/inputs/random_inputs.h"
 #include "support/inputs/tool_scenes.h"
@@ -147,6 +148,7 @@ void run(std::uint64_t seed, int ticks, Cuts cuts) {
   const ToolOptions options = testing::tool_options();
   ToolSession session(scene, options);
   const auto& tool = static_cast<const TriangleMesh&>(*scene.tool[0].shape);
+  const TriangleMesh vessel_mesh = vessel.mesh();
   Hand hand(seed);
   int held = 0, free = 0, checked = 0, cut = 0;
   Scalar travelled = 0;
@@ -181,6 +183,11 @@ void run(std::uint64_t seed, int ticks, Cuts cuts) {
     if (is_straight) check_tick(tool, tick, soft, k);
     const Promise hard{vessel.triangles, {vessel.vertices, vessel.vertices}, 0.5};
     check_tick(tool, tick, hard, k);
+    // What the proof of the motion says is told, also of a tick that was cut off.
+    EXPECT_GT(tick.clearances[0].lower, 0) << k;
+    EXPECT_GE(tick.clearances[1].lower, 0.5) << k;
+    const DistanceResult truth = distance(vessel_mesh, RigidPose(), tool, tick.tool.X_WT);
+    EXPECT_LE(tick.clearances[1].lower, truth.upper + 1e-9) << k;  // literal: rounding
     held += tick.status == ToolStatus::Held;
     free += (tick.tool.X_WT.translation() - device.p_WD).norm() < 1e-3;
     travelled += (tick.tool.X_WT.translation() - before).norm();

@@ -4,6 +4,27 @@
 #include <cstdio>
 
 namespace dyop::cli {
+namespace {
+
+// A lower bound below the margin is no breach: it may be loose, as that of a tick that was cut off.
+void print_clearance(Scalar least, std::int64_t breaches, const ToolObstacle& obstacle) {
+  const char* name = obstacle.name.c_str();
+  if (breaches > 0) {
+    std::printf("  nearer than the margin %.3g to %s in %lld ticks, never nearer than %.3g\n",
+                obstacle.margin, name, static_cast<long long>(breaches), least);
+  } else if (least < obstacle.margin) {
+    std::printf("  could not decide whether nearer than the margin %.3g to %s; than %.3g: never\n",
+                obstacle.margin, name, least);
+  } else if (obstacle.margin > 0) {
+    std::printf("  never nearer than %.3g to %s (margin %.3g)\n", least, name, obstacle.margin);
+  } else if (least > 0) {
+    std::printf("  never nearer than %.3g to %s\n", least, name);
+  } else {
+    std::printf("  could not decide whether it touched %s\n", name);
+  }
+}
+
+}  // namespace
 
 void print_summary(const ToolSummary& summary, std::span<const ToolObstacle> obstacles) {
   for (const auto& [status, count] : summary.statuses) {
@@ -13,11 +34,7 @@ void print_summary(const ToolSummary& summary, std::span<const ToolObstacle> obs
   if (summary.longest_lag > 0) std::printf(", tissue behind by %.3g s", summary.longest_lag);
   std::printf("\n");
   for (std::size_t k = 0; k < summary.least_clearance.size(); ++k) {
-    const ToolObstacle& obstacle = obstacles[k];
-    std::printf("  never nearer than %.3g to %s", summary.least_clearance[k],
-                obstacle.name.c_str());
-    if (obstacle.margin > 0) std::printf(" (margin %.3g)", obstacle.margin);
-    std::printf("\n");
+    print_clearance(summary.least_clearance[k], summary.breaches[k], obstacles[k]);
   }
 }
 

@@ -19,17 +19,20 @@ struct ToolSummary {
   Scalar largest_force = 0;
   Scalar longest_lag = 0;
   std::vector<Scalar> least_clearance;  ///< per obstacle, proven
+  std::vector<std::int64_t> breaches;   ///< per obstacle: ticks that surely ended inside the margin
 
   /// A ToolTick or a RecordedTick.
   template <typename Tick>
   void add(const Tick& tick) {
     least_clearance.resize(tick.clearances.size(), kInfinity);
+    breaches.resize(tick.clearances.size());
     ++ticks;
     ++statuses[tick.status];
     largest_force = std::max(largest_force, tick.wrench.force_W.norm());
     longest_lag = std::max(longest_lag, tick.tissue_lag);
     for (std::size_t k = 0; k < tick.clearances.size(); ++k) {
       least_clearance[k] = std::min(least_clearance[k], tick.clearances[k].lower);
+      breaches[k] += tick.clearances[k].is_breached;
     }
   }
 };

@@ -12,9 +12,6 @@ namespace {
 // Rounding of a key and of what is read from it, as a multiple of its size.
 constexpr Scalar kKeyNoise = 8 * kUnitRoundoff;
 
-// About 16 MB. What was opened is closed only when it is examined again.
-constexpr std::size_t kMostNodes = std::size_t{1} << 18;
-
 // An opened pair is closed when it is proven to be so many of the latest motions beyond the reach:
 // sooner, and it would be opened again soon. After so many it is tried again.
 constexpr Scalar kLasting = 2;
@@ -33,7 +30,7 @@ bool are_leaves(const StandingPair& sides, std::int32_t a, std::int32_t b) {
 
 }  // namespace
 
-PairFront::PairFront() {
+PairFront::PairFront(std::size_t most_nodes) : most_nodes_(most_nodes) {
   nodes_.reserve(kReserved);
   measured_.reserve(kReservedMeasured);
   restart();
@@ -49,7 +46,9 @@ void PairFront::restart() {
 }
 
 void PairFront::move(Scalar displacement) {
-  if (nodes_.size() > kMostNodes) restart();
+  // What was opened is closed only when it is examined again: after a long motion much of the tree
+  // may be of no use.
+  if (nodes_.size() > most_nodes_) restart();
   measured_.clear();
   moved_ = (moved_ + displacement) * (1 + 4 * kUnitRoundoff);
   pace_ = std::max(displacement, (1 - kForgotten) * pace_);

@@ -24,7 +24,12 @@ namespace dyop::internal {
 /// called; places may change.
 class DYOP_EXPORT PairFront {
  public:
-  PairFront();
+  /// About 4 MB: half as much again as an instrument needs near an organ.
+  static constexpr std::size_t kMostNodes = std::size_t{1} << 16;
+
+  /// @param most_nodes A tree larger than three quarters of this keeps no pairs opened that are
+  ///                   farther apart than a question's reach.
+  explicit PairFront(std::size_t most_nodes = kMostNodes);
 
   /// Forgets everything but the nearest pair.
   void restart();
@@ -108,6 +113,7 @@ class DYOP_EXPORT PairFront {
   Scalar far_enough(const Node& node, Scalar reach) const;
   void open(const StandingPair& sides, std::int32_t number);
   void close(std::int32_t number);
+  bool is_crowded() const { return size_ > most_nodes_ / 4 * 3; }
   std::int32_t take_block(int count);
   void set_apart(std::int32_t number, Scalar gap, const Vector3& n_W);
   Scalar key_of(Scalar gap) const;
@@ -118,6 +124,7 @@ class DYOP_EXPORT PairFront {
   Node& at(std::int32_t number) { return nodes_[static_cast<std::size_t>(number)]; }
   const Node& at(std::int32_t number) const { return nodes_[static_cast<std::size_t>(number)]; }
 
+  std::size_t most_nodes_;
   GrowingBlocks<Node> nodes_;                        // the first is the root
   std::array<std::int32_t, kMostParts + 1> free_{};  // by the number of nodes; -1: none
   std::size_t size_ = 0;
@@ -179,6 +186,8 @@ bool PairFront::descend_to_parts(Pass<IsOver, Visit>& pass, std::int32_t number)
     least = std::min(least, at(part).key);
   }
   at(number).key = least;
+  // Of parts that are all apart, the least bound tells enough.
+  if (is_through && least > pass.reach + moved_ && is_crowded()) close(number);
   return is_through;
 }
 

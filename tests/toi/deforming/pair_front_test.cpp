@@ -19,7 +19,8 @@ using internal::PairFront;
 using internal::PieceDistance;
 using internal::StandingPair;
 
-constexpr Scalar kNoise = 1e-9;  // literal: far more than the rounding of numbers of size 10
+constexpr std::size_t kFewNodes = 64;  // a tree that is soon crowded
+constexpr Scalar kNoise = 1e-9;        // literal: far more than the rounding of numbers of size 10
 
 // A sheet that deforms and a ball that moves beside it, step by step.
 class Walk {
@@ -82,7 +83,7 @@ TEST(PairFront, CarriesTrueBoundsAlongAWalk) {
   int separated = 0;
   for (const std::uint64_t seed : {1, 2, 3, 4}) {
     Walk walk(seed);
-    PairFront front;
+    PairFront front(seed <= 2 ? kFewNodes : PairFront::kMostNodes);
     BoxPair nothing{};
     internal::BoxPairStack stack;
     for (int k = 0; k < 60; ++k) {
@@ -121,7 +122,7 @@ TEST(PairFront, HandsOutEveryPairWithinReach) {
   std::size_t most = 0;
   for (const std::uint64_t seed : {5, 6}) {
     Walk walk(seed);
-    PairFront front;
+    PairFront front(seed == 5 ? kFewNodes : PairFront::kMostNodes);
     for (int k = 0; k < 40; ++k) {
       front.move(walk.step(0.3));
       const StandingPair sides(walk.sheet, walk.s, walk.ball, walk.X_WB);
@@ -152,10 +153,9 @@ void add_leaves(const Side& side, std::int32_t node, std::vector<std::int32_t>& 
   for (int k = 0; k < side.part_count(node); ++k) add_leaves(side, side.part(node, k), triangles);
 }
 
-TEST(PairFront, PairsBetweenTwoReachesAreAllThatAreLeft) {
+void expect_all_between(PairFront front) {
   std::size_t most = 0;
   Walk walk(7);
-  PairFront front;
   for (int k = 0; k < 30; ++k) {
     front.move(walk.step(0.3));
     const StandingPair sides(walk.sheet, walk.s, walk.ball, walk.X_WB);
@@ -185,6 +185,34 @@ TEST(PairFront, PairsBetweenTwoReachesAreAllThatAreLeft) {
     most = std::max(most, wanted.size());
   }
   EXPECT_GT(most, 100u);
+}
+
+TEST(PairFront, PairsBetweenTwoReachesAreAllThatAreLeft) {
+  expect_all_between(PairFront());
+  expect_all_between(PairFront(kFewNodes));
+}
+
+// However far it goes in a step, and whatever it passes.
+TEST(PairFront, KeepsLittleOfWhatIsNotNear) {
+  Walk walk(9);
+  PairFront crowded(kFewNodes), roomy;
+  std::size_t most_crowded = 0, most_roomy = 0;
+  for (int k = 0; k < 100; ++k) {
+    walk.X_WB = RigidPose(Vector3(testing::random_number(-2, 2, walk.random()), 0, 1.15));
+    const Scalar moved = walk.step(0.1) + 4;
+    const StandingPair sides(walk.sheet, walk.s, walk.ball, walk.X_WB);
+    for (PairFront* front : {&crowded, &roomy}) {
+      front->move(moved);
+      front->refine(
+          sides, 0.01, [] { return false; },
+          [](const PieceDistance&, std::int32_t, std::int32_t) { return 0.01; });
+      EXPECT_LE(front->lower(), walk.truth().upper + kNoise) << k;
+    }
+    most_crowded = std::max(most_crowded, crowded.size());
+    most_roomy = std::max(most_roomy, roomy.size());
+  }
+  EXPECT_GT(most_roomy, 3 * kFewNodes);
+  EXPECT_LE(most_crowded, 2 * kFewNodes);
 }
 
 // Otherwise a tool that goes past much tissue would carry all of it along.
