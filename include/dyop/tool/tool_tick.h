@@ -107,8 +107,8 @@ struct ToolTick {
   Scalar tissue_lag = 0;                   ///< how far tissue lags behind its snapshots, time
   /// Per obstacle: total of snapshots and meshes given before the tick.
   std::vector<std::int64_t> snapshots;
-  std::optional<TickCutoff> cutoff;        ///< if the deadline ended the tick
-  std::chrono::nanoseconds latency{0};     ///< of this call
+  std::optional<TickCutoff> cutoff;     ///< if the deadline ended the tick
+  std::chrono::nanoseconds latency{0};  ///< of this call
   TickStatistics statistics;
 };
 

@@ -28,6 +28,13 @@ bool are_leaves(const StandingPair& sides, std::int32_t a, std::int32_t b) {
   return sides.a.is_leaf(a) && sides.b.is_leaf(b);
 }
 
+// Of two boxes the larger one is opened.
+bool is_first_opened(const StandingPair& sides, std::int32_t a, std::int32_t b) {
+  const auto size = [](const OrientedBox& box) { return box.half_extents.squaredNorm(); };
+  return !sides.a.is_leaf(a) &&
+         (sides.b.is_leaf(b) || size(sides.a.box_W(a)) >= size(sides.b.box_W(b)));
+}
+
 }  // namespace
 
 PairFront::PairFront(std::size_t most_nodes) : most_nodes_(most_nodes) {
@@ -104,10 +111,7 @@ void PairFront::close(std::int32_t number) {
 // bound until they are examined.
 void PairFront::open(const StandingPair& sides, std::int32_t number) {
   Node part = at(number);
-  const auto size = [](const OrientedBox& box) { return box.half_extents.squaredNorm(); };
-  const bool opens_a =
-      !sides.a.is_leaf(part.a) &&
-      (sides.b.is_leaf(part.b) || size(sides.a.box_W(part.a)) >= size(sides.b.box_W(part.b)));
+  const bool opens_a = is_first_opened(sides, part.a, part.b);
   const std::int32_t opened = opens_a ? part.a : part.b;
   const int count = opens_a ? sides.a.part_count(opened) : sides.b.part_count(opened);
   const std::int32_t first = take_block(count);
@@ -130,6 +134,7 @@ Scalar PairFront::far_enough(const Node& node, Scalar reach) const {
 
 PairFront::Finding PairFront::examine(const StandingPair& sides, std::int32_t number,
                                       Scalar reach) {
+  ++examined_;
   const Node node = at(number);
   if (are_leaves(sides, node.a, node.b)) return examine_leaves(sides, number, reach);
   const Scalar wanted = far_enough(node, reach);
@@ -166,6 +171,42 @@ PairFront::Finding PairFront::examine_leaves(const StandingPair& sides, std::int
   at(number).parts = static_cast<std::int32_t>(measured_.size());
   measured_.push_back({piece, number});
   return Finding::Near;
+}
+
+// Leaves below the pair of the front with the least bound, by way of the nearer parts.
+BoxPair PairFront::promising_pair(const StandingPair& sides) const {
+  const Node* node = &at(0);
+  while (node->count > 0) {
+    const Node* least = &at(node->parts);
+    for (std::int32_t part = node->parts + 1; part < node->parts + node->count; ++part) {
+      if (at(part).key < least->key) least = &at(part);
+    }
+    node = least;
+  }
+  BoxPair pair{0, node->a, node->b};
+  while (!are_leaves(sides, pair.a, pair.b)) {
+    const bool opens_a = is_first_opened(sides, pair.a, pair.b);
+    const std::int32_t opened = opens_a ? pair.a : pair.b;
+    const int count = opens_a ? sides.a.part_count(opened) : sides.b.part_count(opened);
+    BoxPair nearest{kInfinity, pair.a, pair.b};
+    for (int k = 0; k < count; ++k) {
+      BoxPair part = pair;
+      (opens_a ? part.a : part.b) = opens_a ? sides.a.part(opened, k) : sides.b.part(opened, k);
+      const Vector3 n_W = separating_direction(sides.a.box_W(part.a), sides.b.box_W(part.b));
+      part.gap = sides.box_gap(part.a, part.b, n_W);
+      if (k == 0 || part.gap < nearest.gap) nearest = part;
+    }
+    pair = nearest;
+  }
+  return pair;
+}
+
+void PairFront::try_promising(const StandingPair& sides, PieceDistance& best) {
+  const BoxPair pair = promising_pair(sides);
+  const PieceDistance piece = leaf_distance(sides.a, pair.a, sides.b, pair.b, sides.noise);
+  if (!(piece.upper < best.upper)) return;
+  best = piece;
+  nearest_ = {0, pair.a, pair.b};
 }
 
 }  // namespace dyop::internal

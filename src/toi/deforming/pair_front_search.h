@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "toi/deforming/pair_front.h"
+
+// The members of PairFront that are templates.
+namespace dyop::internal {
+
+template <typename IsOver, typename Visit>
+bool PairFront::refine(const StandingPair& sides, Scalar reach, const IsOver& is_over,
+                       const Visit& visit) {
+  Pass<IsOver, Visit> pass{sides, reach, is_over, visit};
+  return descend(pass, 0);
+}
+
+template <typename IsOver, typename Visit>
+bool PairFront::descend(Pass<IsOver, Visit>& pass, std::int32_t number) {
+  const Node& node = at(number);
+  if (node.key > pass.reach + moved_) return true;
+  if (node.count > 0 && node.try_after > moved_) return descend_to_parts(pass, number);
+  if (pass.is_over()) return false;
+  const Measured* near = measured(number);
+  if (!near) {
+    const Finding finding = examine(pass.sides, number, pass.reach);
+    if (finding == Finding::Apart) return true;
+    if (finding == Finding::Opened) return descend_to_parts(pass, number);
+    near = &measured_.back();
+  }
+  pass.reach = pass.visit(near->piece, at(number).a, at(number).b);
+  return true;
+}
+
+template <typename IsOver, typename Visit>
+bool PairFront::descend_between(Scalar near_key, Scalar far_key, const IsOver& is_over,
+                                const Visit& visit, std::int32_t number) const {
+  const Node& node = at(number);
+  if (node.key > far_key) return true;
+  if (node.count == 0) {
+    if (!(node.key > near_key)) return true;
+    if (is_over()) return false;
+    visit(node.a, node.b, node.n_W);
+    return true;
+  }
+  for (std::int32_t part = node.parts; part < node.parts + node.count; ++part) {
+    if (!descend_between(near_key, far_key, is_over, visit, part)) return false;
+  }
+  return true;
+}
+
+// Opening a part may move all nodes.
+template <typename IsOver, typename Visit>
+bool PairFront::descend_to_parts(Pass<IsOver, Visit>& pass, std::int32_t number) {
+  const std::int32_t first = at(number).parts, end = first + at(number).count;
+  bool is_through = true;
+  Scalar least = kInfinity;
+  for (std::int32_t part = first; part < end; ++part) {
+    if (is_through) is_through = descend(pass, part);
+    least = std::min(least, at(part).key);
+  }
+  at(number).key = least;
+  // Of parts that are all apart, the least bound tells enough.
+  if (is_through && least > pass.reach + moved_ && is_crowded()) close(number);
+  return is_through;
+}
+
+// The pair that was nearest last time, measured again; or the nearest found in the time.
+template <typename IsOver>
+PieceDistance PairFront::first_nearest(const StandingPair& sides, const IsOver& is_over,
+                                       BoxPairStack& stack) {
+  if (sides.a.has_leaf(nearest_.a) && sides.b.has_leaf(nearest_.b)) {
+    return leaf_distance(sides.a, nearest_.a, sides.b, nearest_.b, sides.noise);
+  }
+  DeformingTraversal<RigidSide> traversal(sides.a, sides.b, sides.noise, kInfinity, stack);
+  traversal.start();
+  while (!is_over() && !traversal.run_portion(1)) {
+  }
+  if (traversal.best.upper < kInfinity) nearest_ = {0, traversal.leaf_a, traversal.leaf_b};
+  return traversal.best;
+}
+
+template <typename IsOver>
+bool PairFront::find_nearest(const StandingPair& sides, Scalar farthest, Scalar allowed,
+                             const IsOver& is_over, BoxPairStack& stack, PieceDistance& best) {
+  best = first_nearest(sides, is_over, stack);
+  const auto reach = [&] { return std::min(best.upper, farthest) - allowed; };
+  // A distance that is a little too large has all pairs examined that the true one leaves out.
+  const bool was_long = last_search_ > kLongSearch;
+  if (was_long && lower() < reach() && !is_over()) try_promising(sides, best);
+  const std::size_t before = examined_;
+  const bool is_through = refine(sides, reach(), is_over,
+                                 [&](const PieceDistance& piece, std::int32_t a, std::int32_t b) {
+                                   if (piece.upper < best.upper) {
+                                     best = piece;
+                                     nearest_ = {0, a, b};
+                                   }
+                                   return reach();
+                                 });
+  last_search_ = examined_ - before;
+  return is_through;
+}
+
+}  // namespace dyop::internal
