@@ -4,7 +4,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdio>
 #include <limits>
+#include <string>
 #include <tuple>
 
 #include "contact/all_contact_solvers.h"
@@ -65,6 +67,8 @@ TYPED_TEST(ContactSolverContract, AnswersObeyTheLaws) {
     expect_sound(problem, report, 1e-8);
     converged += report.status == ContactStatus::Converged;
   }
+  std::printf("%s: solved %d of %d\n", std::string(this->solver_.name()).c_str(), converged,
+              kProblems);
   EXPECT_GE(converged, kProblems * 97 / 100);
 }
 

@@ -18,7 +18,7 @@ namespace {
 // Bodies seem to rest if the tolerance is at most this part of the residual without impulses:
 // contact_tolerance() asks for so little only where nothing moves by much more than a standoff per
 // step. Found by measurement.
-constexpr Scalar kRestingPart = 1e-5;  // literal: a ratio of residuals
+constexpr Scalar kRestingPart = 3e-5;  // literal: a ratio of residuals
 
 void keep(const internal::ContactSystem& system, std::vector<Vector3>& lambda) {
   lambda.clear();
