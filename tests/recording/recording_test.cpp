@@ -9,6 +9,7 @@
 #include "dyop/recording/recording_writer.h"
 #include "recording/hdf5_file.h"
 #include "recording/recorded_world.h"
+#include "recording/recording_version.h"
 #include "support/message_of.h"
 #include "support/same_bits.h"
 #include "support/temporary_directory.h"
@@ -325,15 +326,9 @@ TEST_F(Recording, RefusesOtherFiles) {
 
 TEST_F(Recording, OfTheFirstVersionIsRead) {
   testing::record_busy_run(file());
-  const auto set_version = [&](std::int64_t version) {
-    const internal::Hdf5Handle opened(H5Fopen(file().c_str(), H5F_ACC_RDWR, H5P_DEFAULT),
-                                      &H5Fclose);
-    const internal::Hdf5Handle attribute(H5Aopen(opened.get(), "version", H5P_DEFAULT), &H5Aclose);
-    ASSERT_GE(H5Awrite(attribute.get(), H5T_NATIVE_INT64, &version), 0);
-  };
-  set_version(1);
+  testing::set_version(file(), 1);
   EXPECT_FALSE(RecordingReader(file()).frames().empty());
-  set_version(0);
+  testing::set_version(file(), 0);
   EXPECT_THROW(RecordingReader{file()}, FileError);
 }
 

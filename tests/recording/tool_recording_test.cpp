@@ -13,7 +13,9 @@
 #include "dyop/recording/recording_reader.h"
 #include "dyop/recording/tool_recording_reader.h"
 #include "dyop/recording/tool_recording_writer.h"
+#include "recording/hdf5_file.h"
 #include "recording/recorded_world.h"
+#include "recording/recording_version.h"
 #include "support/inputs/tool_scenes.h"
 #include "support/message_of.h"
 #include "support/temporary_directory.h"
@@ -242,6 +244,32 @@ TEST(ToolRecording, RefusesWhatItCannotReplay) {
   record.tick.snapshots = {1, 0};
   EXPECT_NE(testing::message_of([&] { writer.add(record); }).find("snapshot 1 of obstacle 0"),
             std::string::npos);
+}
+
+// It had no meshes.
+TEST(ToolRecording, OfTheFirstVersionIsRead) {
+  const testing::TemporaryDirectory directory;
+  const fs::path file = directory.path() / "run.h5";
+  record_heaving_run(file, 100);
+  testing::set_version(file, 1);
+  {
+    const internal::Hdf5Handle opened(H5Fopen(file.c_str(), H5F_ACC_RDWR, H5P_DEFAULT), &H5Fclose);
+    for (const char* name : {"meshes", "snapshot_triangles"}) {
+      ASSERT_GE(H5Ldelete(opened.get(), name, H5P_DEFAULT), 0);
+    }
+  }
+  const ToolRecordingReader reader(file);
+  EXPECT_GT(reader.tick_count(), 0);
+  expect_same_bits(reader);
+}
+
+TEST(ToolRecording, OtherVersionsAreRefused) {
+  const testing::TemporaryDirectory directory;
+  const fs::path file = directory.path() / "run.h5";
+  record_heaving_run(file, 3);
+  testing::set_version(file, 99);
+  const std::string message = testing::message_of<FileError>([&] { ToolRecordingReader{file}; });
+  EXPECT_NE(message.find("version 99"), std::string::npos) << message;
 }
 
 TEST(ToolRecording, TheTwoKindsOfRecordingsAreToldApart) {
