@@ -10,8 +10,8 @@
 namespace dyop::internal {
 
 /// Finds which of many boxes overlap without testing all pairs: sweep and prune along the axis with
-/// the largest spread ([Cohen1995]). The order is kept from step to step, so boxes that moved
-/// little are cheap to sort.
+/// the largest spread ([Cohen1995]), in slabs along the axis with the next largest. The order is kept
+/// from step to step, so boxes that moved little are cheap to sort.
 class BroadPhase {
  public:
   /// Adds the next box; returns its number, 0, 1, 2, ... in order.
@@ -25,8 +25,18 @@ class BroadPhase {
   std::vector<std::pair<std::int32_t, std::int32_t>> find_pairs(const std::vector<bool>& may_move);
 
  private:
-  Eigen::Index sweep_axis() const;
+  struct Slabs {  // of equal width, the outermost ones without end
+    Eigen::Index axis = 0;
+    Scalar low = 0;
+    Scalar per_length = 0;
+    std::size_t count = 1;
+
+    std::size_t at(Scalar x) const;  // never falls where x grows
+  };
+
+  Vector3 spread() const;
   void sort_along(Eigen::Index axis);
+  Slabs make_slabs(Eigen::Index axis) const;
 
   std::vector<AlignedBox> boxes_;
   std::vector<std::int32_t> order_;  // box numbers by their lower end along the axis
