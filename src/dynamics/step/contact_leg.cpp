@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "core/tolerance.h"
-#include "dynamics/step/gaps/curved_gap.h"
 #include "dynamics/step/joint_rows.h"
 #include "dynamics/step/leg_problem.h"
 #include "dynamics/step/spring_rows.h"
@@ -178,12 +177,7 @@ EndGap ContactLeg::found_end(std::size_t contact, Scalar linear) {
   const RigidPose& X_WA_end = end_a_[entry.pair];
   const RigidPose& X_WB_end = end_b_[entry.pair];
   if (is_on_curved_surface(entry.point, *pair.a, *pair.b)) {
-    CurvedMove move{linear + entry.error, tau_ * leg_.relative_velocity(contact).norm(),
-                    tau_ * leg_.relative_turn(contact).norm()};
-    for (const LegContact& other : leg_.contacts()) {
-      if (other.pair != entry.pair || &other == &entry) continue;
-      move.others_W.push_back(X_WA_end * other.point.p_ACa);
-    }
+    const CurvedMove move = leg_.curved_move(contact, tau_, linear + entry.error, X_WA_end);
     const auto measured = measured_end_gap(entry.point, move, pair.state->lengths, *pair.a,
                                            X_WA_end, *pair.b, X_WB_end, run_.workspace().contacts);
     if (measured) return *measured;
