@@ -127,6 +127,21 @@ TEST(ContactReduction, ARollingRimRestsOnItsLowestPoint) {
   EXPECT_EQ(contacts[0].impulse_W, Vector3::UnitZ());
 }
 
+// Facets of 0.01. A step slides and turns by the same way: three times both reach from one to the next
+// or not.
+TEST(ContactReduction, ARimOfShortFacetsIsOneContactHoweverFarItReaches) {
+  for (const Scalar way : {0.002, 0.0015}) {
+    auto contacts = rim(0, 0);
+    reduce_contacts(merging_for(Vector3(way, 0, 0), Vector3(0, way, 0)), contacts);
+    if (way < 0.0016) {
+      EXPECT_GT(contacts.size(), 1u);
+    } else {
+      ASSERT_EQ(contacts.size(), 1u);
+      EXPECT_NEAR(contacts[0].merged_way, 0.1, 1e-3);
+    }
+  }
+}
+
 TEST(ContactReduction, WhatSlidesOrRestsKeepsItsContacts) {
   for (const Vector3& shift_W : {Vector3(0, 0, 0), Vector3(0.1, 0, 0), Vector3(0, 0, -0.1)}) {
     std::vector<ContactPoint> contacts{contact_at(Vector3::Zero(), Vector3::UnitZ(), 0.001, 0),

@@ -6,6 +6,7 @@
 
 #include <cmath>
 
+#include "support/inputs/rolling_scenes.h"
 #include "support/inputs/world_scenes.h"
 
 namespace dyop {
@@ -46,6 +47,20 @@ TEST(WorldCurved, ABallOffABallKeepsItsEnergyToSecondOrder) {
       const Scalar fine = energy_error_on_a_ball(0.005, friction, azimuth);
       EXPECT_LT(coarse, 5e-3) << friction << ' ' << azimuth;
       EXPECT_GT(coarse, 3.5 * fine) << friction << ' ' << azimuth;
+    }
+  }
+}
+
+// What spins about the normal or turns with its corner on the ground touches at another place at the
+// end of each step, and sticks there.
+TEST(WorldCurved, WhatRollsSpinsOrPivotsKeepsItsEnergyToSecondOrder) {
+  const std::pair<const char*, Scalar> scenes[] = {{"ball", 0.24}, {"capsule", 0.4}, {"rod", 0.3}};
+  for (const auto& [scene, end] : scenes) {
+    for (const Scalar azimuth : {0.0, 0.6}) {
+      const Scalar coarse = rolling_energy_error(scene, 0, azimuth, 0.02, end);
+      const Scalar fine = rolling_energy_error(scene, 0, azimuth, 0.01, end);
+      EXPECT_LT(fine, 2e-4) << scene << ' ' << azimuth;
+      EXPECT_GT(coarse, 3.5 * fine) << scene << ' ' << azimuth;
     }
   }
 }

@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "support/inputs/curved_meshes.h"
+#include "support/inputs/rolling_scenes.h"
 #include "support/inputs/world_scenes.h"
 #include "support/world_energy.h"
 
@@ -131,6 +132,28 @@ TEST(WorldFacets, AFineDiscRollsOn) {
       for (int k = 0; k < std::lround(1 / h); ++k) world.advance(h);
       EXPECT_NEAR(world.kinetic_energy(), before, 5e-3 * before) << azimuth << ' ' << h;
       EXPECT_NEAR(along.dot(world.state(id).X_WB.translation()), 1, 5e-3) << azimuth << ' ' << h;
+    }
+  }
+}
+
+// Largest errors of the energy over the kinetic energy. The coin's contact goes round its rim by a
+// tenth of the radius in a step of 0.01, with a rim that hardly turns.
+TEST(WorldFacets, RoundMeshesKeepTheirEnergy) {
+  struct Case {
+    const char* scene;
+    int facets;
+    Scalar end, most_coarse, most_fine;  // errors at h = 0.01 and 0.005
+  };
+  const Case cases[] = {{"coin", 2048, 0.5, 3e-3, 1.5e-3},
+                        {"oloid", 4096, 0.5, 3e-3, 1.5e-3},
+                        {"half-disc", 2048, 0.5, 2e-3, 1.5e-3},
+                        {"disc", 2048, 1, 1e-3, 1e-3}};
+  for (const Case& c : cases) {
+    for (const Scalar azimuth : {0.0, 0.6}) {
+      EXPECT_LT(rolling_energy_error(c.scene, c.facets, azimuth, 0.01, c.end), c.most_coarse)
+          << c.scene << ' ' << azimuth;
+      EXPECT_LT(rolling_energy_error(c.scene, c.facets, azimuth, 0.005, c.end), c.most_fine)
+          << c.scene << ' ' << azimuth;
     }
   }
 }

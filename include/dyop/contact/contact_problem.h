@@ -36,8 +36,8 @@ struct FrictionEllipse {
 /// With u = v_B + w_B x r_b - v_A - w_A x r_a, the velocity of B's point relative to A's, the laws
 /// are: 0 <= impulse . n and u . n >= target, at least one of them an equality (Signorini); and
 /// |tangential impulse| <= friction times normal impulse, opposite to the sliding velocity, the
-/// tangential part of u - sticking_velocity_W, where that is not zero (Coulomb). Newton's restitution is a target: target = -e times the approach
-/// velocity before the impact.
+/// tangential part of u - sticking_velocity_W, where that is not zero (Coulomb). Newton's
+/// restitution is a target: target = -e times the approach velocity before the impact.
 struct PointContact {
   std::size_t body_a = 0;                         ///< index into ContactProblem::bodies
   std::size_t body_b = 0;                         ///< a different one

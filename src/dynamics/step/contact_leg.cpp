@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "core/tolerance.h"
-#include "dynamics/step/gaps/curved_gap.h"
 #include "dynamics/step/joint_rows.h"
 #include "dynamics/step/leg_problem.h"
 #include "dynamics/step/spring_rows.h"
@@ -71,14 +70,19 @@ class ContactLeg {
   std::vector<Vector3> stored_L_W_;
   Scalar residual_ = 0;
   bool targets_are_zero_ = false;
-  Scalar blocked_at_ = 0;
+  Scalar blocked_at_;
   bool must_land_ = false;
   bool is_jammed_ = false;
   std::optional<AdvanceStatus> failure_;
 };
 
 ContactLeg::ContactLeg(IslandRun& run, Scalar tau, bool may_bounce, bool lands)
-    : run_(run), tau_(tau), may_bounce_(may_bounce), lands_(lands), leg_(run) {
+    : run_(run),
+      tau_(tau),
+      may_bounce_(may_bounce),
+      lands_(lands),
+      leg_(run),
+      blocked_at_(run.now()) {
   for (const Member& member : run.members()) {
     const MotionState state = motion_state(
         member.body->definition.mass_properties, member.state.X_WM, member.state.v_W,
@@ -178,12 +182,7 @@ EndGap ContactLeg::found_end(std::size_t contact, Scalar linear) {
   const RigidPose& X_WA_end = end_a_[entry.pair];
   const RigidPose& X_WB_end = end_b_[entry.pair];
   if (is_on_curved_surface(entry.point, *pair.a, *pair.b)) {
-    CurvedMove move{linear + entry.error, tau_ * leg_.relative_velocity(contact).norm(),
-                    tau_ * leg_.relative_turn(contact).norm()};
-    for (const LegContact& other : leg_.contacts()) {
-      if (other.pair != entry.pair || &other == &entry) continue;
-      move.others_W.push_back(X_WA_end * other.point.p_ACa);
-    }
+    const CurvedMove move = leg_.curved_move(contact, tau_, linear + entry.error, X_WA_end);
     const auto measured = measured_end_gap(entry.point, move, pair.state->lengths, *pair.a,
                                            X_WA_end, *pair.b, X_WB_end, run_.workspace().contacts);
     if (measured) return *measured;
@@ -336,10 +335,7 @@ AttemptResult ContactLeg::attempt() {
     const int error_solves = leg_.is_struck() ? 1 : kMostErrorSolves;
     for (int k = 0; k < error_solves; ++k) {
       solve_move();
-      if (leg_.turns_too_far(tau_)) {
-        blocked_at_ = run_.now();
-        return AttemptResult::Blocked;
-      }
+      if (leg_.turns_too_far(tau_)) return AttemptResult::Blocked;
       make_moves();
       if (!update_errors()) break;
     }

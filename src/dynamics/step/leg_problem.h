@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "dynamics/step/gaps/curved_gap.h"
 #include "dynamics/step/island_run.h"
 #include "dyop/core/error.h"
 
@@ -77,6 +78,10 @@ class LegProblem {
   /// way. Uses the error of the last prediction and the velocities of the last solve.
   Scalar least_velocity(std::size_t contact, Scalar tau) const;
 
+  /// What the last solve lets a contact on a curved surface do, with its gap at the end as predicted
+  /// and the end pose of A.
+  CurvedMove curved_move(std::size_t contact, Scalar tau, Scalar end_gap,
+                         const RigidPose& X_WA_end) const;
   /// Velocity of B's point relative to A's after the last solve.
   Vector3 relative_velocity(std::size_t contact) const;
   /// Angular velocity of B relative to A after the last solve.

@@ -2,7 +2,6 @@
 #include <algorithm>
 
 #include "core/tolerance.h"
-#include "dynamics/step/gaps/end_gap.h"
 #include "dynamics/step/leg_problem.h"
 
 namespace dyop::internal {
@@ -37,6 +36,17 @@ Scalar LegProblem::recovery_cap(std::size_t contact, Scalar tau) const {
          tau * (turn(pair.member_a, *pair.a) + turn(pair.member_b, *pair.b)) +
          3 * tau * relative_velocity(contact).squaredNorm() / lengths.radius +
          relative_turn(contact).norm() * entry.point.merged_way;
+}
+
+CurvedMove LegProblem::curved_move(std::size_t contact, Scalar tau, Scalar end_gap,
+                                   const RigidPose& X_WA_end) const {
+  CurvedMove move{end_gap, tau * relative_velocity(contact).norm(),
+                  tau * relative_turn(contact).norm()};
+  for (std::size_t i = 0; i < contacts_.size(); ++i) {
+    if (i == contact || contacts_[i].pair != contacts_[contact].pair) continue;
+    move.others_W.push_back(X_WA_end * contacts_[i].point.p_ACa);
+  }
+  return move;
 }
 
 // With the velocities of the last solve, the bodies' points in the middle of the contact's way have
