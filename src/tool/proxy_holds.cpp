@@ -8,7 +8,8 @@ namespace dyop::internal {
 namespace {
 
 // Holds are gathered up to this many standoffs beyond the rest gap, plus the tool's displacement,
-// up to the limit; the proof finds contacts farther away.
+// up to the limit; the proof finds contacts farther away. At a slower pace the reach beyond the rest
+// gap is less: a tick that is cut off while it gathers would be so again, and the tool never come off.
 constexpr Scalar kReach = 1.5;
 constexpr Scalar kMostReach = 20;
 
@@ -46,7 +47,7 @@ void Proxy::gather_holds(const ToolStep& wish, const Piece& piece, WorkClock& cl
     if (!obstacle.is_hard() || pair.is_overlapping) continue;
     const Scalar moved =
         likely_step(bodies_[pair.body], motion, piece.duration) + obstacle.speed() * piece.duration;
-    const Scalar reach = obstacle.margin + (1 + kReach) * options_.standoff +
+    const Scalar reach = obstacle.margin + (1 + pace_ * kReach) * options_.standoff +
                          std::min(moved, kMostReach * options_.standoff);
     if (pair.distance.lower > reach) continue;
     const std::size_t first = found_.size();
