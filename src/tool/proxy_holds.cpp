@@ -8,7 +8,8 @@ namespace dyop::internal {
 namespace {
 
 // Holds are gathered up to this many standoffs beyond the rest gap, plus the tool's displacement,
-// up to the limit; the proof finds contacts farther away.
+// up to the limit; the proof finds contacts farther away. At a slower pace the reach beyond the rest
+// gap is less: a tick that is cut off while it gathers would be so again, and the tool never come off.
 constexpr Scalar kReach = 1.5;
 constexpr Scalar kMostReach = 20;
 
@@ -43,7 +44,7 @@ void Proxy::gather_holds(const ToolStep& wish, const Piece& piece, WorkClock& cl
   for (PairState& pair : pairs_) {
     const Obstacle& obstacle = *obstacles_[pair.obstacle];
     if (!obstacle.is_hard() || pair.is_overlapping) continue;
-    const Scalar least_reach = obstacle.margin + (1 + kReach) * options_.standoff;
+    const Scalar least_reach = obstacle.margin + (1 + pace_ * kReach) * options_.standoff;
     const Scalar most_moved = kMostReach * options_.standoff;
     if (pair.distance.lower > least_reach + most_moved) continue;
     if (clock.is_over()) return;

@@ -210,5 +210,26 @@ TEST(ToolTissue, RefusesBadSnapshots) {
   EXPECT_TRUE(session.give_snapshot(0, sheet.vertices, 1));
 }
 
+// Each tick ends before it has seen all that is near where the ball lies on tissue. It must come off
+// once the device has left, though not at once.
+TEST(ToolTissue, AToolThatIsCutOffInEveryTickComesOff) {
+  for (const int most : {40, 60}) {
+    ToolScene scene = ball_tool(50, {0, 0, 50.1}, 4);
+    scene.obstacles.push_back(deforming_tissue(testing::sheet(30, 60), 0.3));
+    ToolSession session(scene, tool_options());
+    for (int k = 0; k < 200; ++k) session.update(device_at({0, 0, 50 - 0.005 * k}), kMillisecond);
+    int cut = 0;
+    for (int k = 0; k < 1000; ++k) {
+      const Scalar height = std::min(49 + 0.01 * k, Scalar{54});
+      const ToolTick& tick =
+          session.replay(device_at({0, 0, height}), kMillisecond, TickCutoff{most, 0});
+      EXPECT_GT(tick.clearances[0].lower, 0) << k;
+      cut += tick.cutoff.has_value();
+    }
+    EXPECT_GT(cut, 100) << most;
+    EXPECT_NEAR(session.last().tool.X_WT.translation().z(), 54, 1e-3) << most;
+  }
+}
+
 }  // namespace
 }  // namespace dyop

@@ -70,19 +70,14 @@ class ContactLeg {
   std::vector<Vector3> stored_L_W_;
   Scalar residual_ = 0;
   bool targets_are_zero_ = false;
-  Scalar blocked_at_;
+  Scalar blocked_at_ = run_.now();
   bool must_land_ = false;
   bool is_jammed_ = false;
   std::optional<AdvanceStatus> failure_;
 };
 
 ContactLeg::ContactLeg(IslandRun& run, Scalar tau, bool may_bounce, bool lands)
-    : run_(run),
-      tau_(tau),
-      may_bounce_(may_bounce),
-      lands_(lands),
-      leg_(run),
-      blocked_at_(run.now()) {
+    : run_(run), tau_(tau), may_bounce_(may_bounce), lands_(lands), leg_(run) {
   for (const Member& member : run.members()) {
     const MotionState state = motion_state(
         member.body->definition.mass_properties, member.state.X_WM, member.state.v_W,
