@@ -14,7 +14,7 @@ namespace DYOP_EXPORT dyop {
 namespace internal {
 class ContactRestart;
 class RestingSolver;
-}
+}  // namespace internal
 
 /// The default solver: Gauss-Seidel, then Newton, then ADMM, each starting from the best answer so
 /// far and within its own budget, until one converges; if none does, a second round. With one or

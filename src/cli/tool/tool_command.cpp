@@ -175,7 +175,7 @@ void add_tool_command(CLI::App& app, ExitCode& exit_code) {
   command
       ->add_option("--deadline", arguments->deadline,
                    "Seconds a tick may take, instead of the scene's")
-      ->check(CLI::Range(1e-6, 1.0));
+      ->check(CLI::PositiveNumber);
   command->add_option("--device", arguments->device,
                       "TRANSFORM messages of OpenIGTLink in place of the strokes, by the clock: "
                       "PORT to listen on over UDP, tcp:PORT over TCP, or tcp:ADDRESS:PORT to "
