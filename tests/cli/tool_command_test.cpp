@@ -2,8 +2,11 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <chrono>
 #include <cstdlib>
+#include <functional>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <thread>
 
 #include "cli/command.h"
@@ -73,59 +76,56 @@ TEST_F(ToolCommand, ARecordingIsATableInPython) {
 }
 
 // The device of a scene is replaced by messages; the tool's pose and force come back.
-TEST_F(ToolCommand, FollowsADeviceOverUdp) {
+class LinkedTool : public ToolCommand {
+ protected:
+  // One pose out, and what has come back.
+  using Exchange = std::function<std::optional<TransformMessage>(const TransformMessage& pose)>;
+
+  // A device that stands still, in a thread of its own, and a tool that must come to it.
+  void expect_that_the_tool_follows(const Exchange& exchange, std::vector<std::string> links) {
+    const Vector3 place(3, -2, 78);
+    std::atomic<bool> is_done{false};
+    bool is_answered = false;
+    std::thread device([&] {
+      while (!is_done) {
+        const auto message = exchange({"Device", RigidPose(place)});
+        is_answered |= message && (message->name == "Tool" || message->name == "Force");
+        std::this_thread::sleep_for(std::chrono::microseconds(300));
+      }
+    });
+    links.insert(links.end(), {"--seconds", "1", "-o", path("run.h5")});
+    const CommandResult result = run(links);
+    is_done = true;
+    device.join();
+    ASSERT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_TRUE(is_answered);
+    const ToolRecordingReader reader(path("run.h5"));
+    const RecordedTick last = reader.ticks(reader.tick_count() - 1, 1)[0];
+    EXPECT_EQ(last.device.p_WD, place);
+    EXPECT_LT((last.tool.X_WT.translation() - place).norm(), 0.1);
+  }
+};
+
+TEST_F(LinkedTool, FollowsADeviceOverUdp) {
   TransformLink receiver(0);
+  TransformLink sender(0);
   const std::uint16_t port = TransformLink(0).port();  // free again
-  const Vector3 place(3, -2, 78);
-  std::atomic<bool> is_done{false};
-  bool is_answered = false;
-  std::thread device([&] {
-    TransformLink sender(0);
-    while (!is_done) {
-      sender.send("127.0.0.1", port, {"Device", RigidPose(place)});
-      const auto message = receiver.receive();
-      is_answered |= message && (message->name == "Tool" || message->name == "Force");
-      std::this_thread::sleep_for(std::chrono::microseconds(300));
-    }
-  });
-  const CommandResult result =
-      run({"--seconds", "1", "--device", std::to_string(port), "--send",
-           "127.0.0.1:" + std::to_string(receiver.port()), "-o", path("run.h5")});
-  is_done = true;
-  device.join();
-  ASSERT_EQ(result.exit_code, 0) << result.err;
-  EXPECT_TRUE(is_answered);
-  const ToolRecordingReader reader(path("run.h5"));
-  const RecordedTick last = reader.ticks(reader.tick_count() - 1, 1)[0];
-  EXPECT_EQ(last.device.p_WD, place);
-  EXPECT_LT((last.tool.X_WT.translation() - place).norm(), 0.1);
+  const auto exchange = [&](const TransformMessage& pose) {
+    sender.send("127.0.0.1", port, pose);
+    return receiver.receive();
+  };
+  expect_that_the_tool_follows(exchange, {"--device", std::to_string(port), "--send",
+                                          "127.0.0.1:" + std::to_string(receiver.port())});
 }
 
-// A device that listens over TCP, and gets the answers on the same connection.
-TEST_F(ToolCommand, FollowsADeviceOverTcp) {
+TEST_F(LinkedTool, FollowsADeviceOverTcp) {
   TransformStream device(0);
-  const Vector3 place(3, -2, 78);
-  std::atomic<bool> is_done{false};
-  bool is_answered = false;
-  std::thread sender([&] {
-    while (!is_done) {
-      const auto message = device.receive();
-      is_answered |= message && (message->name == "Tool" || message->name == "Force");
-      device.send({"Device", RigidPose(place)});
-      std::this_thread::sleep_for(std::chrono::microseconds(300));
-    }
-  });
-  const CommandResult result =
-      run({"--seconds", "1", "--device", "tcp:127.0.0.1:" + std::to_string(device.port()), "-o",
-           path("run.h5")});
-  is_done = true;
-  sender.join();
-  ASSERT_EQ(result.exit_code, 0) << result.err;
-  EXPECT_TRUE(is_answered);
-  const ToolRecordingReader reader(path("run.h5"));
-  const RecordedTick last = reader.ticks(reader.tick_count() - 1, 1)[0];
-  EXPECT_EQ(last.device.p_WD, place);
-  EXPECT_LT((last.tool.X_WT.translation() - place).norm(), 0.1);
+  const auto exchange = [&](const TransformMessage& pose) {
+    device.send(pose);
+    return device.receive();
+  };
+  expect_that_the_tool_follows(exchange,
+                               {"--device", "tcp:127.0.0.1:" + std::to_string(device.port())});
 }
 
 // So short that every tick which has anything to do is cut off; the replay is cut at the same

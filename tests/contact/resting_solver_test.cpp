@@ -20,13 +20,13 @@ using dyop::testing::wall_scene;
 
 constexpr Scalar kTolerance = 1e-9;
 
-ContactReport rest(ContactProblem& problem) {
+ContactReport rest(ContactProblem& problem, Scalar tolerance = kTolerance) {
   ContactSystem system;
   system.build(problem);
   RestingSolver solver;
   ContactReport report;
   ContactSolverOptions options;
-  options.tolerance = kTolerance;
+  options.tolerance = tolerance;
   solver.improve(system, options, report);
   report.residual = system.residual();
   system.write(problem);
@@ -53,6 +53,35 @@ TEST(RestingSolver, HoldsWhatStands) {
       const ContactBody& body = problem.bodies[i];
       EXPECT_LE((body.v_W - by_newton.bodies[i].v_W).norm(), 1e-6) << "body " << i;
       EXPECT_LE((body.w_W - by_newton.bodies[i].w_W).norm(), 1e-5) << "body " << i;
+    }
+  }
+}
+
+// The same problem with lengths so many times as large, and densities as they were.
+ContactProblem in_other_units(ContactProblem problem, Scalar length) {
+  const Scalar mass = length * length * length;
+  for (ContactBody& body : problem.bodies) {
+    body.inverse_mass_W /= mass;
+    body.inverse_inertia_W /= mass * length * length;
+    body.free_v_W *= length;
+  }
+  for (PointContact& contact : problem.contacts) {
+    contact.r_a_W *= length;
+    contact.r_b_W *= length;
+    contact.target *= length;
+  }
+  return problem;
+}
+
+TEST(RestingSolver, DoesNotDependOnTheUnits) {
+  for (const ContactProblem& scene : {arch_scene(25), pile_scene(5, 5)}) {
+    ContactProblem problem = scene;
+    const int iterations = rest(problem).newton_iterations;
+    for (const Scalar length : {1e-4, 1e4}) {
+      problem = in_other_units(scene, length);
+      const ContactReport report = rest(problem, kTolerance * length);
+      EXPECT_LE(report.residual, kTolerance * length);
+      EXPECT_NEAR(report.newton_iterations, iterations, 1) << length;
     }
   }
 }

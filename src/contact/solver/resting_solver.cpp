@@ -10,8 +10,10 @@
 namespace dyop::internal {
 namespace {
 
-// Part of the way to the edge of the cones that a step goes at most.
+// Part of the way to the edge of the cones that a step goes at most: the first far from the
+// solution, the second near it, where products have become small.
 constexpr Scalar kNearlyAll = 0.9;
+constexpr Scalar kAllButAll = 0.999;
 // Fewer factorisations are the rule; more mean that something contradicts the hypothesis.
 constexpr int kRestingLimit = 25;
 // The shift is the rest of the residual if the one without it is smaller than this part.
@@ -175,17 +177,20 @@ void RestingSolver::improve(ContactSystem& system, const ContactSolverOptions& o
   begin(system);
   Scalar step = 1;
   Scalar before = kInfinity;
+  Scalar first_product = 0;
   const int limit = std::min(options.newton_limit, kRestingLimit);
   for (int i = 0;; ++i) {
     evaluate();
     measure();
+    if (i == 0) first_product = product_;
     if (best_residual_ <= options.tolerance || i == limit || is_over(options.interrupt)) break;
     if (!keeps_going(before, step)) break;
     before = held_residual_;
     ++report.newton_iterations;
     if (!factorise()) break;
     predict_and_correct();
-    step = std::min(std::max(kNearlyAll, 1 - product_) * longest_step(), Scalar{1});
+    const Scalar part = std::clamp(1 - product_ / first_product, kNearlyAll, kAllButAll);
+    step = std::min(part * longest_step(), Scalar{1});
     for (Pair& pair : pairs_) {
       pair.impulse += step * pair.impulse_step;
       pair.velocity += step * pair.velocity_step;
