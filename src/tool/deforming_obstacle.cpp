@@ -5,7 +5,6 @@
 
 #include "dyop/core/error.h"
 #include "toi/deforming/chord_gap.h"
-#include "toi/deforming/deforming_traversal.h"
 #include "toi/deforming/listed_impact.h"
 #include "toi/impact_band.h"
 #include "tool/surface_cone.h"
@@ -305,14 +304,9 @@ std::optional<bool> DeformingObstacle::is_apart_at(const ToolBody& body, const R
   for (std::size_t k = 0; k < kept.size(); ++k) {
     const Scalar least = margin + body.pieces[k].radius;
     const StandingPair sides(shown(), fraction_, body.pieces[k].mesh, X_WB);
-    DeformingTraversal<RigidSide> traversal(sides.a, sides.b, sides.noise, least,
-                                            kept[k].cache.stack);
-    traversal.sought_middle = least;
-    traversal.start();
-    do {
-      if (clock.is_over_small()) return std::nullopt;
-    } while (!traversal.run_portion(1));
-    if (!(traversal.lower > least)) return false;
+    const auto is_apart = sides.is_apart_by(
+        least, [&] { return clock.is_over_small(); }, kept[k].cache.stack);
+    if (!is_apart || !*is_apart) return is_apart;
   }
   return true;
 }

@@ -173,6 +173,20 @@ PairFront::Finding PairFront::examine_leaves(const StandingPair& sides, std::int
   return Finding::Near;
 }
 
+// The pair that was nearest last time, measured again; or the nearest found in the time.
+PieceDistance PairFront::first_nearest(const StandingPair& sides,
+                                       const std::function<bool()>& is_over, BoxPairStack& stack) {
+  if (sides.a.has_leaf(nearest_.a) && sides.b.has_leaf(nearest_.b)) {
+    return leaf_distance(sides.a, nearest_.a, sides.b, nearest_.b, sides.noise);
+  }
+  DeformingTraversal<RigidSide> traversal(sides.a, sides.b, sides.noise, kInfinity, stack);
+  traversal.start();
+  while (!is_over() && !traversal.run_portion(1)) {
+  }
+  if (traversal.best.upper < kInfinity) nearest_ = {0, traversal.leaf_a, traversal.leaf_b};
+  return traversal.best;
+}
+
 // Leaves below the pair of the front with the least bound, by way of the nearer parts.
 BoxPair PairFront::promising_pair(const StandingPair& sides) const {
   const Node* node = &at(0);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "dyop/core/export.h"
@@ -121,8 +122,7 @@ class DYOP_EXPORT PairFront {
   Scalar key_of(Scalar gap) const;
   BoxPair promising_pair(const StandingPair& sides) const;
   void try_promising(const StandingPair& sides, PieceDistance& best);
-  template <typename IsOver>
-  PieceDistance first_nearest(const StandingPair& sides, const IsOver& is_over,
+  PieceDistance first_nearest(const StandingPair& sides, const std::function<bool()>& is_over,
                               BoxPairStack& stack);
 
   Node& at(std::int32_t number) { return nodes_[static_cast<std::size_t>(number)]; }

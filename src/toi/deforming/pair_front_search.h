@@ -63,25 +63,10 @@ bool PairFront::descend_to_parts(Pass<IsOver, Visit>& pass, std::int32_t number)
   return is_through;
 }
 
-// The pair that was nearest last time, measured again; or the nearest found in the time.
-template <typename IsOver>
-PieceDistance PairFront::first_nearest(const StandingPair& sides, const IsOver& is_over,
-                                       BoxPairStack& stack) {
-  if (sides.a.has_leaf(nearest_.a) && sides.b.has_leaf(nearest_.b)) {
-    return leaf_distance(sides.a, nearest_.a, sides.b, nearest_.b, sides.noise);
-  }
-  DeformingTraversal<RigidSide> traversal(sides.a, sides.b, sides.noise, kInfinity, stack);
-  traversal.start();
-  while (!is_over() && !traversal.run_portion(1)) {
-  }
-  if (traversal.best.upper < kInfinity) nearest_ = {0, traversal.leaf_a, traversal.leaf_b};
-  return traversal.best;
-}
-
 template <typename IsOver>
 bool PairFront::find_nearest(const StandingPair& sides, Scalar farthest, Scalar allowed,
                              const IsOver& is_over, BoxPairStack& stack, PieceDistance& best) {
-  best = first_nearest(sides, is_over, stack);
+  best = first_nearest(sides, std::cref(is_over), stack);
   const auto reach = [&] { return std::min(best.upper, farthest) - allowed; };
   // A distance that is a little too large has all pairs examined that the true one leaves out.
   const bool was_long = last_search_ > kLongSearch;

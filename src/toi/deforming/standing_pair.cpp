@@ -12,4 +12,15 @@ StandingPair::StandingPair(const DeformingMesh& mesh_a, Scalar s, const Triangle
       b(mesh_b, X_WB_motion, {0, 0}),
       noise(kStepNoise * (a.size() + b.size())) {}
 
+std::optional<bool> StandingPair::is_apart_by(Scalar least, const std::function<bool()>& is_over,
+                                              BoxPairStack& stack) const {
+  DeformingTraversal<RigidSide> traversal(a, b, noise, least, stack);
+  traversal.sought_middle = least;
+  traversal.start();
+  do {
+    if (is_over()) return std::nullopt;
+  } while (!traversal.run_portion(1));
+  return traversal.lower > least;
+}
+
 }  // namespace dyop::internal

@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <functional>
+#include <optional>
+
 #include "dyop/core/export.h"
 #include "dyop/motion/rest_motion.h"
 #include "toi/deforming/deforming_sides.h"
+#include "toi/deforming/deforming_traversal.h"
 
 namespace dyop::internal {
 
@@ -22,6 +26,11 @@ struct DYOP_EXPORT StandingPair {
   Scalar triangle_gap(std::int32_t leaf_a, std::int32_t leaf_b, const Vector3& n_W) const {
     return -b.triangle_reach(leaf_b, -n_W) - largest_along(a.triangle_W(leaf_a), n_W) - noise;
   }
+
+  /// Whether all triangles are farther apart than this; nothing if is_over(), which is asked before
+  /// every pair of boxes, says so first.
+  std::optional<bool> is_apart_by(Scalar least, const std::function<bool()>& is_over,
+                                  BoxPairStack& stack) const;
 
   RestMotion X_WB_motion;
   DeformingSide a;
