@@ -150,7 +150,10 @@ TEST_F(ToolCommand, RefusesWhatItCannotUse) {
     EXPECT_NE(error_of(run({"--device", device})).find("tcp:ADDRESS:PORT"), std::string::npos);
   }
   EXPECT_NE(error_of(run({"--device", "tcp:127.0.0.1:1"})).find("127.0.0.1:1"), std::string::npos);
-  EXPECT_EQ(run({"--deadline", "0"}).exit_code, 2);
+  for (const char* seconds : {"0", "-1", "nan", "inf", "1e300", "soon"}) {
+    EXPECT_NE(error_of(run({"--deadline", seconds})).find(seconds), std::string::npos);
+    EXPECT_NE(error_of(run({"--seconds", seconds})).find(seconds), std::string::npos);
+  }
   EXPECT_NE(error_of(run({"--replay"})).find("scene.json"), std::string::npos);
 }
 

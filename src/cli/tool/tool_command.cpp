@@ -30,6 +30,15 @@ Examples:
     dyop tool examples/surgery/scene.json --device 18944 --send 127.0.0.1:18945
 )";
 
+// A time that a user may ask for; NaN is none.
+std::string check_seconds(const std::string& text) {
+  constexpr Scalar kMost = 1e6;  // literal: nanoseconds of so many seconds fit into an integer
+  Scalar seconds = 0;
+  const bool is_number = CLI::detail::lexical_cast(text, seconds);
+  if (is_number && seconds > 0 && seconds <= kMost) return {};
+  return "expected seconds, more than 0 and at most a million, not '" + text + "'";
+}
+
 struct ToolArguments {
   std::string scene;
   std::string recording;
@@ -170,12 +179,12 @@ void add_tool_command(CLI::App& app, ExitCode& exit_code) {
   command->add_flag("--replay", arguments->is_replay,
                     "Run the inputs of a recording again and compare every bit");
   command->add_option("--seconds", arguments->seconds, "Instead of the scene's duration")
-      ->check(CLI::PositiveNumber);
+      ->check(check_seconds);
   command->add_flag("--paced", arguments->is_paced, "By the clock, with threads of their own");
   command
       ->add_option("--deadline", arguments->deadline,
                    "Seconds a tick may take, instead of the scene's")
-      ->check(CLI::PositiveNumber);
+      ->check(check_seconds);
   command->add_option("--device", arguments->device,
                       "TRANSFORM messages of OpenIGTLink in place of the strokes, by the clock: "
                       "PORT to listen on over UDP, tcp:PORT over TCP, or tcp:ADDRESS:PORT to "
