@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <filesystem>
 
 #include "cli/command.h"
@@ -117,6 +118,28 @@ TEST_F(ViewCommand, RefusesFramesThatCannotBe) {
   expect({"--browser", "/no/browser"}, "/no/browser");
   if (const std::string why = testing::reason_to_skip_browser(); !why.empty()) GTEST_SKIP() << why;
   expect({"--from", "7", "--browser", DYOP_CHROMIUM}, "from 7");
+}
+
+TEST_F(ViewCommand, KeepsALiveRunToTheClock) {
+  if (!has_page() || !has_live_server()) GTEST_SKIP() << "runs where the page is served: README.md";
+  ASSERT_EQ(run_command({"scene", "cradle", "2", "--out", path("scene.json")}).exit_code, 0);
+  std::string scene = TemporaryDirectory::read(path("scene.json"));
+  const std::string end = "\"end\":10.0";
+  ASSERT_NE(scene.find(end), std::string::npos);
+  directory_.write("scene.json", scene.replace(scene.find(end), end.size(), "\"end\":0.2"));
+  const auto live = [&](const std::string& speed) {
+    return run_command(
+        {"view", "--live", path("scene.json"), "--end-with-run", "--paced", "--speed", speed});
+  };
+  const auto begin = std::chrono::steady_clock::now();
+  const CommandResult result = live("0.5");
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_GE(std::chrono::steady_clock::now() - begin, std::chrono::milliseconds(400));
+  for (const char* speed : {"0", "-1", "nan"}) {
+    const CommandResult refused = live(speed);
+    EXPECT_EQ(refused.exit_code, 2);
+    EXPECT_NE(refused.err.find(std::string("not ") + speed), std::string::npos) << refused.err;
+  }
 }
 
 TEST_F(ViewCommand, ServesARunThatABrowserFollowsPausesAndStops) {

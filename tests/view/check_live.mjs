@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Follows a run in headless Chromium: `dyop view --live --paused` is resumed by the page, paused,
 // watched again by a second page after the first was closed, and stopped. Nothing is timed: the run
-// waits for the page, and is longer than any test.
+// waits for the page, and is longer than any test. It keeps to the clock, so that a page on a slow
+// machine is not buried under a run that comes to rest.
 // Usage: DYOP_PAGE_MODULES=... node check_live.mjs CHROMIUM DYOP SCENE.json
 import {spawn} from 'node:child_process';
 import {createRequire} from 'node:module';
@@ -22,7 +23,7 @@ function check(holds, words) {
   console.log(`FAILED: ${words}`);
 }
 
-const run = spawn(dyop, ['view', '--live', scene, '--paused', '--json', '--end-with-run'],
+const run = spawn(dyop, ['view', '--live', scene, '--paused', '--paced', '--json', '--end-with-run'],
                   {stdio: ['ignore', 'pipe', 'inherit']});
 const ended = new Promise((done) => run.on('exit', done));
 const lines = [];
@@ -44,6 +45,7 @@ const browser = await puppeteer.launch({
 const problems = [];
 async function open() {
   const page = await browser.newPage();
+  page.setDefaultTimeout(kLongest);
   await page.setViewport({width: 800, height: 500});
   page.on('console', (message) => message.type() === 'error' && problems.push(message.text()));
   page.on('pageerror', (error) => problems.push(String(error)));

@@ -1,14 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <chrono>
 #include <cmath>
 #include <condition_variable>
 #include <iostream>
 #include <mutex>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "cli/commands.h"
 #include "cli/interrupt.h"
 #include "cli/page/page_output.h"
 #include "cli/scene_steps.h"
+#include "dyop/core/error.h"
 #include "dyop/scene_io/scene_file.h"
 #include "dyop/view/live_server.h"
 #include "dyop/view/page_file.h"
@@ -41,6 +44,7 @@ struct ViewArguments {
   bool is_live = false;
   bool ends_with_run = false;
   bool starts_paused = false;
+  bool is_paced = false;
   int port = 0;
   int threads = 0;
   bool is_json = false;
@@ -66,19 +70,47 @@ ExitCode view_recording(const ViewArguments& arguments) {
   return ExitCode::Answered;
 }
 
+// Lets a step take at least as long as it stands for, at a speed of 1; or until it is to stop.
+class Pace {
+ public:
+  explicit Pace(Scalar speed) : speed_(speed) {}
+
+  void begin_step() { begin_ = std::chrono::steady_clock::now(); }
+
+  void end_step(Scalar dt, const std::stop_token& stop) {
+    using Seconds = std::chrono::duration<Scalar>;
+    const auto end = begin_ + std::chrono::ceil<std::chrono::nanoseconds>(
+                                  std::min(Seconds(dt / speed_), Seconds(kLongestStep)));
+    std::unique_lock lock(mutex_);
+    changed_.wait_until(lock, stop, end, [] { return false; });
+  }
+
+ private:
+  static constexpr Scalar kLongestStep = 3600;  // seconds
+
+  Scalar speed_;
+  std::chrono::steady_clock::time_point begin_;
+  std::mutex mutex_;
+  std::condition_variable_any changed_;
+};
+
 AdvanceStatus run_live(const Scene& scene, World& world, LiveServer& server,
-                       const std::stop_token& interrupt) {
+                       std::optional<Scalar> speed, const std::stop_token& interrupt) {
   RunFollower follower(scene.options.gravity_W);
+  std::optional<Pace> pace;
+  if (speed) pace.emplace(*speed);
   std::stop_source stop;
   const std::stop_callback by_user(interrupt, [&] { stop.request_stop(); });
   const std::stop_callback by_page(server.stop_token(), [&] { stop.request_stop(); });
   const std::int64_t count = step_count(scene);
   for (std::int64_t k = 1; k <= count; ++k) {
     if (!server.may_go_on(interrupt)) return AdvanceStatus::Cancelled;
-    const Scalar t = step_end(scene, k, count);
-    const AdvanceReport report = world.advance(t - world.time(), {stop.get_token(), std::nullopt});
+    if (pace) pace->begin_step();
+    const Scalar dt = step_end(scene, k, count) - world.time();
+    const AdvanceReport report = world.advance(dt, {stop.get_token(), std::nullopt});
     server.publish(follower.follow(report, world));
     if (report.status != AdvanceStatus::Completed) return report.status;
+    if (pace) pace->end_step(dt, stop.get_token());
   }
   return AdvanceStatus::Completed;
 }
@@ -92,6 +124,11 @@ void wait_for(const std::stop_token& interrupt) {
 
 ExitCode view_live(const ViewArguments& arguments) {
   const InterruptGuard interrupt;
+  std::optional<Scalar> speed;
+  if (arguments.is_paced) {
+    speed = arguments.frame_options.time_per_second;
+    DYOP_REQUIRE(*speed > 0 && std::isfinite(*speed), "speed must be positive, not ", *speed);
+  }
   const std::vector<fs::path> directories(arguments.mesh_path.begin(), arguments.mesh_path.end());
   Scene scene = load_scene(arguments.file, directories);
   scene.options.thread_count = arguments.threads;
@@ -106,7 +143,7 @@ ExitCode view_live(const ViewArguments& arguments) {
   server.publish(RunFollower::start(world));
   if (arguments.starts_paused) server.pause();
   tell(arguments, "address", server.address());
-  const AdvanceStatus status = run_live(scene, world, server, interrupt.token());
+  const AdvanceStatus status = run_live(scene, world, server, speed, interrupt.token());
   server.finish();
   if (!arguments.out.empty()) {
     write_page(arguments.out, page_html(scene.title, server.blocks()));
@@ -151,6 +188,8 @@ void add_view_command(CLI::App& app, ExitCode& exit_code) {
       ->capture_default_str();
   command->add_flag("--paused", arguments->starts_paused,
                     "With --live: the run waits for Resume in the page");
+  command->add_flag("--paced", arguments->is_paced,
+                    "With --live: no faster than the clock, times --speed");
   command->add_flag("--end-with-run", arguments->ends_with_run,
                     "With --live: do not wait for Ctrl-C once the run is over");
   command->add_option("--frames", arguments->frames,

@@ -5,40 +5,58 @@ import {element} from './panel.js';
 
 const kWait = 150;  // milliseconds between questions
 const kLargeAnswer = 1 << 20;  // bytes: the server sends the rest when asked again
+const kMostFailures = 5;  // of questions in a row; then the run has ended
+
+const sleep = (milliseconds) => new Promise((done) => setTimeout(done, milliseconds));
 
 export function follow() {
-  const ask = (path, method = 'GET') => fetch(path, {method});
   const status = {state: 'running'};
   let player;
+  let order = Promise.resolve();  // the last one given to the run, until the server has it
+
+  function become(state) {
+    if (status.state === state) return;
+    status.state = state;
+    player?.notify();
+  }
+
+  // Pause, resume or stop; what was asked before says nothing of the state after it.
+  function command(word, state) {
+    become(state);
+    order = fetch(word, {method: 'POST'}).catch(() => {});  // the next question finds out
+  }
+
+  // The status, the state and the bytes of the blocks from k on; nothing once the run has ended.
+  async function blocksFrom(k) {
+    for (let failures = 0; failures < kMostFailures; ++failures, await sleep(kWait)) {
+      try {
+        const answer = await fetch(`blocks/${k}`);
+        const bytes = new Uint8Array(await answer.arrayBuffer());
+        if (!answer.ok) continue;
+        return {bytes, state: answer.headers.get('X-Dyop-State')};
+      } catch {
+        // The network may come back.
+      }
+    }
+  }
 
   async function* blocks() {
     for (let k = 0;;) {
-      let answer;
-      try {
-        answer = await ask(`blocks/${k}`);
-      } catch {
-        status.state = 'gone';
-        player?.notify();
-        return;
+      const orderBefore = order;
+      await orderBefore;
+      const answer = await blocksFrom(k);
+      if (!answer) return become('gone');
+      const {bytes, state} = answer;
+      const view = new DataView(bytes.buffer);
+      for (let at = 0; at < bytes.length; ++k) {
+        const length = view.getUint32(at, true);
+        yield readBlock(bytes.subarray(at + 4, at + 4 + length));
+        at += 4 + length;
       }
-      const state = answer.headers.get('X-Dyop-State') ?? status.state;
-      if (answer.status === 200) {
-        const bytes = new Uint8Array(await answer.arrayBuffer());
-        const view = new DataView(bytes.buffer);
-        for (let at = 0; at < bytes.length; ++k) {
-          const length = view.getUint32(at, true);
-          yield readBlock(bytes.subarray(at + 4, at + 4 + length));
-          at += 4 + length;
-        }
-        if (bytes.length >= kLargeAnswer) continue;  // there may be more
-      } else {
-        // Only now does the page have all that came before.
-        status.state = state;
-        player?.notify();
-        if (state === 'finished') return;
-      }
-      if (state === 'running') status.state = state, player?.notify();
-      await new Promise((done) => setTimeout(done, kWait));
+      // A run stands still only when the page has all that came before.
+      if (order === orderBefore && (state === 'running' || bytes.length === 0)) become(state);
+      if (bytes.length === 0 && state === 'finished') return;
+      if (bytes.length < kLargeAnswer) await sleep(kWait);
     }
   }
 
@@ -46,14 +64,12 @@ export function follow() {
     player = thePlayer;
     player.isLive = player.timeline.live = player.follows = true;
     const words = element('span', {class: 'dim', role: 'status', id: 'live-state'});
-    const pause = element('button', {id: 'live-pause', title: 'Pause the simulation itself', onclick: async () => {
-      const pauses = status.state === 'running';
-      await ask(pauses ? 'pause' : 'resume', 'POST');
-      status.state = pauses ? 'pausing' : 'running';
-      player.notify();
+    const pause = element('button', {id: 'live-pause', title: 'Pause the simulation itself', onclick: () => {
+      if (status.state === 'running') command('pause', 'pausing');
+      else command('resume', 'running');
     }});
-    const stop = element('button', {id: 'live-stop', title: 'End the simulation with what is proven', onclick: async () => {
-      await ask('stop', 'POST');
+    const stop = element('button', {id: 'live-stop', title: 'End the simulation with what is proven', onclick: () => {
+      command('stop', 'running');
     }}, 'Stop run');
     const latest = element('button', {title: 'Follow the run (End)', onclick: () => {
       player.follows = true;
