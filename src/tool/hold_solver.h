@@ -24,8 +24,9 @@ struct StepGoal {
 /// Finds the step nearest to the wished one, in the energy of the coupling's springs, that the
 /// holds admit: gaps not below their rest gaps, and Coulomb friction. The impulses are then the
 /// forces with which the springs pull against the holds. Solved as a velocity-level contact problem
-/// with one body for the tool's frame and one for each hinge; the unit of time is the step. Where
-/// that does not converge, friction gives way, and gaps do not.
+/// in the step's own coordinates, one body for the tool's frame and one that can only turn for each
+/// hinge's angle, so that no rows are needed; the unit of time is the step. Where that does not
+/// converge, friction gives way, and gaps do not.
 class HoldSolver {
  public:
   HoldSolver(const CouplingOptions& coupling, std::span<const ToolHinge> hinges,
@@ -42,16 +43,14 @@ class HoldSolver {
   void build(const StepGoal& goal, Obstacles obstacles, std::span<const HoldPoint> holds);
   void place_bodies(const StepGoal& goal);
   void add_hold(const StepGoal& goal, const Obstacle& obstacle, const HoldPoint& hold);
-  void add_hinge(const StepGoal& goal, std::size_t number);
+  Vector3 axis_of(const StepGoal& goal, std::size_t hinge) const;
   bool run(const StepGoal& goal, WorkClock& clock);
   void keep_gaps(const StepGoal& goal, Obstacles obstacles, std::span<const HoldPoint> holds,
                  WorkClock& clock);
   ToolStep read_step(const StepGoal& goal) const;
-  std::size_t body_of(const HoldPoint& hold) const;
 
   const Matrix3 inverse_stiffness_;
   const Matrix3 inverse_turn_stiffness_;
-  const Scalar length_;  // that angles are scaled by
   std::vector<ToolHinge> hinges_;
   std::vector<std::optional<std::size_t>> hinge_of_body_;
   ContactProblem problem_;
