@@ -334,6 +334,7 @@ AttemptResult ContactLeg::attempt() {
       make_moves();
       if (!update_errors()) break;
     }
+    if (joints_are_guessed(leg_, tau_)) return AttemptResult::Blocked;
     find_proofs();
     const bool is_proven = std::all_of(certificates_.begin(), certificates_.end(),
                                        [](const Certificate& c) { return c.proof.has_value(); });

@@ -16,6 +16,7 @@ struct LegRow {
   std::size_t index = 0;   // of the joint's rows
   JointEquation equation;  // at the start
   Scalar error = 0;        // end value minus that of the linear prediction
+  Scalar change = 0;       // of the error, at the last prediction
 };
 
 /// The contact problem of an island at one time: members first, then bodies that cannot be moved.
@@ -27,6 +28,7 @@ class LegProblem {
   LegProblem& operator=(const LegProblem&) = delete;
 
   IslandRun& run() { return run_; }
+  const IslandRun& run() const { return run_; }
   ContactProblem& problem() { return problem_; }
   const ContactProblem& problem() const { return problem_; }
   std::vector<LegContact>& contacts() { return contacts_; }
@@ -57,6 +59,7 @@ class LegProblem {
   /// Adds the rows of all joints at now; motors have their strength over tau.
   void take_joints(Scalar tau);
   std::vector<LegRow>& rows() { return rows_; }
+  const std::vector<LegRow>& rows() const { return rows_; }
   void set_row_target(std::size_t row, Scalar target) { problem_.rows[row].target = target; }
   /// J v with the velocities of the last solve.
   Scalar row_velocity(std::size_t row) const;
