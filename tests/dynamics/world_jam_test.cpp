@@ -9,6 +9,7 @@
 #include <memory>
 #include <numbers>
 
+#include "dyop/geometry/capsule.h"
 #include "dyop/motion/constant_twist_motion.h"
 #include "support/inputs/world_scenes.h"
 
@@ -56,6 +57,70 @@ TEST(WorldJam, ABallIsBlockedInAWedgeBelowTheFrictionAngleAndThatIsFoundSoon) {
   EXPECT_EQ(report.status, AdvanceStatus::Blocked);
   EXPECT_TRUE(report.too_near.empty());
   EXPECT_LE(report.work.unconverged, 20);  // recorded: 5
+}
+
+// A capsule that leans in a slot of which one wall slides, and turns upright until it touches both.
+// Its contacts are `kSlotReach` apart along the slot for 1 across it. With more friction than that
+// it locks if the wall pulls it upright, though no wall comes nearer.
+constexpr Scalar kHalfLength = 0.5;
+constexpr Scalar kRodRadius = 0.1;
+constexpr Scalar kRodLean = std::numbers::pi / 6;
+const Scalar kSlotReach =
+    kHalfLength * std::sin(kRodLean) / (kHalfLength * std::cos(kRodLean) + kRodRadius);
+
+struct Slot {
+  Slot(Scalar friction, Scalar pull) {
+    world.add_body(floor_body(friction));
+    const Scalar gap = rest_gap(kHalfLength + kRodRadius);
+    const Scalar half_height = kHalfLength * std::cos(kRodLean) + kRodRadius + gap;
+    wall.name = "wall";
+    wall.kind = BodyKind::Kinematic;
+    wall.shape = std::make_shared<Box>(Vector3(5, 1, 0.1));
+    wall.motion = std::make_shared<ConstantTwistMotion>(
+        RigidPose(Vector3(0, 0, 2 * half_height + 0.1)), Twist{Vector3(pull, 0, 0), {0, 0, 0}});
+    wall.friction = friction;
+    wall.restitution = 0;
+    wall_id = world.add_body(wall);
+    BodyDefinition rod = dynamic_body("rod", std::make_shared<Capsule>(kRodRadius, kHalfLength),
+                                      {0, 0, 0}, {0, 0, 0}, {0, -0.1, 0});
+    rod.initial.X_WB =
+        RigidPose(rotation_from_vector(Vector3(0, kRodLean, 0)), {0, 0, half_height});
+    rod.friction = friction;
+    rod.restitution = 0;
+    world.add_body(rod);
+  }
+  AdvanceReport run() {
+    AdvanceReport report;
+    for (int k = 0; k < 20 && report.status != AdvanceStatus::Blocked; ++k) {
+      report = world.advance(0.01);
+      stalls += report.work.stalls;
+    }
+    return report;
+  }
+  World world;
+  BodyDefinition wall;
+  BodyId wall_id;
+  std::int64_t stalls = 0;
+};
+
+TEST(WorldJam, ARodLocksASlidingWallWithEnoughFriction) {
+  Slot slot(1.05 * kSlotReach, -1);
+  for (int k = 0; k < 3; ++k) {  // and stays so, without work
+    const AdvanceReport report = slot.run();
+    EXPECT_EQ(report.status, AdvanceStatus::Blocked);
+    EXPECT_EQ(report.offending_pair.first, slot.wall_id);
+    EXPECT_LE(report.work.unconverged, 60);  // recorded: 45
+  }
+  EXPECT_EQ(slot.stalls, 0);
+  EXPECT_LT(slot.world.time(), 0.05);
+}
+
+TEST(WorldJam, ARodLocksNoWallWithLessFrictionOrIfPulledFlat) {
+  for (const auto& [part, pull] : {std::pair(0.95, -1.0), std::pair(1.05, 1.0)}) {
+    Slot slot(part * kSlotReach, pull);
+    EXPECT_EQ(slot.run().status, AdvanceStatus::Completed) << part << " " << pull;
+    EXPECT_EQ(slot.stalls, 0);
+  }
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/tolerance.h"
+#include "dynamics/step/blocked/horizon.h"
 #include "dynamics/step/joint_rows.h"
 #include "dynamics/step/leg_problem.h"
 #include "dynamics/step/spring_rows.h"
@@ -24,6 +25,11 @@ constexpr int kMostSpinSweeps = 4;
 // The solve is repeated if a contact would slip by this part of the standoff because it sticks at
 // another place than before. Larger: what spins or pivots gains or loses energy at first order.
 constexpr Scalar kStickingChange = 0.001;
+// A round has brought nothing if it leaves this part of the residual of the one before.
+constexpr Scalar kNoProgress = 0.9;
+// Legs of a jam that only use the room that is left, in one step. By then it is a jam of more than
+// one pose.
+constexpr int kMostJams = 3;
 // Legs of a struck island, of a step.
 constexpr Scalar kStruckLegPart = 0.25;
 
@@ -35,17 +41,15 @@ class ContactLeg {
   ContactLeg(IslandRun& run, Scalar tau, bool may_bounce, bool lands);
   AttemptResult attempt();
 
-  Scalar blocked_at() const { return blocked_at_; }
-  bool must_land() const { return must_land_; }
-  // Not even to move along together is possible, and the last hits brought nothing new.
-  bool is_jammed() const { return is_jammed_; }
+  BlockedLeg blocked() const { return {blocked_at_ - run_.now(), must_land_, is_jammed_}; }
   bool is_struck() const { return leg_.is_struck(); }
+  std::optional<PairKey> locked_by_friction() const { return leg_.locked_by_friction(); }
 
  private:
   void set_free_velocities();
-  Scalar target(std::size_t contact) const;
   void solve_move();
-  bool is_contradictory() const;
+  // A larger residual shows that constraints contradict each other.
+  Scalar contradiction() const { return kContradictionTolerances * 0.001 * leg_.standoff() / tau_; }
   bool update_errors();
   EndGap found_end(std::size_t contact, Scalar linear);
   RigidPose end_pose(const std::optional<std::size_t>& member, const BodyRecord& body) const;
@@ -69,6 +73,7 @@ class ContactLeg {
   std::vector<Vector3> stored_v_W_;
   std::vector<Vector3> stored_L_W_;
   Scalar residual_ = 0;
+  bool is_solved_ = false;
   bool targets_are_zero_ = false;
   Scalar blocked_at_ = run_.now();
   bool must_land_ = false;
@@ -122,29 +127,22 @@ void ContactLeg::set_free_velocities() {
   leg_.set_supports(tau_);
 }
 
-Scalar ContactLeg::target(std::size_t contact) const {
-  const Scalar value = leg_.least_velocity(contact, tau_);
-  return targets_are_zero_ ? std::min(value, Scalar{0}) : value;
-}
-
 void ContactLeg::solve_move() {
   set_free_velocities();
   set_joint_targets(leg_, tau_);
   springs_->set_targets();
-  for (std::size_t i = 0; i < leg_.contacts().size(); ++i) leg_.set_target(i, target(i));
-  const ContactReport report = leg_.solve(tau_);
-  residual_ = report.residual;
-  if (is_contradictory() && !targets_are_zero_) {
+  const auto solve = [this] {
+    leg_.set_targets(tau_, !targets_are_zero_);
+    const ContactReport report = leg_.solve(tau_);
+    residual_ = report.residual;
+    is_solved_ = report.status == ContactStatus::Converged;
+  };
+  solve();
+  if (residual_ > contradiction() && !targets_are_zero_) {
     // Extrapolated constraints can contradict each other; "move along together" is always feasible.
     targets_are_zero_ = true;
-    for (std::size_t i = 0; i < leg_.contacts().size(); ++i) leg_.set_target(i, target(i));
-    residual_ = leg_.solve(tau_).residual;
+    solve();
   }
-}
-
-bool ContactLeg::is_contradictory() const {
-  const Scalar tolerance = 0.001 * leg_.standoff() / tau_;
-  return residual_ > kContradictionTolerances * tolerance;
 }
 
 void ContactLeg::make_moves() {
@@ -325,6 +323,7 @@ void ContactLeg::commit(Scalar tau) {
 }
 
 AttemptResult ContactLeg::attempt() {
+  Scalar hopeless = contradiction();
   for (int round = 0; round < kMostRounds; ++round) {
     if (run_.must_stop()) return AttemptResult::Failed;
     const int error_solves = leg_.is_struck() ? 1 : kMostErrorSolves;
@@ -334,6 +333,7 @@ AttemptResult ContactLeg::attempt() {
       make_moves();
       if (!update_errors()) break;
     }
+    if (joints_are_guessed(leg_, tau_)) return AttemptResult::Blocked;
     find_proofs();
     const bool is_proven = std::all_of(certificates_.begin(), certificates_.end(),
                                        [](const Certificate& c) { return c.proof.has_value(); });
@@ -345,8 +345,10 @@ AttemptResult ContactLeg::attempt() {
     ++run_.outcome().work.rounds;
     const std::size_t known = leg_.contacts().size();
     if (answer_hits()) {
-      const bool is_hopeless = targets_are_zero_ && is_contradictory() && !leg_.is_struck();
-      is_jammed_ = is_hopeless && leg_.contacts().size() == known;
+      // The next round would only fail to solve the same problem.
+      const bool is_same = targets_are_zero_ && !leg_.asks_more(known, tau_, false);
+      is_jammed_ = is_same && !is_solved_ && residual_ > hopeless && !leg_.is_struck();
+      hopeless = std::min(hopeless, kNoProgress * residual_);
       if (is_jammed_) return AttemptResult::Blocked;
       continue;
     }
@@ -363,35 +365,28 @@ AttemptResult ContactLeg::attempt() {
 }  // namespace
 
 bool run_contact_leg(IslandRun& run, bool may_bounce) {
-  Scalar tau = run.remaining();
-  bool lands = false;
-  bool was_jammed = false;
+  Horizon horizon(run.remaining());
   for (int attempt = 0; attempt < kMostAttempts; ++attempt) {
-    if (!(run.now() + tau > run.now())) return false;
-    ContactLeg leg(run, tau, may_bounce, lands);
+    if (!(run.now() + horizon.tau() > run.now())) return false;
+    ContactLeg leg(run, horizon.tau(), may_bounce, horizon.lands());
     const Scalar struck_tau = kStruckLegPart * run.context().h;
     // literal: rounding cuts no leg
-    if (attempt == 0 && tau > struck_tau * (1 + 1e-9) && leg.is_struck()) {
-      tau = struck_tau;
+    if (attempt == 0 && horizon.tau() > struck_tau * (1 + 1e-9) && leg.is_struck()) {
+      horizon.set(struck_tau);
       continue;
     }
-    if (!lands) {
+    if (!horizon.lands()) {
       for (RunPair& pair : run.pairs()) pair.hit.reset();
     }
     const AttemptResult result = leg.attempt();
     if (result == AttemptResult::Committed || result == AttemptResult::Failed) return true;
-    const Scalar safe = leg.blocked_at() - run.now();
-    if (leg.must_land()) {
-      lands = true;
-      tau = safe;
-    } else if (leg.is_jammed() && was_jammed) {  // shorter legs do not help: use what room there is
-      lands = false;
-      tau = 0.9 * safe;
-    } else {
-      lands = false;
-      tau = safe > tau / 4 ? std::max(0.9 * safe, tau / 4) : tau / 4;
+    horizon.shorten(leg.blocked());
+    const bool has_room = run.now() + horizon.tau() > run.now();
+    if (!horizon.only_uses_room() || (run.count_jam() <= kMostJams && has_room)) continue;
+    if (const auto pair = leg.locked_by_friction()) {
+      run.fail(AdvanceStatus::Blocked, *pair);
+      return true;
     }
-    was_jammed = leg.is_jammed();
   }
   return false;
 }

@@ -81,6 +81,7 @@ class ImpactSolve {
 
  private:
   bool solve_with(Scalar bounce);
+  bool solve_without_gain(Scalar energy_before);
   Scalar kinetic_energy() const;
 
   IslandRun& run_;
@@ -143,6 +144,23 @@ Scalar ImpactSolve::kinetic_energy() const {
   return energy / 2;
 }
 
+// Newton's restitution with friction can create energy ([Kane1984]). Then the largest part of it
+// that does not, by bisection; without any bounce no energy is gained.
+bool ImpactSolve::solve_without_gain(Scalar energy_before) {
+  const auto gains = [&] { return kinetic_energy() > energy_before * (1 + kImpactEnergyNoise); };
+  const bool is_solved = solve_with(1);
+  if (!has_work() || !gains()) return is_solved;
+  Scalar most = 0;
+  Scalar too_much = 1;
+  constexpr int kHalvings = 20;
+  for (int i = 0; i < kHalvings; ++i) {
+    const Scalar middle = (most + too_much) / 2;
+    solve_with(middle);
+    (gains() ? too_much : most) = middle;
+  }
+  return solve_with(most);
+}
+
 bool ImpactSolve::solve() {
   Scalar before = 0;
   for (const IslandRun::Member& member : run_.members()) {
@@ -157,17 +175,7 @@ bool ImpactSolve::solve() {
       leg_.problem().bodies.end(), [](const ContactBody& body) {
         return !(body.free_v_W.isZero(0) && body.free_w_W.isZero(0));
       });
-  bool is_solved = solve_with(1);
-  const bool has_bounce = std::any_of(restitution_.begin(), restitution_.end(),
-                                      [](Scalar restitution) { return restitution > 0; });
-  // Newton's restitution with friction can create energy ([Kane1984]); then reduce the bounce.
-  Scalar bounce = 1;
-  constexpr int kHalvings = 20;
-  for (int i = 0; i < kHalvings && has_bounce && !may_gain; ++i) {
-    if (kinetic_energy() <= before * (1 + kImpactEnergyNoise)) break;
-    bounce = i + 1 < kHalvings ? bounce / 2 : 0;
-    is_solved = solve_with(bounce);
-  }
+  const bool is_solved = may_gain ? solve_with(1) : solve_without_gain(before);
   const std::vector<Vector3> L_W = leg_.angular_momenta(free_L_W_);
   for (std::size_t i = 0; i < run_.members().size(); ++i) {
     run_.members()[i].state.v_W = leg_.problem().bodies[i].v_W;

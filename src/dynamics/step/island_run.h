@@ -139,6 +139,8 @@ class IslandRun {
   PartTimer timer(Scalar StepTimes::*part) {
     return PartTimer(context_.options->measures_time, outcome_.times.*part);
   }
+  /// Counts a jam whose room is used up; returns how many there were in this run.
+  int count_jam() { return ++jam_count_; }
   /// Whether the caller wants the step to end now; it fails then.
   bool must_stop();
   /// Ends the run: no further progress is possible.
@@ -159,6 +161,7 @@ class IslandRun {
   IslandOutcome outcome_;
   Scalar now_ = 0;
   int impact_count_ = 0;
+  int jam_count_ = 0;
 };
 
 /// Normal velocity of a contact (B's point relative to A's) at the members' velocities.

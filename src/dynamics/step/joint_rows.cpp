@@ -7,17 +7,32 @@
 #include "core/tolerance.h"
 
 namespace dyop::internal {
+namespace {
+
+// A prediction that still changes by more than this part of what a leg can close is a guess.
+constexpr Scalar kGuessedPart = 0.1;
+// Legs of this part of a step are not shortened for a joint.
+constexpr Scalar kLeastJointedLeg = 1.0 / 64;  // literal: of a turn a step, a tenth of a radian
+
+// The largest error that a joint closes in one leg.
+Scalar recovery_of_leg(const LegProblem& leg, const JointState& joint) {
+  const BodyRecord& a = leg.run().context().body(joint.definition.a.slot);
+  const BodyRecord& b = leg.run().context().body(joint.definition.b.slot);
+  return kSeparationRadiusFraction * std::min(a.radius, b.radius);
+}
+
+}  // namespace
 
 void set_joint_targets(LegProblem& leg, Scalar tau) {
   for (std::size_t i = 0; i < leg.rows().size(); ++i) {
     const LegRow& entry = leg.rows()[i];
     if (entry.equation.kind == JointEquation::Kind::Motor) continue;
-    const BodyRecord& a = leg.run().context().body(entry.joint->definition.a.slot);
-    const BodyRecord& b = leg.run().context().body(entry.joint->definition.b.slot);
-    const Scalar most = kSeparationRadiusFraction * std::min(a.radius, b.radius) / tau;
-    const Scalar wanted = -(entry.equation.value + entry.error) / tau;
+    const Scalar most = recovery_of_leg(leg, *entry.joint) / tau;
     const bool is_limit = entry.equation.kind == JointEquation::Kind::Limit;
-    leg.set_row_target(i, std::clamp(wanted, is_limit ? -kInfinity : -most, most));
+    // What the turn of the bodies takes from the joint is not bounded: that would tear it open.
+    const Scalar recovery =
+        std::clamp(-entry.equation.value / tau, is_limit ? -kInfinity : -most, most);
+    leg.set_row_target(i, recovery - entry.error / tau);
   }
 }
 
@@ -39,9 +54,17 @@ bool update_joint_errors(LegProblem& leg, Scalar tau, const EndPose& end_pose) {
     const Scalar linear = entry.equation.value + tau * leg.row_velocity(i);
     const Scalar error = ends[entry.index].value - linear;
     has_changed = has_changed || std::abs(error - entry.error) > kErrorChange * leg.standoff();
+    entry.change = std::abs(error - entry.error);
     entry.error = error;
   }
   return has_changed;
+}
+
+bool joints_are_guessed(const LegProblem& leg, Scalar tau) {
+  if (!(tau > kLeastJointedLeg * leg.run().context().h)) return false;
+  return std::any_of(leg.rows().begin(), leg.rows().end(), [&](const LegRow& entry) {
+    return entry.change > kGuessedPart * recovery_of_leg(leg, *entry.joint);
+  });
 }
 
 bool release_joint_recovery(LegProblem& leg, Scalar tau) {

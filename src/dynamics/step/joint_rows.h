@@ -9,7 +9,7 @@
 namespace dyop::internal {
 
 /// Targets of the joints' rows for a move of length tau: they close the joint's errors, no faster
-/// than bodies that began too near are pushed apart.
+/// than bodies that began too near are pushed apart, and undo all that the leg itself would add.
 void set_joint_targets(LegProblem& leg, Scalar tau);
 
 /// Pose of the frame B of a body at the end of the move.
@@ -19,6 +19,10 @@ using EndPose =
 /// Compares the joints at the end with their linear prediction. Returns whether it has changed so
 /// much that the solve must be repeated.
 bool update_joint_errors(LegProblem& leg, Scalar tau, const EndPose& end_pose);
+
+/// Whether the prediction of a joint's end still changes much: the bodies turn too far in a leg of
+/// length tau to be held, and a shorter one is needed.
+bool joints_are_guessed(const LegProblem& leg, Scalar tau);
 
 /// Removes from the targets what only recovers errors of position. Returns whether there was any.
 bool release_joint_recovery(LegProblem& leg, Scalar tau);

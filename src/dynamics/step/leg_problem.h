@@ -16,6 +16,7 @@ struct LegRow {
   std::size_t index = 0;   // of the joint's rows
   JointEquation equation;  // at the start
   Scalar error = 0;        // end value minus that of the linear prediction
+  Scalar change = 0;       // of the error, at the last prediction
 };
 
 /// The contact problem of an island at one time: members first, then bodies that cannot be moved.
@@ -27,6 +28,7 @@ class LegProblem {
   LegProblem& operator=(const LegProblem&) = delete;
 
   IslandRun& run() { return run_; }
+  const IslandRun& run() const { return run_; }
   ContactProblem& problem() { return problem_; }
   const ContactProblem& problem() const { return problem_; }
   std::vector<LegContact>& contacts() { return contacts_; }
@@ -57,6 +59,7 @@ class LegProblem {
   /// Adds the rows of all joints at now; motors have their strength over tau.
   void take_joints(Scalar tau);
   std::vector<LegRow>& rows() { return rows_; }
+  const std::vector<LegRow>& rows() const { return rows_; }
   void set_row_target(std::size_t row, Scalar target) { problem_.rows[row].target = target; }
   /// J v with the velocities of the last solve.
   Scalar row_velocity(std::size_t row) const;
@@ -78,6 +81,13 @@ class LegProblem {
   /// way. Uses the error of the last prediction and the velocities of the last solve.
   Scalar least_velocity(std::size_t contact, Scalar tau) const;
 
+  /// Sets all targets for a leg of length tau; without recovery none is above zero, so that "move
+  /// along together" is feasible.
+  void set_targets(Scalar tau, bool recovers);
+  /// Whether hits have changed the problem since the targets were set for `known` contacts: added
+  /// some, or ask more of those.
+  bool asks_more(std::size_t known, Scalar tau, bool recovers) const;
+
   /// What the last solve lets a contact on a curved surface do, with its gap at the end as predicted
   /// and the end pose of A.
   CurvedMove curved_move(std::size_t contact, Scalar tau, Scalar end_gap,
@@ -94,6 +104,9 @@ class LegProblem {
   bool turns_too_far(Scalar tau) const;
   /// Whether so many bodies move so fast that they are solved coarsely, in short legs.
   bool is_struck() const;
+  /// The pair with the given motion that works against a self-stress of the contacts; none if there
+  /// is no such stress.
+  std::optional<PairKey> locked_by_friction() const;
   /// Number in the problem of a body that something other than a contact acts on.
   std::size_t take_body(const BodyRecord& body);
   /// Centre of mass at now.
@@ -114,6 +127,7 @@ class LegProblem {
   void add_from_below(std::vector<Place> places);
   bool is_large() const;
   Scalar recovery_cap(std::size_t contact, Scalar tau) const;  // largest target above zero
+  Scalar target_of_leg(std::size_t contact, Scalar tau, bool recovers) const;
   Scalar tolerance(Scalar tau) const;
   Scalar impact_tolerance(Scalar tau) const;
 

@@ -17,6 +17,9 @@ Scalar most_closing(const RunPair& pair, const LegContact& contact) {
   return closing_at_dip(room, contact.error);
 }
 
+// A hit asks more of a contact if it raises its target by this part of the standoff.
+constexpr Scalar kLeastRise = 0.1;
+
 }  // namespace
 
 Scalar LegProblem::recovery_cap(std::size_t contact, Scalar tau) const {
@@ -72,6 +75,26 @@ Scalar LegProblem::least_velocity(std::size_t contact, Scalar tau) const {
   const Scalar value = (rate - entry.error + entry.push) / tau;
   if (value <= 0) return std::max(value, -most_closing(pair, entry) / tau);
   return std::min(value, recovery_cap(contact, tau));
+}
+
+void LegProblem::set_targets(Scalar tau, bool recovers) {
+  for (std::size_t i = 0; i < contacts_.size(); ++i) {
+    set_target(i, target_of_leg(i, tau, recovers));
+  }
+}
+
+bool LegProblem::asks_more(std::size_t known, Scalar tau, bool recovers) const {
+  if (contacts_.size() > known) return true;
+  const Scalar noise = kLeastRise * standoff_ / tau;
+  for (std::size_t i = 0; i < known; ++i) {
+    if (target_of_leg(i, tau, recovers) > problem_.contacts[i].target + noise) return true;
+  }
+  return false;
+}
+
+Scalar LegProblem::target_of_leg(std::size_t contact, Scalar tau, bool recovers) const {
+  const Scalar value = least_velocity(contact, tau);
+  return recovers ? value : std::min(value, Scalar{0});
 }
 
 }  // namespace dyop::internal

@@ -1,0 +1,241 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "dynamics/step/blocked/self_stress.h"
+
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "core/tolerance.h"
+
+namespace dyop::internal {
+namespace {
+
+// Of the work that is asked for, 1: a smaller imbalance is none, and a smaller gain no progress.
+constexpr Scalar kLeastImbalance = 1e-5;  // literal: far above rounding, far below friction's error
+constexpr int kMostColumns = 100;
+
+// Impulses along one direction at one contact, or at one row of a joint.
+struct Generator {
+  std::size_t index = 0;       // of the contact or row
+  std::optional<Scalar> sign;  // of a row
+  Vector3 impulse_W = Vector3::Zero();
+  Scalar given_work = 0;  // on the bodies that move as they are given
+  Eigen::VectorXd column;
+};
+
+// Least squares over impulses that push: | imbalance |^2 + | work + 1 |^2, by the active-set method
+// of [LawsonHanson1974]. Its columns are not listed beforehand: each time the best direction in the
+// cones is the next.
+class StressSearch {
+ public:
+  StressSearch(const ContactProblem& problem, std::size_t movable);
+  bool find();
+  SelfStress stress() const;
+
+ private:
+  Generator impulse_at(std::size_t contact, const Vector3& impulse_W) const;
+  Generator impulse_of_row(std::size_t row, Scalar sign) const;
+  Generator column_of(std::size_t a, std::size_t b, const Vector3& j_av_W, const Vector3& j_aw_W,
+                      const Vector3& j_bv_W, const Vector3& j_bw_W) const;
+  Vector3 steepest(std::size_t contact) const;
+  bool add_best();
+  bool fit();
+  void take_residual();
+
+  const ContactProblem& problem_;
+  std::size_t movable_;
+  Scalar length_ = 0;  // mean lever arm: a torque over it counts like a force
+  Scalar speed_ = 0;   // largest of given velocities and targets
+  std::vector<Scalar> stiffest_linear_, stiffest_angular_;
+  std::vector<Generator> used_;
+  Eigen::VectorXd weights_;
+  Eigen::VectorXd residual_;
+};
+
+Scalar friction_of(const ContactProblem& problem, const PointContact& contact) {
+  if (problem.friction_law) return 0;
+  return contact.ellipse ? std::min(contact.friction, contact.ellipse->across) : contact.friction;
+}
+
+StressSearch::StressSearch(const ContactProblem& problem, std::size_t movable)
+    : problem_(problem), movable_(movable) {
+  for (std::size_t i = 0; i < movable; ++i) {
+    stiffest_linear_.push_back(problem.bodies[i].inverse_mass_W.cwiseAbs().maxCoeff());
+    stiffest_angular_.push_back(problem.bodies[i].inverse_inertia_W.cwiseAbs().maxCoeff());
+  }
+  for (const PointContact& contact : problem.contacts) {
+    length_ += contact.r_a_W.norm() + contact.r_b_W.norm();
+    for (const auto& [index, r_W] :
+         {std::pair(contact.body_a, contact.r_a_W), std::pair(contact.body_b, contact.r_b_W)}) {
+      if (index < movable) continue;
+      const ContactBody& body = problem.bodies[index];
+      speed_ = std::max(speed_, (body.free_v_W + body.free_w_W.cross(r_W)).norm());
+    }
+  }
+  length_ /= 2 * std::max(Scalar(problem.contacts.size()), Scalar{1});
+}
+
+// The velocities that the impulse gives to the bodies that can be moved, as if all were alike:
+// locked axes take none. Below them what it takes from the others, in units of speed_.
+Generator StressSearch::column_of(std::size_t a, std::size_t b, const Vector3& j_av_W,
+                                  const Vector3& j_aw_W, const Vector3& j_bv_W,
+                                  const Vector3& j_bw_W) const {
+  Generator result;
+  result.column = Eigen::VectorXd::Zero(Eigen::Index(6 * movable_ + 1));
+  const auto act = [&](std::size_t index, const Vector3& j_v_W, const Vector3& j_w_W) {
+    const ContactBody& body = problem_.bodies[index];
+    if (index >= movable_) {
+      result.given_work += (j_v_W.dot(body.free_v_W) + j_w_W.dot(body.free_w_W)) / speed_;
+      return;
+    }
+    const auto row = Eigen::Index(6 * index);
+    if (stiffest_linear_[index] > 0) {
+      result.column.segment<3>(row) += body.inverse_mass_W * j_v_W / stiffest_linear_[index];
+    }
+    if (stiffest_angular_[index] > 0) {
+      result.column.segment<3>(row + 3) +=
+          body.inverse_inertia_W * j_w_W / (stiffest_angular_[index] * length_);
+    }
+  };
+  act(a, j_av_W, j_aw_W);
+  act(b, j_bv_W, j_bw_W);
+  result.column[result.column.size() - 1] = result.given_work;
+  return result;
+}
+
+Generator StressSearch::impulse_at(std::size_t contact, const Vector3& impulse_W) const {
+  const PointContact& entry = problem_.contacts[contact];
+  Generator result =
+      column_of(entry.body_a, entry.body_b, -impulse_W, -entry.r_a_W.cross(impulse_W), impulse_W,
+                entry.r_b_W.cross(impulse_W));
+  result.index = contact;
+  result.impulse_W = impulse_W;
+  const Vector3 wanted_W = entry.target * entry.nhat_AB_W + entry.sticking_velocity_W;
+  result.column[result.column.size() - 1] -= wanted_W.dot(impulse_W) / speed_;
+  return result;
+}
+
+Generator StressSearch::impulse_of_row(std::size_t row, Scalar sign) const {
+  const JointRow& entry = problem_.rows[row];
+  Generator result = column_of(entry.body_a, entry.body_b, sign * entry.j_av_W, sign * entry.j_aw_W,
+                               sign * entry.j_bv_W, sign * entry.j_bw_W);
+  result.index = row;
+  result.sign = sign;
+  return result;
+}
+
+// Where in the cone of a contact the residual falls fastest. A column is linear in its impulse.
+Vector3 StressSearch::steepest(std::size_t contact) const {
+  const PointContact& entry = problem_.contacts[contact];
+  Vector3 gradient;
+  for (Eigen::Index k = 0; k < 3; ++k) {
+    gradient[k] = impulse_at(contact, Vector3::Unit(k)).column.dot(residual_);
+  }
+  const Vector3 across = gradient - entry.nhat_AB_W * entry.nhat_AB_W.dot(gradient);
+  const Scalar length = across.norm();
+  if (!(length > 0)) return entry.nhat_AB_W;
+  return entry.nhat_AB_W + friction_of(problem_, entry) / length * across;
+}
+
+// Returns whether some impulse in the cones makes the residual smaller.
+bool StressSearch::add_best() {
+  std::optional<Generator> best;
+  Scalar most = kLeastImbalance * residual_.norm();
+  const auto consider = [&](Generator candidate) {
+    const Scalar norm = candidate.column.norm();
+    if (!(candidate.column.dot(residual_) > most * norm)) return;
+    most = candidate.column.dot(residual_) / norm;
+    best = std::move(candidate);
+  };
+  for (std::size_t i = 0; i < problem_.contacts.size(); ++i) consider(impulse_at(i, steepest(i)));
+  for (std::size_t i = 0; i < problem_.rows.size(); ++i) {
+    const JointRow& row = problem_.rows[i];
+    if (row.compliance > 0) continue;
+    if (row.upper == kInfinity) consider(impulse_of_row(i, 1));
+    if (row.lower == -kInfinity) consider(impulse_of_row(i, -1));
+  }
+  if (!best) return false;
+  used_.push_back(std::move(*best));
+  weights_.conservativeResize(Eigen::Index(used_.size()));
+  weights_[weights_.size() - 1] = 0;
+  return true;
+}
+
+// The best weights >= 0 of the columns in use. Returns whether the last one keeps a weight.
+bool StressSearch::fit() {
+  while (!used_.empty()) {
+    Eigen::MatrixXd columns(residual_.size(), Eigen::Index(used_.size()));
+    for (std::size_t i = 0; i < used_.size(); ++i) {
+      columns.col(Eigen::Index(i)) = used_[i].column;
+    }
+    Eigen::VectorXd target = Eigen::VectorXd::Zero(residual_.size());
+    target[target.size() - 1] = -1;
+    const Eigen::VectorXd wanted = columns.colPivHouseholderQr().solve(target);
+    const Eigen::Index last = wanted.size() - 1;
+    if (!(wanted[last] > 0)) return false;
+    Scalar part = 1;
+    Eigen::Index first = last;  // to lose its weight on the way
+    for (Eigen::Index i = 0; i < last; ++i) {
+      if (wanted[i] > 0) continue;
+      const Scalar at = weights_[i] / (weights_[i] - wanted[i]);
+      if (at < part) first = i;
+      part = std::min(part, at);
+    }
+    weights_ += part * (wanted - weights_);
+    if (first == last) return true;
+    used_.erase(used_.begin() + first);
+    weights_.segment(first, last - first) = weights_.tail(last - first).eval();
+    weights_.conservativeResize(last);
+  }
+  return false;
+}
+
+void StressSearch::take_residual() {
+  residual_ = Eigen::VectorXd::Zero(Eigen::Index(6 * movable_ + 1));
+  residual_[residual_.size() - 1] = -1;
+  for (std::size_t i = 0; i < used_.size(); ++i) {
+    residual_ -= weights_[Eigen::Index(i)] * used_[i].column;
+  }
+}
+
+bool StressSearch::find() {
+  if (!(speed_ > 0 && length_ > 0)) return false;
+  take_residual();
+  for (int k = 0; k < kMostColumns; ++k) {
+    if (!add_best() || !fit()) return false;
+    take_residual();
+    if (residual_.norm() < kLeastImbalance) return true;
+  }
+  return false;
+}
+
+SelfStress StressSearch::stress() const {
+  SelfStress result;
+  result.impulses_W.resize(problem_.contacts.size(), Vector3::Zero());
+  result.row_impulses.resize(problem_.rows.size(), 0);
+  std::vector<Scalar> work(problem_.contacts.size(), 0);
+  for (std::size_t i = 0; i < used_.size(); ++i) {
+    const Generator& used = used_[i];
+    const Scalar weight = weights_[Eigen::Index(i)];
+    if (used.sign) {
+      result.row_impulses[used.index] += weight * *used.sign;
+    } else {
+      result.impulses_W[used.index] += weight * used.impulse_W;
+      work[used.index] += weight * used.given_work;
+    }
+  }
+  result.hardest_contact =
+      static_cast<std::size_t>(std::min_element(work.begin(), work.end()) - work.begin());
+  return result;
+}
+
+}  // namespace
+
+std::optional<SelfStress> find_self_stress(const ContactProblem& problem, std::size_t movable) {
+  StressSearch search(problem, movable);
+  if (!search.find()) return std::nullopt;
+  return search.stress();
+}
+
+}  // namespace dyop::internal

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include "dyop/contact/contact_problem.h"
+#include "dyop/core/export.h"
+
+namespace dyop::internal {
+
+/// Impulses that prove a jam, of any unit.
+struct SelfStress {
+  std::vector<Vector3> impulses_W;   ///< on B, by contact
+  std::vector<Scalar> row_impulses;  ///< by row
+  std::size_t hardest_contact = 0;   ///< takes most of the work from a given motion
+};
+
+/// Looks for impulses in the friction cones of the contacts, and of rigid rows of joints, that
+/// balance on each of the first `movable` bodies and take work from given motions of the others.
+/// With them a jam is proven: friction locks itself, however large the impulses, and no velocity of
+/// the bodies has u . n - target >= friction |sliding velocity| at all contacts: by Farkas' lemma
+/// exactly one of the two exists. Where such a velocity exists, so does a solution of Coulomb's law
+/// ([Acary2011]).
+///
+/// An ellipse counts with its smaller coefficient and a friction law as none, so what is found is
+/// true of them too. Springs and motors, which give way, take no part.
+///
+/// @return None if there are no such impulses, or if balance up to 1e-5 of the work was not reached
+///   in some tens of iterations.
+/// Cost: a least-squares problem of 6 `movable` rows per iteration.
+DYOP_EXPORT std::optional<SelfStress> find_self_stress(const ContactProblem& problem,
+                                                       std::size_t movable);
+
+}  // namespace dyop::internal

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: BSD-3-Clause
+
+// A rod that strikes a floor at an angle, with friction enough to stick: Newton's restitution alone
+// would give it energy where it slides the way the floor is about to push it ([Kane1984]).
+#include <gtest/gtest.h>
+
+#include <Eigen/LU>
+#include <cmath>
+#include <numbers>
+
+#include "dyop/geometry/capsule.h"
+#include "support/inputs/world_scenes.h"
+
+namespace dyop {
+namespace {
+
+using namespace testing;
+
+constexpr Scalar kKaneRadius = 0.02;
+constexpr Scalar kKaneHalfLength = 0.5;
+
+// Velocities of its lower tip along the floor and away from it, and the energy, before and after.
+struct KaneRod {
+  Eigen::Vector2d before, after;
+  Scalar energy_before = 0;
+  Scalar energy_after = 0;
+  Eigen::Matrix2d inertia;  // of the tip, along the floor and away from it
+};
+
+KaneRod strike(Scalar lean, Scalar sliding, Scalar restitution) {
+  World world;
+  world.add_body(floor_body(4, restitution));
+  const auto shape = std::make_shared<Capsule>(kKaneRadius, kKaneHalfLength);
+  const Vector3 p_tip(-kKaneHalfLength * std::sin(lean), 0,
+                      -kKaneHalfLength * std::cos(lean) - kKaneRadius);
+  BodyDefinition body =
+      dynamic_body("rod", shape, {0, 0, 1e-3 - p_tip.z()}, {sliding, 0, -1}, {0, 0, 0});
+  body.initial.X_WB =
+      RigidPose(rotation_from_vector(Vector3(0, lean, 0)), {0, 0, 1e-3 - p_tip.z()});
+  body.friction = 4;
+  body.restitution = restitution;
+  const BodyId rod = world.add_body(body);
+  KaneRod result;
+  const Scalar mass = body.mass_properties.mass;
+  const Scalar turning = body.mass_properties.I_BBcm(1, 1);
+  Eigen::Matrix2d mobility;  // of a force at the tip
+  mobility << 1 / mass + p_tip.z() * p_tip.z() / turning, -p_tip.x() * p_tip.z() / turning,
+      -p_tip.x() * p_tip.z() / turning, 1 / mass + p_tip.x() * p_tip.x() / turning;
+  result.inertia = mobility.inverse();
+  const auto tip = [&] {
+    const Twist twist = world.state(rod).twist;
+    const Vector3 v = twist.v_WB + twist.w_WB.cross(p_tip);
+    return Eigen::Vector2d(v.x(), v.z());
+  };
+  result.before = tip();
+  result.energy_before = world.kinetic_energy();
+  const AdvanceReport report = world.advance(0.002);
+  EXPECT_EQ(report.impacts.size(), 1u);
+  result.after = tip();
+  result.energy_after = world.kinetic_energy();
+  return result;
+}
+
+// The bounce that keeps the energy: with the tip stuck, after . inertia . after = before . inertia .
+// before.
+Scalar kept_bounce(const KaneRod& rod) {
+  return std::sqrt(rod.before.dot(rod.inertia * rod.before) / rod.inertia(1, 1));
+}
+
+TEST(Impact, NeverGivesARodEnergyThroughFriction) {
+  int reduced = 0;
+  for (const Scalar lean : {-0.9, -0.5, 0.5, 0.9}) {
+    for (const Scalar sliding : {-0.3, -0.1, 0.1, 0.3}) {
+      for (const Scalar restitution : {0.5, 0.9, 1.0}) {
+        const KaneRod rod = strike(lean, sliding, restitution);
+        const Scalar kept = kept_bounce(rod);
+        reduced += kept < restitution ? 1 : 0;
+        EXPECT_LE(rod.energy_after, rod.energy_before * (1 + 1e-8));
+        EXPECT_NEAR(rod.after[0], 0, 5e-3) << "it sticks";
+        EXPECT_NEAR(rod.after[1], std::min(restitution, kept), 5e-3)
+            << "lean " << lean << ", sliding " << sliding << ", restitution " << restitution;
+      }
+    }
+  }
+  EXPECT_GE(reduced, 4);
+}
+
+}  // namespace
+}  // namespace dyop
