@@ -260,7 +260,8 @@ ContactReport LegProblem::solve(Scalar tau, bool is_impact) {
   }
   ContactSolverOptions options = run_.context().options->solver;
   options.tolerance = is_impact ? impact_tolerance(tau) : tolerance(tau);
-  if (is_large() && start_speed_ * tau > standoff_) options.cascade_rounds = 1;
+  // What one round does not solve there a second hardly ever does, at the price of the first.
+  if (is_large()) options.cascade_rounds = std::min(options.cascade_rounds, 1);
   if (is_struck()) {
     options.tolerance = std::max(options.tolerance, kStruckTolerance * standoff_ / tau);
     options.newton_limit = 0;
