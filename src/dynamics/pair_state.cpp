@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "contact/generation/facet_fit.h"
 #include "core/tolerance.h"
 
 namespace dyop::internal {
@@ -36,6 +37,7 @@ bool refresh_contacts(PairState& pair, const BodyRecord& a, const RigidPose& X_W
   ContactMerging merging{shift_W, turn_W, pair.lengths.radius};
   merging.active_gap = pair.lengths.rest_gap() + kContactMergedStandoffs * pair.lengths.standoff;
   merging.gap_change = kContactMergedChange * pair.lengths.standoff;
+  merging.most_sagitta = kContactFitStandoffs * pair.lengths.standoff;
   options.reduction.merging = merging;
   options.max_drift = kContactDriftFraction * pair.lengths.standoff;
   pair.contacts.refresh(*a.definition.shape, X_WA, *b.definition.shape, X_WB, reach, options,

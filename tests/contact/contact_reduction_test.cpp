@@ -96,11 +96,12 @@ TEST(ContactReduction, LeavesFewAlone) {
   EXPECT_EQ(contacts.size(), 2u);
 }
 
-// Vertices of a rim of radius 1 above a floor, 0.01 apart; the lowest is the tenth of 21.
-std::vector<ContactPoint> rim(Scalar y, int first) {
+// Vertices of a rim of radius 1 above a floor, 0.01 apart; the lowest is the tenth of 21, `ahead` of the
+// lowest place of the rim, which is at x = 0.
+std::vector<ContactPoint> rim(Scalar y, int first, Scalar ahead = 0) {
   std::vector<ContactPoint> contacts;
   for (int k = 0; k < 21; ++k) {
-    const Scalar x = 0.01 * (k - 10);
+    const Scalar x = 0.01 * (k - 10) + ahead;
     contacts.push_back(contact_at({x, y, 0}, Vector3::UnitZ(), 0.001 + x * x / 2, first + k));
   }
   return contacts;
@@ -139,6 +140,42 @@ TEST(ContactReduction, ARimOfShortFacetsIsOneContactHoweverFarItReaches) {
       ASSERT_EQ(contacts.size(), 1u);
       EXPECT_NEAR(contacts[0].merged_way, 0.1, 1e-3);
     }
+  }
+}
+
+TEST(ContactReduction, AFineRimRestsWhereItsSmoothCurveIsLowest) {
+  constexpr Scalar kSagitta = 0.01 * 0.01 / 8;
+  auto options = merging_for(Vector3(0.06, 0, 0), Vector3(0, 0.06, 0));
+  for (const Scalar ahead : {-0.005, -0.001, 0.004}) {
+    for (const Scalar part : {0.9, 1.1}) {
+      options.merging->most_sagitta = part * kSagitta;
+      auto contacts = rim(0, 0, ahead);
+      reduce_contacts(options, contacts);
+      ASSERT_EQ(contacts.size(), 1u);
+      const bool is_fine = part > 1;
+      EXPECT_NEAR(contacts[0].p_WCa.x(), is_fine ? 0 : ahead, 1e-15) << part;
+      EXPECT_NEAR(contacts[0].gap, 0.001 + (is_fine ? 0 : ahead * ahead / 2), 1e-15) << part;
+    }
+  }
+}
+
+// Corners all around the nearest one, or on one side of it only, are no row.
+TEST(ContactReduction, OnlyARowIsTakenAsACurve) {
+  auto options = merging_for(Vector3(0.06, 0, 0), Vector3(0, 0.06, 0));
+  options.merging->most_sagitta = 1;
+  auto net = rim(0, 0, 0.004);
+  for (const Scalar y : {-0.01, 0.01}) {
+    for (ContactPoint& contact : rim(y, int(net.size()), 0.004)) {
+      contact.gap += 1e-5;
+      net.push_back(contact);
+    }
+  }
+  auto half = rim(0, 0, 0.004);
+  half.erase(half.begin(), half.begin() + 10);
+  for (auto* contacts : {&net, &half}) {
+    reduce_contacts(options, *contacts);
+    ASSERT_FALSE(contacts->empty());
+    EXPECT_NEAR(contacts->front().p_WCa.x(), 0.004, 1e-15);
   }
 }
 

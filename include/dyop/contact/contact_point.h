@@ -60,8 +60,8 @@ struct ContactPoint {
   /// passes it on to the contact that continues this one, turned with its normal, and prefers to
   /// keep contacts that have one.
   Vector3 impulse_W = Vector3::Zero();
-  /// Written by reduce_contacts(): the length along the surface over which this contact stands for
-  /// its neighbours on a curved surface (see ContactMerging); 0 if it stands for itself alone.
+  /// Written by reduce_contacts(): the length over which this contact stands for its neighbours on
+  /// a curved surface, its points for those of a smooth one (see ContactMerging); 0: for itself.
   Scalar merged_way = 0;
   /// Index of the contact in the previous set that this one continues, by key, else by place.
   std::optional<std::int32_t> previous;

@@ -26,6 +26,9 @@ struct ContactMerging {
   Scalar active_gap = 0;
   /// What points at the distance `radius` must move along the normal for a turn that merges.
   Scalar gap_change = 0;
+  /// Contacts in a row, as along a rim, whose smooth curve dips below its chords by at most this
+  /// act as one where that curve comes nearest, not at the nearest corner. 0: none do.
+  Scalar most_sagitta = 0;
 };
 
 struct ContactReductionOptions {

@@ -6,6 +6,7 @@
 #include <numeric>
 #include <tuple>
 
+#include "contact/generation/facet_fit.h"
 #include "core/tolerance.h"
 #include "dyop/core/error.h"
 
@@ -122,6 +123,7 @@ class Merging {
   bool can_stand_for(const ContactPoint& leader, const ContactPoint& other) const;
   bool is_linked(const ContactPoint& other, Scalar link) const;
   void gather(std::size_t leader);
+  void fit(ContactPoint& leader) const;
 
   const ContactMerging& merging_;
   std::vector<ContactPoint>& contacts_;
@@ -162,6 +164,15 @@ void Merging::gather(std::size_t leader) {
     const Scalar apart = (other.p_WCb - first.p_WCb).norm();
     first.merged_way = std::max({first.merged_way, apart, link});
     if (first.impulse_W.isZero(0)) first.impulse_W = other.impulse_W;
+  }
+  fit(first);
+}
+
+void Merging::fit(ContactPoint& leader) const {
+  std::vector<const ContactPoint*> row;
+  for (const std::size_t k : members_) row.push_back(&contacts_[k]);
+  if (const auto fitted = internal::fitted_contact(leader, row, merging_.most_sagitta)) {
+    leader = *fitted;
   }
 }
 

@@ -22,9 +22,6 @@ constexpr int kMostRounds = 8;
 constexpr int kMostErrorSolves = 4;
 constexpr int kMostAttempts = 8;
 constexpr int kMostSpinSweeps = 4;
-// The solve is repeated if a contact would slip by this part of the standoff because it sticks at
-// another place than before. Larger: what spins or pivots gains or loses energy at first order.
-constexpr Scalar kStickingChange = 0.001;
 // A round has brought nothing if it leaves this part of the residual of the one before.
 constexpr Scalar kNoProgress = 0.9;
 // Legs of a jam that only use the room that is left, in one step. By then it is a jam of more than
@@ -51,7 +48,7 @@ class ContactLeg {
   // A larger residual shows that constraints contradict each other.
   Scalar contradiction() const { return kContradictionTolerances * 0.001 * leg_.standoff() / tau_; }
   bool update_errors();
-  EndGap found_end(std::size_t contact, Scalar linear);
+  EndGap found_end(std::size_t contact);
   RigidPose end_pose(const std::optional<std::size_t>& member, const BodyRecord& body) const;
   void make_moves();
   void find_proofs();
@@ -169,20 +166,20 @@ RigidPose ContactLeg::end_pose(const std::optional<std::size_t>& member,
 
 // The end near a contact. The facet of a contact on a curved surface says little about it: other
 // facets may have come nearer by then.
-EndGap ContactLeg::found_end(std::size_t contact, Scalar linear) {
+EndGap ContactLeg::found_end(std::size_t contact) {
   const LegContact& entry = leg_.contacts()[contact];
   const RunPair& pair = run_.pairs()[entry.pair];
   const RigidPose& X_WA_end = end_a_[entry.pair];
   const RigidPose& X_WB_end = end_b_[entry.pair];
   if (is_on_curved_surface(entry.point, *pair.a, *pair.b)) {
-    const CurvedMove move = leg_.curved_move(contact, tau_, linear + entry.error, X_WA_end);
+    const CurvedMove move = leg_.curved_move(contact, tau_, X_WA_end);
     const auto measured = measured_end_gap(entry.point, move, pair.state->lengths, *pair.a,
                                            X_WA_end, *pair.b, X_WB_end, run_.workspace().contacts);
     if (measured) return *measured;
   }
   EndGap end = end_gap(entry.point, *pair.a, start_a_[entry.pair], X_WA_end, *pair.b,
                        start_b_[entry.pair], X_WB_end);
-  if (is_edge_pair(entry.point)) end.gap = std::min(end.gap, linear);
+  if (is_edge_pair(entry.point)) end.gap = std::min(end.gap, leg_.linear_gap(contact, tau_));
   return end;
 }
 
@@ -190,21 +187,7 @@ EndGap ContactLeg::found_end(std::size_t contact, Scalar linear) {
 bool ContactLeg::update_errors() {
   bool has_changed = false;
   for (std::size_t i = 0; i < leg_.contacts().size(); ++i) {
-    LegContact& entry = leg_.contacts()[i];
-    const RunPair& pair = run_.pairs()[entry.pair];
-    const Scalar linear =
-        entry.point.gap + tau_ * entry.point.nhat_AB_W.dot(leg_.relative_velocity(i));
-    const EndGap end = found_end(i, linear);
-    const Scalar error = end.gap - linear;
-    const bool carries = !leg_.problem().contacts[i].impulse_W.isZero(0);
-    const bool matters =
-        carries || linear + error < pair.state->lengths.rest_gap() + pair.state->lengths.standoff;
-    if (matters && std::abs(error - entry.error) > kErrorChange * pair.state->lengths.standoff) {
-      has_changed = true;
-    }
-    entry.error = error;
-    const Scalar slip = end.p_W ? tau_ * leg_.stick_midway(i, *end.p_W, tau_) : 0;
-    if (matters && slip > kStickingChange * pair.state->lengths.standoff) has_changed = true;
+    has_changed = leg_.take_end(i, found_end(i), tau_) || has_changed;
   }
   const auto end = [this](const auto& member, const auto& body) { return end_pose(member, body); };
   has_changed = springs_->update(end) || has_changed;

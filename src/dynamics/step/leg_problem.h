@@ -72,9 +72,10 @@ class LegProblem {
   void set_target(std::size_t contact, Scalar target) {
     problem_.contacts[contact].target = target;
   }
-  /// Lets a contact stick where it is in the middle of a leg of length tau, not where it was at the
-  /// start. Returns by how much this changes the velocity that counts as sticking.
-  Scalar stick_midway(std::size_t contact, const Vector3& p_W_end, Scalar tau);
+  /// Takes a contact's end after the last solve: corrects the prediction of its gap, and lets it
+  /// stick where it is in the middle of a leg of length tau, not where it was at the start. Returns
+  /// whether that changes so much that the solve must be repeated.
+  bool take_end(std::size_t contact, const EndGap& end, Scalar tau);
 
   /// Least normal velocity of a contact in a leg of length tau: keeps the rest gap until the end, or
   /// recovers a part of it at bounded speed, and keeps a corner that turns away from dipping on the
@@ -88,10 +89,10 @@ class LegProblem {
   /// some, or ask more of those.
   bool asks_more(std::size_t known, Scalar tau, bool recovers) const;
 
-  /// What the last solve lets a contact on a curved surface do, with its gap at the end as predicted
-  /// and the end pose of A.
-  CurvedMove curved_move(std::size_t contact, Scalar tau, Scalar end_gap,
-                         const RigidPose& X_WA_end) const;
+  /// What the last solve lets a contact on a curved surface do, with the end pose of A.
+  CurvedMove curved_move(std::size_t contact, Scalar tau, const RigidPose& X_WA_end) const;
+  /// The gap of a contact after tau at the rate that the last solve gives it.
+  Scalar linear_gap(std::size_t contact, Scalar tau) const;
   /// Velocity of B's point relative to A's after the last solve.
   Vector3 relative_velocity(std::size_t contact) const;
   /// Angular velocity of B relative to A after the last solve.
@@ -126,6 +127,8 @@ class LegProblem {
   }
   void add_from_below(std::vector<Place> places);
   bool is_large() const;
+  // Returns by how much the velocity that counts as sticking changes.
+  Scalar stick_midway(std::size_t contact, const Vector3& p_W_end, Scalar tau);
   Scalar recovery_cap(std::size_t contact, Scalar tau) const;  // largest target above zero
   Scalar target_of_leg(std::size_t contact, Scalar tau, bool recovers) const;
   Scalar tolerance(Scalar tau) const;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
+#include <cmath>
 
 #include "core/tolerance.h"
 #include "dynamics/step/leg_problem.h"
@@ -8,6 +9,13 @@ namespace dyop::internal {
 namespace {
 
 using RunPair = IslandRun::RunPair;
+
+// The solve is repeated if a contact would slip by this part of the standoff because it sticks at
+// another place than before. Larger: what spins or pivots gains or loses energy at first order.
+constexpr Scalar kStickingChange = 0.001;
+// As kErrorChange, where no facet disturbs the gap. Larger: what rolls slowly is lifted or dropped by
+// this, at random.
+constexpr Scalar kSmoothErrorChange = 0.0005;  // literal: of the standoff
 
 // How far the linear gap may close over the leg without a dip below what is proven, plus half a
 // standoff for the tolerance of the proof.
@@ -41,10 +49,15 @@ Scalar LegProblem::recovery_cap(std::size_t contact, Scalar tau) const {
          relative_turn(contact).norm() * entry.point.merged_way;
 }
 
-CurvedMove LegProblem::curved_move(std::size_t contact, Scalar tau, Scalar end_gap,
+Scalar LegProblem::linear_gap(std::size_t contact, Scalar tau) const {
+  const ContactPoint& point = contacts_[contact].point;
+  return point.gap + tau * point.nhat_AB_W.dot(relative_velocity(contact));
+}
+
+CurvedMove LegProblem::curved_move(std::size_t contact, Scalar tau,
                                    const RigidPose& X_WA_end) const {
-  CurvedMove move{end_gap, tau * relative_velocity(contact).norm(),
-                  tau * relative_turn(contact).norm()};
+  CurvedMove move{linear_gap(contact, tau) + contacts_[contact].error,
+                  tau * relative_velocity(contact).norm(), tau * relative_turn(contact).norm()};
   for (std::size_t i = 0; i < contacts_.size(); ++i) {
     if (i == contact || contacts_[i].pair != contacts_[contact].pair) continue;
     move.others_W.push_back(X_WA_end * contacts_[i].point.p_ACa);
@@ -65,6 +78,19 @@ Scalar LegProblem::stick_midway(std::size_t contact, const Vector3& p_W_end, Sca
   velocity_W -= row.nhat_AB_W * row.nhat_AB_W.dot(velocity_W);
   std::swap(row.sticking_velocity_W, velocity_W);
   return row.friction > 0 ? (row.sticking_velocity_W - velocity_W).norm() : 0;
+}
+
+bool LegProblem::take_end(std::size_t contact, const EndGap& end, Scalar tau) {
+  LegContact& entry = contacts_[contact];
+  const PairLengths& lengths = run_.pairs()[entry.pair].state->lengths;
+  const Scalar error = end.gap - linear_gap(contact, tau);
+  const Scalar change = std::abs(error - entry.error);
+  entry.error = error;
+  const Scalar slip = end.p_W ? tau * stick_midway(contact, *end.p_W, tau) : 0;
+  const bool carries = !problem_.contacts[contact].impulse_W.isZero(0);
+  if (!carries && end.gap >= lengths.rest_gap() + lengths.standoff) return false;
+  const Scalar most_change = end.is_smooth ? kSmoothErrorChange : kErrorChange;
+  return change > most_change * lengths.standoff || slip > kStickingChange * lengths.standoff;
 }
 
 Scalar LegProblem::least_velocity(std::size_t contact, Scalar tau) const {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "contact/generation/facet_fit.h"
 #include "core/tolerance.h"
 #include "dynamics/step/gaps/rounded_core.h"
 
@@ -38,7 +39,11 @@ std::optional<EndGap> measured_end_gap(const ContactPoint& point, const CurvedMo
                     workspace, found);
   const Vector3 p_a = X_WA_end * point.p_ACa;
   const Vector3 p_b = X_WB_end * point.p_BCb;
-  std::optional<EndGap> least;
+  std::vector<const ContactPoint*> near_by;
+  const ContactPoint* nearest = nullptr;
+  const auto gap_of = [&](const ContactPoint& other) {
+    return other.gap - lift * other.nhat_AB_W.dot(n);
+  };
   for (const ContactPoint& other : found) {
     const Scalar cosine = other.nhat_AB_W.dot(n);
     const Scalar apart =
@@ -48,11 +53,18 @@ std::optional<EndGap> measured_end_gap(const ContactPoint& point, const CurvedMo
         move.others_W.begin(), move.others_W.end(),
         [&](const Vector3& place) { return (other.p_WCa - place).squaredNorm() < apart; });
     if (is_of_another) continue;
-    const Scalar gap = other.gap - lift * cosine;
-    if (least && least->gap <= gap) continue;
-    least = EndGap{gap, Vector3((other.p_WCa + other.p_WCb - lift * n) / 2)};
+    near_by.push_back(&other);
+    if (!nearest || gap_of(other) < gap_of(*nearest)) nearest = &other;
   }
-  return least;
+  if (!nearest) return std::nullopt;
+  std::optional<ContactPoint> fitted;
+  if (point.merged_way > 0) {
+    fitted = fitted_contact(*nearest, near_by, kContactFitStandoffs * lengths.standoff);
+  }
+  const ContactPoint& found_at = fitted ? *fitted : *nearest;
+  EndGap end{gap_of(found_at), Vector3((found_at.p_WCa + found_at.p_WCb - lift * n) / 2)};
+  end.is_smooth = fitted.has_value();
+  return end;
 }
 
 }  // namespace dyop::internal

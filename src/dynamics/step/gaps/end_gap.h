@@ -14,6 +14,7 @@ struct EndGap {
   Scalar gap = 0;
   /// Where it is by then, in world; none where that is not known.
   std::optional<Vector3> p_W = {};
+  bool is_smooth = false;  ///< that of a smooth curve, which no facet disturbs
 };
 
 bool is_edge_pair(const ContactPoint& point);
