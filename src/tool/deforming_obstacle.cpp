@@ -236,18 +236,26 @@ bool DeformingObstacle::is_minimum(const CorePiece& piece, const RigidPose& X_WB
   });
 }
 
-void DeformingObstacle::add_holds(const ToolBody& body, const RigidPose& X_WB, Scalar reach,
-                                  WorkClock& clock, PairMemory& kept, QueryMemory& /*memory*/,
+void DeformingObstacle::add_holds(const ToolBody& body, const RigidPose& X_WB,
+                                  const ExpectedApproach& approach, WorkClock& clock,
+                                  PairMemory& kept, QueryMemory& /*memory*/,
                                   std::vector<HoldPoint>& holds) const {
   kept.resize(body.pieces.size());
   for (std::size_t k = 0; k < kept.size(); ++k) {
     const CorePiece& piece = body.pieces[k];
     const StandingPair sides(shown(), fraction_, piece.mesh, X_WB);
-    const Scalar surface_reach = reach + piece.radius;
+    ExpectedApproach of_core = approach;
+    of_core.least += piece.radius;
+    of_core.reach += piece.radius;
+    PieceDistance last;
     const auto visit = [&](const PieceDistance& pair, std::int32_t a, std::int32_t b) {
       const std::int32_t triangle_a = sides.a.triangle(a), triangle_b = sides.b.triangle(b);
-      if (!(pair.lower > 0) || !is_minimum(piece, X_WB, pair, triangle_a, triangle_b)) {
-        return surface_reach;
+      // Triangles around the same vertices or edges have the same nearest points.
+      const bool is_same = pair.nhat_AB == last.nhat_AB && pair.p_a == last.p_a &&
+                           pair.feature_a == last.feature_a && pair.feature_b == last.feature_b;
+      last = pair;
+      if (is_same || !(pair.lower > 0) || !is_minimum(piece, X_WB, pair, triangle_a, triangle_b)) {
+        return;
       }
       HoldPoint hold;
       hold.p_WA = pair.p_a;
@@ -257,10 +265,9 @@ void DeformingObstacle::add_holds(const ToolBody& body, const RigidPose& X_WB, S
       hold.key = {key_of(pair.feature_a, triangle_a, 0),
                   key_of(pair.feature_b, triangle_b, std::int32_t(k))};
       holds.push_back(hold);
-      return surface_reach;
     };
     if (!kept[k].front.refine(
-            sides, surface_reach, [&] { return clock.is_over_small(); }, visit))
+            sides, of_core, [&] { return clock.is_over_small(); }, visit))
       return;
   }
 }

@@ -37,8 +37,8 @@ class DeformingObstacle final : public Obstacle {
 
   PairImpact first_impact(const BodyMotion& motion, const ToiOptions& options, WorkClock& clock,
                           PairMemory& kept, QueryMemory& memory) const override;
-  void add_holds(const ToolBody& body, const RigidPose& X_WB, Scalar reach, WorkClock& clock,
-                 PairMemory& kept, QueryMemory& memory,
+  void add_holds(const ToolBody& body, const RigidPose& X_WB, const ExpectedApproach& approach,
+                 WorkClock& clock, PairMemory& kept, QueryMemory& memory,
                  std::vector<HoldPoint>& holds) const override;
   PairDistance measure(const ToolBody& body, const RigidPose& X_WB, const DistanceWish& wish,
                        WorkClock& clock, PairMemory& kept) const override;

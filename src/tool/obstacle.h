@@ -116,11 +116,11 @@ class Obstacle {
   virtual PairImpact first_impact(const BodyMotion& motion, const ToiOptions& options,
                                   WorkClock& clock, PairMemory& kept,
                                   QueryMemory& memory) const = 0;
-  /// Appends the points, at most `reach` apart, where the gap has a local minimum; not all of them
-  /// if the clock runs out.
-  virtual void add_holds(const ToolBody& body, const RigidPose& X_WB, Scalar reach,
-                         WorkClock& clock, PairMemory& kept, QueryMemory& memory,
-                         std::vector<HoldPoint>& holds) const = 0;
+  /// Appends the points where the gap has a local minimum and matters for the approach, perhaps
+  /// more that are within its reach; not all of them if the clock runs out.
+  virtual void add_holds(const ToolBody& body, const RigidPose& X_WB,
+                         const ExpectedApproach& approach, WorkClock& clock, PairMemory& kept,
+                         QueryMemory& memory, std::vector<HoldPoint>& holds) const = 0;
   /// Bounds as close as wished, besides rounding, unless the clock runs out.
   virtual PairDistance measure(const ToolBody& body, const RigidPose& X_WB,
                                const DistanceWish& wish, WorkClock& clock,

@@ -142,6 +142,7 @@ FollowReport Proxy::follow(const std::optional<ToolPose>& goal, Scalar dt, WorkC
   };
   look_for_escape(clock, work);
   const ToolPose wished = goal.value_or(pose_);
+  last_goal_step_ = goal_step_;
   goal_step_ = step_between(last_goal_.value_or(pose_), wished);
   last_goal_ = wished;
   if (!goal) wait();
@@ -163,7 +164,7 @@ FollowReport Proxy::follow(const std::optional<ToolPose>& goal, Scalar dt, WorkC
 // can be had in its time.
 void Proxy::take_pace(bool was_cut, bool has_moved) {
   if (!was_cut) pace_ = std::min(Scalar{1}, 2 * pace_);
-  if (was_cut && !has_moved) pace_ = std::max(kLeastPace, pace_ / 2);
+  if (was_cut && !has_moved && !was_hasty_) pace_ = std::max(kLeastPace, pace_ / 2);
 }
 
 Scalar Proxy::move(const ToolPose& goal, const Piece& piece, WorkClock& clock, TickStatistics& work,
@@ -242,19 +243,26 @@ Scalar Proxy::stay(Scalar duration, WorkClock& clock, TickStatistics& work, Foll
 void Proxy::commit(const ToolMotion& motion, Scalar t) {
   for (PairState& pair : pairs_) {
     const ToolBody& body = bodies_[pair.body];
-    const Scalar moved = motion.largest_displacement(body, t) +
-                         t * obstacles_[pair.obstacle]->speed() * (1 + 8 * kUnitRoundoff);
+    const Scalar of_tissue = t * obstacles_[pair.obstacle]->speed() * (1 + 8 * kUnitRoundoff);
+    const Scalar moved = motion.largest_displacement(body, t) + of_tissue;
     const Scalar size = pose_.X_WT.translation().norm() + moved + body.shape->bounding_radius();
     const Scalar vaguer = moved > 0 ? moved + kStepNoise * size : 0;
     const Scalar proven = pair.proven < kInfinity ? pair.proven : 0;
     pair.distance.lower = std::max({Scalar{0}, pair.distance.lower - vaguer, proven});
     pair.distance.upper += vaguer;
-    for (PieceMemory& kept : pair.kept) kept.front.move(vaguer);
+    if (!(vaguer > 0)) continue;
+    const auto [shift_W, turned] = motion.shift(body, t);
+    const PairFront::Displacement displacement{vaguer, shift_W,
+                                               turned + of_tissue + (vaguer - moved)};
+    for (PieceMemory& kept : pair.kept) kept.front.move(displacement);
   }
   const ToolPose before = pose_;
   pose_ = motion.at(t);
   last_step_ = step_between(before, pose_);
+  rate_before_ = rate_;
+  rate_ = scaled(last_step_, 1 / t);
   path_.push_back({path_.back().time + t, pose_});
+  holds_since_ += t;
   for (const auto& obstacle : obstacles_) obstacle->pass(t);
 }
 

@@ -80,6 +80,11 @@ class Proxy {
   void look_for_escape(WorkClock& clock, TickStatistics& work);
   void gather_holds(const ToolStep& wish, const Piece& piece, WorkClock& clock);
   Scalar likely_step(const ToolBody& body, const ToolMotion& wished, Scalar duration) const;
+  void expect(const PairState& pair, Scalar duration, ExpectedApproach& approach) const;
+  void carry_holds();
+  void keep_found();
+  void add_if_new(const HoldPoint& hold);
+  std::size_t most_holds() const;
   void thin_holds();
   void warm_start();
   Scalar bend_holds(const ToolMotion& motion, const ToolStep& step, Scalar duration);
@@ -110,11 +115,17 @@ class Proxy {
   QueryMemory memory_;
   Escape escape_;
   ToolPose pose_;
-  ToolStep last_step_;  // of the last motion
-  ToolStep goal_step_;  // of the device, since the last tick
+  ToolStep last_step_;       // of the last motion
+  ToolStep rate_;            // the same, per time
+  ToolStep rate_before_;     // of the motion before it
+  ToolStep goal_step_;       // of the device, since the last tick
+  ToolStep last_goal_step_;  // in the tick before
   std::optional<ToolPose> last_goal_;
   std::vector<ToolWaypoint> path_;
   std::vector<HoldPoint> holds_;
+  ToolPose holds_from_;     // where they were found
+  Scalar holds_since_ = 0;  // time since then
+  bool was_hasty_ = false;  // the last search for holds was cut off
   std::vector<HoldPoint> last_holds_;
   std::vector<HoldPoint> found_;
 };

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
 #include <tuple>
+#include <utility>
 
 #include "tool/proxy.h"
 
@@ -38,7 +39,10 @@ bool is_named_before(const HoldPoint& x, const HoldPoint& y) {
 
 }  // namespace
 
+// A search that is cut off would be so again in the next tick, before the tool has moved: the next
+// tick goes on with what is known.
 void Proxy::gather_holds(const ToolStep& wish, const Piece& piece, WorkClock& clock) {
+  if (std::exchange(was_hasty_, false)) return carry_holds();
   found_.clear();
   const ToolMotion motion(pose_, wish, piece.duration, hinges_);
   for (PairState& pair : pairs_) {
@@ -47,23 +51,55 @@ void Proxy::gather_holds(const ToolStep& wish, const Piece& piece, WorkClock& cl
     const Scalar least_reach = obstacle.margin + (1 + pace_ * kReach) * options_.standoff;
     const Scalar most_moved = kMostReach * options_.standoff;
     if (pair.distance.lower > least_reach + most_moved) continue;
-    if (clock.is_over()) return;
+    if (clock.is_over()) return keep_found();
     const Scalar moved =
         likely_step(bodies_[pair.body], motion, piece.duration) + obstacle.speed() * piece.duration;
     const Scalar reach = least_reach + std::min(moved, most_moved);
     if (pair.distance.lower > reach) continue;
     const std::size_t first = found_.size();
-    obstacle.add_holds(bodies_[pair.body], body_pose(pair.body), reach, clock, pair.kept, memory_,
-                       found_);
+    ExpectedApproach approach{.least = least_reach, .reach = reach};
+    expect(pair, piece.duration, approach);
+    obstacle.add_holds(bodies_[pair.body], body_pose(pair.body), approach, clock, pair.kept,
+                       memory_, found_);
     for (std::size_t k = first; k < found_.size(); ++k) {
       found_[k].body = pair.body;
       found_[k].obstacle = pair.obstacle;
     }
   }
-  if (clock.cutoff()) return;
+  if (clock.cutoff()) return keep_found();
   last_holds_.swap(holds_);
   thin_holds();
   warm_start();
+  holds_from_ = pose_;
+  holds_since_ = 0;
+}
+
+// Moves what was found earlier to where it is now: with the body and the tissue.
+void Proxy::carry_holds() {
+  for (HoldPoint& hold : holds_) {
+    const ToolBody& body = bodies_[hold.body];
+    const RigidPose X_WB_from = holds_from_.X_WT * body_in_tool(body, hinges_, holds_from_);
+    hold.p_WB = body_pose(hold.body) * (X_WB_from.inverse() * hold.p_WB);
+    hold.p_WA += holds_since_ * hold.v_WA;
+    hold.curvature = 0;
+    hold.push = 0;
+  }
+  holds_from_ = pose_;
+  holds_since_ = 0;
+  std::erase_if(holds_, [&](const HoldPoint& hold) {
+    const Scalar far = obstacles_[hold.obstacle]->margin + (1 + kReach) * options_.standoff;
+    return !(hold.gap() <= far) ||
+           pairs_[hold.body * obstacles_.size() + hold.obstacle].is_overlapping;
+  });
+}
+
+// The search was cut off: what it found, besides what was known.
+void Proxy::keep_found() {
+  was_hasty_ = true;
+  carry_holds();
+  for (const HoldPoint& hold : found_) {
+    if (holds_.size() < most_holds()) add_if_new(hold);
+  }
 }
 
 // A device far inside what holds the tool pulls it a long way, but it will hardly move farther than
@@ -73,6 +109,37 @@ Scalar Proxy::likely_step(const ToolBody& body, const ToolMotion& wished, Scalar
     return ToolMotion(pose_, step, duration, hinges_).largest_displacement(body, duration);
   };
   return std::min(wished.largest_displacement(body, duration), size(goal_step_) + size(last_step_));
+}
+
+// The tool is expected to go on as in its last motion, give or take what has changed of late in its
+// own rate and in the device's. Where that is wrong the proof finds the holds that are missing.
+void Proxy::expect(const PairState& pair, Scalar duration, ExpectedApproach& approach) const {
+  const ToolBody& body = bodies_[pair.body];
+  const ToolMotion motion(pose_, scaled(rate_, duration), duration, hinges_);
+  const Twist twist = motion.of(body).twist(0);
+  approach.v_W = duration * twist.v_WB;
+  approach.w_W = duration * twist.w_WB;
+  approach.origin_W = body_pose(pair.body).translation();
+  const auto size = [&](const ToolStep& step) {
+    return ToolMotion(pose_, step, duration, hinges_).largest_displacement(body, duration);
+  };
+  approach.slack = size(difference(goal_step_, last_goal_step_)) +
+                   size(scaled(difference(rate_, rate_before_), duration)) +
+                   obstacles_[pair.obstacle]->speed() * duration;
+}
+
+// Fewer at a slower pace, since solves take long; leaves space for those that the proof will find.
+std::size_t Proxy::most_holds() const {
+  const int all = 1 + options_.max_contacts - options_.max_attempts;
+  return std::size_t(std::max(std::min(kFewestHolds, all), int(pace_ * all)));
+}
+
+void Proxy::add_if_new(const HoldPoint& hold) {
+  const Scalar apart = kSamePlace * options_.standoff;
+  const bool is_known = std::any_of(holds_.begin(), holds_.end(), [&](const HoldPoint& kept) {
+    return is_same_place(kept, hold, apart);
+  });
+  if (!is_known) holds_.push_back(hold);
 }
 
 // The nearest first, one for each point, no more than the solver may have.
@@ -86,17 +153,9 @@ void Proxy::thin_holds() {
     return is_named_before(x, y);
   });
   holds_.clear();
-  // Fewer at a slower pace, since solves take long.
-  const int all = 1 + options_.max_contacts - options_.max_attempts;
-  const auto most = std::size_t(std::max(std::min(kFewestHolds, all), int(pace_ * all)));
-  const Scalar apart = kSamePlace * options_.standoff;
   for (const HoldPoint& hold : found_) {
-    // Leaves space for the holds that the proof will find.
-    if (holds_.size() >= most) break;
-    const bool is_known = std::any_of(holds_.begin(), holds_.end(), [&](const HoldPoint& kept) {
-      return is_same_place(kept, hold, apart);
-    });
-    if (!is_known) holds_.push_back(hold);
+    if (holds_.size() >= most_holds()) break;
+    add_if_new(hold);
   }
 }
 

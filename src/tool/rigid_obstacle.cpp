@@ -16,8 +16,8 @@ class RigidObstacle final : public Obstacle {
   void prepare(const ToolBody& body, QueryMemory& memory) const override;
   PairImpact first_impact(const BodyMotion& motion, const ToiOptions& options, WorkClock& clock,
                           PairMemory& kept, QueryMemory& memory) const override;
-  void add_holds(const ToolBody& body, const RigidPose& X_WB, Scalar reach, WorkClock& clock,
-                 PairMemory& kept, QueryMemory& memory,
+  void add_holds(const ToolBody& body, const RigidPose& X_WB, const ExpectedApproach& approach,
+                 WorkClock& clock, PairMemory& kept, QueryMemory& memory,
                  std::vector<HoldPoint>& holds) const override;
   PairDistance measure(const ToolBody& body, const RigidPose& X_WB, const DistanceWish& wish,
                        WorkClock& clock, PairMemory& kept) const override;
@@ -63,10 +63,11 @@ PairImpact RigidObstacle::first_impact(const BodyMotion& motion, const ToiOption
   return impact;
 }
 
-void RigidObstacle::add_holds(const ToolBody& body, const RigidPose& X_WB, Scalar reach,
-                              WorkClock& clock, PairMemory& /*kept*/, QueryMemory& memory,
+void RigidObstacle::add_holds(const ToolBody& body, const RigidPose& X_WB,
+                              const ExpectedApproach& approach, WorkClock& clock,
+                              PairMemory& /*kept*/, QueryMemory& memory,
                               std::vector<HoldPoint>& holds) const {
-  generate_contacts(*shape_, X_WA_, *body.shape, X_WB, reach, {}, memory.contact_workspace,
+  generate_contacts(*shape_, X_WA_, *body.shape, X_WB, approach.reach, {}, memory.contact_workspace,
                     memory.contacts, &clock);
   for (const ContactPoint& contact : memory.contacts) {
     HoldPoint hold;

@@ -38,6 +38,12 @@ ToolStep scaled(const ToolStep& step, Scalar factor) {
   return result;
 }
 
+ToolStep difference(const ToolStep& step, const ToolStep& other) {
+  ToolStep result{step.v_W - other.v_W, step.w_W - other.w_W, step.angles};
+  for (std::size_t k = 0; k < kMostHinges; ++k) result.angles[k] -= other.angles[k];
+  return result;
+}
+
 RigidPose HingeMotion::pose(Scalar t) const {
   return X_WT_.pose(t) * X_TJ_ * turned_about_z(angle_ + t * rate_);
 }
@@ -101,6 +107,15 @@ Scalar ToolMotion::largest_displacement(const ToolBody& body, Scalar t) const {
     largest = std::max(largest, linear + turn * turn / 2 * c_W.norm() + hinge_turn * radius);
   }
   return rounded_up(largest);
+}
+
+// With p = c + r the displacements differ by (R(t) - I) r, at most the angle of R times |r|.
+std::pair<Vector3, Scalar> ToolMotion::shift(const ToolBody& body, Scalar t) const {
+  const Vector3 c_B = body.box.center();
+  const Vector3 shift_W = of(body).pose(t) * c_B - of(body).pose(0) * c_B;
+  const Scalar hinge_rate = body.hinge ? std::abs(rate_.angles[*body.hinge]) : 0;
+  const Scalar turn = t * (rate_.w_W.norm() + hinge_rate);
+  return {shift_W, rounded_up(turn * body.box.diagonal().norm() / 2)};
 }
 
 RigidPose body_in_tool(const ToolBody& body, std::span<const ToolHinge> hinges,

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <optional>
+#include <utility>
 
 #include "dyop/motion/constant_twist_motion.h"
 #include "dyop/tool/tool_scene.h"
@@ -22,6 +23,7 @@ struct ToolStep {
 /// From one configuration to another: the step whose ToolMotion ends there.
 ToolStep step_between(const ToolPose& from, const ToolPose& to);
 ToolStep scaled(const ToolStep& step, Scalar factor);
+ToolStep difference(const ToolStep& step, const ToolStep& other);
 
 /// A frame J on a tool that moves with a constant twist, turning about its z axis at a constant rate:
 /// X_WB(t) = X_WT(t) X_TJ Rz(q + t q').
@@ -62,6 +64,9 @@ class ToolMotion {
 
   /// Bound of the displacement of every point of a body until t.
   Scalar largest_displacement(const ToolBody& body, Scalar t) const;
+  /// Displacement of the middle of its box until t, and a bound of how far that of any other point
+  /// of the body differs from it, besides rounding.
+  std::pair<Vector3, Scalar> shift(const ToolBody& body, Scalar t) const;
 
  private:
   ToolPose from_;

@@ -49,6 +49,11 @@ TEST(ToolMotion, BoundsTheDisplacementOfEveryPoint) {
     const Scalar t = random_number(0, 2, random);
     const Scalar bound = motion.largest_displacement(body, t);
     const RigidPose X0 = motion.of(body).pose(0);
+    const auto [shift_W, rest] = motion.shift(body, t);
+    const RigidPose X_end = motion.of(body).pose(t);
+    for (const Vector3& p : body.pieces[0].mesh.vertices()) {
+      EXPECT_LE((X_end * p - X0 * p - shift_W).norm(), rest + 1e-12);  // literal: rounding
+    }
     Scalar largest = 0;
     for (int k = 0; k <= 10; ++k) {
       const RigidPose X1 = motion.of(body).pose(t * k / 10);

@@ -28,6 +28,16 @@ bool are_leaves(const StandingPair& sides, std::int32_t a, std::int32_t b) {
   return sides.a.is_leaf(a) && sides.b.is_leaf(b);
 }
 
+// Whether all vertices of a feature are corners of a leaf's triangle.
+template <typename Side>
+bool has_feature(const Side& side, std::int32_t leaf, const Feature& feature) {
+  const TriangleIndices& corners = side.triangles()[static_cast<std::size_t>(side.triangle(leaf))];
+  const auto end = feature.vertices.begin() + static_cast<std::ptrdiff_t>(feature.vertex_count());
+  return std::all_of(feature.vertices.begin(), end, [&](std::int32_t vertex) {
+    return std::find(corners.begin(), corners.end(), vertex) != corners.end();
+  });
+}
+
 // Of two boxes the larger one is opened.
 bool is_first_opened(const StandingPair& sides, std::int32_t a, std::int32_t b) {
   const auto size = [](const OrientedBox& box) { return box.half_extents.squaredNorm(); };
@@ -49,16 +59,21 @@ void PairFront::restart() {
   free_.fill(-1);
   measured_.clear();
   nodes_.resize(1);
-  at(0) = {-kInfinity, Vector3::UnitX(), 0, 0, 0, -1, 0};
+  shift_W_.setZero();
+  rest_ = 0;
+  at(0) = {-kInfinity, Vector3::UnitX(), -kInfinity, 0, 0, 0, -1, 0};
 }
 
-void PairFront::move(Scalar displacement) {
+void PairFront::move(const Displacement& displacement) {
   // What was opened is closed only when it is examined again: after a long motion much of the tree
   // may be of no use.
   if (nodes_.size() > most_nodes_) restart();
   measured_.clear();
-  moved_ = (moved_ + displacement) * (1 + 4 * kUnitRoundoff);
-  pace_ = std::max(displacement, (1 - kForgotten) * pace_);
+  constexpr Scalar kRounding = 4 * kUnitRoundoff;
+  moved_ = (moved_ + displacement.largest) * (1 + kRounding);
+  pace_ = std::max(displacement.largest, (1 - kForgotten) * pace_);
+  shift_W_ += displacement.shift_W;
+  rest_ = (rest_ + displacement.rest) * (1 + kRounding) + kRounding * shift_W_.lpNorm<1>();
 }
 
 const PairFront::Measured* PairFront::measured(std::int32_t number) const {
@@ -77,7 +92,29 @@ Scalar PairFront::key_of(Scalar gap) const {
 void PairFront::set_apart(std::int32_t number, Scalar gap, const Vector3& n_W) {
   if (at(number).count > 0) close(number);
   at(number).key = key_of(gap);
+  set_along(number, gap, n_W);
+}
+
+// A pair that is not opened: its gap along n is this now.
+void PairFront::set_along(std::int32_t number, Scalar gap, const Vector3& n_W) {
   at(number).n_W = n_W;
+  at(number).along = gap - n_W.dot(shift_W_) + rest_;
+}
+
+// The same gap after all motions since then.
+Scalar PairFront::gap_along(const Node& node) const {
+  const Scalar size = std::abs(node.along) + shift_W_.lpNorm<1>() + rest_;
+  return node.along + node.n_W.dot(shift_W_) - rest_ - kKeyNoise * size;
+}
+
+// Whether what is left of the gap is enough, without another look at the places.
+bool PairFront::is_still_apart(const Question& question, std::int32_t number) {
+  const Node& node = at(number);
+  if (node.count > 0) return false;
+  const Scalar gap = gap_along(node);
+  if (!is_enough(question, gap, node, node.n_W)) return false;
+  at(number).key = std::max(node.key, key_of(gap));
+  return true;
 }
 
 std::int32_t PairFront::take_block(int count) {
@@ -127,50 +164,87 @@ void PairFront::open(const StandingPair& sides, std::int32_t number) {
 
 // --- examination ----------------------------------------------------------------------------------
 
-// What suffices for a pair that is not opened, and is worth closing an opened one for.
-Scalar PairFront::far_enough(const Node& node, Scalar reach) const {
-  return node.count == 0 ? reach : reach + kLasting * pace_;
+// What is worth closing an opened pair for.
+Scalar PairFront::closing_gap(Scalar reach) const {
+  return reach + kLasting * pace_;
 }
 
-PairFront::Finding PairFront::examine(const StandingPair& sides, std::int32_t number,
-                                      Scalar reach) {
+// Whether a gap along n answers the question. Compares keys as descend() does, so that rounding
+// does not put a pair on both sides.
+bool PairFront::is_enough(const Question& question, Scalar gap, const Node& node,
+                          const Vector3& n_W) const {
+  const auto& [sides, reach, approach] = question;
+  const bool is_beyond = key_of(gap) > reach + moved_;
+  if (!approach || is_beyond) return is_beyond;
+  // Most are far too near.
+  return gap > approach->least + approach->slack &&
+         gap > approach->needed_gap(n_W, sides.b.box_W(node.b));
+}
+
+PairFront::Finding PairFront::examine(const Question& question, std::int32_t number) {
+  const auto& [sides, reach, approach] = question;
   ++examined_;
   const Node node = at(number);
-  if (are_leaves(sides, node.a, node.b)) return examine_leaves(sides, number, reach);
-  const Scalar wanted = far_enough(node, reach);
+  if (are_leaves(sides, node.a, node.b)) return examine_leaves(question, number);
+  // An opened pair is closed only for what is far in all directions.
+  const auto is_far = [&](Scalar gap, const Vector3& n_W) {
+    return node.count == 0 ? is_enough(question, gap, node, n_W) : gap > closing_gap(reach);
+  };
   const Scalar gap = sides.box_gap(node.a, node.b, node.n_W);
-  if (gap > wanted) {
+  if (is_far(gap, node.n_W)) {
     set_apart(number, gap, node.n_W);
     return Finding::Apart;
   }
   const Vector3 n_W = separating_direction(sides.a.box_W(node.a), sides.b.box_W(node.b));
   const Scalar best_gap = sides.box_gap(node.a, node.b, n_W);
-  if (best_gap > wanted) {
+  if (is_far(best_gap, n_W)) {
     set_apart(number, best_gap, n_W);
     return Finding::Apart;
   }
-  at(number).n_W = n_W;
+  set_along(number, best_gap, n_W);
   if (node.count == 0) open(sides, number);
-  at(number).try_after =
-      moved_ + std::max(far_enough(at(number), reach) - best_gap, kUntilTried * pace_);
+  at(number).try_after = moved_ + std::max(closing_gap(reach) - best_gap, kUntilTried * pace_);
   return Finding::Opened;
 }
 
-PairFront::Finding PairFront::examine_leaves(const StandingPair& sides, std::int32_t number,
-                                             Scalar reach) {
+PairFront::Finding PairFront::examine_leaves(const Question& question, std::int32_t number) {
+  const StandingPair& sides = question.sides;
   const Node node = at(number);
   const Scalar gap = sides.triangle_gap(node.a, node.b, node.n_W);
-  if (gap > reach) {
+  if (is_enough(question, gap, node, node.n_W)) {
     set_apart(number, gap, node.n_W);
     return Finding::Apart;
   }
-  const PieceDistance piece = leaf_distance(sides.a, node.a, sides.b, node.b, sides.noise);
+  const std::optional<PieceDistance> shared = shared_nearest(sides, node);
+  const PieceDistance piece =
+      shared ? *shared : leaf_distance(sides.a, node.a, sides.b, node.b, sides.noise);
+  set_apart(number, piece.lower, node.n_W);
   // Triangles that touch have no normal.
-  set_apart(number, piece.lower, piece.lower > 0 ? piece.nhat_AB : node.n_W);
-  if (piece.lower > reach) return Finding::Apart;
+  const Vector3 n_W = piece.lower > 0 ? piece.nhat_AB : node.n_W;
+  set_along(number, sides.triangle_gap(node.a, node.b, n_W), n_W);
+  if (is_enough(question, piece.lower, node, at(number).n_W)) return Finding::Apart;
   at(number).parts = static_cast<std::int32_t>(measured_.size());
+  if (!shared) last_measured_ = measured_.size();
   measured_.push_back({piece, number});
   return Finding::Near;
+}
+
+// Triangles that share the vertices or edges where the last two measured were nearest are no
+// farther apart than these, and are nearest in the same points if their gap along the same normal
+// is not less. So the many triangles around two vertices are not measured one by one.
+std::optional<PieceDistance> PairFront::shared_nearest(const StandingPair& sides,
+                                                       const Node& node) const {
+  if (last_measured_ >= measured_.size()) return std::nullopt;
+  const PieceDistance& last = measured_[last_measured_].piece;
+  if (!(last.lower > 0) || !has_feature(sides.a, node.a, last.feature_a) ||
+      !has_feature(sides.b, node.b, last.feature_b)) {
+    return std::nullopt;
+  }
+  const Scalar gap = sides.triangle_gap(node.a, node.b, last.nhat_AB);
+  if (!(gap >= last.lower - sides.noise)) return std::nullopt;
+  PieceDistance shared = last;
+  shared.lower = std::min(gap, last.lower);
+  return shared;
 }
 
 // The pair that was nearest last time, measured again; or the nearest found in the time.

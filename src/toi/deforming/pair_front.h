@@ -5,10 +5,12 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include "dyop/core/export.h"
 #include "toi/deforming/deforming_traversal.h"
+#include "toi/deforming/expected_approach.h"
 #include "toi/deforming/growing_blocks.h"
 #include "toi/deforming/standing_pair.h"
 
@@ -36,7 +38,15 @@ class DYOP_EXPORT PairFront {
   void restart();
   /// No point of A has moved relative to any point of B by more than `displacement`, >= 0, since
   /// the last call, rounding included. A tree that has grown too large is restarted.
-  void move(Scalar displacement);
+  void move(Scalar displacement) { move({displacement, Vector3::Zero(), displacement}); }
+  /// The same, told apart: all of B has moved by the shift, and no point of A relative to any of B
+  /// by more than the rest besides.
+  struct Displacement {
+    Scalar largest;
+    Vector3 shift_W;
+    Scalar rest;
+  };
+  void move(const Displacement& displacement);
   /// Lower bound of the distance of all triangles; -infinity if nothing is known.
   Scalar lower() const { return at(0).key - moved_; }
   /// Pairs in the tree, the opened ones too.
@@ -45,11 +55,16 @@ class DYOP_EXPORT PairFront {
   /// Examines pairs until each is proven farther apart than `reach` or is a pair of triangles
   /// measured at the present places. Those not proven farther apart are handed to
   /// visit(piece, leaf of A, leaf of B), which returns the reach from then on, at most the last.
-  /// @param is_over Called before every examination and every visit; if it says yes, the call ends.
-  ///                What was found is kept.
+  /// @param is_over Called before every examination and every visit, and for some of the pairs that
+  ///                need neither; if it says yes, the call ends. What was found is kept.
   /// @return Whether it went through.
   template <typename IsOver, typename Visit>
   bool refine(const StandingPair& sides, Scalar reach, const IsOver& is_over, const Visit& visit);
+  /// The same for the pairs that matter for an expected motion: of those not visited, every one is
+  /// proven farther apart along some direction than needed_gap() says.
+  template <typename IsOver, typename Visit>
+  bool refine(const StandingPair& sides, const ExpectedApproach& approach, const IsOver& is_over,
+              const Visit& visit);
 
   /// Calls visit(a, b, n) for every pair of the front, opened no further, whose lower bound is more
   /// than `near`, which refine() has seen to, but not more than `far`; n is the unit direction
@@ -76,6 +91,8 @@ class DYOP_EXPORT PairFront {
   enum class Finding { Apart, Near, Opened };
   // Blocks of parts that are not in use are linked by `parts` of their first node.
   static constexpr int kMostParts = BoxGroup::kWidth;
+  // It is asked whether a call is over for this many pairs that need no examination, too.
+  static constexpr std::size_t kVisitsAsked = 32;
   // A search of so many pairs was worth looking for a nearer one first.
   static constexpr std::size_t kLongSearch = 100;
 
@@ -84,6 +101,7 @@ class DYOP_EXPORT PairFront {
     // an opened pair the least of its parts, or less.
     Scalar key;
     Vector3 n_W;       // unit, along which the two were last proven apart
+    Scalar along;      // not opened: the gap along n then, minus n.shift_, plus rest_
     Scalar try_after;  // opened: sum of displacements before which it is not examined
     std::int32_t a;
     std::int32_t b;
@@ -99,6 +117,7 @@ class DYOP_EXPORT PairFront {
   struct Pass {
     const StandingPair& sides;
     Scalar reach;
+    const ExpectedApproach* approach;  // null: whatever the direction
     const IsOver& is_over;
     const Visit& visit;
   };
@@ -110,15 +129,25 @@ class DYOP_EXPORT PairFront {
   template <typename IsOver, typename Visit>
   bool descend_between(Scalar near_key, Scalar far_key, const IsOver& is_over, const Visit& visit,
                        std::int32_t number) const;
-  Finding examine(const StandingPair& sides, std::int32_t number, Scalar reach);
-  Finding examine_leaves(const StandingPair& sides, std::int32_t number, Scalar reach);
+  struct Question {
+    const StandingPair& sides;
+    Scalar reach;
+    const ExpectedApproach* approach;
+  };
+  bool is_enough(const Question& question, Scalar gap, const Node& node, const Vector3& n_W) const;
+  bool is_still_apart(const Question& question, std::int32_t number);
+  Finding examine(const Question& question, std::int32_t number);
+  Finding examine_leaves(const Question& question, std::int32_t number);
+  std::optional<PieceDistance> shared_nearest(const StandingPair& sides, const Node& node) const;
   const Measured* measured(std::int32_t number) const;
-  Scalar far_enough(const Node& node, Scalar reach) const;
+  Scalar closing_gap(Scalar reach) const;
   void open(const StandingPair& sides, std::int32_t number);
   void close(std::int32_t number);
   bool is_crowded() const { return size_ > most_nodes_ / 4 * 3; }
   std::int32_t take_block(int count);
   void set_apart(std::int32_t number, Scalar gap, const Vector3& n_W);
+  void set_along(std::int32_t number, Scalar gap, const Vector3& n_W);
+  Scalar gap_along(const Node& node) const;
   Scalar key_of(Scalar gap) const;
   BoxPair promising_pair(const StandingPair& sides) const;
   void try_promising(const StandingPair& sides, PieceDistance& best);
@@ -133,10 +162,14 @@ class DYOP_EXPORT PairFront {
   std::array<std::int32_t, kMostParts + 1> free_{};  // by the number of nodes; -1: none
   std::size_t size_ = 0;
   std::vector<Measured> measured_;
-  Scalar moved_ = 0;  // sum of all displacements
-  Scalar pace_ = 0;   // of late, in one motion
+  std::size_t last_measured_ = 0;      // the last one not taken over from another
+  Scalar moved_ = 0;                   // sum of all displacements
+  Scalar pace_ = 0;                    // of late, in one motion
+  Vector3 shift_W_ = Vector3::Zero();  // sum of all shifts
+  Scalar rest_ = 0;                    // sum of all rests, rounding of the shifts included
   BoxPair nearest_{0, -1, -1};
   std::size_t examined_ = 0;     // in all
+  std::size_t visited_ = 0;      // examined or not
   std::size_t last_search_ = 0;  // of them by find_nearest()
 };
 

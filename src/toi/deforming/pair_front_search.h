@@ -9,7 +9,18 @@ namespace dyop::internal {
 template <typename IsOver, typename Visit>
 bool PairFront::refine(const StandingPair& sides, Scalar reach, const IsOver& is_over,
                        const Visit& visit) {
-  Pass<IsOver, Visit> pass{sides, reach, is_over, visit};
+  Pass<IsOver, Visit> pass{sides, reach, nullptr, is_over, visit};
+  return descend(pass, 0);
+}
+
+template <typename IsOver, typename Visit>
+bool PairFront::refine(const StandingPair& sides, const ExpectedApproach& approach,
+                       const IsOver& is_over, const Visit& visit) {
+  const auto visit_all = [&](const PieceDistance& piece, std::int32_t a, std::int32_t b) {
+    visit(piece, a, b);
+    return approach.reach;
+  };
+  Pass<IsOver, decltype(visit_all)> pass{sides, approach.reach, &approach, is_over, visit_all};
   return descend(pass, 0);
 }
 
@@ -17,11 +28,14 @@ template <typename IsOver, typename Visit>
 bool PairFront::descend(Pass<IsOver, Visit>& pass, std::int32_t number) {
   const Node& node = at(number);
   if (node.key > pass.reach + moved_) return true;
+  if (++visited_ % kVisitsAsked == 0 && pass.is_over()) return false;
   if (node.count > 0 && node.try_after > moved_) return descend_to_parts(pass, number);
-  if (pass.is_over()) return false;
+  const Question question{pass.sides, pass.reach, pass.approach};
   const Measured* near = measured(number);
+  if (!near && is_still_apart(question, number)) return true;
+  if (pass.is_over()) return false;
   if (!near) {
-    const Finding finding = examine(pass.sides, number, pass.reach);
+    const Finding finding = examine(question, number);
     if (finding == Finding::Apart) return true;
     if (finding == Finding::Opened) return descend_to_parts(pass, number);
     near = &measured_.back();

@@ -33,22 +33,25 @@ class Walk {
   }
 
   // The displacement of any point relative to any of the other mesh, from their vertices.
-  Scalar step(Scalar length) {
+  PairFront::Displacement step(Scalar length) {
     const Scalar s_before = s;
     const RigidPose before = X_WB;
     s = std::clamp(s + testing::random_number(-0.1, 0.1, random_), Scalar{0}, Scalar{1});
     const Matrix3 turn = rotation_from_vector(Vector3(0.1 * testing::random_direction(random_)));
     X_WB = RigidPose(Matrix3(turn * X_WB.rotation()),
                      X_WB.translation() + length * testing::random_direction(random_));
-    Scalar sheet_step = 0, ball_step = 0;
+    const Vector3 shift_W = X_WB.translation() - before.translation();
+    Scalar sheet_step = 0, ball_step = 0, ball_rest = 0;
     for (std::size_t k = 0; k < sheet.begin().size(); ++k) {
       const Vector3 path = sheet.end()[k] - sheet.begin()[k];
       sheet_step = std::max(sheet_step, std::abs(s - s_before) * path.norm());
     }
     for (const Vector3& p : ball.vertices()) {
-      ball_step = std::max(ball_step, (X_WB * p - before * p).norm());
+      const Vector3 moved_W = X_WB * p - before * p;
+      ball_step = std::max(ball_step, moved_W.norm());
+      ball_rest = std::max(ball_rest, (moved_W - shift_W).norm());
     }
-    return sheet_step + ball_step + kNoise;
+    return {sheet_step + ball_step + kNoise, shift_W, sheet_step + ball_rest + kNoise};
   }
   DistanceResult truth() const {
     return distance(sheet.snapshot(s), RigidPose(), ball, X_WB, DistanceOptions{});
@@ -118,6 +121,14 @@ TEST(PairFront, CarriesTrueBoundsAlongAWalk) {
   EXPECT_GT(separated, 60);
 }
 
+void expect_true_bounds(const StandingPair& sides, std::int32_t a, std::int32_t b,
+                        const PieceDistance& piece) {
+  const auto truth = triangle_distance(sides.a.triangle_W(a), sides.b.triangle_W(b));
+  EXPECT_LE(piece.lower, truth.upper + kNoise);
+  EXPECT_GE(piece.upper, truth.lower - kNoise);
+  EXPECT_LE(piece.upper - piece.lower, kNoise);
+}
+
 TEST(PairFront, HandsOutEveryPairWithinReach) {
   std::size_t most = 0;
   for (const std::uint64_t seed : {5, 6}) {
@@ -132,6 +143,7 @@ TEST(PairFront, HandsOutEveryPairWithinReach) {
           sides, reach, [] { return false; },
           [&](const PieceDistance& piece, std::int32_t a, std::int32_t b) {
             EXPECT_LE(piece.lower, reach);
+            expect_true_bounds(sides, a, b, piece);
             found.emplace_back(sides.a.triangle(a), sides.b.triangle(b));
             return reach;
           }));
@@ -144,6 +156,132 @@ TEST(PairFront, HandsOutEveryPairWithinReach) {
     }
   }
   EXPECT_GT(most, 100u);
+}
+
+// A cone without a base, its apex at the origin.
+testing::MeshArrays fan(int sides, Scalar rise) {
+  testing::MeshArrays arrays;
+  arrays.vertices.emplace_back(0, 0, 0);
+  for (int k = 0; k < sides; ++k) {
+    const Scalar angle = 2 * std::acos(Scalar{-1}) * k / sides;
+    arrays.vertices.emplace_back(std::cos(angle), std::sin(angle), rise);
+    arrays.triangles.push_back({0, 1 + k, 1 + (k + 1) % sides});
+  }
+  return arrays;
+}
+
+// All pairs of triangles of two cones, tip to tip, share their nearest points, or those on an edge.
+TEST(PairFront, MeasuresTrianglesAroundSharedVertices) {
+  std::mt19937_64 random(10);
+  const auto below = fan(40, -0.5), above = fan(12, 0.5);
+  const TriangleMesh tip(above.vertices, above.triangles);
+  for (int k = 0; k < 40; ++k) {
+    const DeformingMesh mesh(below.vertices, below.vertices, below.triangles);
+    const Vector3 aside =
+        testing::random_number(0, 0.5, random) * testing::random_direction(random);
+    const Matrix3 turn = rotation_from_vector(Vector3(0.3 * testing::random_direction(random)));
+    const StandingPair sides(mesh, 0, tip, RigidPose(turn, Vector3(aside.x(), aside.y(), 0.4)));
+    PairFront front;
+    std::size_t visited = 0;
+    front.refine(
+        sides, 10, [] { return false; },
+        [&](const PieceDistance& piece, std::int32_t a, std::int32_t b) {
+          expect_true_bounds(sides, a, b, piece);
+          ++visited;
+          return Scalar{10};
+        });
+    EXPECT_EQ(visited, below.triangles.size() * above.triangles.size());
+  }
+}
+
+// Pairs of triangles within reach that come nearer than `least`, give or take the slack, when the
+// ball moves as expected: at some time of many.
+std::vector<std::pair<std::int32_t, std::int32_t>> mattering_pairs(
+    const Walk& walk, const internal::ExpectedApproach& approach) {
+  std::vector<std::pair<std::int32_t, std::int32_t>> pairs;
+  for (const auto& [i, k] : near_pairs(walk, approach.reach)) {
+    Scalar least = kInfinity;
+    for (int step = 0; step <= 10; ++step) {
+      Triangle b = walk.ball.triangle(k);
+      for (Vector3& p : b) {
+        p = walk.X_WB * p;
+        p += step / 10.0 * (approach.v_W + approach.w_W.cross(p - approach.origin_W));
+      }
+      least = std::min(least, triangle_distance(walk.sheet.triangle(i, walk.s), b).upper);
+    }
+    if (least < approach.least + approach.slack - kNoise) pairs.emplace_back(i, k);
+  }
+  return pairs;
+}
+
+TEST(PairFront, HandsOutWhatMattersForAnExpectedMotion) {
+  std::size_t found_in_all = 0, within_reach = 0, wanted_in_all = 0;
+  for (const std::uint64_t seed : {11, 12, 13}) {
+    Walk walk(seed);
+    PairFront front;
+    for (int k = 0; k < 40; ++k) {
+      walk.X_WB = RigidPose(walk.X_WB.rotation(), Vector3(0.2, 0.1, 1.4));
+      walk.step(0.3);
+      front.move(2);
+      const StandingPair sides(walk.sheet, walk.s, walk.ball, walk.X_WB);
+      internal::ExpectedApproach approach{.least = testing::random_number(0, 0.2, walk.random()),
+                                          .reach = 1,
+                                          .slack = testing::random_number(0, 0.1, walk.random())};
+      approach.v_W = testing::random_vector(0.4, walk.random());
+      approach.w_W = testing::random_vector(0.2, walk.random());
+      approach.origin_W = walk.X_WB.translation() + testing::random_vector(1, walk.random());
+      std::vector<std::pair<std::int32_t, std::int32_t>> found;
+      EXPECT_TRUE(front.refine(
+          sides, approach, [] { return false; },
+          [&](const PieceDistance&, std::int32_t a, std::int32_t b) {
+            found.emplace_back(sides.a.triangle(a), sides.b.triangle(b));
+          }));
+      std::sort(found.begin(), found.end());
+      const auto wanted = mattering_pairs(walk, approach);
+      EXPECT_TRUE(std::includes(found.begin(), found.end(), wanted.begin(), wanted.end())) << k;
+      EXPECT_LE(front.lower(), walk.truth().upper + kNoise) << k;
+      found_in_all += found.size();
+      wanted_in_all += wanted.size();
+      within_reach += near_pairs(walk, approach.reach).size();
+    }
+  }
+  EXPECT_GT(wanted_in_all, 100u);
+  EXPECT_LT(2 * found_in_all, within_reach);
+}
+
+// Where the pair that was nearest last time leaves all that is allowed to be used up, tick after tick,
+// a search after a long one begins with a promising pair: compared with a front that is asked
+// everything twice, so that its last search was always short.
+TEST(PairFront, TriesAPromisingPairAfterALongSearch) {
+  constexpr Scalar kAllowed = 0.1, kStep = 0.03;
+  std::mt19937_64 random(14);
+  auto arrays = testing::plate_grid(10, 10, 60, 60);
+  for (Vector3& p : arrays.vertices) p.z() = testing::random_number(0, 0.02, random);
+  const DeformingMesh sheet(arrays.vertices, arrays.vertices, arrays.triangles);
+  const TriangleMesh rigid = sheet.snapshot(0), ball = testing::icosphere(2).mesh();
+  internal::BoxPairStack stack;
+  const auto search = [&](PairFront& front, const RigidPose& X_WB) {
+    const StandingPair sides(sheet, 0, ball, X_WB);
+    std::int64_t asked = 0;
+    PieceDistance best;
+    EXPECT_TRUE(front.find_nearest(
+        sides, kInfinity, kAllowed, [&] { return ++asked < 0; }, stack, best));
+    const Scalar truth = distance(rigid, RigidPose(), ball, X_WB).upper;
+    EXPECT_NEAR(best.upper, truth, kAllowed + kNoise);
+    EXPECT_NEAR(front.lower(), truth, kAllowed + kNoise);
+    return asked;
+  };
+  PairFront front, asked_twice;
+  std::int64_t with = 0, without = 0;
+  for (int k = 0; k < 30; ++k) {
+    const RigidPose X_WB(Vector3(-1 + kStep * k, 0.1, 1.2));
+    with += search(front, X_WB);
+    without += search(asked_twice, X_WB);
+    search(asked_twice, X_WB);
+    front.move(kStep + kNoise);
+    asked_twice.move(kStep + kNoise);
+  }
+  EXPECT_LT(10 * with, 8 * without);
 }
 
 // The triangle numbers below a node or box.
@@ -199,7 +337,7 @@ TEST(PairFront, KeepsLittleOfWhatIsNotNear) {
   std::size_t most_crowded = 0, most_roomy = 0;
   for (int k = 0; k < 100; ++k) {
     walk.X_WB = RigidPose(Vector3(testing::random_number(-2, 2, walk.random()), 0, 1.15));
-    const Scalar moved = walk.step(0.1) + 4;
+    const Scalar moved = walk.step(0.1).largest + 4;
     const StandingPair sides(walk.sheet, walk.s, walk.ball, walk.X_WB);
     for (PairFront* front : {&crowded, &roomy}) {
       front->move(moved);
