@@ -12,7 +12,7 @@ RecordedTissue::RecordedTissue(const ToolRecordingReader& reader, const std::fil
     const SnapshotSource& recorded = reader.sources()[k];
     if (recorded.formula.empty()) continue;
     const std::vector<Vector3>& vertices = reader.scene().obstacles[k].vertices;
-    sources_[k].feed = feed_of_formula(file, recorded.formula, k, vertices);
+    sources_[k].feed = feed_of_formula(file, recorded.formula, k, reader.scene());
     sources_[k].last = {vertices, recorded.period};
   }
 }
@@ -20,10 +20,17 @@ RecordedTissue::RecordedTissue(const ToolRecordingReader& reader, const std::fil
 const RecordedSnapshot& RecordedTissue::next(std::size_t obstacle) {
   Source& source = sources_.at(obstacle);
   ++source.number;
-  if (source.feed) {
-    source.feed->shape(source.number, source.last.vertices);
-  } else {
+  if (!source.feed) {
     source.last = reader_.snapshot(obstacle, source.number);
+    return source.last;
+  }
+  const TissueFeed& feed = *source.feed;
+  if (auto mesh = feed.cut ? feed.cut(source.number) : std::nullopt) {
+    source.last = {std::move(mesh->vertices), 0, std::move(mesh->triangles)};
+  } else {
+    feed.shape(source.number, source.last.vertices);
+    source.last.duration = feed.period;
+    source.last.triangles.clear();
   }
   return source.last;
 }

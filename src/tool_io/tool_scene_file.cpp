@@ -3,12 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "dyop/io/mesh_file.h"
 #include "dyop/tool_io/anatomy.h"
 #include "io/file_bytes.h"
 #include "io/json_reader.h"
+#include "tool_io/breathing.h"
 
 namespace dyop {
 namespace {
@@ -79,30 +79,6 @@ void read_tool(const JsonNode& node, ToolScene& scene) {
     if (item.has("hinge")) part.hinge = std::size_t(item.at("hinge").positive_integer() - 1);
     scene.tool.push_back(std::move(part));
   }
-}
-
-// Every vertex oscillates, with a lag that grows along the mesh.
-TissueFeed read_breathing(const JsonNode& node, std::size_t obstacle,
-                          const std::vector<Vector3>& vertices) {
-  node.require_object({"frequency", "amplitude", "rate"});
-  const Scalar frequency = node.at("frequency").positive_number();
-  const Vector3 amplitude = node.at("amplitude").vector3();
-  const Scalar period = 1 / node.at("rate").positive_number();
-  const auto rest = std::make_shared<const std::vector<Vector3>>(vertices);
-  TissueFeed feed;
-  feed.obstacle = obstacle;
-  feed.period = period;
-  feed.formula = node.value().dump();
-  feed.shape = [=](std::int64_t number, std::span<Vector3> shape) {
-    const Scalar phase = 2 * std::numbers::pi * frequency * period * Scalar(number);
-    constexpr Scalar kLag = 0.005;  // radians per millimetre
-    for (std::size_t k = 0; k < shape.size(); ++k) {
-      const Vector3& p = (*rest)[k];
-      const Scalar lag = kLag * p.x();
-      shape[k] = p + amplitude * (std::sin(phase - lag) + std::sin(lag));
-    }
-  };
-  return feed;
 }
 
 ToolObstacle read_obstacle(const JsonNode& node) {
@@ -232,8 +208,10 @@ ToolRun parse_tool_run(const std::filesystem::path& file, const std::string& tex
   for (const JsonNode& item : root.at("obstacles").items()) {
     run.scene.obstacles.push_back(read_obstacle(item));
     if (!item.has("breathing")) continue;
-    run.tissue.push_back(read_breathing(item.at("breathing"), run.scene.obstacles.size() - 1,
-                                        run.scene.obstacles.back().vertices));
+    const ToolObstacle& obstacle = run.scene.obstacles.back();
+    run.tissue.push_back(internal::read_breathing(item.at("breathing"),
+                                                  run.scene.obstacles.size() - 1, obstacle.vertices,
+                                                  obstacle.triangles));
   }
   for (const JsonNode& item : root.at("strokes").items(1)) {
     run.strokes.push_back(read_stroke(item, run.scene.hinges.size()));
@@ -244,9 +222,11 @@ ToolRun parse_tool_run(const std::filesystem::path& file, const std::string& tex
 }
 
 TissueFeed feed_of_formula(const std::filesystem::path& file, const std::string& formula,
-                           std::size_t obstacle, const std::vector<Vector3>& vertices) {
+                           std::size_t obstacle, const ToolScene& scene) {
   const Json json = internal::parse_json(file, formula);
-  return read_breathing(JsonNode(file, json), obstacle, vertices);
+  const ToolObstacle& at_start = scene.obstacles.at(obstacle);
+  return internal::read_breathing(JsonNode(file, json), obstacle, at_start.vertices,
+                                  at_start.triangles);
 }
 
 ToolRun load_tool_run(const std::filesystem::path& file) {

@@ -21,12 +21,34 @@ struct ReplayCase {
   bool is_paced = false;
   std::int64_t ticks = 600;
   Scalar rate = 1000;
+  bool is_cut = false;
+  bool has_formula = true;
 };
+
+std::string small_scene(const ReplayCase& how) {
+  if (!how.is_cut) return testing::kSmallToolScene;
+  return testing::replaced(testing::kSmallToolScene, "\"rate\": 50}",
+                           "\"rate\": 50, \"cuts\": [" + testing::kTopCut + "]}");
+}
+
+// What a feed without a formula gives goes into the recording.
+void store_shapes(TissueFeed& feed, ToolRecordingWriter& writer) {
+  feed.shape = [&, shape = feed.shape](std::int64_t number, std::span<Vector3> vertices) {
+    shape(number, vertices);
+    writer.add_snapshot(feed.obstacle, vertices, feed.period);
+  };
+  feed.cut = [&, cut = feed.cut](std::int64_t number) {
+    auto mesh = cut(number);
+    if (mesh) writer.add_mesh(feed.obstacle, mesh->vertices, mesh->triangles);
+    return mesh;
+  };
+}
 
 // Runs the small scene and records it; the deadline cuts many ticks off.
 void record_small_run(const fs::path& file, const ReplayCase& how,
                       const std::function<void(TickRecord&)>& change = {}) {
-  ToolRun run = parse_tool_run("scene.json", testing::kSmallToolScene);
+  ToolRun run = parse_tool_run("scene.json", small_scene(how));
+  if (!how.has_formula) run.tissue[0].formula.clear();
   run.runner.ticks = how.ticks;
   run.runner.is_paced = how.is_paced;
   run.runner.period = 1 / how.rate;
@@ -34,6 +56,7 @@ void record_small_run(const fs::path& file, const ReplayCase& how,
   ToolSession session(run.scene, run.options);
   ToolRecordingWriter writer(file, {run.title, run.text, run.runner.period, ""}, run.scene,
                              run.options, run.tissue);
+  if (!how.has_formula) store_shapes(run.tissue[0], writer);
   const RunnerReport report = run_session(
       session, [&](std::int64_t tick) { return run.device(tick); }, run.tissue,
       [&](const TickRecord& record) {
@@ -59,6 +82,23 @@ TEST(ToolReplay, GivesTheSameBitsFromTheInputsAlone) {
     EXPECT_EQ(replay.ticks, 600);
     EXPECT_EQ(replay.differing, 0) << "first " << replay.first_difference.value_or(-1);
     EXPECT_GT(cut_off, 0);
+  }
+}
+
+// The liver goes on as another mesh, from the formula and from the file.
+TEST(ToolReplay, HandsMeshesOverAgain) {
+  const testing::TemporaryDirectory directory;
+  const fs::path file = directory.path() / "run.h5";
+  for (const bool has_formula : {true, false}) {
+    record_small_run(file, {false, 600, 1000, true, has_formula});
+    const ToolReplay replay = replay_tool_recording(file);
+    EXPECT_EQ(replay.ticks, 600);
+    EXPECT_EQ(replay.differing, 0) << "first " << replay.first_difference.value_or(-1);
+    const ToolRecordingReader reader(file);
+    RecordedTissue tissue(reader, file);
+    for (int number = 1; number <= 8; ++number) {
+      EXPECT_EQ(tissue.next(0).is_mesh(), number == 5) << number;
+    }
   }
 }
 

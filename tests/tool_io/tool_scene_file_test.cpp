@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <string>
 
 #include "dyop/io/file_error.h"
@@ -50,6 +51,53 @@ TEST(ToolSceneFile, BreathingReturnsToWhereItWas) {
   EXPECT_GT((shape[0] - run.scene.obstacles[0].vertices[0]).norm(), 1);
 }
 
+// The small scene with two cuts into the liver: its top, where x = y = 0, then one side too.
+std::string cut_scene(const std::string& second) {
+  return testing::replaced(testing::kSmallToolScene, "\"rate\": 50}",
+                           "\"rate\": 50, \"cuts\": [" + testing::kTopCut + ", " + second + "]}");
+}
+
+TEST(ToolSceneFile, CutsTakeAwayWhatIsInABall) {
+  const ToolRun run =
+      parse_tool_run("s.json", cut_scene(R"({"t": 0.4, "position": [80, 0, 0], "radius": 20})"));
+  const ToolObstacle& liver = run.scene.obstacles[0];
+  const TissueFeed& feed = run.tissue[0];
+  for (const int number : {1, 4, 6, 19, 21}) EXPECT_FALSE(feed.cut(number)) << number;
+  const auto top = feed.cut(5), side = feed.cut(20);
+  ASSERT_TRUE(top && side);
+  EXPECT_EQ(top->vertices.size(), liver.vertices.size());
+  EXPECT_LT(top->triangles.size(), liver.triangles.size());
+  EXPECT_LT(side->triangles.size(), top->triangles.size());
+  std::size_t in_ball = 0;
+  for (const TriangleIndices& t : liver.triangles) {
+    in_ball += std::any_of(t.begin(), t.end(), [&](std::int32_t corner) {
+      return (liver.vertices[std::size_t(corner)] - Vector3(0, 0, 35)).norm() < 20;
+    });
+  }
+  EXPECT_EQ(top->triangles.size(), liver.triangles.size() - in_ball);
+  // Where the snapshot before it was.
+  std::vector<Vector3> shape = liver.vertices;
+  feed.shape(4, shape);
+  EXPECT_EQ(top->vertices, shape);
+}
+
+TEST(ToolSceneFile, SaysWhatIsWrongWithACut) {
+  const auto message = [](const char* second) {
+    return testing::message_of<FileError>([&] { parse_tool_run("s.json", cut_scene(second)); });
+  };
+  const auto expect = [&](const char* second, const char* words) {
+    EXPECT_NE(message(second).find(words), std::string::npos) << message(second);
+  };
+  expect(R"({"t": 0.105, "position": [80, 0, 0], "radius": 20})", "at least a snapshot apart");
+  expect(R"({"t": 0, "position": [80, 0, 0], "radius": 20})", "cuts[1].t");
+  expect(R"({"t": 1e300, "position": [80, 0, 0], "radius": 20})", "cuts[1].t");
+  expect(R"({"t": 1, "position": [500, 0, 0], "radius": 20})", "no triangle has a corner");
+  expect(R"({"t": 1, "position": [0, 0, 0], "radius": 200})", "nothing is left");
+  expect(R"({"t": 1, "position": [0, 0, 0], "radius": -1})", "radius");
+  expect(R"({"t": 1, "position": [0, 0, 0]})", "radius");
+  expect(R"({"t": 1, "position": [0, 0, 0], "radius": 9, "depth": 1})", "depth");
+}
+
 TEST(ToolSceneFile, TheSceneOfTheExampleIsValid) {
   const ToolRun run = load_tool_run(DYOP_SURGERY_SCENE);
   std::size_t triangles = 0;
@@ -60,8 +108,7 @@ TEST(ToolSceneFile, TheSceneOfTheExampleIsValid) {
 
 TEST(ToolSceneFile, NamesTheKeyThatIsWrong) {
   const auto message_with = [](const std::string& from, const std::string& to) {
-    std::string text = testing::kSmallToolScene;
-    text.replace(text.find(from), from.size(), to);
+    const std::string text = testing::replaced(testing::kSmallToolScene, from, to);
     return testing::message_of<FileError>([&] { parse_tool_run("scene.json", text); });
   };
   EXPECT_NE(message_with("\"role\": \"hard\"", "\"role\": \"firm\"").find("role"),

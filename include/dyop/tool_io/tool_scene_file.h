@@ -46,10 +46,10 @@ ToolRun load_tool_run(const std::filesystem::path& file);
 /// The same from a string; meshes are searched for beside `file`.
 ToolRun parse_tool_run(const std::filesystem::path& file, const std::string& text);
 
-/// The feed of an obstacle by its TissueFeed::formula and the vertices it starts with.
+/// The feed of an obstacle of a scene by its TissueFeed::formula.
 /// @param file For messages.
 /// @throws FileError if the formula is not one that a scene can hold.
 TissueFeed feed_of_formula(const std::filesystem::path& file, const std::string& formula,
-                           std::size_t obstacle, const std::vector<Vector3>& vertices);
+                           std::size_t obstacle, const ToolScene& scene);
 
 }  // namespace dyop

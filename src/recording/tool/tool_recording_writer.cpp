@@ -49,8 +49,6 @@ std::vector<SnapshotQueue> queues_of(const ToolScene& scene, std::span<const Tis
   for (const TissueFeed& feed : tissue) {
     DYOP_REQUIRE(feed.obstacle < queues.size(), "the feed of obstacle ", feed.obstacle,
                  ", which the scene does not have");
-    DYOP_REQUIRE(feed.formula.empty() || !feed.cut, "the feed of obstacle ", feed.obstacle,
-                 " must not have both a formula and cuts: a recording needs all shapes then");
     if (!feed.formula.empty()) queues[feed.obstacle].is_stored = false;
   }
   return queues;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <string>
+
 namespace dyop::testing {
 
 /// A scene of `dyop tool`: a rod with a jaw over a small breathing liver, beside a vessel.
@@ -36,5 +38,13 @@ inline constexpr const char* kSmallToolScene = R"({
       {"t": 0.4, "position": [0, 0, 80], "angles": [0.3]}]}
   ]
 })";
+
+/// For `cuts` of its liver: the top, with snapshot 5.
+inline const std::string kTopCut = R"({"t": 0.1, "position": [0, 0, 35], "radius": 20})";
+
+/// The text with its first `from` replaced.
+inline std::string replaced(std::string text, const std::string& from, const std::string& to) {
+  return text.replace(text.find(from), from.size(), to);
+}
 
 }  // namespace dyop::testing
