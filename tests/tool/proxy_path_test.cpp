@@ -219,5 +219,51 @@ TEST(ProxyPath, NeverUnsafeWhereverATickIsCutOff) {
   for (const std::uint64_t seed : {4, 5}) run(seed, 100, Cuts::Always);
 }
 
+// A tick in which the tool is driven at a swelling organ, or at a region at rest, far past what its
+// reach gathers: it has to ask the impact query. Cut off in each of its queries, after every number
+// of node pairs.
+TEST(ProxyPath, NeverUnsafeWhereverAnImpactQueryIsCutOff) {
+  const auto whole = testing::icosphere(2, 5);
+  const auto tool_mesh = rod();
+  const TriangleMesh tool = tool_mesh.mesh();
+  int inside = 0, partly = 0;
+  for (const bool is_soft : {true, false}) {
+    ToolScene scene;
+    scene.tool.push_back({testing::shared_mesh(tool_mesh), RigidPose()});
+    scene.X_WT = RigidPose(Vector3(0, 0, 8));
+    Promise promise{whole.triangles, {breath(whole, 0), breath(whole, 0)}, 0};
+    ToolObstacle organ = testing::deforming_tissue(whole, 0.3);
+    organ.vertices = promise.span.start;
+    if (!is_soft) {
+      organ = testing::rigid_tissue(
+          std::make_shared<const TriangleMesh>(promise.span.start, whole.triangles));
+    }
+    scene.obstacles = {organ};
+    const auto tick_until = [&](const std::optional<TickCutoff>& cutoff) {
+      ToolSession session(scene, testing::tool_options());
+      if (is_soft) session.give_snapshot(0, breath(whole, 1), 2 * kMillisecond);
+      const RigidPose X_WD(rotation_from_vector({0.1, 0.2, 0}), Vector3(0, 0, 2));
+      const ToolTick tick = session.replay(DevicePose(X_WD), kMillisecond, cutoff);
+      if (is_soft) promise.span.end = session.tissue_vertices(0);
+      if (tick.cutoff) check_tick(tool, tick, promise, int(tick.cutoff->checkpoint));
+      return tick;
+    };
+    const ToolTick whole_tick = tick_until({});
+    EXPECT_GT(whole_tick.statistics.impact_queries, 0);
+    for (std::int64_t checkpoint = 1; checkpoint <= whole_tick.statistics.checkpoints;
+         ++checkpoint) {
+      for (std::int64_t pairs = 1; pairs <= whole_tick.statistics.node_pairs; pairs += pairs) {
+        const ToolTick tick = tick_until(TickCutoff{checkpoint, pairs});
+        if (!tick.cutoff) break;  // no query began there
+        EXPECT_EQ(tick.cutoff, (TickCutoff{checkpoint, pairs}));
+        ++inside;
+        partly += tick.path.size() > 1 && tick.path[1].time < kMillisecond;
+      }
+    }
+  }
+  EXPECT_GT(inside, 20);
+  EXPECT_GT(partly, 5);
+}
+
 }  // namespace
 }  // namespace dyop
