@@ -36,6 +36,7 @@ class Reduction {
   void keep(std::size_t chosen);
   void gather(std::size_t leader);
   bool is_wanted_before(std::size_t x, std::size_t y) const;
+  std::size_t lowest_beside(std::size_t wanted) const;
   void thin_cluster(std::size_t leader);
 
   const ContactReductionOptions& options_;
@@ -83,6 +84,29 @@ bool Reduction::is_wanted_before(std::size_t x, std::size_t y) const {
   return contacts_[x].key < contacts_[y].key;
 }
 
+// Of two rims side by side, or two ends of a rim, the cluster's nearest contact is on one; on the
+// other the lowest one touches first, not the one that is farthest from the first. It lowers the gap
+// by more than a tenth of a change that counts, and none lower is close to it: on a tilted plane that
+// is no place of its own.
+std::size_t Reduction::lowest_beside(std::size_t wanted) const {
+  if (!options_.merging) return wanted;
+  const Scalar apart = standing_[wanted].apart;
+  const auto is_within = [&](std::size_t x, std::size_t y, Scalar part) {
+    return (contacts_[x].p_WCa - contacts_[y].p_WCa).squaredNorm() < part * part * apart;
+  };
+  std::size_t lowest = wanted;
+  for (std::size_t k = 0; k < contacts_.size(); ++k) {
+    if (standing_[k].place != Standing::InCluster || !is_within(k, wanted, 0.5)) continue;
+    if (is_nearer(contacts_[k], contacts_[lowest])) lowest = k;
+  }
+  const Scalar gain = contacts_[wanted].gap - contacts_[lowest].gap;
+  if (!(gain > 0.1 * options_.merging->gap_change)) return wanted;
+  for (std::size_t k = 0; k < contacts_.size(); ++k) {
+    if (contacts_[k].gap < contacts_[lowest].gap && is_within(k, lowest, 0.25)) return wanted;
+  }
+  return lowest;
+}
+
 void Reduction::thin_cluster(std::size_t leader) {
   gather(leader);
   keep(leader);
@@ -93,7 +117,7 @@ void Reduction::thin_cluster(std::size_t leader) {
       if (farthest == contacts_.size() || is_wanted_before(k, farthest)) farthest = k;
     }
     if (farthest == contacts_.size()) break;
-    keep(farthest);
+    keep(lowest_beside(farthest));
   }
   for (Standing& standing : standing_) {
     if (standing.place == Standing::InCluster) standing.place = Standing::Dropped;
@@ -123,6 +147,7 @@ class Merging {
   bool can_stand_for(const ContactPoint& leader, const ContactPoint& other) const;
   bool is_linked(const ContactPoint& other, Scalar link) const;
   void gather(std::size_t leader);
+  Scalar link_of(const ContactPoint& leader) const;
   void fit(ContactPoint& leader) const;
 
   const ContactMerging& merging_;
@@ -147,13 +172,28 @@ bool Merging::is_linked(const ContactPoint& other, Scalar link) const {
   });
 }
 
+// Three ways of the step; facets in a row that are fine enough to be a curve are linked however
+// slowly it rolls: their corners are too low to be felt.
+Scalar Merging::link_of(const ContactPoint& leader) const {
+  const Vector3& n = leader.nhat_AB_W;
+  const Scalar sliding = (shift(leader) - n.dot(shift(leader)) * n).norm();
+  const Scalar rolling = merging_.turn_W.cross(n).norm() * merging_.radius;
+  const Scalar most = kContactMergedRadiusFraction * merging_.radius;
+  const Scalar ways = std::min(kContactMeasuredWays * (sliding + rolling), most);
+  // A chord of this length has that sagitta.
+  const Scalar fine = std::min(std::sqrt(8 * merging_.radius * merging_.most_sagitta), most);
+  if (fine <= ways) return ways;
+  std::vector<const ContactPoint*> row;
+  for (const ContactPoint& other : contacts_) {
+    const bool is_close = (other.p_WCb - leader.p_WCb).squaredNorm() < fine * fine;
+    if (is_close && can_stand_for(leader, other)) row.push_back(&other);
+  }
+  return internal::fitted_contact(leader, row, merging_.most_sagitta) ? fine : ways;
+}
+
 void Merging::gather(std::size_t leader) {
   ContactPoint& first = contacts_[leader];
-  const Vector3& n = first.nhat_AB_W;
-  const Scalar sliding = (shift(first) - n.dot(shift(first)) * n).norm();
-  const Scalar rolling = merging_.turn_W.cross(n).norm() * merging_.radius;
-  const Scalar link = std::min(kContactMeasuredWays * (sliding + rolling),
-                               kContactMergedRadiusFraction * merging_.radius);
+  const Scalar link = link_of(first);
   members_.assign(1, leader);
   for (const std::size_t k : order_) {
     ContactPoint& other = contacts_[k];

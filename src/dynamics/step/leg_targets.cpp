@@ -15,7 +15,7 @@ using RunPair = IslandRun::RunPair;
 constexpr Scalar kStickingChange = 0.001;
 // As kErrorChange, where no facet disturbs the gap. Larger: what rolls slowly is lifted or dropped by
 // this, at random.
-constexpr Scalar kSmoothErrorChange = 0.0005;  // literal: of the standoff
+constexpr Scalar kSmoothErrorChange = 0.0001;  // literal: of the standoff
 
 // How far the linear gap may close over the leg without a dip below what is proven, plus half a
 // standoff for the tolerance of the proof.
