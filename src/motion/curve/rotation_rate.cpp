@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "motion/curve/rotation_rate.h"
 
-#include <Eigen/LU>
 #include <algorithm>
+#include <cmath>
 #include <numbers>
 
 namespace dyop::internal {
@@ -39,10 +39,15 @@ Vector3 angular_velocity(const Vector3& theta, const Vector3& theta_rate) {
   return turning_state(theta, theta_rate).w;
 }
 
+// theta' = w - theta x w / 2 + (1 - f/2 cot(f/2)) / f^2 theta x (theta x w), f = |theta|.
 Vector3 rotation_vector_rate(const Vector3& theta, const Vector3& w_C) {
-  Matrix3 jacobian;
-  for (int k = 0; k < 3; ++k) jacobian.col(k) = angular_velocity(theta, Vector3::Unit(k));
-  return jacobian.partialPivLu().solve(w_C);
+  constexpr Scalar kSmall = 1e-4;  // literal: the next term, f^4 / 720 of w, is below rounding
+  const Scalar half = theta.norm() / 2;
+  // Cancels, but by no more than rounding of the sum, where this is a small part.
+  const Scalar coefficient =
+      2 * half > kSmall ? (1 - half / std::tan(half)) / (4 * half * half) : Scalar{1} / 12;
+  const Vector3 turn = theta.cross(w_C);
+  return w_C - turn / 2 + coefficient * theta.cross(turn);
 }
 
 Scalar angular_acceleration_bound(Scalar theta_rate, Scalar theta_acceleration, Scalar theta_turn) {
