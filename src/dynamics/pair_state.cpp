@@ -7,6 +7,13 @@
 #include "core/tolerance.h"
 
 namespace dyop::internal {
+namespace {
+
+// Bounds of a gap this near to each other, in standoffs, are not worth another query. Those that a
+// query gives differ by rounding; each step loosens them.
+constexpr Scalar kKnownGap = 1e-3;  // literal: far below the tolerance of an impact query
+
+}  // namespace
 
 Scalar PairLengths::tolerance() const {
   return kCertifiedFraction * standoff;
@@ -47,7 +54,9 @@ bool refresh_contacts(PairState& pair, const BodyRecord& a, const RigidPose& X_W
 
 void measure_gap(PairState& pair, const BodyRecord& a, const RigidPose& X_WA, const BodyRecord& b,
                  const RigidPose& X_WB, Scalar enough) {
-  if (pair.gap_lower > enough) return;
+  const bool is_known =
+      pair.gap_lower >= 0 && pair.gap_upper - pair.gap_lower <= kKnownGap * pair.lengths.standoff;
+  if (pair.gap_lower > enough || is_known) return;
   DistanceOptions options;
   options.max_distance = enough;
   const DistanceResult result =

@@ -100,7 +100,8 @@ bool refresh_contacts(PairState& pair, const BodyRecord& a, const RigidPose& X_W
                       const BodyRecord& b, const RigidPose& X_WB, Scalar reach,
                       const Vector3& shift_W, const Vector3& turn_W, ContactWorkspace& workspace);
 
-/// Measures the gap at two poses unless its known bound already exceeds `enough`.
+/// Measures the gap at two poses unless its known bound already exceeds `enough`, or it is known: in
+/// the rounds of a leg bodies start from the same poses again.
 void measure_gap(PairState& pair, const BodyRecord& a, const RigidPose& X_WA, const BodyRecord& b,
                  const RigidPose& X_WB, Scalar enough);
 

@@ -48,7 +48,7 @@ MotionState BezierMotion::state(Scalar t) const {
 }
 
 RigidPose BezierMotion::pose(Scalar t) const {
-  return curve_->state(t).X_WB;
+  return curve_->pose(t);
 }
 
 Twist BezierMotion::twist(Scalar t) const {

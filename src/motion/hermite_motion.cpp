@@ -75,7 +75,7 @@ MotionState HermiteMotion::state(Scalar t) const {
 }
 
 RigidPose HermiteMotion::pose(Scalar t) const {
-  return curve_->state(t).X_WB;
+  return curve_->pose(t);
 }
 
 Twist HermiteMotion::twist(Scalar t) const {

@@ -3,9 +3,11 @@
 
 #include <gtest/gtest.h>
 
+#include <memory>
 #include <type_traits>
 
 #include "dyop/core/error.h"
+#include "dyop/geometry/sphere.h"
 
 namespace dyop::internal {
 namespace {
@@ -86,6 +88,27 @@ TEST(PairProof, AcceptsNoUndecidedQuery) {
   hit.t_safe = 0.5;
   EXPECT_FALSE(PairProof::by_query(pair, {0, 1}, hit).has_value());
   EXPECT_TRUE(PairProof::by_query(pair, {0, 0.5}, hit).has_value());
+}
+
+// Rounds of a leg ask again at the same poses; only bounds that a move has loosened are measured anew.
+TEST(PairState, AKnownGapIsNotMeasuredAgain) {
+  BodyDefinition ball;
+  ball.kind = BodyKind::Static;
+  ball.shape = std::make_shared<Sphere>(1);
+  const BodyRecord body = make_body_record({}, ball, 0);
+  PairState pair = pair_of(0, 1);
+  pair.lengths.standoff = 1e-3;
+  const auto measured_at = [&](Scalar x, Scalar enough) {
+    measure_gap(pair, body, RigidPose(), body, RigidPose(Vector3(x, 0, 0)), enough);
+    return pair.gap_lower;
+  };
+  EXPECT_NEAR(measured_at(2.5, 1), 0.5, 1e-12);
+  EXPECT_NEAR(measured_at(2.25, 1), 0.5, 1e-12);  // the poses are taken to be those of before
+  pair.loosen_bounds(1e-3);
+  EXPECT_NEAR(measured_at(2.25, 1), 0.25, 1e-12);
+  pair.gap_lower = -1;
+  EXPECT_GE(measured_at(2.5, 0.125), 0.125);  // no more than was asked for
+  EXPECT_NEAR(measured_at(2.5, 1), 0.5, 1e-12);
 }
 
 }  // namespace

@@ -49,6 +49,8 @@ TEST(Bernstein, RestrictionIsTheSamePolynomial) {
     std::vector<Vector3> part(b.size());
     internal::restrict_to(b, s0, s1, part);
     EXPECT_LT((by_definition(part, s) - by_definition(b, (1 - s) * s0 + s * s1)).norm(), 1e-13);
+    internal::restrict_to(b, 0, 1, part);
+    EXPECT_EQ(part, b);
   }
 }
 

@@ -33,6 +33,18 @@ TEST(HermiteMotion, MeetsPosesAndTwistsAtBothEnds) {
   }
 }
 
+TEST(HermiteMotion, PoseIsThatOfTheStateToTheBit) {
+  Random random(9);
+  const HermiteMotion motion({0, 1}, {random.pose(10), random_twist(random)},
+                             {random.pose(10), random_twist(random)});
+  for (int i = 0; i <= 64; ++i) {
+    const RigidPose X_WB = motion.pose(i / 64.0);
+    const RigidPose of_state = motion.state(i / 64.0).X_WB;
+    EXPECT_EQ(X_WB.translation(), of_state.translation());
+    EXPECT_EQ(X_WB.rotation(), of_state.rotation());
+  }
+}
+
 // Free fall is a quadratic, which a cubic reproduces: z = 7 t - 5 t^2.
 TEST(HermiteMotion, ReproducesFreeFallWithTightBounds) {
   const HermiteMotion motion({0, 2}, {RigidPose(), {Vector3(0, 0, 7), kZero}},

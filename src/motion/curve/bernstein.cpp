@@ -2,18 +2,21 @@
 #include "motion/curve/bernstein.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace dyop::internal {
 namespace {
 
-// C(n, k); exact, because all are below 2^53 for n < kMaxBernsteinCount.
-Scalar binomial(std::size_t n, std::size_t k) {
-  Scalar c = 1;
-  for (std::size_t i = 1; i <= k; ++i)
-    c = c * static_cast<Scalar>(n - k + i) / static_cast<Scalar>(i);
+// Pascal's triangle: C(n, k) at [n][k], exact, because all are below 2^53 for n < kMaxBernsteinCount.
+constexpr auto kBinomials = [] {
+  std::array<std::array<Scalar, kMaxBernsteinCount>, kMaxBernsteinCount> c{};
+  for (std::size_t n = 0; n < kMaxBernsteinCount; ++n) {
+    c[n][0] = 1;
+    for (std::size_t k = 1; k <= n; ++k) c[n][k] = c[n - 1][k - 1] + c[n - 1][k];
+  }
   return c;
-}
+}();
 
 }  // namespace
 
@@ -29,6 +32,10 @@ Vector3 evaluate(BernsteinSpan b, Scalar s) {
 // Coefficient k of the part is the polar form at (degree - k) times s0 and k times s1: from the
 // last coefficient to the first, each inserts s0 once more.
 void restrict_to(BernsteinSpan b, Scalar s0, Scalar s1, std::span<Vector3> part) {
+  if (s0 == 0 && s1 == 1) {
+    std::copy(b.begin(), b.end(), part.begin());
+    return;
+  }
   BernsteinBuffer filled;
   std::copy(b.begin(), b.end(), filled.begin());
   for (std::size_t k = b.size(); k-- > 0;) {
@@ -62,9 +69,9 @@ Scalar largest_cross_product(BernsteinSpan x, BernsteinSpan y) {
   for (std::size_t k = 0; k <= m + n; ++k) {
     Vector3 sum = Vector3::Zero();
     for (std::size_t i = k > n ? k - n : 0; i <= std::min(k, m); ++i) {
-      sum += binomial(m, i) * binomial(n, k - i) * x[i].cross(y[k - i]);
+      sum += kBinomials[m][i] * kBinomials[n][k - i] * x[i].cross(y[k - i]);
     }
-    product[k] = sum / binomial(m + n, k);
+    product[k] = sum / kBinomials[m + n][k];
   }
   return largest_norm(BernsteinSpan(product.data(), m + n + 1));
 }

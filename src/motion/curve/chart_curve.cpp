@@ -59,6 +59,14 @@ MotionState ChartCurve<kMaxDegree>::state(Scalar t) const {
 }
 
 template <std::size_t kMaxDegree>
+RigidPose ChartCurve<kMaxDegree>::pose(Scalar t) const {
+  const Scalar s = parameter(t);
+  const Vector3 theta = evaluate({theta_.value.data(), degree_ + 1}, s);
+  return RigidPose::from_trusted(R_WC_ * turning_rotation(theta),
+                                 p_W0_ + evaluate({displacement_.value.data(), degree_ + 1}, s));
+}
+
+template <std::size_t kMaxDegree>
 Scalar ChartCurve<kMaxDegree>::acceleration_bound(const Polynomial& polynomial, Scalar s0,
                                                   Scalar s1) const {
   Coefficients part;

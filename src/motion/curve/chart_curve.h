@@ -33,6 +33,8 @@ class ChartCurve {
   RigidPose X_WC() const { return RigidPose::from_trusted(R_WC_, Vector3::Zero()); }
 
   MotionState state(Scalar t) const;
+  /// That of state(t), to the bit, at half the cost.
+  RigidPose pose(Scalar t) const;
   TwistBound twist_bound(const TimeInterval& interval) const;
   PoseScale pose_scale() const;
 

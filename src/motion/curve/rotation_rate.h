@@ -26,6 +26,9 @@ struct TurningState {
 };
 TurningState turning_state(const Vector3& theta, const Vector3& theta_rate);
 
+// Its R alone, to the bit.
+Matrix3 turning_rotation(const Vector3& theta);
+
 // The theta' whose angular velocity in frame C is w. For |theta| <= pi, where the Jacobian's
 // condition number is at most pi/2.
 DYOP_EXPORT Vector3 rotation_vector_rate(const Vector3& theta, const Vector3& w_C);
