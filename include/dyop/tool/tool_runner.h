@@ -27,8 +27,8 @@ struct TissueFeed {
   Scalar period = 0.02;  ///< from one snapshot to the next, time of the session
   /// Writes snapshot `number`, counted from 1; the vertices hold the one before.
   std::function<void(std::int64_t number, std::span<Vector3> vertices)> shape;
-  /// A text from which a replay can make `shape` and `cut` again; empty: a recording of the run must
-  /// store the vertices.
+  /// A text from which a replay can make `shape` and `cut` again; empty: a recording of the run
+  /// must store the vertices.
   std::string formula = {};
   /// If not empty, called first: a mesh that takes the place of snapshot `number`, or nothing. See
   /// ToolSession::give_mesh().
