@@ -176,6 +176,15 @@ TEST(WorldFacets, ADiscRollsOnUnlessItIsAPolygon) {
   EXPECT_GT(coarse, fine);
 }
 
+// A ball on a mesh whose vertices lie on a sphere.
+TEST(WorldFacets, ABallInABowlKeepsItsEnergyToSecondOrder) {
+  Scalar most = 1e-3;
+  for (const Scalar h : {0.02, 0.01}) {
+    EXPECT_LT(rolling_energy_error("bowl", 120, 0.6, h, 0.3), most) << h;
+    most /= 4;
+  }
+}
+
 // Rolling on its arc, as a pendulum: the centre of mass is e = 4 r / (3 pi) below the axis, and its
 // moment about the point of contact I + m (r^2 + e^2 - 2 r e cos(x)).
 TEST(WorldFacets, AHalfDiscRocksWithTheExactPeriod) {

@@ -27,7 +27,8 @@ struct ContactMerging {
   /// What points at the distance `radius` must move along the normal for a turn that merges.
   Scalar gap_change = 0;
   /// Contacts in a row, as along a rim, whose smooth curve dips below its chords by at most this
-  /// act as one where that curve comes nearest, not at the nearest corner. 0: none do.
+  /// act as one where that curve comes nearest, not at the nearest corner; a ContactCache treats a
+  /// ball on the facets of a smooth surface alike. 0: none do.
   Scalar most_sagitta = 0;
 };
 

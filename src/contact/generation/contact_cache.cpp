@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "contact/generation/ball_fit.h"
 #include "dyop/core/error.h"
 
 namespace dyop {
@@ -120,6 +121,10 @@ bool ContactCache::refresh(const Shape& a, const RigidPose& X_WA, const Shape& b
   last_.swap(contacts_);
   generate_contacts(a, X_WA, b, X_WB, reach + options.max_drift, options.generator, workspace,
                     contacts_);
+  if (options.reduction.merging) {
+    internal::fit_ball_contacts(a, X_WA, b, X_WB, options.reduction.merging->most_sagitta,
+                                contacts_);
+  }
   hand_on_impulses(reach + options.max_drift);
   reduce_contacts(options.reduction, contacts_);
   X_AB_ = X_AB;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "contact/generation/ball_fit.h"
 #include "contact/generation/facet_fit.h"
 #include "core/tolerance.h"
 #include "dynamics/step/gaps/rounded_core.h"
@@ -37,6 +38,9 @@ std::optional<EndGap> measured_end_gap(const ContactPoint& point, const CurvedMo
   std::vector<ContactPoint> found;
   generate_contacts(*a.definition.shape, X_WA_end, *b.definition.shape, lifted, reach + lift, {},
                     workspace, found);
+  const Scalar most_sagitta = kContactFitStandoffs * lengths.standoff;
+  const bool is_fitted = fit_ball_contacts(*a.definition.shape, X_WA_end, *b.definition.shape,
+                                           lifted, most_sagitta, found);
   const Vector3 p_a = X_WA_end * point.p_ACa;
   const Vector3 p_b = X_WB_end * point.p_BCb;
   std::vector<const ContactPoint*> near_by;
@@ -59,11 +63,11 @@ std::optional<EndGap> measured_end_gap(const ContactPoint& point, const CurvedMo
   if (!nearest) return std::nullopt;
   std::optional<ContactPoint> fitted;
   if (point.merged_way > 0) {
-    fitted = fitted_contact(*nearest, near_by, kContactFitStandoffs * lengths.standoff);
+    fitted = fitted_contact(*nearest, near_by, most_sagitta);
   }
   const ContactPoint& found_at = fitted ? *fitted : *nearest;
   EndGap end{gap_of(found_at), Vector3((found_at.p_WCa + found_at.p_WCb - lift * n) / 2)};
-  end.is_smooth = fitted.has_value();
+  end.is_smooth = fitted || is_fitted;
   return end;
 }
 

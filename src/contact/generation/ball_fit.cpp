@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "contact/generation/ball_fit.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+
+#include "dyop/geometry/convex_shape.h"
+#include "dyop/geometry/triangle_mesh.h"
+
+namespace dyop::internal {
+namespace {
+
+// Cosine of the angle from a triangle's normal to those of its vertices up to which it is a facet of
+// something smooth.
+constexpr Scalar kSmoothCosine = 0.99;
+
+const TriangleMesh* mesh_of(const Shape& shape) {
+  if (shape.kind() != ShapeKind::TriangleMesh) return nullptr;
+  return static_cast<const TriangleMesh*>(&shape);
+}
+
+// Exact for vertices on a sphere; none at a border or where a triangle turns too far.
+std::optional<Vector3> vertex_normal(const TriangleMesh& mesh, std::int32_t vertex,
+                                     const Vector3& facet_normal) {
+  const MeshTopology& topology = mesh.topology();
+  Vector3 sum = Vector3::Zero();
+  for (const std::int32_t corner : topology.corners_of_vertex(vertex)) {
+    const std::int32_t first = corner - corner % 3;
+    const TriangleIndices& indices = mesh.triangles()[std::size_t(first / 3)];
+    const std::array<int, 2> others{(corner + 1) % 3, (corner + 2) % 3};
+    for (const std::int32_t side : {corner, first + others[1]}) {
+      const auto edge = topology.edge_of_side(side);
+      if (!edge || topology.sides_of_edge(*edge).size() != 2) return std::nullopt;
+    }
+    const Vector3& p = mesh.vertices()[std::size_t(vertex)];
+    const Vector3 to_next = mesh.vertices()[std::size_t(indices[std::size_t(others[0])])] - p;
+    const Vector3 to_last = mesh.vertices()[std::size_t(indices[std::size_t(others[1])])] - p;
+    const Vector3 area = to_next.cross(to_last);
+    if (!(area.dot(facet_normal) > kSmoothCosine * area.norm())) return std::nullopt;
+    sum += area / (to_next.squaredNorm() * to_last.squaredNorm());
+  }
+  if (!(sum.squaredNorm() > 0)) return std::nullopt;
+  return sum.normalized();
+}
+
+// A facet and the normals at its corners, on the side of the ball; in the frame of the mesh.
+struct SmoothFacet {
+  Triangle triangle;
+  Vector3 normal;
+  std::array<Vector3, 3> normals;
+
+  Vector3 parts(const Vector3& p) const {  // barycentric coordinates
+    const Vector3 area = (triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]);
+    const auto part = [&](std::size_t i, std::size_t j) {
+      return (triangle[i] - p).cross(triangle[j] - p).dot(area) / area.squaredNorm();
+    };
+    return {part(1, 2), part(2, 0), part(0, 1)};
+  }
+  Vector3 normal_at(const Vector3& p) const {
+    const Vector3 part = parts(p);
+    return (part[0] * normals[0] + part[1] * normals[1] + part[2] * normals[2]).normalized();
+  }
+  // Above the facet's plane: half of what the planes at the corners reach there, which is exact for
+  // a surface of second degree.
+  Scalar height_at(const Vector3& p) const {
+    const Vector3 part = parts(p);
+    Scalar height = 0;
+    for (Eigen::Index i = 0; i < 3; ++i) {
+      const auto k = std::size_t(i);
+      height += part[i] * (triangle[k] - p).dot(normals[k]) / normals[k].dot(normal) / 2;
+    }
+    return height;
+  }
+};
+
+std::optional<SmoothFacet> smooth_facet(const TriangleMesh& mesh, std::int32_t number,
+                                        const Vector3& center) {
+  SmoothFacet facet;
+  const TriangleIndices& indices = mesh.triangles()[std::size_t(number)];
+  for (std::size_t k = 0; k < 3; ++k) facet.triangle[k] = mesh.vertices()[std::size_t(indices[k])];
+  const Vector3 area =
+      (facet.triangle[1] - facet.triangle[0]).cross(facet.triangle[2] - facet.triangle[0]);
+  if (!(area.squaredNorm() > 0)) return std::nullopt;
+  facet.normal = area.normalized();
+  for (std::size_t k = 0; k < 3; ++k) {
+    const auto normal = vertex_normal(mesh, indices[k], facet.normal);
+    if (!normal) return std::nullopt;
+    facet.normals[k] = *normal;
+  }
+  constexpr Scalar kFlat = 1e-9;  // literal: of a right angle; a plane keeps its own contacts
+  const bool is_flat = std::all_of(
+      facet.normals.begin(), facet.normals.end(),
+      [&](const Vector3& normal) { return (normal - facet.normal).squaredNorm() < kFlat * kFlat; });
+  if (is_flat) return std::nullopt;
+  if ((center - facet.triangle[0]).dot(facet.normal) < 0) {
+    facet.normal = -facet.normal;
+    for (Vector3& normal : facet.normals) normal = -normal;
+  }
+  return facet;
+}
+
+// The point of the smooth surface nearest to the ball's centre, begun at a point of the facet.
+std::optional<Vector3> nearest_point(const SmoothFacet& facet, const Vector3& center,
+                                     const Vector3& begin, Scalar most_sagitta) {
+  constexpr int kSteps = 3;
+  const Vector3 along = (facet.triangle[1] - facet.triangle[0]).normalized();
+  const Vector3 across = facet.normal.cross(along);
+  Eigen::Matrix<Scalar, 3, 2> plane;
+  plane << along, across;
+  const Scalar size = (facet.triangle[2] - facet.triangle[0]).norm() +
+                      (facet.triangle[1] - facet.triangle[0]).norm();
+  Vector3 p = begin;
+  for (int k = 0; k < kSteps; ++k) {
+    const Scalar height = (center - p).dot(facet.normal);
+    // What the direction to the centre and the normal differ by, and how that changes along the plane.
+    const auto difference = [&](const Vector3& at) -> Eigen::Matrix<Scalar, 2, 1> {
+      const Vector3 n = facet.normal_at(at);
+      return plane.transpose() * ((center - at) / height - n / n.dot(facet.normal));
+    };
+    const Scalar step = 1e-3 * size;  // literal: of a facet, over which normals are linear
+    const Eigen::Matrix<Scalar, 2, 1> at = difference(p);
+    Eigen::Matrix<Scalar, 2, 2> slope;
+    slope << (difference(p + step * along) - at) / step,
+        (difference(p + step * across) - at) / step;
+    if (!(std::abs(slope.determinant()) > 0)) return std::nullopt;
+    p -= plane * (slope.inverse() * at);
+    if (!((p - begin).norm() < size)) return std::nullopt;
+  }
+  const Vector3 middle = (facet.triangle[0] + facet.triangle[1] + facet.triangle[2]) / 3;
+  if (!(std::abs(facet.height_at(middle)) <= most_sagitta)) return std::nullopt;
+  return p + facet.height_at(p) * facet.normal;
+}
+
+}  // namespace
+
+bool fit_ball_contacts(const Shape& a, const RigidPose& X_WA, const Shape& b, const RigidPose& X_WB,
+                       Scalar most_sagitta, std::vector<ContactPoint>& contacts) {
+  const bool ball_is_a = mesh_of(b) != nullptr;
+  const TriangleMesh* mesh = ball_is_a ? mesh_of(b) : mesh_of(a);
+  const Shape& ball = ball_is_a ? a : b;
+  if (!mesh || !(most_sagitta > 0) || ball.kind() != ShapeKind::Convex) return false;
+  const Scalar radius = static_cast<const ConvexShape&>(ball).rounding_radius();
+  if (!(radius > 0)) return false;
+  const RigidPose& X_WM = ball_is_a ? X_WB : X_WA;
+  const RigidPose X_MW = X_WM.inverse();
+  bool has_moved = false;
+  for (ContactPoint& contact : contacts) {
+    const auto& triangle = ball_is_a ? contact.triangle_b : contact.triangle_a;
+    if (!triangle || (ball_is_a ? contact.key.a : contact.key.b).kind != FeatureKind::Vertex) {
+      continue;
+    }
+    const Scalar outwards = ball_is_a ? 1 : -1;  // from the ball along nhat_AB
+    const Vector3 center_W =
+        (ball_is_a ? contact.p_WCa : contact.p_WCb) - outwards * radius * contact.nhat_AB_W;
+    const Vector3 center_M = X_MW * center_W;
+    const auto facet = smooth_facet(*mesh, *triangle, center_M);
+    if (!facet) continue;
+    const auto nearest = nearest_point(
+        *facet, center_M, X_MW * (ball_is_a ? contact.p_WCb : contact.p_WCa), most_sagitta);
+    if (!nearest) continue;
+    const Vector3 on_mesh_W = X_WM * *nearest;
+    const Vector3 n = outwards * (on_mesh_W - center_W).normalized();
+    const Vector3 on_ball_W = center_W + outwards * radius * n;
+    contact.p_WCa = ball_is_a ? on_ball_W : on_mesh_W;
+    contact.p_WCb = ball_is_a ? on_mesh_W : on_ball_W;
+    contact.p_ACa = X_WA.inverse() * contact.p_WCa;
+    contact.p_BCb = X_WB.inverse() * contact.p_WCb;
+    contact.nhat_AB_W = n;
+    contact.nhat_AB_S = (contact.normal_is_of_b ? X_WB : X_WA).rotation().transpose() * n;
+    contact.gap = n.dot(contact.p_WCb - contact.p_WCa);
+    has_moved = true;
+  }
+  return has_moved;
+}
+
+}  // namespace dyop::internal
