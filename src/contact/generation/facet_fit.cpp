@@ -14,13 +14,13 @@ constexpr Scalar kFitCosine = 0.999;
 constexpr Scalar kFitBend = 0.1;
 constexpr Scalar kFitUneven = 3;
 
-Vector3 place(const ContactPoint& contact) {
+Vector3 middle_of(const ContactPoint& contact) {
   return (contact.p_WCa + contact.p_WCb) / 2;
 }
 
 // From the nearest contact to another, along the surface.
-Vector3 way(const ContactPoint& nearest, const ContactPoint& other) {
-  const Vector3 apart = place(other) - place(nearest);
+Vector3 way_to_other(const ContactPoint& nearest, const ContactPoint& other) {
+  const Vector3 apart = middle_of(other) - middle_of(nearest);
   return apart - nearest.nhat_AB_W * nearest.nhat_AB_W.dot(apart);
 }
 
@@ -45,7 +45,7 @@ std::optional<Row> find_row(const ContactPoint& nearest,
     Scalar least = kInfinity;
     for (const ContactPoint* other : near) {
       if (other == &nearest || !is_alike(nearest, *other)) continue;
-      const Vector3 to = way(nearest, *other);
+      const Vector3 to = way_to_other(nearest, *other);
       const Scalar apart = to.squaredNorm();
       if (apart == 0 || apart >= least || (!side.isZero(0) && side.dot(to) <= 0)) continue;
       best = other;
@@ -56,15 +56,15 @@ std::optional<Row> find_row(const ContactPoint& nearest,
   Row row;
   row.next = closest(Vector3::Zero());
   if (!row.next) return std::nullopt;
-  const Vector3 to_next = way(nearest, *row.next);
+  const Vector3 to_next = way_to_other(nearest, *row.next);
   row.last = closest(-to_next);
   if (!row.last) return std::nullopt;
   row.ahead = to_next.norm();
   const Vector3 along = to_next / row.ahead;
-  row.behind = along.dot(way(nearest, *row.last));
+  row.behind = along.dot(way_to_other(nearest, *row.last));
   if (!(-row.behind <= kFitUneven * row.ahead)) return std::nullopt;
   const bool is_row = std::all_of(near.begin(), near.end(), [&](const ContactPoint* other) {
-    const Vector3 to = way(nearest, *other);
+    const Vector3 to = way_to_other(nearest, *other);
     const Scalar apart = to.norm();
     return apart > -1.5 * row.behind || (to - along * along.dot(to)).norm() <= kFitBend * apart;
   });
