@@ -14,6 +14,8 @@ namespace {
 // Of the work that is asked for, 1: a smaller imbalance is none, and a smaller gain no progress.
 constexpr Scalar kLeastImbalance = 1e-5;  // literal: far above rounding, far below friction's error
 constexpr int kMostColumns = 100;
+// Larger islands would take longer than a step may, and rarely fit into so many columns.
+constexpr std::size_t kMostBodies = 200;
 
 // Impulses along one direction at one contact, or at one row of a joint.
 struct Generator {
@@ -233,6 +235,7 @@ SelfStress StressSearch::stress() const {
 }  // namespace
 
 std::optional<SelfStress> find_self_stress(const ContactProblem& problem, std::size_t movable) {
+  if (movable > kMostBodies) return std::nullopt;
   StressSearch search(problem, movable);
   if (!search.find()) return std::nullopt;
   return search.stress();

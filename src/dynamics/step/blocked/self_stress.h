@@ -28,7 +28,7 @@ struct SelfStress {
 /// true of them too. Springs and motors, which give way, take no part.
 ///
 /// @return None if there are no such impulses, or if balance up to 1e-5 of the work was not reached
-///   in some tens of iterations.
+///   in a hundred iterations, or for more than 200 bodies.
 /// Cost: a least-squares problem of 6 `movable` rows per iteration.
 DYOP_EXPORT std::optional<SelfStress> find_self_stress(const ContactProblem& problem,
                                                        std::size_t movable);
