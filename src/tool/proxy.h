@@ -80,6 +80,7 @@ class Proxy {
   void look_for_escape(WorkClock& clock, TickStatistics& work);
   void gather_holds(const ToolStep& wish, const Piece& piece, WorkClock& clock);
   Scalar likely_step(const ToolBody& body, const ToolMotion& wished, Scalar duration) const;
+  Scalar size_of(const ToolBody& body, const ToolStep& step) const;
   void expect(const PairState& pair, Scalar duration, ExpectedApproach& approach) const;
   void carry_holds();
   void keep_found();

@@ -102,13 +102,15 @@ void Proxy::keep_found() {
   }
 }
 
+Scalar Proxy::size_of(const ToolBody& body, const ToolStep& step) const {
+  return ToolMotion(pose_, step, 1, hinges_).largest_displacement(body, 1);
+}
+
 // A device far inside what holds the tool pulls it a long way, but it will hardly move farther than
 // the device did, or than last time. Holds farther away are found by the proof.
 Scalar Proxy::likely_step(const ToolBody& body, const ToolMotion& wished, Scalar duration) const {
-  const auto size = [&](const ToolStep& step) {
-    return ToolMotion(pose_, step, duration, hinges_).largest_displacement(body, duration);
-  };
-  return std::min(wished.largest_displacement(body, duration), size(goal_step_) + size(last_step_));
+  return std::min(wished.largest_displacement(body, duration),
+                  size_of(body, goal_step_) + size_of(body, last_step_));
 }
 
 // The tool is expected to go on as in its last motion, give or take what has changed of late in its
@@ -120,11 +122,8 @@ void Proxy::expect(const PairState& pair, Scalar duration, ExpectedApproach& app
   approach.v_W = duration * twist.v_WB;
   approach.w_W = duration * twist.w_WB;
   approach.origin_W = body_pose(pair.body).translation();
-  const auto size = [&](const ToolStep& step) {
-    return ToolMotion(pose_, step, duration, hinges_).largest_displacement(body, duration);
-  };
-  approach.slack = size(difference(goal_step_, last_goal_step_)) +
-                   size(scaled(difference(rate_, rate_before_), duration)) +
+  approach.slack = size_of(body, difference(goal_step_, last_goal_step_)) +
+                   size_of(body, scaled(difference(rate_, rate_before_), duration)) +
                    obstacles_[pair.obstacle]->speed() * duration;
 }
 

@@ -25,12 +25,6 @@ struct ReplayCase {
   bool has_formula = true;
 };
 
-std::string small_scene(const ReplayCase& how) {
-  if (!how.is_cut) return testing::kSmallToolScene;
-  return testing::replaced(testing::kSmallToolScene, "\"rate\": 50}",
-                           "\"rate\": 50, \"cuts\": [" + testing::kTopCut + "]}");
-}
-
 // What a feed without a formula gives goes into the recording.
 void store_shapes(TissueFeed& feed, ToolRecordingWriter& writer) {
   feed.shape = [&, shape = feed.shape](std::int64_t number, std::span<Vector3> vertices) {
@@ -47,7 +41,8 @@ void store_shapes(TissueFeed& feed, ToolRecordingWriter& writer) {
 // Runs the small scene and records it; the deadline cuts many ticks off.
 void record_small_run(const fs::path& file, const ReplayCase& how,
                       const std::function<void(TickRecord&)>& change = {}) {
-  ToolRun run = parse_tool_run("scene.json", small_scene(how));
+  ToolRun run = parse_tool_run("scene.json",
+                               how.is_cut ? testing::cut_tool_scene() : testing::kSmallToolScene);
   if (!how.has_formula) run.tissue[0].formula.clear();
   run.runner.ticks = how.ticks;
   run.runner.is_paced = how.is_paced;

@@ -51,15 +51,9 @@ TEST(ToolSceneFile, BreathingReturnsToWhereItWas) {
   EXPECT_GT((shape[0] - run.scene.obstacles[0].vertices[0]).norm(), 1);
 }
 
-// The small scene with two cuts into the liver: its top, where x = y = 0, then one side too.
-std::string cut_scene(const std::string& second) {
-  return testing::replaced(testing::kSmallToolScene, "\"rate\": 50}",
-                           "\"rate\": 50, \"cuts\": [" + testing::kTopCut + ", " + second + "]}");
-}
-
 TEST(ToolSceneFile, CutsTakeAwayWhatIsInABall) {
-  const ToolRun run =
-      parse_tool_run("s.json", cut_scene(R"({"t": 0.4, "position": [80, 0, 0], "radius": 20})"));
+  const ToolRun run = parse_tool_run(
+      "s.json", testing::cut_tool_scene(R"({"t": 0.4, "position": [80, 0, 0], "radius": 20})"));
   const ToolObstacle& liver = run.scene.obstacles[0];
   const TissueFeed& feed = run.tissue[0];
   for (const int number : {1, 4, 6, 19, 21}) EXPECT_FALSE(feed.cut(number)) << number;
@@ -83,7 +77,8 @@ TEST(ToolSceneFile, CutsTakeAwayWhatIsInABall) {
 
 TEST(ToolSceneFile, SaysWhatIsWrongWithACut) {
   const auto message = [](const char* second) {
-    return testing::message_of<FileError>([&] { parse_tool_run("s.json", cut_scene(second)); });
+    return testing::message_of<FileError>(
+        [&] { parse_tool_run("s.json", testing::cut_tool_scene(second)); });
   };
   const auto expect = [&](const char* second, const char* words) {
     EXPECT_NE(message(second).find(words), std::string::npos) << message(second);

@@ -39,12 +39,17 @@ inline constexpr const char* kSmallToolScene = R"({
   ]
 })";
 
-/// For `cuts` of its liver: the top, with snapshot 5.
-inline const std::string kTopCut = R"({"t": 0.1, "position": [0, 0, 35], "radius": 20})";
-
 /// The text with its first `from` replaced.
 inline std::string replaced(std::string text, const std::string& from, const std::string& to) {
   return text.replace(text.find(from), from.size(), to);
+}
+
+/// The scene with its liver's top cut off with snapshot 5, and with further cuts.
+inline std::string cut_tool_scene(const std::string& further = {}) {
+  const std::string top =
+      R"("rate": 50, "cuts": [{"t": 0.1, "position": [0, 0, 35], "radius": 20})";
+  return replaced(kSmallToolScene, "\"rate\": 50}",
+                  top + (further.empty() ? "" : ", ") + further + "]}");
 }
 
 }  // namespace dyop::testing
