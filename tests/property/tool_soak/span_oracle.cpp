@@ -66,7 +66,7 @@ RigidPose SpanOracle::pose(const Part& part, const ToolPose& tool) const {
 void SpanOracle::find_pairs(const Part& part, const SpanPart& span, const TissuePath& tissue,
                             Scalar cap) {
   const RigidPose X0 = pose(part, span.path.at(span.s0)), X1 = pose(part, span.path.at(span.s1));
-  const Scalar wider = cap + span.path.bow(part.reach);
+  const Scalar wider = cap + span.path.bow(part.reach, span.s1 - span.s0);
   const Vector3 border = Vector3::Constant(wider);
   AlignedBox whole;
   boxes_.assign(part.triangles.size(), AlignedBox());

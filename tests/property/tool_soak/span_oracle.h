@@ -17,8 +17,8 @@ class ToolSpanPath {
   ToolPose at(Scalar s) const;
   /// Bound of the path of a point at `reach` from the tool's origin and from all hinges.
   Scalar travel(Scalar reach) const { return shift_.norm() + turn_ * reach; }
-  /// How far such a point leaves its chord.
-  Scalar bow(Scalar reach) const { return turn_ * turn_ * reach / 4; }
+  /// How far such a point leaves its chord in a part of the way.
+  Scalar bow(Scalar reach, Scalar part) const { return part * part * turn_ * turn_ * reach / 4; }
 
  private:
   ToolPose from_;
