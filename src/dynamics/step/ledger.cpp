@@ -51,10 +51,14 @@ PairProof PairProof::excused(PairKey key, const TimeInterval& interval) {
 Ledger::Ledger(const TimeInterval& interval, std::span<const PairKey> candidates,
                std::vector<PairProof> proofs)
     : interval_(interval) {
-  std::stable_sort(proofs.begin(), proofs.end(), [](const PairProof& x, const PairProof& y) {
+  const auto is_before = [](const PairProof& x, const PairProof& y) {
     if (x.key() != y.key()) return x.key() < y.key();
     return x.interval().begin < y.interval().begin;
-  });
+  };
+  // Where nothing moves they come in order.
+  if (!std::is_sorted(proofs.begin(), proofs.end(), is_before)) {
+    std::stable_sort(proofs.begin(), proofs.end(), is_before);
+  }
   entries_.reserve(candidates.size());
   std::size_t next = 0;
   for (const PairKey& key : candidates) {
