@@ -37,6 +37,16 @@ void update_pivot(PairState& pair, const BodyRecord& a, const BodyRecord& b) {
   if (!is_seeded) pair.seed = seed_at(pair.pivot, shape_a, X_WA, shape_b, X_WB);
 }
 
+Scalar PairState::shortest_gap() {
+  if (!known_shortest_gap) {
+    known_shortest_gap = kInfinity;
+    for (const ContactPoint& point : points()) {
+      known_shortest_gap = std::min(*known_shortest_gap, point.gap);
+    }
+  }
+  return *known_shortest_gap;
+}
+
 bool refresh_contacts(PairState& pair, const BodyRecord& a, const RigidPose& X_WA,
                       const BodyRecord& b, const RigidPose& X_WB, Scalar reach,
                       const Vector3& shift_W, const Vector3& turn_W, ContactWorkspace& workspace) {
@@ -47,6 +57,7 @@ bool refresh_contacts(PairState& pair, const BodyRecord& a, const RigidPose& X_W
   merging.most_sagitta = kContactFitStandoffs * pair.lengths.standoff;
   options.reduction.merging = merging;
   options.max_drift = kContactDriftFraction * pair.lengths.standoff;
+  pair.known_shortest_gap.reset();
   pair.contacts.refresh(*a.definition.shape, X_WA, *b.definition.shape, X_WB, reach, options,
                         workspace);
   return !pair.contacts.contacts().empty();

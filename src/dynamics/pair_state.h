@@ -70,6 +70,9 @@ struct PairState {
   std::span<const ContactPoint> points() const {
     return overlaps ? std::span<const ContactPoint>(overlap_contacts) : contacts.contacts();
   }
+  /// Of points(); sought only where they have changed.
+  Scalar shortest_gap();
+  std::optional<Scalar> known_shortest_gap;  // reset when points() change
   Scalar kept_distance() const { return granted.value_or(lengths.target); }
   /// A step in progress begins.
   void start_from_committed() {

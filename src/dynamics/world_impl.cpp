@@ -159,9 +159,7 @@ void World::Impl::commit(const internal::Ledger& ledger,
   for (const auto& pair : pairs) {
     pair->commit_bounds();
     if (pair->has_contacts) {
-      for (const ContactPoint& point : pair->points()) {
-        report.work.shortest_gap = std::min(report.work.shortest_gap, point.gap);
-      }
+      report.work.shortest_gap = std::min(report.work.shortest_gap, pair->shortest_gap());
     }
     const bool has_entry = entry != ledger.entries().end() && entry->key == pair->key;
     if (!has_entry || entry->kind != ProofKind::AtRest) {

@@ -142,6 +142,24 @@ TEST_F(WorldRestOfTwo, FallsWhenTheBodyBelowIsSetElsewhere) {
   EXPECT_NEAR(world_.state(upper_).X_WB.translation().z(), 0.5, 0.002);
 }
 
+TEST_F(WorldRestOfTwo, ReportsTheShortestGapAsleepAndOnTheWayToAnotherPlace) {
+  const auto expect_shortest = [&](Scalar reported) {
+    Scalar shortest = kInfinity;
+    for (const PairRecord& pair : world_.pairs()) {
+      for (const PairContact& contact : pair.contacts) {
+        shortest = std::min(shortest, contact.point.gap);
+      }
+    }
+    EXPECT_EQ(reported, shortest);
+  };
+  ASSERT_TRUE(are_all_asleep(world_));
+  expect_shortest(world_.advance(kRestStep).work.shortest_gap);
+  MotionState state = world_.state(upper_);
+  state.X_WB = RigidPose(state.X_WB.translation() + Vector3(0.1, 0, 0.0001));
+  world_.set_state(upper_, state);
+  for (int k = 0; k < 50; ++k) expect_shortest(world_.advance(kRestStep).work.shortest_gap);
+}
+
 // A push of the lower one by a force carries the upper one, which slept, along.
 TEST_F(WorldRestOfTwo, WakesTogetherWithItsNeighbour) {
   ASSERT_TRUE(world_.is_asleep(upper_));

@@ -142,6 +142,7 @@ void IslandRun::find_contacts() {
 bool IslandRun::push_apart(RunPair& pair, const RigidPose& X_WA, const RigidPose& X_WB) {
   PairState& state = *pair.state;
   state.overlaps = !(state.gap_lower > 0);
+  state.known_shortest_gap.reset();
   if (!state.overlaps) return false;
   state.overlap_contacts =
       estimate_overlap(*pair.a, X_WA, *pair.b, X_WB, state.lengths.rest_gap(), workspace_.contacts);
