@@ -26,6 +26,10 @@ constexpr int kEscapesTried = 4;
 // one comes through.
 constexpr Scalar kLeastPace = 0x1p-12;
 
+// Radians that the tool or a hinge turns in one motion against holds: these are linear in the turn,
+// and a tick's path has poses only, which do not tell of half turns and more between them.
+constexpr Scalar kMostTurn = 1;
+
 // Node pairs that a query may hold for one time interval without growing its memory.
 constexpr std::size_t kQueuedPairs = 512;
 
@@ -49,6 +53,13 @@ std::unique_ptr<Obstacle> make_obstacle(const ToolObstacle& given) {
   obstacle->friction = given.role == ObstacleRole::Tissue ? given.friction : 0;
   obstacle->soft_stiffness = given.soft_stiffness;
   return obstacle;
+}
+
+// How much of a step's duration turns no more than that.
+Scalar horizon_of(const ToolStep& step, Scalar duration) {
+  Scalar turn = step.w_W.norm();
+  for (const Scalar angle : step.angles) turn = std::max(turn, std::abs(angle));
+  return turn > kMostTurn ? duration * (kMostTurn / turn) : duration;
 }
 
 bool has_deforming(const ToolScene& scene) {
@@ -183,6 +194,7 @@ Scalar Proxy::move(const ToolPose& goal, const Piece& piece, WorkClock& clock, T
                            options_.recovery_speed * piece.duration,
                            kSolveShare * options_.standoff};
   for (PairState& pair : pairs_) pair.proven = kInfinity;
+  report.is_held = false;
   ToolStep step = wish;
   ToolStep best_step;
   Scalar best = 0;
@@ -191,19 +203,20 @@ Scalar Proxy::move(const ToolPose& goal, const Piece& piece, WorkClock& clock, T
     if (!holds_.empty()) step = solve(step_goal, clock, work);
     if (clock.cutoff()) break;
     const ToolMotion motion(pose_, step, piece.duration, hinges_);
-    const Proof proof = prove(motion, piece.duration, clock, work, report);
+    const Scalar horizon = holds_.empty() ? piece.duration : horizon_of(step, piece.duration);
+    const Proof proof = prove(motion, horizon, clock, work, report);
     if (proof.t_safe > best) {
       best = proof.t_safe;
       best_step = step;
+      report.is_held = best >= horizon && !holds_.empty();
     }
-    if (best >= piece.duration || proof.is_undecided || !proof.has_hit) break;
+    if (proof.t_safe >= horizon || proof.is_undecided || !proof.has_hit) break;
     if (attempt + 1 < options_.max_attempts) add_hit(proof.hit);
   }
   if (best > 0) {
     commit(ToolMotion(pose_, best_step, piece.duration, hinges_), best);
     ++work.pieces;
   }
-  report.is_held = best >= piece.duration && !holds_.empty();
   return best;
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/tolerance.h"
+#include "motion/guarded_state.h"
 
 namespace dyop::internal {
 namespace {
@@ -44,8 +45,9 @@ ToolStep difference(const ToolStep& step, const ToolStep& other) {
   return result;
 }
 
+// The rounding errors of three rotations can add up to more than a query takes for one.
 RigidPose HingeMotion::pose(Scalar t) const {
-  return X_WT_.pose(t) * X_TJ_ * turned_about_z(angle_ + t * rate_);
+  return without_drift(X_WT_.pose(t) * X_TJ_ * turned_about_z(angle_ + t * rate_));
 }
 
 Twist HingeMotion::twist(Scalar t) const {

@@ -265,5 +265,36 @@ TEST(ProxyPath, NeverUnsafeWhereverAnImpactQueryIsCutOff) {
   EXPECT_GT(partly, 5);
 }
 
+// The poses of a path do not tell of half turns and more between them: what jumps far while a rod
+// leans on tissue would turn it about in one motion.
+TEST(ProxyPath, TurnsLessThanARadianInAMotionAgainstHolds) {
+  ToolScene scene;
+  scene.tool.push_back({testing::shared_mesh(rod()), RigidPose()});
+  scene.X_WT = RigidPose(Vector3(0, 0, 6.3));
+  scene.obstacles.push_back(
+      testing::rigid_tissue(testing::shared_mesh(testing::icosphere(2, 5)), RigidPose(), 0.3));
+  ToolOptions options = testing::tool_options();
+  options.coupling.rotational_stiffness = Vector3::Constant(5);
+  std::mt19937_64 random(21);
+  int pushed = 0;
+  for (int i = 0; i < 400; ++i) {
+    ToolSession session(scene, options);
+    session.update(testing::device_at({0, 0, 4}), kMillisecond);
+    session.update(
+        testing::device_at(random_number(30, 900, random) * testing::random_direction(random)),
+        kMillisecond);
+    const auto& path = session.last().path;
+    if (session.last().status == ToolStatus::Free) continue;
+    for (std::size_t k = 1; k < path.size(); ++k) {
+      const Matrix3 turn =
+          path[k].tool.X_WT.rotation() * path[k - 1].tool.X_WT.rotation().transpose();
+      const Scalar angle = Eigen::AngleAxis<Scalar>(turn).angle();
+      EXPECT_LE(angle, 1 + 1e-9);
+      pushed += angle > 0.5;
+    }
+  }
+  EXPECT_GT(pushed, 10);
+}
+
 }  // namespace
 }  // namespace dyop

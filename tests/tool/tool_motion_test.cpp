@@ -6,6 +6,7 @@
 #include <random>
 
 #include "dyop/motion/check_motion.h"
+#include "motion/guarded_state.h"
 #include "support/inputs/mesh_generators.h"
 #include "support/inputs/random_inputs.h"
 
@@ -24,6 +25,30 @@ TEST(HingeMotion, KeepsThePromisesOfAMotion) {
                              random_number(-5, 5, random));
     const MotionCheck check = check_motion(motion, {0, 1});
     EXPECT_TRUE(check.is_sound()) << check.message;
+  }
+}
+
+// A pose that is off by rounding as much as a motion lets it be: not restored, nor refused.
+RigidPose rough_pose(std::mt19937_64& random) {
+  const Scalar most = kRestoredFraction * kEngineRotationNoise;
+  for (;;) {
+    RigidPose X = testing::random_pose(1, random);
+    for (int k = 0; k < 10; ++k) {
+      X = RigidPose::from_trusted(X.rotation() * testing::random_pose(1, random).rotation(),
+                                  X.translation());
+    }
+    const Scalar error = rotation_error(X.rotation());
+    if (error > 0.7 * most && error <= most) return X;
+  }
+}
+
+TEST(HingeMotion, StaysARotationWhenErrorsOfItsFactorsAddUp) {
+  std::mt19937_64 random(5);
+  for (int i = 0; i < 20000; ++i) {
+    const ConstantTwistMotion X_WT(rough_pose(random), testing::random_twist(3, 4, random));
+    const HingeMotion motion(X_WT, rough_pose(random), random_number(-2, 2, random),
+                             random_number(-5, 5, random));
+    EXPECT_TRUE(is_rotation(motion.pose(0.1).rotation())) << i;
   }
 }
 
