@@ -4,6 +4,7 @@
 #include <sstream>
 
 #include "cli/commands.h"
+#include "dyop/core/error.h"
 #include "dyop/scene_io/scene_generator.h"
 
 namespace dyop::cli {
@@ -23,9 +24,11 @@ std::string scene_footer() {
     text << "  " << kind.name << std::string(11 - kind.name.size(), ' ') << kind.count << " ("
          << kind.least << " to " << kind.most << ")\n";
   }
-  text << "Mesh files that the scene uses are written beside it.\n\nExamples:\n"
+  text << "Without --out a scene that needs no mesh files goes to stdout; mesh files are written "
+          "beside\n"
+          "the scene file.\n\nExamples:\n"
           "  Generate and step an arch of 25 stones:\n"
-          "    dyop scene arch 25 --out arch.json && dyop simulate arch.json --out run\n"
+          "    dyop scene arch 25 --out arch.json && dyop simulate arch.json\n"
           "  A net of rings; ring.obj is written beside net.json:\n"
           "    dyop scene chain-net 8 --out net.json --json\n";
   return text.str();
@@ -33,6 +36,12 @@ std::string scene_footer() {
 
 ExitCode run_scene(const SceneArguments& arguments) {
   const GeneratedScene scene = generate_scene(arguments.kind, arguments.n);
+  if (arguments.out.empty()) {
+    DYOP_REQUIRE(scene.meshes.empty() && !arguments.is_json, "--out is required",
+                 arguments.is_json ? " with --json" : ": mesh files are written beside the scene");
+    std::cout << scene.text;
+    return ExitCode::Answered;
+  }
   write_generated_scene(scene, arguments.out);
   if (arguments.is_json) {
     nlohmann::ordered_json json;
@@ -52,7 +61,7 @@ void add_scene_command(CLI::App& app, ExitCode& exit_code) {
   command->footer(scene_footer());
   command->add_option("KIND", arguments->kind, "Kind of scene, see below")->required();
   command->add_option("N", arguments->n, "Size of the scene, see below")->required();
-  command->add_option("--out", arguments->out, "Scene file to write")->required();
+  command->add_option("--out", arguments->out, "Scene file to write");
   command->add_flag("--json", arguments->is_json,
                     "Print one JSON object to stdout: the files written");
   command->callback([arguments, &exit_code] { exit_code = run_scene(*arguments); });

@@ -26,7 +26,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kSimulateExamples =
-    R"(--out DIR gets recording.jsonl, with every proven step and impact, and summary.txt, for people.
+    R"(Without --out and --record, the summary is printed and nothing is kept.
+--out DIR gets recording.jsonl, with every proven step and impact, and summary.txt, for people.
 --record FILE.h5 gets the exact motions and all that happened, in a hundredth of the space and readable
 while the run goes on (docs/recording.md); with it, DIR gets no recording.jsonl.
 Meshes are looked for beside the scene, then in --mesh-path, then in the directories of the
@@ -74,13 +75,16 @@ void write_file(const fs::path& file, const std::string& text) {
   if (!out) throw FileError(file, "could not be written completely");
 }
 
+// Empty: the run is not recorded.
 fs::path recording_of(const SimulateArguments& arguments) {
   if (!arguments.record.empty()) return arguments.record;
+  if (arguments.out.empty()) return {};
   return fs::path(arguments.out) / "recording.jsonl";
 }
 
 std::unique_ptr<RunOutput> make_output(const Scene& scene, const SimulateArguments& arguments) {
   const fs::path file = recording_of(arguments);
+  if (file.empty()) return std::make_unique<RunOutput>();
   if (!is_recording(file)) return make_text_output(file, scene);
   return make_hdf5_output(file, scene, arguments.pairs);
 }
@@ -134,7 +138,9 @@ void print_json(const Run& run, const SimulateArguments& arguments, double secon
   json["step_seconds"] = {{"total", times.total},   {"broad_phase", times.broad_phase},
                           {"flight", times.flight}, {"contacts", times.contacts},
                           {"solve", times.solve},   {"proofs", times.proofs}};
-  json["recording"] = recording_of(arguments).string();
+  json["recording"] = nullptr;
+  const fs::path recording = recording_of(arguments);
+  if (!recording.empty()) json["recording"] = recording.string();
   json["summary"] = nullptr;
   if (!arguments.out.empty()) {
     json["summary"] = (fs::path(arguments.out) / "summary.txt").string();
@@ -171,8 +177,6 @@ ExitCode exit_code_of(const Run& run, const SimulateArguments& arguments) {
 
 ExitCode run_simulate(const SimulateArguments& arguments) {
   const InterruptGuard interrupt;
-  DYOP_REQUIRE(!arguments.out.empty() || !arguments.record.empty(),
-               "--out DIR or --record FILE is required");
   const auto begin = std::chrono::steady_clock::now();
   Scene scene = load_scene(arguments.scene, mesh_directories(arguments.mesh_path));
   scene.options.thread_count = arguments.threads;
@@ -198,7 +202,7 @@ ExitCode run_simulate(const SimulateArguments& arguments) {
 
 void add_simulate_command(CLI::App& app, ExitCode& exit_code) {
   auto arguments = std::make_shared<SimulateArguments>();
-  CLI::App* command = app.add_subcommand("simulate", "Step a scene and record the run");
+  CLI::App* command = app.add_subcommand("simulate", "Step a scene, and record the run");
   command->footer(kSimulateExamples);
   command->add_option("SCENE", arguments->scene, "Scene file (docs/scene-format.md)")->required();
   command->add_option("--out", arguments->out, "Directory for the results; created if missing");

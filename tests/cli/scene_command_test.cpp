@@ -27,6 +27,13 @@ TEST_F(SceneCommand, WritesASceneThatRuns) {
   EXPECT_EQ(Json::parse(run.out).at("bodies").size(), 3u);
 }
 
+TEST_F(SceneCommand, PrintsASceneWithoutMeshes) {
+  ASSERT_EQ(run_command({"scene", "stack", "2", "--out", file()}).exit_code, 0);
+  const CommandResult printed = run_command({"scene", "stack", "2"});
+  ASSERT_EQ(printed.exit_code, 0) << printed.err;
+  EXPECT_EQ(printed.out, testing::TemporaryDirectory::read(file()));
+}
+
 TEST_F(SceneCommand, NamesTheMeshesItWrote) {
   const CommandResult result = run_command({"scene", "gears", "2", "--out", file(), "--json"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
@@ -44,7 +51,8 @@ TEST_F(SceneCommand, RefusesWhatItCannotMake) {
   expect({"scene", "heap", "2", "--out", file()}, "'heap'");
   expect({"scene", "stack", "0", "--out", file()}, "not 0");
   expect({"scene", "stack", "many", "--out", file()}, "many");
-  expect({"scene", "stack", "2"}, "--out");
+  expect({"scene", "gears", "2"}, "--out is required: mesh files");
+  expect({"scene", "stack", "2", "--json"}, "--out is required with --json");
   expect({"scene", "arch", "5", "--out", file() + "/none/s.json"}, "could not be written");
 }
 

@@ -87,6 +87,16 @@ TEST_F(SimulateCommand, WritesTheSummaryThatItPrints) {
   EXPECT_NE(result.out.find("1 impact. Completed at t = 1.5."), std::string::npos) << result.out;
 }
 
+TEST_F(SimulateCommand, KeepsNothingUnlessAsked) {
+  const CommandResult words = run_command({"simulate", write(falling_ball())});
+  EXPECT_EQ(words.exit_code, 0) << words.err;
+  EXPECT_NE(words.out.find("1 impact. Completed at t = 1.5."), std::string::npos) << words.out;
+  const CommandResult json = run_command({"simulate", write(falling_ball()), "--json"});
+  EXPECT_TRUE(Json::parse(json.out).at("recording").is_null());
+  EXPECT_TRUE(Json::parse(json.out).at("summary").is_null());
+  EXPECT_FALSE(std::filesystem::exists(out()));
+}
+
 TEST_F(SimulateCommand, RecordsTheSameBytesForEveryNumberOfThreads) {
   Json scene = falling_ball();
   scene["bodies"].push_back(Json::parse(R"({"name": "second", "mass": 1,

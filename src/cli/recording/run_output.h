@@ -11,15 +11,15 @@
 
 namespace dyop::cli {
 
-/// Where a run is recorded.
+/// Where a run is recorded; this one keeps nothing.
 class RunOutput {
  public:
   virtual ~RunOutput() = default;
 
-  virtual void write(const AdvanceReport& report, const World& world) = 0;
+  virtual void write(const AdvanceReport& /*report*/, const World& /*world*/) {}
   /// Both end the recording; the second with the message of what ended the run.
-  virtual void finish() = 0;
-  virtual void fail(const std::string& error) = 0;
+  virtual void finish() {}
+  virtual void fail(const std::string& /*error*/) {}
 };
 
 /// A file of docs/recording-format.md.
