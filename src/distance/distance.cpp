@@ -2,6 +2,8 @@
 #include "dyop/distance/distance.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 #include "core/assert.h"
 #include "distance/distance_check.h"
@@ -14,6 +16,7 @@
 namespace dyop {
 namespace {
 
+using internal::BoxPair;
 using internal::DistanceTraversal;
 using internal::ShapeTree;
 
@@ -103,6 +106,17 @@ std::optional<DistanceResult> distance_until(const Shape& a, const RigidPose& X_
   const DistanceResult result = query(a, X_WA, b, X_WB, options, cache, search);
   if (!is_through) return std::nullopt;
   return result;
+}
+
+DistanceResult listed_distance(const Shape& a, const RigidPose& X_WA, const Shape& b,
+                               const RigidPose& X_WB, const DistanceOptions& options,
+                               std::span<const BoxPair> pairs, PairSeed& seed) {
+  const auto search = [&](DistanceTraversal& traversal, const auto&...) {
+    traversal.lower = std::nextafter(options.max_distance, kInfinity);
+    traversal.start(pairs);
+    traversal.run_portion(std::numeric_limits<std::int64_t>::max());
+  };
+  return query(a, X_WA, b, X_WB, options, seed.pieces, search);
 }
 
 DistanceResult seeded_distance(const Shape& a, const RigidPose& X_WA, const Shape& b,

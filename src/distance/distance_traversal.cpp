@@ -59,9 +59,9 @@ void DistanceTraversal::run() {
   run_portion(std::numeric_limits<std::int64_t>::max());
 }
 
-void DistanceTraversal::start() {
+void DistanceTraversal::start(std::span<const BoxPair> first) {
   stack_.clear();
-  if (!is_found()) stack_.push_back({0, ShapeTree::kRoot, ShapeTree::kRoot});
+  if (!is_found()) stack_.assign(first.begin(), first.end());
 }
 
 bool DistanceTraversal::run_portion(std::int64_t max_box_pairs) {

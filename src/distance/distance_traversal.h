@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "core/tolerance.h"
@@ -40,7 +41,9 @@ class DistanceTraversal {
   /// The same in portions: start(), then run_portion() until it returns that it is done. Another
   /// traversal of the same shapes, poses and limits can continue with the stack and `best` of this
   /// one.
-  void start();
+  void start() { start({&kRootPair, 1}); }
+  /// Of what is below these pairs only; farther ones go first.
+  void start(std::span<const BoxPair> first);
   bool run_portion(std::int64_t max_box_pairs);
 
   /// run() ends at the first pair of pieces for which the middle of the bounds is below this.

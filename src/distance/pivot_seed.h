@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <span>
+
 #include "distance/gjk/warm_gjk.h"
 #include "dyop/core/export.h"
 #include "dyop/distance/distance.h"
@@ -38,6 +40,13 @@ DYOP_EXPORT PairSeed seed_at(const Pivot& pivot, const Shape& a, const RigidPose
 /// are then missing.
 DYOP_EXPORT DistanceResult seeded_distance(const Shape& a, const RigidPose& X_WA, const Shape& b,
                                            const RigidPose& X_WB, const DistanceOptions& options,
+                                           PairSeed& seed);
+
+/// The same of two shapes that are not both convex, among these pairs of boxes, the farthest first,
+/// whose gaps are proven; all others must be farther apart than max_distance.
+DYOP_EXPORT DistanceResult listed_distance(const Shape& a, const RigidPose& X_WA, const Shape& b,
+                                           const RigidPose& X_WB, const DistanceOptions& options,
+                                           std::span<const DistanceCache::BoxPair> pairs,
                                            PairSeed& seed);
 
 }  // namespace dyop::internal

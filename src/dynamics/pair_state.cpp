@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "contact/generation/contact_workspace.h"
 #include "contact/generation/facet_fit.h"
 #include "core/tolerance.h"
 
@@ -12,6 +13,38 @@ namespace {
 // Bounds of a gap this near to each other, in standoffs, are not worth another query. Those that a
 // query gives differ by rounding; each step loosens them.
 constexpr Scalar kKnownGap = 1e-3;  // literal: far below the tolerance of an impact query
+
+// How many steps a list of neighbours is to serve, at the present speed. More: it is longer, and
+// takes longer to look through.
+constexpr Scalar kNeighbourSteps = 6;
+
+// After a list that was too long; such shapes have small triangles for the way that they move.
+constexpr int kSearchesToSkip = 64;
+
+// Brings the list of neighbours up to date for queries up to `reach`, if the shapes are in contact.
+void update_neighbours(PairState& pair, const Shape& a, const RigidPose& X_WA, const Shape& b,
+                       const RigidPose& X_WB, Scalar reach, const Vector3& shift_W,
+                       const Vector3& turn_W) {
+  const bool is_convex = a.kind() == ShapeKind::Convex && b.kind() == ShapeKind::Convex;
+  // The pieces of a compound belong to trees of their own where contacts are looked for.
+  const bool is_compound = a.kind() == ShapeKind::Compound || b.kind() == ShapeKind::Compound;
+  if (is_convex || is_compound) return;
+  if (pair.neighbours.is_built() &&
+      pair.neighbours.covers(pair.neighbours.place(a, X_WA, b, X_WB), {reach})) {
+    return;
+  }
+  pair.neighbours.clear();
+  if (pair.contacts.contacts().empty()) return;
+  if (pair.searches_to_skip > 0) {
+    --pair.searches_to_skip;
+    return;
+  }
+  const Vector3& pivot_W = pair.pivot.p_W;
+  const Scalar way = (shift_W + turn_W.cross(pivot_W)).norm();
+  const NearBound bound{2 * reach + kNeighbourSteps * way, kNeighbourSteps * turn_W.norm()};
+  const bool is_listed = pair.neighbours.build(a, X_WA, b, X_WB, pivot_W, bound);
+  pair.searches_to_skip = is_listed ? 0 : kSearchesToSkip;
+}
 
 }  // namespace
 
@@ -37,6 +70,15 @@ void update_pivot(PairState& pair, const BodyRecord& a, const BodyRecord& b) {
   if (!is_seeded) pair.seed = seed_at(pair.pivot, shape_a, X_WA, shape_b, X_WB);
 }
 
+bool PairState::list_near(const Shape& a, const RigidPose& X_WA, const Shape& b,
+                          const RigidPose& X_WB, const NearBound& bound) {
+  if (!neighbours.is_built()) return false;
+  const NeighbourList::Placement placement = neighbours.place(a, X_WA, b, X_WB);
+  if (!neighbours.covers(placement, bound)) return false;
+  neighbours.collect(placement, bound, first_pairs);
+  return true;
+}
+
 Scalar PairState::shortest_gap() {
   if (!known_shortest_gap) {
     known_shortest_gap = kInfinity;
@@ -58,8 +100,11 @@ bool refresh_contacts(PairState& pair, const BodyRecord& a, const RigidPose& X_W
   options.reduction.merging = merging;
   options.max_drift = kContactDriftFraction * pair.lengths.standoff;
   pair.known_shortest_gap.reset();
-  pair.contacts.refresh(*a.definition.shape, X_WA, *b.definition.shape, X_WB, reach, options,
-                        workspace);
+  const Shape& shape_a = *a.definition.shape;
+  const Shape& shape_b = *b.definition.shape;
+  update_neighbours(pair, shape_a, X_WA, shape_b, X_WB, reach + options.max_drift, shift_W, turn_W);
+  const UseOfNeighbours use(workspace, pair.neighbours);
+  pair.contacts.refresh(shape_a, X_WA, shape_b, X_WB, reach, options, workspace);
   return !pair.contacts.contacts().empty();
 }
 
@@ -70,8 +115,12 @@ void measure_gap(PairState& pair, const BodyRecord& a, const RigidPose& X_WA, co
   if (pair.gap_lower > enough || is_known) return;
   DistanceOptions options;
   options.max_distance = enough;
+  const Shape& shape_a = *a.definition.shape;
+  const Shape& shape_b = *b.definition.shape;
   const DistanceResult result =
-      seeded_distance(*a.definition.shape, X_WA, *b.definition.shape, X_WB, options, pair.seed);
+      pair.list_near(shape_a, X_WA, shape_b, X_WB, {enough})
+          ? listed_distance(shape_a, X_WA, shape_b, X_WB, options, pair.first_pairs, pair.seed)
+          : seeded_distance(shape_a, X_WA, shape_b, X_WB, options, pair.seed);
   pair.gap_lower = result.lower;
   pair.gap_upper = result.upper;
 }

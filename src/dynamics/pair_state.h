@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "distance/neighbour_list.h"
 #include "distance/pivot_seed.h"
 #include "dynamics/body_record.h"
 #include "dyop/contact/contact_cache.h"
@@ -42,6 +43,9 @@ struct PairState {
   Pivot pivot;    // at the World's time
   PairSeed seed;  // from the pivot, then from the last query
   ContactCache contacts;
+  NeighbourList neighbours;  // of meshes in contact: their queries begin with it
+  BoxPairStack first_pairs;  // memory for these queries
+  int searches_to_skip = 0;  // before another list is tried, after one that was too long
   /// Proven bounds of the distance at the time that a step in progress has reached; the lower is -1
   /// if it is not known.
   Scalar gap_lower = -1;
@@ -70,6 +74,10 @@ struct PairState {
   std::span<const ContactPoint> points() const {
     return overlaps ? std::span<const ContactPoint>(overlap_contacts) : contacts.contacts();
   }
+  /// Puts all pairs of pieces that are near at these poses into `first_pairs`. Returns false if the
+  /// neighbours do not cover that.
+  bool list_near(const Shape& a, const RigidPose& X_WA, const Shape& b, const RigidPose& X_WB,
+                 const NearBound& bound);
   /// Of points(); sought only where they have changed.
   Scalar shortest_gap();
   std::optional<Scalar> known_shortest_gap;  // reset when points() change

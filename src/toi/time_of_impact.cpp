@@ -2,6 +2,7 @@
 #include "dyop/toi/time_of_impact.h"
 
 #include "toi/best_first_search.h"
+#include "toi/rigid/listed_impact.h"
 #include "toi/rigid/rigid_pair.h"
 #include "toi/toi_check.h"
 #include "toi/toi_memory.h"
@@ -36,12 +37,8 @@ ToiResult time_of_impact(const Shape& a, const Motion& X_WA, const Shape& b, con
 ToiResult time_of_impact(const Shape& a, const Motion& X_WA, const Shape& b, const Motion& X_WB,
                          const TimeInterval& interval, const ToiOptions& options,
                          ToiWorkspace& workspace) {
-  internal::require_valid_query(a, X_WA, b, X_WB, interval, options);
-  const WorkspaceUse use(workspace);
-  const ImpactBand band = band_of(a, b, options);
-  RigidPair pair(a, X_WA, b, X_WB, interval, band);
-  use.memory().subject = ToiSubject(&a, &X_WA, &b, &X_WB, interval, options);
-  return RigidSearch(pair, interval, options, band, use.memory()).run();
+  return internal::time_of_listed_impact(a, X_WA, b, X_WB, interval, options, workspace,
+                                         {&internal::kRootPair, 1});
 }
 
 ToiResult resume_time_of_impact(const Shape& a, const Motion& X_WA, const Shape& b,
@@ -53,6 +50,18 @@ ToiResult resume_time_of_impact(const Shape& a, const Motion& X_WA, const Shape&
   const ImpactBand band = band_of(a, b, options);
   RigidPair pair(a, X_WA, b, X_WB, interval, band);
   return RigidSearch(pair, interval, options, band, use.memory()).resume();
+}
+
+ToiResult internal::time_of_listed_impact(const Shape& a, const Motion& X_WA, const Shape& b,
+                                          const Motion& X_WB, const TimeInterval& interval,
+                                          const ToiOptions& options, ToiWorkspace& workspace,
+                                          std::span<const BoxPair> pairs) {
+  require_valid_query(a, X_WA, b, X_WB, interval, options);
+  const WorkspaceUse use(workspace);
+  const ImpactBand band = band_of(a, b, options);
+  RigidPair pair(a, X_WA, b, X_WB, interval, band, pairs);
+  use.memory().subject = ToiSubject(&a, &X_WA, &b, &X_WB, interval, options);
+  return RigidSearch(pair, interval, options, band, use.memory()).run();
 }
 
 }  // namespace dyop

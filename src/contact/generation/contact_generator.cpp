@@ -6,18 +6,13 @@
 #include <tuple>
 
 #include "contact/generation/contact_search.h"
+#include "contact/generation/contact_workspace.h"
 #include "core/tolerance.h"
 #include "distance/piece_distance.h"
 #include "dyop/core/error.h"
 #include "geometry/compound_tree.h"
 
 namespace dyop {
-
-struct ContactWorkspace::Impl {
-  std::vector<internal::TreeBoxPair> stack;
-  std::vector<internal::FoundContact> found;
-  std::vector<char> is_double;
-};
 
 ContactWorkspace::ContactWorkspace() : impl_(std::make_unique<Impl>()) {}
 ContactWorkspace::~ContactWorkspace() = default;
@@ -141,7 +136,7 @@ void append_contacts(const Shape& a, std::int32_t piece_a, const RigidPose& X_WA
                      std::int32_t piece_b, const RigidPose& X_WB, Scalar reach,
                      const ContactGeneratorOptions& options, ContactWorkspace& workspace,
                      std::vector<ContactPoint>& contacts, Interrupt* interrupt) {
-  auto& [stack, found, is_double] = workspace.impl();
+  auto& [stack, found, is_double, first_pairs, neighbours] = workspace.impl();
   ContactSurface surface_a(a);
   ContactSurface surface_b(b);
   const bool is_smooth = !surface_a.mesh || !surface_b.mesh;
@@ -153,6 +148,13 @@ void append_contacts(const Shape& a, std::int32_t piece_a, const RigidPose& X_WA
   // The noise of the poses, and as much again for what is computed from posed points.
   query.noise = 2 * internal::pose_noise(a, X_WA, b, X_WB);
   found.clear();
+  if (neighbours && neighbours->is_built()) {
+    const auto placement = neighbours->place(a, X_WA, b, X_WB);
+    if (neighbours->covers(placement, {reach})) {
+      neighbours->collect(placement, {reach}, first_pairs);
+      query.first_pairs = first_pairs;
+    }
+  }
   if (is_smooth) {
     internal::search_smooth(query, a, b, stack, found);
   } else {

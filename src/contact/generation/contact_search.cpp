@@ -1,12 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "contact/generation/contact_search.h"
 
-#include <array>
-
 #include "contact/generation/feature_pairs.h"
-#include "core/tolerance.h"
+#include "distance/leaf_pairs.h"
 #include "distance/piece_distance.h"
-#include "hierarchy/box_gaps.h"
 
 namespace dyop::internal {
 namespace {
@@ -32,43 +29,24 @@ bool can_touch(const Below& a, const Below& b) {
   return a.vertices || b.vertices || (a.edges && b.edges);
 }
 
-// Calls visit(leaf_a, leaf_b) for all pairs of leaves within reach for which is_sought(box_a,
-// box_b) holds on every level down to them.
+// Calls visit(leaf_a, leaf_b) for all pairs of leaves within reach below those that the query begins
+// with.
 template <typename IsSought, typename Visit>
-void visit_leaf_pairs(const ShapeTree& tree_a, const ShapeTree& tree_b, const ContactQuery& query,
-                      Scalar reach, std::vector<TreeBoxPair>& stack, const IsSought& is_sought,
-                      const Visit& visit) {
-  const BoxGapsKernel box_gaps = box_gaps_kernel(best_instruction_set());
-  const Scalar box_noise = query.noise * (kStepNoise / kPoseNoise);
+void visit_near_leaves(const ShapeTree& tree_a, const ShapeTree& tree_b, const ContactQuery& query,
+                       BoxPairStack& stack, const IsSought& is_sought, const Visit& visit) {
   stack.clear();
-  if (is_sought(ShapeTree::kRoot, ShapeTree::kRoot)) {
-    stack.emplace_back(ShapeTree::kRoot, ShapeTree::kRoot);
+  for (const BoxPair& first : query.first_pairs) {
+    if (is_sought(first)) stack.push_back(first);
   }
-  for (int popped = 0; !stack.empty(); ++popped) {
-    const auto [box_a, box_b] = stack.back();
-    // At a vertex of many triangles two leaves take as long as many boxes.
-    const bool are_leaves = tree_a.is_leaf(box_a) && tree_b.is_leaf(box_b);
-    if ((are_leaves || popped % kPairsBetweenPolls == 0) && is_over(query.interrupt)) return;
-    stack.pop_back();
-    if (are_leaves) {
-      visit(box_a, box_b);
-      continue;
-    }
-    const bool opens_a = opens_first(tree_a, box_a, tree_b, box_b);
-    const ShapeTree& tree = opens_a ? tree_a : tree_b;
-    const std::int32_t child = tree.child(opens_a ? box_a : box_b);
-    const int count = tree.node(child).count();
-    const FacingBox other = opens_a ? facing_box(tree_b.box(box_b), query.X_AB)
-                                    : facing_box(tree_a.box(box_a), query.X_BA);
-    std::array<Scalar, BoxGroup::kWidth> gaps;
-    box_gaps(tree.rows(child), count, other, box_noise, gaps.data());
-    for (int column = 0; column < count; ++column) {
-      if (gaps[std::size_t(column)] > reach) continue;
-      const std::int32_t part = ShapeTree::box_number(child, column);
-      const TreeBoxPair pair = opens_a ? TreeBoxPair(part, box_b) : TreeBoxPair(box_a, part);
-      if (is_sought(pair.first, pair.second)) stack.push_back(pair);
-    }
-  }
+  // At a vertex of many triangles two leaves take as long as many boxes.
+  int asked = 0;
+  const auto is_interrupted = [&](bool are_leaves) {
+    const bool is_due = are_leaves || asked % kPairsBetweenPolls == 0;
+    ++asked;
+    return is_due && is_over(query.interrupt);
+  };
+  visit_leaf_pairs({tree_a, tree_b, query.X_AB, query.noise, query.reach}, stack, visit,
+                   is_interrupted, is_sought);
 }
 
 // Whether the surface of `mesh` admits the normal at the foot of a smooth core's nearest point on
@@ -86,27 +64,26 @@ bool admits_smooth(const ContactQuery& query, const ContactSurface& mesh, std::i
 
 }  // namespace
 
-void search_surfaces(const ContactQuery& query, std::vector<TreeBoxPair>& stack,
+void search_surfaces(const ContactQuery& query, BoxPairStack& stack,
                      std::vector<FoundContact>& found) {
   const ShapeTree tree_a(*query.a.mesh);
   const ShapeTree tree_b(*query.b.mesh);
   FeaturePairs pairs(query, found);
-  const auto is_sought = [&](std::int32_t box_a, std::int32_t box_b) {
-    return can_touch(below(*query.a.features, box_a), below(*query.b.features, box_b));
+  const auto is_sought = [&](const BoxPair& pair) {
+    return can_touch(below(*query.a.features, pair.a), below(*query.b.features, pair.b));
   };
-  visit_leaf_pairs(tree_a, tree_b, query, query.reach, stack, is_sought,
-                   [&](std::int32_t leaf_a, std::int32_t leaf_b) {
-                     const std::int32_t triangle_a = tree_a.triangle(leaf_a);
-                     const std::int32_t triangle_b = tree_b.triangle(leaf_b);
-                     Triangle b = query.b.mesh->triangle(triangle_b);
-                     for (Vector3& vertex : b) vertex = query.X_AB * vertex;
-                     pairs.add_triangles(triangle_a, query.a.mesh->triangle(triangle_a), triangle_b,
-                                         b);
-                   });
+  visit_near_leaves(
+      tree_a, tree_b, query, stack, is_sought, [&](std::int32_t leaf_a, std::int32_t leaf_b) {
+        const std::int32_t triangle_a = tree_a.triangle(leaf_a);
+        const std::int32_t triangle_b = tree_b.triangle(leaf_b);
+        Triangle b = query.b.mesh->triangle(triangle_b);
+        for (Vector3& vertex : b) vertex = query.X_AB * vertex;
+        pairs.add_triangles(triangle_a, query.a.mesh->triangle(triangle_a), triangle_b, b);
+      });
 }
 
-void search_smooth(const ContactQuery& query, const Shape& a, const Shape& b,
-                   std::vector<TreeBoxPair>& stack, std::vector<FoundContact>& found) {
+void search_smooth(const ContactQuery& query, const Shape& a, const Shape& b, BoxPairStack& stack,
+                   std::vector<FoundContact>& found) {
   const ShapeTree tree_a(a);
   const ShapeTree tree_b(b);
   const auto visit = [&](std::int32_t leaf_a, std::int32_t leaf_b) {
@@ -136,9 +113,8 @@ void search_smooth(const ContactQuery& query, const Shape& a, const Shape& b,
     }
     found.push_back(contact);
   };
-  visit_leaf_pairs(
-      tree_a, tree_b, query, query.reach, stack, [](std::int32_t, std::int32_t) { return true; },
-      visit);
+  visit_near_leaves(
+      tree_a, tree_b, query, stack, [](const BoxPair&) { return true; }, visit);
 }
 
 }  // namespace dyop::internal

@@ -2,10 +2,11 @@
 #pragma once
 
 #include <cstdint>
-#include <utility>
+#include <span>
 #include <vector>
 
 #include "contact/generation/contact_surface.h"
+#include "distance/distance_traversal.h"
 #include "dyop/contact/contact_generator.h"
 #include "geometry/shape_tree.h"
 
@@ -25,8 +26,6 @@ struct FoundContact {
   std::int32_t triangle_b = -1;
 };
 
-using TreeBoxPair = std::pair<std::int32_t, std::int32_t>;
-
 /// The input of a search for one pair of pieces.
 struct ContactQuery {
   const ContactSurface& a;
@@ -37,14 +36,15 @@ struct ContactQuery {
   Scalar noise = 0;  ///< allowance for rounding in a distance, length
   ContactGeneratorOptions options;
   Interrupt* interrupt = nullptr;
+  std::span<const BoxPair> first_pairs{&kRootPair, 1};
 };
 
 /// Appends the contacts of two surfaces with triangles; not all of them if it is interrupted.
-void search_surfaces(const ContactQuery& query, std::vector<TreeBoxPair>& stack,
+void search_surfaces(const ContactQuery& query, BoxPairStack& stack,
                      std::vector<FoundContact>& found);
 
 /// The contacts of a smooth core with each nearby triangle of a mesh, in either order.
-void search_smooth(const ContactQuery& query, const Shape& a, const Shape& b,
-                   std::vector<TreeBoxPair>& stack, std::vector<FoundContact>& found);
+void search_smooth(const ContactQuery& query, const Shape& a, const Shape& b, BoxPairStack& stack,
+                   std::vector<FoundContact>& found);
 
 }  // namespace dyop::internal

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "core/tolerance.h"
+#include "toi/rigid/listed_impact.h"
 #include "toi/toi_memory.h"
 
 namespace dyop::internal {
@@ -21,8 +22,19 @@ ToiResult query(PairState& pair, const BodyMove& a, const BodyMove& b, const Tim
   options.deadline = limits.deadline;
   ToiMemory& memory = workspace.memory();
   memory.start = pair.seed.supports;
-  ToiResult result = time_of_impact(*a.body->definition.shape, *a.motion, *b.body->definition.shape,
-                                    *b.motion, interval, options, workspace);
+  const Shape& shape_a = *a.body->definition.shape;
+  const Shape& shape_b = *b.body->definition.shape;
+  const RigidPose X_WA = a.motion->pose(interval.begin);
+  const RigidPose X_WB = b.motion->pose(interval.begin);
+  const bool moves_a = pair.neighbours.moves_a();
+  NearBound near = approach_bound(moves_a ? b : a, moves_a ? a : b, interval,
+                                  (moves_a ? X_WB : X_WA) * pair.neighbours.pivot_F());
+  near.reach += target + tolerance + pair_noise(a, b);
+  const bool is_listed = pair.list_near(shape_a, X_WA, shape_b, X_WB, near);
+  const std::span<const BoxPair> first_pairs =
+      is_listed ? std::span<const BoxPair>(pair.first_pairs) : std::span(&kRootPair, 1);
+  ToiResult result = time_of_listed_impact(shape_a, *a.motion, shape_b, *b.motion, interval,
+                                           options, workspace, first_pairs);
   if (memory.seed.count > 0) pair.seed.supports = memory.seed;
   return result;
 }

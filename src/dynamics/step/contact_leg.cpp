@@ -173,8 +173,8 @@ EndGap ContactLeg::found_end(std::size_t contact) {
   const RigidPose& X_WB_end = end_b_[entry.pair];
   if (is_on_curved_surface(entry.point, *pair.a, *pair.b)) {
     const CurvedMove move = leg_.curved_move(contact, tau_, X_WA_end);
-    const auto measured = measured_end_gap(entry.point, move, pair.state->lengths, *pair.a,
-                                           X_WA_end, *pair.b, X_WB_end, run_.workspace().contacts);
+    const auto measured = measured_end_gap(entry.point, move, *pair.state, *pair.a, X_WA_end,
+                                           *pair.b, X_WB_end, run_.workspace().contacts);
     if (measured) return *measured;
   }
   EndGap end = end_gap(entry.point, *pair.a, start_a_[entry.pair], X_WA_end, *pair.b,

@@ -84,4 +84,23 @@ Scalar closing_bound(const BodyMove& a, const BodyMove& b, const TimeInterval& i
   return slack * tau * (speed_bound(a, interval) + speed_bound(b, interval));
 }
 
+// In the frame of A, with P fixed there and D = c_B - c_A, the point of B at P + y moves at
+// v_B - v_A + (w_B - w_A) x (P - c_A + y) - w_B x D. At y = 0 this changes at most at
+// |w_B - w_A| |w_A| |P - c_A| + |w_B| |v_B - v_A|, so that with W = |w_B - w_A| the point that begins
+// at P moves at most at u + W |y|: no farther than u (exp(W tau) - 1) / W. B turns by W tau about it.
+NearBound approach_bound(const BodyMove& a, const BodyMove& b, const TimeInterval& interval,
+                         const Vector3& pivot_W) {
+  if (!a.is_twist || !b.is_twist) return {closing_bound(a, b, interval)};
+  const Scalar tau = interval.length();
+  const Vector3 v = b.v_W - a.v_W;
+  const Vector3 w = b.w_W - a.w_W;
+  const Vector3 lever = pivot_W - a.center;
+  const Scalar at_begin = (v + w.cross(lever) - b.w_W.cross(b.center - a.center)).norm();
+  const Scalar change = w.norm() * a.w_W.norm() * lever.norm() + b.w_W.norm() * v.norm();
+  const Scalar angle = tau * w.norm();
+  const Scalar growth = angle > 0 ? std::expm1(angle) / angle : Scalar{1};
+  const Scalar slack = 1 + kMotionNoise;
+  return {slack * tau * growth * (at_begin + tau * change), slack * angle};
+}
+
 }  // namespace dyop::internal

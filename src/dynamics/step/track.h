@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "distance/neighbour_list.h"
 #include "dynamics/body_record.h"
 #include "dyop/core/time_interval.h"
 #include "dyop/motion/constant_twist_motion.h"
@@ -57,5 +58,10 @@ RigidPose central_pose(const BodyRecord& body, const RigidPose& X_WB);
 /// to A at most at |v_B - v_A - w_A x D| + tau |w_A| |v_B - v_A| + |w_B - w_A| r_B; the same with A
 /// and B exchanged. Otherwise from the bounds of the twists.
 Scalar closing_bound(const BodyMove& a, const BodyMove& b, const TimeInterval& interval);
+
+/// Upper bound on how far any point of B moves in the frame of A over an interval: `reach` for one
+/// that is at the pivot when it begins, and `slope` more per distance from there, rounded up.
+NearBound approach_bound(const BodyMove& a, const BodyMove& b, const TimeInterval& interval,
+                         const Vector3& pivot_W);
 
 }  // namespace dyop::internal

@@ -9,10 +9,12 @@
 namespace dyop::internal {
 
 RigidPair::RigidPair(const Shape& a, const Motion& X_WA, const Shape& b, const Motion& X_WB,
-                     const TimeInterval& interval, const ImpactBand& band)
+                     const TimeInterval& interval, const ImpactBand& band,
+                     std::span<const BoxPair> first_pairs)
     : box_target_(band.box_target),
       kernels_(box_steps_kernels(best_instruction_set())),
-      moving_(a, X_WA, b, X_WB, interval, box_target_) {}
+      moving_(a, X_WA, b, X_WB, interval, box_target_),
+      first_pairs_(first_pairs) {}
 
 Scalar RigidPair::start_noise() const {
   const auto [X_WA, X_WB] = poses(time());

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -17,7 +18,8 @@ namespace dyop::internal {
 class RigidPair {
  public:
   RigidPair(const Shape& a, const Motion& X_WA, const Shape& b, const Motion& X_WB,
-            const TimeInterval& interval, const ImpactBand& band);
+            const TimeInterval& interval, const ImpactBand& band,
+            std::span<const BoxPair> first_pairs = {&kRootPair, 1});
 
   void set_time(Scalar t) { moving_.set_time(t); }
   Scalar time() const { return moving_.time(); }
@@ -27,7 +29,7 @@ class RigidPair {
 
   /// A proven time, or infinity; leaves the sides at a time that is not later.
   Scalar first_time();
-  std::span<const BoxPair> first_pairs() const { return {&kRootPair, 1}; }
+  std::span<const BoxPair> first_pairs() const { return first_pairs_; }
   /// A point inside both shapes at the current time, if the options declare one of them a solid.
   std::optional<Vector3> enclosed_point(const ToiOptions& options) const;
 
@@ -97,6 +99,7 @@ class RigidPair {
   const Scalar box_target_;
   const BoxStepsKernels kernels_;
   MovingPair moving_;
+  const std::span<const BoxPair> first_pairs_;
 };
 
 template <typename Push>

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "contact/generation/ball_fit.h"
+#include "contact/generation/contact_workspace.h"
 #include "contact/generation/facet_fit.h"
 #include "core/tolerance.h"
 #include "dynamics/step/gaps/rounded_core.h"
@@ -19,9 +20,10 @@ bool is_on_curved_surface(const ContactPoint& point, const BodyRecord& a, const 
 }
 
 std::optional<EndGap> measured_end_gap(const ContactPoint& point, const CurvedMove& move,
-                                       const PairLengths& lengths, const BodyRecord& a,
+                                       const PairState& pair, const BodyRecord& a,
                                        const RigidPose& X_WA_end, const BodyRecord& b,
                                        const RigidPose& X_WB_end, ContactWorkspace& workspace) {
+  const PairLengths& lengths = pair.lengths;
   const Scalar way = move.sliding + move.turn * lengths.radius;
   if (!(way > kContactMergedChange * lengths.standoff)) return std::nullopt;
   // How far the surfaces beside the contact may come below it.
@@ -36,6 +38,7 @@ std::optional<EndGap> measured_end_gap(const ContactPoint& point, const CurvedMo
   const RigidPose lifted =
       RigidPose::from_trusted(X_WB_end.rotation(), X_WB_end.translation() + lift * n);
   std::vector<ContactPoint> found;
+  const UseOfNeighbours use(workspace, pair.neighbours);
   generate_contacts(*a.definition.shape, X_WA_end, *b.definition.shape, lifted, reach + lift, {},
                     workspace, found);
   const Scalar most_sagitta = kContactFitStandoffs * lengths.standoff;

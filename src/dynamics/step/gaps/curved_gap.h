@@ -26,7 +26,7 @@ struct CurvedMove {
 /// The least gap near such a contact at new poses, measured afresh; none if it hardly moves or if
 /// nothing is found there. The new poses may overlap, as far as a flat facet reaches into a surface.
 std::optional<EndGap> measured_end_gap(const ContactPoint& point, const CurvedMove& move,
-                                       const PairLengths& lengths, const BodyRecord& a,
+                                       const PairState& pair, const BodyRecord& a,
                                        const RigidPose& X_WA_end, const BodyRecord& b,
                                        const RigidPose& X_WB_end, ContactWorkspace& workspace);
 

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <vector>
+
+#include "contact/generation/contact_search.h"
+#include "distance/neighbour_list.h"
+#include "dyop/contact/contact_generator.h"
+
+namespace dyop {
+
+struct ContactWorkspace::Impl {
+  internal::BoxPairStack stack;
+  std::vector<internal::FoundContact> found;
+  std::vector<char> is_double;
+  internal::BoxPairStack first_pairs;
+  /// Of the shapes of the next calls, neither a compound; null: none.
+  const internal::NeighbourList* neighbours = nullptr;
+};
+
+namespace internal {
+
+/// While this lives, contacts of the two shapes of a neighbour list are looked for with it.
+class UseOfNeighbours {
+ public:
+  UseOfNeighbours(ContactWorkspace& workspace, const NeighbourList& neighbours)
+      : workspace_(workspace) {
+    workspace_.impl().neighbours = &neighbours;
+  }
+  ~UseOfNeighbours() { workspace_.impl().neighbours = nullptr; }
+  UseOfNeighbours(const UseOfNeighbours&) = delete;
+  UseOfNeighbours& operator=(const UseOfNeighbours&) = delete;
+
+ private:
+  ContactWorkspace& workspace_;
+};
+
+}  // namespace internal
+}  // namespace dyop

@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "distance/neighbour_list.h"
+
+#include <algorithm>
+#include <cmath>
+#include <tuple>
+
+#include "distance/leaf_pairs.h"
+#include "distance/piece_distance.h"
+
+namespace dyop::internal {
+namespace {
+
+// More would take longer to look through than the trees.
+constexpr int kMostPairs = 4096;
+
+// How far the points of a triangle or a convex shape, in its shape's frame, are from p.
+Scalar radius_about(const LeafPiece& piece, const Vector3& p) {
+  if (piece.convex) return p.norm() + piece.convex->bounding_radius();
+  Scalar squared = 0;
+  for (const Vector3& corner : piece.corners()) {
+    squared = std::max(squared, (corner - p).squaredNorm());
+  }
+  return std::sqrt(squared);
+}
+
+}  // namespace
+
+NeighbourList::Entry NeighbourList::measured(const ShapeTree& a, std::int32_t leaf_a,
+                                             const ShapeTree& b, std::int32_t leaf_b,
+                                             const RigidPose& X_AB, Scalar noise) const {
+  const PieceDistance piece = piece_distance(a, leaf_a, b, leaf_b, X_AB, noise);
+  Entry entry{leaf_a, leaf_b};
+  const bool is_apart = !piece.is_overlapping && piece.lower > 0;
+  entry.gap = is_apart ? piece.lower : 0;
+  const Vector3 normal = is_apart ? piece.nhat_AB : Vector3(Vector3::Zero());
+  if (moves_a_) {
+    entry.p = X_FM_ * piece.p_a;
+    entry.radius = radius_about(a.piece(leaf_a), piece.p_a);
+    entry.normal = -(X_FM_.rotation() * normal);
+  } else {
+    entry.p = piece.p_b;
+    entry.radius = radius_about(b.piece(leaf_b), X_FM_.inverse() * piece.p_b);
+    entry.normal = normal;
+  }
+  return entry;
+}
+
+bool NeighbourList::build(const Shape& a, const RigidPose& X_WA, const Shape& b,
+                          const RigidPose& X_WB, const Vector3& pivot_W, const NearBound& bound) {
+  const ShapeTree tree_a(a);
+  const ShapeTree tree_b(b);
+  const Scalar noise = pose_noise(a, X_WA, b, X_WB);
+  const RigidPose X_AB = X_WA.inverse() * X_WB;
+  moves_a_ = a.kind() == ShapeKind::TriangleMesh;
+  X_FM_ = moves_a_ ? X_AB.inverse() : X_AB;
+  pivot_F_ = (moves_a_ ? X_WB : X_WA).inverse() * pivot_W;
+  bound_ = bound;
+  entries_.clear();
+  const ShapeTree& moving = moves_a_ ? tree_a : tree_b;
+  const auto is_near = [&](const BoxPair& pair) {
+    if (pair.gap <= bound.reach) return true;
+    const OrientedBox box = moving.box(moves_a_ ? pair.a : pair.b);
+    const Scalar far = (X_FM_ * box.center - pivot_F_).norm() + box.half_extents.norm();
+    return pair.gap <= bound.reach + bound.slope * far;
+  };
+  int measured_pairs = 0;
+  const auto visit = [&](std::int32_t leaf_a, std::int32_t leaf_b) {
+    ++measured_pairs;
+    const Entry entry = measured(tree_a, leaf_a, tree_b, leaf_b, X_AB, noise);
+    if (entry.gap <= bound.reach + bound.slope * far(entry)) entries_.push_back(entry);
+  };
+  const auto is_over = [&](bool /*are_leaves*/) { return measured_pairs >= kMostPairs; };
+  BoxPairStack stack{kRootPair};
+  visit_leaf_pairs({tree_a, tree_b, X_AB, noise, kInfinity}, stack, visit, is_over, is_near);
+  is_built_ = stack.empty();
+  return is_built_;
+}
+
+NeighbourList::Placement NeighbourList::place(const Shape& a, const RigidPose& X_WA, const Shape& b,
+                                              const RigidPose& X_WB) const {
+  Placement placement;
+  const RigidPose X_FM = moves_a_ ? X_WB.inverse() * X_WA : X_WA.inverse() * X_WB;
+  const Matrix3 R = X_FM.rotation() * X_FM_.rotation().transpose();
+  placement.turn = R - Matrix3::Identity();
+  placement.shift = X_FM.translation() - R * X_FM_.translation();
+  // Twice the sine of half the angle: the Frobenius norm over sqrt(2).
+  placement.turning = placement.turn.norm() / std::sqrt(Scalar{2});
+  placement.way = (placement.turn * pivot_F_ + placement.shift).norm();
+  // That of the poses, and as much again for what is computed from posed points.
+  placement.noise = 2 * pose_noise(a, X_WA, b, X_WB);
+  return placement;
+}
+
+// With l as it was at build(): by now the piece may be (1 + turning) l + way from the pivot.
+bool NeighbourList::covers(const Placement& placement, const NearBound& bound) const {
+  return is_built_ &&
+         bound.reach + (1 + bound.slope) * placement.way + placement.noise < bound_.reach &&
+         placement.turning + bound.slope * (1 + placement.turning) <= bound_.slope;
+}
+
+void NeighbourList::collect(const Placement& placement, const NearBound& bound,
+                            BoxPairStack& pairs) const {
+  pairs.clear();
+  const Matrix3 transposed = placement.turn.transpose();
+  for (const Entry& entry : entries_) {
+    const Vector3 lever = transposed * entry.normal;
+    const Scalar gap = entry.gap + entry.normal.dot(placement.shift) + lever.dot(entry.p) -
+                       lever.norm() * entry.radius - placement.noise;
+    const Scalar now_far = (1 + placement.turning) * far(entry) + placement.way;
+    if (gap > bound.reach + bound.slope * now_far) continue;
+    pairs.push_back({std::max(gap, Scalar{0}), entry.a, entry.b});
+  }
+  std::sort(pairs.begin(), pairs.end(), [](const BoxPair& x, const BoxPair& y) {
+    return std::tie(y.gap, x.a, x.b) < std::tie(x.gap, y.a, y.b);
+  });
+}
+
+}  // namespace dyop::internal

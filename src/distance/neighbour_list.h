@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "distance/distance_traversal.h"
+#include "dyop/core/export.h"
+#include "dyop/core/rigid_pose.h"
+#include "dyop/geometry/shape.h"
+
+namespace dyop::internal {
+
+/// Two pieces are near if they are at most `reach` + `slope` l apart, where l is how far the
+/// points of the one of the moving side are from the pivot: a turn about the pivot moves far pieces more than
+/// close ones.
+struct NearBound {
+  Scalar reach = 0;
+  Scalar slope = 0;
+};
+
+/// The near pairs of pieces of two shapes, kept while the shapes move little relative to each other:
+/// a neighbour list [Verlet1967], about a pivot. Queries begin with it in place of the roots of the
+/// trees.
+///
+/// The moving side, M, is a mesh, the other one is taken as fixed, F; what counts is relative. Each
+/// pair is listed with a slab, a unit normal and a proven gap along it. At other poses that gap is
+/// known up to the turn of M's piece about one of its points. All other pairs were farther apart than
+/// the bound of build(), and have come nearer by at most what the pivot has moved and, in proportion
+/// to l, what the shapes have turned.
+class DYOP_EXPORT NeighbourList {
+ public:
+  /// Two poses, as the list sees them: the motion of M since build(), in frame F.
+  struct Placement {
+    Matrix3 turn = Matrix3::Zero();   ///< R - I
+    Vector3 shift = Vector3::Zero();  ///< of F's origin
+    Scalar turning = 0;               ///< |R - I|
+    Scalar way = 0;                   ///< of the pivot, a length
+    Scalar noise = 0;                 ///< allowance for rounding in a gap, length
+  };
+
+  /// Lists all near pairs of two shapes, at least one of them a mesh and none a compound. Returns false, and lists nothing, if there are too many to be worth it.
+  bool build(const Shape& a, const RigidPose& X_WA, const Shape& b, const RigidPose& X_WB,
+             const Vector3& pivot_W, const NearBound& bound);
+  void clear() { is_built_ = false; }
+  bool is_built() const { return is_built_; }
+
+  /// Of the shapes of build().
+  Placement place(const Shape& a, const RigidPose& X_WA, const Shape& b,
+                  const RigidPose& X_WB) const;
+  /// Whether A is the moving side, not B.
+  bool moves_a() const { return moves_a_; }
+  /// The pivot of build(), fixed to F, in its frame.
+  const Vector3& pivot_F() const { return pivot_F_; }
+  /// Whether all pairs that are near there are listed.
+  bool covers(const Placement& placement, const NearBound& bound) const;
+  /// The listed pairs that may be near there, with lower bounds of their gaps, farthest first.
+  void collect(const Placement& placement, const NearBound& bound, BoxPairStack& pairs) const;
+
+ private:
+  struct Entry {
+    std::int32_t a = 0;  // leaves
+    std::int32_t b = 0;
+    Scalar gap = 0;                    // lower bound along the normal
+    Scalar radius = 0;                 // of M's piece about `p`
+    Vector3 p = Vector3::Zero();       // a point of M's piece, in frame F at build()
+    Vector3 normal = Vector3::Zero();  // unit, from F to M; zero: no slab parts the pieces
+  };
+
+  // The largest distance of a piece's points from the pivot.
+  Scalar far(const Entry& entry) const { return (entry.p - pivot_F_).norm() + entry.radius; }
+  Entry measured(const ShapeTree& a, std::int32_t leaf_a, const ShapeTree& b, std::int32_t leaf_b,
+                 const RigidPose& X_AB, Scalar noise) const;
+
+  bool is_built_ = false;
+  bool moves_a_ = false;
+  RigidPose X_FM_;  // at build()
+  Vector3 pivot_F_ = Vector3::Zero();
+  NearBound bound_;
+  std::vector<Entry> entries_;
+};
+
+}  // namespace dyop::internal
