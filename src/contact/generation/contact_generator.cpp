@@ -136,7 +136,7 @@ void append_contacts(const Shape& a, std::int32_t piece_a, const RigidPose& X_WA
                      std::int32_t piece_b, const RigidPose& X_WB, Scalar reach,
                      const ContactGeneratorOptions& options, ContactWorkspace& workspace,
                      std::vector<ContactPoint>& contacts, Interrupt* interrupt) {
-  auto& [stack, found, is_double, first_pairs, neighbours] = workspace.impl();
+  auto& [stack, found, is_double, first_pairs, neighbours, region_W] = workspace.impl();
   ContactSurface surface_a(a);
   ContactSurface surface_b(b);
   const bool is_smooth = !surface_a.mesh || !surface_b.mesh;
@@ -154,6 +154,10 @@ void append_contacts(const Shape& a, std::int32_t piece_a, const RigidPose& X_WA
       neighbours->collect(placement, {reach}, first_pairs);
       query.first_pairs = first_pairs;
     }
+  }
+  if (region_W) {
+    query.region = {X_WA.inverse() * region_W->center,
+                    region_W->radius + surface_a.radius + query.noise};
   }
   if (is_smooth) {
     internal::search_smooth(query, a, b, stack, found);

@@ -34,9 +34,15 @@ bool can_touch(const Below& a, const Below& b) {
 template <typename IsSought, typename Visit>
 void visit_near_leaves(const ShapeTree& tree_a, const ShapeTree& tree_b, const ContactQuery& query,
                        BoxPairStack& stack, const IsSought& is_sought, const Visit& visit) {
+  const auto is_wanted = [&](const BoxPair& pair) {
+    if (!is_sought(pair)) return false;
+    if (!query.region) return true;
+    const auto& [center, radius] = *query.region;
+    return squared_distance(tree_a.box(pair.a), center) <= radius * radius;
+  };
   stack.clear();
   for (const BoxPair& first : query.first_pairs) {
-    if (is_sought(first)) stack.push_back(first);
+    if (is_wanted(first)) stack.push_back(first);
   }
   // At a vertex of many triangles two leaves take as long as many boxes.
   int asked = 0;
@@ -46,7 +52,7 @@ void visit_near_leaves(const ShapeTree& tree_a, const ShapeTree& tree_b, const C
     return is_due && is_over(query.interrupt);
   };
   visit_leaf_pairs({tree_a, tree_b, query.X_AB, query.noise, query.reach}, stack, visit,
-                   is_interrupted, is_sought);
+                   is_interrupted, is_wanted);
 }
 
 // Whether the surface of `mesh` admits the normal at the foot of a smooth core's nearest point on

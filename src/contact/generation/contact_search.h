@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -26,6 +27,12 @@ struct FoundContact {
   std::int32_t triangle_b = -1;
 };
 
+/// A ball.
+struct ContactRegion {
+  Vector3 center = Vector3::Zero();
+  Scalar radius = 0;
+};
+
 /// The input of a search for one pair of pieces.
 struct ContactQuery {
   const ContactSurface& a;
@@ -37,6 +44,8 @@ struct ContactQuery {
   ContactGeneratorOptions options;
   Interrupt* interrupt = nullptr;
   std::span<const BoxPair> first_pairs{&kRootPair, 1};
+  /// In frame A: where the points of the cores on A are sought. None: everywhere.
+  std::optional<ContactRegion> region = std::nullopt;
 };
 
 /// Appends the contacts of two surfaces with triangles; not all of them if it is interrupted.
