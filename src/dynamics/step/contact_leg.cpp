@@ -241,7 +241,7 @@ bool ContactLeg::answer_hits() {
   for (std::size_t i = 0; i < certificates_.size(); ++i) {
     const auto& result = certificates_[i].result;
     if (certificates_[i].proof || result->status != ToiStatus::Impact) continue;
-    leg_.add_hit(i, point_of_hit(*result, start_a_[i], start_b_[i]));
+    leg_.add_hit(i, point_of_hit(*result, start_a_[i], start_b_[i]), tau_);
   }
   return true;
 }

@@ -54,8 +54,8 @@ class LegProblem {
     add_from_below(std::move(places));
   }
   void add(const LegContact& contact);
-  /// A contact where the move was hit; one that is known there already is pushed harder.
-  void add_hit(std::size_t pair, const ContactPoint& point);
+  /// A contact where a move of length tau was hit; one that is known there is pushed harder.
+  void add_hit(std::size_t pair, const ContactPoint& point, Scalar tau);
   /// Adds the rows of all joints at now; motors have their strength over tau.
   void take_joints(Scalar tau);
   std::vector<LegRow>& rows() { return rows_; }
@@ -126,6 +126,7 @@ class LegProblem {
     return -run_.context().gravity_W.dot(point.p_WCa);
   }
   void add_from_below(std::vector<Place> places);
+  LegContact* known_at(std::size_t pair, const ContactPoint& point, Scalar tau);
   bool is_large() const;
   // Returns by how much the velocity that counts as sticking changes.
   Scalar stick_midway(std::size_t contact, const Vector3& p_W_end, Scalar tau);
