@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "core/tolerance.h"
 #include "dynamics/step/blocked/horizon.h"
@@ -22,8 +23,13 @@ constexpr int kMostRounds = 8;
 constexpr int kMostErrorSolves = 4;
 constexpr int kMostAttempts = 8;
 constexpr int kMostSpinSweeps = 4;
+// Attempts that begin with what hits have found before. After that they may contradict each other.
+constexpr int kHitAttempts = 3;
 // A round has brought nothing if it leaves this part of the residual of the one before.
 constexpr Scalar kNoProgress = 0.9;
+// A round may leave so many hits, or more if they are at most this part of those of the one before.
+constexpr std::ptrdiff_t kMostHits = 10;
+constexpr Scalar kFewerHits = 0.9;
 // Legs of a jam that only use the room that is left, in one step. By then it is a jam of more than
 // one pose.
 constexpr int kMostJams = 3;
@@ -38,6 +44,10 @@ class ContactLeg {
   ContactLeg(IslandRun& run, Scalar tau, bool may_bounce, bool lands);
   AttemptResult attempt();
 
+  /// Begins with contacts that hits have found from the same start.
+  void take(const std::vector<LegContact>& hits);
+  /// Those that this attempt has found.
+  void give(std::vector<LegContact>& hits) const;
   BlockedLeg blocked() const { return {blocked_at_ - run_.now(), must_land_, is_jammed_}; }
   bool is_struck() const { return leg_.is_struck(); }
   std::optional<PairKey> locked_by_friction() const { return leg_.locked_by_friction(); }
@@ -53,6 +63,7 @@ class ContactLeg {
   void make_moves();
   void find_proofs();
   bool answer_hits();
+  bool is_hopeless();
   void store_velocities();
   void commit(Scalar tau);
 
@@ -71,10 +82,12 @@ class ContactLeg {
   std::vector<Vector3> stored_L_W_;
   Scalar residual_ = 0;
   bool is_solved_ = false;
+  bool ends_short_ = false;  // some contact, below what is kept
   bool targets_are_zero_ = false;
   Scalar blocked_at_ = run_.now();
   bool must_land_ = false;
   bool is_jammed_ = false;
+  std::ptrdiff_t last_hits_ = std::numeric_limits<std::ptrdiff_t>::max();
   std::optional<AdvanceStatus> failure_;
 };
 
@@ -122,6 +135,19 @@ void ContactLeg::set_free_velocities() {
     free_L_W_.push_back(L);
   }
   leg_.set_supports(tau_);
+}
+
+void ContactLeg::take(const std::vector<LegContact>& hits) {
+  for (const LegContact& hit : hits) leg_.add(hit);
+}
+
+// Not what was found while targets were zero: bodies then move as they never will.
+void ContactLeg::give(std::vector<LegContact>& hits) const {
+  if (targets_are_zero_) return;
+  hits.clear();
+  for (const LegContact& entry : leg_.contacts()) {
+    if (!entry.index) hits.push_back({entry.pair, std::nullopt, entry.point});
+  }
 }
 
 void ContactLeg::solve_move() {
@@ -186,8 +212,12 @@ EndGap ContactLeg::found_end(std::size_t contact) {
 // Returns whether the prediction of some gap has changed so much that the solve must be repeated.
 bool ContactLeg::update_errors() {
   bool has_changed = false;
+  ends_short_ = false;
   for (std::size_t i = 0; i < leg_.contacts().size(); ++i) {
-    has_changed = leg_.take_end(i, found_end(i), tau_) || has_changed;
+    const EndGap end = found_end(i);
+    has_changed = leg_.take_end(i, end, tau_) || has_changed;
+    const PairState& pair = *run_.pairs()[leg_.contacts()[i].pair].state;
+    ends_short_ = ends_short_ || end.gap < pair.kept_distance();
   }
   const auto end = [this](const auto& member, const auto& body) { return end_pose(member, body); };
   has_changed = springs_->update(end) || has_changed;
@@ -208,6 +238,16 @@ void ContactLeg::find_proofs() {
       pair.state->advancement_steps += result->statistics.node_pairs;
     }
   }
+}
+
+// Whether so many hits are left, and hardly fewer than in the round before, that a shorter leg is
+// sooner found than the rest of their answers.
+bool ContactLeg::is_hopeless() {
+  const auto hits = std::count_if(certificates_.begin(), certificates_.end(),
+                                  [](const Certificate& c) { return !c.proof; });
+  const bool is_fewer = hits <= kMostHits || Scalar(hits) < kFewerHits * Scalar(last_hits_);
+  last_hits_ = hits;
+  return !is_fewer;
 }
 
 // Turns hits into contacts. Returns false if a hit must be resolved where it happened instead.
@@ -309,12 +349,13 @@ AttemptResult ContactLeg::attempt() {
   Scalar hopeless = contradiction();
   for (int round = 0; round < kMostRounds; ++round) {
     if (run_.must_stop()) return AttemptResult::Failed;
-    const int error_solves = leg_.is_struck() ? 1 : kMostErrorSolves;
-    for (int k = 0; k < error_solves; ++k) {
+    for (int k = 0; k < kMostErrorSolves; ++k) {
       solve_move();
       if (leg_.turns_too_far(tau_)) return AttemptResult::Blocked;
       make_moves();
-      if (!update_errors()) break;
+      const bool has_changed = update_errors();
+      // A struck island is solved again only for what would be hit.
+      if (!(leg_.is_struck() ? ends_short_ : has_changed)) break;
     }
     if (joints_are_guessed(leg_, tau_)) return AttemptResult::Blocked;
     find_proofs();
@@ -327,11 +368,14 @@ AttemptResult ContactLeg::attempt() {
     }
     ++run_.outcome().work.rounds;
     const std::size_t known = leg_.contacts().size();
+    const bool is_hopeless = this->is_hopeless();
     if (answer_hits()) {
+      if (is_hopeless) return AttemptResult::Blocked;
       // The next round would only fail to solve the same problem.
       const bool is_same = targets_are_zero_ && !leg_.asks_more(known, tau_, false);
       is_jammed_ = is_same && !is_solved_ && residual_ > hopeless && !leg_.is_struck();
       hopeless = std::min(hopeless, kNoProgress * residual_);
+      if (is_same && is_solved_) return AttemptResult::Blocked;
       if (is_jammed_) return AttemptResult::Blocked;
       continue;
     }
@@ -349,6 +393,7 @@ AttemptResult ContactLeg::attempt() {
 
 bool run_contact_leg(IslandRun& run, bool may_bounce) {
   Horizon horizon(run.remaining());
+  std::vector<LegContact> hits;
   for (int attempt = 0; attempt < kMostAttempts; ++attempt) {
     if (!(run.now() + horizon.tau() > run.now())) return false;
     ContactLeg leg(run, horizon.tau(), may_bounce, horizon.lands());
@@ -361,8 +406,10 @@ bool run_contact_leg(IslandRun& run, bool may_bounce) {
     if (!horizon.lands()) {
       for (RunPair& pair : run.pairs()) pair.hit.reset();
     }
+    if (attempt < kHitAttempts) leg.take(hits);
     const AttemptResult result = leg.attempt();
     if (result == AttemptResult::Committed || result == AttemptResult::Failed) return true;
+    leg.give(hits);
     horizon.shorten(leg.blocked());
     const bool has_room = run.now() + horizon.tau() > run.now();
     if (!horizon.only_uses_room() || (run.count_jam() <= kMostJams && has_room)) continue;
