@@ -3,12 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "core/tolerance.h"
 #include "dynamics/step/blocked/horizon.h"
 #include "dynamics/step/joint_rows.h"
 #include "dynamics/step/leg_problem.h"
+#include "dynamics/step/leg_proofs.h"
 #include "dynamics/step/spring_rows.h"
 #include "motion/guarded_state.h"
 
@@ -27,9 +27,6 @@ constexpr int kMostSpinSweeps = 4;
 constexpr int kHitAttempts = 3;
 // A round has brought nothing if it leaves this part of the residual of the one before.
 constexpr Scalar kNoProgress = 0.9;
-// A round may leave so many hits, or more if they are at most this part of those of the one before.
-constexpr std::ptrdiff_t kMostHits = 10;
-constexpr Scalar kFewerHits = 0.9;
 // Legs of a jam that only use the room that is left, in one step. By then it is a jam of more than
 // one pose.
 constexpr int kMostJams = 3;
@@ -61,9 +58,7 @@ class ContactLeg {
   EndGap found_end(std::size_t contact);
   RigidPose end_pose(const std::optional<std::size_t>& member, const BodyRecord& body) const;
   void make_moves();
-  void find_proofs();
   bool answer_hits();
-  bool is_hopeless();
   void store_velocities();
   void commit(Scalar tau);
 
@@ -77,7 +72,7 @@ class ContactLeg {
   std::vector<Vector3> free_L_W_;
   std::vector<BodyMove> moves_;
   std::vector<RigidPose> start_a_, end_a_, start_b_, end_b_;  // by pair
-  std::vector<Certificate> certificates_;
+  LegProofs proofs_;
   std::vector<Vector3> stored_v_W_;
   std::vector<Vector3> stored_L_W_;
   Scalar residual_ = 0;
@@ -87,12 +82,11 @@ class ContactLeg {
   Scalar blocked_at_ = run_.now();
   bool must_land_ = false;
   bool is_jammed_ = false;
-  std::ptrdiff_t last_hits_ = std::numeric_limits<std::ptrdiff_t>::max();
   std::optional<AdvanceStatus> failure_;
 };
 
 ContactLeg::ContactLeg(IslandRun& run, Scalar tau, bool may_bounce, bool lands)
-    : run_(run), tau_(tau), may_bounce_(may_bounce), lands_(lands), leg_(run) {
+    : run_(run), tau_(tau), may_bounce_(may_bounce), lands_(lands), leg_(run), proofs_(run, tau) {
   for (const Member& member : run.members()) {
     const MotionState state = motion_state(
         member.body->definition.mass_properties, member.state.X_WM, member.state.v_W,
@@ -214,53 +208,20 @@ bool ContactLeg::update_errors() {
   bool has_changed = false;
   ends_short_ = false;
   for (std::size_t i = 0; i < leg_.contacts().size(); ++i) {
-    const EndGap end = found_end(i);
-    has_changed = leg_.take_end(i, end, tau_) || has_changed;
-    const PairState& pair = *run_.pairs()[leg_.contacts()[i].pair].state;
-    ends_short_ = ends_short_ || end.gap < pair.kept_distance();
+    if (!leg_.end_is_known(i, tau_))
+      has_changed = leg_.take_end(i, found_end(i), tau_) || has_changed;
+    ends_short_ = ends_short_ || leg_.ends_short(i, tau_);
   }
   const auto end = [this](const auto& member, const auto& body) { return end_pose(member, body); };
   has_changed = springs_->update(end) || has_changed;
   return update_joint_errors(leg_, tau_, end) || has_changed;
 }
 
-void ContactLeg::find_proofs() {
-  const PartTimer timing = run_.timer(&StepTimes::proofs);
-  certificates_.clear();
-  const TimeInterval interval{run_.now(), run_.now() + tau_};
-  for (RunPair& pair : run_.pairs()) {
-    const BodyMove a = pair.member_a ? moves_[*pair.member_a] : run_.support_move(*pair.a);
-    const BodyMove b = pair.member_b ? moves_[*pair.member_b] : run_.support_move(*pair.b);
-    certificates_.push_back(certify(*pair.state, a, b, interval, pair.state->kept_distance(),
-                                    run_.context().limits, run_.workspace().toi));
-    if (const auto& result = certificates_.back().result) {
-      add(run_.outcome().toi, result->statistics);
-      pair.state->advancement_steps += result->statistics.node_pairs;
-    }
-  }
-}
-
-// Whether so many hits are left, and hardly fewer than in the round before, that a shorter leg is
-// sooner found than the rest of their answers.
-bool ContactLeg::is_hopeless() {
-  const auto hits = std::count_if(certificates_.begin(), certificates_.end(),
-                                  [](const Certificate& c) { return !c.proof; });
-  const bool is_fewer = hits <= kMostHits || Scalar(hits) < kFewerHits * Scalar(last_hits_);
-  last_hits_ = hits;
-  return !is_fewer;
-}
-
 // Turns hits into contacts. Returns false if a hit must be resolved where it happened instead.
 bool ContactLeg::answer_hits() {
-  std::size_t first = certificates_.size();
-  for (std::size_t i = 0; i < certificates_.size(); ++i) {
-    if (certificates_[i].proof) continue;
-    if (first == certificates_.size() ||
-        certificates_[i].result->t_safe < certificates_[first].result->t_safe) {
-      first = i;
-    }
-  }
-  const ToiResult& met = *certificates_[first].result;
+  const std::vector<Certificate>& certificates = proofs_.certificates();
+  const std::size_t first = proofs_.first_hit();
+  const ToiResult& met = *certificates[first].result;
   blocked_at_ = met.t_safe;
   failure_ = failure_of(met.status);
   if (failure_) {
@@ -278,9 +239,9 @@ bool ContactLeg::answer_hits() {
     must_land_ = true;
     return false;
   }
-  for (std::size_t i = 0; i < certificates_.size(); ++i) {
-    const auto& result = certificates_[i].result;
-    if (certificates_[i].proof || result->status != ToiStatus::Impact) continue;
+  for (std::size_t i = 0; i < certificates.size(); ++i) {
+    const auto& result = certificates[i].result;
+    if (certificates[i].proof || result->status != ToiStatus::Impact) continue;
     leg_.add_hit(i, point_of_hit(*result, start_a_[i], start_b_[i]), tau_);
   }
   return true;
@@ -316,8 +277,9 @@ void ContactLeg::commit(Scalar tau) {
   const Scalar t_end = run_.now() + tau;
   std::vector<PairProof> proofs;
   std::vector<Scalar> closings;
-  for (std::size_t i = 0; i < certificates_.size(); ++i) {
-    const Certificate& certificate = certificates_[i];
+  const std::vector<Certificate>& certificates = proofs_.certificates();
+  for (std::size_t i = 0; i < certificates.size(); ++i) {
+    const Certificate& certificate = certificates[i];
     closings.push_back(certificate.closing);
     PairState& state = *run_.pairs()[i].state;
     proofs.push_back(certificate.proof
@@ -358,19 +320,16 @@ AttemptResult ContactLeg::attempt() {
       if (!(leg_.is_struck() ? ends_short_ : has_changed)) break;
     }
     if (joints_are_guessed(leg_, tau_)) return AttemptResult::Blocked;
-    find_proofs();
-    const bool is_proven = std::all_of(certificates_.begin(), certificates_.end(),
-                                       [](const Certificate& c) { return c.proof.has_value(); });
-    if (is_proven) {
+    proofs_.find(moves_);
+    if (proofs_.is_complete()) {
       commit(tau_);
       solve_contact_node(run_, tau_, may_bounce_);
       return AttemptResult::Committed;
     }
     ++run_.outcome().work.rounds;
     const std::size_t known = leg_.contacts().size();
-    const bool is_hopeless = this->is_hopeless();
     if (answer_hits()) {
-      if (is_hopeless) return AttemptResult::Blocked;
+      if (proofs_.is_hopeless()) return AttemptResult::Blocked;
       // The next round would only fail to solve the same problem.
       const bool is_same = targets_are_zero_ && !leg_.asks_more(known, tau_, false);
       is_jammed_ = is_same && !is_solved_ && residual_ > hopeless && !leg_.is_struck();

@@ -76,6 +76,11 @@ class LegProblem {
   /// stick where it is in the middle of a leg of length tau, not where it was at the start. Returns
   /// whether that changes so much that the solve must be repeated.
   bool take_end(std::size_t contact, const EndGap& end, Scalar tau);
+  /// Whether both bodies move so nearly as when the end was last taken that it is not worth finding
+  /// again: the correction of its gap is the same.
+  bool end_is_known(std::size_t contact, Scalar tau) const;
+  /// Whether a contact is expected to end nearer than its pair may be.
+  bool ends_short(std::size_t contact, Scalar tau) const;
 
   /// Least normal velocity of a contact in a leg of length tau: keeps the rest gap until the end, or
   /// recovers a part of it at bounded speed, and keeps a corner that turns away from dipping on the
@@ -135,11 +140,17 @@ class LegProblem {
   Scalar tolerance(Scalar tau) const;
   Scalar impact_tolerance(Scalar tau) const;
 
+  struct TakenEnd {  // when the end of a contact was taken
+    Vector3 v_a_W, w_a_W, v_b_W, w_b_W;
+    Scalar tolerance = -1;  // how far points may move away from there, length; none taken yet: -1
+  };
+
   IslandRun& run_;
   LegMemory memory_;  // the workspace's, for the life of this object
   ContactProblem& problem_ = memory_.problem;
   std::vector<LegContact>& contacts_ = memory_.contacts;
   std::vector<LegRow> rows_;
+  std::vector<TakenEnd> ends_;  // by contact
   void ensure_support(const std::optional<std::size_t>& member, const BodyRecord& body);
   std::vector<Vector3> centers_;                                 // by body of the problem
   std::vector<std::pair<std::uint32_t, std::size_t>> supports_;  // slot, body of the problem
