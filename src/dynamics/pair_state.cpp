@@ -109,12 +109,15 @@ bool refresh_contacts(PairState& pair, const BodyRecord& a, const RigidPose& X_W
 }
 
 void measure_gap(PairState& pair, const BodyRecord& a, const RigidPose& X_WA, const BodyRecord& b,
-                 const RigidPose& X_WB, Scalar enough) {
-  const bool is_known =
-      pair.gap_lower >= 0 && pair.gap_upper - pair.gap_lower <= kKnownGap * pair.lengths.standoff;
+                 const RigidPose& X_WB, Scalar enough, Scalar relative_tolerance) {
+  const Scalar tolerance =
+      std::max(kKnownGap * pair.lengths.standoff, relative_tolerance * pair.gap_upper);
+  const bool is_known = pair.gap_lower >= 0 && pair.gap_upper < kInfinity &&
+                        pair.gap_upper - pair.gap_lower <= tolerance;
   if (pair.gap_lower > enough || is_known) return;
   DistanceOptions options;
   options.max_distance = enough;
+  options.relative_tolerance = relative_tolerance;
   const Shape& shape_a = *a.definition.shape;
   const Shape& shape_b = *b.definition.shape;
   const DistanceResult result =

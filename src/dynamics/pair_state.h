@@ -113,7 +113,8 @@ bool refresh_contacts(PairState& pair, const BodyRecord& a, const RigidPose& X_W
 
 /// Measures the gap at two poses unless its known bound already exceeds `enough`, or it is known: in
 /// the rounds of a leg bodies start from the same poses again.
+/// @param relative_tolerance How far apart its bounds may stay, relative to the upper one.
 void measure_gap(PairState& pair, const BodyRecord& a, const RigidPose& X_WA, const BodyRecord& b,
-                 const RigidPose& X_WB, Scalar enough);
+                 const RigidPose& X_WB, Scalar enough, Scalar relative_tolerance = 0);
 
 }  // namespace dyop::internal

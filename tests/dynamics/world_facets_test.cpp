@@ -214,5 +214,29 @@ TEST(WorldFacets, AHalfDiscRocksWithTheExactPeriod) {
   }
 }
 
+// A block that slides along the inside of a polygon meets the next facet in most steps: another
+// contact than the one it slides on, however small the angle, so one round answers it.
+TEST(WorldFacets, SlidingIntoTheNextFacetTakesOneRound) {
+  constexpr int kSteps = 20;
+  World world(earth_options());
+  BodyDefinition fixed = floor_body(0);
+  fixed.shape = std::make_shared<TriangleMesh>(trough(1, 1, kPi / 2, 16).mesh());
+  world.add_body(fixed);
+  BodyDefinition block = dynamic_body("block", std::make_shared<Box>(Vector3(0.15, 0.3, 0.05)),
+                                      Vector3(0.1, 0, 0.07 - std::cos(kPi / 32)));
+  block.friction = 0;
+  block.restitution = 0;
+  block.initial.twist.v_WB = Vector3(8, 0, 0);
+  world.add_body(block);
+  std::int64_t rounds = 0;
+  for (int k = 0; k < kSteps; ++k) {
+    const AdvanceReport report = world.advance(0.01);
+    ASSERT_EQ(report.status, AdvanceStatus::Completed) << k;
+    rounds += report.work.rounds;
+  }
+  EXPECT_GT(rounds, 0);
+  EXPECT_LE(rounds, kSteps);
+}
+
 }  // namespace
 }  // namespace dyop

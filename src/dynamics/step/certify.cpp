@@ -10,6 +10,11 @@
 namespace dyop::internal {
 namespace {
 
+// How far apart the bounds of a gap may stay that only serves as a proof, relative to it. Where
+// surfaces run beside each other, as those of two links do, the exact distance costs several times
+// as much.
+constexpr Scalar kRoughGap = 0.2;
+
 // Begins where the pair's last query of distance or impact ended, and is followed by the next.
 ToiResult query(PairState& pair, const BodyMove& a, const BodyMove& b, const TimeInterval& interval,
                 Scalar target, Scalar tolerance, const QueryLimits& limits,
@@ -109,7 +114,7 @@ Certificate certify(PairState& pair, const BodyMove& a, const BodyMove& b,
   certificate.proof = by_bound();
   if (certificate.proof) return certificate;
   // A gap that would suffice as proof, with something left over for the next steps.
-  measure_gap(pair, *a.body, X_WA, *b.body, X_WB, floor + 4 * certificate.closing);
+  measure_gap(pair, *a.body, X_WA, *b.body, X_WB, floor + 4 * certificate.closing, kRoughGap);
   certificate.proof = by_bound();
   if (certificate.proof) return certificate;
 

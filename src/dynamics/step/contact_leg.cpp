@@ -8,6 +8,7 @@
 #include "dynamics/step/blocked/horizon.h"
 #include "dynamics/step/joint_rows.h"
 #include "dynamics/step/leg_problem.h"
+#include "dynamics/step/leg_proofs.h"
 #include "dynamics/step/spring_rows.h"
 #include "motion/guarded_state.h"
 
@@ -22,6 +23,8 @@ constexpr int kMostRounds = 8;
 constexpr int kMostErrorSolves = 4;
 constexpr int kMostAttempts = 8;
 constexpr int kMostSpinSweeps = 4;
+// Attempts that begin with what hits have found before. After that they may contradict each other.
+constexpr int kHitAttempts = 3;
 // A round has brought nothing if it leaves this part of the residual of the one before.
 constexpr Scalar kNoProgress = 0.9;
 // Legs of a jam that only use the room that is left, in one step. By then it is a jam of more than
@@ -38,6 +41,10 @@ class ContactLeg {
   ContactLeg(IslandRun& run, Scalar tau, bool may_bounce, bool lands);
   AttemptResult attempt();
 
+  /// Begins with contacts that hits have found from the same start.
+  void take(const std::vector<LegContact>& hits);
+  /// Those that this attempt has found.
+  void give(std::vector<LegContact>& hits) const;
   BlockedLeg blocked() const { return {blocked_at_ - run_.now(), must_land_, is_jammed_}; }
   bool is_struck() const { return leg_.is_struck(); }
   std::optional<PairKey> locked_by_friction() const { return leg_.locked_by_friction(); }
@@ -51,7 +58,6 @@ class ContactLeg {
   EndGap found_end(std::size_t contact);
   RigidPose end_pose(const std::optional<std::size_t>& member, const BodyRecord& body) const;
   void make_moves();
-  void find_proofs();
   bool answer_hits();
   void store_velocities();
   void commit(Scalar tau);
@@ -66,11 +72,12 @@ class ContactLeg {
   std::vector<Vector3> free_L_W_;
   std::vector<BodyMove> moves_;
   std::vector<RigidPose> start_a_, end_a_, start_b_, end_b_;  // by pair
-  std::vector<Certificate> certificates_;
+  LegProofs proofs_;
   std::vector<Vector3> stored_v_W_;
   std::vector<Vector3> stored_L_W_;
   Scalar residual_ = 0;
   bool is_solved_ = false;
+  bool ends_short_ = false;  // some contact, below what is kept
   bool targets_are_zero_ = false;
   Scalar blocked_at_ = run_.now();
   bool must_land_ = false;
@@ -79,7 +86,7 @@ class ContactLeg {
 };
 
 ContactLeg::ContactLeg(IslandRun& run, Scalar tau, bool may_bounce, bool lands)
-    : run_(run), tau_(tau), may_bounce_(may_bounce), lands_(lands), leg_(run) {
+    : run_(run), tau_(tau), may_bounce_(may_bounce), lands_(lands), leg_(run), proofs_(run, tau) {
   for (const Member& member : run.members()) {
     const MotionState state = motion_state(
         member.body->definition.mass_properties, member.state.X_WM, member.state.v_W,
@@ -122,6 +129,19 @@ void ContactLeg::set_free_velocities() {
     free_L_W_.push_back(L);
   }
   leg_.set_supports(tau_);
+}
+
+void ContactLeg::take(const std::vector<LegContact>& hits) {
+  for (const LegContact& hit : hits) leg_.add(hit);
+}
+
+// Not what was found while targets were zero: bodies then move as they never will.
+void ContactLeg::give(std::vector<LegContact>& hits) const {
+  if (targets_are_zero_) return;
+  hits.clear();
+  for (const LegContact& entry : leg_.contacts()) {
+    if (!entry.index) hits.push_back({entry.pair, std::nullopt, entry.point});
+  }
 }
 
 void ContactLeg::solve_move() {
@@ -186,41 +206,22 @@ EndGap ContactLeg::found_end(std::size_t contact) {
 // Returns whether the prediction of some gap has changed so much that the solve must be repeated.
 bool ContactLeg::update_errors() {
   bool has_changed = false;
+  ends_short_ = false;
   for (std::size_t i = 0; i < leg_.contacts().size(); ++i) {
-    has_changed = leg_.take_end(i, found_end(i), tau_) || has_changed;
+    if (!leg_.end_is_known(i, tau_))
+      has_changed = leg_.take_end(i, found_end(i), tau_) || has_changed;
+    ends_short_ = ends_short_ || leg_.ends_short(i, tau_);
   }
   const auto end = [this](const auto& member, const auto& body) { return end_pose(member, body); };
   has_changed = springs_->update(end) || has_changed;
   return update_joint_errors(leg_, tau_, end) || has_changed;
 }
 
-void ContactLeg::find_proofs() {
-  const PartTimer timing = run_.timer(&StepTimes::proofs);
-  certificates_.clear();
-  const TimeInterval interval{run_.now(), run_.now() + tau_};
-  for (RunPair& pair : run_.pairs()) {
-    const BodyMove a = pair.member_a ? moves_[*pair.member_a] : run_.support_move(*pair.a);
-    const BodyMove b = pair.member_b ? moves_[*pair.member_b] : run_.support_move(*pair.b);
-    certificates_.push_back(certify(*pair.state, a, b, interval, pair.state->kept_distance(),
-                                    run_.context().limits, run_.workspace().toi));
-    if (const auto& result = certificates_.back().result) {
-      add(run_.outcome().toi, result->statistics);
-      pair.state->advancement_steps += result->statistics.node_pairs;
-    }
-  }
-}
-
 // Turns hits into contacts. Returns false if a hit must be resolved where it happened instead.
 bool ContactLeg::answer_hits() {
-  std::size_t first = certificates_.size();
-  for (std::size_t i = 0; i < certificates_.size(); ++i) {
-    if (certificates_[i].proof) continue;
-    if (first == certificates_.size() ||
-        certificates_[i].result->t_safe < certificates_[first].result->t_safe) {
-      first = i;
-    }
-  }
-  const ToiResult& met = *certificates_[first].result;
+  const std::vector<Certificate>& certificates = proofs_.certificates();
+  const std::size_t first = proofs_.first_hit();
+  const ToiResult& met = *certificates[first].result;
   blocked_at_ = met.t_safe;
   failure_ = failure_of(met.status);
   if (failure_) {
@@ -238,10 +239,10 @@ bool ContactLeg::answer_hits() {
     must_land_ = true;
     return false;
   }
-  for (std::size_t i = 0; i < certificates_.size(); ++i) {
-    const auto& result = certificates_[i].result;
-    if (certificates_[i].proof || result->status != ToiStatus::Impact) continue;
-    leg_.add_hit(i, point_of_hit(*result, start_a_[i], start_b_[i]));
+  for (std::size_t i = 0; i < certificates.size(); ++i) {
+    const auto& result = certificates[i].result;
+    if (certificates[i].proof || result->status != ToiStatus::Impact) continue;
+    leg_.add_hit(i, point_of_hit(*result, start_a_[i], start_b_[i]), tau_);
   }
   return true;
 }
@@ -276,8 +277,9 @@ void ContactLeg::commit(Scalar tau) {
   const Scalar t_end = run_.now() + tau;
   std::vector<PairProof> proofs;
   std::vector<Scalar> closings;
-  for (std::size_t i = 0; i < certificates_.size(); ++i) {
-    const Certificate& certificate = certificates_[i];
+  const std::vector<Certificate>& certificates = proofs_.certificates();
+  for (std::size_t i = 0; i < certificates.size(); ++i) {
+    const Certificate& certificate = certificates[i];
     closings.push_back(certificate.closing);
     PairState& state = *run_.pairs()[i].state;
     proofs.push_back(certificate.proof
@@ -309,18 +311,17 @@ AttemptResult ContactLeg::attempt() {
   Scalar hopeless = contradiction();
   for (int round = 0; round < kMostRounds; ++round) {
     if (run_.must_stop()) return AttemptResult::Failed;
-    const int error_solves = leg_.is_struck() ? 1 : kMostErrorSolves;
-    for (int k = 0; k < error_solves; ++k) {
+    for (int k = 0; k < kMostErrorSolves; ++k) {
       solve_move();
       if (leg_.turns_too_far(tau_)) return AttemptResult::Blocked;
       make_moves();
-      if (!update_errors()) break;
+      const bool has_changed = update_errors();
+      // A struck island is solved again only for what would be hit.
+      if (!(leg_.is_struck() ? ends_short_ : has_changed)) break;
     }
     if (joints_are_guessed(leg_, tau_)) return AttemptResult::Blocked;
-    find_proofs();
-    const bool is_proven = std::all_of(certificates_.begin(), certificates_.end(),
-                                       [](const Certificate& c) { return c.proof.has_value(); });
-    if (is_proven) {
+    proofs_.find(moves_);
+    if (proofs_.is_complete()) {
       commit(tau_);
       solve_contact_node(run_, tau_, may_bounce_);
       return AttemptResult::Committed;
@@ -328,10 +329,12 @@ AttemptResult ContactLeg::attempt() {
     ++run_.outcome().work.rounds;
     const std::size_t known = leg_.contacts().size();
     if (answer_hits()) {
+      if (proofs_.is_hopeless()) return AttemptResult::Blocked;
       // The next round would only fail to solve the same problem.
       const bool is_same = targets_are_zero_ && !leg_.asks_more(known, tau_, false);
       is_jammed_ = is_same && !is_solved_ && residual_ > hopeless && !leg_.is_struck();
       hopeless = std::min(hopeless, kNoProgress * residual_);
+      if (is_same && is_solved_) return AttemptResult::Blocked;
       if (is_jammed_) return AttemptResult::Blocked;
       continue;
     }
@@ -349,6 +352,7 @@ AttemptResult ContactLeg::attempt() {
 
 bool run_contact_leg(IslandRun& run, bool may_bounce) {
   Horizon horizon(run.remaining());
+  std::vector<LegContact> hits;
   for (int attempt = 0; attempt < kMostAttempts; ++attempt) {
     if (!(run.now() + horizon.tau() > run.now())) return false;
     ContactLeg leg(run, horizon.tau(), may_bounce, horizon.lands());
@@ -361,8 +365,10 @@ bool run_contact_leg(IslandRun& run, bool may_bounce) {
     if (!horizon.lands()) {
       for (RunPair& pair : run.pairs()) pair.hit.reset();
     }
+    if (attempt < kHitAttempts) leg.take(hits);
     const AttemptResult result = leg.attempt();
     if (result == AttemptResult::Committed || result == AttemptResult::Failed) return true;
+    leg.give(hits);
     horizon.shorten(leg.blocked());
     const bool has_room = run.now() + horizon.tau() > run.now();
     if (!horizon.only_uses_room() || (run.count_jam() <= kMostJams && has_room)) continue;

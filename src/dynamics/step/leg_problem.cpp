@@ -23,6 +23,8 @@ constexpr Scalar kStruckTolerance = 0.3;
 // Radians. A contact keeps its gap by its place at the end of a leg; beyond about this turn the next
 // prediction asks for more turn, and so on.
 constexpr Scalar kMostContactTurn = 1;
+// How much farther a contact is pushed that was hit, in standoffs; doubled each time.
+constexpr Scalar kHitPush = 0.5;
 
 }  // namespace
 
@@ -171,14 +173,30 @@ void LegProblem::add(const LegContact& contact) {
   contacts_.push_back(contact);
 }
 
-void LegProblem::add_hit(std::size_t pair, const ContactPoint& point) {
+// The contact that a hit repeats: near it, and moving with the last velocities by less than a push
+// differently along the hit's normal. What slides into the next facet of a polygon hits another
+// contact, however small the angle: no push along the first facet's normal answers that one.
+LegContact* LegProblem::known_at(std::size_t pair, const ContactPoint& point, Scalar tau) {
   const PairLengths& lengths = run_.pairs()[pair].state->lengths;
-  for (LegContact& known : contacts_) {
-    if (known.pair != pair) continue;
-    const bool is_same = known.point.nhat_AB_W.dot(point.nhat_AB_W) > 0.9 &&
-                         (known.point.p_WCa - point.p_WCa).norm() < 0.05 * lengths.radius;
-    if (!is_same) continue;
-    known.push += 0.5 * lengths.standoff * std::exp2(std::min(known.hits++, 4));
+  LegContact* known = nullptr;
+  Scalar least = kHitPush * lengths.standoff;
+  for (std::size_t i = 0; i < contacts_.size(); ++i) {
+    const ContactPoint& other = contacts_[i].point;
+    if (contacts_[i].pair != pair || !(other.nhat_AB_W.dot(point.nhat_AB_W) > 0.9)) continue;
+    if (!((other.p_WCa - point.p_WCa).norm() < 0.05 * lengths.radius)) continue;
+    const Vector3 way = tau * relative_velocity(i);
+    const Scalar difference = std::abs(way.dot(other.nhat_AB_W - point.nhat_AB_W));
+    if (!(difference < least)) continue;
+    least = difference;
+    known = &contacts_[i];
+  }
+  return known;
+}
+
+void LegProblem::add_hit(std::size_t pair, const ContactPoint& point, Scalar tau) {
+  if (LegContact* known = known_at(pair, point, tau)) {
+    const Scalar standoff = run_.pairs()[pair].state->lengths.standoff;
+    known->push += kHitPush * standoff * std::exp2(std::min(known->hits++, 4));
     return;
   }
   LegContact entry;

@@ -54,8 +54,8 @@ class LegProblem {
     add_from_below(std::move(places));
   }
   void add(const LegContact& contact);
-  /// A contact where the move was hit; one that is known there already is pushed harder.
-  void add_hit(std::size_t pair, const ContactPoint& point);
+  /// A contact where a move of length tau was hit; one that is known there is pushed harder.
+  void add_hit(std::size_t pair, const ContactPoint& point, Scalar tau);
   /// Adds the rows of all joints at now; motors have their strength over tau.
   void take_joints(Scalar tau);
   std::vector<LegRow>& rows() { return rows_; }
@@ -76,6 +76,11 @@ class LegProblem {
   /// stick where it is in the middle of a leg of length tau, not where it was at the start. Returns
   /// whether that changes so much that the solve must be repeated.
   bool take_end(std::size_t contact, const EndGap& end, Scalar tau);
+  /// Whether both bodies move so nearly as when the end was last taken that it is not worth finding
+  /// again: the correction of its gap is the same.
+  bool end_is_known(std::size_t contact, Scalar tau) const;
+  /// Whether a contact is expected to end nearer than its pair may be.
+  bool ends_short(std::size_t contact, Scalar tau) const;
 
   /// Least normal velocity of a contact in a leg of length tau: keeps the rest gap until the end, or
   /// recovers a part of it at bounded speed, and keeps a corner that turns away from dipping on the
@@ -126,6 +131,7 @@ class LegProblem {
     return -run_.context().gravity_W.dot(point.p_WCa);
   }
   void add_from_below(std::vector<Place> places);
+  LegContact* known_at(std::size_t pair, const ContactPoint& point, Scalar tau);
   bool is_large() const;
   // Returns by how much the velocity that counts as sticking changes.
   Scalar stick_midway(std::size_t contact, const Vector3& p_W_end, Scalar tau);
@@ -134,11 +140,17 @@ class LegProblem {
   Scalar tolerance(Scalar tau) const;
   Scalar impact_tolerance(Scalar tau) const;
 
+  struct TakenEnd {  // when the end of a contact was taken
+    Vector3 v_a_W, w_a_W, v_b_W, w_b_W;
+    Scalar tolerance = -1;  // how far points may move away from there, length; none taken yet: -1
+  };
+
   IslandRun& run_;
   LegMemory memory_;  // the workspace's, for the life of this object
   ContactProblem& problem_ = memory_.problem;
   std::vector<LegContact>& contacts_ = memory_.contacts;
   std::vector<LegRow> rows_;
+  std::vector<TakenEnd> ends_;  // by contact
   void ensure_support(const std::optional<std::size_t>& member, const BodyRecord& body);
   std::vector<Vector3> centers_;                                 // by body of the problem
   std::vector<std::pair<std::uint32_t, std::size_t>> supports_;  // slot, body of the problem

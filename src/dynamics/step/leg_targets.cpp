@@ -25,6 +25,9 @@ Scalar most_closing(const RunPair& pair, const LegContact& contact) {
   return closing_at_dip(room, contact.error);
 }
 
+// An end is found again if the bodies move by this part of what would repeat the solve.
+constexpr Scalar kKnownEnd = 0.25;
+
 // A hit asks more of a contact if it raises its target by this part of the standoff.
 constexpr Scalar kLeastRise = 0.1;
 
@@ -80,6 +83,23 @@ Scalar LegProblem::stick_midway(std::size_t contact, const Vector3& p_W_end, Sca
   return row.friction > 0 ? (row.sticking_velocity_W - velocity_W).norm() : 0;
 }
 
+bool LegProblem::end_is_known(std::size_t contact, Scalar tau) const {
+  if (contact >= ends_.size()) return false;
+  const TakenEnd& end = ends_[contact];
+  const IslandRun::RunPair& pair = run_.pairs()[contacts_[contact].pair];
+  const PointContact& row = problem_.contacts[contact];
+  const ContactBody& a = problem_.bodies[row.body_a];
+  const ContactBody& b = problem_.bodies[row.body_b];
+  const Scalar change = (a.v_W - end.v_a_W).norm() + (a.w_W - end.w_a_W).norm() * pair.a->radius +
+                        (b.v_W - end.v_b_W).norm() + (b.w_W - end.w_b_W).norm() * pair.b->radius;
+  return tau * change <= end.tolerance;
+}
+
+bool LegProblem::ends_short(std::size_t contact, Scalar tau) const {
+  const LegContact& entry = contacts_[contact];
+  return linear_gap(contact, tau) + entry.error < run_.pairs()[entry.pair].state->kept_distance();
+}
+
 bool LegProblem::take_end(std::size_t contact, const EndGap& end, Scalar tau) {
   LegContact& entry = contacts_[contact];
   const PairLengths& lengths = run_.pairs()[entry.pair].state->lengths;
@@ -87,9 +107,14 @@ bool LegProblem::take_end(std::size_t contact, const EndGap& end, Scalar tau) {
   const Scalar change = std::abs(error - entry.error);
   entry.error = error;
   const Scalar slip = end.p_W ? tau * stick_midway(contact, *end.p_W, tau) : 0;
+  const Scalar most_change = end.is_smooth ? kSmoothErrorChange : kErrorChange;
+  const PointContact& row = problem_.contacts[contact];
+  const ContactBody& a = problem_.bodies[row.body_a];
+  const ContactBody& b = problem_.bodies[row.body_b];
+  ends_.resize(contacts_.size());
+  ends_[contact] = {a.v_W, a.w_W, b.v_W, b.w_W, kKnownEnd * most_change * lengths.standoff};
   const bool carries = !problem_.contacts[contact].impulse_W.isZero(0);
   if (!carries && end.gap >= lengths.rest_gap() + lengths.standoff) return false;
-  const Scalar most_change = end.is_smooth ? kSmoothErrorChange : kErrorChange;
   return change > most_change * lengths.standoff || slip > kStickingChange * lengths.standoff;
 }
 

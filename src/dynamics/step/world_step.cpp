@@ -341,6 +341,7 @@ AdvanceStatus WorldStep::run() {
   for (int merge = 0; merge < kMostMerges && !is_proven && !is_late; ++merge) {
     if (merge > 0) find();
     plan_islands();
+    if (merge == 0 && forecast_links()) plan_islands();
     run_islands();
     shorten_to_reached();
     if (!(context_.t_end > context_.t)) break;

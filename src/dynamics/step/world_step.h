@@ -26,6 +26,7 @@ class WorldStep {
   void merge_pairs(const std::vector<std::pair<std::int32_t, std::int32_t>>& found);
   void link_pairs();
   void plan_islands();
+  bool forecast_links();
   void run_islands();
   void shorten_to_reached();
   void commit_rest();

@@ -9,6 +9,12 @@
 #include "dynamics/step/world_step.h"
 
 namespace dyop::internal {
+namespace {
+
+// Islands of so many bodies are worth a forecast.
+constexpr std::size_t kForecastBodies = 20;
+
+}  // namespace
 
 // A box expected to hold the body over the whole step; checked afterwards.
 AlignedBox WorldStep::predicted_box(const BodyRecord& body) {
@@ -144,6 +150,37 @@ bool WorldStep::find_new_candidates() {
   }
   if (has_left) merge_pairs(world_.broad_phase.find_pairs(may_move_));
   return has_left;
+}
+
+// A large island that meets another one has to run again with it. So it is joined beforehand with
+// those that it would meet if all bodies kept their velocities. Returns whether there are any.
+bool WorldStep::forecast_links() {
+  const PartTimer timing(world_.options.measures_time, report_.times.proofs);
+  const TimeInterval interval{context_.t, context_.t_end};
+  const auto size_of = [&](std::uint32_t slot) {
+    return islands_[static_cast<std::size_t>(island_of_[slot])].bodies.size();
+  };
+  const auto kept_velocity = [&](const BodyRecord& body) {
+    return twist_move(body, body.state, context_.t, body.state.v_W, body.angular_velocity());
+  };
+  bool has_links = false;
+  for (const auto& pair : world_.pairs) {
+    const BodyRecord& a = world_.bodies[pair->key.a];
+    const BodyRecord& b = world_.bodies[pair->key.b];
+    if (!a.is_awake() || !b.is_awake()) continue;
+    if (island_of_[pair->key.a] == island_of_[pair->key.b]) continue;
+    if (std::max(size_of(pair->key.a), size_of(pair->key.b)) < kForecastBodies) continue;
+    pair->start_from_committed();
+    const Certificate certificate =
+        certify(*pair, kept_velocity(a), kept_velocity(b), interval, pair->kept_distance(),
+                context_.limits, world_.workspaces.front()->toi);
+    pair->commit_bounds();  // of the gap where the step begins
+    if (certificate.result) add(report_.toi, certificate.result->statistics);
+    if (certificate.proof) continue;
+    forced_links_.insert(pair->key);
+    has_links = true;
+  }
+  return has_links;
 }
 
 std::vector<PairKey> WorldStep::candidates() const {
