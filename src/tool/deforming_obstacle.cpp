@@ -85,7 +85,10 @@ void DeformingObstacle::hand_over(Scalar duration) {
 
 bool DeformingObstacle::start_tick() {
   is_next_seen_ = has_next_.load(std::memory_order_acquire);
-  snapshots_seen_ = snapshots_taken_ + (is_next_seen_ ? 1 : 0);
+  const std::int64_t seen = snapshots_taken_ + (is_next_seen_ ? 1 : 0);
+  const bool is_there = fraction_ >= 1 && !is_next_seen_;
+  if (seen > snapshots_seen_ || is_there) lag_ = 0;
+  snapshots_seen_ = seen;
   return time_left() == kInfinity && go_on();
 }
 

@@ -15,7 +15,7 @@ constexpr Scalar kKept = kTolerance / 4;
 constexpr Scalar kRounding = 1e-7;     // literal: of numbers of size 300
 constexpr Scalar kResolution = 2e-3;   // between samples where the margin is not yet proven
 constexpr Scalar kLook = 0.3;          // pairs of triangles nearer than this are measured
-constexpr Scalar kTissueNoise = 1e-9;  // literal: rounding of positions of size 300
+constexpr Scalar kTissueNoise = 1e-9;  // literal: rounding of positions of size 300, and of time
 
 // Some checks are made in one of so many ticks.
 constexpr std::int64_t kSeldom = 100;
@@ -64,16 +64,24 @@ void TickCheck::check(const ToolSession& session, const DevicePose& device, Scal
   for (std::size_t i = 1; i < path.size(); ++i) {
     const Scalar length = path[i].time - path[i - 1].time;
     const ToolSpanPath span(path[i - 1].tool, path[i].tool);
-    for (Scalar done = 0; done < length;) {
+    // Lines that end with the motion, but for rounding, go on in the next one.
+    const Scalar noise = kTissueNoise * dt;
+    Scalar done = 0;
+    do {
       Scalar time = length - done;
       for (TissuePath& tissue : tissue_) {
-        if (!(tissue.time_left() > kTissueNoise * dt)) tissue.go_on();
+        if (!(tissue.time_left() > noise)) tissue.go_on();
         time = std::min(time, tissue.time_left());
       }
       check_part({span, done / length, std::min(Scalar{1}, (done + time) / length), time});
       for (TissuePath& tissue : tissue_) tissue.pass(time);
       done += time;
-    }
+    } while (length - done > noise);
+  }
+  // The session may have begun the next line at the very end of the tick.
+  for (std::size_t k = 0; k < tissue_.size(); ++k) {
+    if (obstacles_[k].shape || tissue_[k].lines_begun() >= session.snapshots_taken(k)) continue;
+    if (!(tissue_[k].time_left() > kTissueNoise * dt)) tissue_[k].go_on();
   }
   if (path.size() > 1) {
     check_clearances();

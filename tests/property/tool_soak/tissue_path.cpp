@@ -39,7 +39,6 @@ void TissuePath::start_tick() {
 }
 
 void TissuePath::go_on() {
-  if (time_left() > 0 && duration_ > 0) return;
   duration_ = elapsed_ = 0;
   if (next_.empty()) {
     begin_ = end_;
@@ -51,6 +50,7 @@ void TissuePath::go_on() {
     is_new_mesh_ = !(duration_ > 0);
     if (is_new_mesh_) triangles_ = std::move(next.triangles);
     next_.pop_front();
+    ++lines_begun_;
   }
   fit_boxes();
 }

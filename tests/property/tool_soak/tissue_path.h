@@ -21,8 +21,9 @@ class TissuePath {
   void give_mesh(std::vector<Vector3> vertices, std::vector<TriangleIndices> triangles);
   /// At the start of a tick: obstacles at rest set off.
   void start_tick();
-  /// Begins the next line where one has ended.
+  /// Begins the next line, where one has ended but for rounding.
   void go_on();
+  std::int64_t lines_begun() const { return lines_begun_; }
   /// The last line that was begun is another mesh, at rest.
   bool is_new_mesh() const { return is_new_mesh_; }
   /// How long the current line lasts; infinite at rest.
@@ -54,6 +55,7 @@ class TissuePath {
   Scalar duration_ = 0;  // 0: at rest
   Scalar elapsed_ = 0;
   bool is_new_mesh_ = false;
+  std::int64_t lines_begun_ = 0;
   Scalar largest_ = 0;  // displacement over the line
 };
 
