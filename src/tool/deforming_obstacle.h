@@ -69,8 +69,9 @@ class DeformingObstacle final : public Obstacle {
     Scalar near;  // what a motion must keep
     Scalar far;   // at the start, plus the displacement: surely apart
   };
-  bool find_suspects(const CorePiece& piece, const BodyMotion& motion, const Approach& approach,
-                     WorkClock& clock, PairFront& front, std::vector<BoxPair>& suspects) const;
+  enum class Search { Through, CutOff, Crossing };
+  Search find_suspects(const CorePiece& piece, const BodyMotion& motion, const Approach& approach,
+                       WorkClock& clock, PairFront& front, std::vector<BoxPair>& suspects) const;
   void ask(const CorePiece& piece, const BodyMotion& motion, const ToiOptions& options,
            WorkClock& clock, QueryMemory& memory, PairImpact& impact) const;
   Scalar fraction_after(Scalar dt) const;

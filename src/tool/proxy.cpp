@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/tolerance.h"
 #include "tool/deforming_obstacle.h"
@@ -220,11 +221,13 @@ Scalar Proxy::move(const ToolPose& goal, const Piece& piece, WorkClock& clock, T
   return best;
 }
 
-// Of the first pair that crosses; a failed search starts again, as tissue moves.
+// Of the first pair that crosses; a failed search starts again, as tissue moves. One that was cut
+// off would be so again, and leave no time to move: every other tick goes on without it.
 void Proxy::look_for_escape(WorkClock& clock, TickStatistics& work) {
   const auto crossing = std::find_if(pairs_.begin(), pairs_.end(),
                                      [](const PairState& pair) { return pair.is_overlapping; });
   if (crossing == pairs_.end()) return escape_.stop();
+  if (std::exchange(was_escape_cut_, false)) return;
   const ToolBody& body = bodies_[crossing->body];
   const auto number = std::size_t(crossing - pairs_.begin());
   if (!escape_.is_for(number) || escape_.has_failed()) {
@@ -240,6 +243,7 @@ void Proxy::look_for_escape(WorkClock& clock, TickStatistics& work) {
       return obstacle.is_apart_at(body, X_WB_there, clock, crossing->kept);
     });
   }
+  was_escape_cut_ = clock.cutoff().has_value();
 }
 
 // Tissue moves on, the tool waits.

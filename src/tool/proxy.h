@@ -127,6 +127,7 @@ class Proxy {
   ToolPose holds_from_;     // where they were found
   Scalar holds_since_ = 0;  // time since then
   bool was_hasty_ = false;  // the last search for holds was cut off
+  bool was_escape_cut_ = false;
   std::vector<HoldPoint> last_holds_;
   std::vector<HoldPoint> found_;
 };

@@ -208,6 +208,23 @@ TEST(ToolCut, WhereverTheTickAfterItIsCutOffBoundsHold) {
   }
 }
 
+// With less work in a tick than it takes to list all pairs that cross, or to prove that they are
+// apart somewhere else.
+TEST(ToolCut, AToolThatIsCutOffInEveryTickGetsOutOfTissue) {
+  for (const std::int64_t checkpoint : {160, 200, 250}) {
+    Theatre theatre;
+    theatre.tick(2.5);
+    ASSERT_TRUE(theatre.give(at_height(slit(theatre.sheet), 1.5)));
+    const auto is_out = [&] {
+      return theatre.session->last().clearances[0].lower > 0 && theatre.height() > 3.4;
+    };
+    for (int k = 0; k < 500 && !is_out(); ++k) {
+      theatre.session->replay(device_at({0.3, 0.2, 2.5}), kMillisecond, TickCutoff{checkpoint, 0});
+    }
+    EXPECT_TRUE(is_out()) << checkpoint << ", " << theatre.height();
+  }
+}
+
 TEST(ToolCut, RefusesBadMeshesAndNamesWhatIsWrong) {
   Theatre theatre;
   auto bad = theatre.sheet;
