@@ -52,7 +52,7 @@ struct Totals {
   std::int64_t ticks = 0, cut_off = 0;
   std::array<std::int64_t, 9> statuses{};
   std::int64_t jumps = 0, nans = 0, doubled = 0, dropped = 0, late = 0, late_snapshots = 0;
-  std::int64_t cuts = 0, cuts_in_trap = 0;
+  std::int64_t cuts = 0, traps_before_cuts = 0;
   std::vector<Scalar> latency;
 };
 
@@ -151,7 +151,6 @@ bool Soak::give_mesh(Feed& feed) {
   if (!session_.give_mesh(obstacle, next, feed.cuts.triangles())) return false;
   check_.tissue(obstacle).give_mesh(std::move(next), feed.cuts.triangles());
   ++totals.cuts;
-  totals.cuts_in_trap += session_.last().status == ToolStatus::Trapped;
   return true;
 }
 
@@ -244,7 +243,9 @@ void Soak::step() {
   ++tick_;
   ++totals.ticks;
   totals.cut_off += session_.last().cutoff.has_value();
-  ++totals.statuses[std::size_t(session_.last().status)];
+  const ToolStatus status = session_.last().status;
+  ++totals.statuses[std::size_t(status)];
+  totals.traps_before_cuts += status == ToolStatus::Trapped && faults() == kFaultsAtCuts;
   check_.check(session_, pose, dt);
 }
 
@@ -265,7 +266,7 @@ void print_totals(Totals& totals, const TickFindings& findings) {
   print("  NaN poses", totals.nans);
   print("  late snapshots", totals.late_snapshots);
   print("  cuts", totals.cuts);
-  print("  cuts in a trap", totals.cuts_in_trap);
+  print("  trapped while a cut waits", totals.traps_before_cuts);
   constexpr const char* kNames[] = {"not run", "free",       "held",        "blocked", "deadline",
                                     "trapped", "recovering", "overlapping", "invalid"};
   for (std::size_t k = 0; k < totals.statuses.size(); ++k) {
