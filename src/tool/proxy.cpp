@@ -108,6 +108,7 @@ void Proxy::forget(std::size_t obstacle) {
     if (pair.obstacle != obstacle) continue;
     pair.distance = {};
     pair.is_overlapping = false;
+    pair.eased_from = 0;
     for (PieceMemory& kept : pair.kept) kept.restart();
     if (escape_.is_for(k)) escape_.stop();
   }
@@ -297,14 +298,20 @@ PairImpact Proxy::ask(PairState& pair, const BodyMotion& motion, WorkClock& cloc
   return impact;
 }
 
-// A pair that is nearer than its target already must come no nearer.
+// A pair that is nearer than its target already must come no nearer: not in this motion, and not
+// little by little in many, each of which may use up its tolerance.
 void Proxy::ease_target(PairState& pair, WorkClock& clock, TickStatistics& work) {
   measure(pair, {}, clock, work);
   if (clock.cutoff()) return;
   const Scalar lower = pair.distance.lower;
   pair.is_overlapping = !(lower > 0);
-  pair.tolerance = std::min(tolerance_, lower / 4);
-  pair.target = std::max(Scalar{0}, lower - pair.tolerance);
+  const auto ease_from = [&](Scalar distance) {
+    pair.eased_from = distance;
+    pair.tolerance = std::min(tolerance_, distance / 4);
+    pair.target = distance - pair.tolerance;
+  };
+  ease_from(std::max(pair.eased_from, lower));
+  if (!(lower > pair.target)) ease_from(lower);
 }
 
 // Every pair of a body and a hard obstacle is proven apart by a bound of how far both can move, by
@@ -321,8 +328,11 @@ Proxy::Proof Proxy::prove(const ToolMotion& motion, Scalar duration, WorkClock& 
                          obstacle.speed() * proof.t_safe * (1 + 8 * kUnitRoundoff);
     const Scalar noise =
         kStepNoise * (pose_.X_WT.translation().norm() + moved + body.shape->bounding_radius());
-    if (moved == 0 && pair.distance.lower > obstacle.margin) continue;
-    if (pair.distance.lower - moved - noise > obstacle.margin + tolerance_) continue;
+    if ((moved == 0 && pair.distance.lower > obstacle.margin) ||
+        pair.distance.lower - moved - noise > obstacle.margin + tolerance_) {
+      pair.eased_from = 0;
+      continue;
+    }
     pair.target = obstacle.margin;
     pair.tolerance = tolerance_;
     pair.is_overlapping = false;
@@ -344,6 +354,7 @@ Proxy::Proof Proxy::prove(const ToolMotion& motion, Scalar duration, WorkClock& 
         continue;
       }
     }
+    if (pair.target == obstacle.margin && impact.t_safe > 0) pair.eased_from = 0;
     // See ToiStatus.
     const Scalar kept = pair.target + pair.tolerance / 4 - 2 * noise;
     if (impact.t_safe > 0) pair.proven = std::min(pair.proven, kept);

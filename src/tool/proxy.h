@@ -26,6 +26,7 @@ struct PairState {
   /// What the motions tried since the last commit have been proven to keep, up to their safe times.
   Scalar proven = kInfinity;
   bool is_overlapping = false;  ///< not proven apart: left out of the proof
+  Scalar eased_from = 0;        ///< while nearer than the margin: the largest distance since then
   PairMemory kept;
 };
 
