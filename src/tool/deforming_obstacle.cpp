@@ -85,7 +85,10 @@ void DeformingObstacle::hand_over(Scalar duration) {
 
 bool DeformingObstacle::start_tick() {
   is_next_seen_ = has_next_.load(std::memory_order_acquire);
-  snapshots_seen_ = snapshots_taken_ + (is_next_seen_ ? 1 : 0);
+  const std::int64_t seen = snapshots_taken_ + (is_next_seen_ ? 1 : 0);
+  const bool is_there = fraction_ >= 1 && !is_next_seen_;
+  if (seen > snapshots_seen_ || is_there) lag_ = 0;
+  snapshots_seen_ = seen;
   return time_left() == kInfinity && go_on();
 }
 
@@ -135,33 +138,46 @@ Vector3 DeformingObstacle::velocity_at(std::int32_t triangle, const Vector3& p_W
 }
 
 // The pairs that neither their distance nor their places at both ends prove apart: triangles, and
-// of a long motion boxes too, since all triangles that it could reach would be too many.
-bool DeformingObstacle::find_suspects(const CorePiece& piece, const BodyMotion& motion,
-                                      const Approach& approach, WorkClock& clock, PairFront& front,
-                                      std::vector<BoxPair>& suspects) const {
+// of a long motion boxes too, since all triangles that it could reach would be too many. One that
+// crosses at the start is enough: to list the others may take longer than a tick has.
+DeformingObstacle::Search DeformingObstacle::find_suspects(const CorePiece& piece,
+                                                           const BodyMotion& motion,
+                                                           const Approach& approach,
+                                                           WorkClock& clock, PairFront& front,
+                                                           std::vector<BoxPair>& suspects) const {
   suspects.clear();
   const StandingPair sides(shown(), fraction_, piece.mesh, motion.X_WB.pose(0));
+  const auto nearest = front.seeded(sides);
+  if (nearest && nearest->is_overlapping) return Search::Crossing;
   const ChordGap chord(shown(), {fraction_, fraction_after(motion.duration)}, piece.mesh,
                        motion.X_WB, motion.duration);
   const Scalar far = approach.far + motion.displacement;
   const Scalar reach = std::min(far, approach.far + motion.body.thickness / kThicknesses);
   const auto is_over = [&] { return clock.is_over_small(); };
-  const bool is_through = front.refine(
+  bool is_crossing = false;
+  bool is_through = front.refine(
       sides, reach, is_over, [&](const PieceDistance& found, std::int32_t a, std::int32_t b) {
+        if (found.is_overlapping) {
+          is_crossing = true;
+          front.seed({0, a, b});
+          return -kInfinity;
+        }
         const bool is_apart =
             found.lower > 0 &&
             chord.least(sides.a.triangle(a), sides.b.triangle(b), found.nhat_AB) > approach.near;
         if (!is_apart) suspects.push_back({0, a, b});
         return reach;
       });
-  if (!is_through || reach == far) return is_through;
+  if (is_crossing) return Search::Crossing;
+  if (!is_through || reach == far) return is_through ? Search::Through : Search::CutOff;
   const StandingPair sides_after(shown(), fraction_after(motion.duration), piece.mesh,
                                  motion.X_WB.pose(motion.duration));
-  return front.for_each_between(
+  is_through = front.for_each_between(
       reach, far, is_over, [&](std::int32_t a, std::int32_t b, const Vector3& n_W) {
         const bool is_apart = chord.least_of_boxes(sides, sides_after, a, b, n_W) > approach.near;
         if (!is_apart) suspects.push_back({0, a, b});
       });
+  return is_through ? Search::Through : Search::CutOff;
 }
 
 PairImpact DeformingObstacle::first_impact(const BodyMotion& motion, const ToiOptions& options,
@@ -176,10 +192,16 @@ PairImpact DeformingObstacle::first_impact(const BodyMotion& motion, const ToiOp
     const Scalar target = options.target_distance + piece.radius;
     const ImpactBand band(target, options.distance_tolerance.value());
     const BodyMotion rest{motion.body, motion.X_WB, impact.t_safe, motion.displacement};
-    const bool is_through =
-        !clock.is_over() && find_suspects(piece, rest, {band.leaf_target, band.largest_impact},
-                                          clock, kept[k].front, memory.pairs);
-    if (!is_through || (!memory.pairs.empty() && clock.is_over())) {
+    const Search search = clock.is_over()
+                              ? Search::CutOff
+                              : find_suspects(piece, rest, {band.leaf_target, band.largest_impact},
+                                              clock, kept[k].front, memory.pairs);
+    if (search == Search::Crossing) {
+      impact.status = ToiStatus::InitiallyWithinTarget;
+      impact.t_safe = 0;
+      return impact;
+    }
+    if (search == Search::CutOff || (!memory.pairs.empty() && clock.is_over())) {
       impact.status = ToiStatus::BudgetExhausted;
       impact.t_safe = 0;
       return impact;
@@ -296,6 +318,11 @@ PairDistance DeformingObstacle::measure(const ToolBody& body, const RigidPose& X
     PairFront& front = kept[k].front;
     PieceDistance best;
     const StandingPair sides(shown(), fraction_, body.pieces[k].mesh, X_WB);
+    // Then a search would find no less.
+    if (const auto seeded = front.seeded(sides); seeded && seeded->is_overlapping) {
+      join(body.pieces[k], 0, *seeded, least);
+      continue;
+    }
     front.find_nearest(
         sides, wish.farthest + body.pieces[k].radius, wish.allowed,
         [&] { return clock.is_over_small(); }, kept[k].cache.stack, best);

@@ -47,6 +47,8 @@ class DeformingObstacle final : public Obstacle {
   std::int64_t snapshots_seen() const override { return snapshots_seen_; }
   Scalar speed() const override { return shown().largest_displacement() * rate_; }
   Scalar time_left() const override;
+  void stop(Scalar dt) override { lag_ += dt; }
+  Scalar lag() const override { return fraction_ < 1 || is_next_seen_ ? lag_ : 0; }
   bool start_tick() override;
   void pass(Scalar dt) override;
   bool go_on() override;
@@ -67,8 +69,9 @@ class DeformingObstacle final : public Obstacle {
     Scalar near;  // what a motion must keep
     Scalar far;   // at the start, plus the displacement: surely apart
   };
-  bool find_suspects(const CorePiece& piece, const BodyMotion& motion, const Approach& approach,
-                     WorkClock& clock, PairFront& front, std::vector<BoxPair>& suspects) const;
+  enum class Search { Through, CutOff, Crossing };
+  Search find_suspects(const CorePiece& piece, const BodyMotion& motion, const Approach& approach,
+                       WorkClock& clock, PairFront& front, std::vector<BoxPair>& suspects) const;
   void ask(const CorePiece& piece, const BodyMotion& motion, const ToiOptions& options,
            WorkClock& clock, QueryMemory& memory, PairImpact& impact) const;
   Scalar fraction_after(Scalar dt) const;
@@ -77,6 +80,7 @@ class DeformingObstacle final : public Obstacle {
   std::size_t shown_ = 0;
   Scalar fraction_ = 1;
   Scalar rate_ = 0;  // of the fraction, per time; 0 at rest
+  Scalar lag_ = 0;   // since the newest snapshot was seen, or it got there
   std::int64_t snapshots_taken_ = 0;
   // Of the mesh that is not shown. Set by give(), cleared by the tick.
   std::atomic<bool> has_next_{false};

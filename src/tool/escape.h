@@ -18,8 +18,8 @@ class Escape {
   void stop() { pair_.reset(); }
   bool is_for(std::size_t pair) const { return pair_ == pair; }
 
-  /// Tries the next position: is_apart(displacement) is true if the two are proven apart there;
-  /// nothing: it is to be tried again.
+  /// Tries the next position: is_apart(displacement) is true if the two are proven apart there. What
+  /// could not be decided in time is passed over: it would take as long again.
   template <typename IsApart>
   void try_next(const IsApart& is_apart);
 
@@ -48,8 +48,7 @@ template <typename IsApart>
 void Escape::try_next(const IsApart& is_apart) {
   if (!pair_ || is_through()) return;
   const std::optional<bool> answer = is_apart(Vector3(length_ * direction_of(number_)));
-  if (!answer) return;
-  const bool is_out = *answer;
+  const bool is_out = answer.value_or(false);
   if (is_out) {
     shortest_ = length_;
     best_ = number_;

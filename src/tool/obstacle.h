@@ -139,6 +139,10 @@ class Obstacle {
   virtual bool start_tick() { return false; }
   /// Snapshots and meshes given before the tick.
   virtual std::int64_t snapshots_seen() const { return 0; }
+  /// Time passes in which it does not move, although it should.
+  virtual void stop(Scalar /*dt*/) {}
+  /// How much later it reaches the newest snapshot seen, since it was stopped.
+  virtual Scalar lag() const { return 0; }
   /// Advances time by at most time_left().
   virtual void pass(Scalar /*dt*/) {}
   /// Starts its next motion when the current one has ended, or comes to rest if there is none.

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/tolerance.h"
 #include "tool/deforming_obstacle.h"
@@ -107,6 +108,7 @@ void Proxy::forget(std::size_t obstacle) {
     if (pair.obstacle != obstacle) continue;
     pair.distance = {};
     pair.is_overlapping = false;
+    pair.eased_from = 0;
     for (PieceMemory& kept : pair.kept) kept.restart();
     if (escape_.is_for(k)) escape_.stop();
   }
@@ -220,11 +222,13 @@ Scalar Proxy::move(const ToolPose& goal, const Piece& piece, WorkClock& clock, T
   return best;
 }
 
-// Of the first pair that crosses; a failed search starts again, as tissue moves.
+// Of the first pair that crosses; a failed search starts again, as tissue moves. One that was cut
+// off would be so again, and leave no time to move: every other tick goes on without it.
 void Proxy::look_for_escape(WorkClock& clock, TickStatistics& work) {
   const auto crossing = std::find_if(pairs_.begin(), pairs_.end(),
                                      [](const PairState& pair) { return pair.is_overlapping; });
   if (crossing == pairs_.end()) return escape_.stop();
+  if (std::exchange(was_escape_cut_, false)) return;
   const ToolBody& body = bodies_[crossing->body];
   const auto number = std::size_t(crossing - pairs_.begin());
   if (!escape_.is_for(number) || escape_.has_failed()) {
@@ -240,6 +244,7 @@ void Proxy::look_for_escape(WorkClock& clock, TickStatistics& work) {
       return obstacle.is_apart_at(body, X_WB_there, clock, crossing->kept);
     });
   }
+  was_escape_cut_ = clock.cutoff().has_value();
 }
 
 // Tissue moves on, the tool waits.
@@ -293,14 +298,20 @@ PairImpact Proxy::ask(PairState& pair, const BodyMotion& motion, WorkClock& cloc
   return impact;
 }
 
-// A pair that is nearer than its target already must come no nearer.
+// A pair that is nearer than its target already must come no nearer: not in this motion, and not
+// little by little in many, each of which may use up its tolerance.
 void Proxy::ease_target(PairState& pair, WorkClock& clock, TickStatistics& work) {
   measure(pair, {}, clock, work);
   if (clock.cutoff()) return;
   const Scalar lower = pair.distance.lower;
   pair.is_overlapping = !(lower > 0);
-  pair.tolerance = std::min(tolerance_, lower / 4);
-  pair.target = std::max(Scalar{0}, lower - pair.tolerance);
+  const auto ease_from = [&](Scalar distance) {
+    pair.eased_from = distance;
+    pair.tolerance = std::min(tolerance_, distance / 4);
+    pair.target = distance - pair.tolerance;
+  };
+  ease_from(std::max(pair.eased_from, lower));
+  if (!(lower > pair.target)) ease_from(lower);
 }
 
 // Every pair of a body and a hard obstacle is proven apart by a bound of how far both can move, by
@@ -317,8 +328,11 @@ Proxy::Proof Proxy::prove(const ToolMotion& motion, Scalar duration, WorkClock& 
                          obstacle.speed() * proof.t_safe * (1 + 8 * kUnitRoundoff);
     const Scalar noise =
         kStepNoise * (pose_.X_WT.translation().norm() + moved + body.shape->bounding_radius());
-    if (moved == 0 && pair.distance.lower > obstacle.margin) continue;
-    if (pair.distance.lower - moved - noise > obstacle.margin + tolerance_) continue;
+    if ((moved == 0 && pair.distance.lower > obstacle.margin) ||
+        pair.distance.lower - moved - noise > obstacle.margin + tolerance_) {
+      pair.eased_from = 0;
+      continue;
+    }
     pair.target = obstacle.margin;
     pair.tolerance = tolerance_;
     pair.is_overlapping = false;
@@ -340,6 +354,7 @@ Proxy::Proof Proxy::prove(const ToolMotion& motion, Scalar duration, WorkClock& 
         continue;
       }
     }
+    if (pair.target == obstacle.margin && impact.t_safe > 0) pair.eased_from = 0;
     // See ToiStatus.
     const Scalar kept = pair.target + pair.tolerance / 4 - 2 * noise;
     if (impact.t_safe > 0) pair.proven = std::min(pair.proven, kept);

@@ -26,6 +26,7 @@ struct PairState {
   /// What the motions tried since the last commit have been proven to keep, up to their safe times.
   Scalar proven = kInfinity;
   bool is_overlapping = false;  ///< not proven apart: left out of the proof
+  Scalar eased_from = 0;        ///< while nearer than the margin: the largest distance since then
   PairMemory kept;
 };
 
@@ -127,6 +128,7 @@ class Proxy {
   ToolPose holds_from_;     // where they were found
   Scalar holds_since_ = 0;  // time since then
   bool was_hasty_ = false;  // the last search for holds was cut off
+  bool was_escape_cut_ = false;
   std::vector<HoldPoint> last_holds_;
   std::vector<HoldPoint> found_;
 };

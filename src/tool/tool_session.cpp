@@ -172,7 +172,12 @@ const ToolTick& run_tick(SessionState& state, const DevicePose& device, Scalar d
   const Scalar late = passed - report.committed;
   const bool is_late = late > kTimeNoise * passed;
   state.time += passed;
-  tick.tissue_lag += is_late ? late : 0;
+  tick.tissue_stopped = is_late ? late : 0;
+  tick.tissue_lag = 0;
+  for (const auto& obstacle : state.proxy.obstacles()) {
+    obstacle->stop(tick.tissue_stopped);
+    tick.tissue_lag = std::max(tick.tissue_lag, obstacle->lag());
+  }
   tick.tool = state.proxy.pose();
   tick.path = state.proxy.path();
   tick.cutoff = state.clock.cutoff();

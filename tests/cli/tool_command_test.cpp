@@ -37,12 +37,12 @@ TEST_F(ToolCommand, RecordsARunThatCanBeReadAndReplayed) {
   const CommandResult result = run({"--seconds", "0.5", "-o", path("run.h5")});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_NE(result.out.find("down: "), std::string::npos) << result.out;
-  EXPECT_NE(result.out.find("recording: 242 bytes a tick"), std::string::npos) << result.out;
+  EXPECT_NE(result.out.find("recording: 246 bytes a tick"), std::string::npos) << result.out;
   const CommandResult replay = run_command({"tool", path("run.h5"), "--replay"});
   EXPECT_EQ(replay.exit_code, 0) << replay.out << replay.err;
   EXPECT_NE(replay.out.find("500 ticks, 0 different"), std::string::npos) << replay.out;
   const CommandResult words = run_command({"info", path("run.h5")});
-  EXPECT_NE(words.out.find("500 in 0.5 s, 242 bytes each"), std::string::npos) << words.out;
+  EXPECT_NE(words.out.find("500 in 0.5 s, 246 bytes each"), std::string::npos) << words.out;
   const auto json = nlohmann::json::parse(run_command({"info", path("run.h5"), "--json"}).out);
   EXPECT_EQ(json.at("ticks"), 500);
   EXPECT_TRUE(json.at("is_complete"));

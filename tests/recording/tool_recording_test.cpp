@@ -185,11 +185,44 @@ TEST(ToolRecording, TakesAsManyBytesATickAsStated) {
       record.number = k;
       writer.add(record);
     }
-    EXPECT_EQ(writer.bytes_per_tick(), 204u + 12 + 2 * 13);
+    EXPECT_EQ(writer.bytes_per_tick(), 208u + 12 + 2 * 13);
     writer.finish({});
   }
   const auto bytes = Scalar(fs::file_size(large) - fs::file_size(small)) / (20'480 - 1'024);
-  EXPECT_LE(bytes, 1.01 * (204 + 12 + 2 * 13));
+  EXPECT_LE(bytes, 1.01 * (208 + 12 + 2 * 13));
+}
+
+// Before version 3 the time for which tissue was stopped was a sum under another name.
+TEST(ToolRecording, TellsForHowLongTissueWasStoppedInATick) {
+  const testing::TemporaryDirectory directory;
+  const fs::path file = directory.path() / "run.h5";
+  const std::vector<Scalar> lags{0, 0.5, 0.5, 2}, stops{0.25, 0, 1, 0};
+  {
+    ToolRecordingWriter writer(file, {}, heaving_scene(), testing::tool_options());
+    TickRecord record;
+    record.tick.clearances.resize(2);
+    record.tick.snapshots.resize(2);
+    for (std::size_t k = 0; k < lags.size(); ++k) {
+      record.number = std::int64_t(k);
+      record.tick.tissue_lag = lags[k];
+      record.tick.tissue_stopped = stops[k];
+      writer.add(record);
+    }
+    writer.finish({});
+  }
+  const auto expect = [&](std::int64_t first, const std::vector<Scalar>& stopped,
+                          const std::vector<Scalar>& behind) {
+    const ToolRecordingReader reader(file);
+    const auto ticks = reader.ticks(first, std::int64_t(stopped.size()));
+    for (std::size_t k = 0; k < stopped.size(); ++k) {
+      EXPECT_EQ(ticks[k].tissue_stopped, stopped[k]) << k;
+      EXPECT_EQ(ticks[k].tissue_lag, behind[k]) << k;
+    }
+  };
+  expect(0, stops, lags);
+  testing::set_version(file, 2);
+  expect(0, {0, 0.5, 0, 1.5}, {0, 0, 0, 0});
+  expect(2, {0, 1.5}, {0, 0});
 }
 
 // As after a kill: nothing of the process runs after the last tick.

@@ -177,6 +177,29 @@ TEST(ToolCut, AMeshWithinTheMarginIsLeftAndNeverComeNearer) {
   EXPECT_GT(theatre.least_seen, 0.25);
 }
 
+// Under a ceiling: what comes up while it is within the margin is stopped, tick after tick.
+TEST(ToolCut, AMeshWithinTheMarginDoesNotCreepNearerInATrap) {
+  const auto sheet = testing::sheet(30, 12);
+  ToolScene scene = testing::ball_tool(2, {0.3, 0.2, 2.8});
+  scene.obstacles.push_back(testing::deforming_tissue(sheet, 0.2));
+  scene.obstacles[0].margin = 0.5;
+  scene.obstacles.push_back(
+      testing::rigid_tissue(testing::shared_mesh(at_height(testing::sheet(30, 4), 4.85))));
+  ToolSession session(scene, testing::tool_options());
+  const auto device = device_at({0.3, 0.2, 2.8});
+  session.update(device, kMillisecond);
+  const auto cut = at_height(slit(sheet), 0.5);
+  ASSERT_TRUE(session.give_mesh(0, cut.vertices, cut.triangles));
+  session.update(device, kMillisecond);
+  const Scalar before = session.last().clearances[0].lower;
+  ASSERT_TRUE(session.give_snapshot(0, at_height(slit(sheet), 1).vertices, 0.05));
+  for (int k = 0; k < 300; ++k) {
+    session.update(device, kMillisecond);
+    EXPECT_GT(session.last().clearances[0].lower, before - testing::tool_options().standoff) << k;
+  }
+  EXPECT_GT(session.last().tissue_lag, 0.2);
+}
+
 // The first look at the new mesh, its proof and the search for a way out, ended after any number of
 // pieces of work: what is reported is true, and later ticks go on.
 TEST(ToolCut, WhereverTheTickAfterItIsCutOffBoundsHold) {
@@ -205,6 +228,23 @@ TEST(ToolCut, WhereverTheTickAfterItIsCutOffBoundsHold) {
       EXPECT_EQ(theatre.session->last().status, ToolStatus::Held) << checkpoint;
     }
     EXPECT_GT(cut_off, 10);
+  }
+}
+
+// With less work in a tick than it takes to list all pairs that cross, or to prove that they are
+// apart somewhere else.
+TEST(ToolCut, AToolThatIsCutOffInEveryTickGetsOutOfTissue) {
+  for (const std::int64_t checkpoint : {160, 200, 250}) {
+    Theatre theatre;
+    theatre.tick(2.5);
+    ASSERT_TRUE(theatre.give(at_height(slit(theatre.sheet), 1.5)));
+    const auto is_out = [&] {
+      return theatre.session->last().clearances[0].lower > 0 && theatre.height() > 3.4;
+    };
+    for (int k = 0; k < 500 && !is_out(); ++k) {
+      theatre.session->replay(device_at({0.3, 0.2, 2.5}), kMillisecond, TickCutoff{checkpoint, 0});
+    }
+    EXPECT_TRUE(is_out()) << checkpoint << ", " << theatre.height();
   }
 }
 

@@ -104,15 +104,44 @@ TEST(ToolTissue, TrappedFromBothSidesTheTissueIsStopped) {
   session.give_snapshot(0, lifted(sheet.vertices, 2), 0.05);
   session.give_snapshot(1, lifted(upper.vertices, -2), 0.05);
   bool was_trapped = false;
+  Scalar stopped = 0;
   for (int k = 0; k < 100; ++k) {
     const ToolTick& tick = session.update(device_at({0.3, 0.2, 2.5}), kMillisecond);
     was_trapped |= tick.status == ToolStatus::Trapped;
+    stopped += tick.tissue_stopped;
+    EXPECT_NEAR(tick.tissue_lag, stopped, 1e-12) << k;
   }
   EXPECT_TRUE(was_trapped);
-  EXPECT_GT(session.last().tissue_lag, 0.01);
+  EXPECT_GT(stopped, 0.01);
   const Scalar gap = session.tissue_vertices(1)[0].z() - session.tissue_vertices(0)[0].z();
   EXPECT_GT(gap, 3.8);
   EXPECT_LT(gap, 4.2);
+}
+
+// A sheet closes on a ball under a rigid one, is stopped, and is told to open again.
+TEST(ToolTissue, LagsOnlyBehindWhatWasGivenBeforeItWasStopped) {
+  const auto sheet = testing::sheet(30, 4);
+  ToolScene scene = ball_tool(2, {0.3, 0.2, 2.5});
+  scene.obstacles.push_back(deforming_tissue(sheet));
+  scene.obstacles.push_back(
+      testing::rigid_tissue(testing::shared_mesh(sheet.moved(Matrix3::Identity(), {0, 0, 5}))));
+  ToolSession session(scene, tool_options());
+  Scalar stopped = 0;
+  const auto expect_lag_since = [&](Scalar before) {
+    const ToolTick& tick = session.update(device_at({0.3, 0.2, 2.5}), kMillisecond);
+    stopped += tick.tissue_stopped;
+    EXPECT_NEAR(tick.tissue_lag, stopped - before, 1e-12);
+  };
+  // At 50 per second the ball and its gaps are reached after 19 ms: two more milliseconds of the
+  // way are left.
+  ASSERT_TRUE(session.give_snapshot(0, lifted(sheet.vertices, 1.05), 0.021));
+  for (int k = 0; k < 60; ++k) expect_lag_since(0);
+  EXPECT_GT(stopped, 0.03);
+  // What is newer was not late when it was given.
+  ASSERT_TRUE(session.give_snapshot(0, lifted(sheet.vertices, -1), 0.02));
+  const Scalar before = stopped;
+  for (int k = 0; k < 10; ++k) expect_lag_since(before);
+  EXPECT_GT(stopped, before);
 }
 
 TEST(ToolTissue, ALateSnapshotLetsTheTissueRest) {

@@ -42,7 +42,8 @@ struct RecordedTick {
   /// The obstacle with the least upper bound: only its witness points are stored.
   std::optional<std::size_t> nearest;
   Scalar energy_returned = 0;
-  Scalar tissue_lag = 0;
+  Scalar tissue_stopped = 0;
+  Scalar tissue_lag = 0;  ///< not known, 0, in recordings of version 1 and 2
   std::chrono::nanoseconds latency{0};
   TickStatistics statistics;
   std::uint64_t digest = 0;

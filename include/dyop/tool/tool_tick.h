@@ -47,7 +47,7 @@ enum class ToolStatus {
   Held,          ///< contacts or regions hold it back: as near to the device as they allow
   Blocked,       ///< the rounds of the tick were used up before that was reached
   Deadline,      ///< the same for the deadline
-  Trapped,       ///< tissue closes in from all sides: it was stopped too, see tissue_lag
+  Trapped,       ///< tissue closes in from all sides: it was stopped too, see tissue_stopped
   Recovering,    ///< something was nearer than its target at the start and is being left
   Overlapping,   ///< something crosses the tool: that pair is not proven, and is being left
   InvalidInput,  ///< unusable device pose or dt: the proxy stays, no wrench
@@ -104,7 +104,10 @@ struct ToolTick {
   std::vector<ToolContactPoint> contacts;  ///< that held the proxy in its last motion
   std::vector<ToolClearance> clearances;   ///< one for each obstacle
   Scalar energy_returned = 0;              ///< see VirtualCoupling
-  Scalar tissue_lag = 0;                   ///< how far tissue lags behind its snapshots, time
+  Scalar tissue_stopped = 0;               ///< time of this tick during which tissue was stopped
+  /// How much later tissue reaches its newest snapshot than it would, had it not been stopped since
+  /// that one was given; the most of all obstacles, 0 of those that are there.
+  Scalar tissue_lag = 0;
   /// Per obstacle: total of snapshots and meshes given before the tick.
   std::vector<std::int64_t> snapshots;
   std::optional<TickCutoff> cutoff;     ///< if the deadline ended the tick

@@ -62,7 +62,8 @@ void print_json(const ToolRecordingReader& reader, const RecordedSummary& summar
     json["statuses"][words_of(status)] = count;
   }
   json["largest_force"] = summary.ticks.largest_force;
-  json["tissue_lag"] = summary.ticks.longest_lag;
+  json["tissue_stopped"] = summary.ticks.tissue_stopped;
+  json["longest_tissue_lag"] = summary.ticks.longest_lag;
   json["obstacles"] = nlohmann::ordered_json::array();
   for (std::size_t k = 0; k < reader.scene().obstacles.size(); ++k) {
     const ToolObstacle& obstacle = reader.scene().obstacles[k];

@@ -31,7 +31,12 @@ void print_summary(const ToolSummary& summary, std::span<const ToolObstacle> obs
     std::printf("  %s: %.1f %%\n", words_of(status), 100.0 * double(count) / double(summary.ticks));
   }
   std::printf("  largest force %.3g", summary.largest_force);
-  if (summary.longest_lag > 0) std::printf(", tissue behind by %.3g s", summary.longest_lag);
+  if (summary.tissue_stopped > 0) {
+    std::printf(", tissue stopped for %.3g s in all", summary.tissue_stopped);
+  }
+  if (summary.longest_lag > 0) {
+    std::printf(", at most %.3g s behind its newest snapshot", summary.longest_lag);
+  }
   std::printf("\n");
   for (std::size_t k = 0; k < summary.least_clearance.size(); ++k) {
     print_clearance(summary.least_clearance[k], summary.breaches[k], obstacles[k]);

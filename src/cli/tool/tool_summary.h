@@ -17,7 +17,8 @@ struct ToolSummary {
   std::int64_t ticks = 0;
   std::map<ToolStatus, std::int64_t> statuses;
   Scalar largest_force = 0;
-  Scalar longest_lag = 0;
+  Scalar tissue_stopped = 0;
+  Scalar longest_lag = 0;               ///< of tissue
   std::vector<Scalar> least_clearance;  ///< per obstacle, proven
   std::vector<std::int64_t> breaches;   ///< per obstacle: ticks that surely ended inside the margin
 
@@ -29,6 +30,7 @@ struct ToolSummary {
     ++ticks;
     ++statuses[tick.status];
     largest_force = std::max(largest_force, tick.wrench.force_W.norm());
+    tissue_stopped += tick.tissue_stopped;
     longest_lag = std::max(longest_lag, tick.tissue_lag);
     for (std::size_t k = 0; k < tick.clearances.size(); ++k) {
       least_clearance[k] = std::min(least_clearance[k], tick.clearances[k].lower);

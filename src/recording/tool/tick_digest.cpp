@@ -60,6 +60,7 @@ std::uint64_t tick_digest(const ToolTick& tick) {
   }
   digest.add(tick.energy_returned);
   digest.add(tick.tissue_lag);
+  digest.add(tick.tissue_stopped);
   for (const std::int64_t count : tick.snapshots) digest.add(count);
   const TickCutoff cutoff = tick.cutoff.value_or(TickCutoff{});
   digest.add(cutoff.checkpoint);

@@ -83,10 +83,11 @@ void put_clearances(const ToolTick& tick, TickRow& row) {
 
 }  // namespace
 
-TickRow::TickRow(std::size_t hinge_count, std::size_t obstacle_count)
+TickRow::TickRow(std::size_t hinge_count, std::size_t obstacle_count, std::int64_t version)
     : device_angles(hinge_count),
       new_snapshots(obstacle_count),
       tool_angles(hinge_count),
+      tissue_stopped(version >= 3 ? 1 : 0),
       lower(obstacle_count),
       upper(obstacle_count),
       time_to_breach(obstacle_count) {}
@@ -112,6 +113,7 @@ void TickRow::for_each(Row& row, Visit visit) {
   visit("torque", numbers_of(row.torque));
   visit("energy_returned", numbers_of(row.energy_returned));
   visit("tissue_lag", numbers_of(row.tissue_lag));
+  visit("tissue_stopped", numbers_of(row.tissue_stopped));
   visit("lower", numbers_of(row.lower));
   visit("upper", numbers_of(row.upper));
   visit("time_to_breach", numbers_of(row.time_to_breach));
@@ -191,6 +193,7 @@ void put_tick(const TickRecord& record, std::vector<std::int64_t>& seen, TickRow
   copy_numbers(tick.wrench.torque_W, row.torque);
   row.energy_returned = float(tick.energy_returned);
   row.tissue_lag = float(tick.tissue_lag);
+  row.tissue_stopped = {float(tick.tissue_stopped)};
   put_clearances(tick, row);
   row.latency_ns = at_most<std::uint32_t>(tick.latency.count());
   row.checkpoints = at_most<std::uint32_t>(tick.statistics.checkpoints);
@@ -221,7 +224,12 @@ RecordedTick tick_from(const TickRow& row, std::span<const Scalar> margins) {
   std::copy(row.tool_angles.begin(), row.tool_angles.end(), tick.tool.angles.begin());
   tick.wrench = {as_vector(row.force), as_vector(row.torque)};
   tick.energy_returned = row.energy_returned;
-  tick.tissue_lag = row.tissue_lag;
+  if (row.tissue_stopped.empty()) {
+    tick.tissue_stopped = row.tissue_lag;
+  } else {
+    tick.tissue_stopped = row.tissue_stopped[0];
+    tick.tissue_lag = row.tissue_lag;
+  }
   for (std::size_t k = 0; k < row.lower.size(); ++k) {
     ToolClearance& clearance = tick.clearances.emplace_back();
     clearance.lower = row.lower[k];

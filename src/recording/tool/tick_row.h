@@ -12,8 +12,9 @@
 
 namespace dyop::internal {
 
-/// Version 2 added the meshes that obstacles go on as; readers of it read 1.
-constexpr std::int64_t kToolRecordingVersion = 2;
+/// Version 2 added the meshes that obstacles go on as; version 3 the time for which tissue was stopped
+/// in a tick: before, `tissue_lag` was its sum. Readers of it read 1 and 2.
+constexpr std::int64_t kToolRecordingVersion = 3;
 constexpr const char* kToolRecordingFormat = "dyop tool recording";
 
 /// No obstacle.
@@ -21,7 +22,8 @@ constexpr std::uint16_t kNoObstacle = 0xffff;
 
 /// A row of /ticks. In the file without gaps between the members, and without the empty ones.
 struct TickRow {
-  TickRow(std::size_t hinge_count, std::size_t obstacle_count);
+  TickRow(std::size_t hinge_count, std::size_t obstacle_count,
+          std::int64_t version = kToolRecordingVersion);
 
   std::uint32_t number = 0;
   std::uint8_t status = 0;
@@ -41,6 +43,7 @@ struct TickRow {
   std::array<float, 3> torque{};
   float energy_returned = 0;
   float tissue_lag = 0;
+  std::vector<float> tissue_stopped;  // one, or none before version 3
   std::vector<float> lower;
   std::vector<float> upper;
   std::vector<float> time_to_breach;
@@ -68,6 +71,7 @@ struct TickRow {
 /// @param seen Per obstacle: snapshots seen by the tick before; updated.
 /// @throws InvalidArgument if a number does not fit.
 void put_tick(const TickRecord& record, std::vector<std::int64_t>& seen, TickRow& row);
+/// @param row Before version 3 the time for which tissue was stopped is the sum of all ticks.
 RecordedTick tick_from(const TickRow& row, std::span<const Scalar> margins);
 
 }  // namespace dyop::internal

@@ -67,7 +67,11 @@ struct ToolRecordingReader::Impl {
   std::optional<InputRows<std::array<std::int32_t, 3>>> snapshot_triangles;
   std::optional<ToolRunEnd> end;
 
-  TickRow row() const { return {session.scene.hinges.size(), session.scene.obstacles.size()}; }
+  TickRow row() const {
+    return {session.scene.hinges.size(), session.scene.obstacles.size(),
+            file.integer_attribute("version")};
+  }
+  std::vector<RecordedTick> ticks_as_stored(std::int64_t first, std::int64_t count) const;
 };
 
 void ToolRecordingReader::Impl::read_session() {
@@ -123,6 +127,22 @@ void ToolRecordingReader::Impl::read_end() {
   end->rights = json.value("rights", std::string());
 }
 
+std::vector<RecordedTick> ToolRecordingReader::Impl::ticks_as_stored(std::int64_t first,
+                                                                     std::int64_t count) const {
+  TickRow stored = row();
+  const std::size_t size = stored.bytes();
+  std::vector<char> bytes(size * std::size_t(count));
+  ticks->read(std::uint64_t(first), std::uint64_t(count), bytes.data());
+  std::vector<RecordedTick> result;
+  result.reserve(std::size_t(count));
+  for (std::size_t k = 0; k < std::size_t(count); ++k) {
+    stored.read_from(bytes.data() + k * size);
+    result.push_back(
+        internal::guard_content(file.path(), [&] { return internal::tick_from(stored, margins); }));
+  }
+  return result;
+}
+
 bool is_tool_recording(const std::filesystem::path& file) {
   return Hdf5File::open(file).text_attribute("format") == internal::kToolRecordingFormat;
 }
@@ -161,17 +181,12 @@ std::int64_t ToolRecordingReader::tick_count() const {
 std::vector<RecordedTick> ToolRecordingReader::ticks(std::int64_t first, std::int64_t count) const {
   DYOP_REQUIRE(first >= 0 && count >= 0 && first <= tick_count() && count <= tick_count() - first,
                "there are no ticks ", first, " to ", first + count, " among ", tick_count());
-  TickRow row = impl_->row();
-  const std::size_t size = row.bytes();
-  std::vector<char> bytes(size * std::size_t(count));
-  impl_->ticks->read(std::uint64_t(first), std::uint64_t(count), bytes.data());
-  std::vector<RecordedTick> ticks;
-  ticks.reserve(std::size_t(count));
-  for (std::size_t k = 0; k < std::size_t(count); ++k) {
-    row.read_from(bytes.data() + k * size);
-    ticks.push_back(internal::guard_content(
-        impl_->file.path(), [&] { return internal::tick_from(row, impl_->margins); }));
-  }
+  std::vector<RecordedTick> ticks = impl_->ticks_as_stored(first, count);
+  if (!impl_->row().tissue_stopped.empty()) return ticks;
+  // From sums to what each tick added.
+  Scalar before = first > 0 ? impl_->ticks_as_stored(first - 1, 1)[0].tissue_stopped : 0;
+  for (RecordedTick& tick : ticks)
+    tick.tissue_stopped -= std::exchange(before, tick.tissue_stopped);
   return ticks;
 }
 

@@ -247,12 +247,15 @@ std::optional<PieceDistance> PairFront::shared_nearest(const StandingPair& sides
   return shared;
 }
 
+std::optional<PieceDistance> PairFront::seeded(const StandingPair& sides) const {
+  if (!sides.a.has_leaf(nearest_.a) || !sides.b.has_leaf(nearest_.b)) return std::nullopt;
+  return leaf_distance(sides.a, nearest_.a, sides.b, nearest_.b, sides.noise);
+}
+
 // The pair that was nearest last time, measured again; or the nearest found in the time.
 PieceDistance PairFront::first_nearest(const StandingPair& sides,
                                        const std::function<bool()>& is_over, BoxPairStack& stack) {
-  if (sides.a.has_leaf(nearest_.a) && sides.b.has_leaf(nearest_.b)) {
-    return leaf_distance(sides.a, nearest_.a, sides.b, nearest_.b, sides.noise);
-  }
+  if (const auto piece = seeded(sides)) return *piece;
   DeformingTraversal<RigidSide> traversal(sides.a, sides.b, sides.noise, kInfinity, stack);
   traversal.start();
   while (!is_over() && !traversal.run_portion(1)) {

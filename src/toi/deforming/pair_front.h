@@ -84,6 +84,8 @@ class DYOP_EXPORT PairFront {
                     const IsOver& is_over, BoxPairStack& stack, PieceDistance& best);
   /// Where find_nearest() starts; negative: nowhere.
   void seed(const BoxPair& nearest) { nearest_ = nearest; }
+  /// What it starts with: that pair measured, if there is one.
+  std::optional<PieceDistance> seeded(const StandingPair& sides) const;
   /// The leaves of the pair that find_nearest() found.
   const BoxPair& nearest() const { return nearest_; }
 

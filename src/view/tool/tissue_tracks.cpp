@@ -20,14 +20,12 @@ TissueTracks::TissueTracks(const ToolRecordingReader& reader, const std::filesys
       shown_(reader.scene().obstacles.size()) {
   RecordedTissue tissue(reader, file);
   Scalar t = 0;
-  Scalar lag = 0;
   reader.for_each_tick([&](const RecordedTick& tick) {
     for (std::size_t k = 0; k < shown_.size(); ++k) {
       if (tick.new_snapshots[k] > 0) add(k, t, tissue.next(k));
     }
     t += tick.time_passed();
-    delay(tick.tissue_lag - lag, t);
-    lag = tick.tissue_lag;
+    delay(tick.tissue_stopped, t);
   });
   std::stable_sort(swaps_.begin(), swaps_.end(),
                    [](const TissueSwap& x, const TissueSwap& y) { return x.time < y.time; });

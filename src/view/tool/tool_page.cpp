@@ -82,7 +82,7 @@ class ToolPageMaker {
                     {"Torque on the hand, largest of each sample", {"torque"}},
                     {"Energy returned to the hand", {"energy"}},
                     {"Time of a tick in microseconds, longest of each sample", {"latency"}},
-                    {"How far tissue lags behind its snapshots", {"lag"}}};
+                    {"How far tissue lags behind its newest snapshot", {"lag"}}};
     return scene;
   }
 
@@ -157,7 +157,7 @@ class ToolPageMaker {
     sample_.torque = std::max(sample_.torque, tick.wrench.torque_W.norm());
     sample_.latency = std::max(sample_.latency, Scalar(tick.latency.count()) / 1e3);
     sample_.energy = tick.energy_returned;
-    sample_.lag = tick.tissue_lag;
+    sample_.lag = std::max(sample_.lag, tick.tissue_lag);
     sample_.least.resize(tick.clearances.size());
     for (std::size_t k = 0; k < tick.clearances.size(); ++k) {
       ToolClearance& least = sample_.least[k];

@@ -149,6 +149,7 @@ SpanDistance SpanOracle::check(std::size_t part, const SpanPart& span, const Tis
         check_short({span.path, s_at(k), s_at(k + 1), time, span.later + k * time}, cap);
     whole.least = std::min(whole.least, found.least);
     whole.proven = std::min(whole.proven, found.proven);
+    if (k == 0) whole.at_start = found.at_start;
     whole.at_end = found.at_end;
     whole.samples += found.samples;
   }
@@ -162,12 +163,12 @@ SpanDistance SpanOracle::check_short(const SpanPart& span, Scalar cap) {
   result_ = {};
   find_pairs(*part_, span, *tissue_, cap_);
   if (pairs_.empty()) {
-    result_.least = result_.proven = result_.at_end = cap_;
+    result_.least = result_.proven = result_.at_start = result_.at_end = cap_;
     return result_;
   }
-  const Scalar start = distance_at(0);
+  result_.at_start = distance_at(0);
   result_.at_end = distance_at(1);
-  sample(0, start, 1, result_.at_end);
+  sample(0, result_.at_start, 1, result_.at_end);
   return result_;
 }
 

@@ -40,8 +40,9 @@ struct SpanPart {
 };
 
 struct SpanDistance {
-  Scalar least = kInfinity;   ///< of the samples; at most the cap
-  Scalar proven = kInfinity;  ///< also between them: least of (d0 + d1 - travel) / 2
+  Scalar least = kInfinity;     ///< of the samples; at most the cap
+  Scalar proven = kInfinity;    ///< also between them: least of (d0 + d1 - travel) / 2
+  Scalar at_start = kInfinity;  ///< at least the cap if there is no pair nearer than it
   Scalar at_end = kInfinity;
   std::int64_t samples = 0;
 };

@@ -27,7 +27,11 @@ TissuePath::TissuePath(const ToolObstacle& obstacle) {
 }
 
 void TissuePath::give(std::vector<Vector3> vertices, Scalar duration) {
-  next_.emplace_back(std::move(vertices), duration);
+  next_.push_back({std::move(vertices), {}, duration});
+}
+
+void TissuePath::give_mesh(std::vector<Vector3> vertices, std::vector<TriangleIndices> triangles) {
+  next_.push_back({std::move(vertices), std::move(triangles), 0});
 }
 
 void TissuePath::start_tick() {
@@ -35,13 +39,18 @@ void TissuePath::start_tick() {
 }
 
 void TissuePath::go_on() {
-  if (time_left() > 0 && duration_ > 0) return;
-  begin_ = end_;
   duration_ = elapsed_ = 0;
-  if (!next_.empty()) {
-    end_ = std::move(next_.front().first);
-    duration_ = next_.front().second;
+  if (next_.empty()) {
+    begin_ = end_;
+  } else {
+    Next& next = next_.front();
+    begin_ = next.duration > 0 ? std::move(end_) : next.vertices;
+    end_ = std::move(next.vertices);
+    duration_ = next.duration;
+    is_new_mesh_ = !(duration_ > 0);
+    if (is_new_mesh_) triangles_ = std::move(next.triangles);
     next_.pop_front();
+    ++lines_begun_;
   }
   fit_boxes();
 }

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <deque>
-#include <utility>
 #include <vector>
 
 #include "dyop/core/triangle.h"
@@ -11,17 +10,22 @@
 namespace dyop::testing {
 
 /// Where an obstacle's vertices are, from the snapshots that were given: straight lines from one to
-/// the next, each over its duration; at rest without a next one. A rigid obstacle always rests.
+/// the next, each over its duration; at rest without a next one, and after another mesh. A rigid obstacle always rests.
 class TissuePath {
  public:
   explicit TissuePath(const ToolObstacle& obstacle);
 
   /// The snapshot after all those that are waiting.
   void give(std::vector<Vector3> vertices, Scalar duration);
+  /// Another mesh, at rest, after all that is waiting.
+  void give_mesh(std::vector<Vector3> vertices, std::vector<TriangleIndices> triangles);
   /// At the start of a tick: obstacles at rest set off.
   void start_tick();
-  /// Begins the next line where one has ended.
+  /// Begins the next line, where one has ended but for rounding.
   void go_on();
+  std::int64_t lines_begun() const { return lines_begun_; }
+  /// The last line that was begun is another mesh, at rest.
+  bool is_new_mesh() const { return is_new_mesh_; }
   /// How long the current line lasts; infinite at rest.
   Scalar time_left() const;
   void pass(Scalar time);
@@ -35,15 +39,23 @@ class TissuePath {
   void find_near(const AlignedBox& box, std::vector<std::size_t>& found) const;
 
  private:
+  struct Next {
+    std::vector<Vector3> vertices;
+    std::vector<TriangleIndices> triangles;  // of another mesh
+    Scalar duration;                         // 0: another mesh
+  };
+
   void fit_boxes();
   Scalar fraction(Scalar later) const;
 
   std::vector<Vector3> begin_, end_;
   std::vector<TriangleIndices> triangles_;
   std::vector<AlignedBox> boxes_, block_boxes_;  // over the whole line
-  std::deque<std::pair<std::vector<Vector3>, Scalar>> next_;
+  std::deque<Next> next_;
   Scalar duration_ = 0;  // 0: at rest
   Scalar elapsed_ = 0;
+  bool is_new_mesh_ = false;
+  std::int64_t lines_begun_ = 0;
   Scalar largest_ = 0;  // displacement over the line
 };
 

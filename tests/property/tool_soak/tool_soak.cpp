@@ -3,10 +3,12 @@
 // A long run of the tool loop against an independent oracle:
 //   tool_soak SCENE.json TICKS [SEED [DEADLINE in us [FIRST TICK]]]
 // The strokes of the scene, repeated, with dropped, doubled and late ticks, a device that jumps or
-// sends NaN, snapshots that come late, and ticks that are cut off anywhere. After every tick each
-// committed motion is sampled against the tissue's motion, more densely the nearer they are, until
-// it is proven that the margin was kept between the samples too; the positions of the tissue and the
-// clearances that the session reports are compared as well. The exit code is 1 if any promise was
+// sends NaN, snapshots that come late, ticks that are cut off anywhere, and cuts: the scene's own,
+// and others that take tissue away around the tool, slit it, shift it and sew it up again, most of
+// them where other things go wrong too. After every tick each committed motion is sampled against
+// the tissue's motion, more densely the nearer they are, until it is proven that the margin was kept
+// between the samples too; the positions of the tissue, the clearances, the times to a breach and
+// the status that the session reports are compared as well. The exit code is 1 if any promise was
 // broken.
 
 #include <algorithm>
@@ -20,18 +22,18 @@
 #include <random>
 
 #include "dyop/tool_io/tool_scene_file.h"
-#include "span_oracle.h"
+#include "tick_check.h"
+#include "tissue_cuts.h"
 
 namespace dyop::testing {
 namespace {
 
-// What the loop promises to keep besides the margin, as a fraction of the standoff, less rounding
-// (docs/algorithms/tool_loop.md).
-constexpr Scalar kKept = 0.075;
-constexpr Scalar kRounding = 1e-7;     // literal: of numbers of size 300
-constexpr Scalar kResolution = 2e-3;   // between samples where the margin is not yet proven
-constexpr Scalar kLook = 0.3;          // pairs of triangles nearer than this are measured
-constexpr Scalar kTissueNoise = 1e-9;  // literal: rounding of positions of size 300
+// Other meshes among snapshots: one in so many, and where tissue closes in on the tool.
+constexpr int kCuts = 25;
+constexpr int kCutsInTrap = 4;
+// Faults of one kind: one in so many ticks, and while a mesh waits to be taken.
+constexpr int kFaults = 100;
+constexpr int kFaultsAtCuts = 10;
 
 Scalar processor_us() {
   timespec now{};
@@ -47,14 +49,24 @@ long resident_kilobytes() {
 }
 
 struct Totals {
-  std::int64_t ticks = 0, near = 0, samples = 0, cut_off = 0;
-  std::int64_t breaches = 0, unproven = 0, wrong_clearances = 0, wrong_tissue = 0;
+  std::int64_t ticks = 0, cut_off = 0;
   std::array<std::int64_t, 9> statuses{};
   std::int64_t jumps = 0, nans = 0, doubled = 0, dropped = 0, late = 0, late_snapshots = 0;
-  Scalar least_excess = kInfinity;  // over the margin
+  std::int64_t cuts = 0, traps_before_cuts = 0;
   std::vector<Scalar> latency;
+};
 
-  std::int64_t broken() const { return breaches + unproven + wrong_clearances + wrong_tissue; }
+// A deforming obstacle's snapshots and cuts.
+struct Feed {
+  Feed(const TissueFeed& given, const ToolObstacle& obstacle)
+      : tissue(given), whole(obstacle.vertices), cuts(obstacle) {}
+
+  const TissueFeed& tissue;
+  std::vector<Vector3> whole;  // all vertices as given last
+  TissueCuts cuts;
+  std::int64_t number = 0;  // given
+  std::int64_t wait = 0;    // ticks until the next is given
+  bool is_mesh_waiting = false;
 };
 
 class Soak {
@@ -62,19 +74,17 @@ class Soak {
   Soak(const char* file, std::uint64_t seed, std::int64_t deadline_us, std::int64_t first)
       : run_(load_tool_run(file)),
         session_(run_.scene, run_.options),
-        oracle_(run_.scene),
+        check_(run_.scene, run_.options),
         random_(seed),
         deadline_us_(deadline_us),
         tick_(first) {
-    for (const ToolObstacle& obstacle : run_.scene.obstacles) tissue_.emplace_back(obstacle);
     for (const TissueFeed& feed : run_.tissue) {
-      shapes_.push_back(run_.scene.obstacles[feed.obstacle].vertices);
+      feeds_.emplace_back(feed, run_.scene.obstacles[feed.obstacle]);
     }
-    numbers_.resize(run_.tissue.size());
-    waits_.resize(run_.tissue.size());
   }
 
   void step();
+  const TickFindings& findings() const { return check_.findings; }
   Totals totals;
 
  private:
@@ -82,44 +92,99 @@ class Soak {
   Scalar number(Scalar low, Scalar high) {
     return std::uniform_real_distribution<Scalar>(low, high)(random_);
   }
-  void give_snapshots();
+  Vector3 vector(Scalar size) {
+    return {number(-size, size), number(-size, size), number(-size, size)};
+  }
+  void give_snapshot(Feed& feed);
+  bool give_mesh(Feed& feed);
+  bool cut(Feed& feed);
+  int faults() const;
+  Scalar odd_time();
   DevicePose device();
-  void check_tick(Scalar dt);
-  void check_part(const SpanPart& part);
-  void check_ends();
 
   ToolRun run_;
   ToolSession session_;
-  SpanOracle oracle_;
+  TickCheck check_;
   std::mt19937_64 random_;
   const std::int64_t deadline_us_;
   std::int64_t tick_;
-  std::vector<TissuePath> tissue_;
-  std::vector<std::vector<Vector3>> shapes_;  // last given
-  std::vector<std::int64_t> numbers_, waits_;
+  std::vector<Feed> feeds_;
   int jumping_ = 0;
   Vector3 jump_ = Vector3::Zero();
-  std::vector<Scalar> distance_;  // of each obstacle at the end of the tick, at most the cap
 };
 
 // As soon as they are due, or up to three periods later.
-void Soak::give_snapshots() {
-  for (std::size_t k = 0; k < shapes_.size(); ++k) {
-    if (waits_[k] > 0 && waits_[k]-- > 0) continue;
-    const TissueFeed& feed = run_.tissue[k];
-    std::vector<Vector3> next = shapes_[k];
-    // Asked for only where it will be taken: the vertices of the last one are passed on.
-    if (session_.snapshots_taken(feed.obstacle) < numbers_[k]) continue;
-    feed.shape(numbers_[k] + 1, next);
-    if (!session_.give_snapshot(feed.obstacle, next, feed.period)) continue;
-    ++numbers_[k];
-    tissue_[feed.obstacle].give(next, feed.period);
-    shapes_[k] = std::move(next);
-    if (chance(10)) {
-      waits_[k] = std::int64_t(number(20, 80));
-      ++totals.late_snapshots;
+void Soak::give_snapshot(Feed& feed) {
+  if (feed.wait > 0 && feed.wait-- > 0) return;
+  const std::size_t obstacle = feed.tissue.obstacle;
+  // Asked for only where it will be taken: the vertices of the last one are passed on.
+  if (session_.snapshots_taken(obstacle) < feed.number) return;
+  feed.is_mesh_waiting = give_mesh(feed);
+  if (!feed.is_mesh_waiting) {
+    feed.tissue.shape(feed.number + 1, feed.whole);
+    std::vector<Vector3> next = feed.cuts.gather(feed.whole);
+    if (!session_.give_snapshot(obstacle, next, feed.tissue.period)) return;
+    check_.tissue(obstacle).give(std::move(next), feed.tissue.period);
+  }
+  ++feed.number;
+  if (chance(feed.is_mesh_waiting ? 3 : 10)) {
+    feed.wait = std::int64_t(number(20, 80));
+    ++totals.late_snapshots;
+  }
+}
+
+// A cut in place of the next snapshot; now and then the new mesh is not quite where the last
+// snapshot was.
+bool Soak::give_mesh(Feed& feed) {
+  const auto own = feed.tissue.cut ? feed.tissue.cut(feed.number + 1) : std::nullopt;
+  if (own) {
+    feed.cuts.take(*own);
+  } else if (!cut(feed)) {
+    return false;
+  }
+  std::vector<Vector3> next = feed.cuts.gather(feed.whole);
+  if (!own && chance(4)) {
+    const Vector3 shift = vector(1);
+    for (Vector3& p : next) p += shift;
+  }
+  const std::size_t obstacle = feed.tissue.obstacle;
+  if (!session_.give_mesh(obstacle, next, feed.cuts.triangles())) return false;
+  check_.tissue(obstacle).give_mesh(std::move(next), feed.cuts.triangles());
+  ++totals.cuts;
+  return true;
+}
+
+// Around what is nearest to the tool, or anywhere. Sewn up only where the tool is clear of the hole.
+bool Soak::cut(Feed& feed) {
+  const ToolTick& tick = session_.last();
+  if (!chance(tick.status == ToolStatus::Trapped ? kCutsInTrap : kCuts)) return false;
+  const ToolClearance* clearance =
+      totals.ticks > 0 ? &tick.clearances[feed.tissue.obstacle] : nullptr;
+  constexpr Scalar kLargestHole = 12;
+  const bool is_clear = clearance && clearance->lower > 2 * kLargestHole;
+  if (is_clear && !feed.cuts.is_whole() && chance(3)) {
+    feed.cuts.sew();
+    return true;
+  }
+  const std::size_t any =
+      std::uniform_int_distribution<std::size_t>(0, feed.whole.size() - 1)(random_);
+  const bool is_near = clearance && clearance->upper < kInfinity && chance(2);
+  const Vector3 center = is_near ? clearance->p_WO : feed.whole[any];
+  if (chance(3)) {
+    feed.cuts.slit(center, vector(1), feed.whole);
+    return true;
+  }
+  return feed.cuts.take_away(center, number(1, kLargestHole), feed.whole);
+}
+
+// More often while a mesh waits to be taken.
+int Soak::faults() const {
+  for (const Feed& feed : feeds_) {
+    if (feed.is_mesh_waiting && session_.snapshots_taken(feed.tissue.obstacle) < feed.number) {
+      return kFaultsAtCuts;
     }
   }
+  return kFaults;
 }
 
 DevicePose Soak::device() {
@@ -140,27 +205,36 @@ DevicePose Soak::device() {
   return device;
 }
 
-void Soak::step() {
-  give_snapshots();
-  Scalar dt = run_.runner.period;
-  if (chance(100)) {
+// The time of a tick that may be dropped, late or doubled.
+Scalar Soak::odd_time() {
+  const Scalar period = run_.runner.period;
+  const int rare = faults();
+  if (chance(rare)) {
     ++tick_;
-    dt *= 2;
     ++totals.dropped;
-  } else if (chance(100)) {
-    dt = number(1, 4) * dt;
+    return 2 * period;
+  }
+  if (chance(rare)) {
     ++totals.late;
-  } else if (chance(100)) {
-    dt = 0;
+    return number(1, 4) * period;
+  }
+  if (chance(rare)) {
     --tick_;
     ++totals.doubled;
+    return 0;
   }
+  return period;
+}
+
+void Soak::step() {
+  for (Feed& feed : feeds_) give_snapshot(feed);
+  const Scalar dt = odd_time();
   const DevicePose pose = device();
   const Scalar before = processor_us();
   if (deadline_us_ > 0) {
     session_.update(pose, dt,
                     std::chrono::steady_clock::now() + std::chrono::microseconds(deadline_us_));
-  } else if (chance(50)) {
+  } else if (chance(faults() / 2)) {
     session_.replay(pose, dt, TickCutoff{std::int64_t(number(1, 400)), 0});
   } else {
     session_.update(pose, dt);
@@ -169,97 +243,13 @@ void Soak::step() {
   ++tick_;
   ++totals.ticks;
   totals.cut_off += session_.last().cutoff.has_value();
-  ++totals.statuses[std::size_t(session_.last().status)];
-  check_tick(dt);
-}
-
-void Soak::check_tick(Scalar dt) {
-  const ToolTick& tick = session_.last();
-  if (dt >= 0) {
-    for (TissuePath& path : tissue_) path.start_tick();
-  }
-  distance_.assign(tissue_.size(), kInfinity);
-  for (std::size_t i = 1; i < tick.path.size(); ++i) {
-    const Scalar length = tick.path[i].time - tick.path[i - 1].time;
-    const ToolSpanPath path(tick.path[i - 1].tool, tick.path[i].tool);
-    for (Scalar done = 0; done < length;) {
-      Scalar time = length - done;
-      for (TissuePath& tissue : tissue_) {
-        if (!(tissue.time_left() > kTissueNoise * run_.runner.period)) tissue.go_on();
-        time = std::min(time, tissue.time_left());
-      }
-      check_part({path, done / length, std::min(Scalar{1}, (done + time) / length), time});
-      for (TissuePath& tissue : tissue_) tissue.pass(time);
-      done += time;
-    }
-  }
-  if (tick.path.size() > 1) check_ends();
-}
-
-void Soak::check_part(const SpanPart& part) {
   const ToolStatus status = session_.last().status;
-  const bool is_exempt = status == ToolStatus::Recovering || status == ToolStatus::Overlapping;
-  bool is_near = false;
-  std::fill(distance_.begin(), distance_.end(), kInfinity);
-  for (std::size_t k = 0; k < tissue_.size(); ++k) {
-    const ToolObstacle& obstacle = run_.scene.obstacles[k];
-    const bool is_hard =
-        obstacle.role == ObstacleRole::Tissue || obstacle.role == ObstacleRole::HardRegion;
-    if (!is_hard) continue;
-    for (std::size_t body = 0; body < oracle_.part_count(); ++body) {
-      const SpanDistance found = oracle_.check(body, part, tissue_[k], obstacle.margin + kLook,
-                                               obstacle.margin + kRounding, kResolution);
-      totals.samples += found.samples;
-      is_near |= found.samples > 0;
-      distance_[k] = std::min(distance_[k], found.at_end);
-      totals.least_excess = std::min(totals.least_excess, found.least - obstacle.margin);
-      if (is_exempt) continue;
-      const bool is_breach =
-          found.least < obstacle.margin + kKept * run_.options.standoff - kRounding;
-      totals.breaches += is_breach;
-      totals.unproven += !(found.proven > obstacle.margin);
-      if (is_breach || !(found.proven > obstacle.margin)) {
-        std::printf("tick %lld, obstacle %zu, part %zu: least %.6g, proven %.6g, margin %g\n",
-                    static_cast<long long>(totals.ticks), k, body, found.least, found.proven,
-                    obstacle.margin);
-      }
-    }
-  }
-  totals.near += is_near;
+  ++totals.statuses[std::size_t(status)];
+  totals.traps_before_cuts += status == ToolStatus::Trapped && faults() == kFaultsAtCuts;
+  check_.check(session_, pose, dt);
 }
 
-// The session's own view of the tissue and of the clearances at the end of the tick.
-void Soak::check_ends() {
-  const ToolTick& tick = session_.last();
-  for (std::size_t k = 0; k < tissue_.size(); ++k) {
-    const ToolObstacle& obstacle = run_.scene.obstacles[k];
-    const Scalar look = obstacle.margin + kLook;
-    const ToolClearance& clearance = tick.clearances[k];
-    if (distance_[k] < look) {
-      const bool is_right = clearance.lower <= distance_[k] + kRounding &&
-                            clearance.upper >= distance_[k] - kRounding;
-      totals.wrong_clearances += !is_right;
-      if (!is_right) {
-        std::printf("tick %lld, obstacle %zu: distance %.9g is not in [%.9g, %.9g]\n",
-                    static_cast<long long>(totals.ticks), k, distance_[k], clearance.lower,
-                    clearance.upper);
-      }
-    }
-    if (obstacle.shape || totals.ticks % 100 != 0) continue;
-    const std::vector<Vector3> places = session_.tissue_vertices(k);
-    Scalar off = 0;
-    for (std::size_t i = 0; i < places.size(); ++i) {
-      off = std::max(off, (places[i] - tissue_[k].place(i)).norm());
-    }
-    totals.wrong_tissue += !(off <= kTissueNoise);
-    if (!(off <= kTissueNoise)) {
-      std::printf("tick %lld, obstacle %zu: tissue is off by %g\n",
-                  static_cast<long long>(totals.ticks), k, off);
-    }
-  }
-}
-
-void print_totals(Totals& totals) {
+void print_totals(Totals& totals, const TickFindings& findings) {
   std::sort(totals.latency.begin(), totals.latency.end());
   const auto quantile = [&](Scalar part) {
     return totals.latency[std::size_t(part * Scalar(totals.latency.size() - 1))];
@@ -275,18 +265,22 @@ void print_totals(Totals& totals) {
   print("  device jumps", totals.jumps);
   print("  NaN poses", totals.nans);
   print("  late snapshots", totals.late_snapshots);
+  print("  cuts", totals.cuts);
+  print("  trapped while a cut waits", totals.traps_before_cuts);
   constexpr const char* kNames[] = {"not run", "free",       "held",        "blocked", "deadline",
                                     "trapped", "recovering", "overlapping", "invalid"};
   for (std::size_t k = 0; k < totals.statuses.size(); ++k) {
     if (totals.statuses[k] > 0) std::printf("  %s", kNames[k]), print("", totals.statuses[k]);
   }
-  print("motions near something hard", totals.near);
-  print("samples", totals.samples);
-  std::printf("least distance over the margin %.6g\n", totals.least_excess);
-  print("breaches", totals.breaches);
-  print("unproven between samples", totals.unproven);
-  print("wrong clearances", totals.wrong_clearances);
-  print("wrong tissue", totals.wrong_tissue);
+  print("motions near something", findings.near);
+  print("samples", findings.samples);
+  std::printf("least distance over the margin %.6g\n", findings.least_excess);
+  print("breaches", findings.breaches);
+  print("unproven between samples", findings.unproven);
+  print("wrong clearances", findings.wrong_clearances);
+  print("early breaches", findings.early_breaches);
+  print("wrong tissue", findings.wrong_tissue);
+  print("wrong statuses", findings.wrong_statuses);
   std::printf("processor time of a tick, us: median %.1f, 99 %% %.1f, 99.9 %% %.1f, worst %.1f\n",
               quantile(0.5), quantile(0.99), quantile(0.999), totals.latency.back());
 }
@@ -300,12 +294,12 @@ int run(const char* file, std::int64_t ticks, std::uint64_t seed, std::int64_t d
     if ((k + 1) % 10000 == 0) {
       std::printf("after %lld ticks: %ld kB resident, %lld promises broken\n",
                   static_cast<long long>(k + 1), resident_kilobytes(),
-                  static_cast<long long>(soak.totals.broken()));
+                  static_cast<long long>(soak.findings().broken()));
       std::fflush(stdout);
     }
   }
-  print_totals(soak.totals);
-  return soak.totals.broken() > 0 ? 1 : 0;
+  print_totals(soak.totals, soak.findings());
+  return soak.findings().broken() > 0 ? 1 : 0;
 }
 
 }  // namespace

@@ -121,6 +121,21 @@ TEST(PairFront, CarriesTrueBoundsAlongAWalk) {
   EXPECT_GT(separated, 60);
 }
 
+// Whatever a question has opened.
+TEST(PairFront, IsNoLargerThanItMayBeAfterAMotion) {
+  Walk walk(5);
+  PairFront front(kFewNodes);
+  for (int k = 0; k < 3; ++k) {
+    const StandingPair sides(walk.sheet, walk.s, walk.ball, walk.X_WB);
+    const auto visit = [](const PieceDistance&, std::int32_t, std::int32_t) { return Scalar{10}; };
+    EXPECT_TRUE(front.refine(
+        sides, 10, [] { return false; }, visit));
+    EXPECT_GT(front.size(), kFewNodes);
+    front.move(walk.step(0.1));
+    EXPECT_LE(front.size(), kFewNodes);
+  }
+}
+
 void expect_true_bounds(const StandingPair& sides, std::int32_t a, std::int32_t b,
                         const PieceDistance& piece) {
   const auto truth = triangle_distance(sides.a.triangle_W(a), sides.b.triangle_W(b));
