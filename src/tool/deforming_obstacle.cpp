@@ -51,8 +51,8 @@ std::array<Scalar, 3> weights_at(const Triangle& t, const Vector3& p) {
 
 DeformingObstacle::DeformingObstacle(const std::vector<Vector3>& vertices,
                                      const std::vector<TriangleIndices>& triangles)
-    : meshes_{Surface{{vertices, vertices, triangles}, {vertices.size(), triangles}},
-              Surface{{vertices, vertices, triangles}, {vertices.size(), triangles}}} {}
+    : meshes_{Surface({vertices, vertices, triangles}, 0),
+              Surface({vertices, vertices, triangles}, 0)} {}
 
 bool DeformingObstacle::give(std::span<const Vector3> vertices, Scalar duration) {
   DYOP_REQUIRE(duration > 0 && duration < kInfinity,
@@ -64,6 +64,7 @@ bool DeformingObstacle::give(std::span<const Vector3> vertices, Scalar duration)
                last.mesh.end().size(), " vertices, not ", vertices.size());
   if (spare().version != last.version) spare() = last;
   spare().mesh.refit(last.mesh.end(), vertices);
+  spare().slabs.fit(spare().mesh);
   hand_over(duration);
   return true;
 }
@@ -73,7 +74,7 @@ bool DeformingObstacle::give_mesh(std::span<const Vector3> vertices,
   if (has_next_.load(std::memory_order_acquire)) return false;
   const std::vector<Vector3> places(vertices.begin(), vertices.end());
   DeformingMesh mesh(places, places, {triangles.begin(), triangles.end()});
-  spare() = {std::move(mesh), {vertices.size(), triangles}, meshes_[shown_].version + 1};
+  spare() = Surface(std::move(mesh), meshes_[shown_].version + 1);
   hand_over(0);
   return true;
 }
@@ -140,7 +141,7 @@ bool DeformingObstacle::find_suspects(const CorePiece& piece, const BodyMotion& 
                                       const Approach& approach, WorkClock& clock, PairFront& front,
                                       std::vector<BoxPair>& suspects) const {
   suspects.clear();
-  const StandingPair sides(shown(), fraction_, piece.mesh, motion.X_WB.pose(0));
+  const StandingPair sides = standing(fraction_, piece, motion.X_WB.pose(0));
   const ChordGap chord(shown(), {fraction_, fraction_after(motion.duration)}, piece.mesh,
                        motion.X_WB, motion.duration);
   const Scalar far = approach.far + motion.displacement;
@@ -155,8 +156,8 @@ bool DeformingObstacle::find_suspects(const CorePiece& piece, const BodyMotion& 
         return reach;
       });
   if (!is_through || reach == far) return is_through;
-  const StandingPair sides_after(shown(), fraction_after(motion.duration), piece.mesh,
-                                 motion.X_WB.pose(motion.duration));
+  const StandingPair sides_after =
+      standing(fraction_after(motion.duration), piece, motion.X_WB.pose(motion.duration));
   return front.for_each_between(
       reach, far, is_over, [&](std::int32_t a, std::int32_t b, const Vector3& n_W) {
         const bool is_apart = chord.least_of_boxes(sides, sides_after, a, b, n_W) > approach.near;
@@ -243,7 +244,7 @@ void DeformingObstacle::add_holds(const ToolBody& body, const RigidPose& X_WB,
   kept.resize(body.pieces.size());
   for (std::size_t k = 0; k < kept.size(); ++k) {
     const CorePiece& piece = body.pieces[k];
-    const StandingPair sides(shown(), fraction_, piece.mesh, X_WB);
+    const StandingPair sides = standing(fraction_, piece, X_WB);
     ExpectedApproach of_core = approach;
     of_core.least += piece.radius;
     of_core.reach += piece.radius;
@@ -295,7 +296,7 @@ PairDistance DeformingObstacle::measure(const ToolBody& body, const RigidPose& X
   for (std::size_t k = 0; k < kept.size(); ++k) {
     PairFront& front = kept[k].front;
     PieceDistance best;
-    const StandingPair sides(shown(), fraction_, body.pieces[k].mesh, X_WB);
+    const StandingPair sides = standing(fraction_, body.pieces[k], X_WB);
     front.find_nearest(
         sides, wish.farthest + body.pieces[k].radius, wish.allowed,
         [&] { return clock.is_over_small(); }, kept[k].cache.stack, best);
@@ -310,7 +311,7 @@ std::optional<bool> DeformingObstacle::is_apart_at(const ToolBody& body, const R
   kept.resize(body.pieces.size());
   for (std::size_t k = 0; k < kept.size(); ++k) {
     const Scalar least = margin + body.pieces[k].radius;
-    const StandingPair sides(shown(), fraction_, body.pieces[k].mesh, X_WB);
+    const StandingPair sides = standing(fraction_, body.pieces[k], X_WB);
     const auto is_apart = sides.is_apart_by(
         least, [&] { return clock.is_over_small(); }, kept[k].cache.stack);
     if (!is_apart || !*is_apart) return is_apart;

@@ -168,6 +168,7 @@ class DYOP_EXPORT PairFront {
   Vector3 shift_W_ = Vector3::Zero();  // sum of all shifts
   Scalar rest_ = 0;                    // sum of all rests, rounding of the shifts included
   BoxPair nearest_{0, -1, -1};
+  Vector3 nearest_n_W_ = Vector3::UnitX();  // unit, between its points when last measured
   std::size_t examined_ = 0;     // in all
   std::size_t visited_ = 0;      // examined or not
   std::size_t last_search_ = 0;  // of them by find_nearest()

@@ -81,6 +81,7 @@ template <typename IsOver>
 bool PairFront::find_nearest(const StandingPair& sides, Scalar farthest, Scalar allowed,
                              const IsOver& is_over, BoxPairStack& stack, PieceDistance& best) {
   best = first_nearest(sides, std::cref(is_over), stack);
+  if (best.lower > 0) nearest_n_W_ = best.nhat_AB;
   const auto reach = [&] { return std::min(best.upper, farthest) - allowed; };
   // A distance that is a little too large has all pairs examined that the true one leaves out.
   const bool was_long = last_search_ > kLongSearch;
