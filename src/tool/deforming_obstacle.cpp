@@ -288,7 +288,7 @@ void join(const CorePiece& piece, Scalar lower, const NearestPoints& nearest, Pa
 }  // namespace
 
 PairDistance DeformingObstacle::measure(const ToolBody& body, const RigidPose& X_WB,
-                                        const DistanceWish& wish, WorkClock& clock,
+                                        const DistanceWish& wish, WorkShare& share,
                                         PairMemory& kept) const {
   kept.resize(body.pieces.size());
   PairDistance least;
@@ -298,10 +298,22 @@ PairDistance DeformingObstacle::measure(const ToolBody& body, const RigidPose& X
     PieceDistance best;
     const StandingPair sides = standing(fraction_, body.pieces[k], X_WB);
     front.find_nearest(
-        sides, wish.farthest + body.pieces[k].radius, wish.allowed,
-        [&] { return clock.is_over_small(); }, kept[k].cache.stack, best);
+        sides, {wish.farthest + body.pieces[k].radius, wish.allowed, wish.tight},
+        [&] { return share.is_over_small(); }, kept[k].cache.stack, best);
     join(body.pieces[k], best.is_overlapping ? 0 : std::min(front.lower(), best.upper), best,
          least);
+  }
+  return least;
+}
+
+PairDistance DeformingObstacle::measure_again(const ToolBody& body, const RigidPose& X_WB,
+                                              const PairMemory& kept) const {
+  PairDistance least;
+  for (std::size_t k = 0; k < kept.size(); ++k) {
+    const StandingPair sides = standing(fraction_, body.pieces[k], X_WB);
+    if (const auto again = kept[k].front.measure_again(sides)) {
+      join(body.pieces[k], 0, *again, least);
+    }
   }
   return least;
 }

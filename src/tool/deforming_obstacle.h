@@ -41,7 +41,9 @@ class DeformingObstacle final : public Obstacle {
                  WorkClock& clock, PairMemory& kept, QueryMemory& memory,
                  std::vector<HoldPoint>& holds) const override;
   PairDistance measure(const ToolBody& body, const RigidPose& X_WB, const DistanceWish& wish,
-                       WorkClock& clock, PairMemory& kept) const override;
+                       WorkShare& share, PairMemory& kept) const override;
+  PairDistance measure_again(const ToolBody& body, const RigidPose& X_WB,
+                             const PairMemory& kept) const override;
   std::optional<bool> is_apart_at(const ToolBody& body, const RigidPose& X_WB, WorkClock& clock,
                                   PairMemory& kept) const override;
   std::int64_t snapshots_seen() const override { return snapshots_seen_; }

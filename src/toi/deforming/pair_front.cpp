@@ -61,6 +61,7 @@ void PairFront::restart() {
   nodes_.resize(1);
   shift_W_.setZero();
   rest_ = 0;
+  sought_ = kInfinity;
   at(0) = {-kInfinity, Vector3::UnitX(), -kInfinity, 0, 0, 0, -1, 0};
 }
 
@@ -254,12 +255,15 @@ std::optional<PieceDistance> PairFront::shared_nearest(const StandingPair& sides
   return shared;
 }
 
+std::optional<PieceDistance> PairFront::measure_again(const StandingPair& sides) const {
+  if (!sides.a.has_leaf(nearest_.a) || !sides.b.has_leaf(nearest_.b)) return std::nullopt;
+  return leaf_distance(sides.a, nearest_.a, sides.b, nearest_.b, sides.noise);
+}
+
 // The pair that was nearest last time, measured again; or the nearest found in the time.
 PieceDistance PairFront::first_nearest(const StandingPair& sides,
                                        const std::function<bool()>& is_over, BoxPairStack& stack) {
-  if (sides.a.has_leaf(nearest_.a) && sides.b.has_leaf(nearest_.b)) {
-    return leaf_distance(sides.a, nearest_.a, sides.b, nearest_.b, sides.noise);
-  }
+  if (const auto again = measure_again(sides)) return *again;
   DeformingTraversal<RigidSide> traversal(sides.a, sides.b, sides.noise, kInfinity, stack);
   traversal.start();
   while (!is_over() && !traversal.run_portion(1)) {

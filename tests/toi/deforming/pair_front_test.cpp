@@ -109,11 +109,11 @@ TEST(PairFront, CarriesTrueBoundsAlongAWalk) {
       // A search that is stopped keeps what it found.
       int left = testing::random_index(40, walk.random());
       front.find_nearest(
-          sides, kInfinity, allowed, [&] { return left-- <= 0; }, stack, best);
+          sides, {kInfinity, allowed, allowed}, [&] { return left-- <= 0; }, stack, best);
       EXPECT_LE(front.lower(), truth.upper + kNoise) << k;
       EXPECT_GE(best.upper, truth.lower - kNoise) << k;
       EXPECT_TRUE(front.find_nearest(
-          sides, kInfinity, allowed, [] { return false; }, stack, best));
+          sides, {kInfinity, allowed, allowed}, [] { return false; }, stack, best));
       EXPECT_LE(front.lower(), truth.upper + kNoise) << k;
       EXPECT_GE(best.upper, truth.lower - kNoise) << k;
       EXPECT_LE(best.upper - front.lower(), allowed + kNoise) << k;
@@ -270,7 +270,7 @@ TEST(PairFront, TriesAPromisingPairAfterALongSearch) {
     std::int64_t asked = 0;
     PieceDistance best;
     EXPECT_TRUE(front.find_nearest(
-        sides, kInfinity, kAllowed, [&] { return ++asked < 0; }, stack, best));
+        sides, {kInfinity, kAllowed, kAllowed}, [&] { return ++asked < 0; }, stack, best));
     const Scalar truth = distance(rigid, RigidPose(), ball, X_WB).upper;
     EXPECT_NEAR(best.upper, truth, kAllowed + kNoise);
     EXPECT_NEAR(front.lower(), truth, kAllowed + kNoise);
