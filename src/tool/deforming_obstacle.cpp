@@ -51,8 +51,8 @@ std::array<Scalar, 3> weights_at(const Triangle& t, const Vector3& p) {
 
 DeformingObstacle::DeformingObstacle(const std::vector<Vector3>& vertices,
                                      const std::vector<TriangleIndices>& triangles)
-    : meshes_{Surface{{vertices, vertices, triangles}, {vertices.size(), triangles}},
-              Surface{{vertices, vertices, triangles}, {vertices.size(), triangles}}} {}
+    : meshes_{Surface({vertices, vertices, triangles}, 0),
+              Surface({vertices, vertices, triangles}, 0)} {}
 
 bool DeformingObstacle::give(std::span<const Vector3> vertices, Scalar duration) {
   DYOP_REQUIRE(duration > 0 && duration < kInfinity,
@@ -64,6 +64,7 @@ bool DeformingObstacle::give(std::span<const Vector3> vertices, Scalar duration)
                last.mesh.end().size(), " vertices, not ", vertices.size());
   if (spare().version != last.version) spare() = last;
   spare().mesh.refit(last.mesh.end(), vertices);
+  spare().slabs.fit(spare().mesh);
   hand_over(duration);
   return true;
 }
@@ -73,7 +74,7 @@ bool DeformingObstacle::give_mesh(std::span<const Vector3> vertices,
   if (has_next_.load(std::memory_order_acquire)) return false;
   const std::vector<Vector3> places(vertices.begin(), vertices.end());
   DeformingMesh mesh(places, places, {triangles.begin(), triangles.end()});
-  spare() = {std::move(mesh), {vertices.size(), triangles}, meshes_[shown_].version + 1};
+  spare() = Surface(std::move(mesh), meshes_[shown_].version + 1);
   hand_over(0);
   return true;
 }
@@ -146,8 +147,8 @@ DeformingObstacle::Search DeformingObstacle::find_suspects(const CorePiece& piec
                                                            WorkClock& clock, PairFront& front,
                                                            std::vector<BoxPair>& suspects) const {
   suspects.clear();
-  const StandingPair sides(shown(), fraction_, piece.mesh, motion.X_WB.pose(0));
-  const auto nearest = front.seeded(sides);
+  const StandingPair sides = standing(fraction_, piece, motion.X_WB.pose(0));
+  const auto nearest = front.measure_again(sides);
   if (nearest && nearest->is_overlapping) return Search::Crossing;
   const ChordGap chord(shown(), {fraction_, fraction_after(motion.duration)}, piece.mesh,
                        motion.X_WB, motion.duration);
@@ -170,8 +171,8 @@ DeformingObstacle::Search DeformingObstacle::find_suspects(const CorePiece& piec
       });
   if (is_crossing) return Search::Crossing;
   if (!is_through || reach == far) return is_through ? Search::Through : Search::CutOff;
-  const StandingPair sides_after(shown(), fraction_after(motion.duration), piece.mesh,
-                                 motion.X_WB.pose(motion.duration));
+  const StandingPair sides_after =
+      standing(fraction_after(motion.duration), piece, motion.X_WB.pose(motion.duration));
   is_through = front.for_each_between(
       reach, far, is_over, [&](std::int32_t a, std::int32_t b, const Vector3& n_W) {
         const bool is_apart = chord.least_of_boxes(sides, sides_after, a, b, n_W) > approach.near;
@@ -265,7 +266,7 @@ void DeformingObstacle::add_holds(const ToolBody& body, const RigidPose& X_WB,
   kept.resize(body.pieces.size());
   for (std::size_t k = 0; k < kept.size(); ++k) {
     const CorePiece& piece = body.pieces[k];
-    const StandingPair sides(shown(), fraction_, piece.mesh, X_WB);
+    const StandingPair sides = standing(fraction_, piece, X_WB);
     ExpectedApproach of_core = approach;
     of_core.least += piece.radius;
     of_core.reach += piece.radius;
@@ -309,7 +310,7 @@ void join(const CorePiece& piece, Scalar lower, const NearestPoints& nearest, Pa
 }  // namespace
 
 PairDistance DeformingObstacle::measure(const ToolBody& body, const RigidPose& X_WB,
-                                        const DistanceWish& wish, WorkClock& clock,
+                                        const DistanceWish& wish, WorkShare& share,
                                         PairMemory& kept) const {
   kept.resize(body.pieces.size());
   PairDistance least;
@@ -317,17 +318,29 @@ PairDistance DeformingObstacle::measure(const ToolBody& body, const RigidPose& X
   for (std::size_t k = 0; k < kept.size(); ++k) {
     PairFront& front = kept[k].front;
     PieceDistance best;
-    const StandingPair sides(shown(), fraction_, body.pieces[k].mesh, X_WB);
+    const StandingPair sides = standing(fraction_, body.pieces[k], X_WB);
     // Then a search would find no less.
-    if (const auto seeded = front.seeded(sides); seeded && seeded->is_overlapping) {
-      join(body.pieces[k], 0, *seeded, least);
+    if (const auto again = front.measure_again(sides); again && again->is_overlapping) {
+      join(body.pieces[k], 0, *again, least);
       continue;
     }
     front.find_nearest(
-        sides, wish.farthest + body.pieces[k].radius, wish.allowed,
-        [&] { return clock.is_over_small(); }, kept[k].cache.stack, best);
+        sides, {wish.farthest + body.pieces[k].radius, wish.allowed, wish.tight},
+        [&] { return share.is_over_small(); }, kept[k].cache.stack, best);
     join(body.pieces[k], best.is_overlapping ? 0 : std::min(front.lower(), best.upper), best,
          least);
+  }
+  return least;
+}
+
+PairDistance DeformingObstacle::measure_again(const ToolBody& body, const RigidPose& X_WB,
+                                              const PairMemory& kept) const {
+  PairDistance least;
+  for (std::size_t k = 0; k < kept.size(); ++k) {
+    const StandingPair sides = standing(fraction_, body.pieces[k], X_WB);
+    if (const auto again = kept[k].front.measure_again(sides)) {
+      join(body.pieces[k], 0, *again, least);
+    }
   }
   return least;
 }
@@ -337,7 +350,7 @@ std::optional<bool> DeformingObstacle::is_apart_at(const ToolBody& body, const R
   kept.resize(body.pieces.size());
   for (std::size_t k = 0; k < kept.size(); ++k) {
     const Scalar least = margin + body.pieces[k].radius;
-    const StandingPair sides(shown(), fraction_, body.pieces[k].mesh, X_WB);
+    const StandingPair sides = standing(fraction_, body.pieces[k], X_WB);
     const auto is_apart = sides.is_apart_by(
         least, [&] { return clock.is_over_small(); }, kept[k].cache.stack);
     if (!is_apart || !*is_apart) return is_apart;

@@ -41,7 +41,9 @@ class DeformingObstacle final : public Obstacle {
                  WorkClock& clock, PairMemory& kept, QueryMemory& memory,
                  std::vector<HoldPoint>& holds) const override;
   PairDistance measure(const ToolBody& body, const RigidPose& X_WB, const DistanceWish& wish,
-                       WorkClock& clock, PairMemory& kept) const override;
+                       WorkShare& share, PairMemory& kept) const override;
+  PairDistance measure_again(const ToolBody& body, const RigidPose& X_WB,
+                             const PairMemory& kept) const override;
   std::optional<bool> is_apart_at(const ToolBody& body, const RigidPose& X_WB, WorkClock& clock,
                                   PairMemory& kept) const override;
   std::int64_t snapshots_seen() const override { return snapshots_seen_; }
@@ -55,11 +57,21 @@ class DeformingObstacle final : public Obstacle {
 
  private:
   struct Surface {
+    Surface(DeformingMesh given, std::int64_t number)
+        : mesh(std::move(given)),
+          topology(mesh.begin().size(), mesh.triangles()),
+          slabs(mesh),
+          version(number) {}
+
     DeformingMesh mesh;
     MeshTopology topology;
-    std::int64_t version = 0;  // counts the meshes given
+    MeshSlabs slabs;
+    std::int64_t version;  // counts the meshes given
   };
 
+  StandingPair standing(Scalar fraction, const CorePiece& piece, const RigidPose& X_WB) const {
+    return {shown(), fraction, piece.mesh, X_WB, &meshes_[shown_].slabs};
+  }
   Surface& spare() { return meshes_[1 - shown_]; }
   void hand_over(Scalar duration);
   Vector3 velocity_at(std::int32_t triangle, const Vector3& p_W, Scalar s) const;

@@ -81,10 +81,11 @@ struct PairDistance {
 };
 
 /// How close the bounds of a distance have to be: at most `allowed` apart, unless the lower one is
-/// proven to be at least farthest - allowed.
+/// proven to be at least farthest - allowed. If that takes a search: `tight` in place of it.
 struct DistanceWish {
   Scalar farthest = kInfinity;
   Scalar allowed = 0;
+  Scalar tight = 0;
 };
 
 /// A motion of a body to be proven, over [0, duration].
@@ -121,10 +122,15 @@ class Obstacle {
   virtual void add_holds(const ToolBody& body, const RigidPose& X_WB,
                          const ExpectedApproach& approach, WorkClock& clock, PairMemory& kept,
                          QueryMemory& memory, std::vector<HoldPoint>& holds) const = 0;
-  /// Bounds as close as wished, besides rounding, unless the clock runs out.
+  /// Bounds as close as wished, besides rounding, unless the share is used up.
   virtual PairDistance measure(const ToolBody& body, const RigidPose& X_WB,
-                               const DistanceWish& wish, WorkClock& clock,
+                               const DistanceWish& wish, WorkShare& share,
                                PairMemory& kept) const = 0;
+  /// An upper bound at once, from the places where the pair was nearest when last measured; or none.
+  virtual PairDistance measure_again(const ToolBody& /*body*/, const RigidPose& /*X_WB*/,
+                                     const PairMemory& /*kept*/) const {
+    return {};
+  }
   /// Whether a body in a pose where it is not would be farther away than the margin, proven;
   /// nothing if the clock runs out.
   virtual std::optional<bool> is_apart_at(const ToolBody& body, const RigidPose& X_WB,

@@ -97,6 +97,7 @@ Proxy::Proxy(const ToolScene& scene, const ToolOptions& options)
       if (obstacles_[obstacle]->is_hard()) obstacles_[obstacle]->prepare(bodies_[body], memory_);
     }
   }
+  loose_.reserve(pairs_.size());
 }
 
 // --- following ------------------------------------------------------------------------------------
@@ -301,7 +302,8 @@ PairImpact Proxy::ask(PairState& pair, const BodyMotion& motion, WorkClock& cloc
 // A pair that is nearer than its target already must come no nearer: not in this motion, and not
 // little by little in many, each of which may use up its tolerance.
 void Proxy::ease_target(PairState& pair, WorkClock& clock, TickStatistics& work) {
-  measure(pair, {}, clock, work);
+  WorkShare all(clock);
+  measure(pair, {}, all, work);
   if (clock.cutoff()) return;
   const Scalar lower = pair.distance.lower;
   pair.is_overlapping = !(lower > 0);

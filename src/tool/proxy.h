@@ -59,8 +59,8 @@ class Proxy {
   /// stays where it is, as long as tissue lets it.
   FollowReport follow(const std::optional<ToolPose>& goal, Scalar dt, WorkClock& clock,
                       TickStatistics& work);
-  /// Measures again the clearances whose bounds have become loose.
-  void measure(WorkClock& clock, TickStatistics& work);
+  /// Measures again the clearances whose bounds have become loose, as far as the share lasts.
+  void measure(WorkShare share, TickStatistics& work);
 
  private:
   /// A motion and how far it is proven.
@@ -96,13 +96,15 @@ class Proxy {
               FollowReport& report);
   PairImpact ask(PairState& pair, const BodyMotion& motion, WorkClock& clock, TickStatistics& work);
   void ease_target(PairState& pair, WorkClock& clock, TickStatistics& work);
-  void measure(PairState& pair, const DistanceWish& wish, WorkClock& clock, TickStatistics& work);
+  void measure(PairState& pair, const DistanceWish& wish, WorkShare& share, TickStatistics& work);
   void commit(const ToolMotion& motion, Scalar t);
   void forget(std::size_t obstacle);
   Scalar piece_time(Scalar remaining) const;
   bool is_at(const ToolPose& goal) const;
-  DistanceWish wish_for(std::size_t obstacle, PairDistance& least) const;
-  bool measure_obstacle(std::size_t number, WorkClock& clock, TickStatistics& work);
+  DistanceWish wish_for(std::size_t obstacle) const;
+  Scalar excess(const PairState& pair, const DistanceWish& wish) const;
+  static void take(const PairDistance& found, PairState& pair);
+  void refresh(std::size_t obstacle);
   void take_pace(bool was_cut, bool has_moved);
 
   const ToolOptions options_;
@@ -111,8 +113,13 @@ class Proxy {
   std::vector<std::unique_ptr<Obstacle>> obstacles_;
   std::vector<ToolBody> bodies_;
   std::vector<PairState> pairs_;
-  std::size_t measured_first_ = 0;  // number of the obstacle where the last tick was cut off
-  Scalar pace_ = 1;                 // part of the way to the device that is tried
+  /// A pair whose bounds are farther apart than allowed: how many times.
+  struct Loose {
+    Scalar excess;
+    std::size_t pair;
+  };
+  std::vector<Loose> loose_;
+  Scalar pace_ = 1;  // part of the way to the device that is tried
   HoldSolver solver_;
   QueryMemory memory_;
   Escape escape_;

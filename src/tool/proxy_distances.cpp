@@ -15,61 +15,73 @@ constexpr Scalar kMeasuredShare = 0.9;
 
 }  // namespace
 
-void Proxy::measure(PairState& pair, const DistanceWish& wish, WorkClock& clock,
-                    TickStatistics& work) {
-  ++work.distance_queries;
-  const PairDistance found = obstacles_[pair.obstacle]->measure(
-      bodies_[pair.body], body_pose(pair.body), wish, clock, pair.kept);
+// Both bounds hold, whatever was found.
+void Proxy::take(const PairDistance& found, PairState& pair) {
   const Scalar lower = std::max(pair.distance.lower, found.lower);
-  if (!clock.cutoff() || found.upper < pair.distance.upper) pair.distance = found;
+  if (found.upper < pair.distance.upper) pair.distance = found;
   pair.distance.lower = lower;
 }
 
-// The clearance is that of the nearest body: others only have to be proven farther away.
-DistanceWish Proxy::wish_for(std::size_t obstacle, PairDistance& least) const {
-  least.lower = kInfinity;
-  for (const PairState& pair : pairs_) {
-    if (pair.obstacle != obstacle) continue;
-    least.lower = std::min(least.lower, pair.distance.lower);
-    least.upper = std::min(least.upper, pair.distance.upper);
-  }
-  const Scalar margin = obstacles_[obstacle]->margin;
-  const Scalar allowed =
-      options_.clearance_tolerance * std::min(least.lower, std::abs(least.lower - margin)) +
-      kVagueShare * options_.standoff;
-  return {least.upper, allowed};
+void Proxy::measure(PairState& pair, const DistanceWish& wish, WorkShare& share,
+                    TickStatistics& work) {
+  ++work.distance_queries;
+  take(obstacles_[pair.obstacle]->measure(bodies_[pair.body], body_pose(pair.body), wish, share,
+                                          pair.kept),
+       pair);
 }
 
-// Begins where the last tick was cut off.
-void Proxy::measure(WorkClock& clock, TickStatistics& work) {
-  for (std::size_t k = 0; k < obstacles_.size(); ++k) {
-    const std::size_t number = (measured_first_ + k) % obstacles_.size();
-    if (measure_obstacle(number, clock, work)) continue;
-    measured_first_ = number;
-    return;
+// The clearance is that of the nearest body: others only have to be proven farther away. Relative
+// to the lower bound the upper one may exceed it by the tolerance.
+DistanceWish Proxy::wish_for(std::size_t obstacle) const {
+  Scalar upper = kInfinity;
+  for (std::size_t k = obstacle; k < pairs_.size(); k += obstacles_.size()) {
+    upper = std::min(upper, pairs_[k].distance.upper);
   }
-  measured_first_ = 0;
+  const Scalar free = std::min(upper, std::abs(upper - obstacles_[obstacle]->margin));
+  const Scalar tolerance = options_.clearance_tolerance;
+  const Scalar allowed = (upper < kInfinity ? tolerance / (1 + tolerance) * free : 0) +
+                         kVagueShare * options_.standoff;
+  return {upper, allowed, kMeasuredShare * allowed};
 }
 
-bool Proxy::measure_obstacle(std::size_t number, WorkClock& clock, TickStatistics& work) {
-  PairDistance least;
-  const Scalar allowed = wish_for(number, least).allowed;
-  if (least.upper - least.lower <= allowed) return true;
-  const Scalar tight = kMeasuredShare * allowed;
-  const auto measure_if = [&](const auto& is_chosen) {
-    for (PairState& pair : pairs_) {
-      if (pair.obstacle != number || !is_chosen(pair) || clock.is_over()) continue;
-      measure(pair, {least.upper, tight}, clock, work);
-      least.upper = std::min(least.upper, pair.distance.upper);
+// How many times farther than allowed the pair's lower bound is below the clearance's upper one.
+Scalar Proxy::excess(const PairState& pair, const DistanceWish& wish) const {
+  return (wish.farthest - pair.distance.lower) / wish.allowed;
+}
+
+// The pairs first whose bounds are the worst for what is allowed; those that are left when the share
+// is used up are the worst in the next tick.
+void Proxy::measure(WorkShare share, TickStatistics& work) {
+  loose_.clear();
+  for (std::size_t obstacle = 0; obstacle < obstacles_.size(); ++obstacle) {
+    refresh(obstacle);
+    const DistanceWish wish = wish_for(obstacle);
+    for (std::size_t k = obstacle; k < pairs_.size(); k += obstacles_.size()) {
+      const Scalar times = excess(pairs_[k], wish);
+      if (times > 1) loose_.push_back({times, k});
     }
-  };
-  // The nearest first, so that little is left to do for the others.
-  const Scalar nearest = least.upper;
-  measure_if([&](const PairState& pair) { return !(pair.distance.upper > nearest); });
-  measure_if([&](const PairState& pair) {
-    return pair.distance.upper > least.upper && pair.distance.lower < least.upper - tight;
+  }
+  std::sort(loose_.begin(), loose_.end(), [](const Loose& x, const Loose& y) {
+    return x.excess != y.excess ? x.excess > y.excess : x.pair < y.pair;
   });
-  return !clock.cutoff();
+  for (const Loose& loose : loose_) {
+    if (share.is_over()) return;
+    PairState& pair = pairs_[loose.pair];
+    const DistanceWish wish = wish_for(pair.obstacle);
+    if (excess(pair, wish) > 1) measure(pair, wish, share, work);
+  }
+}
+
+// Of a clearance whose bounds have become too loose, measures the points that were nearest: often
+// that is enough.
+void Proxy::refresh(std::size_t obstacle) {
+  const DistanceWish wish = wish_for(obstacle);
+  for (std::size_t k = obstacle; k < pairs_.size(); k += obstacles_.size()) {
+    PairState& pair = pairs_[k];
+    if (!(pair.distance.upper <= wish.farthest) || !(excess(pair, wish) > 1)) continue;
+    take(obstacles_[obstacle]->measure_again(bodies_[pair.body], body_pose(pair.body), pair.kept),
+         pair);
+  }
 }
 
 }  // namespace dyop::internal

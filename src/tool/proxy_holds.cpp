@@ -14,6 +14,10 @@ namespace {
 constexpr Scalar kReach = 1.5;
 constexpr Scalar kMostReach = 20;
 
+// After a slip, the last motion tells little of the next one: what may be different is limited to so
+// many standoffs. With more, everything around the tool would be looked at; the proof finds the rest.
+constexpr Scalar kMostSurprise = 2;
+
 // Two holds closer than this many standoffs with nearly the same normal are one.
 constexpr Scalar kSamePlace = 2;
 constexpr Scalar kSameNormal = 0.999;  // cosine of 2.6 degrees
@@ -122,9 +126,10 @@ void Proxy::expect(const PairState& pair, Scalar duration, ExpectedApproach& app
   approach.v_W = duration * twist.v_WB;
   approach.w_W = duration * twist.w_WB;
   approach.origin_W = body_pose(pair.body).translation();
-  approach.slack = size_of(body, difference(goal_step_, last_goal_step_)) +
-                   size_of(body, scaled(difference(rate_, rate_before_), duration)) +
-                   obstacles_[pair.obstacle]->speed() * duration;
+  const Scalar surprise = size_of(body, difference(goal_step_, last_goal_step_)) +
+                          size_of(body, scaled(difference(rate_, rate_before_), duration)) +
+                          obstacles_[pair.obstacle]->speed() * duration;
+  approach.slack = std::min(surprise, kMostSurprise * options_.standoff);
 }
 
 // Fewer at a slower pace, since solves take long; leaves space for those that the proof will find.

@@ -20,7 +20,7 @@ class RigidObstacle final : public Obstacle {
                  WorkClock& clock, PairMemory& kept, QueryMemory& memory,
                  std::vector<HoldPoint>& holds) const override;
   PairDistance measure(const ToolBody& body, const RigidPose& X_WB, const DistanceWish& wish,
-                       WorkClock& clock, PairMemory& kept) const override;
+                       WorkShare& share, PairMemory& kept) const override;
   std::optional<bool> is_apart_at(const ToolBody& body, const RigidPose& X_WB, WorkClock& clock,
                                   PairMemory& kept) const override;
 
@@ -80,14 +80,15 @@ void RigidObstacle::add_holds(const ToolBody& body, const RigidPose& X_WB,
 }
 
 PairDistance RigidObstacle::measure(const ToolBody& body, const RigidPose& X_WB,
-                                    const DistanceWish& wish, WorkClock& clock,
+                                    const DistanceWish& wish, WorkShare& share,
                                     PairMemory& kept) const {
   kept.resize(1);
   DistanceOptions options;
-  options.absolute_tolerance = wish.allowed;
-  options.max_distance = std::max(Scalar{0}, wish.farthest - wish.allowed);
+  options.absolute_tolerance = wish.tight;
+  options.max_distance = std::max(Scalar{0}, wish.farthest - wish.tight);
+  // All or nothing: what it has found when it is ended is lost.
   const auto result =
-      distance_until(*shape_, X_WA_, *body.shape, X_WB, options, kept[0].cache, clock);
+      distance_until(*shape_, X_WA_, *body.shape, X_WB, options, kept[0].cache, share.clock);
   if (!result) return {};
   return {result->lower, result->upper, result->p_WCa, result->p_WCb};
 }

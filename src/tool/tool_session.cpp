@@ -39,6 +39,9 @@ using internal::ToolStep;
 // Time that a tick may miss by rounding.
 constexpr Scalar kTimeNoise = 0x1p-20;
 
+// With less, the share is used up before a search has come to what is new.
+constexpr int kLeastWork = 10;
+
 void require_positive(const char* name, Scalar value) {
   DYOP_REQUIRE(value > 0 && value < kInfinity, "ToolSession: ", name,
                " must be finite and > 0, not ", value);
@@ -48,6 +51,9 @@ void require_valid(const ToolOptions& options) {
   require_positive("standoff", options.standoff);
   require_positive("recovery_speed", options.recovery_speed);
   require_positive("clearance_tolerance", options.clearance_tolerance);
+  DYOP_REQUIRE(options.clearance_work >= kLeastWork,
+               "ToolSession: clearance_work must be >= ", kLeastWork, ", not ",
+               options.clearance_work);
   DYOP_REQUIRE(options.max_rounds >= 1, "ToolSession: max_rounds must be >= 1, not ",
                options.max_rounds);
   DYOP_REQUIRE(options.max_attempts >= 1, "ToolSession: max_attempts must be >= 1, not ",
@@ -168,7 +174,7 @@ const ToolTick& run_tick(SessionState& state, const DevicePose& device, Scalar d
   // Without a device pose the proxy stays where it is, unless tissue pushes it.
   const FollowReport report =
       state.proxy.follow(is_valid ? goal : std::nullopt, passed, state.clock, tick.statistics);
-  state.proxy.measure(state.clock, tick.statistics);
+  state.proxy.measure({state.clock, state.options.clearance_work}, tick.statistics);
   const Scalar late = passed - report.committed;
   const bool is_late = late > kTimeNoise * passed;
   state.time += passed;
@@ -214,7 +220,7 @@ ToolSession::ToolSession(const ToolScene& scene, const ToolOptions& options) {
   require_valid(scene);
   state_ = std::make_unique<SessionState>(scene, options);
   // Without a deadline, so that the first tick knows what is far.
-  state_->proxy.measure(state_->clock, state_->tick.statistics);
+  state_->proxy.measure(internal::WorkShare(state_->clock), state_->tick.statistics);
   state_->tick.tool = state_->proxy.pose();
   state_->tick.clearances.resize(scene.obstacles.size());
   state_->tick.snapshots.resize(scene.obstacles.size());

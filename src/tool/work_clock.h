@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <limits>
 #include <optional>
 
 #include "dyop/core/interrupt.h"
@@ -40,6 +41,24 @@ class WorkClock final : public Interrupt {
   bool check(bool reads_clock);
 
   std::int64_t checkpoint_ = 0;
+};
+
+/// A share of a tick's work: over when the clock says so, or after so many checkpoints.
+class WorkShare {
+ public:
+  explicit WorkShare(WorkClock& of_tick) : clock(of_tick) {}
+  WorkShare(WorkClock& of_tick, std::int64_t checkpoints)
+      : clock(of_tick), end_(clock.checkpoints() + checkpoints) {}
+
+  bool is_over() { return is_used_up() || clock.is_over(); }
+  bool is_over_small() { return is_used_up() || clock.is_over_small(); }
+
+  WorkClock& clock;
+
+ private:
+  bool is_used_up() const { return clock.checkpoints() >= end_; }
+
+  std::int64_t end_ = std::numeric_limits<std::int64_t>::max();
 };
 
 }  // namespace dyop::internal

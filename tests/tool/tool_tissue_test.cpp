@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "dyop/core/error.h"
+#include "dyop/distance/distance.h"
 #include "dyop/geometry/box.h"
 #include "dyop/tool/tool_session.h"
 #include "support/inputs/tool_scenes.h"
@@ -240,6 +241,39 @@ TEST(ToolTissue, RefusesBadSnapshots) {
   bad[3].x() = std::nan("");
   EXPECT_THROW(session.give_snapshot(0, bad, 1), InvalidArgument);
   EXPECT_TRUE(session.give_snapshot(0, sheet.vertices, 1));
+}
+
+// However little a tick may spend on clearances, their bounds hold while the tool flies about, and
+// they are as close as the options say soon after it has come to rest.
+TEST(ToolTissue, ClearancesHoldWhateverIsSpentOnThem) {
+  for (const int most : {10, 20, 40}) {
+    const auto sheet = testing::sheet(30, 20);
+    ToolScene scene = ball_tool(2, {0, 0, 9});
+    scene.obstacles.push_back(deforming_tissue(sheet));
+    const Shape& ball = *scene.tool[0].shape;
+    ToolOptions options = tool_options();
+    options.clearance_work = most;
+    ToolSession session(scene, options);
+    const TriangleMesh tissue(sheet.vertices, sheet.triangles);
+    const auto truth = [&] {
+      return distance(tissue, RigidPose(), ball, session.last().tool.X_WT, DistanceOptions{});
+    };
+    bool was_loose = false;
+    for (int k = 0; k < 300; ++k) {
+      const Scalar a = 0.05 * k;
+      const ToolTick& tick = session.update(
+          device_at({8 * std::cos(a), 6 * std::sin(2 * a), 8 + 4 * std::cos(3 * a)}), kMillisecond);
+      const ToolClearance& told = tick.clearances[0];
+      EXPECT_LE(told.lower, truth().upper) << k;
+      EXPECT_GE(told.upper, truth().lower) << k;
+      was_loose |= told.upper - told.lower > 0.1 * told.upper;
+    }
+    EXPECT_TRUE(was_loose || most > 10) << most;
+    for (int k = 0; k < 200; ++k) session.update(device_at({3, 1, 8}), kMillisecond);
+    const ToolClearance& told = session.last().clearances[0];
+    EXPECT_LE(told.upper - told.lower,
+              options.clearance_tolerance * told.lower + options.standoff / 2);
+  }
 }
 
 // Each tick ends before it has seen all that is near where the ball lies on tissue. It must come off

@@ -24,8 +24,13 @@ struct ToolOptions {
   int max_rounds = 4;     ///< motions per tick, >= 1
   int max_attempts = 4;   ///< times that contacts are added and solved again per motion, >= 1
   int max_contacts = 24;  ///< per motion, >= 1
-  /// How far the bounds of a clearance may differ, relative to it, besides the standoff; > 0.
+  /// How far the bounds of a clearance may differ, relative to it, besides the standoff; > 0. Of a
+  /// tool that moves fast they may differ more: see clearance_work.
   Scalar clearance_tolerance = 0.02;
+  /// The pieces of work, some 0.4 us each, that a tick spends on clearances, >= 10; what is left is
+  /// done in the next ticks, the worst known first. The bounds always hold, only farther apart, and
+  /// neither contacts nor margins depend on them.
+  int clearance_work = 100;
 };
 
 namespace internal {

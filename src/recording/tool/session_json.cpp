@@ -44,7 +44,8 @@ Json options_json(const ToolOptions& options) {
           {"max_rounds", options.max_rounds},
           {"max_attempts", options.max_attempts},
           {"max_contacts", options.max_contacts},
-          {"clearance_tolerance", options.clearance_tolerance}};
+          {"clearance_tolerance", options.clearance_tolerance},
+          {"clearance_work", options.clearance_work}};
 }
 
 ToolOptions options_from(const Json& json) {
@@ -66,6 +67,7 @@ ToolOptions options_from(const Json& json) {
   options.max_attempts = json.at("max_attempts").get<int>();
   options.max_contacts = json.at("max_contacts").get<int>();
   options.clearance_tolerance = json.at("clearance_tolerance").get<Scalar>();
+  options.clearance_work = json.value("clearance_work", options.clearance_work);
   return options;
 }
 

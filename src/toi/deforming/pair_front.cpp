@@ -61,6 +61,7 @@ void PairFront::restart() {
   nodes_.resize(1);
   shift_W_.setZero();
   rest_ = 0;
+  sought_ = kInfinity;
   at(0) = {-kInfinity, Vector3::UnitX(), -kInfinity, 0, 0, 0, -1, 0};
 }
 
@@ -190,18 +191,25 @@ PairFront::Finding PairFront::examine(const Question& question, std::int32_t num
   const auto is_far = [&](Scalar gap, const Vector3& n_W) {
     return node.count == 0 ? is_enough(question, gap, node, n_W) : gap > closing_gap(reach);
   };
-  const Scalar gap = sides.box_gap(node.a, node.b, node.n_W);
-  if (is_far(gap, node.n_W)) {
-    set_apart(number, gap, node.n_W);
+  Scalar best_gap = -kInfinity;
+  Vector3 best_n_W = node.n_W;
+  const auto is_apart_along = [&](const Vector3& n_W) {
+    const Scalar gap = sides.box_gap(node.a, node.b, n_W);
+    const bool is_apart = is_far(gap, n_W);
+    if (is_apart || gap > best_gap) {
+      best_gap = gap;
+      best_n_W = n_W;
+    }
+    return is_apart;
+  };
+  // The cheap directions first.
+  if (is_apart_along(node.n_W) || is_apart_along(nearest_n_W_) ||
+      (sides.slabs && is_apart_along(sides.slab_direction(node.a, node.b))) ||
+      is_apart_along(separating_direction(sides.a.box_W(node.a), sides.b.box_W(node.b)))) {
+    set_apart(number, best_gap, best_n_W);
     return Finding::Apart;
   }
-  const Vector3 n_W = separating_direction(sides.a.box_W(node.a), sides.b.box_W(node.b));
-  const Scalar best_gap = sides.box_gap(node.a, node.b, n_W);
-  if (is_far(best_gap, n_W)) {
-    set_apart(number, best_gap, n_W);
-    return Finding::Apart;
-  }
-  set_along(number, best_gap, n_W);
+  set_along(number, best_gap, best_n_W);
   if (node.count == 0) open(sides, number);
   at(number).try_after = moved_ + std::max(closing_gap(reach) - best_gap, kUntilTried * pace_);
   return Finding::Opened;
@@ -247,7 +255,7 @@ std::optional<PieceDistance> PairFront::shared_nearest(const StandingPair& sides
   return shared;
 }
 
-std::optional<PieceDistance> PairFront::seeded(const StandingPair& sides) const {
+std::optional<PieceDistance> PairFront::measure_again(const StandingPair& sides) const {
   if (!sides.a.has_leaf(nearest_.a) || !sides.b.has_leaf(nearest_.b)) return std::nullopt;
   return leaf_distance(sides.a, nearest_.a, sides.b, nearest_.b, sides.noise);
 }
@@ -255,7 +263,7 @@ std::optional<PieceDistance> PairFront::seeded(const StandingPair& sides) const 
 // The pair that was nearest last time, measured again; or the nearest found in the time.
 PieceDistance PairFront::first_nearest(const StandingPair& sides,
                                        const std::function<bool()>& is_over, BoxPairStack& stack) {
-  if (const auto piece = seeded(sides)) return *piece;
+  if (const auto again = measure_again(sides)) return *again;
   DeformingTraversal<RigidSide> traversal(sides.a, sides.b, sides.noise, kInfinity, stack);
   traversal.start();
   while (!is_over() && !traversal.run_portion(1)) {

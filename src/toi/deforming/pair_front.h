@@ -75,17 +75,26 @@ class DYOP_EXPORT PairFront {
     return descend_between(near + moved_, far + moved_, is_over, visit, 0);
   }
 
-  /// Searches for the nearest pair until lower() is at most `allowed` below its distance, or below
-  /// `farthest`.
+  /// How well a distance is to be known: lower() at most `allowed` below it, or below `farthest`;
+  /// if that takes a search, at most `tight`, so that it lasts a while.
+  struct NearestGoal {
+    Scalar farthest;
+    Scalar allowed;
+    Scalar tight;
+  };
+  /// Searches for the nearest pair until the goal is reached. A search that is ended by is_over()
+  /// is gone on with by the next call, wherever the meshes are then: what it has already proven far
+  /// enough for the goal it began with is not examined again.
   /// @param best Replaced by a pair of triangles and its distance; its upper bound always holds.
   /// @return Whether it went through.
   template <typename IsOver>
-  bool find_nearest(const StandingPair& sides, Scalar farthest, Scalar allowed,
-                    const IsOver& is_over, BoxPairStack& stack, PieceDistance& best);
+  bool find_nearest(const StandingPair& sides, const NearestGoal& goal, const IsOver& is_over,
+                    BoxPairStack& stack, PieceDistance& best);
+  /// The pair that find_nearest() found, or was given, measured where it is now; nothing if there is
+  /// none.
+  std::optional<PieceDistance> measure_again(const StandingPair& sides) const;
   /// Where find_nearest() starts; negative: nowhere.
   void seed(const BoxPair& nearest) { nearest_ = nearest; }
-  /// What it starts with: that pair measured, if there is one.
-  std::optional<PieceDistance> seeded(const StandingPair& sides) const;
   /// The leaves of the pair that find_nearest() found.
   const BoxPair& nearest() const { return nearest_; }
 
@@ -124,6 +133,9 @@ class DYOP_EXPORT PairFront {
     const Visit& visit;
   };
 
+  template <typename IsOver>
+  bool search(const StandingPair& sides, const NearestGoal& goal, const IsOver& is_over,
+              PieceDistance& best);
   template <typename IsOver, typename Visit>
   bool descend(Pass<IsOver, Visit>& pass, std::int32_t number);
   template <typename IsOver, typename Visit>
@@ -170,6 +182,8 @@ class DYOP_EXPORT PairFront {
   Vector3 shift_W_ = Vector3::Zero();  // sum of all shifts
   Scalar rest_ = 0;                    // sum of all rests, rounding of the shifts included
   BoxPair nearest_{0, -1, -1};
+  Vector3 nearest_n_W_ = Vector3::UnitX();  // unit, between its points when last measured
+  Scalar sought_ = kInfinity;    // the key that an unfinished search raises all others to; or none
   std::size_t examined_ = 0;     // in all
   std::size_t visited_ = 0;      // examined or not
   std::size_t last_search_ = 0;  // of them by find_nearest()

@@ -78,14 +78,32 @@ bool PairFront::descend_to_parts(Pass<IsOver, Visit>& pass, std::int32_t number)
 }
 
 template <typename IsOver>
-bool PairFront::find_nearest(const StandingPair& sides, Scalar farthest, Scalar allowed,
+bool PairFront::find_nearest(const StandingPair& sides, const NearestGoal& goal,
                              const IsOver& is_over, BoxPairStack& stack, PieceDistance& best) {
   best = first_nearest(sides, std::cref(is_over), stack);
-  const auto reach = [&] { return std::min(best.upper, farthest) - allowed; };
+  if (best.lower > 0) nearest_n_W_ = best.nhat_AB;
+  const auto is_reached = [&] {
+    return lower() >= std::min(best.upper, goal.farthest) - goal.allowed;
+  };
+  if (is_reached()) {
+    last_search_ = 0;
+    return true;
+  }
+  // An older search may end with less than is wanted now.
+  return search(sides, goal, is_over, best) && (is_reached() || search(sides, goal, is_over, best));
+}
+
+template <typename IsOver>
+bool PairFront::search(const StandingPair& sides, const NearestGoal& goal, const IsOver& is_over,
+                       PieceDistance& best) {
+  const auto reach = [&] {
+    return std::min(std::min(best.upper, goal.farthest) - goal.tight, sought_ - moved_);
+  };
   // A distance that is a little too large has all pairs examined that the true one leaves out.
   const bool was_long = last_search_ > kLongSearch;
   if (was_long && lower() < reach() && !is_over()) try_promising(sides, best);
   const std::size_t before = examined_;
+  sought_ = reach() + moved_;
   const bool is_through = refine(sides, reach(), is_over,
                                  [&](const PieceDistance& piece, std::int32_t a, std::int32_t b) {
                                    if (piece.upper < best.upper) {
@@ -95,6 +113,7 @@ bool PairFront::find_nearest(const StandingPair& sides, Scalar farthest, Scalar 
                                    return reach();
                                  });
   last_search_ = examined_ - before;
+  if (is_through) sought_ = kInfinity;
   return is_through;
 }
 

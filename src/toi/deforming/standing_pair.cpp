@@ -6,10 +6,12 @@
 namespace dyop::internal {
 
 StandingPair::StandingPair(const DeformingMesh& mesh_a, Scalar s, const TriangleMesh& mesh_b,
-                           const RigidPose& X_WB)
+                           const RigidPose& X_WB, const MeshSlabs* slabs_of_a)
     : X_WB_motion(X_WB),
       a(mesh_a, {0, 0}, {s, s}),
       b(mesh_b, X_WB_motion, {0, 0}),
+      fraction(s),
+      slabs(slabs_of_a),
       noise(kStepNoise * (a.size() + b.size())) {}
 
 std::optional<bool> StandingPair::is_apart_by(Scalar least, const std::function<bool()>& is_over,

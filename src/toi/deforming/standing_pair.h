@@ -8,20 +8,22 @@
 #include "dyop/motion/rest_motion.h"
 #include "toi/deforming/deforming_sides.h"
 #include "toi/deforming/deforming_traversal.h"
+#include "toi/deforming/mesh_slabs.h"
 
 namespace dyop::internal {
 
 /// A deforming mesh A at a fraction of its interval and a rigid mesh B, where they stand.
 struct DYOP_EXPORT StandingPair {
+  /// @param slabs_of_a Null: bounds are from boxes alone.
   StandingPair(const DeformingMesh& mesh_a, Scalar s, const TriangleMesh& mesh_b,
-               const RigidPose& X_WB);
+               const RigidPose& X_WB, const MeshSlabs* slabs_of_a = nullptr);
   StandingPair(const StandingPair&) = delete;
   StandingPair& operator=(const StandingPair&) = delete;
 
   /// Lower bounds of the distance of two boxes, or of two leaves' triangles: their gap along n,
   /// unit, from A to B.
   Scalar box_gap(std::int32_t box_a, std::int32_t box_b, const Vector3& n_W) const {
-    return -b.box_reach(box_b, -n_W) - a.box_support(box_a, n_W).at(0, 0) - noise;
+    return -b.box_reach(box_b, -n_W) - reach_of_a(box_a, n_W) - noise;
   }
   Scalar triangle_gap(std::int32_t leaf_a, std::int32_t leaf_b, const Vector3& n_W) const {
     return -b.triangle_reach(leaf_b, -n_W) - largest_along(a.triangle_W(leaf_a), n_W) - noise;
@@ -32,9 +34,25 @@ struct DYOP_EXPORT StandingPair {
   std::optional<bool> is_apart_by(Scalar least, const std::function<bool()>& is_over,
                                   BoxPairStack& stack) const;
 
+  /// Across the slab of a node of A, to the side of a box of B. Only with slabs.
+  Vector3 slab_direction(std::int32_t box_a, std::int32_t box_b) const {
+    const Vector3& n_W = slabs->normal(box_a);
+    const bool is_towards_b = n_W.dot(b.box_W(box_b).center - a.box_W(box_a).center) >= 0;
+    return is_towards_b ? n_W : Vector3(-n_W);
+  }
+  /// Upper bound of n.x over a node of A.
+  Scalar reach_of_a(std::int32_t node, const Vector3& n_W) const {
+    const OrientedBox box_W = a.box_W(node);
+    const Scalar of_box = n_W.dot(box_W.center) + n_W.cwiseAbs().dot(box_W.half_extents);
+    if (!slabs) return of_box;
+    return std::min(of_box, slabs->support(node, fraction, n_W, box_W.center, box_W.half_extents));
+  }
+
   RestMotion X_WB_motion;
   DeformingSide a;
   RigidSide b;
+  Scalar fraction;  ///< of A's interval
+  const MeshSlabs* slabs;
   Scalar noise;  ///< rounding allowance of a gap
 };
 

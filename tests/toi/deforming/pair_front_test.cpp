@@ -22,15 +22,18 @@ using internal::StandingPair;
 constexpr std::size_t kFewNodes = 64;  // a tree that is soon crowded
 constexpr Scalar kNoise = 1e-9;        // literal: far more than the rounding of numbers of size 10
 
-// A sheet that deforms and a ball that moves beside it, step by step.
+// A sheet that deforms and a ball that moves beside it, step by step; with slabs for odd seeds.
 class Walk {
  public:
-  explicit Walk(std::uint64_t seed) : random_(seed) {
+  explicit Walk(std::uint64_t seed) : random_(seed), has_slabs_(seed % 2 == 1) {
     const auto arrays = testing::plate_grid(4, 4, 5, 5);
     std::vector<Vector3> end = arrays.vertices;
     for (Vector3& p : end) p += testing::random_vector(0.4, random_);
     sheet = DeformingMesh(arrays.vertices, end, arrays.triangles);
+    slabs_.fit(sheet);
   }
+
+  StandingPair standing() const { return {sheet, s, ball, X_WB, has_slabs_ ? &slabs_ : nullptr}; }
 
   // The displacement of any point relative to any of the other mesh, from their vertices.
   PairFront::Displacement step(Scalar length) {
@@ -60,6 +63,8 @@ class Walk {
 
  private:
   std::mt19937_64 random_;
+  bool has_slabs_;
+  internal::MeshSlabs slabs_;
 
  public:
   DeformingMesh sheet{{{0, 0, 0}}, {{0, 0, 0}}, {{0, 0, 0}}};
@@ -98,17 +103,17 @@ TEST(PairFront, CarriesTrueBoundsAlongAWalk) {
       }
       const DistanceResult truth = walk.truth();
       EXPECT_LE(front.lower(), truth.upper + kNoise) << k;
-      const StandingPair sides(walk.sheet, walk.s, walk.ball, walk.X_WB);
+      const StandingPair sides = walk.standing();
       const Scalar allowed = testing::random_number(0, 0.3, walk.random());
       PieceDistance best;
       // A search that is stopped keeps what it found.
       int left = testing::random_index(40, walk.random());
       front.find_nearest(
-          sides, kInfinity, allowed, [&] { return left-- <= 0; }, stack, best);
+          sides, {kInfinity, allowed, allowed}, [&] { return left-- <= 0; }, stack, best);
       EXPECT_LE(front.lower(), truth.upper + kNoise) << k;
       EXPECT_GE(best.upper, truth.lower - kNoise) << k;
       EXPECT_TRUE(front.find_nearest(
-          sides, kInfinity, allowed, [] { return false; }, stack, best));
+          sides, {kInfinity, allowed, allowed}, [] { return false; }, stack, best));
       EXPECT_LE(front.lower(), truth.upper + kNoise) << k;
       EXPECT_GE(best.upper, truth.lower - kNoise) << k;
       EXPECT_LE(best.upper - front.lower(), allowed + kNoise) << k;
@@ -151,7 +156,7 @@ TEST(PairFront, HandsOutEveryPairWithinReach) {
     PairFront front(seed == 5 ? kFewNodes : PairFront::kMostNodes);
     for (int k = 0; k < 40; ++k) {
       front.move(walk.step(0.3));
-      const StandingPair sides(walk.sheet, walk.s, walk.ball, walk.X_WB);
+      const StandingPair sides = walk.standing();
       const Scalar reach = testing::random_number(0.1, 1.5, walk.random());
       std::vector<std::pair<std::int32_t, std::int32_t>> found;
       EXPECT_TRUE(front.refine(
@@ -238,7 +243,7 @@ TEST(PairFront, HandsOutWhatMattersForAnExpectedMotion) {
       walk.X_WB = RigidPose(walk.X_WB.rotation(), Vector3(0.2, 0.1, 1.4));
       walk.step(0.3);
       front.move(2);
-      const StandingPair sides(walk.sheet, walk.s, walk.ball, walk.X_WB);
+      const StandingPair sides = walk.standing();
       internal::ExpectedApproach approach{.least = testing::random_number(0, 0.2, walk.random()),
                                           .reach = 1,
                                           .slack = testing::random_number(0, 0.1, walk.random())};
@@ -280,7 +285,7 @@ TEST(PairFront, TriesAPromisingPairAfterALongSearch) {
     std::int64_t asked = 0;
     PieceDistance best;
     EXPECT_TRUE(front.find_nearest(
-        sides, kInfinity, kAllowed, [&] { return ++asked < 0; }, stack, best));
+        sides, {kInfinity, kAllowed, kAllowed}, [&] { return ++asked < 0; }, stack, best));
     const Scalar truth = distance(rigid, RigidPose(), ball, X_WB).upper;
     EXPECT_NEAR(best.upper, truth, kAllowed + kNoise);
     EXPECT_NEAR(front.lower(), truth, kAllowed + kNoise);
@@ -311,7 +316,7 @@ void expect_all_between(PairFront front) {
   Walk walk(7);
   for (int k = 0; k < 30; ++k) {
     front.move(walk.step(0.3));
-    const StandingPair sides(walk.sheet, walk.s, walk.ball, walk.X_WB);
+    const StandingPair sides = walk.standing();
     const Scalar near = testing::random_number(0.1, 1, walk.random());
     const Scalar far = near + testing::random_number(0, 1, walk.random());
     std::vector<std::pair<std::int32_t, std::int32_t>> found;
@@ -353,7 +358,7 @@ TEST(PairFront, KeepsLittleOfWhatIsNotNear) {
   for (int k = 0; k < 100; ++k) {
     walk.X_WB = RigidPose(Vector3(testing::random_number(-2, 2, walk.random()), 0, 1.15));
     const Scalar moved = walk.step(0.1).largest + 4;
-    const StandingPair sides(walk.sheet, walk.s, walk.ball, walk.X_WB);
+    const StandingPair sides = walk.standing();
     for (PairFront* front : {&crowded, &roomy}) {
       front->move(moved);
       front->refine(
@@ -373,7 +378,7 @@ TEST(PairFront, ClosesWhatHasBecomeFar) {
   Walk walk(8);
   PairFront front;
   const auto query = [&] {
-    const StandingPair sides(walk.sheet, walk.s, walk.ball, walk.X_WB);
+    const StandingPair sides = walk.standing();
     front.refine(
         sides, 0.3, [] { return false; },
         [](const PieceDistance&, std::int32_t, std::int32_t) { return 0.3; });
