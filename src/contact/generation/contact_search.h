@@ -26,6 +26,13 @@ struct FoundContact {
   std::int32_t triangle_b = -1;
 };
 
+/// Where A's cores are searched, in the frames of both shapes.
+struct SearchPlace {
+  Vector3 center_A = Vector3::Zero();
+  Vector3 center_B = Vector3::Zero();
+  Scalar radius = kInfinity;
+};
+
 /// The input of a search for one pair of pieces.
 struct ContactQuery {
   const ContactSurface& a;
@@ -37,6 +44,7 @@ struct ContactQuery {
   ContactGeneratorOptions options;
   Interrupt* interrupt = nullptr;
   std::span<const BoxPair> first_pairs{&kRootPair, 1};
+  SearchPlace place = {};
 };
 
 /// Appends the contacts of two surfaces with triangles; not all of them if it is interrupted.

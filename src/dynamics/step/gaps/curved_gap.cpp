@@ -37,15 +37,17 @@ std::optional<EndGap> measured_end_gap(const ContactPoint& point, const CurvedMo
   const Vector3& n = point.nhat_AB_W;
   const RigidPose lifted =
       RigidPose::from_trusted(X_WB_end.rotation(), X_WB_end.translation() + lift * n);
+  const Vector3 p_a = X_WA_end * point.p_ACa;
+  const Vector3 p_b = X_WB_end * point.p_BCb;
+  ContactGeneratorOptions options;
+  options.region = {(p_a + p_b) / 2, near + (p_a - p_b).norm() / 2};
   std::vector<ContactPoint> found;
   const UseOfNeighbours use(workspace, pair.neighbours);
-  generate_contacts(*a.definition.shape, X_WA_end, *b.definition.shape, lifted, reach + lift, {},
-                    workspace, found);
+  generate_contacts(*a.definition.shape, X_WA_end, *b.definition.shape, lifted, reach + lift,
+                    options, workspace, found);
   const Scalar most_sagitta = kContactFitStandoffs * lengths.standoff;
   const bool is_fitted = fit_ball_contacts(*a.definition.shape, X_WA_end, *b.definition.shape,
                                            lifted, most_sagitta, found);
-  const Vector3 p_a = X_WA_end * point.p_ACa;
-  const Vector3 p_b = X_WB_end * point.p_BCb;
   std::vector<const ContactPoint*> near_by;
   const ContactPoint* nearest = nullptr;
   const auto gap_of = [&](const ContactPoint& other) {
