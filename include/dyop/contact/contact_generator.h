@@ -26,8 +26,8 @@ struct ContactGeneratorOptions {
   /// The same for a vertex above an edge or another vertex, where the normal tilts with every
   /// sideways shift, in [0, 0.5].
   Scalar border_tolerance = 1e-3;
-  /// Only contacts whose point of A is in this ball; the rest of the surfaces is not searched. None:
-  /// all.
+  /// Only contacts whose point of A is in this ball; the rest of the surfaces is not searched.
+  /// None: all.
   std::optional<ContactRegion> region = std::nullopt;
 };
 
