@@ -116,8 +116,8 @@ inline constexpr Scalar kSinglePrecisionBoxNoise = 0x1p-23;
 /// How much the distance of a point to a box of a hierarchy is rounded down, relative to the
 /// distance and to the sum of the half extents: axes in single precision are orthonormal to 2^-23
 /// per entry, which changes coordinates along them by 3 x 2^-23 of the half extents and lengths by
-/// 2^-22 (docs/algorithms/distance.md, "Points"). Used by point_distance. Smaller: the box that
-/// holds the nearest triangle may be skipped.
+/// 2^-22 (docs/algorithms/distance.md, "Points"). Used by point_distance and generate_contacts().
+/// Smaller: the box that holds the nearest triangle may be skipped.
 inline constexpr Scalar kPointBoxNoise = 0x1p-20;
 
 /// Error of the determinant e1 x e2 . d of three differences of points in double, relative to the

@@ -6,6 +6,11 @@
 namespace dyop::internal {
 namespace {
 
+Scalar squared_distance(const OrientedBox& box, const Vector3& p) {
+  const Vector3 local = box.axes.transpose() * (p - box.center);
+  return (local.cwiseAbs() - box.half_extents).cwiseMax(0).squaredNorm();
+}
+
 // Boxes overlap: of those that hold the pivot the one whose middle is nearest goes first.
 std::int32_t leaf_at(const ShapeTree& tree, const Vector3& p) {
   std::int32_t box = ShapeTree::kRoot;

@@ -102,12 +102,6 @@ class DYOP_EXPORT ShapeTree {
   Scalar scale_ = 1;
 };
 
-/// Of a point and a box in one frame; zero inside.
-inline Scalar squared_distance(const OrientedBox& box, const Vector3& p) {
-  const Vector3 local = box.axes.transpose() * (p - box.center);
-  return (local.cwiseAbs() - box.half_extents).cwiseMax(0).squaredNorm();
-}
-
 /// A box in the frame S of another shape. X_SO is the pose of the box's shape.
 DYOP_EXPORT FacingBox facing_box(const OrientedBox& box, const RigidPose& X_SO);
 

@@ -87,6 +87,39 @@ TEST(ContactCascade, SaysThatItDidNotConverge) {
   EXPECT_NEAR(report.residual, 0.0981, 1e-12);
 }
 
+// Out of patience, Newton and ADMM end where going on to the limit brings next to nothing; what
+// converges does not notice.
+TEST(ContactCascade, GivesUpWhatDoesNotGetBetter) {
+  ContactSolverOptions patient;
+  patient.tolerance = 1e-8;
+  ContactSolverOptions impatient = patient;
+  impatient.patience = 10;
+  patient.cascade_rounds = impatient.cascade_rounds = 1;
+  patient.restart_contacts = impatient.restart_contacts = 0;
+  ContactCascade cascade;
+  ContactProblem squeezed = stack_scene(3);  // must rise off its floor and off its ceiling
+  squeezed.bodies.emplace_back();
+  PointContact& ceiling = squeezed.contacts.emplace_back(squeezed.contacts.back());
+  ceiling.body_a = squeezed.bodies.size() - 2;
+  ceiling.body_b = squeezed.bodies.size() - 1;
+  ceiling.target = 1;
+  for (PointContact& contact : squeezed.contacts) contact.target = 1;
+  ContactProblem again = squeezed;
+  const ContactReport long_run = cascade.solve(squeezed, patient);
+  const ContactReport short_run = cascade.solve(again, impatient);
+  EXPECT_EQ(long_run.status, ContactStatus::NotConverged);
+  EXPECT_EQ(short_run.status, ContactStatus::NotConverged);
+  EXPECT_NEAR(short_run.residual, contact_residual(again), 1e-12);
+  EXPECT_LE(2 * short_run.newton_iterations, long_run.newton_iterations);
+  EXPECT_LE(2 * short_run.admm_iterations, long_run.admm_iterations);
+  EXPECT_LE(short_run.residual, 2 * long_run.residual);
+  impatient.patience = 30;
+  for (Scene& scene : scenes()) {
+    SCOPED_TRACE(scene.name);
+    EXPECT_EQ(cascade.solve(scene.problem, impatient).status, ContactStatus::Converged);
+  }
+}
+
 // Every solver of the cascade solves what the previous ones could not.
 TEST(ContactCascade, FallsBackFromOneSolverToTheNext) {
   ContactSolverOptions options;

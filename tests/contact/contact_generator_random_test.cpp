@@ -7,6 +7,7 @@
 #include <random>
 
 #include "dyop/contact/contact_generator.h"
+#include "dyop/core/error.h"
 #include "dyop/distance/distance.h"
 #include "dyop/geometry/box.h"
 #include "dyop/geometry/capsule.h"
@@ -255,6 +256,58 @@ TEST(ContactGenerator, DoesSoFarFromTheOrigin) {
 TEST(ContactGenerator, DoesSoCloseToContact) {
   check_random_pairs(2000, {.gap = 1e-3}, 300000);
   check_random_pairs(2000, {.gap = 1e-6}, 400000);
+}
+
+// In a ball: those of all contacts whose point of A is in it. Of duplicates at its edge another may
+// be kept.
+TEST(ContactGenerator, FindsTheSameInARegion) {
+  int left_out = 0;
+  int kept = 0;
+  for (int k = 0; k < 2000 && !::testing::Test::HasFailure(); ++k) {
+    SCOPED_TRACE(k);
+    std::mt19937_64 random(500000 + std::uint64_t(k));
+    const RandomPair pair = random_pair({.low_exponent = -2, .high_exponent = 2}, random);
+    const std::vector<ContactPoint> all =
+        generate_contacts(*pair.a, pair.X_WA, *pair.b, pair.X_WB, pair.reach);
+    if (all.empty()) continue;
+    const auto chosen = static_cast<std::size_t>(random_index(int(all.size()), random));
+    const ContactRegion region{all[chosen].p_WCa + random_vector(0.1 * pair.scale, random),
+                               pair.scale * random_number(0, 1, random)};
+    ContactGeneratorOptions options;
+    options.region = region;
+    const std::vector<ContactPoint> found =
+        generate_contacts(*pair.a, pair.X_WA, *pair.b, pair.X_WB, pair.reach, options);
+    const auto depth = [&](const ContactPoint& contact) {
+      return region.radius - (contact.p_WCa - region.center_W).norm();
+    };
+    const auto holds = [](const std::vector<ContactPoint>& list, const ContactPoint& contact) {
+      return std::any_of(list.begin(), list.end(), [&](const ContactPoint& other) {
+        return other.key == contact.key && other.p_WCa == contact.p_WCa;
+      });
+    };
+    const Scalar edge = 4 * options.border_tolerance * pair.reach;
+    for (const ContactPoint& contact : found) {
+      EXPECT_GE(depth(contact), 0);
+      EXPECT_TRUE(depth(contact) < edge || holds(all, contact));
+    }
+    for (const ContactPoint& contact : all) {
+      const bool is_inside = depth(contact) > edge;
+      ++(is_inside ? kept : left_out);
+      EXPECT_TRUE(!is_inside || holds(found, contact));
+    }
+  }
+  EXPECT_GT(kept, 500);
+  EXPECT_GT(left_out, 500);
+}
+
+TEST(ContactGenerator, RejectsARegionThatIsNone) {
+  const Sphere ball(1);
+  ContactGeneratorOptions options;
+  options.region = ContactRegion{Vector3::Zero(), -1};
+  const RigidPose X_WB(Vector3(3, 0, 0));
+  EXPECT_THROW(generate_contacts(ball, RigidPose(), ball, X_WB, 1, options), InvalidArgument);
+  options.region->radius = kInfinity;
+  EXPECT_THROW(generate_contacts(ball, RigidPose(), ball, X_WB, 1, options), InvalidArgument);
 }
 
 }  // namespace

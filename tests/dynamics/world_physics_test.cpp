@@ -243,5 +243,43 @@ TEST(WorldPhysics, RocksAsHousnerSays) {
   EXPECT_LT(fine, coarse + 0.01);
 }
 
+// A plate under 81 cubes, more than 300 contacts in one island, on a slope that is a little steeper
+// than friction holds: by so little that in a step it slides by less than a standoff at first.
+TEST(WorldPhysics, LargeIslandsThatSlideSlowlyGoAsFarAsFrictionLets) {
+  constexpr Scalar kPlateOnFloor = 0.4;  // sqrt(0.8 * 0.2)
+  constexpr Scalar kExcess = 1e-3;
+  const Scalar angle =
+      std::atan(kPlateOnFloor) + std::asin(kExcess / std::hypot(Scalar{1}, kPlateOnFloor));
+  World world(inclined(angle));
+  world.add_body(floor_body(0.2));
+  const auto plate_shape = std::make_shared<Box>(Vector3(0.55, 0.55, 0.05));
+  const auto cube_shape = std::make_shared<Box>(Vector3(0.05, 0.05, 0.05));
+  const Scalar z_plate = 0.05 + rest_gap(plate_shape->bounding_radius());
+  BodyDefinition body = dynamic_body("plate", plate_shape, {0, 0, z_plate});
+  body.friction = 0.8;
+  body.restitution = 0;
+  const BodyId plate = world.add_body(body);
+  const Scalar z_cube = z_plate + 0.1 + rest_gap(cube_shape->bounding_radius());
+  std::vector<BodyId> cubes;
+  for (int i = 0; i < 81; ++i) {
+    body = dynamic_body("cube", cube_shape, {0.11 * (i % 9 - 4), 0.11 * (i / 9 - 4), z_cube});
+    body.friction = 0.8;
+    body.restitution = 0;
+    cubes.push_back(world.add_body(body));
+  }
+  std::int64_t contacts = 0;
+  for (int k = 0; k < 100; ++k) contacts = std::max(contacts, world.advance(0.01).work.contacts);
+  EXPECT_GT(contacts, 300);
+  const Scalar expected = kGravity * kExcess / 2;
+  const Vector3 way = world.state(plate).X_WB.translation() - Vector3(0, 0, z_plate);
+  EXPECT_NEAR(way.x(), expected, 1e-3 * expected);
+  for (std::size_t i = 0; i < cubes.size(); ++i) {
+    const int k = static_cast<int>(i);
+    const Vector3 start(0.11 * (k % 9 - 4), 0.11 * (k / 9 - 4), z_cube);
+    const Vector3 cube_way = world.state(cubes[i]).X_WB.translation() - start;
+    EXPECT_LE((cube_way - way).norm(), 1e-3 * expected);
+  }
+}
+
 }  // namespace
 }  // namespace dyop

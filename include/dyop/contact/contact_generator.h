@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "dyop/contact/contact_point.h"
@@ -11,6 +12,12 @@
 
 namespace DYOP_EXPORT dyop {
 
+/// A ball, in world.
+struct ContactRegion {
+  Vector3 center_W = Vector3::Zero();
+  Scalar radius = 0;  ///< >= 0
+};
+
 struct ContactGeneratorOptions {
   /// How steeply the surfaces may approach each other beside a contact: the sine of an angle, in
   /// [0, 0.5]. A larger value keeps more corners of a tilted face, and more contacts beside the
@@ -19,6 +26,9 @@ struct ContactGeneratorOptions {
   /// The same for a vertex above an edge or another vertex, where the normal tilts with every
   /// sideways shift, in [0, 0.5].
   Scalar border_tolerance = 1e-3;
+  /// Only contacts whose point of A is in this ball; the rest of the surfaces is not searched.
+  /// None: all.
+  std::optional<ContactRegion> region = std::nullopt;
 };
 
 /// Memory that the next call reuses: one per thread. Affects speed only.
@@ -52,7 +62,7 @@ class ContactWorkspace {
 /// nothing about depth. A convex shape without a core_surface() gives one contact, at the nearest
 /// points, or one per triangle feature against a mesh.
 ///
-/// @throws InvalidArgument if reach or an option is out of its range or NaN.
+/// @throws InvalidArgument if reach or an option is out of its range, or not finite.
 /// Reads the shapes only; thread-safe for shared shapes. Allocates only while buffers grow.
 /// @param interrupt Asked after every few pairs of boxes; null: never.
 /// @return False if it said yes: then there are no contacts.

@@ -29,7 +29,10 @@ struct ContactSolverOptions {
   int few_sweep_limit = 200;  ///< ... this is the limit on sweeps
   int newton_limit = 100;     ///< of factorisations
   int admm_limit = 200;       ///< of iterations
-  int cascade_rounds = 2;     ///< passes of ContactCascade over its solvers
+  /// Newton and ADMM give up when so many factorisations, or twice as many iterations, have not
+  /// halved their residual.
+  int patience = 100;
+  int cascade_rounds = 2;  ///< passes of ContactCascade over its solvers
   /// What ContactCascade does about a problem that its rounds did not solve, if it has at most this
   /// many contacts and rows: steps of friction from zero to its value, then random starts, each
   /// with a round of its own.

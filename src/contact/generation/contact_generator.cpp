@@ -136,7 +136,7 @@ void append_contacts(const Shape& a, std::int32_t piece_a, const RigidPose& X_WA
                      std::int32_t piece_b, const RigidPose& X_WB, Scalar reach,
                      const ContactGeneratorOptions& options, ContactWorkspace& workspace,
                      std::vector<ContactPoint>& contacts, Interrupt* interrupt) {
-  auto& [stack, found, is_double, first_pairs, neighbours, region_W] = workspace.impl();
+  auto& [stack, found, is_double, first_pairs, neighbours] = workspace.impl();
   ContactSurface surface_a(a);
   ContactSurface surface_b(b);
   const bool is_smooth = !surface_a.mesh || !surface_b.mesh;
@@ -147,6 +147,11 @@ void append_contacts(const Shape& a, std::int32_t piece_a, const RigidPose& X_WA
   query.reach = reach + surface_a.radius + surface_b.radius;
   // The noise of the poses, and as much again for what is computed from posed points.
   query.noise = 2 * internal::pose_noise(a, X_WA, b, X_WB);
+  if (options.region) {
+    const Vector3 center_A = X_WA.inverse() * options.region->center_W;
+    const Scalar radius = options.region->radius + surface_a.radius + query.noise;
+    query.place = {center_A, query.X_BA * center_A, radius};
+  }
   found.clear();
   if (neighbours && neighbours->is_built()) {
     const auto placement = neighbours->place(a, X_WA, b, X_WB);
@@ -155,10 +160,6 @@ void append_contacts(const Shape& a, std::int32_t piece_a, const RigidPose& X_WA
       query.first_pairs = first_pairs;
     }
   }
-  if (region_W) {
-    query.region = {X_WA.inverse() * region_W->center,
-                    region_W->radius + surface_a.radius + query.noise};
-  }
   if (is_smooth) {
     internal::search_smooth(query, a, b, stack, found);
   } else {
@@ -166,8 +167,15 @@ void append_contacts(const Shape& a, std::int32_t piece_a, const RigidPose& X_WA
   }
   if (is_over(interrupt)) return;
   DoubleRemoval(query, is_double).run(found);
-  for (const FoundContact& contact : found) {
-    contacts.push_back(finished(query, X_WA, contact));
+  const auto is_wanted = [&](const ContactPoint& contact) {
+    if (!options.region) return true;
+    const Scalar radius = options.region->radius;
+    return (contact.p_WCa - options.region->center_W).squaredNorm() <= radius * radius;
+  };
+  for (const FoundContact& each : found) {
+    const ContactPoint contact = finished(query, X_WA, each);
+    if (!is_wanted(contact)) continue;
+    contacts.push_back(contact);
     contacts.back().key.a.piece = piece_a;
     contacts.back().key.b.piece = piece_b;
   }
@@ -194,6 +202,12 @@ bool generate_contacts(const Shape& a, const RigidPose& X_WA, const Shape& b, co
                "generate_contacts: reach must be finite and >= 0, not ", reach);
   require_sine("cone_tolerance", options.cone_tolerance);
   require_sine("border_tolerance", options.border_tolerance);
+  if (options.region) {
+    const auto& [center_W, radius] = *options.region;
+    DYOP_REQUIRE(center_W.allFinite() && radius >= 0 && radius < kInfinity,
+                 "generate_contacts: region must be finite with a radius >= 0, not ", center_W,
+                 " and ", radius);
+  }
   contacts.clear();
   for_each_piece(a, [&](const Shape& piece_a, std::int32_t number_a) {
     for_each_piece(b, [&](const Shape& piece_b, std::int32_t number_b) {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "contact/generation/contact_search.h"
 
+#include <cmath>
+
 #include "contact/generation/feature_pairs.h"
 #include "distance/leaf_pairs.h"
 #include "distance/piece_distance.h"
@@ -29,18 +31,25 @@ bool can_touch(const Below& a, const Below& b) {
   return a.vertices || b.vertices || (a.edges && b.edges);
 }
 
-// Calls visit(leaf_a, leaf_b) for all pairs of leaves within reach below those that the query begins
-// with.
+// Whether a box comes as near to a place; by the ball around it, which is enough to leave out most.
+bool comes_near(const ShapeTree& tree, std::int32_t box, const Vector3& place, Scalar distance) {
+  if (!(distance < kInfinity)) return true;
+  const Scalar away = (tree.box(box).center - place).norm();
+  return !(away > distance + (1 + kPointBoxNoise) * std::sqrt(tree.squared_half_diagonal(box)));
+}
+
+// Calls visit(leaf_a, leaf_b) for all pairs of leaves within reach, and at the query's place, below
+// those that the query begins with.
 template <typename IsSought, typename Visit>
 void visit_near_leaves(const ShapeTree& tree_a, const ShapeTree& tree_b, const ContactQuery& query,
                        BoxPairStack& stack, const IsSought& is_sought, const Visit& visit) {
-  const auto is_wanted = [&](const BoxPair& pair) {
-    if (!is_sought(pair)) return false;
-    if (!query.region) return true;
-    const auto& [center, radius] = *query.region;
-    return squared_distance(tree_a.box(pair.a), center) <= radius * radius;
-  };
   stack.clear();
+  const SearchPlace& place = query.place;
+  const auto is_wanted = [&](const BoxPair& pair) {
+    return comes_near(tree_a, pair.a, place.center_A, place.radius) &&
+           comes_near(tree_b, pair.b, place.center_B, place.radius + query.reach) &&
+           is_sought(pair);
+  };
   for (const BoxPair& first : query.first_pairs) {
     if (is_wanted(first)) stack.push_back(first);
   }

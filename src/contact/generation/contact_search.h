@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
 #include <span>
 #include <vector>
 
@@ -27,10 +26,11 @@ struct FoundContact {
   std::int32_t triangle_b = -1;
 };
 
-/// A ball.
-struct ContactRegion {
-  Vector3 center = Vector3::Zero();
-  Scalar radius = 0;
+/// Where A's cores are searched, in the frames of both shapes.
+struct SearchPlace {
+  Vector3 center_A = Vector3::Zero();
+  Vector3 center_B = Vector3::Zero();
+  Scalar radius = kInfinity;
 };
 
 /// The input of a search for one pair of pieces.
@@ -44,8 +44,7 @@ struct ContactQuery {
   ContactGeneratorOptions options;
   Interrupt* interrupt = nullptr;
   std::span<const BoxPair> first_pairs{&kRootPair, 1};
-  /// In frame A: where the points of the cores on A are sought. None: everywhere.
-  std::optional<ContactRegion> region = std::nullopt;
+  SearchPlace place = {};
 };
 
 /// Appends the contacts of two surfaces with triangles; not all of them if it is interrupted.

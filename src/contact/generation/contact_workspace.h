@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <optional>
 #include <vector>
 
 #include "contact/generation/contact_search.h"
@@ -17,25 +16,18 @@ struct ContactWorkspace::Impl {
   internal::BoxPairStack first_pairs;
   /// Of the shapes of the next calls, neither a compound; null: none.
   const internal::NeighbourList* neighbours = nullptr;
-  std::optional<internal::ContactRegion> region_W;
 };
 
 namespace internal {
 
-/// While this lives, contacts of the two shapes of a neighbour list are looked for with it, and only
-/// those whose points on A may be in a region of the world.
+/// While this lives, contacts of the two shapes of a neighbour list are looked for with it.
 class UseOfNeighbours {
  public:
-  UseOfNeighbours(ContactWorkspace& workspace, const NeighbourList& neighbours,
-                  const std::optional<ContactRegion>& region_W = std::nullopt)
+  UseOfNeighbours(ContactWorkspace& workspace, const NeighbourList& neighbours)
       : workspace_(workspace) {
     workspace_.impl().neighbours = &neighbours;
-    workspace_.impl().region_W = region_W;
   }
-  ~UseOfNeighbours() {
-    workspace_.impl().neighbours = nullptr;
-    workspace_.impl().region_W.reset();
-  }
+  ~UseOfNeighbours() { workspace_.impl().neighbours = nullptr; }
   UseOfNeighbours(const UseOfNeighbours&) = delete;
   UseOfNeighbours& operator=(const UseOfNeighbours&) = delete;
 

@@ -9,6 +9,7 @@
 #include "contact/solver/body_matrix.h"
 #include "contact/solver/contact_law.h"
 #include "contact/solver/contact_system.h"
+#include "contact/solver/progress.h"
 #include "core/assert.h"
 #include "core/tolerance.h"
 
@@ -142,11 +143,16 @@ void AdmmSolver::improve(internal::ContactSystem& system, const ContactSolverOpt
   run_->begin(system);
   Scalar factor = kContactFirstPenalty;
   bool has_factor = run_->factorise(factor);
+  internal::Progress progress(kInfinity, 2 * options.patience);
+  Scalar least = kInfinity;  // from its own first check on, which is often worse than the start
   for (int i = 1; i <= options.admm_limit && has_factor; ++i) {
     if (is_over(options.interrupt)) break;
     ++report.admm_iterations;
     run_->iterate();
-    if (i % kCheckEvery == 0 && run_->take_impulses() <= options.tolerance) break;
+    if (i % kCheckEvery == 0) {
+      least = std::min(least, run_->take_impulses());
+      if (least <= options.tolerance || progress.has_stalled(i, least)) break;
+    }
     if (i % kBalanceEvery != 0) continue;
     const Scalar imbalance = run_->imbalance();
     if (imbalance < kTooFar && imbalance > 1 / kTooFar) continue;

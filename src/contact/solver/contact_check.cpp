@@ -91,7 +91,7 @@ void check_options(const ContactSolverOptions& options) {
                "tolerance must be finite and > 0, not ", options.tolerance);
   for (const int limit :
        {options.sweep_limit, options.few_contacts, options.few_sweep_limit, options.newton_limit,
-        options.admm_limit, options.cascade_rounds, options.restart_contacts,
+        options.admm_limit, options.patience, options.cascade_rounds, options.restart_contacts,
         options.friction_steps, options.scattered_starts}) {
     DYOP_REQUIRE(limit >= 0, "limits must be >= 0, not ", limit);
   }

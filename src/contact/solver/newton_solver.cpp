@@ -9,6 +9,7 @@
 #include "contact/solver/contact_law.h"
 #include "contact/solver/contact_system.h"
 #include "contact/solver/impulse_drift.h"
+#include "contact/solver/progress.h"
 #include "core/tolerance.h"
 
 namespace dyop {
@@ -58,6 +59,7 @@ class NewtonRun {
     const bool is_near = best_residual_ <= kNearStart * system_->residual_without_impulses();
     return is_near ? kNearPenalty : kContactPenalty;
   }
+  Scalar best_residual() const { return best_residual_; }
   bool is_lost() const { return !std::isfinite(system_->residual()); }
 
  private:
@@ -310,7 +312,10 @@ void NewtonSolver::improve(internal::ContactSystem& system, const ContactSolverO
   int left = options.newton_limit;
   int wait = 0;       // outer iterations until the next polish
   int next_wait = 1;  // after a failed polish
+  internal::Progress progress(run_->best_residual(), options.patience);
   while (left > 0 && !is_over(options.interrupt)) {
+    const int done = options.newton_limit - left;
+    if (progress.has_stalled(done, run_->best_residual())) break;
     int used = 0;
     if (wait-- <= 0) {
       const End end = run_->polish(factor, left, used);

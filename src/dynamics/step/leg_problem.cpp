@@ -11,10 +11,13 @@
 namespace dyop::internal {
 namespace {
 
-// An island of more contacts is large: solved to this part of its speed while it moves by more than
-// a standoff per step.
+// An island of more contacts is large. Its tolerance is this part of its speed while it moves by more
+// than a standoff per step, and falls with the square of its speed below that. Where something slides
+// slowly beside redundant contacts, solvers hardly reach that, and gain next to nothing once so many
+// factorisations have not halved the residual.
 constexpr std::size_t kLargeContacts = 300;
 constexpr Scalar kLargeSpeedTolerance = 1e-2;
+constexpr int kLargePatience = 30;
 // A large one in which something moves by so many standoffs per step is struck: many cheap legs beat
 // few exact ones. Its residual, in standoffs per leg: so much less may a gap become than asked for.
 // All found by measurement.
@@ -226,9 +229,11 @@ Scalar LegProblem::tolerance(Scalar tau) const {
   const bool is_small = run_.members().size() <= kContactFewBodies;
   const Scalar exact =
       std::max(kContactSpeedTolerance * fastest, kContactRestTolerance * standoff_ / tau);
-  if (is_large() && fastest * tau > standoff_) {
+  if (is_large()) {
+    const Scalar way = fastest * tau / standoff_;  // in a leg, in standoffs
     const Scalar loose = kContactLooseTolerance * standoff_ / tau;
-    return std::max(usual, std::min(kLargeSpeedTolerance * fastest, loose));
+    return std::max(usual,
+                    std::min(kLargeSpeedTolerance * std::min(way, Scalar{1}) * fastest, loose));
   }
   return is_small ? std::min(usual, exact) : usual;
 }
@@ -278,8 +283,11 @@ ContactReport LegProblem::solve(Scalar tau, bool is_impact) {
   }
   ContactSolverOptions options = run_.context().options->solver;
   options.tolerance = is_impact ? impact_tolerance(tau) : tolerance(tau);
-  // What one round does not solve there a second hardly ever does, at the price of the first.
-  if (is_large()) options.cascade_rounds = std::min(options.cascade_rounds, 1);
+  if (is_large()) {
+    // What one round does not solve there a second hardly ever does, at the price of the first.
+    options.cascade_rounds = std::min(options.cascade_rounds, 1);
+    options.patience = std::min(options.patience, kLargePatience);
+  }
   if (is_struck()) {
     options.tolerance = std::max(options.tolerance, kStruckTolerance * standoff_ / tau);
     options.newton_limit = 0;

@@ -60,6 +60,8 @@ void bind_contacts(py::module_& m) {
       .option<&ContactSolverOptions::few_sweep_limit>("few_sweep_limit", "int: this many sweeps")
       .option<&ContactSolverOptions::newton_limit>("newton_limit", "int: of factorisations")
       .option<&ContactSolverOptions::admm_limit>("admm_limit", "int: of iterations")
+      .option<&ContactSolverOptions::patience>("patience",
+                                               "int: factorisations that must halve the residual")
       .option<&ContactSolverOptions::cascade_rounds>("cascade_rounds", "int: through all solvers")
       .option<&ContactSolverOptions::restart_contacts>("restart_contacts",
                                                        "int: with at most as many")

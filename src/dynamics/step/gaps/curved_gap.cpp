@@ -39,11 +39,12 @@ std::optional<EndGap> measured_end_gap(const ContactPoint& point, const CurvedMo
       RigidPose::from_trusted(X_WB_end.rotation(), X_WB_end.translation() + lift * n);
   const Vector3 p_a = X_WA_end * point.p_ACa;
   const Vector3 p_b = X_WB_end * point.p_BCb;
-  const ContactRegion beside{(p_a + p_b) / 2, near + (p_b - p_a).norm() / 2};
+  ContactGeneratorOptions options;
+  options.region = {(p_a + p_b) / 2, near + (p_a - p_b).norm() / 2};
   std::vector<ContactPoint> found;
-  const UseOfNeighbours use(workspace, pair.neighbours, beside);
-  generate_contacts(*a.definition.shape, X_WA_end, *b.definition.shape, lifted, reach + lift, {},
-                    workspace, found);
+  const UseOfNeighbours use(workspace, pair.neighbours);
+  generate_contacts(*a.definition.shape, X_WA_end, *b.definition.shape, lifted, reach + lift,
+                    options, workspace, found);
   const Scalar most_sagitta = kContactFitStandoffs * lengths.standoff;
   const bool is_fitted = fit_ball_contacts(*a.definition.shape, X_WA_end, *b.definition.shape,
                                            lifted, most_sagitta, found);
