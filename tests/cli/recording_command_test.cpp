@@ -61,13 +61,6 @@ TEST_F(RecordingCommands, SimulateWritesTheSummaryBesideIt) {
   EXPECT_FALSE(std::filesystem::exists(path("run") + "/recording.jsonl"));
 }
 
-TEST_F(RecordingCommands, SimulateNeedsAPlaceForItsResults) {
-  const CommandResult result =
-      run_command({"simulate", directory_.write("scene.json", kScene).string()});
-  EXPECT_EQ(result.exit_code, 2);
-  EXPECT_NE(result.err.find("--record FILE"), std::string::npos) << result.err;
-}
-
 TEST_F(RecordingCommands, InfoTellsWhatHappened) {
   ASSERT_EQ(simulate().exit_code, 0);
   const CommandResult text = run_command({"info", path("run.h5")});

@@ -265,14 +265,18 @@ TEST(ToolSession, PastTheDeadlineItKeepsWhatIsProvenAndAReplayEndsAtTheSamePlace
   const ToolScene scene = over_sheet(4, 0.3);
   ToolSession session(scene, tool_options());
   ToolSession again(scene, tool_options());
+  // A quarter of the tolerance above the margin, which is zero; the tolerance is 0.3 standoffs.
+  const Scalar promised = 0.3 * tool_options().standoff / 4 - 1e-9;
   int late = 0;
   for (int k = 0; k < 150; ++k) {
     const auto now = std::chrono::steady_clock::now();
-    const auto deadline = now + std::chrono::microseconds(k % 3 == 0 ? 0 : k % 40);
+    // Some have no time, some always enough; the others depend on the machine.
+    const int us = k % 3 == 0 ? 0 : k % 10 == 1 ? 1'000'000 : k % 40;
+    const auto deadline = now + std::chrono::microseconds(us);
     const DevicePose device = device_at({0.1 * k, 0.2, 4 - 0.03 * k});
     const ToolTick& tick = session.update(device, kMillisecond, deadline);
     late += tick.cutoff.has_value();
-    EXPECT_GT(distance_now(scene, tick), 0.005);
+    EXPECT_GT(distance_now(scene, tick), promised);
     const ToolTick& replayed = again.replay(device, kMillisecond, tick.cutoff);
     EXPECT_EQ(replayed.cutoff, tick.cutoff);
     EXPECT_EQ(replayed.tool.X_WT.translation(), tick.tool.X_WT.translation());
