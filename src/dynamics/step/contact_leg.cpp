@@ -208,8 +208,8 @@ bool ContactLeg::update_errors() {
   bool has_changed = false;
   ends_short_ = false;
   for (std::size_t i = 0; i < leg_.contacts().size(); ++i) {
-    if (!leg_.end_is_known(i, tau_))
-      has_changed = leg_.take_end(i, found_end(i), tau_) || has_changed;
+    const bool is_new = !leg_.end_is_known(i, tau_);
+    has_changed = (is_new && leg_.take_end(i, found_end(i), tau_)) || has_changed;
     ends_short_ = ends_short_ || leg_.ends_short(i, tau_);
   }
   const auto end = [this](const auto& member, const auto& body) { return end_pose(member, body); };
