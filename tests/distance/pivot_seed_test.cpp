@@ -7,10 +7,12 @@
 #include <random>
 #include <vector>
 
+#include "core/tolerance.h"
 #include "dyop/geometry/box.h"
 #include "dyop/geometry/capsule.h"
 #include "dyop/geometry/convex_hull.h"
 #include "dyop/geometry/sphere.h"
+#include "support/clear_stack.h"
 #include "support/inputs/mesh_generators.h"
 #include "support/inputs/random_inputs.h"
 
@@ -93,6 +95,31 @@ TEST(PivotSeed, StopsWhereTheLimitIsProven) {
     }
   });
   EXPECT_GT(farther, 500);
+}
+
+TEST(PivotSeed, EveryQueryThatTouchesHasAUnitNormal) {
+  int touching = 0;
+  const MeshArrays cube = box_mesh({0.9, 0.5, 0.02});
+  auto all = walked_shapes(1);
+  all.push_back(std::make_shared<TriangleMesh>(cube.mesh()));
+  for (const auto& a : all) {
+    for (const auto& b : all) {
+      PairSeed seed;
+      // From face to face to the same middle, and back; each twice.
+      for (const Scalar x : {1.9, 1.8, 1.8, 1.0, 1.0, 0.0, 0.0, 1.0, 1.8, 0.0}) {
+        const RigidPose X_WA(Vector3(0.1, 0.2, 0.3));
+        const RigidPose X_WB(Vector3(0.1 + x, 0.2, 0.3));
+        clear_stack();
+        const DistanceResult warm =
+            seeded_distance(*a, X_WA, *b, X_WB, {.max_distance = 0.05}, seed);
+        const DistanceResult cold = distance(*a, X_WA, *b, X_WB);
+        ASSERT_NEAR(warm.nhat_AB_W.norm(), 1, 8 * kUnitRoundoff) << x;
+        ASSERT_NEAR(cold.nhat_AB_W.norm(), 1, 8 * kUnitRoundoff) << x;
+        touching += cold.status == DistanceStatus::Overlapping;
+      }
+    }
+  }
+  EXPECT_GT(touching, 200);
 }
 
 TEST(PivotSeed, LiesInTheMiddleBetweenFacingSides) {

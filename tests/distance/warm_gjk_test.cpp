@@ -13,6 +13,7 @@
 #include "dyop/geometry/capsule.h"
 #include "dyop/geometry/convex_hull.h"
 #include "dyop/geometry/sphere.h"
+#include "support/clear_stack.h"
 #include "support/inputs/random_inputs.h"
 
 namespace dyop::internal {
@@ -32,6 +33,13 @@ std::vector<std::unique_ptr<ConvexShape>> shapes(Scalar s) {
 
 Scalar size_of(const ConvexShape& a, const ConvexShape& b, const RigidPose& X_AB) {
   return X_AB.translation().norm() + a.bounding_radius() + b.bounding_radius();
+}
+
+// The slab gap along the result's normal; below zero by as much as the shapes overlap there.
+Scalar slab_gap(const ConvexShape& a, const ConvexShape& b, const RigidPose& X_AB,
+                const Vector3& nhat_A) {
+  const Vector3 n_B = X_AB.rotation().transpose() * nhat_A;
+  return nhat_A.dot(X_AB * b.support(-n_B) - a.support(nhat_A));
 }
 
 // Calls check(a, b, X_AB, seed) for a walk of small random steps of every pair of shapes.
@@ -86,10 +94,8 @@ TEST(WarmGjk, StopsEarlyWithBoundsThatHoldAndKeepTheGoal) {
     EXPECT_LE(rough.lower, exact.upper);
     EXPECT_GE(rough.upper, exact.lower);
     // The slab gap along the normal that is handed out proves the bound.
-    const Vector3 n_B = X_AB.rotation().transpose() * rough.nhat_AB;
-    const Scalar gap = rough.nhat_AB.dot(X_AB * b.support(-n_B) - a.support(rough.nhat_AB));
     if (rough.lower > 0) {
-      EXPECT_GE(gap, rough.lower);
+      EXPECT_GE(slab_gap(a, b, X_AB, rough.nhat_AB), rough.lower);
     }
     if (exact.lower > 2 * goal.apart) {
       EXPECT_GT(rough.lower, goal.apart);
@@ -116,6 +122,49 @@ TEST(WarmGjk, SaysOnWhichSideOfTheGoalADistanceIs) {
     }
   });
   EXPECT_GT(hits, 300);
+}
+
+TEST(WarmGjk, OfShapesThatTouchHasAUnitNormal) {
+  const GjkGoal goal{.apart = 0, .share = kInfinity};
+  int touching = 0;
+  for (const Scalar s : {1e-4, 1.0, 1e4}) {
+    const auto all = shapes(s);
+    const Box cube(s * Vector3(1, 1, 1));
+    std::vector<const ConvexShape*> pointers{&cube};
+    for (const auto& shape : all) pointers.push_back(shape.get());
+    for (const ConvexShape* a : pointers) {
+      for (const ConvexShape* b : pointers) {
+        GjkSeed seed;
+        // Apart, face to face, deep, the same centre; each again with its own seed, then back.
+        for (const Scalar x : {2.5, 2.0, 2.0, 1.9, 1.0, 1.0, 0.0, 0.0, 1e-9, 1.0, 2.0, 0.0, 2.5}) {
+          const RigidPose X_AB(s * x * Vector3::UnitX());
+          testing::clear_stack();
+          const GjkResult result = gjk_distance(*a, *b, X_AB, goal, seed);
+          ASSERT_NEAR(result.nhat_AB.norm(), 1, 4 * kUnitRoundoff) << s << ' ' << x;
+          EXPECT_LE(slab_gap(*a, *b, X_AB, result.nhat_AB), result.upper);
+          touching += result.is_overlapping;
+        }
+      }
+    }
+  }
+  EXPECT_GT(touching, 400);
+}
+
+TEST(WarmGjk, WithASeedThatTouchesIsAColdQuery) {
+  const Box box(Vector3(1, 1, 1));
+  for (int axis = 0; axis < 3; ++axis) {
+    const Vector3 p_touching = 2 * Vector3::Unit(axis) + 0.3 * Vector3::Unit((axis + 1) % 3);
+    const RigidPose X_apart(Vector3(p_touching + 0.1 * Vector3::Unit(axis)));
+    const RigidPose X_touching(p_touching);
+    GjkSeed seed;
+    gjk_distance(box, box, X_apart, GjkGoal{}, seed);
+    testing::clear_stack();
+    const GjkResult warm = gjk_distance(box, box, X_touching, GjkGoal{}, seed);
+    const GjkResult cold = dyop::gjk_distance(box, box, X_touching);
+    EXPECT_TRUE(warm.is_overlapping);
+    EXPECT_EQ(warm.nhat_AB, cold.nhat_AB) << axis;
+    EXPECT_EQ(warm.iterations, cold.iterations);
+  }
 }
 
 TEST(WarmGjk, TakesAnySeedThatHasPointsOfTheShapes) {

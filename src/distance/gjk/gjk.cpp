@@ -177,6 +177,8 @@ class GjkQuery {
 
  private:
   bool start(Simplex<Scalar>& simplex) {
+    simplex.count = 0;
+    simplex.nearest = {};
     best_normal_ =
         unit_vector<Scalar>(X_AB_ * b_.core_center() - a_.core_center(), Vector3::UnitX());
     const CorePair first = find_support(best_normal_);
@@ -185,6 +187,8 @@ class GjkQuery {
     return simplex.add(first, w) != Progress::None;
   }
 
+  // Not from points that touch already: they have no direction, and the iteration would end before
+  // it has tried one.
   bool start_from(const GjkSeed& seed, Simplex<Scalar>& simplex) {
     if (seed.count == 0) return false;
     for (std::size_t i = 0; i < seed.count; ++i) {
@@ -194,6 +198,7 @@ class GjkQuery {
     simplex.count = seed.count;
     simplex.nearest = SimplexSolver<Scalar>(simplex.points, seed.count).solve_from_largest();
     if (!std::isfinite(simplex.nearest.norm_sq)) return false;
+    if (touches(scaled_norm(simplex.nearest.point))) return false;
     simplex.drop_unused();
     return true;
   }
@@ -234,6 +239,9 @@ class GjkQuery {
   // literal: more than all underflow, for shapes as small as the smallest numbers.
   Scalar noise() const { return kPoseNoise * scale_ + 0x1p-1064; }
 
+  // Within half of what result() calls touching, so that its own rounding cannot contradict this.
+  bool touches(Scalar norm) const { return norm <= noise() / 2; }
+
   // Whether the bounds that result() would give suffice, if v has this length.
   bool is_enough(Scalar norm) {
     const Scalar radii = radius_a_ + radius_b_;
@@ -250,8 +258,7 @@ class GjkQuery {
     int ties = 0;
     for (int i = 0; i < kGjkIterationLimit; ++i) {
       const auto norm = static_cast<Scalar>(scaled_norm(simplex.nearest.point));
-      // Half of what result() calls touching, so that its own rounding cannot contradict this.
-      if (norm <= noise() / 2) return true;
+      if (touches(norm)) return true;
       const Vector3 nhat_A = search_direction(simplex, best_normal_);
       const CorePair pair = find_support(nhat_A);
       const RealVector3<Real> w = difference<Real>(pair);
@@ -282,7 +289,7 @@ class GjkQuery {
   Scalar radius_a_;
   Scalar radius_b_;
   Scalar scale_;  // size of all numbers in the query, length
-  Vector3 best_normal_;
+  Vector3 best_normal_ = Vector3::UnitX();
   Scalar best_gap_ = -kInfinity;  // slab gap of the cores along best_normal_, not yet rounded down
   int iterations_ = 0;
   bool is_goal_met_ = false;
