@@ -97,6 +97,24 @@ TEST(SelfStress, LocksABallInAWedgeBelowTheFrictionAngleOnly) {
   }
 }
 
+// Targets ask for work as given motions do. However much faster they are, what does not balance is no
+// proof: below the friction angle a ball can leave the wedge at any speed.
+TEST(SelfStress, IsNotFoundBecauseTargetsAreFast) {
+  const Scalar angle = std::numbers::pi / 6;
+  const Scalar limit = std::tan(angle / 2);
+  for (const Scalar target : {1e-3, 1.0, 1e3, 1e6, 1e9}) {
+    for (const Scalar part : {0.9, 0.999, 1.001}) {
+      ContactProblem problem = wedge(angle, part * limit, Matrix3::Identity(), 1e-3);
+      for (PointContact& contact : problem.contacts) contact.target = target;
+      const auto stress = find_self_stress(problem, 1);
+      EXPECT_EQ(stress.has_value(), part > 1) << target << ' ' << part;
+      if (stress) expect_proof(problem, 1, *stress);
+      problem.bodies[2].free_v_W.setZero();
+      EXPECT_FALSE(find_self_stress(problem, 1)) << "nothing moves";
+    }
+  }
+}
+
 // A rod across a slot between two parallel walls, of which one slides. It reaches `along` the slot
 // for 1 across it, and locks if friction exceeds that, but only where the wall pulls it upright.
 TEST(SelfStress, LocksARodInASlotWhereTheWallPullsItUpright) {

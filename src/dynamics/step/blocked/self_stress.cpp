@@ -48,7 +48,7 @@ class StressSearch {
   const ContactProblem& problem_;
   std::size_t movable_;
   Scalar length_ = 0;  // mean lever arm: a torque over it counts like a force
-  Scalar speed_ = 0;   // largest of given velocities and targets
+  Scalar speed_ = 0;   // largest of given velocities, targets and sticking velocities
   std::vector<Scalar> stiffest_linear_, stiffest_angular_;
   std::vector<Generator> used_;
   Eigen::VectorXd weights_;
@@ -76,6 +76,11 @@ StressSearch::StressSearch(const ContactProblem& problem, std::size_t movable)
     }
   }
   length_ /= 2 * std::max(Scalar(problem.contacts.size()), Scalar{1});
+  if (!(speed_ > 0)) return;  // nothing moves that could be blocked
+  for (const PointContact& contact : problem.contacts) {
+    // A target below zero asks for no work.
+    speed_ = std::max({speed_, contact.target, contact.sticking_velocity_W.norm()});
+  }
 }
 
 // The velocities that the impulse gives to the bodies that can be moved, as if all were alike:
