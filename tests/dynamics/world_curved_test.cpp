@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 
 // Curved contact: a ball that slides or rolls down another keeps its energy to second order in the
-// step; a rocking block loses what Housner's formula says.
+// step; a rocking block loses what Housner's formula says; short steps give no energy.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <numbers>
 
+#include "support/inputs/mesh_generators.h"
 #include "support/inputs/rolling_scenes.h"
 #include "support/inputs/world_scenes.h"
 
@@ -106,6 +109,47 @@ TEST(WorldCurved, ARockingBlockKeepsHousnersPartOfItsSpin) {
     EXPECT_LT(std::abs(coarse), 0.02) << azimuth;
     EXPECT_LT(std::abs(middle), 0.6 * std::abs(coarse)) << azimuth;
     EXPECT_LT(std::abs(fine), 0.6 * std::abs(middle)) << azimuth;
+  }
+}
+
+// Links of 400 triangles, each through the one above; the first is fixed.
+World hanging_chain(int links) {
+  constexpr Scalar kQuarter = std::numbers::pi / 2;
+  const auto link = std::make_shared<TriangleMesh>(torus(0.4, 0.1, 20, 10).mesh());
+  WorldOptions options = earth_options();
+  options.sleep_steps = 0;
+  World world(options);
+  for (int k = 0; k < links; ++k) {
+    BodyDefinition body = dynamic_body("link", link, Vector3(0, 0, -0.55 * k));
+    // A little aslant: contacts lie within facets, not on the meshes' planes of symmetry.
+    const Matrix3 R = rotation_from_vector(Vector3(kQuarter, 0, 0));
+    const Matrix3 turn = rotation_from_vector(Vector3(0, 0, kQuarter * k + 0.03));
+    body.initial.X_WB = RigidPose(turn * R, body.initial.X_WB.translation());
+    body.restitution = 0;
+    body.friction = 0;
+    if (k == 0) body.kind = BodyKind::Static;
+    world.add_body(body);
+  }
+  return world;
+}
+
+// However short a step is: its contacts may lie on other facets at its end, nearer than extrapolated
+// by what has nothing to do with its length, and recover their gaps.
+TEST(WorldCurved, ShortStepsGiveHangingLinksNoEnergy) {
+  World world = hanging_chain(4);
+  for (int k = 0; k < 100; ++k) world.advance(0.01);
+  const Scalar usual = world.kinetic_energy();
+  const WorldSnapshot begin = world.snapshot();
+  for (const Scalar h : {1e-3, 1e-4, 1e-6, 1e-8, 1e-10, 1e-13}) {
+    world.restore(begin);
+    Scalar largest = 0;
+    for (int k = 0; k < 50; ++k) {
+      EXPECT_EQ(world.advance(h).status, AdvanceStatus::Completed) << h;
+      largest = std::max(largest, world.kinetic_energy());
+    }
+    EXPECT_LT(largest, 1.1 * usual) << h;
+    EXPECT_EQ(world.advance(0.01).status, AdvanceStatus::Completed) << h;
+    EXPECT_LT(world.kinetic_energy(), 1.1 * usual) << h;
   }
 }
 

@@ -254,7 +254,8 @@ void ContactLeg::store_velocities() {
   for (std::size_t i = 0; i < leg_.contacts().size(); ++i) {
     const LegContact& entry = leg_.contacts()[i];
     const PointContact& row = leg_.problem().contacts[i];
-    const Scalar physical = std::min(row.target, std::max(0.0, -entry.error / tau_));
+    const Scalar bend = std::min(-entry.error / tau_, leg_.bending_velocity(i, tau_));
+    const Scalar physical = std::min(row.target, std::max(0.0, bend));
     targets.push_back(physical);
     if (row.target > physical && row.impulse_W.dot(row.nhat_AB_W) > 0) has_recovery = true;
   }

@@ -220,6 +220,7 @@ void LegProblem::add_from_below(std::vector<Place> places) {
 // To a part of the speed with which the island moves. Of bodies at rest that is what the last
 // solves left, not what gravity would give them in a step: else stacks sway with the solver's error.
 Scalar LegProblem::tolerance(Scalar tau) const {
+  tau = std::max(tau, least_leg());
   Scalar fastest = start_speed_;
   for (const ContactBody& body : problem_.bodies) {
     if (body.inverse_mass_W.isZero(0)) fastest = std::max(fastest, body.free_v_W.norm());

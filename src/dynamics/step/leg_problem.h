@@ -86,6 +86,8 @@ class LegProblem {
   /// recovers a part of it at bounded speed, and keeps a corner that turns away from dipping on the
   /// way. Uses the error of the last prediction and the velocities of the last solve.
   Scalar least_velocity(std::size_t contact, Scalar tau) const;
+  /// Bound on the part of it that the bodies' turns and curved surfaces ask for, whatever the gap is.
+  Scalar bending_velocity(std::size_t contact, Scalar tau) const;
 
   /// Sets all targets for a leg of length tau; without recovery none is above zero, so that "move
   /// along together" is feasible.
@@ -108,6 +110,9 @@ class LegProblem {
   /// Whether the impulses of the last solve turn a member by so much in a leg of length tau that
   /// where its contacts will be by then is a guess.
   bool turns_too_far(Scalar tau) const;
+  /// Shorter legs recover gaps no faster than this one, and are solved as exactly: else the recovery
+  /// would need velocities without bound. 0: nothing moves. Time.
+  Scalar least_leg() const;
   /// Whether so many bodies move so fast that they are solved coarsely, in short legs.
   bool is_struck() const;
   /// The pair with the given motion that works against a self-stress of the contacts; none if there

@@ -28,6 +28,10 @@ Scalar most_closing(const RunPair& pair, const LegContact& contact) {
 // An end is found again if the bodies move by this part of what would repeat the solve.
 constexpr Scalar kKnownEnd = 0.25;
 
+// In a leg in which an island moves by less than this part of the standoff, what is left of a gap's
+// recovery after a solve would outweigh its own speed.
+constexpr Scalar kLeastWay = 0.001;
+
 // A hit asks more of a contact if it raises its target by this part of the standoff.
 constexpr Scalar kLeastRise = 0.1;
 
@@ -41,14 +45,30 @@ Scalar LegProblem::recovery_cap(std::size_t contact, Scalar tau) const {
     return run_.context().options->separation_speed.value_or(kSeparationRadiusFraction *
                                                              lengths.radius / run_.context().h);
   }
+  return 0.5 * lengths.standoff / std::max(tau, least_leg()) + entry.push / tau +
+         bending_velocity(contact, tau);
+}
+
+Scalar LegProblem::least_leg() const {
+  const Scalar way = kLeastWay * standoff_;
+  const Scalar by_weight = std::sqrt(2 * way / run_.context().gravity_W.norm());
+  const Scalar time = std::min(way / start_speed_, by_weight);
+  return std::isfinite(time) ? time : 0;
+}
+
+Scalar LegProblem::bending_velocity(std::size_t contact, Scalar tau) const {
+  const LegContact& entry = contacts_[contact];
+  const RunPair& pair = run_.pairs()[entry.pair];
   const auto turn = [&](const std::optional<std::size_t>& member, const BodyRecord& body) {
     if (!member) return Scalar{0};
     const Vector3& w = problem_.bodies[*member].w_W;
     return w.squaredNorm() * body.radius;
   };
-  return 0.5 * lengths.standoff / tau + entry.push / tau +
-         tau * (turn(pair.member_a, *pair.a) + turn(pair.member_b, *pair.b)) +
-         3 * tau * relative_velocity(contact).squaredNorm() / lengths.radius +
+  const Vector3& n = entry.point.nhat_AB_W;
+  const Vector3 v_W = relative_velocity(contact);
+  const Vector3 sliding_W = v_W - n * n.dot(v_W);
+  return tau * (turn(pair.member_a, *pair.a) + turn(pair.member_b, *pair.b)) +
+         3 * tau * sliding_W.squaredNorm() / pair.state->lengths.radius +
          relative_turn(contact).norm() * entry.point.merged_way;
 }
 
