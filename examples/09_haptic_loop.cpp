@@ -56,5 +56,5 @@ int main() {
 // 0.00 s: free, force  0.0 N up, 24.9 mm to the vessel
 // 0.15 s: free, force  0.0 N up, 21.1 mm to the vessel
 // 0.30 s: held, force 12.1 N up, 21.1 mm to the vessel
-// 0.45 s: held, force 12.1 N up,  8.3 mm to the vessel
+// 0.45 s: held, force 12.1 N up,  8.0 mm to the vessel
 // 0.60 s: held, force 10.2 N up,  2.0 mm to the vessel

@@ -16,7 +16,9 @@ struct AnatomyMesh {
 };
 
 /// A closed lumpy surface of about 160 x 110 x 70, like a liver, about the origin.
-/// @param triangles The approximate number, >= 32: a regular grid determines it, here and below.
+/// Its edges differ by a factor of 2.5 at most, and six triangles meet at nearly every vertex.
+/// @param triangles The approximate number, >= 32: here the nearest 20 f^2; below a regular grid
+///     determines it.
 AnatomyMesh make_liver(std::size_t triangles);
 
 /// A closed bent tube of radius 3, about 140 long, along x.
