@@ -24,7 +24,7 @@ std::optional<EndGap> measured_end_gap(const ContactPoint& point, const CurvedMo
                                        const RigidPose& X_WA_end, const BodyRecord& b,
                                        const RigidPose& X_WB_end, ContactWorkspace& workspace) {
   const PairLengths& lengths = pair.lengths;
-  const Scalar way = move.sliding + move.turn * lengths.radius;
+  const Scalar way = move.sliding + move.rolling * lengths.radius;
   if (!(way > kContactMergedChange * lengths.standoff)) return std::nullopt;
   // How far the surfaces beside the contact may come below it.
   const Scalar sagitta = std::max(way * way / lengths.radius, move.turn * point.merged_way);

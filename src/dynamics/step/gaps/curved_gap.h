@@ -18,6 +18,7 @@ struct CurvedMove {
   Scalar end_gap = 0;  ///< as predicted
   Scalar sliding = 0;  ///< of the bodies' points at the contact, a length
   Scalar turn = 0;     ///< of the bodies to each other, rad
+  Scalar rolling = 0;  ///< the part of it that is not about the normal: it moves the contact, rad
   /// Where the pair's other contacts are at the end. What is found nearer to one of them belongs to
   /// it.
   std::vector<Vector3> others_W = {};
