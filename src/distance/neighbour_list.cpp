@@ -43,6 +43,7 @@ NeighbourList::Entry NeighbourList::measured(const ShapeTree& a, std::int32_t le
     entry.radius = radius_about(b.piece(leaf_b), X_FM_.inverse() * piece.p_b);
     entry.normal = normal;
   }
+  entry.far = (entry.p - pivot_F_).norm() + entry.radius;
   return entry;
 }
 
@@ -68,7 +69,7 @@ bool NeighbourList::build(const Shape& a, const RigidPose& X_WA, const Shape& b,
   const auto visit = [&](std::int32_t leaf_a, std::int32_t leaf_b) {
     ++measured_pairs;
     const Entry entry = measured(tree_a, leaf_a, tree_b, leaf_b, X_AB, noise);
-    if (entry.gap <= bound.reach + bound.slope * far(entry)) entries_.push_back(entry);
+    if (entry.gap <= bound.reach + bound.slope * entry.far) entries_.push_back(entry);
   };
   const auto is_over = [&](bool /*are_leaves*/) { return measured_pairs >= kMostPairs; };
   BoxPairStack stack{kRootPair};
@@ -107,7 +108,7 @@ void NeighbourList::collect(const Placement& placement, const NearBound& bound,
     const Vector3 lever = transposed * entry.normal;
     const Scalar gap = entry.gap + entry.normal.dot(placement.shift) + lever.dot(entry.p) -
                        lever.norm() * entry.radius - placement.noise;
-    const Scalar now_far = (1 + placement.turning) * far(entry) + placement.way;
+    const Scalar now_far = (1 + placement.turning) * entry.far + placement.way;
     if (gap > bound.reach + bound.slope * now_far) continue;
     pairs.push_back({std::max(gap, Scalar{0}), entry.a, entry.b});
   }

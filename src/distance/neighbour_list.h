@@ -63,12 +63,11 @@ class DYOP_EXPORT NeighbourList {
     std::int32_t b = 0;
     Scalar gap = 0;                    // lower bound along the normal
     Scalar radius = 0;                 // of M's piece about `p`
+    Scalar far = 0;                    // the most that a point of it is from the pivot
     Vector3 p = Vector3::Zero();       // a point of M's piece, in frame F at build()
     Vector3 normal = Vector3::Zero();  // unit, from F to M; zero: no slab parts the pieces
   };
 
-  // The largest distance of a piece's points from the pivot.
-  Scalar far(const Entry& entry) const { return (entry.p - pivot_F_).norm() + entry.radius; }
   Entry measured(const ShapeTree& a, std::int32_t leaf_a, const ShapeTree& b, std::int32_t leaf_b,
                  const RigidPose& X_AB, Scalar noise) const;
 
