@@ -82,7 +82,7 @@ class RandomWorld {
       tally.unconverged += report.work.unconverged;
       const bool is_blocked = report.status == AdvanceStatus::Blocked;
       for (const CommittedStep& step : report.steps) check(step, tally);
-      if (report.work.stalls > 0 && !is_blocked) fault(tally, "stall", k);
+      if (report.work.stalls > 0) fault(tally, "stall", k);
       if (!report.too_near.empty()) fault(tally, "too near", k);
       if (!is_stirred_ && energy() > before * (1 + kEnergyBound)) {
         std::printf("  energy %.6g of %.6g at t = %g\n", energy(), before, report.t);

@@ -371,8 +371,9 @@ bool run_contact_leg(IslandRun& run, bool may_bounce) {
     if (result == AttemptResult::Committed || result == AttemptResult::Failed) return true;
     leg.give(hits);
     horizon.shorten(leg.blocked());
-    const bool has_room = run.now() + horizon.tau() > run.now();
-    if (!horizon.only_uses_room() || (run.count_jam() <= kMostJams && has_room)) continue;
+    const bool is_last = attempt + 1 == kMostAttempts || !(run.now() + horizon.tau() > run.now());
+    const bool is_jam = horizon.only_uses_room() && run.count_jam() > kMostJams;
+    if (!is_last && !is_jam) continue;
     if (const auto pair = leg.locked_by_friction()) {
       run.fail(AdvanceStatus::Blocked, *pair);
       return true;

@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "core/tolerance.h"
-#include "dynamics/step/blocked/self_stress.h"
 
 namespace dyop::internal {
 namespace {
@@ -249,12 +248,6 @@ bool LegProblem::turns_too_far(Scalar tau) const {
     if (tau * (body.w_W - body.free_w_W).norm() > kMostContactTurn) return true;
   }
   return false;
-}
-
-std::optional<PairKey> LegProblem::locked_by_friction() const {
-  const auto stress = find_self_stress(problem_, run_.members().size());
-  if (!stress) return std::nullopt;
-  return run_.pairs()[contacts_[stress->hardest_contact].pair].state->key;
 }
 
 bool LegProblem::is_struck() const {

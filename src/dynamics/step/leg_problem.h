@@ -115,8 +115,8 @@ class LegProblem {
   Scalar least_leg() const;
   /// Whether so many bodies move so fast that they are solved coarsely, in short legs.
   bool is_struck() const;
-  /// The pair with the given motion that works against a self-stress of the contacts; none if there
-  /// is no such stress.
+  /// The pair with the given motion that works against a self-stress of the contacts, as the leg asks
+  /// for them or with those that carry closed; none if there is none, not even nearly.
   std::optional<PairKey> locked_by_friction() const;
   /// Number in the problem of a body that something other than a contact acts on.
   std::size_t take_body(const BodyRecord& body);

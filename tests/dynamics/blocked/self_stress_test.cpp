@@ -97,6 +97,21 @@ TEST(SelfStress, LocksABallInAWedgeBelowTheFrictionAngleOnly) {
   }
 }
 
+// Just short of a lock there is none, but impulses nearly balance.
+TEST(SelfStress, NearlyLocksABallInAWedgeJustShortOfTheFrictionAngle) {
+  for (const Scalar degrees : {10.0, 40.0, 75.0}) {
+    const Scalar angle = degrees * std::numbers::pi / 180;
+    const Scalar limit = std::tan(angle / 2);
+    const ContactProblem nearly = wedge(angle, (1 - 1e-4) * limit, Matrix3::Identity(), 1e-3);
+    EXPECT_FALSE(find_self_stress(nearly, 1)) << degrees;
+    EXPECT_TRUE(find_self_stress(nearly, 1, 1e-3)) << degrees;
+    EXPECT_FALSE(find_self_stress(wedge(angle, 0.9 * limit, Matrix3::Identity(), 1e-3), 1, 1e-3));
+    EXPECT_FALSE(
+        find_self_stress(wedge(angle, (1 - 1e-4) * limit, Matrix3::Identity(), -1e-3), 1, 1e-3))
+        << "it opens";
+  }
+}
+
 // Targets ask for work as given motions do. However much faster they are, what does not balance is no
 // proof: below the friction angle a ball can leave the wedge at any speed.
 TEST(SelfStress, IsNotFoundBecauseTargetsAreFast) {

@@ -32,7 +32,7 @@ struct Generator {
 class StressSearch {
  public:
   StressSearch(const ContactProblem& problem, std::size_t movable);
-  bool find();
+  bool find(Scalar imbalance);
   SelfStress stress() const;
 
  private:
@@ -206,13 +206,13 @@ void StressSearch::take_residual() {
   }
 }
 
-bool StressSearch::find() {
+bool StressSearch::find(Scalar imbalance) {
   if (!(speed_ > 0 && length_ > 0)) return false;
   take_residual();
   for (int k = 0; k < kMostColumns; ++k) {
     if (!add_best() || !fit()) return false;
     take_residual();
-    if (residual_.norm() < kLeastImbalance) return true;
+    if (residual_.norm() < std::max(kLeastImbalance, imbalance)) return true;
   }
   return false;
 }
@@ -239,10 +239,11 @@ SelfStress StressSearch::stress() const {
 
 }  // namespace
 
-std::optional<SelfStress> find_self_stress(const ContactProblem& problem, std::size_t movable) {
+std::optional<SelfStress> find_self_stress(const ContactProblem& problem, std::size_t movable,
+                                           Scalar imbalance) {
   if (movable > kMostBodies) return std::nullopt;
   StressSearch search(problem, movable);
-  if (!search.find()) return std::nullopt;
+  if (!search.find(imbalance)) return std::nullopt;
   return search.stress();
 }
 

@@ -27,10 +27,14 @@ struct SelfStress {
 /// An ellipse counts with its smaller coefficient and a friction law as none, so what is found is
 /// true of them too. Springs and motors, which give way, take no part.
 ///
-/// @return None if there are no such impulses, or if balance up to 1e-5 of the work was not reached
-///   in a hundred iterations, or for more than 200 bodies.
+/// @param imbalance  What may be left of force or torque on a body, over its lever arm, as a part of
+///   the work over the speed of the given motion; at least 1e-5, which counts as a proof. Impulses
+///   that balance up to 1e-3, say, would lock with that much more friction, or with contacts at
+///   places that much apart; solutions ask for impulses so much larger than what they accelerate.
+/// @return None if there are no such impulses, or if such balance was not reached in a hundred
+///   iterations, or for more than 200 bodies.
 /// Cost: a least-squares problem of 6 `movable` rows per iteration.
 DYOP_EXPORT std::optional<SelfStress> find_self_stress(const ContactProblem& problem,
-                                                       std::size_t movable);
+                                                       std::size_t movable, Scalar imbalance = 0);
 
 }  // namespace dyop::internal
