@@ -137,7 +137,8 @@ void print_json(const Run& run, const SimulateArguments& arguments, double secon
   const StepTimes& times = run.totals.times;
   json["step_seconds"] = {{"total", times.total},   {"broad_phase", times.broad_phase},
                           {"flight", times.flight}, {"contacts", times.contacts},
-                          {"solve", times.solve},   {"proofs", times.proofs}};
+                          {"solve", times.solve},   {"ends", times.ends},
+                          {"proofs", times.proofs}};
   json["recording"] = nullptr;
   const fs::path recording = recording_of(arguments);
   if (!recording.empty()) json["recording"] = recording.string();

@@ -266,6 +266,7 @@ void add_times(StepTimes& sum, const StepTimes& part) {
   sum.flight += part.flight;
   sum.contacts += part.contacts;
   sum.solve += part.solve;
+  sum.ends += part.ends;
   sum.proofs += part.proofs;
   sum.total += part.total;
 }

@@ -106,7 +106,8 @@ void write_times(std::ostream& out, const RunTotals& totals) {
   out << "  ms per step: " << per_step(times.total) << "; over all threads: broad phase "
       << per_step(times.broad_phase) << ", free flight " << per_step(times.flight)
       << ", contact generation " << per_step(times.contacts) << ",\n    contact solve "
-      << per_step(times.solve) << ", proofs " << per_step(times.proofs) << '\n';
+      << per_step(times.solve) << ", ends of contacts " << per_step(times.ends) << ", proofs "
+      << per_step(times.proofs) << '\n';
 }
 
 }  // namespace

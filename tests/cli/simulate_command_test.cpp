@@ -62,7 +62,7 @@ TEST_F(SimulateCommand, RecordsAnImpact) {
   EXPECT_EQ(json.at("stalls"), 0);
   EXPECT_TRUE(json.contains("shortest_gap"));
   double parts = 0;
-  for (const char* part : {"broad_phase", "flight", "contacts", "solve", "proofs"}) {
+  for (const char* part : {"broad_phase", "flight", "contacts", "solve", "ends", "proofs"}) {
     parts += json.at("step_seconds").at(part).get<double>();
   }
   EXPECT_GT(parts, 0);

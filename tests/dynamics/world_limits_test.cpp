@@ -79,11 +79,14 @@ TEST(WorldLimits, TellsWhereTimeGoesIfAsked) {
     sum.flight += times.flight;
     sum.contacts += times.contacts;
     sum.solve += times.solve;
+    sum.ends += times.ends;
     sum.proofs += times.proofs;
-    EXPECT_LE(times.broad_phase + times.flight + times.contacts + times.solve + times.proofs,
-              times.total);
+    EXPECT_LE(
+        times.broad_phase + times.flight + times.contacts + times.solve + times.ends + times.proofs,
+        times.total);
   }
-  for (const Scalar part : {sum.broad_phase, sum.flight, sum.contacts, sum.solve, sum.proofs}) {
+  for (const Scalar part :
+       {sum.broad_phase, sum.flight, sum.contacts, sum.solve, sum.ends, sum.proofs}) {
     EXPECT_GT(part, 0);
   }
   options.measures_time = false;

@@ -138,7 +138,7 @@ def test_reports_say_where_the_time_went_and_how_near_contacts_were():
     world, _ = sliding_box(measures_time=True, target_distance=1e-5)
     report = world.advance(0.5)
     times = report.times
-    assert times.total > 0 and times.proofs > 0 and times.solve > 0
+    assert times.total > 0 and times.proofs > 0 and times.solve > 0 and times.ends > 0
     assert 1e-5 <= report.work.shortest_gap < 1e-3
     empty = dyop.World().advance(0.1)
     assert empty.times.total == 0 and empty.work.shortest_gap == np.inf

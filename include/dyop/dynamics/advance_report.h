@@ -82,6 +82,7 @@ struct StepTimes {
   Scalar flight = 0;       ///< integrating bodies that nothing touches
   Scalar contacts = 0;     ///< finding contacts
   Scalar solve = 0;        ///< solving for impulses
+  Scalar ends = 0;         ///< finding where contacts are at the end of a step
   Scalar proofs = 0;       ///< distance and impact queries
   Scalar total = 0;        ///< from start to end
 };

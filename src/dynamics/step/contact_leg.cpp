@@ -6,6 +6,7 @@
 
 #include "core/tolerance.h"
 #include "dynamics/step/blocked/horizon.h"
+#include "dynamics/step/gaps/leg_ends.h"
 #include "dynamics/step/joint_rows.h"
 #include "dynamics/step/leg_problem.h"
 #include "dynamics/step/leg_proofs.h"
@@ -55,7 +56,6 @@ class ContactLeg {
   // A larger residual shows that constraints contradict each other.
   Scalar contradiction() const { return kContradictionTolerances * 0.001 * leg_.standoff() / tau_; }
   bool update_errors();
-  EndGap found_end(std::size_t contact);
   RigidPose end_pose(const std::optional<std::size_t>& member, const BodyRecord& body) const;
   void make_moves();
   bool answer_hits();
@@ -71,7 +71,7 @@ class ContactLeg {
   std::vector<Wrench> wrenches_;
   std::vector<Vector3> free_L_W_;
   std::vector<BodyMove> moves_;
-  std::vector<RigidPose> start_a_, end_a_, start_b_, end_b_;  // by pair
+  std::vector<PairPoses> poses_;  // by pair
   LegProofs proofs_;
   std::vector<Vector3> stored_v_W_;
   std::vector<Vector3> stored_L_W_;
@@ -98,13 +98,12 @@ ContactLeg::ContactLeg(IslandRun& run, Scalar tau, bool may_bounce, bool lands)
     return !(may_bounce_ && bounces(run_, pair, normal_velocity(run_, pair, point)));
   });
   for (const RunPair& pair : run.pairs()) {
-    start_a_.push_back(run.pose_of(pair.member_a, *pair.a));
-    start_b_.push_back(run.pose_of(pair.member_b, *pair.b));
+    const RigidPose X_WA = run.pose_of(pair.member_a, *pair.a);
+    const RigidPose X_WB = run.pose_of(pair.member_b, *pair.b);
+    poses_.push_back({X_WA, X_WB, X_WA, X_WB});
   }
   leg_.take_joints(tau_ / 2);
   springs_.emplace(leg_, tau_);
-  end_a_ = start_a_;
-  end_b_ = start_b_;
 }
 
 // Velocities after half a kick; the angular one is that at the middle of the leg and solves w =
@@ -171,8 +170,8 @@ void ContactLeg::make_moves() {
   }
   for (std::size_t i = 0; i < run_.pairs().size(); ++i) {
     const RunPair& pair = run_.pairs()[i];
-    end_a_[i] = end_pose(pair.member_a, *pair.a);
-    end_b_[i] = end_pose(pair.member_b, *pair.b);
+    poses_[i].X_WA_end = end_pose(pair.member_a, *pair.a);
+    poses_[i].X_WB_end = end_pose(pair.member_b, *pair.b);
   }
 }
 
@@ -184,33 +183,21 @@ RigidPose ContactLeg::end_pose(const std::optional<std::size_t>& member,
   return body.X_WB();
 }
 
-// The end near a contact. The facet of a contact on a curved surface says little about it: other
-// facets may have come nearer by then.
-EndGap ContactLeg::found_end(std::size_t contact) {
-  const LegContact& entry = leg_.contacts()[contact];
-  const RunPair& pair = run_.pairs()[entry.pair];
-  const RigidPose& X_WA_end = end_a_[entry.pair];
-  const RigidPose& X_WB_end = end_b_[entry.pair];
-  if (is_on_curved_surface(entry.point, *pair.a, *pair.b)) {
-    const CurvedMove move = leg_.curved_move(contact, tau_, X_WA_end);
-    const auto measured = measured_end_gap(entry.point, move, *pair.state, *pair.a, X_WA_end,
-                                           *pair.b, X_WB_end, run_.workspace().contacts);
-    if (measured) return *measured;
-  }
-  EndGap end = end_gap(entry.point, *pair.a, start_a_[entry.pair], X_WA_end, *pair.b,
-                       start_b_[entry.pair], X_WB_end);
-  if (is_edge_pair(entry.point)) end.gap = std::min(end.gap, leg_.linear_gap(contact, tau_));
-  return end;
-}
-
 // Returns whether the prediction of some gap has changed so much that the solve must be repeated.
 bool ContactLeg::update_errors() {
+  const PartTimer timing = run_.timer(&StepTimes::ends);
   bool has_changed = false;
   ends_short_ = false;
+  std::vector<std::size_t> sought;
   for (std::size_t i = 0; i < leg_.contacts().size(); ++i) {
-    const bool is_new = !leg_.end_is_known(i, tau_);
-    has_changed = (is_new && leg_.take_end(i, found_end(i), tau_)) || has_changed;
-    ends_short_ = ends_short_ || leg_.ends_short(i, tau_);
+    if (!leg_.end_is_known(i, tau_)) sought.push_back(i);
+  }
+  const std::vector<EndGap> ends = find_ends(leg_, tau_, poses_, sought);
+  for (std::size_t k = 0; k < sought.size(); ++k) {
+    has_changed = leg_.take_end(sought[k], ends[k], tau_) || has_changed;
+  }
+  for (std::size_t i = 0; i < leg_.contacts().size() && !ends_short_; ++i) {
+    ends_short_ = leg_.ends_short(i, tau_);
   }
   const auto end = [this](const auto& member, const auto& body) { return end_pose(member, body); };
   has_changed = springs_->update(end) || has_changed;
@@ -242,7 +229,7 @@ bool ContactLeg::answer_hits() {
   for (std::size_t i = 0; i < certificates.size(); ++i) {
     const auto& result = certificates[i].result;
     if (certificates[i].proof || result->status != ToiStatus::Impact) continue;
-    leg_.add_hit(i, point_of_hit(*result, start_a_[i], start_b_[i]), tau_);
+    leg_.add_hit(i, point_of_hit(*result, poses_[i].X_WA, poses_[i].X_WB), tau_);
   }
   return true;
 }

@@ -96,8 +96,8 @@ class LegProblem {
   /// some, or ask more of those.
   bool asks_more(std::size_t known, Scalar tau, bool recovers) const;
 
-  /// What the last solve lets a contact on a curved surface do, with the end pose of A.
-  CurvedMove curved_move(std::size_t contact, Scalar tau, const RigidPose& X_WA_end) const;
+  /// What the last solve lets a contact on a curved surface do.
+  CurvedMove curved_move(std::size_t contact, Scalar tau) const;
   /// The gap of a contact after tau at the rate that the last solve gives it.
   Scalar linear_gap(std::size_t contact, Scalar tau) const;
   /// Velocity of B's point relative to A's after the last solve.

@@ -77,17 +77,11 @@ Scalar LegProblem::linear_gap(std::size_t contact, Scalar tau) const {
   return point.gap + tau * point.nhat_AB_W.dot(relative_velocity(contact));
 }
 
-CurvedMove LegProblem::curved_move(std::size_t contact, Scalar tau,
-                                   const RigidPose& X_WA_end) const {
+CurvedMove LegProblem::curved_move(std::size_t contact, Scalar tau) const {
   const Vector3 turn_W = relative_turn(contact);
-  CurvedMove move{linear_gap(contact, tau) + contacts_[contact].error,
-                  tau * relative_velocity(contact).norm(), tau * turn_W.norm(),
-                  tau * turn_W.cross(contacts_[contact].point.nhat_AB_W).norm()};
-  for (std::size_t i = 0; i < contacts_.size(); ++i) {
-    if (i == contact || contacts_[i].pair != contacts_[contact].pair) continue;
-    move.others_W.push_back(X_WA_end * contacts_[i].point.p_ACa);
-  }
-  return move;
+  return {linear_gap(contact, tau) + contacts_[contact].error,
+          tau * relative_velocity(contact).norm(), tau * turn_W.norm(),
+          tau * turn_W.cross(contacts_[contact].point.nhat_AB_W).norm()};
 }
 
 // With the velocities of the last solve, the bodies' points in the middle of the contact's way have

@@ -313,6 +313,7 @@ void WorldStep::add_totals() {
     report_.times.flight += outcome.times.flight;
     report_.times.contacts += outcome.times.contacts;
     report_.times.solve += outcome.times.solve;
+    report_.times.ends += outcome.times.ends;
     report_.times.proofs += outcome.times.proofs;
     add(report_.toi, outcome.toi);
     report_.integrator.steps += outcome.integrator.steps;

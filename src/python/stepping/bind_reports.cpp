@@ -54,6 +54,7 @@ void bind_statistics(py::module_& m) {
       .field<&Times::flight>("flight", "float: integrating bodies that nothing touches")
       .field<&Times::contacts>("contacts", "float: finding contacts")
       .field<&Times::solve>("solve", "float: solving for impulses")
+      .field<&Times::ends>("ends", "float: finding where contacts are at the end of a step")
       .field<&Times::proofs>("proofs", "float: distance and impact queries")
       .field<&Times::total>("total", "float: from start to end")
       .finish();

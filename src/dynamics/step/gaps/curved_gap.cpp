@@ -6,61 +6,62 @@
 #include "contact/generation/ball_fit.h"
 #include "contact/generation/contact_workspace.h"
 #include "contact/generation/facet_fit.h"
+#include "contact/generation/placed_contacts.h"
 #include "core/tolerance.h"
 #include "dynamics/step/gaps/rounded_core.h"
 
 namespace dyop::internal {
+namespace {
 
-bool is_on_curved_surface(const ContactPoint& point, const BodyRecord& a, const BodyRecord& b) {
-  if (point.merged_way > 0) return true;
-  const Shape& shape_a = *a.definition.shape;
-  const Shape& shape_b = *b.definition.shape;
-  return (rounding_radius(shape_a) > 0 && shape_b.kind() == ShapeKind::TriangleMesh) ||
-         (rounding_radius(shape_b) > 0 && shape_a.kind() == ShapeKind::TriangleMesh);
-}
+// Where the end of a contact is looked for.
+struct EndSearch {
+  ContactPlace place;
+  Scalar near = 0;  // how far from the place
+};
 
-std::optional<EndGap> measured_end_gap(const ContactPoint& point, const CurvedMove& move,
-                                       const PairState& pair, const BodyRecord& a,
-                                       const RigidPose& X_WA_end, const BodyRecord& b,
-                                       const RigidPose& X_WB_end, ContactWorkspace& workspace) {
-  const PairLengths& lengths = pair.lengths;
+std::optional<EndSearch> end_search(const ContactPoint& point, const CurvedMove& move,
+                                    const PairLengths& lengths, const RigidPose& X_WA_end,
+                                    const RigidPose& X_WB_end) {
   const Scalar way = move.sliding + move.rolling * lengths.radius;
   if (!(way > kContactMergedChange * lengths.standoff)) return std::nullopt;
+  EndSearch search;
+  ContactPlace& place = search.place;
   // How far the surfaces beside the contact may come below it.
   const Scalar sagitta = std::max(way * way / lengths.radius, move.turn * point.merged_way);
-  const Scalar lift = std::max(0.0, sagitta - move.end_gap);
-  const Scalar reach = std::max(move.end_gap, lengths.rest_gap()) + lengths.standoff + sagitta;
+  place.nhat_AB_W = point.nhat_AB_W;
+  place.lift = std::max(0.0, sagitta - move.end_gap);
+  place.reach =
+      std::max(move.end_gap, lengths.rest_gap()) + lengths.standoff + sagitta + place.lift;
   // A rim that leans moves its contact along itself much faster than any of its points.
   const Scalar migration =
       point.merged_way > 0 ? kContactMergedRadiusFraction * lengths.radius : Scalar{0};
-  const Scalar near = std::max(kContactMeasuredWays * way, migration);
-  const Vector3& n = point.nhat_AB_W;
-  const RigidPose lifted =
-      RigidPose::from_trusted(X_WB_end.rotation(), X_WB_end.translation() + lift * n);
-  const Vector3 p_a = X_WA_end * point.p_ACa;
-  const Vector3 p_b = X_WB_end * point.p_BCb;
-  ContactGeneratorOptions options;
-  options.region = {(p_a + p_b) / 2, near + (p_a - p_b).norm() / 2};
-  std::vector<ContactPoint> found;
-  const UseOfNeighbours use(workspace, pair.neighbours);
-  generate_contacts(*a.definition.shape, X_WA_end, *b.definition.shape, lifted, reach + lift,
-                    options, workspace, found);
-  const Scalar most_sagitta = kContactFitStandoffs * lengths.standoff;
-  const bool is_fitted = fit_ball_contacts(*a.definition.shape, X_WA_end, *b.definition.shape,
-                                           lifted, most_sagitta, found);
+  search.near = std::max(kContactMeasuredWays * way, migration);
+  place.p_WCa = X_WA_end * point.p_ACa;
+  place.p_WCb = X_WB_end * point.p_BCb;
+  place.region = {(place.p_WCa + place.p_WCb) / 2,
+                  search.near + (place.p_WCa - place.p_WCb).norm() / 2};
+  return search;
+}
+
+// The end of a contact among those found at its place. What is nearer to another point of the pair
+// belongs to that one.
+std::optional<EndGap> end_among(const std::vector<ContactPoint>& found, const ContactPoint& point,
+                                const EndSearch& search, std::span<const Vector3> points_W,
+                                Scalar most_sagitta) {
+  const ContactPlace& place = search.place;
   std::vector<const ContactPoint*> near_by;
   const ContactPoint* nearest = nullptr;
   const auto gap_of = [&](const ContactPoint& other) {
-    return other.gap - lift * other.nhat_AB_W.dot(n);
+    return other.gap - place.lift * other.nhat_AB_W.dot(place.nhat_AB_W);
   };
   for (const ContactPoint& other : found) {
-    const Scalar cosine = other.nhat_AB_W.dot(n);
-    const Scalar apart =
-        std::min((other.p_WCa - p_a).squaredNorm(), (other.p_WCa - p_b).squaredNorm());
-    if (cosine < kContactMergedCosine || apart > near * near) continue;
-    const bool is_of_another = std::any_of(
-        move.others_W.begin(), move.others_W.end(),
-        [&](const Vector3& place) { return (other.p_WCa - place).squaredNorm() < apart; });
+    const Scalar cosine = other.nhat_AB_W.dot(place.nhat_AB_W);
+    const Scalar apart = std::min((other.p_WCa - place.p_WCa).squaredNorm(),
+                                  (other.p_WCa - place.p_WCb).squaredNorm());
+    if (cosine < kContactMergedCosine || apart > search.near * search.near) continue;
+    const bool is_of_another =
+        std::any_of(points_W.begin(), points_W.end(),
+                    [&](const Vector3& p_W) { return (other.p_WCa - p_W).squaredNorm() < apart; });
     if (is_of_another) continue;
     near_by.push_back(&other);
     if (!nearest || gap_of(other) < gap_of(*nearest)) nearest = &other;
@@ -71,9 +72,86 @@ std::optional<EndGap> measured_end_gap(const ContactPoint& point, const CurvedMo
     fitted = fitted_contact(*nearest, near_by, most_sagitta);
   }
   const ContactPoint& found_at = fitted ? *fitted : *nearest;
-  EndGap end{gap_of(found_at), Vector3((found_at.p_WCa + found_at.p_WCb - lift * n) / 2)};
-  end.is_smooth = fitted || is_fitted;
+  const Vector3 lift_W = place.lift * place.nhat_AB_W;
+  EndGap end{gap_of(found_at), Vector3((found_at.p_WCa + found_at.p_WCb - lift_W) / 2)};
+  end.is_smooth = fitted.has_value();
   return end;
+}
+
+// From here on one pass over the whole pair costs less than a search for each contact.
+constexpr std::size_t kSharedEnds = 4;
+
+using Searches = std::vector<std::optional<EndSearch>>;
+
+std::vector<std::optional<EndGap>> ends_alone(const PairAtEnd& pair,
+                                              std::span<const CurvedContact> contacts,
+                                              const Searches& searches,
+                                              ContactWorkspace& workspace) {
+  const Scalar most_sagitta = kContactFitStandoffs * pair.lengths.standoff;
+  std::vector<std::optional<EndGap>> ends(contacts.size());
+  std::vector<ContactPoint> found;
+  for (std::size_t k = 0; k < contacts.size(); ++k) {
+    if (!searches[k]) continue;
+    const ContactPlace& place = searches[k]->place;
+    const RigidPose X_WB = lifted(place, pair.X_WB);
+    ContactGeneratorOptions options;
+    options.region = place.region;
+    generate_contacts(pair.a, pair.X_WA, pair.b, X_WB, place.reach, options, workspace, found);
+    const bool is_fitted = fit_ball_contacts(pair.a, pair.X_WA, pair.b, X_WB, most_sagitta, found);
+    ends[k] = end_among(found, *contacts[k].point, *searches[k], pair.points_W, most_sagitta);
+    if (ends[k] && is_fitted) ends[k]->is_smooth = true;
+  }
+  return ends;
+}
+
+std::vector<std::optional<EndGap>> ends_together(const PairAtEnd& pair,
+                                                 std::span<const CurvedContact> contacts,
+                                                 const Searches& searches,
+                                                 ContactWorkspace& workspace) {
+  const Scalar most_sagitta = kContactFitStandoffs * pair.lengths.standoff;
+  std::vector<std::optional<EndGap>> ends(contacts.size());
+  std::vector<ContactPlace> places;
+  std::vector<std::size_t> numbers;
+  for (std::size_t k = 0; k < contacts.size(); ++k) {
+    if (!searches[k]) continue;
+    places.push_back(searches[k]->place);
+    numbers.push_back(k);
+  }
+  generate_placed_contacts({pair.a, pair.X_WA, pair.b, pair.X_WB, places, pair.points_W}, workspace,
+                           [&](std::size_t place, const std::vector<ContactPoint>& found) {
+                             const std::size_t k = numbers[place];
+                             ends[k] = end_among(found, *contacts[k].point, *searches[k],
+                                                 pair.points_W, most_sagitta);
+                           });
+  return ends;
+}
+
+}  // namespace
+
+bool is_on_curved_surface(const ContactPoint& point, const BodyRecord& a, const BodyRecord& b) {
+  if (point.merged_way > 0) return true;
+  const Shape& shape_a = *a.definition.shape;
+  const Shape& shape_b = *b.definition.shape;
+  return (rounding_radius(shape_a) > 0 && shape_b.kind() == ShapeKind::TriangleMesh) ||
+         (rounding_radius(shape_b) > 0 && shape_a.kind() == ShapeKind::TriangleMesh);
+}
+
+std::vector<std::optional<EndGap>> measured_end_gaps(const PairAtEnd& pair,
+                                                     std::span<const CurvedContact> contacts,
+                                                     const NeighbourList& neighbours,
+                                                     ContactWorkspace& workspace) {
+  Searches searches;
+  std::size_t count = 0;
+  for (const CurvedContact& contact : contacts) {
+    searches.push_back(
+        end_search(*contact.point, contact.move, pair.lengths, pair.X_WA, pair.X_WB));
+    if (searches.back()) ++count;
+  }
+  const UseOfNeighbours use(workspace, neighbours);
+  const bool are_meshes =
+      pair.a.kind() == ShapeKind::TriangleMesh && pair.b.kind() == ShapeKind::TriangleMesh;
+  return are_meshes && count >= kSharedEnds ? ends_together(pair, contacts, searches, workspace)
+                                            : ends_alone(pair, contacts, searches, workspace);
 }
 
 }  // namespace dyop::internal

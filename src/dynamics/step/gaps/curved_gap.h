@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "dynamics/pair_state.h"
@@ -19,16 +20,31 @@ struct CurvedMove {
   Scalar sliding = 0;  ///< of the bodies' points at the contact, a length
   Scalar turn = 0;     ///< of the bodies to each other, rad
   Scalar rolling = 0;  ///< the part of it that is not about the normal: it moves the contact, rad
-  /// Where the pair's other contacts are at the end. What is found nearer to one of them belongs to
-  /// it.
-  std::vector<Vector3> others_W = {};
 };
 
-/// The least gap near such a contact at new poses, measured afresh; none if it hardly moves or if
-/// nothing is found there. The new poses may overlap, as far as a flat facet reaches into a surface.
-std::optional<EndGap> measured_end_gap(const ContactPoint& point, const CurvedMove& move,
-                                       const PairState& pair, const BodyRecord& a,
-                                       const RigidPose& X_WA_end, const BodyRecord& b,
-                                       const RigidPose& X_WB_end, ContactWorkspace& workspace);
+struct CurvedContact {
+  const ContactPoint* point = nullptr;
+  CurvedMove move;
+};
+
+/// A pair at new poses.
+struct PairAtEnd {
+  const PairLengths& lengths;
+  const Shape& a;
+  const RigidPose& X_WA;
+  const Shape& b;
+  const RigidPose& X_WB;
+  /// Where all contacts of the pair are by then, on A. What is found belongs to the nearest.
+  std::span<const Vector3> points_W;
+};
+
+/// The least gap near each of these contacts of a pair at new poses, measured afresh; none if it
+/// hardly moves or if nothing is found there. The new poses may overlap, as far as a flat facet
+/// reaches into a surface.
+/// @param neighbours Of the pair; affects speed only.
+std::vector<std::optional<EndGap>> measured_end_gaps(const PairAtEnd& pair,
+                                                     std::span<const CurvedContact> contacts,
+                                                     const NeighbourList& neighbours,
+                                                     ContactWorkspace& workspace);
 
 }  // namespace dyop::internal

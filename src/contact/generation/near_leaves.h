@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+
+#include "contact/generation/contact_search.h"
+#include "distance/leaf_pairs.h"
+
+namespace dyop::internal {
+
+/// So that asking costs little.
+inline constexpr int kPairsBetweenPolls = 8;
+
+/// The kinds of features below a box.
+struct Below {
+  bool vertices = true;
+  bool edges = true;
+};
+
+inline Below below(const ContactFeatures& features, std::int32_t box) {
+  const std::int32_t node = box / BoxGroup::kWidth;
+  const int column = ShapeTree::column_of(box);
+  return {(features.columns_with_vertices(node) >> column & 1) != 0,
+          (features.columns_with_edges(node) >> column & 1) != 0};
+}
+
+/// Vertices pair with anything, edges with edges.
+inline bool can_touch(const Below& a, const Below& b) {
+  return a.vertices || b.vertices || (a.edges && b.edges);
+}
+
+/// Whether a box comes as near to a place; by the ball around it, which is enough to leave out most.
+inline bool comes_near(const ShapeTree& tree, std::int32_t box, const Vector3& place,
+                       Scalar distance) {
+  if (!(distance < kInfinity)) return true;
+  const Scalar away = (tree.box(box).center - place).norm();
+  return !(away > distance + (1 + kPointBoxNoise) * std::sqrt(tree.squared_half_diagonal(box)));
+}
+
+/// Calls visit(leaf_a, leaf_b) for all pairs of leaves within reach, and at the query's place, below
+/// those that the query begins with, if is_sought(pair of boxes) holds on the way down.
+template <typename IsSought, typename Visit>
+void visit_near_leaves(const ShapeTree& tree_a, const ShapeTree& tree_b, const ContactQuery& query,
+                       BoxPairStack& stack, const IsSought& is_sought, const Visit& visit) {
+  stack.clear();
+  const SearchPlace& place = query.place;
+  const auto is_wanted = [&](const BoxPair& pair) {
+    return comes_near(tree_a, pair.a, place.center_A, place.radius) &&
+           comes_near(tree_b, pair.b, place.center_B, place.radius + query.reach) &&
+           is_sought(pair);
+  };
+  for (const BoxPair& first : query.first_pairs) {
+    if (is_wanted(first)) stack.push_back(first);
+  }
+  // At a vertex of many triangles two leaves take as long as many boxes.
+  int asked = 0;
+  const auto is_interrupted = [&](bool are_leaves) {
+    const bool is_due = are_leaves || asked % kPairsBetweenPolls == 0;
+    ++asked;
+    return is_due && is_over(query.interrupt);
+  };
+  visit_leaf_pairs({tree_a, tree_b, query.X_AB, query.noise, query.reach}, stack, visit,
+                   is_interrupted, is_wanted);
+}
+
+/// Calls visit(leaf_a, triangle_a, triangle_b) for all pairs of triangles whose features may be in
+/// contact, of the boxes of A that are wanted.
+template <typename IsWanted, typename Visit>
+void visit_near_triangles(const ContactQuery& query, BoxPairStack& stack, const IsWanted& is_wanted,
+                          const Visit& visit) {
+  const ShapeTree tree_a(*query.a.mesh);
+  const ShapeTree tree_b(*query.b.mesh);
+  const auto is_sought = [&](const BoxPair& pair) {
+    return can_touch(below(*query.a.features, pair.a), below(*query.b.features, pair.b)) &&
+           is_wanted(pair.a);
+  };
+  visit_near_leaves(tree_a, tree_b, query, stack, is_sought,
+                    [&](std::int32_t leaf_a, std::int32_t leaf_b) {
+                      visit(leaf_a, tree_a.triangle(leaf_a), tree_b.triangle(leaf_b));
+                    });
+}
+
+}  // namespace dyop::internal
