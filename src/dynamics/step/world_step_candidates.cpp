@@ -41,19 +41,17 @@ AlignedBox WorldStep::box_of(const BodyRecord& body, const BodyMove& move) const
 AlignedBox WorldStep::box_of(const BodyRecord& body, const BodyMove& move,
                              const TwistBound& bound) const {
   const TimeInterval interval{context_.t, context_.t_end};
-  const Scalar radius = body.definition.shape->bounding_radius();
-  const Scalar way = (bound.linear_speed + bound.angular_speed * radius) * interval.length() / 2;
+  const Scalar speed = bound.linear_speed + bound.angular_speed * body.radius_B;
+  const Scalar way = speed * interval.length() / 2;
   return box_around(body, move.motion->pose(interval.begin + interval.length() / 2), way);
 }
 
 // The box of a body at a pose, grown by `way` and by half the distance at which pairs matter.
 AlignedBox WorldStep::box_around(const BodyRecord& body, const RigidPose& X_WB, Scalar way) const {
-  const Shape& shape = *body.definition.shape;
-  const AlignedBox box = shape.bounding_box();
-  const Vector3 half = X_WB.rotation().cwiseAbs() * (box.sizes() / 2);
-  const Vector3 center = X_WB * Vector3(box.center());
+  const Vector3 half = X_WB.rotation().cwiseAbs() * (body.box_B.sizes() / 2);
+  const Vector3 center = X_WB * Vector3(body.box_B.center());
   // Half of what the larger of two bodies needs; a pair's lengths are those of its smaller body.
-  const Scalar radius = shape.bounding_radius();
+  const Scalar radius = body.radius_B;
   const Scalar target = world_.options.target_distance.value_or(kTargetRadiusFraction * radius);
   const Scalar standoff = world_.options.standoff.value_or(
       kStandoffTargets * (target > 0 ? target : kTargetRadiusFraction * radius));

@@ -32,8 +32,7 @@ std::shared_ptr<const Motion> fly(const StepContext& context, const BodyRecord& 
 Scalar known_way(const BodyRecord& body, const FreeFlight& flight, const TimeInterval& interval) {
   const std::optional<TwistBound> bound = flight.known_bound(interval);
   if (!bound) return kInfinity;
-  const Scalar radius = body.definition.shape->bounding_radius();
-  return interval.length() * (bound->linear_speed + bound->angular_speed * radius);
+  return interval.length() * (bound->linear_speed + bound->angular_speed * body.radius_B);
 }
 
 bool is_alone(const StepContext& context, const Island& island) {
