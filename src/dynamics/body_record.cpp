@@ -79,6 +79,8 @@ BodyRecord make_body_record(BodyId id, const BodyDefinition& definition, Scalar 
   body.definition = definition;
   MassProperties& properties = body.definition.mass_properties;
   if (!body.is_dynamic()) properties = MassProperties{};
+  body.radius_B = definition.shape->bounding_radius();
+  body.box_B = definition.shape->bounding_box();
   body.radius = radius_about(*definition.shape, properties.p_BoBcm);
   MotionState start = definition.initial;
   if (definition.kind == BodyKind::Static) start.twist = {};

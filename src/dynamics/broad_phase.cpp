@@ -101,26 +101,23 @@ std::vector<std::pair<std::int32_t, std::int32_t>> BroadPhase::find_pairs(
   sort_along(axis);
   const Slabs slabs = make_slabs(spreads[u] < spreads[v] ? v : u);
   const Eigen::Index across = slabs.axis;
-  struct Entry {
-    AlignedBox box;
-    std::int32_t number;
-    bool may_move;
-  };
-  std::vector<std::vector<Entry>> entries(slabs.count);  // each in the order of the sweep
+  if (entries_.size() < slabs.count) entries_.resize(slabs.count);
+  for (std::vector<Entry>& slab : entries_) slab.clear();
   for (const std::int32_t number : order_) {
     const AlignedBox& box = boxes_[index_of(number)];
     const std::size_t last = slabs.at(box.max()[across]);
     for (std::size_t s = slabs.at(box.min()[across]); s <= last; ++s) {
-      entries[s].push_back({box, number, may_move[index_of(number)]});
+      entries_[s].push_back({box, number, may_move[index_of(number)]});
     }
   }
   std::vector<std::pair<std::int32_t, std::int32_t>> pairs;
   for (std::size_t s = 0; s < slabs.count; ++s) {
-    for (std::size_t i = 0; i < entries[s].size(); ++i) {
-      const Entry& a = entries[s][i];
+    const std::vector<Entry>& slab = entries_[s];
+    for (std::size_t i = 0; i < slab.size(); ++i) {
+      const Entry& a = slab[i];
       const Scalar end = a.box.max()[axis];
-      for (std::size_t k = i + 1; k < entries[s].size(); ++k) {
-        const Entry& b = entries[s][k];
+      for (std::size_t k = i + 1; k < slab.size(); ++k) {
+        const Entry& b = slab[k];
         if (b.box.min()[axis] > end) break;
         if (!(a.may_move || b.may_move) || !a.box.intersects(b.box)) continue;
         // Boxes that share several slabs are a pair in the first of them.

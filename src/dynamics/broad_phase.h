@@ -38,8 +38,16 @@ class BroadPhase {
   void sort_along(Eigen::Index axis);
   Slabs make_slabs(Eigen::Index axis) const;
 
+  struct Entry {
+    AlignedBox box;
+    std::int32_t number;
+    bool may_move;
+  };
+
   std::vector<AlignedBox> boxes_;
   std::vector<std::int32_t> order_;  // box numbers by their lower end along the axis
+  std::vector<std::vector<Entry>>
+      entries_;  // by slab, in the order of the sweep; kept for its memory
 };
 
 }  // namespace dyop::internal

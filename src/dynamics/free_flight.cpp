@@ -279,11 +279,11 @@ CentralState FreeFlight::state(Scalar t) const {
   return state;
 }
 
-std::optional<TwistBound> FreeFlight::known_bound(Scalar t, Scalar t_end) const {
+std::optional<TwistBound> FreeFlight::known_bound(const TimeInterval& interval) const {
   if (pieces_.empty()) return std::nullopt;
   const Piece& piece = pieces_.front();
-  if (!(piece.begin.t <= t && t_end <= piece.end.t)) return std::nullopt;
-  return piece.bound;
+  const bool is_inside = piece.begin.t <= interval.begin && interval.end <= piece.end.t;
+  return is_inside ? piece.bound : std::nullopt;
 }
 
 IntegratorStatistics FreeFlight::statistics() const {

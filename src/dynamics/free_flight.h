@@ -34,9 +34,9 @@ class FreeFlight {
   /// At a time covered by the last motion().
   CentralState state(Scalar t) const;
 
-  /// The bound of the last motion() over at least [t, t_end] if it is already known; none if
+  /// The bound of the last motion() over at least this interval if it is already known; none if
   /// several pieces lie there.
-  std::optional<TwistBound> known_bound(Scalar t, Scalar t_end) const;
+  std::optional<TwistBound> known_bound(const TimeInterval& interval) const;
 
   IntegratorStatistics statistics() const;
 

@@ -43,8 +43,7 @@ bool World::Impl::moves_by_itself(const BodyRecord& body, const TimeInterval& in
 
 internal::PairLengths World::Impl::lengths_of(PairKey key) const {
   internal::PairLengths lengths;
-  lengths.radius = std::min(bodies[key.a].definition.shape->bounding_radius(),
-                            bodies[key.b].definition.shape->bounding_radius());
+  lengths.radius = std::min(bodies[key.a].radius_B, bodies[key.b].radius_B);
   const auto own = pair_target.find(key);
   const Scalar usual = kTargetRadiusFraction * lengths.radius;
   lengths.target = own != pair_target.end() ? own->second : options.target_distance.value_or(usual);

@@ -74,6 +74,7 @@ struct World::Impl {
   std::set<internal::PairKey> overlapping_sensors;
   std::set<internal::PairKey> crossed;  // already reported
   std::vector<std::unique_ptr<internal::StepWorkspace>> workspaces;
+  internal::StepMemory memory;
 };
 
 }  // namespace dyop

@@ -133,6 +133,26 @@ TEST(ToolCut, AToolPressedOnTissueGoesThroughAHoleCutUnderIt) {
   EXPECT_GE(clearance.upper, sampled.least);
 }
 
+// A tick that was cut off while it looked for holds is followed by one that goes on with those it
+// knows: not with those of a mesh that is gone.
+TEST(ToolCut, NothingOfTheOldMeshHoldsTheTool) {
+  int in_search = 0;
+  for (int checkpoint = 1; checkpoint <= 12; ++checkpoint) {
+    SCOPED_TRACE(checkpoint);
+    Theatre theatre;
+    for (int k = 0; k < 20; ++k) theatre.tick(1);
+    ASSERT_EQ(theatre.session->last().status, ToolStatus::Held);
+    const Scalar before = theatre.height();
+    const ToolTick& cut =
+        theatre.session->replay(device_at({0.3, 0.2, 1}), kMillisecond, TickCutoff{checkpoint, 0});
+    in_search += cut.cutoff && cut.statistics.solves == 0 ? 1 : 0;
+    ASSERT_TRUE(theatre.give(with_hole(theatre.sheet, 6)));
+    EXPECT_EQ(theatre.tick(1).status, ToolStatus::Free);
+    EXPECT_LT(theatre.height(), before - 0.4);
+  }
+  EXPECT_GT(in_search, 0);
+}
+
 TEST(ToolCut, AToolStaysHeldByWhatIsLeft) {
   Theatre theatre;
   for (int k = 0; k < 100; ++k) theatre.tick(1);

@@ -230,6 +230,25 @@ TEST(ToolTissue, AToolThatBeginsWithinAMarginIsPushedToItAndNeverNearer) {
   EXPECT_GE(session.last().clearances[0].lower, 3);
 }
 
+// Motions much longer than the tool is thick, which end nearer to tissue than its margin.
+TEST(ToolTissue, ALongMotionEndsAtTheMargin) {
+  const auto sheet = testing::sheet(60, 8);
+  for (Scalar gap = -3; gap < 8; gap += 0.5) {
+    SCOPED_TRACE(gap);
+    ToolScene scene = ball_tool(2, {0.3, 0.2, 30});
+    ToolObstacle organ = deforming_tissue(sheet);
+    organ.margin = 5;
+    scene.obstacles.push_back(organ);
+    ToolSession session(scene, tool_options());
+    session.update(device_at({0.3, 0.2, 30}), kMillisecond);
+    session.update(device_at({0.3, 0.2, 2 + gap}), kMillisecond);
+    // Facets of the ball lie inside it.
+    const Scalar height = session.last().tool.X_WT.translation().z();
+    EXPECT_GT(height, 2 * 0.98 + 5);
+    EXPECT_LT(height, std::max(2 + gap, 2 + 5.0) + 0.03);
+  }
+}
+
 TEST(ToolTissue, RefusesBadSnapshots) {
   const auto sheet = testing::sheet(30, 4);
   ToolScene scene = ball_tool(2, {0.3, 0.2, 4});

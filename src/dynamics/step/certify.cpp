@@ -61,6 +61,12 @@ void release(PairState& pair, const BodyMove& a, const RigidPose& X_WA, const Bo
 
 }  // namespace
 
+std::optional<AdvanceStatus> QueryLimits::exceeded() const {
+  if (stop.stop_requested()) return AdvanceStatus::Cancelled;
+  if (is_late()) return AdvanceStatus::BudgetExhausted;
+  return std::nullopt;
+}
+
 Scalar pair_noise(const BodyMove& a, const BodyMove& b) {
   return kStepNoise * (a.center.norm() + b.center.norm() + a.body->radius + b.body->radius);
 }

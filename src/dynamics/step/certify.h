@@ -19,6 +19,8 @@ struct QueryLimits {
   std::optional<std::chrono::steady_clock::time_point> deadline;
 
   bool is_late() const { return deadline && std::chrono::steady_clock::now() >= *deadline; }
+  /// As what a step ends that the caller wants to end now.
+  std::optional<AdvanceStatus> exceeded() const;
 };
 
 /// Either a proof over the whole interval, or the query's result instead.

@@ -7,6 +7,7 @@
 #include "core/tolerance.h"
 #include "dynamics/overlap.h"
 #include "dynamics/step/contact_leg.h"
+#include "dynamics/step/island/lone_flight.h"
 #include "dyop/motion/rest_motion.h"
 
 namespace dyop::internal {
@@ -20,13 +21,6 @@ std::optional<std::size_t> member_of(const std::vector<std::uint32_t>& bodies, s
   const auto found = std::lower_bound(bodies.begin(), bodies.end(), slot);
   if (found == bodies.end() || *found != slot) return std::nullopt;
   return static_cast<std::size_t>(found - bodies.begin());
-}
-
-void add_difference(IntegratorStatistics& sum, const IntegratorStatistics& before,
-                    const IntegratorStatistics& after) {
-  sum.steps += after.steps - before.steps;
-  sum.rejected_steps += after.rejected_steps - before.rejected_steps;
-  sum.function_evaluations += after.function_evaluations - before.function_evaluations;
 }
 
 // The reach in use if it serves, else the one asked for: changing the reach costs a regeneration.
@@ -177,18 +171,12 @@ std::vector<BodyMove> IslandRun::flights_to(Scalar t_end) {
   const PartTimer timing = timer(&StepTimes::flight);
   std::vector<BodyMove> moves;
   for (Member& member : members_) {
-    if (!member.flight) {
-      member.flight = std::make_shared<FreeFlight>(*member.body, member.state, context_.gravity_W,
-                                                   context_.options->integrator,
-                                                   context_.options->integrator_options, now_);
-    }
-    const IntegratorStatistics before = member.flight->statistics();
     BodyMove move;
     move.body = member.body;
-    move.motion = member.flight->motion(now_, t_end);
+    move.motion = fly(context_, *member.body, member.state, {now_, t_end}, member.flight,
+                      outcome_.integrator);
     move.center = member.state.X_WM.translation();
     moves.push_back(std::move(move));
-    add_difference(outcome_.integrator, before, member.flight->statistics());
   }
   return moves;
 }
@@ -316,11 +304,7 @@ void IslandRun::stand_still() {
 }
 
 bool IslandRun::must_stop() {
-  if (context_.limits.stop.stop_requested()) {
-    fail(AdvanceStatus::Cancelled, {});
-  } else if (context_.limits.is_late()) {
-    fail(AdvanceStatus::BudgetExhausted, {});
-  }
+  if (const auto status = context_.limits.exceeded()) fail(*status, {});
   return outcome_.failure.has_value();
 }
 
@@ -350,9 +334,15 @@ IslandOutcome IslandRun::run() {
     if (!state.has_contacts) state.impulses.clear();
   }
   outcome_.reached = now_;
+  outcome_.has_run = true;
   for (std::size_t i = 0; i < members_.size(); ++i) {
-    outcome_.tracks[i].end = members_[i].state;
-    outcome_.tracks[i].flight = members_[i].flight;
+    Member& member = members_[i];
+    Track& track = outcome_.tracks[i];
+    if (member.flight && track.pieces.size() == 1) {
+      track.most_way = known_way(*member.body, *member.flight, track.pieces.front().interval);
+    }
+    track.end = member.state;
+    track.flight = std::move(member.flight);
   }
   return std::move(outcome_);
 }

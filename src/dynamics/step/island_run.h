@@ -7,9 +7,8 @@
 #include <vector>
 
 #include "dynamics/free_flight.h"
-#include "dynamics/joint_state.h"
-#include "dynamics/spring_state.h"
 #include "dynamics/step/certify.h"
+#include "dynamics/step/island/island.h"
 #include "dynamics/step/part_timer.h"
 #include "dyop/contact/contact_cascade.h"
 #include "dyop/contact/contact_generator.h"
@@ -55,36 +54,6 @@ struct StepWorkspace {
   ToiWorkspace toi;
   ContactWorkspace contacts;
   std::vector<LegMemory> spare;  // what no leg uses at present
-};
-
-/// Awake dynamic bodies that are stepped together, and the pairs to be proven with them: between
-/// two of them, or of one of them with a body that cannot be moved.
-struct Island {
-  std::vector<std::uint32_t> bodies;  // slots, sorted
-  std::vector<PairState*> pairs;      // by key
-  std::vector<JointState*> joints;    // with at least one body in `bodies`
-  std::vector<SpringState*> springs;  // the same
-};
-
-/// Why an island could not continue.
-struct IslandFailure {
-  AdvanceStatus status = AdvanceStatus::NotRun;
-  PairKey pair;
-};
-
-/// A proposed step of an island.
-struct IslandOutcome {
-  Scalar reached = 0;         // the step's end, unless an impact comes first or it failed
-  std::vector<Track> tracks;  // by Island::bodies
-  std::vector<PairProof> proofs;
-  std::vector<ImpactEvent> impacts;
-  std::optional<IslandFailure> failure;
-  bool stopped_at_impact = false;  // the last of `impacts`
-  bool in_contact = false;         // at its end
-  StepStatistics work;
-  StepTimes times;
-  ToiStatistics toi;
-  IntegratorStatistics integrator;
 };
 
 /// Steps one island from the committed states to the end of the step, in legs: free flight while

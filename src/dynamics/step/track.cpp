@@ -21,8 +21,7 @@ Scalar speed_seen_from(const BodyMove& a, const BodyMove& b, Scalar tau) {
 Scalar speed_bound(const BodyMove& move, const TimeInterval& interval) {
   if (move.is_rest) return 0;
   const TwistBound bound = move.motion->twist_bound(interval);
-  const Scalar radius = move.body->definition.shape->bounding_radius();
-  return bound.linear_speed + bound.angular_speed * radius;
+  return bound.linear_speed + bound.angular_speed * move.body->radius_B;
 }
 
 }  // namespace

@@ -3,13 +3,13 @@
 
 #include <algorithm>
 #include <exception>
-#include <map>
 #include <numeric>
 #include <utility>
 
 #include "core/batch_run.h"
 #include "core/tolerance.h"
 #include "dynamics/free_flight.h"
+#include "dynamics/step/island/lone_flight.h"
 
 namespace dyop::internal {
 namespace {
@@ -29,7 +29,12 @@ std::uint32_t find_root(std::vector<std::uint32_t>& parents, std::uint32_t slot)
 
 WorldStep::WorldStep(World::Impl& world, Scalar t_end, const AdvanceLimits& limits,
                      AdvanceReport& report)
-    : world_(world), report_(report) {
+    : world_(world),
+      report_(report),
+      boxes_(world.memory.boxes),
+      islands_(world.memory.islands),
+      outcomes_(world.memory.outcomes),
+      moves_(world.memory.moves) {
   context_.options = &world.options;
   context_.gravity_W = world.gravity_W;
   context_.t = world.time;
@@ -37,6 +42,11 @@ WorldStep::WorldStep(World::Impl& world, Scalar t_end, const AdvanceLimits& limi
   context_.h = t_end - world.time;
   context_.bodies = &world.bodies;
   context_.limits = {world.options.max_node_pairs, limits.stop, limits.deadline};
+}
+
+// Motions of the user are not kept longer than needed.
+WorldStep::~WorldStep() {
+  moves_.clear();
 }
 
 // Calls item(index, workspace) for all indices on the World's threads. Of all exceptions, the one
@@ -120,31 +130,25 @@ void WorldStep::plan_islands() {
   for (const PairKey& key : forced_links_) join(key);
   for (const PairKey& link : world_.links) join(link);
 
-  std::map<std::vector<std::uint32_t>, IslandOutcome> kept;
-  for (std::size_t i = 0; i < outcomes_.size(); ++i) {
-    const bool is_dirty = std::any_of(islands_[i].bodies.begin(), islands_[i].bodies.end(),
-                                      [&](std::uint32_t slot) { return is_dirty_[slot]; });
-    if (!is_dirty) kept.emplace(islands_[i].bodies, std::move(outcomes_[i]));
-  }
-  islands_.clear();
-  outcomes_.clear();
+  IslandRuns kept;
+  if (is_planned_) kept = world_.memory.take_runs(is_dirty_);
+  is_planned_ = true;
+  std::size_t island_count = 0;
   island_of_.assign(count, -1);
   is_dirty_.assign(count, false);
   for (std::uint32_t slot = 0; slot < count; ++slot) {
     if (!world_.bodies[slot].is_awake()) continue;
     const std::uint32_t root = find_root(parents, slot);
     if (root == slot) {
-      island_of_[slot] = static_cast<std::int32_t>(islands_.size());
-      islands_.emplace_back();
+      island_of_[slot] = static_cast<std::int32_t>(island_count);
+      if (++island_count > islands_.size()) islands_.emplace_back();
+      islands_[island_count - 1].clear();
     }
     island_of_[slot] = island_of_[root];
     islands_[static_cast<std::size_t>(island_of_[slot])].bodies.push_back(slot);
     may_move_[slot] = true;  // also those that woke since the candidates were found
   }
-  for (const Island& island : islands_) {
-    const auto known = kept.find(island.bodies);
-    outcomes_.push_back(known == kept.end() ? IslandOutcome{} : std::move(known->second));
-  }
+  world_.memory.place_runs(island_count, std::move(kept));
   for (const auto& pair : world_.pairs) {
     const BodyRecord& a = world_.bodies[pair->key.a];
     const BodyRecord& b = world_.bodies[pair->key.b];
@@ -157,7 +161,7 @@ void WorldStep::plan_islands() {
     const bool is_support = (of_a >= 0 && !b.is_dynamic()) || (of_b >= 0 && !a.is_dynamic());
     if (!is_inner && !is_support) continue;
     const auto island = static_cast<std::size_t>(std::max(of_a, of_b));
-    if (!outcomes_[island].tracks.empty() && !was_inner) continue;
+    if (outcomes_[island].has_run && !was_inner) continue;
     pair->is_inner = true;
     islands_[island].pairs.push_back(pair.get());
   }
@@ -181,12 +185,16 @@ void WorldStep::plan_islands() {
 void WorldStep::run_islands() {
   std::vector<std::size_t> todo;
   for (std::size_t i = 0; i < islands_.size(); ++i) {
-    if (outcomes_[i].tracks.empty() || outcomes_[i].reached > context_.t_end) todo.push_back(i);
+    if (!outcomes_[i].has_run || outcomes_[i].reached > context_.t_end) todo.push_back(i);
   }
   report_.work.islands += static_cast<std::int64_t>(todo.size());
   run_parallel(todo.size(), [&](std::size_t k, StepWorkspace& workspace) {
     const std::size_t i = todo[k];
-    outcomes_[i] = IslandRun(context_, islands_[i], workspace).run();
+    if (is_alone(context_, islands_[i]) && !context_.limits.exceeded()) {
+      fly_alone(context_, islands_[i], outcomes_[i]);
+    } else {
+      outcomes_[i] = IslandRun(context_, islands_[i], workspace).run();
+    }
   });
 }
 

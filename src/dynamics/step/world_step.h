@@ -13,6 +13,7 @@ namespace dyop::internal {
 class WorldStep {
  public:
   WorldStep(World::Impl& world, Scalar t_end, const AdvanceLimits& limits, AdvanceReport& report);
+  ~WorldStep();
 
   /// Returns the status if the advance ends here, NotRun if it continues.
   AdvanceStatus run();
@@ -43,7 +44,8 @@ class WorldStep {
   World::Impl& world_;
   AdvanceReport& report_;
   StepContext context_;
-  std::vector<AlignedBox> boxes_;        // by slot
+  bool is_planned_ = false;              // what the memory holds is of this step
+  std::vector<AlignedBox>& boxes_;       // by slot
   std::vector<Scalar> own_targets_;      // by slot: the largest target given for a pair
   std::vector<Scalar> expected_way_;     // by slot: how far boxes_ let a body go; -1: not known
   std::vector<bool> may_move_;           // by slot
@@ -52,9 +54,9 @@ class WorldStep {
   std::set<PairKey> forced_links_;       // from hits in this step
   std::vector<std::int32_t> island_of_;  // by slot; -1: none
   std::vector<bool> is_dirty_;           // by slot: its island must run again
-  std::vector<Island> islands_;
-  std::vector<IslandOutcome> outcomes_;
-  std::vector<BodyMove> moves_;    // by slot, over the whole step
+  std::vector<Island>& islands_;
+  std::vector<IslandOutcome>& outcomes_;
+  std::vector<BodyMove>& moves_;   // by slot, over the whole step
   std::vector<PairProof> proofs_;  // of pairs between islands
 };
 

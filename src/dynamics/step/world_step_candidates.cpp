@@ -41,19 +41,17 @@ AlignedBox WorldStep::box_of(const BodyRecord& body, const BodyMove& move) const
 AlignedBox WorldStep::box_of(const BodyRecord& body, const BodyMove& move,
                              const TwistBound& bound) const {
   const TimeInterval interval{context_.t, context_.t_end};
-  const Scalar radius = body.definition.shape->bounding_radius();
-  const Scalar way = (bound.linear_speed + bound.angular_speed * radius) * interval.length() / 2;
+  const Scalar speed = bound.linear_speed + bound.angular_speed * body.radius_B;
+  const Scalar way = speed * interval.length() / 2;
   return box_around(body, move.motion->pose(interval.begin + interval.length() / 2), way);
 }
 
 // The box of a body at a pose, grown by `way` and by half the distance at which pairs matter.
 AlignedBox WorldStep::box_around(const BodyRecord& body, const RigidPose& X_WB, Scalar way) const {
-  const Shape& shape = *body.definition.shape;
-  const AlignedBox box = shape.bounding_box();
-  const Vector3 half = X_WB.rotation().cwiseAbs() * (box.sizes() / 2);
-  const Vector3 center = X_WB * Vector3(box.center());
+  const Vector3 half = X_WB.rotation().cwiseAbs() * (body.box_B.sizes() / 2);
+  const Vector3 center = X_WB * Vector3(body.box_B.center());
   // Half of what the larger of two bodies needs; a pair's lengths are those of its smaller body.
-  const Scalar radius = shape.bounding_radius();
+  const Scalar radius = body.radius_B;
   const Scalar target = world_.options.target_distance.value_or(kTargetRadiusFraction * radius);
   const Scalar standoff = world_.options.standoff.value_or(
       kStandoffTargets * (target > 0 ? target : kTargetRadiusFraction * radius));
@@ -68,7 +66,6 @@ AlignedBox WorldStep::box_around(const BodyRecord& body, const RigidPose& X_WB, 
 void WorldStep::find_candidates() {
   const TimeInterval interval{context_.t, context_.t_end};
   const std::size_t count = world_.bodies.size();
-  boxes_.resize(count);  // boxes of earlier rounds of this step stay included
   may_move_.assign(count, false);
   expected_way_.assign(count, -1);
   own_targets_.assign(count, 0);
@@ -84,6 +81,8 @@ void WorldStep::find_candidates() {
     has_moving_ = has_moving_ || may_move_[slot];
   }
   if (!has_moving_) return;
+  // Boxes of earlier rounds of this step stay included.
+  if (!is_planned_) boxes_.assign(count, AlignedBox());
   for (std::size_t slot = 0; slot < count; ++slot) {
     const BodyRecord& body = world_.bodies[slot];
     if (body.is_present()) boxes_[slot].extend(predicted_box(body));
@@ -130,17 +129,7 @@ bool WorldStep::find_new_candidates() {
     for (std::size_t k = 0; k < islands_[i].bodies.size(); ++k) {
       const std::uint32_t slot = islands_[i].bodies[k];
       if (moves_[slot].is_rest) continue;
-      // A bound over a longer time is enough if the body moves no farther than expected.
-      const Track& track = outcomes_[i].tracks[k];
-      if (track.flight && track.pieces.size() == 1) {
-        const auto known = track.flight->known_bound(context_.t, context_.t_end);
-        const Scalar radius = world_.bodies[slot].definition.shape->bounding_radius();
-        const Scalar h = context_.t_end - context_.t;
-        if (known &&
-            h * (known->linear_speed + known->angular_speed * radius) <= expected_way_[slot]) {
-          continue;
-        }
-      }
+      if (outcomes_[i].tracks[k].most_way <= expected_way_[slot]) continue;
       const AlignedBox box = box_of(world_.bodies[slot], moves_[slot]);
       if (boxes_[slot].contains(box)) continue;
       boxes_[slot].extend(box);
@@ -197,6 +186,8 @@ std::vector<PairKey> WorldStep::candidates() const {
 // A step in which nothing moves.
 void WorldStep::commit_rest() {
   const TimeInterval interval{context_.t, context_.t_end};
+  islands_.clear();
+  outcomes_.clear();
   std::vector<PairKey> keys = candidates();
   std::vector<PairProof> proofs;
   proofs.reserve(keys.size());
