@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
+#include <cmath>
 
 #include "core/tolerance.h"
 #include "dynamics/free_flight.h"
@@ -103,13 +104,18 @@ void World::Impl::put_to_sleep(const std::vector<internal::Island>& islands,
       hangs_on(spring->definition.a, spring->definition.b);
     }
     may_sleep = may_sleep && touches;
-    const Scalar slow = options.sleep_speed.value_or(kSleepStandoffFraction * standoff / h);
+    const Scalar way = kSleepStandoffFraction * standoff;
+    // In a shorter time everything moves by less than `way`, even what falls.
+    const Scalar fall = gravity_W.isZero(0) ? 0 : std::sqrt(2 * way / gravity_W.norm());
+    const Scalar span = options.sleep_speed ? h : std::max(h, fall);
+    const Scalar slow = options.sleep_speed.value_or(way / span);
+    const Scalar steps = options.sleep_steps * (span / h);
     bool all_slow = may_sleep;
     for (const std::uint32_t slot : islands[i].bodies) {
       BodyRecord& body = bodies[slot];
       const Scalar speed = body.state.v_W.norm() + body.angular_velocity().norm() * body.radius;
       body.slow_steps = may_sleep && speed < slow ? body.slow_steps + 1 : 0;
-      all_slow = all_slow && body.slow_steps >= options.sleep_steps;
+      all_slow = all_slow && Scalar(body.slow_steps) >= steps;
     }
     if (!all_slow) continue;
     for (const std::uint32_t slot : islands[i].bodies) {

@@ -110,6 +110,32 @@ TEST(WorldRest, PutsFallenCubesToSleepAtEveryStep) {
   }
 }
 
+// A block that begins to slide has moved by no more than a millionth of a standoff in 50 such steps.
+TEST(WorldRest, PutsNothingToSleepThatBeginsToSlideInShortSteps) {
+  for (const Scalar h : {1e-7, 1e-6, 1e-5, 1e-4}) {
+    WorldOptions options;
+    options.gravity_W = kGravity * Vector3(0.1, 0, -1);
+    World world(options);
+    world.add_body(floor_body(0));
+    const BodyId cube = world.add_body(resting_cube(0, 0, 0));
+    rest(world, 1000 * h, h);
+    EXPECT_FALSE(world.is_asleep(cube)) << h;
+    EXPECT_NEAR(world.state(cube).twist.v_WB.x(), 100 * h * kGravity, 1e-3 * h * kGravity) << h;
+  }
+}
+
+TEST(WorldRest, PutsWhatRestsToSleepInShortSteps) {
+  for (const Scalar h : {5e-5, 2e-4}) {
+    World world(earth_options());
+    world.add_body(floor_body(0.5));
+    const BodyId cube = world.add_body(resting_cube(0, 0, 0));
+    rest(world, 0.01, h);
+    EXPECT_FALSE(world.is_asleep(cube)) << h;
+    rest(world, 0.05, h);
+    EXPECT_TRUE(world.is_asleep(cube)) << h;
+  }
+}
+
 class WorldRestOfTwo : public ::testing::Test {
  protected:
   WorldRestOfTwo() : world_(earth_options()) {

@@ -51,7 +51,7 @@ struct WorldOptions {
   /// gravity.
   std::optional<Scalar> restitution_speed;
   /// A body that moves slower than this may fall asleep, length per time. Default: a hundredth of
-  /// the standoff per step.
+  /// the standoff per step; shorter steps than a fall of so far takes count together as one.
   std::optional<Scalar> sleep_speed;
   int sleep_steps = 50;  ///< an island falls asleep after this many slow steps; 0: never
   /// Largest speed at which bodies that start too near are pushed apart, length per time. Default:
