@@ -106,6 +106,8 @@ Certificate certify(PairState& pair, const BodyMove& a, const BodyMove& b,
     certificate.proof = PairProof::excused(pair.key, interval);
     return certificate;
   }
+  // One that has just become an ordinary pair is proven like one.
+  kept = std::max(kept, pair.kept_distance());
   // With enough to spare that a query can start where the bound ends.
   const Scalar floor = kept + tolerance / 2 + pair_noise(a, b);
   const auto by_bound = [&] {

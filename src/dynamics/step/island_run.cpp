@@ -262,8 +262,10 @@ void IslandRun::commit_leg(Scalar t, const std::vector<BodyMove>& moves,
     PairState& state = *pairs_[i].state;
     state.loosen_bounds(closings[i]);
     // What has been proven need not be measured.
-    const bool is_ordinary = !state.granted && !state.overlaps;
-    if (is_ordinary) state.gap_lower = std::max(state.gap_lower, state.lengths.target);
+    const ProofKind kind = proofs[i].kind();
+    if (kind == ProofKind::ByBound || kind == ProofKind::ByQuery) {
+      state.gap_lower = std::max(state.gap_lower, state.kept_distance());
+    }
   }
   outcome_.proofs.insert(outcome_.proofs.end(), proofs.begin(), proofs.end());
   ++outcome_.work.legs;
