@@ -30,9 +30,11 @@ NeighbourList::Entry NeighbourList::measured(const ShapeTree& a, std::int32_t le
                                              const ShapeTree& b, std::int32_t leaf_b,
                                              const RigidPose& X_AB, Scalar noise) const {
   const PieceDistance piece = piece_distance(a, leaf_a, b, leaf_b, X_AB, noise);
-  Entry entry{leaf_a, leaf_b};
+  Entry entry;
+  entry.a = leaf_a;
+  entry.b = leaf_b;
   const bool is_apart = !piece.is_overlapping && piece.lower > 0;
-  entry.gap = is_apart ? piece.lower : 0;
+  entry.reach.gap = is_apart ? piece.lower : 0;
   const Vector3 normal = is_apart ? piece.nhat_AB : Vector3(Vector3::Zero());
   if (moves_a_) {
     entry.p = X_FM_ * piece.p_a;
@@ -43,7 +45,7 @@ NeighbourList::Entry NeighbourList::measured(const ShapeTree& a, std::int32_t le
     entry.radius = radius_about(b.piece(leaf_b), X_FM_.inverse() * piece.p_b);
     entry.normal = normal;
   }
-  entry.far = (entry.p - pivot_F_).norm() + entry.radius;
+  entry.reach.far = (entry.p - pivot_F_).norm() + entry.radius;
   return entry;
 }
 
@@ -58,6 +60,7 @@ bool NeighbourList::build(const Shape& a, const RigidPose& X_WA, const Shape& b,
   pivot_F_ = (moves_a_ ? X_WB : X_WA).inverse() * pivot_W;
   bound_ = bound;
   entries_.clear();
+  reaches_.clear();
   const ShapeTree& moving = moves_a_ ? tree_a : tree_b;
   const auto is_near = [&](const BoxPair& pair) {
     if (pair.gap <= bound.reach) return true;
@@ -69,7 +72,9 @@ bool NeighbourList::build(const Shape& a, const RigidPose& X_WA, const Shape& b,
   const auto visit = [&](std::int32_t leaf_a, std::int32_t leaf_b) {
     ++measured_pairs;
     const Entry entry = measured(tree_a, leaf_a, tree_b, leaf_b, X_AB, noise);
-    if (entry.gap <= bound.reach + bound.slope * entry.far) entries_.push_back(entry);
+    if (!(entry.reach.gap <= bound.reach + bound.slope * entry.reach.far)) return;
+    entries_.push_back(entry);
+    reaches_.push_back(entry.reach);
   };
   const auto is_over = [&](bool /*are_leaves*/) { return measured_pairs >= kMostPairs; };
   BoxPairStack stack{kRootPair};
@@ -104,14 +109,24 @@ void NeighbourList::collect(const Placement& placement, const NearBound& bound,
                             BoxPairStack& pairs) const {
   pairs.clear();
   const Matrix3 transposed = placement.turn.transpose();
-  for (const Entry& entry : entries_) {
+  const Scalar most_gap = bound.reach + bound.slope * placement.way + placement.noise;
+  const Scalar slope = bound.slope * (1 + placement.turning);
+  for (std::size_t k = 0; k < reaches_.size(); ++k) {
+    const auto& [least_gap, far] = reaches_[k];
+    const Scalar most = most_gap + slope * far;
+    // No point of the piece has moved farther.
+    const Scalar by_way = least_gap - placement.way - placement.turning * far;
+    if (by_way > most) continue;
+    const Entry& entry = entries_[k];
     const Vector3 lever = transposed * entry.normal;
-    const Scalar gap = entry.gap + entry.normal.dot(placement.shift) + lever.dot(entry.p) -
-                       lever.norm() * entry.radius - placement.noise;
-    const Scalar now_far = (1 + placement.turning) * entry.far + placement.way;
-    if (gap > bound.reach + bound.slope * now_far) continue;
-    pairs.push_back({std::max(gap, Scalar{0}), entry.a, entry.b});
+    const Scalar gap = least_gap + entry.normal.dot(placement.shift) + lever.dot(entry.p) -
+                       lever.norm() * entry.radius;
+    if (gap > most) continue;
+    pairs.push_back({std::max(gap - placement.noise, Scalar{0}), entry.a, entry.b});
   }
+}
+
+void sort_farthest_first(BoxPairStack& pairs) {
   std::sort(pairs.begin(), pairs.end(), [](const BoxPair& x, const BoxPair& y) {
     return std::tie(y.gap, x.a, x.b) < std::tie(x.gap, y.a, y.b);
   });

@@ -54,16 +54,20 @@ class DYOP_EXPORT NeighbourList {
   const Vector3& pivot_F() const { return pivot_F_; }
   /// Whether all pairs that are near there are listed.
   bool covers(const Placement& placement, const NearBound& bound) const;
-  /// The listed pairs that may be near there, with lower bounds of their gaps, farthest first.
+  /// The listed pairs that may be near there, with lower bounds of their gaps, in any order.
   void collect(const Placement& placement, const NearBound& bound, BoxPairStack& pairs) const;
 
  private:
+  // Enough to leave out most pairs.
+  struct Reach {
+    Scalar gap = 0;  // lower bound along the normal
+    Scalar far = 0;  // the most that a point of M's piece is from the pivot
+  };
   struct Entry {
     std::int32_t a = 0;  // leaves
     std::int32_t b = 0;
-    Scalar gap = 0;                    // lower bound along the normal
+    Reach reach;
     Scalar radius = 0;                 // of M's piece about `p`
-    Scalar far = 0;                    // the most that a point of it is from the pivot
     Vector3 p = Vector3::Zero();       // a point of M's piece, in frame F at build()
     Vector3 normal = Vector3::Zero();  // unit, from F to M; zero: no slab parts the pieces
   };
@@ -77,6 +81,10 @@ class DYOP_EXPORT NeighbourList {
   Vector3 pivot_F_ = Vector3::Zero();
   NearBound bound_;
   std::vector<Entry> entries_;
+  std::vector<Reach> reaches_;  // theirs, side by side
 };
+
+/// Sorts pairs of boxes by gap, farthest first: a stack gives the nearest first.
+DYOP_EXPORT void sort_farthest_first(BoxPairStack& pairs);
 
 }  // namespace dyop::internal

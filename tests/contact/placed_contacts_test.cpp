@@ -19,8 +19,6 @@ namespace {
 using namespace testing;
 using internal::ContactPlace;
 
-constexpr Scalar kRounding = 1e-12;
-
 // What counts at a place: faces the same way, and is not nearer to another point.
 std::vector<ContactPoint> own_contacts(const std::vector<ContactPoint>& found,
                                        const ContactPlace& place,
@@ -92,10 +90,9 @@ void PlacedContacts::compare(const TriangleMesh& a, const TriangleMesh& b) {
         contacts_seen += int(actual.size());
         for (std::size_t k = 0; k < actual.size(); ++k) {
           EXPECT_EQ(actual[k].key, expected[k].key);
-          // Not to the last bit: two triangles may give the same edge as the foot of a vertex.
-          EXPECT_NEAR(actual[k].gap, expected[k].gap, kRounding);
-          EXPECT_LT((actual[k].p_WCa - expected[k].p_WCa).norm(), kRounding);
-          EXPECT_LT((actual[k].nhat_AB_W - expected[k].nhat_AB_W).norm(), kRounding);
+          EXPECT_EQ(actual[k].gap, expected[k].gap);
+          EXPECT_EQ(actual[k].p_WCa, expected[k].p_WCa);
+          EXPECT_EQ(actual[k].nhat_AB_W, expected[k].nhat_AB_W);
         }
       });
   EXPECT_EQ(next, places.size());

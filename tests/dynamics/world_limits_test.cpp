@@ -170,5 +170,41 @@ TEST(WorldOverlap, LiftsABoxOutOfTheFloorWithoutTurningIt) {
   EXPECT_LT(rotation_vector(X.rotation()).norm(), 1e-3);
 }
 
+// It rests, which proves no distance, before it is pushed down: it is told as too near, and the bounds
+// of its gap hold throughout.
+TEST(WorldOverlap, KnowsTheGapOfABodyThatRestedTooNear) {
+  const auto floor = std::make_shared<TriangleMesh>(box_mesh({1, 1, 0.5}).mesh());
+  for (const std::shared_ptr<const Shape>& shape : std::vector<std::shared_ptr<const Shape>>{
+           std::make_shared<TriangleMesh>(box_mesh({0.2, 0.2, 0.2}).mesh()),
+           std::make_shared<Box>(Vector3(0.2, 0.2, 0.2))}) {
+    const Scalar target = 1e-4 * shape->bounding_radius();
+    World world{WorldOptions{}};
+    BodyDefinition ground;
+    ground.kind = BodyKind::Static;
+    ground.shape = floor;
+    const BodyId below = world.add_body(ground);
+    const BodyId above = world.add_body(dynamic_body("cube", shape, {0, 0, 0.7 + 0.1 * target}));
+    std::size_t reported = 0;
+    for (int k = 0; k < 60; ++k) {
+      if (k == 5) {
+        MotionState state = world.state(above);
+        state.twist.v_WB = Vector3(0, 0, -1e-3);
+        world.set_state(above, state);
+      }
+      const AdvanceReport report = world.advance(0.01);
+      ASSERT_EQ(report.status, AdvanceStatus::Completed);
+      reported += report.too_near.size();
+      const DistanceResult d =
+          distance(*floor, world.state(below).X_WB, *shape, world.state(above).X_WB);
+      for (const PairRecord& pair : world.pairs()) {
+        EXPECT_LE(pair.gap_lower, d.upper) << "step " << k;
+        EXPECT_GE(pair.gap_upper, d.lower) << "step " << k;
+      }
+      EXPECT_GT(d.lower, k < 30 ? 0 : target) << "step " << k;
+    }
+    EXPECT_EQ(reported, 1u);
+  }
+}
+
 }  // namespace
 }  // namespace dyop

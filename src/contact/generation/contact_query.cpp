@@ -35,18 +35,21 @@ class DoubleRemoval {
 };
 
 // Of two at one place: on a finely faceted surface the tolerance reaches over several facets, and
-// only the nearest has the surface's normal there.
+// only the nearest has the surface's normal there. Two triangles with the same edge may both give it
+// as the foot of a vertex; in whatever order they were visited, the same one counts.
 bool DoubleRemoval::is_better(const FoundContact& x, const FoundContact& y) const {
   const Scalar unit = 8 * query_.noise;  // distances that rounding may swap are the same
   const Scalar x_upper = std::floor(x.upper / unit);
   const Scalar y_upper = std::floor(y.upper / unit);
-  return std::tie(x.rank, x_upper, x.key) < std::tie(y.rank, y_upper, y.key);
+  return std::tie(x.rank, x_upper, x.key, x.triangle_a, x.triangle_b) <
+         std::tie(y.rank, y_upper, y.key, y.triangle_a, y.triangle_b);
 }
 
 // Marks the worse of any two contacts at one place; sweeps along x.
 void DoubleRemoval::run(std::vector<FoundContact>& found) const {
   std::sort(found.begin(), found.end(), [](const FoundContact& x, const FoundContact& y) {
-    return std::tie(x.p_a.x(), x.rank, x.key) < std::tie(y.p_a.x(), y.rank, y.key);
+    return std::tie(x.p_a.x(), x.rank, x.key, x.triangle_a, x.triangle_b) <
+           std::tie(y.p_a.x(), y.rank, y.key, y.triangle_a, y.triangle_b);
   });
   is_double_.assign(found.size(), 0);
   for (std::size_t i = 0; i < found.size(); ++i) {

@@ -112,6 +112,8 @@ Certificate certify(PairState& pair, const BodyMove& a, const BodyMove& b,
     certificate.proof = PairProof::excused(pair.key, interval);
     return certificate;
   }
+  // One that has just become an ordinary pair is proven like one.
+  kept = std::max(kept, pair.kept_distance());
   // With enough to spare that a query can start where the bound ends.
   const Scalar floor = kept + tolerance / 2 + pair_noise(a, b);
   const auto by_bound = [&] {
@@ -119,10 +121,14 @@ Certificate certify(PairState& pair, const BodyMove& a, const BodyMove& b,
   };
   certificate.proof = by_bound();
   if (certificate.proof) return certificate;
-  // A gap that would suffice as proof, with something left over for the next steps.
-  measure_gap(pair, *a.body, X_WA, *b.body, X_WB, floor + 4 * certificate.closing, kRoughGap);
-  certificate.proof = by_bound();
-  if (certificate.proof) return certificate;
+  // Not where a contact shows that the gap cannot suffice.
+  const bool is_near = pair.gap_lower >= 0 && pair.shortest_gap() - certificate.closing <= floor;
+  if (!is_near) {
+    // A gap that would suffice as proof, with something left over for the next steps.
+    measure_gap(pair, *a.body, X_WA, *b.body, X_WB, floor + 4 * certificate.closing, kRoughGap);
+    certificate.proof = by_bound();
+    if (certificate.proof) return certificate;
+  }
 
   ToiResult result =
       query(pair, a, b, interval, pair.granted ? std::min(kept, *pair.granted) : kept,

@@ -247,7 +247,13 @@ void IslandRun::commit_leg(Scalar t, const std::vector<BodyMove>& moves,
     outcome_.tracks[i].pieces.push_back({{now_, t}, moves[i].motion, moves[i].is_rest});
   }
   for (std::size_t i = 0; i < pairs_.size(); ++i) {
-    pairs_[i].state->loosen_bounds(closings[i]);
+    PairState& state = *pairs_[i].state;
+    state.loosen_bounds(closings[i]);
+    // What has been proven need not be measured.
+    const ProofKind kind = proofs[i].kind();
+    if (kind == ProofKind::ByBound || kind == ProofKind::ByQuery) {
+      state.gap_lower = std::max(state.gap_lower, state.kept_distance());
+    }
   }
   outcome_.proofs.insert(outcome_.proofs.end(), proofs.begin(), proofs.end());
   ++outcome_.work.legs;
