@@ -79,7 +79,7 @@ std::optional<EndGap> end_among(const std::vector<ContactPoint>& found, const Co
 }
 
 // From here on one pass over the whole pair costs less than a search for each contact.
-constexpr std::size_t kSharedEnds = 4;
+constexpr std::size_t kSharedEnds = 2;
 
 using Searches = std::vector<std::optional<EndSearch>>;
 
