@@ -75,5 +75,28 @@ TEST(WorldNewPairs, OfABodyThatWokeInThisStepAreFound) {
   EXPECT_LT(world.state(sleeper).X_WB.translation().x(), kWall - kRadius);
 }
 
+// A ball that passes a large island by a hundredth of its radius may meet it once contacts change
+// velocities: it runs with it from the start, instead of both again later. One that rests there does
+// not.
+TEST(WorldNewPairs, OfALargeIslandAreForeseenWhereSomethingPassesIt) {
+  for (const Scalar speed : {0.0, 2.0}) {
+    World world{WorldOptions{}};
+    constexpr int kRow = 20;
+    SpringDefinition spring;
+    spring.name = "spring";
+    spring.stiffness = 1;
+    for (int k = 0; k < kRow; ++k) {
+      const BodyId ball = world.add_body(elastic_ball("ball", {0.5 * k, 0, 0}));
+      spring.a = spring.b;
+      spring.b = ball;
+      if (k > 0) world.add_spring(spring);
+    }
+    world.add_body(elastic_ball("passing", {-0.01, 2.01 * kRadius, 0}, {speed, 0, 0}));
+    const AdvanceReport report = world.advance(kArrivalStep);
+    EXPECT_EQ(report.status, AdvanceStatus::Completed);
+    EXPECT_EQ(report.work.islands, speed > 0 ? 1 : 2);
+  }
+}
+
 }  // namespace
 }  // namespace dyop

@@ -17,10 +17,13 @@ namespace {
 constexpr std::size_t kLargeContacts = 300;
 constexpr Scalar kLargeSpeedTolerance = 1e-2;
 constexpr int kLargePatience = 30;
-// A large one in which something moves by so many standoffs per step is struck: many cheap legs beat
-// few exact ones. Its residual, in standoffs per leg: so much less may a gap become than asked for.
-// All found by measurement.
+// A large one in which something moves by so many standoffs per step is struck if it has more contacts
+// per body than this, that is, one and a half times as many impulses as velocities: many cheap legs
+// beat few exact ones. With fewer, as of links, impulses are nearly unique, and Newton's method finds
+// them soon. Its residual, in standoffs per leg: so much less may a gap become than asked for. All
+// found by measurement.
 constexpr Scalar kStruckWay = 20;
+constexpr std::size_t kStruckContactsPerBody = 3;
 constexpr Scalar kStruckTolerance = 0.3;
 // Radians. A contact keeps its gap by its place at the end of a leg; beyond about this turn the next
 // prediction asks for more turn, and so on.
@@ -214,6 +217,7 @@ void LegProblem::add_from_below(std::vector<Place> places) {
     const PairState& state = *run_.pairs()[place.pair].state;
     add({place.pair, place.index, state.points()[place.index]});
   }
+  first_contacts_ = contacts_.size();
 }
 
 // To a part of the speed with which the island moves. Of bodies at rest that is what the last
@@ -251,7 +255,9 @@ bool LegProblem::turns_too_far(Scalar tau) const {
 }
 
 bool LegProblem::is_struck() const {
-  return is_large() && start_speed_ * run_.context().h > kStruckWay * standoff_;
+  return first_contacts_ > kLargeContacts &&
+         first_contacts_ > kStruckContactsPerBody * run_.members().size() &&
+         start_speed_ * run_.context().h > kStruckWay * standoff_;
 }
 
 Scalar LegProblem::impact_tolerance(Scalar tau) const {

@@ -113,7 +113,8 @@ class LegProblem {
   /// Shorter legs recover gaps no faster than this one, and are solved as exactly: else the recovery
   /// would need velocities without bound. 0: nothing moves. Time.
   Scalar least_leg() const;
-  /// Whether so many bodies move so fast that they are solved coarsely, in short legs.
+  /// Whether so many bodies with so many contacts move so fast that they are solved coarsely, in short
+  /// legs. What hits add during a leg does not change it.
   bool is_struck() const;
   /// The pair with the given motion that works against a self-stress of the contacts, as the leg asks
   /// for them or with those that carry closed; none if there is none, not even nearly.
@@ -159,6 +160,7 @@ class LegProblem {
   void ensure_support(const std::optional<std::size_t>& member, const BodyRecord& body);
   std::vector<Vector3> centers_;                                 // by body of the problem
   std::vector<std::pair<std::uint32_t, std::size_t>> supports_;  // slot, body of the problem
+  std::size_t first_contacts_ = 0;                               // without those from hits
   Scalar standoff_ = kInfinity;
   Scalar start_speed_ = 0;  // of the fastest member, turning included
 };
