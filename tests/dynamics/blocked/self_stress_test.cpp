@@ -130,6 +130,25 @@ TEST(SelfStress, IsNotFoundBecauseTargetsAreFast) {
   }
 }
 
+TEST(SelfStress, CountsAnEllipseWithItsSmallerCoefficientAndALawAsNone) {
+  const Scalar angle = std::numbers::pi / 6;
+  const Scalar limit = std::tan(angle / 2);
+  for (const Scalar along : {0.9, 1.1}) {
+    for (const Scalar across : {0.9, 1.1}) {
+      ContactProblem problem = wedge(angle, along * limit, Matrix3::Identity(), 1e-3);
+      for (PointContact& contact : problem.contacts) {
+        contact.ellipse = FrictionEllipse{Vector3::UnitY(), across * limit};
+      }
+      EXPECT_EQ(find_self_stress(problem, 1).has_value(), along > 1 && across > 1)
+          << along << ' ' << across;
+    }
+  }
+  ContactProblem problem = wedge(angle, 2 * limit, Matrix3::Identity(), 1e-3);
+  EXPECT_TRUE(find_self_stress(problem, 1));
+  problem.friction_law = [&](std::size_t, const Vector3&) { return 2 * limit; };
+  EXPECT_FALSE(find_self_stress(problem, 1));
+}
+
 // A rod across a slot between two parallel walls, of which one slides. It reaches `along` the slot
 // for 1 across it, and locks if friction exceeds that, but only where the wall pulls it upright.
 TEST(SelfStress, LocksARodInASlotWhereTheWallPullsItUpright) {
