@@ -169,6 +169,31 @@ TEST(SelfStress, LocksARodInASlotWhereTheWallPullsItUpright) {
   }
 }
 
+// A plate that comes down on a body which a row of a joint holds from below.
+TEST(SelfStress, TakesImpulsesOfRigidRowsAlongThoseOfTheirSignsThatHaveNoBound) {
+  const auto locks = [](Scalar lower, Scalar upper, Scalar compliance) {
+    ContactProblem problem;
+    problem.bodies = {movable_body(3, 0.02), ContactBody(), ContactBody()};
+    problem.bodies[2].free_v_W = -Vector3::UnitZ();
+    problem.contacts = {contact_of(2, 0, Vector3(0, 0, 0.2), -Vector3::UnitZ(), 0)};
+    JointRow row;
+    row.body_a = 1;
+    row.body_b = 0;
+    row.j_av_W = -Vector3::UnitZ();
+    row.j_bv_W = Vector3::UnitZ();
+    row.lower = lower;
+    row.upper = upper;
+    row.compliance = compliance;
+    problem.rows = {row};
+    return find_self_stress(problem, 1).has_value();
+  };
+  EXPECT_TRUE(locks(-kInfinity, kInfinity, 0));
+  EXPECT_TRUE(locks(0, kInfinity, 0));
+  EXPECT_FALSE(locks(-kInfinity, 0, 0)) << "it pulls down only";
+  EXPECT_FALSE(locks(-1e6, 1e6, 0)) << "a motor";
+  EXPECT_FALSE(locks(-kInfinity, kInfinity, 1e-9)) << "a spring";
+}
+
 // Bodies between moving ones, at random: what is found is a proof, and where nothing is found the
 // problem has a solution.
 TEST(SelfStress, IsFoundWhereNothingSolvesTheContacts) {
