@@ -130,6 +130,25 @@ TEST(SelfStress, IsNotFoundBecauseTargetsAreFast) {
   }
 }
 
+TEST(SelfStress, CountsAnEllipseWithItsSmallerCoefficientAndALawAsNone) {
+  const Scalar angle = std::numbers::pi / 6;
+  const Scalar limit = std::tan(angle / 2);
+  for (const Scalar along : {0.9, 1.1}) {
+    for (const Scalar across : {0.9, 1.1}) {
+      ContactProblem problem = wedge(angle, along * limit, Matrix3::Identity(), 1e-3);
+      for (PointContact& contact : problem.contacts) {
+        contact.ellipse = FrictionEllipse{Vector3::UnitY(), across * limit};
+      }
+      EXPECT_EQ(find_self_stress(problem, 1).has_value(), along > 1 && across > 1)
+          << along << ' ' << across;
+    }
+  }
+  ContactProblem problem = wedge(angle, 2 * limit, Matrix3::Identity(), 1e-3);
+  EXPECT_TRUE(find_self_stress(problem, 1));
+  problem.friction_law = [&](std::size_t, const Vector3&) { return 2 * limit; };
+  EXPECT_FALSE(find_self_stress(problem, 1));
+}
+
 // A rod across a slot between two parallel walls, of which one slides. It reaches `along` the slot
 // for 1 across it, and locks if friction exceeds that, but only where the wall pulls it upright.
 TEST(SelfStress, LocksARodInASlotWhereTheWallPullsItUpright) {
@@ -148,6 +167,31 @@ TEST(SelfStress, LocksARodInASlotWhereTheWallPullsItUpright) {
       }
     }
   }
+}
+
+// A plate that comes down on a body which a row of a joint holds from below.
+TEST(SelfStress, TakesImpulsesOfRigidRowsAlongThoseOfTheirSignsThatHaveNoBound) {
+  const auto locks = [](Scalar lower, Scalar upper, Scalar compliance) {
+    ContactProblem problem;
+    problem.bodies = {movable_body(3, 0.02), ContactBody(), ContactBody()};
+    problem.bodies[2].free_v_W = -Vector3::UnitZ();
+    problem.contacts = {contact_of(2, 0, Vector3(0, 0, 0.2), -Vector3::UnitZ(), 0)};
+    JointRow row;
+    row.body_a = 1;
+    row.body_b = 0;
+    row.j_av_W = -Vector3::UnitZ();
+    row.j_bv_W = Vector3::UnitZ();
+    row.lower = lower;
+    row.upper = upper;
+    row.compliance = compliance;
+    problem.rows = {row};
+    return find_self_stress(problem, 1).has_value();
+  };
+  EXPECT_TRUE(locks(-kInfinity, kInfinity, 0));
+  EXPECT_TRUE(locks(0, kInfinity, 0));
+  EXPECT_FALSE(locks(-kInfinity, 0, 0)) << "it pulls down only";
+  EXPECT_FALSE(locks(-1e6, 1e6, 0)) << "a motor";
+  EXPECT_FALSE(locks(-kInfinity, kInfinity, 1e-9)) << "a spring";
 }
 
 // Bodies between moving ones, at random: what is found is a proof, and where nothing is found the
