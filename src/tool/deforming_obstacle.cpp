@@ -260,7 +260,7 @@ bool DeformingObstacle::is_minimum(const CorePiece& piece, const RigidPose& X_WB
 }
 
 void DeformingObstacle::add_holds(const ToolBody& body, const RigidPose& X_WB,
-                                  const ExpectedApproach& approach, WorkClock& clock,
+                                  const ExpectedApproach& approach, WorkShare& share,
                                   PairMemory& kept, QueryMemory& /*memory*/,
                                   std::vector<HoldPoint>& holds) const {
   kept.resize(body.pieces.size());
@@ -290,7 +290,7 @@ void DeformingObstacle::add_holds(const ToolBody& body, const RigidPose& X_WB,
       holds.push_back(hold);
     };
     if (!kept[k].front.refine(
-            sides, of_core, [&] { return clock.is_over_small(); }, visit))
+            sides, of_core, [&] { return share.is_over_small(); }, visit))
       return;
   }
 }

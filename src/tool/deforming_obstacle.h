@@ -38,7 +38,7 @@ class DeformingObstacle final : public Obstacle {
   PairImpact first_impact(const BodyMotion& motion, const ToiOptions& options, WorkClock& clock,
                           PairMemory& kept, QueryMemory& memory) const override;
   void add_holds(const ToolBody& body, const RigidPose& X_WB, const ExpectedApproach& approach,
-                 WorkClock& clock, PairMemory& kept, QueryMemory& memory,
+                 WorkShare& share, PairMemory& kept, QueryMemory& memory,
                  std::vector<HoldPoint>& holds) const override;
   PairDistance measure(const ToolBody& body, const RigidPose& X_WB, const DistanceWish& wish,
                        WorkShare& share, PairMemory& kept) const override;

@@ -13,8 +13,30 @@ constexpr Scalar kOpening = 0.3;
 // With so few coordinates, sweeps that do not soon end are slower than Newton's method.
 constexpr int kSweeps = 4;
 
+// More contacts than coordinates share their forces in many ways, and Newton's method may take long
+// over them. So it ends after so many factorisations times contacts, each with a constant part like
+// that of so many contacts; some 100 us. What it has not solved then it hardly ever solves soon
+// after, and the next tick goes on with its impulses.
+constexpr std::size_t kFewContacts = 8;
+constexpr int kNewtonWork = 360;
+constexpr int kFactorisation = 4;
+constexpr int kFewestFactorisations = 10;
+
+// Of a few contacts.
+constexpr int kNewtonLimit = 100;
+
 // The bodies of the problem: the tool's frame, one that stands still, and one for each angle.
 constexpr std::size_t kFrame = 0, kFixed = 1, kFirstHinge = 2;
+
+// What a factorisation counts for.
+int size_of(const ContactProblem& problem) {
+  return kFactorisation + int(problem.contacts.size());
+}
+
+int newton_limit(const ContactProblem& problem) {
+  if (problem.contacts.size() <= kFewContacts) return kNewtonLimit;
+  return std::max(kFewestFactorisations, kNewtonWork / size_of(problem));
+}
 
 Matrix3 inverse_diagonal(const Vector3& values) {
   return values.cwiseInverse().asDiagonal();
@@ -79,7 +101,7 @@ void HoldSolver::add_hold(const StepGoal& goal, const Obstacle& obstacle, const 
   problem_.contacts.push_back(contact);
 }
 
-bool HoldSolver::run(const StepGoal& goal, WorkClock& clock) {
+bool HoldSolver::run(const StepGoal& goal, int limit, WorkClock& clock) {
   ContactSolverOptions options;
   options.tolerance = goal.tolerance;
   options.interrupt = &clock;
@@ -89,7 +111,10 @@ bool HoldSolver::run(const StepGoal& goal, WorkClock& clock) {
   options.cascade_rounds = 1;
   options.admm_limit = 0;
   options.restart_contacts = 0;
-  return solver_.solve(problem_, options).status == ContactStatus::Converged;
+  options.newton_limit = limit;
+  const ContactReport report = solver_.solve(problem_, options);
+  clock.add_work(report.newton_iterations * size_of(problem_));
+  return report.status == ContactStatus::Converged;
 }
 
 ToolStep HoldSolver::read_step(const StepGoal& goal) const {
@@ -122,20 +147,20 @@ void HoldSolver::keep_gaps(const StepGoal& goal, Obstacles obstacles,
     contact.friction = 0;
     contact.impulse_W.setZero();
   }
-  if (run(goal, clock) || clock.cutoff()) return;
+  if (run(goal, newton_limit(problem_), clock) || clock.cutoff()) return;
   // Demands that gaps grow can contradict each other; that none shrinks can be met unless tissue
   // closes in from all sides.
   for (PointContact& contact : problem_.contacts) {
     const Scalar with_tissue = contact.sticking_velocity_W.dot(contact.nhat_AB_W);
     contact.target = std::min(contact.target, with_tissue);
   }
-  run(goal, clock);
+  run(goal, 2 * newton_limit(problem_), clock);
 }
 
 ToolStep HoldSolver::solve(const StepGoal& goal, Obstacles obstacles, std::vector<HoldPoint>& holds,
                            WorkClock& clock) {
   build(goal, obstacles, holds);
-  const bool is_solved = run(goal, clock);
+  const bool is_solved = run(goal, newton_limit(problem_), clock);
   for (std::size_t k = 0; k < holds.size(); ++k) {
     holds[k].impulse_W = problem_.contacts[k].impulse_W;
   }

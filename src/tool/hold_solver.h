@@ -44,7 +44,7 @@ class HoldSolver {
   void place_bodies(const StepGoal& goal);
   void add_hold(const StepGoal& goal, const Obstacle& obstacle, const HoldPoint& hold);
   Vector3 axis_of(const StepGoal& goal, std::size_t hinge) const;
-  bool run(const StepGoal& goal, WorkClock& clock);
+  bool run(const StepGoal& goal, int limit, WorkClock& clock);
   void keep_gaps(const StepGoal& goal, Obstacles obstacles, std::span<const HoldPoint> holds,
                  WorkClock& clock);
   ToolStep read_step(const StepGoal& goal) const;

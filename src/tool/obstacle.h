@@ -118,9 +118,9 @@ class Obstacle {
                                   WorkClock& clock, PairMemory& kept,
                                   QueryMemory& memory) const = 0;
   /// Appends the points where the gap has a local minimum and matters for the approach, perhaps
-  /// more that are within its reach; not all of them if the clock runs out.
+  /// more that are within its reach; not all of them if the share is used up.
   virtual void add_holds(const ToolBody& body, const RigidPose& X_WB,
-                         const ExpectedApproach& approach, WorkClock& clock, PairMemory& kept,
+                         const ExpectedApproach& approach, WorkShare& share, PairMemory& kept,
                          QueryMemory& memory, std::vector<HoldPoint>& holds) const = 0;
   /// Bounds as close as wished, besides rounding, unless the share is used up.
   virtual PairDistance measure(const ToolBody& body, const RigidPose& X_WB,

@@ -132,9 +132,10 @@ class Proxy {
   std::optional<ToolPose> last_goal_;
   std::vector<ToolWaypoint> path_;
   std::vector<HoldPoint> holds_;
-  ToolPose holds_from_;     // where they were found
-  Scalar holds_since_ = 0;  // time since then
-  bool was_hasty_ = false;  // the last search for holds was cut off
+  ToolPose holds_from_;           // where they were found
+  Scalar holds_since_ = 0;        // time since then
+  bool was_hasty_ = false;        // the last search for holds was cut off
+  std::int64_t search_work_ = 0;  // pieces of the last search for holds
   bool was_escape_cut_ = false;
   std::vector<HoldPoint> last_holds_;
   std::vector<HoldPoint> found_;

@@ -52,6 +52,7 @@ Scalar Proxy::excess(const PairState& pair, const DistanceWish& wish) const {
 // The pairs first whose bounds are the worst for what is allowed; those that are left when the share
 // is used up are the worst in the next tick.
 void Proxy::measure(WorkShare share, TickStatistics& work) {
+  if (share.clock.cutoff()) return;
   loose_.clear();
   for (std::size_t obstacle = 0; obstacle < obstacles_.size(); ++obstacle) {
     refresh(obstacle);

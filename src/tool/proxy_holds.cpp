@@ -18,6 +18,11 @@ constexpr Scalar kMostReach = 20;
 // many standoffs. With more, everything around the tool would be looked at; the proof finds the rest.
 constexpr Scalar kMostSurprise = 2;
 
+// A search for holds may always spend so many pieces of work, and twice as many as the last one did.
+// If they do not suffice, the proof finds the holds that are missing, and the next search is faster
+// for what this one has learnt.
+constexpr std::int64_t kSearchWork = 400;
+
 // Two holds closer than this many standoffs with nearly the same normal are one.
 constexpr Scalar kSamePlace = 2;
 constexpr Scalar kSameNormal = 0.999;  // cosine of 2.6 degrees
@@ -48,6 +53,8 @@ bool is_named_before(const HoldPoint& x, const HoldPoint& y) {
 void Proxy::gather_holds(const ToolStep& wish, const Piece& piece, WorkClock& clock) {
   if (std::exchange(was_hasty_, false)) return carry_holds();
   found_.clear();
+  const std::int64_t before = clock.checkpoints();
+  WorkShare share(clock, std::max(kSearchWork, 2 * search_work_));
   const ToolMotion motion(pose_, wish, piece.duration, hinges_);
   for (PairState& pair : pairs_) {
     const Obstacle& obstacle = *obstacles_[pair.obstacle];
@@ -63,7 +70,7 @@ void Proxy::gather_holds(const ToolStep& wish, const Piece& piece, WorkClock& cl
     const std::size_t first = found_.size();
     ExpectedApproach approach{.least = least_reach, .reach = reach};
     expect(pair, piece.duration, approach);
-    obstacle.add_holds(bodies_[pair.body], body_pose(pair.body), approach, clock, pair.kept,
+    obstacle.add_holds(bodies_[pair.body], body_pose(pair.body), approach, share, pair.kept,
                        memory_, found_);
     for (std::size_t k = first; k < found_.size(); ++k) {
       found_[k].body = pair.body;
@@ -71,6 +78,11 @@ void Proxy::gather_holds(const ToolStep& wish, const Piece& piece, WorkClock& cl
     }
   }
   if (clock.cutoff()) return keep_found();
+  search_work_ = clock.checkpoints() - before;
+  if (share.is_used_up()) {
+    carry_holds();
+    found_.insert(found_.end(), holds_.begin(), holds_.end());
+  }
   last_holds_.swap(holds_);
   thin_holds();
   warm_start();

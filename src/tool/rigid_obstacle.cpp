@@ -17,7 +17,7 @@ class RigidObstacle final : public Obstacle {
   PairImpact first_impact(const BodyMotion& motion, const ToiOptions& options, WorkClock& clock,
                           PairMemory& kept, QueryMemory& memory) const override;
   void add_holds(const ToolBody& body, const RigidPose& X_WB, const ExpectedApproach& approach,
-                 WorkClock& clock, PairMemory& kept, QueryMemory& memory,
+                 WorkShare& share, PairMemory& kept, QueryMemory& memory,
                  std::vector<HoldPoint>& holds) const override;
   PairDistance measure(const ToolBody& body, const RigidPose& X_WB, const DistanceWish& wish,
                        WorkShare& share, PairMemory& kept) const override;
@@ -64,11 +64,12 @@ PairImpact RigidObstacle::first_impact(const BodyMotion& motion, const ToiOption
 }
 
 void RigidObstacle::add_holds(const ToolBody& body, const RigidPose& X_WB,
-                              const ExpectedApproach& approach, WorkClock& clock,
+                              const ExpectedApproach& approach, WorkShare& share,
                               PairMemory& /*kept*/, QueryMemory& memory,
                               std::vector<HoldPoint>& holds) const {
+  // All or nothing: only the tick's end ends it.
   generate_contacts(*shape_, X_WA_, *body.shape, X_WB, approach.reach, {}, memory.contact_workspace,
-                    memory.contacts, &clock);
+                    memory.contacts, &share.clock);
   for (const ContactPoint& contact : memory.contacts) {
     HoldPoint hold;
     hold.p_WA = contact.p_WCa;

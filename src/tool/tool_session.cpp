@@ -14,7 +14,7 @@ namespace internal {
 
 struct SessionState {
   SessionState(const ToolScene& scene, const ToolOptions& given)
-      : options(given), proxy(scene, given), coupling(given.coupling) {}
+      : options(given), proxy(scene, given), coupling(given.coupling), clock(given.max_work) {}
 
   ToolOptions options;
   Proxy proxy;
@@ -51,9 +51,12 @@ void require_valid(const ToolOptions& options) {
   require_positive("standoff", options.standoff);
   require_positive("recovery_speed", options.recovery_speed);
   require_positive("clearance_tolerance", options.clearance_tolerance);
-  DYOP_REQUIRE(options.clearance_work >= kLeastWork,
-               "ToolSession: clearance_work must be >= ", kLeastWork, ", not ",
-               options.clearance_work);
+  const auto require_work = [](const char* name, std::int64_t pieces) {
+    DYOP_REQUIRE(pieces >= kLeastWork, "ToolSession: ", name, " must be >= ", kLeastWork, ", not ",
+                 pieces);
+  };
+  require_work("clearance_work", options.clearance_work);
+  require_work("max_work", options.max_work);
   DYOP_REQUIRE(options.max_rounds >= 1, "ToolSession: max_rounds must be >= 1, not ",
                options.max_rounds);
   DYOP_REQUIRE(options.max_attempts >= 1, "ToolSession: max_attempts must be >= 1, not ",
@@ -99,10 +102,10 @@ std::optional<ToolPose> checked(const DevicePose& device) {
   return pose;
 }
 
-ToolStatus status_of(const FollowReport& report, const SessionState& state, bool is_late) {
+ToolStatus status_of(const FollowReport& report, bool was_cut, bool is_late) {
   if (report.was_overlapping) return ToolStatus::Overlapping;
   if (report.was_recovering) return ToolStatus::Recovering;
-  if (state.clock.cutoff()) return ToolStatus::Deadline;
+  if (was_cut) return ToolStatus::Deadline;
   if (is_late) return ToolStatus::Trapped;
   if (report.is_at_goal) return ToolStatus::Free;
   return report.is_held ? ToolStatus::Held : ToolStatus::Blocked;
@@ -174,6 +177,8 @@ const ToolTick& run_tick(SessionState& state, const DevicePose& device, Scalar d
   // Without a device pose the proxy stays where it is, unless tissue pushes it.
   const FollowReport report =
       state.proxy.follow(is_valid ? goal : std::nullopt, passed, state.clock, tick.statistics);
+  // A tick that only has to leave clearances to the next has done all that its status tells.
+  const bool was_cut = state.clock.cutoff().has_value();
   state.proxy.measure({state.clock, state.options.clearance_work}, tick.statistics);
   const Scalar late = passed - report.committed;
   const bool is_late = late > kTimeNoise * passed;
@@ -188,6 +193,7 @@ const ToolTick& run_tick(SessionState& state, const DevicePose& device, Scalar d
   tick.path = state.proxy.path();
   tick.cutoff = state.clock.cutoff();
   tick.statistics.checkpoints = state.clock.checkpoints();
+  tick.statistics.work = state.clock.work();
   for (std::size_t k = 0; k < tick.snapshots.size(); ++k) {
     tick.snapshots[k] = state.proxy.obstacles()[k]->snapshots_seen();
   }
@@ -201,7 +207,7 @@ const ToolTick& run_tick(SessionState& state, const DevicePose& device, Scalar d
     state.coupling.release();
     tick.wrench = {};
   }
-  tick.status = is_valid ? status_of(report, state, is_late) : ToolStatus::InvalidInput;
+  tick.status = is_valid ? status_of(report, was_cut, is_late) : ToolStatus::InvalidInput;
   return tick;
 }
 
@@ -219,8 +225,9 @@ ToolSession::ToolSession(const ToolScene& scene, const ToolOptions& options) {
   require_valid(options);
   require_valid(scene);
   state_ = std::make_unique<SessionState>(scene, options);
-  // Without a deadline, so that the first tick knows what is far.
-  state_->proxy.measure(internal::WorkShare(state_->clock), state_->tick.statistics);
+  // Without a limit, so that the first tick knows what is far.
+  internal::WorkClock unlimited;
+  state_->proxy.measure(internal::WorkShare(unlimited), state_->tick.statistics);
   state_->tick.tool = state_->proxy.pose();
   state_->tick.clearances.resize(scene.obstacles.size());
   state_->tick.snapshots.resize(scene.obstacles.size());

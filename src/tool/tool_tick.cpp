@@ -16,7 +16,7 @@ const char* words_of(ToolStatus status) {
     case ToolStatus::Blocked:
       return "behind the device";
     case ToolStatus::Deadline:
-      return "cut off by the deadline";
+      return "cut off in time";
     case ToolStatus::Trapped:
       return "trapped, tissue stopped";
     case ToolStatus::Recovering:

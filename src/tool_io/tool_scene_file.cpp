@@ -112,6 +112,7 @@ void read_options(const JsonNode& root, ToolRun& run) {
   ToolOptions& options = run.options;
   options.standoff = root.at("standoff").positive_number();
   options.recovery_speed = root.at("recovery_speed").positive_number();
+  if (root.has("max_work")) options.max_work = root.at("max_work").positive_integer();
   const JsonNode coupling = root.at("coupling");
   coupling.require_object({"stiffness", "damping", "rotational_stiffness", "rotational_damping",
                            "largest_force", "largest_torque", "device_damping",
@@ -199,7 +200,7 @@ ToolRun parse_tool_run(const std::filesystem::path& file, const std::string& tex
   const Json json = internal::parse_json(file, text);
   const JsonNode root(file, json);
   root.require_object({"title", "tool", "obstacles", "coupling", "standoff", "recovery_speed",
-                       "rate", "deadline", "duration", "strokes"});
+                       "max_work", "rate", "deadline", "duration", "strokes"});
   ToolRun run;
   run.text = text;
   if (root.has("title")) run.title = root.at("title").text();

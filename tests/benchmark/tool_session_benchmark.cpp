@@ -46,7 +46,7 @@ int run(const char* scene, std::int64_t ticks, std::int64_t deadline_us) {
   const auto fcl_liver = fcl_model<FclRss>(TriangleMesh(liver.vertices, liver.triangles));
 
   ToolSession session(run.scene, run.options);
-  std::vector<Scalar> latencies, busy, fcl_times;
+  std::vector<Scalar> latencies, busy, work, fcl_times;
   Scalar started = 0;
   std::int64_t cut_off = 0, queries = 0, solves = 0;
   run_session(
@@ -60,6 +60,7 @@ int run(const char* scene, std::int64_t ticks, std::int64_t deadline_us) {
       [&](const TickRecord& record) {
         busy.push_back(processor_time() - started);
         latencies.push_back(Scalar(record.tick.latency.count()) / 1e3);
+        work.push_back(Scalar(record.tick.statistics.work));
         cut_off += record.tick.cutoff.has_value();
         queries += record.tick.statistics.impact_queries;
         solves += record.tick.statistics.solves;
@@ -70,11 +71,12 @@ int run(const char* scene, std::int64_t ticks, std::int64_t deadline_us) {
       },
       run.runner);
   const auto count = double(latencies.size());
-  std::printf("%.0f ticks, %.1f %% cut off, %.2f impact queries and %.2f solves a tick\n", count,
+  std::printf("%.0f ticks, %.2f %% cut off, %.2f impact queries and %.2f solves a tick\n", count,
               100 * double(cut_off) / count, double(queries) / count, double(solves) / count);
   std::printf("%-28s %8s %8s %8s %8s\n", "us", "median", "99 %", "99.9 %", "worst");
   print_row("tick", latencies);
   print_row("tick, processor time", busy);
+  print_row("tick, pieces of work", work);
   print_row("FCL distance from the liver", fcl_times);
   std::printf("median tick / median FCL distance: %.3f\n",
               quantile(busy, 0.5) / quantile(fcl_times, 0.5));

@@ -55,11 +55,15 @@ std::vector<TriangleIndices> cut_triangles(const ToolScene& scene) {
   return {whole.begin() + 20, whole.end()};
 }
 
+// Ends some ticks by itself.
+constexpr std::int64_t kHeavingWork = 400;
+
 // Runs the scene, every seventh tick cut off, with snapshots at irregular ticks; one of them is
 // another mesh.
 std::vector<ToolTick> record_heaving_run(const fs::path& file, int count) {
   const ToolScene scene = heaving_scene();
-  const ToolOptions options = testing::tool_options();
+  ToolOptions options = testing::tool_options();
+  options.max_work = kHeavingWork;
   ToolSession session(scene, options);
   ToolRecordingWriter writer(file, {"heaving", "", 1e-3, ""}, scene, options);
   std::vector<ToolTick> run;
@@ -113,6 +117,7 @@ TEST(ToolRecording, HoldsTheInputsOfARunWithEveryBit) {
   EXPECT_TRUE(is_tool_recording(file));
   EXPECT_EQ(reader.header().title, "heaving");
   EXPECT_EQ(reader.options().coupling.largest_force, kInfinity);
+  EXPECT_EQ(reader.options().max_work, kHeavingWork);
   ASSERT_TRUE(reader.end().has_value());
   expect_same_bits(reader);
   EXPECT_FALSE(reader.snapshot(0, 1).is_mesh());

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <chrono>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <span>
@@ -31,6 +32,11 @@ struct ToolOptions {
   /// done in the next ticks, the worst known first. The bounds always hold, only farther apart, and
   /// neither contacts nor margins depend on them.
   int clearance_work = 100;
+  /// The pieces of work after which a tick is cut off as by a deadline, >= 10, but at the same
+  /// place in every run; what is left of the way is gone in the next ticks. A tool that is stroked
+  /// along an organ needs some hundreds, one that slips up to 5,000: only where a device jumps or
+  /// something jams is the default reached.
+  std::int64_t max_work = 20000;
 };
 
 namespace internal {

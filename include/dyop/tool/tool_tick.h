@@ -46,7 +46,7 @@ enum class ToolStatus {
   Free,          ///< the proxy is where the device is
   Held,          ///< contacts or regions hold it back: as near to the device as they allow
   Blocked,       ///< the rounds of the tick were used up before that was reached
-  Deadline,      ///< the same for the deadline
+  Deadline,      ///< the same for the deadline, or for ToolOptions::max_work
   Trapped,       ///< tissue closes in from all sides: it was stopped too, see tissue_stopped
   Recovering,    ///< something was nearer than its target at the start and is being left
   Overlapping,   ///< something crosses the tool: that pair is not proven, and is being left
@@ -78,7 +78,8 @@ struct ToolClearance {
   Scalar time_to_breach = kInfinity;
 };
 
-/// Where a deadline cut off a tick, so that a replay can end at the same place.
+/// Where a deadline or ToolOptions::max_work cut off a tick, so that a replay can end at the same
+/// place.
 struct TickCutoff {
   std::int64_t checkpoint = 0;  ///< number of the checkpoint within the tick
   std::int64_t node_pairs = 0;  ///< of the query it fell in; 0: before it
@@ -90,9 +91,10 @@ struct TickStatistics {
   std::int64_t impact_queries = 0;
   std::int64_t distance_queries = 0;
   std::int64_t node_pairs = 0;
-  std::int64_t checkpoints = 0;  ///< small pieces of work: where a deadline can end the tick
+  std::int64_t checkpoints = 0;  ///< places where a deadline can end the tick
   std::int64_t solves = 0;
   std::int64_t pieces = 0;  ///< motions committed
+  std::int64_t work = 0;    ///< as ToolOptions::max_work counts it; not in recordings
 };
 
 /// Result of ToolSession::update().
@@ -110,7 +112,7 @@ struct ToolTick {
   Scalar tissue_lag = 0;
   /// Per obstacle: total of snapshots and meshes given before the tick.
   std::vector<std::int64_t> snapshots;
-  std::optional<TickCutoff> cutoff;     ///< if the deadline ended the tick
+  std::optional<TickCutoff> cutoff;     ///< if the tick was cut off
   std::chrono::nanoseconds latency{0};  ///< of this call
   TickStatistics statistics;
 };

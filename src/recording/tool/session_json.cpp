@@ -2,6 +2,7 @@
 #include "recording/tool/session_json.h"
 
 #include <array>
+#include <limits>
 
 #include "dyop/core/error.h"
 
@@ -45,7 +46,8 @@ Json options_json(const ToolOptions& options) {
           {"max_attempts", options.max_attempts},
           {"max_contacts", options.max_contacts},
           {"clearance_tolerance", options.clearance_tolerance},
-          {"clearance_work", options.clearance_work}};
+          {"clearance_work", options.clearance_work},
+          {"max_work", options.max_work}};
 }
 
 ToolOptions options_from(const Json& json) {
@@ -68,6 +70,8 @@ ToolOptions options_from(const Json& json) {
   options.max_contacts = json.at("max_contacts").get<int>();
   options.clearance_tolerance = json.at("clearance_tolerance").get<Scalar>();
   options.clearance_work = json.value("clearance_work", options.clearance_work);
+  // Older recordings know no limit.
+  options.max_work = json.value("max_work", std::numeric_limits<std::int64_t>::max());
   return options;
 }
 

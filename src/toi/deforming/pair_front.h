@@ -107,7 +107,8 @@ class DYOP_EXPORT PairFront {
   // A search of so many pairs was worth looking for a nearer one first.
   static constexpr std::size_t kLongSearch = 100;
 
-  struct Node {
+  // A line of the cache: a tick passes thousands of them.
+  struct alignas(64) Node {
     // The lower bound of the distance when it was examined, plus all displacements until then; of
     // an opened pair the least of its parts, or less.
     Scalar key;
@@ -140,6 +141,7 @@ class DYOP_EXPORT PairFront {
   bool descend(Pass<IsOver, Visit>& pass, std::int32_t number);
   template <typename IsOver, typename Visit>
   bool descend_to_parts(Pass<IsOver, Visit>& pass, std::int32_t number);
+  void fetch_parts(std::int32_t first, std::int32_t end, Scalar key) const;
   template <typename IsOver, typename Visit>
   bool descend_between(Scalar near_key, Scalar far_key, const IsOver& is_over, const Visit& visit,
                        std::int32_t number) const;

@@ -61,12 +61,22 @@ bool PairFront::descend_between(Scalar near_key, Scalar far_key, const IsOver& i
   return true;
 }
 
+// What the parts up to this key are made of comes into the cache meanwhile, all at once: after a
+// snapshot was refitted nothing of it is there.
+inline void PairFront::fetch_parts(std::int32_t first, std::int32_t end, Scalar key) const {
+  for (std::int32_t part = first; part < end; ++part) {
+    const Node& node = at(part);
+    if (node.count > 0 && !(node.key > key)) __builtin_prefetch(&at(node.parts));
+  }
+}
+
 // Opening a part may move all nodes.
 template <typename IsOver, typename Visit>
 bool PairFront::descend_to_parts(Pass<IsOver, Visit>& pass, std::int32_t number) {
   const std::int32_t first = at(number).parts, end = first + at(number).count;
   bool is_through = true;
   Scalar least = kInfinity;
+  fetch_parts(first, end, pass.reach + moved_);
   for (std::int32_t part = first; part < end; ++part) {
     if (is_through) is_through = descend(pass, part);
     least = std::min(least, at(part).key);
