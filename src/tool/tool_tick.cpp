@@ -16,7 +16,7 @@ const char* words_of(ToolStatus status) {
     case ToolStatus::Blocked:
       return "behind the device";
     case ToolStatus::Deadline:
-      return "cut off in time";
+      return "cut off by a limit";
     case ToolStatus::Trapped:
       return "trapped, tissue stopped";
     case ToolStatus::Recovering:
