@@ -169,13 +169,13 @@ TEST(SelfStress, LocksARodInASlotWhereTheWallPullsItUpright) {
   }
 }
 
-// A plate that comes down on a body which a row of a joint holds from below.
+// A plate that comes down on a body which a row of a joint holds from below; or up, and from above.
 TEST(SelfStress, TakesImpulsesOfRigidRowsAlongThoseOfTheirSignsThatHaveNoBound) {
-  const auto locks = [](Scalar lower, Scalar upper, Scalar compliance) {
+  const auto locks = [](Scalar lower, Scalar upper, Scalar compliance, Scalar up = -1) {
     ContactProblem problem;
     problem.bodies = {movable_body(3, 0.02), ContactBody(), ContactBody()};
-    problem.bodies[2].free_v_W = -Vector3::UnitZ();
-    problem.contacts = {contact_of(2, 0, Vector3(0, 0, 0.2), -Vector3::UnitZ(), 0)};
+    problem.bodies[2].free_v_W = up * Vector3::UnitZ();
+    problem.contacts = {contact_of(2, 0, Vector3(0, 0, -0.2 * up), up * Vector3::UnitZ(), 0)};
     JointRow row;
     row.body_a = 1;
     row.body_b = 0;
@@ -190,6 +190,8 @@ TEST(SelfStress, TakesImpulsesOfRigidRowsAlongThoseOfTheirSignsThatHaveNoBound) 
   EXPECT_TRUE(locks(-kInfinity, kInfinity, 0));
   EXPECT_TRUE(locks(0, kInfinity, 0));
   EXPECT_FALSE(locks(-kInfinity, 0, 0)) << "it pulls down only";
+  EXPECT_TRUE(locks(-kInfinity, 0, 0, 1));
+  EXPECT_FALSE(locks(0, kInfinity, 0, 1)) << "it pushes up only";
   EXPECT_FALSE(locks(-1e6, 1e6, 0)) << "a motor";
   EXPECT_FALSE(locks(-kInfinity, kInfinity, 1e-9)) << "a spring";
 }
