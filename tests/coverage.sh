@@ -5,7 +5,8 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 build=build/coverage
-rooms=(core geometry motion distance toi dynamics io scene_io cli)
+rooms=(core exact geometry motion hierarchy distance toi chain contact dynamics tool paper io scene_io recording tool_io
+  view cli)
 targets=("${rooms[@]/#/dyop_}")
 targets=("${targets[@]/%/_test}")
 
