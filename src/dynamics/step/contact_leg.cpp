@@ -31,6 +31,9 @@ constexpr Scalar kNoProgress = 0.9;
 // Legs of a jam that only use the room that is left, in one step. By then it is a jam of more than
 // one pose.
 constexpr int kMostJams = 3;
+// Of a pair in a step. A hit that bodies do not meet where it ends the leg is one of a longer leg only,
+// such as one in which a joint throws about what spins fast; it is solved as a contact of that leg.
+constexpr int kMostMissedLandings = 2;
 // Legs of a struck island, of a step.
 constexpr Scalar kStruckLegPart = 0.25;
 
@@ -220,8 +223,8 @@ bool ContactLeg::answer_hits() {
   const bool is_violent = speed * tau_ > pair.state->lengths.radius / 4;
   const bool is_event = run_.context().options->policy != ImpactPolicy::Impulse &&
                         speed > run_.context().restitution_speed(pair.state->lengths);
-  if (may_bounce_ && met.t_safe > run_.now() &&
-      (is_violent || is_event || bounces(run_, pair, -speed))) {
+  const bool may_land = pair.missed_landings < kMostMissedLandings && met.t_safe > run_.now();
+  if (may_bounce_ && may_land && (is_violent || is_event || bounces(run_, pair, -speed))) {
     pair.hit = met;
     must_land_ = true;
     return false;

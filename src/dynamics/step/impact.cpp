@@ -25,6 +25,13 @@ bool is_met(const RunPair& pair, const ContactPoint& point) {
   return point.gap <= lengths.rest_gap() + 0.5 * lengths.standoff;
 }
 
+bool has_met(const RunPair& pair) {
+  const auto points = pair.state->points();
+  return pair.is_near && std::any_of(points.begin(), points.end(), [&](const ContactPoint& point) {
+           return is_met(pair, point);
+         });
+}
+
 bool is_triggered(const IslandRun& run, const RunPair& pair, const ContactPoint& point) {
   if (!is_met(pair, point)) return false;
   const Scalar speed = normal_velocity(run, pair, point);
@@ -232,6 +239,9 @@ bool resolve_impacts(IslandRun& run, bool may_bounce) {
     for (RunPair& pair : run.pairs()) pair.hit.reset();
   };
   if (!met) {
+    for (RunPair& pair : run.pairs()) {
+      if (pair.hit && !has_met(pair)) ++pair.missed_landings;
+    }
     forget();
     return false;
   }

@@ -80,6 +80,7 @@ class IslandRun {
     Scalar restitution = 0;
     bool is_near = false;          // contacts of `state` are those at now()
     std::optional<ToiResult> hit;  // the hit that ended the leg at now()
+    int missed_landings = 0;       // legs that ended at such a hit, but did not get there
   };
   const StepContext& context() const { return context_; }
   StepWorkspace& workspace() { return workspace_; }
