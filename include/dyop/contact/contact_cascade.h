@@ -33,8 +33,8 @@ class ContactCascade final : public ContactSolver {
                ContactReport& report) override;
 
  private:
-  Scalar run_round(internal::ContactSystem& system, const ContactSolverOptions& options,
-                   ContactReport& report);
+  Scalar run_round(internal::ContactSystem& system, Scalar best,
+                   const ContactSolverOptions& options, ContactReport& report);
   void restart(internal::ContactSystem& system, Scalar best, const ContactSolverOptions& options,
                ContactReport& report);
 

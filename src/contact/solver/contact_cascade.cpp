@@ -37,10 +37,10 @@ ContactCascade::ContactCascade()
       restart_(std::make_unique<internal::ContactRestart>()) {}
 ContactCascade::~ContactCascade() = default;
 
-// Solvers one after the other, each from the best answer so far, which is left in the system.
-Scalar ContactCascade::run_round(internal::ContactSystem& system,
+// Solvers one after the other, each from the best answer so far, which is left in the system. `best`
+// is the residual before.
+Scalar ContactCascade::run_round(internal::ContactSystem& system, Scalar best,
                                  const ContactSolverOptions& options, ContactReport& report) {
-  Scalar best = system.residual();
   for (ContactSolver* solver : order_) {
     if (best <= options.tolerance || is_over(options.interrupt)) break;
     keep(system, best_lambda_);
@@ -74,7 +74,7 @@ void ContactCascade::improve(internal::ContactSystem& system, const ContactSolve
   }
   if (is_small || best <= kContactGoodStart * without_impulses) std::swap(order_[0], order_[1]);
   for (int round = 0; round < options.cascade_rounds; ++round) {
-    const Scalar before = std::exchange(best, run_round(system, options, report));
+    const Scalar before = std::exchange(best, run_round(system, best, options, report));
     if (best <= options.tolerance || is_over(options.interrupt)) return;
     if (!(best < before)) break;  // the next round would change nothing
   }
@@ -90,12 +90,12 @@ void ContactCascade::restart(internal::ContactSystem& system, Scalar best,
   restart_->begin(system);
   for (int k = 0; options.friction_steps > 0 && k <= options.friction_steps; ++k) {
     restart_->set_friction(system, Scalar(k) / options.friction_steps);
-    run_round(system, options, report);
+    run_round(system, system.residual(), options, report);
   }
   for (int k = 0; k < options.scattered_starts; ++k) {
     if (system.residual() <= options.tolerance || is_over(options.interrupt)) break;
     restart_->scatter(system);
-    run_round(system, options, report);
+    run_round(system, system.residual(), options, report);
   }
   restart_->set_friction(system, 1);
   if (system.residual() < best) return;

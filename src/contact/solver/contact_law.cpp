@@ -97,19 +97,10 @@ Vector2 solve_disc(const Eigen::Matrix2d& W, const Vector2& q, Scalar radius, Sc
   return clip(slide(A, -q, radius, Vector2::Zero(), slip), radius);
 }
 
-Vector3 project_onto_cone(const Vector3& x, Scalar friction) {
-  const Scalar t = x.tail<2>().norm();
-  if (x[0] >= 0 && t <= friction * x[0]) return x;
-  if (friction * t <= -x[0]) return Vector3::Zero();
-  const Scalar n = (x[0] + friction * t) / (1 + friction * friction);
-  const Scalar shrink = friction * n / t;
-  return {n, x[1] * shrink, x[2] * shrink};
-}
-
 namespace {
 
 Matrix3 cone_derivative(const Vector3& x, Scalar friction) {
-  const Scalar t = x.tail<2>().norm();
+  const Scalar t = tangent_length(x);
   if (x[0] >= 0 && t <= friction * x[0]) return Matrix3::Identity();
   if (friction * t <= -x[0]) return Matrix3::Zero();
   const Scalar share = 1 / (1 + friction * friction);
@@ -154,10 +145,10 @@ Matrix3 project_derivative(const Block& block, const Vector3& x, Scalar normal) 
   return Matrix3::Zero();  // not reached
 }
 
-Vector3 project(const Block& block, const Vector3& x, Scalar normal) {
+Vector3 project_onto_bounds(const Block& block, const Vector3& x, Scalar normal) {
   switch (block.kind) {
     case BlockKind::Contact:
-      return project_onto_cone(x, block.friction);
+      break;
     case BlockKind::Row:
       return {std::clamp(x[0], block.lower, block.upper), 0, 0};
     case BlockKind::Rolling: {

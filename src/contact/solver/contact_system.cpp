@@ -248,10 +248,12 @@ Vector3 ContactSystem::relative_velocity(const Block& block) const {
 Scalar ContactSystem::residual(const Block& block) const {
   DYOP_ASSERT(block.owner < int(blocks_.size()), block.owner);
   Vector3 u = relative_velocity(block);
-  if (block.kind == BlockKind::Contact) u[0] += block.friction * u.tail<2>().norm();
+  if (block.kind == BlockKind::Contact) u[0] += block.friction * tangent_length(u);
   const Scalar normal = block.owner >= 0 ? blocks_[std::size_t(block.owner)].lambda[0] : 0;
   const Scalar rho = 1 / block.weight;
-  return (block.lambda - project(block, block.lambda - rho * u, normal)).norm() * block.weight;
+  const Vector3& lambda = block.lambda;
+  const Vector3 x(lambda[0] - rho * u[0], lambda[1] - rho * u[1], lambda[2] - rho * u[2]);
+  return (lambda - project(block, x, normal)).norm() * block.weight;
 }
 
 Scalar ContactSystem::residual() const {

@@ -53,39 +53,43 @@ class NewtonRun {
   bool end_drift();
 
   // Puts the impulses with the smallest residual into the system.
-  void restore_best() { restore(best_lambda_); }
+  void restore_best() { restore(best_lambda_, best_residual_); }
   // Penalty to begin with, times a contact's mobility.
   Scalar first_penalty() const {
     const bool is_near = best_residual_ <= kNearStart * system_->residual_without_impulses();
     return is_near ? kNearPenalty : kContactPenalty;
   }
   Scalar best_residual() const { return best_residual_; }
-  bool is_lost() const { return !std::isfinite(system_->residual()); }
+  bool is_lost() const { return !std::isfinite(residual_); }
 
  private:
   Vector3 raw_impulse(std::size_t i, const Vector3& u) const;  // before its projection onto C
-  Scalar penalty(std::size_t i) const;                         // d lambda / d u, without P'
   void compute_u(const std::vector<Vector6>& y, std::vector<Vector3>& u) const;
-  void restore(const std::vector<Vector3>& lambda);
+  void restore(const std::vector<Vector3>& lambda, Scalar residual);
   void compute_shifts();
   Scalar take_impulses();
   Scalar compute_gradient();
   bool compute_step(bool with_shifts);
   bool step_on_whole_law();
   End minimise_whole_law(int limit, int& factorisations);
+  Scalar slope_at_start() const;
   Scalar slope(Scalar t) const;
   bool search_line();
 
   ContactSystem* system_ = nullptr;
   Scalar tolerance_ = 0;
   Interrupt* interrupt_ = nullptr;
+  Scalar residual_ = kInfinity;  // of the impulses that are in the system
   Scalar outer_residual_ = kInfinity;
   Scalar best_residual_ = kInfinity;
   BodyMatrix matrix_;
   ImpulseDrift drift_;
   std::vector<Vector3> lambda_, best_lambda_;
   std::vector<Scalar> rho_, shift_, radius_;
-  std::vector<Vector3> u_, du_;  // without compliance and shift
+  std::vector<Scalar> penalty_;         // d lambda / d u, without P'
+  std::vector<Vector3> lambda_by_rho_;  // lambda_ / rho_
+  std::vector<Vector3> raw_;            // raw impulses at y_, of take_impulses()
+  std::vector<Vector3> u_, du_;         // without compliance and shift
   std::vector<Vector6> y_, step_;
 };
 
@@ -94,15 +98,17 @@ void NewtonRun::begin(ContactSystem& system, const ContactSolverOptions& options
   tolerance_ = options.tolerance;
   interrupt_ = options.interrupt;
   const std::size_t count = system.blocks().size();
-  best_residual_ = kInfinity;
-  for (auto* array : {&lambda_, &best_lambda_, &u_, &du_}) array->resize(count);
-  for (auto* array : {&rho_, &shift_, &radius_}) array->resize(count);
+  for (auto* array : {&lambda_, &best_lambda_, &lambda_by_rho_, &raw_, &u_, &du_}) {
+    array->resize(count);
+  }
+  for (auto* array : {&rho_, &penalty_, &shift_, &radius_}) array->resize(count);
   system.update_velocities();
   y_ = system.velocities();
   step_.resize(y_.size());
   for (std::size_t i = 0; i < count; ++i) best_lambda_[i] = system.blocks()[i].lambda;
-  best_residual_ = system.residual();
-  outer_residual_ = best_residual_;
+  residual_ = system.residual();
+  best_residual_ = residual_;
+  outer_residual_ = residual_;
   matrix_.analyse(system);
   drift_.clear();
   compute_u(y_, u_);
@@ -110,10 +116,12 @@ void NewtonRun::begin(ContactSystem& system, const ContactSolverOptions& options
 
 void NewtonRun::begin_outer(Scalar factor) {
   const std::vector<Block>& blocks = system_->blocks();
-  outer_residual_ = system_->residual();
+  outer_residual_ = residual_;
   for (std::size_t i = 0; i < blocks.size(); ++i) {
     lambda_[i] = blocks[i].lambda;
     rho_[i] = factor / blocks[i].weight;
+    penalty_[i] = rho_[i] / (1 + rho_[i] * blocks[i].compliance);
+    lambda_by_rho_[i] = lambda_[i] / rho_[i];
   }
   compute_shifts();
 }
@@ -123,19 +131,16 @@ void NewtonRun::compute_shifts() {
   for (std::size_t i = 0; i < blocks.size(); ++i) {
     const Block& block = blocks[i];
     const bool is_contact = block.kind == BlockKind::Contact;
-    shift_[i] = is_contact ? block.friction * u_[i].tail<2>().norm() : 0;
+    shift_[i] = is_contact ? block.friction * tangent_length(u_[i]) : 0;
     radius_[i] = block.owner >= 0 ? blocks[std::size_t(block.owner)].lambda[0] : 0;
   }
 }
 
-Scalar NewtonRun::penalty(std::size_t i) const {
-  return rho_[i] / (1 + rho_[i] * system_->blocks()[i].compliance);
-}
-
 Vector3 NewtonRun::raw_impulse(std::size_t i, const Vector3& u) const {
-  Vector3 x = lambda_[i] / rho_[i] - u;
-  x[0] -= shift_[i];
-  return penalty(i) * x;
+  const Vector3& start = lambda_by_rho_[i];
+  const Scalar factor = penalty_[i];
+  return {factor * (start[0] - u[0] - shift_[i]), factor * (start[1] - u[1]),
+          factor * (start[2] - u[2])};
 }
 
 void NewtonRun::compute_u(const std::vector<Vector6>& y, std::vector<Vector3>& u) const {
@@ -153,33 +158,35 @@ void NewtonRun::compute_u(const std::vector<Vector6>& y, std::vector<Vector3>& u
 Scalar NewtonRun::take_impulses() {
   std::vector<Block>& blocks = system_->blocks();
   for (std::size_t i = 0; i < blocks.size(); ++i) {
-    blocks[i].lambda = project(blocks[i], raw_impulse(i, u_[i]), radius_[i]);
+    raw_[i] = raw_impulse(i, u_[i]);
+    blocks[i].lambda = project(blocks[i], raw_[i], radius_[i]);
   }
   system_->update_velocities();
-  const Scalar residual = system_->residual();
-  if (residual < best_residual_) {
-    best_residual_ = residual;
+  residual_ = system_->residual();
+  if (residual_ < best_residual_) {
+    best_residual_ = residual_;
     for (std::size_t i = 0; i < blocks.size(); ++i) best_lambda_[i] = blocks[i].lambda;
   }
-  return residual;
+  return residual_;
 }
 
 // Stores the negative gradient in step_. Returns its largest effect on a relative velocity.
 Scalar NewtonRun::compute_gradient() {
   for (std::size_t i = 0; i < y_.size(); ++i) step_[i] = system_->velocities()[i] - y_[i];
   compute_u(step_, du_);
-  Scalar largest = 0;
-  for (const Vector3& du : du_) largest = std::max(largest, du.norm());
-  return largest;
+  Scalar largest_sq = 0;
+  for (const Vector3& du : du_) largest_sq = std::max(largest_sq, du.squaredNorm());
+  return std::sqrt(largest_sq);
 }
 
+// The impulses at y_ have been taken.
 bool NewtonRun::compute_step(bool with_shifts) {
   matrix_.reset(!with_shifts);
   const std::vector<Block>& blocks = system_->blocks();
   for (std::size_t i = 0; i < blocks.size(); ++i) {
-    Matrix3 D = project_derivative(blocks[i], raw_impulse(i, u_[i]), radius_[i]);
+    Matrix3 D = project_derivative(blocks[i], raw_[i], radius_[i]);
     if (D.isZero(0)) continue;
-    D *= penalty(i);
+    D *= penalty_[i];
     if (with_shifts && shift_[i] > 0) {  // d shift / d u_t = friction u_t / |u_t|
       const Vector2 along = u_[i].tail<2>().normalized();
       D.rightCols<2>() += blocks[i].friction * D.col(0) * along.transpose();
@@ -190,6 +197,15 @@ bool NewtonRun::compute_step(bool with_shifts) {
   matrix_.solve(step_);
   compute_u(step_, du_);
   return true;
+}
+
+// slope(0): the impulses at y_ are in the system.
+Scalar NewtonRun::slope_at_start() const {
+  const std::vector<Block>& blocks = system_->blocks();
+  Scalar sum = 0;
+  for (std::size_t i = 0; i < y_.size(); ++i) sum += step_[i].dot(y_[i]);
+  for (std::size_t i = 0; i < blocks.size(); ++i) sum -= du_[i].dot(blocks[i].lambda);
+  return sum;
 }
 
 // Derivative of the objective along the step.
@@ -206,8 +222,8 @@ Scalar NewtonRun::slope(Scalar t) const {
 
 // Moves along the step to a point where the slope is at most half as steep. The slope grows with t.
 bool NewtonRun::search_line() {
-  const Scalar at_zero = slope(0);
-  if (!(at_zero < 0)) return false;
+  const Scalar at_zero = slope_at_start();
+  if (!(at_zero < 0 && at_zero > -kInfinity)) return false;
   Scalar low = 0;
   Scalar high = 1;
   Scalar slope_low = at_zero;
@@ -274,7 +290,7 @@ NewtonRun::End NewtonRun::polish(Scalar factor, int limit, int& factorisations) 
     const End end = minimise_whole_law(left, factorisations);
     if (end == End::Converged) return end;
     if (end == End::Failed) {
-      restore(lambda_);
+      restore(lambda_, outer_residual_);
       return end;
     }
     factor = std::min(factor * 10, kContactPolishPenalty);
@@ -283,16 +299,18 @@ NewtonRun::End NewtonRun::polish(Scalar factor, int limit, int& factorisations) 
 }
 
 bool NewtonRun::end_drift() {
-  const bool is_near = system_->residual() < kDriftResidual * system_->residual_without_impulses();
+  const bool is_near = residual_ < kDriftResidual * system_->residual_without_impulses();
   if (!is_near || !drift_.follow(*system_, lambda_, rho_[0])) return false;
+  residual_ = system_->residual();
   y_ = system_->velocities();
   compute_u(y_, u_);
   return true;
 }
 
-void NewtonRun::restore(const std::vector<Vector3>& lambda) {
+void NewtonRun::restore(const std::vector<Vector3>& lambda, Scalar residual) {
   std::vector<Block>& blocks = system_->blocks();
   for (std::size_t i = 0; i < blocks.size(); ++i) blocks[i].lambda = lambda[i];
+  residual_ = residual;
   system_->update_velocities();
   y_ = system_->velocities();
   compute_u(y_, u_);
