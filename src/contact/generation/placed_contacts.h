@@ -45,7 +45,7 @@ inline constexpr Scalar kPlacedCosine = 0.85;
 /// other along a normal that leans from the place's by at most kPlacedCosine, and whose point of A is
 /// not nearer to another place's point. One pass over the pieces that are near each other, however
 /// many places there are.
-void generate_placed_contacts(
+DYOP_EXPORT void generate_placed_contacts(
     const PlacedSearch& search, ContactWorkspace& workspace,
     const std::function<void(std::size_t, const std::vector<ContactPoint>&)>& take);
 
