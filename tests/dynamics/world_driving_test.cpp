@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "dyop/motion/constant_twist_motion.h"
+#include "dyop/motion/rest_motion.h"
 #include "support/inputs/world_scenes.h"
 #include "support/message_of.h"
 
@@ -46,6 +47,35 @@ TEST(WorldDriving, FollowsPosesThatComeOneAtATime) {
   EXPECT_EQ(world.state(hand).twist.v_WB.norm(), 0);
   EXPECT_EQ(message_of([&] { world.set_next_pose(hand, RigidPose(), 1); }),
             "body 'hand': the time of its next pose must be finite and > 2.5, not 1");
+}
+
+// With a pose for each step friction had pulled the cube along in the first half of each step, and
+// held it back in the second, when the belt was taken to rest.
+TEST(WorldDriving, CarriesACubeOnABeltWhosePosesComeOneAtATime) {
+  for (const Scalar h : {0.01, 0.0025}) {
+    for (const Scalar acceleration : {0.0, 1.5}) {  // of the belt
+      World world(earth_options());
+      BodyDefinition belt = floor_body(0.3);
+      belt.kind = BodyKind::Kinematic;
+      const Scalar height = belt.initial.X_WB.translation().z();
+      belt.motion = std::make_shared<RestMotion>(belt.initial.X_WB);
+      const BodyId id = world.add_body(belt);
+      const BodyId cube = world.add_body(resting_cube(0, 0, 0, 0.3));
+      const Scalar speed = acceleration > 0 ? 0 : 0.5;
+      for (int k = 1; k <= std::lround(0.5 / h); ++k) {
+        const Scalar t = k * h;
+        world.set_next_pose(id, RigidPose(Vector3(speed * t + acceleration * t * t / 2, 0, height)),
+                            t);
+        ASSERT_EQ(world.advance(t - world.time()).status, AdvanceStatus::Completed);
+      }
+      // The accelerated belt carries the cube along; the fast one drags it until it has its speed.
+      const Scalar slip_time = speed / (0.3 * kGravity);
+      const Scalar way = acceleration > 0 ? acceleration * 0.125 : speed * (0.5 - slip_time / 2);
+      EXPECT_NEAR(world.state(cube).X_WB.translation().x(), way, 2e-3 * way) << h;
+      const Scalar last = acceleration > 0 ? acceleration * (0.5 - h / 2) : speed;
+      EXPECT_NEAR(world.state(cube).twist.v_WB.x(), last, 1e-4 * last) << h;
+    }
+  }
 }
 
 TEST(WorldDriving, TakesAnotherMaterial) {

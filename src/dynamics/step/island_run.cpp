@@ -16,6 +16,8 @@ namespace {
 // Limits on one island in one step of the World.
 constexpr int kMostLegs = 100;
 constexpr int kMostImpacts = 50;
+// How long before its end the twist with which a leg ends is taken, over the leg's length.
+constexpr Scalar kJustBefore = 1e-6;  // literal: of a time, above the rounding of its sums
 
 std::optional<std::size_t> member_of(const std::vector<std::uint32_t>& bodies, std::uint32_t slot) {
   const auto found = std::lower_bound(bodies.begin(), bodies.end(), slot);
@@ -88,7 +90,7 @@ Twist IslandRun::central_twist(const std::optional<std::size_t>& member,
     const CentralState& state = members_[*member].state;
     return {state.v_W, body.angular_mobility(state.X_WM.rotation()) * state.L_W};
   }
-  if (body.definition.kind == BodyKind::Kinematic) return body.definition.motion->twist(now_);
+  if (body.definition.kind == BodyKind::Kinematic) return body.definition.motion->twist(given_at_);
   return {};
 }
 
@@ -257,6 +259,7 @@ void IslandRun::commit_leg(Scalar t, const std::vector<BodyMove>& moves,
   }
   outcome_.proofs.insert(outcome_.proofs.end(), proofs.begin(), proofs.end());
   ++outcome_.work.legs;
+  given_at_ = t - kJustBefore * (t - now_);
   now_ = t;
 }
 
@@ -318,6 +321,7 @@ IslandOutcome IslandRun::run() {
   for (int leg = 0; now_ < context_.t_end && !outcome_.failure && !outcome_.stopped_at_impact;
        ++leg) {
     if (must_stop()) break;
+    given_at_ = now_;
     find_contacts();
     const bool may_bounce = impact_count_ < kMostImpacts;
     if (resolve_impacts(*this, may_bounce)) {

@@ -97,7 +97,9 @@ class IslandRun {
   RigidPose pose_of(const std::optional<std::size_t>& member, const BodyRecord& body) const;
   /// How a body outside the island moves over [now(), t_end].
   BodyMove support_move(const BodyRecord& body) const;
-  /// Twist of its centre of mass at now().
+  /// Twist of its centre of mass at now(). At the end of a leg that of a given motion is the one
+  /// with which the leg ends: poses that come one at a time have a corner there, and what lies on
+  /// them is not braked by what they do next.
   Twist central_twist(const std::optional<std::size_t>& member, const BodyRecord& body) const;
 
   /// Advances to time t: appends the moves (by member), proofs and closings (by pair).
@@ -130,6 +132,7 @@ class IslandRun {
   std::vector<RunPair> pairs_;
   IslandOutcome outcome_;
   Scalar now_ = 0;
+  Scalar given_at_ = 0;  // time at which twists of given motions are taken
   int impact_count_ = 0;
   int jam_count_ = 0;
 };

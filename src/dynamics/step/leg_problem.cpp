@@ -79,7 +79,7 @@ void LegProblem::set_supports(Scalar tau) {
       support.free_v_W = (end.translation() - begin.translation()) / tau;
       support.free_w_W = rotation_vector(end.rotation() * begin.rotation().transpose()) / tau;
     } else {
-      const Twist twist = motion.twist(run_.now());
+      const Twist twist = run_.central_twist(std::nullopt, body);
       support.free_v_W = twist.v_WB;
       support.free_w_W = twist.w_WB;
     }

@@ -36,7 +36,8 @@ class LegProblem {
 
   /// The members' mobilities at these rotations.
   void set_mobility(std::size_t member, const Matrix3& R_WB);
-  /// Mean twist over [now, now + tau] of the bodies on given motions; at now if tau is 0.
+  /// Mean twist over [now, now + tau] of the bodies on given motions; if tau is 0 that with which
+  /// the leg ends.
   void set_supports(Scalar tau);
   /// Adds the contacts of all near pairs at now that `wanted` accepts, from the ground up: the order
   /// of the sweeps.
