@@ -28,6 +28,9 @@ constexpr Scalar kStruckTolerance = 0.3;
 // Radians. A contact keeps its gap by its place at the end of a leg; beyond about this turn the next
 // prediction asks for more turn, and so on.
 constexpr Scalar kMostContactTurn = 1;
+// An island moves if its fastest body's way in a leg is this part of the standoff or more, as for
+// sleep.
+constexpr Scalar kDriftWay = 0.01;
 // How much farther a contact is pushed that was hit, in standoffs; doubled each time.
 constexpr Scalar kHitPush = 0.5;
 
@@ -258,6 +261,10 @@ bool LegProblem::is_struck() const {
   return first_contacts_ > kLargeContacts &&
          first_contacts_ > kStruckContactsPerBody * run_.members().size() &&
          start_speed_ * run_.context().h > kStruckWay * standoff_;
+}
+
+bool LegProblem::loads_may_drift(Scalar tau) const {
+  return !is_large() && start_speed_ * tau > kDriftWay * standoff_;
 }
 
 Scalar LegProblem::impact_tolerance(Scalar tau) const {

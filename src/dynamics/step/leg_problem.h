@@ -117,6 +117,10 @@ class LegProblem {
   /// Whether so many bodies with so many contacts move so fast that they are solved coarsely, in short
   /// legs. What hits add during a leg does not change it.
   bool is_struck() const;
+  /// Whether loads that the contacts do not determine are solved so coarsely that they drift: in an
+  /// island that moves by more than what is at rest in a leg of length tau. Not told of a large one,
+  /// where the loads of the last solve are worth more.
+  bool loads_may_drift(Scalar tau) const;
   /// The pair with the given motion that works against a self-stress of the contacts, as the leg asks
   /// for them or with those that carry closed; none if there is none, not even nearly.
   std::optional<PairKey> locked_by_friction() const;

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: BSD-3-Clause
+
+// A palm whose poses come one at a time, with two jaws on sliders that motors of a known force close
+// on a cube, lifts it. The cube slips while the lift starts and stops at once, by what friction says.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <string>
+
+#include "dyop/motion/rest_motion.h"
+#include "support/inputs/world_scenes.h"
+
+namespace dyop {
+namespace {
+
+using namespace testing;
+
+BodyId add_jaw(World& world, BodyId palm, Scalar side, Scalar force) {
+  BodyDefinition jaw =
+      dynamic_body("jaw", std::make_shared<Box>(Vector3(0.02, 0.08, 0.2)), {side * 0.2, 0, 0.3});
+  jaw.friction = 0.5;
+  jaw.restitution = 0;
+  const BodyId id = world.add_body(jaw);
+  JointDefinition slider;
+  slider.name = "slider" + std::to_string(side);
+  slider.kind = JointKind::Slider;
+  slider.a = palm;
+  slider.b = id;
+  const Matrix3 R = rotation_from_vector(Vector3(0, -side * std::numbers::pi / 2, 0));
+  slider.X_AJ = RigidPose(R, Vector3(side * 0.2, 0, -0.3));
+  slider.X_BJ = RigidPose(R, Vector3::Zero());
+  slider.motor = JointMotor{.speed = 0.2, .strength = force};
+  world.add_joint(slider);
+  return id;
+}
+
+// In some steps all the load had drifted to one edge of the cube, which turned and slipped by 20
+// times as much.
+TEST(Gripper, HoldsWhatItsFrictionCanHold) {
+  constexpr Scalar kLift = 0.3;  // speed, for one unit of time
+  for (const Scalar h : {0.01, 0.005, 0.0025}) {
+    for (const Scalar safety : {1.5, 2.0}) {
+      World world(earth_options());
+      world.add_body(floor_body(0.5));
+      const auto shape = std::make_shared<Box>(Vector3(0.1, 0.1, 0.1));
+      const Scalar start = 0.1 + rest_gap(shape->bounding_radius());
+      BodyDefinition cube = dynamic_body("cube", shape, {0, 0, start});
+      cube.friction = 0.5;
+      cube.restitution = 0;
+      const BodyId held = world.add_body(cube);
+      BodyDefinition palm = floor_body(0.5);
+      palm.name = "palm";
+      palm.kind = BodyKind::Kinematic;
+      palm.shape = std::make_shared<Box>(Vector3(0.3, 0.1, 0.02));
+      palm.motion = std::make_shared<RestMotion>(RigidPose(Vector3(0, 0, 0.6)));
+      palm.initial.X_WB = palm.motion->pose(0);
+      const BodyId hand = world.add_body(palm);
+      const Scalar weight = cube.mass_properties.mass * kGravity;
+      const Scalar force = safety * weight / (2 * 0.5);
+      add_jaw(world, hand, 1, force);
+      add_jaw(world, hand, -1, force);
+      for (int k = 1; k <= std::lround(3 / h); ++k) {
+        const Scalar t = k * h;
+        if (t > 1 + h / 2 && t < 2 + h / 2) {
+          world.set_next_pose(hand, RigidPose(Vector3(0, 0, 0.6 + kLift * (t - 1))), t);
+        }
+        ASSERT_EQ(world.advance(t - world.time()).status, AdvanceStatus::Completed);
+      }
+      const Scalar slip = kLift * kLift / (2 * kGravity * (safety - 1));
+      const Scalar rise = kLift * kLift / (2 * kGravity * (safety + 1));
+      const RigidPose X_WB = world.state(held).X_WB;
+      EXPECT_NEAR(X_WB.translation().z(), start + kLift - slip + rise, 3e-3) << h << ' ' << safety;
+      EXPECT_GT(X_WB.rotation().trace(), 3 - 5e-3) << h << ' ' << safety;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace dyop
