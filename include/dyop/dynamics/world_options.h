@@ -47,8 +47,9 @@ struct WorldOptions {
   std::optional<Scalar> standoff;
   ImpactPolicy policy = ImpactPolicy::Impulse;
   ImpactCallback on_impact;  ///< for ImpactPolicy::Callback
-  /// Slower approaches do not bounce, length per time. Default: 2 h times the acceleration of
-  /// gravity.
+  /// Slower approaches do not bounce, length per time. Default, for each pair: 2 h times the
+  /// acceleration of gravity, or the relative one by gravity and wrenches if that is larger; at
+  /// least the tolerance of a contact solve.
   std::optional<Scalar> restitution_speed;
   /// A body that moves slower than this may fall asleep, length per time. Default: a hundredth of
   /// the standoff per step; shorter steps than a fall of so far takes count together as one.

@@ -222,7 +222,7 @@ bool ContactLeg::answer_hits() {
   const Scalar speed = met.contact->closing_speed;
   const bool is_violent = speed * tau_ > pair.state->lengths.radius / 4;
   const bool is_event = run_.context().options->policy != ImpactPolicy::Impulse &&
-                        speed > run_.context().restitution_speed(pair.state->lengths);
+                        speed > run_.restitution_speed(pair);
   const bool may_land = pair.missed_landings < kMostMissedLandings && met.t_safe > run_.now();
   if (may_bounce_ && may_land && (is_violent || is_event || bounces(run_, pair, -speed))) {
     pair.hit = met;

@@ -36,7 +36,7 @@ bool is_triggered(const IslandRun& run, const RunPair& pair, const ContactPoint&
   if (!is_met(pair, point)) return false;
   const Scalar speed = normal_velocity(run, pair, point);
   if (pair.hit) {
-    return speed < -run.context().restitution_speed(pair.state->lengths);
+    return speed < -run.restitution_speed(pair);
   }
   return point.gap <= pair.state->lengths.rest_gap() && bounces(run, pair, speed);
 }
@@ -223,7 +223,7 @@ Scalar normal_velocity(const IslandRun& run, const RunPair& pair, const ContactP
 bool bounces(const IslandRun& run, const RunPair& pair, Scalar normal_velocity) {
   // What a callback left as it is does not bounce any more.
   return pair.restitution > 0 && pair.state->answered_at != run.now() &&
-         normal_velocity < -run.context().restitution_speed(pair.state->lengths);
+         normal_velocity < -run.restitution_speed(pair);
 }
 
 bool resolve_impacts(IslandRun& run, bool may_bounce) {

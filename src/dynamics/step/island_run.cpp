@@ -32,18 +32,34 @@ Scalar steady_reach(Scalar in_use, Scalar base, Scalar way, Scalar most) {
   return base + std::min(2 * wanted, most);
 }
 
-}  // namespace
-
-Scalar StepContext::restitution_speed(const PairLengths& lengths) const {
-  if (options->restitution_speed) return *options->restitution_speed;
-  return std::max(2 * h * gravity_W.norm(), kRestitutionStandoffFraction * lengths.standoff / h);
+IslandRun::Member member_of_body(const StepContext& context, const BodyRecord& body) {
+  IslandRun::Member member{&body, body.state, body.flight, context.gravity_W, 0};
+  if (!body.definition.wrench) return member;
+  const Wrench wrench = total_wrench(body, context.gravity_W, context.t, body.motion_state());
+  member.acceleration_W = body.inverse_mass * wrench.force;
+  member.turning_acceleration =
+      (body.angular_mobility(body.state.X_WM.rotation()) * wrench.torque).norm() * body.radius;
+  return member;
 }
+
+// Two bodies that fall alike count like one that falls on the other: their supports may differ.
+Scalar pressing_acceleration(const IslandRun::Member* a, const IslandRun::Member* b,
+                             const Vector3& gravity_W) {
+  Vector3 relative_W = Vector3::Zero();
+  Scalar turning = 0;
+  if (a) relative_W -= a->acceleration_W;
+  if (b) relative_W += b->acceleration_W;
+  for (const auto* member : {a, b}) turning += member ? member->turning_acceleration : 0;
+  return std::max(gravity_W.norm(), relative_W.norm() + turning);
+}
+
+}  // namespace
 
 IslandRun::IslandRun(const StepContext& context, const Island& island, StepWorkspace& workspace)
     : context_(context), island_(island), workspace_(workspace), now_(context.t) {
   for (const std::uint32_t slot : island.bodies) {
     const BodyRecord& body = context.body(slot);
-    members_.push_back({&body, body.state, body.flight});
+    members_.push_back(member_of_body(context, body));
   }
   outcome_.tracks.resize(members_.size());
   for (PairState* state : island.pairs) {
@@ -55,9 +71,20 @@ IslandRun::IslandRun(const StepContext& context, const Island& island, StepWorks
     pair.member_b = member_of(island.bodies, state->key.b);
     pair.friction = std::sqrt(pair.a->definition.friction * pair.b->definition.friction);
     pair.restitution = std::min(pair.a->definition.restitution, pair.b->definition.restitution);
+    pair.acceleration = pressing_acceleration(pair.member_a ? &members_[*pair.member_a] : nullptr,
+                                              pair.member_b ? &members_[*pair.member_b] : nullptr,
+                                              context.gravity_W);
     state->start_from_committed();
     pairs_.push_back(std::move(pair));
   }
+}
+
+Scalar IslandRun::acceleration() const {
+  Scalar largest = context_.gravity_W.norm();
+  for (const Member& member : members_) {
+    largest = std::max(largest, member.acceleration_W.norm() + member.turning_acceleration);
+  }
+  return largest;
 }
 
 std::optional<std::size_t> IslandRun::member_at(BodyId id) const {
@@ -92,6 +119,18 @@ Twist IslandRun::central_twist(const std::optional<std::size_t>& member,
   }
   if (body.definition.kind == BodyKind::Kinematic) return body.definition.motion->twist(given_at_);
   return {};
+}
+
+Scalar IslandRun::restitution_speed(const RunPair& pair) const {
+  if (context_.options->restitution_speed) return *context_.options->restitution_speed;
+  const auto speed_of = [this](const auto& member, const BodyRecord& body) {
+    const Twist twist = central_twist(member, body);
+    return twist.v_WB.norm() + twist.w_WB.norm() * body.radius;
+  };
+  const Scalar fastest =
+      std::max(speed_of(pair.member_a, *pair.a), speed_of(pair.member_b, *pair.b));
+  return std::max(2 * context_.h * pair.acceleration,
+                  contact_tolerance(fastest, pair.state->lengths.standoff, context_.h));
 }
 
 void IslandRun::find_contacts() {
@@ -233,9 +272,7 @@ bool IslandRun::try_flight() {
     return true;
   }
   const ToiResult& met = *certificates[first].result;
-  const PairLengths& lengths = pairs_[first].state->lengths;
-  const bool is_fast =
-      met.contact && met.contact->closing_speed > context_.restitution_speed(lengths);
+  const bool is_fast = met.contact && met.contact->closing_speed > restitution_speed(pairs_[first]);
   if (!is_fast || impact_count_ >= kMostImpacts || !(met.t_safe > now_)) return false;
   pairs_[first].hit = met;
   take(met.t_safe);

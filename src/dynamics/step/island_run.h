@@ -27,8 +27,6 @@ struct StepContext {
   QueryLimits limits;
 
   const BodyRecord& body(std::uint32_t slot) const { return (*bodies)[slot]; }
-  /// Faster approaches bounce, for a pair of these lengths.
-  Scalar restitution_speed(const PairLengths& lengths) const;
 };
 
 /// A contact of a leg, with what the scheme needs besides the solver's part.
@@ -69,6 +67,10 @@ class IslandRun {
     const BodyRecord* body = nullptr;
     CentralState state;                  // at now()
     std::shared_ptr<FreeFlight> flight;  // from now() on, or null
+    // By gravity and its own wrench at the start of the step: of the centre of mass, and how much
+    // faster, at most, another point becomes by turning.
+    Vector3 acceleration_W = Vector3::Zero();
+    Scalar turning_acceleration = 0;
   };
   struct RunPair {
     PairState* state = nullptr;
@@ -78,6 +80,7 @@ class IslandRun {
     std::optional<std::size_t> member_b;
     Scalar friction = 0;
     Scalar restitution = 0;
+    Scalar acceleration = 0;       // by which forces may press them together, at most
     bool is_near = false;          // contacts of `state` are those at now()
     std::optional<ToiResult> hit;  // the hit that ended the leg at now()
     int missed_landings = 0;       // legs that ended at such a hit, but did not get there
@@ -90,11 +93,16 @@ class IslandRun {
   const std::vector<JointState*>& joints() const { return island_.joints; }
   const std::vector<SpringState*>& springs() const { return island_.springs; }
   std::optional<std::size_t> member_at(BodyId id) const;
+  /// The largest that gravity and wrenches give to a point of a member.
+  Scalar acceleration() const;
   Scalar now() const { return now_; }
   Scalar remaining() const { return context_.t_end - now_; }
 
   /// Pose at now() of the frame B of either body of a pair.
   RigidPose pose_of(const std::optional<std::size_t>& member, const BodyRecord& body) const;
+  /// Faster approaches of a pair bounce: those that forces alone do not cause within two steps and
+  /// that a solve of contacts does not leave.
+  Scalar restitution_speed(const RunPair& pair) const;
   /// How a body outside the island moves over [now(), t_end].
   BodyMove support_move(const BodyRecord& body) const;
   /// Twist of its centre of mass at now(). At the end of a leg that of a given motion is the one

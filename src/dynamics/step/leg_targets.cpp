@@ -32,6 +32,10 @@ constexpr Scalar kKnownEnd = 0.25;
 // recovery after a solve would outweigh its own speed.
 constexpr Scalar kLeastWay = 0.001;
 
+// Of joints' motors and springs there is no telling what they do to an island at rest: where nothing
+// else moves it, its legs are never short of more than so many steps. More: tolerances below rounding.
+constexpr Scalar kMostShortSteps = 100;
+
 // A hit asks more of a contact if it raises its target by this part of the standoff.
 constexpr Scalar kLeastRise = 0.1;
 
@@ -51,9 +55,11 @@ Scalar LegProblem::recovery_cap(std::size_t contact, Scalar tau) const {
 
 Scalar LegProblem::least_leg() const {
   const Scalar way = kLeastWay * standoff_;
-  const Scalar by_weight = std::sqrt(2 * way / run_.context().gravity_W.norm());
+  const Scalar by_weight = std::sqrt(2 * way / run_.acceleration());
   const Scalar time = std::min(way / start_speed_, by_weight);
-  return std::isfinite(time) ? time : 0;
+  if (!std::isfinite(time)) return 0;
+  if (std::isfinite(by_weight)) return time;
+  return std::min(time, kMostShortSteps * run_.context().h);
 }
 
 Scalar LegProblem::bending_velocity(std::size_t contact, Scalar tau) const {

@@ -151,20 +151,40 @@ TEST(SelfStress, CountsAnEllipseWithItsSmallerCoefficientAndALawAsNone) {
 
 // A rod across a slot between two parallel walls, of which one slides. It reaches `along` the slot
 // for 1 across it, and locks if friction exceeds that, but only where the wall pulls it upright.
+ContactProblem slot(Scalar along, Scalar friction, Scalar pull, Scalar size = 1) {
+  ContactProblem problem;
+  problem.bodies = {movable_body(3, 0.02 * size * size), ContactBody(), ContactBody()};
+  problem.bodies[2].free_v_W = Vector3(pull, 0, 0);
+  const Vector3 end = size * Vector3(along / 2, 0, 0.5);
+  problem.contacts = {contact_of(1, 0, -end, Vector3::UnitZ(), friction),
+                      contact_of(2, 0, end, -Vector3::UnitZ(), friction)};
+  return problem;
+}
+
+// At any size: a torque counts over the lever arms at hand, not over the unit of length.
 TEST(SelfStress, LocksARodInASlotWhereTheWallPullsItUpright) {
-  for (const Scalar along : {0.1, 0.5, 1.5}) {
-    for (const Scalar part : {0.999, 1.001}) {
-      for (const Scalar pull : {-1.0, 1.0}) {
-        ContactProblem problem;
-        problem.bodies = {movable_body(3, 0.02), ContactBody(), ContactBody()};
-        problem.bodies[2].free_v_W = Vector3(pull, 0, 0);
-        const Vector3 end(along / 2, 0, 0.5);
-        problem.contacts = {contact_of(1, 0, -end, Vector3::UnitZ(), part * along),
-                            contact_of(2, 0, end, -Vector3::UnitZ(), part * along)};
-        const auto stress = find_self_stress(problem, 1);
-        EXPECT_EQ(stress.has_value(), part > 1 && pull < 0) << along << " " << part << " " << pull;
-        if (stress) expect_proof(problem, 1, *stress);
+  for (const Scalar size : {1e-7, 1.0, 1e7}) {
+    for (const Scalar along : {0.1, 0.5, 1.5}) {
+      for (const Scalar part : {0.999, 1.001}) {
+        for (const Scalar pull : {-1.0, 1.0}) {
+          const ContactProblem problem = slot(along, part * along, pull * size, size);
+          const auto stress = find_self_stress(problem, 1);
+          EXPECT_EQ(stress.has_value(), part > 1 && pull < 0)
+              << size << " " << along << " " << part << " " << pull;
+          if (stress) expect_proof(problem, 1, *stress);
+        }
       }
+    }
+  }
+}
+
+// A surface that moves along itself, as a belt does, pulls like a wall that slides.
+TEST(SelfStress, CountsWhereAContactWantsToStick) {
+  for (const Scalar pull : {-1.0, 1.0}) {
+    for (const Scalar belt : {-3.0, 0.0, 3.0}) {
+      ContactProblem problem = slot(0.5, 0.6, pull);
+      problem.contacts[1].sticking_velocity_W = Vector3(belt, 0, 0);
+      EXPECT_EQ(find_self_stress(problem, 1).has_value(), pull + belt < 0) << pull << " " << belt;
     }
   }
 }

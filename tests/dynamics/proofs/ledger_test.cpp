@@ -109,6 +109,26 @@ TEST(PairState, AKnownGapIsNotMeasuredAgain) {
   pair.gap_lower = -1;
   EXPECT_GE(measured_at(2.5, 0.125), 0.125);  // no more than was asked for
   EXPECT_NEAR(measured_at(2.5, 1), 0.5, 1e-12);
+  // Bounds as far apart as a standoff tell too little.
+  pair.gap_lower = 0.5 - 5e-4;
+  pair.gap_upper = 0.5 + 5e-4;
+  EXPECT_NEAR(measured_at(2.5, 1), 0.5, 1e-12);
+}
+
+// However large the unit of length: -1 is no bound but says that there is none.
+TEST(PairState, AnUnknownGapIsMeasuredAtAnyScale) {
+  for (const Scalar scale : {1e-6, 1.0, 1e6, 1e12}) {
+    BodyDefinition ball;
+    ball.kind = BodyKind::Static;
+    ball.shape = std::make_shared<Sphere>(scale);
+    const BodyRecord body = make_body_record({}, ball, 0);
+    PairState pair = pair_of(0, 1);
+    pair.lengths.standoff = 1e-3 * scale;
+    pair.gap_lower = -1;
+    pair.gap_upper = 0;
+    measure_gap(pair, body, RigidPose(), body, RigidPose(Vector3(2.5 * scale, 0, 0)), scale);
+    EXPECT_NEAR(pair.gap_lower, 0.5 * scale, 1e-12 * scale);
+  }
 }
 
 }  // namespace
