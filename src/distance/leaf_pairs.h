@@ -19,9 +19,9 @@ struct LeafPairSearch {
   Scalar reach = 0;
 };
 
-/// Calls visit(leaf_a, leaf_b) for all pairs of leaves below the pairs of boxes on the stack that
-/// may be within reach and for which is_sought(pair of boxes) holds on every level down to them.
-/// Ends early when is_over(are_leaves), asked before each pair, says so.
+/// Calls visit(pair of leaves) for all below the pairs of boxes on the stack that may be within
+/// reach and for which is_sought(pair of boxes) holds on every level down to them. Ends early when
+/// is_over(are_leaves), asked before each pair, says so.
 template <typename Visit, typename IsOver, typename IsSought>
 void visit_leaf_pairs(const LeafPairSearch& search, BoxPairStack& stack, const Visit& visit,
                       const IsOver& is_over, const IsSought& is_sought) {
@@ -34,7 +34,7 @@ void visit_leaf_pairs(const LeafPairSearch& search, BoxPairStack& stack, const V
     if (is_over(are_leaves)) return;
     stack.pop_back();
     if (are_leaves) {
-      visit(pair.a, pair.b);
+      visit(pair);
       continue;
     }
     const bool opens_a = opens_first(search.a, pair.a, search.b, pair.b);

@@ -12,7 +12,7 @@ namespace dyop::internal {
 namespace {
 
 // More would take longer to look through than the trees.
-constexpr int kMostPairs = 4096;
+constexpr std::size_t kMostPairs = 4096;
 
 // How far the points of a triangle or a convex shape, in its shape's frame, are from p.
 Scalar radius_about(const LeafPiece& piece, const Vector3& p) {
@@ -26,59 +26,51 @@ Scalar radius_about(const LeafPiece& piece, const Vector3& p) {
 
 }  // namespace
 
-NeighbourList::Entry NeighbourList::measured(const ShapeTree& a, std::int32_t leaf_a,
-                                             const ShapeTree& b, std::int32_t leaf_b,
-                                             const RigidPose& X_AB, Scalar noise) const {
-  const PieceDistance piece = piece_distance(a, leaf_a, b, leaf_b, X_AB, noise);
-  Entry entry;
-  entry.a = leaf_a;
-  entry.b = leaf_b;
+void NeighbourList::measure(const ShapeTree& a, const ShapeTree& b, Entry& entry,
+                            Reach& reach) const {
+  const PieceDistance piece = piece_distance(a, entry.a, b, entry.b, X_AB_, noise_);
   const bool is_apart = !piece.is_overlapping && piece.lower > 0;
-  entry.reach.gap = is_apart ? piece.lower : 0;
+  reach.gap = is_apart ? piece.lower : 0;
   const Vector3 normal = is_apart ? piece.nhat_AB : Vector3(Vector3::Zero());
   if (moves_a_) {
     entry.p = X_FM_ * piece.p_a;
-    entry.radius = radius_about(a.piece(leaf_a), piece.p_a);
+    entry.radius = radius_about(a.piece(entry.a), piece.p_a);
     entry.normal = -(X_FM_.rotation() * normal);
   } else {
     entry.p = piece.p_b;
-    entry.radius = radius_about(b.piece(leaf_b), X_FM_.inverse() * piece.p_b);
+    entry.radius = radius_about(b.piece(entry.b), X_FM_.inverse() * piece.p_b);
     entry.normal = normal;
   }
-  entry.reach.far = (entry.p - pivot_F_).norm() + entry.radius;
-  return entry;
+  reach.far = (entry.p - pivot_F_).norm() + entry.radius;
 }
 
 bool NeighbourList::build(const Shape& a, const RigidPose& X_WA, const Shape& b,
                           const RigidPose& X_WB, const Vector3& pivot_W, const NearBound& bound) {
   const ShapeTree tree_a(a);
   const ShapeTree tree_b(b);
-  const Scalar noise = pose_noise(a, X_WA, b, X_WB);
-  const RigidPose X_AB = X_WA.inverse() * X_WB;
+  noise_ = pose_noise(a, X_WA, b, X_WB);
+  X_AB_ = X_WA.inverse() * X_WB;
   moves_a_ = a.kind() == ShapeKind::TriangleMesh;
-  X_FM_ = moves_a_ ? X_AB.inverse() : X_AB;
+  X_FM_ = moves_a_ ? X_AB_.inverse() : X_AB_;
   pivot_F_ = (moves_a_ ? X_WB : X_WA).inverse() * pivot_W;
   bound_ = bound;
   entries_.clear();
   reaches_.clear();
   const ShapeTree& moving = moves_a_ ? tree_a : tree_b;
-  const auto is_near = [&](const BoxPair& pair) {
-    if (pair.gap <= bound.reach) return true;
+  const auto far_of = [&](const BoxPair& pair) {
     const OrientedBox box = moving.box(moves_a_ ? pair.a : pair.b);
-    const Scalar far = (X_FM_ * box.center - pivot_F_).norm() + box.half_extents.norm();
-    return pair.gap <= bound.reach + bound.slope * far;
+    return (X_FM_ * box.center - pivot_F_).norm() + box.half_extents.norm();
   };
-  int measured_pairs = 0;
-  const auto visit = [&](std::int32_t leaf_a, std::int32_t leaf_b) {
-    ++measured_pairs;
-    const Entry entry = measured(tree_a, leaf_a, tree_b, leaf_b, X_AB, noise);
-    if (!(entry.reach.gap <= bound.reach + bound.slope * entry.reach.far)) return;
-    entries_.push_back(entry);
-    reaches_.push_back(entry.reach);
+  const auto is_near = [&](const BoxPair& pair) {
+    return pair.gap <= bound.reach || pair.gap <= bound.reach + bound.slope * far_of(pair);
   };
-  const auto is_over = [&](bool /*are_leaves*/) { return measured_pairs >= kMostPairs; };
+  const auto visit = [&](const BoxPair& leaves) {
+    entries_.push_back({.a = leaves.a, .b = leaves.b});
+    reaches_.push_back({leaves.gap, far_of(leaves)});
+  };
+  const auto is_over = [&](bool /*are_leaves*/) { return entries_.size() >= kMostPairs; };
   BoxPairStack stack{kRootPair};
-  visit_leaf_pairs({tree_a, tree_b, X_AB, noise, kInfinity}, stack, visit, is_over, is_near);
+  visit_leaf_pairs({tree_a, tree_b, X_AB_, noise_, kInfinity}, stack, visit, is_over, is_near);
   is_built_ = stack.empty();
   return is_built_;
 }
@@ -105,23 +97,30 @@ bool NeighbourList::covers(const Placement& placement, const NearBound& bound) c
          placement.turning + bound.slope * (1 + placement.turning) <= bound_.slope;
 }
 
-void NeighbourList::collect(const Placement& placement, const NearBound& bound,
-                            BoxPairStack& pairs) const {
+void NeighbourList::collect(const Shape& a, const Shape& b, const Placement& placement,
+                            const NearBound& bound, BoxPairStack& pairs) {
   pairs.clear();
+  const ShapeTree tree_a(a);
+  const ShapeTree tree_b(b);
   const Matrix3 transposed = placement.turn.transpose();
   const Scalar most_gap = bound.reach + bound.slope * placement.way + placement.noise;
   const Scalar slope = bound.slope * (1 + placement.turning);
+  // No point of the piece has moved farther.
+  const auto is_beyond = [&](const Reach& reach) {
+    return reach.gap - placement.way - placement.turning * reach.far > most_gap + slope * reach.far;
+  };
   for (std::size_t k = 0; k < reaches_.size(); ++k) {
-    const auto& [least_gap, far] = reaches_[k];
-    const Scalar most = most_gap + slope * far;
-    // No point of the piece has moved farther.
-    const Scalar by_way = least_gap - placement.way - placement.turning * far;
-    if (by_way > most) continue;
-    const Entry& entry = entries_[k];
+    Reach& reach = reaches_[k];
+    if (is_beyond(reach)) continue;
+    Entry& entry = entries_[k];
+    if (entry.radius < 0) {
+      measure(tree_a, tree_b, entry, reach);
+      if (is_beyond(reach)) continue;
+    }
     const Vector3 lever = transposed * entry.normal;
-    const Scalar gap = least_gap + entry.normal.dot(placement.shift) + lever.dot(entry.p) -
+    const Scalar gap = reach.gap + entry.normal.dot(placement.shift) + lever.dot(entry.p) -
                        lever.norm() * entry.radius;
-    if (gap > most) continue;
+    if (gap > most_gap + slope * reach.far) continue;
     pairs.push_back({std::max(gap - placement.noise, Scalar{0}), entry.a, entry.b});
   }
 }

@@ -24,8 +24,8 @@ struct NearBound {
 /// trees.
 ///
 /// The moving side, M, is a mesh, the other one is taken as fixed, F; what counts is relative. Each
-/// pair is listed with a slab, a unit normal and a proven gap along it. At other poses that gap is
-/// known up to the turn of M's piece about one of its points. All other pairs were farther apart than
+/// pair that was ever asked for has a slab, a unit normal and a proven gap along it where the list
+/// was made. At other poses that gap is known up to the turn of M's piece about one of its points. All other pairs were farther apart than
 /// the bound of build(), and have come nearer by at most what the pivot has moved and, in proportion
 /// to l, what the shapes have turned.
 class DYOP_EXPORT NeighbourList {
@@ -54,8 +54,10 @@ class DYOP_EXPORT NeighbourList {
   const Vector3& pivot_F() const { return pivot_F_; }
   /// Whether all pairs that are near there are listed.
   bool covers(const Placement& placement, const NearBound& bound) const;
-  /// The listed pairs that may be near there, with lower bounds of their gaps, in any order.
-  void collect(const Placement& placement, const NearBound& bound, BoxPairStack& pairs) const;
+  /// The listed pairs that may be near there, with lower bounds of their gaps, in any order. Of the
+  /// shapes of build().
+  void collect(const Shape& a, const Shape& b, const Placement& placement, const NearBound& bound,
+               BoxPairStack& pairs);
 
  private:
   // Enough to leave out most pairs.
@@ -66,18 +68,18 @@ class DYOP_EXPORT NeighbourList {
   struct Entry {
     std::int32_t a = 0;  // leaves
     std::int32_t b = 0;
-    Reach reach;
-    Scalar radius = 0;                 // of M's piece about `p`
+    Scalar radius = -1;                // of M's piece about `p`; -1: not measured yet
     Vector3 p = Vector3::Zero();       // a point of M's piece, in frame F at build()
     Vector3 normal = Vector3::Zero();  // unit, from F to M; zero: no slab parts the pieces
   };
 
-  Entry measured(const ShapeTree& a, std::int32_t leaf_a, const ShapeTree& b, std::int32_t leaf_b,
-                 const RigidPose& X_AB, Scalar noise) const;
+  void measure(const ShapeTree& a, const ShapeTree& b, Entry& entry, Reach& reach) const;
 
   bool is_built_ = false;
   bool moves_a_ = false;
-  RigidPose X_FM_;  // at build()
+  RigidPose X_FM_;    // at build()
+  RigidPose X_AB_;    // likewise
+  Scalar noise_ = 0;  // of a point of B in frame A there
   Vector3 pivot_F_ = Vector3::Zero();
   NearBound bound_;
   std::vector<Entry> entries_;

@@ -75,7 +75,7 @@ bool PairState::list_near(const Shape& a, const RigidPose& X_WA, const Shape& b,
   if (!neighbours.is_built()) return false;
   const NeighbourList::Placement placement = neighbours.place(a, X_WA, b, X_WB);
   if (!neighbours.covers(placement, bound)) return false;
-  neighbours.collect(placement, bound, first_pairs);
+  neighbours.collect(a, b, placement, bound, first_pairs);
   sort_farthest_first(first_pairs);
   return true;
 }

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "dyop/geometry/capsule.h"
+#include "dyop/geometry/compound_shape.h"
 #include "dyop/motion/constant_twist_motion.h"
 #include "support/inputs/world_scenes.h"
 
@@ -293,6 +294,36 @@ TEST(WorldContact, DoesNotTunnelThroughAThinPlate) {
   EXPECT_EQ(report.status, AdvanceStatus::Completed);
   EXPECT_FALSE(report.impacts.empty());
   EXPECT_GT(world.state(bullet).X_WB.translation().z(), 0);
+}
+
+// Within reach of what it moves in a step, but it comes no nearer to them.
+TEST(WorldContact, SeeksNoContactsWithWallsThatABodySlidesAlong) {
+  World world(earth_options());
+  BodyDefinition channel = floor_body(0);
+  const Scalar beside = 0.5 + 0.01;
+  const auto bottom = std::make_shared<Box>(Vector3(20, 2, 1));
+  const auto wall = std::make_shared<Box>(Vector3(20, 0.5, 0.5));
+  channel.shape = std::make_shared<CompoundShape>(
+      std::vector<CompoundChild>{{bottom, {}},
+                                 {wall, RigidPose(Vector3(0, beside + 0.5, 1.5))},
+                                 {wall, RigidPose(Vector3(0, -beside - 0.5, 1.5))}});
+  world.add_body(channel);
+  BodyDefinition cube = resting_cube(0, 0, 0, 0);
+  cube.initial.twist.v_WB = Vector3(3, 0, 0);
+  const BodyId id = world.add_body(cube);
+  run(world, 0.1);
+  EXPECT_EQ(world.advance(kStep).work.contacts, 4);
+  // Thrown at a wall, it meets that within the next step.
+  MotionState state = world.state(id);
+  state.twist.v_WB = Vector3(3, 2, 0);
+  world.set_state(id, state);
+  run(world, 0.02);
+  EXPECT_GT(world.advance(kStep).work.contacts, 4);
+  const MotionState met = world.state(id);
+  EXPECT_NEAR(met.twist.v_WB.x(), 3, 1e-9);
+  // So few bodies are solved to 1e-6 of their speed.
+  EXPECT_LT(std::abs(met.twist.v_WB.y()), 1e-6 * met.twist.v_WB.norm());
+  EXPECT_NEAR(met.X_WB.translation().y(), 0.01 - rest_gap(std::sqrt(0.75)), 1e-6);
 }
 
 TEST(WorldContact, ReportsABodyThatIsSqueezed) {

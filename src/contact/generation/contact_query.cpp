@@ -134,11 +134,11 @@ Scalar spread_of_doubles(const ContactQuery& query, Scalar distance) {
 
 bool list_neighbours(ContactWorkspace& workspace, const Shape& a, const RigidPose& X_WA,
                      const Shape& b, const RigidPose& X_WB, Scalar reach) {
-  const NeighbourList* neighbours = workspace.impl().neighbours;
+  NeighbourList* neighbours = workspace.impl().neighbours;
   if (!neighbours || !neighbours->is_built()) return false;
   const auto placement = neighbours->place(a, X_WA, b, X_WB);
   if (!neighbours->covers(placement, {reach})) return false;
-  neighbours->collect(placement, {reach}, workspace.impl().first_pairs);
+  neighbours->collect(a, b, placement, {reach}, workspace.impl().first_pairs);
   return true;
 }
 

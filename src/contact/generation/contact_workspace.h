@@ -15,7 +15,7 @@ struct ContactWorkspace::Impl {
   std::vector<char> is_double;
   internal::BoxPairStack first_pairs;
   /// Of the shapes of the next calls, neither a compound; null: none.
-  const internal::NeighbourList* neighbours = nullptr;
+  internal::NeighbourList* neighbours = nullptr;
 };
 
 namespace internal {
@@ -23,8 +23,7 @@ namespace internal {
 /// While this lives, contacts of the two shapes of a neighbour list are looked for with it.
 class UseOfNeighbours {
  public:
-  UseOfNeighbours(ContactWorkspace& workspace, const NeighbourList& neighbours)
-      : workspace_(workspace) {
+  UseOfNeighbours(ContactWorkspace& workspace, NeighbourList& neighbours) : workspace_(workspace) {
     workspace_.impl().neighbours = &neighbours;
   }
   ~UseOfNeighbours() { workspace_.impl().neighbours = nullptr; }

@@ -60,7 +60,8 @@ void visit_near_leaves(const ShapeTree& tree_a, const ShapeTree& tree_b, const C
     ++asked;
     return is_due && is_over(query.interrupt);
   };
-  visit_leaf_pairs({tree_a, tree_b, query.X_AB, query.noise, query.reach}, stack, visit,
+  const auto visit_leaves = [&](const BoxPair& leaves) { visit(leaves.a, leaves.b); };
+  visit_leaf_pairs({tree_a, tree_b, query.X_AB, query.noise, query.reach}, stack, visit_leaves,
                    is_interrupted, is_wanted);
 }
 

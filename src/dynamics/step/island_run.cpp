@@ -18,6 +18,11 @@ constexpr int kMostLegs = 100;
 constexpr int kMostImpacts = 50;
 // How long before its end the twist with which a leg ends is taken, over the leg's length.
 constexpr Scalar kJustBefore = 1e-6;  // literal: of a time, above the rounding of its sums
+// Contacts are sought as far as those of the last leg close in so many steps: impulses of others may
+// speed that up. Larger: more contacts that carry nothing; smaller: more hits.
+constexpr Scalar kApproaches = 2;
+// A reach in use may be so many times what is needed.
+constexpr Scalar kMostReach = 4;
 
 std::optional<std::size_t> member_of(const std::vector<std::uint32_t>& bodies, std::uint32_t slot) {
   const auto found = std::lower_bound(bodies.begin(), bodies.end(), slot);
@@ -28,7 +33,8 @@ std::optional<std::size_t> member_of(const std::vector<std::uint32_t>& bodies, s
 // The reach in use if it serves, else the one asked for: changing the reach costs a regeneration.
 Scalar steady_reach(Scalar in_use, Scalar base, Scalar way, Scalar most) {
   Scalar wanted = std::min(way, most);
-  if (in_use >= base + wanted && in_use <= base + 8 * std::max(wanted, base)) return in_use;
+  const Scalar most_in_use = base + kMostReach * std::max(wanted, base);
+  if (in_use >= base + wanted && in_use <= most_in_use) return in_use;
   return base + std::min(2 * wanted, most);
 }
 
@@ -133,6 +139,18 @@ Scalar IslandRun::restitution_speed(const RunPair& pair) const {
                   contact_tolerance(fastest, pair.state->lengths.standoff, context_.h));
 }
 
+// How much nearer the surfaces of a pair in contact may come to each other in a step, as far as its
+// contacts tell: bodies that slide along each other get no nearer by it, except where they curve.
+Scalar IslandRun::expected_approach(const RunPair& pair, Scalar way) const {
+  const PairState& state = *pair.state;
+  if (state.overlaps || !(state.has_contacts || pair.is_near)) return kInfinity;
+  Scalar closing = context_.h / 2 * pair.acceleration;
+  for (const ContactPoint& point : state.points()) {
+    closing = std::max(closing, -normal_velocity(*this, pair, point));
+  }
+  return kApproaches * context_.h * closing + way * way / state.lengths.radius;
+}
+
 void IslandRun::find_contacts() {
   const PartTimer timing = timer(&StepTimes::contacts);
   const Scalar h = context_.h;
@@ -150,7 +168,8 @@ void IslandRun::find_contacts() {
     const Scalar way =
         way_of(twist_a, pair.member_a, *pair.a) + way_of(twist_b, pair.member_b, *pair.b);
     const Scalar reach =
-        steady_reach(state.reach, base, way, kContactReachRadiusFraction * lengths.radius);
+        steady_reach(state.reach, base, std::min(way, expected_approach(pair, way)),
+                     kContactReachRadiusFraction * lengths.radius);
     pair.is_near = false;
     if (state.gap_lower > reach) continue;
     const RigidPose X_WA = pose_of(pair.member_a, *pair.a);

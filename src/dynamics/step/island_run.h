@@ -128,6 +128,7 @@ class IslandRun {
 
  private:
   bool push_apart(RunPair& pair, const RigidPose& X_WA, const RigidPose& X_WB);
+  Scalar expected_approach(const RunPair& pair, Scalar way) const;
   bool try_flight();
   bool may_fly() const;
   void stand_still();

@@ -138,7 +138,7 @@ bool is_on_curved_surface(const ContactPoint& point, const BodyRecord& a, const 
 
 std::vector<std::optional<EndGap>> measured_end_gaps(const PairAtEnd& pair,
                                                      std::span<const CurvedContact> contacts,
-                                                     const NeighbourList& neighbours,
+                                                     NeighbourList& neighbours,
                                                      ContactWorkspace& workspace) {
   Searches searches;
   std::size_t count = 0;

@@ -44,7 +44,7 @@ struct PairAtEnd {
 /// @param neighbours Of the pair; affects speed only.
 std::vector<std::optional<EndGap>> measured_end_gaps(const PairAtEnd& pair,
                                                      std::span<const CurvedContact> contacts,
-                                                     const NeighbourList& neighbours,
+                                                     NeighbourList& neighbours,
                                                      ContactWorkspace& workspace);
 
 }  // namespace dyop::internal
