@@ -11,6 +11,7 @@
 #include "distance/neighbour_list.h"
 #include "distance/pivot_seed.h"
 #include "dynamics/body_record.h"
+#include "dynamics/step/gaps/parting_slabs.h"
 #include "dyop/contact/contact_cache.h"
 #include "dyop/dynamics/pair_record.h"
 
@@ -45,6 +46,7 @@ struct PairState {
   ContactCache contacts;
   NeighbourList neighbours;  // of meshes in contact: their queries begin with it
   BoxPairStack first_pairs;  // memory for these queries
+  PartingSlabs slabs;        // of those that slide past each other
   int searches_to_skip = 0;  // before another list is tried, after one that was too long
   /// Proven bounds of the distance at the time that a step in progress has reached; the lower is -1
   /// if it is not known.

@@ -137,8 +137,12 @@ World hanging_chain(int links) {
 // by what has nothing to do with its length, and recover their gaps.
 TEST(WorldCurved, ShortStepsGiveHangingLinksNoEnergy) {
   World world = hanging_chain(4);
-  for (int k = 0; k < 100; ++k) world.advance(0.01);
-  const Scalar usual = world.kinetic_energy();
+  for (int k = 0; k < 80; ++k) world.advance(0.01);
+  Scalar usual = 0;  // the links jitter, and one instant tells little
+  for (int k = 0; k < 20; ++k) {
+    world.advance(0.01);
+    usual = std::max(usual, world.kinetic_energy());
+  }
   const WorldSnapshot begin = world.snapshot();
   for (const Scalar h : {1e-3, 1e-4, 1e-6, 1e-8, 1e-10, 1e-13}) {
     world.restore(begin);

@@ -34,8 +34,14 @@ ToiResult query(PairState& pair, const BodyMove& a, const BodyMove& b, const Tim
   const bool moves_a = pair.neighbours.moves_a();
   NearBound near = approach_bound(moves_a ? b : a, moves_a ? a : b, interval,
                                   (moves_a ? X_WB : X_WA) * pair.neighbours.pivot_F());
-  near.reach += target + tolerance + pair_noise(a, b);
+  const Scalar least = target + tolerance + pair_noise(a, b);
+  near.reach += least;
   const bool is_listed = pair.list_near(shape_a, X_WA, shape_b, X_WB, near);
+  const auto chords = is_listed ? chord_motion(a, b, interval) : std::nullopt;
+  if (chords) {
+    const Scalar noise = pose_noise(shape_a, X_WA, shape_b, X_WB);
+    pair.slabs.keep_unproven(shape_a, shape_b, *chords, least, noise, pair.first_pairs);
+  }
   const std::span<const BoxPair> first_pairs =
       is_listed ? std::span<const BoxPair>(pair.first_pairs) : std::span(&kRootPair, 1);
   ToiResult result = time_of_listed_impact(shape_a, *a.motion, shape_b, *b.motion, interval,

@@ -24,6 +24,20 @@ Scalar speed_bound(const BodyMove& move, const TimeInterval& interval) {
   return bound.linear_speed + bound.angular_speed * move.body->radius_B;
 }
 
+// Of the planes fixed to `own`.
+ChordMotion::Side chord_side(const BodyMove& own, const BodyMove& other, Scalar tau) {
+  const Scalar w_own = own.w_W.norm();
+  const Scalar w_other = other.w_W.norm();
+  const Scalar passing = (other.v_W - own.v_W).norm() + w_other * other.body->radius;
+  const Scalar eighth = (1 + kMotionNoise) * tau * tau / 8;
+  ChordMotion::Side side;
+  side.center = own.body->definition.mass_properties.p_BoBcm;
+  side.bend_slope = eighth * w_own * w_own;
+  side.bend = eighth * (w_other * w_other * other.body->radius + 2 * w_own * passing) +
+              side.bend_slope * tau * passing;
+  return side;
+}
+
 }  // namespace
 
 bool Track::is_rest() const {
@@ -100,6 +114,15 @@ NearBound approach_bound(const BodyMove& a, const BodyMove& b, const TimeInterva
   const Scalar growth = angle > 0 ? std::expm1(angle) / angle : Scalar{1};
   const Scalar slack = 1 + kMotionNoise;
   return {slack * tau * growth * (at_begin + tau * change), slack * angle};
+}
+
+std::optional<ChordMotion> chord_motion(const BodyMove& a, const BodyMove& b,
+                                        const TimeInterval& interval) {
+  if (!a.is_twist || !b.is_twist) return std::nullopt;
+  const auto X_AB = [&](Scalar t) { return a.motion->pose(t).inverse() * b.motion->pose(t); };
+  const Scalar tau = interval.length();
+  return ChordMotion{X_AB(interval.begin), X_AB(interval.begin + tau / 2), X_AB(interval.end),
+                     chord_side(a, b, tau), chord_side(b, a, tau)};
 }
 
 }  // namespace dyop::internal

@@ -2,11 +2,13 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <utility>
 #include <vector>
 
 #include "distance/neighbour_list.h"
 #include "dynamics/body_record.h"
+#include "dynamics/step/gaps/parting_slabs.h"
 #include "dyop/core/time_interval.h"
 #include "dyop/motion/constant_twist_motion.h"
 
@@ -64,5 +66,13 @@ Scalar closing_bound(const BodyMove& a, const BodyMove& b, const TimeInterval& i
 /// that is at the pivot when it begins, and `slope` more per distance from there, rounded up.
 NearBound approach_bound(const BodyMove& a, const BodyMove& b, const TimeInterval& interval,
                          const Vector3& pivot_W);
+
+/// How two bodies with constant twists move relative to each other; none for other moves. With w,
+/// c and r twist, centre and radius, S the body of a plane and O the other one, a point of O has
+/// in the frame of S an acceleration of at most w_O^2 r_O + 2 w_S V + w_S^2 (l + tau V), where V
+/// = |v_O - v_S| + w_O r_O. It leaves the chord between its two places by at most tau^2 / 8 times
+/// that.
+std::optional<ChordMotion> chord_motion(const BodyMove& a, const BodyMove& b,
+                                        const TimeInterval& interval);
 
 }  // namespace dyop::internal

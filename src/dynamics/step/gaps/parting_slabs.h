@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "distance/distance_traversal.h"
+#include "dyop/core/rigid_pose.h"
+#include "dyop/geometry/shape.h"
+
+namespace dyop::internal {
+
+/// How two shapes move relative to each other over a span of time, as planes fixed to one of them
+/// see the other: a point that is at most l from the centre of the plane's shape when the span
+/// begins is at no time nearer to the plane, by more than `bend` + `bend_slope` l, than at the
+/// nearer end of the span.
+struct ChordMotion {
+  /// Of the planes of one shape.
+  struct Side {
+    Vector3 center = Vector3::Zero();  ///< of mass, in the shape's frame
+    Scalar bend = 0;                   ///< length
+    Scalar bend_slope = 0;
+  };
+  RigidPose X_AB_begin;
+  RigidPose X_AB_middle;  ///< only where slabs are sought
+  RigidPose X_AB_end;
+  Side a;
+  Side b;
+};
+
+/// For pairs of pieces that slide or roll past each other, a slab that parts them, from step to
+/// step: a unit normal, fixed to the one of the two shapes that has a face there. Support values
+/// tell how far the pieces are apart along it at both ends of a step; in between that changes
+/// like a line, up to the bend of the motion. So a slab, once found, proves most steps of its
+/// pair without a distance.
+class PartingSlabs {
+ public:
+  /// Leaves those pairs of leaves that are not proven more than `least` apart at all times of a
+  /// motion.
+  /// @param noise Allowance for rounding in a gap; included in `least`.
+  void keep_unproven(const Shape& a, const Shape& b, const ChordMotion& motion, Scalar least,
+                     Scalar noise, BoxPairStack& pairs);
+
+ private:
+  struct Slab {
+    std::int32_t a = 0;  // leaves
+    std::int32_t b = 0;
+    bool is_of_b = false;              // fixed to B
+    Vector3 normal = Vector3::Zero();  // unit, from A to B, in the frame of its shape
+
+    friend bool operator<(const Slab& x, const Slab& y) {
+      return x.a != y.a ? x.a < y.a : x.b < y.b;
+    }
+  };
+
+  std::vector<Slab> slabs_;  // of the pairs of the last call, sorted
+  std::vector<Slab> last_;   // memory
+};
+
+}  // namespace dyop::internal
