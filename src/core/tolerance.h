@@ -322,10 +322,6 @@ inline constexpr Scalar kContradictionTolerances = 300;
 /// step.
 inline constexpr Scalar kSeparationRadiusFraction = 0.05;
 
-/// An approach slower than this fraction of the standoff per step never bounces: the solver's own
-/// error is a tenth of it. Used by World.
-inline constexpr Scalar kRestitutionStandoffFraction = 0.01;
-
 /// Default of WorldOptions::sleep_speed: this fraction of the standoff per step. Used by World.
 inline constexpr Scalar kSleepStandoffFraction = 0.01;
 

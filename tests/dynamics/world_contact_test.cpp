@@ -323,7 +323,9 @@ TEST(WorldContact, SeeksNoContactsWithWallsThatABodySlidesAlong) {
   EXPECT_NEAR(met.twist.v_WB.x(), 3, 1e-9);
   // So few bodies are solved to 1e-6 of their speed.
   EXPECT_LT(std::abs(met.twist.v_WB.y()), 1e-6 * met.twist.v_WB.norm());
-  EXPECT_NEAR(met.X_WB.translation().y(), 0.01 - rest_gap(std::sqrt(0.75)), 1e-6);
+  // A gap that a hit left too small is recovered by three tenths a step.
+  const Scalar rest = rest_gap(std::sqrt(0.75));
+  EXPECT_NEAR(met.X_WB.translation().y(), 0.01 - rest, 0.05 * rest);
 }
 
 TEST(WorldContact, ReportsABodyThatIsSqueezed) {
