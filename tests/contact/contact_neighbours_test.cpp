@@ -8,6 +8,7 @@
 #include "contact/generation/contact_workspace.h"
 #include "dyop/geometry/box.h"
 #include "dyop/geometry/capsule.h"
+#include "dyop/geometry/convex_hull.h"
 #include "dyop/geometry/sphere.h"
 #include "dyop/geometry/triangle_mesh.h"
 #include "support/inputs/mesh_generators.h"
@@ -24,6 +25,8 @@ TEST(ContactNeighbours, GiveTheContactsThatTheTreesDo) {
   const std::vector<std::shared_ptr<const Shape>> tools{
       std::make_shared<Sphere>(0.3), std::make_shared<Capsule>(0.1, 0.3),
       std::make_shared<Box>(Vector3(0.3, 0.2, 0.1)),
+      std::make_shared<ConvexHull>(
+          std::vector<Vector3>{{0.3, 0, 0}, {-0.3, 0, 0}, {0, 0.4, 0}, {0, 0, 0.2}}),
       std::make_shared<TriangleMesh>(torus(0.3, 0.1, 16, 10).mesh())};
   const std::vector<std::shared_ptr<const Shape>> grounds{
       std::make_shared<TriangleMesh>(icosphere(3).mesh()),

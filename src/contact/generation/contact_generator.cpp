@@ -5,6 +5,7 @@
 
 #include "contact/generation/contact_query.h"
 #include "contact/generation/contact_workspace.h"
+#include "contact/generation/small_surface.h"
 #include "core/tolerance.h"
 #include "dyop/core/error.h"
 #include "geometry/compound_tree.h"
@@ -45,6 +46,10 @@ void append_contacts(const Shape& a, std::int32_t piece_a, const RigidPose& X_WA
   found.clear();
   if (internal::list_neighbours(workspace, a, X_WA, b, X_WB, reach)) {
     query.first_pairs = workspace.impl().first_pairs;
+    if (!is_smooth && internal::has_small_surface(query)) {
+      internal::split_small_surface(query, workspace.impl().split_pairs);
+      query.first_pairs = workspace.impl().split_pairs;
+    }
   }
   if (is_smooth) {
     internal::search_smooth(query, a, b, stack, found);

@@ -14,6 +14,7 @@ struct ContactWorkspace::Impl {
   std::vector<internal::FoundContact> found;
   std::vector<char> is_double;
   internal::BoxPairStack first_pairs;
+  internal::BoxPairStack split_pairs;
   /// Of the shapes of the next calls, neither a compound; null: none.
   internal::NeighbourList* neighbours = nullptr;
 };

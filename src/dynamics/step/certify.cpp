@@ -15,18 +15,21 @@ namespace {
 // as much.
 constexpr Scalar kRoughGap = 0.2;
 
+// Nothing is left that could meet.
+ToiResult apart(const BodyMove& a, const BodyMove& b, const TimeInterval& interval) {
+  ToiResult result;
+  result.status = ToiStatus::Separated;
+  result.t_safe = interval.end;
+  result.X_WA = a.motion->pose(interval.end);
+  result.X_WB = b.motion->pose(interval.end);
+  result.rounding_allowance = pair_noise(a, b);
+  return result;
+}
+
 // Begins where the pair's last query of distance or impact ended, and is followed by the next.
 ToiResult query(PairState& pair, const BodyMove& a, const BodyMove& b, const TimeInterval& interval,
                 Scalar target, Scalar tolerance, const QueryLimits& limits,
                 ToiWorkspace& workspace) {
-  ToiOptions options;
-  options.target_distance = target;
-  options.distance_tolerance = tolerance;
-  options.max_node_pairs = limits.max_node_pairs;
-  options.stop = limits.stop;
-  options.deadline = limits.deadline;
-  ToiMemory& memory = workspace.memory();
-  memory.start = pair.seed.supports;
   const Shape& shape_a = *a.body->definition.shape;
   const Shape& shape_b = *b.body->definition.shape;
   const RigidPose X_WA = a.motion->pose(interval.begin);
@@ -41,9 +44,18 @@ ToiResult query(PairState& pair, const BodyMove& a, const BodyMove& b, const Tim
   if (chords) {
     const Scalar noise = pose_noise(shape_a, X_WA, shape_b, X_WB);
     pair.slabs.keep_unproven(shape_a, shape_b, *chords, least, noise, pair.first_pairs);
+    if (pair.first_pairs.empty()) return apart(a, b, interval);
   }
   const std::span<const BoxPair> first_pairs =
       is_listed ? std::span<const BoxPair>(pair.first_pairs) : std::span(&kRootPair, 1);
+  ToiOptions options;
+  options.target_distance = target;
+  options.distance_tolerance = tolerance;
+  options.max_node_pairs = limits.max_node_pairs;
+  options.stop = limits.stop;
+  options.deadline = limits.deadline;
+  ToiMemory& memory = workspace.memory();
+  memory.start = pair.seed.supports;
   ToiResult result = time_of_listed_impact(shape_a, *a.motion, shape_b, *b.motion, interval,
                                            options, workspace, first_pairs);
   if (memory.seed.count > 0) pair.seed.supports = memory.seed;
