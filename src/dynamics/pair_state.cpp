@@ -16,7 +16,7 @@ constexpr Scalar kKnownGap = 1e-3;  // literal: far below the tolerance of an im
 
 // How many steps a list of neighbours is to serve, at the present speed. More: it is longer, and
 // takes longer to look through.
-constexpr Scalar kNeighbourSteps = 8;
+constexpr Scalar kNeighbourSteps = 6;
 
 // A list that would not cover the proof of the next step is made anew: a search of whole trees there
 // costs as much. So much longer than now that step may be.
