@@ -68,6 +68,19 @@ TEST(WorldCurved, WhatRollsSpinsOrPivotsKeepsItsEnergyToSecondOrder) {
   }
 }
 
+// A child of a compound rolls like the shape itself, on another one too.
+TEST(WorldCurved, RoundChildrenOfCompoundsKeepTheirEnergyToSecondOrder) {
+  const std::tuple<std::string, int, Scalar> scenes[] = {
+      {"ball", 0, 0.24}, {"capsule", 0, 0.4}, {"bowl", 120, 0.1}};
+  for (const auto& [scene, facets, end] : scenes) {
+    for (const Scalar h : {0.02, 0.01}) {
+      const Scalar alone = rolling_energy_error(scene, facets, 0.6, h, end);
+      const Scalar child = rolling_energy_error("compound-" + scene, facets, 0.6, h, end);
+      EXPECT_LT(child, 1.1 * alone + 1e-5) << scene << ' ' << h;
+    }
+  }
+}
+
 // The spin that a block keeps when it rocks from one lower edge over to the other.
 Scalar spin_kept(Scalar h, Scalar half_width, Scalar half_height, Scalar azimuth) {
   World world(earth_options());

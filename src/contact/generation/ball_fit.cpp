@@ -9,6 +9,7 @@
 
 #include "dyop/geometry/convex_shape.h"
 #include "dyop/geometry/triangle_mesh.h"
+#include "geometry/shape_part.h"
 
 namespace dyop::internal {
 namespace {
@@ -134,44 +135,67 @@ std::optional<Vector3> nearest_point(const SmoothFacet& facet, const Vector3& ce
   return p + facet.height_at(p) * facet.normal;
 }
 
+// A rounded shape, or child of a compound, on a mesh.
+struct BallOnMesh {
+  const TriangleMesh* mesh = nullptr;
+  RigidPose X_WM;
+  Scalar radius = 0;
+  bool ball_is_a = false;
+};
+
+std::optional<BallOnMesh> ball_on_mesh(const Shape& a, const RigidPose& X_WA, const Shape& b,
+                                       const RigidPose& X_WB, const ContactKey& key) {
+  const Shape& part_a = shape_part(a, key.a.piece);
+  const Shape& part_b = shape_part(b, key.b.piece);
+  BallOnMesh pair;
+  pair.ball_is_a = mesh_of(part_b) != nullptr;
+  pair.mesh = mesh_of(pair.ball_is_a ? part_b : part_a);
+  const Shape& ball = pair.ball_is_a ? part_a : part_b;
+  if (!pair.mesh || ball.kind() != ShapeKind::Convex) return std::nullopt;
+  pair.radius = static_cast<const ConvexShape&>(ball).rounding_radius();
+  if (!(pair.radius > 0)) return std::nullopt;
+  pair.X_WM = pair.ball_is_a ? X_WB : X_WA;
+  return pair;
+}
+
+bool fit_ball_contact(const BallOnMesh& pair, const RigidPose& X_WA, const RigidPose& X_WB,
+                      Scalar most_sagitta, ContactPoint& contact) {
+  const auto& triangle = pair.ball_is_a ? contact.triangle_b : contact.triangle_a;
+  const FeatureKey& of_ball = pair.ball_is_a ? contact.key.a : contact.key.b;
+  if (!triangle || of_ball.kind != FeatureKind::Vertex) return false;
+  const RigidPose X_MW = pair.X_WM.inverse();
+  const Scalar outwards = pair.ball_is_a ? 1 : -1;  // from the ball along nhat_AB
+  const Vector3 center_W =
+      (pair.ball_is_a ? contact.p_WCa : contact.p_WCb) - outwards * pair.radius * contact.nhat_AB_W;
+  const Vector3 center_M = X_MW * center_W;
+  const auto facet = smooth_facet(*pair.mesh, *triangle, center_M);
+  if (!facet) return false;
+  const auto nearest = nearest_point(
+      *facet, center_M, X_MW * (pair.ball_is_a ? contact.p_WCb : contact.p_WCa), most_sagitta);
+  if (!nearest) return false;
+  const Vector3 on_mesh_W = pair.X_WM * *nearest;
+  const Vector3 n = outwards * (on_mesh_W - center_W).normalized();
+  const Vector3 on_ball_W = center_W + outwards * pair.radius * n;
+  contact.p_WCa = pair.ball_is_a ? on_ball_W : on_mesh_W;
+  contact.p_WCb = pair.ball_is_a ? on_mesh_W : on_ball_W;
+  contact.p_ACa = X_WA.inverse() * contact.p_WCa;
+  contact.p_BCb = X_WB.inverse() * contact.p_WCb;
+  contact.nhat_AB_W = n;
+  contact.nhat_AB_S = (contact.normal_is_of_b ? X_WB : X_WA).rotation().transpose() * n;
+  contact.gap = n.dot(contact.p_WCb - contact.p_WCa);
+  return true;
+}
+
 }  // namespace
 
 bool fit_ball_contacts(const Shape& a, const RigidPose& X_WA, const Shape& b, const RigidPose& X_WB,
                        Scalar most_sagitta, std::vector<ContactPoint>& contacts) {
-  const bool ball_is_a = mesh_of(b) != nullptr;
-  const TriangleMesh* mesh = ball_is_a ? mesh_of(b) : mesh_of(a);
-  const Shape& ball = ball_is_a ? a : b;
-  if (!mesh || !(most_sagitta > 0) || ball.kind() != ShapeKind::Convex) return false;
-  const Scalar radius = static_cast<const ConvexShape&>(ball).rounding_radius();
-  if (!(radius > 0)) return false;
-  const RigidPose& X_WM = ball_is_a ? X_WB : X_WA;
-  const RigidPose X_MW = X_WM.inverse();
+  if (!(most_sagitta > 0)) return false;
   bool has_moved = false;
   for (ContactPoint& contact : contacts) {
-    const auto& triangle = ball_is_a ? contact.triangle_b : contact.triangle_a;
-    if (!triangle || (ball_is_a ? contact.key.a : contact.key.b).kind != FeatureKind::Vertex) {
-      continue;
-    }
-    const Scalar outwards = ball_is_a ? 1 : -1;  // from the ball along nhat_AB
-    const Vector3 center_W =
-        (ball_is_a ? contact.p_WCa : contact.p_WCb) - outwards * radius * contact.nhat_AB_W;
-    const Vector3 center_M = X_MW * center_W;
-    const auto facet = smooth_facet(*mesh, *triangle, center_M);
-    if (!facet) continue;
-    const auto nearest = nearest_point(
-        *facet, center_M, X_MW * (ball_is_a ? contact.p_WCb : contact.p_WCa), most_sagitta);
-    if (!nearest) continue;
-    const Vector3 on_mesh_W = X_WM * *nearest;
-    const Vector3 n = outwards * (on_mesh_W - center_W).normalized();
-    const Vector3 on_ball_W = center_W + outwards * radius * n;
-    contact.p_WCa = ball_is_a ? on_ball_W : on_mesh_W;
-    contact.p_WCb = ball_is_a ? on_mesh_W : on_ball_W;
-    contact.p_ACa = X_WA.inverse() * contact.p_WCa;
-    contact.p_BCb = X_WB.inverse() * contact.p_WCb;
-    contact.nhat_AB_W = n;
-    contact.nhat_AB_S = (contact.normal_is_of_b ? X_WB : X_WA).rotation().transpose() * n;
-    contact.gap = n.dot(contact.p_WCb - contact.p_WCa);
-    has_moved = true;
+    const auto pair = ball_on_mesh(a, X_WA, b, X_WB, contact.key);
+    if (!pair) continue;
+    has_moved = fit_ball_contact(*pair, X_WA, X_WB, most_sagitta, contact) || has_moved;
   }
   return has_moved;
 }

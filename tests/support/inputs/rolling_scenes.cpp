@@ -5,8 +5,10 @@
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
+#include <string_view>
 
 #include "dyop/geometry/capsule.h"
+#include "dyop/geometry/compound_shape.h"
 #include "dyop/geometry/convex_hull.h"
 #include "support/inputs/curved_meshes.h"
 #include "support/inputs/world_scenes.h"
@@ -17,6 +19,7 @@ namespace {
 
 constexpr Scalar kPi = std::numbers::pi;
 constexpr Scalar kBallRadius = 0.25;
+constexpr std::string_view kCompoundPrefix = "compound-";
 
 Matrix3 turn_about(const Vector3& axis, Scalar angle) {
   return rotation_from_vector(angle * axis);
@@ -107,9 +110,36 @@ BodyDefinition leaning_rod() {
   return on_the_floor("rod", std::make_shared<Box>(half), lower, turn_about(Vector3::UnitY(), 0.4));
 }
 
+// The same body as the child of a compound whose frame is elsewhere.
+void make_compound(BodyDefinition& body) {
+  const RigidPose X_CS(turn_about(Vector3(1, 2, -1).normalized(), 0.7), Vector3(0.1, -0.2, 0.15));
+  body.shape = std::make_shared<CompoundShape>(std::vector<CompoundChild>{{body.shape, X_CS}});
+  const RigidPose X_WC = body.initial.X_WB * X_CS.inverse();
+  const Vector3 p_SC_W = X_WC.translation() - body.initial.X_WB.translation();
+  body.initial.twist.v_WB += body.initial.twist.w_WB.cross(p_SC_W);
+  body.initial.X_WB = X_WC;
+  if (body.kind != BodyKind::Static) {
+    body.mass_properties = body.shape->compute_mass_properties(1000);
+  }
+}
+
+// Default lengths of the scene without compounds, whose bounding radii are larger.
+void keep_lengths(WorldOptions& options, const std::string& scene, int facets) {
+  World plain;
+  add_rolling_scene(plain, scene, facets, 0);
+  Scalar radius = kInfinity;
+  for (const BodyId id : plain.bodies()) {
+    radius = std::min(radius, plain.body(id).shape->bounding_radius());
+  }
+  options.target_distance = 1e-4 * radius;
+  options.standoff = 4e-4 * radius;
+}
+
 }  // namespace
 
-void add_rolling_scene(World& world, const std::string& scene, int facets, Scalar azimuth) {
+void add_rolling_scene(World& world, const std::string& name, int facets, Scalar azimuth) {
+  const bool is_compound = name.starts_with(kCompoundPrefix);
+  const std::string scene = is_compound ? name.substr(kCompoundPrefix.size()) : name;
   BodyDefinition support = floor_body(1);
   BodyDefinition body;
   if (scene == "disc" || scene == "half-disc") {
@@ -136,6 +166,9 @@ void add_rolling_scene(World& world, const std::string& scene, int facets, Scala
   }
   support.friction = body.friction = scene == "slick-trough" ? 0 : 1;
   body.restitution = 0;
+  if (is_compound) {
+    for (BodyDefinition* part : {&support, &body}) make_compound(*part);
+  }
   const Matrix3 R = turn_about(Vector3::UnitZ(), azimuth);
   for (BodyDefinition* part : {&support, &body}) {
     part->initial.X_WB = RigidPose(R, Vector3::Zero()) * part->initial.X_WB;
@@ -149,6 +182,9 @@ Scalar rolling_energy_error(const std::string& scene, int facets, Scalar azimuth
                             Scalar end) {
   WorldOptions options = earth_options();
   options.records_motions = false;
+  if (scene.starts_with(kCompoundPrefix)) {
+    keep_lengths(options, scene.substr(kCompoundPrefix.size()), facets);
+  }
   World world(options);
   add_rolling_scene(world, scene, facets, azimuth);
   const Scalar start = energy(world, options.gravity_W);

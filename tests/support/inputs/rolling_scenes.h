@@ -15,9 +15,10 @@ namespace dyop::testing {
 /// - trough, bowl (FACETS: strips, rings): a ball rolls in them; slick-trough: slides;
 /// - ball, capsule: shapes without facets roll off the top of a ball, spinning about the normal too;
 /// - rod: a box falls over its lower edge.
-/// The scene is turned by `azimuth` about z.
+/// "compound-" before a name makes both bodies the only children of compounds whose frames are
+/// elsewhere. The scene is turned by `azimuth` about z.
 /// @throws std::runtime_error for another name.
-void add_rolling_scene(World& world, const std::string& scene, int facets, Scalar azimuth);
+void add_rolling_scene(World& world, const std::string& name, int facets, Scalar azimuth);
 
 /// The largest |error| of the energy on the way to the time `end` in steps h, relative to the largest
 /// kinetic energy on it.

@@ -9,6 +9,7 @@
 #include "contact/generation/placed_contacts.h"
 #include "core/tolerance.h"
 #include "dynamics/step/gaps/rounded_core.h"
+#include "geometry/shape_part.h"
 
 namespace dyop::internal {
 namespace {
@@ -130,8 +131,8 @@ std::vector<std::optional<EndGap>> ends_together(const PairAtEnd& pair,
 
 bool is_on_curved_surface(const ContactPoint& point, const BodyRecord& a, const BodyRecord& b) {
   if (point.merged_way > 0) return true;
-  const Shape& shape_a = *a.definition.shape;
-  const Shape& shape_b = *b.definition.shape;
+  const Shape& shape_a = shape_part(*a.definition.shape, point.key.a.piece);
+  const Shape& shape_b = shape_part(*b.definition.shape, point.key.b.piece);
   return (rounding_radius(shape_a) > 0 && shape_b.kind() == ShapeKind::TriangleMesh) ||
          (rounding_radius(shape_b) > 0 && shape_a.kind() == ShapeKind::TriangleMesh);
 }

@@ -8,6 +8,7 @@
 #include "dyop/distance/distance.h"
 #include "dyop/distance/triangle_distance.h"
 #include "dyop/geometry/triangle_mesh.h"
+#include "geometry/shape_part.h"
 
 namespace dyop::internal {
 namespace {
@@ -63,8 +64,8 @@ bool is_edge_pair(const ContactPoint& point) {
 EndGap end_gap(const ContactPoint& point, const BodyRecord& a, const RigidPose& X_WA,
                const RigidPose& X_WA_end, const BodyRecord& b, const RigidPose& X_WB,
                const RigidPose& X_WB_end) {
-  const Shape& shape_a = *a.definition.shape;
-  const Shape& shape_b = *b.definition.shape;
+  const Shape& shape_a = shape_part(*a.definition.shape, point.key.a.piece);
+  const Shape& shape_b = shape_part(*b.definition.shape, point.key.b.piece);
   if (is_smooth_core(shape_a) || is_smooth_core(shape_b)) {
     // Their one contact slides over the surface: a distance query finds it.
     const DistanceResult result = distance(shape_a, X_WA_end, shape_b, X_WB_end);
@@ -98,6 +99,8 @@ ContactPoint point_of_hit(const ToiResult& hit, const RigidPose& X_WA, const Rig
   ContactPoint point;
   point.p_ACa = hit.X_WA.inverse() * found.p_WCa;
   point.p_BCb = hit.X_WB.inverse() * found.p_WCb;
+  point.key.a.piece = found.child_a.value_or(0);
+  point.key.b.piece = found.child_b.value_or(0);
   point.feature_a = found.feature_a;
   point.feature_b = found.feature_b;
   point.normal_is_of_b = found.feature_b.kind == FeatureKind::Face;
