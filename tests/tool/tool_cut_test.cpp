@@ -197,27 +197,44 @@ TEST(ToolCut, AMeshWithinTheMarginIsLeftAndNeverComeNearer) {
   EXPECT_GT(theatre.least_seen, 0.25);
 }
 
-// Under a ceiling: what comes up while it is within the margin is stopped, tick after tick.
-TEST(ToolCut, AMeshWithinTheMarginDoesNotCreepNearerInATrap) {
+// Under a ceiling: what comes up while it is within the margin, from this height, is stopped, tick
+// after tick. Returns the distance at which it begins, and the least.
+std::pair<Scalar, Scalar> rise_in_a_trap(Scalar height, Scalar recovery_speed) {
   const auto sheet = testing::sheet(30, 12);
   ToolScene scene = testing::ball_tool(2, {0.3, 0.2, 2.8});
   scene.obstacles.push_back(testing::deforming_tissue(sheet, 0.2));
   scene.obstacles[0].margin = 0.5;
   scene.obstacles.push_back(
       testing::rigid_tissue(testing::shared_mesh(at_height(testing::sheet(30, 4), 4.85))));
-  ToolSession session(scene, testing::tool_options());
+  ToolOptions options = testing::tool_options();
+  options.recovery_speed = recovery_speed;
+  ToolSession session(scene, options);
   const auto device = device_at({0.3, 0.2, 2.8});
   session.update(device, kMillisecond);
-  const auto cut = at_height(slit(sheet), 0.5);
-  ASSERT_TRUE(session.give_mesh(0, cut.vertices, cut.triangles));
+  const auto cut = at_height(slit(sheet), height);
+  EXPECT_TRUE(session.give_mesh(0, cut.vertices, cut.triangles));
   session.update(device, kMillisecond);
   const Scalar before = session.last().clearances[0].lower;
-  ASSERT_TRUE(session.give_snapshot(0, at_height(slit(sheet), 1).vertices, 0.05));
+  EXPECT_TRUE(session.give_snapshot(0, at_height(slit(sheet), height + 0.5).vertices, 0.05));
+  Scalar least = before;
   for (int k = 0; k < 300; ++k) {
     session.update(device, kMillisecond);
-    EXPECT_GT(session.last().clearances[0].lower, before - testing::tool_options().standoff) << k;
+    least = std::min(least, session.last().clearances[0].lower);
   }
   EXPECT_GT(session.last().tissue_lag, 0.2);
+  return {before, least};
+}
+
+TEST(ToolCut, AMeshWithinTheMarginDoesNotCreepNearerInATrap) {
+  const auto [far, least] = rise_in_a_trap(0.5, testing::tool_options().recovery_speed);
+  EXPECT_GT(least, far - testing::tool_options().standoff / 2);
+  // Nearer than any tolerance, before a tool that hardly gives way, it stays that near.
+  constexpr Scalar kSlow = 1e-6;
+  const Scalar bottom = 0.5 + rise_in_a_trap(0.5, kSlow).first;
+  constexpr Scalar kGap = 1e-4;
+  const auto [near, least_near] = rise_in_a_trap(bottom - kGap, kSlow);
+  EXPECT_LT(near, 2 * kGap);
+  EXPECT_GT(least_near, 0.74 * near);
 }
 
 // The first look at the new mesh, its proof and the search for a way out, ended after any number of
