@@ -94,11 +94,11 @@ bool DeformingObstacle::start_tick() {
 }
 
 Scalar DeformingObstacle::time_left() const {
-  return rate_ > 0 ? (1 - fraction_) / rate_ : kInfinity;
+  return rate() > 0 ? (1 - fraction_) / rate() : kInfinity;
 }
 
 Scalar DeformingObstacle::fraction_after(Scalar dt) const {
-  return dt >= time_left() ? 1 : std::min(Scalar{1}, fraction_ + dt * rate_);
+  return dt >= time_left() ? 1 : std::min(Scalar{1}, fraction_ + dt * rate());
 }
 
 void DeformingObstacle::pass(Scalar dt) {
@@ -133,7 +133,7 @@ Vector3 DeformingObstacle::velocity_at(std::int32_t triangle, const Vector3& p_W
   Vector3 sum = Vector3::Zero();
   for (std::size_t k = 0; k < 3; ++k) {
     const auto vertex = std::size_t(t[k]);
-    sum += weights[k] * rate_ * (shown().end()[vertex] - shown().begin()[vertex]);
+    sum += weights[k] * rate() * (shown().end()[vertex] - shown().begin()[vertex]);
   }
   return sum;
 }

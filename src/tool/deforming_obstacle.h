@@ -47,9 +47,10 @@ class DeformingObstacle final : public Obstacle {
   std::optional<bool> is_apart_at(const ToolBody& body, const RigidPose& X_WB, WorkClock& clock,
                                   PairMemory& kept) const override;
   std::int64_t snapshots_seen() const override { return snapshots_seen_; }
-  Scalar speed() const override { return shown().largest_displacement() * rate_; }
+  Scalar speed() const override { return shown().largest_displacement() * rate(); }
   Scalar time_left() const override;
   void stop(Scalar dt) override { lag_ += dt; }
+  void stand(bool is_standing) override { is_standing_ = is_standing; }
   Scalar lag() const override { return fraction_ < 1 || is_next_seen_ ? lag_ : 0; }
   bool start_tick() override;
   void pass(Scalar dt) override;
@@ -72,6 +73,8 @@ class DeformingObstacle final : public Obstacle {
   StandingPair standing(Scalar fraction, const CorePiece& piece, const RigidPose& X_WB) const {
     return {shown(), fraction, piece.mesh, X_WB, &meshes_[shown_].slabs};
   }
+  // Of the fraction, per time; 0 at rest.
+  Scalar rate() const { return is_standing_ ? 0 : rate_; }
   Surface& spare() { return meshes_[1 - shown_]; }
   void hand_over(Scalar duration);
   Vector3 velocity_at(std::int32_t triangle, const Vector3& p_W, Scalar s) const;
@@ -91,8 +94,9 @@ class DeformingObstacle final : public Obstacle {
   std::array<Surface, 2> meshes_;
   std::size_t shown_ = 0;
   Scalar fraction_ = 1;
-  Scalar rate_ = 0;  // of the fraction, per time; 0 at rest
-  Scalar lag_ = 0;   // since the newest snapshot was seen, or it got there
+  Scalar rate_ = 0;  // unless it stands
+  bool is_standing_ = false;
+  Scalar lag_ = 0;  // since the newest snapshot was seen, or it got there
   std::int64_t snapshots_taken_ = 0;
   // Of the mesh that is not shown. Set by give(), cleared by the tick.
   std::atomic<bool> has_next_{false};

@@ -13,17 +13,20 @@ constexpr Scalar kOpening = 0.3;
 // With so few coordinates, sweeps that do not soon end are slower than Newton's method.
 constexpr int kSweeps = 4;
 
-// More contacts than coordinates share their forces in many ways, and Newton's method may take long
-// over them. So it ends after so many factorisations times contacts, each with a constant part like
-// that of so many contacts; some 100 us. What it has not solved then it hardly ever solves soon
-// after, and the next tick goes on with its impulses.
+// Newton's method ends after so many factorisations times contacts, each with a constant part like
+// that of so many contacts; some 100 us. More contacts than coordinates share their forces in many
+// ways: what it has not solved then it hardly ever solves soon after, and the next tick goes on with
+// its impulses.
 constexpr std::size_t kFewContacts = 8;
-constexpr int kNewtonWork = 360;
+constexpr int kFewWork = 360;
+constexpr int kManyWork = 240;
 constexpr int kFactorisation = 4;
 constexpr int kFewestFactorisations = 10;
 
-// Of a few contacts.
-constexpr int kNewtonLimit = 100;
+// The same without friction: what can be solved at all takes few. First with the demand that gaps
+// grow, then that none shrinks.
+constexpr int kGrowWork = 120;
+constexpr int kKeepWork = 240;
 
 // The bodies of the problem: the tool's frame, one that stands still, and one for each angle.
 constexpr std::size_t kFrame = 0, kFixed = 1, kFirstHinge = 2;
@@ -33,9 +36,8 @@ int size_of(const ContactProblem& problem) {
   return kFactorisation + int(problem.contacts.size());
 }
 
-int newton_limit(const ContactProblem& problem) {
-  if (problem.contacts.size() <= kFewContacts) return kNewtonLimit;
-  return std::max(kFewestFactorisations, kNewtonWork / size_of(problem));
+int newton_limit(const ContactProblem& problem, int work) {
+  return std::max(kFewestFactorisations, work / size_of(problem));
 }
 
 Matrix3 inverse_diagonal(const Vector3& values) {
@@ -147,20 +149,22 @@ void HoldSolver::keep_gaps(const StepGoal& goal, Obstacles obstacles,
     contact.friction = 0;
     contact.impulse_W.setZero();
   }
-  if (run(goal, newton_limit(problem_), clock) || clock.cutoff()) return;
+  if (run(goal, newton_limit(problem_, kGrowWork), clock) || clock.cutoff()) return;
   // Demands that gaps grow can contradict each other; that none shrinks can be met unless tissue
   // closes in from all sides.
   for (PointContact& contact : problem_.contacts) {
     const Scalar with_tissue = contact.sticking_velocity_W.dot(contact.nhat_AB_W);
     contact.target = std::min(contact.target, with_tissue);
   }
-  run(goal, 2 * newton_limit(problem_), clock);
+  is_contradiction_ = !run(goal, newton_limit(problem_, kKeepWork), clock);
 }
 
 ToolStep HoldSolver::solve(const StepGoal& goal, Obstacles obstacles, std::vector<HoldPoint>& holds,
                            WorkClock& clock) {
+  is_contradiction_ = false;
   build(goal, obstacles, holds);
-  const bool is_solved = run(goal, newton_limit(problem_), clock);
+  const int work = problem_.contacts.size() <= kFewContacts ? kFewWork : kManyWork;
+  const bool is_solved = run(goal, newton_limit(problem_, work), clock);
   for (std::size_t k = 0; k < holds.size(); ++k) {
     holds[k].impulse_W = problem_.contacts[k].impulse_W;
   }

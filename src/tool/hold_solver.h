@@ -36,6 +36,8 @@ class HoldSolver {
   /// next solve, and the step is none.
   ToolStep solve(const StepGoal& goal, std::span<const std::unique_ptr<Obstacle>> obstacles,
                  std::vector<HoldPoint>& holds, WorkClock& clock);
+  /// Whether no step was found in the last solve that keeps all gaps from shrinking.
+  bool is_contradiction() const { return is_contradiction_; }
 
  private:
   using Obstacles = std::span<const std::unique_ptr<Obstacle>>;
@@ -55,6 +57,7 @@ class HoldSolver {
   std::vector<std::optional<std::size_t>> hinge_of_body_;
   ContactProblem problem_;
   ContactCascade solver_;
+  bool is_contradiction_ = false;
 };
 
 }  // namespace dyop::internal

@@ -149,6 +149,9 @@ class Obstacle {
   virtual void stop(Scalar /*dt*/) {}
   /// How much later it reaches the newest snapshot seen, since it was stopped.
   virtual Scalar lag() const { return 0; }
+  /// Until told otherwise it stands still, whatever time passes: all above and below is that of
+  /// something at rest.
+  virtual void stand(bool /*is_standing*/) {}
   /// Advances time by at most time_left().
   virtual void pass(Scalar /*dt*/) {}
   /// Starts its next motion when the current one has ended, or comes to rest if there is none.

@@ -27,9 +27,9 @@ constexpr int kEscapesTried = 4;
 // one comes through.
 constexpr Scalar kLeastPace = 0x1p-12;
 
-// Radians that the tool or a hinge turns in one motion against holds: these are linear in the turn,
-// and a tick's path has poses only, which do not tell of half turns and more between them.
-constexpr Scalar kMostTurn = 1;
+// After so many ticks in which nothing moved, the next one and then every other one lets tissue
+// stand. Of ticks that a deadline cuts off a few may be stuck and the next come through.
+constexpr int kStuckTicks = 4;
 
 // Node pairs that a query may hold for one time interval without growing its memory.
 constexpr std::size_t kQueuedPairs = 512;
@@ -54,13 +54,6 @@ std::unique_ptr<Obstacle> make_obstacle(const ToolObstacle& given) {
   obstacle->friction = given.role == ObstacleRole::Tissue ? given.friction : 0;
   obstacle->soft_stiffness = given.soft_stiffness;
   return obstacle;
-}
-
-// How much of a step's duration turns no more than that.
-Scalar horizon_of(const ToolStep& step, Scalar duration) {
-  Scalar turn = step.w_W.norm();
-  for (const Scalar angle : step.angles) turn = std::max(turn, std::abs(angle));
-  return turn > kMostTurn ? duration * (kMostTurn / turn) : duration;
 }
 
 bool has_deforming(const ToolScene& scene) {
@@ -138,6 +131,7 @@ FollowReport Proxy::follow(const std::optional<ToolPose>& goal, Scalar dt, WorkC
   }
   path_.clear();
   path_.push_back({0, pose_});
+  is_short_ = false;
   const auto has_time = [&] { return dt - report.committed > kTickNoise * dt; };
   const auto next_piece = [&] {
     for (std::size_t k = 0; k < obstacles_.size(); ++k) {
@@ -159,19 +153,43 @@ FollowReport Proxy::follow(const std::optional<ToolPose>& goal, Scalar dt, WorkC
   last_goal_step_ = goal_step_;
   goal_step_ = step_between(last_goal_.value_or(pose_), wished);
   last_goal_ = wished;
-  if (!goal) wait();
-  for (int rounds = 0; has_time() && rounds < options_.max_rounds;) {
+  const bool stands = goal && stuck_ticks_ >= kStuckTicks && has_time();
+  if (stands) move_among_standing(wished, dt, clock, work, report);
+  if (!goal || stands) wait();
+  for (int rounds = 0; !stands && has_time() && rounds < options_.max_rounds;) {
     const Piece piece = next_piece();
     const Scalar done = move(wished, piece, clock, work, report);
     report.committed += done;
     if (done >= piece.duration) continue;
     ++rounds;
     if (!(done > 0) || clock.cutoff()) break;
+    if (is_short_) wait();
   }
   wait();
+  last_tick_step_ = step_between(path_.front().tool, pose_);
+  const bool has_moved = report.committed > 0 || work.pieces > 0;
+  if (stands) {
+    stuck_ticks_ = kStuckTicks - 1;
+  } else if (goal && dt > 0) {
+    stuck_ticks_ = has_moved ? 0 : std::min(stuck_ticks_ + 1, kStuckTicks);
+  }
   report.is_at_goal = is_at(wished);
-  take_pace(clock.cutoff().has_value(), work.pieces > 0);
+  // Of the ticks in which tissue does not stand nothing is expected then.
+  if (stands || stuck_ticks_ < kStuckTicks) {
+    take_pace(clock.cutoff().has_value(), work.pieces > 0);
+  }
   return report;
+}
+
+// Where tissue closes in faster than the tool can leave, or proofs take longer than there is time,
+// neither moves, and the next tick would begin with the same problem. While tissue stands the tool
+// can at least stay where it is, and go wherever nothing is in its way.
+void Proxy::move_among_standing(const ToolPose& goal, Scalar duration, WorkClock& clock,
+                                TickStatistics& work, FollowReport& report) {
+  for (const auto& obstacle : obstacles_) obstacle->stand(true);
+  move(goal, {duration, duration, true}, clock, work, report);
+  for (const auto& obstacle : obstacles_) obstacle->stand(false);
+  for (ToolWaypoint& waypoint : path_) waypoint.time = 0;
 }
 
 // Otherwise a device that has run ahead would ask for ever more in every tick, and for nothing that
@@ -190,11 +208,12 @@ Scalar Proxy::move(const ToolPose& goal, const Piece& piece, WorkClock& clock, T
   }
   gather_holds(wish, piece, clock);
   if (clock.cutoff()) return 0;
+  if (piece.is_standing) release_holds();
   const StepGoal step_goal{pose_,
                            wish,
                            piece.duration,
                            options_.standoff,
-                           options_.recovery_speed * piece.duration,
+                           piece.is_standing ? 0 : options_.recovery_speed * piece.duration,
                            kSolveShare * options_.standoff};
   for (PairState& pair : pairs_) pair.proven = kInfinity;
   report.is_held = false;
@@ -206,14 +225,17 @@ Scalar Proxy::move(const ToolPose& goal, const Piece& piece, WorkClock& clock, T
     if (!holds_.empty()) step = solve(step_goal, clock, work);
     if (clock.cutoff()) break;
     const ToolMotion motion(pose_, step, piece.duration, hinges_);
-    const Scalar horizon = holds_.empty() ? piece.duration : horizon_of(step, piece.duration);
+    const Scalar horizon = horizon_of(step, piece.duration);
     const Proof proof = prove(motion, horizon, clock, work, report);
     if (proof.t_safe > best) {
       best = proof.t_safe;
       best_step = step;
-      report.is_held = best >= horizon && !holds_.empty();
+      report.is_held = best >= piece.duration && !holds_.empty();
+      is_short_ = horizon < piece.duration;
     }
     if (proof.t_safe >= horizon || proof.is_undecided || !proof.has_hit) break;
+    // More demands would not help.
+    if (!(proof.t_safe > 0) && solver_.is_contradiction()) break;
     if (attempt + 1 < options_.max_attempts) add_hit(proof.hit);
   }
   if (best > 0) {

@@ -73,17 +73,22 @@ class Proxy {
   struct Piece {
     Scalar duration;
     Scalar remaining;  // of the tick
+    bool is_standing = false;
   };
 
   Scalar move(const ToolPose& goal, const Piece& piece, WorkClock& clock, TickStatistics& work,
               FollowReport& report);
   Scalar stay(Scalar duration, WorkClock& clock, TickStatistics& work, FollowReport& report);
+  void move_among_standing(const ToolPose& goal, Scalar duration, WorkClock& clock,
+                           TickStatistics& work, FollowReport& report);
   void look_for_escape(WorkClock& clock, TickStatistics& work);
   void gather_holds(const ToolStep& wish, const Piece& piece, WorkClock& clock);
   Scalar likely_step(const ToolBody& body, const ToolMotion& wished, Scalar duration) const;
   Scalar size_of(const ToolBody& body, const ToolStep& step) const;
+  Scalar horizon_of(const ToolStep& step, Scalar duration) const;
   void expect(const PairState& pair, Scalar duration, ExpectedApproach& approach) const;
   void carry_holds();
+  void release_holds();
   void keep_found();
   void add_if_new(const HoldPoint& hold);
   std::size_t most_holds() const;
@@ -125,7 +130,10 @@ class Proxy {
   Escape escape_;
   ToolPose pose_;
   ToolStep last_step_;       // of the last motion
-  ToolStep rate_;            // the same, per time
+  ToolStep last_tick_step_;  // of all motions of the last tick
+  int stuck_ticks_ = 0;      // in a row, in which nothing moved
+  bool is_short_ = false;    // the last motion ends before its step does
+  ToolStep rate_;            // the last motion's, per time
   ToolStep rate_before_;     // of the motion before it
   ToolStep goal_step_;       // of the device, since the last tick
   ToolStep last_goal_step_;  // in the tick before

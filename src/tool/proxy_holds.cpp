@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
+#include <cmath>
 #include <tuple>
 #include <utility>
 
@@ -21,11 +22,21 @@ constexpr Scalar kMostSurprise = 2;
 // A search for holds may always spend so many pieces of work, and twice as many as the last one did.
 // If they do not suffice, the proof finds the holds that are missing, and the next search is faster
 // for what this one has learnt.
-constexpr std::int64_t kSearchWork = 400;
+constexpr std::int64_t kSearchWork = 250;
 
 // Two holds closer than this many standoffs with nearly the same normal are one.
 constexpr Scalar kSamePlace = 2;
 constexpr Scalar kSameNormal = 0.999;  // cosine of 2.6 degrees
+
+// Radians that the tool or a hinge turns in one motion against holds: these are linear in the turn,
+// and a tick's path has poses only, which do not tell of half turns and more between them.
+constexpr Scalar kMostTurn = 1;
+
+// A motion against holds is at most so many times as long as the last ones of tool, device and
+// tissue together, besides so many standoffs: a tool that slips gathers speed over some ticks. Its
+// whole way in one would take longer to prove than a tick has.
+constexpr Scalar kMostGrowth = 1.3;
+constexpr Scalar kMostSlip = 2;
 
 // So many holds are kept at the slowest pace: with fewer the proof finds the others, one by one.
 constexpr int kFewestHolds = 8;
@@ -107,6 +118,15 @@ void Proxy::carry_holds() {
     return !(hold.gap() <= far) ||
            pairs_[hold.body * obstacles_.size() + hold.obstacle].is_overlapping;
   });
+}
+
+// What holds stands now. Where it was closing in, solves had no end, and their forces grew until
+// friction could hold anything.
+void Proxy::release_holds() {
+  for (HoldPoint& hold : holds_) {
+    hold.v_WA.setZero();
+    hold.impulse_W.setZero();
+  }
 }
 
 // The search was cut off: what it found, besides what was known.
@@ -219,6 +239,22 @@ ToolStep Proxy::solve(const StepGoal& goal, WorkClock& clock, TickStatistics& wo
     if (bend_holds(motion, step, goal.duration) <= kBend * options_.standoff) break;
   }
   return step;
+}
+
+// How much of a step's duration is tried at once.
+Scalar Proxy::horizon_of(const ToolStep& step, Scalar duration) const {
+  if (holds_.empty()) return duration;
+  Scalar turn = step.w_W.norm();
+  for (const Scalar angle : step.angles) turn = std::max(turn, std::abs(angle));
+  Scalar part = std::min(Scalar{1}, kMostTurn / turn);
+  Scalar tissue = 0;
+  for (const auto& obstacle : obstacles_) tissue = std::max(tissue, obstacle->speed() * duration);
+  for (const ToolBody& body : bodies_) {
+    const Scalar last = size_of(body, goal_step_) + size_of(body, last_tick_step_);
+    const Scalar most = pace_ * (kMostGrowth * last + kMostSlip * options_.standoff);
+    part = std::min(part, (most + kMostGrowth * tissue) / size_of(body, step));
+  }
+  return part < 1 ? part * duration : duration;
 }
 
 void Proxy::add_hit(const HoldPoint& hit) {

@@ -82,10 +82,11 @@ int check_tick(const TriangleMesh& tool, const ToolTick& tick, const Promise& pr
   if (tick.path.size() < 2) return 0;
   int samples = 0;
   const Scalar whole = tick.path.back().time;
+  // Where no time passes tissue stands.
+  const auto part = [&](std::size_t i) { return whole > 0 ? tick.path[i].time / whole : 0; };
   for (std::size_t i = 1; i < tick.path.size(); ++i) {
     const testing::ToolSpan span{tick.path[i - 1].tool.X_WT, tick.path[i].tool.X_WT};
-    const testing::TissueSpan tissue{promise.span.at(tick.path[i - 1].time / whole),
-                                     promise.span.at(tick.path[i].time / whole)};
+    const testing::TissueSpan tissue{promise.span.at(part(i - 1)), promise.span.at(part(i))};
     const auto least = testing::sample_distance(tool, span, promise.triangles, tissue,
                                                 promise.margin + 1e-3, 2e-3);
     EXPECT_GE(least.least, promise.margin + 1e-3) << "tick " << k << " piece " << i;

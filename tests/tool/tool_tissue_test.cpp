@@ -119,6 +119,39 @@ TEST(ToolTissue, TrappedFromBothSidesTheTissueIsStopped) {
   EXPECT_LT(gap, 4.2);
 }
 
+// The same, and the hand pulls the ball out sideways: while the sheets stand it slides, and when it is
+// out they close.
+TEST(ToolTissue, WhatIsTrappedComesOutWhereTheHandPulls) {
+  const auto sheet = testing::sheet(30, 4);
+  const auto upper = sheet.moved(Matrix3::Identity(), {0, 0, 5});
+  for (const Scalar friction : {0.0, 0.2}) {
+    for (const int most : {1000, 20000}) {
+      ToolScene scene = ball_tool(2, {0.3, 0.2, 2.5});
+      scene.obstacles.push_back(deforming_tissue(sheet, friction));
+      scene.obstacles.push_back(deforming_tissue(upper, friction));
+      ToolOptions options = tool_options();
+      options.max_work = most;
+      ToolSession session(scene, options);
+      session.give_snapshot(0, lifted(sheet.vertices, 2), 0.05);
+      session.give_snapshot(1, lifted(upper.vertices, -2), 0.05);
+      for (int k = 0; k < 100; ++k) session.update(device_at({0.3, 0.2, 2.5}), kMillisecond);
+      EXPECT_GT(session.last().tissue_lag, 0.01);
+      for (int k = 0; k < 400; ++k) {
+        const Scalar x = 0.3 + 0.2 * std::min(k, 200);
+        session.update(device_at({x, 0.2, 2.5}), kMillisecond);
+        EXPECT_GT(session.last().clearances[0].lower, 0) << k;
+        EXPECT_GT(session.last().clearances[1].lower, 0) << k;
+      }
+      EXPECT_EQ(session.last().status, ToolStatus::Free)
+          << friction << ' ' << most << ' ' << session.last().tool.X_WT.translation().transpose()
+          << ' ' << words_of(session.last().status);
+      EXPECT_EQ(session.last().tissue_lag, 0);
+      EXPECT_NEAR(session.tissue_vertices(0)[0].z(), 2, 1e-9);
+      EXPECT_NEAR(session.tissue_vertices(1)[0].z(), 3, 1e-9);
+    }
+  }
+}
+
 // A sheet closes on a ball under a rigid one, is stopped, and is told to open again.
 TEST(ToolTissue, LagsOnlyBehindWhatWasGivenBeforeItWasStopped) {
   const auto sheet = testing::sheet(30, 4);

@@ -34,7 +34,7 @@ struct ToolPose {
 /// The tool at a time of a tick. In between, its origin moves on a line, and the tool and its
 /// hinges turn at constant rates.
 struct ToolWaypoint {
-  Scalar time = 0;  ///< since the start of the tick
+  Scalar time = 0;  ///< since the start of the tick; as before if tissue stood meanwhile
   ToolPose tool;
 };
 
@@ -45,7 +45,7 @@ enum class ToolStatus {
   NotRun,
   Free,          ///< the proxy is where the device is
   Held,          ///< contacts or regions hold it back: as near to the device as they allow
-  Blocked,       ///< the rounds of the tick were used up before that was reached
+  Blocked,       ///< on its way there: it may go so far in a tick, or in so many rounds
   Deadline,      ///< the same for the deadline, or for ToolOptions::max_work
   Trapped,       ///< tissue closes in from all sides: it was stopped too, see tissue_stopped
   Recovering,    ///< something was nearer than its target at the start and is being left

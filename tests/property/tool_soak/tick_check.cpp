@@ -70,10 +70,13 @@ void TickCheck::check(const ToolSession& session, const DevicePose& device, Scal
     do {
       Scalar time = length - done;
       for (TissuePath& tissue : tissue_) {
-        if (!(tissue.time_left() > noise)) tissue.go_on();
+        // Where no time passes tissue stands.
+        if (length > 0 && !(tissue.time_left() > noise)) tissue.go_on();
         time = std::min(time, tissue.time_left());
       }
-      check_part({span, done / length, std::min(Scalar{1}, (done + time) / length), time});
+      const Scalar from = length > 0 ? done / length : 0;
+      const Scalar to = length > 0 ? (done + time) / length : 1;
+      check_part({span, from, std::min(Scalar{1}, to), time});
       for (TissuePath& tissue : tissue_) tissue.pass(time);
       done += time;
     } while (length - done > noise);
