@@ -12,8 +12,8 @@
 namespace dyop::internal {
 
 /// Two pieces are near if they are at most `reach` + `slope` l apart, where l is how far the
-/// points of the one of the moving side are from the pivot: a turn about the pivot moves far pieces more than
-/// close ones.
+/// points of the one of the moving side are from the pivot: a turn about the pivot moves far pieces
+/// more than close ones.
 struct NearBound {
   Scalar reach = 0;
   Scalar slope = 0;
@@ -25,9 +25,9 @@ struct NearBound {
 ///
 /// The moving side, M, is a mesh, the other one is taken as fixed, F; what counts is relative. Each
 /// pair that was ever asked for has a slab, a unit normal and a proven gap along it where the list
-/// was made. At other poses that gap is known up to the turn of M's piece about one of its points. All other pairs were farther apart than
-/// the bound of build(), and have come nearer by at most what the pivot has moved and, in proportion
-/// to l, what the shapes have turned.
+/// was made. At other poses that gap is known up to the turn of M's piece about one of its points.
+/// All other pairs were farther apart than the bound of build(), and have come nearer by at most
+/// what the pivot has moved and, in proportion to l, what the shapes have turned.
 class DYOP_EXPORT NeighbourList {
  public:
   /// Two poses, as the list sees them: the motion of M since build(), in frame F.
@@ -39,7 +39,8 @@ class DYOP_EXPORT NeighbourList {
     Scalar noise = 0;                 ///< allowance for rounding in a gap, length
   };
 
-  /// Lists all near pairs of two shapes, at least one of them a mesh and none a compound. Returns false, and lists nothing, if there are too many to be worth it.
+  /// Lists all near pairs of two shapes, at least one of them a mesh and none a compound. Returns
+  /// false, and lists nothing, if there are too many to be worth it.
   bool build(const Shape& a, const RigidPose& X_WA, const Shape& b, const RigidPose& X_WB,
              const Vector3& pivot_W, const NearBound& bound);
   void clear() { is_built_ = false; }

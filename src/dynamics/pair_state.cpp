@@ -25,6 +25,9 @@ constexpr Scalar kNextWay = 1.1;
 // After a list that was too long; such shapes have small triangles for the way that they move.
 constexpr int kSearchesToSkip = 64;
 
+// A list for the end of a leg serves while the bodies come to lie elsewhere by this part of the reach.
+constexpr Scalar kEndMargin = 0.5;
+
 // Brings the list of neighbours up to date for queries up to `reach`, if the shapes are in contact.
 void update_neighbours(PairState& pair, const Shape& a, const RigidPose& X_WA, const Shape& b,
                        const RigidPose& X_WB, Scalar reach, const Vector3& shift_W,
@@ -53,6 +56,17 @@ void update_neighbours(PairState& pair, const Shape& a, const RigidPose& X_WA, c
 }
 
 }  // namespace
+
+void list_end(PairState& pair, const Shape& a, const RigidPose& X_WA, const Shape& b,
+              const RigidPose& X_WB) {
+  if (pair.searches_to_skip == 0) return;
+  const Scalar reach = pair.reach + kContactDriftFraction * pair.lengths.standoff;
+  NeighbourList& list = pair.neighbours;
+  if (list.is_built() && list.covers(list.place(a, X_WA, b, X_WB), {reach})) return;
+  --pair.searches_to_skip;
+  const Scalar margin = kEndMargin * reach;
+  list.build(a, X_WA, b, X_WB, pair.pivot.p_W, {reach + margin, margin / pair.lengths.radius});
+}
 
 Scalar PairLengths::tolerance() const {
   return kCertifiedFraction * standoff;

@@ -13,6 +13,7 @@
 #include "dynamics/body_record.h"
 #include "dynamics/step/gaps/parting_slabs.h"
 #include "dyop/contact/contact_cache.h"
+#include "dyop/core/export.h"
 #include "dyop/dynamics/pair_record.h"
 
 namespace dyop::internal {
@@ -78,8 +79,8 @@ struct PairState {
   }
   /// Puts all pairs of pieces that are near at these poses into `first_pairs`. Returns false if the
   /// neighbours do not cover that.
-  bool list_near(const Shape& a, const RigidPose& X_WA, const Shape& b, const RigidPose& X_WB,
-                 const NearBound& bound);
+  DYOP_EXPORT bool list_near(const Shape& a, const RigidPose& X_WA, const Shape& b,
+                             const RigidPose& X_WB, const NearBound& bound);
   /// Of points(); sought only where they have changed.
   Scalar shortest_gap();
   std::optional<Scalar> known_shortest_gap;  // reset when points() change
@@ -112,6 +113,11 @@ void update_pivot(PairState& pair, const BodyRecord& a, const BodyRecord& b);
 bool refresh_contacts(PairState& pair, const BodyRecord& a, const RigidPose& X_WA,
                       const BodyRecord& b, const RigidPose& X_WB, Scalar reach,
                       const Vector3& shift_W, const Vector3& turn_W, ContactWorkspace& workspace);
+
+/// Where a list for several steps was too long, makes one for the poses at the end of a leg: their
+/// contacts are sought there again after each solve, and at the start of the next leg.
+DYOP_EXPORT void list_end(PairState& pair, const Shape& a, const RigidPose& X_WA, const Shape& b,
+                          const RigidPose& X_WB);
 
 /// Measures the gap at two poses unless its known bound already exceeds `enough`, or it is known: in
 /// the rounds of a leg bodies start from the same poses again.

@@ -246,7 +246,7 @@ Scalar LegProblem::tolerance(Scalar tau) const {
 }
 
 bool LegProblem::is_large() const {
-  return contacts_.size() > kLargeContacts;
+  return contacts_.size() > kLargeContacts && run_.members().size() > kContactFewBodies;
 }
 
 bool LegProblem::turns_too_far(Scalar tau) const {
@@ -258,7 +258,7 @@ bool LegProblem::turns_too_far(Scalar tau) const {
 }
 
 bool LegProblem::is_struck() const {
-  return first_contacts_ > kLargeContacts &&
+  return first_contacts_ > kLargeContacts && run_.members().size() > kContactFewBodies &&
          first_contacts_ > kStruckContactsPerBody * run_.members().size() &&
          start_speed_ * run_.context().h > kStruckWay * standoff_;
 }

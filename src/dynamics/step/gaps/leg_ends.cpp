@@ -56,6 +56,9 @@ std::vector<EndGap> find_ends(LegProblem& leg, Scalar tau, std::span<const PairP
     const PairAtEnd at_end{pair.state->lengths, *pair.a->definition.shape,
                            at.X_WA_end,         *pair.b->definition.shape,
                            at.X_WB_end,         points_W};
+    if (together.size() > 1) {
+      list_end(*pair.state, at_end.a, at_end.X_WA, at_end.b, at_end.X_WB);
+    }
     const auto measured =
         measured_end_gaps(at_end, together, pair.state->neighbours, leg.run().workspace().contacts);
     for (std::size_t k = first; k < last; ++k) {
