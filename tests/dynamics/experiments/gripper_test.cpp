@@ -4,6 +4,7 @@
 // on a cube, lifts it. The cube slips while the lift starts and stops at once, by what friction says.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <string>
@@ -16,7 +17,7 @@ namespace {
 
 using namespace testing;
 
-BodyId add_jaw(World& world, BodyId palm, Scalar side, Scalar force) {
+void add_jaw(World& world, BodyId palm, Scalar side, Scalar force) {
   BodyDefinition jaw =
       dynamic_body("jaw", std::make_shared<Box>(Vector3(0.02, 0.08, 0.2)), {side * 0.2, 0, 0.3});
   jaw.friction = 0.5;
@@ -32,8 +33,35 @@ BodyId add_jaw(World& world, BodyId palm, Scalar side, Scalar force) {
   slider.X_BJ = RigidPose(R, Vector3::Zero());
   slider.motor = JointMotor{.speed = 0.2, .strength = force};
   world.add_joint(slider);
-  return id;
 }
+
+// The cube lies on the floor between the open jaws, whose motors begin to close.
+struct Gripper {
+  explicit Gripper(Scalar safety) {
+    world.add_body(floor_body(0.5));
+    const auto shape = std::make_shared<Box>(Vector3(0.1, 0.1, 0.1));
+    height = 0.1 + rest_gap(shape->bounding_radius());
+    BodyDefinition cube = dynamic_body("cube", shape, {0, 0, height});
+    cube.friction = 0.5;
+    cube.restitution = 0;
+    held = world.add_body(cube);
+    BodyDefinition palm = floor_body(0.5);
+    palm.name = "palm";
+    palm.kind = BodyKind::Kinematic;
+    palm.shape = std::make_shared<Box>(Vector3(0.3, 0.1, 0.02));
+    palm.motion = std::make_shared<RestMotion>(RigidPose(Vector3(0, 0, 0.6)));
+    palm.initial.X_WB = palm.motion->pose(0);
+    hand = world.add_body(palm);
+    const Scalar force = safety * cube.mass_properties.mass * kGravity / (2 * 0.5);
+    add_jaw(world, hand, 1, force);
+    add_jaw(world, hand, -1, force);
+  }
+  RigidPose X_HandHeld() const { return world.state(hand).X_WB.inverse() * world.state(held).X_WB; }
+
+  World world{earth_options()};
+  BodyId hand, held;
+  Scalar height = 0;
+};
 
 // In some steps all the load had drifted to one edge of the cube, which turned and slipped by 20
 // times as much.
@@ -41,38 +69,46 @@ TEST(Gripper, HoldsWhatItsFrictionCanHold) {
   constexpr Scalar kLift = 0.3;  // speed, for one unit of time
   for (const Scalar h : {0.01, 0.005, 0.0025}) {
     for (const Scalar safety : {1.5, 2.0}) {
-      World world(earth_options());
-      world.add_body(floor_body(0.5));
-      const auto shape = std::make_shared<Box>(Vector3(0.1, 0.1, 0.1));
-      const Scalar start = 0.1 + rest_gap(shape->bounding_radius());
-      BodyDefinition cube = dynamic_body("cube", shape, {0, 0, start});
-      cube.friction = 0.5;
-      cube.restitution = 0;
-      const BodyId held = world.add_body(cube);
-      BodyDefinition palm = floor_body(0.5);
-      palm.name = "palm";
-      palm.kind = BodyKind::Kinematic;
-      palm.shape = std::make_shared<Box>(Vector3(0.3, 0.1, 0.02));
-      palm.motion = std::make_shared<RestMotion>(RigidPose(Vector3(0, 0, 0.6)));
-      palm.initial.X_WB = palm.motion->pose(0);
-      const BodyId hand = world.add_body(palm);
-      const Scalar weight = cube.mass_properties.mass * kGravity;
-      const Scalar force = safety * weight / (2 * 0.5);
-      add_jaw(world, hand, 1, force);
-      add_jaw(world, hand, -1, force);
+      Gripper gripper(safety);
+      World& world = gripper.world;
       for (int k = 1; k <= std::lround(3 / h); ++k) {
         const Scalar t = k * h;
         if (t > 1 + h / 2 && t < 2 + h / 2) {
-          world.set_next_pose(hand, RigidPose(Vector3(0, 0, 0.6 + kLift * (t - 1))), t);
+          world.set_next_pose(gripper.hand, RigidPose(Vector3(0, 0, 0.6 + kLift * (t - 1))), t);
         }
         ASSERT_EQ(world.advance(t - world.time()).status, AdvanceStatus::Completed);
       }
       const Scalar slip = kLift * kLift / (2 * kGravity * (safety - 1));
       const Scalar rise = kLift * kLift / (2 * kGravity * (safety + 1));
-      const RigidPose X_WB = world.state(held).X_WB;
-      EXPECT_NEAR(X_WB.translation().z(), start + kLift - slip + rise, 3e-3) << h << ' ' << safety;
+      const RigidPose X_WB = world.state(gripper.held).X_WB;
+      EXPECT_NEAR(X_WB.translation().z(), gripper.height + kLift - slip + rise, 3e-3)
+          << h << ' ' << safety;
       EXPECT_GT(X_WB.rotation().trace(), 3 - 5e-3) << h << ' ' << safety;
     }
+  }
+}
+
+// A quarter turn about the axis across the jaws. Where edges of cube and jaw cross friction had counted
+// the velocity at the start of each step, so that the cube crept outwards, by 3 mm at h = 0.01.
+TEST(Gripper, HoldsWhileItTurns) {
+  for (const Scalar h : {0.01, 0.0025}) {
+    Gripper gripper(3);
+    World& world = gripper.world;
+    const auto smooth = [](Scalar t) {
+      return (1 - std::cos(std::numbers::pi * std::clamp(t, 0.0, 1.0))) / 2;
+    };
+    RigidPose X_HandHeld;
+    for (int k = 1; k <= std::lround(3.2 / h); ++k) {
+      const Scalar t = k * h;
+      const Vector3 turn(smooth(t - 2) * std::numbers::pi / 2, 0, 0);
+      const Vector3 p(0, 0, 0.6 + 0.5 * smooth(t - 1));
+      world.set_next_pose(gripper.hand, RigidPose(rotation_from_vector(turn), p), t);
+      ASSERT_EQ(world.advance(t - world.time()).status, AdvanceStatus::Completed);
+      if (k == std::lround(2 / h)) X_HandHeld = gripper.X_HandHeld();
+    }
+    const RigidPose change = X_HandHeld.inverse() * gripper.X_HandHeld();
+    EXPECT_LT(change.translation().norm(), 1e-4) << h;
+    EXPECT_GT(change.rotation().trace(), 3 - 1e-6) << h;
   }
 }
 

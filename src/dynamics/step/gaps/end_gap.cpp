@@ -86,6 +86,9 @@ EndGap end_gap(const ContactPoint& point, const BodyRecord& a, const RigidPose& 
     end.p_W = core_a + (radius_a + end.gap / 2) * n_end;
   } else if (point.feature_b.kind == FeatureKind::Vertex) {
     end.p_W = core_b - (radius_b + end.gap / 2) * n_end;
+  } else {
+    // Where edges cross is on both. Exact where the bodies do not slide on each other.
+    end.p_W = between(core_a + radius_a * n_end, core_b - radius_b * n_end);
   }
   return end;
 }
