@@ -2,13 +2,15 @@
 #include "dyop/motion/interpolated_motion.h"
 
 #include "motion/curve/rotation_rate.h"
+#include "motion/guarded_state.h"
 
 namespace dyop {
 
 InterpolatedMotion::Chart InterpolatedMotion::make_chart(const RigidPose& X_WB0,
                                                          const RigidPose& X_WB1,
                                                          RotationPath path) {
-  const Matrix3& R_WB0 = X_WB0.rotation();
+  // A body that is driven by one such motion after another starts each where the last one ended.
+  const Matrix3 R_WB0 = internal::without_drift(X_WB0).rotation();
   const Matrix3& R_WB1 = X_WB1.rotation();
   if (path == RotationPath::RotationVector) {
     return {Matrix3::Identity(),

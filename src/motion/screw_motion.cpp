@@ -2,11 +2,12 @@
 #include "dyop/motion/screw_motion.h"
 
 #include "motion/curve/rotation_rate.h"
+#include "motion/guarded_state.h"
 
 namespace dyop {
 
 ScrewMotion::ScrewMotion(const RigidPose& X_WB0, const Screw& screw, Scalar t0)
-    : X_WB0_(X_WB0), screw_(screw), t0_(t0) {
+    : X_WB0_(internal::without_drift(X_WB0)), screw_(screw), t0_(t0) {
   DYOP_REQUIRE(std::isfinite(t0), "reference time must be finite, not ", t0);
   DYOP_REQUIRE(std::isfinite(screw_.turn_rate), "turn rate must be finite, not ", screw_.turn_rate);
   DYOP_REQUIRE(std::isfinite(screw_.slide_rate), "slide rate must be finite, not ",

@@ -78,6 +78,21 @@ TEST(WorldDriving, CarriesACubeOnABeltWhosePosesComeOneAtATime) {
   }
 }
 
+// The rounding of each pose had been handed on to the next: after some 300 steps the query refused it.
+TEST(WorldDriving, FollowsThousandsOfPosesThatTurn) {
+  World world(earth_options());
+  world.add_body(floor_body(0.3));
+  const BodyId hand = world.add_body(hand_body());
+  BodyDefinition ball = dynamic_body("ball", std::make_shared<Sphere>(0.1), {-2, 0, 2});
+  world.add_body(ball);
+  for (int k = 1; k <= 3000; ++k) {
+    const Scalar t = 0.0025 * k;
+    const RigidPose next(rotation_from_vector(Vector3(0, 0.2 * t, 0)), Vector3(-2, 0, 0.25));
+    world.set_next_pose(hand, next, t);
+    ASSERT_EQ(world.advance(0.0025).status, AdvanceStatus::Completed);
+  }
+}
+
 TEST(WorldDriving, TakesAnotherMaterial) {
   WorldOptions options;
   const Scalar angle = 0.3;

@@ -27,6 +27,18 @@ TEST(InterpolatedMotion, MeetsBothPoses) {
   }
 }
 
+// A body that is driven one pose at a time: each motion starts where the last one was by then.
+TEST(InterpolatedMotion, StaysARotationHoweverOftenItIsContinued) {
+  Random random(5);
+  RigidPose X_WB = random.pose(1);
+  for (int k = 0; k < 20'000; ++k) {
+    const RigidPose next(X_WB.rotation() * rotation_from_vector(Vector3(0.001, 0.002, 0.003)),
+                         Vector3::Zero());
+    X_WB = InterpolatedMotion({0, 1}, X_WB, next).pose(0.999);
+    ASSERT_LT((X_WB.rotation().transpose() * X_WB.rotation() - Matrix3::Identity()).norm(), 1e-14);
+  }
+}
+
 TEST(InterpolatedMotion, SlerpMatchesQuaternionSlerp) {
   Random random(4);
   for (int i = 0; i < 200; ++i) {

@@ -19,6 +19,14 @@ TEST(ScrewMotion, TurnsAboutItsAxisAndSlidesAlongIt) {
   EXPECT_LT((door.pose(1).rotation() * Vector3::UnitX() - Vector3::UnitY()).norm(), 1e-15);
 }
 
+TEST(ScrewMotion, StaysARotationHoweverOftenItIsContinued) {
+  RigidPose X_WB;
+  for (int k = 0; k < 20'000; ++k) {
+    X_WB = ScrewMotion(X_WB, {Vector3(1, 0, 0), Vector3(0.6, 0, 0.8), 0.1, 0}).pose(0.1);
+    ASSERT_LT((X_WB.rotation().transpose() * X_WB.rotation() - Matrix3::Identity()).norm(), 1e-14);
+  }
+}
+
 // rho = 2, turn 3, slide 8: speed sqrt(36 + 64) = 10, acceleration 9 * 2.
 TEST(ScrewMotion, BoundsAreEqualitiesUpToRounding) {
   const ScrewMotion motion(RigidPose(Vector3(0, 2, 0)), {Vector3::Zero(), Vector3::UnitX(), 3, 8});
