@@ -288,9 +288,9 @@ inline constexpr Scalar kCertifiedFraction = 0.3;
 /// regenerated. Larger: wrong gaps of curved contacts; smaller: more generation. Used by World.
 inline constexpr Scalar kContactDriftFraction = 0.2;
 
-/// Up to which gap contacts are sought: this many standoffs above the rest gap, plus the distance
-/// moved in a step, but at most this fraction of the bounding radius. Larger: more contacts;
-/// smaller: more hits that become contacts only after a query. Used by World.
+/// Up to which gap contacts are sought: this many standoffs above the rest gap, plus how far the
+/// bodies may approach in a step, but at most this fraction of the bounding radius. Larger: more
+/// contacts; smaller: more hits that become contacts only after a query. Used by World.
 inline constexpr Scalar kContactReachStandoffs = 4;
 inline constexpr Scalar kContactReachRadiusFraction = 0.02;
 
