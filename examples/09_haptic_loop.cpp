@@ -2,8 +2,8 @@
 
 // 9. A haptic loop: a tool driven by a device, tissue that breathes, a vessel to be kept away from.
 #include <dyop/geometry/triangle_mesh.h>
-#include <dyop/tool/tool_session.h>
-#include <dyop/tool_io/anatomy.h>
+#include <dyop/haptics/haptic_session.h>
+#include <dyop/io/anatomy.h>
 
 #include <cmath>
 #include <cstdio>
@@ -11,7 +11,7 @@
 int main() {
   // Millimetres, newtons, seconds. The tool is a rod; its origin is at its tip.
   const dyop::AnatomyMesh rod = dyop::make_shaft(1000, 2.5, 100);
-  dyop::ToolScene scene;
+  dyop::HapticScene scene;
   scene.tool.push_back({std::make_shared<dyop::TriangleMesh>(rod.vertices, rod.triangles), {}});
   scene.X_WT = dyop::RigidPose(dyop::Vector3(0, 0, 60));
 
@@ -29,12 +29,12 @@ int main() {
   vessel.X_WO = dyop::RigidPose(dyop::Vector3(0, 30, 50));
   scene.obstacles = {tissue, vessel};
 
-  dyop::ToolOptions options;
+  dyop::HapticOptions options;
   options.coupling.stiffness.setConstant(1);  // 1 N/mm
   options.coupling.rotational_stiffness.setConstant(2000);
-  options.standoff = 0.05;
+  options.rest_offset = 0.05;
   options.recovery_speed = 50;
-  dyop::ToolSession session(scene, options);
+  dyop::HapticSession session(scene, options);
 
   for (int tick = 0; tick <= 600; ++tick) {
     if (tick % 20 == 0) {  // 50 snapshots a second; usually from a thread of the simulation
@@ -45,9 +45,9 @@ int main() {
     // What the device reports; here it goes down to 10 mm below the surface, then to the vessel.
     const double down = std::min(1.0, tick / 300.0), aside = std::max(0.0, tick / 300.0 - 1);
     const dyop::DevicePose device(dyop::RigidPose(dyop::Vector3(0, 30 * aside, 60 - 35 * down)));
-    const dyop::ToolTick& result = session.update(device, 0.001);
+    const dyop::HapticTick& result = session.update(device, 0.001);
     if (tick % 150 != 0) continue;
-    const bool is_held = result.status == dyop::ToolStatus::Held;
+    const bool is_held = result.status == dyop::HapticStatus::Held;
     std::printf("%.2f s: %s, force %4.1f N up, %4.1f mm to the vessel\n", session.time(),
                 is_held ? "held" : "free", result.wrench.force_W.z(), result.clearances[1].lower);
   }

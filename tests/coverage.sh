@@ -5,7 +5,7 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 build=build/coverage
-rooms=(core exact geometry motion hierarchy distance toi chain contact dynamics tool paper io scene_io recording tool_io
+rooms=(core exact geometry motion hierarchy distance toi chain contact dynamics haptics paper io
   view cli)
 targets=("${rooms[@]/#/dyop_}")
 targets=("${targets[@]/%/_test}")

@@ -7,7 +7,7 @@
 #include <dyop/dynamics/world.h>
 #include <dyop/dyop.h>
 #include <dyop/ompl/ompl_motion_validator.h>
-#include <dyop/recording/recording_writer.h>
+#include <dyop/io/recording_writer.h>
 #include <ompl/base/spaces/RealVectorStateSpace.h>
 #include <ompl/base/terminationconditions/IterationTerminationCondition.h>
 #include <ompl/geometric/PathSimplifier.h>

@@ -5,7 +5,7 @@
 
 #include "cli/commands.h"
 #include "dyop/core/error.h"
-#include "dyop/scene_io/scene_generator.h"
+#include "dyop/io/scene_generator.h"
 
 namespace dyop::cli {
 namespace {

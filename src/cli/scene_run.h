@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <stop_token>
 
-#include "dyop/scene_io/scene_file.h"
+#include "dyop/io/scene_file.h"
 
 namespace dyop::cli {
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstdint>
 
-#include "dyop/scene_io/scene_file.h"
+#include "dyop/io/scene_file.h"
 
 namespace dyop::cli {
 

@@ -16,9 +16,9 @@
 #include "cli/scene_run.h"
 #include "dyop/io/file_error.h"
 #include "dyop/io/result_text.h"
-#include "dyop/scene_io/run_recording.h"
-#include "dyop/scene_io/run_summary.h"
-#include "dyop/scene_io/scene_file.h"
+#include "dyop/io/run_recording.h"
+#include "dyop/io/run_summary.h"
+#include "dyop/io/scene_file.h"
 
 namespace dyop::cli {
 namespace {

@@ -18,7 +18,7 @@ inline constexpr Scalar kUnitRoundoff = std::numeric_limits<Scalar>::epsilon() /
 inline constexpr Scalar kRotationTolerance = 1e-6;
 
 /// How far from one the norm of a device's quaternion may be (relative); it is then normalised.
-/// Larger: nonsense passes; smaller: numbers of three digits are refused. Used by ToolSession.
+/// Larger: nonsense passes; smaller: numbers of three digits are refused. Used by HapticSession.
 inline constexpr Scalar kDeviceRotationTolerance = 1e-2;
 
 /// How far a motion's pose may be from a rotation in a query: with columns x, y, z the sum of |
@@ -276,22 +276,22 @@ inline constexpr Scalar kPathNoise = 64 * kUnitRoundoff;
 
 /// Default lengths of World, relative to the smaller bounding radius of a pair: the target
 /// distance, and how many targets above it bodies rest (as lengths where the target is zero).
-/// Larger standoffs need fewer solves and queries; smaller ones are less visible. Used by World.
+/// Larger rest offsets need fewer solves and queries; smaller ones are less visible. Used by World.
 inline constexpr Scalar kTargetRadiusFraction = 1e-4;
-inline constexpr Scalar kStandoffTargets = 4;
+inline constexpr Scalar kRestOffsetTargets = 4;
 
-/// Distance tolerance of a World's queries relative to the standoff. Larger: the proven distance is
+/// Distance tolerance of a World's queries relative to the rest offset. Larger: the proven distance is
 /// too close to where bodies rest; smaller: longer queries near contact. Used by World.
 inline constexpr Scalar kCertifiedFraction = 0.3;
 
-/// How far bodies may move, relative to their standoff, while contacts are reused instead of
+/// How far bodies may move, relative to their rest offset, while contacts are reused instead of
 /// regenerated. Larger: wrong gaps of curved contacts; smaller: more generation. Used by World.
 inline constexpr Scalar kContactDriftFraction = 0.2;
 
-/// Up to which gap contacts are sought: this many standoffs above the rest gap, plus how far the
+/// Up to which gap contacts are sought: this many rest offsets above the rest gap, plus how far the
 /// bodies may approach in a step, but at most this fraction of the bounding radius. Larger: more
 /// contacts; smaller: more hits that become contacts only after a query. Used by World.
-inline constexpr Scalar kContactReachStandoffs = 4;
+inline constexpr Scalar kContactReachRestOffsets = 4;
 inline constexpr Scalar kContactReachRadiusFraction = 0.02;
 
 /// Contacts of a curved surface stand for others up to this fraction of the bounding radius away
@@ -300,10 +300,10 @@ inline constexpr Scalar kContactReachRadiusFraction = 0.02;
 inline constexpr Scalar kContactMergedRadiusFraction = 0.15;
 inline constexpr Scalar kContactMergedCosine = 0.9;
 
-/// In World such a contact is at most so many standoffs above the rest gap, and the body turns by
-/// so many standoffs over its radius. The gap at the end of a step is measured within so many ways
+/// In World such a contact is at most so many rest offsets above the rest gap, and the body turns by
+/// so many rest offsets over its radius. The gap at the end of a step is measured within so many ways
 /// of the step. Used by World.
-inline constexpr Scalar kContactMergedStandoffs = 0.7;
+inline constexpr Scalar kContactMergedRestOffsets = 0.7;
 inline constexpr Scalar kContactMergedChange = 0.01;
 inline constexpr Scalar kContactMeasuredWays = 3;
 
@@ -311,7 +311,7 @@ inline constexpr Scalar kContactMeasuredWays = 3;
 inline constexpr Scalar kGapRecovery = 0.3;
 
 /// A contact solve is repeated if the predicted gap of a contact has changed by more than this,
-/// relative to the standoff. Larger: curved contact loses energy. Used by World.
+/// relative to the rest offset. Larger: curved contact loses energy. Used by World.
 inline constexpr Scalar kErrorChange = 0.02;
 
 /// A solve with a residual above this multiple of its tolerance has contradictory constraints: gaps
@@ -322,8 +322,8 @@ inline constexpr Scalar kContradictionTolerances = 300;
 /// step.
 inline constexpr Scalar kSeparationRadiusFraction = 0.05;
 
-/// Default of WorldOptions::sleep_speed: this fraction of the standoff per step. Used by World.
-inline constexpr Scalar kSleepStandoffFraction = 0.01;
+/// Default of WorldOptions::sleep_speed: this fraction of the rest offset per step. Used by World.
+inline constexpr Scalar kSleepRestOffsetFraction = 0.01;
 
 /// Change of a wrench, relative to its size, that wakes a body. Used by World.
 inline constexpr Scalar kWakeWrenchChange = 1e-9;
@@ -352,9 +352,9 @@ inline constexpr std::size_t kContactFewBodies = 2;
 /// ContactCascade.
 inline constexpr Scalar kContactGoodStart = 0.1;
 
-/// Residual to which contacts are solved, by the largest way x of a body in a step; both in standoffs
+/// Residual to which contacts are solved, by the largest way x of a body in a step; both in rest offsets
 /// per step: the first times max(x, x^2), but at least the second and at most the third. What is left
-/// of it every step may add up, at rest in 6,000 steps to 0.06 % of the standoff. Larger: stacks creep
+/// of it every step may add up, at rest in 6,000 steps to 0.06 % of the rest offset. Larger: stacks creep
 /// and never sleep, sliding bodies turn; smaller: rounding, and time. Used by contact_tolerance().
 inline constexpr Scalar kContactSpeedTolerance = 1e-6;
 inline constexpr Scalar kContactRestTolerance = 1e-7;

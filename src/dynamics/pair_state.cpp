@@ -10,7 +10,7 @@
 namespace dyop::internal {
 namespace {
 
-// Bounds of a gap this near to each other, in standoffs, are not worth another query. Those that a
+// Bounds of a gap this near to each other, in rest offsets, are not worth another query. Those that a
 // query gives differ by rounding; each step loosens them.
 constexpr Scalar kKnownGap = 1e-3;  // literal: far below the tolerance of an impact query
 
@@ -25,7 +25,7 @@ constexpr Scalar kNextWay = 1.1;
 // After a list that was too long; such shapes have small triangles for the way that they move.
 constexpr int kSearchesToSkip = 64;
 
-// A list for the end of a leg serves while the bodies come to lie elsewhere by this part of the reach.
+// A list for the end of a substep serves while the bodies come to lie elsewhere by this part of the reach.
 constexpr Scalar kEndMargin = 0.5;
 
 // Brings the list of neighbours up to date for queries up to `reach`, if the shapes are in contact.
@@ -60,7 +60,7 @@ void update_neighbours(PairState& pair, const Shape& a, const RigidPose& X_WA, c
 void list_end(PairState& pair, const Shape& a, const RigidPose& X_WA, const Shape& b,
               const RigidPose& X_WB) {
   if (pair.searches_to_skip == 0) return;
-  const Scalar reach = pair.reach + kContactDriftFraction * pair.lengths.standoff;
+  const Scalar reach = pair.reach + kContactDriftFraction * pair.lengths.rest_offset;
   NeighbourList& list = pair.neighbours;
   if (list.is_built() && list.covers(list.place(a, X_WA, b, X_WB), {reach})) return;
   --pair.searches_to_skip;
@@ -69,7 +69,7 @@ void list_end(PairState& pair, const Shape& a, const RigidPose& X_WA, const Shap
 }
 
 Scalar PairLengths::tolerance() const {
-  return kCertifiedFraction * standoff;
+  return kCertifiedFraction * rest_offset;
 }
 
 void update_pivot(PairState& pair, const BodyRecord& a, const BodyRecord& b) {
@@ -115,11 +115,11 @@ bool refresh_contacts(PairState& pair, const BodyRecord& a, const RigidPose& X_W
                       const Vector3& shift_W, const Vector3& turn_W, ContactWorkspace& workspace) {
   ContactCacheOptions options;
   ContactMerging merging{shift_W, turn_W, pair.lengths.radius};
-  merging.active_gap = pair.lengths.rest_gap() + kContactMergedStandoffs * pair.lengths.standoff;
-  merging.gap_change = kContactMergedChange * pair.lengths.standoff;
-  merging.most_sagitta = kContactFitStandoffs * pair.lengths.standoff;
+  merging.active_gap = pair.lengths.rest_gap() + kContactMergedRestOffsets * pair.lengths.rest_offset;
+  merging.gap_change = kContactMergedChange * pair.lengths.rest_offset;
+  merging.most_sagitta = kContactFitRestOffsets * pair.lengths.rest_offset;
   options.reduction.merging = merging;
-  options.max_drift = kContactDriftFraction * pair.lengths.standoff;
+  options.max_drift = kContactDriftFraction * pair.lengths.rest_offset;
   pair.known_shortest_gap.reset();
   const Shape& shape_a = *a.definition.shape;
   const Shape& shape_b = *b.definition.shape;
@@ -132,7 +132,7 @@ bool refresh_contacts(PairState& pair, const BodyRecord& a, const RigidPose& X_W
 void measure_gap(PairState& pair, const BodyRecord& a, const RigidPose& X_WA, const BodyRecord& b,
                  const RigidPose& X_WB, Scalar enough, Scalar relative_tolerance) {
   const Scalar tolerance =
-      std::max(kKnownGap * pair.lengths.standoff, relative_tolerance * pair.gap_upper);
+      std::max(kKnownGap * pair.lengths.rest_offset, relative_tolerance * pair.gap_upper);
   const bool is_known = pair.gap_lower >= 0 && pair.gap_upper < kInfinity &&
                         pair.gap_upper - pair.gap_lower <= tolerance;
   if (pair.gap_lower > enough || is_known) return;

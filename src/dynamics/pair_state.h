@@ -32,10 +32,10 @@ inline PairKey ordered(std::uint32_t x, std::uint32_t y) {
 /// The lengths of one pair; see WorldOptions.
 struct PairLengths {
   Scalar target = 0;    // d*
-  Scalar standoff = 0;  // s
+  Scalar rest_offset = 0;  // s
   Scalar radius = 0;    // the smaller bounding radius
-  Scalar rest_gap() const { return target + standoff; }
-  Scalar tolerance() const;  // for time_of_impact(), a fraction of the standoff
+  Scalar rest_gap() const { return target + rest_offset; }
+  Scalar tolerance() const;  // for time_of_impact(), a fraction of the rest offset
 };
 
 /// What a World keeps about a near pair from step to step.
@@ -114,13 +114,13 @@ bool refresh_contacts(PairState& pair, const BodyRecord& a, const RigidPose& X_W
                       const BodyRecord& b, const RigidPose& X_WB, Scalar reach,
                       const Vector3& shift_W, const Vector3& turn_W, ContactWorkspace& workspace);
 
-/// Where a list for several steps was too long, makes one for the poses at the end of a leg: their
-/// contacts are sought there again after each solve, and at the start of the next leg.
+/// Where a list for several steps was too long, makes one for the poses at the end of a substep: their
+/// contacts are sought there again after each solve, and at the start of the next substep.
 DYOP_EXPORT void list_end(PairState& pair, const Shape& a, const RigidPose& X_WA, const Shape& b,
                           const RigidPose& X_WB);
 
 /// Measures the gap at two poses unless its known bound already exceeds `enough`, or it is known: in
-/// the rounds of a leg bodies start from the same poses again.
+/// the rounds of a substep bodies start from the same poses again.
 /// @param relative_tolerance How far apart its bounds may stay, relative to the upper one.
 void measure_gap(PairState& pair, const BodyRecord& a, const RigidPose& X_WA, const BodyRecord& b,
                  const RigidPose& X_WB, Scalar enough, Scalar relative_tolerance = 0);

@@ -71,12 +71,12 @@ void World::Impl::put_to_sleep(const std::vector<internal::Island>& islands,
                                AdvanceReport& report) {
   if (options.sleep_steps <= 0) return;
   for (std::size_t i = 0; i < islands.size(); ++i) {
-    Scalar standoff = kInfinity;
+    Scalar rest_offset = kInfinity;
     bool may_sleep = outcomes[i].in_contact;
     bool touches = false;
     const TimeInterval next{time, time + h};
     for (const internal::PairState* pair : islands[i].pairs) {
-      standoff = std::min(standoff, pair->lengths.standoff);
+      rest_offset = std::min(rest_offset, pair->lengths.rest_offset);
       if (!pair->has_contacts) continue;
       touches = true;
       const auto moves = [&](const BodyRecord& body) {
@@ -91,7 +91,7 @@ void World::Impl::put_to_sleep(const std::vector<internal::Island>& islands,
       touches = true;
       for (const BodyId id : {a, b}) {
         const BodyRecord& body = bodies[id.slot];
-        standoff = std::min(standoff, kStandoffTargets * kTargetRadiusFraction * body.radius);
+        rest_offset = std::min(rest_offset, kRestOffsetTargets * kTargetRadiusFraction * body.radius);
         const bool is_given = body.definition.kind == BodyKind::Kinematic;
         may_sleep = may_sleep && !(is_given && moves_by_itself(body, {time - h, time}));
       }
@@ -104,7 +104,7 @@ void World::Impl::put_to_sleep(const std::vector<internal::Island>& islands,
       hangs_on(spring->definition.a, spring->definition.b);
     }
     may_sleep = may_sleep && touches;
-    const Scalar way = kSleepStandoffFraction * standoff;
+    const Scalar way = kSleepRestOffsetFraction * rest_offset;
     // In a shorter time everything moves by less than `way`, even what falls.
     const Scalar fall = gravity_W.isZero(0) ? 0 : std::sqrt(2 * way / gravity_W.norm());
     const Scalar span = options.sleep_speed ? h : std::max(h, fall);

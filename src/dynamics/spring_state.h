@@ -10,7 +10,7 @@ namespace dyop::internal {
 struct SpringState {
   SpringId id;
   SpringDefinition definition;  // its rest length is known
-  /// On B in the first half of the last leg, world axes: what the second half begins with, and the
+  /// On B in the first half of the last substep, world axes: what the second half begins with, and the
   /// warm start of the next.
   Vector3 half_impulse_W = Vector3::Zero();
 

@@ -26,7 +26,7 @@ void require_valid(const WorldOptions& options) {
                  " must be finite and > 0, not ", *value);
   };
   require_positive(options.max_step, "max_step");
-  require_positive(options.standoff, "standoff");
+  require_positive(options.rest_offset, "rest_offset");
   require_positive(options.separation_speed, "separation_speed");
   DYOP_REQUIRE(!options.target_distance ||
                    (*options.target_distance >= 0 && *options.target_distance < kInfinity),

@@ -47,8 +47,8 @@ internal::PairLengths World::Impl::lengths_of(PairKey key) const {
   const auto own = pair_target.find(key);
   const Scalar usual = kTargetRadiusFraction * lengths.radius;
   lengths.target = own != pair_target.end() ? own->second : options.target_distance.value_or(usual);
-  lengths.standoff = options.standoff.value_or(
-      kStandoffTargets * (own == pair_target.end() && lengths.target > 0 ? lengths.target : usual));
+  lengths.rest_offset = options.rest_offset.value_or(
+      kRestOffsetTargets * (own == pair_target.end() && lengths.target > 0 ? lengths.target : usual));
   return lengths;
 }
 

@@ -2,7 +2,7 @@
 #include "dyop/io/motion_file.h"
 
 #include "io/file_bytes.h"
-#include "io/motion_reader.h"
+#include "io/scene/motion_reader.h"
 
 namespace dyop {
 

@@ -80,7 +80,7 @@ void add_steps(ColumnBlock& block, const PageSpan& span) {
   rows.numbers("begin", [](const PageFrame& f) { return f.interval.begin; });
   rows.numbers("end", [](const PageFrame& f) { return f.interval.end; });
   rows.numbers("steps", [](const PageFrame& f) { return f.work.steps; });
-  rows.numbers("legs", [](const PageFrame& f) { return f.work.legs; });
+  rows.numbers("substeps", [](const PageFrame& f) { return f.work.substeps; });
   rows.numbers("islands", [](const PageFrame& f) { return f.work.islands; });
   rows.numbers("rounds", [](const PageFrame& f) { return f.work.rounds; });
   rows.numbers("stalls", [](const PageFrame& f) { return f.work.stalls; });

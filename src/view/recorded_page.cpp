@@ -15,12 +15,12 @@
 #include "dyop/geometry/convex_hull.h"
 #include "dyop/geometry/sphere.h"
 #include "dyop/geometry/triangle_mesh.h"
-#include "dyop/recording/recording_reader.h"
+#include "dyop/io/recording_reader.h"
 #include "dyop/view/page_encoder.h"
 #include "dyop/view/page_file.h"
 #include "view/pair_rows.h"
 #ifdef DYOP_HAS_TOOL_PAGE
-#include "dyop/recording/tool_recording_reader.h"
+#include "dyop/io/haptic_recording_reader.h"
 #include "view/tool/tool_page.h"
 #endif
 
@@ -266,7 +266,7 @@ class RecordedPage {
 std::string recorded_page_html(const std::filesystem::path& recording,
                                const RecordedPageOptions& options) {
 #ifdef DYOP_HAS_TOOL_PAGE
-  if (is_tool_recording(recording)) {
+  if (is_haptic_recording(recording)) {
     const internal::ToolPage page = internal::make_tool_page(recording);
     return page_html(page.title, page.blocks);
   }

@@ -62,9 +62,8 @@ std::vector<fs::path> room_files(const std::vector<std::string>& folders) {
 const std::map<std::string, int> kLevel{
     {"core", 0},      {"exact", 1},    {"hierarchy", 2}, {"geometry", 3}, {"motion", 3},
     {"distance", 4},  {"paper", 5},    {"toi", 5},       {"contact", 6},  {"chain", 6},
-    {"dynamics", 7},  {"tool", 7},     {"ompl", 7},      {"io", 8},       {"recording", 9},
-    {"scene_io", 10}, {"tool_io", 10}, {"view", 11},     {"c", 12},       {"python", 12},
-    {"cli", 12}};
+    {"dynamics", 7},  {"haptics", 7},  {"ompl", 7},      {"io", 8},       {"view", 9},
+    {"c", 10},        {"python", 10}, {"cli", 10}};
 
 bool may_include(const std::string& from, const std::string& to) {
   return from == to || kLevel.at(to) < kLevel.at(from);

@@ -73,8 +73,8 @@ void add_scene(const std::string& name, const ContactProblem& scene) {
 
 int main(int argc, char** argv) {
   using namespace dyop::testing;
-  add_scene("tool_4", tool_scene(4));
-  add_scene("tool_12", tool_scene(12));
+  add_scene("tool_4", haptic_scene(4));
+  add_scene("tool_12", haptic_scene(12));
   add_scene("stack_10", stack_scene(10));
   add_scene("arch_25", arch_scene(25));
   add_scene("arch_101", arch_scene(101));

@@ -8,10 +8,10 @@
 #include <optional>
 #include <string>
 
-#include "dyop/recording/recording_writer.h"
-#include "dyop/scene_io/scene_file.h"
-#include "dyop/scene_io/scene_generator.h"
-#include "dyop/scene_io/scene_recording.h"
+#include "dyop/io/recording_writer.h"
+#include "dyop/io/scene_file.h"
+#include "dyop/io/scene_generator.h"
+#include "dyop/io/scene_recording.h"
 #include "support/temporary_directory.h"
 
 namespace dyop {

@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/command.h"
-#include "dyop/recording/recording_reader.h"
+#include "dyop/io/recording_reader.h"
 
 namespace dyop {
 namespace {
@@ -18,7 +18,7 @@ using Json = nlohmann::ordered_json;
 // A ball that bounces once, and a box that rests.
 constexpr const char* kScene = R"({
   "title": "A ball falls on a box",
-  "time": {"end": 1.5, "step": 0.125}, "target_distance": 1e-7, "standoff": 1e-6,
+  "time": {"end": 1.5, "step": 0.125}, "target_distance": 1e-7, "rest_offset": 1e-6,
   "bodies": [
     {"name": "ball", "shape": {"sphere": {"radius": 0.5}}, "density": 1,
      "pose": {"position": [0, 0, 1.5]}, "restitution": 1, "friction": 0},

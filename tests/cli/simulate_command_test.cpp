@@ -5,7 +5,7 @@
 #include <thread>
 
 #include "cli/command.h"
-#include "dyop/scene_io/run_recording.h"
+#include "dyop/io/run_recording.h"
 #include "support/inputs/cube_files.h"
 
 namespace dyop {
@@ -21,7 +21,7 @@ using Json = nlohmann::ordered_json;
 Json falling_ball() {
   return Json::parse(R"({
     "title": "A ball falls on a box",
-    "time": {"end": 1.5, "step": 0.125}, "target_distance": 1e-7, "standoff": 1e-6,
+    "time": {"end": 1.5, "step": 0.125}, "target_distance": 1e-7, "rest_offset": 1e-6,
     "bodies": [
       {"name": "ball", "shape": {"sphere": {"radius": 0.5}}, "density": 1,
        "pose": {"position": [0, 0, 1.5]}, "restitution": 1, "friction": 0},

@@ -10,10 +10,10 @@
 #include <thread>
 
 #include "cli/command.h"
-#include "dyop/recording/tool_recording_reader.h"
-#include "dyop/tool_io/transform_link.h"
-#include "dyop/tool_io/transform_stream.h"
-#include "support/inputs/tool_run_texts.h"
+#include "dyop/io/haptic_recording_reader.h"
+#include "dyop/io/transform_link.h"
+#include "dyop/io/transform_stream.h"
+#include "support/inputs/haptic_run_texts.h"
 
 namespace dyop {
 namespace {
@@ -26,7 +26,7 @@ class ToolCommand : public ::testing::Test {
   std::string path(const char* name) const { return (directory_.path() / name).string(); }
   CommandResult run(const std::vector<std::string>& more) const {
     std::vector<std::string> words{
-        "tool", directory_.write("scene.json", testing::kSmallToolScene).string()};
+        "tool", directory_.write("scene.json", testing::kSmallHapticScene).string()};
     words.insert(words.end(), more.begin(), more.end());
     return run_command(words);
   }
@@ -69,7 +69,7 @@ TEST_F(ToolCommand, ARecordingIsATableInPython) {
   std::size_t ticks = 0, obstacles = 0;
   Scalar height = 0;
   words >> ticks >> height >> obstacles;
-  const ToolRecordingReader reader(path("run.h5"));
+  const HapticRecordingReader reader(path("run.h5"));
   EXPECT_EQ(ticks, 300u);
   EXPECT_EQ(obstacles, 2u);
   EXPECT_EQ(height, reader.ticks(299, 1)[0].tool.X_WT.translation().z());
@@ -99,7 +99,7 @@ class LinkedTool : public ToolCommand {
     device.join();
     ASSERT_EQ(result.exit_code, 0) << result.err;
     EXPECT_TRUE(is_answered);
-    const ToolRecordingReader reader(path("run.h5"));
+    const HapticRecordingReader reader(path("run.h5"));
     const RecordedTick last = reader.ticks(reader.tick_count() - 1, 1)[0];
     EXPECT_EQ(last.device.p_WD, place);
     EXPECT_LT((last.tool.X_WT.translation() - place).norm(), 0.1);

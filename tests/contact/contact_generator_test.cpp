@@ -268,10 +268,10 @@ TEST(ContactGenerator, RefusesWhatIsOutOfRange) {
 }
 
 TEST(ContactGenerator, FindsContactsOfEveryPieceOfACompound) {
-  // A table of two legs on a floor: four corners each, named by their leg.
-  const auto leg = std::make_shared<const Box>(Vector3(0.1, 0.1, 0.5));
+  // A table of two substeps on a floor: four corners each, named by their substep.
+  const auto substep = std::make_shared<const Box>(Vector3(0.1, 0.1, 0.5));
   const CompoundShape table(
-      {{leg, RigidPose(Vector3(-1, 0, 0))}, {leg, RigidPose(Vector3(1, 0, 0))}});
+      {{substep, RigidPose(Vector3(-1, 0, 0))}, {substep, RigidPose(Vector3(1, 0, 0))}});
   const Box floor({5, 5, 0.5});
   const std::vector<ContactPoint> contacts = generate_contacts(
       floor, RigidPose(Vector3(0, 0, -0.5)), table, RigidPose(Vector3(0, 0, 0.501)), 0.01);

@@ -144,7 +144,7 @@ TYPED_TEST(ContactSolverContract, AgreesWithGaussSeidelWithoutFriction) {
 
 TYPED_TEST(ContactSolverContract, AllocatesNothingOnceWarm) {
   for (const ContactProblem& scene :
-       {tool_scene(4), tool_scene(12), stack_scene(10), arch_scene(25)}) {
+       {haptic_scene(4), haptic_scene(12), stack_scene(10), arch_scene(25)}) {
     ContactProblem problem = scene;
     this->solver_.solve(problem);
     for (PointContact& contact : problem.contacts) contact.impulse_W.setZero();

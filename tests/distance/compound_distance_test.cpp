@@ -157,15 +157,15 @@ TEST(CompoundDistance, TakesChildrenForSolids) {
   EXPECT_NE(message.find("solid_a"), std::string::npos) << message;
 }
 
-// A table on four legs stands on the floor with the corners of its legs.
+// A table on four substeps stands on the floor with the corners of its substeps.
 TEST(CompoundDistance, FindsContactsOfEveryChild) {
-  const auto leg = std::make_shared<Box>(Vector3(0.1, 0.1, 0.5));
+  const auto substep = std::make_shared<Box>(Vector3(0.1, 0.1, 0.5));
   const auto foot = std::make_shared<Sphere>(0.2);
   const auto top = std::make_shared<TriangleMesh>(box_mesh(Vector3(1, 1, 0.05)).mesh());
-  const CompoundShape table({{leg, at(0.8, 0.8, 0.5)},
-                             {leg, at(-0.8, 0.8, 0.5)},
-                             {leg, at(-0.8, -0.8, 0.5)},
-                             {leg, at(0.8, -0.8, 0.5)},
+  const CompoundShape table({{substep, at(0.8, 0.8, 0.5)},
+                             {substep, at(-0.8, 0.8, 0.5)},
+                             {substep, at(-0.8, -0.8, 0.5)},
+                             {substep, at(0.8, -0.8, 0.5)},
                              {top, at(0, 0, 1.05)},
                              {foot, at(0, 0, 0.2)}});
   const Box ground(Vector3(5, 5, 1));

@@ -195,7 +195,7 @@ TEST(WorldContact, KeepsAStackOfTenWhereItIs) {
     EXPECT_TRUE(world.is_asleep(ids[i])) << i;
     const Vector3 moved = world.state(ids[i]).X_WB.translation() - before[i];
     EXPECT_LT(moved.head<2>().norm(), 1e-6);
-    EXPECT_LT(std::abs(moved.z()), 1e-3);  // every gap within its standoff
+    EXPECT_LT(std::abs(moved.z()), 1e-3);  // every gap within its rest offset
   }
 }
 

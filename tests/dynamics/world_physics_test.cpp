@@ -244,7 +244,7 @@ TEST(WorldPhysics, RocksAsHousnerSays) {
 }
 
 // A plate under 81 cubes, more than 300 contacts in one island, on a slope that is a little steeper
-// than friction holds: by so little that in a step it slides by less than a standoff at first.
+// than friction holds: by so little that in a step it slides by less than a rest offset at first.
 TEST(WorldPhysics, LargeIslandsThatSlideSlowlyGoAsFarAsFrictionLets) {
   constexpr Scalar kPlateOnFloor = 0.4;  // sqrt(0.8 * 0.2)
   constexpr Scalar kExcess = 1e-3;

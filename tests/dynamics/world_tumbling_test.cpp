@@ -28,7 +28,7 @@ BodyDefinition placed_body(std::shared_ptr<const Shape> shape, Scalar mass, cons
 // a random world where it stood still for the rest of a step; velocities are varied.
 TEST(WorldTumbling, ABodyThatTurnsFastIsNotStopped) {
   std::mt19937_64 random(71);
-  std::int64_t legs = 0;
+  std::int64_t substeps = 0;
   for (int i = 0; i < 100; ++i) {
     SCOPED_TRACE(::testing::Message() << "scene " << i);
     WorldOptions options;
@@ -56,10 +56,10 @@ TEST(WorldTumbling, ABodyThatTurnsFastIsNotStopped) {
       EXPECT_EQ(report.status, AdvanceStatus::Completed);
       EXPECT_EQ(report.work.stalls, 0) << "step " << k;
       EXPECT_TRUE(report.too_near.empty());
-      legs += report.work.legs;
+      substeps += report.work.substeps;
     }
   }
-  EXPECT_EQ(legs, 300);  // none is cut
+  EXPECT_EQ(substeps, 300);  // none is cut
 }
 
 }  // namespace

@@ -8,7 +8,7 @@
 
 #include "dyop/io/file_error.h"
 #include "dyop/io/motion_file.h"
-#include "dyop/scene_io/scene_file.h"
+#include "dyop/io/scene_file.h"
 #include "fuzz/fuzz_input.h"
 #include "fuzz/scratch_file.h"
 

@@ -21,8 +21,8 @@
 #include <vector>
 
 #include "dyop/core/error.h"
-#include "dyop/scene_io/run_recording.h"
-#include "dyop/scene_io/scene_file.h"
+#include "dyop/io/run_recording.h"
+#include "dyop/io/scene_file.h"
 #include "support/oracles/recording_oracle.h"
 #include "support/world_energy.h"
 

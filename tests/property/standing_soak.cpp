@@ -19,8 +19,8 @@
 #include <string>
 #include <vector>
 
-#include "dyop/scene_io/scene_file.h"
-#include "dyop/scene_io/scene_generator.h"
+#include "dyop/io/scene_file.h"
+#include "dyop/io/scene_generator.h"
 #include "support/temporary_directory.h"
 
 namespace dyop::testing {

@@ -50,7 +50,7 @@ def test_the_first_bounce_comes_when_it_must():
     report = world.advance(2)
     assert report.status == dyop.AdvanceStatus.StoppedAtImpact
     event = report.impacts[0]
-    # Between the times at which the gap is the rest gap, target and standoff, and the target.
+    # Between the times at which the gap is the rest gap, target and rest_offset, and the target.
     assert np.sqrt(2 * (4.5 - 5.1e-4) / G) <= event.t <= np.sqrt(2 * (4.5 - 1e-4) / G)
     assert {event.a, event.b} == {body, ground}
     assert event.toi.status == dyop.ToiStatus.Impact

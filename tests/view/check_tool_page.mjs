@@ -47,7 +47,7 @@ try {
   }
   for (const {body, t, p, q} of facts.poses) {
     const state = await page.evaluate((b, at) => window.dyop.state(b, at), body, t);
-    check(off(state.p, p) <= 0.3 * facts.standoff, `body ${body} at ${t}: ${state.p}, not ${p}`);
+    check(off(state.p, p) <= 0.3 * facts.rest_offset, `body ${body} at ${t}: ${state.p}, not ${p}`);
     const turned = Math.min(off(state.q, q), off(state.q, q.map((x) => -x)));
     check(turned < 1e-3, `body ${body} at ${t} is turned by ${turned}`);
   }
@@ -60,7 +60,7 @@ try {
       return {low: min.toArray(), high: max.toArray()};
     }, body, t);
     const worst = Math.max(off(drawn.low, low), off(drawn.high, high));
-    check(worst <= facts.standoff, `tissue ${body} at ${t} is off by ${worst}`);
+    check(worst <= facts.rest_offset, `tissue ${body} at ${t} is off by ${worst}`);
   }
 } finally {
   await browser.close();

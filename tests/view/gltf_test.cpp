@@ -9,9 +9,9 @@
 
 #include "dyop/distance/distance.h"
 #include "dyop/io/file_error.h"
-#include "dyop/recording/recording_reader.h"
+#include "dyop/io/recording_reader.h"
 #include "dyop/view/gltf_file.h"
-#include "recording/recorded_world.h"
+#include "io/record/recorded_world.h"
 #include "support/temporary_directory.h"
 
 namespace dyop {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "dyop/scene_io/scene_file.h"
+#include "dyop/io/scene_file.h"
 #include "dyop/view/page_encoder.h"
 
 namespace dyop::testing {

@@ -2,7 +2,7 @@
 // The page in a real browser: check_page.mjs compares it with the World's own motions.
 #include <gtest/gtest.h>
 
-#include "dyop/scene_io/scene_generator.h"
+#include "dyop/io/scene_generator.h"
 #include "dyop/view/page_file.h"
 #include "dyop/view/run_follower.h"
 #include "support/temporary_directory.h"

@@ -5,9 +5,9 @@
 
 #include "dyop/core/error.h"
 #include "dyop/io/file_error.h"
-#include "dyop/recording/recording_reader.h"
+#include "dyop/io/recording_reader.h"
 #include "dyop/view/page_file.h"
-#include "recording/recorded_world.h"
+#include "io/record/recorded_world.h"
 #include "support/temporary_directory.h"
 #include "view/browser_check.h"
 #include "view/page_case.h"

@@ -7,11 +7,11 @@
 #include "dyop/core/error.h"
 #include "dyop/geometry/box.h"
 #include "dyop/geometry/triangle_mesh.h"
-#include "dyop/recording/tool_recording_writer.h"
-#include "dyop/tool_io/tool_scene_file.h"
+#include "dyop/io/haptic_recording_writer.h"
+#include "dyop/io/haptic_scene_file.h"
 #include "dyop/view/page_encoder.h"
 #include "dyop/view/recorded_page.h"
-#include "support/inputs/tool_run_texts.h"
+#include "support/inputs/haptic_run_texts.h"
 #include "support/message_of.h"
 #include "support/temporary_directory.h"
 #include "view/browser_check.h"
@@ -36,7 +36,7 @@ nlohmann::json pose_fact(std::size_t body, Scalar t, const RigidPose& X) {
 constexpr std::int64_t kCutNumber = 15;
 
 // In place of snapshot 15 every other triangle is taken away; all shapes are stored.
-void cut_tissue(const ToolRun& run, TissueFeed& feed, std::unique_ptr<ToolRecordingWriter>& writer,
+void cut_tissue(const HapticRun& run, TissueFeed& feed, std::unique_ptr<HapticRecordingWriter>& writer,
                 std::vector<Vector3>& last) {
   feed.formula.clear();
   feed.shape = [shape = feed.shape, &writer, &last, &feed](std::int64_t number,
@@ -59,16 +59,16 @@ void cut_tissue(const ToolRun& run, TissueFeed& feed, std::unique_ptr<ToolRecord
 // vessel, and the cut liver if it is.
 nlohmann::json record_and_tell(const fs::path& file, bool is_cut) {
   constexpr std::size_t kLiver = 4, kCutLiver = 6, kDevice = 2;
-  ToolRun run = parse_tool_run("scene.json", testing::kSmallToolScene);
+  HapticRun run = parse_haptic_run("scene.json", testing::kSmallHapticScene);
   run.runner.ticks = 700;
   run.runner.is_paced = false;
-  ToolSession session(run.scene, run.options);
-  std::unique_ptr<ToolRecordingWriter> writer;
+  HapticSession session(run.scene, run.options);
+  std::unique_ptr<HapticRecordingWriter> writer;
   std::vector<Vector3> last;
   if (is_cut) cut_tissue(run, run.tissue[0], writer, last);
-  writer = std::make_unique<ToolRecordingWriter>(
-      file, ToolRunHeader{"", run.text, run.runner.period, ""}, run.scene, run.options, run.tissue);
-  nlohmann::json facts{{"standoff", run.options.standoff}, {"end", 0.7},
+  writer = std::make_unique<HapticRecordingWriter>(
+      file, HapticRunHeader{"", run.text, run.runner.period, ""}, run.scene, run.options, run.tissue);
+  nlohmann::json facts{{"rest_offset", run.options.rest_offset}, {"end", 0.7},
                        {"ghosts", is_cut ? 3 : 2},  // the cut liver is open
                        {"poses", nlohmann::json::array()}, {"present", nlohmann::json::array()},
                        {"boxes", nlohmann::json::array()}};

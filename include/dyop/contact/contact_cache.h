@@ -13,7 +13,7 @@ struct ContactCacheOptions {
   ContactGeneratorOptions generator;
   ContactReductionOptions reduction;
   /// Contacts are reused until some point near them has moved farther than this relative to the
-  /// other shape; length, >= 0. A fifth of the standoff works well.
+  /// other shape; length, >= 0. A fifth of the rest offset works well.
   Scalar max_drift = 0;
 };
 

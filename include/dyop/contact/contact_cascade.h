@@ -47,9 +47,9 @@ class ContactCascade final : public ContactSolver {
   std::vector<Vector3> first_lambda_, best_lambda_;
 };
 
-/// The tolerance for a step of length h that keeps a standoff s (a length), by the way
+/// The tolerance for a step of length h that keeps a rest offset s (a length), by the way
 /// x = speed h / s of the fastest body: 1e-6 max(x, x^2) s / h, but at least 1e-7 s / h, for bodies
 /// at rest, and at most 0.1 s / h.
-Scalar contact_tolerance(Scalar largest_speed, Scalar standoff, Scalar h);
+Scalar contact_tolerance(Scalar largest_speed, Scalar rest_offset, Scalar h);
 
 }  // namespace dyop

@@ -61,10 +61,10 @@ struct CommittedStep {
 /// Counts over the steps of one advance().
 struct StepStatistics {
   std::int64_t steps = 0;        ///< of the World
-  std::int64_t legs = 0;         ///< pieces of islands' steps, more than `islands` if some were cut
+  std::int64_t substeps = 0;         ///< pieces of islands' steps, more than `islands` if some were cut
   std::int64_t islands = 0;      ///< that were stepped
   std::int64_t rounds = 0;       ///< contact solves with new constraints from hits
-  std::int64_t stalls = 0;       ///< legs in which no motion was found: the island stood still
+  std::int64_t stalls = 0;       ///< substeps in which no motion was found: the island stood still
   std::int64_t contacts = 0;     ///< largest number at once
   std::int64_t unconverged = 0;  ///< contact solves that ended above their tolerance
   Scalar residual = 0;           ///< the largest, length per time

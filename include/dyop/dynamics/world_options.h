@@ -44,7 +44,7 @@ struct WorldOptions {
   /// World::set_target_distance.
   std::optional<Scalar> target_distance;
   /// s, how far above d* bodies come to rest, length > 0. Default: 4 d*, or 4e-4 r if d* is 0.
-  std::optional<Scalar> standoff;
+  std::optional<Scalar> rest_offset;
   ImpactPolicy policy = ImpactPolicy::Impulse;
   ImpactCallback on_impact;  ///< for ImpactPolicy::Callback
   /// Slower approaches do not bounce, length per time. Default, for each pair: 2 h times the
@@ -52,7 +52,7 @@ struct WorldOptions {
   /// least the tolerance of a contact solve.
   std::optional<Scalar> restitution_speed;
   /// A body that moves slower than this may fall asleep, length per time. Default: a hundredth of
-  /// the standoff per step; shorter steps than a fall of so far takes count together as one.
+  /// the rest offset per step; shorter steps than a fall of so far takes count together as one.
   std::optional<Scalar> sleep_speed;
   int sleep_steps = 50;  ///< an island falls asleep after this many slow steps; 0: never
   /// Largest speed at which bodies that start too near are pushed apart, length per time. Default:
@@ -62,7 +62,7 @@ struct WorldOptions {
   /// relative to A's, world axes, length per time): finite, >= 0, deterministic, callable from
   /// several threads, best continuous. Default: the geometric mean of the bodies' friction.
   std::function<Scalar(BodyId a, BodyId b, const Vector3& sliding_W)> friction_law;
-  ContactSolverOptions solver;  ///< tolerance is ignored: derived from standoff and step
+  ContactSolverOptions solver;  ///< tolerance is ignored: derived from rest offset and step
   std::int64_t max_node_pairs = 50'000'000;  ///< per time-of-impact query
   bool records_motions = true;               ///< fills AdvanceReport::steps
   bool measures_time = false;                ///< fills AdvanceReport::times; reads the clock

@@ -12,7 +12,7 @@
 #include "cli/page/page_output.h"
 #include "cli/scene_steps.h"
 #include "dyop/core/error.h"
-#include "dyop/scene_io/scene_file.h"
+#include "dyop/io/scene_file.h"
 #include "dyop/view/live_server.h"
 #include "dyop/view/page_file.h"
 #include "dyop/view/recorded_page.h"

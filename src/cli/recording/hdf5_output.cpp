@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cli/recording/run_output.h"
-#include "dyop/recording/recording_writer.h"
-#include "dyop/scene_io/scene_recording.h"
+#include "dyop/io/recording_writer.h"
+#include "dyop/io/scene_recording.h"
 
 namespace dyop::cli {
 namespace {

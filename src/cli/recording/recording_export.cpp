@@ -4,8 +4,8 @@
 #include "cli/mesh_path.h"
 #include "cli/page/page_output.h"
 #include "cli/recording/recording_tools.h"
-#include "dyop/scene_io/scene_file.h"
-#include "dyop/scene_io/scene_recording.h"
+#include "dyop/io/scene_file.h"
+#include "dyop/io/scene_recording.h"
 #include "dyop/view/gltf_file.h"
 #include "dyop/view/recorded_page.h"
 

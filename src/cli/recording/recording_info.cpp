@@ -8,9 +8,9 @@
 #include "cli/recording/recording_tools.h"
 #include "cli/tool/tool_output.h"
 #include "dyop/geometry/triangle_mesh.h"
-#include "dyop/recording/recording_reader.h"
-#include "dyop/recording/tool_recording_reader.h"
-#include "dyop/scene_io/run_recording.h"
+#include "dyop/io/recording_reader.h"
+#include "dyop/io/haptic_recording_reader.h"
+#include "dyop/io/run_recording.h"
 
 namespace dyop::cli {
 namespace {
@@ -124,7 +124,7 @@ void print_words(const RecordingReader& reader, const RecordingSummary& summary)
 }  // namespace
 
 ExitCode print_recording(const std::filesystem::path& file, bool is_json) {
-  if (is_tool_recording(file)) return print_tool_recording(file, is_json);
+  if (is_haptic_recording(file)) return print_haptic_recording(file, is_json);
   const RecordingReader reader(file);
   const RecordingSummary summary = summarize(reader, file);
   is_json ? print_json(reader, summary) : print_words(reader, summary);

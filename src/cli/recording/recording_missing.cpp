@@ -26,7 +26,7 @@ ExitCode export_recording(const ExportArguments& arguments) {
   refuse(arguments.recording);
 }
 
-std::unique_ptr<ToolOutput> make_tool_output(const std::filesystem::path& file, const ToolRun&) {
+std::unique_ptr<ToolOutput> make_tool_output(const std::filesystem::path& file, const HapticRun&) {
   refuse(file);
 }
 
@@ -34,7 +34,7 @@ ExitCode replay_tool(const std::filesystem::path& file) {
   refuse(file);
 }
 
-ExitCode print_tool_recording(const std::filesystem::path& file, bool) {
+ExitCode print_haptic_recording(const std::filesystem::path& file, bool) {
   refuse(file);
 }
 

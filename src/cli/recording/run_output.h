@@ -7,7 +7,7 @@
 
 #include "cli/commands.h"
 #include "dyop/dynamics/world.h"
-#include "dyop/scene_io/scene_file.h"
+#include "dyop/io/scene_file.h"
 
 namespace dyop::cli {
 

@@ -3,7 +3,7 @@
 
 #include "cli/recording/run_output.h"
 #include "dyop/io/file_error.h"
-#include "dyop/scene_io/run_recording.h"
+#include "dyop/io/run_recording.h"
 
 namespace dyop::cli {
 namespace {

@@ -12,7 +12,7 @@
 #include "dyop/dynamics/integrator.h"
 #include "dyop/io/file_error.h"
 #include "dyop/io/query_record.h"
-#include "dyop/scene_io/run_recording.h"
+#include "dyop/io/run_recording.h"
 
 namespace dyop::cli {
 namespace {

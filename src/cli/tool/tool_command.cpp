@@ -9,7 +9,7 @@
 #include "cli/tool/tool_device.h"
 #include "cli/tool/tool_output.h"
 #include "cli/tool/tool_summary.h"
-#include "dyop/tool_io/tool_scene_file.h"
+#include "dyop/io/haptic_scene_file.h"
 
 namespace dyop::cli {
 namespace {
@@ -53,7 +53,7 @@ struct ToolArguments {
 // What each stroke was like.
 class Report {
  public:
-  explicit Report(const ToolRun& run) : run_(run), strokes_(run.strokes.size()) {}
+  explicit Report(const HapticRun& run) : run_(run), strokes_(run.strokes.size()) {}
 
   void add(const TickRecord& record) {
     strokes_[run_.stroke_at(record.number)].add(record.tick);
@@ -71,7 +71,7 @@ class Report {
   }
 
  private:
-  const ToolRun& run_;
+  const HapticRun& run_;
   std::vector<ToolSummary> strokes_;
   Scalar energy_ = 0;
 };
@@ -96,7 +96,7 @@ struct ToolLinks {
   std::unique_ptr<ToolOutput> recording;
 };
 
-ToolLinks open_links(const ToolArguments& arguments, const ToolRun& run) {
+ToolLinks open_links(const ToolArguments& arguments, const HapticRun& run) {
   ToolLinks links;
   if (!arguments.device.empty()) {
     links.device = std::make_unique<LinkedDevice>(arguments.device, run.scene);
@@ -111,7 +111,7 @@ ToolLinks open_links(const ToolArguments& arguments, const ToolRun& run) {
 }
 
 // Records the run, also one that an exception ends.
-RunnerReport run_recorded(ToolSession& session, const ToolRun& run, Report& report,
+RunnerReport run_recorded(HapticSession& session, const HapticRun& run, Report& report,
                           const ToolLinks& links, const std::stop_token& stop) {
   ToolOutput* output = links.recording.get();
   try {
@@ -137,7 +137,7 @@ RunnerReport run_recorded(ToolSession& session, const ToolRun& run, Report& repo
 ExitCode run_tool(const ToolArguments& arguments) {
   if (arguments.is_replay) return replay_tool(arguments.scene);
   const InterruptGuard interrupt;
-  ToolRun run = load_tool_run(arguments.scene);
+  HapticRun run = load_haptic_run(arguments.scene);
   run.runner.is_paced = arguments.is_paced || !arguments.device.empty();
   if (!arguments.device.empty()) {  // for the report
     const DevicePose pose(run.scene.X_WT);
@@ -150,7 +150,7 @@ ExitCode run_tool(const ToolArguments& arguments) {
     run.runner.deadline = std::chrono::duration_cast<std::chrono::nanoseconds>(
         std::chrono::duration<Scalar>(arguments.deadline));
   }
-  ToolSession session(run.scene, run.options);
+  HapticSession session(run.scene, run.options);
   const ToolLinks links = open_links(arguments, run);
   Report report(run);
   const RunnerReport timing = run_recorded(session, run, report, links, interrupt.token());

@@ -34,17 +34,17 @@ std::optional<Address> address_of(std::string_view text) {
   return Address{std::string(text.substr(0, colon)), *port};
 }
 
-TransformMessage pose_message(const ToolTick& tick) {
+TransformMessage pose_message(const HapticTick& tick) {
   return {"Tool", tick.tool.X_WT};
 }
 
-TransformMessage force_message(const ToolTick& tick) {
+TransformMessage force_message(const HapticTick& tick) {
   return {"Force", RigidPose(tick.wrench.force_W)};
 }
 
 }  // namespace
 
-LinkedDevice::LinkedDevice(const std::string& link, const ToolScene& scene) : pose_(scene.X_WT) {
+LinkedDevice::LinkedDevice(const std::string& link, const HapticScene& scene) : pose_(scene.X_WT) {
   for (std::size_t k = 0; k < scene.hinges.size(); ++k) pose_.angles[k] = scene.hinges[k].angle;
   const bool is_stream = link.starts_with(kStream);
   const std::string_view place = std::string_view(link).substr(is_stream ? kStream.size() : 0);
@@ -69,7 +69,7 @@ DevicePose LinkedDevice::pose() {
   return pose_;
 }
 
-void LinkedDevice::answer(const ToolTick& tick) {
+void LinkedDevice::answer(const HapticTick& tick) {
   if (!stream_) return;
   stream_->send(pose_message(tick));
   stream_->send(force_message(tick));
@@ -83,7 +83,7 @@ LinkedOutput::LinkedOutput(const std::string& receiver) {
   link_.send(address_, port_, {"Tool", RigidPose()});  // throws for an address that is none
 }
 
-void LinkedOutput::send(const ToolTick& tick) {
+void LinkedOutput::send(const HapticTick& tick) {
   link_.send(address_, port_, pose_message(tick));
   link_.send(address_, port_, force_message(tick));
 }

@@ -5,9 +5,9 @@
 #include <optional>
 #include <string>
 
-#include "dyop/tool/tool_runner.h"
-#include "dyop/tool_io/transform_link.h"
-#include "dyop/tool_io/transform_stream.h"
+#include "dyop/haptics/haptic_runner.h"
+#include "dyop/io/transform_link.h"
+#include "dyop/io/transform_stream.h"
 
 namespace dyop::cli {
 
@@ -18,13 +18,13 @@ class LinkedDevice {
   /// to, the address a numeric IPv4 one.
   /// @param scene For the pose until the first message, and the angles of the hinges.
   /// @throws InvalidArgument if the link is none of these.
-  LinkedDevice(const std::string& link, const ToolScene& scene);
+  LinkedDevice(const std::string& link, const HapticScene& scene);
 
   /// The pose of the newest message.
   DevicePose pose();
 
   /// Over TCP, every tick's result goes back to the device; see LinkedOutput.
-  void answer(const ToolTick& tick);
+  void answer(const HapticTick& tick);
 
   /// For the user: what it listens on or is connected to.
   const std::string& name() const { return name_; }
@@ -46,7 +46,7 @@ class LinkedOutput {
   /// @throws InvalidArgument if it is not.
   explicit LinkedOutput(const std::string& receiver);
 
-  void send(const ToolTick& tick);
+  void send(const HapticTick& tick);
 
  private:
   std::string address_;

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "cli/commands.h"
-#include "dyop/tool_io/tool_scene_file.h"
+#include "dyop/io/haptic_scene_file.h"
 
 /// What needs HDF5: without it every function throws FileError, which names the package.
 namespace dyop::cli {
@@ -24,12 +24,12 @@ class ToolOutput {
 };
 
 /// A file of docs/tool-recording.md.
-std::unique_ptr<ToolOutput> make_tool_output(const std::filesystem::path& file, const ToolRun& run);
+std::unique_ptr<ToolOutput> make_tool_output(const std::filesystem::path& file, const HapticRun& run);
 
 /// Runs the ticks of a recording again and says whether they are the same.
 ExitCode replay_tool(const std::filesystem::path& file);
 
 /// Prints what a recording of a tool holds.
-ExitCode print_tool_recording(const std::filesystem::path& file, bool is_json);
+ExitCode print_haptic_recording(const std::filesystem::path& file, bool is_json);
 
 }  // namespace dyop::cli

@@ -6,23 +6,23 @@
 #include <span>
 #include <vector>
 
-#include "dyop/tool/latency_histogram.h"
-#include "dyop/tool/tool_scene.h"
-#include "dyop/tool/tool_tick.h"
+#include "dyop/haptics/latency_histogram.h"
+#include "dyop/haptics/haptic_scene.h"
+#include "dyop/haptics/haptic_tick.h"
 
 namespace dyop::cli {
 
 /// What a number of ticks was like.
 struct ToolSummary {
   std::int64_t ticks = 0;
-  std::map<ToolStatus, std::int64_t> statuses;
+  std::map<HapticStatus, std::int64_t> statuses;
   Scalar largest_force = 0;
   Scalar tissue_stopped = 0;
   Scalar longest_lag = 0;               ///< of tissue
   std::vector<Scalar> least_clearance;  ///< per obstacle, proven
   std::vector<std::int64_t> breaches;   ///< per obstacle: ticks that surely ended inside the margin
 
-  /// A ToolTick or a RecordedTick.
+  /// A HapticTick or a RecordedTick.
   template <typename Tick>
   void add(const Tick& tick) {
     least_clearance.resize(tick.clearances.size(), kInfinity);

@@ -9,9 +9,9 @@
 namespace dyop::internal {
 
 /// In World, facets whose ridges rise above the smooth curve through them by at most so many
-/// standoffs act as that curve. Larger: bodies settle by that much when they stop; smaller: the
+/// rest offsets act as that curve. Larger: bodies settle by that much when they stop; smaller: the
 /// levers of forces on coarser facets err by half a facet.
-inline constexpr Scalar kContactFitStandoffs = 0.1;
+inline constexpr Scalar kContactFitRestOffsets = 0.1;
 
 /// The contact of the smooth curve that a row of contacts stands for, such as those of the corners
 /// of a finely faceted rim: where the parabola through the nearest contact and its neighbours on

@@ -16,7 +16,7 @@ namespace dyop {
 namespace {
 
 // Bodies seem to rest if the tolerance is at most this part of the residual without impulses:
-// contact_tolerance() asks for so little only where nothing moves by much more than a standoff per
+// contact_tolerance() asks for so little only where nothing moves by much more than a rest offset per
 // step. Found by measurement.
 constexpr Scalar kRestingPart = 3e-5;  // literal: a ratio of residuals
 
@@ -103,13 +103,13 @@ void ContactCascade::restart(internal::ContactSystem& system, Scalar best,
   report.solver = solver;
 }
 
-Scalar contact_tolerance(Scalar largest_speed, Scalar standoff, Scalar h) {
+Scalar contact_tolerance(Scalar largest_speed, Scalar rest_offset, Scalar h) {
   DYOP_REQUIRE(largest_speed >= 0, "speed must be >= 0, not ", largest_speed);
-  DYOP_REQUIRE(standoff > 0 && h > 0, "standoff and step must be > 0, not ", standoff, " and ", h);
-  const Scalar way = largest_speed * h / standoff;  // in a step, in standoffs
+  DYOP_REQUIRE(rest_offset > 0 && h > 0, "rest_offset and step must be > 0, not ", rest_offset, " and ", h);
+  const Scalar way = largest_speed * h / rest_offset;  // in a step, in rest offsets
   return std::clamp(kContactSpeedTolerance * way * std::max(way, Scalar{1}), kContactRestTolerance,
                     kContactLooseTolerance) *
-         standoff / h;
+         rest_offset / h;
 }
 
 }  // namespace dyop

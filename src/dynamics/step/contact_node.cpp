@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "dynamics/step/contact_leg.h"
-#include "dynamics/step/leg_problem.h"
+#include "dynamics/step/contact_substep.h"
+#include "dynamics/step/substep_problem.h"
 #include "dynamics/step/spring_rows.h"
 
 namespace dyop::internal {
@@ -13,16 +13,16 @@ namespace {
 // Where friction acts depends on it. What is not determined fades, the rest is found again.
 constexpr Scalar kKeptLoad = 0.7;
 
-// The impulses of a leg, per contact: those of its move and of its end. The latter warm-start the
+// The impulses of a substep, per contact: those of its move and of its end. The latter warm-start the
 // next move.
-void keep_impulses(IslandRun& run, const LegProblem& node, const std::vector<Vector3>& moving,
+void keep_impulses(IslandRun& run, const SubstepProblem& node, const std::vector<Vector3>& moving,
                    Scalar tau) {
   const Scalar kept = node.loads_may_drift(tau) ? kKeptLoad : 1;
   for (IslandRun::RunPair& pair : run.pairs()) {
     pair.state->impulses.assign(pair.is_near ? pair.state->points().size() : 0, Vector3::Zero());
   }
   for (std::size_t i = 0; i < node.contacts().size(); ++i) {
-    const LegContact& entry = node.contacts()[i];
+    const SubstepContact& entry = node.contacts()[i];
     PairState& state = *run.pairs()[entry.pair].state;
     const Vector3& impulse = node.problem().contacts[i].impulse_W;
     state.impulses[*entry.index] = moving[i] + impulse;
@@ -35,7 +35,7 @@ void keep_impulses(IslandRun& run, const LegProblem& node, const std::vector<Vec
 // The other half of the kick and the contacts at the end.
 void solve_contact_node(IslandRun& run, Scalar tau, bool may_bounce) {
   run.find_contacts();
-  LegProblem node(run);
+  SubstepProblem node(run);
   std::vector<Vector3> free_L_W;
   for (std::size_t i = 0; i < run.members().size(); ++i) {
     IslandRun::Member& member = run.members()[i];
@@ -58,14 +58,14 @@ void solve_contact_node(IslandRun& run, Scalar tau, bool may_bounce) {
   add_spring_ends(node, tau, free_L_W);
   node.set_supports(0);
   for (std::size_t i = 0; i < node.rows().size(); ++i) {
-    const LegRow& entry = node.rows()[i];
+    const SubstepRow& entry = node.rows()[i];
     if (entry.equation.kind == JointEquation::Kind::Equality) node.set_row_target(i, 0);
     if (entry.equation.kind == JointEquation::Kind::Limit) {
       node.set_row_target(i, std::min(0.0, -entry.equation.value / tau));
     }
   }
   for (std::size_t i = 0; i < node.contacts().size(); ++i) {
-    const LegContact& entry = node.contacts()[i];
+    const SubstepContact& entry = node.contacts()[i];
     const Scalar missing = run.pairs()[entry.pair].state->lengths.rest_gap() - entry.point.gap;
     node.set_target(i, std::min(0.0, missing / tau));
   }

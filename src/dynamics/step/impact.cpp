@@ -4,7 +4,7 @@
 
 #include "core/tolerance.h"
 #include "dynamics/step/island_run.h"
-#include "dynamics/step/leg_problem.h"
+#include "dynamics/step/substep_problem.h"
 
 namespace dyop::internal {
 namespace {
@@ -22,7 +22,7 @@ Vector3 point_velocity(const IslandRun& run, const std::optional<std::size_t>& m
 // across their gap.
 bool is_met(const RunPair& pair, const ContactPoint& point) {
   const PairLengths& lengths = pair.state->lengths;
-  return point.gap <= lengths.rest_gap() + 0.5 * lengths.standoff;
+  return point.gap <= lengths.rest_gap() + 0.5 * lengths.rest_offset;
 }
 
 bool has_met(const RunPair& pair) {
@@ -92,14 +92,14 @@ class ImpactSolve {
   Scalar kinetic_energy() const;
 
   IslandRun& run_;
-  LegProblem leg_;
+  SubstepProblem substep_;
   std::vector<Scalar> speeds_;       // normal velocities before the impact
   std::vector<Scalar> restitution_;  // zero for slow contacts
   std::vector<Vector3> free_L_W_;
 };
 
-ImpactSolve::ImpactSolve(IslandRun& run, bool takes_all) : run_(run), leg_(run) {
-  leg_.take_contacts([&](const RunPair& pair, const ContactPoint& point) {
+ImpactSolve::ImpactSolve(IslandRun& run, bool takes_all) : run_(run), substep_(run) {
+  substep_.take_contacts([&](const RunPair& pair, const ContactPoint& point) {
     if (is_triggered(run, pair, point)) return true;
     if (!is_met(pair, point)) return false;
     return takes_all || !(pair.restitution > 0) ||
@@ -107,25 +107,25 @@ ImpactSolve::ImpactSolve(IslandRun& run, bool takes_all) : run_(run), leg_(run) 
   });
   for (std::size_t i = 0; i < run.members().size(); ++i) {
     const IslandRun::Member& member = run.members()[i];
-    ContactBody& body = leg_.problem().bodies[i];
+    ContactBody& body = substep_.problem().bodies[i];
     body.free_v_W = member.state.v_W;
     body.free_w_W = body.inverse_inertia_W * member.state.L_W;
     free_L_W_.push_back(member.state.L_W);
   }
-  leg_.take_joints(0);  // motors give no impulse at an instant
-  leg_.set_supports(0);
-  for (std::size_t i = 0; i < leg_.rows().size(); ++i) {
-    const bool is_equality = leg_.rows()[i].equation.kind == JointEquation::Kind::Equality;
-    const Scalar left = leg_.rows()[i].equation.value;
-    const bool is_motor = leg_.rows()[i].equation.kind == JointEquation::Kind::Motor;
-    if (!is_motor) leg_.set_row_target(i, is_equality ? 0 : std::min(0.0, -left / run.context().h));
+  substep_.take_joints(0);  // motors give no impulse at an instant
+  substep_.set_supports(0);
+  for (std::size_t i = 0; i < substep_.rows().size(); ++i) {
+    const bool is_equality = substep_.rows()[i].equation.kind == JointEquation::Kind::Equality;
+    const Scalar left = substep_.rows()[i].equation.value;
+    const bool is_motor = substep_.rows()[i].equation.kind == JointEquation::Kind::Motor;
+    if (!is_motor) substep_.set_row_target(i, is_equality ? 0 : std::min(0.0, -left / run.context().h));
   }
-  for (std::size_t i = 0; i < leg_.contacts().size(); ++i) {
-    const LegContact& entry = leg_.contacts()[i];
+  for (std::size_t i = 0; i < substep_.contacts().size(); ++i) {
+    const SubstepContact& entry = substep_.contacts()[i];
     const RunPair& pair = run.pairs()[entry.pair];
     speeds_.push_back(normal_velocity(run, pair, entry.point));
     restitution_.push_back(bounces(run, pair, speeds_.back()) ? pair.restitution : 0);
-    leg_.problem().contacts[i].impulse_W.setZero();
+    substep_.problem().contacts[i].impulse_W.setZero();
   }
 }
 
@@ -135,16 +135,16 @@ bool ImpactSolve::has_work() const {
 
 bool ImpactSolve::solve_with(Scalar bounce) {
   for (std::size_t i = 0; i < speeds_.size(); ++i) {
-    leg_.set_target(i, -bounce * restitution_[i] * std::min(speeds_[i], 0.0));
+    substep_.set_target(i, -bounce * restitution_[i] * std::min(speeds_[i], 0.0));
   }
-  return leg_.solve(run_.context().h, true).status == ContactStatus::Converged;
+  return substep_.solve(run_.context().h, true).status == ContactStatus::Converged;
 }
 
 Scalar ImpactSolve::kinetic_energy() const {
   Scalar energy = 0;
-  const std::vector<Vector3> L_W = leg_.angular_momenta(free_L_W_);
+  const std::vector<Vector3> L_W = substep_.angular_momenta(free_L_W_);
   for (std::size_t i = 0; i < run_.members().size(); ++i) {
-    const ContactBody& body = leg_.problem().bodies[i];
+    const ContactBody& body = substep_.problem().bodies[i];
     energy += run_.members()[i].body->definition.mass_properties.mass * body.v_W.squaredNorm() +
               body.w_W.dot(L_W[i]);
   }
@@ -178,14 +178,14 @@ bool ImpactSolve::solve() {
   }
   // Bodies on given motions may do work: energy is bounded only if all of them are at rest.
   const bool may_gain = std::any_of(
-      leg_.problem().bodies.begin() + static_cast<std::ptrdiff_t>(run_.members().size()),
-      leg_.problem().bodies.end(), [](const ContactBody& body) {
+      substep_.problem().bodies.begin() + static_cast<std::ptrdiff_t>(run_.members().size()),
+      substep_.problem().bodies.end(), [](const ContactBody& body) {
         return !(body.free_v_W.isZero(0) && body.free_w_W.isZero(0));
       });
   const bool is_solved = may_gain ? solve_with(1) : solve_without_gain(before);
-  const std::vector<Vector3> L_W = leg_.angular_momenta(free_L_W_);
+  const std::vector<Vector3> L_W = substep_.angular_momenta(free_L_W_);
   for (std::size_t i = 0; i < run_.members().size(); ++i) {
-    run_.members()[i].state.v_W = leg_.problem().bodies[i].v_W;
+    run_.members()[i].state.v_W = substep_.problem().bodies[i].v_W;
     run_.members()[i].state.L_W = L_W[i];
     run_.members()[i].flight = nullptr;
   }
@@ -194,10 +194,10 @@ bool ImpactSolve::solve() {
 
 // A contact of several rounds is told once, with the sum of its impulses.
 void ImpactSolve::write(ImpactEvent& event) const {
-  for (std::size_t i = 0; i < leg_.contacts().size(); ++i) {
-    const LegContact& entry = leg_.contacts()[i];
+  for (std::size_t i = 0; i < substep_.contacts().size(); ++i) {
+    const SubstepContact& entry = substep_.contacts()[i];
     const RunPair& pair = run_.pairs()[entry.pair];
-    const Vector3& impulse = leg_.problem().contacts[i].impulse_W;
+    const Vector3& impulse = substep_.problem().contacts[i].impulse_W;
     const auto known = std::find_if(event.contacts.begin(), event.contacts.end(),
                                     [&](const WorldContact& contact) {
                                       return contact.a == pair.a->id && contact.b == pair.b->id &&

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "core/tolerance.h"
-#include "dynamics/step/contact_leg.h"
+#include "dynamics/step/contact_substep.h"
 #include "dynamics/step/island/lone_flight.h"
 #include "dyop/motion/rest_motion.h"
 
@@ -13,9 +13,9 @@ namespace dyop::internal {
 namespace {
 
 // Limits on one island in one step of the World.
-constexpr int kMostLegs = 100;
+constexpr int kMostSubsteps = 100;
 constexpr int kMostImpacts = 50;
-// How long before its end the twist with which a leg ends is taken, over the leg's length.
+// How long before its end the twist with which a substep ends is taken, over the substep's length.
 constexpr Scalar kJustBefore = 1e-6;  // literal: of a time, above the rounding of its sums
 std::optional<std::size_t> member_of(const std::vector<std::uint32_t>& bodies, std::uint32_t slot) {
   const auto found = std::lower_bound(bodies.begin(), bodies.end(), slot);
@@ -121,7 +121,7 @@ Scalar IslandRun::restitution_speed(const RunPair& pair) const {
   const Scalar fastest =
       std::max(speed_of(pair.member_a, *pair.a), speed_of(pair.member_b, *pair.b));
   return std::max(2 * context_.h * pair.acceleration,
-                  contact_tolerance(fastest, pair.state->lengths.standoff, context_.h));
+                  contact_tolerance(fastest, pair.state->lengths.rest_offset, context_.h));
 }
 
 // Free flight for all while every contact in reach opens, or stays open without help.
@@ -139,7 +139,7 @@ bool IslandRun::may_fly() const {
         (pair.member_a && pair.member_b ? 0.0 : 0.5) * h * h * context_.gravity_W.norm();
     for (const ContactPoint& point : pair.state->points()) {
       const Scalar speed = normal_velocity(*this, pair, point);
-      if (point.gap < lengths.rest_gap() - 0.7 * kCertifiedFraction * lengths.standoff)
+      if (point.gap < lengths.rest_gap() - 0.7 * kCertifiedFraction * lengths.rest_offset)
         return false;
       if (point.gap + h * speed - fall < lengths.rest_gap()) return false;
     }
@@ -204,7 +204,7 @@ bool IslandRun::try_flight() {
       }
     }
     for (Member& member : members_) member.state = member.flight->state(t);
-    commit_leg(t, moves, std::move(proofs), closings);
+    commit_substep(t, moves, std::move(proofs), closings);
   };
   if (first == pairs_.size()) {
     take(interval.end);
@@ -219,7 +219,7 @@ bool IslandRun::try_flight() {
   return true;
 }
 
-void IslandRun::commit_leg(Scalar t, const std::vector<BodyMove>& moves,
+void IslandRun::commit_substep(Scalar t, const std::vector<BodyMove>& moves,
                            std::vector<PairProof> proofs, const std::vector<Scalar>& closings) {
   for (std::size_t i = 0; i < members_.size(); ++i) {
     outcome_.tracks[i].pieces.push_back({{now_, t}, moves[i].motion, moves[i].is_rest});
@@ -234,7 +234,7 @@ void IslandRun::commit_leg(Scalar t, const std::vector<BodyMove>& moves,
     }
   }
   outcome_.proofs.insert(outcome_.proofs.end(), proofs.begin(), proofs.end());
-  ++outcome_.work.legs;
+  ++outcome_.work.substeps;
   given_at_ = t - kJustBefore * (t - now_);
   now_ = t;
 }
@@ -285,7 +285,7 @@ void IslandRun::stand_still() {
     member.state.v_W.setZero();
     member.state.L_W.setZero();
   }
-  commit_leg(reached, moves, std::move(proofs), closings);
+  commit_substep(reached, moves, std::move(proofs), closings);
 }
 
 bool IslandRun::must_stop() {
@@ -294,8 +294,8 @@ bool IslandRun::must_stop() {
 }
 
 IslandOutcome IslandRun::run() {
-  for (int leg = 0; now_ < context_.t_end && !outcome_.failure && !outcome_.stopped_at_impact;
-       ++leg) {
+  for (int substep = 0; now_ < context_.t_end && !outcome_.failure && !outcome_.stopped_at_impact;
+       ++substep) {
     if (must_stop()) break;
     given_at_ = now_;
     find_contacts();
@@ -308,11 +308,11 @@ IslandOutcome IslandRun::run() {
     if (may_fly() && try_flight()) continue;
     outcome_.in_contact = true;
     for (Member& member : members_) member.flight = nullptr;
-    if (leg >= kMostLegs || !run_contact_leg(*this, may_bounce)) stand_still();
+    if (substep >= kMostSubsteps || !run_contact_substep(*this, may_bounce)) stand_still();
   }
   for (RunPair& pair : pairs_) {
     PairState& state = *pair.state;
-    const Scalar reach = state.lengths.rest_gap() + kContactReachStandoffs * state.lengths.standoff;
+    const Scalar reach = state.lengths.rest_gap() + kContactReachRestOffsets * state.lengths.rest_offset;
     const auto points = state.points();
     state.has_contacts = outcome_.in_contact && pair.is_near &&
                          std::any_of(points.begin(), points.end(),

@@ -29,21 +29,21 @@ struct StepContext {
   const BodyRecord& body(std::uint32_t slot) const { return (*bodies)[slot]; }
 };
 
-/// A contact of a leg, with what the scheme needs besides the solver's part.
-struct LegContact {
+/// A contact of a substep, with what the scheme needs besides the solver's part.
+struct SubstepContact {
   std::size_t pair = 0;              // into IslandRun::pairs()
   std::optional<std::size_t> index;  // into the pair's contacts; none: from a hit
-  ContactPoint point;                // at the start of the leg
+  ContactPoint point;                // at the start of the substep
   Scalar error = 0;                  // end gap minus that of the linear prediction
   Scalar push = 0;                   // extra gap for a place that was hit again; length
   int hits = 0;
 };
 
-/// The large arrays of a LegProblem. Made anew for every leg, they would go back to the system and
+/// The large arrays of a SubstepProblem. Made anew for every substep, they would go back to the system and
 /// be cleared again each time: a third of the step of a wall that stands.
-struct LegMemory {
+struct SubstepMemory {
   ContactProblem problem;
-  std::vector<LegContact> contacts;
+  std::vector<SubstepContact> contacts;
 };
 
 /// Working memory of one thread.
@@ -51,18 +51,18 @@ struct StepWorkspace {
   ContactCascade solver;
   ToiWorkspace toi;
   ContactWorkspace contacts;
-  std::vector<LegMemory> spare;  // what no leg uses at present
+  std::vector<SubstepMemory> spare;  // what no substep uses at present
 };
 
-/// Steps one island from the committed states to the end of the step, in legs: free flight while
-/// nothing touches, else contact legs (ContactLeg), with impacts in between.
+/// Steps one island from the committed states to the end of the step, in substeps: free flight while
+/// nothing touches, else contact substeps (ContactSubstep), with impacts in between.
 class IslandRun {
  public:
   IslandRun(const StepContext& context, const Island& island, StepWorkspace& workspace);
 
   IslandOutcome run();
 
-  // For ContactLeg and the impact law.
+  // For ContactSubstep and the impact law.
   struct Member {
     const BodyRecord* body = nullptr;
     CentralState state;                  // at now()
@@ -82,8 +82,8 @@ class IslandRun {
     Scalar restitution = 0;
     Scalar acceleration = 0;       // by which forces may press them together, at most
     bool is_near = false;          // contacts of `state` are those at now()
-    std::optional<ToiResult> hit;  // the hit that ended the leg at now()
-    int missed_landings = 0;       // legs that ended at such a hit, but did not get there
+    std::optional<ToiResult> hit;  // the hit that ended the substep at now()
+    int missed_landings = 0;       // substeps that ended at such a hit, but did not get there
   };
   const StepContext& context() const { return context_; }
   StepWorkspace& workspace() { return workspace_; }
@@ -105,13 +105,13 @@ class IslandRun {
   Scalar restitution_speed(const RunPair& pair) const;
   /// How a body outside the island moves over [now(), t_end].
   BodyMove support_move(const BodyRecord& body) const;
-  /// Twist of its centre of mass at now(). At the end of a leg that of a given motion is the one
-  /// with which the leg ends: poses that come one at a time have a corner there, and what lies on
+  /// Twist of its centre of mass at now(). At the end of a substep that of a given motion is the one
+  /// with which the substep ends: poses that come one at a time have a corner there, and what lies on
   /// them is not braked by what they do next.
   Twist central_twist(const std::optional<std::size_t>& member, const BodyRecord& body) const;
 
   /// Advances to time t: appends the moves (by member), proofs and closings (by pair).
-  void commit_leg(Scalar t, const std::vector<BodyMove>& moves, std::vector<PairProof> proofs,
+  void commit_substep(Scalar t, const std::vector<BodyMove>& moves, std::vector<PairProof> proofs,
                   const std::vector<Scalar>& closings);
   /// Contacts of all near pairs at now().
   void find_contacts();

@@ -9,7 +9,7 @@ namespace dyop::internal {
 namespace {
 
 // A solve is repeated if the length or direction of a spring has changed by more than this relative
-// to the standoff. Larger: springs lose energy.
+// to the rest offset. Larger: springs lose energy.
 constexpr Scalar kSpringErrorChange = 4e-4;  // literal: a fiftieth of what gaps need
 
 // Weight of a spring's row across the spring where it has no stiffness, relative to that along it.
@@ -58,17 +58,17 @@ Scalar mobility(const ContactBody& body, const Vector3& j_v, const Vector3& j_w)
 }
 
 // Whether half a step of the spring's force cannot turn the motion along its row round.
-bool is_resolved(const SpringDefinition& spring, const JointRow& row, const LegProblem& leg,
+bool is_resolved(const SpringDefinition& spring, const JointRow& row, const SubstepProblem& substep,
                  Scalar tau) {
-  const Scalar weight = mobility(leg.problem().bodies[row.body_a], row.j_av_W, row.j_aw_W) +
-                        mobility(leg.problem().bodies[row.body_b], row.j_bv_W, row.j_bw_W);
+  const Scalar weight = mobility(substep.problem().bodies[row.body_a], row.j_av_W, row.j_aw_W) +
+                        mobility(substep.problem().bodies[row.body_b], row.j_bv_W, row.j_bw_W);
   return (spring.damping + spring.stiffness * tau / 2) * tau / 2 * weight <= 1;
 }
 
 }  // namespace
 
-SpringRows::SpringRows(LegProblem& leg, Scalar tau) : leg_(leg), tau_(tau) {
-  const IslandRun& run = leg.run();
+SpringRows::SpringRows(SubstepProblem& substep, Scalar tau) : substep_(substep), tau_(tau) {
+  const IslandRun& run = substep.run();
   for (SpringState* spring : run.springs()) {
     const BodyRecord& a = run.context().body(spring->definition.a.slot);
     const BodyRecord& b = run.context().body(spring->definition.b.slot);
@@ -76,21 +76,21 @@ SpringRows::SpringRows(LegProblem& leg, Scalar tau) : leg_(leg), tau_(tau) {
     const RigidPose X_WB = run.pose_of(run.member_at(b.id), b);
     Entry entry;
     entry.spring = spring;
-    entry.body_a = leg.take_body(a);
-    entry.body_b = leg.take_body(b);
-    entry.arm_a_W = X_WA * spring->definition.p_AP - leg.center_of(entry.body_a);
-    entry.arm_b_W = X_WB * spring->definition.p_BQ - leg.center_of(entry.body_b);
+    entry.body_a = substep.take_body(a);
+    entry.body_b = substep.take_body(b);
+    entry.arm_a_W = X_WA * spring->definition.p_AP - substep.center_of(entry.body_a);
+    entry.arm_b_W = X_WB * spring->definition.p_BQ - substep.center_of(entry.body_b);
     entry.begin_W = spring_vector(spring->definition, X_WA, X_WB);
     entry.axes_W =
         spring->rest_length() > 0 ? axes_along(entry.begin_W) : Matrix3(Matrix3::Identity());
-    entry.first_row = leg.problem().rows.size();
-    leg.problem().rows.resize(entry.first_row + 3);
+    entry.first_row = substep.problem().rows.size();
+    substep.problem().rows.resize(entry.first_row + 3);
     for (Eigen::Index k = 0; k < 3; ++k) {
-      leg.problem().rows[entry.first_row + std::size_t(k)].impulse =
+      substep.problem().rows[entry.first_row + std::size_t(k)].impulse =
           entry.axes_W.col(k).dot(spring->half_impulse_W);
     }
     set_rows(entry);
-    if (!is_resolved(spring->definition, leg.problem().rows[entry.first_row], leg, tau)) {
+    if (!is_resolved(spring->definition, substep.problem().rows[entry.first_row], substep, tau)) {
       entry.ahead = 1;
     }
     entries_.push_back(entry);
@@ -100,7 +100,7 @@ SpringRows::SpringRows(LegProblem& leg, Scalar tau) : leg_(leg), tau_(tau) {
 // Jacobians, and impulses turned to the axes.
 void SpringRows::set_rows(const Entry& entry) {
   for (Eigen::Index k = 0; k < 3; ++k) {
-    JointRow& row = leg_.problem().rows[entry.first_row + std::size_t(k)];
+    JointRow& row = substep_.problem().rows[entry.first_row + std::size_t(k)];
     const Scalar impulse = row.impulse;
     row = row_along(entry.axes_W.col(k), entry.arm_a_W, entry.arm_b_W);
     row.body_a = entry.body_a;
@@ -111,15 +111,15 @@ void SpringRows::set_rows(const Entry& entry) {
 
 // D' with the velocities of the last solve.
 Vector3 SpringRows::rate(const Entry& entry) const {
-  const ContactBody& a = leg_.problem().bodies[entry.body_a];
-  const ContactBody& b = leg_.problem().bodies[entry.body_b];
+  const ContactBody& a = substep_.problem().bodies[entry.body_a];
+  const ContactBody& b = substep_.problem().bodies[entry.body_b];
   return b.v_W + b.w_W.cross(entry.arm_b_W) - a.v_W - a.w_W.cross(entry.arm_a_W);
 }
 
 Vector3 SpringRows::impulse(const Entry& entry) const {
   Vector3 sum = Vector3::Zero();
   for (Eigen::Index k = 0; k < 3; ++k) {
-    sum += leg_.problem().rows[entry.first_row + std::size_t(k)].impulse * entry.axes_W.col(k);
+    sum += substep_.problem().rows[entry.first_row + std::size_t(k)].impulse * entry.axes_W.col(k);
   }
   return sum;
 }
@@ -131,7 +131,7 @@ void SpringRows::set_targets() {
   for (const Entry& entry : entries_) {
     const Vector3 middle = entry.begin_W + entry.ahead * entry.error_W;
     for (Eigen::Index k = 0; k < 3; ++k) {
-      JointRow& row = leg_.problem().rows[entry.first_row + std::size_t(k)];
+      JointRow& row = substep_.problem().rows[entry.first_row + std::size_t(k)];
       const Law law = law_along(k, *entry.spring, middle.norm());
       const Vector3 axis = entry.axes_W.col(k);
       // A row without any stiffness stays a row, of no weight.
@@ -149,7 +149,7 @@ void SpringRows::set_targets() {
 
 bool SpringRows::update(const EndPose& end_pose) {
   bool has_changed = false;
-  const IslandRun& run = leg_.run();
+  const IslandRun& run = substep_.run();
   for (Entry& entry : entries_) {
     const SpringDefinition& definition = entry.spring->definition;
     const BodyRecord& a = run.context().body(definition.a.slot);
@@ -157,7 +157,7 @@ bool SpringRows::update(const EndPose& end_pose) {
     const Vector3 end = spring_vector(definition, end_pose(run.member_at(a.id), a),
                                       end_pose(run.member_at(b.id), b));
     const Vector3 error = end - entry.begin_W - tau_ * rate(entry);
-    const Scalar enough = kSpringErrorChange * leg_.standoff();
+    const Scalar enough = kSpringErrorChange * substep_.rest_offset();
     has_changed = has_changed || (error - entry.error_W).norm() > enough;
     entry.error_W = error;
     if (entry.spring->rest_length() == 0) continue;
@@ -168,7 +168,7 @@ bool SpringRows::update(const EndPose& end_pose) {
     const Vector3 known = impulse(entry);
     entry.axes_W = axes;
     for (Eigen::Index k = 0; k < 3; ++k) {
-      leg_.problem().rows[entry.first_row + std::size_t(k)].impulse = axes.col(k).dot(known);
+      substep_.problem().rows[entry.first_row + std::size_t(k)].impulse = axes.col(k).dot(known);
     }
     set_rows(entry);
   }
@@ -180,7 +180,7 @@ void SpringRows::keep_impulses(Scalar share) {
 }
 
 void SpringRows::add_cut(Scalar share, std::size_t member, Vector3& v_W, Vector3& L_W) const {
-  const Matrix3& inverse_mass_W = leg_.problem().bodies[member].inverse_mass_W;
+  const Matrix3& inverse_mass_W = substep_.problem().bodies[member].inverse_mass_W;
   for (const Entry& entry : entries_) {
     const Vector3 cut = (share - 1) * impulse(entry);
     if (entry.body_a == member) {
@@ -194,7 +194,7 @@ void SpringRows::add_cut(Scalar share, std::size_t member, Vector3& v_W, Vector3
   }
 }
 
-void add_spring_ends(LegProblem& node, Scalar tau, std::vector<Vector3>& free_L_W) {
+void add_spring_ends(SubstepProblem& node, Scalar tau, std::vector<Vector3>& free_L_W) {
   const IslandRun& run = node.run();
   for (const SpringState* spring : run.springs()) {
     const SpringDefinition& definition = spring->definition;

@@ -20,12 +20,12 @@ namespace dyop::internal {
 class SpringRows {
  public:
   /// Adds the rows, after those of joints.
-  SpringRows(LegProblem& leg, Scalar tau);
+  SpringRows(SubstepProblem& substep, Scalar tau);
 
   void set_targets();
   /// Compares the ends with their linear prediction. Returns whether the solve must be repeated.
   bool update(const EndPose& end_pose);
-  /// The velocities of the last solve, had the leg been cut to `share` of tau, differ by the rest
+  /// The velocities of the last solve, had the substep been cut to `share` of tau, differ by the rest
   /// of the impulses: keeps what remains of them for the end.
   void keep_impulses(Scalar share);
   /// Impulse on a member by the half that was cut off, to be added.
@@ -48,14 +48,14 @@ class SpringRows {
   Vector3 impulse(const Entry& entry) const;
   Vector3 rate(const Entry& entry) const;
 
-  LegProblem& leg_;
+  SubstepProblem& substep_;
   Scalar tau_;
   std::vector<Entry> entries_;
 };
 
-/// The second half at the end of a leg of length tau, on the members' free velocities. A spring or
+/// The second half at the end of a substep of length tau, on the members' free velocities. A spring or
 /// damper that would turn a motion round within the half step is solved implicitly there too, as a
 /// row that looks half a step ahead: what the step cannot resolve dies down.
-void add_spring_ends(LegProblem& node, Scalar tau, std::vector<Vector3>& free_L_W);
+void add_spring_ends(SubstepProblem& node, Scalar tau, std::vector<Vector3>& free_L_W);
 
 }  // namespace dyop::internal

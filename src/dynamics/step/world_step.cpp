@@ -85,7 +85,7 @@ void WorldStep::link_pairs() {
     if (!a.is_awake() && !b.is_awake()) continue;
     if (!a.is_dynamic() || !b.is_dynamic() || pair->has_contacts) continue;
     const PairLengths& lengths = pair->lengths;
-    const Scalar reach = lengths.rest_gap() + kContactReachStandoffs * lengths.standoff;
+    const Scalar reach = lengths.rest_gap() + kContactReachRestOffsets * lengths.rest_offset;
     if (pair->gap_committed > reach) continue;
     pair->start_from_committed();
     measure_gap(*pair, a, a.X_WB(), b, b.X_WB(), reach);
@@ -312,7 +312,7 @@ void WorldStep::report_crossings() {
 void WorldStep::add_totals() {
   for (const IslandOutcome& outcome : outcomes_) {
     StepStatistics& sum = report_.work;
-    sum.legs += outcome.work.legs;
+    sum.substeps += outcome.work.substeps;
     sum.rounds += outcome.work.rounds;
     sum.stalls += outcome.work.stalls;
     sum.contacts = std::max(sum.contacts, outcome.work.contacts);

@@ -58,10 +58,10 @@ AlignedBox WorldStep::box_around(const BodyRecord& body, const RigidPose& X_WB, 
   // Half of what the larger of two bodies needs; a pair's lengths are those of its smaller body.
   const Scalar radius = body.radius_B;
   const Scalar target = world_.options.target_distance.value_or(kTargetRadiusFraction * radius);
-  const Scalar standoff = world_.options.standoff.value_or(
-      kStandoffTargets * (target > 0 ? target : kTargetRadiusFraction * radius));
+  const Scalar rest_offset = world_.options.rest_offset.value_or(
+      kRestOffsetTargets * (target > 0 ? target : kTargetRadiusFraction * radius));
   const Scalar reach =
-      target + (1 + kContactReachStandoffs) * standoff + own_targets_[body.id.slot];
+      target + (1 + kContactReachRestOffsets) * rest_offset + own_targets_[body.id.slot];
   // literal: generous for rounding, costs nothing
   const Scalar noise = 1e-9 * (center.cwiseAbs().maxCoeff() + radius);
   const Vector3 grow = half.array() + (way + reach + noise);

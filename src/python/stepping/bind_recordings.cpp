@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "dyop/recording/recording_reader.h"
-#include "dyop/recording/recording_writer.h"
-#include "dyop/scene_io/scene_recording.h"
+#include "dyop/io/recording_reader.h"
+#include "dyop/io/recording_writer.h"
+#include "dyop/io/scene_recording.h"
 #include "python/bindings.h"
 #include "python/glue/record.h"
 #include "python/stepping/python_scene.h"
@@ -20,7 +20,7 @@ void bind_recorded_parts(py::module_& m) {
       .option<&RunHeader::title>("title", "str: for people")
       .option<&RunHeader::scene>("scene", "str: JSON of the scene file; empty if there is none")
       .option<&RunHeader::target_distance>("target_distance", "Optional[float]: of the pairs")
-      .option<&RunHeader::standoff>("standoff", "Optional[float]: of the pairs")
+      .option<&RunHeader::rest_offset>("rest_offset", "Optional[float]: of the pairs")
       .option<&RunHeader::begin_time>("begin_time", "float: of the run")
       .option<&RunHeader::end_time>("end_time", "float: planned; 0: not known")
       .option<&RunHeader::step>("step", "float: of one advance; 0: not known")

@@ -3,7 +3,7 @@
 #include <memory>
 
 #include "dyop/io/query_record.h"
-#include "dyop/scene_io/run_recording.h"
+#include "dyop/io/run_recording.h"
 #include "python/bindings.h"
 #include "python/query/query_options.h"
 

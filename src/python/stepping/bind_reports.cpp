@@ -35,10 +35,10 @@ void bind_statistics(py::module_& m) {
   using Work = StepStatistics;
   Record<Work>(m, "StepStatistics", "Counts over the steps of an advance.")
       .field<&Work::steps>("steps", "int: of the World")
-      .field<&Work::legs>("legs", "int: pieces of islands' steps")
+      .field<&Work::substeps>("substeps", "int: pieces of islands' steps")
       .field<&Work::islands>("islands", "int: that were stepped")
       .field<&Work::rounds>("rounds", "int: contact solves with new constraints")
-      .field<&Work::stalls>("stalls", "int: legs in which an island stood still")
+      .field<&Work::stalls>("stalls", "int: substeps in which an island stood still")
       .field<&Work::contacts>("contacts", "int: largest number at once")
       .field<&Work::unconverged>("unconverged", "int: contact solves above their tolerance")
       .field<&Work::residual>("residual", "float: the largest, length per time")

@@ -6,10 +6,10 @@
 #include <string>
 
 #include "dyop/io/file_error.h"
-#include "dyop/scene_io/run_recording.h"
-#include "dyop/scene_io/run_summary.h"
-#include "dyop/scene_io/scene_file.h"
-#include "dyop/scene_io/scene_generator.h"
+#include "dyop/io/run_recording.h"
+#include "dyop/io/run_summary.h"
+#include "dyop/io/scene_file.h"
+#include "dyop/io/scene_generator.h"
 #include "python/bindings.h"
 #include "python/glue/record.h"
 #include "python/stepping/python_scene.h"

@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <vector>
 
-#include "dyop/scene_io/scene_file.h"
+#include "dyop/io/scene_file.h"
 #include "python/glue/arguments.h"
 
 namespace dyop::python {

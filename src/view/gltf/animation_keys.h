@@ -4,7 +4,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "dyop/recording/recording_reader.h"
+#include "dyop/io/recording_reader.h"
 
 /// The path of a body as keys of glTF's cubic splines.
 namespace dyop::internal {

@@ -11,7 +11,7 @@
 #include <span>
 
 #include "dyop/io/file_error.h"
-#include "dyop/recording/recording_reader.h"
+#include "dyop/io/recording_reader.h"
 #include "view/gltf/animation_keys.h"
 #include "view/shape_surface.h"
 

@@ -114,9 +114,9 @@ export class Curves {
                [t, of((f) => Math.hypot(...f.momentum)),
                 of((f) => Math.hypot(...f.angular_momentum))]);
     this.#plot('Contacts and sub-steps of islands',
-               [{label: 'contacts', stroke: this.hues[0]}, {label: 'legs', stroke: this.hues[1]},
+               [{label: 'contacts', stroke: this.hues[0]}, {label: 'substeps', stroke: this.hues[1]},
                 {label: 'stalls', stroke: this.hues[4]}],
-               [t, of((f) => f.contacts), of((f) => f.legs), of((f) => f.stalls)]);
+               [t, of((f) => f.contacts), of((f) => f.substeps), of((f) => f.stalls)]);
     if (rows.some((f) => f.residual > 0)) {
       this.#plot('Residual of the contact solver', [{label: 'residual', stroke: this.hues[3]}],
                  [t, of((f) => (f.residual > 0 ? f.residual : null))], {log: true});

@@ -123,7 +123,7 @@ export class Panel {
       frame ? rows([
         ['Advance', `${k + 1} of ${frames.rows.length}: ${number(frame.begin)} to ${number(frame.end)}`],
         ['Committed steps', String(frame.steps)],
-        ['Islands, legs', `${frame.islands}, ${frame.legs}`],
+        ['Islands, substeps', `${frame.islands}, ${frame.substeps}`],
         ['Contacts', String(frame.contacts)],
         ['Solver residual', number(frame.residual)],
         frame.unconverged > 0 && ['Not converged', String(frame.unconverged)],

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "dyop/tool_io/tool_replay.h"
+#include "dyop/io/haptic_replay.h"
 
 namespace dyop::internal {
 namespace {
@@ -12,7 +12,7 @@ constexpr std::size_t kMostModes = 48;
 
 }  // namespace
 
-TissueTracks::TissueTracks(const ToolRecordingReader& reader, const std::filesystem::path& file,
+TissueTracks::TissueTracks(const HapticRecordingReader& reader, const std::filesystem::path& file,
                            const ToolBodies& bodies, Scalar tolerance)
     : scene_(reader.scene()),
       bodies_(bodies),

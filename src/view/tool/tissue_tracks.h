@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "dyop/geometry/triangle_mesh.h"
-#include "dyop/recording/tool_recording_reader.h"
+#include "dyop/io/haptic_recording_reader.h"
 #include "dyop/view/page_encoder.h"
 #include "view/tool/tissue_modes.h"
 #include "view/tool/tool_bodies.h"
@@ -25,7 +25,7 @@ struct TissueSwap {
 class TissueTracks {
  public:
   /// @param tolerance How far drawn vertices may be from the recorded ones.
-  TissueTracks(const ToolRecordingReader& reader, const std::filesystem::path& file,
+  TissueTracks(const HapticRecordingReader& reader, const std::filesystem::path& file,
                const ToolBodies& bodies, Scalar tolerance);
 
   /// Adds the deformations, and a body for every later mesh, to a scene with the other bodies.
@@ -48,7 +48,7 @@ class TissueTracks {
   void add(std::size_t obstacle, Scalar t, const RecordedSnapshot& snapshot);
   void delay(Scalar by, Scalar t);
 
-  const ToolScene& scene_;
+  const HapticScene& scene_;
   const ToolBodies& bodies_;
   const Scalar tolerance_;
   std::vector<Track> tracks_;

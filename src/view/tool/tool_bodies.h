@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "dyop/recording/tool_recording_reader.h"
+#include "dyop/io/haptic_recording_reader.h"
 #include "dyop/view/page_encoder.h"
 
 namespace dyop::internal {
@@ -10,7 +10,7 @@ namespace dyop::internal {
 /// obstacles, in this order. Meshes that obstacles later go on as come after them.
 class ToolBodies {
  public:
-  explicit ToolBodies(const ToolScene& scene) : scene_(scene) {}
+  explicit ToolBodies(const HapticScene& scene) : scene_(scene) {}
 
   std::size_t part_count() const { return scene_.tool.size(); }
   BodyId proxy(std::size_t part) const { return BodyId(part); }
@@ -29,7 +29,7 @@ class ToolBodies {
   Scalar reach(std::size_t part) const;
 
  private:
-  const ToolScene& scene_;
+  const HapticScene& scene_;
 };
 
 }  // namespace dyop::internal

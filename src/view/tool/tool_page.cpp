@@ -19,9 +19,9 @@ constexpr std::int64_t kTicksOfBlock = 2048;
 // Times at which the run is sampled for diagrams, at most.
 constexpr std::int64_t kMostSamples = 4000;
 
-// How far a drawn tool and drawn tissue may be from the recorded ones, as a part of the standoff:
+// How far a drawn tool and drawn tissue may be from the recorded ones, as a part of the rest offset:
 // what rests on tissue is not seen in it.
-constexpr Scalar kPartOfStandoff = 0.25;
+constexpr Scalar kPartOfRestOffset = 0.25;
 
 // The proxy or the device: of each part the poses that wait to be written.
 using PartPoses = std::vector<std::vector<TimedPose>>;
@@ -42,7 +42,7 @@ class ToolPageMaker {
       : file_(file),
         reader_(file),
         bodies_(reader_.scene()),
-        tissue_(reader_, file, bodies_, kPartOfStandoff * reader_.options().standoff),
+        tissue_(reader_, file, bodies_, kPartOfRestOffset * reader_.options().rest_offset),
         proxy_(bodies_.part_count()),
         device_(bodies_.part_count()),
         stride_(
@@ -123,7 +123,7 @@ class ToolPageMaker {
     t_ += tick.time_passed();
     swap_tissue();
     add_poses(proxy_, tick.tool);
-    if (tick.status == ToolStatus::InvalidInput) {
+    if (tick.status == HapticStatus::InvalidInput) {
       hide_device();
     } else {
       const RigidPose X_WD(tick.device.q_WD.normalized(), tick.device.p_WD);
@@ -137,9 +137,9 @@ class ToolPageMaker {
     if ((tick.number + 1) % stride_ == 0) write_sample();
   }
 
-  static const char* mark_kind(ToolStatus status) {
-    const bool is_warning = status == ToolStatus::Overlapping || status == ToolStatus::Trapped ||
-                            status == ToolStatus::InvalidInput;
+  static const char* mark_kind(HapticStatus status) {
+    const bool is_warning = status == HapticStatus::Overlapping || status == HapticStatus::Trapped ||
+                            status == HapticStatus::InvalidInput;
     return is_warning ? "stalled" : "status";
   }
 
@@ -207,7 +207,7 @@ class ToolPageMaker {
   void write_motions_of(PartPoses& poses, BodyId (ToolBodies::*id)(std::size_t) const) {
     for (std::size_t k = 0; k < poses.size(); ++k) {
       if (poses[k].empty()) continue;
-      const ThinningLimits limits{kPartOfStandoff * reader_.options().standoff, bodies_.reach(k)};
+      const ThinningLimits limits{kPartOfRestOffset * reader_.options().rest_offset, bodies_.reach(k)};
       add_thinned((bodies_.*id)(k), poses[k], limits, span_.segments);
       poses[k].erase(poses[k].begin(), poses[k].end() - 1);
     }
@@ -223,7 +223,7 @@ class ToolPageMaker {
   }
 
   std::filesystem::path file_;
-  ToolRecordingReader reader_;
+  HapticRecordingReader reader_;
   ToolBodies bodies_;
   TissueTracks tissue_;
   std::vector<BodyId> shown_;  // of each obstacle
@@ -233,7 +233,7 @@ class ToolPageMaker {
   std::int64_t stride_;
   PageSpan span_;
   Scalar t_ = 0;
-  ToolStatus status_ = ToolStatus::NotRun;
+  HapticStatus status_ = HapticStatus::NotRun;
   Sample sample_;
   bool is_new_sample_ = true;
   std::optional<std::size_t> nearest_;

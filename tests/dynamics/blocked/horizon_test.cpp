@@ -6,14 +6,14 @@
 namespace dyop {
 namespace {
 
-using internal::BlockedLeg;
+using internal::BlockedSubstep;
 using internal::Horizon;
 
 TEST(Horizon, StaysWithinWhatIsProvenOrFallsToAQuarter) {
   for (const Scalar safe : {0.0, 0.1, 0.2, 0.251, 0.3, 0.5, 0.99}) {
     SCOPED_TRACE(safe);
     Horizon horizon(1);
-    horizon.shorten(BlockedLeg{.safe = safe});
+    horizon.shorten(BlockedSubstep{.safe = safe});
     EXPECT_FALSE(horizon.lands());
     EXPECT_FALSE(horizon.only_uses_room());
     if (safe > 0.25) {

@@ -39,8 +39,8 @@ TEST(LoneFlight, IsTheFlightOfABodyWithPairsToTheBit) {
       const AdvanceReport report_near = near.advance(0.01);
       ASSERT_EQ(report.status, AdvanceStatus::Completed);
       ASSERT_EQ(report_near.status, AdvanceStatus::Completed);
-      EXPECT_EQ(report.work.legs, 1);
-      EXPECT_EQ(report_near.work.legs, 1);
+      EXPECT_EQ(report.work.substeps, 1);
+      EXPECT_EQ(report_near.work.substeps, 1);
       EXPECT_EQ(report.integrator.steps, report_near.integrator.steps);
       pairs += report_near.work.pairs_by_bound + report_near.work.pairs_by_query;
       const MotionState state = alone.state(alone.bodies().front());

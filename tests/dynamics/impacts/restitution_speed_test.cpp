@@ -23,7 +23,7 @@ BodyDefinition bouncing(std::shared_ptr<const Shape> shape, Scalar height, Scala
   return body;
 }
 
-// Falls kBounceHeight onto a floor, or up to a standoff deeper, and bounces once.
+// Falls kBounceHeight onto a floor, or up to a rest offset deeper, and bounces once.
 void expect_bounce(const std::shared_ptr<const Shape>& shape, Scalar height, Scalar h) {
   constexpr Scalar kSpeed = 0.05;
   constexpr Scalar kRestitution = 0.8;

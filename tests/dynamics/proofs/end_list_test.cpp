@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 
-// Lists of neighbours for the end of a leg.
+// Lists of neighbours for the end of a substep.
 #include <gtest/gtest.h>
 
 #include "dynamics/pair_state.h"
@@ -38,7 +38,7 @@ TEST(EndList, IsMadeWhereOneForSeveralStepsWasTooLong) {
   EXPECT_EQ(tori.pair.searches_to_skip, 1);
 }
 
-TEST(EndList, ServesWhereTheLegEndsAlmostThereAndIsMadeAgainElsewhere) {
+TEST(EndList, ServesWhereTheSubstepEndsAlmostThereAndIsMadeAgainElsewhere) {
   NestedTori tori;
   tori.pair.searches_to_skip = 64;
   list_end(tori.pair, tori.outer, {}, tori.inner, {});

@@ -90,14 +90,14 @@ TEST(PairProof, AcceptsNoUndecidedQuery) {
   EXPECT_TRUE(PairProof::by_query(pair, {0, 0.5}, hit).has_value());
 }
 
-// Rounds of a leg ask again at the same poses; only bounds that a move has loosened are measured anew.
+// Rounds of a substep ask again at the same poses; only bounds that a move has loosened are measured anew.
 TEST(PairState, AKnownGapIsNotMeasuredAgain) {
   BodyDefinition ball;
   ball.kind = BodyKind::Static;
   ball.shape = std::make_shared<Sphere>(1);
   const BodyRecord body = make_body_record({}, ball, 0);
   PairState pair = pair_of(0, 1);
-  pair.lengths.standoff = 1e-3;
+  pair.lengths.rest_offset = 1e-3;
   const auto measured_at = [&](Scalar x, Scalar enough) {
     measure_gap(pair, body, RigidPose(), body, RigidPose(Vector3(x, 0, 0)), enough);
     return pair.gap_lower;
@@ -109,7 +109,7 @@ TEST(PairState, AKnownGapIsNotMeasuredAgain) {
   pair.gap_lower = -1;
   EXPECT_GE(measured_at(2.5, 0.125), 0.125);  // no more than was asked for
   EXPECT_NEAR(measured_at(2.5, 1), 0.5, 1e-12);
-  // Bounds as far apart as a standoff tell too little.
+  // Bounds as far apart as a rest offset tell too little.
   pair.gap_lower = 0.5 - 5e-4;
   pair.gap_upper = 0.5 + 5e-4;
   EXPECT_NEAR(measured_at(2.5, 1), 0.5, 1e-12);
@@ -123,7 +123,7 @@ TEST(PairState, AnUnknownGapIsMeasuredAtAnyScale) {
     ball.shape = std::make_shared<Sphere>(scale);
     const BodyRecord body = make_body_record({}, ball, 0);
     PairState pair = pair_of(0, 1);
-    pair.lengths.standoff = 1e-3 * scale;
+    pair.lengths.rest_offset = 1e-3 * scale;
     pair.gap_lower = -1;
     pair.gap_upper = 0;
     measure_gap(pair, body, RigidPose(), body, RigidPose(Vector3(2.5 * scale, 0, 0)), scale);

@@ -40,7 +40,7 @@ ToolPose ToolSpanPath::at(Scalar s) const {
   return pose;
 }
 
-SpanOracle::SpanOracle(const ToolScene& scene) : hinges_(scene.hinges) {
+SpanOracle::SpanOracle(const HapticScene& scene) : hinges_(scene.hinges) {
   for (const ToolPart& given : scene.tool) {
     const auto& mesh = static_cast<const TriangleMesh&>(*given.shape);
     Part& part = parts_.emplace_back();

@@ -4,7 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include "dyop/tool/tool_tick.h"
+#include "dyop/haptics/haptic_tick.h"
 #include "tissue_path.h"
 
 namespace dyop::testing {
@@ -51,7 +51,7 @@ struct SpanDistance {
 /// with plain_distance() of all pairs of triangles whose boxes come closer than `cap`.
 class SpanOracle {
  public:
-  explicit SpanOracle(const ToolScene& scene);
+  explicit SpanOracle(const HapticScene& scene);
 
   std::size_t part_count() const { return parts_.size(); }
   /// Until it is proven to stay at `wanted`, or the samples are closer than `resolution`.

@@ -8,7 +8,7 @@
 namespace dyop::testing {
 namespace {
 
-// The tolerance of impacts as a fraction of the standoff, and what the loop promises to keep
+// The tolerance of impacts as a fraction of the rest offset, and what the loop promises to keep
 // besides the margin (docs/algorithms/tool_loop.md).
 constexpr Scalar kTolerance = 0.3;
 constexpr Scalar kKept = kTolerance / 4;
@@ -38,14 +38,14 @@ ToolPose once_more(const ToolPose& from, const ToolPose& to) {
 
 }  // namespace
 
-TickCheck::TickCheck(const ToolScene& scene, const ToolOptions& options)
+TickCheck::TickCheck(const HapticScene& scene, const HapticOptions& options)
     : obstacles_(scene.obstacles), options_(options), oracle_(scene) {
   for (const ToolObstacle& obstacle : obstacles_) tissue_.emplace_back(obstacle);
 }
 
 bool TickCheck::is_exempt() const {
-  const ToolStatus status = tick_->status;
-  return status == ToolStatus::Recovering || status == ToolStatus::Overlapping;
+  const HapticStatus status = tick_->status;
+  return status == HapticStatus::Recovering || status == HapticStatus::Overlapping;
 }
 
 void TickCheck::tell(const char* what, std::size_t obstacle, Scalar value, Scalar bound) const {
@@ -54,7 +54,7 @@ void TickCheck::tell(const char* what, std::size_t obstacle, Scalar value, Scala
               value, bound);
 }
 
-void TickCheck::check(const ToolSession& session, const DevicePose& device, Scalar dt) {
+void TickCheck::check(const HapticSession& session, const DevicePose& device, Scalar dt) {
   tick_ = &session.last();
   ++number_;
   for (TissuePath& path : tissue_) path.start_tick();
@@ -115,18 +115,18 @@ void TickCheck::check_pair(std::size_t number, std::size_t body, const SpanPart&
   findings.samples += found.samples;
   distance_[number] = std::min(distance_[number], found.at_end);
   if (!is_hard(obstacle)) return;
-  const Scalar kept = margin + kKept * options_.standoff;
+  const Scalar kept = margin + kKept * options_.rest_offset;
   const Scalar start = found.at_start;
   start_.least = std::min(start_.least, start);
   start_.least_excess = std::min(start_.least_excess, start - margin);
-  if (start < margin - kRounding && !is_exempt() && tick_->status != ToolStatus::InvalidInput) {
+  if (start < margin - kRounding && !is_exempt() && tick_->status != HapticStatus::InvalidInput) {
     ++findings.breaches;
     tell("starts untold within the margin", number, start, margin);
   }
   if (!(start > kRounding)) return;
   Scalar promised = kept;
   if (start < kept) {
-    const Scalar tolerance = std::min(kTolerance * options_.standoff, start / 4);
+    const Scalar tolerance = std::min(kTolerance * options_.rest_offset, start / 4);
     promised = start - 0.75 * tolerance;
     if (start >= margin) promised = std::max(promised, margin);
   } else {
@@ -174,7 +174,7 @@ void TickCheck::check_time_to_breach(Scalar dt) {
 }
 
 // The session's own view of the tissue.
-void TickCheck::check_tissue(const ToolSession& session) {
+void TickCheck::check_tissue(const HapticSession& session) {
   for (std::size_t k = 0; k < tissue_.size(); ++k) {
     if (obstacles_[k].shape || !(number_ % kSeldom == 0 || tissue_[k].is_new_mesh())) continue;
     const std::vector<Vector3> places = session.tissue_vertices(k);
@@ -189,26 +189,26 @@ void TickCheck::check_tissue(const ToolSession& session) {
 
 // What a status says is true.
 void TickCheck::check_status(const DevicePose& device, Scalar dt) {
-  const ToolStatus status = tick_->status;
+  const HapticStatus status = tick_->status;
   const Scalar done = tick_->path.back().time;
-  const Scalar small = 1e-3 * options_.standoff;
+  const Scalar small = 1e-3 * options_.rest_offset;
   bool is_true = true;
-  if (status == ToolStatus::Free) {
+  if (status == HapticStatus::Free) {
     const Scalar off = (tick_->tool.X_WT.translation() - device.p_WD).norm() +
                        Eigen::Quaternion<Scalar>(tick_->tool.X_WT.rotation())
                            .angularDistance(device.q_WD.normalized());
     is_true = off < small;
   }
-  if (status == ToolStatus::Free || status == ToolStatus::Held || status == ToolStatus::Blocked) {
+  if (status == HapticStatus::Free || status == HapticStatus::Held || status == HapticStatus::Blocked) {
     is_true = is_true && std::abs(done - dt) <= 1e-6 * dt;
   }
-  if (status == ToolStatus::Trapped) is_true = done < dt;
-  if (status == ToolStatus::Deadline) is_true = tick_->cutoff.has_value();
+  if (status == HapticStatus::Trapped) is_true = done < dt;
+  if (status == HapticStatus::Deadline) is_true = tick_->cutoff.has_value();
   const bool has_moved = tick_->path.size() > 1;
-  if (status == ToolStatus::Recovering && has_moved) {
-    is_true = start_.least_excess < kTolerance * options_.standoff + kRounding;
+  if (status == HapticStatus::Recovering && has_moved) {
+    is_true = start_.least_excess < kTolerance * options_.rest_offset + kRounding;
   }
-  if (status == ToolStatus::Overlapping && has_moved) is_true = start_.least < small;
+  if (status == HapticStatus::Overlapping && has_moved) is_true = start_.least < small;
   findings.wrong_statuses += !is_true;
   if (!is_true)
     tell("status is not true; excess and distance", 0, start_.least_excess, start_.least);

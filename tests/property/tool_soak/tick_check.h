@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "dyop/tool/tool_session.h"
+#include "dyop/haptics/haptic_session.h"
 #include "span_oracle.h"
 
 namespace dyop::testing {
@@ -28,12 +28,12 @@ struct TickFindings {
 /// tick reports with what it finds (docs/algorithms/tool_loop.md, "What is guaranteed").
 class TickCheck {
  public:
-  TickCheck(const ToolScene& scene, const ToolOptions& options);
+  TickCheck(const HapticScene& scene, const HapticOptions& options);
 
   /// What the session was given, in the same order.
   TissuePath& tissue(std::size_t obstacle) { return tissue_[obstacle]; }
   /// After every update().
-  void check(const ToolSession& session, const DevicePose& device, Scalar dt);
+  void check(const HapticSession& session, const DevicePose& device, Scalar dt);
 
   TickFindings findings;
 
@@ -47,18 +47,18 @@ class TickCheck {
   void check_pair(std::size_t obstacle, std::size_t body, const SpanPart& part);
   void check_clearances();
   void check_time_to_breach(Scalar dt);
-  void check_tissue(const ToolSession& session);
+  void check_tissue(const HapticSession& session);
   void check_status(const DevicePose& device, Scalar dt);
   bool is_exempt() const;
   void tell(const char* what, std::size_t obstacle, Scalar value, Scalar bound) const;
 
   const std::vector<ToolObstacle> obstacles_;
-  const ToolOptions options_;
+  const HapticOptions options_;
   SpanOracle oracle_;
   std::vector<TissuePath> tissue_;
   // Of the current tick.
   std::int64_t number_ = 0;
-  const ToolTick* tick_ = nullptr;
+  const HapticTick* tick_ = nullptr;
   std::vector<Scalar> distance_;  // of each obstacle at the end, at most the cap
   Start start_{};
 };

@@ -5,8 +5,8 @@
 #include <span>
 #include <vector>
 
-#include "dyop/tool/tool_runner.h"
-#include "dyop/tool/tool_scene.h"
+#include "dyop/haptics/haptic_runner.h"
+#include "dyop/haptics/haptic_scene.h"
 
 namespace dyop::testing {
 

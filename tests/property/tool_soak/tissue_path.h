@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "dyop/core/triangle.h"
-#include "dyop/tool/tool_scene.h"
+#include "dyop/haptics/haptic_scene.h"
 
 namespace dyop::testing {
 

@@ -21,7 +21,7 @@
 #include <limits>
 #include <random>
 
-#include "dyop/tool_io/tool_scene_file.h"
+#include "dyop/io/haptic_scene_file.h"
 #include "tick_check.h"
 #include "tissue_cuts.h"
 
@@ -72,7 +72,7 @@ struct Feed {
 class Soak {
  public:
   Soak(const char* file, std::uint64_t seed, std::int64_t deadline_us, std::int64_t first)
-      : run_(load_tool_run(file)),
+      : run_(load_haptic_run(file)),
         session_(run_.scene, run_.options),
         check_(run_.scene, run_.options),
         random_(seed),
@@ -102,8 +102,8 @@ class Soak {
   Scalar odd_time();
   DevicePose device();
 
-  ToolRun run_;
-  ToolSession session_;
+  HapticRun run_;
+  HapticSession session_;
   TickCheck check_;
   std::mt19937_64 random_;
   const std::int64_t deadline_us_;
@@ -156,8 +156,8 @@ bool Soak::give_mesh(Feed& feed) {
 
 // Around what is nearest to the tool, or anywhere. Sewn up only where the tool is clear of the hole.
 bool Soak::cut(Feed& feed) {
-  const ToolTick& tick = session_.last();
-  if (!chance(tick.status == ToolStatus::Trapped ? kCutsInTrap : kCuts)) return false;
+  const HapticTick& tick = session_.last();
+  if (!chance(tick.status == HapticStatus::Trapped ? kCutsInTrap : kCuts)) return false;
   const ToolClearance* clearance =
       totals.ticks > 0 ? &tick.clearances[feed.tissue.obstacle] : nullptr;
   constexpr Scalar kLargestHole = 12;
@@ -243,9 +243,9 @@ void Soak::step() {
   ++tick_;
   ++totals.ticks;
   totals.cut_off += session_.last().cutoff.has_value();
-  const ToolStatus status = session_.last().status;
+  const HapticStatus status = session_.last().status;
   ++totals.statuses[std::size_t(status)];
-  totals.traps_before_cuts += status == ToolStatus::Trapped && faults() == kFaultsAtCuts;
+  totals.traps_before_cuts += status == HapticStatus::Trapped && faults() == kFaultsAtCuts;
   check_.check(session_, pose, dt);
 }
 

@@ -179,7 +179,7 @@ ContactProblem arch_scene(int count, Scalar friction) {
   return problem;
 }
 
-ContactProblem tool_scene(int contacts, Scalar friction) {
+ContactProblem haptic_scene(int contacts, Scalar friction) {
   ContactProblem problem;
   problem.bodies = {
       ContactBody{},

@@ -31,7 +31,7 @@ ContactProblem wall_scene(int columns, int rows, Scalar friction = 0.5);
 ContactProblem arch_scene(int count, Scalar friction = 0.6);
 
 /// A light tool (mass 0.1), pressed against a plane with four contacts, sliding.
-ContactProblem tool_scene(int contacts = 4, Scalar friction = 0.3);
+ContactProblem haptic_scene(int contacts = 4, Scalar friction = 0.3);
 
 /// Parameters of random_contact_problem().
 struct RandomContacts {

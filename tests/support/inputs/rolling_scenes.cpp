@@ -132,7 +132,7 @@ void keep_lengths(WorldOptions& options, const std::string& scene, int facets) {
     radius = std::min(radius, plain.body(id).shape->bounding_radius());
   }
   options.target_distance = 1e-4 * radius;
-  options.standoff = 4e-4 * radius;
+  options.rest_offset = 4e-4 * radius;
 }
 
 }  // namespace

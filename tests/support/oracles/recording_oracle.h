@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
-#include "dyop/scene_io/run_recording.h"
-#include "dyop/scene_io/scene_file.h"
+#include "dyop/io/run_recording.h"
+#include "dyop/io/scene_file.h"
 #ifdef DYOP_HAS_RECORDING
-#include "dyop/recording/recording_reader.h"
+#include "dyop/io/recording_reader.h"
 #endif
 
 namespace dyop::testing {

@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "dynamics/step/blocked/self_stress.h"
-#include "dynamics/step/leg_problem.h"
+#include "dynamics/step/substep_problem.h"
 
 namespace dyop::internal {
 namespace {
 
 // Coefficients of friction, and the places of contacts between bodies that rest a gap apart, are not
 // known to a smaller part. Just short of a lock solutions exist, but ask for impulses of thousands of
-// times what drives the bodies, until no solver finds them, or no leg is short enough for what they
+// times what drives the bodies, until no solver finds them, or no substep is short enough for what they
 // do to the bodies.
 constexpr Scalar kLockImbalance = 1e-3;
 
 }  // namespace
 
-std::optional<PairKey> LegProblem::locked_by_friction() const {
+std::optional<PairKey> SubstepProblem::locked_by_friction() const {
   const auto key_of = [this](std::size_t contact) {
     return run_.pairs()[contacts_[contact].pair].state->key;
   };
@@ -21,7 +21,7 @@ std::optional<PairKey> LegProblem::locked_by_friction() const {
   if (const auto stress = find_self_stress(problem_, movable, kLockImbalance)) {
     return key_of(stress->hardest_contact);
   }
-  // A leg asks contacts for different ways, as their gaps are not alike. What carries closes its
+  // A substep asks contacts for different ways, as their gaps are not alike. What carries closes its
   // gap: then they move along together, or lock.
   ContactProblem closed = problem_;
   closed.contacts.clear();

@@ -12,17 +12,17 @@ constexpr Scalar kShorter = 0.25;
 
 }  // namespace
 
-void Horizon::shorten(const BlockedLeg& leg) {
-  lands_ = leg.must_land;
-  only_uses_room_ = !leg.must_land && leg.is_jammed && was_jammed_;
-  was_jammed_ = leg.is_jammed;
-  if (leg.must_land) {
-    tau_ = leg.safe;
+void Horizon::shorten(const BlockedSubstep& substep) {
+  lands_ = substep.must_land;
+  only_uses_room_ = !substep.must_land && substep.is_jammed && was_jammed_;
+  was_jammed_ = substep.is_jammed;
+  if (substep.must_land) {
+    tau_ = substep.safe;
   } else if (only_uses_room_) {
-    tau_ = kUsedRoom * leg.safe;
+    tau_ = kUsedRoom * substep.safe;
   } else {
     const Scalar shorter = kShorter * tau_;
-    tau_ = leg.safe > shorter ? std::max(kUsedRoom * leg.safe, shorter) : shorter;
+    tau_ = substep.safe > shorter ? std::max(kUsedRoom * substep.safe, shorter) : shorter;
   }
 }
 

@@ -24,7 +24,7 @@ std::optional<EndSearch> end_search(const ContactPoint& point, const CurvedMove&
                                     const PairLengths& lengths, const RigidPose& X_WA_end,
                                     const RigidPose& X_WB_end) {
   const Scalar way = move.sliding + move.rolling * lengths.radius;
-  if (!(way > kContactMergedChange * lengths.standoff)) return std::nullopt;
+  if (!(way > kContactMergedChange * lengths.rest_offset)) return std::nullopt;
   EndSearch search;
   ContactPlace& place = search.place;
   // How far the surfaces beside the contact may come below it.
@@ -32,7 +32,7 @@ std::optional<EndSearch> end_search(const ContactPoint& point, const CurvedMove&
   place.nhat_AB_W = point.nhat_AB_W;
   place.lift = std::max(0.0, sagitta - move.end_gap);
   place.reach =
-      std::max(move.end_gap, lengths.rest_gap()) + lengths.standoff + sagitta + place.lift;
+      std::max(move.end_gap, lengths.rest_gap()) + lengths.rest_offset + sagitta + place.lift;
   // A rim that leans moves its contact along itself much faster than any of its points.
   const Scalar migration =
       point.merged_way > 0 ? kContactMergedRadiusFraction * lengths.radius : Scalar{0};
@@ -88,7 +88,7 @@ std::vector<std::optional<EndGap>> ends_alone(const PairAtEnd& pair,
                                               std::span<const CurvedContact> contacts,
                                               const Searches& searches,
                                               ContactWorkspace& workspace) {
-  const Scalar most_sagitta = kContactFitStandoffs * pair.lengths.standoff;
+  const Scalar most_sagitta = kContactFitRestOffsets * pair.lengths.rest_offset;
   std::vector<std::optional<EndGap>> ends(contacts.size());
   std::vector<ContactPoint> found;
   for (std::size_t k = 0; k < contacts.size(); ++k) {
@@ -109,7 +109,7 @@ std::vector<std::optional<EndGap>> ends_together(const PairAtEnd& pair,
                                                  std::span<const CurvedContact> contacts,
                                                  const Searches& searches,
                                                  ContactWorkspace& workspace) {
-  const Scalar most_sagitta = kContactFitStandoffs * pair.lengths.standoff;
+  const Scalar most_sagitta = kContactFitRestOffsets * pair.lengths.rest_offset;
   std::vector<std::optional<EndGap>> ends(contacts.size());
   std::vector<ContactPlace> places;
   std::vector<std::size_t> numbers;

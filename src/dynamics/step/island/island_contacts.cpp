@@ -8,7 +8,7 @@
 namespace dyop::internal {
 namespace {
 
-// Contacts are sought as far as those of the last leg close in so many steps: impulses of others may
+// Contacts are sought as far as those of the last substep close in so many steps: impulses of others may
 // speed that up. Larger: more contacts that carry nothing; smaller: more hits.
 constexpr Scalar kApproaches = 2;
 // A reach in use may be so many times what is needed.
@@ -47,7 +47,7 @@ void IslandRun::find_contacts() {
   for (RunPair& pair : pairs_) {
     PairState& state = *pair.state;
     const PairLengths& lengths = state.lengths;
-    const Scalar base = lengths.rest_gap() + kContactReachStandoffs * lengths.standoff;
+    const Scalar base = lengths.rest_gap() + kContactReachRestOffsets * lengths.rest_offset;
     const Twist twist_a = central_twist(pair.member_a, *pair.a);
     const Twist twist_b = central_twist(pair.member_b, *pair.b);
     const Scalar way =

@@ -53,7 +53,7 @@ void fly_alone(const StepContext& context, const Island& island, IslandOutcome& 
       {interval, fly(context, body, body.state, interval, track.flight, outcome.integrator)});
   track.end = track.flight->state(interval.end);
   track.most_way = known_way(body, *track.flight, interval);
-  outcome.work.legs = 1;
+  outcome.work.substeps = 1;
   outcome.reached = interval.end;
   outcome.has_run = true;
 }

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <span>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "dyop/haptics/latency_histogram.h"
+#include "dyop/haptics/haptic_session.h"
+
+namespace DYOP_EXPORT dyop {
+
+/// Another mesh that a deforming obstacle goes on as.
+struct TissueMesh {
+  std::vector<Vector3> vertices;
+  std::vector<TriangleIndices> triangles;
+};
+
+/// Shapes of a deforming obstacle, one after the other.
+struct TissueFeed {
+  std::size_t obstacle = 0;
+  Scalar period = 0.02;  ///< from one snapshot to the next, time of the session
+  /// Writes snapshot `number`, counted from 1; the vertices hold the one before.
+  std::function<void(std::int64_t number, std::span<Vector3> vertices)> shape;
+  /// A text from which a replay can make `shape` and `cut` again; empty: a recording of the run
+  /// must store the vertices.
+  std::string formula = {};
+  /// If not empty, called first: a mesh that takes the place of snapshot `number`, or nothing. See
+  /// HapticSession::give_mesh().
+  std::function<std::optional<TissueMesh>(std::int64_t number)> cut = {};
+};
+
+/// One tick with its inputs, as a log wants it.
+struct TickRecord {
+  std::int64_t number = 0;
+  DevicePose device;
+  Scalar dt = 0;
+  HapticTick tick;
+};
+
+struct RunnerOptions {
+  Scalar period = 1e-3;    ///< of a tick, seconds
+  std::int64_t ticks = 0;  ///< to run
+  /// From the start of a tick.
+  std::optional<std::chrono::nanoseconds> deadline;
+  /// Wait for the clock, with tissue and log in threads of their own; otherwise one tick after the
+  /// other, with snapshots given as soon as they are due: the same bits in every run without a
+  /// deadline.
+  bool is_paced = true;
+  /// Ask the system for a real-time priority and locked memory, while paced.
+  bool wants_real_time = true;
+};
+
+struct RunnerReport {
+  std::int64_t ticks = 0;
+  std::int64_t late_starts = 0;  ///< ticks that started later than a period after their time
+  std::int64_t unlogged = 0;     ///< ticks that the sink was too slow for
+  LatencyHistogram latency;      ///< of update()
+  bool has_real_time_priority = false;
+  bool has_locked_memory = false;
+  std::string rights;  ///< what the system said, in words
+};
+
+/// Runs a session at a fixed rate: the tick in the calling thread, tissue and log in others.
+///
+/// @param device Called before every tick with its number, in the calling thread.
+/// @param tissue Called in the tissue's thread.
+/// @param sink   Called for every tick, in order, in the logger's thread; may be empty.
+/// @throws InvalidArgument if the period is not finite and > 0 or a feed's obstacle does not
+///         deform; what the functions throw ends the run.
+RunnerReport run_session(HapticSession& session,
+                         const std::function<DevicePose(std::int64_t tick)>& device,
+                         const std::vector<TissueFeed>& tissue,
+                         const std::function<void(const TickRecord&)>& sink,
+                         const RunnerOptions& options, const std::stop_token& stop = {});
+
+}  // namespace dyop

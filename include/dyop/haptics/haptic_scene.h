@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "dyop/core/rigid_pose.h"
+#include "dyop/core/triangle.h"
+#include "dyop/geometry/shape.h"
+
+namespace DYOP_EXPORT dyop {
+
+/// A jaw's hinge: the part turns about the z axis of a frame J fixed in the tool frame T.
+struct ToolHinge {
+  RigidPose X_TJ;
+  Scalar angle = 0;  ///< at the start, radians
+  /// Stiffness of the spring that pulls the jaw to the angle the device requests: torque per
+  /// radian, > 0.
+  Scalar stiffness = 0;
+};
+
+/// One body of the tool. Parts without a hinge are fixed to the tool frame T.
+struct ToolPart {
+  std::shared_ptr<const Shape> shape;
+  RigidPose X_TP;  ///< its pose in the tool frame while its hinge is at angle 0
+  std::optional<std::size_t> hinge = {};  ///< number among HapticScene::hinges
+};
+
+/// How the tool treats an obstacle.
+enum class ObstacleRole {
+  Tissue,      ///< touched: the tool stays out, with friction, and the hand feels it
+  HardRegion,  ///< forbidden: the tool stays at least the margin away, without friction
+  SoftRegion,  ///< a force that grows from the margin inwards pushes back
+  Monitor,     ///< only the clearance is reported
+};
+
+/// Something in the tool's surroundings: a rigid shape at rest, or a mesh that deforms.
+struct ToolObstacle {
+  std::string name;
+  ObstacleRole role = ObstacleRole::Tissue;
+
+  std::shared_ptr<const Shape> shape;  ///< rigid; or null:
+  RigidPose X_WO;                      ///< pose of the shape
+  std::vector<Vector3> vertices;       ///< of a deforming mesh at the start, world frame
+  std::vector<TriangleIndices> triangles;
+
+  /// Distance that the tool keeps (Tissue, HardRegion), from which it is pushed back (SoftRegion),
+  /// or that counts as a breach (Monitor); length, >= 0.
+  Scalar margin = 0;
+  Scalar friction = 0;        ///< Coulomb's coefficient, >= 0; Tissue only
+  Scalar soft_stiffness = 0;  ///< force per length inside the margin, >= 0; SoftRegion only
+};
+
+/// Everything a HapticSession needs. Any consistent units.
+struct HapticScene {
+  std::vector<ToolPart> tool;
+  std::vector<ToolHinge> hinges;
+  std::vector<ToolObstacle> obstacles;
+  RigidPose X_WT;  ///< where the tool starts
+};
+
+}  // namespace dyop

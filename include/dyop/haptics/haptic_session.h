@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+
+#include "dyop/haptics/haptic_scene.h"
+#include "dyop/haptics/haptic_tick.h"
+#include "dyop/haptics/virtual_coupling.h"
+
+namespace DYOP_EXPORT dyop {
+
+struct HapticOptions {
+  CouplingOptions coupling;
+  /// Resting contact keeps the obstacle's margin plus the rest offset; the motion is proven never to
+  /// come within the margin plus a small fraction of the rest offset. Length, > 0; smaller: a thinner
+  /// gap, at the cost of more rounds on curved surfaces. A hundredth of the tool's thickness works
+  /// well.
+  Scalar rest_offset = 0;
+  /// How fast the tool leaves what it starts in, length per time, > 0.
+  Scalar recovery_speed = 0;
+  int max_rounds = 4;     ///< motions per tick, >= 1
+  int max_attempts = 4;   ///< times that contacts are added and solved again per motion, >= 1
+  int max_contacts = 24;  ///< per motion, >= 1
+  /// How far the bounds of a clearance may differ, relative to it, besides the rest offset; > 0. Of a
+  /// tool that moves fast they may differ more: see clearance_work.
+  Scalar clearance_tolerance = 0.02;
+  /// The pieces of work, some 0.4 us each, that a tick spends on clearances, >= 10; what is left is
+  /// done in the next ticks, the worst known first. The bounds always hold, only farther apart, and
+  /// neither contacts nor margins depend on them.
+  int clearance_work = 100;
+  /// The pieces of work after which a tick is cut off as by a deadline, >= 10, but at the same
+  /// place in every run; what is left of the way is gone in the next ticks. A tool that is stroked
+  /// along an organ needs some hundreds, one that slips up to 5,000: only where a device jumps or
+  /// something jams is the default reached.
+  std::int64_t max_work = 20000;
+};
+
+namespace internal {
+struct SessionState;
+}
+
+/// A tool driven by a device whose next pose is unknown, among tissue and forbidden regions: the
+/// proxy ("god object" [Ortega2007]) follows the device as far as its path is proven free, then
+/// slides, and the hand feels how far it lags behind.
+///
+/// Every committed motion is proven by time_of_impact() or a distance bound, for every part of the
+/// tool against every tissue and hard region, rotation and deformation included
+/// (docs/algorithms/tool_loop.md). One thread calls update(); snapshots of a deforming obstacle may
+/// come from another one.
+class HapticSession {
+ public:
+  /// @throws InvalidArgument if the scene or an option is out of its range; the message names it.
+  HapticSession(const HapticScene& scene, const HapticOptions& options);
+  ~HapticSession();
+  HapticSession(HapticSession&&) noexcept;
+  HapticSession& operator=(HapticSession&&) noexcept;
+
+  using Deadline = std::optional<std::chrono::steady_clock::time_point>;
+
+  /// One tick: follows the device to its new pose during the time dt, >= 0. Never throws for
+  /// anything a device may do: jumps, NaN and odd dt end in a status. Past the deadline the proven
+  /// part is kept. Allocates nothing once buffers have grown.
+  /// @return The result, which the next call overwrites.
+  const HapticTick& update(const DevicePose& device, Scalar dt, const Deadline& deadline = {});
+
+  /// The same, cut off where an earlier run with the same inputs was: the same bits.
+  const HapticTick& replay(const DevicePose& device, Scalar dt,
+                         const std::optional<TickCutoff>& cutoff);
+
+  const HapticTick& last() const;
+  /// Elapsed time, the sum of all dt used.
+  Scalar time() const;
+  bool is_passive() const;
+  std::size_t obstacle_count() const;
+
+  /// Gives a deforming obstacle the vertices that it shall reach `duration` after those given
+  /// before; they move on straight lines. May be called from one other thread. Without a next
+  /// snapshot, tissue stands still.
+  /// @return False if the obstacle has not yet started on the last snapshot; then nothing happens.
+  /// @throws InvalidArgument if the obstacle does not deform, the number of vertices differs, one
+  ///         is not finite, or duration is not > 0.
+  bool give_snapshot(std::size_t obstacle, std::span<const Vector3> vertices, Scalar duration);
+
+  /// Gives a deforming obstacle another mesh, as after a cut, instead of a next snapshot: with the
+  /// tick in which it has reached the last one, its surface is the new mesh, at rest. Snapshots
+  /// given later move the new one. From the same thread as snapshots; the hierarchy is built there.
+  ///
+  /// What is known of the old mesh is dropped, and the new one is proven apart from the tool where
+  /// they stand. If it is not, the tool leaves it: HapticStatus::Recovering, Overlapping.
+  /// @return As give_snapshot().
+  /// @throws InvalidArgument if the obstacle does not deform, there is no triangle, an index is out
+  ///         of range, or a vertex is not finite.
+  bool give_mesh(std::size_t obstacle, std::span<const Vector3> vertices,
+                 std::span<const TriangleIndices> triangles);
+
+  /// Current vertices of a deforming obstacle.
+  /// @throws InvalidArgument if the obstacle does not deform.
+  std::vector<Vector3> tissue_vertices(std::size_t obstacle) const;
+  /// The number of snapshots and meshes that the obstacle has started on.
+  std::int64_t snapshots_taken(std::size_t obstacle) const;
+
+ private:
+  std::unique_ptr<internal::SessionState> state_;
+};
+
+}  // namespace dyop

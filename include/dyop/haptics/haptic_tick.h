@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <chrono>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "dyop/core/rigid_pose.h"
+#include "dyop/haptics/virtual_coupling.h"
+
+namespace DYOP_EXPORT dyop {
+
+/// Largest number of hinges of a tool.
+inline constexpr std::size_t kMostHinges = 4;
+
+/// Input from a device: raw numbers, checked by HapticSession::update().
+struct DevicePose {
+  Vector3 p_WD = Vector3::Zero();
+  Quaternion q_WD = Quaternion::Identity();
+  std::array<Scalar, kMostHinges> angles{};  ///< requested of the hinges, radians
+
+  DevicePose() = default;
+  explicit DevicePose(const RigidPose& X_WD) : p_WD(X_WD.translation()), q_WD(X_WD.quaternion()) {}
+};
+
+/// Where the tool really is: the proxy.
+struct ToolPose {
+  RigidPose X_WT;
+  std::array<Scalar, kMostHinges> angles{};
+};
+
+/// The tool at a time of a tick. In between, its origin moves on a line, and the tool and its
+/// hinges turn at constant rates.
+struct ToolWaypoint {
+  Scalar time = 0;  ///< since the start of the tick; as before if tissue stood meanwhile
+  ToolPose tool;
+};
+
+/// How a tick ended. In every status the proxy's motion of this tick is proven: no part of the tool
+/// came nearer to a tissue or hard region than its target distance, or, if it already was nearer,
+/// than it was (Recovering). The only exception is Overlapping, which names the pair.
+enum class HapticStatus {
+  NotRun,
+  Free,          ///< the proxy is where the device is
+  Held,          ///< contacts or regions hold it back: as near to the device as they allow
+  Blocked,       ///< on its way there: it may go so far in a tick, or in so many rounds
+  Deadline,      ///< the same for the deadline, or for HapticOptions::max_work
+  Trapped,       ///< tissue closes in from all sides: it was stopped too, see tissue_stopped
+  Recovering,    ///< something was nearer than its target at the start and is being left
+  Overlapping,   ///< something crosses the tool: that pair is not proven, and is being left
+  InvalidInput,  ///< unusable device pose or dt: the proxy stays, no wrench
+};
+
+/// A status in plain words.
+const char* words_of(HapticStatus status);
+
+/// A place where the proxy is held back.
+struct ToolContactPoint {
+  std::size_t obstacle = 0;
+  std::size_t part = 0;           ///< body of the tool: 0 for all fixed parts, then one per hinge
+  Vector3 p_W = Vector3::Zero();  ///< on the tool
+  Vector3 nhat_W = Vector3::UnitX();  ///< unit, from the obstacle to the tool
+  Scalar gap = 0;                     ///< at the start of the last motion
+  Vector3 force_W = Vector3::Zero();  ///< on the tool
+};
+
+/// Certified distance of the tool from one obstacle at the end of the tick: lower <= d <= upper.
+struct ToolClearance {
+  Scalar lower = 0;
+  Scalar upper = kInfinity;
+  Vector3 p_WT = Vector3::Zero();  ///< nearest point of the tool when it was last measured
+  Vector3 p_WO = Vector3::Zero();  ///< and of the obstacle
+  bool is_breached = false;        ///< upper is below the margin
+  /// A time before which the margin is not breached if the tool continues with the velocity of this
+  /// tick and the obstacle at most at its own speed: a proven lower bound; infinite at rest.
+  Scalar time_to_breach = kInfinity;
+};
+
+/// Where a deadline or HapticOptions::max_work cut off a tick, so that a replay can end at the same
+/// place.
+struct TickCutoff {
+  std::int64_t checkpoint = 0;  ///< number of the checkpoint within the tick
+  std::int64_t node_pairs = 0;  ///< of the query it fell in; 0: before it
+
+  friend bool operator==(const TickCutoff&, const TickCutoff&) = default;
+};
+
+struct TickStatistics {
+  std::int64_t impact_queries = 0;
+  std::int64_t distance_queries = 0;
+  std::int64_t node_pairs = 0;
+  std::int64_t checkpoints = 0;  ///< places where a deadline can end the tick
+  std::int64_t solves = 0;
+  std::int64_t pieces = 0;  ///< motions committed
+  std::int64_t work = 0;    ///< as HapticOptions::max_work counts it; not in recordings
+};
+
+/// Result of HapticSession::update().
+struct HapticTick {
+  HapticStatus status = HapticStatus::NotRun;
+  ToolPose tool;
+  std::vector<ToolWaypoint> path;  ///< the committed motions: the start, then the end of each
+  ToolWrench wrench;               ///< on the hand
+  std::vector<ToolContactPoint> contacts;  ///< that held the proxy in its last motion
+  std::vector<ToolClearance> clearances;   ///< one for each obstacle
+  Scalar energy_returned = 0;              ///< see VirtualCoupling
+  Scalar tissue_stopped = 0;               ///< time of this tick during which tissue was stopped
+  /// How much later tissue reaches its newest snapshot than it would, had it not been stopped since
+  /// that one was given; the most of all obstacles, 0 of those that are there.
+  Scalar tissue_lag = 0;
+  /// Per obstacle: total of snapshots and meshes given before the tick.
+  std::vector<std::int64_t> snapshots;
+  std::optional<TickCutoff> cutoff;     ///< if the tick was cut off
+  std::chrono::nanoseconds latency{0};  ///< of this call
+  TickStatistics statistics;
+};
+
+}  // namespace dyop

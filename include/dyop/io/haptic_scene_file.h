@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "dyop/haptics/haptic_runner.h"
+#include "dyop/haptics/haptic_session.h"
+
+namespace DYOP_EXPORT dyop {
+
+/// The device on a line from point to point.
+struct DevicePoint {
+  Scalar t = 0;  ///< since the start of the stroke, seconds
+  DevicePose pose;
+};
+
+/// A named part of the surgeon's motion.
+struct ToolStroke {
+  std::string name;
+  std::vector<DevicePoint> points;  ///< times ascend from 0
+
+  Scalar duration() const { return points.back().t; }
+};
+
+/// Everything `dyop tool` needs for a run: see docs/tool-scene-format.md.
+struct HapticRun {
+  std::string title;  ///< for display; may be empty
+  HapticScene scene;
+  HapticOptions options;
+  RunnerOptions runner;
+  std::vector<TissueFeed> tissue;
+  std::vector<ToolStroke> strokes;  ///< one after the other, repeated
+  std::string text;                 ///< of the file
+
+  /// The stroke of a tick, and the device's pose at the end of the tick.
+  std::size_t stroke_at(std::int64_t tick) const;
+  DevicePose device(std::int64_t tick) const;
+};
+
+/// Reads a scene of a tool.
+/// @throws FileError naming the key that is missing, out of range or unknown.
+HapticRun load_haptic_run(const std::filesystem::path& file);
+/// The same from a string; meshes are searched for beside `file`.
+HapticRun parse_haptic_run(const std::filesystem::path& file, const std::string& text);
+
+/// The feed of an obstacle of a scene by its TissueFeed::formula.
+/// @param file For messages.
+/// @throws FileError if the formula is not one that a scene can hold.
+TissueFeed feed_of_formula(const std::filesystem::path& file, const std::string& formula,
+                           std::size_t obstacle, const HapticScene& scene);
+
+}  // namespace dyop

@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <cstdio>
+#include <iostream>
+#include <nlohmann/json.hpp>
+
+#include "cli/tool/tool_output.h"
+#include "cli/tool/tool_summary.h"
+#include "dyop/io/haptic_recording_writer.h"
+#include "dyop/io/haptic_replay.h"
+
+namespace dyop::cli {
+namespace {
+
+class Hdf5ToolOutput final : public ToolOutput {
+ public:
+  Hdf5ToolOutput(const std::filesystem::path& file, const HapticRun& run)
+      : writer_(file, {run.title, run.text, run.runner.period, ""}, run.scene, run.options,
+                run.tissue) {}
+
+  void add(const TickRecord& record) override { writer_.add(record); }
+  void finish(const RunnerReport& report) override { writer_.finish(report); }
+  void fail(const std::string& error) override { writer_.fail(error); }
+  std::size_t bytes_per_tick() const override { return writer_.bytes_per_tick(); }
+
+ private:
+  HapticRecordingWriter writer_;
+};
+
+struct RecordedSummary {
+  ToolSummary ticks;
+  LatencyHistogram latency;
+  Scalar time = 0;
+};
+
+RecordedSummary summarize(const HapticRecordingReader& reader) {
+  RecordedSummary summary;
+  reader.for_each_tick([&](const RecordedTick& tick) {
+    summary.ticks.add(tick);
+    summary.latency.add(tick.latency);
+    summary.time += tick.time_passed();
+  });
+  return summary;
+}
+
+std::string end_of(const HapticRecordingReader& reader) {
+  if (!reader.end()) return "not ended: still running, or killed";
+  return reader.end()->error.empty() ? "completed" : "Error: " + reader.end()->error;
+}
+
+void print_json(const HapticRecordingReader& reader, const RecordedSummary& summary,
+                std::uintmax_t bytes) {
+  nlohmann::ordered_json json;
+  json["title"] = reader.header().title;
+  json["version"] = reader.header().version;
+  json["end"] = end_of(reader);
+  json["is_complete"] = reader.end().has_value();
+  json["ticks"] = reader.tick_count();
+  json["time"] = summary.time;
+  json["bytes_per_tick"] = reader.bytes_per_tick();
+  json["statuses"] = nlohmann::ordered_json::object();
+  for (const auto& [status, count] : summary.ticks.statuses) {
+    json["statuses"][words_of(status)] = count;
+  }
+  json["largest_force"] = summary.ticks.largest_force;
+  json["tissue_stopped"] = summary.ticks.tissue_stopped;
+  json["longest_tissue_lag"] = summary.ticks.longest_lag;
+  json["obstacles"] = nlohmann::ordered_json::array();
+  for (std::size_t k = 0; k < reader.scene().obstacles.size(); ++k) {
+    const ToolObstacle& obstacle = reader.scene().obstacles[k];
+    nlohmann::ordered_json line{{"name", obstacle.name}, {"margin", obstacle.margin}};
+    if (reader.tick_count() > 0) line["least_clearance"] = summary.ticks.least_clearance[k];
+    json["obstacles"].push_back(line);
+  }
+  json["latency_ns"] = {{"median", summary.latency.quantile(0.5).count()},
+                        {"p999", summary.latency.quantile(0.999).count()},
+                        {"worst", summary.latency.worst().count()}};
+  json["bytes"] = bytes;
+  std::cout << json.dump(-1, ' ', true, nlohmann::ordered_json::error_handler_t::replace) << '\n';
+}
+
+}  // namespace
+
+std::unique_ptr<ToolOutput> make_tool_output(const std::filesystem::path& file,
+                                             const HapticRun& run) {
+  return std::make_unique<Hdf5ToolOutput>(file, run);
+}
+
+ExitCode replay_tool(const std::filesystem::path& file) {
+  const HapticReplay replay = replay_haptic_recording(file);
+  std::printf("%lld ticks, %lld different", static_cast<long long>(replay.ticks),
+              static_cast<long long>(replay.differing));
+  if (replay.first_difference) {
+    std::printf(", the first is number %lld", static_cast<long long>(*replay.first_difference));
+  }
+  std::printf("\n");
+  if (replay.recorded_by != DYOP_VERSION) {
+    std::printf("recorded by dyop %s, replayed by %s: other versions may compute other bits\n",
+                replay.recorded_by.c_str(), DYOP_VERSION);
+  }
+  return replay.differing == 0 ? ExitCode::Answered : ExitCode::Different;
+}
+
+ExitCode print_haptic_recording(const std::filesystem::path& file, bool is_json) {
+  const HapticRecordingReader reader(file);
+  const RecordedSummary summary = summarize(reader);
+  const std::uintmax_t bytes = std::filesystem::file_size(file);
+  if (is_json) {
+    print_json(reader, summary, bytes);
+    return ExitCode::Answered;
+  }
+  std::printf("run of a tool     %s\n", reader.header().title.c_str());
+  std::printf("ended             %s\n", end_of(reader).c_str());
+  std::printf("ticks             %lld in %.9g s, %zu bytes each\n",
+              static_cast<long long>(reader.tick_count()), summary.time, reader.bytes_per_tick());
+  if (reader.end() && reader.end()->unlogged > 0) {
+    std::printf("missing           %lld ticks: it cannot be replayed\n",
+                static_cast<long long>(reader.end()->unlogged));
+  }
+  print_summary(summary.ticks, reader.scene().obstacles);
+  print_latency(summary.latency);
+  std::printf("size              %.4g MiB\n", double(bytes) / (1 << 20));
+  return ExitCode::Answered;
+}
+
+}  // namespace dyop::cli

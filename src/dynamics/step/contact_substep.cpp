@@ -1,0 +1,375 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "dynamics/step/contact_substep.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/tolerance.h"
+#include "dynamics/step/blocked/horizon.h"
+#include "dynamics/step/gaps/substep_ends.h"
+#include "dynamics/step/joint_rows.h"
+#include "dynamics/step/substep_problem.h"
+#include "dynamics/step/substep_proofs.h"
+#include "dynamics/step/spring_rows.h"
+#include "motion/guarded_state.h"
+
+namespace dyop::internal {
+namespace {
+
+using Member = IslandRun::Member;
+using RunPair = IslandRun::RunPair;
+
+// Limits on one attempt and on one substep.
+constexpr int kMostRounds = 8;
+constexpr int kMostErrorSolves = 4;
+constexpr int kMostAttempts = 8;
+constexpr int kMostSpinSweeps = 4;
+// Attempts that begin with what hits have found before. After that they may contradict each other.
+constexpr int kHitAttempts = 3;
+// A round has brought nothing if it leaves this part of the residual of the one before.
+constexpr Scalar kNoProgress = 0.9;
+// Substeps of a jam that only use the room that is left, in one step. By then it is a jam of more than
+// one pose.
+constexpr int kMostJams = 3;
+// Of a pair in a step. A hit that bodies do not meet where it ends the substep is one of a longer substep only,
+// such as one in which a joint throws about what spins fast; it is solved as a contact of that substep.
+constexpr int kMostMissedLandings = 2;
+// Substeps of a struck island, of a step.
+constexpr Scalar kStruckSubstepPart = 0.25;
+
+enum class AttemptResult { Committed, Blocked, Failed };
+
+// One attempt to step to one horizon.
+class ContactSubstep {
+ public:
+  ContactSubstep(IslandRun& run, Scalar tau, bool may_bounce, bool lands);
+  AttemptResult attempt();
+
+  /// Begins with contacts that hits have found from the same start.
+  void take(const std::vector<SubstepContact>& hits);
+  /// Those that this attempt has found.
+  void give(std::vector<SubstepContact>& hits) const;
+  BlockedSubstep blocked() const { return {blocked_at_ - run_.now(), must_land_, is_jammed_}; }
+  bool is_struck() const { return substep_.is_struck(); }
+  std::optional<PairKey> locked_by_friction() const { return substep_.locked_by_friction(); }
+
+ private:
+  void set_free_velocities();
+  void solve_move();
+  // A larger residual shows that constraints contradict each other.
+  Scalar contradiction() const { return kContradictionTolerances * 0.001 * substep_.rest_offset() / tau_; }
+  bool update_errors();
+  RigidPose end_pose(const std::optional<std::size_t>& member, const BodyRecord& body) const;
+  void make_moves();
+  bool answer_hits();
+  void store_velocities();
+  void commit(Scalar tau);
+
+  IslandRun& run_;
+  Scalar tau_;
+  bool may_bounce_;
+  bool lands_;  // the horizon ends at a hit to be resolved there
+  SubstepProblem substep_;
+  std::optional<SpringRows> springs_;  // after the joints' rows
+  std::vector<Wrench> wrenches_;
+  std::vector<Vector3> free_L_W_;
+  std::vector<BodyMove> moves_;
+  std::vector<PairPoses> poses_;  // by pair
+  SubstepProofs proofs_;
+  std::vector<Vector3> stored_v_W_;
+  std::vector<Vector3> stored_L_W_;
+  Scalar residual_ = 0;
+  bool is_solved_ = false;
+  bool ends_short_ = false;  // some contact, below what is kept
+  bool targets_are_zero_ = false;
+  Scalar blocked_at_ = run_.now();
+  bool must_land_ = false;
+  bool is_jammed_ = false;
+  std::optional<AdvanceStatus> failure_;
+};
+
+ContactSubstep::ContactSubstep(IslandRun& run, Scalar tau, bool may_bounce, bool lands)
+    : run_(run), tau_(tau), may_bounce_(may_bounce), lands_(lands), substep_(run), proofs_(run, tau) {
+  for (const Member& member : run.members()) {
+    const MotionState state = motion_state(
+        member.body->definition.mass_properties, member.state.X_WM, member.state.v_W,
+        member.body->angular_mobility(member.state.X_WM.rotation()) * member.state.L_W);
+    wrenches_.push_back(total_wrench(*member.body, run.context().gravity_W, run.now(), state));
+  }
+  substep_.take_contacts([&](const RunPair& pair, const ContactPoint& point) {
+    // Contacts about to bounce are left to the impact law.
+    return !(may_bounce_ && bounces(run_, pair, normal_velocity(run_, pair, point)));
+  });
+  for (const RunPair& pair : run.pairs()) {
+    const RigidPose X_WA = run.pose_of(pair.member_a, *pair.a);
+    const RigidPose X_WB = run.pose_of(pair.member_b, *pair.b);
+    poses_.push_back({X_WA, X_WB, X_WA, X_WB});
+  }
+  substep_.take_joints(tau_ / 2);
+  springs_.emplace(substep_, tau_);
+}
+
+// Velocities after half a kick; the angular one is that at the middle of the substep and solves w =
+// I(exp(tau w / 2) R)^-1 L.
+void ContactSubstep::set_free_velocities() {
+  free_L_W_.clear();
+  const bool is_first = moves_.empty();
+  for (std::size_t i = 0; i < run_.members().size(); ++i) {
+    const Member& member = run_.members()[i];
+    const Matrix3& R = member.state.X_WM.rotation();
+    ContactBody& body = substep_.problem().bodies[i];
+    body.free_v_W = member.state.v_W + tau_ / 2 * member.body->inverse_mass * wrenches_[i].force;
+    const Vector3 L = member.state.L_W + tau_ / 2 * wrenches_[i].torque;
+    Vector3 w = is_first ? Vector3(member.body->angular_mobility(R) * L) : body.w_W;
+    Matrix3 R_mid = R;
+    for (int k = 0; k < (is_first ? kMostSpinSweeps : 1); ++k) {
+      if (!w.isZero(0)) R_mid = rotation_from_vector(tau_ / 2 * w) * R;
+      if (is_first) w = member.body->angular_mobility(R_mid) * L;
+    }
+    substep_.set_mobility(i, R_mid);
+    body.free_w_W = body.inverse_inertia_W * L;
+    free_L_W_.push_back(L);
+  }
+  substep_.set_supports(tau_);
+}
+
+void ContactSubstep::take(const std::vector<SubstepContact>& hits) {
+  for (const SubstepContact& hit : hits) substep_.add(hit);
+}
+
+// Not what was found while targets were zero: bodies then move as they never will.
+void ContactSubstep::give(std::vector<SubstepContact>& hits) const {
+  if (targets_are_zero_) return;
+  hits.clear();
+  for (const SubstepContact& entry : substep_.contacts()) {
+    if (!entry.index) hits.push_back({entry.pair, std::nullopt, entry.point});
+  }
+}
+
+void ContactSubstep::solve_move() {
+  set_free_velocities();
+  set_joint_targets(substep_, tau_);
+  springs_->set_targets();
+  const auto solve = [this] {
+    substep_.set_targets(tau_, !targets_are_zero_);
+    const ContactReport report = substep_.solve(tau_);
+    residual_ = report.residual;
+    is_solved_ = report.status == ContactStatus::Converged;
+  };
+  solve();
+  if (residual_ > contradiction() && !targets_are_zero_) {
+    // Extrapolated constraints can contradict each other; "move along together" is always feasible.
+    targets_are_zero_ = true;
+    solve();
+  }
+}
+
+void ContactSubstep::make_moves() {
+  moves_.clear();
+  for (std::size_t i = 0; i < run_.members().size(); ++i) {
+    const Member& member = run_.members()[i];
+    const ContactBody& body = substep_.problem().bodies[i];
+    moves_.push_back(twist_move(*member.body, member.state, run_.now(), body.v_W, body.w_W));
+  }
+  for (std::size_t i = 0; i < run_.pairs().size(); ++i) {
+    const RunPair& pair = run_.pairs()[i];
+    poses_[i].X_WA_end = end_pose(pair.member_a, *pair.a);
+    poses_[i].X_WB_end = end_pose(pair.member_b, *pair.b);
+  }
+}
+
+RigidPose ContactSubstep::end_pose(const std::optional<std::size_t>& member,
+                               const BodyRecord& body) const {
+  const Scalar t_end = run_.now() + tau_;
+  if (member) return moves_[*member].motion->pose(t_end);
+  if (body.definition.kind == BodyKind::Kinematic) return body.definition.motion->pose(t_end);
+  return body.X_WB();
+}
+
+// Returns whether the prediction of some gap has changed so much that the solve must be repeated.
+bool ContactSubstep::update_errors() {
+  const PartTimer timing = run_.timer(&StepTimes::ends);
+  bool has_changed = false;
+  ends_short_ = false;
+  std::vector<std::size_t> sought;
+  for (std::size_t i = 0; i < substep_.contacts().size(); ++i) {
+    if (!substep_.end_is_known(i, tau_)) sought.push_back(i);
+  }
+  const std::vector<EndGap> ends = find_ends(substep_, tau_, poses_, sought);
+  for (std::size_t k = 0; k < sought.size(); ++k) {
+    has_changed = substep_.take_end(sought[k], ends[k], tau_) || has_changed;
+  }
+  for (std::size_t i = 0; i < substep_.contacts().size() && !ends_short_; ++i) {
+    ends_short_ = substep_.ends_short(i, tau_);
+  }
+  const auto end = [this](const auto& member, const auto& body) { return end_pose(member, body); };
+  has_changed = springs_->update(end) || has_changed;
+  return update_joint_errors(substep_, tau_, end) || has_changed;
+}
+
+// Turns hits into contacts. Returns false if a hit must be resolved where it happened instead.
+bool ContactSubstep::answer_hits() {
+  const std::vector<Certificate>& certificates = proofs_.certificates();
+  const std::size_t first = proofs_.first_hit();
+  const ToiResult& met = *certificates[first].result;
+  blocked_at_ = met.t_safe;
+  failure_ = failure_of(met.status);
+  if (failure_) {
+    run_.fail(*failure_, run_.pairs()[first].state->key);
+    return false;
+  }
+  RunPair& pair = run_.pairs()[first];
+  const Scalar speed = met.contact->closing_speed;
+  const bool is_violent = speed * tau_ > pair.state->lengths.radius / 4;
+  const bool is_event = run_.context().options->policy != ImpactPolicy::Impulse &&
+                        speed > run_.restitution_speed(pair);
+  const bool may_land = pair.missed_landings < kMostMissedLandings && met.t_safe > run_.now();
+  if (may_bounce_ && may_land && (is_violent || is_event || bounces(run_, pair, -speed))) {
+    pair.hit = met;
+    must_land_ = true;
+    return false;
+  }
+  for (std::size_t i = 0; i < certificates.size(); ++i) {
+    const auto& result = certificates[i].result;
+    if (certificates[i].proof || result->status != ToiStatus::Impact) continue;
+    substep_.add_hit(i, point_of_hit(*result, poses_[i].X_WA, poses_[i].X_WB), tau_);
+  }
+  return true;
+}
+
+// The velocity that moved the bodies, minus what only recovered their gaps.
+void ContactSubstep::store_velocities() {
+  bool has_recovery = false;
+  std::vector<Scalar> targets;
+  for (std::size_t i = 0; i < substep_.contacts().size(); ++i) {
+    const SubstepContact& entry = substep_.contacts()[i];
+    const PointContact& row = substep_.problem().contacts[i];
+    const Scalar bend = std::min(-entry.error / tau_, substep_.bending_velocity(i, tau_));
+    const Scalar physical = std::min(row.target, std::max(0.0, bend));
+    targets.push_back(physical);
+    if (row.target > physical && row.impulse_W.dot(row.nhat_AB_W) > 0) has_recovery = true;
+  }
+  substep_.keep_row_impulses();
+  has_recovery = release_joint_recovery(substep_, tau_) || has_recovery;
+  if (has_recovery) {
+    springs_->set_targets();
+    for (std::size_t i = 0; i < targets.size(); ++i) substep_.set_target(i, targets[i]);
+    residual_ = std::max(residual_, substep_.solve(tau_).residual);
+  }
+  for (std::size_t i = 0; i < run_.members().size(); ++i) {
+    stored_v_W_.push_back(substep_.problem().bodies[i].v_W);
+  }
+  stored_L_W_ = substep_.angular_momenta(free_L_W_);
+}
+
+// Advances to now + tau, tau <= tau_, with the proofs at hand.
+void ContactSubstep::commit(Scalar tau) {
+  store_velocities();
+  const Scalar t_end = run_.now() + tau;
+  std::vector<PairProof> proofs;
+  std::vector<Scalar> closings;
+  const std::vector<Certificate>& certificates = proofs_.certificates();
+  for (std::size_t i = 0; i < certificates.size(); ++i) {
+    const Certificate& certificate = certificates[i];
+    closings.push_back(certificate.closing);
+    PairState& state = *run_.pairs()[i].state;
+    proofs.push_back(certificate.proof
+                         ? *certificate.proof
+                         : *PairProof::by_query(state, {run_.now(), t_end}, *certificate.result));
+    state.residual = residual_;
+  }
+  for (const SubstepContact& entry : substep_.contacts()) {
+    if (!entry.index) continue;
+    const std::size_t row = static_cast<std::size_t>(&entry - substep_.contacts().data());
+    run_.pairs()[entry.pair].state->points()[*entry.index].impulse_W =
+        substep_.problem().contacts[row].impulse_W;
+  }
+  for (std::size_t i = 0; i < run_.members().size(); ++i) {
+    Member& member = run_.members()[i];
+    const RigidPose X_WB = without_drift(moves_[i].motion->pose(t_end));
+    // The rest of the kick belongs to the end; a substep that was cut short has had too much of it.
+    member.state.v_W =
+        stored_v_W_[i] + (tau - tau_) / 2 * member.body->inverse_mass * wrenches_[i].force;
+    member.state.L_W = stored_L_W_[i] + (tau - tau_) / 2 * wrenches_[i].torque;
+    springs_->add_cut(tau / tau_, i, member.state.v_W, member.state.L_W);
+    member.state.X_WM = central_pose(*member.body, X_WB);
+  }
+  springs_->keep_impulses(tau / tau_);
+  run_.commit_substep(t_end, moves_, std::move(proofs), closings);
+}
+
+AttemptResult ContactSubstep::attempt() {
+  Scalar hopeless = contradiction();
+  for (int round = 0; round < kMostRounds; ++round) {
+    if (run_.must_stop()) return AttemptResult::Failed;
+    for (int k = 0; k < kMostErrorSolves; ++k) {
+      solve_move();
+      if (substep_.turns_too_far(tau_)) return AttemptResult::Blocked;
+      make_moves();
+      const bool has_changed = update_errors();
+      // A struck island is solved again only for what would be hit.
+      if (!(substep_.is_struck() ? ends_short_ : has_changed)) break;
+    }
+    if (joints_are_guessed(substep_, tau_)) return AttemptResult::Blocked;
+    proofs_.find(moves_);
+    if (proofs_.is_complete()) {
+      commit(tau_);
+      solve_contact_node(run_, tau_, may_bounce_);
+      return AttemptResult::Committed;
+    }
+    ++run_.outcome().work.rounds;
+    const std::size_t known = substep_.contacts().size();
+    if (answer_hits()) {
+      if (proofs_.is_hopeless()) return AttemptResult::Blocked;
+      // The next round would only fail to solve the same problem.
+      const bool is_same = targets_are_zero_ && !substep_.asks_more(known, tau_, false);
+      is_jammed_ = is_same && !is_solved_ && residual_ > hopeless && !substep_.is_struck();
+      hopeless = std::min(hopeless, kNoProgress * residual_);
+      if (is_same && is_solved_) return AttemptResult::Blocked;
+      if (is_jammed_) return AttemptResult::Blocked;
+      continue;
+    }
+    if (failure_) return AttemptResult::Failed;
+    if (!lands_) return AttemptResult::Blocked;
+    const Scalar tau = blocked_at_ - run_.now();
+    commit(tau);
+    solve_contact_node(run_, tau, may_bounce_);
+    return AttemptResult::Committed;
+  }
+  return AttemptResult::Blocked;
+}
+
+}  // namespace
+
+bool run_contact_substep(IslandRun& run, bool may_bounce) {
+  Horizon horizon(run.remaining());
+  std::vector<SubstepContact> hits;
+  for (int attempt = 0; attempt < kMostAttempts; ++attempt) {
+    if (!(run.now() + horizon.tau() > run.now())) return false;
+    ContactSubstep substep(run, horizon.tau(), may_bounce, horizon.lands());
+    const Scalar struck_tau = kStruckSubstepPart * run.context().h;
+    // literal: rounding cuts no substep
+    if (attempt == 0 && horizon.tau() > struck_tau * (1 + 1e-9) && substep.is_struck()) {
+      horizon.set(struck_tau);
+      continue;
+    }
+    if (!horizon.lands()) {
+      for (RunPair& pair : run.pairs()) pair.hit.reset();
+    }
+    if (attempt < kHitAttempts) substep.take(hits);
+    const AttemptResult result = substep.attempt();
+    if (result == AttemptResult::Committed || result == AttemptResult::Failed) return true;
+    substep.give(hits);
+    horizon.shorten(substep.blocked());
+    const bool is_last = attempt + 1 == kMostAttempts || !(run.now() + horizon.tau() > run.now());
+    const bool is_jam = horizon.only_uses_room() && run.count_jam() > kMostJams;
+    if (!is_last && !is_jam) continue;
+    if (const auto pair = substep.locked_by_friction()) {
+      run.fail(AdvanceStatus::Blocked, *pair);
+      return true;
+    }
+  }
+  return false;
+}
+
+}  // namespace dyop::internal

@@ -1,0 +1,351 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "dynamics/step/substep_problem.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "core/tolerance.h"
+
+namespace dyop::internal {
+namespace {
+
+// An island of more contacts is large. Its tolerance is this part of its speed while it moves by more
+// than a rest offset per step, and falls with the square of its speed below that. Where something slides
+// slowly beside redundant contacts, solvers hardly reach that, and gain next to nothing once so many
+// factorisations have not halved the residual.
+constexpr std::size_t kLargeContacts = 300;
+constexpr Scalar kLargeSpeedTolerance = 1e-2;
+constexpr int kLargePatience = 30;
+// A large one in which something moves by so many rest offsets per step is struck if it has more contacts
+// per body than this, that is, one and a half times as many impulses as velocities: many cheap substeps
+// beat few exact ones. With fewer, as of links, impulses are nearly unique, and Newton's method finds
+// them soon. Its residual, in rest offsets per substep: so much less may a gap become than asked for. All
+// found by measurement.
+constexpr Scalar kStruckWay = 20;
+constexpr std::size_t kStruckContactsPerBody = 3;
+constexpr Scalar kStruckTolerance = 0.3;
+// Radians. A contact keeps its gap by its place at the end of a substep; beyond about this turn the next
+// prediction asks for more turn, and so on.
+constexpr Scalar kMostContactTurn = 1;
+// An island moves if its fastest body's way in a substep is this part of the rest offset or more, as for
+// sleep.
+constexpr Scalar kDriftWay = 0.01;
+// How much farther a contact is pushed that was hit, in rest offsets; doubled each time.
+constexpr Scalar kHitPush = 0.5;
+
+}  // namespace
+
+SubstepProblem::SubstepProblem(IslandRun& run) : run_(run) {
+  std::vector<SubstepMemory>& spare = run.workspace().spare;
+  if (!spare.empty()) {
+    memory_ = std::move(spare.back());
+    spare.pop_back();
+  }
+  for (const IslandRun::Member& member : run.members()) {
+    ContactBody body;
+    body.inverse_mass_W = member.body->linear_mobility();
+    problem_.bodies.push_back(body);
+    centers_.push_back(member.state.X_WM.translation());
+    set_mobility(problem_.bodies.size() - 1, member.state.X_WM.rotation());
+    const Vector3 w_W = problem_.bodies.back().inverse_inertia_W * member.state.L_W;
+    start_speed_ =
+        std::max(start_speed_, member.state.v_W.norm() + w_W.norm() * member.body->radius);
+  }
+  for (const IslandRun::RunPair& pair : run.pairs()) {
+    rest_offset_ = std::min(rest_offset_, pair.state->lengths.rest_offset);
+  }
+}
+
+SubstepProblem::~SubstepProblem() {
+  contacts_.clear();
+  problem_.bodies.clear();
+  problem_.contacts.clear();
+  problem_.rows.clear();
+  problem_.friction_law = nullptr;
+  run_.workspace().spare.push_back(std::move(memory_));
+}
+
+void SubstepProblem::set_mobility(std::size_t member, const Matrix3& R_WB) {
+  problem_.bodies[member].inverse_inertia_W = run_.members()[member].body->angular_mobility(R_WB);
+}
+
+void SubstepProblem::set_supports(Scalar tau) {
+  for (const auto& [slot, index] : supports_) {
+    const BodyRecord& body = run_.context().body(slot);
+    if (body.definition.kind != BodyKind::Kinematic) continue;
+    const Motion& motion = *body.definition.motion;
+    ContactBody& support = problem_.bodies[index];
+    if (tau > 0) {
+      const RigidPose begin = motion.pose(run_.now());
+      const RigidPose end = motion.pose(run_.now() + tau);
+      support.free_v_W = (end.translation() - begin.translation()) / tau;
+      support.free_w_W = rotation_vector(end.rotation() * begin.rotation().transpose()) / tau;
+    } else {
+      const Twist twist = run_.central_twist(std::nullopt, body);
+      support.free_v_W = twist.v_WB;
+      support.free_w_W = twist.w_WB;
+    }
+    support.v_W = support.free_v_W;
+    support.w_W = support.free_w_W;
+  }
+}
+
+std::size_t SubstepProblem::body_index(const std::optional<std::size_t>& member,
+                                   const BodyRecord& body) const {
+  if (member) return *member;
+  for (const auto& [slot, index] : supports_) {
+    if (slot == body.id.slot) return index;
+  }
+  throw InternalError("contact with a body outside its island");
+}
+
+void SubstepProblem::ensure_support(const std::optional<std::size_t>& member, const BodyRecord& body) {
+  if (member) return;
+  for (const auto& [slot, index] : supports_) {
+    if (slot == body.id.slot) return;
+  }
+  supports_.emplace_back(body.id.slot, problem_.bodies.size());
+  problem_.bodies.emplace_back();
+  centers_.push_back(central_pose(body, run_.pose_of(member, body)).translation());
+}
+
+std::size_t SubstepProblem::take_body(const BodyRecord& body) {
+  const auto member = run_.member_at(body.id);
+  ensure_support(member, body);
+  rest_offset_ = std::min(rest_offset_, kRestOffsetTargets * kTargetRadiusFraction * body.radius);
+  return body_index(member, body);
+}
+
+void SubstepProblem::take_joints(Scalar tau) {
+  for (JointState* joint : run_.joints()) {
+    const BodyRecord& a = run_.context().body(joint->definition.a.slot);
+    const BodyRecord& b = run_.context().body(joint->definition.b.slot);
+    const auto member_a = run_.member_at(a.id);
+    const auto member_b = run_.member_at(b.id);
+    const std::size_t body_a = take_body(a);
+    const std::size_t body_b = take_body(b);
+    const Scalar radius = std::min(a.radius, b.radius);
+    const std::vector<JointEquation> equations = joint_equations(
+        joint->definition, a, run_.pose_of(member_a, a), b, run_.pose_of(member_b, b), radius);
+    joint->impulses.resize(equations.size(), 0);
+    for (std::size_t k = 0; k < equations.size(); ++k) {
+      JointRow row = equations[k].row;
+      row.body_a = body_a;
+      row.body_b = body_b;
+      row.impulse = joint->impulses[k];
+      if (equations[k].kind == JointEquation::Kind::Limit) row.lower = 0;
+      if (equations[k].kind == JointEquation::Kind::Motor) {
+        row.lower *= tau;
+        row.upper *= tau;
+      }
+      problem_.rows.push_back(row);
+      rows_.push_back({joint, k, equations[k], 0});
+    }
+  }
+}
+
+Scalar SubstepProblem::row_velocity(std::size_t row) const {
+  const JointRow& entry = problem_.rows[row];
+  const ContactBody& a = problem_.bodies[entry.body_a];
+  const ContactBody& b = problem_.bodies[entry.body_b];
+  return entry.j_av_W.dot(a.v_W) + entry.j_aw_W.dot(a.w_W) + entry.j_bv_W.dot(b.v_W) +
+         entry.j_bw_W.dot(b.w_W);
+}
+
+void SubstepProblem::keep_row_impulses() {
+  for (std::size_t i = 0; i < rows_.size(); ++i) {
+    rows_[i].joint->impulses[rows_[i].index] = problem_.rows[i].impulse;
+  }
+}
+
+void SubstepProblem::add(const SubstepContact& contact) {
+  const IslandRun::RunPair& pair = run_.pairs()[contact.pair];
+  ensure_support(pair.member_a, *pair.a);
+  ensure_support(pair.member_b, *pair.b);
+  PointContact row;
+  row.body_a = body_index(pair.member_a, *pair.a);
+  row.body_b = body_index(pair.member_b, *pair.b);
+  // Both bodies get the impulse at the middle of the gap, so that it adds no torque of its own.
+  const Vector3 middle = (contact.point.p_WCa + contact.point.p_WCb) / 2;
+  row.r_a_W = middle - center_of(row.body_a);
+  row.r_b_W = middle - center_of(row.body_b);
+  row.nhat_AB_W = contact.point.nhat_AB_W;
+  row.friction = pair.friction;
+  row.rolling_friction =
+      std::max(pair.a->definition.rolling_friction, pair.b->definition.rolling_friction);
+  row.torsional_friction =
+      std::max(pair.a->definition.torsional_friction, pair.b->definition.torsional_friction);
+  row.impulse_W = contact.point.impulse_W;
+  problem_.contacts.push_back(row);
+  contacts_.push_back(contact);
+}
+
+// The contact that a hit repeats: near it, and moving with the last velocities by less than a push
+// differently along the hit's normal. What slides into the next facet of a polygon hits another
+// contact, however small the angle: no push along the first facet's normal answers that one.
+SubstepContact* SubstepProblem::known_at(std::size_t pair, const ContactPoint& point, Scalar tau) {
+  const PairLengths& lengths = run_.pairs()[pair].state->lengths;
+  SubstepContact* known = nullptr;
+  Scalar least = kHitPush * lengths.rest_offset;
+  for (std::size_t i = 0; i < contacts_.size(); ++i) {
+    const ContactPoint& other = contacts_[i].point;
+    if (contacts_[i].pair != pair || !(other.nhat_AB_W.dot(point.nhat_AB_W) > 0.9)) continue;
+    if (!((other.p_WCa - point.p_WCa).norm() < 0.05 * lengths.radius)) continue;
+    const Vector3 way = tau * relative_velocity(i);
+    const Scalar difference = std::abs(way.dot(other.nhat_AB_W - point.nhat_AB_W));
+    if (!(difference < least)) continue;
+    least = difference;
+    known = &contacts_[i];
+  }
+  return known;
+}
+
+void SubstepProblem::add_hit(std::size_t pair, const ContactPoint& point, Scalar tau) {
+  if (SubstepContact* known = known_at(pair, point, tau)) {
+    const Scalar rest_offset = run_.pairs()[pair].state->lengths.rest_offset;
+    known->push += kHitPush * rest_offset * std::exp2(std::min(known->hits++, 4));
+    return;
+  }
+  SubstepContact entry;
+  entry.pair = pair;
+  entry.point = point;
+  add(entry);
+}
+
+void SubstepProblem::add_from_below(std::vector<Place> places) {
+  std::stable_sort(places.begin(), places.end(),
+                   [](const Place& x, const Place& y) { return x.height < y.height; });
+  for (const Place& place : places) {
+    const PairState& state = *run_.pairs()[place.pair].state;
+    add({place.pair, place.index, state.points()[place.index]});
+  }
+  first_contacts_ = contacts_.size();
+}
+
+// To a part of the speed with which the island moves. Of bodies at rest that is what the last
+// solves left, not what gravity would give them in a step: else stacks sway with the solver's error.
+Scalar SubstepProblem::tolerance(Scalar tau) const {
+  tau = std::max(tau, least_substep());
+  Scalar fastest = start_speed_;
+  for (const ContactBody& body : problem_.bodies) {
+    if (body.inverse_mass_W.isZero(0)) fastest = std::max(fastest, body.free_v_W.norm());
+  }
+  const Scalar usual = contact_tolerance(fastest, rest_offset_, tau);
+  // So few bodies are solved exactly in no time.
+  const bool is_small = run_.members().size() <= kContactFewBodies;
+  const Scalar exact =
+      std::max(kContactSpeedTolerance * fastest, kContactRestTolerance * rest_offset_ / tau);
+  if (is_large()) {
+    const Scalar way = fastest * tau / rest_offset_;  // in a substep, in rest offsets
+    const Scalar loose = kContactLooseTolerance * rest_offset_ / tau;
+    return std::max(usual,
+                    std::min(kLargeSpeedTolerance * std::min(way, Scalar{1}) * fastest, loose));
+  }
+  return is_small ? std::min(usual, exact) : usual;
+}
+
+bool SubstepProblem::is_large() const {
+  return contacts_.size() > kLargeContacts && run_.members().size() > kContactFewBodies;
+}
+
+bool SubstepProblem::turns_too_far(Scalar tau) const {
+  for (std::size_t i = 0; i < run_.members().size(); ++i) {
+    const ContactBody& body = problem_.bodies[i];
+    if (tau * (body.w_W - body.free_w_W).norm() > kMostContactTurn) return true;
+  }
+  return false;
+}
+
+bool SubstepProblem::is_struck() const {
+  return first_contacts_ > kLargeContacts && run_.members().size() > kContactFewBodies &&
+         first_contacts_ > kStruckContactsPerBody * run_.members().size() &&
+         start_speed_ * run_.context().h > kStruckWay * rest_offset_;
+}
+
+bool SubstepProblem::loads_may_drift(Scalar tau) const {
+  return !is_large() && start_speed_ * tau > kDriftWay * rest_offset_;
+}
+
+Scalar SubstepProblem::impact_tolerance(Scalar tau) const {
+  Scalar fastest = 0;
+  for (const ContactBody& body : problem_.bodies) {
+    fastest = std::max(fastest, body.free_v_W.norm());
+  }
+  constexpr Scalar kLeast = 1e-10;  // literal: of the rest offset per step
+  return std::max(kImpactSpeedNoise * fastest, kLeast * rest_offset_ / tau);
+}
+
+ContactReport SubstepProblem::solve(Scalar tau, bool is_impact) {
+  StepStatistics& work = run_.outcome().work;
+  work.contacts = std::max(work.contacts, std::int64_t(contacts_.size()));
+  if (contacts_.empty() && problem_.rows.empty()) {
+    for (ContactBody& body : problem_.bodies) {
+      body.v_W = body.free_v_W;
+      body.w_W = body.free_w_W;
+    }
+    ContactReport report;
+    report.status = ContactStatus::Converged;
+    return report;
+  }
+  ContactSolverOptions options = run_.context().options->solver;
+  options.tolerance = is_impact ? impact_tolerance(tau) : tolerance(tau);
+  if (is_large()) {
+    // What one round does not solve there a second hardly ever does, at the price of the first.
+    options.cascade_rounds = std::min(options.cascade_rounds, 1);
+    options.patience = std::min(options.patience, kLargePatience);
+  }
+  if (is_struck()) {
+    options.tolerance = std::max(options.tolerance, kStruckTolerance * rest_offset_ / tau);
+    options.newton_limit = 0;
+    options.admm_limit = 0;
+  }
+  if (const auto& law = run_.context().options->friction_law) {
+    problem_.friction_law = [this, &law](std::size_t contact, const Vector3& sliding_W) {
+      const IslandRun::RunPair& pair = run_.pairs()[contacts_[contact].pair];
+      return law(pair.a->id, pair.b->id, sliding_W);
+    };
+  }
+  const PartTimer timing = run_.timer(&StepTimes::solve);
+  const ContactReport report = run_.workspace().solver.solve(problem_, options);
+  work.residual = std::max(work.residual, report.residual);
+  if (report.status != ContactStatus::Converged) ++work.unconverged;
+  return report;
+}
+
+Vector3 SubstepProblem::relative_velocity(std::size_t contact) const {
+  const PointContact& row = problem_.contacts[contact];
+  const ContactBody& a = problem_.bodies[row.body_a];
+  const ContactBody& b = problem_.bodies[row.body_b];
+  return b.v_W + b.w_W.cross(row.r_b_W) - a.v_W - a.w_W.cross(row.r_a_W);
+}
+
+Vector3 SubstepProblem::relative_turn(std::size_t contact) const {
+  const PointContact& row = problem_.contacts[contact];
+  return problem_.bodies[row.body_b].w_W - problem_.bodies[row.body_a].w_W;
+}
+
+std::vector<Vector3> SubstepProblem::angular_momenta(std::vector<Vector3> free_L_W) const {
+  const std::size_t count = free_L_W.size();
+  for (const PointContact& row : problem_.contacts) {
+    if (row.body_a < count) {
+      free_L_W[row.body_a] -= row.r_a_W.cross(row.impulse_W) + row.angular_impulse_W;
+    }
+    if (row.body_b < count) {
+      free_L_W[row.body_b] += row.r_b_W.cross(row.impulse_W) + row.angular_impulse_W;
+    }
+  }
+  for (const JointRow& row : problem_.rows) {
+    if (row.body_a < count) free_L_W[row.body_a] += row.impulse * row.j_aw_W;
+    if (row.body_b < count) free_L_W[row.body_b] += row.impulse * row.j_bw_W;
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    const LockedAxes& locked = run_.members()[i].body->definition.locked;
+    for (Eigen::Index k = 0; k < 3; ++k) {
+      if (locked.rotation[static_cast<std::size_t>(k)]) free_L_W[i][k] = 0;
+    }
+  }
+  return free_L_W;
+}
+
+}  // namespace dyop::internal

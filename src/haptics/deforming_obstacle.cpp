@@ -1,0 +1,361 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "haptics/deforming_obstacle.h"
+
+#include <algorithm>
+
+#include "dyop/core/error.h"
+#include "toi/deforming/chord_gap.h"
+#include "toi/deforming/listed_impact.h"
+#include "toi/impact_band.h"
+#include "haptics/surface_cone.h"
+
+namespace dyop::internal {
+namespace {
+
+// How much a neighbouring piece of surface may rise along a contact's normal, as for
+// ContactGeneratorOptions.
+constexpr Scalar kConeSine = 0.02;
+constexpr Scalar kBorderSine = 1e-3;
+
+// A motion is long if it is longer than this part of a body's thickness.
+constexpr Scalar kThicknesses = 8;
+
+// The tolerance for one side of a pair of features. Unless a vertex is over a face or two edges
+// cross, the normal tilts with every sideways shift.
+Scalar sine_for(const PieceDistance& pair) {
+  const bool is_face =
+      pair.feature_a.kind == FeatureKind::Face || pair.feature_b.kind == FeatureKind::Face;
+  const bool is_crossing =
+      pair.feature_a.kind == FeatureKind::Edge && pair.feature_b.kind == FeatureKind::Edge;
+  return is_face || is_crossing ? kConeSine : kBorderSine;
+}
+
+FeatureKey key_of(const Feature& feature, std::int32_t triangle, std::int32_t piece) {
+  // An edge is named by its first vertex: unique enough for a warm start.
+  const bool is_face = feature.kind == FeatureKind::Face;
+  return {feature.kind, piece, is_face ? triangle : feature.vertices[0]};
+}
+
+// Weights of the corners of a triangle at its point nearest to p, by areas; any that sum to one if
+// the triangle has none.
+std::array<Scalar, 3> weights_at(const Triangle& t, const Vector3& p) {
+  const Vector3 m = (t[1] - t[0]).cross(t[2] - t[0]);
+  const Scalar m_sq = m.squaredNorm();
+  if (!(m_sq > 0)) return {1, 0, 0};
+  const Scalar u = (p - t[0]).cross(t[2] - t[0]).dot(m) / m_sq;
+  const Scalar v = (t[1] - t[0]).cross(p - t[0]).dot(m) / m_sq;
+  return {1 - u - v, u, v};
+}
+
+}  // namespace
+
+DeformingObstacle::DeformingObstacle(const std::vector<Vector3>& vertices,
+                                     const std::vector<TriangleIndices>& triangles)
+    : meshes_{Surface({vertices, vertices, triangles}, 0),
+              Surface({vertices, vertices, triangles}, 0)} {}
+
+bool DeformingObstacle::give(std::span<const Vector3> vertices, Scalar duration) {
+  DYOP_REQUIRE(duration > 0 && duration < kInfinity,
+               "give_snapshot: duration must be finite and > 0, not ", duration);
+  if (has_next_.load(std::memory_order_acquire)) return false;
+  // The tick changes the shown mesh only while there is a next one.
+  const Surface& last = meshes_[shown_];
+  DYOP_REQUIRE(vertices.size() == last.mesh.end().size(), "give_snapshot: the mesh has ",
+               last.mesh.end().size(), " vertices, not ", vertices.size());
+  if (spare().version != last.version) spare() = last;
+  spare().mesh.refit(last.mesh.end(), vertices);
+  spare().slabs.fit(spare().mesh);
+  hand_over(duration);
+  return true;
+}
+
+bool DeformingObstacle::give_mesh(std::span<const Vector3> vertices,
+                                  std::span<const TriangleIndices> triangles) {
+  if (has_next_.load(std::memory_order_acquire)) return false;
+  const std::vector<Vector3> places(vertices.begin(), vertices.end());
+  DeformingMesh mesh(places, places, {triangles.begin(), triangles.end()});
+  spare() = Surface(std::move(mesh), meshes_[shown_].version + 1);
+  hand_over(0);
+  return true;
+}
+
+void DeformingObstacle::hand_over(Scalar duration) {
+  next_duration_ = duration;
+  has_next_.store(true, std::memory_order_release);
+}
+
+bool DeformingObstacle::start_tick() {
+  is_next_seen_ = has_next_.load(std::memory_order_acquire);
+  const std::int64_t seen = snapshots_taken_ + (is_next_seen_ ? 1 : 0);
+  const bool is_there = fraction_ >= 1 && !is_next_seen_;
+  if (seen > snapshots_seen_ || is_there) lag_ = 0;
+  snapshots_seen_ = seen;
+  return time_left() == kInfinity && go_on();
+}
+
+Scalar DeformingObstacle::time_left() const {
+  return rate() > 0 ? (1 - fraction_) / rate() : kInfinity;
+}
+
+Scalar DeformingObstacle::fraction_after(Scalar dt) const {
+  return dt >= time_left() ? 1 : std::min(Scalar{1}, fraction_ + dt * rate());
+}
+
+void DeformingObstacle::pass(Scalar dt) {
+  fraction_ = fraction_after(dt);
+}
+
+bool DeformingObstacle::go_on() {
+  if (fraction_ < 1) return false;
+  rate_ = 0;
+  if (!is_next_seen_) return false;
+  is_next_seen_ = false;
+  shown_ = 1 - shown_;
+  const bool is_other_mesh = !(next_duration_ > 0);
+  if (!is_other_mesh) {
+    fraction_ = 0;
+    rate_ = 1 / next_duration_;
+  }
+  ++snapshots_taken_;
+  has_next_.store(false, std::memory_order_release);
+  return is_other_mesh;
+}
+
+Vector3 DeformingObstacle::place(std::int32_t vertex) const {
+  const Vector3& begin = shown().begin()[std::size_t(vertex)];
+  const Vector3& end = shown().end()[std::size_t(vertex)];
+  return fraction_ >= 1 ? end : Vector3(begin + fraction_ * (end - begin));
+}
+
+Vector3 DeformingObstacle::velocity_at(std::int32_t triangle, const Vector3& p_W, Scalar s) const {
+  const std::array<Scalar, 3> weights = weights_at(shown().triangle(triangle, s), p_W);
+  const TriangleIndices& t = shown().triangles()[std::size_t(triangle)];
+  Vector3 sum = Vector3::Zero();
+  for (std::size_t k = 0; k < 3; ++k) {
+    const auto vertex = std::size_t(t[k]);
+    sum += weights[k] * rate() * (shown().end()[vertex] - shown().begin()[vertex]);
+  }
+  return sum;
+}
+
+// The pairs that neither their distance nor their places at both ends prove apart: triangles, and
+// of a long motion boxes too, since all triangles that it could reach would be too many. One that
+// crosses at the start is enough: to list the others may take longer than a tick has.
+DeformingObstacle::Search DeformingObstacle::find_suspects(const CorePiece& piece,
+                                                           const BodyMotion& motion,
+                                                           const Approach& approach,
+                                                           WorkClock& clock, PairFront& front,
+                                                           std::vector<BoxPair>& suspects) const {
+  suspects.clear();
+  const StandingPair sides = standing(fraction_, piece, motion.X_WB.pose(0));
+  const auto nearest = front.measure_again(sides);
+  if (nearest && nearest->is_overlapping) return Search::Crossing;
+  const ChordGap chord(shown(), {fraction_, fraction_after(motion.duration)}, piece.mesh,
+                       motion.X_WB, motion.duration);
+  const Scalar far = approach.far + motion.displacement;
+  const Scalar reach = std::min(far, approach.far + motion.body.thickness / kThicknesses);
+  const auto is_over = [&] { return clock.is_over_small(); };
+  bool is_crossing = false;
+  bool is_through = front.refine(
+      sides, reach, is_over, [&](const PieceDistance& found, std::int32_t a, std::int32_t b) {
+        if (found.is_overlapping) {
+          is_crossing = true;
+          front.seed({0, a, b});
+          return -kInfinity;
+        }
+        const bool is_apart =
+            found.lower > 0 &&
+            chord.least(sides.a.triangle(a), sides.b.triangle(b), found.nhat_AB) > approach.near;
+        if (!is_apart) suspects.push_back({0, a, b});
+        return reach;
+      });
+  if (is_crossing) return Search::Crossing;
+  if (!is_through || reach == far) return is_through ? Search::Through : Search::CutOff;
+  const StandingPair sides_after =
+      standing(fraction_after(motion.duration), piece, motion.X_WB.pose(motion.duration));
+  is_through = front.for_each_between(
+      reach, far, is_over, [&](std::int32_t a, std::int32_t b, const Vector3& n_W) {
+        const bool is_apart = chord.least_of_boxes(sides, sides_after, a, b, n_W) > approach.near;
+        if (!is_apart) suspects.push_back({0, a, b});
+      });
+  return is_through ? Search::Through : Search::CutOff;
+}
+
+PairImpact DeformingObstacle::first_impact(const BodyMotion& motion, const ToiOptions& options,
+                                           WorkClock& clock, PairMemory& kept,
+                                           QueryMemory& memory) const {
+  kept.resize(motion.body.pieces.size());
+  PairImpact impact;
+  impact.status = ToiStatus::Separated;
+  impact.t_safe = motion.duration;
+  for (std::size_t k = 0; k < kept.size(); ++k) {
+    const CorePiece& piece = motion.body.pieces[k];
+    const Scalar target = options.target_distance + piece.radius;
+    const ImpactBand band(target, options.distance_tolerance.value());
+    const BodyMotion rest{motion.body, motion.X_WB, impact.t_safe, motion.displacement};
+    const Search search = clock.is_over()
+                              ? Search::CutOff
+                              : find_suspects(piece, rest, {band.leaf_target, band.largest_impact},
+                                              clock, kept[k].front, memory.pairs);
+    if (search == Search::Crossing) {
+      impact.status = ToiStatus::InitiallyWithinTarget;
+      impact.t_safe = 0;
+      return impact;
+    }
+    if (search == Search::CutOff || (!memory.pairs.empty() && clock.is_over())) {
+      impact.status = ToiStatus::BudgetExhausted;
+      impact.t_safe = 0;
+      return impact;
+    }
+    if (memory.pairs.empty()) continue;
+    ask(piece, rest, options, clock, memory, impact);
+    if (impact.status == ToiStatus::Separated) continue;
+    if (!(impact.t_safe > 0) || impact.status != ToiStatus::Impact) return impact;
+  }
+  return impact;
+}
+
+// Asks about the suspects.
+void DeformingObstacle::ask(const CorePiece& piece, const BodyMotion& motion,
+                            const ToiOptions& options, WorkClock& clock, QueryMemory& memory,
+                            PairImpact& impact) const {
+  ToiOptions lent = options;
+  clock.lend(lent);
+  lent.target_distance += piece.radius;
+  const ToiResult result = time_of_listed_impact(
+      shown(), {fraction_, fraction_after(motion.duration)}, piece.mesh, motion.X_WB,
+      {0, motion.duration}, lent, memory.workspace, memory.pairs);
+  clock.take_back(result);
+  ++impact.queries;
+  impact.node_pairs += result.statistics.node_pairs;
+  if (result.status == ToiStatus::Separated) return;
+  impact.status = result.status;
+  impact.t_safe = safe_time(result);
+  impact.has_hit = result.status == ToiStatus::Impact && result.contact.has_value();
+  if (!impact.has_hit) return;
+  const ImpactContact& contact = *result.contact;
+  const Vector3 p_WB = contact.p_WCb - piece.radius * contact.nhat_AB_W;
+  impact.hit.v_WA =
+      velocity_at(contact.triangle_a.value_or(0), contact.p_WCa, fraction_after(impact.t_safe));
+  impact.hit.p_WA = contact.p_WCa - impact.t_safe * impact.hit.v_WA;
+  impact.hit.p_WB = motion.X_WB.pose(0) * (result.X_WB.inverse() * p_WB);
+  impact.hit.nhat_AB_W = contact.nhat_AB_W;
+}
+
+bool DeformingObstacle::is_minimum(const CorePiece& piece, const RigidPose& X_WB,
+                                   const PieceDistance& pair, std::int32_t triangle_a,
+                                   std::int32_t triangle_b) const {
+  const Scalar sine = sine_for(pair);
+  const SurfaceCone own{meshes_[shown_].topology, shown().triangles()};
+  const Vector3& n_W = pair.nhat_AB;
+  if (!own.admits(pair.feature_a, triangle_a, n_W, sine,
+                  [&](std::int32_t vertex) { return place(vertex); })) {
+    return false;
+  }
+  const SurfaceCone other{piece.mesh.topology(), piece.mesh.triangles()};
+  const Vector3 n_B = -(X_WB.rotation().transpose() * n_W);
+  return other.admits(pair.feature_b, triangle_b, n_B, sine, [&](std::int32_t vertex) {
+    return piece.mesh.vertices()[std::size_t(vertex)];
+  });
+}
+
+void DeformingObstacle::add_holds(const ToolBody& body, const RigidPose& X_WB,
+                                  const ExpectedApproach& approach, WorkShare& share,
+                                  PairMemory& kept, QueryMemory& /*memory*/,
+                                  std::vector<HoldPoint>& holds) const {
+  kept.resize(body.pieces.size());
+  for (std::size_t k = 0; k < kept.size(); ++k) {
+    const CorePiece& piece = body.pieces[k];
+    const StandingPair sides = standing(fraction_, piece, X_WB);
+    ExpectedApproach of_core = approach;
+    of_core.least += piece.radius;
+    of_core.reach += piece.radius;
+    PieceDistance last;
+    const auto visit = [&](const PieceDistance& pair, std::int32_t a, std::int32_t b) {
+      const std::int32_t triangle_a = sides.a.triangle(a), triangle_b = sides.b.triangle(b);
+      // Triangles around the same vertices or edges have the same nearest points.
+      const bool is_same = pair.nhat_AB == last.nhat_AB && pair.p_a == last.p_a &&
+                           pair.feature_a == last.feature_a && pair.feature_b == last.feature_b;
+      last = pair;
+      if (is_same || !(pair.lower > 0) || !is_minimum(piece, X_WB, pair, triangle_a, triangle_b)) {
+        return;
+      }
+      HoldPoint hold;
+      hold.p_WA = pair.p_a;
+      hold.p_WB = pair.p_b - piece.radius * pair.nhat_AB;
+      hold.nhat_AB_W = pair.nhat_AB;
+      hold.v_WA = velocity_at(triangle_a, pair.p_a, fraction_);
+      hold.key = {key_of(pair.feature_a, triangle_a, 0),
+                  key_of(pair.feature_b, triangle_b, std::int32_t(k))};
+      holds.push_back(hold);
+    };
+    if (!kept[k].front.refine(
+            sides, of_core, [&] { return share.is_over_small(); }, visit))
+      return;
+  }
+}
+
+namespace {
+
+// Joins what is known of a piece to the least of its body.
+void join(const CorePiece& piece, Scalar lower, const NearestPoints& nearest, PairDistance& least) {
+  least.lower = std::min(least.lower, std::max(Scalar{0}, lower - piece.radius));
+  const Scalar upper = std::max(Scalar{0}, nearest.upper - piece.radius);
+  if (!(upper < least.upper)) return;
+  least.upper = upper;
+  least.p_WA = nearest.p_a;
+  least.p_WB = nearest.p_b - piece.radius * nearest.nhat_AB;
+}
+
+}  // namespace
+
+PairDistance DeformingObstacle::measure(const ToolBody& body, const RigidPose& X_WB,
+                                        const DistanceWish& wish, WorkShare& share,
+                                        PairMemory& kept) const {
+  kept.resize(body.pieces.size());
+  PairDistance least;
+  least.lower = kInfinity;
+  for (std::size_t k = 0; k < kept.size(); ++k) {
+    PairFront& front = kept[k].front;
+    PieceDistance best;
+    const StandingPair sides = standing(fraction_, body.pieces[k], X_WB);
+    // Then a search would find no less.
+    if (const auto again = front.measure_again(sides); again && again->is_overlapping) {
+      join(body.pieces[k], 0, *again, least);
+      continue;
+    }
+    front.find_nearest(
+        sides, {wish.farthest + body.pieces[k].radius, wish.allowed, wish.tight},
+        [&] { return share.is_over_small(); }, kept[k].cache.stack, best);
+    join(body.pieces[k], best.is_overlapping ? 0 : std::min(front.lower(), best.upper), best,
+         least);
+  }
+  return least;
+}
+
+PairDistance DeformingObstacle::measure_again(const ToolBody& body, const RigidPose& X_WB,
+                                              const PairMemory& kept) const {
+  PairDistance least;
+  for (std::size_t k = 0; k < kept.size(); ++k) {
+    const StandingPair sides = standing(fraction_, body.pieces[k], X_WB);
+    if (const auto again = kept[k].front.measure_again(sides)) {
+      join(body.pieces[k], 0, *again, least);
+    }
+  }
+  return least;
+}
+
+std::optional<bool> DeformingObstacle::is_apart_at(const ToolBody& body, const RigidPose& X_WB,
+                                                   WorkClock& clock, PairMemory& kept) const {
+  kept.resize(body.pieces.size());
+  for (std::size_t k = 0; k < kept.size(); ++k) {
+    const Scalar least = margin + body.pieces[k].radius;
+    const StandingPair sides = standing(fraction_, body.pieces[k], X_WB);
+    const auto is_apart = sides.is_apart_by(
+        least, [&] { return clock.is_over_small(); }, kept[k].cache.stack);
+    if (!is_apart || !*is_apart) return is_apart;
+  }
+  return true;
+}
+
+}  // namespace dyop::internal

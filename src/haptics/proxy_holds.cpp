@@ -1,0 +1,270 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
+#include <cmath>
+#include <tuple>
+#include <utility>
+
+#include "haptics/proxy.h"
+
+namespace dyop::internal {
+namespace {
+
+// Holds are gathered up to this many rest offsets beyond the rest gap, plus the tool's displacement,
+// up to the limit; the proof finds contacts farther away. At a slower pace the reach beyond the rest
+// gap is less: a tick that is cut off while it gathers would be so again, and the tool never come off.
+constexpr Scalar kReach = 1.5;
+constexpr Scalar kMostReach = 20;
+
+// After a slip, the last motion tells little of the next one: what may be different is limited to so
+// many rest offsets. With more, everything around the tool would be looked at; the proof finds the rest.
+constexpr Scalar kMostSurprise = 2;
+
+// A search for holds may always spend so many pieces of work, and twice as many as the last one did.
+// If they do not suffice, the proof finds the holds that are missing, and the next search is faster
+// for what this one has learnt.
+constexpr std::int64_t kSearchWork = 250;
+
+// Two holds closer than this many rest offsets with nearly the same normal are one.
+constexpr Scalar kSamePlace = 2;
+constexpr Scalar kSameNormal = 0.999;  // cosine of 2.6 degrees
+
+// Radians that the tool or a hinge turns in one motion against holds: these are linear in the turn,
+// and a tick's path has poses only, which do not tell of half turns and more between them.
+constexpr Scalar kMostTurn = 1;
+
+// A motion against holds is at most so many times as long as the last ones of tool, device and
+// tissue together, besides so many rest offsets: a tool that slips gathers speed over some ticks. Its
+// whole way in one would take longer to prove than a tick has.
+constexpr Scalar kMostGrowth = 1.3;
+constexpr Scalar kMostSlip = 2;
+
+// So many holds are kept at the slowest pace: with fewer the proof finds the others, one by one.
+constexpr int kFewestHolds = 8;
+
+// A repeated hit pushes the tool away by this fraction of the rest offset, doubled each time.
+constexpr Scalar kPush = 0.25;
+
+// The curvature of a hold is taken into account if it exceeds this fraction of the rest offset.
+constexpr Scalar kBend = 0.1;
+
+bool is_same_place(const HoldPoint& x, const HoldPoint& y, Scalar apart) {
+  return x.body == y.body && x.obstacle == y.obstacle &&
+         (x.p_WB - y.p_WB).squaredNorm() <= apart * apart &&
+         x.nhat_AB_W.dot(y.nhat_AB_W) >= kSameNormal;
+}
+
+bool is_named_before(const HoldPoint& x, const HoldPoint& y) {
+  return std::tie(x.body, x.obstacle, x.key) < std::tie(y.body, y.obstacle, y.key);
+}
+
+}  // namespace
+
+// A search that is cut off would be so again in the next tick, before the tool has moved: the next
+// tick goes on with what is known.
+void Proxy::gather_holds(const ToolStep& wish, const Piece& piece, WorkClock& clock) {
+  if (std::exchange(was_hasty_, false)) return carry_holds();
+  found_.clear();
+  const std::int64_t before = clock.checkpoints();
+  WorkShare share(clock, std::max(kSearchWork, 2 * search_work_));
+  const ToolMotion motion(pose_, wish, piece.duration, hinges_);
+  for (PairState& pair : pairs_) {
+    const Obstacle& obstacle = *obstacles_[pair.obstacle];
+    if (!obstacle.is_hard() || pair.is_overlapping) continue;
+    const Scalar least_reach = obstacle.margin + (1 + pace_ * kReach) * options_.rest_offset;
+    const Scalar most_moved = kMostReach * options_.rest_offset;
+    if (pair.distance.lower > least_reach + most_moved) continue;
+    if (clock.is_over()) return keep_found();
+    const Scalar moved =
+        likely_step(bodies_[pair.body], motion, piece.duration) + obstacle.speed() * piece.duration;
+    const Scalar reach = least_reach + std::min(moved, most_moved);
+    if (pair.distance.lower > reach) continue;
+    const std::size_t first = found_.size();
+    ExpectedApproach approach{.least = least_reach, .reach = reach};
+    expect(pair, piece.duration, approach);
+    obstacle.add_holds(bodies_[pair.body], body_pose(pair.body), approach, share, pair.kept,
+                       memory_, found_);
+    for (std::size_t k = first; k < found_.size(); ++k) {
+      found_[k].body = pair.body;
+      found_[k].obstacle = pair.obstacle;
+    }
+  }
+  if (clock.cutoff()) return keep_found();
+  search_work_ = clock.checkpoints() - before;
+  if (share.is_used_up()) {
+    carry_holds();
+    found_.insert(found_.end(), holds_.begin(), holds_.end());
+  }
+  last_holds_.swap(holds_);
+  thin_holds();
+  warm_start();
+  holds_from_ = pose_;
+  holds_since_ = 0;
+}
+
+// Moves what was found earlier to where it is now: with the body and the tissue.
+void Proxy::carry_holds() {
+  for (HoldPoint& hold : holds_) {
+    const ToolBody& body = bodies_[hold.body];
+    const RigidPose X_WB_from = holds_from_.X_WT * body_in_tool(body, hinges_, holds_from_);
+    hold.p_WB = body_pose(hold.body) * (X_WB_from.inverse() * hold.p_WB);
+    hold.p_WA += holds_since_ * hold.v_WA;
+    hold.curvature = 0;
+    hold.push = 0;
+  }
+  holds_from_ = pose_;
+  holds_since_ = 0;
+  std::erase_if(holds_, [&](const HoldPoint& hold) {
+    const Scalar far = obstacles_[hold.obstacle]->margin + (1 + kReach) * options_.rest_offset;
+    return !(hold.gap() <= far) ||
+           pairs_[hold.body * obstacles_.size() + hold.obstacle].is_overlapping;
+  });
+}
+
+// What holds stands now. Where it was closing in, solves had no end, and their forces grew until
+// friction could hold anything.
+void Proxy::release_holds() {
+  for (HoldPoint& hold : holds_) {
+    hold.v_WA.setZero();
+    hold.impulse_W.setZero();
+  }
+}
+
+// The search was cut off: what it found, besides what was known.
+void Proxy::keep_found() {
+  was_hasty_ = true;
+  carry_holds();
+  for (const HoldPoint& hold : found_) {
+    if (holds_.size() < most_holds()) add_if_new(hold);
+  }
+}
+
+Scalar Proxy::size_of(const ToolBody& body, const ToolStep& step) const {
+  return ToolMotion(pose_, step, 1, hinges_).largest_displacement(body, 1);
+}
+
+// A device far inside what holds the tool pulls it a long way, but it will hardly move farther than
+// the device did, or than last time. Holds farther away are found by the proof.
+Scalar Proxy::likely_step(const ToolBody& body, const ToolMotion& wished, Scalar duration) const {
+  return std::min(wished.largest_displacement(body, duration),
+                  size_of(body, goal_step_) + size_of(body, last_step_));
+}
+
+// The tool is expected to go on as in its last motion, give or take what has changed of late in its
+// own rate and in the device's. Where that is wrong the proof finds the holds that are missing.
+void Proxy::expect(const PairState& pair, Scalar duration, ExpectedApproach& approach) const {
+  const ToolBody& body = bodies_[pair.body];
+  const ToolMotion motion(pose_, scaled(rate_, duration), duration, hinges_);
+  const Twist twist = motion.of(body).twist(0);
+  approach.v_W = duration * twist.v_WB;
+  approach.w_W = duration * twist.w_WB;
+  approach.origin_W = body_pose(pair.body).translation();
+  const Scalar surprise = size_of(body, difference(goal_step_, last_goal_step_)) +
+                          size_of(body, scaled(difference(rate_, rate_before_), duration)) +
+                          obstacles_[pair.obstacle]->speed() * duration;
+  approach.slack = std::min(surprise, kMostSurprise * options_.rest_offset);
+}
+
+// Fewer at a slower pace, since solves take long; leaves space for those that the proof will find.
+std::size_t Proxy::most_holds() const {
+  const int all = 1 + options_.max_contacts - options_.max_attempts;
+  return std::size_t(std::max(std::min(kFewestHolds, all), int(pace_ * all)));
+}
+
+void Proxy::add_if_new(const HoldPoint& hold) {
+  const Scalar apart = kSamePlace * options_.rest_offset;
+  const bool is_known = std::any_of(holds_.begin(), holds_.end(), [&](const HoldPoint& kept) {
+    return is_same_place(kept, hold, apart);
+  });
+  if (!is_known) holds_.push_back(hold);
+}
+
+// The nearest first, one for each point, no more than the solver may have.
+void Proxy::thin_holds() {
+  const auto excess = [&](const HoldPoint& hold) {
+    return hold.gap() - obstacles_[hold.obstacle]->margin;
+  };
+  std::sort(found_.begin(), found_.end(), [&](const HoldPoint& x, const HoldPoint& y) {
+    const Scalar excess_x = excess(x), excess_y = excess(y);
+    if (excess_x != excess_y) return excess_x < excess_y;
+    return is_named_before(x, y);
+  });
+  holds_.clear();
+  for (const HoldPoint& hold : found_) {
+    if (holds_.size() >= most_holds()) break;
+    add_if_new(hold);
+  }
+}
+
+void Proxy::warm_start() {
+  for (HoldPoint& hold : holds_) {
+    const auto same = std::find_if(last_holds_.begin(), last_holds_.end(), [&](const auto& last) {
+      return last.body == hold.body && last.obstacle == hold.obstacle && last.key == hold.key;
+    });
+    if (same != last_holds_.end()) hold.impulse_W = same->impulse_W;
+  }
+}
+
+// How much the gap at the end of a motion differs from the linear one because the material points
+// rotate.
+Scalar Proxy::bend_holds(const ToolMotion& motion, const ToolStep& step, Scalar duration) {
+  const ToolPose end = motion.at(duration);
+  Scalar change = 0;
+  for (HoldPoint& hold : holds_) {
+    const ToolBody& body = bodies_[hold.body];
+    const RigidPose X_BW = body_pose(hold.body).inverse();
+    const RigidPose X_WB_end = end.X_WT * body_in_tool(body, hinges_, end);
+    const Vector3 r_W = hold.p_WB - pose_.X_WT.translation();
+    Vector3 linear = step.v_W + step.w_W.cross(r_W);
+    if (body.hinge) {
+      const RigidPose X_WJ = pose_.X_WT * hinges_[*body.hinge].X_TJ;
+      const Vector3 axis = X_WJ.rotation().col(2);
+      linear += step.angles[*body.hinge] * axis.cross(hold.p_WB - X_WJ.translation());
+    }
+    const Vector3 moved = X_WB_end * (X_BW * hold.p_WB) - hold.p_WB;
+    const Scalar curvature = hold.nhat_AB_W.dot(moved - linear);
+    change = std::max(change, std::abs(curvature - hold.curvature));
+    hold.curvature = curvature;
+  }
+  return change;
+}
+
+ToolStep Proxy::solve(const StepGoal& goal, WorkClock& clock, TickStatistics& work) {
+  constexpr int kMostBends = 2;
+  ToolStep step;
+  for (int k = 0; k <= kMostBends; ++k) {
+    step = solver_.solve(goal, obstacles_, holds_, clock);
+    ++work.solves;
+    if (clock.cutoff()) break;
+    const ToolMotion motion(pose_, step, goal.duration, hinges_);
+    if (bend_holds(motion, step, goal.duration) <= kBend * options_.rest_offset) break;
+  }
+  return step;
+}
+
+// How much of a step's duration is tried at once.
+Scalar Proxy::horizon_of(const ToolStep& step, Scalar duration) const {
+  if (holds_.empty()) return duration;
+  Scalar turn = step.w_W.norm();
+  for (const Scalar angle : step.angles) turn = std::max(turn, std::abs(angle));
+  Scalar part = std::min(Scalar{1}, kMostTurn / turn);
+  Scalar tissue = 0;
+  for (const auto& obstacle : obstacles_) tissue = std::max(tissue, obstacle->speed() * duration);
+  for (const ToolBody& body : bodies_) {
+    const Scalar last = size_of(body, goal_step_) + size_of(body, last_tick_step_);
+    const Scalar most = pace_ * (kMostGrowth * last + kMostSlip * options_.rest_offset);
+    part = std::min(part, (most + kMostGrowth * tissue) / size_of(body, step));
+  }
+  return part < 1 ? part * duration : duration;
+}
+
+void Proxy::add_hit(const HoldPoint& hit) {
+  const Scalar apart = kSamePlace * options_.rest_offset;
+  for (HoldPoint& hold : holds_) {
+    if (!is_same_place(hold, hit, apart)) continue;
+    hold.push = hold.push > 0 ? 2 * hold.push : kPush * options_.rest_offset;
+    return;
+  }
+  holds_.push_back(hit);
+}
+
+}  // namespace dyop::internal

@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "dyop/io/anatomy.h"
+
+#include <cmath>
+#include <functional>
+#include <numbers>
+
+#include "dyop/core/error.h"
+#include "io/haptics/geodesic_sphere.h"
+
+namespace dyop {
+namespace {
+
+// A closed surface around an axis: rings of `around` vertices between two poles. Two parameters in
+// [0, 1] give the position of a vertex: from pole to pole, and around.
+AnatomyMesh closed_grid(std::size_t triangles, Scalar slimness,
+                        const std::function<Vector3(Scalar along, Scalar round)>& place) {
+  DYOP_REQUIRE(triangles >= 32, "anatomy: there must be at least 32 triangles, not ", triangles);
+  const auto around =
+      std::int32_t(std::max(4.0, std::round(std::sqrt(Scalar(triangles) / (2 * slimness)))));
+  const auto rings =
+      std::int32_t(std::max(2.0, std::round(Scalar(triangles) / (2 * Scalar(around)))));
+  AnatomyMesh mesh;
+  for (std::int32_t i = 0; i < rings; ++i) {
+    for (std::int32_t k = 0; k < around; ++k) {
+      mesh.vertices.push_back(place(Scalar(i + 1) / Scalar(rings + 1), Scalar(k) / Scalar(around)));
+    }
+  }
+  const std::int32_t first = rings * around;
+  mesh.vertices.push_back(place(0, 0));
+  mesh.vertices.push_back(place(1, 0));
+  for (std::int32_t k = 0; k < around; ++k) {
+    const std::int32_t next = (k + 1) % around;
+    mesh.triangles.push_back({first, next, k});
+    for (std::int32_t i = 0; i + 1 < rings; ++i) {
+      const std::int32_t row = i * around;
+      mesh.triangles.push_back({row + k, row + next, row + around + next});
+      mesh.triangles.push_back({row + k, row + around + next, row + around + k});
+    }
+    const std::int32_t row = (rings - 1) * around;
+    mesh.triangles.push_back({row + k, row + next, first + 1});
+  }
+  return mesh;
+}
+
+// A round body about z: its radius at each height, from s = 0 to 1.
+AnatomyMesh turned(std::size_t triangles, Scalar slimness, Scalar length,
+                   const std::function<Scalar(Scalar)>& radius) {
+  return closed_grid(triangles, slimness, [&](Scalar s, Scalar round) {
+    const Scalar angle = 2 * std::numbers::pi * round;
+    return Vector3(radius(s) * std::cos(angle), radius(s) * std::sin(angle), s * length);
+  });
+}
+
+}  // namespace
+
+AnatomyMesh make_liver(std::size_t triangles) {
+  AnatomyMesh mesh = internal::geodesic_sphere(triangles);
+  const Vector3 radii(80, 55, 35);
+  // Evenly spread directions would be stretched by each axis' radius. These are drawn together
+  // towards the long axes; the power is the one that leaves the least ratio of edges, 2.5.
+  const Vector3 draw = radii.array().pow(-0.6);
+  for (Vector3& p : mesh.vertices) {
+    const Vector3 n = p.cwiseProduct(draw).normalized();
+    const Scalar lumps = 1 + 0.08 * std::sin(3 * n.x() + 1) * std::cos(4 * n.y()) +
+                         0.05 * std::sin(6 * n.y() + 5 * n.z());
+    const Scalar lobe = 1 - 0.3 * n.x();  // thick on one side, thin on the other
+    p = lumps * radii.cwiseProduct(Vector3(n.x(), n.y(), lobe * n.z()));
+  }
+  return mesh;
+}
+
+AnatomyMesh make_vessel(std::size_t triangles) {
+  return closed_grid(triangles, 6, [](Scalar s, Scalar round) {
+    const Scalar angle = 2 * std::numbers::pi * round;
+    // Its ends are round.
+    const Scalar radius = 3 * std::sqrt(std::max(0.0, 1 - std::pow(2 * s - 1, 40)));
+    const Vector3 middle(140 * (s - 0.5), 12 * std::sin(2 * std::numbers::pi * s),
+                         8 * std::cos(3 * s));
+    return Vector3(middle + radius * Vector3(0, std::sin(angle), -std::cos(angle)));
+  });
+}
+
+AnatomyMesh make_wall(std::size_t triangles) {
+  DYOP_REQUIRE(triangles >= 32, "anatomy: there must be at least 32 triangles, not ", triangles);
+  const auto cells = std::int32_t(std::round(std::sqrt(Scalar(triangles) / 2)));
+  AnatomyMesh mesh;
+  for (std::int32_t i = 0; i <= cells; ++i) {
+    for (std::int32_t k = 0; k <= cells; ++k) {
+      const Scalar x = Scalar(i) / Scalar(cells) - 0.5, y = Scalar(k) / Scalar(cells) - 0.5;
+      mesh.vertices.emplace_back(240 * x, 240 * y, -160 * (x * x + y * y));
+    }
+  }
+  for (std::int32_t i = 0; i < cells; ++i) {
+    for (std::int32_t k = 0; k < cells; ++k) {
+      const std::int32_t corner = i * (cells + 1) + k;
+      mesh.triangles.push_back({corner, corner + cells + 1, corner + cells + 2});
+      mesh.triangles.push_back({corner, corner + cells + 2, corner + 1});
+    }
+  }
+  return mesh;
+}
+
+AnatomyMesh make_shaft(std::size_t triangles, Scalar radius, Scalar length) {
+  // Rounded ends, of the rod's own radius.
+  return turned(triangles, 4, length, [&](Scalar s) {
+    const Scalar from_end = std::min(s, 1 - s) * length;
+    const Scalar below = std::max(Scalar{0}, radius - from_end);
+    return std::sqrt(std::max(Scalar{0}, radius * radius - below * below));
+  });
+}
+
+AnatomyMesh make_jaw(std::size_t triangles, Scalar radius, Scalar length) {
+  AnatomyMesh mesh = turned(triangles, 2, length, [&](Scalar s) {
+    const Scalar taper = 1 - 0.6 * s;
+    return radius * taper * std::sqrt(std::max(Scalar{0}, 1 - std::pow(2 * s - 1, 20)));
+  });
+  for (Vector3& p : mesh.vertices) {
+    // One half, slightly off centre, pointing down. Two reflections keep the winding.
+    const Scalar off = 0.05 * radius + 0.9 * std::max(Scalar{0}, p.x()) + 0.1 * (p.x() + radius);
+    p = Vector3(-off, p.y(), -p.z());
+  }
+  return mesh;
+}
+
+}  // namespace dyop

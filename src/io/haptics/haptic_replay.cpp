@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "dyop/io/haptic_replay.h"
+
+#include "dyop/core/error.h"
+#include "dyop/io/file_error.h"
+#include "dyop/io/haptic_scene_file.h"
+
+namespace dyop {
+RecordedTissue::RecordedTissue(const HapticRecordingReader& reader, const std::filesystem::path& file)
+    : reader_(reader), sources_(reader.sources().size()) {
+  for (std::size_t k = 0; k < sources_.size(); ++k) {
+    const SnapshotSource& recorded = reader.sources()[k];
+    if (recorded.formula.empty()) continue;
+    const std::vector<Vector3>& vertices = reader.scene().obstacles[k].vertices;
+    sources_[k].feed = feed_of_formula(file, recorded.formula, k, reader.scene());
+    sources_[k].last = {vertices, recorded.period};
+  }
+}
+
+const RecordedSnapshot& RecordedTissue::next(std::size_t obstacle) {
+  Source& source = sources_.at(obstacle);
+  ++source.number;
+  if (!source.feed) {
+    source.last = reader_.snapshot(obstacle, source.number);
+    return source.last;
+  }
+  const TissueFeed& feed = *source.feed;
+  if (auto mesh = feed.cut ? feed.cut(source.number) : std::nullopt) {
+    source.last = {std::move(mesh->vertices), 0, std::move(mesh->triangles)};
+  } else {
+    feed.shape(source.number, source.last.vertices);
+    source.last.duration = feed.period;
+    source.last.triangles.clear();
+  }
+  return source.last;
+}
+
+HapticReplay replay_haptic_recording(
+    const std::filesystem::path& file,
+    const std::function<void(const RecordedTick& recorded, const HapticTick& tick)>& on_tick) {
+  const HapticRecordingReader reader(file);
+  HapticSession session(reader.scene(), reader.options());
+  RecordedTissue tissue(reader, file);
+  HapticReplay replay;
+  replay.recorded_by = reader.header().version;
+  reader.for_each_tick([&](const RecordedTick& recorded) {
+    if (recorded.number != replay.ticks) {
+      throw FileError(file, internal::compose_message("lacks tick ", replay.ticks,
+                                                      ": the log was too slow for the run"));
+    }
+    for (std::size_t k = 0; k < recorded.new_snapshots.size(); ++k) {
+      if (recorded.new_snapshots[k] == 0) continue;
+      const RecordedSnapshot& snapshot = tissue.next(k);
+      if (snapshot.is_mesh()) {
+        session.give_mesh(k, snapshot.vertices, snapshot.triangles);
+      } else {
+        session.give_snapshot(k, snapshot.vertices, snapshot.duration);
+      }
+    }
+    const HapticTick& tick = session.replay(recorded.device, recorded.dt, recorded.cutoff);
+    ++replay.ticks;
+    if (on_tick) on_tick(recorded, tick);
+    if (tick_digest(tick) == recorded.digest) return;
+    ++replay.differing;
+    if (!replay.first_difference) replay.first_difference = recorded.number;
+  });
+  return replay;
+}
+
+}  // namespace dyop

@@ -1,0 +1,237 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "dyop/io/haptic_scene_file.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "dyop/io/mesh_file.h"
+#include "dyop/io/anatomy.h"
+#include "io/file_bytes.h"
+#include "io/json_reader.h"
+#include "io/haptics/breathing.h"
+
+namespace dyop {
+namespace {
+
+using internal::Json;
+using internal::JsonNode;
+
+Scalar number_or(const JsonNode& node, const char* key, Scalar fallback) {
+  return node.has(key) ? node.at(key).non_negative_number() : fallback;
+}
+
+std::size_t triangles_of(const JsonNode& node) {
+  return std::size_t(node.at("triangles").positive_integer());
+}
+
+RigidPose read_pose(const JsonNode& node) {
+  const Vector3 p = node.has("position") ? node.at("position").vector3() : Vector3::Zero();
+  const Vector3 w = node.has("rotation") ? node.at("rotation").vector3() : Vector3::Zero();
+  return node.guard([&] { return RigidPose(rotation_from_vector(w), p); });
+}
+
+// A generated mesh, or one from a file.
+AnatomyMesh read_mesh(const JsonNode& node) {
+  if (node.has("mesh")) {
+    const std::filesystem::path file = node.file().parent_path() / node.at("mesh").text();
+    const TriangleMesh mesh = load_mesh(file);
+    return {{mesh.vertices().begin(), mesh.vertices().end()},
+            {mesh.triangles().begin(), mesh.triangles().end()}};
+  }
+  const auto generated = [&](const char* key, AnatomyMesh (*make)(std::size_t)) {
+    const JsonNode child = node.at(key);
+    child.require_object({"triangles"});
+    return child.guard([&] { return make(triangles_of(child)); });
+  };
+  const auto rod = [&](const char* key, AnatomyMesh (*make)(std::size_t, Scalar, Scalar)) {
+    const JsonNode child = node.at(key);
+    child.require_object({"triangles", "radius", "length"});
+    return child.guard([&] {
+      return make(triangles_of(child), child.at("radius").positive_number(),
+                  child.at("length").positive_number());
+    });
+  };
+  if (node.has("liver")) return generated("liver", make_liver);
+  if (node.has("vessel")) return generated("vessel", make_vessel);
+  if (node.has("wall")) return generated("wall", make_wall);
+  if (node.has("shaft")) return rod("shaft", make_shaft);
+  if (node.has("jaw")) return rod("jaw", make_jaw);
+  node.fail("expected one of mesh, liver, vessel, wall, shaft, jaw");
+}
+
+void read_tool(const JsonNode& node, HapticScene& scene) {
+  node.require_object({"parts", "hinges", "position", "rotation"});
+  scene.X_WT = read_pose(node);
+  if (node.has("hinges")) {
+    for (const JsonNode& item : node.at("hinges").items()) {
+      item.require_object({"position", "rotation", "angle", "stiffness"});
+      const Scalar angle = item.has("angle") ? item.at("angle").number() : 0;
+      scene.hinges.push_back({read_pose(item), angle, item.at("stiffness").positive_number()});
+    }
+  }
+  for (const JsonNode& item : node.at("parts").items(1)) {
+    item.require_object({"mesh", "shaft", "jaw", "position", "rotation", "hinge"});
+    const AnatomyMesh mesh = read_mesh(item);
+    ToolPart part;
+    part.shape = item.guard(
+        [&] { return std::make_shared<const TriangleMesh>(mesh.vertices, mesh.triangles); });
+    part.X_TP = read_pose(item);
+    if (item.has("hinge")) part.hinge = std::size_t(item.at("hinge").positive_integer() - 1);
+    scene.tool.push_back(std::move(part));
+  }
+}
+
+ToolObstacle read_obstacle(const JsonNode& node) {
+  node.require_object({"name", "role", "margin", "friction", "stiffness", "mesh", "liver", "vessel",
+                       "wall", "position", "rotation", "breathing"});
+  ToolObstacle obstacle;
+  obstacle.name = node.at("name").text();
+  obstacle.role = node.at("role").choice<ObstacleRole>({{"tissue", ObstacleRole::Tissue},
+                                                        {"hard", ObstacleRole::HardRegion},
+                                                        {"soft", ObstacleRole::SoftRegion},
+                                                        {"monitor", ObstacleRole::Monitor}});
+  obstacle.margin = number_or(node, "margin", 0);
+  obstacle.friction = number_or(node, "friction", 0);
+  obstacle.soft_stiffness = number_or(node, "stiffness", 0);
+  AnatomyMesh mesh = read_mesh(node);
+  const RigidPose X_WO = read_pose(node);
+  for (Vector3& p : mesh.vertices) p = X_WO * p;
+  if (node.has("breathing")) {
+    obstacle.vertices = std::move(mesh.vertices);
+    obstacle.triangles = std::move(mesh.triangles);
+  } else {
+    obstacle.shape = node.guard([&] {
+      return std::make_shared<const TriangleMesh>(std::move(mesh.vertices),
+                                                  std::move(mesh.triangles));
+    });
+  }
+  return obstacle;
+}
+
+void read_options(const JsonNode& root, HapticRun& run) {
+  HapticOptions& options = run.options;
+  options.rest_offset = root.at("rest_offset").positive_number();
+  options.recovery_speed = root.at("recovery_speed").positive_number();
+  if (root.has("max_work")) options.max_work = root.at("max_work").positive_integer();
+  const JsonNode coupling = root.at("coupling");
+  coupling.require_object({"stiffness", "damping", "rotational_stiffness", "rotational_damping",
+                           "largest_force", "largest_torque", "device_damping",
+                           "device_rotational_damping"});
+  CouplingOptions& springs = options.coupling;
+  springs.stiffness.setConstant(coupling.at("stiffness").positive_number());
+  springs.damping.setConstant(number_or(coupling, "damping", 0));
+  springs.rotational_stiffness.setConstant(coupling.at("rotational_stiffness").positive_number());
+  springs.rotational_damping.setConstant(number_or(coupling, "rotational_damping", 0));
+  springs.largest_force = number_or(coupling, "largest_force", kInfinity);
+  springs.largest_torque = number_or(coupling, "largest_torque", kInfinity);
+  springs.device_damping = number_or(coupling, "device_damping", 0);
+  springs.device_rotational_damping = number_or(coupling, "device_rotational_damping", 0);
+  run.runner.period = 1 / root.at("rate").positive_number();
+  springs.period = run.runner.period;
+  if (root.has("deadline")) {
+    constexpr Scalar kNanosecondsPerSecond = 1e9;
+    run.runner.deadline = std::chrono::nanoseconds(
+        std::int64_t(kNanosecondsPerSecond * root.at("deadline").positive_number()));
+  }
+}
+
+ToolStroke read_stroke(const JsonNode& node, std::size_t hinge_count) {
+  node.require_object({"name", "path"});
+  ToolStroke stroke{node.at("name").text(), {}};
+  for (const JsonNode& item : node.at("path").items(2)) {
+    item.require_object({"t", "position", "rotation", "angles"});
+    DevicePoint point{item.at("t").non_negative_number(), DevicePose(read_pose(item))};
+    const std::vector<JsonNode> angles =
+        item.has("angles") ? item.at("angles").items() : std::vector<JsonNode>{};
+    if (angles.size() != hinge_count) {
+      item.fail("expected as many angles as hinges, " + std::to_string(hinge_count));
+    }
+    for (std::size_t k = 0; k < angles.size(); ++k) point.pose.angles[k] = angles[k].number();
+    const bool is_first = stroke.points.empty();
+    if (is_first ? point.t != 0 : !(point.t > stroke.points.back().t)) {
+      item.fail("times must ascend from 0");
+    }
+    stroke.points.push_back(point);
+  }
+  return stroke;
+}
+
+// A stroke and the time since its start.
+struct StrokePlace {
+  std::size_t stroke;
+  Scalar t;
+};
+
+StrokePlace place_of(const std::vector<ToolStroke>& strokes, Scalar t) {
+  Scalar whole = 0;
+  for (const ToolStroke& stroke : strokes) whole += stroke.duration();
+  StrokePlace place{0, std::fmod(t, whole)};
+  while (place.stroke + 1 < strokes.size() && place.t >= strokes[place.stroke].duration()) {
+    place.t -= strokes[place.stroke].duration();
+    ++place.stroke;
+  }
+  return place;
+}
+
+}  // namespace
+
+std::size_t HapticRun::stroke_at(std::int64_t tick) const {
+  return place_of(strokes, Scalar(tick) * runner.period).stroke;
+}
+
+DevicePose HapticRun::device(std::int64_t tick) const {
+  const auto [number, t] = place_of(strokes, Scalar(tick) * runner.period);
+  const std::vector<DevicePoint>& points = strokes[number].points;
+  std::size_t next = 1;
+  while (next + 1 < points.size() && points[next].t < t) ++next;
+  const DevicePoint& from = points[next - 1];
+  const DevicePoint& to = points[next];
+  const Scalar s = std::clamp((t - from.t) / (to.t - from.t), Scalar{0}, Scalar{1});
+  DevicePose pose;
+  pose.p_WD = from.pose.p_WD + s * (to.pose.p_WD - from.pose.p_WD);
+  pose.q_WD = from.pose.q_WD.slerp(s, to.pose.q_WD);
+  for (std::size_t k = 0; k < kMostHinges; ++k) {
+    pose.angles[k] = from.pose.angles[k] + s * (to.pose.angles[k] - from.pose.angles[k]);
+  }
+  return pose;
+}
+
+HapticRun parse_haptic_run(const std::filesystem::path& file, const std::string& text) {
+  const Json json = internal::parse_json(file, text);
+  const JsonNode root(file, json);
+  root.require_object({"title", "tool", "obstacles", "coupling", "rest_offset", "recovery_speed",
+                       "max_work", "rate", "deadline", "duration", "strokes"});
+  HapticRun run;
+  run.text = text;
+  if (root.has("title")) run.title = root.at("title").text();
+  read_options(root, run);
+  read_tool(root.at("tool"), run.scene);
+  for (const JsonNode& item : root.at("obstacles").items()) {
+    run.scene.obstacles.push_back(read_obstacle(item));
+    if (!item.has("breathing")) continue;
+    const ToolObstacle& obstacle = run.scene.obstacles.back();
+    run.tissue.push_back(internal::read_breathing(item.at("breathing"),
+                                                  run.scene.obstacles.size() - 1, obstacle.vertices,
+                                                  obstacle.triangles));
+  }
+  for (const JsonNode& item : root.at("strokes").items(1)) {
+    run.strokes.push_back(read_stroke(item, run.scene.hinges.size()));
+  }
+  const Scalar duration = root.at("duration").positive_number();
+  run.runner.ticks = std::llround(duration / run.runner.period);
+  return run;
+}
+
+TissueFeed feed_of_formula(const std::filesystem::path& file, const std::string& formula,
+                           std::size_t obstacle, const HapticScene& scene) {
+  const Json json = internal::parse_json(file, formula);
+  const ToolObstacle& at_start = scene.obstacles.at(obstacle);
+  return internal::read_breathing(JsonNode(file, json), obstacle, at_start.vertices,
+                                  at_start.triangles);
+}
+
+HapticRun load_haptic_run(const std::filesystem::path& file) {
+  return parse_haptic_run(file, internal::read_bytes(file));
+}
+
+}  // namespace dyop

@@ -1,0 +1,227 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "dyop/io/haptic_recording_writer.h"
+
+#include <cmath>
+#include <deque>
+#include <mutex>
+
+#include "dyop/core/error.h"
+#include "io/record/recording_tables.h"
+#include "io/record/session_json.h"
+#include "io/record/tick_row.h"
+
+namespace dyop {
+namespace internal {
+
+// A snapshot that no tick has seen yet.
+struct WaitingSnapshot {
+  std::vector<Vector3> vertices;
+  Scalar duration = 0;
+  std::vector<TriangleIndices> triangles;  // of another mesh
+};
+
+// The snapshots of one obstacle.
+struct SnapshotQueue {
+  std::size_t vertex_count = 0;  // 0: none can be given
+  bool is_stored = false;
+  std::int64_t written = 0;
+  std::deque<WaitingSnapshot> waiting;
+};
+
+}  // namespace internal
+
+namespace {
+
+using internal::Json;
+using internal::OutputRows;
+using internal::SnapshotQueue;
+using internal::TickRow;
+
+// Of the session's time.
+constexpr Scalar kFlushPeriod = 0.1;
+constexpr std::int64_t kUsualFlush = 100;  // ticks, if their period is unknown
+
+std::vector<SnapshotQueue> queues_of(const HapticScene& scene, std::span<const TissueFeed> tissue) {
+  std::vector<SnapshotQueue> queues;
+  for (const ToolObstacle& obstacle : scene.obstacles) {
+    queues.push_back({obstacle.vertices.size(), internal::deforms(obstacle), 0, {}});
+  }
+  for (const TissueFeed& feed : tissue) {
+    DYOP_REQUIRE(feed.obstacle < queues.size(), "the feed of obstacle ", feed.obstacle,
+                 ", which the scene does not have");
+    if (!feed.formula.empty()) queues[feed.obstacle].is_stored = false;
+  }
+  return queues;
+}
+
+}  // namespace
+
+struct HapticRecordingWriter::Impl {
+  Impl(const std::filesystem::path& path, const HapticScene& scene,
+       std::span<const TissueFeed> tissue, Scalar period)
+      : file(internal::Hdf5File::create(path)),
+        queues(queues_of(scene, tissue)),
+        seen(scene.obstacles.size()),
+        row(scene.hinges.size(), scene.obstacles.size()),
+        flush_ticks(period > 0 ? std::int64_t(std::max(1.0, std::round(kFlushPeriod / period)))
+                               : kUsualFlush) {}
+
+  OutputRows<char> text(const char* name) { return {file, name, H5T_NATIVE_UINT8, 1, 4096}; }
+  void start(const HapticRunHeader& header, const internal::SessionText& session);
+  SnapshotQueue& stored_queue(std::size_t obstacle);
+  void write_snapshot(std::uint32_t obstacle, std::uint32_t number,
+                      const internal::WaitingSnapshot& snapshot);
+  void write_seen_snapshots(const HapticTick& tick);
+  void flush();
+  void end(const Json& json);
+
+  internal::Hdf5File file;
+  std::mutex snapshot_mutex;
+  std::vector<SnapshotQueue> queues;  // per obstacle
+  std::vector<std::int64_t> seen;     // per obstacle, by the last tick
+  TickRow row;
+  std::int64_t flush_ticks;
+  std::vector<char> waiting;  // bytes of ticks
+  std::int64_t waiting_ticks = 0;
+  internal::Hdf5Dataset ticks{file, "ticks", row.type().get(), 1, 256};
+  OutputRows<internal::SnapshotRow> snapshots{
+      file, "snapshots", internal::row_type<internal::SnapshotRow>().get(), 1, 512};
+  OutputRows<std::array<double, 3>> snapshot_vertices{file, "snapshot_vertices", H5T_NATIVE_DOUBLE,
+                                                      3, 4096};
+  OutputRows<internal::MeshRow> meshes{file, "meshes",
+                                       internal::row_type<internal::MeshRow>().get(), 1, 64};
+  OutputRows<TriangleIndices> snapshot_triangles{file, "snapshot_triangles", H5T_NATIVE_INT32, 3,
+                                                 1024};
+  OutputRows<char> session_rows = text("session");
+  OutputRows<char> scene_rows = text("scene");
+  OutputRows<char> shapes = text("shapes");
+  OutputRows<std::array<double, 3>> vertices{file, "vertices", H5T_NATIVE_DOUBLE, 3, 512};
+  OutputRows<std::array<std::int32_t, 3>> triangles{file, "triangles", H5T_NATIVE_INT32, 3, 1024};
+  OutputRows<char> end_rows = text("end");
+};
+
+// All that ticks refer to is in the file before the first of them.
+void HapticRecordingWriter::Impl::start(const HapticRunHeader& header,
+                                      const internal::SessionText& session) {
+  file.write_attribute("format", std::string(internal::kToolRecordingFormat));
+  file.write_attribute("version", internal::kToolRecordingVersion);
+  const Json json{{"title", header.title}, {"period", header.period}, {"version", DYOP_VERSION}};
+  file.write_attribute("header", json.dump());
+  session_rows.add_all(session.json);
+  scene_rows.add_all(header.scene);
+  shapes.add_all(session.shapes);
+  vertices.add_all(session.rows.vertices);
+  triangles.add_all(session.rows.triangles);
+  file.share_with_readers();
+  session_rows.flush();
+  scene_rows.flush();
+  shapes.flush();
+  vertices.flush();
+  triangles.flush();
+}
+
+SnapshotQueue& HapticRecordingWriter::Impl::stored_queue(std::size_t obstacle) {
+  DYOP_REQUIRE(obstacle < queues.size() && queues[obstacle].is_stored, "no snapshots of obstacle ",
+               obstacle, " are stored");
+  return queues[obstacle];
+}
+
+void HapticRecordingWriter::Impl::write_snapshot(std::uint32_t obstacle, std::uint32_t number,
+                                               const internal::WaitingSnapshot& snapshot) {
+  snapshots.add(
+      {obstacle, number, snapshot.duration, snapshot_vertices.length(), snapshot.vertices.size()});
+  for (const Vector3& p : snapshot.vertices) snapshot_vertices.add({p.x(), p.y(), p.z()});
+  if (snapshot.triangles.empty()) return;
+  meshes.add({obstacle, number, snapshot_triangles.length(), snapshot.triangles.size()});
+  snapshot_triangles.add_all(snapshot.triangles);
+}
+
+void HapticRecordingWriter::Impl::write_seen_snapshots(const HapticTick& tick) {
+  const std::lock_guard lock(snapshot_mutex);
+  for (std::size_t k = 0; k < queues.size(); ++k) {
+    SnapshotQueue& queue = queues[k];
+    for (; queue.is_stored && queue.written < tick.snapshots[k]; ++queue.written) {
+      DYOP_REQUIRE(!queue.waiting.empty(), "snapshot ", queue.written + 1, " of obstacle ", k,
+                   " was not given to the recording");
+      write_snapshot(std::uint32_t(k), std::uint32_t(queue.written + 1), queue.waiting.front());
+      queue.waiting.pop_front();
+    }
+  }
+}
+
+// A tick is in the file, and all that it has seen, once its row is.
+void HapticRecordingWriter::Impl::flush() {
+  snapshot_vertices.flush();
+  snapshot_triangles.flush();
+  meshes.flush();
+  snapshots.flush();
+  ticks.append(waiting.data(), std::size_t(waiting_ticks));
+  ticks.flush();
+  waiting.clear();
+  waiting_ticks = 0;
+}
+
+void HapticRecordingWriter::Impl::end(const Json& json) {
+  flush();
+  end_rows.add_all(json.dump());
+  end_rows.flush();
+  file.close();
+}
+
+HapticRecordingWriter::HapticRecordingWriter(const std::filesystem::path& file,
+                                         const HapticRunHeader& header, const HapticScene& scene,
+                                         const HapticOptions& options,
+                                         std::span<const TissueFeed> tissue) {
+  // Before there is a file: it throws for what cannot be recorded.
+  const internal::SessionText session = internal::session_text(scene, options, tissue);
+  impl_ = std::make_unique<Impl>(file, scene, tissue, header.period);
+  impl_->start(header, session);
+}
+
+HapticRecordingWriter::~HapticRecordingWriter() = default;
+HapticRecordingWriter::HapticRecordingWriter(HapticRecordingWriter&&) noexcept = default;
+HapticRecordingWriter& HapticRecordingWriter::operator=(HapticRecordingWriter&&) noexcept = default;
+
+void HapticRecordingWriter::add_snapshot(std::size_t obstacle, std::span<const Vector3> vertices,
+                                       Scalar duration) {
+  SnapshotQueue& queue = impl_->stored_queue(obstacle);
+  DYOP_REQUIRE(vertices.size() == queue.vertex_count, "a snapshot of obstacle ", obstacle, " has ",
+               queue.vertex_count, " vertices, not ", vertices.size());
+  const std::lock_guard lock(impl_->snapshot_mutex);
+  queue.waiting.push_back({{vertices.begin(), vertices.end()}, duration, {}});
+}
+
+void HapticRecordingWriter::add_mesh(std::size_t obstacle, std::span<const Vector3> vertices,
+                                   std::span<const TriangleIndices> triangles) {
+  SnapshotQueue& queue = impl_->stored_queue(obstacle);
+  DYOP_REQUIRE(!triangles.empty(), "the mesh of obstacle ", obstacle, " has no triangles");
+  const std::lock_guard lock(impl_->snapshot_mutex);
+  queue.vertex_count = vertices.size();
+  queue.waiting.push_back(
+      {{vertices.begin(), vertices.end()}, 0, {triangles.begin(), triangles.end()}});
+}
+
+void HapticRecordingWriter::add(const TickRecord& record) {
+  impl_->write_seen_snapshots(record.tick);
+  internal::put_tick(record, impl_->seen, impl_->row);
+  impl_->row.append_to(impl_->waiting);
+  if (++impl_->waiting_ticks >= impl_->flush_ticks) impl_->flush();
+}
+
+void HapticRecordingWriter::finish(const RunnerReport& report) {
+  impl_->end({{"ticks", report.ticks},
+              {"late_starts", report.late_starts},
+              {"unlogged", report.unlogged},
+              {"rights", report.rights},
+              {"error", ""}});
+}
+
+void HapticRecordingWriter::fail(const std::string& error) {
+  impl_->end({{"error", error}});
+}
+
+std::size_t HapticRecordingWriter::bytes_per_tick() const {
+  return impl_->row.bytes();
+}
+
+}  // namespace dyop

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "dyop/core/error.h"
+#include "dyop/io/file_error.h"
+#include "dyop/io/recorded_run.h"
+#include "io/json_reader.h"
+#include "io/record/recording_tables.h"
+
+namespace dyop::internal {
+
+/// Throws FileError unless it is a recording of the version that this program reads.
+Hdf5File open_recording(const std::filesystem::path& path);
+
+/// All datasets of a recording, each as long as it was when it was opened. `frames` comes first:
+/// its last row says how long the others are at least.
+struct Input {
+  template <typename Row>
+  InputRows<Row> table(const char* name) {
+    return {file, name, row_type<Row>().get(), 1};
+  }
+  InputRows<char> text(const char* name) { return {file, name, H5T_NATIVE_UINT8, 1}; }
+
+  Hdf5File file;
+  InputRows<FrameRow> frames = table<FrameRow>("frames");
+  InputRows<StepRow> steps = table<StepRow>("steps");
+  InputRows<SegmentRow> segments = table<SegmentRow>("segments");
+  InputRows<Scalar> numbers{file, "numbers", H5T_NATIVE_DOUBLE, 1};
+  InputRows<ImpactRow> impacts = table<ImpactRow>("impacts");
+  InputRows<ContactRow> contacts = table<ContactRow>("contacts");
+  InputRows<PairRow> pairs = table<PairRow>("pairs");
+  InputRows<PairContactRow> pair_contacts = table<PairContactRow>("pair_contacts");
+  InputRows<EventRow> events = table<EventRow>("events");
+  InputRows<char> bodies = text("bodies");
+  InputRows<char> shapes = text("shapes");
+  InputRows<std::array<double, 3>> vertices{file, "vertices", H5T_NATIVE_DOUBLE, 3};
+  InputRows<std::array<std::int32_t, 3>> triangles{file, "triangles", H5T_NATIVE_INT32, 3};
+  InputRows<char> given = text("given");
+  InputRows<char> end = text("end");
+
+  explicit Input(const std::filesystem::path& path) : file(open_recording(path)) {}
+};
+
+/// Runs f; errors in the content of `file` become a FileError.
+template <typename Function>
+auto guard_content(const std::filesystem::path& file, Function f) {
+  try {
+    return f();
+  } catch (const InvalidArgument& error) {
+    throw FileError(file, error.what());
+  } catch (const Json::exception& error) {
+    throw FileError(file, error.what());
+  }
+}
+
+std::string text_of(const std::vector<char>& bytes);
+
+/// Both throw exceptions of nlohmann for a text of the wrong form.
+std::vector<Json> json_lines(const std::string& text);
+RunHeader header_from(const Json& json);
+
+}  // namespace dyop::internal

@@ -1,0 +1,374 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "dyop/io/recording_reader.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "dyop/io/file_error.h"
+#include "io/json_reader.h"
+#include "io/record/event_rows.h"
+#include "io/record/motion_rows.h"
+#include "io/record/recording_input.h"
+#include "io/record/recording_tables.h"
+#include "io/record/shape_rows.h"
+
+namespace dyop {
+
+using internal::Input;
+using internal::Json;
+using internal::json_lines;
+using internal::text_of;
+
+struct RecordingReader::Impl {
+  struct Segment {
+    Scalar begin;
+    std::uint64_t row;  // of /segments
+  };
+  // Of a body, with the motion of the segment that was asked for last.
+  struct Path {
+    std::vector<Segment> segments;
+    std::optional<std::size_t> last;
+    std::shared_ptr<const Motion> last_motion;
+  };
+
+  template <typename Function>
+  auto guard(Function f) const {
+    return internal::guard_content(file, f);
+  }
+
+  explicit Impl(std::filesystem::path path) : file(std::move(path)) { refresh(); }
+
+  const Input& in() const {
+    if (!input) throw FileError(file, "cannot be read any more");
+    return *input;
+  }
+
+  bool refresh();
+  void read_new(const internal::FrameRow& last);
+  void read_shapes(const internal::FrameRow& last);
+  void read_bodies(const internal::FrameRow& last);
+  void read_segments(const internal::FrameRow& last);
+  void read_impacts(const internal::FrameRow& before);
+  void read_end();
+  TimeInterval interval() const;
+  Path& path(BodyId body);
+  std::size_t segment_at(BodyId body, Scalar t);
+  std::vector<Scalar> numbers_at(std::uint64_t first, std::size_t count);
+  internal::SegmentRow row(const Path& of_body, std::size_t index);
+  std::vector<Scalar> cubic(const internal::HermiteForm& form, const internal::SegmentRow& at,
+                            const Path& of_body, std::size_t index);
+  internal::EncodedMotion encoded(const Path& of_body, std::size_t index);
+  MotionSegment segment(BodyId body, std::size_t index);
+  const Motion& motion(BodyId body, Scalar t);
+  std::vector<PairRecord> pairs(std::size_t frame);
+
+  std::filesystem::path file;
+  std::optional<Input> input;
+  internal::BlockCache<Scalar> numbers;
+  internal::BlockCache<internal::SegmentRow> segment_rows;
+  RunHeader header;
+  std::vector<RecordedShape> shapes;
+  std::vector<std::shared_ptr<const Shape>> all_shapes;  // the same
+  std::vector<RecordedBody> bodies;
+  std::vector<Path> paths;
+  std::vector<TimeInterval> steps;
+  std::vector<RecordedFrame> frames;
+  std::vector<internal::FrameRow> frame_rows;
+  std::vector<ImpactEvent> impacts;
+  std::vector<RunEvent> events;
+  std::optional<RunEnd> end;
+  internal::FrameRow known{};  // lengths of what was read
+};
+
+bool RecordingReader::Impl::refresh() {
+  // An open file caches the lengths; a new one reads that of /frames first.
+  input.reset();
+  input.emplace(file);
+  const std::uint64_t count = in().frames.length();
+  return guard([&] {
+    header = internal::header_from(Json::parse(in().file.text_attribute("header")));
+    const bool had_end = end.has_value();
+    const auto rows = in().frames.read(frames.size(), count - frames.size());
+    for (const internal::FrameRow& row : rows) frames.push_back(internal::frame_from(row));
+    frame_rows.insert(frame_rows.end(), rows.begin(), rows.end());
+    if (!rows.empty()) read_new(rows.back());
+    read_end();
+    return !rows.empty() || end.has_value() != had_end;
+  });
+}
+
+void RecordingReader::Impl::read_new(const internal::FrameRow& last) {
+  read_shapes(last);
+  read_bodies(last);
+  read_segments(last);
+  for (const internal::StepRow& row :
+       in().steps.read(known.step_count, last.step_count - known.step_count)) {
+    steps.push_back({row.begin, row.end});
+  }
+  for (const internal::EventRow& row :
+       in().events.read(known.event_count, last.event_count - known.event_count)) {
+    events.push_back(internal::event_from(row));
+  }
+  const internal::FrameRow before = known;
+  known = last;
+  read_impacts(before);
+}
+
+void RecordingReader::Impl::read_shapes(const internal::FrameRow& last) {
+  if (last.shape_bytes == known.shape_bytes) return;
+  // Vertex and triangle numbers of a line count from the first row of all.
+  const internal::ShapeRows rows{in().vertices.read(0, last.vertex_count),
+                                 in().triangles.read(0, last.triangle_count)};
+  const std::string text =
+      text_of(in().shapes.read(known.shape_bytes, last.shape_bytes - known.shape_bytes));
+  for (const Json& line : json_lines(text)) {
+    all_shapes.push_back(internal::shape_from(line, rows, all_shapes));
+    shapes.push_back(
+        {std::stoull(line.at("hash").get<std::string>(), nullptr, 16), all_shapes.back()});
+  }
+}
+
+void RecordingReader::Impl::read_bodies(const internal::FrameRow& last) {
+  const std::string text =
+      text_of(in().bodies.read(known.body_bytes, last.body_bytes - known.body_bytes));
+  for (const Json& line : json_lines(text)) {
+    const auto slot = line.at("slot").get<std::uint32_t>();
+    if (slot >= bodies.size()) bodies.resize(slot + 1);
+    RecordedBody& body = bodies[slot];
+    body.name = line.at("name").get<std::string>();
+    body.kind = internal::kind_of_name(line.at("kind").get<std::string>());
+    body.shape = line.at("shape").get<std::size_t>();
+    DYOP_REQUIRE(body.shape < shapes.size(), "body ", slot, " has the shape ", body.shape,
+                 ", which is missing");
+    body.is_sensor = line.at("is_sensor").get<bool>();
+    body.mass = line.at("mass").get<Scalar>();
+    const auto center = line.at("p_BoBcm").get<std::array<Scalar, 3>>();
+    body.p_BoBcm = Vector3(center[0], center[1], center[2]);
+  }
+  paths.resize(bodies.size());
+}
+
+void RecordingReader::Impl::read_segments(const internal::FrameRow& last) {
+  constexpr std::uint64_t kRowsAtOnce = 1 << 16;
+  for (std::uint64_t first = known.segment_count; first < last.segment_count;
+       first += kRowsAtOnce) {
+    const std::uint64_t count = std::min(kRowsAtOnce, last.segment_count - first);
+    std::uint64_t number = first;
+    for (const internal::SegmentRow& row : in().segments.read(first, count)) {
+      DYOP_REQUIRE(row.body < paths.size(), "segment ", number, " is of body ", row.body,
+                   ", which is missing");
+      paths[row.body].segments.push_back({row.begin, number++});
+    }
+  }
+}
+
+void RecordingReader::Impl::read_impacts(const internal::FrameRow& before) {
+  for (const internal::ImpactRow& row :
+       in().impacts.read(before.impact_count, known.impact_count - before.impact_count)) {
+    ImpactEvent impact =
+        internal::impact_from(row, in().contacts.read(row.first_contact, row.contact_count));
+    if (interval().contains(impact.toi.t_safe)) {
+      impact.toi.X_WA = motion(impact.a, impact.toi.t_safe).pose(impact.toi.t_safe);
+      impact.toi.X_WB = motion(impact.b, impact.toi.t_safe).pose(impact.toi.t_safe);
+    }
+    impacts.push_back(std::move(impact));
+  }
+}
+
+void RecordingReader::Impl::read_end() {
+  if (end || in().end.length() == 0) return;
+  const Json json = Json::parse(text_of(in().end.read(0, in().end.length())));
+  RunEnd result;
+  result.status = frames.empty() ? AdvanceStatus::NotRun : frames.back().status;
+  result.error = json.at("error").get<std::string>();
+  end = std::move(result);
+}
+
+TimeInterval RecordingReader::Impl::interval() const {
+  return {header.begin_time, frames.empty() ? header.begin_time : frames.back().interval.end};
+}
+
+RecordingReader::Impl::Path& RecordingReader::Impl::path(BodyId body) {
+  DYOP_REQUIRE(body.slot < paths.size(), "the recording has ", paths.size(),
+               " bodies, there is no ", body);
+  return paths[body.slot];
+}
+
+std::size_t RecordingReader::Impl::segment_at(BodyId body, Scalar t) {
+  const Path& of_body = path(body);
+  DYOP_REQUIRE(
+      interval().contains(t) && !of_body.segments.empty() && of_body.segments.front().begin <= t,
+      "body ", body, " has no motion at the time ", t, ": the recording goes from ",
+      interval().begin, " to ", interval().end);
+  const auto after =
+      std::upper_bound(of_body.segments.begin(), of_body.segments.end(), t,
+                       [](Scalar x, const Segment& segment) { return x < segment.begin; });
+  return std::size_t(after - of_body.segments.begin()) - 1;
+}
+
+std::vector<Scalar> RecordingReader::Impl::numbers_at(std::uint64_t first, std::size_t count) {
+  return numbers.read(in().numbers, first, count, known.number_count);
+}
+
+internal::SegmentRow RecordingReader::Impl::row(const Path& of_body, std::size_t index) {
+  return segment_rows.read(in().segments, of_body.segments[index].row, 1, known.segment_count)
+      .front();
+}
+
+// A cubic made whole from what the rows before it hold.
+std::vector<Scalar> RecordingReader::Impl::cubic(const internal::HermiteForm& form,
+                                                 const internal::SegmentRow& at,
+                                                 const Path& of_body, std::size_t index) {
+  const std::vector<Scalar> stored = numbers_at(at.first, form.count());
+  std::uint64_t chart_place = at.first;
+  if (!form.has_own_chart) {
+    const bool is_place = stored[0] >= 0 && stored[0] < static_cast<Scalar>(at.first);
+    DYOP_REQUIRE(is_place, "the chart of a cubic is said to be in the place ", stored[0]);
+    chart_place = static_cast<std::uint64_t>(stored[0]);
+  }
+  std::vector<Scalar> end_of_before;
+  if (form.continues()) {
+    DYOP_REQUIRE(index > 0, "a cubic continues nothing");
+    const internal::SegmentRow before = row(of_body, index - 1);
+    const internal::HermiteForm* form_before = internal::hermite_form(before.kind);
+    DYOP_REQUIRE(form_before != nullptr, "a cubic continues a segment of kind ", before.kind);
+    end_of_before = numbers_at(before.first + form_before->count() - internal::kNodeNumbers,
+                               internal::kNodeNumbers);
+  }
+  return internal::whole_numbers(form, numbers_at(chart_place, internal::kChartNumbers),
+                                 end_of_before, stored);
+}
+
+internal::EncodedMotion RecordingReader::Impl::encoded(const Path& of_body, std::size_t index) {
+  const internal::SegmentRow at = row(of_body, index);
+  internal::EncodedMotion result;
+  if (const internal::HermiteForm* form = internal::hermite_form(at.kind)) {
+    result.kind = SegmentKind::Hermite;
+    result.numbers = cubic(*form, at, of_body, index);
+    return result;
+  }
+  DYOP_REQUIRE(at.kind <= static_cast<std::uint32_t>(SegmentKind::Approximate),
+               "unknown kind of segment ", at.kind);
+  result.kind = static_cast<SegmentKind>(at.kind);
+  const std::vector<Scalar> stored = numbers_at(at.first, internal::number_count(result.kind));
+  if (result.kind == SegmentKind::Given) {
+    result.given = text_of(in().given.read(std::uint64_t(stored[0]), std::uint64_t(stored[1])));
+  } else {
+    result.numbers = stored;
+  }
+  return result;
+}
+
+MotionSegment RecordingReader::Impl::segment(BodyId body, std::size_t index) {
+  const Path& of_body = path(body);
+  DYOP_REQUIRE(index < of_body.segments.size(), "body ", body, " has ", of_body.segments.size(),
+               " segments, there is no ", index);
+  const bool is_last = index + 1 == of_body.segments.size();
+  MotionSegment result;
+  result.interval = {of_body.segments[index].begin,
+                     is_last ? interval().end : of_body.segments[index + 1].begin};
+  internal::EncodedMotion motion_numbers = encoded(of_body, index);
+  result.kind = motion_numbers.kind;
+  result.motion = internal::decode(motion_numbers, bodies[body.slot].p_BoBcm);
+  result.numbers = std::move(motion_numbers.numbers);
+  result.given = std::move(motion_numbers.given);
+  return result;
+}
+
+const Motion& RecordingReader::Impl::motion(BodyId body, Scalar t) {
+  const std::size_t index = segment_at(body, t);
+  Path& of_body = path(body);
+  if (of_body.last != index) {
+    of_body.last_motion = internal::decode(encoded(of_body, index), bodies[body.slot].p_BoBcm);
+    of_body.last = index;
+  }
+  DYOP_REQUIRE(of_body.last_motion != nullptr, "body ", body, " is absent at the time ", t);
+  return *of_body.last_motion;
+}
+
+std::vector<PairRecord> RecordingReader::Impl::pairs(std::size_t frame) {
+  DYOP_REQUIRE(frame < frames.size(), "the recording has ", frames.size(), " frames, there is no ",
+               frame);
+  const std::uint64_t first = frame == 0 ? 0 : frame_rows[frame - 1].pair_count;
+  std::vector<PairRecord> records;
+  for (const internal::PairRow& row :
+       in().pairs.read(first, frame_rows[frame].pair_count - first)) {
+    records.push_back(
+        internal::pair_from(row, in().pair_contacts.read(row.first_contact, row.contact_count)));
+  }
+  return records;
+}
+
+RecordingReader::RecordingReader(const std::filesystem::path& file)
+    : impl_(std::make_unique<Impl>(file)) {}
+
+RecordingReader::~RecordingReader() = default;
+RecordingReader::RecordingReader(RecordingReader&&) noexcept = default;
+RecordingReader& RecordingReader::operator=(RecordingReader&&) noexcept = default;
+
+bool RecordingReader::refresh() {
+  return impl_->refresh();
+}
+
+const RunHeader& RecordingReader::header() const {
+  return impl_->header;
+}
+
+std::span<const RecordedShape> RecordingReader::shapes() const {
+  return impl_->shapes;
+}
+
+std::span<const RecordedBody> RecordingReader::bodies() const {
+  return impl_->bodies;
+}
+
+TimeInterval RecordingReader::interval() const {
+  return impl_->interval();
+}
+
+const std::optional<RunEnd>& RecordingReader::end() const {
+  return impl_->end;
+}
+
+std::span<const TimeInterval> RecordingReader::steps() const {
+  return impl_->steps;
+}
+
+std::span<const RecordedFrame> RecordingReader::frames() const {
+  return impl_->frames;
+}
+
+std::span<const ImpactEvent> RecordingReader::impacts() const {
+  return impl_->impacts;
+}
+
+std::span<const RunEvent> RecordingReader::events() const {
+  return impl_->events;
+}
+
+std::vector<PairRecord> RecordingReader::pairs(std::size_t frame) const {
+  return impl_->pairs(frame);
+}
+
+std::size_t RecordingReader::segment_count(BodyId body) const {
+  return impl_->path(body).segments.size();
+}
+
+MotionSegment RecordingReader::segment(BodyId body, std::size_t index) const {
+  return impl_->segment(body, index);
+}
+
+std::size_t RecordingReader::segment_at(BodyId body, Scalar t) const {
+  return impl_->segment_at(body, t);
+}
+
+RigidPose RecordingReader::pose(BodyId body, Scalar t) const {
+  return impl_->motion(body, t).pose(t);
+}
+
+MotionState RecordingReader::state(BodyId body, Scalar t) const {
+  return impl_->motion(body, t).state(t);
+}
+
+}  // namespace dyop

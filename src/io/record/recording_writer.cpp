@@ -1,0 +1,383 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "dyop/io/recording_writer.h"
+
+#include <algorithm>
+#include <chrono>
+#include <limits>
+#include <map>
+#include <optional>
+#include <set>
+#include <utility>
+
+#include "io/json_reader.h"
+#include "io/record/event_rows.h"
+#include "io/record/motion_rows.h"
+#include "io/record/recording_tables.h"
+#include "io/record/shape_rows.h"
+
+namespace dyop {
+namespace {
+
+using internal::EncodedMotion;
+using internal::Hdf5File;
+using internal::Json;
+using internal::MotionPart;
+using internal::OutputRows;
+
+using Clock = std::chrono::steady_clock;
+
+// Between two flushes pass so many times what the last one took.
+constexpr int kFlushRest = 20;
+
+constexpr Scalar kUnknown = std::numeric_limits<Scalar>::quiet_NaN();
+
+Json optional_json(const std::optional<Scalar>& value) {
+  return value ? Json(*value) : Json(nullptr);
+}
+
+Json header_json(const RunHeader& header) {
+  Json json;
+  json["title"] = header.title;
+  json["scene"] = header.scene.empty() ? Json(nullptr) : Json::parse(header.scene);
+  json["target_distance"] = optional_json(header.target_distance);
+  json["rest_offset"] = optional_json(header.rest_offset);
+  json["begin_time"] = header.begin_time;
+  json["end_time"] = header.end_time;
+  json["step"] = header.step;
+  return json;
+}
+
+}  // namespace
+
+// All datasets, each with chunks of about 8 to 16 kB: small recordings stay small.
+struct RecordingWriter::Output {
+  template <typename Row>
+  OutputRows<Row> table(const char* name, hsize_t chunk_rows) {
+    return {file, name, internal::row_type<Row>().get(), 1, chunk_rows};
+  }
+  OutputRows<char> text(const char* name) { return {file, name, H5T_NATIVE_UINT8, 1, 4096}; }
+
+  Hdf5File file;
+  OutputRows<internal::FrameRow> frames = table<internal::FrameRow>("frames", 32);
+  OutputRows<internal::StepRow> steps = table<internal::StepRow>("steps", 512);
+  OutputRows<internal::SegmentRow> segments = table<internal::SegmentRow>("segments", 512);
+  OutputRows<Scalar> numbers{file, "numbers", H5T_NATIVE_DOUBLE, 1, 2048};
+  OutputRows<internal::ImpactRow> impacts = table<internal::ImpactRow>("impacts", 32);
+  OutputRows<internal::ContactRow> contacts = table<internal::ContactRow>("contacts", 64);
+  OutputRows<internal::PairRow> pairs = table<internal::PairRow>("pairs", 64);
+  OutputRows<internal::PairContactRow> pair_contacts =
+      table<internal::PairContactRow>("pair_contacts", 128);
+  OutputRows<internal::EventRow> events = table<internal::EventRow>("events", 256);
+  OutputRows<char> bodies = text("bodies");
+  OutputRows<char> shapes = text("shapes");
+  OutputRows<std::array<double, 3>> vertices{file, "vertices", H5T_NATIVE_DOUBLE, 3, 512};
+  OutputRows<std::array<std::int32_t, 3>> triangles{file, "triangles", H5T_NATIVE_INT32, 3, 1024};
+  OutputRows<char> given = text("given");
+  OutputRows<char> end = text("end");
+
+  explicit Output(const std::filesystem::path& path) : file(Hdf5File::create(path)) {}
+
+  // The rows of /frames last: they count the others.
+  void flush() {
+    steps.flush();
+    segments.flush();
+    numbers.flush();
+    impacts.flush();
+    contacts.flush();
+    pairs.flush();
+    pair_contacts.flush();
+    events.flush();
+    bodies.flush();
+    shapes.flush();
+    vertices.flush();
+    triangles.flush();
+    given.flush();
+    frames.flush();
+  }
+
+  void put_lengths(internal::FrameRow& row) const {
+    row.step_count = steps.length();
+    row.segment_count = segments.length();
+    row.number_count = numbers.length();
+    row.impact_count = impacts.length();
+    row.contact_count = contacts.length();
+    row.pair_count = pairs.length();
+    row.pair_contact_count = pair_contacts.length();
+    row.event_count = events.length();
+    row.body_bytes = bodies.length();
+    row.shape_bytes = shapes.length();
+    row.given_bytes = given.length();
+    row.vertex_count = vertices.length();
+    row.triangle_count = triangles.length();
+  }
+};
+
+struct RecordingWriter::Impl {
+  // The last data written for a body.
+  struct Body {
+    std::optional<BodyId> id;
+    Vector3 p_BoBcm = Vector3::Zero();
+    std::shared_ptr<const Motion> motion;  // of the last segment
+    EncodedMotion last;
+    bool has_segment = false;
+    std::vector<Scalar> chart;      // R_WC of the last cubic; empty if there was none
+    std::uint64_t chart_place = 0;  // in /numbers
+  };
+
+  Impl(const std::filesystem::path& path, const RunHeader& header,
+       const RecordingOptions& the_options)
+      : output(path), options(the_options) {
+    output.file.write_attribute("format", std::string(internal::kRecordingFormat));
+    output.file.write_attribute("version", internal::kRecordingVersion);
+    output.file.write_attribute("header", header_json(header).dump());
+    output.file.share_with_readers();
+    time = header.begin_time;
+    DYOP_REQUIRE(options.longest_delay >= 0, "longest_delay must be >= 0, not ",
+                 options.longest_delay);
+  }
+
+  void put_body(const BodyId& id, const BodyDefinition& definition);
+  void put_step(const CommittedStep& step);
+  void put_motion(std::uint32_t slot, const MotionPart& part);
+  void put_segment(std::uint32_t slot, Scalar begin, EncodedMotion encoded);
+  std::uint32_t put_cubic(Body& body, std::span<const Scalar> whole);
+  void put_impact(const ImpactEvent& impact);
+  void put_pairs(const std::vector<PairRecord>& records);
+  void put_events(const AdvanceReport& report);
+  void put_frame(const AdvanceReport& report, internal::FrameRow row);
+  void flush();
+  void flush_if_due();
+  void end(const std::string& error);
+
+  Output output;
+  RecordingOptions options;
+  internal::ShapeWriter shapes;
+  std::vector<Body> bodies;  // by slot
+  std::set<std::pair<BodyId, BodyId>> pairs_at_rest;
+  Scalar time = 0;  // committed
+  AdvanceStatus status = AdvanceStatus::NotRun;
+  Clock::time_point last_flush = Clock::now();
+  Clock::duration rest{};  // that passes before the next flush
+  bool has_ended = false;
+};
+
+void RecordingWriter::Impl::put_body(const BodyId& id, const BodyDefinition& definition) {
+  if (id.slot >= bodies.size()) bodies.resize(id.slot + 1);
+  Body& body = bodies[id.slot];
+  if (body.id == id) return;
+  internal::ShapeRows rows;
+  std::string lines;
+  const std::size_t shape = shapes.add(definition.shape, lines, rows);
+  output.shapes.add_all(lines);
+  output.vertices.add_all(rows.vertices);
+  output.triangles.add_all(rows.triangles);
+  const bool is_dynamic = definition.kind == BodyKind::Dynamic;
+  body = Body{};
+  body.id = id;
+  if (is_dynamic) body.p_BoBcm = definition.mass_properties.p_BoBcm;
+  const Vector3& c = body.p_BoBcm;
+  const Json line{{"slot", id.slot},
+                  {"name", definition.name},
+                  {"kind", internal::name_of_kind(definition.kind)},
+                  {"shape", shape},
+                  {"is_sensor", definition.is_sensor},
+                  {"mass", is_dynamic ? definition.mass_properties.mass : 0},
+                  {"p_BoBcm", {c.x(), c.y(), c.z()}},
+                  {"from", time}};
+  output.bodies.add_all(line.dump() + '\n');
+}
+
+// Returns the kind of its row.
+std::uint32_t RecordingWriter::Impl::put_cubic(Body& body, std::span<const Scalar> whole) {
+  const bool follows_cubic = body.has_segment && body.last.kind == SegmentKind::Hermite;
+  const internal::HermiteForm& form = internal::shortest_form(
+      follows_cubic ? std::span<const Scalar>(body.last.numbers) : std::span<const Scalar>(),
+      body.chart, whole);
+  if (form.has_own_chart) {
+    body.chart.assign(whole.begin(), whole.begin() + internal::kChartNumbers);
+    body.chart_place = output.numbers.length();
+  }
+  output.numbers.add_all(internal::stored_numbers(form, body.chart_place, whole));
+  return form.kind;
+}
+
+void RecordingWriter::Impl::put_segment(std::uint32_t slot, Scalar begin, EncodedMotion encoded) {
+  Body& body = bodies[slot];
+  const bool is_same = body.has_segment && body.last.kind == encoded.kind &&
+                       (encoded.kind == SegmentKind::Rest || encoded.kind == SegmentKind::Absent) &&
+                       body.last.numbers == encoded.numbers;
+  if (is_same) return;
+  internal::SegmentRow row{begin, output.numbers.length(), slot,
+                           static_cast<std::uint32_t>(encoded.kind)};
+  if (encoded.kind == SegmentKind::Given) {
+    output.numbers.add(static_cast<Scalar>(output.given.length()));
+    output.numbers.add(static_cast<Scalar>(encoded.given.size()));
+    output.given.add_all(encoded.given);
+  } else if (encoded.kind == SegmentKind::Hermite) {
+    row.kind = put_cubic(body, encoded.numbers);
+  } else {
+    output.numbers.add_all(encoded.numbers);
+  }
+  output.segments.add(row);
+  body.last = std::move(encoded);
+  body.has_segment = true;
+}
+
+void RecordingWriter::Impl::put_motion(std::uint32_t slot, const MotionPart& part) {
+  Body& body = bodies[slot];
+  if (body.has_segment && body.motion == part.motion &&
+      body.last.kind != SegmentKind::Approximate) {
+    return;
+  }
+  EncodedMotion encoded = internal::encode(part, body.p_BoBcm);
+  if (options.is_sampled && encoded.kind == SegmentKind::Hermite) {
+    encoded.kind = SegmentKind::Approximate;
+  }
+  put_segment(slot, part.interval.begin, std::move(encoded));
+  body.motion = part.motion;
+}
+
+void RecordingWriter::Impl::put_step(const CommittedStep& step) {
+  output.steps.add({step.interval.begin, step.interval.end});
+  for (std::uint32_t slot = 0; slot < bodies.size(); ++slot) {
+    if (slot >= step.motions.size() || step.motions[slot] == nullptr) {
+      bodies[slot].motion.reset();
+      put_segment(slot, step.interval.begin, {});
+      continue;
+    }
+    for (const MotionPart& part : internal::parts_of(step.motions[slot], step.interval)) {
+      put_motion(slot, part);
+    }
+  }
+}
+
+void RecordingWriter::Impl::put_impact(const ImpactEvent& impact) {
+  internal::ImpactRow row = internal::impact_row(impact);
+  row.first_contact = output.contacts.length();
+  row.contact_count = impact.contacts.size();
+  output.impacts.add(row);
+  for (const WorldContact& contact : impact.contacts) {
+    output.contacts.add(internal::contact_row(contact));
+  }
+}
+
+void RecordingWriter::Impl::put_pairs(const std::vector<PairRecord>& records) {
+  std::set<std::pair<BodyId, BodyId>> at_rest;
+  for (const PairRecord& record : records) {
+    const std::pair<BodyId, BodyId> key{record.a, record.b};
+    if (record.proof == ProofKind::AtRest) {
+      at_rest.insert(at_rest.end(), key);
+      if (pairs_at_rest.contains(key)) continue;
+    }
+    internal::PairRow row = internal::pair_row(record);
+    row.frame = static_cast<std::uint32_t>(output.frames.length());
+    row.first_contact = output.pair_contacts.length();
+    if (options.pairs == PairDetail::Contacts) {
+      row.contact_count = record.contacts.size();
+      for (const PairContact& contact : record.contacts) {
+        output.pair_contacts.add(internal::pair_contact_row(contact, record.pivot_W));
+      }
+    }
+    output.pairs.add(row);
+  }
+  pairs_at_rest = std::move(at_rest);
+}
+
+void RecordingWriter::Impl::put_events(const AdvanceReport& report) {
+  const auto put = [&](RunEventKind kind, Scalar t, const BodyId& a, const BodyId& b) {
+    output.events.add(internal::event_row({kind, t, a, b}));
+  };
+  for (const auto& [a, b] : report.too_near) put(RunEventKind::TooNear, time, a, b);
+  for (const auto& [a, b] : report.crossed) put(RunEventKind::Crossed, report.t, a, b);
+  for (const BodyId& id : report.woke) put(RunEventKind::Woke, report.t, id, {});
+  for (const BodyId& id : report.fell_asleep) put(RunEventKind::FellAsleep, report.t, id, {});
+  for (const SensorEvent& event : report.sensors) {
+    put(event.is_overlap ? RunEventKind::SensorBegins : RunEventKind::SensorEnds, event.t,
+        event.sensor, event.body);
+  }
+  if (report.work.stalls > 0) put(RunEventKind::Stalled, report.t, {}, {});
+  if (internal::is_undecided(report.status)) {
+    put(RunEventKind::Undecided, report.t, report.offending_pair.first,
+        report.offending_pair.second);
+  }
+}
+
+void RecordingWriter::Impl::flush() {
+  const Clock::time_point begin = Clock::now();
+  output.flush();
+  last_flush = Clock::now();
+  rest = kFlushRest * (last_flush - begin);
+}
+
+void RecordingWriter::Impl::flush_if_due() {
+  const std::chrono::duration<Scalar> waited = Clock::now() - last_flush;
+  if (waited >= rest || waited.count() >= options.longest_delay) flush();
+}
+
+// A frame is in the file, and whole, once its row is.
+void RecordingWriter::Impl::put_frame(const AdvanceReport& report, internal::FrameRow row) {
+  for (const CommittedStep& step : report.steps) put_step(step);
+  for (const ImpactEvent& impact : report.impacts) put_impact(impact);
+  put_events(report);
+  internal::put_report(report, row);
+  row.begin = time;
+  output.put_lengths(row);
+  output.frames.add(row);
+  time = report.t;
+  status = report.status;
+  flush_if_due();
+}
+
+void RecordingWriter::Impl::end(const std::string& error) {
+  flush();
+  const Json json{{"status", static_cast<std::uint32_t>(status)}, {"error", error}};
+  output.end.add_all(json.dump());
+  output.end.flush();
+  output.file.close();
+  has_ended = true;
+}
+
+RecordingWriter::RecordingWriter(const std::filesystem::path& file, const RunHeader& header,
+                                 const RecordingOptions& options)
+    : impl_(std::make_unique<Impl>(file, header, options)) {}
+
+RecordingWriter::~RecordingWriter() {
+  if (!impl_ || impl_->has_ended) return;
+  try {
+    impl_->flush();
+  } catch (
+      const std::exception&) {  // the disk is full, say: the file is whole up to the last flush
+  }
+}
+
+RecordingWriter::RecordingWriter(RecordingWriter&&) noexcept = default;
+RecordingWriter& RecordingWriter::operator=(RecordingWriter&&) noexcept = default;
+
+void RecordingWriter::write(const AdvanceReport& report, const World& world) {
+  for (const BodyId& id : world.bodies()) impl_->put_body(id, world.body(id));
+  if (impl_->options.pairs != PairDetail::None) impl_->put_pairs(world.pairs());
+  internal::FrameRow row{};
+  row.kinetic_energy = world.kinetic_energy();
+  row.momentum = internal::row_of(world.momentum());
+  row.angular_momentum = internal::row_of(world.angular_momentum());
+  impl_->put_frame(report, row);
+}
+
+void RecordingWriter::write(const AdvanceReport& report, std::span<const BodyDefinition> bodies) {
+  for (std::size_t k = 0; k < bodies.size(); ++k) impl_->put_body(BodyId(k), bodies[k]);
+  internal::FrameRow row{};
+  row.kinetic_energy = kUnknown;
+  row.momentum = {kUnknown, kUnknown, kUnknown};
+  row.angular_momentum = {kUnknown, kUnknown, kUnknown};
+  impl_->put_frame(report, row);
+}
+
+void RecordingWriter::finish() {
+  impl_->end("");
+}
+
+void RecordingWriter::fail(const std::string& error) {
+  impl_->end(error);
+}
+
+}  // namespace dyop

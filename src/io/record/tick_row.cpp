@@ -1,0 +1,251 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "io/record/tick_row.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "dyop/core/error.h"
+
+namespace dyop::internal {
+namespace {
+
+template <typename Number>
+hid_t tick_number_type() {
+  if constexpr (std::is_same_v<Number, double>) return H5T_NATIVE_DOUBLE;
+  if constexpr (std::is_same_v<Number, float>) return H5T_NATIVE_FLOAT;
+  if constexpr (std::is_same_v<Number, std::uint8_t>) return H5T_NATIVE_UINT8;
+  if constexpr (std::is_same_v<Number, std::uint16_t>) return H5T_NATIVE_UINT16;
+  if constexpr (std::is_same_v<Number, std::uint32_t>) return H5T_NATIVE_UINT32;
+  if constexpr (std::is_same_v<Number, std::uint64_t>) return H5T_NATIVE_UINT64;
+}
+
+// The numbers of a member, whether it is one or many.
+template <typename Member>
+auto numbers_of(Member& member) {
+  if constexpr (std::is_arithmetic_v<std::remove_const_t<Member>>) {
+    return std::span(&member, 1);
+  } else {
+    return std::span(member);
+  }
+}
+
+template <typename To, typename From>
+void copy_numbers(const From& from, To& to) {
+  for (std::size_t k = 0; k < to.size(); ++k) {
+    to[k] = typename To::value_type(from[Eigen::Index(k)]);
+  }
+}
+
+template <std::size_t kCount, typename Number>
+auto as_vector(const std::array<Number, kCount>& numbers) {
+  Eigen::Matrix<Scalar, int(kCount), 1> v;
+  for (std::size_t k = 0; k < kCount; ++k) v[Eigen::Index(k)] = numbers[k];
+  return v;
+}
+
+// The nearest float that is not on the wrong side.
+float rounded_down(Scalar x) {
+  const auto near = float(x);
+  return Scalar(near) > x ? std::nextafter(near, -std::numeric_limits<float>::infinity()) : near;
+}
+
+float rounded_up(Scalar x) {
+  return -rounded_down(-x);
+}
+
+template <typename Unsigned>
+Unsigned exactly(std::int64_t value, const char* name) {
+  DYOP_REQUIRE(value >= 0 && value <= std::int64_t(std::numeric_limits<Unsigned>::max()),
+               "a recording cannot hold ", name, " = ", value);
+  return Unsigned(value);
+}
+
+template <typename Unsigned>
+Unsigned at_most(std::int64_t value) {
+  return Unsigned(std::clamp<std::int64_t>(value, 0, std::numeric_limits<Unsigned>::max()));
+}
+
+void put_clearances(const HapticTick& tick, TickRow& row) {
+  Scalar least = kInfinity;
+  for (std::size_t k = 0; k < tick.clearances.size(); ++k) {
+    const ToolClearance& clearance = tick.clearances[k];
+    row.lower[k] = rounded_down(clearance.lower);
+    row.upper[k] = rounded_up(clearance.upper);
+    row.time_to_breach[k] = rounded_down(clearance.time_to_breach);
+    if (!(clearance.upper < least)) continue;
+    least = clearance.upper;
+    row.nearest = std::uint16_t(k);
+    copy_numbers(clearance.p_WT, row.p_tool);
+    copy_numbers(clearance.p_WO, row.p_obstacle);
+  }
+}
+
+}  // namespace
+
+TickRow::TickRow(std::size_t hinge_count, std::size_t obstacle_count, std::int64_t version)
+    : device_angles(hinge_count),
+      new_snapshots(obstacle_count),
+      tool_angles(hinge_count),
+      tissue_stopped(version >= 3 ? 1 : 0),
+      lower(obstacle_count),
+      upper(obstacle_count),
+      time_to_breach(obstacle_count) {}
+
+// The name in the file is the name of the member.
+template <typename Row, typename Visit>
+void TickRow::for_each(Row& row, Visit visit) {
+  visit("number", numbers_of(row.number));
+  visit("status", numbers_of(row.status));
+  visit("contacts", numbers_of(row.contacts));
+  visit("nearest", numbers_of(row.nearest));
+  visit("dt", numbers_of(row.dt));
+  visit("device_p", numbers_of(row.device_p));
+  visit("device_q", numbers_of(row.device_q));
+  visit("device_angles", numbers_of(row.device_angles));
+  visit("cutoff_checkpoint", numbers_of(row.cutoff_checkpoint));
+  visit("cutoff_node_pairs", numbers_of(row.cutoff_node_pairs));
+  visit("new_snapshots", numbers_of(row.new_snapshots));
+  visit("tool_p", numbers_of(row.tool_p));
+  visit("tool_q", numbers_of(row.tool_q));
+  visit("tool_angles", numbers_of(row.tool_angles));
+  visit("force", numbers_of(row.force));
+  visit("torque", numbers_of(row.torque));
+  visit("energy_returned", numbers_of(row.energy_returned));
+  visit("tissue_lag", numbers_of(row.tissue_lag));
+  visit("tissue_stopped", numbers_of(row.tissue_stopped));
+  visit("lower", numbers_of(row.lower));
+  visit("upper", numbers_of(row.upper));
+  visit("time_to_breach", numbers_of(row.time_to_breach));
+  visit("p_tool", numbers_of(row.p_tool));
+  visit("p_obstacle", numbers_of(row.p_obstacle));
+  visit("latency_ns", numbers_of(row.latency_ns));
+  visit("checkpoints", numbers_of(row.checkpoints));
+  visit("node_pairs", numbers_of(row.node_pairs));
+  visit("impact_queries", numbers_of(row.impact_queries));
+  visit("distance_queries", numbers_of(row.distance_queries));
+  visit("solves", numbers_of(row.solves));
+  visit("pieces", numbers_of(row.pieces));
+  visit("digest", numbers_of(row.digest));
+}
+
+std::size_t TickRow::bytes() const {
+  std::size_t sum = 0;
+  for_each(*this, [&](const char*, auto numbers) { sum += numbers.size_bytes(); });
+  return sum;
+}
+
+Hdf5RowType TickRow::type() const {
+  const QuietHdf5 quiet;
+  Hdf5RowType type(bytes());
+  std::size_t offset = 0;
+  for_each(*this, [&](const char* name, auto numbers) {
+    using Number = typename decltype(numbers)::value_type;
+    if (numbers.size() == 1) {
+      type.add(name, offset, tick_number_type<Number>());
+    } else if (numbers.size() > 1) {
+      type.add_array(name, offset, tick_number_type<Number>(), numbers.size());
+    }
+    offset += numbers.size_bytes();
+  });
+  return type;
+}
+
+void TickRow::append_to(std::vector<char>& out) const {
+  for_each(*this, [&](const char*, auto numbers) {
+    const auto* bytes = reinterpret_cast<const char*>(numbers.data());
+    out.insert(out.end(), bytes, bytes + numbers.size_bytes());
+  });
+}
+
+void TickRow::read_from(const char* bytes) {
+  for_each(*this, [&](const char*, auto numbers) {
+    if (numbers.empty()) return;
+    std::memcpy(numbers.data(), bytes, numbers.size_bytes());
+    bytes += numbers.size_bytes();
+  });
+}
+
+void put_tick(const TickRecord& record, std::vector<std::int64_t>& seen, TickRow& row) {
+  const HapticTick& tick = record.tick;
+  row = TickRow(row.device_angles.size(), row.lower.size());
+  row.number = exactly<std::uint32_t>(record.number, "the number of a tick");
+  row.status = std::uint8_t(tick.status);
+  row.contacts = at_most<std::uint8_t>(std::int64_t(tick.contacts.size()));
+  row.dt = record.dt;
+  copy_numbers(record.device.p_WD, row.device_p);
+  copy_numbers(record.device.q_WD.coeffs(), row.device_q);
+  std::copy_n(record.device.angles.begin(), row.device_angles.size(), row.device_angles.begin());
+  if (tick.cutoff) {
+    row.cutoff_checkpoint = exactly<std::uint32_t>(tick.cutoff->checkpoint, "a checkpoint");
+    row.cutoff_node_pairs = exactly<std::uint32_t>(tick.cutoff->node_pairs, "node pairs");
+  }
+  for (std::size_t k = 0; k < seen.size(); ++k) {
+    row.new_snapshots[k] = exactly<std::uint8_t>(tick.snapshots[k] - seen[k], "new snapshots");
+    seen[k] = tick.snapshots[k];
+  }
+  copy_numbers(tick.tool.X_WT.translation(), row.tool_p);
+  copy_numbers(tick.tool.X_WT.quaternion().coeffs(), row.tool_q);
+  for (std::size_t k = 0; k < row.tool_angles.size(); ++k) {
+    row.tool_angles[k] = float(tick.tool.angles[k]);
+  }
+  copy_numbers(tick.wrench.force_W, row.force);
+  copy_numbers(tick.wrench.torque_W, row.torque);
+  row.energy_returned = float(tick.energy_returned);
+  row.tissue_lag = float(tick.tissue_lag);
+  row.tissue_stopped = {float(tick.tissue_stopped)};
+  put_clearances(tick, row);
+  row.latency_ns = at_most<std::uint32_t>(tick.latency.count());
+  row.checkpoints = at_most<std::uint32_t>(tick.statistics.checkpoints);
+  row.node_pairs = at_most<std::uint32_t>(tick.statistics.node_pairs);
+  row.impact_queries = at_most<std::uint16_t>(tick.statistics.impact_queries);
+  row.distance_queries = at_most<std::uint16_t>(tick.statistics.distance_queries);
+  row.solves = at_most<std::uint16_t>(tick.statistics.solves);
+  row.pieces = at_most<std::uint16_t>(tick.statistics.pieces);
+  row.digest = tick_digest(tick);
+}
+
+RecordedTick tick_from(const TickRow& row, std::span<const Scalar> margins) {
+  DYOP_REQUIRE(row.status <= std::uint8_t(HapticStatus::InvalidInput), "tick ", row.number,
+               " has the unknown status ", int(row.status));
+  RecordedTick tick;
+  tick.number = row.number;
+  tick.status = HapticStatus(row.status);
+  tick.contacts = row.contacts;
+  tick.dt = row.dt;
+  tick.device.p_WD = as_vector(row.device_p);
+  tick.device.q_WD.coeffs() = as_vector(row.device_q);
+  std::copy(row.device_angles.begin(), row.device_angles.end(), tick.device.angles.begin());
+  if (row.cutoff_checkpoint > 0) tick.cutoff = {row.cutoff_checkpoint, row.cutoff_node_pairs};
+  tick.new_snapshots = row.new_snapshots;
+  Quaternion q_WT;
+  q_WT.coeffs() = as_vector(row.tool_q);
+  tick.tool.X_WT = RigidPose(q_WT.normalized(), as_vector(row.tool_p));
+  std::copy(row.tool_angles.begin(), row.tool_angles.end(), tick.tool.angles.begin());
+  tick.wrench = {as_vector(row.force), as_vector(row.torque)};
+  tick.energy_returned = row.energy_returned;
+  if (row.tissue_stopped.empty()) {
+    tick.tissue_stopped = row.tissue_lag;
+  } else {
+    tick.tissue_stopped = row.tissue_stopped[0];
+    tick.tissue_lag = row.tissue_lag;
+  }
+  for (std::size_t k = 0; k < row.lower.size(); ++k) {
+    ToolClearance& clearance = tick.clearances.emplace_back();
+    clearance.lower = row.lower[k];
+    clearance.upper = row.upper[k];
+    clearance.time_to_breach = row.time_to_breach[k];
+    clearance.is_breached = clearance.upper < margins[k];
+    if (row.nearest != k) continue;
+    tick.nearest = k;
+    clearance.p_WT = as_vector(row.p_tool);
+    clearance.p_WO = as_vector(row.p_obstacle);
+  }
+  tick.latency = std::chrono::nanoseconds(row.latency_ns);
+  tick.statistics = {row.impact_queries, row.distance_queries, row.node_pairs,
+                     row.checkpoints,    row.solves,           row.pieces};
+  tick.digest = row.digest;
+  return tick;
+}
+
+}  // namespace dyop::internal

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <cstring>
+#include <vector>
+
+#include "dyop/io/recorded_tick.h"
+#include "dyop/haptics/haptic_runner.h"
+#include "io/record/hdf5_file.h"
+
+namespace dyop::internal {
+
+/// Version 2 added the meshes that obstacles go on as; version 3 the time for which tissue was stopped
+/// in a tick: before, `tissue_lag` was its sum. Readers of it read 1 and 2.
+constexpr std::int64_t kToolRecordingVersion = 3;
+constexpr const char* kToolRecordingFormat = "dyop tool recording";
+
+/// No obstacle.
+constexpr std::uint16_t kNoObstacle = 0xffff;
+
+/// A row of /ticks. In the file without gaps between the members, and without the empty ones.
+struct TickRow {
+  TickRow(std::size_t hinge_count, std::size_t obstacle_count,
+          std::int64_t version = kToolRecordingVersion);
+
+  std::uint32_t number = 0;
+  std::uint8_t status = 0;
+  std::uint8_t contacts = 0;
+  std::uint16_t nearest = kNoObstacle;
+  double dt = 0;
+  std::array<double, 3> device_p{};
+  std::array<double, 4> device_q{};  // x, y, z, w
+  std::vector<double> device_angles;
+  std::uint32_t cutoff_checkpoint = 0;  // 0: not cut off
+  std::uint32_t cutoff_node_pairs = 0;
+  std::vector<std::uint8_t> new_snapshots;
+  std::array<double, 3> tool_p{};
+  std::array<float, 4> tool_q{};
+  std::vector<float> tool_angles;
+  std::array<float, 3> force{};
+  std::array<float, 3> torque{};
+  float energy_returned = 0;
+  float tissue_lag = 0;
+  std::vector<float> tissue_stopped;  // one, or none before version 3
+  std::vector<float> lower;
+  std::vector<float> upper;
+  std::vector<float> time_to_breach;
+  std::array<float, 3> p_tool{};  // witness points of `nearest`
+  std::array<float, 3> p_obstacle{};
+  std::uint32_t latency_ns = 0;
+  std::uint32_t checkpoints = 0;
+  std::uint32_t node_pairs = 0;
+  std::uint16_t impact_queries = 0;
+  std::uint16_t distance_queries = 0;
+  std::uint16_t solves = 0;
+  std::uint16_t pieces = 0;
+  std::uint64_t digest = 0;
+
+  std::size_t bytes() const;
+  Hdf5RowType type() const;
+  void append_to(std::vector<char>& out) const;
+  void read_from(const char* bytes);
+
+ private:
+  template <typename Row, typename Visit>
+  static void for_each(Row& row, Visit visit);
+};
+
+/// @param seen Per obstacle: snapshots seen by the tick before; updated.
+/// @throws InvalidArgument if a number does not fit.
+void put_tick(const TickRecord& record, std::vector<std::int64_t>& seen, TickRow& row);
+/// @param row Before version 3 the time for which tissue was stopped is the sum of all ticks.
+RecordedTick tick_from(const TickRow& row, std::span<const Scalar> margins);
+
+}  // namespace dyop::internal

@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "io/scene/body_reader.h"
+
+#include "io/scene/motion_reader.h"
+
+namespace dyop::internal {
+namespace {
+
+void forbid(const JsonNode& node, std::string_view key, std::string_view why) {
+  if (node.has(key)) node.at(key).fail(std::string(why));
+}
+
+MassProperties compute_mass(const Shape& shape, bool is_shell, Scalar density) {
+  const auto* mesh = dynamic_cast<const TriangleMesh*>(&shape);
+  if (is_shell && mesh != nullptr) return mesh->compute_shell_mass_properties(density);
+  return shape.compute_mass_properties(density);
+}
+
+MassProperties read_mass(const JsonNode& node, const Shape& shape, bool is_shell) {
+  if (node.has("density") == node.has("mass")) {
+    node.fail("a dynamic body needs either density or mass");
+  }
+  const auto* mesh = dynamic_cast<const TriangleMesh*>(&shape);
+  if (mesh != nullptr && !is_shell && !mesh->is_closed()) {
+    node.at("shape").fail(
+        "the mesh is not closed, so it has no volume; for a surface, add "
+        "\"shell\": true next to \"shape\"");
+  }
+  const JsonNode value = node.at(node.has("density") ? "density" : "mass");
+  const Scalar amount = value.positive_number();
+  return value.guard([&] {
+    if (node.has("density")) return compute_mass(shape, is_shell, amount);
+    return with_mass(compute_mass(shape, is_shell, 1), amount);
+  });
+}
+
+std::array<bool, 3> read_three_flags(const JsonNode& node) {
+  const std::vector<JsonNode> items = node.items();
+  if (items.size() != 3) node.fail_expected("three Booleans");
+  return {items[0].boolean(), items[1].boolean(), items[2].boolean()};
+}
+
+LockedAxes read_locked(const JsonNode& node) {
+  node.require_object({"translation", "rotation"});
+  LockedAxes locked;
+  if (node.has("translation")) locked.translation = read_three_flags(node.at("translation"));
+  if (node.has("rotation")) locked.rotation = read_three_flags(node.at("rotation"));
+  return locked;
+}
+
+void read_dynamic(const JsonNode& node, bool is_shell, BodyDefinition& body) {
+  forbid(node, "motion", "only a kinematic body can have a motion");
+  if (node.has("pose")) body.initial.X_WB = read_pose(node.at("pose"));
+  if (node.has("velocity")) body.initial.twist = read_twist(node.at("velocity"));
+  if (node.has("locked")) body.locked = read_locked(node.at("locked"));
+  body.mass_properties = read_mass(node, *body.shape, is_shell);
+}
+
+void read_static(const JsonNode& node, BodyDefinition& body) {
+  forbid(node, "motion", "only a kinematic body can have a motion");
+  for (const std::string_view key : {"velocity", "density", "mass", "locked"}) {
+    forbid(node, key, "only a dynamic body can have this key");
+  }
+  if (node.has("pose")) body.initial.X_WB = read_pose(node.at("pose"));
+}
+
+void read_kinematic(const JsonNode& node, const TimeInterval& span, BodyDefinition& body) {
+  forbid(node, "pose", "a kinematic body's pose is given by its motion");
+  for (const std::string_view key : {"velocity", "density", "mass", "locked"}) {
+    forbid(node, key, "only a dynamic body can have this key");
+  }
+  const JsonNode motion = node.at("motion");
+  body.motion = read_motion(motion);
+  motion.guard([&] { require_defined(*body.motion, span, "the motion of a scene's body"); });
+}
+
+}  // namespace
+
+NamedBody read_body(const JsonNode& node, const TimeInterval& span, ShapeReader& shapes) {
+  node.require_object({"name", "kind", "shape", "shell", "pose", "velocity", "density", "mass",
+                       "motion", "locked", "restitution", "friction", "rolling_friction",
+                       "torsional_friction", "sensor"});
+  NamedBody result;
+  BodyDefinition& body = result.definition;
+  body.name = node.at("name").text();
+  if (body.name.empty()) node.at("name").fail_expected("a string that is not empty");
+  const bool is_shell = node.has("shell") && node.at("shell").boolean();
+  ShapeReader::NamedShape shape = shapes.read(node.at("shape"), is_shell);
+  if (is_shell && shape.shape->kind() != ShapeKind::TriangleMesh) {
+    node.at("shell").fail("only a mesh can be a shell");
+  }
+  body.shape = std::move(shape.shape);
+  result.shape_name = std::move(shape.name);
+  if (node.has("kind")) {
+    body.kind = node.at("kind").choice<BodyKind>({{"dynamic", BodyKind::Dynamic},
+                                                  {"kinematic", BodyKind::Kinematic},
+                                                  {"static", BodyKind::Static}});
+  }
+  if (body.kind == BodyKind::Dynamic) read_dynamic(node, is_shell, body);
+  if (body.kind == BodyKind::Static) read_static(node, body);
+  if (body.kind == BodyKind::Kinematic) read_kinematic(node, span, body);
+  if (node.has("friction")) body.friction = node.at("friction").non_negative_number();
+  if (const auto rolling = node.find("rolling_friction")) {
+    body.rolling_friction = rolling->non_negative_number();
+  }
+  if (const auto torsional = node.find("torsional_friction")) {
+    body.torsional_friction = torsional->non_negative_number();
+  }
+  if (node.has("sensor")) body.is_sensor = node.at("sensor").boolean();
+  if (body.is_sensor && body.kind == BodyKind::Dynamic) {
+    node.at("sensor").fail("only a kinematic or static body can be a sensor");
+  }
+  if (const auto restitution = node.find("restitution")) {
+    body.restitution = restitution->non_negative_number();
+    if (!(body.restitution <= 1)) restitution->fail_expected("a number from 0 to 1");
+  }
+  return result;
+}
+
+}  // namespace dyop::internal

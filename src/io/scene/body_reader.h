@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "dyop/dynamics/rigid_body.h"
+#include "io/scene/shape_reader.h"
+#include "io/json_reader.h"
+
+namespace dyop::internal {
+
+struct NamedBody {
+  BodyDefinition definition;
+  std::string shape_name;  ///< for display
+};
+
+/// Reads one element of "bodies" of docs/scene-format.md. A kinematic body's motion must cover
+/// `span`.
+NamedBody read_body(const JsonNode& node, const TimeInterval& span, ShapeReader& shapes);
+
+}  // namespace dyop::internal

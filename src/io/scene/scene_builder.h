@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "dyop/core/rigid_pose.h"
+#include "dyop/io/scene_generator.h"
+#include "io/json_reader.h"
+
+namespace dyop::internal {
+
+/// The target distance of generated scenes.
+// literal: small compared with bodies of length one
+inline constexpr Scalar kGeneratedTarget = 1e-5;
+inline constexpr Scalar kGeneratedRestOffset = 4 * kGeneratedTarget;
+/// The gap between bodies at rest, as World keeps it.
+inline constexpr Scalar kGeneratedGap = kGeneratedTarget + kGeneratedRestOffset;
+
+/// Collects the parts of a generated scene.
+class SceneBuilder {
+ public:
+  SceneBuilder(std::string title, Scalar end_time);
+
+  void set_lengths(Scalar target_distance, Scalar rest_offset);
+  /// A dynamic body of density 1000 that does not bounce; the reference is valid until the next
+  /// call.
+  Json& add_body(const std::string& name, Json shape, const Vector3& position);
+  /// The same, static.
+  Json& add_static_body(const std::string& name, Json shape, const Vector3& position);
+  /// A static box with its top at z = 0.
+  void add_floor(const Vector3& middle, Scalar half_length, Scalar half_width);
+  /// For all bodies added so far.
+  void set_friction(Scalar friction);
+
+  void add_mesh(const std::string& file, std::string text);
+  /// A further key of the scene: "filters", "joints".
+  Json& root() { return root_; }
+
+  GeneratedScene finish() const;
+
+ private:
+  Json root_;
+  std::vector<Json> bodies_;
+  std::vector<std::pair<std::string, std::string>> meshes_;
+};
+
+Json box_shape(const Vector3& half_extents);
+Json sphere_shape(Scalar radius);
+Json hull_shape(const std::vector<Vector3>& points);
+Json mesh_shape(const std::string& file);
+Json vector_json(const Vector3& v);
+/// A rotation about an axis, for the key "axis_angle" of a pose.
+Json turn_json(const Vector3& axis, Scalar degrees);
+/// The text of an OBJ file; triangle indices count from 0.
+std::string obj_text(const std::vector<Vector3>& vertices,
+                     const std::vector<std::array<int, 3>>& triangles);
+
+// One function per kind. To add a kind: one here and one row in scene_generator.cpp.
+GeneratedScene make_stack(int n);
+GeneratedScene make_pyramid(int n);
+GeneratedScene make_wall(int n);
+GeneratedScene make_pile(int n);
+GeneratedScene make_arch(int n);
+GeneratedScene make_cards(int n);
+GeneratedScene make_domino(int n);
+GeneratedScene make_chain_net(int n);
+GeneratedScene make_gears(int n);
+GeneratedScene make_cradle(int n);
+GeneratedScene make_bolt(int n);
+
+}  // namespace dyop::internal

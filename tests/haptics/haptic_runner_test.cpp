@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "dyop/haptics/haptic_runner.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <stdexcept>
+
+#include "dyop/core/error.h"
+#include "dyop/haptics/latency_histogram.h"
+#include "support/inputs/haptic_scenes.h"
+
+namespace dyop {
+namespace {
+
+struct Stand {
+  Stand() : sheet(testing::sheet(20, 4)) {
+    HapticScene scene = testing::ball_tool(2, {0.3, 0.2, 4}, 1);
+    scene.obstacles.push_back(testing::deforming_tissue(sheet));
+    session = std::make_unique<HapticSession>(scene, testing::haptic_options());
+    feed.obstacle = 0;
+    feed.period = 0.01;
+    feed.shape = [this](std::int64_t number, std::span<Vector3> vertices) {
+      for (std::size_t k = 0; k < vertices.size(); ++k) {
+        vertices[k] = sheet.vertices[k] + Vector3(0, 0, number % 2 == 0 ? 0 : 1);
+      }
+    };
+  }
+  static DevicePose device(std::int64_t tick) {
+    return DevicePose(RigidPose(Vector3(0.3, 0.2, 4 - 0.01 * double(tick))));
+  }
+
+  testing::MeshArrays sheet;
+  std::unique_ptr<HapticSession> session;
+  TissueFeed feed;
+};
+
+RunnerOptions ticks(std::int64_t count, bool is_paced) {
+  RunnerOptions options;
+  options.ticks = count;
+  options.is_paced = is_paced;
+  return options;
+}
+
+// The tissue is cut with every third shape; from then on shapes have the new number of vertices.
+TEST(HapticRunner, GivesMeshesInPlaceOfSnapshots) {
+  for (const bool is_paced : {false, true}) {
+    Stand stand;
+    std::vector<std::size_t> sizes;
+    const auto shape = stand.feed.shape;
+    stand.feed.shape = [&](std::int64_t number, std::span<Vector3> vertices) {
+      sizes.push_back(vertices.size());
+      shape(number, vertices);
+    };
+    stand.feed.cut = [&](std::int64_t number) -> std::optional<TissueMesh> {
+      if (number % 3 != 0) return std::nullopt;
+      stand.sheet.vertices.push_back(Vector3::Zero());
+      return TissueMesh{stand.sheet.vertices, stand.sheet.triangles};
+    };
+    run_session(*stand.session, Stand::device, {stand.feed}, {}, ticks(300, is_paced));
+    EXPECT_GT(stand.session->snapshots_taken(0), 10);
+    EXPECT_EQ(sizes[1], sizes[0]);
+    EXPECT_EQ(sizes[2], sizes[0] + 1);
+    EXPECT_EQ(sizes[4], sizes[0] + 2);
+  }
+}
+
+TEST(HapticRunner, RunsAllTicksInOrderAndHandsThemToTheSink) {
+  for (const bool is_paced : {false, true}) {
+    Stand stand;
+    std::int64_t next = 0;
+    const RunnerReport report = run_session(
+        *stand.session, Stand::device, {stand.feed},
+        [&](const TickRecord& record) {
+          EXPECT_EQ(record.number, next++);
+          EXPECT_EQ(record.dt, 1e-3);
+          EXPECT_EQ(record.tick.clearances.size(), 1u);
+          EXPECT_GT(record.tick.clearances[0].lower, 0);
+        },
+        ticks(300, is_paced));
+    EXPECT_EQ(report.ticks, 300);
+    EXPECT_EQ(next + report.unlogged, 300);
+    EXPECT_EQ(report.latency.count(), 300);
+    EXPECT_FALSE(report.rights.empty());
+    EXPECT_GT(stand.session->snapshots_taken(0), 3);
+  }
+}
+
+TEST(HapticRunner, UnpacedRunsGiveTheSameBits) {
+  std::vector<Vector3> places[2];
+  for (auto& run : places) {
+    Stand stand;
+    run_session(
+        *stand.session, Stand::device, {stand.feed},
+        [&](const TickRecord& record) { run.push_back(record.tick.tool.X_WT.translation()); },
+        ticks(300, false));
+  }
+  EXPECT_EQ(places[0], places[1]);
+}
+
+TEST(HapticRunner, EndsWithWhatTissueOrSinkThrow) {
+  for (const bool is_paced : {false, true}) {
+    Stand stand;
+    EXPECT_THROW(run_session(
+                     *stand.session, Stand::device, {stand.feed},
+                     [](const TickRecord& record) {
+                       if (record.number == 20) throw std::runtime_error("disk is full");
+                     },
+                     ticks(100'000, is_paced)),
+                 std::runtime_error);
+    stand.feed.shape = [](std::int64_t number, std::span<Vector3>) {
+      if (number > 2) throw std::runtime_error("simulation failed");
+    };
+    EXPECT_THROW(
+        run_session(*stand.session, Stand::device, {stand.feed}, {}, ticks(100'000, is_paced)),
+        std::runtime_error);
+  }
+}
+
+TEST(HapticRunner, StopsWhenAsked) {
+  Stand stand;
+  std::stop_source stop;
+  const RunnerReport report = run_session(
+      *stand.session, Stand::device, {},
+      [&](const TickRecord& record) {
+        if (record.number == 10) stop.request_stop();
+      },
+      ticks(100'000, false), stop.get_token());
+  EXPECT_EQ(report.ticks, 11);
+}
+
+TEST(HapticRunner, RefusesABadPeriod) {
+  Stand stand;
+  RunnerOptions options = ticks(1, false);
+  options.period = 0;
+  EXPECT_THROW(run_session(*stand.session, Stand::device, {}, {}, options), InvalidArgument);
+}
+
+TEST(LatencyHistogram, QuantilesAreNoWiderThanABin) {
+  LatencyHistogram histogram;
+  EXPECT_EQ(histogram.quantile(0.5).count(), 0);
+  for (int k = 1; k <= 1000; ++k) histogram.add(std::chrono::microseconds(k));
+  EXPECT_EQ(histogram.count(), 1000);
+  EXPECT_EQ(histogram.worst(), std::chrono::microseconds(1000));
+  for (const double part : {0.1, 0.5, 0.9, 0.999}) {
+    const double found = double(histogram.quantile(part).count());
+    EXPECT_GE(found, part * 1e6 * 0.999) << part;
+    EXPECT_LE(found, part * 1e6 * 1.1) << part;
+  }
+  EXPECT_EQ(histogram.quantile(1), histogram.worst());
+  EXPECT_THROW(histogram.quantile(1.5), InvalidArgument);
+}
+
+}  // namespace
+}  // namespace dyop

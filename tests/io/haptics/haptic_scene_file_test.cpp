@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "dyop/io/haptic_scene_file.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <string>
+
+#include "dyop/io/file_error.h"
+#include "support/inputs/haptic_run_texts.h"
+#include "support/message_of.h"
+
+namespace dyop {
+namespace {
+
+TEST(HapticSceneFile, ReadsToolObstaclesAndOptions) {
+  const HapticRun run = parse_haptic_run("scene.json", testing::kSmallHapticScene);
+  EXPECT_EQ(run.scene.tool.size(), 2u);
+  EXPECT_EQ(run.scene.tool[1].hinge, 0u);
+  EXPECT_EQ(run.scene.hinges[0].angle, 0.3);
+  ASSERT_EQ(run.scene.obstacles.size(), 2u);
+  EXPECT_FALSE(run.scene.obstacles[0].triangles.empty());
+  EXPECT_EQ(run.scene.obstacles[1].role, ObstacleRole::HardRegion);
+  EXPECT_EQ(run.scene.obstacles[1].margin, 2);
+  EXPECT_EQ(run.tissue.size(), 1u);
+  EXPECT_EQ(run.runner.ticks, 2000);
+  EXPECT_EQ(run.options.coupling.stiffness.x(), 0.5);
+}
+
+// Two strokes of 0.3 and 0.4 s.
+TEST(HapticSceneFile, TheDeviceGoesThroughTheStrokesAgainAndAgain) {
+  const HapticRun run = parse_haptic_run("scene.json", testing::kSmallHapticScene);
+  EXPECT_EQ(run.stroke_at(0), 0u);
+  EXPECT_EQ(run.stroke_at(299), 0u);
+  EXPECT_EQ(run.stroke_at(301), 1u);
+  EXPECT_EQ(run.stroke_at(701), 0u);
+  EXPECT_NEAR(run.device(100).p_WD.z(), 80 - 35 * 0.5, 1e-9);
+  EXPECT_NEAR(run.device(100).angles[0], 0.15, 1e-9);
+  EXPECT_NEAR(run.device(800).p_WD.z(), 80 - 35 * 0.5, 1e-6);
+  EXPECT_NEAR(run.device(400).p_WD.y(), 20, 1e-9);
+}
+
+TEST(HapticSceneFile, BreathingReturnsToWhereItWas) {
+  const HapticRun run = parse_haptic_run("scene.json", testing::kSmallHapticScene);
+  std::vector<Vector3> shape = run.scene.obstacles[0].vertices;
+  run.tissue[0].shape(50, shape);  // a whole period
+  for (std::size_t k = 0; k < shape.size(); ++k) {
+    EXPECT_LT((shape[k] - run.scene.obstacles[0].vertices[k]).norm(), 1e-9);
+  }
+  run.tissue[0].shape(12, shape);
+  EXPECT_GT((shape[0] - run.scene.obstacles[0].vertices[0]).norm(), 1);
+}
+
+TEST(HapticSceneFile, CutsTakeAwayWhatIsInABall) {
+  const HapticRun run = parse_haptic_run(
+      "s.json", testing::cut_haptic_scene(R"({"t": 0.4, "position": [80, 0, 0], "radius": 20})"));
+  const ToolObstacle& liver = run.scene.obstacles[0];
+  const TissueFeed& feed = run.tissue[0];
+  for (const int number : {1, 4, 6, 19, 21}) EXPECT_FALSE(feed.cut(number)) << number;
+  const auto top = feed.cut(5), side = feed.cut(20);
+  ASSERT_TRUE(top && side);
+  EXPECT_EQ(top->vertices.size(), liver.vertices.size());
+  EXPECT_LT(top->triangles.size(), liver.triangles.size());
+  EXPECT_LT(side->triangles.size(), top->triangles.size());
+  std::size_t in_ball = 0;
+  for (const TriangleIndices& t : liver.triangles) {
+    in_ball += std::any_of(t.begin(), t.end(), [&](std::int32_t corner) {
+      return (liver.vertices[std::size_t(corner)] - Vector3(0, 0, 35)).norm() < 20;
+    });
+  }
+  EXPECT_EQ(top->triangles.size(), liver.triangles.size() - in_ball);
+  // Where the snapshot before it was.
+  std::vector<Vector3> shape = liver.vertices;
+  feed.shape(4, shape);
+  EXPECT_EQ(top->vertices, shape);
+}
+
+TEST(HapticSceneFile, SaysWhatIsWrongWithACut) {
+  const auto message = [](const char* second) {
+    return testing::message_of<FileError>(
+        [&] { parse_haptic_run("s.json", testing::cut_haptic_scene(second)); });
+  };
+  const auto expect = [&](const char* second, const char* words) {
+    EXPECT_NE(message(second).find(words), std::string::npos) << message(second);
+  };
+  expect(R"({"t": 0.105, "position": [80, 0, 0], "radius": 20})", "at least a snapshot apart");
+  expect(R"({"t": 0, "position": [80, 0, 0], "radius": 20})", "cuts[1].t");
+  expect(R"({"t": 1e300, "position": [80, 0, 0], "radius": 20})", "cuts[1].t");
+  expect(R"({"t": 1, "position": [500, 0, 0], "radius": 20})", "no triangle has a corner");
+  expect(R"({"t": 1, "position": [0, 0, 0], "radius": 200})", "nothing is left");
+  expect(R"({"t": 1, "position": [0, 0, 0], "radius": -1})", "radius");
+  expect(R"({"t": 1, "position": [0, 0, 0]})", "radius");
+  expect(R"({"t": 1, "position": [0, 0, 0], "radius": 9, "depth": 1})", "depth");
+}
+
+TEST(HapticSceneFile, TheSceneOfTheExampleIsValid) {
+  const HapticRun run = load_haptic_run(DYOP_SURGERY_SCENE);
+  std::size_t triangles = 0;
+  for (const ToolObstacle& obstacle : run.scene.obstacles) triangles += obstacle.triangles.size();
+  EXPECT_GT(triangles, 40000u);
+  EXPECT_EQ(run.strokes.size(), 5u);
+}
+
+TEST(HapticSceneFile, NamesTheKeyThatIsWrong) {
+  const auto message_with = [](const std::string& from, const std::string& to) {
+    const std::string text = testing::replaced(testing::kSmallHapticScene, from, to);
+    return testing::message_of<FileError>([&] { parse_haptic_run("scene.json", text); });
+  };
+  EXPECT_NE(message_with("\"role\": \"hard\"", "\"role\": \"firm\"").find("role"),
+            std::string::npos);
+  EXPECT_NE(message_with("\"rest_offset\": 0.05", "\"rest_offset\": 0").find("rest_offset"),
+            std::string::npos);
+  EXPECT_NE(message_with("\"angles\": [0.3]", "\"angles\": []").find("angles"), std::string::npos);
+  EXPECT_NE(message_with("\"t\": 0.2", "\"t\": 0").find("ascend"), std::string::npos);
+  EXPECT_NE(message_with("{\"triangles\": 500}", "{\"triangles\": 5}").find("32"),
+            std::string::npos);
+}
+
+}  // namespace
+}  // namespace dyop

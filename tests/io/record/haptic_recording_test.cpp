@@ -1,0 +1,330 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cmath>
+
+#include "dyop/core/error.h"
+#include "dyop/geometry/box.h"
+#include "dyop/geometry/capsule.h"
+#include "dyop/io/file_error.h"
+#include "dyop/io/recorded_tick.h"
+#include "dyop/io/recording_reader.h"
+#include "dyop/io/haptic_recording_reader.h"
+#include "dyop/io/haptic_recording_writer.h"
+#include "io/record/hdf5_file.h"
+#include "io/record/recorded_world.h"
+#include "io/record/recording_version.h"
+#include "support/inputs/haptic_scenes.h"
+#include "support/message_of.h"
+#include "support/temporary_directory.h"
+
+namespace dyop {
+namespace {
+
+namespace fs = std::filesystem;
+
+// A ball with a jaw over a sheet that heaves, beside a forbidden box.
+HapticScene heaving_scene() {
+  HapticScene scene = testing::ball_tool(2, {0.3, 0.2, 4});
+  scene.hinges.push_back({RigidPose(Vector3(0, 0, -1)), 0.2, 50});
+  scene.tool.push_back({std::make_shared<Capsule>(0.3, 1.5),
+                        RigidPose(rotation_from_vector({0, 1.5, 0}), Vector3(2, 0, 0)), 0});
+  scene.obstacles.push_back(testing::deforming_tissue(testing::sheet(30, 8), 0.2));
+  ToolObstacle region =
+      testing::rigid_tissue(std::make_shared<Box>(Vector3(1, 1, 1)),
+                            RigidPose(rotation_from_vector({0.1, 0.7, 0.2}), Vector3(9, 0, 3)));
+  region.role = ObstacleRole::HardRegion;
+  region.margin = 0.5;
+  scene.obstacles.push_back(region);
+  return scene;
+}
+
+DevicePose heaving_device(int tick) {
+  DevicePose device(RigidPose(rotation_from_vector({0.002 * tick, 0, 0.001 * tick}),
+                              Vector3(0.02 * tick, 0.2, 4 - 0.03 * std::min(tick, 150))));
+  device.angles[0] = 0.2 * std::cos(0.05 * tick);
+  if (tick == 77) device.p_WD.y() = std::nan("");
+  return device;
+}
+
+// The sheet without its first triangles.
+std::vector<TriangleIndices> cut_triangles(const HapticScene& scene) {
+  const std::vector<TriangleIndices>& whole = scene.obstacles[0].triangles;
+  return {whole.begin() + 20, whole.end()};
+}
+
+// Ends some ticks by itself.
+constexpr std::int64_t kHeavingWork = 400;
+
+// Runs the scene, every seventh tick cut off, with snapshots at irregular ticks; one of them is
+// another mesh.
+std::vector<HapticTick> record_heaving_run(const fs::path& file, int count) {
+  const HapticScene scene = heaving_scene();
+  HapticOptions options = testing::haptic_options();
+  options.max_work = kHeavingWork;
+  HapticSession session(scene, options);
+  HapticRecordingWriter writer(file, {"heaving", "", 1e-3, ""}, scene, options);
+  std::vector<HapticTick> run;
+  for (int k = 0; k < count; ++k) {
+    if (k % 13 == 5) {
+      std::vector<Vector3> vertices = scene.obstacles[0].vertices;
+      for (Vector3& p : vertices) p.z() += std::sin(0.02 * k + 0.1 * p.x());
+      if (k % 260 == 122) {
+        vertices = session.tissue_vertices(0);
+        // More vertices than before, which nothing uses.
+        vertices.push_back(Vector3::Zero());
+        const auto triangles = cut_triangles(scene);
+        if (session.give_mesh(0, vertices, triangles)) writer.add_mesh(0, vertices, triangles);
+      } else {
+        vertices.resize(session.tissue_vertices(0).size(), Vector3(1, 2, 3));
+        if (session.give_snapshot(0, vertices, 0.01)) writer.add_snapshot(0, vertices, 0.01);
+      }
+    }
+    TickRecord record{k, heaving_device(k), k % 50 == 20 ? 2e-3 : 1e-3, {}};
+    std::optional<TickCutoff> cutoff;
+    if (k % 7 == 3) cutoff = TickCutoff{1 + k % 11, 0};
+    record.tick = session.replay(record.device, record.dt, cutoff);
+    run.push_back(record.tick);
+    writer.add(record);
+  }
+  writer.finish({});
+  return run;
+}
+
+// The digests of the recorded inputs, run again.
+void expect_same_bits(const HapticRecordingReader& reader) {
+  HapticSession session(reader.scene(), reader.options());
+  std::int64_t snapshots = 0;
+  for (const RecordedTick& recorded : reader.ticks(0, reader.tick_count())) {
+    if (recorded.new_snapshots[0] > 0) {
+      const RecordedSnapshot given = reader.snapshot(0, ++snapshots);
+      ASSERT_TRUE(given.is_mesh() ? session.give_mesh(0, given.vertices, given.triangles)
+                                  : session.give_snapshot(0, given.vertices, given.duration));
+    }
+    const HapticTick& tick = session.replay(recorded.device, recorded.dt, recorded.cutoff);
+    ASSERT_EQ(tick_digest(tick), recorded.digest) << recorded.number;
+  }
+}
+
+TEST(HapticRecording, HoldsTheInputsOfARunWithEveryBit) {
+  const testing::TemporaryDirectory directory;
+  const fs::path file = directory.path() / "run.h5";
+  const std::vector<HapticTick> run = record_heaving_run(file, 400);
+  const HapticRecordingReader reader(file);
+  ASSERT_EQ(reader.tick_count(), 400);
+  EXPECT_TRUE(is_haptic_recording(file));
+  EXPECT_EQ(reader.header().title, "heaving");
+  EXPECT_EQ(reader.options().coupling.largest_force, kInfinity);
+  EXPECT_EQ(reader.options().max_work, kHeavingWork);
+  ASSERT_TRUE(reader.end().has_value());
+  expect_same_bits(reader);
+  EXPECT_FALSE(reader.snapshot(0, 1).is_mesh());
+  const RecordedSnapshot mesh = reader.snapshot(0, 10);
+  EXPECT_EQ(mesh.triangles, cut_triangles(reader.scene()));
+  EXPECT_EQ(mesh.vertices.size(), reader.scene().obstacles[0].vertices.size() + 1);
+  EXPECT_EQ(reader.snapshot(0, 11).vertices.size(), mesh.vertices.size());
+  int cut_off = 0;
+  for (const HapticTick& tick : run) cut_off += tick.cutoff.has_value();
+  EXPECT_GT(cut_off, 40);
+  EXPECT_GT(run.back().snapshots[0], 20);
+}
+
+TEST(HapticRecording, RoundsResultsToTheSafeSide) {
+  const testing::TemporaryDirectory directory;
+  const fs::path file = directory.path() / "run.h5";
+  const std::vector<HapticTick> run = record_heaving_run(file, 200);
+  const HapticRecordingReader reader(file);
+  for (const RecordedTick& recorded : reader.ticks(0, 200)) {
+    const HapticTick& tick = run[std::size_t(recorded.number)];
+    EXPECT_EQ(recorded.status, tick.status);
+    EXPECT_EQ(recorded.tool.X_WT.translation(), tick.tool.X_WT.translation());
+    EXPECT_TRUE(recorded.tool.X_WT.rotation().isApprox(tick.tool.X_WT.rotation(), 1e-6));
+    EXPECT_NEAR(recorded.tool.angles[0], tick.tool.angles[0], 1e-7);
+    EXPECT_TRUE(recorded.wrench.force_W.isApprox(tick.wrench.force_W, 1e-6));
+    ASSERT_EQ(recorded.clearances.size(), 2u);
+    for (std::size_t k = 0; k < 2; ++k) {
+      EXPECT_LE(recorded.clearances[k].lower, tick.clearances[k].lower);
+      EXPECT_GE(recorded.clearances[k].upper, tick.clearances[k].upper);
+      EXPECT_NEAR(recorded.clearances[k].lower, tick.clearances[k].lower, 1e-5);
+      EXPECT_LE(recorded.clearances[k].time_to_breach, tick.clearances[k].time_to_breach);
+      EXPECT_EQ(recorded.clearances[k].is_breached, tick.clearances[k].is_breached);
+    }
+    ASSERT_TRUE(recorded.nearest.has_value());
+    const ToolClearance& nearest = recorded.clearances[*recorded.nearest];
+    EXPECT_LE(nearest.upper, recorded.clearances[1 - *recorded.nearest].upper);
+    EXPECT_TRUE(nearest.p_WT.isApprox(tick.clearances[*recorded.nearest].p_WT, 1e-5));
+  }
+}
+
+TEST(HapticRecording, ADigestTellsAnyBit) {
+  HapticTick tick;
+  tick.clearances.resize(2);
+  tick.contacts.resize(1);
+  const std::uint64_t digest = tick_digest(tick);
+  HapticTick other = tick;
+  other.latency = std::chrono::nanoseconds(5);
+  other.statistics.node_pairs = 5;
+  EXPECT_EQ(tick_digest(other), digest);
+  other.contacts[0].force_W.y() = -0.0;
+  EXPECT_NE(tick_digest(other), digest);
+  other = tick;
+  other.clearances[1].lower = std::nextafter(0.0, 1.0);
+  EXPECT_NE(tick_digest(other), digest);
+  std::swap(other.clearances[0], other.clearances[1]);
+  EXPECT_NE(tick_digest(other), digest);
+}
+
+// One hinge, two obstacles.
+TEST(HapticRecording, TakesAsManyBytesATickAsStated) {
+  const testing::TemporaryDirectory directory;
+  const fs::path small = directory.path() / "small.h5", large = directory.path() / "large.h5";
+  const HapticScene scene = heaving_scene();
+  for (const bool is_large : {false, true}) {
+    HapticRecordingWriter writer(is_large ? large : small, {}, scene, testing::haptic_options());
+    TickRecord record;
+    record.tick.clearances.resize(2);
+    record.tick.snapshots.resize(2);
+    for (int k = 0; k < (is_large ? 20'480 : 1'024); ++k) {
+      record.number = k;
+      writer.add(record);
+    }
+    EXPECT_EQ(writer.bytes_per_tick(), 208u + 12 + 2 * 13);
+    writer.finish({});
+  }
+  const auto bytes = Scalar(fs::file_size(large) - fs::file_size(small)) / (20'480 - 1'024);
+  EXPECT_LE(bytes, 1.01 * (208 + 12 + 2 * 13));
+}
+
+// Before version 3 the time for which tissue was stopped was a sum under another name.
+TEST(HapticRecording, TellsForHowLongTissueWasStoppedInATick) {
+  const testing::TemporaryDirectory directory;
+  const fs::path file = directory.path() / "run.h5";
+  const std::vector<Scalar> lags{0, 0.5, 0.5, 2}, stops{0.25, 0, 1, 0};
+  {
+    HapticRecordingWriter writer(file, {}, heaving_scene(), testing::haptic_options());
+    TickRecord record;
+    record.tick.clearances.resize(2);
+    record.tick.snapshots.resize(2);
+    for (std::size_t k = 0; k < lags.size(); ++k) {
+      record.number = std::int64_t(k);
+      record.tick.tissue_lag = lags[k];
+      record.tick.tissue_stopped = stops[k];
+      writer.add(record);
+    }
+    writer.finish({});
+  }
+  const auto expect = [&](std::int64_t first, const std::vector<Scalar>& stopped,
+                          const std::vector<Scalar>& behind) {
+    const HapticRecordingReader reader(file);
+    const auto ticks = reader.ticks(first, std::int64_t(stopped.size()));
+    for (std::size_t k = 0; k < stopped.size(); ++k) {
+      EXPECT_EQ(ticks[k].tissue_stopped, stopped[k]) << k;
+      EXPECT_EQ(ticks[k].tissue_lag, behind[k]) << k;
+    }
+  };
+  expect(0, stops, lags);
+  testing::set_version(file, 2);
+  expect(0, {0, 0.5, 0, 1.5}, {0, 0, 0, 0});
+  expect(2, {0, 1.5}, {0, 0});
+}
+
+// As after a kill: nothing of the process runs after the last tick.
+TEST(HapticRecording, IsWholeUpToTheLastFlush) {
+  const testing::TemporaryDirectory directory;
+  const fs::path file = directory.path() / "run.h5";
+  const pid_t child = fork();
+  if (child == 0) {
+    const HapticScene scene = heaving_scene();
+    HapticSession session(scene, testing::haptic_options());
+    HapticRecordingWriter writer(file, {"killed", "", 1e-3, ""}, scene, testing::haptic_options());
+    for (int k = 0; k < 250; ++k) {
+      TickRecord record{k, heaving_device(k), 1e-3, {}};
+      record.tick = session.update(record.device, record.dt);
+      writer.add(record);
+    }
+    _exit(0);
+  }
+  int status = 0;
+  waitpid(child, &status, 0);
+  ASSERT_EQ(status, 0);
+  const HapticRecordingReader reader(file);
+  EXPECT_EQ(reader.tick_count(), 200);
+  EXPECT_FALSE(reader.end().has_value());
+  expect_same_bits(reader);
+}
+
+TEST(HapticRecording, AnErrorEndsItToo) {
+  const testing::TemporaryDirectory directory;
+  const fs::path file = directory.path() / "run.h5";
+  HapticRecordingWriter writer(file, {}, heaving_scene(), testing::haptic_options());
+  writer.fail("the device is gone");
+  const HapticRecordingReader reader(file);
+  ASSERT_TRUE(reader.end().has_value());
+  EXPECT_EQ(reader.end()->error, "the device is gone");
+  EXPECT_THROW(static_cast<void>(reader.ticks(0, 1)), InvalidArgument);
+  EXPECT_THROW(static_cast<void>(reader.snapshot(0, 1)), InvalidArgument);
+}
+
+TEST(HapticRecording, RefusesWhatItCannotReplay) {
+  const testing::TemporaryDirectory directory;
+  const fs::path file = directory.path() / "run.h5";
+  const HapticScene scene = heaving_scene();
+  HapticRecordingWriter writer(file, {}, scene, testing::haptic_options());
+  EXPECT_THROW(writer.add_snapshot(1, scene.obstacles[0].vertices, 1), InvalidArgument);
+  EXPECT_THROW(writer.add_snapshot(0, std::span(scene.obstacles[0].vertices).first(2), 1),
+               InvalidArgument);
+  EXPECT_THROW(writer.add_mesh(1, {}, scene.obstacles[0].triangles), InvalidArgument);
+  EXPECT_THROW(writer.add_mesh(0, scene.obstacles[0].vertices, {}), InvalidArgument);
+  TickRecord record;
+  record.tick.clearances.resize(2);
+  record.tick.snapshots = {1, 0};
+  EXPECT_NE(testing::message_of([&] { writer.add(record); }).find("snapshot 1 of obstacle 0"),
+            std::string::npos);
+}
+
+// It had no meshes.
+TEST(HapticRecording, OfTheFirstVersionIsRead) {
+  const testing::TemporaryDirectory directory;
+  const fs::path file = directory.path() / "run.h5";
+  record_heaving_run(file, 100);
+  testing::set_version(file, 1);
+  {
+    const internal::Hdf5Handle opened(H5Fopen(file.c_str(), H5F_ACC_RDWR, H5P_DEFAULT), &H5Fclose);
+    for (const char* name : {"meshes", "snapshot_triangles"}) {
+      ASSERT_GE(H5Ldelete(opened.get(), name, H5P_DEFAULT), 0);
+    }
+  }
+  const HapticRecordingReader reader(file);
+  EXPECT_GT(reader.tick_count(), 0);
+  expect_same_bits(reader);
+}
+
+TEST(HapticRecording, OtherVersionsAreRefused) {
+  const testing::TemporaryDirectory directory;
+  const fs::path file = directory.path() / "run.h5";
+  record_heaving_run(file, 3);
+  testing::set_version(file, 99);
+  const std::string message = testing::message_of<FileError>([&] { HapticRecordingReader{file}; });
+  EXPECT_NE(message.find("version 99"), std::string::npos) << message;
+}
+
+TEST(HapticRecording, TheTwoKindsOfRecordingsAreToldApart) {
+  const testing::TemporaryDirectory directory;
+  const fs::path tool = directory.path() / "tool.h5", world = directory.path() / "world.h5";
+  record_heaving_run(tool, 3);
+  testing::record_busy_run(world);
+  EXPECT_FALSE(is_haptic_recording(world));
+  EXPECT_NE(
+      testing::message_of<FileError>([&] { RecordingReader{tool}; }).find("dyop tool recording"),
+      std::string::npos);
+  EXPECT_NE(testing::message_of<FileError>([&] {
+              HapticRecordingReader{world};
+            }).find("no recording of a tool"),
+            std::string::npos);
+  EXPECT_THROW(HapticRecordingReader(directory.path() / "none.h5"), FileError);
+}
+
+}  // namespace
+}  // namespace dyop
