@@ -35,8 +35,8 @@ std::shared_ptr<Object> find(const dyop_context& context, const HandleTable<Obje
   const std::shared_lock lock(context.mutex);
   std::shared_ptr<Object> object = table.find(handle);
   if (!object) {
-    throw StaleHandle(internal::compose_message(what, " ", handle.index, " of generation ",
-                                                handle.generation, " is stale"));
+    throw StaleHandle(core_internal::compose_message(what, " ", handle.index, " of generation ",
+                                                     handle.generation, " is stale"));
   }
   return object;
 }

@@ -43,8 +43,9 @@ Struct read_struct(const void* given, const Struct& defaults, const char* what) 
   const auto* bytes = static_cast<const unsigned char*>(given);
   if (std::any_of(bytes + std::min<std::size_t>(size, sizeof(Struct)), bytes + size,
                   [](unsigned char byte) { return byte != 0; })) {
-    throw Unsupported(internal::compose_message(what, " has fields that this library, which knows ",
-                                                sizeof(Struct), " bytes of it, does not know"));
+    throw Unsupported(
+        core_internal::compose_message(what, " has fields that this library, which knows ",
+                                       sizeof(Struct), " bytes of it, does not know"));
   }
   return result;
 }

@@ -65,8 +65,8 @@ BodyDefinition definition_from(const dyop_context& context, const dyop_body_defi
 BodyId find_body(const World& world, dyop_body body) {
   const BodyId id = body_from(body);
   if (body.generation == 0 || !world.has_body(id)) {
-    throw StaleHandle(internal::compose_message("body ", body.index, " of generation ",
-                                                body.generation, " is stale"));
+    throw StaleHandle(core_internal::compose_message("body ", body.index, " of generation ",
+                                                     body.generation, " is stale"));
   }
   return id;
 }

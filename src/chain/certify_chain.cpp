@@ -8,7 +8,7 @@
 #include "dyop/core/error.h"
 
 namespace dyop {
-namespace internal {
+namespace chain_internal {
 
 struct ChainMemory {
   ObstacleWorkspace obstacles;
@@ -16,16 +16,16 @@ struct ChainMemory {
   PathCells cells;
 };
 
-}  // namespace internal
+}  // namespace chain_internal
 
-ChainWorkspace::ChainWorkspace() : memory_(std::make_unique<internal::ChainMemory>()) {}
+ChainWorkspace::ChainWorkspace() : memory_(std::make_unique<chain_internal::ChainMemory>()) {}
 ChainWorkspace::~ChainWorkspace() = default;
 ChainWorkspace::ChainWorkspace(ChainWorkspace&&) noexcept = default;
 ChainWorkspace& ChainWorkspace::operator=(ChainWorkspace&&) noexcept = default;
 
 namespace {
 
-using internal::CellMotion;
+using chain_internal::CellMotion;
 
 // A pointer that does not keep its object.
 template <typename Object>
@@ -50,7 +50,7 @@ void add(ToiStatistics& sum, const ToiStatistics& part) {
 class ChainSearch {
  public:
   ChainSearch(const KinematicChain& chain, const JointPath& path, const ObstacleSet& obstacles,
-              const ChainOptions& options, internal::ChainMemory& memory)
+              const ChainOptions& options, chain_internal::ChainMemory& memory)
       : chain_(borrow(chain)),
         path_(borrow(path)),
         obstacles_(obstacles),
@@ -79,7 +79,7 @@ class ChainSearch {
   std::shared_ptr<const JointPath> path_;
   const ObstacleSet& obstacles_;
   const ChainOptions& options_;
-  internal::ChainMemory& memory_;
+  chain_internal::ChainMemory& memory_;
   std::vector<LinkMotion> links_;  // in the world
   ChainResult best_;
   ToiStatistics statistics_;

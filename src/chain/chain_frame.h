@@ -4,7 +4,7 @@
 #include "chain/chain_step.h"
 #include "dyop/motion/motion.h"
 
-namespace dyop::internal {
+namespace dyop::chain_internal {
 
 /// A link's frame on the way from the base to the tip, and how it moves.
 struct ChainFrame {
@@ -61,4 +61,4 @@ inline MotionState link_state(const ChainFrame& frame, const RigidPose& X_JL) {
           {frame.twist.v_WB + frame.twist.w_WB.cross(shift), frame.twist.w_WB}};
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::chain_internal

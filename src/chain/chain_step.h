@@ -5,7 +5,7 @@
 
 #include "dyop/chain/kinematic_chain.h"
 
-namespace dyop::internal {
+namespace dyop::chain_internal {
 
 /// Sets the parts of the rotation exp(q axis_P) R_PJ, by Rodrigues' formula.
 inline void set_turn(KinematicChain::Step& step) {
@@ -35,4 +35,4 @@ inline RigidPose step_pose(const KinematicChain::Step& step, Scalar q) {
   return step.X_PJ;
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::chain_internal

@@ -12,7 +12,7 @@
 namespace dyop {
 namespace {
 
-using internal::round_up;
+using motion_internal::round_up;
 
 using Buffer = std::array<Scalar, JointPath::kMaxDegree + 1>;
 

@@ -35,7 +35,7 @@ KinematicChain::Step step_of(const Joint& joint) {
                  "' must not be reversed: ", joint.lower, " > ", joint.upper);
     step.axis_P = (joint.X_PJ.rotation() * joint.axis_J.stableNormalized()).normalized();
   }
-  internal::set_turn(step);
+  chain_internal::set_turn(step);
   return step;
 }
 
@@ -122,7 +122,7 @@ std::vector<RigidPose> KinematicChain::link_poses(const JointVector& q) const {
     const Step& step = *steps_[link];
     const bool is_fixed = step.type == JointType::Fixed;
     const Scalar value = is_fixed ? 0 : q[static_cast<Eigen::Index>(step.coordinate)];
-    poses[link] = poses[step.parent] * internal::step_pose(step, value);
+    poses[link] = poses[step.parent] * chain_internal::step_pose(step, value);
   }
   return poses;
 }

@@ -9,7 +9,7 @@
 #include "dyop/chain/link_motion.h"
 #include "motion/curve/rotation_rate.h"
 
-namespace dyop::internal {
+namespace dyop::chain_internal {
 
 /// What one joint does over a part of a path, and its position at the middle of that part.
 struct JointPart {
@@ -81,4 +81,4 @@ void visit_bounds(const LinkMotion& link, const PartMiddle& middle, Scalar noise
   }
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::chain_internal

@@ -49,7 +49,7 @@ void LinkMotion::collect(std::size_t link, std::optional<std::size_t> base) {
     if (!before) continue;
     turn.axis_P = before->rotation() * turn.axis_P;
     turn.X_PJ = *before * turn.X_PJ;
-    internal::set_turn(turn);
+    chain_internal::set_turn(turn);
     before.reset();
   }
   X_JL_ = before.value_or(RigidPose());
@@ -73,7 +73,7 @@ void LinkMotion::measure() {
   for (auto turn = turns_.rbegin(); turn != turns_.rend(); ++turn) {
     const KinematicChain::Step& step = turn->step;
     if (step.type == JointType::Prismatic) reach += path_->largest_value(step.coordinate);
-    turn->reach = internal::round_up(reach);
+    turn->reach = motion_internal::round_up(reach);
     reach += step.X_PJ.translation().stableNorm();
   }
 
@@ -84,7 +84,7 @@ void LinkMotion::measure() {
     if (turn.step.type == JointType::Revolute) {
       const Vector3 axis = R * turn.step.axis_P;
       if (last) {
-        const Scalar sine = internal::round_up(last_axis.cross(axis).norm()) + kMotionNoise;
+        const Scalar sine = motion_internal::round_up(last_axis.cross(axis).norm()) + kMotionNoise;
         last->sine_to_next = std::min(1.0, sine);
       }
       last = &turn;
@@ -96,12 +96,13 @@ void LinkMotion::measure() {
 
 MotionState LinkMotion::state(Scalar t) const {
   const std::size_t piece = path_->piece_at(t);
-  internal::ChainFrame frame{X_WF_.rotation(), X_WF_.translation(), {}};
+  chain_internal::ChainFrame frame{X_WF_.rotation(), X_WF_.translation(), {}};
   for (const Turn& turn : turns_) {
     const std::size_t coordinate = turn.step.coordinate;
-    internal::advance(frame, turn.step, internal::joint_instant(*path_, coordinate, piece, t));
+    chain_internal::advance(frame, turn.step,
+                            chain_internal::joint_instant(*path_, coordinate, piece, t));
   }
-  return internal::link_state(frame, X_JL_);
+  return chain_internal::link_state(frame, X_JL_);
 }
 
 RigidPose LinkMotion::pose(Scalar t) const {
@@ -113,13 +114,13 @@ Twist LinkMotion::twist(Scalar t) const {
 }
 
 TwistBound LinkMotion::twist_bound(const TimeInterval& interval) const {
-  const internal::PartMiddle middle(interval);
+  const chain_internal::PartMiddle middle(interval);
   const std::size_t piece = path_->piece_at(middle.time);
   TwistBound bound;
-  internal::visit_bounds(
+  chain_internal::visit_bounds(
       *this, middle, kPoseNoise * scale_.length,
       [&](std::size_t coordinate) {
-        return internal::joint_part(*path_, coordinate, piece, interval, middle.time);
+        return chain_internal::joint_part(*path_, coordinate, piece, interval, middle.time);
       },
       [&bound](std::size_t, const TwistBound& seen) { bound = seen; });
   return bound;

@@ -6,7 +6,7 @@
 
 #include "chain/link_bounds.h"
 
-namespace dyop::internal {
+namespace dyop::chain_internal {
 namespace {
 
 // Minimum number of cells per path, of equal length within a piece. More: closer bounds on short
@@ -110,4 +110,4 @@ TwistBound PathCells::bound(std::size_t link, std::size_t turns, const TimeInter
   return result;
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::chain_internal

@@ -6,7 +6,7 @@
 #include "chain/link_bounds.h"
 #include "dyop/chain/link_motion.h"
 
-namespace dyop::internal {
+namespace dyop::chain_internal {
 
 /// Bounds on the twists of all links over short parts of one path, each as seen from every link
 /// between it and the root: computed once per query, which looks them up many times.
@@ -70,4 +70,4 @@ class CellMotion final : public Motion {
   const PathCells& cells_;
 };
 
-}  // namespace dyop::internal
+}  // namespace dyop::chain_internal

@@ -17,7 +17,7 @@ AssertHandler set_assert_handler(AssertHandler handler) {
   return the_handler.exchange(handler);
 }
 
-namespace internal {
+namespace core_internal {
 
 void fail_assert(const char* file, int line, const char* condition, const std::string& values) {
   const std::string message = compose_message(file, ':', line, ": ", condition, ": ", values);
@@ -29,5 +29,5 @@ void fail_assert(const char* file, int line, const char* condition, const std::s
   std::abort();
 }
 
-}  // namespace internal
+}  // namespace core_internal
 }  // namespace dyop

@@ -13,7 +13,7 @@
 #include "core/run_workers.h"
 #include "dyop/core/error.h"
 
-namespace dyop::internal {
+namespace dyop::core_internal {
 namespace {
 
 using BatchItem = std::function<void(std::size_t, std::size_t)>;
@@ -118,4 +118,4 @@ void run_batch(std::size_t item_count, const BatchOptions& options, const BatchI
   run.rethrow_failure();
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::core_internal

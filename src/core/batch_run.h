@@ -7,7 +7,7 @@
 #include "dyop/core/batch_options.h"
 #include "dyop/core/export.h"
 
-namespace dyop::internal {
+namespace dyop::core_internal {
 
 /// The largest number of items that run_batch() runs at the same time, at least one.
 /// Throws InvalidArgument if thread_count is negative.
@@ -23,4 +23,4 @@ DYOP_EXPORT std::size_t batch_worker_count(std::size_t item_count, const BatchOp
 DYOP_EXPORT void run_batch(std::size_t item_count, const BatchOptions& options,
                            const std::function<void(std::size_t index, std::size_t worker)>& item);
 
-}  // namespace dyop::internal
+}  // namespace dyop::core_internal

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/instruction_set.h"
 
-namespace dyop::internal {
+namespace dyop::core_internal {
 
 InstructionSet best_instruction_set() {
 #ifdef DYOP_HAS_X86_KERNELS
@@ -17,4 +17,4 @@ InstructionSet best_instruction_set() {
 #endif
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::core_internal

@@ -6,7 +6,7 @@
 
 #include <cstddef>
 
-namespace dyop::internal {
+namespace dyop::core_internal {
 
 /// Calls run.work(0) ... run.work(count - 1) on up to `count` threads of the caller's arena: one of
 /// its own for each call would leave several kB behind (oneTBB 2021.8 frees no arena that had
@@ -21,4 +21,4 @@ void run_workers(Run& run, std::size_t count) {
   });
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::core_internal

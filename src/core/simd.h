@@ -10,6 +10,8 @@
 // anything with inline functions of external linkage (Eigen, the standard library): the linker
 // might use the copy compiled for a newer processor everywhere. Hence the namespaces here.
 
+#include "dyop/core/namespaces.h"
+
 #if defined(__AVX512F__)
 #include <immintrin.h>
 #define DYOP_LANES lanes_avx512
@@ -29,7 +31,7 @@
 #include "core/simd_portable.h"
 #endif
 
-namespace dyop::internal {
+namespace dyop::core_internal {
 inline namespace DYOP_LANES {
 
 /// One lane.
@@ -327,4 +329,4 @@ DYOP_INLINE void cross(const L* x, const L* y, L* out) {
 }
 
 }  // namespace DYOP_LANES
-}  // namespace dyop::internal
+}  // namespace dyop::core_internal

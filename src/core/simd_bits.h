@@ -7,7 +7,7 @@
 // match scalar code bit by bit, signs of zero included. Like simd.h, this must not include anything
 // with inline functions of external linkage.
 
-namespace dyop::internal {
+namespace dyop::core_internal {
 inline namespace DYOP_LANES {
 
 #if defined(__AVX512F__)
@@ -98,4 +98,4 @@ DYOP_INLINE Lanes negated(Lanes x) {
 }
 
 }  // namespace DYOP_LANES
-}  // namespace dyop::internal
+}  // namespace dyop::core_internal

@@ -11,7 +11,7 @@
 #include <emmintrin.h>
 #endif
 
-namespace dyop::internal {
+namespace dyop::core_internal {
 
 /// Two doubles side by side: one SSE2 register, which every x86-64 has, elsewhere two numbers.
 /// Every operation rounds as the scalar one does, so both give the same bits.
@@ -233,10 +233,10 @@ struct VectorPair {
 
   /// Either vector, in both lanes.
   VectorPair lows() const {
-    return {internal::lows(x, x), internal::lows(y, y), internal::lows(z, z)};
+    return {core_internal::lows(x, x), core_internal::lows(y, y), core_internal::lows(z, z)};
   }
   VectorPair highs() const {
-    return {internal::highs(x, x), internal::highs(y, y), internal::highs(z, z)};
+    return {core_internal::highs(x, x), core_internal::highs(y, y), core_internal::highs(z, z)};
   }
   Vector3 low() const { return {x.low(), y.low(), z.low()}; }
   Vector3 high() const { return {x.high(), y.high(), z.high()}; }
@@ -265,4 +265,4 @@ inline VectorPair highs(const VectorPair& v, const VectorPair& w) {
   return {highs(v.x, w.x), highs(v.y, w.y), highs(v.z, w.z)};
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::core_internal

@@ -9,7 +9,7 @@
 #include <arm_neon.h>
 #endif
 
-namespace dyop::internal {
+namespace dyop::core_internal {
 inline namespace DYOP_LANES {
 
 using Doubles = double __attribute__((vector_size(16)));
@@ -86,4 +86,4 @@ using Lanes = VectorLanes<double, Doubles, DoubleBits, TwoFloats>;
 using FloatLanes = VectorLanes<float, Floats, FloatBits, Floats>;
 
 }  // namespace DYOP_LANES
-}  // namespace dyop::internal
+}  // namespace dyop::core_internal

@@ -16,9 +16,9 @@
 namespace dyop {
 namespace {
 
-using internal::BoxPair;
-using internal::DistanceTraversal;
-using internal::ShapeTree;
+using distance_internal::BoxPair;
+using distance_internal::DistanceTraversal;
+using geometry_internal::ShapeTree;
 
 DistanceStatus status_of(const DistanceTraversal& traversal, Scalar limit) {
   if (traversal.best.is_overlapping) return DistanceStatus::Overlapping;
@@ -30,13 +30,13 @@ DistanceStatus status_of(const DistanceTraversal& traversal, Scalar limit) {
 template <typename Search>
 DistanceResult query(const Shape& a, const RigidPose& X_WA, const Shape& b, const RigidPose& X_WB,
                      const DistanceOptions& options, DistanceCache& cache, const Search& search) {
-  internal::require_valid_options(options, "distance");
-  const internal::Solids solids{options.solid_a, options.solid_b};
-  internal::require_closed("distance", a, b, solids);
+  distance_internal::require_valid_options(options, "distance");
+  const distance_internal::Solids solids{options.solid_a, options.solid_b};
+  distance_internal::require_closed("distance", a, b, solids);
   const ShapeTree tree_a(a);
   const ShapeTree tree_b(b);
   const RigidPose X_AB = X_WA.inverse() * X_WB;
-  const Scalar noise = internal::pose_noise(a, X_WA, b, X_WB);
+  const Scalar noise = distance_internal::pose_noise(a, X_WA, b, X_WB);
   cache.stack.clear();
   DistanceTraversal traversal(tree_a, tree_b, X_AB, noise, options.max_distance, cache.stack);
   traversal.absolute_tolerance = options.absolute_tolerance;
@@ -48,21 +48,21 @@ DistanceResult query(const Shape& a, const RigidPose& X_WA, const Shape& b, cons
   result.statistics = traversal.statistics;
   if (const auto p_W = result.status == DistanceStatus::Overlapping
                            ? std::nullopt
-                           : internal::find_enclosed_point(a, X_WA, b, X_WB, solids)) {
+                           : distance_internal::find_enclosed_point(a, X_WA, b, X_WB, solids)) {
     result.status = DistanceStatus::Overlapping;
     result.upper = 0;
     result.p_WCa = result.p_WCb = *p_W;
     return result;
   }
-  const internal::PieceDistance& best = traversal.best;
+  const distance_internal::PieceDistance& best = traversal.best;
   result.lower = best.is_overlapping ? 0 : std::min(traversal.lower, best.upper);
   result.upper = best.upper;
   DYOP_ASSERT(result.lower <= result.upper, result.lower, ' ', result.upper);
   if (result.upper == kInfinity) return result;  // beyond the limit: no piece was examined
   cache.nearest = {traversal.leaf_a, traversal.leaf_b};
   const Scalar lower = result.lower;
-  static_cast<WitnessPair&>(result) =
-      internal::witness_pair(best, tree_a, traversal.leaf_a, tree_b, traversal.leaf_b, X_WA);
+  static_cast<WitnessPair&>(result) = distance_internal::witness_pair(
+      best, tree_a, traversal.leaf_a, tree_b, traversal.leaf_b, X_WA);
   result.lower = lower;
   if (options.with_penetration && result.status == DistanceStatus::Overlapping && tree_a.convex() &&
       tree_b.convex()) {
@@ -91,7 +91,7 @@ DistanceResult distance(const Shape& a, const RigidPose& X_WA, const Shape& b,
                [&](DistanceTraversal& traversal, const auto&...) { traverse(traversal, cache); });
 }
 
-namespace internal {
+namespace distance_internal {
 
 std::optional<DistanceResult> distance_until(const Shape& a, const RigidPose& X_WA, const Shape& b,
                                              const RigidPose& X_WB, const DistanceOptions& options,
@@ -138,6 +138,6 @@ DistanceResult seeded_distance(const Shape& a, const RigidPose& X_WA, const Shap
   return query(a, X_WA, b, X_WB, options, seed.pieces, search);
 }
 
-}  // namespace internal
+}  // namespace distance_internal
 
 }  // namespace dyop

@@ -15,10 +15,10 @@ void distance_batch(std::span<const DistanceQuery> queries, std::span<DistanceRe
                " queries, but space for ", results.size(), " results");
   for (std::size_t i = 0; i < queries.size(); ++i) {
     DYOP_REQUIRE(queries[i].a && queries[i].b, "query ", i, ": a shape is missing");
-    internal::require_valid_options(queries[i].options, "query ", i);
+    distance_internal::require_valid_options(queries[i].options, "query ", i);
   }
   std::fill(results.begin(), results.end(), DistanceResult());
-  internal::run_batch(queries.size(), options, [&](std::size_t index, std::size_t) {
+  core_internal::run_batch(queries.size(), options, [&](std::size_t index, std::size_t) {
     const DistanceQuery& query = queries[index];
     DistanceCache cold;
     results[index] = distance(*query.a, query.X_WA, *query.b, query.X_WB, query.options,

@@ -4,7 +4,7 @@
 #include "dyop/core/error.h"
 #include "dyop/distance/distance.h"
 
-namespace dyop::internal {
+namespace dyop::distance_internal {
 
 /// @throws InvalidArgument for options out of range; the message starts with the subject.
 template <typename... Subject>
@@ -17,4 +17,4 @@ void require_valid_options(const DistanceOptions& options, const Subject&... sub
                ": relative_tolerance must be in [0, 1), not ", options.relative_tolerance);
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::distance_internal

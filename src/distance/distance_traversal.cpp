@@ -4,7 +4,7 @@
 #include <array>
 #include <limits>
 
-namespace dyop::internal {
+namespace dyop::distance_internal {
 
 void DistanceTraversal::visit_leaves(std::int32_t a, std::int32_t b) {
   ++statistics.leaf_tests;
@@ -84,4 +84,4 @@ bool DistanceTraversal::run_portion(std::int64_t max_box_pairs) {
   return true;
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::distance_internal

@@ -12,7 +12,7 @@
 #include "geometry/shape_tree.h"
 #include "hierarchy/box_gaps.h"
 
-namespace dyop::internal {
+namespace dyop::distance_internal {
 
 using BoxPair = DistanceCache::BoxPair;
 using BoxPairStack = std::vector<BoxPair>;
@@ -82,4 +82,4 @@ class DistanceTraversal {
   BoxPairStack& stack_;
 };
 
-}  // namespace dyop::internal
+}  // namespace dyop::distance_internal

@@ -7,7 +7,7 @@
 #include "dyop/core/interrupt.h"
 #include "dyop/distance/distance.h"
 
-namespace dyop::internal {
+namespace dyop::distance_internal {
 
 /// As distance(), unless it is interrupted, which is asked after every few pairs of boxes: then
 /// nothing.
@@ -17,4 +17,4 @@ DYOP_EXPORT std::optional<DistanceResult> distance_until(const Shape& a, const R
                                                          DistanceCache& cache,
                                                          Interrupt& interrupt);
 
-}  // namespace dyop::internal
+}  // namespace dyop::distance_internal

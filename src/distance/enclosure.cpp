@@ -8,7 +8,7 @@
 #include "dyop/geometry/winding_number.h"
 #include "geometry/compound_tree.h"
 
-namespace dyop::internal {
+namespace dyop::distance_internal {
 namespace {
 
 const TriangleMesh* as_mesh(const Shape& shape) {
@@ -77,4 +77,4 @@ std::optional<Vector3> find_enclosed_point(const Shape& a, const RigidPose& X_WA
   return std::nullopt;
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::distance_internal

@@ -6,7 +6,7 @@
 #include "dyop/core/rigid_pose.h"
 #include "dyop/geometry/shape.h"
 
-namespace dyop::internal {
+namespace dyop::distance_internal {
 
 /// Which of two shapes the caller declares to be solids.
 struct Solids {
@@ -23,4 +23,4 @@ void require_closed(const char* query, const Shape& a, const Shape& b, const Sol
 std::optional<Vector3> find_enclosed_point(const Shape& a, const RigidPose& X_WA, const Shape& b,
                                            const RigidPose& X_WB, const Solids& solids);
 
-}  // namespace dyop::internal
+}  // namespace dyop::distance_internal

@@ -19,7 +19,7 @@
 namespace dyop {
 namespace {
 
-using internal::ShapeTree;
+using geometry_internal::ShapeTree;
 
 // The surface of a shape's core as a mesh, and the radius around it. A smooth core has no surface.
 struct CoreSurface {
@@ -66,7 +66,8 @@ struct ContactPart {
 std::vector<ContactPart> contact_parts(const Shape& shape) {
   if (shape.kind() != ShapeKind::Compound) return {{shape, std::nullopt}};
   std::vector<ContactPart> parts;
-  for (const internal::CompoundPart& part : static_cast<const CompoundShape&>(shape).tree().parts) {
+  for (const geometry_internal::CompoundPart& part :
+       static_cast<const CompoundShape&>(shape).tree().parts) {
     parts.push_back({part.shape(), std::int32_t(parts.size())});
   }
   return parts;
@@ -164,7 +165,7 @@ void ContactGathering::run() {
   const ShapeTree tree_b(*b_.mesh);
   const Scalar reach = max_distance_ + a_.radius + b_.radius;
   const RigidPose X_BA = X_AB_.inverse();
-  const auto box_gaps = internal::box_gaps_kernel(internal::best_instruction_set());
+  const auto box_gaps = hierarchy_internal::box_gaps_kernel(core_internal::best_instruction_set());
   std::vector<std::pair<std::int32_t, std::int32_t>> stack{{ShapeTree::kRoot, ShapeTree::kRoot}};
   while (!stack.empty()) {
     const auto [box_a, box_b] = stack.back();
@@ -173,14 +174,14 @@ void ContactGathering::run() {
       add_triangle_pair(tree_a.triangle(box_a), tree_b.triangle(box_b));
       continue;
     }
-    const bool opens_a = internal::opens_first(tree_a, box_a, tree_b, box_b);
+    const bool opens_a = geometry_internal::opens_first(tree_a, box_a, tree_b, box_b);
     const ShapeTree& tree = opens_a ? tree_a : tree_b;
     const std::int32_t child = tree.child(opens_a ? box_a : box_b);
     const int count = tree.node(child).count();
     std::array<Scalar, BoxGroup::kWidth> gaps;
     box_gaps(tree.rows(child), count,
-             opens_a ? internal::facing_box(tree_b.box(box_b), X_AB_)
-                     : internal::facing_box(tree_a.box(box_a), X_BA),
+             opens_a ? geometry_internal::facing_box(tree_b.box(box_b), X_AB_)
+                     : geometry_internal::facing_box(tree_a.box(box_a), X_BA),
              noise_ * (kStepNoise / kPoseNoise), gaps.data());
     for (int column = count - 1; column >= 0; --column) {
       if (gaps[std::size_t(column)] > reach) continue;
@@ -204,7 +205,7 @@ Scalar place_radius(Scalar least_gap, Scalar max_distance) {
 // neighbours.
 std::vector<Contact> one_per_place(const std::vector<Contact>& contacts, Scalar radius) {
   constexpr Scalar kSameNormal = 0.99;  // cosine of 8 degrees
-  internal::PointGrid grid(radius);
+  distance_internal::PointGrid grid(radius);
   std::vector<Contact> kept;
   const auto is_new = [&](const Contact& contact) {
     return !grid.any_near(contact.p_WCa, [&](std::size_t other) {
@@ -279,7 +280,7 @@ std::vector<Contact> find_contacts(const Shape& a, const RigidPose& X_WA, const 
                                    const RigidPose& X_WB, Scalar max_distance) {
   DYOP_REQUIRE(max_distance >= 0 && max_distance < kInfinity,
                "find_contacts: max_distance must be finite and >= 0, not ", max_distance);
-  const Scalar noise = internal::pose_noise(a, X_WA, b, X_WB);
+  const Scalar noise = distance_internal::pose_noise(a, X_WA, b, X_WB);
   const RigidPose X_AB = X_WA.inverse() * X_WB;
   std::vector<Contact> gathered;  // in frame A
   std::vector<Contact> nearest;   // in world, for parts without a surface

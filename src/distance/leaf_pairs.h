@@ -7,7 +7,7 @@
 #include "distance/distance_traversal.h"
 #include "hierarchy/box_gaps.h"
 
-namespace dyop::internal {
+namespace dyop::distance_internal {
 
 /// Which pairs of leaves of two trees are sought: those at most `reach` apart. `noise`: allowance
 /// for rounding in a distance.
@@ -55,4 +55,4 @@ void visit_leaf_pairs(const LeafPairSearch& search, BoxPairStack& stack, const V
   }
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::distance_internal

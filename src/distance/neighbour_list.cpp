@@ -8,7 +8,7 @@
 #include "distance/leaf_pairs.h"
 #include "distance/piece_distance.h"
 
-namespace dyop::internal {
+namespace dyop::distance_internal {
 namespace {
 
 // More would take longer to look through than the trees.
@@ -131,4 +131,4 @@ void sort_farthest_first(BoxPairStack& pairs) {
   });
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::distance_internal

@@ -9,7 +9,7 @@
 #include "dyop/core/rigid_pose.h"
 #include "dyop/geometry/shape.h"
 
-namespace dyop::internal {
+namespace dyop::distance_internal {
 
 /// Two pieces are near if they are at most `reach` + `slope` l apart, where l is how far the
 /// points of the one of the moving side are from the pivot: a turn about the pivot moves far pieces
@@ -90,4 +90,4 @@ class DYOP_EXPORT NeighbourList {
 /// Sorts pairs of boxes by gap, farthest first: a stack gives the nearest first.
 DYOP_EXPORT void sort_farthest_first(BoxPairStack& pairs);
 
-}  // namespace dyop::internal
+}  // namespace dyop::distance_internal

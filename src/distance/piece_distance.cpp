@@ -9,7 +9,7 @@
 #include "dyop/distance/gjk.h"
 #include "dyop/distance/triangle_distance.h"
 
-namespace dyop::internal {
+namespace dyop::distance_internal {
 namespace {
 
 Feature piece_feature(const Feature& feature, const LeafPiece& piece) {
@@ -106,4 +106,4 @@ Scalar pose_noise(const Shape& a, const RigidPose& X_WA, const Shape& b, const R
          (X_WA.translation().norm() + X_WB.translation().norm() + posed_size(a) + posed_size(b));
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::distance_internal

@@ -10,7 +10,7 @@
 #include "dyop/distance/distance_result.h"
 #include "geometry/shape_tree.h"
 
-namespace dyop::internal {
+namespace dyop::distance_internal {
 
 /// Distance of two leaf pieces, in frame A; features with the shape's own vertex numbers.
 struct PieceDistance : NearestPoints {
@@ -48,4 +48,4 @@ WitnessPair witness_pair(const PieceDistance& piece, const ShapeTree& a, std::in
 DYOP_EXPORT Scalar pose_noise(const Shape& a, const RigidPose& X_WA, const Shape& b,
                               const RigidPose& X_WB);
 
-}  // namespace dyop::internal
+}  // namespace dyop::distance_internal

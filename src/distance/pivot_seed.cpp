@@ -3,7 +3,7 @@
 
 #include "geometry/shape_tree.h"
 
-namespace dyop::internal {
+namespace dyop::distance_internal {
 namespace {
 
 Scalar squared_distance(const OrientedBox& box, const Vector3& p) {
@@ -63,4 +63,4 @@ PairSeed seed_at(const Pivot& pivot, const Shape& a, const RigidPose& X_WA, cons
   return seed;
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::distance_internal

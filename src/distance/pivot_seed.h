@@ -7,7 +7,7 @@
 #include "dyop/core/export.h"
 #include "dyop/distance/distance.h"
 
-namespace dyop::internal {
+namespace dyop::distance_internal {
 
 /// The dynamic pivot point of two bodies and the direction through it, from A to B, in world.
 struct Pivot {
@@ -49,4 +49,4 @@ DYOP_EXPORT DistanceResult listed_distance(const Shape& a, const RigidPose& X_WA
                                            std::span<const DistanceCache::BoxPair> pairs,
                                            PairSeed& seed);
 
-}  // namespace dyop::internal
+}  // namespace dyop::distance_internal

@@ -17,7 +17,7 @@
 namespace dyop {
 namespace {
 
-using internal::NearestToPoint;
+using distance_internal::NearestToPoint;
 
 // A point and a shape in the shape's frame, and the rounding in their distance.
 struct PointQuery {
@@ -56,7 +56,7 @@ PointDistance point_result_of(const NearestToPoint& found, const TriangleMesh& m
   if (found.triangle < 0) return result;
   result.p_WC = found.nearest.p_C;
   result.nhat_W = found.nearest.nhat_C;
-  result.feature = internal::mesh_feature(
+  result.feature = distance_internal::mesh_feature(
       found.nearest.feature, mesh.triangles()[static_cast<std::size_t>(found.triangle)]);
   result.triangle = found.triangle;
   return result;
@@ -72,8 +72,8 @@ void turn_inside(PointDistance& result) {
 }
 
 PointDistance from_mesh(const TriangleMesh& mesh, const PointQuery& query) {
-  const NearestToPoint found =
-      internal::find_nearest_to_point(mesh, query.p_S, query.options.max_distance + query.noise);
+  const NearestToPoint found = distance_internal::find_nearest_to_point(
+      mesh, query.p_S, query.options.max_distance + query.noise);
   PointDistance result = point_result_of(found, mesh, query.noise);
   if (!query.options.is_signed) return result;
   if (contains(mesh, query.p_S)) {
@@ -86,7 +86,7 @@ PointDistance from_mesh(const TriangleMesh& mesh, const PointQuery& query) {
 
 // For a convex shape without a surface: unsigned.
 PointDistance from_smooth_core(const ConvexShape& shape, const PointQuery& query) {
-  const internal::TriangleCore point({query.p_S, query.p_S, query.p_S});
+  const distance_internal::TriangleCore point({query.p_S, query.p_S, query.p_S});
   const GjkResult gjk = gjk_distance(shape, point, RigidPose());
   PointDistance result;
   result.lower = std::max(0.0, gjk.lower - query.noise);
@@ -103,7 +103,7 @@ PointDistance from_convex(const ConvexShape& shape, const PointQuery& query) {
   const Scalar radius = shape.rounding_radius();
   const Scalar limit = query.options.max_distance + radius + query.noise;
   const NearestToPoint found =
-      internal::find_nearest_to_point(*core, query.p_S, limit * (1 + 4 * kUnitRoundoff));
+      distance_internal::find_nearest_to_point(*core, query.p_S, limit * (1 + 4 * kUnitRoundoff));
   PointDistance result = point_result_of(found, *core, query.noise);
   result.triangle.reset();
   if (core->is_closed() && contains(*core, query.p_S)) {
@@ -127,7 +127,7 @@ PointDistance from_compound(const CompoundShape& compound, const PointQuery& que
   PointDistance nearest;
   nearest.lower = kInfinity;
   std::int32_t child = 0;
-  for (const internal::CompoundPart& part : compound.tree().parts) {
+  for (const geometry_internal::CompoundPart& part : compound.tree().parts) {
     PointDistance found =
         part.mesh ? from_mesh(*part.mesh, query) : from_convex(*part.convex, query);
     found.child = child++;
@@ -193,13 +193,13 @@ void point_distance_batch(const Shape& shape, const RigidPose& X_WS,
       batch_options.progress(std::min(done * kPortion, total), total);
     };
   }
-  internal::run_batch((total + kPortion - 1) / kPortion, in_portions,
-                      [&](std::size_t portion, std::size_t) {
-                        const std::size_t end = std::min((portion + 1) * kPortion, total);
-                        for (std::size_t i = portion * kPortion; i < end; ++i) {
-                          results[i] = answer_point(shape, X_WS, points_W[i], options);
-                        }
-                      });
+  core_internal::run_batch((total + kPortion - 1) / kPortion, in_portions,
+                           [&](std::size_t portion, std::size_t) {
+                             const std::size_t end = std::min((portion + 1) * kPortion, total);
+                             for (std::size_t i = portion * kPortion; i < end; ++i) {
+                               results[i] = answer_point(shape, X_WS, points_W[i], options);
+                             }
+                           });
 }
 
 }  // namespace dyop

@@ -12,7 +12,7 @@
 
 #include "dyop/core/types.h"
 
-namespace dyop::internal {
+namespace dyop::distance_internal {
 
 /// Numbered points in cubic cells, for finding points near each other.
 class PointGrid {
@@ -63,4 +63,4 @@ class PointGrid {
   std::unordered_map<Cell, std::vector<std::size_t>, CellHash> cells_;
 };
 
-}  // namespace dyop::internal
+}  // namespace dyop::distance_internal

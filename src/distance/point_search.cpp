@@ -7,7 +7,7 @@
 
 #include "core/tolerance.h"
 
-namespace dyop::internal {
+namespace dyop::distance_internal {
 namespace {
 
 struct OpenBox {
@@ -120,4 +120,4 @@ NearestToPoint find_nearest_to_point(const TriangleMesh& mesh, const Vector3& p,
   return PointSearch(mesh, p, limit).run();
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::distance_internal

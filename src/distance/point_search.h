@@ -6,7 +6,7 @@
 #include "distance/point_triangle.h"
 #include "dyop/geometry/triangle_mesh.h"
 
-namespace dyop::internal {
+namespace dyop::distance_internal {
 
 /// The triangle of a mesh nearest to a point, all in the mesh's frame.
 struct NearestToPoint {
@@ -18,4 +18,4 @@ struct NearestToPoint {
 /// @param limit Triangles proven farther away are not sought.
 NearestToPoint find_nearest_to_point(const TriangleMesh& mesh, const Vector3& p, Scalar limit);
 
-}  // namespace dyop::internal
+}  // namespace dyop::distance_internal

@@ -7,7 +7,7 @@
 #include "core/tolerance.h"
 #include "dyop/distance/triangle_distance.h"
 
-namespace dyop::internal {
+namespace dyop::distance_internal {
 namespace {
 
 // The weights of vertices 1 and 2 at the nearest point, and the feature it lies on.
@@ -109,4 +109,4 @@ PointTriangleDistance point_triangle_distance(const Vector3& p, const Triangle& 
   return result;
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::distance_internal

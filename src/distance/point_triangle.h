@@ -4,7 +4,7 @@
 #include "dyop/core/triangle.h"
 #include "dyop/geometry/shape.h"
 
-namespace dyop::internal {
+namespace dyop::distance_internal {
 
 /// The point of a triangle nearest to another point, with proven bounds on their distance.
 struct PointTriangleDistance {
@@ -19,4 +19,4 @@ struct PointTriangleDistance {
 /// cost: the direction of [Ericson2005] 5.1.5 is tried first.
 PointTriangleDistance point_triangle_distance(const Vector3& p, const Triangle& triangle);
 
-}  // namespace dyop::internal
+}  // namespace dyop::distance_internal

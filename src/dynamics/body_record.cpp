@@ -11,7 +11,7 @@
 #include "dyop/motion/composed_motion.h"
 #include "dyop/motion/rest_motion.h"
 
-namespace dyop::internal {
+namespace dyop::dynamics_internal {
 namespace {
 
 void require_mass(const BodyDefinition& body) {
@@ -107,8 +107,8 @@ RigidPose BodyRecord::X_WB() const {
 
 MotionState BodyRecord::motion_state() const {
   if (definition.kind == BodyKind::Kinematic) return {X_WB(), {state.v_W, state.L_W}};
-  return internal::motion_state(definition.mass_properties, state.X_WM, state.v_W,
-                                angular_velocity());
+  return dynamics_internal::motion_state(definition.mass_properties, state.X_WM, state.v_W,
+                                         angular_velocity());
 }
 
 Matrix3 BodyRecord::linear_mobility() const {
@@ -190,4 +190,4 @@ std::shared_ptr<const Motion> about_center(const BodyRecord& body,
       std::move(X_WM), std::make_shared<RestMotion>(RigidPose(Vector3(-p_BoBcm))));
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::dynamics_internal

@@ -5,7 +5,7 @@
 
 #include "dyop/dynamics/rigid_body.h"
 
-namespace dyop::internal {
+namespace dyop::dynamics_internal {
 
 class FreeFlight;
 
@@ -74,4 +74,4 @@ Wrench total_wrench(const BodyRecord& body, const Vector3& gravity_W, Scalar t,
 std::shared_ptr<const Motion> about_center(const BodyRecord& body,
                                            std::shared_ptr<const Motion> X_WM);
 
-}  // namespace dyop::internal
+}  // namespace dyop::dynamics_internal

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace dyop::internal {
+namespace dyop::dynamics_internal {
 namespace {
 
 // A slab holds about this many boxes, and is so many times wider than a box. Found by measurement.
@@ -130,4 +130,4 @@ std::vector<std::pair<std::int32_t, std::int32_t>> BroadPhase::find_pairs(
   return pairs;
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::dynamics_internal

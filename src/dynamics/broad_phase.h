@@ -7,7 +7,7 @@
 
 #include "dyop/core/types.h"
 
-namespace dyop::internal {
+namespace dyop::dynamics_internal {
 
 /// Finds which of many boxes overlap without testing all pairs: sweep and prune along the axis with
 /// the largest spread ([Cohen1995]), in slabs along the axis with the next largest. The order is kept
@@ -50,4 +50,4 @@ class BroadPhase {
       entries_;  // by slab, in the order of the sweep; kept for its memory
 };
 
-}  // namespace dyop::internal
+}  // namespace dyop::dynamics_internal

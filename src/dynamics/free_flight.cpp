@@ -10,7 +10,7 @@
 #include "dyop/motion/sequence_motion.h"
 #include "motion/curve/rotation_rate.h"
 
-namespace dyop::internal {
+namespace dyop::dynamics_internal {
 namespace {
 
 using Map = Eigen::Map<const Vector3>;
@@ -292,4 +292,4 @@ IntegratorStatistics FreeFlight::statistics() const {
   return sum;
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::dynamics_internal

@@ -11,7 +11,7 @@
 #include "dynamics/torque_free_turn.h"
 #include "dyop/dynamics/integrator.h"
 
-namespace dyop::internal {
+namespace dyop::dynamics_internal {
 
 /// The path of one body in free flight: gravity and its own wrench, integrated separately from all
 /// other bodies.
@@ -85,4 +85,4 @@ class FreeFlight {
   std::int64_t coasting_pieces_ = 0;
 };
 
-}  // namespace dyop::internal
+}  // namespace dyop::dynamics_internal

@@ -6,7 +6,7 @@
 
 #include "dyop/core/error.h"
 
-namespace dyop::internal {
+namespace dyop::dynamics_internal {
 namespace {
 
 // Builds the rows of one joint.
@@ -199,4 +199,4 @@ void require_valid(const JointDefinition& joint) {
   }
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::dynamics_internal

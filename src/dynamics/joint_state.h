@@ -7,7 +7,7 @@
 #include "dyop/contact/contact_problem.h"
 #include "dyop/dynamics/joint.h"
 
-namespace dyop::internal {
+namespace dyop::dynamics_internal {
 
 /// A joint of a World and what is kept from step to step.
 struct JointState {
@@ -33,4 +33,4 @@ std::vector<JointEquation> joint_equations(const JointDefinition& joint, const B
 /// @throws InvalidArgument naming the joint and what is wrong.
 void require_valid(const JointDefinition& joint);
 
-}  // namespace dyop::internal
+}  // namespace dyop::dynamics_internal

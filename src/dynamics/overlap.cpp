@@ -14,7 +14,7 @@
 #include "dyop/motion/rest_motion.h"
 #include "dyop/toi/time_of_impact.h"
 
-namespace dyop::internal {
+namespace dyop::dynamics_internal {
 namespace {
 
 // The direction of least overlap of the bodies' boxes, towards B.
@@ -110,4 +110,4 @@ std::vector<ContactPoint> estimate_overlap(const BodyRecord& a, const RigidPose&
   return points;
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::dynamics_internal

@@ -7,7 +7,7 @@
 #include "dyop/contact/contact_generator.h"
 #include "dyop/contact/contact_point.h"
 
-namespace dyop::internal {
+namespace dyop::dynamics_internal {
 
 /// Contacts that push two overlapping bodies apart: an estimate, for a pair without a certificate.
 ///
@@ -19,4 +19,4 @@ std::vector<ContactPoint> estimate_overlap(const BodyRecord& a, const RigidPose&
                                            const BodyRecord& b, const RigidPose& X_WB, Scalar gap,
                                            ContactWorkspace& workspace);
 
-}  // namespace dyop::internal
+}  // namespace dyop::dynamics_internal

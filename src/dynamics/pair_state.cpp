@@ -7,7 +7,7 @@
 #include "contact/generation/facet_fit.h"
 #include "core/tolerance.h"
 
-namespace dyop::internal {
+namespace dyop::dynamics_internal {
 namespace {
 
 // Bounds of a gap this near to each other, in rest offsets, are not worth another query. Those that a
@@ -115,7 +115,8 @@ bool refresh_contacts(PairState& pair, const BodyRecord& a, const RigidPose& X_W
                       const Vector3& shift_W, const Vector3& turn_W, ContactWorkspace& workspace) {
   ContactCacheOptions options;
   ContactMerging merging{shift_W, turn_W, pair.lengths.radius};
-  merging.active_gap = pair.lengths.rest_gap() + kContactMergedRestOffsets * pair.lengths.rest_offset;
+  merging.active_gap =
+      pair.lengths.rest_gap() + kContactMergedRestOffsets * pair.lengths.rest_offset;
   merging.gap_change = kContactMergedChange * pair.lengths.rest_offset;
   merging.most_sagitta = kContactFitRestOffsets * pair.lengths.rest_offset;
   options.reduction.merging = merging;
@@ -149,4 +150,4 @@ void measure_gap(PairState& pair, const BodyRecord& a, const RigidPose& X_WA, co
   pair.gap_upper = result.upper;
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::dynamics_internal

@@ -16,7 +16,7 @@
 #include "dyop/core/export.h"
 #include "dyop/dynamics/pair_record.h"
 
-namespace dyop::internal {
+namespace dyop::dynamics_internal {
 
 /// Slots of two bodies, a < b.
 struct PairKey {
@@ -31,9 +31,9 @@ inline PairKey ordered(std::uint32_t x, std::uint32_t y) {
 
 /// The lengths of one pair; see WorldOptions.
 struct PairLengths {
-  Scalar target = 0;    // d*
+  Scalar target = 0;       // d*
   Scalar rest_offset = 0;  // s
-  Scalar radius = 0;    // the smaller bounding radius
+  Scalar radius = 0;       // the smaller bounding radius
   Scalar rest_gap() const { return target + rest_offset; }
   Scalar tolerance() const;  // for time_of_impact(), a fraction of the rest offset
 };
@@ -125,4 +125,4 @@ DYOP_EXPORT void list_end(PairState& pair, const Shape& a, const RigidPose& X_WA
 void measure_gap(PairState& pair, const BodyRecord& a, const RigidPose& X_WA, const BodyRecord& b,
                  const RigidPose& X_WB, Scalar enough, Scalar relative_tolerance = 0);
 
-}  // namespace dyop::internal
+}  // namespace dyop::dynamics_internal

@@ -4,8 +4,8 @@
 
 namespace dyop {
 
-using internal::BodyRecord;
-using internal::PairKey;
+using dynamics_internal::BodyRecord;
+using dynamics_internal::PairKey;
 
 // Overlaps with sensors over a committed step. A body that only passes through within the step
 // gives both events, begin and end.

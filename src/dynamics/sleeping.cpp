@@ -11,8 +11,8 @@
 // when something awake comes within reach.
 namespace dyop {
 
-using internal::BodyRecord;
-using internal::PairKey;
+using dynamics_internal::BodyRecord;
+using dynamics_internal::PairKey;
 
 // Wakes a body and all sleepers that it touches, directly or through others.
 void World::Impl::wake(std::uint32_t slot, AdvanceReport* report) {
@@ -66,16 +66,16 @@ void World::Impl::wake_what_changed(const TimeInterval& interval, AdvanceReport&
   }
 }
 
-void World::Impl::put_to_sleep(const std::vector<internal::Island>& islands,
-                               const std::vector<internal::IslandOutcome>& outcomes, Scalar h,
-                               AdvanceReport& report) {
+void World::Impl::put_to_sleep(const std::vector<dynamics_internal::Island>& islands,
+                               const std::vector<dynamics_internal::IslandOutcome>& outcomes,
+                               Scalar h, AdvanceReport& report) {
   if (options.sleep_steps <= 0) return;
   for (std::size_t i = 0; i < islands.size(); ++i) {
     Scalar rest_offset = kInfinity;
     bool may_sleep = outcomes[i].in_contact;
     bool touches = false;
     const TimeInterval next{time, time + h};
-    for (const internal::PairState* pair : islands[i].pairs) {
+    for (const dynamics_internal::PairState* pair : islands[i].pairs) {
       rest_offset = std::min(rest_offset, pair->lengths.rest_offset);
       if (!pair->has_contacts) continue;
       touches = true;
@@ -91,16 +91,17 @@ void World::Impl::put_to_sleep(const std::vector<internal::Island>& islands,
       touches = true;
       for (const BodyId id : {a, b}) {
         const BodyRecord& body = bodies[id.slot];
-        rest_offset = std::min(rest_offset, kRestOffsetTargets * kTargetRadiusFraction * body.radius);
+        rest_offset =
+            std::min(rest_offset, kRestOffsetTargets * kTargetRadiusFraction * body.radius);
         const bool is_given = body.definition.kind == BodyKind::Kinematic;
         may_sleep = may_sleep && !(is_given && moves_by_itself(body, {time - h, time}));
       }
     };
-    for (const internal::JointState* joint : islands[i].joints) {
+    for (const dynamics_internal::JointState* joint : islands[i].joints) {
       hangs_on(joint->definition.a, joint->definition.b);
       may_sleep = may_sleep && !joint->definition.motor;
     }
-    for (const internal::SpringState* spring : islands[i].springs) {
+    for (const dynamics_internal::SpringState* spring : islands[i].springs) {
       hangs_on(spring->definition.a, spring->definition.b);
     }
     may_sleep = may_sleep && touches;

@@ -9,24 +9,24 @@ struct WorldSnapshot::State {
   const void* world = nullptr;  // the World it was taken from
   Vector3 gravity_W;
   Scalar time = 0;
-  std::deque<internal::BodyRecord> bodies;
+  std::deque<dynamics_internal::BodyRecord> bodies;
   std::vector<std::uint32_t> free_slots;
   std::size_t count = 0;
-  internal::BroadPhase broad_phase;
-  std::vector<internal::PairState> pairs;
-  std::map<internal::PairKey, bool> pair_enabled;
-  std::map<internal::PairKey, Scalar> pair_target;
-  std::deque<internal::JointState> joints;
+  dynamics_internal::BroadPhase broad_phase;
+  std::vector<dynamics_internal::PairState> pairs;
+  std::map<dynamics_internal::PairKey, bool> pair_enabled;
+  std::map<dynamics_internal::PairKey, Scalar> pair_target;
+  std::deque<dynamics_internal::JointState> joints;
   std::uint64_t next_joint = 0;
-  std::deque<internal::SpringState> springs;
+  std::deque<dynamics_internal::SpringState> springs;
   std::uint64_t next_spring = 0;
-  std::set<internal::PairKey> overlapping_sensors;
-  std::set<internal::PairKey> crossed;
+  std::set<dynamics_internal::PairKey> overlapping_sensors;
+  std::set<dynamics_internal::PairKey> crossed;
 };
 
 WorldSnapshot World::snapshot() {
   auto state = std::make_shared<WorldSnapshot::State>();
-  for (internal::BodyRecord& body : impl_->bodies) body.flight = nullptr;
+  for (dynamics_internal::BodyRecord& body : impl_->bodies) body.flight = nullptr;
   state->world = impl_.get();
   state->gravity_W = impl_->gravity_W;
   state->time = impl_->time;
@@ -59,8 +59,8 @@ void World::restore(const WorldSnapshot& snapshot) {
   impl_->count = state.count;
   impl_->broad_phase = state.broad_phase;
   impl_->pairs.clear();
-  for (const internal::PairState& pair : state.pairs) {
-    impl_->pairs.push_back(std::make_unique<internal::PairState>(pair));
+  for (const dynamics_internal::PairState& pair : state.pairs) {
+    impl_->pairs.push_back(std::make_unique<dynamics_internal::PairState>(pair));
   }
   impl_->pair_enabled = state.pair_enabled;
   impl_->pair_target = state.pair_target;

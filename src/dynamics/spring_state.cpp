@@ -3,7 +3,7 @@
 
 #include "dyop/core/error.h"
 
-namespace dyop::internal {
+namespace dyop::dynamics_internal {
 
 Vector3 spring_vector(const SpringDefinition& spring, const RigidPose& X_WA,
                       const RigidPose& X_WB) {
@@ -32,4 +32,4 @@ void require_valid(const SpringDefinition& spring) {
                "': stiffness or damping must be > 0");
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::dynamics_internal

@@ -4,7 +4,7 @@
 #include "dynamics/body_record.h"
 #include "dyop/dynamics/spring.h"
 
-namespace dyop::internal {
+namespace dyop::dynamics_internal {
 
 /// A spring of a World and what it remembers from step to step.
 struct SpringState {
@@ -26,4 +26,4 @@ Scalar spring_energy(const SpringState& spring, const Vector3& p_PQ_W);
 /// @throws InvalidArgument naming the spring and what is wrong.
 void require_valid(const SpringDefinition& spring);
 
-}  // namespace dyop::internal
+}  // namespace dyop::dynamics_internal

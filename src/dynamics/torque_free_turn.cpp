@@ -6,7 +6,7 @@
 
 #include "core/tolerance.h"
 
-namespace dyop::internal {
+namespace dyop::dynamics_internal {
 
 TorqueFreeTurn::TorqueFreeTurn(const Matrix3& inverse_inertia_B, const Vector3& L_B)
     : inverse_inertia_B_(inverse_inertia_B) {
@@ -67,4 +67,4 @@ TorqueFreeTurn::Turn TorqueFreeTurn::at(Scalar elapsed) const {
   return turn;
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::dynamics_internal

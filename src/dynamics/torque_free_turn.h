@@ -6,7 +6,7 @@
 
 #include "dyop/core/types.h"
 
-namespace dyop::internal {
+namespace dyop::dynamics_internal {
 
 /// How a rigid body turns without torque: the Taylor series of its angular momentum in body axes
 /// and of its quaternion about a start time. The equations are quadratic, so the coefficients
@@ -37,4 +37,4 @@ class TorqueFreeTurn {
   Scalar span_ = 0;
 };
 
-}  // namespace dyop::internal
+}  // namespace dyop::dynamics_internal

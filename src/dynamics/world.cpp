@@ -13,8 +13,8 @@
 
 namespace dyop {
 
-using internal::BodyRecord;
-using internal::PairKey;
+using dynamics_internal::BodyRecord;
+using dynamics_internal::PairKey;
 
 namespace {
 
@@ -58,13 +58,13 @@ World::World(World&&) noexcept = default;
 World& World::operator=(World&&) noexcept = default;
 
 BodyId World::add_body(const BodyDefinition& definition) {
-  internal::require_valid(definition);
+  dynamics_internal::require_valid(definition);
   Impl& impl = *impl_;
   const bool is_new = impl.free_slots.empty();
   const std::uint32_t slot =
       is_new ? static_cast<std::uint32_t>(impl.bodies.size()) : impl.free_slots.back();
   const BodyId id(slot, is_new ? 0 : impl.bodies[slot].id.generation + 1);
-  BodyRecord body = internal::make_body_record(id, definition, impl.time);
+  BodyRecord body = dynamics_internal::make_body_record(id, definition, impl.time);
   if (is_new) {
     impl.bodies.push_back(std::move(body));
     impl.broad_phase.add(AlignedBox());
@@ -196,7 +196,7 @@ void World::set_material(BodyId id, const Material& material) {
   changed.friction = material.friction;
   changed.rolling_friction = material.rolling_friction;
   changed.torsional_friction = material.torsional_friction;
-  internal::require_material(changed);
+  dynamics_internal::require_material(changed);
   body.definition = std::move(changed);
   for (const auto& pair : impl_->pairs) {
     if (!pair->has_contacts || (pair->key.a != id.slot && pair->key.b != id.slot)) continue;
@@ -227,7 +227,7 @@ void World::set_pair_enabled(BodyId a, BodyId b, bool is_enabled) {
   impl_->record(a);
   impl_->record(b);
   require_two(a, b);
-  const PairKey key = internal::ordered(a.slot, b.slot);
+  const PairKey key = dynamics_internal::ordered(a.slot, b.slot);
   impl_->pair_enabled[key] = is_enabled;
   std::erase_if(impl_->pairs, [&](const auto& pair) {
     if (pair->key != key) return false;
@@ -245,7 +245,7 @@ void World::set_target_distance(BodyId a, BodyId b, Scalar target_distance) {
   require_two(a, b);
   DYOP_REQUIRE(target_distance >= 0 && target_distance < kInfinity,
                "World: target_distance must be finite and >= 0, not ", target_distance);
-  const PairKey key = internal::ordered(a.slot, b.slot);
+  const PairKey key = dynamics_internal::ordered(a.slot, b.slot);
   set_pair_enabled(a, b, impl_->is_pair_enabled(key));  // wakes both, forgets the pair
   impl_->pair_target[key] = target_distance;
 }

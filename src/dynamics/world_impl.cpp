@@ -12,9 +12,9 @@
 
 namespace dyop {
 
-using internal::BodyRecord;
-using internal::PairKey;
-using internal::PairState;
+using dynamics_internal::BodyRecord;
+using dynamics_internal::PairKey;
+using dynamics_internal::PairState;
 
 World::Impl::Impl(const WorldOptions& the_options)
     : options(the_options), gravity_W(the_options.gravity_W) {}
@@ -41,35 +41,37 @@ bool World::Impl::moves_by_itself(const BodyRecord& body, const TimeInterval& in
   return bound.linear_speed > 0 || bound.angular_speed > 0;
 }
 
-internal::PairLengths World::Impl::lengths_of(PairKey key) const {
-  internal::PairLengths lengths;
+dynamics_internal::PairLengths World::Impl::lengths_of(PairKey key) const {
+  dynamics_internal::PairLengths lengths;
   lengths.radius = std::min(bodies[key.a].radius_B, bodies[key.b].radius_B);
   const auto own = pair_target.find(key);
   const Scalar usual = kTargetRadiusFraction * lengths.radius;
   lengths.target = own != pair_target.end() ? own->second : options.target_distance.value_or(usual);
   lengths.rest_offset = options.rest_offset.value_or(
-      kRestOffsetTargets * (own == pair_target.end() && lengths.target > 0 ? lengths.target : usual));
+      kRestOffsetTargets *
+      (own == pair_target.end() && lengths.target > 0 ? lengths.target : usual));
   return lengths;
 }
 
 bool World::Impl::is_pair_enabled(PairKey key) const {
-  for (const internal::JointState& joint : joints) {
+  for (const dynamics_internal::JointState& joint : joints) {
     const JointDefinition& definition = joint.definition;
-    const bool is_its_pair = internal::ordered(definition.a.slot, definition.b.slot) == key;
+    const bool is_its_pair =
+        dynamics_internal::ordered(definition.a.slot, definition.b.slot) == key;
     if (is_its_pair && !definition.bodies_collide) return false;
   }
   const auto found = pair_enabled.find(key);
   return found == pair_enabled.end() || found->second;
 }
 
-internal::JointState& World::Impl::joint_at(JointId id) {
+dynamics_internal::JointState& World::Impl::joint_at(JointId id) {
   const auto found =
       std::find_if(joints.begin(), joints.end(), [&](const auto& joint) { return joint.id == id; });
   DYOP_REQUIRE(found != joints.end(), "World: there is no joint ", id.number);
   return *found;
 }
 
-internal::SpringState& World::Impl::spring_at(SpringId id) {
+dynamics_internal::SpringState& World::Impl::spring_at(SpringId id) {
   const auto found = std::find_if(springs.begin(), springs.end(),
                                   [&](const auto& spring) { return spring.id == id; });
   DYOP_REQUIRE(found != springs.end(), "World: there is no spring ", id.number);
@@ -78,10 +80,10 @@ internal::SpringState& World::Impl::spring_at(SpringId id) {
 
 void World::Impl::find_links() {
   links.clear();
-  for (const internal::JointState& joint : joints) {
+  for (const dynamics_internal::JointState& joint : joints) {
     links.push_back({joint.definition.a.slot, joint.definition.b.slot});
   }
-  for (const internal::SpringState& spring : springs) {
+  for (const dynamics_internal::SpringState& spring : springs) {
     links.push_back({spring.definition.a.slot, spring.definition.b.slot});
   }
 }
@@ -117,9 +119,10 @@ PairRecord World::Impl::record_of(const PairState& pair) const {
   return record;
 }
 
-void World::Impl::commit(const internal::Ledger& ledger,
-                         const std::vector<internal::Island>& islands,
-                         std::vector<internal::IslandOutcome>& outcomes, AdvanceReport& report) {
+void World::Impl::commit(const dynamics_internal::Ledger& ledger,
+                         const std::vector<dynamics_internal::Island>& islands,
+                         std::vector<dynamics_internal::IslandOutcome>& outcomes,
+                         AdvanceReport& report) {
   const TimeInterval& interval = ledger.interval();
   CommittedStep step;
   step.interval = interval;
@@ -144,7 +147,7 @@ void World::Impl::commit(const internal::Ledger& ledger,
   for (std::size_t i = 0; i < islands.size(); ++i) {
     for (std::size_t k = 0; k < islands[i].bodies.size(); ++k) {
       BodyRecord& body = bodies[islands[i].bodies[k]];
-      internal::Track& track = outcomes[i].tracks[k];
+      dynamics_internal::Track& track = outcomes[i].tracks[k];
       if (keeps_motions) step.motions[islands[i].bodies[k]] = track.joined();
       body.state = track.end;
       body.flight = std::move(track.flight);
@@ -204,7 +207,7 @@ AdvanceReport World::Impl::advance(Scalar dt, const AdvanceLimits& limits) {
   AdvanceReport report;
   Scalar total = 0;
   {
-    const internal::PartTimer timing(options.measures_time, total);
+    const dynamics_internal::PartTimer timing(options.measures_time, total);
     advance_steps(dt, limits, report);
   }
   if (report.status == AdvanceStatus::NotRun) report.status = AdvanceStatus::Completed;
@@ -233,7 +236,7 @@ void World::Impl::advance_steps(Scalar dt, const AdvanceLimits& limits, AdvanceR
       break;
     }
     const Scalar t_before = time;
-    report.status = internal::WorldStep(*this, t_next, limits, report).run();
+    report.status = dynamics_internal::WorldStep(*this, t_next, limits, report).run();
     if (report.status == AdvanceStatus::StoppedAtImpact &&
         options.policy == ImpactPolicy::Callback) {
       events_at_once = time > t_before ? 0 : events_at_once + 1;
@@ -251,7 +254,7 @@ void World::Impl::advance_steps(Scalar dt, const AdvanceLimits& limits, AdvanceR
 
 void World::Impl::answer_by_callback(AdvanceReport& report) {
   const ImpactEvent& event = report.impacts.back();
-  const PairKey key = internal::ordered(event.a.slot, event.b.slot);
+  const PairKey key = dynamics_internal::ordered(event.a.slot, event.b.slot);
   for (const auto& pair : pairs) {
     if (pair->key == key) pair->answered_at = time;
   }

@@ -24,26 +24,27 @@ struct World::Impl {
   explicit Impl(const WorldOptions& the_options);
 
   // Bodies.
-  internal::BodyRecord& record(BodyId id);
-  const internal::BodyRecord& record(BodyId id) const;
+  dynamics_internal::BodyRecord& record(BodyId id);
+  const dynamics_internal::BodyRecord& record(BodyId id) const;
   BodyId id_at(std::uint32_t slot) const { return bodies[slot].id; }
-  void restart(internal::BodyRecord& body);
-  bool moves_by_itself(const internal::BodyRecord& body, const TimeInterval& interval) const;
+  void restart(dynamics_internal::BodyRecord& body);
+  bool moves_by_itself(const dynamics_internal::BodyRecord& body,
+                       const TimeInterval& interval) const;
 
   // Pairs.
-  internal::PairLengths lengths_of(internal::PairKey key) const;
-  bool is_pair_enabled(internal::PairKey key) const;
-  internal::JointState& joint_at(JointId id);
-  internal::SpringState& spring_at(SpringId id);
+  dynamics_internal::PairLengths lengths_of(dynamics_internal::PairKey key) const;
+  bool is_pair_enabled(dynamics_internal::PairKey key) const;
+  dynamics_internal::JointState& joint_at(JointId id);
+  dynamics_internal::SpringState& spring_at(SpringId id);
   void find_links();
   void drop_pairs_of(std::uint32_t slot);
-  PairRecord record_of(const internal::PairState& pair) const;
+  PairRecord record_of(const dynamics_internal::PairState& pair) const;
 
   // Sleep (sleeping.cpp).
   void wake(std::uint32_t slot, AdvanceReport* report);
   void wake_what_changed(const TimeInterval& interval, AdvanceReport& report);
-  void put_to_sleep(const std::vector<internal::Island>& islands,
-                    const std::vector<internal::IslandOutcome>& outcomes, Scalar h,
+  void put_to_sleep(const std::vector<dynamics_internal::Island>& islands,
+                    const std::vector<dynamics_internal::IslandOutcome>& outcomes, Scalar h,
                     AdvanceReport& report);
 
   // Sensors (sensing.cpp).
@@ -53,28 +54,29 @@ struct World::Impl {
   void advance_steps(Scalar dt, const AdvanceLimits& limits, AdvanceReport& report);
   void answer_by_callback(AdvanceReport& report);
   /// Adopts a step that was proven.
-  void commit(const internal::Ledger& ledger, const std::vector<internal::Island>& islands,
-              std::vector<internal::IslandOutcome>& outcomes, AdvanceReport& report);
+  void commit(const dynamics_internal::Ledger& ledger,
+              const std::vector<dynamics_internal::Island>& islands,
+              std::vector<dynamics_internal::IslandOutcome>& outcomes, AdvanceReport& report);
 
   WorldOptions options;
   Vector3 gravity_W;
   Scalar time = 0;
-  std::deque<internal::BodyRecord> bodies;
+  std::deque<dynamics_internal::BodyRecord> bodies;
   std::vector<std::uint32_t> free_slots;
   std::size_t count = 0;
-  internal::BroadPhase broad_phase;
-  std::vector<std::unique_ptr<internal::PairState>> pairs;  // by key
-  std::map<internal::PairKey, bool> pair_enabled;
-  std::map<internal::PairKey, Scalar> pair_target;
-  std::deque<internal::JointState> joints;  // by id
+  dynamics_internal::BroadPhase broad_phase;
+  std::vector<std::unique_ptr<dynamics_internal::PairState>> pairs;  // by key
+  std::map<dynamics_internal::PairKey, bool> pair_enabled;
+  std::map<dynamics_internal::PairKey, Scalar> pair_target;
+  std::deque<dynamics_internal::JointState> joints;  // by id
   std::uint64_t next_joint = 0;
-  std::deque<internal::SpringState> springs;  // by id
+  std::deque<dynamics_internal::SpringState> springs;  // by id
   std::uint64_t next_spring = 0;
-  std::vector<internal::PairKey> links;  // bodies of joints and springs
-  std::set<internal::PairKey> overlapping_sensors;
-  std::set<internal::PairKey> crossed;  // already reported
-  std::vector<std::unique_ptr<internal::StepWorkspace>> workspaces;
-  internal::StepMemory memory;
+  std::vector<dynamics_internal::PairKey> links;  // bodies of joints and springs
+  std::set<dynamics_internal::PairKey> overlapping_sensors;
+  std::set<dynamics_internal::PairKey> crossed;  // already reported
+  std::vector<std::unique_ptr<dynamics_internal::StepWorkspace>> workspaces;
+  dynamics_internal::StepMemory memory;
 };
 
 }  // namespace dyop

@@ -8,16 +8,16 @@
 // Joints and springs: what acts between two bodies besides contact.
 namespace dyop {
 
-using internal::BodyRecord;
-using internal::PairKey;
+using dynamics_internal::BodyRecord;
+using dynamics_internal::PairKey;
 
 JointId World::add_joint(const JointDefinition& definition) {
-  internal::require_valid(definition);
+  dynamics_internal::require_valid(definition);
   const BodyRecord& a = impl_->record(definition.a);
   const BodyRecord& b = impl_->record(definition.b);
   DYOP_REQUIRE(a.is_dynamic() || b.is_dynamic(), "joint '", definition.name,
                "': one of its bodies must be dynamic");
-  internal::JointState joint;
+  dynamics_internal::JointState joint;
   joint.id = {impl_->next_joint++};
   joint.definition = definition;
   if (definition.kind == JointKind::Distance && !definition.limits) {
@@ -25,7 +25,7 @@ JointId World::add_joint(const JointDefinition& definition) {
     const Vector3 p_WJb = b.X_WB() * definition.X_BJ.translation();
     const Scalar distance = (p_WJb - p_WJa).norm();
     joint.definition.limits = JointLimits{distance, distance};
-    internal::require_valid(joint.definition);
+    dynamics_internal::require_valid(joint.definition);
   }
   impl_->joints.push_back(std::move(joint));
   impl_->find_links();
@@ -41,12 +41,12 @@ void World::remove_joint(JointId id) {
 }
 
 void World::set_motor(JointId id, const JointMotor& motor) {
-  internal::JointState& joint = impl_->joint_at(id);
+  dynamics_internal::JointState& joint = impl_->joint_at(id);
   DYOP_REQUIRE(joint.definition.motor.has_value(), "joint '", joint.definition.name,
                "': has no motor");
   JointDefinition changed = joint.definition;
   changed.motor = motor;
-  internal::require_valid(changed);
+  dynamics_internal::require_valid(changed);
   joint.definition = changed;
   impl_->wake(changed.a.slot, nullptr);
   impl_->wake(changed.b.slot, nullptr);
@@ -57,16 +57,17 @@ const JointDefinition& World::joint(JointId id) const {
 }
 
 SpringId World::add_spring(const SpringDefinition& definition) {
-  internal::require_valid(definition);
+  dynamics_internal::require_valid(definition);
   const BodyRecord& a = impl_->record(definition.a);
   const BodyRecord& b = impl_->record(definition.b);
   DYOP_REQUIRE(a.is_dynamic() || b.is_dynamic(), "spring '", definition.name,
                "': one of its bodies must be dynamic");
-  internal::SpringState spring;
+  dynamics_internal::SpringState spring;
   spring.id = {impl_->next_spring++};
   spring.definition = definition;
   if (!definition.rest_length) {
-    spring.definition.rest_length = internal::spring_vector(definition, a.X_WB(), b.X_WB()).norm();
+    spring.definition.rest_length =
+        dynamics_internal::spring_vector(definition, a.X_WB(), b.X_WB()).norm();
   }
   impl_->springs.push_back(std::move(spring));
   impl_->find_links();
@@ -87,19 +88,19 @@ const SpringDefinition& World::spring(SpringId id) const {
 
 Scalar World::spring_energy() const {
   Scalar energy = 0;
-  for (const internal::SpringState& spring : impl_->springs) {
+  for (const dynamics_internal::SpringState& spring : impl_->springs) {
     const BodyRecord& a = impl_->record(spring.definition.a);
     const BodyRecord& b = impl_->record(spring.definition.b);
     if (!a.is_present() || !b.is_present()) continue;
-    energy += internal::spring_energy(
-        spring, internal::spring_vector(spring.definition, a.X_WB(), b.X_WB()));
+    energy += dynamics_internal::spring_energy(
+        spring, dynamics_internal::spring_vector(spring.definition, a.X_WB(), b.X_WB()));
   }
   return energy;
 }
 
 // After a change to the rules between two bodies: both wake up.
 void World::forget_pair(BodyId a, BodyId b) {
-  const PairKey key = internal::ordered(a.slot, b.slot);
+  const PairKey key = dynamics_internal::ordered(a.slot, b.slot);
   std::erase_if(impl_->pairs, [&](const auto& pair) { return pair->key == key; });
   rouse(a, b);
 }

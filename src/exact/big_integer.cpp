@@ -5,7 +5,7 @@
 #include <cmath>
 #include <utility>
 
-namespace dyop::internal {
+namespace dyop::exact_internal {
 namespace {
 
 __extension__ typedef unsigned __int128 DoubleLimb;
@@ -139,4 +139,4 @@ BigInteger operator*(const BigInteger& x, const BigInteger& y) {
   return BigInteger(std::move(product), x.is_negative_ != y.is_negative_);
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::exact_internal

@@ -6,7 +6,7 @@
 
 #include "exact/limb_buffer.h"
 
-namespace dyop::internal {
+namespace dyop::exact_internal {
 
 // An integer of any size, with what exact predicates need: sums, products, shifts and signs.
 class BigInteger {
@@ -40,4 +40,4 @@ class BigInteger {
 // of two. x finite and not zero.
 int lowest_exponent(double x);
 
-}  // namespace dyop::internal
+}  // namespace dyop::exact_internal

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-namespace dyop::internal {
+namespace dyop::exact_internal {
 
 // The digits of an integer, lowest first. Short ones are stored inside the object: nearly all
 // numbers of an exact decision are short, and allocating would take longer than computing.
@@ -73,4 +73,4 @@ class LimbBuffer {
   std::vector<Limb> outside_;
 };
 
-}  // namespace dyop::internal
+}  // namespace dyop::exact_internal

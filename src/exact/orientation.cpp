@@ -7,7 +7,7 @@
 
 #include "core/tolerance.h"
 
-namespace dyop::internal {
+namespace dyop::exact_internal {
 namespace {
 
 // A number as the sum of two doubles that do not overlap.
@@ -133,4 +133,4 @@ int orientation_along(int axis, const Vector3& a, const Vector3& b, const Vector
   return sum.sign();
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::exact_internal

@@ -3,7 +3,7 @@
 
 #include "dyop/core/types.h"
 
-namespace dyop::internal {
+namespace dyop::exact_internal {
 
 // Coordinates for the exact predicates must be zero, or of size 2^-200 to 1. Then no product of
 // three differences, nor its rounding error, leaves the range of double, and signs are exact.
@@ -16,4 +16,4 @@ int orientation(const Vector3& a, const Vector3& b, const Vector3& c, const Vect
 // axis. Exact.
 DYOP_EXPORT int orientation_along(int axis, const Vector3& a, const Vector3& b, const Vector3& c);
 
-}  // namespace dyop::internal
+}  // namespace dyop::exact_internal

@@ -6,7 +6,7 @@
 
 #include "dyop/core/error.h"
 
-namespace dyop::internal {
+namespace dyop::exact_internal {
 namespace {
 
 // A cubic, or less, on an interval [k, k + 1] / 2^level, given by its Bernstein coefficients times
@@ -291,4 +291,4 @@ int sign_at(const ExactPolynomial& q, const ExactPolynomial& p, ExactRoot& root)
   return sign_at_fraction(q, root.numerator, root.denominator);
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::exact_internal

@@ -6,7 +6,7 @@
 
 #include "exact/big_integer.h"
 
-namespace dyop::internal {
+namespace dyop::exact_internal {
 
 // c[0] + c[1] s + c[2] s^2 + c[3] s^3 with integer coefficients; degree at most three.
 struct ExactPolynomial {
@@ -38,4 +38,4 @@ std::vector<ExactRoot> roots_in_unit_interval(const ExactPolynomial& p);
 // Sign (-1, 0, 1) of q at a root of p; the degree of q is at most two. Narrows the root's interval.
 int sign_at(const ExactPolynomial& q, const ExactPolynomial& p, ExactRoot& root);
 
-}  // namespace dyop::internal
+}  // namespace dyop::exact_internal

@@ -17,7 +17,8 @@ Vector3 corner(const Vector3& half_extents, std::int32_t number) {
 }
 
 TriangleMesh surface_of_box(const Vector3& half_extents) {
-  for (int k = 0; k < 3; ++k) internal::require_length("half extent of a box", half_extents[k]);
+  for (int k = 0; k < 3; ++k)
+    geometry_internal::require_length("half extent of a box", half_extents[k]);
   std::vector<Vector3> vertices;
   for (std::int32_t number = 0; number < 8; ++number) {
     vertices.push_back(corner(half_extents, number));
@@ -54,14 +55,14 @@ SupportPoint Box::core_support(const Vector3& direction) const {
 }
 
 MassProperties Box::compute_mass_properties(Scalar density) const {
-  internal::require_density(density);
+  geometry_internal::require_density(density);
   MassProperties properties;
   const Vector3& h = half_extents_;
   properties.mass = density * (8 * h.x() * h.y() * h.z());
   const Vector3 sq = h.cwiseAbs2();
   const Vector3 moments(sq.y() + sq.z(), sq.z() + sq.x(), sq.x() + sq.y());
   properties.I_BBcm = (moments * (properties.mass / 3)).asDiagonal();
-  return internal::require_representable(properties);
+  return geometry_internal::require_representable(properties);
 }
 
 }  // namespace dyop

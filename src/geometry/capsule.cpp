@@ -24,7 +24,7 @@ Scalar sum_up(Scalar a, Scalar b) {
 
 Capsule::Capsule(Scalar radius, Scalar half_length)
     : radius_(radius), half_length_(half_length), segment_(segment_on_z(half_length)) {
-  internal::require_length("radius", radius);
+  geometry_internal::require_length("radius", radius);
 }
 
 SupportPoint Capsule::core_support(const Vector3& direction) const {
@@ -42,7 +42,7 @@ Scalar Capsule::bounding_radius() const {
 }
 
 MassProperties Capsule::compute_mass_properties(Scalar density) const {
-  internal::require_density(density);
+  geometry_internal::require_density(density);
   // A cylinder of length 2h and two half balls, whose centres of mass lie 3r/8 beyond its ends; a
   // half ball's transverse moment about the centre of its flat side is 2/5 m r^2, like a whole
   // ball's.
@@ -56,7 +56,7 @@ MassProperties Capsule::compute_mass_properties(Scalar density) const {
   MassProperties properties;
   properties.mass = cylinder + ball;
   properties.I_BBcm = Vector3(transverse, transverse, axial).asDiagonal();
-  return internal::require_representable(properties);
+  return geometry_internal::require_representable(properties);
 }
 
 }  // namespace dyop

@@ -32,8 +32,8 @@ std::vector<CompoundChild> flattened(const std::vector<CompoundChild>& children)
 
 CompoundShape::CompoundShape(const std::vector<CompoundChild>& children)
     : children_(flattened(children)),
-      tree_(std::make_shared<const internal::CompoundTree>(children_)) {
-  for (const internal::CompoundPart& part : tree_->parts) {
+      tree_(std::make_shared<const geometry_internal::CompoundTree>(children_)) {
+  for (const geometry_internal::CompoundPart& part : tree_->parts) {
     bounding_box_.extend(part.shape().bounding_box());
     bounding_radius_ = std::max(bounding_radius_, part.shape().bounding_radius());
   }
@@ -41,17 +41,17 @@ CompoundShape::CompoundShape(const std::vector<CompoundChild>& children)
 
 // The parallel axis theorem about the common centre of mass.
 MassProperties CompoundShape::compute_mass_properties(Scalar density) const {
-  internal::require_density(density);
+  geometry_internal::require_density(density);
   std::vector<MassProperties> parts;
   MassProperties whole;
   Vector3 moment = Vector3::Zero();
   for (std::size_t i = 0; i < children_.size(); ++i) {
     try {
-      parts.push_back(
-          internal::posed(children_[i].shape->compute_mass_properties(density), children_[i].X_CS));
+      parts.push_back(geometry_internal::posed(children_[i].shape->compute_mass_properties(density),
+                                               children_[i].X_CS));
     } catch (const InvalidArgument& error) {
       throw InvalidArgument(
-          internal::compose_message("child ", i, " of the compound: ", error.what()));
+          core_internal::compose_message("child ", i, " of the compound: ", error.what()));
     }
     whole.mass += parts.back().mass;
     moment += parts.back().mass * parts.back().p_BoBcm;
@@ -62,7 +62,7 @@ MassProperties CompoundShape::compute_mass_properties(Scalar density) const {
     whole.I_BBcm +=
         part.I_BBcm + part.mass * (arm.squaredNorm() * Matrix3::Identity() - arm * arm.transpose());
   }
-  return internal::require_representable(whole);
+  return geometry_internal::require_representable(whole);
 }
 
 }  // namespace dyop

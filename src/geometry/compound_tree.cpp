@@ -8,7 +8,7 @@
 #include "core/tolerance.h"
 #include "dyop/core/error.h"
 
-namespace dyop::internal {
+namespace dyop::geometry_internal {
 namespace {
 
 using Node = MeshHierarchy::Node;
@@ -203,4 +203,4 @@ std::int32_t CompoundTree::child_of(std::int32_t piece) const {
   return std::int32_t(next - parts.begin()) - 1;
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::geometry_internal

@@ -11,7 +11,7 @@
 #include "dyop/geometry/triangle_mesh.h"
 #include "geometry/posed_convex.h"
 
-namespace dyop::internal {
+namespace dyop::geometry_internal {
 
 /// A child of a compound in the compound's frame: a mesh or a convex shape, with its own vertex and
 /// triangle numbers.
@@ -43,4 +43,4 @@ struct CompoundTree {
   Scalar scale = 1;
 };
 
-}  // namespace dyop::internal
+}  // namespace dyop::geometry_internal

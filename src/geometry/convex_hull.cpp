@@ -34,7 +34,7 @@ TriangleMesh surface_mesh(const std::vector<Vector3>& points,
   return TriangleMesh(std::move(vertices), std::move(triangles));
 }
 
-internal::HullSurface checked_quickhull(const std::vector<Vector3>& points) {
+geometry_internal::HullSurface checked_quickhull(const std::vector<Vector3>& points) {
   constexpr std::size_t kMost = std::numeric_limits<std::int32_t>::max();
   DYOP_REQUIRE(!points.empty() && points.size() <= kMost, "a convex hull needs 1 to ", kMost,
                " points, not ", points.size());
@@ -45,7 +45,7 @@ internal::HullSurface checked_quickhull(const std::vector<Vector3>& points) {
                  " is not finite or beyond ", kLargestCoordinate, ": (", p.x(), ", ", p.y(), ", ",
                  p.z(), ")");
   }
-  return internal::quickhull(points);
+  return geometry_internal::quickhull(points);
 }
 
 Vector3 mean(std::span<const Vector3> points) {
@@ -54,10 +54,10 @@ Vector3 mean(std::span<const Vector3> points) {
   return sum;
 }
 
-std::shared_ptr<const internal::HullClimber> climber_for(const TriangleMesh& surface,
-                                                         int dimension) {
+std::shared_ptr<const geometry_internal::HullClimber> climber_for(const TriangleMesh& surface,
+                                                                  int dimension) {
   if (dimension < 3 || surface.vertices().size() <= kLargestScan) return nullptr;
-  return std::make_shared<const internal::HullClimber>(surface);
+  return std::make_shared<const geometry_internal::HullClimber>(surface);
 }
 
 }  // namespace
@@ -65,11 +65,11 @@ std::shared_ptr<const internal::HullClimber> climber_for(const TriangleMesh& sur
 ConvexHull::ConvexHull(std::vector<Vector3> points)
     : ConvexHull(points, checked_quickhull(points)) {}
 
-ConvexHull::ConvexHull(const std::vector<Vector3>& points, internal::HullSurface&& hull)
+ConvexHull::ConvexHull(const std::vector<Vector3>& points, geometry_internal::HullSurface&& hull)
     : dimension_(hull.dimension),
       surface_(surface_mesh(points, std::move(hull.triangles))),
       center_(mean(surface_.vertices())),
-      scan_(std::make_shared<const internal::PointScan>(surface_.vertices())),
+      scan_(std::make_shared<const geometry_internal::PointScan>(surface_.vertices())),
       climber_(climber_for(surface_, dimension_)) {}
 
 SupportPoint ConvexHull::core_support(const Vector3& direction) const {

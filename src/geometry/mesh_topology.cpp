@@ -112,7 +112,7 @@ bool MeshTopology::find_closed(std::span<const TriangleIndices> triangles) const
   return is_any;
 }
 
-namespace internal {
+namespace geometry_internal {
 
 std::vector<std::int32_t> part_vertices(std::size_t vertex_count,
                                         std::span<const TriangleIndices> triangles) {
@@ -139,5 +139,5 @@ std::vector<std::int32_t> part_vertices(std::size_t vertex_count,
   return parts;
 }
 
-}  // namespace internal
+}  // namespace geometry_internal
 }  // namespace dyop

@@ -8,10 +8,10 @@
 
 #include "dyop/core/triangle.h"
 
-namespace dyop::internal {
+namespace dyop::geometry_internal {
 
 // One vertex number of each connected part: triangles are connected if they share a vertex number.
 std::vector<std::int32_t> part_vertices(std::size_t vertex_count,
                                         std::span<const TriangleIndices> triangles);
 
-}  // namespace dyop::internal
+}  // namespace dyop::geometry_internal

@@ -5,7 +5,7 @@
 
 #include "core/tolerance.h"
 
-namespace dyop::internal {
+namespace dyop::geometry_internal {
 
 MassProperties posed(const MassProperties& properties, const RigidPose& X_CS) {
   const Matrix3& R_CS = X_CS.rotation();
@@ -56,4 +56,4 @@ MassProperties PosedConvex::compute_mass_properties(Scalar density) const {
   return posed(shape_->compute_mass_properties(density), X_CS_);
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::geometry_internal

@@ -8,7 +8,7 @@
 #include "dyop/geometry/convex_shape.h"
 #include "dyop/geometry/triangle_mesh.h"
 
-namespace dyop::internal {
+namespace dyop::geometry_internal {
 
 /// A convex shape S in another frame C, with the vertex numbers of S.
 class PosedConvex final : public ConvexShape {
@@ -45,4 +45,4 @@ MassProperties posed(const MassProperties& properties, const RigidPose& X_CS);
 /// The vertices of a mesh at a pose.
 std::vector<Vector3> posed_vertices(const TriangleMesh& mesh, const RigidPose& X_CS);
 
-}  // namespace dyop::internal
+}  // namespace dyop::geometry_internal

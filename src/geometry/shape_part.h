@@ -6,7 +6,7 @@
 #include "dyop/geometry/compound_shape.h"
 #include "geometry/compound_tree.h"
 
-namespace dyop::internal {
+namespace dyop::geometry_internal {
 
 /// A child of a compound, as a mesh or convex shape in the compound's frame; another shape itself.
 inline const Shape& shape_part(const Shape& shape, std::int32_t child) {
@@ -14,4 +14,4 @@ inline const Shape& shape_part(const Shape& shape, std::int32_t child) {
   return static_cast<const CompoundShape&>(shape).tree().part(child).shape();
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::geometry_internal

@@ -6,7 +6,7 @@
 
 #include "core/tolerance.h"
 
-namespace dyop::internal {
+namespace dyop::geometry_internal {
 
 ShapeTree::ShapeTree(const Shape& shape) {
   switch (shape.kind()) {
@@ -71,4 +71,4 @@ FacingBox facing_box(const OrientedBox& box, const RigidPose& X_SO) {
   return result;
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::geometry_internal

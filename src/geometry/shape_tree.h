@@ -13,7 +13,7 @@
 #include "geometry/compound_tree.h"
 #include "hierarchy/facing_box.h"
 
-namespace dyop::internal {
+namespace dyop::geometry_internal {
 
 /// What a leaf of a ShapeTree holds: a triangle of a mesh, or a convex shape, in the tree's frame.
 struct LeafPiece {
@@ -114,4 +114,4 @@ inline bool opens_first(const ShapeTree& tree_a, std::int32_t a, const ShapeTree
   return tree_b.is_leaf(b) || tree_a.squared_half_diagonal(a) >= tree_b.squared_half_diagonal(b);
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::geometry_internal

@@ -7,7 +7,7 @@
 #include "dyop/core/error.h"
 #include "dyop/geometry/mass_properties.h"
 
-namespace dyop::internal {
+namespace dyop::geometry_internal {
 
 inline void require_density(Scalar density) {
   DYOP_REQUIRE(std::isfinite(density) && density > 0, "density must be finite and > 0, not ",
@@ -27,4 +27,4 @@ inline MassProperties require_representable(const MassProperties& properties) {
   return properties;
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::geometry_internal

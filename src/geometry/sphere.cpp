@@ -9,7 +9,7 @@
 namespace dyop {
 
 Sphere::Sphere(Scalar radius) : radius_(radius) {
-  internal::require_length("radius", radius);
+  geometry_internal::require_length("radius", radius);
 }
 
 SupportPoint Sphere::core_support(const Vector3&) const {
@@ -26,12 +26,12 @@ AlignedBox Sphere::bounding_box() const {
 }
 
 MassProperties Sphere::compute_mass_properties(Scalar density) const {
-  internal::require_density(density);
+  geometry_internal::require_density(density);
   MassProperties properties;
   const Scalar radius_sq = radius_ * radius_;
   properties.mass = density * (4 * std::numbers::pi / 3) * radius_sq * radius_;
   properties.I_BBcm = Matrix3::Identity() * (0.4 * properties.mass * radius_sq);
-  return internal::require_representable(properties);
+  return geometry_internal::require_representable(properties);
 }
 
 }  // namespace dyop

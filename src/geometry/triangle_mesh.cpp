@@ -126,7 +126,7 @@ MassProperties mass_properties_from(const Moments& moments, const Vector3& origi
   const Matrix3 central = moments.second - moments.first * c.transpose();
   properties.I_BBcm = central.trace() * Matrix3::Identity() - central;
   properties.I_BBcm = (0.5 * (properties.I_BBcm + properties.I_BBcm.transpose())).eval();
-  return internal::require_representable(properties);
+  return geometry_internal::require_representable(properties);
 }
 
 // The sum of v v^T over the corners and over their sum: the integral of p p^T over a simplex with
@@ -160,7 +160,7 @@ struct TriangleMesh::Data {
         bounds(find_bounds(vertices, triangles)),
         radius(largest_norm(vertices, triangles, bounds)),
         topology(std::make_shared<const MeshTopology>(vertices.size(), triangles)),
-        part_vertices(internal::part_vertices(vertices.size(), triangles)) {}
+        part_vertices(geometry_internal::part_vertices(vertices.size(), triangles)) {}
 
   // The mesh `base` with different vertices.
   Data(const Data& base, std::vector<Vector3> vertices_in)
@@ -280,7 +280,7 @@ Scalar TriangleMesh::bounding_radius() const {
 }
 
 MassProperties TriangleMesh::compute_mass_properties(Scalar density) const {
-  internal::require_density(density);
+  geometry_internal::require_density(density);
   DYOP_REQUIRE(is_closed(), "a mesh of ", data().triangles.size(),
                " triangles is not closed and has no volume; use compute_shell_mass_properties()");
   const Vector3 origin = 0.5 * data().bounds.min() + 0.5 * data().bounds.max();
@@ -307,7 +307,7 @@ MassProperties TriangleMesh::compute_mass_properties(Scalar density) const {
 }
 
 MassProperties TriangleMesh::compute_shell_mass_properties(Scalar area_density) const {
-  internal::require_density(area_density);
+  geometry_internal::require_density(area_density);
   const Vector3 origin = 0.5 * data().bounds.min() + 0.5 * data().bounds.max();
   Moments moments;
   for (std::size_t k = 0; k < data().triangles.size(); ++k) {

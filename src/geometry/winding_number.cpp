@@ -49,7 +49,7 @@ int passes(const Vector3& a, const Vector3& b, const Vector3& p) {
   const bool is_a_below = a[kAcross] <= p[kAcross];
   const bool is_b_below = b[kAcross] <= p[kAcross];
   if (is_a_below == is_b_below) return 0;
-  const int side = internal::orientation_along(kAlong, a, b, p);
+  const int side = exact_internal::orientation_along(kAlong, a, b, p);
   if (is_a_below) return side > 0 ? 1 : 0;
   return side < 0 ? -1 : 0;
 }
@@ -62,7 +62,7 @@ int crossing(const Triangle& triangle, const Vector3& p, int exponent) {
   if (turn == 0) return 0;
   // The point is below the triangle if it lies on the side from which the triangle appears to turn
   // the opposite way than from the tip of the ray. On its plane it counts as above.
-  return internal::orientation(a, b, c, p) == -turn ? turn : 0;
+  return exact_internal::orientation(a, b, c, p) == -turn ? turn : 0;
 }
 
 }  // namespace

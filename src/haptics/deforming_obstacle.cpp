@@ -4,12 +4,12 @@
 #include <algorithm>
 
 #include "dyop/core/error.h"
+#include "haptics/surface_cone.h"
 #include "toi/deforming/chord_gap.h"
 #include "toi/deforming/listed_impact.h"
 #include "toi/impact_band.h"
-#include "haptics/surface_cone.h"
 
-namespace dyop::internal {
+namespace dyop::haptics_internal {
 namespace {
 
 // How much a neighbouring piece of surface may rise along a contact's normal, as for
@@ -358,4 +358,4 @@ std::optional<bool> DeformingObstacle::is_apart_at(const ToolBody& body, const R
   return true;
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::haptics_internal

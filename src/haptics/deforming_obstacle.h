@@ -10,7 +10,7 @@
 #include "dyop/toi/deforming_mesh.h"
 #include "haptics/obstacle.h"
 
-namespace dyop::internal {
+namespace dyop::haptics_internal {
 
 /// Tissue whose vertices move on straight lines from snapshot to snapshot.
 ///
@@ -105,4 +105,4 @@ class DeformingObstacle final : public Obstacle {
   bool is_next_seen_ = false;  // as it was when the tick started
 };
 
-}  // namespace dyop::internal
+}  // namespace dyop::haptics_internal

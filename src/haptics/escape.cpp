@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "haptics/escape.h"
 
-namespace dyop::internal {
+namespace dyop::haptics_internal {
 
 void Escape::start(std::size_t pair, Scalar first_length) {
   *this = {};
@@ -20,4 +20,4 @@ std::optional<Vector3> Escape::direction() const {
   return direction_of(best_);
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::haptics_internal

@@ -6,7 +6,7 @@
 
 #include "dyop/core/types.h"
 
-namespace dyop::internal {
+namespace dyop::haptics_internal {
 
 /// The search for the shortest straight path out of an obstacle that crosses the tool, along an
 /// axis or diagonal of the world, to a position where both are proven apart. Each tick tries a few
@@ -61,4 +61,4 @@ void Escape::try_next(const IsApart& is_apart) {
   length_ = first_length_;
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::haptics_internal

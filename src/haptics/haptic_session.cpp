@@ -10,7 +10,7 @@
 #include "haptics/proxy.h"
 
 namespace dyop {
-namespace internal {
+namespace haptics_internal {
 
 struct SessionState {
   SessionState(const HapticScene& scene, const HapticOptions& given)
@@ -24,17 +24,17 @@ struct SessionState {
   Scalar time = 0;
 };
 
-}  // namespace internal
+}  // namespace haptics_internal
 
 namespace {
 
-using internal::DeformingObstacle;
-using internal::FollowReport;
-using internal::HoldPoint;
-using internal::Obstacle;
-using internal::PairState;
-using internal::SessionState;
-using internal::ToolStep;
+using haptics_internal::DeformingObstacle;
+using haptics_internal::FollowReport;
+using haptics_internal::HoldPoint;
+using haptics_internal::Obstacle;
+using haptics_internal::ProxyPair;
+using haptics_internal::SessionState;
+using haptics_internal::ToolStep;
 
 // Time that a tick may miss by rounding.
 constexpr Scalar kTimeNoise = 0x1p-20;
@@ -52,8 +52,8 @@ void require_valid(const HapticOptions& options) {
   require_positive("recovery_speed", options.recovery_speed);
   require_positive("clearance_tolerance", options.clearance_tolerance);
   const auto require_work = [](const char* name, std::int64_t pieces) {
-    DYOP_REQUIRE(pieces >= kLeastWork, "HapticSession: ", name, " must be >= ", kLeastWork, ", not ",
-                 pieces);
+    DYOP_REQUIRE(pieces >= kLeastWork, "HapticSession: ", name, " must be >= ", kLeastWork,
+                 ", not ", pieces);
   };
   require_work("clearance_work", options.clearance_work);
   require_work("max_work", options.max_work);
@@ -67,8 +67,8 @@ void require_valid(const HapticOptions& options) {
 }
 
 void require_valid(const HapticScene& scene) {
-  DYOP_REQUIRE(scene.hinges.size() <= kMostHinges, "HapticSession: a tool has at most ", kMostHinges,
-               " hinges, not ", scene.hinges.size());
+  DYOP_REQUIRE(scene.hinges.size() <= kMostHinges, "HapticSession: a tool has at most ",
+               kMostHinges, " hinges, not ", scene.hinges.size());
   for (const ToolHinge& hinge : scene.hinges) {
     require_positive("a hinge's stiffness", hinge.stiffness);
     DYOP_REQUIRE(std::isfinite(hinge.angle), "HapticSession: a hinge's angle must be finite, not ",
@@ -121,7 +121,7 @@ void tell_contacts(const SessionState& state, HapticTick& tick) {
 }
 
 // A bound of the speed of all points of a body if the tool keeps the motion of this tick.
-Scalar body_speed(const internal::ToolBody& body, const ToolStep& step, Scalar dt) {
+Scalar body_speed(const haptics_internal::ToolBody& body, const ToolStep& step, Scalar dt) {
   if (!(dt > 0)) return 0;
   const Scalar hinge_turn = body.hinge ? std::abs(step.angles[*body.hinge]) : 0;
   return (step.v_W.norm() + step.w_W.norm() * body.reach +
@@ -134,7 +134,7 @@ void tell_clearances(const SessionState& state, const ToolStep& step, Scalar dt,
     clearance = {};
     clearance.lower = kInfinity;
   }
-  for (const PairState& pair : state.proxy.pairs()) {
+  for (const ProxyPair& pair : state.proxy.pairs()) {
     const Obstacle& obstacle = *state.proxy.obstacles()[pair.obstacle];
     ToolClearance& clearance = tick.clearances[pair.obstacle];
     clearance.lower = std::min(clearance.lower, pair.distance.lower);
@@ -198,7 +198,7 @@ const HapticTick& run_tick(SessionState& state, const DevicePose& device, Scalar
     tick.snapshots[k] = state.proxy.obstacles()[k]->snapshots_seen();
   }
   tell_contacts(state, tick);
-  tell_clearances(state, internal::step_between(before, tick.tool), passed, tick);
+  tell_clearances(state, haptics_internal::step_between(before, tick.tool), passed, tick);
   if (is_valid) {
     tick.wrench = state.coupling.update(goal->X_WT, tick.tool.X_WT, dt);
     tick.energy_returned = state.coupling.energy_returned();
@@ -226,8 +226,8 @@ HapticSession::HapticSession(const HapticScene& scene, const HapticOptions& opti
   require_valid(scene);
   state_ = std::make_unique<SessionState>(scene, options);
   // Without a limit, so that the first tick knows what is far.
-  internal::WorkClock unlimited;
-  state_->proxy.measure(internal::WorkShare(unlimited), state_->tick.statistics);
+  haptics_internal::WorkClock unlimited;
+  state_->proxy.measure(haptics_internal::WorkShare(unlimited), state_->tick.statistics);
   state_->tick.tool = state_->proxy.pose();
   state_->tick.clearances.resize(scene.obstacles.size());
   state_->tick.snapshots.resize(scene.obstacles.size());
@@ -238,7 +238,8 @@ HapticSession::~HapticSession() = default;
 HapticSession::HapticSession(HapticSession&&) noexcept = default;
 HapticSession& HapticSession::operator=(HapticSession&&) noexcept = default;
 
-const HapticTick& HapticSession::update(const DevicePose& device, Scalar dt, const Deadline& deadline) {
+const HapticTick& HapticSession::update(const DevicePose& device, Scalar dt,
+                                        const Deadline& deadline) {
   const auto start = std::chrono::steady_clock::now();
   state_->clock.start(deadline);
   const HapticTick& tick = run_tick(*state_, device, dt);
@@ -247,7 +248,7 @@ const HapticTick& HapticSession::update(const DevicePose& device, Scalar dt, con
 }
 
 const HapticTick& HapticSession::replay(const DevicePose& device, Scalar dt,
-                                    const std::optional<TickCutoff>& cutoff) {
+                                        const std::optional<TickCutoff>& cutoff) {
   const auto start = std::chrono::steady_clock::now();
   state_->clock.start(cutoff);
   const HapticTick& tick = run_tick(*state_, device, dt);
@@ -272,12 +273,12 @@ std::size_t HapticSession::obstacle_count() const {
 }
 
 bool HapticSession::give_snapshot(std::size_t obstacle, std::span<const Vector3> vertices,
-                                Scalar duration) {
+                                  Scalar duration) {
   return deforming(*state_, obstacle).give(vertices, duration);
 }
 
 bool HapticSession::give_mesh(std::size_t obstacle, std::span<const Vector3> vertices,
-                            std::span<const TriangleIndices> triangles) {
+                              std::span<const TriangleIndices> triangles) {
   return deforming(*state_, obstacle).give_mesh(vertices, triangles);
 }
 

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace dyop::internal {
+namespace dyop::haptics_internal {
 namespace {
 
 // A step opens a gap below the rest gap by this fraction of the difference, to avoid bouncing.
@@ -173,4 +173,4 @@ ToolStep HoldSolver::solve(const StepGoal& goal, Obstacles obstacles, std::vecto
   return read_step(goal);
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::haptics_internal

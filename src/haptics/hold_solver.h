@@ -9,7 +9,7 @@
 #include "haptics/obstacle.h"
 #include "haptics/tool_motion.h"
 
-namespace dyop::internal {
+namespace dyop::haptics_internal {
 
 /// The goal of a step.
 struct StepGoal {
@@ -60,4 +60,4 @@ class HoldSolver {
   bool is_contradiction_ = false;
 };
 
-}  // namespace dyop::internal
+}  // namespace dyop::haptics_internal

@@ -7,13 +7,13 @@
 #include "dyop/contact/contact_generator.h"
 #include "dyop/contact/contact_point.h"
 #include "dyop/distance/distance.h"
-#include "dyop/toi/time_of_impact.h"
 #include "dyop/haptics/haptic_scene.h"
-#include "toi/deforming/pair_front.h"
+#include "dyop/toi/time_of_impact.h"
 #include "haptics/tool_body.h"
 #include "haptics/work_clock.h"
+#include "toi/deforming/pair_front.h"
 
-namespace dyop::internal {
+namespace dyop::haptics_internal {
 
 /// A point where an obstacle A may hold a body B of the tool, at the start of a motion.
 struct HoldPoint {
@@ -161,4 +161,4 @@ class Obstacle {
 
 std::unique_ptr<Obstacle> make_rigid_obstacle(const ToolObstacle& obstacle);
 
-}  // namespace dyop::internal
+}  // namespace dyop::haptics_internal

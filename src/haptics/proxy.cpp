@@ -8,7 +8,7 @@
 #include "core/tolerance.h"
 #include "haptics/deforming_obstacle.h"
 
-namespace dyop::internal {
+namespace dyop::haptics_internal {
 namespace {
 
 // Tolerance of impacts as a fraction of the rest offset; the rest of it is for the difference between
@@ -84,7 +84,7 @@ Proxy::Proxy(const HapticScene& scene, const HapticOptions& options)
   }
   for (std::size_t body = 0; body < bodies_.size(); ++body) {
     for (std::size_t obstacle = 0; obstacle < obstacles_.size(); ++obstacle) {
-      PairState& pair = pairs_.emplace_back();
+      ProxyPair& pair = pairs_.emplace_back();
       pair.body = body;
       pair.obstacle = obstacle;
       if (obstacles_[obstacle]->is_hard()) obstacles_[obstacle]->prepare(bodies_[body], memory_);
@@ -98,7 +98,7 @@ Proxy::Proxy(const HapticScene& scene, const HapticOptions& options)
 // The obstacle is another mesh now.
 void Proxy::forget(std::size_t obstacle) {
   for (std::size_t k = 0; k < pairs_.size(); ++k) {
-    PairState& pair = pairs_[k];
+    ProxyPair& pair = pairs_[k];
     if (pair.obstacle != obstacle) continue;
     pair.distance = {};
     pair.is_overlapping = false;
@@ -215,7 +215,7 @@ Scalar Proxy::move(const ToolPose& goal, const Piece& piece, WorkClock& clock, T
                            options_.rest_offset,
                            piece.is_standing ? 0 : options_.recovery_speed * piece.duration,
                            kSolveShare * options_.rest_offset};
-  for (PairState& pair : pairs_) pair.proven = kInfinity;
+  for (ProxyPair& pair : pairs_) pair.proven = kInfinity;
   report.is_held = false;
   ToolStep step = wish;
   ToolStep best_step;
@@ -249,7 +249,7 @@ Scalar Proxy::move(const ToolPose& goal, const Piece& piece, WorkClock& clock, T
 // off would be so again, and leave no time to move: every other tick goes on without it.
 void Proxy::look_for_escape(WorkClock& clock, TickStatistics& work) {
   const auto crossing = std::find_if(pairs_.begin(), pairs_.end(),
-                                     [](const PairState& pair) { return pair.is_overlapping; });
+                                     [](const ProxyPair& pair) { return pair.is_overlapping; });
   if (crossing == pairs_.end()) return escape_.stop();
   if (std::exchange(was_escape_cut_, false)) return;
   const ToolBody& body = bodies_[crossing->body];
@@ -272,7 +272,7 @@ void Proxy::look_for_escape(WorkClock& clock, TickStatistics& work) {
 
 // Tissue moves on, the tool waits.
 Scalar Proxy::stay(Scalar duration, WorkClock& clock, TickStatistics& work, FollowReport& report) {
-  for (PairState& pair : pairs_) pair.proven = kInfinity;
+  for (ProxyPair& pair : pairs_) pair.proven = kInfinity;
   const ToolMotion motion(pose_, {}, duration, hinges_);
   const Proof proof = prove(motion, duration, clock, work, report);
   if (proof.t_safe > 0) commit(motion, proof.t_safe);
@@ -282,7 +282,7 @@ Scalar Proxy::stay(Scalar duration, WorkClock& clock, TickStatistics& work, Foll
 // Distances are those measured before, minus the displacement since; or what the proof says, if that
 // is more.
 void Proxy::commit(const ToolMotion& motion, Scalar t) {
-  for (PairState& pair : pairs_) {
+  for (ProxyPair& pair : pairs_) {
     const ToolBody& body = bodies_[pair.body];
     const Scalar of_tissue = t * obstacles_[pair.obstacle]->speed() * (1 + 8 * kUnitRoundoff);
     const Scalar moved = motion.largest_displacement(body, t) + of_tissue;
@@ -309,7 +309,7 @@ void Proxy::commit(const ToolMotion& motion, Scalar t) {
 
 // --- proof ----------------------------------------------------------------------------------------
 
-PairImpact Proxy::ask(PairState& pair, const BodyMotion& motion, WorkClock& clock,
+PairImpact Proxy::ask(ProxyPair& pair, const BodyMotion& motion, WorkClock& clock,
                       TickStatistics& work) {
   ToiOptions options;
   options.target_distance = pair.target;
@@ -323,7 +323,7 @@ PairImpact Proxy::ask(PairState& pair, const BodyMotion& motion, WorkClock& cloc
 
 // A pair that is nearer than its target already must come no nearer: not in this motion, and not
 // little by little in many, each of which may use up its tolerance.
-void Proxy::ease_target(PairState& pair, WorkClock& clock, TickStatistics& work) {
+void Proxy::ease_target(ProxyPair& pair, WorkClock& clock, TickStatistics& work) {
   WorkShare all(clock);
   measure(pair, {}, all, work);
   if (clock.cutoff()) return;
@@ -344,7 +344,7 @@ Proxy::Proof Proxy::prove(const ToolMotion& motion, Scalar duration, WorkClock& 
                           TickStatistics& work, FollowReport& report) {
   Proof proof;
   proof.t_safe = duration;
-  for (PairState& pair : pairs_) {
+  for (ProxyPair& pair : pairs_) {
     const Obstacle& obstacle = *obstacles_[pair.obstacle];
     if (!obstacle.is_hard()) continue;
     const ToolBody& body = bodies_[pair.body];
@@ -394,4 +394,4 @@ Proxy::Proof Proxy::prove(const ToolMotion& motion, Scalar duration, WorkClock& 
   return proof;
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::haptics_internal

@@ -14,10 +14,10 @@
 #include "haptics/tool_motion.h"
 #include "haptics/work_clock.h"
 
-namespace dyop::internal {
+namespace dyop::haptics_internal {
 
 /// What is proven about a body and an obstacle at their current poses.
-struct PairState {
+struct ProxyPair {
   std::size_t body = 0;
   std::size_t obstacle = 0;
   PairDistance distance;  ///< bounds hold; points are those of the last measurement
@@ -48,7 +48,7 @@ class Proxy {
   /// The motions of the last follow().
   const std::vector<ToolWaypoint>& path() const { return path_; }
   std::span<const HoldPoint> holds() const { return holds_; }
-  std::span<const PairState> pairs() const { return pairs_; }
+  std::span<const ProxyPair> pairs() const { return pairs_; }
   std::span<const std::unique_ptr<Obstacle>> obstacles() const { return obstacles_; }
   std::span<const ToolBody> bodies() const { return bodies_; }
   RigidPose body_pose(std::size_t body) const {
@@ -86,7 +86,7 @@ class Proxy {
   Scalar likely_step(const ToolBody& body, const ToolMotion& wished, Scalar duration) const;
   Scalar size_of(const ToolBody& body, const ToolStep& step) const;
   Scalar horizon_of(const ToolStep& step, Scalar duration) const;
-  void expect(const PairState& pair, Scalar duration, ExpectedApproach& approach) const;
+  void expect(const ProxyPair& pair, Scalar duration, ExpectedApproach& approach) const;
   void carry_holds();
   void release_holds();
   void keep_found();
@@ -99,16 +99,16 @@ class Proxy {
   void add_hit(const HoldPoint& hit);
   Proof prove(const ToolMotion& motion, Scalar duration, WorkClock& clock, TickStatistics& work,
               FollowReport& report);
-  PairImpact ask(PairState& pair, const BodyMotion& motion, WorkClock& clock, TickStatistics& work);
-  void ease_target(PairState& pair, WorkClock& clock, TickStatistics& work);
-  void measure(PairState& pair, const DistanceWish& wish, WorkShare& share, TickStatistics& work);
+  PairImpact ask(ProxyPair& pair, const BodyMotion& motion, WorkClock& clock, TickStatistics& work);
+  void ease_target(ProxyPair& pair, WorkClock& clock, TickStatistics& work);
+  void measure(ProxyPair& pair, const DistanceWish& wish, WorkShare& share, TickStatistics& work);
   void commit(const ToolMotion& motion, Scalar t);
   void forget(std::size_t obstacle);
   Scalar piece_time(Scalar remaining) const;
   bool is_at(const ToolPose& goal) const;
   DistanceWish wish_for(std::size_t obstacle) const;
-  Scalar excess(const PairState& pair, const DistanceWish& wish) const;
-  static void take(const PairDistance& found, PairState& pair);
+  Scalar excess(const ProxyPair& pair, const DistanceWish& wish) const;
+  static void take(const PairDistance& found, ProxyPair& pair);
   void refresh(std::size_t obstacle);
   void take_pace(bool was_cut, bool has_moved);
 
@@ -117,7 +117,7 @@ class Proxy {
   std::vector<ToolHinge> hinges_;
   std::vector<std::unique_ptr<Obstacle>> obstacles_;
   std::vector<ToolBody> bodies_;
-  std::vector<PairState> pairs_;
+  std::vector<ProxyPair> pairs_;
   /// A pair whose bounds are farther apart than allowed: how many times.
   struct Loose {
     Scalar excess;
@@ -149,4 +149,4 @@ class Proxy {
   std::vector<HoldPoint> found_;
 };
 
-}  // namespace dyop::internal
+}  // namespace dyop::haptics_internal

@@ -3,7 +3,7 @@
 
 #include "haptics/proxy.h"
 
-namespace dyop::internal {
+namespace dyop::haptics_internal {
 namespace {
 
 // A distance is measured again when its bounds are farther apart than this fraction of the rest offset
@@ -16,13 +16,13 @@ constexpr Scalar kMeasuredShare = 0.9;
 }  // namespace
 
 // Both bounds hold, whatever was found.
-void Proxy::take(const PairDistance& found, PairState& pair) {
+void Proxy::take(const PairDistance& found, ProxyPair& pair) {
   const Scalar lower = std::max(pair.distance.lower, found.lower);
   if (found.upper < pair.distance.upper) pair.distance = found;
   pair.distance.lower = lower;
 }
 
-void Proxy::measure(PairState& pair, const DistanceWish& wish, WorkShare& share,
+void Proxy::measure(ProxyPair& pair, const DistanceWish& wish, WorkShare& share,
                     TickStatistics& work) {
   ++work.distance_queries;
   take(obstacles_[pair.obstacle]->measure(bodies_[pair.body], body_pose(pair.body), wish, share,
@@ -45,7 +45,7 @@ DistanceWish Proxy::wish_for(std::size_t obstacle) const {
 }
 
 // How many times farther than allowed the pair's lower bound is below the clearance's upper one.
-Scalar Proxy::excess(const PairState& pair, const DistanceWish& wish) const {
+Scalar Proxy::excess(const ProxyPair& pair, const DistanceWish& wish) const {
   return (wish.farthest - pair.distance.lower) / wish.allowed;
 }
 
@@ -67,7 +67,7 @@ void Proxy::measure(WorkShare share, TickStatistics& work) {
   });
   for (const Loose& loose : loose_) {
     if (share.is_over()) return;
-    PairState& pair = pairs_[loose.pair];
+    ProxyPair& pair = pairs_[loose.pair];
     const DistanceWish wish = wish_for(pair.obstacle);
     if (excess(pair, wish) > 1) measure(pair, wish, share, work);
   }
@@ -78,11 +78,11 @@ void Proxy::measure(WorkShare share, TickStatistics& work) {
 void Proxy::refresh(std::size_t obstacle) {
   const DistanceWish wish = wish_for(obstacle);
   for (std::size_t k = obstacle; k < pairs_.size(); k += obstacles_.size()) {
-    PairState& pair = pairs_[k];
+    ProxyPair& pair = pairs_[k];
     if (!(pair.distance.upper <= wish.farthest) || !(excess(pair, wish) > 1)) continue;
     take(obstacles_[obstacle]->measure_again(bodies_[pair.body], body_pose(pair.body), pair.kept),
          pair);
   }
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::haptics_internal

@@ -6,7 +6,7 @@
 
 #include "haptics/proxy.h"
 
-namespace dyop::internal {
+namespace dyop::haptics_internal {
 namespace {
 
 // Holds are gathered up to this many rest offsets beyond the rest gap, plus the tool's displacement,
@@ -67,7 +67,7 @@ void Proxy::gather_holds(const ToolStep& wish, const Piece& piece, WorkClock& cl
   const std::int64_t before = clock.checkpoints();
   WorkShare share(clock, std::max(kSearchWork, 2 * search_work_));
   const ToolMotion motion(pose_, wish, piece.duration, hinges_);
-  for (PairState& pair : pairs_) {
+  for (ProxyPair& pair : pairs_) {
     const Obstacle& obstacle = *obstacles_[pair.obstacle];
     if (!obstacle.is_hard() || pair.is_overlapping) continue;
     const Scalar least_reach = obstacle.margin + (1 + pace_ * kReach) * options_.rest_offset;
@@ -151,7 +151,7 @@ Scalar Proxy::likely_step(const ToolBody& body, const ToolMotion& wished, Scalar
 
 // The tool is expected to go on as in its last motion, give or take what has changed of late in its
 // own rate and in the device's. Where that is wrong the proof finds the holds that are missing.
-void Proxy::expect(const PairState& pair, Scalar duration, ExpectedApproach& approach) const {
+void Proxy::expect(const ProxyPair& pair, Scalar duration, ExpectedApproach& approach) const {
   const ToolBody& body = bodies_[pair.body];
   const ToolMotion motion(pose_, scaled(rate_, duration), duration, hinges_);
   const Twist twist = motion.of(body).twist(0);
@@ -267,4 +267,4 @@ void Proxy::add_hit(const HoldPoint& hit) {
   holds_.push_back(hit);
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::haptics_internal

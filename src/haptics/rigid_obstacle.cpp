@@ -5,7 +5,7 @@
 #include "dyop/motion/rest_motion.h"
 #include "haptics/obstacle.h"
 
-namespace dyop::internal {
+namespace dyop::haptics_internal {
 namespace {
 
 class RigidObstacle final : public Obstacle {
@@ -111,4 +111,4 @@ std::unique_ptr<Obstacle> make_rigid_obstacle(const ToolObstacle& obstacle) {
   return std::make_unique<RigidObstacle>(obstacle.shape, obstacle.X_WO);
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::haptics_internal

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "haptics/surface_cone.h"
 
-namespace dyop::internal {
+namespace dyop::haptics_internal {
 namespace {
 
 bool rises(const Vector3& ray, const Vector3& n, Scalar sine) {
@@ -25,4 +25,4 @@ bool side_rises(const Vector3& along, const Vector3& up, const Vector3& n, Scala
   return rises(up - along * (along.dot(up) / length_sq), n, sine);
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::haptics_internal

@@ -8,7 +8,7 @@
 #include "dyop/geometry/mesh_topology.h"
 #include "dyop/geometry/shape.h"
 
-namespace dyop::internal {
+namespace dyop::haptics_internal {
 
 /// The topology of a mesh whose vertices may move; the caller passes their positions.
 struct SurfaceCone {
@@ -73,4 +73,4 @@ bool SurfaceCone::admits(const Feature& feature, std::int32_t triangle, const Ve
   return true;
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::haptics_internal

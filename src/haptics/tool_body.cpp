@@ -5,7 +5,7 @@
 #include "dyop/geometry/compound_shape.h"
 #include "dyop/geometry/convex_shape.h"
 
-namespace dyop::internal {
+namespace dyop::haptics_internal {
 namespace {
 
 bool is_identity(const RigidPose& X) {
@@ -27,7 +27,8 @@ void add_pieces(const Shape& shape, const RigidPose& X_BS, std::vector<CorePiece
     case ShapeKind::Convex: {
       const auto& convex = static_cast<const ConvexShape&>(shape);
       const TriangleMesh* surface = convex.core_surface();
-      DYOP_REQUIRE(surface, "HapticSession: a part with a smooth core cannot meet a deforming mesh; ",
+      DYOP_REQUIRE(surface,
+                   "HapticSession: a part with a smooth core cannot meet a deforming mesh; ",
                    "make it of meshes, boxes, hulls, spheres or capsules");
       pieces.push_back({moved(*surface, X_BS), convex.rounding_radius()});
       return;
@@ -74,8 +75,8 @@ std::vector<ToolBody> make_tool_bodies(const HapticScene& scene, bool with_piece
   for (std::size_t k = 0; k < scene.tool.size(); ++k) {
     DYOP_REQUIRE(scene.tool[k].shape, "HapticSession: part ", k, " has no shape");
     DYOP_REQUIRE(!scene.tool[k].hinge || *scene.tool[k].hinge < scene.hinges.size(),
-                 "HapticSession: part ", k, " names hinge ", scene.tool[k].hinge.value_or(0), " of ",
-                 scene.hinges.size());
+                 "HapticSession: part ", k, " names hinge ", scene.tool[k].hinge.value_or(0),
+                 " of ", scene.hinges.size());
   }
   std::vector<ToolBody> bodies;
   const auto fixed = children_of(scene, std::nullopt);
@@ -89,4 +90,4 @@ std::vector<ToolBody> make_tool_bodies(const HapticScene& scene, bool with_piece
   return bodies;
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::haptics_internal

@@ -8,7 +8,7 @@
 #include "dyop/geometry/triangle_mesh.h"
 #include "dyop/haptics/haptic_scene.h"
 
-namespace dyop::internal {
+namespace dyop::haptics_internal {
 
 /// A mesh inflated by a ball: a mesh itself, or the core of a convex shape.
 struct CorePiece {
@@ -31,4 +31,4 @@ struct ToolBody {
 ///         parts, or with_pieces is set and a shape has no core surface.
 std::vector<ToolBody> make_tool_bodies(const HapticScene& scene, bool with_pieces);
 
-}  // namespace dyop::internal
+}  // namespace dyop::haptics_internal

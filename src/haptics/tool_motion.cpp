@@ -7,7 +7,7 @@
 #include "core/tolerance.h"
 #include "motion/guarded_state.h"
 
-namespace dyop::internal {
+namespace dyop::haptics_internal {
 namespace {
 
 RigidPose turned_about_z(Scalar angle) {
@@ -126,4 +126,4 @@ RigidPose body_in_tool(const ToolBody& body, std::span<const ToolHinge> hinges,
   return hinges[*body.hinge].X_TJ * turned_about_z(pose.angles[*body.hinge]);
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::haptics_internal

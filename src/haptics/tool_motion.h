@@ -5,12 +5,12 @@
 #include <optional>
 #include <utility>
 
-#include "dyop/motion/constant_twist_motion.h"
 #include "dyop/haptics/haptic_scene.h"
 #include "dyop/haptics/haptic_tick.h"
+#include "dyop/motion/constant_twist_motion.h"
 #include "haptics/tool_body.h"
 
-namespace dyop::internal {
+namespace dyop::haptics_internal {
 
 /// A change of the tool's configuration: displacement of T's origin, rotation vector, both in world,
 /// and change of the hinges' angles.
@@ -80,4 +80,4 @@ class ToolMotion {
 RigidPose body_in_tool(const ToolBody& body, std::span<const ToolHinge> hinges,
                        const ToolPose& pose);
 
-}  // namespace dyop::internal
+}  // namespace dyop::haptics_internal

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-namespace dyop::internal {
+namespace dyop::haptics_internal {
 namespace {
 
 // What a stage counts for, and a node pair of an impact query, in small pieces of work.
@@ -57,4 +57,4 @@ void WorkClock::take_back(const ToiResult& result) {
   cutoff_ = {checkpoint_, result.statistics.node_pairs};
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::haptics_internal

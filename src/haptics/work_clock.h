@@ -7,10 +7,10 @@
 #include <optional>
 
 #include "dyop/core/interrupt.h"
-#include "dyop/toi/time_of_impact.h"
 #include "dyop/haptics/haptic_tick.h"
+#include "dyop/toi/time_of_impact.h"
 
-namespace dyop::internal {
+namespace dyop::haptics_internal {
 
 /// Decides where a tick ends early: at its deadline, after so much work, or where an earlier run
 /// was cut off. Every call is a checkpoint; the order of the calls depends on the inputs alone, and
@@ -72,4 +72,4 @@ class WorkShare {
   std::int64_t end_ = std::numeric_limits<std::int64_t>::max();
 };
 
-}  // namespace dyop::internal
+}  // namespace dyop::haptics_internal

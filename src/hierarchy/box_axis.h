@@ -9,7 +9,7 @@
 // separating_direction() (box_direction.h) finds one for a single pair, and shares no code with
 // this: here boxes are columns of a node in single precision, a nearly optimal direction is good
 // enough, and a branch stalls all lanes.
-namespace dyop::internal {
+namespace dyop::hierarchy_internal {
 
 inline namespace DYOP_LANES {
 
@@ -200,4 +200,4 @@ DYOP_INLINE void unit_axis(const float (*axes)[kGroupWidth], int first, L* n) {
 }
 
 }  // namespace DYOP_LANES
-}  // namespace dyop::internal
+}  // namespace dyop::hierarchy_internal

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-namespace dyop::internal {
+namespace dyop::hierarchy_internal {
 namespace {
 
 // Keeps the direction with the largest ratio of gap to length; in a's frame.
@@ -81,4 +81,4 @@ Vector3 separating_direction(const OrientedBox& a, const OrientedBox& b) {
   return (a.axes * best.n).normalized();
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::hierarchy_internal

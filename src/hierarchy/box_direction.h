@@ -3,7 +3,7 @@
 
 #include "dyop/hierarchy/mesh_hierarchy.h"
 
-namespace dyop::internal {
+namespace dyop::hierarchy_internal {
 
 // The unit direction from a to b along which the slabs of the two boxes are farthest apart, among
 // the fifteen axes of the separating axis test, the line of centers [Gottschalk1996], and the
@@ -17,4 +17,4 @@ namespace dyop::internal {
 // does not separate is dropped early.
 Vector3 separating_direction(const OrientedBox& a, const OrientedBox& b);
 
-}  // namespace dyop::internal
+}  // namespace dyop::hierarchy_internal

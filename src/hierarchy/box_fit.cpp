@@ -9,7 +9,7 @@
 
 #include "core/tolerance.h"
 
-namespace dyop::internal {
+namespace dyop::hierarchy_internal {
 namespace {
 
 // Principal axes and estimates are computed from at most twice this many triangles, evenly spread:
@@ -162,4 +162,4 @@ Vector3 fitted_size(std::span<const Triangle> triangles) {
   return extent.hi - extent.lo;
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::hierarchy_internal

@@ -5,7 +5,7 @@
 
 #include "dyop/hierarchy/mesh_hierarchy.h"
 
-namespace dyop::internal {
+namespace dyop::hierarchy_internal {
 
 /// The box of a triangle, aligned with its longest edge and normal. Contains it as kBoxNoise says.
 OrientedBox fit_triangle(const Triangle& triangle);
@@ -18,4 +18,4 @@ OrientedBox fit_triangles(std::span<const Triangle> triangles);
 /// About the size of that box, without its rounding: from a sample of many triangles.
 Vector3 fitted_size(std::span<const Triangle> triangles);
 
-}  // namespace dyop::internal
+}  // namespace dyop::hierarchy_internal

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "hierarchy/box_gaps.h"
 
-namespace dyop::internal {
+namespace dyop::hierarchy_internal {
 
 extern const BoxGapsKernel box_gaps_baseline;
 #ifdef DYOP_HAS_X86_KERNELS
@@ -18,4 +18,4 @@ BoxGapsKernel box_gaps_kernel(InstructionSet set) {
   return box_gaps_baseline;
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::hierarchy_internal

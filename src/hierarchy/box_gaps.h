@@ -5,7 +5,7 @@
 #include "dyop/core/export.h"
 #include "hierarchy/facing_box.h"
 
-namespace dyop::internal {
+namespace dyop::hierarchy_internal {
 
 /// Lower bounds on the distances of the boxes of a group to one other box, eight at once: the slab
 /// gap along the best of sixteen axes, rounded down ([Gottschalk1996] for the axes;
@@ -22,4 +22,4 @@ using BoxGapsKernel = void (*)(const GroupRows& rows, int count, const FacingBox
 /// The kernel for an instruction set, which this processor must support.
 DYOP_EXPORT BoxGapsKernel box_gaps_kernel(InstructionSet set);
 
-}  // namespace dyop::internal
+}  // namespace dyop::hierarchy_internal

@@ -3,7 +3,7 @@
 #include "hierarchy/box_gaps.h"
 
 // The kernel of box_gaps.h for the instruction set that the including file is compiled for.
-namespace dyop::internal {
+namespace dyop::hierarchy_internal {
 inline namespace DYOP_LANES {
 
 template <typename L>
@@ -37,4 +37,4 @@ static void box_gaps_lanes(const GroupRows& rows, int count, const FacingBox& ot
 }
 
 }  // namespace DYOP_LANES
-}  // namespace dyop::internal
+}  // namespace dyop::hierarchy_internal

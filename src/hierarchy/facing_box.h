@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-namespace dyop::internal {
+namespace dyop::hierarchy_internal {
 
 /// The rows of BoxGroup: center, three axes, half extents; one column per box. Centers and half
 /// extents are multiples of a scale.
@@ -20,4 +20,4 @@ struct FacingBox {
   double half_extents[3];
 };
 
-}  // namespace dyop::internal
+}  // namespace dyop::hierarchy_internal

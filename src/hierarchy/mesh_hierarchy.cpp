@@ -17,7 +17,7 @@
 namespace dyop {
 namespace {
 
-using internal::SplitNode;
+using hierarchy_internal::SplitNode;
 
 // Minimum number of nodes whose boxes one thread fits at a time.
 constexpr std::size_t kGrain = 64;
@@ -98,7 +98,7 @@ MeshHierarchy::MeshHierarchy(std::span<const Vector3> vertices,
   DYOP_REQUIRE(!triangles.empty() && triangles.size() <= kLargestTriangleCount,
                "a hierarchy needs 1 to ", kLargestTriangleCount, " triangles, not ",
                triangles.size());
-  const std::vector<SplitNode> binary = internal::build_split_tree(vertices, triangles);
+  const std::vector<SplitNode> binary = hierarchy_internal::build_split_tree(vertices, triangles);
 
   // A box of a wide node and its place in the binary tree, still to be expanded.
   struct Opening {
@@ -177,9 +177,10 @@ void MeshHierarchy::fit_boxes(std::span<const Vector3> vertices,
 
   const std::span<const Triangle> all(leaves);
   const auto fit = [&](std::int32_t child, std::size_t leaf) {
-    if (child < 0) return internal::fit_triangle(all[leaf]);
+    if (child < 0) return hierarchy_internal::fit_triangle(all[leaf]);
     const std::size_t begin = first[std::size_t(child)];
-    return internal::fit_triangles(all.subspan(begin, first[end[std::size_t(child)]] - begin));
+    return hierarchy_internal::fit_triangles(
+        all.subspan(begin, first[end[std::size_t(child)]] - begin));
   };
   const OrientedBox root = fit(nodes_[0].child[0], 0);
   scale_ = scale_of(root);

@@ -10,7 +10,7 @@
 
 #include "hierarchy/box_fit.h"
 
-namespace dyop::internal {
+namespace dyop::hierarchy_internal {
 namespace {
 
 constexpr int kWidth = MeshHierarchy::kWidth;
@@ -291,4 +291,4 @@ std::vector<SplitNode> build_split_tree(std::span<const Vector3> vertices,
   return Builder(input).build();
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::hierarchy_internal

@@ -8,7 +8,7 @@
 
 #include "dyop/hierarchy/mesh_hierarchy.h"
 
-namespace dyop::internal {
+namespace dyop::hierarchy_internal {
 
 /// A node of the binary tree that is collapsed into a MeshHierarchy. Nodes come in preorder: the
 /// left child of node n is n + 1.
@@ -31,4 +31,4 @@ struct SplitNode {
 std::vector<SplitNode> build_split_tree(std::span<const Vector3> vertices,
                                         std::span<const TriangleIndices> triangles);
 
-}  // namespace dyop::internal
+}  // namespace dyop::hierarchy_internal

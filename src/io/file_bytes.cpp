@@ -10,7 +10,7 @@
 
 #include "dyop/io/file_error.h"
 
-namespace dyop::internal {
+namespace dyop::io_internal {
 namespace {
 
 void require_file(const std::filesystem::path& file) {
@@ -52,4 +52,4 @@ std::string read_gzip_bytes(const std::filesystem::path& file) {
   return bytes;
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::io_internal

@@ -6,7 +6,7 @@
 
 #include "dyop/core/export.h"
 
-namespace dyop::internal {
+namespace dyop::io_internal {
 
 /// All bytes of a file. Throws FileError if it is missing, not a file, or cannot be read.
 DYOP_EXPORT std::string read_bytes(const std::filesystem::path& file);
@@ -14,4 +14,4 @@ DYOP_EXPORT std::string read_bytes(const std::filesystem::path& file);
 /// The same, decompressed with gzip. Throws FileError also if the compressed data is damaged.
 std::string read_gzip_bytes(const std::filesystem::path& file);
 
-}  // namespace dyop::internal
+}  // namespace dyop::io_internal

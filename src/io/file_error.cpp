@@ -15,10 +15,10 @@ std::string printable(std::string message) {
 std::string describe(const std::filesystem::path& file, const FilePosition& position,
                      const std::string& problem) {
   if (!position.column) {
-    return internal::compose_message(file.string(), ':', position.line, ": ", problem);
+    return core_internal::compose_message(file.string(), ':', position.line, ": ", problem);
   }
-  return internal::compose_message(file.string(), ':', position.line, ':', *position.column, ": ",
-                                   problem);
+  return core_internal::compose_message(file.string(), ':', position.line, ':', *position.column,
+                                        ": ", problem);
 }
 
 }  // namespace

@@ -5,7 +5,7 @@
 #include <charconv>
 #include <cmath>
 
-namespace dyop::internal {
+namespace dyop::io_internal {
 namespace {
 
 std::string hex_text(Scalar value) {
@@ -101,4 +101,4 @@ RigidPose hex_pose(const JsonNode& node) {
   return RigidPose::from_trusted(R, p);
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::io_internal

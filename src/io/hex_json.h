@@ -5,7 +5,7 @@
 #include "io/json_reader.h"
 
 /// Numbers as strings in hexadecimal floating point, "0x1.8p+1": every bit is kept and visible.
-namespace dyop::internal {
+namespace dyop::io_internal {
 
 Json hex_json(Scalar value);
 Json hex_json(const Vector3& v);
@@ -21,4 +21,4 @@ Vector3 hex_vector(const JsonNode& node);
 /// Uses the rotation unchanged, if it is one.
 RigidPose hex_pose(const JsonNode& node);
 
-}  // namespace dyop::internal
+}  // namespace dyop::io_internal

@@ -7,7 +7,7 @@
 
 #include "io/text_scanner.h"
 
-namespace dyop::internal {
+namespace dyop::io_internal {
 namespace {
 
 FilePosition position_of(const std::string& text, std::size_t byte_count) {
@@ -173,4 +173,4 @@ void JsonNode::fail(const std::string& problem) const {
   throw FileError(*file_, path_.empty() ? problem : path_ + ": " + problem);
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::io_internal

@@ -13,7 +13,7 @@
 #include "dyop/core/types.h"
 #include "dyop/io/file_error.h"
 
-namespace dyop::internal {
+namespace dyop::io_internal {
 
 /// Keeps the keys in the order of the file.
 using Json = nlohmann::ordered_json;
@@ -90,4 +90,4 @@ auto JsonNode::guard(Function f) const {
   }
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::io_internal

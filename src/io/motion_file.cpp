@@ -7,8 +7,8 @@
 namespace dyop {
 
 std::shared_ptr<const Motion> load_motion(const std::filesystem::path& file) {
-  const internal::Json json = internal::parse_json(file, internal::read_bytes(file));
-  return internal::read_motion(internal::JsonNode(file, json));
+  const io_internal::Json json = io_internal::parse_json(file, io_internal::read_bytes(file));
+  return io_internal::read_motion(io_internal::JsonNode(file, json));
 }
 
 }  // namespace dyop

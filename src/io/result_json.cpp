@@ -5,7 +5,7 @@
 
 #include "dyop/io/result_text.h"
 
-namespace dyop::internal {
+namespace dyop::io_internal {
 namespace {
 
 template <typename Value>
@@ -198,4 +198,4 @@ Json to_json(const std::vector<Contact>& contacts) {
   return json;
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::io_internal

@@ -5,7 +5,7 @@
 #include "dyop/toi/toi_result.h"
 #include "io/json_reader.h"
 
-namespace dyop::internal {
+namespace dyop::io_internal {
 
 /// Results as JSON values and back, every field under its own name. Numbers are exact. An infinite
 /// number is null.
@@ -28,4 +28,4 @@ DYOP_EXPORT ToiStatistics toi_statistics_from(const Json& json);
 DYOP_EXPORT ToiResult toi_result_from(const Json& json);
 DYOP_EXPORT Contact contact_from(const Json& json);
 
-}  // namespace dyop::internal
+}  // namespace dyop::io_internal

@@ -9,8 +9,8 @@
 namespace dyop {
 namespace {
 
-using internal::place_words;
-using internal::show;
+using io_internal::place_words;
+using io_internal::show;
 
 std::string status_words(const ToiResult& result, const PairNames& names) {
   const std::string pair = names.a + " and " + names.b;
@@ -121,12 +121,12 @@ std::string_view name_of(FeatureKind kind) {
 }
 
 std::string to_json_text(const DistanceResult& result) {
-  return internal::to_json(result).dump();
+  return io_internal::to_json(result).dump();
 }
 
 std::string to_json_text(const ToiResult& result) {
-  internal::Json json = internal::to_json(result);
-  json["contacts"] = internal::to_json(result.contacts);
+  io_internal::Json json = io_internal::to_json(result);
+  json["contacts"] = io_internal::to_json(result.contacts);
   return json.dump();
 }
 

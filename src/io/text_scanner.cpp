@@ -7,7 +7,7 @@
 
 #include "dyop/io/file_error.h"
 
-namespace dyop::internal {
+namespace dyop::io_internal {
 namespace {
 
 bool is_blank(char c) {
@@ -111,4 +111,4 @@ std::string quote(std::string_view word) {
   return "'" + clean + (word.size() > kLongest ? "...'" : "'");
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::io_internal

@@ -12,7 +12,7 @@
 
 #include "dyop/core/types.h"
 
-namespace dyop::internal {
+namespace dyop::io_internal {
 
 /// Walks through a text file line by line, split at whitespace, and throws FileErrors with the
 /// current line number.
@@ -53,4 +53,4 @@ std::optional<std::int64_t> parse_integer(std::string_view word);
 /// A word in quotation marks, shortened and cleaned to fit into a one-line message.
 std::string quote(std::string_view word);
 
-}  // namespace dyop::internal
+}  // namespace dyop::io_internal

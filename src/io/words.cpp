@@ -3,7 +3,7 @@
 
 #include <sstream>
 
-namespace dyop::internal {
+namespace dyop::io_internal {
 namespace {
 
 std::string feature_words(const Feature& feature) {
@@ -48,4 +48,4 @@ std::string place_words(const Vector3& p_WC, const Feature& feature,
   return words;
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::io_internal

@@ -6,7 +6,7 @@
 
 #include "dyop/geometry/shape.h"
 
-namespace dyop::internal {
+namespace dyop::io_internal {
 
 /// A number with nine significant digits, for display.
 DYOP_EXPORT std::string show(Scalar value);
@@ -17,4 +17,4 @@ DYOP_EXPORT std::string show(const Vector3& v);
 DYOP_EXPORT std::string place_words(const Vector3& p_WC, const Feature& feature,
                                     const std::optional<std::int32_t>& triangle);
 
-}  // namespace dyop::internal
+}  // namespace dyop::io_internal

@@ -9,7 +9,7 @@
 namespace dyop {
 namespace {
 
-using Curve = internal::ChartCurve<BezierMotion::kMaxDegree>;
+using Curve = motion_internal::ChartCurve<BezierMotion::kMaxDegree>;
 
 std::shared_ptr<const Curve> make_curve(const TimeInterval& interval, const RigidPose& X_WC,
                                         std::span<const ControlPoint> control_points) {

@@ -60,8 +60,8 @@ ControlPoint polar_form(const Spline& spline, std::size_t i, std::size_t count) 
       const Scalar low = spline.knots[i - n + k];
       const Scalar high = spline.knots[i + 1 + k - level];
       const Scalar s = (u - low) / (high - low);  // in [0, 1]: low <= knot i < knot i + 1 <= high
-      x[k].p_WB = internal::mix(x[k - 1].p_WB, x[k].p_WB, s);
-      x[k].theta = internal::mix(x[k - 1].theta, x[k].theta, s);
+      x[k].p_WB = motion_internal::mix(x[k - 1].p_WB, x[k].p_WB, s);
+      x[k].theta = motion_internal::mix(x[k - 1].theta, x[k].theta, s);
     }
   }
   return x[n];
@@ -74,8 +74,8 @@ SequenceMotion bspline_motion(std::size_t degree, std::span<const Scalar> knots,
   const Spline spline{degree, knots, control_points};
   require_sound(spline);
   for (const ControlPoint& point : control_points) {
-    internal::require_finite(point.p_WB, "position of a control point");
-    internal::require_finite(point.theta, "rotation vector of a control point");
+    motion_internal::require_finite(point.p_WB, "position of a control point");
+    motion_internal::require_finite(point.theta, "rotation vector of a control point");
   }
   std::vector<SequenceMotion::Part> parts;
   std::vector<ControlPoint> span(degree + 1);

@@ -13,7 +13,7 @@
 namespace dyop {
 namespace {
 
-using internal::compose_message;
+using core_internal::compose_message;
 using MaybeFault = std::optional<MotionCheck>;
 
 constexpr int kHalvings = 60;           // of the span between two samples, to the last bits
@@ -136,19 +136,19 @@ MaybeFault MotionProbe::check_domain() const {
 MaybeFault MotionProbe::check_instant(Scalar t) const {
   const RigidPose X = motion_.pose(t);
   const Matrix3& R = X.rotation();
-  if (!internal::is_finite(X.translation()) || !R.allFinite()) {
+  if (!motion_internal::is_finite(X.translation()) || !R.allFinite()) {
     return fault(MotionFault::PoseNotFinite, t, std::nan(""), kInfinity,
                  "the pose is not finite: position (", X.translation().transpose(), "), rotation (",
                  R, ")");
   }
-  if (!internal::is_rotation(R)) {
+  if (!motion_internal::is_rotation(R)) {
     const Scalar error = (R.transpose() * R - Matrix3::Identity()).cwiseAbs().maxCoeff();
-    return fault(MotionFault::PoseNotRotation, t, internal::rotation_error(R), kEngineRotationNoise,
-                 "the pose is not a rotation: R^T R is off by ", error, ", the determinant is ",
-                 R.determinant());
+    return fault(MotionFault::PoseNotRotation, t, motion_internal::rotation_error(R),
+                 kEngineRotationNoise, "the pose is not a rotation: R^T R is off by ", error,
+                 ", the determinant is ", R.determinant());
   }
   const Twist twist = motion_.twist(t);
-  if (!internal::is_finite(twist.v_WB) || !internal::is_finite(twist.w_WB)) {
+  if (!motion_internal::is_finite(twist.v_WB) || !motion_internal::is_finite(twist.w_WB)) {
     return fault(MotionFault::TwistNotFinite, t, std::nan(""), kInfinity,
                  "the twist is not finite: v_WB = (", twist.v_WB.transpose(), "), w_WB = (",
                  twist.w_WB.transpose(), ")");
@@ -260,7 +260,7 @@ std::string MotionProbe::explain(const TwistHalf& half, Scalar t) const {
   const Scalar step = kNumericTwist * spacing_;
   const Scalar inside = std::clamp(t, interval_.begin + 3 * step, interval_.end - 3 * step);
   const Vector3 found = motion_.twist(inside).*half.rate;
-  const Vector3 real = internal::twist_by_differences(motion_, inside, step).*half.rate;
+  const Vector3 real = motion_internal::twist_by_differences(motion_, inside, step).*half.rate;
   const Vector3 in_body = motion_.pose(inside).rotation().transpose() * real;
   const auto is_near = [&](const Vector3& x) { return (found - x).norm() <= 0.01 * real.norm(); };
   const char* slip = "";

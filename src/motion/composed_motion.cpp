@@ -44,14 +44,14 @@ TwistBound ComposedMotion::twist_bound(const TimeInterval& interval) const {
   // Every time of the interval is within half its length of the middle. Infinite intervals give
   // infinity or NaN here, and round_up turns both into infinity.
   const Scalar middle = interval.begin + interval.length() / 2;
-  const RigidPose X_MB = std::isfinite(middle)
-                             ? internal::guarded_pose(*inner_, middle, "composed motion: X_MB")
-                             : inner_->pose(middle);
-  const Scalar p_norm = internal::norm_of(X_MB.translation());
+  const RigidPose X_MB = std::isfinite(middle) ? motion_internal::guarded_pose(
+                                                     *inner_, middle, "composed motion: X_MB")
+                                               : inner_->pose(middle);
+  const Scalar p_norm = motion_internal::norm_of(X_MB.translation());
   const Scalar pose_noise = kPoseNoise * inner_->pose_scale(interval).length;
   const Scalar arm =
-      internal::round_up(p_norm + inner.linear_speed * (interval.length() / 2) + pose_noise);
-  using internal::round_up;
+      motion_internal::round_up(p_norm + inner.linear_speed * (interval.length() / 2) + pose_noise);
+  using motion_internal::round_up;
   return {round_up(outer.linear_speed + outer.angular_speed * arm + inner.linear_speed),
           round_up(outer.angular_speed + inner.angular_speed),
           round_up(outer.linear_acceleration +
@@ -64,7 +64,8 @@ TwistBound ComposedMotion::twist_bound(const TimeInterval& interval) const {
 PoseScale ComposedMotion::pose_scale(const TimeInterval& interval) const {
   const PoseScale outer = outer_->pose_scale(interval);
   const PoseScale inner = inner_->pose_scale(interval);
-  return {outer.length + internal::times(outer.angle + 1, inner.length), outer.angle + inner.angle};
+  return {outer.length + motion_internal::times(outer.angle + 1, inner.length),
+          outer.angle + inner.angle};
 }
 
 Scalar ComposedMotion::smooth_until(Scalar t) const {

@@ -7,15 +7,15 @@
 namespace dyop {
 
 ConstantTwistMotion::ConstantTwistMotion(const RigidPose& X_WB0, const Twist& twist_WB, Scalar t0)
-    : X_WB0_(internal::without_drift(X_WB0)), twist_WB_(twist_WB), t0_(t0) {
+    : X_WB0_(motion_internal::without_drift(X_WB0)), twist_WB_(twist_WB), t0_(t0) {
   DYOP_REQUIRE(std::isfinite(t0), "reference time must be finite, not ", t0);
-  internal::require_finite(twist_WB.v_WB, "velocity");
-  internal::require_finite(twist_WB.w_WB, "angular velocity");
+  motion_internal::require_finite(twist_WB.v_WB, "velocity");
+  motion_internal::require_finite(twist_WB.w_WB, "angular velocity");
   DYOP_REQUIRE(std::isfinite(twist_WB.w_WB.stableNorm()), "angular velocity (",
                twist_WB.w_WB.transpose(), ") is too large: its length overflows");
   R_WB_ = SteadyTurn(X_WB0_.rotation(), twist_WB.w_WB);
-  bound_.linear_speed = internal::round_up(internal::norm_of(twist_WB.v_WB));
-  bound_.angular_speed = internal::round_up(internal::norm_of(twist_WB.w_WB));
+  bound_.linear_speed = motion_internal::round_up(motion_internal::norm_of(twist_WB.v_WB));
+  bound_.angular_speed = motion_internal::round_up(motion_internal::norm_of(twist_WB.w_WB));
 }
 
 RigidPose ConstantTwistMotion::pose(Scalar t) const {
@@ -36,8 +36,8 @@ TwistBound ConstantTwistMotion::twist_bound(const TimeInterval&) const {
 }
 
 PoseScale ConstantTwistMotion::pose_scale(const TimeInterval& interval) const {
-  const Scalar tau = internal::longest_time(t0_, interval);
-  using internal::times;
+  const Scalar tau = motion_internal::longest_time(t0_, interval);
+  using motion_internal::times;
   return {X_WB0_.translation().stableNorm() + times(bound_.linear_speed, tau),
           1 + times(bound_.angular_speed, tau)};
 }

@@ -3,7 +3,7 @@
 
 #include "dyop/core/error.h"
 
-namespace dyop::internal {
+namespace dyop::motion_internal {
 namespace {
 
 // Returns the result of `action`; prefixes its error message with the time.
@@ -52,4 +52,4 @@ void refuse_jump(const PoseStep& step, Scalar speed, const char* what) {
       ") to (", step.R_to, "), but its twist_bound allows only a speed of ", speed));
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::motion_internal

@@ -7,7 +7,7 @@
 #include "core/tolerance.h"
 #include "dyop/motion/motion.h"
 
-namespace dyop::internal {
+namespace dyop::motion_internal {
 
 /// How far a matrix with columns x, y, z is from a rotation: x and y have length one and are
 /// perpendicular, and z is x cross y. A sum, so that NaN survives; 0 up to rounding.
@@ -120,4 +120,4 @@ inline RigidPose without_drift(const RigidPose& X_WB) {
   return rotation_error(X_WB.rotation()) <= most ? X_WB : restored(X_WB);
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::motion_internal

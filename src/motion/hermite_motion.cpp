@@ -7,8 +7,8 @@
 namespace dyop {
 namespace {
 
-using internal::require_finite;
-using Cubic = internal::ChartCurve<3>::Coefficients;
+using motion_internal::require_finite;
+using Cubic = motion_internal::ChartCurve<3>::Coefficients;
 
 // Cubic through x0 and x1 with derivatives v0 and v1 with respect to t = h s.
 Cubic cubic_hermite(const Vector3& x0, const Vector3& v0, const Vector3& x1, const Vector3& v1,
@@ -16,10 +16,10 @@ Cubic cubic_hermite(const Vector3& x0, const Vector3& v0, const Vector3& x1, con
   return {x0, x0 + h / 3 * v0, x1 - h / 3 * v1, x1};
 }
 
-std::shared_ptr<const internal::ChartCurve<3>> make_curve(const TimeInterval& interval,
-                                                          const RigidPose& X_WC,
-                                                          const HermiteNode& begin,
-                                                          const HermiteNode& end) {
+std::shared_ptr<const motion_internal::ChartCurve<3>> make_curve(const TimeInterval& interval,
+                                                                 const RigidPose& X_WC,
+                                                                 const HermiteNode& begin,
+                                                                 const HermiteNode& end) {
   require_valid(interval, "domain of Hermite motion");
   require_finite(begin.p_WB, "position at the start");
   require_finite(begin.v_WB, "velocity at the start");
@@ -30,7 +30,7 @@ std::shared_ptr<const internal::ChartCurve<3>> make_curve(const TimeInterval& in
   require_finite(end.theta, "rotation vector at the end");
   require_finite(end.theta_rate, "rotation vector's rate at the end");
   const Scalar h = interval.length();
-  return std::make_shared<const internal::ChartCurve<3>>(
+  return std::make_shared<const motion_internal::ChartCurve<3>>(
       "Hermite motion", interval, X_WC, begin.p_WB, 3,
       cubic_hermite(Vector3::Zero(), begin.v_WB, end.p_WB - begin.p_WB, end.v_WB, h),
       cubic_hermite(begin.theta, begin.theta_rate, end.theta, end.theta_rate, h));
@@ -47,7 +47,7 @@ HermiteNode end_node(const MotionState& begin, const MotionState& end) {
   const Matrix3 R_CW = begin.X_WB.rotation().transpose();
   const Vector3 theta = rotation_vector(R_CW * end.X_WB.rotation());
   return {end.X_WB.translation(), end.twist.v_WB, theta,
-          internal::rotation_vector_rate(theta, R_CW * end.twist.w_WB)};
+          motion_internal::rotation_vector_rate(theta, R_CW * end.twist.w_WB)};
 }
 
 }  // namespace

@@ -10,7 +10,7 @@ InterpolatedMotion::Chart InterpolatedMotion::make_chart(const RigidPose& X_WB0,
                                                          const RigidPose& X_WB1,
                                                          RotationPath path) {
   // A body that is driven by one such motion after another starts each where the last one ended.
-  const Matrix3 R_WB0 = internal::without_drift(X_WB0).rotation();
+  const Matrix3 R_WB0 = motion_internal::without_drift(X_WB0).rotation();
   const Matrix3& R_WB1 = X_WB1.rotation();
   if (path == RotationPath::RotationVector) {
     return {Matrix3::Identity(),
@@ -34,10 +34,10 @@ InterpolatedMotion InterpolatedMotion::from_chart(const TimeInterval& interval, 
 InterpolatedMotion InterpolatedMotion::from_chart(const TimeInterval& interval,
                                                   const RigidPose& X_WC, const Node& begin,
                                                   const Node& end) {
-  internal::require_finite(begin.p_WB, "position at the start");
-  internal::require_finite(end.p_WB, "position at the end");
-  internal::require_finite(begin.theta, "rotation vector at the start");
-  internal::require_finite(end.theta, "rotation vector at the end");
+  motion_internal::require_finite(begin.p_WB, "position at the start");
+  motion_internal::require_finite(end.p_WB, "position at the end");
+  motion_internal::require_finite(begin.theta, "rotation vector at the start");
+  motion_internal::require_finite(end.theta, "rotation vector at the end");
   return InterpolatedMotion(interval, Chart{X_WC.rotation(), begin, end});
 }
 
@@ -51,14 +51,14 @@ InterpolatedMotion::InterpolatedMotion(const TimeInterval& interval, const Chart
                "domain of interpolated motion must have a positive length and finite velocities, "
                "not [",
                interval.begin, ", ", interval.end, "]");
-  const Scalar theta_rate = internal::norm_of(theta_rate_);
+  const Scalar theta_rate = motion_internal::norm_of(theta_rate_);
   // theta x theta' is constant along the path; its rounding is relative to the factors.
   const Scalar turn = begin_.theta.cross(theta_rate_).norm();
   const Scalar turn_noise = kMotionNoise * begin_.theta.norm() * theta_rate;
-  bound_.linear_speed = internal::round_up(internal::norm_of(v_WB_));
-  bound_.angular_speed = internal::round_up(theta_rate);
-  bound_.angular_acceleration =
-      internal::round_up(internal::angular_acceleration_bound(theta_rate, 0, turn + turn_noise));
+  bound_.linear_speed = motion_internal::round_up(motion_internal::norm_of(v_WB_));
+  bound_.angular_speed = motion_internal::round_up(theta_rate);
+  bound_.angular_acceleration = motion_internal::round_up(
+      motion_internal::angular_acceleration_bound(theta_rate, 0, turn + turn_noise));
   // Velocities are sums of products: they may overflow where their squares do.
   DYOP_REQUIRE(bound_.linear_speed < kInfinity && bound_.angular_speed < kInfinity,
                "interpolated motion over a time of ", h, " is too fast: velocities overflow");
@@ -66,7 +66,7 @@ InterpolatedMotion::InterpolatedMotion(const TimeInterval& interval, const Chart
 
 MotionState InterpolatedMotion::state(Scalar t) const {
   const Scalar tau = t - interval_.begin;
-  const auto [R, w] = internal::turning_state(begin_.theta + tau * theta_rate_, theta_rate_);
+  const auto [R, w] = motion_internal::turning_state(begin_.theta + tau * theta_rate_, theta_rate_);
   return {RigidPose::from_trusted(R_WC_ * R, begin_.p_WB + tau * v_WB_), {v_WB_, R_WC_ * w}};
 }
 

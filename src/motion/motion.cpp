@@ -12,7 +12,7 @@ namespace dyop {
 PoseScale Motion::pose_scale(const TimeInterval& interval) const {
   const TwistBound bound = twist_bound(interval);
   const Scalar latest = std::max(std::abs(interval.begin), std::abs(interval.end));
-  using internal::times;
+  using motion_internal::times;
   return {pose(interval.begin).translation().stableNorm() +
               times(bound.linear_speed, interval.length() + latest),
           1 + times(bound.angular_speed, latest)};

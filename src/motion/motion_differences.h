@@ -5,7 +5,7 @@
 
 #include "dyop/motion/motion.h"
 
-namespace dyop::internal {
+namespace dyop::motion_internal {
 
 /// f'(t) of a vector or matrix function by the central difference of sixth order: the error is
 /// step^6/140 f^(7) plus about 2u |f| / step.
@@ -26,4 +26,4 @@ inline Twist twist_by_differences(const Motion& motion, Scalar t, Scalar step) {
           Vector3(spin(2, 1) - spin(1, 2), spin(0, 2) - spin(2, 0), spin(1, 0) - spin(0, 1)) / 2};
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::motion_internal

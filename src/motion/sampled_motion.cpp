@@ -25,7 +25,7 @@ SampledMotion::SampledMotion(std::vector<Sample> given) : samples_(std::move(giv
                  " follows stamp ", i - 1, " = ", stamps_.back());
     stamps_.push_back(t);
   }
-  std::vector<internal::SpeedTree::Speeds> speeds;
+  std::vector<motion_internal::SpeedTree::Speeds> speeds;
   speeds.reserve(count);
   for (std::size_t i = 0; i < count; ++i) {
     const RigidPose& X_WB0 = samples[i].X_WB;
@@ -34,19 +34,20 @@ SampledMotion::SampledMotion(std::vector<Sample> given) : samples_(std::move(giv
     const Matrix3 R_B0B1 = X_WB0.rotation().transpose() * X_WB1.rotation();
     const Twist twist{(X_WB1.translation() - X_WB0.translation()) / h,
                       X_WB0.rotation() * rotation_vector(R_B0B1) / h};
-    const internal::SpeedTree::Speeds speed{internal::round_up(internal::norm_of(twist.v_WB)),
-                                            internal::round_up(internal::norm_of(twist.w_WB))};
+    const motion_internal::SpeedTree::Speeds speed{
+        motion_internal::round_up(motion_internal::norm_of(twist.v_WB)),
+        motion_internal::round_up(motion_internal::norm_of(twist.w_WB))};
     // Where squares of velocities overflow, so may anything computed from them.
     DYOP_REQUIRE(speed.linear < kInfinity && speed.angular < kInfinity, "time stamps ", i, " = ",
                  stamps_[i], " and ", i + 1, " = ", stamps_[i + 1],
                  " of sampled motion are too close: the velocity between them overflows");
-    pose_scale_ = internal::larger_of(
+    pose_scale_ = motion_internal::larger_of(
         pose_scale_, {X_WB0.translation().stableNorm() + X_WB1.translation().stableNorm(),
                       1 + h * twist.w_WB.stableNorm()});
     pieces_.push_back({SteadyTurn(X_WB0.rotation(), twist.w_WB), twist});
     speeds.push_back(speed);
   }
-  speeds_ = std::make_shared<const internal::SpeedTree>(speeds);
+  speeds_ = std::make_shared<const motion_internal::SpeedTree>(speeds);
 }
 
 // The piece valid from t on; the first one before the domain, the last one at its end.

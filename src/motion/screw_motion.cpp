@@ -7,23 +7,24 @@
 namespace dyop {
 
 ScrewMotion::ScrewMotion(const RigidPose& X_WB0, const Screw& screw, Scalar t0)
-    : X_WB0_(internal::without_drift(X_WB0)), screw_(screw), t0_(t0) {
+    : X_WB0_(motion_internal::without_drift(X_WB0)), screw_(screw), t0_(t0) {
   DYOP_REQUIRE(std::isfinite(t0), "reference time must be finite, not ", t0);
   DYOP_REQUIRE(std::isfinite(screw_.turn_rate), "turn rate must be finite, not ", screw_.turn_rate);
   DYOP_REQUIRE(std::isfinite(screw_.slide_rate), "slide rate must be finite, not ",
                screw_.slide_rate);
-  internal::require_finite(screw.p_WA, "point of the screw axis");
-  internal::require_finite(screw.axis_W, "direction of the screw axis");
+  motion_internal::require_finite(screw.p_WA, "point of the screw axis");
+  motion_internal::require_finite(screw.axis_W, "direction of the screw axis");
   const Scalar length = screw.axis_W.stableNorm();
   DYOP_REQUIRE(length > 0, "direction of the screw axis must not be zero");
   axis_W_ = (screw.axis_W / length).normalized();
   const Vector3 p_AB_W = X_WB0.translation() - screw.p_WA;
   p_WF0_ = screw.p_WA + axis_W_.dot(p_AB_W) * axis_W_;
   arm0_W_ = X_WB0.translation() - p_WF0_;
-  const Scalar rho = internal::norm_of(arm0_W_);
-  bound_.linear_speed = internal::round_up(std::hypot(screw_.slide_rate, screw_.turn_rate * rho));
-  bound_.angular_speed = internal::round_up(std::abs(screw_.turn_rate));
-  bound_.linear_acceleration = internal::round_up(screw_.turn_rate * screw_.turn_rate * rho);
+  const Scalar rho = motion_internal::norm_of(arm0_W_);
+  bound_.linear_speed =
+      motion_internal::round_up(std::hypot(screw_.slide_rate, screw_.turn_rate * rho));
+  bound_.angular_speed = motion_internal::round_up(std::abs(screw_.turn_rate));
+  bound_.linear_acceleration = motion_internal::round_up(screw_.turn_rate * screw_.turn_rate * rho);
 }
 
 Vector3 ScrewMotion::arm(Scalar tau) const {
@@ -47,8 +48,8 @@ TwistBound ScrewMotion::twist_bound(const TimeInterval&) const {
 }
 
 PoseScale ScrewMotion::pose_scale(const TimeInterval& interval) const {
-  const Scalar tau = internal::longest_time(t0_, interval);
-  using internal::times;
+  const Scalar tau = motion_internal::longest_time(t0_, interval);
+  using motion_internal::times;
   const Scalar angle = 1 + times(bound_.angular_speed, tau);
   return {p_WF0_.stableNorm() + times(std::abs(screw_.slide_rate), tau) +
               times(angle, arm0_W_.stableNorm()),

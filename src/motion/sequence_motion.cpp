@@ -35,7 +35,7 @@ PoseScale require_meeting(const SequenceMotion::Part& x, const SequenceMotion::P
 
 SequenceMotion::SequenceMotion(std::vector<Part> parts) : parts_(std::move(parts)) {
   DYOP_REQUIRE(!parts_.empty(), "sequence motion needs at least one part");
-  std::vector<internal::SpeedTree::Speeds> speeds;
+  std::vector<motion_internal::SpeedTree::Speeds> speeds;
   speeds.reserve(parts_.size());
   for (std::size_t i = 0; i < parts_.size(); ++i) {
     const auto& [interval, motion] = parts_[i];
@@ -47,7 +47,7 @@ SequenceMotion::SequenceMotion(std::vector<Part> parts) : parts_(std::move(parts
     require_defined(*motion, interval, "part of sequence motion");
     const TwistBound bound = motion->twist_bound(interval);
     speeds.push_back({bound.linear_speed, bound.angular_speed});
-    pose_scale_ = internal::larger_of(pose_scale_, motion->pose_scale(interval));
+    pose_scale_ = motion_internal::larger_of(pose_scale_, motion->pose_scale(interval));
     is_trusted_ = is_trusted_ && motion->is_trusted();
     if (i == 0) {
       jumps_.push_back({0, 0});
@@ -59,7 +59,7 @@ SequenceMotion::SequenceMotion(std::vector<Part> parts) : parts_(std::move(parts
     const PoseScale jump = require_meeting(parts_[i - 1], parts_[i], i - 1);
     jumps_.push_back({jumps_.back().length + jump.length, jumps_.back().angle + jump.angle});
   }
-  speeds_ = std::make_shared<const internal::SpeedTree>(speeds);
+  speeds_ = std::make_shared<const motion_internal::SpeedTree>(speeds);
 }
 
 // The part valid from t on; the first one before the domain, the last one at its end.

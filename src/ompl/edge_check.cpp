@@ -10,7 +10,7 @@
 #include "dyop/chain/certify_chain.h"
 #include "dyop/motion/interpolated_motion.h"
 
-namespace dyop::internal {
+namespace dyop::ompl_internal {
 namespace {
 
 constexpr TimeInterval kEdge{0, 1};
@@ -149,4 +149,4 @@ std::unique_ptr<const EdgeCheck> make_bodies_check(OmplMotionValidator::Bodies b
   return std::make_unique<BodiesCheck>(std::move(bodies), std::move(obstacles), options);
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::ompl_internal

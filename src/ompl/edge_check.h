@@ -8,7 +8,7 @@
 
 #include "dyop/ompl/ompl_motion_validator.h"
 
-namespace dyop::internal {
+namespace dyop::ompl_internal {
 
 /// What is known about a motion.
 struct EdgeVerdict {
@@ -69,4 +69,4 @@ class WorkspacePool {
   std::vector<std::unique_ptr<Workspace>> idle_;
 };
 
-}  // namespace dyop::internal
+}  // namespace dyop::ompl_internal

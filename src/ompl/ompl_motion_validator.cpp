@@ -37,7 +37,7 @@ OmplMotionValidator::OmplMotionValidator(const ompl::base::SpaceInformationPtr& 
   const bool is_se3 =
       dynamic_cast<const ompl::base::SE3StateSpace*>(si->getStateSpace().get()) != nullptr;
   DYOP_REQUIRE(is_se3, "a rigid body needs an SE3StateSpace, not ", si->getStateSpace()->getName());
-  check_ = internal::make_body_check(std::move(body), std::move(obstacles), options);
+  check_ = ompl_internal::make_body_check(std::move(body), std::move(obstacles), options);
 }
 
 OmplMotionValidator::OmplMotionValidator(const ompl::base::SpaceInformationPtr& si,
@@ -51,14 +51,14 @@ OmplMotionValidator::OmplMotionValidator(const ompl::base::SpaceInformationPtr& 
                chain->coordinate_count(),
                " coordinates needs a RealVectorStateSpace of as many dimensions, not ",
                si->getStateSpace()->getName(), " of ", si->getStateSpace()->getDimension());
-  check_ = internal::make_chain_check(std::move(chain), std::move(obstacles), options);
+  check_ = ompl_internal::make_chain_check(std::move(chain), std::move(obstacles), options);
 }
 
 OmplMotionValidator::OmplMotionValidator(const ompl::base::SpaceInformationPtr& si, Bodies bodies,
                                          std::shared_ptr<const ObstacleSet> obstacles,
                                          const OmplOptions& options)
     : MotionValidator(require_sound(si, bodies ? &bodies : nullptr, obstacles.get(), options)),
-      check_(internal::make_bodies_check(std::move(bodies), std::move(obstacles), options)) {}
+      check_(ompl_internal::make_bodies_check(std::move(bodies), std::move(obstacles), options)) {}
 
 OmplMotionValidator::~OmplMotionValidator() = default;
 
@@ -74,7 +74,7 @@ bool OmplMotionValidator::checkMotion(const ompl::base::State* s1,
 
 bool OmplMotionValidator::checkMotion(const ompl::base::State* s1, const ompl::base::State* s2,
                                       std::pair<ompl::base::State*, double>& lastValid) const {
-  const internal::EdgeVerdict verdict = check_->examine(s1, s2);
+  const ompl_internal::EdgeVerdict verdict = check_->examine(s1, s2);
   if (!verdict.is_free) {
     lastValid.second = verdict.t_safe;
     if (lastValid.first) {

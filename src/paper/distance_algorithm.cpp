@@ -104,8 +104,8 @@ class CertifiedGjk final : public DistanceAlgorithm {
     return distance(in_space(a), in_space(b));
   }
   DistanceBounds distance(const Triangle& a, const Triangle& b) const override {
-    const GjkResult d =
-        gjk_distance(internal::TriangleCore(a), internal::TriangleCore(b), RigidPose());
+    const GjkResult d = gjk_distance(distance_internal::TriangleCore(a),
+                                     distance_internal::TriangleCore(b), RigidPose());
     return {d.lower, d.upper};
   }
   std::optional<DistanceBounds> distance(const ConvexHull& a, const ConvexHull& b,

@@ -17,7 +17,7 @@
 //   edges_at(vertex)             a range of edge numbers
 //   face_count()
 //   is_flat                      flat bodies have faces with two outer sides
-namespace dyop::internal {
+namespace dyop::paper_internal {
 
 using Place = LinCannyCache::Place;
 
@@ -351,4 +351,4 @@ class FeatureWalk {
   int jumps_ = 0;
 };
 
-}  // namespace dyop::internal
+}  // namespace dyop::paper_internal

@@ -6,9 +6,9 @@
 namespace dyop {
 namespace {
 
-using internal::FeaturePair;
-using internal::FeatureWalk;
-using internal::Place;
+using paper_internal::FeaturePair;
+using paper_internal::FeatureWalk;
+using paper_internal::Place;
 
 // A triangle as a flat body: edge k from vertex k, one face.
 struct TriangleBody {
@@ -54,8 +54,8 @@ std::pair<Place, Place> start_of(const Triangle& a, const Triangle& b, const Lin
     return {cache->a, cache->b};
   }
   const Vector3 direction = (b[0] + b[1] + b[2]) - (a[0] + a[1] + a[2]);
-  return {internal::vertex_place(farthest_along(a, direction)),
-          internal::vertex_place(farthest_along(b, Vector3(-direction)))};
+  return {paper_internal::vertex_place(farthest_along(a, direction)),
+          paper_internal::vertex_place(farthest_along(b, Vector3(-direction)))};
 }
 
 void remember(LinCannyCache* cache, const FeaturePair& pair, int steps, bool is_certified) {
@@ -163,8 +163,8 @@ std::pair<Place, Place> start_of(const HullBody& body_a, const HullBody& body_b,
     return {cache->a, cache->b};
   }
   const Vector3 direction = X_AB * b.core_center() - a.core_center();
-  return {internal::vertex_place(a.core_support(direction).vertex.value()),
-          internal::vertex_place(
+  return {paper_internal::vertex_place(a.core_support(direction).vertex.value()),
+          paper_internal::vertex_place(
               b.core_support(-(X_AB.rotation().transpose() * direction)).vertex.value())};
 }
 

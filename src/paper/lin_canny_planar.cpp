@@ -7,7 +7,7 @@
 namespace dyop {
 namespace {
 
-using namespace internal;
+using namespace paper_internal;
 using Place = LinCannyCache::Place;
 
 std::size_t number_of(const Feature& feature) {

@@ -11,7 +11,7 @@
 
 // Shared by the planar algorithms: witnesses, and the proof that bounds the distance with them.
 // Rounding is bounded in docs/algorithms/published_dyop.md, "Certified distance in the plane".
-namespace dyop::internal {
+namespace dyop::paper_internal {
 
 inline Scalar cross(const Vector2& u, const Vector2& v) {
   return u.x() * v.y() - u.y() * v.x();
@@ -155,4 +155,4 @@ inline bool is_certified(const PlanarDistance& d, Scalar size) {
 // convex_polygon_distance() without the check, for callers whose own answer is not certified.
 PlanarDistance resolve_polygons(std::span<const Vector2> a, std::span<const Vector2> b);
 
-}  // namespace dyop::internal
+}  // namespace dyop::paper_internal

@@ -8,7 +8,7 @@
 #include "exact/orientation.h"
 #include "paper/planar_core.h"
 
-namespace dyop::internal {
+namespace dyop::paper_internal {
 namespace {
 
 constexpr int kAxis = 2;  // the plane's normal
@@ -121,4 +121,4 @@ std::optional<PlanarCrossing> find_crossing(std::span<const Vector2> a,
   return std::nullopt;
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::paper_internal

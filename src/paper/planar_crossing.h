@@ -6,7 +6,7 @@
 
 #include "dyop/paper/planar_distance.h"
 
-namespace dyop::internal {
+namespace dyop::paper_internal {
 
 // A common point of two convex polygons and the features that share it; nothing if they are apart,
 // or if coordinates differ so much in size that the exact predicates fail (2^200).
@@ -19,4 +19,4 @@ struct PlanarCrossing {
 // Decided in exact arithmetic. Cost: all pairs of edges.
 std::optional<PlanarCrossing> find_crossing(std::span<const Vector2> a, std::span<const Vector2> b);
 
-}  // namespace dyop::internal
+}  // namespace dyop::paper_internal

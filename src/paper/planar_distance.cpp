@@ -10,7 +10,7 @@
 #include "paper/planar_crossing.h"
 
 namespace dyop {
-namespace internal {
+namespace paper_internal {
 namespace {
 
 // Both triangles side by side: the low lane has a against b, the high lane b against a.
@@ -204,10 +204,10 @@ PlanarDistance resolve_polygons(std::span<const Vector2> a, std::span<const Vect
   return result;
 }
 
-}  // namespace internal
+}  // namespace paper_internal
 
 PlanarDistance planar_triangle_distance(const PlanarTriangle& a, const PlanarTriangle& b) {
-  using namespace internal;
+  using namespace paper_internal;
   const SidePair sides(a, b);
   const BestEdge best(sides);
   if (best.score >= kSmallestSquaredDirection) {
@@ -231,11 +231,11 @@ PlanarDistance planar_triangle_distance(const PlanarTriangle& a, const PlanarTri
 PlanarDistance convex_polygon_distance(std::span<const Vector2> a, std::span<const Vector2> b) {
   DYOP_REQUIRE(!a.empty() && !b.empty(), "a polygon needs a vertex; these have ", a.size(), " and ",
                b.size());
-  return internal::resolve_polygons(a, b);
+  return paper_internal::resolve_polygons(a, b);
 }
 
 Scalar planar_noise(std::span<const Vector2> a, std::span<const Vector2> b) {
-  return kTriangleNoise * internal::planar_size(a, b);
+  return kTriangleNoise * paper_internal::planar_size(a, b);
 }
 
 }  // namespace dyop

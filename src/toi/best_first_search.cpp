@@ -9,7 +9,7 @@
 #include "toi/deforming/deforming_pair.h"
 #include "toi/rigid/rigid_pair.h"
 
-namespace dyop::internal {
+namespace dyop::toi_internal {
 
 // --- the loop -----------------------------------------------------------------------------------
 
@@ -255,4 +255,4 @@ template class BestFirstSearch<RigidPair>;
 template class BestFirstSearch<DeformingPair<DeformingSide>>;
 template class BestFirstSearch<DeformingPair<RigidSide>>;
 
-}  // namespace dyop::internal
+}  // namespace dyop::toi_internal

@@ -10,7 +10,7 @@
 #include "toi/interruption.h"
 #include "toi/toi_memory.h"
 
-namespace dyop::internal {
+namespace dyop::toi_internal {
 
 /// Best-first conservative advancement, the one search of all queries on trees of boxes
 /// (docs/algorithms/time_of_impact.md, "Search"). `Pair` is the two sides at one time of the
@@ -86,4 +86,4 @@ class BestFirstSearch {
   ToiResult result_;
 };
 
-}  // namespace dyop::internal
+}  // namespace dyop::toi_internal

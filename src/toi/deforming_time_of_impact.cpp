@@ -11,8 +11,8 @@
 namespace dyop {
 namespace {
 
-using internal::DeformingSide;
-using internal::RigidSide;
+using toi_internal::DeformingSide;
+using toi_internal::RigidSide;
 
 void require_triangles(const DeformingMesh& mesh, const char* name) {
   DYOP_REQUIRE(!mesh.nodes().empty(), "time_of_impact: the deforming mesh ", name,
@@ -21,7 +21,7 @@ void require_triangles(const DeformingMesh& mesh, const char* name) {
 
 void require_valid(const TimeInterval& interval, const ToiOptions& options) {
   require_valid(interval, "time_of_impact: interval");
-  internal::require_valid_options(options);
+  toi_internal::require_valid_options(options);
   DYOP_REQUIRE(!options.solid_a && !options.solid_b,
                "time_of_impact: deforming meshes are surfaces, solid_a and solid_b must be false");
 }
@@ -41,30 +41,32 @@ void require_span(const DeformingSpan& span) {
 
 template <typename SideB>
 ToiResult run_search(const DeformingMesh& a, SideB& side_b, const TimeInterval& interval,
-                     const ToiOptions& options, Scalar radius_b, internal::ToiMemory& memory,
+                     const ToiOptions& options, Scalar radius_b, toi_internal::ToiMemory& memory,
                      Start start, const DeformingSpan& span = {},
-                     std::span<const internal::BoxPair> first = {&internal::kRootPair, 1}) {
-  using Pair = internal::DeformingPair<SideB>;
-  const internal::ImpactBand band(options.target_distance,
-                                  internal::tolerance_of(options, radius_of(a), radius_b));
+                     std::span<const distance_internal::BoxPair> first = {
+                         &distance_internal::kRootPair, 1}) {
+  using Pair = toi_internal::DeformingPair<SideB>;
+  const toi_internal::ImpactBand band(options.target_distance,
+                                      toi_internal::tolerance_of(options, radius_of(a), radius_b));
   DeformingSide side_a(a, interval, span);
   Pair pair(side_a, side_b, interval, band, first);
-  internal::BestFirstSearch<Pair> search(pair, interval, options, band, memory);
+  toi_internal::BestFirstSearch<Pair> search(pair, interval, options, band, memory);
   return start == Start::Fresh ? search.run() : search.resume();
 }
 
 // Stores what the query is about, or checks that it is still the same.
-void take_up(internal::ToiMemory& memory, const internal::ToiSubject& subject, Start start) {
+void take_up(toi_internal::ToiMemory& memory, const toi_internal::ToiSubject& subject,
+             Start start) {
   if (start == Start::Fresh) {
     memory.subject = subject;
     memory.is_unfinished = false;
   } else {
-    internal::require_resumable(memory, subject);
+    toi_internal::require_resumable(memory, subject);
   }
 }
 
 ToiResult answer(const DeformingMesh& a, const DeformingMesh& b, const TimeInterval& interval,
-                 const ToiOptions& options, internal::ToiMemory& memory, Start start) {
+                 const ToiOptions& options, toi_internal::ToiMemory& memory, Start start) {
   require_valid(interval, options);
   require_triangles(a, "A");
   require_triangles(b, "B");
@@ -75,10 +77,10 @@ ToiResult answer(const DeformingMesh& a, const DeformingMesh& b, const TimeInter
 
 ToiResult answer(const DeformingMesh& a, const TriangleMesh& b, const Motion& X_WB,
                  const TimeInterval& interval, const ToiOptions& options,
-                 internal::ToiMemory& memory, Start start) {
+                 toi_internal::ToiMemory& memory, Start start) {
   require_valid(interval, options);
   require_triangles(a, "A");
-  require_defined(X_WB, interval, internal::kMotionOfB);
+  require_defined(X_WB, interval, toi_internal::kMotionOfB);
   take_up(memory, {&a, nullptr, &b, &X_WB, interval, options}, start);
   RigidSide side_b(b, X_WB, interval);
   return run_search(a, side_b, interval, options, b.bounding_radius(), memory, start);
@@ -88,54 +90,56 @@ ToiResult answer(const DeformingMesh& a, const TriangleMesh& b, const Motion& X_
 
 ToiResult time_of_impact(const DeformingMesh& a, const DeformingMesh& b,
                          const TimeInterval& interval, const ToiOptions& options) {
-  internal::ToiMemory memory;
+  toi_internal::ToiMemory memory;
   return answer(a, b, interval, options, memory, Start::Fresh);
 }
 
 ToiResult time_of_impact(const DeformingMesh& a, const DeformingMesh& b,
                          const TimeInterval& interval, const ToiOptions& options,
                          ToiWorkspace& workspace) {
-  return answer(a, b, interval, options, internal::WorkspaceUse(workspace).memory(), Start::Fresh);
+  return answer(a, b, interval, options, toi_internal::WorkspaceUse(workspace).memory(),
+                Start::Fresh);
 }
 
 ToiResult resume_time_of_impact(const DeformingMesh& a, const DeformingMesh& b,
                                 const TimeInterval& interval, const ToiOptions& options,
                                 ToiWorkspace& workspace) {
-  return answer(a, b, interval, options, internal::WorkspaceUse(workspace).memory(),
+  return answer(a, b, interval, options, toi_internal::WorkspaceUse(workspace).memory(),
                 Start::Resumed);
 }
 
 ToiResult time_of_impact(const DeformingMesh& a, const TriangleMesh& b, const Motion& X_WB,
                          const TimeInterval& interval, const ToiOptions& options) {
-  internal::ToiMemory memory;
+  toi_internal::ToiMemory memory;
   return answer(a, b, X_WB, interval, options, memory, Start::Fresh);
 }
 
 ToiResult time_of_impact(const DeformingMesh& a, const TriangleMesh& b, const Motion& X_WB,
                          const TimeInterval& interval, const ToiOptions& options,
                          ToiWorkspace& workspace) {
-  return answer(a, b, X_WB, interval, options, internal::WorkspaceUse(workspace).memory(),
+  return answer(a, b, X_WB, interval, options, toi_internal::WorkspaceUse(workspace).memory(),
                 Start::Fresh);
 }
 
 ToiResult resume_time_of_impact(const DeformingMesh& a, const TriangleMesh& b, const Motion& X_WB,
                                 const TimeInterval& interval, const ToiOptions& options,
                                 ToiWorkspace& workspace) {
-  return answer(a, b, X_WB, interval, options, internal::WorkspaceUse(workspace).memory(),
+  return answer(a, b, X_WB, interval, options, toi_internal::WorkspaceUse(workspace).memory(),
                 Start::Resumed);
 }
 
 ToiResult time_of_impact(const DeformingMesh& a, const DeformingSpan& span, const TriangleMesh& b,
                          const Motion& X_WB, const TimeInterval& interval,
                          const ToiOptions& options, ToiWorkspace& workspace) {
-  return internal::time_of_listed_impact(a, span, b, X_WB, interval, options, workspace,
-                                         {&internal::kRootPair, 1});
+  return toi_internal::time_of_listed_impact(a, span, b, X_WB, interval, options, workspace,
+                                             {&distance_internal::kRootPair, 1});
 }
 
-ToiResult internal::time_of_listed_impact(const DeformingMesh& a, const DeformingSpan& span,
-                                          const TriangleMesh& b, const Motion& X_WB,
-                                          const TimeInterval& interval, const ToiOptions& options,
-                                          ToiWorkspace& workspace, std::span<const BoxPair> pairs) {
+ToiResult toi_internal::time_of_listed_impact(const DeformingMesh& a, const DeformingSpan& span,
+                                              const TriangleMesh& b, const Motion& X_WB,
+                                              const TimeInterval& interval,
+                                              const ToiOptions& options, ToiWorkspace& workspace,
+                                              std::span<const BoxPair> pairs) {
   const WorkspaceUse use(workspace);
   require_valid(interval, options);
   require_triangles(a, "A");

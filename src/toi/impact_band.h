@@ -6,7 +6,7 @@
 #include "core/tolerance.h"
 #include "dyop/core/types.h"
 
-namespace dyop::internal {
+namespace dyop::toi_internal {
 
 /// The distances at which a search acts, in the band of width ε = distance_tolerance above the
 /// target δ:
@@ -48,4 +48,4 @@ struct ImpactBand {
   }
 };
 
-}  // namespace dyop::internal
+}  // namespace dyop::toi_internal

@@ -8,7 +8,7 @@
 
 #include "dyop/toi/time_of_impact.h"
 
-namespace dyop::internal {
+namespace dyop::toi_internal {
 
 /// What can end a search undecided: its budget, its deadline or its stop token.
 class Interruption {
@@ -51,4 +51,4 @@ class Interruption {
   std::optional<ToiStatus> status_;
 };
 
-}  // namespace dyop::internal
+}  // namespace dyop::toi_internal

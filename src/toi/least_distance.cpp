@@ -44,7 +44,7 @@ class LeastDistanceSearch {
   bool prove();
   ToiResult ask(Scalar target, Scalar tolerance);
   void take_unproven(const ToiResult& toi);
-  Scalar tolerance() const { return internal::tolerance_of(options_, result_); }
+  Scalar tolerance() const { return toi_internal::tolerance_of(options_, result_); }
   Scalar speed_over(const TimeInterval& part) const;
   LeastDistanceResult finish(LeastDistanceStatus status);
 
@@ -80,8 +80,8 @@ LeastDistanceSearch::LeastDistanceSearch(const Shape& a, const Motion& X_WA, con
       proven_until_(interval.begin) {
   result_.rounding_allowance =
       kStepNoise *
-      (internal::largest_coordinate(X_WA, X_WA.twist_bound(interval), radius_a_, interval) +
-       internal::largest_coordinate(X_WB, X_WB.twist_bound(interval), radius_b_, interval));
+      (toi_internal::largest_coordinate(X_WA, X_WA.twist_bound(interval), radius_a_, interval) +
+       toi_internal::largest_coordinate(X_WB, X_WB.twist_bound(interval), radius_b_, interval));
 }
 
 // The distance at one time, up to rounding; keeps the least one.
@@ -279,7 +279,7 @@ LeastDistanceResult LeastDistanceSearch::run() {
 
 }  // namespace
 
-namespace internal {
+namespace toi_internal {
 
 void require_valid_options(const LeastDistanceOptions& options) {
   DYOP_REQUIRE(options.absolute_tolerance >= 0 && options.absolute_tolerance < kInfinity,
@@ -300,7 +300,7 @@ Scalar tolerance_of(const LeastDistanceOptions& options, const LeastDistanceResu
   return std::max(asked, 64 * result.rounding_allowance);
 }
 
-}  // namespace internal
+}  // namespace toi_internal
 
 LeastDistanceResult least_distance(const Shape& a, const Motion& X_WA, const Shape& b,
                                    const Motion& X_WB, const TimeInterval& interval,
@@ -308,8 +308,8 @@ LeastDistanceResult least_distance(const Shape& a, const Motion& X_WA, const Sha
   require_valid(interval, "least_distance: interval");
   require_defined(X_WA, interval, "least_distance: the motion of A");
   require_defined(X_WB, interval, "least_distance: the motion of B");
-  internal::require_valid_options(options);
-  internal::require_closed("least_distance", a, b, {options.solid_a, options.solid_b});
+  toi_internal::require_valid_options(options);
+  distance_internal::require_closed("least_distance", a, b, {options.solid_a, options.solid_b});
   return LeastDistanceSearch(a, X_WA, b, X_WB, interval, options).run();
 }
 

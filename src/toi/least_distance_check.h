@@ -3,7 +3,7 @@
 
 #include "dyop/toi/least_distance.h"
 
-namespace dyop::internal {
+namespace dyop::toi_internal {
 
 /// Throws InvalidArgument unless all numbers in the options are in range.
 void require_valid_options(const LeastDistanceOptions& options);
@@ -11,4 +11,4 @@ void require_valid_options(const LeastDistanceOptions& options);
 /// How far apart the bounds of a result may stay.
 Scalar tolerance_of(const LeastDistanceOptions& options, const LeastDistanceResult& result);
 
-}  // namespace dyop::internal
+}  // namespace dyop::toi_internal

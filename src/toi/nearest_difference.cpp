@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-namespace dyop::internal {
+namespace dyop::toi_internal {
 namespace {
 
 // literal: squared sine below which a cross product of two sides is rounding, about 1e-16 of them.
@@ -175,4 +175,4 @@ NearestDifference<4> find_nearest(const Differences<4>& corners) {
   return nearest;
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::toi_internal

@@ -5,7 +5,7 @@
 
 #include "dyop/geometry/shape.h"
 
-namespace dyop::internal {
+namespace dyop::toi_internal {
 
 // The differences b_j - a_i of the points of two elements: the corners of a triangle (vertex a,
 // face b) or of a parallelogram (edges a and b; order b0-a0, b1-a0, b0-a1, b1-a1). The distance of
@@ -29,4 +29,4 @@ struct NearestDifference {
 NearestDifference<3> find_nearest(const Differences<3>& corners);
 NearestDifference<4> find_nearest(const Differences<4>& corners);
 
-}  // namespace dyop::internal
+}  // namespace dyop::toi_internal

@@ -13,28 +13,29 @@
 
 namespace dyop {
 
-ObstacleWorkspace::ObstacleWorkspace() : memory_(std::make_unique<internal::ObstacleMemory>()) {}
+ObstacleWorkspace::ObstacleWorkspace()
+    : memory_(std::make_unique<toi_internal::ObstacleMemory>()) {}
 ObstacleWorkspace::~ObstacleWorkspace() = default;
 ObstacleWorkspace::ObstacleWorkspace(ObstacleWorkspace&&) noexcept = default;
 ObstacleWorkspace& ObstacleWorkspace::operator=(ObstacleWorkspace&&) noexcept = default;
 
-ObstacleSet::ObstacleSet() : data_(std::make_unique<internal::ObstacleSetData>()) {}
+ObstacleSet::ObstacleSet() : data_(std::make_unique<toi_internal::ObstacleSetData>()) {}
 ObstacleSet::~ObstacleSet() = default;
 ObstacleSet::ObstacleSet(ObstacleSet&&) noexcept = default;
 ObstacleSet& ObstacleSet::operator=(ObstacleSet&&) noexcept = default;
 
 namespace {
 
-using Slot = internal::ObstacleSetData::Slot;
+using Slot = toi_internal::ObstacleSetData::Slot;
 
 // For a slot whose obstacle is new or has a new motion.
 void box_obstacle(Slot& slot) {
   const Motion& motion = *slot.obstacle->X_WO;
   slot.is_at_rest = dynamic_cast<const RestMotion*>(&motion) != nullptr;
-  if (slot.is_at_rest) slot.box = internal::placed_box(*slot.obstacle->shape, motion.pose(0));
+  if (slot.is_at_rest) slot.box = toi_internal::placed_box(*slot.obstacle->shape, motion.pose(0));
 }
 
-std::uint32_t slot_of(const internal::ObstacleSetData& data, ObstacleId id) {
+std::uint32_t slot_of(const toi_internal::ObstacleSetData& data, ObstacleId id) {
   DYOP_REQUIRE(data.find(id), "no obstacle with id ", static_cast<std::uint64_t>(id));
   return static_cast<std::uint32_t>(id);
 }
@@ -44,8 +45,8 @@ std::uint32_t slot_of(const internal::ObstacleSetData& data, ObstacleId id) {
 ObstacleId ObstacleSet::add(Obstacle obstacle) {
   DYOP_REQUIRE(obstacle.shape != nullptr, "an obstacle needs a shape");
   DYOP_REQUIRE(obstacle.X_WO != nullptr, "an obstacle needs a motion");
-  internal::require_closed("ObstacleSet::add", *obstacle.shape, *obstacle.shape,
-                           {false, obstacle.is_solid});
+  distance_internal::require_closed("ObstacleSet::add", *obstacle.shape, *obstacle.shape,
+                                    {false, obstacle.is_solid});
   if (data_->free.empty()) {
     data_->free.push_back(static_cast<std::uint32_t>(data_->slots.size()));
     data_->slots.emplace_back();

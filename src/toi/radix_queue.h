@@ -9,7 +9,7 @@
 #include "core/assert.h"
 #include "dyop/core/types.h"
 
-namespace dyop::internal {
+namespace dyop::toi_internal {
 
 /// A pair of tree boxes and the time before which they are proven more than the floor apart.
 struct QueuedPair {
@@ -97,4 +97,4 @@ class RadixQueue {
   std::int64_t size_ = 0;
 };
 
-}  // namespace dyop::internal
+}  // namespace dyop::toi_internal

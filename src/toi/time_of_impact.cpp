@@ -10,24 +10,24 @@
 namespace dyop {
 namespace {
 
-using internal::ImpactBand;
-using internal::RigidPair;
-using internal::ToiMemory;
-using internal::ToiSubject;
-using internal::WorkspaceUse;
+using toi_internal::ImpactBand;
+using toi_internal::RigidPair;
+using toi_internal::ToiMemory;
+using toi_internal::ToiSubject;
+using toi_internal::WorkspaceUse;
 
-using RigidSearch = internal::BestFirstSearch<RigidPair>;
+using RigidSearch = toi_internal::BestFirstSearch<RigidPair>;
 
 ImpactBand band_of(const Shape& a, const Shape& b, const ToiOptions& options) {
   return {options.target_distance,
-          internal::tolerance_of(options, a.bounding_radius(), b.bounding_radius())};
+          toi_internal::tolerance_of(options, a.bounding_radius(), b.bounding_radius())};
 }
 
 }  // namespace
 
 ToiResult time_of_impact(const Shape& a, const Motion& X_WA, const Shape& b, const Motion& X_WB,
                          const TimeInterval& interval, const ToiOptions& options) {
-  internal::require_valid_query(a, X_WA, b, X_WB, interval, options);
+  toi_internal::require_valid_query(a, X_WA, b, X_WB, interval, options);
   const ImpactBand band = band_of(a, b, options);
   RigidPair pair(a, X_WA, b, X_WB, interval, band);
   ToiMemory memory;
@@ -37,25 +37,26 @@ ToiResult time_of_impact(const Shape& a, const Motion& X_WA, const Shape& b, con
 ToiResult time_of_impact(const Shape& a, const Motion& X_WA, const Shape& b, const Motion& X_WB,
                          const TimeInterval& interval, const ToiOptions& options,
                          ToiWorkspace& workspace) {
-  return internal::time_of_listed_impact(a, X_WA, b, X_WB, interval, options, workspace,
-                                         {&internal::kRootPair, 1});
+  return toi_internal::time_of_listed_impact(a, X_WA, b, X_WB, interval, options, workspace,
+                                             {&distance_internal::kRootPair, 1});
 }
 
 ToiResult resume_time_of_impact(const Shape& a, const Motion& X_WA, const Shape& b,
                                 const Motion& X_WB, const TimeInterval& interval,
                                 const ToiOptions& options, ToiWorkspace& workspace) {
-  internal::require_valid_query(a, X_WA, b, X_WB, interval, options);
+  toi_internal::require_valid_query(a, X_WA, b, X_WB, interval, options);
   const WorkspaceUse use(workspace);
-  internal::require_resumable(use.memory(), ToiSubject(&a, &X_WA, &b, &X_WB, interval, options));
+  toi_internal::require_resumable(use.memory(),
+                                  ToiSubject(&a, &X_WA, &b, &X_WB, interval, options));
   const ImpactBand band = band_of(a, b, options);
   RigidPair pair(a, X_WA, b, X_WB, interval, band);
   return RigidSearch(pair, interval, options, band, use.memory()).resume();
 }
 
-ToiResult internal::time_of_listed_impact(const Shape& a, const Motion& X_WA, const Shape& b,
-                                          const Motion& X_WB, const TimeInterval& interval,
-                                          const ToiOptions& options, ToiWorkspace& workspace,
-                                          std::span<const BoxPair> pairs) {
+ToiResult toi_internal::time_of_listed_impact(const Shape& a, const Motion& X_WA, const Shape& b,
+                                              const Motion& X_WB, const TimeInterval& interval,
+                                              const ToiOptions& options, ToiWorkspace& workspace,
+                                              std::span<const BoxPair> pairs) {
   require_valid_query(a, X_WA, b, X_WB, interval, options);
   const WorkspaceUse use(workspace);
   const ImpactBand band = band_of(a, b, options);

@@ -33,10 +33,10 @@ void require_valid(const ToiQuery& query, std::size_t index) {
   DYOP_REQUIRE(query.a && query.b, "query ", index, ": a shape is missing");
   DYOP_REQUIRE(query.X_WA && query.X_WB, "query ", index, ": a motion is missing");
   try {
-    internal::require_valid_query(*query.a, *query.X_WA, *query.b, *query.X_WB, query.interval,
-                                  query.options);
+    toi_internal::require_valid_query(*query.a, *query.X_WA, *query.b, *query.X_WB, query.interval,
+                                      query.options);
   } catch (const InvalidArgument& error) {
-    throw InvalidArgument(internal::compose_message("query ", index, ": ", error.what()));
+    throw InvalidArgument(core_internal::compose_message("query ", index, ": ", error.what()));
   }
 }
 
@@ -60,12 +60,12 @@ void time_of_impact_batch(std::span<const ToiQuery> queries, std::span<ToiResult
   DYOP_REQUIRE(queries.size() == results.size(), "time_of_impact: ", queries.size(),
                " queries, but space for ", results.size(), " results");
   for (std::size_t i = 0; i < queries.size(); ++i) require_valid(queries[i], i);
-  std::vector<ToiWorkspace> workspaces(internal::batch_worker_count(queries.size(), options));
+  std::vector<ToiWorkspace> workspaces(core_internal::batch_worker_count(queries.size(), options));
   for (std::size_t i = 0; i < queries.size(); ++i) {
     results[i] = ToiResult();
     results[i].t_safe = queries[i].interval.begin;
   }
-  internal::run_batch(queries.size(), options, [&](std::size_t index, std::size_t worker) {
+  core_internal::run_batch(queries.size(), options, [&](std::size_t index, std::size_t worker) {
     results[index] = answer(queries[index], options.stop, workspaces[worker]);
   });
 }

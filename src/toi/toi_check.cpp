@@ -18,7 +18,7 @@ Scalar default_distance_tolerance(Scalar radius_a, Scalar radius_b) {
 
 }  // namespace dyop
 
-namespace dyop::internal {
+namespace dyop::toi_internal {
 
 void require_valid_distances(Scalar target_distance, std::optional<Scalar> distance_tolerance) {
   DYOP_REQUIRE(target_distance >= 0 && target_distance < kInfinity,
@@ -55,4 +55,4 @@ void require_resumable(const ToiMemory& memory, const ToiSubject& subject) {
                "target and tolerance must be those of the resumed query");
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::toi_internal

@@ -4,7 +4,7 @@
 #include "dyop/toi/time_of_impact.h"
 #include "toi/toi_memory.h"
 
-namespace dyop::internal {
+namespace dyop::toi_internal {
 
 /// Throws InvalidArgument unless both are in range.
 void require_valid_distances(Scalar target_distance, std::optional<Scalar> distance_tolerance);
@@ -22,4 +22,4 @@ void require_valid_query(const Shape& a, const Motion& X_WA, const Shape& b, con
 /// Throws InvalidArgument unless the memory holds an unfinished query about this subject.
 void require_resumable(const ToiMemory& memory, const ToiSubject& subject);
 
-}  // namespace dyop::internal
+}  // namespace dyop::toi_internal

@@ -9,7 +9,7 @@
 #include "dyop/toi/time_of_impact.h"
 #include "toi/radix_queue.h"
 
-namespace dyop::internal {
+namespace dyop::toi_internal {
 
 /// What a query is about: a resumed one must be about the same.
 struct ToiSubject {
@@ -67,4 +67,4 @@ class WorkspaceUse {
   ToiMemory& memory_;
 };
 
-}  // namespace dyop::internal
+}  // namespace dyop::toi_internal

@@ -6,12 +6,12 @@
 
 namespace dyop {
 
-ToiWorkspace::ToiWorkspace() : memory_(std::make_unique<internal::ToiMemory>()) {}
+ToiWorkspace::ToiWorkspace() : memory_(std::make_unique<toi_internal::ToiMemory>()) {}
 ToiWorkspace::~ToiWorkspace() = default;
 ToiWorkspace::ToiWorkspace(ToiWorkspace&&) noexcept = default;
 ToiWorkspace& ToiWorkspace::operator=(ToiWorkspace&&) noexcept = default;
 
-internal::ToiMemory& ToiWorkspace::memory() const {
+toi_internal::ToiMemory& ToiWorkspace::memory() const {
   DYOP_REQUIRE(memory_, "this ToiWorkspace was moved from and is empty");
   return *memory_;
 }
@@ -25,7 +25,7 @@ void ToiWorkspace::reserve(std::size_t count) {
   memory().box_pairs.reserve(count);
 }
 
-namespace internal {
+namespace toi_internal {
 
 WorkspaceUse::WorkspaceUse(ToiWorkspace& workspace) : memory_(workspace.memory()) {
   DYOP_REQUIRE(
@@ -33,6 +33,6 @@ WorkspaceUse::WorkspaceUse(ToiWorkspace& workspace) : memory_(workspace.memory()
       "time_of_impact: the workspace is in use by another query; give each thread its own");
 }
 
-}  // namespace internal
+}  // namespace toi_internal
 
 }  // namespace dyop

@@ -13,9 +13,9 @@
 namespace dyop {
 namespace {
 
-using internal::Differences;
-using internal::Finding;
-using internal::Instant;
+using toi_internal::Differences;
+using toi_internal::Finding;
+using toi_internal::Instant;
 
 // Side A has N / 2 points for two edges, else one: difference k is b[k % kPointsB] - a[k /
 // kPointsB].
@@ -34,7 +34,7 @@ void require_coordinates(std::initializer_list<const VertexPath*> paths) {
 }
 
 void require_valid(const VertexToiOptions& options) {
-  internal::require_valid_distances(options.target_distance, options.distance_tolerance);
+  toi_internal::require_valid_distances(options.target_distance, options.distance_tolerance);
   DYOP_REQUIRE(options.max_steps >= 1, "time_of_impact: max_steps must be >= 1, not ",
                options.max_steps);
   DYOP_REQUIRE(options.contact_rule != ContactRule::Exact || options.target_distance == 0,
@@ -110,7 +110,7 @@ VertexToiResult search(const Paths& paths, const PointsA& a, const PointsB& b,
   if (!options.distance_tolerance) {
     in_full.distance_tolerance = default_distance_tolerance(size_of(a), size_of(b));
   }
-  internal::PathSearch<N> path_search(begin, end, paths, in_full);
+  toi_internal::PathSearch<N> path_search(begin, end, paths, in_full);
   result.rounding_allowance = path_search.noise() + time_noise<N>(begin, end, interval);
   result.status = ToiStatus::Separated;
   result.t_safe = interval.end;

@@ -7,7 +7,7 @@
 
 #include "dyop/core/error.h"
 
-namespace dyop::internal {
+namespace dyop::view_internal {
 namespace {
 
 static_assert(std::endian::native == std::endian::little, "the page reads little-endian numbers");
@@ -76,4 +76,4 @@ std::string ColumnBlock::bytes(nlohmann::json header) const {
   return compressed(all);
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::view_internal

@@ -10,7 +10,7 @@
 
 #include "dyop/core/types.h"
 
-namespace dyop::internal {
+namespace dyop::view_internal {
 
 /// A table of columns of numbers, as the page reads it: a zlib stream of the length of a JSON header
 /// (32 bits, little-endian), the header, and the columns one after another. Columns of wide numbers
@@ -36,4 +36,4 @@ class ColumnBlock {
   std::string data_;
 };
 
-}  // namespace dyop::internal
+}  // namespace dyop::view_internal

@@ -3,7 +3,7 @@
 
 #include "view/shape_surface.h"
 
-namespace dyop::internal {
+namespace dyop::view_internal {
 
 nlohmann::json add_deformation(ColumnBlock& block, const std::string& name,
                                const PageDeformation& deformation,
@@ -23,4 +23,4 @@ nlohmann::json add_deformation(ColumnBlock& block, const std::string& name,
   return json;
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::view_internal

@@ -9,7 +9,7 @@
 #include "dyop/motion/rest_motion.h"
 #include "dyop/motion/sequence_motion.h"
 
-namespace dyop::internal {
+namespace dyop::view_internal {
 namespace {
 
 TimeInterval meet(const TimeInterval& a, const TimeInterval& b) {
@@ -218,4 +218,4 @@ void MotionRows::add_to(ColumnBlock& block) const {
   block.add("cubic.theta_rate1", std::span(cubic_.theta_rate1));
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::view_internal

@@ -9,7 +9,7 @@
 #include "dyop/motion/screw_motion.h"
 #include "view/column_block.h"
 
-namespace dyop::internal {
+namespace dyop::view_internal {
 
 /// Motions of bodies over time intervals as columns of their parameters, one set of columns for
 /// each kind of motion.
@@ -89,4 +89,4 @@ class MotionRows {
   } cubic_;
 };
 
-}  // namespace dyop::internal
+}  // namespace dyop::view_internal

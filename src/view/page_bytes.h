@@ -3,9 +3,9 @@
 
 #include <string_view>
 
-namespace dyop::internal {
+namespace dyop::view_internal {
 
 /// The bundled page, or nothing if dyop was built without it.
 std::string_view page_bytes();
 
-}  // namespace dyop::internal
+}  // namespace dyop::view_internal

@@ -14,7 +14,7 @@
 namespace dyop {
 namespace {
 
-using internal::ColumnBlock;
+using view_internal::ColumnBlock;
 using Json = nlohmann::json;
 
 // With more bodies than this, round ones are drawn with fewer triangles.
@@ -288,7 +288,7 @@ std::string PageEncoder::head() const {
     const auto [entry, is_new] = numbers.try_emplace(body.shape.get(), numbers.size());
     if (is_new) {
       header["shapes"].push_back(add_surface(block, "shape" + std::to_string(entry->second),
-                                             internal::surface_of(*body.shape, fineness)));
+                                             view_internal::surface_of(*body.shape, fineness)));
     }
     header["bodies"].push_back(body_json(body, entry->second));
   }
@@ -296,14 +296,14 @@ std::string PageEncoder::head() const {
   header["deformations"] = Json::array();
   for (const PageDeformation& deformation : scene_.deformations) {
     const std::string name = "deformation" + std::to_string(header["deformations"].size());
-    header["deformations"].push_back(internal::add_deformation(
+    header["deformations"].push_back(view_internal::add_deformation(
         block, name, deformation, deforming_mesh(scene_, deformation).triangles()));
   }
   return block.bytes(std::move(header));
 }
 
 std::string PageEncoder::span(const PageSpan& span) const {
-  internal::MotionRows motions(kMotionTolerance);
+  view_internal::MotionRows motions(kMotionTolerance);
   for (const PageSegment& segment : span.segments) {
     DYOP_REQUIRE(segment.body.slot < scene_.bodies.size(), "the page has no body ", segment.body);
     const PageBody& body = scene_.bodies[segment.body.slot];

@@ -54,7 +54,7 @@ std::string filled_page(std::string_view title, const std::string& data) {
   DYOP_REQUIRE(has_page(),
                "this dyop was built without the page that plays recordings: it needs "
                "npm packages (bash .ci/install.sh page) when it is built");
-  std::string page(internal::page_bytes());
+  std::string page(view_internal::page_bytes());
   const auto fill = [&](std::string_view place, const std::string& text) {
     const std::size_t at = page.find(place);
     if (at == std::string::npos) throw InternalError("the page has no " + std::string(place));
@@ -68,7 +68,7 @@ std::string filled_page(std::string_view title, const std::string& data) {
 }  // namespace
 
 bool has_page() {
-  return !internal::page_bytes().empty();
+  return !view_internal::page_bytes().empty();
 }
 
 std::string page_html(std::string_view title, std::span<const std::string> blocks) {

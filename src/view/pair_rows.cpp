@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-namespace dyop::internal {
+namespace dyop::view_internal {
 
 void add_pair(const PairRecord& pair, const TimeInterval& frame, PageSpan& span) {
   const bool is_resting = pair.proof == ProofKind::AtRest;
@@ -55,4 +55,4 @@ const char* undecided_words(AdvanceStatus status) {
   return nullptr;
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::view_internal

@@ -5,7 +5,7 @@
 #include "dyop/dynamics/pair_record.h"
 #include "dyop/view/page_encoder.h"
 
-namespace dyop::internal {
+namespace dyop::view_internal {
 
 /// Adds the gap and the contacts of a near pair at the end of a frame.
 void add_pair(const PairRecord& pair, const TimeInterval& frame, PageSpan& span);
@@ -17,4 +17,4 @@ void add_witness(PageGap& gap, const Shape& a, const RigidPose& X_WA, const Shap
 /// The mark of an advance that did not reach its end, or null.
 const char* undecided_words(AdvanceStatus status);
 
-}  // namespace dyop::internal
+}  // namespace dyop::view_internal

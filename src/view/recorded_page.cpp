@@ -103,7 +103,7 @@ PageMark mark_of(const RunEvent& event, const PageScene& scene, AdvanceStatus st
     case RunEventKind::Stalled:
       return {event.t, "stalled", "an island stood still", {}};
     case RunEventKind::Undecided: {
-      const char* words = internal::undecided_words(status);
+      const char* words = view_internal::undecided_words(status);
       return {event.t,
               "undecided",
               std::string(words != nullptr ? words : "undecided") + ": " + pair,
@@ -215,7 +215,7 @@ class RecordedPage {
     const std::size_t first = span_.gaps.size();
     std::set<PairName> known;
     for (const PairRecord& pair : reader_.pairs(k)) {
-      internal::add_pair(pair, frame, span_);
+      view_internal::add_pair(pair, frame, span_);
       known.insert({pair.a.slot, pair.b.slot});
     }
     if (k % frames_of_sample_ != 0 && k + 1 != reader_.frames().size()) return;
@@ -232,9 +232,9 @@ class RecordedPage {
       const auto gap =
           std::find_if(span_.gaps.begin() + std::ptrdiff_t(first), span_.gaps.end(),
                        [&](const PageGap& one) { return one.a.slot == a && one.b.slot == b; });
-      internal::add_witness(*gap, *encoder_.scene().bodies[a].shape,
-                            cursors_[a].motion->pose(frame.end), *encoder_.scene().bodies[b].shape,
-                            cursors_[b].motion->pose(frame.end), cache);
+      view_internal::add_witness(
+          *gap, *encoder_.scene().bodies[a].shape, cursors_[a].motion->pose(frame.end),
+          *encoder_.scene().bodies[b].shape, cursors_[b].motion->pose(frame.end), cache);
     }
   }
 
@@ -267,7 +267,7 @@ std::string recorded_page_html(const std::filesystem::path& recording,
                                const RecordedPageOptions& options) {
 #ifdef DYOP_HAS_TOOL_PAGE
   if (is_haptic_recording(recording)) {
-    const internal::ToolPage page = internal::make_tool_page(recording);
+    const view_internal::ToolPage page = view_internal::make_tool_page(recording);
     return page_html(page.title, page.blocks);
   }
 #endif

@@ -33,8 +33,8 @@ void add_witnesses(const World& world, std::span<PageGap> gaps) {
                     [](const PageGap& x, const PageGap& y) { return x.lower < y.lower; });
   for (PageGap& gap : gaps.first(std::size_t(count))) {
     DistanceCache cache;
-    internal::add_witness(gap, *world.body(gap.a).shape, world.state(gap.a).X_WB,
-                          *world.body(gap.b).shape, world.state(gap.b).X_WB, cache);
+    view_internal::add_witness(gap, *world.body(gap.a).shape, world.state(gap.a).X_WB,
+                               *world.body(gap.b).shape, world.state(gap.b).X_WB, cache);
   }
 }
 
@@ -110,7 +110,7 @@ void RunFollower::add_pairs(const World& world, PageSpan& span) {
     if (is_resting && std::binary_search(resting_.begin(), resting_.end(), resting.back())) {
       continue;  // the page knows it already
     }
-    internal::add_pair(pair, interval, span);
+    view_internal::add_pair(pair, interval, span);
   }
   std::sort(resting.begin(), resting.end());
   resting_ = std::move(resting);
@@ -130,7 +130,7 @@ void RunFollower::add_marks(const AdvanceReport& report, const World& world, Pag
     span.marks.push_back(mark_of(report.t, "stalled",
                                  std::to_string(report.work.stalls) + " islands stood still", {}));
   }
-  if (const char* words = internal::undecided_words(report.status)) {
+  if (const char* words = view_internal::undecided_words(report.status)) {
     const auto [a, b] = report.offending_pair;
     const std::string names = names_of(world, {a, b});
     span.marks.push_back(

@@ -11,7 +11,7 @@
 #include "dyop/geometry/compound_shape.h"
 #include "dyop/geometry/convex_shape.h"
 
-namespace dyop::internal {
+namespace dyop::view_internal {
 namespace {
 
 ShapeSurface octahedron() {
@@ -159,4 +159,4 @@ nlohmann::json add_surface(ColumnBlock& block, const std::string& name,
   return json;
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::view_internal

@@ -9,7 +9,7 @@
 #include "dyop/geometry/triangle_mesh.h"
 #include "view/column_block.h"
 
-namespace dyop::internal {
+namespace dyop::view_internal {
 
 /// Triangles to draw.
 struct ShapeSurface {
@@ -35,4 +35,4 @@ AlignedBox add_rounded(ColumnBlock& block, const std::string& name,
 nlohmann::json add_surface(ColumnBlock& block, const std::string& name,
                            const ShapeSurface& surface);
 
-}  // namespace dyop::internal
+}  // namespace dyop::view_internal

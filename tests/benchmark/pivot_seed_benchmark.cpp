@@ -22,7 +22,7 @@
 namespace dyop {
 namespace {
 
-using internal::PairSeed;
+using distance_internal::PairSeed;
 
 enum Kind { kBoxes, kHulls, kTori };
 
@@ -84,12 +84,12 @@ void measure_distance(benchmark::State& state) {
       const RigidPose& X_WB = walk.poses[i];
       if (state.range(2) == 0 || is_first) seed = {};
       if (state.range(2) == 1 || (state.range(2) == 2 && is_first)) {
-        const internal::Pivot pivot =
-            internal::internal_box_pivot(*shape, RigidPose(), *shape, X_WB);
-        seed = internal::seed_at(pivot, *shape, RigidPose(), *shape, X_WB);
+        const distance_internal::Pivot pivot =
+            distance_internal::internal_box_pivot(*shape, RigidPose(), *shape, X_WB);
+        seed = distance_internal::seed_at(pivot, *shape, RigidPose(), *shape, X_WB);
       }
       const DistanceResult result =
-          internal::seeded_distance(*shape, RigidPose(), *shape, X_WB, {}, seed);
+          distance_internal::seeded_distance(*shape, RigidPose(), *shape, X_WB, {}, seed);
       benchmark::DoNotOptimize(result.lower);
       work.box_tests += result.statistics.box_tests;
       work.leaf_tests += result.statistics.leaf_tests;

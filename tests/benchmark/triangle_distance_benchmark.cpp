@@ -166,7 +166,7 @@ void run(benchmark::State& state, const Pairs& pairs, Distance distance) {
   report(state, wrong);
 }
 
-void run_wide(benchmark::State& state, const Pairs& pairs, internal::InstructionSet set) {
+void run_wide(benchmark::State& state, const Pairs& pairs, core_internal::InstructionSet set) {
   TriangleBlocks a(pairs.size());
   TriangleBlocks b(pairs.size());
   for (std::size_t n = 0; n < pairs.size(); ++n) {
@@ -175,7 +175,7 @@ void run_wide(benchmark::State& state, const Pairs& pairs, internal::Instruction
   }
   TriangleDistanceBlocks answers;
   for (auto _ : state) {
-    internal::triangle_distances(a, b, set, answers);
+    distance_internal::triangle_distances(a, b, set, answers);
     benchmark::ClobberMemory();
   }
   int wrong = 0;
@@ -216,13 +216,13 @@ std::vector<Leaf> random_leaves() {
 }
 
 // With a cutoff at a multiple of the leaf's distance.
-void run_leaves(benchmark::State& state, Scalar multiple, internal::InstructionSet set) {
+void run_leaves(benchmark::State& state, Scalar multiple, core_internal::InstructionSet set) {
   const std::vector<Leaf> leaves = random_leaves();
   for (auto _ : state) {
     int found = 0;
     for (const Leaf& leaf : leaves) {
-      found += internal::nearest_triangle(leaf.a, leaf.block, kTriangleBlockWidth, leaf.direction,
-                                          multiple * leaf.distance, set)
+      found += distance_internal::nearest_triangle(leaf.a, leaf.block, kTriangleBlockWidth,
+                                                   leaf.direction, multiple * leaf.distance, set)
                    ? 1
                    : 0;
     }
@@ -231,11 +231,11 @@ void run_leaves(benchmark::State& state, Scalar multiple, internal::InstructionS
   report(state, 0);
 }
 
-const char* name_of(internal::InstructionSet set) {
+const char* name_of(core_internal::InstructionSet set) {
   switch (set) {
-    case internal::InstructionSet::Avx512:
+    case core_internal::InstructionSet::Avx512:
       return "AVX-512";
-    case internal::InstructionSet::Avx2:
+    case core_internal::InstructionSet::Avx2:
       return "AVX2";
     default:
       return "SSE2";
@@ -258,7 +258,7 @@ void add_family(const std::string& name, std::function<Pairs()> make) {
         [pairs, distance](benchmark::State& state) { run(state, pairs(), distance); });
   };
   add_one("dyop", dyop_distance);
-  for (const internal::InstructionSet set : runnable_sets()) {
+  for (const core_internal::InstructionSet set : runnable_sets()) {
     add(name + "/dyop wide " + name_of(set),
         [pairs, set](benchmark::State& state) { run_wide(state, pairs(), set); });
   }
@@ -282,7 +282,7 @@ bool register_all() {
   add_random("near, tiny", TriangleFamily::Near, kTiny);
   add_random("near, huge", TriangleFamily::Near, kHuge);
   add_random("CAD ties", TriangleFamily::CadTies);
-  for (const internal::InstructionSet set : runnable_sets()) {
+  for (const core_internal::InstructionSet set : runnable_sets()) {
     for (const auto& [what, multiple] :
          {std::pair("left out", 0.2), std::pair("cutoff near", 1.01), std::pair("all", 100.0)}) {
       add(std::string("leaf, ") + what + "/dyop wide " + name_of(set),

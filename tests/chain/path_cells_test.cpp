@@ -11,8 +11,8 @@
 namespace dyop::testing {
 namespace {
 
-using internal::CellMotion;
-using internal::PathCells;
+using chain_internal::CellMotion;
+using chain_internal::PathCells;
 
 bool same_bits(const MotionState& x, const MotionState& y) {
   return x.X_WB.rotation() == y.X_WB.rotation() && x.X_WB.translation() == y.X_WB.translation() &&

@@ -62,7 +62,7 @@ TEST(BallFit, ABallFeelsTheSphereThroughTheVertices) {
         ASSERT_FALSE(contacts.empty());
         worst_unfitted =
             std::max(worst_unfitted, (sign * nearest_of(contacts).nhat_AB_W - expected).norm());
-        EXPECT_TRUE(internal::fit_ball_contacts(a, X_WA, b, X_WO, 1, contacts));
+        EXPECT_TRUE(contact_internal::fit_ball_contacts(a, X_WA, b, X_WO, 1, contacts));
         const ContactPoint& contact = nearest_of(contacts);
         EXPECT_LT((sign * contact.nhat_AB_W - expected).norm(), 5e-5) << x << ' ' << y;
         EXPECT_NEAR(contact.gap, kGap, 2e-7) << x << ' ' << y;
@@ -81,19 +81,20 @@ TEST(BallFit, OtherContactsOfABallAreLeftAlone) {
   const BallInBowl scene;
   const RigidPose X_WB = scene.ball_pose(BallInBowl::downwards(0.12, 0.0437));
   auto contacts = generate_contacts(scene.ball, X_WB, scene.mesh, scene.X_WM, 2 * kGap);
+  EXPECT_FALSE(contact_internal::fit_ball_contacts(scene.ball, X_WB, scene.mesh, scene.X_WM, 1e-6,
+                                                   contacts));
   EXPECT_FALSE(
-      internal::fit_ball_contacts(scene.ball, X_WB, scene.mesh, scene.X_WM, 1e-6, contacts));
-  EXPECT_FALSE(internal::fit_ball_contacts(scene.ball, X_WB, scene.mesh, scene.X_WM, 0, contacts));
+      contact_internal::fit_ball_contacts(scene.ball, X_WB, scene.mesh, scene.X_WM, 0, contacts));
   const RigidPose at_border = scene.ball_pose(BallInBowl::downwards(std::sin(0.498), 0));
   contacts = generate_contacts(scene.ball, at_border, scene.mesh, scene.X_WM, 2 * kGap);
   ASSERT_FALSE(contacts.empty());
-  EXPECT_FALSE(
-      internal::fit_ball_contacts(scene.ball, at_border, scene.mesh, scene.X_WM, 1, contacts));
+  EXPECT_FALSE(contact_internal::fit_ball_contacts(scene.ball, at_border, scene.mesh, scene.X_WM, 1,
+                                                   contacts));
   const TriangleMesh prism = disc(1, 0.5, 16).mesh();
   const RigidPose on_top(Matrix3::Identity(), Vector3(0.1, 0.5 + kRadius + kGap, 0.2));
   contacts = generate_contacts(scene.ball, on_top, prism, {}, 2 * kGap);
   ASSERT_FALSE(contacts.empty());
-  EXPECT_FALSE(internal::fit_ball_contacts(scene.ball, on_top, prism, {}, 1, contacts));
+  EXPECT_FALSE(contact_internal::fit_ball_contacts(scene.ball, on_top, prism, {}, 1, contacts));
 }
 
 }  // namespace

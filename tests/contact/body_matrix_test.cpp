@@ -8,7 +8,7 @@
 #include "support/inputs/contact_scenes.h"
 #include "support/inputs/random_inputs.h"
 
-namespace dyop::internal {
+namespace dyop::contact_internal {
 namespace {
 
 using dyop::testing::random_index;
@@ -77,4 +77,4 @@ TEST(BodyMatrix, RefusesWhatIsNotPositiveDefinite) {
 }
 
 }  // namespace
-}  // namespace dyop::internal
+}  // namespace dyop::contact_internal

@@ -7,7 +7,7 @@
 
 #include "support/inputs/random_inputs.h"
 
-namespace dyop::internal {
+namespace dyop::contact_internal {
 namespace {
 
 using dyop::testing::random_magnitude;
@@ -132,4 +132,4 @@ TEST(Project, HasTheDerivativeItSays) {
 }
 
 }  // namespace
-}  // namespace dyop::internal
+}  // namespace dyop::contact_internal

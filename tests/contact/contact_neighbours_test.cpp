@@ -44,7 +44,7 @@ TEST(ContactNeighbours, GiveTheContactsThatTheTreesDo) {
         RigidPose X_WB(
             random_rotation(random).toRotationMatrix(),
             X_WA.translation() + random_number(0.9, 1.2, random) * random_direction(random));
-        internal::NeighbourList list;
+        distance_internal::NeighbourList list;
         const Vector3 pivot = (X_WA.translation() + X_WB.translation()) / 2;
         if (!list.build(a, X_WA, b, X_WB, pivot, {0.3, 0.2})) continue;
         X_WB = RigidPose(rotation_from_vector(random_vector(0.02, random)) * X_WB.rotation(),
@@ -55,7 +55,7 @@ TEST(ContactNeighbours, GiveTheContactsThatTheTreesDo) {
         std::vector<ContactPoint> by_tree, by_list;
         generate_contacts(a, X_WA, b, X_WB, reach, {}, workspace, by_tree);
         {
-          const internal::UseOfNeighbours use(workspace, list);
+          const contact_internal::UseOfNeighbours use(workspace, list);
           generate_contacts(a, X_WA, b, X_WB, reach, {}, workspace, by_list);
         }
         ASSERT_EQ(by_tree.size(), by_list.size());

@@ -30,7 +30,7 @@ ContactPoint corner_at(Scalar angle) {
 std::optional<ContactPoint> fit_of(const std::vector<ContactPoint>& corners, Scalar most_sagitta) {
   std::vector<const ContactPoint*> near;
   for (const ContactPoint& corner : corners) near.push_back(&corner);
-  return internal::fitted_contact(corners.front(), near, most_sagitta);
+  return contact_internal::fitted_contact(corners.front(), near, most_sagitta);
 }
 
 constexpr Scalar kRimSagitta = kRimRadius * kRimFacet * kRimFacet / 8;

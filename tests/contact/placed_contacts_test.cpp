@@ -17,7 +17,7 @@ namespace dyop {
 namespace {
 
 using namespace testing;
-using internal::ContactPlace;
+using contact_internal::ContactPlace;
 
 // What counts at a place: faces the same way, and is not nearer to another point.
 std::vector<ContactPoint> own_contacts(const std::vector<ContactPoint>& found,
@@ -74,15 +74,15 @@ void PlacedContacts::compare(const TriangleMesh& a, const TriangleMesh& b) {
                       X_WB * contact.p_BCb});
   }
   std::size_t next = 0;
-  internal::generate_placed_contacts(
+  contact_internal::generate_placed_contacts(
       {a, X_WA, b, X_WB, places, points_W}, workspace,
       [&](std::size_t number, const std::vector<ContactPoint>& found) {
         ASSERT_EQ(number, next++);
         const ContactPlace& place = places[number];
         ContactGeneratorOptions options;
         options.region = place.region;
-        const auto alone =
-            generate_contacts(a, X_WA, b, internal::lifted(place, X_WB), place.reach, options);
+        const auto alone = generate_contacts(a, X_WA, b, contact_internal::lifted(place, X_WB),
+                                             place.reach, options);
         const auto expected = own_contacts(alone, place, points_W);
         const auto actual = own_contacts(found, place, points_W);
         ASSERT_EQ(actual.size(), expected.size());

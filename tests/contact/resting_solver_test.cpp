@@ -9,7 +9,7 @@
 #include "support/inputs/contact_scenes.h"
 #include "support/oracles/contact_oracle.h"
 
-namespace dyop::internal {
+namespace dyop::contact_internal {
 namespace {
 
 using dyop::testing::arch_scene;
@@ -115,4 +115,4 @@ TEST(RestingSolver, LeavesJointsAlone) {
 }
 
 }  // namespace
-}  // namespace dyop::internal
+}  // namespace dyop::contact_internal

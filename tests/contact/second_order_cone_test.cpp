@@ -7,7 +7,7 @@
 
 #include "support/inputs/random_inputs.h"
 
-namespace dyop::internal {
+namespace dyop::contact_internal {
 namespace {
 
 using dyop::testing::random_number;
@@ -74,4 +74,4 @@ TEST(SecondOrderCone, IsAHalfLineWithoutTangents) {
 }
 
 }  // namespace
-}  // namespace dyop::internal
+}  // namespace dyop::contact_internal

@@ -16,7 +16,7 @@
 #include "dyop/core/error.h"
 #include "support/message_of.h"
 
-namespace dyop::internal {
+namespace dyop::core_internal {
 namespace {
 
 using testing::message_of;
@@ -26,7 +26,7 @@ class BatchRun : public ::testing::Test {
  protected:
   template <typename Item>
   void run_batch(std::size_t count, const BatchOptions& options, const Item& item) {
-    arena_.execute([&] { internal::run_batch(count, options, item); });
+    arena_.execute([&] { core_internal::run_batch(count, options, item); });
   }
 
  private:
@@ -167,4 +167,4 @@ TEST(BatchRunThreads, EveryBatchHasThem) {
 }
 
 }  // namespace
-}  // namespace dyop::internal
+}  // namespace dyop::core_internal

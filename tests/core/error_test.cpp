@@ -10,7 +10,7 @@
 namespace dyop {
 namespace {
 
-using internal::compose_message;
+using core_internal::compose_message;
 
 TEST(ErrorMessage, HasTheShortestNumberThatReadsBack) {
   EXPECT_EQ(compose_message("not ", 0.1), "not 0.1");

@@ -18,7 +18,7 @@
 namespace {
 
 using namespace dyop;
-using namespace dyop::internal;
+using namespace dyop::core_internal;
 
 /// FNV-1a over the bits of numbers. The sign and payload of NaN belong to the processor.
 struct Hash {
@@ -70,10 +70,10 @@ void random_axes(Random& random, double (*axes)[3]) {
   random.vector(1, axes[0]);
   random.vector(1, axes[1]);
   normalize(axes[0]);
-  const double along = internal::dot(axes[0], axes[1]);
+  const double along = core_internal::dot(axes[0], axes[1]);
   for (int i = 0; i < 3; ++i) axes[1][i] = axes[1][i] - along * axes[0][i];
   normalize(axes[1]);
-  internal::cross(axes[0], axes[1], axes[2]);
+  paper_internal::cross(axes[0], axes[1], axes[2]);
   if (random.below(4) == 0) {  // parallel to the frame
     for (int k = 0; k < 3; ++k) {
       for (int i = 0; i < 3; ++i) axes[k][i] = k == i ? 1 : 0;
@@ -108,7 +108,7 @@ struct BoxCase {
 };
 
 double norm(const double* v) {
-  return __builtin_sqrt(internal::dot(v, v));
+  return __builtin_sqrt(core_internal::dot(v, v));
 }
 
 FacingMotion random_motion(Random& random, BoxCase& c) {
@@ -121,14 +121,14 @@ FacingMotion random_motion(Random& random, BoxCase& c) {
   const double rate = random.below(4) == 0 ? 0 : random.number(0, 4);
   random.vector(rate, m.turning);
   random.vector(rate, m.other_turning);
-  m.turning_sq = internal::dot(m.turning, m.turning);
-  m.other_turning_sq = internal::dot(m.other_turning, m.other_turning);
+  m.turning_sq = core_internal::dot(m.turning, m.turning);
+  m.other_turning_sq = core_internal::dot(m.other_turning, m.other_turning);
   m.angular_speed = __builtin_sqrt(m.turning_sq);
   m.other_angular_speed = __builtin_sqrt(m.other_turning_sq);
   m.largest_turning =
       m.angular_speed > m.other_angular_speed ? m.angular_speed : m.other_angular_speed;
   m.origin_distance = norm(m.origin);
-  m.origin_opening = internal::dot(m.origin, m.velocity) / m.origin_distance;
+  m.origin_opening = core_internal::dot(m.origin, m.velocity) / m.origin_distance;
   m.remaining = 2;
   m.horizon = random.number(0, 2);
   m.linear_acceleration = random.below(2) == 0 ? 0 : random.number(0, 1);

@@ -180,9 +180,10 @@ TEST(Gjk, ShapesOfTheLibraryGiveTheSameAnswers) {
 
 TEST(Gjk, DegenerateTrianglesAreLegal) {
   const Vector3 p(1, 2, 3);
-  const internal::TriangleCore point({p, p, p});
-  const internal::TriangleCore segment({p, p, p + Vector3(2, 0, 0)});
-  const internal::TriangleCore triangle({Vector3(0, 0, 0), Vector3(9, 0, 0), Vector3(0, 9, 0)});
+  const distance_internal::TriangleCore point({p, p, p});
+  const distance_internal::TriangleCore segment({p, p, p + Vector3(2, 0, 0)});
+  const distance_internal::TriangleCore triangle(
+      {Vector3(0, 0, 0), Vector3(9, 0, 0), Vector3(0, 9, 0)});
   expect_distance(triangle, point, RigidPose(), 3);
   expect_distance(triangle, segment, RigidPose(), 3);
   expect_distance(point, segment, RigidPose(Vector3(0, 0.5, 0)), 0.5);
@@ -193,7 +194,8 @@ TEST(Gjk, DegenerateTrianglesAreLegal) {
 
 // What a triangle's core has of a shape beside its support points.
 TEST(TriangleCore, IsAShapeWithoutAVolume) {
-  const internal::TriangleCore core({Vector3(1, 0, 0), Vector3(0, 2, 0), Vector3(0, 0, 3)});
+  const distance_internal::TriangleCore core(
+      {Vector3(1, 0, 0), Vector3(0, 2, 0), Vector3(0, 0, 3)});
   EXPECT_LT((core.core_center() - Vector3(1, 2, 3) / 3).norm(), 1e-15);
   EXPECT_EQ(core.bounding_box().min(), Vector3::Zero());
   EXPECT_EQ(core.bounding_box().max(), Vector3(1, 2, 3));

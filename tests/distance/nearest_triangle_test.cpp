@@ -70,8 +70,8 @@ TEST(NearestTriangle, HasTheBitsOfOneByOneForEveryCutoffAndDirection) {
                                     first.upper * testing::random_number(0, 2, random), 0.0}) {
           const auto expected = one_by_one(leaf, cutoff);
           for (const auto set : testing::runnable_sets()) {
-            const auto found =
-                internal::nearest_triangle(leaf.a, leaf.block, count, direction, cutoff, set);
+            const auto found = distance_internal::nearest_triangle(leaf.a, leaf.block, count,
+                                                                   direction, cutoff, set);
             ASSERT_EQ(found.has_value(), expected.has_value());
             if (!found) continue;
             ASSERT_EQ(found->number, expected->number);

@@ -16,7 +16,7 @@
 #include "support/inputs/mesh_generators.h"
 #include "support/inputs/random_inputs.h"
 
-namespace dyop::internal {
+namespace dyop::distance_internal {
 namespace {
 
 using namespace testing;
@@ -219,4 +219,4 @@ TEST(NeighbourList, RefusesToHoldTooMany) {
 }
 
 }  // namespace
-}  // namespace dyop::internal
+}  // namespace dyop::distance_internal

@@ -290,7 +290,8 @@ TEST(PointTriangleDistance, BoundsHoldOnEveryFamilyOfTriangles) {
     for (int k = 0; k < 200; ++k) {
       const TrianglePair pair = random_triangle_pair(family, random);
       const Vector3& p = pair.a[0];
-      const internal::PointTriangleDistance found = internal::point_triangle_distance(p, pair.b);
+      const distance_internal::PointTriangleDistance found =
+          distance_internal::point_triangle_distance(p, pair.b);
       const OracleDistance oracle = oracle_triangle_distance({p, p, p}, pair.b);
       ASSERT_LE(found.lower, oracle.upper()) << name_of(family);
       ASSERT_GE(found.upper, oracle.lower()) << name_of(family);

@@ -15,7 +15,7 @@
 namespace dyop {
 namespace {
 
-using internal::InstructionSet;
+using core_internal::InstructionSet;
 using testing::has_same_bits;
 using testing::runnable_sets;
 using testing::TriangleFamily;
@@ -80,7 +80,7 @@ Pairs pair_with_a_negative_gram_determinant() {
 
 void expect_same_bits(const Pairs& pairs, InstructionSet set) {
   TriangleDistanceBlocks answers;
-  internal::triangle_distances(pairs.a, pairs.b, set, answers);
+  distance_internal::triangle_distances(pairs.a, pairs.b, set, answers);
   ASSERT_EQ(answers.size(), pairs.a.size());
   for (std::size_t n = 0; n < answers.size(); ++n) {
     ASSERT_TRUE(has_same_bits(answers[n], triangle_distance(pairs.a[n], pairs.b[n]))) << n;
@@ -147,7 +147,7 @@ TEST(TriangleDistanceBatch, ProvesNothingForNaNAndInfinityAndSparesTheNeighbours
     }
     for (const InstructionSet set : runnable_sets()) {
       TriangleDistanceBlocks answers;
-      internal::triangle_distances(pairs.a, pairs.b, set, answers);
+      distance_internal::triangle_distances(pairs.a, pairs.b, set, answers);
       for (std::size_t n = 0; n < 64; ++n) {
         if (n % 3 == 0 && n < 54) {
           EXPECT_EQ(answers[n].lower, 0);

@@ -16,7 +16,7 @@
 #include "support/clear_stack.h"
 #include "support/inputs/random_inputs.h"
 
-namespace dyop::internal {
+namespace dyop::distance_internal {
 namespace {
 
 std::vector<std::unique_ptr<ConvexShape>> shapes(Scalar s) {
@@ -183,4 +183,4 @@ TEST(WarmGjk, TakesAnySeedThatHasPointsOfTheShapes) {
 }
 
 }  // namespace
-}  // namespace dyop::internal
+}  // namespace dyop::distance_internal

@@ -5,7 +5,7 @@
 
 #include <random>
 
-namespace dyop::internal {
+namespace dyop::dynamics_internal {
 namespace {
 
 using Pairs = std::vector<std::pair<std::int32_t, std::int32_t>>;
@@ -76,4 +76,4 @@ TEST(BroadPhase, CountsTouchingBoxesAndSkipsPairsThatCannotMove) {
 }
 
 }  // namespace
-}  // namespace dyop::internal
+}  // namespace dyop::dynamics_internal

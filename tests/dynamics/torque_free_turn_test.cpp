@@ -10,7 +10,7 @@
 #include "support/inputs/random_inputs.h"
 #include "support/inputs/world_scenes.h"
 
-namespace dyop::internal {
+namespace dyop::dynamics_internal {
 namespace {
 
 using namespace testing;
@@ -100,4 +100,4 @@ TEST(TorqueFreeTurn, CarriesATumblingBodyOfTheWorldToTheToleranceForAnyStep) {
 }
 
 }  // namespace
-}  // namespace dyop::internal
+}  // namespace dyop::dynamics_internal

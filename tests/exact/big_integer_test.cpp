@@ -7,7 +7,7 @@
 #include <limits>
 #include <random>
 
-namespace dyop::internal {
+namespace dyop::exact_internal {
 namespace {
 
 __extension__ typedef __int128 Wide;
@@ -90,4 +90,4 @@ TEST(BigInteger, TakesTheMostNegativeWord) {
 }
 
 }  // namespace
-}  // namespace dyop::internal
+}  // namespace dyop::exact_internal

@@ -8,7 +8,7 @@
 #include <random>
 #include <vector>
 
-namespace dyop::internal {
+namespace dyop::exact_internal {
 namespace {
 
 ExactPolynomial polynomial(std::int64_t c0, std::int64_t c1, std::int64_t c2 = 0,
@@ -127,4 +127,4 @@ TEST(ExactPolynomial, AgreesWithLongDoubleAwayFromTies) {
 }
 
 }  // namespace
-}  // namespace dyop::internal
+}  // namespace dyop::exact_internal

@@ -16,8 +16,8 @@
 namespace dyop {
 namespace {
 
-using internal::LeafPiece;
-using internal::ShapeTree;
+using geometry_internal::LeafPiece;
+using geometry_internal::ShapeTree;
 using namespace testing;  // NOLINT: makers
 
 std::vector<Scalar> sizes() {

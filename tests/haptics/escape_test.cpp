@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace dyop::internal {
+namespace dyop::haptics_internal {
 namespace {
 
 TEST(Escape, FindsTheNearestWayOutOfABox) {
@@ -37,4 +37,4 @@ TEST(Escape, FailsWhereNothingLeadsOut) {
 }
 
 }  // namespace
-}  // namespace dyop::internal
+}  // namespace dyop::haptics_internal

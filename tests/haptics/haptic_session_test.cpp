@@ -22,10 +22,10 @@ namespace {
 
 using testing::ball_tool;
 using testing::device_at;
+using testing::haptic_options;
 using testing::kMillisecond;
 using testing::rigid_tissue;
 using testing::shared_mesh;
-using testing::haptic_options;
 
 // A ball of radius 2 over a sheet at z = 0.
 HapticScene over_sheet(Scalar height, Scalar friction = 0) {
@@ -250,7 +250,8 @@ TEST(HapticSession, SameInputsGiveTheSameBits) {
   for (int run = 0; run < 2; ++run) {
     HapticSession session(over_sheet(4, 0.3), haptic_options());
     for (int k = 0; k < 200; ++k) {
-      const HapticTick& tick = session.update(device_at({0.1 * k, 0.2, 4 - 0.03 * k}), kMillisecond);
+      const HapticTick& tick =
+          session.update(device_at({0.1 * k, 0.2, 4 - 0.03 * k}), kMillisecond);
       const Vector3& p = tick.tool.X_WT.translation();
       if (run == 0) {
         first.push_back(p);

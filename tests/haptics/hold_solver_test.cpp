@@ -6,10 +6,10 @@
 #include <random>
 
 #include "dyop/geometry/sphere.h"
-#include "support/inputs/random_inputs.h"
 #include "support/inputs/haptic_scenes.h"
+#include "support/inputs/random_inputs.h"
 
-namespace dyop::internal {
+namespace dyop::haptics_internal {
 namespace {
 
 using testing::random_direction;
@@ -178,4 +178,4 @@ TEST(HoldSolver, KeepsGapsWhereItHasNoTimeToSolve) {
 }
 
 }  // namespace
-}  // namespace dyop::internal
+}  // namespace dyop::haptics_internal

@@ -29,7 +29,7 @@ TEST(Interrupt, EndsADistanceWithNothingOrNotAtAll) {
   for (int asked = 0; asked < 200; ++asked) {
     DistanceCache cache;
     Countdown countdown(asked);
-    const auto result = internal::distance_until(a, X_WA, b, X_WB, {}, cache, countdown);
+    const auto result = distance_internal::distance_until(a, X_WA, b, X_WB, {}, cache, countdown);
     cut += !result;
     if (!result) continue;
     EXPECT_EQ(result->lower, whole.lower);

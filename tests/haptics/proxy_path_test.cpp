@@ -10,8 +10,8 @@
 
 #include "dyop/distance/distance.h"
 #include "dyop/haptics/haptic_session.h"
-#include "support/inputs/random_inputs.h"
 #include "support/inputs/haptic_scenes.h"
+#include "support/inputs/random_inputs.h"
 #include "support/oracles/proxy_oracle.h"
 
 namespace dyop {
@@ -172,7 +172,7 @@ void run(std::uint64_t seed, int ticks, Cuts cuts) {
     const int most = k % 2 == 0 ? 40 : 400;
     const std::optional<TickCutoff> cutoff{{1 + testing::random_index(most, hand.random()), 0}};
     const HapticTick& tick = cuts == Cuts::Always ? session.replay(device, dt, cutoff)
-                                                : session.update(device, dt, deadline);
+                                                  : session.update(device, dt, deadline);
     // After the cut nothing is begun.
     if (cuts == Cuts::Always && tick.cutoff) {
       EXPECT_EQ(tick.statistics.checkpoints, cutoff->checkpoint);

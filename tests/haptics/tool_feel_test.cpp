@@ -15,10 +15,10 @@ namespace {
 
 using testing::ball_tool;
 using testing::device_at;
+using testing::haptic_options;
 using testing::kMillisecond;
 using testing::rigid_tissue;
 using testing::shared_mesh;
-using testing::haptic_options;
 
 // A single vertex of an octahedron-like tool points down, so that contact is a point.
 HapticScene point_tool(const Vector3& p_WT) {
@@ -56,7 +56,8 @@ void slide(HapticSession& session, const Vector3& from, const Vector3& to, int t
   }
   Vector3 last = session.last().wrench.force_W;
   for (int k = 1; k <= ticks; ++k) {
-    const HapticTick& tick = session.update(device_at(from + (to - from) * k / ticks), kMillisecond);
+    const HapticTick& tick =
+        session.update(device_at(from + (to - from) * k / ticks), kMillisecond);
     const Vector3 force = tick.wrench.force_W;
     EXPECT_GT(force.norm(), least_force) << k;
     EXPECT_LE((force - last).norm(), 0.02 * last.norm()) << k << " " << force.transpose();

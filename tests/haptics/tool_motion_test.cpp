@@ -10,7 +10,7 @@
 #include "support/inputs/mesh_generators.h"
 #include "support/inputs/random_inputs.h"
 
-namespace dyop::internal {
+namespace dyop::haptics_internal {
 namespace {
 
 using testing::random_number;
@@ -107,4 +107,4 @@ TEST(ToolMotion, EndsWhereTheStepBetweenTwoPosesLeads) {
 }
 
 }  // namespace
-}  // namespace dyop::internal
+}  // namespace dyop::haptics_internal

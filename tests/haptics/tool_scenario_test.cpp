@@ -16,10 +16,10 @@ namespace dyop {
 namespace {
 
 using testing::device_at;
+using testing::haptic_options;
 using testing::kMillisecond;
 using testing::rigid_tissue;
 using testing::shared_mesh;
-using testing::haptic_options;
 
 constexpr Scalar kJitter = 0.02;       // of the force, from tick to tick
 constexpr Scalar kJawStiffness = 400;  // N mm a radian

@@ -20,8 +20,8 @@ namespace {
 using testing::ball_tool;
 using testing::deforming_tissue;
 using testing::device_at;
-using testing::kMillisecond;
 using testing::haptic_options;
+using testing::kMillisecond;
 
 std::vector<Vector3> lifted(const std::vector<Vector3>& vertices, Scalar height) {
   std::vector<Vector3> result = vertices;

@@ -16,8 +16,8 @@ namespace dyop {
 namespace {
 
 using testing::device_at;
-using testing::kMillisecond;
 using testing::haptic_options;
+using testing::kMillisecond;
 
 constexpr Scalar kBallRadius = 2;
 constexpr Scalar kWallFriction = 0.3;  // its angle is 0.291
@@ -90,7 +90,8 @@ TEST_P(ToolWedge, DoesNotStoreForces) {
     go_to(pull.x(), top + pull.z());
     if (!(pull.dot(inwards) > 0.1)) break;
     const Scalar slid = std::max(Scalar{0}, pull.dot(along) - kWallFriction * pull.dot(inwards));
-    EXPECT_NEAR((place() - Vector3(0, 0, top)).dot(along), slid, 2 * haptic_options().rest_offset) << k;
+    EXPECT_NEAR((place() - Vector3(0, 0, top)).dot(along), slid, 2 * haptic_options().rest_offset)
+        << k;
   }
   EXPECT_GT(place().z(), top + 1);
 }

@@ -9,15 +9,15 @@
 
 #include "dyop/distance/distance.h"
 #include "dyop/haptics/haptic_session.h"
+#include "haptics/work_clock.h"
 #include "support/inputs/haptic_scenes.h"
 #include "support/message_of.h"
-#include "haptics/work_clock.h"
 
 namespace dyop {
 namespace {
 
-using internal::WorkClock;
-using internal::WorkShare;
+using haptics_internal::WorkClock;
+using haptics_internal::WorkShare;
 using testing::device_at;
 using testing::kMillisecond;
 
@@ -143,7 +143,8 @@ TEST(WorkLimit, AStabIntoManyTrianglesIsHeldAndComesToRest) {
   HapticSession session(scene, options);
   std::int64_t most = 0;
   for (int k = 0; k < 40; ++k) {
-    const HapticTick& tick = session.update(device_at({0.1 * std::min(k, 20), 0, 49}), kMillisecond);
+    const HapticTick& tick =
+        session.update(device_at({0.1 * std::min(k, 20), 0, 49}), kMillisecond);
     EXPECT_GT(tick.clearances[0].lower, 0) << k;
     EXPECT_EQ(tick.tissue_stopped, 0) << k;
     most = std::max(most, tick.statistics.work);
@@ -159,7 +160,8 @@ TEST(WorkLimit, AStabIntoManyTrianglesIsHeldAndComesToRest) {
 
 TEST(WorkLimit, RefusesTooLittle) {
   const Jumps jumps(9);
-  const std::string message = testing::message_of([&] { HapticSession(jumps.scene, jumps.options); });
+  const std::string message =
+      testing::message_of([&] { HapticSession(jumps.scene, jumps.options); });
   EXPECT_NE(message.find("max_work must be >= 10, not 9"), std::string::npos) << message;
 }
 

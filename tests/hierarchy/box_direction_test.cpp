@@ -7,7 +7,7 @@
 
 #include "support/inputs/random_inputs.h"
 
-namespace dyop::internal {
+namespace dyop::hierarchy_internal {
 namespace {
 
 Scalar slab_gap(const OrientedBox& a, const OrientedBox& b, const Vector3& n) {
@@ -67,4 +67,4 @@ TEST(BoxDirection, IsAUnitVectorForBoxesInOnePlace) {
 }
 
 }  // namespace
-}  // namespace dyop::internal
+}  // namespace dyop::hierarchy_internal

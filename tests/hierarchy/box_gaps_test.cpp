@@ -7,9 +7,10 @@
 #include "geometry/shape_tree.h"
 #include "support/oracles/box_oracle.h"
 
-namespace dyop::internal {
+namespace dyop::hierarchy_internal {
 namespace {
 
+using geometry_internal::facing_box;
 using testing::Corners;
 using testing::corners_of;
 using testing::random_box;
@@ -142,4 +143,4 @@ TEST(BoxGaps, HaveTheSameBitsOnEveryInstructionSet) {
 }
 
 }  // namespace
-}  // namespace dyop::internal
+}  // namespace dyop::hierarchy_internal

@@ -11,7 +11,7 @@
 #include "dyop/core/error.h"
 #include "support/inputs/random_inputs.h"
 
-namespace dyop::internal {
+namespace dyop::io_internal {
 namespace {
 
 std::vector<std::int32_t> all_corners(std::size_t count) {
@@ -146,4 +146,4 @@ TEST(Triangulation, RefusesConcavePolygonsBeyondTheLimit) {
 }
 
 }  // namespace
-}  // namespace dyop::internal
+}  // namespace dyop::io_internal

@@ -11,7 +11,7 @@
 namespace dyop::testing {
 namespace {
 
-using internal::BernsteinSpan;
+using motion_internal::BernsteinSpan;
 
 std::vector<Vector3> random_polynomial(Random& random, std::size_t degree) {
   std::vector<Vector3> b;
@@ -36,7 +36,7 @@ TEST(Bernstein, EvaluatesTheDefinitionForEveryDegree) {
   for (std::size_t degree = 0; degree <= 9; ++degree) {
     const std::vector<Vector3> b = random_polynomial(random, degree);
     for (Scalar s = 0; s <= 1; s += 1.0 / 16) {
-      EXPECT_LT((internal::evaluate(b, s) - by_definition(b, s)).norm(), 1e-14) << degree;
+      EXPECT_LT((motion_internal::evaluate(b, s) - by_definition(b, s)).norm(), 1e-14) << degree;
     }
   }
 }
@@ -47,9 +47,9 @@ TEST(Bernstein, RestrictionIsTheSamePolynomial) {
     const std::vector<Vector3> b = random_polynomial(random, static_cast<std::size_t>(i % 10));
     const Scalar s0 = random.uniform(0, 1), s1 = random.uniform(s0, 1), s = random.uniform(0, 1);
     std::vector<Vector3> part(b.size());
-    internal::restrict_to(b, s0, s1, part);
+    motion_internal::restrict_to(b, s0, s1, part);
     EXPECT_LT((by_definition(part, s) - by_definition(b, (1 - s) * s0 + s * s1)).norm(), 1e-13);
-    internal::restrict_to(b, 0, 1, part);
+    motion_internal::restrict_to(b, 0, 1, part);
     EXPECT_EQ(part, b);
   }
 }
@@ -59,10 +59,10 @@ TEST(Bernstein, DerivativeIsTheLimitOfDifferences) {
   for (std::size_t degree = 1; degree <= 9; ++degree) {
     const std::vector<Vector3> b = random_polynomial(random, degree);
     std::vector<Vector3> rate(degree);
-    internal::derive(b, 2.5, rate);
+    motion_internal::derive(b, 2.5, rate);
     const Scalar step = 1e-5;
     const Vector3 difference = (by_definition(b, 0.3 + step) - by_definition(b, 0.3 - step));
-    EXPECT_LT((internal::evaluate(rate, 0.3) - difference / (2 * step * 2.5)).norm(), 1e-7);
+    EXPECT_LT((motion_internal::evaluate(rate, 0.3) - difference / (2 * step * 2.5)).norm(), 1e-7);
   }
 }
 
@@ -71,9 +71,9 @@ TEST(Bernstein, EvaluatesAndDerivesAMonomial) {
   const std::vector<Vector3> cube = {Vector3::Zero(), Vector3::Zero(), Vector3::Zero(),
                                      Vector3::Ones()};
   std::vector<Vector3> rate(3);
-  internal::derive(cube, 1, rate);
-  EXPECT_DOUBLE_EQ(internal::evaluate(cube, 0.5).x(), 0.125);
-  EXPECT_DOUBLE_EQ(internal::evaluate(rate, 0.5).x(), 0.75);
+  motion_internal::derive(cube, 1, rate);
+  EXPECT_DOUBLE_EQ(motion_internal::evaluate(cube, 0.5).x(), 0.125);
+  EXPECT_DOUBLE_EQ(motion_internal::evaluate(rate, 0.5).x(), 0.75);
 }
 
 // Every value of x(s) x y(s) is below the largest coefficient, which is attained for constants.
@@ -82,7 +82,7 @@ TEST(Bernstein, BoundsTheCrossProduct) {
   for (int i = 0; i < 200; ++i) {
     const std::vector<Vector3> x = random_polynomial(random, static_cast<std::size_t>(i % 10));
     const std::vector<Vector3> y = random_polynomial(random, static_cast<std::size_t>(i % 7));
-    const Scalar bound = internal::largest_cross_product(x, y);
+    const Scalar bound = motion_internal::largest_cross_product(x, y);
     for (Scalar s = 0; s <= 1; s += 1.0 / 64) {
       const Scalar value = by_definition(x, s).cross(by_definition(y, s)).norm();
       ASSERT_LE(value, bound * (1 + 1e-14));
@@ -97,21 +97,21 @@ TEST(Bernstein, BoundsTheCrossProduct) {
 TEST(Bernstein, CrossProductOfLinesIsExact) {
   const std::vector<Vector3> x = {Vector3::Zero(), Vector3::UnitX()};
   const std::vector<Vector3> y = {Vector3::Zero(), Vector3::UnitY()};
-  EXPECT_EQ(internal::largest_cross_product(x, y), 1);
+  EXPECT_EQ(motion_internal::largest_cross_product(x, y), 1);
 }
 
 TEST(Bernstein, LargestNormKeepsNaNAndOfNothingIsZero) {
-  EXPECT_EQ(internal::largest_norm(BernsteinSpan()), 0);
+  EXPECT_EQ(motion_internal::largest_norm(BernsteinSpan()), 0);
   const Vector3 not_a_number(0, std::nan(""), 0);
   const std::vector<Vector3> first = {not_a_number, Vector3::Ones()};
   const std::vector<Vector3> last = {Vector3::Ones(), not_a_number};
-  EXPECT_TRUE(std::isnan(internal::largest_norm(first)));
-  EXPECT_TRUE(std::isnan(internal::largest_norm(last)));
+  EXPECT_TRUE(std::isnan(motion_internal::largest_norm(first)));
+  EXPECT_TRUE(std::isnan(motion_internal::largest_norm(last)));
 }
 
 TEST(Bernstein, LargestNormSurvivesSquaresThatUnderflow) {
   const std::vector<Vector3> b = {Vector3(3e-170, 4e-170, 0), Vector3::Zero()};
-  EXPECT_NEAR(internal::largest_norm(b), 5e-170, 1e-185);
+  EXPECT_NEAR(motion_internal::largest_norm(b), 5e-170, 1e-185);
 }
 
 }  // namespace

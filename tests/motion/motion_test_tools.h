@@ -8,7 +8,7 @@
 
 namespace dyop::testing {
 
-using internal::differentiate;
-using internal::twist_by_differences;
+using motion_internal::differentiate;
+using motion_internal::twist_by_differences;
 
 }  // namespace dyop::testing

@@ -46,7 +46,7 @@ TEST(RotationRate, AngularVelocityMatchesTheSeriesAtAllAngles) {
     const Scalar angle = 6 * std::pow(10.0, -10.0 * (i % 200) / 200);
     const Vector3 theta = angle * random.direction();
     const Vector3 rate = random.direction();
-    EXPECT_LT((internal::angular_velocity(theta, rate) - series(theta, rate)).norm(), 2e-15)
+    EXPECT_LT((motion_internal::angular_velocity(theta, rate) - series(theta, rate)).norm(), 2e-15)
         << "angle " << angle;
   }
 }
@@ -54,8 +54,8 @@ TEST(RotationRate, AngularVelocityMatchesTheSeriesAtAllAngles) {
 TEST(RotationRate, AngularVelocityIsContinuousWhereTheFormulaChanges) {
   const Vector3 axis = Vector3(1, 2, -2) / 3;
   const Vector3 rate(0.3, -0.9, 0.5);
-  const Vector3 below = internal::angular_velocity(0.5 * (1 - 1e-15) * axis, rate);
-  const Vector3 above = internal::angular_velocity(0.5 * (1 + 1e-15) * axis, rate);
+  const Vector3 below = motion_internal::angular_velocity(0.5 * (1 - 1e-15) * axis, rate);
+  const Vector3 above = motion_internal::angular_velocity(0.5 * (1 + 1e-15) * axis, rate);
   EXPECT_LT((below - above).norm(), 2e-15);
 }
 
@@ -63,7 +63,7 @@ TEST(RotationRate, TheJacobianNeverStretches) {
   Random random(2);
   for (int i = 0; i < 20000; ++i) {
     const Vector3 rate = random.direction();
-    EXPECT_LE(internal::angular_velocity(random.in_ball(40), rate).norm(), 1 + 1e-14);
+    EXPECT_LE(motion_internal::angular_velocity(random.in_ball(40), rate).norm(), 1 + 1e-14);
   }
 }
 
@@ -76,15 +76,17 @@ TEST(RotationRate, RotationVectorRateInvertsAngularVelocity) {
         i == 0 ? Vector3::Zero().eval()
                : Vector3(i % 2 == 0 ? random.in_ball(std::numbers::pi) : size * random.direction());
     const Vector3 rate = random.direction();
-    const Vector3 w = internal::angular_velocity(theta, rate);
-    EXPECT_LT((internal::rotation_vector_rate(theta, w) - rate).norm(), 3e-15) << theta.norm();
+    const Vector3 w = motion_internal::angular_velocity(theta, rate);
+    EXPECT_LT((motion_internal::rotation_vector_rate(theta, w) - rate).norm(), 3e-15)
+        << theta.norm();
   }
 }
 
 // The part of the angular acceleration that comes from the Jacobian alone, theta'' = 0.
 Scalar jacobian_acceleration(const Vector3& theta, const Vector3& rate) {
-  return differentiate([&](Scalar t) { return internal::angular_velocity(theta + t * rate, rate); },
-                       0, 1.0 / 64)
+  return differentiate(
+             [&](Scalar t) { return motion_internal::angular_velocity(theta + t * rate, rate); }, 0,
+             1.0 / 64)
       .norm();
 }
 
@@ -93,7 +95,8 @@ TEST(RotationRate, AccelerationBoundHoldsForAnyThetaAndRate) {
   for (int i = 0; i < 20000; ++i) {
     const Vector3 theta = std::pow(10.0, random.uniform(-3, 1.5)) * random.direction();
     const Vector3 rate = random.direction();
-    const Scalar bound = internal::angular_acceleration_bound(1, 0, theta.cross(rate).norm());
+    const Scalar bound =
+        motion_internal::angular_acceleration_bound(1, 0, theta.cross(rate).norm());
     EXPECT_LE(jacobian_acceleration(theta, rate), bound + 1e-11) << theta.norm();
   }
 }
@@ -108,9 +111,9 @@ TEST(RotationRate, AccelerationBoundIsReached) {
 }
 
 TEST(RotationRate, RoundingUpMakesInfinityOfNaN) {
-  EXPECT_EQ(internal::round_up(std::nan("")), kInfinity);
-  EXPECT_GT(internal::round_up(1), 1);
-  EXPECT_EQ(internal::round_up(0), 0);
+  EXPECT_EQ(motion_internal::round_up(std::nan("")), kInfinity);
+  EXPECT_GT(motion_internal::round_up(1), 1);
+  EXPECT_EQ(motion_internal::round_up(0), 0);
 }
 
 }  // namespace

@@ -10,7 +10,7 @@
 namespace dyop::testing {
 namespace {
 
-using internal::SpeedTree;
+using motion_internal::SpeedTree;
 
 TEST(SpeedTree, FindsTheLargestOfEveryRange) {
   Random random(1);

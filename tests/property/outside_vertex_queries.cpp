@@ -171,7 +171,9 @@ int run(int passes, double tolerance) {
   const Summary exact = report("exact", queries, outcomes, any);
   report("exact, vertex-face", queries, outcomes, is_face);
   report("exact, edge-edge", queries, outcomes, is_edge);
-  const auto ask_predicate = [](const auto& paths) { return !dyop::internal::has_contact(paths); };
+  const auto ask_predicate = [](const auto& paths) {
+    return !dyop::toi_internal::has_contact(paths);
+  };
   const Summary predicate =
       report("exact predicate alone", queries, ask_all(queries, passes, ask_predicate), any);
   const int wrong = near.missed + exact.missed + exact.false_contacts + predicate.missed +

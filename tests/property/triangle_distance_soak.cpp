@@ -163,7 +163,7 @@ void check_all_paths(const std::vector<dyop::testing::TrianglePair>& pairs, std:
   }
   for (const auto set : dyop::testing::runnable_sets()) {
     dyop::TriangleDistanceBlocks wide;
-    dyop::internal::triangle_distances(a, b, set, wide);
+    dyop::distance_internal::triangle_distances(a, b, set, wide);
     for (std::size_t n = 0; n < pairs.size(); ++n) {
       if (!has_same_bits(wide[n], answers[n])) ++tally.other_bits;
     }

@@ -8,10 +8,10 @@
 namespace dyop::testing {
 
 /// The instruction sets that this processor and this build can run.
-inline std::vector<internal::InstructionSet> runnable_sets() {
-  using internal::InstructionSet;
+inline std::vector<core_internal::InstructionSet> runnable_sets() {
+  using core_internal::InstructionSet;
   std::vector<InstructionSet> sets{InstructionSet::Baseline};
-  const InstructionSet best = internal::best_instruction_set();
+  const InstructionSet best = core_internal::best_instruction_set();
   if (best != InstructionSet::Baseline) sets.push_back(InstructionSet::Avx2);
   if (best == InstructionSet::Avx512) sets.push_back(InstructionSet::Avx512);
   return sets;

@@ -10,7 +10,7 @@
 #include "support/inputs/random_inputs.h"
 #include "support/oracles/path_oracle.h"
 
-namespace dyop::internal {
+namespace dyop::toi_internal {
 namespace {
 
 using testing::FourPaths;
@@ -98,4 +98,4 @@ TEST(NearestDifference, KeepsItsPointOnThinTriangles) {
 }
 
 }  // namespace
-}  // namespace dyop::internal
+}  // namespace dyop::toi_internal

@@ -6,7 +6,7 @@
 #include <queue>
 #include <random>
 
-namespace dyop::internal {
+namespace dyop::toi_internal {
 namespace {
 
 // Pushes never earlier than the last time taken out, as the search does.
@@ -67,4 +67,4 @@ TEST(RadixQueue, IsAsNewAfterClear) {
 }
 
 }  // namespace
-}  // namespace dyop::internal
+}  // namespace dyop::toi_internal

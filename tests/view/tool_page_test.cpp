@@ -36,8 +36,8 @@ nlohmann::json pose_fact(std::size_t body, Scalar t, const RigidPose& X) {
 constexpr std::int64_t kCutNumber = 15;
 
 // In place of snapshot 15 every other triangle is taken away; all shapes are stored.
-void cut_tissue(const HapticRun& run, TissueFeed& feed, std::unique_ptr<HapticRecordingWriter>& writer,
-                std::vector<Vector3>& last) {
+void cut_tissue(const HapticRun& run, TissueFeed& feed,
+                std::unique_ptr<HapticRecordingWriter>& writer, std::vector<Vector3>& last) {
   feed.formula.clear();
   feed.shape = [shape = feed.shape, &writer, &last, &feed](std::int64_t number,
                                                            std::span<Vector3> vertices) {
@@ -67,10 +67,13 @@ nlohmann::json record_and_tell(const fs::path& file, bool is_cut) {
   std::vector<Vector3> last;
   if (is_cut) cut_tissue(run, run.tissue[0], writer, last);
   writer = std::make_unique<HapticRecordingWriter>(
-      file, HapticRunHeader{"", run.text, run.runner.period, ""}, run.scene, run.options, run.tissue);
-  nlohmann::json facts{{"rest_offset", run.options.rest_offset}, {"end", 0.7},
+      file, HapticRunHeader{"", run.text, run.runner.period, ""}, run.scene, run.options,
+      run.tissue);
+  nlohmann::json facts{{"rest_offset", run.options.rest_offset},
+                       {"end", 0.7},
                        {"ghosts", is_cut ? 3 : 2},  // the cut liver is open
-                       {"poses", nlohmann::json::array()}, {"present", nlohmann::json::array()},
+                       {"poses", nlohmann::json::array()},
+                       {"present", nlohmann::json::array()},
                        {"boxes", nlohmann::json::array()}};
   const RigidPose& X_TP = run.scene.tool[0].X_TP;
   const RunnerReport report = run_session(

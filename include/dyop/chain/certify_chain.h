@@ -12,7 +12,7 @@
 
 namespace DYOP_EXPORT dyop {
 
-namespace internal {
+namespace chain_internal {
 struct ChainMemory;
 }
 
@@ -50,10 +50,10 @@ class ChainWorkspace {
   ChainWorkspace(ChainWorkspace&&) noexcept;
   ChainWorkspace& operator=(ChainWorkspace&&) noexcept;
 
-  internal::ChainMemory& memory() { return *memory_; }
+  chain_internal::ChainMemory& memory() { return *memory_; }
 
  private:
-  std::unique_ptr<internal::ChainMemory> memory_;
+  std::unique_ptr<chain_internal::ChainMemory> memory_;
 };
 
 /// Proves that a chain on a joint path stays clear of obstacles and of itself for the whole time of

@@ -5,7 +5,7 @@
 
 namespace DYOP_EXPORT dyop {
 
-namespace internal {
+namespace contact_internal {
 class AdmmRun;
 }
 
@@ -19,11 +19,11 @@ class AdmmSolver final : public ContactSolver {
   std::string_view name() const override { return "admm"; }
 
  protected:
-  void improve(internal::ContactSystem& system, const ContactSolverOptions& options,
+  void improve(contact_internal::ContactSystem& system, const ContactSolverOptions& options,
                ContactReport& report) override;
 
  private:
-  std::unique_ptr<internal::AdmmRun> run_;
+  std::unique_ptr<contact_internal::AdmmRun> run_;
 };
 
 }  // namespace dyop

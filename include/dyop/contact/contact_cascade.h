@@ -11,10 +11,10 @@
 
 namespace DYOP_EXPORT dyop {
 
-namespace internal {
+namespace contact_internal {
 class ContactRestart;
 class RestingSolver;
-}  // namespace internal
+}  // namespace contact_internal
 
 /// The default solver: Gauss-Seidel, then Newton, then ADMM, each starting from the best answer so
 /// far and within its own budget, until one converges; if none does, a second round. With one or
@@ -29,21 +29,21 @@ class ContactCascade final : public ContactSolver {
   std::string_view name() const override { return "cascade"; }
 
  protected:
-  void improve(internal::ContactSystem& system, const ContactSolverOptions& options,
+  void improve(contact_internal::ContactSystem& system, const ContactSolverOptions& options,
                ContactReport& report) override;
 
  private:
-  Scalar run_round(internal::ContactSystem& system, Scalar best,
+  Scalar run_round(contact_internal::ContactSystem& system, Scalar best,
                    const ContactSolverOptions& options, ContactReport& report);
-  void restart(internal::ContactSystem& system, Scalar best, const ContactSolverOptions& options,
-               ContactReport& report);
+  void restart(contact_internal::ContactSystem& system, Scalar best,
+               const ContactSolverOptions& options, ContactReport& report);
 
-  std::unique_ptr<internal::RestingSolver> resting_;
+  std::unique_ptr<contact_internal::RestingSolver> resting_;
   GaussSeidelSolver gauss_seidel_;
   NewtonSolver newton_;
   AdmmSolver admm_;
   std::array<ContactSolver*, 3> order_{};
-  std::unique_ptr<internal::ContactRestart> restart_;
+  std::unique_ptr<contact_internal::ContactRestart> restart_;
   std::vector<Vector3> first_lambda_, best_lambda_;
 };
 

@@ -9,7 +9,7 @@
 
 namespace DYOP_EXPORT dyop {
 
-namespace internal {
+namespace contact_internal {
 class ContactSystem;
 }
 
@@ -99,11 +99,11 @@ class ContactSolver {
 
   /// Improves the impulses of the system until its residual is at most the tolerance or the budget
   /// runs out; adds its counts to `report`. Must leave the impulses admissible.
-  virtual void improve(internal::ContactSystem& system, const ContactSolverOptions& options,
+  virtual void improve(contact_internal::ContactSystem& system, const ContactSolverOptions& options,
                        ContactReport& report) = 0;
 
  private:
-  std::unique_ptr<internal::ContactSystem> system_;
+  std::unique_ptr<contact_internal::ContactSystem> system_;
 };
 
 }  // namespace dyop

@@ -15,7 +15,7 @@ class GaussSeidelSolver final : public ContactSolver {
   std::string_view name() const override { return "gauss_seidel"; }
 
  protected:
-  void improve(internal::ContactSystem& system, const ContactSolverOptions& options,
+  void improve(contact_internal::ContactSystem& system, const ContactSolverOptions& options,
                ContactReport& report) override;
 
  private:

@@ -5,7 +5,7 @@
 
 namespace DYOP_EXPORT dyop {
 
-namespace internal {
+namespace contact_internal {
 class NewtonRun;
 }
 
@@ -20,11 +20,11 @@ class NewtonSolver final : public ContactSolver {
   std::string_view name() const override { return "newton"; }
 
  protected:
-  void improve(internal::ContactSystem& system, const ContactSolverOptions& options,
+  void improve(contact_internal::ContactSystem& system, const ContactSolverOptions& options,
                ContactReport& report) override;
 
  private:
-  std::unique_ptr<internal::NewtonRun> run_;
+  std::unique_ptr<contact_internal::NewtonRun> run_;
 };
 
 }  // namespace dyop

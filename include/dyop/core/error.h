@@ -31,7 +31,7 @@ class InternalError : public Error {
   using Error::Error;
 };
 
-namespace internal {
+namespace core_internal {
 
 /// Writes one part of a message: a number with the fewest digits that read back to it exactly,
 /// an Eigen vector or matrix as its numbers separated by blanks, anything else as it prints.
@@ -65,15 +65,15 @@ std::string compose_message(const Parts&... parts) {
   return out.str();
 }
 
-}  // namespace internal
+}  // namespace core_internal
 }  // namespace dyop
 
 /// Checks what a caller promised; always on. Usage:
 /// DYOP_REQUIRE(r >= 0, "radius must be >= 0, not ", r). The condition must be false for NaN: write
 /// `x >= 0`, never `!(x < 0)`.
-#define DYOP_REQUIRE(condition, ...)                                                 \
-  do {                                                                               \
-    if (!(condition)) {                                                              \
-      throw ::dyop::InvalidArgument(::dyop::internal::compose_message(__VA_ARGS__)); \
-    }                                                                                \
+#define DYOP_REQUIRE(condition, ...)                                                      \
+  do {                                                                                    \
+    if (!(condition)) {                                                                   \
+      throw ::dyop::InvalidArgument(::dyop::core_internal::compose_message(__VA_ARGS__)); \
+    }                                                                                     \
   } while (false)

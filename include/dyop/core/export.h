@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "dyop/core/namespaces.h"
+
 /// Marks what a shared library of dyop exports. Used once per public header, at its namespace:
 ///
 ///     namespace DYOP_EXPORT dyop {

@@ -61,7 +61,7 @@ struct CommittedStep {
 /// Counts over the steps of one advance().
 struct StepStatistics {
   std::int64_t steps = 0;        ///< of the World
-  std::int64_t substeps = 0;         ///< pieces of islands' steps, more than `islands` if some were cut
+  std::int64_t substeps = 0;     ///< substeps taken, summed over islands
   std::int64_t islands = 0;      ///< that were stepped
   std::int64_t rounds = 0;       ///< contact solves with new constraints from hits
   std::int64_t stalls = 0;       ///< substeps in which no motion was found: the island stood still

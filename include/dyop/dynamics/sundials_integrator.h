@@ -8,7 +8,7 @@
 
 namespace DYOP_EXPORT dyop {
 
-namespace internal {
+namespace dynamics_internal {
 class SundialsSolver;
 }
 
@@ -44,7 +44,7 @@ class SundialsIntegrator : public Integrator {
 
  protected:
   /// The solver is null if and only if size is zero.
-  SundialsIntegrator(std::unique_ptr<internal::SundialsSolver> solver, std::size_t size,
+  SundialsIntegrator(std::unique_ptr<dynamics_internal::SundialsSolver> solver, std::size_t size,
                      const IntegratorOptions& options);
 
  private:

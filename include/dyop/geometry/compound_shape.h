@@ -10,7 +10,7 @@
 
 namespace DYOP_EXPORT dyop {
 
-namespace internal {
+namespace geometry_internal {
 struct CompoundTree;
 }
 
@@ -49,11 +49,11 @@ class CompoundShape final : public Shape {
   MassProperties compute_mass_properties(Scalar density) const override;
 
   /// For traversals.
-  const internal::CompoundTree& tree() const { return *tree_; }
+  const geometry_internal::CompoundTree& tree() const { return *tree_; }
 
  private:
   std::vector<CompoundChild> children_;
-  std::shared_ptr<const internal::CompoundTree> tree_;
+  std::shared_ptr<const geometry_internal::CompoundTree> tree_;
   AlignedBox bounding_box_;
   Scalar bounding_radius_ = 0;
 };

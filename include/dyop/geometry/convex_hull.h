@@ -10,11 +10,11 @@
 
 namespace DYOP_EXPORT dyop {
 
-namespace internal {
+namespace geometry_internal {
 class HullClimber;
 class PointScan;
 struct HullSurface;
-}  // namespace internal
+}  // namespace geometry_internal
 
 /// Convex hull of points. A flat set gives a polygon, a collinear one a segment, coincident points
 /// a point.
@@ -46,13 +46,13 @@ class ConvexHull final : public ConvexShape {
   MassProperties compute_mass_properties(Scalar density) const override;
 
  private:
-  ConvexHull(const std::vector<Vector3>& points, internal::HullSurface&& hull);
+  ConvexHull(const std::vector<Vector3>& points, geometry_internal::HullSurface&& hull);
 
   int dimension_;
   TriangleMesh surface_;
   Vector3 center_;
-  std::shared_ptr<const internal::PointScan> scan_;
-  std::shared_ptr<const internal::HullClimber> climber_;  // null if a scan is cheap
+  std::shared_ptr<const geometry_internal::PointScan> scan_;
+  std::shared_ptr<const geometry_internal::HullClimber> climber_;  // null if a scan is cheap
 };
 
 }  // namespace dyop

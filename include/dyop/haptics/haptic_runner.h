@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "dyop/haptics/latency_histogram.h"
 #include "dyop/haptics/haptic_session.h"
+#include "dyop/haptics/latency_histogram.h"
 
 namespace DYOP_EXPORT dyop {
 

@@ -15,18 +15,18 @@ namespace DYOP_EXPORT dyop {
 
 struct HapticOptions {
   CouplingOptions coupling;
-  /// Resting contact keeps the obstacle's margin plus the rest offset; the motion is proven never to
-  /// come within the margin plus a small fraction of the rest offset. Length, > 0; smaller: a thinner
-  /// gap, at the cost of more rounds on curved surfaces. A hundredth of the tool's thickness works
-  /// well.
+  /// A resting contact keeps the obstacle's margin plus the rest offset; the motion is proven never
+  /// to come within the margin plus a small fraction of the rest offset. Length, > 0. A smaller one
+  /// leaves a thinner gap and costs more rounds on curved surfaces. A hundredth of the tool's
+  /// thickness works well.
   Scalar rest_offset = 0;
   /// How fast the tool leaves what it starts in, length per time, > 0.
   Scalar recovery_speed = 0;
   int max_rounds = 4;     ///< motions per tick, >= 1
   int max_attempts = 4;   ///< times that contacts are added and solved again per motion, >= 1
   int max_contacts = 24;  ///< per motion, >= 1
-  /// How far the bounds of a clearance may differ, relative to it, besides the rest offset; > 0. Of a
-  /// tool that moves fast they may differ more: see clearance_work.
+  /// How far the bounds of a clearance may differ, relative to it, besides the rest offset; > 0.
+  /// They may differ more while the tool moves fast: see clearance_work.
   Scalar clearance_tolerance = 0.02;
   /// The pieces of work, some 0.4 us each, that a tick spends on clearances, >= 10; what is left is
   /// done in the next ticks, the worst known first. The bounds always hold, only farther apart, and
@@ -39,7 +39,7 @@ struct HapticOptions {
   std::int64_t max_work = 20000;
 };
 
-namespace internal {
+namespace haptics_internal {
 struct SessionState;
 }
 
@@ -69,7 +69,7 @@ class HapticSession {
 
   /// The same, cut off where an earlier run with the same inputs was: the same bits.
   const HapticTick& replay(const DevicePose& device, Scalar dt,
-                         const std::optional<TickCutoff>& cutoff);
+                           const std::optional<TickCutoff>& cutoff);
 
   const HapticTick& last() const;
   /// Elapsed time, the sum of all dt used.
@@ -104,7 +104,7 @@ class HapticSession {
   std::int64_t snapshots_taken(std::size_t obstacle) const;
 
  private:
-  std::unique_ptr<internal::SessionState> state_;
+  std::unique_ptr<haptics_internal::SessionState> state_;
 };
 
 }  // namespace dyop

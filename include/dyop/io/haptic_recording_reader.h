@@ -9,8 +9,8 @@
 #include <span>
 #include <vector>
 
-#include "dyop/io/recorded_tick.h"
 #include "dyop/haptics/haptic_session.h"
+#include "dyop/io/recorded_tick.h"
 
 namespace DYOP_EXPORT dyop {
 
@@ -27,8 +27,8 @@ struct RecordedSnapshot {
 /// @throws FileError if it is missing or not a readable HDF5 file.
 bool is_haptic_recording(const std::filesystem::path& file);
 
-/// The run of a HapticSession, read from a file of docs/tool-recording.md, even while another process
-/// writes it or after that process was killed. Not for concurrent use.
+/// The run of a HapticSession, read from a file of docs/tool-recording.md, even while another
+/// process writes it or after that process was killed. Not for concurrent use.
 class HapticRecordingReader {
  public:
   /// @throws FileError if the file is missing, not a recording of a tool, of another version, or

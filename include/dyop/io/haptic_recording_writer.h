@@ -6,15 +6,15 @@
 #include <span>
 #include <string>
 
-#include "dyop/io/recorded_tick.h"
 #include "dyop/haptics/haptic_runner.h"
+#include "dyop/io/recorded_tick.h"
 
 namespace DYOP_EXPORT dyop {
 
 /// Records the run of a HapticSession in a file of docs/tool-recording.md: the scene with all its
-/// meshes once, then every tick with its inputs and results. HapticRecordingReader, h5py and the like
-/// can read it while it is written, and after the process was killed: it then lacks at most the
-/// ticks since the last flush, a tenth of a second.
+/// meshes once, then every tick with its inputs and results. HapticRecordingReader, h5py and the
+/// like can read it while it is written, and after the process was killed: it then lacks at most
+/// the ticks since the last flush, a tenth of a second.
 ///
 /// Bytes of a tick: 204, and 12 for each hinge and 13 for each obstacle.
 class HapticRecordingWriter {
@@ -24,8 +24,8 @@ class HapticRecordingWriter {
   /// @throws FileError if the file cannot be created, as all members if it cannot be written;
   ///         InvalidArgument if a shape is not one of dyop's own.
   HapticRecordingWriter(const std::filesystem::path& file, const HapticRunHeader& header,
-                      const HapticScene& scene, const HapticOptions& options,
-                      std::span<const TissueFeed> tissue = {});
+                        const HapticScene& scene, const HapticOptions& options,
+                        std::span<const TissueFeed> tissue = {});
   /// Without finish(): as if the process were killed now.
   ~HapticRecordingWriter();
   HapticRecordingWriter(HapticRecordingWriter&&) noexcept;

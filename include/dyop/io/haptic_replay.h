@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "dyop/io/haptic_recording_reader.h"
 #include "dyop/haptics/haptic_runner.h"
+#include "dyop/io/haptic_recording_reader.h"
 
 namespace DYOP_EXPORT dyop {
 

@@ -8,7 +8,7 @@
 
 #include "dyop/motion/motion.h"
 
-namespace dyop::internal {
+namespace dyop::motion_internal {
 template <std::size_t kMaxDegree>
 class ChartCurve;
 }
@@ -52,7 +52,7 @@ class BezierMotion final : public Motion {
  private:
   std::size_t count_;
   std::array<ControlPoint, kMaxDegree + 1> control_points_;
-  std::shared_ptr<const internal::ChartCurve<kMaxDegree>> curve_;
+  std::shared_ptr<const motion_internal::ChartCurve<kMaxDegree>> curve_;
 };
 
 }  // namespace dyop

@@ -6,7 +6,7 @@
 
 #include "dyop/motion/motion.h"
 
-namespace dyop::internal {
+namespace dyop::motion_internal {
 template <std::size_t kMaxDegree>
 class ChartCurve;
 }
@@ -57,7 +57,7 @@ class HermiteMotion final : public Motion {
 
   HermiteNode begin_;
   HermiteNode end_;
-  std::shared_ptr<const internal::ChartCurve<3>> curve_;
+  std::shared_ptr<const motion_internal::ChartCurve<3>> curve_;
 };
 
 }  // namespace dyop

@@ -9,7 +9,7 @@
 #include "dyop/motion/motion.h"
 #include "dyop/motion/steady_turn.h"
 
-namespace dyop::internal {
+namespace dyop::motion_internal {
 class SpeedTree;
 }
 
@@ -58,7 +58,7 @@ class SampledMotion final : public Motion {
   std::vector<Sample> samples_;
   std::vector<Scalar> stamps_;  // of the samples, contiguous for searching
   std::vector<Piece> pieces_;
-  std::shared_ptr<const internal::SpeedTree> speeds_;
+  std::shared_ptr<const motion_internal::SpeedTree> speeds_;
   PoseScale pose_scale_;
 };
 

@@ -8,7 +8,7 @@
 
 #include "dyop/motion/motion.h"
 
-namespace dyop::internal {
+namespace dyop::motion_internal {
 class SpeedTree;
 }
 
@@ -49,7 +49,7 @@ class SequenceMotion final : public Motion {
  private:
   std::size_t part_at(Scalar t) const;
   std::vector<Part> parts_;
-  std::shared_ptr<const internal::SpeedTree> speeds_;
+  std::shared_ptr<const motion_internal::SpeedTree> speeds_;
   PoseScale pose_scale_;  // covers all parts
   bool is_trusted_ = true;
   // How much rounding makes the pose jump where parts meet: sums over the meetings before each

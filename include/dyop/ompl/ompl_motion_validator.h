@@ -18,7 +18,7 @@
 
 namespace DYOP_EXPORT dyop {
 
-namespace internal {
+namespace ompl_internal {
 class EdgeCheck;
 }
 
@@ -85,7 +85,7 @@ class OmplMotionValidator final : public ompl::base::MotionValidator {
  private:
   bool count(bool is_valid) const;
 
-  std::unique_ptr<const internal::EdgeCheck> check_;
+  std::unique_ptr<const ompl_internal::EdgeCheck> check_;
 };
 
 }  // namespace dyop

@@ -13,10 +13,10 @@
 
 namespace DYOP_EXPORT dyop {
 
-namespace internal {
+namespace toi_internal {
 struct ObstacleMemory;
 struct ObstacleSetData;
-}  // namespace internal
+}  // namespace toi_internal
 
 /// Identifies an obstacle of an ObstacleSet. Fixed while the obstacle is in the set; never reused
 /// for another one of that set.
@@ -71,10 +71,10 @@ class ObstacleWorkspace {
   ObstacleWorkspace(ObstacleWorkspace&&) noexcept;
   ObstacleWorkspace& operator=(ObstacleWorkspace&&) noexcept;
 
-  internal::ObstacleMemory& memory() { return *memory_; }
+  toi_internal::ObstacleMemory& memory() { return *memory_; }
 
  private:
-  std::unique_ptr<internal::ObstacleMemory> memory_;
+  std::unique_ptr<toi_internal::ObstacleMemory> memory_;
 };
 
 /// Many placed shapes, for queries of one body against all of them in one call: faster than a loop,
@@ -137,7 +137,7 @@ class ObstacleSet {
                                    const ObstacleFilter& filter = {}) const;
 
  private:
-  std::unique_ptr<internal::ObstacleSetData> data_;
+  std::unique_ptr<toi_internal::ObstacleSetData> data_;
 };
 
 }  // namespace dyop

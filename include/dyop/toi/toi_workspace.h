@@ -8,7 +8,7 @@
 
 namespace DYOP_EXPORT dyop {
 
-namespace internal {
+namespace toi_internal {
 struct ToiMemory;
 }
 
@@ -32,10 +32,10 @@ class ToiWorkspace {
   /// @throws InvalidArgument if the workspace was moved from.
   void reserve(std::size_t count);
 
-  internal::ToiMemory& memory() const;
+  toi_internal::ToiMemory& memory() const;
 
  private:
-  std::unique_ptr<internal::ToiMemory> memory_;
+  std::unique_ptr<toi_internal::ToiMemory> memory_;
 };
 
 }  // namespace dyop

@@ -47,7 +47,7 @@ class Extent {
   void add(const Vector3& p_W) {
     box_.extend(Vector2(camera_.right_W.dot(p_W), camera_.up_W.dot(p_W)));
   }
-  void add(const internal::ShapeSurface& surface, const RigidPose& X_WS) {
+  void add(const view_internal::ShapeSurface& surface, const RigidPose& X_WS) {
     for (const Vector3& v : surface.vertices) add(X_WS * v);
   }
   Vector2 size() const { return box_.sizes(); }

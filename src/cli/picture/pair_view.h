@@ -17,8 +17,8 @@ inline constexpr std::string_view kInkPivot = "#b00060";
 
 /// Two bodies as they are drawn.
 struct PairScene {
-  internal::ShapeSurface a;
-  internal::ShapeSurface b;
+  view_internal::ShapeSurface a;
+  view_internal::ShapeSurface b;
   Scalar radius_a = 0;
   Scalar radius_b = 0;
   RigidPose X_WA;

@@ -90,8 +90,8 @@ std::vector<Vector3> path_of(const Motion& motion, const TimeInterval& interval)
 
 PairScene scene_of(const Shape& a, const RigidPose& X_WA, const Shape& b, const RigidPose& X_WB) {
   PairScene scene;
-  scene.a = internal::surface_of(a, kFineness);
-  scene.b = internal::surface_of(b, kFineness);
+  scene.a = view_internal::surface_of(a, kFineness);
+  scene.b = view_internal::surface_of(b, kFineness);
   scene.radius_a = a.bounding_radius();
   scene.radius_b = b.bounding_radius();
   scene.X_WA = X_WA;

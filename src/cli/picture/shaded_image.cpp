@@ -56,8 +56,8 @@ ShadedImage::ShadedImage(const Camera& camera)
       pixels_(std::size_t(camera.width) * std::size_t(camera.height)),
       depth_(pixels_.size(), -std::numeric_limits<float>::infinity()) {}
 
-void ShadedImage::draw(const internal::ShapeSurface& surface, const RigidPose& X_WB, Rgb colour,
-                       Scalar opacity) {
+void ShadedImage::draw(const view_internal::ShapeSurface& surface, const RigidPose& X_WB,
+                       Rgb colour, Scalar opacity) {
   std::vector<Sample> samples(pixels_.size());
   for (const TriangleIndices& t : surface.triangles) {
     draw_triangle(samples, {X_WB * surface.vertices[std::size_t(t[0])],

@@ -37,7 +37,7 @@ class ShadedImage {
   explicit ShadedImage(const Camera& camera);
 
   /// @param opacity 1: solid; less: where nothing solid is in front, blended into what is there.
-  void draw(const internal::ShapeSurface& surface, const RigidPose& X_WB, Rgb colour,
+  void draw(const view_internal::ShapeSurface& surface, const RigidPose& X_WB, Rgb colour,
             Scalar opacity);
 
   /// As a PNG file.

@@ -8,8 +8,8 @@
 #include "cli/recording/recording_tools.h"
 #include "cli/tool/tool_output.h"
 #include "dyop/geometry/triangle_mesh.h"
-#include "dyop/io/recording_reader.h"
 #include "dyop/io/haptic_recording_reader.h"
+#include "dyop/io/recording_reader.h"
 #include "dyop/io/run_recording.h"
 
 namespace dyop::cli {

@@ -24,7 +24,8 @@ class ToolOutput {
 };
 
 /// A file of docs/tool-recording.md.
-std::unique_ptr<ToolOutput> make_tool_output(const std::filesystem::path& file, const HapticRun& run);
+std::unique_ptr<ToolOutput> make_tool_output(const std::filesystem::path& file,
+                                             const HapticRun& run);
 
 /// Runs the ticks of a recording again and says whether they are the same.
 ExitCode replay_tool(const std::filesystem::path& file);

@@ -6,9 +6,9 @@
 #include <span>
 #include <vector>
 
-#include "dyop/haptics/latency_histogram.h"
 #include "dyop/haptics/haptic_scene.h"
 #include "dyop/haptics/haptic_tick.h"
+#include "dyop/haptics/latency_histogram.h"
 
 namespace dyop::cli {
 

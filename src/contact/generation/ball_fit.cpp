@@ -11,7 +11,7 @@
 #include "dyop/geometry/triangle_mesh.h"
 #include "geometry/shape_part.h"
 
-namespace dyop::internal {
+namespace dyop::contact_internal {
 namespace {
 
 // Cosine of the angle from a triangle's normal to those of its vertices up to which it is a facet of
@@ -200,4 +200,4 @@ bool fit_ball_contacts(const Shape& a, const RigidPose& X_WA, const Shape& b, co
   return has_moved;
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::contact_internal

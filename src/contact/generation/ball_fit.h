@@ -7,7 +7,7 @@
 #include "dyop/core/rigid_pose.h"
 #include "dyop/geometry/shape.h"
 
-namespace dyop::internal {
+namespace dyop::contact_internal {
 
 /// Contacts of a ball, or of a rounded corner, on a finely faceted mesh: moves them to where the
 /// smooth surface comes nearest whose normals at the mesh's vertices are those of a sphere through
@@ -20,4 +20,4 @@ DYOP_EXPORT bool fit_ball_contacts(const Shape& a, const RigidPose& X_WA, const 
                                    const RigidPose& X_WB, Scalar most_sagitta,
                                    std::vector<ContactPoint>& contacts);
 
-}  // namespace dyop::internal
+}  // namespace dyop::contact_internal

@@ -122,8 +122,8 @@ bool ContactCache::refresh(const Shape& a, const RigidPose& X_WA, const Shape& b
   generate_contacts(a, X_WA, b, X_WB, reach + options.max_drift, options.generator, workspace,
                     contacts_);
   if (options.reduction.merging) {
-    internal::fit_ball_contacts(a, X_WA, b, X_WB, options.reduction.merging->most_sagitta,
-                                contacts_);
+    contact_internal::fit_ball_contacts(a, X_WA, b, X_WB, options.reduction.merging->most_sagitta,
+                                        contacts_);
   }
   hand_on_impulses(reach + options.max_drift);
   reduce_contacts(options.reduction, contacts_);

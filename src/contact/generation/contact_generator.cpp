@@ -19,8 +19,8 @@ ContactWorkspace& ContactWorkspace::operator=(ContactWorkspace&&) noexcept = def
 
 namespace {
 
-using internal::ContactQuery;
-using internal::ContactSurface;
+using contact_internal::ContactQuery;
+using contact_internal::ContactSurface;
 
 void require_sine(const char* name, Scalar sine) {
   DYOP_REQUIRE(sine >= 0 && sine <= 0.5, "generate_contacts: ", name, " must be in [0, 0.5], not ",
@@ -33,31 +33,31 @@ void append_contacts(const Shape& a, std::int32_t piece_a, const RigidPose& X_WA
                      std::int32_t piece_b, const RigidPose& X_WB, Scalar reach,
                      const ContactGeneratorOptions& options, ContactWorkspace& workspace,
                      std::vector<ContactPoint>& contacts, Interrupt* interrupt) {
-  internal::BoxPairStack& stack = workspace.impl().stack;
-  std::vector<internal::FoundContact>& found = workspace.impl().found;
+  distance_internal::BoxPairStack& stack = workspace.impl().stack;
+  std::vector<contact_internal::FoundContact>& found = workspace.impl().found;
   ContactSurface surface_a(a);
   ContactSurface surface_b(b);
   const bool is_smooth = !surface_a.mesh || !surface_b.mesh;
   // Distances to a smooth core already include its radius.
   if (is_smooth) surface_a.radius = surface_b.radius = 0;
   ContactQuery query =
-      internal::contact_query(surface_a, a, X_WA, surface_b, b, X_WB, reach, options);
+      contact_internal::contact_query(surface_a, a, X_WA, surface_b, b, X_WB, reach, options);
   query.interrupt = interrupt;
   found.clear();
-  if (internal::list_neighbours(workspace, a, X_WA, b, X_WB, reach)) {
+  if (contact_internal::list_neighbours(workspace, a, X_WA, b, X_WB, reach)) {
     query.first_pairs = workspace.impl().first_pairs;
-    if (!is_smooth && internal::has_small_surface(query)) {
-      internal::split_small_surface(query, workspace.impl().split_pairs);
+    if (!is_smooth && contact_internal::has_small_surface(query)) {
+      contact_internal::split_small_surface(query, workspace.impl().split_pairs);
       query.first_pairs = workspace.impl().split_pairs;
     }
   }
   if (is_smooth) {
-    internal::search_smooth(query, a, b, stack, found);
+    contact_internal::search_smooth(query, a, b, stack, found);
   } else {
-    internal::search_surfaces(query, stack, found);
+    contact_internal::search_surfaces(query, stack, found);
   }
   if (is_over(interrupt)) return;
-  internal::finish_contacts(query, X_WA, found, workspace, contacts, piece_a, piece_b);
+  contact_internal::finish_contacts(query, X_WA, found, workspace, contacts, piece_a, piece_b);
 }
 
 // Calls visit(shape, number) for each mesh or convex shape that a shape consists of, all in its
@@ -66,7 +66,8 @@ template <typename Visit>
 void for_each_piece(const Shape& shape, const Visit& visit) {
   if (shape.kind() != ShapeKind::Compound) return visit(shape, 0);
   std::int32_t number = 0;
-  for (const internal::CompoundPart& part : static_cast<const CompoundShape&>(shape).tree().parts) {
+  for (const geometry_internal::CompoundPart& part :
+       static_cast<const CompoundShape&>(shape).tree().parts) {
     visit(part.shape(), number++);
   }
 }

@@ -8,7 +8,7 @@
 #include "contact/generation/contact_workspace.h"
 #include "distance/piece_distance.h"
 
-namespace dyop::internal {
+namespace dyop::contact_internal {
 namespace {
 
 // Duplicates: contacts found twice at one place, by rounding or the tolerance at triangle borders.
@@ -161,4 +161,4 @@ void finish_contacts(const ContactQuery& query, const RigidPose& X_WA,
   }
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::contact_internal

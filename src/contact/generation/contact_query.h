@@ -6,7 +6,7 @@
 
 #include "contact/generation/contact_search.h"
 
-namespace dyop::internal {
+namespace dyop::contact_internal {
 
 /// The input of a search for one pair of pieces at two poses, from the roots of their trees.
 /// @param reach As for generate_contacts().
@@ -29,4 +29,4 @@ void finish_contacts(const ContactQuery& query, const RigidPose& X_WA,
                      std::vector<ContactPoint>& contacts, std::int32_t piece_a = 0,
                      std::int32_t piece_b = 0);
 
-}  // namespace dyop::internal
+}  // namespace dyop::contact_internal

@@ -188,7 +188,7 @@ Scalar Merging::link_of(const ContactPoint& leader) const {
     const bool is_close = (other.p_WCb - leader.p_WCb).squaredNorm() < fine * fine;
     if (is_close && can_stand_for(leader, other)) row.push_back(&other);
   }
-  return internal::fitted_contact(leader, row, merging_.most_sagitta) ? fine : ways;
+  return contact_internal::fitted_contact(leader, row, merging_.most_sagitta) ? fine : ways;
 }
 
 void Merging::gather(std::size_t leader) {
@@ -211,7 +211,7 @@ void Merging::gather(std::size_t leader) {
 void Merging::fit(ContactPoint& leader) const {
   std::vector<const ContactPoint*> row;
   for (const std::size_t k : members_) row.push_back(&contacts_[k]);
-  if (const auto fitted = internal::fitted_contact(leader, row, merging_.most_sagitta)) {
+  if (const auto fitted = contact_internal::fitted_contact(leader, row, merging_.most_sagitta)) {
     leader = *fitted;
   }
 }

@@ -5,7 +5,7 @@
 #include "contact/generation/near_leaves.h"
 #include "distance/piece_distance.h"
 
-namespace dyop::internal {
+namespace dyop::contact_internal {
 namespace {
 
 // Whether the surface of `mesh` admits the normal at the foot of a smooth core's nearest point on
@@ -71,4 +71,4 @@ void search_smooth(const ContactQuery& query, const Shape& a, const Shape& b, Bo
       tree_a, tree_b, query, stack, [](const BoxPair&) { return true; }, visit);
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::contact_internal

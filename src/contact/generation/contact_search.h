@@ -10,7 +10,7 @@
 #include "dyop/contact/contact_generator.h"
 #include "geometry/shape_tree.h"
 
-namespace dyop::internal {
+namespace dyop::contact_internal {
 
 /// A pair of features that passed the test, in frame A; the cores without their radii.
 struct FoundContact {
@@ -55,4 +55,4 @@ void search_surfaces(const ContactQuery& query, BoxPairStack& stack,
 void search_smooth(const ContactQuery& query, const Shape& a, const Shape& b, BoxPairStack& stack,
                    std::vector<FoundContact>& found);
 
-}  // namespace dyop::internal
+}  // namespace dyop::contact_internal

@@ -6,7 +6,7 @@
 
 #include "core/tolerance.h"
 
-namespace dyop::internal {
+namespace dyop::contact_internal {
 namespace {
 
 bool rises(const Vector3& ray, const Vector3& n, Scalar sine) {
@@ -172,4 +172,4 @@ bool ContactSurface::touches_clear(const Vector3& p, const Vector3& n, Scalar si
   return true;
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::contact_internal

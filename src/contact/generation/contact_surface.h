@@ -10,7 +10,7 @@
 #include "dyop/geometry/convex_shape.h"
 #include "dyop/geometry/triangle_mesh.h"
 
-namespace dyop::internal {
+namespace dyop::contact_internal {
 
 /// The surface of a shape's core, and whether a direction lies in its normal cone. All points and
 /// directions are in the shape's frame. Does not own the shape.
@@ -53,4 +53,4 @@ class ContactSurface {
   std::span<const TriangleIndices> triangles_;
 };
 
-}  // namespace dyop::internal
+}  // namespace dyop::contact_internal

@@ -10,16 +10,16 @@
 namespace dyop {
 
 struct ContactWorkspace::Impl {
-  internal::BoxPairStack stack;
-  std::vector<internal::FoundContact> found;
+  distance_internal::BoxPairStack stack;
+  std::vector<contact_internal::FoundContact> found;
   std::vector<char> is_double;
-  internal::BoxPairStack first_pairs;
-  internal::BoxPairStack split_pairs;
+  distance_internal::BoxPairStack first_pairs;
+  distance_internal::BoxPairStack split_pairs;
   /// Of the shapes of the next calls, neither a compound; null: none.
-  internal::NeighbourList* neighbours = nullptr;
+  distance_internal::NeighbourList* neighbours = nullptr;
 };
 
-namespace internal {
+namespace contact_internal {
 
 /// While this lives, contacts of the two shapes of a neighbour list are looked for with it.
 class UseOfNeighbours {
@@ -35,5 +35,5 @@ class UseOfNeighbours {
   ContactWorkspace& workspace_;
 };
 
-}  // namespace internal
+}  // namespace contact_internal
 }  // namespace dyop

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace dyop::internal {
+namespace dyop::contact_internal {
 namespace {
 
 // Cosine of the angle up to which normals are taken together: facets that turn more are not fine.
@@ -104,4 +104,4 @@ std::optional<ContactPoint> fitted_contact(const ContactPoint& nearest,
   return fitted;
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::contact_internal

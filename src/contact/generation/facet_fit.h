@@ -6,7 +6,7 @@
 
 #include "dyop/contact/contact_point.h"
 
-namespace dyop::internal {
+namespace dyop::contact_internal {
 
 /// In World, facets whose ridges rise above the smooth curve through them by at most so many
 /// rest offsets act as that curve. Larger: bodies settle by that much when they stop; smaller: the
@@ -26,4 +26,4 @@ DYOP_EXPORT std::optional<ContactPoint> fitted_contact(const ContactPoint& neare
                                                        std::span<const ContactPoint* const> near,
                                                        Scalar most_sagitta);
 
-}  // namespace dyop::internal
+}  // namespace dyop::contact_internal

@@ -8,7 +8,7 @@
 
 #include "core/tolerance.h"
 
-namespace dyop::internal {
+namespace dyop::contact_internal {
 namespace {
 
 constexpr int kRankOfFace = 0;
@@ -182,4 +182,4 @@ void FeaturePairs::add_triangles(std::int32_t triangle_a, const Triangle& a,
   }
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::contact_internal

@@ -6,7 +6,7 @@
 #include "contact/generation/contact_search.h"
 #include "contact/generation/feature_witness.h"
 
-namespace dyop::internal {
+namespace dyop::contact_internal {
 
 /// Tests single pairs of features of two surfaces and keeps those that are contacts.
 class FeaturePairs {
@@ -54,4 +54,4 @@ class FeaturePairs {
   std::vector<FoundContact>& found_;
 };
 
-}  // namespace dyop::internal
+}  // namespace dyop::contact_internal

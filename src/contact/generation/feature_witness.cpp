@@ -6,7 +6,7 @@
 
 #include "core/tolerance.h"
 
-namespace dyop::internal {
+namespace dyop::contact_internal {
 namespace {
 
 // If a triangle's normal is longer than this, relative to the product of two sides, rounding moves
@@ -106,4 +106,4 @@ std::optional<EdgeCrossing> find_crossing(const Vector3& a0, const Vector3& a1, 
   return EdgeCrossing{a0 + s * e, b0 + t * f, n / length, length / std::sqrt(e_sq * f_sq)};
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::contact_internal

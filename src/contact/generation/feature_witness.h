@@ -7,7 +7,7 @@
 #include "dyop/core/types.h"
 #include "dyop/geometry/shape.h"
 
-namespace dyop::internal {
+namespace dyop::contact_internal {
 
 /// Where the point of a triangle nearest to another point lies.
 struct TriangleFoot {
@@ -42,4 +42,4 @@ struct EdgeCrossing {
 std::optional<EdgeCrossing> find_crossing(const Vector3& a0, const Vector3& a1, const Vector3& b0,
                                           const Vector3& b1, Scalar reach, Scalar noise);
 
-}  // namespace dyop::internal
+}  // namespace dyop::contact_internal

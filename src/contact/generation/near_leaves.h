@@ -7,7 +7,7 @@
 #include "contact/generation/contact_search.h"
 #include "distance/leaf_pairs.h"
 
-namespace dyop::internal {
+namespace dyop::contact_internal {
 
 /// So that asking costs little.
 inline constexpr int kPairsBetweenPolls = 8;
@@ -82,4 +82,4 @@ void visit_near_triangles(const ContactQuery& query, BoxPairStack& stack, const 
                     });
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::contact_internal

@@ -10,7 +10,7 @@
 #include "contact/generation/feature_pairs.h"
 #include "contact/generation/near_leaves.h"
 
-namespace dyop::internal {
+namespace dyop::contact_internal {
 namespace {
 
 // How far apart the features of a contact can be before B is moved: with g its gap by then and c the
@@ -132,4 +132,4 @@ void generate_placed_contacts(
   }
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::contact_internal

@@ -8,7 +8,7 @@
 #include "dyop/contact/contact_generator.h"
 #include "dyop/core/export.h"
 
-namespace dyop::internal {
+namespace dyop::contact_internal {
 
 /// Where contacts are looked for, with B moved aside so that the surfaces do not cross there.
 struct ContactPlace {
@@ -49,4 +49,4 @@ DYOP_EXPORT void generate_placed_contacts(
     const PlacedSearch& search, ContactWorkspace& workspace,
     const std::function<void(std::size_t, const std::vector<ContactPoint>&)>& take);
 
-}  // namespace dyop::internal
+}  // namespace dyop::contact_internal

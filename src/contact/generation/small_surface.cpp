@@ -5,7 +5,7 @@
 #include <array>
 #include <cmath>
 
-namespace dyop::internal {
+namespace dyop::contact_internal {
 namespace {
 
 // More would take longer than the tree.
@@ -126,4 +126,4 @@ void split_small_surface(const ContactQuery& query, BoxPairStack& pairs) {
   }
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::contact_internal

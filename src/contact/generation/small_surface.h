@@ -3,7 +3,7 @@
 
 #include "contact/generation/contact_search.h"
 
-namespace dyop::internal {
+namespace dyop::contact_internal {
 
 /// Whether the query is of a mesh and a convex shape with so few triangles, such as a box, that to
 /// go through them all costs less than to open boxes around them.
@@ -15,4 +15,4 @@ bool has_small_surface(const ContactQuery& query);
 /// @pre has_small_surface(query); the mesh's boxes are leaves.
 void split_small_surface(const ContactQuery& query, BoxPairStack& pairs);
 
-}  // namespace dyop::internal
+}  // namespace dyop::contact_internal

@@ -14,7 +14,7 @@
 #include "core/tolerance.h"
 
 namespace dyop {
-namespace internal {
+namespace contact_internal {
 
 // Alternates between y, which minimises 1/2 |y|^2 + 1/2 rho |G y + free + shift - z + lambda /
 // rho|^2 with one factorisation of I + rho G^T G for all iterations, and (z, lambda), which are a
@@ -129,13 +129,13 @@ void AdmmRun::end() {
   system_->update_velocities();
 }
 
-}  // namespace internal
+}  // namespace contact_internal
 
-AdmmSolver::AdmmSolver() : run_(std::make_unique<internal::AdmmRun>()) {}
+AdmmSolver::AdmmSolver() : run_(std::make_unique<contact_internal::AdmmRun>()) {}
 AdmmSolver::~AdmmSolver() = default;
 
-void AdmmSolver::improve(internal::ContactSystem& system, const ContactSolverOptions& options,
-                         ContactReport& report) {
+void AdmmSolver::improve(contact_internal::ContactSystem& system,
+                         const ContactSolverOptions& options, ContactReport& report) {
   constexpr int kCheckEvery = 5;     // the residual costs about half an iteration
   constexpr int kBalanceEvery = 20;  // a new penalty costs a factorisation
   constexpr Scalar kTooFar = 4;      // imbalance that calls for a new penalty
@@ -143,7 +143,7 @@ void AdmmSolver::improve(internal::ContactSystem& system, const ContactSolverOpt
   run_->begin(system);
   Scalar factor = kContactFirstPenalty;
   bool has_factor = run_->factorise(factor);
-  internal::Progress progress(kInfinity, 2 * options.patience);
+  contact_internal::Progress progress(kInfinity, 2 * options.patience);
   Scalar least = kInfinity;  // from its own first check on, which is often worse than the start
   for (int i = 1; i <= options.admm_limit && has_factor; ++i) {
     if (is_over(options.interrupt)) break;

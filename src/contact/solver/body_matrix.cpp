@@ -7,7 +7,7 @@
 #include <array>
 #include <cmath>
 
-namespace dyop::internal {
+namespace dyop::contact_internal {
 namespace {
 
 // A = A^-1 by elimination with row pivots. Returns false if a pivot is zero or not finite.
@@ -244,4 +244,4 @@ void BodyMatrix::solve(std::vector<Vector6>& x) {
   for (std::size_t i = 0; i < x.size(); ++i) x[i] = x_[std::size_t(place_[i])];
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::contact_internal

@@ -6,7 +6,7 @@
 
 #include "contact/solver/contact_system.h"
 
-namespace dyop::internal {
+namespace dyop::contact_internal {
 
 using Matrix6 = Eigen::Matrix<Scalar, 6, 6>;
 
@@ -59,4 +59,4 @@ class BodyMatrix {
   std::vector<Vector6> x_;
 };
 
-}  // namespace dyop::internal
+}  // namespace dyop::contact_internal

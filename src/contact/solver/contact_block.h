@@ -3,7 +3,7 @@
 
 #include "dyop/core/types.h"
 
-namespace dyop::internal {
+namespace dyop::contact_internal {
 
 using Vector6 = Eigen::Matrix<Scalar, 6, 1>;
 using Rows6 = Eigen::Matrix<Scalar, 3, 6, Eigen::RowMajor>;
@@ -38,4 +38,4 @@ struct Block {
   Scalar slip = 0;  // of the last local solution, see solve_contact(); starts the next one
 };
 
-}  // namespace dyop::internal
+}  // namespace dyop::contact_internal

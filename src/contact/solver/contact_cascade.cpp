@@ -20,12 +20,12 @@ namespace {
 // step. Found by measurement.
 constexpr Scalar kRestingPart = 3e-5;  // literal: a ratio of residuals
 
-void keep(const internal::ContactSystem& system, std::vector<Vector3>& lambda) {
+void keep(const contact_internal::ContactSystem& system, std::vector<Vector3>& lambda) {
   lambda.clear();
-  for (const internal::Block& block : system.blocks()) lambda.push_back(block.lambda);
+  for (const contact_internal::Block& block : system.blocks()) lambda.push_back(block.lambda);
 }
 
-void restore(internal::ContactSystem& system, const std::vector<Vector3>& lambda) {
+void restore(contact_internal::ContactSystem& system, const std::vector<Vector3>& lambda) {
   for (std::size_t i = 0; i < lambda.size(); ++i) system.blocks()[i].lambda = lambda[i];
   system.update_velocities();
 }
@@ -33,13 +33,13 @@ void restore(internal::ContactSystem& system, const std::vector<Vector3>& lambda
 }  // namespace
 
 ContactCascade::ContactCascade()
-    : resting_(std::make_unique<internal::RestingSolver>()),
-      restart_(std::make_unique<internal::ContactRestart>()) {}
+    : resting_(std::make_unique<contact_internal::RestingSolver>()),
+      restart_(std::make_unique<contact_internal::ContactRestart>()) {}
 ContactCascade::~ContactCascade() = default;
 
 // Solvers one after the other, each from the best answer so far, which is left in the system. `best`
 // is the residual before.
-Scalar ContactCascade::run_round(internal::ContactSystem& system, Scalar best,
+Scalar ContactCascade::run_round(contact_internal::ContactSystem& system, Scalar best,
                                  const ContactSolverOptions& options, ContactReport& report) {
   for (ContactSolver* solver : order_) {
     if (best <= options.tolerance || is_over(options.interrupt)) break;
@@ -57,8 +57,8 @@ Scalar ContactCascade::run_round(internal::ContactSystem& system, Scalar best,
   return best;
 }
 
-void ContactCascade::improve(internal::ContactSystem& system, const ContactSolverOptions& options,
-                             ContactReport& report) {
+void ContactCascade::improve(contact_internal::ContactSystem& system,
+                             const ContactSolverOptions& options, ContactReport& report) {
   order_ = {&gauss_seidel_, &newton_, &admm_};
   Scalar best = system.residual();
   if (best <= options.tolerance) return;  // at rest the last impulses still do
@@ -82,7 +82,7 @@ void ContactCascade::improve(internal::ContactSystem& system, const ContactSolve
 }
 
 // The best answer yet is in the system, with this residual.
-void ContactCascade::restart(internal::ContactSystem& system, Scalar best,
+void ContactCascade::restart(contact_internal::ContactSystem& system, Scalar best,
                              const ContactSolverOptions& options, ContactReport& report) {
   if (system.blocks().size() > std::size_t(options.restart_contacts)) return;
   const std::string_view solver = report.solver;
@@ -105,7 +105,8 @@ void ContactCascade::restart(internal::ContactSystem& system, Scalar best,
 
 Scalar contact_tolerance(Scalar largest_speed, Scalar rest_offset, Scalar h) {
   DYOP_REQUIRE(largest_speed >= 0, "speed must be >= 0, not ", largest_speed);
-  DYOP_REQUIRE(rest_offset > 0 && h > 0, "rest_offset and step must be > 0, not ", rest_offset, " and ", h);
+  DYOP_REQUIRE(rest_offset > 0 && h > 0, "rest_offset and step must be > 0, not ", rest_offset,
+               " and ", h);
   const Scalar way = largest_speed * h / rest_offset;  // in a step, in rest offsets
   return std::clamp(kContactSpeedTolerance * way * std::max(way, Scalar{1}), kContactRestTolerance,
                     kContactLooseTolerance) *

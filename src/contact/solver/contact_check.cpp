@@ -6,7 +6,7 @@
 #include "core/tolerance.h"
 #include "dyop/core/error.h"
 
-namespace dyop::internal {
+namespace dyop::contact_internal {
 namespace {
 
 void check_body(const ContactBody& body, std::size_t i) {
@@ -97,4 +97,4 @@ void check_options(const ContactSolverOptions& options) {
   }
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::contact_internal

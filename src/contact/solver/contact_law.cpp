@@ -6,7 +6,7 @@
 
 #include "core/tolerance.h"
 
-namespace dyop::internal {
+namespace dyop::contact_internal {
 namespace {
 
 // (A + slip)^-1 x for a symmetric 2x2 matrix.
@@ -163,4 +163,4 @@ Vector3 project_onto_bounds(const Block& block, const Vector3& x, Scalar normal)
   return Vector3::Zero();  // not reached
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::contact_internal

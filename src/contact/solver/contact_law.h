@@ -5,7 +5,7 @@
 
 #include "contact/solver/contact_block.h"
 
-namespace dyop::internal {
+namespace dyop::contact_internal {
 
 // Solves one contact by itself: finds lambda (normal, two tangents) such that u = W lambda + q and
 // lambda obey Signorini's and Coulomb's laws. Exact up to rounding for every positive definite W.
@@ -51,4 +51,4 @@ inline Vector3 project(const Block& block, const Vector3& x, Scalar normal) {
 // A generalised derivative of project() at x: symmetric, eigenvalues in [0, 1].
 Matrix3 project_derivative(const Block& block, const Vector3& x, Scalar normal);
 
-}  // namespace dyop::internal
+}  // namespace dyop::contact_internal

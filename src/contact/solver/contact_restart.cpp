@@ -5,7 +5,7 @@
 
 #include "contact/solver/contact_law.h"
 
-namespace dyop::internal {
+namespace dyop::contact_internal {
 namespace {
 
 // Sizes of the starts one after the other; with one size alone fewer problems are solved.
@@ -49,4 +49,4 @@ void ContactRestart::scatter(ContactSystem& system) {
   system.update_velocities();
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::contact_internal

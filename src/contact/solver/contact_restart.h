@@ -6,7 +6,7 @@
 
 #include "contact/solver/contact_system.h"
 
-namespace dyop::internal {
+namespace dyop::contact_internal {
 
 // Other starting points for a problem that the solvers did not solve from the one they were given.
 // With friction there may be several solutions, and iterations that circle between two wrong states.
@@ -29,4 +29,4 @@ class ContactRestart {
   std::size_t starts_ = 0;
 };
 
-}  // namespace dyop::internal
+}  // namespace dyop::contact_internal

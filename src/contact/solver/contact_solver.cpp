@@ -9,12 +9,12 @@
 
 namespace dyop {
 
-ContactSolver::ContactSolver() : system_(std::make_unique<internal::ContactSystem>()) {}
+ContactSolver::ContactSolver() : system_(std::make_unique<contact_internal::ContactSystem>()) {}
 ContactSolver::~ContactSolver() = default;
 
 ContactReport ContactSolver::solve(ContactProblem& problem, const ContactSolverOptions& options) {
-  internal::check_options(options);
-  internal::ContactSystem& system = *system_;
+  contact_internal::check_options(options);
+  contact_internal::ContactSystem& system = *system_;
   system.build(problem);
   ContactReport report;
   report.solver = name();

@@ -10,7 +10,7 @@
 #include "core/assert.h"
 #include "core/tolerance.h"
 
-namespace dyop::internal {
+namespace dyop::contact_internal {
 namespace {
 
 // S with S S^T = M for a positive semidefinite M: Cholesky with the largest pivot first, so that
@@ -314,4 +314,4 @@ void ContactSystem::write(ContactProblem& problem) const {
   }
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::contact_internal

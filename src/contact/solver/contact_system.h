@@ -7,7 +7,7 @@
 #include "contact/solver/contact_block.h"
 #include "dyop/contact/contact_problem.h"
 
-namespace dyop::internal {
+namespace dyop::contact_internal {
 
 // A contact problem in the coordinates of contact_block.h. Blocks: first the joints' rows, then
 // every contact, each followed by its rolling and torsional blocks. Blocks that no impulse can
@@ -71,4 +71,4 @@ class ContactSystem {
   std::vector<Vector6> y_;
 };
 
-}  // namespace dyop::internal
+}  // namespace dyop::contact_internal

@@ -10,10 +10,10 @@
 
 namespace dyop {
 
-using internal::Block;
-using internal::BlockKind;
-using internal::ContactSystem;
-using internal::Vector6;
+using contact_internal::Block;
+using contact_internal::BlockKind;
+using contact_internal::ContactSystem;
+using contact_internal::Vector6;
 
 struct GaussSeidelSolver::Memory {
   // Values before the sweep, and the conjugate directions, of impulses and velocities.
@@ -77,15 +77,15 @@ namespace {
 Vector3 solve_block(Block& block, const Vector3& u, Scalar normal) {
   switch (block.kind) {
     case BlockKind::Contact:
-      return internal::solve_contact(block.W, u - block.W * block.lambda, block.friction,
-                                     block.slip);
+      return contact_internal::solve_contact(block.W, u - block.W * block.lambda, block.friction,
+                                             block.slip);
     case BlockKind::Row:
     case BlockKind::Torsion:
-      return internal::project(block, block.lambda - u / block.weight, normal);
+      return contact_internal::project(block, block.lambda - u / block.weight, normal);
     case BlockKind::Rolling: {
       const Eigen::Matrix2d W = block.W.topLeftCorner<2, 2>();
       const Vector2 q = u.head<2>() - W * block.lambda.head<2>();
-      const Vector2 p = internal::solve_disc(W, q, normal, block.slip);
+      const Vector2 p = contact_internal::solve_disc(W, q, normal, block.slip);
       return {p[0], p[1], 0};
     }
   }

@@ -6,7 +6,7 @@
 
 #include "contact/solver/contact_law.h"
 
-namespace dyop::internal {
+namespace dyop::contact_internal {
 namespace {
 
 // Changes whose angle has at least this cosine are parallel. Found by measurement.
@@ -111,4 +111,4 @@ bool ImpulseDrift::follow(ContactSystem& system, const std::vector<Vector3>& bef
   return true;
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::contact_internal

@@ -5,7 +5,7 @@
 
 #include "contact/solver/contact_system.h"
 
-namespace dyop::internal {
+namespace dyop::contact_internal {
 
 // Where more contacts carry a body than are needed, and what they ask of it differs by a little,
 // some must let go. Multipliers then drift: every outer iteration shifts the same small amount of
@@ -30,4 +30,4 @@ class ImpulseDrift {
   Scalar previous_penalty_ = 0;  // 0: there is no previous change
 };
 
-}  // namespace dyop::internal
+}  // namespace dyop::contact_internal

@@ -13,7 +13,7 @@
 #include "core/tolerance.h"
 
 namespace dyop {
-namespace internal {
+namespace contact_internal {
 namespace {
 
 // Starting impulses whose residual is so small a part of that without impulses have nearly all
@@ -316,21 +316,21 @@ void NewtonRun::restore(const std::vector<Vector3>& lambda, Scalar residual) {
   compute_u(y_, u_);
 }
 
-}  // namespace internal
+}  // namespace contact_internal
 
-NewtonSolver::NewtonSolver() : run_(std::make_unique<internal::NewtonRun>()) {}
+NewtonSolver::NewtonSolver() : run_(std::make_unique<contact_internal::NewtonRun>()) {}
 NewtonSolver::~NewtonSolver() = default;
 
-void NewtonSolver::improve(internal::ContactSystem& system, const ContactSolverOptions& options,
-                           ContactReport& report) {
-  using End = internal::NewtonRun::End;
+void NewtonSolver::improve(contact_internal::ContactSystem& system,
+                           const ContactSolverOptions& options, ContactReport& report) {
+  using End = contact_internal::NewtonRun::End;
   if (options.newton_limit == 0 || is_over(options.interrupt)) return;
   run_->begin(system, options);
   Scalar factor = run_->first_penalty();
   int left = options.newton_limit;
   int wait = 0;       // outer iterations until the next polish
   int next_wait = 1;  // after a failed polish
-  internal::Progress progress(run_->best_residual(), options.patience);
+  contact_internal::Progress progress(run_->best_residual(), options.patience);
   while (left > 0 && !is_over(options.interrupt)) {
     const int done = options.newton_limit - left;
     if (progress.has_stalled(done, run_->best_residual())) break;

@@ -3,7 +3,7 @@
 
 #include "dyop/core/types.h"
 
-namespace dyop::internal {
+namespace dyop::contact_internal {
 
 /// Whether an iteration still gets on: it halves its residual within so many steps as its patience.
 class Progress {
@@ -25,4 +25,4 @@ class Progress {
   int patience_;
 };
 
-}  // namespace dyop::internal
+}  // namespace dyop::contact_internal

@@ -7,7 +7,7 @@
 #include "contact/solver/contact_law.h"
 #include "core/tolerance.h"
 
-namespace dyop::internal {
+namespace dyop::contact_internal {
 namespace {
 
 // Part of the way to the edge of the cones that a step goes at most: the first far from the
@@ -203,4 +203,4 @@ void RestingSolver::improve(ContactSystem& system, const ContactSolverOptions& o
   system.update_velocities();
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::contact_internal

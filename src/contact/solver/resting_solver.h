@@ -8,7 +8,7 @@
 #include "contact/solver/second_order_cone.h"
 #include "dyop/contact/contact_solver.h"
 
-namespace dyop::internal {
+namespace dyop::contact_internal {
 
 // Solves a system as if nothing that presses slid: without De Saxce's shift the laws are the optimum
 // of a convex problem,
@@ -55,4 +55,4 @@ class RestingSolver {
   Scalar best_residual_ = 0;
 };
 
-}  // namespace dyop::internal
+}  // namespace dyop::contact_internal

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-namespace dyop::internal {
+namespace dyop::contact_internal {
 
 Scalar cone_determinant(const Vector3& x) {
   const Scalar t = x.tail<2>().norm();
@@ -55,4 +55,4 @@ ConeScaling::ConeScaling(const Vector3& z, const Vector3& x) {
   middle = W * x;
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::contact_internal

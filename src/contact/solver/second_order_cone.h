@@ -3,7 +3,7 @@
 
 #include "dyop/core/types.h"
 
-namespace dyop::internal {
+namespace dyop::contact_internal {
 
 // The cone |(x1, x2)| <= x0 and its Jordan algebra ([Nesterov1997]). With x1 = x2 = 0 throughout it
 // is the half line x0 >= 0.
@@ -32,4 +32,4 @@ struct ConeScaling {
   ConeScaling(const Vector3& z, const Vector3& x);
 };
 
-}  // namespace dyop::internal
+}  // namespace dyop::contact_internal

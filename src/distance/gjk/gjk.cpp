@@ -14,12 +14,12 @@
 namespace dyop {
 namespace {
 
-using internal::GjkGoal;
-using internal::GjkSeed;
-using internal::RealVector3;
-using internal::SimplexCombination;
-using internal::SimplexPoints;
-using internal::SimplexSolver;
+using distance_internal::GjkGoal;
+using distance_internal::GjkSeed;
+using distance_internal::RealVector3;
+using distance_internal::SimplexCombination;
+using distance_internal::SimplexPoints;
+using distance_internal::SimplexSolver;
 
 // Whether a squared norm neither overflowed nor underflowed.
 template <typename Real>
@@ -370,13 +370,13 @@ GjkResult gjk_distance(const ConvexShape& a, const ConvexShape& b, const RigidPo
   return GjkQuery(a, b, X_AB, GjkGoal{}).run(seed);
 }
 
-namespace internal {
+namespace distance_internal {
 
 GjkResult gjk_distance(const ConvexShape& a, const ConvexShape& b, const RigidPose& X_AB,
                        const GjkGoal& goal, GjkSeed& seed) {
   return GjkQuery(a, b, X_AB, goal).run(seed);
 }
 
-}  // namespace internal
+}  // namespace distance_internal
 
 }  // namespace dyop

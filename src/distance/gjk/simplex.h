@@ -9,7 +9,7 @@
 #include "dyop/core/types.h"
 
 // The subproblem of GJK: the point of a simplex nearest to the origin.
-namespace dyop::internal {
+namespace dyop::distance_internal {
 
 template <typename Real>
 using RealVector3 = Eigen::Matrix<Real, 3, 1>;
@@ -152,4 +152,4 @@ class SimplexSolver {
   SimplexCombination<Real> best_;
 };
 
-}  // namespace dyop::internal
+}  // namespace dyop::distance_internal

@@ -8,7 +8,7 @@
 #include "dyop/core/triangle.h"
 #include "dyop/geometry/convex_shape.h"
 
-namespace dyop::internal {
+namespace dyop::distance_internal {
 
 // A triangle of a mesh as a convex core, in the mesh's frame, for queries of a mesh against a
 // convex shape. Lives on the stack. Vertices are numbered 0, 1, 2; they may coincide.
@@ -48,4 +48,4 @@ class TriangleCore final : public ConvexShape {
   Scalar bounding_radius_;
 };
 
-}  // namespace dyop::internal
+}  // namespace dyop::distance_internal

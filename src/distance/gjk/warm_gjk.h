@@ -5,7 +5,7 @@
 
 #include "dyop/distance/gjk.h"
 
-namespace dyop::internal {
+namespace dyop::distance_internal {
 
 /// What a query of two convex shapes passes to the next one of the same two at slightly different
 /// poses: the support points that spanned the nearest point, each in the frame of its shape.
@@ -29,4 +29,4 @@ struct GjkGoal {
 GjkResult gjk_distance(const ConvexShape& a, const ConvexShape& b, const RigidPose& X_AB,
                        const GjkGoal& goal, GjkSeed& seed);
 
-}  // namespace dyop::internal
+}  // namespace dyop::distance_internal

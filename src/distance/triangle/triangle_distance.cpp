@@ -7,7 +7,7 @@
 #include "distance/triangle/triangle_shared.h"
 
 namespace dyop {
-namespace internal {
+namespace distance_internal {
 namespace {
 
 /// Largest absolute difference of coordinates of the two triangles; NaN or infinite if one is.
@@ -91,10 +91,10 @@ int longest_of(const Scalar* squares) {
 
 }  // namespace
 
-}  // namespace internal
+}  // namespace distance_internal
 
 TriangleDistance triangle_distance(const Triangle& a, const Triangle& b) {
-  using namespace internal;
+  using namespace distance_internal;
   if (may_share_vertex(a, b)) {
     if (const unsigned equal = equal_vertices(a, b); equal != 0) {
       const Vector3 normal = touching_normal(a, b, equal);
@@ -139,7 +139,7 @@ TriangleDistance triangle_distance(const Triangle& a, const Triangle& b) {
 }
 
 Scalar triangle_noise(const Triangle& a, const Triangle& b) {
-  using namespace internal;
+  using namespace distance_internal;
   const Scalar size = TrianglePair(a, b).size;
   if (size >= kSmallestTriangleSize && size <= kLargestTriangleSize) return kTriangleNoise * size;
   const Scaling scaling(a, b);

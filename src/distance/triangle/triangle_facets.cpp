@@ -3,7 +3,7 @@
 
 #include <cstddef>
 
-namespace dyop::internal {
+namespace dyop::distance_internal {
 namespace {
 
 struct VertexOrder {
@@ -90,4 +90,4 @@ Witness directed_witness(const TrianglePair& pair, const Vector3& c) {
   return edge_witness(pair, i, j);
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::distance_internal

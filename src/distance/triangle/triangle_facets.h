@@ -7,7 +7,7 @@
 #include "core/simd_pair.h"
 #include "distance/triangle/triangle_pair.h"
 
-namespace dyop::internal {
+namespace dyop::distance_internal {
 
 /// Face normals a_2 x a_0 and b_2 x b_0, not normalised.
 inline VectorPair face_normals(const TrianglePair& pair) {
@@ -116,4 +116,4 @@ Witness directed_witness(const TrianglePair& pair, const Vector3& c);
 TriangleDistance resolve_triangle_pair(const TrianglePair& pair, const Facets& facets,
                                        const Vector3& direction, const TriangleDistance& found);
 
-}  // namespace dyop::internal
+}  // namespace dyop::distance_internal

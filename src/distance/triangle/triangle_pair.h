@@ -10,7 +10,7 @@
 
 /// Building blocks of triangle_distance(), private to it. The rounding bounds are proven in
 /// docs/algorithms/dyop.md, section "Rounding", for exactly the order of operations here.
-namespace dyop::internal {
+namespace dyop::distance_internal {
 
 /// Number of the corner (or edge) after k.
 inline constexpr int kNext[3] = {1, 2, 0};
@@ -196,4 +196,4 @@ inline TriangleDistance result_of(const Witness& w, const Bounds& bounds) {
           false};
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::distance_internal

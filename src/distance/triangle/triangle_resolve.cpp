@@ -5,7 +5,7 @@
 
 #include "distance/triangle/triangle_facets.h"
 
-namespace dyop::internal {
+namespace dyop::distance_internal {
 namespace {
 
 inline std::size_t at(int k) {
@@ -296,4 +296,4 @@ TriangleDistance resolve_triangle_pair(const TrianglePair& pair, const Facets& f
   return search.finished(facets);
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::distance_internal

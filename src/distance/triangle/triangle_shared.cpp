@@ -6,7 +6,7 @@
 
 #include "distance/triangle/triangle_facets.h"
 
-namespace dyop::internal {
+namespace dyop::distance_internal {
 namespace {
 
 constexpr int kRowOf[9] = {0, 0, 0, 1, 1, 1, 2, 2, 2};
@@ -58,4 +58,4 @@ Vector3 touching_normal(const Triangle& a, const Triangle& b, unsigned equal_mas
   return facet_normal(pair, Facets(pair, face_normals(pair)));
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::distance_internal

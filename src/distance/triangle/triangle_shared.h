@@ -6,7 +6,7 @@
 
 /// Triangles with common vertices, such as neighbours in a mesh: found by comparing coordinates, so
 /// that the distance is zero without rounding.
-namespace dyop::internal {
+namespace dyop::distance_internal {
 
 /// Which vertices are equal: bit 3 i + j for vertex i of a and j of b.
 inline unsigned equal_vertices(const Triangle& a, const Triangle& b) {
@@ -45,4 +45,4 @@ inline bool may_share_vertex(const Triangle& a, const Triangle& b) {
 /// size is out of range or a coordinate is not finite.
 Vector3 touching_normal(const Triangle& a, const Triangle& b, unsigned equal_mask);
 
-}  // namespace dyop::internal
+}  // namespace dyop::distance_internal

@@ -8,7 +8,7 @@
 namespace dyop {
 namespace {
 
-using namespace internal;
+using namespace distance_internal;
 
 bool is_corner(std::int32_t number) {
   return number >= 0 && number < 3;

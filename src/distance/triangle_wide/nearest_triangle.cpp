@@ -13,7 +13,7 @@
 #include "dyop/core/error.h"
 
 namespace dyop {
-namespace internal {
+namespace distance_internal {
 namespace {
 
 // From this number of triangles on, the wide kernel is faster than one call each.
@@ -82,13 +82,13 @@ std::optional<NearestTriangle> nearest_triangle(const Triangle& a, const Triangl
   return nearest.best;
 }
 
-}  // namespace internal
+}  // namespace distance_internal
 
 std::optional<NearestTriangle> nearest_triangle(const Triangle& a, const TriangleBlock& block,
                                                 int count, const Vector3& direction,
                                                 Scalar cutoff) {
-  return internal::nearest_triangle(a, block, count, direction, cutoff,
-                                    internal::best_instruction_set());
+  return distance_internal::nearest_triangle(a, block, count, direction, cutoff,
+                                             core_internal::best_instruction_set());
 }
 
 }  // namespace dyop

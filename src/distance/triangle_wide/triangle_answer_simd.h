@@ -4,7 +4,7 @@
 #include "distance/triangle_wide/triangle_search_simd.h"
 
 // Answers of all lanes, before they are stored in a block.
-namespace dyop::internal {
+namespace dyop::distance_internal {
 inline namespace DYOP_LANES {
 
 /// result_of() in all lanes.
@@ -74,4 +74,4 @@ struct AnswerLanes {
 };
 
 }  // namespace DYOP_LANES
-}  // namespace dyop::internal
+}  // namespace dyop::distance_internal

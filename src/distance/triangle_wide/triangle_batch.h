@@ -5,7 +5,7 @@
 #include "dyop/distance/nearest_triangle.h"
 #include "dyop/distance/triangle_distance_batch.h"
 
-namespace dyop::internal {
+namespace dyop::distance_internal {
 
 /// triangle_distances() with a given instruction set, which this processor must support; for tests.
 void triangle_distances(const TriangleBlocks& a, const TriangleBlocks& b, InstructionSet set,
@@ -16,4 +16,4 @@ std::optional<NearestTriangle> nearest_triangle(const Triangle& a, const Triangl
                                                 int count, const Vector3& direction, Scalar cutoff,
                                                 InstructionSet set);
 
-}  // namespace dyop::internal
+}  // namespace dyop::distance_internal

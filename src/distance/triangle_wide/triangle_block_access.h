@@ -6,7 +6,7 @@
 #include "dyop/distance/triangle_block.h"
 
 /// Access to single triangles and answers in blocks.
-namespace dyop::internal {
+namespace dyop::distance_internal {
 
 inline Triangle triangle_at(const TriangleBlock& block, std::size_t n) {
   Triangle triangle;
@@ -36,4 +36,4 @@ inline TriangleDistance answer_at(const TriangleDistanceBlock& d, std::size_t n)
 /// The constants of tolerance.h, for the kernels.
 const TriangleConstants& triangle_constants();
 
-}  // namespace dyop::internal
+}  // namespace dyop::distance_internal

@@ -9,7 +9,7 @@
 #include "dyop/core/error.h"
 
 namespace dyop {
-namespace internal {
+namespace distance_internal {
 namespace {
 
 constexpr std::size_t kBlockWidth = kTriangleBlockWidth;
@@ -159,31 +159,35 @@ void triangle_distances(const TriangleBlocks& a, const TriangleBlocks& b, Instru
   BatchSolver(a, b, answers, set).solve();
 }
 
-}  // namespace internal
+}  // namespace distance_internal
 
 TriangleBlocks::TriangleBlocks(std::size_t count)
-    : count_(count), blocks_((count + internal::kBlockWidth - 1) / internal::kBlockWidth) {}
+    : count_(count),
+      blocks_((count + distance_internal::kBlockWidth - 1) / distance_internal::kBlockWidth) {}
 
 Triangle TriangleBlocks::operator[](std::size_t n) const {
-  return internal::triangle_at(blocks_[n / internal::kBlockWidth], n % internal::kBlockWidth);
+  return distance_internal::triangle_at(blocks_[n / distance_internal::kBlockWidth],
+                                        n % distance_internal::kBlockWidth);
 }
 
 void TriangleBlocks::set(std::size_t n, const Triangle& triangle) {
-  internal::set_triangle(blocks_[n / internal::kBlockWidth], n % internal::kBlockWidth, triangle);
+  distance_internal::set_triangle(blocks_[n / distance_internal::kBlockWidth],
+                                  n % distance_internal::kBlockWidth, triangle);
 }
 
 void TriangleDistanceBlocks::resize(std::size_t count) {
   count_ = count;
-  blocks_.resize((count + internal::kBlockWidth - 1) / internal::kBlockWidth);
+  blocks_.resize((count + distance_internal::kBlockWidth - 1) / distance_internal::kBlockWidth);
 }
 
 TriangleDistance TriangleDistanceBlocks::operator[](std::size_t n) const {
-  return internal::answer_at(blocks_[n / internal::kBlockWidth], n % internal::kBlockWidth);
+  return distance_internal::answer_at(blocks_[n / distance_internal::kBlockWidth],
+                                      n % distance_internal::kBlockWidth);
 }
 
 void triangle_distances(const TriangleBlocks& a, const TriangleBlocks& b,
                         TriangleDistanceBlocks& answers) {
-  internal::triangle_distances(a, b, internal::best_instruction_set(), answers);
+  distance_internal::triangle_distances(a, b, core_internal::best_instruction_set(), answers);
 }
 
 }  // namespace dyop

@@ -4,7 +4,7 @@
 #include "distance/triangle_wide/triangle_witness_simd.h"
 
 // Faces in witnesses and as normals, one pair per lane, as in triangle_facets.cpp.
-namespace dyop::internal {
+namespace dyop::distance_internal {
 inline namespace DYOP_LANES {
 
 /// Whose face the lanes use: the face of one triangle and the vertices of the other.
@@ -110,4 +110,4 @@ DYOP_INLINE void facet_normal(const PairLanes& pair, const FacetLanes& facets,
 }
 
 }  // namespace DYOP_LANES
-}  // namespace dyop::internal
+}  // namespace dyop::distance_internal

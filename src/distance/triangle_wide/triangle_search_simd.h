@@ -4,7 +4,7 @@
 #include "distance/triangle_wide/triangle_face_simd.h"
 
 // The first stages of triangle_resolve.cpp, one pair per lane.
-namespace dyop::internal {
+namespace dyop::distance_internal {
 inline namespace DYOP_LANES {
 
 DYOP_INLINE EdgeChoice no_choice() {
@@ -175,4 +175,4 @@ struct SearchLanes {
 };
 
 }  // namespace DYOP_LANES
-}  // namespace dyop::internal
+}  // namespace dyop::distance_internal

@@ -4,7 +4,7 @@
 #include "distance/triangle_wide/triangle_answer_simd.h"
 
 // Pairs with vertices in common, as in triangle_shared.cpp, one pair per lane.
-namespace dyop::internal {
+namespace dyop::distance_internal {
 inline namespace DYOP_LANES {
 
 struct SharedLanes {
@@ -107,4 +107,4 @@ DYOP_INLINE void touch(Mask lanes, const SharedLanes& shared, const Lanes* norma
 }
 
 }  // namespace DYOP_LANES
-}  // namespace dyop::internal
+}  // namespace dyop::distance_internal

@@ -6,7 +6,7 @@
 
 // The building blocks of triangle_pair.h and triangle_facets.h, one pair per lane: the same
 // operations in the same order, so that every lane has the same bits. They are documented there.
-namespace dyop::internal {
+namespace dyop::distance_internal {
 inline namespace DYOP_LANES {
 
 using Mask = Lanes::Mask;
@@ -187,4 +187,4 @@ struct FacetLanes {
 };
 
 }  // namespace DYOP_LANES
-}  // namespace dyop::internal
+}  // namespace dyop::distance_internal

@@ -4,7 +4,7 @@
 #include "core/tolerance.h"
 #include "distance/triangle_wide/triangle_block_access.h"
 
-namespace dyop::internal {
+namespace dyop::distance_internal {
 
 extern const TriangleWideKernels triangle_wide_baseline;
 #ifdef DYOP_HAS_X86_KERNELS
@@ -33,4 +33,4 @@ const TriangleConstants& triangle_constants() {
   return kConstants;
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::distance_internal

@@ -4,7 +4,7 @@
 #include "core/instruction_set.h"
 #include "dyop/distance/triangle_block.h"
 
-namespace dyop::internal {
+namespace dyop::distance_internal {
 
 /// Constants of core/tolerance.h, which the kernels may not include.
 struct TriangleConstants {
@@ -55,4 +55,4 @@ struct TriangleWideKernels {
 /// The kernels for an instruction set, which this processor must support.
 const TriangleWideKernels& triangle_wide_kernels(InstructionSet set);
 
-}  // namespace dyop::internal
+}  // namespace dyop::distance_internal

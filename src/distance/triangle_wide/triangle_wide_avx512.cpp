@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "distance/triangle_wide/triangle_wide_simd.h"
 
-namespace dyop::internal {
+namespace dyop::distance_internal {
 
 extern const TriangleWideKernels triangle_wide_avx512;
 const TriangleWideKernels triangle_wide_avx512 = {decide_triangles<false>, decide_triangles<true>,
                                                   triangles_within};
 
-}  // namespace dyop::internal
+}  // namespace dyop::distance_internal

@@ -5,7 +5,7 @@
 
 // The kernels of triangle_wide.h for the instruction set that the including file is compiled for.
 // The stages are those of triangle_distance(), in the same order.
-namespace dyop::internal {
+namespace dyop::distance_internal {
 inline namespace DYOP_LANES {
 
 /// First candidates of pairs that are not far.
@@ -157,4 +157,4 @@ static unsigned triangles_within(const TriangleBlock& block, const TriangleSlab&
 }
 
 }  // namespace DYOP_LANES
-}  // namespace dyop::internal
+}  // namespace dyop::distance_internal

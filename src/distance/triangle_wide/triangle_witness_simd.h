@@ -4,7 +4,7 @@
 #include "distance/triangle_wide/triangle_simd.h"
 
 // Witnesses and their proofs, one pair per lane, as in triangle_pair.h and triangle_facets.cpp.
-namespace dyop::internal {
+namespace dyop::distance_internal {
 inline namespace DYOP_LANES {
 
 struct WitnessLanes {
@@ -116,4 +116,4 @@ DYOP_INLINE EdgeChoice directed_edges(const PairLanes& pair, const Lanes* direct
 }
 
 }  // namespace DYOP_LANES
-}  // namespace dyop::internal
+}  // namespace dyop::distance_internal

@@ -12,9 +12,9 @@
 namespace dyop {
 namespace {
 
-using internal::GuardedFunction;
-using internal::SundialsDeleter;
-using internal::SundialsSolver;
+using dynamics_internal::GuardedFunction;
+using dynamics_internal::SundialsDeleter;
+using dynamics_internal::SundialsSolver;
 
 void free_arkode(void* memory) {
   ERKStepFree(&memory);
@@ -79,7 +79,7 @@ class ArkodeSolver final : public SundialsSolver {
 
 std::unique_ptr<SundialsSolver> make_solver(OdeFunction f, std::size_t size,
                                             const IntegratorOptions& options) {
-  internal::require_valid(f, options);
+  dynamics_internal::require_valid(f, options);
   if (size == 0) return nullptr;
   return std::make_unique<ArkodeSolver>(std::move(f), size, options);
 }

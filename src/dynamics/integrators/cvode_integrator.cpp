@@ -16,9 +16,9 @@
 namespace dyop {
 namespace {
 
-using internal::GuardedFunction;
-using internal::SundialsDeleter;
-using internal::SundialsSolver;
+using dynamics_internal::GuardedFunction;
+using dynamics_internal::SundialsDeleter;
+using dynamics_internal::SundialsSolver;
 
 // CVODE's default limit on failures to solve the implicit equations within one step.
 constexpr std::int64_t kConvergenceFailures = 10;
@@ -125,7 +125,7 @@ class CvodeSolver final : public SundialsSolver {
 
 std::unique_ptr<SundialsSolver> make_solver(CvodeMethod method, OdeFunction f, std::size_t size,
                                             const IntegratorOptions& options) {
-  internal::require_valid(f, options);
+  dynamics_internal::require_valid(f, options);
   if (size == 0) return nullptr;
   return std::make_unique<CvodeSolver>(method, std::move(f), size, options);
 }

@@ -19,7 +19,7 @@ std::unique_ptr<Integrator> make_integrator(IntegratorKind kind, OdeFunction f, 
       return std::make_unique<CvodeIntegrator>(CvodeMethod::Bdf, std::move(f), size, options);
   }
   throw InvalidArgument(
-      internal::compose_message("unknown integrator kind ", static_cast<int>(kind)));
+      core_internal::compose_message("unknown integrator kind ", static_cast<int>(kind)));
 }
 
 }  // namespace dyop

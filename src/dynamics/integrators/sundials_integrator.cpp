@@ -10,7 +10,7 @@
 
 namespace dyop {
 
-using internal::compose_message;
+using core_internal::compose_message;
 
 namespace {
 
@@ -30,7 +30,7 @@ struct SundialsIntegrator::Impl {
   void solver_step(Scalar t_end);
   void accept(Scalar t);
 
-  std::unique_ptr<internal::SundialsSolver> solver;
+  std::unique_ptr<dynamics_internal::SundialsSolver> solver;
   IntegratorOptions options;
   Scalar begin = 0;
   Scalar time = 0;
@@ -45,7 +45,7 @@ struct SundialsIntegrator::Impl {
   std::int64_t rejected_before = 0;  // before the solver's last restart
 };
 
-SundialsIntegrator::SundialsIntegrator(std::unique_ptr<internal::SundialsSolver> solver,
+SundialsIntegrator::SundialsIntegrator(std::unique_ptr<dynamics_internal::SundialsSolver> solver,
                                        std::size_t size, const IntegratorOptions& options)
     : impl_(std::make_unique<Impl>()) {
   impl_->solver = std::move(solver);

@@ -8,7 +8,7 @@
 #include <cstdlib>
 #include <utility>
 
-namespace dyop::internal {
+namespace dyop::dynamics_internal {
 
 void require_valid(const OdeFunction& f, const IntegratorOptions& options) {
   DYOP_REQUIRE(f != nullptr, "integrator: the right-hand side is empty");
@@ -95,4 +95,4 @@ void SundialsSolver::keep_message(int, const char*, const char*, char* message,
   }
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::dynamics_internal

@@ -13,7 +13,7 @@
 
 #include "dyop/dynamics/integrator.h"
 
-namespace dyop::internal {
+namespace dyop::dynamics_internal {
 
 /// Owns a SUNDIALS object; Free takes the handle.
 template <typename Handle, auto Free>
@@ -99,4 +99,4 @@ class SundialsSolver {
   std::string message_;
 };
 
-}  // namespace dyop::internal
+}  // namespace dyop::dynamics_internal

@@ -7,7 +7,7 @@
 #include "toi/rigid/listed_impact.h"
 #include "toi/toi_memory.h"
 
-namespace dyop::internal {
+namespace dyop::dynamics_internal {
 namespace {
 
 // How far apart the bounds of a gap may stay that only serves as a proof, relative to it. Where
@@ -166,4 +166,4 @@ Certificate certify(PairState& pair, const BodyMove& a, const BodyMove& b,
   return certificate;
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::dynamics_internal

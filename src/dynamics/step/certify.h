@@ -10,7 +10,7 @@
 #include "dyop/dynamics/advance_report.h"
 #include "dyop/toi/time_of_impact.h"
 
-namespace dyop::internal {
+namespace dyop::dynamics_internal {
 
 /// Limits on the queries of a step.
 struct QueryLimits {
@@ -45,4 +45,4 @@ std::optional<AdvanceStatus> failure_of(ToiStatus status);
 
 void add(ToiStatistics& sum, const ToiStatistics& part);
 
-}  // namespace dyop::internal
+}  // namespace dyop::dynamics_internal

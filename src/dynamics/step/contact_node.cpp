@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "dynamics/step/contact_substep.h"
-#include "dynamics/step/substep_problem.h"
 #include "dynamics/step/spring_rows.h"
+#include "dynamics/step/substep_problem.h"
 
-namespace dyop::internal {
+namespace dyop::dynamics_internal {
 
 namespace {
 
@@ -80,4 +80,4 @@ void solve_contact_node(IslandRun& run, Scalar tau, bool may_bounce) {
   }
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::dynamics_internal

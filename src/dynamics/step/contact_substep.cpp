@@ -8,12 +8,12 @@
 #include "dynamics/step/blocked/horizon.h"
 #include "dynamics/step/gaps/substep_ends.h"
 #include "dynamics/step/joint_rows.h"
+#include "dynamics/step/spring_rows.h"
 #include "dynamics/step/substep_problem.h"
 #include "dynamics/step/substep_proofs.h"
-#include "dynamics/step/spring_rows.h"
 #include "motion/guarded_state.h"
 
-namespace dyop::internal {
+namespace dyop::dynamics_internal {
 namespace {
 
 using Member = IslandRun::Member;
@@ -57,7 +57,9 @@ class ContactSubstep {
   void set_free_velocities();
   void solve_move();
   // A larger residual shows that constraints contradict each other.
-  Scalar contradiction() const { return kContradictionTolerances * 0.001 * substep_.rest_offset() / tau_; }
+  Scalar contradiction() const {
+    return kContradictionTolerances * 0.001 * substep_.rest_offset() / tau_;
+  }
   bool update_errors();
   RigidPose end_pose(const std::optional<std::size_t>& member, const BodyRecord& body) const;
   void make_moves();
@@ -89,7 +91,12 @@ class ContactSubstep {
 };
 
 ContactSubstep::ContactSubstep(IslandRun& run, Scalar tau, bool may_bounce, bool lands)
-    : run_(run), tau_(tau), may_bounce_(may_bounce), lands_(lands), substep_(run), proofs_(run, tau) {
+    : run_(run),
+      tau_(tau),
+      may_bounce_(may_bounce),
+      lands_(lands),
+      substep_(run),
+      proofs_(run, tau) {
   for (const Member& member : run.members()) {
     const MotionState state = motion_state(
         member.body->definition.mass_properties, member.state.X_WM, member.state.v_W,
@@ -179,7 +186,7 @@ void ContactSubstep::make_moves() {
 }
 
 RigidPose ContactSubstep::end_pose(const std::optional<std::size_t>& member,
-                               const BodyRecord& body) const {
+                                   const BodyRecord& body) const {
   const Scalar t_end = run_.now() + tau_;
   if (member) return moves_[*member].motion->pose(t_end);
   if (body.definition.kind == BodyKind::Kinematic) return body.definition.motion->pose(t_end);
@@ -372,4 +379,4 @@ bool run_contact_substep(IslandRun& run, bool may_bounce) {
   return false;
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::dynamics_internal

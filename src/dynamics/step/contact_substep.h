@@ -3,7 +3,7 @@
 
 #include "dynamics/step/island_run.h"
 
-namespace dyop::internal {
+namespace dyop::dynamics_internal {
 
 /// Steps an island in contact from now() towards the end of the step by the second-order scheme of
 /// docs/algorithms/contact_substeps.md:
@@ -22,4 +22,4 @@ bool run_contact_substep(IslandRun& run, bool may_bounce);
 /// poses.
 void solve_contact_node(IslandRun& run, Scalar tau, bool may_bounce);
 
-}  // namespace dyop::internal
+}  // namespace dyop::dynamics_internal

@@ -6,7 +6,7 @@
 #include "dynamics/step/island_run.h"
 #include "dynamics/step/substep_problem.h"
 
-namespace dyop::internal {
+namespace dyop::dynamics_internal {
 namespace {
 
 using RunPair = IslandRun::RunPair;
@@ -118,7 +118,8 @@ ImpactSolve::ImpactSolve(IslandRun& run, bool takes_all) : run_(run), substep_(r
     const bool is_equality = substep_.rows()[i].equation.kind == JointEquation::Kind::Equality;
     const Scalar left = substep_.rows()[i].equation.value;
     const bool is_motor = substep_.rows()[i].equation.kind == JointEquation::Kind::Motor;
-    if (!is_motor) substep_.set_row_target(i, is_equality ? 0 : std::min(0.0, -left / run.context().h));
+    if (!is_motor)
+      substep_.set_row_target(i, is_equality ? 0 : std::min(0.0, -left / run.context().h));
   }
   for (std::size_t i = 0; i < substep_.contacts().size(); ++i) {
     const SubstepContact& entry = substep_.contacts()[i];
@@ -267,4 +268,4 @@ bool resolve_impacts(IslandRun& run, bool may_bounce) {
   return true;
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::dynamics_internal

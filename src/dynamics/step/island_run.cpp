@@ -9,7 +9,7 @@
 #include "dynamics/step/island/lone_flight.h"
 #include "dyop/motion/rest_motion.h"
 
-namespace dyop::internal {
+namespace dyop::dynamics_internal {
 namespace {
 
 // Limits on one island in one step of the World.
@@ -220,7 +220,7 @@ bool IslandRun::try_flight() {
 }
 
 void IslandRun::commit_substep(Scalar t, const std::vector<BodyMove>& moves,
-                           std::vector<PairProof> proofs, const std::vector<Scalar>& closings) {
+                               std::vector<PairProof> proofs, const std::vector<Scalar>& closings) {
   for (std::size_t i = 0; i < members_.size(); ++i) {
     outcome_.tracks[i].pieces.push_back({{now_, t}, moves[i].motion, moves[i].is_rest});
   }
@@ -312,7 +312,8 @@ IslandOutcome IslandRun::run() {
   }
   for (RunPair& pair : pairs_) {
     PairState& state = *pair.state;
-    const Scalar reach = state.lengths.rest_gap() + kContactReachRestOffsets * state.lengths.rest_offset;
+    const Scalar reach =
+        state.lengths.rest_gap() + kContactReachRestOffsets * state.lengths.rest_offset;
     const auto points = state.points();
     state.has_contacts = outcome_.in_contact && pair.is_near &&
                          std::any_of(points.begin(), points.end(),
@@ -333,4 +334,4 @@ IslandOutcome IslandRun::run() {
   return std::move(outcome_);
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::dynamics_internal

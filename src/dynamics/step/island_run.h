@@ -14,7 +14,7 @@
 #include "dyop/contact/contact_generator.h"
 #include "dyop/dynamics/world_options.h"
 
-namespace dyop::internal {
+namespace dyop::dynamics_internal {
 
 /// Shared by all islands of a step; constant while they run.
 struct StepContext {
@@ -112,7 +112,7 @@ class IslandRun {
 
   /// Advances to time t: appends the moves (by member), proofs and closings (by pair).
   void commit_substep(Scalar t, const std::vector<BodyMove>& moves, std::vector<PairProof> proofs,
-                  const std::vector<Scalar>& closings);
+                      const std::vector<Scalar>& closings);
   /// Contacts of all near pairs at now().
   void find_contacts();
   /// A timer of one part of the work; see StepTimes.
@@ -157,4 +157,4 @@ bool resolve_impacts(IslandRun& run, bool may_bounce);
 /// Whether this pair bounces at this approach speed.
 bool bounces(const IslandRun& run, const IslandRun::RunPair& pair, Scalar normal_velocity);
 
-}  // namespace dyop::internal
+}  // namespace dyop::dynamics_internal

@@ -6,7 +6,7 @@
 
 #include "core/tolerance.h"
 
-namespace dyop::internal {
+namespace dyop::dynamics_internal {
 namespace {
 
 // A prediction that still changes by more than this part of what a substep can close is a guess.
@@ -53,7 +53,8 @@ bool update_joint_errors(SubstepProblem& substep, Scalar tau, const EndPose& end
     }
     const Scalar linear = entry.equation.value + tau * substep.row_velocity(i);
     const Scalar error = ends[entry.index].value - linear;
-    has_changed = has_changed || std::abs(error - entry.error) > kErrorChange * substep.rest_offset();
+    has_changed =
+        has_changed || std::abs(error - entry.error) > kErrorChange * substep.rest_offset();
     entry.change = std::abs(error - entry.error);
     entry.error = error;
   }
@@ -83,4 +84,4 @@ bool release_joint_recovery(SubstepProblem& substep, Scalar tau) {
   return has_recovery;
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::dynamics_internal

@@ -6,7 +6,7 @@
 
 #include "dynamics/step/substep_problem.h"
 
-namespace dyop::internal {
+namespace dyop::dynamics_internal {
 
 /// Targets of the joints' rows for a move of length tau: they close the joint's errors, no faster
 /// than bodies that began too near are pushed apart, and undo all that the substep itself would add.
@@ -27,4 +27,4 @@ bool joints_are_guessed(const SubstepProblem& substep, Scalar tau);
 /// Removes from the targets what only recovers errors of position. Returns whether there was any.
 bool release_joint_recovery(SubstepProblem& substep, Scalar tau);
 
-}  // namespace dyop::internal
+}  // namespace dyop::dynamics_internal

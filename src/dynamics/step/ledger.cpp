@@ -5,7 +5,7 @@
 
 #include "dyop/core/error.h"
 
-namespace dyop::internal {
+namespace dyop::dynamics_internal {
 namespace {
 
 // Ranks proofs from strong to weak; several proofs of a pair are reported as the weakest.
@@ -79,4 +79,4 @@ Ledger::Ledger(const TimeInterval& interval, std::span<const PairKey> candidates
   }
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::dynamics_internal

@@ -9,7 +9,7 @@
 #include "dyop/core/time_interval.h"
 #include "dyop/toi/toi_result.h"
 
-namespace dyop::internal {
+namespace dyop::dynamics_internal {
 
 /// Evidence that a pair kept its distance over an interval. Only the functions below create one.
 class PairProof {
@@ -59,4 +59,4 @@ class Ledger {
   std::vector<Entry> entries_;
 };
 
-}  // namespace dyop::internal
+}  // namespace dyop::dynamics_internal

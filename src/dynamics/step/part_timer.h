@@ -5,7 +5,7 @@
 
 #include "dyop/core/types.h"
 
-namespace dyop::internal {
+namespace dyop::dynamics_internal {
 
 /// Adds the time it lives, in seconds, to a sum, unless it is off: then it reads no clock.
 class PartTimer {
@@ -25,4 +25,4 @@ class PartTimer {
   Clock::time_point begin_;
 };
 
-}  // namespace dyop::internal
+}  // namespace dyop::dynamics_internal

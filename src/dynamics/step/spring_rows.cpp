@@ -5,7 +5,7 @@
 
 #include "core/tolerance.h"
 
-namespace dyop::internal {
+namespace dyop::dynamics_internal {
 namespace {
 
 // A solve is repeated if the length or direction of a spring has changed by more than this relative
@@ -234,4 +234,4 @@ void add_spring_ends(SubstepProblem& node, Scalar tau, std::vector<Vector3>& fre
   }
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::dynamics_internal

@@ -6,7 +6,7 @@
 #include "dynamics/spring_state.h"
 #include "dynamics/step/joint_rows.h"
 
-namespace dyop::internal {
+namespace dyop::dynamics_internal {
 
 /// The springs of an island in one move of length tau, by the implicit midpoint rule: half the
 /// impulse of the force at the middle of the move acts in the move, as three soft rows of the
@@ -58,4 +58,4 @@ class SpringRows {
 /// row that looks half a step ahead: what the step cannot resolve dies down.
 void add_spring_ends(SubstepProblem& node, Scalar tau, std::vector<Vector3>& free_L_W);
 
-}  // namespace dyop::internal
+}  // namespace dyop::dynamics_internal

@@ -7,7 +7,7 @@
 
 #include "core/tolerance.h"
 
-namespace dyop::internal {
+namespace dyop::dynamics_internal {
 namespace {
 
 // An island of more contacts is large. Its tolerance is this part of its speed while it moves by more
@@ -92,7 +92,7 @@ void SubstepProblem::set_supports(Scalar tau) {
 }
 
 std::size_t SubstepProblem::body_index(const std::optional<std::size_t>& member,
-                                   const BodyRecord& body) const {
+                                       const BodyRecord& body) const {
   if (member) return *member;
   for (const auto& [slot, index] : supports_) {
     if (slot == body.id.slot) return index;
@@ -100,7 +100,8 @@ std::size_t SubstepProblem::body_index(const std::optional<std::size_t>& member,
   throw InternalError("contact with a body outside its island");
 }
 
-void SubstepProblem::ensure_support(const std::optional<std::size_t>& member, const BodyRecord& body) {
+void SubstepProblem::ensure_support(const std::optional<std::size_t>& member,
+                                    const BodyRecord& body) {
   if (member) return;
   for (const auto& [slot, index] : supports_) {
     if (slot == body.id.slot) return;
@@ -348,4 +349,4 @@ std::vector<Vector3> SubstepProblem::angular_momenta(std::vector<Vector3> free_L
   return free_L_W;
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::dynamics_internal

@@ -8,7 +8,7 @@
 #include "dynamics/step/island_run.h"
 #include "dyop/core/error.h"
 
-namespace dyop::internal {
+namespace dyop::dynamics_internal {
 
 /// A joint's row in a substep.
 struct SubstepRow {
@@ -170,4 +170,4 @@ class SubstepProblem {
   Scalar start_speed_ = 0;  // of the fastest member, turning included
 };
 
-}  // namespace dyop::internal
+}  // namespace dyop::dynamics_internal

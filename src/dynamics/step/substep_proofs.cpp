@@ -5,7 +5,7 @@
 
 #include "core/tolerance.h"
 
-namespace dyop::internal {
+namespace dyop::dynamics_internal {
 namespace {
 
 // Asked for besides what is kept, in rest offsets. Larger: contacts at rest are nearer than that;
@@ -93,4 +93,4 @@ std::size_t SubstepProofs::first_hit() const {
   return first;
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::dynamics_internal

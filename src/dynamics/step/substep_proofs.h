@@ -6,7 +6,7 @@
 
 #include "dynamics/step/island_run.h"
 
-namespace dyop::internal {
+namespace dyop::dynamics_internal {
 
 /// The proofs of all pairs of an island for one substep, round after round from the same start.
 class SubstepProofs {
@@ -48,4 +48,4 @@ class SubstepProofs {
   std::size_t last_hits_ = 0;  // of the round before
 };
 
-}  // namespace dyop::internal
+}  // namespace dyop::dynamics_internal

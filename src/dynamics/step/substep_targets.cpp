@@ -5,7 +5,7 @@
 #include "core/tolerance.h"
 #include "dynamics/step/substep_problem.h"
 
-namespace dyop::internal {
+namespace dyop::dynamics_internal {
 namespace {
 
 using RunPair = IslandRun::RunPair;
@@ -170,4 +170,4 @@ Scalar SubstepProblem::target_of_substep(std::size_t contact, Scalar tau, bool r
   return recovers ? value : std::min(value, Scalar{0});
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::dynamics_internal

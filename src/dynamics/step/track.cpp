@@ -7,7 +7,7 @@
 #include "core/tolerance.h"
 #include "dyop/motion/sequence_motion.h"
 
-namespace dyop::internal {
+namespace dyop::dynamics_internal {
 namespace {
 
 // Largest speed of any point of B relative to A.
@@ -125,4 +125,4 @@ std::optional<ChordMotion> chord_motion(const BodyMove& a, const BodyMove& b,
                      chord_side(a, b, tau), chord_side(b, a, tau)};
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::dynamics_internal

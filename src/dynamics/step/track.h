@@ -12,7 +12,7 @@
 #include "dyop/core/time_interval.h"
 #include "dyop/motion/constant_twist_motion.h"
 
-namespace dyop::internal {
+namespace dyop::dynamics_internal {
 
 /// How one body moves over a span of time, and what bounds need to know of it.
 struct BodyMove {
@@ -75,4 +75,4 @@ NearBound approach_bound(const BodyMove& a, const BodyMove& b, const TimeInterva
 std::optional<ChordMotion> chord_motion(const BodyMove& a, const BodyMove& b,
                                         const TimeInterval& interval);
 
-}  // namespace dyop::internal
+}  // namespace dyop::dynamics_internal

@@ -11,7 +11,7 @@
 #include "dynamics/free_flight.h"
 #include "dynamics/step/island/lone_flight.h"
 
-namespace dyop::internal {
+namespace dyop::dynamics_internal {
 namespace {
 
 // Limit on merging rounds in one step; each adds at least one pair to an island.
@@ -393,4 +393,4 @@ AdvanceStatus WorldStep::run() {
   return is_proven ? AdvanceStatus::NotRun : AdvanceStatus::NumericalLimit;
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::dynamics_internal

@@ -6,7 +6,7 @@
 
 #include "dynamics/world_impl.h"
 
-namespace dyop::internal {
+namespace dyop::dynamics_internal {
 
 /// One step of a World: plans islands, runs them, proves the pairs between them, merges and reruns
 /// islands that met, commits.
@@ -60,4 +60,4 @@ class WorldStep {
   std::vector<PairProof> proofs_;  // of pairs between islands
 };
 
-}  // namespace dyop::internal
+}  // namespace dyop::dynamics_internal

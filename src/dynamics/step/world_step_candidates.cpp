@@ -8,7 +8,7 @@
 #include "dynamics/free_flight.h"
 #include "dynamics/step/world_step.h"
 
-namespace dyop::internal {
+namespace dyop::dynamics_internal {
 namespace {
 
 // Islands of so many bodies are worth a forecast.
@@ -211,4 +211,4 @@ void WorldStep::commit_rest() {
   world_.commit(Ledger(interval, keys, std::move(proofs)), islands_, outcomes_, report_);
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::dynamics_internal

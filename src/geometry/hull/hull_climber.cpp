@@ -7,7 +7,7 @@
 
 #include "core/tolerance.h"
 
-namespace dyop::internal {
+namespace dyop::geometry_internal {
 namespace {
 
 constexpr int kStartCount = 64;
@@ -108,4 +108,4 @@ std::optional<std::int32_t> HullClimber::find(const Vector3& direction) const {
   return std::nullopt;
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::geometry_internal

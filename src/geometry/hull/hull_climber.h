@@ -7,7 +7,7 @@
 
 #include "dyop/geometry/triangle_mesh.h"
 
-namespace dyop::internal {
+namespace dyop::geometry_internal {
 
 // Finds farthest vertices of a convex polytope by climbing along its edges.
 class HullClimber {
@@ -29,4 +29,4 @@ class HullClimber {
   std::vector<std::int32_t> starts_;  // the farthest vertices along spread-out directions
 };
 
-}  // namespace dyop::internal
+}  // namespace dyop::geometry_internal

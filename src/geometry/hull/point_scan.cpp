@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-namespace dyop::internal {
+namespace dyop::geometry_internal {
 
 PointScan::PointScan(std::span<const Vector3> points) : blocks_((points.size() + 3) / kLanes) {
   for (std::size_t k = 0; k < blocks_.size() * kLanes; ++k) {
@@ -41,4 +41,4 @@ Scalar PointScan::reach(const Vector3& direction) const {
   return largest(direction) + 0 * direction.sum();
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::geometry_internal

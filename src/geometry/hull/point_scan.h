@@ -7,7 +7,7 @@
 
 #include "dyop/core/types.h"
 
-namespace dyop::internal {
+namespace dyop::geometry_internal {
 
 // Finds farthest points of a fixed list by testing all of them, four at a time.
 class PointScan {
@@ -37,4 +37,4 @@ class PointScan {
   std::vector<Block> blocks_;  // the last one is filled up with the last point
 };
 
-}  // namespace dyop::internal
+}  // namespace dyop::geometry_internal

@@ -12,7 +12,7 @@
 #include "dyop/core/error.h"
 #include "exact/orientation.h"
 
-namespace dyop::internal {
+namespace dyop::geometry_internal {
 namespace {
 
 // Scaled by a power of two to size one, with vanishing coordinates set to zero, as the exact
@@ -305,4 +305,4 @@ HullSurface quickhull(std::span<const Vector3> input) {
   return {3, Quickhull(points, {0, *b, *c, *d}).run()};
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::geometry_internal

@@ -6,7 +6,7 @@
 
 #include "dyop/core/triangle.h"
 
-namespace dyop::internal {
+namespace dyop::geometry_internal {
 
 // The surface of a convex hull, with the input's point numbers.
 struct HullSurface {
@@ -20,4 +20,4 @@ struct HullSurface {
 // triangles use, exactly, except that coordinates below 2^-200 of the largest count as zero.
 HullSurface quickhull(std::span<const Vector3> points);
 
-}  // namespace dyop::internal
+}  // namespace dyop::geometry_internal

@@ -117,7 +117,7 @@ void run_unpaced(const Loop& loop, std::vector<Feeder>& feeders,
 
 void run_paced(const Loop& loop, std::vector<Feeder>& feeders,
                const std::function<void(const TickRecord&)>& sink, const std::stop_token& stop) {
-  internal::RecordRing ring(kWaitingTicks);
+  haptics_internal::RecordRing ring(kWaitingTicks);
   Worker tissue([&] {
     for (Feeder& feeder : feeders) feeder.offer();
   });
@@ -126,7 +126,7 @@ void run_paced(const Loop& loop, std::vector<Feeder>& feeders,
       if (sink) sink(*record);
     }
   });
-  const internal::RealTime rights(loop.options.wants_real_time);
+  const haptics_internal::RealTime rights(loop.options.wants_real_time);
   loop.report.has_real_time_priority = rights.has_priority();
   loop.report.has_locked_memory = rights.has_locked_memory();
   loop.report.rights = rights.words();

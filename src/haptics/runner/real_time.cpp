@@ -11,7 +11,7 @@
 #include <cerrno>
 #endif
 
-namespace dyop::internal {
+namespace dyop::haptics_internal {
 
 #ifdef __linux__
 
@@ -45,4 +45,4 @@ RealTime::~RealTime() = default;
 
 #endif
 
-}  // namespace dyop::internal
+}  // namespace dyop::haptics_internal

@@ -3,7 +3,7 @@
 
 #include <string>
 
-namespace dyop::internal {
+namespace dyop::haptics_internal {
 
 /// Gives the calling thread real-time priority and locks the process's memory, where the system
 /// allows it, until destroyed.
@@ -25,4 +25,4 @@ class RealTime {
   std::string words_;
 };
 
-}  // namespace dyop::internal
+}  // namespace dyop::haptics_internal

@@ -7,7 +7,7 @@
 
 #include "dyop/haptics/haptic_runner.h"
 
-namespace dyop::internal {
+namespace dyop::haptics_internal {
 
 /// Hands ticks from one thread to another without waiting and, once its slots have grown, without
 /// allocating.
@@ -41,4 +41,4 @@ class RecordRing {
   std::atomic<std::size_t> taken_{0};
 };
 
-}  // namespace dyop::internal
+}  // namespace dyop::haptics_internal

@@ -55,7 +55,7 @@ AnatomyMesh turned(std::size_t triangles, Scalar slimness, Scalar length,
 }  // namespace
 
 AnatomyMesh make_liver(std::size_t triangles) {
-  AnatomyMesh mesh = internal::geodesic_sphere(triangles);
+  AnatomyMesh mesh = io_internal::geodesic_sphere(triangles);
   const Vector3 radii(80, 55, 35);
   // Evenly spread directions would be stretched by each axis' radius. These are drawn together
   // towards the long axes; the power is the one that leaves the least ratio of edges, 2.5.

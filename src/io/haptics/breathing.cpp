@@ -6,7 +6,7 @@
 #include <memory>
 #include <numbers>
 
-namespace dyop::internal {
+namespace dyop::io_internal {
 namespace {
 
 // What is left of the obstacle from a snapshot on.
@@ -101,4 +101,4 @@ TissueFeed read_breathing(const JsonNode& node, std::size_t obstacle,
   return feed;
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::io_internal

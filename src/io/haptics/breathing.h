@@ -6,7 +6,7 @@
 #include "dyop/haptics/haptic_runner.h"
 #include "io/json_reader.h"
 
-namespace dyop::internal {
+namespace dyop::io_internal {
 
 /// The key `breathing` of a tool scene (docs/tool-scene-format.md): an obstacle that moves by a
 /// formula, and is cut at given times.
@@ -16,4 +16,4 @@ TissueFeed read_breathing(const JsonNode& node, std::size_t obstacle,
                           const std::vector<Vector3>& vertices,
                           const std::vector<TriangleIndices>& triangles);
 
-}  // namespace dyop::internal
+}  // namespace dyop::io_internal

@@ -11,7 +11,7 @@
 
 #include "dyop/core/error.h"
 
-namespace dyop::internal {
+namespace dyop::io_internal {
 namespace {
 
 constexpr std::size_t kCorners = 12;
@@ -109,4 +109,4 @@ AnatomyMesh geodesic_sphere(std::size_t triangles) {
   return sphere.take();
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::io_internal

@@ -6,7 +6,8 @@
 #include "dyop/io/haptic_scene_file.h"
 
 namespace dyop {
-RecordedTissue::RecordedTissue(const HapticRecordingReader& reader, const std::filesystem::path& file)
+RecordedTissue::RecordedTissue(const HapticRecordingReader& reader,
+                               const std::filesystem::path& file)
     : reader_(reader), sources_(reader.sources().size()) {
   for (std::size_t k = 0; k < sources_.size(); ++k) {
     const SnapshotSource& recorded = reader.sources()[k];
@@ -45,8 +46,8 @@ HapticReplay replay_haptic_recording(
   replay.recorded_by = reader.header().version;
   reader.for_each_tick([&](const RecordedTick& recorded) {
     if (recorded.number != replay.ticks) {
-      throw FileError(file, internal::compose_message("lacks tick ", replay.ticks,
-                                                      ": the log was too slow for the run"));
+      throw FileError(file, core_internal::compose_message("lacks tick ", replay.ticks,
+                                                           ": the log was too slow for the run"));
     }
     for (std::size_t k = 0; k < recorded.new_snapshots.size(); ++k) {
       if (recorded.new_snapshots[k] == 0) continue;

@@ -4,17 +4,17 @@
 #include <algorithm>
 #include <cmath>
 
-#include "dyop/io/mesh_file.h"
 #include "dyop/io/anatomy.h"
+#include "dyop/io/mesh_file.h"
 #include "io/file_bytes.h"
-#include "io/json_reader.h"
 #include "io/haptics/breathing.h"
+#include "io/json_reader.h"
 
 namespace dyop {
 namespace {
 
-using internal::Json;
-using internal::JsonNode;
+using io_internal::Json;
+using io_internal::JsonNode;
 
 Scalar number_or(const JsonNode& node, const char* key, Scalar fallback) {
   return node.has(key) ? node.at(key).non_negative_number() : fallback;
@@ -197,7 +197,7 @@ DevicePose HapticRun::device(std::int64_t tick) const {
 }
 
 HapticRun parse_haptic_run(const std::filesystem::path& file, const std::string& text) {
-  const Json json = internal::parse_json(file, text);
+  const Json json = io_internal::parse_json(file, text);
   const JsonNode root(file, json);
   root.require_object({"title", "tool", "obstacles", "coupling", "rest_offset", "recovery_speed",
                        "max_work", "rate", "deadline", "duration", "strokes"});
@@ -210,9 +210,9 @@ HapticRun parse_haptic_run(const std::filesystem::path& file, const std::string&
     run.scene.obstacles.push_back(read_obstacle(item));
     if (!item.has("breathing")) continue;
     const ToolObstacle& obstacle = run.scene.obstacles.back();
-    run.tissue.push_back(internal::read_breathing(item.at("breathing"),
-                                                  run.scene.obstacles.size() - 1, obstacle.vertices,
-                                                  obstacle.triangles));
+    run.tissue.push_back(io_internal::read_breathing(item.at("breathing"),
+                                                     run.scene.obstacles.size() - 1,
+                                                     obstacle.vertices, obstacle.triangles));
   }
   for (const JsonNode& item : root.at("strokes").items(1)) {
     run.strokes.push_back(read_stroke(item, run.scene.hinges.size()));
@@ -224,14 +224,14 @@ HapticRun parse_haptic_run(const std::filesystem::path& file, const std::string&
 
 TissueFeed feed_of_formula(const std::filesystem::path& file, const std::string& formula,
                            std::size_t obstacle, const HapticScene& scene) {
-  const Json json = internal::parse_json(file, formula);
+  const Json json = io_internal::parse_json(file, formula);
   const ToolObstacle& at_start = scene.obstacles.at(obstacle);
-  return internal::read_breathing(JsonNode(file, json), obstacle, at_start.vertices,
-                                  at_start.triangles);
+  return io_internal::read_breathing(JsonNode(file, json), obstacle, at_start.vertices,
+                                     at_start.triangles);
 }
 
 HapticRun load_haptic_run(const std::filesystem::path& file) {
-  return parse_haptic_run(file, internal::read_bytes(file));
+  return parse_haptic_run(file, io_internal::read_bytes(file));
 }
 
 }  // namespace dyop

@@ -9,7 +9,7 @@
 #include <array>
 #include <cerrno>
 
-namespace dyop::internal {
+namespace dyop::io_internal {
 namespace {
 
 constexpr std::size_t kPiece = 4096;  // bytes read at once
@@ -57,4 +57,4 @@ void TransformPeer::flush() {
   if (sent < 0) is_open_ = would_wait();
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::io_internal

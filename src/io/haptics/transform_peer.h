@@ -9,7 +9,7 @@
 
 #include "dyop/io/transform_message.h"
 
-namespace dyop::internal {
+namespace dyop::io_internal {
 
 /// A file descriptor, closed with its owner.
 class Descriptor {
@@ -52,4 +52,4 @@ class TransformPeer {
   bool is_open_ = true;
 };
 
-}  // namespace dyop::internal
+}  // namespace dyop::io_internal

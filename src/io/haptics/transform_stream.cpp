@@ -18,7 +18,7 @@
 
 namespace dyop {
 
-using internal::Descriptor, internal::TransformPeer;
+using io_internal::Descriptor, io_internal::TransformPeer;
 
 namespace {
 

@@ -5,7 +5,7 @@
 #include "dyop/io/file_error.h"
 #include "io/mesh/mesh_reader.h"
 
-namespace dyop::internal {
+namespace dyop::io_internal {
 
 PolygonMesh read_with_assimp(const std::filesystem::path& file) {
   throw FileError(file,
@@ -13,4 +13,4 @@ PolygonMesh read_with_assimp(const std::filesystem::path& file) {
                   "(CMake option DYOP_WITH_ASSIMP); supported without it: .obj, .off, .ply, .stl");
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::io_internal

@@ -9,7 +9,7 @@
 #include "dyop/io/file_error.h"
 #include "io/mesh/mesh_reader.h"
 
-namespace dyop::internal {
+namespace dyop::io_internal {
 namespace {
 
 // assimp does not check indices.
@@ -82,4 +82,4 @@ PolygonMesh read_with_assimp(const std::filesystem::path& file) {
   return all;
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::io_internal

@@ -20,7 +20,7 @@
 namespace dyop {
 namespace {
 
-using internal::PolygonMesh;
+using io_internal::PolygonMesh;
 
 // The formats with a reader of our own; all others are left to assimp.
 struct MeshFormat {
@@ -28,8 +28,8 @@ struct MeshFormat {
   PolygonMesh (*read)(const std::filesystem::path& file, std::string_view bytes);
 };
 constexpr std::array kFormats{
-    MeshFormat{".obj", &internal::read_obj}, MeshFormat{".off", &internal::read_off},
-    MeshFormat{".ply", &internal::read_ply}, MeshFormat{".stl", &internal::read_stl}};
+    MeshFormat{".obj", &io_internal::read_obj}, MeshFormat{".off", &io_internal::read_off},
+    MeshFormat{".ply", &io_internal::read_ply}, MeshFormat{".stl", &io_internal::read_stl}};
 
 // Merges vertices at exactly the same place.
 class VertexJoiner {
@@ -81,9 +81,10 @@ PolygonMesh read_polygons(const std::filesystem::path& file) {
     throw FileError(
         file, "compressed meshes are supported only as .obj.gz, .off.gz, .ply.gz and .stl.gz");
   }
-  const std::string bytes = is_gzip ? internal::read_gzip_bytes(file) : internal::read_bytes(file);
+  const std::string bytes =
+      is_gzip ? io_internal::read_gzip_bytes(file) : io_internal::read_bytes(file);
   if (bytes.empty()) throw FileError(file, "the file is empty");
-  return is_ours ? format->read(file, bytes) : internal::read_with_assimp(file);
+  return is_ours ? format->read(file, bytes) : io_internal::read_with_assimp(file);
 }
 
 TriangleMesh join_and_triangulate(PolygonMesh polygons) {
@@ -104,7 +105,7 @@ TriangleMesh join_and_triangulate(PolygonMesh polygons) {
     for (const std::int32_t corner : polygons.polygon(k)) {
       polygon.push_back(numbers[std::size_t(corner)]);
     }
-    internal::append_triangles(vertices, polygon, triangles);
+    io_internal::append_triangles(vertices, polygon, triangles);
   }
   return TriangleMesh(std::move(vertices), std::move(triangles));
 }

@@ -9,7 +9,7 @@
 
 #include "dyop/core/types.h"
 
-namespace dyop::internal {
+namespace dyop::io_internal {
 
 /// The contents of a mesh file: its vertices in order, and polygons on them. A polygon of two
 /// corners is a segment, of one corner a point.
@@ -51,4 +51,4 @@ PolygonMesh read_stl(const std::filesystem::path& file, std::string_view bytes);
 /// @throws FileError if assimp cannot read the file, or this library was built without it.
 PolygonMesh read_with_assimp(const std::filesystem::path& file);
 
-}  // namespace dyop::internal
+}  // namespace dyop::io_internal

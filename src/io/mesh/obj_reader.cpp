@@ -4,7 +4,7 @@
 #include "io/mesh/mesh_reader.h"
 #include "io/text_scanner.h"
 
-namespace dyop::internal {
+namespace dyop::io_internal {
 namespace {
 
 // An index beyond the vertices seen so far: legal if the vertex comes later.
@@ -98,4 +98,4 @@ PolygonMesh read_obj(const std::filesystem::path& file, std::string_view bytes) 
   return ObjReader(file, bytes).read();
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::io_internal

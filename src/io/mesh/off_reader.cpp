@@ -4,7 +4,7 @@
 #include "io/mesh/mesh_reader.h"
 #include "io/text_scanner.h"
 
-namespace dyop::internal {
+namespace dyop::io_internal {
 namespace {
 
 struct OffCounts {
@@ -88,4 +88,4 @@ PolygonMesh read_off(const std::filesystem::path& file, std::string_view bytes) 
   return mesh;
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::io_internal

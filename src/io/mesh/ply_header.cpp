@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-namespace dyop::internal {
+namespace dyop::io_internal {
 namespace {
 
 PlyType parse_type(const TextScanner& scanner, std::string_view word) {
@@ -109,4 +109,4 @@ PlyHeader read_ply_header(TextScanner& scanner) {
   return header;
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::io_internal

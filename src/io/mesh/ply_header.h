@@ -10,7 +10,7 @@
 
 #include "io/text_scanner.h"
 
-namespace dyop::internal {
+namespace dyop::io_internal {
 
 /// The header of a PLY file: which elements follow, and the properties of each.
 enum class PlyEncoding { Ascii, LittleEndian, BigEndian };
@@ -50,4 +50,4 @@ struct PlyHeader {
 /// @throws FileError with the line.
 PlyHeader read_ply_header(TextScanner& scanner);
 
-}  // namespace dyop::internal
+}  // namespace dyop::io_internal

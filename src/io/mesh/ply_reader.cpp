@@ -10,7 +10,7 @@
 #include "io/mesh/mesh_reader.h"
 #include "io/mesh/ply_header.h"
 
-namespace dyop::internal {
+namespace dyop::io_internal {
 namespace {
 
 // Reads the values after the header one by one; fail() adds the position.
@@ -201,4 +201,4 @@ PolygonMesh read_ply(const std::filesystem::path& file, std::string_view bytes) 
   return PlyReader(BinaryValues(file, scanner.rest(), is_big_endian), header).read();
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::io_internal

@@ -9,7 +9,7 @@
 #include "io/mesh/mesh_reader.h"
 #include "io/text_scanner.h"
 
-namespace dyop::internal {
+namespace dyop::io_internal {
 namespace {
 
 constexpr std::size_t kHeaderBytes = 84;  // 80 of text, 4 of the number of facets
@@ -131,4 +131,4 @@ PolygonMesh read_stl(const std::filesystem::path& file, std::string_view bytes) 
                             std::to_string(bytes.size()));
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::io_internal

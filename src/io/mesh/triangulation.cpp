@@ -3,7 +3,7 @@
 
 #include "dyop/core/error.h"
 
-namespace dyop::internal {
+namespace dyop::io_internal {
 namespace {
 
 // A polygon in the plane of its vector area, seen from the side where it turns left.
@@ -122,4 +122,4 @@ void append_triangles(const std::vector<Vector3>& vertices, std::span<const std:
   EarCutter(planar, n).cut(add);
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::io_internal

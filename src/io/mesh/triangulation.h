@@ -7,7 +7,7 @@
 #include "dyop/core/triangle.h"
 #include "dyop/core/types.h"
 
-namespace dyop::internal {
+namespace dyop::io_internal {
 
 /// Largest number of corners of a polygon that is not strictly convex: ear clipping is quadratic at
 /// best.
@@ -25,4 +25,4 @@ inline constexpr std::size_t kMostConcaveCorners = 4096;
 void append_triangles(const std::vector<Vector3>& vertices, std::span<const std::int32_t> polygon,
                       std::vector<TriangleIndices>& triangles);
 
-}  // namespace dyop::internal
+}  // namespace dyop::io_internal

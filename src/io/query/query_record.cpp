@@ -14,16 +14,17 @@
 namespace dyop {
 namespace {
 
-using internal::hex_json;
-using internal::hex_number;
-using internal::Json;
-using internal::JsonNode;
+using io_internal::hex_json;
+using io_internal::hex_number;
+using io_internal::Json;
+using io_internal::JsonNode;
 
 // Version of the format; readers reject others.
 constexpr std::int64_t kFormat = 1;
 
 Json body_json(const Shape& shape, const Motion& motion) {
-  return {{"shape", internal::record_shape(shape)}, {"motion", internal::record_motion(motion)}};
+  return {{"shape", io_internal::record_shape(shape)},
+          {"motion", io_internal::record_motion(motion)}};
 }
 
 Json options_json(const ToiOptions& options, Scalar distance_tolerance) {
@@ -53,10 +54,10 @@ Json query_json(const ToiQuery& query, const ToiOptions& options) {
 }
 
 Json answer_json(const ToiResult& result) {
-  Json json = internal::with_hex_numbers(internal::to_json(result));
+  Json json = io_internal::with_hex_numbers(io_internal::to_json(result));
   json["X_WA"] = hex_json(result.X_WA);
   json["X_WB"] = hex_json(result.X_WB);
-  json["contacts"] = internal::with_hex_numbers(internal::to_json(result.contacts));
+  json["contacts"] = io_internal::with_hex_numbers(io_internal::to_json(result.contacts));
   return json;
 }
 
@@ -149,7 +150,8 @@ struct Body {
 
 Body read_body(const JsonNode& node) {
   node.require_object({"shape", "motion"});
-  return {internal::recorded_shape(node.at("shape")), internal::recorded_motion(node.at("motion"))};
+  return {io_internal::recorded_shape(node.at("shape")),
+          io_internal::recorded_motion(node.at("motion"))};
 }
 
 TimeInterval read_interval(const JsonNode& node) {
@@ -199,7 +201,7 @@ void write_failure_record(const std::filesystem::path& file, const ToiQuery& que
 }
 
 QueryRecord::QueryRecord(const std::filesystem::path& file) {
-  const Json json = internal::parse_json(file, internal::read_bytes(file));
+  const Json json = io_internal::parse_json(file, io_internal::read_bytes(file));
   const JsonNode root(file, json);
   root.require_object(
       {"dyop_query_record", "version", "a", "b", "interval", "options", "result", "failure"});

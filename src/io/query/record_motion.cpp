@@ -14,7 +14,7 @@
 #include "dyop/motion/sequence_motion.h"
 #include "io/hex_json.h"
 
-namespace dyop::internal {
+namespace dyop::io_internal {
 namespace {
 
 using MotionPointer = std::shared_ptr<const Motion>;
@@ -238,4 +238,4 @@ std::shared_ptr<const Motion> recorded_motion(const JsonNode& node) {
   kind.fail_expected(names);
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::io_internal

@@ -6,7 +6,7 @@
 #include "dyop/motion/motion.h"
 #include "io/json_reader.h"
 
-namespace dyop::internal {
+namespace dyop::io_internal {
 
 /// The object "motion" of docs/replay-format.md.
 ///
@@ -17,4 +17,4 @@ DYOP_EXPORT Json record_motion(const Motion& motion);
 /// Throws FileError.
 DYOP_EXPORT std::shared_ptr<const Motion> recorded_motion(const JsonNode& node);
 
-}  // namespace dyop::internal
+}  // namespace dyop::io_internal

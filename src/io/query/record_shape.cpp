@@ -10,7 +10,7 @@
 #include "dyop/geometry/triangle_mesh.h"
 #include "io/hex_json.h"
 
-namespace dyop::internal {
+namespace dyop::io_internal {
 namespace {
 
 Json points_json(std::span<const Vector3> points) {
@@ -106,4 +106,4 @@ std::shared_ptr<const Shape> recorded_shape(const JsonNode& node) {
   return node.guard([&] { return read(node); });
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::io_internal

@@ -6,7 +6,7 @@
 #include "dyop/geometry/shape.h"
 #include "io/json_reader.h"
 
-namespace dyop::internal {
+namespace dyop::io_internal {
 
 /// The object "shape" of docs/replay-format.md.
 /// @throws InvalidArgument for a shape that is not one of dyop's.
@@ -15,4 +15,4 @@ Json record_shape(const Shape& shape);
 /// Throws FileError.
 std::shared_ptr<const Shape> recorded_shape(const JsonNode& node);
 
-}  // namespace dyop::internal
+}  // namespace dyop::io_internal

@@ -3,7 +3,7 @@
 
 #include "io/result_json.h"
 
-namespace dyop::internal {
+namespace dyop::io_internal {
 namespace {
 
 Json world_contact_json(const WorldContact& world_contact) {
@@ -116,4 +116,4 @@ ImpactEvent impact_event_from(const Json& json) {
   return event;
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::io_internal

@@ -4,7 +4,7 @@
 #include "dyop/dynamics/world.h"
 #include "io/json_reader.h"
 
-namespace dyop::internal {
+namespace dyop::io_internal {
 
 /// Reports of a World as JSON values and back: see io/result_json.h.
 Json to_json(const BodyId& id);
@@ -19,4 +19,4 @@ IntegratorStatistics integrator_statistics_from(const Json& json);
 StepStatistics step_statistics_from(const Json& json);
 ImpactEvent impact_event_from(const Json& json);
 
-}  // namespace dyop::internal
+}  // namespace dyop::io_internal

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-namespace dyop::internal {
+namespace dyop::io_internal {
 namespace {
 
 constexpr Scalar kNotThere = std::numeric_limits<Scalar>::quiet_NaN();
@@ -258,7 +258,7 @@ RecordedFrame frame_from(const FrameRow& row) {
   frame.kinetic_energy = row.kinetic_energy;
   frame.momentum = vector_of(row.momentum);
   frame.angular_momentum = vector_of(row.angular_momentum);
-  frame.work = {row.steps,        row.substeps,           row.islands,        row.rounds,
+  frame.work = {row.steps,        row.substeps,       row.islands,        row.rounds,
                 row.stalls,       row.contacts,       row.unconverged,    row.residual,
                 row.shortest_gap, row.pairs_by_bound, row.pairs_by_query, row.pairs_at_rest,
                 row.pairs_excused};
@@ -267,4 +267,4 @@ RecordedFrame frame_from(const FrameRow& row) {
   return frame;
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::io_internal

@@ -8,7 +8,7 @@
 #include "io/record/recording_rows.h"
 
 /// Impacts, pairs, events and reports as rows, and back.
-namespace dyop::internal {
+namespace dyop::io_internal {
 
 inline Row3 row_of(const Vector3& v) {
   return {v.x(), v.y(), v.z()};
@@ -37,4 +37,4 @@ RunEvent event_from(const EventRow& row);
 void put_report(const AdvanceReport& report, FrameRow& row);
 RecordedFrame frame_from(const FrameRow& row);
 
-}  // namespace dyop::internal
+}  // namespace dyop::io_internal

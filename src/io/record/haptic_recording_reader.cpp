@@ -12,21 +12,22 @@
 namespace dyop {
 namespace {
 
-using internal::Hdf5File;
-using internal::InputRows;
-using internal::Json;
-using internal::TickRow;
+using io_internal::Hdf5File;
+using io_internal::InputRows;
+using io_internal::Json;
+using io_internal::TickRow;
 
 Hdf5File open_haptic_recording(const std::filesystem::path& path) {
   Hdf5File file = Hdf5File::open(path);
-  if (file.text_attribute("format") != internal::kToolRecordingFormat) {
+  if (file.text_attribute("format") != io_internal::kToolRecordingFormat) {
     throw FileError(path, "is no recording of a tool");
   }
   const std::int64_t version = file.integer_attribute("version");
-  if (version < 1 || version > internal::kToolRecordingVersion) {
-    throw FileError(path, internal::compose_message("is a recording of a tool of version ", version,
-                                                    ", this program reads versions 1 to ",
-                                                    internal::kToolRecordingVersion));
+  if (version < 1 || version > io_internal::kToolRecordingVersion) {
+    throw FileError(path,
+                    core_internal::compose_message("is a recording of a tool of version ", version,
+                                                   ", this program reads versions 1 to ",
+                                                   io_internal::kToolRecordingVersion));
   }
   return file;
 }
@@ -35,7 +36,7 @@ Hdf5File open_haptic_recording(const std::filesystem::path& path) {
 
 struct HapticRecordingReader::Impl {
   explicit Impl(const std::filesystem::path& path) : file(open_haptic_recording(path)) {
-    internal::guard_content(path, [&] {
+    io_internal::guard_content(path, [&] {
       read_session();
       read_ticks();
       read_snapshots();
@@ -46,7 +47,7 @@ struct HapticRecordingReader::Impl {
 
   std::string text(const char* name) {
     const InputRows<char> rows(file, name, H5T_NATIVE_UINT8, 1);
-    return internal::text_of(rows.read(0, rows.length()));
+    return io_internal::text_of(rows.read(0, rows.length()));
   }
   void read_session();
   void read_ticks();
@@ -56,13 +57,13 @@ struct HapticRecordingReader::Impl {
 
   Hdf5File file;
   HapticRunHeader header;
-  internal::StoredSession session;
+  io_internal::StoredSession session;
   std::vector<Scalar> margins;
-  std::optional<internal::Hdf5Dataset> ticks;
+  std::optional<io_internal::Hdf5Dataset> ticks;
   template <typename Row>
   using RowsByNumber = std::map<std::pair<std::size_t, std::int64_t>, Row>;
-  RowsByNumber<internal::SnapshotRow> snapshots;
-  RowsByNumber<internal::MeshRow> meshes;
+  RowsByNumber<io_internal::SnapshotRow> snapshots;
+  RowsByNumber<io_internal::MeshRow> meshes;
   std::optional<InputRows<std::array<double, 3>>> snapshot_vertices;
   std::optional<InputRows<std::array<std::int32_t, 3>>> snapshot_triangles;
   std::optional<HapticRunEnd> end;
@@ -82,34 +83,34 @@ void HapticRecordingReader::Impl::read_session() {
   header.scene = text("scene");
   const InputRows<std::array<double, 3>> vertices(file, "vertices", H5T_NATIVE_DOUBLE, 3);
   const InputRows<std::array<std::int32_t, 3>> triangles(file, "triangles", H5T_NATIVE_INT32, 3);
-  const internal::ShapeRows rows{vertices.read(0, vertices.length()),
-                                 triangles.read(0, triangles.length())};
+  const io_internal::ShapeRows rows{vertices.read(0, vertices.length()),
+                                    triangles.read(0, triangles.length())};
   std::vector<std::shared_ptr<const Shape>> shapes;
-  for (const Json& line : internal::json_lines(text("shapes"))) {
-    shapes.push_back(internal::shape_from(line, rows, shapes));
+  for (const Json& line : io_internal::json_lines(text("shapes"))) {
+    shapes.push_back(io_internal::shape_from(line, rows, shapes));
   }
-  session = internal::session_from(Json::parse(text("session")), shapes);
+  session = io_internal::session_from(Json::parse(text("session")), shapes);
   for (const ToolObstacle& obstacle : session.scene.obstacles) margins.push_back(obstacle.margin);
 }
 
 // Before the snapshots, which the writer flushes first.
 void HapticRecordingReader::Impl::read_ticks() {
-  ticks.emplace(internal::Hdf5Dataset::open(file, "ticks", row().type().get(), 1));
+  ticks.emplace(io_internal::Hdf5Dataset::open(file, "ticks", row().type().get(), 1));
 }
 
 void HapticRecordingReader::Impl::read_snapshots() {
-  const InputRows<internal::SnapshotRow> rows(file, "snapshots",
-                                              internal::row_type<internal::SnapshotRow>().get(), 1);
-  for (const internal::SnapshotRow& row : rows.read(0, rows.length())) {
+  const InputRows<io_internal::SnapshotRow> rows(
+      file, "snapshots", io_internal::row_type<io_internal::SnapshotRow>().get(), 1);
+  for (const io_internal::SnapshotRow& row : rows.read(0, rows.length())) {
     snapshots[{row.obstacle, row.number}] = row;
   }
   snapshot_vertices.emplace(file, "snapshot_vertices", H5T_NATIVE_DOUBLE, 3);
 }
 
 void HapticRecordingReader::Impl::read_meshes() {
-  const InputRows<internal::MeshRow> rows(file, "meshes",
-                                          internal::row_type<internal::MeshRow>().get(), 1);
-  for (const internal::MeshRow& row : rows.read(0, rows.length())) {
+  const InputRows<io_internal::MeshRow> rows(
+      file, "meshes", io_internal::row_type<io_internal::MeshRow>().get(), 1);
+  for (const io_internal::MeshRow& row : rows.read(0, rows.length())) {
     meshes[{row.obstacle, row.number}] = row;
   }
   snapshot_triangles.emplace(file, "snapshot_triangles", H5T_NATIVE_INT32, 3);
@@ -128,7 +129,7 @@ void HapticRecordingReader::Impl::read_end() {
 }
 
 std::vector<RecordedTick> HapticRecordingReader::Impl::ticks_as_stored(std::int64_t first,
-                                                                     std::int64_t count) const {
+                                                                       std::int64_t count) const {
   TickRow stored = row();
   const std::size_t size = stored.bytes();
   std::vector<char> bytes(size * std::size_t(count));
@@ -137,14 +138,14 @@ std::vector<RecordedTick> HapticRecordingReader::Impl::ticks_as_stored(std::int6
   result.reserve(std::size_t(count));
   for (std::size_t k = 0; k < std::size_t(count); ++k) {
     stored.read_from(bytes.data() + k * size);
-    result.push_back(
-        internal::guard_content(file.path(), [&] { return internal::tick_from(stored, margins); }));
+    result.push_back(io_internal::guard_content(
+        file.path(), [&] { return io_internal::tick_from(stored, margins); }));
   }
   return result;
 }
 
 bool is_haptic_recording(const std::filesystem::path& file) {
-  return Hdf5File::open(file).text_attribute("format") == internal::kToolRecordingFormat;
+  return Hdf5File::open(file).text_attribute("format") == io_internal::kToolRecordingFormat;
 }
 
 HapticRecordingReader::HapticRecordingReader(const std::filesystem::path& file)
@@ -178,7 +179,8 @@ std::int64_t HapticRecordingReader::tick_count() const {
   return std::int64_t(impl_->ticks->length());
 }
 
-std::vector<RecordedTick> HapticRecordingReader::ticks(std::int64_t first, std::int64_t count) const {
+std::vector<RecordedTick> HapticRecordingReader::ticks(std::int64_t first,
+                                                       std::int64_t count) const {
   DYOP_REQUIRE(first >= 0 && count >= 0 && first <= tick_count() && count <= tick_count() - first,
                "there are no ticks ", first, " to ", first + count, " among ", tick_count());
   std::vector<RecordedTick> ticks = impl_->ticks_as_stored(first, count);
@@ -198,7 +200,7 @@ RecordedSnapshot HapticRecordingReader::snapshot(std::size_t obstacle, std::int6
   const auto entry = impl_->snapshots.find({obstacle, number});
   DYOP_REQUIRE(entry != impl_->snapshots.end(), "obstacle ", obstacle, " has no stored snapshot ",
                number);
-  const internal::SnapshotRow& row = entry->second;
+  const io_internal::SnapshotRow& row = entry->second;
   RecordedSnapshot snapshot;
   snapshot.duration = row.duration;
   for (const auto& p : impl_->snapshot_vertices->read(row.first_vertex, row.vertex_count)) {

@@ -11,7 +11,7 @@
 #include "io/record/tick_row.h"
 
 namespace dyop {
-namespace internal {
+namespace io_internal {
 
 // A snapshot that no tick has seen yet.
 struct WaitingSnapshot {
@@ -28,14 +28,14 @@ struct SnapshotQueue {
   std::deque<WaitingSnapshot> waiting;
 };
 
-}  // namespace internal
+}  // namespace io_internal
 
 namespace {
 
-using internal::Json;
-using internal::OutputRows;
-using internal::SnapshotQueue;
-using internal::TickRow;
+using io_internal::Json;
+using io_internal::OutputRows;
+using io_internal::SnapshotQueue;
+using io_internal::TickRow;
 
 // Of the session's time.
 constexpr Scalar kFlushPeriod = 0.1;
@@ -44,7 +44,7 @@ constexpr std::int64_t kUsualFlush = 100;  // ticks, if their period is unknown
 std::vector<SnapshotQueue> queues_of(const HapticScene& scene, std::span<const TissueFeed> tissue) {
   std::vector<SnapshotQueue> queues;
   for (const ToolObstacle& obstacle : scene.obstacles) {
-    queues.push_back({obstacle.vertices.size(), internal::deforms(obstacle), 0, {}});
+    queues.push_back({obstacle.vertices.size(), io_internal::deforms(obstacle), 0, {}});
   }
   for (const TissueFeed& feed : tissue) {
     DYOP_REQUIRE(feed.obstacle < queues.size(), "the feed of obstacle ", feed.obstacle,
@@ -59,7 +59,7 @@ std::vector<SnapshotQueue> queues_of(const HapticScene& scene, std::span<const T
 struct HapticRecordingWriter::Impl {
   Impl(const std::filesystem::path& path, const HapticScene& scene,
        std::span<const TissueFeed> tissue, Scalar period)
-      : file(internal::Hdf5File::create(path)),
+      : file(io_internal::Hdf5File::create(path)),
         queues(queues_of(scene, tissue)),
         seen(scene.obstacles.size()),
         row(scene.hinges.size(), scene.obstacles.size()),
@@ -67,15 +67,15 @@ struct HapticRecordingWriter::Impl {
                                : kUsualFlush) {}
 
   OutputRows<char> text(const char* name) { return {file, name, H5T_NATIVE_UINT8, 1, 4096}; }
-  void start(const HapticRunHeader& header, const internal::SessionText& session);
+  void start(const HapticRunHeader& header, const io_internal::SessionText& session);
   SnapshotQueue& stored_queue(std::size_t obstacle);
   void write_snapshot(std::uint32_t obstacle, std::uint32_t number,
-                      const internal::WaitingSnapshot& snapshot);
+                      const io_internal::WaitingSnapshot& snapshot);
   void write_seen_snapshots(const HapticTick& tick);
   void flush();
   void end(const Json& json);
 
-  internal::Hdf5File file;
+  io_internal::Hdf5File file;
   std::mutex snapshot_mutex;
   std::vector<SnapshotQueue> queues;  // per obstacle
   std::vector<std::int64_t> seen;     // per obstacle, by the last tick
@@ -83,13 +83,13 @@ struct HapticRecordingWriter::Impl {
   std::int64_t flush_ticks;
   std::vector<char> waiting;  // bytes of ticks
   std::int64_t waiting_ticks = 0;
-  internal::Hdf5Dataset ticks{file, "ticks", row.type().get(), 1, 256};
-  OutputRows<internal::SnapshotRow> snapshots{
-      file, "snapshots", internal::row_type<internal::SnapshotRow>().get(), 1, 512};
+  io_internal::Hdf5Dataset ticks{file, "ticks", row.type().get(), 1, 256};
+  OutputRows<io_internal::SnapshotRow> snapshots{
+      file, "snapshots", io_internal::row_type<io_internal::SnapshotRow>().get(), 1, 512};
   OutputRows<std::array<double, 3>> snapshot_vertices{file, "snapshot_vertices", H5T_NATIVE_DOUBLE,
                                                       3, 4096};
-  OutputRows<internal::MeshRow> meshes{file, "meshes",
-                                       internal::row_type<internal::MeshRow>().get(), 1, 64};
+  OutputRows<io_internal::MeshRow> meshes{
+      file, "meshes", io_internal::row_type<io_internal::MeshRow>().get(), 1, 64};
   OutputRows<TriangleIndices> snapshot_triangles{file, "snapshot_triangles", H5T_NATIVE_INT32, 3,
                                                  1024};
   OutputRows<char> session_rows = text("session");
@@ -102,9 +102,9 @@ struct HapticRecordingWriter::Impl {
 
 // All that ticks refer to is in the file before the first of them.
 void HapticRecordingWriter::Impl::start(const HapticRunHeader& header,
-                                      const internal::SessionText& session) {
-  file.write_attribute("format", std::string(internal::kToolRecordingFormat));
-  file.write_attribute("version", internal::kToolRecordingVersion);
+                                        const io_internal::SessionText& session) {
+  file.write_attribute("format", std::string(io_internal::kToolRecordingFormat));
+  file.write_attribute("version", io_internal::kToolRecordingVersion);
   const Json json{{"title", header.title}, {"period", header.period}, {"version", DYOP_VERSION}};
   file.write_attribute("header", json.dump());
   session_rows.add_all(session.json);
@@ -127,7 +127,7 @@ SnapshotQueue& HapticRecordingWriter::Impl::stored_queue(std::size_t obstacle) {
 }
 
 void HapticRecordingWriter::Impl::write_snapshot(std::uint32_t obstacle, std::uint32_t number,
-                                               const internal::WaitingSnapshot& snapshot) {
+                                                 const io_internal::WaitingSnapshot& snapshot) {
   snapshots.add(
       {obstacle, number, snapshot.duration, snapshot_vertices.length(), snapshot.vertices.size()});
   for (const Vector3& p : snapshot.vertices) snapshot_vertices.add({p.x(), p.y(), p.z()});
@@ -169,11 +169,11 @@ void HapticRecordingWriter::Impl::end(const Json& json) {
 }
 
 HapticRecordingWriter::HapticRecordingWriter(const std::filesystem::path& file,
-                                         const HapticRunHeader& header, const HapticScene& scene,
-                                         const HapticOptions& options,
-                                         std::span<const TissueFeed> tissue) {
+                                             const HapticRunHeader& header,
+                                             const HapticScene& scene, const HapticOptions& options,
+                                             std::span<const TissueFeed> tissue) {
   // Before there is a file: it throws for what cannot be recorded.
-  const internal::SessionText session = internal::session_text(scene, options, tissue);
+  const io_internal::SessionText session = io_internal::session_text(scene, options, tissue);
   impl_ = std::make_unique<Impl>(file, scene, tissue, header.period);
   impl_->start(header, session);
 }
@@ -183,7 +183,7 @@ HapticRecordingWriter::HapticRecordingWriter(HapticRecordingWriter&&) noexcept =
 HapticRecordingWriter& HapticRecordingWriter::operator=(HapticRecordingWriter&&) noexcept = default;
 
 void HapticRecordingWriter::add_snapshot(std::size_t obstacle, std::span<const Vector3> vertices,
-                                       Scalar duration) {
+                                         Scalar duration) {
   SnapshotQueue& queue = impl_->stored_queue(obstacle);
   DYOP_REQUIRE(vertices.size() == queue.vertex_count, "a snapshot of obstacle ", obstacle, " has ",
                queue.vertex_count, " vertices, not ", vertices.size());
@@ -192,7 +192,7 @@ void HapticRecordingWriter::add_snapshot(std::size_t obstacle, std::span<const V
 }
 
 void HapticRecordingWriter::add_mesh(std::size_t obstacle, std::span<const Vector3> vertices,
-                                   std::span<const TriangleIndices> triangles) {
+                                     std::span<const TriangleIndices> triangles) {
   SnapshotQueue& queue = impl_->stored_queue(obstacle);
   DYOP_REQUIRE(!triangles.empty(), "the mesh of obstacle ", obstacle, " has no triangles");
   const std::lock_guard lock(impl_->snapshot_mutex);
@@ -203,7 +203,7 @@ void HapticRecordingWriter::add_mesh(std::size_t obstacle, std::span<const Vecto
 
 void HapticRecordingWriter::add(const TickRecord& record) {
   impl_->write_seen_snapshots(record.tick);
-  internal::put_tick(record, impl_->seen, impl_->row);
+  io_internal::put_tick(record, impl_->seen, impl_->row);
   impl_->row.append_to(impl_->waiting);
   if (++impl_->waiting_ticks >= impl_->flush_ticks) impl_->flush();
 }

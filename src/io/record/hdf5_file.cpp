@@ -3,7 +3,7 @@
 
 #include <utility>
 
-namespace dyop::internal {
+namespace dyop::io_internal {
 namespace {
 
 // Bytes of chunks that a dataset caches in memory, and slots in the table of chunks.
@@ -250,4 +250,4 @@ void Hdf5Dataset::read(std::uint64_t first, std::uint64_t count, void* rows) con
         "could not be read");
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::io_internal

@@ -14,7 +14,7 @@
 
 /// The parts of HDF5 that a recording needs. No call prints; failures throw a FileError that names
 /// the file.
-namespace dyop::internal {
+namespace dyop::io_internal {
 
 /// While it lives, HDF5 prints no errors in this thread.
 class QuietHdf5 {
@@ -113,4 +113,4 @@ class Hdf5Dataset {
   std::uint64_t length_ = 0;
 };
 
-}  // namespace dyop::internal
+}  // namespace dyop::io_internal

@@ -5,7 +5,7 @@
 #include <array>
 #include <cstring>
 
-namespace dyop::internal {
+namespace dyop::io_internal {
 namespace {
 
 constexpr std::size_t kTurnNumbers = 6;  // theta and theta_rate, the last of a node
@@ -67,4 +67,4 @@ std::vector<Scalar> whole_numbers(const HermiteForm& form, std::span<const Scala
   return numbers;
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::io_internal

@@ -9,7 +9,7 @@
 
 /// How the cubics of a flight are stored: without what earlier rows of the body hold already. The
 /// numbers of a whole row are R_WC 9, then for both ends t, p 3, v 3, theta 3, theta_rate 3.
-namespace dyop::internal {
+namespace dyop::io_internal {
 
 constexpr std::size_t kChartNumbers = 9;
 constexpr std::size_t kNodeNumbers = 13;
@@ -45,4 +45,4 @@ std::vector<Scalar> whole_numbers(const HermiteForm& form, std::span<const Scala
                                   std::span<const Scalar> end_of_before,
                                   std::span<const Scalar> stored);
 
-}  // namespace dyop::internal
+}  // namespace dyop::io_internal

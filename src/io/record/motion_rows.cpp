@@ -10,7 +10,7 @@
 #include "dyop/motion/sequence_motion.h"
 #include "io/query/record_motion.h"
 
-namespace dyop::internal {
+namespace dyop::io_internal {
 namespace {
 
 class NumberWriter {
@@ -225,4 +225,4 @@ std::shared_ptr<const Motion> decode(const EncodedMotion& encoded, const Vector3
   return nullptr;
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::io_internal

@@ -9,7 +9,7 @@
 #include "io/record/hermite_rows.h"
 
 /// Motions as the numbers of docs/recording.md, and back with every bit.
-namespace dyop::internal {
+namespace dyop::io_internal {
 
 /// Lengths of the rows' numbers.
 constexpr std::size_t kRestNumbers = 12;
@@ -42,4 +42,4 @@ EncodedMotion encode(const MotionPart& part, const Vector3& p_BoBcm);
 /// Null for Absent. Throws InvalidArgument if the numbers make no motion.
 std::shared_ptr<const Motion> decode(const EncodedMotion& encoded, const Vector3& p_BoBcm);
 
-}  // namespace dyop::internal
+}  // namespace dyop::io_internal

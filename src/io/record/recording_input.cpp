@@ -5,7 +5,7 @@
 
 #include "dyop/io/file_error.h"
 
-namespace dyop::internal {
+namespace dyop::io_internal {
 namespace {
 
 std::optional<Scalar> optional_number(const Json& json) {
@@ -56,4 +56,4 @@ RunHeader header_from(const Json& json) {
   return header;
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::io_internal

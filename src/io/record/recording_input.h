@@ -11,7 +11,7 @@
 #include "io/json_reader.h"
 #include "io/record/recording_tables.h"
 
-namespace dyop::internal {
+namespace dyop::io_internal {
 
 /// Throws FileError unless it is a recording of the version that this program reads.
 Hdf5File open_recording(const std::filesystem::path& path);
@@ -63,4 +63,4 @@ std::string text_of(const std::vector<char>& bytes);
 std::vector<Json> json_lines(const std::string& text);
 RunHeader header_from(const Json& json);
 
-}  // namespace dyop::internal
+}  // namespace dyop::io_internal

@@ -15,10 +15,10 @@
 
 namespace dyop {
 
-using internal::Input;
-using internal::Json;
-using internal::json_lines;
-using internal::text_of;
+using io_internal::Input;
+using io_internal::Json;
+using io_internal::json_lines;
+using io_internal::text_of;
 
 struct RecordingReader::Impl {
   struct Segment {
@@ -34,7 +34,7 @@ struct RecordingReader::Impl {
 
   template <typename Function>
   auto guard(Function f) const {
-    return internal::guard_content(file, f);
+    return io_internal::guard_content(file, f);
   }
 
   explicit Impl(std::filesystem::path path) : file(std::move(path)) { refresh(); }
@@ -45,28 +45,28 @@ struct RecordingReader::Impl {
   }
 
   bool refresh();
-  void read_new(const internal::FrameRow& last);
-  void read_shapes(const internal::FrameRow& last);
-  void read_bodies(const internal::FrameRow& last);
-  void read_segments(const internal::FrameRow& last);
-  void read_impacts(const internal::FrameRow& before);
+  void read_new(const io_internal::FrameRow& last);
+  void read_shapes(const io_internal::FrameRow& last);
+  void read_bodies(const io_internal::FrameRow& last);
+  void read_segments(const io_internal::FrameRow& last);
+  void read_impacts(const io_internal::FrameRow& before);
   void read_end();
   TimeInterval interval() const;
   Path& path(BodyId body);
   std::size_t segment_at(BodyId body, Scalar t);
   std::vector<Scalar> numbers_at(std::uint64_t first, std::size_t count);
-  internal::SegmentRow row(const Path& of_body, std::size_t index);
-  std::vector<Scalar> cubic(const internal::HermiteForm& form, const internal::SegmentRow& at,
+  io_internal::SegmentRow row(const Path& of_body, std::size_t index);
+  std::vector<Scalar> cubic(const io_internal::HermiteForm& form, const io_internal::SegmentRow& at,
                             const Path& of_body, std::size_t index);
-  internal::EncodedMotion encoded(const Path& of_body, std::size_t index);
+  io_internal::EncodedMotion encoded(const Path& of_body, std::size_t index);
   MotionSegment segment(BodyId body, std::size_t index);
   const Motion& motion(BodyId body, Scalar t);
   std::vector<PairRecord> pairs(std::size_t frame);
 
   std::filesystem::path file;
   std::optional<Input> input;
-  internal::BlockCache<Scalar> numbers;
-  internal::BlockCache<internal::SegmentRow> segment_rows;
+  io_internal::BlockCache<Scalar> numbers;
+  io_internal::BlockCache<io_internal::SegmentRow> segment_rows;
   RunHeader header;
   std::vector<RecordedShape> shapes;
   std::vector<std::shared_ptr<const Shape>> all_shapes;  // the same
@@ -74,11 +74,11 @@ struct RecordingReader::Impl {
   std::vector<Path> paths;
   std::vector<TimeInterval> steps;
   std::vector<RecordedFrame> frames;
-  std::vector<internal::FrameRow> frame_rows;
+  std::vector<io_internal::FrameRow> frame_rows;
   std::vector<ImpactEvent> impacts;
   std::vector<RunEvent> events;
   std::optional<RunEnd> end;
-  internal::FrameRow known{};  // lengths of what was read
+  io_internal::FrameRow known{};  // lengths of what was read
 };
 
 bool RecordingReader::Impl::refresh() {
@@ -87,10 +87,10 @@ bool RecordingReader::Impl::refresh() {
   input.emplace(file);
   const std::uint64_t count = in().frames.length();
   return guard([&] {
-    header = internal::header_from(Json::parse(in().file.text_attribute("header")));
+    header = io_internal::header_from(Json::parse(in().file.text_attribute("header")));
     const bool had_end = end.has_value();
     const auto rows = in().frames.read(frames.size(), count - frames.size());
-    for (const internal::FrameRow& row : rows) frames.push_back(internal::frame_from(row));
+    for (const io_internal::FrameRow& row : rows) frames.push_back(io_internal::frame_from(row));
     frame_rows.insert(frame_rows.end(), rows.begin(), rows.end());
     if (!rows.empty()) read_new(rows.back());
     read_end();
@@ -98,38 +98,38 @@ bool RecordingReader::Impl::refresh() {
   });
 }
 
-void RecordingReader::Impl::read_new(const internal::FrameRow& last) {
+void RecordingReader::Impl::read_new(const io_internal::FrameRow& last) {
   read_shapes(last);
   read_bodies(last);
   read_segments(last);
-  for (const internal::StepRow& row :
+  for (const io_internal::StepRow& row :
        in().steps.read(known.step_count, last.step_count - known.step_count)) {
     steps.push_back({row.begin, row.end});
   }
-  for (const internal::EventRow& row :
+  for (const io_internal::EventRow& row :
        in().events.read(known.event_count, last.event_count - known.event_count)) {
-    events.push_back(internal::event_from(row));
+    events.push_back(io_internal::event_from(row));
   }
-  const internal::FrameRow before = known;
+  const io_internal::FrameRow before = known;
   known = last;
   read_impacts(before);
 }
 
-void RecordingReader::Impl::read_shapes(const internal::FrameRow& last) {
+void RecordingReader::Impl::read_shapes(const io_internal::FrameRow& last) {
   if (last.shape_bytes == known.shape_bytes) return;
   // Vertex and triangle numbers of a line count from the first row of all.
-  const internal::ShapeRows rows{in().vertices.read(0, last.vertex_count),
-                                 in().triangles.read(0, last.triangle_count)};
+  const io_internal::ShapeRows rows{in().vertices.read(0, last.vertex_count),
+                                    in().triangles.read(0, last.triangle_count)};
   const std::string text =
       text_of(in().shapes.read(known.shape_bytes, last.shape_bytes - known.shape_bytes));
   for (const Json& line : json_lines(text)) {
-    all_shapes.push_back(internal::shape_from(line, rows, all_shapes));
+    all_shapes.push_back(io_internal::shape_from(line, rows, all_shapes));
     shapes.push_back(
         {std::stoull(line.at("hash").get<std::string>(), nullptr, 16), all_shapes.back()});
   }
 }
 
-void RecordingReader::Impl::read_bodies(const internal::FrameRow& last) {
+void RecordingReader::Impl::read_bodies(const io_internal::FrameRow& last) {
   const std::string text =
       text_of(in().bodies.read(known.body_bytes, last.body_bytes - known.body_bytes));
   for (const Json& line : json_lines(text)) {
@@ -137,7 +137,7 @@ void RecordingReader::Impl::read_bodies(const internal::FrameRow& last) {
     if (slot >= bodies.size()) bodies.resize(slot + 1);
     RecordedBody& body = bodies[slot];
     body.name = line.at("name").get<std::string>();
-    body.kind = internal::kind_of_name(line.at("kind").get<std::string>());
+    body.kind = io_internal::kind_of_name(line.at("kind").get<std::string>());
     body.shape = line.at("shape").get<std::size_t>();
     DYOP_REQUIRE(body.shape < shapes.size(), "body ", slot, " has the shape ", body.shape,
                  ", which is missing");
@@ -149,13 +149,13 @@ void RecordingReader::Impl::read_bodies(const internal::FrameRow& last) {
   paths.resize(bodies.size());
 }
 
-void RecordingReader::Impl::read_segments(const internal::FrameRow& last) {
+void RecordingReader::Impl::read_segments(const io_internal::FrameRow& last) {
   constexpr std::uint64_t kRowsAtOnce = 1 << 16;
   for (std::uint64_t first = known.segment_count; first < last.segment_count;
        first += kRowsAtOnce) {
     const std::uint64_t count = std::min(kRowsAtOnce, last.segment_count - first);
     std::uint64_t number = first;
-    for (const internal::SegmentRow& row : in().segments.read(first, count)) {
+    for (const io_internal::SegmentRow& row : in().segments.read(first, count)) {
       DYOP_REQUIRE(row.body < paths.size(), "segment ", number, " is of body ", row.body,
                    ", which is missing");
       paths[row.body].segments.push_back({row.begin, number++});
@@ -163,11 +163,11 @@ void RecordingReader::Impl::read_segments(const internal::FrameRow& last) {
   }
 }
 
-void RecordingReader::Impl::read_impacts(const internal::FrameRow& before) {
-  for (const internal::ImpactRow& row :
+void RecordingReader::Impl::read_impacts(const io_internal::FrameRow& before) {
+  for (const io_internal::ImpactRow& row :
        in().impacts.read(before.impact_count, known.impact_count - before.impact_count)) {
     ImpactEvent impact =
-        internal::impact_from(row, in().contacts.read(row.first_contact, row.contact_count));
+        io_internal::impact_from(row, in().contacts.read(row.first_contact, row.contact_count));
     if (interval().contains(impact.toi.t_safe)) {
       impact.toi.X_WA = motion(impact.a, impact.toi.t_safe).pose(impact.toi.t_safe);
       impact.toi.X_WB = motion(impact.b, impact.toi.t_safe).pose(impact.toi.t_safe);
@@ -211,14 +211,14 @@ std::vector<Scalar> RecordingReader::Impl::numbers_at(std::uint64_t first, std::
   return numbers.read(in().numbers, first, count, known.number_count);
 }
 
-internal::SegmentRow RecordingReader::Impl::row(const Path& of_body, std::size_t index) {
+io_internal::SegmentRow RecordingReader::Impl::row(const Path& of_body, std::size_t index) {
   return segment_rows.read(in().segments, of_body.segments[index].row, 1, known.segment_count)
       .front();
 }
 
 // A cubic made whole from what the rows before it hold.
-std::vector<Scalar> RecordingReader::Impl::cubic(const internal::HermiteForm& form,
-                                                 const internal::SegmentRow& at,
+std::vector<Scalar> RecordingReader::Impl::cubic(const io_internal::HermiteForm& form,
+                                                 const io_internal::SegmentRow& at,
                                                  const Path& of_body, std::size_t index) {
   const std::vector<Scalar> stored = numbers_at(at.first, form.count());
   std::uint64_t chart_place = at.first;
@@ -230,20 +230,20 @@ std::vector<Scalar> RecordingReader::Impl::cubic(const internal::HermiteForm& fo
   std::vector<Scalar> end_of_before;
   if (form.continues()) {
     DYOP_REQUIRE(index > 0, "a cubic continues nothing");
-    const internal::SegmentRow before = row(of_body, index - 1);
-    const internal::HermiteForm* form_before = internal::hermite_form(before.kind);
+    const io_internal::SegmentRow before = row(of_body, index - 1);
+    const io_internal::HermiteForm* form_before = io_internal::hermite_form(before.kind);
     DYOP_REQUIRE(form_before != nullptr, "a cubic continues a segment of kind ", before.kind);
-    end_of_before = numbers_at(before.first + form_before->count() - internal::kNodeNumbers,
-                               internal::kNodeNumbers);
+    end_of_before = numbers_at(before.first + form_before->count() - io_internal::kNodeNumbers,
+                               io_internal::kNodeNumbers);
   }
-  return internal::whole_numbers(form, numbers_at(chart_place, internal::kChartNumbers),
-                                 end_of_before, stored);
+  return io_internal::whole_numbers(form, numbers_at(chart_place, io_internal::kChartNumbers),
+                                    end_of_before, stored);
 }
 
-internal::EncodedMotion RecordingReader::Impl::encoded(const Path& of_body, std::size_t index) {
-  const internal::SegmentRow at = row(of_body, index);
-  internal::EncodedMotion result;
-  if (const internal::HermiteForm* form = internal::hermite_form(at.kind)) {
+io_internal::EncodedMotion RecordingReader::Impl::encoded(const Path& of_body, std::size_t index) {
+  const io_internal::SegmentRow at = row(of_body, index);
+  io_internal::EncodedMotion result;
+  if (const io_internal::HermiteForm* form = io_internal::hermite_form(at.kind)) {
     result.kind = SegmentKind::Hermite;
     result.numbers = cubic(*form, at, of_body, index);
     return result;
@@ -251,7 +251,7 @@ internal::EncodedMotion RecordingReader::Impl::encoded(const Path& of_body, std:
   DYOP_REQUIRE(at.kind <= static_cast<std::uint32_t>(SegmentKind::Approximate),
                "unknown kind of segment ", at.kind);
   result.kind = static_cast<SegmentKind>(at.kind);
-  const std::vector<Scalar> stored = numbers_at(at.first, internal::number_count(result.kind));
+  const std::vector<Scalar> stored = numbers_at(at.first, io_internal::number_count(result.kind));
   if (result.kind == SegmentKind::Given) {
     result.given = text_of(in().given.read(std::uint64_t(stored[0]), std::uint64_t(stored[1])));
   } else {
@@ -268,9 +268,9 @@ MotionSegment RecordingReader::Impl::segment(BodyId body, std::size_t index) {
   MotionSegment result;
   result.interval = {of_body.segments[index].begin,
                      is_last ? interval().end : of_body.segments[index + 1].begin};
-  internal::EncodedMotion motion_numbers = encoded(of_body, index);
+  io_internal::EncodedMotion motion_numbers = encoded(of_body, index);
   result.kind = motion_numbers.kind;
-  result.motion = internal::decode(motion_numbers, bodies[body.slot].p_BoBcm);
+  result.motion = io_internal::decode(motion_numbers, bodies[body.slot].p_BoBcm);
   result.numbers = std::move(motion_numbers.numbers);
   result.given = std::move(motion_numbers.given);
   return result;
@@ -280,7 +280,7 @@ const Motion& RecordingReader::Impl::motion(BodyId body, Scalar t) {
   const std::size_t index = segment_at(body, t);
   Path& of_body = path(body);
   if (of_body.last != index) {
-    of_body.last_motion = internal::decode(encoded(of_body, index), bodies[body.slot].p_BoBcm);
+    of_body.last_motion = io_internal::decode(encoded(of_body, index), bodies[body.slot].p_BoBcm);
     of_body.last = index;
   }
   DYOP_REQUIRE(of_body.last_motion != nullptr, "body ", body, " is absent at the time ", t);
@@ -292,10 +292,10 @@ std::vector<PairRecord> RecordingReader::Impl::pairs(std::size_t frame) {
                frame);
   const std::uint64_t first = frame == 0 ? 0 : frame_rows[frame - 1].pair_count;
   std::vector<PairRecord> records;
-  for (const internal::PairRow& row :
+  for (const io_internal::PairRow& row :
        in().pairs.read(first, frame_rows[frame].pair_count - first)) {
     records.push_back(
-        internal::pair_from(row, in().pair_contacts.read(row.first_contact, row.contact_count)));
+        io_internal::pair_from(row, in().pair_contacts.read(row.first_contact, row.contact_count)));
   }
   return records;
 }

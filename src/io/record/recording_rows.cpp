@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <type_traits>
 
-namespace dyop::internal {
+namespace dyop::io_internal {
 namespace {
 
 template <typename Number>
@@ -224,4 +224,4 @@ Hdf5RowType row_type<FrameRow>() {
 
 #undef DYOP_ROW_MEMBER
 
-}  // namespace dyop::internal
+}  // namespace dyop::io_internal

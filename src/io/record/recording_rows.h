@@ -7,7 +7,7 @@
 #include "io/record/hdf5_file.h"
 
 /// The rows of the tables of docs/recording.md, as stored in the file.
-namespace dyop::internal {
+namespace dyop::io_internal {
 
 using Row3 = std::array<double, 3>;
 using FloatRow3 = std::array<float, 3>;
@@ -145,4 +145,4 @@ struct FrameRow {
 template <typename Row>
 Hdf5RowType row_type();
 
-}  // namespace dyop::internal
+}  // namespace dyop::io_internal

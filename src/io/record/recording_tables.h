@@ -10,7 +10,7 @@
 #include "io/record/recording_rows.h"
 
 /// The datasets of a recording as rows of one type.
-namespace dyop::internal {
+namespace dyop::io_internal {
 
 /// A dataset that is written; rows wait for the end of the frame.
 template <typename Row>
@@ -107,4 +107,4 @@ class BlockCache {
   std::size_t oldest_ = 0;
 };
 
-}  // namespace dyop::internal
+}  // namespace dyop::io_internal

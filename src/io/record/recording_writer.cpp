@@ -18,11 +18,11 @@
 namespace dyop {
 namespace {
 
-using internal::EncodedMotion;
-using internal::Hdf5File;
-using internal::Json;
-using internal::MotionPart;
-using internal::OutputRows;
+using io_internal::EncodedMotion;
+using io_internal::Hdf5File;
+using io_internal::Json;
+using io_internal::MotionPart;
+using io_internal::OutputRows;
 
 using Clock = std::chrono::steady_clock;
 
@@ -53,21 +53,21 @@ Json header_json(const RunHeader& header) {
 struct RecordingWriter::Output {
   template <typename Row>
   OutputRows<Row> table(const char* name, hsize_t chunk_rows) {
-    return {file, name, internal::row_type<Row>().get(), 1, chunk_rows};
+    return {file, name, io_internal::row_type<Row>().get(), 1, chunk_rows};
   }
   OutputRows<char> text(const char* name) { return {file, name, H5T_NATIVE_UINT8, 1, 4096}; }
 
   Hdf5File file;
-  OutputRows<internal::FrameRow> frames = table<internal::FrameRow>("frames", 32);
-  OutputRows<internal::StepRow> steps = table<internal::StepRow>("steps", 512);
-  OutputRows<internal::SegmentRow> segments = table<internal::SegmentRow>("segments", 512);
+  OutputRows<io_internal::FrameRow> frames = table<io_internal::FrameRow>("frames", 32);
+  OutputRows<io_internal::StepRow> steps = table<io_internal::StepRow>("steps", 512);
+  OutputRows<io_internal::SegmentRow> segments = table<io_internal::SegmentRow>("segments", 512);
   OutputRows<Scalar> numbers{file, "numbers", H5T_NATIVE_DOUBLE, 1, 2048};
-  OutputRows<internal::ImpactRow> impacts = table<internal::ImpactRow>("impacts", 32);
-  OutputRows<internal::ContactRow> contacts = table<internal::ContactRow>("contacts", 64);
-  OutputRows<internal::PairRow> pairs = table<internal::PairRow>("pairs", 64);
-  OutputRows<internal::PairContactRow> pair_contacts =
-      table<internal::PairContactRow>("pair_contacts", 128);
-  OutputRows<internal::EventRow> events = table<internal::EventRow>("events", 256);
+  OutputRows<io_internal::ImpactRow> impacts = table<io_internal::ImpactRow>("impacts", 32);
+  OutputRows<io_internal::ContactRow> contacts = table<io_internal::ContactRow>("contacts", 64);
+  OutputRows<io_internal::PairRow> pairs = table<io_internal::PairRow>("pairs", 64);
+  OutputRows<io_internal::PairContactRow> pair_contacts =
+      table<io_internal::PairContactRow>("pair_contacts", 128);
+  OutputRows<io_internal::EventRow> events = table<io_internal::EventRow>("events", 256);
   OutputRows<char> bodies = text("bodies");
   OutputRows<char> shapes = text("shapes");
   OutputRows<std::array<double, 3>> vertices{file, "vertices", H5T_NATIVE_DOUBLE, 3, 512};
@@ -95,7 +95,7 @@ struct RecordingWriter::Output {
     frames.flush();
   }
 
-  void put_lengths(internal::FrameRow& row) const {
+  void put_lengths(io_internal::FrameRow& row) const {
     row.step_count = steps.length();
     row.segment_count = segments.length();
     row.number_count = numbers.length();
@@ -127,8 +127,8 @@ struct RecordingWriter::Impl {
   Impl(const std::filesystem::path& path, const RunHeader& header,
        const RecordingOptions& the_options)
       : output(path), options(the_options) {
-    output.file.write_attribute("format", std::string(internal::kRecordingFormat));
-    output.file.write_attribute("version", internal::kRecordingVersion);
+    output.file.write_attribute("format", std::string(io_internal::kRecordingFormat));
+    output.file.write_attribute("version", io_internal::kRecordingVersion);
     output.file.write_attribute("header", header_json(header).dump());
     output.file.share_with_readers();
     time = header.begin_time;
@@ -144,14 +144,14 @@ struct RecordingWriter::Impl {
   void put_impact(const ImpactEvent& impact);
   void put_pairs(const std::vector<PairRecord>& records);
   void put_events(const AdvanceReport& report);
-  void put_frame(const AdvanceReport& report, internal::FrameRow row);
+  void put_frame(const AdvanceReport& report, io_internal::FrameRow row);
   void flush();
   void flush_if_due();
   void end(const std::string& error);
 
   Output output;
   RecordingOptions options;
-  internal::ShapeWriter shapes;
+  io_internal::ShapeWriter shapes;
   std::vector<Body> bodies;  // by slot
   std::set<std::pair<BodyId, BodyId>> pairs_at_rest;
   Scalar time = 0;  // committed
@@ -165,7 +165,7 @@ void RecordingWriter::Impl::put_body(const BodyId& id, const BodyDefinition& def
   if (id.slot >= bodies.size()) bodies.resize(id.slot + 1);
   Body& body = bodies[id.slot];
   if (body.id == id) return;
-  internal::ShapeRows rows;
+  io_internal::ShapeRows rows;
   std::string lines;
   const std::size_t shape = shapes.add(definition.shape, lines, rows);
   output.shapes.add_all(lines);
@@ -178,7 +178,7 @@ void RecordingWriter::Impl::put_body(const BodyId& id, const BodyDefinition& def
   const Vector3& c = body.p_BoBcm;
   const Json line{{"slot", id.slot},
                   {"name", definition.name},
-                  {"kind", internal::name_of_kind(definition.kind)},
+                  {"kind", io_internal::name_of_kind(definition.kind)},
                   {"shape", shape},
                   {"is_sensor", definition.is_sensor},
                   {"mass", is_dynamic ? definition.mass_properties.mass : 0},
@@ -190,14 +190,14 @@ void RecordingWriter::Impl::put_body(const BodyId& id, const BodyDefinition& def
 // Returns the kind of its row.
 std::uint32_t RecordingWriter::Impl::put_cubic(Body& body, std::span<const Scalar> whole) {
   const bool follows_cubic = body.has_segment && body.last.kind == SegmentKind::Hermite;
-  const internal::HermiteForm& form = internal::shortest_form(
+  const io_internal::HermiteForm& form = io_internal::shortest_form(
       follows_cubic ? std::span<const Scalar>(body.last.numbers) : std::span<const Scalar>(),
       body.chart, whole);
   if (form.has_own_chart) {
-    body.chart.assign(whole.begin(), whole.begin() + internal::kChartNumbers);
+    body.chart.assign(whole.begin(), whole.begin() + io_internal::kChartNumbers);
     body.chart_place = output.numbers.length();
   }
-  output.numbers.add_all(internal::stored_numbers(form, body.chart_place, whole));
+  output.numbers.add_all(io_internal::stored_numbers(form, body.chart_place, whole));
   return form.kind;
 }
 
@@ -207,8 +207,8 @@ void RecordingWriter::Impl::put_segment(std::uint32_t slot, Scalar begin, Encode
                        (encoded.kind == SegmentKind::Rest || encoded.kind == SegmentKind::Absent) &&
                        body.last.numbers == encoded.numbers;
   if (is_same) return;
-  internal::SegmentRow row{begin, output.numbers.length(), slot,
-                           static_cast<std::uint32_t>(encoded.kind)};
+  io_internal::SegmentRow row{begin, output.numbers.length(), slot,
+                              static_cast<std::uint32_t>(encoded.kind)};
   if (encoded.kind == SegmentKind::Given) {
     output.numbers.add(static_cast<Scalar>(output.given.length()));
     output.numbers.add(static_cast<Scalar>(encoded.given.size()));
@@ -229,7 +229,7 @@ void RecordingWriter::Impl::put_motion(std::uint32_t slot, const MotionPart& par
       body.last.kind != SegmentKind::Approximate) {
     return;
   }
-  EncodedMotion encoded = internal::encode(part, body.p_BoBcm);
+  EncodedMotion encoded = io_internal::encode(part, body.p_BoBcm);
   if (options.is_sampled && encoded.kind == SegmentKind::Hermite) {
     encoded.kind = SegmentKind::Approximate;
   }
@@ -245,19 +245,19 @@ void RecordingWriter::Impl::put_step(const CommittedStep& step) {
       put_segment(slot, step.interval.begin, {});
       continue;
     }
-    for (const MotionPart& part : internal::parts_of(step.motions[slot], step.interval)) {
+    for (const MotionPart& part : io_internal::parts_of(step.motions[slot], step.interval)) {
       put_motion(slot, part);
     }
   }
 }
 
 void RecordingWriter::Impl::put_impact(const ImpactEvent& impact) {
-  internal::ImpactRow row = internal::impact_row(impact);
+  io_internal::ImpactRow row = io_internal::impact_row(impact);
   row.first_contact = output.contacts.length();
   row.contact_count = impact.contacts.size();
   output.impacts.add(row);
   for (const WorldContact& contact : impact.contacts) {
-    output.contacts.add(internal::contact_row(contact));
+    output.contacts.add(io_internal::contact_row(contact));
   }
 }
 
@@ -269,13 +269,13 @@ void RecordingWriter::Impl::put_pairs(const std::vector<PairRecord>& records) {
       at_rest.insert(at_rest.end(), key);
       if (pairs_at_rest.contains(key)) continue;
     }
-    internal::PairRow row = internal::pair_row(record);
+    io_internal::PairRow row = io_internal::pair_row(record);
     row.frame = static_cast<std::uint32_t>(output.frames.length());
     row.first_contact = output.pair_contacts.length();
     if (options.pairs == PairDetail::Contacts) {
       row.contact_count = record.contacts.size();
       for (const PairContact& contact : record.contacts) {
-        output.pair_contacts.add(internal::pair_contact_row(contact, record.pivot_W));
+        output.pair_contacts.add(io_internal::pair_contact_row(contact, record.pivot_W));
       }
     }
     output.pairs.add(row);
@@ -285,7 +285,7 @@ void RecordingWriter::Impl::put_pairs(const std::vector<PairRecord>& records) {
 
 void RecordingWriter::Impl::put_events(const AdvanceReport& report) {
   const auto put = [&](RunEventKind kind, Scalar t, const BodyId& a, const BodyId& b) {
-    output.events.add(internal::event_row({kind, t, a, b}));
+    output.events.add(io_internal::event_row({kind, t, a, b}));
   };
   for (const auto& [a, b] : report.too_near) put(RunEventKind::TooNear, time, a, b);
   for (const auto& [a, b] : report.crossed) put(RunEventKind::Crossed, report.t, a, b);
@@ -296,7 +296,7 @@ void RecordingWriter::Impl::put_events(const AdvanceReport& report) {
         event.sensor, event.body);
   }
   if (report.work.stalls > 0) put(RunEventKind::Stalled, report.t, {}, {});
-  if (internal::is_undecided(report.status)) {
+  if (io_internal::is_undecided(report.status)) {
     put(RunEventKind::Undecided, report.t, report.offending_pair.first,
         report.offending_pair.second);
   }
@@ -315,11 +315,11 @@ void RecordingWriter::Impl::flush_if_due() {
 }
 
 // A frame is in the file, and whole, once its row is.
-void RecordingWriter::Impl::put_frame(const AdvanceReport& report, internal::FrameRow row) {
+void RecordingWriter::Impl::put_frame(const AdvanceReport& report, io_internal::FrameRow row) {
   for (const CommittedStep& step : report.steps) put_step(step);
   for (const ImpactEvent& impact : report.impacts) put_impact(impact);
   put_events(report);
-  internal::put_report(report, row);
+  io_internal::put_report(report, row);
   row.begin = time;
   output.put_lengths(row);
   output.frames.add(row);
@@ -356,16 +356,16 @@ RecordingWriter& RecordingWriter::operator=(RecordingWriter&&) noexcept = defaul
 void RecordingWriter::write(const AdvanceReport& report, const World& world) {
   for (const BodyId& id : world.bodies()) impl_->put_body(id, world.body(id));
   if (impl_->options.pairs != PairDetail::None) impl_->put_pairs(world.pairs());
-  internal::FrameRow row{};
+  io_internal::FrameRow row{};
   row.kinetic_energy = world.kinetic_energy();
-  row.momentum = internal::row_of(world.momentum());
-  row.angular_momentum = internal::row_of(world.angular_momentum());
+  row.momentum = io_internal::row_of(world.momentum());
+  row.angular_momentum = io_internal::row_of(world.angular_momentum());
   impl_->put_frame(report, row);
 }
 
 void RecordingWriter::write(const AdvanceReport& report, std::span<const BodyDefinition> bodies) {
   for (std::size_t k = 0; k < bodies.size(); ++k) impl_->put_body(BodyId(k), bodies[k]);
-  internal::FrameRow row{};
+  io_internal::FrameRow row{};
   row.kinetic_energy = kUnknown;
   row.momentum = {kUnknown, kUnknown, kUnknown};
   row.angular_momentum = {kUnknown, kUnknown, kUnknown};

@@ -9,14 +9,14 @@
 #include "dyop/motion/hermite_motion.h"
 #include "dyop/motion/sequence_motion.h"
 #include "io/file_bytes.h"
-#include "io/result_json.h"
 #include "io/record/event_json.h"
+#include "io/result_json.h"
 
 namespace dyop {
 namespace {
 
-using internal::Json;
-using internal::to_json;
+using io_internal::Json;
+using io_internal::to_json;
 
 constexpr int kVersion = 2;
 constexpr std::size_t kStateNumbers = 13;
@@ -182,7 +182,7 @@ void read_header(const Json& json, RunRecording& recording) {
 }
 
 std::pair<BodyId, BodyId> pair_from(const Json& json) {
-  return {internal::body_id_from(json.at(0)), internal::body_id_from(json.at(1))};
+  return {io_internal::body_id_from(json.at(0)), io_internal::body_id_from(json.at(1))};
 }
 
 RunTotals totals_from(const Json& json) {
@@ -199,9 +199,9 @@ RunTotals totals_from(const Json& json) {
   totals.impacts = json.at("impacts").get<std::int64_t>();
   totals.offending_pair = pair_from(json.at("offending_pair"));
   for (const Json& pair : json.at("too_near")) totals.too_near.push_back(pair_from(pair));
-  totals.integrator = internal::integrator_statistics_from(json.at("integrator"));
-  totals.toi = internal::toi_statistics_from(json.at("toi"));
-  totals.work = internal::step_statistics_from(json.at("work"));
+  totals.integrator = io_internal::integrator_statistics_from(json.at("integrator"));
+  totals.toi = io_internal::toi_statistics_from(json.at("toi"));
+  totals.work = io_internal::step_statistics_from(json.at("work"));
   return totals;
 }
 
@@ -212,7 +212,7 @@ void read_line(const Json& json, RunRecording& recording) {
   } else if (record == "step") {
     recording.steps.push_back(step_from(json, recording.bodies.size()));
   } else if (record == "impact") {
-    recording.impacts.push_back(internal::impact_event_from(json));
+    recording.impacts.push_back(io_internal::impact_event_from(json));
   } else if (record == "end") {
     recording.totals = totals_from(json);
     recording.is_complete = true;
@@ -338,7 +338,7 @@ void RunRecorder::fail(const std::string& error) {
 
 RunRecording read_recording(const std::filesystem::path& file) {
   RunRecording recording;
-  const std::string text = internal::read_bytes(file);
+  const std::string text = io_internal::read_bytes(file);
   std::size_t line = 0;
   for (std::size_t begin = 0; begin < text.size();) {
     const std::size_t end = std::min(text.find('\n', begin), text.size());

@@ -8,8 +8,8 @@
 namespace dyop {
 namespace {
 
-using internal::place_words;
-using internal::show;
+using io_internal::place_words;
+using io_internal::show;
 
 const std::string& name_of_body(const Scene& scene, BodyId id) {
   static const std::string kNobody = "(no body)";

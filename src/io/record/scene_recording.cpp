@@ -4,10 +4,10 @@
 #include <utility>
 
 #include "dyop/io/file_error.h"
+#include "dyop/io/run_recording.h"
 #include "dyop/motion/hermite_motion.h"
 #include "dyop/motion/rest_motion.h"
 #include "dyop/motion/sequence_motion.h"
-#include "dyop/io/run_recording.h"
 
 namespace dyop {
 namespace {
@@ -70,8 +70,8 @@ void convert_recording(const std::filesystem::path& text, const Scene& scene,
   const RunRecording recording = read_recording(text);
   if (recording.bodies.size() != scene.bodies.size()) {
     throw FileError(text,
-                    internal::compose_message("records ", recording.bodies.size(),
-                                              " bodies, the scene has ", scene.bodies.size()));
+                    core_internal::compose_message("records ", recording.bodies.size(),
+                                                   " bodies, the scene has ", scene.bodies.size()));
   }
   RecordingOptions options;
   options.is_sampled = true;

@@ -6,7 +6,7 @@
 
 #include "dyop/core/error.h"
 
-namespace dyop::internal {
+namespace dyop::io_internal {
 namespace {
 
 constexpr std::array<const char*, 4> kRoleNames{"tissue", "hard", "soft", "monitor"};
@@ -179,4 +179,4 @@ StoredSession session_from(const Json& json, std::span<const std::shared_ptr<con
   return session;
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::io_internal

@@ -6,13 +6,13 @@
 #include <string>
 #include <vector>
 
-#include "dyop/io/recorded_tick.h"
 #include "dyop/haptics/haptic_runner.h"
 #include "dyop/haptics/haptic_session.h"
+#include "dyop/io/recorded_tick.h"
 #include "io/record/shape_rows.h"
 
 /// What a HapticSession is made of, as JSON with every bit, and the shapes it names.
-namespace dyop::internal {
+namespace dyop::io_internal {
 
 /// Whether an obstacle's mesh deforms.
 inline bool deforms(const ToolObstacle& obstacle) {
@@ -35,4 +35,4 @@ struct StoredSession {
 /// @throws InvalidArgument, or an exception of nlohmann, for a text of the wrong form.
 StoredSession session_from(const Json& json, std::span<const std::shared_ptr<const Shape>> shapes);
 
-}  // namespace dyop::internal
+}  // namespace dyop::io_internal

@@ -10,7 +10,7 @@
 #include "dyop/geometry/convex_hull.h"
 #include "dyop/geometry/sphere.h"
 
-namespace dyop::internal {
+namespace dyop::io_internal {
 namespace {
 
 // FNV-1a, 64 bits.
@@ -204,4 +204,4 @@ std::shared_ptr<const Shape> shape_from(const Json& line, const ShapeRows& rows,
   return std::make_shared<CompoundShape>(children);
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::io_internal

@@ -15,7 +15,7 @@
 #include "io/json_reader.h"
 
 /// Shapes as the lines and rows of docs/recording.md, and back with every bit.
-namespace dyop::internal {
+namespace dyop::io_internal {
 
 /// Rows of /vertices and /triangles.
 struct ShapeRows {
@@ -53,4 +53,4 @@ std::uint64_t content_hash(const Shape& shape);
 std::shared_ptr<const Shape> shape_from(const Json& line, const ShapeRows& rows,
                                         std::span<const std::shared_ptr<const Shape>> earlier);
 
-}  // namespace dyop::internal
+}  // namespace dyop::io_internal

@@ -7,7 +7,7 @@
 
 #include "dyop/core/error.h"
 
-namespace dyop::internal {
+namespace dyop::io_internal {
 namespace {
 
 template <typename Number>
@@ -248,4 +248,4 @@ RecordedTick tick_from(const TickRow& row, std::span<const Scalar> margins) {
   return tick;
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::io_internal

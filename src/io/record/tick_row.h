@@ -6,11 +6,11 @@
 #include <cstring>
 #include <vector>
 
-#include "dyop/io/recorded_tick.h"
 #include "dyop/haptics/haptic_runner.h"
+#include "dyop/io/recorded_tick.h"
 #include "io/record/hdf5_file.h"
 
-namespace dyop::internal {
+namespace dyop::io_internal {
 
 /// Version 2 added the meshes that obstacles go on as; version 3 the time for which tissue was stopped
 /// in a tick: before, `tissue_lag` was its sum. Readers of it read 1 and 2.
@@ -74,4 +74,4 @@ void put_tick(const TickRecord& record, std::vector<std::int64_t>& seen, TickRow
 /// @param row Before version 3 the time for which tissue was stopped is the sum of all ticks.
 RecordedTick tick_from(const TickRow& row, std::span<const Scalar> margins);
 
-}  // namespace dyop::internal
+}  // namespace dyop::io_internal

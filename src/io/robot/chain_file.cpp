@@ -2,19 +2,19 @@
 #include "dyop/io/chain_file.h"
 
 #include "dyop/geometry/compound_shape.h"
-#include "io/scene/shape_reader.h"
 #include "io/file_bytes.h"
 #include "io/scene/motion_reader.h"
+#include "io/scene/shape_reader.h"
 
 namespace dyop {
 namespace {
 
-using internal::JsonNode;
-using internal::ShapeReader;
+using io_internal::JsonNode;
+using io_internal::ShapeReader;
 
 RigidPose pose_or_identity(const JsonNode& node, std::string_view key) {
   const std::optional<JsonNode> found = node.find(key);
-  return found ? internal::read_pose(*found) : RigidPose();
+  return found ? io_internal::read_pose(*found) : RigidPose();
 }
 
 // One shape at the link's own pose is itself, anything else a compound.
@@ -82,7 +82,7 @@ Joint read_joint(const JsonNode& node) {
 }  // namespace
 
 KinematicChain load_chain(const std::filesystem::path& file) {
-  const internal::Json json = internal::parse_json(file, internal::read_bytes(file));
+  const io_internal::Json json = io_internal::parse_json(file, io_internal::read_bytes(file));
   const JsonNode root(file, json);
   root.require_object({"links", "joints", "base", "ignored_pairs"});
   ShapeReader reader({file.parent_path()});

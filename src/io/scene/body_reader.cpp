@@ -3,7 +3,7 @@
 
 #include "io/scene/motion_reader.h"
 
-namespace dyop::internal {
+namespace dyop::io_internal {
 namespace {
 
 void forbid(const JsonNode& node, std::string_view key, std::string_view why) {
@@ -117,4 +117,4 @@ NamedBody read_body(const JsonNode& node, const TimeInterval& span, ShapeReader&
   return result;
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::io_internal

@@ -2,10 +2,10 @@
 #pragma once
 
 #include "dyop/dynamics/rigid_body.h"
-#include "io/scene/shape_reader.h"
 #include "io/json_reader.h"
+#include "io/scene/shape_reader.h"
 
-namespace dyop::internal {
+namespace dyop::io_internal {
 
 struct NamedBody {
   BodyDefinition definition;
@@ -16,4 +16,4 @@ struct NamedBody {
 /// `span`.
 NamedBody read_body(const JsonNode& node, const TimeInterval& span, ShapeReader& shapes);
 
-}  // namespace dyop::internal
+}  // namespace dyop::io_internal

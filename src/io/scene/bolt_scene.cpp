@@ -8,7 +8,7 @@
 
 #include "io/scene/scene_builder.h"
 
-namespace dyop::internal {
+namespace dyop::io_internal {
 namespace {
 
 constexpr Scalar kWholeTurn = 2 * std::numbers::pi_v<Scalar>;
@@ -185,4 +185,4 @@ GeneratedScene make_bolt(int n) {
   return builder.finish();
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::io_internal

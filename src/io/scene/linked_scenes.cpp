@@ -6,7 +6,7 @@
 
 #include "io/scene/scene_builder.h"
 
-namespace dyop::internal {
+namespace dyop::io_internal {
 namespace {
 
 constexpr Scalar kHalfTurn = std::numbers::pi_v<Scalar>;
@@ -174,4 +174,4 @@ GeneratedScene make_cradle(int n) {
   return builder.finish();
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::io_internal

@@ -14,7 +14,7 @@
 #include "dyop/motion/sequence_motion.h"
 #include "dyop/motion/smooth_sampled_motion.h"
 
-namespace dyop::internal {
+namespace dyop::io_internal {
 namespace {
 
 constexpr Scalar kRadiansPerDegree = std::numbers::pi / 180;
@@ -202,4 +202,4 @@ std::shared_ptr<const Motion> read_motion(const JsonNode& node) {
   return node.guard([&] { return read(node); });
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::io_internal

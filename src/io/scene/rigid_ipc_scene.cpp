@@ -7,10 +7,10 @@
 #include "dyop/motion/composed_motion.h"
 #include "dyop/motion/constant_twist_motion.h"
 #include "dyop/motion/rest_motion.h"
-#include "io/scene/shape_reader.h"
 #include "io/scene/scene_forces.h"
+#include "io/scene/shape_reader.h"
 
-namespace dyop::internal {
+namespace dyop::io_internal {
 namespace {
 
 namespace fs = std::filesystem;
@@ -243,4 +243,4 @@ void read_rigid_ipc_scene(const JsonNode& root, const std::vector<fs::path>& mes
   }
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::io_internal

@@ -7,7 +7,7 @@
 #include "dyop/io/scene_file.h"
 #include "io/json_reader.h"
 
-namespace dyop::internal {
+namespace dyop::io_internal {
 
 /// Whether the root of a file is a scene of [Ferguson2021], recognised by its key
 /// "rigid_body_problem".
@@ -18,4 +18,4 @@ bool is_rigid_ipc_scene(const JsonNode& root);
 void read_rigid_ipc_scene(const JsonNode& root,
                           const std::vector<std::filesystem::path>& mesh_directories, Scene& scene);
 
-}  // namespace dyop::internal
+}  // namespace dyop::io_internal

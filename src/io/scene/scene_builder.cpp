@@ -3,7 +3,7 @@
 
 #include <sstream>
 
-namespace dyop::internal {
+namespace dyop::io_internal {
 
 SceneBuilder::SceneBuilder(std::string title, Scalar end_time) {
   root_["title"] = std::move(title);
@@ -102,4 +102,4 @@ std::string obj_text(const std::vector<Vector3>& vertices,
   return text.str();
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::io_internal

@@ -9,7 +9,7 @@
 #include "dyop/io/scene_generator.h"
 #include "io/json_reader.h"
 
-namespace dyop::internal {
+namespace dyop::io_internal {
 
 /// The target distance of generated scenes.
 // literal: small compared with bodies of length one
@@ -70,4 +70,4 @@ GeneratedScene make_gears(int n);
 GeneratedScene make_cradle(int n);
 GeneratedScene make_bolt(int n);
 
-}  // namespace dyop::internal
+}  // namespace dyop::io_internal

@@ -4,16 +4,16 @@
 #include <limits>
 
 #include "io/file_bytes.h"
-#include "io/scene/motion_reader.h"
 #include "io/scene/body_reader.h"
+#include "io/scene/motion_reader.h"
 #include "io/scene/rigid_ipc_scene.h"
 #include "io/scene/scene_forces.h"
 
 namespace dyop {
 namespace {
 
-using internal::BodyForces;
-using internal::JsonNode;
+using io_internal::BodyForces;
+using io_internal::JsonNode;
 
 BodyId body_named(const JsonNode& node, const Scene& scene) {
   const std::string name = node.text();
@@ -40,9 +40,9 @@ void read_time(const JsonNode& node, Scene& scene) {
 
 void read_bodies(const JsonNode& node, const std::vector<std::filesystem::path>& directories,
                  Scene& scene) {
-  internal::ShapeReader shapes(directories);
+  io_internal::ShapeReader shapes(directories);
   for (const JsonNode& item : node.items(1)) {
-    internal::NamedBody body = internal::read_body(item, {0, scene.end_time}, shapes);
+    io_internal::NamedBody body = io_internal::read_body(item, {0, scene.end_time}, shapes);
     for (const BodyDefinition& other : scene.bodies) {
       if (other.name == body.definition.name) {
         item.at("name").fail_expected("a name that no other body has");
@@ -53,9 +53,9 @@ void read_bodies(const JsonNode& node, const std::vector<std::filesystem::path>&
   }
 }
 
-internal::SpringForce read_spring(const JsonNode& node) {
+io_internal::SpringForce read_spring(const JsonNode& node) {
   node.require_object({"body", "point", "anchor", "stiffness", "damping"});
-  internal::SpringForce spring;
+  io_internal::SpringForce spring;
   if (node.has("point")) spring.p_BP = node.at("point").vector3();
   spring.p_WA = node.at("anchor").vector3();
   spring.stiffness = node.at("stiffness").non_negative_number();
@@ -289,13 +289,13 @@ void read_root(const JsonNode& root, const std::vector<std::filesystem::path>& d
 
 Scene load_scene(const std::filesystem::path& file,
                  const std::vector<std::filesystem::path>& mesh_directories) {
-  const internal::Json json = internal::parse_json(file, internal::read_bytes(file));
+  const io_internal::Json json = io_internal::parse_json(file, io_internal::read_bytes(file));
   std::vector<std::filesystem::path> directories{file.parent_path()};
   directories.insert(directories.end(), mesh_directories.begin(), mesh_directories.end());
   Scene scene;
   const JsonNode root(file, json);
-  if (internal::is_rigid_ipc_scene(root)) {
-    internal::read_rigid_ipc_scene(root, mesh_directories, scene);
+  if (io_internal::is_rigid_ipc_scene(root)) {
+    io_internal::read_rigid_ipc_scene(root, mesh_directories, scene);
   } else {
     read_root(root, directories, scene);
   }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "io/scene/scene_forces.h"
 
-namespace dyop::internal {
+namespace dyop::io_internal {
 namespace {
 
 // Force and torque about the centre of mass of one spring.
@@ -34,4 +34,4 @@ WrenchCallback make_wrench(const BodyForces& forces, const Vector3& p_BoBcm) {
   };
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::io_internal

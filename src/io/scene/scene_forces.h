@@ -6,7 +6,7 @@
 
 #include "dyop/dynamics/rigid_body.h"
 
-namespace dyop::internal {
+namespace dyop::io_internal {
 
 /// Pulls a point P of a body towards a point A of the world: force -stiffness * (P - A) - damping *
 /// v_P.
@@ -28,4 +28,4 @@ struct BodyForces {
 /// The sum of the forces as a callback. @param p_BoBcm centre of mass in the body's frame.
 WrenchCallback make_wrench(const BodyForces& forces, const Vector3& p_BoBcm);
 
-}  // namespace dyop::internal
+}  // namespace dyop::io_internal

@@ -18,17 +18,17 @@ struct KindRow {
 
 const std::vector<KindRow>& kind_rows() {
   static const std::vector<KindRow> rows{
-      {{"stack", "cubes", 1, 1000}, internal::make_stack},
-      {{"pyramid", "courses", 1, 100}, internal::make_pyramid},
-      {{"wall", "courses of 2 N bricks", 1, 50}, internal::make_wall},
-      {{"pile", "cubes", 1, 20000}, internal::make_pile},
-      {{"arch", "stones", 3, 1001}, internal::make_arch},
-      {{"cards", "levels", 1, 30}, internal::make_cards},
-      {{"domino", "dominoes", 1, 1000}, internal::make_domino},
-      {{"chain-net", "rings per side, not counting links", 2, 30}, internal::make_chain_net},
-      {{"gears", "gears", 1, 100}, internal::make_gears},
-      {{"cradle", "balls", 2, 100}, internal::make_cradle},
-      {{"bolt", "turns of the nut", 1, 100}, internal::make_bolt}};
+      {{"stack", "cubes", 1, 1000}, io_internal::make_stack},
+      {{"pyramid", "courses", 1, 100}, io_internal::make_pyramid},
+      {{"wall", "courses of 2 N bricks", 1, 50}, io_internal::make_wall},
+      {{"pile", "cubes", 1, 20000}, io_internal::make_pile},
+      {{"arch", "stones", 3, 1001}, io_internal::make_arch},
+      {{"cards", "levels", 1, 30}, io_internal::make_cards},
+      {{"domino", "dominoes", 1, 1000}, io_internal::make_domino},
+      {{"chain-net", "rings per side, not counting links", 2, 30}, io_internal::make_chain_net},
+      {{"gears", "gears", 1, 100}, io_internal::make_gears},
+      {{"cradle", "balls", 2, 100}, io_internal::make_cradle},
+      {{"bolt", "turns of the nut", 1, 100}, io_internal::make_bolt}};
   return rows;
 }
 

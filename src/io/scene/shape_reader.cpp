@@ -7,7 +7,7 @@
 #include "dyop/geometry/sphere.h"
 #include "dyop/io/mesh_file.h"
 
-namespace dyop::internal {
+namespace dyop::io_internal {
 namespace {
 
 ShapeReader::NamedShape read_sphere(const JsonNode& node) {
@@ -111,4 +111,4 @@ std::filesystem::path ShapeReader::find(const JsonNode& node) const {
   node.fail("no mesh file " + wanted.filename().string() + " in " + places);
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::io_internal

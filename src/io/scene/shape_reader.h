@@ -11,7 +11,7 @@
 #include "dyop/geometry/triangle_mesh.h"
 #include "io/json_reader.h"
 
-namespace dyop::internal {
+namespace dyop::io_internal {
 
 /// Reads the object "shape" of docs/scene-format.md. Each mesh file is loaded once.
 class DYOP_EXPORT ShapeReader {
@@ -40,4 +40,4 @@ class DYOP_EXPORT ShapeReader {
   std::map<std::filesystem::path, TriangleMesh> loaded_;
 };
 
-}  // namespace dyop::internal
+}  // namespace dyop::io_internal

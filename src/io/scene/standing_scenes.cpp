@@ -5,7 +5,7 @@
 
 #include "io/scene/scene_builder.h"
 
-namespace dyop::internal {
+namespace dyop::io_internal {
 namespace {
 
 constexpr Scalar kCubeHalf = 0.5;
@@ -109,4 +109,4 @@ GeneratedScene make_pile(int n) {
   return builder.finish();
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::io_internal

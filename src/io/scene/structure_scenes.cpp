@@ -6,7 +6,7 @@
 
 #include "io/scene/scene_builder.h"
 
-namespace dyop::internal {
+namespace dyop::io_internal {
 namespace {
 
 // The stone of an arch between two joints at these angles from the x axis; half a gap is left on
@@ -112,4 +112,4 @@ GeneratedScene make_domino(int n) {
   return builder.finish();
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::io_internal

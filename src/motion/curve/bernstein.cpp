@@ -5,7 +5,7 @@
 #include <array>
 #include <cmath>
 
-namespace dyop::internal {
+namespace dyop::motion_internal {
 namespace {
 
 // Pascal's triangle: C(n, k) at [n][k], exact, because all are below 2^53 for n < kMaxBernsteinCount.
@@ -76,4 +76,4 @@ Scalar largest_cross_product(BernsteinSpan x, BernsteinSpan y) {
   return largest_norm(BernsteinSpan(product.data(), m + n + 1));
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::motion_internal

@@ -10,7 +10,7 @@
 // Vector polynomials given by their Bernstein coefficients over s in [0, 1], one more than the
 // degree: the polynomial lies in their convex hull, so the largest norm of a coefficient bounds its
 // norm.
-namespace dyop::internal {
+namespace dyop::motion_internal {
 
 inline constexpr std::size_t kMaxBernsteinCount = 20;
 using BernsteinSpan = std::span<const Vector3>;
@@ -37,4 +37,4 @@ Scalar largest_norm(BernsteinSpan b);
 // The largest norm of a coefficient of x(s) x y(s).
 Scalar largest_cross_product(BernsteinSpan x, BernsteinSpan y);
 
-}  // namespace dyop::internal
+}  // namespace dyop::motion_internal

@@ -6,7 +6,7 @@
 #include "motion/curve/bernstein.h"
 #include "motion/curve/rotation_rate.h"
 
-namespace dyop::internal {
+namespace dyop::motion_internal {
 
 template <std::size_t kMaxDegree>
 ChartCurve<kMaxDegree>::ChartCurve(const char* motion, const TimeInterval& interval,
@@ -104,4 +104,4 @@ PoseScale ChartCurve<kMaxDegree>::pose_scale() const {
 template class ChartCurve<3>;
 template class ChartCurve<9>;
 
-}  // namespace dyop::internal
+}  // namespace dyop::motion_internal

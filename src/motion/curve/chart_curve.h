@@ -6,7 +6,7 @@
 
 #include "dyop/motion/motion.h"
 
-namespace dyop::internal {
+namespace dyop::motion_internal {
 
 /// Shared by HermiteMotion and BezierMotion: position p_W0 + x(s) and rotation R_WC exp(theta(s)),
 /// C a fixed frame, with polynomials x and theta of s, which runs from 0 to 1 over the domain.
@@ -65,4 +65,4 @@ class ChartCurve {
 extern template class ChartCurve<3>;
 extern template class ChartCurve<9>;
 
-}  // namespace dyop::internal
+}  // namespace dyop::motion_internal

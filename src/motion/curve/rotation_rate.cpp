@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace dyop::internal {
+namespace dyop::motion_internal {
 namespace {
 
 // (f - sin f) / f^3. Below one half the difference would lose digits; there the alternating
@@ -73,4 +73,4 @@ Scalar angular_acceleration_bound(Scalar theta_rate, Scalar theta_acceleration, 
          theta_rate * std::min(theta_turn / 6, theta_rate * std::numbers::inv_pi);
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::motion_internal

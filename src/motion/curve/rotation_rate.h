@@ -12,7 +12,7 @@
 
 // Angular velocity and acceleration of R(t) = R_WC exp(theta(t)), and the rounding of bounds.
 // Proofs: docs/algorithms/motions.md.
-namespace dyop::internal {
+namespace dyop::motion_internal {
 
 // Left Jacobian of SO(3) at theta, applied to theta_rate: the angular velocity in frame C.
 //   w = theta' + (1 - cos f)/f^2 theta x theta' + (f - sin f)/f^3 theta x (theta x theta'),
@@ -68,4 +68,4 @@ inline void require_finite(const Vector3& x, const char* what) {
   DYOP_REQUIRE(x.allFinite(), what, " must be finite, not (", x.transpose(), ")");
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::motion_internal

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-namespace dyop::internal {
+namespace dyop::motion_internal {
 namespace {
 
 SpeedTree::Speeds larger_speeds(const SpeedTree::Speeds& x, const SpeedTree::Speeds& y) {
@@ -31,4 +31,4 @@ SpeedTree::Speeds SpeedTree::largest(std::size_t first, std::size_t last) const 
   return largest;
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::motion_internal

@@ -6,7 +6,7 @@
 
 #include "dyop/core/types.h"
 
-namespace dyop::internal {
+namespace dyop::motion_internal {
 
 /// Speed bounds of the pieces of a motion, with the largest over any range of pieces in O(log n).
 class SpeedTree {
@@ -26,4 +26,4 @@ class SpeedTree {
   std::vector<Speeds> nodes_;  // node i holds the larger of nodes 2i and 2i + 1; the pieces last
 };
 
-}  // namespace dyop::internal
+}  // namespace dyop::motion_internal

@@ -34,7 +34,8 @@ void bind_world_options(py::module_& m) {
       .option<&O::integrator_options>("integrator_options", "IntegratorOptions: its tolerances")
       .option<&O::max_step>("max_step", "Optional[float]: longest step, time")
       .option<&O::target_distance>("target_distance", "Optional[float]: kept, proven; length")
-      .option<&O::rest_offset>("rest_offset", "Optional[float]: bodies rest so far above it; length")
+      .option<&O::rest_offset>("rest_offset",
+                               "Optional[float]: bodies rest so far above it; length")
       .option<&O::policy>("policy", "ImpactPolicy: what happens at an impact")
       .custom(function_field<O, &O::on_impact, ImpactFunction>("on_impact"),
               "Optional[Callable[[ImpactEvent, ImpactStates], object]]: for ImpactPolicy.Callback")

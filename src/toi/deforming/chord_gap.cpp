@@ -5,7 +5,7 @@
 
 #include "core/tolerance.h"
 
-namespace dyop::internal {
+namespace dyop::toi_internal {
 namespace {
 
 // More than the rounding error of the few operations in a bound.
@@ -53,4 +53,4 @@ Scalar ChordGap::least_of_boxes(const StandingPair& begin, const StandingPair& e
          bend(begin.b.radius(box_b)) - noise_;
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::toi_internal

@@ -6,7 +6,7 @@
 #include "dyop/motion/motion.h"
 #include "toi/deforming/standing_pair.h"
 
-namespace dyop::internal {
+namespace dyop::toi_internal {
 
 /// Proves that triangles of a deforming mesh A and a moving rigid mesh B stay apart along one fixed
 /// direction, over a whole short interval [0, T], from their places at its two ends.
@@ -41,4 +41,4 @@ class DYOP_EXPORT ChordGap {
   Scalar noise_;
 };
 
-}  // namespace dyop::internal
+}  // namespace dyop::toi_internal

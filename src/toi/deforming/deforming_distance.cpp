@@ -11,10 +11,10 @@
 namespace dyop {
 namespace {
 
-using internal::DeformingTraversal;
-using internal::PieceDistance;
-using internal::RigidSide;
-using internal::StandingPair;
+using distance_internal::PieceDistance;
+using toi_internal::DeformingTraversal;
+using toi_internal::RigidSide;
+using toi_internal::StandingPair;
 
 void require_fraction(Scalar s) {
   DYOP_REQUIRE(s >= 0 && s <= 1, "the fraction of a deforming mesh's interval must be in [0, 1], ",

@@ -5,7 +5,7 @@
 
 #include "dyop/distance/distance.h"
 
-namespace dyop::internal {
+namespace dyop::toi_internal {
 
 template <typename SideB>
 DeformingPair<SideB>::DeformingPair(DeformingSide& a, SideB& b, const TimeInterval& interval,
@@ -64,4 +64,4 @@ std::vector<Contact> DeformingPair<SideB>::contacts_within(Scalar reach) const {
 template class DeformingPair<DeformingSide>;
 template class DeformingPair<RigidSide>;
 
-}  // namespace dyop::internal
+}  // namespace dyop::toi_internal

@@ -15,7 +15,7 @@
 #include "toi/radix_queue.h"
 #include "toi/readvance_ratio.h"
 
-namespace dyop::internal {
+namespace dyop::toi_internal {
 
 /// A deforming mesh and a side of either kind, for BestFirstSearch. The frame of pieces is the
 /// world.
@@ -143,4 +143,4 @@ int DeformingPair<SideB>::open(const QueuedPair& pair, const Push& push) const {
   return count;
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::toi_internal

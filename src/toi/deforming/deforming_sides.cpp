@@ -3,7 +3,7 @@
 
 #include "toi/nearest_difference.h"
 
-namespace dyop::internal {
+namespace dyop::toi_internal {
 
 void DeformingSide::set_time(Scalar t) {
   s_ = std::clamp(span_.begin + (t - interval_.begin) * per_time_, span_.begin, span_.end);
@@ -85,4 +85,4 @@ Vector3 RigidSide::velocity_at(std::int32_t /*leaf*/, const Vector3& p_W) const 
   return now_.v_WB + now_.w_WB.cross(p_W - now_.p_WB);
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::toi_internal

@@ -14,7 +14,7 @@
 #include "toi/rigid/moving_pair.h"
 #include "toi/rigid/safe_step.h"
 
-namespace dyop::internal {
+namespace dyop::toi_internal {
 
 // The two kinds of side of an impact query in which something deforms. Both provide a tree of
 // boxes, and bound the motion of a node or triangle along a direction n that is fixed in world:
@@ -173,4 +173,4 @@ class RigidSide {
   TwistBound near_;
 };
 
-}  // namespace dyop::internal
+}  // namespace dyop::toi_internal

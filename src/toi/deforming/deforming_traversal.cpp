@@ -6,7 +6,7 @@
 #include "dyop/distance/triangle_distance.h"
 #include "hierarchy/box_direction.h"
 
-namespace dyop::internal {
+namespace dyop::toi_internal {
 
 template <typename SideB>
 PieceDistance leaf_distance(const DeformingSide& a, std::int32_t leaf_a, const SideB& b,
@@ -101,4 +101,4 @@ template PieceDistance leaf_distance(const DeformingSide&, std::int32_t, const R
 template class DeformingTraversal<DeformingSide>;
 template class DeformingTraversal<RigidSide>;
 
-}  // namespace dyop::internal
+}  // namespace dyop::toi_internal

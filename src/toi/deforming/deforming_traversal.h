@@ -7,7 +7,7 @@
 #include "distance/distance_traversal.h"
 #include "toi/deforming/deforming_sides.h"
 
-namespace dyop::internal {
+namespace dyop::toi_internal {
 
 /// Certified distance of two triangles at the current time of the sides, in world. Features have
 /// the meshes' vertex numbers.
@@ -76,4 +76,4 @@ void DeformingTraversal<SideB>::for_each_leaf_pair(const Visit& visit) {
   }
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::toi_internal

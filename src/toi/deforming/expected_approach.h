@@ -7,7 +7,7 @@
 #include "dyop/core/types.h"
 #include "dyop/hierarchy/mesh_hierarchy.h"
 
-namespace dyop::internal {
+namespace dyop::toi_internal {
 
 /// Which pairs of a deforming mesh A and a rigid mesh B matter if B is about to move as expected:
 /// every point p of B by v + w x (p - origin), give or take the slack, in which the motion of A is
@@ -34,4 +34,4 @@ struct ExpectedApproach {
   }
 };
 
-}  // namespace dyop::internal
+}  // namespace dyop::toi_internal

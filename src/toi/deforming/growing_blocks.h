@@ -5,7 +5,7 @@
 #include <memory>
 #include <vector>
 
-namespace dyop::internal {
+namespace dyop::toi_internal {
 
 /// An array that grows by whole blocks: elements never move, so that growing costs the same however
 /// many there are. Memory is kept until the end.
@@ -36,4 +36,4 @@ class GrowingBlocks {
   std::size_t size_ = 0;
 };
 
-}  // namespace dyop::internal
+}  // namespace dyop::toi_internal

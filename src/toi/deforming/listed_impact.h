@@ -7,7 +7,7 @@
 #include "dyop/core/export.h"
 #include "dyop/toi/deforming_time_of_impact.h"
 
-namespace dyop::internal {
+namespace dyop::toi_internal {
 
 /// As time_of_impact() of a part of a deforming mesh's interval, but of the given pairs of nodes or
 /// triangles only: what is proven holds if all others are proven apart otherwise.
@@ -18,4 +18,4 @@ DYOP_EXPORT ToiResult time_of_listed_impact(const DeformingMesh& a, const Deform
                                             ToiWorkspace& workspace,
                                             std::span<const BoxPair> pairs);
 
-}  // namespace dyop::internal
+}  // namespace dyop::toi_internal

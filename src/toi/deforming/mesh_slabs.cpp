@@ -3,7 +3,7 @@
 
 #include "core/tolerance.h"
 
-namespace dyop::internal {
+namespace dyop::toi_internal {
 namespace {
 
 // More than the rounding of a node's bound that is made of one of its parts', relative to the size
@@ -70,4 +70,4 @@ void MeshSlabs::add_part(const DeformingMesh& mesh, std::size_t part, Slab& slab
   add(node.at_end, from.at_end, slab.at_end);
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::toi_internal

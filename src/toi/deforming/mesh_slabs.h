@@ -7,7 +7,7 @@
 #include "dyop/core/export.h"
 #include "dyop/toi/deforming_mesh.h"
 
-namespace dyop::internal {
+namespace dyop::toi_internal {
 
 /// For every node of a deforming mesh a slab across the mean normal of its triangles, besides its
 /// axis-aligned box. A piece of surface of size l and radius of curvature r is as thick as l if it
@@ -61,4 +61,4 @@ class DYOP_EXPORT MeshSlabs {
   std::vector<Vector3> areas_;  // of the nodes: twice the sum of their triangles' area vectors
 };
 
-}  // namespace dyop::internal
+}  // namespace dyop::toi_internal

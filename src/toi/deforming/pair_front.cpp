@@ -6,7 +6,7 @@
 #include "core/tolerance.h"
 #include "hierarchy/box_direction.h"
 
-namespace dyop::internal {
+namespace dyop::toi_internal {
 namespace {
 
 // Rounding of a key and of what is read from it, as a multiple of its size.
@@ -308,4 +308,4 @@ void PairFront::try_promising(const StandingPair& sides, PieceDistance& best) {
   nearest_ = {0, pair.a, pair.b};
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::toi_internal

@@ -14,7 +14,7 @@
 #include "toi/deforming/growing_blocks.h"
 #include "toi/deforming/standing_pair.h"
 
-namespace dyop::internal {
+namespace dyop::toi_internal {
 
 /// What is known of the distance of a deforming mesh A from a rigid mesh B, kept while both move: a
 /// tree of pairs of their boxes, opened as far as was needed. Every pair of triangles is below
@@ -191,6 +191,6 @@ class DYOP_EXPORT PairFront {
   std::size_t last_search_ = 0;  // of them by find_nearest()
 };
 
-}  // namespace dyop::internal
+}  // namespace dyop::toi_internal
 
 #include "toi/deforming/pair_front_search.h"

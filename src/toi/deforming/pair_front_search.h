@@ -4,7 +4,7 @@
 #include "toi/deforming/pair_front.h"
 
 // The members of PairFront that are templates.
-namespace dyop::internal {
+namespace dyop::toi_internal {
 
 template <typename IsOver, typename Visit>
 bool PairFront::refine(const StandingPair& sides, Scalar reach, const IsOver& is_over,
@@ -127,4 +127,4 @@ bool PairFront::search(const StandingPair& sides, const NearestGoal& goal, const
   return is_through;
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::toi_internal

@@ -3,7 +3,7 @@
 
 #include "core/tolerance.h"
 
-namespace dyop::internal {
+namespace dyop::toi_internal {
 
 StandingPair::StandingPair(const DeformingMesh& mesh_a, Scalar s, const TriangleMesh& mesh_b,
                            const RigidPose& X_WB, const MeshSlabs* slabs_of_a)
@@ -25,4 +25,4 @@ std::optional<bool> StandingPair::is_apart_by(Scalar least, const std::function<
   return traversal.lower > least;
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::toi_internal

@@ -10,7 +10,7 @@
 #include "toi/deforming/deforming_traversal.h"
 #include "toi/deforming/mesh_slabs.h"
 
-namespace dyop::internal {
+namespace dyop::toi_internal {
 
 /// A deforming mesh A at a fraction of its interval and a rigid mesh B, where they stand.
 struct DYOP_EXPORT StandingPair {
@@ -56,4 +56,4 @@ struct DYOP_EXPORT StandingPair {
   Scalar noise;  ///< rounding allowance of a gap
 };
 
-}  // namespace dyop::internal
+}  // namespace dyop::toi_internal

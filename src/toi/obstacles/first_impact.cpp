@@ -12,11 +12,11 @@
 namespace dyop {
 namespace {
 
-using internal::ObstacleEvent;
-using internal::ObstaclePair;
-using internal::ObstacleTree;
-using internal::SweptBoxes;
-using internal::TimeParts;
+using toi_internal::ObstacleEvent;
+using toi_internal::ObstaclePair;
+using toi_internal::ObstacleTree;
+using toi_internal::SweptBoxes;
+using toi_internal::TimeParts;
 
 // The body is boxed over each of this many equal parts of the interval. More: more obstacles are
 // skipped, each for about 0.3 us.
@@ -45,7 +45,7 @@ Rank rank_of(ToiStatus status) {
 }
 
 // At least the default tolerance of the body with any obstacle.
-Scalar largest_default_tolerance(const internal::ObstacleSetData& data, const Shape& body) {
+Scalar largest_default_tolerance(const toi_internal::ObstacleSetData& data, const Shape& body) {
   if (body.bounding_radius() > 0) return kDefaultRelativeTolerance * body.bounding_radius();
   Scalar largest = 0;
   for (const auto& slot : data.slots) {
@@ -57,9 +57,9 @@ Scalar largest_default_tolerance(const internal::ObstacleSetData& data, const Sh
 // Best-first over obstacles: pursues whichever may be hit first, a portion at a time.
 class ImpactSearch {
  public:
-  ImpactSearch(const internal::ObstacleSetData& data, const Shape& body, const Motion& X_WB,
+  ImpactSearch(const toi_internal::ObstacleSetData& data, const Shape& body, const Motion& X_WB,
                const TimeInterval& interval, const ToiOptions& options,
-               const ObstacleFilter& filter, internal::ObstacleMemory& memory)
+               const ObstacleFilter& filter, toi_internal::ObstacleMemory& memory)
       : data_(data),
         body_(body),
         X_WB_(X_WB),
@@ -91,13 +91,13 @@ class ImpactSearch {
   ObstacleImpact finish(const ObstaclePair& pair, ToiStatus status, Scalar t_safe);
   ObstacleImpact finish_separated();
 
-  const internal::ObstacleSetData& data_;
+  const toi_internal::ObstacleSetData& data_;
   const Shape& body_;
   const Motion& X_WB_;
   const TimeInterval interval_;
   const ToiOptions& options_;
   const ObstacleFilter& filter_;
-  internal::ObstacleMemory& memory_;
+  toi_internal::ObstacleMemory& memory_;
   const TimeParts parts_;
   const SweptBoxes swept_;
   const Scalar reach_;
@@ -126,15 +126,15 @@ void ImpactSearch::push_obstacle(std::uint32_t slot, const AlignedBox& box, int 
 void ImpactSearch::push_moving(std::uint32_t slot) {
   ++statistics_.box_tests;
   const Obstacle& other = *data_.slots[slot].obstacle;
-  if (internal::box_gap(swept_.whole(), internal::swept_box(*other.shape, *other.X_WO, interval_)) >
-      reach_) {
+  if (toi_internal::box_gap(
+          swept_.whole(), toi_internal::swept_box(*other.shape, *other.X_WO, interval_)) > reach_) {
     return;
   }
   const SweptBoxes boxes(*other.shape, *other.X_WO, parts_);
   int first = parts_.count;
   int last = 0;
   for (int i = 0; i < parts_.count; ++i) {
-    if (internal::box_gap(swept_.part(i), boxes.part(i)) > reach_) continue;
+    if (toi_internal::box_gap(swept_.part(i), boxes.part(i)) > reach_) continue;
     first = std::min(first, i);
     last = i;
   }
@@ -142,7 +142,7 @@ void ImpactSearch::push_moving(std::uint32_t slot) {
 }
 
 void ImpactSearch::add_pair(std::uint32_t slot, int first, int last) {
-  if (!internal::passes(data_, slot, filter_)) return;
+  if (!toi_internal::passes(data_, slot, filter_)) return;
   if (memory_.used == memory_.pairs.size()) {
     memory_.pairs.push_back(std::make_unique<ObstaclePair>());
   }
@@ -276,8 +276,8 @@ ObstacleImpact ObstacleSet::first_impact(const Shape& body, const Motion& X_WB,
                                          const TimeInterval& interval, const ToiOptions& options,
                                          const ObstacleFilter& filter,
                                          ObstacleWorkspace& workspace) const {
-  internal::require_no_solid_b("first_impact", options.solid_b);
-  internal::require_valid_query(body, X_WB, body, X_WB, interval, options);
+  toi_internal::require_no_solid_b("first_impact", options.solid_b);
+  toi_internal::require_valid_query(body, X_WB, body, X_WB, interval, options);
   for (std::size_t i = 0; i < data_->moving; ++i) {
     require_defined(*data_->slots[data_->loose[i]].obstacle->X_WO, interval,
                     "first_impact: the motion of an obstacle");

@@ -7,7 +7,7 @@
 
 #include "toi/obstacles/obstacle_data.h"
 
-namespace dyop::internal {
+namespace dyop::toi_internal {
 
 /// Something still to be examined, proven free up to `key`, a time or a distance.
 struct ObstacleEvent {
@@ -86,4 +86,4 @@ Scalar visit_by_gap(const ObstacleSetData& data, const ObstacleFilter& filter,
   return kInfinity;
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::toi_internal

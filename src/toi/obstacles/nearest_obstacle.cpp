@@ -13,7 +13,7 @@
 namespace dyop {
 namespace {
 
-using internal::box_gap;
+using toi_internal::box_gap;
 
 // Bodies are boxed over each of this many equal parts of the interval.
 constexpr int kClearanceParts = 16;
@@ -29,9 +29,9 @@ void add_work(const DistanceStatistics& work, DistanceStatistics& sum) {
 NearestObstacle ObstacleSet::nearest(const Shape& body, const RigidPose& X_WB, Scalar t,
                                      const DistanceOptions& options,
                                      const ObstacleFilter& filter) const {
-  internal::require_no_solid_b("nearest", options.solid_b);
-  internal::require_valid_options(options, "nearest");
-  internal::require_closed("nearest", body, body, {options.solid_a, false});
+  toi_internal::require_no_solid_b("nearest", options.solid_b);
+  distance_internal::require_valid_options(options, "nearest");
+  distance_internal::require_closed("nearest", body, body, {options.solid_a, false});
   DYOP_REQUIRE(std::isfinite(t), "nearest: t must be finite, not ", t);
   for (std::size_t i = 0; i < data_->moving; ++i) {
     require_defined(*data_->slots[data_->loose[i]].obstacle->X_WO, {t, t},
@@ -41,13 +41,14 @@ NearestObstacle ObstacleSet::nearest(const Shape& body, const RigidPose& X_WB, S
   best.distance.status = DistanceStatus::FartherThanMaxDistance;
   Scalar lower = kInfinity;
   DistanceStatistics work;
-  const AlignedBox box = internal::placed_box(body, X_WB);
+  const AlignedBox box = toi_internal::placed_box(body, X_WB);
   const auto place = [&](std::uint32_t slot) { return data_->slots[slot].obstacle->X_WO->pose(t); };
   const auto limit = [&] { return std::min(best.distance.upper, options.max_distance); };
-  const Scalar left = internal::visit_by_gap(
+  const Scalar left = toi_internal::visit_by_gap(
       *data_, filter, [&](const AlignedBox& other) { return box_gap(box, other); },
       [&](std::uint32_t slot) {
-        return box_gap(box, internal::placed_box(*data_->slots[slot].obstacle->shape, place(slot)));
+        return box_gap(box,
+                       toi_internal::placed_box(*data_->slots[slot].obstacle->shape, place(slot)));
       },
       // An overlapping obstacle is as near as possible.
       [&] { return best.distance.status == DistanceStatus::Overlapping ? -1 : limit(); },
@@ -82,11 +83,11 @@ ObstacleClearance ObstacleSet::least_distance(const Shape& body, const Motion& X
                                               const TimeInterval& interval,
                                               const LeastDistanceOptions& options,
                                               const ObstacleFilter& filter) const {
-  internal::require_no_solid_b("least_distance", options.solid_b);
+  toi_internal::require_no_solid_b("least_distance", options.solid_b);
   require_valid(interval, "least_distance: interval");
   require_defined(X_WB, interval, "least_distance: the motion of the body");
-  internal::require_valid_options(options);
-  internal::require_closed("least_distance", body, body, {options.solid_a, false});
+  toi_internal::require_valid_options(options);
+  distance_internal::require_closed("least_distance", body, body, {options.solid_a, false});
   for (std::size_t i = 0; i < data_->moving; ++i) {
     require_defined(*data_->slots[data_->loose[i]].obstacle->X_WO, interval,
                     "least_distance: the motion of an obstacle");
@@ -99,13 +100,13 @@ ObstacleClearance ObstacleSet::least_distance(const Shape& body, const Motion& X
   std::int64_t queries = 0;
   Scalar allowance = 0;
   std::optional<LeastDistanceStatus> stopped;
-  const internal::TimeParts parts{interval, interval.length() > 0 ? kClearanceParts : 1};
-  const internal::SweptBoxes swept(body, X_WB, parts);
-  const Scalar left = internal::visit_by_gap(
+  const toi_internal::TimeParts parts{interval, interval.length() > 0 ? kClearanceParts : 1};
+  const toi_internal::SweptBoxes swept(body, X_WB, parts);
+  const Scalar left = toi_internal::visit_by_gap(
       *data_, filter, [&](const AlignedBox& box) { return swept.least_gap(box); },
       [&](std::uint32_t slot) {
         const Obstacle& other = *data_->slots[slot].obstacle;
-        const internal::SweptBoxes boxes(*other.shape, *other.X_WO, parts);
+        const toi_internal::SweptBoxes boxes(*other.shape, *other.X_WO, parts);
         Scalar least = kInfinity;
         for (int i = 0; i < parts.count; ++i) {
           least = std::min(least, box_gap(swept.part(i), boxes.part(i)));
@@ -145,7 +146,7 @@ ObstacleClearance ObstacleSet::least_distance(const Shape& body, const Motion& X
   } else if (sum.lower > options.max_distance || !best.obstacle) {
     sum.status = LeastDistanceStatus::FartherThanMaxDistance;
   } else {
-    const bool is_tight = sum.upper - sum.lower <= internal::tolerance_of(options, sum);
+    const bool is_tight = sum.upper - sum.lower <= toi_internal::tolerance_of(options, sum);
     sum.status = is_tight ? LeastDistanceStatus::Bounded : LeastDistanceStatus::NumericalLimit;
   }
   return best;

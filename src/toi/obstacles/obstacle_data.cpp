@@ -5,7 +5,7 @@
 
 #include "dyop/core/error.h"
 
-namespace dyop::internal {
+namespace dyop::toi_internal {
 
 const ObstacleSetData::Slot* ObstacleSetData::find(ObstacleId id) const {
   const auto slot = static_cast<std::uint32_t>(id);
@@ -54,4 +54,4 @@ void require_no_solid_b(const char* query, bool solid_b) {
   DYOP_REQUIRE(!solid_b, query, ": solid_b must be false; use Obstacle::is_solid");
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::toi_internal

@@ -7,7 +7,7 @@
 #include "dyop/toi/obstacle_set.h"
 #include "toi/obstacles/obstacle_tree.h"
 
-namespace dyop::internal {
+namespace dyop::toi_internal {
 
 /// The contents of an ObstacleSet. Obstacles live in slots that are reused; an id is a slot and the
 /// number of times it was used before.
@@ -49,4 +49,4 @@ inline bool passes(const ObstacleSetData& data, std::uint32_t slot, const Obstac
   return !filter.accepts || filter.accepts(data.id_of(slot));
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::toi_internal

@@ -7,7 +7,7 @@
 #include "dyop/toi/toi_workspace.h"
 #include "toi/obstacles/gap_search.h"
 
-namespace dyop::internal {
+namespace dyop::toi_internal {
 
 /// The body and an obstacle, and the state of their search.
 struct ObstaclePair {
@@ -26,4 +26,4 @@ struct ObstacleMemory {
   std::size_t used = 0;
 };
 
-}  // namespace dyop::internal
+}  // namespace dyop::toi_internal

@@ -5,7 +5,7 @@
 #include <span>
 #include <utility>
 
-namespace dyop::internal {
+namespace dyop::toi_internal {
 
 ObstacleTree::ObstacleTree(std::vector<Item> items) {
   if (items.empty()) return;
@@ -42,4 +42,4 @@ ObstacleTree::ObstacleTree(std::vector<Item> items) {
   }
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::toi_internal

@@ -6,7 +6,7 @@
 
 #include "dyop/core/types.h"
 
-namespace dyop::internal {
+namespace dyop::toi_internal {
 
 /// A binary tree of axis-aligned boxes over numbered items, halved at the middle of their centers.
 class ObstacleTree {
@@ -36,4 +36,4 @@ class ObstacleTree {
   std::vector<Node> nodes_;
 };
 
-}  // namespace dyop::internal
+}  // namespace dyop::toi_internal

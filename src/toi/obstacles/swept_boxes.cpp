@@ -7,7 +7,7 @@
 #include "core/tolerance.h"
 #include "toi/rigid/motion_bounds.h"
 
-namespace dyop::internal {
+namespace dyop::toi_internal {
 namespace {
 
 // NaN, as from infinite bounds, proves nothing.
@@ -94,4 +94,4 @@ Scalar SweptBoxes::least_gap(const AlignedBox& box) const {
   return least;
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::toi_internal

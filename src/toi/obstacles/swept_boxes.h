@@ -8,7 +8,7 @@
 #include "dyop/geometry/shape.h"
 #include "dyop/motion/motion.h"
 
-namespace dyop::internal {
+namespace dyop::toi_internal {
 
 /// Equal parts of an interval. Neighbours share their ends.
 struct TimeParts {
@@ -50,4 +50,4 @@ class SweptBoxes {
   AlignedBox whole_;
 };
 
-}  // namespace dyop::internal
+}  // namespace dyop::toi_internal

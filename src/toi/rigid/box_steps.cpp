@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "toi/rigid/box_steps.h"
 
-namespace dyop::internal {
+namespace dyop::toi_internal {
 
 extern const BoxStepsKernels box_steps_baseline;
 #ifdef DYOP_HAS_X86_KERNELS
@@ -18,4 +18,4 @@ BoxStepsKernels box_steps_kernels(InstructionSet set) {
   return box_steps_baseline;
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::toi_internal

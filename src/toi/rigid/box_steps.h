@@ -4,7 +4,7 @@
 #include "core/instruction_set.h"
 #include "hierarchy/facing_box.h"
 
-namespace dyop::internal {
+namespace dyop::toi_internal {
 
 /// How two bodies move from one instant t on, as seen from the shape S that a group of boxes
 /// belongs to; O is the other shape. All vectors in the frame of S at time t. Plain numbers, for
@@ -62,4 +62,4 @@ struct BoxStepsKernels {
 /// The kernels for an instruction set, which this processor must support.
 BoxStepsKernels box_steps_kernels(InstructionSet set);
 
-}  // namespace dyop::internal
+}  // namespace dyop::toi_internal

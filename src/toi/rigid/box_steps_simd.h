@@ -6,7 +6,7 @@
 // The kernels of box_steps.h for the instruction set that the including file is compiled for. The
 // mathematics is that of safe_step() along a fixed direction, derived in
 // docs/algorithms/time_of_impact.md.
-namespace dyop::internal {
+namespace dyop::toi_internal {
 inline namespace DYOP_LANES {
 
 /// A pair whose step turns a body by more than this angle is examined again before it is split, as
@@ -55,7 +55,7 @@ DYOP_INLINE L first_roots(L c0, L c1, L c2, L h) {
 
 /// The gap of the slabs along the turning direction n + u k + q m, minus the floor: G(u, q).
 template <typename L>
-struct TurningGap {
+struct TurningGaps {
   // Projections of n, k, m onto the terms of the gap.
   L constant;     // n . (origin + center of the other - center of the box) - floor
   L rate;         // derivative of the same by u: velocity and k
@@ -64,8 +64,8 @@ struct TurningGap {
   L reach[6];     // half extents
 
   template <typename Motion>
-  DYOP_INLINE TurningGap(const BoxLanes<L>& box, const FacingPiece& other, const Motion& motion,
-                         const L* n) {
+  DYOP_INLINE TurningGaps(const BoxLanes<L>& box, const FacingPiece& other, const Motion& motion,
+                          const L* n) {
     const Broadcast3<L> from_origin(other.from_origin);
     constant = (dot(Broadcast3<L>(motion.origin).v, n) + dot(from_origin.v, n)) -
                dot(box.center, n) - L(motion.floor);
@@ -80,7 +80,7 @@ struct TurningGap {
   }
 
   /// The gap of one box in all lanes.
-  DYOP_INLINE explicit TurningGap(const TurningGap<OneLane>& one) requires(L::kCount > 1)
+  DYOP_INLINE explicit TurningGaps(const TurningGaps<OneLane>& one) requires(L::kCount > 1)
       : constant(one.constant.v), rate(one.rate.v), bend(one.bend.v) {
     for (int k = 0; k < 6; ++k) {
       for (int i = 0; i < 3; ++i) along[k][i] = L(one.along[k][i].v);
@@ -187,7 +187,7 @@ DYOP_INLINE L steady_step(L gap, L rate) {
 /// The coupled bound with all terms bounded over h: the first root of a quadratic below the gap, or
 /// h.
 template <typename L>
-DYOP_INLINE L trial_step(const TurningGap<L>& gap_at, const FacingMotion& motion,
+DYOP_INLINE L trial_step(const TurningGaps<L>& gap_at, const FacingMotion& motion,
                          const StepBounds<L>& bounds, L gap, L h) {
   const L x = L(motion.largest_turning) * h;
   const L noise = L(motion.noise) * (L(1.0) + x + x * x);  // n + u k + q m is longer than n
@@ -202,7 +202,7 @@ DYOP_INLINE L trial_step(const TurningGap<L>& gap_at, const FacingMotion& motion
 
 /// The coupled bound of a box in each lane, trying one length after another.
 template <typename L>
-DYOP_INLINE L coupled_step(const TurningGap<L>& gap_at, const FacingMotion& motion,
+DYOP_INLINE L coupled_step(const TurningGaps<L>& gap_at, const FacingMotion& motion,
                            const StepBounds<L>& bounds, const FacingPiece&, L gap) {
   const L zero(0.0);
   const L horizon(motion.horizon);
@@ -227,10 +227,10 @@ DYOP_INLINE L coupled_step(const TurningGap<L>& gap_at, const FacingMotion& moti
 }
 
 /// The coupled bound of one box, trying several lengths at once.
-DYOP_INLINE OneLane coupled_step(const TurningGap<OneLane>& one_gap_at, const FacingMotion& motion,
+DYOP_INLINE OneLane coupled_step(const TurningGaps<OneLane>& one_gap_at, const FacingMotion& motion,
                                  const StepBounds<OneLane>& one_bounds, const FacingPiece& other,
                                  OneLane gap) {
-  const TurningGap<Lanes> gap_at(one_gap_at);
+  const TurningGaps<Lanes> gap_at(one_gap_at);
   const StepBounds<Lanes> bounds(one_bounds);
   constexpr double kLongest = static_cast<double>(kStepLength[kStepLengths - 1]);
   double time = 0;
@@ -259,7 +259,7 @@ DYOP_INLINE void box_steps(const GroupRows& rows, int first, const float (*axes)
   const BoxLanes<L> box(rows, first);
   L n[3];
   unit_axis(axes, first, n);
-  TurningGap<L> gap_at(box, other, motion, n);
+  TurningGaps<L> gap_at(box, other, motion, n);
   const L raw_gap = gap_at.at_zero() - L(motion.noise);
   // Overflow proves nothing; inf - inf is NaN.
   const L gap = select(raw_gap - raw_gap >= L(0.0), raw_gap, L(0.0));
@@ -323,4 +323,4 @@ static void box_steps_one(const GroupRows& rows, int first, int, const FacingPie
 }
 
 }  // namespace DYOP_LANES
-}  // namespace dyop::internal
+}  // namespace dyop::toi_internal

@@ -7,7 +7,7 @@
 #include "dyop/core/export.h"
 #include "dyop/toi/time_of_impact.h"
 
-namespace dyop::internal {
+namespace dyop::toi_internal {
 
 /// As time_of_impact(), but of the given pairs of boxes only: what is proven holds if all others are
 /// proven apart otherwise.
@@ -17,4 +17,4 @@ DYOP_EXPORT ToiResult time_of_listed_impact(const Shape& a, const Motion& X_WA, 
                                             const ToiOptions& options, ToiWorkspace& workspace,
                                             std::span<const BoxPair> pairs);
 
-}  // namespace dyop::internal
+}  // namespace dyop::toi_internal

@@ -6,7 +6,7 @@
 
 #include "motion/curve/rotation_rate.h"
 
-namespace dyop::internal {
+namespace dyop::toi_internal {
 namespace {
 
 TwistBound join(const TwistBound& x, const TwistBound& y) {
@@ -60,4 +60,4 @@ TwistBound MotionBounds::over(Scalar begin, Scalar end) const {
   return motion_.twist_bound({begin, end});
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::toi_internal

@@ -5,7 +5,7 @@
 
 #include "dyop/motion/motion.h"
 
-namespace dyop::internal {
+namespace dyop::toi_internal {
 
 /// Size of the numbers from which gaps of a moving body are computed: its coordinates, and how far
 /// a point moves in the rounding of a time. `bound` holds over the interval, in which the body's
@@ -43,4 +43,4 @@ class MotionBounds {
   std::array<TwistBound, kPieces> pieces_;
 };
 
-}  // namespace dyop::internal
+}  // namespace dyop::toi_internal

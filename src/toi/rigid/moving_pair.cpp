@@ -9,7 +9,7 @@
 
 #include "core/tolerance.h"
 
-namespace dyop::internal {
+namespace dyop::toi_internal {
 namespace {
 
 // Moves the body from time t_now to time t. A positive `noise` says that it has been moved before.
@@ -224,4 +224,4 @@ SafeStep MovingPair::leaf_step(const PieceDistance& piece, std::int32_t leaf_a, 
   return convex_a ? with_b(*convex_a) : with_b(piece_a.corners());
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::toi_internal

@@ -9,7 +9,7 @@
 #include "toi/rigid/motion_bounds.h"
 #include "toi/rigid/safe_step.h"
 
-namespace dyop::internal {
+namespace dyop::toi_internal {
 
 /// Names of a query's motions in messages.
 inline constexpr const char* kMotionOfA = "time_of_impact: the motion of A";
@@ -107,4 +107,4 @@ class MovingPair {
   Facing facing_b_;
 };
 
-}  // namespace dyop::internal
+}  // namespace dyop::toi_internal

@@ -6,7 +6,7 @@
 #include "distance/enclosure.h"
 #include "dyop/distance/distance.h"
 
-namespace dyop::internal {
+namespace dyop::toi_internal {
 
 RigidPair::RigidPair(const Shape& a, const Motion& X_WA, const Shape& b, const Motion& X_WB,
                      const TimeInterval& interval, const ImpactBand& band,
@@ -62,4 +62,4 @@ std::vector<Contact> RigidPair::contacts_within(Scalar reach) const {
   return find_contacts(a().shape, X_WA, b().shape, X_WB, reach);
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::toi_internal

@@ -12,7 +12,7 @@
 #include "toi/radix_queue.h"
 #include "toi/rigid/moving_pair.h"
 
-namespace dyop::internal {
+namespace dyop::toi_internal {
 
 /// Two rigid sides, for BestFirstSearch. The frame of pieces is A's.
 class RigidPair {
@@ -76,8 +76,8 @@ class RigidPair {
   }
 
   WitnessPair witness_pair(const PieceDistance& piece, const QueuedPair& pair) const {
-    return internal::witness_pair(piece, a().tree, pair.a, b().tree, pair.b,
-                                  pose_of(moving_.now().a));
+    return distance_internal::witness_pair(piece, a().tree, pair.a, b().tree, pair.b,
+                                           pose_of(moving_.now().a));
   }
   std::pair<RigidPose, RigidPose> poses(Scalar t) const;
   /// At the current time.
@@ -128,4 +128,4 @@ void RigidPair::advance(const QueuedPair& pair, const Push& push) {
   push(steps.time[column], steps.is_far != 0);
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::toi_internal

@@ -6,7 +6,7 @@
 
 #include "core/tolerance.h"
 
-namespace dyop::internal {
+namespace dyop::toi_internal {
 
 namespace {
 
@@ -81,4 +81,4 @@ Scalar safe_time_of_balls(const PairInstant& pair, Scalar radius_a, Scalar radiu
   return std::min(root, h);
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::toi_internal

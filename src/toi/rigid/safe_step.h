@@ -9,7 +9,7 @@
 #include "dyop/geometry/convex_shape.h"
 #include "dyop/hierarchy/mesh_hierarchy.h"
 
-namespace dyop::internal {
+namespace dyop::toi_internal {
 
 /// A body at one instant: its pose and twist, both in world.
 struct BodyInstant {
@@ -249,4 +249,4 @@ SafeStep safe_step(const PairInstant& pair, const PieceA& a, Scalar radius_a, co
   return best_step(pair, gap_at, radius_a, radius_b, gap, is_guess ? guess : pair.horizon, floor);
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::toi_internal

@@ -6,7 +6,7 @@
 
 #include "exact/polynomial.h"
 
-namespace dyop::internal {
+namespace dyop::toi_internal {
 namespace {
 
 // A vector whose coordinates are polynomials of time, 0 at the start and 1 at the end.
@@ -207,4 +207,4 @@ bool has_contact(const EdgeEdgePaths& paths) {
       to_whole_numbers({paths.edge_a[0], paths.edge_a[1], paths.edge_b[0], paths.edge_b[1]})));
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::toi_internal

@@ -3,7 +3,7 @@
 
 #include "dyop/toi/vertex_paths.h"
 
-namespace dyop::internal {
+namespace dyop::toi_internal {
 
 // Whether the two elements have a point in common at some instant of the interval, its ends
 // included. Exact for all finite coordinates, in integer arithmetic, including coplanar, parallel,
@@ -11,4 +11,4 @@ namespace dyop::internal {
 bool has_contact(const VertexFacePaths& paths);
 bool has_contact(const EdgeEdgePaths& paths);
 
-}  // namespace dyop::internal
+}  // namespace dyop::toi_internal

@@ -6,7 +6,7 @@
 #include "core/tolerance.h"
 #include "toi/vertex/exact_contact.h"
 
-namespace dyop::internal {
+namespace dyop::toi_internal {
 namespace {
 
 template <int N>
@@ -193,4 +193,4 @@ Finding<N> PathSearch<N>::run() {
 template class PathSearch<3>;
 template class PathSearch<4>;
 
-}  // namespace dyop::internal
+}  // namespace dyop::toi_internal

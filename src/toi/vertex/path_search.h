@@ -10,7 +10,7 @@
 #include "toi/impact_band.h"
 #include "toi/nearest_difference.h"
 
-namespace dyop::internal {
+namespace dyop::toi_internal {
 
 template <int N>
 using Values = std::array<Scalar, static_cast<std::size_t>(N)>;
@@ -89,4 +89,4 @@ class PathSearch {
   std::int64_t steps_ = 0;
 };
 
-}  // namespace dyop::internal
+}  // namespace dyop::toi_internal

@@ -19,7 +19,7 @@
 
 extern char** environ;
 
-namespace dyop::internal {
+namespace dyop::view_internal {
 namespace {
 
 constexpr int kLongestWait = 120'000;  // milliseconds for one answer
@@ -212,4 +212,4 @@ std::string BrowserPipe::picture() {
   return from_base64(ask("Page.captureScreenshot", {{"format", "png"}}).at("data"));
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::view_internal

@@ -10,7 +10,7 @@
 
 #include "view/frames/scratch_folder.h"
 
-namespace dyop::internal {
+namespace dyop::view_internal {
 
 /// Throws FileError, which names the package, unless the program is on the path.
 void require_program(const std::string& program, const std::string& package);
@@ -54,4 +54,4 @@ class BrowserPipe {
   std::int64_t asked_ = 0;
 };
 
-}  // namespace dyop::internal
+}  // namespace dyop::view_internal

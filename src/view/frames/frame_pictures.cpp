@@ -50,7 +50,7 @@ std::string address_of(const fs::path& page, const std::string& link) {
   return address + "#bare=1" + (link.empty() ? "" : "&" + link);
 }
 
-void wait_until_ready(internal::BrowserPipe& browser, const fs::path& page) {
+void wait_until_ready(view_internal::BrowserPipe& browser, const fs::path& page) {
   for (int k = 0; k < kMostLooks; ++k) {
     if (browser.evaluate("Boolean(window.dyop && window.dyop.isReady)") == true) return;
     const auto notice = browser.evaluate(
@@ -70,8 +70,8 @@ fs::path frame_file(const fs::path& directory, std::int64_t k) {
 
 std::int64_t write_pictures(const fs::path& page, const fs::path& directory,
                             const FrameOptions& options) {
-  internal::BrowserPipe browser(options.browser.empty() ? kBrowser : options.browser, options.width,
-                                options.height);
+  view_internal::BrowserPipe browser(options.browser.empty() ? kBrowser : options.browser,
+                                     options.width, options.height);
   browser.open(address_of(page, options.link));
   wait_until_ready(browser, page);
   const auto run_begin = browser.evaluate("window.dyop.run.begin").get<Scalar>();
@@ -99,7 +99,7 @@ std::int64_t write_pictures(const fs::path& page, const fs::path& directory,
 }
 
 void make_film(const fs::path& directory, const fs::path& out, Scalar frames_per_second) {
-  const int status = internal::run_program(
+  const int status = view_internal::run_program(
       {"ffmpeg", "-y", "-loglevel", "error", "-framerate", std::to_string(frames_per_second), "-i",
        (directory / "frame-%05d.png").string(), "-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-pix_fmt",
        "yuv420p", out.string()});
@@ -113,10 +113,10 @@ void make_film(const fs::path& directory, const fs::path& out, Scalar frames_per
 std::int64_t write_frames(const fs::path& page, const fs::path& out, const FrameOptions& options) {
   check(options);
   // Before the first frame is drawn, not after the last.
-  internal::require_program(options.browser.empty() ? kBrowser : options.browser, kBrowser);
+  view_internal::require_program(options.browser.empty() ? kBrowser : options.browser, kBrowser);
   if (out.extension() == ".mp4") {
-    internal::require_program("ffmpeg", "ffmpeg");
-    const internal::ScratchFolder frames("frames");
+    view_internal::require_program("ffmpeg", "ffmpeg");
+    const view_internal::ScratchFolder frames("frames");
     const std::int64_t count = write_pictures(page, frames.path(), options);
     make_film(frames.path(), out, options.frames_per_second);
     return count;

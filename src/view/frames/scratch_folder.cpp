@@ -7,7 +7,7 @@
 
 #include "dyop/io/file_error.h"
 
-namespace dyop::internal {
+namespace dyop::view_internal {
 
 ScratchFolder::ScratchFolder(const std::string& use) {
   // mkdtemp() replaces the six letters at the end.
@@ -24,4 +24,4 @@ ScratchFolder::~ScratchFolder() {
   std::filesystem::remove_all(path_, ignored);
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::view_internal

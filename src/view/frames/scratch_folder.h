@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <string>
 
-namespace dyop::internal {
+namespace dyop::view_internal {
 
 /// A fresh folder for temporary files, removed with everything in it.
 class ScratchFolder {
@@ -21,4 +21,4 @@ class ScratchFolder {
   std::filesystem::path path_;
 };
 
-}  // namespace dyop::internal
+}  // namespace dyop::view_internal

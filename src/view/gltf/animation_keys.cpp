@@ -3,7 +3,7 @@
 
 #include <array>
 
-namespace dyop::internal {
+namespace dyop::view_internal {
 namespace {
 
 constexpr int kMostDivisions = 24;
@@ -150,4 +150,4 @@ BodyAnimation animation_of(const RecordingReader& reader, BodyId body, Scalar to
   return animation;
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::view_internal

@@ -7,7 +7,7 @@
 #include "dyop/io/recording_reader.h"
 
 /// The path of a body as keys of glTF's cubic splines.
-namespace dyop::internal {
+namespace dyop::view_internal {
 
 using Vector4 = Eigen::Matrix<Scalar, 4, 1>;  // a quaternion, x y z w
 
@@ -35,4 +35,4 @@ struct BodyAnimation {
 /// @param tolerance Of poses: length, also of what a rotation moves at the shape's radius.
 BodyAnimation animation_of(const RecordingReader& reader, BodyId body, Scalar tolerance);
 
-}  // namespace dyop::internal
+}  // namespace dyop::view_internal

@@ -18,9 +18,9 @@
 namespace dyop {
 namespace {
 
-using internal::AnimationKey;
-using internal::BodyAnimation;
-using internal::Vector4;
+using view_internal::AnimationKey;
+using view_internal::BodyAnimation;
+using view_internal::Vector4;
 
 // Of spheres and other smooth shapes.
 constexpr int kFineness = 3;
@@ -120,8 +120,8 @@ class MeshMaker {
  private:
   // Accessors of vertices and of triangles.
   std::pair<int, int> add_surface(std::size_t shape) {
-    const internal::ShapeSurface surface =
-        internal::surface_of(*reader_.shapes()[shape].shape, kFineness);
+    const view_internal::ShapeSurface surface =
+        view_internal::surface_of(*reader_.shapes()[shape].shape, kFineness);
     std::vector<float> vertices;
     for (const Vector3& v : surface.vertices) append(vertices, v);
     std::vector<std::uint32_t> indices;
@@ -199,7 +199,7 @@ void add_motion(ModelWriter& writer, tinygltf::Animation& animation, int node,
 
 // An absent body is scaled to zero.
 void add_presence(ModelWriter& writer, tinygltf::Animation& animation, int node,
-                  const std::vector<internal::PresenceChange>& changes) {
+                  const std::vector<view_internal::PresenceChange>& changes) {
   std::vector<float> times;
   std::vector<float> sizes;
   const auto add = [&](float t, bool is_there) {
@@ -207,7 +207,7 @@ void add_presence(ModelWriter& writer, tinygltf::Animation& animation, int node,
     for (int k = 0; k < 3; ++k) sizes.push_back(is_there ? 1.0F : 0.0F);
   };
   if (changes.front().t > 0) add(0, true);
-  for (const internal::PresenceChange& change : changes) {
+  for (const view_internal::PresenceChange& change : changes) {
     if (!times.empty() && !(times.back() < change.t)) continue;
     add(change.t, change.is_there);
   }
@@ -240,7 +240,7 @@ void add_bodies(ModelWriter& writer, const RecordingReader& reader, const GltfOp
   const Scalar tolerance = tolerance_of(reader, options);
   for (std::size_t k = 0; k < reader.bodies().size(); ++k) {
     const RecordedBody& body = reader.bodies()[k];
-    const BodyAnimation path = internal::animation_of(reader, BodyId(k), tolerance);
+    const BodyAnimation path = view_internal::animation_of(reader, BodyId(k), tolerance);
     if (body.is_sensor || path.keys.empty()) continue;
     tinygltf::Node node;
     node.name = body.name;

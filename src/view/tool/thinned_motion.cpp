@@ -3,7 +3,7 @@
 
 #include "dyop/motion/constant_twist_motion.h"
 
-namespace dyop::internal {
+namespace dyop::view_internal {
 namespace {
 
 std::shared_ptr<const ConstantTwistMotion> motion_between(const TimedPose& from,
@@ -47,4 +47,4 @@ void add_thinned(BodyId body, std::span<const TimedPose> poses, const ThinningLi
   }
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::view_internal

@@ -7,7 +7,7 @@
 #include "dyop/core/rigid_pose.h"
 #include "dyop/view/page_encoder.h"
 
-namespace dyop::internal {
+namespace dyop::view_internal {
 
 /// A pose at a time.
 struct TimedPose {
@@ -26,4 +26,4 @@ struct ThinningLimits {
 void add_thinned(BodyId body, std::span<const TimedPose> poses, const ThinningLimits& limits,
                  std::vector<PageSegment>& segments);
 
-}  // namespace dyop::internal
+}  // namespace dyop::view_internal

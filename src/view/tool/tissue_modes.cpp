@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace dyop::internal {
+namespace dyop::view_internal {
 namespace {
 
 Scalar product(std::span<const Vector3> a, std::span<const Vector3> b) {
@@ -51,4 +51,4 @@ std::vector<Scalar> TissueModes::add(std::span<const Vector3> snapshot) {
   return weights;
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::view_internal

@@ -6,7 +6,7 @@
 
 #include "dyop/core/types.h"
 
-namespace dyop::internal {
+namespace dyop::view_internal {
 
 /// Snapshots of a mesh as sums of few displacement fields: tissue that breathes or is pressed moves
 /// in few ways. Every snapshot that the fields known so far do not give closely enough adds the
@@ -32,4 +32,4 @@ class TissueModes {
   Scalar worst_ = 0;
 };
 
-}  // namespace dyop::internal
+}  // namespace dyop::view_internal

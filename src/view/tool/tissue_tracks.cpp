@@ -5,7 +5,7 @@
 
 #include "dyop/io/haptic_replay.h"
 
-namespace dyop::internal {
+namespace dyop::view_internal {
 namespace {
 
 constexpr std::size_t kMostModes = 48;
@@ -96,4 +96,4 @@ void TissueTracks::add_to(PageScene& scene) const {
   }
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::view_internal

@@ -12,7 +12,7 @@
 #include "view/tool/tissue_modes.h"
 #include "view/tool/tool_bodies.h"
 
-namespace dyop::internal {
+namespace dyop::view_internal {
 
 /// An obstacle becomes another mesh, which is drawn as another body.
 struct TissueSwap {
@@ -57,4 +57,4 @@ class TissueTracks {
   std::vector<TissueSwap> swaps_;
 };
 
-}  // namespace dyop::internal
+}  // namespace dyop::view_internal

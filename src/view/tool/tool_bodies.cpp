@@ -3,7 +3,7 @@
 
 #include "dyop/geometry/triangle_mesh.h"
 
-namespace dyop::internal {
+namespace dyop::view_internal {
 namespace {
 
 const char* color_of(ObstacleRole role) {
@@ -98,4 +98,4 @@ Scalar ToolBodies::reach(std::size_t part) const {
   return scene_.tool[part].shape->bounding_radius();
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::view_internal

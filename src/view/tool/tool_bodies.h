@@ -4,7 +4,7 @@
 #include "dyop/io/haptic_recording_reader.h"
 #include "dyop/view/page_encoder.h"
 
-namespace dyop::internal {
+namespace dyop::view_internal {
 
 /// Bodies of a tool's page: the parts of the tool, the same parts as a ghost of the device, and the
 /// obstacles, in this order. Meshes that obstacles later go on as come after them.
@@ -32,4 +32,4 @@ class ToolBodies {
   const HapticScene& scene_;
 };
 
-}  // namespace dyop::internal
+}  // namespace dyop::view_internal

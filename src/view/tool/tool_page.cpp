@@ -10,7 +10,7 @@
 #include "view/tool/tissue_tracks.h"
 #include "view/tool/tool_bodies.h"
 
-namespace dyop::internal {
+namespace dyop::view_internal {
 namespace {
 
 // Ticks of a block of the page.
@@ -138,8 +138,8 @@ class ToolPageMaker {
   }
 
   static const char* mark_kind(HapticStatus status) {
-    const bool is_warning = status == HapticStatus::Overlapping || status == HapticStatus::Trapped ||
-                            status == HapticStatus::InvalidInput;
+    const bool is_warning = status == HapticStatus::Overlapping ||
+                            status == HapticStatus::Trapped || status == HapticStatus::InvalidInput;
     return is_warning ? "stalled" : "status";
   }
 
@@ -207,7 +207,8 @@ class ToolPageMaker {
   void write_motions_of(PartPoses& poses, BodyId (ToolBodies::*id)(std::size_t) const) {
     for (std::size_t k = 0; k < poses.size(); ++k) {
       if (poses[k].empty()) continue;
-      const ThinningLimits limits{kPartOfRestOffset * reader_.options().rest_offset, bodies_.reach(k)};
+      const ThinningLimits limits{kPartOfRestOffset * reader_.options().rest_offset,
+                                  bodies_.reach(k)};
       add_thinned((bodies_.*id)(k), poses[k], limits, span_.segments);
       poses[k].erase(poses[k].begin(), poses[k].end() - 1);
     }
@@ -246,4 +247,4 @@ ToolPage make_tool_page(const std::filesystem::path& recording) {
   return ToolPageMaker(recording).make();
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::view_internal

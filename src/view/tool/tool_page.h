@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-namespace dyop::internal {
+namespace dyop::view_internal {
 
 /// A page of the recorded run of a tool.
 struct ToolPage {
@@ -14,4 +14,4 @@ struct ToolPage {
 };
 ToolPage make_tool_page(const std::filesystem::path& recording);
 
-}  // namespace dyop::internal
+}  // namespace dyop::view_internal

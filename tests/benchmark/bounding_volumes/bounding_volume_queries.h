@@ -49,7 +49,7 @@ inline TreeShape::TreeShape(const TriangleMesh& mesh) {
     triangles.push_back({mesh.vertices()[std::size_t(t[0])], mesh.vertices()[std::size_t(t[1])],
                          mesh.vertices()[std::size_t(t[2])]});
   }
-  const auto tree = internal::build_split_tree(mesh.vertices(), mesh.triangles());
+  const auto tree = hierarchy_internal::build_split_tree(mesh.vertices(), mesh.triangles());
   nodes.resize(tree.size());
   first_leaf.resize(tree.size());
   leaf_count.resize(tree.size(), 1);

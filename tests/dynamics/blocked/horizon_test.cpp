@@ -6,8 +6,8 @@
 namespace dyop {
 namespace {
 
-using internal::BlockedSubstep;
-using internal::Horizon;
+using dynamics_internal::BlockedSubstep;
+using dynamics_internal::Horizon;
 
 TEST(Horizon, StaysWithinWhatIsProvenOrFallsToAQuarter) {
   for (const Scalar safe : {0.0, 0.1, 0.2, 0.251, 0.3, 0.5, 0.99}) {

@@ -14,8 +14,8 @@ namespace dyop {
 namespace {
 
 using namespace testing;
-using internal::find_self_stress;
-using internal::SelfStress;
+using dynamics_internal::find_self_stress;
+using dynamics_internal::SelfStress;
 
 ContactBody movable_body(Scalar mass, Scalar inertia) {
   ContactBody body;

@@ -9,7 +9,7 @@
 #include "dyop/motion/rest_motion.h"
 #include "support/inputs/random_inputs.h"
 
-namespace dyop::internal {
+namespace dyop::dynamics_internal {
 namespace {
 
 using namespace testing;
@@ -77,4 +77,4 @@ TEST(ApproachBound, IsOfSecondOrderWhereABallRolls) {
 }
 
 }  // namespace
-}  // namespace dyop::internal
+}  // namespace dyop::dynamics_internal

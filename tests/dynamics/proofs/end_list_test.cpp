@@ -6,7 +6,7 @@
 #include "dynamics/pair_state.h"
 #include "support/inputs/mesh_generators.h"
 
-namespace dyop::internal {
+namespace dyop::dynamics_internal {
 namespace {
 
 using namespace testing;
@@ -65,4 +65,4 @@ TEST(EndList, ServesWhereTheSubstepEndsAlmostThereAndIsMadeAgainElsewhere) {
 }
 
 }  // namespace
-}  // namespace dyop::internal
+}  // namespace dyop::dynamics_internal

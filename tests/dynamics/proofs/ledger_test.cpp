@@ -9,7 +9,7 @@
 #include "dyop/core/error.h"
 #include "dyop/geometry/sphere.h"
 
-namespace dyop::internal {
+namespace dyop::dynamics_internal {
 namespace {
 
 // A proof cannot be made up.
@@ -132,4 +132,4 @@ TEST(PairState, AnUnknownGapIsMeasuredAtAnyScale) {
 }
 
 }  // namespace
-}  // namespace dyop::internal
+}  // namespace dyop::dynamics_internal

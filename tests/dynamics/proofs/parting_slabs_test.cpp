@@ -17,7 +17,7 @@
 #include "support/inputs/mesh_generators.h"
 #include "support/inputs/random_inputs.h"
 
-namespace dyop::internal {
+namespace dyop::dynamics_internal {
 namespace {
 
 using namespace testing;
@@ -176,4 +176,4 @@ TEST(PartingSlabs, ProveABallThatRolls) {
 }
 
 }  // namespace
-}  // namespace dyop::internal
+}  // namespace dyop::dynamics_internal

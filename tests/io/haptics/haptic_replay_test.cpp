@@ -41,8 +41,8 @@ void store_shapes(TissueFeed& feed, HapticRecordingWriter& writer) {
 // Runs the small scene and records it; the deadline cuts many ticks off.
 void record_small_run(const fs::path& file, const ReplayCase& how,
                       const std::function<void(TickRecord&)>& change = {}) {
-  HapticRun run = parse_haptic_run("scene.json",
-                               how.is_cut ? testing::cut_haptic_scene() : testing::kSmallHapticScene);
+  HapticRun run = parse_haptic_run(
+      "scene.json", how.is_cut ? testing::cut_haptic_scene() : testing::kSmallHapticScene);
   if (!how.has_formula) run.tissue[0].formula.clear();
   run.runner.ticks = how.ticks;
   run.runner.is_paced = how.is_paced;
@@ -50,7 +50,7 @@ void record_small_run(const fs::path& file, const ReplayCase& how,
   run.runner.deadline = std::chrono::microseconds(40);
   HapticSession session(run.scene, run.options);
   HapticRecordingWriter writer(file, {run.title, run.text, run.runner.period, ""}, run.scene,
-                             run.options, run.tissue);
+                               run.options, run.tissue);
   if (!how.has_formula) store_shapes(run.tissue[0], writer);
   const RunnerReport report = run_session(
       session, [&](std::int64_t tick) { return run.device(tick); }, run.tissue,
@@ -129,7 +129,8 @@ TEST(HapticReplay, RefusesARunWithMissingTicks) {
   record_small_run(file, {false, 30}, [](TickRecord& record) {
     if (record.number >= 12) ++record.number;
   });
-  const std::string message = testing::message_of<FileError>([&] { replay_haptic_recording(file); });
+  const std::string message =
+      testing::message_of<FileError>([&] { replay_haptic_recording(file); });
   EXPECT_NE(message.find("lacks tick 12"), std::string::npos) << message;
 }
 

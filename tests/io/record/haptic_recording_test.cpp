@@ -9,10 +9,10 @@
 #include "dyop/geometry/box.h"
 #include "dyop/geometry/capsule.h"
 #include "dyop/io/file_error.h"
-#include "dyop/io/recorded_tick.h"
-#include "dyop/io/recording_reader.h"
 #include "dyop/io/haptic_recording_reader.h"
 #include "dyop/io/haptic_recording_writer.h"
+#include "dyop/io/recorded_tick.h"
+#include "dyop/io/recording_reader.h"
 #include "io/record/hdf5_file.h"
 #include "io/record/recorded_world.h"
 #include "io/record/recording_version.h"
@@ -291,7 +291,8 @@ TEST(HapticRecording, OfTheFirstVersionIsRead) {
   record_heaving_run(file, 100);
   testing::set_version(file, 1);
   {
-    const internal::Hdf5Handle opened(H5Fopen(file.c_str(), H5F_ACC_RDWR, H5P_DEFAULT), &H5Fclose);
+    const io_internal::Hdf5Handle opened(H5Fopen(file.c_str(), H5F_ACC_RDWR, H5P_DEFAULT),
+                                         &H5Fclose);
     for (const char* name : {"meshes", "snapshot_triangles"}) {
       ASSERT_GE(H5Ldelete(opened.get(), name, H5P_DEFAULT), 0);
     }

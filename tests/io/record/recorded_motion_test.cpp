@@ -6,15 +6,15 @@
 #include "dyop/motion/hermite_motion.h"
 #include "dyop/motion/rest_motion.h"
 #include "dyop/motion/sequence_motion.h"
-#include "motion/all_motions.h"
 #include "io/record/motion_rows.h"
+#include "motion/all_motions.h"
 #include "support/same_bits.h"
 
 namespace dyop {
 namespace {
 
-using internal::EncodedMotion;
-using internal::MotionPart;
+using io_internal::EncodedMotion;
+using io_internal::MotionPart;
 using testing::has_same_bits;
 using testing::Random;
 
@@ -40,9 +40,9 @@ TEST(RecordedMotion, ReadsBackWithEveryBit) {
         scales.distance = distance;
         const auto motion = maker.make(random, scales);
         const TimeInterval interval = scales.span;
-        for (const MotionPart& part : internal::parts_of(motion, interval)) {
-          const EncodedMotion encoded = internal::encode(part, Vector3::Zero());
-          const auto read = internal::decode(encoded, Vector3::Zero());
+        for (const MotionPart& part : io_internal::parts_of(motion, interval)) {
+          const EncodedMotion encoded = io_internal::encode(part, Vector3::Zero());
+          const auto read = io_internal::decode(encoded, Vector3::Zero());
           if (encoded.kind == SegmentKind::Approximate) {
             const Scalar begin = part.interval.begin;
             EXPECT_TRUE(
@@ -72,13 +72,13 @@ TEST(RecordedMotion, OfABodyMovesAboutItsCentreOfMass) {
       {twist, SegmentKind::Twist}, {hermite, SegmentKind::Hermite}};
   for (const auto& [center, kind] : cases) {
     const MotionPart part{interval, std::make_shared<ComposedMotion>(center, offset)};
-    const EncodedMotion encoded = internal::encode(part, p_BoBcm);
+    const EncodedMotion encoded = io_internal::encode(part, p_BoBcm);
     EXPECT_EQ(encoded.kind, kind);
-    EXPECT_EQ(encoded.numbers.size(), internal::number_count(kind));
-    expect_same(*part.motion, *internal::decode(encoded, p_BoBcm), interval);
+    EXPECT_EQ(encoded.numbers.size(), io_internal::number_count(kind));
+    expect_same(*part.motion, *io_internal::decode(encoded, p_BoBcm), interval);
     // Of a body whose centre of mass is elsewhere it is a motion like any other.
-    EXPECT_EQ(internal::encode(part, Vector3(1, 2, 3)).kind, SegmentKind::Given);
-    EXPECT_EQ(internal::encode({interval, center}, p_BoBcm).kind, SegmentKind::Given);
+    EXPECT_EQ(io_internal::encode(part, Vector3(1, 2, 3)).kind, SegmentKind::Given);
+    EXPECT_EQ(io_internal::encode({interval, center}, p_BoBcm).kind, SegmentKind::Given);
   }
 }
 
@@ -92,13 +92,13 @@ TEST(RecordedMotion, OfASequenceIsThatOfItsPartsWithinTheStep) {
   const auto third = std::make_shared<RestMotion>(second->pose(2));
   const auto sequence = std::make_shared<SequenceMotion>(
       std::vector<SequenceMotion::Part>{{{0, 1}, first}, {{1, 2}, second}, {{2, 3}, third}});
-  const auto parts = internal::parts_of(sequence, {0.5, 2});
+  const auto parts = io_internal::parts_of(sequence, {0.5, 2});
   ASSERT_EQ(parts.size(), 2u);
   EXPECT_EQ(parts[0].motion, first);
   EXPECT_EQ(parts[0].interval.begin, 0.5);
   EXPECT_EQ(parts[0].interval.end, 1);
   EXPECT_EQ(parts[1].motion, second);
-  EXPECT_EQ(internal::parts_of(first, {0.5, 2}).size(), 1u);
+  EXPECT_EQ(io_internal::parts_of(first, {0.5, 2}).size(), 1u);
 }
 
 // Of each pair of cubics the second is stored in the form given, and read back whole.
@@ -123,21 +123,21 @@ TEST(RecordedMotion, OfACubicIsStoredInItsShortestForm) {
     if (one.is_same_chart) std::copy_n(before.begin(), 9, next.begin());
     std::copy_n(before.end() - 13, one.shared, next.begin() + 9);
     const std::span<const Scalar> chart = std::span(before).first(9);
-    const internal::HermiteForm& form = internal::shortest_form(before, chart, next);
+    const io_internal::HermiteForm& form = io_internal::shortest_form(before, chart, next);
     EXPECT_EQ(form.kind, one.kind);
-    EXPECT_EQ(internal::hermite_form(one.kind), &form);
-    const auto stored = internal::stored_numbers(form, 1234, next);
+    EXPECT_EQ(io_internal::hermite_form(one.kind), &form);
+    const auto stored = io_internal::stored_numbers(form, 1234, next);
     EXPECT_EQ(stored.size(), one.count);
     EXPECT_EQ(form.count(), one.count);
     EXPECT_EQ(stored[0], one.is_same_chart ? 1234 : next[0]);
-    const auto read =
-        internal::whole_numbers(form, std::span(next).first(9), std::span(before).last(13), stored);
+    const auto read = io_internal::whole_numbers(form, std::span(next).first(9),
+                                                 std::span(before).last(13), stored);
     EXPECT_EQ(read, next);
     // The end of a row is found in the row itself.
     EXPECT_TRUE(std::equal(stored.end() - 13, stored.end(), next.end() - 13));
     // Nothing to continue, no chart.
-    EXPECT_EQ(internal::shortest_form({}, chart, next).kind, one.is_same_chart ? 7u : 3u);
-    EXPECT_EQ(internal::shortest_form({}, {}, next).kind, 3u);
+    EXPECT_EQ(io_internal::shortest_form({}, chart, next).kind, one.is_same_chart ? 7u : 3u);
+    EXPECT_EQ(io_internal::shortest_form({}, {}, next).kind, 3u);
   }
 }
 
@@ -145,15 +145,15 @@ TEST(RecordedMotion, OfACubicIsStoredInItsShortestForm) {
 TEST(RecordedMotion, OfACubicKeepsTheSignOfZero) {
   const std::vector<Scalar> before(35, 0.0);
   std::vector<Scalar> next = before;
-  EXPECT_EQ(internal::shortest_form(before, std::span(before).first(9), next).kind, 9u);
+  EXPECT_EQ(io_internal::shortest_form(before, std::span(before).first(9), next).kind, 9u);
   next[8] = -0.0;
-  EXPECT_EQ(internal::shortest_form(before, std::span(before).first(9), next).kind, 6u);
+  EXPECT_EQ(io_internal::shortest_form(before, std::span(before).first(9), next).kind, 6u);
 }
 
 TEST(RecordedMotion, RefusesNumbersThatAreTooFew) {
-  EXPECT_THROW(internal::decode({SegmentKind::Twist, {1, 2, 3}, ""}, Vector3::Zero()),
+  EXPECT_THROW(io_internal::decode({SegmentKind::Twist, {1, 2, 3}, ""}, Vector3::Zero()),
                InvalidArgument);
-  EXPECT_EQ(internal::decode({SegmentKind::Absent, {}, ""}, Vector3::Zero()), nullptr);
+  EXPECT_EQ(io_internal::decode({SegmentKind::Absent, {}, ""}, Vector3::Zero()), nullptr);
 }
 
 }  // namespace

@@ -6,8 +6,8 @@
 #include "dyop/geometry/compound_shape.h"
 #include "dyop/geometry/convex_hull.h"
 #include "dyop/geometry/sphere.h"
-#include "motion/random_values.h"
 #include "io/record/shape_rows.h"
+#include "motion/random_values.h"
 #include "support/inputs/mesh_generators.h"
 #include "support/message_of.h"
 #include "support/same_bits.h"
@@ -15,9 +15,9 @@
 namespace dyop {
 namespace {
 
-using internal::Json;
-using internal::ShapeRows;
-using internal::ShapeWriter;
+using io_internal::Json;
+using io_internal::ShapeRows;
+using io_internal::ShapeWriter;
 using ShapePointer = std::shared_ptr<const Shape>;
 
 std::vector<Vector3> some_points(unsigned seed) {
@@ -45,7 +45,7 @@ std::vector<ShapePointer> read_back(const std::string& lines, const ShapeRows& r
   for (std::size_t begin = 0; begin < lines.size();) {
     const std::size_t end = lines.find('\n', begin);
     shapes.push_back(
-        internal::shape_from(Json::parse(lines.substr(begin, end - begin)), rows, shapes));
+        io_internal::shape_from(Json::parse(lines.substr(begin, end - begin)), rows, shapes));
     begin = end + 1;
   }
   return shapes;
@@ -62,7 +62,8 @@ TEST(RecordedShape, ReadsBackWithEveryBit) {
   const std::vector<ShapePointer> expected = all_shapes();
   for (std::size_t k = 0; k < expected.size(); ++k) {
     // The hash is that of every number in the shape.
-    EXPECT_EQ(internal::content_hash(*read[numbers[k]]), internal::content_hash(*expected[k])) << k;
+    EXPECT_EQ(io_internal::content_hash(*read[numbers[k]]), io_internal::content_hash(*expected[k]))
+        << k;
     EXPECT_EQ(read[numbers[k]]->kind(), expected[k]->kind());
     EXPECT_EQ(read[numbers[k]]->bounding_radius(), expected[k]->bounding_radius());
   }
@@ -91,18 +92,19 @@ TEST(RecordedShape, IsStoredOnce) {
 
 TEST(RecordedShape, HasAHashOfItsContent) {
   std::vector<std::uint64_t> hashes;
-  for (const ShapePointer& shape : all_shapes()) hashes.push_back(internal::content_hash(*shape));
-  hashes.push_back(internal::content_hash(Box(Vector3(0.1, 1.0 / 3, 7e5 + 1e-9))));
+  for (const ShapePointer& shape : all_shapes())
+    hashes.push_back(io_internal::content_hash(*shape));
+  hashes.push_back(io_internal::content_hash(Box(Vector3(0.1, 1.0 / 3, 7e5 + 1e-9))));
   std::sort(hashes.begin(), hashes.end());
   EXPECT_EQ(std::adjacent_find(hashes.begin(), hashes.end()), hashes.end());
   // Of "sphere" and the numbers 1, 0, 0, by hand with another program.
-  EXPECT_EQ(internal::content_hash(Sphere(1)), 0xb03e484dce51e445u);
+  EXPECT_EQ(io_internal::content_hash(Sphere(1)), 0xb03e484dce51e445u);
 }
 
 TEST(RecordedShape, ThatIsUnknownIsRefused) {
   ShapeRows rows;
   const auto message = [&](const char* line) {
-    return testing::message_of([&] { internal::shape_from(Json::parse(line), rows, {}); });
+    return testing::message_of([&] { io_internal::shape_from(Json::parse(line), rows, {}); });
   };
   EXPECT_EQ(message(R"({"kind":"torus"})"), "unknown kind of shape torus");
   EXPECT_NE(message(R"({"kind":"mesh","first_vertex":0,"vertex_count":3,"first_triangle":0,

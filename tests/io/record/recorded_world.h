@@ -9,9 +9,9 @@
 #include "dyop/geometry/box.h"
 #include "dyop/geometry/capsule.h"
 #include "dyop/geometry/sphere.h"
+#include "dyop/io/recording_writer.h"
 #include "dyop/motion/screw_motion.h"
 #include "dyop/motion/user_motion.h"
-#include "dyop/io/recording_writer.h"
 #include "support/inputs/mesh_generators.h"
 #include "support/inputs/world_scenes.h"
 

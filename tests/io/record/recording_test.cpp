@@ -290,8 +290,8 @@ TEST_F(Recording, StatesWhatItDoesNotHave) {
 // of motion, without what a file of any length has.
 TEST_F(Recording, TakesAtMost250BytesASegment) {
   testing::record_busy_run(file(), {PairDetail::None});
-  internal::Hdf5File input = internal::Hdf5File::open(file());
-  const auto numbers = internal::Hdf5Dataset::open(input, "numbers", H5T_NATIVE_DOUBLE, 1);
+  io_internal::Hdf5File input = io_internal::Hdf5File::open(file());
+  const auto numbers = io_internal::Hdf5Dataset::open(input, "numbers", H5T_NATIVE_DOUBLE, 1);
   const RecordingReader reader(file());
   std::size_t segments = 0;
   for (std::size_t body = 0; body < reader.bodies().size(); ++body) {
@@ -310,13 +310,13 @@ TEST_F(Recording, RefusesOtherFiles) {
   EXPECT_NE(message(directory_.write("text.h5", "hello")).find("is not a readable HDF5 file"),
             std::string::npos);
   {
-    internal::Hdf5File other = internal::Hdf5File::create(file("other.h5"));
+    io_internal::Hdf5File other = io_internal::Hdf5File::create(file("other.h5"));
     other.write_attribute("format", "something else");
     other.close();
   }
   EXPECT_NE(message(file("other.h5")).find("is no recording of dyop"), std::string::npos);
   {
-    internal::Hdf5File other = internal::Hdf5File::create(file("new.h5"));
+    io_internal::Hdf5File other = io_internal::Hdf5File::create(file("new.h5"));
     other.write_attribute("format", "dyop recording");
     other.write_attribute("version", 99);
     other.close();

@@ -4,9 +4,9 @@
 #include <memory>
 
 #include "dyop/geometry/sphere.h"
+#include "dyop/io/scene_file.h"
 #include "dyop/motion/hermite_motion.h"
 #include "dyop/motion/rest_motion.h"
-#include "dyop/io/scene_file.h"
 #include "support/inputs/small_impact.h"
 
 namespace dyop::testing {

@@ -199,7 +199,8 @@ void TickCheck::check_status(const DevicePose& device, Scalar dt) {
                            .angularDistance(device.q_WD.normalized());
     is_true = off < small;
   }
-  if (status == HapticStatus::Free || status == HapticStatus::Held || status == HapticStatus::Blocked) {
+  if (status == HapticStatus::Free || status == HapticStatus::Held ||
+      status == HapticStatus::Blocked) {
     is_true = is_true && std::abs(done - dt) <= 1e-6 * dt;
   }
   if (status == HapticStatus::Trapped) is_true = done < dt;

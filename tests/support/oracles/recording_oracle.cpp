@@ -58,7 +58,7 @@ class Checker {
   template <typename... Parts>
   void fault(const Parts&... parts) {
     if (report_.faults.size() < kMaxFaults) {
-      report_.faults.push_back(internal::compose_message(parts...));
+      report_.faults.push_back(core_internal::compose_message(parts...));
     }
   }
 

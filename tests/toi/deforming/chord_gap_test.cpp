@@ -28,7 +28,7 @@ TEST(ChordGap, IsBelowTheGapAtAllTimesAndExactAtRest) {
         {motion_size * testing::random_vector(2, random),
          motion_size * testing::random_vector(1, random)});
     const Scalar duration = 0.5;
-    const internal::ChordGap chord(sheet, span, ball, motion, duration);
+    const toi_internal::ChordGap chord(sheet, span, ball, motion, duration);
     const Vector3 n_W = testing::random_direction(random);
     const auto i = testing::random_index(int(arrays.triangles.size()), random);
     const auto j = testing::random_index(int(ball.triangles().size()), random);
@@ -64,9 +64,9 @@ TEST(ChordGap, OfBoxesIsBelowThatOfTheirTriangles) {
         RigidPose(testing::random_rotation(random), testing::random_vector(3, random)),
         {testing::random_vector(2, random), testing::random_vector(1, random)});
     const Scalar duration = 0.5;
-    const internal::ChordGap chord(sheet, span, ball, motion, duration);
-    const internal::StandingPair first(sheet, span.begin, ball, motion.pose(0));
-    const internal::StandingPair last(sheet, span.end, ball, motion.pose(duration));
+    const toi_internal::ChordGap chord(sheet, span, ball, motion, duration);
+    const toi_internal::StandingPair first(sheet, span.begin, ball, motion.pose(0));
+    const toi_internal::StandingPair last(sheet, span.end, ball, motion.pose(duration));
     const Vector3 n_W = testing::random_direction(random);
     const Scalar bound = chord.least_of_boxes(first, last, 0, 0, n_W);
     constexpr int kSamples = 32;

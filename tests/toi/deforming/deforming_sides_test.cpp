@@ -12,7 +12,7 @@
 #include "support/inputs/mesh_generators.h"
 #include "support/inputs/random_inputs.h"
 
-namespace dyop::internal {
+namespace dyop::toi_internal {
 namespace {
 
 // The bound of deforming_sides.h, without the part that is the search's: rounding.
@@ -115,4 +115,4 @@ TEST(DeformingSides, TakeTheVelocityOfTheWitnessPoint) {
 }
 
 }  // namespace
-}  // namespace dyop::internal
+}  // namespace dyop::toi_internal

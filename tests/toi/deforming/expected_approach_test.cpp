@@ -10,7 +10,7 @@
 namespace dyop {
 namespace {
 
-using internal::ExpectedApproach;
+using toi_internal::ExpectedApproach;
 
 constexpr Scalar kNoise = 1e-12;  // literal: far more than the rounding of numbers of size 10
 

@@ -11,7 +11,7 @@
 namespace dyop {
 namespace {
 
-using internal::MeshSlabs;
+using toi_internal::MeshSlabs;
 
 constexpr Scalar kSlabNoise = 1e-11;  // literal: more than the rounding of numbers of size 100
 

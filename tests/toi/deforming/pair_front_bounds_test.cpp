@@ -11,9 +11,9 @@
 namespace dyop {
 namespace {
 
-using internal::PairFront;
-using internal::PieceDistance;
-using internal::StandingPair;
+using distance_internal::PieceDistance;
+using toi_internal::PairFront;
+using toi_internal::StandingPair;
 
 template <typename Check>
 void visit_all(PairFront& front, const StandingPair& sides, const Check& check) {

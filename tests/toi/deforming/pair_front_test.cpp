@@ -14,10 +14,10 @@
 namespace dyop {
 namespace {
 
-using internal::BoxPair;
-using internal::PairFront;
-using internal::PieceDistance;
-using internal::StandingPair;
+using distance_internal::BoxPair;
+using distance_internal::PieceDistance;
+using toi_internal::PairFront;
+using toi_internal::StandingPair;
 
 constexpr std::size_t kFewNodes = 64;  // a tree that is soon crowded
 constexpr Scalar kNoise = 1e-9;        // literal: far more than the rounding of numbers of size 10
@@ -64,7 +64,7 @@ class Walk {
  private:
   std::mt19937_64 random_;
   bool has_slabs_;
-  internal::MeshSlabs slabs_;
+  toi_internal::MeshSlabs slabs_;
 
  public:
   DeformingMesh sheet{{{0, 0, 0}}, {{0, 0, 0}}, {{0, 0, 0}}};
@@ -93,7 +93,7 @@ TEST(PairFront, CarriesTrueBoundsAlongAWalk) {
     Walk walk(seed);
     PairFront front(seed <= 2 ? kFewNodes : PairFront::kMostNodes);
     BoxPair nothing{};
-    internal::BoxPairStack stack;
+    distance_internal::BoxPairStack stack;
     for (int k = 0; k < 60; ++k) {
       front.move(walk.step(testing::random_number(0, 0.4, walk.random())));
       if (k % 10 == 9) {
@@ -217,7 +217,7 @@ TEST(PairFront, MeasuresTrianglesAroundSharedVertices) {
 // Pairs of triangles within reach that come nearer than `least`, give or take the slack, when the
 // ball moves as expected: at some time of many.
 std::vector<std::pair<std::int32_t, std::int32_t>> mattering_pairs(
-    const Walk& walk, const internal::ExpectedApproach& approach) {
+    const Walk& walk, const toi_internal::ExpectedApproach& approach) {
   std::vector<std::pair<std::int32_t, std::int32_t>> pairs;
   for (const auto& [i, k] : near_pairs(walk, approach.reach)) {
     Scalar least = kInfinity;
@@ -244,9 +244,10 @@ TEST(PairFront, HandsOutWhatMattersForAnExpectedMotion) {
       walk.step(0.3);
       front.move(2);
       const StandingPair sides = walk.standing();
-      internal::ExpectedApproach approach{.least = testing::random_number(0, 0.2, walk.random()),
-                                          .reach = 1,
-                                          .slack = testing::random_number(0, 0.1, walk.random())};
+      toi_internal::ExpectedApproach approach{
+          .least = testing::random_number(0, 0.2, walk.random()),
+          .reach = 1,
+          .slack = testing::random_number(0, 0.1, walk.random())};
       approach.v_W = testing::random_vector(0.4, walk.random());
       approach.w_W = testing::random_vector(0.2, walk.random());
       approach.origin_W = walk.X_WB.translation() + testing::random_vector(1, walk.random());
@@ -279,7 +280,7 @@ TEST(PairFront, TriesAPromisingPairAfterALongSearch) {
   for (Vector3& p : arrays.vertices) p.z() = testing::random_number(0, 0.02, random);
   const DeformingMesh sheet(arrays.vertices, arrays.vertices, arrays.triangles);
   const TriangleMesh rigid = sheet.snapshot(0), ball = testing::icosphere(2).mesh();
-  internal::BoxPairStack stack;
+  distance_internal::BoxPairStack stack;
   const auto search = [&](PairFront& front, const RigidPose& X_WB) {
     const StandingPair sides(sheet, 0, ball, X_WB);
     std::int64_t asked = 0;

@@ -9,8 +9,8 @@
 namespace dyop {
 namespace {
 
-using internal::BoxPairStack;
-using internal::StandingPair;
+using distance_internal::BoxPairStack;
+using toi_internal::StandingPair;
 
 // A ball over a sheet in the middle of its motion.
 TEST(StandingPair, IsApartByAnythingLessThanItsDistanceAndByNothingMore) {

@@ -13,7 +13,7 @@
 #include "support/inputs/bodies.h"
 #include "toi/obstacles/obstacle_tree.h"
 
-namespace dyop::internal {
+namespace dyop::toi_internal {
 namespace {
 
 // At every time of a part the shape's box at its pose lies in the swept box.
@@ -88,4 +88,4 @@ TEST(ObstacleTree, HoldsEveryItemOnceInItsBoxes) {
 }
 
 }  // namespace
-}  // namespace dyop::internal
+}  // namespace dyop::toi_internal

@@ -7,7 +7,7 @@
 #include "geometry/shape_tree.h"
 #include "support/oracles/box_oracle.h"
 
-namespace dyop::internal {
+namespace dyop::toi_internal {
 namespace {
 
 using testing::corners_of;
@@ -176,4 +176,4 @@ TEST(BoxSteps, AreZeroWhereBoundsAreInfiniteOrUndefined) {
 }
 
 }  // namespace
-}  // namespace dyop::internal
+}  // namespace dyop::toi_internal

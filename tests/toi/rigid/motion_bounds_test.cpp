@@ -9,7 +9,7 @@
 #include "dyop/motion/sampled_motion.h"
 #include "dyop/motion/user_motion.h"
 
-namespace dyop::internal {
+namespace dyop::toi_internal {
 namespace {
 
 // A twist bound whose acceleration is the largest |t| of the interval, so that parts differ.
@@ -55,4 +55,4 @@ TEST(MotionBounds, AreFiniteUpToAJumpOfTheTwist) {
 }
 
 }  // namespace
-}  // namespace dyop::internal
+}  // namespace dyop::toi_internal

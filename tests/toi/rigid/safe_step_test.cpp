@@ -9,7 +9,7 @@
 #include "dyop/core/rigid_pose.h"
 #include "dyop/geometry/box.h"
 
-namespace dyop::internal {
+namespace dyop::toi_internal {
 namespace {
 
 TEST(FirstRoot, IsTheRootOfTheQuadraticAndNeverLater) {
@@ -294,4 +294,4 @@ TEST(SafeStep, TakesNoStepWithoutAGapOrWithInfiniteBounds) {
 }
 
 }  // namespace
-}  // namespace dyop::internal
+}  // namespace dyop::toi_internal

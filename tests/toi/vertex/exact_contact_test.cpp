@@ -11,7 +11,7 @@
 #include "support/inputs/path_inputs.h"
 #include "support/oracles/path_oracle.h"
 
-namespace dyop::internal {
+namespace dyop::toi_internal {
 namespace {
 
 using testing::FourPaths;
@@ -147,4 +147,4 @@ TEST(ExactContact, TakesTheWidestRangeOfNumbers) {
 }
 
 }  // namespace
-}  // namespace dyop::internal
+}  // namespace dyop::toi_internal

@@ -2,7 +2,7 @@
 #include "dynamics/step/blocked/self_stress.h"
 #include "dynamics/step/substep_problem.h"
 
-namespace dyop::internal {
+namespace dyop::dynamics_internal {
 namespace {
 
 // Coefficients of friction, and the places of contacts between bodies that rest a gap apart, are not
@@ -38,4 +38,4 @@ std::optional<PairKey> SubstepProblem::locked_by_friction() const {
   return key_of(carrying[stress->hardest_contact]);
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::dynamics_internal

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-namespace dyop::internal {
+namespace dyop::dynamics_internal {
 namespace {
 
 // Of the time that is proven: so that a little room is left, and rounding does not use it up.
@@ -26,4 +26,4 @@ void Horizon::shorten(const BlockedSubstep& substep) {
   }
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::dynamics_internal

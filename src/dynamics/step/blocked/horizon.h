@@ -3,7 +3,7 @@
 
 #include "dyop/core/types.h"
 
-namespace dyop::internal {
+namespace dyop::dynamics_internal {
 
 /// How an attempt at a contact substep was blocked.
 struct BlockedSubstep {
@@ -33,4 +33,4 @@ class Horizon {
   bool only_uses_room_ = false;
 };
 
-}  // namespace dyop::internal
+}  // namespace dyop::dynamics_internal

@@ -8,7 +8,7 @@
 
 #include "core/tolerance.h"
 
-namespace dyop::internal {
+namespace dyop::dynamics_internal {
 namespace {
 
 // Of the work that is asked for, 1: a smaller imbalance is none, and a smaller gain no progress.
@@ -247,4 +247,4 @@ std::optional<SelfStress> find_self_stress(const ContactProblem& problem, std::s
   return search.stress();
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::dynamics_internal

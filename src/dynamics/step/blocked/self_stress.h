@@ -8,7 +8,7 @@
 #include "dyop/contact/contact_problem.h"
 #include "dyop/core/export.h"
 
-namespace dyop::internal {
+namespace dyop::dynamics_internal {
 
 /// Impulses that prove a jam, of any unit.
 struct SelfStress {
@@ -37,4 +37,4 @@ struct SelfStress {
 DYOP_EXPORT std::optional<SelfStress> find_self_stress(const ContactProblem& problem,
                                                        std::size_t movable, Scalar imbalance = 0);
 
-}  // namespace dyop::internal
+}  // namespace dyop::dynamics_internal

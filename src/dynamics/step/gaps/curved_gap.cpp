@@ -11,7 +11,7 @@
 #include "dynamics/step/gaps/rounded_core.h"
 #include "geometry/shape_part.h"
 
-namespace dyop::internal {
+namespace dyop::dynamics_internal {
 namespace {
 
 // Where the end of a contact is looked for.
@@ -155,4 +155,4 @@ std::vector<std::optional<EndGap>> measured_end_gaps(const PairAtEnd& pair,
                                             : ends_alone(pair, contacts, searches, workspace);
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::dynamics_internal

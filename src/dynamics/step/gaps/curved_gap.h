@@ -8,7 +8,7 @@
 #include "dynamics/step/gaps/end_gap.h"
 #include "dyop/contact/contact_generator.h"
 
-namespace dyop::internal {
+namespace dyop::dynamics_internal {
 
 /// Whether the surfaces may bring another facet than the contact's to it within a short way: a
 /// contact that stands for its neighbours, or that of a ball on a mesh.
@@ -47,4 +47,4 @@ std::vector<std::optional<EndGap>> measured_end_gaps(const PairAtEnd& pair,
                                                      NeighbourList& neighbours,
                                                      ContactWorkspace& workspace);
 
-}  // namespace dyop::internal
+}  // namespace dyop::dynamics_internal

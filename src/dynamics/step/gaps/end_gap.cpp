@@ -10,7 +10,7 @@
 #include "dyop/geometry/triangle_mesh.h"
 #include "geometry/shape_part.h"
 
-namespace dyop::internal {
+namespace dyop::dynamics_internal {
 namespace {
 
 bool is_smooth_core(const Shape& shape) {
@@ -117,4 +117,4 @@ ContactPoint point_of_hit(const ToiResult& hit, const RigidPose& X_WA, const Rig
   return point;
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::dynamics_internal

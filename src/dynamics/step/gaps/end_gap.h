@@ -7,7 +7,7 @@
 #include "dyop/contact/contact_point.h"
 #include "dyop/toi/toi_result.h"
 
-namespace dyop::internal {
+namespace dyop::dynamics_internal {
 
 /// A contact at the end of a substep.
 struct EndGap {
@@ -37,4 +37,4 @@ Scalar closing_at_dip(Scalar room, Scalar error);
 /// face.
 ContactPoint point_of_hit(const ToiResult& hit, const RigidPose& X_WA, const RigidPose& X_WB);
 
-}  // namespace dyop::internal
+}  // namespace dyop::dynamics_internal

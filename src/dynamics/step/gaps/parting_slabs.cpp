@@ -6,7 +6,7 @@
 
 #include "distance/piece_distance.h"
 
-namespace dyop::internal {
+namespace dyop::dynamics_internal {
 namespace {
 
 // The largest n . p over a piece, in its shape's frame.
@@ -84,4 +84,4 @@ void PartingSlabs::keep_unproven(const Shape& a, const Shape& b, const ChordMoti
   std::sort(slabs_.begin(), slabs_.end());
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::dynamics_internal

@@ -8,7 +8,7 @@
 #include "dyop/core/rigid_pose.h"
 #include "dyop/geometry/shape.h"
 
-namespace dyop::internal {
+namespace dyop::dynamics_internal {
 
 /// How two shapes move relative to each other over a span of time, as planes fixed to one of them
 /// see the other: a point that is at most l from the centre of the plane's shape when the span
@@ -57,4 +57,4 @@ class PartingSlabs {
   std::vector<Slab> last_;   // memory
 };
 
-}  // namespace dyop::internal
+}  // namespace dyop::dynamics_internal

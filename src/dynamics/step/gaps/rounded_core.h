@@ -3,7 +3,7 @@
 
 #include "dyop/geometry/convex_shape.h"
 
-namespace dyop::internal {
+namespace dyop::dynamics_internal {
 
 /// Radius of the ball that inflates a convex shape's core; 0 for other shapes.
 inline Scalar rounding_radius(const Shape& shape) {
@@ -11,4 +11,4 @@ inline Scalar rounding_radius(const Shape& shape) {
   return static_cast<const ConvexShape&>(shape).rounding_radius();
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::dynamics_internal

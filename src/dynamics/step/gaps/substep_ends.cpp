@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-namespace dyop::internal {
+namespace dyop::dynamics_internal {
 namespace {
 
 using RunPair = IslandRun::RunPair;
@@ -59,8 +59,8 @@ std::vector<EndGap> find_ends(SubstepProblem& substep, Scalar tau, std::span<con
     if (together.size() > 1) {
       list_end(*pair.state, at_end.a, at_end.X_WA, at_end.b, at_end.X_WB);
     }
-    const auto measured =
-        measured_end_gaps(at_end, together, pair.state->neighbours, substep.run().workspace().contacts);
+    const auto measured = measured_end_gaps(at_end, together, pair.state->neighbours,
+                                            substep.run().workspace().contacts);
     for (std::size_t k = first; k < last; ++k) {
       const std::optional<EndGap>& end = measured[k - first];
       ends[curved[k]] = end ? *end : end_of_features(substep, contacts[curved[k]], pair, at, tau);
@@ -69,4 +69,4 @@ std::vector<EndGap> find_ends(SubstepProblem& substep, Scalar tau, std::span<con
   return ends;
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::dynamics_internal

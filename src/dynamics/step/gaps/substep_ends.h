@@ -6,7 +6,7 @@
 
 #include "dynamics/step/substep_problem.h"
 
-namespace dyop::internal {
+namespace dyop::dynamics_internal {
 
 /// Of a pair, before and after a substep.
 struct PairPoses {
@@ -19,4 +19,4 @@ struct PairPoses {
 std::vector<EndGap> find_ends(SubstepProblem& substep, Scalar tau, std::span<const PairPoses> poses,
                               std::span<const std::size_t> contacts);
 
-}  // namespace dyop::internal
+}  // namespace dyop::dynamics_internal

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace dyop::internal {
+namespace dyop::dynamics_internal {
 
 void Island::clear() {
   bodies.clear();
@@ -40,4 +40,4 @@ void StepMemory::place_runs(std::size_t count, IslandRuns kept) {
   }
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::dynamics_internal

@@ -12,7 +12,7 @@
 #include "dynamics/step/track.h"
 #include "dyop/dynamics/advance_report.h"
 
-namespace dyop::internal {
+namespace dyop::dynamics_internal {
 
 /// Awake dynamic bodies that are stepped together, and the pairs to be proven with them: between
 /// two of them, or of one of them with a body that cannot be moved.
@@ -66,4 +66,4 @@ struct StepMemory {
   void place_runs(std::size_t count, IslandRuns kept);
 };
 
-}  // namespace dyop::internal
+}  // namespace dyop::dynamics_internal

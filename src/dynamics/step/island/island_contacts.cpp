@@ -5,7 +5,7 @@
 #include "dynamics/overlap.h"
 #include "dynamics/step/island_run.h"
 
-namespace dyop::internal {
+namespace dyop::dynamics_internal {
 namespace {
 
 // Contacts are sought as far as those of the last substep close in so many steps: impulses of others may
@@ -89,4 +89,4 @@ bool IslandRun::push_apart(RunPair& pair, const RigidPose& X_WA, const RigidPose
   return true;
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::dynamics_internal

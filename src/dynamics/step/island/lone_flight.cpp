@@ -3,7 +3,7 @@
 
 #include "dynamics/step/island_run.h"
 
-namespace dyop::internal {
+namespace dyop::dynamics_internal {
 namespace {
 
 void add_difference(IntegratorStatistics& sum, const IntegratorStatistics& before,
@@ -58,4 +58,4 @@ void fly_alone(const StepContext& context, const Island& island, IslandOutcome& 
   outcome.has_run = true;
 }
 
-}  // namespace dyop::internal
+}  // namespace dyop::dynamics_internal

@@ -6,7 +6,7 @@
 #include "dynamics/free_flight.h"
 #include "dynamics/step/island/island.h"
 
-namespace dyop::internal {
+namespace dyop::dynamics_internal {
 
 struct StepContext;
 
@@ -26,4 +26,4 @@ bool is_alone(const StepContext& context, const Island& island);
 /// What IslandRun does for such an island, without looking for what is not there.
 void fly_alone(const StepContext& context, const Island& island, IslandOutcome& outcome);
 
-}  // namespace dyop::internal
+}  // namespace dyop::dynamics_internal
