@@ -5,6 +5,7 @@
 #include <cmath>
 #include <iterator>
 
+#include "core/float_bounds.h"
 #include "core/tolerance.h"
 #include "dyop/core/error.h"
 
@@ -30,11 +31,6 @@ OrientedBox box_around(std::span<const OrientedBox> boxes) {
   return result;
 }
 
-float raised(Scalar x) {
-  const auto rounded = static_cast<float>(x);
-  return Scalar(rounded) < x ? std::nextafter(rounded, std::numeric_limits<float>::max()) : rounded;
-}
-
 // Stores a box in units of another scale, `ratio` times this one: exactly, except for numbers that
 // underflow.
 void copy_box(const BoxGroup& from, int from_column, float ratio, BoxGroup& to, int to_column) {
@@ -52,7 +48,7 @@ void copy_box(const BoxGroup& from, int from_column, float ratio, BoxGroup& to, 
   if (is_exact) return;
   for (int row = BoxGroup::kHalfExtents; row < BoxGroup::kRows; ++row) {
     // literal: more than the absolute error of numbers that underflow in single precision.
-    to.rows[row][to_column] = raised(Scalar(to.rows[row][to_column]) + 0x1p-140);
+    to.rows[row][to_column] = float_above(Scalar(to.rows[row][to_column]) + 0x1p-140);
   }
 }
 

@@ -9,6 +9,7 @@
 #include <cmath>
 
 #include "core/assert.h"
+#include "core/float_bounds.h"
 #include "core/tolerance.h"
 #include "dyop/core/error.h"
 #include "hierarchy/box_fit.h"
@@ -39,12 +40,6 @@ void distribute(const std::vector<SplitNode>& nodes, std::int32_t n, int count, 
   distribute(nodes, node.right, count - left, columns);
 }
 
-// The nearest number in single precision that is not smaller. 0 <= x <= 2.
-float rounded_up(Scalar x) {
-  const auto rounded = static_cast<float>(x);
-  return Scalar(rounded) < x ? std::nextafter(rounded, 4.0f) : rounded;
-}
-
 }  // namespace
 
 OrientedBox BoxGroup::box(int column, Scalar scale) const {
@@ -71,7 +66,7 @@ void BoxGroup::set_box(int column, const OrientedBox& box, Scalar scale) {
   const Scalar noise = kSinglePrecisionBoxNoise * (center.norm() + half_extents.norm()) + 0x1p-140;
   for (int i = 0; i < 3; ++i) {
     rows[kCenter + i][column] = static_cast<float>(center[i]);
-    rows[kHalfExtents + i][column] = rounded_up(half_extents[i] + noise);
+    rows[kHalfExtents + i][column] = core_internal::float_above(half_extents[i] + noise);
     for (int k = 0; k < 3; ++k) {
       rows[kAxes + 3 * k + i][column] = static_cast<float>(box.axes(i, k));
     }

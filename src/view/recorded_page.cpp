@@ -220,7 +220,8 @@ class RecordedPage {
     }
     if (k % frames_of_sample_ != 0 && k + 1 != reader_.frames().size()) return;
     for (auto& [name, cache] : measured_) {
-      const auto [a, b] = name;
+      const auto a = name.first;
+      const auto b = name.second;
       if (cursors_[a].motion == nullptr || cursors_[b].motion == nullptr) continue;
       if (!known.contains(name)) {
         PageGap gap;

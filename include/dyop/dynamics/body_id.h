@@ -7,6 +7,8 @@
 #include <functional>
 #include <ostream>
 
+#include "dyop/core/export.h"
+
 namespace DYOP_EXPORT dyop {
 
 /// Identifies a body of one World. A slot is reused after its body was removed, with a new

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/float_bounds.h"
 #include "dyop/core/error.h"
 
 namespace dyop::io_internal {
@@ -44,16 +45,6 @@ auto as_vector(const std::array<Number, kCount>& numbers) {
   return v;
 }
 
-// The nearest float that is not on the wrong side.
-float rounded_down(Scalar x) {
-  const auto near = float(x);
-  return Scalar(near) > x ? std::nextafter(near, -std::numeric_limits<float>::infinity()) : near;
-}
-
-float rounded_up(Scalar x) {
-  return -rounded_down(-x);
-}
-
 template <typename Unsigned>
 Unsigned exactly(std::int64_t value, const char* name) {
   DYOP_REQUIRE(value >= 0 && value <= std::int64_t(std::numeric_limits<Unsigned>::max()),
@@ -70,9 +61,9 @@ void put_clearances(const HapticTick& tick, TickRow& row) {
   Scalar least = kInfinity;
   for (std::size_t k = 0; k < tick.clearances.size(); ++k) {
     const ToolClearance& clearance = tick.clearances[k];
-    row.lower[k] = rounded_down(clearance.lower);
-    row.upper[k] = rounded_up(clearance.upper);
-    row.time_to_breach[k] = rounded_down(clearance.time_to_breach);
+    row.lower[k] = float_below(clearance.lower);
+    row.upper[k] = float_above(clearance.upper);
+    row.time_to_breach[k] = float_below(clearance.time_to_breach);
     if (!(clearance.upper < least)) continue;
     least = clearance.upper;
     row.nearest = std::uint16_t(k);

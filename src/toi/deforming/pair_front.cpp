@@ -183,7 +183,8 @@ bool PairFront::is_enough(const Question& question, Scalar gap, const Node& node
 }
 
 PairFront::Finding PairFront::examine(const Question& question, std::int32_t number) {
-  const auto& [sides, reach, approach] = question;
+  const auto& sides = question.sides;
+  const auto& reach = question.reach;
   ++examined_;
   const Node node = at(number);
   if (are_leaves(sides, node.a, node.b)) return examine_leaves(question, number);
