@@ -5,12 +5,10 @@
 #include <cmath>
 #include <numbers>
 
-#include "dyop/geometry/box.h"
-#include "dyop/geometry/capsule.h"
-#include "dyop/geometry/sphere.h"
 #include "dyop/io/motion_file.h"
 #include "dyop/motion/constant_twist_motion.h"
 #include "dyop/motion/rest_motion.h"
+#include "geometry/shape_forms.h"
 
 namespace dyop::cli {
 namespace {
@@ -119,13 +117,9 @@ std::shared_ptr<const Shape> make_shape(const std::string& text,
                                         const PlacementArguments& placement) {
   DYOP_REQUIRE(!text.empty(), "expected a mesh file or a shape, found ''");
   return guard_option(text, [&]() -> std::shared_ptr<const Shape> {
-    if (text.starts_with("sphere:")) return std::make_shared<Sphere>(parse_sizes(text, 1)[0]);
-    if (text.starts_with("box:")) {
-      return std::make_shared<Box>(vector_or_zero(parse_sizes(text, 3)));
-    }
-    if (text.starts_with("capsule:")) {
-      const std::vector<Scalar> sizes = parse_sizes(text, 2);
-      return std::make_shared<Capsule>(sizes[0], sizes[1]);
+    for (const geometry_internal::ShapeForm& form : geometry_internal::shape_forms()) {
+      if (!text.starts_with(std::string(form.name) + ":")) continue;
+      return form.make(parse_sizes(text, form.value_count()));
     }
     return std::make_shared<TriangleMesh>(place_mesh(load_mesh(text), make_placement(placement)));
   });

@@ -82,7 +82,7 @@ Json parse_json(const std::filesystem::path& file, const std::string& text) {
   }
 }
 
-void JsonNode::require_object(std::initializer_list<std::string_view> keys) const {
+void JsonNode::require_object(std::span<const std::string_view> keys) const {
   if (!value_->is_object()) fail_expected("an object");
   for (const auto& [key, value] : value_->items()) {
     if (std::find(keys.begin(), keys.end(), key) != keys.end()) continue;

@@ -6,6 +6,7 @@
 #include <initializer_list>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -34,7 +35,10 @@ class DYOP_EXPORT JsonNode {
   const Json& value() const { return *value_; }
 
   /// Requires an object with no other keys.
-  void require_object(std::initializer_list<std::string_view> keys) const;
+  void require_object(std::span<const std::string_view> keys) const;
+  void require_object(std::initializer_list<std::string_view> keys) const {
+    require_object(std::span(keys.begin(), keys.size()));
+  }
   bool has(std::string_view key) const;
   JsonNode at(std::string_view key) const;
   std::optional<JsonNode> find(std::string_view key) const;

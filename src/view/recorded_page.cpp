@@ -9,15 +9,10 @@
 
 #include "dyop/core/error.h"
 #include "dyop/distance/distance.h"
-#include "dyop/geometry/box.h"
-#include "dyop/geometry/capsule.h"
-#include "dyop/geometry/compound_shape.h"
-#include "dyop/geometry/convex_hull.h"
-#include "dyop/geometry/sphere.h"
-#include "dyop/geometry/triangle_mesh.h"
 #include "dyop/io/recording_reader.h"
 #include "dyop/view/page_encoder.h"
 #include "dyop/view/page_file.h"
+#include "geometry/shape_forms.h"
 #include "view/pair_rows.h"
 #ifdef DYOP_HAS_TOOL_PAGE
 #include "dyop/io/haptic_recording_reader.h"
@@ -34,19 +29,19 @@ constexpr std::size_t kSegmentsOfBlock = 20000;
 constexpr std::size_t kSegmentsOfFirstBlock = 3000;
 
 std::string words_of(const Shape& shape) {
-  if (const auto* mesh = dynamic_cast<const TriangleMesh*>(&shape)) {
-    return "mesh of " + std::to_string(mesh->triangles().size()) + " triangles";
-  }
-  if (const auto* hull = dynamic_cast<const ConvexHull*>(&shape)) {
-    return "hull of " + std::to_string(hull->vertices().size()) + " points";
-  }
-  if (const auto* compound = dynamic_cast<const CompoundShape*>(&shape)) {
-    return "compound of " + std::to_string(compound->children().size()) + " shapes";
-  }
-  if (dynamic_cast<const Box*>(&shape) != nullptr) return "box";
-  if (dynamic_cast<const Sphere*>(&shape) != nullptr) return "sphere";
-  if (dynamic_cast<const Capsule*>(&shape) != nullptr) return "capsule";
-  return "convex shape";
+  using geometry_internal::FormedShape;
+  return geometry_internal::visit_shape(
+      shape, geometry_internal::ShapeSink{
+                 [](const TriangleMesh& mesh) {
+                   return "mesh of " + std::to_string(mesh.triangles().size()) + " triangles";
+                 },
+                 [](const ConvexHull& hull) {
+                   return "hull of " + std::to_string(hull.vertices().size()) + " points";
+                 },
+                 [](const CompoundShape& compound) {
+                   return "compound of " + std::to_string(compound.children().size()) + " shapes";
+                 },
+                 [](const FormedShape& formed) { return std::string(formed.form->name); }});
 }
 
 // Contents of the scene file, if there is one.

@@ -39,7 +39,8 @@ struct Feature {
 ///      list both in `src/geometry/CMakeLists.txt`;
 ///   2. one word in `tests/geometry/all_shapes.h`: the contract tests check support function,
 ///      bounds and mass properties, and every query with every other shape;
-///   3. its name in `src/io/bodies/shape_reader.cpp`, if scenes and chains should use it.
+///   3. one entry in `src/geometry/shape_forms.cpp`, if a few numbers define it: scenes, query
+///      records, recordings, the player and the command line know it by that.
 class Shape {
  public:
   virtual ~Shape() = default;

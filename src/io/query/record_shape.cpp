@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "io/query/record_shape.h"
 
-#include <array>
-
-#include "dyop/geometry/box.h"
-#include "dyop/geometry/capsule.h"
-#include "dyop/geometry/convex_hull.h"
-#include "dyop/geometry/sphere.h"
-#include "dyop/geometry/triangle_mesh.h"
+#include "dyop/core/error.h"
+#include "geometry/shape_forms.h"
 #include "io/hex_json.h"
 
 namespace dyop::io_internal {
 namespace {
+
+using geometry_internal::FormedShape;
+using geometry_internal::ShapeForm;
+using geometry_internal::ShapeNumber;
+using geometry_internal::ShapeSink;
 
 Json points_json(std::span<const Vector3> points) {
   Json json = Json::array();
@@ -51,59 +51,65 @@ std::shared_ptr<const Shape> recorded_hull(const JsonNode& node) {
   return std::make_shared<ConvexHull>(points_from(node.at("points")));
 }
 
-std::shared_ptr<const Shape> recorded_box(const JsonNode& node) {
-  node.require_object({"kind", "half_extents"});
-  return std::make_shared<Box>(hex_vector(node.at("half_extents")));
+Json form_json(const FormedShape& shape) {
+  Json json{{"kind", shape.form->name}};
+  shape.for_each_number([&](std::string_view name, std::span<const Scalar> values) {
+    json[std::string(name)] = values.size() == 1
+                                  ? hex_json(values[0])
+                                  : hex_json(Vector3(values[0], values[1], values[2]));
+  });
+  return json;
 }
 
-std::shared_ptr<const Shape> recorded_sphere(const JsonNode& node) {
-  node.require_object({"kind", "radius"});
-  return std::make_shared<Sphere>(hex_number(node.at("radius")));
-}
-
-std::shared_ptr<const Shape> recorded_capsule(const JsonNode& node) {
-  node.require_object({"kind", "radius", "half_length"});
-  return std::make_shared<Capsule>(hex_number(node.at("radius")),
-                                   hex_number(node.at("half_length")));
+std::shared_ptr<const Shape> recorded_form(const ShapeForm& form, const JsonNode& node) {
+  std::vector<std::string_view> keys{"kind"};
+  for (const ShapeNumber& number : form.numbers) keys.push_back(number.name);
+  node.require_object(keys);
+  std::vector<Scalar> values;
+  for (const ShapeNumber& number : form.numbers) {
+    if (number.count == 1) {
+      values.push_back(hex_number(node.at(number.name)));
+    } else {
+      const Vector3 vector = hex_vector(node.at(number.name));
+      values.insert(values.end(), vector.begin(), vector.end());
+    }
+  }
+  return form.make(values);
 }
 
 }  // namespace
 
 Json record_shape(const Shape& shape) {
-  Json json;
-  if (const auto* mesh = dynamic_cast<const TriangleMesh*>(&shape)) {
-    json["kind"] = "mesh";
-    json["vertices"] = points_json(mesh->vertices());
-    json["triangles"] = Json::array();
-    for (const TriangleIndices& t : mesh->triangles()) json["triangles"].push_back(Json(t));
-  } else if (const auto* hull = dynamic_cast<const ConvexHull*>(&shape)) {
-    json["kind"] = "hull";
-    json["points"] = points_json(hull->vertices());
-  } else if (const auto* box = dynamic_cast<const Box*>(&shape)) {
-    json["kind"] = "box";
-    json["half_extents"] = hex_json(box->half_extents());
-  } else if (const auto* sphere = dynamic_cast<const Sphere*>(&shape)) {
-    json["kind"] = "sphere";
-    json["radius"] = hex_json(sphere->radius());
-  } else if (const auto* capsule = dynamic_cast<const Capsule*>(&shape)) {
-    json["kind"] = "capsule";
-    json["radius"] = hex_json(capsule->radius());
-    json["half_length"] = hex_json(capsule->half_length());
-  } else {
-    throw InvalidArgument(
-        "a shape that is not a mesh, hull, box, sphere or capsule of dyop cannot be recorded");
-  }
-  return json;
+  return geometry_internal::visit_shape(
+      shape, ShapeSink{[](const TriangleMesh& mesh) {
+                         Json json{{"kind", "mesh"}, {"vertices", points_json(mesh.vertices())}};
+                         json["triangles"] = Json::array();
+                         for (const TriangleIndices& t : mesh.triangles())
+                           json["triangles"].push_back(Json(t));
+                         return json;
+                       },
+                       [](const ConvexHull& hull) {
+                         return Json{{"kind", "hull"}, {"points", points_json(hull.vertices())}};
+                       },
+                       [](const CompoundShape&) -> Json {
+                         throw InvalidArgument("a compound cannot be recorded in a query");
+                       },
+                       [](const FormedShape& formed) { return form_json(formed); }});
 }
 
 std::shared_ptr<const Shape> recorded_shape(const JsonNode& node) {
-  using Read = std::shared_ptr<const Shape> (*)(const JsonNode&);
-  const Read read = node.at("kind").choice<Read>({{"mesh", &recorded_mesh},
-                                                  {"hull", &recorded_hull},
-                                                  {"box", &recorded_box},
-                                                  {"sphere", &recorded_sphere},
-                                                  {"capsule", &recorded_capsule}});
-  return node.guard([&] { return read(node); });
+  const JsonNode kind = node.at("kind");
+  const std::string name = kind.text();
+  return node.guard([&]() -> std::shared_ptr<const Shape> {
+    if (name == "mesh") return recorded_mesh(node);
+    if (name == "hull") return recorded_hull(node);
+    if (const ShapeForm* form = geometry_internal::find_shape_form(name))
+      return recorded_form(*form, node);
+    std::string names = "one of mesh, hull";
+    for (const ShapeForm& form : geometry_internal::shape_forms())
+      names.append(", ").append(form.name);
+    kind.fail_expected(names);
+  });
 }
 
 }  // namespace dyop::io_internal

@@ -4,14 +4,17 @@
 #include <algorithm>
 #include <cstring>
 
-#include "dyop/geometry/box.h"
-#include "dyop/geometry/capsule.h"
-#include "dyop/geometry/compound_shape.h"
-#include "dyop/geometry/convex_hull.h"
-#include "dyop/geometry/sphere.h"
+#include "dyop/core/error.h"
+#include "geometry/shape_forms.h"
 
 namespace dyop::io_internal {
 namespace {
+
+using geometry_internal::FormedShape;
+using geometry_internal::ShapeForm;
+using geometry_internal::ShapeNumber;
+using geometry_internal::ShapeSink;
+using geometry_internal::visit_shape;
 
 // FNV-1a, 64 bits.
 std::uint64_t hash_of(const std::string& bytes) {
@@ -39,34 +42,35 @@ void put_mesh(std::string& bytes, std::span<const Vector3> vertices,
   for (const TriangleIndices& t : triangles) put(bytes, std::span<const std::int32_t>(t));
 }
 
+void put_pose(std::string& bytes, const RigidPose& X) {
+  for (Eigen::Index i = 0; i < 3; ++i) put(bytes, Vector3(X.rotation().row(i)));
+  put(bytes, X.translation());
+}
+
 // A key with all that defines a shape: equal for shapes that behave the same.
 std::string content_of(const Shape& shape) {
   std::string bytes;
-  if (const auto* mesh = dynamic_cast<const TriangleMesh*>(&shape)) {
-    bytes = "mesh";
-    put_mesh(bytes, mesh->vertices(), mesh->triangles());
-  } else if (const auto* hull = dynamic_cast<const ConvexHull*>(&shape)) {
-    bytes = "hull";
-    put_mesh(bytes, hull->vertices(), {});
-  } else if (const auto* box = dynamic_cast<const Box*>(&shape)) {
-    bytes = "box";
-    put(bytes, box->half_extents());
-  } else if (const auto* sphere = dynamic_cast<const Sphere*>(&shape)) {
-    bytes = "sphere";
-    put(bytes, Vector3(sphere->radius(), 0, 0));
-  } else if (const auto* capsule = dynamic_cast<const Capsule*>(&shape)) {
-    bytes = "capsule";
-    put(bytes, Vector3(capsule->radius(), capsule->half_length(), 0));
-  } else if (const auto* compound = dynamic_cast<const CompoundShape*>(&shape)) {
-    bytes = "compound";
-    for (const CompoundChild& child : compound->children()) {
-      bytes += content_of(*child.shape);
-      for (Eigen::Index i = 0; i < 3; ++i) put(bytes, Vector3(child.X_CS.rotation().row(i)));
-      put(bytes, child.X_CS.translation());
-    }
-  } else {
-    throw InvalidArgument("a shape that is none of dyop's own cannot be recorded");
-  }
+  visit_shape(shape, ShapeSink{[&](const TriangleMesh& mesh) {
+                                 bytes = "mesh";
+                                 put_mesh(bytes, mesh.vertices(), mesh.triangles());
+                               },
+                               [&](const ConvexHull& hull) {
+                                 bytes = "hull";
+                                 put_mesh(bytes, hull.vertices(), {});
+                               },
+                               [&](const CompoundShape& compound) {
+                                 bytes = "compound";
+                                 for (const CompoundChild& child : compound.children()) {
+                                   bytes += content_of(*child.shape);
+                                   put_pose(bytes, child.X_CS);
+                                 }
+                               },
+                               [&](const FormedShape& formed) {
+                                 bytes = formed.form->name;
+                                 std::vector<Scalar> values = formed.values;
+                                 values.resize(3 * ((values.size() + 2) / 3));  // whole vectors
+                                 put(bytes, std::span<const Scalar>(values));
+                               }});
   return bytes;
 }
 
@@ -75,14 +79,6 @@ std::string hex_digits(std::uint64_t value) {
   for (std::size_t i = digits.size(); i-- > 0; value >>= 4)
     digits[i] = "0123456789abcdef"[value & 15u];
   return digits;
-}
-
-Json numbers_json(const Vector3& v) {
-  return Json::array({v.x(), v.y(), v.z()});
-}
-
-Vector3 vector_from(const Json& json) {
-  return {json.at(0).get<Scalar>(), json.at(1).get<Scalar>(), json.at(2).get<Scalar>()};
 }
 
 std::vector<Vector3> vertices_of(const Json& line, const ShapeRows& rows) {
@@ -96,6 +92,25 @@ std::vector<Vector3> vertices_of(const Json& line, const ShapeRows& rows) {
     vertices.emplace_back(rows.vertices[k][0], rows.vertices[k][1], rows.vertices[k][2]);
   }
   return vertices;
+}
+
+void put_form(Json& line, const FormedShape& formed) {
+  line["kind"] = formed.form->name;
+  formed.for_each_number([&](std::string_view name, std::span<const Scalar> values) {
+    line[std::string(name)] = values.size() == 1
+                                  ? Json(values[0])
+                                  : Json(std::vector<Scalar>(values.begin(), values.end()));
+  });
+}
+
+std::shared_ptr<const Shape> form_from(const ShapeForm& form, const Json& line) {
+  std::vector<Scalar> values;
+  for (const ShapeNumber& number : form.numbers) {
+    const Json& json = line.at(std::string(number.name));
+    for (std::size_t k = 0; k < number.count; ++k)
+      values.push_back((number.count == 1 ? json : json.at(k)).get<Scalar>());
+  }
+  return form.make(values);
 }
 
 std::shared_ptr<const Shape> mesh_from(const Json& line, const ShapeRows& rows) {
@@ -155,28 +170,20 @@ std::size_t ShapeWriter::add(const std::shared_ptr<const Shape>& shape, std::str
     vertex_count_ += surface.vertices().size();
     triangle_count_ += surface.triangles().size();
   };
-  if (const auto* mesh = dynamic_cast<const TriangleMesh*>(shape.get())) {
-    put_surface("mesh", *mesh);
-  } else if (const auto* hull = dynamic_cast<const ConvexHull*>(shape.get())) {
-    put_surface("hull", *hull->core_surface());
-  } else if (const auto* box = dynamic_cast<const Box*>(shape.get())) {
-    line["kind"] = "box";
-    line["half_extents"] = numbers_json(box->half_extents());
-  } else if (const auto* sphere = dynamic_cast<const Sphere*>(shape.get())) {
-    line["kind"] = "sphere";
-    line["radius"] = sphere->radius();
-  } else if (const auto* capsule = dynamic_cast<const Capsule*>(shape.get())) {
-    line["kind"] = "capsule";
-    line["radius"] = capsule->radius();
-    line["half_length"] = capsule->half_length();
-  } else {
-    line["kind"] = "compound";
-    line["children"] = Json::array();
-    for (const CompoundChild& child : dynamic_cast<const CompoundShape&>(*shape).children()) {
-      const std::size_t number = add(child.shape, lines, rows);
-      line["children"].push_back({{"shape", number}, {"X_CS", pose_numbers(child.X_CS)}});
-    }
-  }
+  visit_shape(
+      *shape,
+      ShapeSink{
+          [&](const TriangleMesh& mesh) { put_surface("mesh", mesh); },
+          [&](const ConvexHull& hull) { put_surface("hull", *hull.core_surface()); },
+          [&](const CompoundShape& compound) {
+            line["kind"] = "compound";
+            line["children"] = Json::array();
+            for (const CompoundChild& child : compound.children()) {
+              const std::size_t number = add(child.shape, lines, rows);
+              line["children"].push_back({{"shape", number}, {"X_CS", pose_numbers(child.X_CS)}});
+            }
+          },
+          [&](const FormedShape& formed) { put_form(line, formed); }});
   lines += line.dump() + '\n';
   stored_.push_back({shape, hash});
   return stored_.size() - 1;
@@ -187,12 +194,7 @@ std::shared_ptr<const Shape> shape_from(const Json& line, const ShapeRows& rows,
   const auto kind = line.at("kind").get<std::string>();
   if (kind == "mesh") return mesh_from(line, rows);
   if (kind == "hull") return std::make_shared<ConvexHull>(vertices_of(line, rows));
-  if (kind == "box") return std::make_shared<Box>(vector_from(line.at("half_extents")));
-  if (kind == "sphere") return std::make_shared<Sphere>(line.at("radius").get<Scalar>());
-  if (kind == "capsule") {
-    return std::make_shared<Capsule>(line.at("radius").get<Scalar>(),
-                                     line.at("half_length").get<Scalar>());
-  }
+  if (const auto* form = geometry_internal::find_shape_form(kind)) return form_from(*form, line);
   DYOP_REQUIRE(kind == "compound", "unknown kind of shape ", kind);
   std::vector<CompoundChild> children;
   for (const Json& child : line.at("children")) {

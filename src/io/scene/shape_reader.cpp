@@ -1,54 +1,61 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "io/scene/shape_reader.h"
 
-#include "dyop/geometry/box.h"
-#include "dyop/geometry/capsule.h"
 #include "dyop/geometry/convex_hull.h"
-#include "dyop/geometry/sphere.h"
 #include "dyop/io/mesh_file.h"
+#include "geometry/shape_forms.h"
 
 namespace dyop::io_internal {
 namespace {
 
-ShapeReader::NamedShape read_sphere(const JsonNode& node) {
-  node.require_object({"radius"});
-  return {std::make_shared<Sphere>(node.at("radius").positive_number()), "sphere"};
-}
+using geometry_internal::ShapeForm;
+using geometry_internal::ShapeNumber;
 
-ShapeReader::NamedShape read_box(const JsonNode& node) {
-  node.require_object({"half_extents"});
-  const JsonNode extents = node.at("half_extents");
-  const Vector3 half_extents = extents.vector3();
-  return {extents.guard([&] { return std::make_shared<Box>(half_extents); }), "box"};
-}
-
-ShapeReader::NamedShape read_capsule(const JsonNode& node) {
-  node.require_object({"radius", "half_length"});
-  return {std::make_shared<Capsule>(node.at("radius").positive_number(),
-                                    node.at("half_length").non_negative_number()),
-          "capsule"};
+ShapeReader::NamedShape read_form(const ShapeForm& form, const JsonNode& node) {
+  std::vector<std::string_view> names;
+  for (const ShapeNumber& number : form.numbers) names.push_back(number.name);
+  node.require_object(names);
+  std::vector<Scalar> values;
+  for (const ShapeNumber& number : form.numbers) {
+    const JsonNode value = node.at(number.name);
+    if (number.count == 1) {
+      values.push_back(value.number());
+    } else {
+      const Vector3 vector = value.vector3();
+      values.insert(values.end(), vector.begin(), vector.end());
+    }
+  }
+  // A single number is what is wrong; of several, the shape says which.
+  const JsonNode place = names.size() == 1 ? node.at(names[0]) : node;
+  return {place.guard([&] { return form.make(values); }), std::string(form.name)};
 }
 
 }  // namespace
 
 ShapeReader::NamedShape ShapeReader::read(const JsonNode& node, bool is_shell) {
-  node.require_object({"mesh", "scale", "center", "sphere", "box", "capsule", "hull"});
-  constexpr std::string_view kKinds = "mesh, sphere, box, capsule, hull";
-  const int count = node.has("mesh") + node.has("sphere") + node.has("box") + node.has("capsule") +
-                    node.has("hull");
-  if (count != 1) {
-    node.fail("expected exactly one of " + std::string(kKinds) + ", found " +
-              std::to_string(count));
+  std::vector<std::string_view> kinds{"mesh", "hull"};
+  for (const ShapeForm& form : geometry_internal::shape_forms()) kinds.push_back(form.name);
+  std::vector<std::string_view> keys = kinds;
+  keys.insert(keys.end(), {"scale", "center"});
+  node.require_object(keys);
+  std::string names;
+  std::string_view kind;
+  int count = 0;
+  for (const std::string_view name : kinds) {
+    names.append(names.empty() ? "" : ", ").append(name);
+    if (!node.has(name)) continue;
+    kind = name;
+    ++count;
   }
+  if (count != 1)
+    node.fail("expected exactly one of " + names + ", found " + std::to_string(count));
   return node.guard([&] {
-    if (node.has("mesh")) return read_mesh(node, is_shell);
+    if (kind == "mesh") return read_mesh(node, is_shell);
     for (const std::string_view key : {"scale", "center"}) {
       if (node.has(key)) node.at(key).fail("only a mesh can have this key");
     }
-    if (node.has("sphere")) return read_sphere(node.at("sphere"));
-    if (node.has("box")) return read_box(node.at("box"));
-    if (node.has("capsule")) return read_capsule(node.at("capsule"));
-    return read_hull(node.at("hull"));
+    if (kind == "hull") return read_hull(node.at(kind));
+    return read_form(*geometry_internal::find_shape_form(kind), node.at(kind));
   });
 }
 
