@@ -6,19 +6,140 @@
 #include <limits>
 
 #include "core/assert.h"
+#include "core/tolerance.h"
+#include "distance/core_distance.h"
 #include "distance/distance_check.h"
 #include "distance/distance_traversal.h"
 #include "distance/distance_until.h"
 #include "distance/enclosure.h"
 #include "distance/pivot_seed.h"
 #include "dyop/distance/penetration.h"
+#include "dyop/geometry/convex_shape.h"
+#include "dyop/geometry/triangle_mesh.h"
 
 namespace dyop {
 namespace {
 
 using distance_internal::BoxPair;
 using distance_internal::DistanceTraversal;
+using distance_internal::GjkGoal;
+using distance_internal::GjkSeed;
 using geometry_internal::ShapeTree;
+
+// --- two convex shapes --------------------------------------------------------------------------
+
+DistanceStatus status_of(const NearestPoints& nearest, Scalar limit) {
+  if (nearest.is_overlapping) return DistanceStatus::Overlapping;
+  if (nearest.lower > limit) return DistanceStatus::FartherThanMaxDistance;
+  return nearest.lower > 0 ? DistanceStatus::Separated : DistanceStatus::Inconclusive;
+}
+
+struct ConvexPair {
+  const ConvexShape& a;
+  const RigidPose& X_WA;
+  const ConvexShape& b;
+  const RigidPose& X_WB;
+};
+
+bool are_convex(const Shape& a, const Shape& b) {
+  return a.kind() == ShapeKind::Convex && b.kind() == ShapeKind::Convex;
+}
+
+void finish(const ConvexPair& pair, const NearestPoints& nearest, const DistanceOptions& options,
+            DistanceResult& result) {
+  result.status = status_of(nearest, options.max_distance);
+  result.lower = nearest.lower;
+  result.upper = nearest.upper;
+  result.feature_a = nearest.feature_a;
+  result.feature_b = nearest.feature_b;
+  result.statistics.leaf_tests = 1;
+  if (options.with_penetration && nearest.is_overlapping) {
+    result.penetration = find_penetration(pair.a, pair.X_WA, pair.b, pair.X_WB);
+  }
+}
+
+// In the axes of the world, from A's origin on: no pose is inverted, and nothing grows with the
+// distance from the world's origin.
+bool closed_form(const ConvexPair& pair, const DistanceOptions& options, DistanceResult& result) {
+  const Vector3& p_WA = pair.X_WA.translation();
+  NearestPoints nearest;
+  if (!distance_internal::core_distance(
+          pair.a.simple_core(), pair.b.simple_core(),
+          {pair.X_WA.rotation(), pair.X_WB.rotation(), pair.X_WB.translation() - p_WA}, nearest)) {
+    return false;
+  }
+  finish(pair, nearest, options, result);
+  result.p_WCa = p_WA + nearest.p_a;
+  result.p_WCb = p_WA + nearest.p_b;
+  result.nhat_AB_W = nearest.nhat_AB;
+  return true;
+}
+
+DistanceResult by_gjk(const ConvexPair& pair, const DistanceOptions& options, const GjkGoal& goal,
+                      GjkSeed& seed) {
+  DistanceResult result;
+  const Scalar noise = distance_internal::pose_noise(pair.a, pair.X_WA, pair.b, pair.X_WB);
+  const RigidPose X_AB = pair.X_WA.inverse() * pair.X_WB;
+  GjkResult nearest = distance_internal::gjk_distance(pair.a, pair.b, X_AB, goal, seed);
+  // An error of the poses changes the distance by no more than itself.
+  nearest.lower = std::max(0.0, nearest.lower - noise);
+  nearest.upper += noise;
+  finish(pair, nearest, options, result);
+  result.p_WCa = pair.X_WA * nearest.p_a;
+  result.p_WCb = pair.X_WA * nearest.p_b;
+  result.nhat_AB_W = pair.X_WA.rotation() * nearest.nhat_AB;
+  result.statistics.gjk_iterations = nearest.iterations;
+  return result;
+}
+
+// The support point of a vertex number from outside, if the shape has such a vertex.
+std::optional<SupportPoint> vertex_of(const ConvexShape& shape, std::int32_t number) {
+  const TriangleMesh* surface = shape.core_surface();
+  if (!surface || number < 0) return std::nullopt;
+  const std::span<const Vector3> vertices = surface->vertices();
+  if (static_cast<std::size_t>(number) >= vertices.size()) return std::nullopt;
+  return SupportPoint{vertices[static_cast<std::size_t>(number)], number};
+}
+
+GjkSeed seed_from(const DistanceCache::Vertices& vertices, const ConvexPair& pair) {
+  GjkSeed seed;
+  for (std::size_t i = 0; i < std::min(vertices.count, seed.a.size()); ++i) {
+    const auto a = vertex_of(pair.a, vertices.a[i]);
+    const auto b = vertex_of(pair.b, vertices.b[i]);
+    if (!a || !b) return {};
+    seed.a[i] = *a;
+    seed.b[i] = *b;
+    ++seed.count;
+  }
+  return seed;
+}
+
+void keep(const GjkSeed& seed, DistanceCache::Vertices& vertices) {
+  vertices.count = 0;
+  for (std::size_t i = 0; i < seed.count; ++i) {
+    if (!seed.a[i].vertex || !seed.b[i].vertex) return;
+    vertices.a[i] = *seed.a[i].vertex;
+    vertices.b[i] = *seed.b[i].vertex;
+  }
+  vertices.count = seed.count;
+}
+
+DistanceResult convex_distance(const ConvexPair& pair, const DistanceOptions& options,
+                               DistanceCache& cache) {
+  distance_internal::require_valid_options(options, "distance");
+  DistanceResult result;
+  if (closed_form(pair, options, result)) return result;
+  GjkSeed seed = seed_from(cache.vertices, pair);
+  result = by_gjk(pair, options, {}, seed);
+  keep(seed, cache.vertices);
+  return result;
+}
+
+ConvexPair as_convex(const Shape& a, const RigidPose& X_WA, const Shape& b, const RigidPose& X_WB) {
+  return {static_cast<const ConvexShape&>(a), X_WA, static_cast<const ConvexShape&>(b), X_WB};
+}
+
+// --- everything else ----------------------------------------------------------------------------
 
 DistanceStatus status_of(const DistanceTraversal& traversal, Scalar limit) {
   if (traversal.best.is_overlapping) return DistanceStatus::Overlapping;
@@ -64,10 +185,6 @@ DistanceResult query(const Shape& a, const RigidPose& X_WA, const Shape& b, cons
   static_cast<WitnessPair&>(result) = distance_internal::witness_pair(
       best, tree_a, traversal.leaf_a, tree_b, traversal.leaf_b, X_WA);
   result.lower = lower;
-  if (options.with_penetration && result.status == DistanceStatus::Overlapping && tree_a.convex() &&
-      tree_b.convex()) {
-    result.penetration = find_penetration(*tree_a.convex(), X_WA, *tree_b.convex(), X_WB);
-  }
   return result;
 }
 
@@ -87,6 +204,7 @@ DistanceResult distance(const Shape& a, const RigidPose& X_WA, const Shape& b,
 DistanceResult distance(const Shape& a, const RigidPose& X_WA, const Shape& b,
                         const RigidPose& X_WB, const DistanceOptions& options,
                         DistanceCache& cache) {
+  if (are_convex(a, b)) return convex_distance(as_convex(a, X_WA, b, X_WB), options, cache);
   return query(a, X_WA, b, X_WB, options, cache,
                [&](DistanceTraversal& traversal, const auto&...) { traverse(traversal, cache); });
 }
@@ -96,6 +214,10 @@ namespace distance_internal {
 std::optional<DistanceResult> distance_until(const Shape& a, const RigidPose& X_WA, const Shape& b,
                                              const RigidPose& X_WB, const DistanceOptions& options,
                                              DistanceCache& cache, Interrupt& interrupt) {
+  if (are_convex(a, b)) {
+    if (interrupt.is_over()) return std::nullopt;
+    return convex_distance(as_convex(a, X_WA, b, X_WB), options, cache);
+  }
   constexpr std::int64_t kPortion = 8;
   bool is_through = false;
   const auto search = [&](DistanceTraversal& traversal, const auto&...) {
@@ -122,20 +244,17 @@ DistanceResult listed_distance(const Shape& a, const RigidPose& X_WA, const Shap
 DistanceResult seeded_distance(const Shape& a, const RigidPose& X_WA, const Shape& b,
                                const RigidPose& X_WB, const DistanceOptions& options,
                                PairSeed& seed) {
-  const auto search = [&](DistanceTraversal& traversal, const ShapeTree& tree_a,
-                          const ShapeTree& tree_b, const RigidPose& X_AB, Scalar noise) {
-    if (!tree_a.convex() || !tree_b.convex()) {
-      traverse(traversal, seed.pieces);
-      return;
-    }
+  if (are_convex(a, b)) {
+    require_valid_options(options, "distance");
     const GjkGoal goal{.apart = options.max_distance, .share = kInfinity};
-    traversal.best = piece_distance(tree_a, ShapeTree::kRoot, tree_b, ShapeTree::kRoot, X_AB, noise,
-                                    goal, seed.supports);
-    traversal.lower = traversal.best.lower;
-    traversal.statistics.leaf_tests = 1;
-    traversal.statistics.gjk_iterations = traversal.best.gjk_iterations;
-  };
-  return query(a, X_WA, b, X_WB, options, seed.pieces, search);
+    const ConvexPair pair = as_convex(a, X_WA, b, X_WB);
+    DistanceResult result;
+    if (closed_form(pair, options, result)) return result;
+    return by_gjk(pair, options, goal, seed.supports);
+  }
+  return query(
+      a, X_WA, b, X_WB, options, seed.pieces,
+      [&](DistanceTraversal& traversal, const auto&...) { traverse(traversal, seed.pieces); });
 }
 
 }  // namespace distance_internal

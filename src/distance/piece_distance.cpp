@@ -5,6 +5,7 @@
 
 #include "core/assert.h"
 #include "core/tolerance.h"
+#include "distance/core_distance.h"
 #include "distance/gjk/triangle_core.h"
 #include "dyop/distance/gjk.h"
 #include "dyop/distance/triangle_distance.h"
@@ -22,6 +23,10 @@ PieceDistance triangle_pieces(const Triangle& a, const Triangle& b, const RigidP
 
 PieceDistance convex_pieces(const ConvexShape& a, const ConvexShape& b, const RigidPose& X_AB,
                             const GjkGoal& goal, GjkSeed& seed) {
+  static const Matrix3 kAxes = Matrix3::Identity();
+  PieceDistance piece;
+  const CorePlaces places{kAxes, X_AB.rotation(), X_AB.translation()};
+  if (core_distance(a.simple_core(), b.simple_core(), places, piece)) return piece;
   const GjkResult gjk = gjk_distance(a, b, X_AB, goal, seed);
   return {gjk, gjk.iterations};
 }

@@ -40,8 +40,14 @@ TriangleMesh surface_of_box(const Vector3& half_extents) {
 
 }  // namespace
 
-Box::Box(const Vector3& half_extents)
-    : half_extents_(half_extents), surface_(surface_of_box(half_extents)) {}
+Box::Box(const Vector3& half_extents) : Box(half_extents, surface_of_box(half_extents)) {}
+
+Box::Box(const Vector3& half_extents, TriangleMesh&& surface)
+    : ConvexShape({.kind = CoreKind::Box,
+                   .bounding_radius = surface.bounding_radius(),
+                   .half_extents = half_extents}),
+      half_extents_(half_extents),
+      surface_(std::move(surface)) {}
 
 SupportPoint Box::core_support(const Vector3& direction) const {
   // Signs are random, so no branches on them.

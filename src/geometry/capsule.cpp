@@ -23,7 +23,13 @@ Scalar sum_up(Scalar a, Scalar b) {
 }  // namespace
 
 Capsule::Capsule(Scalar radius, Scalar half_length)
-    : radius_(radius), half_length_(half_length), segment_(segment_on_z(half_length)) {
+    : ConvexShape({.kind = CoreKind::Segment,
+                   .rounding_radius = radius,
+                   .bounding_radius = sum_up(radius, half_length),
+                   .half_extents = Vector3(0, 0, half_length)}),
+      radius_(radius),
+      half_length_(half_length),
+      segment_(segment_on_z(half_length)) {
   geometry_internal::require_length("radius", radius);
 }
 

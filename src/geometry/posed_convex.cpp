@@ -18,8 +18,25 @@ std::vector<Vector3> posed_vertices(const TriangleMesh& mesh, const RigidPose& X
   return vertices;
 }
 
+namespace {
+
+// A box keeps its closed forms only in its own frame.
+SimpleCore posed_core(const ConvexShape& shape, const RigidPose& X_CS) {
+  SimpleCore core = shape.simple_core();
+  if (core.kind == CoreKind::Box) core.kind = CoreKind::General;
+  if (core.kind == CoreKind::General) return core;
+  core.center = X_CS * core.center;
+  core.half_extents = X_CS.rotation() * core.half_extents;
+  core.is_centred = false;
+  core.bounding_radius =
+      (X_CS.translation().norm() + core.bounding_radius) * (1 + 8 * kUnitRoundoff);
+  return core;
+}
+
+}  // namespace
+
 PosedConvex::PosedConvex(std::shared_ptr<const ConvexShape> shape, const RigidPose& X_CS)
-    : shape_(std::move(shape)), X_CS_(X_CS) {
+    : ConvexShape(posed_core(*shape, X_CS)), shape_(std::move(shape)), X_CS_(X_CS) {
   if (const TriangleMesh* surface = shape_->core_surface()) {
     surface_ = surface->with_vertices(posed_vertices(*surface, X_CS_));
   }

@@ -8,7 +8,9 @@
 
 namespace dyop {
 
-Sphere::Sphere(Scalar radius) : radius_(radius) {
+Sphere::Sphere(Scalar radius)
+    : ConvexShape({.kind = CoreKind::Point, .rounding_radius = radius, .bounding_radius = radius}),
+      radius_(radius) {
   geometry_internal::require_length("radius", radius);
 }
 

@@ -71,6 +71,20 @@ TEST_P(ConvexShapeContract, SupportDoesNotDependOnTheLengthOfTheDirection) {
   }
 }
 
+// Where closed forms are taken, the numbers describe what the support function does.
+TEST_P(ConvexShapeContract, SimpleCoreIsTheCore) {
+  const SimpleCore& core = shape_->simple_core();
+  if (core.kind == CoreKind::General) return;
+  EXPECT_EQ(core.rounding_radius, shape_->rounding_radius());
+  EXPECT_EQ(core.bounding_radius, shape_->bounding_radius());
+  EXPECT_EQ(core.is_centred, core.center == Vector3::Zero());
+  for (const Vector3& n : directions()) {
+    const Scalar half = core.kind == CoreKind::Box ? n.cwiseAbs().dot(core.half_extents)
+                                                   : std::abs(n.dot(core.half_extents));
+    EXPECT_NEAR(shape_->core_reach(n), n.dot(core.center) + half, noise_);
+  }
+}
+
 TEST_P(ConvexShapeContract, ReachIsTheHeightOfTheSupportPoint) {
   for (const Vector3& n : directions()) {
     for (const Scalar length : {0.0, 1.0, 0x1p-40, 0x1p40}) {

@@ -26,6 +26,8 @@ class Box final : public ConvexShape {
   MassProperties compute_mass_properties(Scalar density) const override;
 
  private:
+  Box(const Vector3& half_extents, TriangleMesh&& surface);
+
   Vector3 half_extents_;
   TriangleMesh surface_;
 };

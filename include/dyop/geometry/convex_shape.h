@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 
@@ -14,6 +15,24 @@ class TriangleMesh;
 struct SupportPoint {
   Vector3 point = Vector3::Zero();
   std::optional<std::int32_t> vertex;
+};
+
+/// Cores for which distances have closed forms. General: any other; only its support function is
+/// known.
+enum class CoreKind : std::uint8_t { General, Point, Segment, Box };
+inline constexpr std::size_t kCoreKinds = 4;
+
+/// The core of a ConvexShape in numbers, in the shape's frame. Vertices are numbered as by
+/// ConvexShape::core_support(): a point is vertex 0, a segment goes from vertex 0 to vertex 1, and
+/// bit k of a box's vertex number is set where coordinate k is positive.
+struct SimpleCore {
+  CoreKind kind = CoreKind::General;
+  bool is_centred = true;                  ///< center is zero
+  Scalar rounding_radius = 0;              ///< of the ball that inflates the core
+  Scalar bounding_radius = 0;              ///< of the whole shape, as Shape::bounding_radius()
+  Vector3 center = Vector3::Zero();        ///< of a box: must be zero
+  Vector3 half_extents = Vector3::Zero();  ///< Segment: from its centre to vertex 1. Box: along
+                                           ///< the axes of the frame
 };
 
 /// A convex set given by a support function: a convex *core*, inflated by a ball of radius
@@ -49,6 +68,17 @@ class ConvexShape : public Shape {
   Vector3 support(const Vector3& unit_direction) const {
     return core_support(unit_direction).point + rounding_radius() * unit_direction;
   }
+
+  /// The core in numbers, if it is a point, a segment or a box: distances then come from closed
+  /// forms. Agrees with the functions above.
+  const SimpleCore& simple_core() const { return simple_core_; }
+
+ protected:
+  ConvexShape() = default;
+  explicit ConvexShape(const SimpleCore& core) : simple_core_(core) {}
+
+ private:
+  SimpleCore simple_core_;
 };
 
 }  // namespace dyop

@@ -1,0 +1,378 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "distance/core_distance.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "core/tolerance.h"
+
+// Each closed form proposes the nearest points of two cores and a direction. Neither is trusted:
+// the upper bound is the length between the points, which lie on the cores, and the lower bound is
+// the slab gap along the direction, which never exceeds the distance. Where the two do not meet up
+// to rounding the form returns false.
+//
+// Rounding. All vectors are relative to A's origin; sizes below are |p_AB| + both bounding radii.
+// Turning a vector by a rotation matrix errs by gamma_3 per coordinate, less than 6u of its length,
+// and by as much again because the matrix is orthonormal only up to rounding; a difference of
+// points adds u of the size per coordinate. A slab gap is a sum of at most three scalar products of
+// such vectors with a unit vector that is one up to 3u, 4u of the size each. A length adds 3u of
+// itself. All this stays below 40u of the size, and kPoseNoise allows 64u.
+namespace dyop::distance_internal {
+namespace {
+
+// A core in the common frame.
+struct PlacedCore {
+  const SimpleCore& core;
+  const Matrix3& R;
+  Vector3 center;
+
+  Vector3 half() const { return R * core.half_extents; }  // of a segment
+};
+
+// Nearest points of two cores; `gap` is their slab gap along nhat, from the first to the second.
+struct CorePoints {
+  Vector3 p_a;
+  Vector3 p_b;
+  Vector3 nhat;
+  Scalar gap;
+  Scalar length;  // between the points
+  Feature feature_a;
+  Feature feature_b;
+};
+
+// Squared sine between two segments above which the normal of both is their cross product. Speed
+// only: the certificate decides.
+constexpr Scalar kCrossingSquare = 0.01;
+
+// Where a point of a segment lies: -1 at vertex 0, 1 at vertex 1.
+Feature segment_feature(Scalar s) {
+  if (s <= -1) return {FeatureKind::Vertex, {0}};
+  if (s >= 1) return {FeatureKind::Vertex, {1}};
+  return {FeatureKind::Edge, {0, 1}};
+}
+
+bool is_inside(Scalar s) {
+  return s > -1 && s < 1;
+}
+
+// The place on a segment that is `along` / `length_sq` half lengths from its centre; a segment
+// without length is a point.
+Scalar clamped_ratio(Scalar along, Scalar length_sq) {
+  if (!(length_sq > 0)) return 0;
+  return std::clamp(along / length_sq, Scalar(-1), Scalar(1));
+}
+
+// The unit vector along d, or along x if it has no length.
+Vector3 unit_or_x(const Vector3& d) {
+  const Scalar length = d.norm();
+  return length > 0 ? Vector3(d / length) : Vector3::UnitX();
+}
+
+// d without its part along a direction, which rounding left there.
+Vector3 across(const Vector3& d, const Vector3& direction, Scalar length_sq) {
+  return length_sq > 0 ? Vector3(d - direction * (direction.dot(d) / length_sq)) : d;
+}
+
+bool point_point(const PlacedCore& a, const PlacedCore& b, CorePoints& points) {
+  points.p_a = a.center;
+  points.p_b = b.center;
+  const Vector3 v = b.center - a.center;
+  points.length = points.gap = v.norm();
+  points.nhat = points.length > 0 ? Vector3(v / points.length) : Vector3::UnitX();
+  points.feature_a = points.feature_b = {FeatureKind::Vertex, {0}};
+  return true;
+}
+
+bool point_segment(const PlacedCore& a, const PlacedCore& b, CorePoints& points) {
+  const Vector3 half = b.half();
+  const Vector3 to_center = b.center - a.center;
+  const Scalar half_sq = half.squaredNorm();
+  const Scalar s = clamped_ratio(-to_center.dot(half), half_sq);
+  const Vector3 v = to_center + s * half;
+  points.p_a = a.center;
+  points.p_b = b.center + s * half;
+  points.length = v.norm();
+  points.nhat = unit_or_x(is_inside(s) ? across(v, half, half_sq) : v);
+  points.gap = points.nhat.dot(to_center) - std::abs(points.nhat.dot(half));
+  points.feature_a = {FeatureKind::Vertex, {0}};
+  points.feature_b = segment_feature(s);
+  return true;
+}
+
+// The places s and t on two segments with centres d apart at which they are nearest: the least of
+// a convex quadratic over a square ([Ericson2005] 5.1.9).
+std::pair<Scalar, Scalar> nearest_places(const Vector3& d, const Vector3& half_a, Scalar a_sq,
+                                         const Vector3& half_b, Scalar b_sq) {
+  const Scalar ab = half_a.dot(half_b);
+  const Scalar ad = half_a.dot(d);
+  const Scalar bd = half_b.dot(d);
+  Scalar s = clamped_ratio(ad * b_sq - ab * bd, a_sq * b_sq - ab * ab);
+  const Scalar t = b_sq > 0 ? (ab * s - bd) / b_sq : 0;
+  if (t >= -1 && t <= 1 && b_sq > 0) return {s, t};
+  const Scalar end = b_sq > 0 ? std::clamp(t, Scalar(-1), Scalar(1)) : 0;
+  s = clamped_ratio(ad + ab * end, a_sq);
+  return {s, end};
+}
+
+bool segment_segment(const PlacedCore& a, const PlacedCore& b, CorePoints& points) {
+  const Vector3 half_a = a.half();
+  const Vector3 half_b = b.half();
+  const Vector3 d = b.center - a.center;
+  const Scalar a_sq = half_a.squaredNorm();
+  const Scalar b_sq = half_b.squaredNorm();
+  const auto [s, t] = nearest_places(d, half_a, a_sq, half_b, b_sq);
+  points.p_a = a.center + s * half_a;
+  points.p_b = b.center + t * half_b;
+  const Vector3 v = d + (t * half_b - s * half_a);
+  points.length = v.norm();
+  Vector3 direction = v;
+  if (is_inside(s) && is_inside(t)) {
+    const Vector3 normal = half_a.cross(half_b);
+    if (normal.squaredNorm() > kCrossingSquare * a_sq * b_sq) {
+      direction = normal.dot(d) >= 0 ? normal : Vector3(-normal);
+    } else {
+      direction = a_sq > b_sq ? across(v, half_a, a_sq) : across(v, half_b, b_sq);
+    }
+  } else if (is_inside(s)) {
+    direction = across(v, half_a, a_sq);
+  } else if (is_inside(t)) {
+    direction = across(v, half_b, b_sq);
+  }
+  points.nhat = unit_or_x(direction);
+  points.gap =
+      points.nhat.dot(d) - std::abs(points.nhat.dot(half_a)) - std::abs(points.nhat.dot(half_b));
+  points.feature_a = segment_feature(s);
+  points.feature_b = segment_feature(t);
+  return true;
+}
+
+// --- boxes --------------------------------------------------------------------------------------
+
+// The corner nearest to a point in the box's frame.
+std::int32_t corner_towards(const Vector3& q) {
+  std::int32_t number = 0;
+  for (int k = 0; k < 3; ++k) number |= static_cast<std::int32_t>(!std::signbit(q[k])) << k;
+  return number;
+}
+
+// The feature of a box that faces a point q in its frame. `beyond`: one bit per axis along which
+// the point lies outside.
+Feature box_feature(const Vector3& q, unsigned beyond) {
+  const std::int32_t corner = corner_towards(q);
+  if (beyond == 7) return {FeatureKind::Vertex, {corner}};
+  std::int32_t others[2];
+  int count = 0;
+  for (int k = 0; k < 3; ++k) {
+    if ((beyond >> k & 1U) == 0 && count < 2) others[count++] = corner ^ (1 << k);
+  }
+  if (count == 1) {
+    return {FeatureKind::Edge, {std::min(corner, others[0]), std::max(corner, others[0])}};
+  }
+  // Half of the face: the corner nearest to the point and its two neighbours.
+  Feature feature{FeatureKind::Face, {corner, others[0], others[1]}};
+  std::sort(feature.vertices.begin(), feature.vertices.end());
+  return feature;
+}
+
+unsigned bits_beyond(const Vector3& v) {
+  return static_cast<unsigned>(v[0] != 0) | static_cast<unsigned>(v[1] != 0) << 1 |
+         static_cast<unsigned>(v[2] != 0) << 2;
+}
+
+// From the box to a point q in its frame.
+Vector3 beyond_box(const Vector3& q, const Vector3& half) {
+  return q - q.cwiseMax(-half).cwiseMin(half);
+}
+
+// The axis along which a body with this centre and these extents in the box's frame stands out
+// farthest; used where the two overlap.
+struct OutwardAxis {
+  int axis = 0;
+  Scalar gap = -kInfinity;
+
+  OutwardAxis(const Vector3& center, const Vector3& extents, const Vector3& half) {
+    for (int k = 0; k < 3; ++k) {
+      const Scalar along = std::abs(center[k]) - extents[k] - half[k];
+      if (along > gap) {
+        gap = along;
+        axis = k;
+      }
+    }
+  }
+  Vector3 direction(const Vector3& center) const {
+    Vector3 n = Vector3::Zero();
+    n[axis] = std::signbit(center[axis]) ? -1 : 1;
+    return n;
+  }
+};
+
+// The box is the second core, so directions from the box to the other are turned around.
+void finish_box(const PlacedCore& box, const Vector3& q, const Vector3& v, const Vector3& outwards,
+                CorePoints& points) {
+  points.p_a = box.center + box.R * q;
+  points.p_b = box.center + box.R * (q - v);
+  points.nhat = -(box.R * outwards);
+}
+
+bool point_box(const PlacedCore& a, const PlacedCore& b, CorePoints& points) {
+  const Vector3& half = b.core.half_extents;
+  const Vector3 q = b.R.transpose() * (a.center - b.center);
+  const Vector3 v = beyond_box(q, half);
+  points.length = points.gap = v.norm();
+  points.feature_a = {FeatureKind::Vertex, {0}};
+  unsigned beyond = bits_beyond(v);
+  if (points.length > 0) {
+    finish_box(b, q, v, v / points.length, points);
+  } else {
+    const OutwardAxis outward(q, Vector3::Zero(), half);
+    points.gap = outward.gap;
+    beyond = 1U << outward.axis;
+    finish_box(b, q, v, outward.direction(q), points);
+  }
+  points.feature_b = box_feature(q, beyond);
+  return true;
+}
+
+// Half the derivative of the squared distance from the box of the point q(t) = center + t half.
+Scalar slope_at(Scalar t, const Vector3& center, const Vector3& along, const Vector3& half) {
+  return along.dot(beyond_box(center + t * along, half));
+}
+
+// Where a segment is nearest to a box: the slope is continuous, never falls, and is linear between
+// the places where the segment passes the planes of the faces.
+Scalar nearest_place(const Vector3& center, const Vector3& along, const Vector3& half) {
+  Scalar low = -1;
+  Scalar slope_low = slope_at(low, center, along, half);
+  if (slope_low >= 0) return low;
+  Scalar high = 1;
+  Scalar slope_high = slope_at(high, center, along, half);
+  if (slope_high <= 0) return high;
+  for (int k = 0; k < 3; ++k) {
+    for (const Scalar side : {-half[k], half[k]}) {
+      const Scalar t = (side - center[k]) / along[k];
+      if (!(t > low && t < high)) continue;  // also for a segment parallel to the face
+      const Scalar slope = slope_at(t, center, along, half);
+      if (slope < 0) {
+        low = t;
+        slope_low = slope;
+      } else {
+        high = t;
+        slope_high = slope;
+      }
+    }
+  }
+  return low + (high - low) * (slope_low / (slope_low - slope_high));
+}
+
+// The direction from the box to a place inside a segment: perpendicular to the segment and to the
+// feature of the box, which rounding of v would tilt.
+Vector3 outwards_at(const Vector3& v, unsigned beyond, const Vector3& along) {
+  const bool is_edge = beyond == 3 || beyond == 5 || beyond == 6;
+  if (!is_edge) return beyond == 7 ? across(v, along, along.squaredNorm()) : v;
+  const int i = (beyond & 1U) != 0 ? 0 : 1;
+  const int j = (beyond & 4U) != 0 ? 2 : 1;
+  Vector3 n = Vector3::Zero();
+  n[i] = -along[j];
+  n[j] = along[i];
+  if (!(n.squaredNorm() > kCrossingSquare * along.squaredNorm())) return v;
+  return n.dot(v) >= 0 ? n : Vector3(-n);
+}
+
+bool segment_box(const PlacedCore& a, const PlacedCore& b, CorePoints& points) {
+  const Vector3& half = b.core.half_extents;
+  const Vector3 center = b.R.transpose() * (a.center - b.center);
+  const Vector3 along = b.R.transpose() * a.half();
+  const Scalar t = nearest_place(center, along, half);
+  const Vector3 q = center + t * along;
+  const Vector3 v = beyond_box(q, half);
+  points.length = v.norm();
+  points.feature_a = segment_feature(t);
+  unsigned beyond = bits_beyond(v);
+  Vector3 outwards;
+  if (points.length > 0) {
+    outwards = unit_or_x(is_inside(t) ? outwards_at(v, beyond, along) : v);
+  } else {
+    const OutwardAxis outward(center, along.cwiseAbs(), half);
+    outwards = outward.direction(center);
+    beyond = 1U << outward.axis;
+  }
+  points.gap = outwards.dot(center) - std::abs(outwards.dot(along)) - outwards.cwiseAbs().dot(half);
+  finish_box(b, q, v, outwards, points);
+  points.feature_b = box_feature(q, beyond);
+  return true;
+}
+
+// --- the table ----------------------------------------------------------------------------------
+
+using Form = bool (*)(const PlacedCore&, const PlacedCore&, CorePoints&);
+
+template <Form kForm>
+bool turned(const PlacedCore& a, const PlacedCore& b, CorePoints& points) {
+  if (!kForm(b, a, points)) return false;
+  std::swap(points.p_a, points.p_b);
+  std::swap(points.feature_a, points.feature_b);
+  points.nhat = -points.nhat;
+  return true;
+}
+
+bool no_form(const PlacedCore&, const PlacedCore&, CorePoints&) {
+  return false;
+}
+
+// By the kinds of A (rows) and B: General, Point, Segment, Box.
+constexpr std::array<std::array<Form, kCoreKinds>, kCoreKinds> kForms{{
+    {no_form, no_form, no_form, no_form},
+    {no_form, point_point, point_segment, point_box},
+    {no_form, turned<point_segment>, segment_segment, segment_box},
+    {no_form, turned<point_box>, turned<segment_box>, no_form},
+}};
+
+PlacedCore placed(const SimpleCore& core, const Matrix3& R, const Vector3& origin) {
+  return {core, R, core.is_centred ? origin : Vector3(origin + R * core.center)};
+}
+
+// The rounded shapes from their cores: bounds and witness points as gjk_distance() gives them.
+void add_radii(const CorePoints& points, Scalar radius_a, Scalar radius_b, Scalar noise,
+               NearestPoints& result) {
+  const Scalar radii = radius_a + radius_b;
+  const Scalar lower = points.gap - radii - noise;
+  result.lower = lower > 0 ? lower : 0;
+  result.upper = std::max(Scalar(0), points.length - radii + noise);
+  result.is_overlapping = !(lower > 0) && points.length - radii <= noise;
+  result.nhat_AB = points.nhat;
+  result.feature_a = points.feature_a;
+  result.feature_b = points.feature_b;
+  result.p_a = points.p_a;
+  result.p_b = points.p_b;
+  if (!(radii > 0)) return;
+  // Along the witness segment, so that the points are no farther apart than `upper`. For
+  // overlapping shapes, a point in both.
+  const Scalar share = points.length > radii ? 1 / points.length : 1 / radii;
+  const Vector3 v = points.p_b - points.p_a;
+  result.p_a += (radius_a * share) * v;
+  result.p_b -= (radius_b * share) * v;
+}
+
+}  // namespace
+
+bool core_distance(const SimpleCore& a, const SimpleCore& b, const CorePlaces& places,
+                   NearestPoints& result) {
+  const Form form = kForms[static_cast<std::size_t>(a.kind)][static_cast<std::size_t>(b.kind)];
+  if (form == no_form) return false;
+  const Scalar size = places.p_AB_F.lpNorm<1>() + a.bounding_radius + b.bounding_radius;
+  // literal: fourth powers of lengths stay in the range of double; false for NaN.
+  if (!(size > 0x1p-200 && size < 0x1p200)) return false;
+  CorePoints points;
+  const PlacedCore placed_a = placed(a, places.R_FA, Vector3::Zero());
+  if (!form(placed_a, placed(b, places.R_FB, places.p_AB_F), points)) return false;
+  const Scalar noise = kPoseNoise * size;
+  // The certificate; false for NaN. Shapes that overlap need none.
+  const Scalar radii = a.rounding_radius + b.rounding_radius;
+  if (!(points.length - points.gap <= noise || points.length - radii <= noise / 2)) return false;
+  add_radii(points, a.rounding_radius, b.rounding_radius, noise, result);
+  return true;
+}
+
+}  // namespace dyop::distance_internal

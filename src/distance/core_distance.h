@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "dyop/core/rigid_pose.h"
+#include "dyop/distance/nearest_points.h"
+#include "dyop/geometry/convex_shape.h"
+
+namespace dyop::distance_internal {
+
+/// Where the two shapes stand: the axes of both in one frame F, and the vector between their
+/// origins. The origin of the answers is that of A.
+struct CorePlaces {
+  const Matrix3& R_FA;
+  const Matrix3& R_FB;
+  Vector3 p_AB_F;
+};
+
+/// The distance of two rounded simple cores in closed form, with both bounds, in frame F from the
+/// origin of A on: one look-up in a table of pairs of kinds, which also serves the other order.
+///
+/// Returns false, with nothing known, if a core is General, for two boxes, and where the
+/// certificate fails: near contact of nearly parallel edges, and for sizes whose squares leave the
+/// range of double. The caller then takes gjk_distance().
+///
+/// `lower` is the slab gap along nhat_AB, `upper` the length of the witness segment; both are
+/// widened by kPoseNoise times the size of the pair. docs/algorithms/distance.md, "Simple shapes".
+bool core_distance(const SimpleCore& a, const SimpleCore& b, const CorePlaces& places,
+                   NearestPoints& result);
+
+}  // namespace dyop::distance_internal
