@@ -7,6 +7,7 @@
 #include "cli/picture/query_picture.h"
 #include "dyop/distance/distance.h"
 #include "dyop/io/result_text.h"
+#include "io/output_file.h"
 
 namespace dyop::cli {
 namespace {
@@ -32,6 +33,7 @@ struct DistanceArguments {
 };
 
 ExitCode run_distance(const DistanceArguments& arguments) {
+  io_internal::require_other_than(arguments.picture_file, {arguments.a.shape, arguments.b.shape});
   if (!arguments.picture_file.empty()) require_picture(arguments.picture_file);
   const auto a = make_shape(arguments.a, arguments.placement);
   const auto b = make_shape(arguments.b, arguments.placement);

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "cli/commands.h"
+#include "cli/printable_stream.h"
 #include "dyop/core/error.h"
 #include "dyop/dynamics/integrator.h"
 
@@ -73,6 +74,8 @@ ExitCode run(CLI::App& app, int argc, char** argv, const ExitCode& exit_code) {
 
 int main(int argc, char** argv) {
   using dyop::cli::ExitCode;
+  const dyop::cli::PrintableStream out(std::cout);
+  const dyop::cli::PrintableStream err(std::cerr);
   CLI::App app("Certified time of impact and stepping of rigid bodies", "dyop");
   app.footer(dyop::cli::kExitCodes);
   app.set_version_flag("--version", std::string("dyop " DYOP_VERSION));

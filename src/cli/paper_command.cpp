@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
 #include <iostream>
 
 #include "cli/commands.h"
 #include "dyop/core/error.h"
 #include "dyop/io/file_error.h"
 #include "dyop/paper/published_dyop.h"
+#include "io/output_file.h"
 #include "paper/experiment/construction_drawing.h"
 #include "paper/experiment/paper_figures.h"
 #include "paper/experiment/paper_report.h"
@@ -37,10 +37,7 @@ struct PaperArguments {
 };
 
 void write_file(const fs::path& directory, const std::string& name, const std::string& text) {
-  std::ofstream out(directory / name, std::ios::binary);
-  out << text;
-  out.close();
-  if (!out) throw FileError(directory / name, "could not be written");
+  io_internal::write_whole_file(directory / name, text);
 }
 
 std::string name_of(int dimension) {

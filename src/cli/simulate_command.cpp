@@ -2,7 +2,6 @@
 #include <chrono>
 #include <cmath>
 #include <exception>
-#include <fstream>
 #include <iostream>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -19,6 +18,7 @@
 #include "dyop/io/run_recording.h"
 #include "dyop/io/run_summary.h"
 #include "dyop/io/scene_file.h"
+#include "io/output_file.h"
 
 namespace dyop::cli {
 namespace {
@@ -65,14 +65,6 @@ void make_directory(const fs::path& directory) {
   std::error_code error;
   fs::create_directories(directory, error);
   if (error) throw FileError(directory, "could not be created: " + error.message());
-}
-
-void write_file(const fs::path& file, const std::string& text) {
-  std::ofstream out(file, std::ios::binary);
-  if (!out) throw FileError(file, "could not be written");
-  out << text;
-  out.close();
-  if (!out) throw FileError(file, "could not be written completely");
 }
 
 // Empty: the run is not recorded.
@@ -179,6 +171,7 @@ ExitCode exit_code_of(const Run& run, const SimulateArguments& arguments) {
 ExitCode run_simulate(const SimulateArguments& arguments) {
   const InterruptGuard interrupt;
   const auto begin = std::chrono::steady_clock::now();
+  io_internal::require_other_than(recording_of(arguments), {arguments.scene});
   Scene scene = load_scene(arguments.scene, mesh_directories(arguments.mesh_path));
   scene.options.thread_count = arguments.threads;
   scene.options.measures_time = true;
@@ -189,7 +182,8 @@ ExitCode run_simulate(const SimulateArguments& arguments) {
       std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   std::ostringstream summary;
   write_summary(summary, scene, run.impacts, run.totals, seconds);
-  if (!arguments.out.empty()) write_file(fs::path(arguments.out) / "summary.txt", summary.str());
+  if (!arguments.out.empty())
+    io_internal::write_whole_file(fs::path(arguments.out) / "summary.txt", summary.str());
   if (arguments.is_json) {
     print_json(run, arguments, seconds);
   } else {

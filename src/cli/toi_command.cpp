@@ -13,6 +13,7 @@
 #include "dyop/io/query_record.h"
 #include "dyop/io/result_text.h"
 #include "dyop/toi/time_of_impact.h"
+#include "io/output_file.h"
 
 namespace dyop::cli {
 namespace {
@@ -76,6 +77,10 @@ ExitCode exit_code_of(const ToiResult& result, bool fails_on_impact) {
 }
 
 ExitCode run_toi(const ToiArguments& arguments) {
+  for (const std::string& file : {arguments.record_file, arguments.picture_file}) {
+    io_internal::require_other_than(file, {arguments.a.shape, arguments.b.shape,
+                                           arguments.a.motion_file, arguments.b.motion_file});
+  }
   if (!arguments.picture_file.empty()) require_picture(arguments.picture_file);
   const InterruptGuard interrupt;
   const TimeInterval interval{arguments.interval[0], arguments.interval[1]};

@@ -33,7 +33,7 @@ std::string read_bytes(const std::filesystem::path& file) {
   return std::move(bytes).str();
 }
 
-std::string read_gzip_bytes(const std::filesystem::path& file) {
+std::string read_gzip_bytes(const std::filesystem::path& file, std::size_t most_bytes) {
   require_file(file);
   const std::unique_ptr<gzFile_s, int (*)(gzFile)> in(gzopen(file.c_str(), "rb"), &gzclose_r);
   if (!in) throw FileError(file, "could not be read");
@@ -41,6 +41,10 @@ std::string read_gzip_bytes(const std::filesystem::path& file) {
   std::array<char, 1 << 16> block;
   int count = 0;
   while ((count = gzread(in.get(), block.data(), unsigned(block.size()))) > 0) {
+    if (std::size_t(count) > most_bytes - bytes.size()) {
+      throw FileError(file, "unpacks to more than " + std::to_string(most_bytes) +
+                                " bytes; unpack it yourself, or raise the limit");
+    }
     bytes.append(block.data(), std::size_t(count));
   }
   int code = Z_OK;

@@ -39,6 +39,45 @@ class RecordingCommands : public ::testing::Test {
   testing::TemporaryDirectory directory_;
 };
 
+TEST_F(RecordingCommands, NeverWriteOverTheirInput) {
+  ASSERT_EQ(simulate().exit_code, 0);
+  const std::string scene = path("scene.json");
+  std::filesystem::create_symlink("run.h5", path("link.h5"));
+  const auto unchanged = [&](const char* name, const std::vector<std::string>& words) {
+    const std::string before = testing::TemporaryDirectory::read(path(name));
+    const CommandResult result = run_command(words);
+    EXPECT_EQ(result.exit_code, 2) << words[0];
+    EXPECT_NE(result.err.find("is read by this command"), std::string::npos) << result.err;
+    EXPECT_EQ(testing::TemporaryDirectory::read(path(name)), before) << words[0];
+  };
+  unchanged("scene.json", {"simulate", scene, "--record", scene});
+  unchanged("run.h5", {"view", path("run.h5"), "-o", path("run.h5")});
+  unchanged("run.h5", {"view", path("run.h5"), "-o", path("link.h5")});
+  unchanged("run.h5", {"export", path("run.h5"), "-o", path("link.h5")});
+  directory_.write("a.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n");
+  unchanged("a.off", {"toi", path("a.off"), "sphere:1", "--record", path("a.off")});
+}
+
+TEST_F(RecordingCommands, RecordOverNothingButRecordings) {
+  ASSERT_EQ(simulate().exit_code, 0);
+  ASSERT_EQ(simulate().exit_code, 0);
+  directory_.write("run.h5", "a letter");
+  const CommandResult result = simulate();
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_NE(result.err.find("is not a recording, so it is not replaced"), std::string::npos);
+  EXPECT_EQ(testing::TemporaryDirectory::read(path("run.h5")), "a letter");
+}
+
+TEST_F(RecordingCommands, NamesCannotSteerTheTerminal) {
+  std::string scene = kScene;
+  scene.replace(scene.find("A ball falls"), 12, "A \\u001b[31mred\\u009bball\\u0007");
+  const CommandResult result =
+      run_command({"simulate", directory_.write("red.json", scene).string(), "--no-progress"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_NE(result.out.find("A \\x1b[31mred\\xc2\\x9bball\\x07"), std::string::npos) << result.out;
+  for (const char c : result.out) EXPECT_TRUE(c == '\n' || static_cast<unsigned char>(c) >= ' ');
+}
+
 TEST_F(RecordingCommands, SimulateRecordsInHdf5) {
   const CommandResult result = simulate({"--json"});
   ASSERT_EQ(result.exit_code, 0) << result.err;

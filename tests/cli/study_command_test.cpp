@@ -4,11 +4,13 @@
 #include <chrono>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <random>
 #include <set>
 #include <sstream>
 #include <thread>
 
 #include "cli/command.h"
+#include "io/digest.h"
 
 namespace dyop {
 namespace {
@@ -138,12 +140,44 @@ TEST_F(StudyCommand, NamesWhatIsMissing) {
   EXPECT_FALSE(fs::exists(directory_.path() / "out/results.jsonl"));
 }
 
+// The lines of a shard with the digests that their present texts have.
+std::string with_digests_of_its_own(const std::string& text) {
+  std::string sealed;
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) {
+    const std::string key = ",\"digest\":\"";
+    line = line.substr(0, line.rfind(key)) + "}";
+    const std::string digest = io_internal::hex_digits(io_internal::digest_of(line));
+    sealed += line.substr(0, line.size() - 1) + key + digest + "\"}\n";
+  }
+  return sealed;
+}
+
+TEST_F(StudyCommand, FindsAnyChangedLetterOfAResult) {
+  ASSERT_EQ(study({"--shard", "1/2"}).exit_code, 0);
+  const std::string whole = read("out/shard-1-of-2.jsonl");
+  std::mt19937_64 random(20261123);
+  for (int k = 0; k < 20; ++k) {
+    std::string changed = whole;
+    char& letter = changed[random() % whole.size()];
+    if (letter == '\n') continue;  // a cut line is run again
+    letter = char(letter ^ 1);
+    if (letter == '\n') continue;
+    directory_.write("out/shard-1-of-2.jsonl", changed);
+    EXPECT_EQ(study({"--merge"}).exit_code, 2) << changed;
+  }
+}
+
 TEST_F(StudyCommand, RefusesResultsOfAnotherStudyAndContradictions) {
   ASSERT_EQ(study({"--shard", "1/2"}).exit_code, 0);
   std::string changed = read("out/shard-1-of-2.jsonl");
   const std::size_t place = changed.find("\"impacts\":");
   changed.replace(place, 11, "\"impacts\":9");
   directory_.write("out/shard-1-of-1.jsonl", changed);
+  const CommandResult damaged = study({"--merge"});
+  EXPECT_EQ(damaged.exit_code, 2);
+  EXPECT_NE(damaged.err.find("damaged line"), std::string::npos) << damaged.err;
+  directory_.write("out/shard-1-of-1.jsonl", with_digests_of_its_own(changed));
   const CommandResult merge = study({"--merge"});
   EXPECT_EQ(merge.exit_code, 2);
   EXPECT_NE(merge.err.find("another result for case 0"), std::string::npos) << merge.err;

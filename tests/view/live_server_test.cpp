@@ -8,8 +8,10 @@
 
 #include <array>
 #include <atomic>
+#include <memory>
 #include <regex>
 #include <thread>
+#include <vector>
 
 #include "dyop/core/error.h"
 #include "dyop/view/page_file.h"
@@ -55,6 +57,32 @@ std::string ask(const Address& address, const std::string& method, const std::st
   close(socket);
   return answer;
 }
+
+// Sockets that are connected and say nothing, or only what they are given.
+class Idle {
+ public:
+  Idle(const Address& address, const std::string& words)
+      : socket_(::socket(AF_INET, SOCK_STREAM, 0)) {
+    sockaddr_in to{};
+    to.sin_family = AF_INET;
+    to.sin_port = htons(std::uint16_t(address.port));
+    inet_pton(AF_INET, "127.0.0.1", &to.sin_addr);
+    EXPECT_EQ(connect(socket_, reinterpret_cast<sockaddr*>(&to), sizeof(to)), 0);
+    EXPECT_EQ(send(socket_, words.data(), words.size(), MSG_NOSIGNAL), ssize_t(words.size()));
+  }
+  ~Idle() { close(socket_); }
+  Idle(const Idle&) = delete;
+  Idle& operator=(const Idle&) = delete;
+
+  std::string answer() const {
+    std::array<char, 4096> buffer{};
+    const ssize_t count = recv(socket_, buffer.data(), buffer.size(), 0);
+    return {buffer.data(), std::size_t(std::max<ssize_t>(count, 0))};
+  }
+
+ private:
+  int socket_;
+};
 
 int status_of(const std::string& answer) {
   return std::stoi(answer.substr(answer.find(' ') + 1));
@@ -123,6 +151,36 @@ TEST(LiveServer, KeepsForThePageAtTheEndWhatNobodyAskedFor) {
   server.finish();
   EXPECT_EQ(server.blocks(),
             (std::vector<std::string>{encoder().head(), encoder().span(frame(0))}));
+}
+
+TEST(LiveServer, ReadsNoBodies) {
+  DYOP_SKIP_WITHOUT_SERVER();
+  LiveServer server(encoder());
+  const Address address = parts_of(server.address());
+  const std::string host = " HTTP/1.1\r\nHost: 127.0.0.1:" + std::to_string(address.port) + "\r\n";
+  for (const std::string& path : {std::string("/nothing"), address.path + "pause"}) {
+    // Answered although the body never comes.
+    const Idle long_one(address, "POST " + path + host + "Content-Length: 4000000000\r\n\r\n");
+    EXPECT_EQ(status_of(long_one.answer()), 413);
+    const Idle chunked(address,
+                       "POST " + path + host + "Transfer-Encoding: chunked\r\n\r\nffffff\r\n");
+    EXPECT_EQ(status_of(chunked.answer()), 413);
+  }
+  EXPECT_EQ(state_at(address, 0), "running");
+}
+
+TEST(LiveServer, AnswersWhileOthersSayNothing) {
+  DYOP_SKIP_WITHOUT_SERVER();
+  LiveServer server(encoder());
+  const Address address = parts_of(server.address());
+  std::vector<std::unique_ptr<Idle>> idle;
+  for (int k = 0; k < 40; ++k) idle.push_back(std::make_unique<Idle>(address, "GET /half"));
+  const std::string answer = ask(address, "GET", address.path);
+  EXPECT_EQ(status_of(answer), 200);
+  for (const char* header : {"X-Content-Type-Options: nosniff", "X-Frame-Options: DENY",
+                             "Referrer-Policy: no-referrer"}) {
+    EXPECT_NE(answer.find(header), std::string::npos) << header;
+  }
 }
 
 TEST(LiveServer, RefusesWhoDoesNotKnowItsAddress) {

@@ -1,11 +1,18 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 
 #include "dyop/geometry/triangle_mesh.h"
 
 namespace DYOP_EXPORT dyop {
+
+/// What a file may ask for before it is refused.
+struct MeshFileLimits {
+  /// Bytes that a compressed file may unpack to: a few megabytes can hold gigabytes.
+  std::size_t most_unpacked_bytes = std::size_t{1} << 30;
+};
 
 /// Returns all surfaces of a file as one mesh.
 ///
@@ -23,8 +30,9 @@ namespace DYOP_EXPORT dyop {
 /// otherwise by ear clipping in the plane of its vector area. Lines and points become degenerate
 /// triangles. Groups, materials, normals, colours and weights are ignored.
 /// @throws FileError if the file is missing, empty, truncated or not understood, has no triangle, a
-///         number that is not finite, or an index out of range; with the line if known.
-TriangleMesh load_mesh(const std::filesystem::path& file);
+///         number that is not finite, or an index out of range, with the line if known; or if it
+///         exceeds a limit.
+TriangleMesh load_mesh(const std::filesystem::path& file, const MeshFileLimits& limits = {});
 
 /// Where the origin of a mesh is placed.
 enum class MeshCenter {

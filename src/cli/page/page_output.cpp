@@ -1,25 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cli/page/page_output.h"
 
-#include <unistd.h>
-
-#include <fstream>
-
-#include "dyop/io/file_error.h"
+#include "io/output_file.h"
+#include "view/frames/scratch_folder.h"
 
 namespace dyop::cli {
 namespace {
 
 namespace fs = std::filesystem;
-
-// A file that is gone at the end.
-struct ScratchPage {
-  fs::path file = fs::temp_directory_path() / ("dyop-page-" + std::to_string(getpid()) + ".html");
-  ~ScratchPage() {
-    std::error_code ignored;
-    fs::remove(file, ignored);
-  }
-};
 
 }  // namespace
 
@@ -37,18 +25,16 @@ void add_frame_options(CLI::App& command, FrameOptions& options) {
 }
 
 void write_page(const fs::path& file, const std::string& html) {
-  std::ofstream out(file, std::ios::binary);
-  if (!out) throw FileError(file, "cannot be written");
-  out << html;
-  out.close();
-  if (!out) throw FileError(file, "cannot be written to its end");
+  io_internal::write_whole_file(file, html);
 }
 
 std::int64_t write_page_frames(const std::string& html, const fs::path& out,
                                const FrameOptions& options) {
-  const ScratchPage page;
-  write_page(page.file, html);
-  return write_frames(page.file, out, options);
+  // A folder that only this user can enter: in a shared one others could leave a link of that name.
+  const view_internal::ScratchFolder folder("page");
+  const fs::path page = folder.path() / "page.html";
+  write_page(page, html);
+  return write_frames(page, out, options);
 }
 
 }  // namespace dyop::cli

@@ -17,6 +17,7 @@
 #include "dyop/view/page_file.h"
 #include "dyop/view/recorded_page.h"
 #include "dyop/view/run_follower.h"
+#include "io/output_file.h"
 
 namespace dyop::cli {
 namespace {
@@ -59,6 +60,8 @@ void tell(const ViewArguments& arguments, const char* key, const std::string& va
 }
 
 ExitCode view_recording(const ViewArguments& arguments) {
+  io_internal::require_other_than(arguments.out, {arguments.file});
+  io_internal::require_other_than(arguments.frames, {arguments.file});
   const std::string page = recorded_page_html(arguments.file);
   if (!arguments.out.empty()) {
     write_page(arguments.out, page);
@@ -129,6 +132,7 @@ ExitCode view_live(const ViewArguments& arguments) {
     speed = arguments.frame_options.time_per_second;
     DYOP_REQUIRE(*speed > 0 && std::isfinite(*speed), "speed must be positive, not ", *speed);
   }
+  io_internal::require_other_than(arguments.out, {arguments.file});
   const std::vector<fs::path> directories(arguments.mesh_path.begin(), arguments.mesh_path.end());
   Scene scene = load_scene(arguments.file, directories);
   scene.options.thread_count = arguments.threads;

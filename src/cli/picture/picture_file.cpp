@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cli/picture/picture_file.h"
 
-#include <fstream>
-
 #include "dyop/io/file_error.h"
+#include "io/output_file.h"
 
 namespace dyop::cli {
 namespace {
@@ -31,11 +30,7 @@ void write_picture(const std::filesystem::path& file, const std::string& svg) {
   std::string bytes = svg;
   if (file.extension() == ".png") bytes = png_of(file, svg);
   if (file.extension() == ".html") bytes = page_of(svg);
-  std::ofstream out(file, std::ios::binary);
-  if (!out) throw FileError(file, "cannot be written");
-  out << bytes;
-  out.close();
-  if (!out) throw FileError(file, "cannot be written to its end");
+  io_internal::write_whole_file(file, bytes);
 }
 
 }  // namespace dyop::cli

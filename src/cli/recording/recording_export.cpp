@@ -8,6 +8,7 @@
 #include "dyop/io/scene_recording.h"
 #include "dyop/view/gltf_file.h"
 #include "dyop/view/recorded_page.h"
+#include "io/output_file.h"
 
 namespace dyop::cli {
 namespace {
@@ -22,6 +23,8 @@ void export_frames(const ExportArguments& arguments, const std::string& out) {
 
 ExitCode export_recording(const ExportArguments& arguments) {
   const std::filesystem::path out = arguments.out;
+  for (const std::string& file : {arguments.out, arguments.frames})
+    io_internal::require_other_than(file, {arguments.recording, arguments.scene});
   DYOP_REQUIRE(!arguments.out.empty() || !arguments.frames.empty(),
                "export needs -o FILE or --frames DIR");
   if (!arguments.frames.empty()) export_frames(arguments, arguments.frames);

@@ -11,12 +11,16 @@
 
 #include "dyop/io/file_error.h"
 #include "dyop/io/query_record.h"
+#include "io/digest.h"
 
 namespace dyop::cli {
 namespace {
 
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
+
+// Of a damaged line in a message.
+constexpr std::size_t kShownLetters = 60;
 
 std::string file_name(const Shard& shard) {
   return "shard-" + std::to_string(shard.number) + "-of-" + std::to_string(shard.count) + ".jsonl";
@@ -27,7 +31,27 @@ std::string header_of(const Study& study) {
   return header.dump();
 }
 
-// The whole lines of a file, without their ends.
+// What follows the last member of a line: its digest.
+constexpr std::string_view kDigestKey = ",\"digest\":\"";
+
+// A JSON object on a line, with a digest of its text as the last member.
+std::string sealed(const std::string& line) {
+  std::string text = line.substr(0, line.size() - 1);
+  text += kDigestKey;
+  return text + io_internal::hex_digits(io_internal::digest_of(line)) + "\"}";
+}
+
+// The line that sealed() got.
+std::string unsealed(const fs::path& file, const std::string& text) {
+  const std::size_t place = text.rfind(kDigestKey);
+  const std::string line = text.substr(0, place) + "}";
+  if (place == std::string::npos || text != sealed(line)) {
+    throw FileError(file, "holds a damaged line: " + text.substr(0, kShownLetters));
+  }
+  return line;
+}
+
+// The whole lines of a file, without their ends and digests.
 std::vector<std::string> whole_lines(const fs::path& file) {
   std::ifstream in(file, std::ios::binary);
   std::ostringstream text;
@@ -35,7 +59,7 @@ std::vector<std::string> whole_lines(const fs::path& file) {
   std::vector<std::string> lines;
   std::string rest = text.str();
   for (std::size_t start = 0, end; (end = rest.find('\n', start)) != std::string::npos;) {
-    lines.push_back(rest.substr(start, end - start));
+    lines.push_back(unsealed(file, rest.substr(start, end - start)));
     start = end + 1;
   }
   return lines;
@@ -93,16 +117,16 @@ void ShardFile::keep_whole_lines(const Study& study, const Shard& shard) {
       }
       ++done_;
     }
-    size += off_t(line.size()) + 1;
+    size += off_t(sealed(line).size()) + 1;
   }
   if (ftruncate(descriptor_, size) != 0 || lseek(descriptor_, size, SEEK_SET) != size) {
     throw FileError(file_, "could not be written");
   }
-  if (size == 0) write_all(header_of(study) + '\n');
+  if (size == 0) write_all(sealed(header_of(study)) + '\n');
 }
 
 void ShardFile::append(const std::string& line) {
-  write_all(line + '\n');
+  write_all(sealed(line) + '\n');
   ++done_;
 }
 

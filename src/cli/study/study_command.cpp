@@ -13,6 +13,7 @@
 #include "dyop/io/file_error.h"
 #include "dyop/io/query_record.h"
 #include "dyop/io/run_recording.h"
+#include "io/output_file.h"
 
 namespace dyop::cli {
 namespace {
@@ -175,14 +176,11 @@ ExitCode run_shard(const Study& study, const StudyArguments& arguments) {
 }
 
 void write_results(const fs::path& file, const std::vector<std::string>& lines) {
-  const fs::path partial = file.string() + ".partial";
-  std::ofstream out(partial, std::ios::binary);
+  std::string text;
   for (const std::string& line : lines) {
-    if (!line.empty()) out << line << '\n';
+    if (!line.empty()) text += line + '\n';
   }
-  out.close();
-  if (!out) throw FileError(partial, "could not be written completely");
-  fs::rename(partial, file);
+  io_internal::write_whole_file(file, text);
 }
 
 ExitCode run_merge(const Study& study, const StudyArguments& arguments) {

@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "dyop/io/file_error.h"
+#include "io/digest.h"
 
 namespace dyop::cli {
 namespace {
@@ -29,13 +30,6 @@ Json parse(const fs::path& file, const std::string& text) {
   } catch (const nlohmann::json::exception& error) {
     throw FileError(file, std::string("is not JSON: ") + error.what());
   }
-}
-
-// The 64-bit FNV-1a hash.
-std::uint64_t hash_text(const std::string& text) {
-  std::uint64_t hash = 0xcbf29ce484222325u;
-  for (const char c : text) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3u;
-  return hash;
 }
 
 // The finalizer of SplitMix64 [Steele2014]: neighbouring numbers give unrelated ones.
@@ -72,7 +66,7 @@ Study::Study(const fs::path& file) : file_(file) {
   for (const Sweep& sweep : sweeps_) case_count_ *= std::int64_t(sweep.values.size());
   case_count_ *= samples_;
   std::ostringstream digest;
-  digest << std::hex << mix(hash_text(text) ^ mix(hash_text(scene_text)));
+  digest << std::hex << mix(io_internal::digest_of(text) ^ mix(io_internal::digest_of(scene_text)));
   digest_ = digest.str();
 }
 

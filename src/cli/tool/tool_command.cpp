@@ -6,10 +6,12 @@
 
 #include "cli/commands.h"
 #include "cli/interrupt.h"
+#include "cli/printable_stream.h"
 #include "cli/tool/tool_device.h"
 #include "cli/tool/tool_output.h"
 #include "cli/tool/tool_summary.h"
 #include "dyop/io/haptic_scene_file.h"
+#include "io/output_file.h"
 
 namespace dyop::cli {
 namespace {
@@ -63,7 +65,7 @@ class Report {
   void print() const {
     for (std::size_t k = 0; k < strokes_.size(); ++k) {
       if (strokes_[k].ticks == 0) continue;
-      std::printf("%s: %lld ticks\n", run_.strokes[k].name.c_str(),
+      std::printf("%s: %lld ticks\n", printable(run_.strokes[k].name).c_str(),
                   static_cast<long long>(strokes_[k].ticks));
       print_summary(strokes_[k], run_.scene.obstacles);
     }
@@ -100,7 +102,7 @@ ToolLinks open_links(const ToolArguments& arguments, const HapticRun& run) {
   ToolLinks links;
   if (!arguments.device.empty()) {
     links.device = std::make_unique<LinkedDevice>(arguments.device, run.scene);
-    std::printf("device: %s\n", links.device->name().c_str());
+    std::printf("device: %s\n", printable(links.device->name()).c_str());
     std::fflush(stdout);
   }
   if (!arguments.receiver.empty()) {
@@ -136,6 +138,7 @@ RunnerReport run_recorded(HapticSession& session, const HapticRun& run, Report& 
 
 ExitCode run_tool(const ToolArguments& arguments) {
   if (arguments.is_replay) return replay_tool(arguments.scene);
+  io_internal::require_other_than(arguments.recording, {arguments.scene});
   const InterruptGuard interrupt;
   HapticRun run = load_haptic_run(arguments.scene);
   run.runner.is_paced = arguments.is_paced || !arguments.device.empty();

@@ -3,12 +3,15 @@
 
 #include <cstdio>
 
+#include "cli/printable_stream.h"
+
 namespace dyop::cli {
 namespace {
 
 // A lower bound below the margin is no breach: it may be loose, as that of a tick that was cut off.
 void print_clearance(Scalar least, std::int64_t breaches, const ToolObstacle& obstacle) {
-  const char* name = obstacle.name.c_str();
+  const std::string shown = printable(obstacle.name);
+  const char* name = shown.c_str();
   if (breaches > 0) {
     std::printf("  nearer than the margin %.3g to %s in %lld ticks, never nearer than %.3g\n",
                 obstacle.margin, name, static_cast<long long>(breaches), least);

@@ -69,7 +69,7 @@ std::string lower_case(std::string text) {
   return text;
 }
 
-PolygonMesh read_polygons(const std::filesystem::path& file) {
+PolygonMesh read_polygons(const std::filesystem::path& file, const MeshFileLimits& limits) {
   const bool is_gzip = lower_case(file.extension().string()) == ".gz";
   const std::string extension =
       lower_case((is_gzip ? file.stem() : file.filename()).extension().string());
@@ -81,8 +81,8 @@ PolygonMesh read_polygons(const std::filesystem::path& file) {
     throw FileError(
         file, "compressed meshes are supported only as .obj.gz, .off.gz, .ply.gz and .stl.gz");
   }
-  const std::string bytes =
-      is_gzip ? io_internal::read_gzip_bytes(file) : io_internal::read_bytes(file);
+  const std::string bytes = is_gzip ? io_internal::read_gzip_bytes(file, limits.most_unpacked_bytes)
+                                    : io_internal::read_bytes(file);
   if (bytes.empty()) throw FileError(file, "the file is empty");
   return is_ours ? format->read(file, bytes) : io_internal::read_with_assimp(file);
 }
@@ -112,8 +112,8 @@ TriangleMesh join_and_triangulate(PolygonMesh polygons) {
 
 }  // namespace
 
-TriangleMesh load_mesh(const std::filesystem::path& file) {
-  PolygonMesh polygons = read_polygons(file);
+TriangleMesh load_mesh(const std::filesystem::path& file, const MeshFileLimits& limits) {
+  PolygonMesh polygons = read_polygons(file, limits);
   if (polygons.polygon_count() == 0) throw FileError(file, "the file has no triangles");
   try {
     return join_and_triangulate(std::move(polygons));

@@ -2,11 +2,12 @@
 #include "dyop/io/query_record.h"
 
 #include <algorithm>
-#include <fstream>
+#include <sstream>
 
 #include "dyop/io/result_text.h"
 #include "io/file_bytes.h"
 #include "io/hex_json.h"
+#include "io/output_file.h"
 #include "io/query/record_motion.h"
 #include "io/query/record_shape.h"
 #include "io/result_json.h"
@@ -96,11 +97,10 @@ void print(std::ostream& out, const Json& json, const std::string& indent) {
 }
 
 void write(const std::filesystem::path& file, const Json& json) {
-  std::ofstream out(file, std::ios::binary);
+  std::ostringstream out;
   print(out, json, "\n");
   out << '\n';
-  out.close();
-  if (!out) throw FileError(file, "could not be written");
+  io_internal::write_whole_file(file, out.str());
 }
 
 void add_differences(const std::string& field, const Json* recorded, const Json* now,

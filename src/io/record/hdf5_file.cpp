@@ -1,7 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "io/record/hdf5_file.h"
 
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <string_view>
 #include <utility>
+
+#include "io/digest.h"
 
 namespace dyop::io_internal {
 namespace {
@@ -9,6 +17,37 @@ namespace {
 // Bytes of chunks that a dataset caches in memory, and slots in the table of chunks.
 constexpr std::size_t kChunkCacheBytes = std::size_t{4} << 20;
 constexpr std::size_t kChunkCacheSlots = 12'421;
+
+// Times that metadata whose checksum is wrong is read again, as a writer may be at it; HDF5 waits
+// twice as long each time, from a nanosecond on: some 30 ms in all. Its default of 100 never ends.
+constexpr unsigned kMetadataReadAttempts = 24;
+
+// Other openings of the file keep their own locks, which closing this one must not release.
+bool lock_for_writing(int descriptor) {
+  struct flock whole {};
+  whole.l_type = F_WRLCK;
+  whole.l_whence = SEEK_SET;
+  return ::fcntl(descriptor, F_OFD_SETLK, &whole) == 0;
+}
+
+// True for what a recording may replace.
+bool is_recording_or_empty(const std::filesystem::path& file) {
+  std::error_code error;
+  return std::filesystem::file_size(file, error) == 0 || H5Fis_hdf5(file.c_str()) > 0;
+}
+
+// Bytes of rows that share a digest, and rows of a chunk of digests.
+constexpr std::uint64_t kDigestBytes = 1 << 16;
+constexpr hsize_t kDigestRows = 64;
+
+// Columns of a dataset of one or two dimensions.
+hsize_t columns_of(hid_t dataset) {
+  const Hdf5Handle space(H5Dget_space(dataset), &H5Sclose);
+  std::array<hsize_t, 2> extent{0, 1};
+  const int rank = H5Sget_simple_extent_ndims(space.get());
+  if (rank == 2) H5Sget_simple_extent_dims(space.get(), extent.data(), nullptr);
+  return extent[1];
+}
 
 // HDF5's innermost error message.
 std::string innermost_message() {
@@ -65,6 +104,26 @@ Hdf5RowType& Hdf5RowType::add_array(const char* name, std::size_t offset, hid_t 
   return add(name, offset, array.get());
 }
 
+FileLock::FileLock(const std::filesystem::path& file)
+    : descriptor_(::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666)) {
+  if (descriptor_ < 0) {
+    throw FileError(file, std::string("could not be written: ") + std::strerror(errno));
+  }
+  if (!lock_for_writing(descriptor_)) {
+    ::close(std::exchange(descriptor_, -1));
+    throw FileError(file, "is being recorded to by another run");
+  }
+}
+
+FileLock::~FileLock() {
+  if (descriptor_ >= 0) ::close(descriptor_);
+}
+
+FileLock& FileLock::operator=(FileLock&& other) noexcept {
+  std::swap(descriptor_, other.descriptor_);
+  return *this;
+}
+
 Hdf5File::Hdf5File(std::filesystem::path path, hid_t file)
     : path_(std::move(path)), file_(file, &H5Fclose) {}
 
@@ -75,26 +134,86 @@ void Hdf5File::fail(const std::string& problem) const {
 
 Hdf5File Hdf5File::create(const std::filesystem::path& file) {
   const QuietHdf5 quiet;
+  FileLock lock(file);
+  if (!is_recording_or_empty(file)) {
+    throw FileError(file, "exists and is not a recording, so it is not replaced");
+  }
   const Hdf5Handle access(H5Pcreate(H5P_FILE_ACCESS), &H5Pclose);
   H5Pset_libver_bounds(access.get(), H5F_LIBVER_V110, H5F_LIBVER_V110);
   Hdf5File result(file, H5Fcreate(file.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access.get()));
   if (result.get() < 0) result.fail("could not be written");
+  result.lock_ = std::move(lock);
   return result;
 }
 
 Hdf5File Hdf5File::open(const std::filesystem::path& file) {
   const QuietHdf5 quiet;
   if (!std::filesystem::exists(file)) throw FileError(file, "no such file");
-  Hdf5File result(file, H5Fopen(file.c_str(), H5F_ACC_RDONLY | H5F_ACC_SWMR_READ, H5P_DEFAULT));
+  const Hdf5Handle access(H5Pcreate(H5P_FILE_ACCESS), &H5Pclose);
+  H5Pset_metadata_read_attempts(access.get(), kMetadataReadAttempts);
+  Hdf5File result(file, H5Fopen(file.c_str(), H5F_ACC_RDONLY | H5F_ACC_SWMR_READ, access.get()));
   if (result.get() < 0) {  // repacked into the format that older programs read
     result.file_ = Hdf5Handle(H5Fopen(file.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), &H5Fclose);
   }
   if (result.get() < 0) result.fail("is not a readable HDF5 file");
+  result.read_digests();
   return result;
+}
+
+namespace {
+
+constexpr const char* kDigests = "digests";
+
+std::string_view name_of(const BlockDigest& digest) {
+  return {digest.dataset.data(), ::strnlen(digest.dataset.data(), digest.dataset.size())};
+}
+
+Hdf5RowType digest_row() {
+  Hdf5RowType row(sizeof(BlockDigest));
+  const Hdf5Handle name(H5Tcopy(H5T_C_S1), &H5Tclose);
+  H5Tset_size(name.get(), sizeof(BlockDigest::dataset));
+  row.add("dataset", offsetof(BlockDigest, dataset), name.get())
+      .add("first", offsetof(BlockDigest, first), H5T_NATIVE_UINT64)
+      .add("count", offsetof(BlockDigest, count), H5T_NATIVE_UINT64)
+      .add("digest", offsetof(BlockDigest, digest), H5T_NATIVE_UINT64);
+  return row;
+}
+
+}  // namespace
+
+// Not HDF5's own checksums: those of a chunk that is still filled are wrong for a moment whenever
+// rows are added, which breaks what readers of a running or killed run are promised.
+void Hdf5File::write_digests() {
+  std::vector<BlockDigest> all;
+  for (const std::string& name : written_) {
+    const Hdf5Handle dataset(H5Dopen2(get(), name.c_str(), H5P_DEFAULT), &H5Dclose);
+    const Hdf5Handle type(H5Dget_type(dataset.get()), &H5Tclose);
+    for (BlockDigest& digest :
+         Hdf5Dataset::open(*this, name.c_str(), type.get(), columns_of(dataset.get()))
+             .digests_of_all()) {
+      name.copy(digest.dataset.data(), digest.dataset.size() - 1);
+      all.push_back(digest);
+    }
+  }
+  if (H5Lexists(get(), kDigests, H5P_DEFAULT) <= 0) return;  // never shared with readers
+  Hdf5Dataset rows = Hdf5Dataset::open(*this, kDigests, digest_row().get(), 1);
+  rows.append(all.data(), all.size());
+  rows.flush();
+}
+
+void Hdf5File::read_digests() {
+  if (H5Lexists(get(), kDigests, H5P_DEFAULT) <= 0) return;
+  const Hdf5Dataset rows = Hdf5Dataset::open(*this, kDigests, digest_row().get(), 1);
+  std::vector<BlockDigest> digests(rows.length());
+  rows.read(0, rows.length(), digests.data());
+  digests_ = std::move(digests);
 }
 
 void Hdf5File::share_with_readers() {
   const QuietHdf5 quiet;
+  const std::vector<std::string> recorded = written_;
+  { const Hdf5Dataset digests(*this, kDigests, digest_row().get(), 1, kDigestRows); }
+  written_ = recorded;
   if (H5Fstart_swmr_write(get()) < 0) fail("cannot be shared with readers");
 }
 
@@ -148,9 +267,11 @@ std::int64_t Hdf5File::integer_attribute(const char* name) const {
 
 void Hdf5File::close() {
   const QuietHdf5 quiet;
+  write_digests();
   const bool is_written = H5Fflush(get(), H5F_SCOPE_GLOBAL) >= 0;
   if (!is_written) fail("could not be written completely");
   file_.reset();
+  lock_ = FileLock();
 }
 
 Hdf5Dataset::Hdf5Dataset(Hdf5File& file, const char* name, hid_t type, hsize_t columns,
@@ -168,6 +289,7 @@ Hdf5Dataset::Hdf5Dataset(Hdf5File& file, const char* name, hid_t type, hsize_t c
       H5Dcreate2(file.get(), name, type, space.get(), H5P_DEFAULT, options.get(), H5P_DEFAULT),
       &H5Dclose);
   check(dataset_.get() >= 0, "could not be created");
+  file.written_.emplace_back(name);
 }
 
 Hdf5Dataset Hdf5Dataset::open(Hdf5File& file, const char* name, hid_t type, hsize_t columns) {
@@ -182,6 +304,7 @@ Hdf5Dataset Hdf5Dataset::open(Hdf5File& file, const char* name, hid_t type, hsiz
   result.dataset_ = Hdf5Handle(H5Dopen2(file.get(), name, access.get()), &H5Dclose);
   result.check(result.dataset_.get() >= 0, "is missing");
   result.find_length();
+  result.find_digests();
   return result;
 }
 
@@ -239,10 +362,68 @@ void Hdf5Dataset::require(std::uint64_t first, std::uint64_t count) const {
   check(first <= length_ && count <= length_ - first, "is shorter than it should be");
 }
 
+// The bytes as they are in the file, eight at a time.
+std::uint64_t Hdf5Dataset::digest_of_rows(std::uint64_t first, std::uint64_t count) const {
+  const Hdf5Handle type(H5Dget_type(dataset_.get()), &H5Tclose);
+  const std::size_t size = H5Tget_size(type.get()) * columns_ * count;
+  std::vector<std::uint64_t> words((size + sizeof(std::uint64_t) - 1) / sizeof(std::uint64_t));
+  const Hdf5Handle file_rows = select(first, count);
+  const Hdf5Handle memory_rows = rows_in_memory(count);
+  check(H5Dread(dataset_.get(), type.get(), memory_rows.get(), file_rows.get(), H5P_DEFAULT,
+                words.data()) >= 0,
+        "could not be read");
+  return digest_of(words);
+}
+
+std::vector<BlockDigest> Hdf5Dataset::digests_of_all() const {
+  const Hdf5Handle type(H5Dget_type(dataset_.get()), &H5Tclose);
+  const std::uint64_t row_bytes = std::max<std::uint64_t>(H5Tget_size(type.get()) * columns_, 1);
+  const std::uint64_t block = std::max<std::uint64_t>(kDigestBytes / row_bytes, 1);
+  std::vector<BlockDigest> digests;
+  for (std::uint64_t first = 0; first < length_; first += block) {
+    BlockDigest& digest = digests.emplace_back();
+    digest.first = first;
+    digest.count = std::min(block, length_ - first);
+    digest.digest = digest_of_rows(digest.first, digest.count);
+  }
+  return digests;
+}
+
+// Takes those of this dataset from the file's, if it has any.
+void Hdf5Dataset::find_digests() {
+  if (file_->digests_.empty()) return;
+  for (const BlockDigest& digest : file_->digests_) {
+    if (name_of(digest) == name_) digests_.push_back(digest);
+  }
+  std::uint64_t next = 0;
+  for (const BlockDigest& digest : digests_) {
+    const bool is_in_place = digest.first == next && digest.count > 0 &&
+                             digest.count <= digests_.front().count &&
+                             digest.count <= length_ - next;
+    check(is_in_place, "is damaged: its digests do not fit");
+    next += digest.count;
+  }
+  check(next == length_, "is damaged: its digests do not fit");
+  is_checked_.assign(digests_.size(), false);
+}
+
+// Each block is checked when one of its rows is read for the first time.
+void Hdf5Dataset::check_digests(std::uint64_t first, std::uint64_t count) const {
+  if (digests_.empty()) return;
+  const std::uint64_t block_rows = digests_.front().count;
+  for (std::uint64_t k = first / block_rows; k <= (first + count - 1) / block_rows; ++k) {
+    if (is_checked_[k]) continue;
+    const BlockDigest& block = digests_[k];
+    check(digest_of_rows(block.first, block.count) == block.digest, "is damaged");
+    is_checked_[k] = true;
+  }
+}
+
 void Hdf5Dataset::read(std::uint64_t first, std::uint64_t count, void* rows) const {
   if (count == 0) return;
   const QuietHdf5 quiet;
   require(first, count);
+  check_digests(first, count);
   const Hdf5Handle file_rows = select(first, count);
   const Hdf5Handle memory_rows = rows_in_memory(count);
   check(H5Dread(dataset_.get(), type_.get(), memory_rows.get(), file_rows.get(), H5P_DEFAULT,

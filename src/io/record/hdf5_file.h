@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "dyop/io/file_error.h"
@@ -60,9 +61,34 @@ class Hdf5RowType {
   Hdf5Handle type_;
 };
 
+/// Keeps other writers, here and in other processes, away from a file. Readers are not kept away.
+class FileLock {
+ public:
+  FileLock() = default;
+  /// Creates the file if it is missing.
+  /// @throws FileError if it cannot be written, or has a writer.
+  explicit FileLock(const std::filesystem::path& file);
+  ~FileLock();
+  FileLock(FileLock&& other) noexcept : descriptor_(std::exchange(other.descriptor_, -1)) {}
+  FileLock& operator=(FileLock&& other) noexcept;
+
+ private:
+  int descriptor_ = -1;
+};
+
+/// The digest of some rows of a dataset. close() writes those of all rows; a file whose writer was
+/// killed, or still writes, has none.
+struct BlockDigest {
+  std::array<char, 32> dataset{};
+  std::uint64_t first = 0;  ///< row
+  std::uint64_t count = 0;
+  std::uint64_t digest = 0;
+};
+
 class Hdf5File {
  public:
-  /// Replaces the file.
+  /// Replaces a file that is a recording, or empty; any other file is refused, and so is one that
+  /// another process or writer is recording to.
   static Hdf5File create(const std::filesystem::path& file);
   /// For reading, even while another process writes it.
   static Hdf5File open(const std::filesystem::path& file);
@@ -81,8 +107,15 @@ class Hdf5File {
 
  private:
   Hdf5File(std::filesystem::path path, hid_t file);
+  friend class Hdf5Dataset;
+  void write_digests();
+  void read_digests();
+
   std::filesystem::path path_;
+  FileLock lock_;
   Hdf5Handle file_;
+  std::vector<std::string> written_;  // names of datasets
+  std::vector<BlockDigest> digests_;  // of a file that is read, by dataset and row
 };
 
 /// A dataset that grows: rows of one type, or of `columns` numbers.
@@ -93,6 +126,8 @@ class Hdf5Dataset {
 
   void append(const void* rows, std::size_t count);
   void flush();
+  /// Of all rows, in blocks of one size; the last may be shorter.
+  std::vector<BlockDigest> digests_of_all() const;
   std::uint64_t length() const { return length_; }
   /// Throws unless these rows exist.
   void require(std::uint64_t first, std::uint64_t count) const;
@@ -103,6 +138,9 @@ class Hdf5Dataset {
   void find_length();
   void check(bool is_good, const char* what) const;
   Hdf5Handle select(std::uint64_t first, std::uint64_t count) const;
+  std::uint64_t digest_of_rows(std::uint64_t first, std::uint64_t count) const;
+  void find_digests();
+  void check_digests(std::uint64_t first, std::uint64_t count) const;
   Hdf5Handle rows_in_memory(std::uint64_t count) const;
 
   Hdf5File* file_ = nullptr;
@@ -111,6 +149,8 @@ class Hdf5Dataset {
   Hdf5Handle type_;
   hsize_t columns_ = 1;
   std::uint64_t length_ = 0;
+  std::vector<BlockDigest> digests_;      // of a file that its writer closed, by row
+  mutable std::vector<bool> is_checked_;  // by block
 };
 
 }  // namespace dyop::io_internal

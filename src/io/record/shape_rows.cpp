@@ -6,6 +6,7 @@
 
 #include "dyop/core/error.h"
 #include "geometry/shape_forms.h"
+#include "io/digest.h"
 
 namespace dyop::io_internal {
 namespace {
@@ -15,16 +16,6 @@ using geometry_internal::ShapeForm;
 using geometry_internal::ShapeNumber;
 using geometry_internal::ShapeSink;
 using geometry_internal::visit_shape;
-
-// FNV-1a, 64 bits.
-std::uint64_t hash_of(const std::string& bytes) {
-  std::uint64_t hash = 0xcbf29ce484222325u;
-  for (const char byte : bytes) {
-    hash ^= static_cast<unsigned char>(byte);
-    hash *= 0x100000001b3u;
-  }
-  return hash;
-}
 
 template <typename Number>
 void put(std::string& bytes, std::span<const Number> numbers) {
@@ -72,13 +63,6 @@ std::string content_of(const Shape& shape) {
                                  put(bytes, std::span<const Scalar>(values));
                                }});
   return bytes;
-}
-
-std::string hex_digits(std::uint64_t value) {
-  std::string digits(16, '0');
-  for (std::size_t i = digits.size(); i-- > 0; value >>= 4)
-    digits[i] = "0123456789abcdef"[value & 15u];
-  return digits;
 }
 
 std::vector<Vector3> vertices_of(const Json& line, const ShapeRows& rows) {
@@ -143,7 +127,7 @@ RigidPose pose_from_numbers(const Json& json) {
 }
 
 std::uint64_t content_hash(const Shape& shape) {
-  return hash_of(content_of(shape));
+  return digest_of(content_of(shape));
 }
 
 std::size_t ShapeWriter::add(const std::shared_ptr<const Shape>& shape, std::string& lines,
@@ -152,7 +136,7 @@ std::size_t ShapeWriter::add(const std::shared_ptr<const Shape>& shape, std::str
                                  [&](const Stored& stored) { return stored.shape == shape; });
   if (same != stored_.end()) return std::size_t(same - stored_.begin());
   const std::string content = content_of(*shape);
-  const std::uint64_t hash = hash_of(content);
+  const std::uint64_t hash = digest_of(content);
   for (std::size_t k = 0; k < stored_.size(); ++k) {
     if (stored_[k].hash == hash && content_of(*stored_[k].shape) == content) return k;
   }

@@ -2,10 +2,10 @@
 #include "dyop/io/scene_generator.h"
 
 #include <algorithm>
-#include <fstream>
 
 #include "dyop/core/error.h"
 #include "dyop/io/file_error.h"
+#include "io/output_file.h"
 #include "io/scene/scene_builder.h"
 
 namespace dyop {
@@ -30,14 +30,6 @@ const std::vector<KindRow>& kind_rows() {
       {{"cradle", "balls", 2, 100}, io_internal::make_cradle},
       {{"bolt", "turns of the nut", 1, 100}, io_internal::make_bolt}};
   return rows;
-}
-
-void write_text(const std::filesystem::path& file, const std::string& text) {
-  std::ofstream out(file, std::ios::binary);
-  if (!out) throw FileError(file, "could not be written");
-  out << text;
-  out.close();
-  if (!out) throw FileError(file, "could not be written completely");
 }
 
 }  // namespace
@@ -67,8 +59,9 @@ GeneratedScene generate_scene(const std::string& kind, int n) {
 }
 
 void write_generated_scene(const GeneratedScene& scene, const std::filesystem::path& file) {
-  for (const auto& [name, text] : scene.meshes) write_text(file.parent_path() / name, text);
-  write_text(file, scene.text);
+  for (const auto& [name, text] : scene.meshes)
+    io_internal::write_whole_file(file.parent_path() / name, text);
+  io_internal::write_whole_file(file, scene.text);
 }
 
 }  // namespace dyop

@@ -112,12 +112,14 @@ void bind_mesh_files(py::module_& m) {
       .value("Mass", MeshCenter::Mass, "Centre of mass.");
   m.def(
       "load_mesh",
-      [](const py::object& file) {
+      [](const py::object& file, std::size_t most_unpacked_bytes) {
         const auto path = path_of(file);
         const py::gil_scoped_release unlocked;
-        return std::make_shared<TriangleMesh>(load_mesh(path));
+        return std::make_shared<TriangleMesh>(load_mesh(path, {most_unpacked_bytes}));
       },
-      py::arg("file"), "All surfaces of an OBJ, OFF, PLY or STL file (and .gz) as one mesh.");
+      py::arg("file"), py::kw_only(),
+      py::arg("most_unpacked_bytes") = MeshFileLimits().most_unpacked_bytes,
+      "All surfaces of an OBJ, OFF, PLY or STL file (and .gz) as one mesh.");
   m.def(
       "place_mesh",
       [](const TriangleMesh& mesh, Scalar scale, MeshCenter center, bool is_shell) {

@@ -6,12 +6,13 @@
 #include <array>
 #include <cmath>
 #include <cstring>
-#include <fstream>
 #include <map>
 #include <span>
+#include <sstream>
 
 #include "dyop/io/file_error.h"
 #include "dyop/io/recording_reader.h"
+#include "io/output_file.h"
 #include "view/gltf/animation_keys.h"
 #include "view/shape_surface.h"
 
@@ -273,14 +274,14 @@ void write_gltf(const std::filesystem::path& recording, const std::filesystem::p
   scene.nodes = {0};
   writer.model().scenes = {scene};
   writer.model().defaultScene = 0;
-  std::ofstream file(out, std::ios::binary);
-  if (!file) throw FileError(out, "cannot be written");
+  std::ostringstream bytes;
   constexpr bool kPretty = false;
   constexpr bool kBinary = true;
   const bool is_written =
-      tinygltf::TinyGLTF().WriteGltfSceneToStream(&writer.model(), file, kPretty, kBinary);
-  file.close();
-  if (!is_written || !file) throw FileError(out, "cannot be written to its end");
+      tinygltf::TinyGLTF().WriteGltfSceneToStream(&writer.model(), bytes, kPretty, kBinary);
+  if (!is_written) throw FileError(out, "cannot be written as glTF");
+  io_internal::require_other_than(out, {recording});
+  io_internal::write_whole_file(out, bytes.str());
 }
 
 }  // namespace dyop

@@ -26,6 +26,11 @@ constexpr std::chrono::milliseconds kWait{1};
 constexpr int kMostWaits = 5000;
 constexpr std::size_t kBytesOfAnswer = 1 << 20;
 constexpr std::size_t kSegmentsOfBlock = 20000;
+constexpr int kMethodNotAllowed = 405;
+constexpr int kPayloadTooLarge = 413;
+// Idle connections hold a worker each until they time out: more than a browser opens.
+constexpr std::size_t kWorkers = 64;
+constexpr time_t kSecondsToRead = 2;
 
 // 128 bits that another page cannot guess.
 std::string random_name() {
@@ -103,6 +108,16 @@ struct LiveServer::Impl {
     response.set_content(std::move(bytes), "application/octet-stream");
   }
 
+  // The status of a request that is refused before its body is read; 0 for others.
+  static int refusal_of(const httplib::Request& request) {
+    if (request.method != "GET" && request.method != "HEAD" && request.method != "POST")
+      return kMethodNotAllowed;
+    const std::string length = request.get_header_value("Content-Length");
+    const bool has_body =
+        request.has_header("Transfer-Encoding") || !(length.empty() || length == "0");
+    return has_body ? kPayloadTooLarge : 0;
+  }
+
   void add_routes() {
     const std::string at = "/" + name + "/";
     // By default two servers may share a port.
@@ -110,12 +125,22 @@ struct LiveServer::Impl {
       const int yes = 1;
       setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof(yes));
     });
+    server.new_task_queue = [] { return new httplib::ThreadPool(kWorkers); };
+    server.set_read_timeout(kSecondsToRead);
+    server.set_keep_alive_timeout(kSecondsToRead);
+    server.set_payload_max_length(0);
+    server.set_default_headers({{"X-Content-Type-Options", "nosniff"},
+                                {"X-Frame-Options", "DENY"},
+                                {"Content-Security-Policy", "frame-ancestors 'none'"},
+                                {"Referrer-Policy", "no-referrer"}});
     // A page of another site that resolves its own name to this machine is refused.
     server.set_pre_routing_handler([this](const auto& request, auto& response) {
       const std::string host = request.get_header_value("Host");
       const std::string own = std::string(kHost) + ":" + std::to_string(port);
-      if (host == own) return httplib::Server::HandlerResponse::Unhandled;
-      response.status = kForbidden;
+      const int refusal = host != own ? kForbidden : refusal_of(request);
+      if (refusal == 0) return httplib::Server::HandlerResponse::Unhandled;
+      response.status = refusal;
+      response.set_header("Connection", "close");  // a body that is not read follows
       return httplib::Server::HandlerResponse::Handled;
     });
     server.Get(at, [this](const auto&, auto& response) {

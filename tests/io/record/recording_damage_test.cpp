@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <bit>
+#include <chrono>
+#include <map>
+#include <random>
+#include <thread>
+
+#include "dyop/io/file_error.h"
+#include "dyop/io/recording_reader.h"
+#include "dyop/io/recording_writer.h"
+#include "io/digest.h"
+#include "io/record/recorded_world.h"
+#include "support/message_of.h"
+#include "support/temporary_directory.h"
+
+namespace dyop {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::TemporaryDirectory;
+
+void add_bits(std::string& bytes, Scalar x) {
+  const auto bits = std::bit_cast<std::array<char, sizeof x>>(x);
+  bytes.append(bits.begin(), bits.end());
+}
+
+// All that a reader tells of a recording.
+std::uint64_t content_of(const fs::path& file) {
+  const RecordingReader reader(file);
+  std::string bytes = reader.header().title + reader.header().scene;
+  for (std::size_t k = 0; k < reader.frames().size(); ++k) {
+    const RecordedFrame& frame = reader.frames()[k];
+    for (const Scalar x : {frame.interval.begin, frame.interval.end, frame.kinetic_energy})
+      add_bits(bytes, x);
+    for (std::size_t body = 0; body < reader.bodies().size(); ++body) {
+      for (const Scalar part : {0.0, 0.37, 1.0}) {
+        const Scalar t = frame.interval.begin + part * frame.interval.length();
+        const auto X_WB = reader.pose(BodyId(body), t);
+        for (const Scalar x : X_WB.translation()) add_bits(bytes, x);
+        for (const Scalar x : X_WB.rotation().reshaped()) add_bits(bytes, x);
+      }
+    }
+    for (const PairRecord& pair : reader.pairs(k)) {
+      add_bits(bytes, pair.gap_lower);
+      for (const PairContact& contact : pair.contacts) add_bits(bytes, contact.impulse_W.z());
+    }
+  }
+  for (const ImpactEvent& impact : reader.impacts()) {
+    add_bits(bytes, impact.t);
+    add_bits(bytes, Scalar(impact.contacts.size()));
+  }
+  return io_internal::digest_of(bytes);
+}
+
+enum class Outcome { SameContent, Error, OtherContent, Crash, Hang };
+
+// Reads the file in a process of its own, which may take two seconds.
+Outcome read_in_child(const fs::path& file, std::uint64_t expected) {
+  const pid_t child = fork();
+  if (child == 0) {
+    try {
+      _exit(content_of(file) == expected ? 0 : 2);
+    } catch (const Error&) {
+      _exit(1);
+    } catch (...) {
+      _exit(3);
+    }
+  }
+  int status = 0;
+  const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(2);
+  while (waitpid(child, &status, WNOHANG) == 0) {
+    if (std::chrono::steady_clock::now() > deadline) {
+      kill(child, SIGKILL);
+      waitpid(child, &status, 0);
+      return Outcome::Hang;
+    }
+    std::this_thread::sleep_for(std::chrono::microseconds(300));
+  }
+  if (!WIFEXITED(status) || WEXITSTATUS(status) > 2) return Outcome::Crash;
+  constexpr std::array kOutcomes{Outcome::SameContent, Outcome::Error, Outcome::OtherContent};
+  return kOutcomes[std::size_t(WEXITSTATUS(status))];
+}
+
+TEST(RecordingDamage, OfOneBitIsAnErrorOrChangesNothing) {
+  const TemporaryDirectory directory;
+  const fs::path file = directory.path() / "run.h5";
+  testing::record_busy_run(file);
+  const std::uint64_t expected = content_of(file);
+  const std::string whole = TemporaryDirectory::read(file);
+  std::mt19937_64 random(20261123);
+  std::map<Outcome, int> outcomes;
+  for (int k = 0; k < 300; ++k) {
+    std::string damaged = whole;
+    // Metadata stands in the first kilobytes, half of the flips with it.
+    const std::size_t range =
+        k % 2 == 0 ? whole.size() : std::min<std::size_t>(whole.size(), 20'000);
+    const std::size_t place = random() % range;
+    damaged[place] = char(damaged[place] ^ (1 << (random() % 8)));
+    directory.write("run.h5", damaged);
+    const Outcome outcome = read_in_child(file, expected);
+    ++outcomes[outcome];
+    EXPECT_NE(outcome, Outcome::Hang) << "byte " << place;
+    EXPECT_NE(outcome, Outcome::Crash) << "byte " << place;
+    EXPECT_NE(outcome, Outcome::OtherContent) << "byte " << place;
+  }
+  EXPECT_GT(outcomes[Outcome::Error], 30);
+}
+
+TEST(RecordingDamage, AFileHasOneWriter) {
+  const TemporaryDirectory directory;
+  const fs::path file = directory.path() / "run.h5";
+  {
+    const RecordingWriter first(file, testing::busy_header());
+    const std::string message = testing::message_of<FileError>(
+        [&] { const RecordingWriter second(file, testing::busy_header()); });
+    EXPECT_NE(message.find("is being recorded to by another run"), std::string::npos) << message;
+    EXPECT_NO_THROW(RecordingReader{file});
+  }
+  EXPECT_NO_THROW((RecordingWriter{file, testing::busy_header()}));
+}
+
+}  // namespace
+}  // namespace dyop
