@@ -37,6 +37,16 @@ void add_witness(PageGap& gap, const Shape& a, const RigidPose& X_WA, const Shap
   gap.witness_W = {result.p_WCa, result.p_WCb};
 }
 
+void place_impact(ImpactEvent& event, const Shape& a, const RigidPose& X_WA, const Shape& b,
+                  const RigidPose& X_WB) {
+  if (!event.toi.contact) return;
+  const DistanceResult result = distance(a, X_WA, b, X_WB);
+  if (result.status != DistanceStatus::Separated) return;
+  static_cast<WitnessPair&>(*event.toi.contact) = result;
+  event.toi.X_WA = X_WA;
+  event.toi.X_WB = X_WB;
+}
+
 const char* undecided_words(AdvanceStatus status) {
   switch (status) {
     case AdvanceStatus::BudgetExhausted:

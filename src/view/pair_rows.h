@@ -14,6 +14,12 @@ void add_pair(const PairRecord& pair, const TimeInterval& frame, PageSpan& span)
 void add_witness(PageGap& gap, const Shape& a, const RigidPose& X_WA, const Shape& b,
                  const RigidPose& X_WB, DistanceCache& cache);
 
+/// Puts the witness points, normal and bounds of an impact where the shapes are at these poses, the
+/// committed ones. Where a force acts, the poses of the impact's own query differ from them, and its
+/// points would float beside the bodies. A pair that overlaps here keeps what it has.
+void place_impact(ImpactEvent& event, const Shape& a, const RigidPose& X_WA, const Shape& b,
+                  const RigidPose& X_WB);
+
 /// The mark of an advance that did not reach its end, or null.
 const char* undecided_words(AdvanceStatus status);
 

@@ -176,6 +176,7 @@ class RecordedPage {
     for (; next_impact_ < impacts.size() && impacts[next_impact_].t <= recorded.interval.end;
          ++next_impact_) {
       span_.impacts.push_back(impacts[next_impact_]);
+      place(span_.impacts.back());
     }
     const auto events = reader_.events();
     for (; next_event_ < events.size() && events[next_event_].t <= recorded.interval.end;
@@ -183,6 +184,13 @@ class RecordedPage {
       span_.marks.push_back(mark_of(events[next_event_], encoder_.scene(), recorded.status));
     }
     add_pairs(k, recorded.interval);
+  }
+
+  void place(ImpactEvent& event) {
+    const std::vector<PageBody>& bodies = encoder_.scene().bodies;
+    view_internal::place_impact(event, *bodies.at(event.a.slot).shape,
+                                reader_.pose(event.a, event.t), *bodies.at(event.b.slot).shape,
+                                reader_.pose(event.b, event.t));
   }
 
   // Those that begin before t.

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <span>
+#include <tuple>
 
 #include "dyop/motion/rest_motion.h"
 #include "view/pair_rows.h"
@@ -36,6 +37,20 @@ void add_witnesses(const World& world, std::span<PageGap> gaps) {
     view_internal::add_witness(gap, *world.body(gap.a).shape, world.state(gap.a).X_WB,
                                *world.body(gap.b).shape, world.state(gap.b).X_WB, cache);
   }
+}
+
+// On the committed motions, which end with the step at whose end the event is.
+void place_event(ImpactEvent& event, const AdvanceReport& report, const World& world) {
+  const auto step = std::ranges::find_if(report.steps, [&](const CommittedStep& one) {
+    return one.interval.begin <= event.t && event.t <= one.interval.end;
+  });
+  const auto [a, b] = std::pair(std::size_t(event.a.slot), std::size_t(event.b.slot));
+  if (step == report.steps.end() || std::max(a, b) >= step->motions.size()) return;
+  const auto& [motion_a, motion_b] = std::tie(step->motions[a], step->motions[b]);
+  if (motion_a == nullptr || motion_b == nullptr) return;
+  if (!world.has_body(event.a) || !world.has_body(event.b)) return;
+  view_internal::place_impact(event, *world.body(event.a).shape, motion_a->pose(event.t),
+                              *world.body(event.b).shape, motion_b->pose(event.t));
 }
 
 }  // namespace
@@ -143,6 +158,7 @@ PageSpan RunFollower::follow(const AdvanceReport& report, const World& world) {
   add_segments(report, span);
   add_frame(report, world, span);
   span.impacts = report.impacts;
+  for (ImpactEvent& event : span.impacts) place_event(event, report, world);
   add_pairs(world, span);
   add_marks(report, world, span);
   return span;

@@ -31,5 +31,13 @@ let page = fs.readFileSync(path.join(here, 'index.html'), 'utf8');
 page = fill(page, '/*style*/', text('style.css').replaceAll('</style', '<\\/style'));
 page = fill(page, '/*script*/', text('script.js').replaceAll('</script', '<\\/script'));
 page = fill(page, '%version%', version);
+// The licence texts of the packages that are in the page, as their licences ask.
+const notices = ['three', 'uplot'].map((name) => {
+  const folder = path.join(modules, name);
+  const packed = JSON.parse(fs.readFileSync(path.join(folder, 'package.json'), 'utf8'));
+  return `${name} ${packed.version}\n\n${fs.readFileSync(path.join(folder, 'LICENSE'), 'utf8').trim()}\n`;
+});
+const escaped = (words) => words.replaceAll('&', '&amp;').replaceAll('<', '&lt;');
+page = fill(page, '<!--notices-->', escaped(notices.join('\n\n')));
 fs.mkdirSync(path.dirname(out), {recursive: true});
 fs.writeFileSync(out, page);

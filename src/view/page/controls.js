@@ -166,6 +166,7 @@ function addTabs(player) {
     tab.addEventListener('click', () => {
       for (const other of tabs) {
         other.setAttribute('aria-selected', String(other === tab));
+        other.tabIndex = other === tab ? 0 : -1;
         document.getElementById(`tab-${other.dataset.tab}`).hidden = other !== tab;
       }
       player.notify();
@@ -192,6 +193,8 @@ function addHelp(actions) {
     element('p', {class: 'dim'}, 'Drag turns the camera, right drag or two fingers move it, the wheel ' +
       'zooms. On the time axis the wheel zooms, a double click shows all. Pink lines are impacts, ' +
       'triangles are marks: what fell asleep or woke, stalled, or stayed undecided.'),
+    element('details', {}, element('summary', {}, 'Licences of what this page contains'),
+            element('pre', {id: 'licences'}, document.getElementById('notices').content.textContent)),
     element('form', {method: 'dialog'}, element('button', {}, 'Close')));
 }
 

@@ -173,14 +173,13 @@ export class Player {
     this.stage.select(this.chosen.body, this.t);
     this.stage.render();
     this.#showLabel();
-    this.timeline.draw(this.t);
+    this.timeline.draw(this.t, !this.isPlaying);
     this.curves.update(this.t);
     this.panel.showData(this.t, this.chosen, this.overlays.shown);
     this.panel.showEvents(this.t);
     this.panel.showBodies(this.stage.colors, this.chosen);
     const span = this.run.end - this.run.begin;
-    this.clock.innerHTML = '';
-    this.clock.append(timeText(this.t, span));
+    this.clock.replaceChildren(timeText(this.t, span));
     const end = document.createElement('small');
     end.textContent = ` of ${timeText(this.run.end, span)}`;
     this.clock.append(end);

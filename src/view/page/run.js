@@ -123,6 +123,9 @@ export class Run {
     this.hits = new Table('impact', ['pa', 'pb', 'normal', 'impulse']);
     this.gaps = new Table('t', ['pa', 'pb', 'pivot']);
     this.marks = [];
+    this.states = [];  // {t, text, number}: what the loop of a haptic run reports, until the next one
+    this.stateNames = [];
+    this.roughFrames = [];  // whose contact solves ended above their tolerance
     this.touches = [];  // {t, a, b}: a pair comes into contact without an impact of its own
     this.contacts = new Table('begin', ['p', 'normal', 'impulse']);
     this.pairs = new Map();  // by name: gaps, and contacts in groups of one begin
@@ -132,7 +135,8 @@ export class Run {
     this.blocks += 1;
     this.#appendSegments(block.columns);
     this.steps.append(block.columns, 'step');
-    this.frames.append(block.columns, 'frame');
+    const firstFrame = this.frames.append(block.columns, 'frame');
+    for (const frame of this.frames.rows.slice(firstFrame)) if (frame.unconverged > 0) this.roughFrames.push(frame);
     this.samples.append(block.columns, 'sample');
     const firstImpact = this.impacts.append(block.columns, 'impact');
     for (let k = firstImpact; k < this.impacts.rows.length; ++k) this.impacts.rows[k].number = k;
@@ -146,6 +150,7 @@ export class Run {
     this.#appendContacts(block.columns);
     for (const mark of block.marks) {
       this.marks.push(mark);
+      if (this.charts.length > 0 && (mark.kind === 'status' || mark.kind === 'stalled')) this.#addState(mark);
       if (mark.kind === 'asleep' || mark.kind === 'woke') {
         for (const b of mark.bodies) {
           this.bodies[b].sleep.push({t: mark.t, asleep: mark.kind === 'asleep'});
@@ -183,6 +188,16 @@ export class Run {
       body.pending = undefined;
       body.stateTime = NaN;
     }
+  }
+
+  #addState({t, text}) {
+    if (!this.stateNames.includes(text)) this.stateNames.push(text);
+    this.states.push({t, text, number: this.stateNames.indexOf(text)});
+  }
+
+  // The state at time t; undefined if the run has none.
+  statusAt(t) {
+    return lastRow(this.states, 't', t);
   }
 
   #pair(row) {

@@ -16,6 +16,11 @@ const kManners = ['solid', 'ghost', 'wire'];
 const kMostTriangles = {software: 60000, hardware: 2000000};
 const kMostSightLines = 40;
 const kMostWallTriangles = 5000;
+const kMostWallTests = 300000;  // of a sight line with a triangle, in one picture
+const kWallTimes = 9;   // of the run, at which walls are looked for
+const kOften = 0.01;    // of all sight lines
+const kDrawnIn = 0.06;  // of the way to the middle, so that a body that touches a wall is not behind it
+const kProbe = new THREE.MeshBasicMaterial({side: THREE.DoubleSide});
 const kWall = 0.3;      // of the size: the smallest radius of a fixed body that becomes see-through
 const kNearest = 2e-4;  // of the size: nearer, single precision would show
 
@@ -222,40 +227,91 @@ export class Stage {
       this.run.surfaces[body.shape].indices.length < 3 * kMostWallTriangles);
   }
 
-  // Large fixed bodies that hide what moves, such as the near wall of a pit, become see-through.
+  // Large fixed bodies that hide any part of what moves, such as the near wall of a pit, become
+  // see-through: those that do at time t, and those that often do, so that none of these is solid first.
   uncover(t) {
-    const walls = this.#wallsAt(t).filter(({radius}) => radius > kWall * this.size);
-    return this.#inTheWay(walls, this.camera.position, t).walls;
+    const isLarge = ({radius}) => radius > kWall * this.size;
+    const hidden = new Set(this.#inTheWay(this.#wallsAt(t).filter(isLarge), this.camera.position, t).lines.keys());
+    const key = `${this.camera.position.toArray().map((x) => Math.round((40 * x) / this.size))} ${this.run.blocks}`;
+    if (this.often?.key !== key) this.often = {key, walls: this.#oftenInTheWay(isLarge)};
+    for (const wall of this.often.walls) if (this.run.isPresent(wall, t)) hidden.add(wall);
+    return hidden;
   }
 
-  // Which walls are before the moving bodies, seen from a place, and how many sight lines they block.
+  #oftenInTheWay(isLarge) {
+    const {begin, end} = this.run;
+    const lines = new Map();
+    let all = 0;
+    for (let k = 0; k < kWallTimes; ++k) {
+      const t = begin + ((end - begin) * k) / (kWallTimes - 1);
+      const found = this.#inTheWay(this.#wallsAt(t).filter(isLarge), this.camera.position, t);
+      all += found.all;
+      for (const [wall, count] of found.lines) lines.set(wall, (lines.get(wall) ?? 0) + count);
+    }
+    return [...lines.keys()].filter((wall) => lines.get(wall) > kOften * all);
+  }
+
+  // Points all over a body, in its own frame: its outermost vertices, drawn in a little, and its middle.
+  #pointsOf(shape) {
+    if (shape.points) return shape.points;
+    const {array} = shape.geometry.attributes.position;
+    const middle = shape.geometry.boundingBox.getCenter(new THREE.Vector3());
+    shape.points = [middle];
+    for (let corner = 0; corner < 8; ++corner) {
+      const sign = [0, 1, 2].map((axis) => ((corner >> axis) & 1 ? 1 : -1));
+      let best = 0;
+      let most = -Infinity;
+      for (let k = 0; k < array.length; k += 3) {
+        const reach = sign[0] * array[k] + sign[1] * array[k + 1] + sign[2] * array[k + 2];
+        if (reach > most) [most, best] = [reach, k];
+      }
+      shape.points.push(new THREE.Vector3().fromArray(array, best).lerp(middle, kDrawnIn));
+    }
+    return shape.points;
+  }
+
+  // Which walls are before the moving bodies, seen from a place; how many sight lines each blocks, and
+  // how many bodies are hidden in part.
   #inTheWay(walls, place, t) {
-    const moving = this.run.movers;
+    const lines = new Map();
+    const moving = this.run.movers.filter((body) => this.run.isPresent(body, t));
     const every = Math.max(1, Math.ceil(moving.length / kMostSightLines));
-    const hidden = new Set();
+    const cost = walls.reduce((sum, {shape}) => sum + this.run.surfaces[shape].indices.length / 3, 0);
+    const bodies = Math.ceil(moving.length / every);
+    const share = Math.max(1, Math.min(9, Math.floor(kMostWallTests / Math.max(1, cost * bodies))));
     let count = 0;
+    let all = 0;
     const ray = new THREE.Raycaster();
-    const probe = new THREE.Mesh(undefined, new THREE.MeshBasicMaterial({side: THREE.DoubleSide}));
+    const point = new THREE.Vector3();
+    const turn = new THREE.Quaternion();
+    const probes = walls.map((wall) => {
+      const probe = new THREE.Mesh(this.shapes[wall.shape].geometry, kProbe);
+      const {p, q} = this.run.state(wall, t);
+      probe.position.set(...p);
+      probe.quaternion.set(...q);
+      probe.updateMatrixWorld();
+      return probe;
+    });
     for (let k = 0; k < moving.length; k += every) {
-      const center = new THREE.Vector3(...this.run.state(moving[k], t).p);
-      const distance = center.distanceTo(place);
-      ray.set(place, center.sub(place).normalize());
-      ray.far = distance - moving[k].radius;
+      const {p, q} = this.run.state(moving[k], t);
+      const points = this.#pointsOf(this.shapes[moving[k].shape]);
       let isHidden = false;
-      for (const wall of walls) {
-        if (ray.far <= 0 || (isHidden && hidden.has(wall))) continue;
-        const {p, q} = this.run.state(wall, t);
-        probe.geometry = this.shapes[wall.shape].geometry;
-        probe.position.set(...p);
-        probe.quaternion.set(...q);
-        probe.updateMatrixWorld();
-        if (ray.intersectObject(probe, false).length === 0) continue;
-        hidden.add(wall);
-        isHidden = true;
+      for (const own of points.slice(0, share)) {
+        point.copy(own).applyQuaternion(turn.fromArray(q));
+        point.x += p[0], point.y += p[1], point.z += p[2];
+        const distance = point.distanceTo(place);
+        ray.set(place, point.sub(place).normalize());
+        ray.far = distance;
+        all += 1;
+        probes.forEach((probe, number) => {
+          if (ray.intersectObject(probe, false).length === 0) return;
+          lines.set(walls[number], (lines.get(walls[number]) ?? 0) + 1);
+          isHidden = true;
+        });
       }
       count += isHidden;
     }
-    return {walls: hidden, count};
+    return {lines, count, all};
   }
 
   // A frame around the box of one body.
