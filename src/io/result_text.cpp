@@ -135,13 +135,18 @@ std::string describe(const DistanceResult& result, const PairNames& names) {
   out << status_words(result.status, names) << '\n';
   out << "  distance     at least " << show(result.lower) << ", at most " << show(result.upper)
       << '\n';
-  out << "  on " << names.a << ": "
-      << place_words(result.p_WCa, result.feature_a, result.triangle_a) << '\n';
-  out << "  on " << names.b << ": "
-      << place_words(result.p_WCb, result.feature_b, result.triangle_b) << '\n';
-  out << "  normal       " << show(result.nhat_AB_W) << " from " << names.a << " to " << names.b
-      << '\n';
-  out << "  pivot        " << show(result.pivot_W()) << '\n';
+  // Shapes that overlap have no nearest points and no normal between them.
+  if (result.status == DistanceStatus::Overlapping) {
+    out << "  meet near    " << show(result.pivot_W()) << '\n';
+  } else {
+    out << "  on " << names.a << ": "
+        << place_words(result.p_WCa, result.feature_a, result.triangle_a) << '\n';
+    out << "  on " << names.b << ": "
+        << place_words(result.p_WCb, result.feature_b, result.triangle_b) << '\n';
+    out << "  normal       " << show(result.nhat_AB_W) << " from " << names.a << " to " << names.b
+        << '\n';
+    out << "  pivot        " << show(result.pivot_W()) << '\n';
+  }
   if (result.penetration) {
     out << "  penetration  depth " << show(result.penetration->depth) << " along "
         << show(result.penetration->nhat_AB_W) << " (estimate)\n";

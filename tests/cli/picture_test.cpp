@@ -141,6 +141,37 @@ TEST_F(Picture, OfADistanceHasNoTime) {
   EXPECT_EQ(svg.find("conservative advancement"), std::string::npos);
 }
 
+std::size_t parts_in(const std::string& text, const std::string& part) {
+  std::size_t count = 0;
+  for (auto at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++count;
+  return count;
+}
+
+TEST_F(Picture, OfOverlappingShapesHasAPlaceButNoNormal) {
+  const CommandResult result = run_command({"distance", "sphere:0.5", "box:1,1,1", "--position-a",
+                                            "0.8", "0", "0", "--picture", path("overlap.svg")});
+  EXPECT_NE(result.out.find("meet near"), std::string::npos) << result.out;
+  EXPECT_EQ(result.out.find("on A"), std::string::npos) << result.out;
+  EXPECT_EQ(result.out.find("normal"), std::string::npos) << result.out;
+  const std::string svg = TemporaryDirectory::read(path("overlap.svg"));
+  EXPECT_NE(svg.find("a place where they overlap"), std::string::npos);
+  EXPECT_EQ(svg.find("from near"), std::string::npos);
+  EXPECT_EQ(parts_in(svg, "<circle"), 0u);
+}
+
+// A sphere flies past a box at a height of 2: least distance 0.5, above the box's middle, at t = 3.
+TEST_F(Picture, OfAMissTellsTheLeastDistanceAndWhere) {
+  const CommandResult result = run_command(
+      {"toi", "sphere:0.5", "box:1,1,1", "--position-a", "-3", "0", "2", "--velocity-a", "1", "0",
+       "0", "--interval", "0", "6", "--picture", path("miss.svg")});
+  ASSERT_EQ(result.exit_code, 0) << result.err << result.out;
+  const std::string svg = TemporaryDirectory::read(path("miss.svg"));
+  EXPECT_NE(svg.find("least"), std::string::npos);
+  EXPECT_NE(svg.find("0.5 (sampled) at t = "), std::string::npos) << svg.substr(0, 2000);
+  // The gap is as large as a part of the bodies: a second view would not be from nearer.
+  EXPECT_EQ(parts_in(svg, "<image"), parts_in(svg, "from near") + 1);
+}
+
 TEST_F(Picture, IsAPngFileOrSaysWhyNot) {
   const CommandResult result = toi(path("impact.png"));
   if (result.exit_code == 2) {

@@ -10,6 +10,7 @@
 #include <cstdio>
 #include <fstream>
 #include <functional>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -26,8 +27,9 @@ using cli::SvgStyle;
 constexpr int kColumns = 4;
 constexpr int kParts = 8;
 constexpr int kSamples = 200;
-constexpr Scalar kWidth = 230, kHeight = 190;
+constexpr Scalar kWidth = 230, kHeight = 200;
 const SvgStyle kBound{.stroke = "#c1442e", .stroke_width = 1.5};
+const SvgStyle kGrid{.stroke = "#d5d8dc", .stroke_width = 0.7};
 const SvgStyle kTruth{.stroke = "#1f5fa8", .stroke_width = 1.5};
 
 // One quantity of one motion in the box at `corner`.
@@ -57,12 +59,31 @@ class Plot {
       curve.clear();
     }
     canvas_.text(corner_ + Vector2(3, 11), name, 9);
+    draw_numbers();
   }
 
  private:
   static inline const Vector2 kSize = Vector2(kWidth - 20, 66);
 
   static Scalar part(int i) { return Scalar(i) / kParts; }
+  // Times below, zero and the largest value at the right, where the curves leave space.
+  void draw_numbers() {
+    for (const Scalar t : {0.0, 0.5, 1.0}) {
+      canvas_.text(at(t, 0) + Vector2(0, 8), words(t), 8,
+                   t == 0   ? cli::SvgAnchor::Start
+                   : t == 1 ? cli::SvgAnchor::End
+                            : cli::SvgAnchor::Middle);
+    }
+    canvas_.line(at(0, top_), at(1, top_), kGrid);
+    canvas_.text(at(1, top_) + Vector2(-2, -2), words(top_), 8, cli::SvgAnchor::End);
+    canvas_.text(at(1, 0) + Vector2(-2, -2), "0", 8, cli::SvgAnchor::End);
+  }
+  static std::string words(Scalar x) {
+    std::ostringstream out;
+    out.precision(3);
+    out << x;
+    return out.str();
+  }
   Vector2 at(Scalar t, Scalar value) const {
     return corner_ + Vector2(t * kSize.x(), kSize.y() * (1 - 0.72 * value / top_));
   }
@@ -96,7 +117,7 @@ void draw_motion(SvgCanvas& canvas, const Vector2& corner, const char* name, con
     if (motion.smooth_until(x - 3 * step) < x + 3 * step) return kInfinity;
     return differentiate([&](Scalar s) { return motion.twist(s).w_WB; }, x, step).norm();
   };
-  Plot(canvas, corner + Vector2(0, 92), motion)
+  Plot(canvas, corner + Vector2(0, 98), motion)
       .draw("angular acceleration", angular_acceleration, &TwistBound::angular_acceleration);
 }
 

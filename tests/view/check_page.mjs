@@ -244,6 +244,122 @@ async function checkPlay(page) {
   return link;
 }
 
+// The list of events has rows only where it is looked at, follows the time, and can be searched.
+async function checkEvents(page) {
+  await page.click('[data-tab=events]');
+  const read = () => page.evaluate(() => {
+    window.dyop.player.draw();
+    const {events} = window.dyop.player.panel;
+    const rows = [...document.querySelectorAll('.rows .row')];
+    const now = document.querySelector('.rows .row.now');
+    const box = document.querySelector('.rows').getBoundingClientRect();
+    const place = now?.getBoundingClientRect();
+    return {all: events.all.length, shown: events.shown.length, rows: rows.length,
+            times: events.shown.map(({t}) => t), now: now && events.shown[events.now].t,
+            isSeen: place && place.top >= box.top - 1 && place.bottom <= box.bottom + 1,
+            text: document.querySelector('#tab-events p').textContent};
+  });
+  for (const part of [0.9, 0.3, 0.6]) {
+    const t = part * facts.end;
+    await page.evaluate((at) => window.dyop.player.seek(at), t);
+    const list = await read();
+    const expected = list.times.filter((at) => at <= t).at(-1);
+    check(list.now === expected, `at ${t} the list shows the event of ${list.now}, not of ${expected}`);
+    check(expected === undefined || list.isSeen, `the event of ${expected} is out of sight`);
+    check(list.rows <= 60, `${list.rows} rows for ${list.all} events`);
+  }
+  const {a} = facts.impacts[0];
+  const name = await page.evaluate((k) => window.dyop.run.bodies[k].name, a);
+  await page.type('#tab-events input', name);
+  const found = await read();
+  const wanted = await page.evaluate((words) => window.dyop.player.panel.events.all.filter(({text, bodies}) =>
+    [text, ...bodies.map((k) => window.dyop.run.bodies[k].name)].join(' ').toLowerCase().includes(words.toLowerCase())).length, name);
+  check(found.shown === wanted && wanted > 0, `a search for ${name} finds ${found.shown} events, not ${wanted}`);
+  await page.$eval('#tab-events input', (input) => {
+    input.value = '';
+    input.dispatchEvent(new Event('input'));
+  });
+  await page.select('#tab-events select[aria-label="Kind of event"]', 'impact');
+  check((await read()).shown === facts.impacts.length, 'the filter keeps impacts only');
+  await page.select('#tab-events select[aria-label="Order"]', 'size');
+  const [first, largest] = await page.evaluate(() => {
+    const {run, player} = window.dyop;
+    const size = ({hits = []}) => Math.max(0, ...hits.map(({impulse}) => Math.hypot(...impulse)));
+    return [player.panel.events.shown[0].size, Math.max(...run.impacts.rows.map(size))];
+  });
+  check(first === largest, `the largest impulse is ${largest}, the first of the list ${first}`);
+  await page.click('.worst button');
+  const [t, worst] = await page.evaluate((most) => {
+    const size = ({hits = []}) => Math.max(0, ...hits.map(({impulse}) => Math.hypot(...impulse)));
+    return [window.dyop.player.t, window.dyop.run.impacts.rows.find((row) => size(row) === most).t];
+  }, largest);
+  check(t === worst, `the largest impulse is at ${worst}, the button goes to ${t}`);
+  await page.select('#tab-events select[aria-label="Order"]', 'time');
+  await page.select('#tab-events select[aria-label="Kind of event"]', '');
+  await page.click('[data-tab=data]');
+}
+
+// What is under the pointer on the time axis, in words; slow motion; a bar of the length it says.
+async function checkOrientation(page) {
+  const {t, a} = facts.impacts[0];
+  const box = await (await page.$('#timeline')).boundingBox();
+  const name = await page.evaluate((k) => window.dyop.run.bodies[k].name, a);
+  await page.mouse.move(box.x + (t / facts.end) * box.width, box.y + 20);
+  const tip = await page.$eval('#tip', (node) => (node.hidden ? '' : node.textContent));
+  check(tip.includes(name) && tip.includes('t = '), `under the pointer stands '${tip}'`);
+  await page.mouse.move(box.x + 10, box.y - 200);
+  check(await page.$eval('#tip', (node) => node.hidden), 'the words under the pointer go with it');
+  await page.keyboard.press('s');
+  const [near, far] = await page.evaluate((at) => {
+    const {player} = window.dyop;
+    const slowness = (time) => ((player.t = time), player.slowness());
+    return [slowness(at), slowness(at - 10 * player.speed)];
+  }, t);
+  check(near < 0.06 && far === 1, `slow motion: ${near} at an impact, ${far} far from all`);
+  await page.keyboard.press('s');
+  const off = await page.evaluate(() => {
+    const {player} = window.dyop;
+    player.seek(player.run.begin);
+    player.draw();
+    const {camera, controls} = player.stage;
+    const right = camera.position.clone().set(1, 0, 0).applyQuaternion(camera.quaternion);
+    const length = Number(document.querySelector('#where .length').textContent.split(' ')[0]);
+    const [from, to] = [0, 1].map((k) => player.stage.project(
+      controls.target.clone().addScaledVector(right, k * length).toArray()));
+    return Math.hypot(to.x - from.x, to.y - from.y) / document.querySelector('#where .bar').offsetWidth;
+  });
+  check(Math.abs(off - 1) < 0.05, `the bar is ${off} of the length it says`);
+  const licences = await page.$eval('#licences', (node) => node.textContent);
+  check(/three\.js authors/.test(licences) && /Leon Sorokin/.test(licences), 'the licences of three.js and uPlot are there');
+}
+
+// From the start no fixed body that is drawn solid stands before a part of a moving one.
+async function checkWalls(page) {
+  const hidden = await page.evaluate(() => {
+    const {player, run} = window.dyop;
+    player.stage.frame();
+    player.view = undefined;
+    player.choose({});
+    const found = [];
+    for (const part of [0, 0.2, 0.7]) {
+      player.seek(run.begin + part * (run.end - run.begin));
+      player.draw();
+      for (const body of run.movers.slice(0, 12)) {
+        const {p, q} = run.state(body, player.t);
+        for (const own of player.stage.shapes[body.shape].points ?? []) {
+          const at = own.clone().applyQuaternion({x: q[0], y: q[1], z: q[2], w: q[3]});
+          const {x, y, visible} = player.stage.project(at.toArray().map((v, k) => v + p[k]));
+          const seen = visible && player.stage.pick(x, y);
+          if (seen && seen.isGround) found.push(`${seen.name} before ${body.name}`);
+        }
+      }
+    }
+    return found;
+  });
+  // A vertex that is drawn in by a little may still lie behind the face of a body on which it rests.
+  check(hidden.length <= 2, `walls hide parts of bodies: ${hidden.slice(0, 5).join('; ')}`);
+}
+
 async function checkLink(page) {
   const camera = () => page.evaluate(() => window.dyop.player.stage.camera.position.toArray());
   await page.evaluate(() => window.dyop.player.seek(window.dyop.run.end / 3));
@@ -283,6 +399,9 @@ try {
   await checkJoints(page);
   await checkPlay(page);
   await checkLink(page);
+  await checkEvents(page);
+  await checkOrientation(page);
+  await checkWalls(page);
 
   const impact = facts.impacts[0]?.t ?? 0.5 * facts.end;
   for (const [name, hash, options] of [
@@ -293,6 +412,10 @@ try {
     ['bare', `#t=${0.6 * facts.end}&bare=1`, {width: 960, height: 600}],
   ]) {
     const shot = await open(hash, options);
+    if (name === 'bare') {
+      const stamp = await shot.$eval('#stamp', (node) => node.checkVisibility() && node.textContent);
+      check(String(stamp).startsWith('t = '), `a picture for a film has the clock '${stamp}'`);
+    }
     await settled(shot);
     await shot.screenshot({path: `${base}-${name}.png`});
     await shot.close();

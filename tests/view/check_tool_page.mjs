@@ -41,6 +41,18 @@ try {
   check(run.samples > 100, `${run.samples} samples`);
   check(run.gaps === 2 * run.samples, `${run.gaps} gaps at ${run.samples} samples`);
   check(run.ghosts === facts.ghosts, `${run.ghosts} see-through bodies`);
+  const axis = await page.evaluate(() => {
+    const {player, run: all} = window.dyop;
+    player.draw();
+    const canvas = document.getElementById('timeline');
+    // Marks are triangles in the upper part of the canvas, below which the bar begins.
+    const {data} = canvas.getContext('2d').getImageData(0, 0, canvas.width, 14);
+    let painted = 0;
+    for (let k = 3; k < data.length; k += 4) painted += data[k] > 128;
+    return {painted, marks: all.marks.length, states: all.states.length};
+  });
+  check(axis.marks > 0 && axis.states > 0, `${axis.marks} marks, ${axis.states} states`);
+  check(axis.painted > 100, `${axis.painted} points of marks are painted on the time axis`);
   for (const {body, t, is} of facts.present) {
     const isShown = await page.evaluate((b, at) => window.dyop.run.isPresent(window.dyop.run.bodies[b], at), body, t);
     check(isShown === is, `body ${body} at ${t} is ${isShown ? '' : 'not '}there`);

@@ -16,7 +16,7 @@ constexpr Scalar kOpacityOfStart = 0.3;
 constexpr Scalar kElevation = 0.32;
 // A close-up shows this part of the smaller body, or so many gaps.
 constexpr Scalar kPartOfBody = 0.12;
-constexpr Scalar kGapsAcross = 5;
+constexpr Scalar kGapsAcross = 2;
 
 // Seen from the side of the normal, z upwards; from a little above.
 Camera make_camera(const PairScene& scene) {
@@ -144,6 +144,12 @@ void draw_label(SvgCanvas& canvas, const Vector2& at, std::string_view words, Sv
   canvas.text(at, words, 13, anchor, ink, true);
 }
 
+void draw_pivot(SvgCanvas& canvas, const Vector2& at) {
+  const Scalar r = 4.5;
+  canvas.polygon({at + Vector2(r, 0), at + Vector2(0, r), at - Vector2(r, 0), at - Vector2(0, r)},
+                 {.fill = kInkPivot, .stroke = "#ffffff", .stroke_width = 1});
+}
+
 // Witness points, pivot and normal; `reach` is the length of the normal's arrow in pixels.
 void draw_witness(SvgCanvas& canvas, const Panel& panel, const Camera& camera,
                   const WitnessPair& witness, Scalar reach) {
@@ -156,10 +162,7 @@ void draw_witness(SvgCanvas& canvas, const Panel& panel, const Camera& camera,
   canvas.line(a, b, {.stroke = "#222222", .stroke_width = 1.5});
   canvas.circle(a, 5, {.fill = kInkA, .stroke = "#ffffff", .stroke_width = 1.5});
   canvas.circle(b, 5, {.fill = kInkB, .stroke = "#ffffff", .stroke_width = 1.5});
-  const Scalar r = 4.5;
-  canvas.polygon(
-      {pivot + Vector2(r, 0), pivot + Vector2(0, r), pivot - Vector2(r, 0), pivot - Vector2(0, r)},
-      {.fill = kInkPivot, .stroke = "#ffffff", .stroke_width = 1});
+  draw_pivot(canvas, pivot);
 }
 
 // Each name beside its witness point, on the side of its body.
@@ -178,6 +181,13 @@ void draw_names(SvgCanvas& canvas, const Panel& panel, const Camera& camera,
              kInkB);
 }
 
+// Pixels of the canvas for a length.
+Scalar close_up_scale(const Panel& panel, const PairScene& scene) {
+  const Scalar gap = (scene.witness->p_WCb - scene.witness->p_WCa).norm();
+  const Scalar part = kPartOfBody * std::min(scene.radius_a, scene.radius_b);
+  return panel.size.minCoeff() / (2 * std::max(part, kGapsAcross / 2 * gap));
+}
+
 void draw_border(SvgCanvas& canvas, const Panel& panel) {
   canvas.rectangle(panel.corner, panel.size, {.stroke = "#c8ccd0"});
 }
@@ -192,17 +202,23 @@ void draw_pair(SvgCanvas& canvas, const Panel& panel, const PairScene& scene) {
   draw_path(canvas, panel, camera, scene.path_b, kInkB);
   constexpr Scalar kReach = 42;
   if (scene.witness) draw_witness(canvas, panel, camera, *scene.witness, kReach);
+  if (scene.meeting_W) draw_pivot(canvas, on_canvas(camera, panel, *scene.meeting_W));
   draw_border(canvas, panel);
+}
+
+bool has_close_up(const Panel& whole, const Panel& near, const PairScene& scene) {
+  if (!scene.witness) return false;
+  Camera camera = make_camera(scene);
+  frame_all(camera, whole, scene);
+  constexpr Scalar kNearer = 1.5;
+  return close_up_scale(near, scene) * kSharpness > kNearer * camera.pixels_per_length;
 }
 
 void draw_close_up(SvgCanvas& canvas, const Panel& panel, const PairScene& scene) {
   if (!scene.witness) return;
   const WitnessPair& witness = *scene.witness;
-  const Scalar gap = (witness.p_WCb - witness.p_WCa).norm();
-  const Scalar half =
-      std::max(kPartOfBody * std::min(scene.radius_a, scene.radius_b), kGapsAcross / 2 * gap);
   Camera camera = make_camera(scene);
-  place(camera, panel, witness.pivot_W(), panel.size.minCoeff() / (2 * half));
+  place(camera, panel, witness.pivot_W(), close_up_scale(panel, scene));
   PairScene now = scene;
   now.start.reset();
   draw_image(canvas, panel, camera, now);

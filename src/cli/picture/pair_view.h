@@ -27,6 +27,7 @@ struct PairScene {
   std::vector<Vector3> path_a;                           ///< of the origins, up to the poses
   std::vector<Vector3> path_b;
   std::optional<WitnessPair> witness;
+  std::optional<Vector3> meeting_W = {};  ///< of shapes that overlap: where they do
 };
 
 /// A rectangle of the picture, pixels.
@@ -37,6 +38,9 @@ struct Panel {
 
 /// Draws the whole pair, seen across the normal.
 void draw_pair(SvgCanvas& canvas, const Panel& panel, const PairScene& scene);
+
+/// Whether the gap is small enough, beside what draw_pair() shows on `whole`, for a view from nearer.
+bool has_close_up(const Panel& whole, const Panel& near, const PairScene& scene);
 
 /// The same from near: around the pivot, as wide as a part of the smaller body or a few gaps.
 void draw_close_up(SvgCanvas& canvas, const Panel& panel, const PairScene& scene);

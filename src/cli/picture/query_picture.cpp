@@ -64,18 +64,20 @@ Scalar draw_words(SvgCanvas& canvas, const std::vector<std::string>& lines, Scal
   return y;
 }
 
+// A second view only if it is nearer than the first.
 void draw_scene(SvgCanvas& canvas, const PairScene& scene, Scalar top, std::string_view caption) {
-  const Panel whole{{kMargin, top}, {kSceneWidth, kSceneHeight}};
   const Scalar x = 2 * kMargin + kSceneWidth;
   const Panel near{{x, top}, {kWidth - kMargin - x, kSceneHeight}};
+  Panel whole{{kMargin, top}, {kSceneWidth, kSceneHeight}};
+  const bool has_two = has_close_up(whole, near, scene);
+  if (!has_two) whole.size.x() = kWidth - 2 * kMargin;
   draw_pair(canvas, whole, scene);
-  draw_close_up(canvas, near, scene);
   const Scalar y = top + kSceneHeight + kLineHeight;
   canvas.text({kMargin, y}, caption, 12, SvgAnchor::Start, "#555b61");
-  if (scene.witness) {
-    canvas.text({x, y}, "from near: witness points, normal, pivot (diamond)", 12, SvgAnchor::Start,
-                "#555b61");
-  }
+  if (!has_two) return;
+  draw_close_up(canvas, near, scene);
+  canvas.text({x, y}, "from near: witness points, normal, pivot (diamond)", 12, SvgAnchor::Start,
+              "#555b61");
 }
 
 std::vector<Vector3> path_of(const Motion& motion, const TimeInterval& interval) {
@@ -105,25 +107,74 @@ Scalar tolerance_of(const ToiQuery& query) {
              : default_distance_tolerance(query.a->bounding_radius(), query.b->bounding_radius());
 }
 
-// The witness of the query, or where it has none the nearest points at t_safe.
-WitnessPair witness_of(const ToiQuery& query, const ToiResult& result, const PairScene& scene) {
-  if (result.contact && result.status == ToiStatus::Impact) return *result.contact;
-  return distance(*query.a, scene.X_WA, *query.b, scene.X_WB);
+// The witness of the query, or where it has none the nearest points at the time that is drawn. Shapes
+// that overlap have no nearest points and no normal, but a place where they meet.
+void add_witness(const ToiQuery& query, const ToiResult& result, PairScene& scene) {
+  if (result.contact && result.status == ToiStatus::Impact) {
+    scene.witness = *result.contact;
+    return;
+  }
+  const DistanceResult gap = distance(*query.a, scene.X_WA, *query.b, scene.X_WB);
+  if (gap.status == DistanceStatus::Overlapping) {
+    scene.meeting_W = gap.pivot_W();
+  } else {
+    scene.witness = gap;
+  }
 }
 
-// Of shapes that never meet the end shows nothing: they are drawn where they come nearest.
-Scalar drawn_time(const ToiResult& result, const GapHistory& history) {
-  if (result.status != ToiStatus::Separated) return result.t_safe;
-  return std::min_element(history.samples.begin(), history.samples.end(),
-                          [](const GapSample& x, const GapSample& y) { return x.lower < y.lower; })
-      ->t;
+// The sample with the least gap, then nearer: the least of the gap between its neighbours.
+GapSample least_gap(const ToiQuery& query, const GapHistory& history) {
+  const auto& samples = history.samples;
+  const auto least = std::ranges::min_element(samples, {}, &GapSample::lower);
+  Scalar begin = least == samples.begin() ? least->t : std::prev(least)->t;
+  Scalar end = std::next(least) == samples.end() ? least->t : std::next(least)->t;
+  DistanceCache cache;
+  const auto at = [&](Scalar t) {
+    const DistanceResult gap =
+        distance(*query.a, query.X_WA->pose(t), *query.b, query.X_WB->pose(t), {}, cache);
+    return GapSample{t, gap.lower, gap.upper};
+  };
+  constexpr int kThirds = 40;
+  GapSample best = *least;
+  for (int k = 0; k < kThirds; ++k) {
+    const GapSample left = at(begin + (end - begin) / 3);
+    const GapSample right = at(end - (end - begin) / 3);
+    if (left.upper < best.upper) best = left;
+    if (right.upper < best.upper) best = right;
+    (left.upper < right.upper ? end : begin) = (left.upper < right.upper ? right : left).t;
+  }
+  return best;
+}
+
+std::string point_words(const Vector3& p) {
+  return "(" + time_words(p.x()) + ", " + time_words(p.y()) + ", " + time_words(p.z()) + ")";
+}
+
+// Shapes that never meet are drawn where they come nearest: the end would show nothing.
+struct Moment {
+  Scalar t = 0;
+  std::string words;
+};
+
+Moment drawn_moment(const ToiQuery& query, const ToiResult& result, const GapHistory& history) {
+  if (result.status != ToiStatus::Separated) return {result.t_safe, "at t_safe"};
+  const GapSample least = least_gap(query, history);
+  return {least.t, "where the gap, as sampled, is least: t = " + time_words(least.t)};
+}
+
+// The least distance of a miss, and where it is.
+std::string miss_words(const PairScene& scene, Scalar t) {
+  const WitnessPair& witness = *scene.witness;
+  return "  least        " + time_words(witness.lower) + " (sampled) at t = " + time_words(t) +
+         ", from A at " + point_words(witness.p_WCa) + " to B at " + point_words(witness.p_WCb);
 }
 
 }  // namespace
 
 std::string toi_picture(const ToiQuery& query, const ToiResult& result) {
   const GapHistory history = gap_history(query, tolerance_of(query), kSamples, kMostSteps);
-  const Scalar t = drawn_time(result, history);
+  const Moment moment = drawn_moment(query, result, history);
+  const Scalar t = moment.t;
   PairScene scene = scene_of(*query.a, query.X_WA->pose(t), *query.b, query.X_WB->pose(t));
   const TimeInterval before{query.interval.begin, t};
   scene.path_a = path_of(*query.X_WA, before);
@@ -131,18 +182,19 @@ std::string toi_picture(const ToiQuery& query, const ToiResult& result) {
   if (before.length() > 0) {
     scene.start = {query.X_WA->pose(before.begin), query.X_WB->pose(before.begin)};
   }
-  scene.witness = witness_of(query, result, scene);
-  const std::vector<std::string> lines = lines_of(describe(result));
+  add_witness(query, result, scene);
+  std::vector<std::string> lines = lines_of(describe(result));
+  if (result.status == ToiStatus::Separated && scene.witness) {
+    lines.insert(lines.begin() + 1, miss_words(scene, t));
+  }
   constexpr Scalar kBelowScene = 3.6 * kLineHeight;
   const Scalar words = kMargin + kLineHeight * (Scalar(lines.size()) + 1.5);
   const int height =
       int(words + kSceneHeight + kBelowScene + kPlotHeight + 3 * kLineHeight + kMargin);
   SvgCanvas canvas(kWidth, height, lines.front());
   Scalar y = draw_words(canvas, lines, kMargin + 0.6 * kLineHeight);
-  const std::string time = result.status == ToiStatus::Separated
-                               ? "where the sampled gap is least, t = " + time_words(t)
-                               : "at t_safe";
-  draw_scene(canvas, scene, y, time + "; faint: at the start; dashed: paths of the origins");
+  draw_scene(canvas, scene, y,
+             moment.words + "; faint: at the start; dashed: paths of the origins");
   y += kSceneHeight + kBelowScene;
   draw_gap(canvas, {{kMargin + 66, y}, {kWidth - 2 * kMargin - 66, kPlotHeight}}, query, result,
            history);
@@ -153,12 +205,16 @@ std::string distance_picture(const Shape& a, const RigidPose& X_WA, const Shape&
                              const RigidPose& X_WB, const DistanceResult& result) {
   PairScene scene = scene_of(a, X_WA, b, X_WB);
   const bool has_witness = result.status != DistanceStatus::NotRun && result.upper < kInfinity;
-  if (has_witness) scene.witness = result;
+  const bool overlaps = result.status == DistanceStatus::Overlapping;
+  if (has_witness && overlaps) scene.meeting_W = result.pivot_W();
+  if (has_witness && !overlaps) scene.witness = result;
   const std::vector<std::string> lines = lines_of(describe(result));
   const Scalar words = kMargin + kLineHeight * (Scalar(lines.size()) + 1.5);
   SvgCanvas canvas(kWidth, int(words + kSceneHeight + 2.5 * kLineHeight), lines.front());
   const Scalar y = draw_words(canvas, lines, kMargin + 0.6 * kLineHeight);
-  draw_scene(canvas, scene, y, "A blue, B orange");
+  draw_scene(
+      canvas, scene, y,
+      overlaps ? "A blue, B orange; diamond: a place where they overlap" : "A blue, B orange");
   return canvas.str();
 }
 

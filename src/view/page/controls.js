@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Buttons, keys, and the link that carries time and camera.
+import {worstOf} from './events.js';
 import {element} from './panel.js';
 import {kColorings} from './player.js';
 
@@ -31,6 +32,11 @@ function actionsOf(player) {
     }},
     slower: {keys: ['-'], words: 'Slower', act: () => changeSpeed(player, -1)},
     faster: {keys: ['+', '='], words: 'Faster', act: () => changeSpeed(player, 1)},
+    slow: {keys: ['s'], words: 'Slow motion around impacts', act: () => {
+      player.slows = !player.slows;
+      player.notify();
+    }},
+    worst: {keys: ['q'], words: 'To the largest impulse; again: nearest gap, longest solve', act: () => nextWorst(player)},
     loop: {keys: ['l'], words: 'Loop', act: () => {
       player.loops = !player.loops;
       player.notify();
@@ -58,6 +64,14 @@ function actionsOf(player) {
       player.tracks = !player.tracks;
       player.notify();
     }},
+    ground: {keys: ['r'], words: 'Grid, scale and axes of the world', act: () => {
+      stage.ground.isShown = !stage.ground.isShown;
+      player.notify();
+    }},
+    legend: {keys: ['e'], words: 'What the marks mean', act: () => {
+      player.hidesLegend = !player.hidesLegend;
+      player.notify();
+    }},
     panel: {keys: ['p'], words: 'Show or hide the panel', act: () => {
       const panel = document.getElementById('panel');
       panel.hidden = !panel.hidden;
@@ -67,6 +81,16 @@ function actionsOf(player) {
     link: {keys: ['y'], words: 'Put time, camera and what is shown into the address, to be copied', act: () => writeLink(player)},
     help: {keys: ['?', 'h'], words: 'This list', act: () => document.getElementById('help').showModal()},
   };
+}
+
+// One after another of what was worst in the run.
+function nextWorst(player) {
+  const found = worstOf(player.run);
+  if (found.length === 0) return;
+  player.worst = ((player.worst ?? -1) + 1) % found.length;
+  const {t, impact} = found[player.worst];
+  if (impact) player.goToImpact(impact.number);
+  else player.seek(t);
 }
 
 function changeSpeed(player, direction) {
@@ -145,7 +169,8 @@ function addButtons(player, actions) {
   });
   document.querySelector('#transport .buttons').append(
     button('impactBack', '⇤'), button('stepBack', '◂'), play, button('stepOn', '▸'),
-    button('impactOn', '⇥'), speed, button('loop', '↻', () => player.loops));
+    button('impactOn', '⇥'), speed, button('slow', 'Slow', () => player.slows),
+    button('loop', '↻', () => player.loops));
   document.getElementById('tools').append(
     button('contacts', 'Contacts', () => player.overlays.show.contacts),
     button('witness', 'Nearest', () => player.overlays.show.witness),
@@ -207,7 +232,7 @@ export function addControls(player) {
   const byKey = new Map(Object.values(actions).flatMap(({keys, act}) => keys.map((key) => [key, act])));
   window.addEventListener('keydown', (event) => {
     if (event.ctrlKey || event.altKey || event.metaKey || document.getElementById('help').open) return;
-    if (event.target.closest?.('select, input')) return;
+    if (event.target.closest?.('select, input, textarea')) return;
     if (event.target.closest?.('button') && (event.key === ' ' || event.key === 'Enter')) return;
     const act = byKey.get(event.key);
     if (!act) return;

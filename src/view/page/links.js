@@ -82,6 +82,12 @@ export class Links {
     return this.list;
   }
 
+  legend(css) {
+    const words = {joint: 'joint', spring: 'spring', locked: 'axle or rail'};
+    return Object.entries(this.layers).filter(([, {rods, balls}]) => rods.list.length + balls.list.length > 0)
+      .map(([name]) => [css(kColors[name]), words[name], 'line']);
+  }
+
   // The point of each joint at time t, of one body and of the other.
   jointEnds(t) {
     return this.#known().filter(({kind, b}) => b && kind !== 'spring' && kind !== 'distance' && kind !== 'slider')

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Normals that are smooth over a curved surface and sharp across its edges.
 import * as THREE from 'three';
+import {edgeAttribute} from './edges.js';
 
 const kSharp = Math.cos((35 * Math.PI) / 180);
 const kManyTriangles = 20000;
@@ -63,5 +64,7 @@ export function cornerNormals({positions, indices, deforms}) {
   }
   geometry.setAttribute('position', new THREE.BufferAttribute(cornerPositions, 3));
   geometry.setAttribute('normal', new THREE.BufferAttribute(normals, 3));
+  const edge = edgeAttribute({positions, indices}, faces, kSharp);
+  if (edge) geometry.setAttribute('edge', edge);
   return geometry;
 }

@@ -72,6 +72,20 @@ export class Overlays {
     for (const lines of [this.witness, this.trails]) lines.commit();
   }
 
+  // Colour, words and sign of each kind of mark that is seen now.
+  legend() {
+    const css = (color) => `#${color.toString(16).padStart(6, '0')}`;
+    const {links} = this;
+    return [
+      this.normals.list.length > 0 && [css(kColors.normal), 'normal of a contact', 'arrow'],
+      this.impulses.list.length > 0 && [css(kColors.impulse), 'impulse', 'arrow'],
+      this.witness.points.length > 0 && [css(kColors.witness), 'shortest way between the nearest pair', 'line'],
+      this.pivot.visible && [css(kColors.pivot), 'pivot, the middle of that way', 'dot'],
+      ...links.legend(css),
+      this.trails.points.length > 0 && ['#888888', 'path', 'line'],
+    ].filter(Boolean);
+  }
+
   #contacts(t, impacts, distance) {
     const normalLength = Math.min(0.04 * distance, 0.5 * this.bodyRadius);
     const impulseLength = Math.min(0.1 * distance, 1.2 * this.bodyRadius);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The panel beside the picture: data of what is chosen, lists of events and bodies.
+import {EventList} from './events.js';
 import {tiesOf} from './links.js';
 
 export function element(tag, attributes = {}, ...children) {
@@ -45,6 +46,7 @@ export class Panel {
     this.act = act;
     this.host = Object.fromEntries(['data', 'events', 'bodies'].map(
       (name) => [name, document.getElementById(`tab-${name}`)]));
+    this.events = new EventList(this.host.events, run, act);
   }
 
   name(number) {
@@ -169,46 +171,6 @@ export class Panel {
                             act();
                           }},
                    ...cells.map((cell) => element('td', {}, cell)));
-  }
-
-  // Of marks of one kind at one time, such as bodies that fall asleep together, one.
-  #marks() {
-    const found = new Map();
-    for (const mark of this.run.marks) {
-      const name = `${mark.t} ${mark.kind}`;
-      const same = found.get(name);
-      if (same) same.more += 1;
-      else found.set(name, {...mark, more: 0, act: () => this.act.seek(mark.t)});
-    }
-    return [...found.values()].map((mark) => ({
-      ...mark, text: mark.more > 0 ? `${mark.text} and ${mark.more} more` : mark.text}));
-  }
-
-  showEvents(t) {
-    if (this.host.events.hidden) return;
-    const {impacts, marks, touches} = this.run;
-    const count = impacts.rows.length + marks.length + touches.length;
-    if (this.listed !== count) {
-      this.listed = count;
-      const list = [
-        ...this.run.impacts.rows.map((impact, k) => ({
-          t: impact.t, text: `${this.name(impact.a)} meets ${this.name(impact.b)}`, kind: 'impact',
-          act: () => this.act.chooseImpact(k)})),
-        ...this.run.touches.map(({t, a, b}) => ({
-          t, text: `${this.name(a)} touches ${this.name(b)}`, kind: 'touch', act: () => this.act.seek(t)})),
-        ...this.#marks(),
-      ].sort((a, b) => a.t - b.t);
-      this.eventTimes = list.slice(0, kMostRows).map((event) => event.t);
-      this.eventRows = list.slice(0, kMostRows).map((event) =>
-        this.#pickRow([number(event.t), element('span', {class: `dot ${event.kind}`}), event.text], {}, event.act));
-      this.host.events.replaceChildren(
-        element('p', {class: 'dim'}, list.length > kMostRows
-          ? `${list.length} events, the first ${kMostRows} of them:` : `${list.length} events`),
-        element('table', {}, ...this.eventRows));
-    }
-    let now = -1;
-    this.eventTimes.forEach((time, k) => (now = time <= t ? k : now));
-    this.eventRows.forEach((row, k) => row.classList.toggle('now', k === now));
   }
 
   showBodies(colors, chosen) {

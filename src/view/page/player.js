@@ -3,12 +3,15 @@
 import {Vector3} from 'three';
 import {Curves, shortNumber} from './curves.js';
 import {Overlays} from './overlays.js';
-import {Panel} from './panel.js';
+import {element, Panel} from './panel.js';
 import {bodyColor, heat, Stage} from './stage.js';
 import {timeText, Timeline} from './timeline.js';
 
 export const kColorings = ['body', 'speed', 'sleep', 'island'];
 const kIslandHues = 12;
+const kSlowest = 0.05;   // part of the speed, at an impact in slow motion
+const kSlowReach = 0.25;  // seconds of playing before and after an impact that are slowed down
+const kStill = 250;  // milliseconds without a new time, after which a picture stands still
 const kFlash = 0.35;  // seconds for which an impact is seen while the run plays
 
 export class Player {
@@ -34,6 +37,7 @@ export class Player {
     this.label = byId('label');
     this.clock = byId('time');
     this.legend = byId('legend');
+    this.stamp = byId('stamp');
     this.stage.onChange = () => this.redraw();
     this.changed = new Set();
     this.topSpeed = 0;
@@ -140,7 +144,7 @@ export class Player {
 
   #advance(seconds, now) {
     const before = this.t;
-    this.t += seconds * this.speed;
+    this.t += seconds * this.speed * this.slowness();
     if (this.t >= this.run.end) {
       if (this.loops) this.t = this.run.begin;
       else if (this.isLive && !this.isFinished) this.t = this.run.end;
@@ -151,6 +155,18 @@ export class Player {
       this.flashes.push({impact: rows[k], until: now + 1000 * kFlash});
     }
     if (this.chosen.impact) this.chosen = {body: this.chosen.body};
+  }
+
+  // With slow motion, time runs slowly around impacts: from shortly before one to shortly after.
+  slowness() {
+    if (!this.slows) return 1;
+    const {rows, keys} = this.run.impacts;
+    const k = this.run.impacts.at(this.t);
+    const before = k >= 0 ? this.t - keys.values[k] : Infinity;
+    const after = k + 1 < rows.length ? rows[k + 1].t - this.t : Infinity;
+    const reach = kSlowReach * this.speed;
+    const near = Math.min(before, after) / reach;
+    return near >= 1 ? 1 : kSlowest + (1 - kSlowest) * near * near;
   }
 
   #tick(now) {
@@ -171,12 +187,14 @@ export class Player {
     const impacts = this.#impactsNow(now);
     this.overlays.update(this.t, impacts, this.chosen.body);
     this.stage.select(this.chosen.body, this.t);
-    this.stage.render();
+    this.stage.render(this.#isStill(now));
     this.#showLabel();
+    this.#showLegend();
+    this.stamp.textContent = `t = ${timeText(this.t, this.run.end - this.run.begin)}`;
     this.timeline.draw(this.t, !this.isPlaying);
     this.curves.update(this.t);
     this.panel.showData(this.t, this.chosen, this.overlays.shown);
-    this.panel.showEvents(this.t);
+    this.panel.events.show(this.t, this.chosen.impact);
     this.panel.showBodies(this.stage.colors, this.chosen);
     const span = this.run.end - this.run.begin;
     this.clock.replaceChildren(timeText(this.t, span));
@@ -184,6 +202,17 @@ export class Player {
     end.textContent = ` of ${timeText(this.run.end, span)}`;
     this.clock.append(end);
     this.frames = (this.frames ?? 0) + 1;
+  }
+
+  // A picture that waits for its shadows is drawn again.
+  #isStill(now) {
+    const isSame = this.drawnTime === this.t;
+    this.drawnTime = this.t;
+    if (!isSame) this.stillSince = now;
+    if (this.stage.isFine || (isSame && now - this.stillSince >= kStill)) return true;
+    clearTimeout(this.waits);
+    if (!this.isPlaying) this.waits = setTimeout(() => this.redraw(), kStill);
+    return false;
   }
 
   // The camera goes where the chosen body goes.
@@ -224,18 +253,27 @@ export class Player {
                      0.45 + 0.12 * (islands[body.number] % 2) * (kIslandHues / 12));
       }
     }
-    this.#showLegend();
   }
 
+  // What the colours and the marks that are seen now mean.
   #showLegend() {
-    const texts = {
-      body: '',
-      speed: `<i style="background:#2c3f9e"></i>still<i style="background:#fdd835"></i>${this.topSpeed.toPrecision(3)}`,
-      sleep: '<i style="background:#f2a03c"></i>awake<i style="background:#5b6b85"></i>asleep',
-      island: 'a colour for each island of bodies in contact',
-    };
-    const text = texts[this.coloring];
-    if (this.legend.innerHTML !== text) this.legend.innerHTML = text;
+    const colors = {
+      body: [],
+      speed: [['#2c3f9e', 'still'], ['#fdd835', `speed ${this.topSpeed.toPrecision(3)}`]],
+      sleep: [['#f2a03c', 'awake'], ['#5b6b85', 'asleep']],
+      island: [[undefined, 'a colour for each island of bodies in contact']],
+    }[this.coloring];
+    const entries = [...colors, ...(this.hidesLegend ? [] : this.overlays.legend())];
+    const key = JSON.stringify(entries);
+    if (this.legendKey === key) return;
+    this.legendKey = key;
+    this.legend.replaceChildren(...entries.map(([color, words, sign]) => {
+      const entry = element('span', {});
+      const mark = element('i', {class: sign ?? 'patch'});
+      mark.style.color = color ?? 'transparent';
+      entry.append(...(color ? [mark] : []), words);
+      return entry;
+    }));
   }
 
   // The gap beside the pivot of the nearest pair.

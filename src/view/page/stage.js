@@ -3,12 +3,15 @@
 import * as THREE from 'three';
 import {OrbitControls} from 'three/addons/controls/OrbitControls.js';
 import {deform} from './deformation.js';
+import {drawEdges} from './edges.js';
 import {ballsToFrame, fit} from './framing.js';
+import {findFloors, Ground} from './ground.js';
 import {cornerNormals} from './normals.js';
 
 const kHues = [0x4c78a8, 0xf2903c, 0x59a86e, 0xb36bc2, 0xd9a521, 0x4fb3bf, 0xd3605f, 0x8a7462,
                0x7d8fd6, 0x9bb552, 0xc7779b, 0x6c9a8b];
-const kGround = {light: 0xc3c9d2, dark: 0x4a515c};
+const kFloor = {light: 0xb4bcc7, dark: 0x3c434e};
+const kWallColor = {light: 0xd8d0c2, dark: 0x6e675b};
 const kFixed = {light: 0xd9dbe0, dark: 0x838c99};
 const kGiven = {light: 0x7a828e, dark: 0xa7afbb};
 const kManners = ['solid', 'ghost', 'wire'];
@@ -35,7 +38,7 @@ export function heat(x, out = new THREE.Color()) {
 
 export function bodyColor(body, theme, out = new THREE.Color()) {
   if (body.color) return out.set(body.color);
-  if (body.kind === 'static') return out.set((body.isGround ? kGround : kFixed)[theme]);
+  if (body.kind === 'static') return out.set((body.isFloor ? kFloor : body.isGround ? kWallColor : kFixed)[theme]);
   if (!body.isMover) return out.set(kGiven[theme]);
   return out.set(kHues[body.number % kHues.length]);
 }
@@ -73,6 +76,7 @@ export class Stage {
     this.selection.visible = false;
     this.scene.add(this.selection);
     this.#setUp();
+    this.ground = new Ground(this, document.getElementById('where'));
   }
 
   #addShapes() {
@@ -88,6 +92,7 @@ export class Stage {
                                               side: THREE.DoubleSide}),
         wire: new THREE.MeshBasicMaterial({wireframe: true}),
       };
+      if (geometry.attributes.edge) for (const name of ['solid', 'ghost']) drawEdges(materials[name]);
       const meshes = kManners.map((manner) => {
         const mesh = new THREE.InstancedMesh(geometry, materials[manner], counts[number]);
         mesh.instanceColor = new THREE.InstancedBufferAttribute(
@@ -107,8 +112,9 @@ export class Stage {
   #addLight() {
     this.scene.add(new THREE.HemisphereLight(0xffffff, 0x9a9a9a, 1.5));
     this.sun = new THREE.DirectionalLight(0xffffff, 1.9);
-    this.sun.castShadow = this.renderer.shadowMap.enabled = this.isFine;
-    this.sun.shadow.mapSize.set(2048, 2048);
+    this.sun.castShadow = this.renderer.shadowMap.enabled = true;
+    this.renderer.shadowMap.autoUpdate = false;
+    this.sun.shadow.mapSize.setScalar(this.isFine ? 2048 : 1024);
     this.sun.shadow.radius = 4;
     // A weak light at the camera, so that no side that is seen is black.
     this.lamp = new THREE.DirectionalLight(0xffffff, 0.7);
@@ -158,6 +164,8 @@ export class Stage {
     this.sun.shadow.normalBias = 2e-3 * this.size;
     shadow.updateProjectionMatrix();
     this.controls.update();
+    findFloors(this.run, this.shapes, up);
+    this.ground.lay(seen, up, this.size);
     this.isFramed = true;
   }
 
@@ -166,6 +174,7 @@ export class Stage {
     const style = getComputedStyle(document.documentElement);
     this.scene.background = new THREE.Color(style.getPropertyValue('--ground').trim());
     this.selection.material.color.set(style.getPropertyValue('--accent').trim());
+    this.ground.setTheme(theme);
   }
 
   resize() {
@@ -223,7 +232,7 @@ export class Stage {
   }
 
   #wallsAt(t) {
-    return this.run.bodies.filter((body) => !body.isMover && this.run.isPresent(body, t) &&
+    return this.run.bodies.filter((body) => !body.isMover && this.run.isPresent(body, t) && !this.run.surfaces[body.shape].deforms &&
       this.run.surfaces[body.shape].indices.length < 3 * kMostWallTriangles);
   }
 
@@ -274,7 +283,7 @@ export class Stage {
   // how many bodies are hidden in part.
   #inTheWay(walls, place, t) {
     const lines = new Map();
-    const moving = this.run.movers.filter((body) => this.run.isPresent(body, t));
+    const moving = this.run.movers.filter((body) => !body.ghost && this.run.isPresent(body, t));
     const every = Math.max(1, Math.ceil(moving.length / kMostSightLines));
     const cost = walls.reduce((sum, {shape}) => sum + this.run.surfaces[shape].indices.length / 3, 0);
     const bodies = Math.ceil(moving.length / every);
@@ -327,8 +336,13 @@ export class Stage {
     this.selection.scale.copy(box.getSize(new THREE.Vector3())).multiplyScalar(1.03);
   }
 
-  render() {
+  // Many triangles without a graphics card: shadows wait until the picture stands still.
+  render(isStill = true) {
     const {distance} = this;
+    const hasShadow = this.isFine || isStill;
+    this.sun.shadow.intensity = hasShadow ? 1 : 0;
+    this.renderer.shadowMap.needsUpdate = hasShadow;
+    this.ground.update();
     // Near enough for a look at a gap, far enough for the ground.
     this.camera.near = distance * 0.02;
     this.camera.far = (distance + this.size) * 60;

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Draws the sharp edges of flat bodies as lines, in the shader of their faces: an attribute holds, for
+// each corner of a triangle, how far it is from the opposite side, in heights of the triangle; sides
+// that are not sharp are far away everywhere.
+import * as THREE from 'three';
+
+const kDark = 0.42;  // of the colour of the face
+
+// A number for each vertex that is the same for vertices at the same place.
+function weld(positions) {
+  const known = new Map();
+  return Uint32Array.from({length: positions.length / 3}, (_, k) => {
+    const key = `${positions[3 * k]},${positions[3 * k + 1]},${positions[3 * k + 2]}`;
+    if (!known.has(key)) known.set(key, known.size);
+    return known.get(key);
+  });
+}
+
+// `faces` holds a normal for each triangle.
+export function edgeAttribute({positions, indices}, faces, sharpCosine) {
+  const place = weld(positions);
+  const count = place.length;
+  const sides = new Map();
+  const keyOf = (k) => {
+    const first = 3 * Math.floor(k / 3);
+    const [a, b] = [place[indices[first + ((k + 1) % 3)]], place[indices[first + ((k + 2) % 3)]]];
+    return Math.min(a, b) * count + Math.max(a, b);
+  };
+  for (let k = 0; k < indices.length; ++k) {
+    const key = keyOf(k);
+    const list = sides.get(key);
+    if (list) list.push(k);
+    else sides.set(key, [k]);
+  }
+  const isSharp = (k) => {
+    const own = 3 * Math.floor(k / 3);
+    const others = sides.get(keyOf(k)).filter((other) => other !== k);
+    if (others.length !== 1) return true;  // the border of an open sheet, or where several meet
+    const other = 3 * Math.floor(others[0] / 3);
+    return faces[own] * faces[other] + faces[own + 1] * faces[other + 1] + faces[own + 2] * faces[other + 2] < sharpCosine;
+  };
+  const values = new Uint8Array(3 * indices.length);
+  let hasAny = false;
+  for (let k = 0; k < indices.length; ++k) {
+    const corner = k % 3;
+    const first = k - corner;
+    const sharp = isSharp(k);
+    hasAny ||= sharp;
+    // Component `corner` of all three corners: distance from the side opposite to it.
+    for (let j = 0; j < 3; ++j) values[3 * (first + j) + corner] = !sharp || j === corner ? 255 : 0;
+  }
+  return hasAny ? new THREE.BufferAttribute(values, 3, true) : undefined;
+}
+
+// Lets a material draw them.
+export function drawEdges(material) {
+  material.onBeforeCompile = (shader) => {
+    shader.vertexShader = 'attribute vec3 edge;\nvarying vec3 vEdge;\n' + shader.vertexShader.replace(
+      '#include <begin_vertex>', '#include <begin_vertex>\nvEdge = edge;');
+    shader.fragmentShader = 'varying vec3 vEdge;\n' + shader.fragmentShader.replace('#include <opaque_fragment>', `
+      vec3 perPixel = fwidth(vEdge);
+      vec3 pixels = vEdge / max(perPixel, vec3(1e-6));
+      float height = 1.0 / max(max(perPixel.x, perPixel.y), max(perPixel.z, 1e-6));
+      float line = (1.0 - smoothstep(0.5, 1.3, min(min(pixels.x, pixels.y), pixels.z))) * smoothstep(3.0, 12.0, height);
+      outgoingLight *= mix(1.0, ${kDark.toFixed(2)}, line);
+      diffuseColor.a = max(diffuseColor.a, 0.45 * line);
+      #include <opaque_fragment>`);
+  };
+}
