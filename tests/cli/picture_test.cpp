@@ -161,9 +161,9 @@ TEST_F(Picture, OfOverlappingShapesHasAPlaceButNoNormal) {
 
 // A sphere flies past a box at a height of 2: least distance 0.5, above the box's middle, at t = 3.
 TEST_F(Picture, OfAMissTellsTheLeastDistanceAndWhere) {
-  const CommandResult result = run_command(
-      {"toi", "sphere:0.5", "box:1,1,1", "--position-a", "-3", "0", "2", "--velocity-a", "1", "0",
-       "0", "--interval", "0", "6", "--picture", path("miss.svg")});
+  const CommandResult result =
+      run_command({"toi", "sphere:0.5", "box:1,1,1", "--position-a", "-3", "0", "2", "--velocity-a",
+                   "1", "0", "0", "--interval", "0", "6", "--picture", path("miss.svg")});
   ASSERT_EQ(result.exit_code, 0) << result.err << result.out;
   const std::string svg = TemporaryDirectory::read(path("miss.svg"));
   EXPECT_NE(svg.find("least"), std::string::npos);
