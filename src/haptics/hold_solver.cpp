@@ -97,7 +97,10 @@ void HoldSolver::add_hold(const StepGoal& goal, const Obstacle& obstacle, const 
   // The least gap at the end.
   const Scalar missing = obstacle.margin + goal.rest_gap + hold.push - hold.gap();
   const Scalar opened = missing > 0 ? std::min(kOpening * missing, goal.recovery) : missing;
-  contact.target = v_WA.dot(hold.nhat_AB_W) + opened - hold.curvature;
+  // A turn may open the gap later than the linear part of the step closes it: that counts only as
+  // far as there is more gap than needed at the start.
+  const Scalar curvature = std::min(hold.curvature, std::max(Scalar{0}, -missing));
+  contact.target = v_WA.dot(hold.nhat_AB_W) + opened - curvature;
   contact.friction = obstacle.friction;
   contact.impulse_W = hold.impulse_W;
   problem_.contacts.push_back(contact);

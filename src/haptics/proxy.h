@@ -94,7 +94,7 @@ class Proxy {
   std::size_t most_holds() const;
   void thin_holds();
   void warm_start();
-  Scalar bend_holds(const ToolMotion& motion, const ToolStep& step, Scalar duration);
+  Scalar bend_holds(const ToolMotion& motion, const ToolStep& step, Scalar part, Scalar end_time);
   ToolStep solve(const StepGoal& goal, WorkClock& clock, TickStatistics& work);
   void add_hit(const HoldPoint& hit);
   Proof prove(const ToolMotion& motion, Scalar duration, WorkClock& clock, TickStatistics& work,

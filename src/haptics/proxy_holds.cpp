@@ -28,6 +28,10 @@ constexpr std::int64_t kSearchWork = 250;
 constexpr Scalar kSamePlace = 2;
 constexpr Scalar kSameNormal = 0.999;  // cosine of 2.6 degrees
 
+// A hit that a known hold did not prevent is another one, even where their normals are near each
+// other; with the very same normal it asks for more room instead.
+constexpr Scalar kSameHit = 1 - 1e-8;  // literal: cosine of 0.008 degrees
+
 // Radians that the tool or a hinge turns in one motion against holds: these are linear in the turn,
 // and a tick's path has poses only, which do not tell of half turns and more between them.
 constexpr Scalar kMostTurn = 1;
@@ -47,10 +51,11 @@ constexpr Scalar kPush = 0.25;
 // The curvature of a hold is taken into account if it exceeds this fraction of the rest offset.
 constexpr Scalar kBend = 0.1;
 
-bool is_same_place(const HoldPoint& x, const HoldPoint& y, Scalar apart) {
+bool is_same_place(const HoldPoint& x, const HoldPoint& y, Scalar apart,
+                   Scalar least_cosine = kSameNormal) {
   return x.body == y.body && x.obstacle == y.obstacle &&
          (x.p_WB - y.p_WB).squaredNorm() <= apart * apart &&
-         x.nhat_AB_W.dot(y.nhat_AB_W) >= kSameNormal;
+         x.nhat_AB_W.dot(y.nhat_AB_W) >= least_cosine;
 }
 
 bool is_named_before(const HoldPoint& x, const HoldPoint& y) {
@@ -204,10 +209,12 @@ void Proxy::warm_start() {
   }
 }
 
-// How much the gap at the end of a motion differs from the linear one because the material points
-// rotate.
-Scalar Proxy::bend_holds(const ToolMotion& motion, const ToolStep& step, Scalar duration) {
-  const ToolPose end = motion.at(duration);
+// How much the gap at the end of what is tried of a step differs from the linear one, because the
+// material points rotate. It grows with the square of the part that is tried, and the solve counts
+// in whole steps: of a step of which little is tried, little of its curvature matters.
+Scalar Proxy::bend_holds(const ToolMotion& motion, const ToolStep& step, Scalar part,
+                         Scalar end_time) {
+  const ToolPose end = motion.at(end_time);
   Scalar change = 0;
   for (HoldPoint& hold : holds_) {
     const ToolBody& body = bodies_[hold.body];
@@ -221,8 +228,8 @@ Scalar Proxy::bend_holds(const ToolMotion& motion, const ToolStep& step, Scalar 
       linear += step.angles[*body.hinge] * axis.cross(hold.p_WB - X_WJ.translation());
     }
     const Vector3 moved = X_WB_end * (X_BW * hold.p_WB) - hold.p_WB;
-    const Scalar curvature = hold.nhat_AB_W.dot(moved - linear);
-    change = std::max(change, std::abs(curvature - hold.curvature));
+    const Scalar curvature = hold.nhat_AB_W.dot(moved / part - linear);
+    change = std::max(change, part * std::abs(curvature - hold.curvature));
     hold.curvature = curvature;
   }
   return change;
@@ -236,7 +243,9 @@ ToolStep Proxy::solve(const StepGoal& goal, WorkClock& clock, TickStatistics& wo
     ++work.solves;
     if (clock.cutoff()) break;
     const ToolMotion motion(pose_, step, goal.duration, hinges_);
-    if (bend_holds(motion, step, goal.duration) <= kBend * options_.rest_offset) break;
+    const Scalar horizon = horizon_of(step, goal.duration);
+    const Scalar part = horizon / goal.duration;
+    if (bend_holds(motion, step, part, horizon) <= kBend * options_.rest_offset) break;
   }
   return step;
 }
@@ -260,7 +269,7 @@ Scalar Proxy::horizon_of(const ToolStep& step, Scalar duration) const {
 void Proxy::add_hit(const HoldPoint& hit) {
   const Scalar apart = kSamePlace * options_.rest_offset;
   for (HoldPoint& hold : holds_) {
-    if (!is_same_place(hold, hit, apart)) continue;
+    if (!is_same_place(hold, hit, apart, kSameHit)) continue;
     hold.push = hold.push > 0 ? 2 * hold.push : kPush * options_.rest_offset;
     return;
   }
