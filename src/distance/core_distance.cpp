@@ -7,6 +7,8 @@
 #include <utility>
 
 #include "core/tolerance.h"
+#include "distance/point_triangle.h"
+#include "dyop/distance/triangle_distance.h"
 
 // Each closed form proposes the nearest points of two cores and a direction. Neither is trusted:
 // the upper bound is the length between the points, which lie on the cores, and the lower bound is
@@ -304,6 +306,176 @@ bool segment_box(const PlacedCore& a, const PlacedCore& b, CorePoints& points) {
   return true;
 }
 
+// --- two boxes ----------------------------------------------------------------------------------
+
+// Two boxes in the frame of the first: x = t + R y for a point y of the second's frame.
+struct BoxesInOne {
+  Matrix3 R;
+  Vector3 t;
+  const Vector3& half_a;
+  const Vector3& half_b;
+
+  // The slab gap along a unit direction, from the first to the second.
+  Scalar gap_along(const Vector3& n) const {
+    return n.dot(t) - n.cwiseAbs().dot(half_a) - (R.transpose() * n).cwiseAbs().dot(half_b);
+  }
+};
+
+// The corner of a posed box that is nearest to the box of these half extents about the origin.
+// Corners are numbered as a box's vertices; `spokes` are the posed half axes.
+struct NearestCorner {
+  std::int32_t number = 0;
+  Scalar distance_sq = kInfinity;
+
+  NearestCorner(const Vector3& center, const Matrix3& spokes, const Vector3& half) {
+    std::array<Scalar, 8> squares{};
+    for (Eigen::Index k = 0; k < 3; ++k) {
+      for (std::size_t corner = 0; corner < 8; ++corner) {
+        const Scalar x = (corner & 1) != 0 ? spokes(k, 0) : -spokes(k, 0);
+        const Scalar y = (corner & 2) != 0 ? spokes(k, 1) : -spokes(k, 1);
+        const Scalar z = (corner & 4) != 0 ? spokes(k, 2) : -spokes(k, 2);
+        const Scalar beyond = std::max(std::abs(center[k] + x + y + z) - half[k], Scalar(0));
+        squares[corner] += beyond * beyond;
+      }
+    }
+    for (std::size_t corner = 0; corner < 8; ++corner) {
+      if (!(squares[corner] < distance_sq)) continue;
+      distance_sq = squares[corner];
+      number = static_cast<std::int32_t>(corner);
+    }
+  }
+};
+
+Vector3 corner_of(const Vector3& half, std::int32_t number) {
+  Vector3 corner = half;
+  for (int k = 0; k < 3; ++k) {
+    if ((number >> k & 1) == 0) corner[k] = -corner[k];
+  }
+  return corner;
+}
+
+// A corner of the second box at q, in the frame of the first; v leads there from the first.
+void finish_corner(const BoxesInOne& pair, std::int32_t corner, const Vector3& q,
+                   CorePoints& points) {
+  const Vector3 v = beyond_box(q, pair.half_a);
+  points.length = v.norm();
+  unsigned beyond = bits_beyond(v);
+  if (points.length > 0) {
+    points.nhat = v / points.length;
+  } else {
+    const OutwardAxis outward(pair.t, pair.R.cwiseAbs() * pair.half_b, pair.half_a);
+    points.nhat = outward.direction(pair.t);
+    beyond = 1U << outward.axis;
+  }
+  points.gap = pair.gap_along(points.nhat);
+  points.p_a = q - v;
+  points.p_b = q;
+  points.feature_a = box_feature(q, beyond);
+  points.feature_b = {FeatureKind::Vertex, {corner}};
+}
+
+// A pair of edges of two boxes, one parallel to axis i of the first, one to axis j of the second,
+// that face each other along the normal of both.
+struct FacingEdges {
+  int i = 0;
+  int j = 0;
+  Scalar gap = 0;
+  Vector3 nhat = Vector3::Zero();  // from the first to the second, in the frame of the first
+
+  // Of the nine the one whose slabs are farthest apart; gap 0: none separates the boxes.
+  explicit FacingEdges(const BoxesInOne& pair) {
+    const Matrix3& R = pair.R;
+    const Matrix3 abs_R = R.cwiseAbs();
+    for (int k = 0; k < 3; ++k) {
+      const int k1 = (k + 1) % 3;
+      const int k2 = (k + 2) % 3;
+      for (int m = 0; m < 3; ++m) {
+        const int m1 = (m + 1) % 3;
+        const int m2 = (m + 2) % 3;
+        const Scalar sine_sq = R(k1, m) * R(k1, m) + R(k2, m) * R(k2, m);
+        const Scalar along = pair.t[k2] * R(k1, m) - pair.t[k1] * R(k2, m);
+        const Scalar slab = std::abs(along) - pair.half_a[k1] * abs_R(k2, m) -
+                            pair.half_a[k2] * abs_R(k1, m) - pair.half_b[m1] * abs_R(k, m2) -
+                            pair.half_b[m2] * abs_R(k, m1);
+        // literal: squared sine below which edges are parallel; corners then face each other.
+        if (!(slab > 0 && sine_sq > 1e-12)) continue;
+        const Scalar sine = std::sqrt(sine_sq);
+        if (!(slab > gap * sine)) continue;
+        gap = slab / sine;
+        i = k;
+        j = m;
+        const Scalar sign = along < 0 ? -1 / sine : 1 / sine;
+        nhat.setZero();
+        nhat[k1] = -sign * R(k2, m);
+        nhat[k2] = sign * R(k1, m);
+      }
+    }
+  }
+};
+
+// The edge of a box parallel to an axis that is farthest along n: its middle, and its feature.
+Vector3 farthest_edge(const Vector3& half, int axis, const Vector3& n, Feature& feature) {
+  std::int32_t corner = corner_towards(n) & ~(1 << axis);
+  feature = {FeatureKind::Edge, {corner, corner | 1 << axis}};
+  Vector3 middle = corner_of(half, corner);
+  middle[axis] = 0;
+  return middle;
+}
+
+bool edge_edge(const BoxesInOne& pair, CorePoints& points) {
+  const FacingEdges edges(pair);
+  if (!(edges.gap > 0)) return false;
+  const Vector3 middle_a = farthest_edge(pair.half_a, edges.i, edges.nhat, points.feature_a);
+  const Vector3 n_B = pair.R.transpose() * edges.nhat;
+  const Vector3 middle_b =
+      pair.t + pair.R * farthest_edge(pair.half_b, edges.j, -n_B, points.feature_b);
+  const Vector3 along_a = Vector3::Unit(edges.i) * pair.half_a[edges.i];
+  const Vector3 along_b = pair.R.col(edges.j) * pair.half_b[edges.j];
+  const auto [s, t] = nearest_places(middle_b - middle_a, along_a, along_a.squaredNorm(), along_b,
+                                     along_b.squaredNorm());
+  if (!is_inside(s) || !is_inside(t)) return false;
+  points.p_a = middle_a + s * along_a;
+  points.p_b = middle_b + t * along_b;
+  points.length = (points.p_b - points.p_a).norm();
+  points.nhat = edges.nhat;
+  points.gap = pair.gap_along(edges.nhat);
+  return true;
+}
+
+// Two boxes apart are nearest at a corner of one of them, or where two edges cross.
+bool box_box(const PlacedCore& a, const PlacedCore& b, CorePoints& points) {
+  const Vector3& half_a = a.core.half_extents;
+  const Vector3& half_b = b.core.half_extents;
+  const BoxesInOne pair{a.R.transpose() * b.R, a.R.transpose() * (b.center - a.center), half_a,
+                        half_b};
+  const BoxesInOne turned{pair.R.transpose(), -(pair.R.transpose() * pair.t), half_b, half_a};
+  const NearestCorner of_b(pair.t, pair.R * half_b.asDiagonal(), half_a);
+  const NearestCorner of_a(turned.t, turned.R * half_a.asDiagonal(), half_b);
+  bool is_of_b = of_b.distance_sq <= of_a.distance_sq;
+  if (is_of_b) {
+    const Vector3 q = pair.t + pair.R * corner_of(half_b, of_b.number);
+    finish_corner(pair, of_b.number, q, points);
+  } else {
+    const Vector3 q = turned.t + turned.R * corner_of(half_a, of_a.number);
+    finish_corner(turned, of_a.number, q, points);
+  }
+  const Scalar size = pair.t.lpNorm<1>() + a.core.bounding_radius + b.core.bounding_radius;
+  if (points.length > 0 && !(points.length - points.gap <= kPoseNoise / 2 * size)) {
+    if (!edge_edge(pair, points)) return false;
+    is_of_b = true;
+  }
+  const Matrix3& R = is_of_b ? a.R : b.R;
+  const Vector3& origin = is_of_b ? a.center : b.center;
+  points.p_a = origin + R * points.p_a;
+  points.p_b = origin + R * points.p_b;
+  points.nhat = R * points.nhat;
+  if (is_of_b) return true;
+  std::swap(points.p_a, points.p_b);
+  std::swap(points.feature_a, points.feature_b);
+  points.nhat = -points.nhat;
+  return true;
+}
+
 // --- the table ----------------------------------------------------------------------------------
 
 using Form = bool (*)(const PlacedCore&, const PlacedCore&, CorePoints&);
@@ -326,7 +498,7 @@ constexpr std::array<std::array<Form, kCoreKinds>, kCoreKinds> kForms{{
     {no_form, no_form, no_form, no_form},
     {no_form, point_point, point_segment, point_box},
     {no_form, turned<point_segment>, segment_segment, segment_box},
-    {no_form, turned<point_box>, turned<segment_box>, no_form},
+    {no_form, turned<point_box>, turned<segment_box>, box_box},
 }};
 
 PlacedCore placed(const SimpleCore& core, const Matrix3& R, const Vector3& origin) {
@@ -372,6 +544,65 @@ bool core_distance(const SimpleCore& a, const SimpleCore& b, const CorePlaces& p
   const Scalar radii = a.rounding_radius + b.rounding_radius;
   if (!(points.length - points.gap <= noise || points.length - radii <= noise / 2)) return false;
   add_radii(points, a.rounding_radius, b.rounding_radius, noise, result);
+  return true;
+}
+
+namespace {
+
+// A segment is the triangle (0, 1, 1): names vertex 2 as 1, and drops what is there twice.
+Feature feature_of_segment(const Feature& local) {
+  bool has[2] = {false, false};
+  for (std::size_t k = 0; k < local.vertex_count(); ++k) has[local.vertices[k] == 0 ? 0 : 1] = true;
+  if (has[0] && has[1]) return {FeatureKind::Edge, {0, 1}};
+  return {FeatureKind::Vertex, {has[0] ? 0 : 1}};
+}
+
+NearestPoints from_triangle_to_point(const Triangle& a, const Vector3& p) {
+  const PointTriangleDistance found = point_triangle_distance(p, a);
+  NearestPoints result;
+  result.lower = found.lower;
+  result.upper = found.upper;
+  result.p_a = found.p_C;
+  result.p_b = p;
+  result.nhat_AB = found.nhat_C;
+  result.feature_a = found.feature;
+  result.feature_b = {FeatureKind::Vertex, {0}};
+  result.is_overlapping = !(found.lower > 0) && (p - found.p_C).norm() <= found.upper / 2;
+  return result;
+}
+
+NearestPoints from_triangle_to_segment(const Triangle& a, const Vector3& p, const Vector3& q) {
+  NearestPoints result = triangle_distance(a, {p, q, q});
+  result.feature_b = feature_of_segment(result.feature_b);
+  return result;
+}
+
+}  // namespace
+
+bool triangle_core_distance(const Triangle& a, const SimpleCore& b, const RigidPose& X_AB,
+                            NearestPoints& result) {
+  if (b.kind != CoreKind::Point && b.kind != CoreKind::Segment) return false;
+  const Vector3 center = X_AB * b.center;
+  if (b.kind == CoreKind::Point) {
+    result = from_triangle_to_point(a, center);
+  } else {
+    const Vector3 half = X_AB.rotation() * b.half_extents;
+    result = from_triangle_to_segment(a, center - half, center + half);
+  }
+  const Scalar radius = b.rounding_radius;
+  if (!(radius > 0)) return true;
+  // The sums below err by 2u of their terms.
+  const Scalar noise = 4 * kUnitRoundoff * (result.upper + radius);
+  const Vector3 v = result.p_b - result.p_a;
+  const Scalar length = v.norm();
+  const Scalar lower = result.lower - radius - noise;
+  result.lower = lower > 0 ? lower : 0;
+  result.is_overlapping =
+      result.is_overlapping || (!(lower > 0) && length - radius <= kPoseNoise * (length + radius));
+  result.upper = std::max(Scalar(0), result.upper - radius) + noise;
+  // A point in both, where they overlap.
+  const Scalar offset = length > radius ? radius / length : Scalar(1);
+  result.p_b -= offset * v;
   return true;
 }
 

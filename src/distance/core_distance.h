@@ -2,6 +2,7 @@
 #pragma once
 
 #include "dyop/core/rigid_pose.h"
+#include "dyop/core/triangle.h"
 #include "dyop/distance/nearest_points.h"
 #include "dyop/geometry/convex_shape.h"
 
@@ -18,13 +19,19 @@ struct CorePlaces {
 /// The distance of two rounded simple cores in closed form, with both bounds, in frame F from the
 /// origin of A on: one look-up in a table of pairs of kinds, which also serves the other order.
 ///
-/// Returns false, with nothing known, if a core is General, for two boxes, and where the
-/// certificate fails: near contact of nearly parallel edges, and for sizes whose squares leave the
-/// range of double. The caller then takes gjk_distance().
+/// Returns false, with nothing known, if a core is General, and where the certificate fails: near
+/// contact of nearly parallel edges, for boxes that overlap with no corner of one in the other, and
+/// for sizes whose squares leave the range of double. The caller then takes gjk_distance().
 ///
 /// `lower` is the slab gap along nhat_AB, `upper` the length of the witness segment; both are
 /// widened by kPoseNoise times the size of the pair. docs/algorithms/distance.md, "Simple shapes".
 bool core_distance(const SimpleCore& a, const SimpleCore& b, const CorePlaces& places,
                    NearestPoints& result);
+
+/// The distance of a triangle, A, and a rounded point or segment, B, by the kernels for a point and
+/// a triangle and for two triangles; false for other cores. All in A's frame; features with local
+/// vertex numbers. Bounds allow for all rounding but that of the pose.
+bool triangle_core_distance(const Triangle& a, const SimpleCore& b, const RigidPose& X_AB,
+                            NearestPoints& result);
 
 }  // namespace dyop::distance_internal

@@ -31,9 +31,9 @@ void DistanceTraversal::open(const BoxPair& pair) {
   statistics.box_tests += count;
   const auto first = stack_.size();
   for (int column = 0; column < count; ++column) {
-    const Scalar gap = std::max(pair.gap, gaps[std::size_t(column)]);
+    const Scalar gap = std::max(pair.gap, std::max(gaps[std::size_t(column)], 0.0) - radii_);
     if (gap > cutoff()) {
-      lower = std::min(lower, gap);
+      pass_over(gap);
       continue;
     }
     const std::int32_t part = ShapeTree::box_number(child, column);
@@ -71,7 +71,7 @@ bool DistanceTraversal::run_portion(std::int64_t max_box_pairs) {
     stack_.pop_back();
     ++box_pairs;
     if (pair.gap > cutoff()) {
-      lower = std::min(lower, pair.gap);
+      pass_over(pair.gap);
       continue;
     }
     if (a_.is_leaf(pair.a) && b_.is_leaf(pair.b)) {

@@ -31,6 +31,7 @@ class DistanceTraversal {
         X_BA_(X_AB.inverse()),
         noise_(noise),
         box_noise_(noise * (kStepNoise / kPoseNoise)),
+        radii_(a.rounding() + b.rounding()),
         limit_(max_distance),
         box_gaps_(box_gaps_kernel(best_instruction_set())),
         stack_(stack) {}
@@ -41,7 +42,10 @@ class DistanceTraversal {
   /// The same in portions: start(), then run_portion() until it returns that it is done. Another
   /// traversal of the same shapes, poses and limits can continue with the stack and `best` of this
   /// one.
-  void start() { start({&kRootPair, 1}); }
+  void start() {
+    const BoxPair root{-radii_, ShapeTree::kRoot, ShapeTree::kRoot};
+    start({&root, 1});
+  }
   /// Of what is below these pairs only; farther ones go first.
   void start(std::span<const BoxPair> first);
   bool run_portion(std::int64_t max_box_pairs);
@@ -61,6 +65,9 @@ class DistanceTraversal {
   std::int64_t box_pairs = 0;  ///< popped from the stack
 
  private:
+  // A pair that is not looked at. Where both are inflated by balls its bound may be negative: it
+  // tells which pair is nearer, also among those that the balls reach.
+  void pass_over(Scalar gap) { lower = std::min(lower, std::max(gap, Scalar{0})); }
   // Pairs provably farther than this cannot change the answer by more than is allowed.
   Scalar cutoff() const {
     if (!(best.upper < kInfinity)) return limit_;
@@ -77,6 +84,7 @@ class DistanceTraversal {
   const RigidPose X_BA_;
   const Scalar noise_;      // of a point of one shape in the frame of the other
   const Scalar box_noise_;  // of a gap between boxes
+  const Scalar radii_;      // of the balls that inflate what the boxes hold
   const Scalar limit_;
   const BoxGapsKernel box_gaps_;
   BoxPairStack& stack_;

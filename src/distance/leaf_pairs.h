@@ -27,6 +27,7 @@ void visit_leaf_pairs(const LeafPairSearch& search, BoxPairStack& stack, const V
                       const IsOver& is_over, const IsSought& is_sought) {
   const BoxGapsKernel box_gaps = box_gaps_kernel(best_instruction_set());
   const Scalar box_noise = search.noise * (kStepNoise / kPoseNoise);
+  const Scalar radii = search.a.rounding() + search.b.rounding();
   const RigidPose X_BA = search.X_AB.inverse();
   while (!stack.empty()) {
     const BoxPair pair = stack.back();
@@ -46,7 +47,7 @@ void visit_leaf_pairs(const LeafPairSearch& search, BoxPairStack& stack, const V
     std::array<Scalar, BoxGroup::kWidth> gaps;
     box_gaps(tree.rows(child), count, other, box_noise, gaps.data());
     for (int column = 0; column < count; ++column) {
-      const Scalar gap = gaps[std::size_t(column)];
+      const Scalar gap = gaps[std::size_t(column)] - radii;
       if (gap > search.reach) continue;
       const std::int32_t part = ShapeTree::box_number(child, column);
       const BoxPair next{gap, opens_a ? part : pair.a, opens_a ? pair.b : part};

@@ -2,6 +2,7 @@
 #include "distance/piece_distance.h"
 
 #include <cmath>
+#include <utility>
 
 #include "core/assert.h"
 #include "core/tolerance.h"
@@ -36,6 +37,27 @@ PieceDistance convex_pieces(const ConvexShape& a, const ConvexShape& b, const Ri
   return convex_pieces(a, b, X_AB, GjkGoal{}, seed);
 }
 
+PieceDistance turned(PieceDistance piece) {
+  std::swap(piece.p_a, piece.p_b);
+  std::swap(piece.feature_a, piece.feature_b);
+  piece.nhat_AB = -piece.nhat_AB;
+  return piece;
+}
+
+PieceDistance triangle_and_convex(const Triangle& a, const ConvexShape& b, const RigidPose& X_AB) {
+  PieceDistance piece;
+  if (triangle_core_distance(a, b.simple_core(), X_AB, piece)) return piece;
+  return convex_pieces(TriangleCore(a), b, X_AB);
+}
+
+// In frame A, as all answers: the triangle is brought there.
+PieceDistance convex_and_triangle(const ConvexShape& a, const Triangle& b, const RigidPose& X_AB) {
+  PieceDistance piece;
+  const Triangle b_A{X_AB * b[0], X_AB * b[1], X_AB * b[2]};
+  if (triangle_core_distance(b_A, a.simple_core(), RigidPose(), piece)) return turned(piece);
+  return convex_pieces(a, TriangleCore(b), X_AB);
+}
+
 // Points of a compound were transformed by one more pose.
 Scalar posed_size(const Shape& shape) {
   return (shape.kind() == ShapeKind::Compound ? 2 : 1) * shape.bounding_radius();
@@ -59,9 +81,9 @@ PieceDistance piece_distance(const ShapeTree& a, std::int32_t leaf_a, const Shap
   if (piece_a.mesh && piece_b.mesh) {
     result = triangle_pieces(piece_a.corners(), piece_b.corners(), X_AB);
   } else if (piece_a.mesh) {
-    result = convex_pieces(TriangleCore(piece_a.corners()), *piece_b.convex, X_AB);
+    result = triangle_and_convex(piece_a.corners(), *piece_b.convex, X_AB);
   } else if (piece_b.mesh) {
-    result = convex_pieces(*piece_a.convex, TriangleCore(piece_b.corners()), X_AB);
+    result = convex_and_triangle(*piece_a.convex, piece_b.corners(), X_AB);
   } else {
     result = convex_pieces(*piece_a.convex, *piece_b.convex, X_AB);
   }

@@ -37,15 +37,17 @@ LeafPiece ShapeTree::compound_piece(std::int32_t leaf) const {
   return {&*part.mesh, nullptr, number - part.first_piece, child};
 }
 
-// A tree of one box.
+// A tree of one box, around the core: the ball reaches as far beyond it along every axis.
 void ShapeTree::set_convex() {
+  rounding_ = convex_->rounding_radius();
   const AlignedBox bounds = convex_->bounding_box();
   OrientedBox box;
   box.center = bounds.center();
   // Centre and half extents are rounded, so grow by more than their error.
   const Scalar noise =
       8 * kUnitRoundoff * bounds.min().cwiseAbs().cwiseMax(bounds.max().cwiseAbs()).sum();
-  box.half_extents = (bounds.sizes() / 2).array() + noise;
+  box.half_extents = (bounds.sizes() / 2).array() - rounding_;
+  box.half_extents = box.half_extents.cwiseMax(0).array() + noise;
   scale_ = MeshHierarchy::scale_of(box);
   convex_node_ = {};  // the wide kernels read all columns
   convex_node_.boxes.set_box(0, box, scale_);

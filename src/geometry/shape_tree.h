@@ -32,6 +32,10 @@ struct LeafPiece {
 /// each a triangle of a mesh or a whole convex shape. Does not own the shape.
 ///
 /// A box is identified by eight times its node plus its column in it; box 0 is the root.
+///
+/// The box of a convex shape holds its core only: what a box holds is inflated by rounding(), so
+/// that a ball is searched for like its centre. A gap of boxes minus both roundings is a bound on
+/// the distance of what they hold.
 class DYOP_EXPORT ShapeTree {
  public:
   explicit ShapeTree(const Shape& shape);
@@ -85,6 +89,9 @@ class DYOP_EXPORT ShapeTree {
     return compound_piece(leaf);
   }
 
+  /// Radius of the ball that inflates what the boxes hold: of a convex shape, else 0.
+  Scalar rounding() const { return rounding_; }
+
   /// Null unless the shape is of that kind.
   const TriangleMesh* mesh() const { return mesh_; }
   const ConvexShape* convex() const { return convex_; }
@@ -100,6 +107,7 @@ class DYOP_EXPORT ShapeTree {
   std::int32_t node_count_ = 1;
   MeshHierarchy::Node convex_node_;
   Scalar scale_ = 1;
+  Scalar rounding_ = 0;
 };
 
 /// A box in the frame S of another shape. X_SO is the pose of the box's shape.

@@ -88,7 +88,6 @@ void ObstacleSet::remove(ObstacleId id) {
   ++slot.uses;
   --data_->size;
   data_->free.push_back(number);
-  data_->tidy();
 }
 
 bool ObstacleSet::contains(ObstacleId id) const {

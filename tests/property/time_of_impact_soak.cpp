@@ -2,8 +2,9 @@
 
 // Time of impact against an oracle that samples densely with a Lipschitz bound and shares no code
 // with the engine, over shapes, motions, turning rates, scales and places:
-//   time_of_impact_soak COUNT [SEED]
-// Prints a table and exits with 1 on any missed impact, penetration, loose impact, or undecided
+//   time_of_impact_soak COUNT [SEED [rounded]]
+// With `rounded` each query is of a mesh and a ball, a capsule or a rounded hull with a radius of
+// 0.01 to 3 sizes of the mesh, some of them inside it. Prints a table and exits with 1 on any missed impact, penetration, loose impact, or undecided
 // query. Each query is drawn from SEED and its number alone.
 
 #include <cstdio>
@@ -14,6 +15,7 @@
 #include <string>
 
 #include "core/tolerance.h"
+#include "dyop/distance/distance.h"
 #include "dyop/geometry/box.h"
 #include "dyop/geometry/capsule.h"
 #include "dyop/geometry/convex_hull.h"
@@ -43,6 +45,29 @@ constexpr Scalar kTolerance = 1e-6;
 constexpr int kMotionKinds = 12;
 constexpr Scalar kRates[] = {0, 1, 6, 20};
 
+// A hull inflated by a ball.
+class RoundedHull final : public ConvexShape {
+ public:
+  RoundedHull(std::vector<Vector3> points, Scalar radius) : hull_(std::move(points)), r_(radius) {}
+
+  SupportPoint core_support(const Vector3& direction) const override {
+    return hull_.core_support(direction);
+  }
+  Scalar rounding_radius() const override { return r_; }
+  Vector3 core_center() const override { return hull_.core_center(); }
+  const TriangleMesh* core_surface() const override { return hull_.core_surface(); }
+  AlignedBox bounding_box() const override {
+    const Vector3 more = Vector3::Constant(r_);
+    return {hull_.bounding_box().min() - more, hull_.bounding_box().max() + more};
+  }
+  Scalar bounding_radius() const override { return hull_.bounding_radius() + r_; }
+  MassProperties compute_mass_properties(Scalar) const override { return {}; }
+
+ private:
+  ConvexHull hull_;
+  Scalar r_;
+};
+
 // The same shapes in every size of a row of scales, so that hierarchies are built once.
 struct Zoo {
   explicit Zoo(Scalar s) : scale(s) {
@@ -66,12 +91,22 @@ struct Zoo {
     std::vector<Vector3> points(24);
     for (Vector3& p : points) p = s * testing::random_vector(0.7, random);
     shapes.push_back(std::make_shared<ConvexHull>(points));
+    first_rounded = shapes.size();
+    for (const Scalar r : {0.01, 0.1, 0.5, 1.0, 3.0}) {
+      shapes.push_back(std::make_shared<Sphere>(r * s));
+      shapes.push_back(std::make_shared<Capsule>(r * s, 0.4 * s));
+      std::vector<Vector3> few(6);
+      for (Vector3& p : few) p = s * testing::random_vector(0.4, random);
+      shapes.push_back(std::make_shared<RoundedHull>(few, r * s));
+    }
     for (const auto& shape : shapes) bodies.emplace_back(*shape);
   }
 
   Scalar scale;
   std::vector<std::shared_ptr<const Shape>> shapes;
   std::vector<testing::OracleBody> bodies;
+  std::size_t first_rounded = 0;
+  static constexpr int kMeshes = 8;
 };
 
 // Along travel sin(2 k t) and about a fixed axis, with the bounds that follow from its formula.
@@ -187,9 +222,10 @@ struct Tally {
   int penetrating = 0;
   int loose = 0;
   int undecided = 0;
+  int wrong_distances = 0;
   Scalar worst_gap = 0;  // at an impact, in tolerances above the target
 
-  int faults() const { return missed + penetrating + loose + undecided; }
+  int faults() const { return missed + penetrating + loose + undecided + wrong_distances; }
 };
 
 struct Query {
@@ -201,12 +237,18 @@ struct Query {
   ToiOptions options;
 };
 
-Query random_query(const Zoo& zoo, Scalar rate, std::mt19937_64& random) {
+Query random_query(const Zoo& zoo, Scalar rate, bool is_rounded, std::mt19937_64& random) {
   const Scalar s = zoo.scale;
-  const int count = int(zoo.shapes.size());
+  const int count = int(zoo.first_rounded);
   Query query;
   query.a = std::size_t(testing::random_index(count, random));
   query.b = std::size_t(testing::random_index(count, random));
+  if (is_rounded) {
+    query.a = std::size_t(testing::random_index(Zoo::kMeshes, random));
+    query.b = zoo.first_rounded + std::size_t(testing::random_index(
+                                      int(zoo.shapes.size() - zoo.first_rounded), random));
+    if (testing::random_index(2, random) == 0) std::swap(query.a, query.b);
+  }
   const Scalar begin = std::array{0.0, -5.0, 100.0}[std::size_t(testing::random_index(3, random))];
   query.interval = {begin,
                     begin + std::array{1.0, 0.01}[std::size_t(testing::random_index(2, random))]};
@@ -214,7 +256,14 @@ Query random_query(const Zoo& zoo, Scalar rate, std::mt19937_64& random) {
   const Vector3 place = testing::random_index(3, random) == 0
                             ? Vector3(1e4 * s * testing::random_direction(random))
                             : Vector3::Zero();
-  const Vector3 from = s * testing::random_number(2, 4, random) * testing::random_direction(random);
+  Vector3 from = s * testing::random_number(2, 4, random) * testing::random_direction(random);
+  if (is_rounded) {
+    from *= testing::random_index(4, random) == 0 ? 0.1 : 1;
+    const auto radius = [&](std::size_t shape) {
+      return zoo.bodies[shape].surface().rounding_radius;
+    };
+    from += (radius(query.a) + radius(query.b)) * from.normalized();
+  }
   const Vector3 aim = s * testing::random_vector(1, random);
   query.X_WA = random_motion(query.interval, RigidPose(testing::random_rotation(random), place),
                              0.1 * s * testing::random_vector(1, random), rate, random);
@@ -224,6 +273,16 @@ Query random_query(const Zoo& zoo, Scalar rate, std::mt19937_64& random) {
   query.options.distance_tolerance = kTolerance * s;
   query.options.target_distance = testing::random_index(4, random) == 0 ? 0.05 * s : 0;
   return query;
+}
+
+// The bounds of distance() where the search ended.
+bool is_distance_right(const Zoo& zoo, const Query& query, const ToiResult& result,
+                       const testing::DistanceBracket& oracle) {
+  const DistanceResult found =
+      distance(*zoo.shapes[query.a], result.X_WA, *zoo.shapes[query.b], result.X_WB);
+  return found.lower <= oracle.upper + result.rounding_allowance &&
+         found.upper >= oracle.lower - result.rounding_allowance &&
+         found.upper - found.lower <= 2 * result.rounding_allowance;
 }
 
 void check(const Zoo& zoo, const Query& query, Tally& tally, const std::string& name) {
@@ -244,6 +303,9 @@ void check(const Zoo& zoo, const Query& query, Tally& tally, const std::string& 
     if (lower > delta + epsilon) fault(tally.undecided, "not within the target at the start");
     return;
   }
+  if (!is_distance_right(zoo, query, result, oracle.distance_at(result.t_safe, resolution))) {
+    fault(tally.wrong_distances, "wrong distance");
+  }
   const bool is_hit = result.status == ToiStatus::Impact;
   if (!is_hit && result.status != ToiStatus::Separated) fault(tally.undecided, "undecided");
   const Scalar floor = delta + epsilon / 4 - result.rounding_allowance;
@@ -259,7 +321,7 @@ void check(const Zoo& zoo, const Query& query, Tally& tally, const std::string& 
   if (gap > epsilon + result.rounding_allowance) fault(tally.loose, "loose");
 }
 
-int run(int count, std::uint64_t seed) {
+int run(int count, std::uint64_t seed, bool is_rounded) {
   std::vector<Zoo> zoos;
   for (const Scalar scale : {1e-3, 1.0, 1e3}) zoos.emplace_back(scale);
   std::printf("seed %llu, tolerance %g of the size\n", static_cast<unsigned long long>(seed),
@@ -272,7 +334,7 @@ int run(int count, std::uint64_t seed) {
       Tally tally;
       for (int k = 0; k < count; ++k) {
         std::mt19937_64 random(seed * 1000003 + std::uint64_t(k));
-        const Query query = random_query(zoo, rate, random);
+        const Query query = random_query(zoo, rate, is_rounded, random);
         check(zoo, query, tally, "rate " + std::to_string(rate) + " query " + std::to_string(k));
       }
       std::printf("%6g %8g %8d %8d %8d %12d %6d %10d %10.6f\n", rate, zoo.scale, tally.queries,
@@ -294,8 +356,9 @@ int main(int argc, char** argv) {
   const int count = argc > 1 ? std::atoi(argv[1]) : 50;
   const long seed = argc > 2 ? std::atol(argv[2]) : 1;
   if (count <= 0 || seed < 0) {
-    std::fprintf(stderr, "usage: time_of_impact_soak COUNT [SEED]\n");
+    std::fprintf(stderr, "usage: time_of_impact_soak COUNT [SEED [rounded]]\n");
     return 2;
   }
-  return dyop::run(count, static_cast<std::uint64_t>(seed));
+  const bool is_rounded = argc > 3 && std::string(argv[3]) == "rounded";
+  return dyop::run(count, static_cast<std::uint64_t>(seed), is_rounded);
 }

@@ -77,8 +77,7 @@ DistanceResult distance(const Shape& a, const RigidPose& X_WA, const Shape& b,
 
 /// The same, starting from the pieces that were nearest in the last query with `cache`, or from the
 /// vertices of two convex shapes: at least twice as fast when bodies have moved little. (Spheres,
-/// capsules and boxes need no start, except for two boxes.) Bounds differ from those without it
-/// only by rounding; where several pieces are equally near, the witness may be on another of them.
+/// capsules and boxes need no start.) Bounds differ from those without it only by rounding; where several pieces are equally near, the witness may be on another of them.
 DistanceResult distance(const Shape& a, const RigidPose& X_WA, const Shape& b,
                         const RigidPose& X_WB, const DistanceOptions& options,
                         DistanceCache& cache);

@@ -35,7 +35,8 @@ inline bool comes_near(const ShapeTree& tree, std::int32_t box, const Vector3& p
                        Scalar distance) {
   if (!(distance < kInfinity)) return true;
   const Scalar away = (tree.box(box).center - place).norm();
-  return !(away > distance + (1 + kPointBoxNoise) * std::sqrt(tree.squared_half_diagonal(box)));
+  return !(away > distance + tree.rounding() +
+                      (1 + kPointBoxNoise) * std::sqrt(tree.squared_half_diagonal(box)));
 }
 
 /// Calls visit(leaf_a, leaf_b) for all pairs of leaves within reach, and at the query's place, below

@@ -78,7 +78,7 @@ class ImpactSearch {
   ObstacleImpact run();
 
  private:
-  void push_node(std::size_t number, int first);
+  void push_node(std::int32_t number, int first);
   void push_obstacle(std::uint32_t slot, const AlignedBox& box, int first);
   void push_moving(std::uint32_t slot);
   void add_pair(std::uint32_t slot, int first, int last);
@@ -105,15 +105,18 @@ class ImpactSearch {
   Scalar rounding_allowance_ = 0;
 };
 
-void ImpactSearch::push_node(std::size_t number, int first) {
-  const ObstacleTree::Node& node = data_.tree.nodes()[number];
+void ImpactSearch::push_node(std::int32_t number, int first) {
+  const ObstacleTree::Node& node = data_.tree.node(number);
   if (node.is_leaf()) {
-    if (data_.slots[node.number()].is_in_tree) push_obstacle(node.number(), node.box, first);
+    push_obstacle(node.number, node.box, first);
     return;
   }
   ++statistics_.box_tests;
   const std::optional<int> near = swept_.first_near(node.box, reach_, first);
-  if (near) memory_.queue.push({parts_.time(*near), kNode, std::uint64_t(*near), number});
+  if (near) {
+    memory_.queue.push(
+        {parts_.time(*near), kNode, std::uint64_t(*near), static_cast<std::size_t>(number)});
+  }
 }
 
 void ImpactSearch::push_obstacle(std::uint32_t slot, const AlignedBox& box, int first) {
@@ -235,21 +238,15 @@ ObstacleImpact ImpactSearch::finish_separated() {
 ObstacleImpact ImpactSearch::run() {
   memory_.queue.clear();
   memory_.used = 0;
-  for (const std::uint32_t slot : data_.loose) {
-    if (data_.slots[slot].is_at_rest) {
-      push_obstacle(slot, data_.slots[slot].box, 0);
-    } else {
-      push_moving(slot);
-    }
-  }
-  if (!data_.tree.nodes().empty()) push_node(0, 0);
+  for (const std::uint32_t slot : data_.moving) push_moving(slot);
+  if (data_.tree.root() != ObstacleTree::kNone) push_node(data_.tree.root(), 0);
   ToiStatus undecided = ToiStatus::NotRun;
   while (!memory_.queue.is_empty()) {
     const ObstacleEvent event = memory_.queue.pop();
     if (event.rank == kNode) {
-      const std::size_t child = data_.tree.nodes()[event.index].child();
-      push_node(child, int(event.id));
-      push_node(child + 1, int(event.id));
+      for (const std::int32_t child : data_.tree.node(std::int32_t(event.index)).children) {
+        push_node(child, int(event.id));
+      }
       continue;
     }
     const ObstaclePair& pair = *memory_.pairs[event.index];
@@ -278,8 +275,8 @@ ObstacleImpact ObstacleSet::first_impact(const Shape& body, const Motion& X_WB,
                                          ObstacleWorkspace& workspace) const {
   toi_internal::require_no_solid_b("first_impact", options.solid_b);
   toi_internal::require_valid_query(body, X_WB, body, X_WB, interval, options);
-  for (std::size_t i = 0; i < data_->moving; ++i) {
-    require_defined(*data_->slots[data_->loose[i]].obstacle->X_WO, interval,
+  for (const std::uint32_t slot : data_->moving) {
+    require_defined(*data_->slots[slot].obstacle->X_WO, interval,
                     "first_impact: the motion of an obstacle");
   }
   return ImpactSearch(*data_, body, X_WB, interval, options, filter, workspace.memory()).run();

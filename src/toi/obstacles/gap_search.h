@@ -59,26 +59,23 @@ Scalar visit_by_gap(const ObstacleSetData& data, const ObstacleFilter& filter,
     if (!passes(data, slot, filter)) return;
     queue.push({gap, kObstacle, static_cast<std::uint64_t>(data.id_of(slot)), slot});
   };
-  const auto push_node = [&](std::size_t number) {
-    const ObstacleTree::Node& node = data.tree.nodes()[number];
-    if (!node.is_leaf()) {
-      queue.push({gap_of_box(node.box), kNode, 0, number});
-    } else if (data.slots[node.number()].is_in_tree) {
-      push_obstacle(node.number(), gap_of_box(node.box));
+  const auto push_node = [&](std::int32_t number) {
+    const ObstacleTree::Node& node = data.tree.node(number);
+    if (node.is_leaf()) {
+      push_obstacle(node.number, gap_of_box(node.box));
+    } else {
+      queue.push({gap_of_box(node.box), kNode, 0, static_cast<std::size_t>(number)});
     }
   };
-  for (const std::uint32_t slot : data.loose) {
-    const ObstacleSetData::Slot& loose = data.slots[slot];
-    push_obstacle(slot, loose.is_at_rest ? gap_of_box(loose.box) : gap_of_moving(slot));
-  }
-  if (!data.tree.nodes().empty()) push_node(0);
+  for (const std::uint32_t slot : data.moving) push_obstacle(slot, gap_of_moving(slot));
+  if (data.tree.root() != ObstacleTree::kNone) push_node(data.tree.root());
   while (!queue.is_empty()) {
     if (queue.top().key > limit()) return queue.top().key;
     const ObstacleEvent event = queue.pop();
     if (event.rank == kNode) {
-      const std::size_t child = data.tree.nodes()[event.index].child();
-      push_node(child);
-      push_node(child + 1);
+      for (const std::int32_t child : data.tree.node(std::int32_t(event.index)).children) {
+        push_node(child);
+      }
     } else {
       visit(static_cast<std::uint32_t>(event.index), event.key);
     }

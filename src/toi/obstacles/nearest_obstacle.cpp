@@ -33,8 +33,8 @@ NearestObstacle ObstacleSet::nearest(const Shape& body, const RigidPose& X_WB, S
   distance_internal::require_valid_options(options, "nearest");
   distance_internal::require_closed("nearest", body, body, {options.solid_a, false});
   DYOP_REQUIRE(std::isfinite(t), "nearest: t must be finite, not ", t);
-  for (std::size_t i = 0; i < data_->moving; ++i) {
-    require_defined(*data_->slots[data_->loose[i]].obstacle->X_WO, {t, t},
+  for (const std::uint32_t slot : data_->moving) {
+    require_defined(*data_->slots[slot].obstacle->X_WO, {t, t},
                     "nearest: the motion of an obstacle");
   }
   NearestObstacle best;
@@ -88,8 +88,8 @@ ObstacleClearance ObstacleSet::least_distance(const Shape& body, const Motion& X
   require_defined(X_WB, interval, "least_distance: the motion of the body");
   toi_internal::require_valid_options(options);
   distance_internal::require_closed("least_distance", body, body, {options.solid_a, false});
-  for (std::size_t i = 0; i < data_->moving; ++i) {
-    require_defined(*data_->slots[data_->loose[i]].obstacle->X_WO, interval,
+  for (const std::uint32_t slot : data_->moving) {
+    require_defined(*data_->slots[slot].obstacle->X_WO, interval,
                     "least_distance: the motion of an obstacle");
   }
   ObstacleClearance best;

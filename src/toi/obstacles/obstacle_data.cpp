@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "toi/obstacles/obstacle_data.h"
 
-#include <algorithm>
-
 #include "dyop/core/error.h"
 
 namespace dyop::toi_internal {
@@ -13,41 +11,26 @@ const ObstacleSetData::Slot* ObstacleSetData::find(ObstacleId id) const {
   return &slots[slot];
 }
 
-void ObstacleSetData::put_in(std::uint32_t slot) {
-  slots[slot].is_in_tree = false;
-  if (slots[slot].is_at_rest) {
-    loose.push_back(slot);
-    tidy();
-  } else {
-    loose.insert(loose.begin(), slot);
-    ++moving;
-  }
-}
-
-void ObstacleSetData::take_out(std::uint32_t slot) {
-  if (slots[slot].is_in_tree) {
-    slots[slot].is_in_tree = false;
-    ++left_tree;
+void ObstacleSetData::put_in(std::uint32_t number) {
+  Slot& slot = slots[number];
+  if (slot.is_at_rest) {
+    slot.leaf = tree.insert(slot.box, number);
     return;
   }
-  if (!slots[slot].is_at_rest) --moving;
-  loose.erase(std::find(loose.begin(), loose.end(), slot));
+  slot.place = moving.size();
+  moving.push_back(number);
 }
 
-// Rebuilds rarely enough that each obstacle is put into a new tree a bounded number of times.
-void ObstacleSetData::tidy() {
-  constexpr std::size_t kFew = 16;
-  constexpr std::size_t kShare = 4;
-  if (loose.size() - moving + left_tree <= kFew + tree.item_count() / kShare) return;
-  std::vector<ObstacleTree::Item> items;
-  for (std::uint32_t i = 0; i < slots.size(); ++i) {
-    Slot& slot = slots[i];
-    slot.is_in_tree = slot.obstacle && slot.is_at_rest;
-    if (slot.is_in_tree) items.push_back({slot.box, i});
+void ObstacleSetData::take_out(std::uint32_t number) {
+  Slot& slot = slots[number];
+  if (slot.is_at_rest) {
+    tree.remove(slot.leaf);
+    slot.leaf = ObstacleTree::kNone;
+    return;
   }
-  tree = ObstacleTree(std::move(items));
-  left_tree = 0;
-  loose.resize(moving);
+  moving[slot.place] = moving.back();
+  slots[moving[slot.place]].place = slot.place;
+  moving.pop_back();
 }
 
 void require_no_solid_b(const char* query, bool solid_b) {

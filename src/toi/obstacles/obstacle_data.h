@@ -16,17 +16,16 @@ struct ObstacleSetData {
     std::optional<Obstacle> obstacle;
     std::uint32_t uses = 0;
     bool is_at_rest = false;
-    bool is_in_tree = false;  // otherwise in `loose`; a leaf of the tree may be out of date
-    AlignedBox box;           // of an obstacle at rest, in world
+    std::int32_t leaf = ObstacleTree::kNone;  // in the tree, of an obstacle at rest
+    std::size_t place = 0;                    // in `moving`, of another
+    AlignedBox box;                           // of an obstacle at rest, in world
   };
 
   std::vector<Slot> slots;
   std::vector<std::uint32_t> free;
   std::size_t size = 0;
-  ObstacleTree tree;                 // of obstacles at rest, some of which may have left it
-  std::size_t left_tree = 0;         // how many left it
-  std::vector<std::uint32_t> loose;  // the others, moving ones first
-  std::size_t moving = 0;            // how many of them
+  ObstacleTree tree;                  // of obstacles at rest
+  std::vector<std::uint32_t> moving;  // slots of the others, in any order
 
   ObstacleId id_of(std::uint32_t slot) const {
     return ObstacleId{std::uint64_t{slots[slot].uses} << 32 | slot};
@@ -34,10 +33,8 @@ struct ObstacleSetData {
   const Slot* find(ObstacleId id) const;
   /// Lists an obstacle that is new or was taken out.
   void put_in(std::uint32_t slot);
-  /// Removes an obstacle from the tree or the loose list.
+  /// Removes an obstacle from where it is listed.
   void take_out(std::uint32_t slot);
-  /// Rebuilds the tree with all obstacles at rest, if many are not in it.
-  void tidy();
 };
 
 /// Throws InvalidArgument if solid_b is set: Obstacle::is_solid replaces it.

@@ -137,7 +137,8 @@ void MovingPair::fill(FacingMotion& facing, const BodyInstant& body,
   facing.linear_acceleration = now_.linear_acceleration;
   facing.linear_speed = now_.linear_speed;
   // Directions of the wide kernels have the length one up to 32u. literal: twice that.
-  facing.floor = floor_ * (1 + 64 * kUnitRoundoff);
+  // Boxes hold cores: the balls around them turn with nothing and stay between them.
+  facing.floor = (floor_ + a_.tree.rounding() + b_.tree.rounding()) * (1 + 64 * kUnitRoundoff);
   facing.noise = now_.noise;
 }
 
@@ -213,8 +214,8 @@ SafeStep MovingPair::leaf_step(const PieceDistance& piece, std::int32_t leaf_a, 
     const Slab slab{normal, piece.lower, closing_speed(piece)};
     return safe_step(now_, *convex_a, a_.radius, *convex_b, b_.radius, slab, floor);
   }
-  const Scalar radius_a = node_radius(a_.tree.box(leaf_a));
-  const Scalar radius_b = node_radius(b_.tree.box(leaf_b));
+  const Scalar radius_a = node_radius(a_.tree.box(leaf_a)) + a_.tree.rounding();
+  const Scalar radius_b = node_radius(b_.tree.box(leaf_b)) + b_.tree.rounding();
   const auto step = [&](const auto& set_a, const auto& set_b) {
     return safe_step(now_, set_a, radius_a, set_b, radius_b, normal, floor);
   };

@@ -4,7 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <map>
 #include <set>
+#include <utility>
+#include <vector>
 
 #include "core/tolerance.h"
 #include "dyop/distance/distance.h"
@@ -62,29 +65,80 @@ TEST(SweptBoxes, SayWhichPartsComeNear) {
   EXPECT_LE(swept.least_gap(aside), 1);
 }
 
+// The boxes hold what is below them, parents and children agree, and no leaf is deeper than allowed.
+void expect_sound(const ObstacleTree& tree, const std::map<std::uint32_t, AlignedBox>& items,
+                  int most_depth) {
+  EXPECT_EQ(tree.item_count(), items.size());
+  std::set<std::uint32_t> seen;
+  std::vector<std::pair<std::int32_t, int>> open;
+  if (tree.root() != ObstacleTree::kNone) open.push_back({tree.root(), 0});
+  while (!open.empty()) {
+    const auto [number, depth] = open.back();
+    open.pop_back();
+    const ObstacleTree::Node& node = tree.node(number);
+    EXPECT_LE(depth, most_depth);
+    if (node.is_leaf()) {
+      EXPECT_TRUE(seen.insert(node.number).second);
+      EXPECT_TRUE(node.box.isApprox(items.at(node.number)));
+      continue;
+    }
+    for (const std::int32_t child : node.children) {
+      EXPECT_EQ(tree.node(child).parent, number);
+      EXPECT_TRUE(node.box.contains(tree.node(child).box));
+      open.push_back({child, depth + 1});
+    }
+  }
+  EXPECT_EQ(seen.size(), items.size());
+}
+
+AlignedBox box_at(const Vector3& center) {
+  return AlignedBox(center, center + Vector3(1, 2, 3));
+}
+
 TEST(ObstacleTree, HoldsEveryItemOnceInItsBoxes) {
   testing::Random random(9);
-  for (const int count : {1, 2, 3, 17, 200}) {
-    std::vector<ObstacleTree::Item> items;
+  for (const int count : {0, 1, 2, 3, 17, 200, 1000}) {
+    ObstacleTree tree;
+    std::map<std::uint32_t, AlignedBox> items;
     for (int i = 0; i < count; ++i) {
-      const Vector3 center = i % 5 == 0 ? Vector3::Zero() : random.in_ball(10);
-      items.push_back({AlignedBox(center, center + Vector3(1, 2, 3)), std::uint32_t(i)});
+      const std::uint32_t number = std::uint32_t(i);
+      items[number] = box_at(i % 5 == 0 ? Vector3(Vector3::Zero()) : random.in_ball(10));
+      tree.insert(items[number], number);
     }
-    const ObstacleTree tree(items);
-    EXPECT_EQ(tree.item_count(), std::size_t(count));
-    std::set<std::uint32_t> seen;
-    for (const ObstacleTree::Node& node : tree.nodes()) {
-      if (node.is_leaf()) {
-        seen.insert(node.number());
-        EXPECT_TRUE(node.box.isApprox(items[node.number()].box));
-      } else {
-        EXPECT_TRUE(node.box.contains(tree.nodes()[node.child()].box));
-        EXPECT_TRUE(node.box.contains(tree.nodes()[node.child() + 1].box));
-      }
-    }
-    EXPECT_EQ(seen.size(), std::size_t(count));
+    expect_sound(tree, items, count);
   }
-  EXPECT_TRUE(ObstacleTree().nodes().empty());
+}
+
+// In a row, as a wall is built: every new item is beyond all others.
+TEST(ObstacleTree, StaysShallowWhateverTheOrder) {
+  ObstacleTree tree;
+  std::map<std::uint32_t, AlignedBox> items;
+  for (std::uint32_t i = 0; i < 4000; ++i) {
+    items[i] = box_at(Vector3(2 * Scalar(i), 0, 0));
+    tree.insert(items[i], i);
+  }
+  expect_sound(tree, items, 40);
+}
+
+TEST(ObstacleTree, ItemsComeMoveAndGo) {
+  testing::Random random(10);
+  ObstacleTree tree;
+  std::map<std::uint32_t, AlignedBox> items;
+  std::map<std::uint32_t, std::int32_t> leaves;
+  for (std::uint32_t i = 0; i < 6000; ++i) {
+    const std::uint32_t number = (i * 7919) % 500;
+    if (items.count(number) != 0) {
+      tree.remove(leaves.at(number));
+      items.erase(number);
+      if (i % 3 == 0) continue;
+    }
+    items[number] = box_at(random.in_ball(20));
+    leaves[number] = tree.insert(items[number], number);
+    if (i % 500 == 0) expect_sound(tree, items, 40);
+  }
+  expect_sound(tree, items, 40);
+  for (const auto& [number, box] : items) tree.remove(leaves.at(number));
+  expect_sound(tree, {}, 0);
 }
 
 }  // namespace
