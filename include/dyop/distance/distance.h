@@ -76,8 +76,8 @@ DistanceResult distance(const Shape& a, const RigidPose& X_WA, const Shape& b,
                         const RigidPose& X_WB, const DistanceOptions& options = {});
 
 /// The same, starting from the pieces that were nearest in the last query with `cache`, or from the
-/// vertices of two convex shapes: at least twice as fast when bodies have moved little. (Spheres,
-/// capsules and boxes need no start.) Bounds differ from those without it only by rounding; where several pieces are equally near, the witness may be on another of them.
+/// vertices of two convex shapes: twice as fast or more if bodies moved little. Bounds differ from
+/// those without it only by rounding; where several pieces are as near, the witness may differ.
 DistanceResult distance(const Shape& a, const RigidPose& X_WA, const Shape& b,
                         const RigidPose& X_WB, const DistanceOptions& options,
                         DistanceCache& cache);
