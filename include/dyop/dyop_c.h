@@ -93,7 +93,8 @@ typedef struct dyop_context_options {
 
 DYOP_C_API dyop_status dyop_context_create(const dyop_context_options* options,
                                            dyop_context** context);
-/* Destroys all objects left in it. Null is legal. */
+/* Destroys all objects left in it. Null is legal. Inside a callback of one of its functions it is
+ * refused: the log tells it, and the context lives on. */
 DYOP_C_API void dyop_context_destroy(dyop_context* context);
 /* Copies the text of the context's last failure, truncated to fit and always zero-terminated. */
 DYOP_C_API dyop_status dyop_last_error(const dyop_context* context, char* text, size_t capacity);

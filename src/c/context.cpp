@@ -58,12 +58,66 @@ void HookMemory::do_deallocate(void* memory, std::size_t size, std::size_t align
   }
 }
 
+namespace {
+
+struct RunningCall {
+  explicit RunningCall(dyop_context& the_context) : context(the_context) {
+    ++context.running_calls;
+  }
+  ~RunningCall() { --context.running_calls; }
+  RunningCall(const RunningCall&) = delete;
+  RunningCall& operator=(const RunningCall&) = delete;
+
+  dyop_context& context;
+};
+
+}  // namespace
+
+World& WorldObject::to_change() {
+  const std::lock_guard lock(mutex_);
+  DYOP_REQUIRE(!is_advancing_, "a world cannot be changed while it is advanced");
+  return world_;
+}
+
+const World& WorldObject::to_read() const {
+  const std::lock_guard lock(mutex_);
+  DYOP_REQUIRE(!is_advancing_ || thread_ == std::this_thread::get_id(),
+               "a world that another thread advances cannot be read");
+  return world_;
+}
+
+const std::vector<ImpactEvent>& WorldObject::impacts() const {
+  to_read();
+  return impacts_;
+}
+
+AdvanceReport WorldObject::advance(Scalar dt) {
+  {
+    const std::lock_guard lock(mutex_);
+    DYOP_REQUIRE(!is_advancing_, "a world cannot be advanced while it is advanced");
+    is_advancing_ = true;
+    thread_ = std::this_thread::get_id();
+  }
+  struct Ended {
+    WorldObject& object;
+    ~Ended() {
+      const std::lock_guard lock(object.mutex_);
+      object.is_advancing_ = false;
+    }
+  } const ended{*this};
+  impacts_.clear();
+  AdvanceReport report = world_.advance(dt);
+  impacts_ = std::move(report.impacts);
+  return report;
+}
+
 dyop_status guard(dyop_context* context, const std::function<void()>& call) {
   if (!context) return DYOP_INVALID_ARGUMENT;
   const auto fail = [context](dyop_status status, const char* message) {
     report(*context, message);
     return status;
   };
+  const RunningCall running(*context);
   try {
     call();
     return DYOP_OK;
@@ -120,6 +174,10 @@ dyop_status dyop_context_create(const dyop_context_options* options, dyop_contex
 
 void dyop_context_destroy(dyop_context* context) {
   if (!context) return;
+  if (context->running_calls > 0) {
+    dyop::c::report(*context, "a context cannot be destroyed while one of its functions runs");
+    return;
+  }
   dyop::c::HookMemory memory(context->hooks);
   context->~dyop_context();
   memory.deallocate(context, sizeof(dyop_context), alignof(dyop_context));

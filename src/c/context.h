@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <atomic>
 #include <functional>
 #include <memory>
 #include <memory_resource>
 #include <mutex>
 #include <shared_mutex>
 #include <string>
+#include <thread>
+#include <vector>
 
 #include "c/handle_table.h"
 #include "c/sized_struct.h"
@@ -36,12 +39,24 @@ class HookMemory final : public std::pmr::memory_resource {
   dyop_context_options hooks_;
 };
 
-/// A world, and what its last advance reported.
-struct WorldObject {
-  explicit WorldObject(const WorldOptions& options) : world(options) {}
+/// A world, and what its last advance reported. While it advances, its callbacks may read it, in the
+/// thread that advances it; nothing may change it.
+class WorldObject {
+ public:
+  explicit WorldObject(const WorldOptions& options) : world_(options) {}
 
-  World world;
-  std::vector<ImpactEvent> impacts;
+  /// @throws InvalidArgument while the world is advanced, but for reading by the advancing thread.
+  World& to_change();
+  const World& to_read() const;
+  const std::vector<ImpactEvent>& impacts() const;
+  AdvanceReport advance(Scalar dt);
+
+ private:
+  World world_;
+  std::vector<ImpactEvent> impacts_;
+  mutable std::mutex mutex_;
+  bool is_advancing_ = false;  // both under the mutex
+  std::thread::id thread_;
 };
 
 /// Runs a call of the interface: turns exceptions into a status, and informs the log.
@@ -81,6 +96,7 @@ struct dyop_context {
   dyop::c::HandleTable<const dyop::Shape> shapes;
   dyop::c::HandleTable<const dyop::Motion> motions;
   dyop::c::HandleTable<dyop::c::WorldObject> worlds;
+  std::atomic<int> running_calls{0};  ///< so that no callback destroys what its caller goes on with
   mutable std::mutex error_mutex;
   std::string last_error;
 };

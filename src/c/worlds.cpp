@@ -129,14 +129,16 @@ dyop_status dyop_world_add_body(dyop_context* context, dyop_world world,
         require_given(definition, "definition"), DYOP_BODY_DEFINITION_INIT, "dyop_body_definition");
     require_given(body, "body");
     const auto object = context->world(world);
-    *body = dyop::c::to_c(object->world.add_body(dyop::c::definition_from(*context, given)));
+    dyop::World& changed = object->to_change();
+    *body = dyop::c::to_c(changed.add_body(dyop::c::definition_from(*context, given)));
   });
 }
 
 dyop_status dyop_world_remove_body(dyop_context* context, dyop_world world, dyop_body body) {
   return guard(context, [&] {
     const auto object = context->world(world);
-    object->world.remove_body(find_body(object->world, body));
+    dyop::World& changed = object->to_change();
+    changed.remove_body(find_body(changed, body));
   });
 }
 
@@ -144,8 +146,9 @@ dyop_status dyop_world_set_state(dyop_context* context, dyop_world world, dyop_b
                                  const dyop_state* state) {
   return guard(context, [&] {
     const auto object = context->world(world);
-    object->world.set_state(find_body(object->world, body),
-                            dyop::c::state_from(*require_given(state, "state")));
+    dyop::World& changed = object->to_change();
+    changed.set_state(find_body(changed, body),
+                      dyop::c::state_from(*require_given(state, "state")));
   });
 }
 
@@ -153,7 +156,8 @@ dyop_status dyop_world_set_motion(dyop_context* context, dyop_world world, dyop_
                                   dyop_motion motion) {
   return guard(context, [&] {
     const auto object = context->world(world);
-    object->world.set_motion(find_body(object->world, body), context->motion(motion));
+    dyop::World& changed = object->to_change();
+    changed.set_motion(find_body(changed, body), context->motion(motion));
   });
 }
 
@@ -161,8 +165,8 @@ dyop_status dyop_world_set_pair_enabled(dyop_context* context, dyop_world world,
                                         dyop_body b, int32_t is_enabled) {
   return guard(context, [&] {
     const auto object = context->world(world);
-    object->world.set_pair_enabled(find_body(object->world, a), find_body(object->world, b),
-                                   is_enabled != 0);
+    dyop::World& changed = object->to_change();
+    changed.set_pair_enabled(find_body(changed, a), find_body(changed, b), is_enabled != 0);
   });
 }
 
@@ -172,7 +176,7 @@ dyop_status dyop_world_states(dyop_context* context, dyop_world world, const dyo
     const auto object = context->world(world);
     DYOP_REQUIRE(count == 0 || (bodies && states), "bodies and states must not be null");
     for (std::size_t i = 0; i < count; ++i) {
-      states[i] = dyop::c::to_c(object->world.state(find_body(object->world, bodies[i])));
+      states[i] = dyop::c::to_c(object->to_read().state(find_body(object->to_read(), bodies[i])));
     }
   });
 }
@@ -182,10 +186,8 @@ dyop_status dyop_world_advance(dyop_context* context, dyop_world world, double d
   return guard(context, [&] {
     const auto object = context->world(world);
     auto out = dyop::c::sized_array(report, 1, "dyop_advance_report");
-    object->impacts.clear();
-    dyop::AdvanceReport found = object->world.advance(dt);
-    object->impacts = std::move(found.impacts);
-    out.write(0, {0, int(found.status), found.t, found.work.steps, object->impacts.size()});
+    const dyop::AdvanceReport found = object->advance(dt);
+    out.write(0, {0, int(found.status), found.t, found.work.steps, object->impacts().size()});
   });
 }
 
@@ -193,7 +195,7 @@ dyop_status dyop_world_impacts(dyop_context* context, dyop_world world, dyop_imp
                                size_t capacity, size_t* count) {
   return guard(context, [&] {
     std::vector<dyop_impact> list;
-    for (const dyop::ImpactEvent& event : context->world(world)->impacts) {
+    for (const dyop::ImpactEvent& event : context->world(world)->impacts()) {
       list.push_back(dyop::c::impact_record(event));
     }
     dyop::c::hand_over(list, impacts, capacity, count, "dyop_impact");
@@ -204,7 +206,7 @@ dyop_status dyop_world_contacts(dyop_context* context, dyop_world world, dyop_co
                                 size_t capacity, size_t* count) {
   return guard(context, [&] {
     std::vector<dyop_contact> list;
-    for (const dyop::PairRecord& pair : context->world(world)->world.contacts()) {
+    for (const dyop::PairRecord& pair : context->world(world)->to_read().contacts()) {
       for (const dyop::PairContact& touched : pair.contacts) {
         list.push_back(dyop::c::contact_record(pair, touched));
       }

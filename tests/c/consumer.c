@@ -243,6 +243,52 @@ static int check_world(dyop_context* context) {
   return 0;
 }
 
+/* A force that calls the interface again: changes are refused, reading is not. */
+typedef struct meddler {
+  dyop_context* context;
+  dyop_world world;
+  dyop_body body;
+  int calls;
+  int wrong;
+} meddler;
+
+static void meddle(void* user, double t, const dyop_state* state, dyop_wrench* wrench) {
+  meddler* m = (meddler*)user;
+  dyop_advance_report report = {sizeof(dyop_advance_report)};
+  dyop_state now;
+  dyop_body other;
+  dyop_body_definition definition = DYOP_BODY_DEFINITION_INIT;
+  (void)t;
+  (void)wrench;
+  ++m->calls;
+  m->wrong += dyop_world_remove_body(m->context, m->world, m->body) != DYOP_INVALID_ARGUMENT;
+  m->wrong += dyop_world_advance(m->context, m->world, 1, &report) != DYOP_INVALID_ARGUMENT;
+  m->wrong +=
+      dyop_world_set_state(m->context, m->world, m->body, state) != DYOP_INVALID_ARGUMENT;
+  m->wrong +=
+      dyop_world_add_body(m->context, m->world, &definition, &other) != DYOP_INVALID_ARGUMENT;
+  m->wrong += dyop_world_states(m->context, m->world, &m->body, 1, &now) != DYOP_OK;
+  dyop_context_destroy(m->context);
+}
+
+static int check_calls_from_callbacks(dyop_context* context) {
+  dyop_world_options options = DYOP_WORLD_OPTIONS_INIT;
+  dyop_body_definition definition = DYOP_BODY_DEFINITION_INIT;
+  dyop_advance_report report = {sizeof(dyop_advance_report)};
+  meddler m = {context};
+  CHECK(dyop_world_create(context, &options, &m.world) == DYOP_OK);
+  CHECK(dyop_sphere_create(context, 0.5, &definition.shape) == DYOP_OK);
+  definition.wrench = meddle;
+  definition.user = &m;
+  CHECK(dyop_world_add_body(context, m.world, &definition, &m.body) == DYOP_OK);
+  CHECK(dyop_world_advance(context, m.world, 0.1, &report) == DYOP_OK);
+  CHECK(m.calls > 0 && m.wrong == 0);
+  CHECK(dyop_world_remove_body(context, m.world, m.body) == DYOP_OK);
+  CHECK(dyop_world_destroy(context, m.world) == DYOP_OK);
+  CHECK(dyop_shape_destroy(context, definition.shape) == DYOP_OK);
+  return 0;
+}
+
 static int check_refusals(dyop_context* context) {
   dyop_shape shape = {0, 0};
   const int before = log_count;
@@ -284,6 +330,7 @@ int main(void) {
   failed = check_queries(context);
   if (!failed) failed = check_batch(context);
   if (!failed) failed = check_world(context);
+  if (!failed) failed = check_calls_from_callbacks(context);
   if (!failed) failed = check_refusals(context);
   if (failed) return 1;
   CHECK(allocated > 0);
