@@ -360,6 +360,154 @@ async function checkWalls(page) {
   check(hidden.length <= 2, `walls hide parts of bodies: ${hidden.slice(0, 5).join('; ')}`);
 }
 
+// The tree of bodies: search, groups, hiding, colours, following.
+async function checkBodies(page) {
+  await page.click('[data-tab=bodies]');
+  const first = await page.evaluate(() => {
+    const {player, run} = window.dyop;
+    player.choose({});
+    player.draw();
+    return run.movers[0].name;
+  });
+  await page.type('#tab-bodies input[type=search]', first);
+  const names = await page.$$eval('#tab-bodies .row.body .what', (nodes) => nodes.map((node) => node.textContent));
+  check(names.includes(first) && names.every((name) => name.toLowerCase().includes(first.toLowerCase())),
+        `a search for ${first} shows ${names}`);
+  const drawn = () => page.evaluate((name) => {
+    const {player, run} = window.dyop;
+    player.draw();
+    const body = run.bodies.find((one) => one.name === name);
+    const isDrawn = player.stage.shapes[body.shape].meshes.some((mesh) =>
+      [...mesh.userData.bodies.subarray(0, mesh.count)].includes(body.number));
+    return {isDrawn, color: player.stage.colors[body.number].getHexString(), chosen: player.chosen.body === body, tracks: Boolean(player.tracks)};
+  }, first);
+  const row = `#tab-bodies .row.body`;
+  check((await drawn()).isDrawn, `${first} is drawn`);
+  await page.click(`${row} input[type=checkbox]`);
+  check(!(await drawn()).isDrawn, `${first} is hidden`);
+  await page.click(`${row} input[type=checkbox]`);
+  check((await drawn()).isDrawn, `${first} is drawn again`);
+  await page.$eval(`${row} input[type=color]`, (node) => {
+    node.value = '#123456';
+    node.dispatchEvent(new Event('input'));
+  });
+  check((await drawn()).color === '123456', `the colour of ${first} is ${(await drawn()).color}`);
+  await page.click(`${row} button[aria-label^=Follow]`);
+  const followed = await drawn();
+  check(followed.chosen && followed.tracks, `the camera follows ${first}`);
+  await page.$eval('#tab-bodies input[type=search]', (node) => {
+    node.value = '';
+    node.dispatchEvent(new Event('input'));
+  });
+  for (const grouping of ['island', 'joints', 'shape', 'none', 'kind']) {
+    await page.select('#tab-bodies select', grouping);
+    const count = await page.evaluate(() => window.dyop.player.panel.bodies.list.items.filter(({body}) => body).length);
+    check(count === await page.evaluate(() => window.dyop.run.bodies.length), `${count} bodies in groups ${grouping}`);
+  }
+  await page.evaluate(() => {
+    const {player} = window.dyop;
+    player.ownColors.clear();
+    player.tracks = false;
+    player.choose({});
+  });
+}
+
+// Two points that are clicked; a cut; charts of one's own; files.
+async function checkTools(page) {
+  await page.click('[data-tab=view]');
+  await page.keyboard.press('f');
+  const places = await page.evaluate(() => {
+    const {player, run, project} = window.dyop;
+    player.seek(run.begin);
+    player.draw();
+    const canvas = player.stage.canvas.getBoundingClientRect();
+    const found = [];
+    for (const body of run.movers) {
+      const {x, y} = project(run.centerOf(body, player.t));
+      const node = document.elementFromPoint(canvas.left + x, canvas.top + y);
+      const hit = node === player.stage.canvas && player.stage.pickPoint(x, y);
+      if (hit) found.push({x: canvas.left + x, y: canvas.top + y, point: hit.point});
+    }
+    return found;
+  });
+  const [from, to] = [places[0], places.at(-1)];
+  await page.keyboard.press('u');
+  for (const place of [from, to]) await page.mouse.click(place.x, place.y);
+  await settled(page);
+  const [measured, text] = await page.evaluate(() => [window.dyop.player.measure.distance(window.dyop.player.t),
+                                                      document.getElementById('measure').textContent]);
+  const expected = Math.hypot(...from.point.map((x, k) => x - to.point[k]));
+  check(Math.abs(measured - expected) < 0.02 * expected + 1e-9, `two points are ${measured} apart, not ${expected}`);
+  check(/ from .* to /.test(text), `the measure says '${text}'`);
+  await page.keyboard.press('u');
+  await page.select('#tab-view select', '2');
+  const cut = await page.evaluate(() => {
+    const {player} = window.dyop;
+    player.stage.setCut(2, 0);
+    player.draw();
+    const canvas = player.stage.canvas;
+    const seen = [];
+    for (let x = 0.1; x < 1; x += 0.1) {
+      for (let y = 0.1; y < 1; y += 0.1) {
+        const hit = player.stage.pickPoint(x * canvas.clientWidth, y * canvas.clientHeight);
+        if (hit) seen.push(hit.point[2] - player.stage.framed.min.z);
+      }
+    }
+    return {planes: player.stage.renderer.clippingPlanes.length, above: Math.max(-Infinity, ...seen)};
+  });
+  check(cut.planes === 1 && cut.above <= 1e-6, `a cut leaves bodies up to ${cut.above} above it`);
+  await page.select('#tab-view select', '');
+  check(await page.evaluate(() => window.dyop.player.stage.renderer.clippingPlanes.length === 0), 'the cut is gone');
+  await page.click('[data-tab=curves]');
+  const before = await page.evaluate(() => window.dyop.player.curves.plots.length);
+  const off = await page.evaluate(() => {
+    const {player, run} = window.dyop;
+    const body = run.movers[0];
+    player.curves.add('z', body, body);
+    player.draw();
+    const [times, values] = player.curves.plots[0].data;
+    return Math.max(...times.map((t, k) => Math.abs(run.centerOf(body, t)[2] - values[k])));
+  });
+  const after = await page.evaluate(() => window.dyop.player.curves.plots.length);
+  check(after === before + 1 && off === 0, `${after - before} charts were added, off by ${off}`);
+  const csv = await page.evaluate(() => new Promise((done) => {
+    const make = URL.createObjectURL;
+    URL.createObjectURL = (blob) => {
+      URL.createObjectURL = make;
+      blob.text().then(done);
+      return make.call(URL, blob);
+    };
+    document.querySelector('#tab-curves button[aria-label$="as CSV"]').click();
+  }));
+  check(csv.startsWith('"t","') && csv.split('\n').length > 20, `the numbers of a chart begin with ${csv.slice(0, 60)}`);
+  await page.click('#tab-curves button[aria-label^=Remove]');
+  await settled(page);
+  check(await page.evaluate(() => window.dyop.player.curves.plots.length) === before, 'a chart is removed');
+  await page.click('[data-tab=data]');
+}
+
+// The accessibility tree, by axe, in light and dark, and on a phone; runs where axe-core is installed.
+async function checkAccess() {
+  let axe;
+  try {
+    axe = fs.readFileSync(require.resolve('axe-core/axe.min.js'), 'utf8');
+  } catch {
+    return console.log('axe-core is not installed: bash .ci/install.sh page');
+  }
+  for (const options of [{}, {theme: 'dark'}, {width: 390, height: 844}]) {
+    const page = await open('', options);
+    await page.evaluate(axe);
+    if (await page.$eval('#panel', ({hidden}) => hidden)) await page.keyboard.press('p');
+    for (const tab of ['data', 'curves', 'events', 'bodies', 'view']) {
+      await page.click(`[data-tab=${tab}]`);
+      await settled(page);
+      const {violations} = await page.evaluate(() => window.axe.run());
+      for (const {id, nodes} of violations) check(false, `axe, ${tab} ${JSON.stringify(options)}: ${id}: ${nodes[0].html}`);
+    }
+    await page.close();
+  }
+}
+
 async function checkLink(page) {
   const camera = () => page.evaluate(() => window.dyop.player.stage.camera.position.toArray());
   await page.evaluate(() => window.dyop.player.seek(window.dyop.run.end / 3));
@@ -402,6 +550,9 @@ try {
   await checkEvents(page);
   await checkOrientation(page);
   await checkWalls(page);
+  await checkBodies(page);
+  await checkTools(page);
+  await checkAccess();
 
   const impact = facts.impacts[0]?.t ?? 0.5 * facts.end;
   for (const [name, hash, options] of [

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Buttons, keys, and the link that carries time and camera.
 import {worstOf} from './events.js';
-import {element} from './panel.js';
+import {canFilm, film, savePicture} from './export.js';
+import {element} from './element.js';
 import {kColorings} from './player.js';
 
 const kViews = ['wireframe', 'ghost', 'isolate'];
@@ -64,6 +65,11 @@ function actionsOf(player) {
       player.tracks = !player.tracks;
       player.notify();
     }},
+    measure: {keys: ['u'], words: 'Measure between two points that are clicked', act: () => {
+      player.measure.toggle();
+      player.notify();
+    }},
+    picture: {keys: ['P'], words: 'Save the picture', act: () => savePicture(player)},
     ground: {keys: ['r'], words: 'Grid, scale and axes of the world', act: () => {
       stage.ground.isShown = !stage.ground.isShown;
       player.notify();
@@ -149,7 +155,7 @@ function addButtons(player, actions) {
   const button = (name, text, isPressed) => {
     const {keys, words, act} = actions[name];
     const node = element('button', {title: `${words} (${keys[0] === ' ' ? 'space' : keys[0]})`,
-                                    'aria-label': words, onclick: act}, text);
+                                    'aria-label': /\w\w/.test(text) ? `${text}: ${words}` : words, onclick: act}, text);
     if (isPressed) {
       player.changed.add(() => node.setAttribute('aria-pressed', String(Boolean(isPressed()))));
     }
@@ -183,6 +189,40 @@ function addButtons(player, actions) {
     button('color', 'Colour'), button('frame', 'Frame'), button('closeUp', 'Close up'),
     button('track', 'Track', () => player.tracks), button('theme', '◐'),
     button('link', 'Link'), button('panel', 'Panel'), button('help', '?'));
+}
+
+// What is set once in a while: a cut, measuring, and files.
+function addViewTab(player, actions) {
+  const {stage} = player;
+  const axis = element('select', {'aria-label': 'Cut across'}, ...[['', 'no cut'], ['0', 'across x'], ['1', 'across y'], ['2', 'across z']]
+    .map(([value, words]) => element('option', {value}, words)));
+  const part = element('input', {type: 'range', min: '0', max: '1', step: '0.005', value: '0.5', 'aria-label': 'Place of the cut'});
+  const cut = () => {
+    stage.setCut(axis.value === '' ? undefined : Number(axis.value), Number(part.value));
+    part.disabled = axis.value === '';
+    player.notify();
+  };
+  axis.addEventListener('change', cut);
+  part.addEventListener('input', cut);
+  part.disabled = true;
+  const measure = element('button', {onclick: actions.measure.act, title: `${actions.measure.words} (u)`}, 'Measure');
+  player.changed.add(() => measure.setAttribute('aria-pressed', String(player.measure.isOn)));
+  let stop;
+  const filming = element('button', {id: 'film', hidden: !canFilm(), onclick: () => {
+    if (stop) return stop();
+    filming.textContent = 'Stop the film';
+    stop = film(player, () => {
+      stop = undefined;
+      filming.textContent = 'Film from here';
+    });
+  }}, 'Film from here');
+  document.getElementById('tab-view').append(
+    element('h2', {}, 'Cut'), element('div', {class: 'filters'}, axis, part),
+    element('h2', {}, 'Measure'),
+    element('p', {class: 'dim'}, 'Click two points of bodies; each moves with its body.'), measure,
+    element('h2', {}, 'Files'),
+    element('div', {class: 'filters'}, element('button', {onclick: actions.picture.act}, 'Save picture'), filming),
+    element('p', {class: 'dim'}, 'Numbers of charts: the button CSV at each of them. A film of every step, in any size: dyop export.'));
 }
 
 function addTabs(player) {
@@ -227,6 +267,7 @@ export function addControls(player) {
   const actions = actionsOf(player);
   addButtons(player, actions);
   addTabs(player);
+  addViewTab(player, actions);
   addHelp(actions);
   document.getElementById('fold').addEventListener('click', actions.panel.act);
   const byKey = new Map(Object.values(actions).flatMap(({keys, act}) => keys.map((key) => [key, act])));
@@ -246,7 +287,12 @@ export function addControls(player) {
   canvas.addEventListener('pointerup', (event) => {
     if (!down || Math.hypot(event.clientX - down[0], event.clientY - down[1]) > 4) return;
     const box = canvas.getBoundingClientRect();
-    const body = player.stage.pick(event.clientX - box.left, event.clientY - box.top);
+    const hit = player.stage.pickPoint(event.clientX - box.left, event.clientY - box.top);
+    if (player.measure.isOn) {
+      player.measure.add(hit, player.t);
+      return player.notify();
+    }
+    const body = hit?.body;
     player.choose(body ? {body} : {});
     if (body) document.querySelector('[data-tab=data]').click();
   });

@@ -2,6 +2,9 @@
 // Curves over time: gaps of the nearest pairs with their proven lower bounds, energy, momentum, and
 // what the steps cost. Made when first seen.
 import uPlot from 'uplot';
+import {element} from './element.js';
+import {saveChart} from './export.js';
+import {kQuantities, ownChart} from './own_charts.js';
 import {lastAtMost} from './run.js';
 
 const kHues = {light: ['#2563eb', '#d97706', '#2f9e44', '#9333ea', '#d6336c', '#0e7490'],
@@ -25,7 +28,9 @@ export function shortNumber(v, digits = 3) {
 const number = (u, value) => (value == null ? '–' : shortNumber(value, 5));
 
 export class Curves {
-  constructor(host, run, seek) {
+  constructor(host, run, seek, redraw) {
+    this.redraw = redraw;
+    this.own = [];  // {key, body, other}: charts that the user has asked for
     this.host = host;
     this.run = run;
     this.seek = seek;
@@ -34,7 +39,7 @@ export class Curves {
   }
 
   // `bands` are pairs of series between which the plot is filled.
-  #plot(title, series, data, {log = false, bands} = {}) {
+  #plot(title, series, data, {log = false, bands, buttons = []} = {}) {
     const style = getComputedStyle(document.documentElement);
     const color = (name) => style.getPropertyValue(name).trim();
     const line = {stroke: color('--line'), width: 1};
@@ -44,8 +49,10 @@ export class Curves {
     const axis = {stroke: color('--dim'), grid: line, ticks: line, font: '10px system-ui'};
     const section = document.createElement('div');
     section.className = 'curve';
-    section.innerHTML = '<h2></h2>';
-    section.firstChild.textContent = title;
+    const names = ['t', ...series.map(({label}) => label)];
+    section.append(element('div', {class: 'head'}, element('h2', {}, title), ...buttons,
+                           element('button', {class: 'plain', title: 'Save the numbers as CSV', 'aria-label': `Save ${title} as CSV`,
+                                              onclick: () => saveChart(title, names, data)}, 'CSV')));
     this.host.append(section);
     const plot = new uPlot({
       width: Math.max(200, this.host.clientWidth - 26),
@@ -138,15 +145,59 @@ export class Curves {
     }
   }
 
+  // Where a chart is asked for: of a number of a body, or of the gap of a pair.
+  #form() {
+    const {bodies, movers} = this.run;
+    const first = (this.wanted ??= {key: 'speed', body: movers[0]?.number ?? 0, other: 0});
+    const pick = (label, name, options) => {
+      const node = element('select', {'aria-label': label, onchange: () => {
+        first[name] = name === 'key' ? node.value : Number(node.value);
+        other.hidden = !kQuantities[first.key].isOfPair;
+      }}, ...options.map(([value, words]) => element('option', {value: String(value)}, words)));
+      node.value = String(first[name]);
+      return node;
+    };
+    const names = bodies.map(({name, number}) => [number, name]);
+    const key = pick('Quantity', 'key', Object.entries(kQuantities).map(([name, {words}]) => [name, words]));
+    const body = pick('Body', 'body', names);
+    const other = pick('Other body', 'other', names);
+    other.hidden = !kQuantities[first.key].isOfPair;
+    const add = element('button', {onclick: () => this.add(first.key, bodies[first.body], bodies[first.other])}, 'Add chart');
+    return element('div', {class: 'filters'}, body, key, other, add);
+  }
+
+  add(key, body, other) {
+    this.own.unshift({key, body, other});
+    this.stale = true;
+    this.redraw();
+  }
+
+  #ownCharts() {
+    this.own.forEach((one, k) => {
+      const {title, data} = ownChart(this.run, one.key, one.body, one.other);
+      const remove = element('button', {class: 'plain', 'aria-label': `Remove ${title}`, title: 'Remove', onclick: () => {
+        this.own.splice(k, 1);
+        this.stale = true;
+        this.redraw();
+      }}, '✕');
+      if (data[0].length > 0) {
+        this.#plot(title, [{label: kQuantities[one.key].words, stroke: this.hues[k % this.hues.length]}], data, {buttons: [remove]});
+      } else {
+        this.host.append(element('div', {class: 'head'}, element('h2', {}, `${title}: not recorded`), remove));
+      }
+    });
+  }
+
   build() {
     for (const plot of this.plots) plot.destroy();
     this.plots = [];
     this.hues = kHues[document.documentElement.dataset.theme === 'dark' ? 'dark' : 'light'];
-    this.host.replaceChildren();
+    this.host.replaceChildren(this.#form());
+    this.#ownCharts();
     this.#gaps();
     this.#frames();
     this.#charts();
-    if (this.plots.length === 0) this.host.textContent = 'Nothing was recorded for curves.';
+    if (this.plots.length === 0) this.host.append(element('p', {class: 'dim'}, 'Nothing was recorded for curves.'));
     this.built = this.run.frames.rows.length;
     queueMicrotask(() => this.#showNow());  // after the plots have drawn themselves first
   }

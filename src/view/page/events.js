@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The list of what happened: follows the time, can be searched and filtered, and has rows only where it
 // is looked at. Also what was worst: the largest impulse, the nearest gap, the longest solve.
-import {element} from './panel.js';
+import {element} from './element.js';
 import {shortNumber} from './curves.js';
+import {VirtualList} from './virtual_list.js';
 
-const kRow = 26;    // pixels: the height of one event
-const kSpare = 8;   // rows above and below what is seen
 export const kKindNames = {impact: 'impacts', touch: 'first touches', asleep: 'falls asleep', woke: 'wakes',
                            stalled: 'stalls', undecided: 'undecided', too_near: 'nearer than target',
                            crossed: 'crossed', sensor: 'sensors', status: 'changes of status',
@@ -93,13 +92,10 @@ export class EventList {
     this.orders = select('Order', Object.entries(kOrders), 'order');
     this.count = element('p', {class: 'dim', 'aria-live': 'polite'});
     this.worst = element('div', {class: 'worst'});
-    this.body = element('div', {class: 'rows', role: 'listbox', tabindex: '0', 'aria-label': 'Events',
-                                onscroll: () => this.#draw(), onkeydown: (event) => this.#key(event)});
-    this.tall = element('div', {class: 'tall'});
-    this.body.append(this.tall);
+    this.list = new VirtualList('Events', (event, place) => this.#row(event, place),
+                                {role: 'listbox', onkeydown: (event) => this.#key(event)});
     this.host.replaceChildren(this.worst, element('div', {class: 'filters'}, this.search, this.kinds, this.orders),
-                              this.count, this.body);
-    new ResizeObserver(() => this.#draw()).observe(this.body);
+                              this.count, this.list.node);
   }
 
   #refill() {
@@ -123,7 +119,7 @@ export class EventList {
     if (order === 'gap') this.shown = this.shown.filter(({gap}) => Number.isFinite(gap)).sort((a, b) => a.gap - b.gap);
     const {length} = this.shown;
     this.count.textContent = length === this.all.length ? `${length} events` : `${length} of ${this.all.length} events`;
-    this.tall.style.height = `${kRow * length}px`;
+    this.list.set(this.shown);
     this.now = undefined;
     this.#follow();
     this.#draw();
@@ -147,9 +143,7 @@ export class EventList {
     const now = this.#nowAt();
     if (now === this.now) return false;
     this.now = now;
-    const {scrollTop, clientHeight} = this.body;
-    const top = Math.max(0, now) * kRow;
-    if (top < scrollTop || top + kRow > scrollTop + clientHeight) this.body.scrollTop = top - clientHeight / 2;
+    this.list.reveal(now);
     return true;
   }
 
@@ -161,19 +155,14 @@ export class EventList {
                         element('span', {class: `dot ${event.kind}`}),
                         element('span', {class: 'what', title: event.text}, event.text),
                         element('span', {class: 'dim', title: extra && 'largest impulse'}, extra));
-    row.style.top = `${place * kRow}px`;
     row.classList.toggle('now', place === this.now);
     return row;
   }
 
   #draw() {
-    if (!this.all) return;
-    const {scrollTop, clientHeight} = this.body;
-    const first = Math.max(0, Math.floor(scrollTop / kRow) - kSpare);
-    const last = Math.min(this.shown.length, Math.ceil((scrollTop + clientHeight) / kRow) + kSpare);
-    this.tall.replaceChildren(...this.shown.slice(first, last).map((event, k) => this.#row(event, first + k)));
-    if (this.now >= first && this.now < last) this.body.setAttribute('aria-activedescendant', `event-${this.now}`);
-    else this.body.removeAttribute('aria-activedescendant');
+    this.list.draw();
+    if (this.list.isDrawn(this.now)) this.list.node.setAttribute('aria-activedescendant', `event-${this.now}`);
+    else this.list.node.removeAttribute('aria-activedescendant');
   }
 
   #key(event) {
@@ -188,7 +177,7 @@ export class EventList {
   show(t, impact) {
     [this.t, this.impact] = [t, impact];
     if (this.host.hidden) return;
-    if (!this.body) this.#build();
+    if (!this.list) this.#build();
     const {impacts, marks, touches, roughFrames} = this.run;
     const count = impacts.rows.length + marks.length + touches.length + roughFrames.length;
     if (this.listed !== count) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Where am I: a grid on the ground, a bar with a length, and the axes of the world.
 import * as THREE from 'three';
-import {element} from './panel.js';
+import {element} from './element.js';
 
 const kCells = 8;          // across what the camera frames
 const kMostCells = 40;     // to either side

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A run that is still going on, fetched from the server that the page came from.
 import {readBlock} from './blocks.js';
-import {element} from './panel.js';
+import {element} from './element.js';
 
 const kWait = 150;  // milliseconds between questions
 const kLargeAnswer = 1 << 20;  // bytes: the server sends the rest when asked again

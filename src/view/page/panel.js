@@ -1,17 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The panel beside the picture: data of what is chosen, lists of events and bodies.
+import {BodyTree} from './bodies.js';
+import {element} from './element.js';
 import {EventList} from './events.js';
 import {tiesOf} from './links.js';
-
-export function element(tag, attributes = {}, ...children) {
-  const node = document.createElement(tag);
-  for (const [name, value] of Object.entries(attributes)) {
-    if (name.startsWith('on')) node.addEventListener(name.slice(2), value);
-    else if (value !== undefined && value !== false) node.setAttribute(name, value === true ? '' : value);
-  }
-  node.append(...children.filter((child) => child !== undefined));
-  return node;
-}
 
 // Nine digits; with an exponent where zeros would have to be counted.
 function digits(x, count) {
@@ -36,21 +28,30 @@ function rows(list) {
     element('tr', {}, element('th', {}, name), element('td', {}, value))));
 }
 
+const kMostNeighbours = 6;
 const kKindWords = {dynamic: 'moved by forces', kinematic: 'on a given motion', static: 'fixed'};
-const kMostRows = 2000;
 
 export class Panel {
-  // `act` has seek(t), chooseBody(body), chooseImpact(k).
+  // `act` has seek(t), chooseBody(body), chooseImpact(k), and what bodies.js asks for.
   constructor(run, act) {
     this.run = run;
     this.act = act;
     this.host = Object.fromEntries(['data', 'events', 'bodies'].map(
       (name) => [name, document.getElementById(`tab-${name}`)]));
     this.events = new EventList(this.host.events, run, act);
+    this.bodies = new BodyTree(this.host.bodies, run, act);
   }
 
   name(number) {
     return this.run.bodies[number]?.name ?? '?';
+  }
+
+  // How far the bodies are apart that are near this one, from the nearest.
+  #neighbours({number: own}, t) {
+    return this.run.gapsAt(t).filter(({a, b}) => a === own || b === own)
+      .sort((x, y) => Math.min(x.upper, x.lower) - Math.min(y.upper, y.lower)).slice(0, kMostNeighbours)
+      .map(({a, b, lower, upper}, k) => [k === 0 ? 'Gap to' : '',
+        `${this.name(a === own ? b : a)}: ${Number.isFinite(upper) ? `${number(upper)}, proven ` : 'at least '}${number(lower)}`]);
   }
 
   #body(body, t) {
@@ -70,6 +71,7 @@ export class Panel {
         ['Speed', number(Math.hypot(...v))],
         body.kind === 'dynamic' && ['Sleeps', this.run.isAsleep(body, t) ? 'yes' : 'no'],
         ['Contacts', String(touching.length)],
+        ...this.#neighbours(body, t),
         ...tiesOf(this.run, body).map((words, k) => [k === 0 ? 'Tied by' : '', words]),
       ]),
     ];
@@ -160,30 +162,5 @@ export class Panel {
       parts.push(element('p', {class: 'dim'}, 'Click a body or an event for its data.'));
     }
     this.host.data.replaceChildren(...parts, ...this.#frame(t, shown));
-  }
-
-  #pickRow(cells, attributes, act) {
-    return element('tr', {class: 'pick', tabindex: '0', onclick: act, ...attributes,
-                          onkeydown: (event) => {
-                            if (event.key !== 'Enter' && event.key !== ' ') return;
-                            event.preventDefault();
-                            event.stopPropagation();
-                            act();
-                          }},
-                   ...cells.map((cell) => element('td', {}, cell)));
-  }
-
-  showBodies(colors, chosen) {
-    if (this.host.bodies.hidden) return;
-    const dots = this.run.bodies.slice(0, kMostRows).map((body) => {
-      const dot = element('span', {class: 'dot'});
-      dot.style.background = `#${colors[body.number].getHexString()}`;
-      return this.#pickRow([element('span', {}, dot, body.name), kKindWords[body.kind]],
-                           {'aria-selected': String(chosen.body === body)},
-                           () => this.act.chooseBody(body));
-    });
-    this.host.bodies.replaceChildren(
-      element('p', {class: 'dim'}, `${this.run.bodies.length} bodies, ${this.run.surfaces.length} shapes`),
-      element('table', {}, ...dots));
   }
 }

@@ -2,8 +2,10 @@
 // Time, what is chosen and what is shown; draws when something has changed.
 import {Vector3} from 'three';
 import {Curves, shortNumber} from './curves.js';
+import {Measure} from './measure.js';
 import {Overlays} from './overlays.js';
-import {element, Panel} from './panel.js';
+import {element} from './element.js';
+import {Panel} from './panel.js';
 import {bodyColor, heat, Stage} from './stage.js';
 import {timeText, Timeline} from './timeline.js';
 
@@ -12,6 +14,7 @@ const kIslandHues = 12;
 const kSlowest = 0.05;   // part of the speed, at an impact in slow motion
 const kSlowReach = 0.25;  // seconds of playing before and after an impact that are slowed down
 const kStill = 250;  // milliseconds without a new time, after which a picture stands still
+const kUntilSaid = 700;  // milliseconds
 const kFlash = 0.35;  // seconds for which an impact is seen while the run plays
 
 export class Player {
@@ -28,16 +31,33 @@ export class Player {
     this.stage = new Stage(byId('stage'), run);
     this.overlays = new Overlays(this.stage);
     this.timeline = new Timeline(byId('timeline'), run, (t) => this.seek(t));
-    this.curves = new Curves(byId('tab-curves'), run, (t) => this.seek(t));
+    this.curves = new Curves(byId('tab-curves'), run, (t) => this.seek(t), () => this.redraw());
     this.panel = new Panel(run, {
       seek: (t) => this.seek(t),
       chooseBody: (body) => this.choose({body}),
       chooseImpact: (k) => this.goToImpact(k),
+      setHidden: (numbers) => {
+        this.hidden = numbers;
+        this.#setManners();
+        this.notify();
+      },
+      setColor: (number, color) => {
+        this.ownColors.set(number, color);
+        this.notify();
+      },
+      follow: (body) => {
+        this.tracks = true;
+        this.choose({body});
+      },
     });
+    this.hidden = new Set();
+    this.ownColors = new Map();
+    this.measure = new Measure(this.stage, byId('measure'));
     this.label = byId('label');
     this.clock = byId('time');
     this.legend = byId('legend');
     this.stamp = byId('stamp');
+    this.spoken = byId('spoken');
     this.stage.onChange = () => this.redraw();
     this.changed = new Set();
     this.topSpeed = 0;
@@ -95,6 +115,7 @@ export class Player {
       if (this.view === 'wireframe' && isChosen) manner = 2;
       if (this.view === 'ghost' && (body === undefined ? one.kind === 'dynamic' : !isChosen)) manner = 1;
       if (this.view === 'isolate' && !isChosen) manner = 3;
+      if (this.hidden.has(one.number)) manner = 3;
       this.stage.manner[one.number] = manner;
     }
   }
@@ -186,22 +207,35 @@ export class Player {
     this.stage.place(this.t);
     const impacts = this.#impactsNow(now);
     this.overlays.update(this.t, impacts, this.chosen.body);
+    this.measure.update(this.t);
     this.stage.select(this.chosen.body, this.t);
     this.stage.render(this.#isStill(now));
     this.#showLabel();
+    this.measure.write(this.t);
     this.#showLegend();
     this.stamp.textContent = `t = ${timeText(this.t, this.run.end - this.run.begin)}`;
     this.timeline.draw(this.t, !this.isPlaying);
     this.curves.update(this.t);
     this.panel.showData(this.t, this.chosen, this.overlays.shown);
     this.panel.events.show(this.t, this.chosen.impact);
-    this.panel.showBodies(this.stage.colors, this.chosen);
+    this.panel.bodies.show(this.t, this.stage.colors, this.chosen);
     const span = this.run.end - this.run.begin;
     this.clock.replaceChildren(timeText(this.t, span));
     const end = document.createElement('small');
     end.textContent = ` of ${timeText(this.run.end, span)}`;
     this.clock.append(end);
     this.frames = (this.frames ?? 0) + 1;
+    this.#speak();
+  }
+
+  // The time is said once it has stopped.
+  #speak() {
+    clearTimeout(this.saying);
+    if (this.isPlaying) return;
+    const text = `t = ${timeText(this.t, this.run.end - this.run.begin)}${this.t >= this.run.end ? ', the end of the run' : ''}`;
+    this.saying = setTimeout(() => {
+      if (this.spoken.textContent !== text) this.spoken.textContent = text;
+    }, kUntilSaid);
   }
 
   // A picture that waits for its shadows is drawn again.
@@ -238,6 +272,10 @@ export class Player {
     const islands = this.coloring === 'island' ? this.run.islandsAt(this.t) : undefined;
     for (const body of this.run.bodies) {
       const color = bodyColor(body, theme, colors[body.number]);
+      if (this.ownColors.has(body.number)) {
+        color.set(this.ownColors.get(body.number));
+        continue;
+      }
       if (body.kind !== 'dynamic') {
         if (this.coloring !== 'speed' || body.kind === 'static') continue;
       }

@@ -166,6 +166,8 @@ export class Stage {
     this.controls.update();
     findFloors(this.run, this.shapes, up);
     this.ground.lay(seen, up, this.size);
+    this.framed = seen;
+    if (this.cut) this.setCut(this.cut.axis, this.cut.part);
     this.isFramed = true;
   }
 
@@ -397,16 +399,35 @@ export class Stage {
 
   // The body under a point of the canvas.
   pick(x, y) {
+    return this.pickPoint(x, y)?.body;
+  }
+
+  // The same with the place that is seen there. What the cut takes away is not met.
+  pickPoint(x, y) {
     const {clientWidth, clientHeight} = this.canvas;
     const ray = new THREE.Raycaster();
     ray.setFromCamera(new THREE.Vector2((2 * x) / clientWidth - 1, 1 - (2 * y) / clientHeight),
                       this.camera);
     const meshes = this.shapes.flatMap(({meshes: all}) => all.filter(
       (mesh, manner) => mesh.count > 0 && manner !== 1));
+    const first = (list) => ray.intersectObjects(list, false)
+      .find(({point}) => !this.cut || this.cut.plane.distanceToPoint(point) >= 0);
     // See-through bodies are chosen only where nothing else is.
     const ghosts = this.shapes.map(({meshes: all}) => all[1]).filter((mesh) => mesh.count > 0);
-    const hit = ray.intersectObjects(meshes, false)[0] ?? ray.intersectObjects(ghosts, false)[0];
-    return hit && this.run.bodies[hit.object.userData.bodies[hit.instanceId]];
+    const hit = first(meshes) ?? first(ghosts);
+    return hit && {body: this.run.bodies[hit.object.userData.bodies[hit.instanceId]], point: hit.point.toArray()};
+  }
+
+  // Takes away all that is above `part` (0 to 1) of what is framed, along an axis (0, 1, 2); no axis: nothing.
+  setCut(axis, part) {
+    this.cut = undefined;
+    if (axis !== undefined) {
+      const normal = new THREE.Vector3().setComponent(axis, -1);
+      const {min, max} = this.framed;
+      const [low, high] = [min.getComponent(axis), max.getComponent(axis)];
+      this.cut = {axis, part, plane: new THREE.Plane(normal, low + part * (high - low))};
+    }
+    this.renderer.clippingPlanes = this.cut ? [this.cut.plane] : [];
   }
 
   // Where a point of the world is on the canvas, in its CSS pixels.
