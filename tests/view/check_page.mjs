@@ -459,6 +459,7 @@ async function checkTools(page) {
   await page.select('#tab-view select', '');
   check(await page.evaluate(() => window.dyop.player.stage.renderer.clippingPlanes.length === 0), 'the cut is gone');
   await page.click('[data-tab=curves]');
+  await settled(page);
   const before = await page.evaluate(() => window.dyop.player.curves.plots.length);
   const off = await page.evaluate(() => {
     const {player, run} = window.dyop;
