@@ -15,7 +15,7 @@ packages() {
     test)  echo libgtest-dev libcgal-dev libgmp-dev libsiconos-numerics-dev libopenigtlink-dev clang libclang-rt-dev clang-format-14 \
                 abigail-tools \
                 python3-pytest python3-h5py python3-matplotlib python3-distributed python3-nbconvert python3-ipykernel \
-                mypy python3-mypy python3-build python3-setuptools python3-wheel ;;
+                mypy python3-mypy python3-build python3-pip python3-venv patchelf ;;
     page)  echo chromium ffmpeg $(command -v npm >/dev/null || echo nodejs npm) ;;
     package) echo debhelper dpkg-dev dh-python fakeroot help2man lintian bash-completion \
                   mkdocs mkdocs-material doxygen ;;

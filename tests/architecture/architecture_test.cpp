@@ -400,8 +400,8 @@ TEST(TopLevel, HoldsOnlyWhatToolsInsistOn) {
   const std::set<std::string> allowed{
       ".ci",        ".clang-format",  ".clang-tidy",       ".editorconfig", ".git",
       ".gitignore", "CMakeLists.txt", "CMakePresets.json", "LICENSE",       "README.md",
-      "build",      "docs",           "examples",          "include",       "src",
-      "tests"};
+      "build",      "docs",           "examples",          "include",       "pyproject.toml",
+      "src",        "tests"};
   for (const auto& entry : fs::directory_iterator(kRoot)) {
     EXPECT_TRUE(allowed.contains(entry.path().filename().string())) << entry.path();
   }
