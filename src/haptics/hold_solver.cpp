@@ -10,6 +10,10 @@ namespace {
 // A step opens a gap below the rest gap by this fraction of the difference, to avoid bouncing.
 constexpr Scalar kOpening = 0.3;
 
+// Solves aim at this fraction of the tolerance that they are accepted with: what sticks creeps by as
+// much as a solve leaves, and a slow hand moves by little more than the tolerance in a tick.
+constexpr Scalar kAim = 1e-4;
+
 // With so few coordinates, sweeps that do not soon end are slower than Newton's method.
 constexpr int kSweeps = 4;
 
@@ -108,7 +112,7 @@ void HoldSolver::add_hold(const StepGoal& goal, const Obstacle& obstacle, const 
 
 bool HoldSolver::run(const StepGoal& goal, int limit, WorkClock& clock) {
   ContactSolverOptions options;
-  options.tolerance = goal.tolerance;
+  options.tolerance = kAim * goal.tolerance;
   options.interrupt = &clock;
   options.sweep_limit = kSweeps;
   options.few_sweep_limit = kSweeps;
@@ -119,7 +123,7 @@ bool HoldSolver::run(const StepGoal& goal, int limit, WorkClock& clock) {
   options.newton_limit = limit;
   const ContactReport report = solver_.solve(problem_, options);
   clock.add_work(report.newton_iterations * size_of(problem_));
-  return report.status == ContactStatus::Converged;
+  return report.residual <= goal.tolerance;
 }
 
 ToolStep HoldSolver::read_step(const StepGoal& goal) const {

@@ -18,7 +18,7 @@ struct StepGoal {
   Scalar duration = 0;   ///< time during which tissue moves
   Scalar rest_gap = 0;   ///< besides an obstacle's margin
   Scalar recovery = 0;   ///< largest growth in the step of a gap below it
-  Scalar tolerance = 0;  ///< of the solve, length
+  Scalar tolerance = 0;  ///< of the solve, length: largest that is accepted
 };
 
 /// Finds the step nearest to the wished one, in the energy of the coupling's springs, that the
