@@ -15,6 +15,13 @@ namespace {
 // a step and its linear approximation.
 constexpr Scalar kToleranceShare = 0.3;
 
+// The first level of a pair keeps this fraction of the tolerance more than the last; see set_band().
+constexpr Scalar kRaisedShare = 0x1p-3;
+constexpr int kMostLevels = 40;
+
+// A band must end so many times the noise of a motion below a pair's distance.
+constexpr Scalar kBandNoises = 4;
+
 // Tolerance of the solve as a fraction of the rest offset.
 constexpr Scalar kSolveShare = 1e-2;
 
@@ -103,6 +110,7 @@ void Proxy::forget(std::size_t obstacle) {
     pair.distance = {};
     pair.is_overlapping = false;
     pair.eased_from = 0;
+    pair.level = 0;
     for (PieceMemory& kept : pair.kept) kept.restart();
     if (escape_.is_for(k)) escape_.stop();
   }
@@ -174,6 +182,9 @@ FollowReport Proxy::follow(const std::optional<ToolPose>& goal, Scalar dt, WorkC
     stuck_ticks_ = has_moved ? 0 : std::min(stuck_ticks_ + 1, kStuckTicks);
   }
   report.is_at_goal = is_at(wished);
+  // As they were left, also where a tick was cut off before it came to the pair.
+  report.was_overlapping |= std::any_of(pairs_.begin(), pairs_.end(),
+                                        [](const ProxyPair& pair) { return pair.is_overlapping; });
   // Of the ticks in which tissue does not stand nothing is expected then.
   if (stands || stuck_ticks_ < kStuckTicks) {
     take_pace(clock.cutoff().has_value(), work.pieces > 0);
@@ -321,21 +332,63 @@ PairImpact Proxy::ask(ProxyPair& pair, const BodyMotion& motion, WorkClock& cloc
   return impact;
 }
 
-// A pair that is nearer than its target already must come no nearer: not in this motion, and not
-// little by little in many, each of which may use up its tolerance.
-void Proxy::ease_target(ProxyPair& pair, WorkClock& clock, TickStatistics& work) {
+// What a motion keeps, and the band above it in which impacts are found (toi/impact_band.h). A pair
+// that slides loses an eighth of its slack in a motion, until rounding ends it. So each level keeps
+// more than the promise, by half as much as the one before: a pair that has used up a level still
+// has slack on the next, and none of them breaks the promise.
+void Proxy::set_band(ProxyPair& pair) const {
+  const Scalar margin = obstacles_[pair.obstacle]->margin;
+  const Scalar part = std::ldexp(Scalar{1}, -pair.level);
+  if (pair.eased_from > 0) {
+    const Scalar above = pair.eased_from > margin ? pair.eased_from - margin : kInfinity;
+    pair.tolerance = std::min({tolerance_, pair.eased_from / 4, above}) * (1 - part / 2);
+    pair.target = pair.eased_from - pair.tolerance;
+  } else {
+    const Scalar raised = part * kRaisedShare * tolerance_;
+    pair.target = margin + raised;
+    pair.tolerance = tolerance_ - raised;
+  }
+}
+
+// Sets the lowest level that keeps less than the distance.
+bool Proxy::has_band_below(ProxyPair& pair, Scalar distance) const {
+  for (pair.level = 0; pair.level < kMostLevels; ++pair.level) {
+    set_band(pair);
+    if (pair.target + kGuaranteedFraction * pair.tolerance < distance) return true;
+  }
+  return false;
+}
+
+// A pair that is nearer than what is kept must come no nearer: not in a motion, and not little by
+// little in many. The largest distance since it was first found there stays the measure, however
+// loose later bounds are.
+void Proxy::choose_band(ProxyPair& pair, Scalar noise) const {
+  const Scalar lower = pair.distance.lower;
+  const Scalar eased_from = std::exchange(pair.eased_from, 0);
+  pair.is_overlapping = !(lower > 0);
+  if (pair.is_overlapping || has_band_below(pair, lower - kBandNoises * noise)) return;
+  pair.eased_from = std::max(eased_from, lower);
+  pair.is_overlapping = !has_band_below(pair, lower - kBandNoises * noise);
+}
+
+// Where the query found the pair below its band, or it is being left: in a band for where it is.
+PairImpact Proxy::ask_again(ProxyPair& pair, const BodyMotion& motion, Scalar noise,
+                            WorkClock& clock, TickStatistics& work) {
+  PairImpact impact;
   WorkShare all(clock);
   measure(pair, {}, all, work);
-  if (clock.cutoff()) return;
-  const Scalar lower = pair.distance.lower;
-  pair.is_overlapping = !(lower > 0);
-  const auto ease_from = [&](Scalar distance) {
-    pair.eased_from = distance;
-    pair.tolerance = std::min(tolerance_, distance / 4);
-    pair.target = distance - pair.tolerance;
-  };
-  ease_from(std::max(pair.eased_from, lower));
-  if (!(lower > pair.target)) ease_from(lower);
+  if (clock.cutoff()) return impact;
+  choose_band(pair, noise);
+  while (!pair.is_overlapping) {
+    impact = ask(pair, motion, clock, work);
+    // Too near for rounding to decide.
+    const bool is_vague = impact.status == ToiStatus::InitiallyWithinTarget ||
+                          (impact.status == ToiStatus::NumericalLimit && !(impact.t_safe > 0));
+    if (!is_vague || clock.cutoff()) break;
+    pair.is_overlapping = ++pair.level >= kMostLevels;
+    set_band(pair);
+  }
+  return impact;
 }
 
 // Every pair of a body and a hard obstacle is proven apart by a bound of how far both can move, by
@@ -355,30 +408,34 @@ Proxy::Proof Proxy::prove(const ToolMotion& motion, Scalar duration, WorkClock& 
     if ((moved == 0 && pair.distance.lower > obstacle.margin) ||
         pair.distance.lower - moved - noise > obstacle.margin + tolerance_) {
       pair.eased_from = 0;
+      pair.level = 0;
+      pair.is_overlapping = false;
       continue;
     }
-    pair.target = obstacle.margin;
-    pair.tolerance = tolerance_;
-    pair.is_overlapping = false;
     const BodyMotion asked{body, motion.of(body), proof.t_safe, moved + noise};
-    PairImpact impact = ask(pair, asked, clock, work);
+    PairImpact impact;
+    impact.status = ToiStatus::InitiallyWithinTarget;
+    if (!(pair.eased_from > 0)) {
+      set_band(pair);
+      impact = ask(pair, asked, clock, work);
+    }
     if (impact.status == ToiStatus::InitiallyWithinTarget) {
-      report.was_recovering = true;
-      ease_target(pair, clock, work);
-      if (clock.cutoff()) return {};
-      if (!pair.is_overlapping) {
-        impact = ask(pair, asked, clock, work);
-        // Too near for rounding to decide.
-        pair.is_overlapping = impact.status == ToiStatus::InitiallyWithinTarget ||
-                              (impact.status == ToiStatus::NumericalLimit && !(impact.t_safe > 0));
+      impact = ask_again(pair, asked, noise, clock, work);
+      if (clock.cutoff() && impact.status == ToiStatus::NotRun) {
+        report.was_recovering = true;
+        return {};
       }
+      report.was_recovering |= pair.eased_from > 0 || pair.is_overlapping;
       if (pair.is_overlapping) {
         report.was_overlapping = true;
+        pair.eased_from = 0;
+        pair.level = 0;
         pair.proven = 0;
         continue;
       }
     }
-    if (pair.target == obstacle.margin && impact.t_safe > 0) pair.eased_from = 0;
+    // A query that was cut off before it looked says nothing about what was found earlier.
+    if (impact.t_safe > 0 || impact.status == ToiStatus::Impact) pair.is_overlapping = false;
     // See ToiStatus.
     const Scalar kept = pair.target + pair.tolerance / 4 - 2 * noise;
     if (impact.t_safe > 0) pair.proven = std::min(pair.proven, kept);

@@ -26,7 +26,8 @@ struct ProxyPair {
   /// What the motions tried since the last commit have been proven to keep, up to their safe times.
   Scalar proven = kInfinity;
   bool is_overlapping = false;  ///< not proven apart: left out of the proof
-  Scalar eased_from = 0;        ///< while nearer than the margin: the largest distance since then
+  Scalar eased_from = 0;        ///< while nearer than what is kept: the largest distance since then
+  int level = 0;                ///< how much of its slack it has used up: see Proxy::set_band()
   PairMemory kept;
 };
 
@@ -100,7 +101,11 @@ class Proxy {
   Proof prove(const ToolMotion& motion, Scalar duration, WorkClock& clock, TickStatistics& work,
               FollowReport& report);
   PairImpact ask(ProxyPair& pair, const BodyMotion& motion, WorkClock& clock, TickStatistics& work);
-  void ease_target(ProxyPair& pair, WorkClock& clock, TickStatistics& work);
+  void set_band(ProxyPair& pair) const;
+  bool has_band_below(ProxyPair& pair, Scalar distance) const;
+  void choose_band(ProxyPair& pair, Scalar noise) const;
+  PairImpact ask_again(ProxyPair& pair, const BodyMotion& motion, Scalar noise, WorkClock& clock,
+                       TickStatistics& work);
   void measure(ProxyPair& pair, const DistanceWish& wish, WorkShare& share, TickStatistics& work);
   void commit(const ToolMotion& motion, Scalar t);
   void forget(std::size_t obstacle);
