@@ -12,7 +12,7 @@ constexpr Scalar kOpening = 0.3;
 
 // Solves aim at this fraction of the tolerance that they are accepted with: what sticks creeps by as
 // much as a solve leaves, and a slow hand moves by little more than the tolerance in a tick.
-constexpr Scalar kAim = 1e-4;
+constexpr Scalar kAim = 1e-4;  // literal: a ratio of residuals
 
 // With so few coordinates, sweeps that do not soon end are slower than Newton's method.
 constexpr int kSweeps = 4;
