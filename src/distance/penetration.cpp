@@ -8,6 +8,7 @@
 
 #include "core/tolerance.h"
 #include "dyop/distance/gjk.h"
+#include "dyop/geometry/triangle_mesh.h"
 
 namespace dyop {
 namespace {
@@ -78,6 +79,25 @@ class DepthSearch {
     }
   }
 
+  // The depth of two polytopes is that along the normal of a face of either, or of an edge of each:
+  // these are the normals of the faces of their difference. For two boxes all of them are tried, so
+  // that the depth is exact.
+  void try_faces() {
+    const Matrix3 axes_b = X_AB_.rotation();
+    const bool is_box_a = a_.simple_core().kind == CoreKind::Box;
+    const bool is_box_b = b_.simple_core().kind == CoreKind::Box;
+    try_face_normals(a_, Matrix3::Identity());
+    try_face_normals(b_, axes_b);
+    if (!is_box_a || !is_box_b) return;
+    for (int i = 0; i < 3; ++i) {
+      for (int j = 0; j < 3; ++j) {
+        const Vector3 across = Vector3::Unit(i).cross(axes_b.col(j));
+        // literal: squared sine; the normal of edges closer to parallel is that of faces.
+        if (across.squaredNorm() > 1e-16) try_both_ways(across);
+      }
+    }
+  }
+
   // The expanding polytope algorithm, or Minkowski portal refinement where that fails. For
   // polytopes it ends at a face of the difference of the cores; the ball adds its radius to the
   // depth and leaves the direction unchanged (parallel bodies of convex sets).
@@ -121,6 +141,29 @@ class DepthSearch {
   const Vector3& nhat_AB_A() const { return nhat_AB_A_; }
 
  private:
+  // More faces than this would take longer than everything else.
+  static constexpr std::size_t kMostFaces = 128;
+
+  void try_both_ways(const Vector3& direction_A) {
+    try_direction(direction_A);
+    try_direction(-direction_A);
+  }
+
+  // R_AS turns the shape's frame into that of A.
+  void try_face_normals(const ConvexShape& shape, const Matrix3& R_AS) {
+    if (shape.simple_core().kind == CoreKind::Box) {
+      for (int k = 0; k < 3; ++k) try_both_ways(R_AS.col(k));
+      return;
+    }
+    const TriangleMesh* surface = shape.core_surface();
+    if (!surface || surface->triangles().size() > kMostFaces) return;
+    for (std::size_t k = 0; k < surface->triangles().size(); ++k) {
+      const Triangle t = surface->triangle(static_cast<std::int32_t>(k));
+      const Vector3 normal_S = (t[1] - t[0]).cross(t[2] - t[0]);
+      if (normal_S.squaredNorm() > 0) try_both_ways(R_AS * normal_S);
+    }
+  }
+
   const ConvexShape& a_;
   const ConvexShape& b_;
   const RigidPose& X_AB_;
@@ -142,7 +185,10 @@ std::optional<Penetration> find_penetration(const ConvexShape& a, const RigidPos
   const Scalar radii = a.rounding_radius() + b.rounding_radius();
   // Less than the radii: the cores are separated, and the direction of their distance is the
   // answer.
-  if (!(search.depth() < radii)) {
+  const bool are_boxes =
+      a.simple_core().kind == CoreKind::Box && b.simple_core().kind == CoreKind::Box;
+  if (!(search.depth() < radii)) search.try_faces();
+  if (!(search.depth() < radii) && !are_boxes) {
     search.try_libccd(false);
     // Cores with a flat difference (crossing segments, equal points) have no volume, which libccd
     // needs.

@@ -7,6 +7,10 @@
 #include "dyop/core/error.h"
 #include "dyop/geometry/box.h"
 #include "dyop/geometry/capsule.h"
+#include "dyop/geometry/cone.h"
+#include "dyop/geometry/cylinder.h"
+#include "dyop/geometry/ellipsoid.h"
+#include "dyop/geometry/rounded_box.h"
 #include "dyop/geometry/sphere.h"
 
 namespace dyop::geometry_internal {
@@ -26,6 +30,24 @@ Values values_of(const Box& box) {
 
 Values values_of(const Capsule& capsule) {
   return {capsule.radius(), capsule.half_length()};
+}
+
+Values values_of(const Cylinder& cylinder) {
+  return {cylinder.radius(), cylinder.half_length()};
+}
+
+Values values_of(const Cone& cone) {
+  return {cone.radius(), cone.half_length()};
+}
+
+Values values_of(const Ellipsoid& ellipsoid) {
+  const Vector3& semi_axes = ellipsoid.semi_axes();
+  return {semi_axes.x(), semi_axes.y(), semi_axes.z()};
+}
+
+Values values_of(const RoundedBox& box) {
+  const Vector3 half_extents = box.half_extents();
+  return {half_extents.x(), half_extents.y(), half_extents.z(), box.radius()};
 }
 
 // A form whose numbers are those of values_of(const Type&).
@@ -53,6 +75,20 @@ std::span<const ShapeForm> shape_forms() {
       form<Capsule>(
           "capsule", {{"radius"}, {"half_length"}},
           [](std::span<const Scalar> x) -> Made { return std::make_shared<Capsule>(x[0], x[1]); }),
+      form<Cylinder>(
+          "cylinder", {{"radius"}, {"half_length"}},
+          [](std::span<const Scalar> x) -> Made { return std::make_shared<Cylinder>(x[0], x[1]); }),
+      form<Cone>(
+          "cone", {{"radius"}, {"half_length"}},
+          [](std::span<const Scalar> x) -> Made { return std::make_shared<Cone>(x[0], x[1]); }),
+      form<Ellipsoid>("ellipsoid", {{"semi_axes", 3}},
+                      [](std::span<const Scalar> x) -> Made {
+                        return std::make_shared<Ellipsoid>(Vector3(x[0], x[1], x[2]));
+                      }),
+      form<RoundedBox>("rounded_box", {{"half_extents", 3}, {"radius"}},
+                       [](std::span<const Scalar> x) -> Made {
+                         return std::make_shared<RoundedBox>(Vector3(x[0], x[1], x[2]), x[3]);
+                       }),
   };
   return forms;
 }

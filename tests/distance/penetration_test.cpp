@@ -10,6 +10,9 @@
 
 #include "core/tolerance.h"
 #include "dyop/distance/gjk.h"
+#include "dyop/geometry/box.h"
+#include "dyop/geometry/rounded_box.h"
+#include "support/inputs/random_inputs.h"
 #include "support/oracles/polytope_oracle.h"
 
 namespace dyop {
@@ -72,6 +75,52 @@ TEST(Penetration, OfBoxesIsTheThinnestSlab) {
                        Vector3::UnitX());
     expect_penetration(a, RigidPose(), b, RigidPose(s * Vector3(0.1, -2.9, 1)), 0.1 * s,
                        -Vector3::UnitY());
+  }
+}
+
+// The least depth of two boxes over the normals of the faces of their difference.
+Scalar depth_of_boxes(const Vector3& a, const Vector3& b, const RigidPose& X_AB) {
+  Scalar least = kInfinity;
+  const auto measure = [&](const Vector3& direction) {
+    if (!(direction.norm() > 1e-8)) return;
+    const Vector3 n = direction.normalized();
+    const Vector3 n_B = X_AB.rotation().transpose() * n;
+    least = std::min(
+        least, n.cwiseAbs().dot(a) + n_B.cwiseAbs().dot(b) - std::abs(n.dot(X_AB.translation())));
+  };
+  for (int i = 0; i < 3; ++i) {
+    measure(Vector3::Unit(i));
+    measure(X_AB.rotation().col(i));
+    for (int j = 0; j < 3; ++j) measure(Vector3::Unit(i).cross(X_AB.rotation().col(j)));
+  }
+  return least;
+}
+
+// Aligned, turned by a quarter, or at random; concentric or not.
+TEST(Penetration, OfBoxesIsTheLeastUpToRounding) {
+  std::mt19937_64 random(8);
+  for (const Scalar s : {1e-4, 1.0, 1e4}) {
+    for (int k = 0; k < 2000; ++k) {
+      const auto part = [&] { return s * testing::random_magnitude(-1, 0, random); };
+      const Vector3 a(part(), part(), part());
+      const Vector3 b(part(), part(), part());
+      Matrix3 R = RigidPose(testing::random_rotation(random), Vector3::Zero()).rotation();
+      if (k % 3 == 0) R.setIdentity();
+      if (k % 3 == 1) R << 0, -1, 0, 1, 0, 0, 0, 0, 1;
+      const Vector3 away = k % 2 == 0 ? Vector3(Vector3::Zero())
+                                      : Vector3(0.8 * s * testing::random_vector(0.5, random));
+      const RigidPose X_AB(R, away);
+      const Scalar expected = depth_of_boxes(a, b, X_AB);
+      if (expected < 1e-9 * s) continue;
+      const auto sharp = find_penetration(Box(a), RigidPose(), Box(b), X_AB);
+      ASSERT_TRUE(sharp);
+      EXPECT_NEAR(sharp->depth, expected, 1e-13 * s);
+      const Scalar r = 0.1 * s;
+      const auto rounded =
+          find_penetration(RoundedBox(a, r), RigidPose(), RoundedBox(b, 2 * r), X_AB);
+      ASSERT_TRUE(rounded);
+      EXPECT_NEAR(rounded->depth, expected + 3 * r, 1e-13 * s);
+    }
   }
 }
 

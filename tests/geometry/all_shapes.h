@@ -9,7 +9,11 @@
 #include "dyop/core/rigid_pose.h"
 #include "dyop/geometry/box.h"
 #include "dyop/geometry/capsule.h"
+#include "dyop/geometry/cone.h"
 #include "dyop/geometry/convex_hull.h"
+#include "dyop/geometry/cylinder.h"
+#include "dyop/geometry/ellipsoid.h"
+#include "dyop/geometry/rounded_box.h"
 #include "dyop/geometry/sphere.h"
 #include "support/inputs/mesh_generators.h"
 
@@ -39,6 +43,14 @@ inline std::vector<ShapeMaker> all_shapes() {
       {"sphere", [](Scalar size) { return make_shape<Sphere>(size); }},
       {"box", [](Scalar size) { return make_shape<Box>(size * Vector3(1, 0.5, 0.2)); }},
       {"capsule", [](Scalar size) { return make_shape<Capsule>(0.3 * size, size); }},
+      {"rounded_box",
+       [](Scalar size) {
+         return make_shape<RoundedBox>(size * Vector3(0.8, 0.4, 0.1), 0.2 * size);
+       }},
+      {"cylinder", [](Scalar size) { return make_shape<Cylinder>(0.5 * size, 0.8 * size); }},
+      {"disc", [](Scalar size) { return make_shape<Cylinder>(size, 0.01 * size); }},
+      {"cone", [](Scalar size) { return make_shape<Cone>(0.5 * size, 0.8 * size); }},
+      {"ellipsoid", [](Scalar size) { return make_shape<Ellipsoid>(size * Vector3(1, 0.4, 0.1)); }},
       {"hull_of_cloud", hull(point_cloud(200, 7))},
       {"hull_of_ball", hull(icosphere(3))},
       {"hull_of_gear", hull(gear(12, 0.8, 1, 0.2))},

@@ -2,6 +2,7 @@
 #include "geometry/hull/point_scan.h"
 
 #include <algorithm>
+#include <array>
 
 namespace dyop::geometry_internal {
 
@@ -23,7 +24,25 @@ Scalar PointScan::largest(const Vector3& direction) const {
 }
 
 std::int32_t PointScan::farthest(const Vector3& direction) const {
-  // Computed twice, with the same bits: cheaper than keeping track of numbers.
+  if (blocks_.size() > kKeptBlocks) return farthest_of_many(direction);
+  // The values are kept: looking for the largest among them is cheaper than keeping track of
+  // numbers.
+  std::array<Lanes, kKeptBlocks> values;
+  Lanes best = values[0] = blocks_.front().along(direction);
+  for (std::size_t k = 1; k < blocks_.size(); ++k) {
+    values[k] = blocks_[k].along(direction);
+    best = best.max(values[k]);
+  }
+  const Scalar most = best.maxCoeff();
+  const Scalar* value = values[0].data();
+  for (std::size_t k = 0; k < blocks_.size() * kLanes; ++k) {
+    if (value[k] == most) return static_cast<std::int32_t>(k);
+  }
+  return 0;
+}
+
+std::int32_t PointScan::farthest_of_many(const Vector3& direction) const {
+  // Computed twice, with the same bits.
   const Scalar most = largest(direction);
   for (std::size_t k = 0; k < blocks_.size(); ++k) {
     const Lanes value = blocks_[k].along(direction);

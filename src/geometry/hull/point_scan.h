@@ -32,7 +32,10 @@ class PointScan {
     Lanes along(const Vector3& d) const { return x * d.x() + y * d.y() + z * d.z(); }
   };
 
+  static constexpr std::size_t kKeptBlocks = 32;
+
   Scalar largest(const Vector3& direction) const;
+  std::int32_t farthest_of_many(const Vector3& direction) const;
 
   std::vector<Block> blocks_;  // the last one is filled up with the last point
 };

@@ -4,7 +4,11 @@
 #include "dyop/geometry/box.h"
 #include "dyop/geometry/capsule.h"
 #include "dyop/geometry/compound_shape.h"
+#include "dyop/geometry/cone.h"
 #include "dyop/geometry/convex_hull.h"
+#include "dyop/geometry/cylinder.h"
+#include "dyop/geometry/ellipsoid.h"
+#include "dyop/geometry/rounded_box.h"
 #include "dyop/geometry/sphere.h"
 #include "python/bindings.h"
 #include "python/glue/record.h"
@@ -103,6 +107,63 @@ void bind_convex_shapes(py::module_& m) {
                       }));
 }
 
+// Shapes of a radius and a half length.
+template <typename Round>
+void bind_round(py::module_& m, const char* name, const char* doc) {
+  py::class_<Round, ConvexShape, std::shared_ptr<Round>>(m, name, doc)
+      .def(py::init<Scalar, Scalar>(), py::arg("radius"), py::arg("half_length"), "Lengths > 0.")
+      .def_property_readonly("radius", &Round::radius, "float: length")
+      .def_property_readonly("half_length", &Round::half_length, "float: length")
+      .def("__repr__",
+           [name = std::string(name)](const Round& shape) {
+             return name +
+                    std::string(py::repr(py::make_tuple(shape.radius(), shape.half_length())));
+           })
+      .def(py::pickle(
+          [](const Round& shape) { return py::make_tuple(shape.radius(), shape.half_length()); },
+          [](const py::tuple& state) {
+            return std::make_shared<Round>(state[0].cast<Scalar>(), state[1].cast<Scalar>());
+          }));
+}
+
+void bind_curved(py::module_& m) {
+  bind_round<Cylinder>(m, "Cylinder", "Solid cylinder about the z axis, centred at the origin.");
+  bind_round<Cone>(m, "Cone",
+                   "Solid cone about the z axis: tip at half_length, base at -half_length.");
+  py::class_<Ellipsoid, ConvexShape, std::shared_ptr<Ellipsoid>>(
+      m, "Ellipsoid", "Solid ellipsoid about the origin, along the axes of its frame.")
+      .def(py::init<const Vector3&>(), py::arg("semi_axes"), "(3,) lengths, > 0.")
+      .def_property_readonly("semi_axes", &Ellipsoid::semi_axes, "numpy.ndarray: (3,) lengths")
+      .def("__repr__",
+           [](const Ellipsoid& e) {
+             const py::object list = array_of(e.semi_axes()).attr("tolist")();
+             return "Ellipsoid(" + std::string(py::str(list)) + ")";
+           })
+      .def(py::pickle([](const Ellipsoid& e) { return py::make_tuple(e.semi_axes()); },
+                      [](const py::tuple& state) {
+                        return std::make_shared<Ellipsoid>(vector_of(state[0], "semi_axes"));
+                      }));
+  py::class_<RoundedBox, ConvexShape, std::shared_ptr<RoundedBox>>(
+      m, "RoundedBox", "All points within a radius of an axis-aligned box about the origin.")
+      .def(py::init<const Vector3&, Scalar>(), py::arg("half_extents"), py::arg("radius"),
+           "half_extents of the core (3,), radius: lengths > 0.")
+      .def_property_readonly("half_extents", &RoundedBox::half_extents,
+                             "numpy.ndarray: (3,) lengths of the core")
+      .def_property_readonly("radius", &RoundedBox::radius, "float: length")
+      .def("__repr__",
+           [](const RoundedBox& b) {
+             const py::object list = array_of(b.half_extents()).attr("tolist")();
+             return "RoundedBox(" + std::string(py::str(list)) + ", " +
+                    std::string(py::repr(py::cast(b.radius()))) + ")";
+           })
+      .def(py::pickle(
+          [](const RoundedBox& b) { return py::make_tuple(b.half_extents(), b.radius()); },
+          [](const py::tuple& state) {
+            return std::make_shared<RoundedBox>(vector_of(state[0], "half_extents"),
+                                                state[1].cast<Scalar>());
+          }));
+}
+
 void bind_hull(py::module_& m) {
   py::class_<ConvexHull, ConvexShape, std::shared_ptr<ConvexHull>>(
       m, "ConvexHull", "Convex hull of points, found on exact predicates.")
@@ -165,6 +226,7 @@ void bind_compound(py::module_& m) {
 void bind_shapes(py::module_& m) {
   bind_shape_bases(m);
   bind_convex_shapes(m);
+  bind_curved(m);
   bind_hull(m);
   bind_compound(m);
 }
