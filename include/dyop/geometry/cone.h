@@ -5,8 +5,8 @@
 
 namespace DYOP_EXPORT dyop {
 
-/// Solid cone about the z axis: the tip at z = half_length, the base a disc at z = -half_length. Its
-/// surface is smooth: features are FeatureKind::Smooth.
+/// Solid cone about the z axis: the tip at z = half_length, the base a disc at z = -half_length.
+/// Its surface is smooth: features are FeatureKind::Smooth.
 class Cone final : public ConvexShape {
  public:
   /// @throws InvalidArgument unless 0 < radius and 0 < half_length, both at most
