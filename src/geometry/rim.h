@@ -10,7 +10,7 @@
 namespace dyop::geometry_internal {
 
 /// The point of a horizontal circle about the z axis that is farthest along a direction; the centre
-/// if there is none. The direction's part in the plane is divided by its larger coordinate first, so
+/// if there is none. The part of the direction in the plane is divided by its larger coordinate, so
 /// that nothing over- or underflows.
 inline Vector3 rim_towards(const Vector3& direction, Scalar radius, Scalar height) {
   const Scalar size = std::max(std::abs(direction.x()), std::abs(direction.y()));

@@ -11,7 +11,7 @@ namespace dyop::toi_internal {
 
 /// A binary tree of axis-aligned boxes over numbered items that come and go one at a time.
 ///
-/// A new leaf goes where the boxes around it grow least, and on the way back up a grandchild changes
+/// A new leaf goes where the boxes around it grow least; on the way back up a grandchild changes
 /// places with its uncle where that makes a box smaller, so that the tree stays shallow whatever
 /// the order of the items. Once it holds twice as many items as when it was last built, it is built
 /// anew, halved at the middle of the centers.
