@@ -24,8 +24,8 @@ void DistanceTraversal::open(const BoxPair& pair) {
   const ShapeTree& tree = opens_a ? a_ : b_;
   const std::int32_t child = tree.child(opens_a ? pair.a : pair.b);
   const int count = tree.node(child).count();
-  const FacingBox other =
-      opens_a ? facing_box(b_.box(pair.b), X_AB_) : facing_box(a_.box(pair.a), X_BA_);
+  FacingBox other = opens_a ? facing_box(b_.box(pair.b), X_AB_) : facing_box(a_.box(pair.a), X_BA_);
+  other.is_of_cores = radii_ > 0;
   std::array<Scalar, BoxGroup::kWidth> gaps;
   box_gaps_(tree.rows(child), count, other, box_noise_, gaps.data());
   statistics.box_tests += count;

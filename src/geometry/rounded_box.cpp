@@ -29,7 +29,7 @@ AlignedBox RoundedBox::bounding_box() const {
 namespace {
 
 // The volume of a rounded box, and the integral of each coordinate squared over it.
-struct Moments {
+struct OctantMoments {
   Scalar volume = 0;
   Vector3 squares = Vector3::Zero();
 
@@ -52,7 +52,7 @@ MassProperties RoundedBox::compute_mass_properties(Scalar density) const {
   const Vector3 h = half_extents();
   const Scalar r = radius_;
   const Vector3 inner_variance = h.cwiseAbs2() / 12;
-  Moments moments;
+  OctantMoments moments;
   moments.add(8 * h.prod(), h / 2, inner_variance);
   for (int k = 0; k < 3; ++k) {
     const int i = (k + 1) % 3;

@@ -63,6 +63,7 @@ bool ShapeTree::has_leaf(std::int32_t box) const {
 
 FacingBox facing_box(const OrientedBox& box, const RigidPose& X_SO) {
   FacingBox result;
+  result.is_of_cores = false;
   const Vector3 center = X_SO * box.center;
   const Matrix3 axes = X_SO.rotation() * box.axes;
   for (int i = 0; i < 3; ++i) {

@@ -82,6 +82,44 @@ DYOP_INLINE void take_edges(const L (*r)[3], const L (*abs_r)[3], const L* t, co
   }
 }
 
+/// How far a coordinate lies beyond [-half, half].
+template <typename L>
+DYOP_INLINE L beyond(L x, L half) {
+  return flip_sign(larger(magnitude(x) - half, L(0)), x);
+}
+
+/// An axis n in the box's frame. r, t, h, g as in find_axis().
+template <typename L>
+DYOP_INLINE void take_axis(const L* n, const L (*r)[3], const L* t, const L* h, const L* g,
+                           BestAxis<L>& best) {
+  L gap = dot(t, n);
+  for (int j = 0; j < 3; ++j) {
+    const L along = (r[0][j] * n[0] + r[1][j] * n[1]) + r[2][j] * n[2];
+    gap = gap - (h[j] * magnitude(n[j]) + g[j] * magnitude(along));
+  }
+  const L length_sq = dot(n, n);
+  const L gap_sq = gap * gap;
+  // literal: squares above it have full precision.
+  const auto is_better = (gap > L(0)) & (length_sq > L(0x1p-100f)) &
+                         (gap_sq * best.length_sq > best.gap_sq * length_sq);
+  best.take(is_better, gap_sq, length_sq, n[0], n[1], n[2]);
+}
+
+/// The directions from the middle of either box to the nearest point of the other, which are exact
+/// for a point, and nearly so for a segment and a small box. t_other as in find_axis().
+template <typename L>
+DYOP_INLINE void take_nearest(const L (*r)[3], const L* t, const L* t_other, const L* h, const L* g,
+                              BestAxis<L>& best) {
+  L n[3];
+  for (int i = 0; i < 3; ++i) n[i] = beyond(t[i], h[i]);
+  take_axis(n, r, t, h, g, best);
+  for (int i = 0; i < 3; ++i) {
+    n[i] = (r[i][0] * beyond(t_other[0], g[0]) + r[i][1] * beyond(t_other[1], g[1])) +
+           r[i][2] * beyond(t_other[2], g[2]);
+  }
+  take_axis(n, r, t, h, g, best);
+}
+
 /// What find_axes() needs to know about the other box, in single precision and in a unit close to
 /// the largest length involved, so that products of four lengths do not overflow, nor matter where
 /// they underflow.
@@ -90,8 +128,10 @@ struct RankingBox {
   float axes[3][3];
   float half_extents[3];
   float scale;  ///< unit of the group's rows
+  bool is_of_cores;
 
-  DYOP_INLINE RankingBox(const FacingBox& other, double group_scale) {
+  DYOP_INLINE RankingBox(const FacingBox& other, double group_scale)
+      : is_of_cores(other.is_of_cores) {
     double unit = group_scale;
     for (int i = 0; i < 3; ++i) {
       const double reach = __builtin_fabs(other.center[i]) + 2 * other.half_extents[i];
@@ -176,6 +216,7 @@ DYOP_INLINE void find_axis(const GroupRows& group, int first, const RankingBox& 
   const auto is_better = (gap > zero) & (length_sq > F(0x1p-100f)) &
                          (gap_sq * best.length_sq > best.gap_sq * length_sq);
   best.take(is_better, gap_sq, length_sq, t[0], t[1], t[2]);
+  if (other.is_of_cores) take_nearest(r, t, t_other, h, g, best);
   if constexpr (kWithEdges) take_edges(r, abs_r, t, h, g, best);
   for (int i = 0; i < 3; ++i) {
     ((u[0][i] * best.axis[0] + u[1][i] * best.axis[1]) + u[2][i] * best.axis[2])

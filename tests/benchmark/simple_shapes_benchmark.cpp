@@ -5,11 +5,14 @@
 // Each row: processor time of one query, mean over many random poses with gaps of 0.001 to 2 sizes,
 // best of PASSES (default 9). `cold`: distance(); `warm`: the same poses moved a little from query
 // to query, through a DistanceCache; `gjk`: gjk_distance(); `FCL`: its distance() with nearest
-// points (kLibccd solver), the same poses. With ROW only rows whose name begins so.
+// points (kLibccd solver), the same poses. Then spheres and capsules beside a mesh, in
+// microseconds: distance(), point_distance() of the centre, time_of_impact(). With ROW only rows whose
+// name begins so, or `mesh`.
 
 #include <fcl/fcl.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <ctime>
@@ -21,10 +24,16 @@
 
 #include "dyop/distance/distance.h"
 #include "dyop/distance/gjk.h"
+#include "dyop/distance/point_distance.h"
 #include "dyop/geometry/box.h"
 #include "dyop/geometry/capsule.h"
 #include "dyop/geometry/convex_hull.h"
 #include "dyop/geometry/sphere.h"
+#include "dyop/geometry/triangle_mesh.h"
+#include "dyop/motion/constant_twist_motion.h"
+#include "dyop/motion/rest_motion.h"
+#include "dyop/toi/time_of_impact.h"
+#include "support/inputs/mesh_generators.h"
 #include "support/inputs/random_inputs.h"
 
 namespace dyop::testing {
@@ -159,6 +168,58 @@ void print_distances(const Row& row, int passes) {
               warm, gjk, fcl_time(passes, fresh, row.fcl_a, row.fcl_b), sum == 12345 ? "!" : "");
 }
 
+// A mesh of about so many triangles, bumpy like a scan: no symmetry, no flat parts.
+TriangleMesh bumpy_ball(int level) {
+  MeshArrays mesh = icosphere(level);
+  for (Vector3& p : mesh.vertices) {
+    p *= 0.8 + 0.15 * std::sin(5 * p.x() + 1) * std::sin(7 * p.y() + 2) * std::cos(6 * p.z());
+  }
+  return mesh.mesh();
+}
+
+// Balls and rounded boxes of growing radius beside a mesh of radius 1, at gaps of 0.01 to 0.3.
+void print_meshes(int passes, int level) {
+  const TriangleMesh mesh = bumpy_ball(level);
+  constexpr int kQueries = 60;
+  double sum = 0;
+  const auto row = [&](const std::string& name, const ConvexShape& shape) {
+    std::mt19937_64 random(5);
+    std::vector<RigidPose> poses;
+    std::vector<ConstantTwistMotion> motions;
+    for (int k = 0; k < kQueries; ++k) {
+      const Vector3 from = random_direction(random);
+      const Scalar away = 1 + shape.bounding_radius() + random_number(0.01, 0.3, random);
+      const RigidPose X(random_rotation(random), away * from);
+      poses.push_back(X);
+      const Vector3 aim = 0.3 * random_direction(random);
+      motions.emplace_back(RigidPose(X.rotation(), 2 * X.translation()),
+                           Twist{aim - 2 * X.translation(), random_direction(random)});
+    }
+    const RestMotion rest{RigidPose()};
+    const double of_distance = nanoseconds(passes, kQueries, [&] {
+      for (const RigidPose& X : poses) sum += distance(mesh, RigidPose(), shape, X).lower;
+    });
+    const double of_center = nanoseconds(passes, kQueries, [&] {
+      for (const RigidPose& X : poses) {
+        sum += point_distance(mesh, RigidPose(), X.translation()).lower;
+      }
+    });
+    ToiWorkspace workspace;
+    const double of_impact = nanoseconds(passes, kQueries, [&] {
+      for (const ConstantTwistMotion& motion : motions) {
+        sum += time_of_impact(mesh, rest, shape, motion, {0, 1}, {}, workspace).t_safe;
+      }
+    });
+    std::printf("%-24s %9zu %9.1f %9.1f %9.1f  %s\n", name.c_str(), mesh.triangles().size(),
+                of_distance / 1e3, of_center / 1e3, of_impact / 1e3, sum == 12345 ? "!" : "");
+  };
+  for (const Scalar r : {0.03, 0.3, 1.0}) {
+    const std::string radius = std::to_string(r).substr(0, 4);
+    row("ball " + radius, Sphere(r));
+    row("capsule " + radius, Capsule(r, 0.3));
+  }
+}
+
 }  // namespace
 }  // namespace dyop::testing
 
@@ -170,5 +231,9 @@ int main(int argc, char** argv) {
   for (const auto& row : dyop::testing::all_rows()) {
     if (row.name.rfind(wanted, 0) == 0) dyop::testing::print_distances(row, passes);
   }
+  if (std::string("mesh").rfind(wanted, 0) != 0) return 0;
+  std::printf("\n%-24s %9s %9s %9s %9s\n", "against a mesh, us", "triangles", "distance", "centre",
+              "impact");
+  for (const int level : {4, 5, 6}) dyop::testing::print_meshes(std::min(passes, 3), level);
   return 0;
 }

@@ -174,6 +174,7 @@ FacingPiece MovingPair::facing_piece(bool from_a, std::int32_t box) const {
   const OrientedBox piece = (from_a ? b_ : a_).tree.box(box);
   FacingPiece result;
   result.box = facing_box(piece, X_SO);
+  result.box.is_of_cores = a_.tree.rounding() + b_.tree.rounding() > 0;
   copy(X_SO.rotation() * piece.center, result.from_origin);
   result.half_diagonal = piece.half_extents.norm();
   result.radius = node_radius(piece);
