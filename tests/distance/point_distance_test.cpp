@@ -145,6 +145,7 @@ TEST(PointDistance, OfConvexShapesAgreesWithBruteForce) {
   for (const Scalar scale : {1e-4, 1.0, 1e4}) {
     for (const auto& maker : all_shapes()) {
       const auto shape = maker.make(scale);
+      if (!shape->core_surface()) continue;  // the oracle knows no smooth cores
       for (int k = 0; k < 20; ++k) {
         const RigidPose X_WS = random_pose(scale, random);
         const Vector3 p_W = X_WS * Vector3(random_vector(scale * (k % 2 ? 0.4 : 2), random));

@@ -19,7 +19,7 @@
 namespace dyop::distance_internal {
 namespace {
 
-std::vector<std::unique_ptr<ConvexShape>> shapes(Scalar s) {
+std::vector<std::unique_ptr<ConvexShape>> shapes_of_size(Scalar s) {
   std::vector<std::unique_ptr<ConvexShape>> result;
   result.push_back(std::make_unique<Box>(s * Vector3(0.9, 0.5, 0.02)));
   result.push_back(std::make_unique<Capsule>(0.1 * s, 0.8 * s));
@@ -47,7 +47,7 @@ template <typename Check>
 void walk(const Check& check) {
   std::mt19937_64 random(11);
   for (const Scalar s : {1e-4, 1.0, 1e4}) {
-    const auto all = shapes(s);
+    const auto all = shapes_of_size(s);
     for (const auto& a : all) {
       for (const auto& b : all) {
         GjkSeed seed;
@@ -128,7 +128,7 @@ TEST(WarmGjk, OfShapesThatTouchHasAUnitNormal) {
   const GjkGoal goal{.apart = 0, .share = kInfinity};
   int touching = 0;
   for (const Scalar s : {1e-4, 1.0, 1e4}) {
-    const auto all = shapes(s);
+    const auto all = shapes_of_size(s);
     const Box cube(s * Vector3(1, 1, 1));
     std::vector<const ConvexShape*> pointers{&cube};
     for (const auto& shape : all) pointers.push_back(shape.get());

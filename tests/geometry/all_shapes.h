@@ -50,7 +50,7 @@ inline std::vector<ShapeMaker> all_shapes() {
       {"cylinder", [](Scalar size) { return make_shape<Cylinder>(0.5 * size, 0.8 * size); }},
       {"disc", [](Scalar size) { return make_shape<Cylinder>(size, 0.01 * size); }},
       {"cone", [](Scalar size) { return make_shape<Cone>(0.5 * size, 0.8 * size); }},
-      {"ellipsoid", [](Scalar size) { return make_shape<Ellipsoid>(size * Vector3(1, 0.4, 0.1)); }},
+      {"ellipsoid", [](Scalar size) { return make_shape<Ellipsoid>(size * Vector3(1, 0.8, 0.6)); }},
       {"hull_of_cloud", hull(point_cloud(200, 7))},
       {"hull_of_ball", hull(icosphere(3))},
       {"hull_of_gear", hull(gear(12, 0.8, 1, 0.2))},

@@ -88,7 +88,11 @@ TEST(LeastDistance, AgreesWithTheOracleOnAllMotionsAndShapes) {
   std::vector<std::shared_ptr<const Shape>> unit_shapes{
       std::make_shared<TriangleMesh>(torus(0.7, 0.3, 8, 5).mesh()),
       std::make_shared<TriangleMesh>(gear(5, 0.8, 1, 0.2).mesh())};
-  for (const ShapeMaker& maker : all_shapes()) unit_shapes.push_back(maker.make(0.5));
+  for (const ShapeMaker& maker : all_shapes()) {
+    std::shared_ptr<const ConvexShape> shape = maker.make(0.5);
+    // The oracle knows no smooth cores.
+    if (shape->core_surface()) unit_shapes.push_back(std::move(shape));
+  }
   for (const testing::MotionMaker& maker : kAllMotions) {
     for (std::size_t k = 0; k < 3 * unit_shapes.size(); ++k) {
       const Shape& a = *unit_shapes[k % unit_shapes.size()];
