@@ -107,6 +107,8 @@ class KinematicChain {
   const std::optional<Step>& step(std::size_t link) const { return steps_[link]; }
   /// The last link on both paths from the root.
   std::size_t common_ancestor(std::size_t first, std::size_t second) const;
+  /// Whether two links are joined directly, or only through links without shapes.
+  bool are_neighbours(std::size_t first, std::size_t second) const;
   /// Number of joints between the root and a link.
   std::size_t depth(std::size_t link) const { return depths_[link]; }
 
@@ -115,7 +117,6 @@ class KinematicChain {
   void sort_from_root();
   void list_self_pairs(const Options& options);
   std::size_t number_of(const std::string& name, const char* what) const;
-  bool are_neighbours(std::size_t first, std::size_t second) const;
 
   std::vector<Link> links_;
   std::vector<Joint> joints_;

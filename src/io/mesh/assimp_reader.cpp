@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <assimp/config.h>
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
 
@@ -71,8 +72,9 @@ std::string problem_of(std::string reason) {
 
 }  // namespace
 
-PolygonMesh read_with_assimp(const std::filesystem::path& file) {
+PolygonMesh read_with_assimp(const std::filesystem::path& file, UpAxis up) {
   Assimp::Importer importer;
+  importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, up == UpAxis::AsWritten);
   const aiScene* scene = importer.ReadFile(file.string(), aiProcess_ValidateDataStructure);
   if (scene == nullptr || scene->mRootNode == nullptr) {
     throw FileError(file, problem_of(importer.GetErrorString()));

@@ -69,7 +69,8 @@ std::string lower_case(std::string text) {
   return text;
 }
 
-PolygonMesh read_polygons(const std::filesystem::path& file, const MeshFileLimits& limits) {
+PolygonMesh read_polygons(const std::filesystem::path& file, const MeshFileLimits& limits,
+                          io_internal::UpAxis up) {
   const bool is_gzip = lower_case(file.extension().string()) == ".gz";
   const std::string extension =
       lower_case((is_gzip ? file.stem() : file.filename()).extension().string());
@@ -84,7 +85,7 @@ PolygonMesh read_polygons(const std::filesystem::path& file, const MeshFileLimit
   const std::string bytes = is_gzip ? io_internal::read_gzip_bytes(file, limits.most_unpacked_bytes)
                                     : io_internal::read_bytes(file);
   if (bytes.empty()) throw FileError(file, "the file is empty");
-  return is_ours ? format->read(file, bytes) : io_internal::read_with_assimp(file);
+  return is_ours ? format->read(file, bytes) : io_internal::read_with_assimp(file, up);
 }
 
 TriangleMesh join_and_triangulate(PolygonMesh polygons) {
@@ -110,16 +111,25 @@ TriangleMesh join_and_triangulate(PolygonMesh polygons) {
   return TriangleMesh(std::move(vertices), std::move(triangles));
 }
 
-}  // namespace
-
-TriangleMesh load_mesh(const std::filesystem::path& file, const MeshFileLimits& limits) {
-  PolygonMesh polygons = read_polygons(file, limits);
+TriangleMesh load(const std::filesystem::path& file, const MeshFileLimits& limits,
+                  io_internal::UpAxis up) {
+  PolygonMesh polygons = read_polygons(file, limits, up);
   if (polygons.polygon_count() == 0) throw FileError(file, "the file has no triangles");
   try {
     return join_and_triangulate(std::move(polygons));
   } catch (const InvalidArgument& error) {
     throw FileError(file, error.what());
   }
+}
+
+}  // namespace
+
+TriangleMesh load_mesh(const std::filesystem::path& file, const MeshFileLimits& limits) {
+  return load(file, limits, io_internal::UpAxis::Y);
+}
+
+TriangleMesh io_internal::load_mesh_as_written(const std::filesystem::path& file) {
+  return load(file, {}, io_internal::UpAxis::AsWritten);
 }
 
 TriangleMesh place_mesh(const TriangleMesh& mesh, const MeshPlacement& placement) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "dyop/core/types.h"
+#include "dyop/geometry/triangle_mesh.h"
 
 namespace dyop::io_internal {
 
@@ -46,9 +47,15 @@ PolygonMesh read_off(const std::filesystem::path& file, std::string_view bytes);
 PolygonMesh read_ply(const std::filesystem::path& file, std::string_view bytes);
 PolygonMesh read_stl(const std::filesystem::path& file, std::string_view bytes);
 
+/// Where the vertical axis of a COLLADA file goes: to y, as in other formats, or nowhere.
+enum class UpAxis { Y, AsWritten };
+
 /// Reads a file of another format with assimp, in single precision; may open further files that
 /// this one names.
 /// @throws FileError if assimp cannot read the file, or this library was built without it.
-PolygonMesh read_with_assimp(const std::filesystem::path& file);
+PolygonMesh read_with_assimp(const std::filesystem::path& file, UpAxis up = UpAxis::Y);
+
+/// As load_mesh(), but a COLLADA file keeps its axes, as robot descriptions expect.
+TriangleMesh load_mesh_as_written(const std::filesystem::path& file);
 
 }  // namespace dyop::io_internal

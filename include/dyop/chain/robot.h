@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "dyop/chain/kinematic_chain.h"
+
+namespace DYOP_EXPORT dyop {
+
+/// A coordinate of a robot's chain as a function of one free coordinate f:
+/// q = multiplier f + offset. A joint that mimics no other has a free coordinate of its own.
+struct CoordinateCoupling {
+  std::size_t free = 0;
+  Scalar multiplier = 1;
+  Scalar offset = 0;
+};
+
+/// Two links that a file exempts from self-collision, and the reason it gives. `Never` is a claim
+/// about all joint values, mostly drawn from samples; other reasons are wishes.
+struct DisabledPair {
+  std::string first;
+  std::string second;
+  std::string reason;
+};
+
+/// A named set of links and joints, as SRDF defines it.
+struct RobotGroup {
+  std::string name;
+  std::vector<std::string> links;
+  std::vector<std::string> joints;
+};
+
+/// A robot: a tree of links, and what its files say beyond geometry. See docs/robots.md.
+struct Robot {
+  std::string name;
+  /// One coordinate for each joint that moves, those that mimic others included.
+  std::shared_ptr<const KinematicChain> chain;
+  /// By link: a shape inside the link's own one. They differ only where the link's shape encloses
+  /// what cannot be represented, such as a prism around a cylinder: the outer one proves that
+  /// nothing touches, the inner one that something does.
+  std::vector<std::shared_ptr<const Shape>> inner_shapes;
+  std::vector<Scalar> masses;                 ///< by link; 0 if the file states none
+  std::vector<CoordinateCoupling> couplings;  ///< by coordinate of the chain
+  /// By free coordinate: the index of its joint.
+  std::vector<std::size_t> free_joints;
+  std::vector<DisabledPair> disabled_pairs;
+  std::vector<RobotGroup> groups;
+  /// What the reader had to assume, one line each.
+  std::vector<std::string> notes;
+
+  std::size_t free_count() const { return free_joints.size(); }
+  /// The chain's coordinates at free ones.
+  /// @throws InvalidArgument unless there are free_count() numbers, all finite.
+  JointVector expand(const JointVector& free) const;
+  /// The chain's rates at rates of the free coordinates. Throws likewise.
+  JointVector expand_rates(const JointVector& free_rates) const;
+};
+
+/// A robot of a chain whose joints are all independent.
+Robot make_robot(std::string name, KinematicChain chain);
+
+/// The chain with one more link, fixed to an existing one: an object that is held.
+/// @param object       Its name must be new.
+/// @param touch_links  Links that the object may touch; it may always touch `parent`.
+/// @throws InvalidArgument as KinematicChain, or if `parent` or a touch link is unknown.
+KinematicChain attach(const KinematicChain& chain, Link object, const std::string& parent,
+                      const RigidPose& X_PO, const std::vector<std::string>& touch_links = {});
+
+}  // namespace dyop

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "dyop/chain/robot.h"
+
+#include <algorithm>
+
+#include "dyop/core/error.h"
+
+namespace dyop {
+namespace {
+
+void require_free(const Robot& robot, const JointVector& free) {
+  DYOP_REQUIRE(std::size_t(free.size()) == robot.free_count(), "robot '", robot.name, "' has ",
+               robot.free_count(), " free coordinates, not ", free.size());
+  DYOP_REQUIRE(free.allFinite(), "coordinates must be finite, not (", free.transpose(), ")");
+}
+
+// Every pair of links with shapes that self-collision does not check.
+std::vector<std::pair<std::string, std::string>> unchecked_pairs(const KinematicChain& chain) {
+  const std::span<const Link> links = chain.links();
+  std::vector<std::pair<std::string, std::string>> unchecked;
+  for (std::size_t a = 0; a < links.size(); ++a) {
+    for (std::size_t b = a + 1; b < links.size(); ++b) {
+      const auto pairs = chain.self_pairs();
+      const bool is_checked = std::any_of(pairs.begin(), pairs.end(), [&](const auto& pair) {
+        return pair.first == a && pair.second == b;
+      });
+      if (!is_checked) unchecked.emplace_back(links[a].name, links[b].name);
+    }
+  }
+  return unchecked;
+}
+
+}  // namespace
+
+JointVector Robot::expand(const JointVector& free) const {
+  require_free(*this, free);
+  JointVector q(Eigen::Index(couplings.size()));
+  for (std::size_t k = 0; k < couplings.size(); ++k) {
+    const CoordinateCoupling& coupling = couplings[k];
+    q[Eigen::Index(k)] = coupling.multiplier * free[Eigen::Index(coupling.free)] + coupling.offset;
+  }
+  return q;
+}
+
+JointVector Robot::expand_rates(const JointVector& free_rates) const {
+  require_free(*this, free_rates);
+  JointVector rates(Eigen::Index(couplings.size()));
+  for (std::size_t k = 0; k < couplings.size(); ++k) {
+    rates[Eigen::Index(k)] = couplings[k].multiplier * free_rates[Eigen::Index(couplings[k].free)];
+  }
+  return rates;
+}
+
+Robot make_robot(std::string name, KinematicChain chain) {
+  Robot robot;
+  robot.name = std::move(name);
+  for (const Link& link : chain.links()) robot.inner_shapes.push_back(link.shape);
+  robot.masses.assign(chain.links().size(), 0);
+  for (std::size_t k = 0; k < chain.coordinate_count(); ++k) {
+    robot.couplings.push_back({k, 1, 0});
+    robot.free_joints.push_back(chain.joint_of(k));
+  }
+  robot.chain = std::make_shared<const KinematicChain>(std::move(chain));
+  return robot;
+}
+
+KinematicChain attach(const KinematicChain& chain, Link object, const std::string& parent,
+                      const RigidPose& X_PO, const std::vector<std::string>& touch_links) {
+  std::vector<Link> links(chain.links().begin(), chain.links().end());
+  std::vector<Joint> joints(chain.joints().begin(), chain.joints().end());
+  KinematicChain::Options options;
+  options.X_WR = chain.X_WR();
+  options.ignored_pairs = unchecked_pairs(chain);
+  for (const std::string& link : touch_links) {
+    options.ignored_pairs.emplace_back(object.name, link);
+  }
+  options.ignored_pairs.emplace_back(object.name, parent);
+  Joint joint;
+  joint.name = object.name + "/attached";
+  joint.type = JointType::Fixed;
+  joint.parent = parent;
+  joint.child = object.name;
+  joint.X_PJ = X_PO;
+  joints.push_back(joint);
+  links.push_back(std::move(object));
+  return KinematicChain(std::move(links), std::move(joints), options);
+}
+
+}  // namespace dyop

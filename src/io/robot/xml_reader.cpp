@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "io/robot/xml_reader.h"
+
+#include <charconv>
+#include <cmath>
+
+#include "io/file_bytes.h"
+
+namespace dyop::io_internal {
+namespace {
+
+using core_internal::compose_message;
+
+// Longer values of attributes are cut in messages.
+constexpr std::size_t kLongestQuote = 60;
+
+std::string quoted(std::string value) {
+  if (value.size() > kLongestQuote) value = value.substr(0, kLongestQuote) + "...";
+  return "'" + value + "'";
+}
+
+// Numbers between blanks; nothing if a word is not a finite number.
+std::optional<std::vector<Scalar>> parse_numbers(std::string_view text) {
+  constexpr std::string_view kBlanks = " \t\r\n";
+  std::vector<Scalar> numbers;
+  while (true) {
+    const std::size_t begin = text.find_first_not_of(kBlanks);
+    if (begin == std::string_view::npos) return numbers;
+    text.remove_prefix(begin);
+    const std::string_view word = text.substr(0, text.find_first_of(kBlanks));
+    const std::size_t sign = word.size() > 1 && word.front() == '+' && word[1] != '-' ? 1 : 0;
+    Scalar value = 0;
+    const auto [end, error] = std::from_chars(word.data() + sign, word.data() + word.size(), value);
+    if (error != std::errc() || end != word.data() + word.size()) return std::nullopt;
+    if (!std::isfinite(value)) return std::nullopt;
+    numbers.push_back(value);
+    text.remove_prefix(word.size());
+  }
+}
+
+}  // namespace
+
+std::optional<XmlNode> XmlNode::find(const char* child) const {
+  const tinyxml2::XMLElement* found = element_->FirstChildElement(child);
+  if (found == nullptr) return std::nullopt;
+  return XmlNode(*file_, *found);
+}
+
+XmlNode XmlNode::at(const char* child) const {
+  const std::optional<XmlNode> found = find(child);
+  if (!found) fail(compose_message("expected an element <", child, ">"));
+  return *found;
+}
+
+std::vector<XmlNode> XmlNode::all(const char* child) const {
+  std::vector<XmlNode> nodes;
+  for (const auto* next = element_->FirstChildElement(child); next != nullptr;
+       next = next->NextSiblingElement(child)) {
+    nodes.emplace_back(*file_, *next);
+  }
+  return nodes;
+}
+
+std::vector<XmlNode> XmlNode::children() const {
+  return all(nullptr);
+}
+
+std::string XmlNode::text(const char* attribute) const {
+  const char* value = element_->Attribute(attribute);
+  if (value == nullptr || *value == '\0') {
+    fail(compose_message("expected the attribute '", attribute, "'"));
+  }
+  return value;
+}
+
+Scalar XmlNode::number(const char* attribute) const {
+  const auto numbers = parse_numbers(text(attribute));
+  if (!numbers || numbers->size() != 1) fail_expected(attribute, "a finite number");
+  return (*numbers)[0];
+}
+
+Scalar XmlNode::number_or(const char* attribute, Scalar otherwise) const {
+  return has(attribute) ? number(attribute) : otherwise;
+}
+
+Scalar XmlNode::positive(const char* attribute) const {
+  const Scalar value = number(attribute);
+  if (!(value > 0)) fail_expected(attribute, "a number > 0");
+  return value;
+}
+
+Vector3 XmlNode::vector3(const char* attribute) const {
+  const auto numbers = parse_numbers(text(attribute));
+  if (!numbers || numbers->size() != 3) fail_expected(attribute, "three finite numbers");
+  return {(*numbers)[0], (*numbers)[1], (*numbers)[2]};
+}
+
+Vector3 XmlNode::vector3_or(const char* attribute, const Vector3& otherwise) const {
+  return has(attribute) ? vector3(attribute) : otherwise;
+}
+
+RigidPose XmlNode::origin() const {
+  const std::optional<XmlNode> node = find("origin");
+  if (!node) return RigidPose();
+  const Vector3 rpy = node->vector3_or("rpy", Vector3::Zero());
+  const Matrix3 R =
+      (Eigen::AngleAxisd(rpy.z(), Vector3::UnitZ()) * Eigen::AngleAxisd(rpy.y(), Vector3::UnitY()) *
+       Eigen::AngleAxisd(rpy.x(), Vector3::UnitX()))
+          .toRotationMatrix();
+  return RigidPose(R, node->vector3_or("xyz", Vector3::Zero()));
+}
+
+void XmlNode::fail(const std::string& problem) const {
+  const char* name_of_element = element_->Attribute("name");
+  const std::string which = name_of_element == nullptr ? "" : " " + quoted(name_of_element);
+  throw FileError(*file_, FilePosition{std::size_t(std::max(element_->GetLineNum(), 1)), {}},
+                  compose_message("<", element_->Name(), ">", which, ": ", problem));
+}
+
+void XmlNode::fail_expected(const char* attribute, const std::string& what) const {
+  const char* value = element_->Attribute(attribute);
+  fail(compose_message(attribute, ": expected ", what, ", found ",
+                       quoted(value == nullptr ? "" : value)));
+}
+
+XmlFile::XmlFile(const std::filesystem::path& file, const char* root) : file_(file) {
+  const std::string bytes = read_bytes(file);
+  const tinyxml2::XMLError error = document_.Parse(bytes.data(), bytes.size());
+  if (error != tinyxml2::XML_SUCCESS) {
+    const auto line = std::size_t(std::max(document_.ErrorLineNum(), 1));
+    throw FileError(
+        file_, FilePosition{line, {}},
+        compose_message("not well-formed XML: ", tinyxml2::XMLDocument::ErrorIDToName(error)));
+  }
+  if (document_.RootElement() == nullptr) throw FileError(file_, "the file has no element");
+  if (std::string_view(document_.RootElement()->Name()) != root) {
+    this->root().fail(compose_message("expected the root element <", root, ">"));
+  }
+}
+
+}  // namespace dyop::io_internal

@@ -1,0 +1,342 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "dyop/io/robot_file.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <map>
+#include <numbers>
+
+#include "dyop/distance/distance.h"
+#include "dyop/geometry/compound_shape.h"
+#include "dyop/geometry/convex_hull.h"
+#include "dyop/geometry/sphere.h"
+#include "dyop/geometry/triangle_mesh.h"
+#include "dyop/io/file_error.h"
+#include "io/robot/robot_shapes.h"
+#include "support/temporary_directory.h"
+
+namespace dyop {
+namespace {
+
+// A closed tetrahedron with corners at the origin and on the axes, in each format.
+constexpr const char* kObj =
+    "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n";
+
+// The same corners at 100, 200 and 300 on the axes, z up, in centimetres.
+constexpr const char* kDae = R"(<?xml version="1.0"?>
+<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
+<asset><unit name="centimeter" meter="0.01"/><up_axis>Z_UP</up_axis></asset>
+<library_geometries><geometry id="g"><mesh>
+<source id="p"><float_array id="a" count="12">0 0 0 100 0 0 0 200 0 0 0 300</float_array>
+<technique_common><accessor source="#a" count="4" stride="3"><param name="X" type="float"/>
+<param name="Y" type="float"/><param name="Z" type="float"/></accessor></technique_common></source>
+<vertices id="v"><input semantic="POSITION" source="#p"/></vertices>
+<triangles count="4"><input semantic="VERTEX" source="#v" offset="0"/>
+<p>0 2 1 0 1 3 1 2 3 0 3 2</p></triangles></mesh></geometry></library_geometries>
+<library_visual_scenes><visual_scene id="s"><node id="n"><instance_geometry url="#g"/></node>
+</visual_scene></library_visual_scenes><scene><instance_visual_scene url="#s"/></scene></COLLADA>)";
+
+std::string link(const std::string& name, const std::string& geometry) {
+  return "<link name=\"" + name + "\"><collision><geometry>" + geometry +
+         "</geometry></collision></link>\n";
+}
+
+std::string joint(const std::string& type, const std::string& parent, const std::string& child,
+                  const std::string& inside = "") {
+  return "<joint name=\"to_" + child + "\" type=\"" + type + "\"><parent link=\"" + parent +
+         "\"/><child link=\"" + child + "\"/>" + inside + "</joint>\n";
+}
+
+class RobotFile : public ::testing::Test {
+ protected:
+  Robot load(const std::string& body, RobotFileOptions options = {}) const {
+    return load_robot(directory_.write("robot.urdf", "<robot name=\"r\">\n" + body + "</robot>\n"),
+                      options);
+  }
+  std::string message_of(const std::string& body, const RobotFileOptions& options = {}) const {
+    try {
+      load(body, options);
+    } catch (const FileError& error) {
+      return error.what();
+    }
+    return "no error";
+  }
+  // The message has this part, and names the file and a line.
+  void expect_message(const std::string& body, const std::string& part, int line = 0) const {
+    const std::string message = message_of(body);
+    EXPECT_NE(message.find(part), std::string::npos) << message;
+    EXPECT_NE(message.find("robot.urdf:"), std::string::npos) << message;
+    if (line == 0) return;
+    EXPECT_NE(message.find("robot.urdf:" + std::to_string(line) + ":"), std::string::npos)
+        << message;
+  }
+
+  testing::TemporaryDirectory directory_;
+};
+
+constexpr const char* kLimit = "<axis xyz=\"0 0 2\"/><limit lower=\"-1\" upper=\"2\"/>";
+
+TEST_F(RobotFile, ReadsLinksJointsAndPlaces) {
+  const Robot robot =
+      load(R"(<link name="base"/>)" + link("a", R"(<sphere radius="0.5"/>)") +
+           R"(<link name="b"><inertial><mass value="3"/></inertial>
+         <collision><origin xyz="1 0 0"/><geometry><box size="1 2 3"/></geometry></collision>
+         <collision><geometry><sphere radius="0.1"/></geometry></collision></link>)" +
+           joint("revolute", "base", "a",
+                 R"(<origin xyz="0 0 1" rpy="0 0 1.5707963267948966"/>)" + std::string(kLimit)) +
+           joint("prismatic", "a", "b", kLimit));
+  EXPECT_EQ(robot.name, "r");
+  EXPECT_EQ(robot.free_count(), 2u);
+  EXPECT_EQ(robot.masses, (std::vector<Scalar>{0, 0, 3}));
+  ASSERT_EQ(robot.chain->links().size(), 3u);
+  EXPECT_EQ(robot.chain->links()[0].shape, nullptr);
+  EXPECT_EQ(robot.chain->links()[2].shape->kind(), ShapeKind::Compound);
+  EXPECT_EQ(robot.chain->joints()[0].lower, -1);
+  JointVector q(2);
+  q << 0, 0.5;
+  const std::vector<RigidPose> poses = robot.chain->link_poses(robot.expand(q));
+  EXPECT_LT((poses[2] * Vector3::UnitX() - Vector3(0, 1, 1.5)).norm(), 1e-15);
+}
+
+TEST_F(RobotFile, RollPitchYawTurnAboutFixedAxesInThatOrder) {
+  const Robot robot = load("<link name=\"a\"/><link name=\"b\"/>" +
+                           joint("fixed", "a", "b", R"(<origin rpy="0.3 -0.7 1.1"/>)"));
+  const Matrix3 expected = rotation_from_vector(Vector3(0, 0, 1.1)) *
+                           rotation_from_vector(Vector3(0, -0.7, 0)) *
+                           rotation_from_vector(Vector3(0.3, 0, 0));
+  EXPECT_LT((robot.chain->joints()[0].X_PJ.rotation() - expected).norm(), 1e-15);
+}
+
+TEST_F(RobotFile, SplitsFloatingAndPlanarJoints) {
+  const Robot robot =
+      load("<link name=\"a\"/><link name=\"b\"/><link name=\"c\"/>" + joint("floating", "a", "b") +
+           joint("planar", "b", "c", R"(<axis xyz="0 1 0"/>)"));
+  ASSERT_EQ(robot.free_count(), 9u);
+  JointVector q(9);
+  q << 1, 2, 3, 0.3, 0.2, 0.1, 0, 0, std::numbers::pi;
+  const std::vector<RigidPose> poses = robot.chain->link_poses(robot.expand(q));
+  const RigidPose& X_Wb = poses[*robot.chain->find_link("b")];
+  EXPECT_LT((X_Wb.translation() - Vector3(1, 2, 3)).norm(), 1e-15);
+  const Matrix3 turn = rotation_from_vector(Vector3(0, 0, 0.3)) *
+                       rotation_from_vector(Vector3(0, 0.2, 0)) *
+                       rotation_from_vector(Vector3(0.1, 0, 0));
+  EXPECT_LT((X_Wb.rotation() - turn).norm(), 1e-15);
+  // Half a turn about y.
+  const RigidPose X_bc = X_Wb.inverse() * poses[*robot.chain->find_link("c")];
+  EXPECT_LT((X_bc * Vector3(1, 2, 3) - Vector3(-1, 2, -3)).norm(), 1e-14);
+}
+
+TEST_F(RobotFile, APlanarJointMovesWithinItsPlane) {
+  const Robot robot = load("<link name=\"a\"/><link name=\"b\"/>" +
+                           joint("planar", "a", "b", R"(<axis xyz="1 1 0"/>)"));
+  JointVector q(3);
+  q << 3, 4, 0;
+  const Vector3 p = robot.chain->link_poses(q)[1].translation();
+  EXPECT_NEAR(p.norm(), 5, 1e-14);
+  EXPECT_NEAR(p.x() + p.y(), 0, 1e-14);
+}
+
+TEST_F(RobotFile, HoldsTheBaseAsAsked) {
+  const std::string body = link("a", R"(<sphere radius="1"/>)");
+  EXPECT_EQ(load(body, {.base = RobotBase::Floating}).free_count(), 6u);
+  EXPECT_EQ(load(body, {.base = RobotBase::Planar}).free_count(), 3u);
+}
+
+TEST_F(RobotFile, CouplesMimickingJoints) {
+  const Robot robot =
+      load("<link name=\"a\"/><link name=\"b\"/><link name=\"c\"/><link name=\"d\"/>" +
+           joint("revolute", "a", "b",
+                 std::string(kLimit) + R"(<mimic joint="to_c" multiplier="-2" offset="1"/>)") +
+           joint("continuous", "a", "c") +
+           joint("revolute", "a", "d", std::string(kLimit) + R"(<mimic joint="to_b"/>)"));
+  ASSERT_EQ(robot.free_count(), 1u);
+  const JointVector q = robot.expand(JointVector::Constant(1, 0.25));
+  EXPECT_EQ(q[0], 0.5);
+  EXPECT_EQ(q[1], 0.25);
+  EXPECT_EQ(q[2], 0.5);
+}
+
+TEST_F(RobotFile, FindsMeshes) {
+  std::filesystem::create_directories(directory_.path() / "arm" / "meshes");
+  std::filesystem::create_directories(directory_.path() / "other" / "deep" / "col");
+  directory_.write("arm/meshes/m.obj", kObj);
+  directory_.write("other/deep/col/n.obj", kObj);
+  const auto reach = [](const Robot& robot) {
+    return robot.chain->links()[0].shape->bounding_box().max();
+  };
+  // The package is the folder "arm"; with and without the prefix, by a search path, and by name.
+  EXPECT_EQ(reach(load(link("a", R"(<mesh filename="package://arm/meshes/m.obj"/>)"))),
+            Vector3::Ones());
+  EXPECT_EQ(reach(load(link("a", R"(<mesh filename="arm/meshes/m.obj" scale="1 -2 3"/>)"))),
+            Vector3(1, 0, 3));
+  EXPECT_EQ(reach(load(link("a", R"(<mesh filename="package://else/col/n.obj"/>)"),
+                       {.package_paths = {directory_.path() / "other" / "deep"}})),
+            Vector3::Ones());
+  const Robot moved = load(link("a", R"(<mesh filename="package://gone/col/n.obj"/>)"));
+  ASSERT_EQ(moved.notes.size(), 1u);
+  EXPECT_NE(moved.notes[0].find("deep/col/n.obj"), std::string::npos);
+  expect_message(link("a", R"(<mesh filename="package://arm/meshes/x.obj"/>)"), "x.obj", 2);
+  expect_message(link("a", R"(<mesh filename="http://arm/x.obj"/>)"), "package://");
+}
+
+TEST_F(RobotFile, AMirroredMeshStillFacesOutward) {
+  directory_.write("m.obj", kObj);
+  const Robot robot = load(link("a", R"(<mesh filename="m.obj" scale="0.1 -0.1 0.1"/>)"));
+  EXPECT_TRUE(robot.chain->links()[0].is_solid);
+  EXPECT_NEAR(robot.chain->links()[0].shape->compute_mass_properties(6000).mass, 1, 1e-12);
+}
+
+TEST_F(RobotFile, ColladaKeepsItsAxesAndConvertsItsUnit) {
+  directory_.write("m.dae", kDae);
+  Robot robot;
+  try {
+    robot = load(link("a", R"(<mesh filename="m.dae"/>)"));
+  } catch (const FileError& error) {
+    if (std::string(error.what()).find("needs assimp") == std::string::npos) throw;
+    GTEST_SKIP() << error.what();
+  }
+  const Vector3 reach = robot.chain->links()[0].shape->bounding_box().max();
+  EXPECT_LT((reach - Vector3(1, 2, 3)).norm(), 1e-6);
+}
+
+TEST_F(RobotFile, PrismsEncloseACylinderFromBothSides) {
+  const Scalar radius = 0.3;
+  const Scalar length = 0.7;
+  const auto outer = io_internal::prism_around(radius, length);
+  const auto inner = io_internal::prism_inside(radius, length);
+  const auto& around = dynamic_cast<const ConvexShape&>(*outer);
+  const auto& inside = dynamic_cast<const ConvexShape&>(*inner);
+  for (int k = 0; k < 5000; ++k) {
+    const Scalar angle = 0.001 * k + 1e-4 * k * k;
+    for (const Scalar tilt : {-1.0, -0.3, 0.0, 0.7, 1.4}) {
+      const Vector3 n(std::cos(angle) * std::cos(tilt), std::sin(angle) * std::cos(tilt),
+                      std::sin(tilt));
+      const Scalar exact = radius * n.head<2>().norm() + length / 2 * std::abs(n.z());
+      EXPECT_GE(around.core_reach(n), exact);
+      EXPECT_LE(around.core_reach(n), 1.0013 * exact);
+      EXPECT_LE(inside.core_reach(n), exact);
+    }
+  }
+  const Robot robot = load(link("a", R"(<cylinder radius="0.3" length="0.7"/>)"));
+  EXPECT_NE(robot.inner_shapes[0], robot.chain->links()[0].shape);
+}
+
+TEST_F(RobotFile, ReadsSrdf) {
+  const std::string body = link("a", R"(<sphere radius="1"/>)") +
+                           link("b", R"(<sphere radius="1"/>)") +
+                           link("c", R"(<sphere radius="1"/>)") + joint("continuous", "a", "b") +
+                           joint("continuous", "b", "c");
+  RobotFileOptions options;
+  options.srdf = directory_.write("r.srdf", R"(<robot name="r">
+    <group name="arm"><chain base_link="a" tip_link="c"/></group>
+    <disable_collisions link1="c" link2="a" reason="Never"/></robot>)");
+  const Robot robot = load(body, options);
+  ASSERT_EQ(robot.disabled_pairs.size(), 1u);
+  EXPECT_EQ(robot.disabled_pairs[0].reason, "Never");
+  ASSERT_EQ(robot.groups.size(), 1u);
+  EXPECT_EQ(robot.groups[0].joints, (std::vector<std::string>{"to_b", "to_c"}));
+  // A claim is checked all the same, unless it is trusted.
+  EXPECT_EQ(robot.chain->self_pairs().size(), 1u);
+  options.trusts_never = true;
+  EXPECT_EQ(load(body, options).chain->self_pairs().size(), 0u);
+  options.srdf = directory_.write(
+      "r.srdf", "<robot>\n<disable_collisions link1=\"a\" link2=\"x\" reason=\"Never\"/></robot>");
+  EXPECT_NE(message_of(body, options).find("r.srdf:2: <disable_collisions>: link2"),
+            std::string::npos);
+}
+
+TEST_F(RobotFile, WritesSrdfThatItReads) {
+  const std::string body =
+      link("a", R"(<sphere radius="1"/>)") + link("b &amp; &lt;", R"(<sphere radius="1"/>)") +
+      link("c", R"(<sphere radius="0.1"/>)") + joint("continuous", "a", "b &amp; &lt;") +
+      joint("fixed", "b &amp; &lt;", "c", R"(<origin xyz="9 0 0"/>)");
+  const Robot robot = load(body);
+  RobotFileOptions options;
+  options.srdf = directory_.write("out.srdf", srdf_text(robot, decide_link_pairs(robot)));
+  const Robot again = load(body, options);
+  ASSERT_EQ(again.disabled_pairs.size(), 3u);
+  std::map<std::string, std::string> reasons;
+  for (const DisabledPair& pair : again.disabled_pairs) {
+    reasons[pair.first + "," + pair.second] = pair.reason;
+  }
+  EXPECT_EQ(reasons["a,b & <"], "Adjacent");
+  EXPECT_EQ(reasons["a,c"], "Never");
+}
+
+TEST_F(RobotFile, NamesWhatIsWrong) {
+  const std::string ball = R"(<sphere radius="1"/>)";
+  const std::string two = link("a", ball) + link("b", ball);
+  expect_message("<link/>", "<link>: expected the attribute 'name'", 2);
+  expect_message(link("a", ball) + link("a", ball), "<link> 'a': a second link", 3);
+  expect_message(link("a", "<cone/>"), "expected one of <mesh>");
+  expect_message(link("a", R"(<sphere radius="nan"/>)"),
+                 "radius: expected a finite number, found 'nan'");
+  expect_message(link("a", R"(<sphere radius="1e999"/>)"), "found '1e999'");
+  expect_message(link("a", R"(<sphere radius="-1"/>)"), "radius: expected a number > 0");
+  expect_message(link("a", R"(<sphere/>)"), "expected the attribute 'radius'");
+  expect_message(link("a", R"(<box size="1 2"/>)"), "size: expected three finite numbers");
+  expect_message(link("a", R"(<box size="1 0 1"/>)"), "three numbers > 0");
+  expect_message(link("a", R"(<mesh filename="m.obj" scale="0 1 1"/>)"), "m.obj");
+  expect_message(two + joint("ball", "a", "b"), "type: expected revolute, continuous", 4);
+  expect_message(two + joint("revolute", "a", "b"), "expected an element <limit>");
+  expect_message(two + joint("revolute", "a", "b", R"(<limit lower="2" upper="1"/>)"), "2 > 1");
+  expect_message(two + joint("continuous", "a", "b", R"(<axis xyz="0 0 0"/>)"), "other than 0");
+  expect_message(two + joint("continuous", "a", "b", R"(<mimic joint="x"/>)"), "found 'x'");
+  expect_message(two + joint("continuous", "a", "b", R"(<mimic joint="to_b"/>)"), "loop");
+  expect_message(two + joint("fixed", "a", "x"), "link: expected the name of a link, found 'x'");
+  expect_message(two + joint("fixed", "a", "b") + joint("fixed", "a", "b"), "second joint");
+  expect_message(two, "found 2, such as 'a' and 'b'");
+  expect_message(two + joint("fixed", "a", "b") + joint("fixed", "b", "a"), "loop");
+  expect_message(link("c", ball) + two + joint("fixed", "a", "b") + joint("fixed", "b", "a"),
+                 "loop");
+  expect_message("<link name=\"a\">", "not well-formed XML");
+  expect_message("", "expected an element <link>");
+}
+
+TEST_F(RobotFile, RefusesHostileFiles) {
+  std::string deep;
+  for (int k = 0; k < 100'000; ++k) deep += "<a>";
+  expect_message(deep, "not well-formed XML");
+  expect_message("<!DOCTYPE r [<!ENTITY e \"e\">]>" + link("&e;&e;", "<x/>"), "");
+  std::string many;
+  for (int k = 0; k < 10'001; ++k) many += "<link name=\"" + std::to_string(k) + "\"/>";
+  expect_message(many, "more than 10000 links");
+  const auto empty = directory_.write("empty.urdf", "");
+  EXPECT_THROW(load_robot(empty), FileError);
+  const auto other = directory_.write("other.urdf", "<sdf/>");
+  EXPECT_THROW(load_robot(other), FileError);
+  EXPECT_THROW(load_robot(directory_.path()), FileError);
+  EXPECT_THROW(load_robot(directory_.path() / "none.urdf"), FileError);
+}
+
+// The robot of the outside data: all its claims, and none of its meshes twice.
+TEST(RobotData, DecidesTheClaimsOfAPublicRobot) {
+  const char* data = std::getenv("DYOP_EXTERNAL_DATA");
+  if (data == nullptr) GTEST_SKIP() << "DYOP_EXTERNAL_DATA is not set";
+  const std::filesystem::path folder = std::filesystem::path(data) / "robots" / "ur5";
+  if (!exists(folder)) GTEST_SKIP() << folder << " is missing";
+  RobotFileOptions options;
+  options.srdf = folder / "ur5.srdf";
+  const Robot robot = load_robot(folder / "ur5.urdf", options);
+  EXPECT_EQ(robot.free_count(), 6u);
+  std::map<std::pair<std::string, std::string>, PairVerdict> verdicts;
+  for (const LinkPairReport& pair : decide_link_pairs(robot)) {
+    EXPECT_NE(pair.verdict, PairVerdict::Undecided);
+    const std::string& first = robot.chain->links()[pair.first].name;
+    const std::string& second = robot.chain->links()[pair.second].name;
+    verdicts[std::minmax(first, second)] = pair.verdict;
+  }
+  EXPECT_EQ(verdicts.size(), 153u);
+  int claims = 0;
+  for (const DisabledPair& pair : robot.disabled_pairs) {
+    if (pair.reason != "Never") continue;
+    ++claims;
+    EXPECT_EQ(verdicts.at(std::minmax(pair.first, pair.second)), PairVerdict::Never)
+        << pair.first << ' ' << pair.second;
+  }
+  EXPECT_EQ(claims, 62);
+}
+
+}  // namespace
+}  // namespace dyop
