@@ -321,10 +321,14 @@ TEST_F(SceneFile, NamesKeysThatAreUnknownMissingOrMisplaced) {
             ": bodies[0].motion: only a kinematic body can have a motion");
   EXPECT_EQ(message_of("/bodies/0/shape/scale", 2),
             ": bodies[0].shape.scale: only a mesh can have this key");
-  EXPECT_EQ(message_of("/bodies/0/shape/box", Json::object()),
-            ": bodies[0].shape: expected exactly one of mesh, hull, sphere, box, capsule, found 2");
-  EXPECT_EQ(message_of("/bodies/0/shape", Json::object()),
-            ": bodies[0].shape: expected exactly one of mesh, hull, sphere, box, capsule, found 0");
+  EXPECT_EQ(
+      message_of("/bodies/0/shape/box", Json::object()),
+      ": bodies[0].shape: expected exactly one of mesh, hull, sphere, box, capsule, cylinder, "
+      "cone, ellipsoid, rounded_box, found 2");
+  EXPECT_EQ(
+      message_of("/bodies/0/shape", Json::object()),
+      ": bodies[0].shape: expected exactly one of mesh, hull, sphere, box, capsule, cylinder, "
+      "cone, ellipsoid, rounded_box, found 0");
 }
 
 TEST_F(SceneFile, NamesReferencesToBodiesThatAreWrong) {
