@@ -52,7 +52,7 @@ make_one() {
     "$dyop" scene "${scene%:*}" "${scene#*:}" --out "$out/$name.json"
     scene="$out/$name.json"
   fi
-  "$dyop" simulate "$scene" --out "$out/$name" --record "$out/$name.h5" --no-progress --json --threads 1 \
+  "$dyop" simulate "$scene" -o "$out/$name.h5" --no-progress --json --threads 1 \
     --mesh-path /usr/share/glmark2/models > "$out/$name.result.json"
   show_one "$name" "$time" "$link"
   python3 - "$out" "$name" >> "$rows" <<'ROW'

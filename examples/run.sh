@@ -47,10 +47,10 @@ if [ -s "$dragon" ]; then
   "$dyop" toi build/models/bunny.obj "$dragon" --scale-b 10 "${motion[@]}"
 fi
 
-say "5/6 a bunny thrown, spinning, at another (build/run)"
-"$dyop" simulate examples/scenes/bunny-throw.json --mesh-path build/models --out build/run
+say "5/6 a bunny thrown, spinning, at another (build/run.h5)"
+"$dyop" simulate examples/scenes/bunny-throw.json --mesh-path build/models -o build/run.h5
 echo
-echo "The whole run is in build/run: recording.jsonl and summary.txt"
+echo "The whole run is in build/run.h5: dyop info, dyop view and dyop export read it."
 
 say "6/6 the same bunnies from Python"
 PYTHONPATH=build/release/python /usr/bin/python3 - <<'PYTHON'

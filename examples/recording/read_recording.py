@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Reads a recording of `dyop simulate --record run.h5` with nothing but h5py and numpy.
+"""Reads a recording of `dyop simulate -o run.h5` with nothing but h5py and numpy.
 
     python3 read_recording.py run.h5          what happened
     python3 read_recording.py run.h5 T        and the pose of every body at the time T

@@ -17,14 +17,16 @@ constexpr const char* kInfoExamples = R"(Examples:
     dyop info bunny.obj
   Mass properties at unit density about the centre of mass, scaled by ten, as JSON:
     dyop info bunny.obj --scale 10 --center mass --json
-  What happened in a run:
+  What happened in a run; and all of it as text, one JSON object a line:
     dyop info run.h5
+    dyop info run.h5 --json-lines > run.jsonl
 )";
 
 struct InfoArguments {
   std::string mesh;
   PlacementArguments placement;
   bool is_json = false;
+  bool is_json_lines = false;
 };
 
 struct MeshReport {
@@ -139,8 +141,14 @@ void print_words(const MeshReport& report) {
             << "memory            " << Scalar(report.bytes) / (1 << 20) << " MiB\n";
 }
 
+RecordingForm form_of(const InfoArguments& arguments) {
+  if (arguments.is_json_lines) return RecordingForm::JsonLines;
+  return arguments.is_json ? RecordingForm::Json : RecordingForm::Words;
+}
+
 ExitCode run_info(const InfoArguments& arguments) {
-  if (is_recording(arguments.mesh)) return print_recording(arguments.mesh, arguments.is_json);
+  if (is_recording(arguments.mesh)) return print_recording(arguments.mesh, form_of(arguments));
+  DYOP_REQUIRE(!arguments.is_json_lines, "--json-lines needs a recording, not ", arguments.mesh);
   const auto shape = make_shape(arguments.mesh, arguments.placement);
   const auto* mesh = dynamic_cast<const TriangleMesh*>(shape.get());
   DYOP_REQUIRE(mesh != nullptr, arguments.mesh, ": expected a mesh file");
@@ -158,6 +166,10 @@ void add_info_command(CLI::App& app, ExitCode& exit_code) {
   command->add_option("FILE", arguments->mesh, "Mesh file, or recording in HDF5")->required();
   add_placement_options(*command, arguments->placement);
   command->add_flag("--json", arguments->is_json, "Print one JSON object to stdout");
+  command
+      ->add_flag("--json-lines", arguments->is_json_lines,
+                 "Print a whole recording, one JSON object a line (docs/recording.md)")
+      ->excludes("--json");
   command->callback([arguments, &exit_code] { exit_code = run_info(*arguments); });
 }
 

@@ -107,7 +107,7 @@ void add_paper_command(CLI::App& app, ExitCode& exit_code) {
   auto arguments = std::make_shared<PaperArguments>();
   CLI::App* command = app.add_subcommand("paper", "Repeat the experiment of the DyOP paper");
   command->footer(kPaperExamples);
-  command->add_option("--out", arguments->out, "Directory for tables and figures")->required();
+  command->add_option("-o,--out", arguments->out, "Directory for tables and figures")->required();
   command->add_option("--pair", arguments->pair, "Objects I,J whose construction to draw")
       ->delimiter(',');
   command->add_option("--seed", arguments->settings.seed, "Seed of all random input")

@@ -61,7 +61,7 @@ void add_scene_command(CLI::App& app, ExitCode& exit_code) {
   command->footer(scene_footer());
   command->add_option("KIND", arguments->kind, "Kind of scene, see below")->required();
   command->add_option("N", arguments->n, "Size of the scene, see below")->required();
-  command->add_option("--out", arguments->out, "Scene file to write");
+  command->add_option("-o,--out", arguments->out, "Scene file to write");
   command->add_flag("--json", arguments->is_json,
                     "Print one JSON object to stdout: the files written");
   command->callback([arguments, &exit_code] { exit_code = run_scene(*arguments); });

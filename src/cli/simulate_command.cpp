@@ -4,7 +4,6 @@
 #include <exception>
 #include <iostream>
 #include <nlohmann/json.hpp>
-#include <sstream>
 
 #include "cli/commands.h"
 #include "cli/interrupt.h"
@@ -15,7 +14,6 @@
 #include "cli/scene_run.h"
 #include "dyop/io/file_error.h"
 #include "dyop/io/result_text.h"
-#include "dyop/io/run_recording.h"
 #include "dyop/io/run_summary.h"
 #include "dyop/io/scene_file.h"
 #include "io/output_file.h"
@@ -23,29 +21,25 @@
 namespace dyop::cli {
 namespace {
 
-namespace fs = std::filesystem;
-
 constexpr const char* kSimulateExamples =
-    R"(Without --out and --record, the summary is printed and nothing is kept.
---out DIR gets recording.jsonl, with every proven step and impact, and summary.txt, for people.
---record FILE.h5 gets the exact motions and all that happened, in a hundredth of the space and readable
-while the run goes on (docs/recording.md); with it, DIR gets no recording.jsonl.
+    R"(Prints a summary. -o FILE.h5 records the exact motions and all that happened, in HDF5, readable while
+the run goes on and after a kill (docs/recording.md). Without it nothing is kept.
 Meshes are looked for beside the scene, then in --mesh-path, then in the directories of the
 environment variable DYOP_MESH_PATH (separated by colons). Ctrl-C ends with what is proven by then.
 
 Examples:
   A bunny is thrown at another one; the mesh comes with the Debian package glmark2-data:
-    dyop simulate examples/scenes/bunny-throw.json --out run --mesh-path /usr/share/glmark2/models
+    dyop simulate examples/scenes/bunny-throw.json -o run.h5 --mesh-path /usr/share/glmark2/models
   The same in a script, on one core, exit code 1 if anything touches:
-    dyop simulate scene.json --out run --threads 1 --no-progress --json --fail-on-impact
-  A long run, recorded in HDF5:
-    dyop simulate examples/scenes/pyramid.json --record pyramid.h5
+    dyop simulate scene.json --threads 1 --no-progress --json --fail-on-impact
+  The recording as a page for the browser, and as text:
+    dyop view run.h5 -o run.html
+    dyop info run.h5 --json-lines > run.jsonl
 )";
 
 struct SimulateArguments {
   std::string scene;
   std::string out;
-  std::string record;
   std::string pairs = "contacts";
   std::vector<std::string> mesh_path;
   int threads = 0;
@@ -61,24 +55,9 @@ struct Run {
   std::exception_ptr failure;     // what ended the run, rethrown once its files are written
 };
 
-void make_directory(const fs::path& directory) {
-  std::error_code error;
-  fs::create_directories(directory, error);
-  if (error) throw FileError(directory, "could not be created: " + error.message());
-}
-
-// Empty: the run is not recorded.
-fs::path recording_of(const SimulateArguments& arguments) {
-  if (!arguments.record.empty()) return arguments.record;
-  if (arguments.out.empty()) return {};
-  return fs::path(arguments.out) / "recording.jsonl";
-}
-
 std::unique_ptr<RunOutput> make_output(const Scene& scene, const SimulateArguments& arguments) {
-  const fs::path file = recording_of(arguments);
-  if (file.empty()) return std::make_unique<RunOutput>();
-  if (!is_recording(file)) return make_text_output(file, scene);
-  return make_hdf5_output(file, scene, arguments.pairs);
+  if (arguments.out.empty()) return std::make_unique<RunOutput>();
+  return make_hdf5_output(arguments.out, scene, arguments.pairs);
 }
 
 Run record(const Scene& scene, const SimulateArguments& arguments, const std::stop_token& stop) {
@@ -132,12 +111,7 @@ void print_json(const Run& run, const SimulateArguments& arguments, double secon
                           {"solve", times.solve},   {"ends", times.ends},
                           {"proofs", times.proofs}};
   json["recording"] = nullptr;
-  const fs::path recording = recording_of(arguments);
-  if (!recording.empty()) json["recording"] = recording.string();
-  json["summary"] = nullptr;
-  if (!arguments.out.empty()) {
-    json["summary"] = (fs::path(arguments.out) / "summary.txt").string();
-  }
+  if (!arguments.out.empty()) json["recording"] = arguments.out;
   std::cout << json.dump() << '\n';
 }
 
@@ -171,23 +145,19 @@ ExitCode exit_code_of(const Run& run, const SimulateArguments& arguments) {
 ExitCode run_simulate(const SimulateArguments& arguments) {
   const InterruptGuard interrupt;
   const auto begin = std::chrono::steady_clock::now();
-  io_internal::require_other_than(recording_of(arguments), {arguments.scene});
+  require_recording_name(arguments.out);
+  io_internal::require_other_than(arguments.out, {arguments.scene});
   Scene scene = load_scene(arguments.scene, mesh_directories(arguments.mesh_path));
   scene.options.thread_count = arguments.threads;
   scene.options.measures_time = true;
-  if (!arguments.out.empty()) make_directory(arguments.out);
   const Run run = record(scene, arguments, interrupt.token());
 
   const double seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  std::ostringstream summary;
-  write_summary(summary, scene, run.impacts, run.totals, seconds);
-  if (!arguments.out.empty())
-    io_internal::write_whole_file(fs::path(arguments.out) / "summary.txt", summary.str());
   if (arguments.is_json) {
     print_json(run, arguments, seconds);
   } else {
-    std::cout << summary.str();
+    write_summary(std::cout, scene, run.impacts, run.totals, seconds);
   }
   if (run.failure) throw_named(run.failure, arguments.scene);
   return exit_code_of(run, arguments);
@@ -200,12 +170,10 @@ void add_simulate_command(CLI::App& app, ExitCode& exit_code) {
   CLI::App* command = app.add_subcommand("simulate", "Step a scene, and record the run");
   command->footer(kSimulateExamples);
   command->add_option("SCENE", arguments->scene, "Scene file (docs/scene-format.md)")->required();
-  command->add_option("--out", arguments->out, "Directory for the results; created if missing");
-  command->add_option("--record", arguments->record,
-                      "File for the recording: in HDF5 if it ends in .h5, else text");
+  command->add_option("-o,--out", arguments->out, "Recording to write, FILE.h5");
   command
-      ->add_option("--record-pairs", arguments->pairs,
-                   "What of near pairs goes into the HDF5 recording after each step")
+      ->add_option("--pairs", arguments->pairs,
+                   "What of near pairs goes into the recording after each step")
       ->check(CLI::IsMember({"none", "gaps", "contacts"}))
       ->capture_default_str();
   command->add_option("--mesh-path", arguments->mesh_path, "More directories to search for meshes");

@@ -31,7 +31,7 @@ struct ShapeForm {
   /// @throws InvalidArgument if a value is out of range.
   std::shared_ptr<const Shape> (*make)(std::span<const Scalar> values);
 
-  std::size_t value_count() const;
+  DYOP_EXPORT std::size_t value_count() const;
 };
 
 DYOP_EXPORT std::span<const ShapeForm> shape_forms();

@@ -7,7 +7,7 @@
 
 namespace dyop::io_internal {
 
-/// Results as JSON values and back, every field under its own name. Numbers are exact. An infinite
+/// Results as JSON values, every field under its own name. Numbers are exact. An infinite
 /// number is null.
 DYOP_EXPORT Json number_json(Scalar value);
 DYOP_EXPORT Json to_json(const Vector3& v);
@@ -19,13 +19,5 @@ DYOP_EXPORT Json to_json(const ToiStatistics& statistics);
 DYOP_EXPORT Json to_json(const ToiResult& result);
 DYOP_EXPORT Json to_json(const Contact& contact);
 Json to_json(const std::vector<Contact>& contacts);
-
-/// Throw nlohmann exceptions for values of the wrong form.
-DYOP_EXPORT Scalar number_from(const Json& json);
-DYOP_EXPORT Vector3 vector3_from(const Json& json);
-RigidPose pose_from(const Json& json);
-DYOP_EXPORT ToiStatistics toi_statistics_from(const Json& json);
-DYOP_EXPORT ToiResult toi_result_from(const Json& json);
-DYOP_EXPORT Contact contact_from(const Json& json);
 
 }  // namespace dyop::io_internal

@@ -70,56 +70,6 @@ std::string contact_words(const std::vector<Contact>& contacts, const PairNames&
 
 }  // namespace
 
-std::string_view name_of(DistanceStatus status) {
-  switch (status) {
-    case DistanceStatus::NotRun:
-      return "NotRun";
-    case DistanceStatus::Separated:
-      return "Separated";
-    case DistanceStatus::Overlapping:
-      return "Overlapping";
-    case DistanceStatus::FartherThanMaxDistance:
-      return "FartherThanMaxDistance";
-    case DistanceStatus::Inconclusive:
-      return "Inconclusive";
-  }
-  return "NotRun";
-}
-
-std::string_view name_of(ToiStatus status) {
-  switch (status) {
-    case ToiStatus::NotRun:
-      return "NotRun";
-    case ToiStatus::Separated:
-      return "Separated";
-    case ToiStatus::Impact:
-      return "Impact";
-    case ToiStatus::InitiallyWithinTarget:
-      return "InitiallyWithinTarget";
-    case ToiStatus::BudgetExhausted:
-      return "BudgetExhausted";
-    case ToiStatus::Cancelled:
-      return "Cancelled";
-    case ToiStatus::NumericalLimit:
-      return "NumericalLimit";
-  }
-  return "NotRun";
-}
-
-std::string_view name_of(FeatureKind kind) {
-  switch (kind) {
-    case FeatureKind::Vertex:
-      return "Vertex";
-    case FeatureKind::Edge:
-      return "Edge";
-    case FeatureKind::Face:
-      return "Face";
-    case FeatureKind::Smooth:
-      return "Smooth";
-  }
-  return "Smooth";
-}
-
 std::string to_json_text(const DistanceResult& result) {
   return io_internal::to_json(result).dump();
 }

@@ -4,6 +4,8 @@
 #include <cstdlib>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <sstream>
+#include <thread>
 
 #include "cli/command.h"
 #include "dyop/io/recording_reader.h"
@@ -32,7 +34,7 @@ class RecordingCommands : public ::testing::Test {
   std::string path(const char* name) const { return (directory_.path() / name).string(); }
   CommandResult simulate(const std::vector<std::string>& more = {}) const {
     std::vector<std::string> words{"simulate", directory_.write("scene.json", kScene).string(),
-                                   "--record", path("run.h5")};
+                                   "-o", path("run.h5")};
     words.insert(words.end(), more.begin(), more.end());
     return run_command(words);
   }
@@ -50,7 +52,8 @@ TEST_F(RecordingCommands, NeverWriteOverTheirInput) {
     EXPECT_NE(result.err.find("is read by this command"), std::string::npos) << result.err;
     EXPECT_EQ(testing::TemporaryDirectory::read(path(name)), before) << words[0];
   };
-  unchanged("scene.json", {"simulate", scene, "--record", scene});
+  std::filesystem::copy_file(scene, path("scene.h5"));  // a scene may have any name
+  unchanged("scene.h5", {"simulate", path("scene.h5"), "-o", path("scene.h5")});
   unchanged("run.h5", {"view", path("run.h5"), "-o", path("run.h5")});
   unchanged("run.h5", {"view", path("run.h5"), "-o", path("link.h5")});
   unchanged("run.h5", {"export", path("run.h5"), "-o", path("link.h5")});
@@ -83,7 +86,6 @@ TEST_F(RecordingCommands, SimulateRecordsInHdf5) {
   ASSERT_EQ(result.exit_code, 0) << result.err;
   const Json json = Json::parse(result.out);
   EXPECT_EQ(json.at("recording"), path("run.h5"));
-  EXPECT_TRUE(json.at("summary").is_null());
   const RecordingReader reader(path("run.h5"));
   EXPECT_EQ(reader.interval().end, 1.5);
   ASSERT_EQ(reader.impacts().size(), 1u);
@@ -93,11 +95,48 @@ TEST_F(RecordingCommands, SimulateRecordsInHdf5) {
   EXPECT_NEAR(reader.pose(BodyId(0), 0.3).translation().z(), 1.5 - 0.09, 1e-9);
 }
 
-TEST_F(RecordingCommands, SimulateWritesTheSummaryBesideIt) {
-  const CommandResult result = simulate({"--out", path("run")});
-  ASSERT_EQ(result.exit_code, 0) << result.err;
-  EXPECT_EQ(testing::TemporaryDirectory::read(path("run") + "/summary.txt"), result.out);
-  EXPECT_FALSE(std::filesystem::exists(path("run") + "/recording.jsonl"));
+TEST_F(RecordingCommands, SimulateRecordsTheSameForEveryNumberOfThreads) {
+  Json scene = Json::parse(kScene);
+  scene["bodies"].push_back(Json::parse(R"({"name": "second", "mass": 1,
+    "shape": {"box": {"half_extents": [0.3, 0.2, 0.1]}}, "pose": {"position": [0.2, 0.1, 3]},
+    "velocity": {"angular": [1, 2, 3]}})"));
+  const std::string file = directory_.write("three.json", scene.dump()).string();
+  std::string first;
+  for (const char* threads : {"1", "2", "0"}) {
+    const std::string out = path("threads.h5");
+    ASSERT_EQ(run_command({"simulate", file, "-o", out, "--threads", threads}).exit_code, 0);
+    const CommandResult text = run_command({"info", out, "--json-lines"});
+    if (first.empty()) first = text.out;
+    EXPECT_GT(text.out.size(), 1000u);
+    EXPECT_EQ(text.out, first);
+  }
+}
+
+TEST_F(RecordingCommands, SimulateEndsItsFileWhenTheIntegratorGivesUp) {
+  Json scene = Json::parse(kScene);  // with a spring whose force overflows
+  scene["forces"]["springs"] = {{{"body", "ball"}, {"anchor", {0, 0, -10}}, {"stiffness", 1e308}}};
+  const std::string file = directory_.write("spring.json", scene.dump()).string();
+  const CommandResult result = run_command({"simulate", file, "-o", path("run.h5")});
+  EXPECT_EQ(result.exit_code, 3) << result.err;
+  EXPECT_NE(result.out.find("Ended by an error"), std::string::npos) << result.out;
+  const RecordingReader reader(path("run.h5"));
+  ASSERT_TRUE(reader.end().has_value());
+  EXPECT_EQ(result.err, "dyop: error: " + file + ": " + reader.end()->error + "\n");
+}
+
+TEST_F(RecordingCommands, SimulateEndsAtASignalWithWhatIsProven) {
+  Json scene = Json::parse(kScene);
+  scene["time"] = {{"end", 1e6}, {"step", 0.125}};
+  const std::string file = directory_.write("long.json", scene.dump()).string();
+  const testing::Command command({"simulate", file, "-o", path("run.h5"), "--json"});
+  for (int k = 0; k < 500 && !std::filesystem::exists(path("run.h5")); ++k) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  }
+  command.send(SIGINT);
+  const CommandResult result = command.wait();
+  EXPECT_EQ(result.exit_code, 3) << result.err;
+  EXPECT_EQ(Json::parse(result.out).at("status"), "Cancelled");
+  EXPECT_TRUE(RecordingReader(path("run.h5")).end().has_value());
 }
 
 TEST_F(RecordingCommands, InfoTellsWhatHappened) {
@@ -114,20 +153,35 @@ TEST_F(RecordingCommands, InfoTellsWhatHappened) {
   EXPECT_EQ(json.at("frames"), 12);
 }
 
-TEST_F(RecordingCommands, ExportConvertsARecordingAsText) {
-  const std::string scene = directory_.write("scene.json", kScene).string();
-  ASSERT_EQ(run_command({"simulate", scene, "--out", path("run")}).exit_code, 0);
-  const CommandResult result = run_command(
-      {"export", path("run") + "/recording.jsonl", "--scene", scene, "-o", path("converted.h5")});
-  ASSERT_EQ(result.exit_code, 0) << result.err;
+TEST_F(RecordingCommands, InfoWritesAllOfItAsJsonLines) {
   ASSERT_EQ(simulate().exit_code, 0);
-  const RecordingReader converted(path("converted.h5"));
-  const RecordingReader exact(path("run.h5"));
-  for (int k = 0; k < 100; ++k) {
-    const Scalar t = 1.5 * k / 100;
-    EXPECT_NEAR(converted.pose(BodyId(0), t).translation().z(),
-                exact.pose(BodyId(0), t).translation().z(), 1e-12);
+  const CommandResult text = run_command({"info", path("run.h5"), "--json-lines"});
+  ASSERT_EQ(text.exit_code, 0) << text.err;
+  const RecordingReader reader(path("run.h5"));
+  std::istringstream lines(text.out);
+  std::vector<Json> records;
+  for (std::string line; std::getline(lines, line);) records.push_back(Json::parse(line));
+  EXPECT_EQ(records.front().at("record"), "header");
+  EXPECT_EQ(records.front().at("bodies")[0].at("name"), "ball");
+  EXPECT_EQ(records.back().at("record"), "end");
+  EXPECT_EQ(records.back().at("status"), "Completed");
+  int impacts = 0;
+  Scalar t = 0;
+  for (const Json& record : records) {
+    if (record.at("record") == "impact") {
+      ++impacts;
+      EXPECT_EQ(record.at("t"), reader.impacts()[0].t);
+    }
+    if (record.at("record") != "step") continue;
+    EXPECT_EQ(record.at("t")[0], t);  // without a gap
+    for (int k = 0; k < 5; ++k) {
+      const Scalar time = record.at("t")[k];
+      EXPECT_EQ(record.at("states")[k][0][2], reader.pose(BodyId(0), time).translation().z());
+    }
+    t = record.at("t")[4];
   }
+  EXPECT_EQ(impacts, 1);
+  EXPECT_EQ(t, 1.5);
 }
 
 TEST_F(RecordingCommands, RefuseWhatTheyCannotUse) {
@@ -140,8 +194,12 @@ TEST_F(RecordingCommands, RefuseWhatTheyCannotUse) {
   EXPECT_NE(error_of({"info", directory_.write("text.h5", "x").string()})
                 .find("not a readable HDF5 file"),
             std::string::npos);
-  EXPECT_NE(error_of({"export", path("a.jsonl"), "-o", path("b.h5")}).find("--scene"),
+  EXPECT_NE(error_of({"export", path("a.h5"), "-o", path("b.txt")}).find("expected a file .glb"),
             std::string::npos);
+  EXPECT_NE(error_of({"simulate", path("scene.json"), "-o", path("run")}).find("ends in .h5"),
+            std::string::npos);
+  const std::string mesh = directory_.write("a.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n");
+  EXPECT_NE(error_of({"info", mesh, "--json-lines"}).find("needs a recording"), std::string::npos);
 }
 
 // The reader of examples/recording, which shares no code with the library.

@@ -21,8 +21,7 @@ class SceneCommand : public ::testing::Test {
 
 TEST_F(SceneCommand, WritesASceneThatRuns) {
   ASSERT_EQ(run_command({"scene", "stack", "2", "--out", file()}).exit_code, 0);
-  const CommandResult run =
-      run_command({"simulate", file(), "--out", (directory_.path() / "run").string(), "--json"});
+  const CommandResult run = run_command({"simulate", file(), "--json"});
   ASSERT_EQ(run.exit_code, 0) << run.err;
   EXPECT_EQ(Json::parse(run.out).at("bodies").size(), 3u);
 }

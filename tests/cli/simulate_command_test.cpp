@@ -2,10 +2,8 @@
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
-#include <thread>
 
 #include "cli/command.h"
-#include "dyop/io/run_recording.h"
 #include "support/inputs/cube_files.h"
 
 namespace dyop {
@@ -36,11 +34,8 @@ class SimulateCommand : public ::testing::Test {
   std::string write(const Json& scene) const {
     return directory_.write("scene.json", scene.dump(1)).string();
   }
-  std::string out(const std::string& name = "run") const {
-    return (directory_.path() / name).string();
-  }
   void expect_error(const Json& scene, const std::string& part) const {
-    const CommandResult result = run_command({"simulate", write(scene), "--out", out()});
+    const CommandResult result = run_command({"simulate", write(scene)});
     EXPECT_EQ(result.exit_code, 2) << result.err;
     EXPECT_TRUE(result.err.starts_with("dyop: error: " + write(scene) + ": ")) << result.err;
     EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
@@ -50,9 +45,8 @@ class SimulateCommand : public ::testing::Test {
   TemporaryDirectory directory_;
 };
 
-TEST_F(SimulateCommand, RecordsAnImpact) {
-  const CommandResult result =
-      run_command({"simulate", write(falling_ball()), "--out", out(), "--json"});
+TEST_F(SimulateCommand, TellsOfAnImpact) {
+  const CommandResult result = run_command({"simulate", write(falling_ball()), "--json"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_EQ(result.err, "");  // no progress bar: not a terminal
   const Json json = Json::parse(result.out);
@@ -67,24 +61,6 @@ TEST_F(SimulateCommand, RecordsAnImpact) {
   }
   EXPECT_GT(parts, 0);
   EXPECT_GT(json.at("step_seconds").at("total").get<double>(), 0);
-
-  const RunRecording recording = read_recording(out() + "/recording.jsonl");
-  EXPECT_TRUE(recording.is_complete);
-  ASSERT_EQ(recording.impacts.size(), 1u);
-  EXPECT_EQ(recording.totals.t, 1.5);
-  // Elastic: at t = 1.5 the ball is where it was at t = 0.5, at 1.5 - t^2 = 1.25.
-  const RecordedStep& last = recording.steps.back();
-  EXPECT_NEAR(recorded_pose(last, BodyId(0), 1.5).translation().z(), 1.25, 1e-4);
-  // Without a gap between the steps.
-  for (std::size_t k = 1; k < recording.steps.size(); ++k) {
-    EXPECT_EQ(recording.steps[k].times.front(), recording.steps[k - 1].times.back());
-  }
-}
-
-TEST_F(SimulateCommand, WritesTheSummaryThatItPrints) {
-  const CommandResult result = run_command({"simulate", write(falling_ball()), "--out", out()});
-  EXPECT_EQ(TemporaryDirectory::read(out() + "/summary.txt"), result.out);
-  EXPECT_NE(result.out.find("1 impact. Completed at t = 1.5."), std::string::npos) << result.out;
 }
 
 TEST_F(SimulateCommand, KeepsNothingUnlessAsked) {
@@ -93,29 +69,13 @@ TEST_F(SimulateCommand, KeepsNothingUnlessAsked) {
   EXPECT_NE(words.out.find("1 impact. Completed at t = 1.5."), std::string::npos) << words.out;
   const CommandResult json = run_command({"simulate", write(falling_ball()), "--json"});
   EXPECT_TRUE(Json::parse(json.out).at("recording").is_null());
-  EXPECT_TRUE(Json::parse(json.out).at("summary").is_null());
-  EXPECT_FALSE(std::filesystem::exists(out()));
-}
-
-TEST_F(SimulateCommand, RecordsTheSameBytesForEveryNumberOfThreads) {
-  Json scene = falling_ball();
-  scene["bodies"].push_back(Json::parse(R"({"name": "second", "mass": 1,
-    "shape": {"box": {"half_extents": [0.3, 0.2, 0.1]}}, "pose": {"position": [0.2, 0.1, 3]},
-    "velocity": {"angular": [1, 2, 3]}})"));
-  for (const char* threads : {"1", "2", "0"}) {
-    const CommandResult result =
-        run_command({"simulate", write(scene), "--out", out(threads), "--threads", threads});
-    EXPECT_EQ(result.exit_code, 0) << result.err;
-    EXPECT_EQ(TemporaryDirectory::read(out(threads) + "/recording.jsonl"),
-              TemporaryDirectory::read(out("1") + "/recording.jsonl"));
-  }
 }
 
 TEST_F(SimulateCommand, StopsAtAnImpactIfTheSceneAsks) {
   Json scene = falling_ball();
   scene["policy"] = "stop";
   const CommandResult result =
-      run_command({"simulate", write(scene), "--out", out(), "--json", "--fail-on-impact"});
+      run_command({"simulate", write(scene), "--json", "--fail-on-impact"});
   EXPECT_EQ(result.exit_code, 1) << result.err;
   EXPECT_EQ(Json::parse(result.out).at("status"), "StoppedAtImpact");
   EXPECT_NEAR(Json::parse(result.out).at("t").get<double>(), 1, 1e-5);
@@ -131,11 +91,9 @@ TEST_F(SimulateCommand, FindsMeshesByOptionAndEnvironment) {
   expect_error(scene, "bodies[1].shape.mesh: no mesh file cube.obj in ");
   scene["bodies"][0]["pose"]["position"] = {0, 0, 3};
   EXPECT_EQ(
-      run_command({"simulate", write(scene), "--out", out(), "--mesh-path", meshes.path().string()})
-          .exit_code,
-      0);
+      run_command({"simulate", write(scene), "--mesh-path", meshes.path().string()}).exit_code, 0);
   setenv("DYOP_MESH_PATH", ("/nowhere:" + meshes.path().string()).c_str(), 1);
-  EXPECT_EQ(run_command({"simulate", write(scene), "--out", out()}).exit_code, 0);
+  EXPECT_EQ(run_command({"simulate", write(scene)}).exit_code, 0);
   unsetenv("DYOP_MESH_PATH");
 }
 
@@ -174,7 +132,7 @@ TEST_F(SimulateCommand, NamesWhatIsWrongWithAScene) {
 TEST_F(SimulateCommand, TellsWhatBeganTooNearAndWhereBodiesEnded) {
   Json scene = falling_ball();
   scene["bodies"][0]["pose"]["position"] = {0, 0, 0};
-  const CommandResult result = run_command({"simulate", write(scene), "--out", out(), "--json"});
+  const CommandResult result = run_command({"simulate", write(scene), "--json"});
   EXPECT_EQ(result.exit_code, 0) << result.err;
   const Json json = Json::parse(result.out);
   EXPECT_EQ(json.at("too_near"), 1);
@@ -183,49 +141,6 @@ TEST_F(SimulateCommand, TellsWhatBeganTooNearAndWhereBodiesEnded) {
   EXPECT_EQ(json.at("bodies")[0].at("position").size(), 3U);
   EXPECT_EQ(json.at("bodies")[0].at("quaternion").size(), 4U);
   EXPECT_FALSE(json.at("bodies")[0].at("asleep").get<bool>());
-}
-
-// A spring whose force overflows.
-TEST_F(SimulateCommand, EndsItsFilesWhenTheIntegratorGivesUp) {
-  Json scene = falling_ball();
-  scene["forces"]["springs"] = {{{"body", "ball"}, {"anchor", {0, 0, -10}}, {"stiffness", 1e308}}};
-  const CommandResult result = run_command({"simulate", write(scene), "--out", out(), "--json"});
-  EXPECT_EQ(result.exit_code, 3) << result.err;
-  EXPECT_TRUE(result.err.starts_with("dyop: error: ")) << result.err;
-  EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
-  EXPECT_EQ(Json::parse(result.out).at("status"), "Error");
-  const RunRecording recording = read_recording(out() + "/recording.jsonl");
-  EXPECT_TRUE(recording.is_complete);
-  ASSERT_TRUE(recording.totals.error.has_value());
-  EXPECT_EQ(result.err, "dyop: error: " + write(scene) + ": " + *recording.totals.error + "\n");
-  EXPECT_NE(TemporaryDirectory::read(out() + "/summary.txt").find("Ended by an error"),
-            std::string::npos);
-}
-
-TEST_F(SimulateCommand, RefusesADirectoryThatCannotBeMade) {
-  const std::string file = directory_.write("file", "x").string();
-  const CommandResult result =
-      run_command({"simulate", write(falling_ball()), "--out", file + "/run"});
-  EXPECT_EQ(result.exit_code, 2);
-  EXPECT_NE(result.err.find("could not be created"), std::string::npos) << result.err;
-}
-
-TEST_F(SimulateCommand, EndsAtASignalWithWhatIsProven) {
-  Json scene = falling_ball();
-  scene["time"] = {{"end", 1e6}, {"step", 0.125}};
-  const testing::Command command({"simulate", write(scene), "--out", out(), "--json"});
-  // The recording has its header as soon as the run has begun and a buffer of lines is full.
-  const std::filesystem::path recording = out() + "/recording.jsonl";
-  for (int k = 0; k < 500; ++k) {
-    std::error_code error;
-    if (std::filesystem::file_size(recording, error) > 0 && !error) break;
-    std::this_thread::sleep_for(std::chrono::milliseconds(20));
-  }
-  command.send(SIGINT);
-  const CommandResult result = command.wait();
-  EXPECT_EQ(result.exit_code, 3) << result.err;
-  EXPECT_EQ(Json::parse(result.out).at("status"), "Cancelled");
-  EXPECT_TRUE(read_recording(recording).is_complete);
 }
 
 }  // namespace

@@ -35,8 +35,8 @@ class ViewCommand : public ::testing::Test {
   // The page of a short run.
   CommandResult view(const std::vector<std::string>& more) const {
     directory_.write("scene.json", kFall);
-    const CommandResult run = run_command({"simulate", path("scene.json"), "--out", path("run"),
-                                           "--record", path("run.h5"), "--no-progress"});
+    const CommandResult run =
+        run_command({"simulate", path("scene.json"), "-o", path("run.h5"), "--no-progress"});
     EXPECT_EQ(run.exit_code, 0) << run.err;
     std::vector<std::string> words{"view", path("run.h5")};
     words.insert(words.end(), more.begin(), more.end());

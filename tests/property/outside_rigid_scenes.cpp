@@ -2,8 +2,8 @@
 
 // Runs the rigid scenes of [Ferguson2021] and lets CGAL look for bodies that intersect:
 // outside_rigid_scenes [END [TIMES [SCENE...]]]. END: time at which a scene is ended, if it does
-// not end before (default 0.02); TIMES: how many times between any two recorded ones are looked at
-// (default 1); SCENE: names of scenes, without them all. They are looked for in the folder that
+// not end before (default 0.02); TIMES: how many times within each step are looked at
+// (default 4); SCENE: names of scenes, without them all. They are looked for in the folder that
 // DYOP_EXTERNAL_DATA names; without it the program says so and returns 77 (skipped). The exit code
 // is 1 if bodies intersect, energy is won, or a scene does not get to its end.
 //
@@ -14,15 +14,16 @@
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
 #include <set>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "dyop/core/error.h"
-#include "dyop/io/run_recording.h"
+#include "dyop/io/recording_writer.h"
+#include "dyop/io/run_summary.h"
 #include "dyop/io/scene_file.h"
+#include "dyop/io/scene_recording.h"
 #include "support/oracles/recording_oracle.h"
 #include "support/world_energy.h"
 
@@ -41,8 +42,7 @@ struct Outcome {
 
 Outcome run(const Scene& scene, const fs::path& recording) {
   World world = make_world(scene);
-  std::ofstream out(recording, std::ios::binary);
-  RunRecorder recorder(out, scene);
+  RecordingWriter recorder(recording, run_header(scene), {.pairs = PairDetail::None});
   Scalar weight = 0;
   for (const BodyDefinition& body : scene.bodies) {
     if (body.kind == BodyKind::Dynamic) weight += body.mass_properties.mass;
@@ -55,14 +55,14 @@ Outcome run(const Scene& scene, const fs::path& recording) {
   bool goes_on = true;
   while (goes_on && world.time() < scene.end_time) {
     const AdvanceReport report = world.advance(std::min(scene.step, scene.end_time - world.time()));
-    recorder.write(report);
+    recorder.write(report, world);
+    outcome.totals.add(report);
     const Scalar gain = (energy(world, scene.options.gravity_W) - begin) / scale;
     outcome.largest_gain = std::max(outcome.largest_gain, gain);
     goes_on = report.status == AdvanceStatus::Completed;
   }
   recorder.finish();
   outcome.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - clock).count();
-  outcome.totals = recorder.totals();
   return outcome;
 }
 
@@ -76,9 +76,9 @@ bool examine(const fs::path& file, Scalar end, int times_between) {
   const std::string name = file.stem().string();
   Scene scene = load_scene(file);
   scene.end_time = std::min(scene.end_time, end);
-  const fs::path recording = fs::current_path() / ("outside-" + name + ".jsonl");
+  const fs::path recording = fs::current_path() / ("outside-" + name + ".h5");
   const Outcome outcome = run(scene, recording);
-  const RecordingReport report = check_recording(scene, read_recording(recording), times_between);
+  const RecordingReport report = check_recording(scene, RecordingReader(recording), times_between);
   fs::remove(recording);
   const bool is_complete = outcome.totals.status == AdvanceStatus::Completed;
   // literal: what hops at rest win, far below what a wrong impact law would.
@@ -129,7 +129,7 @@ int run_all(Scalar end, int times_between, const std::set<std::string>& chosen) 
 int main(int count, char** arguments) {
   try {
     const double end = count > 1 ? std::atof(arguments[1]) : 0.02;
-    const int times_between = count > 2 ? std::atoi(arguments[2]) : 1;
+    const int times_between = count > 2 ? std::atoi(arguments[2]) : 4;
     if (!(end > 0) || times_between < 0)
       throw std::runtime_error("expected END > 0 and TIMES >= 0");
     const std::set<std::string> chosen(arguments + std::min(count, 3), arguments + count);

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 
-// Checks a recording of `dyop simulate` (text, or HDF5 if it ends in .h5) against CGAL: recording_check SCENE RECORDING [times
-// between]. At the recorded times, and so many more between every two of them (default 4), no two
-// bodies may intersect. If it ends in .poses.json it holds what was drawn instead (tests/view/drawn_poses.mjs). Meshes are looked for as by the dyop command, see DYOP_MESH_PATH. The exit
-// code is 1 if anything is wrong, 2 if the files cannot be used.
+// Checks a recording of `dyop simulate` against CGAL: recording_check SCENE RECORDING [times]. At the
+// ends of all steps, and at so many times in each of them (default 4), no two bodies may intersect.
+// If the file ends in .poses.json it holds what was drawn instead (tests/view/drawn_poses.mjs).
+// Meshes are looked for as by the dyop command, see DYOP_MESH_PATH. The exit code is 1 if anything is
+// wrong, 2 if the files cannot be used.
 
 #include <cstdio>
 #include <cstdlib>
@@ -34,19 +35,14 @@ RecordingReport check_drawn(const dyop::Scene& scene, const std::filesystem::pat
 
 RecordingReport check(const dyop::Scene& scene, const std::filesystem::path& file, int between) {
   if (file.string().ends_with(".poses.json")) return check_drawn(scene, file);
-#ifdef DYOP_HAS_RECORDING
-  if (file.extension() == ".h5") {
-    return check_recording(scene, dyop::RecordingReader(file), between);
-  }
-#endif
-  return check_recording(scene, dyop::read_recording(file), between);
+  return check_recording(scene, dyop::RecordingReader(file), between);
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
   if (argc < 3) {
-    std::fprintf(stderr, "usage: recording_check SCENE RECORDING [times between]\n");
+    std::fprintf(stderr, "usage: recording_check SCENE RECORDING [times]\n");
     return 2;
   }
   try {

@@ -7,9 +7,10 @@
 
 #include <gtest/gtest.h>
 
-#include <fstream>
 #include <sstream>
 
+#include "dyop/io/recording_writer.h"
+#include "dyop/io/scene_recording.h"
 #include "support/inputs/mesh_generators.h"
 #include "support/inputs/random_inputs.h"
 #include "support/temporary_directory.h"
@@ -66,23 +67,31 @@ class FallingBodies : public ::testing::Test {
     scene_ = load_scene(scene_file_);
   }
 
-  RunRecording run() {
-    const std::filesystem::path file = directory_.path() / "recording.jsonl";
-    std::ofstream out(file, std::ios::binary);
-    RunRecorder recorder(out, scene_);
+  RecordingReader run(int steps, bool ends) {
+    const std::filesystem::path file = directory_.path() / "run.h5";
+    RecordingWriter writer(file, run_header(scene_));
     World world = make_world(scene_);
-    for (int k = 0; k < 14; ++k) {
+    for (int k = 0; k < steps; ++k) {
       const AdvanceReport report = world.advance(scene_.step);
       EXPECT_EQ(report.status, AdvanceStatus::Completed);
-      recorder.write(report);
+      writer.write(report, world);
     }
-    recorder.finish();
-    out.close();
-    return read_recording(file);
+    if (ends) writer.finish();
+    return RecordingReader(file);
+  }
+  RecordingReader whole_run() { return run(14, true); }
+
+  // Of the recorded poses at a few times, those of one body at one time replaced.
+  bool has_fault(const RecordingReader& run, BodyId body, std::size_t time, const RigidPose& pose,
+                 const std::string& part) const {
+    const std::vector<Scalar> times{0, 0.3, 0.7};
+    const RecordingReport report = check_poses(scene_, times, [&](BodyId id, std::size_t k) {
+      return id == body && k == time ? pose : run.pose(id, times[k]);
+    });
+    return mentions(report, part);
   }
 
-  bool has_fault(const RunRecording& recording, const std::string& part) const {
-    const RecordingReport report = check_recording(scene_, recording, 0);
+  static bool mentions(const RecordingReport& report, const std::string& part) {
     return std::any_of(report.faults.begin(), report.faults.end(), [&](const std::string& fault) {
       return fault.find(part) != std::string::npos;
     });
@@ -94,38 +103,29 @@ class FallingBodies : public ::testing::Test {
 };
 
 TEST_F(FallingBodies, NeverIntersect) {
-  const RunRecording recording = run();
-  EXPECT_GE(recording.totals.impacts, 10);
-  const RecordingReport report = check_recording(scene_, recording, 4);
+  const RecordingReader recording = whole_run();
+  EXPECT_GE(recording.impacts().size(), 10u);
+  const RecordingReport report = check_recording(scene_, recording, 40);
   EXPECT_GT(report.examined_pairs, 1000);
   for (const std::string& fault : report.faults) ADD_FAILURE() << fault;
 }
 
 TEST_F(FallingBodies, AreCaughtWhereTheyAreMadeToIntersect) {
-  const RunRecording right = run();
+  const RecordingReader right = whole_run();
   ASSERT_TRUE(check_recording(scene_, right, 0).faults.empty());
-  RunRecording wrong = right;
-  std::vector<MotionState>& states = wrong.steps.front().states[2];
-  states[0].X_WB = states[1].X_WB * RigidPose(Vector3(0.3, 0, 0));
-  EXPECT_TRUE(has_fault(wrong, "body 1 and body 2 intersect at t = "));
-  wrong = right;
-  wrong.steps.front().states[2][3].X_WB = right.steps.front().states[2][4].X_WB;
-  EXPECT_TRUE(has_fault(wrong, "body 4 and body 5 intersect at t = "));
-  wrong = right;
-  wrong.steps.front().states[0][4].X_WB = RigidPose(Vector3(0, 0, -1));  // wholly inside
-  EXPECT_TRUE(has_fault(wrong, "body 5 and floor intersect at t = 0"));
+  const RigidPose beside = right.pose(BodyId(1), 0.3) * RigidPose(Vector3(0.3, 0, 0));
+  EXPECT_TRUE(has_fault(right, BodyId(0), 1, beside, "body 1 and body 2 intersect at t = 0.3"));
+  const RigidPose same = right.pose(BodyId(4), 0.3);
+  EXPECT_TRUE(has_fault(right, BodyId(3), 1, same, "body 4 and body 5 intersect at t = 0.3"));
+  const RigidPose inside(Vector3(0, 0, -1));
+  EXPECT_TRUE(has_fault(right, BodyId(4), 0, inside, "body 5 and floor intersect at t = 0"));
 }
 
-TEST_F(FallingBodies, LeaveNoGapInTheirRecording) {
-  RunRecording wrong = run();
-  wrong.steps.erase(wrong.steps.begin() + 1);
-  EXPECT_TRUE(has_fault(wrong, "a step begins at "));
-  wrong.steps.pop_back();
-  EXPECT_TRUE(has_fault(wrong, "the last step ends at "));
-  wrong.is_complete = false;
-  EXPECT_TRUE(has_fault(wrong, "the recording has no end"));
-  wrong.scene = "{}";
-  EXPECT_TRUE(has_fault(wrong, "the recording is of another scene"));
+TEST_F(FallingBodies, MissNothingOfTheirRecording) {
+  EXPECT_TRUE(mentions(check_recording(scene_, run(3, false), 0), "the recording has no end"));
+  const RecordingReader recording = whole_run();
+  scene_.source = "{}";
+  EXPECT_TRUE(mentions(check_recording(scene_, recording, 0), "of another scene"));
 }
 
 }  // namespace

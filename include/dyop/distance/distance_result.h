@@ -2,7 +2,9 @@
 #pragma once
 
 #include <cstdint>
+#include <iosfwd>
 #include <optional>
+#include <string_view>
 
 #include "dyop/core/types.h"
 #include "dyop/distance/witness_pair.h"
@@ -18,6 +20,10 @@ enum class DistanceStatus {
                            ///< may be infinite
   Inconclusive,            ///< lower = 0 < upper, and neither separation nor overlap was proven
 };
+
+/// The enumerator's name.
+std::string_view name_of(DistanceStatus status);
+std::ostream& operator<<(std::ostream& out, DistanceStatus status);
 
 /// How far and along which direction two overlapping convex shapes must move apart.
 struct Penetration {
@@ -38,5 +44,8 @@ struct DistanceResult : WitnessPair {
   std::optional<Penetration> penetration;  ///< if asked for, convex pairs, status Overlapping
   DistanceStatistics statistics;
 };
+
+/// Status and bounds, on one line.
+std::ostream& operator<<(std::ostream& out, const DistanceResult& result);
 
 }  // namespace dyop

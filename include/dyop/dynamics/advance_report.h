@@ -2,7 +2,9 @@
 #pragma once
 
 #include <cstdint>
+#include <iosfwd>
 #include <memory>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -50,6 +52,10 @@ enum class AdvanceStatus {
   Blocked,          ///< no space, or locked by friction or just short of it: safe up to time()
   Cancelled,        ///< the caller stopped it: safe and committed up to time()
 };
+
+/// The enumerator's name.
+std::string_view name_of(AdvanceStatus status);
+std::ostream& operator<<(std::ostream& out, AdvanceStatus status);
 
 /// One committed step: over its interval every body follows its Motion.
 struct CommittedStep {
@@ -108,5 +114,8 @@ struct AdvanceReport {
   StepStatistics work;
   StepTimes times;
 };
+
+/// Status, time and counts, on one line.
+std::ostream& operator<<(std::ostream& out, const AdvanceReport& report);
 
 }  // namespace dyop

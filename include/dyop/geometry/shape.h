@@ -4,6 +4,8 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <iosfwd>
+#include <string_view>
 
 #include "dyop/core/types.h"
 #include "dyop/geometry/mass_properties.h"
@@ -14,6 +16,10 @@ enum class ShapeKind { TriangleMesh, Convex, Compound };
 
 /// The kind of feature a witness point lies on. Smooth: a curved surface.
 enum class FeatureKind { Vertex, Edge, Face, Smooth };
+
+/// The enumerator's name.
+std::string_view name_of(FeatureKind kind);
+std::ostream& operator<<(std::ostream& out, FeatureKind kind);
 
 /// A feature, given by the shape's own vertex numbers (for a curved shape: those of its core).
 struct Feature {

@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "dyop/core/time_interval.h"
@@ -13,6 +14,9 @@
 #include "dyop/dynamics/rigid_body.h"
 
 namespace DYOP_EXPORT dyop {
+
+/// As in scene files.
+std::string_view name_of(BodyKind kind);
 
 /// Data of a run, besides its bodies.
 struct RunHeader {
@@ -54,6 +58,8 @@ enum class SegmentKind : std::uint32_t {
   Approximate = 5,
 };
 
+std::string_view name_of(SegmentKind kind);
+
 /// A segment of one body's path: from `interval.begin` on the body follows `motion`, until its next
 /// segment starts, or up to the last committed time.
 struct MotionSegment {
@@ -92,6 +98,8 @@ enum class RunEventKind : std::uint32_t {
   Stalled = 6,    ///< an island found no motion and stood still; no bodies are named
   Undecided = 7,  ///< the frame did not reach its end: see its status; a and b if known
 };
+
+std::string_view name_of(RunEventKind kind);
 
 /// Something that happened, besides impacts.
 struct RunEvent {

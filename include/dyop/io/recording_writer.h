@@ -20,9 +20,6 @@ enum class PairDetail {
 
 struct RecordingOptions {
   PairDetail pairs = PairDetail::Contacts;
-  /// The motions are cubics through samples of a run, as from an older recording, not the committed
-  /// ones: marks them SegmentKind::Approximate.
-  bool is_sampled = false;
   /// Seconds after which a frame is in the file, where readers see it and a kill cannot take it, at
   /// the latest when the next one is written; >= 0. Sooner if that costs at most a twentieth of the
   /// run's time; 0: always at once.

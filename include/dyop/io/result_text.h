@@ -2,17 +2,11 @@
 #pragma once
 
 #include <string>
-#include <string_view>
 
 #include "dyop/distance/distance_result.h"
 #include "dyop/toi/toi_result.h"
 
 namespace DYOP_EXPORT dyop {
-
-/// The enumerator's name, as in the header.
-std::string_view name_of(DistanceStatus status);
-std::string_view name_of(ToiStatus status);
-std::string_view name_of(FeatureKind kind);
 
 /// A result as one JSON object without line breaks, every field under its own name; numbers read
 /// back exactly, infinite ones are null. Format: docs/recording-format.md.

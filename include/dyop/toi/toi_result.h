@@ -2,7 +2,9 @@
 #pragma once
 
 #include <cstdint>
+#include <iosfwd>
 #include <optional>
+#include <string_view>
 #include <vector>
 
 #include "dyop/core/rigid_pose.h"
@@ -59,6 +61,10 @@ enum class ToiStatus {
   NumericalLimit,         ///< undecided: rounding rules out the requested tolerance
 };
 
+/// The enumerator's name.
+std::string_view name_of(ToiStatus status);
+std::ostream& operator<<(std::ostream& out, ToiStatus status);
+
 struct ToiStatistics {
   std::int64_t box_tests = 0;   ///< pairs of bounding boxes examined
   std::int64_t leaf_tests = 0;  ///< pairs of triangles or convex pieces examined
@@ -83,5 +89,8 @@ struct ToiResult {
   Scalar rounding_allowance = 0;  ///< length
   ToiStatistics statistics;
 };
+
+/// Status and times, on one line.
+std::ostream& operator<<(std::ostream& out, const ToiResult& result);
 
 }  // namespace dyop

@@ -28,7 +28,7 @@ constexpr const char* kViewExamples =
     R"(The page is one file that needs no network and opens by a double click; docs/player.md.
 
 Examples:
-  dyop simulate scene.json --out run --record run.h5 && dyop view run.h5 -o run.html
+  dyop simulate scene.json -o run.h5 && dyop view run.h5 -o run.html
   A run in the browser while it is computed; Ctrl-C ends it:
     dyop view --live scene.json -o run.html
   A film of it at a tenth of the speed, and pictures (with Chromium, without a window):

@@ -9,8 +9,8 @@ namespace {
 
 constexpr const char* kExportExamples =
     R"(-o FILE.glb writes binary glTF, which Blender and every other viewer plays; -o FILE.mp4 a film;
---frames DIR pictures at equal steps of time; -o FILE.h5 takes a recording as text. Pictures are drawn
-by Chromium without a window; a film needs ffmpeg as well.
+--frames DIR pictures at equal steps of time. Pictures are drawn by Chromium without a window; a film
+needs ffmpeg as well. `dyop info --json-lines` writes a recording as text.
 
 Examples:
   For Blender:
@@ -18,8 +18,6 @@ Examples:
   A film at a tenth of the speed, and ten pictures for a paper:
     dyop export run.h5 -o run.mp4 --speed 0.1
     dyop export run.h5 --frames pictures --fps 10 --from 0.3 --to 1.2 --width 1920 --height 1080
-  A recording as text, from an earlier dyop, as HDF5:
-    dyop export run/recording.jsonl --scene scene.json -o run.h5
 )";
 
 }  // namespace
@@ -33,8 +31,6 @@ void add_export_command(CLI::App& app, ExitCode& exit_code) {
   command->add_option("-o,--out", arguments->out, "File to write; its ending says what");
   command->add_option("--frames", arguments->frames, "Directory of pictures frame-00000.png, ...");
   add_frame_options(*command, arguments->frame_options);
-  command->add_option("--scene", arguments->scene,
-                      "Scene of a recording as text, which has no shapes");
   command
       ->add_option(
           "--tolerance", arguments->tolerance,
@@ -44,7 +40,6 @@ void add_export_command(CLI::App& app, ExitCode& exit_code) {
   command->add_option("--up", arguments->up, "Of glTF: the run's upward axis")
       ->check(CLI::IsMember({"z", "y"}))
       ->capture_default_str();
-  command->add_option("--mesh-path", arguments->mesh_path, "More directories to search for meshes");
   command->callback([arguments, &exit_code] { exit_code = export_recording(*arguments); });
 }
 

@@ -1,11 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <iostream>
 
-#include "cli/mesh_path.h"
 #include "cli/page/page_output.h"
 #include "cli/recording/recording_tools.h"
-#include "dyop/io/scene_file.h"
-#include "dyop/io/scene_recording.h"
 #include "dyop/view/gltf_file.h"
 #include "dyop/view/recorded_page.h"
 #include "io/output_file.h"
@@ -24,7 +21,7 @@ void export_frames(const ExportArguments& arguments, const std::string& out) {
 ExitCode export_recording(const ExportArguments& arguments) {
   const std::filesystem::path out = arguments.out;
   for (const std::string& file : {arguments.out, arguments.frames})
-    io_internal::require_other_than(file, {arguments.recording, arguments.scene});
+    io_internal::require_other_than(file, {arguments.recording});
   DYOP_REQUIRE(!arguments.out.empty() || !arguments.frames.empty(),
                "export needs -o FILE or --frames DIR");
   if (!arguments.frames.empty()) export_frames(arguments, arguments.frames);
@@ -40,12 +37,7 @@ ExitCode export_recording(const ExportArguments& arguments) {
     write_gltf(arguments.recording, out, options);
     return ExitCode::Answered;
   }
-  DYOP_REQUIRE(is_recording(out), "-o ", arguments.out, ": expected a file .glb, .mp4 or .h5");
-  DYOP_REQUIRE(!arguments.scene.empty(),
-               "a recording as text has no shapes: --scene SCENE is required");
-  const Scene scene = load_scene(arguments.scene, mesh_directories(arguments.mesh_path));
-  convert_recording(arguments.recording, scene, out);
-  return ExitCode::Answered;
+  throw InvalidArgument("-o " + arguments.out + ": expected a file .glb or .mp4");
 }
 
 }  // namespace dyop::cli

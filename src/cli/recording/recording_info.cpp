@@ -9,21 +9,18 @@
 #include "cli/tool/tool_output.h"
 #include "dyop/geometry/triangle_mesh.h"
 #include "dyop/io/haptic_recording_reader.h"
+#include "dyop/io/recording_lines.h"
 #include "dyop/io/recording_reader.h"
-#include "dyop/io/run_recording.h"
 
 namespace dyop::cli {
 namespace {
 
-constexpr std::array<std::string_view, 6> kSegmentKinds{"absent",  "rest",  "twist",
-                                                        "hermite", "given", "approximate"};
-constexpr std::array<std::string_view, 8> kEventKinds{"fell_asleep", "woke",          "too_near",
-                                                      "crossed",     "sensor_begins", "sensor_ends",
-                                                      "stalled",     "undecided"};
+constexpr std::size_t kSegmentKinds = 6;
+constexpr std::size_t kEventKinds = 8;
 
 struct RecordingSummary {
-  std::array<std::size_t, kSegmentKinds.size()> segments{};
-  std::array<std::size_t, kEventKinds.size()> events{};
+  std::array<std::size_t, kSegmentKinds> segments{};  // by kind
+  std::array<std::size_t, kEventKinds> events{};
   std::size_t segment_count = 0;
   std::size_t triangles = 0;
   std::uintmax_t bytes = 0;
@@ -62,11 +59,10 @@ std::string end_words(const RecordingReader& reader) {
   return std::string(name_of(reader.end()->status));
 }
 
-template <std::size_t Count>
-nlohmann::ordered_json counts_json(const std::array<std::string_view, Count>& names,
-                                   const std::array<std::size_t, Count>& counts) {
+template <typename Kind, std::size_t Count>
+nlohmann::ordered_json counts_json(const std::array<std::size_t, Count>& counts) {
   nlohmann::ordered_json json = nlohmann::ordered_json::object();
-  for (std::size_t k = 0; k < Count; ++k) json[std::string(names[k])] = counts[k];
+  for (std::size_t k = 0; k < Count; ++k) json[std::string(name_of(Kind(k)))] = counts[k];
   return json;
 }
 
@@ -82,22 +78,22 @@ void print_json(const RecordingReader& reader, const RecordingSummary& summary) 
   json["triangles"] = summary.triangles;
   json["frames"] = reader.frames().size();
   json["steps"] = reader.steps().size();
-  json["segments"] = counts_json(kSegmentKinds, summary.segments);
+  json["segments"] = counts_json<SegmentKind>(summary.segments);
   json["impacts"] = reader.impacts().size();
-  json["events"] = counts_json(kEventKinds, summary.events);
+  json["events"] = counts_json<RunEventKind>(summary.events);
   json["stalls"] = summary.stalls;
   json["residual"] = summary.residual;
   json["bytes"] = summary.bytes;
   std::cout << json.dump(-1, ' ', true, nlohmann::ordered_json::error_handler_t::replace) << '\n';
 }
 
-template <std::size_t Count>
-std::string count_words(const std::array<std::string_view, Count>& names,
-                        const std::array<std::size_t, Count>& counts) {
+template <typename Kind, std::size_t Count>
+std::string count_words(const std::array<std::size_t, Count>& counts) {
   std::string words;
   for (std::size_t k = 0; k < Count; ++k) {
     if (counts[k] == 0) continue;
-    words += (words.empty() ? "" : ", ") + std::to_string(counts[k]) + ' ' + std::string(names[k]);
+    words += (words.empty() ? "" : ", ") + std::to_string(counts[k]) + ' ' +
+             std::string(name_of(Kind(k)));
   }
   return words.empty() ? "none" : words;
 }
@@ -113,9 +109,9 @@ void print_words(const RecordingReader& reader, const RecordingSummary& summary)
             << "steps             " << reader.steps().size() << " in " << reader.frames().size()
             << " advances\n"
             << "segments          " << summary.segment_count << ": "
-            << count_words(kSegmentKinds, summary.segments) << '\n'
+            << count_words<SegmentKind>(summary.segments) << '\n'
             << "impacts           " << reader.impacts().size() << '\n'
-            << "events            " << count_words(kEventKinds, summary.events) << '\n'
+            << "events            " << count_words<RunEventKind>(summary.events) << '\n'
             << "solver            largest residual " << summary.residual << ", " << summary.stalls
             << " stalls\n"
             << "size              " << Scalar(summary.bytes) / (1 << 20) << " MiB\n";
@@ -123,9 +119,18 @@ void print_words(const RecordingReader& reader, const RecordingSummary& summary)
 
 }  // namespace
 
-ExitCode print_recording(const std::filesystem::path& file, bool is_json) {
-  if (is_haptic_recording(file)) return print_haptic_recording(file, is_json);
+ExitCode print_recording(const std::filesystem::path& file, RecordingForm form) {
+  const bool is_json = form == RecordingForm::Json;
+  if (is_haptic_recording(file)) {
+    DYOP_REQUIRE(form != RecordingForm::JsonLines, file.string(),
+                 ": --json-lines is for recordings of dyop simulate");
+    return print_haptic_recording(file, is_json);
+  }
   const RecordingReader reader(file);
+  if (form == RecordingForm::JsonLines) {
+    write_json_lines(std::cout, reader);
+    return ExitCode::Answered;
+  }
   const RecordingSummary summary = summarize(reader, file);
   is_json ? print_json(reader, summary) : print_words(reader, summary);
   return ExitCode::Answered;

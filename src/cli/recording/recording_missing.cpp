@@ -18,7 +18,7 @@ std::unique_ptr<RunOutput> make_hdf5_output(const std::filesystem::path& file, c
   refuse(file);
 }
 
-ExitCode print_recording(const std::filesystem::path& file, bool) {
+ExitCode print_recording(const std::filesystem::path& file, RecordingForm) {
   refuse(file);
 }
 

@@ -3,9 +3,9 @@
 
 #include <filesystem>
 #include <string>
-#include <vector>
 
 #include "cli/commands.h"
+#include "dyop/core/error.h"
 #include "dyop/core/types.h"
 #include "dyop/view/frame_pictures.h"
 
@@ -17,16 +17,22 @@ inline bool is_recording(const std::filesystem::path& file) {
   return file.extension() == ".h5" || file.extension() == ".hdf5";
 }
 
-/// Prints what a recording holds.
-ExitCode print_recording(const std::filesystem::path& file, bool is_json);
+/// For -o of a run: empty, or the name of a recording.
+inline void require_recording_name(const std::string& file) {
+  DYOP_REQUIRE(file.empty() || is_recording(file), "-o ", file,
+               ": a recording is HDF5, its name ends in .h5");
+}
+
+enum class RecordingForm { Words, Json, JsonLines };
+
+/// Prints what a recording holds: a summary in words or as JSON, or all of it as JSON lines.
+ExitCode print_recording(const std::filesystem::path& file, RecordingForm form);
 
 struct ExportArguments {
   std::string recording;
   std::string out;     ///< may be empty if `frames` is not
   std::string frames;  ///< directory
   FrameOptions frame_options;
-  std::string scene;
-  std::vector<std::string> mesh_path;
   Scalar tolerance = 1e-4;  ///< literal: as GltfOptions
   std::string up = "z";
 };

@@ -22,9 +22,6 @@ class RunOutput {
   virtual void fail(const std::string& /*error*/) {}
 };
 
-/// A file of docs/recording-format.md.
-std::unique_ptr<RunOutput> make_text_output(const std::filesystem::path& file, const Scene& scene);
-
 /// A file of docs/recording.md.
 /// @param pairs "none", "gaps" or "contacts".
 /// @throws FileError if this program was built without HDF5.

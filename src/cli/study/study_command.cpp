@@ -12,7 +12,7 @@
 #include "dyop/dynamics/integrator.h"
 #include "dyop/io/file_error.h"
 #include "dyop/io/query_record.h"
-#include "dyop/io/run_recording.h"
+#include "dyop/io/run_summary.h"
 #include "io/output_file.h"
 
 namespace dyop::cli {
@@ -218,7 +218,7 @@ void add_study_command(CLI::App& app, ExitCode& exit_code) {
   CLI::App* command = app.add_subcommand("study", "Run many variants of a scene, in shards");
   command->footer(kStudyExamples);
   command->add_option("STUDY", arguments->study, "Study file (docs/study-format.md)")->required();
-  command->add_option("--out", arguments->out, "Directory for the results; created if missing")
+  command->add_option("-o,--out", arguments->out, "Directory for the results; created if missing")
       ->required();
   CLI::Option* shard =
       command->add_option("--shard", arguments->shard, "K/N: the K-th of N parts, 1 <= K <= N")

@@ -7,6 +7,7 @@
 #include "cli/commands.h"
 #include "cli/interrupt.h"
 #include "cli/printable_stream.h"
+#include "cli/recording/recording_tools.h"
 #include "cli/tool/tool_device.h"
 #include "cli/tool/tool_output.h"
 #include "cli/tool/tool_summary.h"
@@ -138,6 +139,7 @@ RunnerReport run_recorded(HapticSession& session, const HapticRun& run, Report& 
 
 ExitCode run_tool(const ToolArguments& arguments) {
   if (arguments.is_replay) return replay_tool(arguments.scene);
+  require_recording_name(arguments.recording);
   io_internal::require_other_than(arguments.recording, {arguments.scene});
   const InterruptGuard interrupt;
   HapticRun run = load_haptic_run(arguments.scene);
@@ -178,7 +180,7 @@ void add_tool_command(CLI::App& app, ExitCode& exit_code) {
   command->footer(kToolExamples);
   command->add_option("SCENE", arguments->scene, "Scene of a tool, JSON; with --replay a recording")
       ->required();
-  command->add_option("-o,--record", arguments->recording, "Recording of all ticks, HDF5");
+  command->add_option("-o,--out", arguments->recording, "Recording of all ticks, HDF5");
   command->add_flag("--replay", arguments->is_replay,
                     "Run the inputs of a recording again and compare every bit");
   command->add_option("--seconds", arguments->seconds, "Instead of the scene's duration")

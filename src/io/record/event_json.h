@@ -6,17 +6,11 @@
 
 namespace dyop::io_internal {
 
-/// Reports of a World as JSON values and back: see io/result_json.h.
+/// Reports of a World as JSON values.
 Json to_json(const BodyId& id);
 Json to_json(const IntegratorStatistics& statistics);
 Json to_json(const StepStatistics& statistics);
 /// Without the contacts of the time of impact: the event lists those of all pairs.
 Json to_json(const ImpactEvent& event);
-
-/// Throw nlohmann exceptions for values of the wrong form.
-BodyId body_id_from(const Json& json);
-IntegratorStatistics integrator_statistics_from(const Json& json);
-StepStatistics step_statistics_from(const Json& json);
-ImpactEvent impact_event_from(const Json& json);
 
 }  // namespace dyop::io_internal

@@ -230,9 +230,6 @@ void RecordingWriter::Impl::put_motion(std::uint32_t slot, const MotionPart& par
     return;
   }
   EncodedMotion encoded = io_internal::encode(part, body.p_BoBcm);
-  if (options.is_sampled && encoded.kind == SegmentKind::Hermite) {
-    encoded.kind = SegmentKind::Approximate;
-  }
   put_segment(slot, part.interval.begin, std::move(encoded));
   body.motion = part.motion;
 }

@@ -159,4 +159,57 @@ void write_summary(std::ostream& out, const Scene& scene, const std::vector<Impa
   out << "  time spent: " << show(wall_seconds) << " s\n";
 }
 
+namespace {
+
+void add_work(StepStatistics& sum, const StepStatistics& part) {
+  sum.steps += part.steps;
+  sum.substeps += part.substeps;
+  sum.islands += part.islands;
+  sum.rounds += part.rounds;
+  sum.stalls += part.stalls;
+  sum.contacts = std::max(sum.contacts, part.contacts);
+  sum.unconverged += part.unconverged;
+  sum.residual = std::max(sum.residual, part.residual);
+  sum.shortest_gap = std::min(sum.shortest_gap, part.shortest_gap);
+  sum.pairs_by_bound += part.pairs_by_bound;
+  sum.pairs_by_query += part.pairs_by_query;
+  sum.pairs_at_rest += part.pairs_at_rest;
+  sum.pairs_excused += part.pairs_excused;
+}
+
+void add_times(StepTimes& sum, const StepTimes& part) {
+  sum.broad_phase += part.broad_phase;
+  sum.flight += part.flight;
+  sum.contacts += part.contacts;
+  sum.solve += part.solve;
+  sum.ends += part.ends;
+  sum.proofs += part.proofs;
+  sum.total += part.total;
+}
+
+}  // namespace
+
+void RunTotals::add(const AdvanceReport& report) {
+  status = report.status;
+  t = report.t;
+  ++advances;
+  steps += std::int64_t(report.steps.size());
+  impacts += std::int64_t(report.impacts.size());
+  too_near.insert(too_near.end(), report.too_near.begin(), report.too_near.end());
+  offending_pair = report.offending_pair;
+  integrator.steps += report.integrator.steps;
+  integrator.rejected_steps += report.integrator.rejected_steps;
+  integrator.function_evaluations += report.integrator.function_evaluations;
+  toi.box_tests += report.toi.box_tests;
+  toi.leaf_tests += report.toi.leaf_tests;
+  toi.node_pairs += report.toi.node_pairs;
+  toi.peak_queue = std::max(toi.peak_queue, report.toi.peak_queue);
+  add_work(work, report.work);
+  add_times(times, report.times);
+}
+
+std::string_view RunTotals::end() const {
+  return error ? "Error" : name_of(status);
+}
+
 }  // namespace dyop

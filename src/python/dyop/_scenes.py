@@ -22,15 +22,21 @@ class Simulation(NamedTuple):
     world: "_dyop.World"  #: as the run left it
 
 
+def _recorder(scene, file):
+    if not hasattr(_dyop, "RecordingWriter"):
+        raise _dyop.FileError(f"{file}: this dyop was built without HDF5")
+    return _dyop.RecordingWriter(file, _dyop.run_header(scene))
+
+
 def simulate(scene, recording=None, *, options=None, progress=None):
     """Steps a scene from time 0 to its end.
 
-    recording: file for the recording, the same bytes as from ``dyop simulate``; None: no file.
+    recording: file for the recording in HDF5, as ``dyop simulate -o`` writes it; None: no file.
     options: WorldOptions in place of ``scene.options``. progress(t, end_time) is called after each
     step. Ends early where World.advance() does: see ``totals.status``.
     """
     world = _dyop.make_world(scene, options)
-    recorder = None if recording is None else _dyop.RunRecorder(recording, scene)
+    recorder = None if recording is None else _recorder(scene, recording)
     totals = _dyop.RunTotals()
     impacts = []
     count = max(1, math.ceil(scene.end_time / scene.step - _NO_STEP))
@@ -41,7 +47,7 @@ def simulate(scene, recording=None, *, options=None, progress=None):
             totals.add(report)
             impacts += report.impacts
             if recorder is not None:
-                recorder.write(report)
+                recorder.write(report, world)
             if progress is not None:
                 progress(world.time(), scene.end_time)
             if report.status != _dyop.AdvanceStatus.Completed:

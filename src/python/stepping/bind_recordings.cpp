@@ -137,9 +137,8 @@ void bind_writer(py::module_& m) {
       .value("Contacts", PairDetail::Contacts, "And the contacts with their impulses.");
   py::class_<RecordingWriter>(m, "RecordingWriter", "Writes a run as docs/recording.md describes.")
       .def(py::init([](const py::object& file, const RunHeader* header, PairDetail pairs) {
-             return std::make_unique<RecordingWriter>(path_of(file),
-                                                      header != nullptr ? *header : RunHeader(),
-                                                      RecordingOptions{pairs, false});
+             return std::make_unique<RecordingWriter>(
+                 path_of(file), header != nullptr ? *header : RunHeader(), RecordingOptions{pairs});
            }),
            py::arg("file"), py::arg("header") = py::none(), py::arg("pairs") = PairDetail::Contacts,
            "Replaces the file.")

@@ -3,61 +3,11 @@
 #include <memory>
 
 #include "dyop/io/query_record.h"
-#include "dyop/io/run_recording.h"
 #include "python/bindings.h"
 #include "python/query/query_options.h"
 
 namespace dyop::python {
 namespace {
-
-// States of a step as an array: (times, bodies, 13) numbers: quaternion w x y z, position, v, w.
-py::array_t<double> state_rows(const RecordedStep& step) {
-  const std::size_t bodies = step.states.empty() ? 0 : step.states.front().size();
-  py::array_t<double> rows({py::ssize_t(step.states.size()), py::ssize_t(bodies), py::ssize_t{13}});
-  double* out = rows.mutable_data();
-  for (const auto& states : step.states) {
-    for (const MotionState& state : states) {
-      const Quaternion q = state.X_WB.quaternion();
-      for (const double number : {q.w(), q.x(), q.y(), q.z()}) *out++ = number;
-      out = std::copy_n(state.X_WB.translation().data(), 3, out);
-      out = std::copy_n(state.twist.v_WB.data(), 3, out);
-      out = std::copy_n(state.twist.w_WB.data(), 3, out);
-    }
-  }
-  return rows;
-}
-
-void bind_recording(py::module_& m) {
-  using Body = RunRecording::Body;
-  Record<Body>(m, "RunRecordingBody", "A body of a text recording.")
-      .field<&Body::name>("name", "str: as in the scene")
-      .field<&Body::kind>("kind", "BodyKind: what moved it")
-      .finish();
-  Record<RecordedStep> step(m, "RecordedStep", "One committed step of all bodies.");
-  step.field<&RecordedStep::times>("times", "list[float]: increasing, at least two")
-      .field<&RecordedStep::states>("states", "list[list[MotionState]]: per time, per body")
-      .finish();
-  step.type.def("array", &state_rows,
-                "(times, bodies, 13) float64: quaternion (w, x, y, z), position, v, w.");
-  Record<RunRecording>(m, "RunRecording", "What a recording holds.")
-      .field<&RunRecording::scene>("scene", "str: JSON of the scene file, on one line")
-      .field<&RunRecording::bodies>("bodies", "list[RunRecordingBody]: by slot")
-      .field<&RunRecording::steps>("steps", "list[RecordedStep]: in order of time")
-      .field<&RunRecording::impacts>("impacts", "list[ImpactEvent]: in order of time")
-      .field<&RunRecording::is_complete>("is_complete", "bool: the run was not killed")
-      .field<&RunRecording::totals>("totals", "RunTotals: if complete")
-      .finish();
-  m.def(
-      "read_recording",
-      [](const py::object& file) {
-        const auto path = path_of(file);
-        const py::gil_scoped_release unlocked;
-        return read_recording(path);
-      },
-      py::arg("file"), "What a recording holds.");
-  m.def("recorded_pose", &recorded_pose, py::arg("step"), py::arg("body"), py::arg("t"),
-        "The pose of a body at a time within a recorded step.");
-}
 
 using SharedRecord = std::shared_ptr<QueryRecord>;
 
@@ -131,7 +81,6 @@ void bind_query_record(py::module_& m) {
 }  // namespace
 
 void bind_records(py::module_& m) {
-  bind_recording(m);
   bind_writers(m);
   bind_query_record(m);
 }

@@ -6,7 +6,6 @@
 #include <string>
 
 #include "dyop/io/file_error.h"
-#include "dyop/io/run_recording.h"
 #include "dyop/io/run_summary.h"
 #include "dyop/io/scene_file.h"
 #include "dyop/io/scene_generator.h"
@@ -136,29 +135,6 @@ void bind_generator(py::module_& m) {
       py::arg("scene"), py::arg("file"), "Writes the scene to file and its meshes beside it.");
 }
 
-/// A recorder with its file.
-class FileRecorder {
- public:
-  FileRecorder(const fs::path& file, const Scene& scene) : file_(file) {
-    out_.open(file, std::ios::binary);
-    require_good("cannot be written");
-    recorder_.emplace(out_, scene);
-  }
-  RunRecorder& recorder() { return *recorder_; }
-  void close() {
-    out_.close();
-    require_good("cannot be written to its end");
-  }
-
- private:
-  void require_good(const char* problem) const {
-    if (!out_) throw FileError(file_, problem);
-  }
-  fs::path file_;
-  std::ofstream out_;
-  std::optional<RunRecorder> recorder_;
-};
-
 void bind_totals(py::module_& m) {
   using Totals = RunTotals;
   Record<Totals> totals(m, "RunTotals", "Sums over the advances of a run, and how it ended.");
@@ -178,34 +154,6 @@ void bind_totals(py::module_& m) {
       .def("end", &Totals::end, "How the run ended, in one word.");
 }
 
-void bind_recorder(py::module_& m) {
-  py::class_<FileRecorder>(m, "RunRecorder",
-                           "Writes a run as JSON lines (docs/recording-format.md).")
-      .def(py::init([](const py::object& file, const PythonScene& scene) {
-             return std::make_unique<FileRecorder>(path_of(file), scene.scene);
-           }),
-           py::arg("file"), py::arg("scene"), "Writes the header.")
-      .def(
-          "write", [](FileRecorder& r, const AdvanceReport& report) { r.recorder().write(report); },
-          py::arg("report"), "The committed steps and impacts of one advance.")
-      .def(
-          "finish",
-          [](FileRecorder& r) {
-            r.recorder().finish();
-            r.close();
-          },
-          "Writes the last line and closes the file.")
-      .def(
-          "fail",
-          [](FileRecorder& r, const std::string& error) {
-            r.recorder().fail(error);
-            r.close();
-          },
-          py::arg("error"), "Writes the last line of a run that an exception ended, and closes.")
-      .def_property_readonly(
-          "totals", [](FileRecorder& r) { return r.recorder().totals(); }, "RunTotals: so far");
-}
-
 }  // namespace
 
 void bind_scenes(py::module_& m) {
@@ -213,7 +161,6 @@ void bind_scenes(py::module_& m) {
   bind_totals(m);
   bind_scene_functions(m);
   bind_generator(m);
-  bind_recorder(m);
 }
 
 }  // namespace dyop::python

@@ -23,7 +23,7 @@ AlignedBox posed_box(const AlignedBox& box, const RigidPose& X_WB) {
   return {center - half - noise, center + half + noise};
 }
 
-// A recorded run of either format.
+// A run, recorded or drawn.
 struct RunView {
   std::string scene;
   bool is_complete = false;
@@ -162,16 +162,6 @@ RecordingReport check_view(const Scene& scene, const RunView& view, std::size_t 
 }
 
 }  // namespace
-
-RecordingReport check_recording(const Scene& scene, const RunRecording& recording,
-                                int times_between) {
-  RunView view{recording.scene, recording.is_complete, recording.totals.t, {}, {}};
-  for (const RecordedStep& step : recording.steps) view.steps.push_back(step.times);
-  view.pose = [&](std::size_t step, BodyId body, Scalar t) {
-    return recorded_pose(recording.steps[step], body, t);
-  };
-  return check_view(scene, view, recording.bodies.size(), times_between);
-}
 
 RecordingReport check_poses(const Scene& scene, const std::vector<Scalar>& times,
                             const std::function<RigidPose(BodyId body, std::size_t time)>& pose) {

@@ -6,7 +6,6 @@
 #include <string>
 #include <vector>
 
-#include "dyop/io/run_recording.h"
 #include "dyop/io/scene_file.h"
 #ifdef DYOP_HAS_RECORDING
 #include "dyop/io/recording_reader.h"
@@ -23,9 +22,8 @@ struct RecordingReport {
   std::vector<std::string> faults;  ///< descriptions of the first hundred; empty: no fault
 };
 
-/// Checks that no two bodies of a recorded run intersect, at the recorded times and at
-/// `times_between` more between any two of them, and that the steps follow each other from 0 to the
-/// end without a gap.
+/// Checks that no two bodies of a run intersect in the poses that a page or a glTF file draws, at
+/// each of `times`, which start with 0 and increase.
 ///
 /// Two surfaces of triangles are decided by CGAL (oracle_meshes_intersect), a pair with a rounded
 /// body (sphere, capsule) by fast_oracle_distance: of the library only the recording's reader and
@@ -33,17 +31,12 @@ struct RecordingReport {
 /// last time: nothing gets inside without surfaces that meet on the way in.
 ///
 /// @param scene The scene that was run: its shapes, and the pairs that are not examined.
-RecordingReport check_recording(const Scene& scene, const RunRecording& recording,
-                                int times_between);
-
-/// The same for poses from elsewhere, such as what a page or a glTF file draws: at each of `times`,
-/// which start with 0 and increase.
 RecordingReport check_poses(const Scene& scene, const std::vector<Scalar>& times,
                             const std::function<RigidPose(BodyId body, std::size_t time)>& pose);
 
 #ifdef DYOP_HAS_RECORDING
-/// The same for a recording in HDF5: every committed step at its ends and at `times_between` times
-/// in it.
+/// The same for a recorded run, at the ends of every committed step and at `times_between` times in
+/// it; and that the steps follow each other from 0 to the end without a gap.
 RecordingReport check_recording(const Scene& scene, const RecordingReader& recording,
                                 int times_between);
 #endif
