@@ -84,7 +84,7 @@ std::span<const std::int32_t> PlacesOfBoxes::in(std::int32_t box) {
 
 }  // namespace
 
-void generate_placed_contacts(
+bool generate_placed_contacts(
     const PlacedSearch& search, ContactWorkspace& workspace,
     const std::function<void(std::size_t, const std::vector<ContactPoint>&)>& take) {
   const ContactSurface surface_a(search.a);
@@ -104,6 +104,7 @@ void generate_placed_contacts(
   ContactQuery query =
       contact_query(surface_a, search.a, search.X_WA, surface_b, search.b, search.X_WB, reach, {});
   query.reach += query.noise;
+  query.interrupt = search.interrupt;
   if (list_neighbours(workspace, search.a, search.X_WA, search.b, search.X_WB, query.reach)) {
     query.first_pairs = workspace.impl().first_pairs;
   }
@@ -124,12 +125,14 @@ void generate_placed_contacts(
                            pairs[k].add_triangles(triangle_a, a, triangle_b, b);
                          }
                        });
+  if (is_over(search.interrupt)) return false;
   std::vector<ContactPoint> contacts;
   for (std::size_t k = 0; k < queries.size(); ++k) {
     contacts.clear();
     finish_contacts(queries[k], search.X_WA, found[k], workspace, contacts);
     take(k, contacts);
   }
+  return true;
 }
 
 }  // namespace dyop::contact_internal

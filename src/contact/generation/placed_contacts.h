@@ -29,6 +29,7 @@ struct PlacedSearch {
   std::span<const ContactPlace> places;
   /// One point of A for each place, and of others that nothing is looked for at.
   std::span<const Vector3> points_W;
+  Interrupt* interrupt = nullptr;
 };
 
 /// Where B, posed at X_WB, is moved to for a place.
@@ -45,7 +46,8 @@ inline constexpr Scalar kPlacedCosine = 0.85;
 /// other along a normal that leans from the place's by at most kPlacedCosine, and whose point of A is
 /// not nearer to another place's point. One pass over the pieces that are near each other, however
 /// many places there are.
-DYOP_EXPORT void generate_placed_contacts(
+/// @return False if it was interrupted: then nothing was taken.
+DYOP_EXPORT bool generate_placed_contacts(
     const PlacedSearch& search, ContactWorkspace& workspace,
     const std::function<void(std::size_t, const std::vector<ContactPoint>&)>& take);
 

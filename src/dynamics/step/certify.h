@@ -7,6 +7,7 @@
 
 #include "dynamics/step/ledger.h"
 #include "dynamics/step/track.h"
+#include "dyop/core/interrupt.h"
 #include "dyop/dynamics/advance_report.h"
 #include "dyop/toi/time_of_impact.h"
 
@@ -21,6 +22,16 @@ struct QueryLimits {
   bool is_late() const { return deadline && std::chrono::steady_clock::now() >= *deadline; }
   /// As what a step ends that the caller wants to end now.
   std::optional<AdvanceStatus> exceeded() const;
+};
+
+/// Ends the parts of a step that take long when the caller wants that.
+class LimitInterrupt final : public Interrupt {
+ public:
+  explicit LimitInterrupt(const QueryLimits& limits) : limits_(limits) {}
+  bool is_over() override { return limits_.exceeded().has_value(); }
+
+ private:
+  const QueryLimits& limits_;
 };
 
 /// Either a proof over the whole interval, or the query's result instead.

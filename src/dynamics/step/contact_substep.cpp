@@ -60,7 +60,7 @@ class ContactSubstep {
   Scalar contradiction() const {
     return kContradictionTolerances * 0.001 * substep_.rest_offset() / tau_;
   }
-  bool update_errors();
+  std::optional<bool> update_errors();
   RigidPose end_pose(const std::optional<std::size_t>& member, const BodyRecord& body) const;
   void make_moves();
   bool answer_hits();
@@ -193,8 +193,9 @@ RigidPose ContactSubstep::end_pose(const std::optional<std::size_t>& member,
   return body.X_WB();
 }
 
-// Returns whether the prediction of some gap has changed so much that the solve must be repeated.
-bool ContactSubstep::update_errors() {
+// Returns whether the prediction of some gap has changed so much that the solve must be repeated;
+// none if it was cut off.
+std::optional<bool> ContactSubstep::update_errors() {
   const PartTimer timing = run_.timer(&StepTimes::ends);
   bool has_changed = false;
   ends_short_ = false;
@@ -202,9 +203,10 @@ bool ContactSubstep::update_errors() {
   for (std::size_t i = 0; i < substep_.contacts().size(); ++i) {
     if (!substep_.end_is_known(i, tau_)) sought.push_back(i);
   }
-  const std::vector<EndGap> ends = find_ends(substep_, tau_, poses_, sought);
+  const std::optional<std::vector<EndGap>> ends = find_ends(substep_, tau_, poses_, sought);
+  if (!ends) return std::nullopt;
   for (std::size_t k = 0; k < sought.size(); ++k) {
-    has_changed = substep_.take_end(sought[k], ends[k], tau_) || has_changed;
+    has_changed = substep_.take_end(sought[k], (*ends)[k], tau_) || has_changed;
   }
   for (std::size_t i = 0; i < substep_.contacts().size() && !ends_short_; ++i) {
     ends_short_ = substep_.ends_short(i, tau_);
@@ -313,9 +315,10 @@ AttemptResult ContactSubstep::attempt() {
       solve_move();
       if (substep_.turns_too_far(tau_)) return AttemptResult::Blocked;
       make_moves();
-      const bool has_changed = update_errors();
+      const std::optional<bool> has_changed = update_errors();
+      if (!has_changed) return run_.must_stop() ? AttemptResult::Failed : AttemptResult::Blocked;
       // A struck island is solved again only for what would be hit.
-      if (!(substep_.is_struck() ? ends_short_ : has_changed)) break;
+      if (!(substep_.is_struck() ? ends_short_ : *has_changed)) break;
     }
     if (joints_are_guessed(substep_, tau_)) return AttemptResult::Blocked;
     proofs_.find(moves_);

@@ -223,8 +223,9 @@ Scalar normal_velocity(const IslandRun& run, const RunPair& pair, const ContactP
 
 bool bounces(const IslandRun& run, const RunPair& pair, Scalar normal_velocity) {
   // What a callback left as it is does not bounce any more.
-  return pair.restitution > 0 && pair.state->answered_at != run.now() &&
-         normal_velocity < -run.restitution_speed(pair);
+  if (!(pair.restitution > 0) || pair.state->answered_at == run.now()) return false;
+  const Scalar least = pair.hit ? run.restitution_speed(pair) : run.contact_restitution_speed(pair);
+  return normal_velocity < -least;
 }
 
 bool resolve_impacts(IslandRun& run, bool may_bounce) {

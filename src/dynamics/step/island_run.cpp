@@ -113,7 +113,12 @@ Twist IslandRun::central_twist(const std::optional<std::size_t>& member,
 }
 
 Scalar IslandRun::restitution_speed(const RunPair& pair) const {
-  if (context_.options->restitution_speed) return *context_.options->restitution_speed;
+  if (context_.options->restitution_speed) {
+    // Lower hops end in the band in which landings are found, and are not told from rest.
+    const bool is_answered = context_.options->policy == ImpactPolicy::Impulse;
+    const Scalar least = std::sqrt(2 * pair.acceleration * pair.state->lengths.tolerance());
+    return std::max(*context_.options->restitution_speed, is_answered ? least : Scalar{0});
+  }
   const auto speed_of = [this](const auto& member, const BodyRecord& body) {
     const Twist twist = central_twist(member, body);
     return twist.v_WB.norm() + twist.w_WB.norm() * body.radius;
@@ -122,6 +127,21 @@ Scalar IslandRun::restitution_speed(const RunPair& pair) const {
       std::max(speed_of(pair.member_a, *pair.a), speed_of(pair.member_b, *pair.b));
   return std::max(2 * context_.h * pair.acceleration,
                   contact_tolerance(fastest, pair.state->lengths.rest_offset, context_.h));
+}
+
+Scalar IslandRun::contact_restitution_speed(const RunPair& pair) const {
+  return std::max(restitution_speed(pair), context_.h * pair.acceleration);
+}
+
+// Whether a contact that now opens at this speed will bounce where it lands. Flights then follow a
+// ball to where the sum of its bounces ends, whatever the length of the step.
+bool IslandRun::will_bounce(const RunPair& pair, const ContactPoint& point, Scalar speed) const {
+  if (!context_.options->restitution_speed || !(pair.restitution > 0)) return false;
+  if (impact_count_ >= kMostImpacts) return false;
+  const Scalar height = std::max(point.gap - pair.state->lengths.rest_gap(), Scalar{0});
+  if (!(speed > 0) && !(height > 0)) return false;
+  const Scalar landing = std::sqrt(speed * speed + 2 * height * pair.acceleration);
+  return landing > restitution_speed(pair);
 }
 
 // Free flight for all while every contact in reach opens, or stays open without help.
@@ -141,7 +161,9 @@ bool IslandRun::may_fly() const {
       const Scalar speed = normal_velocity(*this, pair, point);
       if (point.gap < lengths.rest_gap() - 0.7 * kCertifiedFraction * lengths.rest_offset)
         return false;
-      if (point.gap + h * speed - fall < lengths.rest_gap()) return false;
+      if (point.gap + h * speed - fall < lengths.rest_gap() && !will_bounce(pair, point, speed)) {
+        return false;
+      };
     }
   }
   return true;
@@ -163,8 +185,11 @@ std::vector<BodyMove> IslandRun::flights_to(Scalar t_end) {
 
 bool IslandRun::try_flight() {
   const TimeInterval interval{now_, context_.t_end};
-  const std::vector<BodyMove> moves = flights_to(interval.end);
+  std::vector<BodyMove> moves = flights_to(interval.end);
   const PartTimer timing = timer(&StepTimes::proofs);
+  if (pairs_.size() > 1) {
+    for (BodyMove& move : moves) move.bound_speed(interval);
+  }
   std::vector<Certificate> certificates;
   std::size_t first = pairs_.size();  // the pair hit first
   for (std::size_t i = 0; i < pairs_.size(); ++i) {

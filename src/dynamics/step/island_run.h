@@ -103,6 +103,9 @@ class IslandRun {
   /// Faster approaches of a pair bounce: those that forces alone do not cause within two steps and
   /// that a solve of contacts does not leave.
   Scalar restitution_speed(const RunPair& pair) const;
+  /// The same between bodies in contact, where the step cannot tell an approach from what forces do
+  /// in its course: a body at rest would bounce in every step.
+  Scalar contact_restitution_speed(const RunPair& pair) const;
   /// How a body outside the island moves over [now(), t_end].
   BodyMove support_move(const BodyRecord& body) const;
   /// Twist of its centre of mass at now(). At the end of a substep that of a given motion is the one
@@ -130,6 +133,7 @@ class IslandRun {
   bool push_apart(RunPair& pair, const RigidPose& X_WA, const RigidPose& X_WB);
   Scalar expected_approach(const RunPair& pair, Scalar way) const;
   bool try_flight();
+  bool will_bounce(const RunPair& pair, const ContactPoint& point, Scalar speed) const;
   bool may_fly() const;
   void stand_still();
   std::vector<BodyMove> flights_to(Scalar t_end);

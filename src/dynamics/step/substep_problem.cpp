@@ -307,6 +307,8 @@ ContactReport SubstepProblem::solve(Scalar tau, bool is_impact) {
       return law(pair.a->id, pair.b->id, sliding_W);
     };
   }
+  LimitInterrupt interrupt(run_.context().limits);
+  if (!options.interrupt) options.interrupt = &interrupt;
   const PartTimer timing = run_.timer(&StepTimes::solve);
   const ContactReport report = run_.workspace().solver.solve(problem_, options);
   work.residual = std::max(work.residual, report.residual);

@@ -20,6 +20,10 @@ Scalar speed_seen_from(const BodyMove& a, const BodyMove& b, Scalar tau) {
 
 Scalar speed_bound(const BodyMove& move, const TimeInterval& interval) {
   if (move.is_rest) return 0;
+  if (move.most_speed < kInfinity && move.bounded.begin == interval.begin &&
+      move.bounded.end == interval.end) {
+    return move.most_speed;
+  }
   const TwistBound bound = move.motion->twist_bound(interval);
   return bound.linear_speed + bound.angular_speed * move.body->radius_B;
 }
@@ -39,6 +43,13 @@ ChordMotion::Side chord_side(const BodyMove& own, const BodyMove& other, Scalar 
 }
 
 }  // namespace
+
+void BodyMove::bound_speed(const TimeInterval& interval) {
+  if (is_rest || is_twist) return;
+  most_speed = kInfinity;
+  most_speed = speed_bound(*this, interval);
+  bounded = interval;
+}
 
 bool Track::is_rest() const {
   return std::all_of(pieces.begin(), pieces.end(),

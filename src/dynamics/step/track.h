@@ -24,6 +24,12 @@ struct BodyMove {
   Vector3 center = Vector3::Zero();  // of mass, at the start
   Vector3 v_W = Vector3::Zero();
   Vector3 w_W = Vector3::Zero();
+  /// Bound on the speed of any point of B over this interval, if bound_speed() was called.
+  TimeInterval bounded;
+  Scalar most_speed = kInfinity;
+
+  /// Bounds the speed once for all pairs of the body.
+  void bound_speed(const TimeInterval& interval);
 };
 
 /// The proposed path of a body over a step of the World: motions one after another, and the state

@@ -264,6 +264,14 @@ bool WorldStep::prove_the_rest() {
     }
     if (!pair->is_inner) open.push_back(pair.get());
   }
+  std::vector<bool> is_bounded(moves_.size(), false);
+  for (const PairState* pair : open) {
+    for (const std::uint32_t slot : {pair->key.a, pair->key.b}) {
+      if (is_bounded[slot]) continue;
+      moves_[slot].bound_speed({context_.t, context_.t_end});
+      is_bounded[slot] = true;
+    }
+  }
   std::vector<Certificate> certificates(open.size());
   std::vector<Scalar> times(open.size(), 0);
   run_parallel(open.size(), [&](std::size_t i, StepWorkspace& workspace) {

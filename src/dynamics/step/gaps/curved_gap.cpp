@@ -79,17 +79,46 @@ std::optional<EndGap> end_among(const std::vector<ContactPoint>& found, const Co
   return end;
 }
 
+// The most pieces of a pair that are looked at for ends so far away that a shorter substep would
+// need fewer. Larger: an attempt that is given up takes longer, some microseconds a piece; smaller:
+// shorter substeps where fine meshes roll on each other. Found by measurement.
+constexpr int kMostFarPieces = 20000;
+// Ends are far if they are sought so many times farther than those of bodies at rest.
+constexpr Scalar kFarReach = 4;
+// Pieces between two looks at the clock.
+constexpr int kPiecesBetweenClocks = 64;
+
+// Ends a search for ends at the deadline, or after too many pieces if these are far.
+class EndSearchLimit final : public Interrupt {
+ public:
+  EndSearchLimit(const QueryLimits& limits, bool is_far) : limits_(limits), is_far_(is_far) {}
+
+  bool is_over() override {
+    ++pieces_;
+    if (is_far_ && pieces_ > kMostFarPieces) is_over_ = true;
+    if (pieces_ % kPiecesBetweenClocks == 0 && limits_.exceeded()) is_over_ = true;
+    return is_over_;
+  }
+
+ private:
+  const QueryLimits& limits_;
+  bool is_far_;
+  int pieces_ = 0;
+  bool is_over_ = false;
+};
+
 // From here on one pass over the whole pair costs less than a search for each contact.
 constexpr std::size_t kSharedEnds = 2;
 
 using Searches = std::vector<std::optional<EndSearch>>;
+using MeasuredEnds = std::vector<std::optional<EndGap>>;
 
-std::vector<std::optional<EndGap>> ends_alone(const PairAtEnd& pair,
-                                              std::span<const CurvedContact> contacts,
-                                              const Searches& searches,
-                                              ContactWorkspace& workspace) {
+std::optional<MeasuredEnds> ends_alone(const PairAtEnd& pair,
+                                       std::span<const CurvedContact> contacts,
+                                       const Searches& searches, Interrupt& interrupt,
+                                       ContactWorkspace& workspace) {
   const Scalar most_sagitta = kContactFitRestOffsets * pair.lengths.rest_offset;
-  std::vector<std::optional<EndGap>> ends(contacts.size());
+  MeasuredEnds ends(contacts.size());
   std::vector<ContactPoint> found;
   for (std::size_t k = 0; k < contacts.size(); ++k) {
     if (!searches[k]) continue;
@@ -97,7 +126,10 @@ std::vector<std::optional<EndGap>> ends_alone(const PairAtEnd& pair,
     const RigidPose X_WB = lifted(place, pair.X_WB);
     ContactGeneratorOptions options;
     options.region = place.region;
-    generate_contacts(pair.a, pair.X_WA, pair.b, X_WB, place.reach, options, workspace, found);
+    if (!generate_contacts(pair.a, pair.X_WA, pair.b, X_WB, place.reach, options, workspace, found,
+                           &interrupt)) {
+      return std::nullopt;
+    }
     const bool is_fitted = fit_ball_contacts(pair.a, pair.X_WA, pair.b, X_WB, most_sagitta, found);
     ends[k] = end_among(found, *contacts[k].point, *searches[k], pair.points_W, most_sagitta);
     if (ends[k] && is_fitted) ends[k]->is_smooth = true;
@@ -105,12 +137,12 @@ std::vector<std::optional<EndGap>> ends_alone(const PairAtEnd& pair,
   return ends;
 }
 
-std::vector<std::optional<EndGap>> ends_together(const PairAtEnd& pair,
-                                                 std::span<const CurvedContact> contacts,
-                                                 const Searches& searches,
-                                                 ContactWorkspace& workspace) {
+std::optional<MeasuredEnds> ends_together(const PairAtEnd& pair,
+                                          std::span<const CurvedContact> contacts,
+                                          const Searches& searches, Interrupt& interrupt,
+                                          ContactWorkspace& workspace) {
   const Scalar most_sagitta = kContactFitRestOffsets * pair.lengths.rest_offset;
-  std::vector<std::optional<EndGap>> ends(contacts.size());
+  MeasuredEnds ends(contacts.size());
   std::vector<ContactPlace> places;
   std::vector<std::size_t> numbers;
   for (std::size_t k = 0; k < contacts.size(); ++k) {
@@ -118,12 +150,13 @@ std::vector<std::optional<EndGap>> ends_together(const PairAtEnd& pair,
     places.push_back(searches[k]->place);
     numbers.push_back(k);
   }
-  generate_placed_contacts({pair.a, pair.X_WA, pair.b, pair.X_WB, places, pair.points_W}, workspace,
-                           [&](std::size_t place, const std::vector<ContactPoint>& found) {
-                             const std::size_t k = numbers[place];
-                             ends[k] = end_among(found, *contacts[k].point, *searches[k],
-                                                 pair.points_W, most_sagitta);
-                           });
+  const bool is_complete = generate_placed_contacts(
+      {pair.a, pair.X_WA, pair.b, pair.X_WB, places, pair.points_W, &interrupt}, workspace,
+      [&](std::size_t place, const std::vector<ContactPoint>& found) {
+        const std::size_t k = numbers[place];
+        ends[k] = end_among(found, *contacts[k].point, *searches[k], pair.points_W, most_sagitta);
+      });
+  if (!is_complete) return std::nullopt;
   return ends;
 }
 
@@ -137,22 +170,28 @@ bool is_on_curved_surface(const ContactPoint& point, const BodyRecord& a, const 
          (rounding_radius(shape_b) > 0 && shape_a.kind() == ShapeKind::TriangleMesh);
 }
 
-std::vector<std::optional<EndGap>> measured_end_gaps(const PairAtEnd& pair,
-                                                     std::span<const CurvedContact> contacts,
-                                                     NeighbourList& neighbours,
-                                                     ContactWorkspace& workspace) {
+std::optional<MeasuredEnds> measured_end_gaps(const PairAtEnd& pair,
+                                              std::span<const CurvedContact> contacts,
+                                              NeighbourList& neighbours, const QueryLimits& limits,
+                                              ContactWorkspace& workspace) {
   Searches searches;
   std::size_t count = 0;
+  Scalar reach = 0;
   for (const CurvedContact& contact : contacts) {
     searches.push_back(
         end_search(*contact.point, contact.move, pair.lengths, pair.X_WA, pair.X_WB));
-    if (searches.back()) ++count;
+    if (!searches.back()) continue;
+    ++count;
+    reach = std::max(reach, searches.back()->place.reach);
   }
   const UseOfNeighbours use(workspace, neighbours);
+  EndSearchLimit limit(limits,
+                       reach > kFarReach * (pair.lengths.rest_gap() + pair.lengths.rest_offset));
   const bool are_meshes =
       pair.a.kind() == ShapeKind::TriangleMesh && pair.b.kind() == ShapeKind::TriangleMesh;
-  return are_meshes && count >= kSharedEnds ? ends_together(pair, contacts, searches, workspace)
-                                            : ends_alone(pair, contacts, searches, workspace);
+  return are_meshes && count >= kSharedEnds
+             ? ends_together(pair, contacts, searches, limit, workspace)
+             : ends_alone(pair, contacts, searches, limit, workspace);
 }
 
 }  // namespace dyop::dynamics_internal

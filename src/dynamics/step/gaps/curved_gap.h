@@ -5,8 +5,10 @@
 #include <vector>
 
 #include "dynamics/pair_state.h"
+#include "dynamics/step/certify.h"
 #include "dynamics/step/gaps/end_gap.h"
 #include "dyop/contact/contact_generator.h"
+#include "dyop/core/export.h"
 
 namespace dyop::dynamics_internal {
 
@@ -42,9 +44,10 @@ struct PairAtEnd {
 /// hardly moves or if nothing is found there. The new poses may overlap, as far as a flat facet
 /// reaches into a surface.
 /// @param neighbours Of the pair; affects speed only.
-std::vector<std::optional<EndGap>> measured_end_gaps(const PairAtEnd& pair,
-                                                     std::span<const CurvedContact> contacts,
-                                                     NeighbourList& neighbours,
-                                                     ContactWorkspace& workspace);
+/// @return Nothing at all if the deadline ended the search, or if the bodies move so far that most
+///         of their triangles would have to be looked at: a shorter substep has less to look at.
+DYOP_EXPORT std::optional<std::vector<std::optional<EndGap>>> measured_end_gaps(
+    const PairAtEnd& pair, std::span<const CurvedContact> contacts, NeighbourList& neighbours,
+    const QueryLimits& limits, ContactWorkspace& workspace);
 
 }  // namespace dyop::dynamics_internal

@@ -20,8 +20,9 @@ EndGap end_of_features(const SubstepProblem& substep, std::size_t contact, const
 
 }  // namespace
 
-std::vector<EndGap> find_ends(SubstepProblem& substep, Scalar tau, std::span<const PairPoses> poses,
-                              std::span<const std::size_t> contacts) {
+std::optional<std::vector<EndGap>> find_ends(SubstepProblem& substep, Scalar tau,
+                                             std::span<const PairPoses> poses,
+                                             std::span<const std::size_t> contacts) {
   std::vector<EndGap> ends(contacts.size());
   // The facet of a contact on a curved surface says little about its end: other facets may have come
   // nearer by then. Those of one pair are looked for together.
@@ -59,10 +60,12 @@ std::vector<EndGap> find_ends(SubstepProblem& substep, Scalar tau, std::span<con
     if (together.size() > 1) {
       list_end(*pair.state, at_end.a, at_end.X_WA, at_end.b, at_end.X_WB);
     }
-    const auto measured = measured_end_gaps(at_end, together, pair.state->neighbours,
-                                            substep.run().workspace().contacts);
+    const auto measured =
+        measured_end_gaps(at_end, together, pair.state->neighbours, substep.run().context().limits,
+                          substep.run().workspace().contacts);
+    if (!measured) return std::nullopt;
     for (std::size_t k = first; k < last; ++k) {
-      const std::optional<EndGap>& end = measured[k - first];
+      const std::optional<EndGap>& end = (*measured)[k - first];
       ends[curved[k]] = end ? *end : end_of_features(substep, contacts[curved[k]], pair, at, tau);
     }
   }

@@ -16,7 +16,9 @@ struct PairPoses {
 
 /// Where these contacts of a substep of length tau are at its end, after the last solve, in their order.
 /// @param poses By pair.
-std::vector<EndGap> find_ends(SubstepProblem& substep, Scalar tau, std::span<const PairPoses> poses,
-                              std::span<const std::size_t> contacts);
+/// @return None if the search was cut off; see measured_end_gaps().
+std::optional<std::vector<EndGap>> find_ends(SubstepProblem& substep, Scalar tau,
+                                             std::span<const PairPoses> poses,
+                                             std::span<const std::size_t> contacts);
 
 }  // namespace dyop::dynamics_internal
