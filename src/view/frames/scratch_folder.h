@@ -7,7 +7,7 @@
 namespace dyop::view_internal {
 
 /// A fresh folder for temporary files, removed with everything in it.
-class ScratchFolder {
+class DYOP_EXPORT ScratchFolder {
  public:
   /// Throws FileError if it cannot be created. `use` is part of its name.
   explicit ScratchFolder(const std::string& use);
