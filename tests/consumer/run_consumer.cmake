@@ -58,7 +58,10 @@ endif()
 
 set(prefix ${WORK_DIR}/prefix)
 if(KIND STREQUAL "shared")
+  # Without optimisation, which would take three times as long: what counts here is what is linked.
   run(${configure} -S ${SOURCE_DIR} -B ${WORK_DIR}/dyop -DBUILD_SHARED_LIBS=ON -DDYOP_BUILD_TESTS=OFF
+      -DCMAKE_BUILD_TYPE=Debug -DCMAKE_CXX_FLAGS_DEBUG=-O0 -DDYOP_BUILD_EXAMPLES=OFF
+      "-DCMAKE_CXX_FLAGS=--param=ggc-min-expand=400 --param=ggc-min-heapsize=1000000"
       -DCMAKE_UNITY_BUILD=ON -DDYOP_BUILD_PYTHON=OFF -DCMAKE_INSTALL_PREFIX=${prefix})
   run(${CMAKE_COMMAND} --build ${WORK_DIR}/dyop)
   run(${CMAKE_COMMAND} --install ${WORK_DIR}/dyop)
