@@ -4,7 +4,7 @@
     python3 read_recording.py run.h5          what happened
     python3 read_recording.py run.h5 T        and the pose of every body at the time T
 
-docs/recording.md is the format. Motions that were given to kinematic bodies (kind 4) are JSON, which
+docs/formats.md is the format. Motions that were given to kinematic bodies (kind 4) are JSON, which
 this short reader leaves to dyop.
 """
 

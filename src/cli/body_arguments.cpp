@@ -101,7 +101,7 @@ void add_motion_options(CLI::App& app, BodyArguments& body) {
       ->expected(3)
       ->group(group);
   auto* motion = app.add_option(body.option("motion"), body.motion_file,
-                                "Motion from a JSON file (docs/scene-format.md)")
+                                "Motion from a JSON file (docs/formats.md)")
                      ->group(group);
   for (const char* other : {"position", "rotation", "axis-angle", "velocity", "spin"}) {
     motion->excludes(app.get_option(body.option(other)));

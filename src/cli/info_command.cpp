@@ -168,7 +168,7 @@ void add_info_command(CLI::App& app, ExitCode& exit_code) {
   command->add_flag("--json", arguments->is_json, "Print one JSON object to stdout");
   command
       ->add_flag("--json-lines", arguments->is_json_lines,
-                 "Print a whole recording, one JSON object a line (docs/recording.md)")
+                 "Print a whole recording, one JSON object a line (docs/formats.md)")
       ->excludes("--json");
   command->callback([arguments, &exit_code] { exit_code = run_info(*arguments); });
 }

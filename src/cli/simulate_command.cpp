@@ -23,7 +23,7 @@ namespace {
 
 constexpr const char* kSimulateExamples =
     R"(Prints a summary. -o FILE.h5 records the exact motions and all that happened, in HDF5, readable while
-the run goes on and after a kill (docs/recording.md). Without it nothing is kept.
+the run goes on and after a kill (docs/formats.md). Without it nothing is kept.
 Meshes are looked for beside the scene, then in --mesh-path, then in the directories of the
 environment variable DYOP_MESH_PATH (separated by colons). Ctrl-C ends with what is proven by then.
 
@@ -169,7 +169,7 @@ void add_simulate_command(CLI::App& app, ExitCode& exit_code) {
   auto arguments = std::make_shared<SimulateArguments>();
   CLI::App* command = app.add_subcommand("simulate", "Step a scene, and record the run");
   command->footer(kSimulateExamples);
-  command->add_option("SCENE", arguments->scene, "Scene file (docs/scene-format.md)")->required();
+  command->add_option("SCENE", arguments->scene, "Scene file (docs/formats.md)")->required();
   command->add_option("-o,--out", arguments->out, "Recording to write, FILE.h5");
   command
       ->add_option("--pairs", arguments->pairs,

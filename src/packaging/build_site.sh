@@ -24,7 +24,7 @@ echo '<html></html>' > "$work/docs/api/index.html"  # replaced below
 # ../../X from a page of a folder in it.
 sed -i 's/](\.\.\//](tree\//' "$work"/docs/*.md
 sed -i 's/](\.\.\/\.\.\//](..\/tree\//' "$work"/docs/*/*.md
-{ grep -ohE '\]\(tree/[^)#]+' "$work"/docs/*.md; grep -ohE '\]\(\.\./tree/[^)#]+' "$work"/docs/*/*.md; } |
+{ grep -ohE '\]\((\.\./)?tree/[^)#]+' "$work"/docs/*.md "$work"/docs/*/*.md || true; } |
   sed -E 's/^\]\((\.\.\/)?tree\///' | sort -u |
   while read -r path; do
     mkdir -p "$work/docs/tree/$(dirname "$path")"

@@ -243,6 +243,53 @@ TEST(Headers, AreIncludedByATestOfTheirRoom) {
   }
 }
 
+std::vector<fs::path> pages() {
+  std::vector<fs::path> files{kRoot / "README.md"};
+  for (const auto& entry : fs::recursive_directory_iterator(kRoot / "docs")) {
+    if (entry.path().extension() == ".md") files.push_back(entry.path());
+  }
+  return files;
+}
+
+std::vector<std::string> all_matches(const std::string& text, const std::regex& pattern) {
+  std::vector<std::string> found;
+  for (std::sregex_iterator match(text.begin(), text.end(), pattern), end; match != end; ++match) {
+    found.push_back((*match)[1].str());
+  }
+  return found;
+}
+
+TEST(Docs, LinkToFilesThatExist) {
+  const std::regex link("\\]\\(([^)#:\\s]+)(#[^)]*)?\\)");
+  int checked = 0;
+  for (const fs::path& page : pages()) {
+    for (const std::string& target : all_matches(read_text(page), link)) {
+      EXPECT_TRUE(fs::exists(page.parent_path() / target)) << page << " links to " << target;
+      ++checked;
+    }
+  }
+  EXPECT_GT(checked, 100);
+}
+
+TEST(Docs, NameHeadersThatExist) {
+  const std::regex header("[`<](dyop/[a-z_0-9/]+\\.h)[`>]");
+  for (const fs::path& page : pages()) {
+    if (page.filename() == "CHANGELOG.md") continue;  // has those of earlier versions
+    for (const std::string& name : all_matches(read_text(page), header)) {
+      EXPECT_TRUE(fs::exists(kRoot / "include" / name)) << page << " names " << name;
+    }
+  }
+}
+
+TEST(Docs, AreThereWhereCodeNamesThem) {
+  const std::regex page("\\b(docs/[A-Za-z_0-9/-]+\\.md)\\b");
+  for (const fs::path& file : code_files({"include", "src", "tests", "examples"})) {
+    for (const std::string& name : all_matches(read_text(file), page)) {
+      EXPECT_TRUE(fs::exists(kRoot / name)) << file << " names " << name;
+    }
+  }
+}
+
 TEST(Umbrella, IncludesAllThatAQueryNeeds) {
   // Kernels on single triangles, and what motions are made of.
   const std::set<std::string> left_out{

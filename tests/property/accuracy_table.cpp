@@ -2,7 +2,7 @@
 
 // Measures how accurate dyop's answers are, against oracles and closed forms:
 //   accuracy_table [FILE]
-// Prints a table in Markdown. With FILE, docs/accuracy.md, it exits with 1 if a measured figure is
+// Prints a table in Markdown. With FILE, docs/figures.md, it exits with 1 if a measured figure is
 // above what the table in FILE states, or FILE states one more than ten times too large.
 
 #include <array>

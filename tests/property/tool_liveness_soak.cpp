@@ -4,7 +4,7 @@
 //   tool_liveness_soak SCENE.json TICKS_A_RUN RUNS [FIRST_SEED]
 // Counts the ticks in which the tool does not move though some direction opens all active contacts
 // (an oracle of its own says so), and the longest row of them. The exit code is 1 if one of these
-// rows is longer than what docs/algorithms/tool_loop.md promises.
+// rows is longer than what docs/haptics.md promises.
 
 #include <cmath>
 #include <cstdio>

@@ -38,7 +38,7 @@ struct PairRecord {
   /// Dynamic pivot point, recomputed after each step in which a body of the pair moved: middle of
   /// the internal box of the two bodies' boxes while they are farther apart than their contacts
   /// reach, then middle of the nearest contact's witness segment. The pair's next distance and
-  /// impact queries begin there (docs/algorithms/step_proofs.md).
+  /// impact queries begin there (docs/algorithms/stepping.md).
   Vector3 pivot_W = Vector3::Zero();
   Vector3 nhat_AB_W = Vector3::UnitX();  ///< from A to B
   std::int64_t advancement_steps = 0;    ///< node pairs of time_of_impact() in the last step

@@ -49,7 +49,7 @@ struct SessionState;
 ///
 /// Every committed motion is proven by time_of_impact() or a distance bound, for every part of the
 /// tool against every tissue and hard region, rotation and deformation included
-/// (docs/algorithms/tool_loop.md). One thread calls update(); snapshots of a deforming obstacle may
+/// (docs/haptics.md). One thread calls update(); snapshots of a deforming obstacle may
 /// come from another one.
 class HapticSession {
  public:

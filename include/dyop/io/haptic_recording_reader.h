@@ -27,7 +27,7 @@ struct RecordedSnapshot {
 /// @throws FileError if it is missing or not a readable HDF5 file.
 bool is_haptic_recording(const std::filesystem::path& file);
 
-/// The run of a HapticSession, read from a file of docs/tool-recording.md, even while another
+/// The run of a HapticSession, read from a file of docs/formats.md, even while another
 /// process writes it or after that process was killed. Not for concurrent use.
 class HapticRecordingReader {
  public:

@@ -11,7 +11,7 @@
 
 namespace DYOP_EXPORT dyop {
 
-/// Records the run of a HapticSession in a file of docs/tool-recording.md: the scene with all its
+/// Records the run of a HapticSession in a file of docs/formats.md: the scene with all its
 /// meshes once, then every tick with its inputs and results. HapticRecordingReader, h5py and the
 /// like can read it while it is written, and after the process was killed: it then lacks at most
 /// the ticks since the last flush, a tenth of a second.

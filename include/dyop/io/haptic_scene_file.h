@@ -25,7 +25,7 @@ struct ToolStroke {
   Scalar duration() const { return points.back().t; }
 };
 
-/// Everything `dyop tool` needs for a run: see docs/tool-scene-format.md.
+/// Everything `dyop tool` needs for a run: see docs/formats.md.
 struct HapticRun {
   std::string title;  ///< for display; may be empty
   HapticScene scene;

@@ -8,7 +8,7 @@
 
 namespace DYOP_EXPORT dyop {
 
-/// Returns the motion of a JSON file: one object as described in docs/scene-format.md, "Motions".
+/// Returns the motion of a JSON file: one object as described in docs/formats.md, "Motions".
 /// @throws FileError naming the file and the key.
 std::shared_ptr<const Motion> load_motion(const std::filesystem::path& file);
 

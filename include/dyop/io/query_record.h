@@ -12,7 +12,7 @@
 namespace DYOP_EXPORT dyop {
 
 /// Writes a query and its result so that both can be compared bit by bit later: shapes and motions
-/// by value, every number in hexadecimal floating point. Format: docs/replay-format.md.
+/// by value, every number in hexadecimal floating point. Format: docs/formats.md.
 ///
 /// A query ended by its deadline is recorded with a budget equal to the node pairs it used, which
 /// ends it at the same point.

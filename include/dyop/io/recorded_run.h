@@ -32,7 +32,7 @@ struct RunHeader {
 
 /// A shape in a recording; bodies with equal shapes share it.
 struct RecordedShape {
-  std::uint64_t hash = 0;              ///< of its contents; see docs/recording.md
+  std::uint64_t hash = 0;              ///< of its contents; see docs/formats.md
   std::shared_ptr<const Shape> shape;  ///< the same numbers as in the run
 };
 
@@ -65,12 +65,12 @@ std::string_view name_of(SegmentKind kind);
 struct MotionSegment {
   SegmentKind kind = SegmentKind::Absent;
   TimeInterval interval;
-  /// The parameters, as docs/recording.md lists them for each kind (rotations row by row):
+  /// The parameters, as docs/formats.md lists them for each kind (rotations row by row):
   /// Rest: R_WB 9, p_WB 3. Twist: R_WM 9, p_WM 3, v_WM 3, w_WM 3, t0, all at t0.
   /// Hermite and Approximate: R_WC 9, then for both ends t, p_WM 3, v_WM 3, theta 3, theta_rate 3,
   /// where R_WM(t) = R_WC exp(theta(t)). Absent and Given: none.
   std::vector<Scalar> numbers;
-  std::string given;                     ///< Given: JSON of the motion, as docs/replay-format.md
+  std::string given;                     ///< Given: JSON of the motion, as docs/formats.md
   std::shared_ptr<const Motion> motion;  ///< of B, the same bits as in the run; null if Absent
 };
 

@@ -8,7 +8,7 @@
 namespace DYOP_EXPORT dyop {
 
 /// Writes a recorded run as text, one JSON object a line, in order of time: for scripts and for
-/// comparing runs. The lines depend only on what was recorded. docs/recording.md lists them.
+/// comparing runs. The lines depend only on what was recorded. docs/formats.md lists them.
 void write_json_lines(std::ostream& out, const RecordingReader& reader);
 
 }  // namespace dyop

@@ -11,7 +11,7 @@
 
 namespace DYOP_EXPORT dyop {
 
-/// A recorded run, read from a file of docs/recording.md, even while another process writes it or
+/// A recorded run, read from a file of docs/formats.md, even while another process writes it or
 /// after that process was killed. Bodies, steps, frames and events are read when the file is
 /// opened; segments and pairs on demand, a block at a time.
 ///
@@ -46,7 +46,7 @@ class RecordingReader {
   std::span<const ImpactEvent> impacts() const;
   std::span<const RunEvent> events() const;
   /// Pairs at the end of a frame, as World::pairs(), without those whose bodies both rested in the
-  /// previous frame too. Only the contact fields listed in docs/recording.md are set: points in
+  /// previous frame too. Only the contact fields listed in docs/formats.md are set: points in
   /// single precision relative to the pivot.
   /// @throws InvalidArgument if there is no such frame.
   std::vector<PairRecord> pairs(std::size_t frame) const;

@@ -26,7 +26,7 @@ struct RecordingOptions {
   Scalar longest_delay = 0.5;
 };
 
-/// Writes a run to a file as described in docs/recording.md: the committed motions of each body,
+/// Writes a run to a file as described in docs/formats.md: the committed motions of each body,
 /// exactly and each once, and separately the events. RecordingReader can read the file at any time:
 /// while it is being written, and after the process was killed, it contains whole frames, all but
 /// those of RecordingOptions::longest_delay.

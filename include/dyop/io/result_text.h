@@ -9,7 +9,7 @@
 namespace DYOP_EXPORT dyop {
 
 /// A result as one JSON object without line breaks, every field under its own name; numbers read
-/// back exactly, infinite ones are null. Format: docs/recording-format.md.
+/// back exactly, infinite ones are null. Format: docs/formats.md.
 std::string to_json_text(const DistanceResult& result);
 std::string to_json_text(const ToiResult& result);
 

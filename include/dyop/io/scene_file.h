@@ -17,7 +17,7 @@ struct SceneTarget {
   Scalar distance = 0;
 };
 
-/// A scene file, read and checked: everything a World needs. Format: docs/scene-format.md.
+/// A scene file, read and checked: everything a World needs. Format: docs/formats.md.
 struct Scene {
   std::string title;
   /// The JSON of the file on one line, keys in the order of the file.

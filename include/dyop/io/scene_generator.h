@@ -10,7 +10,7 @@
 
 namespace DYOP_EXPORT dyop {
 
-/// A generated scene: the text of a scene file (docs/scene-format.md) and of the mesh files it
+/// A generated scene: the text of a scene file (docs/formats.md) and of the mesh files it
 /// names.
 struct GeneratedScene {
   std::string text;

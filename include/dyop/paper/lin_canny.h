@@ -19,8 +19,8 @@
 /// nearest point lies outside the Voronoi region of the other's feature. Its result is checked like
 /// any other candidate: the slab between the features must prove it. If it does not (the shapes
 /// intersect, or rounding stopped the walk), another certified algorithm answers. So the bounds
-/// hold whatever the walk does. Method and measurements: docs/algorithms/lin_canny.md.
-/// walk does. Method and measurements: docs/algorithms/lin_canny.md.
+/// hold whatever the walk does. Method and measurements: docs/algorithms/published_dyop.md.
+/// walk does. Method and measurements: docs/algorithms/published_dyop.md.
 namespace DYOP_EXPORT dyop {
 
 /// Where a walk starts, and what the last one did. A query of the same pair at a nearby pose then

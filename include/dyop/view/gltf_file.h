@@ -15,7 +15,7 @@ struct GltfOptions {
   bool z_is_up = true;
 };
 
-/// Writes a recording of docs/recording.md as one binary glTF file (.glb): a node for every body,
+/// Writes a recording of docs/formats.md as one binary glTF file (.glb): a node for every body,
 /// animated by cubic splines whose tangents differ at an impact, so that every viewer shows the
 /// exact kink.
 ///

@@ -44,7 +44,7 @@ struct PageScene {
   std::string title;
   std::vector<PageBody> bodies;  ///< BodyId::slot is the place in this list
   Vector3 gravity_W = Vector3::Zero();
-  /// JSON of the scene file (docs/scene-format.md), whose joints, springs and locked axes are
+  /// JSON of the scene file (docs/formats.md), whose joints, springs and locked axes are
   /// drawn; may be empty.
   std::string scene_file;
   Scalar begin_time = 0;

@@ -16,8 +16,8 @@ struct RecordedPageOptions {
   int gap_samples = 300;
 };
 
-/// The page (page_html()) of a recorded run, of a World (docs/recording.md) or of a tool
-/// (docs/tool-recording.md), also of one that is still being written or was killed: up to its last
+/// The page (page_html()) of a recorded run, of a World (docs/formats.md) or of a tool
+/// (docs/formats.md), also of one that is still being written or was killed: up to its last
 /// frame.
 /// @throws FileError if the recording cannot be read, InvalidArgument unless has_page() or if this
 ///         dyop was built without recordings.

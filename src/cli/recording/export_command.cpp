@@ -26,8 +26,7 @@ void add_export_command(CLI::App& app, ExitCode& exit_code) {
   auto arguments = std::make_shared<ExportArguments>();
   CLI::App* command = app.add_subcommand("export", "A recorded run in another form");
   command->footer(kExportExamples);
-  command->add_option("RECORDING", arguments->recording, "Recording (docs/recording.md)")
-      ->required();
+  command->add_option("RECORDING", arguments->recording, "Recording (docs/formats.md)")->required();
   command->add_option("-o,--out", arguments->out, "File to write; its ending says what");
   command->add_option("--frames", arguments->frames, "Directory of pictures frame-00000.png, ...");
   add_frame_options(*command, arguments->frame_options);

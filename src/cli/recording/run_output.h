@@ -22,7 +22,7 @@ class RunOutput {
   virtual void fail(const std::string& /*error*/) {}
 };
 
-/// A file of docs/recording.md.
+/// A file of docs/formats.md.
 /// @param pairs "none", "gaps" or "contacts".
 /// @throws FileError if this program was built without HDF5.
 std::unique_ptr<RunOutput> make_hdf5_output(const std::filesystem::path& file, const Scene& scene,

@@ -21,7 +21,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kStudyExamples =
-    R"(STUDY names a scene and the values in it that change (docs/study-format.md). A shard holds its
+    R"(STUDY names a scene and the values in it that change (docs/formats.md). A shard holds its
 results in DIR; started again, it goes on where it ended. Shards need not know of each other.
 
 Examples:
@@ -217,7 +217,7 @@ void add_study_command(CLI::App& app, ExitCode& exit_code) {
   auto arguments = std::make_shared<StudyArguments>();
   CLI::App* command = app.add_subcommand("study", "Run many variants of a scene, in shards");
   command->footer(kStudyExamples);
-  command->add_option("STUDY", arguments->study, "Study file (docs/study-format.md)")->required();
+  command->add_option("STUDY", arguments->study, "Study file (docs/formats.md)")->required();
   command->add_option("-o,--out", arguments->out, "Directory for the results; created if missing")
       ->required();
   CLI::Option* shard =

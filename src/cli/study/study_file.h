@@ -9,7 +9,7 @@
 
 namespace dyop::cli {
 
-/// A study: one scene, and values in it that change from case to case (docs/study-format.md). What a
+/// A study: one scene, and values in it that change from case to case (docs/formats.md). What a
 /// case is depends on its number only, so that any shard can be run anywhere.
 class Study {
  public:

@@ -18,7 +18,7 @@ namespace dyop::cli {
 namespace {
 
 constexpr const char* kToolExamples =
-    R"(Runs a haptic tool through the strokes of a scene (docs/tool-scene-format.md), and says what
+    R"(Runs a haptic tool through the strokes of a scene (docs/formats.md), and says what
 happened and how long the ticks took. Without --paced one tick follows the other as fast as it can.
 
 Examples:

@@ -23,7 +23,7 @@ class ToolOutput {
   virtual std::size_t bytes_per_tick() const = 0;
 };
 
-/// A file of docs/tool-recording.md.
+/// A file of docs/formats.md.
 std::unique_ptr<ToolOutput> make_tool_output(const std::filesystem::path& file,
                                              const HapticRun& run);
 

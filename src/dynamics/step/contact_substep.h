@@ -6,7 +6,7 @@
 namespace dyop::dynamics_internal {
 
 /// Steps an island in contact from now() towards the end of the step by the second-order scheme of
-/// docs/algorithms/contact_substeps.md:
+/// docs/algorithms/stepping.md:
 /// - half a kick of the forces, and a solve for the velocity that moves the bodies, with constant
 ///   twists;
 /// - a proof for every pair; a hit becomes a contact, and the solve is repeated from the same

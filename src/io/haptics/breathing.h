@@ -8,7 +8,7 @@
 
 namespace dyop::io_internal {
 
-/// The key `breathing` of a tool scene (docs/tool-scene-format.md): an obstacle that moves by a
+/// The key `breathing` of a tool scene (docs/formats.md): an obstacle that moves by a
 /// formula, and is cut at given times.
 /// @param vertices, triangles The obstacle at the start, in world.
 /// @throws FileError naming the key that is missing, out of range or unknown.

@@ -8,7 +8,7 @@
 
 namespace dyop::io_internal {
 
-/// The object "motion" of docs/replay-format.md.
+/// The object "motion" of docs/formats.md.
 ///
 /// To add a motion: one entry in the table of record_motion.cpp.
 /// @throws InvalidArgument for a motion that is not one of dyop's, or is made of user functions.

@@ -8,7 +8,7 @@
 
 namespace dyop::io_internal {
 
-/// The object "shape" of docs/replay-format.md.
+/// The object "shape" of docs/formats.md.
 /// @throws InvalidArgument for a shape that is not one of dyop's.
 Json record_shape(const Shape& shape);
 

@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::size_t kTurnNumbers = 6;  // theta and theta_rate, the last of a node
 
-// As in docs/recording.md; the shortest first, so that the first one that serves is taken.
+// As in docs/formats.md; the shortest first, so that the first one that serves is taken.
 constexpr std::array<HermiteForm, 5> kForms{{{9, false, 0},
                                              {8, false, kTurnNumbers},
                                              {7, false, kNodeNumbers},

@@ -8,7 +8,7 @@
 #include "dyop/io/recorded_run.h"
 #include "io/record/hermite_rows.h"
 
-/// Motions as the numbers of docs/recording.md, and back with every bit.
+/// Motions as the numbers of docs/formats.md, and back with every bit.
 namespace dyop::io_internal {
 
 /// Lengths of the rows' numbers.

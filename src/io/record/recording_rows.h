@@ -6,7 +6,7 @@
 
 #include "io/record/hdf5_file.h"
 
-/// The rows of the tables of docs/recording.md, as stored in the file.
+/// The rows of the tables of docs/formats.md, as stored in the file.
 namespace dyop::io_internal {
 
 using Row3 = std::array<double, 3>;

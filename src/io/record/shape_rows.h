@@ -14,7 +14,7 @@
 #include "dyop/geometry/triangle_mesh.h"
 #include "io/json_reader.h"
 
-/// Shapes as the lines and rows of docs/recording.md, and back with every bit.
+/// Shapes as the lines and rows of docs/formats.md, and back with every bit.
 namespace dyop::io_internal {
 
 /// Rows of /vertices and /triangles.
@@ -44,7 +44,7 @@ class ShapeWriter {
 Json pose_numbers(const RigidPose& X);
 RigidPose pose_from_numbers(const Json& json);
 
-/// The hash of docs/recording.md.
+/// The hash of docs/formats.md.
 std::uint64_t content_hash(const Shape& shape);
 
 /// The shape of a line.

@@ -12,7 +12,7 @@ struct NamedBody {
   std::string shape_name;  ///< for display
 };
 
-/// Reads one element of "bodies" of docs/scene-format.md. A kinematic body's motion must cover
+/// Reads one element of "bodies" of docs/formats.md. A kinematic body's motion must cover
 /// `span`.
 NamedBody read_body(const JsonNode& node, const TimeInterval& span, ShapeReader& shapes);
 

@@ -9,7 +9,7 @@
 
 namespace dyop::io_internal {
 
-/// The objects "pose", "velocity" and "motion" of docs/scene-format.md.
+/// The objects "pose", "velocity" and "motion" of docs/formats.md.
 DYOP_EXPORT RigidPose read_pose(const JsonNode& node);
 DYOP_EXPORT Twist read_twist(const JsonNode& node);
 DYOP_EXPORT std::shared_ptr<const Motion> read_motion(const JsonNode& node);

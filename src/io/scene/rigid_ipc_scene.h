@@ -13,7 +13,7 @@ namespace dyop::io_internal {
 /// "rigid_body_problem".
 bool is_rigid_ipc_scene(const JsonNode& root);
 
-/// Reads such a scene, see docs/scene-format.md. Meshes are searched for in the folders `meshes`
+/// Reads such a scene, see docs/formats.md. Meshes are searched for in the folders `meshes`
 /// beside and above the scene, then in `mesh_directories`. Does not set `scene.source`.
 void read_rigid_ipc_scene(const JsonNode& root,
                           const std::vector<std::filesystem::path>& mesh_directories, Scene& scene);

@@ -13,7 +13,7 @@
 
 namespace dyop::io_internal {
 
-/// Reads the object "shape" of docs/scene-format.md. Each mesh file is loaded once.
+/// Reads the object "shape" of docs/formats.md. Each mesh file is loaded once.
 class DYOP_EXPORT ShapeReader {
  public:
   struct NamedShape {

@@ -211,7 +211,7 @@ void bind_curves(py::module_& m) {
         const auto path = path_of(file);
         return std::const_pointer_cast<Motion>(load_motion(path));
       },
-      py::arg("file"), "The motion of a JSON file (docs/scene-format.md, \"Motions\").");
+      py::arg("file"), "The motion of a JSON file (docs/formats.md, \"Motions\").");
 }
 
 }  // namespace dyop::python

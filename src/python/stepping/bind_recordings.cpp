@@ -43,7 +43,7 @@ void bind_recorded_parts(py::module_& m) {
   Record<MotionSegment>(m, "MotionSegment", "A stretch of one body's path.")
       .field<&MotionSegment::kind>("kind", "SegmentKind: what it is")
       .field<&MotionSegment::interval>("interval", "TimeInterval: where it holds")
-      .field<&MotionSegment::numbers>("numbers", "list[float]: see docs/recording.md")
+      .field<&MotionSegment::numbers>("numbers", "list[float]: see docs/formats.md")
       .field<&MotionSegment::given>("given", "str: JSON of a given motion")
       .field<&MotionSegment::motion>("motion", "Optional[Motion]: the same bits as in the run")
       .finish();
@@ -84,7 +84,7 @@ void bind_recorded_events(py::module_& m) {
 
 void bind_reader(py::module_& m) {
   py::class_<RecordingReader>(m, "RecordingReader",
-                              "A recorded run (docs/recording.md), also while it is written.")
+                              "A recorded run (docs/formats.md), also while it is written.")
       .def(py::init([](const py::object& file) {
              return std::make_unique<RecordingReader>(path_of(file));
            }),
@@ -135,7 +135,7 @@ void bind_writer(py::module_& m) {
       .value("None_", PairDetail::None)
       .value("Gaps", PairDetail::Gaps, "Proof, bounds of the gap, normal, pivot.")
       .value("Contacts", PairDetail::Contacts, "And the contacts with their impulses.");
-  py::class_<RecordingWriter>(m, "RecordingWriter", "Writes a run as docs/recording.md describes.")
+  py::class_<RecordingWriter>(m, "RecordingWriter", "Writes a run as docs/formats.md describes.")
       .def(py::init([](const py::object& file, const RunHeader* header, PairDetail pairs) {
              return std::make_unique<RecordingWriter>(
                  path_of(file), header != nullptr ? *header : RunHeader(), RecordingOptions{pairs});

@@ -32,7 +32,7 @@ void bind_writers(py::module_& m) {
       },
       py::arg("file"), py::arg("a"), py::arg("X_WA"), py::arg("b"), py::arg("X_WB"),
       py::arg("interval"), py::arg("options"), py::arg("result"),
-      "Writes a query and its answer, for a comparison bit by bit later (docs/replay-format.md).");
+      "Writes a query and its answer, for a comparison bit by bit later (docs/formats.md).");
   m.def(
       "write_failure_record",
       [](const py::object& file, const Shape& a, const Motion& X_WA, const Shape& b,

@@ -87,7 +87,7 @@ void bind_scene_functions(py::module_& m) {
         return scene;
       },
       py::arg("file"), py::arg("mesh_directories") = py::tuple(),
-      "The scene of a file (docs/scene-format.md). Meshes are looked for beside it, then in\n"
+      "The scene of a file (docs/formats.md). Meshes are looked for beside it, then in\n"
       "mesh_directories.");
   m.def(
       "make_world",

@@ -21,7 +21,7 @@ namespace dyop::toi_internal {
 /// exactly one pair that is not opened; these are the front. Each carries a lower bound of the
 /// distance of all its triangles; what the two have moved since is subtracted. So a query soon
 /// after the last one examines only the pairs whose bounds no longer suffice, and opened pairs that
-/// have become far enough are closed (docs/algorithms/tool_front.md).
+/// have become far enough are closed (docs/haptics.md).
 ///
 /// The meshes and the numbers of their vertices must stay the same, or restart() and seed() be
 /// called; places may change.

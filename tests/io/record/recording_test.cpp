@@ -286,7 +286,7 @@ TEST_F(Recording, StatesWhatItDoesNotHave) {
   EXPECT_THROW(reader.segment(BodyId(0), 99), InvalidArgument);
 }
 
-// What a million segments cost is in docs/notes/recording.md; here the bound for a run of every kind
+// Here the bound for a run of every kind
 // of motion, without what a file of any length has.
 TEST_F(Recording, TakesAtMost250BytesASegment) {
   testing::record_busy_run(file(), {PairDetail::None});

@@ -9,7 +9,7 @@ namespace dyop::testing {
 namespace {
 
 // The tolerance of impacts as a fraction of the rest offset, and what the loop promises to keep
-// besides the margin (docs/algorithms/tool_loop.md).
+// besides the margin (docs/haptics.md).
 constexpr Scalar kTolerance = 0.3;
 constexpr Scalar kKept = kTolerance / 4;
 constexpr Scalar kRounding = 1e-7;     // literal: of numbers of size 300

@@ -25,7 +25,7 @@ struct TickFindings {
 
 /// Looks over the shoulder of a tool session: samples every committed motion of every part of the
 /// tool against every obstacle's motion, more densely the nearer they are, and compares what the
-/// tick reports with what it finds (docs/algorithms/tool_loop.md, "What is guaranteed").
+/// tick reports with what it finds (docs/haptics.md, "What is promised").
 class TickCheck {
  public:
   TickCheck(const HapticScene& scene, const HapticOptions& options);
