@@ -131,7 +131,7 @@ void WorldStep::plan_islands() {
   for (const PairKey& link : world_.links) join(link);
 
   IslandRuns kept;
-  if (is_planned_) kept = world_.memory.take_runs(is_dirty_);
+  if (is_planned_) kept = world_.memory.take_runs(is_dirty_, report_);
   is_planned_ = true;
   std::size_t island_count = 0;
   island_of_.assign(count, -1);
@@ -324,17 +324,8 @@ void WorldStep::add_totals() {
     sum.rounds += outcome.work.rounds;
     sum.stalls += outcome.work.stalls;
     sum.contacts = std::max(sum.contacts, outcome.work.contacts);
-    sum.unconverged += outcome.work.unconverged;
     sum.residual = std::max(sum.residual, outcome.work.residual);
-    report_.times.flight += outcome.times.flight;
-    report_.times.contacts += outcome.times.contacts;
-    report_.times.solve += outcome.times.solve;
-    report_.times.ends += outcome.times.ends;
-    report_.times.proofs += outcome.times.proofs;
-    add(report_.toi, outcome.toi);
-    report_.integrator.steps += outcome.integrator.steps;
-    report_.integrator.rejected_steps += outcome.integrator.rejected_steps;
-    report_.integrator.function_evaluations += outcome.integrator.function_evaluations;
+    add_cost(report_, outcome);
   }
 }
 

@@ -12,7 +12,7 @@ namespace dyop::dynamics_internal {
 namespace {
 
 // Islands of so many bodies are worth a forecast.
-constexpr std::size_t kForecastBodies = 20;
+constexpr std::size_t kForecastBodies = 1;
 // They are also joined with what they would only come so near to, as contacts change velocities: this
 // part of the pair's radius, and of the way that the two move relative to each other. Found by
 // measurement: two and a half times as much changes nothing.
@@ -146,14 +146,11 @@ bool WorldStep::find_new_candidates() {
   return has_left;
 }
 
-// A large island that meets another one has to run again with it. So it is joined beforehand with
-// those that it would meet if all bodies kept their velocities. Returns whether there are any.
+// An island that meets another one has to run again with it. So it is joined beforehand with those
+// that it would meet if all bodies kept their velocities. Returns whether there are any.
 bool WorldStep::forecast_links() {
   const PartTimer timing(world_.options.measures_time, report_.times.proofs);
   const TimeInterval interval{context_.t, context_.t_end};
-  const auto size_of = [&](std::uint32_t slot) {
-    return islands_[static_cast<std::size_t>(island_of_[slot])].bodies.size();
-  };
   const auto margin = [&](const PairState& pair, const BodyRecord& a, const BodyRecord& b) {
     const Scalar speed = (a.state.v_W - b.state.v_W).norm() +
                          a.angular_velocity().norm() * a.radius +
@@ -170,7 +167,6 @@ bool WorldStep::forecast_links() {
     const BodyRecord& b = world_.bodies[pair->key.b];
     if (!a.is_awake() || !b.is_awake()) continue;
     if (island_of_[pair->key.a] == island_of_[pair->key.b]) continue;
-    if (std::max(size_of(pair->key.a), size_of(pair->key.b)) < kForecastBodies) continue;
     pair->start_from_committed();
     const Certificate certificate = certify(*pair, kept_velocity(a), kept_velocity(b), interval,
                                             pair->kept_distance() + margin(*pair, a, b),

@@ -38,6 +38,7 @@ Json to_json(const StepStatistics& statistics) {
   json["pairs_by_query"] = statistics.pairs_by_query;
   json["pairs_at_rest"] = statistics.pairs_at_rest;
   json["pairs_excused"] = statistics.pairs_excused;
+  json["discarded_runs"] = statistics.discarded_runs;
   return json;
 }
 

@@ -175,6 +175,7 @@ void add_work(StepStatistics& sum, const StepStatistics& part) {
   sum.pairs_by_query += part.pairs_by_query;
   sum.pairs_at_rest += part.pairs_at_rest;
   sum.pairs_excused += part.pairs_excused;
+  sum.discarded_runs += part.discarded_runs;
 }
 
 void add_times(StepTimes& sum, const StepTimes& part) {

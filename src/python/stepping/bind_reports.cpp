@@ -47,6 +47,7 @@ void bind_statistics(py::module_& m) {
       .field<&Work::pairs_by_query>("pairs_by_query", "int: proven apart by a query")
       .field<&Work::pairs_at_rest>("pairs_at_rest", "int: neither moved")
       .field<&Work::pairs_excused>("pairs_excused", "int: not proven, see too_near")
+      .field<&Work::discarded_runs>("discarded_runs", "int: islands that were stepped again")
       .finish();
   using Times = StepTimes;
   Record<Times>(m, "StepTimes", "Seconds that the parts of an advance took; sums over threads.")

@@ -51,6 +51,9 @@ struct IslandOutcome {
 };
 
 /// Runs by the bodies of their islands.
+/// Adds the work that counts whether a run is kept or not.
+void add_cost(AdvanceReport& report, const IslandOutcome& outcome);
+
 using IslandRuns = std::map<std::vector<std::uint32_t>, IslandOutcome>;
 
 /// What a step plans and finds, by island and by slot. From step to step only memory is kept.
@@ -60,8 +63,9 @@ struct StepMemory {
   std::vector<BodyMove> moves;
   std::vector<AlignedBox> boxes;
 
-  /// Takes out the runs of islands without a dirty body.
-  IslandRuns take_runs(const std::vector<bool>& is_dirty);
+  /// Takes out the runs of islands without a dirty body; the work of the others is added to the
+  /// report as discarded.
+  IslandRuns take_runs(const std::vector<bool>& is_dirty, AdvanceReport& report);
   /// One outcome for each of `count` islands, run if its bodies are those of a kept run.
   void place_runs(std::size_t count, IslandRuns kept);
 };
