@@ -79,8 +79,8 @@ struct StepStatistics {
   std::int64_t pairs_by_query = 0;
   std::int64_t pairs_at_rest = 0;
   std::int64_t pairs_excused = 0;
-  /// Of the islands, those that met another one and were stepped again with it. Their times, queries
-  /// and solves above the tolerance count; their substeps, rounds and stalls came to nothing.
+  /// Of the islands, those that met another one and were stepped again with it. Their times,
+  /// queries and solves above the tolerance count; their substeps, rounds and stalls do not.
   std::int64_t discarded_runs = 0;
 };
 
