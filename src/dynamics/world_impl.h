@@ -47,6 +47,17 @@ struct World::Impl {
                     const std::vector<dynamics_internal::IslandOutcome>& outcomes, Scalar h,
                     AdvanceReport& report);
 
+  struct SleepLimit {
+    Scalar speed = 0;  // below which a body is slow
+    Scalar steps = 0;  // after so many slow ones an island sleeps, balanced or not
+  };
+  SleepLimit sleep_limit(const dynamics_internal::Island& island, Scalar h) const;
+  bool is_held(const dynamics_internal::Island& island, Scalar h) const;
+  bool is_balanced(const dynamics_internal::Island& island, Scalar h);
+  bool add_static_contacts(const dynamics_internal::Island& island, Scalar h,
+                           ContactProblem& problem) const;
+  void fall_asleep(dynamics_internal::BodyRecord& body);
+
   // Sensors (sensing.cpp).
   void sense(const CommittedStep& step, AdvanceReport& report);
 

@@ -299,7 +299,9 @@ TEST(World, ReportsAKinematicBodyThatPassesThroughAStaticOne) {
 }
 
 TEST(World, TellsThePivotAndContactsOfNearPairs) {
-  World world(earth_options());
+  WorldOptions options = earth_options();
+  options.sleep_steps = 0;
+  World world(options);
   const BodyId floor = world.add_body(floor_body(0.5));
   const BodyId cube = world.add_body(resting_cube(0, 0, 0));
   for (int k = 0; k < 20; ++k) world.advance(0.01);

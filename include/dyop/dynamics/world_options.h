@@ -55,7 +55,9 @@ struct WorldOptions {
   /// A body that moves slower than this may fall asleep, length per time. Default: a hundredth of
   /// the rest offset per step; shorter steps than a fall of so far takes count together as one.
   std::optional<Scalar> sleep_speed;
-  int sleep_steps = 50;  ///< an island falls asleep after this many slow steps; 0: never
+  /// An island falls asleep after this many slow steps, and at once if it is slow and impulses at
+  /// its contacts are found that balance gravity within the friction cones. 0: never.
+  int sleep_steps = 50;
   /// Largest speed at which bodies that start too near are pushed apart, length per time. Default:
   /// r/20 per step.
   std::optional<Scalar> separation_speed;
