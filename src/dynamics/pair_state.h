@@ -11,7 +11,7 @@
 #include "distance/neighbour_list.h"
 #include "distance/pivot_seed.h"
 #include "dynamics/body_record.h"
-#include "dynamics/step/gaps/parting_slabs.h"
+#include "dynamics/step/parting_slabs.h"
 #include "dyop/contact/contact_cache.h"
 #include "dyop/core/export.h"
 #include "dyop/dynamics/pair_record.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "dynamics/torque_free_turn.h"
+#include "dynamics/free_flight.h"
 
 #include <gtest/gtest.h>
 

@@ -3,13 +3,13 @@
 
 #include <cstdint>
 #include <deque>
+#include <memory>
 #include <optional>
 #include <vector>
 
 #include "dynamics/free_flight.h"
 #include "dynamics/step/certify.h"
-#include "dynamics/step/island/island.h"
-#include "dynamics/step/part_timer.h"
+#include "dynamics/step/island.h"
 #include "dyop/contact/contact_cascade.h"
 #include "dyop/contact/contact_generator.h"
 #include "dyop/dynamics/world_options.h"
@@ -160,5 +160,21 @@ bool resolve_impacts(IslandRun& run, bool may_bounce);
 
 /// Whether this pair bounces at this approach speed.
 bool bounces(const IslandRun& run, const IslandRun::RunPair& pair, Scalar normal_velocity);
+
+/// The motion over an interval of a body that begins it at `state`; continues its flight, or starts
+/// one. Adds the work of the integrator.
+std::shared_ptr<const Motion> fly(const StepContext& context, const BodyRecord& body,
+                                  const CentralState& state, const TimeInterval& interval,
+                                  std::shared_ptr<FreeFlight>& flight, IntegratorStatistics& sum);
+
+/// A bound on the way of any point of a body in a flight over an interval, if one is known already
+/// for at least that time; infinite if not.
+Scalar known_way(const BodyRecord& body, const FreeFlight& flight, const TimeInterval& interval);
+
+/// Whether an island is one body that nothing can stop or hold: free flight is all it needs.
+bool is_alone(const StepContext& context, const Island& island);
+
+/// What IslandRun does for such an island, without looking for what is not there.
+void fly_alone(const StepContext& context, const Island& island, IslandOutcome& outcome);
 
 }  // namespace dyop::dynamics_internal

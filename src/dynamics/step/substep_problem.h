@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "dynamics/step/gaps/curved_gap.h"
+#include "dynamics/step/end_gap.h"
 #include "dynamics/step/island_run.h"
 #include "dyop/core/error.h"
 

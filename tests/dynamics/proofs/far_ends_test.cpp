@@ -4,7 +4,7 @@
 // that most of their triangles would be looked at.
 #include <gtest/gtest.h>
 
-#include "dynamics/step/gaps/curved_gap.h"
+#include "dynamics/step/end_gap.h"
 #include "support/inputs/mesh_generators.h"
 
 namespace dyop::dynamics_internal {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "dynamics/step/gaps/parting_slabs.h"
+#include "dynamics/step/parting_slabs.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "dynamics/step/island/island.h"
+#include "dynamics/step/island.h"
 
 #include <algorithm>
 #include <utility>

@@ -1,19 +1,332 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "dynamics/step/contact_substep.h"
+#include "dynamics/step/substep.h"
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <span>
+#include <utility>
+#include <vector>
 
 #include "core/tolerance.h"
-#include "dynamics/step/blocked/horizon.h"
-#include "dynamics/step/gaps/substep_ends.h"
-#include "dynamics/step/joint_rows.h"
-#include "dynamics/step/spring_rows.h"
+#include "dynamics/step/island_run.h"
+#include "dynamics/step/link_rows.h"
 #include "dynamics/step/substep_problem.h"
-#include "dynamics/step/substep_proofs.h"
 #include "motion/guarded_state.h"
 
 namespace dyop::dynamics_internal {
+
+// How long the next attempt is.
+
+namespace {
+
+// Of the time that is proven: so that a little room is left, and rounding does not use it up.
+constexpr Scalar kUsedRoom = 0.9;
+constexpr Scalar kShorter = 0.25;
+
+}  // namespace
+
+void Horizon::shorten(const BlockedSubstep& substep) {
+  lands_ = substep.must_land;
+  only_uses_room_ = !substep.must_land && substep.is_jammed && was_jammed_;
+  was_jammed_ = substep.is_jammed;
+  if (substep.must_land) {
+    tau_ = substep.safe;
+  } else if (only_uses_room_) {
+    tau_ = kUsedRoom * substep.safe;
+  } else {
+    const Scalar shorter = kShorter * tau_;
+    tau_ = substep.safe > shorter ? std::max(kUsedRoom * substep.safe, shorter) : shorter;
+  }
+}
+
+// Where contacts are at the end.
+
+namespace {
+
+/// Of a pair, before and after a substep.
+struct PairPoses {
+  RigidPose X_WA, X_WB;
+  RigidPose X_WA_end, X_WB_end;
+};
+
+using RunPair = IslandRun::RunPair;
+
+// A contact's features say where it is.
+EndGap end_of_features(const SubstepProblem& substep, std::size_t contact, const RunPair& pair,
+                       const PairPoses& poses, Scalar tau) {
+  const ContactPoint& point = substep.contacts()[contact].point;
+  EndGap end =
+      end_gap(point, *pair.a, poses.X_WA, poses.X_WA_end, *pair.b, poses.X_WB, poses.X_WB_end);
+  if (is_edge_pair(point)) end.gap = std::min(end.gap, substep.linear_gap(contact, tau));
+  return end;
+}
+
+// Where these contacts of a substep of length tau are at its end, after the last solve, in their order.
+// @param poses By pair.
+// @return None if the search was cut off; see measured_end_gaps().
+std::optional<std::vector<EndGap>> find_ends(SubstepProblem& substep, Scalar tau,
+                                             std::span<const PairPoses> poses,
+                                             std::span<const std::size_t> contacts) {
+  std::vector<EndGap> ends(contacts.size());
+  // The facet of a contact on a curved surface says little about its end: other facets may have come
+  // nearer by then. Those of one pair are looked for together.
+  std::vector<std::size_t> curved;
+  const auto pair_of = [&](std::size_t k) { return substep.contacts()[contacts[k]].pair; };
+  for (std::size_t k = 0; k < contacts.size(); ++k) {
+    const RunPair& pair = substep.run().pairs()[pair_of(k)];
+    const ContactPoint& point = substep.contacts()[contacts[k]].point;
+    if (is_on_curved_surface(point, *pair.a, *pair.b)) {
+      curved.push_back(k);
+    } else {
+      ends[k] = end_of_features(substep, contacts[k], pair, poses[pair_of(k)], tau);
+    }
+  }
+  std::stable_sort(curved.begin(), curved.end(),
+                   [&](std::size_t x, std::size_t y) { return pair_of(x) < pair_of(y); });
+  std::vector<CurvedContact> together;
+  std::vector<Vector3> points_W;
+  for (std::size_t first = 0, last = 0; first < curved.size(); first = last) {
+    const std::size_t number = pair_of(curved[first]);
+    const RunPair& pair = substep.run().pairs()[number];
+    const PairPoses& at = poses[number];
+    together.clear();
+    for (; last < curved.size() && pair_of(curved[last]) == number; ++last) {
+      const std::size_t contact = contacts[curved[last]];
+      together.push_back({&substep.contacts()[contact].point, substep.curved_move(contact, tau)});
+    }
+    points_W.clear();
+    for (const SubstepContact& entry : substep.contacts()) {
+      if (entry.pair == number) points_W.push_back(at.X_WA_end * entry.point.p_ACa);
+    }
+    const PairAtEnd at_end{pair.state->lengths, *pair.a->definition.shape,
+                           at.X_WA_end,         *pair.b->definition.shape,
+                           at.X_WB_end,         points_W};
+    if (together.size() > 1) {
+      list_end(*pair.state, at_end.a, at_end.X_WA, at_end.b, at_end.X_WB);
+    }
+    const auto measured =
+        measured_end_gaps(at_end, together, pair.state->neighbours, substep.run().context().limits,
+                          substep.run().workspace().contacts);
+    if (!measured) return std::nullopt;
+    for (std::size_t k = first; k < last; ++k) {
+      const std::optional<EndGap>& end = (*measured)[k - first];
+      ends[curved[k]] = end ? *end : end_of_features(substep, contacts[curved[k]], pair, at, tau);
+    }
+  }
+  return ends;
+}
+
+/// The proofs of all pairs of an island for one substep, round after round from the same start.
+class SubstepProofs {
+ public:
+  SubstepProofs(IslandRun& run, Scalar tau) : run_(run), tau_(tau) {}
+
+  /// Proves what can be proven of moves with constant twists, by member. A pair whose bodies move
+  /// nearly as they did when it was last proven keeps that proof: from the second round on queries
+  /// ask for a margin more than is kept. No point of a body is farther than t (|dv| + |dw| r) from
+  /// where it was at time t of a twist that differs by dv and dw, so a sum over both bodies below
+  /// the margin is enough.
+  void find(const std::vector<BodyMove>& moves);
+
+  /// By pair.
+  const std::vector<Certificate>& certificates() const { return certificates_; }
+  bool is_complete() const { return hits_ == 0; }
+  /// Whether so many pairs are left, and hardly fewer than in the round before, that a shorter substep
+  /// is sooner found than the rest of their answers.
+  bool is_hopeless() const;
+  /// The pair that is hit first, if some is.
+  std::size_t first_hit() const;
+
+ private:
+  struct Proven {  // twists of the last proof, and what it has to spare
+    BodyMove a;
+    BodyMove b;
+    Scalar margin = 0;
+  };
+
+  bool still_holds(std::size_t pair, const BodyMove& a, const BodyMove& b) const;
+  Certificate prove(std::size_t pair, const BodyMove& a, const BodyMove& b);
+
+  IslandRun& run_;
+  Scalar tau_;
+  std::vector<Certificate> certificates_;
+  std::vector<Proven> proven_;  // by pair
+  int rounds_ = 0;
+  std::size_t hits_ = 0;
+  std::size_t last_hits_ = 0;  // of the round before
+};
+
+}  // namespace
+
+// Proofs.
+
+namespace {
+
+// Asked for besides what is kept, in rest offsets. Larger: contacts at rest are nearer than that;
+// smaller: fewer proofs serve again.
+constexpr Scalar kProofMargin = 0.25;
+// A round may leave so many hits, or more if they are at most this part of those of the one before.
+constexpr std::size_t kMostHits = 10;
+constexpr Scalar kFewerHits = 0.9;
+
+// How far a point can be from where it was in the other move after tau.
+Scalar largest_change(const BodyMove& now, const BodyMove& before, Scalar tau) {
+  if (!now.is_twist || !before.is_twist) return now.motion == before.motion ? 0 : kInfinity;
+  return (1 + kMotionNoise) * tau *
+         ((now.v_W - before.v_W).norm() + (now.w_W - before.w_W).norm() * now.body->radius);
+}
+
+}  // namespace
+
+bool SubstepProofs::still_holds(std::size_t pair, const BodyMove& a, const BodyMove& b) const {
+  const Proven& proven = proven_[pair];
+  if (!(proven.margin > 0)) return false;
+  return largest_change(a, proven.a, tau_) + largest_change(b, proven.b, tau_) + pair_noise(a, b) <
+         proven.margin;
+}
+
+Certificate SubstepProofs::prove(std::size_t pair, const BodyMove& a, const BodyMove& b) {
+  PairState& state = *run_.pairs()[pair].state;
+  const TimeInterval interval{run_.now(), run_.now() + tau_};
+  const auto prove_more = [&](Scalar margin) {
+    Certificate certificate = certify(state, a, b, interval, state.kept_distance() + margin,
+                                      run_.context().limits, run_.workspace().toi);
+    if (certificate.result) {
+      add(run_.outcome().toi, certificate.result->statistics);
+      state.advancement_steps += certificate.result->statistics.node_pairs;
+    }
+    return certificate;
+  };
+  proven_[pair].margin = 0;
+  // A pair that began too near has nothing to spare.
+  const bool is_ordinary = !state.granted && !state.overlaps;
+  if (rounds_ > 1 && is_ordinary) {
+    const Scalar margin = kProofMargin * state.lengths.rest_offset;
+    Certificate certificate = prove_more(margin);
+    if (certificate.proof && !state.granted && !state.overlaps) {
+      proven_[pair] = {a, b, margin};
+      return certificate;
+    }
+  }
+  return prove_more(0);
+}
+
+void SubstepProofs::find(const std::vector<BodyMove>& moves) {
+  const PartTimer timing = run_.timer(&StepTimes::proofs);
+  const std::size_t count = run_.pairs().size();
+  certificates_.resize(count);
+  proven_.resize(count);
+  ++rounds_;
+  last_hits_ = std::exchange(hits_, 0);
+  for (std::size_t i = 0; i < count; ++i) {
+    const IslandRun::RunPair& pair = run_.pairs()[i];
+    const BodyMove a = pair.member_a ? moves[*pair.member_a] : run_.support_move(*pair.a);
+    const BodyMove b = pair.member_b ? moves[*pair.member_b] : run_.support_move(*pair.b);
+    if (still_holds(i, a, b)) {
+      certificates_[i].closing = closing_bound(a, b, {run_.now(), run_.now() + tau_});
+    } else {
+      certificates_[i] = prove(i, a, b);
+    }
+    if (!certificates_[i].proof) ++hits_;
+  }
+}
+
+bool SubstepProofs::is_hopeless() const {
+  return rounds_ > 1 && hits_ > kMostHits && Scalar(hits_) > kFewerHits * Scalar(last_hits_);
+}
+
+std::size_t SubstepProofs::first_hit() const {
+  std::size_t first = certificates_.size();
+  for (std::size_t i = 0; i < certificates_.size(); ++i) {
+    if (certificates_[i].proof) continue;
+    if (first == certificates_.size() ||
+        certificates_[i].result->t_safe < certificates_[first].result->t_safe) {
+      first = i;
+    }
+  }
+  return first;
+}
+
+// The end of a substep.
+
+namespace {
+
+// The part of its impulses with which the next solve of an island that moves begins. How four
+// corners share a load, or where two jaws press on what they hold, is not determined: a solve keeps
+// what it begins with and adds a little error, so that over many steps the loads drift to a corner.
+// Where friction acts depends on it. What is not determined fades, the rest is found again.
+constexpr Scalar kKeptLoad = 0.7;
+
+// The impulses of a substep, per contact: those of its move and of its end. The latter warm-start the
+// next move.
+void keep_impulses(IslandRun& run, const SubstepProblem& node, const std::vector<Vector3>& moving,
+                   Scalar tau) {
+  const Scalar kept = node.loads_may_drift(tau) ? kKeptLoad : 1;
+  for (IslandRun::RunPair& pair : run.pairs()) {
+    pair.state->impulses.assign(pair.is_near ? pair.state->points().size() : 0, Vector3::Zero());
+  }
+  for (std::size_t i = 0; i < node.contacts().size(); ++i) {
+    const SubstepContact& entry = node.contacts()[i];
+    PairState& state = *run.pairs()[entry.pair].state;
+    const Vector3& impulse = node.problem().contacts[i].impulse_W;
+    state.impulses[*entry.index] = moving[i] + impulse;
+    state.points()[*entry.index].impulse_W = kept * impulse;
+  }
+}
+
+}  // namespace
+
+// The other half of the kick and the contacts at the end.
+void solve_contact_node(IslandRun& run, Scalar tau, bool may_bounce) {
+  run.find_contacts();
+  SubstepProblem node(run);
+  std::vector<Vector3> free_L_W;
+  for (std::size_t i = 0; i < run.members().size(); ++i) {
+    IslandRun::Member& member = run.members()[i];
+    const MotionState state =
+        motion_state(member.body->definition.mass_properties, member.state.X_WM, member.state.v_W,
+                     node.problem().bodies[i].inverse_inertia_W * member.state.L_W);
+    const Wrench wrench = total_wrench(*member.body, run.context().gravity_W, run.now(), state);
+    member.state.v_W += tau / 2 * member.body->inverse_mass * wrench.force;
+    member.state.L_W += tau / 2 * wrench.torque;
+    ContactBody& body = node.problem().bodies[i];
+    body.free_v_W = member.state.v_W;
+    body.free_w_W = body.inverse_inertia_W * member.state.L_W;
+    free_L_W.push_back(member.state.L_W);
+  }
+  node.take_contacts([&](const IslandRun::RunPair& pair, const ContactPoint& point) {
+    if (pair.hit) return false;  // left to the impact law
+    return !(may_bounce && bounces(run, pair, normal_velocity(run, pair, point)));
+  });
+  node.take_joints(tau / 2);
+  add_spring_ends(node, tau, free_L_W);
+  node.set_supports(0);
+  for (std::size_t i = 0; i < node.rows().size(); ++i) {
+    const SubstepRow& entry = node.rows()[i];
+    if (entry.equation.kind == JointEquation::Kind::Equality) node.set_row_target(i, 0);
+    if (entry.equation.kind == JointEquation::Kind::Limit) {
+      node.set_row_target(i, std::min(0.0, -entry.equation.value / tau));
+    }
+  }
+  for (std::size_t i = 0; i < node.contacts().size(); ++i) {
+    const SubstepContact& entry = node.contacts()[i];
+    const Scalar missing = run.pairs()[entry.pair].state->lengths.rest_gap() - entry.point.gap;
+    node.set_target(i, std::min(0.0, missing / tau));
+  }
+  std::vector<Vector3> moving;  // impulses of the move
+  for (const PointContact& row : node.problem().contacts) moving.push_back(row.impulse_W);
+  node.solve(tau);
+  keep_impulses(run, node, moving, tau);
+  const std::vector<Vector3> L_W = node.angular_momenta(std::move(free_L_W));
+  for (std::size_t i = 0; i < run.members().size(); ++i) {
+    run.members()[i].state.v_W = node.problem().bodies[i].v_W;
+    run.members()[i].state.L_W = L_W[i];
+  }
+}
+
+// The substep.
+
 namespace {
 
 using Member = IslandRun::Member;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "dynamics/step/blocked/self_stress.h"
+#include "dynamics/step/self_stress.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "dynamics/step/blocked/horizon.h"
+#include "dynamics/step/substep.h"
 
 #include <gtest/gtest.h>
 
