@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "dynamics/step/substep.h"
-
 #include <gtest/gtest.h>
+
+#include "dynamics/step/substep.h"
 
 namespace dyop {
 namespace {

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "dynamics/free_flight.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 
+#include "dynamics/free_flight.h"
 #include "dyop/core/rigid_pose.h"
 #include "dyop/dynamics/world.h"
 #include "support/inputs/random_inputs.h"
