@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -10,11 +11,16 @@
 namespace DYOP_EXPORT dyop {
 
 /// Sends and receives TRANSFORM messages as UDP datagrams, without waiting. For one thread.
+///
+/// The first sender of such a message is the peer: what others send is dropped, until the peer has
+/// been silent for two seconds.
 class TransformLink {
  public:
-  /// @param port Local port to listen on, on all addresses; 0: any.
-  /// @throws FileError naming the port, if it cannot be opened.
-  explicit TransformLink(std::uint16_t port);
+  /// @param port    Local port to listen on; 0: any.
+  /// @param address Local numeric IPv4 address: by default only this machine is heard; 0.0.0.0: all.
+  /// @throws FileError naming address and port, if they cannot be opened.
+  /// @throws InvalidArgument if it is not an IPv4 address.
+  explicit TransformLink(std::uint16_t port, const std::string& address = "127.0.0.1");
   ~TransformLink();
   TransformLink(const TransformLink&) = delete;
   TransformLink& operator=(const TransformLink&) = delete;
@@ -31,7 +37,16 @@ class TransformLink {
   bool send(const std::string& address, std::uint16_t port, const TransformMessage& message);
 
  private:
+  struct Peer {
+    std::uint32_t address = 0;
+    std::uint16_t port = 0;
+    std::chrono::steady_clock::time_point heard;
+  };
+  bool is_heard(const Peer& sender);
+
   int socket_ = -1;
+  int sending_ = -1;  // bound to no address: may send anywhere
+  std::optional<Peer> peer_;
 };
 
 }  // namespace dyop

@@ -50,6 +50,7 @@ struct ToolArguments {
   Scalar deadline = 0;
   bool is_paced = false;
   std::string device;
+  std::string listen = "127.0.0.1";
   std::string receiver;
 };
 
@@ -102,7 +103,7 @@ struct ToolLinks {
 ToolLinks open_links(const ToolArguments& arguments, const HapticRun& run) {
   ToolLinks links;
   if (!arguments.device.empty()) {
-    links.device = std::make_unique<LinkedDevice>(arguments.device, run.scene);
+    links.device = std::make_unique<LinkedDevice>(arguments.device, arguments.listen, run.scene);
     std::printf("device: %s\n", printable(links.device->name()).c_str());
     std::fflush(stdout);
   }
@@ -194,6 +195,9 @@ void add_tool_command(CLI::App& app, ExitCode& exit_code) {
                       "TRANSFORM messages of OpenIGTLink in place of the strokes, by the clock: "
                       "PORT to listen on over UDP, tcp:PORT over TCP, or tcp:ADDRESS:PORT to "
                       "connect to; port 0: any that is free");
+  command->add_option("--listen", arguments->listen,
+                      "Address of this machine on which --device listens: by default only this "
+                      "machine is heard; 0.0.0.0: every network");
   command->add_option("--send", arguments->receiver,
                       "ADDRESS:PORT that gets the tool's pose and the force as such messages, "
                       "over UDP; over TCP the device gets them anyway");

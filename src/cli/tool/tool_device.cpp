@@ -2,7 +2,9 @@
 #include "cli/tool/tool_device.h"
 
 #include <charconv>
+#include <chrono>
 #include <string_view>
+#include <utility>
 
 #include "dyop/core/error.h"
 
@@ -10,6 +12,9 @@ namespace dyop::cli {
 namespace {
 
 constexpr std::string_view kStream = "tcp:";
+
+// Of a tick of 1 ms a quarter.
+constexpr std::chrono::microseconds kReadEvery{250};
 
 // A whole text as a port; nothing if it is none.
 std::optional<std::uint16_t> port_of(std::string_view text) {
@@ -44,27 +49,50 @@ TransformMessage force_message(const HapticTick& tick) {
 
 }  // namespace
 
-LinkedDevice::LinkedDevice(const std::string& link, const HapticScene& scene) : pose_(scene.X_WT) {
+LinkedDevice::LinkedDevice(const std::string& link, const std::string& listen,
+                           const HapticScene& scene)
+    : pose_(scene.X_WT) {
   for (std::size_t k = 0; k < scene.hinges.size(); ++k) pose_.angles[k] = scene.hinges[k].angle;
   const bool is_stream = link.starts_with(kStream);
   const std::string_view place = std::string_view(link).substr(is_stream ? kStream.size() : 0);
   if (const std::optional<std::uint16_t> port = port_of(place)) {
-    const std::uint16_t taken =
-        is_stream ? stream_.emplace(*port).port() : datagrams_.emplace(*port).port();
-    name_ = std::string(is_stream ? "TCP" : "UDP") + " port " + std::to_string(taken);
-    return;
+    const std::uint16_t taken = is_stream
+                                    ? stream_.emplace(TransformStream::Listen{listen, *port}).port()
+                                    : datagrams_.emplace(*port, listen).port();
+    name_ =
+        std::string(is_stream ? "TCP" : "UDP") + " port " + std::to_string(taken) + " of " + listen;
+  } else {
+    const std::optional<Address> address = is_stream ? address_of(place) : std::nullopt;
+    DYOP_REQUIRE(address, "--device: expected PORT, tcp:PORT or tcp:ADDRESS:PORT, not '", link,
+                 "'");
+    stream_.emplace(address->host, address->port);
+    name_ = "TCP " + std::string(place);
   }
-  const std::optional<Address> address = is_stream ? address_of(place) : std::nullopt;
-  DYOP_REQUIRE(address, "--device: expected PORT, tcp:PORT or tcp:ADDRESS:PORT, not '", link, "'");
-  stream_.emplace(address->host, address->port);
-  name_ = "TCP " + std::string(place);
+  reader_ = std::jthread([this](const std::stop_token& stop) { read_messages(stop); });
+}
+
+LinkedDevice::~LinkedDevice() = default;
+
+void LinkedDevice::read_messages(const std::stop_token& stop) {
+  while (!stop.stop_requested()) {
+    if (const auto message = stream_ ? stream_->receive() : datagrams_->receive()) {
+      const std::lock_guard lock(mutex_);
+      newest_ = message->pose;
+    }
+    std::this_thread::sleep_for(kReadEvery);
+  }
 }
 
 DevicePose LinkedDevice::pose() {
-  if (const auto message = stream_ ? stream_->receive() : datagrams_->receive()) {
+  std::optional<RigidPose> newest;
+  {
+    const std::lock_guard lock(mutex_);
+    newest = std::exchange(newest_, std::nullopt);
+  }
+  if (newest) {
     ++messages_;
-    pose_.p_WD = message->pose.translation();
-    pose_.q_WD = message->pose.quaternion();
+    pose_.p_WD = newest->translation();
+    pose_.q_WD = newest->quaternion();
   }
   return pose_;
 }

@@ -2,8 +2,11 @@
 #pragma once
 
 #include <cstdint>
+#include <mutex>
 #include <optional>
+#include <stop_token>
 #include <string>
+#include <thread>
 
 #include "dyop/haptics/haptic_runner.h"
 #include "dyop/io/transform_link.h"
@@ -14,13 +17,15 @@ namespace dyop::cli {
 /// A device that sends its pose as TRANSFORM messages of OpenIGTLink.
 class LinkedDevice {
  public:
+  /// @param listen Numeric IPv4 address to listen on, of this machine.
   /// @param link PORT: a UDP port to listen on; tcp:PORT: a TCP port; tcp:ADDRESS:PORT: to connect
   /// to, the address a numeric IPv4 one.
   /// @param scene For the pose until the first message, and the angles of the hinges.
   /// @throws InvalidArgument if the link is none of these.
-  LinkedDevice(const std::string& link, const HapticScene& scene);
+  LinkedDevice(const std::string& link, const std::string& listen, const HapticScene& scene);
+  ~LinkedDevice();
 
-  /// The pose of the newest message.
+  /// The pose of the newest message. Messages are read and checked in a thread of their own.
   DevicePose pose();
 
   /// Over TCP, every tick's result goes back to the device; see LinkedOutput.
@@ -31,11 +36,16 @@ class LinkedDevice {
   std::int64_t messages() const { return messages_; }
 
  private:
+  void read_messages(const std::stop_token& stop);
+
   std::optional<TransformLink> datagrams_;
   std::optional<TransformStream> stream_;
   std::string name_;
   DevicePose pose_;
   std::int64_t messages_ = 0;
+  std::mutex mutex_;  // of the newest message, held for a copy
+  std::optional<RigidPose> newest_;
+  std::jthread reader_;
 };
 
 /// Sends every tick's result in two TRANSFORM datagrams: "Tool" with the tool's pose, and "Force"

@@ -28,13 +28,14 @@ constexpr std::uint16_t kLastVersion = 3;
 constexpr std::size_t kLeastExtended = 12;
 
 // Longer messages are passed over: no transform has so much metadata.
-constexpr std::uint64_t kLongestBody = 1 << 16;
+constexpr std::uint64_t kLongestBody = 1 << 12;
 
 // Longer than any volume sent as an image: not a length but noise.
 constexpr std::uint64_t kLongestPassedOver = std::uint64_t{1} << 32;
 
-// Single precision after a few products.
-constexpr Scalar kRotationNoise = 1e-5;  // literal: of matrices in single precision
+// Matrices in single precision after a few products, or written with four decimals; what is farther
+// off is scaled, or not meant as a rotation.
+constexpr Scalar kRotationNoise = 1e-3;  // literal: of R^T R - 1
 
 // CRC-64 of ECMA-182, most significant bit first.
 std::uint64_t check_sum(Bytes bytes) {

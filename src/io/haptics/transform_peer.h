@@ -40,6 +40,11 @@ class TransformPeer {
   /// The newest message that has arrived since the last call.
   std::optional<TransformMessage> receive();
 
+  /// Throws away what has arrived.
+  void discard();
+  /// Whether it has sent a message.
+  bool is_device() const { return is_device_; }
+
   /// @return Whether the message leaves. It does not if the connection is full.
   bool send(std::span<const std::uint8_t> message);
 
@@ -50,6 +55,7 @@ class TransformPeer {
   TransformReader reader_;
   std::vector<std::uint8_t> rest_;  // of a message of which the connection took a part
   bool is_open_ = true;
+  bool is_device_ = false;
 };
 
 }  // namespace dyop::io_internal

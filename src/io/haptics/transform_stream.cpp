@@ -6,6 +6,7 @@
 #include <poll.h>
 #include <sys/socket.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <mutex>
@@ -35,15 +36,16 @@ Descriptor open_socket(const std::string& place) {
   return socket;
 }
 
-Descriptor listen_on(std::uint16_t port) {
-  const std::string place = "port " + std::to_string(port);
+Descriptor listen_on(const TransformStream::Listen& listen) {
+  const std::string place = listen.address + ":" + std::to_string(listen.port);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_port = htons(listen.port);
+  DYOP_REQUIRE(::inet_pton(AF_INET, listen.address.c_str(), &address.sin_addr) == 1,
+               "expected a numeric IPv4 address, not '", listen.address, "'");
   Descriptor socket = open_socket(place);
   const int yes = 1;  // a port whose last connections have just ended is free
   ::setsockopt(socket.get(), SOL_SOCKET, SO_REUSEADDR, &yes, sizeof(yes));
-  sockaddr_in address{};
-  address.sin_family = AF_INET;
-  address.sin_addr.s_addr = htonl(INADDR_ANY);
-  address.sin_port = htons(port);
   const auto* generic = reinterpret_cast<const sockaddr*>(&address);
   if (::bind(socket.get(), generic, sizeof(address)) != 0 ||
       ::listen(socket.get(), int(kMostPeers)) != 0) {
@@ -90,8 +92,34 @@ struct TransformStream::State {
     for (std::size_t k = 0; listener.get() >= 0 && k < kMostPeers; ++k) {
       Descriptor socket(::accept4(listener.get(), nullptr, nullptr, SOCK_NONBLOCK));
       if (socket.get() < 0) break;
-      if (peers.size() < kMostPeers) peers.emplace_back(std::move(socket));
+      // Peers that only listen, or do nothing, do not lock out the device.
+      if (peers.size() >= kMostPeers) {
+        const auto silent = std::find_if(peers.begin(), peers.end(), [](const TransformPeer& peer) {
+          return !peer.is_device();
+        });
+        peers.erase(silent);
+      }
+      peers.emplace_back(std::move(socket));
     }
+  }
+
+  // From the device alone, once there is one.
+  std::optional<TransformMessage> receive() {
+    const auto device = std::find_if(peers.begin(), peers.end(),
+                                     [](const TransformPeer& peer) { return peer.is_device(); });
+    std::optional<TransformMessage> newest;
+    bool has_device = device != peers.end() && device->is_open();
+    if (has_device) newest = device->receive();
+    for (auto peer = peers.begin(); peer != peers.end(); ++peer) {
+      if (has_device && peer == device) continue;
+      if (has_device) {
+        peer->discard();
+      } else {
+        newest = peer->receive();
+        has_device = newest.has_value();
+      }
+    }
+    return newest;
   }
 
   void drop_closed_peers() {
@@ -104,8 +132,10 @@ struct TransformStream::State {
   std::uint16_t port = 0;
 };
 
-TransformStream::TransformStream(std::uint16_t port) : state_(std::make_unique<State>()) {
-  state_->listener = listen_on(port);
+TransformStream::TransformStream(std::uint16_t port) : TransformStream(Listen{"127.0.0.1", port}) {}
+
+TransformStream::TransformStream(const Listen& place) : state_(std::make_unique<State>()) {
+  state_->listener = listen_on(place);
   state_->port = local_port(state_->listener);
 }
 
@@ -125,10 +155,7 @@ std::uint16_t TransformStream::port() const {
 std::optional<TransformMessage> TransformStream::receive() {
   const std::lock_guard lock(state_->mutex);
   state_->accept_peers();
-  std::optional<TransformMessage> newest;
-  for (TransformPeer& peer : state_->peers) {
-    if (auto message = peer.receive()) newest = std::move(message);
-  }
+  std::optional<TransformMessage> newest = state_->receive();
   state_->drop_closed_peers();
   return newest;
 }

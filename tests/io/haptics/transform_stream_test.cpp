@@ -5,7 +5,9 @@
 
 #include <chrono>
 #include <functional>
+#include <memory>
 #include <thread>
+#include <vector>
 
 #include "dyop/core/error.h"
 #include "dyop/io/file_error.h"
@@ -42,7 +44,7 @@ TEST(TransformStream, CarriesMessagesBothWays) {
   EXPECT_FALSE(server.receive());
 }
 
-TEST(TransformStream, SendsToAllPeersAndHearsAll) {
+TEST(TransformStream, SendsToAllPeersAndHearsTheFirstThatSpeaks) {
   TransformStream server(0);
   TransformStream first("127.0.0.1", server.port());
   TransformStream second("127.0.0.1", server.port());
@@ -51,6 +53,11 @@ TEST(TransformStream, SendsToAllPeersAndHearsAll) {
   EXPECT_EQ(newest_of(second), 1);
   second.send(at(9));
   EXPECT_EQ(newest_of(server), 9);
+  for (int k = 0; k < 50; ++k) {
+    first.send(at(1));
+    second.send(at(10));
+    EXPECT_EQ(newest_of(server), 10);
+  }
 }
 
 TEST(TransformStream, APeerMayLeaveAndComeBack) {
@@ -94,6 +101,33 @@ TEST(TransformStream, APeerThatDoesNotReadHoldsUpNobody) {
     const auto message = lazy.receive();
     return message && message->pose.translation().x() == k;
   }));
+}
+
+TEST(TransformStream, IdlePeersDoNotLockOutTheDevice) {
+  TransformStream server(0);
+  std::vector<std::unique_ptr<TransformStream>> idle;
+  for (int k = 0; k < 40; ++k) {
+    idle.push_back(std::make_unique<TransformStream>("127.0.0.1", server.port()));
+    server.receive();
+  }
+  TransformStream device("127.0.0.1", server.port());
+  device.send(at(7));
+  EXPECT_EQ(newest_of(server), 7);
+  EXPECT_LE(server.peers(), 16);
+  for (int k = 0; k < 40; ++k) {
+    idle.push_back(std::make_unique<TransformStream>("127.0.0.1", server.port()));
+    server.receive();
+  }
+  device.send(at(8));
+  EXPECT_EQ(newest_of(server), 8);
+}
+
+TEST(TransformStream, ListensWhereItIsTold) {
+  EXPECT_GT(TransformStream(TransformStream::Listen{"0.0.0.0", 0}).port(), 0);
+  EXPECT_GT(TransformStream(TransformStream::Listen{"127.0.0.2", 0}).port(), 0);
+  TransformStream loopback(0);
+  EXPECT_THROW(TransformStream("127.0.0.2", loopback.port()), FileError);
+  EXPECT_THROW(TransformStream(TransformStream::Listen{"localhost", 0}), InvalidArgument);
 }
 
 TEST(TransformStream, RefusesWhatItCannotOpen) {
