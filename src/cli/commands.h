@@ -16,6 +16,7 @@ enum class ExitCode {
 };
 
 /// Each adds one command that stores its exit code in `exit_code`, which must outlive the app.
+void add_check_command(CLI::App& app, ExitCode& exit_code);
 void add_distance_command(CLI::App& app, ExitCode& exit_code);
 void add_export_command(CLI::App& app, ExitCode& exit_code);
 void add_info_command(CLI::App& app, ExitCode& exit_code);

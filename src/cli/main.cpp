@@ -14,14 +14,15 @@ namespace {
 
 constexpr const char* kExitCodes = R"(Exit codes:
   0  the question was answered, whatever the answer
-  1  --fail-on-impact: an impact or an overlap was found; replay: the answers differ
+  1  --fail-on-impact: an impact or an overlap was found; replay: the answers differ;
+     check: refuted
   2  bad input: a file, an option or a value cannot be used
   3  undecided: a budget, a limit or Ctrl-C ended the work first; partial results are printed
   4  internal error
 
 Examples:
   dyop toi sphere:0.5 box:1,1,1 --position-a -3 0 0 --velocity-a 1 0 0 --interval 0 10
-  dyop simulate examples/scenes/bunny-throw.json --out run --mesh-path /usr/share/glmark2/models
+  dyop simulate examples/scenes/bunny-throw.json -o run.h5 --mesh-path /usr/share/glmark2/models
 )";
 
 // One line, whatever the names in it contain.
@@ -88,6 +89,7 @@ int main(int argc, char** argv) {
   dyop::cli::add_scene_command(app, exit_code);
   dyop::cli::add_export_command(app, exit_code);
   dyop::cli::add_info_command(app, exit_code);
+  dyop::cli::add_check_command(app, exit_code);
   dyop::cli::add_paper_command(app, exit_code);
   dyop::cli::add_replay_command(app, exit_code);
   dyop::cli::add_view_command(app, exit_code);

@@ -70,9 +70,10 @@ std::vector<fs::path> room_files(const std::vector<std::string>& folders) {
 // The ladder: a room may include itself and rooms of a lower level. Rooms of one level do not know
 // each other.
 const std::map<std::string, int> kLevel{
-    {"core", 0},  {"exact", 1}, {"hierarchy", 2}, {"geometry", 3}, {"motion", 3},   {"distance", 4},
-    {"paper", 5}, {"toi", 5},   {"contact", 6},   {"chain", 6},    {"dynamics", 7}, {"haptics", 7},
-    {"ompl", 7},  {"io", 8},    {"view", 9},      {"c", 10},       {"python", 10},  {"cli", 10}};
+    {"core", 0},   {"check", 0},    {"exact", 1},   {"hierarchy", 2}, {"geometry", 3},
+    {"motion", 3}, {"distance", 4}, {"paper", 5},   {"toi", 5},       {"contact", 6},
+    {"chain", 6},  {"dynamics", 7}, {"haptics", 7}, {"ompl", 7},      {"io", 8},
+    {"view", 9},   {"c", 10},       {"python", 10}, {"cli", 10}};
 
 bool may_include(const std::string& from, const std::string& to) {
   return from == to || kLevel.at(to) < kLevel.at(from);

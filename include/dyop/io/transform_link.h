@@ -17,7 +17,7 @@ namespace DYOP_EXPORT dyop {
 class TransformLink {
  public:
   /// @param port    Local port to listen on; 0: any.
-  /// @param address Local numeric IPv4 address: by default only this machine is heard; 0.0.0.0: all.
+  /// @param address Local numeric IPv4 address: by default this machine only; 0.0.0.0: all.
   /// @throws FileError naming address and port, if they cannot be opened.
   /// @throws InvalidArgument if it is not an IPv4 address.
   explicit TransformLink(std::uint16_t port, const std::string& address = "127.0.0.1");

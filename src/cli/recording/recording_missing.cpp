@@ -22,6 +22,8 @@ ExitCode print_recording(const std::filesystem::path& file, RecordingForm) {
   refuse(file);
 }
 
+void add_check_command(CLI::App&, ExitCode&) {}
+
 ExitCode export_recording(const ExportArguments& arguments) {
   refuse(arguments.recording);
 }

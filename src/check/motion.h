@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "check/vec.h"
+
+/// Recorded motions. TRUSTED.
+namespace dyop_check {
+
+/// Of a cubic: time, place and velocity of the centre of mass, rotation vector and its rate.
+struct CubicNode {
+  double t = 0;
+  Vec p, v, theta, theta_rate;
+};
+
+/// The motion of a body over part of a run: of the frame M at its centre of mass with its axes.
+struct Segment {
+  enum class Kind { Absent, Rest, Twist, Cubic, Unsupported };
+  Kind kind = Kind::Absent;
+  double begin = 0;  ///< holds from here to the next segment
+  Vec p_cm;          ///< the origin of M in the body's frame
+  double lever = 0;  ///< its distance from the centre of mass, mostly zero
+  Mat R;             ///< Rest: of the body; Twist: of M at t0; Cubic: the chart R_WC
+  Vec p;             ///< Rest: of the body's origin; Twist: of M at t0
+  Vec v, w;          ///< Twist
+  double t0 = 0;     ///< Twist
+  CubicNode first, last;
+
+  bool is_known() const { return kind != Kind::Absent && kind != Kind::Unsupported; }
+  /// The pose of the body's frame.
+  Pose pose(double t) const;
+};
+
+/// How a body accelerates over an interval: a point at a distance r from the centre of mass by at
+/// most `center` + r * `turn`.
+struct Acceleration {
+  double center = 0;
+  double turn = 0;
+};
+
+Acceleration acceleration(const Segment& segment, double begin, double end);
+
+/// How far any point within `size` of the body's origin may be from where pose() puts it.
+double pose_noise(const Segment& segment, double size, double begin, double end);
+
+}  // namespace dyop_check

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "check/recording.h"
+
+namespace dyop_check {
+
+/// A pair, an interval and what was found in it.
+struct Finding {
+  std::uint32_t a = 0;
+  std::uint32_t b = 0;
+  double begin = 0;
+  double end = 0;
+  double distance = 0;  ///< refuted: an upper bound of the distance at `begin`
+  double target = 0;
+};
+
+/// Two segments of a body's motion that do not meet.
+struct Jump {
+  std::uint32_t body = 0;
+  double t = 0;
+  double length = 0;
+};
+
+struct Verdict {
+  std::int64_t pairs = 0;        ///< pairs of bodies that count
+  std::int64_t intervals = 0;    ///< of near pairs, each within a step, proven
+  std::int64_t uncertified = 0;  ///< of pairs that the run itself calls so, not proven
+  std::int64_t node_pairs = 0;
+  std::vector<Finding> refuted;    ///< the first hundred
+  std::vector<Finding> undecided;  ///< the first hundred
+  std::vector<Jump> jumps;         ///< the first hundred
+  std::int64_t jump_count = 0;
+  std::int64_t refuted_count = 0;
+  std::int64_t undecided_count = 0;
+
+  bool is_proven() const { return refuted_count == 0 && jump_count == 0 && undecided_count == 0; }
+};
+
+struct CheckOptions {
+  /// Factor of the targets: 1 checks the distances that the run promises, 0 that nothing touches.
+  double scale = 1;
+  std::int64_t most_node_pairs = 20'000'000;  ///< for one pair within one step
+};
+
+/// Proves that every pair that counts keeps its target distance at all times of the run, or says
+/// where it does not, or where neither was found.
+Verdict check_geometry(const Recording& recording, const CheckOptions& options);
+
+}  // namespace dyop_check

@@ -1,0 +1,487 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "check/recording.h"
+
+#include <algorithm>
+#include <array>
+#include <sstream>
+
+#include "check/hdf5_table.h"
+#include "check/json.h"
+
+namespace dyop_check {
+namespace {
+
+constexpr double kDefaultTarget = 1e-4;  // literal: of the smaller bounding radius of a pair
+constexpr std::size_t kNodeNumbers = 13;
+constexpr std::size_t kChartNumbers = 9;
+constexpr double kOrthogonal = 1e-9;  // literal: entries of R^T R - 1
+
+Vec vector_of(const std::vector<double>& x, std::size_t at = 0) {
+  return {x.at(at), x.at(at + 1), x.at(at + 2)};
+}
+
+Mat matrix_of(const std::vector<double>& x, std::size_t at = 0) {
+  Mat R;
+  for (std::size_t i = 0; i < 9; ++i) R.m[i] = x.at(at + i);
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) {
+      double product = i == j ? -1 : 0;
+      for (int k = 0; k < 3; ++k)
+        product += R.m[std::size_t(3 * k + i)] * R.m[std::size_t(3 * k + j)];
+      if (!(std::abs(product) <= kOrthogonal)) throw BadFile("a rotation is not orthonormal");
+    }
+  }
+  return R;
+}
+
+CubicNode node_of(const std::vector<double>& x, std::size_t at) {
+  return {x.at(at), vector_of(x, at + 1), vector_of(x, at + 4), vector_of(x, at + 7),
+          vector_of(x, at + 10)};
+}
+
+std::vector<Json> lines_of(const std::string& text) {
+  std::vector<Json> lines;
+  std::istringstream in(text);
+  for (std::string line; std::getline(in, line);) {
+    if (!line.empty()) lines.push_back(parse_json(line));
+  }
+  return lines;
+}
+
+std::size_t index_of(const Json& json, std::size_t limit) {
+  const double value = json.to_number();
+  if (!(value >= 0 && value < double(limit))) throw BadFile("an index is out of range");
+  return std::size_t(value);
+}
+
+// The shapes of a file, as pieces in their own frames.
+class Shapes {
+ public:
+  Shapes(std::vector<Json> lines, std::vector<double> vertices, std::vector<std::int32_t> triangles)
+      : lines_(std::move(lines)),
+        vertices_(std::move(vertices)),
+        triangles_(std::move(triangles)) {}
+
+  std::vector<Piece> pieces(std::size_t shape) const { return pieces(shape, 0); }
+  std::size_t count() const { return lines_.size(); }
+
+ private:
+  std::vector<Piece> pieces(std::size_t shape, int depth) const {
+    const Json& line = lines_.at(shape);
+    const std::string& kind = line.at("kind").text;
+    if (kind == "mesh") return triangles_of(line);
+    if (kind == "compound") return children_of(line, shape, depth);
+    Piece piece;
+    if (kind == "hull") {
+      piece.points = points_of(line);
+    } else {
+      set_simple(piece, kind, line);
+    }
+    return {piece};
+  }
+
+  static void set_simple(Piece& piece, const std::string& kind, const Json& line) {
+    const auto half_extents = [&] {
+      const Vec h = vector_of(line.at("half_extents").to_numbers(3));
+      for (int k = 0; k < 8; ++k) {
+        piece.points.push_back({k & 1 ? h.x : -h.x, k & 2 ? h.y : -h.y, k & 4 ? h.z : -h.z});
+      }
+    };
+    const auto radius_and_length = [&](Piece::Kind round) {
+      piece.kind = round;
+      piece.size = {line.at("radius").to_number(), 0, line.at("half_length").to_number()};
+    };
+    if (kind == "box") {
+      half_extents();
+    } else if (kind == "rounded_box") {
+      half_extents();
+      piece.radius = line.at("radius").to_number();
+    } else if (kind == "sphere") {
+      piece.points = {{}};
+      piece.radius = line.at("radius").to_number();
+    } else if (kind == "capsule") {
+      const double h = line.at("half_length").to_number();
+      piece.points = {{0, 0, -h}, {0, 0, h}};
+      piece.radius = line.at("radius").to_number();
+    } else if (kind == "cylinder") {
+      radius_and_length(Piece::Kind::Cylinder);
+    } else if (kind == "cone") {
+      radius_and_length(Piece::Kind::Cone);
+    } else if (kind == "ellipsoid") {
+      piece.kind = Piece::Kind::Ellipsoid;
+      piece.size = vector_of(line.at("semi_axes").to_numbers(3));
+    } else {
+      throw BadFile("the kind of shape '" + kind + "' is unknown");
+    }
+  }
+
+  Vec vertex(std::size_t number) const {
+    if (3 * number + 2 >= vertices_.size()) throw BadFile("a vertex is out of range");
+    const Vec v = vector_of(vertices_, 3 * number);
+    if (!std::isfinite(v.x + v.y + v.z)) throw BadFile("a vertex is not finite");
+    return v;
+  }
+
+  std::vector<Vec> points_of(const Json& line) const {
+    const std::size_t first = index_of(line.at("first_vertex"), vertices_.size() + 1);
+    const std::size_t count = index_of(line.at("vertex_count"), vertices_.size() + 1);
+    std::vector<Vec> points;
+    for (std::size_t k = 0; k < count; ++k) points.push_back(vertex(first + k));
+    if (points.empty()) throw BadFile("a hull has no points");
+    return points;
+  }
+
+  std::vector<Piece> triangles_of(const Json& line) const {
+    const std::size_t first_vertex = index_of(line.at("first_vertex"), vertices_.size() + 1);
+    const std::size_t first = index_of(line.at("first_triangle"), triangles_.size() + 1);
+    const std::size_t count = index_of(line.at("triangle_count"), triangles_.size() + 1);
+    std::vector<Piece> pieces(count);
+    for (std::size_t k = 0; k < count; ++k) {
+      for (std::size_t corner = 0; corner < 3; ++corner) {
+        const std::size_t at = 3 * (first + k) + corner;
+        if (at >= triangles_.size() || triangles_[at] < 0)
+          throw BadFile("a triangle is out of range");
+        pieces[k].points.push_back(vertex(first_vertex + std::size_t(triangles_[at])));
+      }
+    }
+    if (pieces.empty()) throw BadFile("a mesh has no triangles");
+    return pieces;
+  }
+
+  std::vector<Piece> children_of(const Json& line, std::size_t shape, int depth) const {
+    constexpr int kMostNested = 20;
+    if (depth > kMostNested) throw BadFile("compounds are nested too deeply");
+    std::vector<Piece> all;
+    for (const Json& child : line.at("children").list) {
+      const std::size_t number = index_of(child.at("shape"), lines_.size());
+      if (number == shape) throw BadFile("a compound contains itself");
+      const std::vector<double> X = child.at("X_CS").to_numbers(12);
+      const Pose pose{matrix_of(X), vector_of(X, 9)};
+      for (Piece piece : pieces(number, depth + 1)) {
+        for (Vec& point : piece.points) point = pose * point;
+        piece.X = {pose.R * piece.X.R, pose * piece.X.p};
+        all.push_back(std::move(piece));
+      }
+    }
+    if (all.empty()) throw BadFile("a compound has no children");
+    return all;
+  }
+
+  std::vector<Json> lines_;
+  std::vector<double> vertices_;
+  std::vector<std::int32_t> triangles_;
+};
+
+// Rows of /segments, whose cubics may go on where the body's last one ended.
+class SegmentReader {
+ public:
+  SegmentReader(std::vector<double> numbers, std::string given, std::size_t bodies)
+      : numbers_(std::move(numbers)), given_(std::move(given)), previous_(bodies) {}
+
+  Segment read(std::uint32_t kind, std::uint64_t first, std::size_t body, double begin,
+               const Vec& p_cm) {
+    Segment g;
+    g.begin = begin;
+    g.p_cm = p_cm;
+    switch (kind) {
+      case 0:
+        break;
+      case 1: {
+        const std::vector<double> x = take(first, 12);
+        g.kind = Segment::Kind::Rest;
+        g.R = matrix_of(x);
+        g.p = vector_of(x, 9);
+        break;
+      }
+      case 2: {
+        const std::vector<double> x = take(first, 19);
+        g.kind = Segment::Kind::Twist;
+        g.R = matrix_of(x);
+        g.p = vector_of(x, 9);
+        g.v = vector_of(x, 12);
+        g.w = vector_of(x, 15);
+        g.t0 = x[18];
+        break;
+      }
+      case 4:
+        read_given(g, take(first, 2), p_cm);
+        break;
+      case 5:
+        set_frame_of_body(g, p_cm);
+        set_cubic(g, body, take(first, kChartNumbers + 2 * kNodeNumbers));
+        break;
+      default:
+        set_cubic(g, body, whole_cubic(kind, first, body));
+    }
+    return g;
+  }
+
+ private:
+  std::vector<double> take(std::uint64_t first, std::size_t count) const {
+    if (first > numbers_.size() || count > numbers_.size() - first)
+      throw BadFile("a segment's numbers are out of range");
+    std::vector<double> x(numbers_.begin() + std::ptrdiff_t(first),
+                          numbers_.begin() + std::ptrdiff_t(first + count));
+    for (const double value : x) {
+      if (!std::isfinite(value)) throw BadFile("a segment's number is not finite");
+    }
+    return x;
+  }
+
+  // The motion is that of the body's own frame, not of its centre of mass.
+  static void set_frame_of_body(Segment& g, const Vec& p_cm) {
+    g.p_cm = {};
+    g.lever = norm(p_cm);
+  }
+
+  // The forms 3 and 6 to 9 of docs/formats.md as chart, start and end.
+  std::vector<double> whole_cubic(std::uint32_t kind, std::uint64_t first, std::size_t body) const {
+    if (kind == 3) return take(first, kChartNumbers + 2 * kNodeNumbers);
+    if (kind < 6 || kind > 9) throw BadFile("the kind of a segment is unknown");
+    const bool has_chart = kind == 6;
+    const std::size_t start_count = kind == 7 ? kNodeNumbers : kind == 9 ? 0 : 6;
+    const std::size_t chart_count = has_chart ? kChartNumbers : 1;
+    const std::vector<double> x = take(first, chart_count + start_count + kNodeNumbers);
+    std::vector<double> whole(x.begin(), x.begin() + std::ptrdiff_t(chart_count));
+    if (!has_chart) {
+      if (!(x[0] >= 0 && x[0] < double(numbers_.size()))) throw BadFile("a chart is out of range");
+      whole = take(std::uint64_t(x[0]), kChartNumbers);
+    }
+    const std::vector<double>& before = previous_[body];
+    if (start_count < kNodeNumbers) {
+      if (before.empty()) throw BadFile("a segment continues none");
+      whole.insert(whole.end(), before.begin(),
+                   before.begin() + std::ptrdiff_t(kNodeNumbers - start_count));
+    }
+    whole.insert(whole.end(), x.begin() + std::ptrdiff_t(chart_count), x.end());
+    return whole;
+  }
+
+  void set_cubic(Segment& g, std::size_t body, const std::vector<double>& x) {
+    g.kind = Segment::Kind::Cubic;
+    g.R = matrix_of(x);
+    g.first = node_of(x, kChartNumbers);
+    g.last = node_of(x, kChartNumbers + kNodeNumbers);
+    if (!(g.last.t > g.first.t)) throw BadFile("a cubic has no length");
+    previous_[body].assign(x.end() - std::ptrdiff_t(kNodeNumbers), x.end());
+  }
+
+  // Prescribed motions of other kinds are not supported: pairs with them stay undecided.
+  void read_given(Segment& g, const std::vector<double>& place, const Vec& p_cm) const {
+    const auto at = std::size_t(place[0]);
+    const auto size = std::size_t(place[1]);
+    if (at > given_.size() || size > given_.size() - at) throw BadFile("a motion is out of range");
+    const Json motion = parse_json(std::string_view(given_).substr(at, size));
+    const std::string& kind = motion.at("kind").text;
+    const auto set_pose = [&](const Json& X) {
+      g.R = matrix_of(X.at("rotation").to_numbers(9));
+      g.p = vector_of(X.at("position").to_numbers(3));
+    };
+    set_frame_of_body(g, p_cm);
+    if (kind == "rest") {
+      g.kind = Segment::Kind::Rest;
+      set_pose(motion.at("X_WB"));
+    } else if (kind == "constant_twist") {
+      g.kind = Segment::Kind::Twist;
+      set_pose(motion.at("X_WB0"));
+      g.v = vector_of(motion.at("v_WB").to_numbers(3));
+      g.w = vector_of(motion.at("w_WB").to_numbers(3));
+      g.t0 = motion.at("t0").to_number();
+    } else {
+      g.kind = Segment::Kind::Unsupported;
+    }
+  }
+
+  std::vector<double> numbers_;
+  std::string given_;
+  std::vector<std::vector<double>> previous_;  // the last 13 numbers of a body's last cubic
+};
+
+Pair ordered(std::uint32_t a, std::uint32_t b) {
+  return {std::min(a, b), std::max(a, b)};
+}
+
+// What a scene says about pairs of bodies.
+void read_scene(const Json& scene, Recording& recording) {
+  recording.has_scene = true;
+  std::map<std::string, std::uint32_t> slots;
+  for (std::uint32_t k = 0; k < recording.bodies.size(); ++k) slots[recording.bodies[k].name] = k;
+  const auto slot = [&](const Json& name) -> std::optional<std::uint32_t> {
+    const auto found = slots.find(name.text);
+    return found == slots.end() ? std::nullopt : std::optional(found->second);
+  };
+  const auto pair_of = [&](const Json& json) -> std::optional<Pair> {
+    if (json.find("a") == nullptr || json.find("b") == nullptr) return std::nullopt;
+    const auto a = slot(json.at("a"));
+    const auto b = slot(json.at("b"));
+    return a && b ? std::optional(ordered(*a, *b)) : std::nullopt;
+  };
+  if (const Json* joints = scene.find("joints")) {
+    for (const Json& joint : joints->list) {
+      if (const auto pair = pair_of(joint)) recording.untested.insert(*pair);
+    }
+  }
+  if (const Json* distances = scene.find("target_distances")) {
+    for (const Json& entry : distances->list) {
+      if (const auto pair = pair_of(entry))
+        recording.target_distances[*pair] = entry.at("distance").to_number();
+    }
+  }
+  if (const Json* filters = scene.find("filters")) {
+    for (const Json& group : filters->list) {
+      for (const Json& a : group.list) {
+        for (const Json& b : group.list) {
+          if (slot(a) && slot(b) && *slot(a) != *slot(b))
+            recording.untested.insert(ordered(*slot(a), *slot(b)));
+        }
+      }
+    }
+  }
+}
+
+// The counts in the last row of /frames: what lies beyond them is not yet part of the run.
+struct Counts {
+  explicit Counts(const Hdf5Reader& file) : frames(file.length("frames")), file_(file) {}
+  std::uint64_t of(const char* column) const {
+    if (frames == 0) return 0;
+    return file_.integers("frames", column).back();
+  }
+  std::uint64_t frames;
+
+ private:
+  const Hdf5Reader& file_;
+};
+
+void read_bodies(const Hdf5Reader& file, const Counts& counts, Recording& recording,
+                 std::vector<Vec>& centers) {
+  const Shapes shapes(lines_of(file.bytes("shapes", counts.of("shape_bytes"))),
+                      file.numbers("vertices", counts.of("vertex_count")),
+                      file.indices("triangles", counts.of("triangle_count")));
+  std::map<std::pair<std::size_t, std::array<double, 3>>, std::shared_ptr<const Body>> built;
+  for (const Json& line : lines_of(file.bytes("bodies", counts.of("body_bytes")))) {
+    constexpr std::size_t kMostBodies = 10'000'000;
+    const std::size_t slot = index_of(line.at("slot"), kMostBodies);
+    if (slot < recording.bodies.size()) throw BadFile("bodies that were replaced are unsupported");
+    if (slot != recording.bodies.size()) throw BadFile("a body is missing");
+    RecordedBody& body = recording.bodies.emplace_back();
+    const Vec p_cm = vector_of(line.at("p_BoBcm").to_numbers(3));
+    body.name = line.at("name").text;
+    body.is_dynamic = line.at("kind").text == "dynamic";
+    body.is_sensor = line.at("is_sensor").boolean;
+    const std::size_t shape = index_of(line.at("shape"), shapes.count());
+    auto& tree = built[{shape, {p_cm.x, p_cm.y, p_cm.z}}];
+    if (!tree) {
+      auto fresh = std::make_shared<Body>();
+      fresh->pieces = shapes.pieces(shape);
+      fresh->build(p_cm);
+      tree = fresh;
+    }
+    body.shape = tree;
+    centers.push_back(p_cm);
+  }
+}
+
+void read_segments(const Hdf5Reader& file, const Counts& counts, const std::vector<Vec>& centers,
+                   Recording& recording) {
+  const auto count = std::int64_t(counts.of("segment_count"));
+  const std::vector<double> begin = file.reals("segments", "begin", count);
+  const auto first = file.integers("segments", "first", count);
+  const auto body = file.integers("segments", "body", count);
+  const auto kind = file.integers("segments", "kind", count);
+  SegmentReader reader(file.numbers("numbers", counts.of("number_count")),
+                       file.bytes("given", counts.of("given_bytes")), centers.size());
+  for (std::size_t k = 0; k < begin.size(); ++k) {
+    if (body[k] >= centers.size()) throw BadFile("a segment is of no body");
+    auto& segments = recording.bodies[body[k]].segments;
+    if (!std::isfinite(begin[k]) || (!segments.empty() && begin[k] < segments.back().begin))
+      throw BadFile("the segments of a body are not in order of time");
+    segments.push_back(
+        reader.read(std::uint32_t(kind[k]), first[k], body[k], begin[k], centers[body[k]]));
+  }
+}
+
+void read_steps(const Hdf5Reader& file, const Counts& counts, Recording& recording) {
+  const auto count = std::int64_t(counts.of("step_count"));
+  const std::vector<double> begin = file.reals("steps", "begin", count);
+  const std::vector<double> end = file.reals("steps", "end", count);
+  for (std::size_t k = 0; k < begin.size(); ++k) {
+    if (!(begin[k] <= end[k]) || (k > 0 && begin[k] != end[k - 1]))
+      throw BadFile("the steps leave a gap in time");
+    recording.steps.emplace_back(begin[k], end[k]);
+  }
+  if (recording.steps.empty()) throw BadFile("nothing was committed");
+  if (recording.steps.front().first != recording.begin)
+    throw BadFile("the first step does not begin with the run");
+  recording.end = end.back();
+}
+
+void read_events(const Hdf5Reader& file, const Counts& counts, Recording& recording) {
+  const auto count = std::int64_t(counts.of("event_count"));
+  const auto kind = file.integers("events", "kind", count);
+  const auto a = file.integers("events", "a", count);
+  const auto b = file.integers("events", "b", count);
+  for (std::size_t k = 0; k < kind.size(); ++k) {
+    const bool is_uncertified = kind[k] == 2 || kind[k] == 3;
+    if (is_uncertified)
+      recording.uncertified.insert(ordered(std::uint32_t(a[k]), std::uint32_t(b[k])));
+  }
+}
+
+// The bounding radius of docs/formats.md: about the frame's origin.
+double bounding_radius(const Body& body) {
+  double radius = 0;
+  for (const Piece& piece : body.pieces) {
+    if (piece.kind == Piece::Kind::Points) {
+      for (const Vec& point : piece.points) radius = std::max(radius, norm(point) + piece.radius);
+    } else {
+      const double longest = std::max({piece.size.x, piece.size.y, piece.size.z});
+      const double reach =
+          piece.kind == Piece::Kind::Ellipsoid ? longest : std::hypot(piece.size.x, piece.size.z);
+      radius = std::max(radius, norm(piece.X.p) + reach + piece.radius);
+    }
+  }
+  return radius;
+}
+
+}  // namespace
+
+double Recording::target(std::uint32_t a, std::uint32_t b) const {
+  const auto own = target_distances.find({std::min(a, b), std::max(a, b)});
+  if (own != target_distances.end()) return own->second;
+  if (target_distance) return *target_distance;
+  return kDefaultTarget *
+         std::min(bounding_radius(*bodies[a].shape), bounding_radius(*bodies[b].shape));
+}
+
+bool Recording::is_tested(std::uint32_t a, std::uint32_t b) const {
+  const RecordedBody& x = bodies[a];
+  const RecordedBody& y = bodies[b];
+  if (!x.is_dynamic && !y.is_dynamic) return false;
+  if (x.is_sensor || y.is_sensor) return false;
+  return !untested.contains(ordered(a, b));
+}
+
+Recording read_recording(const std::string& path) {
+  const Hdf5Reader file(path);
+  if (file.text_attribute("format") != "dyop recording") throw BadFile("not a recording of a run");
+  constexpr std::int64_t kNewestVersion = 2;
+  if (file.integer_attribute("version") > kNewestVersion)
+    throw BadFile("the recording's version is newer than this program");
+  const Json header = parse_json(file.text_attribute("header"));
+  const Counts counts(file);
+  Recording recording;
+  std::vector<Vec> centers;
+  read_bodies(file, counts, recording, centers);
+  read_segments(file, counts, centers, recording);
+  recording.begin = header.at("begin_time").to_number();
+  read_steps(file, counts, recording);
+  read_events(file, counts, recording);
+  const Json& distance = header.at("target_distance");
+  if (distance.kind != Json::Kind::Null) recording.target_distance = distance.to_number();
+  const Json& scene = header.at("scene");
+  if (scene.kind == Json::Kind::Object) read_scene(scene, recording);
+  recording.is_complete = file.length("end") > 0;
+  return recording;
+}
+
+}  // namespace dyop_check
