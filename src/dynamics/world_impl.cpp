@@ -17,8 +17,28 @@ using dynamics_internal::BodyRecord;
 using dynamics_internal::PairKey;
 using dynamics_internal::PairState;
 
+namespace {
+
+std::int64_t& count_of(ProofKind kind, StepStatistics& work) {
+  switch (kind) {
+    case ProofKind::ByBound:
+      return work.pairs_by_bound;
+    case ProofKind::ByQuery:
+      return work.pairs_by_query;
+    case ProofKind::AtRest:
+      return work.pairs_at_rest;
+    case ProofKind::Excused:
+      break;
+  }
+  return work.pairs_excused;
+}
+
+}  // namespace
+
 World::Impl::Impl(const WorldOptions& the_options)
-    : options(the_options), gravity_W(the_options.gravity_W) {}
+    : options(the_options), gravity_W(the_options.gravity_W) {
+  workspaces.push_back(std::make_unique<dynamics_internal::StepWorkspace>());
+}
 
 BodyRecord& World::Impl::record(BodyId id) {
   DYOP_REQUIRE(id.slot < bodies.size() && bodies[id.slot].exists && bodies[id.slot].id == id,
@@ -120,44 +140,70 @@ PairRecord World::Impl::record_of(const PairState& pair) const {
   return record;
 }
 
+// In the order in which others rely on it: bodies, then pairs, then sensors and sleep.
 void World::Impl::commit(const dynamics_internal::Ledger& ledger,
                          const std::vector<dynamics_internal::Island>& islands,
                          std::vector<dynamics_internal::IslandOutcome>& outcomes,
                          AdvanceReport& report) {
-  const TimeInterval& interval = ledger.interval();
   CommittedStep step;
-  step.interval = interval;
+  step.interval = ledger.interval();
   const bool has_sensors = std::any_of(bodies.begin(), bodies.end(), [](const BodyRecord& body) {
     return body.definition.is_sensor;
   });
-  const bool keeps_motions = options.records_motions || has_sensors;
-  if (keeps_motions) step.motions.resize(bodies.size());
+  if (options.records_motions || has_sensors) step.motions.resize(bodies.size());
+  commit_unmoved(step);
+  commit_islands(islands, outcomes, step);
+  add_impacts(outcomes, report);
+  commit_pairs(ledger, report);
+  time = step.interval.end;
+  ++report.work.steps;
+  sense(step, report);
+  put_to_sleep(islands, outcomes, step.interval.length(), report);
+  if (options.records_motions) report.steps.push_back(std::move(step));
+}
+
+// Bodies that rest or follow a prescribed motion.
+void World::Impl::commit_unmoved(CommittedStep& step) {
   for (std::size_t slot = 0; slot < bodies.size(); ++slot) {
     BodyRecord& body = bodies[slot];
     if (!body.is_present()) continue;
-    if (keeps_motions) step.motions[slot] = body.rest;
-    if (moves_by_itself(body, interval)) {
-      if (keeps_motions) step.motions[slot] = body.definition.motion;
-      body.state = central_state(body, body.definition.motion->state(interval.end));
+    if (!step.motions.empty()) step.motions[slot] = body.rest;
+    if (moves_by_itself(body, step.interval)) {
+      if (!step.motions.empty()) step.motions[slot] = body.definition.motion;
+      body.state = central_state(body, body.definition.motion->state(step.interval.end));
       body.rest = std::make_shared<RestMotion>(body.X_WB());
     } else if (body.definition.kind == BodyKind::Kinematic) {
       body.state.v_W.setZero();
       body.state.L_W.setZero();
     }
   }
+}
+
+void World::Impl::commit_islands(const std::vector<dynamics_internal::Island>& islands,
+                                 std::vector<dynamics_internal::IslandOutcome>& outcomes,
+                                 CommittedStep& step) {
   for (std::size_t i = 0; i < islands.size(); ++i) {
     for (std::size_t k = 0; k < islands[i].bodies.size(); ++k) {
-      BodyRecord& body = bodies[islands[i].bodies[k]];
+      const std::uint32_t slot = islands[i].bodies[k];
       dynamics_internal::Track& track = outcomes[i].tracks[k];
-      if (keeps_motions) step.motions[islands[i].bodies[k]] = track.joined();
-      body.state = track.end;
-      body.flight = std::move(track.flight);
+      if (!step.motions.empty()) step.motions[slot] = track.joined();
+      bodies[slot].state = track.end;
+      bodies[slot].flight = std::move(track.flight);
     }
-    report.impacts.insert(report.impacts.end(), outcomes[i].impacts.begin(),
-                          outcomes[i].impacts.end());
+  }
+}
+
+void World::Impl::add_impacts(const std::vector<dynamics_internal::IslandOutcome>& outcomes,
+                              AdvanceReport& report) const {
+  for (const dynamics_internal::IslandOutcome& outcome : outcomes) {
+    report.impacts.insert(report.impacts.end(), outcome.impacts.begin(), outcome.impacts.end());
   }
   std::stable_sort(report.impacts.begin(), report.impacts.end(),
                    [](const ImpactEvent& x, const ImpactEvent& y) { return x.t < y.t; });
+}
+
+// Gaps, pivots, and how each pair was proven.
+void World::Impl::commit_pairs(const dynamics_internal::Ledger& ledger, AdvanceReport& report) {
   auto entry = ledger.entries().begin();
   for (const auto& pair : pairs) {
     pair->commit_bounds();
@@ -169,30 +215,14 @@ void World::Impl::commit(const dynamics_internal::Ledger& ledger,
       update_pivot(*pair, bodies[pair->key.a], bodies[pair->key.b]);
     }
     if (!has_entry) continue;
-    const bool was_excused = pair->proof == ProofKind::Excused;
+    const bool is_new = pair->proof != entry->kind;
     pair->proof = entry->kind;
     ++entry;
-    switch (pair->proof) {
-      case ProofKind::ByBound:
-        ++report.work.pairs_by_bound;
-        break;
-      case ProofKind::ByQuery:
-        ++report.work.pairs_by_query;
-        break;
-      case ProofKind::AtRest:
-        ++report.work.pairs_at_rest;
-        break;
-      case ProofKind::Excused:
-        ++report.work.pairs_excused;
-        if (!was_excused) report.too_near.emplace_back(id_at(pair->key.a), id_at(pair->key.b));
-        break;
+    ++count_of(pair->proof, report.work);
+    if (pair->proof == ProofKind::Excused && is_new) {
+      report.too_near.emplace_back(id_at(pair->key.a), id_at(pair->key.b));
     }
   }
-  time = interval.end;
-  ++report.work.steps;
-  sense(step, report);
-  put_to_sleep(islands, outcomes, interval.length(), report);
-  if (options.records_motions) report.steps.push_back(std::move(step));
 }
 
 AdvanceReport World::Impl::advance(Scalar dt, const AdvanceLimits& limits) {

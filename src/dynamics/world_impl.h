@@ -68,6 +68,12 @@ struct World::Impl {
   void commit(const dynamics_internal::Ledger& ledger,
               const std::vector<dynamics_internal::Island>& islands,
               std::vector<dynamics_internal::IslandOutcome>& outcomes, AdvanceReport& report);
+  void commit_unmoved(CommittedStep& step);
+  void commit_islands(const std::vector<dynamics_internal::Island>& islands,
+                      std::vector<dynamics_internal::IslandOutcome>& outcomes, CommittedStep& step);
+  void add_impacts(const std::vector<dynamics_internal::IslandOutcome>& outcomes,
+                   AdvanceReport& report) const;
+  void commit_pairs(const dynamics_internal::Ledger& ledger, AdvanceReport& report);
 
   WorldOptions options;
   Vector3 gravity_W;

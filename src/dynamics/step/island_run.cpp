@@ -36,7 +36,8 @@ std::shared_ptr<const Motion> fly(const StepContext& context, const BodyRecord& 
   return motion;
 }
 
-Scalar known_way(const BodyRecord& body, const FreeFlight& flight, const TimeInterval& interval) {
+Scalar known_travel(const BodyRecord& body, const FreeFlight& flight,
+                    const TimeInterval& interval) {
   const std::optional<TwistBound> bound = flight.known_bound(interval);
   if (!bound) return kInfinity;
   return interval.length() * (bound->linear_speed + bound->angular_speed * body.radius_B);
@@ -59,7 +60,7 @@ void fly_alone(const StepContext& context, const Island& island, IslandOutcome& 
   track.pieces.push_back(
       {interval, fly(context, body, body.state, interval, track.flight, outcome.integrator)});
   track.end = track.flight->state(interval.end);
-  track.most_way = known_way(body, *track.flight, interval);
+  track.most_travel = known_travel(body, *track.flight, interval);
   outcome.work.substeps = 1;
   outcome.reached = interval.end;
   outcome.has_run = true;
@@ -238,6 +239,8 @@ std::vector<BodyMove> IslandRun::flights_to(Scalar t_end) {
   return moves;
 }
 
+// Flies to the end of the step, or to the first hit that bounces. Returns false if the bodies do not
+// come apart, or meet too slowly to bounce: then contacts have to be solved.
 bool IslandRun::try_flight() {
   const TimeInterval interval{now_, context_.t_end};
   std::vector<BodyMove> moves = flights_to(interval.end);
@@ -245,58 +248,64 @@ bool IslandRun::try_flight() {
   if (pairs_.size() > 1) {
     for (BodyMove& move : moves) move.bound_speed(interval);
   }
-  std::vector<Certificate> certificates;
   std::size_t first = pairs_.size();  // the pair hit first
+  std::vector<Certificate> certificates;
   for (std::size_t i = 0; i < pairs_.size(); ++i) {
-    RunPair& pair = pairs_[i];
-    PairState& state = *pair.state;
-    const BodyMove a = pair.member_a ? moves[*pair.member_a] : support_move(*pair.a);
-    const BodyMove b = pair.member_b ? moves[*pair.member_b] : support_move(*pair.b);
-    // Landing ends at the rest gap, so that nothing needs pushing there.
-    const Scalar kept = state.lengths.rest_gap() - state.lengths.tolerance();
-    certificates.push_back(certify(state, a, b, interval, kept, context_.limits, workspace_.toi));
+    certificates.push_back(prove_flight(pairs_[i], moves, interval));
     const Certificate& certificate = certificates.back();
-    if (certificate.result) {
-      add(outcome_.toi, certificate.result->statistics);
-      state.advancement_steps += certificate.result->statistics.node_pairs;
-    }
     if (certificate.proof) continue;
     const ToiStatus status = certificate.result->status;
     if (status == ToiStatus::InitiallyWithinTarget) return false;
     if (const auto failure = failure_of(status)) {
-      fail(*failure, state.key);
+      fail(*failure, pairs_[i].state->key);
       return true;
     }
     if (first == pairs_.size() || certificate.result->t_safe < certificates[first].result->t_safe) {
       first = i;
     }
   }
-  const auto take = [&](Scalar t) {
-    std::vector<PairProof> proofs;
-    std::vector<Scalar> closings;
-    for (std::size_t i = 0; i < pairs_.size(); ++i) {
-      const Certificate& certificate = certificates[i];
-      closings.push_back(certificate.closing);
-      if (certificate.proof) {
-        proofs.push_back(*certificate.proof);
-      } else {
-        proofs.push_back(*PairProof::by_query(*pairs_[i].state, {now_, t}, *certificate.result));
-      }
-    }
-    for (Member& member : members_) member.state = member.flight->state(t);
-    commit_substep(t, moves, std::move(proofs), closings);
-  };
   if (first == pairs_.size()) {
-    take(interval.end);
+    commit_flight(interval.end, moves, certificates);
     return true;
   }
   const ToiResult& met = *certificates[first].result;
   const bool is_fast = met.contact && met.contact->closing_speed > restitution_speed(pairs_[first]);
   if (!is_fast || impact_count_ >= kMostImpacts || !(met.t_safe > now_)) return false;
   pairs_[first].hit = met;
-  take(met.t_safe);
+  commit_flight(met.t_safe, moves, certificates);
   for (Member& member : members_) member.flight = nullptr;
   return true;
+}
+
+// Landing ends at the rest gap, so that nothing needs pushing there.
+Certificate IslandRun::prove_flight(RunPair& pair, const std::vector<BodyMove>& moves,
+                                    const TimeInterval& interval) {
+  PairState& state = *pair.state;
+  const BodyMove a = pair.member_a ? moves[*pair.member_a] : support_move(*pair.a);
+  const BodyMove b = pair.member_b ? moves[*pair.member_b] : support_move(*pair.b);
+  const Scalar kept = state.lengths.rest_gap() - state.lengths.tolerance();
+  Certificate certificate = certify(state, a, b, interval, kept, context_.limits, workspace_.toi);
+  if (certificate.result) {
+    add(outcome_.toi, certificate.result->statistics);
+    state.advancement_steps += certificate.result->statistics.node_pairs;
+  }
+  return certificate;
+}
+
+// Up to time t, by proofs over a longer flight or by queries that are safe until then.
+void IslandRun::commit_flight(Scalar t, const std::vector<BodyMove>& moves,
+                              const std::vector<Certificate>& certificates) {
+  std::vector<PairProof> proofs;
+  std::vector<Scalar> closings;
+  for (std::size_t i = 0; i < pairs_.size(); ++i) {
+    const Certificate& certificate = certificates[i];
+    closings.push_back(certificate.closing);
+    proofs.push_back(certificate.proof
+                         ? *certificate.proof
+                         : *PairProof::by_query(*pairs_[i].state, {now_, t}, *certificate.result));
+  }
+  for (Member& member : members_) member.state = member.flight->state(t);
+  commit_substep(t, moves, std::move(proofs), closings);
 }
 
 void IslandRun::commit_substep(Scalar t, const std::vector<BodyMove>& moves,
@@ -406,7 +415,7 @@ IslandOutcome IslandRun::run() {
     Member& member = members_[i];
     Track& track = outcome_.tracks[i];
     if (member.flight && track.pieces.size() == 1) {
-      track.most_way = known_way(*member.body, *member.flight, track.pieces.front().interval);
+      track.most_travel = known_travel(*member.body, *member.flight, track.pieces.front().interval);
     }
     track.end = member.state;
     track.flight = std::move(member.flight);

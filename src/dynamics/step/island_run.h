@@ -133,6 +133,10 @@ class IslandRun {
   bool push_apart(RunPair& pair, const RigidPose& X_WA, const RigidPose& X_WB);
   Scalar expected_approach(const RunPair& pair, Scalar way) const;
   bool try_flight();
+  Certificate prove_flight(RunPair& pair, const std::vector<BodyMove>& moves,
+                           const TimeInterval& interval);
+  void commit_flight(Scalar t, const std::vector<BodyMove>& moves,
+                     const std::vector<Certificate>& certificates);
   bool will_bounce(const RunPair& pair, const ContactPoint& point, Scalar speed) const;
   bool may_fly() const;
   void stand_still();
@@ -169,7 +173,7 @@ std::shared_ptr<const Motion> fly(const StepContext& context, const BodyRecord& 
 
 /// A bound on the way of any point of a body in a flight over an interval, if one is known already
 /// for at least that time; infinite if not.
-Scalar known_way(const BodyRecord& body, const FreeFlight& flight, const TimeInterval& interval);
+Scalar known_travel(const BodyRecord& body, const FreeFlight& flight, const TimeInterval& interval);
 
 /// Whether an island is one body that nothing can stop or hold: free flight is all it needs.
 bool is_alone(const StepContext& context, const Island& island);

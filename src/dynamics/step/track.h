@@ -43,7 +43,7 @@ struct Track {
   std::vector<Piece> pieces;
   CentralState end;
   std::shared_ptr<FreeFlight> flight;  // continues beyond the end; or null
-  Scalar most_way = kInfinity;         // bound on the way of any point of B, where one is known
+  Scalar most_travel = kInfinity;      // bound on the way of any point of B, where one is known
 
   bool is_rest() const;
   /// All pieces as one motion.

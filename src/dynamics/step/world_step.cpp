@@ -17,14 +17,35 @@ namespace {
 
 // Limit on merging rounds in one step; each adds at least one pair to an island.
 constexpr int kMostMerges = 1000;
+// Bodies are also joined with what they would only come so near to, as contacts change velocities: this
+// part of the pair's radius, and of the way that the two move relative to each other. Found by
+// measurement: two and a half times as much changes nothing.
+constexpr Scalar kForecastRadiusFraction = 0.02;
+constexpr Scalar kForecastWayFraction = 0.1;
 
-std::uint32_t find_root(std::vector<std::uint32_t>& parents, std::uint32_t slot) {
-  while (parents[slot] != slot) {
-    parents[slot] = parents[parents[slot]];
-    slot = parents[slot];
+// Sets of bodies that belong together.
+class BodySets {
+ public:
+  explicit BodySets(std::size_t count) : parents_(count) {
+    std::iota(parents_.begin(), parents_.end(), 0U);
   }
-  return slot;
-}
+  void join(PairKey key) {
+    const std::uint32_t a = root(key.a);
+    const std::uint32_t b = root(key.b);
+    parents_[std::max(a, b)] = std::min(a, b);
+  }
+  // The body with the lowest slot of the same set.
+  std::uint32_t root(std::uint32_t slot) {
+    while (parents_[slot] != slot) {
+      parents_[slot] = parents_[parents_[slot]];
+      slot = parents_[slot];
+    }
+    return slot;
+  }
+
+ private:
+  std::vector<std::uint32_t> parents_;
+};
 
 }  // namespace
 
@@ -50,362 +71,63 @@ WorldStep::~WorldStep() {
   moves_.clear();
 }
 
-// Calls item(index, workspace) for all indices on the World's threads. Of all exceptions, the one
-// at the lowest index is rethrown, whatever the number of threads.
-template <typename Item>
-void WorldStep::run_parallel(std::size_t item_count, const Item& item) {
-  BatchOptions batch;
-  batch.thread_count = world_.options.thread_count;
-  const std::size_t workers =
-      item_count < 2 ? 1 : std::max<std::size_t>(1, batch_worker_count(item_count, batch));
-  while (world_.workspaces.size() < workers) {
-    world_.workspaces.push_back(std::make_unique<StepWorkspace>());
-  }
-  if (workers == 1) {
-    for (std::size_t i = 0; i < item_count; ++i) item(i, *world_.workspaces[0]);
-    return;
-  }
-  std::vector<std::exception_ptr> errors(item_count);
-  run_batch(item_count, batch, [&](std::size_t i, std::size_t worker) {
-    try {
-      item(i, *world_.workspaces[worker]);
-    } catch (...) {
-      errors[i] = std::current_exception();
-    }
-  });
-  for (const std::exception_ptr& error : errors) {
-    if (error) std::rethrow_exception(error);
-  }
-}
-
-// Finds which bodies are within reach of each other; wakes sleepers that something awake reached.
-void WorldStep::link_pairs() {
-  for (const auto& pair : world_.pairs) {
-    const BodyRecord& a = world_.bodies[pair->key.a];
-    const BodyRecord& b = world_.bodies[pair->key.b];
-    if (!a.is_awake() && !b.is_awake()) continue;
-    if (!a.is_dynamic() || !b.is_dynamic() || pair->has_contacts) continue;
-    const PairLengths& lengths = pair->lengths;
-    const Scalar reach = lengths.rest_gap() + kContactReachRestOffsets * lengths.rest_offset;
-    if (pair->gap_committed > reach) continue;
-    pair->start_from_committed();
-    measure_gap(*pair, a, a.X_WB(), b, b.X_WB(), reach);
-    pair->commit_bounds();
-    pair->has_contacts = pair->gap_lower <= reach;
-    if (!pair->has_contacts) continue;
-    if (a.is_asleep) world_.wake(pair->key.a, &report_);
-    if (b.is_asleep) world_.wake(pair->key.b, &report_);
-  }
-  for (const auto& pair : world_.pairs) {
-    if (!pair->has_contacts) continue;
-    const BodyRecord& a = world_.bodies[pair->key.a];
-    const BodyRecord& b = world_.bodies[pair->key.b];
-    if (a.is_awake() && b.is_asleep) world_.wake(pair->key.b, &report_);
-    if (b.is_awake() && a.is_asleep) world_.wake(pair->key.a, &report_);
-  }
-  for (const PairKey& link : world_.links) {
-    const BodyRecord& a = world_.bodies[link.a];
-    const BodyRecord& b = world_.bodies[link.b];
-    if (a.is_awake() && b.is_asleep) world_.wake(b.id.slot, &report_);
-    if (b.is_awake() && a.is_asleep) world_.wake(a.id.slot, &report_);
-  }
-  // Kept, as a run may end these contacts: planned again, the same bodies make the same islands.
-  for (const auto& pair : world_.pairs) {
-    if (pair->has_contacts) touching_.push_back(pair->key);
-  }
-}
-
-// Islands by contact and by the hits of this step. Runs whose bodies are unchanged are kept; pairs
-// that were found since then are not in them, and stay outside.
-void WorldStep::plan_islands() {
-  const auto count = static_cast<std::uint32_t>(world_.bodies.size());
-  std::vector<std::uint32_t> parents(count);
-  std::iota(parents.begin(), parents.end(), 0U);
-  const auto join = [&](PairKey key) {
-    if (!world_.bodies[key.a].is_awake() || !world_.bodies[key.b].is_awake()) return;
-    const std::uint32_t a = find_root(parents, key.a);
-    const std::uint32_t b = find_root(parents, key.b);
-    parents[std::max(a, b)] = std::min(a, b);
-  };
-  for (const PairKey& key : touching_) join(key);
-  for (const PairKey& key : forced_links_) join(key);
-  for (const PairKey& link : world_.links) join(link);
-
-  IslandRuns kept;
-  if (is_planned_) kept = world_.memory.take_runs(is_dirty_, report_);
-  is_planned_ = true;
-  std::size_t island_count = 0;
-  island_of_.assign(count, -1);
-  is_dirty_.assign(count, false);
-  for (std::uint32_t slot = 0; slot < count; ++slot) {
-    if (!world_.bodies[slot].is_awake()) continue;
-    const std::uint32_t root = find_root(parents, slot);
-    if (root == slot) {
-      island_of_[slot] = static_cast<std::int32_t>(island_count);
-      if (++island_count > islands_.size()) islands_.emplace_back();
-      islands_[island_count - 1].clear();
-    }
-    island_of_[slot] = island_of_[root];
-    islands_[static_cast<std::size_t>(island_of_[slot])].bodies.push_back(slot);
-    may_move_[slot] = true;  // also those that woke since the candidates were found
-  }
-  world_.memory.place_runs(island_count, std::move(kept));
-  for (const auto& pair : world_.pairs) {
-    const BodyRecord& a = world_.bodies[pair->key.a];
-    const BodyRecord& b = world_.bodies[pair->key.b];
-    const std::int32_t of_a = island_of_[pair->key.a];
-    const std::int32_t of_b = island_of_[pair->key.b];
-    const bool was_inner = pair->is_inner;
-    pair->is_inner = false;
-    if (a.definition.is_sensor || b.definition.is_sensor) continue;
-    const bool is_inner = of_a >= 0 && of_a == of_b;
-    const bool is_support = (of_a >= 0 && !b.is_dynamic()) || (of_b >= 0 && !a.is_dynamic());
-    if (!is_inner && !is_support) continue;
-    const auto island = static_cast<std::size_t>(std::max(of_a, of_b));
-    if (outcomes_[island].has_run && !was_inner) continue;
-    pair->is_inner = true;
-    islands_[island].pairs.push_back(pair.get());
-  }
-  // Of the island that something between two bodies acts in; none if one of them is not there.
-  const auto island_with = [&](BodyId a, BodyId b) -> Island* {
-    const std::int32_t island = std::max(island_of_[a.slot], island_of_[b.slot]);
-    const bool is_present =
-        world_.bodies[a.slot].is_present() && world_.bodies[b.slot].is_present();
-    return is_present && island >= 0 ? &islands_[static_cast<std::size_t>(island)] : nullptr;
-  };
-  for (JointState& joint : world_.joints) {
-    Island* island = island_with(joint.definition.a, joint.definition.b);
-    if (island) island->joints.push_back(&joint);
-  }
-  for (SpringState& spring : world_.springs) {
-    Island* island = island_with(spring.definition.a, spring.definition.b);
-    if (island) island->springs.push_back(&spring);
-  }
-}
-
-void WorldStep::run_islands() {
-  std::vector<std::size_t> todo;
-  for (std::size_t i = 0; i < islands_.size(); ++i) {
-    if (!outcomes_[i].has_run || outcomes_[i].reached > context_.t_end) todo.push_back(i);
-  }
-  report_.work.islands += static_cast<std::int64_t>(todo.size());
-  run_parallel(todo.size(), [&](std::size_t k, StepWorkspace& workspace) {
-    const std::size_t i = todo[k];
-    if (is_alone(context_, islands_[i]) && !context_.limits.exceeded()) {
-      fly_alone(context_, islands_[i], outcomes_[i]);
-    } else {
-      outcomes_[i] = IslandRun(context_, islands_[i], workspace).run();
-    }
-  });
-}
-
-// An island that could not reach the end holds all others back.
-void WorldStep::shorten_to_reached() {
-  for (;;) {
-    Scalar reached = context_.t_end;
-    for (const IslandOutcome& outcome : outcomes_) reached = std::min(reached, outcome.reached);
-    if (!(reached < context_.t_end)) return;
-    context_.t_end = reached;
-    if (!(reached > context_.t)) return;
-    run_islands();
-  }
-}
-
-BodyMove WorldStep::move_of(std::uint32_t slot) const {
-  const BodyRecord& body = world_.bodies[slot];
-  const std::int32_t island = island_of_[slot];
-  if (island >= 0) {
-    const Island& members = islands_[static_cast<std::size_t>(island)];
-    const auto at = std::lower_bound(members.bodies.begin(), members.bodies.end(), slot);
-    const Track& track = outcomes_[static_cast<std::size_t>(island)]
-                             .tracks[static_cast<std::size_t>(at - members.bodies.begin())];
-    BodyMove move;
-    move.body = &body;
-    move.motion = track.joined();
-    move.is_rest = track.is_rest();
-    move.center = body.state.X_WM.translation();
-    return move;
-  }
-  if (body.definition.kind == BodyKind::Kinematic && may_move_[slot]) {
-    return motion_move(body, body.definition.motion, context_.t);
-  }
-  return rest_move(body, body.rest);
-}
-
-void WorldStep::prove_pair(PairState& pair, Certificate& certificate,
-                           ToiWorkspace& workspace) const {
-  pair.start_from_committed();
-  certificate = certify(pair, moves_[pair.key.a], moves_[pair.key.b], {context_.t, context_.t_end},
-                        pair.kept_distance(), context_.limits, workspace);
-  if (certificate.result) pair.advancement_steps = certificate.result->statistics.node_pairs;
-  pair.loosen_bounds(certificate.closing);
-}
-
-// Pairs between islands and with sleepers. Returns false if some met and must be run together.
-bool WorldStep::prove_the_rest() {
-  moves_.clear();
-  for (std::uint32_t slot = 0; slot < world_.bodies.size(); ++slot) {
-    moves_.push_back(world_.bodies[slot].is_present() ? move_of(slot) : BodyMove{});
-  }
-  {
-    const PartTimer timing(world_.options.measures_time, report_.times.broad_phase);
-    find_new_candidates();
-  }
-  std::vector<PairState*> open;
-  proofs_.clear();
-  for (const auto& pair : world_.pairs) {
-    const BodyRecord& a = world_.bodies[pair->key.a];
-    const BodyRecord& b = world_.bodies[pair->key.b];
-    if (!a.is_dynamic() && !b.is_dynamic()) continue;
-    if (a.definition.is_sensor || b.definition.is_sensor) continue;
-    if (moves_[pair->key.a].is_rest && moves_[pair->key.b].is_rest && !pair->is_inner) {
-      proofs_.push_back(PairProof::at_rest(pair->key, {context_.t, context_.t_end}));
-      pair->start_from_committed();
-      continue;
-    }
-    if (!pair->is_inner) open.push_back(pair.get());
-  }
-  std::vector<bool> is_bounded(moves_.size(), false);
-  for (const PairState* pair : open) {
-    for (const std::uint32_t slot : {pair->key.a, pair->key.b}) {
-      if (is_bounded[slot]) continue;
-      moves_[slot].bound_speed({context_.t, context_.t_end});
-      is_bounded[slot] = true;
-    }
-  }
-  std::vector<Certificate> certificates(open.size());
-  std::vector<Scalar> times(open.size(), 0);
-  run_parallel(open.size(), [&](std::size_t i, StepWorkspace& workspace) {
-    const PartTimer timing(world_.options.measures_time, times[i]);
-    prove_pair(*open[i], certificates[i], workspace.toi);
-  });
-  report_.times.proofs = std::accumulate(times.begin(), times.end(), report_.times.proofs);
-  bool all = true;
-  for (std::size_t i = 0; i < open.size(); ++i) {
-    const PairKey key = open[i]->key;
-    if (certificates[i].result) add(report_.toi, certificates[i].result->statistics);
-    if (certificates[i].proof) {
-      proofs_.push_back(*certificates[i].proof);
-      continue;
-    }
-    all = false;
-    forced_links_.insert(key);
-    for (const std::uint32_t slot : {key.a, key.b}) {
-      if (world_.bodies[slot].is_asleep) world_.wake(slot, &report_);
-      is_dirty_[slot] = true;
-    }
-  }
-  return all;
-}
-
-// Bodies on given motions cannot react: those that come too near are reported, once.
-void WorldStep::report_crossings() {
-  for (const auto& pair : world_.pairs) {
-    const BodyRecord& a = world_.bodies[pair->key.a];
-    const BodyRecord& b = world_.bodies[pair->key.b];
-    if (a.is_dynamic() || b.is_dynamic()) continue;
-    if (a.definition.is_sensor || b.definition.is_sensor) continue;
-    Certificate certificate;
-    pair->overlaps = false;
-    pair->granted.reset();
-    prove_pair(*pair, certificate, world_.workspaces.front()->toi);
-    const bool is_clear = certificate.proof && certificate.proof->kind() != ProofKind::Excused;
-    if (is_clear) {
-      world_.crossed.erase(pair->key);
-    } else if (world_.crossed.insert(pair->key).second) {
-      report_.crossed.emplace_back(a.id, b.id);
-    }
-  }
-}
-
-void WorldStep::add_totals() {
-  for (const IslandOutcome& outcome : outcomes_) {
-    StepStatistics& sum = report_.work;
-    sum.substeps += outcome.work.substeps;
-    sum.rounds += outcome.work.rounds;
-    sum.stalls += outcome.work.stalls;
-    sum.contacts = std::max(sum.contacts, outcome.work.contacts);
-    sum.residual = std::max(sum.residual, outcome.work.residual);
-    add_cost(report_, outcome);
-  }
-}
-
 AdvanceStatus WorldStep::run() {
-  const TimeInterval whole{context_.t, context_.t_end};
-  run_parallel(0, [](std::size_t, StepWorkspace&) {});
-  world_.wake_what_changed(whole, report_);
-  const auto find = [&] {
-    const PartTimer timing(world_.options.measures_time, report_.times.broad_phase);
-    find_candidates();
-  };
-  find();
-  if (!has_moving_) {
-    commit_rest();
-    return AdvanceStatus::NotRun;
-  }
-  is_dirty_.assign(world_.bodies.size(), false);
-  link_pairs();
-  bool is_proven = false;
-  bool is_late = false;
-  for (int merge = 0; merge < kMostMerges && !is_proven && !is_late; ++merge) {
-    if (merge > 0) find();
-    plan_islands();
-    if (merge == 0 && forecast_links()) plan_islands();
-    run_islands();
-    shorten_to_reached();
+  world_.wake_what_changed({context_.t, context_.t_end}, report_);
+  predict();
+  if (!has_moving_) return commit_rest();
+  pair();
+  find_touching();
+  for (int round = 0; round < kMostMerges; ++round) {
+    if (round > 0) {
+      predict();
+      pair();
+    }
+    make_islands();
+    if (round == 0 && foresee_hits()) make_islands();
+    substep_islands();
     if (!(context_.t_end > context_.t)) break;
-    is_proven = prove_the_rest();
-    is_late = !is_proven && context_.limits.is_late();
-  }
-  add_totals();
-  const IslandFailure* failure = nullptr;
-  for (IslandOutcome& outcome : outcomes_) {
-    if (outcome.reached > context_.t_end) continue;
-    if (outcome.failure && !failure) failure = &*outcome.failure;
-  }
-  const bool has_step = is_proven && context_.t_end > context_.t;
-  if (has_step) {
-    report_crossings();
-    std::vector<PairProof> proofs = std::move(proofs_);
-    for (const IslandOutcome& outcome : outcomes_) {
-      proofs.insert(proofs.end(), outcome.proofs.begin(), outcome.proofs.end());
-    }
-    const Ledger ledger({context_.t, context_.t_end}, candidates(), std::move(proofs));
-    world_.commit(ledger, islands_, outcomes_, report_);
-  } else {
-    for (IslandOutcome& outcome : outcomes_) {
-      if (!outcome.stopped_at_impact) continue;
-      report_.impacts.insert(report_.impacts.end(), outcome.impacts.begin(), outcome.impacts.end());
+    RestProofs rest = prove_the_rest();
+    if (rest.met.empty()) return commit(std::move(rest.proofs));
+    join_islands(rest.met);
+    if (context_.limits.is_late()) {
+      give_up();
+      return AdvanceStatus::BudgetExhausted;
     }
   }
-  if (is_late) return AdvanceStatus::BudgetExhausted;
-  if (failure) {
-    report_.offending_pair = {};
-    if (failure->pair != PairKey{}) {
-      report_.offending_pair = {world_.id_at(failure->pair.a), world_.id_at(failure->pair.b)};
-    }
-    return failure->status;
-  }
-  const bool stops = std::any_of(outcomes_.begin(), outcomes_.end(), [&](const IslandOutcome& o) {
-    return o.stopped_at_impact && o.reached <= context_.t_end;
-  });
-  if (stops) return AdvanceStatus::StoppedAtImpact;
-  return is_proven ? AdvanceStatus::NotRun : AdvanceStatus::NumericalLimit;
+  give_up();
+  return status_or(AdvanceStatus::NumericalLimit);
 }
 
-// Pairs.
+// Predict and pair.
 
-// Which pairs of bodies may come near each other in a step.
-
-namespace {
-
-// Bodies are also joined with what they would only come so near to, as contacts change velocities: this
-// part of the pair's radius, and of the way that the two move relative to each other. Found by
-// measurement: two and a half times as much changes nothing.
-constexpr Scalar kForecastRadiusFraction = 0.02;
-constexpr Scalar kForecastWayFraction = 0.1;
-
-}  // namespace
+// Boxes that are expected to hold the bodies over the step, and which of them may move.
+void WorldStep::predict() {
+  const PartTimer timing(world_.options.measures_time, report_.times.broad_phase);
+  const TimeInterval interval{context_.t, context_.t_end};
+  const std::size_t count = world_.bodies.size();
+  may_move_.assign(count, false);
+  expected_travel_.assign(count, -1);
+  own_targets_.assign(count, 0);
+  for (const auto& [key, value] : world_.pair_target) {
+    own_targets_[key.a] = std::max(own_targets_[key.a], value);
+    own_targets_[key.b] = std::max(own_targets_[key.b], value);
+  }
+  has_moving_ = false;
+  for (std::size_t slot = 0; slot < count; ++slot) {
+    const BodyRecord& body = world_.bodies[slot];
+    if (!body.is_present()) continue;
+    may_move_[slot] = body.is_awake() || world_.moves_by_itself(body, interval);
+    has_moving_ = has_moving_ || may_move_[slot];
+  }
+  if (!has_moving_) return;
+  // Boxes of earlier rounds of this step stay included.
+  if (!is_planned_) boxes_.assign(count, AlignedBox());
+  for (std::size_t slot = 0; slot < count; ++slot) {
+    const BodyRecord& body = world_.bodies[slot];
+    if (body.is_present()) boxes_[slot].extend(predicted_box(body));
+    world_.broad_phase.update(static_cast<std::int32_t>(slot), boxes_[slot]);
+  }
+}
 
 // A box expected to hold the body over the whole step; checked afterwards.
 AlignedBox WorldStep::predicted_box(const BodyRecord& body) {
@@ -418,7 +140,7 @@ AlignedBox WorldStep::predicted_box(const BodyRecord& body) {
   const Scalar way = h * (body.state.v_W.norm() + body.angular_velocity().norm() * body.radius +
                           h * world_.gravity_W.norm());
   // With a margin, so that contact pushes do not leave it.
-  expected_way_[body.id.slot] = 1.25 * way;
+  expected_travel_[body.id.slot] = 1.25 * way;
   return box_around(body, body.X_WB(), 1.25 * way);
 }
 
@@ -454,31 +176,9 @@ AlignedBox WorldStep::box_around(const BodyRecord& body, const RigidPose& X_WB, 
   return {center - grow, center + grow};
 }
 
-void WorldStep::find_candidates() {
-  const TimeInterval interval{context_.t, context_.t_end};
-  const std::size_t count = world_.bodies.size();
-  may_move_.assign(count, false);
-  expected_way_.assign(count, -1);
-  own_targets_.assign(count, 0);
-  for (const auto& [key, value] : world_.pair_target) {
-    own_targets_[key.a] = std::max(own_targets_[key.a], value);
-    own_targets_[key.b] = std::max(own_targets_[key.b], value);
-  }
-  has_moving_ = false;
-  for (std::size_t slot = 0; slot < count; ++slot) {
-    const BodyRecord& body = world_.bodies[slot];
-    if (!body.is_present()) continue;
-    may_move_[slot] = body.is_awake() || world_.moves_by_itself(body, interval);
-    has_moving_ = has_moving_ || may_move_[slot];
-  }
-  if (!has_moving_) return;
-  // Boxes of earlier rounds of this step stay included.
-  if (!is_planned_) boxes_.assign(count, AlignedBox());
-  for (std::size_t slot = 0; slot < count; ++slot) {
-    const BodyRecord& body = world_.bodies[slot];
-    if (body.is_present()) boxes_[slot].extend(predicted_box(body));
-    world_.broad_phase.update(static_cast<std::int32_t>(slot), boxes_[slot]);
-  }
+// The pairs of bodies whose boxes meet.
+void WorldStep::pair() {
+  const PartTimer timing(world_.options.measures_time, report_.times.broad_phase);
   merge_pairs(world_.broad_phase.find_pairs(may_move_));
 }
 
@@ -513,28 +213,128 @@ void WorldStep::merge_pairs(const std::vector<std::pair<std::int32_t, std::int32
   world_.pairs = std::move(merged);
 }
 
-// Bodies that left their expected box may be near others than assumed.
-bool WorldStep::find_new_candidates() {
-  bool has_left = false;
-  for (std::size_t i = 0; i < islands_.size(); ++i) {
-    for (std::size_t k = 0; k < islands_[i].bodies.size(); ++k) {
-      const std::uint32_t slot = islands_[i].bodies[k];
-      if (moves_[slot].is_rest) continue;
-      if (outcomes_[i].tracks[k].most_way <= expected_way_[slot]) continue;
-      const AlignedBox box = box_of(world_.bodies[slot], moves_[slot]);
-      if (boxes_[slot].contains(box)) continue;
-      boxes_[slot].extend(box);
-      world_.broad_phase.update(static_cast<std::int32_t>(slot), boxes_[slot]);
-      has_left = true;
-    }
+// Finds which bodies are within reach of each other; wakes sleepers that something awake reached.
+void WorldStep::find_touching() {
+  for (const auto& pair : world_.pairs) {
+    const BodyRecord& a = world_.bodies[pair->key.a];
+    const BodyRecord& b = world_.bodies[pair->key.b];
+    if (!a.is_awake() && !b.is_awake()) continue;
+    if (!a.is_dynamic() || !b.is_dynamic() || pair->has_contacts) continue;
+    const PairLengths& lengths = pair->lengths;
+    const Scalar reach = lengths.rest_gap() + kContactReachRestOffsets * lengths.rest_offset;
+    if (pair->gap_committed > reach) continue;
+    pair->start_from_committed();
+    measure_gap(*pair, a, a.X_WB(), b, b.X_WB(), reach);
+    pair->commit_bounds();
+    pair->has_contacts = pair->gap_lower <= reach;
+    if (!pair->has_contacts) continue;
+    if (a.is_asleep) world_.wake(pair->key.a, &report_);
+    if (b.is_asleep) world_.wake(pair->key.b, &report_);
   }
-  if (has_left) merge_pairs(world_.broad_phase.find_pairs(may_move_));
-  return has_left;
+  for (const auto& pair : world_.pairs) {
+    if (!pair->has_contacts) continue;
+    const BodyRecord& a = world_.bodies[pair->key.a];
+    const BodyRecord& b = world_.bodies[pair->key.b];
+    if (a.is_awake() && b.is_asleep) world_.wake(pair->key.b, &report_);
+    if (b.is_awake() && a.is_asleep) world_.wake(pair->key.a, &report_);
+  }
+  for (const PairKey& link : world_.links) {
+    const BodyRecord& a = world_.bodies[link.a];
+    const BodyRecord& b = world_.bodies[link.b];
+    if (a.is_awake() && b.is_asleep) world_.wake(b.id.slot, &report_);
+    if (b.is_awake() && a.is_asleep) world_.wake(a.id.slot, &report_);
+  }
+  // Kept, as a run may end these contacts: planned again, the same bodies make the same islands.
+  for (const auto& pair : world_.pairs) {
+    if (pair->has_contacts) touching_.push_back(pair->key);
+  }
+}
+
+// Make islands.
+
+// Islands by contact, by links and by the hits of this step. Runs whose bodies are unchanged are kept;
+// pairs that were found since then are not in them, and stay outside.
+void WorldStep::make_islands() {
+  BodySets sets(world_.bodies.size());
+  const auto join = [&](PairKey key) {
+    if (world_.bodies[key.a].is_awake() && world_.bodies[key.b].is_awake()) sets.join(key);
+  };
+  for (const PairKey& key : touching_) join(key);
+  for (const PairKey& key : met_) join(key);
+  for (const PairKey& link : world_.links) join(link);
+  const auto root_of = [&](std::uint32_t slot) { return sets.root(slot); };
+
+  IslandRuns kept;
+  if (is_planned_) kept = world_.memory.take_runs(is_dirty_, report_);
+  is_planned_ = true;
+  is_dirty_.assign(world_.bodies.size(), false);
+  const std::size_t island_count = number_islands(root_of);
+  world_.memory.place_runs(island_count, std::move(kept));
+  assign_pairs();
+  assign_links();
+}
+
+// One island for each root, in order of slots. Returns how many there are.
+std::size_t WorldStep::number_islands(const std::function<std::uint32_t(std::uint32_t)>& root_of) {
+  const auto count = static_cast<std::uint32_t>(world_.bodies.size());
+  std::size_t island_count = 0;
+  island_of_.assign(count, -1);
+  for (std::uint32_t slot = 0; slot < count; ++slot) {
+    if (!world_.bodies[slot].is_awake()) continue;
+    const std::uint32_t root = root_of(slot);
+    if (root == slot) {
+      island_of_[slot] = static_cast<std::int32_t>(island_count);
+      if (++island_count > islands_.size()) islands_.emplace_back();
+      islands_[island_count - 1].clear();
+    }
+    island_of_[slot] = island_of_[root];
+    islands_[static_cast<std::size_t>(island_of_[slot])].bodies.push_back(slot);
+    may_move_[slot] = true;  // also those that woke since the candidates were found
+  }
+  return island_count;
+}
+
+// A pair belongs to the island of its bodies, or of the one that can be moved.
+void WorldStep::assign_pairs() {
+  for (const auto& pair : world_.pairs) {
+    const BodyRecord& a = world_.bodies[pair->key.a];
+    const BodyRecord& b = world_.bodies[pair->key.b];
+    const std::int32_t of_a = island_of_[pair->key.a];
+    const std::int32_t of_b = island_of_[pair->key.b];
+    const bool was_inner = pair->is_inner;
+    pair->is_inner = false;
+    if (a.definition.is_sensor || b.definition.is_sensor) continue;
+    const bool is_inner = of_a >= 0 && of_a == of_b;
+    const bool is_support = (of_a >= 0 && !b.is_dynamic()) || (of_b >= 0 && !a.is_dynamic());
+    if (!is_inner && !is_support) continue;
+    const auto island = static_cast<std::size_t>(std::max(of_a, of_b));
+    if (outcomes_[island].has_run && !was_inner) continue;
+    pair->is_inner = true;
+    islands_[island].pairs.push_back(pair.get());
+  }
+}
+
+// What acts between two bodies acts in the island of one of them; nowhere if one is not there.
+void WorldStep::assign_links() {
+  const auto island_with = [&](BodyId a, BodyId b) -> Island* {
+    const std::int32_t island = std::max(island_of_[a.slot], island_of_[b.slot]);
+    const bool is_present =
+        world_.bodies[a.slot].is_present() && world_.bodies[b.slot].is_present();
+    return is_present && island >= 0 ? &islands_[static_cast<std::size_t>(island)] : nullptr;
+  };
+  for (JointState& joint : world_.joints) {
+    Island* island = island_with(joint.definition.a, joint.definition.b);
+    if (island) island->joints.push_back(&joint);
+  }
+  for (SpringState& spring : world_.springs) {
+    Island* island = island_with(spring.definition.a, spring.definition.b);
+    if (island) island->springs.push_back(&spring);
+  }
 }
 
 // An island that meets another one has to run again with it. So it is joined beforehand with those
 // that it would meet if all bodies kept their velocities. Returns whether there are any.
-bool WorldStep::forecast_links() {
+bool WorldStep::foresee_hits() {
   const PartTimer timing(world_.options.measures_time, report_.times.proofs);
   const TimeInterval interval{context_.t, context_.t_end};
   const auto margin = [&](const PairState& pair, const BodyRecord& a, const BodyRecord& b) {
@@ -560,25 +360,224 @@ bool WorldStep::forecast_links() {
     pair->commit_bounds();  // of the gap where the step begins
     if (certificate.result) add(report_.toi, certificate.result->statistics);
     if (certificate.proof) continue;
-    forced_links_.insert(pair->key);
+    met_.insert(pair->key);
     has_links = true;
   }
   return has_links;
 }
 
+// Islands that met are joined; their bodies wake and are stepped again.
+void WorldStep::join_islands(const std::vector<PairKey>& met) {
+  for (const PairKey& key : met) {
+    met_.insert(key);
+    for (const std::uint32_t slot : {key.a, key.b}) {
+      if (world_.bodies[slot].is_asleep) world_.wake(slot, &report_);
+      is_dirty_[slot] = true;
+    }
+  }
+}
+
+// Substep islands.
+
+// Each island from the committed states to the end of the step, then all to where the slowest came.
+void WorldStep::substep_islands() {
+  run_islands();
+  shorten_to_reached();
+}
+
+void WorldStep::run_islands() {
+  std::vector<std::size_t> todo;
+  for (std::size_t i = 0; i < islands_.size(); ++i) {
+    if (!outcomes_[i].has_run || outcomes_[i].reached > context_.t_end) todo.push_back(i);
+  }
+  report_.work.islands += static_cast<std::int64_t>(todo.size());
+  run_parallel(todo.size(), [&](std::size_t k, StepWorkspace& workspace) {
+    const std::size_t i = todo[k];
+    if (is_alone(context_, islands_[i]) && !context_.limits.exceeded()) {
+      fly_alone(context_, islands_[i], outcomes_[i]);
+    } else {
+      outcomes_[i] = IslandRun(context_, islands_[i], workspace).run();
+    }
+  });
+}
+
+// An island that could not reach the end holds all others back.
+void WorldStep::shorten_to_reached() {
+  for (;;) {
+    Scalar reached = context_.t_end;
+    for (const IslandOutcome& outcome : outcomes_) reached = std::min(reached, outcome.reached);
+    if (!(reached < context_.t_end)) return;
+    context_.t_end = reached;
+    if (!(reached > context_.t)) return;
+    run_islands();
+  }
+}
+
+// Calls item(index, workspace) for all indices on the World's threads. Of all exceptions, the one
+// at the lowest index is rethrown, whatever the number of threads.
+template <typename Item>
+void WorldStep::run_parallel(std::size_t item_count, const Item& item) {
+  BatchOptions batch;
+  batch.thread_count = world_.options.thread_count;
+  const std::size_t workers =
+      item_count < 2 ? 1 : std::max<std::size_t>(1, batch_worker_count(item_count, batch));
+  while (world_.workspaces.size() < workers) {
+    world_.workspaces.push_back(std::make_unique<StepWorkspace>());
+  }
+  if (workers == 1) {
+    for (std::size_t i = 0; i < item_count; ++i) item(i, *world_.workspaces[0]);
+    return;
+  }
+  std::vector<std::exception_ptr> errors(item_count);
+  run_batch(item_count, batch, [&](std::size_t i, std::size_t worker) {
+    try {
+      item(i, *world_.workspaces[worker]);
+    } catch (...) {
+      errors[i] = std::current_exception();
+    }
+  });
+  for (const std::exception_ptr& error : errors) {
+    if (error) std::rethrow_exception(error);
+  }
+}
+
+// Prove the rest.
+
+// Pairs between islands and with sleepers: proofs, and the pairs that met instead.
+WorldStep::RestProofs WorldStep::prove_the_rest() {
+  moves_.clear();
+  for (std::uint32_t slot = 0; slot < world_.bodies.size(); ++slot) {
+    moves_.push_back(world_.bodies[slot].is_present() ? move_of(slot) : BodyMove{});
+  }
+  pair_what_left_its_box();
+  RestProofs rest;
+  const std::vector<PairState*> open = open_pairs(rest);
+  bound_speeds(open);
+  std::vector<Certificate> certificates(open.size());
+  std::vector<Scalar> times(open.size(), 0);
+  run_parallel(open.size(), [&](std::size_t i, StepWorkspace& workspace) {
+    const PartTimer timing(world_.options.measures_time, times[i]);
+    prove_pair(*open[i], certificates[i], workspace.toi);
+  });
+  report_.times.proofs = std::accumulate(times.begin(), times.end(), report_.times.proofs);
+  for (std::size_t i = 0; i < open.size(); ++i) {
+    if (certificates[i].result) add(report_.toi, certificates[i].result->statistics);
+    if (certificates[i].proof) {
+      rest.proofs.push_back(*certificates[i].proof);
+    } else {
+      rest.met.push_back(open[i]->key);
+    }
+  }
+  return rest;
+}
+
+BodyMove WorldStep::move_of(std::uint32_t slot) const {
+  const BodyRecord& body = world_.bodies[slot];
+  const std::int32_t island = island_of_[slot];
+  if (island >= 0) {
+    const Island& members = islands_[static_cast<std::size_t>(island)];
+    const auto at = std::lower_bound(members.bodies.begin(), members.bodies.end(), slot);
+    const Track& track = outcomes_[static_cast<std::size_t>(island)]
+                             .tracks[static_cast<std::size_t>(at - members.bodies.begin())];
+    BodyMove move;
+    move.body = &body;
+    move.motion = track.joined();
+    move.is_rest = track.is_rest();
+    move.center = body.state.X_WM.translation();
+    return move;
+  }
+  if (body.definition.kind == BodyKind::Kinematic && may_move_[slot]) {
+    return motion_move(body, body.definition.motion, context_.t);
+  }
+  return rest_move(body, body.rest);
+}
+
+// Bodies that left their expected box may be near others than assumed.
+void WorldStep::pair_what_left_its_box() {
+  const PartTimer timing(world_.options.measures_time, report_.times.broad_phase);
+  bool has_left = false;
+  for (std::size_t i = 0; i < islands_.size(); ++i) {
+    for (std::size_t k = 0; k < islands_[i].bodies.size(); ++k) {
+      const std::uint32_t slot = islands_[i].bodies[k];
+      if (moves_[slot].is_rest) continue;
+      if (outcomes_[i].tracks[k].most_travel <= expected_travel_[slot]) continue;
+      const AlignedBox box = box_of(world_.bodies[slot], moves_[slot]);
+      if (boxes_[slot].contains(box)) continue;
+      boxes_[slot].extend(box);
+      world_.broad_phase.update(static_cast<std::int32_t>(slot), boxes_[slot]);
+      has_left = true;
+    }
+  }
+  if (has_left) merge_pairs(world_.broad_phase.find_pairs(may_move_));
+}
+
+// The pairs that no island proves and of which something moves; the others are proven to rest.
+std::vector<PairState*> WorldStep::open_pairs(RestProofs& rest) {
+  std::vector<PairState*> open;
+  for (const auto& pair : world_.pairs) {
+    if (pair->is_inner || !is_examined(pair->key)) continue;
+    if (moves_[pair->key.a].is_rest && moves_[pair->key.b].is_rest) {
+      rest.proofs.push_back(PairProof::at_rest(pair->key, {context_.t, context_.t_end}));
+      pair->start_from_committed();
+    } else {
+      open.push_back(pair.get());
+    }
+  }
+  return open;
+}
+
+// Whether a pair has to be kept apart: one of its bodies can be moved, and none is a sensor.
+bool WorldStep::is_examined(PairKey key) const {
+  const BodyRecord& a = world_.bodies[key.a];
+  const BodyRecord& b = world_.bodies[key.b];
+  return (a.is_dynamic() || b.is_dynamic()) && !a.definition.is_sensor && !b.definition.is_sensor;
+}
+
+void WorldStep::bound_speeds(const std::vector<PairState*>& open) {
+  std::vector<bool> is_bounded(moves_.size(), false);
+  for (const PairState* pair : open) {
+    for (const std::uint32_t slot : {pair->key.a, pair->key.b}) {
+      if (is_bounded[slot]) continue;
+      moves_[slot].bound_speed({context_.t, context_.t_end});
+      is_bounded[slot] = true;
+    }
+  }
+}
+
+void WorldStep::prove_pair(PairState& pair, Certificate& certificate,
+                           ToiWorkspace& workspace) const {
+  pair.start_from_committed();
+  certificate = certify(pair, moves_[pair.key.a], moves_[pair.key.b], {context_.t, context_.t_end},
+                        pair.kept_distance(), context_.limits, workspace);
+  if (certificate.result) pair.advancement_steps = certificate.result->statistics.node_pairs;
+  pair.loosen_bounds(certificate.closing);
+}
+
 std::vector<PairKey> WorldStep::candidates() const {
   std::vector<PairKey> keys;
   for (const auto& pair : world_.pairs) {
-    const BodyRecord& a = world_.bodies[pair->key.a];
-    const BodyRecord& b = world_.bodies[pair->key.b];
-    if (a.definition.is_sensor || b.definition.is_sensor) continue;
-    if (a.is_dynamic() || b.is_dynamic()) keys.push_back(pair->key);
+    if (is_examined(pair->key)) keys.push_back(pair->key);
   }
   return keys;
 }
 
+// Commit.
+
+// The proofs of all islands and of the rest: only a full ledger can be committed.
+AdvanceStatus WorldStep::commit(std::vector<PairProof> proofs) {
+  add_totals();
+  report_crossings();
+  for (const IslandOutcome& outcome : outcomes_) {
+    proofs.insert(proofs.end(), outcome.proofs.begin(), outcome.proofs.end());
+  }
+  const AdvanceStatus status = status_or(AdvanceStatus::NotRun);
+  const Ledger ledger({context_.t, context_.t_end}, candidates(), std::move(proofs));
+  world_.commit(ledger, islands_, outcomes_, report_);
+  return status;
+}
+
 // A step in which nothing moves.
-void WorldStep::commit_rest() {
+AdvanceStatus WorldStep::commit_rest() {
   const TimeInterval interval{context_.t, context_.t_end};
   islands_.clear();
   outcomes_.clear();
@@ -591,6 +590,63 @@ void WorldStep::commit_rest() {
     pair->start_from_committed();
   }
   world_.commit(Ledger(interval, keys, std::move(proofs)), islands_, outcomes_, report_);
+  return AdvanceStatus::NotRun;
+}
+
+// Nothing is committed; impacts at which the step was to stop are told.
+void WorldStep::give_up() {
+  add_totals();
+  for (const IslandOutcome& outcome : outcomes_) {
+    if (!outcome.stopped_at_impact) continue;
+    report_.impacts.insert(report_.impacts.end(), outcome.impacts.begin(), outcome.impacts.end());
+  }
+}
+
+// Why the first island that came no farther did so, or the status given.
+AdvanceStatus WorldStep::status_or(AdvanceStatus otherwise) {
+  bool stops = false;
+  for (const IslandOutcome& outcome : outcomes_) {
+    if (outcome.reached > context_.t_end) continue;
+    stops = stops || outcome.stopped_at_impact;
+    if (!outcome.failure) continue;
+    const PairKey key = outcome.failure->pair;
+    report_.offending_pair = {};
+    if (key != PairKey{}) report_.offending_pair = {world_.id_at(key.a), world_.id_at(key.b)};
+    return outcome.failure->status;
+  }
+  return stops ? AdvanceStatus::StoppedAtImpact : otherwise;
+}
+
+// Bodies on given motions cannot react: those that come too near are reported, once.
+void WorldStep::report_crossings() {
+  for (const auto& pair : world_.pairs) {
+    const BodyRecord& a = world_.bodies[pair->key.a];
+    const BodyRecord& b = world_.bodies[pair->key.b];
+    if (a.is_dynamic() || b.is_dynamic()) continue;
+    if (a.definition.is_sensor || b.definition.is_sensor) continue;
+    Certificate certificate;
+    pair->overlaps = false;
+    pair->granted.reset();
+    prove_pair(*pair, certificate, world_.workspaces.front()->toi);
+    const bool is_clear = certificate.proof && certificate.proof->kind() != ProofKind::Excused;
+    if (is_clear) {
+      world_.crossed.erase(pair->key);
+    } else if (world_.crossed.insert(pair->key).second) {
+      report_.crossed.emplace_back(a.id, b.id);
+    }
+  }
+}
+
+void WorldStep::add_totals() {
+  for (const IslandOutcome& outcome : outcomes_) {
+    StepStatistics& sum = report_.work;
+    sum.substeps += outcome.work.substeps;
+    sum.rounds += outcome.work.rounds;
+    sum.stalls += outcome.work.stalls;
+    sum.contacts = std::max(sum.contacts, outcome.work.contacts);
+    sum.residual = std::max(sum.residual, outcome.work.residual);
+    add_cost(report_, outcome);
+  }
 }
 
 }  // namespace dyop::dynamics_internal

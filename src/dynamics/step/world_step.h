@@ -1,15 +1,41 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <functional>
 #include <set>
+#include <utility>
 #include <vector>
 
 #include "dynamics/world_impl.h"
 
 namespace dyop::dynamics_internal {
 
-/// One step of a World: plans islands, runs them, proves the pairs between them, merges and reruns
-/// islands that met, commits.
+/// One step of a World, in stages; run() is their list.
+///
+///      predict            a box for every body that holds it over the step, by its velocity
+///         |
+///       pair              bodies whose boxes meet; what is reached wakes
+///         |
+///    make islands  <----------------------------------+   bodies joined by contacts, links, hits
+///         |                                           |
+///   substep islands       each on some thread:        |
+///         |                 +-> solve  impulses       |
+///         |                 |     |                   |
+///         |                 |   move   to the end     |
+///         |                 |     |                   |
+///         |                 +-- prove  or add hits,   |
+///         |                            or shorten     |
+///         |                                           |
+///   prove the rest  --- pairs of islands that met ----+
+///         |
+///       commit            a full ledger, or nothing
+///         |
+///       sleep             what is balanced, or slow for long
+///
+/// To read on: world_step.cpp has the stages; island_run.h one island, in free flight or by substeps;
+/// substep.cpp solve, move and prove; substep_problem.h what is solved; end_gap.h where contacts end;
+/// link_rows.h joints and springs; impact.cpp the impact law; certify.h one proof, ledger.h all of
+/// them; track.h how bodies move; world_impl.cpp commits, sleeping.cpp puts to sleep.
 class WorldStep {
  public:
   WorldStep(World::Impl& world, Scalar t_end, const AdvanceLimits& limits, AdvanceReport& report);
@@ -19,25 +45,53 @@ class WorldStep {
   AdvanceStatus run();
 
  private:
-  void find_candidates();
+  /// Of the pairs that no island proves.
+  struct RestProofs {
+    std::vector<PairProof> proofs;
+    std::vector<PairKey> met;  // not proven: their islands belong together
+  };
+
+  // The stages.
+  void predict();
+  void pair();
+  void make_islands();
+  void substep_islands();
+  RestProofs prove_the_rest();
+  AdvanceStatus commit(std::vector<PairProof> proofs);
+  AdvanceStatus commit_rest();
+
+  // Predict and pair.
   AlignedBox predicted_box(const BodyRecord& body);
-  AlignedBox box_around(const BodyRecord& body, const RigidPose& X_WB, Scalar way) const;
+  AlignedBox box_around(const BodyRecord& body, const RigidPose& X_WB, Scalar travel) const;
   AlignedBox box_of(const BodyRecord& body, const BodyMove& move) const;
   AlignedBox box_of(const BodyRecord& body, const BodyMove& move, const TwistBound& bound) const;
   void merge_pairs(const std::vector<std::pair<std::int32_t, std::int32_t>>& found);
-  void link_pairs();
-  void plan_islands();
-  bool forecast_links();
+  void find_touching();
+
+  // Islands.
+  std::size_t number_islands(const std::function<std::uint32_t(std::uint32_t)>& root_of);
+  void assign_pairs();
+  void assign_links();
+  bool foresee_hits();
+  void join_islands(const std::vector<PairKey>& met);
   void run_islands();
   void shorten_to_reached();
-  void commit_rest();
-  bool prove_the_rest();
-  bool find_new_candidates();
-  void prove_pair(PairState& pair, Certificate& certificate, ToiWorkspace& workspace) const;
+
+  // Proofs.
   BodyMove move_of(std::uint32_t slot) const;
+  void pair_what_left_its_box();
+  bool is_examined(PairKey key) const;
+  std::vector<PairState*> open_pairs(RestProofs& rest);
+  void bound_speeds(const std::vector<PairState*>& open);
+  void prove_pair(PairState& pair, Certificate& certificate, ToiWorkspace& workspace) const;
+  std::vector<PairKey> candidates() const;
+
+  // The end.
+  void give_up();
+  AdvanceStatus status_or(AdvanceStatus otherwise);
   void report_crossings();
   void add_totals();
-  std::vector<PairKey> candidates() const;
+
   template <typename Item>
   void run_parallel(std::size_t item_count, const Item& item);
 
@@ -47,17 +101,16 @@ class WorldStep {
   bool is_planned_ = false;              // what the memory holds is of this step
   std::vector<AlignedBox>& boxes_;       // by slot
   std::vector<Scalar> own_targets_;      // by slot: the largest target given for a pair
-  std::vector<Scalar> expected_way_;     // by slot: how far boxes_ let a body go; -1: not known
+  std::vector<Scalar> expected_travel_;  // by slot: how far boxes_ let a body go; -1: not known
   std::vector<bool> may_move_;           // by slot
   bool has_moving_ = false;              // one of them
   std::vector<PairKey> touching_;        // pairs in contact at the start
-  std::set<PairKey> forced_links_;       // from hits in this step
+  std::set<PairKey> met_;                // from hits in this step
   std::vector<std::int32_t> island_of_;  // by slot; -1: none
   std::vector<bool> is_dirty_;           // by slot: its island must run again
   std::vector<Island>& islands_;
   std::vector<IslandOutcome>& outcomes_;
-  std::vector<BodyMove>& moves_;   // by slot, over the whole step
-  std::vector<PairProof> proofs_;  // of pairs between islands
+  std::vector<BodyMove>& moves_;  // by slot, over the whole step
 };
 
 }  // namespace dyop::dynamics_internal
