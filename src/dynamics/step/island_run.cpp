@@ -292,40 +292,34 @@ Certificate IslandRun::prove_flight(RunPair& pair, const std::vector<BodyMove>& 
   return certificate;
 }
 
-// Up to time t, by proofs over a longer flight or by queries that are safe until then.
-void IslandRun::commit_flight(Scalar t, const std::vector<BodyMove>& moves,
-                              const std::vector<Certificate>& certificates) {
-  std::vector<PairProof> proofs;
-  std::vector<Scalar> closings;
-  for (std::size_t i = 0; i < pairs_.size(); ++i) {
-    const Certificate& certificate = certificates[i];
-    closings.push_back(certificate.closing);
-    proofs.push_back(certificate.proof
-                         ? *certificate.proof
-                         : *PairProof::by_query(*pairs_[i].state, {now_, t}, *certificate.result));
-  }
-  for (Member& member : members_) member.state = member.flight->state(t);
-  commit_substep(t, moves, std::move(proofs), closings);
-}
-
 void IslandRun::commit_substep(Scalar t, const std::vector<BodyMove>& moves,
-                               std::vector<PairProof> proofs, const std::vector<Scalar>& closings) {
+                               const std::vector<Certificate>& certificates) {
   for (std::size_t i = 0; i < members_.size(); ++i) {
     outcome_.tracks[i].pieces.push_back({{now_, t}, moves[i].motion, moves[i].is_rest});
   }
   for (std::size_t i = 0; i < pairs_.size(); ++i) {
     PairState& state = *pairs_[i].state;
-    state.loosen_bounds(closings[i]);
+    const Certificate& certificate = certificates[i];
+    const PairProof proof = certificate.proof
+                                ? *certificate.proof
+                                : *PairProof::by_query(state, {now_, t}, *certificate.result);
+    outcome_.proofs.push_back(proof);
+    state.loosen_bounds(certificate.closing);
     // What has been proven need not be measured.
-    const ProofKind kind = proofs[i].kind();
-    if (kind == ProofKind::ByBound || kind == ProofKind::ByQuery) {
+    if (proof.kind() == ProofKind::ByBound || proof.kind() == ProofKind::ByQuery) {
       state.gap_lower = std::max(state.gap_lower, state.kept_distance());
     }
   }
-  outcome_.proofs.insert(outcome_.proofs.end(), proofs.begin(), proofs.end());
   ++outcome_.work.substeps;
   given_at_ = t - kJustBefore * (t - now_);
   now_ = t;
+}
+
+// In free flight.
+void IslandRun::commit_flight(Scalar t, const std::vector<BodyMove>& moves,
+                              const std::vector<Certificate>& certificates) {
+  for (Member& member : members_) member.state = member.flight->state(t);
+  commit_substep(t, moves, certificates);
 }
 
 void IslandRun::fail(AdvanceStatus status, PairKey pair) {
@@ -362,19 +356,11 @@ void IslandRun::stand_still() {
   }
   if (reached < interval.end) fail(AdvanceStatus::Blocked, blocked);
   if (!(reached > now_)) return;
-  std::vector<PairProof> proofs;
-  std::vector<Scalar> closings;
-  for (std::size_t i = 0; i < pairs_.size(); ++i) {
-    closings.push_back(certificates[i].closing);
-    proofs.push_back(certificates[i].proof ? *certificates[i].proof
-                                           : *PairProof::by_query(*pairs_[i].state, {now_, reached},
-                                                                  *certificates[i].result));
-  }
   for (Member& member : members_) {
     member.state.v_W.setZero();
     member.state.L_W.setZero();
   }
-  commit_substep(reached, moves, std::move(proofs), closings);
+  commit_substep(reached, moves, certificates);
 }
 
 bool IslandRun::must_stop() {

@@ -113,9 +113,10 @@ class IslandRun {
   /// them is not braked by what they do next.
   Twist central_twist(const std::optional<std::size_t>& member, const BodyRecord& body) const;
 
-  /// Advances to time t: appends the moves (by member), proofs and closings (by pair).
-  void commit_substep(Scalar t, const std::vector<BodyMove>& moves, std::vector<PairProof> proofs,
-                      const std::vector<Scalar>& closings);
+  /// Advances to time t: appends the moves (by member) and the proofs (by pair). A certificate of a
+  /// longer substep without a proof serves as far as its query is safe.
+  void commit_substep(Scalar t, const std::vector<BodyMove>& moves,
+                      const std::vector<Certificate>& certificates);
   /// Contacts of all near pairs at now().
   void find_contacts();
   /// A timer of one part of the work; see StepTimes.

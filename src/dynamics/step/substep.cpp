@@ -588,18 +588,7 @@ void ContactSubstep::store_velocities() {
 void ContactSubstep::commit(Scalar tau) {
   store_velocities();
   const Scalar t_end = run_.now() + tau;
-  std::vector<PairProof> proofs;
-  std::vector<Scalar> closings;
-  const std::vector<Certificate>& certificates = proofs_.certificates();
-  for (std::size_t i = 0; i < certificates.size(); ++i) {
-    const Certificate& certificate = certificates[i];
-    closings.push_back(certificate.closing);
-    PairState& state = *run_.pairs()[i].state;
-    proofs.push_back(certificate.proof
-                         ? *certificate.proof
-                         : *PairProof::by_query(state, {run_.now(), t_end}, *certificate.result));
-    state.residual = residual_;
-  }
+  for (const RunPair& pair : run_.pairs()) pair.state->residual = residual_;
   for (const SubstepContact& entry : substep_.contacts()) {
     if (!entry.index) continue;
     const std::size_t row = static_cast<std::size_t>(&entry - substep_.contacts().data());
@@ -617,7 +606,7 @@ void ContactSubstep::commit(Scalar tau) {
     member.state.X_WM = central_pose(*member.body, X_WB);
   }
   springs_->keep_impulses(tau / tau_);
-  run_.commit_substep(t_end, moves_, std::move(proofs), closings);
+  run_.commit_substep(t_end, moves_, proofs_.certificates());
 }
 
 AttemptResult ContactSubstep::attempt() {
