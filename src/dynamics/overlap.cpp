@@ -92,17 +92,17 @@ std::vector<ContactPoint> estimate_overlap(const BodyRecord& a, const RigidPose&
   const Shape& shape_a = *a.definition.shape;
   const Shape& shape_b = *b.definition.shape;
   const Vector3 nhat = direction_of(shape_a, X_WA, shape_b, X_WB);
-  const auto way = way_out(shape_a, X_WA, shape_b, X_WB, nhat, gap);
+  const auto travel = way_out(shape_a, X_WA, shape_b, X_WB, nhat, gap);
   std::vector<ContactPoint> points;
-  if (!way) return points;
-  const RigidPose X_WB_out(X_WB.rotation(), X_WB.translation() + *way * nhat);
+  if (!travel) return points;
+  const RigidPose X_WB_out(X_WB.rotation(), X_WB.translation() + *travel * nhat);
   generate_contacts(shape_a, X_WA, shape_b, X_WB_out, 2 * gap, {}, workspace, points);
   // Only what is pushed on the way out, and not all of it.
   std::erase_if(points,
                 [&](const ContactPoint& point) { return !(point.nhat_AB_W.dot(nhat) > 0.5); });
   reduce_contacts({}, points);
   for (ContactPoint& point : points) {
-    point.p_WCb -= *way * nhat;
+    point.p_WCb -= *travel * nhat;
     point.gap = point.nhat_AB_W.dot(point.p_WCb - point.p_WCa);
     point.lower = 0;
     point.upper = 0;

@@ -20,7 +20,7 @@ constexpr Scalar kNeighbourSteps = 6;
 
 // A list that would not cover the proof of the next step is made anew: a search of whole trees there
 // costs as much. So much longer than now that step may be.
-constexpr Scalar kNextWay = 1.1;
+constexpr Scalar kNextTravel = 1.1;
 
 // After a list that was too long; such shapes have small triangles for the way that they move.
 constexpr int kSearchesToSkip = 64;
@@ -37,9 +37,9 @@ void update_neighbours(PairState& pair, const Shape& a, const RigidPose& X_WA, c
   const bool is_compound = a.kind() == ShapeKind::Compound || b.kind() == ShapeKind::Compound;
   if (is_convex || is_compound) return;
   const Vector3& pivot_W = pair.pivot.p_W;
-  const Scalar way = (shift_W + turn_W.cross(pivot_W)).norm();
-  const NearBound next{std::max(reach, pair.lengths.rest_gap() + kNextWay * way),
-                       kNextWay * turn_W.norm()};
+  const Scalar travel = (shift_W + turn_W.cross(pivot_W)).norm();
+  const NearBound next{std::max(reach, pair.lengths.rest_gap() + kNextTravel * travel),
+                       kNextTravel * turn_W.norm()};
   if (pair.neighbours.is_built() &&
       pair.neighbours.covers(pair.neighbours.place(a, X_WA, b, X_WB), next)) {
     return;
@@ -50,7 +50,7 @@ void update_neighbours(PairState& pair, const Shape& a, const RigidPose& X_WA, c
     --pair.searches_to_skip;
     return;
   }
-  const NearBound bound{2 * reach + kNeighbourSteps * way, kNeighbourSteps * turn_W.norm()};
+  const NearBound bound{2 * reach + kNeighbourSteps * travel, kNeighbourSteps * turn_W.norm()};
   const bool is_listed = pair.neighbours.build(a, X_WA, b, X_WB, pivot_W, bound);
   pair.searches_to_skip = is_listed ? 0 : kSearchesToSkip;
 }

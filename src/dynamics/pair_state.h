@@ -11,7 +11,7 @@
 #include "distance/neighbour_list.h"
 #include "distance/pivot_seed.h"
 #include "dynamics/body_record.h"
-#include "dynamics/step/parting_slabs.h"
+#include "dynamics/step/separating_directions.h"
 #include "dyop/contact/contact_cache.h"
 #include "dyop/core/export.h"
 #include "dyop/dynamics/pair_record.h"
@@ -45,10 +45,10 @@ struct PairState {
   Pivot pivot;    // at the World's time
   PairSeed seed;  // from the pivot, then from the last query
   ContactCache contacts;
-  NeighbourList neighbours;  // of meshes in contact: their queries begin with it
-  BoxPairStack first_pairs;  // memory for these queries
-  PartingSlabs slabs;        // of those that slide past each other
-  int searches_to_skip = 0;  // before another list is tried, after one that was too long
+  NeighbourList neighbours;         // of meshes in contact: their queries begin with it
+  BoxPairStack first_pairs;         // memory for these queries
+  SeparatingDirections directions;  // of those that slide past each other
+  int searches_to_skip = 0;         // before another list is tried, after one that was too long
   /// Proven bounds of the distance at the time that a step in progress has reached; the lower is -1
   /// if it is not known.
   Scalar gap_lower = -1;
@@ -57,7 +57,7 @@ struct PairState {
   Scalar gap_committed = -1;
   Scalar gap_upper_committed = kInfinity;
   /// Less than `target` for a pair that began too near: what it must keep instead.
-  std::optional<Scalar> granted;
+  std::optional<Scalar> uncertified_gap;
   bool is_inner = false;  // belongs to an island of the current step, which proves it
   bool overlaps = false;  // the shapes overlapped at the start: no distance to keep
   std::vector<ContactPoint> overlap_contacts;  // then used in place of `contacts`: estimates
@@ -84,7 +84,7 @@ struct PairState {
   /// Of points(); sought only where they have changed.
   Scalar shortest_gap();
   std::optional<Scalar> known_shortest_gap;  // reset when points() change
-  Scalar kept_distance() const { return granted.value_or(lengths.target); }
+  Scalar kept_distance() const { return uncertified_gap.value_or(lengths.target); }
   /// A step in progress begins.
   void start_from_committed() {
     gap_lower = gap_committed;
@@ -92,9 +92,9 @@ struct PairState {
     advancement_steps = 0;
   }
   /// The gap may have changed by so much, either way.
-  void loosen_bounds(Scalar way) {
-    gap_lower = gap_lower - way < 0 ? -1 : gap_lower - way;
-    gap_upper += way;
+  void loosen_bounds(Scalar travel) {
+    gap_lower = gap_lower - travel < 0 ? -1 : gap_lower - travel;
+    gap_upper += travel;
   }
   void commit_bounds() {
     gap_committed = gap_lower;

@@ -93,7 +93,7 @@ bool World::Impl::is_held(const Island& island, Scalar h) const {
   for (const PairState* pair : island.pairs) {
     if (!pair->has_contacts) continue;
     touches = true;
-    if (pair->granted || pair->overlaps) return false;
+    if (pair->uncertified_gap || pair->overlaps) return false;
     for (const std::uint32_t slot : {pair->key.a, pair->key.b}) {
       const BodyRecord& body = bodies[slot];
       if (body.definition.kind != BodyKind::Kinematic) continue;
@@ -134,11 +134,11 @@ World::Impl::SleepLimit World::Impl::sleep_limit(const Island& island, Scalar h)
     count_body(spring->definition.a);
     count_body(spring->definition.b);
   }
-  const Scalar way = kSleepRestOffsetFraction * rest_offset;
+  const Scalar travel = kSleepRestOffsetFraction * rest_offset;
   // In a shorter time everything moves by less than `way`, even what falls.
-  const Scalar fall = gravity_W.isZero(0) ? 0 : std::sqrt(2 * way / gravity_W.norm());
+  const Scalar fall = gravity_W.isZero(0) ? 0 : std::sqrt(2 * travel / gravity_W.norm());
   const Scalar span = options.sleep_speed ? h : std::max(h, fall);
-  return {options.sleep_speed.value_or(way / span), options.sleep_steps * (span / h)};
+  return {options.sleep_speed.value_or(travel / span), options.sleep_steps * (span / h)};
 }
 
 void World::Impl::fall_asleep(BodyRecord& body) {

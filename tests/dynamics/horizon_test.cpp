@@ -35,20 +35,20 @@ TEST(Horizon, EndsAtAHitThatMustBeResolvedThere) {
   EXPECT_FALSE(horizon.lands());
 }
 
-// The first jam may be one of the length; only the second in a row tells that no length helps.
+// The first one may be infeasible by its length; only the second in a row tells that no length helps.
 TEST(Horizon, UsesTheRoomThatIsLeftAfterTwoJamsInARow) {
   Horizon horizon(1);
-  horizon.shorten({.safe = 0.01, .is_jammed = true});
+  horizon.shorten({.safe = 0.01, .is_infeasible = true});
   EXPECT_FALSE(horizon.only_uses_room());
   EXPECT_EQ(horizon.tau(), 0.25);
   horizon.shorten({.safe = 0.01});
-  horizon.shorten({.safe = 0.01, .is_jammed = true});
+  horizon.shorten({.safe = 0.01, .is_infeasible = true});
   EXPECT_FALSE(horizon.only_uses_room());
-  horizon.shorten({.safe = 0.01, .is_jammed = true});
+  horizon.shorten({.safe = 0.01, .is_infeasible = true});
   EXPECT_TRUE(horizon.only_uses_room());
   EXPECT_LT(horizon.tau(), 0.01);
   EXPECT_GT(horizon.tau(), 0.005);
-  horizon.shorten({.safe = 0.001, .must_land = true, .is_jammed = true});
+  horizon.shorten({.safe = 0.001, .must_land = true, .is_infeasible = true});
   EXPECT_FALSE(horizon.only_uses_room());
   EXPECT_TRUE(horizon.lands());
 }

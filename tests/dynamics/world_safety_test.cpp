@@ -148,8 +148,8 @@ TEST_P(WorldSafety, KeepsEveryTargetDistance) {
   for (int k = 0; k < 120; ++k) {
     const AdvanceReport report = random.world().advance(0.01);
     // A body may get jammed by the stirrer, which cannot yield: what was committed is safe.
-    const bool is_jammed = report.status == AdvanceStatus::Blocked;
-    if (!is_jammed) {
+    const bool is_infeasible = report.status == AdvanceStatus::Blocked;
+    if (!is_infeasible) {
       ASSERT_EQ(report.status, AdvanceStatus::Completed) << "seed " << seed << " step " << k;
     }
     ASSERT_TRUE(report.too_near.empty()) << "seed " << seed << " step " << k;
@@ -160,7 +160,7 @@ TEST_P(WorldSafety, KeepsEveryTargetDistance) {
     for (const CommittedStep& step : report.steps) {
       ASSERT_GE(random.least_excess(step, {}), 0) << "seed " << seed << " step " << k;
     }
-    if (is_jammed) return;
+    if (is_infeasible) return;
   }
   EXPECT_EQ(stalls, 0) << "seed " << seed;
 }

@@ -43,7 +43,7 @@ ToiResult query(PairState& pair, const BodyMove& a, const BodyMove& b, const Tim
   const auto chords = is_listed ? chord_motion(a, b, interval) : std::nullopt;
   if (chords) {
     const Scalar noise = pose_noise(shape_a, X_WA, shape_b, X_WB);
-    pair.slabs.keep_unproven(shape_a, shape_b, *chords, least, noise, pair.first_pairs);
+    pair.directions.keep_unproven(shape_a, shape_b, *chords, least, noise, pair.first_pairs);
     if (pair.first_pairs.empty()) return apart(a, b, interval);
   }
   const std::span<const BoxPair> first_pairs =
@@ -65,15 +65,15 @@ ToiResult query(PairState& pair, const BodyMove& a, const BodyMove& b, const Tim
 // A pair that began too near becomes an ordinary one again once it is far enough apart.
 void release(PairState& pair, const BodyMove& a, const RigidPose& X_WA, const BodyMove& b,
              const RigidPose& X_WB) {
-  if (!pair.granted && !pair.overlaps) return;
+  if (!pair.uncertified_gap && !pair.overlaps) return;
   const Scalar enough = pair.lengths.target + pair.lengths.tolerance() / 2;
   measure_gap(pair, *a.body, X_WA, *b.body, X_WB, enough);
   if (pair.gap_lower > enough) {
-    pair.granted.reset();
+    pair.uncertified_gap.reset();
     pair.overlaps = false;
   } else if (pair.overlaps && pair.gap_lower > 0) {
     pair.overlaps = false;
-    pair.granted = pair.gap_lower / 2;
+    pair.uncertified_gap = pair.gap_lower / 2;
   }
 }
 
@@ -148,13 +148,15 @@ Certificate certify(PairState& pair, const BodyMove& a, const BodyMove& b,
     if (certificate.proof) return certificate;
   }
 
-  ToiResult result =
-      query(pair, a, b, interval, pair.granted ? std::min(kept, *pair.granted) : kept,
-            pair.granted ? std::min(tolerance, *pair.granted / 4) : tolerance, limits, workspace);
+  ToiResult result = query(
+      pair, a, b, interval, pair.uncertified_gap ? std::min(kept, *pair.uncertified_gap) : kept,
+      pair.uncertified_gap ? std::min(tolerance, *pair.uncertified_gap / 4) : tolerance, limits,
+      workspace);
   if (result.status == ToiStatus::InitiallyWithinTarget && kept <= pair.lengths.target) {
     if (pair.gap_lower > 0) {
-      pair.granted = pair.gap_lower / 2;
-      result = query(pair, a, b, interval, *pair.granted, *pair.granted / 4, limits, workspace);
+      pair.uncertified_gap = pair.gap_lower / 2;
+      result = query(pair, a, b, interval, *pair.uncertified_gap, *pair.uncertified_gap / 4, limits,
+                     workspace);
     } else {
       pair.overlaps = true;
       certificate.proof = PairProof::excused(pair.key, interval);

@@ -43,7 +43,7 @@ struct Certificate {
 
 /// Proves that a pair stays farther apart than `kept`, trying the cheapest proof first: it is at
 /// rest; its known gap exceeds what can be closed; its gap measured anew does; no impact is found.
-/// A pair that began too near is granted part of its gap, see PairState::granted.
+/// A pair that began too near keeps part of its gap, see PairState::uncertified_gap.
 Certificate certify(PairState& pair, const BodyMove& a, const BodyMove& b,
                     const TimeInterval& interval, Scalar kept, const QueryLimits& limits,
                     ToiWorkspace& workspace);

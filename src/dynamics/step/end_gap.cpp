@@ -59,10 +59,10 @@ std::optional<EndGap> rounded_end_gap(const ContactPoint& point, const Shape& a,
   const auto core_b = thin_feature(b, point.feature_b, X_WB_end);
   if (!core_a || !core_b) return std::nullopt;
   const TriangleDistance nearest = triangle_distance(*core_a, *core_b);
-  const Vector3 way = nearest.p_b - nearest.p_a;
-  const Scalar length = way.norm();
+  const Vector3 travel = nearest.p_b - nearest.p_a;
+  const Scalar length = travel.norm();
   if (!(length > 0)) return std::nullopt;
-  const Vector3 n = way / length;
+  const Vector3 n = travel / length;
   return EndGap{length - radius_a - radius_b,
                 between(nearest.p_a + radius_a * n, nearest.p_b - radius_b * n)};
 }
@@ -142,12 +142,12 @@ struct EndSearch {
 std::optional<EndSearch> end_search(const ContactPoint& point, const CurvedMove& move,
                                     const PairLengths& lengths, const RigidPose& X_WA_end,
                                     const RigidPose& X_WB_end) {
-  const Scalar way = move.sliding + move.rolling * lengths.radius;
-  if (!(way > kContactMergedChange * lengths.rest_offset)) return std::nullopt;
+  const Scalar travel = move.sliding + move.rolling * lengths.radius;
+  if (!(travel > kContactMergedChange * lengths.rest_offset)) return std::nullopt;
   EndSearch search;
   ContactPlace& place = search.place;
   // How far the surfaces beside the contact may come below it.
-  const Scalar sagitta = std::max(way * way / lengths.radius, move.turn * point.merged_way);
+  const Scalar sagitta = std::max(travel * travel / lengths.radius, move.turn * point.merged_way);
   place.nhat_AB_W = point.nhat_AB_W;
   place.lift = std::max(0.0, sagitta - move.end_gap);
   place.reach =
@@ -155,7 +155,7 @@ std::optional<EndSearch> end_search(const ContactPoint& point, const CurvedMove&
   // A rim that leans moves its contact along itself much faster than any of its points.
   const Scalar migration =
       point.merged_way > 0 ? kContactMergedRadiusFraction * lengths.radius : Scalar{0};
-  search.near = std::max(kContactMeasuredWays * way, migration);
+  search.near = std::max(kContactMeasuredWays * travel, migration);
   place.p_WCa = X_WA_end * point.p_ACa;
   place.p_WCb = X_WB_end * point.p_BCb;
   place.region = {(place.p_WCa + place.p_WCb) / 2,

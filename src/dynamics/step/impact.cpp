@@ -70,7 +70,7 @@ WorldContact world_contact(const RunPair& pair, const ContactPoint& point, Scala
 // Limit of rounds at one time; a row of so many balls passes a push on.
 constexpr int kMostImpactRounds = 100;
 
-// After so many rounds without a solution a body is jammed, and more impulses would only be noise.
+// After so many rounds without a solution a body has no way out, and more impulses would only be noise.
 constexpr int kMostUnsolvedRounds = 2;
 
 // The impact law at one time, one round of it: every contact that closes fast leaves with its
@@ -177,7 +177,7 @@ bool ImpactSolve::solve() {
                member.state.L_W.dot(mobility * member.state.L_W)) /
               2;
   }
-  // Bodies on given motions may do work: energy is bounded only if all of them are at rest.
+  // Bodies on prescribed motions may do work: energy is bounded only if all of them are at rest.
   const bool may_gain = std::any_of(
       substep_.problem().bodies.begin() + static_cast<std::ptrdiff_t>(run_.members().size()),
       substep_.problem().bodies.end(), [](const ContactBody& body) {

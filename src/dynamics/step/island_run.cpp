@@ -164,7 +164,8 @@ Twist IslandRun::central_twist(const std::optional<std::size_t>& member,
     const CentralState& state = members_[*member].state;
     return {state.v_W, body.angular_mobility(state.X_WM.rotation()) * state.L_W};
   }
-  if (body.definition.kind == BodyKind::Kinematic) return body.definition.motion->twist(given_at_);
+  if (body.definition.kind == BodyKind::Kinematic)
+    return body.definition.motion->twist(prescribed_at_);
   return {};
 }
 
@@ -208,7 +209,7 @@ bool IslandRun::may_fly() const {
     if (member.body->definition.locked.any()) return false;
   }
   for (const RunPair& pair : pairs_) {
-    if (pair.state->granted || pair.state->overlaps) return false;
+    if (pair.state->uncertified_gap || pair.state->overlaps) return false;
     if (!pair.is_near) continue;
     const PairLengths& lengths = pair.state->lengths;
     const Scalar fall =
@@ -311,7 +312,7 @@ void IslandRun::commit_substep(Scalar t, const std::vector<BodyMove>& moves,
     }
   }
   ++outcome_.work.substeps;
-  given_at_ = t - kJustBefore * (t - now_);
+  prescribed_at_ = t - kJustBefore * (t - now_);
   now_ = t;
 }
 
@@ -372,7 +373,7 @@ IslandOutcome IslandRun::run() {
   for (int substep = 0; now_ < context_.t_end && !outcome_.failure && !outcome_.stopped_at_impact;
        ++substep) {
     if (must_stop()) break;
-    given_at_ = now_;
+    prescribed_at_ = now_;
     find_contacts();
     const bool may_bounce = impact_count_ < kMostImpacts;
     if (resolve_impacts(*this, may_bounce)) {
@@ -383,7 +384,7 @@ IslandOutcome IslandRun::run() {
     if (may_fly() && try_flight()) continue;
     outcome_.in_contact = true;
     for (Member& member : members_) member.flight = nullptr;
-    if (substep >= kMostSubsteps || !run_contact_substep(*this, may_bounce)) stand_still();
+    if (substep >= kMostSubsteps || !run_substep(*this, may_bounce)) stand_still();
   }
   for (RunPair& pair : pairs_) {
     PairState& state = *pair.state;
@@ -420,8 +421,8 @@ constexpr Scalar kApproaches = 2;
 constexpr Scalar kMostReach = 4;
 
 // The reach in use if it serves, else the one asked for: changing the reach costs a regeneration.
-Scalar steady_reach(Scalar in_use, Scalar base, Scalar way, Scalar most) {
-  Scalar wanted = std::min(way, most);
+Scalar steady_reach(Scalar in_use, Scalar base, Scalar travel, Scalar most) {
+  Scalar wanted = std::min(travel, most);
   const Scalar most_in_use = base + kMostReach * std::max(wanted, base);
   if (in_use >= base + wanted && in_use <= most_in_use) return in_use;
   return base + std::min(2 * wanted, most);
@@ -431,21 +432,21 @@ Scalar steady_reach(Scalar in_use, Scalar base, Scalar way, Scalar most) {
 
 // How much nearer the surfaces of a pair in contact may come to each other in a step, as far as its
 // contacts tell: bodies that slide along each other get no nearer by it, except where they curve.
-Scalar IslandRun::expected_approach(const RunPair& pair, Scalar way) const {
+Scalar IslandRun::expected_approach(const RunPair& pair, Scalar travel) const {
   const PairState& state = *pair.state;
   if (state.overlaps || !(state.has_contacts || pair.is_near)) return kInfinity;
   Scalar closing = context_.h / 2 * pair.acceleration;
   for (const ContactPoint& point : state.points()) {
     closing = std::max(closing, -normal_velocity(*this, pair, point));
   }
-  return kApproaches * context_.h * closing + way * way / state.lengths.radius;
+  return kApproaches * context_.h * closing + travel * travel / state.lengths.radius;
 }
 
 void IslandRun::find_contacts() {
   const PartTimer timing = timer(&StepTimes::contacts);
   const Scalar h = context_.h;
-  const auto way_of = [&](const Twist& twist, const std::optional<std::size_t>& member,
-                          const BodyRecord& body) {
+  const auto travel_of = [&](const Twist& twist, const std::optional<std::size_t>& member,
+                             const BodyRecord& body) {
     return h * (twist.v_WB.norm() + twist.w_WB.norm() * body.radius +
                 (member ? h * context_.gravity_W.norm() : 0));
   };
@@ -455,10 +456,10 @@ void IslandRun::find_contacts() {
     const Scalar base = lengths.rest_gap() + kContactReachRestOffsets * lengths.rest_offset;
     const Twist twist_a = central_twist(pair.member_a, *pair.a);
     const Twist twist_b = central_twist(pair.member_b, *pair.b);
-    const Scalar way =
-        way_of(twist_a, pair.member_a, *pair.a) + way_of(twist_b, pair.member_b, *pair.b);
+    const Scalar travel =
+        travel_of(twist_a, pair.member_a, *pair.a) + travel_of(twist_b, pair.member_b, *pair.b);
     const Scalar reach =
-        steady_reach(state.reach, base, std::min(way, expected_approach(pair, way)),
+        steady_reach(state.reach, base, std::min(travel, expected_approach(pair, travel)),
                      kContactReachRadiusFraction * lengths.radius);
     pair.is_near = false;
     if (state.gap_lower > reach) continue;

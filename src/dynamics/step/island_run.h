@@ -55,14 +55,14 @@ struct StepWorkspace {
 };
 
 /// Steps one island from the committed states to the end of the step, in substeps: free flight while
-/// nothing touches, else contact substeps (ContactSubstep), with impacts in between.
+/// nothing touches, else contact substeps (Substep), with impacts in between.
 class IslandRun {
  public:
   IslandRun(const StepContext& context, const Island& island, StepWorkspace& workspace);
 
   IslandOutcome run();
 
-  // For ContactSubstep and the impact law.
+  // For Substep and the impact law.
   struct Member {
     const BodyRecord* body = nullptr;
     CentralState state;                  // at now()
@@ -108,7 +108,7 @@ class IslandRun {
   Scalar contact_restitution_speed(const RunPair& pair) const;
   /// How a body outside the island moves over [now(), t_end].
   BodyMove support_move(const BodyRecord& body) const;
-  /// Twist of its centre of mass at now(). At the end of a substep that of a given motion is the one
+  /// Twist of its centre of mass at now(). At the end of a substep that of a prescribed motion is the one
   /// with which the substep ends: poses that come one at a time have a corner there, and what lies on
   /// them is not braked by what they do next.
   Twist central_twist(const std::optional<std::size_t>& member, const BodyRecord& body) const;
@@ -123,8 +123,8 @@ class IslandRun {
   PartTimer timer(Scalar StepTimes::*part) {
     return PartTimer(context_.options->measures_time, outcome_.times.*part);
   }
-  /// Counts a jam whose room is used up; returns how many there were in this run.
-  int count_jam() { return ++jam_count_; }
+  /// Counts an infeasible substep whose room is used up; returns how many there were in this run.
+  int count_infeasible() { return ++infeasible_count_; }
   /// Whether the caller wants the step to end now; it fails then.
   bool must_stop();
   /// Ends the run: no further progress is possible.
@@ -132,7 +132,7 @@ class IslandRun {
 
  private:
   bool push_apart(RunPair& pair, const RigidPose& X_WA, const RigidPose& X_WB);
-  Scalar expected_approach(const RunPair& pair, Scalar way) const;
+  Scalar expected_approach(const RunPair& pair, Scalar travel) const;
   bool try_flight();
   Certificate prove_flight(RunPair& pair, const std::vector<BodyMove>& moves,
                            const TimeInterval& interval);
@@ -150,9 +150,9 @@ class IslandRun {
   std::vector<RunPair> pairs_;
   IslandOutcome outcome_;
   Scalar now_ = 0;
-  Scalar given_at_ = 0;  // time at which twists of given motions are taken
+  Scalar prescribed_at_ = 0;  // time at which twists of prescribed motions are taken
   int impact_count_ = 0;
-  int jam_count_ = 0;
+  int infeasible_count_ = 0;
 };
 
 /// Normal velocity of a contact (B's point relative to A's) at the members' velocities.

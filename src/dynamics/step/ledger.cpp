@@ -37,7 +37,8 @@ std::optional<PairProof> PairProof::by_query(const PairState& pair, const TimeIn
   const bool holds = result.status == ToiStatus::Separated ||
                      (result.status == ToiStatus::Impact && result.t_safe >= interval.end);
   if (!holds) return std::nullopt;
-  return PairProof(pair.key, interval, pair.granted ? ProofKind::Excused : ProofKind::ByQuery);
+  return PairProof(pair.key, interval,
+                   pair.uncertified_gap ? ProofKind::Excused : ProofKind::ByQuery);
 }
 
 PairProof PairProof::at_rest(PairKey key, const TimeInterval& interval) {

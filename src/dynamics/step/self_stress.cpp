@@ -22,7 +22,7 @@ struct Generator {
   std::size_t index = 0;       // of the contact or row
   std::optional<Scalar> sign;  // of a row
   Vector3 impulse_W = Vector3::Zero();
-  Scalar given_work = 0;  // on the bodies that move as they are given
+  Scalar prescribed_work = 0;  // on the bodies that move as they are given
   Eigen::VectorXd column;
 };
 
@@ -93,7 +93,7 @@ Generator StressSearch::column_of(std::size_t a, std::size_t b, const Vector3& j
   const auto act = [&](std::size_t index, const Vector3& j_v_W, const Vector3& j_w_W) {
     const ContactBody& body = problem_.bodies[index];
     if (index >= movable_) {
-      result.given_work += (j_v_W.dot(body.free_v_W) + j_w_W.dot(body.free_w_W)) / speed_;
+      result.prescribed_work += (j_v_W.dot(body.free_v_W) + j_w_W.dot(body.free_w_W)) / speed_;
       return;
     }
     const auto row = Eigen::Index(6 * index);
@@ -107,7 +107,7 @@ Generator StressSearch::column_of(std::size_t a, std::size_t b, const Vector3& j
   };
   act(a, j_av_W, j_aw_W);
   act(b, j_bv_W, j_bw_W);
-  result.column[result.column.size() - 1] = result.given_work;
+  result.column[result.column.size() - 1] = result.prescribed_work;
   return result;
 }
 
@@ -229,7 +229,7 @@ SelfStress StressSearch::stress() const {
       result.row_impulses[used.index] += weight * *used.sign;
     } else {
       result.impulses_W[used.index] += weight * used.impulse_W;
-      work[used.index] += weight * used.given_work;
+      work[used.index] += weight * used.prescribed_work;
     }
   }
   result.hardest_contact =

@@ -28,8 +28,8 @@ constexpr Scalar kShorter = 0.25;
 
 void Horizon::shorten(const BlockedSubstep& substep) {
   lands_ = substep.must_land;
-  only_uses_room_ = !substep.must_land && substep.is_jammed && was_jammed_;
-  was_jammed_ = substep.is_jammed;
+  only_uses_room_ = !substep.must_land && substep.is_infeasible && was_infeasible_;
+  was_infeasible_ = substep.is_infeasible;
   if (substep.must_land) {
     tau_ = substep.safe;
   } else if (only_uses_room_) {
@@ -200,11 +200,11 @@ Certificate SubstepProofs::prove(std::size_t pair, const BodyMove& a, const Body
   };
   proven_[pair].margin = 0;
   // A pair that began too near has nothing to spare.
-  const bool is_ordinary = !state.granted && !state.overlaps;
+  const bool is_ordinary = !state.uncertified_gap && !state.overlaps;
   if (rounds_ > 1 && is_ordinary) {
     const Scalar margin = kProofMargin * state.lengths.rest_offset;
     Certificate certificate = prove_more(margin);
-    if (certificate.proof && !state.granted && !state.overlaps) {
+    if (certificate.proof && !state.uncertified_gap && !state.overlaps) {
       proven_[pair] = {a, b, margin};
       return certificate;
     }
@@ -278,7 +278,7 @@ void keep_impulses(IslandRun& run, const SubstepProblem& node, const std::vector
 }  // namespace
 
 // The other half of the kick and the contacts at the end.
-void solve_contact_node(IslandRun& run, Scalar tau, bool may_bounce) {
+void solve_substep_end(IslandRun& run, Scalar tau, bool may_bounce) {
   run.find_contacts();
   SubstepProblem node(run);
   std::vector<Vector3> free_L_W;
@@ -341,29 +341,29 @@ constexpr int kMostSpinSweeps = 4;
 constexpr int kHitAttempts = 3;
 // A round has brought nothing if it leaves this part of the residual of the one before.
 constexpr Scalar kNoProgress = 0.9;
-// Substeps of a jam that only use the room that is left, in one step. By then it is a jam of more than
+// Infeasible substeps that only use the room that is left, in one step. By then it is so at more than
 // one pose.
-constexpr int kMostJams = 3;
+constexpr int kMostInfeasible = 3;
 // Of a pair in a step. A hit that bodies do not meet where it ends the substep is one of a longer substep only,
 // such as one in which a joint throws about what spins fast; it is solved as a contact of that substep.
 constexpr int kMostMissedLandings = 2;
-// Substeps of a struck island, of a step.
-constexpr Scalar kStruckSubstepPart = 0.25;
+// Substeps of an island that is solved coarsely, as a part of the step.
+constexpr Scalar kCoarseSubstepPart = 0.25;
 
 enum class AttemptResult { Committed, Blocked, Failed };
 
 // One attempt to step to one horizon.
-class ContactSubstep {
+class Substep {
  public:
-  ContactSubstep(IslandRun& run, Scalar tau, bool may_bounce, bool lands);
+  Substep(IslandRun& run, Scalar tau, bool may_bounce, bool lands);
   AttemptResult attempt();
 
   /// Begins with contacts that hits have found from the same start.
-  void take(const std::vector<SubstepContact>& hits);
+  void begin_with(const std::vector<SubstepContact>& hits);
   /// Those that this attempt has found.
-  void give(std::vector<SubstepContact>& hits) const;
-  BlockedSubstep blocked() const { return {blocked_at_ - run_.now(), must_land_, is_jammed_}; }
-  bool is_struck() const { return substep_.is_struck(); }
+  void keep_hits(std::vector<SubstepContact>& hits) const;
+  BlockedSubstep blocked() const { return {blocked_at_ - run_.now(), must_land_, is_infeasible_}; }
+  bool is_coarse() const { return substep_.is_coarse(); }
   std::optional<PairKey> locked_by_friction() const { return substep_.locked_by_friction(); }
 
  private:
@@ -399,11 +399,11 @@ class ContactSubstep {
   bool targets_are_zero_ = false;
   Scalar blocked_at_ = run_.now();
   bool must_land_ = false;
-  bool is_jammed_ = false;
+  bool is_infeasible_ = false;
   std::optional<AdvanceStatus> failure_;
 };
 
-ContactSubstep::ContactSubstep(IslandRun& run, Scalar tau, bool may_bounce, bool lands)
+Substep::Substep(IslandRun& run, Scalar tau, bool may_bounce, bool lands)
     : run_(run),
       tau_(tau),
       may_bounce_(may_bounce),
@@ -431,7 +431,7 @@ ContactSubstep::ContactSubstep(IslandRun& run, Scalar tau, bool may_bounce, bool
 
 // Velocities after half a kick; the angular one is that at the middle of the substep and solves w =
 // I(exp(tau w / 2) R)^-1 L.
-void ContactSubstep::set_free_velocities() {
+void Substep::set_free_velocities() {
   free_L_W_.clear();
   const bool is_first = moves_.empty();
   for (std::size_t i = 0; i < run_.members().size(); ++i) {
@@ -453,12 +453,12 @@ void ContactSubstep::set_free_velocities() {
   substep_.set_supports(tau_);
 }
 
-void ContactSubstep::take(const std::vector<SubstepContact>& hits) {
+void Substep::begin_with(const std::vector<SubstepContact>& hits) {
   for (const SubstepContact& hit : hits) substep_.add(hit);
 }
 
 // Not what was found while targets were zero: bodies then move as they never will.
-void ContactSubstep::give(std::vector<SubstepContact>& hits) const {
+void Substep::keep_hits(std::vector<SubstepContact>& hits) const {
   if (targets_are_zero_) return;
   hits.clear();
   for (const SubstepContact& entry : substep_.contacts()) {
@@ -466,7 +466,7 @@ void ContactSubstep::give(std::vector<SubstepContact>& hits) const {
   }
 }
 
-void ContactSubstep::solve_move() {
+void Substep::solve_move() {
   set_free_velocities();
   set_joint_targets(substep_, tau_);
   springs_->set_targets();
@@ -484,7 +484,7 @@ void ContactSubstep::solve_move() {
   }
 }
 
-void ContactSubstep::make_moves() {
+void Substep::make_moves() {
   moves_.clear();
   for (std::size_t i = 0; i < run_.members().size(); ++i) {
     const Member& member = run_.members()[i];
@@ -498,8 +498,8 @@ void ContactSubstep::make_moves() {
   }
 }
 
-RigidPose ContactSubstep::end_pose(const std::optional<std::size_t>& member,
-                                   const BodyRecord& body) const {
+RigidPose Substep::end_pose(const std::optional<std::size_t>& member,
+                            const BodyRecord& body) const {
   const Scalar t_end = run_.now() + tau_;
   if (member) return moves_[*member].motion->pose(t_end);
   if (body.definition.kind == BodyKind::Kinematic) return body.definition.motion->pose(t_end);
@@ -508,7 +508,7 @@ RigidPose ContactSubstep::end_pose(const std::optional<std::size_t>& member,
 
 // Returns whether the prediction of some gap has changed so much that the solve must be repeated;
 // none if it was cut off.
-std::optional<bool> ContactSubstep::update_errors() {
+std::optional<bool> Substep::update_errors() {
   const PartTimer timing = run_.timer(&StepTimes::ends);
   bool has_changed = false;
   ends_short_ = false;
@@ -530,7 +530,7 @@ std::optional<bool> ContactSubstep::update_errors() {
 }
 
 // Turns hits into contacts. Returns false if a hit must be resolved where it happened instead.
-bool ContactSubstep::answer_hits() {
+bool Substep::answer_hits() {
   const std::vector<Certificate>& certificates = proofs_.certificates();
   const std::size_t first = proofs_.first_hit();
   const ToiResult& met = *certificates[first].result;
@@ -560,7 +560,7 @@ bool ContactSubstep::answer_hits() {
 }
 
 // The velocity that moved the bodies, minus what only recovered their gaps.
-void ContactSubstep::store_velocities() {
+void Substep::store_velocities() {
   bool has_recovery = false;
   std::vector<Scalar> targets;
   for (std::size_t i = 0; i < substep_.contacts().size(); ++i) {
@@ -585,7 +585,7 @@ void ContactSubstep::store_velocities() {
 }
 
 // Advances to now + tau, tau <= tau_, with the proofs at hand.
-void ContactSubstep::commit(Scalar tau) {
+void Substep::commit(Scalar tau) {
   store_velocities();
   const Scalar t_end = run_.now() + tau;
   for (const RunPair& pair : run_.pairs()) pair.state->residual = residual_;
@@ -609,7 +609,7 @@ void ContactSubstep::commit(Scalar tau) {
   run_.commit_substep(t_end, moves_, proofs_.certificates());
 }
 
-AttemptResult ContactSubstep::attempt() {
+AttemptResult Substep::attempt() {
   Scalar hopeless = contradiction();
   for (int round = 0; round < kMostRounds; ++round) {
     if (run_.must_stop()) return AttemptResult::Failed;
@@ -619,14 +619,14 @@ AttemptResult ContactSubstep::attempt() {
       make_moves();
       const std::optional<bool> has_changed = update_errors();
       if (!has_changed) return run_.must_stop() ? AttemptResult::Failed : AttemptResult::Blocked;
-      // A struck island is solved again only for what would be hit.
-      if (!(substep_.is_struck() ? ends_short_ : *has_changed)) break;
+      // A coarsely solved island is solved again only for what would be hit.
+      if (!(substep_.is_coarse() ? ends_short_ : *has_changed)) break;
     }
     if (joints_are_guessed(substep_, tau_)) return AttemptResult::Blocked;
     proofs_.find(moves_);
     if (proofs_.is_complete()) {
       commit(tau_);
-      solve_contact_node(run_, tau_, may_bounce_);
+      solve_substep_end(run_, tau_, may_bounce_);
       return AttemptResult::Committed;
     }
     ++run_.outcome().work.rounds;
@@ -635,17 +635,17 @@ AttemptResult ContactSubstep::attempt() {
       if (proofs_.is_hopeless()) return AttemptResult::Blocked;
       // The next round would only fail to solve the same problem.
       const bool is_same = targets_are_zero_ && !substep_.asks_more(known, tau_, false);
-      is_jammed_ = is_same && !is_solved_ && residual_ > hopeless && !substep_.is_struck();
+      is_infeasible_ = is_same && !is_solved_ && residual_ > hopeless && !substep_.is_coarse();
       hopeless = std::min(hopeless, kNoProgress * residual_);
       if (is_same && is_solved_) return AttemptResult::Blocked;
-      if (is_jammed_) return AttemptResult::Blocked;
+      if (is_infeasible_) return AttemptResult::Blocked;
       continue;
     }
     if (failure_) return AttemptResult::Failed;
     if (!lands_) return AttemptResult::Blocked;
     const Scalar tau = blocked_at_ - run_.now();
     commit(tau);
-    solve_contact_node(run_, tau, may_bounce_);
+    solve_substep_end(run_, tau, may_bounce_);
     return AttemptResult::Committed;
   }
   return AttemptResult::Blocked;
@@ -653,29 +653,29 @@ AttemptResult ContactSubstep::attempt() {
 
 }  // namespace
 
-bool run_contact_substep(IslandRun& run, bool may_bounce) {
+bool run_substep(IslandRun& run, bool may_bounce) {
   Horizon horizon(run.remaining());
   std::vector<SubstepContact> hits;
   for (int attempt = 0; attempt < kMostAttempts; ++attempt) {
     if (!(run.now() + horizon.tau() > run.now())) return false;
-    ContactSubstep substep(run, horizon.tau(), may_bounce, horizon.lands());
-    const Scalar struck_tau = kStruckSubstepPart * run.context().h;
+    Substep substep(run, horizon.tau(), may_bounce, horizon.lands());
+    const Scalar coarse_tau = kCoarseSubstepPart * run.context().h;
     // literal: rounding cuts no substep
-    if (attempt == 0 && horizon.tau() > struck_tau * (1 + 1e-9) && substep.is_struck()) {
-      horizon.set(struck_tau);
+    if (attempt == 0 && horizon.tau() > coarse_tau * (1 + 1e-9) && substep.is_coarse()) {
+      horizon.set(coarse_tau);
       continue;
     }
     if (!horizon.lands()) {
       for (RunPair& pair : run.pairs()) pair.hit.reset();
     }
-    if (attempt < kHitAttempts) substep.take(hits);
+    if (attempt < kHitAttempts) substep.begin_with(hits);
     const AttemptResult result = substep.attempt();
     if (result == AttemptResult::Committed || result == AttemptResult::Failed) return true;
-    substep.give(hits);
+    substep.keep_hits(hits);
     horizon.shorten(substep.blocked());
     const bool is_last = attempt + 1 == kMostAttempts || !(run.now() + horizon.tau() > run.now());
-    const bool is_jam = horizon.only_uses_room() && run.count_jam() > kMostJams;
-    if (!is_last && !is_jam) continue;
+    const bool is_given_up = horizon.only_uses_room() && run.count_infeasible() > kMostInfeasible;
+    if (!is_last && !is_given_up) continue;
     if (const auto pair = substep.locked_by_friction()) {
       run.fail(AdvanceStatus::Blocked, *pair);
       return true;

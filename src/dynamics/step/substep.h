@@ -10,7 +10,8 @@ namespace dyop::dynamics_internal {
 struct BlockedSubstep {
   Scalar safe = 0;         // time from its start up to which it is proven
   bool must_land = false;  // at a hit to be resolved where it happens
-  bool is_jammed = false;  // contacts contradict each other even if bodies may move along together
+  bool is_infeasible =
+      false;  // contacts contradict each other even if bodies may move along together
 };
 
 /// The length of the next attempt at a contact substep, after those that were blocked.
@@ -21,7 +22,7 @@ class Horizon {
   Scalar tau() const { return tau_; }
   /// Whether the attempt ends at a hit to be resolved there.
   bool lands() const { return lands_; }
-  /// Whether shorter substeps do not end a jam: the attempt only uses the room that is left.
+  /// Whether shorter substeps stay infeasible: the attempt only uses the room that is left.
   bool only_uses_room() const { return only_uses_room_; }
 
   void set(Scalar tau) { tau_ = tau; }
@@ -30,7 +31,7 @@ class Horizon {
  private:
   Scalar tau_;
   bool lands_ = false;
-  bool was_jammed_ = false;
+  bool was_infeasible_ = false;
   bool only_uses_room_ = false;
 };
 
@@ -45,10 +46,10 @@ class Horizon {
 ///
 /// Shortens its horizon while it is blocked. Commits to the run.
 /// @return Whether time advanced.
-bool run_contact_substep(IslandRun& run, bool may_bounce);
+bool run_substep(IslandRun& run, bool may_bounce);
 
 /// The end of a substep of length tau, at now(): the other half of the kick, and contacts at the new
 /// poses.
-void solve_contact_node(IslandRun& run, Scalar tau, bool may_bounce);
+void solve_substep_end(IslandRun& run, Scalar tau, bool may_bounce);
 
 }  // namespace dyop::dynamics_internal

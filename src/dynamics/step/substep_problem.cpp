@@ -19,19 +19,19 @@ namespace {
 constexpr std::size_t kLargeContacts = 300;
 constexpr Scalar kLargeSpeedTolerance = 1e-2;
 constexpr int kLargePatience = 30;
-// A large one in which something moves by so many rest offsets per step is struck if it has more contacts
+// A large one in which something moves by so many rest offsets per step is solved coarsely if it has more contacts
 // per body than this, that is, one and a half times as many impulses as velocities: many cheap substeps
 // beat few exact ones. With fewer, as of links, impulses are nearly unique, and Newton's method finds
 // them soon. Its residual, in rest offsets per substep: so much less may a gap become than asked for. All
 // found by measurement.
-constexpr Scalar kStruckWay = 20;
-constexpr std::size_t kStruckContactsPerBody = 3;
-constexpr Scalar kStruckTolerance = 0.3;
+constexpr Scalar kCoarseTravel = 20;
+constexpr std::size_t kCoarseContactsPerBody = 3;
+constexpr Scalar kCoarseTolerance = 0.3;
 // So many bodies without joints that move by so many rest offsets per step are a crowd that falls or
 // is thrown, not a structure: a thousandth of its speed is exact enough, up to what a gap may lose in
 // a substep, and sweeps find that sooner than factorisations. Found by measurement on poured spheres.
 constexpr std::size_t kCrowdBodies = 20;
-constexpr Scalar kCrowdWay = 100;
+constexpr Scalar kCrowdTravel = 100;
 constexpr Scalar kCrowdSpeedTolerance = 1e-3;
 constexpr int kCrowdSweeps = 150;
 // Radians. A contact keeps its gap by its place at the end of a substep; beyond about this turn the next
@@ -39,7 +39,7 @@ constexpr int kCrowdSweeps = 150;
 constexpr Scalar kMostContactTurn = 1;
 // An island moves if its fastest body's way in a substep is this part of the rest offset or more, as for
 // sleep.
-constexpr Scalar kDriftWay = 0.01;
+constexpr Scalar kDriftTravel = 0.01;
 // How much farther a contact is pushed that was hit, in rest offsets; doubled each time.
 constexpr Scalar kHitPush = 0.5;
 
@@ -202,8 +202,8 @@ SubstepContact* SubstepProblem::known_at(std::size_t pair, const ContactPoint& p
     const ContactPoint& other = contacts_[i].point;
     if (contacts_[i].pair != pair || !(other.nhat_AB_W.dot(point.nhat_AB_W) > 0.9)) continue;
     if (!((other.p_WCa - point.p_WCa).norm() < 0.05 * lengths.radius)) continue;
-    const Vector3 way = tau * relative_velocity(i);
-    const Scalar difference = std::abs(way.dot(other.nhat_AB_W - point.nhat_AB_W));
+    const Vector3 travel = tau * relative_velocity(i);
+    const Scalar difference = std::abs(travel.dot(other.nhat_AB_W - point.nhat_AB_W));
     if (!(difference < least)) continue;
     least = difference;
     known = &contacts_[i];
@@ -244,24 +244,24 @@ Scalar SubstepProblem::tolerance(Scalar tau) const {
   Scalar usual = contact_tolerance(fastest, rest_offset_, tau);
   if (is_crowd()) {
     usual = std::max(
-        usual, std::min(kCrowdSpeedTolerance * fastest, kStruckTolerance * rest_offset_ / tau));
+        usual, std::min(kCrowdSpeedTolerance * fastest, kCoarseTolerance * rest_offset_ / tau));
   }
   // So few bodies are solved exactly in no time.
   const bool is_small = run_.members().size() <= kContactFewBodies;
   const Scalar exact =
       std::max(kContactSpeedTolerance * fastest, kContactRestTolerance * rest_offset_ / tau);
   if (is_large()) {
-    const Scalar way = fastest * tau / rest_offset_;  // in a substep, in rest offsets
+    const Scalar travel = fastest * tau / rest_offset_;  // in a substep, in rest offsets
     const Scalar loose = kContactLooseTolerance * rest_offset_ / tau;
     return std::max(usual,
-                    std::min(kLargeSpeedTolerance * std::min(way, Scalar{1}) * fastest, loose));
+                    std::min(kLargeSpeedTolerance * std::min(travel, Scalar{1}) * fastest, loose));
   }
   return is_small ? std::min(usual, exact) : usual;
 }
 
 bool SubstepProblem::is_crowd() const {
   return run_.members().size() > kCrowdBodies && run_.joints().empty() &&
-         start_speed_ * run_.context().h > kCrowdWay * rest_offset_;
+         start_speed_ * run_.context().h > kCrowdTravel * rest_offset_;
 }
 
 bool SubstepProblem::is_large() const {
@@ -276,14 +276,14 @@ bool SubstepProblem::turns_too_far(Scalar tau) const {
   return false;
 }
 
-bool SubstepProblem::is_struck() const {
+bool SubstepProblem::is_coarse() const {
   return first_contacts_ > kLargeContacts && run_.members().size() > kContactFewBodies &&
-         first_contacts_ > kStruckContactsPerBody * run_.members().size() &&
-         start_speed_ * run_.context().h > kStruckWay * rest_offset_;
+         first_contacts_ > kCoarseContactsPerBody * run_.members().size() &&
+         start_speed_ * run_.context().h > kCoarseTravel * rest_offset_;
 }
 
 bool SubstepProblem::loads_may_drift(Scalar tau) const {
-  return !is_large() && start_speed_ * tau > kDriftWay * rest_offset_;
+  return !is_large() && start_speed_ * tau > kDriftTravel * rest_offset_;
 }
 
 Scalar SubstepProblem::impact_tolerance(Scalar tau) const {
@@ -319,8 +319,8 @@ ContactReport SubstepProblem::solve(Scalar tau, bool is_impact) {
     options.patience = std::min(options.patience, kLargePatience);
     options.cascade_rounds = std::min(options.cascade_rounds, 1);
   }
-  if (is_struck()) {
-    options.tolerance = std::max(options.tolerance, kStruckTolerance * rest_offset_ / tau);
+  if (is_coarse()) {
+    options.tolerance = std::max(options.tolerance, kCoarseTolerance * rest_offset_ / tau);
     options.newton_limit = 0;
     options.admm_limit = 0;
   }
@@ -400,7 +400,7 @@ constexpr Scalar kKnownEnd = 0.25;
 
 // In a substep in which an island moves by less than this part of the rest offset, what is left of a gap's
 // recovery after a solve would outweigh its own speed.
-constexpr Scalar kLeastWay = 0.001;
+constexpr Scalar kLeastTravel = 0.001;
 
 // Of joints' motors and springs there is no telling what they do to an island at rest: where nothing
 // else moves it, its substeps are never short of more than so many steps. More: tolerances below rounding.
@@ -415,7 +415,7 @@ Scalar SubstepProblem::recovery_cap(std::size_t contact, Scalar tau) const {
   const SubstepContact& entry = contacts_[contact];
   const RunPair& pair = run_.pairs()[entry.pair];
   const PairLengths& lengths = pair.state->lengths;
-  if (pair.state->granted || pair.state->overlaps) {
+  if (pair.state->uncertified_gap || pair.state->overlaps) {
     return run_.context().options->separation_speed.value_or(kSeparationRadiusFraction *
                                                              lengths.radius / run_.context().h);
   }
@@ -424,9 +424,9 @@ Scalar SubstepProblem::recovery_cap(std::size_t contact, Scalar tau) const {
 }
 
 Scalar SubstepProblem::least_substep() const {
-  const Scalar way = kLeastWay * rest_offset_;
-  const Scalar by_weight = std::sqrt(2 * way / run_.acceleration());
-  const Scalar time = std::min(way / start_speed_, by_weight);
+  const Scalar travel = kLeastTravel * rest_offset_;
+  const Scalar by_weight = std::sqrt(2 * travel / run_.acceleration());
+  const Scalar time = std::min(travel / start_speed_, by_weight);
   if (!std::isfinite(time)) return 0;
   if (std::isfinite(by_weight)) return time;
   return std::min(time, kMostShortSteps * run_.context().h);
@@ -465,9 +465,9 @@ CurvedMove SubstepProblem::curved_move(std::size_t contact, Scalar tau) const {
 Scalar SubstepProblem::stick_midway(std::size_t contact, const Vector3& p_W_end, Scalar tau) {
   PointContact& row = problem_.contacts[contact];
   const ContactPoint& point = contacts_[contact].point;
-  const Vector3 way = (p_W_end - (point.p_WCa + point.p_WCb) / 2) / 2;
+  const Vector3 travel = (p_W_end - (point.p_WCa + point.p_WCb) / 2) / 2;
   const auto change = [&](const ContactBody& body) -> Vector3 {
-    return body.w_W.cross(way - tau / 2 * body.v_W);
+    return body.w_W.cross(travel - tau / 2 * body.v_W);
   };
   Vector3 velocity_W = change(problem_.bodies[row.body_a]) - change(problem_.bodies[row.body_b]);
   velocity_W -= row.nhat_AB_W * row.nhat_AB_W.dot(velocity_W);

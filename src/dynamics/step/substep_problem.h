@@ -36,7 +36,7 @@ class SubstepProblem {
 
   /// The members' mobilities at these rotations.
   void set_mobility(std::size_t member, const Matrix3& R_WB);
-  /// Mean twist over [now, now + tau] of the bodies on given motions; if tau is 0 that with which
+  /// Mean twist over [now, now + tau] of the bodies on prescribed motions; if tau is 0 that with which
   /// the substep ends.
   void set_supports(Scalar tau);
   /// Adds the contacts of all near pairs at now that `wanted` accepts, from the ground up: the order
@@ -116,12 +116,12 @@ class SubstepProblem {
   Scalar least_substep() const;
   /// Whether so many bodies with so many contacts move so fast that they are solved coarsely, in short
   /// substeps. What hits add during a substep does not change it.
-  bool is_struck() const;
+  bool is_coarse() const;
   /// Whether loads that the contacts do not determine are solved so coarsely that they drift: in an
   /// island that moves by more than what is at rest in a substep of length tau. Not told of a large one,
   /// where the loads of the last solve are worth more.
   bool loads_may_drift(Scalar tau) const;
-  /// The pair with the given motion that works against a self-stress of the contacts, as the substep asks
+  /// The pair with the prescribed motion that works against a self-stress of the contacts, as the substep asks
   /// for them or with those that carry closed; none if there is none, not even nearly.
   std::optional<PairKey> locked_by_friction() const;
   /// Number in the problem of a body that something other than a contact acts on.

@@ -8,7 +8,7 @@
 
 #include "distance/neighbour_list.h"
 #include "dynamics/body_record.h"
-#include "dynamics/step/parting_slabs.h"
+#include "dynamics/step/separating_directions.h"
 #include "dyop/core/time_interval.h"
 #include "dyop/motion/constant_twist_motion.h"
 

@@ -21,7 +21,7 @@ constexpr int kMostMerges = 1000;
 // part of the pair's radius, and of the way that the two move relative to each other. Found by
 // measurement: two and a half times as much changes nothing.
 constexpr Scalar kForecastRadiusFraction = 0.02;
-constexpr Scalar kForecastWayFraction = 0.1;
+constexpr Scalar kForecastTravelFraction = 0.1;
 
 // Sets of bodies that belong together.
 class BodySets {
@@ -137,11 +137,11 @@ AlignedBox WorldStep::predicted_box(const BodyRecord& body) {
   }
   if (!body.is_awake()) return box_around(body, body.X_WB(), 0);
   const Scalar h = interval.length();
-  const Scalar way = h * (body.state.v_W.norm() + body.angular_velocity().norm() * body.radius +
-                          h * world_.gravity_W.norm());
+  const Scalar travel = h * (body.state.v_W.norm() + body.angular_velocity().norm() * body.radius +
+                             h * world_.gravity_W.norm());
   // With a margin, so that contact pushes do not leave it.
-  expected_travel_[body.id.slot] = 1.25 * way;
-  return box_around(body, body.X_WB(), 1.25 * way);
+  expected_travel_[body.id.slot] = 1.25 * travel;
+  return box_around(body, body.X_WB(), 1.25 * travel);
 }
 
 // A box that holds the body at every time of the step: its box at the middle, grown by the largest
@@ -155,12 +155,13 @@ AlignedBox WorldStep::box_of(const BodyRecord& body, const BodyMove& move,
                              const TwistBound& bound) const {
   const TimeInterval interval{context_.t, context_.t_end};
   const Scalar speed = bound.linear_speed + bound.angular_speed * body.radius_B;
-  const Scalar way = speed * interval.length() / 2;
-  return box_around(body, move.motion->pose(interval.begin + interval.length() / 2), way);
+  const Scalar travel = speed * interval.length() / 2;
+  return box_around(body, move.motion->pose(interval.begin + interval.length() / 2), travel);
 }
 
 // The box of a body at a pose, grown by `way` and by half the distance at which pairs matter.
-AlignedBox WorldStep::box_around(const BodyRecord& body, const RigidPose& X_WB, Scalar way) const {
+AlignedBox WorldStep::box_around(const BodyRecord& body, const RigidPose& X_WB,
+                                 Scalar travel) const {
   const Vector3 half = X_WB.rotation().cwiseAbs() * (body.box_B.sizes() / 2);
   const Vector3 center = X_WB * Vector3(body.box_B.center());
   // Half of what the larger of two bodies needs; a pair's lengths are those of its smaller body.
@@ -172,7 +173,7 @@ AlignedBox WorldStep::box_around(const BodyRecord& body, const RigidPose& X_WB, 
       target + (1 + kContactReachRestOffsets) * rest_offset + own_targets_[body.id.slot];
   // literal: generous for rounding, costs nothing
   const Scalar noise = 1e-9 * (center.cwiseAbs().maxCoeff() + radius);
-  const Vector3 grow = half.array() + (way + reach + noise);
+  const Vector3 grow = half.array() + (travel + reach + noise);
   return {center - grow, center + grow};
 }
 
@@ -342,7 +343,7 @@ bool WorldStep::foresee_hits() {
                          a.angular_velocity().norm() * a.radius +
                          b.angular_velocity().norm() * b.radius;
     return std::min(kForecastRadiusFraction * pair.lengths.radius,
-                    kForecastWayFraction * interval.length() * speed);
+                    kForecastTravelFraction * interval.length() * speed);
   };
   const auto kept_velocity = [&](const BodyRecord& body) {
     return twist_move(body, body.state, context_.t, body.state.v_W, body.angular_velocity());
@@ -617,7 +618,7 @@ AdvanceStatus WorldStep::status_or(AdvanceStatus otherwise) {
   return stops ? AdvanceStatus::StoppedAtImpact : otherwise;
 }
 
-// Bodies on given motions cannot react: those that come too near are reported, once.
+// Bodies on prescribed motions cannot react: those that come too near are reported, once.
 void WorldStep::report_crossings() {
   for (const auto& pair : world_.pairs) {
     const BodyRecord& a = world_.bodies[pair->key.a];
@@ -626,7 +627,7 @@ void WorldStep::report_crossings() {
     if (a.definition.is_sensor || b.definition.is_sensor) continue;
     Certificate certificate;
     pair->overlaps = false;
-    pair->granted.reset();
+    pair->uncertified_gap.reset();
     prove_pair(*pair, certificate, world_.workspaces.front()->toi);
     const bool is_clear = certificate.proof && certificate.proof->kind() != ProofKind::Excused;
     if (is_clear) {

@@ -13,7 +13,7 @@ namespace {
 
 using namespace testing;
 
-const Vector3 kStruckHalf(0.3, 0.2, 0.1);
+const Vector3 kCoarseHalf(0.3, 0.2, 0.1);
 
 struct BoxImpact {
   Scalar met = 0;                     // speed at which the lowest point met the floor
@@ -30,8 +30,8 @@ BoxImpact drop(const Matrix3& R, Scalar restitution, const LockedAxes& locked = 
   world.add_body(floor_body(0, 1));
   BoxImpact result;
   result.body =
-      dynamic_body("box", std::make_shared<Box>(kStruckHalf), {0, 0, 0}, {0.3, 0.1, -kSpeed});
-  const Scalar lowest = -(R.row(2).transpose().cwiseAbs()).dot(kStruckHalf);
+      dynamic_body("box", std::make_shared<Box>(kCoarseHalf), {0, 0, 0}, {0.3, 0.1, -kSpeed});
+  const Scalar lowest = -(R.row(2).transpose().cwiseAbs()).dot(kCoarseHalf);
   result.body.initial.X_WB = RigidPose(R, Vector3(0, 0, 0.02 - lowest));
   result.body.restitution = restitution;
   result.body.friction = 0;

@@ -22,18 +22,18 @@ struct ChordMotion {
     Scalar bend_slope = 0;
   };
   RigidPose X_AB_begin;
-  RigidPose X_AB_middle;  ///< only where slabs are sought
+  RigidPose X_AB_middle;  ///< only where directions are sought
   RigidPose X_AB_end;
   Side a;
   Side b;
 };
 
-/// For pairs of pieces that slide or roll past each other, a slab that parts them, from step to
+/// For pairs of pieces that slide or roll past each other, a direction that parts them, from step to
 /// step: a unit normal, fixed to the one of the two shapes that has a face there. Support values
 /// tell how far the pieces are apart along it at both ends of a step; in between that changes
-/// like a line, up to the bend of the motion. So a slab, once found, proves most steps of its
+/// like a line, up to the bend of the motion. So a direction, once found, proves most steps of its
 /// pair without a distance.
-class PartingSlabs {
+class SeparatingDirections {
  public:
   /// Leaves those pairs of leaves that are not proven more than `least` apart at all times of a
   /// motion.
@@ -42,19 +42,19 @@ class PartingSlabs {
                      Scalar noise, BoxPairStack& pairs);
 
  private:
-  struct Slab {
+  struct Direction {
     std::int32_t a = 0;  // leaves
     std::int32_t b = 0;
     bool is_of_b = false;              // fixed to B
     Vector3 normal = Vector3::Zero();  // unit, from A to B, in the frame of its shape
 
-    friend bool operator<(const Slab& x, const Slab& y) {
+    friend bool operator<(const Direction& x, const Direction& y) {
       return x.a != y.a ? x.a < y.a : x.b < y.b;
     }
   };
 
-  std::vector<Slab> slabs_;  // of the pairs of the last call, sorted
-  std::vector<Slab> last_;   // memory
+  std::vector<Direction> directions_;  // of the pairs of the last call, sorted
+  std::vector<Direction> last_;        // memory
 };
 
 }  // namespace dyop::dynamics_internal

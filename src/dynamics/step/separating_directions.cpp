@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "dynamics/step/parting_slabs.h"
+#include "dynamics/step/separating_directions.h"
 
 #include <algorithm>
 #include <cmath>
@@ -40,48 +40,48 @@ Scalar least_gap(const LeafPiece& fixed, const LeafPiece& other, const Vector3& 
 
 }  // namespace
 
-void PartingSlabs::keep_unproven(const Shape& a, const Shape& b, const ChordMotion& motion,
-                                 Scalar least, Scalar noise, BoxPairStack& pairs) {
+void SeparatingDirections::keep_unproven(const Shape& a, const Shape& b, const ChordMotion& motion,
+                                         Scalar least, Scalar noise, BoxPairStack& pairs) {
   const ShapeTree tree_a(a);
   const ShapeTree tree_b(b);
   const RigidPose X_BA_begin = motion.X_AB_begin.inverse();
   const RigidPose X_BA_end = motion.X_AB_end.inverse();
   // NaN proves nothing.
-  const auto is_proven = [&](const Slab& slab) {
-    const LeafPiece piece_a = tree_a.piece(slab.a);
-    const LeafPiece piece_b = tree_b.piece(slab.b);
-    const Scalar gap =
-        slab.is_of_b ? least_gap(piece_b, piece_a, -slab.normal, X_BA_begin, X_BA_end, motion.b)
-                     : least_gap(piece_a, piece_b, slab.normal, motion.X_AB_begin, motion.X_AB_end,
-                                 motion.a);
+  const auto is_proven = [&](const Direction& direction) {
+    const LeafPiece piece_a = tree_a.piece(direction.a);
+    const LeafPiece piece_b = tree_b.piece(direction.b);
+    const Scalar gap = direction.is_of_b ? least_gap(piece_b, piece_a, -direction.normal,
+                                                     X_BA_begin, X_BA_end, motion.b)
+                                         : least_gap(piece_a, piece_b, direction.normal,
+                                                     motion.X_AB_begin, motion.X_AB_end, motion.a);
     return gap > least;
   };
-  const auto find_slab = [&](Slab& slab) {
+  const auto find_slab = [&](Direction& direction) {
     const PieceDistance piece =
-        piece_distance(tree_a, slab.a, tree_b, slab.b, motion.X_AB_middle, noise);
+        piece_distance(tree_a, direction.a, tree_b, direction.b, motion.X_AB_middle, noise);
     const bool has_face_a = piece.feature_a.kind == FeatureKind::Face;
     const bool has_face_b = piece.feature_b.kind == FeatureKind::Face;
-    slab.is_of_b = has_face_a == has_face_b ? motion.b.bend < motion.a.bend : has_face_b;
+    direction.is_of_b = has_face_a == has_face_b ? motion.b.bend < motion.a.bend : has_face_b;
     const Vector3 normal = piece.nhat_AB.normalized();
-    slab.normal =
-        slab.is_of_b ? Vector3(motion.X_AB_middle.rotation().transpose() * normal) : normal;
+    direction.normal =
+        direction.is_of_b ? Vector3(motion.X_AB_middle.rotation().transpose() * normal) : normal;
     return piece.lower > least;
   };
-  last_.swap(slabs_);
-  slabs_.clear();
+  last_.swap(directions_);
+  directions_.clear();
   std::size_t kept = 0;
   for (const BoxPair& pair : pairs) {
-    Slab slab{pair.a, pair.b, false, Vector3::Zero()};
-    const auto known = std::lower_bound(last_.begin(), last_.end(), slab);
-    const bool is_known = known != last_.end() && !(slab < *known);
-    if (is_known) slab = *known;
-    bool is_apart = is_known && is_proven(slab);
-    if (!is_apart) is_apart = find_slab(slab) && is_proven(slab);
-    slabs_.push_back(slab);
+    Direction direction{pair.a, pair.b, false, Vector3::Zero()};
+    const auto known = std::lower_bound(last_.begin(), last_.end(), direction);
+    const bool is_known = known != last_.end() && !(direction < *known);
+    if (is_known) direction = *known;
+    bool is_apart = is_known && is_proven(direction);
+    if (!is_apart) is_apart = find_slab(direction) && is_proven(direction);
+    directions_.push_back(direction);
     if (!is_apart) pairs[kept++] = pair;
   }
   pairs.resize(kept);
-  std::sort(slabs_.begin(), slabs_.end());
+  std::sort(directions_.begin(), directions_.end());
 }
 
 }  // namespace dyop::dynamics_internal

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "dynamics/step/parting_slabs.h"
+#include "dynamics/step/separating_directions.h"
 
 #include <gtest/gtest.h>
 
@@ -60,7 +60,7 @@ struct Passing {
   BodyRecord record_a, record_b;
   CentralState state_a, state_b;
   Twist twist_a, twist_b;
-  PartingSlabs slabs;
+  SeparatingDirections directions;
 
   const Shape& a() const { return *record_a.definition.shape; }
   const Shape& b() const { return *record_b.definition.shape; }
@@ -83,8 +83,8 @@ Scalar check_step(Passing& passing, Scalar tau, Scalar least, std::mt19937_64& r
   const BodyMove b = move(passing.record_b, passing.state_b, passing.twist_b);
   const std::vector<BoxPair> all = all_pairs(passing.a(), passing.b());
   BoxPairStack left = all;
-  passing.slabs.keep_unproven(passing.a(), passing.b(), *chord_motion(a, b, interval), least,
-                              passing.noise(), left);
+  passing.directions.keep_unproven(passing.a(), passing.b(), *chord_motion(a, b, interval), least,
+                                   passing.noise(), left);
   std::set<std::pair<std::int32_t, std::int32_t>> unproven;
   for (const BoxPair& pair : left) unproven.insert({pair.a, pair.b});
   EXPECT_EQ(unproven.size(), left.size());
@@ -119,7 +119,7 @@ std::vector<std::shared_ptr<const Shape>> passing_shapes() {
           std::make_shared<Box>(Vector3(0.5, 0.8, 0.4))};
 }
 
-TEST(PartingSlabs, LeaveOutOnlyWhatStaysApart) {
+TEST(SeparatingDirections, LeaveOutOnlyWhatStaysApart) {
   std::mt19937_64 random(17);
   const auto shapes = passing_shapes();
   Scalar slow = 0, fast = 0;
@@ -153,7 +153,7 @@ TEST(PartingSlabs, LeaveOutOnlyWhatStaysApart) {
 }
 
 // A ball that rolls on a plate: the nearest pair is known in every step, with the plate's normal.
-TEST(PartingSlabs, ProveABallThatRolls) {
+TEST(SeparatingDirections, ProveABallThatRolls) {
   Passing passing;
   passing.record_a =
       body_of(std::make_shared<TriangleMesh>(plate_grid(4, 1, 3, 1).mesh()), Vector3::Zero());
@@ -167,8 +167,8 @@ TEST(PartingSlabs, ProveABallThatRolls) {
     const TimeInterval interval{0, kTau};
     for (const Scalar part : {0.8, 1.01}) {
       BoxPairStack left = all_pairs(passing.a(), passing.b());
-      passing.slabs.keep_unproven(passing.a(), passing.b(), *chord_motion(plate, ball, interval),
-                                  part * kGap, 0, left);
+      passing.directions.keep_unproven(passing.a(), passing.b(),
+                                       *chord_motion(plate, ball, interval), part * kGap, 0, left);
       EXPECT_EQ(left.empty(), part < 1);
     }
     passing.state_b.X_WM = central_pose(passing.record_b, ball.motion->pose(kTau));
