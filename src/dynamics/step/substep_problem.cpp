@@ -12,8 +12,9 @@ namespace dyop::dynamics_internal {
 
 namespace {
 
-// An island of more contacts is large. Its tolerance is this part of its speed while it moves by more
-// than a rest offset per step, and falls with the square of its speed below that. Where something slides
+// An island of more contacts is large. Its tolerance is this part of its speed; while it moves by less
+// than a rest offset per step and no static balance could end its rest, it falls with the square of its
+// speed: else what stands creeps. Ten times larger: it sways longer. Where something slides
 // slowly beside redundant contacts, solvers hardly reach that, and gain next to nothing once so many
 // factorisations have not halved the residual.
 constexpr std::size_t kLargeContacts = 300;
@@ -251,12 +252,21 @@ Scalar SubstepProblem::tolerance(Scalar tau) const {
   const Scalar exact =
       std::max(kContactSpeedTolerance * fastest, kContactRestTolerance * rest_offset_ / tau);
   if (is_large()) {
-    const Scalar travel = fastest * tau / rest_offset_;  // in a substep, in rest offsets
+    // In a substep, in rest offsets.
+    const Scalar travel = may_sleep() ? Scalar{1} : fastest * tau / rest_offset_;
     const Scalar loose = kContactLooseTolerance * rest_offset_ / tau;
     return std::max(usual,
                     std::min(kLargeSpeedTolerance * std::min(travel, Scalar{1}) * fastest, loose));
   }
   return is_small ? std::min(usual, exact) : usual;
+}
+
+bool SubstepProblem::may_sleep() const {
+  const bool has_wrench = std::any_of(
+      run_.members().begin(), run_.members().end(),
+      [](const IslandRun::Member& member) { return bool(member.body->definition.wrench); });
+  return run_.context().options->sleep_steps > 0 && run_.joints().empty() &&
+         run_.springs().empty() && !has_wrench;
 }
 
 bool SubstepProblem::is_crowd() const {

@@ -145,6 +145,7 @@ class SubstepProblem {
   SubstepContact* known_at(std::size_t pair, const ContactPoint& point, Scalar tau);
   bool is_large() const;
   bool is_crowd() const;
+  bool may_sleep() const;
   // Returns by how much the velocity that counts as sticking changes.
   Scalar stick_midway(std::size_t contact, const Vector3& p_W_end, Scalar tau);
   Scalar recovery_cap(std::size_t contact, Scalar tau) const;  // largest target above zero
