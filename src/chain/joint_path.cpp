@@ -136,6 +136,19 @@ JointPath::Bound JointPath::bound(std::size_t coordinate, const TimeInterval& pa
   return result;
 }
 
+Eigen::MatrixXd JointPath::controls(std::size_t piece) const {
+  DYOP_REQUIRE(piece + 1 < times_.size(), "the path has ", times_.size() - 1, " pieces, no piece ",
+               piece);
+  Eigen::MatrixXd result(static_cast<Eigen::Index>(coordinate_count_),
+                         static_cast<Eigen::Index>(degree_ + 1));
+  for (std::size_t j = 0; j < coordinate_count_; ++j) {
+    for (std::size_t k = 0; k <= degree_; ++k) {
+      result(static_cast<Eigen::Index>(j), static_cast<Eigen::Index>(k)) = row(piece, j)[k];
+    }
+  }
+  return result;
+}
+
 JointVector JointPath::position(Scalar t) const {
   DYOP_REQUIRE(domain().contains(t), "joint path is defined only on [", times_.front(), ", ",
                times_.back(), "], not at t = ", t);

@@ -43,7 +43,10 @@ KinematicChain::Step step_of(const Joint& joint) {
 
 KinematicChain::KinematicChain(std::vector<Link> links, std::vector<Joint> joints,
                                const Options& options)
-    : links_(std::move(links)), joints_(std::move(joints)), X_WR_(options.X_WR) {
+    : links_(std::move(links)),
+      joints_(std::move(joints)),
+      X_WR_(options.X_WR),
+      ignored_pairs_(options.ignored_pairs) {
   DYOP_REQUIRE(!links_.empty(), "a chain needs a link");
   require_distinct_names(links_, joints_);
   link_up();

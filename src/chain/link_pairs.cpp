@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <mutex>
 #include <numbers>
 
 #include "chain/pair_search.h"
@@ -113,11 +114,16 @@ std::vector<LinkPairReport> decide_link_pairs(const Robot& robot, const LinkPair
     const auto& shape = robot.chain->links()[link].shape;
     if (shape) hulls[link] = chain_internal::link_hull(*shape);
   });
+  std::mutex progress;
+  std::size_t done = 0;
   tbb::parallel_for(std::size_t{0}, reports.size(), [&](std::size_t k) {
     LinkPairReport& report = reports[k];
     chain_internal::PairSearch search(robot, hulls[report.first], hulls[report.second], whole,
                                       report, options);
     search.run();
+    if (!options.on_progress) return;
+    const std::lock_guard lock(progress);
+    options.on_progress(++done, reports.size());
   });
   return reports;
 }

@@ -181,6 +181,14 @@ bool PairSearch::touches_here() {
   return distance(*a, X_Ca_, *b, X_Cb_, options).status == DistanceStatus::Overlapping;
 }
 
+// Once true it stays true. A distance costs more than a look at the clock.
+bool PairSearch::is_stopped() {
+  if (is_stopped_) return true;
+  is_stopped_ = options_.stop.stop_requested() ||
+                (options_.deadline && std::chrono::steady_clock::now() >= *options_.deadline);
+  return is_stopped_;
+}
+
 void PairSearch::settle_touch(const JointVector& q) {
   report_.verdict = free_.empty() ? PairVerdict::Always : PairVerdict::Can;
   report_.witness = q;
@@ -210,7 +218,7 @@ bool PairSearch::take_sample(const JointVector& q, Scalar& nearest, JointVector&
 }
 
 bool PairSearch::sample(int first, int last) {
-  for (int number = first; number < last; ++number) {
+  for (int number = first; number < last && !is_stopped(); ++number) {
     const JointVector q = sample_point(number);
     if (!take_sample(q, nearest_, best_)) continue;
     settle_touch(q);
@@ -223,7 +231,7 @@ bool PairSearch::sample(int first, int last) {
 bool PairSearch::descend() {
   int count = 0;
   for (Scalar step = 0.25; step > kLastStep && count < kMostDescents; step /= 2) {
-    for (bool is_better = true; is_better && count < kMostDescents;) {
+    for (bool is_better = true; is_better && count < kMostDescents && !is_stopped();) {
       is_better = false;
       for (const Eigen::Index free : free_) {
         for (const Scalar sign : {-1, 1}) {
@@ -275,7 +283,7 @@ void PairSearch::examine(const JointBox& box) {
 
 // Returns whether the pair is decided.
 bool PairSearch::bound(std::int64_t last_box) {
-  while (!stack_.empty() && report_.boxes < last_box) {
+  while (!stack_.empty() && report_.boxes < last_box && !is_stopped()) {
     const JointBox box = stack_.back();
     stack_.pop_back();
     examine(box);
@@ -326,13 +334,14 @@ void PairSearch::run() {
   }
   const int first = std::min(kFirstSamples, options_.samples);
   int touching = 0;
-  for (int number = 0; number < first; ++number) {
-    const JointVector q = sample_point(number);
+  int taken = 0;
+  for (; taken < first && !is_stopped(); ++taken) {
+    const JointVector q = sample_point(taken);
     if (!take_sample(q, nearest_, best_)) continue;
     ++touching;
     if (!report_.witness) settle_touch(q);
   }
-  report_.touching_share = first == 0 ? 0 : Scalar(touching) / first;
+  report_.touching_share = taken == 0 ? 0 : Scalar(touching) / taken;
   if (report_.witness || bound(std::min(kFirstBoxes, options_.max_boxes))) return;
   if (sample(first, options_.samples) || descend()) return;
   if (bound(options_.max_boxes)) return;

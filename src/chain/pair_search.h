@@ -45,6 +45,7 @@ class PairSearch {
   Eigen::Index widest(const JointBox& box) const;
   DistanceResult measure(Scalar max_distance);
   bool touches_here();
+  bool is_stopped();
   bool take_sample(const JointVector& q, Scalar& nearest, JointVector& best);
   bool sample(int first, int last);
   bool descend();
@@ -70,6 +71,7 @@ class PairSearch {
   DistanceCache cache_;
   std::vector<JointBox> stack_;
   Scalar given_up_ = 0;
+  bool is_stopped_ = false;
   std::uint64_t random_ = 0;
   Scalar nearest_ = kInfinity;
   JointVector best_;

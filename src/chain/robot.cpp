@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "dyop/chain/robot.h"
 
-#include <algorithm>
-
 #include "dyop/core/error.h"
 
 namespace dyop {
@@ -12,22 +10,6 @@ void require_free(const Robot& robot, const JointVector& free) {
   DYOP_REQUIRE(std::size_t(free.size()) == robot.free_count(), "robot '", robot.name, "' has ",
                robot.free_count(), " free coordinates, not ", free.size());
   DYOP_REQUIRE(free.allFinite(), "coordinates must be finite, not (", free.transpose(), ")");
-}
-
-// Every pair of links with shapes that self-collision does not check.
-std::vector<std::pair<std::string, std::string>> unchecked_pairs(const KinematicChain& chain) {
-  const std::span<const Link> links = chain.links();
-  std::vector<std::pair<std::string, std::string>> unchecked;
-  for (std::size_t a = 0; a < links.size(); ++a) {
-    for (std::size_t b = a + 1; b < links.size(); ++b) {
-      const auto pairs = chain.self_pairs();
-      const bool is_checked = std::any_of(pairs.begin(), pairs.end(), [&](const auto& pair) {
-        return pair.first == a && pair.second == b;
-      });
-      if (!is_checked) unchecked.emplace_back(links[a].name, links[b].name);
-    }
-  }
-  return unchecked;
 }
 
 }  // namespace
@@ -51,6 +33,20 @@ JointVector Robot::expand_rates(const JointVector& free_rates) const {
   return rates;
 }
 
+// Mimicking is affine, so it maps control points.
+JointPath Robot::expand(const JointPath& free) const {
+  DYOP_REQUIRE(free.coordinate_count() == free_count(), "robot '", name, "' has ", free_count(),
+               " free coordinates, the path has ", free.coordinate_count());
+  std::vector<Eigen::MatrixXd> controls;
+  for (std::size_t piece = 0; piece + 1 < free.times().size(); ++piece) {
+    const Eigen::MatrixXd from = free.controls(piece);
+    Eigen::MatrixXd to(Eigen::Index(couplings.size()), from.cols());
+    for (Eigen::Index k = 0; k < from.cols(); ++k) to.col(k) = expand(JointVector(from.col(k)));
+    controls.push_back(std::move(to));
+  }
+  return JointPath::bezier(free.times(), controls);
+}
+
 Robot make_robot(std::string name, KinematicChain chain) {
   Robot robot;
   robot.name = std::move(name);
@@ -70,7 +66,7 @@ KinematicChain attach(const KinematicChain& chain, Link object, const std::strin
   std::vector<Joint> joints(chain.joints().begin(), chain.joints().end());
   KinematicChain::Options options;
   options.X_WR = chain.X_WR();
-  options.ignored_pairs = unchecked_pairs(chain);
+  options.ignored_pairs.assign(chain.ignored_pairs().begin(), chain.ignored_pairs().end());
   for (const std::string& link : touch_links) {
     options.ignored_pairs.emplace_back(object.name, link);
   }

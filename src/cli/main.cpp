@@ -94,6 +94,7 @@ int main(int argc, char** argv) {
   dyop::cli::add_replay_command(app, exit_code);
   dyop::cli::add_view_command(app, exit_code);
   dyop::cli::add_tool_command(app, exit_code);
+  dyop::cli::add_robot_command(app, exit_code);
   dyop::cli::add_study_command(app, exit_code);
   return int(dyop::cli::run(app, argc, argv, exit_code));
 }

@@ -21,8 +21,8 @@ int terminal_width() {
 
 }  // namespace
 
-ProgressBar::ProgressBar(bool is_wanted)
-    : is_shown_(is_wanted && isatty(STDERR_FILENO) == 1), last_(begin_) {
+ProgressBar::ProgressBar(bool is_wanted, const char* unit)
+    : is_shown_(is_wanted && isatty(STDERR_FILENO) == 1), unit_(unit), last_(begin_) {
   if (is_shown_) draw(0, 0, 0);
 }
 
@@ -30,18 +30,18 @@ ProgressBar::~ProgressBar() {
   if (is_shown_) std::fputs("\r\033[K", stderr);
 }
 
-void ProgressBar::update(double fraction, std::int64_t impacts) {
+void ProgressBar::update(double fraction, std::int64_t count) {
   if (!is_shown_) return;
   const Clock::time_point now = Clock::now();
   if (now - last_ < std::chrono::milliseconds(100)) return;
   last_ = now;
-  draw(fraction, impacts, std::chrono::duration<double>(now - begin_).count());
+  draw(fraction, count, std::chrono::duration<double>(now - begin_).count());
 }
 
-void ProgressBar::draw(double fraction, std::int64_t impacts, double seconds) const {
+void ProgressBar::draw(double fraction, std::int64_t count, double seconds) const {
   char numbers[80];
-  std::snprintf(numbers, sizeof numbers, "%3.0f%%  %lld impact%s  %.1f s", 100 * fraction,
-                static_cast<long long>(impacts), impacts == 1 ? "" : "s", seconds);
+  std::snprintf(numbers, sizeof numbers, "%3.0f%%  %lld %s%s  %.1f s", 100 * fraction,
+                static_cast<long long>(count), unit_, count == 1 ? "" : "s", seconds);
   std::string line;
   // One column stays free: some terminals would wrap a full line.
   const int space = terminal_width() - 1 - int(std::string_view(numbers).size() + 3);

@@ -173,6 +173,22 @@ TEST(JointPath, AJumpWhereAPartEndsDoesNotCount) {
   EXPECT_EQ(path.bound(0, {0, 1.5}).acceleration, kInfinity);
 }
 
+TEST(JointPath, IsMadeAgainFromItsControlPoints) {
+  std::mt19937_64 random(8);
+  for (const auto& [name, path] : random_paths(random)) {
+    std::vector<Eigen::MatrixXd> controls;
+    for (std::size_t k = 0; k + 1 < path.times().size(); ++k) controls.push_back(path.controls(k));
+    const JointPath again = JointPath::bezier(path.times(), controls);
+    for (int k = 0; k <= 20; ++k) {
+      const Scalar t =
+          std::min(path.domain().begin + path.domain().length() * k / 20, path.domain().end);
+      EXPECT_EQ(again.position(t), path.position(t)) << name;
+      EXPECT_EQ(again.velocity(t), path.velocity(t)) << name;
+    }
+    EXPECT_THROW(path.controls(path.times().size() - 1), InvalidArgument);
+  }
+}
+
 TEST(JointPath, RefusesBadInputByName) {
   const JointVector two = JointVector::Zero(2), three = JointVector::Zero(3);
   const std::vector<Scalar> times{0, 1};

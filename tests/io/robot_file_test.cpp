@@ -155,6 +155,11 @@ TEST_F(RobotFile, CouplesMimickingJoints) {
   EXPECT_EQ(q[0], 0.5);
   EXPECT_EQ(q[1], 0.25);
   EXPECT_EQ(q[2], 0.5);
+  const std::vector<Scalar> times{0, 1};
+  const std::vector<JointVector> ends{JointVector::Constant(1, 0), JointVector::Constant(1, 0.5)};
+  EXPECT_EQ(robot.expand(JointPath::linear(times, ends)).position(0.5), q);
+  EXPECT_THROW(robot.expand(JointPath::linear(times, std::vector<JointVector>(2, q))),
+               InvalidArgument);
 }
 
 TEST_F(RobotFile, FindsMeshes) {

@@ -53,6 +53,10 @@ class JointPath {
   /// Start of every piece, and the end of the last one.
   std::span<const Scalar> times() const { return times_; }
 
+  /// Bezier control points of piece k, as bezier() takes them: bezier(times(), all of them) is the
+  /// same path.
+  Eigen::MatrixXd controls(std::size_t piece) const;
+
   /// Coordinates and their rates at a time of the domain; at a jump the rates from the right.
   /// @throws InvalidArgument if t is outside the domain.
   JointVector position(Scalar t) const;

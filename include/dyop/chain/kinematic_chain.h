@@ -103,6 +103,11 @@ class KinematicChain {
   /// directly, or only through links without shapes), and the pair is not ignored.
   std::span<const LinkPair> self_pairs() const { return self_pairs_; }
 
+  /// As given.
+  std::span<const std::pair<std::string, std::string>> ignored_pairs() const {
+    return ignored_pairs_;
+  }
+
   /// For inner loops: the joint above a link; none for the root.
   const std::optional<Step>& step(std::size_t link) const { return steps_[link]; }
   /// The last link on both paths from the root.
@@ -126,6 +131,7 @@ class KinematicChain {
   std::vector<std::size_t> depths_;             // by link
   std::vector<std::size_t> coordinate_joints_;  // by coordinate
   std::vector<LinkPair> self_pairs_;
+  std::vector<std::pair<std::string, std::string>> ignored_pairs_;
 };
 
 }  // namespace dyop

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <chrono>
 #include <cstdint>
+#include <functional>
 #include <optional>
+#include <stop_token>
 #include <string>
 #include <utility>
 #include <vector>
@@ -46,6 +49,13 @@ struct LinkPairOptions {
   int samples = 3000;
   /// Names of the links of each pair to decide; empty: all pairs of links that have shapes.
   std::vector<std::pair<std::string, std::string>> only = {};
+  /// Time at which the pairs that are left stay undecided. Checked at every joint value.
+  std::optional<std::chrono::steady_clock::time_point> deadline = {};
+  /// Cooperative cancellation, likewise.
+  std::stop_token stop = {};
+  /// Called by the threads of the work, one at a time, with the number of pairs done so far; must
+  /// not throw.
+  std::function<void(std::size_t done, std::size_t all)> on_progress = {};
 };
 
 /// Decides for every pair of links that have shapes whether they can touch within the limits of the
@@ -56,7 +66,8 @@ struct LinkPairOptions {
 /// with more than a turn, is taken for one turn; a prismatic joint without limits leaves its pairs
 /// undecided. A closed mesh is a solid: a link inside another touches it.
 ///
-/// Pairs run on several threads; the result does not depend on their number.
+/// Pairs run on several threads; the result does not depend on their number unless a deadline or
+/// stop ends the work.
 /// @throws InvalidArgument if a link of `only` is unknown or an option out of range.
 /// Proof: docs/robots.md.
 std::vector<LinkPairReport> decide_link_pairs(const Robot& robot,

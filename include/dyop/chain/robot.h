@@ -57,6 +57,9 @@ struct Robot {
   JointVector expand(const JointVector& free) const;
   /// The chain's rates at rates of the free coordinates. Throws likewise.
   JointVector expand_rates(const JointVector& free_rates) const;
+  /// The chain's path along a path of the free coordinates.
+  /// @throws InvalidArgument unless it has free_count() coordinates.
+  JointPath expand(const JointPath& free) const;
 };
 
 /// A robot of a chain whose joints are all independent.

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <filesystem>
+
+#include "dyop/chain/robot.h"
+
+namespace DYOP_EXPORT dyop {
+
+/// What runs through the waypoints of a file.
+enum class PathInterpolation {
+  Linear,  ///< straight lines
+  Cubic    ///< cubics with the file's velocities; without any, the spline that starts at rest
+};
+
+/// Returns the path of a robot's free coordinates from a CSV file, a joint-trajectory message as
+/// JSON (the name ends in .json), or a robot-trajectory message that holds one. Joints that the
+/// file does not name rest at zero, or at their limit nearest to it. Format: docs/robots.md.
+/// @throws FileError naming file, line or key, and value.
+JointPath load_joint_path(const std::filesystem::path& file, const Robot& robot,
+                          PathInterpolation interpolation = PathInterpolation::Linear);
+
+}  // namespace dyop
