@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "chain/path_cells.h"
+#include "core/batch_run.h"
 #include "dyop/core/error.h"
 
 namespace dyop {
@@ -162,6 +163,14 @@ ChainResult ChainSearch::run() {
   return best_;
 }
 
+void require_fitting(const KinematicChain& chain, const JointPath& path,
+                     const ChainOptions& options) {
+  DYOP_REQUIRE(path.coordinate_count() == chain.coordinate_count(), "certify: the path has ",
+               path.coordinate_count(), " coordinates, the chain ", chain.coordinate_count());
+  DYOP_REQUIRE(!options.toi.solid_a && !options.toi.solid_b,
+               "certify: use Link::is_solid and Obstacle::is_solid");
+}
+
 }  // namespace
 
 ChainResult certify(const KinematicChain& chain, const JointPath& path,
@@ -173,11 +182,31 @@ ChainResult certify(const KinematicChain& chain, const JointPath& path,
 ChainResult certify(const KinematicChain& chain, const JointPath& path,
                     const ObstacleSet& obstacles, const ChainOptions& options,
                     ChainWorkspace& workspace) {
-  DYOP_REQUIRE(path.coordinate_count() == chain.coordinate_count(), "certify: the path has ",
-               path.coordinate_count(), " coordinates, the chain ", chain.coordinate_count());
-  DYOP_REQUIRE(!options.toi.solid_a && !options.toi.solid_b,
-               "certify: use Link::is_solid and Obstacle::is_solid");
+  require_fitting(chain, path, options);
   return ChainSearch(chain, path, obstacles, options, workspace.memory()).run();
+}
+
+void certify_batch(const KinematicChain& chain, std::span<const JointPath> paths,
+                   const ObstacleSet& obstacles, std::span<ChainResult> results,
+                   const ChainOptions& options, const BatchOptions& batch) {
+  DYOP_REQUIRE(paths.size() == results.size(), "certify: ", paths.size(), " paths, but space for ",
+               results.size(), " results");
+  for (std::size_t i = 0; i < paths.size(); ++i) {
+    try {
+      require_fitting(chain, paths[i], options);
+    } catch (const InvalidArgument& error) {
+      throw InvalidArgument(core_internal::compose_message("path ", i, ": ", error.what()));
+    }
+    results[i] = ChainResult();
+    results[i].toi.t_safe = paths[i].domain().begin;
+  }
+  const core_internal::EitherStop stop(options.toi.stop, batch.stop);
+  ChainOptions stoppable = options;
+  if (batch.stop.stop_possible()) stoppable.toi.stop = stop.token();
+  std::vector<ChainWorkspace> workspaces(core_internal::batch_worker_count(paths.size(), batch));
+  core_internal::run_batch(paths.size(), batch, [&](std::size_t index, std::size_t worker) {
+    results[index] = certify(chain, paths[index], obstacles, stoppable, workspaces[worker]);
+  });
 }
 
 }  // namespace dyop

@@ -11,31 +11,31 @@
 namespace dyop {
 LinkMotion::LinkMotion(std::shared_ptr<const KinematicChain> chain,
                        std::shared_ptr<const JointPath> path, std::size_t link)
-    : chain_(std::move(chain)), path_(std::move(path)) {
+    : chain_(std::move(chain)), path_(std::move(path)), link_(link) {
   DYOP_REQUIRE(chain_ && path_, "a link's motion needs a chain and a path, one is null");
   X_WF_ = chain_->X_WR();
-  collect(link, std::nullopt);
+  collect();
 }
 
 LinkMotion::LinkMotion(std::shared_ptr<const KinematicChain> chain,
                        std::shared_ptr<const JointPath> path, std::size_t link, std::size_t base)
-    : chain_(std::move(chain)), path_(std::move(path)) {
+    : chain_(std::move(chain)), path_(std::move(path)), link_(link), base_(base) {
   DYOP_REQUIRE(chain_ && path_, "a link's motion needs a chain and a path, one is null");
-  collect(link, base);
+  collect();
 }
 
-void LinkMotion::collect(std::size_t link, std::optional<std::size_t> base) {
+void LinkMotion::collect() {
   const std::size_t count = chain_->links().size();
-  DYOP_REQUIRE(link < count && base.value_or(0) < count, "the chain has ", count,
-               " links, not link ", link < count ? *base : link);
+  DYOP_REQUIRE(link_ < count && base_.value_or(0) < count, "the chain has ", count,
+               " links, not link ", link_ < count ? *base_ : link_);
   DYOP_REQUIRE(path_->coordinate_count() == chain_->coordinate_count(), "the path has ",
                path_->coordinate_count(), " coordinates, the chain ", chain_->coordinate_count());
   std::vector<const KinematicChain::Step*> steps;
-  steps.reserve(chain_->depth(link));
-  for (std::size_t up = link; base ? up != *base : bool(chain_->step(up));
+  steps.reserve(chain_->depth(link_));
+  for (std::size_t up = link_; base_ ? up != *base_ : bool(chain_->step(up));
        up = chain_->step(up)->parent) {
-    DYOP_REQUIRE(chain_->step(up), "link '", chain_->links()[*base].name,
-                 "' is not on the path from the root to link '", chain_->links()[link].name, "'");
+    DYOP_REQUIRE(chain_->step(up), "link '", chain_->links()[*base_].name,
+                 "' is not on the path from the root to link '", chain_->links()[link_].name, "'");
     steps.push_back(&*chain_->step(up));
   }
   turns_.reserve(steps.size());

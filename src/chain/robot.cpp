@@ -82,4 +82,16 @@ KinematicChain attach(const KinematicChain& chain, Link object, const std::strin
   return KinematicChain(std::move(links), std::move(joints), options);
 }
 
+// The new joint is the last one and fixed, so numbers of links, joints and coordinates stay.
+Robot attach(const Robot& robot, Link object, const std::string& parent, const RigidPose& X_PO,
+             const std::vector<std::string>& touch_links) {
+  DYOP_REQUIRE(robot.chain, "attach: robot '", robot.name, "' has no chain");
+  Robot result = robot;
+  result.inner_shapes.push_back(object.shape);
+  result.masses.push_back(0);
+  result.chain = std::make_shared<const KinematicChain>(
+      attach(*robot.chain, std::move(object), parent, X_PO, touch_links));
+  return result;
+}
+
 }  // namespace dyop

@@ -3,11 +3,30 @@
 
 #include <cstddef>
 #include <functional>
+#include <stop_token>
 
 #include "dyop/core/batch_options.h"
 #include "dyop/core/export.h"
 
 namespace dyop::core_internal {
+
+/// A token that is stopped as soon as either of two is.
+class EitherStop {
+ public:
+  EitherStop(const std::stop_token& x, const std::stop_token& y)
+      : on_x_(x, Request{source_}), on_y_(y, Request{source_}) {}
+
+  std::stop_token token() const { return source_.get_token(); }
+
+ private:
+  struct Request {
+    std::stop_source source;
+    void operator()() { source.request_stop(); }
+  };
+  std::stop_source source_;
+  std::stop_callback<Request> on_x_;
+  std::stop_callback<Request> on_y_;
+};
 
 /// The largest number of items that run_batch() runs at the same time, at least one.
 /// Throws InvalidArgument if thread_count is negative.

@@ -21,10 +21,11 @@ PYBIND11_MODULE(_dyop, m) {
   dyop::python::bind_curves(m);
   dyop::python::bind_distance(m);
   dyop::python::bind_toi(m);
-  dyop::python::bind_batches(m);
   dyop::python::bind_deforming(m);
   dyop::python::bind_obstacles(m);
   dyop::python::bind_chain(m);
+  dyop::python::bind_robots(m);
+  dyop::python::bind_batches(m);
   dyop::python::bind_contacts(m);
   dyop::python::bind_bodies(m);
   dyop::python::bind_reports(m);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "distance/enclosure.h"
 #include "dyop/core/error.h"
@@ -40,25 +41,51 @@ std::uint32_t slot_of(const toi_internal::ObstacleSetData& data, ObstacleId id) 
   return static_cast<std::uint32_t>(id);
 }
 
-}  // namespace
-
-ObstacleId ObstacleSet::add(Obstacle obstacle) {
+void require_usable(const Obstacle& obstacle) {
   DYOP_REQUIRE(obstacle.shape != nullptr, "an obstacle needs a shape");
   DYOP_REQUIRE(obstacle.X_WO != nullptr, "an obstacle needs a motion");
   distance_internal::require_closed("ObstacleSet::add", *obstacle.shape, *obstacle.shape,
                                     {false, obstacle.is_solid});
+}
+
+void fill_slot(toi_internal::ObstacleSetData& data, std::uint32_t number, Obstacle obstacle) {
+  Slot& slot = data.slots[number];
+  slot.obstacle = std::move(obstacle);
+  box_obstacle(slot);
+  data.put_in(number);
+  ++data.size;
+}
+
+}  // namespace
+
+ObstacleId ObstacleSet::add(Obstacle obstacle) {
+  require_usable(obstacle);
   if (data_->free.empty()) {
     data_->free.push_back(static_cast<std::uint32_t>(data_->slots.size()));
     data_->slots.emplace_back();
   }
   const std::uint32_t number = data_->free.back();
   data_->free.pop_back();
-  Slot& slot = data_->slots[number];
-  slot.obstacle = std::move(obstacle);
-  box_obstacle(slot);
-  data_->put_in(number);
-  ++data_->size;
+  fill_slot(*data_, number, std::move(obstacle));
   return data_->id_of(number);
+}
+
+void ObstacleSet::add_as(ObstacleId id, Obstacle obstacle) {
+  require_usable(obstacle);
+  constexpr std::uint32_t kMostSlots = 1u << 24;
+  const auto number = static_cast<std::uint32_t>(id);
+  DYOP_REQUIRE(number < kMostSlots, "id ", static_cast<std::uint64_t>(id),
+               " is none that a set gave");
+  while (data_->slots.size() <= number) {
+    data_->free.push_back(static_cast<std::uint32_t>(data_->slots.size()));
+    data_->slots.emplace_back();
+  }
+  DYOP_REQUIRE(!data_->slots[number].obstacle, "the place of id ", static_cast<std::uint64_t>(id),
+               " is taken");
+  // From the end, where places that were made for this obstacle are.
+  data_->free.erase(std::prev(std::find(data_->free.rbegin(), data_->free.rend(), number).base()));
+  data_->slots[number].uses = static_cast<std::uint32_t>(static_cast<std::uint64_t>(id) >> 32);
+  fill_slot(*data_, number, std::move(obstacle));
 }
 
 ObstacleId ObstacleSet::add(std::shared_ptr<const Shape> shape, const RigidPose& X_WO,

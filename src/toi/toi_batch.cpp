@@ -11,23 +11,7 @@
 namespace dyop {
 namespace {
 
-// A token that is stopped as soon as either of two is.
-class EitherStop {
- public:
-  EitherStop(const std::stop_token& x, const std::stop_token& y)
-      : on_x_(x, Request{source_}), on_y_(y, Request{source_}) {}
-
-  std::stop_token token() const { return source_.get_token(); }
-
- private:
-  struct Request {
-    std::stop_source source;
-    void operator()() { source.request_stop(); }
-  };
-  std::stop_source source_;
-  std::stop_callback<Request> on_x_;
-  std::stop_callback<Request> on_y_;
-};
+using core_internal::EitherStop;
 
 void require_valid(const ToiQuery& query, std::size_t index) {
   DYOP_REQUIRE(query.a && query.b, "query ", index, ": a shape is missing");

@@ -141,6 +141,57 @@ TEST(CertifyChain, AnImpactAtTheStartDoesNotHideAnOverlap) {
   EXPECT_EQ(result.free_fraction, 0);
 }
 
+TEST(CertifyChain, ABatchGivesTheBitsOfSingleCalls) {
+  ObstacleSet obstacles;
+  obstacles.add(std::make_shared<Sphere>(0.1), RigidPose(Vector3(0, 0.8, 0)));
+  std::vector<JointPath> paths;
+  for (int k = 0; k < 30; ++k) {
+    paths.push_back(line(vector_of({0.1 * k}), vector_of({0.1 * k + 0.4})));
+  }
+  std::vector<ChainResult> results(paths.size());
+  int hits = 0;
+  for (const int threads : {1, 3}) {
+    BatchOptions batch;
+    batch.thread_count = threads;
+    certify_batch(bar(), paths, obstacles, results, {}, batch);
+    for (std::size_t k = 0; k < paths.size(); ++k) {
+      const ChainResult single = certify(bar(), paths[k], obstacles);
+      EXPECT_EQ(results[k].toi.status, single.toi.status);
+      EXPECT_EQ(results[k].toi.t_safe, single.toi.t_safe);
+      EXPECT_EQ(results[k].link_a, single.link_a);
+      EXPECT_EQ(results[k].obstacle, single.obstacle);
+      hits += single.toi.status == ToiStatus::Separated ? 0 : 1;
+    }
+  }
+  EXPECT_GT(hits, 0);
+  EXPECT_LT(hits, 60);
+  paths.push_back(line(vector_of({0, 0}), vector_of({1, 1})));
+  EXPECT_NE(message_of([&] { certify_batch(bar(), paths, obstacles, results); }).find("results"),
+            std::string::npos);
+  results.resize(paths.size());
+  EXPECT_NE(message_of([&] { certify_batch(bar(), paths, obstacles, results); }).find("path 30"),
+            std::string::npos);
+}
+
+TEST(CertifyChain, AStoppedBatchTellsWhatItDidNotExamine) {
+  const std::vector<JointPath> paths(4, line(vector_of({0}), vector_of({3})));
+  std::vector<ChainResult> results(paths.size());
+  for (const bool by_batch : {true, false}) {
+    std::stop_source stop;
+    stop.request_stop();
+    BatchOptions batch;
+    ChainOptions options;
+    (by_batch ? batch.stop : options.toi.stop) = stop.get_token();
+    ObstacleSet obstacles;
+    obstacles.add(std::make_shared<Sphere>(0.1), RigidPose(Vector3(0, 0.8, 0)));
+    certify_batch(bar(), paths, obstacles, results, options, batch);
+    for (const ChainResult& result : results) {
+      EXPECT_EQ(result.toi.status, by_batch ? ToiStatus::NotRun : ToiStatus::Cancelled);
+      EXPECT_LT(result.toi.t_safe, by_batch ? 1e-300 : 0.5);  // literal: not begun
+    }
+  }
+}
+
 TEST(CertifyChain, RefusesBadInput) {
   const ObstacleSet none;
   EXPECT_THROW(certify(bar(), line(JointVector::Zero(2), JointVector::Ones(2)), none),

@@ -20,6 +20,14 @@ def flight(case, mesh):
     return int(result.status), result.t_safe.hex()
 
 
+def path_of_an_arm(case, chain, obstacles):
+    """Until when a path of two waypoints, drawn by the case's number, is free."""
+    generator = np.random.default_rng(case)
+    path = dyop.JointPath.linear([0, 1], generator.uniform(-3, 3, size=(2, 2)))
+    result = dyop.certify(chain, path, obstacles)
+    return int(result.toi.status), result.toi.t_safe.hex(), result.link_a, result.obstacle
+
+
 def slow(case):
     time.sleep(0.05)
     return case * case

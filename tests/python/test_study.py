@@ -91,6 +91,26 @@ def test_results_do_not_depend_on_the_workers(cluster, mesh):
         assert there == here
 
 
+def test_paths_of_a_chain_are_a_study(cluster):
+    bar = dyop.CompoundShape([(dyop.Box([0.5, 0.05, 0.05]), ((1, 0, 0, 0), (0.5, 0, 0)))])
+    links = [dyop.Link(name="base"), *(dyop.Link(name=n, shape=bar) for n in ("upper", "lower"))]
+    joints = [
+        dyop.Joint(parent="base", child="upper", name="a"),
+        dyop.Joint(parent="upper", child="lower", name="b", X_PJ=((1, 0, 0, 0), (1, 0, 0))),
+    ]
+    obstacles = dyop.ObstacleSet()
+    obstacles.add(dyop.Sphere(0.2), ((1, 0, 0, 0), (0, 1.3, 0)))
+    shared = {"chain": dyop.KinematicChain(links, joints), "obstacles": obstacles}
+    here = study.map(study_cases.path_of_an_arm, range(60), shared=shared)
+    assert len({result[0] for result in here}) > 1
+    for _ in range(2):
+        cluster.add_worker()
+    there = study.map(
+        study_cases.path_of_an_arm, range(60), client=cluster.client, shared=shared, chunk=7
+    )
+    assert there == here
+
+
 def test_a_killed_worker_loses_nothing(cluster, tmp_path):
     victim = cluster.add_worker()
     cluster.add_worker()

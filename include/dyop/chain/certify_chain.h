@@ -4,9 +4,11 @@
 #include <cstddef>
 #include <memory>
 #include <optional>
+#include <span>
 
 #include "dyop/chain/joint_path.h"
 #include "dyop/chain/kinematic_chain.h"
+#include "dyop/core/batch_options.h"
 #include "dyop/toi/obstacle_set.h"
 #include "dyop/toi/time_of_impact.h"
 
@@ -76,5 +78,15 @@ ChainResult certify(const KinematicChain& chain, const JointPath& path,
 ChainResult certify(const KinematicChain& chain, const JointPath& path,
                     const ObstacleSet& obstacles, const ChainOptions& options,
                     ChainWorkspace& workspace);
+
+/// certify() for many paths of one chain, on several threads. Results are those of single calls,
+/// bit for bit. After the batch is stopped, a path that was being examined is Cancelled; one that
+/// had not been started is NotRun.
+/// @param results As many as paths.
+/// @throws InvalidArgument as certify(), naming the path, before any is examined. An exception of
+///         the obstacles' filter or of the progress callback ends the batch.
+void certify_batch(const KinematicChain& chain, std::span<const JointPath> paths,
+                   const ObstacleSet& obstacles, std::span<ChainResult> results,
+                   const ChainOptions& options = {}, const BatchOptions& batch = {});
 
 }  // namespace dyop

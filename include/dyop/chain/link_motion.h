@@ -46,17 +46,25 @@ class LinkMotion final : public Motion {
   Scalar smooth_until(Scalar t) const override;
   bool is_trusted() const override { return true; }
 
+  /// As given; without a base the motion is in the world.
+  const std::shared_ptr<const KinematicChain>& chain() const { return chain_; }
+  const std::shared_ptr<const JointPath>& path() const { return path_; }
+  std::size_t link() const { return link_; }
+  const std::optional<std::size_t>& base() const { return base_; }
+
   /// For inner loops: the joints from the base to the link, and the link's pose in the frame of the
   /// last of them.
   std::span<const Turn> turns() const { return turns_; }
   const RigidPose& X_JL() const { return X_JL_; }
 
  private:
-  void collect(std::size_t link, std::optional<std::size_t> base);
+  void collect();
   void measure();
 
   std::shared_ptr<const KinematicChain> chain_;
   std::shared_ptr<const JointPath> path_;
+  std::size_t link_ = 0;
+  std::optional<std::size_t> base_;
   RigidPose X_WF_;  // of the base, or of the root in the world
   std::vector<Turn> turns_;
   RigidPose X_JL_;  // fixed joints after the last turn

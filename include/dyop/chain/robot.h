@@ -71,5 +71,8 @@ Robot make_robot(std::string name, KinematicChain chain);
 /// @throws InvalidArgument as KinematicChain, or if `parent` or a touch link is unknown.
 KinematicChain attach(const KinematicChain& chain, Link object, const std::string& parent,
                       const RigidPose& X_PO, const std::vector<std::string>& touch_links = {});
+/// The robot that holds the object, likewise. It weighs nothing.
+Robot attach(const Robot& robot, Link object, const std::string& parent, const RigidPose& X_PO,
+             const std::vector<std::string>& touch_links = {});
 
 }  // namespace dyop

@@ -96,6 +96,10 @@ class ObstacleSet {
   /// An obstacle at rest.
   ObstacleId add(std::shared_ptr<const Shape> shape, const RigidPose& X_WO,
                  std::uint32_t groups = 1);
+  /// Under the id that the obstacle had in another set, so that a copy has the same ids. Ids of
+  /// obstacles that were removed from that set may be given again.
+  /// @throws InvalidArgument likewise, or if the id's place is taken or beyond 2^24.
+  void add_as(ObstacleId id, Obstacle obstacle);
   /// Moves an obstacle to another pose, or puts it on another motion.
   /// @throws InvalidArgument if the id is not in the set, as do remove() and obstacle().
   void move(ObstacleId id, const RigidPose& X_WO);

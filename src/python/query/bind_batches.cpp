@@ -13,6 +13,8 @@
 #include "dyop/toi/toi_batch.h"
 #include "python/bindings.h"
 #include "python/glue/interrupt.h"
+#include "python/query/chain_arguments.h"
+#include "python/query/python_obstacles.h"
 #include "python/query/query_options.h"
 #include "python/query/result_rows.h"
 
@@ -52,10 +54,13 @@ struct BatchKind {
 };
 
 struct RowTypes {
-  py::dtype toi = row_type<ToiRow>(std::string("('t_safe','f8'),('t_hit','f8'),") + kWitnessFields +
-                                   "('closing_speed','f8'),('rounding_allowance','f8'),"
-                                   "('box_tests','i8'),('leaf_tests','i8'),('node_pairs','i8'),"
-                                   "('peak_queue','i8'),('status','i8')");
+  std::string toi_fields = std::string("('t_safe','f8'),('t_hit','f8'),") + kWitnessFields +
+                           "('closing_speed','f8'),('rounding_allowance','f8'),"
+                           "('box_tests','i8'),('leaf_tests','i8'),('node_pairs','i8'),"
+                           "('peak_queue','i8'),('status','i8'),";
+  py::dtype toi = row_type<ToiRow>(toi_fields);
+  py::dtype chain = row_type<ChainRow>(
+      toi_fields + "('free_fraction','f8'),('link_a','i8'),('link_b','i8'),('obstacle','i8')");
   py::dtype distance = row_type<DistanceRow>(
       std::string(kWitnessFields) +
       "('penetration_depth','f8'),('penetration_nhat_AB_W','f8',3),('penetration_p_W','f8',3),"
@@ -276,6 +281,16 @@ void bind_motion_arrays(py::module_& m) {
         py::arg("X_WB1"), "N InterpolatedMotions over one interval, from poses at both ends.");
 }
 
+std::vector<JointPath> paths_of(const ChainArgument& chain, const py::iterable& source) {
+  std::vector<JointPath> paths;
+  for (const py::handle item : source) {
+    DYOP_REQUIRE(py::isinstance<JointPath>(item), "paths[", paths.size(),
+                 "] must be a JointPath, not ", std::string(py::repr(item)));
+    paths.push_back(chain.expand(item.cast<const JointPath&>()));
+  }
+  return paths;
+}
+
 constexpr const char* kBatchDoc =
     "Each argument is one object for all queries, or a sequence of N. Returns a structured array\n"
     "of N rows (or fills `out`): the same bytes for every thread_count (0: all). Missing numbers\n"
@@ -342,6 +357,35 @@ void bind_distance_batches(py::module_& m, const RowTypes& types, const Arena& a
           .c_str());
 }
 
+void bind_chain_batch(py::module_& m, const RowTypes& types, const Arena& arena) {
+  m.def(
+      "certify_batch",
+      [kind = BatchKind{types.chain, arena}](
+          const ChainArgument& chain, const py::iterable& paths, SharedObstacleSet& obstacles,
+          const PythonToiOptions* options, std::uint32_t groups, const py::object& accepts,
+          bool with_self_collision, int thread_count, const py::object& progress,
+          const std::stop_source* stop, const py::object& out) {
+        const std::vector<JointPath> expanded = paths_of(chain, paths);
+        const ChainOptions used{options_or_default(options), make_filter(groups, accepts),
+                                with_self_collision};
+        return obstacles.read([&](const ObstacleSet& set) {
+          const auto run = [&](std::span<ChainResult> results, const BatchOptions& batch) {
+            certify_batch(*chain.chain, expanded, set, results, used, batch);
+          };
+          return run_rows<ChainRow, ChainResult>(
+              kind, expanded.size(), batch_options(thread_count, stop, progress), out, run);
+        });
+      },
+      py::arg("chain"), py::arg("paths"), py::arg("obstacles"), py::arg("options") = py::none(),
+      py::arg("groups") = ~std::uint32_t{0}, py::arg("accepts") = py::none(),
+      py::arg("with_self_collision") = true, py::kw_only(), py::arg("thread_count") = 0,
+      py::arg("progress") = py::none(), py::arg("stop") = py::none(), py::arg("out") = py::none(),
+      "certify() for many paths of one chain or robot, on several threads. Returns a structured\n"
+      "array of a row for each path (or fills `out`): the same bytes for every thread_count (0:\n"
+      "all). Missing numbers are NaN, missing indices -1; status holds the integers of the enum.\n"
+      "progress(done, total) is called at most ten times a second. Ctrl-C ends the batch.");
+}
+
 }  // namespace
 
 void bind_batches(py::module_& m) {
@@ -350,7 +394,9 @@ void bind_batches(py::module_& m) {
   const Arena arena = make_arena();
   bind_toi_batch(m, types, arena);
   bind_distance_batches(m, types, arena);
+  bind_chain_batch(m, types, arena);
   m.attr("toi_row") = types.toi;
+  m.attr("chain_row") = types.chain;
   m.attr("distance_row") = types.distance;
   m.attr("point_row") = types.point;
 }

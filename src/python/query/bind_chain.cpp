@@ -1,32 +1,19 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <functional>
+#include <algorithm>
 #include <memory>
 #include <optional>
 
-#include "dyop/chain/certify_chain.h"
 #include "dyop/chain/link_motion.h"
 #include "dyop/core/error.h"
 #include "dyop/io/chain_file.h"
 #include "python/bindings.h"
-#include "python/query/python_obstacles.h"
-#include "python/query/query_options.h"
-#include "python/query/toi_slices.h"
+#include "python/glue/record.h"
+#include "python/query/chain_arguments.h"
 
 namespace dyop::python {
 namespace {
 
 using NamePairs = std::vector<std::pair<std::string, std::string>>;
-
-JointVector coordinates_of(const py::object& source) {
-  const auto numbers = Doubles::ensure(source);
-  if (!numbers) PyErr_Clear();
-  DYOP_REQUIRE(numbers && numbers.ndim() == 1, "coordinates must be an array (K,)");
-  return Eigen::Map<const JointVector>(numbers.data(), numbers.size());
-}
-
-py::array coordinate_array(const JointVector& q) {
-  return py::array_t<double>(q.size(), q.data());
-}
 
 // (N, K): a row per waypoint.
 std::vector<JointVector> rows_of_coordinates(const py::object& source, const char* what) {
@@ -35,7 +22,8 @@ std::vector<JointVector> rows_of_coordinates(const py::object& source, const cha
   DYOP_REQUIRE(numbers && numbers.ndim() == 2, what, " must be an array (N, K)");
   std::vector<JointVector> rows;
   for (py::ssize_t i = 0; i < numbers.shape(0); ++i) {
-    rows.push_back(Eigen::Map<const JointVector>(numbers.data(i, 0), numbers.shape(1)));
+    rows.push_back(
+        Eigen::Map<const JointVector>(numbers.data() + i * numbers.shape(1), numbers.shape(1)));
   }
   return rows;
 }
@@ -49,9 +37,36 @@ std::vector<Eigen::MatrixXd> pieces_of(const py::object& source) {
   std::vector<Eigen::MatrixXd> pieces;
   for (py::ssize_t i = 0; i < numbers.shape(0); ++i) {
     pieces.push_back(
-        Eigen::Map<const RowMajor>(numbers.data(i, 0, 0), numbers.shape(1), numbers.shape(2)));
+        Eigen::Map<const RowMajor>(numbers.data() + i * numbers.shape(1) * numbers.shape(2),
+                                   numbers.shape(1), numbers.shape(2)));
   }
   return pieces;
+}
+
+py::array controls_of(const JointPath& path) {
+  const std::size_t pieces = path.times().size() - 1;
+  py::array_t<double> all({pieces, path.coordinate_count(), path.degree() + 1});
+  double* out = all.mutable_data();
+  for (std::size_t k = 0; k < pieces; ++k) {
+    const Eigen::MatrixXd controls = path.controls(k);
+    for (Eigen::Index i = 0; i < controls.rows(); ++i) {
+      for (Eigen::Index j = 0; j < controls.cols(); ++j) *out++ = controls(i, j);
+    }
+  }
+  return all;
+}
+
+std::pair<Scalar, Scalar> bound_of(const JointPath& path, std::size_t coordinate,
+                                   const py::object& part) {
+  if (coordinate >= path.coordinate_count()) throw py::index_error();
+  const TimeInterval interval = part.is_none() ? path.domain() : interval_of(part);
+  const TimeInterval domain = path.domain();
+  DYOP_REQUIRE(domain.begin <= interval.begin && interval.begin <= interval.end &&
+                   interval.end <= domain.end,
+               "part [", interval.begin, ", ", interval.end, "] is not within the domain [",
+               domain.begin, ", ", domain.end, "]");
+  const JointPath::Bound bound = path.bound(coordinate, interval);
+  return {bound.speed, bound.acceleration};
 }
 
 void bind_chain_parts(py::module_& m) {
@@ -122,12 +137,36 @@ void bind_chain_type(py::module_& m) {
           py::arg("name"), "Number of the link of this name, or None.")
       .def(
           "is_within_limits",
-          [](const Chain& c, const py::object& q) { return c.is_within_limits(coordinates_of(q)); },
-          py::arg("q"), "Whether coordinates (K,) lie within their joints' limits.")
+          [](const Chain& c, const JointVector& q) { return c.is_within_limits(q); }, py::arg("q"),
+          "Whether coordinates (K,) lie within their joints' limits.")
       .def(
-          "link_poses",
-          [](const Chain& c, const py::object& q) { return c.link_poses(coordinates_of(q)); },
-          py::arg("q"), "Poses X_WL of all links at coordinates (K,).");
+          "link_poses", [](const Chain& c, const JointVector& q) { return c.link_poses(q); },
+          py::arg("q"), "Poses X_WL of all links at coordinates (K,).")
+      .def(
+          "are_neighbours",
+          [](const Chain& c, std::size_t first, std::size_t second) {
+            const std::size_t last = std::max(first, second);
+            if (last >= c.links().size()) throw py::index_error();
+            return c.are_neighbours(first, second);
+          },
+          py::arg("first"), py::arg("second"),
+          "Whether two links are joined directly, or only through links without shapes.")
+      .def_property_readonly(
+          "ignored_pairs",
+          [](const Chain& c) {
+            return NamePairs(c.ignored_pairs().begin(), c.ignored_pairs().end());
+          },
+          "list[Tuple[str, str]]: names of links never checked against each other")
+      .def("__repr__",
+           [](const Chain& c) {
+             return "KinematicChain(" + std::to_string(c.links().size()) + " links, " +
+                    std::to_string(c.coordinate_count()) + " coordinates)";
+           })
+      .def("__reduce__", [](const py::object& self) {
+        return py::make_tuple(py::type::of(self),
+                              py::make_tuple(self.attr("links"), self.attr("joints"),
+                                             self.attr("X_WR"), self.attr("ignored_pairs")));
+      });
   m.def(
       "load_chain",
       [](const py::object& file) { return std::make_shared<Chain>(load_chain(path_of(file))); },
@@ -176,12 +215,35 @@ void bind_joint_path(py::module_& m) {
       .def(
           "times", [](const Path& p) { return Times(p.times().begin(), p.times().end()); },
           "Starts of the pieces, and the end of the last.")
+      .def("controls", &controls_of, "Control points (P, K, degree + 1) as bezier() takes them.")
+      .def("position", &Path::position, py::arg("t"), "Coordinates (K,) at time t.")
+      .def("velocity", &Path::velocity, py::arg("t"),
+           "Their rates (K,); at a jump those from the right.")
+      .def("bound", &bound_of, py::arg("coordinate"), py::arg("part") = py::none(),
+           "Upper bounds (speed, acceleration) of a coordinate over a part of the domain, or all "
+           "of\n"
+           "it; the acceleration is infinite if two pieces meet inside the part.")
       .def(
-          "position", [](const Path& p, Scalar t) { return coordinate_array(p.position(t)); },
-          py::arg("t"), "Coordinates (K,) at time t.")
-      .def(
-          "velocity", [](const Path& p, Scalar t) { return coordinate_array(p.velocity(t)); },
-          py::arg("t"), "Their rates (K,); at a jump those from the right.");
+          "largest_value",
+          [](const Path& p, std::size_t coordinate) {
+            if (coordinate >= p.coordinate_count()) throw py::index_error();
+            return p.largest_value(coordinate);
+          },
+          py::arg("coordinate"), "Largest size of a coordinate over the domain.")
+      .def("__repr__",
+           [](const Path& p) {
+             return "JointPath(" + std::to_string(p.coordinate_count()) + " coordinates, " +
+                    std::to_string(p.times().size() - 1) + " pieces of degree " +
+                    std::to_string(p.degree()) + ")";
+           })
+      .def(py::pickle(
+          [](const Path& p) {
+            return py::make_tuple(Times(p.times().begin(), p.times().end()), controls_of(p));
+          },
+          [](const py::tuple& state) {
+            return std::make_shared<Path>(
+                Path::bezier(state[0].cast<Times>(), pieces_of(state[1])));
+          }));
   py::class_<LinkMotion, Motion, std::shared_ptr<LinkMotion>>(
       m, "LinkMotion", "How one link of a chain moves on a path.")
       .def(py::init([](const std::shared_ptr<KinematicChain>& chain,
@@ -191,45 +253,30 @@ void bind_joint_path(py::module_& m) {
                          : std::make_shared<LinkMotion>(chain, path, link);
            }),
            py::arg("chain"), py::arg("path"), py::arg("link"), py::arg("base") = py::none(),
-           "In the world, or in the frame of link `base` between the root and `link`.");
-}
-
-void bind_certify(py::module_& m) {
-  Record<ChainResult>(m, "ChainResult", "Result of certify(); see ToiStatus.")
-      .field<&ChainResult::toi>("toi", "ToiResult: A is link_a, B is link_b or the obstacle")
-      .field<&ChainResult::link_a>("link_a", "Optional[int]: that was hit, or not decided")
-      .field<&ChainResult::link_b>("link_b", "Optional[int]: the other link, in self-collision")
-      .custom(id_field<ChainResult>(), "Optional[int]: the obstacle, otherwise", false)
-      .field<&ChainResult::free_fraction>("free_fraction", "float: part of the path proven free")
-      .finish();
-  m.def(
-      "certify",
-      [](const KinematicChain& chain, const JointPath& path, SharedObstacleSet& obstacles,
-         const PythonToiOptions* options, std::uint32_t groups, const py::object& accepts,
-         bool with_self_collision) {
-        const ObstacleFilter filter = make_filter(groups, accepts);
-        return obstacles.read([&](const ObstacleSet& set) {
-          const auto ask = [&](const ToiOptions& limited) {
-            return certify(chain, path, set, {limited, filter, with_self_collision});
-          };
-          return answer_or_start_over(options_or_default(options), ask,
-                                      std::mem_fn(&ChainResult::toi));
-        });
-      },
-      py::arg("chain"), py::arg("path"), py::arg("obstacles"), py::arg("options") = py::none(),
-      py::arg("groups") = ~std::uint32_t{0}, py::arg("accepts") = py::none(),
-      py::arg("with_self_collision") = true,
-      "Proves that a chain on a path stays clear of obstacles and of itself, or tells until when,\n"
-      "and what is hit first. accepts(id) leaves obstacles out.");
+           "In the world, or in the frame of link `base` between the root and `link`.")
+      .def("__reduce__", [](const py::object& self) {
+        const auto& motion = self.cast<const LinkMotion&>();
+        return py::make_tuple(
+            py::type::of(self),
+            py::make_tuple(std::const_pointer_cast<KinematicChain>(motion.chain()),
+                           std::const_pointer_cast<Path>(motion.path()), motion.link(),
+                           motion.base()));
+      });
 }
 
 }  // namespace
+
+JointVector coordinates_of(py::handle source) {
+  const auto numbers = Doubles::ensure(source);
+  if (!numbers) PyErr_Clear();
+  DYOP_REQUIRE(numbers && numbers.ndim() == 1, "coordinates must be an array (K,)");
+  return Eigen::Map<const JointVector>(numbers.data(), numbers.size());
+}
 
 void bind_chain(py::module_& m) {
   bind_chain_parts(m);
   bind_chain_type(m);
   bind_joint_path(m);
-  bind_certify(m);
 }
 
 }  // namespace dyop::python

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <functional>
 #include <memory>
+#include <string>
+#include <tuple>
 
 #include "dyop/motion/rest_motion.h"
 #include "python/bindings.h"
@@ -38,6 +40,28 @@ void bind_obstacle_results(py::module_& m) {
 }
 
 using SetClass = py::class_<SharedObstacleSet, std::shared_ptr<SharedObstacleSet>>;
+
+// What is pickled: (id, shape, motion, groups, is_solid) of each obstacle.
+py::list obstacles_by_id(const SharedObstacleSet& self) {
+  py::list list;
+  for (const ObstacleId id : self.set.ids()) {
+    const Obstacle& obstacle = self.set.obstacle(id);
+    list.append(py::make_tuple(Id(id), std::const_pointer_cast<Shape>(obstacle.shape),
+                               std::const_pointer_cast<Motion>(obstacle.X_WO), obstacle.groups,
+                               obstacle.is_solid));
+  }
+  return list;
+}
+
+std::shared_ptr<SharedObstacleSet> set_of_obstacles(const py::list& list) {
+  auto result = std::make_shared<SharedObstacleSet>();
+  for (const py::handle item : list) {
+    const auto [id, shape, motion, groups, is_solid] = item.cast<
+        std::tuple<Id, std::shared_ptr<Shape>, std::shared_ptr<Motion>, std::uint32_t, bool>>();
+    result->set.add_as(ObstacleId(id), {shape, motion, groups, is_solid});
+  }
+  return result;
+}
 
 void bind_obstacle_changes(SetClass& type) {
   type.def(py::init<>(), "An empty set.")
@@ -87,7 +111,12 @@ void bind_obstacle_changes(SetClass& type) {
             for (const ObstacleId id : self.set.ids()) ids.push_back(Id(id));
             return ids;
           },
-          "Ids of all obstacles, in ascending order.");
+          "Ids of all obstacles, in ascending order.")
+      .def("__repr__",
+           [](const SharedObstacleSet& self) {
+             return "ObstacleSet(" + std::to_string(self.set.size()) + " obstacles)";
+           })
+      .def(py::pickle(&obstacles_by_id, &set_of_obstacles));
 }
 
 void bind_obstacle_queries(SetClass& type) {

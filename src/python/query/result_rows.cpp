@@ -59,6 +59,14 @@ void fill_row(ToiRow& row, const ToiResult& result) {
   row.status = std::int64_t(result.status);
 }
 
+void fill_row(ChainRow& row, const ChainResult& result) {
+  fill_row(row.toi, result.toi);
+  row.free_fraction = result.free_fraction;
+  row.link_a = result.link_a ? std::int64_t(*result.link_a) : -1;
+  row.link_b = result.link_b ? std::int64_t(*result.link_b) : -1;
+  row.obstacle = result.obstacle ? std::int64_t(*result.obstacle) : -1;
+}
+
 void fill_row(DistanceRow& row, const DistanceResult& result) {
   fill_witness(row.witness, result);
   row.penetration_depth = result.penetration ? result.penetration->depth : kNone;

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 
+#include "dyop/chain/certify_chain.h"
 #include "dyop/distance/distance_result.h"
 #include "dyop/distance/point_distance.h"
 #include "dyop/toi/toi_result.h"
@@ -52,6 +53,15 @@ struct DistanceRow {
 };
 static_assert(sizeof(DistanceRow) == sizeof(WitnessRow) + 11 * 8);
 
+struct ChainRow {
+  ToiRow toi;
+  double free_fraction;
+  std::int64_t link_a;
+  std::int64_t link_b;
+  std::int64_t obstacle;
+};
+static_assert(sizeof(ChainRow) == sizeof(ToiRow) + 4 * 8);
+
 struct PointRow {
   double lower;
   double upper;
@@ -64,6 +74,7 @@ struct PointRow {
 static_assert(sizeof(PointRow) == 8 * 8 + 6 * 4);
 
 void fill_row(ToiRow& row, const ToiResult& result);
+void fill_row(ChainRow& row, const ChainResult& result);
 void fill_row(DistanceRow& row, const DistanceResult& result);
 void fill_row(PointRow& row, const PointDistance& result);
 

@@ -210,5 +210,29 @@ TEST(ObstacleSet, RefusesInvalidInputByName) {
   expect_domain(testing::message_of([&] { set.least_distance(*ball, *resting, kSpan); }));
 }
 
+TEST(ObstacleSet, ACopyKeepsIds) {
+  ObstacleSet set;
+  const auto ball = std::make_shared<Sphere>(1);
+  std::vector<ObstacleId> ids;
+  for (int k = 0; k < 6; ++k) ids.push_back(set.add(ball, RigidPose(Vector3(3 * k, 0, 0))));
+  set.remove(ids[1]);
+  set.remove(ids[4]);
+  ids.push_back(set.add(ball, RigidPose(Vector3(0, 5, 0))));
+  ObstacleSet copy;
+  for (const ObstacleId id : set.ids()) copy.add_as(id, set.obstacle(id));
+  EXPECT_EQ(copy.ids(), set.ids());
+  EXPECT_EQ(copy.size(), set.size());
+  for (const ObstacleId id : set.ids()) {
+    EXPECT_EQ(copy.obstacle(id).X_WO, set.obstacle(id).X_WO);
+    const RigidPose beside(copy.obstacle(id).X_WO->pose(0).translation() + Vector3(0, 0, 2.5));
+    EXPECT_EQ(copy.nearest(*ball, beside).obstacle, id);
+  }
+  EXPECT_FALSE(set.contains(copy.add(ball, RigidPose())));
+  const ObstacleId taken = set.ids().front();
+  EXPECT_THROW(copy.add_as(taken, set.obstacle(taken)), InvalidArgument);
+  EXPECT_THROW(copy.add_as(ObstacleId{0xffffffffu}, set.obstacle(taken)), InvalidArgument);
+  EXPECT_THROW(copy.add_as(ObstacleId{77}, {}), InvalidArgument);
+}
+
 }  // namespace
 }  // namespace dyop
