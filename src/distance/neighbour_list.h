@@ -11,9 +11,8 @@
 
 namespace dyop::distance_internal {
 
-/// Two pieces are near if they are at most `reach` + `slope` l apart, where l is how far the
-/// points of the one of the moving side are from the pivot: a turn about the pivot moves far pieces
-/// more than close ones.
+/// Two pieces are near if they are at most r + c l apart (`reach`, `slope`), l being the distance of
+/// the moving side's farther point from the pivot: a turn about it moves far pieces more.
 struct NearBound {
   Scalar reach = 0;
   Scalar slope = 0;
@@ -23,11 +22,12 @@ struct NearBound {
 /// a neighbour list [Verlet1967], about a pivot. Queries begin with it in place of the roots of the
 /// trees.
 ///
-/// The moving side, M, is a mesh, the other one is taken as fixed, F; what counts is relative. Each
-/// pair that was ever asked for has a slab, a unit normal and a proven gap along it where the list
-/// was made. At other poses that gap is known up to the turn of M's piece about one of its points.
-/// All other pairs were farther apart than the bound of build(), and have come nearer by at most
-/// what the pivot has moved and, in proportion to l, what the shapes have turned.
+/// The moving side M is a mesh, the other one is taken as fixed, F. A pair that was ever asked for has
+/// a unit normal n and a proven gap b along it at build(). With T = R - I the turn of M since then, t
+/// its shift, p a point of M's piece and rho the piece's radius about p, the pair is now at least
+///     b + n . (T p + t) - rho |T^T n|
+/// apart, and (fast reject) at least b less what the pivot has moved and |T| l. All other pairs were
+/// farther apart than r + c l, and are so now less what the pivot has moved and |T| l.
 class DYOP_EXPORT NeighbourList {
  public:
   /// Two poses, as the list sees them: the motion of M since build(), in frame F.

@@ -10,10 +10,10 @@
 
 namespace dyop::dynamics_internal {
 
-/// How two shapes move relative to each other over a span of time, as planes fixed to one of them
-/// see the other: a point that is at most l from the centre of the plane's shape when the span
-/// begins is at no time nearer to the plane, by more than `bend` + `bend_slope` l, than at the
-/// nearer end of the span.
+/// Relative motion over a span tau, seen from a plane fixed to one shape S. A point of the other one,
+/// O, that starts at most l from S's centre of mass leaves the chord between its places by at most
+///     tau^2 / 8 (w_O^2 r_O + 2 w_S V + w_S^2 (l + tau V)),  V = |v_O - v_S| + w_O r_O,
+/// = `bend` + `bend_slope` l. So it is never nearer to the plane by more than that than at an end.
 struct ChordMotion {
   /// Of the planes of one shape.
   struct Side {
