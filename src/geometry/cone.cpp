@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "dyop/geometry/cone.h"
 
+#include <cmath>
 #include <numbers>
 
 #include "geometry/rim.h"
@@ -17,6 +18,16 @@ SupportPoint Cone::core_support(const Vector3& direction) const {
   const Vector3 rim = geometry_internal::rim_towards(direction, radius_, -half_length_);
   const Vector3 tip(0, 0, half_length_);
   return {direction.dot(tip) >= direction.dot(rim) ? tip : rim, std::nullopt};
+}
+
+FlatPart Cone::flat_part(const Vector3& unit_direction, Scalar sine) const {
+  if (unit_direction.z() < 0 && unit_direction.head<2>().norm() <= sine) {
+    return {FlatPart::Kind::Disc, Vector3(0, 0, -half_length_), -Vector3::UnitZ(), radius_};
+  }
+  const Vector3 rim = geometry_internal::rim_towards(unit_direction, radius_, -half_length_);
+  const Vector3 half_side = (Vector3(0, 0, half_length_) - rim) / 2;
+  if (!(std::abs(unit_direction.dot(half_side)) <= sine * half_side.norm())) return {};
+  return {FlatPart::Kind::Segment, rim + half_side, half_side, 0};
 }
 
 AlignedBox Cone::bounding_box() const {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "dyop/geometry/cylinder.h"
 
+#include <cmath>
 #include <numbers>
 
 #include "geometry/rim.h"
@@ -16,6 +17,17 @@ Cylinder::Cylinder(Scalar radius, Scalar half_length) : radius_(radius), half_le
 SupportPoint Cylinder::core_support(const Vector3& direction) const {
   const Scalar height = direction.z() >= 0 ? half_length_ : -half_length_;
   return {geometry_internal::rim_towards(direction, radius_, height), std::nullopt};
+}
+
+FlatPart Cylinder::flat_part(const Vector3& unit_direction, Scalar sine) const {
+  const Scalar side = unit_direction.z() >= 0 ? 1 : -1;
+  if (unit_direction.head<2>().norm() <= sine) {
+    const Vector3 up(0, 0, side);
+    return {FlatPart::Kind::Disc, half_length_ * up, up, radius_};
+  }
+  if (!(std::abs(unit_direction.z()) <= sine)) return {};
+  const Vector3 center = geometry_internal::rim_towards(unit_direction, radius_, 0);
+  return {FlatPart::Kind::Segment, center, Vector3(0, 0, half_length_), 0};
 }
 
 AlignedBox Cylinder::bounding_box() const {

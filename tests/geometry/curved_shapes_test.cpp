@@ -77,6 +77,56 @@ TEST(CurvedShapes, SupportPointsAreWhereTheyShouldBe) {
   EXPECT_EQ(box.bounding_box().sizes().maxCoeff() >= 7, true);
 }
 
+// All points of a flat part are as far along its normal as the support point, up to rounding.
+void expect_flat(const ConvexShape& shape, const FlatPart& part, const Vector3& n) {
+  const Scalar reach = n.dot(shape.core_support(n).point);
+  const Scalar noise = 1e-14 * shape.bounding_radius();
+  EXPECT_NEAR(n.dot(part.center), reach, noise);
+  if (part.kind == FlatPart::Kind::Segment) {
+    EXPECT_NEAR(n.dot(part.center + part.axis), reach, noise);
+    EXPECT_NEAR(n.dot(part.center - part.axis), reach, noise);
+  } else {
+    const Vector3 rim = part.center + part.radius * part.axis.unitOrthogonal();
+    EXPECT_NEAR(n.dot(rim), reach, noise);
+  }
+}
+
+TEST(CurvedShapes, HaveTheFlatPartThatFacesADirection) {
+  for (const Scalar size : {1e-4, 1.0, 1e4}) {
+    const Cylinder cylinder(2 * size, 3 * size);
+    const FlatPart cap = cylinder.flat_part(Vector3(0.01, 0, -1).normalized(), 0.02);
+    ASSERT_EQ(cap.kind, FlatPart::Kind::Disc);
+    EXPECT_EQ(cap.axis, -Vector3::UnitZ());
+    EXPECT_EQ(cap.radius, 2 * size);
+    expect_flat(cylinder, cap, cap.axis);
+    const FlatPart side = cylinder.flat_part(Vector3(0.6, 0.8, 0.01).normalized(), 0.02);
+    ASSERT_EQ(side.kind, FlatPart::Kind::Segment);
+    EXPECT_NEAR(side.axis.norm(), 3 * size, 1e-14 * size);
+    expect_flat(cylinder, side, Vector3(0.6, 0.8, 0));
+    const Cone cone(2 * size, 3 * size);
+    const FlatPart base = cone.flat_part(-Vector3::UnitZ(), 0.02);
+    ASSERT_EQ(base.kind, FlatPart::Kind::Disc);
+    expect_flat(cone, base, -Vector3::UnitZ());
+    const Vector3 n = Vector3(0.6 * 6, 0.8 * 6, 2).normalized();  // across a side from base to tip
+    const FlatPart slope = cone.flat_part(n, 0.02);
+    ASSERT_EQ(slope.kind, FlatPart::Kind::Segment);
+    EXPECT_TRUE((slope.center + slope.axis).isApprox(Vector3(0, 0, 3 * size), 1e-14));
+    expect_flat(cone, slope, n);
+  }
+}
+
+TEST(CurvedShapes, HaveNoFlatPartBeyondTheAngle) {
+  const Cylinder cylinder(2, 3);
+  EXPECT_EQ(cylinder.flat_part(Vector3(0.03, 0, 1).normalized(), 0.02).kind, FlatPart::Kind::None);
+  EXPECT_EQ(cylinder.flat_part(Vector3(1, 0, 0.03).normalized(), 0.02).kind, FlatPart::Kind::None);
+  const Cone cone(2, 3);
+  EXPECT_EQ(cone.flat_part(Vector3::UnitZ(), 0.02).kind, FlatPart::Kind::None);
+  EXPECT_EQ(cone.flat_part(Vector3::UnitX(), 0.02).kind, FlatPart::Kind::None);
+  EXPECT_EQ(Ellipsoid(Vector3(1, 2, 3)).flat_part(Vector3::UnitX(), 0.5).kind,
+            FlatPart::Kind::None);
+  EXPECT_EQ(Box(Vector3(1, 2, 3)).flat_part(Vector3::UnitX(), 0.5).kind, FlatPart::Kind::None);
+}
+
 TEST(CurvedShapes, RefuseBadSizes) {
   const Scalar nan = std::numeric_limits<Scalar>::quiet_NaN();
   EXPECT_THROW(Cylinder(0, 1), InvalidArgument);

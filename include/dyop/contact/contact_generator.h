@@ -60,7 +60,8 @@ class ContactWorkspace {
 ///
 /// A mesh is a two-sided surface. The surfaces must not intersect: where they do, contacts say
 /// nothing about depth. A convex shape without a core_surface() gives one contact, at the nearest
-/// points, or one per triangle feature against a mesh.
+/// points, or one per triangle feature against a mesh; several where its flat_part() faces the
+/// other shape: on the border of what each sees of the other.
 ///
 /// @throws InvalidArgument if reach or an option is out of its range, or not finite.
 /// Reads the shapes only; thread-safe for shared shapes. Allocates only while buffers grow.

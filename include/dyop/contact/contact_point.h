@@ -15,7 +15,8 @@ namespace DYOP_EXPORT dyop {
 struct FeatureKey {
   FeatureKind kind = FeatureKind::Smooth;
   std::int32_t piece = 0;
-  std::int32_t number = 0;  ///< 0 for a smooth core, which has one feature
+  /// Of a smooth core: 0, or that of a place on the border of a flat part of its surface.
+  std::int32_t number = 0;
 
   friend auto operator<=>(const FeatureKey&, const FeatureKey&) = default;
 };

@@ -18,6 +18,7 @@ class Cone final : public ConvexShape {
 
   SupportPoint core_support(const Vector3& direction) const override;
   Vector3 core_center() const override { return Vector3::Zero(); }
+  FlatPart flat_part(const Vector3& unit_direction, Scalar sine) const override;
   AlignedBox bounding_box() const override;
   Scalar bounding_radius() const override;
   MassProperties compute_mass_properties(Scalar density) const override;

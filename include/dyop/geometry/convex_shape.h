@@ -35,6 +35,15 @@ struct SimpleCore {
                                            ///< the axes of the frame
 };
 
+/// A flat part of a smooth core's surface, in the shape's frame.
+struct FlatPart {
+  enum class Kind : std::uint8_t { None, Segment, Disc };
+  Kind kind = Kind::None;
+  Vector3 center = Vector3::Zero();
+  Vector3 axis = Vector3::UnitZ();  ///< Disc: unit, outwards. Segment: from the centre to one end
+  Scalar radius = 0;                ///< of the disc
+};
+
 /// A convex set given by a support function: a convex *core*, inflated by a ball of radius
 /// rounding_radius(). A sphere is a point and a radius, a capsule a segment and a radius, a box or
 /// hull a polytope and no radius. Algorithms work on the core and add the radius exactly at the
@@ -63,6 +72,15 @@ class ConvexShape : public Shape {
   /// segment is a degenerate triangle), or null for a smooth core. Used to gather contact patches
   /// and to take longer steps towards an impact.
   virtual const TriangleMesh* core_surface() const { return nullptr; }
+
+  /// Of a smooth core: the flat part of its surface that faces a direction, a disc whose normal
+  /// leans from it by at most an angle with this sine, or the straight line of a side that is
+  /// perpendicular to it up to such an angle. Contacts lie on its border. None for a core with a
+  /// core_surface(), and where the surface is curved both ways.
+  /// @param sine In [0, 0.5].
+  virtual FlatPart flat_part(const Vector3& /*unit_direction*/, Scalar /*sine*/) const {
+    return {};
+  }
 
   /// A farthest point of the whole shape along a unit direction.
   Vector3 support(const Vector3& unit_direction) const {

@@ -7,6 +7,7 @@
 #include "contact/generation/ball_fit.h"
 #include "contact/generation/contact_workspace.h"
 #include "contact/generation/facet_fit.h"
+#include "contact/generation/flat_contacts.h"
 #include "contact/generation/placed_contacts.h"
 #include "core/tolerance.h"
 #include "dyop/distance/distance.h"
@@ -67,6 +68,15 @@ std::optional<EndGap> rounded_end_gap(const ContactPoint& point, const Shape& a,
                 between(nearest.p_a + radius_a * n, nearest.p_b - radius_b * n)};
 }
 
+// Of a place on flat parts of curved surfaces. It is where the point on the border is, which is of
+// the side that the normal is not of.
+EndGap flat_end_gap(const ContactPoint& point, const contact_internal::MovedPieces& pieces) {
+  const contact_internal::FlatEnd end = contact_internal::flat_end(point, pieces);
+  const Scalar gap = end.nhat_AB_W.dot(end.p_WCb - end.p_WCa);
+  const Vector3 half = gap / 2 * end.nhat_AB_W;
+  return {gap, point.normal_is_of_b ? Vector3(end.p_WCa + half) : Vector3(end.p_WCb - half)};
+}
+
 }  // namespace
 
 bool is_edge_pair(const ContactPoint& point) {
@@ -78,6 +88,9 @@ EndGap end_gap(const ContactPoint& point, const BodyRecord& a, const RigidPose& 
                const RigidPose& X_WB_end) {
   const Shape& shape_a = shape_part(*a.definition.shape, point.key.a.piece);
   const Shape& shape_b = shape_part(*b.definition.shape, point.key.b.piece);
+  if (contact_internal::is_flat_contact(point)) {
+    return flat_end_gap(point, {shape_a, shape_b, X_WA, X_WB, X_WA_end, X_WB_end});
+  }
   if (is_smooth_core(shape_a) || is_smooth_core(shape_b)) {
     // Their one contact slides over the surface: a distance query finds it.
     const DistanceResult result = distance(shape_a, X_WA_end, shape_b, X_WB_end);

@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: BSD-3-Clause
+
+// Contacts on the flat parts of cylinders and cones, against the shapes' equations and distance().
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <memory>
+#include <numbers>
+#include <random>
+#include <vector>
+
+#include "dyop/contact/contact_generator.h"
+#include "dyop/distance/distance.h"
+#include "dyop/geometry/box.h"
+#include "dyop/geometry/capsule.h"
+#include "dyop/geometry/cone.h"
+#include "dyop/geometry/convex_hull.h"
+#include "dyop/geometry/cylinder.h"
+#include "dyop/geometry/rounded_box.h"
+#include "dyop/geometry/sphere.h"
+#include "dyop/geometry/triangle_mesh.h"
+#include "support/inputs/mesh_generators.h"
+
+namespace dyop {
+namespace {
+
+using namespace testing;
+
+// How far a point is outside a shape; negative inside. Of a mesh: how far it is from the surface.
+Scalar outside(const Shape& shape, const Vector3& p) {
+  const Scalar axial = std::abs(p.z());
+  const Scalar radial = p.head<2>().norm();
+  if (const auto* cylinder = dynamic_cast<const Cylinder*>(&shape)) {
+    return std::max(radial - cylinder->radius(), axial - cylinder->half_length());
+  }
+  if (const auto* cone = dynamic_cast<const Cone*>(&shape)) {
+    const Scalar h = cone->half_length();
+    const Scalar at = cone->radius() * (h - p.z()) / (2 * h);
+    return std::max(radial - at, -h - p.z());
+  }
+  return distance(shape, RigidPose(), Sphere(1e-9 * shape.bounding_radius()), RigidPose(p)).lower;
+}
+
+// Two shapes, B above A, and the turn that makes flat parts face each other.
+struct Facing {
+  std::shared_ptr<const Shape> a;
+  std::shared_ptr<const Shape> b;
+  Matrix3 R_B = Matrix3::Identity();
+};
+
+std::vector<Facing> facing_shapes(Scalar size) {
+  const auto cylinder = std::make_shared<Cylinder>(0.5 * size, 0.7 * size);
+  const auto disc = std::make_shared<Cylinder>(0.9 * size, 0.1 * size);
+  const auto cone = std::make_shared<Cone>(0.6 * size, 0.4 * size);
+  const auto box = std::make_shared<Box>(size * Vector3(0.6, 0.5, 0.3));
+  const auto rounded = std::make_shared<RoundedBox>(size * Vector3(0.5, 0.4, 0.2), 0.1 * size);
+  const auto capsule = std::make_shared<Capsule>(0.2 * size, 0.6 * size);
+  const MeshArrays grid = plate_grid(2 * size, 2 * size, 5, 7);
+  const auto mesh = std::make_shared<TriangleMesh>(grid.vertices, grid.triangles);
+  const MeshArrays gear_mesh = gear(7, 0.6, 0.8, 0.3);
+  const auto hull = std::make_shared<ConvexHull>(
+      gear_mesh.moved(Matrix3::Identity(), Vector3::Zero(), size).vertices);
+  const Matrix3 lying = rotation_from_vector(Vector3(0, std::numbers::pi / 2, 0));
+  return {{cylinder, cylinder},    {disc, cylinder},       {box, cylinder},
+          {cylinder, box},         {hull, cone},           {cylinder, cone},
+          {disc, rounded},         {mesh, cylinder},       {mesh, cone},
+          {cylinder, mesh},        {box, cylinder, lying}, {disc, cylinder, lying},
+          {mesh, cylinder, lying}, {disc, capsule, lying}};
+}
+
+class FlatContacts : public ::testing::TestWithParam<Scalar> {
+ protected:
+  // Lets B down on A from above, to a gap of `gap`.
+  static RigidPose above(const Facing& pair, const Vector3& shift, const Matrix3& tilt,
+                         Scalar gap) {
+    RigidPose X(tilt * pair.R_B, shift + Vector3(0, 0, 10 * pair.a->bounding_radius()));
+    for (int k = 0; k < 60; ++k) {
+      const DistanceResult result = distance(*pair.a, RigidPose(), *pair.b, X);
+      const Scalar down = result.lower - gap;
+      X = RigidPose(X.rotation(), X.translation() - Vector3(0, 0, down));
+      if (std::abs(down) < 1e-13 * pair.a->bounding_radius()) break;
+    }
+    return X;
+  }
+};
+
+TEST_P(FlatContacts, LieOnTheSurfacesAndBoundTheDistance) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<Scalar> unit(-1, 1);
+  const Scalar size = GetParam();
+  for (const Facing& pair : facing_shapes(size)) {
+    for (int k = 0; k < 60; ++k) {
+      const Vector3 shift(0.8 * size * unit(random), 0.8 * size * unit(random), 0);
+      const Scalar tilt = k % 3 == 0 ? 0 : (k % 3 == 1 ? 1e-5 : 0.03);
+      const Matrix3 turn =
+          rotation_from_vector(Vector3(tilt * unit(random), tilt * unit(random), 0)) *
+          rotation_from_vector(Vector3(0, 0, k == 0 ? 0 : 3 * unit(random)));
+      const RigidPose X_B = above(pair, shift, turn, 1e-3 * size);
+      const DistanceResult nearest = distance(*pair.a, RigidPose(), *pair.b, X_B);
+      if (!(nearest.lower > 0) || nearest.upper > 2e-3 * size) continue;
+      const Scalar reach = 2e-3 * size;
+      const auto contacts = generate_contacts(*pair.a, RigidPose(), *pair.b, X_B, reach);
+      ASSERT_FALSE(contacts.empty());
+      const Scalar noise = 1e-11 * size;
+      Scalar least = kInfinity;
+      for (std::size_t i = 0; i < contacts.size(); ++i) {
+        const ContactPoint& c = contacts[i];
+        if (i > 0) {
+          EXPECT_LT(contacts[i - 1].key, c.key);
+        }
+        EXPECT_LE(outside(*pair.a, c.p_ACa), noise);
+        EXPECT_LE(outside(*pair.b, c.p_BCb), noise);
+        EXPECT_NEAR(c.nhat_AB_W.norm(), 1, 1e-12);
+        EXPECT_LE(c.lower, (c.p_WCb - c.p_WCa).norm() + noise);
+        EXPECT_GE(c.upper, nearest.lower);
+        EXPECT_GE(c.gap, -noise);
+        EXPECT_NEAR(c.gap, c.nhat_AB_W.dot(c.p_WCb - c.p_WCa), noise);
+        least = std::min(least, c.gap);
+      }
+      // The nearest place is among them, up to what the normals' tolerance makes of it.
+      EXPECT_LE(least, nearest.upper + 2e-3 * reach);
+    }
+  }
+}
+
+// The reaction of a body that stands at rest can be anywhere between its contacts.
+TEST_P(FlatContacts, SurroundTheMiddleOfWhatTheyShare) {
+  const Scalar size = GetParam();
+  for (const Facing& pair : facing_shapes(size)) {
+    const RigidPose X_B = above(pair, Vector3::Zero(), Matrix3::Identity(), 1e-3 * size);
+    const auto contacts = generate_contacts(*pair.a, RigidPose(), *pair.b, X_B, 2e-3 * size);
+    ASSERT_GE(contacts.size(), 2U);
+    Vector3 low = Vector3::Constant(kInfinity);
+    Vector3 high = -low;
+    for (const ContactPoint& c : contacts) {
+      EXPECT_NEAR(std::abs(c.nhat_AB_W.z()), 1, 1e-9);
+      low = low.cwiseMin(c.p_WCa);
+      high = high.cwiseMax(c.p_WCa);
+    }
+    // Along x all are at least as wide as the narrowest of the shapes.
+    EXPECT_LT(low.x(), -0.39 * size);
+    EXPECT_GT(high.x(), 0.39 * size);
+  }
+}
+
+TEST(FlatContactsOfDiscs, AreTheTipsOfTheirLensAndItsMiddles) {
+  const Cylinder a(1, 1);
+  const auto contacts =
+      generate_contacts(a, RigidPose(), a, RigidPose(Vector3(1.6, 0, 2.001)), 0.01);
+  // The tips at x = 0.8, y = +-0.6; the rims cross the line of the middles at 0.6 and 1.
+  const auto has = [&](Scalar x, Scalar y) {
+    for (const ContactPoint& c : contacts) {
+      if ((c.p_WCa - Vector3(x, y, 1)).norm() < 1e-12) return true;
+    }
+    return false;
+  };
+  EXPECT_TRUE(has(0.8, 0.6));
+  EXPECT_TRUE(has(0.8, -0.6));
+  EXPECT_TRUE(has(0.6, 0));
+  EXPECT_TRUE(has(1, 0));
+}
+
+TEST(FlatContactsOfCylinders, AreTheEndsOfTheLineThatTheyShare) {
+  const Cylinder a(1, 2);
+  const auto contacts =
+      generate_contacts(a, RigidPose(), a, RigidPose(Vector3(1.2, 1.6001, 3)), 0.01);
+  ASSERT_EQ(contacts.size(), 2U);
+  for (const ContactPoint& c : contacts) {
+    EXPECT_TRUE(c.nhat_AB_W.isApprox(Vector3(0.6, 0.8, 0), 1e-4));
+    EXPECT_TRUE(std::abs(c.p_WCa.z() - 1) < 1e-9 || std::abs(c.p_WCa.z() - 2) < 1e-9);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Scales, FlatContacts, ::testing::Values(1e-4, 1.0, 1e4));
+
+}  // namespace
+}  // namespace dyop
