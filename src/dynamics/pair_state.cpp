@@ -3,8 +3,8 @@
 
 #include <algorithm>
 
-#include "contact/generation/contact_workspace.h"
-#include "contact/generation/facet_fit.h"
+#include "contact/generation/contact_fit.h"
+#include "contact/generation/contact_query.h"
 #include "core/tolerance.h"
 
 namespace dyop::dynamics_internal {

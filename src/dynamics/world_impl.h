@@ -10,10 +10,9 @@
 #include <vector>
 
 #include "dynamics/broad_phase.h"
-#include "dynamics/joint_state.h"
+#include "dynamics/link_state.h"
 #include "dynamics/pair_state.h"
-#include "dynamics/spring_state.h"
-#include "dynamics/step/island_run.h"
+#include "dynamics/step/island.h"
 #include "dynamics/step/ledger.h"
 #include "dyop/dynamics/world.h"
 

@@ -2,13 +2,12 @@
 
 // Contacts on fine facets against those on the smooth surface that their vertices lie on.
 
-#include "contact/generation/ball_fit.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 
+#include "contact/generation/contact_fit.h"
 #include "dyop/contact/contact_generator.h"
 #include "dyop/geometry/sphere.h"
 #include "dyop/geometry/triangle_mesh.h"

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 
 // Corners of a polygon over a plane against the circle through them.
-#include "contact/generation/facet_fit.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <vector>
+
+#include "contact/generation/contact_fit.h"
 
 namespace dyop {
 namespace {

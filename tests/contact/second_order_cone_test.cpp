@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "contact/solver/second_order_cone.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 
+#include "contact/solver/interior_point_solver.h"
 #include "support/inputs/random_inputs.h"
 
 namespace dyop::contact_internal {

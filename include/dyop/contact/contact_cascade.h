@@ -13,7 +13,7 @@ namespace DYOP_EXPORT dyop {
 
 namespace contact_internal {
 class ContactRestart;
-class RestingSolver;
+class InteriorPointSolver;
 }  // namespace contact_internal
 
 /// The default solver: Gauss-Seidel, then Newton, then ADMM, each starting from the best answer so
@@ -38,7 +38,7 @@ class ContactCascade final : public ContactSolver {
   void restart(contact_internal::ContactSystem& system, Scalar best,
                const ContactSolverOptions& options, ContactReport& report);
 
-  std::unique_ptr<contact_internal::RestingSolver> resting_;
+  std::unique_ptr<contact_internal::InteriorPointSolver> interior_;
   GaussSeidelSolver gauss_seidel_;
   NewtonSolver newton_;
   AdmmSolver admm_;

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "contact/generation/ball_fit.h"
+#include "contact/generation/contact_fit.h"
 #include "dyop/core/error.h"
 
 namespace dyop {

@@ -4,8 +4,7 @@
 #include <algorithm>
 
 #include "contact/generation/contact_query.h"
-#include "contact/generation/contact_workspace.h"
-#include "contact/generation/small_surface.h"
+#include "contact/generation/contact_search.h"
 #include "core/tolerance.h"
 #include "dyop/core/error.h"
 #include "geometry/compound_tree.h"

@@ -6,7 +6,7 @@
 #include <numeric>
 #include <tuple>
 
-#include "contact/generation/facet_fit.h"
+#include "contact/generation/contact_fit.h"
 #include "core/tolerance.h"
 #include "dyop/core/error.h"
 

@@ -1,12 +1,190 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "contact/generation/contact_search.h"
 
-#include "contact/generation/feature_pairs.h"
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+
+#include "contact/generation/contact_query.h"
 #include "contact/generation/flat_contacts.h"
-#include "contact/generation/near_leaves.h"
+#include "core/tolerance.h"
 #include "distance/piece_distance.h"
 
 namespace dyop::contact_internal {
+namespace {
+
+constexpr int kRankOfFace = 0;
+constexpr int kRankOfCrossing = 1;
+constexpr int kRankOfBorder = 2;
+
+FeatureKey vertex_key(std::int32_t number) {
+  return {FeatureKind::Vertex, 0, number};
+}
+
+// The corners of the feature that holds a foot.
+std::span<const Vector3> foot_corners(const Triangle& t, const TriangleFoot& foot,
+                                      std::array<Vector3, 2>& ends) {
+  const auto k = std::size_t(foot.index);
+  switch (foot.kind) {
+    case FeatureKind::Vertex:
+      ends[0] = t[k];
+      return std::span(ends).first(1);
+    case FeatureKind::Edge:
+      ends = {t[k], t[(k + 1) % 3]};
+      return ends;
+    case FeatureKind::Face:
+    case FeatureKind::Smooth:
+      break;
+  }
+  return t;
+}
+
+}  // namespace
+
+// Bounds: the slab gap along `proof` is at most the distance, the witness's length at least. The
+// contact's points and normal must be set; the proof points from A to B and may have any length.
+void FeaturePairs::keep(FoundContact& contact, std::span<const Vector3> feature_a,
+                        std::span<const Vector3> feature_b, const Vector3& proof) {
+  Scalar gap = kInfinity;
+  for (const Vector3& a : feature_a) {
+    for (const Vector3& b : feature_b) gap = std::min(gap, proof.dot(b - a));
+  }
+  const Scalar length = proof.norm();
+  const Scalar rounding = 1 - 16 * kUnitRoundoff;
+  contact.lower = length > 0 ? std::max(Scalar{0}, gap / length * rounding - query_.noise) : 0;
+  contact.upper = (contact.p_b - contact.p_a).norm() / rounding + query_.noise;
+  if (contact.lower <= query_.reach) found_.push_back(contact);
+}
+
+bool FeaturePairs::admits_foot(const VertexSide& vertex, std::int32_t triangle,
+                               const TriangleFoot& foot, const Vector3& normal) const {
+  const bool is_face = foot.kind == FeatureKind::Face;
+  const Scalar strict = query_.options.border_tolerance;
+  const bool of_a = vertex.is_of_a;
+  return surface(!of_a).admits_at_foot(triangle, foot, own_point(!of_a, foot.point),
+                                       outward(!of_a, normal), strict, query_.noise) &&
+         surface(of_a).admits_at_vertex(vertex.vertex, outward(of_a, normal),
+                                        is_face ? query_.options.cone_tolerance : strict,
+                                        query_.noise);
+}
+
+void FeaturePairs::add_vertex(const VertexSide& vertex, std::int32_t triangle, const Triangle& t) {
+  const std::optional<TriangleFoot> foot = find_foot(t, vertex.p, query_.reach + query_.noise,
+                                                     query_.options.border_tolerance, query_.noise);
+  if (!foot) return;
+  const bool is_face = foot->kind == FeatureKind::Face;
+  if (is_face && !foot->is_outer && surface(!vertex.is_of_a).is_solid) return;
+  Vector3 towards_vertex = foot->normal;
+  if (!is_face) {
+    towards_vertex = vertex.p - foot->point;
+    const Scalar length = towards_vertex.norm();
+    if (!(length > 0)) return;
+    towards_vertex /= length;
+  }
+  FoundContact contact;
+  contact.p_a = vertex.is_of_a ? vertex.p : foot->point;
+  contact.p_b = vertex.is_of_a ? foot->point : vertex.p;
+  contact.normal = vertex.is_of_a ? Vector3(-towards_vertex) : towards_vertex;
+  contact.normal_is_of_b = vertex.is_of_a;
+  contact.rank = is_face ? kRankOfFace : kRankOfBorder;
+  contact.triangle_a = vertex.is_of_a ? vertex.triangle : triangle;
+  contact.triangle_b = vertex.is_of_a ? triangle : vertex.triangle;
+  if (!admits_foot(vertex, triangle, *foot, contact.normal)) return;
+  const FeatureKey foot_key = surface(!vertex.is_of_a).foot_key(triangle, *foot);
+  contact.key.a = vertex.is_of_a ? vertex_key(vertex.vertex) : foot_key;
+  contact.key.b = vertex.is_of_a ? foot_key : vertex_key(vertex.vertex);
+  std::array<Vector3, 2> ends;
+  const std::span<const Vector3> corners = foot_corners(t, *foot, ends);
+  const std::span<const Vector3> point(&vertex.p, 1);
+  keep(contact, vertex.is_of_a ? point : corners, vertex.is_of_a ? corners : point, contact.normal);
+}
+
+bool FeaturePairs::admits_crossing(const EdgeSide& a, const EdgeSide& b,
+                                   const EdgeCrossing& crossing, const Vector3& n) const {
+  const Scalar sine = query_.options.cone_tolerance;
+  return query_.a.admits_at_edge(a.edge, crossing.p_a, n, sine, query_.noise) &&
+         query_.b.admits_at_edge(b.edge, query_.X_BA * crossing.p_b, outward(false, n), sine,
+                                 query_.noise);
+}
+
+// Of the normals of all faces beside the two edges, picks the one nearest to the witness that both
+// sides admit.
+bool FeaturePairs::take_face_normal(const EdgeSide& a, const EdgeSide& b,
+                                    const EdgeCrossing& crossing, FoundContact& contact) const {
+  const Vector3 w = contact.p_b - contact.p_a;
+  const Scalar least = w.norm() / 2;
+  Scalar best = least;
+  for (const bool of_a : {true, false}) {
+    const ContactSurface& own = surface(of_a);
+    for (const std::int32_t side : own.topology->sides_of_edge(of_a ? a.edge : b.edge)) {
+      const Triangle t = own.mesh->triangle(side / 3);
+      Vector3 n = (t[1] - t[0]).cross(t[2] - t[0]);
+      const Scalar length = n.norm();
+      if (!(length > 0)) continue;
+      n /= length;
+      if (!of_a) n = query_.X_AB.rotation() * n;
+      if (n.dot(w) < 0) n = -n;
+      if (!(n.dot(w) > best) || !admits_crossing(a, b, crossing, n)) continue;
+      best = n.dot(w);
+      contact.normal = n;
+      contact.normal_is_of_b = !of_a;
+    }
+  }
+  return best > least;
+}
+
+void FeaturePairs::add_edges(const EdgeSide& a, const EdgeSide& b) {
+  const std::optional<EdgeCrossing> crossing =
+      find_crossing(a.from, a.to, b.from, b.to, query_.reach + query_.noise, query_.noise);
+  if (!crossing) return;
+  FoundContact contact;
+  contact.p_a = crossing->p_a;
+  contact.p_b = crossing->p_b;
+  contact.rank = kRankOfCrossing;
+  contact.key = {{FeatureKind::Edge, 0, a.edge}, {FeatureKind::Edge, 0, b.edge}};
+  contact.triangle_a = a.triangle;
+  contact.triangle_b = b.triangle;
+  Vector3 n = crossing->normal;
+  const Scalar height = n.dot(contact.p_b - contact.p_a);
+  if (height < 0) n = -n;
+  const bool is_steep = crossing->sine >= kContactParallelSine;
+  if (is_steep || !take_face_normal(a, b, *crossing, contact)) {
+    contact.normal = n;
+    if (!admits_crossing(a, b, *crossing, n)) {
+      // Touching edges do not give the normal's sign; the faces beside them do.
+      if (std::abs(height) > query_.noise || !admits_crossing(a, b, *crossing, -n)) return;
+      contact.normal = -n;
+    }
+  }
+  const std::array<Vector3, 2> ends_a{a.from, a.to};
+  const std::array<Vector3, 2> ends_b{b.from, b.to};
+  keep(contact, ends_a, ends_b, n);
+}
+
+void FeaturePairs::add_triangles(std::int32_t triangle_a, const Triangle& a,
+                                 std::int32_t triangle_b, const Triangle& b) {
+  const std::uint8_t own_a = query_.a.features->owned_by(triangle_a);
+  const std::uint8_t own_b = query_.b.features->owned_by(triangle_b);
+  const TriangleIndices& indices_a = query_.a.indices(triangle_a);
+  const TriangleIndices& indices_b = query_.b.indices(triangle_b);
+  for (std::size_t k = 0; k < 3; ++k) {
+    if (own_a >> k & 1) add_vertex({indices_a[k], triangle_a, a[k], true}, triangle_b, b);
+    if (own_b >> k & 1) add_vertex({indices_b[k], triangle_b, b[k], false}, triangle_a, a);
+  }
+  if ((own_a & ContactFeatures::kSides) == 0 || (own_b & ContactFeatures::kSides) == 0) return;
+  for (std::size_t i = 0; i < 3; ++i) {
+    if ((own_a >> (3 + i) & 1) == 0) continue;
+    const EdgeSide edge_a{*query_.a.topology->edge_of_side(3 * triangle_a + std::int32_t(i)),
+                          triangle_a, a[i], a[(i + 1) % 3]};
+    for (std::size_t j = 0; j < 3; ++j) {
+      if ((own_b >> (3 + j) & 1) == 0) continue;
+      add_edges(edge_a, {*query_.b.topology->edge_of_side(3 * triangle_b + std::int32_t(j)),
+                         triangle_b, b[j], b[(j + 1) % 3]});
+    }
+  }
+}
+
 namespace {
 
 // Whether the surface of `mesh` admits the normal at the foot of a smooth core's nearest point on

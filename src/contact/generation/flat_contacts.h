@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "contact/generation/contact_search.h"
+#include "contact/generation/contact_query.h"
 #include "dyop/core/export.h"
 #include "dyop/distance/nearest_points.h"
 

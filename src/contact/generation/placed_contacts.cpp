@@ -6,9 +6,7 @@
 #include <unordered_map>
 
 #include "contact/generation/contact_query.h"
-#include "contact/generation/contact_workspace.h"
-#include "contact/generation/feature_pairs.h"
-#include "contact/generation/near_leaves.h"
+#include "contact/generation/contact_search.h"
 
 namespace dyop::contact_internal {
 namespace {

@@ -9,7 +9,6 @@
 #include "contact/solver/body_matrix.h"
 #include "contact/solver/contact_law.h"
 #include "contact/solver/contact_system.h"
-#include "contact/solver/progress.h"
 #include "core/assert.h"
 #include "core/tolerance.h"
 

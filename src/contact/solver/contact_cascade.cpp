@@ -4,13 +4,83 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <random>
 #include <utility>
+#include <vector>
 
-#include "contact/solver/contact_restart.h"
+#include "contact/solver/contact_law.h"
 #include "contact/solver/contact_system.h"
-#include "contact/solver/resting_solver.h"
+#include "contact/solver/interior_point_solver.h"
 #include "core/tolerance.h"
 #include "dyop/core/error.h"
+
+namespace dyop::contact_internal {
+
+// Other starting points for a problem that the solvers did not solve from the one they were given.
+// With friction there may be several solutions, and iterations that circle between two wrong states.
+class ContactRestart {
+ public:
+  // Keeps the problem's coefficients of friction.
+  void begin(const ContactSystem& system);
+
+  // Continuation in the friction: coefficients times `fraction`, impulses as they are. At zero,
+  // where the problem is convex, also the impulses begin at zero.
+  void set_friction(ContactSystem& system, Scalar fraction) const;
+
+  // Random impulses, about as large as the velocities ask for, the same in every run. With full
+  // friction.
+  void scatter(ContactSystem& system);
+
+ private:
+  std::vector<Scalar> friction_;
+  std::minstd_rand random_;
+  std::size_t starts_ = 0;
+};
+
+namespace {
+
+// Sizes of the starts one after the other; with one size alone fewer problems are solved.
+constexpr std::array<Scalar, 3> kSizes{1, 0.2, 5};
+
+// In [-1, 1], by the same arithmetic with every standard library.
+Scalar signed_fraction(std::minstd_rand& random) {
+  return 2 * Scalar(random()) / Scalar(std::minstd_rand::max()) - 1;
+}
+
+}  // namespace
+
+void ContactRestart::begin(const ContactSystem& system) {
+  friction_.clear();
+  for (const Block& block : system.blocks()) friction_.push_back(block.friction);
+  random_.seed();
+  starts_ = 0;
+}
+
+void ContactRestart::set_friction(ContactSystem& system, Scalar fraction) const {
+  for (std::size_t i = 0; i < friction_.size(); ++i) {
+    Block& block = system.blocks()[i];
+    block.friction = fraction * friction_[i];
+    if (fraction == 0) block.lambda.setZero();
+  }
+  system.update_velocities();
+}
+
+void ContactRestart::scatter(ContactSystem& system) {
+  set_friction(system, 1);
+  const Scalar speed = kSizes[starts_++ % kSizes.size()] * system.residual_without_impulses();
+  for (Block& block : system.blocks()) {
+    const Scalar size = speed / block.weight;
+    Vector3 impulse;
+    for (Scalar& component : impulse) component = size * signed_fraction(random_);
+    const bool is_turning = block.kind == BlockKind::Rolling || block.kind == BlockKind::Torsion;
+    const Scalar bound =
+        is_turning ? system.blocks()[std::size_t(block.owner)].lambda[0] : Scalar{0};
+    block.lambda = project(block, impulse, bound);
+  }
+  system.update_velocities();
+}
+
+}  // namespace dyop::contact_internal
 
 namespace dyop {
 namespace {
@@ -33,7 +103,7 @@ void restore(contact_internal::ContactSystem& system, const std::vector<Vector3>
 }  // namespace
 
 ContactCascade::ContactCascade()
-    : resting_(std::make_unique<contact_internal::RestingSolver>()),
+    : interior_(std::make_unique<contact_internal::InteriorPointSolver>()),
       restart_(std::make_unique<contact_internal::ContactRestart>()) {}
 ContactCascade::~ContactCascade() = default;
 
@@ -65,7 +135,7 @@ void ContactCascade::improve(contact_internal::ContactSystem& system,
   const Scalar without_impulses = system.residual_without_impulses();
   const bool is_small = system.velocities().size() <= kContactFewBodies;
   if (!is_small && options.tolerance <= kRestingPart * without_impulses) {
-    resting_->improve(system, options, report);
+    interior_->improve(system, options, report);
     best = system.residual();
     if (best <= options.tolerance) {
       report.solver = "interior points";

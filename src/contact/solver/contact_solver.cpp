@@ -2,10 +2,104 @@
 #include "dyop/contact/contact_solver.h"
 
 #include <algorithm>
+#include <cmath>
 
-#include "contact/solver/contact_check.h"
 #include "contact/solver/contact_system.h"
 #include "core/tolerance.h"
+#include "dyop/core/error.h"
+
+namespace dyop::contact_internal {
+namespace {
+
+void check_body(const ContactBody& body, std::size_t i) {
+  DYOP_REQUIRE(body.inverse_mass_W.allFinite() && body.inverse_inertia_W.allFinite(), "body ", i,
+               ": mobilities must be finite, not ", body.inverse_mass_W, " and ",
+               body.inverse_inertia_W);
+  DYOP_REQUIRE((body.inverse_mass_W.diagonal().array() >= 0).all() &&
+                   (body.inverse_inertia_W.diagonal().array() >= 0).all(),
+               "body ", i, ": mobilities must be positive semidefinite, not ", body.inverse_mass_W,
+               " and ", body.inverse_inertia_W);
+  DYOP_REQUIRE(body.free_v_W.allFinite() && body.free_w_W.allFinite(), "body ", i,
+               ": free velocities must be finite, not ", body.free_v_W, " and ", body.free_w_W);
+}
+
+void check_bodies(const char* what, std::size_t i, std::size_t a, std::size_t b,
+                  std::size_t count) {
+  DYOP_REQUIRE(a < count && b < count && a != b, what, " ", i, ": needs two different bodies of ",
+               count, ", not ", a, " and ", b);
+}
+
+void check_contact(const PointContact& contact, std::size_t i) {
+  DYOP_REQUIRE(contact.r_a_W.allFinite() && contact.r_b_W.allFinite(), "contact ", i,
+               ": lever arms must be finite, not ", contact.r_a_W, " and ", contact.r_b_W);
+  DYOP_REQUIRE(std::abs(contact.nhat_AB_W.squaredNorm() - 1) <= 2 * kRotationTolerance, "contact ",
+               i, ": normal must be a unit vector, not ", contact.nhat_AB_W);
+  DYOP_REQUIRE(std::isfinite(contact.target), "contact ", i, ": target must be finite, not ",
+               contact.target);
+  DYOP_REQUIRE(contact.sticking_velocity_W.allFinite(), "contact ", i,
+               ": sticking velocity must be finite, not ", contact.sticking_velocity_W);
+  check_friction(contact.friction, i);
+  if (contact.ellipse) {
+    check_friction(contact.ellipse->across, i);
+    DYOP_REQUIRE(contact.ellipse->axis_W.allFinite(), "contact ", i,
+                 ": axis of friction must be finite, not ", contact.ellipse->axis_W);
+  }
+  DYOP_REQUIRE(contact.rolling_friction >= 0 && std::isfinite(contact.rolling_friction) &&
+                   contact.torsional_friction >= 0 && std::isfinite(contact.torsional_friction),
+               "contact ", i, ": rolling and torsional friction must be finite and >= 0, not ",
+               contact.rolling_friction, " and ", contact.torsional_friction);
+  DYOP_REQUIRE(contact.impulse_W.allFinite() && contact.angular_impulse_W.allFinite(), "contact ",
+               i, ": initial impulses must be finite, not ", contact.impulse_W, " and ",
+               contact.angular_impulse_W);
+}
+
+void check_row(const JointRow& row, std::size_t i) {
+  DYOP_REQUIRE(row.j_av_W.allFinite() && row.j_aw_W.allFinite() && row.j_bv_W.allFinite() &&
+                   row.j_bw_W.allFinite(),
+               "row ", i, ": coefficients must be finite, not ", row.j_av_W, ", ", row.j_aw_W, ", ",
+               row.j_bv_W, " and ", row.j_bw_W);
+  DYOP_REQUIRE(std::isfinite(row.target), "row ", i, ": target must be finite, not ", row.target);
+  DYOP_REQUIRE(row.lower <= row.upper && row.lower < kInfinity && row.upper > -kInfinity, "row ", i,
+               ": bounds must be in order, not ", row.lower, " and ", row.upper);
+  DYOP_REQUIRE(row.compliance >= 0 && std::isfinite(row.compliance), "row ", i,
+               ": compliance must be finite and >= 0, not ", row.compliance);
+  DYOP_REQUIRE(std::isfinite(row.impulse), "row ", i, ": initial impulse must be finite, not ",
+               row.impulse);
+}
+
+}  // namespace
+
+void check_friction(Scalar friction, std::size_t contact) {
+  DYOP_REQUIRE(friction >= 0 && std::isfinite(friction), "contact ", contact,
+               ": friction must be finite and >= 0, not ", friction);
+}
+
+void check_problem(const ContactProblem& problem) {
+  const std::size_t count = problem.bodies.size();
+  for (std::size_t i = 0; i < count; ++i) check_body(problem.bodies[i], i);
+  for (std::size_t i = 0; i < problem.contacts.size(); ++i) {
+    const PointContact& contact = problem.contacts[i];
+    check_bodies("contact", i, contact.body_a, contact.body_b, count);
+    check_contact(contact, i);
+  }
+  for (std::size_t i = 0; i < problem.rows.size(); ++i) {
+    check_bodies("row", i, problem.rows[i].body_a, problem.rows[i].body_b, count);
+    check_row(problem.rows[i], i);
+  }
+}
+
+void check_options(const ContactSolverOptions& options) {
+  DYOP_REQUIRE(options.tolerance > 0 && std::isfinite(options.tolerance),
+               "tolerance must be finite and > 0, not ", options.tolerance);
+  for (const int limit :
+       {options.sweep_limit, options.few_contacts, options.few_sweep_limit, options.newton_limit,
+        options.admm_limit, options.patience, options.cascade_rounds, options.restart_contacts,
+        options.friction_steps, options.scattered_starts}) {
+    DYOP_REQUIRE(limit >= 0, "limits must be >= 0, not ", limit);
+  }
+}
+
+}  // namespace dyop::contact_internal
 
 namespace dyop {
 

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <tuple>
 
-#include "contact/solver/contact_check.h"
 #include "contact/solver/contact_law.h"
 #include "core/assert.h"
 #include "core/tolerance.h"

@@ -4,12 +4,40 @@
 #include <utility>
 #include <vector>
 
-#include "contact/solver/contact_block.h"
+#include "contact/solver/contact_law.h"
 #include "dyop/contact/contact_problem.h"
+#include "dyop/contact/contact_solver.h"
+#include "dyop/core/types.h"
 
 namespace dyop::contact_internal {
 
-// A contact problem in the coordinates of contact_block.h. Blocks: first the joints' rows, then
+// Throw InvalidArgument, naming the value, for input that contact_problem.h and contact_solver.h do
+// not allow.
+void check_problem(const ContactProblem& problem);
+void check_options(const ContactSolverOptions& options);
+void check_friction(Scalar friction, std::size_t contact);
+
+/// Whether an iteration still gets on: it halves its residual within so many steps as its patience.
+class Progress {
+ public:
+  Progress(Scalar residual, int patience) : at_mark_(residual), patience_(patience) {}
+
+  /// After `done` steps in all, with the least residual so far.
+  bool has_stalled(int done, Scalar residual) {
+    if (done - mark_ < patience_) return false;
+    if (!(residual <= at_mark_ / 2)) return true;
+    mark_ = done;
+    at_mark_ = residual;
+    return false;
+  }
+
+ private:
+  Scalar at_mark_;
+  int mark_ = 0;
+  int patience_;
+};
+
+// A contact problem in the coordinates of Block. Blocks: first the joints' rows, then
 // every contact, each followed by its rolling and torsional blocks. Blocks that no impulse can
 // change are kept separately.
 class ContactSystem {

@@ -1,15 +1,120 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "dyop/dynamics/sundials_integrator.h"
 
+#include <arkode/arkode_erkstep.h>
+#include <cvode/cvode.h>
 #include <nvector/nvector_serial.h>
+#include <sundials/sundials_context.h>
+#include <sundials/sundials_nvector.h>
+#include <sunlinsol/sunlinsol_dense.h>
+#include <sunmatrix/sunmatrix_dense.h>
+#include <sunnonlinsol/sunnonlinsol_fixedpoint.h>
+#include <sunnonlinsol/sunnonlinsol_newton.h>
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
 #include <cstdlib>
+#include <exception>
+#include <limits>
+#include <memory>
+#include <span>
+#include <string>
 #include <utility>
 
 #include "core/tolerance.h"
-#include "dynamics/integrators/sundials_support.h"
+#include "dyop/dynamics/arkode_integrator.h"
+#include "dyop/dynamics/cvode_integrator.h"
+#include "dyop/dynamics/integrator.h"
+
+namespace dyop::dynamics_internal {
+
+/// Owns a SUNDIALS object; Free takes the handle.
+template <typename Handle, auto Free>
+struct SundialsDeleter {
+  void operator()(Handle handle) const { Free(handle); }
+};
+using VectorPointer = std::unique_ptr<_generic_N_Vector, SundialsDeleter<N_Vector, N_VDestroy>>;
+
+/// @throws InvalidArgument if f is empty or an option is out of range, naming the value.
+void require_valid(const OdeFunction& f, const IntegratorOptions& options);
+
+/// Wraps the user's right-hand side for SUNDIALS' C interface, which no exception may cross.
+class GuardedFunction {
+ public:
+  GuardedFunction(OdeFunction f, std::size_t size);
+
+  /// @throws IntegrationError if a derivative is not finite; passes on what f throws.
+  void evaluate(Scalar t, std::span<const Scalar> y, std::span<Scalar> dydt);
+
+  /// The callback for SUNDIALS; `self` is a GuardedFunction. Stores what is thrown and returns an
+  /// unrecoverable error.
+  static int call(sunrealtype t, N_Vector y, N_Vector dydt, void* self) noexcept;
+
+  /// Throws the stored exception, once.
+  void rethrow_kept();
+
+  std::int64_t evaluations() const { return evaluations_; }
+
+ private:
+  OdeFunction f_;
+  std::size_t size_;
+  std::int64_t evaluations_ = 0;
+  std::exception_ptr kept_;
+};
+
+/// One SUNDIALS solver for a system of size > 0. A call that fails throws what the user's function
+/// threw, or else IntegrationError.
+class SundialsSolver {
+ public:
+  SundialsSolver(const char* name, OdeFunction f, std::size_t size);
+  virtual ~SundialsSolver();
+  SundialsSolver(const SundialsSolver&) = delete;
+  SundialsSolver& operator=(const SundialsSolver&) = delete;
+
+  /// Discards all history.
+  virtual void restart(Scalar t, std::span<const Scalar> y) = 0;
+  /// Takes one step, not beyond t_end; returns the time reached.
+  virtual Scalar step(Scalar t_end, std::span<Scalar> y) = 0;
+  /// Dense output within the last step.
+  virtual void evaluate(Scalar t, std::span<Scalar> y) = 0;
+  /// Rejected attempts since the last restart.
+  virtual std::int64_t rejected_steps() const = 0;
+
+  const char* name() const { return name_; }
+  GuardedFunction& function() { return function_; }
+
+ protected:
+  SUNContext context() const { return context_.get(); }
+  N_Vector vector() const { return vector_.get(); }
+  void load(std::span<const Scalar> y);
+  void store(std::span<Scalar> y) const;
+
+  /// Throws if `code`, returned by `call` at time t, is an error.
+  void check(int code, const char* call, Scalar t);
+  /// Throws if a SUNDIALS constructor returned null.
+  void check_made(const void* object, const char* call) const;
+
+  /// Error handler for SUNDIALS: stores the text instead of printing it; `self` is a
+  /// SundialsSolver.
+  static void keep_message(int code, const char* module, const char* function, char* message,
+                           void* self) noexcept;
+
+  /// Name of a return code, to be released with free().
+  virtual char* code_name(int code) const = 0;
+
+ private:
+  static void free_context(SUNContext context) { SUNContext_Free(&context); }
+
+  const char* name_;
+  GuardedFunction function_;
+  std::unique_ptr<_SUNContext, SundialsDeleter<SUNContext, free_context>> context_;
+  VectorPointer vector_;
+  std::string message_;
+};
+
+}  // namespace dyop::dynamics_internal
 
 namespace dyop {
 namespace dynamics_internal {
@@ -282,5 +387,203 @@ IntegratorStatistics SundialsIntegrator::statistics() const {
   return {impl_->steps, impl_->rejected_before + impl_->solver->rejected_steps(),
           impl_->solver->function().evaluations()};
 }
+
+namespace {
+
+using dynamics_internal::GuardedFunction;
+using dynamics_internal::SundialsDeleter;
+using dynamics_internal::SundialsSolver;
+
+void free_arkode(void* memory) {
+  ERKStepFree(&memory);
+}
+
+class ArkodeSolver final : public SundialsSolver {
+ public:
+  ArkodeSolver(OdeFunction f, std::size_t size, const IntegratorOptions& options)
+      : SundialsSolver("ARKODE", std::move(f), size) {
+    memory_.reset(ERKStepCreate(GuardedFunction::call, 0, vector(), context()));
+    check_made(memory_.get(), "ERKStepCreate");
+    void* const memory = memory_.get();
+    const auto set = [this](int code, const char* call) { check(code, call, 0); };
+    set(ERKStepSetErrHandlerFn(memory, keep_message, this), "ERKStepSetErrHandlerFn");
+    set(ERKStepSetUserData(memory, &function()), "ERKStepSetUserData");
+    set(ERKStepSetOrder(memory, 4), "ERKStepSetOrder");
+    set(ERKStepSetInterpolantType(memory, ARK_INTERP_HERMITE), "ERKStepSetInterpolantType");
+    set(ERKStepSetInterpolantDegree(memory, 3), "ERKStepSetInterpolantDegree");
+    set(ERKStepSStolerances(memory, options.relative_tolerance, options.absolute_tolerance),
+        "ERKStepSStolerances");
+    set(ERKStepSetMaxStep(memory, options.max_step), "ERKStepSetMaxStep");
+    // An explicit step is rejected only for its error, so this limits the attempts.
+    const auto attempts =
+        std::min<std::int64_t>(options.max_internal_steps, std::numeric_limits<int>::max());
+    set(ERKStepSetMaxErrTestFails(memory, static_cast<int>(attempts)), "ERKStepSetMaxErrTestFails");
+  }
+
+  void restart(Scalar t, std::span<const Scalar> y) override {
+    load(y);
+    check(ERKStepReInit(memory_.get(), GuardedFunction::call, t, vector()), "ERKStepReInit", t);
+    t_ = t;
+  }
+
+  Scalar step(Scalar t_end, std::span<Scalar> y) override {
+    check(ERKStepSetStopTime(memory_.get(), t_end), "ERKStepSetStopTime", t_);
+    Scalar reached = t_;
+    check(ERKStepEvolve(memory_.get(), t_end, vector(), &reached, ARK_ONE_STEP), "ERKStepEvolve",
+          t_);
+    store(y);
+    t_ = reached;
+    return reached;
+  }
+
+  void evaluate(Scalar t, std::span<Scalar> y) override {
+    check(ERKStepGetDky(memory_.get(), t, 0, vector()), "ERKStepGetDky", t);
+    store(y);
+  }
+
+  std::int64_t rejected_steps() const override {
+    long int failures = 0;
+    ERKStepGetNumErrTestFails(memory_.get(), &failures);
+    return failures;
+  }
+
+ protected:
+  char* code_name(int code) const override { return ERKStepGetReturnFlagName(code); }
+
+ private:
+  std::unique_ptr<void, SundialsDeleter<void*, free_arkode>> memory_;
+  Scalar t_ = 0;  // the solver's time, for messages
+};
+
+std::unique_ptr<SundialsSolver> make_solver(OdeFunction f, std::size_t size,
+                                            const IntegratorOptions& options) {
+  dynamics_internal::require_valid(f, options);
+  if (size == 0) return nullptr;
+  return std::make_unique<ArkodeSolver>(std::move(f), size, options);
+}
+
+}  // namespace
+
+ArkodeIntegrator::ArkodeIntegrator(OdeFunction f, std::size_t size,
+                                   const IntegratorOptions& options)
+    : SundialsIntegrator(make_solver(std::move(f), size, options), size, options) {}
+
+namespace {
+
+// CVODE's default limit on failures to solve the implicit equations within one step.
+constexpr std::int64_t kConvergenceFailures = 10;
+
+void free_cvode(void* memory) {
+  CVodeFree(&memory);
+}
+
+class CvodeSolver final : public SundialsSolver {
+ public:
+  CvodeSolver(CvodeMethod method, OdeFunction f, std::size_t size, const IntegratorOptions& options)
+      : SundialsSolver(method == CvodeMethod::Adams ? "CVODE Adams" : "CVODE BDF", std::move(f),
+                       size) {
+    memory_.reset(CVodeCreate(method == CvodeMethod::Adams ? CV_ADAMS : CV_BDF, context()));
+    check_made(memory_.get(), "CVodeCreate");
+    void* const memory = memory_.get();
+    set(CVodeSetErrHandlerFn(memory, keep_message, this), "CVodeSetErrHandlerFn");
+    set(CVodeSetUserData(memory, &function()), "CVodeSetUserData");
+    set(CVodeInit(memory, GuardedFunction::call, 0, vector()), "CVodeInit");
+    set(CVodeSStolerances(memory, options.relative_tolerance, options.absolute_tolerance),
+        "CVodeSStolerances");
+    set(CVodeSetMaxStep(memory, options.max_step), "CVodeSetMaxStep");
+    limit_attempts(options.max_internal_steps);
+    if (method == CvodeMethod::Adams) {
+      use_fixed_point();
+    } else {
+      use_newton(size);
+    }
+  }
+
+  void restart(Scalar t, std::span<const Scalar> y) override {
+    load(y);
+    check(CVodeReInit(memory_.get(), t, vector()), "CVodeReInit", t);
+    t_ = t;
+  }
+
+  Scalar step(Scalar t_end, std::span<Scalar> y) override {
+    check(CVodeSetStopTime(memory_.get(), t_end), "CVodeSetStopTime", t_);
+    Scalar reached = t_;
+    check(CVode(memory_.get(), t_end, vector(), &reached, CV_ONE_STEP), "CVode", t_);
+    store(y);
+    t_ = reached;
+    return reached;
+  }
+
+  void evaluate(Scalar t, std::span<Scalar> y) override {
+    check(CVodeGetDky(memory_.get(), t, 0, vector()), "CVodeGetDky", t);
+    store(y);
+  }
+
+  std::int64_t rejected_steps() const override {
+    long int error_failures = 0;
+    long int solve_failures = 0;
+    CVodeGetNumErrTestFails(memory_.get(), &error_failures);
+    CVodeGetNumStepSolveFails(memory_.get(), &solve_failures);
+    return std::int64_t{error_failures} + solve_failures;
+  }
+
+ protected:
+  char* code_name(int code) const override { return CVodeGetReturnFlagName(code); }
+
+ private:
+  void set(int code, const char* call) { check(code, call, 0); }
+
+  // CVODE gives up at the a-th failure of the error test or the b-th of the implicit solve, so
+  // after at most a + b - 1 attempts.
+  void limit_attempts(std::int64_t attempts) {
+    const std::int64_t b = std::min(kConvergenceFailures, (attempts - 1) / 2 + 1);
+    const std::int64_t a =
+        std::min<std::int64_t>(attempts - b, std::numeric_limits<int>::max() - 1) + 1;
+    set(CVodeSetMaxConvFails(memory_.get(), static_cast<int>(b)), "CVodeSetMaxConvFails");
+    set(CVodeSetMaxErrTestFails(memory_.get(), static_cast<int>(a)), "CVodeSetMaxErrTestFails");
+  }
+
+  void use_fixed_point() {
+    nonlinear_solver_.reset(SUNNonlinSol_FixedPoint(vector(), 0, context()));
+    check_made(nonlinear_solver_.get(), "SUNNonlinSol_FixedPoint");
+    set(CVodeSetNonlinearSolver(memory_.get(), nonlinear_solver_.get()), "CVodeSetNonlinearSolver");
+  }
+
+  void use_newton(std::size_t size) {
+    const auto n = static_cast<sunindextype>(size);
+    nonlinear_solver_.reset(SUNNonlinSol_Newton(vector(), context()));
+    check_made(nonlinear_solver_.get(), "SUNNonlinSol_Newton");
+    set(CVodeSetNonlinearSolver(memory_.get(), nonlinear_solver_.get()), "CVodeSetNonlinearSolver");
+    matrix_.reset(SUNDenseMatrix(n, n, context()));
+    check_made(matrix_.get(), "SUNDenseMatrix");
+    linear_solver_.reset(SUNLinSol_Dense(vector(), matrix_.get(), context()));
+    check_made(linear_solver_.get(), "SUNLinSol_Dense");
+    set(CVodeSetLinearSolver(memory_.get(), linear_solver_.get(), matrix_.get()),
+        "CVodeSetLinearSolver");
+  }
+
+  // CVODE uses the solvers, so it must be destroyed first: it is the last member.
+  std::unique_ptr<_generic_SUNMatrix, SundialsDeleter<SUNMatrix, SUNMatDestroy>> matrix_;
+  std::unique_ptr<_generic_SUNLinearSolver, SundialsDeleter<SUNLinearSolver, SUNLinSolFree>>
+      linear_solver_;
+  std::unique_ptr<_generic_SUNNonlinearSolver,
+                  SundialsDeleter<SUNNonlinearSolver, SUNNonlinSolFree>>
+      nonlinear_solver_;
+  std::unique_ptr<void, SundialsDeleter<void*, free_cvode>> memory_;
+  Scalar t_ = 0;  // the solver's time, for messages
+};
+
+std::unique_ptr<SundialsSolver> make_solver(CvodeMethod method, OdeFunction f, std::size_t size,
+                                            const IntegratorOptions& options) {
+  dynamics_internal::require_valid(f, options);
+  if (size == 0) return nullptr;
+  return std::make_unique<CvodeSolver>(method, std::move(f), size, options);
+}
+
+}  // namespace
+
+CvodeIntegrator::CvodeIntegrator(CvodeMethod method, OdeFunction f, std::size_t size,
+                                 const IntegratorOptions& options)
+    : SundialsIntegrator(make_solver(method, std::move(f), size, options), size, options) {}
 
 }  // namespace dyop

@@ -4,9 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "contact/generation/ball_fit.h"
-#include "contact/generation/contact_workspace.h"
-#include "contact/generation/facet_fit.h"
+#include "contact/generation/contact_fit.h"
+#include "contact/generation/contact_query.h"
 #include "contact/generation/flat_contacts.h"
 #include "contact/generation/placed_contacts.h"
 #include "core/tolerance.h"

@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "core/tolerance.h"
-#include "dynamics/step/island_run.h"
+#include "dynamics/step/island.h"
 #include "dynamics/step/substep_problem.h"
 
 namespace dyop::dynamics_internal {

@@ -3,16 +3,22 @@
 
 #include <chrono>
 #include <cstdint>
+#include <deque>
 #include <map>
+#include <memory>
 #include <optional>
 #include <vector>
 
-#include "dynamics/joint_state.h"
-#include "dynamics/spring_state.h"
+#include "dynamics/free_flight.h"
+#include "dynamics/link_state.h"
+#include "dynamics/step/certify.h"
 #include "dynamics/step/ledger.h"
 #include "dynamics/step/track.h"
+#include "dyop/contact/contact_cascade.h"
+#include "dyop/contact/contact_generator.h"
 #include "dyop/core/types.h"
 #include "dyop/dynamics/advance_report.h"
+#include "dyop/dynamics/world_options.h"
 
 namespace dyop::dynamics_internal {
 
@@ -89,5 +95,171 @@ struct StepMemory {
   /// One outcome for each of `count` islands, run if its bodies are those of a kept run.
   void place_runs(std::size_t count, IslandRuns kept);
 };
+
+/// Shared by all islands of a step; constant while they run.
+struct StepContext {
+  const WorldOptions* options = nullptr;
+  Vector3 gravity_W = Vector3::Zero();
+  Scalar t = 0;
+  Scalar t_end = 0;
+  Scalar h = 0;  // planned length of the step; t_end may come sooner
+  const std::deque<BodyRecord>* bodies = nullptr;
+  QueryLimits limits;
+
+  const BodyRecord& body(std::uint32_t slot) const { return (*bodies)[slot]; }
+};
+
+/// A contact of a substep, with what the scheme needs besides the solver's part.
+struct SubstepContact {
+  std::size_t pair = 0;              // into IslandRun::pairs()
+  std::optional<std::size_t> index;  // into the pair's contacts; none: from a hit
+  ContactPoint point;                // at the start of the substep
+  Scalar error = 0;                  // end gap minus that of the linear prediction
+  Scalar push = 0;                   // extra gap for a place that was hit again; length
+  int hits = 0;
+};
+
+/// The large arrays of a SubstepProblem. Made anew for every substep, they would go back to the system and
+/// be cleared again each time: a third of the step of a wall that stands.
+struct SubstepMemory {
+  ContactProblem problem;
+  std::vector<SubstepContact> contacts;
+};
+
+/// Working memory of one thread.
+struct StepWorkspace {
+  ContactCascade solver;
+  ToiWorkspace toi;
+  ContactWorkspace contacts;
+  std::vector<SubstepMemory> spare;  // what no substep uses at present
+};
+
+/// Steps one island from the committed states to the end of the step, in substeps: free flight while
+/// nothing touches, else contact substeps (Substep), with impacts in between.
+class IslandRun {
+ public:
+  IslandRun(const StepContext& context, const Island& island, StepWorkspace& workspace);
+
+  IslandOutcome run();
+
+  // For Substep and the impact law.
+  struct Member {
+    const BodyRecord* body = nullptr;
+    CentralState state;                  // at now()
+    std::shared_ptr<FreeFlight> flight;  // from now() on, or null
+    // By gravity and its own wrench at the start of the step: of the centre of mass, and how much
+    // faster, at most, another point becomes by turning.
+    Vector3 acceleration_W = Vector3::Zero();
+    Scalar turning_acceleration = 0;
+  };
+  struct RunPair {
+    PairState* state = nullptr;
+    const BodyRecord* a = nullptr;
+    const BodyRecord* b = nullptr;
+    std::optional<std::size_t> member_a;  // into members()
+    std::optional<std::size_t> member_b;
+    Scalar friction = 0;
+    Scalar restitution = 0;
+    Scalar acceleration = 0;       // by which forces may press them together, at most
+    bool is_near = false;          // contacts of `state` are those at now()
+    std::optional<ToiResult> hit;  // the hit that ended the substep at now()
+    int missed_landings = 0;       // substeps that ended at such a hit, but did not get there
+  };
+  const StepContext& context() const { return context_; }
+  StepWorkspace& workspace() { return workspace_; }
+  std::vector<Member>& members() { return members_; }
+  std::vector<RunPair>& pairs() { return pairs_; }
+  IslandOutcome& outcome() { return outcome_; }
+  const std::vector<JointState*>& joints() const { return island_.joints; }
+  const std::vector<SpringState*>& springs() const { return island_.springs; }
+  std::optional<std::size_t> member_at(BodyId id) const;
+  /// The largest that gravity and wrenches give to a point of a member.
+  Scalar acceleration() const;
+  Scalar now() const { return now_; }
+  Scalar remaining() const { return context_.t_end - now_; }
+
+  /// Pose at now() of the frame B of either body of a pair.
+  RigidPose pose_of(const std::optional<std::size_t>& member, const BodyRecord& body) const;
+  /// Faster approaches of a pair bounce: those that forces alone do not cause within two steps and
+  /// that a solve of contacts does not leave.
+  Scalar restitution_speed(const RunPair& pair) const;
+  /// The same between bodies in contact, where the step cannot tell an approach from what forces do
+  /// in its course: a body at rest would bounce in every step.
+  Scalar contact_restitution_speed(const RunPair& pair) const;
+  /// How a body outside the island moves over [now(), t_end].
+  BodyMove support_move(const BodyRecord& body) const;
+  /// Twist of its centre of mass at now(). At the end of a substep that of a prescribed motion is the one
+  /// with which the substep ends: poses that come one at a time have a corner there, and what lies on
+  /// them is not braked by what they do next.
+  Twist central_twist(const std::optional<std::size_t>& member, const BodyRecord& body) const;
+
+  /// Advances to time t: appends the moves (by member) and the proofs (by pair). A certificate of a
+  /// longer substep without a proof serves as far as its query is safe.
+  void commit_substep(Scalar t, const std::vector<BodyMove>& moves,
+                      const std::vector<Certificate>& certificates);
+  /// Contacts of all near pairs at now().
+  void find_contacts();
+  /// A timer of one part of the work; see StepTimes.
+  PartTimer timer(Scalar StepTimes::*part) {
+    return PartTimer(context_.options->measures_time, outcome_.times.*part);
+  }
+  /// Counts an infeasible substep whose room is used up; returns how many there were in this run.
+  int count_infeasible() { return ++infeasible_count_; }
+  /// Whether the caller wants the step to end now; it fails then.
+  bool must_stop();
+  /// Ends the run: no further progress is possible.
+  void fail(AdvanceStatus status, PairKey pair);
+
+ private:
+  bool push_apart(RunPair& pair, const RigidPose& X_WA, const RigidPose& X_WB);
+  Scalar expected_approach(const RunPair& pair, Scalar travel) const;
+  bool try_flight();
+  Certificate prove_flight(RunPair& pair, const std::vector<BodyMove>& moves,
+                           const TimeInterval& interval);
+  void commit_flight(Scalar t, const std::vector<BodyMove>& moves,
+                     const std::vector<Certificate>& certificates);
+  bool will_bounce(const RunPair& pair, const ContactPoint& point, Scalar speed) const;
+  bool may_fly() const;
+  void stand_still();
+  std::vector<BodyMove> flights_to(Scalar t_end);
+
+  const StepContext& context_;
+  const Island& island_;
+  StepWorkspace& workspace_;
+  std::vector<Member> members_;
+  std::vector<RunPair> pairs_;
+  IslandOutcome outcome_;
+  Scalar now_ = 0;
+  Scalar prescribed_at_ = 0;  // time at which twists of prescribed motions are taken
+  int impact_count_ = 0;
+  int infeasible_count_ = 0;
+};
+
+/// Normal velocity of a contact (B's point relative to A's) at the members' velocities.
+Scalar normal_velocity(const IslandRun& run, const IslandRun::RunPair& pair,
+                       const ContactPoint& point);
+
+/// Solves the impact law at now() if some pair approaches faster than it may without bouncing: sets
+/// new velocities of the members and records an event. Returns whether there was one.
+bool resolve_impacts(IslandRun& run, bool may_bounce);
+
+/// Whether this pair bounces at this approach speed.
+bool bounces(const IslandRun& run, const IslandRun::RunPair& pair, Scalar normal_velocity);
+
+/// The motion over an interval of a body that begins it at `state`; continues its flight, or starts
+/// one. Adds the work of the integrator.
+std::shared_ptr<const Motion> fly(const StepContext& context, const BodyRecord& body,
+                                  const CentralState& state, const TimeInterval& interval,
+                                  std::shared_ptr<FreeFlight>& flight, IntegratorStatistics& sum);
+
+/// A bound on the way of any point of a body in a flight over an interval, if one is known already
+/// for at least that time; infinite if not.
+Scalar known_travel(const BodyRecord& body, const FreeFlight& flight, const TimeInterval& interval);
+
+/// Whether an island is one body that nothing can stop or hold: free flight is all it needs.
+bool is_alone(const StepContext& context, const Island& island);
+
+/// What IslandRun does for such an island, without looking for what is not there.
+void fly_alone(const StepContext& context, const Island& island, IslandOutcome& outcome);
 
 }  // namespace dyop::dynamics_internal

@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "dynamics/spring_state.h"
+#include "dynamics/link_state.h"
 #include "dynamics/step/substep_problem.h"
 
 namespace dyop::dynamics_internal {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "core/tolerance.h"
-#include "dynamics/step/island_run.h"
+#include "dynamics/step/island.h"
 #include "dynamics/step/link_rows.h"
 #include "dynamics/step/substep_problem.h"
 #include "motion/guarded_state.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "dynamics/step/island_run.h"
+#include "dynamics/step/island.h"
 #include "dyop/core/types.h"
 
 namespace dyop::dynamics_internal {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "dynamics/step/end_gap.h"
-#include "dynamics/step/island_run.h"
+#include "dynamics/step/island.h"
 #include "dyop/core/error.h"
 
 namespace dyop::dynamics_internal {

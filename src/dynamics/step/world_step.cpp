@@ -9,7 +9,7 @@
 #include "core/batch_run.h"
 #include "core/tolerance.h"
 #include "dynamics/free_flight.h"
-#include "dynamics/step/island_run.h"
+#include "dynamics/step/island.h"
 
 namespace dyop::dynamics_internal {
 

@@ -5,10 +5,37 @@
 
 #include "contact/solver/body_matrix.h"
 #include "contact/solver/contact_system.h"
-#include "contact/solver/second_order_cone.h"
 #include "dyop/contact/contact_solver.h"
+#include "dyop/core/types.h"
 
 namespace dyop::contact_internal {
+
+// The cone |(x1, x2)| <= x0 and its Jordan algebra ([Nesterov1997]). With x1 = x2 = 0 throughout it
+// is the half line x0 >= 0.
+
+// x0^2 - x1^2 - x2^2: positive inside the cone, zero at its edge.
+Scalar cone_determinant(const Vector3& x);
+
+// a o b = (a . b, a0 b12 + b0 a12). Zero for a and b in the cone exactly where a . b = 0.
+Vector3 cone_product(const Vector3& a, const Vector3& b);
+
+// The x with a o x = b, for an a inside the cone.
+Vector3 cone_quotient(const Vector3& a, const Vector3& b);
+
+// How far one may go along d from an x inside the cone until its edge, in units of d; infinite if d
+// stays inside.
+Scalar way_to_cone(const Vector3& x, const Vector3& d);
+
+// Nesterov and Todd's scaling: for z and x inside the cone, the symmetric W that maps the cone onto
+// itself and has W x = W^-1 z.
+struct ConeScaling {
+  Matrix3 W = Matrix3::Identity();
+  Matrix3 inverse = Matrix3::Identity();
+  Vector3 middle = Vector3::Zero();  // W x
+
+  ConeScaling() = default;
+  ConeScaling(const Vector3& z, const Vector3& x);
+};
 
 // Solves a system as if nothing that presses slid: without De Saxce's shift the laws are the optimum
 // of a convex problem,
@@ -17,7 +44,7 @@ namespace dyop::contact_internal {
 // ten factorisations, however many contacts are redundant. Where bodies rest that is the answer.
 // Where something slides it is not: the run is given up as soon as that shows. Only for systems
 // that consist of contacts.
-class RestingSolver {
+class InteriorPointSolver {
  public:
   // Leaves the impulses found in the system if they nearly solve it, else those it had. Counts its
   // factorisations as Newton's, whose limit it obeys.

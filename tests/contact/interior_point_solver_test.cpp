@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "contact/solver/resting_solver.h"
+#include "contact/solver/interior_point_solver.h"
 
 #include <gtest/gtest.h>
 
@@ -23,7 +23,7 @@ constexpr Scalar kTolerance = 1e-9;
 ContactReport rest(ContactProblem& problem, Scalar tolerance = kTolerance) {
   ContactSystem system;
   system.build(problem);
-  RestingSolver solver;
+  InteriorPointSolver solver;
   ContactReport report;
   ContactSolverOptions options;
   options.tolerance = tolerance;
@@ -34,7 +34,7 @@ ContactReport rest(ContactProblem& problem, Scalar tolerance = kTolerance) {
 }
 
 // From nothing, in hardly more factorisations for a pile than for a stack. Recorded: 6 to 14.
-TEST(RestingSolver, HoldsWhatStands) {
+TEST(InteriorPointSolver, HoldsWhatStands) {
   int scene = 0;
   for (ContactProblem problem :
        {stack_scene(10), stack_scene(10, 0), arch_scene(25), arch_scene(101), pile_scene(5, 5)}) {
@@ -73,7 +73,7 @@ ContactProblem in_other_units(ContactProblem problem, Scalar length) {
   return problem;
 }
 
-TEST(RestingSolver, DoesNotDependOnTheUnits) {
+TEST(InteriorPointSolver, DoesNotDependOnTheUnits) {
   for (const ContactProblem& scene : {arch_scene(25), pile_scene(5, 5)}) {
     ContactProblem problem = scene;
     const int iterations = rest(problem).newton_iterations;
@@ -87,7 +87,7 @@ TEST(RestingSolver, DoesNotDependOnTheUnits) {
 }
 
 // What slides is noticed within a few factorisations, and the impulses are those of before.
-TEST(RestingSolver, GivesUpWhereSomethingSlides) {
+TEST(InteriorPointSolver, GivesUpWhereSomethingSlides) {
   ContactProblem problem = wall_scene(20, 10);
   for (ContactBody& body : problem.bodies) {
     if (!body.inverse_mass_W.isZero(0)) body.free_v_W += Vector3(0, 1, 0);
@@ -105,7 +105,7 @@ TEST(RestingSolver, GivesUpWhereSomethingSlides) {
 }
 
 // Joints are left to the other solvers.
-TEST(RestingSolver, LeavesJointsAlone) {
+TEST(InteriorPointSolver, LeavesJointsAlone) {
   ContactProblem problem = stack_scene(3);
   JointRow& row = problem.rows.emplace_back();
   row.body_a = 0;

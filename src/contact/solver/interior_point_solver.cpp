@@ -1,13 +1,63 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "contact/solver/resting_solver.h"
+#include "contact/solver/interior_point_solver.h"
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "contact/solver/contact_law.h"
 #include "core/tolerance.h"
 
 namespace dyop::contact_internal {
+
+Scalar cone_determinant(const Vector3& x) {
+  const Scalar t = x.tail<2>().norm();
+  return (x[0] - t) * (x[0] + t);
+}
+
+Vector3 cone_product(const Vector3& a, const Vector3& b) {
+  return {a.dot(b), a[0] * b[1] + b[0] * a[1], a[0] * b[2] + b[0] * a[2]};
+}
+
+Vector3 cone_quotient(const Vector3& a, const Vector3& b) {
+  const Scalar x = (a[0] * b[0] - a.tail<2>().dot(b.tail<2>())) / cone_determinant(a);
+  return {x, (b[1] - x * a[1]) / a[0], (b[2] - x * a[2]) / a[0]};
+}
+
+Scalar way_to_cone(const Vector3& x, const Vector3& d) {
+  const Scalar c = cone_determinant(x);
+  const Scalar b = x[0] * d[0] - x.tail<2>().dot(d.tail<2>());
+  const Scalar a = d[0] * d[0] - d.tail<2>().squaredNorm();
+  Scalar way = d[0] < 0 ? -x[0] / d[0] : kInfinity;
+  // Roots of a s^2 + 2 b s + c, without cancellation.
+  const Scalar discriminant = b * b - a * c;
+  if (!(discriminant >= 0)) return way;
+  const Scalar root = std::sqrt(discriminant);
+  const Scalar q = b >= 0 ? -(b + root) : root - b;
+  for (const Scalar s : {q / a, c / q}) {
+    if (s > 0 && s < way) way = s;
+  }
+  return way;
+}
+
+ConeScaling::ConeScaling(const Vector3& z, const Vector3& x) {
+  constexpr Scalar kLeast = std::numeric_limits<Scalar>::min();  // rounding may leave the cone
+  const Scalar size_z = std::sqrt(std::max(cone_determinant(z), kLeast));
+  const Scalar size_x = std::sqrt(std::max(cone_determinant(x), kLeast));
+  const Scalar gain = std::sqrt(size_z / size_x);
+  Vector3 w = z / size_z;
+  w[0] += x[0] / size_x;
+  w.tail<2>() -= x.tail<2>() / size_x;
+  w /= std::sqrt(2 * (1 + z.dot(x) / (size_z * size_x)));  // determinant one
+  const Vector2 t = w.tail<2>();
+  const Eigen::Matrix2d block = Eigen::Matrix2d::Identity() + t * t.transpose() / (1 + w[0]);
+  W << w[0], t.transpose(), t, block;
+  inverse << w[0], -t.transpose(), -t, block;
+  W *= gain;
+  inverse /= gain;
+  middle = W * x;
+}
+
 namespace {
 
 // Part of the way to the edge of the cones that a step goes at most: the first far from the
@@ -47,7 +97,7 @@ Vector3 moved_inside(Vector3 x, Scalar by) {
 }  // namespace
 
 // The starting impulses, moved inside the cones by as much as they violate the laws.
-void RestingSolver::begin(ContactSystem& system) {
+void InteriorPointSolver::begin(ContactSystem& system) {
   system_ = &system;
   system.update_velocities();
   y_ = system.velocities();
@@ -71,7 +121,7 @@ void RestingSolver::begin(ContactSystem& system) {
   best_lambda_ = start_lambda_;
 }
 
-void RestingSolver::evaluate() {
+void InteriorPointSolver::evaluate() {
   lacking_.resize(y_.size());
   for (std::size_t i = 0; i < y_.size(); ++i) lacking_[i] = -y_[i];
   product_ = 0;
@@ -86,7 +136,7 @@ void RestingSolver::evaluate() {
   system_->update_velocities();
 }
 
-void RestingSolver::measure() {
+void InteriorPointSolver::measure() {
   residual_ = system_->residual();
   held_residual_ = 0;
   for (const Block& block : system_->blocks()) {
@@ -99,7 +149,7 @@ void RestingSolver::measure() {
   for (std::size_t i = 0; i < pairs_.size(); ++i) best_lambda_[i] = system_->blocks()[i].lambda;
 }
 
-bool RestingSolver::factorise() {
+bool InteriorPointSolver::factorise() {
   matrix_.reset();
   for (std::size_t i = 0; i < pairs_.size(); ++i) {
     Pair& pair = pairs_[i];
@@ -111,7 +161,7 @@ bool RestingSolver::factorise() {
 }
 
 // The steps that change the scaled products by `wanted`, and close all gaps.
-void RestingSolver::solve() {
+void InteriorPointSolver::solve() {
   step_ = lacking_;
   for (std::size_t i = 0; i < pairs_.size(); ++i) {
     Pair& pair = pairs_[i];
@@ -130,7 +180,7 @@ void RestingSolver::solve() {
   }
 }
 
-Scalar RestingSolver::longest_step() const {
+Scalar InteriorPointSolver::longest_step() const {
   Scalar way = kInfinity;
   for (const Pair& pair : pairs_) {
     way = std::min({way, way_to_cone(pair.impulse, pair.impulse_step),
@@ -141,7 +191,7 @@ Scalar RestingSolver::longest_step() const {
 
 // The predictor aims at products of zero. What it reaches says how far to aim now; its products are
 // the error of linearising.
-void RestingSolver::predict_and_correct() {
+void InteriorPointSolver::predict_and_correct() {
   for (Pair& pair : pairs_) {
     pair.wanted = -cone_product(pair.scaling.middle, pair.scaling.middle);
   }
@@ -163,14 +213,14 @@ void RestingSolver::predict_and_correct() {
   solve();
 }
 
-bool RestingSolver::keeps_going(Scalar before, Scalar step) const {
+bool InteriorPointSolver::keeps_going(Scalar before, Scalar step) const {
   if (!(held_residual_ > kSlidingPart * residual_)) return false;  // also NaN
   if (held_residual_ > kNearPart * system_->residual_without_impulses()) return true;
   return step > kShortStep || held_residual_ < before / 2;
 }
 
-void RestingSolver::improve(ContactSystem& system, const ContactSolverOptions& options,
-                            ContactReport& report) {
+void InteriorPointSolver::improve(ContactSystem& system, const ContactSolverOptions& options,
+                                  ContactReport& report) {
   const auto is_contact = [](const Block& block) { return block.kind == BlockKind::Contact; };
   if (options.newton_limit == 0) return;
   if (!std::all_of(system.blocks().begin(), system.blocks().end(), is_contact)) return;
