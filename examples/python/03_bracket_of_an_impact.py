@@ -20,7 +20,7 @@ for tolerance in tolerances:
     brackets.append((result.t_safe, result.t_hit, result.statistics.node_pairs))
     print(f"{tolerance:.0e}: {result.t_safe:.10f} < t < {result.t_hit:.10f}")
 
-best = sum(brackets[-1][:2]) / 2
+best = (brackets[-1][0] + brackets[-1][1]) / 2
 figure, axes = plt.subplots(figsize=(6, 3.5))
 axes.loglog(tolerances, [best - safe for safe, _, _ in brackets], "o-", label="t - t_safe")
 axes.loglog(tolerances, [max(hit - best, 1e-16) for _, hit, _ in brackets], "s-", label="t_hit - t")

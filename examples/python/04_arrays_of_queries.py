@@ -19,7 +19,7 @@ shots = dyop.constant_twist_motions((quaternions, positions), velocity, np.zeros
 rows = dyop.time_of_impact_batch(box, turning, ball, shots, (0, 4))
 hits = rows["status"] == int(dyop.ToiStatus.Impact)
 print(f"{hits.sum()} of {count} shots hit, the first at t = {rows['t_safe'][hits].min():.4f}")
-print("fields:", *rows.dtype.names[:6], "...")
+print("fields:", *list(rows.dtype.fields or ())[:6], "...")
 
 # A slice of the signed distance of the box. Contiguous points are read where they are.
 points = np.zeros((5, 3))

@@ -8,22 +8,23 @@ import dyop
 length, swing, rate = 2.0, 0.3, 3.0
 
 
-def angle(t):
+def angle(t: float) -> float:
     return swing * math.sin(rate * t)
 
 
-def pose(t):
+def pose(t: float) -> dyop.RigidPose:
     a = angle(t)
     position = (length * math.sin(a), 0, -length * math.cos(a))
-    return (math.cos(a / 2), 0, -math.sin(a / 2), 0), position
+    return dyop.RigidPose(quaternion=(math.cos(a / 2), 0, -math.sin(a / 2), 0), position=position)
 
 
-def twist(t):
+def twist(t: float) -> dyop.Twist:
     a, speed = angle(t), swing * rate * math.cos(rate * t)
-    return (length * speed * math.cos(a), 0, length * speed * math.sin(a)), (0, -speed, 0)
+    velocity = (length * speed * math.cos(a), 0, length * speed * math.sin(a))
+    return dyop.Twist(v_WB=velocity, w_WB=(0, -speed, 0))
 
 
-def twist_bound(interval):
+def twist_bound(interval: dyop.TimeInterval) -> dyop.TwistBound:
     w, alpha = swing * rate, swing * rate**2
     return dyop.TwistBound(
         linear_speed=length * w,

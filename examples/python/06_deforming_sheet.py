@@ -2,6 +2,7 @@
 """6. A sheet whose vertices move sinks onto a ball: impact, and the next interval."""
 
 import numpy as np
+from numpy.typing import NDArray
 
 import dyop
 
@@ -14,8 +15,9 @@ corners = np.concatenate(
 )
 
 
-def sheet(depth):
-    return np.stack([x, y, 1.5 - depth * np.exp(-2 * (x**2 + y**2))], -1).reshape(-1, 3)
+def sheet(depth: float) -> NDArray[np.float64]:
+    z = 1.5 - depth * np.exp(-2 * (x**2 + y**2))
+    return np.column_stack([x.ravel(), y.ravel(), z.ravel()])
 
 
 ball = dyop.place_mesh(dyop.TriangleMesh([[0, 0, 1], [1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0]],

@@ -15,7 +15,7 @@ import dyop
 from dyop import study
 
 
-def least_gap(case, tool, vessel):
+def least_gap(case: int, tool: dyop.Shape, vessel: dyop.Shape) -> float:
     """How near a tool that wobbles at random comes to a vessel."""
     generator = np.random.default_rng(case)
     start = dyop.RigidPose(position=(-2, 0.6 + 0.2 * generator.normal(), 0))
@@ -34,11 +34,12 @@ if len(sys.argv) > 1:
 with tempfile.TemporaryDirectory() as folder:
     # Results are kept in a file; a study that was stopped goes on from it.
     store = Path(folder) / "gaps.sqlite"
-    options = {"shared": shared, "client": client, "chunk": 10, "store": store}
-    first = study.imap(least_gap, range(50), **options)
+    first = study.imap(least_gap, range(50), client=client, shared=shared, chunk=10, store=store)
     print("stopped after case", next(first)[0])
     first.close()
-    gaps = np.array(study.map(least_gap, range(50), **options))
+    gaps = np.array(
+        study.map(least_gap, range(50), client=client, shared=shared, chunk=10, store=store)
+    )
 print(f"{len(gaps)} cases, {np.sum(gaps < 0.1)} nearer than 0.1, least gap {gaps.min():.4f}")
 # Prints:
 # stopped after case 0

@@ -19,6 +19,7 @@
 #include "dyop/distance/distance.h"
 #include "dyop/distance/distance_batch.h"
 #include "dyop/distance/distance_result.h"
+#include "dyop/distance/find_contacts.h"
 #include "dyop/distance/gjk.h"
 #include "dyop/distance/nearest_points.h"
 #include "dyop/distance/penetration.h"

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "dyop/distance/find_contacts.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -10,7 +12,6 @@
 #include "distance/piece_distance.h"
 #include "distance/point_grid.h"
 #include "dyop/core/error.h"
-#include "dyop/distance/distance.h"
 #include "dyop/distance/triangle_distance.h"
 #include "geometry/compound_tree.h"
 #include "geometry/shape_tree.h"
@@ -73,12 +74,33 @@ std::vector<ContactPart> contact_parts(const Shape& shape) {
   return parts;
 }
 
+// What is left of the limits of a search.
+class ContactBudget {
+ public:
+  explicit ContactBudget(const ContactSearchLimits& limits) : limits_(limits) {}
+
+  void count_box_pair() {
+    constexpr std::int64_t kPatience = 1024;  // box pairs between two looks at the stop token
+    if (++box_pairs_ % kPatience == 0 && limits_.stop.stop_requested()) is_spent_ = true;
+  }
+  void count_triangle_pair() {
+    if (++triangle_pairs_ > limits_.max_triangle_pairs) is_spent_ = true;
+  }
+  bool is_spent() const { return is_spent_; }
+
+ private:
+  const ContactSearchLimits& limits_;
+  std::int64_t box_pairs_ = 0;
+  std::int64_t triangle_pairs_ = 0;
+  bool is_spent_ = false;
+};
+
 // Collects the contacts of two triangle surfaces in frame A.
 class ContactGathering {
  public:
   ContactGathering(const CoreSurface& a, const CoreSurface& b, const RigidPose& X_AB, Scalar noise,
-                   Scalar max_distance)
-      : a_(a), b_(b), X_AB_(X_AB), noise_(noise), max_distance_(max_distance) {}
+                   Scalar max_distance, ContactBudget& budget)
+      : a_(a), b_(b), X_AB_(X_AB), noise_(noise), max_distance_(max_distance), budget_(budget) {}
 
   void run();
   std::vector<Contact> contacts;  // points and normals still in frame A
@@ -94,6 +116,7 @@ class ContactGathering {
   const RigidPose& X_AB_;
   Scalar noise_;
   Scalar max_distance_;
+  ContactBudget& budget_;
   std::int32_t triangle_a_ = 0;
   std::int32_t triangle_b_ = 0;
   std::vector<Contact> inner_contacts_;  // of edges inside a flat area
@@ -153,6 +176,7 @@ void ContactGathering::add_triangle_pair(std::int32_t triangle_a, std::int32_t t
   const TriangleFeature face_b{b, {FeatureKind::Face, indices_b}};
   // Most pairs of neighbouring boxes are not in contact, so one test of the whole triangles first.
   if (triangle_distance(a, b).lower - noise_ - a_.radius - b_.radius > max_distance_) return;
+  budget_.count_triangle_pair();
   for (std::size_t i = 0; i < 3; ++i) {
     add(vertex_of(a, indices_a, i), face_b, false, contacts);
     add(face_a, vertex_of(b, indices_b, i), false, contacts);
@@ -167,9 +191,10 @@ void ContactGathering::run() {
   const RigidPose X_BA = X_AB_.inverse();
   const auto box_gaps = hierarchy_internal::box_gaps_kernel(core_internal::best_instruction_set());
   std::vector<std::pair<std::int32_t, std::int32_t>> stack{{ShapeTree::kRoot, ShapeTree::kRoot}};
-  while (!stack.empty()) {
+  while (!stack.empty() && !budget_.is_spent()) {
     const auto [box_a, box_b] = stack.back();
     stack.pop_back();
+    budget_.count_box_pair();
     if (tree_a.is_leaf(box_a) && tree_b.is_leaf(box_b)) {
       add_triangle_pair(tree_a.triangle(box_a), tree_b.triangle(box_b));
       continue;
@@ -278,10 +303,20 @@ std::vector<Contact> merged(std::vector<Contact> gathered_A, std::vector<Contact
 
 std::vector<Contact> find_contacts(const Shape& a, const RigidPose& X_WA, const Shape& b,
                                    const RigidPose& X_WB, Scalar max_distance) {
+  return find_contacts(a, X_WA, b, X_WB, max_distance, ContactSearchLimits()).value();
+}
+
+std::optional<std::vector<Contact>> find_contacts(const Shape& a, const RigidPose& X_WA,
+                                                  const Shape& b, const RigidPose& X_WB,
+                                                  Scalar max_distance,
+                                                  const ContactSearchLimits& limits) {
+  DYOP_REQUIRE(limits.max_triangle_pairs >= 0,
+               "find_contacts: max_triangle_pairs must be >= 0, not ", limits.max_triangle_pairs);
   DYOP_REQUIRE(max_distance >= 0 && max_distance < kInfinity,
                "find_contacts: max_distance must be finite and >= 0, not ", max_distance);
   const Scalar noise = distance_internal::pose_noise(a, X_WA, b, X_WB);
   const RigidPose X_AB = X_WA.inverse() * X_WB;
+  ContactBudget budget(limits);
   std::vector<Contact> gathered;  // in frame A
   std::vector<Contact> nearest;   // in world, for parts without a surface
   for (const ContactPart& part_a : contact_parts(a)) {
@@ -294,8 +329,9 @@ std::vector<Contact> find_contacts(const Shape& a, const RigidPose& X_WA, const 
         }
         continue;
       }
-      ContactGathering gathering(surface_a, surface_b, X_AB, noise, max_distance);
+      ContactGathering gathering(surface_a, surface_b, X_AB, noise, max_distance, budget);
       gathering.run();
+      if (budget.is_spent() || limits.stop.stop_requested()) return std::nullopt;
       for (Contact& contact : gathering.contacts) {
         contact.child_a = part_a.child;
         contact.child_b = part_b.child;

@@ -16,7 +16,7 @@ namespace {
 void require_file(const std::filesystem::path& file) {
   std::error_code error;
   const std::filesystem::file_status status = std::filesystem::status(file, error);
-  if (!std::filesystem::exists(status)) throw FileError(file, "no such file");
+  if (!std::filesystem::exists(status)) throw MissingFile(file);
   if (std::filesystem::is_directory(status)) {
     throw FileError(file, "expected a file, found a directory");
   }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "python/bindings.h"
+#include "python/glue/errors.h"
 
 namespace {
 
@@ -35,4 +36,5 @@ PYBIND11_MODULE(_dyop, m) {
 #ifdef DYOP_HAS_RECORDING
   dyop::python::bind_recordings(m);
 #endif
+  dyop::python::explain_refused_calls(m);
 }

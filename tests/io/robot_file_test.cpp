@@ -307,12 +307,18 @@ TEST_F(RobotFile, RefusesHostileFiles) {
   std::string many;
   for (int k = 0; k < 10'001; ++k) many += "<link name=\"" + std::to_string(k) + "\"/>";
   expect_message(many, "more than 10000 links");
+  for (const char* bytes :
+       {"\xff", "\xc3", "\xc0\x80", "\xed\xa0\x80", "\xf4\x90\x80\x80", "\x80"}) {
+    expect_message("<link name=\"a" + std::string(bytes) + "\"/>", "UTF-8");
+  }
+  EXPECT_EQ(load("<link name=\"\xc3\xa9\xe2\x82\xac\xf0\x9f\xa4\x96\"/>").chain->links().size(),
+            1u);
   const auto empty = directory_.write("empty.urdf", "");
   EXPECT_THROW(load_robot(empty), FileError);
   const auto other = directory_.write("other.urdf", "<sdf/>");
   EXPECT_THROW(load_robot(other), FileError);
   EXPECT_THROW(load_robot(directory_.path()), FileError);
-  EXPECT_THROW(load_robot(directory_.path() / "none.urdf"), FileError);
+  EXPECT_THROW(load_robot(directory_.path() / "none.urdf"), MissingFile);
 }
 
 // The robot of the outside data: all its claims, and none of its meshes twice.

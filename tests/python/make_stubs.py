@@ -14,14 +14,39 @@ import dyop._dyop as module
 HEAD = '''\
 # SPDX-License-Identifier: BSD-3-Clause
 # Written by tests/python/make_stubs.py.
-from typing import Any, Callable, ClassVar, Dict, Iterable, Iterator, List, Optional, Sequence, Tuple, Union, overload
+from typing import (
+    Any, Callable, ClassVar, Dict, Generic, Iterable, Iterator, List, Optional, Protocol, Sequence,
+    Tuple, Type, TypeVar, Union, overload,
+)
 
 import os
 
 import numpy
 from numpy.typing import ArrayLike, NDArray
 
-PoseLike = Union[RigidPose, ArrayLike, Tuple[ArrayLike, ArrayLike]]
+_T = TypeVar("_T")
+_Get = TypeVar("_Get", covariant=True)
+_Set = TypeVar("_Set", contravariant=True)
+
+class _Field(Generic[_Get, _Set]):
+    """A field that accepts more than it gives."""
+    @overload
+    def __get__(self, instance: None, owner: Any) -> property: ...
+    @overload
+    def __get__(self, instance: object, owner: Any) -> _Get: ...
+    def __set__(self, instance: object, value: _Set) -> None: ...
+
+class _EnumType(type):
+    def __iter__(cls: Type[_T]) -> Iterator[_T]: ...
+    def __len__(cls) -> int: ...
+
+class _Rotation(Protocol):
+    """Such as scipy's."""
+    def as_matrix(self) -> NDArray[Any]: ...
+
+PoseLike = Union[
+    RigidPose, ArrayLike, _Rotation, Tuple[ArrayLike, ArrayLike], Tuple[_Rotation, ArrayLike]
+]
 IntervalLike = Union[TimeInterval, ArrayLike]
 TwistLike = Union[Twist, Tuple[ArrayLike, ArrayLike], ArrayLike]
 StateLike = Union[MotionState, Tuple[PoseLike, TwistLike]]
@@ -30,6 +55,7 @@ __version__: str
 # What pybind11 only knows as an object.
 BY_NAME = {
     "copy": "Optional[bool]",
+    "rotation": "Union[ArrayLike, _Rotation]",
     "progress": "Optional[Callable[[int, int], object]]",
     "stop": "Optional[StopSource]",
     "out": "Optional[NDArray[Any]]",
@@ -57,6 +83,15 @@ BATCH = {
     "interval": "Union[IntervalLike, Sequence[IntervalLike]]",
 }
 POSES = "Union[PoseLike, Sequence[PoseLike]]"
+# What may be given where the first is read.
+ACCEPTED = {
+    "NDArray[Any]": "ArrayLike",
+    "NDArray[numpy.float64]": "ArrayLike",
+    "RigidPose": "PoseLike",
+    "TimeInterval": "IntervalLike",
+    "Twist": "TwistLike",
+    "MotionState": "StateLike",
+}
 
 
 def plain(text, is_result):
@@ -66,7 +101,21 @@ def plain(text, is_result):
     text = re.sub(r"numpy\.ndarray\[[^\]]*\]|numpy\.ndarray|array\b", "NDArray[Any]", text)
     text = text.replace("@", "NDArray[numpy.float64]" if is_result else "ArrayLike")
     text = re.sub(r"\b(object|handle)\b", "Any", text)
+    text = re.sub(r"\b[Tt]uple\b(?!\[)", "Tuple[Any, ...]", text)
+    text = re.sub(r"\b([Ll]ist|Iterator|Iterable)\b(?!\[)", r"\1[Any]", text)
+    text = re.sub(r"\b[Dd]ict\b(?!\[)", "Dict[str, Any]", text)
+    if not is_result:
+        text = re.sub(r"\bList\[", "Sequence[", text)
     return re.sub(r"\bcapsule\b|\biterator\b", "Any", text)
+
+
+def accepted(kind):
+    """What may be given for a value of this type."""
+    inner = re.fullmatch(r"(list|List|Optional)\[(.*)\]", kind)
+    if inner:
+        outer = "Optional" if inner[1] == "Optional" else "Sequence"
+        return f"{outer}[{accepted(inner[2])}]"
+    return ACCEPTED.get(kind, kind)
 
 
 def split_arguments(text):
@@ -127,8 +176,21 @@ def property_type(value):
     return plain((value.__doc__ or "Any").split(":")[0], True)
 
 
+def write_property(out, name, value):
+    kind = property_type(value)
+    if value.fset is not None and accepted(kind) != kind:
+        out.append(f"    {name}: _Field[{kind}, {accepted(kind)}]")
+        return
+    if value.fset is None:
+        # Most results are there whenever their status says so: who has asked need not ask again.
+        kind = re.sub(r"^Optional\[(.*)\]$", r"Union[\1, Any]", kind)
+    out.append(f"    @property\n    def {name}(self) -> {kind}: ...")
+    if value.fset is not None:
+        out.append(f"    @{name}.setter\n    def {name}(self, value: {kind}) -> None: ...")
+
+
 def write_record(out, cls):
-    values = {name: property_type(getattr(cls, name)) for name in cls._fields}
+    values = {name: accepted(property_type(getattr(cls, name))) for name in cls._fields}
     listed = ", ".join(f"{name}: {kind} = ..." for name, kind in values.items())
     out.append("    _fields: ClassVar[Tuple[str, ...]]")
     out.append(f"    def __init__(self, *, {listed}) -> None: ...")
@@ -155,6 +217,8 @@ def write_enum(out, cls):
 
 def write_class(out, cls):
     bases = [b.__name__ for b in cls.__bases__ if b.__name__ not in ("pybind11_object", "object")]
+    if hasattr(cls, "__members__"):
+        bases = ["metaclass=_EnumType"]
     out.append(f"class {cls.__name__}({', '.join(bases)}):" if bases else f"class {cls.__name__}:")
     if hasattr(cls, "__members__"):
         write_enum(out, cls)
@@ -172,10 +236,7 @@ def write_class(out, cls):
         if is_record and name in ("__init__", "__reduce__", "__setstate__", "asdict", "_fields"):
             continue
         if isinstance(value, property):
-            kind = property_type(value)
-            out.append(f"    @property\n    def {name}(self) -> {kind}: ...")
-            if value.fset is not None:
-                out.append(f"    @{name}.setter\n    def {name}(self, value: {kind}) -> None: ...")
+            write_property(out, name, value)
         elif name == "__hash__" and value is None:
             out.append("    __hash__: ClassVar[None]  # type: ignore[assignment]")
         elif isinstance(value, staticmethod):

@@ -32,4 +32,10 @@ class FileError : public Error {
   std::optional<FilePosition> position_;
 };
 
+/// A file that is to be read and is not there.
+class MissingFile : public FileError {
+ public:
+  explicit MissingFile(const std::filesystem::path& file) : FileError(file, "no such file") {}
+};
+
 }  // namespace dyop

@@ -38,6 +38,7 @@ Robot load_robot(const std::filesystem::path& urdf, const RobotFileOptions& opti
 
 /// The text of an SRDF file with one `disable_collisions` for each pair that is adjacent, always
 /// touches or is proven never to. Pairs that can touch and undecided ones are named in comments.
+/// @throws InvalidArgument if the robot has no such link.
 std::string srdf_text(const Robot& robot, std::span<const LinkPairReport> pairs);
 
 }  // namespace dyop

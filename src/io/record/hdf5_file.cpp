@@ -148,7 +148,7 @@ Hdf5File Hdf5File::create(const std::filesystem::path& file) {
 
 Hdf5File Hdf5File::open(const std::filesystem::path& file) {
   const QuietHdf5 quiet;
-  if (!std::filesystem::exists(file)) throw FileError(file, "no such file");
+  if (!std::filesystem::exists(file)) throw MissingFile(file);
   const Hdf5Handle access(H5Pcreate(H5P_FILE_ACCESS), &H5Pclose);
   H5Pset_metadata_read_attempts(access.get(), kMetadataReadAttempts);
   Hdf5File result(file, H5Fopen(file.c_str(), H5F_ACC_RDONLY | H5F_ACC_SWMR_READ, access.get()));

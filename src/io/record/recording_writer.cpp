@@ -35,10 +35,17 @@ Json optional_json(const std::optional<Scalar>& value) {
   return value ? Json(*value) : Json(nullptr);
 }
 
+constexpr std::size_t kShownScene = 40;  // letters of it in a message
+
 Json header_json(const RunHeader& header) {
   Json json;
   json["title"] = header.title;
-  json["scene"] = header.scene.empty() ? Json(nullptr) : Json::parse(header.scene);
+  json["scene"] = nullptr;
+  if (!header.scene.empty()) {
+    json["scene"] = Json::parse(header.scene, nullptr, /*allow_exceptions=*/false);
+    DYOP_REQUIRE(!json["scene"].is_discarded(), "RunHeader::scene is not JSON: '",
+                 header.scene.substr(0, kShownScene), "'");
+  }
   json["target_distance"] = optional_json(header.target_distance);
   json["rest_offset"] = optional_json(header.rest_offset);
   json["begin_time"] = header.begin_time;

@@ -329,6 +329,11 @@ Robot load_robot(const std::filesystem::path& urdf, const RobotFileOptions& opti
 }
 
 std::string srdf_text(const Robot& robot, std::span<const LinkPairReport> pairs) {
+  const std::size_t count = robot.chain->links().size();
+  for (const LinkPairReport& pair : pairs) {
+    DYOP_REQUIRE(pair.first < count && pair.second < count, "srdf_text: robot '", robot.name,
+                 "' has ", count, " links, not link ", std::max(pair.first, pair.second));
+  }
   std::ostringstream text;
   text << "<?xml version=\"1.0\"?>\n<robot name=\"" << escaped(robot.name) << "\">\n";
   for (const LinkPairReport& pair : pairs) {

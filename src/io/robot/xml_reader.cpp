@@ -3,6 +3,7 @@
 
 #include <charconv>
 #include <cmath>
+#include <cstdint>
 
 #include "io/file_bytes.h"
 
@@ -17,6 +18,29 @@ constexpr std::size_t kLongestQuote = 60;
 std::string quoted(std::string value) {
   if (value.size() > kLongestQuote) value = value.substr(0, kLongestQuote) + "...";
   return "'" + value + "'";
+}
+
+// Whether the text is UTF-8: no overlong form, no surrogate, nothing beyond U+10FFFF.
+bool is_utf8(std::string_view text) {
+  constexpr std::uint32_t kLeast[] = {0, 0x80, 0x800, 0x10000};
+  std::uint32_t code = 0;
+  std::size_t length = 0;  // bytes after the first one
+  std::size_t rest = 0;
+  for (const char c : text) {
+    const std::uint32_t byte = static_cast<unsigned char>(c);
+    if (rest > 0) {
+      if ((byte & 0xc0) != 0x80) return false;
+      code = code << 6 | (byte & 0x3f);
+      if (--rest > 0) continue;
+      const bool is_surrogate = 0xd800 <= code && code < 0xe000;
+      if (code < kLeast[length] || code > 0x10ffff || is_surrogate) return false;
+    } else if (byte >= 0x80) {
+      if (byte < 0xc0 || byte >= 0xf8) return false;
+      length = rest = byte < 0xe0 ? 1 : byte < 0xf0 ? 2 : 3;
+      code = byte & (0x3f >> length);
+    }
+  }
+  return rest == 0;
 }
 
 // Numbers between blanks; nothing if a word is not a finite number.
@@ -70,6 +94,7 @@ std::string XmlNode::text(const char* attribute) const {
   if (value == nullptr || *value == '\0') {
     fail(compose_message("expected the attribute '", attribute, "'"));
   }
+  if (!is_utf8(value)) fail_expected(attribute, "UTF-8");
   return value;
 }
 

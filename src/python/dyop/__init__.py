@@ -15,5 +15,21 @@ from ._dyop import *  # noqa: F401,F403
 from ._dyop import __version__
 from ._scenes import Simulation, simulate, summary
 
+
+class _EnumType(type(_dyop.ToiStatus)):
+    """Lets one loop over the members of an enum, and count them."""
+
+    def __iter__(cls):
+        return iter(cls.__members__.values())
+
+    def __len__(cls):
+        return len(cls.__members__)
+
+
+for _enum in vars(_dyop).values():
+    if isinstance(_enum, type) and hasattr(_enum, "__members__"):
+        _enum.__class__ = _EnumType
+del _enum
+
 __all__ = [name for name in dir(_dyop) if not name.startswith("_")]
 __all__ += ["Simulation", "simulate", "summary"]

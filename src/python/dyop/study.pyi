@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-from typing import Any, Callable, Dict, Iterable, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Tuple, TypeVar, Union
+from typing import Any, Callable, Dict, Generator, Iterable, List, Mapping, NamedTuple, Optional, Sequence, Tuple, TypeVar, Union
 
 import os
 
@@ -29,5 +29,5 @@ def imap(
     keep_failures: bool = ...,
     progress: _Progress = ...,
     patience: float = ...,
-) -> Iterator[Tuple[int, Any]]: ...
+) -> Generator[Tuple[int, Any], None, None]: ...
 def map(function: Callable[..., Any], cases: Iterable[_Case], **options: Any) -> List[Any]: ...

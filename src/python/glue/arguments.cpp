@@ -2,6 +2,7 @@
 #include "python/glue/arguments.h"
 
 #include <limits>
+#include <optional>
 #include <string>
 
 #include "dyop/core/error.h"
@@ -81,7 +82,26 @@ RigidPose pose_of_parts(const double* q, const double* p) {
 }
 
 constexpr const char* kPose =
-    "a RigidPose, a (4, 4) array or a pair (quaternion (w, x, y, z), position)";
+    "a RigidPose, a (4, 4) array, a rotation, or a pair (rotation, position), where a rotation is "
+    "a "
+    "quaternion (w, x, y, z), a (3, 3) array or a scipy Rotation";
+
+// The matrix of an object that has `as_matrix`, such as a scipy Rotation, or the source itself.
+Doubles numbers_of(py::handle source) {
+  if (!py::isinstance<py::array>(source) && py::hasattr(source, "as_matrix")) {
+    return doubles_of(source.attr("as_matrix")());
+  }
+  return doubles_of(source);
+}
+
+// Of a rotation and a position; nothing if the first is no rotation.
+std::optional<RigidPose> pose_of_rotation(py::handle rotation, const Vector3& p) {
+  const Doubles numbers = numbers_of(rotation);
+  if (has_shape(numbers, {4})) return pose_of_parts(numbers.data(), p.data());
+  if (!has_shape(numbers, {3, 3})) return std::nullopt;
+  const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> R(numbers.data());
+  return RigidPose(Matrix3(R), p);
+}
 
 }  // namespace
 
@@ -102,18 +122,22 @@ Matrix3 matrix_of(py::handle source, const char* what) {
 RigidPose pose_of(py::handle source) {
   if (py::isinstance<RigidPose>(source)) return source.cast<const RigidPose&>();
   if (is_pair(source)) {
-    const auto q = doubles_of(source[py::int_(0)]);
-    if (!has_shape(q, {4})) refuse("pose", kPose, source);
     const Vector3 p = vector_of(source[py::int_(1)], "position of a pose");
-    return pose_of_parts(q.data(), p.data());
+    const auto pose = pose_of_rotation(source[py::int_(0)], p);
+    if (!pose) refuse("pose", kPose, source);
+    return *pose;
   }
-  const auto array = doubles_of(source);
+  const auto array = numbers_of(source);
+  if (has_shape(array, {3, 3})) return *pose_of_rotation(array, Vector3::Zero());
   if (!has_shape(array, {4, 4})) refuse("pose", kPose, source);
   return pose_of_matrix(array.data());
 }
 
 std::filesystem::path path_of(py::handle file) {
-  return py::module_::import("os").attr("fspath")(file).cast<std::string>();
+  // As the system sees it, whatever bytes it holds.
+  const auto name = py::module_::import("os").attr("fsencode")(file).cast<std::string>();
+  DYOP_REQUIRE(name.find('\0') == std::string::npos, "a file's name holds no zero byte");
+  return name;
 }
 
 TimeInterval interval_of(py::handle source) {
@@ -215,9 +239,11 @@ PoseList poses_of(py::handle source, const char* what) {
   PoseList list;
   if (py::isinstance<RigidPose>(source)) return {{pose_of(source)}, true};
   if (is_pair(source) && !py::isinstance<RigidPose>(source[py::int_(0)])) {
-    const auto q = doubles_of(source[py::int_(0)]);
+    const auto q = numbers_of(source[py::int_(0)]);
     const auto p = doubles_of(source[py::int_(1)]);
-    if (has_shape(q, {4}) && has_shape(p, {3})) return {{pose_of_parts(q.data(), p.data())}, true};
+    if ((has_shape(q, {4}) || has_shape(q, {3, 3})) && has_shape(p, {3})) {
+      return {{pose_of(source)}, true};
+    }
     if (q && p && q.ndim() == 2 && p.ndim() == 2 && q.shape(1) == 4 && p.shape(1) == 3) {
       DYOP_REQUIRE(q.shape(0) == p.shape(0), what, ": ", q.shape(0), " quaternions but ",
                    p.shape(0), " positions");
@@ -231,8 +257,8 @@ PoseList poses_of(py::handle source, const char* what) {
     for (const py::handle item : source) list.poses.push_back(pose_of(item));
     return list;
   }
-  const auto array = doubles_of(source);
-  if (has_shape(array, {4, 4})) return {{pose_of_matrix(array.data())}, true};
+  const auto array = numbers_of(source);
+  if (has_shape(array, {4, 4}) || has_shape(array, {3, 3})) return {{pose_of(array)}, true};
   if (!array || array.ndim() != 3 || array.shape(1) != 4 || array.shape(2) != 4) {
     refuse(what, std::string(kPose) + ", a list of these, (N, 4, 4), or ((N, 4), (N, 3))", source);
   }

@@ -22,7 +22,8 @@ namespace py = pybind11;
 /// Reads a value from what Python offers for it. All throw InvalidArgument that names `what`.
 Vector3 vector_of(py::handle source, const char* what);
 Matrix3 matrix_of(py::handle source, const char* what);
-/// A RigidPose, a (4, 4) array or a pair (quaternion w x y z, position).
+/// A RigidPose, a (4, 4) array, a rotation, or a pair (rotation, position). A rotation is a
+/// quaternion w x y z (in a pair only), a (3, 3) array or an object with `as_matrix`.
 RigidPose pose_of(py::handle source);
 /// A str or os.PathLike.
 std::filesystem::path path_of(py::handle file);

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "python/glue/arguments.h"
+#include "python/glue/errors.h"
 
 namespace dyop::python {
 
@@ -43,10 +44,10 @@ struct PythonFunction {
 
 inline void read_nothing(const py::object&) {}
 inline Scalar read_scalar(const py::object& value) {
-  return value.cast<Scalar>();
+  return read_as<Scalar>(value, "a function must return a number");
 }
 inline bool read_bool(const py::object& value) {
-  return value.cast<bool>();
+  return read_as<bool>(value, "a function must return a bool");
 }
 inline RigidPose read_pose(const py::object& value) {
   return pose_of(value);

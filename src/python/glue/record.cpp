@@ -5,6 +5,36 @@
 
 namespace dyop::python {
 
+namespace {
+
+// Longer lists, texts and records are cut, so that a repr fills one screen at most.
+constexpr std::size_t kShownItems = 4;
+constexpr std::size_t kShownLetters = 200;
+constexpr std::size_t kShownRecord = 1500;
+
+// Cuts UTF-8 between two letters.
+std::string cut(std::string text, std::size_t most) {
+  if (text.size() <= most) return text;
+  while (most > 0 && (static_cast<unsigned char>(text[most]) & 0xc0) == 0x80) --most;
+  return text.substr(0, most) + "...";
+}
+
+std::string short_repr(const py::object& value) {
+  if (!py::isinstance<py::list>(value)) {
+    const bool is_text = py::isinstance<py::str>(value);
+    return cut(py::repr(value), is_text ? kShownLetters : kShownRecord);
+  }
+  const py::list items = value;
+  std::string text = "[";
+  for (std::size_t i = 0; i < std::min(items.size(), kShownItems); ++i) {
+    text += (i > 0 ? ", " : "") + short_repr(items[i]);
+  }
+  if (items.size() > kShownItems) text += ", ... of " + std::to_string(items.size());
+  return text + ']';
+}
+
+}  // namespace
+
 void finish_record(const py::object& type, const FieldList& fields,
                    void* (*pointer_of)(py::handle)) {
   py::list names;
@@ -24,9 +54,9 @@ void finish_record(const py::object& type, const FieldList& fields,
     text += '(';
     for (const Field& field : fields) {
       if (&field != fields.data()) text += ", ";
-      text += field.name + '=' + std::string(py::repr(field.get(pointer_of(self), {})));
+      text += field.name + '=' + short_repr(field.get(pointer_of(self), {}));
     }
-    return text + ')';
+    return cut(text + ')', kShownRecord);
   });
   method("__reduce__", "", [fields, pointer_of](py::handle self) {
     py::tuple values(fields.size());

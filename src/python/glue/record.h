@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "python/glue/arguments.h"
+#include "python/glue/errors.h"
 
 namespace dyop::python {
 
@@ -111,7 +112,11 @@ class Record {
                                          owner);
                        }
                      }
-                     return py::cast(value, py::return_value_policy::copy);
+                     if constexpr (std::is_same_v<Value, std::string>) {
+                       return py::object(readable(value));
+                     } else {
+                       return py::cast(value, py::return_value_policy::copy);
+                     }
                    },
                    [](void* record, py::handle value) {
                      static_cast<T*>(record)->*kMember = value_of<Value>(value);

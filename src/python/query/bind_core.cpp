@@ -3,55 +3,28 @@
 #include <stop_token>
 
 #include "dyop/core/error.h"
-#include "dyop/io/file_error.h"
 #include "python/bindings.h"
+#include "python/glue/errors.h"
 #include "python/glue/record.h"
 
 namespace dyop::python {
 namespace {
 
-// FileError has attributes that the plain translation would lose.
-void translate_file_error(const std::exception_ptr& thrown, const py::object& type) {
-  try {
-    if (thrown) std::rethrow_exception(thrown);
-  } catch (const FileError& error) {
-    py::object value = type(error.what());
-    value.attr("file") = error.file().string();
-    value.attr("line") = py::none();
-    value.attr("column") = py::none();
-    if (error.position()) {
-      value.attr("line") = error.position()->line;
-      value.attr("column") = py::cast(error.position()->column);
-    }
-    PyErr_SetObject(type.ptr(), value.ptr());
-  }
-}
-
-// The last registered is asked first, so a base comes before what derives from it.
-void bind_errors(py::module_& m) {
-  const auto document = [](const py::object& type, const char* doc) { type.attr("__doc__") = doc; };
-  const auto& error = py::register_exception<Error>(m, "Error", PyExc_RuntimeError);
-  document(error, "Root of every exception that dyop throws.");
-  document(py::register_exception<InvalidArgument>(
-               m, "InvalidArgument", py::make_tuple(error, py::handle(PyExc_ValueError))),
-           "A documented condition is broken; the message names the value.");
-  document(py::register_exception<InternalError>(m, "InternalError", error),
-           "An error in dyop itself; the message holds what is needed to reproduce it.");
-  static PyObject* file_error = nullptr;  // the translator takes no data; never freed
-  file_error =
-      py::exception<FileError>(m, "FileError", py::make_tuple(error, py::handle(PyExc_OSError)))
-          .release()
-          .ptr();
-  document(py::reinterpret_borrow<py::object>(file_error),
-           "A file cannot be read, written or understood; attributes file, line, column.");
-  py::register_exception_translator([](std::exception_ptr thrown) {
-    translate_file_error(thrown, py::reinterpret_borrow<py::object>(file_error));
-  });
-}
-
-RigidPose pose_from_parts(const py::object& quaternion, const py::object& position) {
+RigidPose pose_from_parts(const py::object& quaternion, const py::object& position,
+                          const py::object& rotation) {
+  DYOP_REQUIRE(quaternion.is_none() || rotation.is_none(),
+               "a pose has a quaternion or a rotation, not both");
+  if (!rotation.is_none()) return pose_of(py::make_tuple(rotation, position));
   if (quaternion.is_none()) return RigidPose(vector_of(position, "position"));
   return pose_of(py::make_tuple(quaternion, position));
+}
+
+// As scipy, ROS and many others order a quaternion.
+RigidPose pose_from_xyzw(const py::object& quaternion, const Vector3& position) {
+  const auto rows = rows_of(py::make_tuple(quaternion), 4, "quaternion", CopyRule::IfNeeded);
+  DYOP_REQUIRE(rows.shape(0) == 1, "quaternion must be four numbers (x, y, z, w)");
+  const double* q = rows.data();
+  return {Quaternion(q[3], q[0], q[1], q[2]), position};
 }
 
 py::array_t<double> quaternion_of(const RigidPose& X) {
@@ -78,11 +51,17 @@ void bind_pose(py::module_& m) {
                         "The pose X_AB of a frame B in a frame A: p_AP = X_AB * p_BP. Immutable.")
       .def(py::init<>(), "Identity.")
       .def(py::init([](const PoseArgument& matrix) { return matrix.X; }), py::arg("matrix"),
-           "From a (4, 4) array, a pair (quaternion (w, x, y, z), position) or a RigidPose; the\n"
-           "rotation must be orthonormal.")
+           "From a (4, 4) array, a pair (quaternion (w, x, y, z), position), a (3, 3) array, a "
+           "scipy\n"
+           "Rotation, or a RigidPose; the rotation must be orthonormal.")
       .def(py::init(&pose_from_parts), py::kw_only(), py::arg("quaternion") = py::none(),
-           py::arg("position") = py::make_tuple(0.0, 0.0, 0.0),
-           "From a unit quaternion (w, x, y, z), none for no turn, and a position (3,), length.")
+           py::arg("position") = py::make_tuple(0.0, 0.0, 0.0), py::arg("rotation") = py::none(),
+           "From a unit quaternion (w, x, y, z), or a rotation: (3, 3) or a scipy Rotation; none "
+           "for\n"
+           "no turn; and a position (3,), length.")
+      .def_static("from_xyzw", &pose_from_xyzw, py::arg("quaternion"),
+                  py::arg("position") = py::make_tuple(0.0, 0.0, 0.0),
+                  "From a unit quaternion (x, y, z, w), as scipy and ROS have it, and a position.")
       .def_property_readonly(
           "rotation", [](const RigidPose& X) { return array_of(X.rotation()); },
           "numpy.ndarray: (3, 3) rotation matrix R_AB")
@@ -100,10 +79,12 @@ void bind_pose(py::module_& m) {
           "X_AB * X_BC = X_AC.")
       .def("transform", &transform, py::arg("points"), "Points (3,) or (N, 3) of B in A.")
       .def("__array__", [](const RigidPose& X, const py::args&) { return array_of(X); })
-      .def("__eq__",
-           [](const RigidPose& X, const RigidPose& Y) {
-             return X.rotation() == Y.rotation() && X.translation() == Y.translation();
-           })
+      .def(
+          "__eq__",
+          [](const RigidPose& X, const RigidPose& Y) {
+            return X.rotation() == Y.rotation() && X.translation() == Y.translation();
+          },
+          py::is_operator())
       .def("__repr__",
            [](const RigidPose& X) {
              return "RigidPose(quaternion=" +
@@ -140,7 +121,9 @@ void bind_interval(py::module_& m) {
       .def("contains", &TimeInterval::contains, py::arg("t"), "begin <= t <= end.")
       .def("__iter__",
            [](const TimeInterval& i) { return py::iter(py::make_tuple(i.begin, i.end)); })
-      .def("__eq__", [](const TimeInterval& a, const TimeInterval& b) { return a == b; })
+      .def(
+          "__eq__", [](const TimeInterval& a, const TimeInterval& b) { return a == b; },
+          py::is_operator())
       .def("__hash__",
            [](const TimeInterval& i) { return py::hash(py::make_tuple(i.begin, i.end)); })
       .def("__repr__",

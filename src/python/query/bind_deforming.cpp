@@ -88,6 +88,11 @@ void bind_deforming_mesh(py::module_& m) {
             return std::make_shared<TriangleMesh>(self.mesh.snapshot(s));
           },
           py::arg("s"), "The mesh at the fraction s of the interval, 0 to 1.")
+      .def("__repr__",
+           [](const SharedDeformingMesh& self) {
+             return "DeformingMesh(" + std::to_string(self.mesh.begin().size()) + " vertices, " +
+                    std::to_string(self.mesh.triangles().size()) + " triangles)";
+           })
       .def("__reduce__", [](const py::object& self) {
         return py::make_tuple(
             py::type::of(self),

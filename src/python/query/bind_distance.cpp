@@ -1,17 +1,46 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
+#include <cstdint>
 #include <memory>
+#include <optional>
 
-#include "dyop/distance/distance.h"
+#include "dyop/core/error.h"
+#include "dyop/distance/find_contacts.h"
 #include "dyop/distance/gjk.h"
 #include "dyop/distance/penetration.h"
 #include "dyop/distance/point_distance.h"
 #include "dyop/distance/triangle_distance.h"
 #include "dyop/io/result_text.h"
 #include "python/bindings.h"
+#include "python/glue/interrupt.h"
 #include "python/query/witness_fields.h"
 
 namespace dyop::python {
 namespace {
+
+// Few contacts in the calling thread; many once more, while Ctrl-C is served.
+std::vector<Contact> contacts_within(const Shape& a, const RigidPose& X_WA, const Shape& b,
+                                     const RigidPose& X_WB, Scalar max_distance,
+                                     const ContactSearchLimits& limits) {
+  constexpr std::int64_t kFew = 2000;  // some ten milliseconds
+  std::optional<std::vector<Contact>> contacts;
+  ContactSearchLimits used = limits;
+  used.max_triangle_pairs = std::min(limits.max_triangle_pairs, kFew);
+  {
+    const py::gil_scoped_release unlocked;
+    contacts = find_contacts(a, X_WA, b, X_WB, max_distance, used);
+  }
+  if (!contacts && limits.max_triangle_pairs > kFew) {
+    used.max_triangle_pairs = limits.max_triangle_pairs;
+    run_interruptible({}, [&](const std::stop_token& stop) {
+      used.stop = stop;
+      contacts = find_contacts(a, X_WA, b, X_WB, max_distance, used);
+    });
+  }
+  DYOP_REQUIRE(contacts, "find_contacts: more than ", limits.max_triangle_pairs,
+               " pairs of triangles are within max_distance = ", max_distance);
+  return *std::move(contacts);
+}
 
 void bind_distance_results(py::module_& m) {
   py::enum_<DistanceStatus>(m, "DistanceStatus", "How a distance query ended.")
@@ -82,12 +111,15 @@ void bind_shape_queries(py::module_& m) {
   m.def(
       "find_contacts",
       [](const Shape& a, const PoseArgument& X_WA, const Shape& b, const PoseArgument& X_WB,
-         Scalar max_distance) {
-        const py::gil_scoped_release unlocked;
-        return find_contacts(a, X_WA.X, b, X_WB.X, max_distance);
+         Scalar max_distance, const std::optional<std::int64_t>& max_triangle_pairs) {
+        ContactSearchLimits limits;
+        if (max_triangle_pairs) limits.max_triangle_pairs = *max_triangle_pairs;
+        return contacts_within(a, X_WA.X, b, X_WB.X, max_distance, limits);
       },
       py::arg("a"), py::arg("X_WA"), py::arg("b"), py::arg("X_WB"), py::arg("max_distance"),
-      "Every contact of two shapes at most max_distance (length) apart, nearest first.");
+      py::kw_only(), py::arg("max_triangle_pairs") = py::none(),
+      "Every contact of two shapes at most max_distance (length) apart, nearest first.\n"
+      "InvalidArgument if more than max_triangle_pairs pairs of triangles are so near.");
   m.def(
       "find_penetration",
       [](const ConvexShape& a, const PoseArgument& X_WA, const ConvexShape& b,

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <memory>
 #include <optional>
+#include <string>
+#include <utility>
 
+#include "dyop/core/error.h"
 #include "dyop/geometry/triangle_mesh.h"
 #include "dyop/geometry/winding_number.h"
 #include "dyop/io/mesh_file.h"
@@ -23,8 +26,40 @@ SharedMesh read_in_place(const py::array& vertices, const py::array& triangles) 
   return std::make_shared<TriangleMesh>(TriangleMesh::from_arrays(points, corners));
 }
 
+// The arrays of another library's mesh, by the names that trimesh, Open3D, meshio and PyVista use.
+std::pair<py::object, py::object> arrays_of(const py::object& mesh) {
+  const auto first = [&](std::initializer_list<const char*> names) -> py::object {
+    for (const char* name : names) {
+      if (py::hasattr(mesh, name)) return mesh.attr(name);
+    }
+    return py::none();
+  };
+  const py::object vertices = first({"vertices", "points"});
+  if (py::hasattr(mesh, "cells_dict")) {
+    const py::dict cells = mesh.attr("cells_dict");
+    for (const auto& [kind, numbers] : cells) {
+      const std::string name = py::str(kind);
+      DYOP_REQUIRE(name == "triangle" || name == "line" || name == "vertex",
+                   "a mesh of triangles is wanted, this one has cells '", name, "'");
+    }
+    DYOP_REQUIRE(cells.contains("triangle"), "the mesh has no cells 'triangle'");
+    return {vertices, cells["triangle"]};
+  }
+  const py::object triangles = first({"regular_faces", "faces", "triangles"});
+  DYOP_REQUIRE(
+      !vertices.is_none() && !triangles.is_none(),
+      "without triangles, an object with vertices and faces is wanted, not a value of type ",
+      std::string(py::str(py::type::of(mesh).attr("__name__"))));
+  const py::object asarray = py::module_::import("numpy").attr("asarray");
+  return {asarray(vertices), asarray(triangles)};
+}
+
 SharedMesh make_mesh(const py::object& vertices, const py::object& triangles,
                      const py::object& copy) {
+  if (triangles.is_none()) {
+    const auto [points, corners] = arrays_of(vertices);
+    return make_mesh(points, corners, copy);
+  }
   if (py::isinstance<py::array>(vertices) && py::isinstance<py::array>(triangles)) {
     SharedMesh mesh = read_in_place<double, std::int32_t>(vertices, triangles);
     if (!mesh) mesh = read_in_place<float, std::int32_t>(vertices, triangles);
@@ -58,11 +93,14 @@ void bind_triangle_mesh(py::module_& m) {
   py::class_<TriangleMesh, Shape, SharedMesh>(
       m, "TriangleMesh",
       "A set of triangles with a bounding hierarchy, built once: a surface with two sides.")
-      .def(py::init(&make_mesh), py::arg("vertices"), py::arg("triangles"), py::kw_only(),
-           py::arg("copy") = py::none(),
-           "Vertices (N, 3), length, and triangles (M, 3), vertex numbers. float64 or float32 and\n"
-           "int32 or uint32 arrays are read where they are, rows at any stride; others are copied\n"
-           "first, or refused under copy=False.")
+      .def(py::init(&make_mesh), py::arg("vertices"), py::arg("triangles") = py::none(),
+           py::kw_only(), py::arg("copy") = py::none(),
+           "Vertices (N, 3), length, and triangles (M, 3), vertex numbers; or one object that has\n"
+           "both, such as a mesh of trimesh, Open3D, meshio or PyVista. float64 or float32 and "
+           "int32\n"
+           "or uint32 arrays are read where they are, rows at any stride; others are copied first, "
+           "or\n"
+           "refused under copy=False.")
       .def("with_vertices", &with_vertices, py::arg("vertices"), py::kw_only(),
            py::arg("copy") = py::none(),
            "The same triangles with other vertices (N, 3): refits the hierarchy.")

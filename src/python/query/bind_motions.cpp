@@ -49,6 +49,11 @@ void bind_motion_base(py::module_& m) {
           },
           py::arg("interval"), "Bounds over (begin, end).")
       .def("domain", &Motion::domain, "Where the motion is defined.")
+      .def("__repr__",
+           [](const py::object& self) {
+             return std::string(py::str(py::type::of(self).attr("__name__"))) +
+                    "(domain=" + std::string(py::repr(self.attr("domain")())) + ")";
+           })
       .def("smooth_until", &Motion::smooth_until, py::arg("t"),
            "A time after t until which the twist does not jump.");
   py::class_<RestMotion, Motion, std::shared_ptr<RestMotion>>(m, "RestMotion",

@@ -9,6 +9,7 @@
 #include "dyop/toi/time_of_impact.h"
 #include "dyop/toi/toi_batch.h"
 #include "python/bindings.h"
+#include "python/glue/errors.h"
 #include "python/glue/interrupt.h"
 #include "python/query/query_options.h"
 #include "python/query/toi_slices.h"
@@ -18,7 +19,7 @@ namespace dyop::python {
 
 std::chrono::steady_clock::time_point deadline_of(py::handle seconds) {
   using Clock = std::chrono::steady_clock;
-  const auto value = seconds.cast<double>();
+  const auto value = read_as<double>(seconds, "deadline must be a time of time.monotonic()");
   // literal: beyond it the clock's count ends
   constexpr double kLongest = 1e9;
   DYOP_REQUIRE(value >= 0 && value <= kLongest, "deadline must be a time of time.monotonic(), not ",

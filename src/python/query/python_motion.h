@@ -31,7 +31,8 @@ class PythonMotion final : public Motion {
   // A TwistBound or four numbers.
   static TwistBound read_bound(const py::object& value) {
     if (py::isinstance<TwistBound>(value)) return value.cast<TwistBound>();
-    const auto numbers = value.cast<std::array<Scalar, 4>>();
+    const auto numbers = read_as<std::array<Scalar, 4>>(
+        value, "twist_bound must return a TwistBound or four numbers");
     return {numbers[0], numbers[1], numbers[2], numbers[3]};
   }
   static UserMotion::Functions make(const Functions& functions) {

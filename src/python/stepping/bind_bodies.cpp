@@ -13,7 +13,8 @@ template <typename Id>
 void bind_number(py::module_& m, const std::string& name, const char* doc) {
   py::class_<Id>(m, name.c_str(), doc)
       .def_readonly("number", &Id::number, "int: in order of creation")
-      .def("__eq__", [](const Id& a, const Id& b) { return a == b; })
+      .def(
+          "__eq__", [](const Id& a, const Id& b) { return a == b; }, py::is_operator())
       .def("__hash__", [](const Id& id) { return std::hash<std::uint64_t>{}(id.number); })
       .def("__repr__",
            [name](const Id& id) { return name + "(" + std::to_string(id.number) + ")"; });
@@ -28,8 +29,10 @@ void bind_ids(py::module_& m) {
            py::arg("slot"), py::arg("generation") = 0, "Place in the World, and use of that place.")
       .def_readonly("slot", &BodyId::slot, "int: place in the World")
       .def_readonly("generation", &BodyId::generation, "int: use of that place")
-      .def("__eq__", [](const BodyId& a, const BodyId& b) { return a == b; })
-      .def("__lt__", [](const BodyId& a, const BodyId& b) { return a < b; })
+      .def(
+          "__eq__", [](const BodyId& a, const BodyId& b) { return a == b; }, py::is_operator())
+      .def(
+          "__lt__", [](const BodyId& a, const BodyId& b) { return a < b; }, py::is_operator())
       .def("__hash__", [](const BodyId& id) { return std::hash<BodyId>{}(id); })
       .def("__repr__",
            [](const BodyId& id) {

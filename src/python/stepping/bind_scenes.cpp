@@ -68,6 +68,11 @@ void bind_scene(py::module_& m) {
           "end_time", [](const PythonScene& s) { return s.scene.end_time; }, "float: > 0")
       .def_property_readonly(
           "step", [](const PythonScene& s) { return s.scene.step; }, "float: of an advance, > 0")
+      .def("__repr__",
+           [](const PythonScene& s) {
+             return "Scene(" + std::string(py::repr(py::cast(s.scene.title))) + ", " +
+                    std::to_string(s.scene.bodies.size()) + " bodies)";
+           })
       .def("__reduce__", [](const py::object& self) {
         return py::module_::import("dyop._scenes").attr("reduce_scene")(self);
       });

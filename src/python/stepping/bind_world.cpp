@@ -65,7 +65,8 @@ using WorldClass = py::class_<PythonWorld>;
 template <typename Definition>
 Definition definition_of(const py::object& definition, const py::kwargs& fields) {
   const py::object type = py::type::of<Definition>();
-  return (definition.is_none() ? type(**fields) : definition).template cast<Definition>();
+  const std::string wanted = "definition must be a " + std::string(py::str(type.attr("__name__")));
+  return read_as<Definition>(definition.is_none() ? type(**fields) : definition, wanted.c_str());
 }
 
 void bind_building(WorldClass& type) {
@@ -229,12 +230,16 @@ void bind_getters(WorldClass& type) {
 }  // namespace
 
 void bind_world(py::module_& m) {
-  py::register_exception<IntegrationError>(m, "IntegrationError", m.attr("Error")).attr("__doc__") =
-      "A solver could not go on; the message has its name and the reason.";
   bind_world_options(m);
   py::class_<WorldSnapshot>(m, "WorldSnapshot", "A World's state at one time.");
   WorldClass type(m, "World",
                   "Rigid bodies stepped through time without ever passing through one another.");
+  type.def("__repr__", [](PythonWorld& self) {
+    if (self.is_advancing()) return std::string("World(advancing)");
+    const World& world = self.read();
+    return "World(" + std::to_string(world.bodies().size()) +
+           " bodies, t=" + std::string(py::repr(py::cast(world.time()))) + ")";
+  });
   bind_building(type);
   bind_springs(type);
   bind_setters(type);

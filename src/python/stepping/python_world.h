@@ -73,6 +73,7 @@ class PythonWorld {
     DYOP_REQUIRE(!is_advancing_, "the World cannot be changed while it is being advanced");
     return world_;
   }
+  bool is_advancing() const { return is_advancing_; }
   AdvanceReport advance(Scalar dt, AdvanceLimits limits) {
     World& world = change();
     const Guard guard(*this);

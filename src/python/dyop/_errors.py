@@ -1,0 +1,131 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Says in one line why the arguments of a call do not fit."""
+
+import re
+from collections import abc
+from numbers import Real
+
+from . import _dyop
+
+# "    1. (a: dyop._dyop.Shape, t: float = 0.0) -> float", "    1. dyop._dyop.Sphere(radius: float)"
+_FORM = re.compile(r"^ {4}\d+\. (?:([\w.]+))?\((.*)\)(?: -> .*)?$")
+_PARAMETER = re.compile(r"(\w+): (.*?)(?: = (.*))?$", re.S)
+_NUMBER = (Real, abc.Callable)
+
+
+def _split(text):
+    """Splits at commas outside of brackets and quotes."""
+    parts, depth, quote, start = [], 0, None, 0
+    for i, c in enumerate(text):
+        if quote is not None:
+            quote = None if c == quote else quote
+        elif c in "'\"":
+            quote = c
+        elif c == "," and depth == 0:
+            parts.append(text[start:i])
+            start = i + 1
+        else:
+            depth += (c in "([{<") - (c in ")]}>")
+    return [part.strip() for part in [*parts, text[start:]] if part.strip()]
+
+
+def _inside(kind):
+    return _split(kind[kind.index("[") + 1 : -1])
+
+
+def _is_sequence(value):
+    return isinstance(value, abc.Iterable) and not isinstance(value, (str, bytes, abc.Mapping))
+
+
+def _fits(kind, value):
+    """Whether a value is of a type as pybind11 writes it; True if that cannot be told."""
+    if kind.startswith("Optional["):
+        return value is None or _fits(_inside(kind)[0], value)
+    if kind.startswith("Union["):
+        return any(_fits(one, value) for one in _inside(kind))
+    if kind.startswith("List["):
+        return _is_sequence(value) and all(_fits(_inside(kind)[0], item) for item in value)
+    if kind.startswith("Tuple["):
+        kinds = _inside(kind)
+        return (
+            _is_sequence(value)
+            and len(value) == len(kinds)
+            and all(_fits(*pair) for pair in zip(kinds, value))
+        )
+    if kind == "float":
+        return hasattr(value, "__float__") or hasattr(value, "__index__")
+    if kind == "int":
+        return hasattr(value, "__index__")
+    if kind == "bool":
+        return value is None or hasattr(value, "__bool__")
+    if kind == "str":
+        return isinstance(value, (str, bytes))
+    if kind == "Iterable":
+        return isinstance(value, abc.Iterable)
+    known = getattr(_dyop, kind.split(".")[-1], None)
+    return not isinstance(known, type) or isinstance(value, known)
+
+
+def _wanted(kind):
+    return {"float": "a number", "int": "an integer", "str": "a string"}.get(
+        kind, kind.replace("dyop._dyop.", "")
+    )
+
+
+def _problem(parameters, args, kwargs):
+    """What is wrong with the first argument that does not fit; None if all seem to."""
+    given = dict(kwargs)
+    names = []
+    values = list(args)
+    takes_more = False
+    is_keyword = False
+    for parameter in parameters:
+        if parameter.startswith("*"):
+            takes_more = takes_more or parameter != "*"
+            is_keyword = True
+            continue
+        name, kind, default = _PARAMETER.match(parameter).groups()
+        names.append(name)
+        if values and not is_keyword:
+            value = values.pop(0)
+            if name in given:
+                return f"argument '{name}' is given twice"
+        elif name in given:
+            value = given.pop(name)
+        elif default is None:
+            return f"argument '{name}' is missing"
+        else:
+            continue
+        if value is None and default == "None":
+            continue
+        if not _fits(kind, value):
+            return f"argument '{name}' must be {_wanted(kind)}, not a value of type {type(value).__name__}"
+        if kind == "int" and not -(2**31) <= value < 2**31 or kind == "int" and value < 0:
+            return f"argument '{name}' is out of range: {value}"
+    if takes_more:
+        return None
+    if values:
+        return f"{len(args)} arguments are given without a name, which is too many"
+    for name in given:
+        return f"there is no argument '{name}'; there are {', '.join(names)}"
+    return None
+
+
+def explain(message, args, kwargs):
+    """One line for what pybind11 says of a refused call."""
+    name = message.partition("(")[0]
+    problems = []
+    for line in message.splitlines():
+        form = _FORM.match(line)
+        if form is None:
+            continue
+        parameters = _split(form[2])
+        values = args
+        if form[1]:  # a constructor: its object comes first, and is not listed
+            name, values = form[1].split(".")[-1], args[1:]
+        elif parameters and parameters[0].startswith("self:"):
+            parameters, values = parameters[1:], args[1:]
+        problems.append(_problem(parameters, values, kwargs) or "the arguments do not fit")
+    if not problems:
+        return message
+    return f"{name or 'this attribute'}(): " + "; or: ".join(dict.fromkeys(problems))
