@@ -14,7 +14,7 @@ ground = world.add_body(
 
 def breeze(t: float, state: dyop.MotionState) -> dyop.Wrench:
     """Pushes along x against a drag, through the centre of mass."""
-    return dyop.Wrench(force_W=(0.2, 0, 0) - 0.1 * state.twist.v_WB)
+    return dyop.Wrench(force=(0.2, 0, 0) - 0.1 * state.twist.v_WB)
 
 
 cube = dyop.Box([0.2, 0.2, 0.2])

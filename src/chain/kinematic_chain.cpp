@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "chain/chain_step.h"
+#include "chain/chain_frame.h"
 #include "dyop/core/error.h"
 
 namespace dyop {

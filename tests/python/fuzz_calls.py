@@ -302,13 +302,19 @@ def make_calls(count, seed, log):
 
 def run_child(count, seed):
     """None if all is well, else what went wrong."""
+    import dyop
+
+    environment = dict(os.environ, PYTHONPATH=str(Path(dyop.__file__).resolve().parents[1]))
     with tempfile.TemporaryDirectory() as folder:
         log = Path(folder) / "calls.log"
         inside = Path(folder) / "inside"
         inside.mkdir()
-        command = [sys.executable, "-X", "faulthandler", __file__, "--child", str(count), str(seed), str(log)]
+        command = [sys.executable, "-X", "faulthandler", os.path.abspath(__file__), "--child", str(count), str(seed), str(log)]
         try:
-            done = subprocess.run(command, cwd=inside, capture_output=True, text=True, timeout=PATIENCE, errors="replace")
+            done = subprocess.run(
+                command, cwd=inside, env=environment, capture_output=True, text=True,
+                timeout=PATIENCE, errors="replace",
+            )
         except subprocess.TimeoutExpired:
             return f"seed {seed}: does not end:\n  {last_line(log)}"
         if done.returncode == 0:

@@ -57,3 +57,58 @@ def test_an_interval_is_a_pair():
     assert tuple(interval) == (1, 3)
     assert interval.length() == 2 and interval.contains(2) and not interval.contains(4)
     assert interval == dyop.TimeInterval(1, 3)
+
+
+def test_rotations_of_others_make_poses():
+    rotation = pytest.importorskip("scipy.spatial.transform").Rotation
+    turn = rotation.from_euler("xyz", [0.3, -0.2, 1.1])
+    xyzw, matrix = turn.as_quat(), turn.as_matrix()
+    p = (1.0, 2.0, 3.0)
+    wanted = np.eye(4)
+    wanted[:3, :3], wanted[:3, 3] = matrix, p
+    for pose in (
+        dyop.RigidPose((turn, p)),
+        dyop.RigidPose((matrix, p)),
+        dyop.RigidPose(rotation=turn, position=p),
+        dyop.RigidPose(rotation=matrix, position=p),
+        dyop.RigidPose.from_xyzw(xyzw, p),
+        dyop.RigidPose(quaternion=xyzw[[3, 0, 1, 2]], position=p),
+        dyop.RestMotion((turn, p)).pose(0),
+    ):
+        np.testing.assert_allclose(pose.matrix, wanted, atol=1e-15)
+    for pose in (dyop.RigidPose(turn), dyop.RigidPose(matrix), dyop.RestMotion(turn).pose(0)):
+        np.testing.assert_allclose(pose.matrix[:3, :3], matrix, atol=1e-15)
+        np.testing.assert_array_equal(pose.translation, 0)
+    rows = dyop.distance_batch(dyop.Sphere(1), np.eye(4), dyop.Sphere(1), [(turn, p), (matrix, p)])
+    assert rows["lower"][0] == rows["lower"][1] > 0
+    with pytest.raises(dyop.InvalidArgument, match="not both"):
+        dyop.RigidPose(rotation=turn, quaternion=(1, 0, 0, 0))
+    with pytest.raises(dyop.InvalidArgument, match="rotation"):
+        dyop.RigidPose((np.eye(2), p))
+    with pytest.raises(dyop.InvalidArgument):
+        dyop.RigidPose(2 * np.eye(3))
+    for bad in ((1, 0, 0), (0, 0, 0, 2), "abcd"):
+        with pytest.raises((dyop.InvalidArgument, TypeError)):
+            dyop.RigidPose.from_xyzw(bad)
+
+
+def test_enums_can_be_looped_over():
+    assert [status.name for status in dyop.FeatureKind] == ["Vertex", "Edge", "Face", "Smooth"]
+    assert len(dyop.FeatureKind) == 4 and dyop.FeatureKind.Edge in list(dyop.FeatureKind)
+    assert dyop.FeatureKind(1) == dyop.FeatureKind.Edge
+
+
+def test_a_repr_fills_one_screen_at_most():
+    ball = dyop.Sphere(1)
+    many = dyop.AdvanceReport(impacts=[dyop.ImpactEvent()] * 500)
+    assert "of 500" in repr(many)
+    for value in (many, dyop.WorldOptions(), dyop.ToiResult(), dyop.RunHeader(scene="{}" * 10**6)):
+        assert len(repr(value)) < 2000 and repr(value).count("\n") < 40
+    assert repr(dyop.ConstantTwistMotion(dyop.RigidPose(), ((1, 0, 0), (0, 0, 0)))).startswith(
+        "ConstantTwistMotion(domain="
+    )
+    world = dyop.World()
+    world.add_body(
+        name="b", shape=ball, mass_properties=ball.compute_mass_properties(1)
+    )
+    assert repr(world) == "World(1 bodies, t=0.0)"

@@ -1,4 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -102,3 +104,32 @@ def test_mesh_files_are_read_and_placed(tmp_path):
         dyop.load_mesh(str(file))
     assert caught.value.file == str(file) and caught.value.line == 1
     assert isinstance(caught.value, OSError) and isinstance(caught.value, dyop.Error)
+
+
+class Cells:
+    """A mesh as meshio has it."""
+
+    def __init__(self, points, **cells):
+        self.points = points
+        self.cells_dict = cells
+
+
+def test_meshes_of_other_libraries(ball_mesh):
+    points, triangles = ball_mesh.vertices.copy(), ball_mesh.triangles.astype(np.int64)
+    others = [
+        SimpleNamespace(vertices=points, faces=triangles),  # trimesh
+        SimpleNamespace(vertices=points.tolist(), triangles=triangles),  # Open3D
+        SimpleNamespace(points=points, regular_faces=triangles, faces=triangles.ravel()),  # PyVista
+        Cells(points, triangle=triangles, line=triangles[:, :2]),
+        ball_mesh,
+    ]
+    for other in others:
+        mesh = dyop.TriangleMesh(other)
+        np.testing.assert_array_equal(mesh.vertices, points)
+        np.testing.assert_array_equal(mesh.triangles, triangles)
+    with pytest.raises(dyop.InvalidArgument, match="quad"):
+        dyop.TriangleMesh(Cells(points, triangle=triangles, quad=triangles))
+    with pytest.raises(dyop.InvalidArgument, match="triangle"):
+        dyop.TriangleMesh(Cells(points))
+    with pytest.raises(dyop.InvalidArgument, match="type int"):
+        dyop.TriangleMesh(3)

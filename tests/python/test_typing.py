@@ -53,7 +53,7 @@ def test_snippets_of_the_docs(tmp_path):
 
 def test_wrong_types_are_noticed(tmp_path):
     (tmp_path / "wrong.py").write_text(
-        'import dyop\ndyop.Sphere("1")\ndyop.ToiOptions(colour=1)\ndyop.Box([1, 1, 1]).half_extents = 3\n'
+        'import dyop\ndyop.Sphere("1")\ndyop.ToiOptions(colour=1)\ndyop.Box("1", 2)\n'
     )
     with pytest.raises(AssertionError, match="Found 3 errors"):
         check([tmp_path / "wrong.py"], tmp_path)

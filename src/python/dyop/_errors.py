@@ -3,14 +3,12 @@
 
 import re
 from collections import abc
-from numbers import Real
 
 from . import _dyop
 
 # "    1. (a: dyop._dyop.Shape, t: float = 0.0) -> float", "    1. dyop._dyop.Sphere(radius: float)"
 _FORM = re.compile(r"^ {4}\d+\. (?:([\w.]+))?\((.*)\)(?: -> .*)?$")
 _PARAMETER = re.compile(r"(\w+): (.*?)(?: = (.*))?$", re.S)
-_NUMBER = (Real, abc.Callable)
 
 
 def _split(text):

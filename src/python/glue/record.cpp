@@ -8,9 +8,9 @@ namespace dyop::python {
 namespace {
 
 // Longer lists, texts and records are cut, so that a repr fills one screen at most.
-constexpr std::size_t kShownItems = 4;
-constexpr std::size_t kShownLetters = 200;
-constexpr std::size_t kShownRecord = 1500;
+constexpr std::size_t kShownItems = 3;
+constexpr std::size_t kShownLetters = 250;  // of a field or an item
+constexpr std::size_t kShownRecord = 1800;
 
 // Cuts UTF-8 between two letters.
 std::string cut(std::string text, std::size_t most) {
@@ -20,10 +20,7 @@ std::string cut(std::string text, std::size_t most) {
 }
 
 std::string short_repr(const py::object& value) {
-  if (!py::isinstance<py::list>(value)) {
-    const bool is_text = py::isinstance<py::str>(value);
-    return cut(py::repr(value), is_text ? kShownLetters : kShownRecord);
-  }
+  if (!py::isinstance<py::list>(value)) return cut(py::repr(value), kShownLetters);
   const py::list items = value;
   std::string text = "[";
   for (std::size_t i = 0; i < std::min(items.size(), kShownItems); ++i) {

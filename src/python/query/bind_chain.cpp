@@ -1,14 +1,22 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
+#include <exception>
+#include <functional>
 #include <memory>
+#include <mutex>
 #include <optional>
 
+#include "dyop/chain/certify_chain.h"
 #include "dyop/chain/link_motion.h"
+#include "dyop/chain/link_pairs.h"
 #include "dyop/core/error.h"
 #include "dyop/io/chain_file.h"
+#include "dyop/io/joint_path_file.h"
+#include "dyop/io/robot_file.h"
 #include "python/bindings.h"
+#include "python/glue/calls.h"
 #include "python/glue/record.h"
-#include "python/query/chain_arguments.h"
+#include "python/query/queries.h"
 
 namespace dyop::python {
 namespace {
@@ -277,6 +285,324 @@ void bind_chain(py::module_& m) {
   bind_chain_parts(m);
   bind_chain_type(m);
   bind_joint_path(m);
+}
+
+namespace {
+
+using RobotClass = py::class_<Robot, std::shared_ptr<Robot>>;
+using Names = std::vector<std::string>;
+
+void bind_robot_parts(py::module_& m) {
+  py::enum_<RobotBase>(m, "RobotBase", "How a robot's root link is held.")
+      .value("Fixed", RobotBase::Fixed, "In the world.")
+      .value("Planar", RobotBase::Planar, "On a plane: two shifts and a turn.")
+      .value("Floating", RobotBase::Floating, "Not at all: three shifts and three turns.");
+  py::enum_<PathInterpolation>(m, "PathInterpolation", "What runs through the waypoints of a file.")
+      .value("Linear", PathInterpolation::Linear, "Straight lines.")
+      .value("Cubic", PathInterpolation::Cubic, "Cubics with the file's velocities, or a spline.");
+  Record<CoordinateCoupling>(m, "CoordinateCoupling",
+                             "A coordinate of a chain: multiplier * f + offset, f a free one.")
+      .field<&CoordinateCoupling::free>("free", "int: number of the free coordinate f")
+      .field<&CoordinateCoupling::multiplier>("multiplier", "float: 1 for one that mimics none")
+      .field<&CoordinateCoupling::offset>("offset", "float: radians or length")
+      .finish();
+  Record<DisabledPair>(m, "DisabledPair", "Links that an SRDF file exempts from self-collision.")
+      .field<&DisabledPair::first>("first", "str: name of a link")
+      .field<&DisabledPair::second>("second", "str: name of a link")
+      .field<&DisabledPair::reason>("reason", "str: `Never` is a claim about all joint values")
+      .finish();
+  Record<RobotGroup>(m, "RobotGroup", "A named set of links and joints of an SRDF file.")
+      .field<&RobotGroup::name>("name", "str: of the group")
+      .field<&RobotGroup::links>("links", "list[str]: names")
+      .field<&RobotGroup::joints>("joints", "list[str]: names")
+      .finish();
+}
+
+// Limits of the free coordinates.
+JointVector limits_of(const Robot& robot, Scalar Joint::*limit) {
+  JointVector limits(Eigen::Index(robot.free_count()));
+  for (std::size_t k = 0; k < robot.free_count(); ++k) {
+    limits[Eigen::Index(k)] = robot.chain->joints()[robot.free_joints[k]].*limit;
+  }
+  return limits;
+}
+
+std::vector<std::shared_ptr<Shape>> changeable(
+    const std::vector<std::shared_ptr<const Shape>>& shapes) {
+  std::vector<std::shared_ptr<Shape>> list;
+  for (const auto& shape : shapes) list.push_back(std::const_pointer_cast<Shape>(shape));
+  return list;
+}
+
+void bind_robot_fields(RobotClass& type) {
+  type.def_readonly("name", &Robot::name, "str: of the file")
+      .def_property_readonly(
+          "chain", [](const Robot& r) { return std::const_pointer_cast<KinematicChain>(r.chain); },
+          "KinematicChain: one coordinate for each joint that moves, mimicking ones included")
+      .def_property_readonly(
+          "links",
+          [](const Robot& r) {
+            return std::vector<Link>(r.chain->links().begin(), r.chain->links().end());
+          },
+          "list[Link]: of the chain")
+      .def_property_readonly(
+          "joints",
+          [](const Robot& r) {
+            return std::vector<Joint>(r.chain->joints().begin(), r.chain->joints().end());
+          },
+          "list[Joint]: of the chain")
+      .def_property_readonly(
+          "inner_shapes", [](const Robot& r) { return changeable(r.inner_shapes); },
+          "list[Optional[Shape]]: by link, inside the link's own")
+      .def_readonly("masses", &Robot::masses, "list[float]: by link; 0 if the file states none")
+      .def_readonly("couplings", &Robot::couplings,
+                    "list[CoordinateCoupling]: by coordinate of the chain")
+      .def_readonly("free_joints", &Robot::free_joints,
+                    "list[int]: number of the joint of each free coordinate")
+      .def_property_readonly(
+          "lower", [](const Robot& r) { return limits_of(r, &Joint::lower); },
+          "numpy.ndarray: (F,) smallest free coordinates")
+      .def_property_readonly(
+          "upper", [](const Robot& r) { return limits_of(r, &Joint::upper); },
+          "numpy.ndarray: (F,) largest free coordinates")
+      .def_readonly("disabled_pairs", &Robot::disabled_pairs,
+                    "list[DisabledPair]: as the SRDF file lists them")
+      .def_readonly("groups", &Robot::groups, "list[RobotGroup]: of the SRDF file")
+      .def_readonly("notes", &Robot::notes, "list[str]: what the reader had to assume");
+}
+
+void bind_robot_methods(RobotClass& type) {
+  type.def("free_count", &Robot::free_count, "F: number of free coordinates.")
+      .def(
+          "expand", [](const Robot& r, const JointPath& path) { return r.expand(path); },
+          py::arg("path"), "The chain's path along a path of the free coordinates.")
+      .def(
+          "expand", [](const Robot& r, const JointVector& q) { return r.expand(q); }, py::arg("q"),
+          "The chain's coordinates (K,) at free ones (F,).")
+      .def("expand_rates", &Robot::expand_rates, py::arg("rates"),
+           "The chain's rates (K,) at rates (F,) of the free coordinates.")
+      .def(
+          "link_poses",
+          [](const Robot& r, const JointVector& q) { return r.chain->link_poses(r.expand(q)); },
+          py::arg("q"), "Poses X_WL of all links at free coordinates (F,).")
+      .def(
+          "is_within_limits",
+          [](const Robot& r, const JointVector& q) {
+            return r.chain->is_within_limits(r.expand(q));
+          },
+          py::arg("q"), "Whether free coordinates (F,), and all that mimic them, lie in limits.")
+      .def(
+          "attach",
+          [](const Robot& r, const Link& object, const std::string& parent,
+             const PoseArgument& X_PO, const Names& touch_links) {
+            return std::make_shared<Robot>(attach(r, object, parent, X_PO.X, touch_links));
+          },
+          py::arg("object"), py::arg("parent"), py::arg("X_PO") = RigidPose(),
+          py::arg("touch_links") = Names(),
+          "The robot that holds an object: a Link with a new name, fixed to the link `parent`,\n"
+          "which it may touch, like touch_links.")
+      .def("__repr__", [](const Robot& r) {
+        return "Robot('" + r.name + "', " + std::to_string(r.chain->links().size()) + " links, " +
+               std::to_string(r.free_count()) + " free coordinates)";
+      });
+}
+
+py::tuple parts_of(const Robot& r) {
+  return py::make_tuple(r.name, std::const_pointer_cast<KinematicChain>(r.chain),
+                        changeable(r.inner_shapes), r.masses, r.couplings, r.free_joints,
+                        r.disabled_pairs, r.groups, r.notes);
+}
+
+std::shared_ptr<Robot> robot_of_parts(const py::tuple& parts) {
+  auto robot = std::make_shared<Robot>();
+  robot->name = parts[0].cast<std::string>();
+  robot->chain = parts[1].cast<std::shared_ptr<KinematicChain>>();
+  for (const py::handle shape : parts[2]) {
+    robot->inner_shapes.push_back(shape.cast<std::shared_ptr<Shape>>());
+  }
+  robot->masses = parts[3].cast<std::vector<Scalar>>();
+  robot->couplings = parts[4].cast<std::vector<CoordinateCoupling>>();
+  robot->free_joints = parts[5].cast<std::vector<std::size_t>>();
+  robot->disabled_pairs = parts[6].cast<std::vector<DisabledPair>>();
+  robot->groups = parts[7].cast<std::vector<RobotGroup>>();
+  robot->notes = parts[8].cast<Names>();
+  return robot;
+}
+
+void bind_robot(py::module_& m) {
+  RobotClass type(m, "Robot",
+                  "A tree of links, and what its files say beyond geometry. Immutable.");
+  bind_robot_fields(type);
+  bind_robot_methods(type);
+  type.def(py::pickle(&parts_of, &robot_of_parts));
+  m.def(
+      "make_robot",
+      [](const std::string& name, const KinematicChain& chain) {
+        return std::make_shared<Robot>(make_robot(name, chain));
+      },
+      py::arg("name"), py::arg("chain"), "A robot of a chain whose joints are all independent.");
+}
+
+void bind_robot_files(py::module_& m) {
+  m.def(
+      "load_robot",
+      [](const py::object& file, const py::object& srdf, const py::iterable& package_paths,
+         RobotBase base, bool trusts_never) {
+        RobotFileOptions options;
+        if (!srdf.is_none()) options.srdf = path_of(srdf);
+        for (const py::handle item : package_paths) options.package_paths.push_back(path_of(item));
+        options.base = base;
+        options.trusts_never = trusts_never;
+        const std::filesystem::path urdf = path_of(file);
+        const py::gil_scoped_release unlocked;
+        return std::make_shared<Robot>(load_robot(urdf, options));
+      },
+      py::arg("file"), py::arg("srdf") = py::none(), py::arg("package_paths") = py::tuple(),
+      py::arg("base") = RobotBase::Fixed, py::arg("trusts_never") = false,
+      "The robot of a URDF file (docs/robots.md). package_paths: where `package://NAME/PATH` is\n"
+      "searched for. trusts_never: leave out of self-collision the pairs too that the SRDF file\n"
+      "exempts for the reason `Never`.");
+  m.def(
+      "load_joint_path",
+      [](const py::object& file, const Robot& robot, PathInterpolation interpolation) {
+        return std::make_shared<JointPath>(load_joint_path(path_of(file), robot, interpolation));
+      },
+      py::arg("file"), py::arg("robot"), py::arg("interpolation") = PathInterpolation::Linear,
+      "The path of a robot's free coordinates of a CSV file or a joint-trajectory message as "
+      "JSON.");
+}
+
+/// Calls of Python that C++ may not see fail: the first exception stops the work, and is thrown
+/// when that has ended.
+class GuardedProgress {
+ public:
+  explicit GuardedProgress(const py::object& progress) : call_(make_progress(progress)) {}
+
+  std::stop_source& stop() { return stop_; }
+  void operator()(std::size_t done, std::size_t total) noexcept {
+    if (failure_) return;
+    try {
+      call_(done, total);
+    } catch (...) {
+      failure_ = std::current_exception();
+      stop_.request_stop();
+    }
+  }
+  void rethrow() const {
+    if (failure_) std::rethrow_exception(failure_);
+  }
+
+ private:
+  std::function<void(std::size_t, std::size_t)> call_;
+  std::exception_ptr failure_;
+  std::stop_source stop_;
+};
+
+std::vector<LinkPairReport> decide(const Robot& robot, LinkPairOptions options,
+                                   const std::stop_source* stop, const py::object& progress) {
+  GuardedProgress guarded(progress);
+  if (!progress.is_none()) options.on_progress = std::ref(guarded);
+  std::vector<LinkPairReport> reports;
+  const auto forward = [&guarded] { guarded.stop().request_stop(); };
+  run_interruptible(stop != nullptr ? stop->get_token() : std::stop_token(),
+                    [&](const std::stop_token& token) {
+                      const std::stop_callback stopping(token, forward);
+                      options.stop = guarded.stop().get_token();
+                      reports = decide_link_pairs(robot, options);
+                    });
+  guarded.rethrow();
+  return reports;
+}
+
+void bind_link_pairs(py::module_& m) {
+  py::enum_<PairVerdict>(m, "PairVerdict", "What is proven of two links within the joints' limits.")
+      .value("Never", PairVerdict::Never, "Apart at all joint values.")
+      .value("Always", PairVerdict::Always, "They touch at all joint values.")
+      .value("Can", PairVerdict::Can, "They touch at the witness.")
+      .value("Undecided", PairVerdict::Undecided, "Neither is proven.");
+  Record<LinkPairReport>(m, "LinkPairReport", "What decide_link_pairs() finds of two links.")
+      .field<&LinkPairReport::first>("first", "int: number of a link")
+      .field<&LinkPairReport::second>("second", "int: number of a link, > first")
+      .field<&LinkPairReport::verdict>("verdict", "PairVerdict: proven")
+      .field<&LinkPairReport::is_adjacent>("is_adjacent",
+                                           "bool: joined directly, or through shapeless links")
+      .field<&LinkPairReport::witness>(
+          "witness", "Optional[numpy.ndarray]: (F,) free coordinates at which they touch")
+      .field<&LinkPairReport::touching_share>("touching_share", "float: of samples that touch")
+      .field<&LinkPairReport::undecided_share>("undecided_share",
+                                               "float: of joint values left if Undecided")
+      .field<&LinkPairReport::joints>("joints", "int: free coordinates between the links")
+      .field<&LinkPairReport::boxes>("boxes", "int: boxes of joint values examined")
+      .finish();
+  m.def(
+      "decide_link_pairs",
+      [](const Robot& robot, const std::vector<std::pair<std::string, std::string>>& only,
+         std::int64_t max_boxes, int samples, const py::object& deadline,
+         const std::stop_source* stop, const py::object& progress) {
+        LinkPairOptions options;
+        options.only = only;
+        options.max_boxes = max_boxes;
+        options.samples = samples;
+        if (!deadline.is_none()) options.deadline = deadline_of(deadline);
+        return decide(robot, options, stop, progress);
+      },
+      py::arg("robot"), py::kw_only(),
+      py::arg("only") = std::vector<std::pair<std::string, std::string>>(),
+      py::arg("max_boxes") = LinkPairOptions().max_boxes,
+      py::arg("samples") = LinkPairOptions().samples, py::arg("deadline") = py::none(),
+      py::arg("stop") = py::none(), py::arg("progress") = py::none(),
+      "Proves for every pair of links, or those that `only` names, whether they can touch within\n"
+      "the limits of the joints (docs/robots.md). deadline: of time.monotonic(); what is left "
+      "then\n"
+      "is Undecided. progress(done, total) is called at most ten times a second.");
+  m.def(
+      "srdf_text",
+      [](const Robot& robot, const std::vector<LinkPairReport>& pairs) {
+        return srdf_text(robot, pairs);
+      },
+      py::arg("robot"), py::arg("pairs"), "The text of an SRDF file of what is proven.");
+}
+
+void bind_certify(py::module_& m) {
+  Record<ChainResult>(m, "ChainResult", "Result of certify(); see ToiStatus.")
+      .field<&ChainResult::toi>("toi", "ToiResult: A is link_a, B is link_b or the obstacle")
+      .field<&ChainResult::link_a>("link_a", "Optional[int]: that was hit, or not decided")
+      .field<&ChainResult::link_b>("link_b", "Optional[int]: the other link, in self-collision")
+      .custom(id_field<ChainResult>(), "Optional[int]: the obstacle, otherwise", false)
+      .field<&ChainResult::free_fraction>("free_fraction", "float: part of the path proven free")
+      .finish();
+  m.def(
+      "certify",
+      [](const ChainArgument& chain, const JointPath& path, SharedObstacleSet& obstacles,
+         const PythonToiOptions* options, std::uint32_t groups, const py::object& accepts,
+         bool with_self_collision) {
+        const ObstacleFilter filter = make_filter(groups, accepts);
+        const JointPath expanded = chain.expand(path);
+        return obstacles.read([&](const ObstacleSet& set) {
+          const auto ask = [&](const ToiOptions& limited) {
+            return certify(*chain.chain, expanded, set, {limited, filter, with_self_collision});
+          };
+          return answer_or_start_over(options_or_default(options), ask,
+                                      std::mem_fn(&ChainResult::toi));
+        });
+      },
+      py::arg("chain"), py::arg("path"), py::arg("obstacles"), py::arg("options") = py::none(),
+      py::arg("groups") = ~std::uint32_t{0}, py::arg("accepts") = py::none(),
+      py::arg("with_self_collision") = true,
+      "Proves that a chain, or a robot on a path of its free coordinates, stays clear of "
+      "obstacles\n"
+      "and of itself, or tells until when, and what is hit first. accepts(id) leaves obstacles "
+      "out.");
+}
+
+}  // namespace
+
+void bind_robots(py::module_& m) {
+  bind_robot_parts(m);
+  bind_robot(m);
+  bind_robot_files(m);
+  bind_link_pairs(m);
+  bind_certify(m);
 }
 
 }  // namespace dyop::python

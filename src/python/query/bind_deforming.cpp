@@ -6,8 +6,7 @@
 #include "dyop/toi/deforming_time_of_impact.h"
 #include "dyop/toi/vertex_time_of_impact.h"
 #include "python/bindings.h"
-#include "python/query/query_options.h"
-#include "python/query/toi_slices.h"
+#include "python/query/queries.h"
 
 namespace dyop::python {
 namespace {

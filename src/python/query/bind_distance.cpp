@@ -12,8 +12,8 @@
 #include "dyop/distance/triangle_distance.h"
 #include "dyop/io/result_text.h"
 #include "python/bindings.h"
-#include "python/glue/interrupt.h"
-#include "python/query/witness_fields.h"
+#include "python/glue/calls.h"
+#include "python/query/queries.h"
 
 namespace dyop::python {
 namespace {

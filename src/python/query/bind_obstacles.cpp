@@ -6,9 +6,7 @@
 
 #include "dyop/motion/rest_motion.h"
 #include "python/bindings.h"
-#include "python/query/python_obstacles.h"
-#include "python/query/query_options.h"
-#include "python/query/toi_slices.h"
+#include "python/query/queries.h"
 
 namespace dyop::python {
 namespace {

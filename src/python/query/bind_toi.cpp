@@ -9,11 +9,9 @@
 #include "dyop/toi/time_of_impact.h"
 #include "dyop/toi/toi_batch.h"
 #include "python/bindings.h"
+#include "python/glue/calls.h"
 #include "python/glue/errors.h"
-#include "python/glue/interrupt.h"
-#include "python/query/query_options.h"
-#include "python/query/toi_slices.h"
-#include "python/query/witness_fields.h"
+#include "python/query/queries.h"
 
 namespace dyop::python {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "python/glue/interrupt.h"
+#include "python/glue/calls.h"
 
 #include <chrono>
 #include <condition_variable>
@@ -7,8 +7,6 @@
 #include <memory>
 #include <mutex>
 #include <thread>
-
-#include "python/glue/callback.h"
 
 namespace dyop::python {
 namespace {
