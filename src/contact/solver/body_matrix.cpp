@@ -59,14 +59,16 @@ bool invert_factor(Matrix6& A) {
 
 }  // namespace
 
-void BodyMatrix::analyse(const ContactSystem& system) {
+void BodyMatrix::analyse(const ContactSystem& system, std::size_t count) {
   slots_.clear();
-  for (const Block& block : system.blocks()) slots_.emplace_back(block.slot_a, block.slot_b);
-  const std::size_t count = system.velocities().size();
-  if (count == place_.size() && slots_ == old_slots_) return;
+  for (std::size_t i = 0; i < count; ++i) {
+    slots_.emplace_back(system.blocks()[i].slot_a, system.blocks()[i].slot_b);
+  }
+  const std::size_t bodies = system.velocities().size();
+  if (bodies == place_.size() && slots_ == old_slots_) return;
   old_slots_ = slots_;
-  order_bodies(count);
-  find_fill(count);
+  order_bodies(bodies);
+  find_fill(bodies);
   mixed_.assign(slots_.size(), {});
   for (std::size_t i = 0; i < slots_.size(); ++i) {
     if (slots_[i].first < 0 || slots_[i].second < 0) continue;

@@ -16,8 +16,10 @@ using Matrix6 = Eigen::Matrix<Scalar, 6, 6>;
 // allocated while the same bodies are linked and no more memory is needed than before.
 class BodyMatrix {
  public:
-  // Finds the pattern and its fill; kept while every block has the same bodies.
-  void analyse(const ContactSystem& system);
+  // Finds the pattern and its fill for the first `count` blocks, or all; kept while every block has
+  // the same bodies.
+  void analyse(const ContactSystem& system, std::size_t count);
+  void analyse(const ContactSystem& system) { analyse(system, system.blocks().size()); }
 
   // Sets the matrix to the identity, and chooses symmetric or general.
   void reset(bool is_symmetric = true);

@@ -142,7 +142,11 @@ void ContactCascade::improve(contact_internal::ContactSystem& system,
       return;
     }
   }
-  if (is_small || best <= kContactGoodStart * without_impulses) std::swap(order_[0], order_[1]);
+  // Joints alone are solved at once by Gauss-Seidel, and with large ratios of masses slowly by Newton.
+  const bool has_contacts =
+      !system.blocks().empty() && system.blocks().back().kind != contact_internal::BlockKind::Row;
+  const bool starts_well = is_small || best <= kContactGoodStart * without_impulses;
+  if (starts_well && has_contacts) std::swap(order_[0], order_[1]);
   for (int round = 0; round < options.cascade_rounds; ++round) {
     const Scalar before = std::exchange(best, run_round(system, best, options, report));
     if (best <= options.tolerance || is_over(options.interrupt)) return;

@@ -2,20 +2,127 @@
 #include "dyop/contact/gauss_seidel_solver.h"
 
 #include <algorithm>
+#include <cmath>
 #include <vector>
 
+#include "contact/solver/body_matrix.h"
 #include "contact/solver/contact_law.h"
 #include "contact/solver/contact_system.h"
 #include "core/assert.h"
+
+namespace dyop::contact_internal {
+namespace {
+
+// Times a row's mobility. Larger: rounding in the factors is felt; smaller: more steps for chains of
+// unequal masses.
+constexpr Scalar kRowPenalty = 1e8;
+constexpr int kMostRowSteps = 12;
+// Part of the tolerance that is left to the rows.
+constexpr Scalar kRowGoal = 0.1;
+
+}  // namespace
+
+// Rows of joints without bounds: solved all at once for given impulses of the others, in time linear in the bodies of a tree. By the method of multipliers with so large
+// a penalty that a few steps with one factorisation do, however unequal the masses are; where rows
+// repeat each other it gives impulses that change least.
+class FreeRows {
+ public:
+  // Returns whether there are any.
+  bool begin(const ContactSystem& system);
+  static bool is_free(const Block& block) {
+    return block.kind == BlockKind::Row && block.lower == -kInfinity && block.upper == kInfinity;
+  }
+  // Changes their impulses and all velocities until their velocities are below `goal`, or rounding
+  // is reached.
+  void solve(ContactSystem& system, Scalar goal);
+
+ private:
+  Scalar measure(const ContactSystem& system);
+  void step(ContactSystem& system);
+
+  BodyMatrix matrix_;
+  std::vector<std::size_t> rows_;
+  std::vector<Scalar> penalty_, u_;  // by row
+  std::vector<Vector6> change_;
+};
+
+bool FreeRows::begin(const ContactSystem& system) {
+  rows_.clear();
+  penalty_.clear();
+  const std::vector<Block>& blocks = system.blocks();
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
+    if (!is_free(blocks[i])) continue;
+    const Scalar penalty = kRowPenalty / blocks[i].weight;
+    rows_.push_back(i);
+    penalty_.push_back(penalty / (1 + penalty * blocks[i].compliance));
+  }
+  if (rows_.empty()) return false;
+  u_.resize(rows_.size());
+  change_.resize(system.velocities().size());
+  matrix_.analyse(system, rows_.back() + 1);
+  matrix_.reset();
+  for (std::size_t k = 0; k < rows_.size(); ++k) {
+    matrix_.add(system, rows_[k], Vector3(penalty_[k], 0, 0).asDiagonal());
+  }
+  if (!matrix_.factorise()) rows_.clear();
+  return !rows_.empty();
+}
+
+Scalar FreeRows::measure(const ContactSystem& system) {
+  Scalar largest = 0;
+  for (std::size_t k = 0; k < rows_.size(); ++k) {
+    u_[k] = system.relative_velocity(system.blocks()[rows_[k]])[0];
+    largest = std::max(largest, std::abs(u_[k]));
+  }
+  return largest;
+}
+
+// Minimises 1/2 |change|^2 + sum of penalty / 2 (u + G change)^2; impulses change by -penalty times
+// what is left of u.
+void FreeRows::step(ContactSystem& system) {
+  std::vector<Block>& blocks = system.blocks();
+  for (Vector6& change : change_) change.setZero();
+  const auto add = [&](std::vector<Vector6>& y, const Block& block, Scalar impulse) {
+    if (block.slot_a >= 0) y[std::size_t(block.slot_a)] += impulse * block.G_a.row(0).transpose();
+    if (block.slot_b >= 0) y[std::size_t(block.slot_b)] += impulse * block.G_b.row(0).transpose();
+  };
+  for (std::size_t k = 0; k < rows_.size(); ++k) {
+    add(change_, blocks[rows_[k]], -penalty_[k] * u_[k]);
+  }
+  matrix_.solve(change_);
+  for (std::size_t k = 0; k < rows_.size(); ++k) {
+    Block& block = blocks[rows_[k]];
+    Scalar left = u_[k];
+    if (block.slot_a >= 0) left += block.G_a.row(0).dot(change_[std::size_t(block.slot_a)]);
+    if (block.slot_b >= 0) left += block.G_b.row(0).dot(change_[std::size_t(block.slot_b)]);
+    const Scalar impulse = -penalty_[k] * left;
+    block.lambda[0] += impulse;
+    add(system.velocities(), block, impulse);
+  }
+}
+
+void FreeRows::solve(ContactSystem& system, Scalar goal) {
+  Scalar before = measure(system);
+  for (int i = 0; i < kMostRowSteps && before > goal; ++i) {
+    step(system);
+    const Scalar now = measure(system);
+    if (!(now <= before / 2)) break;
+    before = now;
+  }
+}
+
+}  // namespace dyop::contact_internal
 
 namespace dyop {
 
 using contact_internal::Block;
 using contact_internal::BlockKind;
 using contact_internal::ContactSystem;
+using contact_internal::FreeRows;
 using contact_internal::Vector6;
 
 struct GaussSeidelSolver::Memory {
+  FreeRows rows;
   // Values before the sweep, and the conjugate directions, of impulses and velocities.
   std::vector<Vector3> old_lambda, step_lambda;
   std::vector<Vector6> old_y, step_y;
@@ -106,13 +213,16 @@ Scalar relax(ContactSystem& system, Block& block) {
   return block.weight * change.norm();
 }
 
-Scalar sweep(ContactSystem& system) {
+// All blocks forward and back; without the free rows if `skips_rows`.
+Scalar sweep(ContactSystem& system, bool skips_rows) {
   std::vector<Block>& blocks = system.blocks();
   Scalar change = 0;
-  for (Block& block : blocks) change = std::max(change, relax(system, block));
-  for (auto block = blocks.rbegin(); block != blocks.rend(); ++block) {
-    change = std::max(change, relax(system, *block));
-  }
+  const auto visit = [&](Block& block) {
+    if (skips_rows && FreeRows::is_free(block)) return;
+    change = std::max(change, relax(system, block));
+  };
+  for (Block& block : blocks) visit(block);
+  for (auto block = blocks.rbegin(); block != blocks.rend(); ++block) visit(*block);
   return change;
 }
 
@@ -126,10 +236,18 @@ void GaussSeidelSolver::improve(ContactSystem& system, const ContactSolverOption
   const bool is_small = int(system.blocks().size()) <= options.few_contacts;
   const int limit = is_small ? options.few_sweep_limit : options.sweep_limit;
   memory_->begin(system);
+  FreeRows& rows = memory_->rows;
+  // Not beside contacts: where their loads are not determined, as of jaws that hold something, rows
+  // that are relaxed one by one share them more evenly.
+  const bool has_contacts =
+      !system.blocks().empty() && system.blocks().back().kind != BlockKind::Row;
+  const bool has_rows = !has_contacts && rows.begin(system);
   for (int i = 0; i < limit && !is_over(options.interrupt); ++i) {
     ++report.sweeps;
     memory_->keep(system);
-    if (sweep(system) <= options.tolerance && system.residual() <= options.tolerance) return;
+    const Scalar change = sweep(system, has_rows);
+    if (has_rows) rows.solve(system, contact_internal::kRowGoal * options.tolerance);
+    if (change <= options.tolerance && system.residual() <= options.tolerance) return;
     if (i + 1 < limit) memory_->accelerate(system);
   }
 }
