@@ -26,7 +26,7 @@ struct BodyRecord {
   int slow_steps = 0;
 
   Scalar radius = 0;  // largest distance of a point of the shape from the centre of mass
-  // Of the shape: looking them up there costs more than all else where a body flies.
+  // Cached from the shape: the virtual calls would dominate free flight.
   Scalar radius_B = 0;
   AlignedBox box_B;
   Matrix3 inertia_B = Matrix3::Zero();

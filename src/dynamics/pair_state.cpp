@@ -14,15 +14,14 @@ namespace {
 // query gives differ by rounding; each step loosens them.
 constexpr Scalar kKnownGap = 1e-3;  // literal: far below the tolerance of an impact query
 
-// How many steps a list of neighbours is to serve, at the present speed. More: it is longer, and
-// takes longer to look through.
+// Target lifetime of a neighbour list, in steps at the current speed. Longer lists cost more to scan.
 constexpr Scalar kNeighbourSteps = 6;
 
 // A list that would not cover the proof of the next step is made anew: a search of whole trees there
-// costs as much. So much longer than now that step may be.
+// costs as much. Allow the next step to be this much longer than this one.
 constexpr Scalar kNextTravel = 1.1;
 
-// After a list that was too long; such shapes have small triangles for the way that they move.
+// Builds to skip after a list overflowed.
 constexpr int kSearchesToSkip = 64;
 
 // A list for the end of a substep serves while the bodies come to lie elsewhere by this part of the reach.

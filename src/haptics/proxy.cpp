@@ -30,8 +30,8 @@ constexpr Scalar kSolveShare = 1e-2;
 constexpr Scalar kEscapeStart = 8;
 constexpr int kEscapesTried = 4;
 
-// Ticks that are cut off before the tool has moved try half of the way, down to this part, until
-// one comes through.
+// If a tick is cut off before the tool moves, the next one tries half the step, down to this
+// fraction.
 constexpr Scalar kLeastPace = 0x1p-12;
 
 // After so many ticks in which nothing moved, the next one and then every other one lets tissue
@@ -203,8 +203,7 @@ void Proxy::move_among_standing(const ToolPose& goal, Scalar duration, WorkClock
   for (ToolWaypoint& waypoint : path_) waypoint.time = 0;
 }
 
-// Otherwise a device that has run ahead would ask for ever more in every tick, and for nothing that
-// can be had in its time.
+// Otherwise a device far ahead would request ever larger steps, none provable within one tick.
 void Proxy::take_pace(bool was_cut, bool has_moved) {
   if (!was_cut) pace_ = std::min(Scalar{1}, 2 * pace_);
   if (was_cut && !has_moved && !was_hasty_) pace_ = std::max(kLeastPace, pace_ / 2);
@@ -256,8 +255,8 @@ Scalar Proxy::move(const ToolPose& goal, const Piece& piece, WorkClock& clock, T
   return best;
 }
 
-// Of the first pair that crosses; a failed search starts again, as tissue moves. One that was cut
-// off would be so again, and leave no time to move: every other tick goes on without it.
+// Search an exit for the first overlapping pair; restart after failure because tissue moves; skip
+// every other tick if it was cut off, so that time is left to move.
 void Proxy::look_for_escape(WorkClock& clock, TickStatistics& work) {
   const auto crossing = std::find_if(pairs_.begin(), pairs_.end(),
                                      [](const ProxyPair& pair) { return pair.is_overlapping; });

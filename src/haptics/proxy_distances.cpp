@@ -73,8 +73,7 @@ void Proxy::measure(WorkShare share, TickStatistics& work) {
   }
 }
 
-// Of a clearance whose bounds have become too loose, measures the points that were nearest: often
-// that is enough.
+// Re-measure the last nearest points first; often that tightens the bounds enough.
 void Proxy::refresh(std::size_t obstacle) {
   const DistanceWish wish = wish_for(obstacle);
   for (std::size_t k = obstacle; k < pairs_.size(); k += obstacles_.size()) {

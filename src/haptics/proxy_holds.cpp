@@ -11,12 +11,11 @@ namespace {
 
 // Holds are gathered up to this many rest offsets beyond the rest gap, plus the tool's displacement,
 // up to the limit; the proof finds contacts farther away. At a slower pace the reach beyond the rest
-// gap is less: a tick that is cut off while it gathers would be so again, and the tool never come off.
+// gap is less. Otherwise gathering would be cut off every tick and the tool could never leave.
 constexpr Scalar kReach = 1.5;
 constexpr Scalar kMostReach = 20;
 
-// After a slip, the last motion tells little of the next one: what may be different is limited to so
-// many rest offsets. With more, everything around the tool would be looked at; the proof finds the rest.
+// After a slip, cap the prediction slack at this many rest offsets; the proof catches the rest.
 constexpr Scalar kMostSurprise = 2;
 
 // A search for holds may always spend so many pieces of work, and twice as many as the last one did.

@@ -14,7 +14,7 @@ class AfterTwoQuestions final : public Interrupt {
   int asked_ = 0;
 };
 
-// What it ends is tested where it is used: tests/tool/interrupt_test.cpp.
+// Callers' behaviour is tested in tests/haptics/interrupt_test.cpp.
 TEST(InterruptPointer, IsNeverOverIfNull) {
   EXPECT_FALSE(is_over(nullptr));
 }

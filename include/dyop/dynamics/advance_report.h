@@ -49,7 +49,7 @@ enum class AdvanceStatus {
   StoppedAtImpact,  ///< policy Stop: at t_safe of the last event
   BudgetExhausted,  ///< budget or deadline used up: safe and committed up to time()
   NumericalLimit,   ///< rounding forbids the distances asked for: safe and committed up to time()
-  Blocked,          ///< no space, or locked by friction or just short of it: safe up to time()
+  Blocked,          ///< geometrically or frictionally infeasible: safe up to time()
   Cancelled,        ///< the caller stopped it: safe and committed up to time()
 };
 

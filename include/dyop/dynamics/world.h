@@ -70,7 +70,7 @@ class World {
   void set_motion(BodyId id, std::shared_ptr<const Motion> motion);
   /// The same for a body whose future is known one pose at a time (a hand, a log that is being
   /// written): it moves to X_WB until the time t > time(), its origin along a line and turning at a
-  /// constant rate, and rests there then, for a billion times as long.
+  /// constant rate, then rests there (the motion ends after 1e9 move times).
   void set_next_pose(BodyId id, const RigidPose& X_WB, Scalar t);
   /// For a dynamic body; wakes it. The pose may be anywhere: pairs too near are reported.
   void set_state(BodyId id, const MotionState& state);

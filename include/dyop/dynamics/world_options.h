@@ -53,7 +53,7 @@ struct WorldOptions {
   /// landing is exact, and between bodies in contact those slower than what forces do in a step.
   std::optional<Scalar> restitution_speed;
   /// A body that moves slower than this may fall asleep, length per time. Default: a hundredth of
-  /// the rest offset per step; shorter steps than a fall of so far takes count together as one.
+  /// the rest offset per step; steps shorter than the time to fall that far are pooled.
   std::optional<Scalar> sleep_speed;
   /// An island falls asleep after this many slow steps, and at once if it is slow and impulses at
   /// its contacts are found that balance gravity within the friction cones. 0: never.

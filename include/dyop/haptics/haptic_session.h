@@ -28,14 +28,14 @@ struct HapticOptions {
   /// How far the bounds of a clearance may differ, relative to it, besides the rest offset; > 0.
   /// They may differ more while the tool moves fast: see clearance_work.
   Scalar clearance_tolerance = 0.02;
-  /// The pieces of work, some 0.4 us each, that a tick spends on clearances, >= 10; what is left is
-  /// done in the next ticks, the worst known first. The bounds always hold, only farther apart, and
-  /// neither contacts nor margins depend on them.
+  /// Work units (about 0.4 us each, >= 10) per tick for refining clearances; the loosest bounds go
+  /// first, the rest wait for later ticks. The bounds always hold, only farther apart, and neither
+  /// contacts nor margins depend on them.
   int clearance_work = 100;
   /// The pieces of work after which a tick is cut off as by a deadline, >= 10, but at the same
-  /// place in every run; what is left of the way is gone in the next ticks. A tool that is stroked
-  /// along an organ needs some hundreds, one that slips up to 5,000: only where a device jumps or
-  /// something jams is the default reached.
+  /// place in every run; later ticks do the rest. A tool that is stroked along an organ needs some
+  /// hundreds, one that slips up to 5,000; only jumps of the device and infeasible contacts reach the
+  /// default.
   std::int64_t max_work = 20000;
 };
 

@@ -45,7 +45,7 @@ enum class HapticStatus {
   NotRun,
   Free,          ///< the proxy is where the device is
   Held,          ///< contacts or regions hold it back: as near to the device as they allow
-  Blocked,       ///< on its way there: it may go so far in a tick, or in so many rounds
+  Blocked,       ///< stopped short by the per-tick distance or round limit
   Deadline,      ///< the same for the deadline, or for HapticOptions::max_work
   Trapped,       ///< tissue closes in from all sides: it was stopped too, see tissue_stopped
   Recovering,    ///< something was nearer than its target at the start and is being left
@@ -107,8 +107,8 @@ struct HapticTick {
   std::vector<ToolClearance> clearances;   ///< one for each obstacle
   Scalar energy_returned = 0;              ///< see VirtualCoupling
   Scalar tissue_stopped = 0;               ///< time of this tick during which tissue was stopped
-  /// How much later tissue reaches its newest snapshot than it would, had it not been stopped since
-  /// that one was given; the most of all obstacles, 0 of those that are there.
+  /// Delay behind the newest snapshot caused by stops since it arrived; maximum over obstacles, 0 once
+  /// reached.
   Scalar tissue_lag = 0;
   /// Per obstacle: total of snapshots and meshes given before the tick.
   std::vector<std::int64_t> snapshots;

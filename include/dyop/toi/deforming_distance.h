@@ -26,8 +26,8 @@ DistanceResult distance(const DeformingMesh& a, Scalar s, const TriangleMesh& b,
                         DistanceCache& cache);
 
 /// Finds pairs of triangles of the two meshes at most `max_distance` apart, with certified bounds
-/// of their distance. Ends when `limit` pairs are found; nearer boxes come first, so that what is
-/// left out is rather far.
+/// of their distance. Ends when `limit` pairs are found; nearest boxes are searched first. A
+/// full list means the result is truncated.
 /// @param pairs Replaced by the pairs, in the order they were found.
 /// @throws InvalidArgument as distance(), and unless max_distance is finite.
 void find_near_pairs(const DeformingMesh& a, Scalar s, const TriangleMesh& b, const RigidPose& X_WB,

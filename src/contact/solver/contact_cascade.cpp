@@ -131,7 +131,7 @@ void ContactCascade::improve(contact_internal::ContactSystem& system,
                              const ContactSolverOptions& options, ContactReport& report) {
   order_ = {&gauss_seidel_, &newton_, &admm_};
   Scalar best = system.residual();
-  if (best <= options.tolerance) return;  // at rest the last impulses still do
+  if (best <= options.tolerance) return;  // at rest, the warm start already solves it
   const Scalar without_impulses = system.residual_without_impulses();
   const bool is_small = system.velocities().size() <= kContactFewBodies;
   if (!is_small && options.tolerance <= kRestingPart * without_impulses) {

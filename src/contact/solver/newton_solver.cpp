@@ -22,8 +22,7 @@ class ImpulseDrift {
   // Forgets earlier iterations.
   void clear();
 
-  // To be told the impulses before an outer iteration and its penalty; those in the system are the
-  // ones after it. If they go on changing like the last time, moves the system's impulses along
+  // Call after each outer iteration with its penalty and the impulses from before it. If they go on changing like the last time, moves the system's impulses along
   // that change until the first of them that was inside its bounds reaches them. Returns whether it
   // did.
   bool follow(ContactSystem& system, const std::vector<Vector3>& before, Scalar penalty);

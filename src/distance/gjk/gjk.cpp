@@ -187,8 +187,7 @@ class GjkQuery {
     return simplex.add(first, w) != Progress::None;
   }
 
-  // Not from points that touch already: they have no direction, and the iteration would end before
-  // it has tried one.
+  // Do not seed from coincident points: they define no direction.
   bool start_from(const GjkSeed& seed, Simplex<Scalar>& simplex) {
     if (seed.count == 0) return false;
     for (std::size_t i = 0; i < seed.count; ++i) {

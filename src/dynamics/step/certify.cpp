@@ -130,7 +130,7 @@ Certificate certify(PairState& pair, const BodyMove& a, const BodyMove& b,
     certificate.proof = PairProof::excused(pair.key, interval);
     return certificate;
   }
-  // One that has just become an ordinary pair is proven like one.
+  // It may just have become an ordinary pair; hold it to the ordinary distance.
   kept = std::max(kept, pair.kept_distance());
   // With enough to spare that a query can start where the bound ends.
   const Scalar floor = kept + tolerance / 2 + pair_noise(a, b);
@@ -139,7 +139,7 @@ Certificate certify(PairState& pair, const BodyMove& a, const BodyMove& b,
   };
   certificate.proof = by_bound();
   if (certificate.proof) return certificate;
-  // Not where a contact shows that the gap cannot suffice.
+  // Skip measuring when a known contact already rules out a proof by bound.
   const bool is_near = pair.gap_lower >= 0 && pair.shortest_gap() - certificate.closing <= floor;
   if (!is_near) {
     // A gap that would suffice as proof, with something left over for the next steps.

@@ -177,7 +177,7 @@ bool ImpactSolve::solve() {
                member.state.L_W.dot(mobility * member.state.L_W)) /
               2;
   }
-  // Bodies on prescribed motions may do work: energy is bounded only if all of them are at rest.
+  // Kinematic bodies can do work, so energy is bounded only while all of them are at rest.
   const bool may_gain = std::any_of(
       substep_.problem().bodies.begin() + static_cast<std::ptrdiff_t>(run_.members().size()),
       substep_.problem().bodies.end(), [](const ContactBody& body) {

@@ -259,7 +259,7 @@ IslandRun::Member member_of_body(const StepContext& context, const BodyRecord& b
   return member;
 }
 
-// Two bodies that fall alike count like one that falls on the other: their supports may differ.
+// Two bodies in common free fall still count as pressing at g, since only one may be supported.
 Scalar pressing_acceleration(const IslandRun::Member* a, const IslandRun::Member* b,
                              const Vector3& gravity_W) {
   Vector3 relative_W = Vector3::Zero();

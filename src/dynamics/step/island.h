@@ -189,8 +189,8 @@ class IslandRun {
   /// How a body outside the island moves over [now(), t_end].
   BodyMove support_move(const BodyRecord& body) const;
   /// Twist of its centre of mass at now(). At the end of a substep that of a prescribed motion is the one
-  /// with which the substep ends: poses that come one at a time have a corner there, and what lies on
-  /// them is not braked by what they do next.
+  /// with which the substep ends: set_next_pose() motions have a velocity jump there; the incoming
+  /// velocity keeps resting bodies from being braked.
   Twist central_twist(const std::optional<std::size_t>& member, const BodyRecord& body) const;
 
   /// Advances to time t: appends the moves (by member) and the proofs (by pair). A certificate of a

@@ -12,7 +12,8 @@ namespace dyop::dynamics_internal {
 
 namespace {
 
-// A prediction that still changes by more than this part of what a substep can close is a guess.
+// If the predicted joint error still changes by more than this fraction of the closable error, reject
+// the substep.
 constexpr Scalar kGuessedPart = 0.1;
 // Substeps of this part of a step are not shortened for a joint.
 constexpr Scalar kLeastJointedSubstep = 1.0 / 64;  // literal: of a turn a step, a tenth of a radian

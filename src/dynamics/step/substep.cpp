@@ -255,7 +255,8 @@ namespace {
 // The part of its impulses with which the next solve of an island that moves begins. How four
 // corners share a load, or where two jaws press on what they hold, is not determined: a solve keeps
 // what it begins with and adds a little error, so that over many steps the loads drift to a corner.
-// Where friction acts depends on it. What is not determined fades, the rest is found again.
+// Where friction acts depends on it. Decaying the warm start removes the indeterminate component; the
+// solve restores the rest.
 constexpr Scalar kKeptLoad = 0.7;
 
 // The impulses of a substep, per contact: those of its move and of its end. The latter warm-start the
@@ -344,10 +345,10 @@ constexpr Scalar kNoProgress = 0.9;
 // Infeasible substeps that only use the room that is left, in one step. By then it is so at more than
 // one pose.
 constexpr int kMostInfeasible = 3;
-// Of a pair in a step. A hit that bodies do not meet where it ends the substep is one of a longer substep only,
-// such as one in which a joint throws about what spins fast; it is solved as a contact of that substep.
+// Per pair and step. If the bodies fail to meet where a hit ended the substep, that hit exists only in
+// the longer one (a joint swings what spins fast): it is solved there as a contact.
 constexpr int kMostMissedLandings = 2;
-// Substeps of an island that is solved coarsely, as a part of the step.
+// Substep length of a coarsely solved island, as a fraction of the step.
 constexpr Scalar kCoarseSubstepPart = 0.25;
 
 enum class AttemptResult { Committed, Blocked, Failed };
@@ -598,7 +599,7 @@ void Substep::commit(Scalar tau) {
   for (std::size_t i = 0; i < run_.members().size(); ++i) {
     Member& member = run_.members()[i];
     const RigidPose X_WB = without_drift(moves_[i].motion->pose(t_end));
-    // The rest of the kick belongs to the end; a substep that was cut short has had too much of it.
+    // A truncated substep received too large a half-kick; subtract the excess.
     member.state.v_W =
         stored_v_W_[i] + (tau - tau_) / 2 * member.body->inverse_mass * wrenches_[i].force;
     member.state.L_W = stored_L_W_[i] + (tau - tau_) / 2 * wrenches_[i].torque;

@@ -12,9 +12,8 @@ namespace dyop::dynamics_internal {
 
 namespace {
 
-// An island of more contacts is large. Its tolerance is this part of its speed; while it moves by less
-// than a rest offset per step and no static balance could end its rest, it falls with the square of its
-// speed: else what stands creeps. Ten times larger: it sways longer. Where something slides
+// Above this many contacts an island is "large": tolerance = 1e-2 x speed, falling quadratically below
+// one rest offset per step where no static balance could put it to sleep: else what stands creeps. Ten times larger: it sways longer. Where something slides
 // slowly beside redundant contacts, solvers hardly reach that, and gain next to nothing once so many
 // factorisations have not halved the residual.
 constexpr std::size_t kLargeContacts = 300;
@@ -35,8 +34,7 @@ constexpr std::size_t kCrowdBodies = 20;
 constexpr Scalar kCrowdTravel = 100;
 constexpr Scalar kCrowdSpeedTolerance = 1e-3;
 constexpr int kCrowdSweeps = 150;
-// Radians. A contact keeps its gap by its place at the end of a substep; beyond about this turn the next
-// prediction asks for more turn, and so on.
+// Radians. Past this, the end-gap correction feeds back on itself and diverges.
 constexpr Scalar kMostContactTurn = 1;
 // An island moves if its fastest body's way in a substep is this part of the rest offset or more, as for
 // sleep.
@@ -393,8 +391,7 @@ using RunPair = IslandRun::RunPair;
 // The solve is repeated if a contact would slip by this part of the rest offset because it sticks at
 // another place than before. Larger: what spins or pivots gains or loses energy at first order.
 constexpr Scalar kStickingChange = 0.001;
-// As kErrorChange, where no facet disturbs the gap. Larger: what rolls slowly is lifted or dropped by
-// this, at random.
+// kErrorChange for smooth contacts. Larger values make slow rolling jitter by this amount.
 constexpr Scalar kSmoothErrorChange = 0.0001;  // literal: of the rest offset
 
 // How far the linear gap may close over the substep without a dip below what is proven, plus half a
@@ -408,12 +405,12 @@ Scalar most_closing(const RunPair& pair, const SubstepContact& contact) {
 // An end is found again if the bodies move by this part of what would repeat the solve.
 constexpr Scalar kKnownEnd = 0.25;
 
-// In a substep in which an island moves by less than this part of the rest offset, what is left of a gap's
-// recovery after a solve would outweigh its own speed.
+// In a substep in which an island moves by less than this fraction of the rest offset, the residual
+// gap-recovery velocity would exceed the physical one.
 constexpr Scalar kLeastTravel = 0.001;
 
-// Of joints' motors and springs there is no telling what they do to an island at rest: where nothing
-// else moves it, its substeps are never short of more than so many steps. More: tolerances below rounding.
+// Motors and springs can accelerate an island at rest by an unknown amount, so cap the time scale at
+// this many steps. More: tolerances below rounding.
 constexpr Scalar kMostShortSteps = 100;
 
 // A hit asks more of a contact if it raises its target by this part of the rest offset.
@@ -470,8 +467,8 @@ CurvedMove SubstepProblem::curved_move(std::size_t contact, Scalar tau) const {
           tau * turn_W.cross(contacts_[contact].point.nhat_AB_W).norm()};
 }
 
-// With the velocities of the last solve, the bodies' points in the middle of the contact's way have
-// this velocity less than those at its start.
+// Difference in slip velocity between mid-path and the start of the contact's path, with the
+// velocities of the last solve.
 Scalar SubstepProblem::stick_midway(std::size_t contact, const Vector3& p_W_end, Scalar tau) {
   PointContact& row = problem_.contacts[contact];
   const ContactPoint& point = contacts_[contact].point;

@@ -17,9 +17,8 @@ namespace {
 
 // Limit on merging rounds in one step; each adds at least one pair to an island.
 constexpr int kMostMerges = 1000;
-// Bodies are also joined with what they would only come so near to, as contacts change velocities: this
-// part of the pair's radius, and of the way that the two move relative to each other. Found by
-// measurement: two and a half times as much changes nothing.
+// Also merge with bodies passing within this fraction of the pair's radius / relative travel, since
+// contacts change velocities. Found by measurement: two and a half times as much changes nothing.
 constexpr Scalar kForecastRadiusFraction = 0.02;
 constexpr Scalar kForecastTravelFraction = 0.1;
 
@@ -245,7 +244,7 @@ void WorldStep::find_touching() {
     if (a.is_awake() && b.is_asleep) world_.wake(b.id.slot, &report_);
     if (b.is_awake() && a.is_asleep) world_.wake(a.id.slot, &report_);
   }
-  // Kept, as a run may end these contacts: planned again, the same bodies make the same islands.
+  // Record the contacts now: a run may break them, and replanning must give the same islands.
   for (const auto& pair : world_.pairs) {
     if (pair->has_contacts) touching_.push_back(pair->key);
   }
@@ -493,7 +492,7 @@ BodyMove WorldStep::move_of(std::uint32_t slot) const {
   return rest_move(body, body.rest);
 }
 
-// Bodies that left their expected box may be near others than assumed.
+// Bodies that left their predicted box need new candidate pairs.
 void WorldStep::pair_what_left_its_box() {
   const PartTimer timing(world_.options.measures_time, report_.times.broad_phase);
   bool has_left = false;

@@ -177,7 +177,7 @@ bool PairFront::is_enough(const Question& question, Scalar gap, const Node& node
   const auto& [sides, reach, approach] = question;
   const bool is_beyond = key_of(gap) > reach + moved_;
   if (!approach || is_beyond) return is_beyond;
-  // Most are far too near.
+  // Fast reject: most pairs fail by a wide margin.
   return gap > approach->least + approach->slack &&
          gap > approach->needed_gap(n_W, sides.b.box_W(node.b));
 }
