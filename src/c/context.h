@@ -39,8 +39,8 @@ class HookMemory final : public std::pmr::memory_resource {
   dyop_context_options hooks_;
 };
 
-/// A world, and what its last advance reported. While it advances, its callbacks may read it, in the
-/// thread that advances it; nothing may change it.
+/// A world, and what its last advance reported. While it advances, its callbacks may read it, in
+/// the thread that advances it; nothing may change it.
 class WorldObject {
  public:
   explicit WorldObject(const WorldOptions& options) : world_(options) {}

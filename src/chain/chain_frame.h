@@ -75,7 +75,8 @@ inline void advance(ChainFrame& frame, const KinematicChain::Step& step, const J
   }
 }
 
-/// A product of many rotations, with the rounding errors of its columns' lengths and angles removed.
+/// A product of many rotations, with the rounding errors of its columns' lengths and angles
+/// removed.
 inline Matrix3 orthonormal(const Matrix3& R) {
   Matrix3 result;
   result.col(0) = R.col(0).normalized();

@@ -280,8 +280,8 @@ inline constexpr Scalar kPathNoise = 64 * kUnitRoundoff;
 inline constexpr Scalar kTargetRadiusFraction = 1e-4;
 inline constexpr Scalar kRestOffsetTargets = 4;
 
-/// Distance tolerance of a World's queries relative to the rest offset. Larger: the proven distance is
-/// too close to where bodies rest; smaller: longer queries near contact. Used by World.
+/// Distance tolerance of a World's queries relative to the rest offset. Larger: the proven distance
+/// is too close to where bodies rest; smaller: longer queries near contact. Used by World.
 inline constexpr Scalar kCertifiedFraction = 0.3;
 
 /// How far bodies may move, relative to their rest offset, while contacts are reused instead of
@@ -300,9 +300,9 @@ inline constexpr Scalar kContactReachRadiusFraction = 0.02;
 inline constexpr Scalar kContactMergedRadiusFraction = 0.15;
 inline constexpr Scalar kContactMergedCosine = 0.9;
 
-/// In World such a contact is at most so many rest offsets above the rest gap, and the body turns by
-/// so many rest offsets over its radius. The gap at the end of a step is measured within so many ways
-/// of the step. Used by World.
+/// In World such a contact is at most so many rest offsets above the rest gap, and the body turns
+/// by so many rest offsets over its radius. The gap at the end of a step is measured within so many
+/// ways of the step. Used by World.
 inline constexpr Scalar kContactMergedRestOffsets = 0.7;
 inline constexpr Scalar kContactMergedChange = 0.01;
 inline constexpr Scalar kContactMeasuredWays = 3;
@@ -352,10 +352,11 @@ inline constexpr std::size_t kContactFewBodies = 2;
 /// ContactCascade.
 inline constexpr Scalar kContactGoodStart = 0.1;
 
-/// Residual to which contacts are solved, by the largest way x of a body in a step; both in rest offsets
-/// per step: the first times max(x, x^2), but at least the second and at most the third. What is left
-/// of it every step may add up, at rest in 6,000 steps to 0.06 % of the rest offset. Larger: stacks creep
-/// and never sleep, sliding bodies turn; smaller: rounding, and time. Used by contact_tolerance().
+/// Residual to which contacts are solved, by the largest way x of a body in a step; both in rest
+/// offsets per step: the first times max(x, x^2), but at least the second and at most the third.
+/// What is left of it every step may add up, at rest in 6,000 steps to 0.06 % of the rest offset.
+/// Larger: stacks creep and never sleep, sliding bodies turn; smaller: rounding, and time. Used by
+/// contact_tolerance().
 inline constexpr Scalar kContactSpeedTolerance = 1e-6;
 inline constexpr Scalar kContactRestTolerance = 1e-7;
 inline constexpr Scalar kContactLooseTolerance = 0.1;

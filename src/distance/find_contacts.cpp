@@ -219,8 +219,8 @@ void ContactGathering::run() {
 }
 
 // How far apart, on either body, witness points of one place may be: in a right triangle with a gap
-// of at most `max_distance` as hypotenuse, the substeps are the least gap and the distance along the
-// surface.
+// of at most `max_distance` as hypotenuse, the substeps are the least gap and the distance along
+// the surface.
 Scalar place_radius(Scalar least_gap, Scalar max_distance) {
   return std::sqrt(std::max(0.0, max_distance - least_gap) * (max_distance + least_gap));
 }

@@ -11,23 +11,24 @@
 
 namespace dyop::distance_internal {
 
-/// Two pieces are near if they are at most r + c l apart (`reach`, `slope`), l being the distance of
-/// the moving side's farther point from the pivot: a turn about it moves far pieces more.
+/// Two pieces are near if they are at most r + c l apart (`reach`, `slope`), l being the distance
+/// of the moving side's farther point from the pivot: a turn about it moves far pieces more.
 struct NearBound {
   Scalar reach = 0;
   Scalar slope = 0;
 };
 
-/// The near pairs of pieces of two shapes, kept while the shapes move little relative to each other:
-/// a neighbour list [Verlet1967], about a pivot. Queries begin with it in place of the roots of the
-/// trees.
+/// The near pairs of pieces of two shapes, kept while the shapes move little relative to each
+/// other: a neighbour list [Verlet1967], about a pivot. Queries begin with it in place of the roots
+/// of the trees.
 ///
-/// The moving side M is a mesh, the other one is taken as fixed, F. A pair that was ever asked for has
-/// a unit normal n and a proven gap b along it at build(). With T = R - I the turn of M since then, t
-/// its shift, p a point of M's piece and rho the piece's radius about p, the pair is now at least
+/// The moving side M is a mesh, the other one is taken as fixed, F. A pair that was ever asked for
+/// has a unit normal n and a proven gap b along it at build(). With T = R - I the turn of M since
+/// then, t its shift, p a point of M's piece and rho the piece's radius about p, the pair is now at
+/// least
 ///     b + n . (T p + t) - rho |T^T n|
-/// apart, and (fast reject) at least b less what the pivot has moved and |T| l. All other pairs were
-/// farther apart than r + c l, and are so now less what the pivot has moved and |T| l.
+/// apart, and (fast reject) at least b less what the pivot has moved and |T| l. All other pairs
+/// were farther apart than r + c l, and are so now less what the pivot has moved and |T| l.
 class DYOP_EXPORT NeighbourList {
  public:
   /// Two poses, as the list sees them: the motion of M since build(), in frame F.

@@ -10,8 +10,8 @@
 namespace dyop::dynamics_internal {
 
 /// Finds which of many boxes overlap without testing all pairs: sweep and prune along the axis with
-/// the largest spread ([Cohen1995]), in slabs along the axis with the next largest. The order is kept
-/// from step to step, so boxes that moved little are cheap to sort.
+/// the largest spread ([Cohen1995]), in slabs along the axis with the next largest. The order is
+/// kept from step to step, so boxes that moved little are cheap to sort.
 class BroadPhase {
  public:
   /// Adds the next box; returns its number, 0, 1, 2, ... in order.

@@ -38,8 +38,8 @@ void require_valid(const JointDefinition& joint);
 struct SpringState {
   SpringId id;
   SpringDefinition definition;  // its rest length is known
-  /// On B in the first half of the last substep, world axes: what the second half begins with, and the
-  /// warm start of the next.
+  /// On B in the first half of the last substep, world axes: what the second half begins with, and
+  /// the warm start of the next.
   Vector3 half_impulse_W = Vector3::Zero();
 
   Scalar rest_length() const { return *definition.rest_length; }

@@ -10,21 +10,23 @@
 namespace dyop::dynamics_internal {
 namespace {
 
-// Bounds of a gap this near to each other, in rest offsets, are not worth another query. Those that a
-// query gives differ by rounding; each step loosens them.
+// Bounds of a gap this near to each other, in rest offsets, are not worth another query. Those that
+// a query gives differ by rounding; each step loosens them.
 constexpr Scalar kKnownGap = 1e-3;  // literal: far below the tolerance of an impact query
 
-// Target lifetime of a neighbour list, in steps at the current speed. Longer lists cost more to scan.
+// Target lifetime of a neighbour list, in steps at the current speed. Longer lists cost more to
+// scan.
 constexpr Scalar kNeighbourSteps = 6;
 
-// A list that would not cover the proof of the next step is made anew: a search of whole trees there
-// costs as much. Allow the next step to be this much longer than this one.
+// A list that would not cover the proof of the next step is made anew: a search of whole trees
+// there costs as much. Allow the next step to be this much longer than this one.
 constexpr Scalar kNextTravel = 1.1;
 
 // Builds to skip after a list overflowed.
 constexpr int kSearchesToSkip = 64;
 
-// A list for the end of a substep serves while the bodies come to lie elsewhere by this part of the reach.
+// A list for the end of a substep serves while the bodies come to lie elsewhere by this part of the
+// reach.
 constexpr Scalar kEndMargin = 0.5;
 
 // Brings the list of neighbours up to date for queries up to `reach`, if the shapes are in contact.

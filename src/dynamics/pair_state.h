@@ -114,13 +114,13 @@ bool refresh_contacts(PairState& pair, const BodyRecord& a, const RigidPose& X_W
                       const BodyRecord& b, const RigidPose& X_WB, Scalar reach,
                       const Vector3& shift_W, const Vector3& turn_W, ContactWorkspace& workspace);
 
-/// Where a list for several steps was too long, makes one for the poses at the end of a substep: their
-/// contacts are sought there again after each solve, and at the start of the next substep.
+/// Where a list for several steps was too long, makes one for the poses at the end of a substep:
+/// their contacts are sought there again after each solve, and at the start of the next substep.
 DYOP_EXPORT void list_end(PairState& pair, const Shape& a, const RigidPose& X_WA, const Shape& b,
                           const RigidPose& X_WB);
 
-/// Measures the gap at two poses unless its known bound already exceeds `enough`, or it is known: in
-/// the rounds of a substep bodies start from the same poses again.
+/// Measures the gap at two poses unless its known bound already exceeds `enough`, or it is known:
+/// in the rounds of a substep bodies start from the same poses again.
 /// @param relative_tolerance How far apart its bounds may stay, relative to the upper one.
 void measure_gap(PairState& pair, const BodyRecord& a, const RigidPose& X_WA, const BodyRecord& b,
                  const RigidPose& X_WB, Scalar enough, Scalar relative_tolerance = 0);

@@ -9,9 +9,9 @@
 #include "dynamics/world_impl.h"
 #include "dyop/motion/rest_motion.h"
 
-// An island falls asleep when it is slow and impulses at its contacts are found that balance gravity,
-// or when it has been slow for long. It wakes when forces change, when what its bodies lie on moves or
-// goes away, or when something awake comes within reach.
+// An island falls asleep when it is slow and impulses at its contacts are found that balance
+// gravity, or when it has been slow for long. It wakes when forces change, when what its bodies lie
+// on moves or goes away, or when something awake comes within reach.
 namespace dyop {
 namespace {
 
@@ -19,8 +19,8 @@ namespace {
 // point. And between two searches, as one that fails costs as much as a step.
 constexpr int kBalanceSteps = 2;
 constexpr int kStepsBetweenBalances = 10;
-// A balance leaves this part of what gravity gives in a step to a contact, and to a body. Larger: what
-// begins to slide or to lean slowly is put to sleep; smaller: rounding of redundant contacts.
+// A balance leaves this part of what gravity gives in a step to a contact, and to a body. Larger:
+// what begins to slide or to lean slowly is put to sleep; smaller: rounding of redundant contacts.
 constexpr Scalar kBalance = 1e-6;       // literal: a ratio of velocities
 constexpr Scalar kBalanceSpeed = 1e-5;  // literal: a ratio of velocities
 constexpr int kBalanceFactorisations = 25;
@@ -87,7 +87,8 @@ void World::Impl::wake_what_changed(const TimeInterval& interval, AdvanceReport&
   }
 }
 
-// What an island lies on or hangs on stays where it is, and no pair of it has yet to be pushed apart.
+// What an island lies on or hangs on stays where it is, and no pair of it has yet to be pushed
+// apart.
 bool World::Impl::is_held(const Island& island, Scalar h) const {
   bool touches = !island.joints.empty() || !island.springs.empty();
   for (const PairState* pair : island.pairs) {
@@ -213,8 +214,8 @@ bool World::Impl::is_balanced(const Island& island, Scalar h) {
   return true;
 }
 
-// The contacts of an island at rest. Those that do not touch may close. Returns false if one is still
-// being pushed to its rest gap.
+// The contacts of an island at rest. Those that do not touch may close. Returns false if one is
+// still being pushed to its rest gap.
 bool World::Impl::add_static_contacts(const Island& island, Scalar h,
                                       ContactProblem& problem) const {
   std::map<std::uint32_t, std::size_t> index_of;

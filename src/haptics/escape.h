@@ -18,8 +18,8 @@ class Escape {
   void stop() { pair_.reset(); }
   bool is_for(std::size_t pair) const { return pair_ == pair; }
 
-  /// Tries the next position: is_apart(displacement) is true if the two are proven apart there. What
-  /// could not be decided in time is passed over: it would take as long again.
+  /// Tries the next position: is_apart(displacement) is true if the two are proven apart there.
+  /// What could not be decided in time is passed over: it would take as long again.
   template <typename IsApart>
   void try_next(const IsApart& is_apart);
 

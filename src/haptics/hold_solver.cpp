@@ -10,8 +10,8 @@ namespace {
 // A step opens a gap below the rest gap by this fraction of the difference, to avoid bouncing.
 constexpr Scalar kOpening = 0.3;
 
-// Solves aim at this fraction of the tolerance that they are accepted with: what sticks creeps by as
-// much as a solve leaves, and a slow hand moves by little more than the tolerance in a tick.
+// Solves aim at this fraction of the tolerance that they are accepted with: what sticks creeps by
+// as much as a solve leaves, and a slow hand moves by little more than the tolerance in a tick.
 constexpr Scalar kAim = 1e-4;  // literal: a ratio of residuals
 
 // With so few unknowns, Newton beats Gauss-Seidel unless the sweeps converge at once.
@@ -19,8 +19,8 @@ constexpr int kSweeps = 4;
 
 // Newton's method ends after so many factorisations times contacts, each with a constant part like
 // that of so many contacts; some 100 us. More contacts than coordinates share their forces in many
-// ways: what it has not solved then it hardly ever solves soon after, and the next tick goes on with
-// its impulses.
+// ways: what it has not solved then it hardly ever solves soon after, and the next tick goes on
+// with its impulses.
 constexpr std::size_t kFewContacts = 8;
 constexpr int kFewWork = 360;
 constexpr int kManyWork = 240;

@@ -126,7 +126,8 @@ class Obstacle {
   virtual PairDistance measure(const ToolBody& body, const RigidPose& X_WB,
                                const DistanceWish& wish, WorkShare& share,
                                PairMemory& kept) const = 0;
-  /// An upper bound at once, from the places where the pair was nearest when last measured; or none.
+  /// An upper bound at once, from the places where the pair was nearest when last measured; or
+  /// none.
   virtual PairDistance measure_again(const ToolBody& /*body*/, const RigidPose& /*X_WB*/,
                                      const PairMemory& /*kept*/) const {
     return {};

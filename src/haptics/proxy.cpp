@@ -11,11 +11,12 @@
 namespace dyop::haptics_internal {
 namespace {
 
-// Tolerance of impacts as a fraction of the rest offset; the rest of it is for the difference between
-// a step and its linear approximation.
+// Tolerance of impacts as a fraction of the rest offset; the rest of it is for the difference
+// between a step and its linear approximation.
 constexpr Scalar kToleranceShare = 0.3;
 
-// The first level of a pair keeps this fraction of the tolerance more than the last; see set_band().
+// The first level of a pair keeps this fraction of the tolerance more than the last; see
+// set_band().
 constexpr Scalar kRaisedShare = 0x1p-3;
 constexpr int kMostLevels = 40;
 
@@ -100,7 +101,8 @@ Proxy::Proxy(const HapticScene& scene, const HapticOptions& options)
   loose_.reserve(pairs_.size());
 }
 
-// --- following ------------------------------------------------------------------------------------
+// --- following
+// ------------------------------------------------------------------------------------
 
 // The obstacle is another mesh now.
 void Proxy::forget(std::size_t obstacle) {
@@ -289,8 +291,8 @@ Scalar Proxy::stay(Scalar duration, WorkClock& clock, TickStatistics& work, Foll
   return proof.t_safe;
 }
 
-// Distances are those measured before, minus the displacement since; or what the proof says, if that
-// is more.
+// Distances are those measured before, minus the displacement since; or what the proof says, if
+// that is more.
 void Proxy::commit(const ToolMotion& motion, Scalar t) {
   for (ProxyPair& pair : pairs_) {
     const ToolBody& body = bodies_[pair.body];
@@ -317,7 +319,8 @@ void Proxy::commit(const ToolMotion& motion, Scalar t) {
   for (const auto& obstacle : obstacles_) obstacle->pass(t);
 }
 
-// --- proof ----------------------------------------------------------------------------------------
+// --- proof
+// ----------------------------------------------------------------------------------------
 
 PairImpact Proxy::ask(ProxyPair& pair, const BodyMotion& motion, WorkClock& clock,
                       TickStatistics& work) {

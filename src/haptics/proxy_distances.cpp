@@ -6,8 +6,8 @@
 namespace dyop::haptics_internal {
 namespace {
 
-// A distance is measured again when its bounds are farther apart than this fraction of the rest offset
-// and than the options allow.
+// A distance is measured again when its bounds are farther apart than this fraction of the rest
+// offset and than the options allow.
 constexpr Scalar kVagueShare = 0.25;
 
 // It is then measured to this fraction of what is allowed, so that it lasts a while.
@@ -49,8 +49,8 @@ Scalar Proxy::excess(const ProxyPair& pair, const DistanceWish& wish) const {
   return (wish.farthest - pair.distance.lower) / wish.allowed;
 }
 
-// The pairs first whose bounds are the worst for what is allowed; those that are left when the share
-// is used up are the worst in the next tick.
+// The pairs first whose bounds are the worst for what is allowed; those that are left when the
+// share is used up are the worst in the next tick.
 void Proxy::measure(WorkShare share, TickStatistics& work) {
   if (share.clock.cutoff()) return;
   loose_.clear();

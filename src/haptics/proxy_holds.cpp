@@ -9,18 +9,19 @@
 namespace dyop::haptics_internal {
 namespace {
 
-// Holds are gathered up to this many rest offsets beyond the rest gap, plus the tool's displacement,
-// up to the limit; the proof finds contacts farther away. At a slower pace the reach beyond the rest
-// gap is less. Otherwise gathering would be cut off every tick and the tool could never leave.
+// Holds are gathered up to this many rest offsets beyond the rest gap, plus the tool's
+// displacement, up to the limit; the proof finds contacts farther away. At a slower pace the reach
+// beyond the rest gap is less. Otherwise gathering would be cut off every tick and the tool could
+// never leave.
 constexpr Scalar kReach = 1.5;
 constexpr Scalar kMostReach = 20;
 
 // After a slip, cap the prediction slack at this many rest offsets; the proof catches the rest.
 constexpr Scalar kMostSurprise = 2;
 
-// A search for holds may always spend so many pieces of work, and twice as many as the last one did.
-// If they do not suffice, the proof finds the holds that are missing, and the next search is faster
-// for what this one has learnt.
+// A search for holds may always spend so many pieces of work, and twice as many as the last one
+// did. If they do not suffice, the proof finds the holds that are missing, and the next search is
+// faster for what this one has learnt.
 constexpr std::int64_t kSearchWork = 250;
 
 // Two holds closer than this many rest offsets with nearly the same normal are one.
@@ -36,8 +37,8 @@ constexpr Scalar kSameHit = 1 - 1e-8;  // literal: cosine of 0.008 degrees
 constexpr Scalar kMostTurn = 1;
 
 // A motion against holds is at most so many times as long as the last ones of tool, device and
-// tissue together, besides so many rest offsets: a tool that slips gathers speed over some ticks. Its
-// whole way in one would take longer to prove than a tick has.
+// tissue together, besides so many rest offsets: a tool that slips gathers speed over some ticks.
+// Its whole way in one would take longer to prove than a tick has.
 constexpr Scalar kMostGrowth = 1.3;
 constexpr Scalar kMostSlip = 2;
 

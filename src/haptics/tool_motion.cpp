@@ -93,9 +93,9 @@ ToolPose ToolMotion::at(Scalar t) const {
   return pose;
 }
 
-// A point at c from T's origin moves by t v + (R(t) - I) c, |(R - I) c - t w x c| <= |t w|^2 |c| / 2,
-// and that of the hinge adds at most its angle times the distance from its axis. Both are convex in
-// the point, so the corners of the box bound them.
+// A point at c from T's origin moves by t v + (R(t) - I) c, |(R - I) c - t w x c| <= |t w|^2 |c| /
+// 2, and that of the hinge adds at most its angle times the distance from its axis. Both are convex
+// in the point, so the corners of the box bound them.
 Scalar ToolMotion::largest_displacement(const ToolBody& body, Scalar t) const {
   const RigidPose X_TB = body_in_tool(body, places_, from_);
   const Scalar turn = t * rate_.w_W.norm();

@@ -12,8 +12,8 @@
 
 namespace dyop::haptics_internal {
 
-/// A change of the tool's configuration: displacement of T's origin, rotation vector, both in world,
-/// and change of the hinges' angles.
+/// A change of the tool's configuration: displacement of T's origin, rotation vector, both in
+/// world, and change of the hinges' angles.
 struct ToolStep {
   Vector3 v_W = Vector3::Zero();
   Vector3 w_W = Vector3::Zero();
@@ -25,8 +25,8 @@ ToolStep step_between(const ToolPose& from, const ToolPose& to);
 ToolStep scaled(const ToolStep& step, Scalar factor);
 ToolStep difference(const ToolStep& step, const ToolStep& other);
 
-/// A frame J on a tool that moves with a constant twist, turning about its z axis at a constant rate:
-/// X_WB(t) = X_WT(t) X_TJ Rz(q + t q').
+/// A frame J on a tool that moves with a constant twist, turning about its z axis at a constant
+/// rate: X_WB(t) = X_WT(t) X_TJ Rz(q + t q').
 ///
 /// With p = p_TJ and w the tool's rate: |v| <= |v_T| + |w||p|, |w_B| <= |w| + |q'|,
 /// |v'| <= |w|^2 |p|, |w_B'| <= |w||q'|.

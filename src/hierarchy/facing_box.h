@@ -19,7 +19,8 @@ struct FacingBox {
   double axes[3][3];  ///< axes[k]: axis k, of about unit length
   double half_extents[3];
   /// Whether this box or those of the group are cores of rounded shapes. These may be long and thin
-  /// and far apart for their size, so the direction between nearest points is tried too. Speed only.
+  /// and far apart for their size, so the direction between nearest points is tried too. Speed
+  /// only.
   bool is_of_cores;
 };
 

@@ -101,8 +101,8 @@ inline constexpr Scalar kRestoredFraction = 1.0 / 3;
 /// The pose with a rotation whose rotation_error() is at most kRestoredFraction *
 /// kEngineRotationNoise = 32u. The quaternion of RigidPose's constructor leaves up to 73u (of 2e7
 /// rotations); this leaves at most 27u: 10u in each length (3u in the sum of squares, half of it in
-/// the root, then the root, the division, and what rotation_error() rounds), 7u between x and y, and
-/// none in z, which is computed as there.
+/// the root, then the root, the division, and what rotation_error() rounds), 7u between x and y,
+/// and none in z, which is computed as there.
 /// @throws InvalidArgument as RigidPose's constructor, if the rotation is too far from one.
 inline RigidPose restored(const RigidPose& X_WB) {
   Matrix3 R = RigidPose(X_WB.rotation(), X_WB.translation()).rotation();

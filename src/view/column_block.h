@@ -12,9 +12,9 @@
 
 namespace dyop::view_internal {
 
-/// A table of columns of numbers, as the page reads it: a zlib stream of the length of a JSON header
-/// (32 bits, little-endian), the header, and the columns one after another. Columns of wide numbers
-/// are stored as byte planes: all lowest bytes first, which compresses far better.
+/// A table of columns of numbers, as the page reads it: a zlib stream of the length of a JSON
+/// header (32 bits, little-endian), the header, and the columns one after another. Columns of wide
+/// numbers are stored as byte planes: all lowest bytes first, which compresses far better.
 class ColumnBlock {
  public:
   /// Adds a column. Names are unique.

@@ -15,8 +15,8 @@ void add_witness(PageGap& gap, const Shape& a, const RigidPose& X_WA, const Shap
                  const RigidPose& X_WB, DistanceCache& cache);
 
 /// Puts the witness points, normal and bounds of an impact where the shapes are at these poses, the
-/// committed ones. Where a force acts, the poses of the impact's own query differ from them, and its
-/// points would float beside the bodies. A pair that overlaps here keeps what it has.
+/// committed ones. Where a force acts, the poses of the impact's own query differ from them, and
+/// its points would float beside the bodies. A pair that overlaps here keeps what it has.
 void place_impact(ImpactEvent& event, const Shape& a, const RigidPose& X_WA, const Shape& b,
                   const RigidPose& X_WB);
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 
-// A six-axis arm among 100 obstacles: the proof of a random joint path beside one collision check of
-// the same arm in FCL, at one configuration of the same path. Both include self-collision.
+// A six-axis arm among 100 obstacles: the proof of a random joint path beside one collision check
+// of the same arm in FCL, at one configuration of the same path. Both include self-collision.
 // Usage: chain_benchmark [paths]
 
 #include <fcl/broadphase/broadphase_dynamic_AABB_tree.h>

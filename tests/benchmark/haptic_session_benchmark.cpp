@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 
-// Ticks of a tool session: the scene of `dyop tool`, one tick after the other, and between them FCL's
-// distance of the same instrument from the liver as it stands at the start:
+// Ticks of a tool session: the scene of `dyop tool`, one tick after the other, and between them
+// FCL's distance of the same instrument from the liver as it stands at the start:
 //   haptic_session_benchmark SCENE.json [TICKS [DEADLINE in us]]
 
 #include <cstdio>

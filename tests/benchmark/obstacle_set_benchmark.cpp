@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 
 // One moving body against many obstacles: ObstacleSet beside a loop over the obstacles, the same
-// queries. Counters: `hits` the share of impacts, `work` node pairs (or box tests) a query. The time
-// is that of one query against all obstacles.
+// queries. Counters: `hits` the share of impacts, `work` node pairs (or box tests) a query. The
+// time is that of one query against all obstacles.
 
 #include <benchmark/benchmark.h>
 

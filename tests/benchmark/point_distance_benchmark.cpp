@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 
-// Distance of points from a mesh of 81,920 triangles: near the surface and anywhere around it, against
-// CGAL's AABB tree in plain doubles (no bounds), which has the nearest point only.
+// Distance of points from a mesh of 81,920 triangles: near the surface and anywhere around it,
+// against CGAL's AABB tree in plain doubles (no bounds), which has the nearest point only.
 #include <CGAL/AABB_traits.h>
 #include <CGAL/AABB_tree.h>
 #include <CGAL/AABB_triangle_primitive.h>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 
 // The C++ side of python_batch.py. With arguments DIRECTORY THREADS: answers the batch in the files
-// there and prints hits, the sum of the bits of t_safe, wall and processor seconds. Without: microseconds of one
-// distance() and one time_of_impact() of two spheres.
+// there and prints hits, the sum of the bits of t_safe, wall and processor seconds. Without:
+// microseconds of one distance() and one time_of_impact() of two spheres.
 
 #include <sys/resource.h>
 

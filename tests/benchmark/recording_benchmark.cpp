@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What recording adds to stepping: processor time with and without it, in turns, the least of each.
-// Usage: recording_benchmark RUNS SCENE...      a scene file, or a kind of `dyop scene` and N: pile:200
+// Usage: recording_benchmark RUNS SCENE...      a scene file, or a kind of `dyop scene` and N:
+// pile:200
 #include <algorithm>
 #include <cstdio>
 #include <ctime>

@@ -6,8 +6,8 @@
 // best of PASSES (default 9). `cold`: distance(); `warm`: the same poses moved a little from query
 // to query, through a DistanceCache; `gjk`: gjk_distance(); `FCL`: its distance() with nearest
 // points (kLibccd solver), the same poses. Then spheres and capsules beside a mesh, in
-// microseconds: distance(), point_distance() of the centre, time_of_impact(). With ROW only rows whose
-// name begins so, or `mesh`.
+// microseconds: distance(), point_distance() of the centre, time_of_impact(). With ROW only rows
+// whose name begins so, or `mesh`.
 
 #include <fcl/fcl.h>
 

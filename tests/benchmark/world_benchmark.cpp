@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 
-// Time per step of the World, one thread: free flight, stacks, columns, a pyramid, bricks, piles; some
-// of them in Bullet too.
+// Time per step of the World, one thread: free flight, stacks, columns, a pyramid, bricks, piles;
+// some of them in Bullet too.
 #include <benchmark/benchmark.h>
 
 #include "bullet_copy.h"

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 
-// A World with one tool that a spring drags along a mesh, in steps of a millisecond: the device, whose
-// next pose is known one step at a time, moves at a unit of length per second below the surface of a
-// lumpy sphere of radius one, and a spring pulls the tool after it:
+// A World with one tool that a spring drags along a mesh, in steps of a millisecond: the device,
+// whose next pose is known one step at a time, moves at a unit of length per second below the
+// surface of a lumpy sphere of radius one, and a spring pulls the tool after it:
 //   world_drag_benchmark [STEPS [TOOL]]    TOOL: the first letters of one
 // Prints the processor time of single steps in microseconds.
 

@@ -260,8 +260,8 @@ TEST_P(ArmPaths, AreNeverPenetratingAndNeverStoppedEarly) {
     const bool is_impact = result.toi.status == ToiStatus::Impact;
     ASSERT_TRUE(is_impact || result.toi.status == ToiStatus::Separated);
     ++counts[is_impact];
-    // As far as it is proven free, steps of what the gap allows at the largest speed, but no shorter
-    // than a tenth of the tolerance: nothing deeper than that escapes.
+    // As far as it is proven free, steps of what the gap allows at the largest speed, but no
+    // shorter than a tenth of the tolerance: nothing deeper than that escapes.
     const Scalar speed = oracle_speed(arm, path);
     for (Scalar t = whole.begin; t < result.toi.t_safe;) {
       const Scalar gap = gap_at(t);

@@ -72,8 +72,8 @@ TYPED_TEST(ClosedForms, TipsOverTheFrontEdge) {
   EXPECT_NEAR(problem.bodies[1].v_W[2], spin / 2, 1e-9);
 }
 
-// A plate that counts as sticking when it goes along at 0.3: friction brings it there, or as near as it
-// can in the step.
+// A plate that counts as sticking when it goes along at 0.3: friction brings it there, or as near
+// as it can in the step.
 TYPED_TEST(ClosedForms, FrictionDrivesTowardsTheStickingVelocity) {
   for (const Scalar friction : {0.1, 0.5}) {
     ContactProblem problem =

@@ -25,7 +25,8 @@ namespace {
 
 using testing::MeshArrays;
 
-// The common polygon of two rectangles about the z axis, by clipping one with the sides of the other.
+// The common polygon of two rectangles about the z axis, by clipping one with the sides of the
+// other.
 std::vector<Vector2> clip(std::vector<Vector2> polygon, const std::vector<Vector2>& window) {
   for (std::size_t k = 0; k < window.size(); ++k) {
     const Vector2 from = window[k];

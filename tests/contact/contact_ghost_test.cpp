@@ -104,8 +104,9 @@ MeshArrays tiles() {
 
 enum class Joined { ByVertexNumbers, ByPlaceOnly };
 
-// Slides a cube over a plane of triangles, in steps that land it everywhere, vertices and edges included.
-// Where vertex numbers do not join the triangles, their flat corners count as contacts, too.
+// Slides a cube over a plane of triangles, in steps that land it everywhere, vertices and edges
+// included. Where vertex numbers do not join the triangles, their flat corners count as contacts,
+// too.
 void expect_only_the_planes_normal(const MeshArrays& floor, int steps, Joined joined) {
   const TriangleMesh mesh = floor.mesh();
   const Box cube(Vector3(0.5, 0.5, 0.5));

@@ -96,8 +96,8 @@ TEST(ContactReduction, LeavesFewAlone) {
   EXPECT_EQ(contacts.size(), 2u);
 }
 
-// Vertices of a rim of radius 1 above a floor, 0.01 apart; the lowest is the tenth of 21, `ahead` of the
-// lowest place of the rim, which is at x = 0.
+// Vertices of a rim of radius 1 above a floor, 0.01 apart; the lowest is the tenth of 21, `ahead`
+// of the lowest place of the rim, which is at x = 0.
 std::vector<ContactPoint> rim(Scalar y, int first, Scalar ahead = 0) {
   std::vector<ContactPoint> contacts;
   for (int k = 0; k < 21; ++k) {
@@ -128,8 +128,8 @@ TEST(ContactReduction, ARollingRimRestsOnItsLowestPoint) {
   EXPECT_EQ(contacts[0].impulse_W, Vector3::UnitZ());
 }
 
-// Facets of 0.01. A step slides and turns by the same way: three times both reach from one to the next
-// or not.
+// Facets of 0.01. A step slides and turns by the same way: three times both reach from one to the
+// next or not.
 TEST(ContactReduction, ARimOfShortFacetsIsOneContactHoweverFarItReaches) {
   for (const Scalar way : {0.002, 0.0015}) {
     auto contacts = rim(0, 0);

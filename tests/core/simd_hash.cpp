@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 
-// Prints a hash of what the wide types and the wide kernels compute on fixed random inputs. The lines
-// must be the same for every processor and every backend of core/simd.h: tests/aarch64.sh compares
-// them. Links nothing but the kernels, so that it can be compiled for any processor by hand.
+// Prints a hash of what the wide types and the wide kernels compute on fixed random inputs. The
+// lines must be the same for every processor and every backend of core/simd.h: tests/aarch64.sh
+// compares them. Links nothing but the kernels, so that it can be compiled for any processor by
+// hand.
 
 #include <bit>
 #include <cstdint>

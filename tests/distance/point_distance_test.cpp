@@ -40,7 +40,8 @@ TriangleMesh point_mesh(const Vector3& p) {
   return TriangleMesh({p}, {{0, 0, 0}});
 }
 
-// The surface's signed distance from the definition: all triangles, and the sum of their solid angles.
+// The surface's signed distance from the definition: all triangles, and the sum of their solid
+// angles.
 int slow_winding(const TriangleMesh& mesh, const Vector3& p) {
   Scalar sum = 0;
   for (std::size_t k = 0; k < mesh.triangles().size(); ++k) {

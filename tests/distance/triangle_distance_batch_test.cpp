@@ -27,8 +27,8 @@ struct Pairs {
   explicit Pairs(std::size_t count) : a(count), b(count) {}
 };
 
-// Edges that are parallel but for rounding, one of them so short that the sum of the other two is as
-// inexact as its length: Gram determinants below zero.
+// Edges that are parallel but for rounding, one of them so short that the sum of the other two is
+// as inexact as its length: Gram determinants below zero.
 Pairs pairs_with_short_edges(std::size_t count, std::mt19937_64& random) {
   Pairs pairs(count);
   for (std::size_t n = 0; n < count; ++n) {

@@ -75,7 +75,8 @@ TEST(Balance, LeavesAwakeAStackThatLeansTooFar) {
   }
 }
 
-// At the turning points of its rocking a half disc is slow, and its weight is not above its contact.
+// At the turning points of its rocking a half disc is slow, and its weight is not above its
+// contact.
 TEST(Balance, LeavesAwakeWhatTurnsBack) {
   World world(earth_options());
   world.add_body(floor_body(0.5));
@@ -88,7 +89,8 @@ TEST(Balance, LeavesAwakeWhatTurnsBack) {
   EXPECT_EQ(steps_awake(world, 150), 150);
 }
 
-// A ball lies still on a level floor, and begins to roll on one that is not level by a ten thousandth.
+// A ball lies still on a level floor, and begins to roll on one that is not level by a ten
+// thousandth.
 TEST(Balance, LeavesAwakeABallOnASlope) {
   for (const bool is_slope : {false, true}) {
     WorldOptions options;

@@ -35,7 +35,8 @@ TEST(Horizon, EndsAtAHitThatMustBeResolvedThere) {
   EXPECT_FALSE(horizon.lands());
 }
 
-// The first one may be infeasible by its length; only the second in a row tells that no length helps.
+// The first one may be infeasible by its length; only the second in a row tells that no length
+// helps.
 TEST(Horizon, UsesTheRoomThatIsLeftAfterTwoJamsInARow) {
   Horizon horizon(1);
   horizon.shorten({.safe = 0.01, .is_infeasible = true});

@@ -24,7 +24,8 @@ const Matrix3 kUpright = Matrix3::Identity();
 // The axis along y.
 const Matrix3 kLying = rotation_from_vector(Vector3(std::numbers::pi / 2, 0, 0));
 
-// Lengths and gravity in units of `size`, so that times are the same; the ground leans by an angle about y.
+// Lengths and gravity in units of `size`, so that times are the same; the ground leans by an angle
+// about y.
 WorldOptions leaning(Scalar angle, Scalar size = 1) {
   WorldOptions options;
   options.gravity_W = size * kGravity * Vector3(std::sin(angle), 0, -std::cos(angle));

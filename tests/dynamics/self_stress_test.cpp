@@ -112,8 +112,8 @@ TEST(SelfStress, NearlyLocksABallInAWedgeJustShortOfTheFrictionAngle) {
   }
 }
 
-// Targets ask for work as prescribed motions do. However much faster they are, what does not balance is no
-// proof: below the friction angle a ball can leave the wedge at any speed.
+// Targets ask for work as prescribed motions do. However much faster they are, what does not
+// balance is no proof: below the friction angle a ball can leave the wedge at any speed.
 TEST(SelfStress, IsNotFoundBecauseTargetsAreFast) {
   const Scalar angle = std::numbers::pi / 6;
   const Scalar limit = std::tan(angle / 2);

@@ -17,8 +17,8 @@ namespace {
 
 using namespace testing;
 
-// How far the energy of a ball is from its start after 0.4, relative to the kinetic energy gained: it
-// starts at the top of a fixed ball with a speed along `azimuth`.
+// How far the energy of a ball is from its start after 0.4, relative to the kinetic energy gained:
+// it starts at the top of a fixed ball with a speed along `azimuth`.
 Scalar energy_error_on_a_ball(Scalar h, Scalar friction, Scalar azimuth) {
   constexpr Scalar kRadius = 0.25;
   constexpr Scalar kSpeed = 1.5;
@@ -54,8 +54,8 @@ TEST(WorldCurved, ABallOffABallKeepsItsEnergyToSecondOrder) {
   }
 }
 
-// What spins about the normal or turns with its corner on the ground touches at another place at the
-// end of each step, and sticks there.
+// What spins about the normal or turns with its corner on the ground touches at another place at
+// the end of each step, and sticks there.
 TEST(WorldCurved, WhatRollsSpinsOrPivotsKeepsItsEnergyToSecondOrder) {
   const std::pair<const char*, Scalar> scenes[] = {{"ball", 0.24}, {"capsule", 0.4}, {"rod", 0.3}};
   for (const auto& [scene, end] : scenes) {
@@ -146,8 +146,8 @@ World hanging_chain(int links) {
   return world;
 }
 
-// However short a step is: its contacts may lie on other facets at its end, nearer than extrapolated
-// by what has nothing to do with its length, and recover their gaps.
+// However short a step is: its contacts may lie on other facets at its end, nearer than
+// extrapolated by what has nothing to do with its length, and recover their gaps.
 TEST(WorldCurved, ShortStepsGiveHangingLinksNoEnergy) {
   World world = hanging_chain(4);
   for (int k = 0; k < 80; ++k) world.advance(0.01);

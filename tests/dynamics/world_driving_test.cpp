@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 
-// A World that is driven while it runs: poses one at a time, materials, laws of friction, callbacks.
+// A World that is driven while it runs: poses one at a time, materials, laws of friction,
+// callbacks.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -78,7 +79,8 @@ TEST(WorldDriving, CarriesACubeOnABeltWhosePosesComeOneAtATime) {
   }
 }
 
-// The rounding of each pose had been handed on to the next: after some 300 steps the query refused it.
+// The rounding of each pose had been handed on to the next: after some 300 steps the query refused
+// it.
 TEST(WorldDriving, FollowsThousandsOfPosesThatTurn) {
   World world(earth_options());
   world.add_body(floor_body(0.3));

@@ -136,9 +136,10 @@ TEST(WorldFacets, AFineDiscRollsOn) {
   }
 }
 
-// Largest errors of the energy over the kinetic energy, whatever the facets: those of the step alone,
-// and a quarter at half the step. The coin's contact goes round its rim by a tenth of the radius in a
-// step of 0.01, with a rim that hardly turns; the half disc and the oloid start from rest.
+// Largest errors of the energy over the kinetic energy, whatever the facets: those of the step
+// alone, and a quarter at half the step. The coin's contact goes round its rim by a tenth of the
+// radius in a step of 0.01, with a rim that hardly turns; the half disc and the oloid start from
+// rest.
 TEST(WorldFacets, RoundMeshesKeepTheirEnergyToSecondOrder) {
   struct Case {
     const char* scene;

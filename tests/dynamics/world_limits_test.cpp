@@ -170,8 +170,8 @@ TEST(WorldOverlap, LiftsABoxOutOfTheFloorWithoutTurningIt) {
   EXPECT_LT(rotation_vector(X.rotation()).norm(), 1e-3);
 }
 
-// It rests, which proves no distance, before it is pushed down: it is told as too near, and the bounds
-// of its gap hold throughout.
+// It rests, which proves no distance, before it is pushed down: it is told as too near, and the
+// bounds of its gap hold throughout.
 TEST(WorldOverlap, KnowsTheGapOfABodyThatRestedTooNear) {
   const auto floor = std::make_shared<TriangleMesh>(box_mesh({1, 1, 0.5}).mesh());
   for (const std::shared_ptr<const Shape>& shape : std::vector<std::shared_ptr<const Shape>>{

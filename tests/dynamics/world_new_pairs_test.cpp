@@ -44,8 +44,8 @@ TEST(WorldNewPairs, OfAnIslandThatIsKeptAreProvenWhileOthersMeet) {
   spring.b = passed;
   spring.stiffness = 1;
   world.add_spring(spring);
-  // Elsewhere a ball at rest is hit and hits another one, which nothing foretold: islands are planned
-  // again.
+  // Elsewhere a ball at rest is hit and hits another one, which nothing foretold: islands are
+  // planned again.
   const BodyId left = world.add_body(elastic_ball("left", {0, 10, 0}, {20, 0, 0}));
   world.add_body(elastic_ball("middle", {0.25, 10, 0}));
   const BodyId right = world.add_body(elastic_ball("right", {0.5, 10, 0}));
@@ -91,8 +91,8 @@ TEST(WorldNewPairs, OfABodyThatWokeInThisStepAreFound) {
 }
 
 // A ball that passes a large island by a hundredth of its radius may meet it once contacts change
-// velocities: it runs with it from the start, instead of both again later. One that rests there does
-// not.
+// velocities: it runs with it from the start, instead of both again later. One that rests there
+// does not.
 TEST(WorldNewPairs, OfALargeIslandAreForeseenWhereSomethingPassesIt) {
   for (const Scalar speed : {0.0, 2.0}) {
     World world{WorldOptions{}};

@@ -110,7 +110,8 @@ TEST(WorldRest, PutsFallenCubesToSleepAtEveryStep) {
   }
 }
 
-// A block that begins to slide has moved by no more than a millionth of a rest offset in 50 such steps.
+// A block that begins to slide has moved by no more than a millionth of a rest offset in 50 such
+// steps.
 TEST(WorldRest, PutsNothingToSleepThatBeginsToSlideInShortSteps) {
   for (const Scalar h : {1e-7, 1e-6, 1e-5, 1e-4}) {
     WorldOptions options;

@@ -147,8 +147,8 @@ TEST(HoldSolver, KeepsGapsThatCannotGrowWhileTissueMoves) {
   EXPECT_NEAR(tool.step.v_W.x(), 0.4, kOracle);
 }
 
-// Between two walls that close at nearly the angle of friction many solves are not given the time to
-// come to their end. Whatever they leave, gaps are kept.
+// Between two walls that close at nearly the angle of friction many solves are not given the time
+// to come to their end. Whatever they leave, gaps are kept.
 TEST(HoldSolver, KeepsGapsWhereItHasNoTimeToSolve) {
   std::mt19937_64 random(13);
   int unsolved = 0;

@@ -119,8 +119,8 @@ TEST(ToolTissue, TrappedFromBothSidesTheTissueIsStopped) {
   EXPECT_LT(gap, 4.2);
 }
 
-// The same, and the hand pulls the ball out sideways: while the sheets stand it slides, and when it is
-// out they close.
+// The same, and the hand pulls the ball out sideways: while the sheets stand it slides, and when it
+// is out they close.
 TEST(ToolTissue, WhatIsTrappedComesOutWhereTheHandPulls) {
   const auto sheet = testing::sheet(30, 4);
   const auto upper = sheet.moved(Matrix3::Identity(), {0, 0, 5});
@@ -328,8 +328,8 @@ TEST(ToolTissue, ClearancesHoldWhateverIsSpentOnThem) {
   }
 }
 
-// Each tick ends before it has seen all that is near where the ball lies on tissue. It must come off
-// once the device has left, though not at once.
+// Each tick ends before it has seen all that is near where the ball lies on tissue. It must come
+// off once the device has left, though not at once.
 TEST(ToolTissue, AToolThatIsCutOffInEveryTickComesOff) {
   for (const int most : {5, 8, 10, 15}) {
     HapticScene scene = ball_tool(50, {0, 0, 50.1}, 4);

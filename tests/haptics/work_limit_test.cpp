@@ -133,8 +133,8 @@ TEST(WorkLimit, ADeviceThatHasJumpedIsReachedOverSeveralTicks) {
   }
 }
 
-// A large ball stabs into tissue of small triangles: more of them are near at once than a search for
-// holds may look at. The proof holds it, and soon it rests as if it had been lowered.
+// A large ball stabs into tissue of small triangles: more of them are near at once than a search
+// for holds may look at. The proof holds it, and soon it rests as if it had been lowered.
 TEST(WorkLimit, AStabIntoManyTrianglesIsHeldAndComesToRest) {
   HapticScene scene = testing::ball_tool(50, {0, 0, 51}, 4);
   const auto sheet = testing::sheet(30, 60);

@@ -17,7 +17,8 @@ namespace {
 const TimeInterval kSpan{-1, 3};
 const Vector3 kAxis = Vector3(1, 2, 2) / 3;
 
-// A screw with a swing: p = (sin t, cos 2t, t^2), R = exp(axis * 3 sin t). Bounds from the formulas.
+// A screw with a swing: p = (sin t, cos 2t, t^2), R = exp(axis * 3 sin t). Bounds from the
+// formulas.
 UserMotion::Functions sound() {
   UserMotion::Functions f;
   f.pose = [](Scalar t) {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 
-// Checks a recording of `dyop simulate` against CGAL: recording_check SCENE RECORDING [times]. At the
-// ends of all steps, and at so many times in each of them (default 4), no two bodies may intersect.
-// If the file ends in .poses.json it holds what was drawn instead (tests/view/drawn_poses.mjs).
-// Meshes are looked for as by the dyop command, see DYOP_MESH_PATH. The exit code is 1 if anything is
-// wrong, 2 if the files cannot be used.
+// Checks a recording of `dyop simulate` against CGAL: recording_check SCENE RECORDING [times]. At
+// the ends of all steps, and at so many times in each of them (default 4), no two bodies may
+// intersect. If the file ends in .poses.json it holds what was drawn instead
+// (tests/view/drawn_poses.mjs). Meshes are looked for as by the dyop command, see DYOP_MESH_PATH.
+// The exit code is 1 if anything is wrong, 2 if the files cannot be used.
 
 #include <cstdio>
 #include <cstdlib>

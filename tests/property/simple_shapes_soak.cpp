@@ -5,8 +5,8 @@
 //   simple_shapes_soak CASES [SEED]
 // Sizes 1e-4 to 1e4, ratios of sizes up to 1e6, up to 1e6 sizes from the origin. A case counts as
 // wrong if a bound, a witness point, the normal or the status breaks its promise, and as loose if
-// the bounds are farther apart than rounding. The exit code is 1 if any case is wrong, or more than one
-// in ten thousand loose.
+// the bounds are farther apart than rounding. The exit code is 1 if any case is wrong, or more than
+// one in ten thousand loose.
 
 #include <algorithm>
 #include <array>

@@ -2,12 +2,12 @@
 
 // Steps a scene that should stand and prints how it does:
 // standing_soak SCENE N H END [ROWS], SCENE a kind of generate_scene() with its N, or the name of a
-// scene file (N is then ignored). ROWS: how many rows are printed (default 10). Columns: time, how many
-// bodies are awake, the largest speed of a body (of its centre, and of turning times its radius),
-// the largest way of a body from where it began and since the last row, both over the radius of the
-// body, contacts, unconverged solves, largest residual, stalls, and the processor time of a step.
-// The exit code is 1 if a step was not completed, an island stalled, or a body moved by more than a
-// hundredth of its radius.
+// scene file (N is then ignored). ROWS: how many rows are printed (default 10). Columns: time, how
+// many bodies are awake, the largest speed of a body (of its centre, and of turning times its
+// radius), the largest way of a body from where it began and since the last row, both over the
+// radius of the body, contacts, unconverged solves, largest residual, stalls, and the processor
+// time of a step. The exit code is 1 if a step was not completed, an island stalled, or a body
+// moved by more than a hundredth of its radius.
 
 #include <algorithm>
 #include <cmath>

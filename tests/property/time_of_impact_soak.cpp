@@ -4,8 +4,9 @@
 // with the engine, over shapes, motions, turning rates, scales and places:
 //   time_of_impact_soak COUNT [SEED [rounded]]
 // With `rounded` each query is of a mesh and a ball, a capsule or a rounded hull with a radius of
-// 0.01 to 3 sizes of the mesh, some of them inside it. Prints a table and exits with 1 on any missed impact, penetration, loose impact, or undecided
-// query. Each query is drawn from SEED and its number alone.
+// 0.01 to 3 sizes of the mesh, some of them inside it. Prints a table and exits with 1 on any
+// missed impact, penetration, loose impact, or undecided query. Each query is drawn from SEED and
+// its number alone.
 
 #include <cstdio>
 #include <cstdlib>

@@ -136,8 +136,8 @@ UserMotion::Functions resting() {
 }
 
 TEST_F(ToiBatch, StopsTheQueriesThatAreUnderWay) {
-  // The first evaluation of B's path requests the stop: the query must see it, whether or not it has
-  // a stop of its own. B is where A starts, so that balls about the origins decide nothing.
+  // The first evaluation of B's path requests the stop: the query must see it, whether or not it
+  // has a stop of its own. B is where A starts, so that balls about the origins decide nothing.
   ToiQuery query = random_queries(1)[0];
   const Motion& X_WA = *query.X_WA;
   for (const bool has_own_stop : {false, true}) {

@@ -150,7 +150,8 @@ TEST(PageEncoder, TakesSequencesApartWhereTheirVelocityJumps) {
   EXPECT_EQ(block.numbers("twist.end"), (std::vector<double>{1, 1.5}));
 }
 
-// Cubics through the states at the ends of each row, as the page evaluates them, against the motion.
+// Cubics through the states at the ends of each row, as the page evaluates them, against the
+// motion.
 TEST(PageEncoder, FollowsOtherMotionsByCubics) {
   for (const Scalar far : {0.0, 1e4}) {
     std::vector<ControlPoint> points;

@@ -34,8 +34,8 @@ struct HapticOptions {
   int clearance_work = 100;
   /// The pieces of work after which a tick is cut off as by a deadline, >= 10, but at the same
   /// place in every run; later ticks do the rest. A tool that is stroked along an organ needs some
-  /// hundreds, one that slips up to 5,000; only jumps of the device and infeasible contacts reach the
-  /// default.
+  /// hundreds, one that slips up to 5,000; only jumps of the device and infeasible contacts reach
+  /// the default.
   std::int64_t max_work = 20000;
 };
 

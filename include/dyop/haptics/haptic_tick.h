@@ -107,8 +107,8 @@ struct HapticTick {
   std::vector<ToolClearance> clearances;   ///< one for each obstacle
   Scalar energy_returned = 0;              ///< see VirtualCoupling
   Scalar tissue_stopped = 0;               ///< time of this tick during which tissue was stopped
-  /// Delay behind the newest snapshot caused by stops since it arrived; maximum over obstacles, 0 once
-  /// reached.
+  /// Delay behind the newest snapshot caused by stops since it arrived; maximum over obstacles, 0
+  /// once reached.
   Scalar tissue_lag = 0;
   /// Per obstacle: total of snapshots and meshes given before the tick.
   std::vector<std::int64_t> snapshots;

@@ -39,7 +39,8 @@ struct Panel {
 /// Draws the whole pair, seen across the normal.
 void draw_pair(SvgCanvas& canvas, const Panel& panel, const PairScene& scene);
 
-/// Whether the gap is small enough, beside what draw_pair() shows on `whole`, for a view from nearer.
+/// Whether the gap is small enough, beside what draw_pair() shows on `whole`, for a view from
+/// nearer.
 bool has_close_up(const Panel& whole, const Panel& near, const PairScene& scene);
 
 /// The same from near: around the pivot, as wide as a part of the smaller body or a few gaps.

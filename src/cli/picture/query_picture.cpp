@@ -107,8 +107,8 @@ Scalar tolerance_of(const ToiQuery& query) {
              : default_distance_tolerance(query.a->bounding_radius(), query.b->bounding_radius());
 }
 
-// The witness of the query, or where it has none the nearest points at the time that is drawn. Shapes
-// that overlap have no nearest points and no normal, but a place where they meet.
+// The witness of the query, or where it has none the nearest points at the time that is drawn.
+// Shapes that overlap have no nearest points and no normal, but a place where they meet.
 void add_witness(const ToiQuery& query, const ToiResult& result, PairScene& scene) {
   if (result.contact && result.status == ToiStatus::Impact) {
     scene.witness = *result.contact;

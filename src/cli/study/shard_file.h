@@ -16,8 +16,9 @@ struct Shard {
   std::int64_t count = 1;
 };
 
-/// The results of a shard: a header, then one line per case in the order of their numbers. A process
-/// that is killed leaves at most half a line, which is cut off when the shard is opened again.
+/// The results of a shard: a header, then one line per case in the order of their numbers. A
+/// process that is killed leaves at most half a line, which is cut off when the shard is opened
+/// again.
 class ShardFile {
  public:
   /// Opens the shard's file in a directory, or creates it, and keeps other processes out.

@@ -113,8 +113,8 @@ std::optional<ContactPoint> fitted_contact(const ContactPoint& nearest,
 
 namespace {
 
-// Cosine of the angle from a triangle's normal to those of its vertices up to which it is a facet of
-// something smooth.
+// Cosine of the angle from a triangle's normal to those of its vertices up to which it is a facet
+// of something smooth.
 constexpr Scalar kSmoothCosine = 0.99;
 
 const TriangleMesh* mesh_of(const Shape& shape) {
@@ -215,7 +215,8 @@ std::optional<Vector3> nearest_point(const SmoothFacet& facet, const Vector3& ce
   Vector3 p = begin;
   for (int k = 0; k < kSteps; ++k) {
     const Scalar height = (center - p).dot(facet.normal);
-    // What the direction to the centre and the normal differ by, and how that changes along the plane.
+    // What the direction to the centre and the normal differ by, and how that changes along the
+    // plane.
     const auto difference = [&](const Vector3& at) -> Eigen::Matrix<Scalar, 2, 1> {
       const Vector3 n = facet.normal_at(at);
       return plane.transpose() * ((center - at) / height - n / n.dot(facet.normal));

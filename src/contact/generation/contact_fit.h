@@ -20,7 +20,8 @@ inline constexpr Scalar kContactFitRestOffsets = 0.1;
 /// of a finely faceted rim: where the parabola through the nearest contact and its neighbours on
 /// both sides comes nearest. Its points and normal are combinations of theirs, fixed in the bodies
 /// like theirs; the rest is that of the nearest one. A corner is up to half a facet ahead of that
-/// place or behind it, at random from step to step, and so is the lever of the force that acts there.
+/// place or behind it, at random from step to step, and so is the lever of the force that acts
+/// there.
 ///
 /// None where the contacts near the nearest one are not in a row, or of different kinds, or where
 /// the parabola dips below its chords by more than `most_sagitta`, a length: such corners count.
@@ -31,8 +32,8 @@ DYOP_EXPORT std::optional<ContactPoint> fitted_contact(const ContactPoint& neare
 
 /// Contacts of a ball, or of a rounded corner, on a finely faceted mesh: moves them to where the
 /// smooth surface comes nearest whose normals at the mesh's vertices are those of a sphere through
-/// the neighbours ([Max1999]), in between linear. A facet's own normal is off by up to half the angle
-/// to the next one, at random from step to step as the ball rolls.
+/// the neighbours ([Max1999]), in between linear. A facet's own normal is off by up to half the
+/// angle to the next one, at random from step to step as the ball rolls.
 ///
 /// Left alone: contacts on facets that leave that surface by more than `most_sagitta`, a length, at
 /// a border, or with a vertex whose triangles turn too much. 0: all are. Returns whether any moved.

@@ -155,8 +155,8 @@ class DoubleRemoval {
 };
 
 // Of two at one place: on a finely faceted surface the tolerance reaches over several facets, and
-// only the nearest has the surface's normal there. Two triangles with the same edge may both give it
-// as the foot of a vertex; in whatever order they were visited, the same one counts.
+// only the nearest has the surface's normal there. Two triangles with the same edge may both give
+// it as the foot of a vertex; in whatever order they were visited, the same one counts.
 bool DoubleRemoval::is_better(const FoundContact& x, const FoundContact& y) const {
   const Scalar unit = 8 * query_.noise;  // distances that rounding may swap are the same
   const Scalar x_upper = std::floor(x.upper / unit);

@@ -57,8 +57,8 @@ ContactQuery contact_query(const ContactSurface& surface_a, const Shape& a, cons
 /// How far apart two findings of one contact may be when it is `distance` from the other shape.
 Scalar spread_of_doubles(const ContactQuery& query, Scalar distance);
 
-/// Puts all pairs of leaves within reach into the workspace's `first_pairs`. Returns false if it has
-/// no list of neighbours that covers that.
+/// Puts all pairs of leaves within reach into the workspace's `first_pairs`. Returns false if it
+/// has no list of neighbours that covers that.
 bool list_neighbours(ContactWorkspace& workspace, const Shape& a, const RigidPose& X_WA,
                      const Shape& b, const RigidPose& X_WB, Scalar reach);
 

@@ -85,9 +85,9 @@ bool Reduction::is_wanted_before(std::size_t x, std::size_t y) const {
 }
 
 // Of two rims side by side, or two ends of a rim, the cluster's nearest contact is on one; on the
-// other the lowest one touches first, not the one that is farthest from the first. It lowers the gap
-// by more than a tenth of a change that counts, and none lower is close to it: on a tilted plane that
-// is no place of its own.
+// other the lowest one touches first, not the one that is farthest from the first. It lowers the
+// gap by more than a tenth of a change that counts, and none lower is close to it: on a tilted
+// plane that is no place of its own.
 std::size_t Reduction::lowest_beside(std::size_t wanted) const {
   if (!options_.merging) return wanted;
   const Scalar apart = standing_[wanted].apart;
@@ -128,11 +128,11 @@ void Reduction::run() {
   for (std::size_t leader; (leader = nearest_free()) < contacts_.size();) thin_cluster(leader);
 }
 
-// Lets the nearest of the contacts on a curved surface stand for all that are linked to it by facets
-// shorter than three ways of the step: one that touches at its end is one way ahead, and the solve
-// at the end feels those up to two ways ahead. Longer facets are a polygon's. Links lead on, because
-// a contact beyond three ways would measure its gap at the end where the first one is by then, and
-// brake or drive.
+// Lets the nearest of the contacts on a curved surface stand for all that are linked to it by
+// facets shorter than three ways of the step: one that touches at its end is one way ahead, and the
+// solve at the end feels those up to two ways ahead. Longer facets are a polygon's. Links lead on,
+// because a contact beyond three ways would measure its gap at the end where the first one is by
+// then, and brake or drive.
 class Merging {
  public:
   Merging(const ContactMerging& merging, std::vector<ContactPoint>& contacts)

@@ -32,7 +32,8 @@ inline bool can_touch(const Below& a, const Below& b) {
   return a.vertices || b.vertices || (a.edges && b.edges);
 }
 
-/// Whether a box comes as near to a place; by the ball around it, which is enough to leave out most.
+/// Whether a box comes as near to a place; by the ball around it, which is enough to leave out
+/// most.
 inline bool comes_near(const ShapeTree& tree, std::int32_t box, const Vector3& place,
                        Scalar distance) {
   if (!(distance < kInfinity)) return true;
@@ -41,8 +42,8 @@ inline bool comes_near(const ShapeTree& tree, std::int32_t box, const Vector3& p
                       (1 + kPointBoxNoise) * std::sqrt(tree.squared_half_diagonal(box)));
 }
 
-/// Calls visit(leaf_a, leaf_b) for all pairs of leaves within reach, and at the query's place, below
-/// those that the query begins with, if is_sought(pair of boxes) holds on the way down.
+/// Calls visit(leaf_a, leaf_b) for all pairs of leaves within reach, and at the query's place,
+/// below those that the query begins with, if is_sought(pair of boxes) holds on the way down.
 template <typename IsSought, typename Visit>
 void visit_near_leaves(const ShapeTree& tree_a, const ShapeTree& tree_b, const ContactQuery& query,
                        BoxPairStack& stack, const IsSought& is_sought, const Visit& visit) {

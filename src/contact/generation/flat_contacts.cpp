@@ -231,8 +231,8 @@ class FlatPairs {
   enum class Place : std::uint8_t { PointOfA, PointOfB, Crossing };
 
   const FacingPart& part(bool of_a) const { return of_a ? a_ : b_; }
-  // Keeps a pair of points, p on the shape `p_is_of_a` says and q on the other one, along the outward
-  // normal of one of them.
+  // Keeps a pair of points, p on the shape `p_is_of_a` says and q on the other one, along the
+  // outward normal of one of them.
   struct Pair {
     bool p_is_of_a;
     Vector3 p, q;
@@ -306,7 +306,7 @@ void FlatPairs::add_points(bool of_a) {
   const FacingPart& own = part(of_a);
   if (own.kind == FacingPart::Kind::Disc) return add_rim(of_a);
   for (std::size_t k = 0; k < own.corners.size(); ++k) {
-    add_point(of_a, own.corners[k], int(k), (own.inner_corners >> k & 1) != 0);
+    add_point(of_a, own.corners[k], int(k), own.is_inner_corner(k));
   }
 }
 
@@ -326,7 +326,7 @@ void FlatPairs::cross_circle_and_polygon(bool circle_is_of_a) {
       if (t < 0 || t > 1) continue;
       const Vector3 q = from + t * along;
       emit({circle_is_of_a, foot_on(disc, q), q, circle_is_of_a, disc.normal}, Place::Crossing,
-           int(2 * k + i), (polygon.inner_sides >> k & 1) != 0);
+           int(2 * k + i), polygon.is_inner_side(k));
     }
   }
 }
@@ -359,7 +359,7 @@ void FlatPairs::add_line_on_area(bool line_is_of_a) {
   for (std::size_t k = 0; k < 2; ++k) {
     const Vector3 p = from + stretch.at[k] * along;
     const int side = stretch.sides[k];
-    const bool is_inner = side >= 0 && (area.inner_sides >> side & 1) != 0;
+    const bool is_inner = side >= 0 && area.is_inner_side(std::size_t(side));
     emit({line_is_of_a, p, foot_on(area, p), !line_is_of_a, area.normal},
          line_is_of_a ? Place::PointOfA : Place::PointOfB, int(k), is_inner);
   }

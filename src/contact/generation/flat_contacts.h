@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -25,6 +26,8 @@ struct FacingPart {
   std::uint8_t inner_corners = 0;
   std::uint8_t inner_sides = 0;
 
+  bool is_inner_corner(std::size_t k) const { return k < 3 && (inner_corners >> k & 1) != 0; }
+  bool is_inner_side(std::size_t k) const { return k < 3 && (inner_sides >> k & 1) != 0; }
   bool has_area() const { return kind == Kind::Polygon || kind == Kind::Disc; }
 };
 

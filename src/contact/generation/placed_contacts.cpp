@@ -11,8 +11,8 @@
 namespace dyop::contact_internal {
 namespace {
 
-// How far apart the features of a contact can be before B is moved: with g its gap by then and c the
-// cosine of its normal, g^2 - 2 g lift c + lift^2, which is largest at an end of [0, reach].
+// How far apart the features of a contact can be before B is moved: with g its gap by then and c
+// the cosine of its normal, g^2 - 2 g lift c + lift^2, which is largest at an end of [0, reach].
 Scalar unlifted_reach(const ContactPlace& place) {
   const Scalar at_reach = place.reach * place.reach - 2 * place.reach * place.lift * kPlacedCosine +
                           place.lift * place.lift;

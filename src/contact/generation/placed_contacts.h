@@ -43,9 +43,9 @@ inline constexpr Scalar kPlacedCosine = 0.85;
 
 /// Calls take(number, contacts) for every place, with the contacts of its region that
 /// generate_contacts() would find there, in that order: at least all whose points are one above the
-/// other along a normal that leans from the place's by at most kPlacedCosine, and whose point of A is
-/// not nearer to another place's point. One pass over the pieces that are near each other, however
-/// many places there are.
+/// other along a normal that leans from the place's by at most kPlacedCosine, and whose point of A
+/// is not nearer to another place's point. One pass over the pieces that are near each other,
+/// however many places there are.
 /// @return False if it was interrupted: then nothing was taken.
 DYOP_EXPORT bool generate_placed_contacts(
     const PlacedSearch& search, ContactWorkspace& workspace,

@@ -17,7 +17,8 @@
 namespace dyop::contact_internal {
 
 // Other starting points for a problem that the solvers did not solve from the one they were given.
-// With friction there may be several solutions, and iterations that circle between two wrong states.
+// With friction there may be several solutions, and iterations that circle between two wrong
+// states.
 class ContactRestart {
  public:
   // Keeps the problem's coefficients of friction.
@@ -86,8 +87,8 @@ namespace dyop {
 namespace {
 
 // Bodies seem to rest if the tolerance is at most this part of the residual without impulses:
-// contact_tolerance() asks for so little only where nothing moves by much more than a rest offset per
-// step. Found by measurement.
+// contact_tolerance() asks for so little only where nothing moves by much more than a rest offset
+// per step. Found by measurement.
 constexpr Scalar kRestingPart = 3e-5;  // literal: a ratio of residuals
 
 void keep(const contact_internal::ContactSystem& system, std::vector<Vector3>& lambda) {
@@ -107,8 +108,8 @@ ContactCascade::ContactCascade()
       restart_(std::make_unique<contact_internal::ContactRestart>()) {}
 ContactCascade::~ContactCascade() = default;
 
-// Solvers one after the other, each from the best answer so far, which is left in the system. `best`
-// is the residual before.
+// Solvers one after the other, each from the best answer so far, which is left in the system.
+// `best` is the residual before.
 Scalar ContactCascade::run_round(contact_internal::ContactSystem& system, Scalar best,
                                  const ContactSolverOptions& options, ContactReport& report) {
   for (ContactSolver* solver : order_) {
@@ -142,11 +143,10 @@ void ContactCascade::improve(contact_internal::ContactSystem& system,
       return;
     }
   }
-  // Joints alone are solved at once by Gauss-Seidel, and with large ratios of masses slowly by Newton.
-  const bool has_contacts =
-      !system.blocks().empty() && system.blocks().back().kind != contact_internal::BlockKind::Row;
+  // Joints alone are solved at once by Gauss-Seidel, and with large ratios of masses slowly by
+  // Newton.
   const bool starts_well = is_small || best <= kContactGoodStart * without_impulses;
-  if (starts_well && has_contacts) std::swap(order_[0], order_[1]);
+  if (starts_well && system.has_contacts()) std::swap(order_[0], order_[1]);
   for (int round = 0; round < options.cascade_rounds; ++round) {
     const Scalar before = std::exchange(best, run_round(system, best, options, report));
     if (best <= options.tolerance || is_over(options.interrupt)) return;

@@ -61,8 +61,8 @@ inline Scalar tangent_length(const Vector3& x) {
   return std::sqrt(a * a + b * b);
 }
 
-// Nearest point of {(n, t): |t| <= friction n}. Inline, as is project(): solvers spend most of their
-// time here.
+// Nearest point of {(n, t): |t| <= friction n}. Inline, as is project(): solvers spend most of
+// their time here.
 inline Vector3 project_onto_cone(const Vector3& x, Scalar friction) {
   const Scalar t = tangent_length(x);
   if (x[0] >= 0 && t <= friction * x[0]) return x;

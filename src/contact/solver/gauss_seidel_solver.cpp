@@ -13,8 +13,8 @@
 namespace dyop::contact_internal {
 namespace {
 
-// Times a row's mobility. Larger: rounding in the factors is felt; smaller: more steps for chains of
-// unequal masses.
+// Times a row's mobility. Larger: rounding in the factors is felt; smaller: more steps for chains
+// of unequal masses.
 constexpr Scalar kRowPenalty = 1e8;
 constexpr int kMostRowSteps = 12;
 // Part of the tolerance that is left to the rows.
@@ -22,9 +22,10 @@ constexpr Scalar kRowGoal = 0.1;
 
 }  // namespace
 
-// Rows of joints without bounds: solved all at once for given impulses of the others, in time linear in the bodies of a tree. By the method of multipliers with so large
-// a penalty that a few steps with one factorisation do, however unequal the masses are; where rows
-// repeat each other it gives impulses that change least.
+// Rows of joints without bounds, solved all at once for given impulses of the others, in time
+// linear in the bodies of a tree: by the method of multipliers with so large a penalty that a few
+// steps with one factorisation do, however unequal the masses are; where rows repeat each other it
+// gives impulses that change least.
 class FreeRows {
  public:
   // Returns whether there are any.
@@ -239,9 +240,7 @@ void GaussSeidelSolver::improve(ContactSystem& system, const ContactSolverOption
   FreeRows& rows = memory_->rows;
   // Not beside contacts: where their loads are not determined, as of jaws that hold something, rows
   // that are relaxed one by one share them more evenly.
-  const bool has_contacts =
-      !system.blocks().empty() && system.blocks().back().kind != BlockKind::Row;
-  const bool has_rows = !has_contacts && rows.begin(system);
+  const bool has_rows = !system.has_contacts() && rows.begin(system);
   for (int i = 0; i < limit && !is_over(options.interrupt); ++i) {
     ++report.sweeps;
     memory_->keep(system);

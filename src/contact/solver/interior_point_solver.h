@@ -37,8 +37,8 @@ struct ConeScaling {
   ConeScaling(const Vector3& z, const Vector3& x);
 };
 
-// Solves a system as if nothing that presses slid: without De Saxce's shift the laws are the optimum
-// of a convex problem,
+// Solves a system as if nothing that presses slid: without De Saxce's shift the laws are the
+// optimum of a convex problem,
 //   min 1/2 |y|^2  such that  free + G y  in the dual cone of every contact,
 // found by a primal-dual interior point method with Mehrotra's predictor ([Mehrotra1992]) in about
 // ten factorisations, however many contacts are redundant. Where bodies rest that is the answer.

@@ -22,9 +22,9 @@ class ImpulseDrift {
   // Forgets earlier iterations.
   void clear();
 
-  // Call after each outer iteration with its penalty and the impulses from before it. If they go on changing like the last time, moves the system's impulses along
-  // that change until the first of them that was inside its bounds reaches them. Returns whether it
-  // did.
+  // Call after each outer iteration with its penalty and the impulses from before it. If they go on
+  // changing like the last time, moves the system's impulses along that change until the first of
+  // them that was inside its bounds reaches them. Returns whether it did.
   bool follow(ContactSystem& system, const std::vector<Vector3>& before, Scalar penalty);
 
  private:

@@ -33,10 +33,11 @@ EndGap end_gap(const ContactPoint& point, const BodyRecord& a, const RigidPose& 
                const RigidPose& X_WB_end);
 
 /// How far a gap may close at the rate of its start without taking more than `room` meanwhile. A
-/// corner of a fast turning body comes down and is up again at the end of the substep: over it, s from 0
-/// to 1, the gap is g - c s + e s^2 with the closing c and the error e > 0 of the linear prediction.
-/// Its least value, g - c^2 / (4 e), must not fall short by more than the room. Infinite where e <=
-/// room: with c <= 2 e the dip is at most e, and with a larger c the end is nearest.
+/// corner of a fast turning body comes down and is up again at the end of the substep: over it, s
+/// from 0 to 1, the gap is g - c s + e s^2 with the closing c and the error e > 0 of the linear
+/// prediction. Its least value, g - c^2 / (4 e), must not fall short by more than the room.
+/// Infinite where e <= room: with c <= 2 e the dip is at most e, and with a larger c the end is
+/// nearest.
 Scalar closing_at_dip(Scalar room, Scalar error);
 
 /// The contact of a hit, moved back with its bodies to earlier poses: the normal moves with its

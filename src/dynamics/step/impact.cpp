@@ -70,7 +70,8 @@ WorldContact world_contact(const RunPair& pair, const ContactPoint& point, Scala
 // Limit of rounds at one time; a row of so many balls passes a push on.
 constexpr int kMostImpactRounds = 100;
 
-// After so many rounds without a solution a body has no way out, and more impulses would only be noise.
+// After so many rounds without a solution a body has no way out, and more impulses would only be
+// noise.
 constexpr int kMostUnsolvedRounds = 2;
 
 // The impact law at one time, one round of it: every contact that closes fast leaves with its

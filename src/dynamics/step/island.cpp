@@ -26,9 +26,9 @@ namespace dyop::dynamics_internal {
 /// Contacts that push two overlapping bodies apart: an estimate, for a pair without a certificate.
 ///
 /// A direction is guessed: the penetration of two convex shapes; of meshes the mean normal of the
-/// faces that cross, if there are closed meshes; else the axis along which the bodies' boxes overlap
-/// least. B is taken out along it until `gap` is free, the contacts there are found, and carried
-/// back, so that they have negative gaps. Empty if that does not work out.
+/// faces that cross, if there are closed meshes; else the axis along which the bodies' boxes
+/// overlap least. B is taken out along it until `gap` is free, the contacts there are found, and
+/// carried back, so that they have negative gaps. Empty if that does not work out.
 std::vector<ContactPoint> estimate_overlap(const BodyRecord& a, const RigidPose& X_WA,
                                            const BodyRecord& b, const RigidPose& X_WB, Scalar gap,
                                            ContactWorkspace& workspace);
@@ -410,8 +410,8 @@ std::vector<BodyMove> IslandRun::flights_to(Scalar t_end) {
   return moves;
 }
 
-// Flies to the end of the step, or to the first hit that bounces. Returns false if the bodies do not
-// come apart, or meet too slowly to bounce: then contacts have to be solved.
+// Flies to the end of the step, or to the first hit that bounces. Returns false if the bodies do
+// not come apart, or meet too slowly to bounce: then contacts have to be solved.
 bool IslandRun::try_flight() {
   const TimeInterval interval{now_, context_.t_end};
   std::vector<BodyMove> moves = flights_to(interval.end);
@@ -584,8 +584,8 @@ IslandOutcome IslandRun::run() {
 
 namespace {
 
-// Contacts are sought as far as those of the last substep close in so many steps: impulses of others may
-// speed that up. Larger: more contacts that carry nothing; smaller: more hits.
+// Contacts are sought as far as those of the last substep close in so many steps: impulses of
+// others may speed that up. Larger: more contacts that carry nothing; smaller: more hits.
 constexpr Scalar kApproaches = 2;
 // A reach in use may be so many times what is needed.
 constexpr Scalar kMostReach = 4;

@@ -119,8 +119,8 @@ struct SubstepContact {
   int hits = 0;
 };
 
-/// The large arrays of a SubstepProblem. Made anew for every substep, they would go back to the system and
-/// be cleared again each time: a third of the step of a wall that stands.
+/// The large arrays of a SubstepProblem. Made anew for every substep, they would go back to the
+/// system and be cleared again each time: a third of the step of a wall that stands.
 struct SubstepMemory {
   ContactProblem problem;
   std::vector<SubstepContact> contacts;
@@ -134,8 +134,8 @@ struct StepWorkspace {
   std::vector<SubstepMemory> spare;  // what no substep uses at present
 };
 
-/// Steps one island from the committed states to the end of the step, in substeps: free flight while
-/// nothing touches, else contact substeps (Substep), with impacts in between.
+/// Steps one island from the committed states to the end of the step, in substeps: free flight
+/// while nothing touches, else contact substeps (Substep), with impacts in between.
 class IslandRun {
  public:
   IslandRun(const StepContext& context, const Island& island, StepWorkspace& workspace);
@@ -188,9 +188,9 @@ class IslandRun {
   Scalar contact_restitution_speed(const RunPair& pair) const;
   /// How a body outside the island moves over [now(), t_end].
   BodyMove support_move(const BodyRecord& body) const;
-  /// Twist of its centre of mass at now(). At the end of a substep that of a prescribed motion is the one
-  /// with which the substep ends: set_next_pose() motions have a velocity jump there; the incoming
-  /// velocity keeps resting bodies from being braked.
+  /// Twist of its centre of mass at now(). At the end of a substep that of a prescribed motion is
+  /// the one with which the substep ends: set_next_pose() motions have a velocity jump there; the
+  /// incoming velocity keeps resting bodies from being braked.
   Twist central_twist(const std::optional<std::size_t>& member, const BodyRecord& body) const;
 
   /// Advances to time t: appends the moves (by member) and the proofs (by pair). A certificate of a

@@ -12,8 +12,8 @@ namespace dyop::dynamics_internal {
 
 namespace {
 
-// If the predicted joint error still changes by more than this fraction of the closable error, reject
-// the substep.
+// If the predicted joint error still changes by more than this fraction of the closable error,
+// reject the substep.
 constexpr Scalar kGuessedPart = 0.1;
 // Substeps of this part of a step are not shortened for a joint.
 constexpr Scalar kLeastJointedSubstep = 1.0 / 64;  // literal: of a turn a step, a tenth of a radian

@@ -11,7 +11,8 @@
 namespace dyop::dynamics_internal {
 
 /// Targets of the joints' rows for a move of length tau: they close the joint's errors, no faster
-/// than bodies that began too near are pushed apart, and undo all that the substep itself would add.
+/// than bodies that began too near are pushed apart, and undo all that the substep itself would
+/// add.
 void set_joint_targets(SubstepProblem& substep, Scalar tau);
 
 /// Pose of the frame B of a body at the end of the move.
@@ -22,8 +23,8 @@ using EndPose =
 /// much that the solve must be repeated.
 bool update_joint_errors(SubstepProblem& substep, Scalar tau, const EndPose& end_pose);
 
-/// Whether the prediction of a joint's end still changes much: the bodies turn too far in a substep of
-/// length tau to be held, and a shorter one is needed.
+/// Whether the prediction of a joint's end still changes much: the bodies turn too far in a substep
+/// of length tau to be held, and a shorter one is needed.
 bool joints_are_guessed(const SubstepProblem& substep, Scalar tau);
 
 /// Removes from the targets what only recovers errors of position. Returns whether there was any.
@@ -36,8 +37,8 @@ bool release_joint_recovery(SubstepProblem& substep, Scalar tau);
 /// With D from P to Q, its middle value D_m = (D_begin + D_end) / 2 and u = D / |D_m|, the force on
 /// B along an axis x is -k_x (x . D_m - rest_x) - c_x x . D', D' = (D_end - D_begin) / tau: along
 /// u with stiffness, damping and rest length, across it with the stiffness k (1 - rest / |D_m|)
-/// that a stretched spring has there. A spring that the step does not resolve takes its force at the
-/// end of the move instead.
+/// that a stretched spring has there. A spring that the step does not resolve takes its force at
+/// the end of the move instead.
 class SpringRows {
  public:
   /// Adds the rows, after those of joints.
@@ -46,8 +47,8 @@ class SpringRows {
   void set_targets();
   /// Compares the ends with their linear prediction. Returns whether the solve must be repeated.
   bool update(const EndPose& end_pose);
-  /// The velocities of the last solve, had the substep been cut to `share` of tau, differ by the rest
-  /// of the impulses: keeps what remains of them for the end.
+  /// The velocities of the last solve, had the substep been cut to `share` of tau, differ by the
+  /// rest of the impulses: keeps what remains of them for the end.
   void keep_impulses(Scalar share);
   /// Impulse on a member by the half that was cut off, to be added.
   void add_cut(Scalar share, std::size_t member, Vector3& v_W, Vector3& L_W) const;
@@ -74,9 +75,9 @@ class SpringRows {
   std::vector<Entry> entries_;
 };
 
-/// The second half at the end of a substep of length tau, on the members' free velocities. A spring or
-/// damper that would turn a motion round within the half step is solved implicitly there too, as a
-/// row that looks half a step ahead: what the step cannot resolve dies down.
+/// The second half at the end of a substep of length tau, on the members' free velocities. A spring
+/// or damper that would turn a motion round within the half step is solved implicitly there too, as
+/// a row that looks half a step ahead: what the step cannot resolve dies down.
 void add_spring_ends(SubstepProblem& node, Scalar tau, std::vector<Vector3>& free_L_W);
 
 }  // namespace dyop::dynamics_internal

@@ -18,16 +18,17 @@ struct SelfStress {
 };
 
 /// Looks for impulses in the friction cones of the contacts, and of rigid rows of joints, that
-/// balance on each of the first `movable` bodies and take work from prescribed motions of the others.
-/// With them a problem is proven infeasible: friction locks itself, however large the impulses, and no velocity of
-/// the bodies has u . n - target >= friction |sliding velocity| at all contacts: by Farkas' lemma
-/// exactly one of the two exists. Where such a velocity exists, so does a solution of Coulomb's law
-/// ([Acary2011]).
+/// balance on each of the first `movable` bodies and take work from prescribed motions of the
+/// others. With them a problem is proven infeasible: friction locks itself, however large the
+/// impulses, and no velocity of the bodies has u . n - target >= friction |sliding velocity| at all
+/// contacts: by Farkas' lemma exactly one of the two exists. Where such a velocity exists, so does
+/// a solution of Coulomb's law ([Acary2011]).
 ///
 /// An ellipse counts with its smaller coefficient and a friction law as none, so what is found is
 /// true of them too. Springs and motors, which give way, take no part.
 ///
-/// @param imbalance  What may be left of force or torque on a body, over its lever arm, as a part of
+/// @param imbalance  What may be left of force or torque on a body, over its lever arm, as a part
+/// of
 ///   the work over the speed of the prescribed motion; at least 1e-5, which counts as a proof. Impulses
 ///   that balance up to 1e-3, say, would lock with that much more friction, or with contacts at
 ///   places that much apart; solutions ask for impulses so much larger than what they accelerate.

@@ -10,8 +10,9 @@
 
 namespace dyop::dynamics_internal {
 
-/// Relative motion over a span tau, seen from a plane fixed to one shape S. A point of the other one,
-/// O, that starts at most l from S's centre of mass leaves the chord between its places by at most
+/// Relative motion over a span tau, seen from a plane fixed to one shape S. A point of the other
+/// one, O, that starts at most l from S's centre of mass leaves the chord between its places by at
+/// most
 ///     tau^2 / 8 (w_O^2 r_O + 2 w_S V + w_S^2 (l + tau V)),  V = |v_O - v_S| + w_O r_O,
 /// = `bend` + `bend_slope` l. So it is never nearer to the plane by more than that than at an end.
 struct ChordMotion {
@@ -28,8 +29,8 @@ struct ChordMotion {
   Side b;
 };
 
-/// For pairs of pieces that slide or roll past each other, a direction that parts them, from step to
-/// step: a unit normal, fixed to the one of the two shapes that has a face there. Support values
+/// For pairs of pieces that slide or roll past each other, a direction that parts them, from step
+/// to step: a unit normal, fixed to the one of the two shapes that has a face there. Support values
 /// tell how far the pieces are apart along it at both ends of a step; in between that changes
 /// like a line, up to the bend of the motion. So a direction, once found, proves most steps of its
 /// pair without a distance.

@@ -62,15 +62,16 @@ EndGap end_of_features(const SubstepProblem& substep, std::size_t contact, const
   return end;
 }
 
-// Where these contacts of a substep of length tau are at its end, after the last solve, in their order.
+// Where these contacts of a substep of length tau are at its end, after the last solve, in their
+// order.
 // @param poses By pair.
 // @return None if the search was cut off; see measured_end_gaps().
 std::optional<std::vector<EndGap>> find_ends(SubstepProblem& substep, Scalar tau,
                                              std::span<const PairPoses> poses,
                                              std::span<const std::size_t> contacts) {
   std::vector<EndGap> ends(contacts.size());
-  // The facet of a contact on a curved surface says little about its end: other facets may have come
-  // nearer by then. Those of one pair are looked for together.
+  // The facet of a contact on a curved surface says little about its end: other facets may have
+  // come nearer by then. Those of one pair are looked for together.
   std::vector<std::size_t> curved;
   const auto pair_of = [&](std::size_t k) { return substep.contacts()[contacts[k]].pair; };
   for (std::size_t k = 0; k < contacts.size(); ++k) {
@@ -132,8 +133,8 @@ class SubstepProofs {
   /// By pair.
   const std::vector<Certificate>& certificates() const { return certificates_; }
   bool is_complete() const { return hits_ == 0; }
-  /// Whether so many pairs are left, and hardly fewer than in the round before, that a shorter substep
-  /// is sooner found than the rest of their answers.
+  /// Whether so many pairs are left, and hardly fewer than in the round before, that a shorter
+  /// substep is sooner found than the rest of their answers.
   bool is_hopeless() const;
   /// The pair that is hit first, if some is.
   std::size_t first_hit() const;
@@ -255,12 +256,12 @@ namespace {
 // The part of its impulses with which the next solve of an island that moves begins. How four
 // corners share a load, or where two jaws press on what they hold, is not determined: a solve keeps
 // what it begins with and adds a little error, so that over many steps the loads drift to a corner.
-// Where friction acts depends on it. Decaying the warm start removes the indeterminate component; the
-// solve restores the rest.
+// Where friction acts depends on it. Decaying the warm start removes the indeterminate component;
+// the solve restores the rest.
 constexpr Scalar kKeptLoad = 0.7;
 
-// The impulses of a substep, per contact: those of its move and of its end. The latter warm-start the
-// next move.
+// The impulses of a substep, per contact: those of its move and of its end. The latter warm-start
+// the next move.
 void keep_impulses(IslandRun& run, const SubstepProblem& node, const std::vector<Vector3>& moving,
                    Scalar tau) {
   const Scalar kept = node.loads_may_drift(tau) ? kKeptLoad : 1;
@@ -342,11 +343,11 @@ constexpr int kMostSpinSweeps = 4;
 constexpr int kHitAttempts = 3;
 // A round has brought nothing if it leaves this part of the residual of the one before.
 constexpr Scalar kNoProgress = 0.9;
-// Infeasible substeps that only use the room that is left, in one step. By then it is so at more than
-// one pose.
+// Infeasible substeps that only use the room that is left, in one step. By then it is so at more
+// than one pose.
 constexpr int kMostInfeasible = 3;
-// Per pair and step. If the bodies fail to meet where a hit ended the substep, that hit exists only in
-// the longer one (a joint swings what spins fast): it is solved there as a contact.
+// Per pair and step. If the bodies fail to meet where a hit ended the substep, that hit exists only
+// in the longer one (a joint swings what spins fast): it is solved there as a contact.
 constexpr int kMostMissedLandings = 2;
 // Substep length of a coarsely solved island, as a fraction of the step.
 constexpr Scalar kCoarseSubstepPart = 0.25;

@@ -48,8 +48,8 @@ class Horizon {
 /// @return Whether time advanced.
 bool run_substep(IslandRun& run, bool may_bounce);
 
-/// The end of a substep of length tau, at now(): the other half of the kick, and contacts at the new
-/// poses.
+/// The end of a substep of length tau, at now(): the other half of the kick, and contacts at the
+/// new poses.
 void solve_substep_end(IslandRun& run, Scalar tau, bool may_bounce);
 
 }  // namespace dyop::dynamics_internal

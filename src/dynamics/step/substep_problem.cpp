@@ -12,32 +12,34 @@ namespace dyop::dynamics_internal {
 
 namespace {
 
-// Above this many contacts an island is "large": tolerance = 1e-2 x speed, falling quadratically below
-// one rest offset per step where no static balance could put it to sleep: else what stands creeps. Ten times larger: it sways longer. Where something slides
-// slowly beside redundant contacts, solvers hardly reach that, and gain next to nothing once so many
-// factorisations have not halved the residual.
+// Above this many contacts an island is "large": tolerance = 1e-2 x speed, falling quadratically
+// below one rest offset per step where no static balance could put it to sleep: else what stands
+// creeps. Ten times larger: it sways longer. Where something slides slowly beside redundant
+// contacts, solvers hardly reach that, and gain next to nothing once so many factorisations have
+// not halved the residual.
 constexpr std::size_t kLargeContacts = 300;
 constexpr Scalar kLargeSpeedTolerance = 1e-2;
 constexpr int kLargePatience = 30;
-// A large one in which something moves by so many rest offsets per step is solved coarsely if it has more contacts
-// per body than this, that is, one and a half times as many impulses as velocities: many cheap substeps
-// beat few exact ones. With fewer, as of links, impulses are nearly unique, and Newton's method finds
-// them soon. Its residual, in rest offsets per substep: so much less may a gap become than asked for. All
-// found by measurement.
+// A large one in which something moves by so many rest offsets per step is solved coarsely if it
+// has more contacts per body than this, that is, one and a half times as many impulses as
+// velocities: many cheap substeps beat few exact ones. With fewer, as of links, impulses are nearly
+// unique, and Newton's method finds them soon. Its residual, in rest offsets per substep: so much
+// less may a gap become than asked for. All found by measurement.
 constexpr Scalar kCoarseTravel = 20;
 constexpr std::size_t kCoarseContactsPerBody = 3;
 constexpr Scalar kCoarseTolerance = 0.3;
-// So many bodies without joints that move by so many rest offsets per step are a crowd that falls or
-// is thrown, not a structure: a thousandth of its speed is exact enough, up to what a gap may lose in
-// a substep, and sweeps find that sooner than factorisations. Found by measurement on poured spheres.
+// So many bodies without joints that move by so many rest offsets per step are a crowd that falls
+// or is thrown, not a structure: a thousandth of its speed is exact enough, up to what a gap may
+// lose in a substep, and sweeps find that sooner than factorisations. Found by measurement on
+// poured spheres.
 constexpr std::size_t kCrowdBodies = 20;
 constexpr Scalar kCrowdTravel = 100;
 constexpr Scalar kCrowdSpeedTolerance = 1e-3;
 constexpr int kCrowdSweeps = 150;
 // Radians. Past this, the end-gap correction feeds back on itself and diverges.
 constexpr Scalar kMostContactTurn = 1;
-// An island moves if its fastest body's way in a substep is this part of the rest offset or more, as for
-// sleep.
+// An island moves if its fastest body's way in a substep is this part of the rest offset or more,
+// as for sleep.
 constexpr Scalar kDriftTravel = 0.01;
 // How much farther a contact is pushed that was hit, in rest offsets; doubled each time.
 constexpr Scalar kHitPush = 0.5;
@@ -233,7 +235,8 @@ void SubstepProblem::add_from_below(std::vector<Place> places) {
 }
 
 // To a part of the speed with which the island moves. Of bodies at rest that is what the last
-// solves left, not what gravity would give them in a step: else stacks sway with the solver's error.
+// solves left, not what gravity would give them in a step: else stacks sway with the solver's
+// error.
 Scalar SubstepProblem::tolerance(Scalar tau) const {
   tau = std::max(tau, least_substep());
   Scalar fastest = start_speed_;
@@ -388,8 +391,8 @@ namespace {
 
 using RunPair = IslandRun::RunPair;
 
-// The solve is repeated if a contact would slip by this part of the rest offset because it sticks at
-// another place than before. Larger: what spins or pivots gains or loses energy at first order.
+// The solve is repeated if a contact would slip by this part of the rest offset because it sticks
+// at another place than before. Larger: what spins or pivots gains or loses energy at first order.
 constexpr Scalar kStickingChange = 0.001;
 // kErrorChange for smooth contacts. Larger values make slow rolling jitter by this amount.
 constexpr Scalar kSmoothErrorChange = 0.0001;  // literal: of the rest offset
@@ -409,8 +412,8 @@ constexpr Scalar kKnownEnd = 0.25;
 // gap-recovery velocity would exceed the physical one.
 constexpr Scalar kLeastTravel = 0.001;
 
-// Motors and springs can accelerate an island at rest by an unknown amount, so cap the time scale at
-// this many steps. More: tolerances below rounding.
+// Motors and springs can accelerate an island at rest by an unknown amount, so cap the time scale
+// at this many steps. More: tolerances below rounding.
 constexpr Scalar kMostShortSteps = 100;
 
 // A hit asks more of a contact if it raises its target by this part of the rest offset.
@@ -551,10 +554,10 @@ Scalar SubstepProblem::target_of_substep(std::size_t contact, Scalar tau, bool r
 
 namespace {
 
-// Coefficients of friction, and the places of contacts between bodies that rest a gap apart, are not
-// known to a smaller part. Just short of a lock solutions exist, but ask for impulses of thousands of
-// times what drives the bodies, until no solver finds them, or no substep is short enough for what they
-// do to the bodies.
+// Coefficients of friction, and the places of contacts between bodies that rest a gap apart, are
+// not known to a smaller part. Just short of a lock solutions exist, but ask for impulses of
+// thousands of times what drives the bodies, until no solver finds them, or no substep is short
+// enough for what they do to the bodies.
 constexpr Scalar kLockImbalance = 1e-3;
 
 }  // namespace
@@ -567,8 +570,8 @@ std::optional<PairKey> SubstepProblem::locked_by_friction() const {
   if (const auto stress = find_self_stress(problem_, movable, kLockImbalance)) {
     return key_of(stress->hardest_contact);
   }
-  // A substep asks contacts for different ways, as their gaps are not alike. What carries closes its
-  // gap: then they move along together, or lock.
+  // A substep asks contacts for different ways, as their gaps are not alike. What carries closes
+  // its gap: then they move along together, or lock.
   ContactProblem closed = problem_;
   closed.contacts.clear();
   std::vector<std::size_t> carrying;

@@ -36,11 +36,11 @@ class SubstepProblem {
 
   /// The members' mobilities at these rotations.
   void set_mobility(std::size_t member, const Matrix3& R_WB);
-  /// Mean twist over [now, now + tau] of the bodies on prescribed motions; if tau is 0 that with which
-  /// the substep ends.
+  /// Mean twist over [now, now + tau] of the bodies on prescribed motions; if tau is 0 that with
+  /// which the substep ends.
   void set_supports(Scalar tau);
-  /// Adds the contacts of all near pairs at now that `wanted` accepts, from the ground up: the order
-  /// of the sweeps.
+  /// Adds the contacts of all near pairs at now that `wanted` accepts, from the ground up: the
+  /// order of the sweeps.
   template <typename Wanted>
   void take_contacts(const Wanted& wanted) {
     std::vector<Place> places;
@@ -74,8 +74,8 @@ class SubstepProblem {
     problem_.contacts[contact].target = target;
   }
   /// Takes a contact's end after the last solve: corrects the prediction of its gap, and lets it
-  /// stick where it is in the middle of a substep of length tau, not where it was at the start. Returns
-  /// whether that changes so much that the solve must be repeated.
+  /// stick where it is in the middle of a substep of length tau, not where it was at the start.
+  /// Returns whether that changes so much that the solve must be repeated.
   bool take_end(std::size_t contact, const EndGap& end, Scalar tau);
   /// Whether both bodies move so nearly as when the end was last taken that it is not worth finding
   /// again: the correction of its gap is the same.
@@ -83,15 +83,17 @@ class SubstepProblem {
   /// Whether a contact is expected to end nearer than its pair may be.
   bool ends_short(std::size_t contact, Scalar tau) const;
 
-  /// Least normal velocity of a contact in a substep of length tau: keeps the rest gap until the end, or
-  /// recovers a part of it at bounded speed, and keeps a corner that turns away from dipping on the
-  /// way. Uses the error of the last prediction and the velocities of the last solve.
+  /// Least normal velocity of a contact in a substep of length tau: keeps the rest gap until the
+  /// end, or recovers a part of it at bounded speed, and keeps a corner that turns away from
+  /// dipping on the way. Uses the error of the last prediction and the velocities of the last
+  /// solve.
   Scalar least_velocity(std::size_t contact, Scalar tau) const;
-  /// Bound on the part of it that the bodies' turns and curved surfaces ask for, whatever the gap is.
+  /// Bound on the part of it that the bodies' turns and curved surfaces ask for, whatever the gap
+  /// is.
   Scalar bending_velocity(std::size_t contact, Scalar tau) const;
 
-  /// Sets all targets for a substep of length tau; without recovery none is above zero, so that "move
-  /// along together" is feasible.
+  /// Sets all targets for a substep of length tau; without recovery none is above zero, so that
+  /// "move along together" is feasible.
   void set_targets(Scalar tau, bool recovers);
   /// Whether hits have changed the problem since the targets were set for `known` contacts: added
   /// some, or ask more of those.
@@ -108,21 +110,21 @@ class SubstepProblem {
   /// Angular momenta of the members after the impulses of the last solve, given those before.
   std::vector<Vector3> angular_momenta(std::vector<Vector3> free_L_W) const;
   std::size_t body_index(const std::optional<std::size_t>& member, const BodyRecord& body) const;
-  /// Whether the impulses of the last solve turn a member by so much in a substep of length tau that
-  /// where its contacts will be by then is a guess.
+  /// Whether the impulses of the last solve turn a member by so much in a substep of length tau
+  /// that where its contacts will be by then is a guess.
   bool turns_too_far(Scalar tau) const;
-  /// Shorter substeps recover gaps no faster than this one, and are solved as exactly: else the recovery
-  /// would need velocities without bound. 0: nothing moves. Time.
+  /// Shorter substeps recover gaps no faster than this one, and are solved as exactly: else the
+  /// recovery would need velocities without bound. 0: nothing moves. Time.
   Scalar least_substep() const;
-  /// Whether so many bodies with so many contacts move so fast that they are solved coarsely, in short
-  /// substeps. What hits add during a substep does not change it.
+  /// Whether so many bodies with so many contacts move so fast that they are solved coarsely, in
+  /// short substeps. What hits add during a substep does not change it.
   bool is_coarse() const;
   /// Whether loads that the contacts do not determine are solved so coarsely that they drift: in an
-  /// island that moves by more than what is at rest in a substep of length tau. Not told of a large one,
-  /// where the loads of the last solve are worth more.
+  /// island that moves by more than what is at rest in a substep of length tau. Not told of a large
+  /// one, where the loads of the last solve are worth more.
   bool loads_may_drift(Scalar tau) const;
-  /// The pair with the prescribed motion that works against a self-stress of the contacts, as the substep asks
-  /// for them or with those that carry closed; none if there is none, not even nearly.
+  /// The pair with the prescribed motion that works against a self-stress of the contacts, as the
+  /// substep asks for them or with those that carry closed; none if there is none, not even nearly.
   std::optional<PairKey> locked_by_friction() const;
   /// Number in the problem of a body that something other than a contact acts on.
   std::size_t take_body(const BodyRecord& body);

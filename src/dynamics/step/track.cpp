@@ -110,8 +110,9 @@ Scalar closing_bound(const BodyMove& a, const BodyMove& b, const TimeInterval& i
 
 // In the frame of A, with P fixed there and D = c_B - c_A, the point of B at P + y moves at
 // v_B - v_A + (w_B - w_A) x (P - c_A + y) - w_B x D. At y = 0 this changes at most at
-// |w_B - w_A| |w_A| |P - c_A| + |w_B| |v_B - v_A|, so that with W = |w_B - w_A| the point that begins
-// at P moves at most at u + W |y|: no farther than u (exp(W tau) - 1) / W. B turns by W tau about it.
+// |w_B - w_A| |w_A| |P - c_A| + |w_B| |v_B - v_A|, so that with W = |w_B - w_A| the point that
+// begins at P moves at most at u + W |y|: no farther than u (exp(W tau) - 1) / W. B turns by W tau
+// about it.
 NearBound approach_bound(const BodyMove& a, const BodyMove& b, const TimeInterval& interval,
                          const Vector3& pivot_W) {
   if (!a.is_twist || !b.is_twist) return {closing_bound(a, b, interval)};

@@ -252,8 +252,8 @@ void WorldStep::find_touching() {
 
 // Make islands.
 
-// Islands by contact, by links and by the hits of this step. Runs whose bodies are unchanged are kept;
-// pairs that were found since then are not in them, and stay outside.
+// Islands by contact, by links and by the hits of this step. Runs whose bodies are unchanged are
+// kept; pairs that were found since then are not in them, and stay outside.
 void WorldStep::make_islands() {
   BodySets sets(world_.bodies.size());
   const auto join = [&](PairKey key) {

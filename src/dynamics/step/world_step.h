@@ -33,9 +33,9 @@ namespace dyop::dynamics_internal {
 ///       sleep             what is balanced, or slow for long
 ///
 /// To read on: world_step.cpp has the stages; island.h one island, in free flight or by substeps;
-/// substep.cpp solve, move and prove; substep_problem.h what is solved; end_gap.h where contacts end;
-/// link_rows.h joints and springs; impact.cpp the impact law; certify.h one proof, ledger.h all of
-/// them; track.h how bodies move; world_impl.cpp commits, sleeping.cpp puts to sleep.
+/// substep.cpp solve, move and prove; substep_problem.h what is solved; end_gap.h where contacts
+/// end; link_rows.h joints and springs; impact.cpp the impact law; certify.h one proof, ledger.h
+/// all of them; track.h how bodies move; world_impl.cpp commits, sleeping.cpp puts to sleep.
 class WorldStep {
  public:
   WorldStep(World::Impl& world, Scalar t_end, const AdvanceLimits& limits, AdvanceReport& report);

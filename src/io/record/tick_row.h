@@ -12,8 +12,8 @@
 
 namespace dyop::io_internal {
 
-/// Version 2 added the meshes that obstacles go on as; version 3 the time for which tissue was stopped
-/// in a tick: before, `tissue_lag` was its sum. Readers of it read 1 and 2.
+/// Version 2 added the meshes that obstacles go on as; version 3 the time for which tissue was
+/// stopped in a tick: before, `tissue_lag` was its sum. Readers of it read 1 and 2.
 constexpr std::int64_t kToolRecordingVersion = 3;
 constexpr const char* kToolRecordingFormat = "dyop tool recording";
 

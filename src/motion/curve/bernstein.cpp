@@ -8,7 +8,8 @@
 namespace dyop::motion_internal {
 namespace {
 
-// Pascal's triangle: C(n, k) at [n][k], exact, because all are below 2^53 for n < kMaxBernsteinCount.
+// Pascal's triangle: C(n, k) at [n][k], exact, because all are below 2^53 for n <
+// kMaxBernsteinCount.
 constexpr auto kBinomials = [] {
   std::array<std::array<Scalar, kMaxBernsteinCount>, kMaxBernsteinCount> c{};
   for (std::size_t n = 0; n < kMaxBernsteinCount; ++n) {

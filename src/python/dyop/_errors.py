@@ -98,7 +98,7 @@ def _problem(parameters, args, kwargs):
             continue
         if not _fits(kind, value):
             return f"argument '{name}' must be {_wanted(kind)}, not a value of type {type(value).__name__}"
-        if kind == "int" and not -(2**31) <= value < 2**31 or kind == "int" and value < 0:
+        if kind == "int" and not 0 <= value < 2**31:
             return f"argument '{name}' is out of range: {value}"
     if takes_more:
         return None

@@ -196,8 +196,9 @@ py::dtype row_type(const std::string& fields) {
 
 using Arena = std::shared_ptr<tbb::task_arena>;
 
-// Threads for batches. Each batch is run by a thread of its own (glue/interrupt.h), and oneTBB 2021.8
-// neither frees what such a thread used nor lets another have its workers: one arena serves all.
+// Threads for batches. Each batch is run by a thread of its own (glue/interrupt.h), and oneTBB
+// 2021.8 neither frees what such a thread used nor lets another have its workers: one arena serves
+// all.
 Arena make_arena() {
   constexpr int kCallers = 32;  // at once; more wait for one another
   return std::make_shared<tbb::task_arena>(tbb::info::default_concurrency() + kCallers,

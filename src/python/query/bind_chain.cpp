@@ -100,11 +100,11 @@ void bind_chain_parts(py::module_& m) {
       .finish();
 }
 
-void bind_chain_type(py::module_& m) {
-  using Chain = KinematicChain;
-  py::class_<Chain, std::shared_ptr<Chain>>(m, "KinematicChain",
-                                            "Links in a tree of joints, such as a robot's arm.")
-      .def(py::init([](std::vector<Link> links, std::vector<Joint> joints, const PoseArgument& X_WR,
+using Chain = KinematicChain;
+using ChainClass = py::class_<Chain, std::shared_ptr<Chain>>;
+
+void bind_chain_fields(ChainClass& type) {
+  type.def(py::init([](std::vector<Link> links, std::vector<Joint> joints, const PoseArgument& X_WR,
                        NamePairs ignored_pairs) {
              return std::make_shared<Chain>(std::move(links), std::move(joints),
                                             Chain::Options{X_WR.X, std::move(ignored_pairs)});
@@ -132,7 +132,16 @@ void bind_chain_type(py::module_& m) {
             return pairs;
           },
           "list[Tuple[int, int]]: links that self-collision checks")
-      .def("coordinate_count", &Chain::coordinate_count, "Number of joints that are not fixed.")
+      .def_property_readonly(
+          "ignored_pairs",
+          [](const Chain& c) {
+            return NamePairs(c.ignored_pairs().begin(), c.ignored_pairs().end());
+          },
+          "list[Tuple[str, str]]: names of links never checked against each other");
+}
+
+void bind_chain_methods(ChainClass& type) {
+  type.def("coordinate_count", &Chain::coordinate_count, "Number of joints that are not fixed.")
       .def(
           "joint_of",
           [](const Chain& c, std::size_t coordinate) {
@@ -159,12 +168,6 @@ void bind_chain_type(py::module_& m) {
           },
           py::arg("first"), py::arg("second"),
           "Whether two links are joined directly, or only through links without shapes.")
-      .def_property_readonly(
-          "ignored_pairs",
-          [](const Chain& c) {
-            return NamePairs(c.ignored_pairs().begin(), c.ignored_pairs().end());
-          },
-          "list[Tuple[str, str]]: names of links never checked against each other")
       .def("__repr__",
            [](const Chain& c) {
              return "KinematicChain(" + std::to_string(c.links().size()) + " links, " +
@@ -175,18 +178,21 @@ void bind_chain_type(py::module_& m) {
                               py::make_tuple(self.attr("links"), self.attr("joints"),
                                              self.attr("X_WR"), self.attr("ignored_pairs")));
       });
+}
+
+void bind_chain_file(py::module_& m) {
   m.def(
       "load_chain",
       [](const py::object& file) { return std::make_shared<Chain>(load_chain(path_of(file))); },
       py::arg("file"), "The chain of a JSON file (docs/algorithms/chain.md).");
 }
 
-void bind_joint_path(py::module_& m) {
+using Times = std::vector<Scalar>;
+using PathClass = py::class_<JointPath, std::shared_ptr<JointPath>>;
+
+void bind_path_makers(PathClass& type) {
   using Path = JointPath;
-  using Times = std::vector<Scalar>;
-  py::class_<Path, std::shared_ptr<Path>>(
-      m, "JointPath", "Coordinates of a chain as piecewise polynomials of time.")
-      .def_static(
+  type.def_static(
           "linear",
           [](const Times& times, const py::object& waypoints) {
             return Path::linear(times, rows_of_coordinates(waypoints, "waypoints"));
@@ -216,8 +222,12 @@ void bind_joint_path(py::module_& m) {
             return Path::bezier(times, pieces_of(controls));
           },
           py::arg("times"), py::arg("controls"),
-          "Bezier curves one after another, control points (P, K, degree + 1).")
-      .def("domain", &Path::domain, "Where the path is defined.")
+          "Bezier curves one after another, control points (P, K, degree + 1).");
+}
+
+void bind_path_values(PathClass& type) {
+  using Path = JointPath;
+  type.def("domain", &Path::domain, "Where the path is defined.")
       .def("coordinate_count", &Path::coordinate_count, "K.")
       .def("degree", &Path::degree, "Of the polynomials.")
       .def(
@@ -252,6 +262,10 @@ void bind_joint_path(py::module_& m) {
             return std::make_shared<Path>(
                 Path::bezier(state[0].cast<Times>(), pieces_of(state[1])));
           }));
+}
+
+void bind_link_motion(py::module_& m) {
+  using Path = JointPath;
   py::class_<LinkMotion, Motion, std::shared_ptr<LinkMotion>>(
       m, "LinkMotion", "How one link of a chain moves on a path.")
       .def(py::init([](const std::shared_ptr<KinematicChain>& chain,
@@ -283,8 +297,14 @@ JointVector coordinates_of(py::handle source) {
 
 void bind_chain(py::module_& m) {
   bind_chain_parts(m);
-  bind_chain_type(m);
-  bind_joint_path(m);
+  ChainClass chain(m, "KinematicChain", "Links in a tree of joints, such as a robot's arm.");
+  bind_chain_fields(chain);
+  bind_chain_methods(chain);
+  bind_chain_file(m);
+  PathClass path(m, "JointPath", "Coordinates of a chain as piecewise polynomials of time.");
+  bind_path_makers(path);
+  bind_path_values(path);
+  bind_link_motion(m);
 }
 
 namespace {

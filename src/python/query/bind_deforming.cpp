@@ -11,7 +11,8 @@
 namespace dyop::python {
 namespace {
 
-// Queries in other threads read a mesh without the interpreter's lock: it must not change meanwhile.
+// Queries in other threads read a mesh without the interpreter's lock: it must not change
+// meanwhile.
 struct SharedDeformingMesh {
   DeformingMesh mesh;
   int readers = 0;  // under the lock

@@ -280,7 +280,7 @@ void bind_springs(WorldClass& type) {
           "Stored in all springs now.");
 }
 
-void bind_setters(WorldClass& type) {
+void bind_body_setters(WorldClass& type) {
   type.def(
           "set_enabled",
           [](PythonWorld& w, const BodyId& id, bool is_enabled) {
@@ -321,8 +321,11 @@ void bind_setters(WorldClass& type) {
             w.change().set_wrench(id, function);
           },
           py::arg("id"), py::arg("wrench"),
-          "Of a dynamic body: wrench(t, state) gives a Wrench or (force, torque); None: no force.")
-      .def(
+          "Of a dynamic body: wrench(t, state) gives a Wrench or (force, torque); None: no force.");
+}
+
+void bind_setters(WorldClass& type) {
+  type.def(
           "set_gravity",
           [](PythonWorld& w, const Vector3& gravity_W) { w.change().set_gravity(gravity_W); },
           py::arg("gravity_W"), "(3,) acceleration.")
@@ -398,6 +401,7 @@ void bind_world(py::module_& m) {
   });
   bind_building(type);
   bind_springs(type);
+  bind_body_setters(type);
   bind_setters(type);
   bind_getters(type);
   type.def(

@@ -31,8 +31,8 @@ class DeformingTraversal {
   void start();
   bool run_portion(std::int64_t max_box_pairs);
 
-  /// Visits every pair of triangles not proven to be farther apart than the limit, until visit(piece,
-  /// leaf of A, leaf of B) returns false.
+  /// Visits every pair of triangles not proven to be farther apart than the limit, until
+  /// visit(piece, leaf of A, leaf of B) returns false.
   template <typename Visit>
   void for_each_leaf_pair(const Visit& visit);
 

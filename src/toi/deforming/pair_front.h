@@ -90,8 +90,8 @@ class DYOP_EXPORT PairFront {
   template <typename IsOver>
   bool find_nearest(const StandingPair& sides, const NearestGoal& goal, const IsOver& is_over,
                     BoxPairStack& stack, PieceDistance& best);
-  /// The pair that find_nearest() found, or was given, measured where it is now; nothing if there is
-  /// none.
+  /// The pair that find_nearest() found, or was given, measured where it is now; nothing if there
+  /// is none.
   std::optional<PieceDistance> measure_again(const StandingPair& sides) const;
   /// Where find_nearest() starts; negative: nowhere.
   void seed(const BoxPair& nearest) { nearest_ = nearest; }

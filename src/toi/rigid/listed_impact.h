@@ -9,8 +9,8 @@
 
 namespace dyop::toi_internal {
 
-/// As time_of_impact(), but of the given pairs of boxes only: what is proven holds if all others are
-/// proven apart otherwise.
+/// As time_of_impact(), but of the given pairs of boxes only: what is proven holds if all others
+/// are proven apart otherwise.
 /// @param pairs Boxes of the two shapes' trees; their gaps are not used. Must outlive the call.
 DYOP_EXPORT ToiResult time_of_listed_impact(const Shape& a, const Motion& X_WA, const Shape& b,
                                             const Motion& X_WB, const TimeInterval& interval,

@@ -175,8 +175,8 @@ LiveServer::LiveServer(PageEncoder encoder, int port)
   }
   DYOP_REQUIRE(impl_->port > 0, "port ", port, " of ", kHost, " cannot be used");
   impl_->thread = std::jthread([server = &impl_->server] { server->listen_after_bind(); });
-  // The port is bound already: what comes before the thread listens waits in the system's queue. But
-  // stop() before that would be forgotten.
+  // The port is bound already: what comes before the thread listens waits in the system's queue.
+  // But stop() before that would be forgotten.
   for (int k = 0; k < kMostWaits && !impl_->server.is_running(); ++k) {
     std::this_thread::sleep_for(kWait);
   }

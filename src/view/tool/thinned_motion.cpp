@@ -30,7 +30,8 @@ bool passes(const Motion& motion, std::span<const TimedPose> poses, const Thinni
 
 void add_thinned(BodyId body, std::span<const TimedPose> poses, const ThinningLimits& limits,
                  std::vector<PageSegment>& segments) {
-  // Spans that still must be tried; the next one last. Each is halved at most as often as it can be.
+  // Spans that still must be tried; the next one last. Each is halved at most as often as it can
+  // be.
   std::vector<std::span<const TimedPose>> waiting{poses};
   while (!waiting.empty()) {
     const std::span<const TimedPose> span = waiting.back();

@@ -19,8 +19,8 @@ constexpr std::int64_t kTicksOfBlock = 2048;
 // Times at which the run is sampled for diagrams, at most.
 constexpr std::int64_t kMostSamples = 4000;
 
-// How far a drawn tool and drawn tissue may be from the recorded ones, as a part of the rest offset:
-// what rests on tissue is not seen in it.
+// How far a drawn tool and drawn tissue may be from the recorded ones, as a part of the rest
+// offset: what rests on tissue is not seen in it.
 constexpr Scalar kPartOfRestOffset = 0.25;
 
 // The proxy or the device: of each part the poses that wait to be written.

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 
-// A palm whose poses come one at a time, with two jaws on sliders that motors of a known force close
-// on a cube, lifts it. The cube slips while the lift starts and stops at once, by what friction says.
+// A palm whose poses come one at a time, with two jaws on sliders that motors of a known force
+// close on a cube, lifts it. The cube slips while the lift starts and stops at once, by what
+// friction says.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -88,8 +89,9 @@ TEST(Gripper, HoldsWhatItsFrictionCanHold) {
   }
 }
 
-// A quarter turn about the axis across the jaws. Where edges of cube and jaw cross friction had counted
-// the velocity at the start of each step, so that the cube crept outwards, by 3 mm at h = 0.01.
+// A quarter turn about the axis across the jaws. Where edges of cube and jaw cross friction had
+// counted the velocity at the start of each step, so that the cube crept outwards, by 3 mm at h =
+// 0.01.
 TEST(Gripper, HoldsWhileItTurns) {
   for (const Scalar h : {0.01, 0.0025}) {
     Gripper gripper(3);

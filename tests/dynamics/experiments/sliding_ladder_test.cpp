@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 
-// A ladder that slides down a wall and along a floor without friction. From the energy, its centre's
-// horizontal speed grows until the ladder is at two thirds of its first height; there it leaves the
-// wall and keeps that speed.
+// A ladder that slides down a wall and along a floor without friction. From the energy, its
+// centre's horizontal speed grows until the ladder is at two thirds of its first height; there it
+// leaves the wall and keeps that speed.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -61,8 +61,8 @@ KaneRod strike(Scalar lean, Scalar sliding, Scalar restitution) {
   return result;
 }
 
-// The bounce that keeps the energy: with the tip stuck, after . inertia . after = before . inertia .
-// before.
+// The bounce that keeps the energy: with the tip stuck, after . inertia . after = before . inertia
+// . before.
 Scalar kept_bounce(const KaneRod& rod) {
   return std::sqrt(rod.before.dot(rod.inertia * rod.before) / rod.inertia(1, 1));
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 
-// Searches for the ends of contacts are bounded: by the caller's limits, and where bodies move so far
-// that most of their triangles would be looked at.
+// Searches for the ends of contacts are bounded: by the caller's limits, and where bodies move so
+// far that most of their triangles would be looked at.
 #include <gtest/gtest.h>
 
 #include "dynamics/step/end_gap.h"

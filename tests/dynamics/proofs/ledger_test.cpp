@@ -90,7 +90,8 @@ TEST(PairProof, AcceptsNoUndecidedQuery) {
   EXPECT_TRUE(PairProof::by_query(pair, {0, 0.5}, hit).has_value());
 }
 
-// Rounds of a substep ask again at the same poses; only bounds that a move has loosened are measured anew.
+// Rounds of a substep ask again at the same poses; only bounds that a move has loosened are
+// measured anew.
 TEST(PairState, AKnownGapIsNotMeasuredAgain) {
   BodyDefinition ball;
   ball.kind = BodyKind::Static;

@@ -72,8 +72,8 @@ Twist changed(const Twist& twist, std::mt19937_64& random) {
   return {twist.v_WB + change.v_WB, twist.w_WB + change.w_WB};
 }
 
-// One step; returns how many of the pairs that stay apart were proven to. By the definition: all pairs that
-// were left out are measured at many times.
+// One step; returns how many of the pairs that stay apart were proven to. By the definition: all
+// pairs that were left out are measured at many times.
 Scalar check_step(Passing& passing, Scalar tau, Scalar least, std::mt19937_64& random) {
   const TimeInterval interval{1, 1 + tau};
   const auto move = [&](const BodyRecord& body, const CentralState& state, const Twist& twist) {

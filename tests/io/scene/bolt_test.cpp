@@ -79,8 +79,8 @@ Scalar screw_acceleration(const MassProperties& nut, Scalar torque, Scalar frict
   return (torque + lever * nut.mass * gravity) / (nut.I_BBcm(2, 2) + lever * nut.mass * kLead);
 }
 
-// From when it has come down on the flanks. Its weight adds 0.37 to an acceleration of 6.7, and friction
-// 0.1 takes away 0.6; what remains is lost where ridges of the facets land on each other.
+// From when it has come down on the flanks. Its weight adds 0.37 to an acceleration of 6.7, and
+// friction 0.1 takes away 0.6; what remains is lost where ridges of the facets land on each other.
 TEST(Bolt, ATorqueTurnsTheNutDownAsTheClosedFormSays) {
   constexpr Scalar kTorque = 1e5;
   for (const Scalar friction : {0.0, 0.1}) {
@@ -98,7 +98,8 @@ TEST(Bolt, ATorqueTurnsTheNutDownAsTheClosedFormSays) {
   }
 }
 
-// It hops over the ridges of its facets, but stays at the flanks: its way is the lead times its turn.
+// It hops over the ridges of its facets, but stays at the flanks: its way is the lead times its
+// turn.
 TEST(Bolt, ATurningNutAdvancesByThePitch) {
   BoltScene bolt(0, 0, -3);
   bolt.run_to(0.1);

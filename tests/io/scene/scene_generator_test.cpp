@@ -117,8 +117,8 @@ INSTANTIATE_TEST_SUITE_P(
              std::to_string(std::lround(1e6 * std::get<2>(test.param))) + "us";
     });
 
-// A wall that is struck is solved coarsely, in short substeps: it gains no energy by that, takes up the
-// momentum that the ball loses, and no island gets stuck.
+// A wall that is struck is solved coarsely, in short substeps: it gains no energy by that, takes up
+// the momentum that the ball loses, and no island gets stuck.
 TEST(StruckWall, GainsNoEnergyAndTakesTheBallsMomentum) {
   const testing::TemporaryDirectory directory;
   const std::filesystem::path file = directory.path() / "scene.json";

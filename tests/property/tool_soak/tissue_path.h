@@ -10,7 +10,8 @@
 namespace dyop::testing {
 
 /// Where an obstacle's vertices are, from the snapshots that were given: straight lines from one to
-/// the next, each over its duration; at rest without a next one, and after another mesh. A rigid obstacle always rests.
+/// the next, each over its duration; at rest without a next one, and after another mesh. A rigid
+/// obstacle always rests.
 class TissuePath {
  public:
   explicit TissuePath(const ToolObstacle& obstacle);

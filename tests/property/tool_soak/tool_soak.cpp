@@ -6,10 +6,10 @@
 // sends NaN, snapshots that come late, ticks that are cut off anywhere, and cuts: the scene's own,
 // and others that take tissue away around the tool, slit it, shift it and sew it up again, most of
 // them where other things go wrong too. After every tick each committed motion is sampled against
-// the tissue's motion, more densely the nearer they are, until it is proven that the margin was kept
-// between the samples too; the positions of the tissue, the clearances, the times to a breach and
-// the status that the session reports are compared as well. The exit code is 1 if any promise was
-// broken.
+// the tissue's motion, more densely the nearer they are, until it is proven that the margin was
+// kept between the samples too; the positions of the tissue, the clearances, the times to a breach
+// and the status that the session reports are compared as well. The exit code is 1 if any promise
+// was broken.
 
 #include <algorithm>
 #include <array>
@@ -154,7 +154,8 @@ bool Soak::give_mesh(Feed& feed) {
   return true;
 }
 
-// Around what is nearest to the tool, or anywhere. Sewn up only where the tool is clear of the hole.
+// Around what is nearest to the tool, or anywhere. Sewn up only where the tool is clear of the
+// hole.
 bool Soak::cut(Feed& feed) {
   const HapticTick& tick = session_.last();
   if (!chance(tick.status == HapticStatus::Trapped ? kCutsInTrap : kCuts)) return false;

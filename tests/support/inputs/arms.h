@@ -33,8 +33,8 @@ inline std::shared_ptr<const Shape> arm_mesh(Scalar length, Scalar radius) {
 }
 
 /// Six revolute axes as on an industrial robot of a reach of about 1.1: base, shoulder, elbow, and
-/// three at the wrist, with a tool fixed to the flange. Primitive links and meshes in turn. The base
-/// belongs to group 2 only, so that it may stand on obstacles of group 1.
+/// three at the wrist, with a tool fixed to the flange. Primitive links and meshes in turn. The
+/// base belongs to group 2 only, so that it may stand on obstacles of group 1.
 inline KinematicChain six_axis_arm() {
   const Vector3 x = Vector3::UnitX(), y = Vector3::UnitY(), z = Vector3::UnitZ();
   const auto gear = std::make_shared<TriangleMesh>(testing::gear(16, 0.05, 0.06, 0.03).mesh());

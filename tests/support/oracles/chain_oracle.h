@@ -13,7 +13,8 @@
 #include "dyop/toi/obstacle_set.h"
 #include "support/inputs/random_inputs.h"
 
-/// Chains from the definition: products of homogeneous matrices, and distances at many single times.
+/// Chains from the definition: products of homogeneous matrices, and distances at many single
+/// times.
 namespace dyop::testing {
 
 /// A random tree of up to eight links, each a ball of a fifth of `size`, of all kinds of joints, at

@@ -270,8 +270,8 @@ TEST(PairFront, HandsOutWhatMattersForAnExpectedMotion) {
   EXPECT_LT(2 * found_in_all, within_reach);
 }
 
-// Where the pair that was nearest last time leaves all that is allowed to be used up, tick after tick,
-// a search after a long one begins with a promising pair: compared with a front that is asked
+// Where the pair that was nearest last time leaves all that is allowed to be used up, tick after
+// tick, a search after a long one begins with a promising pair: compared with a front that is asked
 // everything twice, so that its last search was always short.
 TEST(PairFront, TriesAPromisingPairAfterALongSearch) {
   constexpr Scalar kAllowed = 0.1, kStep = 0.03;

@@ -65,7 +65,8 @@ TEST(SweptBoxes, SayWhichPartsComeNear) {
   EXPECT_LE(swept.least_gap(aside), 1);
 }
 
-// The boxes hold what is below them, parents and children agree, and no leaf is deeper than allowed.
+// The boxes hold what is below them, parents and children agree, and no leaf is deeper than
+// allowed.
 void expect_sound(const ObstacleTree& tree, const std::map<std::uint32_t, AlignedBox>& items,
                   int most_depth) {
   EXPECT_EQ(tree.item_count(), items.size());
