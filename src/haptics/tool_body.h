@@ -28,8 +28,7 @@ struct ToolBody {
 
 /// The bodies of a tool: the fixed one first, if there are fixed parts, then by hinge.
 /// @throws InvalidArgument if there is no part, a shape is missing, a hinge does not exist or has
-/// no
-///         parts, or with_pieces is set and a shape has no core surface.
+///         no parts, or with_pieces is set and a shape has no core surface.
 std::vector<ToolBody> make_tool_bodies(const HapticScene& scene, bool with_pieces);
 
 }  // namespace dyop::haptics_internal

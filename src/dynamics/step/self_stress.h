@@ -28,10 +28,9 @@ struct SelfStress {
 /// true of them too. Springs and motors, which give way, take no part.
 ///
 /// @param imbalance  What may be left of force or torque on a body, over its lever arm, as a part
-/// of
-///   the work over the speed of the prescribed motion; at least 1e-5, which counts as a proof. Impulses
-///   that balance up to 1e-3, say, would lock with that much more friction, or with contacts at
-///   places that much apart; solutions ask for impulses so much larger than what they accelerate.
+///   of the work over the speed of the prescribed motion; at least 1e-5, which counts as a proof.
+///   Impulses that balance up to 1e-3, say, would lock with that much more friction, or with
+///   contacts at places that much apart; solutions ask for impulses so much larger than what they accelerate.
 /// @return None if there are no such impulses, or if such balance was not reached in a hundred
 ///   iterations, or for more than 200 bodies.
 /// Cost: a least-squares problem of 6 `movable` rows per iteration.
