@@ -11,7 +11,8 @@
  *   their context.
  * - Arrays belong to the caller, and are used only during the call.
  * - Structs for options, definitions and results begin with their `size`, so that they can grow:
- *   fill them from the DYOP_..._INIT macros. Null options mean these defaults.
+ *   fill them from the DYOP_..._INIT macros, or in other languages by the dyop_..._init functions.
+ *   Null options mean these defaults.
  * - Shapes and motions never change; objects that use them keep them alive. Queries may run in many
  *   threads at once; one world serves one thread at a time.
  */
@@ -53,6 +54,26 @@ typedef struct dyop_world {
 typedef struct dyop_body {
   uint32_t index, generation;
 } dyop_body;
+
+typedef struct dyop_obstacle_set {
+  uint32_t index, generation;
+} dyop_obstacle_set;
+typedef struct dyop_chain {
+  uint32_t index, generation;
+} dyop_chain;
+typedef struct dyop_snapshot {
+  uint32_t index, generation;
+} dyop_snapshot;
+/* Of one obstacle set, or one world. Zero refers to nothing; none is used again. */
+typedef struct dyop_obstacle {
+  uint64_t number;
+} dyop_obstacle;
+typedef struct dyop_joint {
+  uint64_t number;
+} dyop_joint;
+typedef struct dyop_spring {
+  uint64_t number;
+} dyop_spring;
 
 /* Values, which will not grow. */
 typedef struct dyop_pose {
@@ -113,6 +134,16 @@ DYOP_C_API dyop_status dyop_box_create(dyop_context* context, const double half_
 /* About the z axis. */
 DYOP_C_API dyop_status dyop_capsule_create(dyop_context* context, double radius, double half_length,
                                            dyop_shape* shape);
+/* About the z axis; the tip of a cone at z = half_length. */
+DYOP_C_API dyop_status dyop_cylinder_create(dyop_context* context, double radius,
+                                            double half_length, dyop_shape* shape);
+DYOP_C_API dyop_status dyop_cone_create(dyop_context* context, double radius, double half_length,
+                                        dyop_shape* shape);
+DYOP_C_API dyop_status dyop_ellipsoid_create(dyop_context* context, const double semi_axes[3],
+                                             dyop_shape* shape);
+/* All points within a radius of a box. */
+DYOP_C_API dyop_status dyop_rounded_box_create(dyop_context* context, const double half_extents[3],
+                                               double radius, dyop_shape* shape);
 DYOP_C_API dyop_status dyop_hull_create(dyop_context* context, const double* points,
                                         size_t point_count, dyop_shape* shape);
 /* Rows of three: coordinates, and vertex numbers. */
@@ -274,6 +305,116 @@ DYOP_C_API dyop_status dyop_time_of_impact_batch(dyop_context* context,
                                                  const dyop_batch_options* batch,
                                                  dyop_toi_result* results);
 
+/* The same within so many seconds, > 0: then it is undecided after t_safe. */
+DYOP_C_API dyop_status dyop_time_of_impact_within(dyop_context* context,
+                                                  const dyop_toi_query* query,
+                                                  const dyop_toi_options* options, double seconds,
+                                                  dyop_toi_result* result);
+/* All places at most `max_distance` apart, nearest first; `capacity` and `count` as for
+ * dyop_world_impacts. Solids are treated as surfaces. */
+DYOP_C_API dyop_status dyop_find_contacts(dyop_context* context, const dyop_distance_query* query,
+                                          double max_distance, dyop_witness* contacts,
+                                          size_t capacity, size_t* count);
+
+typedef struct dyop_point_result {
+  uint32_t size;
+  int32_t triangle;    /* -1: not a mesh */
+  double lower, upper; /* of the distance */
+  double point[3];     /* of the surface, nearest, in world */
+  double normal[3];    /* unit, along which the distance grows */
+} dyop_point_result;
+
+/* Distance of points, rows of three, in world. `is_signed`: 1 counts it as negative inside a closed
+ * shape. `results`: structs of the size of the first. */
+DYOP_C_API dyop_status dyop_point_distance(dyop_context* context, dyop_shape shape,
+                                           const dyop_pose* pose, int32_t is_signed,
+                                           const double* points, size_t count,
+                                           dyop_point_result* results);
+
+/* --- Obstacles -------------------------------------------------------------------------------- */
+
+/* Many placed shapes, for queries of one body against all of them. Queries may run in many threads
+ * at once; changes wait for them. */
+DYOP_C_API dyop_status dyop_obstacle_set_create(dyop_context* context, dyop_obstacle_set* set);
+DYOP_C_API dyop_status dyop_obstacle_set_destroy(dyop_context* context, dyop_obstacle_set set);
+/* `groups`: a bit set; queries select by it. `is_solid`: 1 treats a closed mesh as a solid. */
+DYOP_C_API dyop_status dyop_obstacle_add(dyop_context* context, dyop_obstacle_set set,
+                                         dyop_shape shape, dyop_motion motion, uint32_t groups,
+                                         int32_t is_solid, dyop_obstacle* obstacle);
+/* Onto another motion. */
+DYOP_C_API dyop_status dyop_obstacle_move(dyop_context* context, dyop_obstacle_set set,
+                                          dyop_obstacle obstacle, dyop_motion motion);
+DYOP_C_API dyop_status dyop_obstacle_remove(dyop_context* context, dyop_obstacle_set set,
+                                            dyop_obstacle obstacle);
+/* The first impact of a moving body; A is the body, B the obstacle (zero: none). */
+DYOP_C_API dyop_status dyop_first_impact(dyop_context* context, dyop_obstacle_set set,
+                                         dyop_shape body, dyop_motion motion,
+                                         dyop_interval interval, uint32_t groups,
+                                         const dyop_toi_options* options, dyop_toi_result* result,
+                                         dyop_obstacle* obstacle);
+/* The nearest obstacle at time t, likewise. */
+DYOP_C_API dyop_status dyop_nearest_obstacle(dyop_context* context, dyop_obstacle_set set,
+                                             dyop_shape body, const dyop_pose* pose, double t,
+                                             uint32_t groups, const dyop_distance_options* options,
+                                             dyop_distance_result* result, dyop_obstacle* obstacle);
+
+/* --- Chains of links -------------------------------------------------------------------------- */
+
+typedef enum dyop_chain_joint_type {
+  DYOP_CHAIN_FIXED = 0,
+  DYOP_CHAIN_REVOLUTE = 1,
+  DYOP_CHAIN_PRISMATIC = 2
+} dyop_chain_joint_type;
+
+typedef struct dyop_chain_link {
+  uint32_t size;
+  uint32_t groups;  /* obstacles that share none are ignored for it */
+  dyop_shape shape; /* zero: none */
+  int32_t is_solid;
+  int32_t reserved;
+} dyop_chain_link;
+
+typedef struct dyop_chain_joint {
+  uint32_t size;
+  int32_t type;          /* dyop_chain_joint_type */
+  int32_t parent, child; /* numbers of links */
+  dyop_pose origin;      /* of the joint in the parent's frame */
+  double axis[3];        /* in the joint's frame */
+} dyop_chain_joint;
+
+typedef enum dyop_path_kind { DYOP_PATH_LINEAR = 0, DYOP_PATH_CUBIC = 1 } dyop_path_kind;
+
+typedef struct dyop_chain_result {
+  uint32_t size;
+  int32_t status; /* dyop_toi_status */
+  double t_safe;  /* proven free up to here */
+  double free_fraction;
+  int32_t link_a, link_b; /* -1: none; link_b: in self-collision */
+  dyop_obstacle obstacle; /* zero: none */
+  int32_t has_contact;    /* 1 if witness is set */
+  int32_t reserved;
+  dyop_witness witness; /* A is link_a */
+} dyop_chain_result;
+
+/* Links and joints, in structs of the size of the first; one link, the root, is no joint's child. A
+ * coordinate for each joint that is not fixed, in their order. */
+DYOP_C_API dyop_status dyop_chain_create(dyop_context* context, const dyop_chain_link* links,
+                                         size_t link_count, const dyop_chain_joint* joints,
+                                         size_t joint_count, dyop_chain* chain);
+DYOP_C_API dyop_status dyop_chain_destroy(dyop_context* context, dyop_chain chain);
+/* Poses of all links at coordinates, one per joint that moves. */
+DYOP_C_API dyop_status dyop_chain_poses(dyop_context* context, dyop_chain chain,
+                                        const double* coordinates, size_t coordinate_count,
+                                        dyop_pose* poses, size_t link_count);
+/* Proves that a path is free of obstacles and of self-collision, or finds what is hit first.
+ * `kind`: dyop_path_kind, what runs through the waypoints, which are rows of `coordinate_count`
+ * numbers, one for each time. */
+DYOP_C_API dyop_status dyop_certify(dyop_context* context, dyop_chain chain, int32_t kind,
+                                    const double* times, const double* waypoints,
+                                    size_t waypoint_count, size_t coordinate_count,
+                                    dyop_obstacle_set obstacles, const dyop_toi_options* options,
+                                    dyop_chain_result* result);
+
 /* --- World ------------------------------------------------------------------------------------ */
 
 typedef enum dyop_body_kind {
@@ -377,6 +518,78 @@ DYOP_C_API dyop_status dyop_world_impacts(dyop_context* context, dyop_world worl
 DYOP_C_API dyop_status dyop_world_contacts(dyop_context* context, dyop_world world,
                                            dyop_contact* contacts, size_t capacity, size_t* count);
 
+/* advance within so many seconds, > 0: what is proven by then is committed. */
+DYOP_C_API dyop_status dyop_world_advance_within(dyop_context* context, dyop_world world, double dt,
+                                                 double seconds, dyop_advance_report* report);
+DYOP_C_API dyop_status dyop_world_set_gravity(dyop_context* context, dyop_world world,
+                                              const double gravity[3]);
+DYOP_C_API dyop_status dyop_world_set_material(dyop_context* context, dyop_world world,
+                                               dyop_body body, double restitution, double friction);
+DYOP_C_API dyop_status dyop_world_set_wrench(dyop_context* context, dyop_world world,
+                                             dyop_body body, dyop_wrench_callback wrench,
+                                             void* user);
+DYOP_C_API dyop_status dyop_world_set_target_distance(dyop_context* context, dyop_world world,
+                                                      dyop_body a, dyop_body b,
+                                                      double target_distance);
+/* A disabled body stays where it is; nothing collides with it. */
+DYOP_C_API dyop_status dyop_world_set_body_enabled(dyop_context* context, dyop_world world,
+                                                   dyop_body body, int32_t is_enabled);
+/* A kinematic body moves there until the time t, then rests. */
+DYOP_C_API dyop_status dyop_world_set_next_pose(dyop_context* context, dyop_world world,
+                                                dyop_body body, const dyop_pose* pose, double t);
+DYOP_C_API dyop_status dyop_world_wake(dyop_context* context, dyop_world world, dyop_body body);
+DYOP_C_API dyop_status dyop_world_is_asleep(dyop_context* context, dyop_world world, dyop_body body,
+                                            int32_t* is_asleep);
+
+typedef enum dyop_joint_kind {
+  DYOP_JOINT_BALL = 0,
+  DYOP_JOINT_HINGE = 1,
+  DYOP_JOINT_SLIDER = 2,
+  DYOP_JOINT_FIXED = 3,
+  DYOP_JOINT_DISTANCE = 4
+} dyop_joint_kind;
+
+typedef struct dyop_joint_definition {
+  uint32_t size;
+  int32_t kind; /* dyop_joint_kind */
+  dyop_body a, b;
+  dyop_pose pose_a, pose_b;      /* of the joint's frame in each body's */
+  int32_t has_limits, has_motor; /* 1 if set below */
+  double limit_min, limit_max;   /* hinge: radians; slider, distance: length */
+  double motor_speed;            /* hinge: radians per time; slider: length per time */
+  double motor_strength;         /* largest torque or force, > 0 */
+  int32_t bodies_collide;        /* 0: the pair is not examined while joined */
+  int32_t reserved;
+} dyop_joint_definition;
+
+typedef struct dyop_spring_definition {
+  uint32_t size;
+  int32_t reserved;
+  dyop_body a, b;
+  double point_a[3], point_b[3]; /* in each body's frame */
+  double rest_length;            /* negative: the distance now */
+  double stiffness, damping;
+} dyop_spring_definition;
+
+DYOP_C_API dyop_status dyop_world_add_joint(dyop_context* context, dyop_world world,
+                                            const dyop_joint_definition* definition,
+                                            dyop_joint* joint);
+DYOP_C_API dyop_status dyop_world_remove_joint(dyop_context* context, dyop_world world,
+                                               dyop_joint joint);
+DYOP_C_API dyop_status dyop_world_set_motor(dyop_context* context, dyop_world world,
+                                            dyop_joint joint, double speed, double strength);
+DYOP_C_API dyop_status dyop_world_add_spring(dyop_context* context, dyop_world world,
+                                             const dyop_spring_definition* definition,
+                                             dyop_spring* spring);
+DYOP_C_API dyop_status dyop_world_remove_spring(dyop_context* context, dyop_world world,
+                                                dyop_spring spring);
+/* All that determines what the world will do; restored into the same world. */
+DYOP_C_API dyop_status dyop_world_snapshot(dyop_context* context, dyop_world world,
+                                           dyop_snapshot* snapshot);
+DYOP_C_API dyop_status dyop_world_restore(dyop_context* context, dyop_world world,
+                                          dyop_snapshot snapshot);
+DYOP_C_API dyop_status dyop_snapshot_destroy(dyop_context* context, dyop_snapshot snapshot);
+
 /* --- Defaults --------------------------------------------------------------------------------- */
 
 /* clang-format off */
@@ -391,7 +604,29 @@ DYOP_C_API dyop_status dyop_world_contacts(dyop_context* context, dyop_world wor
 #define DYOP_BATCH_OPTIONS_INIT {sizeof(dyop_batch_options), 0, NULL, NULL}
 #define DYOP_WORLD_OPTIONS_INIT \
   {sizeof(dyop_world_options), DYOP_IMPACT_IMPULSE, {0, 0, 0}, 0, -1, 0, 0, NULL, NULL}
+#define DYOP_CHAIN_LINK_INIT {sizeof(dyop_chain_link), 0xFFFFFFFFu, {0, 0}, 0, 0}
+#define DYOP_CHAIN_JOINT_INIT \
+  {sizeof(dyop_chain_joint), DYOP_CHAIN_REVOLUTE, 0, 0, DYOP_POSE_IDENTITY, {0, 0, 1}}
+#define DYOP_JOINT_DEFINITION_INIT \
+  {sizeof(dyop_joint_definition), DYOP_JOINT_BALL, {0, 0}, {0, 0}, DYOP_POSE_IDENTITY, \
+   DYOP_POSE_IDENTITY, 0, 0, 0, 0, 0, 0, 0, 0}
+#define DYOP_SPRING_DEFINITION_INIT \
+  {sizeof(dyop_spring_definition), 0, {0, 0}, {0, 0}, {0, 0, 0}, {0, 0, 0}, -1, 0, 0}
 /* clang-format on */
+
+/* The same for languages that have no macros. `size`: of the struct, as the caller knows it. A size
+ * that no release had is DYOP_INVALID_ARGUMENT. */
+DYOP_C_API dyop_status dyop_context_options_init(dyop_context_options* value, uint32_t size);
+DYOP_C_API dyop_status dyop_motion_functions_init(dyop_motion_functions* value, uint32_t size);
+DYOP_C_API dyop_status dyop_distance_options_init(dyop_distance_options* value, uint32_t size);
+DYOP_C_API dyop_status dyop_toi_options_init(dyop_toi_options* value, uint32_t size);
+DYOP_C_API dyop_status dyop_batch_options_init(dyop_batch_options* value, uint32_t size);
+DYOP_C_API dyop_status dyop_world_options_init(dyop_world_options* value, uint32_t size);
+DYOP_C_API dyop_status dyop_body_definition_init(dyop_body_definition* value, uint32_t size);
+DYOP_C_API dyop_status dyop_joint_definition_init(dyop_joint_definition* value, uint32_t size);
+DYOP_C_API dyop_status dyop_spring_definition_init(dyop_spring_definition* value, uint32_t size);
+DYOP_C_API dyop_status dyop_chain_link_init(dyop_chain_link* value, uint32_t size);
+DYOP_C_API dyop_status dyop_chain_joint_init(dyop_chain_joint* value, uint32_t size);
 
 #ifdef __cplusplus
 }

@@ -91,7 +91,7 @@ const std::vector<ImpactEvent>& WorldObject::impacts() const {
   return impacts_;
 }
 
-AdvanceReport WorldObject::advance(Scalar dt) {
+AdvanceReport WorldObject::advance(Scalar dt, const AdvanceLimits& limits) {
   {
     const std::lock_guard lock(mutex_);
     DYOP_REQUIRE(!is_advancing_, "a world cannot be advanced while it is advanced");
@@ -106,10 +106,30 @@ AdvanceReport WorldObject::advance(Scalar dt) {
     }
   } const ended{*this};
   impacts_.clear();
-  AdvanceReport report = world_.advance(dt);
+  AdvanceReport report = world_.advance(dt, limits);
   impacts_ = std::move(report.impacts);
   return report;
 }
+
+std::chrono::steady_clock::time_point deadline_after(double seconds) {
+  DYOP_REQUIRE(seconds > 0, "seconds must be > 0, not ", seconds);
+  using Clock = std::chrono::steady_clock;
+  // A year is as good as no limit, and can be added to the clock.
+  constexpr double kLongest = 365 * 24 * 3600;
+  const std::chrono::duration<double> limit(std::min(seconds, kLongest));
+  return Clock::now() + std::chrono::duration_cast<Clock::duration>(limit);
+}
+
+namespace {
+
+template <typename Struct>
+dyop_status write_defaults(const Struct& defaults, Struct* out, std::uint32_t size) {
+  if (!out || size < kFirstSize<Struct>) return DYOP_INVALID_ARGUMENT;
+  write_struct(defaults, size, out);
+  return DYOP_OK;
+}
+
+}  // namespace
 
 dyop_status guard(dyop_context* context, const std::function<void()>& call) {
   if (!context) return DYOP_INVALID_ARGUMENT;
@@ -150,6 +170,19 @@ std::shared_ptr<const dyop::Motion> dyop_context::motion(dyop_motion handle) con
 
 std::shared_ptr<dyop::c::WorldObject> dyop_context::world(dyop_world handle) const {
   return dyop::c::find(*this, worlds, handle, "world");
+}
+
+std::shared_ptr<dyop::c::ObstacleObject> dyop_context::obstacle_set(
+    dyop_obstacle_set handle) const {
+  return dyop::c::find(*this, obstacle_sets, handle, "obstacle set");
+}
+
+std::shared_ptr<const dyop::KinematicChain> dyop_context::chain(dyop_chain handle) const {
+  return dyop::c::find(*this, chains, handle, "chain");
+}
+
+std::shared_ptr<const dyop::WorldSnapshot> dyop_context::snapshot(dyop_snapshot handle) const {
+  return dyop::c::find(*this, snapshots, handle, "snapshot");
 }
 
 dyop_status dyop_context_create(const dyop_context_options* options, dyop_context** context) {
@@ -219,4 +252,48 @@ uint32_t dyop_version(void) {
 void dyop_set_assert_handler(void (*handler)(const char* message)) {
   dyop::c::the_c_handler.store(handler);
   dyop::set_assert_handler(handler ? &dyop::c::call_c_handler : nullptr);
+}
+
+dyop_status dyop_context_options_init(dyop_context_options* value, uint32_t size) {
+  return dyop::c::write_defaults<dyop_context_options>(DYOP_CONTEXT_OPTIONS_INIT, value, size);
+}
+
+dyop_status dyop_motion_functions_init(dyop_motion_functions* value, uint32_t size) {
+  return dyop::c::write_defaults<dyop_motion_functions>(DYOP_MOTION_FUNCTIONS_INIT, value, size);
+}
+
+dyop_status dyop_distance_options_init(dyop_distance_options* value, uint32_t size) {
+  return dyop::c::write_defaults<dyop_distance_options>(DYOP_DISTANCE_OPTIONS_INIT, value, size);
+}
+
+dyop_status dyop_toi_options_init(dyop_toi_options* value, uint32_t size) {
+  return dyop::c::write_defaults<dyop_toi_options>(DYOP_TOI_OPTIONS_INIT, value, size);
+}
+
+dyop_status dyop_batch_options_init(dyop_batch_options* value, uint32_t size) {
+  return dyop::c::write_defaults<dyop_batch_options>(DYOP_BATCH_OPTIONS_INIT, value, size);
+}
+
+dyop_status dyop_world_options_init(dyop_world_options* value, uint32_t size) {
+  return dyop::c::write_defaults<dyop_world_options>(DYOP_WORLD_OPTIONS_INIT, value, size);
+}
+
+dyop_status dyop_body_definition_init(dyop_body_definition* value, uint32_t size) {
+  return dyop::c::write_defaults<dyop_body_definition>(DYOP_BODY_DEFINITION_INIT, value, size);
+}
+
+dyop_status dyop_joint_definition_init(dyop_joint_definition* value, uint32_t size) {
+  return dyop::c::write_defaults<dyop_joint_definition>(DYOP_JOINT_DEFINITION_INIT, value, size);
+}
+
+dyop_status dyop_spring_definition_init(dyop_spring_definition* value, uint32_t size) {
+  return dyop::c::write_defaults<dyop_spring_definition>(DYOP_SPRING_DEFINITION_INIT, value, size);
+}
+
+dyop_status dyop_chain_link_init(dyop_chain_link* value, uint32_t size) {
+  return dyop::c::write_defaults<dyop_chain_link>(DYOP_CHAIN_LINK_INIT, value, size);
+}
+
+dyop_status dyop_chain_joint_init(dyop_chain_joint* value, uint32_t size) {
+  return dyop::c::write_defaults<dyop_chain_joint>(DYOP_CHAIN_JOINT_INIT, value, size);
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <functional>
 #include <memory>
 #include <memory_resource>
@@ -13,10 +14,12 @@
 
 #include "c/handle_table.h"
 #include "c/sized_struct.h"
+#include "dyop/chain/kinematic_chain.h"
 #include "dyop/dynamics/world.h"
 #include "dyop/dyop_c.h"
 #include "dyop/geometry/shape.h"
 #include "dyop/motion/motion.h"
+#include "dyop/toi/obstacle_set.h"
 
 namespace dyop::c {
 
@@ -49,7 +52,7 @@ class WorldObject {
   World& to_change();
   const World& to_read() const;
   const std::vector<ImpactEvent>& impacts() const;
-  AdvanceReport advance(Scalar dt);
+  AdvanceReport advance(Scalar dt, const AdvanceLimits& limits = {});
 
  private:
   World world_;
@@ -59,6 +62,15 @@ class WorldObject {
   std::thread::id thread_;
 };
 
+/// Obstacles that queries read at once, and that changes have for themselves.
+struct ObstacleObject {
+  std::shared_mutex mutex;
+  ObstacleSet set;
+};
+
+/// The time `seconds` from now. @throws InvalidArgument unless it is > 0.
+std::chrono::steady_clock::time_point deadline_after(double seconds);
+
 /// Runs a call of the interface: turns exceptions into a status, and informs the log.
 dyop_status guard(dyop_context* context, const std::function<void()>& call);
 
@@ -67,11 +79,21 @@ dyop_status guard(dyop_context* context, const std::function<void()>& call);
 /// All objects of one user of the interface.
 struct dyop_context {
   explicit dyop_context(const dyop_context_options& options)
-      : hooks(options), memory(options), shapes(&memory), motions(&memory), worlds(&memory) {}
+      : hooks(options),
+        memory(options),
+        shapes(&memory),
+        motions(&memory),
+        worlds(&memory),
+        obstacle_sets(&memory),
+        chains(&memory),
+        snapshots(&memory) {}
 
   std::shared_ptr<const dyop::Shape> shape(dyop_shape handle) const;
   std::shared_ptr<const dyop::Motion> motion(dyop_motion handle) const;
   std::shared_ptr<dyop::c::WorldObject> world(dyop_world handle) const;
+  std::shared_ptr<dyop::c::ObstacleObject> obstacle_set(dyop_obstacle_set handle) const;
+  std::shared_ptr<const dyop::KinematicChain> chain(dyop_chain handle) const;
+  std::shared_ptr<const dyop::WorldSnapshot> snapshot(dyop_snapshot handle) const;
 
   /// Makes an object in the memory of the hooks, which the handle then refers to.
   template <typename Concrete, typename Object, typename Handle, typename... Arguments>
@@ -96,6 +118,9 @@ struct dyop_context {
   dyop::c::HandleTable<const dyop::Shape> shapes;
   dyop::c::HandleTable<const dyop::Motion> motions;
   dyop::c::HandleTable<dyop::c::WorldObject> worlds;
+  dyop::c::HandleTable<dyop::c::ObstacleObject> obstacle_sets;
+  dyop::c::HandleTable<const dyop::KinematicChain> chains;
+  dyop::c::HandleTable<const dyop::WorldSnapshot> snapshots;
   std::atomic<int> running_calls{0};  ///< so that no callback destroys what its caller goes on with
   mutable std::mutex error_mutex;
   std::string last_error;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cstdint>
 
 #include "dyop/dynamics/rigid_body.h"
 #include "dyop/dyop_c.h"
@@ -58,6 +59,12 @@ inline dyop_witness to_c(const WitnessPair& pair) {
   witness.child_a = pair.child_a.value_or(-1);
   witness.child_b = pair.child_b.value_or(-1);
   return witness;
+}
+
+// Numbers of obstacles, joints and springs start at 1, so that zero refers to none.
+template <typename Handle, typename Id>
+Handle numbered(Id id) {
+  return {std::uint64_t(id) + 1};
 }
 
 // Handles of bodies start at generation 1, so that zero refers to none.

@@ -4,7 +4,11 @@
 #include "dyop/geometry/box.h"
 #include "dyop/geometry/capsule.h"
 #include "dyop/geometry/compound_shape.h"
+#include "dyop/geometry/cone.h"
 #include "dyop/geometry/convex_hull.h"
+#include "dyop/geometry/cylinder.h"
+#include "dyop/geometry/ellipsoid.h"
+#include "dyop/geometry/rounded_box.h"
 #include "dyop/geometry/sphere.h"
 #include "dyop/geometry/triangle_mesh.h"
 
@@ -43,6 +47,35 @@ dyop_status dyop_capsule_create(dyop_context* context, double radius, double hal
                                 dyop_shape* shape) {
   return guard(context,
                [&] { context->add<Capsule>(context->shapes, shape, radius, half_length); });
+}
+
+dyop_status dyop_cylinder_create(dyop_context* context, double radius, double half_length,
+                                 dyop_shape* shape) {
+  return guard(context,
+               [&] { context->add<Cylinder>(context->shapes, shape, radius, half_length); });
+}
+
+dyop_status dyop_cone_create(dyop_context* context, double radius, double half_length,
+                             dyop_shape* shape) {
+  return guard(context, [&] { context->add<Cone>(context->shapes, shape, radius, half_length); });
+}
+
+dyop_status dyop_ellipsoid_create(dyop_context* context, const double semi_axes[3],
+                                  dyop_shape* shape) {
+  return guard(context, [&] {
+    require_given(semi_axes, "semi_axes");
+    context->add<Ellipsoid>(context->shapes, shape,
+                            Vector3(semi_axes[0], semi_axes[1], semi_axes[2]));
+  });
+}
+
+dyop_status dyop_rounded_box_create(dyop_context* context, const double half_extents[3],
+                                    double radius, dyop_shape* shape) {
+  return guard(context, [&] {
+    require_given(half_extents, "half_extents");
+    context->add<RoundedBox>(context->shapes, shape,
+                             Vector3(half_extents[0], half_extents[1], half_extents[2]), radius);
+  });
 }
 
 dyop_status dyop_hull_create(dyop_context* context, const double* points, size_t point_count,

@@ -11,6 +11,8 @@ static_assert(int(ImpactPolicy::Impulse) == DYOP_IMPACT_IMPULSE);
 static_assert(int(AdvanceStatus::BudgetExhausted) == DYOP_ADVANCE_BUDGET_EXHAUSTED);
 static_assert(int(AdvanceStatus::Blocked) == DYOP_ADVANCE_BLOCKED);
 static_assert(int(AdvanceStatus::Cancelled) == DYOP_ADVANCE_CANCELLED);
+static_assert(int(JointKind::Hinge) == DYOP_JOINT_HINGE);
+static_assert(int(JointKind::Distance) == DYOP_JOINT_DISTANCE);
 
 WorldOptions options_from(const dyop_world_options* given) {
   const auto c =
@@ -69,6 +71,49 @@ BodyId find_body(const World& world, dyop_body body) {
                                                      body.generation, " is stale"));
   }
   return id;
+}
+
+JointDefinition definition_from(const World& world, const dyop_joint_definition& c) {
+  DYOP_REQUIRE(c.kind >= DYOP_JOINT_BALL && c.kind <= DYOP_JOINT_DISTANCE,
+               "kind of a joint must be a dyop_joint_kind, not ", c.kind);
+  JointDefinition joint;
+  joint.kind = static_cast<JointKind>(c.kind);
+  joint.a = find_body(world, c.a);
+  joint.b = find_body(world, c.b);
+  joint.X_AJ = pose_from(c.pose_a);
+  joint.X_BJ = pose_from(c.pose_b);
+  if (c.has_limits != 0) joint.limits = {c.limit_min, c.limit_max};
+  if (c.has_motor != 0) joint.motor = {c.motor_speed, c.motor_strength};
+  joint.bodies_collide = c.bodies_collide != 0;
+  return joint;
+}
+
+SpringDefinition definition_from(const World& world, const dyop_spring_definition& c) {
+  SpringDefinition spring;
+  spring.a = find_body(world, c.a);
+  spring.b = find_body(world, c.b);
+  spring.p_AP = vector_from(c.point_a);
+  spring.p_BQ = vector_from(c.point_b);
+  if (!(c.rest_length < 0)) spring.rest_length = c.rest_length;
+  spring.stiffness = c.stiffness;
+  spring.damping = c.damping;
+  return spring;
+}
+
+// Changes a world, or one body of it.
+template <typename Change>
+dyop_status change_world(dyop_context* context, dyop_world world, const Change& change) {
+  return guard(context, [&] {
+    const auto object = context->world(world);
+    change(object->to_change());
+  });
+}
+
+template <typename Change>
+dyop_status change_body(dyop_context* context, dyop_world world, dyop_body body,
+                        const Change& change) {
+  return change_world(context, world,
+                      [&](World& changed) { change(changed, find_body(changed, body)); });
 }
 
 dyop_impact impact_record(const ImpactEvent& event) {
@@ -189,6 +234,134 @@ dyop_status dyop_world_advance(dyop_context* context, dyop_world world, double d
     const dyop::AdvanceReport found = object->advance(dt);
     out.write(0, {0, int(found.status), found.t, found.work.steps, object->impacts().size()});
   });
+}
+
+dyop_status dyop_world_advance_within(dyop_context* context, dyop_world world, double dt,
+                                      double seconds, dyop_advance_report* report) {
+  return guard(context, [&] {
+    const auto object = context->world(world);
+    auto out = dyop::c::sized_array(report, 1, "dyop_advance_report");
+    dyop::AdvanceLimits limits;
+    limits.deadline = dyop::c::deadline_after(seconds);
+    const dyop::AdvanceReport found = object->advance(dt, limits);
+    out.write(0, {0, int(found.status), found.t, found.work.steps, object->impacts().size()});
+  });
+}
+
+dyop_status dyop_world_set_gravity(dyop_context* context, dyop_world world,
+                                   const double gravity[3]) {
+  return dyop::c::change_world(context, world, [&](dyop::World& changed) {
+    require_given(gravity, "gravity");
+    changed.set_gravity({gravity[0], gravity[1], gravity[2]});
+  });
+}
+
+dyop_status dyop_world_set_material(dyop_context* context, dyop_world world, dyop_body body,
+                                    double restitution, double friction) {
+  return dyop::c::change_body(context, world, body, [&](dyop::World& changed, dyop::BodyId id) {
+    const dyop::BodyDefinition& now = changed.body(id);
+    changed.set_material(id, {restitution, friction, now.rolling_friction, now.torsional_friction});
+  });
+}
+
+dyop_status dyop_world_set_wrench(dyop_context* context, dyop_world world, dyop_body body,
+                                  dyop_wrench_callback wrench, void* user) {
+  return dyop::c::change_body(context, world, body, [&](dyop::World& changed, dyop::BodyId id) {
+    changed.set_wrench(id, dyop::c::wrench_from(wrench, user));
+  });
+}
+
+dyop_status dyop_world_set_target_distance(dyop_context* context, dyop_world world, dyop_body a,
+                                           dyop_body b, double target_distance) {
+  return dyop::c::change_body(context, world, a, [&](dyop::World& changed, dyop::BodyId id) {
+    changed.set_target_distance(id, find_body(changed, b), target_distance);
+  });
+}
+
+dyop_status dyop_world_set_body_enabled(dyop_context* context, dyop_world world, dyop_body body,
+                                        int32_t is_enabled) {
+  return dyop::c::change_body(context, world, body, [&](dyop::World& changed, dyop::BodyId id) {
+    changed.set_enabled(id, is_enabled != 0);
+  });
+}
+
+dyop_status dyop_world_set_next_pose(dyop_context* context, dyop_world world, dyop_body body,
+                                     const dyop_pose* pose, double t) {
+  return dyop::c::change_body(context, world, body, [&](dyop::World& changed, dyop::BodyId id) {
+    changed.set_next_pose(id, dyop::c::pose_from(*require_given(pose, "pose")), t);
+  });
+}
+
+dyop_status dyop_world_wake(dyop_context* context, dyop_world world, dyop_body body) {
+  return dyop::c::change_body(context, world, body,
+                              [](dyop::World& changed, dyop::BodyId id) { changed.wake(id); });
+}
+
+dyop_status dyop_world_is_asleep(dyop_context* context, dyop_world world, dyop_body body,
+                                 int32_t* is_asleep) {
+  return guard(context, [&] {
+    const auto object = context->world(world);
+    const dyop::World& seen = object->to_read();
+    *require_given(is_asleep, "is_asleep") = seen.is_asleep(find_body(seen, body)) ? 1 : 0;
+  });
+}
+
+dyop_status dyop_world_add_joint(dyop_context* context, dyop_world world,
+                                 const dyop_joint_definition* definition, dyop_joint* joint) {
+  return dyop::c::change_world(context, world, [&](dyop::World& changed) {
+    const auto given = dyop::c::read_struct<dyop_joint_definition>(
+        require_given(definition, "definition"), DYOP_JOINT_DEFINITION_INIT,
+        "dyop_joint_definition");
+    require_given(joint, "joint");
+    const dyop::JointId id = changed.add_joint(dyop::c::definition_from(changed, given));
+    *joint = dyop::c::numbered<dyop_joint>(id.number);
+  });
+}
+
+dyop_status dyop_world_remove_joint(dyop_context* context, dyop_world world, dyop_joint joint) {
+  return dyop::c::change_world(context, world, [&](dyop::World& changed) {
+    changed.remove_joint(dyop::JointId{joint.number - 1});
+  });
+}
+
+dyop_status dyop_world_set_motor(dyop_context* context, dyop_world world, dyop_joint joint,
+                                 double speed, double strength) {
+  return dyop::c::change_world(context, world, [&](dyop::World& changed) {
+    changed.set_motor(dyop::JointId{joint.number - 1}, {speed, strength});
+  });
+}
+
+dyop_status dyop_world_add_spring(dyop_context* context, dyop_world world,
+                                  const dyop_spring_definition* definition, dyop_spring* spring) {
+  return dyop::c::change_world(context, world, [&](dyop::World& changed) {
+    const auto given = dyop::c::read_struct<dyop_spring_definition>(
+        require_given(definition, "definition"), DYOP_SPRING_DEFINITION_INIT,
+        "dyop_spring_definition");
+    require_given(spring, "spring");
+    const dyop::SpringId id = changed.add_spring(dyop::c::definition_from(changed, given));
+    *spring = dyop::c::numbered<dyop_spring>(id.number);
+  });
+}
+
+dyop_status dyop_world_remove_spring(dyop_context* context, dyop_world world, dyop_spring spring) {
+  return dyop::c::change_world(context, world, [&](dyop::World& changed) {
+    changed.remove_spring(dyop::SpringId{spring.number - 1});
+  });
+}
+
+dyop_status dyop_world_snapshot(dyop_context* context, dyop_world world, dyop_snapshot* snapshot) {
+  return dyop::c::change_world(context, world, [&](dyop::World& changed) {
+    context->add<dyop::WorldSnapshot>(context->snapshots, snapshot, changed.snapshot());
+  });
+}
+
+dyop_status dyop_world_restore(dyop_context* context, dyop_world world, dyop_snapshot snapshot) {
+  return dyop::c::change_world(
+      context, world, [&](dyop::World& changed) { changed.restore(*context->snapshot(snapshot)); });
+}
+
+dyop_status dyop_snapshot_destroy(dyop_context* context, dyop_snapshot snapshot) {
+  return guard(context, [&] { context->remove(context->snapshots, snapshot, "the snapshot"); });
 }
 
 dyop_status dyop_world_impacts(dyop_context* context, dyop_world world, dyop_impact* impacts,

@@ -323,6 +323,31 @@ JointPath JointPath::cubic(std::span<const Scalar> times, std::span<const JointV
   return cubic(times, waypoints, spline_velocities(times, waypoints));
 }
 
+JointPath JointPath::quintic(std::span<const Scalar> times, std::span<const JointVector> waypoints,
+                             std::span<const JointVector> velocities,
+                             std::span<const JointVector> accelerations) {
+  require_times(times);
+  require_vectors(waypoints, times.size(), "waypoints");
+  require_vectors(velocities, times.size(), "velocities");
+  require_vectors(accelerations, times.size(), "accelerations");
+  DYOP_REQUIRE(
+      velocities[0].size() == waypoints[0].size() && accelerations[0].size() == waypoints[0].size(),
+      "velocities and accelerations of a joint path have ", velocities[0].size(), " and ",
+      accelerations[0].size(), " coordinates, waypoints have ", waypoints[0].size());
+  Controls controls;
+  for (std::size_t i = 0; i + 1 < times.size(); ++i) {
+    const Scalar fifth = (times[i + 1] - times[i]) / 5;
+    // Second differences of control points, of which there are 5 x 4 in an acceleration.
+    const Scalar bend = (times[i + 1] - times[i]) * fifth / 4;
+    controls.emplace_back(waypoints[i].size(), 6);
+    controls.back() << waypoints[i], waypoints[i] + fifth * velocities[i],
+        waypoints[i] + 2 * fifth * velocities[i] + bend * accelerations[i],
+        waypoints[i + 1] - 2 * fifth * velocities[i + 1] + bend * accelerations[i + 1],
+        waypoints[i + 1] - fifth * velocities[i + 1], waypoints[i + 1];
+  }
+  return bezier(times, controls);
+}
+
 JointPath JointPath::bspline(std::size_t degree, std::span<const Scalar> knots,
                              std::span<const JointVector> control_points) {
   require_knots(degree, knots, control_points.size());

@@ -17,6 +17,7 @@
 #include "dyop/distance/distance.h"
 #include "dyop/geometry/compound_shape.h"
 #include "dyop/geometry/convex_hull.h"
+#include "dyop/geometry/cylinder.h"
 #include "dyop/geometry/shape.h"
 #include "dyop/geometry/triangle_mesh.h"
 
@@ -53,6 +54,21 @@ void append_box(const AlignedBox& box, const RigidPose& X_LS, LinkHull& hull) {
   }
 }
 
+// A prism around it, 2 % wider at its edges.
+void append_cylinder(const Cylinder& cylinder, const RigidPose& X_LS, LinkHull& hull) {
+  constexpr int kSides = 16;
+  constexpr Scalar kUp = 1 + 0x1p-40;  // literal: more than a sine and its rounding are wrong
+  const Scalar angle = 2 * std::numbers::pi_v<Scalar> / kSides;
+  const Scalar radius = kUp * cylinder.radius() / std::cos(angle / 2);
+  for (int k = 0; k < kSides; ++k) {
+    for (const Scalar z : {-cylinder.half_length(), cylinder.half_length()}) {
+      const Vector3 p(radius * std::cos(k * angle), radius * std::sin(k * angle), z);
+      hull.centers.push_back(X_LS * p);
+      hull.radii.push_back(0);
+    }
+  }
+}
+
 void append(const Shape& shape, const RigidPose& X_LS, LinkHull& hull) {
   if (const auto* compound = dynamic_cast<const CompoundShape*>(&shape)) {
     for (const CompoundChild& child : compound->children()) {
@@ -63,6 +79,8 @@ void append(const Shape& shape, const RigidPose& X_LS, LinkHull& hull) {
   } else if (const auto* convex = dynamic_cast<const ConvexShape*>(&shape);
              convex != nullptr && convex->core_surface() != nullptr) {
     append_points(convex->core_surface()->vertices(), convex->rounding_radius(), X_LS, hull);
+  } else if (const auto* cylinder = dynamic_cast<const Cylinder*>(&shape)) {
+    append_cylinder(*cylinder, X_LS, hull);
   } else {
     append_box(shape.bounding_box(), X_LS, hull);
   }
@@ -138,7 +156,6 @@ class PairSearch {
   Scalar movement_factor(const PathJoint& joint, const JointBox& box) const;
   Eigen::Index widest(const JointBox& box) const;
   DistanceResult measure(Scalar max_distance);
-  bool touches_here();
   bool is_stopped();
   bool take_sample(const JointVector& q, Scalar& nearest, JointVector& best);
   bool sample(int first, int last);
@@ -331,18 +348,6 @@ DistanceResult PairSearch::measure(Scalar max_distance) {
                   *chain_.links()[report_.second].shape, X_Cb_, options, cache_);
 }
 
-// Whether shapes inside the links touch, where place() has put them.
-bool PairSearch::touches_here() {
-  const std::shared_ptr<const Shape>& a = robot_.inner_shapes[report_.first];
-  const std::shared_ptr<const Shape>& b = robot_.inner_shapes[report_.second];
-  const bool is_exact =
-      a == chain_.links()[report_.first].shape && b == chain_.links()[report_.second].shape;
-  if (is_exact) return true;
-  DistanceOptions options;
-  options.max_distance = 0;
-  return distance(*a, X_Ca_, *b, X_Cb_, options).status == DistanceStatus::Overlapping;
-}
-
 // Once true it stays true. A distance costs more than a look at the clock.
 bool PairSearch::is_stopped() {
   if (is_stopped_) return true;
@@ -371,7 +376,7 @@ JointVector PairSearch::sample_point(int number) {
 bool PairSearch::take_sample(const JointVector& q, Scalar& nearest, JointVector& best) {
   place(q);
   const DistanceResult found = measure(nearest);
-  if (found.status == DistanceStatus::Overlapping) return touches_here();
+  if (found.status == DistanceStatus::Overlapping) return true;
   if (found.upper < nearest) {
     nearest = found.upper;
     best = q;
@@ -422,7 +427,7 @@ void PairSearch::examine(const JointBox& box) {
   const Scalar reach = movement(box);
   const DistanceResult found = measure(reach);
   if (found.lower > reach) return;
-  if (found.status == DistanceStatus::Overlapping && touches_here()) {
+  if (found.status == DistanceStatus::Overlapping) {
     settle_touch(box.middle);
     return;
   }
@@ -481,7 +486,7 @@ void PairSearch::run() {
   if (!is_bounded) {  // only prismatic joints have no end
     report_.undecided_share = 1;
     place(whole_.middle);
-    if (measure(0).status == DistanceStatus::Overlapping && touches_here()) {
+    if (measure(0).status == DistanceStatus::Overlapping) {
       settle_touch(whole_.middle);
       report_.undecided_share = 0;
     }
@@ -607,8 +612,6 @@ std::vector<LinkPairReport> decide_link_pairs(const Robot& robot, const LinkPair
   DYOP_REQUIRE(options.max_boxes >= 1, "max_boxes must be at least 1, not ", options.max_boxes);
   DYOP_REQUIRE(options.samples >= 0, "samples must be at least 0, not ", options.samples);
   const std::size_t link_count = robot.chain->links().size();
-  DYOP_REQUIRE(robot.inner_shapes.size() == link_count, "robot '", robot.name, "' has ",
-               robot.inner_shapes.size(), " inner shapes for ", link_count, " links");
   std::vector<LinkPairReport> reports = list_pairs(robot, options);
   const JointBox whole = limits_of(robot);
   std::vector<LinkHull> hulls(link_count);

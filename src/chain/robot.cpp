@@ -50,7 +50,6 @@ JointPath Robot::expand(const JointPath& free) const {
 Robot make_robot(std::string name, KinematicChain chain) {
   Robot robot;
   robot.name = std::move(name);
-  for (const Link& link : chain.links()) robot.inner_shapes.push_back(link.shape);
   robot.masses.assign(chain.links().size(), 0);
   for (std::size_t k = 0; k < chain.coordinate_count(); ++k) {
     robot.couplings.push_back({k, 1, 0});
@@ -87,7 +86,6 @@ Robot attach(const Robot& robot, Link object, const std::string& parent, const R
              const std::vector<std::string>& touch_links) {
   DYOP_REQUIRE(robot.chain, "attach: robot '", robot.name, "' has no chain");
   Robot result = robot;
-  result.inner_shapes.push_back(object.shape);
   result.masses.push_back(0);
   result.chain = std::make_shared<const KinematicChain>(
       attach(*robot.chain, std::move(object), parent, X_PO, touch_links));

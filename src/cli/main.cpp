@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
 #include <exception>
 #include <iostream>
 #include <new>
 #include <string>
+#include <vector>
 
 #include "cli/commands.h"
 #include "cli/printable_stream.h"
@@ -20,6 +22,9 @@ constexpr const char* kExitCodes = R"(Exit codes:
   3  undecided: a budget, a limit or Ctrl-C ended the work first; partial results are printed
   4  internal error
 
+`dyop help COMMAND` is `dyop COMMAND --help`. A file named - is standard input (simulate, robot check,
+replay) or output (robot pairs --write-srdf).
+
 Examples:
   dyop toi sphere:0.5 box:1,1,1 --position-a -3 0 0 --velocity-a 1 0 0 --interval 0 10
   dyop simulate examples/scenes/bunny-throw.json -o run.h5 --mesh-path /usr/share/glmark2/models
@@ -34,27 +39,132 @@ ExitCode report(ExitCode code, std::string message) {
   return code;
 }
 
-bool has_command(const CLI::App& app, const std::string& name) {
-  const auto commands =
-      app.get_subcommands([&](const CLI::App* command) { return command->get_name() == name; });
-  return !commands.empty();
+using Words = std::vector<std::string>;
+
+// How many letters must be changed, added, dropped or swapped with the next one to get from one
+// word to the other.
+std::size_t edits(const std::string& from, const std::string& to) {
+  std::vector<std::vector<std::size_t>> cost(from.size() + 1,
+                                             std::vector<std::size_t>(to.size() + 1, 0));
+  for (std::size_t i = 0; i <= from.size(); ++i) {
+    for (std::size_t j = 0; j <= to.size(); ++j) {
+      if (i == 0 || j == 0) {
+        cost[i][j] = i + j;
+        continue;
+      }
+      const std::size_t change = from[i - 1] == to[j - 1] ? 0 : 1;
+      cost[i][j] = std::min({cost[i - 1][j] + 1, cost[i][j - 1] + 1, cost[i - 1][j - 1] + change});
+      const bool is_swap = i > 1 && j > 1 && from[i - 1] == to[j - 2] && from[i - 2] == to[j - 1];
+      if (is_swap) cost[i][j] = std::min(cost[i][j], cost[i - 2][j - 2] + 1);
+    }
+  }
+  return cost[from.size()][to.size()];
+}
+
+// "; did you mean 'WORD'?" with the known word that is most like this one, or nothing if none is: a
+// third of its letters may be wrong, missing, too many or swapped, or it may go on further.
+std::string suggestion(const std::string& word, const Words& known) {
+  constexpr std::size_t kLongest = 40;  // longer words are no slips
+  constexpr std::size_t kShortest = 3;  // of a beginning
+  if (word.size() > kLongest) return {};
+  const std::string* best = nullptr;
+  std::size_t least = std::max<std::size_t>(1, word.size() / 3) + 1;
+  for (const std::string& each : known) {
+    const bool begins = word.size() >= kShortest && each.starts_with(word);
+    const std::size_t count = begins ? 1 : edits(word, each);
+    if (count >= least) continue;
+    least = count;
+    best = &each;
+  }
+  return best == nullptr ? "" : "; did you mean '" + *best + "'?";
+}
+
+std::vector<CLI::App*> commands_of(CLI::App& app) {
+  return app.get_subcommands([](CLI::App*) { return true; });
+}
+
+CLI::App* find_command(CLI::App& app, const std::string& name) {
+  for (CLI::App* command : commands_of(app)) {
+    if (command->get_name() == name) return command;
+  }
+  return nullptr;
+}
+
+// The commands that the words begin with.
+struct Named {
+  CLI::App* command;
+  std::string words;  // "dyop robot check"
+};
+
+Named named_command(CLI::App& app, const Words& words) {
+  Named named{&app, app.get_name()};
+  for (const std::string& word : words) {
+    CLI::App* const found = find_command(*named.command, word);
+    if (found == nullptr) break;
+    named = {found, named.words + " " + word};
+  }
+  return named;
+}
+
+// The parser would only report a missing command. Empty if there is nothing unknown.
+std::string unknown_command(CLI::App& app, const Words& words) {
+  const Named named = named_command(app, words);
+  const std::vector<CLI::App*> next = commands_of(*named.command);
+  const auto depth = std::count(named.words.begin(), named.words.end(), ' ');
+  if (next.empty() || std::size_t(depth) == words.size()) return {};
+  const std::string& word = words[std::size_t(depth)];
+  if (word.empty() || word.front() == '-') return {};
+  Words names;
+  for (const CLI::App* each : next) names.push_back(each->get_name());
+  return "unknown command '" + word + "'" + suggestion(word, names) + " (see " + named.words +
+         " --help)";
+}
+
+// For the first option that the command does not have; empty if none of its own is like it.
+std::string option_suggestion(const CLI::App& command, const Words& words) {
+  Words known;
+  for (const CLI::Option* option : command.get_options()) {
+    for (const std::string& name : option->get_lnames()) known.push_back("--" + name);
+  }
+  for (const std::string& word : words) {
+    const std::string name = word.substr(0, word.find('='));
+    if (!name.starts_with("--") || name.size() == 2) continue;
+    if (std::find(known.begin(), known.end(), name) == known.end()) return suggestion(name, known);
+  }
+  return {};
+}
+
+ExitCode parse(CLI::App& app, Words words, const ExitCode& exit_code) {
+  // `dyop help robot check` is `dyop robot check --help`.
+  if (!words.empty() && words.front() == "help") {
+    words.erase(words.begin());
+    words.emplace_back("--help");
+  }
+  if (const std::string problem = unknown_command(app, words); !problem.empty()) {
+    return report(ExitCode::BadInput, problem);
+  }
+  const Named named = named_command(app, words);
+  try {
+    app.parse(Words(words.rbegin(), words.rend()));  // takes the last one first
+  } catch (const CLI::Success&) {                    // --help, --version
+    throw;
+  } catch (const CLI::ParseError& error) {
+    std::string problem = error.what();
+    if (error.get_exit_code() == int(CLI::ExitCodes::ExtrasError)) {
+      problem += option_suggestion(*named.command, words);
+    }
+    return report(ExitCode::BadInput, problem + " (see " + named.words + " --help)");
+  }
+  std::cout.flush();
+  return std::cout ? exit_code : report(ExitCode::BadInput, "could not write the output");
 }
 
 ExitCode run(CLI::App& app, int argc, char** argv, const ExitCode& exit_code) {
   try {
-    // The parser would only report a missing command.
-    const std::string first = argc > 1 ? argv[1] : "";
-    if (!first.empty() && first.front() != '-' && !has_command(app, first)) {
-      return report(ExitCode::BadInput, "unknown command '" + first + "' (see dyop --help)");
-    }
-    app.parse(argc, argv);
-    std::cout.flush();
-    return std::cout ? exit_code : report(ExitCode::BadInput, "could not write the output");
+    return parse(app, Words(argv + 1, argv + argc), exit_code);
   } catch (const CLI::Success& request) {  // --help, --version
     app.exit(request);
     return ExitCode::Answered;
-  } catch (const CLI::ParseError& error) {
-    return report(ExitCode::BadInput, std::string(error.what()) + " (see dyop --help)");
   } catch (const InternalError& error) {
     return report(ExitCode::Internal, error.what());
   } catch (const IntegrationError& error) {

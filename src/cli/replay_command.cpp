@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/commands.h"
+#include "cli/mesh_path.h"
 #include "cli/picture/picture_file.h"
 #include "cli/picture/query_picture.h"
 #include "dyop/io/query_record.h"
@@ -92,7 +93,7 @@ void print_text(const QueryRecord& record, const Outcome& now,
 
 ExitCode run_replay(const ReplayArguments& arguments) {
   if (!arguments.picture_file.empty()) require_picture(arguments.picture_file);
-  const QueryRecord record(arguments.file);
+  const QueryRecord record(input_file(arguments.file));
   const Outcome now = ask_again(record.query());
   const std::vector<FieldDifference> differences = compare(record, now);
   if (arguments.is_json) {
@@ -116,7 +117,10 @@ void add_replay_command(CLI::App& app, ExitCode& exit_code) {
   CLI::App* command =
       app.add_subcommand("replay", "Repeat a recorded query and compare the results bit by bit");
   command->footer(kReplayExamples);
-  command->add_option("FILE", arguments->file, "Record written by dyop toi --record")->required();
+  command
+      ->add_option("FILE", arguments->file,
+                   "Record written by dyop toi --record; - is standard input")
+      ->required();
   command->add_option("--picture", arguments->picture_file,
                       "Write a picture of the answer to a file .svg, .png or .html");
   command->add_flag("--json", arguments->is_json, "Print one JSON object to stdout");

@@ -147,7 +147,9 @@ ExitCode run_simulate(const SimulateArguments& arguments) {
   const auto begin = std::chrono::steady_clock::now();
   require_recording_name(arguments.out);
   io_internal::require_other_than(arguments.out, {arguments.scene});
-  Scene scene = load_scene(arguments.scene, mesh_directories(arguments.mesh_path));
+  std::vector<std::filesystem::path> directories = mesh_directories(arguments.mesh_path);
+  if (arguments.scene == "-") directories.emplace_back(".");
+  Scene scene = load_scene(input_file(arguments.scene), directories);
   scene.options.thread_count = arguments.threads;
   scene.options.measures_time = true;
   const Run run = record(scene, arguments, interrupt.token());
@@ -169,7 +171,9 @@ void add_simulate_command(CLI::App& app, ExitCode& exit_code) {
   auto arguments = std::make_shared<SimulateArguments>();
   CLI::App* command = app.add_subcommand("simulate", "Step a scene, and record the run");
   command->footer(kSimulateExamples);
-  command->add_option("SCENE", arguments->scene, "Scene file (docs/formats.md)")->required();
+  command
+      ->add_option("SCENE", arguments->scene, "Scene file (docs/formats.md); - is standard input")
+      ->required();
   command->add_option("-o,--out", arguments->out, "Recording to write, FILE.h5");
   command
       ->add_option("--pairs", arguments->pairs,

@@ -36,5 +36,6 @@ PYBIND11_MODULE(_dyop, m) {
 #ifdef DYOP_HAS_RECORDING
   dyop::python::bind_recordings(m);
 #endif
+  dyop::python::bind_view(m);
   dyop::python::explain_refused_calls(m);
 }

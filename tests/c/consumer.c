@@ -263,8 +263,7 @@ static void meddle(void* user, double t, const dyop_state* state, dyop_wrench* w
   ++m->calls;
   m->wrong += dyop_world_remove_body(m->context, m->world, m->body) != DYOP_INVALID_ARGUMENT;
   m->wrong += dyop_world_advance(m->context, m->world, 1, &report) != DYOP_INVALID_ARGUMENT;
-  m->wrong +=
-      dyop_world_set_state(m->context, m->world, m->body, state) != DYOP_INVALID_ARGUMENT;
+  m->wrong += dyop_world_set_state(m->context, m->world, m->body, state) != DYOP_INVALID_ARGUMENT;
   m->wrong +=
       dyop_world_add_body(m->context, m->world, &definition, &other) != DYOP_INVALID_ARGUMENT;
   m->wrong += dyop_world_states(m->context, m->world, &m->body, 1, &now) != DYOP_OK;
@@ -286,6 +285,195 @@ static int check_calls_from_callbacks(dyop_context* context) {
   CHECK(dyop_world_remove_body(context, m.world, m.body) == DYOP_OK);
   CHECK(dyop_world_destroy(context, m.world) == DYOP_OK);
   CHECK(dyop_shape_destroy(context, definition.shape) == DYOP_OK);
+  return 0;
+}
+
+static int check_near_things(dyop_context* context) {
+  dyop_shape shapes[4], box;
+  const double axes[3] = {1, 2, 3}, half[3] = {1, 1, 1};
+  const double points[6] = {3, 0, 0, 0, 0, 0.5};
+  const dyop_pose origin = DYOP_POSE_IDENTITY;
+  dyop_distance_query pair = {sizeof(dyop_distance_query), 0, {0, 0}, {0, 0}, DYOP_POSE_IDENTITY,
+                              DYOP_POSE_IDENTITY};
+  dyop_distance_result gap = {sizeof(dyop_distance_result)};
+  const double exact[4] = {1.5, 1.5, 1, 0.75}; /* from x = 3 along x, less the ball's half */
+  dyop_point_result near[2] = {{sizeof(dyop_point_result)}};
+  dyop_witness contacts[8];
+  size_t count = 0;
+  int i;
+  CHECK(dyop_cylinder_create(context, 1, 2, &shapes[0]) == DYOP_OK);
+  CHECK(dyop_rounded_box_create(context, half, 0.5, &shapes[3]) == DYOP_OK);
+  CHECK(dyop_ellipsoid_create(context, axes, &shapes[1]) == DYOP_OK);
+  CHECK(dyop_cone_create(context, 2, 2, &shapes[2]) == DYOP_OK);
+  CHECK(dyop_box_create(context, half, &box) == DYOP_OK);
+  CHECK(dyop_sphere_create(context, 0.5, &pair.b) == DYOP_OK);
+  pair.pose_b.position[0] = 3;
+  for (i = 0; i < 4; ++i) {
+    pair.a = shapes[i];
+    CHECK(dyop_compute_distance(context, &pair, NULL, &gap) == DYOP_OK);
+    if (i == 2) continue; /* the nearest point of the cone is not on the axis */
+    CHECK(gap.witness.lower <= exact[i] + (i == 3 ? 0.25 : 0) + 1e-9);
+    CHECK(gap.witness.upper >= exact[i] - 1e-9);
+  }
+  CHECK(dyop_point_distance(context, box, &origin, 1, points, 2, near) == DYOP_OK);
+  CHECK(near[0].lower <= 2 && 2 <= near[0].upper && near[0].upper < 2 + 1e-12);
+  CHECK(fabs(near[0].point[0] - 1) < 1e-12 && fabs(near[0].normal[0] - 1) < 1e-12);
+  CHECK(fabs(near[1].upper + 0.5) < 1e-12 && near[1].size == sizeof(dyop_point_result));
+  /* A box upon a box: four corners, however many are asked for. */
+  pair.a = pair.b = box;
+  pair.pose_b.position[0] = 0;
+  pair.pose_b.position[2] = 2.01;
+  CHECK(dyop_find_contacts(context, &pair, 0.02, contacts, 8, &count) == DYOP_OK);
+  CHECK(count == 4 && fabs(contacts[3].lower - 0.01) < 1e-9);
+  CHECK(dyop_find_contacts(context, &pair, 0.02, NULL, 0, &count) == DYOP_OK && count == 4);
+  return 0;
+}
+
+static int check_obstacles(dyop_context* context) {
+  dyop_shape ball;
+  dyop_motion rest, far, fall;
+  dyop_obstacle_set set;
+  dyop_obstacle one, two, found;
+  const dyop_pose origin = DYOP_POSE_IDENTITY, aside = {{9, 0, 0}, {1, 0, 0, 0}};
+  const dyop_pose above = {{0, 0, 3}, {1, 0, 0, 0}};
+  const dyop_state start = {{{0, 0, 5}, {1, 0, 0, 0}}, {{0, 0, -1}, {0, 0, 0}}};
+  const dyop_interval interval = {0, 10};
+  dyop_toi_result result = {sizeof(dyop_toi_result)};
+  dyop_distance_result gap = {sizeof(dyop_distance_result)};
+  CHECK(dyop_sphere_create(context, 0.5, &ball) == DYOP_OK);
+  CHECK(dyop_rest_create(context, &origin, &rest) == DYOP_OK);
+  CHECK(dyop_rest_create(context, &aside, &far) == DYOP_OK);
+  CHECK(dyop_constant_twist_create(context, &start, 0, &fall) == DYOP_OK);
+  CHECK(dyop_obstacle_set_create(context, &set) == DYOP_OK);
+  CHECK(dyop_obstacle_add(context, set, ball, far, 1, 0, &one) == DYOP_OK);
+  CHECK(dyop_obstacle_add(context, set, ball, rest, 2, 0, &two) == DYOP_OK);
+  CHECK(dyop_first_impact(context, set, ball, fall, interval, 3, NULL, &result, &found) == DYOP_OK);
+  CHECK(result.status == DYOP_TOI_IMPACT && fabs(result.t_safe - 4) < 1e-5);
+  CHECK(found.number == two.number);
+  CHECK(dyop_first_impact(context, set, ball, fall, interval, 1, NULL, &result, &found) == DYOP_OK);
+  CHECK(result.status == DYOP_TOI_SEPARATED && found.number == 0);
+  CHECK(dyop_nearest_obstacle(context, set, ball, &above, 0, 3, NULL, &gap, &found) == DYOP_OK);
+  CHECK(found.number == two.number && fabs(gap.witness.upper - 2) < 1e-9);
+  CHECK(dyop_obstacle_move(context, set, one, rest) == DYOP_OK);
+  CHECK(dyop_obstacle_remove(context, set, two) == DYOP_OK);
+  CHECK(dyop_obstacle_remove(context, set, two) == DYOP_STALE_HANDLE);
+  CHECK(dyop_nearest_obstacle(context, set, ball, &above, 0, 3, NULL, &gap, &found) == DYOP_OK);
+  CHECK(found.number == one.number);
+  CHECK(dyop_obstacle_set_destroy(context, set) == DYOP_OK);
+  CHECK(dyop_obstacle_remove(context, set, one) == DYOP_STALE_HANDLE);
+  return 0;
+}
+
+/* An arm of length one that turns about z, with a ball at its end, and a ball in its way. */
+static int check_chain(dyop_context* context) {
+  dyop_chain_link links[3] = {DYOP_CHAIN_LINK_INIT, DYOP_CHAIN_LINK_INIT, DYOP_CHAIN_LINK_INIT};
+  dyop_chain_joint joints[2] = {DYOP_CHAIN_JOINT_INIT, DYOP_CHAIN_JOINT_INIT};
+  dyop_chain chain;
+  dyop_obstacle_set set;
+  dyop_obstacle post;
+  dyop_motion rest;
+  const dyop_pose place = {{0, 1, 0}, {1, 0, 0, 0}};
+  dyop_pose poses[3];
+  const double times[2] = {0, 1}, waypoints[2] = {0, 2}, quarter = 3.141592653589793 / 2;
+  dyop_chain_result result = {sizeof(dyop_chain_result)};
+  CHECK(dyop_sphere_create(context, 0.1, &links[2].shape) == DYOP_OK);
+  joints[0].child = 1;
+  joints[1].type = DYOP_CHAIN_FIXED;
+  joints[1].parent = 1;
+  joints[1].child = 2;
+  joints[1].origin.position[0] = 1;
+  CHECK(dyop_chain_create(context, links, 3, joints, 2, &chain) == DYOP_OK);
+  CHECK(dyop_chain_poses(context, chain, &quarter, 1, poses, 3) == DYOP_OK);
+  CHECK(fabs(poses[2].position[1] - 1) < 1e-12 && fabs(poses[2].position[0]) < 1e-12);
+  CHECK(dyop_chain_poses(context, chain, &quarter, 1, poses, 2) == DYOP_INVALID_ARGUMENT);
+  CHECK(dyop_rest_create(context, &place, &rest) == DYOP_OK);
+  CHECK(dyop_obstacle_set_create(context, &set) == DYOP_OK);
+  CHECK(dyop_certify(context, chain, DYOP_PATH_LINEAR, times, waypoints, 2, 1, set, NULL,
+                     &result) == DYOP_OK);
+  CHECK(result.status == DYOP_TOI_SEPARATED && result.free_fraction == 1 && result.link_a == -1);
+  CHECK(dyop_obstacle_add(context, set, links[2].shape, rest, 1, 0, &post) == DYOP_OK);
+  CHECK(dyop_certify(context, chain, DYOP_PATH_LINEAR, times, waypoints, 2, 1, set, NULL,
+                     &result) == DYOP_OK);
+  CHECK(result.status == DYOP_TOI_IMPACT && result.link_a == 2 && result.link_b == -1);
+  CHECK(result.obstacle.number == post.number && result.has_contact == 1);
+  CHECK(fabs(2 * result.t_safe - (quarter - 2 * asin(0.1))) < 1e-4);
+  CHECK(dyop_certify(context, chain, 7, times, waypoints, 2, 1, set, NULL, &result) ==
+        DYOP_INVALID_ARGUMENT);
+  joints[1].child = 1;
+  CHECK(dyop_chain_create(context, links, 3, joints, 2, &chain) == DYOP_INVALID_ARGUMENT);
+  return 0;
+}
+
+static int check_joints_and_snapshots(dyop_context* context) {
+  dyop_world_options options;
+  dyop_body_definition definition;
+  dyop_joint_definition hinge;
+  dyop_spring_definition pull;
+  dyop_advance_report report = {sizeof(dyop_advance_report)};
+  dyop_world world;
+  dyop_body post, arm;
+  dyop_joint joint;
+  dyop_spring spring;
+  dyop_snapshot snapshot;
+  dyop_state first, again;
+  int32_t asleep = 1;
+  const double none[3] = {0, 0, 0};
+  CHECK(dyop_world_options_init(&options, sizeof(options)) == DYOP_OK);
+  CHECK(dyop_body_definition_init(&definition, sizeof(definition)) == DYOP_OK);
+  CHECK(dyop_joint_definition_init(&hinge, sizeof(hinge)) == DYOP_OK);
+  CHECK(dyop_spring_definition_init(&pull, sizeof(pull)) == DYOP_OK);
+  CHECK(dyop_world_options_init(NULL, sizeof(options)) == DYOP_INVALID_ARGUMENT);
+  CHECK(dyop_world_options_init(&options, 8) == DYOP_INVALID_ARGUMENT);
+  options.max_step = 0.01;
+  CHECK(dyop_world_create(context, &options, &world) == DYOP_OK);
+  CHECK(dyop_sphere_create(context, 0.2, &definition.shape) == DYOP_OK);
+  CHECK(dyop_world_add_body(context, world, &definition, &arm) == DYOP_OK);
+  definition.kind = DYOP_STATIC;
+  definition.initial.pose.position[0] = -1;
+  CHECK(dyop_world_add_body(context, world, &definition, &post) == DYOP_OK);
+  /* A pendulum of length one that a motor turns at one radian per unit of time. */
+  hinge.kind = DYOP_JOINT_HINGE;
+  hinge.a = post;
+  hinge.b = arm;
+  hinge.pose_b.position[0] = -1;
+  hinge.has_motor = 1;
+  hinge.motor_speed = 1;
+  hinge.motor_strength = 1e6;
+  CHECK(dyop_world_add_joint(context, world, &hinge, &joint) == DYOP_OK && joint.number > 0);
+  CHECK(dyop_world_snapshot(context, world, &snapshot) == DYOP_OK);
+  CHECK(dyop_world_advance_within(context, world, 1, 600, &report) == DYOP_OK);
+  CHECK(report.status == DYOP_ADVANCE_COMPLETED);
+  CHECK(dyop_world_states(context, world, &arm, 1, &first) == DYOP_OK);
+  CHECK(fabs(first.pose.position[0] - (cos(1) - 1)) < 0.02);
+  CHECK(fabs(fabs(first.pose.position[1]) - sin(1)) < 0.02);
+  CHECK(dyop_world_restore(context, world, snapshot) == DYOP_OK);
+  CHECK(dyop_world_advance(context, world, 1, &report) == DYOP_OK);
+  CHECK(dyop_world_states(context, world, &arm, 1, &again) == DYOP_OK);
+  CHECK(memcmp(&first, &again, sizeof(first)) == 0);
+  CHECK(dyop_snapshot_destroy(context, snapshot) == DYOP_OK);
+  CHECK(dyop_world_restore(context, world, snapshot) == DYOP_STALE_HANDLE);
+  CHECK(dyop_world_set_motor(context, world, joint, -1, 1e6) == DYOP_OK);
+  CHECK(dyop_world_remove_joint(context, world, joint) == DYOP_OK);
+  CHECK(dyop_world_remove_joint(context, world, joint) != DYOP_OK);
+  pull.a = post;
+  pull.b = arm;
+  pull.rest_length = 1;
+  pull.stiffness = 10;
+  CHECK(dyop_world_add_spring(context, world, &pull, &spring) == DYOP_OK && spring.number > 0);
+  CHECK(dyop_world_remove_spring(context, world, spring) == DYOP_OK);
+  pull.stiffness = -1;
+  CHECK(dyop_world_add_spring(context, world, &pull, &spring) == DYOP_INVALID_ARGUMENT);
+  CHECK(dyop_world_set_gravity(context, world, none) == DYOP_OK);
+  CHECK(dyop_world_set_material(context, world, arm, 0, 0.3) == DYOP_OK);
+  CHECK(dyop_world_set_material(context, world, arm, 2, 0.3) == DYOP_INVALID_ARGUMENT);
+  CHECK(dyop_world_set_wrench(context, world, arm, NULL, NULL) == DYOP_OK);
+  CHECK(dyop_world_set_target_distance(context, world, arm, post, 0.01) == DYOP_OK);
+  CHECK(dyop_world_wake(context, world, arm) == DYOP_OK);
+  CHECK(dyop_world_is_asleep(context, world, arm, &asleep) == DYOP_OK && asleep == 0);
+  CHECK(dyop_world_set_body_enabled(context, world, arm, 0) == DYOP_OK);
+  CHECK(dyop_world_set_next_pose(context, world, arm, &first.pose, 9) == DYOP_INVALID_ARGUMENT);
+  CHECK(dyop_world_advance_within(context, world, 1, 0, &report) == DYOP_INVALID_ARGUMENT);
+  CHECK(dyop_world_destroy(context, world) == DYOP_OK);
   return 0;
 }
 
@@ -331,6 +519,10 @@ int main(void) {
   if (!failed) failed = check_batch(context);
   if (!failed) failed = check_world(context);
   if (!failed) failed = check_calls_from_callbacks(context);
+  if (!failed) failed = check_near_things(context);
+  if (!failed) failed = check_obstacles(context);
+  if (!failed) failed = check_chain(context);
+  if (!failed) failed = check_joints_and_snapshots(context);
   if (!failed) failed = check_refusals(context);
   if (failed) return 1;
   CHECK(allocated > 0);

@@ -41,6 +41,8 @@ std::vector<NamedPath> random_paths(std::mt19937_64& random) {
   return {{"linear", JointPath::linear(times, random_points(6, random))},
           {"cubic", JointPath::cubic(times, random_points(6, random), random_points(6, random))},
           {"rest to rest", JointPath::cubic(times, random_points(6, random))},
+          {"quintic", JointPath::quintic(times, random_points(6, random), random_points(6, random),
+                                         random_points(6, random))},
           {"bspline", JointPath::bspline(3, knots, random_points(6, random))}};
 }
 
@@ -56,6 +58,25 @@ TEST(JointPath, PassesThroughItsWaypoints) {
   }
   const JointVector middle = lines.position((times[0] + times[1]) / 2);
   EXPECT_LT((middle - (points[0] + points[1]) / 2).norm(), 1e-14);
+}
+
+TEST(JointPath, QuinticHasTheVelocitiesAndAccelerationsAsked) {
+  std::mt19937_64 random(3);
+  const std::vector<Scalar> times = random_times(5, random);
+  const std::vector<JointVector> points = random_points(5, random);
+  const std::vector<JointVector> velocities = random_points(5, random);
+  const std::vector<JointVector> accelerations = random_points(5, random);
+  const JointPath path = JointPath::quintic(times, points, velocities, accelerations);
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    EXPECT_EQ(path.position(times[i]), points[i]);
+    EXPECT_LT((path.velocity(times[i]) - velocities[i]).norm(), 1e-12);
+    // One-sided second-order differences of the velocity.
+    const Scalar h = i + 1 < times.size() ? 1e-4 : -1e-4;
+    const JointVector slope =
+        (4 * path.velocity(times[i] + h) - path.velocity(times[i] + 2 * h) - 3 * velocities[i]) /
+        (2 * h);
+    EXPECT_LT((slope - accelerations[i]).norm(), 1e-3);
+  }
 }
 
 TEST(JointPath, CubicHasTheVelocitiesAsked) {

@@ -24,7 +24,8 @@ struct CommandResult {
 /// One run of the dyop command with its output kept in files.
 class Command {
  public:
-  explicit Command(const std::vector<std::string>& arguments) {
+  /// @param input File for standard input; empty: that of the tests.
+  explicit Command(const std::vector<std::string>& arguments, const std::string& input = "") {
     std::vector<std::string> words{DYOP_COMMAND};
     words.insert(words.end(), arguments.begin(), arguments.end());
     std::vector<char*> argv;
@@ -39,6 +40,7 @@ class Command {
     signal(SIGTERM, SIG_DFL);
     dup2(open(out.c_str(), O_CREAT | O_WRONLY | O_TRUNC, 0600), STDOUT_FILENO);
     dup2(open(err.c_str(), O_CREAT | O_WRONLY | O_TRUNC, 0600), STDERR_FILENO);
+    if (!input.empty()) dup2(open(input.c_str(), O_RDONLY), STDIN_FILENO);
     execv(argv[0], argv.data());
     _exit(127);
   }

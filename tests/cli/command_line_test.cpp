@@ -69,6 +69,38 @@ TEST_F(CommandLine, TellsItsVersion) {
   EXPECT_TRUE(run_command({"--version"}).out.starts_with("dyop "));
 }
 
+TEST_F(CommandLine, SuggestsWhatWasMeant) {
+  expect_error({"simulat"}, "did you mean 'simulate'? (see dyop --help)");
+  expect_error({"dsitance"}, "did you mean 'distance'?");
+  expect_error({"robot", "chek"}, "did you mean 'check'? (see dyop robot --help)");
+  expect_error({"distance", "sphere:1", "sphere:1", "--max-distanc=3"},
+               "did you mean '--max-distance'? (see dyop distance --help)");
+  expect_error({"robot", "pairs", "r.urdf", "--max-boxs", "3"}, "did you mean '--max-boxes'?");
+  const CommandResult result = run_command({"sing"});
+  EXPECT_EQ(result.err, "dyop: error: unknown command 'sing' (see dyop --help)\n");
+  expect_error({std::string(10'000, 'x')}, "unknown command");
+}
+
+TEST_F(CommandLine, HelpIsACommandToo) {
+  EXPECT_EQ(run_command({"help"}).out, run_command({"--help"}).out);
+  EXPECT_EQ(run_command({"help", "toi"}).out, run_command({"toi", "--help"}).out);
+  EXPECT_EQ(run_command({"help", "robot", "check"}).out,
+            run_command({"robot", "check", "--help"}).out);
+  expect_error({"help", "dance"}, "unknown command 'dance'");
+}
+
+TEST_F(CommandLine, ReadsStandardInput) {
+  const std::string scene = write("s.json", run_command({"scene", "stack", "2"}).out);
+  const CommandResult from_file = run_command({"simulate", scene, "--json"});
+  const CommandResult from_input = testing::Command({"simulate", "-", "--json"}, scene).wait();
+  ASSERT_EQ(from_input.exit_code, kAnswered) << from_input.err;
+  using Json = nlohmann::ordered_json;
+  EXPECT_EQ(Json::parse(from_input.out)["bodies"], Json::parse(from_file.out)["bodies"]);
+  const std::string bad = write("bad.json", "{");
+  EXPECT_NE(testing::Command({"simulate", "-"}, bad).wait().err.find("/dev/stdin:1"),
+            std::string::npos);
+}
+
 TEST_F(CommandLine, RefusesWhatItDoesNotKnow) {
   expect_error({}, "subcommand");
   expect_error({"dance"}, "dance");

@@ -98,6 +98,8 @@ TEST_F(RobotCommand, DecidesPairsAndRefutesAClaim) {
   const CommandResult text = run_command({"robot", "pairs", robot_, "--srdf", srdf});
   EXPECT_EQ(text.exit_code, 0);
   EXPECT_NE(text.out.find("REFUTED"), std::string::npos) << text.out;
+  EXPECT_EQ(run_command({"robot", "pairs", robot_, "--srdf", srdf, "--write-srdf", "-"}).out,
+            TemporaryDirectory::read(out));
 }
 
 TEST_F(RobotCommand, PairsThatTimeDoesNotReachAreUndecided) {
@@ -152,6 +154,42 @@ TEST_F(RobotCommand, LeavesOutWhatMayTouchAndTellsOfLimits) {
   EXPECT_NE(std::string(json.at("beyond_limits")).find("'turn' is at 3"), std::string::npos);
   EXPECT_EQ(check("p.csv", "0 0\n1 0\n", {"--allow", "leg", "post"}).exit_code, 2);
   EXPECT_EQ(check("p.csv", "0 0\n1 0\n", {"--allow", "arm", "moon"}).exit_code, 2);
+}
+
+TEST_F(RobotCommand, ReadsPlanningScenesAndTrajectoriesInYaml) {
+  // The post of kScene; `slide` rests where the scene says.
+  const std::string scene = write("cell.yaml", R"(
+robot_state:
+  joint_state: {name: [slide], position: [-0.5]}
+world:
+  collision_objects:
+    - id: post
+      primitives: [{type: sphere, dimensions: [0.1]}]
+      primitive_poses: [{position: [0, 1, 0]}]
+)");
+  const std::string path = write("p.yaml", R"(joint_names: [turn]
+points:
+  - positions: [0]
+    time_from_start: {sec: 0, nanosec: 0}
+  - positions: [2]
+    time_from_start: {sec: 1, nanosec: 0}
+)");
+  const std::vector<std::string> words{"robot", "check", robot_, path, "--scene", scene, "--json"};
+  const CommandResult result = run_command(words);
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const Json json = Json::parse(result.out);
+  const double angle = std::acos(-1.0) / 2 - 2 * std::asin(0.1);
+  EXPECT_NEAR(json.at("joint_values").at("turn"), angle, 1e-4);
+  EXPECT_EQ(json.at("joint_values").at("slide"), -0.5);
+  const std::vector<std::string> piped{"robot", "check", robot_, "-", "--scene", scene, "--json"};
+  EXPECT_EQ(Json::parse(Command(piped, path).wait().out).at("toi"), json.at("toi"));
+  const std::string table = write("p.csv", "time,turn\n0,0\n1,2\n");
+  EXPECT_EQ(Json::parse(Command(piped, table).wait().out).at("toi"), json.at("toi"));
+  std::vector<std::string> allowed = words;
+  allowed.insert(allowed.end(), {"--allow", "arm", "post"});
+  EXPECT_EQ(Json::parse(run_command(allowed).out).at("toi").at("status"), "Separated");
+  allowed.back() = "moon";
+  EXPECT_EQ(run_command(allowed).exit_code, 2);
 }
 
 TEST_F(RobotCommand, RefusesPathsItCannotUse) {

@@ -58,7 +58,46 @@ TEST_F(JointPathFile, CubicsUseTheVelocitiesOfAMessage) {
   EXPECT_EQ(load("p.json", text).degree(), 1u);
 }
 
+TEST_F(JointPathFile, ReadsMessagesInYaml) {
+  const char* text = R"(joint_trajectory:
+  joint_names: [lift]
+  points:
+    - positions: [2]
+      velocities: [0.5]
+      accelerations: [4]
+      time_from_start: {sec: 0, nanosec: 0}
+    - positions: [3]
+      velocities: [-1]
+      accelerations: [0]
+      time_from_start:
+        sec: 2
+        nanosec: 0
+)";
+  const JointPath path = load("p.yaml", text, PathInterpolation::Quintic);
+  EXPECT_EQ(path.degree(), 5u);
+  EXPECT_EQ(path.position(0)[0], 0);
+  EXPECT_EQ(path.position(2)[1], 3);
+  EXPECT_NEAR(path.velocity(2)[1], -1, 1e-14);
+  const JointVector rest = (JointVector(2) << 0.7, 2.5).finished();
+  const auto file = directory_.path() / "p.yaml";
+  const JointPath resting = load_joint_path(file, make_arm(), PathInterpolation::Linear, rest);
+  EXPECT_EQ(resting.position(1)[0], 0.7);
+  EXPECT_THROW(load_joint_path(file, make_arm(), {}, JointVector(JointVector::Zero(1))),
+               InvalidArgument);
+  // A planner's answer, which holds one robot trajectory.
+  EXPECT_EQ(load("q.yml",
+                 "trajectory: [{joint_trajectory: {joint_names: [lift], points: "
+                 "[{positions: [2]}, {positions: [3]}]}}]")
+                .degree(),
+            1u);
+}
+
 TEST_F(JointPathFile, NamesWhatItCannotRead) {
+  EXPECT_THROW(load("p.csv", "turn\n0\n1\n", PathInterpolation::Quintic), FileError);
+  EXPECT_THROW(load("p.yaml",
+                    "joint_names: [turn]\npoints: [{positions: [0]}, {positions: [1], "
+                    "accelerations: [1]}]"),
+               FileError);
   EXPECT_THROW(load("p.csv", "1 2 3\n1 2 3\n"), FileError);
   EXPECT_THROW(load("p.json", "turn\n0\n1\n"), FileError);
   EXPECT_THROW(load_joint_path(directory_.path() / "none.csv", make_arm()), FileError);

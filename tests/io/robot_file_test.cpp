@@ -9,11 +9,10 @@
 
 #include "dyop/distance/distance.h"
 #include "dyop/geometry/compound_shape.h"
-#include "dyop/geometry/convex_hull.h"
+#include "dyop/geometry/cylinder.h"
 #include "dyop/geometry/sphere.h"
 #include "dyop/geometry/triangle_mesh.h"
 #include "dyop/io/file_error.h"
-#include "io/robot/robot_shapes.h"
 #include "support/temporary_directory.h"
 
 namespace dyop {
@@ -205,26 +204,11 @@ TEST_F(RobotFile, ColladaKeepsItsAxesAndConvertsItsUnit) {
   EXPECT_LT((reach - Vector3(1, 2, 3)).norm(), 1e-6);
 }
 
-TEST_F(RobotFile, PrismsEncloseACylinderFromBothSides) {
-  const Scalar radius = 0.3;
-  const Scalar length = 0.7;
-  const auto outer = io_internal::prism_around(radius, length);
-  const auto inner = io_internal::prism_inside(radius, length);
-  const auto& around = dynamic_cast<const ConvexShape&>(*outer);
-  const auto& inside = dynamic_cast<const ConvexShape&>(*inner);
-  for (int k = 0; k < 5000; ++k) {
-    const Scalar angle = 0.001 * k + 1e-4 * k * k;
-    for (const Scalar tilt : {-1.0, -0.3, 0.0, 0.7, 1.4}) {
-      const Vector3 n(std::cos(angle) * std::cos(tilt), std::sin(angle) * std::cos(tilt),
-                      std::sin(tilt));
-      const Scalar exact = radius * n.head<2>().norm() + length / 2 * std::abs(n.z());
-      EXPECT_GE(around.core_reach(n), exact);
-      EXPECT_LE(around.core_reach(n), 1.0013 * exact);
-      EXPECT_LE(inside.core_reach(n), exact);
-    }
-  }
+TEST_F(RobotFile, CylindersAreCylinders) {
   const Robot robot = load(link("a", R"(<cylinder radius="0.3" length="0.7"/>)"));
-  EXPECT_NE(robot.inner_shapes[0], robot.chain->links()[0].shape);
+  const auto& shape = dynamic_cast<const Cylinder&>(*robot.chain->links()[0].shape);
+  EXPECT_EQ(shape.radius(), 0.3);
+  EXPECT_EQ(shape.half_length(), 0.35);
 }
 
 TEST_F(RobotFile, ReadsSrdf) {

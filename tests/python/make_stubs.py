@@ -44,6 +44,21 @@ class _Rotation(Protocol):
     """Such as scipy's."""
     def as_matrix(self) -> NDArray[Any]: ...
 
+class _Faces(Protocol):
+    """A mesh of another library, such as trimesh."""
+    @property
+    def vertices(self) -> Any: ...
+    @property
+    def faces(self) -> Any: ...
+
+class _Cells(Protocol):
+    """Such as meshio's."""
+    @property
+    def points(self) -> Any: ...
+    @property
+    def cells_dict(self) -> Any: ...
+
+ShapeLike = Union[Shape, _Faces, _Cells]
 PoseLike = Union[
     RigidPose, ArrayLike, _Rotation, Tuple[ArrayLike, ArrayLike], Tuple[_Rotation, ArrayLike]
 ]
@@ -56,7 +71,7 @@ __version__: str
 BY_NAME = {
     "copy": "Optional[bool]",
     "rotation": "Union[ArrayLike, _Rotation]",
-    "progress": "Optional[Callable[[int, int], object]]",
+    "progress": "Union[bool, Callable[[int, int], object], None]",
     "stop": "Optional[StopSource]",
     "out": "Optional[NDArray[Any]]",
     "accepts": "Optional[Callable[[int], bool]]",
@@ -143,6 +158,8 @@ def argument(text, function):
             kind = BATCH.get(name, kind)
         if function == "distance_batch" and name in "ab":
             kind = BATCH[name]
+    if function not in ("__setstate__", "view"):
+        kind = re.sub(r"\bShape\b", "ShapeLike", kind)
     if default == "None" and not kind.startswith("Optional") and kind != "Any":
         kind = f"Optional[{kind}]"
     if name == "self":
@@ -261,7 +278,7 @@ def main(path):
             write_function(out, name, value, "")
         else:
             out.append(f"{name}: {type(value).__module__}.{type(value).__name__.split('[')[0]}")
-    text = re.sub(r"\b(Pose|Interval|Twist|State)Like\b", r"_\1Like", HEAD + "\n".join(out) + "\n")
+    text = re.sub(r"\b(Pose|Interval|Shape|Twist|State)Like\b", r"_\1Like", HEAD + "\n".join(out) + "\n")
     with open(path, "w", encoding="utf-8") as file:
         file.write(re.sub(r"numpy\.dtype\w*", "numpy.dtype[Any]", text))
 

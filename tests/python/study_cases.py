@@ -2,6 +2,7 @@
 """What the workers of test_study.py run; they import it by name."""
 
 import os
+import signal
 import time
 from pathlib import Path
 
@@ -62,3 +63,23 @@ def pushed_stack(case, scene):
     world.set_state(top, (world.state(top).X_WB, (0.5 * generator.normal(size=3), (0, 0, 0))))
     world.advance(0.2)
     return np.concatenate([world.state(id).X_WB.translation for id in world.bodies()])
+
+
+def misbehaves(case):
+    """Cases 2 to 6 crash, hang, eat memory, end their process and return what cannot travel."""
+    if case == 2:
+        os.kill(os.getpid(), signal.SIGSEGV)
+    if case == 3:
+        time.sleep(1000)
+    if case == 4:
+        np.ones(10**10)
+    if case == 5:
+        os._exit(7)
+    if case == 6:
+        return (k for k in range(3))
+    return case * case
+
+
+def process_of(case, mesh):
+    """Which process ran it, and at which address its mesh stands."""
+    return os.getpid(), mesh.vertices.__array_interface__["data"][0]

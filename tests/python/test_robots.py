@@ -61,7 +61,7 @@ def test_what_a_robot_is(robot):
     np.testing.assert_array_equal(robot.lower, [-3, -0.4])
     np.testing.assert_array_equal(robot.upper, [3, 0.5])
     assert robot.masses == [2, 0, 0, 0]
-    assert robot.links[1].shape is None and robot.inner_shapes[1] is None
+    assert robot.links[1].shape is None
     grip = robot.couplings[2]
     assert (grip.free, grip.multiplier, grip.offset) == (1, 0.5, 0.1)
     assert [(p.first, p.second, p.reason) for p in robot.disabled_pairs][1] == (

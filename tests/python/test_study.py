@@ -173,6 +173,97 @@ def test_an_exception_ends_the_study_or_is_kept(cluster):
         assert kept[4] == 4
 
 
+def expect_five_failures(results):
+    assert [results[k] for k in (0, 1, 7, 8)] == [0, 1, 49, 64]
+    failures = study.failures(results)
+    assert [failure.case for failure in failures] == [2, 3, 4, 5, 6]
+    texts = [failure.error for failure in failures]
+    assert texts[0] == "crashed: SIGSEGV"
+    assert texts[1] == "took more than 1 s"
+    assert "MemoryError" in texts[2]
+    assert texts[3] == "ended its process with code 7"
+    assert "pickle" in texts[4]
+
+
+def test_cases_that_crash_hang_or_eat_memory_are_set_aside(tmp_path):
+    store = tmp_path / "study.sqlite"
+    options = dict(keep_failures=True, seconds=1, megabytes=1000, store=store)
+    expect_five_failures(study.map(study_cases.misbehaves, range(9), **options))
+    expect_five_failures(study.map(study_cases.misbehaves, range(9), **options))  # from the file
+
+
+def test_workers_survive_cases_that_crash(cluster):
+    for _ in range(2):
+        cluster.add_worker()
+    options = dict(client=cluster.client, seconds=1, megabytes=1000, chunk=2)
+    expect_five_failures(study.map(study_cases.misbehaves, range(9), keep_failures=True, **options))
+    with pytest.raises(study.StudyError, match="case 2 crashed: SIGSEGV"):
+        study.map(study_cases.misbehaves, range(3), **options)
+    assert len(cluster.client.scheduler_info()["workers"]) == 2
+
+
+def test_a_case_that_ends_several_workers_is_found(cluster):
+    # Without limits cases run in the worker itself; the scheduler gives up after so many workers.
+    cluster.client.run_on_scheduler(lambda dask_scheduler: setattr(dask_scheduler, "allowed_failures", 0))
+    workers = [cluster.add_worker() for _ in range(2)]
+    results = study.imap(
+        study_cases.misbehaves, [0, 1, 2, 7], client=cluster.client, keep_failures=True, chunk=4
+    )
+    found = dict(results)
+    assert found == {0: 0, 1: 1, 2: study.Failure(2, "crashed: SIGSEGV"), 3: 49}
+    assert sum(worker.poll() is None for worker in workers) == 1
+
+
+def test_an_exception_in_a_process_of_its_own_is_the_same():
+    with pytest.raises(ValueError, match="three is too many"):
+        study.map(study_cases.fails_at_three, range(5), isolate=True)
+    kept = study.map(study_cases.fails_at_three, range(5), isolate=True, keep_failures=True)
+    assert kept[3] == study.Failure(3, "ValueError: three is too many")
+
+
+def test_one_process_runs_all_cases_and_keeps_what_is_shared(mesh):
+    found = study.map(study_cases.process_of, range(5), shared={"mesh": mesh}, isolate=True)
+    assert len(set(found)) == 1 and found[0][0] != os.getpid()
+
+
+def test_functions_of_the_main_program_run_isolated(tmp_path):
+    program = tmp_path / "program.py"
+    program.write_text(
+        "from dyop import study\n"
+        "def twice(case):\n"
+        "    return 2 * case\n"
+        "if __name__ == '__main__':\n"
+        "    print(study.map(twice, range(3), seconds=60))\n"
+    )
+    found = subprocess.run([sys.executable, program], capture_output=True, text=True, timeout=120)
+    assert found.stdout == "[0, 2, 4]\n", found.stderr
+
+
+def test_workers_keep_what_is_shared_between_calls(cluster, mesh):
+    cluster.add_worker()
+    options = dict(client=cluster.client, shared={"mesh": mesh})
+    first = study.map(study_cases.process_of, range(2), **options)
+    second = study.map(study_cases.process_of, range(2), **options)
+    assert len(set(first + second)) == 1
+    study.forget(cluster.client)
+    assert len(study.map(study_cases.process_of, range(2), **options)) == 2
+
+
+def test_a_dead_scheduler_is_an_error_not_a_wait(cluster):
+    cluster.add_worker()
+    results = study.imap(study_cases.slow, range(200), client=cluster.client, patience=5)
+    next(results)
+    cluster.processes[0].kill()
+    with pytest.raises(study.StudyError):
+        list(results)
+
+
+def test_limits_are_checked():
+    for limits in ({"seconds": 0}, {"megabytes": -1}, {"seconds": float("nan")}):
+        with pytest.raises(ValueError, match=next(iter(limits))):
+            study.map(study_cases.slow, [1], **limits)
+
+
 def test_no_worker_is_an_error_not_a_wait(cluster):
     with pytest.raises(study.StudyError, match="no result"):
         study.map(study_cases.fails_at_three, range(2), client=cluster.client, patience=1)

@@ -34,6 +34,11 @@ class JointPath {
   /// acceleration is continuous.
   static JointPath cubic(std::span<const Scalar> times, std::span<const JointVector> waypoints);
 
+  /// Quintics through the waypoints with these velocities and accelerations.
+  static JointPath quintic(std::span<const Scalar> times, std::span<const JointVector> waypoints,
+                           std::span<const JointVector> velocities,
+                           std::span<const JointVector> accelerations);
+
   /// A B-spline, defined from knots[degree] to knots[control_points.size()].
   /// @param degree 1 to kMaxDegree.
   /// @param knots  control_points.size() + degree + 1 times in non-decreasing order; an inner knot

@@ -38,10 +38,6 @@ struct Robot {
   std::string name;
   /// One coordinate for each joint that moves, those that mimic others included.
   std::shared_ptr<const KinematicChain> chain;
-  /// By link: a shape inside the link's own one. They differ only where the link's shape encloses
-  /// what cannot be represented, such as a prism around a cylinder: the outer one proves that
-  /// nothing touches, the inner one that something does.
-  std::vector<std::shared_ptr<const Shape>> inner_shapes;
   std::vector<Scalar> masses;                 ///< by link; 0 if the file states none
   std::vector<CoordinateCoupling> couplings;  ///< by coordinate of the chain
   /// By free coordinate: the index of its joint.

@@ -20,6 +20,8 @@ class RecordingReader {
  public:
   /// @throws FileError if the file is missing, not a recording, of another version, or damaged.
   explicit RecordingReader(const std::filesystem::path& file);
+  /// As it was given.
+  const std::filesystem::path& file() const;
   ~RecordingReader();
   RecordingReader(RecordingReader&&) noexcept;
   RecordingReader& operator=(RecordingReader&&) noexcept;

@@ -31,8 +31,7 @@ struct RobotFileOptions {
 /// joints. Visual shapes are not read. See docs/robots.md.
 ///
 /// A floating joint becomes three prismatic and three revolute ones, a planar joint two and one,
-/// with names that end in /x, /y, /z, /roll, /pitch and /yaw. A cylinder becomes a prism of 64
-/// sides around it (Robot::inner_shapes: inside it).
+/// with names that end in /x, /y, /z, /roll, /pitch and /yaw.
 /// @throws FileError naming file, line, element and value.
 Robot load_robot(const std::filesystem::path& urdf, const RobotFileOptions& options = {});
 

@@ -13,6 +13,7 @@
 #include "dyop/chain/link_motion.h"
 #include "dyop/core/error.h"
 #include "dyop/io/joint_path_file.h"
+#include "dyop/io/planning_scene_file.h"
 #include "dyop/io/result_text.h"
 #include "dyop/io/scene_file.h"
 #include "dyop/motion/rest_motion.h"
@@ -27,8 +28,8 @@ using io_internal::show;
 
 constexpr const char* kCheckExamples =
     R"(PATH is a CSV file, with names of joints in its first row and perhaps a column `time`, or a
-joint-trajectory message as JSON. Bodies of the scene are obstacles where they start; kinematic ones
-move. docs/robots.md.
+joint-trajectory message as JSON or YAML. The scene is one of dyop, whose bodies are obstacles where
+they start (kinematic ones move), or a planning-scene message as YAML or JSON. docs/robots.md.
 
 Examples:
   dyop robot check arm.urdf path.csv --scene cell.json --srdf arm.srdf --allow base_link floor
@@ -51,11 +52,13 @@ struct CheckArguments {
   bool fails_on_impact = false;
 };
 
-// The obstacles of a scene and how they are called.
+// The obstacles of a scene and how they are called, and the robot among them.
 struct Surroundings {
+  Robot robot;
   ObstacleSet set;
   std::vector<ObstacleId> ids;
   std::vector<std::string> names;
+  std::optional<JointVector> rest;  // of joints that the path does not name
 
   std::string name(ObstacleId id) const {
     const auto found = std::find(ids.begin(), ids.end(), id);
@@ -80,8 +83,47 @@ std::vector<std::string> allowed_bodies(const CheckArguments& arguments) {
   return bodies;
 }
 
-Surroundings load_surroundings(const CheckArguments& arguments) {
+// The robot's chain, whose links ignore what they may touch.
+KinematicChain make_chain(const Robot& robot, const CheckArguments& arguments) {
+  const KinematicChain& chain = *robot.chain;
+  std::vector<Link> links(chain.links().begin(), chain.links().end());
+  const std::vector<std::string> bodies = allowed_bodies(arguments);
+  for (const auto& [name, body] : arguments.allowed) {
+    const std::optional<std::size_t> link = chain.find_link(name);
+    DYOP_REQUIRE(link, "--allow: the robot has no link '", name, "'");
+    links[*link].groups &= ~group_of(body, bodies);
+  }
+  KinematicChain::Options options;
+  options.X_WR = chain.X_WR();
+  options.ignored_pairs.assign(chain.ignored_pairs().begin(), chain.ignored_pairs().end());
+  return KinematicChain(std::move(links), {chain.joints().begin(), chain.joints().end()}, options);
+}
+
+// A planning scene: what its matrix allows is allowed too.
+Surroundings load_planned(const CheckArguments& arguments, const Robot& robot) {
+  PlanningScene scene = load_planning_scene(arguments.scene, robot);
   Surroundings around;
+  for (const PlanningObject& object : scene.objects) around.names.push_back(object.name);
+  for (const auto& [link, body] : arguments.allowed) {
+    DYOP_REQUIRE(std::find(around.names.begin(), around.names.end(), body) != around.names.end(),
+                 "--allow: the scene has no body '", body, "'");
+    DYOP_REQUIRE(robot.chain->find_link(link), "--allow: the robot has no link '", link, "'");
+    scene.allowed.emplace_back(link, body);
+  }
+  around.robot = scene.place(robot);
+  around.set = scene.obstacles();
+  around.ids = around.set.ids();
+  around.rest = scene.state;
+  return around;
+}
+
+Surroundings load_surroundings(const CheckArguments& arguments, const Robot& robot) {
+  if (!arguments.scene.empty() && is_planning_scene(arguments.scene)) {
+    return load_planned(arguments, robot);
+  }
+  Surroundings around;
+  around.robot = robot;
+  around.robot.chain = std::make_shared<const KinematicChain>(make_chain(robot, arguments));
   const std::vector<std::string> allowed = allowed_bodies(arguments);
   if (!arguments.scene.empty()) {
     const Scene scene = load_scene(arguments.scene, mesh_directories(arguments.mesh_path));
@@ -103,22 +145,6 @@ Surroundings load_surroundings(const CheckArguments& arguments) {
                  "--allow: the scene has no body '", body, "'");
   }
   return around;
-}
-
-// The robot's chain, whose links ignore what they may touch.
-KinematicChain make_chain(const Robot& robot, const CheckArguments& arguments) {
-  const KinematicChain& chain = *robot.chain;
-  std::vector<Link> links(chain.links().begin(), chain.links().end());
-  const std::vector<std::string> bodies = allowed_bodies(arguments);
-  for (const auto& [name, body] : arguments.allowed) {
-    const std::optional<std::size_t> link = chain.find_link(name);
-    DYOP_REQUIRE(link, "--allow: the robot has no link '", name, "'");
-    links[*link].groups &= ~group_of(body, bodies);
-  }
-  KinematicChain::Options options;
-  options.X_WR = chain.X_WR();
-  options.ignored_pairs.assign(chain.ignored_pairs().begin(), chain.ignored_pairs().end());
-  return KinematicChain(std::move(links), {chain.joints().begin(), chain.joints().end()}, options);
 }
 
 // The first waypoint with a joint beyond its limits, in words; empty if there is none.
@@ -265,15 +291,20 @@ ToiOptions make_options(const CheckArguments& arguments, const InterruptGuard& i
   return options;
 }
 
+PathInterpolation interpolation_of(const CheckArguments& arguments) {
+  if (arguments.interpolation == "cubic") return PathInterpolation::Cubic;
+  if (arguments.interpolation == "quintic") return PathInterpolation::Quintic;
+  return PathInterpolation::Linear;
+}
+
 ExitCode run_check(const CheckArguments& arguments) {
   const InterruptGuard interrupt;
-  const Robot robot = load_from(arguments.robot);
-  const bool is_cubic = arguments.interpolation == "cubic";
-  const JointPath free = load_joint_path(
-      arguments.path, robot, is_cubic ? PathInterpolation::Cubic : PathInterpolation::Linear);
+  const Surroundings around = load_surroundings(arguments, load_from(arguments.robot));
+  const Robot& robot = around.robot;
+  const std::shared_ptr<const KinematicChain>& chain = robot.chain;
+  const JointPath free =
+      load_joint_path(input_file(arguments.path), robot, interpolation_of(arguments), around.rest);
   const auto path = std::make_shared<const JointPath>(robot.expand(free));
-  const Surroundings around = load_surroundings(arguments);
-  const auto chain = std::make_shared<const KinematicChain>(make_chain(robot, arguments));
   ChainOptions options;
   options.toi = make_options(arguments, interrupt);
   Answer answer;
@@ -306,7 +337,8 @@ void add_robot_check(CLI::App& robot, ExitCode& exit_code) {
       robot.add_subcommand("check", "Proves that a path is free, or finds its first impact");
   command->footer(kCheckExamples);
   add_robot_options(*command, arguments->robot);
-  command->add_option("PATH", arguments->path, "File of the path, see below")->required();
+  command->add_option("PATH", arguments->path, "File of the path, see below; - is standard input")
+      ->required();
   command->add_option("--scene", arguments->scene, "Scene file with the obstacles");
   command->add_option("--mesh-path", arguments->mesh_path,
                       "Directory to search for the scene's meshes in; may be repeated");
@@ -315,7 +347,7 @@ void add_robot_check(CLI::App& robot, ExitCode& exit_code) {
   command->add_flag("--trust-never", arguments->robot.trusts_never,
                     "Leave out pairs that the SRDF file says never touch");
   command->add_option("--interpolation", arguments->interpolation, "Between waypoints")
-      ->check(CLI::IsMember({"linear", "cubic"}))
+      ->check(CLI::IsMember({"linear", "cubic", "quintic"}))
       ->capture_default_str();
   command->add_option("--target", arguments->options.target_distance, "Distance to keep")
       ->check(require_non_negative)

@@ -278,12 +278,14 @@ ExitCode run_pairs(const PairsArguments& arguments) {
   }
   const Claims claims = claims_of(robot);
   const PairCounts counts = count(pairs, claims);
-  if (arguments.is_json) {
+  if (arguments.out == "-") {
+    std::cout << srdf_text(robot, pairs);
+  } else if (arguments.is_json) {
     print_pairs_json(robot, pairs, claims, counts);
   } else {
     print_pairs(robot, pairs, claims, counts);
   }
-  if (!arguments.out.empty()) {
+  if (!arguments.out.empty() && arguments.out != "-") {
     io_internal::write_whole_file(arguments.out, srdf_text(robot, pairs));
   }
   if (arguments.fails_on_refuted && counts.refuted > 0) return ExitCode::Impact;
@@ -314,7 +316,8 @@ void add_robot_pairs(CLI::App& robot, ExitCode& exit_code) {
       robot.add_subcommand("pairs", "Which pairs of links can ever touch, by proof");
   command->footer(kPairsExamples);
   add_robot_options(*command, arguments->robot);
-  command->add_option("--write-srdf", arguments->out, "SRDF file to write with the proven pairs");
+  command->add_option("--write-srdf", arguments->out,
+                      "SRDF file to write with the proven pairs; - prints it instead of the table");
   command
       ->add_option("--max-boxes", arguments->options.max_boxes,
                    "Limit on the work for each pair, in boxes of joint values")

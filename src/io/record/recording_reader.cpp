@@ -303,6 +303,10 @@ std::vector<PairRecord> RecordingReader::Impl::pairs(std::size_t frame) {
 RecordingReader::RecordingReader(const std::filesystem::path& file)
     : impl_(std::make_unique<Impl>(file)) {}
 
+const std::filesystem::path& RecordingReader::file() const {
+  return impl_->file;
+}
+
 RecordingReader::~RecordingReader() = default;
 RecordingReader::RecordingReader(RecordingReader&&) noexcept = default;
 RecordingReader& RecordingReader::operator=(RecordingReader&&) noexcept = default;

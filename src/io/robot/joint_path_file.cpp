@@ -8,7 +8,9 @@
 
 #include "io/file_bytes.h"
 #include "io/json_reader.h"
+#include "io/robot/resting.h"
 #include "io/text_scanner.h"
+#include "io/yaml_reader.h"
 
 namespace dyop {
 namespace {
@@ -20,25 +22,14 @@ using io_internal::TextScanner;
 struct Waypoints {
   std::vector<Scalar> times;
   std::vector<JointVector> positions;
-  std::vector<JointVector> velocities;  // as many as positions, or none
+  std::vector<JointVector> velocities;  // as many as positions, or none; so are accelerations
+  std::vector<JointVector> accelerations;
 };
-
-// Zero, or the limit nearest to it.
-JointVector resting(const Robot& robot) {
-  JointVector q(Eigen::Index(robot.free_count()));
-  for (std::size_t k = 0; k < robot.free_count(); ++k) {
-    const Joint& joint = robot.chain->joints()[robot.free_joints[k]];
-    q[Eigen::Index(k)] = std::clamp<Scalar>(0, joint.lower, joint.upper);
-  }
-  return q;
-}
 
 // The free coordinate of a joint; else what is wrong with the name.
 std::variant<Eigen::Index, std::string> free_coordinate(const Robot& robot,
                                                         const std::string& name) {
-  for (std::size_t k = 0; k < robot.free_count(); ++k) {
-    if (robot.chain->joints()[robot.free_joints[k]].name == name) return Eigen::Index(k);
-  }
+  if (const auto free = io_internal::free_index(robot, name)) return *free;
   const auto joints = robot.chain->joints();
   const bool is_joint = std::any_of(joints.begin(), joints.end(),
                                     [&](const Joint& joint) { return joint.name == name; });
@@ -126,7 +117,8 @@ void read_row(const TextScanner& scanner, const CsvHeader& header, JointVector q
   waypoints.positions.push_back(std::move(q));
 }
 
-Waypoints read_csv(const std::filesystem::path& file, std::string text, const Robot& robot) {
+Waypoints read_csv(const std::filesystem::path& file, std::string text, const Robot& robot,
+                   const JointVector& rest) {
   constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
   if (text.starts_with(kByteOrderMark)) text.erase(0, kByteOrderMark.size());
   // An empty cell is then a missing word, which the count of words tells.
@@ -134,7 +126,6 @@ Waypoints read_csv(const std::filesystem::path& file, std::string text, const Ro
   TextScanner scanner(file, text);
   Waypoints waypoints;
   std::optional<CsvHeader> header;
-  const JointVector rest = resting(robot);
   while (scanner.next_line_with_words()) {
     if (!header) {
       const bool has_names = !is_number(scanner.words().front());
@@ -169,57 +160,99 @@ JointVector read_numbers(const JsonNode& node, const std::vector<Eigen::Index>& 
   return q;
 }
 
-Waypoints read_trajectory(const std::filesystem::path& file, const std::string& text,
-                          const Robot& robot) {
-  const io_internal::Json json = io_internal::parse_json(file, text);
-  JsonNode root(file, json);
+std::size_t first_sign(const std::string& text) {
+  return text.find_first_not_of(" \t\r\n");
+}
+
+// Files without such a name, as standard input, go by their content: no table has this word.
+bool is_message(const std::filesystem::path& file, const std::string& text) {
+  if (file.extension() == ".json" || io_internal::has_yaml_name(file)) return true;
+  return file.extension().empty() && text.find("joint_names") != std::string::npos;
+}
+
+// The message, within one that holds it: a robot trajectory, or a list of one of them.
+JsonNode trajectory_of(JsonNode root) {
+  if (const auto outer = root.find("trajectory")) {
+    const bool is_list = outer->value().is_array();
+    if (is_list && outer->items(1).size() > 1) outer->fail("expected one trajectory");
+    root = is_list ? outer->items(1)[0] : *outer;
+  }
   if (const auto inner = root.find("joint_trajectory")) root = *inner;
+  return root;
+}
+
+// Velocities or accelerations of a point: all points before have some, or none.
+void read_rates(const JsonNode& point, const char* key, const std::vector<Eigen::Index>& columns,
+                std::size_t before, const JointVector& still, std::vector<JointVector>& rates) {
+  const auto found = point.find(key);
+  const bool is_there = found && !found->value().is_null() && !found->items().empty();
+  if (is_there != (rates.size() == before) && before > 0) {
+    point.fail(std::string("expected ") + key + " at all points or at none");
+  }
+  if (is_there) rates.push_back(read_numbers(*found, columns, still));
+}
+
+Waypoints read_trajectory(const std::filesystem::path& file, const std::string& text,
+                          const Robot& robot, const JointVector& rest) {
+  const bool is_json =
+      !io_internal::has_yaml_name(file) && text.find_first_of("{[") == first_sign(text);
+  const io_internal::Json json =
+      is_json ? io_internal::parse_json(file, text) : io_internal::parse_yaml(file, text);
+  const JsonNode root = trajectory_of(JsonNode(file, json));
   std::vector<std::string> names;
   const JsonNode names_node = root.at("joint_names");
   for (const JsonNode& name : names_node.items(1)) names.push_back(name.text());
   const auto columns =
       columns_of(robot, names, [&](const std::string& problem) { names_node.fail(problem); });
-  const JointVector rest = resting(robot);
   const JointVector still = JointVector::Zero(rest.size());
-  const std::vector<JsonNode> points = root.at("points").items(2);
   Waypoints waypoints;
-  for (const JsonNode& point : points) {
+  for (const JsonNode& point : root.at("points").items(2)) {
+    const std::size_t before = waypoints.times.size();
     const auto time_node = point.find("time_from_start");
-    const Scalar time = time_node ? read_time(*time_node) : Scalar(waypoints.times.size());
-    if (!waypoints.times.empty() && !(time > waypoints.times.back())) {
+    const Scalar time = time_node ? read_time(*time_node) : Scalar(before);
+    if (before > 0 && !(time > waypoints.times.back())) {
       (time_node ? *time_node : point)
           .fail(
               compose_message("expected a time after ", waypoints.times.back(), ", found ", time));
     }
     waypoints.times.push_back(time);
     waypoints.positions.push_back(read_numbers(point.at("positions"), columns, rest));
-    const auto velocities = point.find("velocities");
-    if (!velocities || velocities->items().empty()) continue;
-    if (waypoints.velocities.size() + 1 != waypoints.positions.size()) {
-      velocities->fail("earlier points have no velocities");
-    }
-    waypoints.velocities.push_back(read_numbers(*velocities, columns, still));
-  }
-  if (!waypoints.velocities.empty() && waypoints.velocities.size() != waypoints.positions.size()) {
-    points[waypoints.velocities.size()].fail("expected velocities, as the points before have");
+    read_rates(point, "velocities", columns, before, still, waypoints.velocities);
+    read_rates(point, "accelerations", columns, before, still, waypoints.accelerations);
   }
   return waypoints;
+}
+
+JointPath make_path(const Waypoints& waypoints, PathInterpolation interpolation) {
+  switch (interpolation) {
+    case PathInterpolation::Linear:
+      return JointPath::linear(waypoints.times, waypoints.positions);
+    case PathInterpolation::Quintic:
+      DYOP_REQUIRE(!waypoints.accelerations.empty() && !waypoints.velocities.empty(),
+                   "quintics need the velocities and accelerations of a trajectory message");
+      return JointPath::quintic(waypoints.times, waypoints.positions, waypoints.velocities,
+                                waypoints.accelerations);
+    case PathInterpolation::Cubic:
+      break;
+  }
+  if (waypoints.velocities.empty()) return JointPath::cubic(waypoints.times, waypoints.positions);
+  return JointPath::cubic(waypoints.times, waypoints.positions, waypoints.velocities);
 }
 
 }  // namespace
 
 JointPath load_joint_path(const std::filesystem::path& file, const Robot& robot,
-                          PathInterpolation interpolation) {
+                          PathInterpolation interpolation, const std::optional<JointVector>& rest) {
   DYOP_REQUIRE(robot.chain, "load_joint_path: the robot has no chain");
+  DYOP_REQUIRE(!rest || (std::size_t(rest->size()) == robot.free_count() && rest->allFinite()),
+               "load_joint_path: `rest` needs ", robot.free_count(), " finite numbers");
   std::string text = io_internal::read_bytes(file);
-  const Waypoints waypoints = file.extension() == ".json" ? read_trajectory(file, text, robot)
-                                                          : read_csv(file, std::move(text), robot);
+  const JointVector others = rest ? *rest : io_internal::resting_state(robot);
+  const Waypoints waypoints = is_message(file, text)
+                                  ? read_trajectory(file, text, robot, others)
+                                  : read_csv(file, std::move(text), robot, others);
   try {
-    if (interpolation == PathInterpolation::Linear) {
-      return JointPath::linear(waypoints.times, waypoints.positions);
-    }
-    if (waypoints.velocities.empty()) return JointPath::cubic(waypoints.times, waypoints.positions);
-    return JointPath::cubic(waypoints.times, waypoints.positions, waypoints.velocities);
+    return make_path(waypoints, interpolation);
   } catch (const InvalidArgument& error) {
     throw FileError(file, error.what());
   }

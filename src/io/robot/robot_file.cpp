@@ -14,7 +14,7 @@ namespace dyop {
 namespace {
 
 using core_internal::compose_message;
-using io_internal::LinkShapes;
+using io_internal::LinkShape;
 using io_internal::MeshFinder;
 using io_internal::XmlFile;
 using io_internal::XmlNode;
@@ -66,9 +66,9 @@ void RobotReader::read_links() {
     if (links_.size() == kMostLinks) {
       node.fail(compose_message("the robot has more than ", kMostLinks, " links"));
     }
-    LinkShapes shapes = io_internal::read_link_shapes(node, meshes_);
-    link.shape = std::move(shapes.outer);
-    link.is_solid = shapes.is_solid;
+    LinkShape read = io_internal::read_link_shape(node, meshes_);
+    link.shape = std::move(read.shape);
+    link.is_solid = read.is_solid;
     Scalar mass = 0;
     if (const std::optional<XmlNode> inertial = node.find("inertial")) {
       const XmlNode mass_node = inertial->at("mass");
@@ -76,7 +76,6 @@ void RobotReader::read_links() {
       if (mass < 0) mass_node.fail_expected("value", "a number >= 0");
     }
     links_.push_back(std::move(link));
-    robot_.inner_shapes.push_back(std::move(shapes.inner));
     robot_.masses.push_back(mass);
   }
   if (links_.empty()) xml_.root().fail("expected an element <link>");
@@ -121,7 +120,6 @@ void RobotReader::add_split(const std::string& name, const Joint& joint, bool is
       between.name = part_name;
       links_.push_back(between);
       link_names_.insert(part_name);
-      robot_.inner_shapes.push_back(nullptr);
       robot_.masses.push_back(0);
     }
     Joint part;
@@ -191,7 +189,6 @@ void RobotReader::read_joints() {
   while (link_names_.count(world.name) != 0) world.name += "_";
   link_names_.insert(world.name);
   links_.push_back(world);
-  robot_.inner_shapes.push_back(nullptr);
   robot_.masses.push_back(0);
   Joint joint;
   joint.parent = world.name;

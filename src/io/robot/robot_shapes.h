@@ -8,19 +8,13 @@
 
 namespace dyop::io_internal {
 
-/// A link's shapes: around what the file describes, and inside it. They are the same object unless
-/// the file describes a cylinder.
-struct LinkShapes {
-  std::shared_ptr<const Shape> outer;  ///< null: no geometry
-  std::shared_ptr<const Shape> inner;
-  bool is_solid = false;  ///< every mesh is closed
+/// A link's shape, all of its collision shapes as one.
+struct LinkShape {
+  std::shared_ptr<const Shape> shape;  ///< null: no geometry
+  bool is_solid = false;               ///< every mesh is closed
 };
 
 /// Reads the elements <collision> of an element <link>.
-LinkShapes read_link_shapes(const XmlNode& link, MeshFinder& meshes);
-
-/// A prism of 64 sides about z, around a cylinder or inside it.
-std::shared_ptr<const Shape> prism_around(Scalar radius, Scalar length);
-std::shared_ptr<const Shape> prism_inside(Scalar radius, Scalar length);
+LinkShape read_link_shape(const XmlNode& link, MeshFinder& meshes);
 
 }  // namespace dyop::io_internal

@@ -14,6 +14,7 @@ from . import _dyop
 from ._dyop import *  # noqa: F401,F403
 from ._dyop import __version__
 from ._scenes import Simulation, simulate, summary
+from ._view import Page, view
 
 
 class _EnumType(type(_dyop.ToiStatus)):
@@ -32,4 +33,4 @@ for _enum in vars(_dyop).values():
 del _enum
 
 __all__ = [name for name in dir(_dyop) if not name.startswith("_")]
-__all__ += ["Simulation", "simulate", "summary"]
+__all__ += ["Page", "Simulation", "simulate", "summary", "view"]

@@ -6,6 +6,7 @@ import os
 from . import _dyop as _dyop
 from ._dyop import *
 from ._dyop import __version__ as __version__
+from ._view import Page as Page, view as view
 
 class Simulation(NamedTuple):
     totals: RunTotals
@@ -17,6 +18,6 @@ def simulate(
     recording: Optional[Union[str, os.PathLike[str]]] = ...,
     *,
     options: Optional[WorldOptions] = ...,
-    progress: Optional[Callable[[float, float], object]] = ...,
+    progress: Union[bool, Callable[[float, float], object], None] = ...,
 ) -> Simulation: ...
 def summary(scene: Scene, simulation: Simulation, started: Optional[float] = ...) -> str: ...

@@ -9,6 +9,7 @@ from pathlib import Path, PurePosixPath
 from typing import NamedTuple
 
 from . import _dyop
+from ._progress import call_of
 
 # A rest shorter than this part of a step is no step of its own: only rounding makes one.
 _NO_STEP = 1e-6
@@ -33,8 +34,9 @@ def simulate(scene, recording=None, *, options=None, progress=None):
 
     recording: file for the recording in HDF5, as ``dyop simulate -o`` writes it; None: no file.
     options: WorldOptions in place of ``scene.options``. progress(t, end_time) is called after each
-    step. Ends early where World.advance() does: see ``totals.status``.
+    step; True draws a bar. Ends early where World.advance() does: see ``totals.status``.
     """
+    progress = call_of(progress)
     world = _dyop.make_world(scene, options)
     recorder = None if recording is None else _recorder(scene, recording)
     totals = _dyop.RunTotals()

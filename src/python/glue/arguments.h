@@ -14,6 +14,7 @@
 #include "dyop/core/types.h"
 #include "dyop/geometry/triangle_mesh.h"
 #include "dyop/motion/motion.h"
+#include "python/glue/derived.h"
 
 namespace dyop::python {
 

@@ -69,11 +69,12 @@ void run_interruptible(const std::stop_token& stop,
 }
 
 std::function<void(std::size_t, std::size_t)> make_progress(const py::object& progress) {
-  if (progress.is_none()) return {};
+  const py::object call = py::module_::import("dyop._progress").attr("call_of")(progress);
+  if (call.is_none()) return {};
   using Clock = std::chrono::steady_clock;
   // Calls of a batch never overlap.
   auto last = std::make_shared<Clock::time_point>();
-  return [call = StepFunction{SharedObject(progress)}, last](std::size_t done, std::size_t total) {
+  return [call = StepFunction{SharedObject(call)}, last](std::size_t done, std::size_t total) {
     const Clock::time_point now = Clock::now();
     if (done < total && now - *last < std::chrono::milliseconds(100)) return;
     *last = now;

@@ -72,7 +72,7 @@ void run_interruptible(const std::stop_token& stop,
                        const std::function<void(std::stop_token)>& work);
 
 /// A callback for BatchOptions: calls progress(done, total) at most ten times a second, and at the
-/// end. Empty for None.
+/// end. True draws a bar on a terminal or in a notebook. Empty for None.
 std::function<void(std::size_t, std::size_t)> make_progress(const py::object& progress);
 
 }  // namespace dyop::python

@@ -249,6 +249,9 @@ ItemList<Pointer> items_of(py::handle source, const char* what) {
   }
   ItemList<Pointer> list;
   if (!py::isinstance<py::sequence>(source)) {
+    // A mesh of another library, where a shape is wanted.
+    py::detail::make_caster<Pointer> other;
+    if (other.load(source, true)) return {{py::detail::cast_op<Pointer>(other)}, true};
     throw InvalidArgument(std::string(what) + " must be one object or a sequence of them");
   }
   for (const py::handle item : source) {

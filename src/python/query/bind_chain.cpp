@@ -12,6 +12,7 @@
 #include "dyop/core/error.h"
 #include "dyop/io/chain_file.h"
 #include "dyop/io/joint_path_file.h"
+#include "dyop/io/planning_scene_file.h"
 #include "dyop/io/robot_file.h"
 #include "python/bindings.h"
 #include "python/glue/calls.h"
@@ -209,6 +210,16 @@ void bind_path_makers(PathClass& type) {
           "Cubics through waypoints (N, K) with velocities (N, K); without them the spline that\n"
           "starts and ends at rest.")
       .def_static(
+          "quintic",
+          [](const Times& times, const py::object& waypoints, const py::object& velocities,
+             const py::object& accelerations) {
+            return Path::quintic(times, rows_of_coordinates(waypoints, "waypoints"),
+                                 rows_of_coordinates(velocities, "velocities"),
+                                 rows_of_coordinates(accelerations, "accelerations"));
+          },
+          py::arg("times"), py::arg("waypoints"), py::arg("velocities"), py::arg("accelerations"),
+          "Quintics through waypoints (N, K) with velocities and accelerations (N, K).")
+      .def_static(
           "bspline",
           [](std::size_t degree, const Times& knots, const py::object& control_points) {
             return Path::bspline(degree, knots,
@@ -319,7 +330,9 @@ void bind_robot_parts(py::module_& m) {
       .value("Floating", RobotBase::Floating, "Not at all: three shifts and three turns.");
   py::enum_<PathInterpolation>(m, "PathInterpolation", "What runs through the waypoints of a file.")
       .value("Linear", PathInterpolation::Linear, "Straight lines.")
-      .value("Cubic", PathInterpolation::Cubic, "Cubics with the file's velocities, or a spline.");
+      .value("Cubic", PathInterpolation::Cubic, "Cubics with the file's velocities, or a spline.")
+      .value("Quintic", PathInterpolation::Quintic,
+             "Quintics with the file's velocities and accelerations.");
   Record<CoordinateCoupling>(m, "CoordinateCoupling",
                              "A coordinate of a chain: multiplier * f + offset, f a free one.")
       .field<&CoordinateCoupling::free>("free", "int: number of the free coordinate f")
@@ -347,13 +360,6 @@ JointVector limits_of(const Robot& robot, Scalar Joint::*limit) {
   return limits;
 }
 
-std::vector<std::shared_ptr<Shape>> changeable(
-    const std::vector<std::shared_ptr<const Shape>>& shapes) {
-  std::vector<std::shared_ptr<Shape>> list;
-  for (const auto& shape : shapes) list.push_back(std::const_pointer_cast<Shape>(shape));
-  return list;
-}
-
 void bind_robot_fields(RobotClass& type) {
   type.def_readonly("name", &Robot::name, "str: of the file")
       .def_property_readonly(
@@ -371,9 +377,6 @@ void bind_robot_fields(RobotClass& type) {
             return std::vector<Joint>(r.chain->joints().begin(), r.chain->joints().end());
           },
           "list[Joint]: of the chain")
-      .def_property_readonly(
-          "inner_shapes", [](const Robot& r) { return changeable(r.inner_shapes); },
-          "list[Optional[Shape]]: by link, inside the link's own")
       .def_readonly("masses", &Robot::masses, "list[float]: by link; 0 if the file states none")
       .def_readonly("couplings", &Robot::couplings,
                     "list[CoordinateCoupling]: by coordinate of the chain")
@@ -428,24 +431,20 @@ void bind_robot_methods(RobotClass& type) {
 }
 
 py::tuple parts_of(const Robot& r) {
-  return py::make_tuple(r.name, std::const_pointer_cast<KinematicChain>(r.chain),
-                        changeable(r.inner_shapes), r.masses, r.couplings, r.free_joints,
-                        r.disabled_pairs, r.groups, r.notes);
+  return py::make_tuple(r.name, std::const_pointer_cast<KinematicChain>(r.chain), r.masses,
+                        r.couplings, r.free_joints, r.disabled_pairs, r.groups, r.notes);
 }
 
 std::shared_ptr<Robot> robot_of_parts(const py::tuple& parts) {
   auto robot = std::make_shared<Robot>();
   robot->name = parts[0].cast<std::string>();
   robot->chain = parts[1].cast<std::shared_ptr<KinematicChain>>();
-  for (const py::handle shape : parts[2]) {
-    robot->inner_shapes.push_back(shape.cast<std::shared_ptr<Shape>>());
-  }
-  robot->masses = parts[3].cast<std::vector<Scalar>>();
-  robot->couplings = parts[4].cast<std::vector<CoordinateCoupling>>();
-  robot->free_joints = parts[5].cast<std::vector<std::size_t>>();
-  robot->disabled_pairs = parts[6].cast<std::vector<DisabledPair>>();
-  robot->groups = parts[7].cast<std::vector<RobotGroup>>();
-  robot->notes = parts[8].cast<Names>();
+  robot->masses = parts[2].cast<std::vector<Scalar>>();
+  robot->couplings = parts[3].cast<std::vector<CoordinateCoupling>>();
+  robot->free_joints = parts[4].cast<std::vector<std::size_t>>();
+  robot->disabled_pairs = parts[5].cast<std::vector<DisabledPair>>();
+  robot->groups = parts[6].cast<std::vector<RobotGroup>>();
+  robot->notes = parts[7].cast<Names>();
   return robot;
 }
 
@@ -484,12 +483,78 @@ void bind_robot_files(py::module_& m) {
       "exempts for the reason `Never`.");
   m.def(
       "load_joint_path",
-      [](const py::object& file, const Robot& robot, PathInterpolation interpolation) {
-        return std::make_shared<JointPath>(load_joint_path(path_of(file), robot, interpolation));
+      [](const py::object& file, const Robot& robot, PathInterpolation interpolation,
+         const std::optional<JointVector>& rest) {
+        return std::make_shared<JointPath>(
+            load_joint_path(path_of(file), robot, interpolation, rest));
       },
       py::arg("file"), py::arg("robot"), py::arg("interpolation") = PathInterpolation::Linear,
-      "The path of a robot's free coordinates of a CSV file or a joint-trajectory message as "
-      "JSON.");
+      py::arg("rest") = py::none(),
+      "The path of a robot's free coordinates of a CSV file or a joint-trajectory message as\n"
+      "JSON or YAML. rest: (F,) free coordinates for joints that the file does not name.");
+  m.def(
+      "load_planning_scene",
+      [](const py::object& file, const Robot& robot) {
+        return load_planning_scene(path_of(file), robot);
+      },
+      py::arg("file"), py::arg("robot"),
+      "The planning-scene message of a YAML or JSON file, as MoveIt writes it (docs/robots.md).");
+}
+
+Field shape_field(py::object (*get)(const void*, py::handle), void (*set)(void*, py::handle)) {
+  return {"shape", get, set};
+}
+
+template <typename Object>
+py::object get_shape(const void* object, py::handle) {
+  const auto& shape = static_cast<const Object*>(object)->shape;
+  return py::cast(std::const_pointer_cast<Shape>(shape));
+}
+template <typename Object>
+void set_shape(void* object, py::handle value) {
+  static_cast<Object*>(object)->shape = value.cast<std::shared_ptr<Shape>>();
+}
+
+void bind_planning_scene(py::module_& m) {
+  Record<PlanningObject> object(m, "PlanningObject", "A collision object of a planning scene.");
+  object.option<&PlanningObject::name>("name", "str: in the file")
+      .custom(shape_field(&get_shape<PlanningObject>, &set_shape<PlanningObject>),
+              "Shape: in its own frame")
+      .option<&PlanningObject::X_WO>("X_WO", "RigidPose: in the world")
+      .finish();
+  Record<HeldObject> held(m, "HeldObject", "An object that a link of the robot holds.");
+  held.option<&HeldObject::name>("name", "str: in the file")
+      .custom(shape_field(&get_shape<HeldObject>, &set_shape<HeldObject>),
+              "Shape: in its own frame")
+      .option<&HeldObject::link>("link", "str: the link that holds it")
+      .option<&HeldObject::X_LO>("X_LO", "RigidPose: in the link's frame")
+      .option<&HeldObject::touch_links>("touch_links", "list[str]: links that it may touch")
+      .finish();
+  Record<PlanningScene> scene(m, "PlanningScene",
+                              "What stands around a robot, and the robot's state there.");
+  scene.option<&PlanningScene::name>("name", "str: in the file")
+      .option<&PlanningScene::objects>("objects", "list[PlanningObject]: what stands around")
+      .option<&PlanningScene::held>("held", "list[HeldObject]: what the robot holds")
+      .option<&PlanningScene::state>("state", "numpy.ndarray: (F,) free coordinates of the robot")
+      .option<&PlanningScene::allowed>(
+          "allowed", "list[tuple[str, str]]: names of links and objects that may touch");
+  scene.type
+      .def(
+          "obstacles",
+          [](const PlanningScene& self) {
+            auto set = std::make_shared<SharedObstacleSet>();
+            set->change() = self.obstacles();
+            return set;
+          },
+          "The objects, in their order.")
+      .def(
+          "place",
+          [](const PlanningScene& self, const Robot& robot) {
+            return std::make_shared<Robot>(self.place(robot));
+          },
+          py::arg("robot"),
+          "The robot that holds what is held, and whose links ignore what they may touch.");
+  scene.finish();
 }
 
 /// Calls of Python that C++ may not see fail: the first exception stops the work, and is thrown
@@ -620,6 +685,7 @@ void bind_certify(py::module_& m) {
 void bind_robots(py::module_& m) {
   bind_robot_parts(m);
   bind_robot(m);
+  bind_planning_scene(m);
   bind_robot_files(m);
   bind_link_pairs(m);
   bind_certify(m);

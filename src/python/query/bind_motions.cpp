@@ -24,6 +24,18 @@
 
 namespace dyop::python {
 
+namespace {
+
+// A TwistBound or four numbers.
+TwistBound bound_of(const py::object& value) {
+  if (py::isinstance<TwistBound>(value)) return value.cast<TwistBound>();
+  const auto numbers =
+      read_as<std::array<Scalar, 4>>(value, "twist_bound must return a TwistBound or four numbers");
+  return {numbers[0], numbers[1], numbers[2], numbers[3]};
+}
+
+}  // namespace
+
 /// A UserMotion that knows its Python functions, so that it can be pickled.
 class PythonMotion final : public Motion {
  public:
@@ -44,18 +56,11 @@ class PythonMotion final : public Motion {
   const Functions& functions() const { return functions_; }
 
  private:
-  // A TwistBound or four numbers.
-  static TwistBound read_bound(const py::object& value) {
-    if (py::isinstance<TwistBound>(value)) return value.cast<TwistBound>();
-    const auto numbers = read_as<std::array<Scalar, 4>>(
-        value, "twist_bound must return a TwistBound or four numbers");
-    return {numbers[0], numbers[1], numbers[2], numbers[3]};
-  }
   static UserMotion::Functions make(const Functions& functions) {
     UserMotion::Functions made;
     made.pose = PoseFunction{functions[0]};
     made.twist = TwistFunction{functions[1]};
-    made.twist_bound = PythonFunction<&read_bound>{functions[2]};
+    made.twist_bound = PythonFunction<&bound_of>{functions[2]};
     if (!functions[3].get().is_none()) made.smooth_until = ScalarFunction{functions[3]};
     return made;
   }
@@ -67,6 +72,33 @@ class PythonMotion final : public Motion {
 namespace {
 
 using SharedMotion = std::shared_ptr<Motion>;
+
+/// The C++ part of an object whose class derives from Motion in Python.
+class DerivedMotion final : public Motion, public DerivedInPython {
+ public:
+  RigidPose pose(Scalar t) const override {
+    const py::gil_scoped_acquire lock;
+    return pose_of(required_method<Motion>(this, "pose")(t));
+  }
+  Twist twist(Scalar t) const override {
+    const py::gil_scoped_acquire lock;
+    return twist_of(required_method<Motion>(this, "twist")(t));
+  }
+  TwistBound twist_bound(const TimeInterval& interval) const override {
+    const py::gil_scoped_acquire lock;
+    return bound_of(required_method<Motion>(this, "twist_bound")(interval));
+  }
+  TimeInterval domain() const override {
+    const py::gil_scoped_acquire lock;
+    const py::function method = method_of<Motion>(this, "domain");
+    return method ? interval_of(method()) : Motion::domain();
+  }
+  Scalar smooth_until(Scalar t) const override {
+    const py::gil_scoped_acquire lock;
+    const py::function method = method_of<Motion>(this, "smooth_until");
+    return method ? read_scalar(method(t)) : Motion::smooth_until(t);
+  }
+};
 
 void bind_motion_records(py::module_& m) {
   Record<Twist>(m, "Twist", "Velocity of a body B in world W.")
@@ -88,9 +120,20 @@ void bind_motion_records(py::module_& m) {
 }
 
 void bind_motion_base(py::module_& m) {
-  py::class_<Motion, SharedMotion>(m, "Motion",
-                                   "A pose as a function of time, with bounds on how its twist "
-                                   "changes. Immutable and shared.")
+  py::class_<Motion, DerivedMotion, SharedMotion>(
+      m, "Motion",
+      "A pose as a function of time, with bounds on how its twist changes. Immutable and shared.\n"
+      "A class of yours may derive from it: pose(t), twist(t) and twist_bound(interval), as for a\n"
+      "UserMotion, and where they differ domain() and smooth_until(t). Slow likewise.")
+      .def(py::init_alias<>(), "For classes that derive from it.")
+      .def(py::pickle(
+          [](const py::object& self) {
+            return py::make_tuple(py::getattr(self, "__dict__", py::dict()));
+          },
+          [](const py::tuple& state) {
+            return std::make_pair(static_cast<Motion*>(new DerivedMotion()),
+                                  state[0].cast<py::dict>());
+          }))
       .def("pose", &Motion::pose, py::arg("t"), "X_WB at time t.")
       .def("twist", &Motion::twist, py::arg("t"), "Twist at time t.")
       .def("state", &Motion::state, py::arg("t"), "Pose and twist at time t.")

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
 #include <memory>
 #include <optional>
 #include <string>
@@ -64,9 +65,93 @@ void bind_shape_bases(py::module_& m) {
            "Mass properties of the solid of this density (mass per volume).");
 }
 
+// The support point that Python gives: a point, or a point and the number of its vertex.
+SupportPoint support_of(const py::object& value) {
+  if (py::isinstance<py::tuple>(value) && py::len(value) == 2) {
+    const py::tuple pair = value;
+    return {vector_of(pair[0], "core_support"),
+            read_as<std::int32_t>(pair[1], "the number of a vertex must be an int")};
+  }
+  return {vector_of(value, "core_support"), {}};
+}
+
+/// The C++ part of an object whose class derives from ConvexShape in Python.
+class DerivedConvex final : public ConvexShape, public DerivedInPython {
+ public:
+  SupportPoint core_support(const Vector3& direction) const override {
+    const py::gil_scoped_acquire lock;
+    return support_of(required_method<ConvexShape>(this, "core_support")(array_of(direction)));
+  }
+  Scalar rounding_radius() const override {
+    const py::gil_scoped_acquire lock;
+    const py::function method = method_of<ConvexShape>(this, "rounding_radius");
+    return method ? read_as<Scalar>(method(), "rounding_radius must return a number") : 0;
+  }
+  Vector3 core_center() const override {
+    const py::gil_scoped_acquire lock;
+    const py::function method = method_of<ConvexShape>(this, "core_center");
+    if (method) return vector_of(method(), "core_center");
+    Vector3 sum = Vector3::Zero();
+    for (int k = 0; k < 6; ++k) sum += core_support(axis(k)).point;
+    return sum / 6;
+  }
+  AlignedBox bounding_box() const override {
+    const Scalar radius = rounding_radius();
+    AlignedBox box;
+    for (int k = 0; k < 6; ++k) {
+      box.extend(Vector3(core_support(axis(k)).point + radius * axis(k)));
+    }
+    // Support points are exact up to rounding.
+    constexpr Scalar kNoise = 0x1p-48;  // literal: 16 units in the last place
+    const Scalar margin = kNoise * (box.min().cwiseAbs().maxCoeff() + box.diagonal().norm());
+    return {Vector3(box.min() - Vector3::Constant(margin)),
+            Vector3(box.max() + Vector3::Constant(margin))};
+  }
+  Scalar bounding_radius() const override {
+    const py::gil_scoped_acquire lock;
+    const py::function method = method_of<ConvexShape>(this, "bounding_radius");
+    if (method) return read_as<Scalar>(method(), "bounding_radius must return a number");
+    const AlignedBox box = bounding_box();
+    constexpr Scalar kUp = 1 + 0x1p-48;  // literal: more than a square root is rounded by
+    return kUp * box.min().cwiseAbs().cwiseMax(box.max().cwiseAbs()).norm();
+  }
+  MassProperties compute_mass_properties(Scalar density) const override {
+    const py::gil_scoped_acquire lock;
+    return read_as<MassProperties>(
+        required_method<ConvexShape>(this, "compute_mass_properties")(density),
+        "compute_mass_properties must return MassProperties");
+  }
+
+ private:
+  static Vector3 axis(int k) { return Scalar(k < 3 ? 1 : -1) * Vector3::Unit(k % 3); }
+};
+
 void bind_convex_shapes(py::module_& m) {
-  py::class_<ConvexShape, Shape, std::shared_ptr<ConvexShape>>(
-      m, "ConvexShape", "A convex core inflated by a ball of radius rounding_radius().")
+  py::class_<ConvexShape, Shape, DerivedConvex, std::shared_ptr<ConvexShape>>(
+      m, "ConvexShape",
+      "A convex core inflated by a ball of radius rounding_radius(). A class of yours may derive\n"
+      "from it: core_support(direction) gives a point (3,) of the core that is farthest along any\n"
+      "direction (3,), or a pair of it and the number of its vertex; exact up to rounding, as all\n"
+      "proofs depend on it. Where it is not 0, rounding_radius(); for a World,\n"
+      "compute_mass_properties(density). Faster with core_center() and bounding_radius(). Slow, "
+      "as\n"
+      "each call takes the interpreter's lock.")
+      .def(py::init_alias<>(), "For classes that derive from it.")
+      .def(py::pickle(
+          [](const py::object& self) {
+            return py::make_tuple(py::getattr(self, "__dict__", py::dict()));
+          },
+          [](const py::tuple& state) {
+            return std::make_pair(static_cast<ConvexShape*>(new DerivedConvex()),
+                                  state[0].cast<py::dict>());
+          }))
+      .def(
+          "core_support",
+          [](const ConvexShape& shape, const Vector3& direction) {
+            return shape.core_support(direction).point;
+          },
+          py::arg("direction"), "A point (3,) of the core farthest along any direction (3,).")
+      .def("core_center", &ConvexShape::core_center, "A point (3,) of the core, rather central.")
       .def(
           "support",
           [](const ConvexShape& shape, const Vector3& direction) {
@@ -393,11 +478,32 @@ void bind_mesh_files(py::module_& m) {
       py::arg("is_shell") = false, "The same triangles scaled, then moved to a centre.");
 }
 
+bool is_mesh_of_others(const py::object& thing) {
+  const auto has_any = [&](std::initializer_list<const char*> names) {
+    return std::any_of(names.begin(), names.end(),
+                       [&](const char* name) { return py::hasattr(thing, name); });
+  };
+  const std::string home = py::str(py::getattr(py::type::of(thing), "__module__", py::str("")));
+  return !home.starts_with("dyop") && has_any({"vertices", "points"}) &&
+         has_any({"cells_dict", "regular_faces", "faces", "triangles"});
+}
+
+// They are taken wherever a shape is, as a mesh that lives as long as the call needs it.
+void accept_meshes_of_others() {
+  py::detail::get_type_info(typeid(Shape))
+      ->implicit_conversions.push_back([](PyObject* object, PyTypeObject*) -> PyObject* {
+        const auto thing = py::reinterpret_borrow<py::object>(object);
+        if (!is_mesh_of_others(thing)) return nullptr;
+        return py::cast(make_mesh(thing, py::none(), py::none())).release().ptr();
+      });
+}
+
 }  // namespace
 
 void bind_meshes(py::module_& m) {
   bind_triangle_mesh(m);
   bind_mesh_files(m);
+  accept_meshes_of_others();
 }
 
 }  // namespace dyop::python

@@ -333,6 +333,9 @@ void bind_reader(py::module_& m) {
              return std::make_unique<RecordingReader>(path_of(file));
            }),
            py::arg("file"), "Opens the file.")
+      .def_property_readonly(
+          "file", [](const RecordingReader& r) { return readable(r.file().string()); },
+          "str: as it was given")
       .def("refresh", &RecordingReader::refresh, "Reads what was written since; True if anything.")
       .def_property_readonly(
           "header", [](const RecordingReader& r) { return r.header(); }, "RunHeader: of the run")
