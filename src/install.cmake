@@ -74,11 +74,11 @@ dyop_install_component(dyop PACKAGES ccd TBB Threads PC_PACKAGES ccd tbb PC_LIBR
 dyop_install_component(paper NEEDS dyop PACKAGES ccd PC_PACKAGES ccd)
 dyop_install_component(chain NEEDS dyop)
 # Its headers include those of OMPL, whose own file for pkg-config names a folder that is none.
-set(dyop_ompl_cflags "")
-foreach(folder IN LISTS OMPL_INCLUDE_DIRS OMPL_INCLUDE_DIR)
-  list(APPEND dyop_ompl_cflags "-isystem ${folder}")
-endforeach()
+# Its other folders are the compiler's own, and Eigen's.
+set(dyop_ompl_cflags ${OMPL_INCLUDE_DIRS} ${OMPL_INCLUDE_DIR})
+list(FILTER dyop_ompl_cflags INCLUDE REGEX "ompl")
 list(REMOVE_DUPLICATES dyop_ompl_cflags)
+list(TRANSFORM dyop_ompl_cflags PREPEND "-isystem ")
 dyop_install_component(ompl NEEDS chain PC_PUBLIC -lompl PC_CFLAGS ${dyop_ompl_cflags})
 dyop_install_component(contact NEEDS dyop)
 dyop_install_component(haptics NEEDS contact)
