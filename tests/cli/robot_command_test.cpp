@@ -126,6 +126,19 @@ TEST_F(RobotCommand, FindsTheFirstImpactOfAPath) {
   EXPECT_EQ(check("p.csv", "turn\n0\n2\n", {"--fail-on-impact"}).exit_code, 1);
 }
 
+TEST_F(RobotCommand, WritesAPageThatPlaysThePath) {
+  const std::string page = (directory_.path() / "p.html").string();
+  const CommandResult result = check("p.csv", "time,turn\n0,0\n1,2\n", {"--json", "--page", page});
+  if (result.exit_code == 2 && result.err.find("built without its page") != std::string::npos) {
+    GTEST_SKIP() << result.err;
+  }
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const std::string html = TemporaryDirectory::read(page);
+  EXPECT_TRUE(html.starts_with("<!")) << html.substr(0, 80);
+  EXPECT_NE(html.find("</html>"), std::string::npos);
+  EXPECT_EQ(check("p.csv", "turn\n0\n1\n", {"--page", "/no/such/folder/p.html"}).exit_code, 2);
+}
+
 TEST_F(RobotCommand, ProvesAPathFreeAndBoundsItsClearance) {
   // At angle 1 the centres are 2 sin((pi/2 - 1) / 2) apart; the hand is farther away.
   const double gap = 2 * std::sin((std::acos(-1.0) / 2 - 1) / 2) - 0.2;

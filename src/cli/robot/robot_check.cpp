@@ -8,6 +8,7 @@
 #include "cli/body_arguments.h"
 #include "cli/interrupt.h"
 #include "cli/mesh_path.h"
+#include "cli/page/page_output.h"
 #include "cli/robot/robot_arguments.h"
 #include "dyop/chain/certify_chain.h"
 #include "dyop/chain/link_motion.h"
@@ -18,6 +19,8 @@
 #include "dyop/io/scene_file.h"
 #include "dyop/motion/rest_motion.h"
 #include "dyop/toi/least_distance.h"
+#include "dyop/view/page_encoder.h"
+#include "dyop/view/page_file.h"
 #include "io/words.h"
 
 namespace dyop::cli {
@@ -48,6 +51,7 @@ struct CheckArguments {
   std::optional<Scalar> tolerance;
   std::optional<Scalar> time_limit;
   bool with_clearance = false;
+  std::string page;
   bool is_json = false;
   bool fails_on_impact = false;
 };
@@ -277,6 +281,44 @@ void print_answer_json(const Robot& robot, const Answer& answer) {
   std::cout << json.dump() << '\n';
 }
 
+// The page that plays the path among its obstacles; what is hit is marked.
+std::string path_page(const Surroundings& around, const std::shared_ptr<const JointPath>& path,
+                      const Answer& answer) {
+  PageScene scene;
+  scene.title = around.robot.name;
+  scene.begin_time = path->domain().begin;
+  scene.end_time = path->domain().end;
+  PageSpan span;
+  span.steps.push_back(path->domain());
+  PageMark mark{
+      answer.result.toi.t_safe, "too_near", answer.names.a + " meets " + answer.names.b, {}};
+  const auto add = [&](const std::string& name, BodyKind kind, const auto& shape,
+                       std::shared_ptr<const Motion> motion) {
+    const BodyId id(scene.bodies.size());
+    if (name == answer.names.a || name == answer.names.b) mark.bodies.push_back(id);
+    PageBody body;
+    body.name = name;
+    body.kind = kind;
+    body.shape = shape;
+    scene.bodies.push_back(std::move(body));
+    span.segments.push_back({id, path->domain(), std::move(motion)});
+  };
+  const std::span<const Link> links = around.robot.chain->links();
+  for (std::size_t k = 0; k < links.size(); ++k) {
+    if (!links[k].shape) continue;
+    add(links[k].name, BodyKind::Kinematic, links[k].shape,
+        std::make_shared<LinkMotion>(around.robot.chain, path, k));
+  }
+  for (std::size_t k = 0; k < around.ids.size(); ++k) {
+    const Obstacle& obstacle = around.set.obstacle(around.ids[k]);
+    add(around.names[k], BodyKind::Static, obstacle.shape, obstacle.X_WO);
+  }
+  if (answer.result.link_a) span.marks.push_back(mark);
+  const PageEncoder encoder(std::move(scene));
+  const std::vector<std::string> blocks{encoder.head(), encoder.span(span)};
+  return page_html(around.robot.name, blocks);
+}
+
 ToiOptions make_options(const CheckArguments& arguments, const InterruptGuard& interrupt) {
   ToiOptions options = arguments.options;
   options.distance_tolerance = arguments.tolerance;
@@ -299,6 +341,9 @@ PathInterpolation interpolation_of(const CheckArguments& arguments) {
 
 ExitCode run_check(const CheckArguments& arguments) {
   const InterruptGuard interrupt;
+  DYOP_REQUIRE(arguments.page.empty() || has_page(),
+               "--page: this dyop was built without its page: that needs npm packages, see "
+               "docs/player.md");
   const Surroundings around = load_surroundings(arguments, load_from(arguments.robot));
   const Robot& robot = around.robot;
   const std::shared_ptr<const KinematicChain>& chain = robot.chain;
@@ -319,6 +364,7 @@ ExitCode run_check(const CheckArguments& arguments) {
   if (arguments.with_clearance && status == ToiStatus::Separated) {
     answer.clearance = ClearanceSearch(chain, path, options.toi).run(around);
   }
+  if (!arguments.page.empty()) write_page(arguments.page, path_page(around, path, answer));
   if (arguments.is_json) {
     print_answer_json(robot, answer);
   } else {
@@ -360,6 +406,7 @@ void add_robot_check(CLI::App& robot, ExitCode& exit_code) {
       ->check(require_non_negative);
   command->add_flag("--clearance", arguments->with_clearance,
                     "Bound the least distance of a free path, too");
+  command->add_option("--page", arguments->page, "Page to write that plays the path in a browser");
   command->add_flag("--json", arguments->is_json, "Print one JSON object to stdout");
   command->add_flag("--fail-on-impact", arguments->fails_on_impact,
                     "Exit code 1 if something is hit");
