@@ -101,6 +101,13 @@ def _interval_of(bodies, at):
     return begin, end if end < float("inf") else begin + 1.0
 
 
+def _title_of(thing):
+    for name in ("title", "name"):
+        if isinstance(getattr(thing, name, None), str):
+            return getattr(thing, name)
+    return "" if isinstance(thing, (dict, list, tuple)) else type(thing).__name__
+
+
 def view(thing, at=None, *, among=None, interval=None, title=None, height=480):
     """The page that shows a shape, a mesh, a robot, a scene, a World, obstacles or a recorded run.
 
@@ -119,8 +126,7 @@ def view(thing, at=None, *, among=None, interval=None, title=None, height=480):
     if among is not None:
         bodies += _bodies_of(among, None)
     shown = _interval_of(bodies, at) if interval is None else interval
-    name = title if title is not None else type(thing).__name__
-    return Page(_dyop.page_html(name, bodies, shown), height)
+    return Page(_dyop.page_html(_title_of(thing) if title is None else title, bodies, shown), height)
 
 
 def repr_html(thing):
