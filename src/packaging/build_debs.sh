@@ -34,6 +34,46 @@ if [ -f "$root/src/python/CMakeLists.txt" ] && ! [[ ${DYOP_CMAKE_OPTIONS:-} == *
 fi
 rm "$tree/debian/control.python"
 
+# A package for each library, with the name that its soname asks for: who needs queries gets neither
+# OMPL nor HDF5. Names, then what the library is for.
+soname=${version%.*}
+libraries=
+while read -r stem purpose; do
+  package=${stem//_/-}$soname
+  echo "usr/lib/*/$stem.so.*" > "$tree/debian/$package.install"
+  [ "$stem" = libdyop_ompl ] || libraries+="${libraries:+, }$package (= \${binary:Version})"
+  cat >> "$tree/debian/control" <<END
+
+Package: $package
+Architecture: any
+Multi-Arch: same
+Section: libs
+Depends: \${misc:Depends}, \${shlibs:Depends}
+Description: certified time of impact of moving rigid bodies - $purpose
+ dyop says when two moving rigid bodies first come within a chosen distance,
+ proves that they stayed apart until then, and steps whole scenes through time
+ without ever letting bodies pass through each other.
+ .
+ This package holds the shared library $stem.
+END
+done <<'END'
+libdyop queries
+libdyop_chain robots
+libdyop_ompl validator for OMPL
+libdyop_contact contact solvers
+libdyop_dynamics stepping
+libdyop_haptics haptic tools
+libdyop_io mesh and robot files
+libdyop_scene_io scene files
+libdyop_recording recordings
+libdyop_haptics_io files of haptic tools
+libdyop_view player
+libdyop_paper published algorithms
+libdyop_c C interface
+END
+printf '%s\n' "dyop:Libraries=$libraries" "dyop:Ompl=libdyop-ompl$soname (= \${binary:Version})" \
+  > "$tree/debian/libraries.substvars"
+
 (cd "$tree" && DEB_BUILD_OPTIONS="noautodbgsym ${DEB_BUILD_OPTIONS:-}" dpkg-buildpackage -us -uc -b)
 lintian --fail-on error,warning --info "$out"/dyop_"${version}"_*.changes
 rm -rf "$tree"

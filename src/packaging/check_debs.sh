@@ -21,6 +21,10 @@ export LD_LIBRARY_PATH=$libraries
 echo "command"
 "$scratch/usr/bin/dyop" toi sphere:0.5 box:1,1,1 --position-a -3 0 0 --velocity-a 1 0 0 --interval 0 10
 zcat -f "$scratch"/usr/share/man/man1/dyop.1* | grep -q "time of impact"
+zcat -f "$scratch"/usr/share/man/man1/dyop-robot-check.1* | grep -q "path is free"
+echo "a query needs neither OMPL nor HDF5"
+needed=$(dpkg-deb --field "$debs"/libdyop0.*_*.deb Depends)
+[[ $needed != *ompl* && $needed != *hdf5* && $needed != *sundials* && $needed != *assimp* ]]
 bash -c "source /usr/share/bash-completion/bash_completion
          PATH=$scratch/usr/bin:\$PATH
          source '$scratch/usr/share/bash-completion/completions/dyop'
@@ -28,7 +32,14 @@ bash -c "source /usr/share/bash-completion/bash_completion
          _dyop; [ \"\${COMPREPLY[0]}\" = simulate ]"
 
 echo "pkg-config"
-export PKG_CONFIG_PATH=$libraries/pkgconfig
+# With the files of no other package but Eigen's, which every header includes.
+export PKG_CONFIG_LIBDIR=$libraries/pkgconfig:$scratch/eigen
+mkdir "$scratch/eigen"
+ln -s /usr/share/pkgconfig/eigen3.pc "$scratch/eigen"
+for pc in "$libraries"/pkgconfig/*.pc; do
+  pkg-config --cflags --libs "$(basename "$pc" .pc)" > /dev/null
+done
+[ ! -e "$scratch/usr/include/dyop/ompl" ] || pkg-config --cflags dyop-ompl | grep -q ompl-
 read -r -a flags <<< "$(pkg-config --cflags --libs dyop)"
 g++ -std=c++20 "$root/tests/consumer/find_package/main.cpp" -o "$scratch/consumer" "${flags[@]}"
 "$scratch/consumer"
