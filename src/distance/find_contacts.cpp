@@ -9,8 +9,10 @@
 #include <vector>
 
 #include "core/tolerance.h"
+#include "distance/near_features.h"
 #include "distance/piece_distance.h"
 #include "distance/point_grid.h"
+#include "distance/point_triangle.h"
 #include "dyop/core/error.h"
 #include "dyop/distance/triangle_distance.h"
 #include "geometry/compound_tree.h"
@@ -38,25 +40,6 @@ struct CoreSurface {
   Scalar radius = 0;
   bool is_mesh = false;
 };
-
-// A vertex, edge or face of a triangle, as a degenerate triangle.
-struct TriangleFeature {
-  Triangle triangle;
-  Feature feature;  // with the mesh's vertex numbers
-};
-
-TriangleFeature vertex_of(const Triangle& t, const TriangleIndices& indices, std::size_t i) {
-  return {{t[i], t[i], t[i]}, {FeatureKind::Vertex, {indices[i]}}};
-}
-
-TriangleFeature edge_of(const Triangle& t, const TriangleIndices& indices, std::size_t i) {
-  const std::size_t j = (i + 1) % 3;
-  return {{t[i], t[j], t[j]}, {FeatureKind::Edge, {indices[i], indices[j]}}};
-}
-
-bool is_vertex(const Feature& feature) {
-  return feature.kind == FeatureKind::Vertex;
-}
 
 // A mesh or convex shape that a shape consists of, in the shape's frame.
 struct ContactPart {
@@ -95,6 +78,28 @@ class ContactBudget {
   bool is_spent_ = false;
 };
 
+// A triangle of one of the two surfaces, in frame A.
+struct PlacedTriangle {
+  std::int32_t number;
+  Triangle corners;
+};
+
+// A vertex of one of the two surfaces, in frame A, and a triangle at it.
+struct PlacedVertex {
+  std::int32_t number;
+  std::int32_t triangle;
+  Vector3 p;
+};
+
+// Likewise an edge, as a side of a triangle.
+struct PlacedEdge {
+  std::array<std::int32_t, 2> ends;
+  std::int32_t triangle;
+  Vector3 from;
+  Vector3 along;
+  bool is_inner;  // joins two coplanar triangles
+};
+
 // Collects the contacts of two triangle surfaces in frame A.
 class ContactGathering {
  public:
@@ -102,14 +107,22 @@ class ContactGathering {
                    Scalar max_distance, ContactBudget& budget)
       : a_(a), b_(b), X_AB_(X_AB), noise_(noise), max_distance_(max_distance), budget_(budget) {}
 
+  /// All pairs of triangles within reach, by the trees of the surfaces.
   void run();
+  /// The same for two convex polytopes, from the few features that are near; false: not served.
+  bool run_convex(const ConvexShape& a, const ConvexShape& b);
   std::vector<Contact> contacts;  // points and normals still in frame A
 
  private:
   void add_triangle_pair(std::int32_t triangle_a, std::int32_t triangle_b);
-  void add_edge_pairs(const Triangle& a, const Triangle& b);
-  void add(const TriangleFeature& a, const TriangleFeature& b, bool only_interior,
+  void add_crossing(const PlacedTriangle& a, const PlacedTriangle& b, const TriangleDistance& d);
+  void add_vertex(bool of_a, const PlacedVertex& vertex, const PlacedTriangle& triangle);
+  void add_edges(const PlacedEdge& a, const PlacedEdge& b);
+  void add(const NearestPoints& cores, std::int32_t triangle_a, std::int32_t triangle_b,
            std::vector<Contact>& list);
+  PlacedTriangle placed(bool of_a, std::int32_t triangle) const;
+  PlacedEdge edge_of(bool of_a, const PlacedTriangle& triangle, std::size_t k) const;
+  Scalar reach() const { return max_distance_ + a_.radius + b_.radius; }
 
   const CoreSurface& a_;
   const CoreSurface& b_;
@@ -117,77 +130,176 @@ class ContactGathering {
   Scalar noise_;
   Scalar max_distance_;
   ContactBudget& budget_;
-  std::int32_t triangle_a_ = 0;
-  std::int32_t triangle_b_ = 0;
   std::vector<Contact> inner_contacts_;  // of edges inside a flat area
 };
 
-// Adds the witness pair of two features if it is near enough. Edge pairs count only if both witness
-// points are inside their edges: the ends are found as vertex-face pairs.
-void ContactGathering::add(const TriangleFeature& a, const TriangleFeature& b, bool only_interior,
-                           std::vector<Contact>& list) {
-  const TriangleDistance d = triangle_distance(a.triangle, b.triangle);
+// Adds the witness pair of two features, given without the radii, if it is near enough.
+void ContactGathering::add(const NearestPoints& cores, std::int32_t triangle_a,
+                           std::int32_t triangle_b, std::vector<Contact>& list) {
   const Scalar radii = a_.radius + b_.radius;
-  if (d.lower - noise_ - radii > max_distance_) return;
-  if (only_interior && (is_vertex(d.feature_a) || is_vertex(d.feature_b))) return;
+  if (cores.lower - noise_ - radii > max_distance_) return;
   Contact contact;
-  contact.nhat_AB_W = d.nhat_AB;
-  contact.p_WCa = d.p_a + a_.radius * d.nhat_AB;
-  contact.p_WCb = d.p_b - b_.radius * d.nhat_AB;
-  contact.lower = std::max(0.0, d.lower - radii - noise_);
-  contact.upper = std::max(0.0, d.upper - radii) + noise_;
-  contact.feature_a = a.feature;
-  contact.feature_b = b.feature;
-  if (a_.is_mesh) contact.triangle_a = triangle_a_;
-  if (b_.is_mesh) contact.triangle_b = triangle_b_;
+  contact.nhat_AB_W = cores.nhat_AB;
+  contact.p_WCa = cores.p_a + a_.radius * cores.nhat_AB;
+  contact.p_WCb = cores.p_b - b_.radius * cores.nhat_AB;
+  contact.lower = std::max(0.0, cores.lower - radii - noise_);
+  contact.upper = std::max(0.0, cores.upper - radii) + noise_;
+  contact.feature_a = cores.feature_a;
+  contact.feature_b = cores.feature_b;
+  if (a_.is_mesh) contact.triangle_a = triangle_a;
+  if (b_.is_mesh) contact.triangle_b = triangle_b;
   list.push_back(contact);
 }
 
-// Whether side k of a triangle joins two coplanar triangles.
-bool is_inner_side(const TriangleMesh& mesh, std::int32_t triangle, std::size_t k) {
-  const auto edge = mesh.topology().edge_of_side(3 * triangle + std::int32_t(k));
-  return edge && mesh.contact_features().edge_kind(*edge) == EdgeKind::Flat;
+void ContactGathering::add_vertex(bool of_a, const PlacedVertex& vertex,
+                                  const PlacedTriangle& triangle) {
+  const distance_internal::PointTriangleDistance d =
+      distance_internal::point_triangle_distance(vertex.p, triangle.corners);
+  if (d.lower - noise_ > reach()) return;
+  const CoreSurface& other = of_a ? b_ : a_;
+  const Feature corner{FeatureKind::Vertex, {vertex.number}};
+  const Feature face{FeatureKind::Face, other.mesh->triangles()[std::size_t(triangle.number)]};
+  NearestPoints found;
+  found.lower = d.lower;
+  found.upper = d.upper;
+  found.p_a = of_a ? vertex.p : d.p_C;
+  found.p_b = of_a ? d.p_C : vertex.p;
+  found.nhat_AB = of_a ? Vector3(-d.nhat_C) : d.nhat_C;
+  found.feature_a = of_a ? corner : face;
+  found.feature_b = of_a ? face : corner;
+  add(found, of_a ? vertex.triangle : triangle.number, of_a ? triangle.number : vertex.triangle,
+      contacts);
+}
+
+// Counts only if both witness points are inside their edges: the ends are found as vertex-face
+// pairs. The lower bound is the slab gap along the common normal; `noise_` covers the poses, and as
+// much again what is computed here, of which each term is below 16u of the size.
+void ContactGathering::add_edges(const PlacedEdge& a, const PlacedEdge& b) {
+  const Vector3& e = a.along;
+  const Vector3& f = b.along;
+  const Vector3 r = b.from - a.from;
+  const Vector3 n = e.cross(f);
+  const Scalar n_sq = n.squaredNorm();
+  const Scalar height = n.dot(r);
+  const Scalar within = reach() + 2 * noise_;
+  // literal: slightly farther than the reach; the bounds decide.
+  if (height * height > 1.0625 * within * within * n_sq) return;
+  const Scalar e_sq = e.squaredNorm();
+  const Scalar f_sq = f.squaredNorm();
+  if (!(n_sq > kContactNoCrossingSine * kContactNoCrossingSine * e_sq * f_sq)) return;
+  const Scalar s = r.cross(f).dot(n) / n_sq;
+  const Scalar t = r.cross(e).dot(n) / n_sq;
+  if (!(s > 0 && s < 1 && t > 0 && t < 1)) return;
+  const Scalar length = std::sqrt(n_sq);
+  NearestPoints found;
+  found.p_a = a.from + s * e;
+  found.p_b = b.from + t * f;
+  found.nhat_AB = height < 0 ? Vector3(n / -length) : Vector3(n / length);
+  // From the ends, because rounding may have turned the normal.
+  const Scalar along_a = found.nhat_AB.dot(e);
+  const Scalar along_b = found.nhat_AB.dot(f);
+  const Scalar gap = found.nhat_AB.dot(r) - std::max(0.0, along_a) + std::min(0.0, along_b);
+  found.lower = std::max(0.0, gap - noise_);
+  found.upper = (found.p_b - found.p_a).norm() + noise_;
+  found.feature_a = {FeatureKind::Edge, {a.ends[0], a.ends[1]}};
+  found.feature_b = {FeatureKind::Edge, {b.ends[0], b.ends[1]}};
+  add(found, a.triangle, b.triangle, a.is_inner || b.is_inner ? inner_contacts_ : contacts);
+}
+
+// The point that two crossing triangles share.
+void ContactGathering::add_crossing(const PlacedTriangle& a, const PlacedTriangle& b,
+                                    const TriangleDistance& d) {
+  NearestPoints found = d;
+  found.feature_a = {FeatureKind::Face, a_.mesh->triangles()[std::size_t(a.number)]};
+  found.feature_b = {FeatureKind::Face, b_.mesh->triangles()[std::size_t(b.number)]};
+  add(found, a.number, b.number, contacts);
+}
+
+PlacedTriangle ContactGathering::placed(bool of_a, std::int32_t triangle) const {
+  PlacedTriangle result{triangle, (of_a ? a_ : b_).mesh->triangle(triangle)};
+  if (of_a) return result;
+  for (Vector3& vertex : result.corners) vertex = X_AB_ * vertex;
+  return result;
 }
 
 // Where another edge crosses it, an edge inside a flat area is not the border of the area.
-void ContactGathering::add_edge_pairs(const Triangle& a, const Triangle& b) {
-  const TriangleIndices& indices_a = a_.mesh->triangles()[static_cast<std::size_t>(triangle_a_)];
-  const TriangleIndices& indices_b = b_.mesh->triangles()[static_cast<std::size_t>(triangle_b_)];
-  std::array<bool, 3> is_inner_b;
-  for (std::size_t k = 0; k < 3; ++k) is_inner_b[k] = is_inner_side(*b_.mesh, triangle_b_, k);
-  for (std::size_t i = 0; i < 3; ++i) {
-    const bool is_inner_a = is_inner_side(*a_.mesh, triangle_a_, i);
-    for (std::size_t j = 0; j < 3; ++j) {
-      add(edge_of(a, indices_a, i), edge_of(b, indices_b, j), true,
-          is_inner_a || is_inner_b[j] ? inner_contacts_ : contacts);
-    }
-  }
+PlacedEdge ContactGathering::edge_of(bool of_a, const PlacedTriangle& triangle,
+                                     std::size_t k) const {
+  const TriangleMesh& mesh = *(of_a ? a_ : b_).mesh;
+  const TriangleIndices& t = mesh.triangles()[std::size_t(triangle.number)];
+  const std::size_t next = k < 2 ? k + 1 : 0;
+  const auto edge = mesh.topology().edge_of_side(3 * triangle.number + std::int32_t(k));
+  return {{t[k], t[next]},
+          triangle.number,
+          triangle.corners[k],
+          triangle.corners[next] - triangle.corners[k],
+          edge && mesh.contact_features().edge_kind(*edge) == EdgeKind::Flat};
 }
 
 void ContactGathering::add_triangle_pair(std::int32_t triangle_a, std::int32_t triangle_b) {
-  triangle_a_ = triangle_a;
-  triangle_b_ = triangle_b;
-  const TriangleIndices& indices_a = a_.mesh->triangles()[static_cast<std::size_t>(triangle_a)];
-  const TriangleIndices& indices_b = b_.mesh->triangles()[static_cast<std::size_t>(triangle_b)];
-  const Triangle a = a_.mesh->triangle(triangle_a);
-  Triangle b = b_.mesh->triangle(triangle_b);
-  for (Vector3& vertex : b) vertex = X_AB_ * vertex;
-  const TriangleFeature face_a{a, {FeatureKind::Face, indices_a}};
-  const TriangleFeature face_b{b, {FeatureKind::Face, indices_b}};
+  const PlacedTriangle a = placed(true, triangle_a);
+  const PlacedTriangle b = placed(false, triangle_b);
   // Most pairs of neighbouring boxes are not in contact, so one test of the whole triangles first.
-  if (triangle_distance(a, b).lower - noise_ - a_.radius - b_.radius > max_distance_) return;
+  const TriangleDistance d = triangle_distance(a.corners, b.corners);
+  if (d.lower - noise_ > reach()) return;
   budget_.count_triangle_pair();
-  for (std::size_t i = 0; i < 3; ++i) {
-    add(vertex_of(a, indices_a, i), face_b, false, contacts);
-    add(face_a, vertex_of(b, indices_b, i), false, contacts);
+  if (d.is_overlapping) add_crossing(a, b, d);
+  const TriangleIndices& indices_a = a_.mesh->triangles()[std::size_t(triangle_a)];
+  const TriangleIndices& indices_b = b_.mesh->triangles()[std::size_t(triangle_b)];
+  for (std::size_t k = 0; k < 3; ++k) {
+    add_vertex(true, {indices_a[k], triangle_a, a.corners[k]}, b);
+    add_vertex(false, {indices_b[k], triangle_b, b.corners[k]}, a);
   }
-  add_edge_pairs(a, b);
+  const std::array<PlacedEdge, 3> edges_b{edge_of(false, b, 0), edge_of(false, b, 1),
+                                          edge_of(false, b, 2)};
+  for (std::size_t k = 0; k < 3; ++k) {
+    const PlacedEdge edge = edge_of(true, a, k);
+    for (const PlacedEdge& other : edges_b) add_edges(edge, other);
+  }
+}
+
+bool ContactGathering::run_convex(const ConvexShape& a, const ConvexShape& b) {
+  using distance_internal::NearFeatures;
+  if (!NearFeatures::serves(a_.mesh) || !NearFeatures::serves(b_.mesh)) return false;
+  const RigidPose at_origin;
+  NearFeatures of_a(*a_.mesh, at_origin);
+  NearFeatures of_b(*b_.mesh, X_AB_);
+  const auto search =
+      distance_internal::find_near_features(a, b, X_AB_, reach(), 2 * noise_, of_a, of_b);
+  if (search != distance_internal::NearSearch::Found) {
+    return search == distance_internal::NearSearch::None;
+  }
+  for (const bool is_of_a : {true, false}) {
+    const NearFeatures& own = is_of_a ? of_a : of_b;
+    const NearFeatures& other = is_of_a ? of_b : of_a;
+    for (std::size_t k = 0; k < other.triangle_count(); ++k) {
+      if (!other.is_near(k)) continue;
+      const PlacedTriangle triangle{other.triangle(k), other.corners(k)};
+      for (const std::int32_t v : own.vertices()) {
+        add_vertex(is_of_a, {v, -1, own.point(v)}, triangle);
+      }
+    }
+  }
+  const auto placed_edge = [&](bool of, const NearFeatures& near, std::int32_t side) {
+    const TriangleIndices& t = (of ? a_ : b_).mesh->triangles()[std::size_t(side / 3)];
+    return edge_of(of, {side / 3, {near.point(t[0]), near.point(t[1]), near.point(t[2])}},
+                   std::size_t(side % 3));
+  };
+  std::array<PlacedEdge, NearFeatures::kMostSides> edges;
+  std::size_t count = 0;
+  for (const std::int32_t side : of_b.sides()) edges[count++] = placed_edge(false, of_b, side);
+  for (const std::int32_t side : of_a.sides()) {
+    const PlacedEdge edge = placed_edge(true, of_a, side);
+    for (const PlacedEdge& other : std::span(edges).first(count)) add_edges(edge, other);
+  }
+  if (contacts.empty()) contacts = std::move(inner_contacts_);
+  if (!contacts.empty()) budget_.count_triangle_pair();
+  return true;
 }
 
 void ContactGathering::run() {
   const ShapeTree tree_a(*a_.mesh);
   const ShapeTree tree_b(*b_.mesh);
-  const Scalar reach = max_distance_ + a_.radius + b_.radius;
   const RigidPose X_BA = X_AB_.inverse();
   const auto box_gaps = hierarchy_internal::box_gaps_kernel(core_internal::best_instruction_set());
   std::vector<std::pair<std::int32_t, std::int32_t>> stack{{ShapeTree::kRoot, ShapeTree::kRoot}};
@@ -209,13 +321,17 @@ void ContactGathering::run() {
                      : geometry_internal::facing_box(tree_a.box(box_a), X_BA),
              noise_ * (kStepNoise / kPoseNoise), gaps.data());
     for (int column = count - 1; column >= 0; --column) {
-      if (gaps[std::size_t(column)] > reach) continue;
+      if (gaps[std::size_t(column)] > reach()) continue;
       const std::int32_t part = ShapeTree::box_number(child, column);
       stack.emplace_back(opens_a ? part : box_a, opens_a ? box_b : part);
     }
   }
   // Flatness has a tolerance: if the area's border is just out of reach, its inner edges count.
   if (contacts.empty()) contacts = std::move(inner_contacts_);
+}
+
+bool are_convex(const Shape& a, const Shape& b) {
+  return a.kind() == ShapeKind::Convex && b.kind() == ShapeKind::Convex;
 }
 
 // How far apart, on either body, witness points of one place may be: in a right triangle with a gap
@@ -226,21 +342,30 @@ Scalar place_radius(Scalar least_gap, Scalar max_distance) {
 }
 
 // Keeps the nearest contact of each place: drops those within `radius` of one already kept, on both
-// bodies and with nearly its normal. Contacts must be sorted. A grid of cells of that size finds
-// neighbours.
+// bodies and with nearly its normal. Contacts must be sorted. Among many a grid of cells of that
+// size finds neighbours.
 std::vector<Contact> one_per_place(const std::vector<Contact>& contacts, Scalar radius) {
   constexpr Scalar kSameNormal = 0.99;  // cosine of 8 degrees
-  distance_internal::PointGrid grid(radius);
+  constexpr std::size_t kFew = 32;
   std::vector<Contact> kept;
-  const auto is_new = [&](const Contact& contact) {
-    return !grid.any_near(contact.p_WCa, [&](std::size_t other) {
-      return (kept[other].p_WCa - contact.p_WCa).norm() <= radius &&
-             (kept[other].p_WCb - contact.p_WCb).norm() <= radius &&
-             kept[other].nhat_AB_W.dot(contact.nhat_AB_W) >= kSameNormal;
-    });
+  const auto is_same_place = [&](const Contact& x, const Contact& y) {
+    return (x.p_WCa - y.p_WCa).norm() <= radius && (x.p_WCb - y.p_WCb).norm() <= radius &&
+           x.nhat_AB_W.dot(y.nhat_AB_W) >= kSameNormal;
   };
+  if (contacts.size() <= kFew) {
+    for (const Contact& contact : contacts) {
+      const bool is_new = std::none_of(kept.begin(), kept.end(), [&](const Contact& other) {
+        return is_same_place(other, contact);
+      });
+      if (is_new) kept.push_back(contact);
+    }
+    return kept;
+  }
+  distance_internal::PointGrid grid(radius);
   for (const Contact& contact : contacts) {
-    if (!is_new(contact)) continue;
+    const bool is_known = grid.any_near(
+        contact.p_WCa, [&](std::size_t other) { return is_same_place(kept[other], contact); });
+    if (is_known) continue;
     grid.add(contact.p_WCa, kept.size());
     kept.push_back(contact);
   }
@@ -330,7 +455,11 @@ std::optional<std::vector<Contact>> find_contacts(const Shape& a, const RigidPos
         continue;
       }
       ContactGathering gathering(surface_a, surface_b, X_AB, noise, max_distance, budget);
-      gathering.run();
+      if (!are_convex(part_a.shape, part_b.shape) ||
+          !gathering.run_convex(static_cast<const ConvexShape&>(part_a.shape),
+                                static_cast<const ConvexShape&>(part_b.shape))) {
+        gathering.run();
+      }
       if (budget.is_spent() || limits.stop.stop_requested()) return std::nullopt;
       for (Contact& contact : gathering.contacts) {
         contact.child_a = part_a.child;

@@ -26,6 +26,14 @@ void require_sine(const char* name, Scalar sine) {
                sine);
 }
 
+// Two solids are convex shapes.
+bool search_as_solids(const ContactQuery& query, const Shape& a, const Shape& b,
+                      std::vector<contact_internal::FoundContact>& found) {
+  if (!query.a.is_solid || !query.b.is_solid) return false;
+  return contact_internal::search_convex(query, static_cast<const ConvexShape&>(a),
+                                         static_cast<const ConvexShape&>(b), found);
+}
+
 // Appends the contacts of two meshes or convex shapes, pieces `piece_a` and `piece_b` of their
 // bodies.
 void append_contacts(const Shape& a, std::int32_t piece_a, const RigidPose& X_WA, const Shape& b,
@@ -43,17 +51,19 @@ void append_contacts(const Shape& a, std::int32_t piece_a, const RigidPose& X_WA
       contact_internal::contact_query(surface_a, a, X_WA, surface_b, b, X_WB, reach, options);
   query.interrupt = interrupt;
   found.clear();
-  if (contact_internal::list_neighbours(workspace, a, X_WA, b, X_WB, reach)) {
-    query.first_pairs = workspace.impl().first_pairs;
-    if (!is_smooth && contact_internal::has_small_surface(query)) {
-      contact_internal::split_small_surface(query, workspace.impl().split_pairs);
-      query.first_pairs = workspace.impl().split_pairs;
+  if (!search_as_solids(query, a, b, found)) {
+    if (contact_internal::list_neighbours(workspace, a, X_WA, b, X_WB, reach)) {
+      query.first_pairs = workspace.impl().first_pairs;
+      if (!is_smooth && contact_internal::has_small_surface(query)) {
+        contact_internal::split_small_surface(query, workspace.impl().split_pairs);
+        query.first_pairs = workspace.impl().split_pairs;
+      }
     }
-  }
-  if (is_smooth) {
-    contact_internal::search_smooth(query, a, b, stack, found);
-  } else {
-    contact_internal::search_surfaces(query, stack, found);
+    if (is_smooth) {
+      contact_internal::search_smooth(query, a, b, stack, found);
+    } else {
+      contact_internal::search_surfaces(query, stack, found);
+    }
   }
   if (is_over(interrupt)) return;
   contact_internal::finish_contacts(query, X_WA, found, workspace, contacts, piece_a, piece_b);

@@ -185,6 +185,57 @@ void FeaturePairs::add_triangles(std::int32_t triangle_a, const Triangle& a,
   }
 }
 
+// A convex solid is touched from outside only, so a vertex needs the triangles whose planes it is
+// above. Where another triangle shares the edge or corner that is nearest, it would give the same
+// contact again.
+void FeaturePairs::add_vertices(bool of_a, const NearFeatures& own, const NearFeatures& other) {
+  const ContactFeatures& features = *surface(of_a).features;
+  const MeshTopology& topology = *surface(of_a).topology;
+  for (const std::int32_t v : own.vertices()) {
+    if (!features.is_contact_vertex(v)) continue;
+    const VertexSide vertex{v, topology.corners_of_vertex(v)[0] / 3, own.point(v), of_a};
+    for (std::uint64_t below = own.triangles_below(v); below != 0; below &= below - 1) {
+      const auto k = std::size_t(std::countr_zero(below));
+      add_vertex(vertex, other.triangle(k), other.corners(k));
+    }
+  }
+}
+
+void FeaturePairs::add_convex(const NearFeatures& a, const NearFeatures& b) {
+  add_vertices(true, a, b);
+  add_vertices(false, b, a);
+  const auto edge_side = [](const ContactSurface& surface, const NearFeatures& near,
+                            std::int32_t side) {
+    const TriangleIndices& t = surface.indices(side / 3);
+    const auto k = std::size_t(side % 3);
+    return EdgeSide{*surface.topology->edge_of_side(side), side / 3, near.point(t[k]),
+                    near.point(t[k < 2 ? k + 1 : 0])};
+  };
+  std::array<EdgeSide, NearFeatures::kMostSides> edges;
+  std::size_t count = 0;
+  for (const std::int32_t side : b.sides()) {
+    const EdgeSide edge = edge_side(query_.b, b, side);
+    if (query_.b.features->is_contact_edge(edge.edge)) edges[count++] = edge;
+  }
+  for (const std::int32_t side : a.sides()) {
+    const EdgeSide edge = edge_side(query_.a, a, side);
+    if (!query_.a.features->is_contact_edge(edge.edge)) continue;
+    for (const EdgeSide& other : std::span(edges).first(count)) add_edges(edge, other);
+  }
+}
+
+bool search_convex(const ContactQuery& query, const ConvexShape& a, const ConvexShape& b,
+                   std::vector<FoundContact>& found) {
+  if (!NearFeatures::serves(query.a.mesh) || !NearFeatures::serves(query.b.mesh)) return false;
+  const RigidPose at_origin;
+  NearFeatures of_a(*query.a.mesh, at_origin);
+  NearFeatures of_b(*query.b.mesh, query.X_AB);
+  const NearSearch search =
+      distance_internal::find_near_features(a, b, query.X_AB, query.reach, query.noise, of_a, of_b);
+  if (search == NearSearch::Found) FeaturePairs(query, found).add_convex(of_a, of_b);
+  return search != NearSearch::Unserved;
+}
+
 namespace {
 
 // Whether the surface of `mesh` admits the normal at the foot of a smooth core's nearest point on

@@ -8,6 +8,7 @@
 #include "contact/generation/contact_query.h"
 #include "contact/generation/contact_surface.h"
 #include "distance/leaf_pairs.h"
+#include "distance/near_features.h"
 
 namespace dyop::contact_internal {
 
@@ -96,6 +97,9 @@ class FeaturePairs {
   void add_triangles(std::int32_t triangle_a, const Triangle& a, std::int32_t triangle_b,
                      const Triangle& b);
 
+  /// All pairs of the gathered features of two convex polytopes.
+  void add_convex(const NearFeatures& a, const NearFeatures& b);
+
  private:
   /// A vertex touching the other surface.
   struct VertexSide {
@@ -110,6 +114,7 @@ class FeaturePairs {
     Vector3 from;  // in frame A
     Vector3 to;
   };
+  void add_vertices(bool of_a, const NearFeatures& own, const NearFeatures& other);
   void add_vertex(const VertexSide& vertex, std::int32_t triangle, const Triangle& t);
   bool admits_foot(const VertexSide& vertex, std::int32_t triangle, const TriangleFoot& foot,
                    const Vector3& normal) const;
@@ -131,6 +136,11 @@ class FeaturePairs {
   const ContactQuery& query_;
   std::vector<FoundContact>& found_;
 };
+
+/// Appends the contacts of two convex polytopes, if they are small enough that all features within
+/// reach are soon found; returns whether that is so. No order of the contacts is promised.
+bool search_convex(const ContactQuery& query, const ConvexShape& a, const ConvexShape& b,
+                   std::vector<FoundContact>& found);
 
 /// Appends the contacts of two surfaces with triangles; not all of them if it is interrupted.
 void search_surfaces(const ContactQuery& query, BoxPairStack& stack,

@@ -247,7 +247,7 @@ class GjkQuery {
     const Scalar lower = best_gap_ - radii - noise();
     const Scalar upper = norm - radii + noise();
     is_goal_met_ = (lower > goal_.apart && upper - lower <= goal_.share * (lower - goal_.apart)) ||
-                   upper < goal_.hit;
+                   upper < goal_.hit || upper - lower <= goal_.slack;
     return is_goal_met_;
   }
 

@@ -20,6 +20,8 @@ struct GjkGoal {
   /// Stop once lower > apart with upper - lower <= share * (lower - apart).
   Scalar apart = kInfinity;
   Scalar share = 0;
+  /// Stop once upper - lower <= slack.
+  Scalar slack = 0;
   /// Stop once upper < hit.
   Scalar hit = -kInfinity;
 };
