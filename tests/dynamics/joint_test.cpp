@@ -8,6 +8,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "dyop/geometry/capsule.h"
 #include "support/inputs/world_scenes.h"
 #include "support/message_of.h"
 
@@ -202,6 +203,60 @@ TEST(Joint, KeepsADistanceToABodyThatCirclesFast) {
       EXPECT_NEAR(world.kinetic_energy(), energy, 1e-4 * energy) << "way " << way;
     }
   }
+}
+
+// A trunk, a head, two arms and two legs of capsules; returns its mass.
+Scalar add_ragdoll(World& world, const RigidPose& X_WR) {
+  const Quaternion across = Quaternion::FromTwoVectors(Vector3::UnitZ(), Vector3::UnitX());
+  const Quaternion upright = Quaternion::Identity();
+  Scalar mass = 0;
+  const auto add = [&](Scalar radius, Scalar half_length, const RigidPose& X_RB) {
+    BodyDefinition body =
+        dynamic_body("limb", std::make_shared<Capsule>(radius, half_length), Vector3::Zero());
+    body.initial.X_WB = X_WR * X_RB;
+    body.restitution = 0;
+    mass += body.mass_properties.mass;
+    return world.add_body(body);
+  };
+  const BodyId trunk = add(0.15, 0.25, RigidPose());
+  const auto add_limb = [&](Scalar radius, Scalar half_length, const RigidPose& X_RB,
+                            const Vector3& p_R) {
+    JointDefinition joint;
+    joint.a = trunk;
+    joint.b = add(radius, half_length, X_RB);
+    joint.X_AJ = RigidPose(p_R);
+    joint.X_BJ = X_RB.inverse() * RigidPose(p_R);
+    world.add_joint(joint);
+  };
+  add_limb(0.12, 0.05, RigidPose(upright, {0, 0, 0.62}), {0, 0, 0.42});
+  for (const Scalar side : {-1.0, 1.0}) {
+    add_limb(0.07, 0.25, RigidPose(across, {side * 0.56, 0, 0.25}), {side * 0.2, 0, 0.25});
+    add_limb(0.09, 0.35, RigidPose(upright, {side * 0.12, 0, -0.9}), {side * 0.12, 0, -0.42});
+  }
+  return mass;
+}
+
+// Ragdolls that begin inside each other have no way apart that their joints allow: pushing them
+// apart gives no energy, and no step tries for long.
+TEST(Joint, EndsTheStepAndGainsNoEnergyWhereHeldBodiesBeginInsideEachOther) {
+  World world(earth_options());
+  world.add_body(floor_body(0.5));
+  Scalar mass = 0;
+  const Matrix3 lying = rotation_from_vector(Vector3(std::numbers::pi / 2, 0, 0));
+  for (int i = 0; i < 9; ++i) {
+    const Vector3 p(0, 1.2 * (i % 3), 0.35 + i / 3);
+    mass += add_ragdoll(world, RigidPose(lying, p));
+  }
+  std::size_t too_near = 0;
+  for (int k = 1; k <= 3; ++k) {
+    const AdvanceReport report = world.advance(kJointStep);
+    ASSERT_EQ(report.status, AdvanceStatus::Completed);
+    EXPECT_LT(report.work.unconverged, 100);
+    const Scalar speed = kGravity * k * kJointStep;
+    EXPECT_LT(world.kinetic_energy(), 2 * mass * speed * speed);
+    too_near += report.too_near.size();
+  }
+  EXPECT_GT(too_near, 0U);
 }
 
 TEST(Joint, RefusesWhatCannotBe) {

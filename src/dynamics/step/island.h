@@ -203,6 +203,8 @@ class IslandRun {
   PartTimer timer(Scalar StepTimes::*part) {
     return PartTimer(context_.options->measures_time, outcome_.times.*part);
   }
+  /// The next substep is tried at most so long; see run_substep().
+  Scalar longest_substep = kInfinity;
   /// Counts an infeasible substep whose room is used up; returns how many there were in this run.
   int count_infeasible() { return ++infeasible_count_; }
   /// Whether the caller wants the step to end now; it fails then.

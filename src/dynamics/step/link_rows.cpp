@@ -72,13 +72,13 @@ bool joints_are_guessed(const SubstepProblem& substep, Scalar tau) {
   });
 }
 
-bool release_joint_recovery(SubstepProblem& substep, Scalar tau) {
+bool release_joint_recovery(SubstepProblem& substep, Scalar tau, bool bends) {
   bool has_recovery = false;
   for (std::size_t i = 0; i < substep.rows().size(); ++i) {
     const SubstepRow& entry = substep.rows()[i];
     if (entry.equation.kind == JointEquation::Kind::Motor) continue;
     const Scalar wanted = substep.problem().rows[i].target;
-    Scalar physical = -entry.error / tau;
+    Scalar physical = bends ? -entry.error / tau : 0;
     if (entry.equation.kind == JointEquation::Kind::Limit) {
       physical = std::min(wanted, std::max(0.0, physical));
     }

@@ -27,8 +27,9 @@ bool update_joint_errors(SubstepProblem& substep, Scalar tau, const EndPose& end
 /// of length tau to be held, and a shorter one is needed.
 bool joints_are_guessed(const SubstepProblem& substep, Scalar tau);
 
-/// Removes from the targets what only recovers errors of position. Returns whether there was any.
-bool release_joint_recovery(SubstepProblem& substep, Scalar tau);
+/// Removes from the targets what only recovers errors of position, and without `bends` also what
+/// the joint needs because it turns. Returns whether there was any.
+bool release_joint_recovery(SubstepProblem& substep, Scalar tau, bool bends);
 
 /// The springs of an island in one move of length tau, by the implicit midpoint rule: half the
 /// impulse of the force at the middle of the move acts in the move, as three soft rows of the

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <utility>
 #include <vector>
@@ -349,8 +350,28 @@ constexpr int kMostInfeasible = 3;
 // Per pair and step. If the bodies fail to meet where a hit ended the substep, that hit exists only
 // in the longer one (a joint swings what spins fast): it is solved there as a contact.
 constexpr int kMostMissedLandings = 2;
+// While bodies are pushed apart, the substep after one that had to be shortened tries this many
+// times its length: what blocked the longer ones has hardly changed.
+constexpr Scalar kLonger = 4;
+// So many solves of a run may miss their tolerance before the island stands still for the rest of
+// the step; bodies that began inside each other and are held by joints may have no way apart, and
+// every shorter substep would ask for one again.
+constexpr std::int64_t kMostFailedSolves = 1000;
+constexpr std::int64_t kMostFailedPushes = 4;
 // Substep length of a coarsely solved island, as a fraction of the step.
 constexpr Scalar kCoarseSubstepPart = 0.25;
+
+// Whether bodies that started too near are being pushed apart.
+bool pushes_apart(IslandRun& run) {
+  return std::any_of(run.pairs().begin(), run.pairs().end(), [](const RunPair& pair) {
+    return pair.state->overlaps || pair.state->uncertified_gap;
+  });
+}
+
+bool has_spent_its_solves(IslandRun& run) {
+  const std::int64_t failed = run.outcome().work.unconverged;
+  return failed > (pushes_apart(run) ? kMostFailedPushes : kMostFailedSolves);
+}
 
 enum class AttemptResult { Committed, Blocked, Failed };
 
@@ -563,18 +584,22 @@ bool Substep::answer_hits() {
 
 // The velocity that moved the bodies, minus what only recovered their gaps.
 void Substep::store_velocities() {
+  // How contacts and joints bend while bodies are pushed apart is a matter of that push, and would
+  // turn it into energy.
+  const bool bends = !pushes_apart(run_);
   bool has_recovery = false;
   std::vector<Scalar> targets;
   for (std::size_t i = 0; i < substep_.contacts().size(); ++i) {
     const SubstepContact& entry = substep_.contacts()[i];
     const PointContact& row = substep_.problem().contacts[i];
-    const Scalar bend = std::min(-entry.error / tau_, substep_.bending_velocity(i, tau_));
+    const Scalar bend =
+        bends ? std::min(-entry.error / tau_, substep_.bending_velocity(i, tau_)) : 0;
     const Scalar physical = std::min(row.target, std::max(0.0, bend));
     targets.push_back(physical);
     if (row.target > physical && row.impulse_W.dot(row.nhat_AB_W) > 0) has_recovery = true;
   }
   substep_.keep_row_impulses();
-  has_recovery = release_joint_recovery(substep_, tau_) || has_recovery;
+  has_recovery = release_joint_recovery(substep_, tau_, bends) || has_recovery;
   if (has_recovery) {
     springs_->set_targets();
     for (std::size_t i = 0; i < targets.size(); ++i) substep_.set_target(i, targets[i]);
@@ -656,10 +681,11 @@ AttemptResult Substep::attempt() {
 }  // namespace
 
 bool run_substep(IslandRun& run, bool may_bounce) {
-  Horizon horizon(run.remaining());
+  Horizon horizon(std::min(run.remaining(), run.longest_substep));
   std::vector<SubstepContact> hits;
   for (int attempt = 0; attempt < kMostAttempts; ++attempt) {
     if (!(run.now() + horizon.tau() > run.now())) return false;
+    if (has_spent_its_solves(run)) return false;
     Substep substep(run, horizon.tau(), may_bounce, horizon.lands());
     const Scalar coarse_tau = kCoarseSubstepPart * run.context().h;
     // literal: rounding cuts no substep
@@ -672,7 +698,12 @@ bool run_substep(IslandRun& run, bool may_bounce) {
     }
     if (attempt < kHitAttempts) substep.begin_with(hits);
     const AttemptResult result = substep.attempt();
-    if (result == AttemptResult::Committed || result == AttemptResult::Failed) return true;
+    if (result == AttemptResult::Committed) {
+      const bool is_shortened = attempt > 0 && !horizon.lands() && pushes_apart(run);
+      run.longest_substep = is_shortened ? kLonger * horizon.tau() : kLonger * run.longest_substep;
+      return true;
+    }
+    if (result == AttemptResult::Failed) return true;
     substep.keep_hits(hits);
     horizon.shorten(substep.blocked());
     const bool is_last = attempt + 1 == kMostAttempts || !(run.now() + horizon.tau() > run.now());
