@@ -99,17 +99,23 @@ Matrix3 axes_of_triangle(const Triangle& triangle) {
 Matrix3 principal_axes(std::span<const Triangle> triangles) {
   const Vector3 origin = triangles.front()[0];
   Vector3 sum = Vector3::Zero();
-  Matrix3 sum_of_squares = Matrix3::Zero();
+  Vector3 squares = Vector3::Zero();   // sums of x x, y y, z z
+  Vector3 products = Vector3::Zero();  // of y z, z x, x y
   const std::size_t stride = sample_stride(triangles.size());
   Scalar count = 0;
   for (std::size_t k = 0; k < triangles.size(); k += stride) {
     for (const Vector3& vertex : triangles[k]) {
       const Vector3 d = vertex - origin;
       sum += d;
-      sum_of_squares += d * d.transpose();
+      squares += d.cwiseProduct(d);
+      products += Vector3(d.y() * d.z(), d.z() * d.x(), d.x() * d.y());
     }
     count += 3;
   }
+  Matrix3 sum_of_squares;
+  sum_of_squares << squares.x(), products.z(), products.y(),  //
+      products.z(), squares.y(), products.x(),                //
+      products.y(), products.x(), squares.z();
   const Matrix3 covariance = sum_of_squares / count - (sum / count) * (sum / count).transpose();
   if (!covariance.allFinite()) return Matrix3::Identity();
   // The closed form loses digits, but they only affect how tight the box is.
