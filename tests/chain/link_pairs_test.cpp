@@ -6,7 +6,9 @@
 #include <numbers>
 
 #include "dyop/chain/robot.h"
+#include "dyop/geometry/cylinder.h"
 #include "support/inputs/arms.h"
+#include "support/inputs/curved_meshes.h"
 #include "support/message_of.h"
 #include "support/oracles/chain_oracle.h"
 #include "support/oracles/mesh_intersection_oracle.h"
@@ -123,6 +125,53 @@ TEST(LinkPairs, AgreeWithRandomSamples) {
   EXPECT_GT(never, 100);
   EXPECT_GT(can, 50);
   EXPECT_LT(undecided, 30);
+}
+
+// Cylinders between the prisms inside and around them, by CGAL. All are of one size, so that none is
+// inside another.
+TEST(LinkPairs, OfCylindersAgreeWithPrisms) {
+  constexpr Scalar kRadius = 0.1;
+  constexpr Scalar kHalfLength = 0.25;
+  constexpr int kSides = 64;
+  const TriangleMesh inside = disc(kRadius, kHalfLength, kSides).mesh();
+  const TriangleMesh around = disc(kRadius / std::cos(kPi / kSides), kHalfLength, kSides).mesh();
+  // The axis of a disc is y.
+  const RigidPose X_CD(Matrix3(Eigen::AngleAxisd(kPi / 2, Vector3::UnitX())), Vector3::Zero());
+  std::mt19937_64 random(12);
+  int never = 0;
+  int touching = 0;
+  for (int round = 0; round < 25; ++round) {
+    Robot robot = random_robot(random);
+    std::vector<Link> links(robot.chain->links().begin(), robot.chain->links().end());
+    for (Link& link : links) {
+      link.shape = std::make_shared<Cylinder>(kRadius, kHalfLength);
+      link.is_solid = false;
+    }
+    const std::vector<Joint> joints(robot.chain->joints().begin(), robot.chain->joints().end());
+    robot.chain = std::make_shared<const KinematicChain>(links, joints);
+    const auto prisms_meet = [&](const LinkPairReport& pair, const TriangleMesh& mesh,
+                                 const JointVector& free) {
+      const auto poses = oracle_link_poses(*robot.chain, robot.expand(free));
+      return oracle_meshes_intersect(mesh, oracle_pose(poses[pair.first]) * X_CD, mesh,
+                                     oracle_pose(poses[pair.second]) * X_CD);
+    };
+    LinkPairOptions options;
+    options.max_boxes = 3000;
+    options.samples = 300;
+    for (const LinkPairReport& pair : decide_link_pairs(robot, options)) {
+      if (pair.witness) {
+        ++touching;
+        EXPECT_TRUE(prisms_meet(pair, around, *pair.witness)) << round;
+      }
+      if (pair.verdict != PairVerdict::Never) continue;
+      ++never;
+      for (int k = 0; k < 30; ++k) {
+        EXPECT_FALSE(prisms_meet(pair, inside, random_free(robot, random))) << round;
+      }
+    }
+  }
+  EXPECT_GT(never, 50);
+  EXPECT_GT(touching, 30);
 }
 
 TEST(LinkPairs, AreTheSameEveryTime) {
