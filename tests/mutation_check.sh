@@ -40,9 +40,15 @@ mistake refit_forgets_a_box src/hierarchy/mesh_hierarchy.cpp hierarchy '*' \
   'result.fit_boxes(vertices, triangles);' \
   'result.fit_boxes(vertices, triangles); result.nodes_.back() = nodes_.back();'
 mistake stored_box_not_rounded_up src/hierarchy/mesh_hierarchy.cpp hierarchy '*' \
-  'rounded_up(half_extents[i] + noise)' 'rounded_up(half_extents[i] - noise)'
+  'float_above(half_extents[i] + noise)' 'float_above(half_extents[i] - noise)'
 mistake lower_bound_rounded_up src/distance/triangle/triangle_pair.h distance 'TriangleDistance*' \
   'middle + low_negated(slack)' 'middle + slack'
+mistake slab_too_thin src/distance/near_features.cpp distance 'FindContacts*' \
+  'const Scalar thickness = reach + 4 * noise;' 'const Scalar thickness = reach / 2;'
+mistake planes_without_the_reach src/distance/near_features.cpp distance 'FindContacts*' \
+  '(reach + slack) * length' 'slack * length'
+mistake edges_need_both_ends src/distance/near_features.cpp distance 'FindContacts*' \
+  '!is_near_[from] && !is_near_[to]' '!is_near_[from] || !is_near_[to]'
 mistake score_that_overflows src/distance/triangle/triangle_facets.h distance 'TriangleDistanceBatch*' \
   'LanePair(kSmallestFacetSquare)' 'LanePair(kSmallestSquaredDirection)'
 mistake witness_outside_its_face src/paper/feature_walk.h paper '*LinCanny*' \
