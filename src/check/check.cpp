@@ -4,6 +4,7 @@
 #include <ostream>
 
 #include "check/json.h"
+#include "check/laws.h"
 #include "check/prover.h"
 
 namespace dyop_check {
@@ -53,14 +54,53 @@ int print_verdict(std::ostream& out, const Recording& recording, const Verdict& 
     out << "  not proven for " << recording.uncertified.size()
         << " pairs that the run itself calls uncertified (they began too near, or crossed)\n";
   }
-  if (!recording.has_scene)
-    out << "  the file has no scene: all pairs count, at default distances unless it says others\n";
+  if (!recording.has_rules)
+    out << "  the file has no rules: all pairs count, at default distances unless it says others\n";
   if (!recording.is_complete) out << "  the run has no end: it goes on, or was killed\n";
   out << "work       " << verdict.pairs << " pairs of bodies, " << recording.steps.size()
       << " steps, " << verdict.intervals << " intervals of near pairs, " << verdict.node_pairs
       << " node pairs\n";
   if (verdict.refuted_count + verdict.jump_count > 0) return 1;
   return verdict.undecided_count > 0 ? 3 : 0;
+}
+
+void print_worst(std::ostream& out, const Recording& recording, const char* what,
+                 const Worst& worst) {
+  out << "  " << what << ' ' << worst.value;
+  if (worst.value > 0) {
+    out << " (" << printable(recording.bodies[worst.a].name);
+    if (worst.b != worst.a) out << ", " << printable(recording.bodies[worst.b].name);
+    out << " at t = " << worst.t << ')';
+  }
+  out << '\n';
+}
+
+void print_flights(std::ostream& out, const Recording& recording, const FlightLaw& law) {
+  out.precision(3);
+  out << "flight     " << (law.holds() ? "holds" : "FAILS") << ": " << law.flights << " flights";
+  if (law.with_wrench > 0) out << ", " << law.with_wrench << " of them under wrenches, not checked";
+  out << '\n';
+  print_worst(out, recording, "unexplained change of momentum        ", law.linear);
+  print_worst(out, recording, "unexplained change of angular momentum", law.angular);
+}
+
+void print_contacts(std::ostream& out, const Recording& recording, const ContactLaw& law) {
+  out << "contact    " << (law.holds() ? "holds" : "FAILS") << ": " << law.changes
+      << " changes of velocity, " << law.contacts << " impulses of contacts, " << law.links
+      << " of joints and springs\n";
+  print_worst(out, recording, "unexplained impulse                   ", law.linear);
+  print_worst(out, recording, "unexplained angular impulse           ", law.angular);
+  print_worst(out, recording, "velocity after a flight               ", law.gap);
+  print_worst(out, recording, "outside a friction cone               ", law.cone);
+  print_worst(out, recording, "complementarity                       ", law.complementarity);
+  print_worst(out, recording, "restitution                           ", law.restitution);
+  print_worst(out, recording, "energy created at an impact           ", law.energy);
+  print_worst(out, recording, "recovery of gaps, length              ", law.recovery);
+  print_worst(out, recording, "speed given up for sleep              ", law.sleep);
+  if (law.stalls > 0) out << "  " << law.stalls << " times bodies were stopped\n";
+  if (law.settings > 0) out << "  " << law.settings << " times the caller set a velocity\n";
+  if (law.without_law > 0) out << "  " << law.without_law << " contacts were not checked\n";
+  for (const std::string& fault : law.faults) out << "  FAULT: " << printable(fault) << '\n';
 }
 
 }  // namespace
@@ -70,7 +110,16 @@ int check_file(const std::string& file, double scale, std::ostream& out, std::os
     const Recording recording = read_recording(file);
     CheckOptions options;
     options.scale = scale;
-    return print_verdict(out, recording, check_geometry(recording, options));
+    const int code = print_verdict(out, recording, check_geometry(recording, options));
+    if (recording.changes.empty()) {
+      out << "flight, contact: not checked, the file has no impulses\n";
+      return code;
+    }
+    const FlightLaw flights = check_flights(recording);
+    print_flights(out, recording, flights);
+    const ContactLaw contacts = check_contacts(recording);
+    print_contacts(out, recording, contacts);
+    return flights.holds() && contacts.holds() ? code : 1;
   } catch (const BadFile& error) {
     errors << "dyop-check: error: " << file << ": " << error.what() << '\n';
   } catch (const std::exception& error) {

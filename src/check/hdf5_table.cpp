@@ -108,6 +108,20 @@ std::vector<std::uint64_t> Hdf5Reader::integers(const char* table, const char* n
   return column<std::uint64_t>(table, name, H5T_NATIVE_UINT64, count);
 }
 
+std::vector<std::array<double, 3>> Hdf5Reader::vectors(const char* table, const char* name,
+                                                       std::int64_t count) const {
+  const hsize_t three = 3;
+  const hid_t type = H5Tarray_create2(H5T_NATIVE_DOUBLE, 1, &three);
+  try {
+    auto values = column<std::array<double, 3>>(table, name, type, count);
+    H5Tclose(type);
+    return values;
+  } catch (const BadFile&) {
+    H5Tclose(type);
+    throw;
+  }
+}
+
 std::vector<double> Hdf5Reader::numbers(const char* dataset, std::uint64_t rows) const {
   const bool is_vector = std::string(dataset) == "vertices";
   std::vector<double> values(rows * (is_vector ? 3 : 1));

@@ -3,6 +3,7 @@
 
 #include <hdf5.h>
 
+#include <array>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -24,6 +25,9 @@ class Hdf5Reader {
   std::vector<double> reals(const char* table, const char* column, std::int64_t count = -1) const;
   std::vector<std::uint64_t> integers(const char* table, const char* column,
                                       std::int64_t count = -1) const;
+  /// A column of three numbers a row.
+  std::vector<std::array<double, 3>> vectors(const char* table, const char* column,
+                                             std::int64_t count) const;
   /// The first `rows` rows of a dataset of numbers.
   std::vector<double> numbers(const char* dataset, std::uint64_t rows) const;
   std::vector<std::int32_t> indices(const char* dataset, std::uint64_t rows) const;

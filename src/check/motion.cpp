@@ -59,6 +59,28 @@ Pose Segment::pose(double t) const {
   return {M.R, M.p - M.R * p_cm};
 }
 
+// With a rotation vector theta the angular velocity is J theta', in the chart, where J = 1 + (1 -
+// cos a) / a^2 [theta] + (a - sin a) / a^3 [theta]^2 and a = |theta|.
+Velocity Segment::velocity(double t) const {
+  if (kind != Kind::Twist && kind != Kind::Cubic) return {};
+  Vec v_M = v;
+  Vec w_W = w;
+  if (kind == Kind::Cubic) {
+    const Cubic turn = turn_at(*this, t);
+    const double a = norm(turn.value);
+    constexpr double kSmall = 1e-2;  // literal: radians; the next term of the series is below 1e-15
+    const double a2 = a * a;
+    const double half = std::sin(a / 2) / (a > 0 ? a / 2 : 1);
+    const double linear = a > 0 ? half * half / 2 : 0.5;
+    const double square = a > kSmall ? (a - std::sin(a)) / (a * a2)
+                                     : 1.0 / 6 - a2 / 120 * (1 - a2 / 42 * (1 - a2 / 72));
+    const Vec across = cross(turn.value, turn.rate);
+    w_W = R * (turn.rate + linear * across + square * cross(turn.value, across));
+    v_M = place_at(*this, t).rate;
+  }
+  return {v_M - cross(w_W, pose(t).R * p_cm), w_W};
+}
+
 // A cubic's second derivative is linear in time, so it is largest at an end. Its rate is quadratic
 // and lies in the hull of its Bernstein coefficients. With a rotation vector theta the angular
 // speed is at most |theta'|, and the angular acceleration at most |theta''| + |theta'|^2 / pi
@@ -91,26 +113,22 @@ Acceleration acceleration(const Segment& segment, double begin, double end) {
   return {kUp * (larger(p0.second, p1.second) + turn * segment.lever) + place_noise, turn};
 }
 
+// Times are exact, so only differences of them and what is computed with these are rounded.
 double pose_noise(const Segment& segment, double size, double begin, double end) {
-  const double latest = std::max(std::abs(begin), std::abs(end));
   double place = norm(segment.p);
-  double speed = 0;
   double turns = 0;
   if (segment.kind == Segment::Kind::Twist) {
-    const double span = latest + std::abs(segment.t0);
-    speed = norm(segment.v) + norm(segment.w) * size;
+    const double span = std::max(std::abs(begin - segment.t0), std::abs(end - segment.t0));
     place += span * norm(segment.v);
     turns = span * norm(segment.w);
   } else if (segment.kind == Segment::Kind::Cubic) {
     const double h = segment.last.t - segment.first.t;
     place = larger(segment.first.p, segment.last.p) + h * larger(segment.first.v, segment.last.v);
-    turns = larger(segment.first.theta, segment.last.theta) +
+    turns = 1 + larger(segment.first.theta, segment.last.theta) +
             h * larger(segment.first.theta_rate, segment.last.theta_rate);
-    speed = place / h + turns / h * size;
-    turns += 1;
   }
   const double body = size + norm(segment.p_cm);
-  return kPoseRoundings * kUnit * (place + (1 + turns) * body) + 8 * kUnit * latest * speed;
+  return kPoseRoundings * kUnit * (place + (1 + turns) * body);
 }
 
 }  // namespace dyop_check

@@ -12,6 +12,12 @@ struct CubicNode {
   Vec p, v, theta, theta_rate;
 };
 
+/// How the body's frame moves at an instant: its origin, and its angular velocity.
+struct Velocity {
+  Vec v;
+  Vec w;
+};
+
 /// The motion of a body over part of a run: of the frame M at its centre of mass with its axes.
 struct Segment {
   enum class Kind { Absent, Rest, Twist, Cubic, Unsupported };
@@ -28,6 +34,7 @@ struct Segment {
   bool is_known() const { return kind != Kind::Absent && kind != Kind::Unsupported; }
   /// The pose of the body's frame.
   Pose pose(double t) const;
+  Velocity velocity(double t) const;
 };
 
 /// How a body accelerates over an interval: a point at a distance r from the centre of mass by at

@@ -119,7 +119,7 @@ class PairProver {
   bool refute(const Node& x, const Node& y, double t, const Pose& X, const Pose& Y,
               const Vec& guess) {
     const Nearest nearest = search(x, y, X, Y, guess);
-    const bool they_meet = nearest.distance <= noise_;
+    const bool they_meet = !(nearest.distance > 0);
     if (!they_meet && !(nearest.distance + noise_ < target_)) return false;
     refuted_at_ = t;
     refuted_distance_ = nearest.distance;
@@ -205,10 +205,11 @@ class Checker {
  public:
   Checker(const Recording& recording, const CheckOptions& options)
       : recording_(recording), options_(options), next_(recording.bodies.size(), 0) {
+    follow(recording.rules_at(recording.begin));
     const auto count = std::uint32_t(recording.bodies.size());
     for (std::uint32_t a = 0; a < count; ++a) {
-      largest_target_ = std::max(largest_target_, options.scale * largest_target_of(a));
-      for (std::uint32_t b = a + 1; b < count; ++b) verdict_.pairs += recording.is_tested(a, b);
+      for (std::uint32_t b = a + 1; b < count; ++b)
+        verdict_.pairs += recording.is_tested(a, b, *rules_);
     }
   }
 
@@ -221,11 +222,17 @@ class Checker {
   }
 
  private:
-  double largest_target_of(std::uint32_t a) const {
-    double largest = recording_.target_distance.value_or(0);
-    for (const auto& [pair, distance] : recording_.target_distances)
-      largest = std::max(largest, distance);
-    return std::max(largest, recording_.target_distance ? 0 : recording_.target(a, a));
+  // The rules that hold from now on.
+  void follow(const Rules& rules) {
+    if (rules_ == &rules) return;
+    rules_ = &rules;
+    resting_.clear();
+    largest_target_ = rules.target_distance.value_or(0);
+    for (const auto& [pair, distance] : rules.target_distances)
+      largest_target_ = std::max(largest_target_, distance);
+    for (std::uint32_t a = 0; a < recording_.bodies.size() && !rules.target_distance; ++a)
+      largest_target_ = std::max(largest_target_, recording_.target(a, a, rules));
+    largest_target_ *= options_.scale;
   }
 
   // Where two segments of a body meet they must agree, or it might have jumped through another.
@@ -235,7 +242,7 @@ class Checker {
     for (std::size_t s = 1; s < body.segments.size(); ++s) {
       const Segment& before = body.segments[s - 1];
       const Segment& after = body.segments[s];
-      if (!before.is_known() || !after.is_known()) continue;
+      if (!before.is_known() || !after.is_known() || body.placed.contains(after.begin)) continue;
       const Pose X = before.pose(after.begin);
       const Pose Y = after.pose(after.begin);
       double jump = norm(X.p - Y.p);
@@ -248,6 +255,7 @@ class Checker {
   }
 
   void check_step(double begin, double end) {
+    follow(recording_.rules_at(begin));
     std::vector<Sweep> sweeps(recording_.bodies.size());
     std::vector<std::uint32_t> order;
     for (std::uint32_t k = 0; k < sweeps.size(); ++k) {
@@ -264,7 +272,7 @@ class Checker {
           continue;
         const std::uint32_t a = std::min(order[i], order[j]);
         const std::uint32_t b = std::max(order[i], order[j]);
-        if (recording_.is_tested(a, b)) check_pair(a, b, sweeps[a], sweeps[b], begin, end);
+        if (recording_.is_tested(a, b, *rules_)) check_pair(a, b, sweeps[a], sweeps[b], begin, end);
       }
     }
   }
@@ -343,7 +351,7 @@ class Checker {
     const Body& B = *recording_.bodies[b].shape;
     const bool both_rest = p.kind == Kind::Rest && q.kind == Kind::Rest;
     if (both_rest && resting_[{a, b}] == std::pair(&p, &q)) return;
-    const double target = options_.scale * recording_.target(a, b);
+    const double target = options_.scale * recording_.target(a, b, *rules_);
     Finding finding{a, b, begin, end, 0, target};
     if (p.kind == Kind::Unsupported || q.kind == Kind::Unsupported) return note_undecided(finding);
     const double noise = pose_noise(p, A.size, begin, end) + pose_noise(q, B.size, begin, end);
@@ -355,7 +363,7 @@ class Checker {
     if (answer == Answer::Proven) {
       ++verdict_.intervals;
       if (both_rest) resting_[{a, b}] = {&p, &q};
-    } else if (recording_.uncertified.contains({a, b})) {
+    } else if (recording_.is_uncertified(a, b, begin)) {
       ++verdict_.uncertified;
     } else if (answer == Answer::Refuted) {
       finding.begin = prover.refuted_at();
@@ -376,6 +384,7 @@ class Checker {
   CheckOptions options_;
   Verdict verdict_;
   std::vector<std::size_t> next_;  // by body: the segment of the present step
+  const Rules* rules_ = nullptr;
   double largest_target_ = 0;
   std::map<Pair, std::pair<const Segment*, const Segment*>> resting_;  // proven already
   std::map<Pair, Vec> hints_;  // the direction that served last

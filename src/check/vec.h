@@ -81,6 +81,15 @@ inline Mat rotation(const Vec& r) {
   return R;
 }
 
+/// The rotation vector of a rotation by less than half a turn.
+inline Vec rotation_vector(const Mat& R) {
+  const auto& m = R.m;
+  const Vec axis{m[7] - m[5], m[2] - m[6], m[3] - m[1]};  // 2 sin(angle) along the axis
+  const double sine = norm(axis) / 2;
+  const double angle = std::atan2(sine, (m[0] + m[4] + m[8] - 1) / 2);
+  return (sine > 0 ? angle / (2 * sine) : 0.5) * axis;
+}
+
 struct Pose {
   Mat R;
   Vec p;

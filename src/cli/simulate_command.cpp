@@ -43,6 +43,7 @@ struct SimulateArguments {
   std::string pairs = "contacts";
   std::vector<std::string> mesh_path;
   int threads = 0;
+  bool no_impulses = false;
   bool no_progress = false;
   bool is_json = false;
   bool fails_on_impact = false;
@@ -152,6 +153,7 @@ ExitCode run_simulate(const SimulateArguments& arguments) {
   Scene scene = load_scene(input_file(arguments.scene), directories);
   scene.options.thread_count = arguments.threads;
   scene.options.measures_time = true;
+  scene.options.records_impulses = !arguments.out.empty() && !arguments.no_impulses;
   const Run run = record(scene, arguments, interrupt.token());
 
   const double seconds =
@@ -180,6 +182,8 @@ void add_simulate_command(CLI::App& app, ExitCode& exit_code) {
                    "What of near pairs goes into the recording after each step")
       ->check(CLI::IsMember({"none", "gaps", "contacts"}))
       ->capture_default_str();
+  command->add_flag("--no-impulses", arguments->no_impulses,
+                    "Leave out the impulses, which dyop check needs for its contact layer");
   command->add_option("--mesh-path", arguments->mesh_path, "More directories to search for meshes");
   command
       ->add_option("--threads", arguments->threads,

@@ -58,8 +58,9 @@ struct PairState {
   Scalar gap_upper_committed = kInfinity;
   /// Less than `target` for a pair that began too near: what it must keep instead.
   std::optional<Scalar> uncertified_gap;
-  bool is_inner = false;  // belongs to an island of the current step, which proves it
-  bool overlaps = false;  // the shapes overlapped at the start: no distance to keep
+  bool is_inner = false;      // belongs to an island of the current step, which proves it
+  bool was_too_near = false;  // reported so, and not yet as parted
+  bool overlaps = false;      // the shapes overlapped at the start: no distance to keep
   std::vector<ContactPoint> overlap_contacts;  // then used in place of `contacts`: estimates
   // Of the last step.
   ProofKind proof = ProofKind::AtRest;

@@ -171,6 +171,17 @@ void World::Impl::put_to_sleep(const std::vector<Island>& islands,
     const bool is_due =
         slow_steps >= kBalanceSteps && (slow_steps - kBalanceSteps) % kStepsBetweenBalances == 0;
     if (!(slow_steps >= limit.steps || (is_due && is_balanced(islands[i], h)))) continue;
+    if (options.records_impulses) {
+      VelocityChange& change = report.velocity_changes.emplace_back();
+      change.kind = VelocityChangeKind::Sleep;
+      change.interval = {time, time};
+      for (const std::uint32_t slot : islands[i].bodies) {
+        MomentumChange& body = change.bodies.emplace_back();
+        body.body = bodies[slot].id;
+        body.v_before_W = bodies[slot].state.v_W;
+        body.L_before_W = bodies[slot].state.L_W;
+      }
+    }
     for (const std::uint32_t slot : islands[i].bodies) {
       fall_asleep(bodies[slot]);
       report.fell_asleep.push_back(bodies[slot].id);

@@ -2,6 +2,7 @@
 #include "dyop/dynamics/world.h"
 
 #include <algorithm>
+#include <map>
 
 #include "core/tolerance.h"
 #include "dynamics/free_flight.h"
@@ -113,6 +114,7 @@ void World::set_enabled(BodyId id, bool is_enabled) {
     body.state = central_state(body, body.definition.motion->state(impl_->time));
   }
   impl_->restart(body);
+  if (is_enabled) impl_->note_set(body, nullptr);
   impl_->broad_phase.update(static_cast<std::int32_t>(id.slot), AlignedBox());
 }
 
@@ -133,6 +135,7 @@ void World::set_motion(BodyId id, std::shared_ptr<const Motion> motion) {
   DYOP_REQUIRE(jump <= kLargestJump * radius, "body '", name, "': its new motion starts ", jump,
                " away from the body; use a motion to move it there");
   if (jump > 0) {
+    impl_->placed.push_back(id);
     for (const auto& pair : impl_->pairs) {
       if (pair->key.a != id.slot && pair->key.b != id.slot) continue;
       pair->start_from_committed();
@@ -175,9 +178,11 @@ void World::set_state(BodyId id, const MotionState& state) {
       if (pair->key.b == id.slot) impl_->wake(pair->key.a, nullptr);
     }
     impl_->drop_pairs_of(id.slot);
+    impl_->placed.push_back(id);
   }
   body.state = central_state(body, state);
   impl_->restart(body);
+  impl_->note_set(body, nullptr);
 }
 
 void World::set_wrench(BodyId id, WrenchCallback wrench) {
@@ -209,6 +214,7 @@ void World::set_gravity(const Vector3& gravity_W) {
   DYOP_REQUIRE(gravity_W.allFinite(), "World: gravity must be finite, not (", gravity_W.transpose(),
                ")");
   impl_->gravity_W = gravity_W;
+  ++impl_->rules_version;
   for (BodyRecord& body : impl_->bodies) {
     if (!body.is_present() || !body.is_dynamic()) continue;
     body.is_asleep = false;
@@ -229,6 +235,7 @@ void World::set_pair_enabled(BodyId a, BodyId b, bool is_enabled) {
   require_two(a, b);
   const PairKey key = dynamics_internal::ordered(a.slot, b.slot);
   impl_->pair_enabled[key] = is_enabled;
+  ++impl_->rules_version;
   std::erase_if(impl_->pairs, [&](const auto& pair) {
     if (pair->key != key) return false;
     if (pair->has_contacts) {
@@ -248,6 +255,45 @@ void World::set_target_distance(BodyId a, BodyId b, Scalar target_distance) {
   const PairKey key = dynamics_internal::ordered(a.slot, b.slot);
   set_pair_enabled(a, b, impl_->is_pair_enabled(key));  // wakes both, forgets the pair
   impl_->pair_target[key] = target_distance;
+}
+
+std::vector<World::PairRule> World::pair_rules() const {
+  std::map<PairKey, PairRule> rules;
+  const auto rule_of = [&](const PairKey& key) -> PairRule& {
+    PairRule& rule = rules[key];
+    rule.a = impl_->id_at(key.a);
+    rule.b = impl_->id_at(key.b);
+    return rule;
+  };
+  for (const auto& [key, is_enabled] : impl_->pair_enabled) rule_of(key).is_enabled = is_enabled;
+  for (const auto& [key, target] : impl_->pair_target) rule_of(key).target_distance = target;
+  std::vector<PairRule> all;
+  for (const auto& [key, rule] : rules) all.push_back(rule);
+  return all;
+}
+
+const WorldOptions& World::options() const {
+  return impl_->options;
+}
+
+Vector3 World::gravity() const {
+  return impl_->gravity_W;
+}
+
+std::vector<JointId> World::joints() const {
+  std::vector<JointId> ids;
+  for (const auto& joint : impl_->joints) ids.push_back(joint.id);
+  return ids;
+}
+
+std::vector<SpringId> World::springs() const {
+  std::vector<SpringId> ids;
+  for (const auto& spring : impl_->springs) ids.push_back(spring.id);
+  return ids;
+}
+
+std::uint64_t World::rules_version() const {
+  return impl_->rules_version;
 }
 
 Scalar World::time() const {
@@ -375,6 +421,7 @@ void World::set_motor(JointId id, const JointMotor& motor) {
   changed.motor = motor;
   dynamics_internal::require_valid(changed);
   joint.definition = changed;
+  ++impl_->rules_version;
   impl_->wake(changed.a.slot, nullptr);
   impl_->wake(changed.b.slot, nullptr);
 }

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <utility>
 
 #include "core/tolerance.h"
 #include "dynamics/free_flight.h"
@@ -100,6 +102,7 @@ dynamics_internal::SpringState& World::Impl::spring_at(SpringId id) {
 }
 
 void World::Impl::find_links() {
+  ++rules_version;
   links.clear();
   for (const dynamics_internal::JointState& joint : joints) {
     links.push_back({joint.definition.a.slot, joint.definition.b.slot});
@@ -140,6 +143,17 @@ PairRecord World::Impl::record_of(const PairState& pair) const {
   return record;
 }
 
+void World::Impl::note_set(const BodyRecord& body, AdvanceReport* report) {
+  if (!options.records_impulses || !body.is_dynamic()) return;
+  VelocityChange change;
+  change.interval = {time, time};
+  MomentumChange& set = change.bodies.emplace_back();
+  set.body = body.id;
+  set.v_W = body.state.v_W;
+  set.L_W = body.state.L_W;
+  (report != nullptr ? report->velocity_changes : changes_before).push_back(std::move(change));
+}
+
 // In the order in which others rely on it: bodies, then pairs, then sensors and sleep.
 void World::Impl::commit(const dynamics_internal::Ledger& ledger,
                          const std::vector<dynamics_internal::Island>& islands,
@@ -153,6 +167,10 @@ void World::Impl::commit(const dynamics_internal::Ledger& ledger,
   if (options.records_motions || has_sensors) step.motions.resize(bodies.size());
   commit_unmoved(step);
   commit_islands(islands, outcomes, step);
+  for (dynamics_internal::IslandOutcome& outcome : outcomes) {
+    std::move(outcome.changes.begin(), outcome.changes.end(),
+              std::back_inserter(report.velocity_changes));
+  }
   add_impacts(outcomes, report);
   commit_pairs(ledger, report);
   time = step.interval.end;
@@ -219,8 +237,15 @@ void World::Impl::commit_pairs(const dynamics_internal::Ledger& ledger, AdvanceR
     pair->proof = entry->kind;
     ++entry;
     ++count_of(pair->proof, report.work);
+    const std::pair<BodyId, BodyId> ids(id_at(pair->key.a), id_at(pair->key.b));
     if (pair->proof == ProofKind::Excused && is_new) {
-      report.too_near.emplace_back(id_at(pair->key.a), id_at(pair->key.b));
+      report.too_near.push_back(ids);
+      std::erase(report.parted, ids);
+      pair->was_too_near = true;
+    }
+    if (pair->was_too_near && !pair->uncertified_gap && !pair->overlaps) {
+      report.parted.push_back(ids);
+      pair->was_too_near = false;
     }
   }
 }
@@ -236,6 +261,8 @@ AdvanceReport World::Impl::advance(Scalar dt, const AdvanceLimits& limits) {
   DYOP_REQUIRE(limits.max_steps > 0, "World::advance: max_steps must be > 0, not ",
                limits.max_steps);
   AdvanceReport report;
+  report.velocity_changes = std::exchange(changes_before, {});
+  report.placed = std::exchange(placed, {});
   Scalar total = 0;
   {
     const dynamics_internal::PartTimer timing(options.measures_time, total);
@@ -299,6 +326,7 @@ void World::Impl::answer_by_callback(AdvanceReport& report) {
                  body.definition.name, "': on_impact wrote a velocity that is not finite");
     body.state = central_state(body, state);
     restart(body);
+    note_set(body, &report);
   };
   take_over(a, states.a);
   take_over(b, states.b);
@@ -405,6 +433,12 @@ void World::restore(const WorldSnapshot& snapshot) {
   impl_->find_links();
   impl_->overlapping_sensors = state.overlapping_sensors;
   impl_->crossed = state.crossed;
+  ++impl_->rules_version;
+  for (const dynamics_internal::BodyRecord& body : impl_->bodies) {
+    if (!body.exists) continue;
+    impl_->placed.push_back(body.id);
+    impl_->note_set(body, nullptr);
+  }
 }
 
 }  // namespace dyop

@@ -63,6 +63,8 @@ struct World::Impl {
   AdvanceReport advance(Scalar dt, const AdvanceLimits& limits);
   void advance_steps(Scalar dt, const AdvanceLimits& limits, AdvanceReport& report);
   void answer_by_callback(AdvanceReport& report);
+  /// Records a change of a body's state that no impulse explains.
+  void note_set(const dynamics_internal::BodyRecord& body, AdvanceReport* report);
   /// Adopts a step that was proven.
   void commit(const dynamics_internal::Ledger& ledger,
               const std::vector<dynamics_internal::Island>& islands,
@@ -88,6 +90,9 @@ struct World::Impl {
   std::uint64_t next_joint = 0;
   std::deque<dynamics_internal::SpringState> springs;  // by id
   std::uint64_t next_spring = 0;
+  std::uint64_t rules_version = 0;
+  std::vector<VelocityChange> changes_before;     // since the last advance
+  std::vector<BodyId> placed;                     // the same
   std::vector<dynamics_internal::PairKey> links;  // bodies of joints and springs
   std::set<dynamics_internal::PairKey> overlapping_sensors;
   std::set<dynamics_internal::PairKey> crossed;  // already reported

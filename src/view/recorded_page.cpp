@@ -97,6 +97,10 @@ PageMark mark_of(const RunEvent& event, const PageScene& scene, AdvanceStatus st
       return {event.t, "sensor", "overlap ends: " + pair, {event.a, event.b}};
     case RunEventKind::Stalled:
       return {event.t, "stalled", "an island stood still", {}};
+    case RunEventKind::Parted:
+      return {event.t, "parted", "far enough apart again: " + pair, {event.a, event.b}};
+    case RunEventKind::Placed:
+      return {event.t, "placed", "put elsewhere: " + name(event.a), {event.a}};
     case RunEventKind::Undecided: {
       const char* words = view_internal::undecided_words(status);
       return {event.t,

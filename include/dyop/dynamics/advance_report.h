@@ -35,6 +35,63 @@ struct ImpactEvent {
   std::vector<WorldContact> contacts;  ///< all contacts that the impact law was solved for
 };
 
+/// What changed velocities at an instant.
+enum class VelocityChangeKind : std::uint32_t {
+  Move = 0,    ///< first half of a contact substep, over which the bodies then move
+  End = 1,     ///< its second half, at the poses it ended at
+  Impact = 2,  ///< one round of the impact law
+  Stall = 3,   ///< no motion was found: the bodies were stopped
+  Sleep = 4,   ///< the bodies fell asleep
+  Set = 5,     ///< the caller, or ImpactPolicy::Callback
+};
+
+/// The impulse of one contact.
+struct ContactImpulse {
+  BodyId a;
+  BodyId b;
+  Vector3 p_W = Vector3::Zero();        ///< where it acts on both bodies
+  Vector3 nhat_AB_W = Vector3::Zero();  ///< unit
+  Vector3 impulse_W = Vector3::Zero();  ///< on B; on A the opposite
+  Scalar target = 0;                    ///< normal velocity (B relative to A) that was asked for
+  Scalar friction = 0;                  ///< coefficient; NaN under WorldOptions::friction_law
+};
+
+/// What a joint, a spring or the rolling friction of a contact did.
+struct LinkImpulse {
+  enum class Kind : std::uint32_t { Joint = 0, Spring = 1, Rolling = 2 };
+  Kind kind = Kind::Joint;
+  BodyId a;
+  BodyId b;
+  Vector3 impulse_W = Vector3::Zero();    ///< on B; on A the opposite
+  Vector3 angular_a_W = Vector3::Zero();  ///< on A, about its centre of mass
+  Vector3 angular_b_W = Vector3::Zero();  ///< on B, about its centre of mass
+};
+
+/// Velocity of a body's centre of mass and angular momentum about it, world axes.
+struct MomentumChange {
+  BodyId body;
+  Vector3 v_before_W = Vector3::Zero();
+  Vector3 L_before_W = Vector3::Zero();
+  Vector3 v_W = Vector3::Zero();  ///< after
+  Vector3 L_W = Vector3::Zero();
+  Vector3 impulse_W = Vector3::Zero();          ///< of gravity and the body's own wrench
+  Vector3 angular_impulse_W = Vector3::Zero();  ///< about the centre of mass
+};
+
+/// Bodies whose velocities changed together, and all impulses that did it: along its free axes each
+/// body's momenta change by the sum of the impulses on it. Between two changes a body keeps them,
+/// or flies. Of a contact only impulses that are not zero are listed.
+///
+/// The twists along which bodies move in a contact substep are not these velocities: they may also
+/// recover gaps.
+struct VelocityChange {
+  VelocityChangeKind kind = VelocityChangeKind::Set;
+  TimeInterval interval;  ///< Move, End: the substep; else one time
+  std::vector<MomentumChange> bodies;
+  std::vector<ContactImpulse> contacts;
+  std::vector<LinkImpulse> links;
+};
+
 /// The start or end of an overlap between a body and a sensor.
 struct SensorEvent {
   BodyId sensor;
@@ -106,10 +163,16 @@ struct AdvanceReport {
   /// Pairs that were nearer than their target at the start of a step. They are pushed apart at a
   /// bounded speed, without a certificate until they are far enough apart. Each is listed once.
   std::vector<std::pair<BodyId, BodyId>> too_near;
+  /// Pairs once too near that are now far enough apart: certified from here on.
+  std::vector<std::pair<BodyId, BodyId>> parted;
+  /// Bodies that the caller has put elsewhere since the last advance.
+  std::vector<BodyId> placed;
   /// Pairs that no force can move apart (kinematic, static) and that came nearer than their target.
   /// Each is listed once.
   std::vector<std::pair<BodyId, BodyId>> crossed;
   std::vector<CommittedStep> steps;  ///< the proven trajectory, in order
+  /// For each body in order of time; filled under WorldOptions::records_impulses.
+  std::vector<VelocityChange> velocity_changes;
   /// For BudgetExhausted, NumericalLimit and Blocked: the pair that stopped it.
   std::pair<BodyId, BodyId> offending_pair;
   IntegratorStatistics integrator;

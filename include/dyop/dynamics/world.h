@@ -103,6 +103,22 @@ class World {
   /// Target distance of one pair; overrides WorldOptions::target_distance.
   void set_target_distance(BodyId a, BodyId b, Scalar target_distance);
 
+  /// A pair that set_pair_enabled() or set_target_distance() named.
+  struct PairRule {
+    BodyId a;
+    BodyId b;
+    bool is_enabled = true;
+    std::optional<Scalar> target_distance;  ///< none: as for all pairs
+  };
+  std::vector<PairRule> pair_rules() const;
+  /// Those that the World was made with.
+  const WorldOptions& options() const;
+  Vector3 gravity() const;
+  std::vector<JointId> joints() const;
+  std::vector<SpringId> springs() const;
+  /// Grows with every change of gravity, joints, springs, disabled pairs and target distances.
+  std::uint64_t rules_version() const;
+
   Scalar time() const;
   std::size_t body_count() const;
   /// All bodies, by slot.

@@ -68,6 +68,7 @@ struct WorldOptions {
   ContactSolverOptions solver;  ///< tolerance is ignored: derived from rest offset and step
   std::int64_t max_node_pairs = 50'000'000;  ///< per time-of-impact query
   bool records_motions = true;               ///< fills AdvanceReport::steps
+  bool records_impulses = false;             ///< fills AdvanceReport::velocity_changes
   bool measures_time = false;                ///< fills AdvanceReport::times; reads the clock
   /// Called after each committed step; must not change the World.
   std::function<void(Scalar t)> on_step;

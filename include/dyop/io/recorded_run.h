@@ -97,6 +97,8 @@ enum class RunEventKind : std::uint32_t {
   SensorEnds = 5,
   Stalled = 6,    ///< an island found no motion and stood still; no bodies are named
   Undecided = 7,  ///< the frame did not reach its end: see its status; a and b if known
+  Parted = 8,     ///< a and b, once too near, are far enough apart from here on
+  Placed = 9,     ///< the caller put a elsewhere
 };
 
 std::string_view name_of(RunEventKind kind);

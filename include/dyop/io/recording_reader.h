@@ -53,6 +53,11 @@ class RecordingReader {
   /// @throws InvalidArgument if there is no such frame.
   std::vector<PairRecord> pairs(std::size_t frame) const;
 
+  /// All impulses of the run, as AdvanceReport::velocity_changes; none if they were not recorded.
+  /// Of what forces did, only bodies with a wrench of their own have it; for the others it is zero
+  /// here: gravity times half of the interval.
+  std::vector<VelocityChange> velocity_changes() const;
+
   /// @throws InvalidArgument if there is no such body.
   std::size_t segment_count(BodyId body) const;
   /// @throws InvalidArgument if there is no such body or segment.

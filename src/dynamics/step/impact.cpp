@@ -171,6 +171,7 @@ bool ImpactSolve::solve_without_gain(Scalar energy_before) {
 }
 
 bool ImpactSolve::solve() {
+  VelocityChange* change = run_.begin_change(VelocityChangeKind::Impact, {run_.now(), run_.now()});
   Scalar before = 0;
   for (const IslandRun::Member& member : run_.members()) {
     const Matrix3 mobility = member.body->angular_mobility(member.state.X_WM.rotation());
@@ -191,6 +192,8 @@ bool ImpactSolve::solve() {
     run_.members()[i].state.L_W = L_W[i];
     run_.members()[i].flight = nullptr;
   }
+  if (change != nullptr) substep_.add_impulses(*change);
+  run_.end_change(change);
   return is_solved;
 }
 

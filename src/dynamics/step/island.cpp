@@ -493,6 +493,28 @@ void IslandRun::commit_flight(Scalar t, const std::vector<BodyMove>& moves,
   commit_substep(t, moves, certificates);
 }
 
+VelocityChange* IslandRun::begin_change(VelocityChangeKind kind, const TimeInterval& interval) {
+  if (!context_.options->records_impulses) return nullptr;
+  VelocityChange& change = outcome_.changes.emplace_back();
+  change.kind = kind;
+  change.interval = interval;
+  for (const Member& member : members_) {
+    MomentumChange& body = change.bodies.emplace_back();
+    body.body = member.body->id;
+    body.v_before_W = member.state.v_W;
+    body.L_before_W = member.state.L_W;
+  }
+  return &change;
+}
+
+void IslandRun::end_change(VelocityChange* change) const {
+  if (change == nullptr) return;
+  for (std::size_t i = 0; i < members_.size(); ++i) {
+    change->bodies[i].v_W = members_[i].state.v_W;
+    change->bodies[i].L_W = members_[i].state.L_W;
+  }
+}
+
 void IslandRun::fail(AdvanceStatus status, PairKey pair) {
   outcome_.failure = IslandFailure{status, pair};
 }
@@ -527,10 +549,12 @@ void IslandRun::stand_still() {
   }
   if (reached < interval.end) fail(AdvanceStatus::Blocked, blocked);
   if (!(reached > now_)) return;
+  VelocityChange* change = begin_change(VelocityChangeKind::Stall, {now_, now_});
   for (Member& member : members_) {
     member.state.v_W.setZero();
     member.state.L_W.setZero();
   }
+  end_change(change);
   commit_substep(reached, moves, certificates);
 }
 

@@ -64,6 +64,7 @@ struct IslandOutcome {
   std::vector<Track> tracks;  // by Island::bodies
   std::vector<PairProof> proofs;
   std::vector<ImpactEvent> impacts;
+  std::vector<VelocityChange> changes;  // under WorldOptions::records_impulses
   std::optional<IslandFailure> failure;
   bool stopped_at_impact = false;  // the last of `impacts`
   bool in_contact = false;         // at its end
@@ -199,6 +200,10 @@ class IslandRun {
                       const std::vector<Certificate>& certificates);
   /// Contacts of all near pairs at now().
   void find_contacts();
+  /// Records that the members' velocities are about to change; null unless that is asked for.
+  VelocityChange* begin_change(VelocityChangeKind kind, const TimeInterval& interval);
+  /// They have changed.
+  void end_change(VelocityChange* change) const;
   /// A timer of one part of the work; see StepTimes.
   PartTimer timer(Scalar StepTimes::*part) {
     return PartTimer(context_.options->measures_time, outcome_.times.*part);

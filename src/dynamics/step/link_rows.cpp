@@ -278,7 +278,8 @@ void SpringRows::add_cut(Scalar share, std::size_t member, Vector3& v_W, Vector3
   }
 }
 
-void add_spring_ends(SubstepProblem& node, Scalar tau, std::vector<Vector3>& free_L_W) {
+void add_spring_ends(SubstepProblem& node, Scalar tau, std::vector<Vector3>& free_L_W,
+                     VelocityChange* change) {
   const IslandRun& run = node.run();
   for (const SpringState* spring : run.springs()) {
     const SpringDefinition& definition = spring->definition;
@@ -315,6 +316,9 @@ void add_spring_ends(SubstepProblem& node, Scalar tau, std::vector<Vector3>& fre
     };
     kick(body_a, arm_a, -1);
     kick(body_b, arm_b, 1);
+    if (change == nullptr) continue;
+    change->links.push_back({LinkImpulse::Kind::Spring, a.id, b.id, impulse, -arm_a.cross(impulse),
+                             arm_b.cross(impulse)});
   }
 }
 

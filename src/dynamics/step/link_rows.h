@@ -79,6 +79,8 @@ class SpringRows {
 /// The second half at the end of a substep of length tau, on the members' free velocities. A spring
 /// or damper that would turn a motion round within the half step is solved implicitly there too, as
 /// a row that looks half a step ahead: what the step cannot resolve dies down.
-void add_spring_ends(SubstepProblem& node, Scalar tau, std::vector<Vector3>& free_L_W);
+/// @param change Gets the impulses that are not left to rows; may be null.
+void add_spring_ends(SubstepProblem& node, Scalar tau, std::vector<Vector3>& free_L_W,
+                     VelocityChange* change);
 
 }  // namespace dyop::dynamics_internal

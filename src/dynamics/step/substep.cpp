@@ -278,12 +278,18 @@ void keep_impulses(IslandRun& run, const SubstepProblem& node, const std::vector
   }
 }
 
+void add_kick(MomentumChange& change, const Wrench& wrench, Scalar tau) {
+  change.impulse_W = tau * wrench.force;
+  change.angular_impulse_W = tau * wrench.torque;
+}
+
 }  // namespace
 
 // The other half of the kick and the contacts at the end.
 void solve_substep_end(IslandRun& run, Scalar tau, bool may_bounce) {
   run.find_contacts();
   SubstepProblem node(run);
+  VelocityChange* change = run.begin_change(VelocityChangeKind::End, {run.now() - tau, run.now()});
   std::vector<Vector3> free_L_W;
   for (std::size_t i = 0; i < run.members().size(); ++i) {
     IslandRun::Member& member = run.members()[i];
@@ -293,6 +299,7 @@ void solve_substep_end(IslandRun& run, Scalar tau, bool may_bounce) {
     const Wrench wrench = total_wrench(*member.body, run.context().gravity_W, run.now(), state);
     member.state.v_W += tau / 2 * member.body->inverse_mass * wrench.force;
     member.state.L_W += tau / 2 * wrench.torque;
+    if (change != nullptr) add_kick(change->bodies[i], wrench, tau / 2);
     ContactBody& body = node.problem().bodies[i];
     body.free_v_W = member.state.v_W;
     body.free_w_W = body.inverse_inertia_W * member.state.L_W;
@@ -303,7 +310,7 @@ void solve_substep_end(IslandRun& run, Scalar tau, bool may_bounce) {
     return !(may_bounce && bounces(run, pair, normal_velocity(run, pair, point)));
   });
   node.take_joints(tau / 2);
-  add_spring_ends(node, tau, free_L_W);
+  add_spring_ends(node, tau, free_L_W, change);
   node.set_supports(0);
   for (std::size_t i = 0; i < node.rows().size(); ++i) {
     const SubstepRow& entry = node.rows()[i];
@@ -326,6 +333,8 @@ void solve_substep_end(IslandRun& run, Scalar tau, bool may_bounce) {
     run.members()[i].state.v_W = node.problem().bodies[i].v_W;
     run.members()[i].state.L_W = L_W[i];
   }
+  if (change != nullptr) node.add_impulses(*change);
+  run.end_change(change);
 }
 
 // The substep.
@@ -615,6 +624,7 @@ void Substep::store_velocities() {
 void Substep::commit(Scalar tau) {
   store_velocities();
   const Scalar t_end = run_.now() + tau;
+  VelocityChange* change = run_.begin_change(VelocityChangeKind::Move, {run_.now(), t_end});
   for (const RunPair& pair : run_.pairs()) pair.state->residual = residual_;
   for (const SubstepContact& entry : substep_.contacts()) {
     if (!entry.index) continue;
@@ -631,7 +641,10 @@ void Substep::commit(Scalar tau) {
     member.state.L_W = stored_L_W_[i] + (tau - tau_) / 2 * wrenches_[i].torque;
     springs_->add_cut(tau / tau_, i, member.state.v_W, member.state.L_W);
     member.state.X_WM = central_pose(*member.body, X_WB);
+    if (change != nullptr) add_kick(change->bodies[i], wrenches_[i], tau / 2);
   }
+  if (change != nullptr) substep_.add_impulses(*change, tau / tau_);
+  run_.end_change(change);
   springs_->keep_impulses(tau / tau_);
   run_.commit_substep(t_end, moves_, proofs_.certificates());
 }

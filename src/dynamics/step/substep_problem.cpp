@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "core/tolerance.h"
@@ -41,6 +42,8 @@ constexpr Scalar kMostContactTurn = 1;
 // An island moves if its fastest body's way in a substep is this part of the rest offset or more,
 // as for sleep.
 constexpr Scalar kDriftTravel = 0.01;
+// The coefficient of a friction law depends on the sliding that it is asked for.
+constexpr Scalar kUnknownFriction = std::numeric_limits<Scalar>::quiet_NaN();
 // How much farther a contact is pushed that was hit, in rest offsets; doubled each time.
 constexpr Scalar kHitPush = 0.5;
 
@@ -383,6 +386,39 @@ std::vector<Vector3> SubstepProblem::angular_momenta(std::vector<Vector3> free_L
     }
   }
   return free_L_W;
+}
+
+BodyId SubstepProblem::id_of(std::size_t body) const {
+  if (body < run_.members().size()) return run_.members()[body].body->id;
+  for (const auto& [slot, index] : supports_) {
+    if (index == body) return run_.context().body(slot).id;
+  }
+  throw InternalError("an impulse on a body outside its island");
+}
+
+// After the rows of joints come those of springs.
+void SubstepProblem::add_impulses(VelocityChange& change, Scalar share) const {
+  for (const PointContact& row : problem_.contacts) {
+    const BodyId a = id_of(row.body_a);
+    const BodyId b = id_of(row.body_b);
+    if (!row.impulse_W.isZero(0)) {
+      change.contacts.push_back({a, b, center_of(row.body_b) + row.r_b_W, row.nhat_AB_W,
+                                 row.impulse_W, row.target,
+                                 problem_.friction_law ? kUnknownFriction : row.friction});
+    }
+    if (row.angular_impulse_W.isZero(0)) continue;
+    change.links.push_back({LinkImpulse::Kind::Rolling, a, b, Vector3::Zero(),
+                            -row.angular_impulse_W, row.angular_impulse_W});
+  }
+  for (std::size_t i = 0; i < problem_.rows.size(); ++i) {
+    const JointRow& row = problem_.rows[i];
+    const bool is_joint = i < rows_.size();
+    const Scalar impulse = is_joint ? row.impulse : share * row.impulse;
+    if (impulse == 0) continue;
+    change.links.push_back({is_joint ? LinkImpulse::Kind::Joint : LinkImpulse::Kind::Spring,
+                            id_of(row.body_a), id_of(row.body_b), impulse * row.j_bv_W,
+                            impulse * row.j_aw_W, impulse * row.j_bw_W});
+  }
 }
 
 // Targets.

@@ -109,6 +109,9 @@ class SubstepProblem {
   Vector3 relative_turn(std::size_t contact) const;
   /// Angular momenta of the members after the impulses of the last solve, given those before.
   std::vector<Vector3> angular_momenta(std::vector<Vector3> free_L_W) const;
+  /// Adds the impulses of the last solve; only `share` of those of springs acts.
+  void add_impulses(VelocityChange& change, Scalar share = 1) const;
+  BodyId id_of(std::size_t body) const;
   std::size_t body_index(const std::optional<std::size_t>& member, const BodyRecord& body) const;
   /// Whether the impulses of the last solve turn a member by so much in a substep of length tau
   /// that where its contacts will be by then is a guess.

@@ -16,14 +16,6 @@ constexpr std::array<std::pair<BodyKind, std::string_view>, 3> kKinds{{
     {BodyKind::Static, "static"},
 }};
 
-Vector3 vector_of(const Row3& row) {
-  return {row[0], row[1], row[2]};
-}
-
-Vector3 vector_of(const FloatRow3& row) {
-  return {Scalar(row[0]), Scalar(row[1]), Scalar(row[2])};
-}
-
 FloatRow3 float_row(const Vector3& v) {
   return {static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z())};
 }
@@ -218,7 +210,7 @@ EventRow event_row(const RunEvent& event) {
 }
 
 RunEvent event_from(const EventRow& row) {
-  return {value_of(row.kind, RunEventKind::Undecided, "kind of event"), row.t, body_of(row.a),
+  return {value_of(row.kind, RunEventKind::Placed, "kind of event"), row.t, body_of(row.a),
           body_of(row.b)};
 }
 

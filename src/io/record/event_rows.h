@@ -14,6 +14,13 @@ inline Row3 row_of(const Vector3& v) {
   return {v.x(), v.y(), v.z()};
 }
 
+inline Vector3 vector_of(const Row3& row) {
+  return {row[0], row[1], row[2]};
+}
+inline Vector3 vector_of(const FloatRow3& row) {
+  return {Scalar(row[0]), Scalar(row[1]), Scalar(row[2])};
+}
+
 std::string_view name_of_kind(BodyKind kind);
 /// Throws InvalidArgument.
 BodyKind kind_of_name(std::string_view name);

@@ -51,6 +51,10 @@ std::string_view name_of(RunEventKind kind) {
       return "stalled";
     case RunEventKind::Undecided:
       return "undecided";
+    case RunEventKind::Parted:
+      return "parted";
+    case RunEventKind::Placed:
+      return "placed";
   }
   return "undecided";
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -23,6 +24,11 @@ struct Input {
   InputRows<Row> table(const char* name) {
     return {file, name, row_type<Row>().get(), 1};
   }
+  template <typename Row>
+  std::optional<InputRows<Row>> since_impulses(const char* name) {
+    if (file.integer_attribute("version") < kVersionWithImpulses) return std::nullopt;
+    return table<Row>(name);
+  }
   InputRows<char> text(const char* name) { return {file, name, H5T_NATIVE_UINT8, 1}; }
 
   Hdf5File file;
@@ -41,6 +47,17 @@ struct Input {
   InputRows<std::array<std::int32_t, 3>> triangles{file, "triangles", H5T_NATIVE_INT32, 3};
   InputRows<char> given = text("given");
   InputRows<char> end = text("end");
+
+  /// Since version 3; none in older files.
+  std::optional<InputRows<VelocityChangeRow>> changes =
+      since_impulses<VelocityChangeRow>("velocity_changes");
+  std::optional<InputRows<MomentumRow>> momenta = since_impulses<MomentumRow>("momenta");
+  std::optional<InputRows<ContactImpulseRow>> contact_impulses =
+      since_impulses<ContactImpulseRow>("contact_impulses");
+  std::optional<InputRows<LinkImpulseRow>> link_impulses =
+      since_impulses<LinkImpulseRow>("link_impulses");
+  std::optional<InputRows<WrenchImpulseRow>> wrench_impulses =
+      since_impulses<WrenchImpulseRow>("wrench_impulses");
 
   explicit Input(const std::filesystem::path& path) : file(open_recording(path)) {}
 };

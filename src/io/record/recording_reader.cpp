@@ -8,6 +8,7 @@
 #include "dyop/io/file_error.h"
 #include "io/json_reader.h"
 #include "io/record/event_rows.h"
+#include "io/record/impulse_rows.h"
 #include "io/record/motion_rows.h"
 #include "io/record/recording_input.h"
 #include "io/record/recording_tables.h"
@@ -62,6 +63,7 @@ struct RecordingReader::Impl {
   MotionSegment segment(BodyId body, std::size_t index);
   const Motion& motion(BodyId body, Scalar t);
   std::vector<PairRecord> pairs(std::size_t frame);
+  std::vector<VelocityChange> velocity_changes();
 
   std::filesystem::path file;
   std::optional<Input> input;
@@ -300,6 +302,23 @@ std::vector<PairRecord> RecordingReader::Impl::pairs(std::size_t frame) {
   return records;
 }
 
+std::vector<VelocityChange> RecordingReader::Impl::velocity_changes() {
+  const Input& from = in();
+  std::vector<VelocityChange> changes;
+  if (!from.changes) return changes;
+  std::vector<io_internal::KnownMomentum> momenta;
+  for (const io_internal::VelocityChangeRow& row : from.changes->read(0, known.change_count)) {
+    changes.push_back(
+        io_internal::change_from(row,
+                                 {from.momenta->read(row.first_momentum, row.momentum_count),
+                                  from.contact_impulses->read(row.first_contact, row.contact_count),
+                                  from.link_impulses->read(row.first_link, row.link_count),
+                                  from.wrench_impulses->read(row.first_wrench, row.wrench_count)},
+                                 momenta));
+  }
+  return changes;
+}
+
 RecordingReader::RecordingReader(const std::filesystem::path& file)
     : impl_(std::make_unique<Impl>(file)) {}
 
@@ -353,6 +372,10 @@ std::span<const RunEvent> RecordingReader::events() const {
 
 std::vector<PairRecord> RecordingReader::pairs(std::size_t frame) const {
   return impl_->pairs(frame);
+}
+
+std::vector<VelocityChange> RecordingReader::velocity_changes() const {
+  return impl_->guard([this] { return impl_->velocity_changes(); });
 }
 
 std::size_t RecordingReader::segment_count(BodyId body) const {

@@ -176,6 +176,67 @@ Hdf5RowType row_type<EventRow>() {
 }
 
 template <>
+Hdf5RowType row_type<VelocityChangeRow>() {
+  Hdf5RowType type(sizeof(VelocityChangeRow));
+  DYOP_ROW_MEMBER(VelocityChangeRow, begin);
+  DYOP_ROW_MEMBER(VelocityChangeRow, end);
+  DYOP_ROW_MEMBER(VelocityChangeRow, kind);
+  DYOP_ROW_MEMBER(VelocityChangeRow, momentum_count);
+  DYOP_ROW_MEMBER(VelocityChangeRow, contact_count);
+  DYOP_ROW_MEMBER(VelocityChangeRow, link_count);
+  DYOP_ROW_MEMBER(VelocityChangeRow, wrench_count);
+  DYOP_ROW_MEMBER(VelocityChangeRow, first_momentum);
+  DYOP_ROW_MEMBER(VelocityChangeRow, first_contact);
+  DYOP_ROW_MEMBER(VelocityChangeRow, first_link);
+  DYOP_ROW_MEMBER(VelocityChangeRow, first_wrench);
+  return type;
+}
+
+template <>
+Hdf5RowType row_type<MomentumRow>() {
+  Hdf5RowType type(sizeof(MomentumRow));
+  DYOP_ROW_MEMBER(MomentumRow, body);
+  DYOP_ROW_MEMBER(MomentumRow, is_before);
+  DYOP_ROW_MEMBER(MomentumRow, v);
+  DYOP_ROW_MEMBER(MomentumRow, L);
+  return type;
+}
+
+template <>
+Hdf5RowType row_type<ContactImpulseRow>() {
+  Hdf5RowType type(sizeof(ContactImpulseRow));
+  DYOP_ROW_MEMBER(ContactImpulseRow, a);
+  DYOP_ROW_MEMBER(ContactImpulseRow, b);
+  DYOP_ROW_MEMBER(ContactImpulseRow, p);
+  DYOP_ROW_MEMBER(ContactImpulseRow, normal);
+  DYOP_ROW_MEMBER(ContactImpulseRow, impulse);
+  DYOP_ROW_MEMBER(ContactImpulseRow, target);
+  DYOP_ROW_MEMBER(ContactImpulseRow, friction);
+  return type;
+}
+
+template <>
+Hdf5RowType row_type<LinkImpulseRow>() {
+  Hdf5RowType type(sizeof(LinkImpulseRow));
+  DYOP_ROW_MEMBER(LinkImpulseRow, kind);
+  DYOP_ROW_MEMBER(LinkImpulseRow, a);
+  DYOP_ROW_MEMBER(LinkImpulseRow, b);
+  DYOP_ROW_MEMBER(LinkImpulseRow, impulse);
+  DYOP_ROW_MEMBER(LinkImpulseRow, angular_a);
+  DYOP_ROW_MEMBER(LinkImpulseRow, angular_b);
+  return type;
+}
+
+template <>
+Hdf5RowType row_type<WrenchImpulseRow>() {
+  Hdf5RowType type(sizeof(WrenchImpulseRow));
+  DYOP_ROW_MEMBER(WrenchImpulseRow, body);
+  DYOP_ROW_MEMBER(WrenchImpulseRow, impulse);
+  DYOP_ROW_MEMBER(WrenchImpulseRow, angular);
+  return type;
+}
+
+template <>
 Hdf5RowType row_type<FrameRow>() {
   Hdf5RowType type(sizeof(FrameRow));
   DYOP_ROW_MEMBER(FrameRow, begin);
@@ -219,6 +280,12 @@ Hdf5RowType row_type<FrameRow>() {
   DYOP_ROW_MEMBER(FrameRow, given_bytes);
   DYOP_ROW_MEMBER(FrameRow, vertex_count);
   DYOP_ROW_MEMBER(FrameRow, triangle_count);
+  DYOP_ROW_MEMBER(FrameRow, change_count);
+  DYOP_ROW_MEMBER(FrameRow, momentum_count);
+  DYOP_ROW_MEMBER(FrameRow, contact_impulse_count);
+  DYOP_ROW_MEMBER(FrameRow, link_impulse_count);
+  DYOP_ROW_MEMBER(FrameRow, wrench_impulse_count);
+  DYOP_ROW_MEMBER(FrameRow, rule_bytes);
   return type;
 }
 

@@ -13,8 +13,10 @@ using Row3 = std::array<double, 3>;
 using FloatRow3 = std::array<float, 3>;
 using FeatureRow = std::array<std::int32_t, 4>;
 
-/// Version 2 added the rows of cubics that do not repeat their chart; readers of it read 1.
-constexpr std::int64_t kRecordingVersion = 2;
+/// Version 2 added the rows of cubics that do not repeat their chart, version 3 what a run is
+/// checked with. Readers of a version read those before it.
+constexpr std::int64_t kRecordingVersion = 3;
+constexpr std::int64_t kVersionWithImpulses = 3;
 constexpr const char* kRecordingFormat = "dyop recording";
 
 struct SegmentRow {
@@ -101,6 +103,58 @@ struct EventRow {
   std::uint32_t unused;
 };
 
+/// A VelocityChange: the rows of the other tables that belong to it.
+struct VelocityChangeRow {
+  double begin;
+  double end;
+  std::uint32_t kind;
+  std::uint32_t momentum_count;
+  std::uint32_t contact_count;
+  std::uint32_t link_count;
+  std::uint32_t wrench_count;
+  std::uint32_t unused;
+  std::uint64_t first_momentum;
+  std::uint64_t first_contact;
+  std::uint64_t first_link;
+  std::uint64_t first_wrench;
+};
+
+/// Before a change (only where that is not what the last one left), or after it.
+struct MomentumRow {
+  std::uint32_t body;
+  std::uint32_t is_before;
+  Row3 v;
+  Row3 L;
+};
+
+struct ContactImpulseRow {
+  std::uint32_t a;
+  std::uint32_t b;
+  Row3 p;
+  Row3 normal;
+  Row3 impulse;
+  double target;
+  double friction;
+};
+
+struct LinkImpulseRow {
+  std::uint32_t kind;
+  std::uint32_t a;
+  std::uint32_t b;
+  std::uint32_t unused;
+  Row3 impulse;
+  Row3 angular_a;
+  Row3 angular_b;
+};
+
+/// Of a body with a wrench of its own, gravity included.
+struct WrenchImpulseRow {
+  std::uint32_t body;
+  std::uint32_t unused;
+  Row3 impulse;
+  Row3 angular;
+};
+
 /// Of a tool's run: a snapshot whose vertices are rows of /snapshot_vertices; or another mesh, of
 /// duration 0, whose triangles are rows of /snapshot_triangles.
 struct SnapshotRow {
@@ -139,6 +193,9 @@ struct FrameRow {
   std::uint64_t step_count, segment_count, number_count, impact_count, contact_count, pair_count,
       pair_contact_count, event_count, body_bytes, shape_bytes, given_bytes, vertex_count,
       triangle_count;
+  /// Since version 3; 0 in older files.
+  std::uint64_t change_count, momentum_count, contact_impulse_count, link_impulse_count,
+      wrench_impulse_count, rule_bytes;
 };
 
 /// For the structs above.

@@ -11,6 +11,7 @@
 
 #include "io/json_reader.h"
 #include "io/record/event_rows.h"
+#include "io/record/impulse_rows.h"
 #include "io/record/motion_rows.h"
 #include "io/record/recording_tables.h"
 #include "io/record/shape_rows.h"
@@ -54,6 +55,101 @@ Json header_json(const RunHeader& header) {
   return json;
 }
 
+Json list_of(const Vector3& v) {
+  return {v.x(), v.y(), v.z()};
+}
+
+Json list_of(const Matrix3& m) {
+  Json list = Json::array();
+  for (Eigen::Index i = 0; i < 9; ++i) list.push_back(m(i / 3, i % 3));
+  return list;
+}
+
+Json frame_json(const RigidPose& X) {
+  return {{"R", list_of(X.rotation())}, {"p", list_of(X.translation())}};
+}
+
+std::string_view word_of(JointKind kind) {
+  switch (kind) {
+    case JointKind::Ball:
+      return "ball";
+    case JointKind::Hinge:
+      return "hinge";
+    case JointKind::Slider:
+      return "slider";
+    case JointKind::Fixed:
+      return "fixed";
+    case JointKind::Distance:
+      break;
+  }
+  return "distance";
+}
+
+Json body_json(const BodyId& id, const BodyDefinition& definition, std::size_t shape, Scalar from) {
+  const bool is_dynamic = definition.kind == BodyKind::Dynamic;
+  const MassProperties& mass = definition.mass_properties;
+  Json line{{"slot", id.slot},
+            {"name", definition.name},
+            {"kind", io_internal::name_of_kind(definition.kind)},
+            {"shape", shape},
+            {"is_sensor", definition.is_sensor},
+            {"mass", is_dynamic ? mass.mass : 0},
+            {"p_BoBcm", list_of(is_dynamic ? mass.p_BoBcm : Vector3(Vector3::Zero()))},
+            {"from", from},
+            {"bounding_radius", definition.shape->bounding_radius()},
+            {"restitution", definition.restitution},
+            {"friction", definition.friction},
+            {"rolling_friction", definition.rolling_friction},
+            {"torsional_friction", definition.torsional_friction}};
+  if (!is_dynamic) return line;
+  line["inertia"] = list_of(mass.I_BBcm);
+  line["locked_translation"] = definition.locked.translation;
+  line["locked_rotation"] = definition.locked.rotation;
+  line["has_wrench"] = bool(definition.wrench);
+  return line;
+}
+
+// Everything between bodies that holds from a time on (docs/formats.md, "/rules").
+Json rules_json(const World& world, Scalar from) {
+  Json json{{"from", from},
+            {"target_distance", optional_json(world.options().target_distance)},
+            {"gravity", list_of(world.gravity())},
+            {"pairs", Json::array()},
+            {"joints", Json::array()},
+            {"springs", Json::array()}};
+  for (const World::PairRule& rule : world.pair_rules()) {
+    json["pairs"].push_back({{"a", rule.a.slot},
+                             {"b", rule.b.slot},
+                             {"is_enabled", rule.is_enabled},
+                             {"target_distance", optional_json(rule.target_distance)}});
+  }
+  for (const JointId& id : world.joints()) {
+    const JointDefinition& joint = world.joint(id);
+    Json line{{"number", id.number},
+              {"kind", word_of(joint.kind)},
+              {"a", joint.a.slot},
+              {"b", joint.b.slot},
+              {"X_AJ", frame_json(joint.X_AJ)},
+              {"X_BJ", frame_json(joint.X_BJ)},
+              {"bodies_collide", joint.bodies_collide}};
+    if (joint.limits) line["limits"] = {joint.limits->min, joint.limits->max};
+    if (joint.motor) line["motor"] = {joint.motor->speed, joint.motor->strength};
+    json["joints"].push_back(std::move(line));
+  }
+  for (const SpringId& id : world.springs()) {
+    const SpringDefinition& spring = world.spring(id);
+    json["springs"].push_back({{"number", id.number},
+                               {"a", spring.a.slot},
+                               {"b", spring.b.slot},
+                               {"p_AP", list_of(spring.p_AP)},
+                               {"p_BQ", list_of(spring.p_BQ)},
+                               {"rest_length", optional_json(spring.rest_length)},
+                               {"stiffness", spring.stiffness},
+                               {"damping", spring.damping}});
+  }
+  return json;
+}
+
 }  // namespace
 
 // All datasets, each with chunks of about 8 to 16 kB: small recordings stay small.
@@ -80,6 +176,16 @@ struct RecordingWriter::Output {
   OutputRows<std::array<double, 3>> vertices{file, "vertices", H5T_NATIVE_DOUBLE, 3, 512};
   OutputRows<std::array<std::int32_t, 3>> triangles{file, "triangles", H5T_NATIVE_INT32, 3, 1024};
   OutputRows<char> given = text("given");
+  OutputRows<io_internal::VelocityChangeRow> changes =
+      table<io_internal::VelocityChangeRow>("velocity_changes", 128);
+  OutputRows<io_internal::MomentumRow> momenta = table<io_internal::MomentumRow>("momenta", 256);
+  OutputRows<io_internal::ContactImpulseRow> contact_impulses =
+      table<io_internal::ContactImpulseRow>("contact_impulses", 128);
+  OutputRows<io_internal::LinkImpulseRow> link_impulses =
+      table<io_internal::LinkImpulseRow>("link_impulses", 64);
+  OutputRows<io_internal::WrenchImpulseRow> wrench_impulses =
+      table<io_internal::WrenchImpulseRow>("wrench_impulses", 64);
+  OutputRows<char> rules = text("rules");
   OutputRows<char> end = text("end");
 
   explicit Output(const std::filesystem::path& path) : file(Hdf5File::create(path)) {}
@@ -99,6 +205,12 @@ struct RecordingWriter::Output {
     vertices.flush();
     triangles.flush();
     given.flush();
+    changes.flush();
+    momenta.flush();
+    contact_impulses.flush();
+    link_impulses.flush();
+    wrench_impulses.flush();
+    rules.flush();
     frames.flush();
   }
 
@@ -116,10 +228,25 @@ struct RecordingWriter::Output {
     row.given_bytes = given.length();
     row.vertex_count = vertices.length();
     row.triangle_count = triangles.length();
+    row.change_count = changes.length();
+    row.momentum_count = momenta.length();
+    row.contact_impulse_count = contact_impulses.length();
+    row.link_impulse_count = link_impulses.length();
+    row.wrench_impulse_count = wrench_impulses.length();
+    row.rule_bytes = rules.length();
   }
 };
 
 struct RecordingWriter::Impl {
+  // What may change while a body is there.
+  struct MaterialAndWrench {
+    Scalar restitution = 0;
+    Scalar friction = 0;
+    Scalar rolling_friction = 0;
+    Scalar torsional_friction = 0;
+    bool has_wrench = false;
+    friend bool operator==(const MaterialAndWrench&, const MaterialAndWrench&) = default;
+  };
   // The last data written for a body.
   struct Body {
     std::optional<BodyId> id;
@@ -129,6 +256,8 @@ struct RecordingWriter::Impl {
     bool has_segment = false;
     std::vector<Scalar> chart;      // R_WC of the last cubic; empty if there was none
     std::uint64_t chart_place = 0;  // in /numbers
+    std::size_t shape = 0;
+    MaterialAndWrench last_written;
   };
 
   Impl(const std::filesystem::path& path, const RunHeader& header,
@@ -151,6 +280,8 @@ struct RecordingWriter::Impl {
   void put_impact(const ImpactEvent& impact);
   void put_pairs(const std::vector<PairRecord>& records);
   void put_events(const AdvanceReport& report);
+  void put_rules(const World& world);
+  void put_change(const VelocityChange& change);
   void put_frame(const AdvanceReport& report, io_internal::FrameRow row);
   void flush();
   void flush_if_due();
@@ -159,7 +290,10 @@ struct RecordingWriter::Impl {
   Output output;
   RecordingOptions options;
   io_internal::ShapeWriter shapes;
-  std::vector<Body> bodies;  // by slot
+  std::vector<Body> bodies;                         // by slot
+  std::vector<bool> has_wrench;                     // by slot
+  std::vector<io_internal::KnownMomentum> momenta;  // by slot
+  std::optional<std::uint64_t> rules_version;       // of the last line of /rules
   std::set<std::pair<BodyId, BodyId>> pairs_at_rest;
   Scalar time = 0;  // committed
   AdvanceStatus status = AdvanceStatus::NotRun;
@@ -168,29 +302,33 @@ struct RecordingWriter::Impl {
   bool has_ended = false;
 };
 
+// A body's line is written again when what it says changes.
 void RecordingWriter::Impl::put_body(const BodyId& id, const BodyDefinition& definition) {
   if (id.slot >= bodies.size()) bodies.resize(id.slot + 1);
   Body& body = bodies[id.slot];
-  if (body.id == id) return;
-  io_internal::ShapeRows rows;
-  std::string lines;
-  const std::size_t shape = shapes.add(definition.shape, lines, rows);
-  output.shapes.add_all(lines);
-  output.vertices.add_all(rows.vertices);
-  output.triangles.add_all(rows.triangles);
-  const bool is_dynamic = definition.kind == BodyKind::Dynamic;
-  body = Body{};
-  body.id = id;
-  if (is_dynamic) body.p_BoBcm = definition.mass_properties.p_BoBcm;
-  const Vector3& c = body.p_BoBcm;
-  const Json line{{"slot", id.slot},
-                  {"name", definition.name},
-                  {"kind", io_internal::name_of_kind(definition.kind)},
-                  {"shape", shape},
-                  {"is_sensor", definition.is_sensor},
-                  {"mass", is_dynamic ? definition.mass_properties.mass : 0},
-                  {"p_BoBcm", {c.x(), c.y(), c.z()}},
-                  {"from", time}};
+  const bool is_new = body.id != id;
+  const MaterialAndWrench now{definition.restitution, definition.friction,
+                              definition.rolling_friction, definition.torsional_friction,
+                              bool(definition.wrench)};
+  if (!is_new && body.last_written == now) return;
+  if (is_new) {
+    io_internal::ShapeRows rows;
+    std::string lines;
+    const std::size_t shape = shapes.add(definition.shape, lines, rows);
+    output.shapes.add_all(lines);
+    output.vertices.add_all(rows.vertices);
+    output.triangles.add_all(rows.triangles);
+    body = Body{};
+    body.id = id;
+    body.shape = shape;
+    if (definition.kind == BodyKind::Dynamic) body.p_BoBcm = definition.mass_properties.p_BoBcm;
+    if (id.slot < momenta.size()) momenta[id.slot] = {};
+  }
+  body.last_written = now;
+  has_wrench.resize(std::max(has_wrench.size(), std::size_t(id.slot) + 1));
+  has_wrench[id.slot] = now.has_wrench;
+  Json line = body_json(id, definition, body.shape, time);
+  line["is_new"] = is_new;
   output.bodies.add_all(line.dump() + '\n');
 }
 
@@ -299,11 +437,35 @@ void RecordingWriter::Impl::put_events(const AdvanceReport& report) {
     put(event.is_overlap ? RunEventKind::SensorBegins : RunEventKind::SensorEnds, event.t,
         event.sensor, event.body);
   }
+  for (const BodyId& id : report.placed) put(RunEventKind::Placed, time, id, {});
+  for (const auto& [a, b] : report.parted) put(RunEventKind::Parted, report.t, a, b);
   if (report.work.stalls > 0) put(RunEventKind::Stalled, report.t, {}, {});
   if (io_internal::is_undecided(report.status)) {
     put(RunEventKind::Undecided, report.t, report.offending_pair.first,
         report.offending_pair.second);
   }
+}
+
+void RecordingWriter::Impl::put_rules(const World& world) {
+  if (rules_version == world.rules_version()) return;
+  rules_version = world.rules_version();
+  output.rules.add_all(rules_json(world, time).dump() + '\n');
+}
+
+void RecordingWriter::Impl::put_change(const VelocityChange& change) {
+  const io_internal::VelocityChangeRows rows = io_internal::rows_of(change, momenta, has_wrench);
+  output.changes.add({change.interval.begin, change.interval.end,
+                      static_cast<std::uint32_t>(change.kind),
+                      static_cast<std::uint32_t>(rows.momenta.size()),
+                      static_cast<std::uint32_t>(rows.contacts.size()),
+                      static_cast<std::uint32_t>(rows.links.size()),
+                      static_cast<std::uint32_t>(rows.wrenches.size()), 0, output.momenta.length(),
+                      output.contact_impulses.length(), output.link_impulses.length(),
+                      output.wrench_impulses.length()});
+  output.momenta.add_all(rows.momenta);
+  output.contact_impulses.add_all(rows.contacts);
+  output.link_impulses.add_all(rows.links);
+  output.wrench_impulses.add_all(rows.wrenches);
 }
 
 void RecordingWriter::Impl::flush() {
@@ -322,6 +484,7 @@ void RecordingWriter::Impl::flush_if_due() {
 void RecordingWriter::Impl::put_frame(const AdvanceReport& report, io_internal::FrameRow row) {
   for (const CommittedStep& step : report.steps) put_step(step);
   for (const ImpactEvent& impact : report.impacts) put_impact(impact);
+  for (const VelocityChange& change : report.velocity_changes) put_change(change);
   put_events(report);
   io_internal::put_report(report, row);
   row.begin = time;
@@ -359,6 +522,7 @@ RecordingWriter& RecordingWriter::operator=(RecordingWriter&&) noexcept = defaul
 
 void RecordingWriter::write(const AdvanceReport& report, const World& world) {
   for (const BodyId& id : world.bodies()) impl_->put_body(id, world.body(id));
+  impl_->put_rules(world);
   if (impl_->options.pairs != PairDetail::None) impl_->put_pairs(world.pairs());
   io_internal::FrameRow row{};
   row.kinetic_energy = world.kinetic_energy();

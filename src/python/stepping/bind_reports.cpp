@@ -158,6 +158,8 @@ void bind_advance_report(py::module_& m) {
       .field<&Report::sensors>("sensors", "list[SensorEvent]: overlaps with sensors")
       .field<&Report::too_near>("too_near",
                                 "list[Tuple[BodyId, BodyId]]: nearer than their target at first")
+      .field<&Report::parted>("parted", "list[Tuple[BodyId, BodyId]]: no longer too near")
+      .field<&Report::placed>("placed", "list[BodyId]: put elsewhere since the last advance")
       .field<&Report::crossed>("crossed",
                                "list[Tuple[BodyId, BodyId]]: that no force can move apart")
       .field<&Report::steps>("steps", "list[CommittedStep]: the proven trajectory")

@@ -313,7 +313,9 @@ void bind_recorded_events(py::module_& m) {
       .value("SensorBegins", RunEventKind::SensorBegins)
       .value("SensorEnds", RunEventKind::SensorEnds)
       .value("Stalled", RunEventKind::Stalled)
-      .value("Undecided", RunEventKind::Undecided);
+      .value("Undecided", RunEventKind::Undecided)
+      .value("Parted", RunEventKind::Parted)
+      .value("Placed", RunEventKind::Placed);
   Record<RunEvent>(m, "RunEvent", "Something that happened, besides impacts.")
       .field<&RunEvent::kind>("kind", "RunEventKind: what")
       .field<&RunEvent::t>("t", "float: when")

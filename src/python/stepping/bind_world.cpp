@@ -207,6 +207,8 @@ void bind_world_options(py::module_& m) {
       .option<&O::solver>("solver", "ContactSolverOptions: budgets")
       .option<&O::max_node_pairs>("max_node_pairs", "int: per time-of-impact query")
       .option<&O::records_motions>("records_motions", "bool: fills AdvanceReport.steps")
+      .option<&O::records_impulses>("records_impulses",
+                                    "bool: RecordingWriter records all impulses, for dyop-check")
       .option<&O::measures_time>("measures_time", "bool: fills AdvanceReport.times")
       .custom(function_field<O, &O::on_step, StepFunction>("on_step"),
               "Optional[Callable[[float], object]]: called with t after each committed step; must "

@@ -7,7 +7,7 @@ import {VirtualList} from './virtual_list.js';
 
 export const kKindNames = {impact: 'impacts', touch: 'first touches', asleep: 'falls asleep', woke: 'wakes',
                            stalled: 'stalls', undecided: 'undecided', too_near: 'nearer than target',
-                           crossed: 'crossed', sensor: 'sensors', status: 'changes of status',
+                           parted: 'apart again', placed: 'put elsewhere', crossed: 'crossed', sensor: 'sensors', status: 'changes of status',
                            unconverged: 'solves above tolerance', end: 'end'};
 const kOrders = {time: 'in order of time', size: 'largest impulse first', gap: 'smallest gap first'};
 

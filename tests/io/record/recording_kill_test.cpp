@@ -8,6 +8,7 @@
 #include <random>
 #include <thread>
 
+#include "dyop/io/file_error.h"
 #include "dyop/io/recording_reader.h"
 #include "dyop/io/recording_writer.h"
 #include "io/record/recorded_world.h"
@@ -29,6 +30,15 @@ pid_t start_recording(const std::filesystem::path& file) {
     _exit(1);
   }
   _exit(0);
+}
+
+bool is_made(const std::filesystem::path& file) {
+  try {
+    const RecordingReader reader(file);
+    return true;
+  } catch (const FileError&) {
+    return false;
+  }
 }
 
 // What was read is the beginning of the whole run, bit by bit.
@@ -67,10 +77,7 @@ TEST(RecordingOfAKilledRun, IsWholeUpToTheLastFlush) {
     const pid_t child = start_recording(file);
     std::this_thread::sleep_for(time * part(random));
     // Not before there is a file: its making is no part of the promise.
-    while (!std::filesystem::exists(file) || std::filesystem::file_size(file) < 4096) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    }
-    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    while (!is_made(file)) std::this_thread::sleep_for(std::chrono::milliseconds(1));
     kill(child, SIGKILL);
     waitpid(child, nullptr, 0);
     ASSERT_NO_FATAL_FAILURE({

@@ -345,5 +345,44 @@ TEST_F(Recording, ReportsAFileThatCannotBeWritten) {
   EXPECT_THROW(RecordingWriter(directory_.path() / "no" / "run.h5", busy_header()), FileError);
 }
 
+// All impulses come back with every bit.
+TEST_F(Recording, KeepsImpulsesExactly) {
+  WorldOptions options = testing::earth_options();
+  options.records_impulses = true;
+  World world(options);
+  world.add_body(testing::floor_body(0.5, 0.3));
+  world.add_body(testing::resting_cube(0, 0, 0.01));
+  std::vector<VelocityChange> changes;
+  RecordingWriter writer(file(), {}, kAtOnce);
+  for (int k = 0; k < 10; ++k) {
+    const AdvanceReport report = world.advance(1.0 / 64);
+    changes.insert(changes.end(), report.velocity_changes.begin(), report.velocity_changes.end());
+    writer.write(report, world);
+  }
+  writer.finish();
+  const std::vector<VelocityChange> read = RecordingReader(file()).velocity_changes();
+  ASSERT_EQ(read.size(), changes.size());
+  std::size_t contacts = 0;
+  for (std::size_t k = 0; k < read.size(); ++k) {
+    EXPECT_EQ(read[k].kind, changes[k].kind);
+    EXPECT_EQ(read[k].interval, changes[k].interval);
+    ASSERT_EQ(read[k].bodies.size(), changes[k].bodies.size());
+    for (std::size_t i = 0; i < read[k].bodies.size(); ++i) {
+      EXPECT_EQ(read[k].bodies[i].v_before_W, changes[k].bodies[i].v_before_W);
+      EXPECT_EQ(read[k].bodies[i].L_before_W, changes[k].bodies[i].L_before_W);
+      EXPECT_EQ(read[k].bodies[i].v_W, changes[k].bodies[i].v_W);
+      EXPECT_EQ(read[k].bodies[i].L_W, changes[k].bodies[i].L_W);
+    }
+    ASSERT_EQ(read[k].contacts.size(), changes[k].contacts.size());
+    contacts += read[k].contacts.size();
+    for (std::size_t i = 0; i < read[k].contacts.size(); ++i) {
+      EXPECT_EQ(read[k].contacts[i].p_W, changes[k].contacts[i].p_W);
+      EXPECT_EQ(read[k].contacts[i].impulse_W, changes[k].contacts[i].impulse_W);
+      EXPECT_EQ(read[k].contacts[i].target, changes[k].contacts[i].target);
+    }
+  }
+  EXPECT_GT(contacts, 0U);
+}
+
 }  // namespace
 }  // namespace dyop

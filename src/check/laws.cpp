@@ -1,0 +1,491 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "check/laws.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <optional>
+#include <set>
+
+#include "check/json.h"
+
+namespace dyop_check {
+namespace {
+
+constexpr std::size_t kMostFaults = 10;
+constexpr double kNoise = 1e-13;  // literal: relative, of the sums of a few rounded numbers
+constexpr double kSame = 1e-9;    // literal: unit vectors, coefficients
+
+// Velocity of the centre of mass, and angular momentum about it.
+struct Momentum {
+  Vec v;
+  Vec L;
+};
+
+Vec on_free_axes(const Vec& v, const std::array<bool, 3>& locked) {
+  return {locked[0] ? 0 : v.x, locked[1] ? 0 : v.y, locked[2] ? 0 : v.z};
+}
+
+Mat transpose(const Mat& R) {
+  const auto& m = R.m;
+  Mat T;
+  T.m = {m[0], m[3], m[6], m[1], m[4], m[7], m[2], m[5], m[8]};
+  return T;
+}
+
+// The x of A x = b, by Cramer's rule; zero if A is singular.
+Vec solve(const Mat& A, const Vec& b) {
+  const auto& m = A.m;
+  const Vec x{m[0], m[3], m[6]};
+  const Vec y{m[1], m[4], m[7]};
+  const Vec z{m[2], m[5], m[8]};
+  const double determinant = dot(x, cross(y, z));
+  if (determinant == 0) return {};
+  return (1 / determinant) * Vec{dot(b, cross(y, z)), dot(x, cross(b, z)), dot(x, cross(y, b))};
+}
+
+// A dynamic body at an orientation.
+class Inertia {
+ public:
+  Inertia(const RecordedBody& body, const Mat& R_WB) : body_(body) {
+    in_world_ = R_WB * body.inertia * transpose(R_WB);
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (!body.locked_rotation[k]) continue;
+      for (std::size_t i = 0; i < 3; ++i) in_world_.m[3 * k + i] = in_world_.m[3 * i + k] = 0;
+      in_world_.m[4 * k] = 1;
+    }
+  }
+  Vec turn(const Vec& L) const { return solve(in_world_, on_free_axes(L, body_.locked_rotation)); }
+  double energy(const Momentum& momentum) const {
+    return (body_.mass * dot(momentum.v, momentum.v) + dot(turn(momentum.L), momentum.L)) / 2;
+  }
+
+ private:
+  const RecordedBody& body_;
+  Mat in_world_;
+};
+
+// The momenta of a body on its recorded motion.
+Momentum momentum_at(const RecordedBody& body, const Segment& segment, double t) {
+  const Velocity velocity = segment.velocity(t);
+  const Mat R = segment.pose(t).R;
+  const Vec w = on_free_axes(velocity.w, body.locked_rotation);
+  return {velocity.v + cross(velocity.w, R * body.center_of_mass),
+          R * (body.inertia * transposed(R, w))};
+}
+
+double ratio(double part, double whole) {
+  return part > 0 ? part / whole : part == 0 ? 0 : std::numeric_limits<double>::infinity();
+}
+
+// Momenta that a change left a body with.
+struct Known {
+  double t = 0;
+  Momentum momentum;
+};
+
+// Flights.
+
+class FlightChecker {
+ public:
+  explicit FlightChecker(const Recording& recording) : recording_(recording) {
+    left_.resize(recording.bodies.size());
+    for (const Change& change : recording.changes) {
+      const bool is_move = change.kind == Change::Kind::Move;
+      for (const MomentumRow& row : change.momenta) {
+        if (!row.is_before)
+          left_[row.body].push_back({is_move ? change.begin : change.end, {row.v, row.L}});
+      }
+    }
+  }
+
+  FlightLaw run() {
+    for (std::uint32_t k = 0; k < recording_.bodies.size(); ++k) {
+      if (recording_.bodies[k].is_dynamic) check_body(k);
+    }
+    return law_;
+  }
+
+ private:
+  void check_body(std::uint32_t k) {
+    const RecordedBody& body = recording_.bodies[k];
+    std::size_t next = 0;  // of left_[k]
+    std::optional<Known> known;
+    for (std::size_t s = 0; s < body.segments.size(); ++s) {
+      const Segment& segment = body.segments[s];
+      const double end = s + 1 < body.segments.size() ? body.segments[s + 1].begin : recording_.end;
+      while (next < left_[k].size() && left_[k][next].t <= segment.begin) known = left_[k][next++];
+      if (segment.kind != Segment::Kind::Cubic || !(segment.begin < end)) continue;
+      ++law_.flights;
+      if (body.material(segment.begin).has_wrench) {
+        ++law_.with_wrench;
+        known.reset();
+        continue;
+      }
+      check_flight(k, segment, end, known);
+      known = Known{end, momentum_at(body, segment, end)};
+    }
+  }
+
+  void check_flight(std::uint32_t k, const Segment& segment, double end,
+                    const std::optional<Known>& before) {
+    const RecordedBody& body = recording_.bodies[k];
+    const double begin = segment.begin;
+    const double middle = begin + (end - begin) / 2;
+    const std::array<double, 3> times{begin, middle, end};
+    std::array<Momentum, 3> at;
+    for (std::size_t i = 0; i < 3; ++i) at[i] = momentum_at(body, segment, times[i]);
+    if (before && before->t == begin) compare(k, before->momentum, at[0], begin, begin);
+    compare(k, at[0], at[1], begin, middle);
+    compare(k, at[1], at[2], middle, end);
+  }
+
+  void compare(std::uint32_t k, const Momentum& x, const Momentum& y, double begin, double end) {
+    const RecordedBody& body = recording_.bodies[k];
+    const Vec fall = (end - begin) * recording_.rules_at(begin).gravity;
+    const Vec dv = on_free_axes(y.v - x.v - fall, body.locked_translation);
+    const Vec dL = on_free_axes(y.L - x.L, body.locked_rotation);
+    law_.linear.take(ratio(norm(dv), std::max({norm(x.v), norm(y.v), norm(fall)})), begin, k, k);
+    law_.angular.take(ratio(norm(dL), std::max({norm(x.L), norm(y.L), noise_of(body, x, fall)})),
+                      begin, k, k);
+  }
+
+  // Angular momentum that counts as none: where a body hardly turns, rounding is all there is.
+  static double noise_of(const RecordedBody& body, const Momentum& x, const Vec& fall) {
+    constexpr double kTurn = 1e-6;  // literal: of the linear momentum times the radius
+    return kTurn * body.mass * body.bounding_radius * (norm(x.v) + norm(fall));
+  }
+
+  const Recording& recording_;
+  FlightLaw law_;
+  std::vector<std::vector<Known>> left_;  // by body
+};
+
+// Contacts, joints and springs.
+
+class ContactChecker {
+ public:
+  explicit ContactChecker(const Recording& recording)
+      : recording_(recording), known_(recording.bodies.size()) {}
+
+  ContactLaw run() {
+    for (const Change& change : recording_.changes) check(change);
+    return law_;
+  }
+
+ private:
+  // A dynamic body in a change.
+  struct Member {
+    Momentum before;
+    Momentum after;
+    Vec center;
+    Inertia inertia;
+    // Sums of impulses, and of their sizes.
+    Vec impulse;
+    Vec angular;
+    double size = 0;
+    double angular_size = 0;
+  };
+  using Members = std::map<std::uint32_t, Member>;
+
+  void check(const Change& change) {
+    ++law_.changes;
+    Members members = members_of(change);
+    switch (change.kind) {
+      case Change::Kind::Stall:
+        ++law_.stalls;
+        return;
+      case Change::Kind::Set:
+        ++law_.settings;
+        return;
+      case Change::Kind::Sleep:
+        for (const auto& [k, member] : members)
+          law_.sleep.take(norm(member.before.v), change.end, k, k);
+        return;
+      default:
+        break;
+    }
+    add_forces(change, members);
+    for (const ContactRow& contact : change.contacts) add_contact(change, contact, members);
+    for (const LinkRow& link : change.links) add_link(change, link, members);
+    for (const auto& [k, member] : members) check_balance(change, k, member);
+    check_contacts_of(change, members);
+    if (change.kind == Change::Kind::Move) check_moves(change, members);
+  }
+
+  // Impulses of a move act at its start, the others at the end of their time.
+  static double time_of(const Change& change) {
+    return change.kind == Change::Kind::Move ? change.begin : change.end;
+  }
+
+  Members members_of(const Change& change) {
+    const double t = time_of(change);
+    std::map<std::uint32_t, Momentum> before;
+    Members members;
+    for (const MomentumRow& row : change.momenta) {
+      const RecordedBody& body = recording_.bodies[row.body];
+      if (!body.is_dynamic) throw_fault("a change of a body that is not dynamic");
+      if (row.is_before) {
+        before[row.body] = {row.v, row.L};
+        check_continuity(change, row);
+        continue;
+      }
+      Momentum start{row.v, row.L};
+      if (before.contains(row.body)) {
+        start = before[row.body];
+      } else if (known_[row.body]) {
+        start = known_[row.body]->momentum;
+      } else if (change.kind != Change::Kind::Set) {
+        throw_fault("a change of a body whose velocity before it is not known");
+      }
+      known_[row.body] = Known{t, {row.v, row.L}};
+      const Segment* segment = body.segment(t, change.kind != Change::Kind::Move);
+      if (segment == nullptr) continue;  // it is put elsewhere, or not there
+      const Pose X = segment->pose(t);
+      const double middle = change.begin + (change.end - change.begin) / 2;
+      const Mat R = change.kind == Change::Kind::Move ? segment->pose(middle).R : X.R;
+      members.insert(
+          {row.body,
+           Member{start, {row.v, row.L}, X * body.center_of_mass, Inertia(body, R), {}, {}, 0, 0}});
+    }
+    return members;
+  }
+
+  // A velocity before a change that is not the last one is that of a flight in between.
+  void check_continuity(const Change& change, const MomentumRow& row) {
+    const RecordedBody& body = recording_.bodies[row.body];
+    const double t = time_of(change);
+    const Segment* segment = body.segment(t, true);
+    const bool has_flown = segment != nullptr && segment->kind == Segment::Kind::Cubic &&
+                           (!known_[row.body] || known_[row.body]->t < t);
+    if (!has_flown) {
+      if (known_[row.body]) fault(change, row.body, row.body, "its velocity jumps");
+      return;
+    }
+    if (body.material(t).has_wrench) return;
+    const Momentum at = momentum_at(body, *segment, t);
+    const double speed = std::max(norm(row.v), norm(at.v));
+    law_.gap.take(ratio(norm(row.v - at.v), speed), t, row.body, row.body);
+  }
+
+  void add(Member& member, const Vec& impulse, const Vec& angular) {
+    member.impulse = member.impulse + impulse;
+    member.angular = member.angular + angular;
+    member.size += norm(impulse);
+    member.angular_size += norm(angular);
+  }
+
+  void add_forces(const Change& change, Members& members) {
+    std::set<std::uint32_t> has_wrench;
+    for (const WrenchRow& row : change.wrenches) {
+      const auto member = members.find(row.body);
+      if (member == members.end()) continue;
+      has_wrench.insert(row.body);
+      add(member->second, row.impulse, row.angular);
+    }
+    if (change.kind == Change::Kind::Impact) return;
+    const double half = (change.end - change.begin) / 2;
+    const Vec gravity = recording_.rules_at(change.begin).gravity;
+    for (auto& [k, member] : members) {
+      const RecordedBody& body = recording_.bodies[k];
+      if (has_wrench.contains(k)) continue;
+      if (body.material(change.begin).has_wrench)
+        fault(change, k, k, "nothing says what its own wrench did");
+      add(member, on_free_axes((half * body.mass) * gravity, body.locked_translation), {});
+    }
+  }
+
+  // The member of a body on which something acts; null if it is not dynamic.
+  Member* member_of(const Change& change, std::uint32_t k, Members& members) {
+    if (!recording_.bodies[k].is_dynamic) return nullptr;
+    const auto member = members.find(k);
+    if (member != members.end()) return &member->second;
+    fault(change, k, k, "an impulse acts on it, but its velocity does not change");
+    return nullptr;
+  }
+
+  void add_contact(const Change& change, const ContactRow& row, Members& members) {
+    ++law_.contacts;
+    if (std::abs(norm(row.n) - 1) > kSame)
+      fault(change, row.a, row.b, "a normal is no unit vector");
+    if (Member* a = member_of(change, row.a, members))
+      add(*a, -1.0 * row.impulse, cross(row.p - a->center, -1.0 * row.impulse));
+    if (Member* b = member_of(change, row.b, members))
+      add(*b, row.impulse, cross(row.p - b->center, row.impulse));
+  }
+
+  void add_link(const Change& change, const LinkRow& row, Members& members) {
+    ++law_.links;
+    if (Member* a = member_of(change, row.a, members)) add(*a, -1.0 * row.impulse, row.angular_a);
+    if (Member* b = member_of(change, row.b, members)) add(*b, row.impulse, row.angular_b);
+  }
+
+  void check_balance(const Change& change, std::uint32_t k, const Member& member) {
+    const RecordedBody& body = recording_.bodies[k];
+    const double t = time_of(change);
+    const Vec dp = body.mass * (member.after.v - member.before.v) - member.impulse;
+    const Vec dL = member.after.L - member.before.L - member.angular;
+    // Beside the impulses, the rounding of the momenta themselves and of the time gravity acts for.
+    const double fall = std::abs(t) * norm(recording_.rules_at(change.begin).gravity);
+    const double p_noise =
+        kNoise * body.mass * (norm(member.before.v) + norm(member.after.v) + fall);
+    const double L_noise = kNoise * (norm(member.before.L) + norm(member.after.L) +
+                                     member.size * (norm(member.center) + body.bounding_radius));
+    const double linear = norm(on_free_axes(dp, body.locked_translation)) - p_noise;
+    const double angular = norm(on_free_axes(dL, body.locked_rotation)) - L_noise;
+    law_.linear.take(linear <= 0 ? 0 : ratio(linear, member.size), t, k, k);
+    law_.angular.take(angular <= 0 ? 0 : ratio(angular, member.angular_size), t, k, k);
+  }
+
+  // Velocity of a body's point before and after a change; none if its motion is not known.
+  struct Rates {
+    Vec before;
+    Vec after;
+  };
+  std::optional<Rates> rates(const Change& change, std::uint32_t k, const Vec& p,
+                             const Members& members) const {
+    const auto member = members.find(k);
+    if (member != members.end()) {
+      const Vec arm = p - member->second.center;
+      const auto rate = [&](const Momentum& m) {
+        return m.v + cross(member->second.inertia.turn(m.L), arm);
+      };
+      return Rates{rate(member->second.before), rate(member->second.after)};
+    }
+    const RecordedBody& body = recording_.bodies[k];
+    const double t = time_of(change);
+    const Segment* segment = body.segment(t, change.kind == Change::Kind::End);
+    if (segment == nullptr) return std::nullopt;
+    // Prescribed: over a move the mean velocity.
+    Velocity velocity = segment->velocity(t);
+    const Pose X = segment->pose(t);
+    if (change.kind == Change::Kind::Move && segment->kind != Segment::Kind::Rest) {
+      const Pose Y = segment->pose(change.end);
+      const double tau = change.end - change.begin;
+      velocity = {(1 / tau) * (Y.p - X.p), (1 / tau) * rotation_vector(Y.R * transpose(X.R))};
+    }
+    const Vec v = velocity.v + cross(velocity.w, p - X.p);
+    return Rates{v, v};
+  }
+
+  void check_contacts_of(const Change& change, const Members& members) {
+    double largest = 0;
+    for (const ContactRow& row : change.contacts) largest = std::max(largest, norm(row.impulse));
+    double fastest = 0;
+    double energy = 0;
+    for (const auto& [k, member] : members) {
+      energy += member.inertia.energy(member.before);
+      fastest = std::max({fastest, norm(member.before.v), norm(member.after.v),
+                          ratio(member.size, recording_.bodies[k].mass)});
+    }
+    double work = 0;
+    bool has_all = true;
+    for (const ContactRow& row : change.contacts) {
+      check_cone(change, row, largest);
+      const auto a = rates(change, row.a, row.p, members);
+      const auto b = rates(change, row.b, row.p, members);
+      if (!a || !b) {
+        ++law_.without_law;
+        has_all = false;
+        continue;
+      }
+      const Rates rate{b->before - a->before, b->after - a->after};
+      work += dot(row.impulse, rate.before + rate.after) / 2;
+      check_signorini(change, row, rate, fastest, largest);
+    }
+    if (has_all && change.kind == Change::Kind::Impact) {
+      law_.energy.take(work <= 0 ? 0 : ratio(work, energy), change.end,
+                       change.contacts.empty() ? 0 : change.contacts.front().a,
+                       change.contacts.empty() ? 0 : change.contacts.front().b);
+    }
+  }
+
+  void check_cone(const Change& change, const ContactRow& row, double largest) {
+    const double normal = dot(row.impulse, row.n);
+    const double tangential = norm(row.impulse - normal * row.n);
+    const double t = time_of(change);
+    law_.cone.take(ratio(std::max(-normal, 0.0), largest), t, row.a, row.b);
+    if (std::isnan(row.friction)) {  // a function of the sliding velocity
+      ++law_.without_law;
+      return;
+    }
+    const double usual = std::sqrt(recording_.bodies[row.a].material(change.begin).friction *
+                                   recording_.bodies[row.b].material(change.begin).friction);
+    if (!(std::abs(row.friction - usual) <= kSame * usual))
+      fault(change, row.a, row.b, "its coefficient of friction is not that of the bodies");
+    const double outside = tangential - row.friction * std::max(normal, 0.0);
+    law_.cone.take(outside <= 0 ? 0 : ratio(outside, largest), t, row.a, row.b);
+  }
+
+  // Either the impulse is as good as none, or the contact has the velocity asked for.
+  void check_signorini(const Change& change, const ContactRow& row, const Rates& rate,
+                       double fastest, double largest) {
+    const double t = time_of(change);
+    const double after = dot(rate.after, row.n);
+    law_.complementarity.take(std::min(ratio(std::abs(after - row.target), fastest),
+                                       ratio(dot(row.impulse, row.n), largest)),
+                              t, row.a, row.b);
+    if (change.kind != Change::Kind::Impact || !(row.target > 0)) return;
+    const double e = std::min(recording_.bodies[row.a].material(change.begin).restitution,
+                              recording_.bodies[row.b].material(change.begin).restitution);
+    const double approach = -dot(rate.before, row.n);
+    const double more = row.target - e * std::max(approach, 0.0);
+    law_.restitution.take(more <= 0 ? 0 : ratio(more, std::abs(approach)), t, row.a, row.b);
+  }
+
+  // Bodies move along twists that may also recover gaps.
+  void check_moves(const Change& change, const Members& members) {
+    for (const auto& [k, member] : members) {
+      const RecordedBody& body = recording_.bodies[k];
+      const Segment* segment = body.segment(change.begin);
+      if (segment == nullptr) continue;
+      if (segment->begin > change.begin || segment->kind == Segment::Kind::Cubic)
+        fault(change, k, k, "its motion is not that of a substep");
+      const Momentum moved = momentum_at(body, *segment, change.begin);
+      const double tau = change.end - change.begin;
+      law_.recovery.take(tau * norm(moved.v - member.after.v), change.begin, k, k);
+    }
+  }
+
+  void throw_fault(const char* what) const { throw BadFile(what); }
+
+  void fault(const Change& change, std::uint32_t a, std::uint32_t b, const char* what) {
+    if (law_.fault_count++ >= std::int64_t(kMostFaults)) return;
+    std::string text = recording_.bodies[a].name;
+    if (b != a) text += " and " + recording_.bodies[b].name;
+    law_.faults.push_back(text + " at t = " + std::to_string(time_of(change)) + ": " + what);
+  }
+
+  const Recording& recording_;
+  ContactLaw law_;
+  std::vector<std::optional<Known>> known_;  // by body
+};
+
+// Residuals that count as rounding, or as what integrators and solvers leave.
+constexpr double kBalanced = 1e-9;       // literal: of the impulses
+constexpr double kFlightBalance = 1e-6;  // literal: of the momentum
+constexpr double kTurnBalance = 1e-4;    // literal: of the angular momentum, between two nodes
+constexpr double kInCone = 1e-6;         // literal: of the largest impulse
+
+}  // namespace
+
+bool FlightLaw::holds() const {
+  return linear.value <= kFlightBalance && angular.value <= kTurnBalance;
+}
+
+bool ContactLaw::holds() const {
+  return linear.value <= kBalanced && angular.value <= kBalanced && gap.value <= kFlightBalance &&
+         cone.value <= kInCone && restitution.value <= kInCone && energy.value <= kInCone &&
+         fault_count == 0;
+}
+
+FlightLaw check_flights(const Recording& recording) {
+  return FlightChecker(recording).run();
+}
+
+ContactLaw check_contacts(const Recording& recording) {
+  return ContactChecker(recording).run();
+}
+
+}  // namespace dyop_check
