@@ -92,7 +92,8 @@ class Engine {
 
 class DyopEngine : public Engine {
  public:
-  explicit DyopEngine(const Scene& scene, bool has_parts) : world_(options(has_parts)) {
+  explicit DyopEngine(const Scene& scene, bool has_parts)
+      : has_parts_(has_parts), world_(options(has_parts)) {
     BodyDefinition floor = floor_body(kFriction);
     floor.shape = std::make_shared<Box>(kFloorHalf);
     const BodyId ground = world_.add_body(floor);
@@ -136,6 +137,7 @@ class DyopEngine : public Engine {
     return result;
   }
   void print_parts(int steps) const override {
+    if (!has_parts_) return;
     const auto mean = [&](Scalar seconds) { return 1e3 * seconds / steps; };
     std::printf(
         "  pairs %.3f flight %.3f contacts %.3f solve %.3f ends %.3f proofs %.3f ms; at most %ld "
@@ -154,6 +156,7 @@ class DyopEngine : public Engine {
     options.measures_time = has_parts;
     return options;
   }
+  bool has_parts_;
   World world_;
   std::vector<BodyId> ids_;
   StepTimes times_;
@@ -703,7 +706,7 @@ Scalar processor_milliseconds() {
 Scalar torus_depth(const Solid& a, const RigidPose& X_WA, const Solid& b, const RigidPose& X_WB) {
   const Scalar half_turn = std::acos(Scalar{-1});
   const Scalar tube =
-      a.b * std::cos(half_turn / kAcross) - a.a * (1 - std::cos(half_turn / kAround));
+      a.b * std::cos(half_turn / kAcross) - (a.a + a.b) * (1 - std::cos(half_turn / kAround));
   const RigidPose X_AB = X_WA.inverse() * X_WB;
   Scalar depth = 0;
   for (const Vector3& p_B : mesh_of(b).vertices()) {

@@ -59,6 +59,30 @@ Vector2 clip(const Vector2& p, Scalar bound) {
   return length > bound ? Vector2(p * (std::max(bound, Scalar{0}) / length)) : p;
 }
 
+// Whether the normal and the tangents act on velocities one by one and the tangents alike, as where
+// the line of a contact goes through both centres of mass: spheres.
+bool is_uncoupled(const Matrix3& W) {
+  const Scalar noise = kContactMobilityNoise * W.trace();
+  const Scalar largest = std::max(
+      {std::abs(W(1, 0)), std::abs(W(2, 0)), std::abs(W(2, 1)), std::abs(W(1, 1) - W(2, 2))});
+  return largest <= noise;
+}
+
+// The closed form of solve_contact() for such a W and q[0] < 0.
+Vector3 solve_uncoupled(const Matrix3& W, const Vector3& q, Scalar friction, Scalar& slip) {
+  const Scalar normal = -q[0] / W(0, 0);
+  const Scalar bound = friction * normal;
+  const Scalar mobility = W(1, 1) + kContactMobilityNoise * W.trace();  // may be locked
+  const Scalar sliding = tangent_length(q);
+  if (sliding <= mobility * bound) {
+    slip = 0;
+    return {normal, -q[1] / mobility, -q[2] / mobility};
+  }
+  const Scalar shrink = bound / sliding;
+  slip = sliding / bound - mobility;
+  return {normal, -q[1] * shrink, -q[2] * shrink};
+}
+
 }  // namespace
 
 Vector3 solve_contact(const Matrix3& W, const Vector3& q, Scalar friction, Scalar& slip) {
@@ -66,6 +90,7 @@ Vector3 solve_contact(const Matrix3& W, const Vector3& q, Scalar friction, Scala
     slip = 0;
     return Vector3::Zero();
   }
+  if (friction > 0 && is_uncoupled(W)) return solve_uncoupled(W, q, friction, slip);
   const Scalar W_nn_inverse = 1 / W(0, 0);
   const Scalar normal = -q[0] * W_nn_inverse;
   if (friction == 0) return {normal, 0, 0};
