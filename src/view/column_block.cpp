@@ -44,6 +44,10 @@ void ColumnBlock::add(std::string_view name, std::span<const double> values) {
   add_planes(name, "f64", values);
 }
 
+void ColumnBlock::add(std::string_view name, std::span<const float> values) {
+  add_planes(name, "f32", values);
+}
+
 void ColumnBlock::add(std::string_view name, std::span<const std::uint32_t> values) {
   add_planes(name, "u32", values);
 }

@@ -19,6 +19,7 @@ class ColumnBlock {
  public:
   /// Adds a column. Names are unique.
   void add(std::string_view name, std::span<const double> values);
+  void add(std::string_view name, std::span<const float> values);
   void add(std::string_view name, std::span<const std::uint32_t> values);
   void add(std::string_view name, std::span<const std::uint16_t> values);
   void add(std::string_view name, std::span<const std::uint8_t> values);

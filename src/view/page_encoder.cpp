@@ -2,10 +2,12 @@
 #include "dyop/view/page_encoder.h"
 
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <map>
 
 #include "dyop/core/error.h"
+#include "geometry/shape_forms.h"
 #include "view/column_block.h"
 #include "view/deformation_columns.h"
 #include "view/motion_rows.h"
@@ -58,6 +60,27 @@ class RowColumns {
     std::vector<Vector3> values;
     for (const auto& row : rows_) values.push_back(get(row));
     block_.add(name_ + "." + column, std::span<const Vector3>(values));
+  }
+  // In single precision: for what is drawn, not computed with.
+  template <typename Get>
+  void rough_numbers(const char* column, Get get) {
+    std::vector<float> values;
+    for (const auto& row : rows_) values.push_back(float(get(row)));
+    block_.add(name_ + "." + column, std::span<const float>(values));
+  }
+  template <typename Get>
+  void rough_vectors(const char* column, Get get) {
+    std::vector<float> values;
+    for (Eigen::Index axis = 0; axis < 3; ++axis) {
+      for (const auto& row : rows_) values.push_back(float(get(row)[axis]));
+    }
+    block_.add(name_ + "." + column, std::span<const float>(values));
+  }
+  template <typename Get>
+  void bytes(const char* column, Get get) {
+    std::vector<std::uint8_t> values;
+    for (const auto& row : rows_) values.push_back(std::uint8_t(get(row)));
+    block_.add(name_ + "." + column, std::span<const std::uint8_t>(values));
   }
   template <typename Get>
   void bodies(const char* column, Get get) {
@@ -144,10 +167,17 @@ void add_gaps(ColumnBlock& block, const std::vector<PageGap>& gaps) {
   rows.bodies("b", [](const PageGap& g) { return g.b; });
   rows.numbers("lower", [](const PageGap& g) { return g.lower; });
   rows.numbers("upper", [](const PageGap& g) { return g.upper; });
-  rows.numbers("resting", [](const PageGap& g) { return g.is_resting; });
+  rows.bytes("resting", [](const PageGap& g) { return g.is_resting; });
+  rows.bytes("proof", [](const PageGap& g) { return g.proof ? 1 + int(*g.proof) : 0; });
   rows.vectors("pa", [](const PageGap& g) { return g.witness_W ? g.witness_W->first : kNoPoint; });
-  rows.vectors("pb", [](const PageGap& g) { return g.witness_W ? g.witness_W->second : kNoPoint; });
-  rows.vectors("pivot", [](const PageGap& g) { return g.pivot_W.value_or(kNoPoint); });
+  // From the point of A, so that single precision shows the narrowest gap.
+  rows.rough_vectors("pb", [](const PageGap& g) -> Vector3 {
+    return g.witness_W ? g.witness_W->second - g.witness_W->first : kNoPoint;
+  });
+  rows.rough_vectors("pivot", [](const PageGap& g) -> Vector3 {
+    const Vector3 origin = g.witness_W ? g.witness_W->first : Vector3(Vector3::Zero());
+    return g.pivot_W.value_or(kNoPoint) - origin;
+  });
 }
 
 void add_contacts(ColumnBlock& block, const std::vector<PageContact>& contacts) {
@@ -156,11 +186,18 @@ void add_contacts(ColumnBlock& block, const std::vector<PageContact>& contacts) 
   rows.numbers("end", [](const PageContact& c) { return c.interval.end; });
   rows.bodies("a", [](const PageContact& c) { return c.a; });
   rows.bodies("b", [](const PageContact& c) { return c.b; });
-  rows.numbers("resting", [](const PageContact& c) { return c.is_resting; });
-  rows.vectors("p", [](const PageContact& c) { return c.p_WC; });
-  rows.vectors("normal", [](const PageContact& c) { return c.nhat_AB_W; });
-  rows.vectors("impulse", [](const PageContact& c) { return c.impulse_W; });
-  rows.numbers("gap", [](const PageContact& c) { return c.gap; });
+  rows.bytes("resting", [](const PageContact& c) { return c.is_resting; });
+  rows.rough_vectors("p", [](const PageContact& c) { return c.p_WC; });
+  rows.rough_vectors("normal", [](const PageContact& c) { return c.nhat_AB_W; });
+  rows.rough_vectors("impulse", [](const PageContact& c) { return c.impulse_W; });
+  rows.rough_numbers("gap", [](const PageContact& c) { return c.gap; });
+}
+
+void add_touches(ColumnBlock& block, const std::vector<PageTouch>& touches) {
+  RowColumns rows(block, "touch", touches);
+  rows.numbers("t", [](const PageTouch& touch) { return touch.t; });
+  rows.bodies("a", [](const PageTouch& touch) { return touch.a; });
+  rows.bodies("b", [](const PageTouch& touch) { return touch.b; });
 }
 
 Json marks_json(const std::vector<PageMark>& marks) {
@@ -209,6 +246,15 @@ Json body_json(const PageBody& body, std::size_t shape) {
   return json;
 }
 
+// The form of a shape that a few numbers define, for the page's close-ups.
+Json form_json(const Shape& shape) {
+  for (const geometry_internal::ShapeForm& form : geometry_internal::shape_forms()) {
+    const std::vector<Scalar> values = form.read(shape);
+    if (!values.empty()) return {{"name", form.name}, {"values", values}};
+  }
+  return {};
+}
+
 Json charts_json(const std::vector<PageChart>& charts) {
   Json list = Json::array();
   for (const PageChart& chart : charts) {
@@ -245,6 +291,19 @@ const TriangleMesh& deforming_mesh(const PageScene& scene, const PageDeformation
   return *mesh;
 }
 
+void add_motions(ColumnBlock& block, const PageScene& scene, const PageSpan& span) {
+  view_internal::MotionRows motions(PageEncoder::kMotionTolerance);
+  for (const PageSegment& segment : span.segments) {
+    DYOP_REQUIRE(segment.body.slot < scene.bodies.size(), "the page has no body ", segment.body);
+    const PageBody& body = scene.bodies[segment.body.slot];
+    const Vector3 center =
+        body.mass_properties ? body.mass_properties->p_BoBcm : Vector3(Vector3::Zero());
+    motions.add({segment.body.slot, center, body.shape->bounding_radius()}, segment.interval,
+                segment.motion.get());
+  }
+  motions.add_to(block);
+}
+
 }  // namespace
 
 void append(PageSpan& whole, PageSpan part) {
@@ -259,6 +318,7 @@ void append(PageSpan& whole, PageSpan part) {
   move_to(whole.contacts, part.contacts);
   move_to(whole.marks, part.marks);
   move_to(whole.samples, part.samples);
+  move_to(whole.touches, part.touches);
 }
 
 PageEncoder::PageEncoder(PageScene scene) : scene_(std::move(scene)) {
@@ -277,10 +337,14 @@ std::string PageEncoder::head() const {
               {"gravity", vector_json(scene_.gravity_W)},
               {"begin", scene_.begin_time},
               {"end", scene_.end_time},
+              {"source", scene_.source},
               {"bodies", Json::array()},
               {"shapes", Json::array()}};
   if (Json links = links_json(scene_.scene_file); !links.empty()) {
     header["links"] = std::move(links);
+  }
+  if (scene_.verdict) {
+    header["check"] = {{"proven", scene_.verdict->is_proven}, {"words", scene_.verdict->words}};
   }
   const int fineness = scene_.bodies.size() < kManyBodies ? kFine : kCoarse;
   std::map<const Shape*, std::size_t> numbers;
@@ -289,6 +353,9 @@ std::string PageEncoder::head() const {
     if (is_new) {
       header["shapes"].push_back(add_surface(block, "shape" + std::to_string(entry->second),
                                              view_internal::surface_of(*body.shape, fineness)));
+      if (Json form = form_json(*body.shape); !form.empty()) {
+        header["shapes"].back()["form"] = std::move(form);
+      }
     }
     header["bodies"].push_back(body_json(body, entry->second));
   }
@@ -302,24 +369,29 @@ std::string PageEncoder::head() const {
   return block.bytes(std::move(header));
 }
 
-std::string PageEncoder::span(const PageSpan& span) const {
-  view_internal::MotionRows motions(kMotionTolerance);
-  for (const PageSegment& segment : span.segments) {
-    DYOP_REQUIRE(segment.body.slot < scene_.bodies.size(), "the page has no body ", segment.body);
-    const PageBody& body = scene_.bodies[segment.body.slot];
-    const Vector3 center =
-        body.mass_properties ? body.mass_properties->p_BoBcm : Vector3(Vector3::Zero());
-    motions.add({segment.body.slot, center, body.shape->bounding_radius()}, segment.interval,
-                segment.motion.get());
-  }
+std::string PageEncoder::chunk(const TimeInterval& time, const PageSpan& span) const {
   ColumnBlock block;
-  motions.add_to(block);
+  add_motions(block, scene_, span);
+  add_gaps(block, span.gaps);
+  add_contacts(block, span.contacts);
+  std::string bytes(1 + 2 * sizeof(double), 'D');
+  std::memcpy(&bytes[1], &time.begin, sizeof(double));
+  std::memcpy(&bytes[1 + sizeof(double)], &time.end, sizeof(double));
+  return bytes + block.bytes({{"block", "chunk"}});
+}
+
+std::string PageEncoder::span(const PageSpan& span) const {
+  ColumnBlock block;
+  add_motions(block, scene_, span);
+  add_touches(block, span.touches);
   add_steps(block, span);
   add_impacts(block, span.impacts);
   add_gaps(block, span.gaps);
   add_contacts(block, span.contacts);
   add_samples(block, span.samples, series_count(scene_.charts));
-  return block.bytes({{"block", "span"}, {"marks", marks_json(span.marks)}});
+  Json header{{"block", "span"}, {"marks", marks_json(span.marks)}};
+  if (span.ordinary_impulse > 0) header["ordinary_impulse"] = span.ordinary_impulse;
+  return block.bytes(std::move(header));
 }
 
 }  // namespace dyop

@@ -15,6 +15,7 @@ void add_pair(const PairRecord& pair, const TimeInterval& frame, PageSpan& span)
   // A pair without contacts may not have been measured.
   if (pair.gap_upper >= pair.gap_lower) gap.upper = pair.gap_upper;
   gap.is_resting = is_resting;
+  gap.proof = pair.proof;
   gap.pivot_W = pair.pivot_W;
   const auto nearest = std::ranges::min_element(
       pair.contacts, {}, [](const PairContact& contact) { return contact.point.gap; });
@@ -63,6 +64,27 @@ const char* undecided_words(AdvanceStatus status) {
       return nullptr;
   }
   return nullptr;
+}
+
+const char* ending_words(AdvanceStatus status, Scalar t, Scalar planned_end) {
+  switch (status) {
+    case AdvanceStatus::NotRun:
+      return "nothing was run";
+    case AdvanceStatus::Completed:
+      return t >= planned_end ? "it reached its planned end"
+                              : "it was ended before its planned end, with everything proven";
+    case AdvanceStatus::StoppedAtImpact:
+      return "it stops at impacts, as asked";
+    case AdvanceStatus::BudgetExhausted:
+      return "its budget or deadline was used up";
+    case AdvanceStatus::NumericalLimit:
+      return "rounding forbids the distances asked for";
+    case AdvanceStatus::Blocked:
+      return "bodies or friction left no way to go on";
+    case AdvanceStatus::Cancelled:
+      return "it was stopped by its user";
+  }
+  return "not known";
 }
 
 }  // namespace dyop::view_internal

@@ -23,4 +23,7 @@ void place_impact(ImpactEvent& event, const Shape& a, const RigidPose& X_WA, con
 /// The mark of an advance that did not reach its end, or null.
 const char* undecided_words(AdvanceStatus status);
 
+/// Why a run whose last advance had this status ended at time t, as a sentence.
+const char* ending_words(AdvanceStatus status, Scalar t, Scalar planned_end);
+
 }  // namespace dyop::view_internal

@@ -2,14 +2,19 @@
 #include "dyop/view/recorded_page.h"
 
 #include <algorithm>
+#include <future>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <set>
+#include <thread>
 #include <utility>
 
 #include "dyop/core/error.h"
 #include "dyop/distance/distance.h"
 #include "dyop/io/recording_reader.h"
+#include "dyop/motion/constant_twist_motion.h"
+#include "dyop/motion/rest_motion.h"
 #include "dyop/view/page_encoder.h"
 #include "dyop/view/page_file.h"
 #include "geometry/shape_forms.h"
@@ -27,6 +32,8 @@ using PairName = std::pair<std::uint32_t, std::uint32_t>;
 // Blocks are small enough to be shown one by one while a page loads; the first is smaller still.
 constexpr std::size_t kSegmentsOfBlock = 20000;
 constexpr std::size_t kSegmentsOfFirstBlock = 3000;
+constexpr double kOrdinary = 0.9;  // part of the impulses that are no larger than an ordinary one
+constexpr std::size_t kOutlines = 32;  // times at which a large run is known before it is read
 
 std::string words_of(const Shape& shape) {
   using geometry_internal::FormedShape;
@@ -57,9 +64,12 @@ Vector3 gravity_of(const RunHeader& header) {
   return {g[0].get<Scalar>(), g[1].get<Scalar>(), g[2].get<Scalar>()};
 }
 
-PageScene scene_of(const RecordingReader& reader) {
+PageScene scene_of(const RecordingReader& reader, const std::filesystem::path& file,
+                   const RecordedPageOptions& options) {
   PageScene scene;
   scene.title = reader.header().title;
+  scene.source = file.filename().string();
+  scene.verdict = options.verdict;
   scene.gravity_W = gravity_of(reader.header());
   scene.scene_file = reader.header().scene;
   scene.begin_time = reader.interval().begin;
@@ -112,39 +122,251 @@ PageMark mark_of(const RunEvent& event, const PageScene& scene, AdvanceStatus st
   throw InternalError("unknown kind of event");
 }
 
-// Reads a recording frame by frame and divides it into blocks.
-class RecordedPage {
+// Blocks in order, each encoded in a thread of its own, a few at a time.
+class BlockQueue {
  public:
-  RecordedPage(RecordingReader& reader, const RecordedPageOptions& options)
-      : reader_(reader), encoder_(scene_of(reader)), cursors_(reader.bodies().size()) {
-    choose_pairs(options);
+  template <typename Encode>
+  void add(Encode encode) {
+    blocks_.push_back(std::async(std::launch::async, std::move(encode)));
+    const auto threads = std::max<std::size_t>(1, std::thread::hardware_concurrency());
+    if (blocks_.size() > threads) blocks_[blocks_.size() - 1 - threads].wait();
   }
 
-  std::vector<std::string> blocks() {
-    std::vector<std::string> blocks{encoder_.head()};
-    std::size_t limit = kSegmentsOfFirstBlock;
-    for (std::size_t k = 0; k < reader_.frames().size(); ++k) {
-      add_frame(k);
-      if (span_.segments.size() + span_.contacts.size() < limit) continue;
-      blocks.push_back(encoder_.span(std::exchange(span_, {})));
-      limit = kSegmentsOfBlock;
-    }
-    add_end();
-    blocks.push_back(encoder_.span(span_));
-    return blocks;
+  std::vector<std::string> take() {
+    std::vector<std::string> result;
+    for (std::future<std::string>& block : blocks_) result.push_back(block.get());
+    return result;
   }
+
+ private:
+  std::vector<std::future<std::string>> blocks_;
+};
+
+// Poses of all bodies at a few times, and between them motions of constant twist.
+class Outlines {
+ public:
+  using Poses = std::vector<std::optional<RigidPose>>;
+
+  void add(Scalar t, Poses poses) {
+    if (!times_.empty() && !(t > times_.back())) return;
+    times_.push_back(t);
+    poses_.push_back(std::move(poses));
+  }
+
+  PageSpan span() const {
+    PageSpan span;
+    for (std::size_t k = 0; k + 1 < times_.size(); ++k) {
+      for (std::size_t slot = 0; slot < poses_[k].size(); ++slot) {
+        span.segments.push_back({BodyId(slot), {times_[k], times_[k + 1]}, between(k, slot)});
+      }
+    }
+    return span;
+  }
+
+ private:
+  std::shared_ptr<const Motion> between(std::size_t k, std::size_t slot) const {
+    const std::optional<RigidPose>& from = poses_[k][slot];
+    const std::optional<RigidPose>& to = poses_[k + 1][slot];
+    if (!from) return nullptr;
+    if (!to) return std::make_shared<RestMotion>(*from);
+    const Scalar dt = times_[k + 1] - times_[k];
+    const Twist twist{(to->translation() - from->translation()) / dt,
+                      rotation_vector(to->rotation() * from->rotation().transpose()) / dt};
+    return std::make_shared<ConstantTwistMotion>(*from, twist, times_[k]);
+  }
+
+  std::vector<Scalar> times_;
+  std::vector<Poses> poses_;
+};
+
+// Finds pairs that come into contact without an impact of their own.
+class TouchFinder {
+ public:
+  explicit TouchFinder(Scalar begin) : begin_(begin) {}
+
+  void add_impact(const ImpactEvent& event) { hits_[{event.a.slot, event.b.slot}] = event.t; }
+
+  // The pair is in contact over a frame that does not begin before those added so far.
+  void add_contact(const PairRecord& pair, const TimeInterval& frame, PageSpan& span) {
+    const bool is_start = !(frame.begin > begin_);
+    const PairName name{pair.a.slot, pair.b.slot};
+    const auto [entry, is_first] = last_.try_emplace(name);
+    const Scalar shortly = kTouchFrames * frame.length();
+    const bool is_apart =
+        is_first || (frame.begin - entry->second.end > shortly && !entry->second.is_resting);
+    const auto hit = hits_.find(name);
+    const bool has_hit = hit != hits_.end() && hit->second > frame.begin - shortly;
+    entry->second = {frame.end, pair.proof == ProofKind::AtRest};
+    if (is_apart && !has_hit && !is_start) span.touches.push_back({frame.end, pair.a, pair.b});
+  }
+
+ private:
+  static constexpr int kTouchFrames = 10;  // without contact, after which a pair touches anew
+
+  Scalar begin_;  // of the run; pairs in contact from then on do not touch anew
+  struct Last {
+    Scalar end = 0;
+    bool is_resting = false;
+  };
+  std::map<PairName, Scalar> hits_;
+  std::map<PairName, Last> last_;
+};
+
+// Reads a recording frame by frame and divides it into blocks. Of a large run, motions, gaps and
+// contacts go into chunks that the page reads one by one.
+class RecordedPage {
+ public:
+  RecordedPage(RecordingReader& reader, const std::filesystem::path& file,
+               const RecordedPageOptions& options)
+      : reader_(reader),
+        encoder_(scene_of(reader, file, options)),
+        touches_(reader.interval().begin),
+        cursors_(reader.bodies().size()) {
+    choose_pairs(options);
+    for (std::size_t slot = 0; slot < cursors_.size(); ++slot) {
+      rows_ += reader_.segment_count(BodyId(slot));
+    }
+    DYOP_REQUIRE(options.rows_of_chunk >= 1, "rows_of_chunk must be positive, not ",
+                 options.rows_of_chunk);
+    rows_of_chunk_ = std::size_t(options.rows_of_chunk);
+    is_large_ = rows_ > std::size_t(std::max<std::int64_t>(0, options.most_rows));
+  }
+
+  std::vector<std::string> blocks() { return is_large_ ? blocks_of_large() : blocks_of_ordinary(); }
 
  private:
   struct Cursor {
     std::size_t next = 0;
+    TimeInterval interval;
     std::shared_ptr<const Motion> motion;
   };
+
+  std::vector<std::string> blocks_of_ordinary() {
+    BlockQueue blocks;
+    blocks.add([this] { return encoder_.head(); });
+    const auto emit = [&] {
+      blocks.add([this, span = std::exchange(span_, {})] { return encoder_.span(span); });
+    };
+    std::size_t limit = kSegmentsOfFirstBlock;
+    for (std::size_t k = 0; k < reader_.frames().size(); ++k) {
+      add_frame(k);
+      if (span_.segments.size() + span_.contacts.size() < limit) continue;
+      emit();
+      limit = kSegmentsOfBlock;
+    }
+    add_end();
+    emit();
+    return blocks.take();
+  }
+
+  // After the head come outlines, then chunks, and last all else.
+  std::vector<std::string> blocks_of_large() {
+    BlockQueue blocks;
+    const std::size_t count = reader_.frames().size();
+    const std::size_t every = (count + kOutlines - 1) / kOutlines;
+    PageSpan whole;
+    Scalar begin = reader_.interval().begin;
+    for (std::size_t k = 0; k < count; ++k) {
+      const TimeInterval frame = reader_.frames()[k].interval;
+      add_frame(k);
+      if (k == 0) outlines_.add(frame.begin, first_poses());
+      if (k % every == 0 || k + 1 == count) outlines_.add(frame.end, poses_at(frame.end));
+      PageSpan chunk = take_chunk();
+      append(whole, std::exchange(span_, {}));
+      append(chunk_, std::move(chunk));
+      if (chunk_.segments.size() + chunk_.contacts.size() < rows_of_chunk_ && k + 1 < count) {
+        continue;
+      }
+      blocks.add(
+          [this, time = TimeInterval{begin, frame.end}, chunk_span = std::exchange(chunk_, {})] {
+            return encoder_.chunk(time, chunk_span);
+          });
+      begin = frame.end;
+      carry_over();
+    }
+    add_end();
+    append(whole, std::exchange(span_, {}));
+    std::vector<std::string> result{encoder_.head(), encoder_.span(outlines_.span())};
+    for (std::string& block : blocks.take()) result.push_back(std::move(block));
+    if (!impulses_.empty()) {
+      const auto place = impulses_.begin() + std::ptrdiff_t(kOrdinary * double(impulses_.size()));
+      std::nth_element(impulses_.begin(), place, impulses_.end());
+      whole.ordinary_impulse = *place;
+    }
+    result.push_back(encoder_.span(whole));
+    return result;
+  }
+
+  // What span_ holds of one frame and belongs into a chunk; gaps of the nearest pairs stay there too.
+  PageSpan take_chunk() {
+    PageSpan chunk;
+    chunk.segments = std::exchange(span_.segments, {});
+    chunk.contacts = std::exchange(span_.contacts, {});
+    chunk.gaps = span_.gaps;
+    std::erase_if(span_.gaps, [&](const PageGap& gap) {
+      return !measured_.contains({gap.a.slot, gap.b.slot});
+    });
+    for (const PageContact& contact : chunk.contacts) {
+      const Scalar size = contact.impulse_W.norm();
+      if (size > 0) impulses_.push_back(float(size));
+    }
+    last_gaps_ = chunk.gaps;
+    for (const PageGap& gap : chunk.gaps) {
+      const PairName name{gap.a.slot, gap.b.slot};
+      resting_.erase(name);
+      if (gap.is_resting) resting_[name].gap = gap;
+    }
+    for (const PageContact& contact : chunk.contacts) {
+      const auto found = resting_.find({contact.a.slot, contact.b.slot});
+      if (found != resting_.end()) found->second.contacts.push_back(contact);
+    }
+    return chunk;
+  }
+
+  // A chunk begins with where bodies are, what rests, and the gaps at its begin.
+  void carry_over() {
+    for (std::size_t slot = 0; slot < cursors_.size(); ++slot) {
+      const Cursor& cursor = cursors_[slot];
+      if (cursor.next == 0) continue;
+      chunk_.segments.push_back({BodyId(slot), cursor.interval, cursor.motion});
+    }
+    for (const auto& [name, pair] : resting_) {
+      chunk_.gaps.push_back(pair.gap);
+      chunk_.contacts.insert(chunk_.contacts.end(), pair.contacts.begin(), pair.contacts.end());
+    }
+    for (const PageGap& gap : last_gaps_) {
+      if (!gap.is_resting) chunk_.gaps.push_back(gap);
+    }
+    std::ranges::stable_sort(chunk_.gaps, {}, [](const PageGap& gap) { return gap.t; });
+    std::ranges::stable_sort(chunk_.contacts, {},
+                             [](const PageContact& contact) { return contact.interval.begin; });
+  }
+
+  Outlines::Poses first_poses() const {
+    Outlines::Poses poses(cursors_.size());
+    for (std::size_t slot = 0; slot < cursors_.size(); ++slot) {
+      if (reader_.segment_count(BodyId(slot)) == 0) continue;
+      const MotionSegment first = reader_.segment(BodyId(slot), 0);
+      if (first.motion) poses[slot] = first.motion->pose(first.interval.begin);
+    }
+    return poses;
+  }
+
+  Outlines::Poses poses_at(Scalar t) const {
+    Outlines::Poses poses(cursors_.size());
+    for (std::size_t slot = 0; slot < cursors_.size(); ++slot) {
+      const Cursor& cursor = cursors_[slot];
+      if (cursor.motion) poses[slot] = cursor.motion->pose(std::min(t, cursor.interval.end));
+    }
+    return poses;
+  }
 
   // The pairs with the smallest proven gaps, and how often they are measured.
   void choose_pairs(const RecordedPageOptions& options) {
     std::map<PairName, Scalar> least;
     for (std::size_t k = 0; k < reader_.frames().size(); ++k) {
       for (const PairRecord& pair : reader_.pairs(k)) {
+        rows_ += pair.contacts.size();
         const auto [entry, is_new] = least.try_emplace({pair.a.slot, pair.b.slot}, pair.gap_lower);
         if (!is_new) entry->second = std::min(entry->second, pair.gap_lower);
       }
@@ -181,6 +403,7 @@ class RecordedPage {
          ++next_impact_) {
       span_.impacts.push_back(impacts[next_impact_]);
       place(span_.impacts.back());
+      if (is_large_) touches_.add_impact(span_.impacts.back());
     }
     const auto events = reader_.events();
     for (; next_event_ < events.size() && events[next_event_].t <= recorded.interval.end;
@@ -206,6 +429,7 @@ class RecordedPage {
       MotionSegment segment = reader_.segment(id, cursor.next);
       if (segment.interval.begin >= t) break;
       cursor.motion = segment.motion;
+      cursor.interval = segment.interval;
       span_.segments.push_back({id, segment.interval, std::move(segment.motion)});
     }
   }
@@ -223,6 +447,7 @@ class RecordedPage {
     std::set<PairName> known;
     for (const PairRecord& pair : reader_.pairs(k)) {
       view_internal::add_pair(pair, frame, span_);
+      if (is_large_ && !pair.contacts.empty()) touches_.add_contact(pair, frame, span_);
       known.insert({pair.a.slot, pair.b.slot});
     }
     if (k % frames_of_sample_ != 0 && k + 1 != reader_.frames().size()) return;
@@ -250,16 +475,35 @@ class RecordedPage {
     if (!reader_.end()) {
       span_.marks.push_back({reader_.interval().end,
                              "end",
-                             "the recording ends here: the run goes "
-                             "on, or was killed",
+                             "the recording ends here: the run goes on, or was killed",
                              {}});
-    } else if (!reader_.end()->error.empty()) {
-      span_.marks.push_back({reader_.interval().end, "undecided", reader_.end()->error, {}});
+      return;
     }
+    const Scalar t = reader_.interval().end;
+    const std::string& error = reader_.end()->error;
+    if (!error.empty()) span_.marks.push_back({t, "undecided", error, {}});
+    const char* words =
+        view_internal::ending_words(reader_.end()->status, t, reader_.header().end_time);
+    span_.marks.push_back({t, "end", error.empty() ? words : error, {}});
   }
+
+  // The last record of a pair whose bodies both rest.
+  struct Resting {
+    PageGap gap;
+    std::vector<PageContact> contacts;
+  };
 
   RecordingReader& reader_;
   PageEncoder encoder_;
+  std::size_t rows_ = 0;  // segments and contacts of the whole run
+  std::size_t rows_of_chunk_ = 0;
+  bool is_large_ = false;
+  Outlines outlines_;
+  TouchFinder touches_;
+  std::map<PairName, Resting> resting_;
+  std::vector<PageGap> last_gaps_;
+  std::vector<float> impulses_;  // of all contacts
+  PageSpan chunk_;
   std::vector<Cursor> cursors_;
   std::map<PairName, DistanceCache> measured_;
   std::size_t frames_of_sample_ = 1;
@@ -271,6 +515,25 @@ class RecordedPage {
 
 }  // namespace
 
+std::string compared_page_html(const std::filesystem::path& first,
+                               const std::filesystem::path& second,
+                               const RecordedPageOptions& options) {
+  std::vector<std::string> blocks;
+  std::string title;
+  for (const std::filesystem::path& file : {first, second}) {
+#ifdef DYOP_HAS_TOOL_PAGE
+    DYOP_REQUIRE(!is_haptic_recording(file), "two runs are shown side by side if both are of a ",
+                 "World, and ", file.string(), " is that of a tool");
+#endif
+    RecordingReader reader(file);
+    for (std::string& block : RecordedPage(reader, file, options).blocks()) {
+      blocks.push_back(std::move(block));
+    }
+    if (title.empty()) title = reader.header().title;
+  }
+  return page_html(title.empty() ? first.filename().string() : title, blocks);
+}
+
 std::string recorded_page_html(const std::filesystem::path& recording,
                                const RecordedPageOptions& options) {
 #ifdef DYOP_HAS_TOOL_PAGE
@@ -280,7 +543,7 @@ std::string recorded_page_html(const std::filesystem::path& recording,
   }
 #endif
   RecordingReader reader(recording);
-  const std::vector<std::string> blocks = RecordedPage(reader, options).blocks();
+  const std::vector<std::string> blocks = RecordedPage(reader, recording, options).blocks();
   const std::string& title = reader.header().title;
   return page_html(title.empty() ? recording.filename().string() : title, blocks);
 }

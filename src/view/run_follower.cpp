@@ -82,6 +82,13 @@ PageSpan RunFollower::start(const World& world) {
   return span;
 }
 
+PageSpan RunFollower::ended(const World& world, AdvanceStatus status, Scalar planned_end) {
+  const Scalar t = world.time();
+  PageSpan span;
+  span.marks.push_back(mark_of(t, "end", view_internal::ending_words(status, t, planned_end), {}));
+  return span;
+}
+
 void RunFollower::add_segments(const AdvanceReport& report, PageSpan& span) {
   for (const CommittedStep& step : report.steps) {
     span.steps.push_back(step.interval);

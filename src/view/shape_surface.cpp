@@ -73,13 +73,36 @@ ShapeSurface surface_of_compound(const CompoundShape& compound, int fineness) {
   return all;
 }
 
-// Maps small differences of either sign to small numbers.
-std::uint16_t zigzag(std::int32_t difference) {
-  const auto d = std::int16_t(difference);  // modulo 2^16, which the page undoes
-  return std::uint16_t((std::uint16_t(d) << 1) ^ std::uint16_t(d >> 15));
+// Maps small differences of either sign, modulo 2^Bits, which the page undoes, to small numbers.
+template <int Bits>
+std::uint32_t zigzag(std::int32_t difference) {
+  constexpr std::int32_t kHalf = std::int32_t{1} << (Bits - 1);
+  std::int32_t d = difference;
+  if (d >= kHalf) d -= 2 * kHalf;
+  if (d < -kHalf) d += 2 * kHalf;
+  return d < 0 ? 2 * std::uint32_t(-(d + 1)) + 1 : 2 * std::uint32_t(d);
 }
 
-constexpr Scalar kLevels = 65535;
+template <int Bits, typename Number>
+AlignedBox add_levels(ColumnBlock& block, const std::string& name,
+                      std::span<const Vector3> vectors) {
+  constexpr Scalar kLevels = (1 << Bits) - 1;
+  AlignedBox box;
+  for (const Vector3& p : vectors) box.extend(p);
+  std::vector<Number> differences(3 * vectors.size());
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
+    const Scalar width = box.sizes()[axis];
+    std::int32_t last = 0;
+    for (std::size_t k = 0; k < vectors.size(); ++k) {
+      const Scalar part = width > 0 ? (vectors[k][axis] - box.min()[axis]) / width : 0;
+      const auto level = std::int32_t(std::lround(part * kLevels));
+      differences[std::size_t(axis) * vectors.size() + k] = Number(zigzag<Bits>(level - last));
+      last = level;
+    }
+  }
+  block.add(name, std::span<const Number>(differences));
+  return box;
+}
 
 }  // namespace
 
@@ -111,21 +134,7 @@ std::vector<std::int32_t> vertices_in_order(std::span<const TriangleIndices> tri
 
 AlignedBox add_rounded(ColumnBlock& block, const std::string& name,
                        std::span<const Vector3> vectors) {
-  AlignedBox box;
-  for (const Vector3& p : vectors) box.extend(p);
-  std::vector<std::uint16_t> differences(3 * vectors.size());
-  for (Eigen::Index axis = 0; axis < 3; ++axis) {
-    const Scalar width = box.sizes()[axis];
-    std::int32_t last = 0;
-    for (std::size_t k = 0; k < vectors.size(); ++k) {
-      const Scalar part = width > 0 ? (vectors[k][axis] - box.min()[axis]) / width : 0;
-      const auto level = std::int32_t(std::lround(part * kLevels));
-      differences[std::size_t(axis) * vectors.size() + k] = zigzag(level - last);
-      last = level;
-    }
-  }
-  block.add(name, std::span<const std::uint16_t>(differences));
-  return box;
+  return add_levels<16, std::uint16_t>(block, name, vectors);
 }
 
 nlohmann::json add_surface(ColumnBlock& block, const std::string& name,
@@ -149,7 +158,7 @@ nlohmann::json add_surface(ColumnBlock& block, const std::string& name,
       next += at == next ? 1 : 0;
     }
   }
-  const AlignedBox box = add_rounded(block, name + ".vertices", used);
+  const AlignedBox box = add_levels<24, std::uint32_t>(block, name + ".vertices", used);
   block.add(name + ".triangles", std::span<const std::uint32_t>(back));
   nlohmann::json json;
   json["vertices"] = used.size();

@@ -31,7 +31,7 @@ AlignedBox add_rounded(ColumnBlock& block, const std::string& name,
                        std::span<const Vector3> vectors);
 
 /// Adds columns <name>.vertices and <name>.triangles to a block and returns what the page needs to
-/// decode them: vertices in order of first use, rounded to 1/65535 of their box, as differences.
+/// decode them: vertices in order of first use, rounded to 2^-24 of their box, as differences.
 nlohmann::json add_surface(ColumnBlock& block, const std::string& name,
                            const ShapeSurface& surface);
 

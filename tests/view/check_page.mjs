@@ -125,7 +125,8 @@ async function checkImpacts(page) {
         const {meshes} = player.stage.shapes[run.bodies[number].shape];
         for (const mesh of meshes) {
           const place = [...mesh.userData.bodies.subarray(0, mesh.count)].indexOf(number);
-          if (place >= 0) return [...mesh.instanceMatrix.array.subarray(16 * place + 12, 16 * place + 15)];
+          const own = mesh.instanceMatrix.array.subarray(16 * place + 12, 16 * place + 15);
+          if (place >= 0) return mesh.position.toArray().map((x, k) => x + own[k]);
         }
         return undefined;
       };

@@ -57,6 +57,7 @@ std::vector<double> PageBlock::numbers(const std::string& column) const {
   const auto count = place.at("count").get<std::size_t>();
   const auto type = place.at("type").get<std::string>();
   if (type == "f64") return from_planes<double>(data, count);
+  if (type == "f32") return from_planes<float>(data, count);
   if (type == "u32") return from_planes<std::uint32_t>(data, count);
   if (type == "u16") return from_planes<std::uint16_t>(data, count);
   if (type == "u8") return from_planes<std::uint8_t>(data, count);

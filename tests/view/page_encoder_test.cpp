@@ -31,6 +31,8 @@ PageScene scene_with(const std::shared_ptr<const Shape>& shape) {
   return scene;
 }
 
+constexpr int kLevels = 1 << 24;
+
 struct Surface {
   std::vector<Vector3> vertices;
   std::vector<std::size_t> corners;
@@ -50,8 +52,8 @@ Surface surface_in(const PageBlock& block, std::size_t shape) {
     int level = 0;
     for (std::size_t k = 0; k < count; ++k) {
       const int coded = int(differences[axis * count + k]);
-      level = (level + (coded % 2 == 0 ? coded / 2 : -(coded + 1) / 2) + 65536) % 65536;
-      surface.vertices[k][Eigen::Index(axis)] = low + (high - low) * level / 65535;
+      level = (level + (coded % 2 == 0 ? coded / 2 : -(coded + 1) / 2) + kLevels) % kLevels;
+      surface.vertices[k][Eigen::Index(axis)] = low + (high - low) * level / (kLevels - 1);
     }
   }
   std::size_t next = 0;
@@ -79,7 +81,7 @@ TEST(PageEncoder, RoundsVerticesToTheirBox) {
     for (std::size_t k = 0; k < surface.corners.size(); ++k) {
       const auto vertex = std::size_t(triangles[k / 3][k % 3]);
       const Vector3 off = surface.vertices[surface.corners[k]] - vertices[vertex];
-      EXPECT_LE(off.cwiseAbs().maxCoeff(), 2 * size / 65535 * 0.51);
+      EXPECT_LE(off.cwiseAbs().maxCoeff(), 2 * size / (kLevels - 1) * 0.51 + 1e-15 * size);
     }
   }
 }

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "dyop/dynamics/advance_report.h"
+#include "dyop/dynamics/pair_record.h"
 #include "dyop/dynamics/rigid_body.h"
 
 namespace DYOP_EXPORT dyop {
@@ -39,6 +40,12 @@ struct PageChart {
   std::vector<std::string> series;
 };
 
+/// What a checker said of the recording that a page was made from.
+struct PageVerdict {
+  bool is_proven = false;
+  std::string words;  ///< its output
+};
+
 /// The scene that a page shows before anything moves.
 struct PageScene {
   std::string title;
@@ -52,6 +59,8 @@ struct PageScene {
   std::vector<PageDeformation> deformations = {};
   /// For a run that is not a World's: shown in place of energy, momentum and work.
   std::vector<PageChart> charts = {};
+  std::string source = {};  ///< name of the recording; may be empty
+  std::optional<PageVerdict> verdict = {};
 };
 
 /// The motion of one body over a span of time. A body stays where its last segment left it.
@@ -77,9 +86,10 @@ struct PageGap {
   Scalar t = 0;
   BodyId a;
   BodyId b;
-  Scalar lower = 0;          ///< proven
-  Scalar upper = kInfinity;  ///< infinite: not computed
-  bool is_resting = false;   ///< holds while both bodies stay where they are
+  Scalar lower = 0;                     ///< proven
+  Scalar upper = kInfinity;             ///< infinite: not computed
+  bool is_resting = false;              ///< holds while both bodies stay where they are
+  std::optional<ProofKind> proof = {};  ///< of the pair's distance over the step that ends at t
   std::optional<std::pair<Vector3, Vector3>> witness_W;  ///< points of A and B
   std::optional<Vector3> pivot_W;
 };
@@ -94,6 +104,13 @@ struct PageContact {
   Vector3 nhat_AB_W = Vector3::UnitX();
   Vector3 impulse_W = Vector3::Zero();  ///< on B
   Scalar gap = 0;
+};
+
+/// A pair comes into contact without an impact of its own.
+struct PageTouch {
+  Scalar t = 0;
+  BodyId a;
+  BodyId b;
 };
 
 /// The numbers of all charts at one time, chart by chart.
@@ -120,18 +137,22 @@ struct PageSpan {
   std::vector<PageContact> contacts;
   std::vector<PageMark> marks;
   std::vector<PageSample> samples;
+  /// For runs in chunks: what the page of an ordinary run finds from its contacts.
+  std::vector<PageTouch> touches;
+  Scalar ordinary_impulse = 0;  ///< nine of ten contacts have none larger; 0: not known
 };
 
 /// Adds `part`, which follows `whole` in time, to its end.
 void append(PageSpan& whole, PageSpan part);
 
 /// Turns a run into the blocks of bytes that the page reads (docs/player.md). A block is a zlib
-/// stream of columns. The first block holds the scene, every later block one span of time.
+/// stream of columns. The first block holds the scene, every later block one span of time or, after
+/// the letter D and its begin and end in double precision, a chunk.
 ///
 /// Motions keep their exact parameters in double precision if they are at rest, of constant twist,
 /// screws, or cubics (HermiteMotion), or made of these by SequenceMotion or ComposedMotion about
 /// the centre of mass. Any other motion becomes cubics that follow it to kMotionTolerance. Shapes
-/// are rounded to 1/65535 of their bounding box, for drawing only.
+/// are rounded to 2^-24 of their bounding box, and contacts to single precision, for drawing only.
 class PageEncoder {
  public:
   /// Of a motion that is stored as cubics: greatest error of position, as part of the sum of the
@@ -145,6 +166,10 @@ class PageEncoder {
   std::string head() const;
   /// @throws InvalidArgument for a body that the scene does not have.
   std::string span(const PageSpan& span) const;
+  /// The segments, gaps and contacts of one stretch of time, which the page reads when that time is
+  /// looked at, for runs too large to be held whole. It must say where every body is from its
+  /// begin on, and what rests; the page's spans then hold only outlines.
+  std::string chunk(const TimeInterval& time, const PageSpan& span) const;
 
  private:
   PageScene scene_;

@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "dyop/core/export.h"
+#include "dyop/view/page_encoder.h"
 
 namespace DYOP_EXPORT dyop {
 
@@ -14,6 +17,13 @@ struct RecordedPageOptions {
   int gap_pairs = 6;
   /// Largest number of times; each costs one distance query per pair.
   int gap_samples = 300;
+  /// With more segments and contacts than this, the page holds outlines of the run and reads the
+  /// rest when its time is looked at, so that it takes little memory.
+  std::int64_t most_rows = 300000;
+  /// How many of them the page then reads at a time, about; >= 1.
+  std::int64_t rows_of_chunk = 20000;
+  /// What a checker said of the recording, for the page to show; none: not asked.
+  std::optional<PageVerdict> verdict = {};
 };
 
 /// The page (page_html()) of a recorded run, of a World (docs/formats.md) or of a tool
@@ -22,6 +32,14 @@ struct RecordedPageOptions {
 /// @throws FileError if the recording cannot be read, InvalidArgument unless has_page() or if this
 ///         dyop was built without recordings.
 std::string recorded_page_html(const std::filesystem::path& recording,
+                               const RecordedPageOptions& options = {});
+
+/// One page of two recorded runs of Worlds, side by side: one clock, one camera, and how far
+/// bodies of the same name are apart.
+/// @throws FileError, InvalidArgument as recorded_page_html(), also InvalidArgument for the
+///         recording of a tool.
+std::string compared_page_html(const std::filesystem::path& first,
+                               const std::filesystem::path& second,
                                const RecordedPageOptions& options = {});
 
 }  // namespace dyop

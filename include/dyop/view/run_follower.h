@@ -24,6 +24,8 @@ class RunFollower {
   static PageSpan start(const World& world);
   /// The data of the last advance of `world`. To be called after each advance.
   PageSpan follow(const AdvanceReport& report, const World& world);
+  /// After the last advance, which had this status: why the run ended.
+  static PageSpan ended(const World& world, AdvanceStatus status, Scalar planned_end);
 
  private:
   void add_segments(const AdvanceReport& report, PageSpan& span);

@@ -10,6 +10,7 @@
 #include "cli/commands.h"
 #include "cli/interrupt.h"
 #include "cli/page/page_output.h"
+#include "cli/recording/recording_tools.h"
 #include "cli/scene_steps.h"
 #include "dyop/core/error.h"
 #include "dyop/io/scene_file.h"
@@ -29,6 +30,10 @@ constexpr const char* kViewExamples =
 
 Examples:
   dyop simulate scene.json -o run.h5 && dyop view run.h5 -o run.html
+  Two runs side by side, with one clock and one camera:
+    dyop view coarse.h5 fine.h5 -o both.html
+  With the verdict of dyop check on the page:
+    dyop view run.h5 --check -o run.html
   A run in the browser while it is computed; Ctrl-C ends it:
     dyop view --live scene.json -o run.html
   A film of it at a tenth of the speed, and pictures (with Chromium, without a window):
@@ -38,11 +43,13 @@ Examples:
 
 struct ViewArguments {
   std::string file;
+  std::string second_file;
   std::string out;
   std::vector<std::string> mesh_path;
   std::string frames;
   FrameOptions frame_options;
   bool is_live = false;
+  bool checks = false;
   bool ends_with_run = false;
   bool starts_paused = false;
   bool is_paced = false;
@@ -60,9 +67,14 @@ void tell(const ViewArguments& arguments, const char* key, const std::string& va
 }
 
 ExitCode view_recording(const ViewArguments& arguments) {
-  io_internal::require_other_than(arguments.out, {arguments.file});
-  io_internal::require_other_than(arguments.frames, {arguments.file});
-  const std::string page = recorded_page_html(arguments.file);
+  const fs::path second = arguments.second_file.empty() ? arguments.file : arguments.second_file;
+  io_internal::require_other_than(arguments.out, {arguments.file, second});
+  io_internal::require_other_than(arguments.frames, {arguments.file, second});
+  RecordedPageOptions options;
+  if (arguments.checks) options.verdict = verdict_on(arguments.file);
+  const std::string page = arguments.second_file.empty()
+                               ? recorded_page_html(arguments.file, options)
+                               : compared_page_html(arguments.file, arguments.second_file, options);
   if (!arguments.out.empty()) {
     write_page(arguments.out, page);
     tell(arguments, "page", arguments.out);
@@ -148,6 +160,7 @@ ExitCode view_live(const ViewArguments& arguments) {
   if (arguments.starts_paused) server.pause();
   tell(arguments, "address", server.address());
   const AdvanceStatus status = run_live(scene, world, server, speed, interrupt.token());
+  server.publish(RunFollower::ended(world, status, scene.end_time));
   server.finish();
   if (!arguments.out.empty()) {
     write_page(arguments.out, page_html(scene.title, server.blocks()));
@@ -169,6 +182,12 @@ ExitCode run_view(const ViewArguments& arguments) {
         "this dyop was built without its page: that needs npm packages, see "
         "docs/player.md");
   }
+  if (!arguments.second_file.empty() && (arguments.is_live || arguments.checks)) {
+    throw InvalidArgument("view shows two files side by side without --live and --check");
+  }
+  if (arguments.is_live && arguments.checks) {
+    throw InvalidArgument("view --check needs a recording, which --live has not");
+  }
   if (arguments.is_live) return view_live(arguments);
   if (arguments.out.empty() && arguments.frames.empty()) {
     throw InvalidArgument("view needs -o PAGE.html, --frames, or --live");
@@ -184,6 +203,10 @@ void add_view_command(CLI::App& app, ExitCode& exit_code) {
   command->footer(kViewExamples);
   command->add_option("FILE", arguments->file, "Recording, or with --live a scene file")
       ->required();
+  command->add_option("SECOND", arguments->second_file,
+                      "Another recording, to be shown beside the first");
+  command->add_flag("--check", arguments->checks,
+                    "Prove from the file that bodies kept apart, and show the verdict");
   command->add_option("-o,--out", arguments->out, "Page to write");
   command->add_flag("--live", arguments->is_live,
                     "Simulate FILE and serve its page meanwhile, on this machine only");

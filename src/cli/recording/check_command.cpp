@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <iostream>
+#include <sstream>
 
 #include "check/check.h"
 #include "cli/commands.h"
+#include "cli/recording/recording_tools.h"
 
 namespace dyop::cli {
 namespace {
@@ -17,6 +19,12 @@ Examples:
 )";
 
 }  // namespace
+
+PageVerdict verdict_on(const std::filesystem::path& file) {
+  std::ostringstream words;
+  const int code = dyop_check::check_file(file.string(), 1, words, words);
+  return {code == 0, file.filename().string() + ": " + words.str()};
+}
 
 void add_check_command(CLI::App& app, ExitCode& exit_code) {
   struct Arguments {

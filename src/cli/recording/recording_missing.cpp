@@ -18,6 +18,10 @@ std::unique_ptr<RunOutput> make_hdf5_output(const std::filesystem::path& file, c
   refuse(file);
 }
 
+PageVerdict verdict_on(const std::filesystem::path& file) {
+  refuse(file);
+}
+
 ExitCode print_recording(const std::filesystem::path& file, RecordingForm) {
   refuse(file);
 }

@@ -8,6 +8,7 @@
 #include "dyop/core/error.h"
 #include "dyop/core/types.h"
 #include "dyop/view/frame_pictures.h"
+#include "dyop/view/page_encoder.h"
 
 /// What needs HDF5: without it every function throws FileError, which names the package.
 namespace dyop::cli {
@@ -27,6 +28,9 @@ enum class RecordingForm { Words, Json, JsonLines };
 
 /// Prints what a recording holds: a summary in words or as JSON, or all of it as JSON lines.
 ExitCode print_recording(const std::filesystem::path& file, RecordingForm form);
+
+/// What dyop-check says of a recording.
+PageVerdict verdict_on(const std::filesystem::path& file);
 
 struct ExportArguments {
   std::string recording;

@@ -88,7 +88,7 @@ std::int64_t write_pictures(const fs::path& page, const fs::path& directory,
   for (std::int64_t k = 0; k < count; ++k) {
     // Times go through JSON, which keeps every digit.
     const std::string t = nlohmann::json(std::min(begin + Scalar(k) * step, end)).dump();
-    browser.evaluate("window.dyop.player.seek(" + t + "); window.dyop.draw(); null");
+    browser.evaluate("window.dyop.show(" + t + ").then(() => null)");
     const fs::path file = frame_file(directory, k);
     std::ofstream out(file, std::ios::binary);
     out << browser.picture();

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Reads the blocks of PageEncoder: a zlib stream of a JSON header and columns of numbers.
 
-const kTypes = {f64: Float64Array, u32: Uint32Array, u16: Uint16Array, u8: Uint8Array};
+const kTypes = {f64: Float64Array, f32: Float32Array, u32: Uint32Array, u16: Uint16Array, u8: Uint8Array};
 
 export function bytesFromBase64(text) {
   if (Uint8Array.fromBase64) return Uint8Array.fromBase64(text);
@@ -32,8 +32,20 @@ function columnOf(bytes, {type, at, count}) {
   return column;
 }
 
+const kChunk = 0x44;  // D, where a zlib stream has 0x78
+
+// A chunk of a large run, which is read when its time is looked at: D, the begin and the end of its
+// time, a zlib stream. Its bytes are left to the browser, which may keep them outside its memory.
+function chunkOf(bytes) {
+  const view = new DataView(bytes.buffer, bytes.byteOffset);
+  const rest = new Blob([bytes.subarray(17)]);
+  return {block: 'chunk', begin: view.getFloat64(1, true), end: view.getFloat64(9, true),
+          read: async () => readBlock(new Uint8Array(await rest.arrayBuffer()))};
+}
+
 // The header, with `columns` turned into typed arrays.
 export async function readBlock(compressed) {
+  if (compressed[0] === kChunk) return chunkOf(compressed);
   const bytes = await inflate(compressed);
   const length = new DataView(bytes.buffer).getUint32(0, true);
   const block = JSON.parse(new TextDecoder().decode(bytes.subarray(4, 4 + length)));
@@ -47,13 +59,14 @@ export async function readBlock(compressed) {
 // Vectors that are rounded to their box, as differences.
 export function readRounded(differences, {low, high}) {
   const count = differences.length / 3;
+  const most = differences instanceof Uint16Array ? 0xffff : 0xffffff;
   const vectors = new Float32Array(3 * count);
   for (let axis = 0; axis < 3; ++axis) {
-    const step = (high[axis] - low[axis]) / 65535;
+    const step = (high[axis] - low[axis]) / most;
     let level = 0;
     for (let k = 0; k < count; ++k) {
       const z = differences[axis * count + k];
-      level = (level + ((z >>> 1) ^ -(z & 1))) & 0xffff;
+      level = (level + ((z >>> 1) ^ -(z & 1))) & most;
       vectors[3 * k + axis] = low[axis] + step * level;
     }
   }

@@ -82,6 +82,7 @@ function actionsOf(player) {
       const panel = document.getElementById('panel');
       panel.hidden = !panel.hidden;
       player.onResize();
+      player.notify();
     }},
     theme: {keys: ['d'], words: 'Dark or light', act: () => player.setTheme(stage.theme === 'dark' ? 'light' : 'dark')},
     link: {keys: ['y'], words: 'Put time, camera and what is shown into the address, to be copied', act: () => writeLink(player)},
@@ -113,6 +114,7 @@ function writeLink(player) {
   const camera_text = numbers.map((x) => Number(x.toPrecision(6))).join(',');
   const {chosen, view, coloring, overlays} = player;
   const more = new URLSearchParams();
+  if (player.stage.camera.fov < 40) more.set('fov', String(Number(player.stage.camera.fov.toPrecision(6))));
   if (chosen.body) more.set('body', chosen.body.name);
   if (view) more.set('view', view);
   if (coloring !== 'body') more.set('color', coloring);
@@ -141,6 +143,8 @@ export function readLink(player) {
     player.stage.camera.position.fromArray(camera, 0);
     player.stage.controls.target.fromArray(camera, 3);
     player.stage.isFramed = false;
+    const fov = Number(link.get('fov') ?? 40);
+    player.stage.camera.fov = fov > 0 && fov <= 40 ? fov : 40;
     player.stage.controls.update();
   }
   readChoice(player, link);
@@ -177,6 +181,9 @@ function addButtons(player, actions) {
     button('impactBack', '⇤'), button('stepBack', '◂'), play, button('stepOn', '▸'),
     button('impactOn', '⇥'), speed, button('slow', 'Slow', () => player.slows),
     button('loop', '↻', () => player.loops));
+  // The panel itself has a button that closes it.
+  const panel = button('panel', 'Panel');
+  player.changed.add(() => (panel.hidden = !document.getElementById('panel').hidden));
   document.getElementById('tools').append(
     button('contacts', 'Contacts', () => player.overlays.show.contacts),
     button('witness', 'Nearest', () => player.overlays.show.witness),
@@ -188,7 +195,7 @@ function addButtons(player, actions) {
     button('isolate', 'Isolate', () => player.view === 'isolate'),
     button('color', 'Colour'), button('frame', 'Frame'), button('closeUp', 'Close up'),
     button('track', 'Track', () => player.tracks), button('theme', '◐'),
-    button('link', 'Link'), button('panel', 'Panel'), button('help', '?'));
+    button('link', 'Link'), panel, button('help', '?'));
 }
 
 // What is set once in a while: a cut, measuring, and files.

@@ -4,7 +4,8 @@
 import uPlot from 'uplot';
 import {element} from './element.js';
 import {saveChart} from './export.js';
-import {kQuantities, ownChart} from './own_charts.js';
+import {differenceCurve} from './compare.js';
+import {kQuantities, ownChart, ownChartOfLarge} from './own_charts.js';
 import {lastAtMost} from './run.js';
 
 const kHues = {light: ['#2563eb', '#d97706', '#2f9e44', '#9333ea', '#d6336c', '#0e7490'],
@@ -167,14 +168,22 @@ export class Curves {
   }
 
   add(key, body, other) {
-    this.own.unshift({key, body, other});
+    const one = {key, body, other};
+    this.own.unshift(one);
     this.stale = true;
     this.redraw();
+    if (!this.run.isLarge) return undefined;
+    one.chart = {title: 'Reading the whole run', data: [[]]};
+    return ownChartOfLarge(this.run, key, body, other).then((chart) => {
+      one.chart = chart;
+      this.stale = true;
+      this.redraw();
+    });
   }
 
   #ownCharts() {
     this.own.forEach((one, k) => {
-      const {title, data} = ownChart(this.run, one.key, one.body, one.other);
+      const {title, data} = one.chart ?? ownChart(this.run, one.key, one.body, one.other);
       const remove = element('button', {class: 'plain', 'aria-label': `Remove ${title}`, title: 'Remove', onclick: () => {
         this.own.splice(k, 1);
         this.stale = true;
@@ -183,7 +192,7 @@ export class Curves {
       if (data[0].length > 0) {
         this.#plot(title, [{label: kQuantities[one.key].words, stroke: this.hues[k % this.hues.length]}], data, {buttons: [remove]});
       } else {
-        this.host.append(element('div', {class: 'head'}, element('h2', {}, `${title}: not recorded`), remove));
+        this.host.append(element('div', {class: 'head'}, element('h2', {}, one.chart?.data[0].length === 0 && one.chart.data.length === 1 ? title : `${title}: not recorded`), remove));
       }
     });
   }
@@ -194,6 +203,11 @@ export class Curves {
     this.hues = kHues[document.documentElement.dataset.theme === 'dark' ? 'dark' : 'light'];
     this.host.replaceChildren(this.#form());
     this.#ownCharts();
+    if (this.other) {
+      this.#plot('Difference of the two runs, largest of all bodies', [
+        {label: 'distance', stroke: this.hues[0]}, {label: 'turn in radians', stroke: this.hues[1]},
+      ], this.difference ??= differenceCurve(this.run, this.other), {log: true});
+    }
     this.#gaps();
     this.#frames();
     this.#charts();

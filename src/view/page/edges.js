@@ -5,6 +5,7 @@
 import * as THREE from 'three';
 
 const kDark = 0.42;  // of the colour of the face
+const kFlat = 1e-4;  // height of a triangle, of its longest side: lower, its normal is noise
 
 // A number for each vertex that is the same for vertices at the same place.
 function weld(positions) {
@@ -16,8 +17,22 @@ function weld(positions) {
   });
 }
 
-// `faces` holds a normal for each triangle.
-export function edgeAttribute({positions, indices}, faces, sharpCosine) {
+// The corner of a triangle opposite to its longest side, if the triangle has hardly any area.
+function flatCorner({positions, indices}, first) {
+  const sides = [0, 1, 2].map((corner) => {
+    const [a, b] = [3 * indices[first + ((corner + 1) % 3)], 3 * indices[first + ((corner + 2) % 3)]];
+    return [0, 1, 2].map((axis) => positions[b + axis] - positions[a + axis]);
+  });
+  const lengths = sides.map((side) => Math.hypot(...side));
+  const longest = lengths.indexOf(Math.max(...lengths));
+  const [u, v] = [sides[longest], sides[(longest + 1) % 3]];
+  const area = Math.hypot(u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]);
+  return area <= kFlat * lengths[longest] ** 2 ? longest : undefined;
+}
+
+// `normals` holds one for each triangle. Where triangles have no area, that of the neighbour at the
+// longest side counts, so that no line is drawn through what is flat.
+export function edgeAttribute({positions, indices}, normals, sharpCosine) {
   const place = weld(positions);
   const count = place.length;
   const sides = new Map();
@@ -31,6 +46,13 @@ export function edgeAttribute({positions, indices}, faces, sharpCosine) {
     const list = sides.get(key);
     if (list) list.push(k);
     else sides.set(key, [k]);
+  }
+  const faces = normals.slice();
+  for (let first = 0; first < indices.length; first += 3) {
+    const corner = flatCorner({positions, indices}, first);
+    if (corner === undefined) continue;
+    const other = sides.get(keyOf(first + corner)).find((one) => one !== first + corner);
+    if (other !== undefined) faces.set(normals.subarray(other - (other % 3), other - (other % 3) + 3), first);
   }
   const isSharp = (k) => {
     const own = 3 * Math.floor(k / 3);

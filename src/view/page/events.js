@@ -3,6 +3,7 @@
 // is looked at. Also what was worst: the largest impulse, the nearest gap, the longest solve.
 import {element} from './element.js';
 import {shortNumber} from './curves.js';
+import {timeText} from './timeline.js';
 import {VirtualList} from './virtual_list.js';
 
 export const kKindNames = {impact: 'impacts', touch: 'first touches', asleep: 'falls asleep', woke: 'wakes',
@@ -148,11 +149,12 @@ export class EventList {
   }
 
   #row(event, place) {
+    const color = this.run.stateColor(event);
     const extra = event.size > 0 ? shortNumber(event.size) : '';
     const row = element('div', {class: 'row', role: 'option', id: `event-${place}`, 'aria-selected': String(place === this.now),
                                 onclick: () => this.#choose(event)},
-                        element('span', {class: 'when'}, String(Number(event.t.toPrecision(7)))),
-                        element('span', {class: `dot ${event.kind}`}),
+                        element('span', {class: 'when'}, timeText(event.t, this.run.end - this.run.begin)),
+                        element('span', {class: `dot ${event.kind}`, style: color && `background: ${color}`}),
                         element('span', {class: 'what', title: event.text}, event.text),
                         element('span', {class: 'dim', title: extra && 'largest impulse'}, extra));
     row.classList.toggle('now', place === this.now);

@@ -6,6 +6,7 @@ import {element} from './element.js';
 const kCells = 8;          // across what the camera frames
 const kMostCells = 40;     // to either side
 const kLeastBar = 70;      // pixels
+const kLeastCell = 4;      // pixels
 const kAxes = [['x', '#e03131'], ['y', '#2b8a3e'], ['z', '#1971c2']];
 const kAxisLength = 22;    // pixels
 const kBias = 3e-5;        // of the depth: so that lines on a floor are seen
@@ -133,14 +134,16 @@ export class Ground {
   }
 
   update() {
-    const {camera, canvas, distance} = this.stage;
+    const {camera, canvas, realDistance: distance} = this.stage;
     this.grid.visible = this.isShown;
     this.host.hidden = !this.isShown;
     if (!this.isShown) return;
     const perLength = canvas.clientHeight / (2 * distance * Math.tan((camera.fov * Math.PI) / 360));
     const length = roundLength(kLeastBar / perLength);
     this.bar.style.width = `${(length * perLength).toFixed(1)}px`;
-    this.words.textContent = `${lengthText(length)} · grid ${lengthText(this.cell ?? length)}`;
+    const cell = (this.cell ?? length) * perLength;
+    const isSeen = cell > kLeastCell && cell < canvas.clientWidth;
+    this.words.textContent = isSeen ? `${lengthText(length)} · grid ${lengthText(this.cell ?? length)}` : lengthText(length);
     const inverse = camera.quaternion.clone().invert();
     this.arms.map((arm, k) => {
       const axis = new THREE.Vector3().setComponent(k, 1).applyQuaternion(inverse);

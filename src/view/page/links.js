@@ -94,13 +94,13 @@ export class Links {
       .map(({a, b, pa, pb}) => [pointOf(this.run.state(a, t), pa), pointOf(this.run.state(b, t), pb)]);
   }
 
-  update(t, isShown, thickness) {
+  update(t, isShown, thickness, origin) {
     for (const marks of Object.values(this.layers).flatMap((layer) => Object.values(layer))) marks.clear();
     if (isShown) for (const link of this.#known()) this.#draw(link, t);
     for (const {rods, struts, balls} of Object.values(this.layers)) {
-      rods.commit(thickness);
-      struts.commit(0.5 * thickness);
-      balls.commit(2.6 * thickness);
+      rods.commit(thickness, origin);
+      struts.commit(0.5 * thickness, origin);
+      balls.commit(2.6 * thickness, origin);
     }
   }
 

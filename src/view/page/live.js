@@ -5,6 +5,7 @@ import {element} from './element.js';
 
 const kWait = 150;  // milliseconds between questions
 const kLargeAnswer = 1 << 20;  // bytes: the server sends the rest when asked again
+const kPaused = 'The run is paused';
 const kMostFailures = 5;  // of questions in a row; then the run has ended
 
 const sleep = (milliseconds) => new Promise((done) => setTimeout(done, milliseconds));
@@ -79,8 +80,12 @@ export function follow() {
     document.querySelector('#transport .buttons').append(latest, pause, stop, words);
     document.getElementById('busy').hidden = true;
     player.changed.add(() => {
-      words.textContent = {running: 'running', pausing: 'pausing', paused: 'paused', finished: 'finished',
+      words.textContent = {running: 'running', pausing: 'pausing', paused: 'paused', finished: player.run.ending ? `ended: ${player.run.ending}` : 'finished',
                            gone: 'the run has ended'}[status.state];
+      const busy = document.getElementById('busy');
+      const isPaused = status.state === 'paused' || status.state === 'pausing';
+      if (isPaused) busy.textContent = `${kPaused} at t = ${Number(player.run.end.toPrecision(6))}; Resume run goes on`;
+      if (isPaused || busy.textContent.startsWith(kPaused)) busy.hidden = !isPaused;
       pause.textContent = status.state === 'running' ? 'Pause run' : 'Resume run';
       pause.disabled = stop.disabled = status.state === 'finished' || status.state === 'gone';
       latest.setAttribute('aria-pressed', String(Boolean(player.follows)));

@@ -56,11 +56,13 @@ function startPlayer(run) {
   player.setTheme = (theme) => {
     document.documentElement.dataset.theme = theme;
     player.stage.setTheme(theme);
+    player.compare?.setTheme(theme);
     player.curves.stale = true;
     player.notify();
   };
   player.onResize = () => {
     player.stage.resize();
+    player.compare?.resize();
     player.curves.stale = true;
     player.redraw();
   };
@@ -73,6 +75,15 @@ function startPlayer(run) {
   return player;
 }
 
+// What the checker said of the recording; all of it under the pointer.
+function showBadge({proven, words}) {
+  const badge = byId('badge');
+  badge.hidden = false;
+  badge.className = proven ? 'proven' : 'unproven';
+  badge.title = words;
+  badge.textContent = proven ? `✓ proven by dyop-check: ${words.split(':')[0]}` : `✗ not proven by dyop-check: ${words.split(':')[0]}`;
+}
+
 // A run that is over quickly, or takes long, is played in some ten seconds.
 function pleasantSpeed(span) {
   const wanted = span / 10;
@@ -80,10 +91,16 @@ function pleasantSpeed(span) {
   return span >= 1 && span <= 60 ? 1 : speeds.find((s) => s >= wanted) ?? Math.round(wanted);
 }
 
+// A second block of a scene begins a second run.
 async function readAll(player, run, blocks) {
   let waiting;
+  let other;
   for await (const block of blocks) {
-    run.append(block);
+    if (block.block === 'scene') {
+      other = new Run(block);
+      continue;
+    }
+    (other ?? run).append(block);
     waiting ??= setTimeout(() => {
       waiting = undefined;
       player.grown();
@@ -91,6 +108,7 @@ async function readAll(player, run, blocks) {
   }
   clearTimeout(waiting);
   player.grown();
+  if (other) player.compareWith(other);
 }
 
 // What tests ask the page.
@@ -102,6 +120,7 @@ function hookFor(player, run) {
     states: (queries) => queries.map(([number, t]) => run.stateInto(run.bodies[number], t, newState())),
     project: (point) => player.stage.project(point),
     draw: () => player.draw(),
+    show: (t) => player.show(t),
   };
 }
 
@@ -128,6 +147,7 @@ async function main() {
   byId('title').textContent = run.title;
   const first = await blocks.next();
   if (!first.done) run.append(first.value);
+  if (run.check) showBadge(run.check);
   const player = startPlayer(run);
   player.speed = pleasantSpeed(run.plannedEnd - run.begin);
   player.stage.frame();

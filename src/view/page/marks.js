@@ -2,6 +2,8 @@
 // Lines, rods, balls and arrows that are drawn over the bodies.
 import * as THREE from 'three';
 
+// What is drawn stands relative to the place where the camera looks (Stage.origin), so that single
+// precision is enough also for a close-up far from the world's origin.
 export class Lines {
   constructor(scene, color, options = {}) {
     this.geometry = new THREE.BufferGeometry();
@@ -19,10 +21,12 @@ export class Lines {
   segment(a, b) {
     this.points.push(a[0], a[1], a[2], b[0], b[1], b[2]);
   }
-  commit() {
+  commit(origin) {
     this.lines.visible = this.points.length > 0;
     if (!this.lines.visible) return;
-    this.geometry.setAttribute('position', new THREE.Float32BufferAttribute(this.points, 3));
+    this.lines.position.copy(origin);
+    const parts = origin.toArray();
+    this.geometry.setAttribute('position', new THREE.Float32BufferAttribute(this.points.map((x, k) => x - parts[k % 3]), 3));
   }
 }
 
@@ -42,11 +46,13 @@ class Copies {
     this.room = 0;
   }
   // `put(k, matrix)` sets the matrix of each.
-  commit(count, put) {
+  commit(count, origin, put) {
     if (count > this.room) this.#grow(2 * count);
     if (!this.mesh) return;
+    this.mesh.position.copy(origin);
     for (let k = 0; k < count; ++k) {
       put(k);
+      matrix.setPosition(place.setFromMatrixPosition(matrix).sub(origin));
       this.mesh.setMatrixAt(k, matrix);
     }
     this.mesh.count = count;
@@ -83,8 +89,8 @@ export class Balls {
   add(point) {
     this.list.push(point);
   }
-  commit(radius) {
-    this.copies.commit(this.list.length, (k) =>
+  commit(radius, origin) {
+    this.copies.commit(this.list.length, origin, (k) =>
       matrix.compose(place.fromArray(this.list[k]), turn.identity(), scale.setScalar(radius)));
   }
 }
@@ -105,18 +111,18 @@ export class Arrows {
     if (length > 0) this.list.push({from, direction: vector.map((x) => x / length), length});
   }
   // `thickness` is the radius of the rods, in the world.
-  commit(thickness) {
+  commit(thickness, origin) {
     const tipOf = (length) => (this.tips ? Math.min(8 * thickness, 0.5 * length) : 0);
     const point = ({from, direction}) => {
       place.fromArray(from);
       turn.setFromUnitVectors(kAlong, along.fromArray(direction));
     };
-    this.rods.commit(this.list.length, (k) => {
+    this.rods.commit(this.list.length, origin, (k) => {
       const {length} = this.list[k];
       point(this.list[k]);
       matrix.compose(place, turn, scale.set(thickness, length - tipOf(length), thickness));
     });
-    this.tips?.commit(this.list.length, (k) => {
+    this.tips?.commit(this.list.length, origin, (k) => {
       const {length} = this.list[k];
       const tip = tipOf(length);
       point(this.list[k]);

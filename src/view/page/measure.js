@@ -51,8 +51,8 @@ export class Measure {
     this.balls.clear();
     for (const place of places) this.balls.add(place);
     if (places.length === 2) this.line.segment(...places);
-    this.line.commit();
-    this.balls.commit(kBallSize * this.stage.distance);
+    this.line.commit(this.stage.origin);
+    this.balls.commit(kBallSize * this.stage.distance, this.stage.origin);
   }
 
   // After the picture is drawn: words beside the line, or what to do.

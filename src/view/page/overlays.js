@@ -4,6 +4,7 @@
 import * as THREE from 'three';
 import {Links} from './links.js';
 import {Arrows, Lines} from './marks.js';
+import {Rounds} from './rounds.js';
 
 const kColors = {normal: 0x2f9e44, impulse: 0xd6336c, witness: 0x2563eb, pivot: 0xc2410c};
 const kTrailSamples = 160;
@@ -42,6 +43,7 @@ export class Overlays {
     this.show = {contacts: true, witness: true, joints: true, trails: false};
     const moving = this.run.movers;
     this.links = new Links(stage);
+    this.rounds = new Rounds(stage);
     this.bodyRadius = median(moving.map((body) => body.radius)) ?? Infinity;
     this.ordinary = new Map();
   }
@@ -49,8 +51,10 @@ export class Overlays {
   // An impulse as an arrow; one of ordinary size among its like is `length` long.
   #scaled(impulse, table, length) {
     let known = this.ordinary.get(table);
-    if (known?.count !== table.rows.length) {
-      known = {count: table.rows.length, size: ordinary(table.rows)};
+    if (known?.count !== table.rows.length || this.run.blocks !== this.blocks) {
+      this.blocks = this.run.blocks;
+      const isOfChunks = table === this.run.contacts && this.run.isLarge;
+      known = {count: table.rows.length, size: isOfChunks ? this.run.ordinaryImpulse ?? 1 : ordinary(table.rows)};
       this.ordinary.set(table, known);
     }
     const size = Math.hypot(...impulse);
@@ -60,16 +64,17 @@ export class Overlays {
 
   // `impacts` are those to be seen at t.
   update(t, impacts, chosen) {
-    const {distance} = this.stage;
+    const {distance, origin} = this.stage;
     for (const layer of [this.normals, this.impulses, this.witness, this.trails]) layer.clear();
     if (this.show.contacts) this.#contacts(t, impacts, distance);
     this.#nearest(t, impacts);
+    this.rounds.update(this.shown, t);
     this.pivot.scale.setScalar(kPivotSize * distance);
     if (this.show.trails) this.#trails(t, chosen);
-    this.links.update(t, this.show.joints, kThickness * distance);
-    this.normals.commit(0.6 * kThickness * distance);
-    this.impulses.commit(kThickness * distance);
-    for (const lines of [this.witness, this.trails]) lines.commit();
+    this.links.update(t, this.show.joints, kThickness * distance, origin);
+    this.normals.commit(0.6 * kThickness * distance, origin);
+    this.impulses.commit(kThickness * distance, origin);
+    for (const lines of [this.witness, this.trails]) lines.commit(origin);
   }
 
   // Colour, words and sign of each kind of mark that is seen now.

@@ -13,15 +13,15 @@ export const kQuantities = {
   speed: {words: 'speed', get: (run, body, t) => Math.hypot(...run.state(body, t).v)},
   spin: {words: 'angular speed', get: (run, body, t) => Math.hypot(...run.state(body, t).w)},
   energy: {words: 'energy of its speed', get: (run, body, t) => ((body.mass ?? 0) / 2) * Math.hypot(...run.state(body, t).v) ** 2},
-  force: {words: 'contact force', rows: (run, body) => forces(run, body)},
+  force: {words: 'contact force', rows: (run, body) => forces(run, body, run.contacts.rows)},
   gap: {words: 'gap to', rows: (run, a, b) => gaps(run, a, b), isOfPair: true},
 };
 
-// The sum of impulses on a body in a frame, divided by its length.
-function forces(run, {number}) {
+// The sum of impulses on a body in a frame, divided by its length; `contacts` are all that are known.
+function forces(run, {number}, contacts) {
   const sums = new Map(run.frames.rows.map(({end}) => [end, [0, 0, 0]]));
   const lengths = new Map(run.frames.rows.map(({begin, end}) => [end, end - begin]));
-  for (const {a, b, end, impulse} of run.contacts.rows) {
+  for (const {a, b, end, impulse} of contacts) {
     if (a !== number && b !== number) continue;
     const sum = sums.get(end);
     if (sum) impulse.forEach((x, k) => (sum[k] += b === number ? x : -x));
@@ -34,15 +34,46 @@ function gaps(run, a, b) {
   return (pair?.gaps ?? []).map(({t, lower, upper}) => [t, Number.isFinite(upper) ? upper : lower]);
 }
 
+function titleOf(key, body, other) {
+  const {words, isOfPair} = kQuantities[key];
+  return isOfPair ? `${body.name}: ${words} ${other.name}` : `${body.name}: ${words}`;
+}
+
+function sampleTimes(run) {
+  const count = Math.min(kMostSamples, Math.max(2, 4 * run.steps.rows.length));
+  return Array.from({length: count}, (_, k) => run.begin + ((run.end - run.begin) * k) / (count - 1));
+}
+
 // Title and columns [t, value] of a chart of the user's; `other` is for pairs.
 export function ownChart(run, key, body, other) {
-  const {words, get, rows, isOfPair} = kQuantities[key];
-  const title = isOfPair ? `${body.name}: ${words} ${other.name}` : `${body.name}: ${words}`;
+  const {get, rows} = kQuantities[key];
+  const title = titleOf(key, body, other);
   if (rows) {
     const found = rows(run, body, other);
     return {title, data: [found.map(([t]) => t), found.map(([, value]) => value)]};
   }
-  const count = Math.min(kMostSamples, Math.max(2, 4 * run.steps.rows.length));
-  const times = Array.from({length: count}, (_, k) => run.begin + ((run.end - run.begin) * k) / (count - 1));
+  const times = sampleTimes(run);
   return {title, data: [times, times.map((t) => (run.isPresent(body, t) ? get(run, body, t) : null))]};
+}
+
+// The same of a large run, whose chunks are read one after another.
+export async function ownChartOfLarge(run, key, body, other) {
+  const {get} = kQuantities[key];
+  const found = new Map();
+  const contacts = [];
+  const times = sampleTimes(run);
+  const isOwn = ({a, b}) => a === body.number || b === body.number;
+  await run.visitAll((begin, end, store) => {
+    if (key === 'force') {
+      contacts.push(...store.contacts.rows.filter((row) => row.begin >= begin && isOwn(row)));
+    } else if (key === 'gap') {
+      for (const [t, value] of gaps(store, body, other)) found.set(t, value);
+    } else {
+      for (const t of times) {
+        if (t >= begin && t <= end) found.set(t, run.isPresent(body, t) ? get(run, body, t) : null);
+      }
+    }
+  });
+  const rows = key === 'force' ? forces(run, body, contacts) : [...found].sort(([s], [t]) => s - t);
+  return {title: titleOf(key, body, other), data: [rows.map(([t]) => t), rows.map(([, value]) => value)]};
 }

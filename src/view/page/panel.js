@@ -31,6 +31,10 @@ function rows(list) {
 const kMostNeighbours = 6;
 const kKindWords = {dynamic: 'moved by forces', kinematic: 'on a given motion', static: 'fixed'};
 
+// How the distance of a pair over the last step was proven, as ProofKind + 1.
+const kProofWords = ['', 'their bounds leave room', 'a time-of-impact query', 'neither body moved',
+                     'not proven: it began nearer than its target'];
+
 export class Panel {
   // `act` has seek(t), chooseBody(body), chooseImpact(k), and what bodies.js asks for.
   constructor(run, act) {
@@ -50,8 +54,9 @@ export class Panel {
   #neighbours({number: own}, t) {
     return this.run.gapsAt(t).filter(({a, b}) => a === own || b === own)
       .sort((x, y) => Math.min(x.upper, x.lower) - Math.min(y.upper, y.lower)).slice(0, kMostNeighbours)
-      .map(({a, b, lower, upper}, k) => [k === 0 ? 'Gap to' : '',
-        `${this.name(a === own ? b : a)}: ${Number.isFinite(upper) ? `${number(upper)}, proven ` : 'at least '}${number(lower)}`]);
+      .map(({a, b, lower, upper, proof}, k) => [k === 0 ? 'Gap to' : '',
+        `${this.name(a === own ? b : a)}: ${Number.isFinite(upper) ? `${number(upper)}, proven ` : 'at least '}${number(lower)}` +
+        (kProofWords[proof] ? ` (${kProofWords[proof]})` : '')]);
   }
 
   #body(body, t) {
@@ -139,14 +144,25 @@ export class Panel {
     ];
   }
 
+  // How the run ended, once it is shown, and what was proven of its file.
+  #ending(t) {
+    const {ending, check, ownEnd} = this.run;
+    return [
+      ...(ending && t >= ownEnd ? [element('h2', {}, 'Why it ended'), element('p', {id: 'why-ended'}, ending)] : []),
+      ...(check ? [element('h2', {}, 'Checked from the file alone'), element('pre', {class: 'words'}, check.words)] : []),
+    ];
+  }
+
   #frame(t, shown) {
     return [
       ...(this.run.charts.length > 0 ? this.#sample(t) : this.#step(t)),
+      ...this.#ending(t),
       element('h2', {}, 'Nearest pair'),
       shown ? rows([
         ['Bodies', `${this.name(shown.a)} – ${this.name(shown.b)}`],
         ['Gap', number(shown.upper)],
         ['Proven', `at least ${number(shown.lower)}`],
+        kProofWords[shown.proof] && ['Proven by', kProofWords[shown.proof]],
         Number.isFinite(shown.pivot?.[0]) && ['Pivot', vector(shown.pivot)],
       ]) : element('p', {class: 'dim'}, 'No pair is near.'),
     ];

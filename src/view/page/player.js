@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Time, what is chosen and what is shown; draws when something has changed.
 import {Vector3} from 'three';
+import {Compare} from './compare.js';
 import {Curves, shortNumber} from './curves.js';
 import {Measure} from './measure.js';
 import {Overlays} from './overlays.js';
@@ -15,6 +16,8 @@ const kSlowest = 0.05;   // part of the speed, at an impact in slow motion
 const kSlowReach = 0.25;  // seconds of playing before and after an impact that are slowed down
 const kStill = 250;  // milliseconds without a new time, after which a picture stands still
 const kUntilSaid = 700;  // milliseconds
+const kUntilReading = 150;  // milliseconds
+const kReading = 'Reading this time';
 const kFlash = 0.35;  // seconds for which an impact is seen while the run plays
 
 export class Player {
@@ -58,6 +61,7 @@ export class Player {
     this.legend = byId('legend');
     this.stamp = byId('stamp');
     this.spoken = byId('spoken');
+    this.busy = byId('busy');
     this.stage.onChange = () => this.redraw();
     this.changed = new Set();
     this.topSpeed = 0;
@@ -165,6 +169,7 @@ export class Player {
 
   #advance(seconds, now) {
     const before = this.t;
+    if (this.isWaiting) return;
     this.t += seconds * this.speed * this.slowness();
     if (this.t >= this.run.end) {
       if (this.loops) this.t = this.run.begin;
@@ -200,16 +205,55 @@ export class Player {
     if (this.isDirty) this.draw(now);
   }
 
+  // Shows another run beside this one.
+  compareWith(other) {
+    this.compare = new Compare(this, other);
+    this.curves.other = other;
+    this.run.end = other.end = Math.max(this.run.end, other.end);
+    this.compare.setTheme(this.stage.theme);
+    this.onResize();
+    this.stage.frame();
+    this.notify();
+  }
+
+  // Whether the time shown has been read. If not, the picture waits, and so does a run that plays.
+  #isRead() {
+    const parts = [this.run, this.compare?.run].map((run) => run?.lookAt(this.t)).filter(Boolean);
+    const reading = parts.length > 0 ? Promise.all(parts) : undefined;
+    this.isWaiting = Boolean(reading);
+    clearTimeout(this.saysReading);
+    if (!reading) {
+      if (this.busy.textContent === kReading) this.busy.hidden = true;
+      return true;
+    }
+    this.saysReading = setTimeout(() => {
+      this.busy.textContent = kReading;
+      this.busy.hidden = false;
+    }, kUntilReading);
+    reading.then(() => this.redraw());
+    return false;
+  }
+
+  // Draws time t, once it has been read.
+  async show(t) {
+    this.seek(t);
+    await Promise.all([this.run.lookAt(this.t), this.compare?.run.lookAt(this.t)]);
+    this.draw();
+  }
+
   draw(now = performance.now()) {
+    if (!this.#isRead()) return;
     this.isDirty = false;
-    this.#paint();
+    this.paint(this.run, this.stage);
     this.#track();
     this.stage.place(this.t);
     const impacts = this.#impactsNow(now);
     this.overlays.update(this.t, impacts, this.chosen.body);
     this.measure.update(this.t);
     this.stage.select(this.chosen.body, this.t);
-    this.stage.render(this.#isStill(now));
+    const isStill = this.#isStill(now);
+    this.stage.render(isStill);
+    this.compare?.draw(this.t, isStill, shortNumber);
     this.#showLabel();
     this.measure.write(this.t);
     this.#showLegend();
@@ -267,10 +311,9 @@ export class Player {
     this.notify();
   }
 
-  #paint() {
-    const {colors, theme} = this.stage;
-    const islands = this.coloring === 'island' ? this.run.islandsAt(this.t) : undefined;
-    for (const body of this.run.bodies) {
+  paint(run, {colors, theme}) {
+    const islands = this.coloring === 'island' ? run.islandsAt(this.t) : undefined;
+    for (const body of run.bodies) {
       const color = bodyColor(body, theme, colors[body.number]);
       if (this.ownColors.has(body.number)) {
         color.set(this.ownColors.get(body.number));
@@ -280,12 +323,12 @@ export class Player {
         if (this.coloring !== 'speed' || body.kind === 'static') continue;
       }
       if (this.coloring === 'speed') {
-        const {v} = this.run.state(body, this.t);
+        const {v} = run.state(body, this.t);
         const speed = Math.hypot(...v);
         this.topSpeed = Math.max(this.topSpeed, speed);
         heat(this.topSpeed > 0 ? Math.sqrt(speed / this.topSpeed) : 0, color);
       } else if (this.coloring === 'sleep') {
-        color.set(this.run.isAsleep(body, this.t) ? 0x5b6b85 : 0xf2a03c);
+        color.set(run.isAsleep(body, this.t) ? 0x5b6b85 : 0xf2a03c);
       } else if (this.coloring === 'island') {
         color.setHSL((islands[body.number] * 0.618034) % 1, 0.5,
                      0.45 + 0.12 * (islands[body.number] % 2) * (kIslandHues / 12));
@@ -301,7 +344,8 @@ export class Player {
       sleep: [['#f2a03c', 'awake'], ['#5b6b85', 'asleep']],
       island: [[undefined, 'a colour for each island of bodies in contact']],
     }[this.coloring];
-    const entries = [...colors, ...(this.hidesLegend ? [] : this.overlays.legend())];
+    const states = this.hidesLegend ? [] : this.run.stateNames.map((text) => [this.run.stateColor({text}), text]);
+    const entries = [...colors, ...states, ...(this.hidesLegend ? [] : this.overlays.legend())];
     const key = JSON.stringify(entries);
     if (this.legendKey === key) return;
     this.legendKey = key;

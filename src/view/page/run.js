@@ -43,6 +43,8 @@ function lastRow(rows, key, t) {
   return low > 0 ? rows[low - 1] : undefined;
 }
 
+// Of states that last until the next one, in order of their first appearance.
+const kStateColors = ['#8a94a6', '#2f9e44', '#d97706', '#d6336c', '#7c3aed', '#0e7490', '#a16207', '#4d7c0f'];
 const kTouchFrames = 10;  // without contact, after which a pair touches anew
 const kRest = kKinds.indexOf('rest');
 const kAbsent = kKinds.indexOf('absent');
@@ -80,15 +82,101 @@ class Table {
   }
 }
 
+// The motions of all bodies over a span of time, and what was near what in it.
+class Store {
+  constructor(bodyCount) {
+    this.tracks = Array.from({length: bodyCount}, () => ({
+      begins: new Column(Float64Array),
+      ends: new Column(Float64Array),
+      kinds: new Column(Uint8Array),
+      parts: new Column(Uint32Array),
+      rows: new Column(Uint32Array),
+    }));
+    this.parts = [];  // columns of one kind from one block
+    this.gaps = new Table('t', ['pa', 'pb', 'pivot']);
+    this.contacts = new Table('begin', ['p', 'normal', 'impulse']);
+    this.pairs = new Map();  // by name: gaps, and contacts in groups of one begin
+    this.end = -Infinity;
+  }
+
+  append(columns) {
+    this.#appendSegments(columns);
+    const gaps = this.gaps.rows.slice(this.gaps.append(columns, 'gap'));
+    for (const gap of gaps) {
+      // Recorded as offsets from the point of A, so that they are exact where it counts.
+      if (Number.isFinite(gap.pa[0])) {
+        for (const name of ['pb', 'pivot']) gap[name].forEach((x, k) => (gap[name][k] = gap.pa[k] + x));
+      }
+      this.#pair(gap).gaps.push(gap);
+    }
+    const contacts = this.contacts.rows.slice(this.contacts.append(columns, 'contact'));
+    return contacts.map((contact) => this.#addContact(contact)).filter(Boolean);
+  }
+
+  #appendSegments(columns) {
+    const found = [];
+    kKinds.forEach((kind, number) => {
+      const own = {};
+      for (const [name, column] of Object.entries(columns)) {
+        if (name.startsWith(`${kind}.`)) own[name.slice(kind.length + 1)] = column;
+      }
+      if (!own.body || own.body.length === 0) return;
+      const part = this.parts.push(own) - 1;
+      for (let row = 0; row < own.body.length; ++row) {
+        found.push({body: own.body[row], begin: own.begin[row], end: own.end[row], number, part, row});
+      }
+    });
+    found.sort((a, b) => a.begin - b.begin);
+    for (const {body, begin, end, number, part, row} of found) {
+      const track = this.tracks[body];
+      track.begins.push(begin);
+      track.ends.push(end);
+      track.kinds.push(number);
+      track.parts.push(part);
+      track.rows.push(row);
+      this.end = Math.max(this.end, end);
+    }
+  }
+
+  #pair(row) {
+    const name = `${row.a}-${row.b}`;
+    let pair = this.pairs.get(name);
+    if (!pair) this.pairs.set(name, (pair = {a: row.a, b: row.b, gaps: [], contacts: []}));
+    return pair;
+  }
+
+  // Returns the first contact of a group, with the group of the pair before it.
+  #addContact(contact) {
+    const pair = this.#pair(contact);
+    const last = pair.contacts.at(-1);
+    if (last?.begin === contact.begin) {
+      last.rows.push(contact);
+      return undefined;
+    }
+    pair.contacts.push({begin: contact.begin, end: contact.end, rows: [contact]});
+    return {contact, last};
+  }
+
+  segmentAt(body, t) {
+    const {begins} = this.tracks[body.number];
+    return begins.length === 0 ? -1 : Math.max(0, lastAtMost(begins.values, begins.length, t));
+  }
+}
+
+const kKeptChunks = 4;
+
 export class Run {
   constructor(head) {
     this.title = head.title;
+    this.source = head.source;  // the name of its file
+    this.check = head.check;    // what dyop-check said of it, if it was asked
     this.gravity = head.gravity;
     this.links = head.links ?? {};  // joints, springs and locked axes, as in the scene file
     this.begin = head.begin;
     this.end = head.begin;
     this.plannedEnd = head.end;
     this.blocks = 1;  // read so far, the head among them
+    this.shapes = head.shapes;  // as the block of the scene describes them
     this.surfaces = head.shapes.map((_, number) => readSurface(head, number));
     this.deformations = (head.deformations ?? []).map((_, number) => readDeformation(head, number));
     for (const {body} of this.deformations) this.surfaces[head.bodies[body].shape].deforms = true;
@@ -98,11 +186,6 @@ export class Run {
       ...body,
       number,
       center: body.center ?? [0, 0, 0],
-      begins: new Column(Float64Array),
-      ends: new Column(Float64Array),
-      kinds: new Column(Uint8Array),
-      parts: new Column(Uint32Array),
-      rows: new Column(Uint32Array),
       sleep: [],  // {t, asleep}, in order of time
       state: newState(),
       stateTime: NaN,
@@ -116,28 +199,57 @@ export class Run {
     for (const body of this.bodies) {
       body.isGround = body.kind === 'static' && !body.color && body.radius > 4 * ordinary;
     }
-    this.parts = [];  // columns of one kind from one block
+    // All of an ordinary run. Of a large one its outlines: bodies at a few times, the nearest pairs;
+    // the whole is in chunks, which are read when their time is looked at.
+    this.base = new Store(this.bodies.length);
+    this.chunks = [];  // {begin, end, bytes, store}, in order of time
     this.steps = new Table('end', []);
     this.frames = new Table('end', ['momentum', 'angular_momentum']);
     this.impacts = new Table('t', ['pa', 'pb', 'normal']);
     this.hits = new Table('impact', ['pa', 'pb', 'normal', 'impulse']);
-    this.gaps = new Table('t', ['pa', 'pb', 'pivot']);
     this.marks = [];
     this.states = [];  // {t, text, number}: what the loop of a haptic run reports, until the next one
     this.stateNames = [];
     this.roughFrames = [];  // whose contact solves ended above their tolerance
     this.touches = [];  // {t, a, b}: a pair comes into contact without an impact of its own
-    this.contacts = new Table('begin', ['p', 'normal', 'impulse']);
-    this.pairs = new Map();  // by name: gaps, and contacts in groups of one begin
+  }
+
+  // Why the run ended, in words; undefined while it goes on.
+  get ending() {
+    return this.marks.findLast(({kind}) => kind === 'end')?.text;
+  }
+
+  // When it ended itself; `end` may be that of a longer run beside it.
+  get ownEnd() {
+    return Math.max(this.base.end, ...this.chunks.slice(-1).map(({end}) => end), this.begin);
+  }
+
+  get isLarge() {
+    return this.chunks.length > 0;
+  }
+  get pairs() {
+    return this.base.pairs;
+  }
+  get gaps() {
+    return this.base.gaps;
+  }
+  get contacts() {
+    return this.base.contacts;
   }
 
   append(block) {
     this.blocks += 1;
-    this.#appendSegments(block.columns);
+    if (block.block === 'chunk') {
+      this.chunks.push(block);
+      this.end = Math.max(this.end, block.end);
+      return;
+    }
+    // Frames and impacts first: they say which contacts are new touches.
     this.steps.append(block.columns, 'step');
     const firstFrame = this.frames.append(block.columns, 'frame');
     for (const frame of this.frames.rows.slice(firstFrame)) if (frame.unconverged > 0) this.roughFrames.push(frame);
     this.samples.append(block.columns, 'sample');
+    this.ordinaryImpulse = block.ordinary_impulse;
     const firstImpact = this.impacts.append(block.columns, 'impact');
     for (let k = firstImpact; k < this.impacts.rows.length; ++k) this.impacts.rows[k].number = k;
     const firstHit = this.hits.append(block.columns, 'hit');
@@ -146,8 +258,10 @@ export class Run {
       const impact = this.impacts.rows[firstImpact + hit.impact];
       (impact.hits ??= []).push(hit);
     }
-    this.#appendGaps(block.columns);
-    this.#appendContacts(block.columns);
+    for (const row of this.#tableOf(block.columns, 'touch')) this.touches.push(row);
+    for (const group of this.base.append(block.columns)) this.#addTouch(group);
+    this.end = Math.max(this.end, this.base.end);
+    for (const body of this.bodies) body.stateTime = NaN;
     for (const mark of block.marks) {
       this.marks.push(mark);
       if (this.charts.length > 0 && (mark.kind === 'status' || mark.kind === 'stalled')) this.#addState(mark);
@@ -160,34 +274,10 @@ export class Run {
     }
   }
 
-  #appendSegments(columns) {
-    kKinds.forEach((kind, number) => {
-      const own = {};
-      for (const [name, column] of Object.entries(columns)) {
-        if (name.startsWith(`${kind}.`)) own[name.slice(kind.length + 1)] = column;
-      }
-      if (!own.body || own.body.length === 0) return;
-      const part = this.parts.push(own) - 1;
-      for (let row = 0; row < own.body.length; ++row) {
-        const body = this.bodies[own.body[row]];
-        body.pending ??= [];
-        body.pending.push({begin: own.begin[row], end: own.end[row], number, part, row});
-      }
-    });
-    for (const body of this.bodies) {
-      if (!body.pending) continue;
-      body.pending.sort((a, b) => a.begin - b.begin);
-      for (const segment of body.pending) {
-        body.begins.push(segment.begin);
-        body.ends.push(segment.end);
-        body.kinds.push(segment.number);
-        body.parts.push(segment.part);
-        body.rows.push(segment.row);
-        this.end = Math.max(this.end, segment.end);
-      }
-      body.pending = undefined;
-      body.stateTime = NaN;
-    }
+  #tableOf(columns, name) {
+    const table = new Table('t', []);
+    table.append(columns, name);
+    return table.rows;
   }
 
   #addState({t, text}) {
@@ -195,39 +285,89 @@ export class Run {
     this.states.push({t, text, number: this.stateNames.indexOf(text)});
   }
 
+  // Of a mark that begins a state; undefined for others.
+  stateColor({text}) {
+    const number = this.stateNames.indexOf(text);
+    return number < 0 ? undefined : kStateColors[number % kStateColors.length];
+  }
+
   // The state at time t; undefined if the run has none.
   statusAt(t) {
     return lastRow(this.states, 't', t);
   }
 
-  #pair(row) {
-    const name = `${row.a}-${row.b}`;
-    let pair = this.pairs.get(name);
-    if (!pair) this.pairs.set(name, (pair = {a: row.a, b: row.b, gaps: [], contacts: []}));
-    return pair;
+  // A pair comes into contact without an impact of its own.
+  #addTouch({contact, last}) {
+    const apart = last ? contact.begin - last.end : Infinity;
+    const shortly = kTouchFrames * (contact.end - contact.begin);
+    const hasHit = this.impacts.rows.slice(this.impacts.at(contact.begin - shortly) + 1)
+      .some(({a, b}) => a === contact.a && b === contact.b);
+    const isNew = apart > shortly && !last?.rows[0].resting && !hasHit;
+    if (isNew && contact.begin > this.begin) this.touches.push({t: contact.end, a: contact.a, b: contact.b});
   }
 
-  #appendGaps(columns) {
-    const first = this.gaps.append(columns, 'gap');
-    for (const gap of this.gaps.rows.slice(first)) this.#pair(gap).gaps.push(gap);
+  // The chunk of time t; undefined if the run has none.
+  #chunkAt(t) {
+    let low = 0;
+    for (let high = this.chunks.length; low + 1 < high;) {
+      const middle = (low + high) >>> 1;
+      if (this.chunks[middle].begin <= t) low = middle;
+      else high = middle;
+    }
+    return this.chunks[low];
   }
 
-  #appendContacts(columns) {
-    const first = this.contacts.append(columns, 'contact');
-    for (const contact of this.contacts.rows.slice(first)) {
-      const pair = this.#pair(contact);
-      const last = pair.contacts.at(-1);
-      if (last?.begin === contact.begin) {
-        last.rows.push(contact);
-        continue;
-      }
-      pair.contacts.push({begin: contact.begin, end: contact.end, rows: [contact]});
-      const apart = last ? contact.begin - last.end : Infinity;
-      const shortly = kTouchFrames * (contact.end - contact.begin);
-      const hasHit = this.impacts.rows.slice(this.impacts.at(contact.begin - shortly) + 1)
-        .some(({a, b}) => a === contact.a && b === contact.b);
-      const isNew = apart > shortly && !last?.rows[0].resting && !hasHit;
-      if (isNew && contact.begin > this.begin) this.touches.push({t: contact.end, a: contact.a, b: contact.b});
+  // What is known in detail at time t: all, or what the chunk that is looked at says.
+  #storeAt(t) {
+    const {chunk} = this;
+    return chunk && t >= chunk.begin && t <= chunk.end ? chunk.store : this.base;
+  }
+
+  // Makes time t the one that is looked at. Undefined if that is done at once, else a promise.
+  lookAt(t) {
+    const wanted = this.#chunkAt(t);
+    if (!wanted) return undefined;
+    this.#read(this.chunks[this.chunks.indexOf(wanted) + 1]);  // will be wanted next
+    if (wanted.store) {
+      this.#show(wanted);
+      return undefined;
+    }
+    return this.#read(wanted).then(() => this.#show(wanted));
+  }
+
+  #show(chunk) {
+    if (this.chunk === chunk) return;
+    this.chunk = chunk;
+    for (const body of this.bodies) body.stateTime = NaN;
+    this.kept = [chunk, ...(this.kept ?? []).filter((one) => one !== chunk)];
+    const next = this.chunks[this.chunks.indexOf(chunk) + 1];
+    this.kept.length = Math.min(this.kept.length, kKeptChunks);
+    const isKept = (one) => one === next || this.kept.includes(one);
+    for (const old of this.chunks) if (old.reading && !isKept(old)) old.store = old.reading = undefined;
+  }
+
+  #read(chunk) {
+    if (!chunk) return undefined;
+    chunk.reading ??= chunk.read().then((block) => {
+      const store = new Store(this.bodies.length);
+      store.append(block.columns);
+      return (chunk.store = store);
+    });
+    return chunk.reading;
+  }
+
+  // Calls visit(begin, end) for every chunk in turn, while all of its time is known in detail.
+  async visitAll(visit) {
+    for (const chunk of this.chunks) {
+      const isKept = chunk.reading !== undefined;
+      chunk.store = await this.#read(chunk);
+      const shown = this.chunk;
+      this.chunk = chunk;
+      for (const body of this.bodies) body.stateTime = NaN;
+      visit(chunk.begin, chunk.end, chunk.store);
+      this.chunk = shown;
+      for (const body of this.bodies) body.stateTime = NaN;
+      if (!isKept) chunk.store = chunk.reading = undefined;
     }
   }
 
@@ -235,25 +375,23 @@ export class Run {
   // time of an impact its velocity is that after it. The object belongs to the run.
   state(body, t) {
     if (body.stateTime === t) return body.state;
-    const k = this.#segmentAt(body, t);
-    if (k < 0 || body.kinds.values[k] === kAbsent) return body.state;
-    const end = body.ends.values[k];
-    const inside = Math.min(Math.max(t, body.begins.values[k]), end);
-    evaluate(body.kinds.values[k], this.parts[body.parts.values[k]], body.rows.values[k], inside,
+    const store = this.#storeAt(t);
+    const track = store.tracks[body.number];
+    const k = store.segmentAt(body, t);
+    if (k < 0 || track.kinds.values[k] === kAbsent) return body.state;
+    const end = track.ends.values[k];
+    const inside = Math.min(Math.max(t, track.begins.values[k]), end);
+    evaluate(track.kinds.values[k], store.parts[track.parts.values[k]], track.rows.values[k], inside,
              body.center, body.state);
     if (t > end) body.state.v.fill(0), body.state.w.fill(0);
     body.stateTime = t;
     return body.state;
   }
 
-  #segmentAt(body, t) {
-    const count = body.begins.length;
-    return count === 0 ? -1 : Math.max(0, lastAtMost(body.begins.values, count, t));
-  }
-
   isPresent(body, t) {
-    const k = this.#segmentAt(body, t);
-    return k >= 0 && body.kinds.values[k] !== kAbsent;
+    const store = this.#storeAt(t);
+    const k = store.segmentAt(body, t);
+    return k >= 0 && store.tracks[body.number].kinds.values[k] !== kAbsent;
   }
 
   // The same, into an object of the caller's.
@@ -281,17 +419,18 @@ export class Run {
 
   // Whether both bodies of a pair have stood still from time `from` to t.
   #rested({a, b}, from, t) {
+    const store = this.#storeAt(t);
     return [a, b].every((number) => {
-      const body = this.bodies[number];
-      const k = this.#segmentAt(body, t);
-      return k >= 0 && body.kinds.values[k] === kRest && body.begins.values[k] <= from;
+      const k = store.segmentAt(this.bodies[number], t);
+      const {kinds, begins} = store.tracks[number];
+      return k >= 0 && kinds.values[k] === kRest && begins.values[k] <= from;
     });
   }
 
   // Contacts of the frame around t, and older ones of pairs at rest since.
   contactsAt(t) {
     const found = [];
-    for (const pair of this.pairs.values()) {
+    for (const pair of this.#storeAt(t).pairs.values()) {
       const group = lastRow(pair.contacts, 'begin', t);
       if (!group) continue;
       if (group.end >= t || (group.rows[0].resting && this.#rested(pair, group.end, t))) {
@@ -306,7 +445,7 @@ export class Run {
     const frame = this.frames.rows[Math.max(0, this.frames.at(t))];
     const oldest = frame ? Math.min(frame.end, t) : t;
     const found = [];
-    for (const pair of this.pairs.values()) {
+    for (const pair of this.#storeAt(t).pairs.values()) {
       const gap = lastRow(pair.gaps, 't', t);
       if (!gap) continue;
       if (gap.t >= oldest || (gap.resting && this.#rested(pair, gap.t, t))) found.push(gap);
@@ -325,13 +464,14 @@ export class Run {
     for (const {a, b, contacts} of this.pairs.values()) {
       if (contacts.length > 0) meet(a, b, contacts[0].begin);
     }
+    for (const {a, b, t} of this.touches) meet(a, b, t);
     return Math.max(this.begin, ...firsts.values());
   }
 
   // Whether anything has come near the body.
   meets({number}) {
     const has = ({a, b}) => a === number || b === number;
-    return this.impacts.rows.some(has) || [...this.pairs.values()].some(has);
+    return this.impacts.rows.some(has) || this.touches.some(has) || [...this.pairs.values()].some(has);
   }
 
   nearestGap(t) {

@@ -25,7 +25,13 @@ const kOften = 0.01;    // of all sight lines
 const kDrawnIn = 0.06;  // of the way to the middle, so that a body that touches a wall is not behind it
 const kProbe = new THREE.MeshBasicMaterial({side: THREE.DoubleSide});
 const kWall = 0.3;      // of the size: the smallest radius of a fixed body that becomes see-through
-const kNearest = 2e-4;  // of the size: nearer, single precision would show
+const kFieldOfView = 40;  // degrees
+const kFarAway = 8;       // of the size: the camera of a close-up
+const kDepth = 2.5;       // of the size: what a close-up shows before and behind the gap
+const kNearest = 1e-6;  // of the size: as near as a close-up goes
+const kShadow = 1.6;    // of the size: what shadows reach from the middle
+const kShadowReach = 1.2;  // of the camera's distance, when it is near
+const kNoShadow = 0.03;    // of the size: nearer, there are no shadows
 
 // Slow is blue, fast is yellow.
 export function heat(x, out = new THREE.Color()) {
@@ -57,18 +63,19 @@ function isPicture() {
 }
 
 export class Stage {
-  constructor(canvas, run) {
+  constructor(canvas, run, where = document.getElementById('where')) {
     this.run = run;
     this.canvas = canvas;
     this.triangles = run.bodies.reduce((sum, {shape}) => sum + run.surfaces[shape].indices.length / 3, 0);
     this.isFine = this.triangles < kMostTriangles[rendering()] || isPicture();
     this.renderer = new THREE.WebGLRenderer({canvas, antialias: this.isFine, preserveDrawingBuffer: true});
     this.scene = new THREE.Scene();
-    this.camera = new THREE.PerspectiveCamera(40, 1, 0.01, 1000);
+    this.camera = new THREE.PerspectiveCamera(kFieldOfView, 1, 0.01, 1000);
     // 0 solid, 1 ghost, 2 wire, 3 hidden
     this.manner = Uint8Array.from(run.bodies, ({ghost}) => (ghost ? 1 : 0));
     this.colors = run.bodies.map(() => new THREE.Color());
     this.size = 1;
+    this.origin = new THREE.Vector3();  // of what is drawn, in the world
     this.#addShapes();
     this.#addLight();
     this.selection = new THREE.LineSegments(new THREE.EdgesGeometry(new THREE.BoxGeometry(1, 1, 1)),
@@ -76,7 +83,7 @@ export class Stage {
     this.selection.visible = false;
     this.scene.add(this.selection);
     this.#setUp();
-    this.ground = new Ground(this, document.getElementById('where'));
+    this.ground = new Ground(this, where);
   }
 
   #addShapes() {
@@ -138,6 +145,8 @@ export class Stage {
     const box = new THREE.Box3();
     for (const {center} of balls) box.expandByPoint(center);
     const half = box.getSize(new THREE.Vector3());
+    this.camera.fov = kFieldOfView;
+    this.isCut = false;
     // Look across the two largest sides that are not up.
     const axes = [new THREE.Vector3(1, 0, 0), new THREE.Vector3(0, 1, 0), new THREE.Vector3(0, 0, 1)]
       .filter((axis) => Math.abs(axis.dot(up)) < 0.7)
@@ -152,17 +161,9 @@ export class Stage {
     this.controls.target.copy(target);
     const center = seen.getCenter(new THREE.Vector3());
     this.size = Math.max(seen.getSize(new THREE.Vector3()).length() / 2, 1e-30);
-    this.sun.position.copy(center).addScaledVector(up, 2.4 * this.size)
-      .addScaledVector(axes[1], 0.9 * this.size).addScaledVector(front, 1.5 * this.size);
-    this.sun.target.position.copy(center);
-    const shadow = this.sun.shadow.camera;
-    shadow.left = shadow.bottom = -1.6 * this.size;
-    shadow.right = shadow.top = 1.6 * this.size;
-    shadow.near = 0.1 * this.size;
-    shadow.far = 8 * this.size;
-    this.sun.shadow.bias = -1e-4;
-    this.sun.shadow.normalBias = 2e-3 * this.size;
-    shadow.updateProjectionMatrix();
+    this.center = center;
+    this.sunward = up.clone().multiplyScalar(2.4).addScaledVector(axes[1], 0.9).addScaledVector(front, 1.5)
+      .multiplyScalar(this.size);
     this.controls.update();
     findFloors(this.run, this.shapes, up);
     this.ground.lay(seen, up, this.size);
@@ -204,19 +205,23 @@ export class Stage {
       deform(deformation, this.run.surfaces[shape], this.shapes[shape].geometry, t);
     }
     const hidden = this.uncover(t);
+    // Single precision is kept for what is near what the camera looks at.
+    this.origin.copy(this.controls.target);
     for (const body of this.run.bodies) {
       const manner = this.manner[body.number] || (hidden.has(body) ? 1 : 0);
       if (manner > 2 || !this.run.isPresent(body, t)) continue;
       const state = this.run.state(body, t);
       const mesh = this.shapes[body.shape].meshes[manner];
       const place = mesh.count++;
-      mesh.setMatrixAt(place, matrix.compose(p.fromArray(state.p), q.fromArray(state.q), one));
+      mesh.setMatrixAt(place, matrix.compose(p.fromArray(state.p).sub(this.origin), q.fromArray(state.q), one));
       mesh.setColorAt(place, this.colors[body.number]);
       mesh.userData.bodies[place] = body.number;
     }
     for (const {meshes} of this.shapes) {
       for (const mesh of meshes) {
         mesh.visible = mesh.count > 0;
+        mesh.position.copy(this.origin);
+        mesh.updateMatrixWorld();
         mesh.instanceMatrix.needsUpdate = mesh.instanceColor.needsUpdate = true;
         mesh.boundingSphere = null;
       }
@@ -338,16 +343,35 @@ export class Stage {
     this.selection.scale.copy(box.getSize(new THREE.Vector3())).multiplyScalar(1.03);
   }
 
+  // Shadows are fine where the camera looks. Quite near there are none: their points would be seen.
+  #lay(shadow, reach) {
+    const middle = this.center.clone().lerp(this.controls.target, reach < kShadow * this.size ? 1 : 0);
+    this.sun.target.position.copy(middle);
+    this.sun.position.copy(middle).add(this.sunward);
+    const {camera} = shadow;
+    camera.left = camera.bottom = -reach;
+    camera.right = camera.top = reach;
+    camera.near = 0.1 * this.size;
+    camera.far = 8 * this.size;
+    shadow.bias = -1e-4;
+    shadow.normalBias = 1.3e-3 * reach;
+    camera.updateProjectionMatrix();
+  }
+
   // Many triangles without a graphics card: shadows wait until the picture stands still.
   render(isStill = true) {
     const {distance} = this;
-    const hasShadow = this.isFine || isStill;
+    const hasShadow = (this.isFine || isStill) && distance > kNoShadow * this.size;
+    this.#lay(this.sun.shadow, Math.min(kShadow, (kShadowReach * distance) / this.size) * this.size);
     this.sun.shadow.intensity = hasShadow ? 1 : 0;
     this.renderer.shadowMap.needsUpdate = hasShadow;
     this.ground.update();
-    // Near enough for a look at a gap, far enough for the ground.
-    this.camera.near = distance * 0.02;
-    this.camera.far = (distance + this.size) * 60;
+    // Near enough for a look at a gap, far enough for the ground. What hides a gap is cut away.
+    const {realDistance} = this;
+    const isFar = this.camera.fov < kFieldOfView;
+    const before = this.isCut ? distance : kDepth * this.size;
+    this.camera.near = isFar ? Math.max(realDistance - before, 0.02 * realDistance) : realDistance * 0.02;
+    this.camera.far = isFar ? realDistance + kDepth * this.size : (realDistance + this.size) * 60;
     this.lamp.position.copy(this.camera.position);
     this.lamp.target.position.copy(this.controls.target);
     this.camera.updateProjectionMatrix();
@@ -355,8 +379,13 @@ export class Stage {
   }
 
   // How far the camera is from what it turns about.
-  get distance() {
+  get realDistance() {
     return this.camera.position.distanceTo(this.controls.target);
+  }
+
+  // From where an ordinary camera would see as much: a close-up looks through a telescope.
+  get distance() {
+    return (this.realDistance * Math.tan((this.camera.fov * Math.PI) / 360)) / Math.tan((kFieldOfView * Math.PI) / 360);
   }
 
   // Moves the camera along with what it looks at.
@@ -367,7 +396,8 @@ export class Stage {
     this.controls.update();
   }
 
-  // Goes to the middle of a gap, and looks along it, as near as its width asks for.
+  // Looks along a gap, as large as its width asks for, from far away through a telescope: from near by,
+  // what lies behind would close the gap, as rails meet at the horizon.
   closeUp(pa, pb, width) {
     this.isFramed = false;
     const [from, to] = [new THREE.Vector3(...pa), new THREE.Vector3(...pb)];
@@ -376,8 +406,13 @@ export class Stage {
     const distance = Math.min(Math.max(12 * width, kNearest * this.size), 0.5 * this.size);
     const middle = from.add(to).multiplyScalar(0.5);
     this.controls.target.copy(middle);
-    const along = this.#openSide(middle, across, direction, distance);
-    this.camera.position.copy(middle).addScaledVector(along, distance);
+    const away = kFarAway * this.size;
+    const free = this.#openSide(middle, across, direction, away);
+    this.isCut = !free;
+    const level = direction.clone().addScaledVector(across, -direction.dot(across)).normalize();
+    const along = free ?? this.#openSide(middle, across, direction, distance) ?? level;
+    this.camera.fov = (360 / Math.PI) * Math.atan((distance / away) * Math.tan((kFieldOfView * Math.PI) / 360));
+    this.camera.position.copy(middle).addScaledVector(along, away);
     this.controls.update();
   }
 
@@ -394,7 +429,7 @@ export class Stage {
     return sides.find((side) => {
       ray.set(middle, side);
       return ray.intersectObjects(meshes, false).length === 0;
-    }) ?? first;
+    });
   }
 
   // The body under a point of the canvas.

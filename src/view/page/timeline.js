@@ -4,8 +4,6 @@
 
 const kMarkColors = {stalled: '--mark', undecided: '--impact', too_near: '--mark', crossed: '--impact',
                      asleep: '--dim', woke: '--proven', status: '--proven', unconverged: '--mark'};
-// Of states that last until the next one, in order of their first appearance.
-const kStateColors = ['#8a94a6', '#2f9e44', '#d97706', '#d6336c', '#7c3aed', '#0e7490', '#a16207', '#4d7c0f'];
 const kBar = {top: 16, height: 16, strip: 4};
 const kReach = 4;  // pixels from the pointer to what is meant
 const kMostWords = 4;
@@ -159,7 +157,7 @@ export class Timeline {
     states.forEach(({t, number}, k) => {
       const until = Math.min(states[k + 1]?.t ?? this.run.end, end);
       if (until < begin || t > end) return;
-      pen.fillStyle = kStateColors[number % kStateColors.length];
+      pen.fillStyle = this.run.stateColor({text: this.run.stateNames[number]});
       const from = x(Math.max(t, begin));
       pen.fillRect(from, kBar.top + kBar.height - kBar.strip, Math.max(1, x(until) - from), kBar.strip);
     });
@@ -183,7 +181,7 @@ export class Timeline {
       const name = `${Math.round(at / 2)} ${mark.kind}`;
       if (drawn.has(name)) continue;
       drawn.add(name);
-      pen.fillStyle = color(markColor(mark.kind));
+      pen.fillStyle = this.run.stateColor(mark) ?? color(markColor(mark.kind));
       pen.beginPath();
       pen.moveTo(at, top - 2);
       pen.lineTo(at - 4, top - 9);

@@ -81,7 +81,7 @@ class ToolPageMaker {
     scene.charts = {{"Force on the hand, largest of each sample", {"force"}},
                     {"Torque on the hand, largest of each sample", {"torque"}},
                     {"Energy returned to the hand", {"energy"}},
-                    {"Time of a tick in microseconds, longest of each sample", {"latency"}},
+                    {"Time of a tick in microseconds, longest of each sample", {"latency in us"}},
                     {"How far tissue lags behind its newest snapshot", {"lag"}}};
     return scene;
   }
