@@ -24,6 +24,7 @@
 #include "dyop/distance/nearest_points.h"
 #include "dyop/distance/penetration.h"
 #include "dyop/distance/point_distance.h"
+#include "dyop/distance/ray_cast.h"
 #include "dyop/distance/triangle_distance.h"
 #include "dyop/distance/witness_pair.h"
 #include "dyop/geometry/box.h"

@@ -21,6 +21,7 @@ void add_distance_command(CLI::App& app, ExitCode& exit_code);
 void add_export_command(CLI::App& app, ExitCode& exit_code);
 void add_info_command(CLI::App& app, ExitCode& exit_code);
 void add_paper_command(CLI::App& app, ExitCode& exit_code);
+void add_ray_command(CLI::App& app, ExitCode& exit_code);
 void add_replay_command(CLI::App& app, ExitCode& exit_code);
 void add_robot_command(CLI::App& app, ExitCode& exit_code);
 void add_scene_command(CLI::App& app, ExitCode& exit_code);

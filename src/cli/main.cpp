@@ -195,6 +195,7 @@ int main(int argc, char** argv) {
   // To add a command: one file <name>_command.cpp, one line in commands.h, one here.
   dyop::cli::add_distance_command(app, exit_code);
   dyop::cli::add_toi_command(app, exit_code);
+  dyop::cli::add_ray_command(app, exit_code);
   dyop::cli::add_simulate_command(app, exit_code);
   dyop::cli::add_scene_command(app, exit_code);
   dyop::cli::add_export_command(app, exit_code);

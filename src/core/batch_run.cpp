@@ -118,4 +118,20 @@ void run_batch(std::size_t item_count, const BatchOptions& options, const BatchI
   run.rethrow_failure();
 }
 
+void run_batch_in_portions(std::size_t item_count, const BatchOptions& options,
+                           const std::function<void(std::size_t index)>& item) {
+  constexpr std::size_t kPortion = 256;
+  BatchOptions in_portions = options;
+  if (options.progress) {
+    in_portions.progress = [&](std::size_t done, std::size_t) {
+      options.progress(std::min(done * kPortion, item_count), item_count);
+    };
+  }
+  run_batch((item_count + kPortion - 1) / kPortion, in_portions,
+            [&](std::size_t portion, std::size_t) {
+              const std::size_t end = std::min((portion + 1) * kPortion, item_count);
+              for (std::size_t i = portion * kPortion; i < end; ++i) item(i);
+            });
+}
+
 }  // namespace dyop::core_internal

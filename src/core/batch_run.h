@@ -42,4 +42,9 @@ DYOP_EXPORT std::size_t batch_worker_count(std::size_t item_count, const BatchOp
 DYOP_EXPORT void run_batch(std::size_t item_count, const BatchOptions& options,
                            const std::function<void(std::size_t index, std::size_t worker)>& item);
 
+/// run_batch() for items so short that handing one out would cost as much as running it: a worker
+/// takes 256 at a time, and progress is reported after each such portion.
+DYOP_EXPORT void run_batch_in_portions(std::size_t item_count, const BatchOptions& options,
+                                       const std::function<void(std::size_t index)>& item);
+
 }  // namespace dyop::core_internal

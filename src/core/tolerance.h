@@ -120,6 +120,17 @@ inline constexpr Scalar kSinglePrecisionBoxNoise = 0x1p-23;
 /// Smaller: the box that holds the nearest triangle may be skipped.
 inline constexpr Scalar kPointBoxNoise = 0x1p-20;
 
+/// Limit on the steps of Newton's method towards one piece along a ray. Head-on rays take 2, rays
+/// that graze a curved surface halve what is left in each: about 50. Larger: only time; smaller:
+/// hits without a proven gap. Used by ray_cast.
+inline constexpr int kRayStepLimit = 128;
+
+/// The largest gap of a RayHit that counts as a touch, relative to twice the size of the query
+/// (translation, start, bounding radius, ball). GJK on smooth cores leaves kGjkSmoothConvergence of
+/// a distance between its bounds. Larger: coarser hits; smaller: more NumericalLimit. Used by
+/// ray_cast.
+inline constexpr Scalar kRayGap = 0x1p-30;
+
 /// Error of the determinant e1 x e2 . d of three differences of points in double, relative to the
 /// product of their 1-norms: 2u per difference, 6u for the cross product, 4u for the dot product,
 /// doubled. Used by the convex hull's filter and as the noise of a mesh's volume. Smaller: wrong

@@ -3,6 +3,7 @@
 
 #include "dyop/core/error.h"
 #include "dyop/distance/distance.h"
+#include "dyop/distance/ray_cast.h"
 
 namespace dyop::distance_internal {
 
@@ -16,5 +17,8 @@ void require_valid_options(const DistanceOptions& options, const Subject&... sub
   DYOP_REQUIRE(options.relative_tolerance >= 0 && options.relative_tolerance < 1, subject...,
                ": relative_tolerance must be in [0, 1), not ", options.relative_tolerance);
 }
+
+/// @throws InvalidArgument, prefixed with the name of the query, for a ray that ray_cast() refuses.
+DYOP_EXPORT void require_valid_ray(const Ray& ray, const char* query);
 
 }  // namespace dyop::distance_internal

@@ -184,22 +184,9 @@ void point_distance_batch(const Shape& shape, const RigidPose& X_WS,
                  " must be finite, not (", points_W[i].transpose(), ")");
   }
   std::fill(results.begin(), results.end(), PointDistance());
-  // Dispatching a point costs about as much as answering it.
-  constexpr std::size_t kPortion = 256;
-  const std::size_t total = points_W.size();
-  BatchOptions in_portions = batch_options;
-  if (batch_options.progress) {
-    in_portions.progress = [&](std::size_t done, std::size_t) {
-      batch_options.progress(std::min(done * kPortion, total), total);
-    };
-  }
-  core_internal::run_batch((total + kPortion - 1) / kPortion, in_portions,
-                           [&](std::size_t portion, std::size_t) {
-                             const std::size_t end = std::min((portion + 1) * kPortion, total);
-                             for (std::size_t i = portion * kPortion; i < end; ++i) {
-                               results[i] = answer_point(shape, X_WS, points_W[i], options);
-                             }
-                           });
+  core_internal::run_batch_in_portions(points_W.size(), batch_options, [&](std::size_t i) {
+    results[i] = answer_point(shape, X_WS, points_W[i], options);
+  });
 }
 
 }  // namespace dyop

@@ -69,6 +69,20 @@ Json to_json(const DistanceResult& result) {
   return json;
 }
 
+Json to_json(const RayHit& hit) {
+  const bool is_miss = hit.status == RayStatus::Miss;
+  Json json;
+  json["status"] = name_of(hit.status);
+  json["distance"] = number_json(hit.distance);
+  json["gap"] = number_json(hit.gap);
+  json["p_WC"] = is_miss ? Json(nullptr) : to_json(hit.p_WC);
+  json["nhat_W"] = is_miss ? Json(nullptr) : to_json(hit.nhat_W);
+  json["feature"] = is_miss ? Json(nullptr) : to_json(hit.feature);
+  json["triangle"] = optional(hit.triangle);
+  json["child"] = optional(hit.child);
+  return json;
+}
+
 Json to_json(const ToiStatistics& statistics) {
   Json json;
   json["box_tests"] = statistics.box_tests;

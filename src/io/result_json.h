@@ -2,6 +2,7 @@
 #pragma once
 
 #include "dyop/distance/distance.h"
+#include "dyop/distance/ray_cast.h"
 #include "dyop/toi/toi_result.h"
 #include "io/json_reader.h"
 
@@ -14,6 +15,7 @@ DYOP_EXPORT Json to_json(const Vector3& v);
 Json to_json(const RigidPose& X);
 Json to_json(const Feature& feature);
 Json to_json(const DistanceResult& result);
+Json to_json(const RayHit& hit);
 DYOP_EXPORT Json to_json(const ToiStatistics& statistics);
 /// Without its contacts.
 DYOP_EXPORT Json to_json(const ToiResult& result);

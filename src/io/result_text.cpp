@@ -54,6 +54,22 @@ std::string status_words(DistanceStatus status, const PairNames& names) {
   return "";
 }
 
+std::string status_words(RayStatus status) {
+  switch (status) {
+    case RayStatus::NotRun:
+      return "The ray was not cast.";
+    case RayStatus::Miss:
+      return "Miss: proven to touch nothing.";
+    case RayStatus::Hit:
+      return "Hit: proven free until there.";
+    case RayStatus::InitiallyTouching:
+      return "Not proven apart at the start.";
+    case RayStatus::NumericalLimit:
+      return "Undecided: proven free only until there.";
+  }
+  return "";
+}
+
 std::string contact_words(const std::vector<Contact>& contacts, const PairNames& names) {
   std::ostringstream out;
   out << "  contacts     " << contacts.size() << ", from the nearest\n";
@@ -78,6 +94,21 @@ std::string to_json_text(const ToiResult& result) {
   io_internal::Json json = io_internal::to_json(result);
   json["contacts"] = io_internal::to_json(result.contacts);
   return json.dump();
+}
+
+std::string to_json_text(const RayHit& hit) {
+  return io_internal::to_json(hit).dump();
+}
+
+std::string describe(const RayHit& hit) {
+  std::ostringstream out;
+  out << status_words(hit.status) << '\n';
+  out << "  distance     " << show(hit.distance) << '\n';
+  if (hit.status == RayStatus::Miss) return out.str();
+  out << "  gap          at most " << show(hit.gap) << '\n';
+  out << "  at           " << place_words(hit.p_WC, hit.feature, hit.triangle) << '\n';
+  out << "  normal       " << show(hit.nhat_W) << '\n';
+  return out.str();
 }
 
 std::string describe(const DistanceResult& result, const PairNames& names) {

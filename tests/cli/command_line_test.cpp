@@ -48,7 +48,7 @@ class CommandLine : public ::testing::Test {
 TEST_F(CommandLine, HelpNamesCommandsAndExitCodes) {
   const CommandResult help = run_command({"--help"});
   EXPECT_EQ(help.exit_code, kAnswered);
-  for (const char* part : {"distance", "toi", "simulate", "info", "paper", "replay",
+  for (const char* part : {"distance", "toi", "ray", "simulate", "info", "paper", "replay",
                            "Exit codes:\n  0  the question was answered", "  1  --fail-on-impact",
                            "  2  bad input", "  3  undecided", "  4  internal error"}) {
     EXPECT_NE(help.out.find(part), std::string::npos) << part << "\nis missing in\n" << help.out;
@@ -56,7 +56,8 @@ TEST_F(CommandLine, HelpNamesCommandsAndExitCodes) {
 }
 
 TEST_F(CommandLine, EveryCommandHasTwoExamples) {
-  for (const std::string command : {"distance", "toi", "simulate", "info", "paper", "replay"}) {
+  for (const std::string command :
+       {"distance", "toi", "ray", "simulate", "info", "paper", "replay"}) {
     const CommandResult help = run_command({command, "--help"});
     EXPECT_EQ(help.exit_code, kAnswered);
     EXPECT_NE(help.out.find("Examples:"), std::string::npos) << help.out;
@@ -123,6 +124,29 @@ TEST_F(CommandLine, MeasuresADistance) {
   EXPECT_NEAR(result.at("lower").get<double>(), 1.5, 1e-12);
   EXPECT_NEAR(result.at("upper").get<double>(), 1.5, 1e-12);
   EXPECT_EQ(json.err, "");
+}
+
+TEST_F(CommandLine, CastsARay) {
+  const std::vector<std::string> ray{
+      "ray", "box:1,1,1", "--position-a", "4", "0", "0", "--from", "0",
+      "0",   "0",         "--direction",  "2", "0", "0"};
+  const auto with = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), ray.begin(), ray.end());
+    return run_command(more);
+  };
+  const CommandResult words = with({});
+  EXPECT_EQ(words.exit_code, kAnswered) << words.err;
+  EXPECT_NE(words.out.find("Hit"), std::string::npos) << words.out;
+  const auto json = nlohmann::json::parse(with({"--radius", "0.5", "--json"}).out);
+  EXPECT_EQ(json.at("status"), "Hit");
+  EXPECT_NEAR(json.at("distance").get<double>(), 2.5, 1e-12);
+  EXPECT_EQ(with({"--fail-on-impact"}).exit_code, kImpact);
+  const auto miss = nlohmann::json::parse(with({"--length", "1", "--json"}).out);
+  EXPECT_EQ(miss.at("status"), "Miss");
+  EXPECT_EQ(miss.at("distance"), 1);
+  EXPECT_TRUE(miss.at("p_WC").is_null());
+  expect_error({"ray", "sphere:1", "--from", "0", "0", "0", "--direction", "0", "0", "0"},
+               "direction_W");
 }
 
 TEST_F(CommandLine, TellsAnOverlapToScriptsThatAsk) {

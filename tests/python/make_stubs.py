@@ -87,7 +87,7 @@ BY_NAME = {
     "mesh_directories": "Sequence[Union[str, os.PathLike[str]]]",
 }
 ARRAYS = (
-    "vertices triangles points points_W array begin end next_end control_points v_WB w_WB a b "
+    "vertices triangles points points_W directions_W array begin end next_end control_points v_WB w_WB a b "
     "position quaternion interval waypoints velocities controls q"
 ).split()
 BATCH = {

@@ -133,3 +133,33 @@ def test_batch_takes_poses_in_all_forms(generator):
         dyop.distance_batch(dyop.Sphere(1), np.eye(4), dyop.Sphere(1), (q, p[:4]))
     with pytest.raises(dyop.InvalidArgument, match="holds"):
         dyop.distance_batch([dyop.Sphere(1)] * 3, np.eye(4), dyop.Sphere(1), (q, p))
+
+
+def test_rays_meet_the_first_surface(ball_mesh):
+    hit = dyop.ray_cast(dyop.Sphere(1), at(5), (0, 0.6, 0), (2, 0, 0))
+    assert hit.status == dyop.RayStatus.Hit and hit.gap < 1e-11
+    assert hit.distance == pytest.approx(4.2, abs=1e-11)
+    np.testing.assert_allclose(hit.nhat_W, [-0.8, 0.6, 0], atol=1e-7)
+    thick = dyop.ray_cast(dyop.Sphere(1), at(5), (0, 0.9, 0), (1, 0, 0), radius=0.5)
+    assert thick.distance == pytest.approx(3.8, abs=1e-11)
+    miss = dyop.ray_cast(ball_mesh, HERE, (0, 0, 5), (0, 0, -1), length=2)
+    assert miss.status == dyop.RayStatus.Miss and miss.distance == 2
+    assert dyop.ray_cast(dyop.Sphere(1), HERE, (0, 0, 0), (1, 0, 0)).status.name == "InitiallyTouching"
+    with pytest.raises(dyop.InvalidArgument, match="direction_W"):
+        dyop.ray_cast(dyop.Sphere(1), HERE, (0, 0, 0), (0, 0, 0))
+
+
+def test_many_rays_give_rows(generator, ball_mesh):
+    starts = 3 * generator.normal(size=(500, 3))
+    rows = dyop.ray_cast_batch(ball_mesh, HERE, starts, -starts, radius=0.1)
+    assert rows.dtype == dyop.ray_row
+    for start, row in zip(starts[:20], rows):
+        alone = dyop.ray_cast(ball_mesh, HERE, start, -start, radius=0.1)
+        assert row["distance"] == alone.distance and row["status"] == int(alone.status)
+    missed = dyop.ray_cast_batch(ball_mesh, HERE, starts + 100, starts + 100)
+    assert np.all(missed["status"] == int(dyop.RayStatus.Miss))
+    assert np.all(np.isnan(missed["p_WC"])) and np.all(missed["triangle"] == -1)
+    with pytest.raises(dyop.InvalidArgument, match="ray 1"):
+        dyop.ray_cast_batch(ball_mesh, HERE, starts[:2], [[1, 0, 0], [0, 0, 0]])
+    with pytest.raises(dyop.InvalidArgument, match="directions_W 1"):
+        dyop.ray_cast_batch(ball_mesh, HERE, starts[:2], [[1, 0, 0]])

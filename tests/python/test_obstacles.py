@@ -99,3 +99,14 @@ def test_ctrl_c_ends_a_long_query(query):
     assert time.monotonic() - before < 60
     assert len(obstacles) == 1
     obstacles.add(ball, at(9))  # nobody reads it any more
+
+
+def test_rays_meet_the_first_obstacle():
+    obstacles = dyop.ObstacleSet()
+    far = obstacles.add(dyop.Sphere(1), dyop.RigidPose(position=(9, 0, 0)), groups=2)
+    near = obstacles.add(dyop.Box([1, 1, 1]), dyop.RigidPose(position=(4, 0, 0)))
+    found = obstacles.ray_cast((0, 0, 0), (1, 0, 0), radius=0.5)
+    assert found.obstacle == near and found.hit.distance == pytest.approx(2.5, abs=1e-11)
+    assert obstacles.ray_cast((0, 0, 0), (1, 0, 0), groups=2).obstacle == far
+    none = obstacles.ray_cast((0, 0, 0), (-1, 0, 0), length=7)
+    assert none.obstacle is None and none.hit.status == dyop.RayStatus.Miss

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "dyop/distance/distance_result.h"
+#include "dyop/distance/ray_cast.h"
 #include "dyop/toi/toi_result.h"
 
 namespace DYOP_EXPORT dyop {
@@ -12,6 +13,7 @@ namespace DYOP_EXPORT dyop {
 /// back exactly, infinite ones are null. Format: docs/formats.md.
 std::string to_json_text(const DistanceResult& result);
 std::string to_json_text(const ToiResult& result);
+std::string to_json_text(const RayHit& hit);
 
 /// The names of two bodies, for texts.
 struct PairNames {
@@ -22,5 +24,6 @@ struct PairNames {
 /// A result in words, on several lines.
 std::string describe(const DistanceResult& result, const PairNames& names = {});
 std::string describe(const ToiResult& result, const PairNames& names = {});
+std::string describe(const RayHit& hit);
 
 }  // namespace dyop

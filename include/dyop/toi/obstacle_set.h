@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "dyop/distance/distance.h"
+#include "dyop/distance/ray_cast.h"
 #include "dyop/toi/least_distance.h"
 #include "dyop/toi/time_of_impact.h"
 
@@ -60,6 +61,12 @@ struct NearestObstacle {
 struct ObstacleClearance {
   LeastDistanceResult distance;
   std::optional<ObstacleId> obstacle;
+};
+
+/// Result of ObstacleSet::ray_cast(): what RayHit promises holds for all obstacles.
+struct ObstacleHit {
+  RayHit hit;
+  std::optional<ObstacleId> obstacle;  ///< the first one hit; of several, the one with the least id
 };
 
 /// Memory of ObstacleSet::first_impact(), kept by the caller between queries. Serves one query at a
@@ -132,6 +139,12 @@ class ObstacleSet {
   NearestObstacle nearest(const Shape& body, const RigidPose& X_WB, Scalar t = 0,
                           const DistanceOptions& options = {},
                           const ObstacleFilter& filter = {}) const;
+
+  /// The first obstacle that a ray, or a ball on a straight path, meets at one time.
+  /// @param t Time at which moving obstacles are placed.
+  /// @throws InvalidArgument as dyop::ray_cast(); if t is not finite or an obstacle's motion is
+  ///         undefined at t.
+  ObstacleHit ray_cast(const Ray& ray, Scalar t = 0, const ObstacleFilter& filter = {}) const;
 
   /// The least distance of the body from any obstacle over an interval. All share the budget.
   /// @throws InvalidArgument as dyop::least_distance(); if solid_b is set.

@@ -14,6 +14,7 @@
 #include "dyop/distance/distance_batch.h"
 #include "dyop/distance/distance_result.h"
 #include "dyop/distance/point_distance.h"
+#include "dyop/distance/ray_cast.h"
 #include "dyop/motion/constant_twist_motion.h"
 #include "dyop/motion/interpolated_motion.h"
 #include "dyop/toi/toi_batch.h"
@@ -87,10 +88,23 @@ struct PointRow {
 };
 static_assert(sizeof(PointRow) == 8 * 8 + 6 * 4);
 
+struct RayRow {
+  double distance;
+  double gap;
+  double p_WC[3];
+  double nhat_W[3];
+  std::int32_t feature[4];
+  std::int32_t triangle;
+  std::int32_t child;
+  std::int64_t status;
+};
+static_assert(sizeof(RayRow) == 9 * 8 + 6 * 4);
+
 void fill_row(ToiRow& row, const ToiResult& result);
 void fill_row(ChainRow& row, const ChainResult& result);
 void fill_row(DistanceRow& row, const DistanceResult& result);
 void fill_row(PointRow& row, const PointDistance& result);
+void fill_row(RayRow& row, const RayHit& result);
 
 namespace {
 
@@ -175,6 +189,19 @@ void fill_row(PointRow& row, const PointDistance& result) {
   row.child = result.child.value_or(-1);
 }
 
+void fill_row(RayRow& row, const RayHit& result) {
+  row.distance = result.distance;
+  row.gap = result.gap;
+  const bool is_miss = result.status == RayStatus::Miss;
+  const Vector3 none = Vector3::Constant(kNone);
+  fill(row.p_WC, is_miss ? none : result.p_WC);
+  fill(row.nhat_W, is_miss ? none : result.nhat_W);
+  fill(row.feature, result.feature);
+  row.triangle = result.triangle.value_or(-1);
+  row.child = result.child.value_or(-1);
+  row.status = std::int64_t(result.status);
+}
+
 namespace {
 
 using MotionPointer = std::shared_ptr<const Motion>;
@@ -225,6 +252,9 @@ struct RowTypes {
   py::dtype point = row_type<PointRow>(
       "('lower','f8'),('upper','f8'),('p_WC','f8',3),('nhat_W','f8',3),"
       "('feature','i4',4),('triangle','i4'),('child','i4')");
+  py::dtype ray = row_type<RayRow>(
+      "('distance','f8'),('gap','f8'),('p_WC','f8',3),('nhat_W','f8',3),"
+      "('feature','i4',4),('triangle','i4'),('child','i4'),('status','i8')");
 };
 
 /// Items of a batch: one for all queries, or one each.
@@ -517,6 +547,39 @@ void bind_distance_batches(py::module_& m, const RowTypes& types, const Arena& a
           .c_str());
 }
 
+void bind_ray_batch(py::module_& m, const RowTypes& types, const Arena& arena) {
+  m.def(
+      "ray_cast_batch",
+      [kind = BatchKind{types.ray, arena}](
+          const Shape& shape, const PoseArgument& X_WS, const py::object& points,
+          const py::object& directions, Scalar length, Scalar radius, int thread_count,
+          const py::object& progress, const std::stop_source* stop, const py::object& out) {
+        const auto starts = rows_of(points, 3, "points_W", CopyRule::IfNeeded);
+        const auto ways = rows_of(directions, 3, "directions_W", CopyRule::IfNeeded);
+        const std::span<const Vector3> p = points_in(starts);
+        const std::span<const Vector3> d = points_in(ways);
+        DYOP_REQUIRE(p.size() == d.size(), "points_W holds ", p.size(), " rows, but directions_W ",
+                     d.size());
+        const auto run = [&](std::span<RayHit> hits, const BatchOptions& batch) {
+          std::vector<Ray> rays;
+          rays.reserve(hits.size());
+          for (std::size_t i = 0; i < hits.size(); ++i)
+            rays.push_back({p[i], d[i], length, radius});
+          ray_cast_batch(shape, X_WS.X, rays, hits, batch);
+        };
+        return run_rows<RayRow, RayHit>(kind, p.size(), batch_options(thread_count, stop, progress),
+                                        out, run);
+      },
+      py::arg("shape"), py::arg("X_WS"), py::arg("points_W"), py::arg("directions_W"),
+      py::arg("length") = kInfinity, py::arg("radius") = 0.0, py::kw_only(),
+      py::arg("thread_count") = 0, py::arg("progress") = py::none(), py::arg("stop") = py::none(),
+      py::arg("out") = py::none(),
+      (std::string(
+           "Many rays, from points_W (N, 3) along directions_W (N, 3), against one shape. ") +
+       kBatchDoc)
+          .c_str());
+}
+
 void bind_chain_batch(py::module_& m, const RowTypes& types, const Arena& arena) {
   m.def(
       "certify_batch",
@@ -554,11 +617,13 @@ void bind_batches(py::module_& m) {
   const Arena arena = make_arena();
   bind_toi_batch(m, types, arena);
   bind_distance_batches(m, types, arena);
+  bind_ray_batch(m, types, arena);
   bind_chain_batch(m, types, arena);
   m.attr("toi_row") = types.toi;
   m.attr("chain_row") = types.chain;
   m.attr("distance_row") = types.distance;
   m.attr("point_row") = types.point;
+  m.attr("ray_row") = types.ray;
 }
 
 }  // namespace dyop::python

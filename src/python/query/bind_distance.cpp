@@ -9,6 +9,7 @@
 #include "dyop/distance/gjk.h"
 #include "dyop/distance/penetration.h"
 #include "dyop/distance/point_distance.h"
+#include "dyop/distance/ray_cast.h"
 #include "dyop/distance/triangle_distance.h"
 #include "dyop/io/result_text.h"
 #include "python/bindings.h"
@@ -189,6 +190,35 @@ void bind_point_distance(py::module_& m) {
       "The distance of a point (3,) from a shape, with proven bounds.");
 }
 
+void bind_ray_cast(py::module_& m) {
+  py::enum_<RayStatus>(m, "RayStatus", "How a ray ended.")
+      .value("NotRun", RayStatus::NotRun)
+      .value("Miss", RayStatus::Miss, "Proven: nothing is touched.")
+      .value("Hit", RayStatus::Hit, "Touches, up to rounding.")
+      .value("InitiallyTouching", RayStatus::InitiallyTouching, "Not proven apart at the start.")
+      .value("NumericalLimit", RayStatus::NumericalLimit, "Undecided after `distance`.");
+  Record<RayHit>(m, "RayHit", "Result of ray_cast().")
+      .field<&RayHit::status>("status", "RayStatus: how the ray ended")
+      .field<&RayHit::distance>("distance", "float: proven free until here; Miss: the length")
+      .field<&RayHit::gap>("gap", "float: what is left to the shape there, at most")
+      .field<&RayHit::p_WC>("p_WC", "numpy.ndarray: (3,) where the shape is touched")
+      .field<&RayHit::nhat_W>("nhat_W", "numpy.ndarray: (3,) unit normal, from the shape")
+      .field<&RayHit::feature>("feature", "Feature: of the shape")
+      .field<&RayHit::triangle>("triangle", "Optional[int]: if the shape is a mesh")
+      .field<&RayHit::child>("child", "Optional[int]: if the shape is a compound")
+      .finish();
+  m.def(
+      "ray_cast",
+      [](const Shape& shape, const PoseArgument& X_WS, const Vector3& p_W,
+         const Vector3& direction_W, Scalar length, Scalar radius) {
+        return ray_cast(shape, X_WS.X, {p_W, direction_W, length, radius});
+      },
+      py::arg("shape"), py::arg("X_WS"), py::arg("p_W"), py::arg("direction_W"),
+      py::arg("length") = kInfinity, py::arg("radius") = 0.0,
+      "Where a ray from p_W (3,), or a ball of this radius on its way along it, first touches a\n"
+      "shape: never behind the true surface, never through an edge.");
+}
+
 }  // namespace
 
 void bind_distance(py::module_& m) {
@@ -197,6 +227,7 @@ void bind_distance(py::module_& m) {
   bind_shape_queries(m);
   bind_distance_kernels(m);
   bind_point_distance(m);
+  bind_ray_cast(m);
 }
 
 }  // namespace dyop::python

@@ -31,6 +31,10 @@ void bind_obstacle_results(py::module_& m) {
       .field<&NearestObstacle::distance>("distance", "DistanceResult: least over all obstacles")
       .custom(id_field<NearestObstacle>(), kIdDoc, false)
       .finish();
+  Record<ObstacleHit>(m, "ObstacleHit", "Result of ObstacleSet.ray_cast().")
+      .field<&ObstacleHit::hit>("hit", "RayHit: of the first obstacle hit")
+      .custom(id_field<ObstacleHit>(), kIdDoc, false)
+      .finish();
   Record<ObstacleClearance>(m, "ObstacleClearance", "Result of ObstacleSet.least_distance().")
       .field<&ObstacleClearance::distance>("distance", "LeastDistanceResult: over all obstacles")
       .custom(id_field<ObstacleClearance>(), kIdDoc, false)
@@ -150,6 +154,20 @@ void bind_obstacle_queries(SetClass& type) {
           py::arg("body"), py::arg("X_WB"), py::arg("t") = 0.0, py::arg("options") = py::none(),
           py::arg("groups") = ~std::uint32_t{0}, py::arg("accepts") = py::none(),
           "The obstacle nearest to the body at time t.")
+      .def(
+          "ray_cast",
+          [](SharedObstacleSet& self, const Vector3& p_W, const Vector3& direction_W, Scalar length,
+             Scalar radius, Scalar t, std::uint32_t groups, const py::object& accepts) {
+            const ObstacleFilter filter = make_filter(groups, accepts);
+            return self.read([&](const ObstacleSet& set) {
+              const py::gil_scoped_release unlocked;
+              return set.ray_cast({p_W, direction_W, length, radius}, t, filter);
+            });
+          },
+          py::arg("p_W"), py::arg("direction_W"), py::arg("length") = kInfinity,
+          py::arg("radius") = 0.0, py::arg("t") = 0.0, py::arg("groups") = ~std::uint32_t{0},
+          py::arg("accepts") = py::none(),
+          "The first obstacle that a ray, or a ball on its way along it, meets at time t.")
       .def(
           "least_distance",
           [](SharedObstacleSet& self, const Shape& body, const Motion& X_WB,

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
+#include "core/tolerance.h"
 #include "distance/distance_check.h"
 #include "distance/enclosure.h"
 #include "dyop/core/error.h"
@@ -18,6 +20,47 @@ using toi_internal::box_gap;
 // Bodies are boxed over each of this many equal parts of the interval.
 constexpr int kClearanceParts = 16;
 
+// Rejects times at which an obstacle of the set has no place.
+void require_placeable(const toi_internal::ObstacleSetData& data, Scalar t, const char* query,
+                       const char* motion) {
+  DYOP_REQUIRE(std::isfinite(t), query, ": t must be finite, not ", t);
+  for (const std::uint32_t slot : data.moving) {
+    require_defined(*data.slots[slot].obstacle->X_WO, {t, t}, motion);
+  }
+}
+
+// How far a ray goes at least before its ball can meet a box; infinite if it never does.
+class RayEntry {
+ public:
+  explicit RayEntry(const Ray& ray)
+      : ray_(ray), direction_(ray.direction_W.stableNormalized()), size_(ray.p_W.norm()) {}
+
+  Scalar operator()(const AlignedBox& box) const {
+    Scalar entry = 0;
+    Scalar exit = ray_.length;
+    for (int k = 0; k < 3; ++k) {
+      // Rounding of the slabs and, over the way to the box, of the direction.
+      const Scalar reach =
+          ray_.radius +
+          kPoseNoise * (size_ + ray_.radius + std::abs(box.min()[k]) + std::abs(box.max()[k]));
+      const Scalar inverse = 1 / direction_[k];
+      const Scalar t0 = (box.min()[k] - reach - ray_.p_W[k]) * inverse;
+      const Scalar t1 = (box.max()[k] + reach - ray_.p_W[k]) * inverse;
+      // NaN, for a ray along a face, changes nothing.
+      const Scalar nearer = t0 < t1 ? t0 : t1;
+      const Scalar farther = t0 < t1 ? t1 : t0;
+      if (nearer > entry) entry = nearer;
+      if (farther < exit) exit = farther;
+    }
+    return entry > exit * (1 + 8 * kUnitRoundoff) ? kInfinity : entry * (1 - 8 * kUnitRoundoff);
+  }
+
+ private:
+  const Ray& ray_;
+  const Vector3 direction_;
+  const Scalar size_;
+};
+
 void add_work(const DistanceStatistics& work, DistanceStatistics& sum) {
   sum.box_tests += work.box_tests;
   sum.leaf_tests += work.leaf_tests;
@@ -32,11 +75,7 @@ NearestObstacle ObstacleSet::nearest(const Shape& body, const RigidPose& X_WB, S
   toi_internal::require_no_solid_b("nearest", options.solid_b);
   distance_internal::require_valid_options(options, "nearest");
   distance_internal::require_closed("nearest", body, body, {options.solid_a, false});
-  DYOP_REQUIRE(std::isfinite(t), "nearest: t must be finite, not ", t);
-  for (const std::uint32_t slot : data_->moving) {
-    require_defined(*data_->slots[slot].obstacle->X_WO, {t, t},
-                    "nearest: the motion of an obstacle");
-  }
+  require_placeable(*data_, t, "nearest", "nearest: the motion of an obstacle");
   NearestObstacle best;
   best.distance.status = DistanceStatus::FartherThanMaxDistance;
   Scalar lower = kInfinity;
@@ -77,6 +116,34 @@ NearestObstacle ObstacleSet::nearest(const Shape& body, const RigidPose& X_WB, S
         best.distance.lower > 0 ? DistanceStatus::Separated : DistanceStatus::Inconclusive;
   }
   return best;
+}
+
+ObstacleHit ObstacleSet::ray_cast(const Ray& ray, Scalar t, const ObstacleFilter& filter) const {
+  distance_internal::require_valid_ray(ray, "ray_cast");
+  require_placeable(*data_, t, "ray_cast", "ray_cast: the motion of an obstacle");
+  ObstacleHit first;
+  first.hit.status = RayStatus::Miss;
+  first.hit.distance = ray.length;
+  const RayEntry entry(ray);
+  const auto place = [&](std::uint32_t slot) { return data_->slots[slot].obstacle->X_WO->pose(t); };
+  toi_internal::visit_by_gap(
+      *data_, filter, entry,
+      [&](std::uint32_t slot) {
+        return entry(toi_internal::placed_box(*data_->slots[slot].obstacle->shape, place(slot)));
+      },
+      // Finite, so that boxes which the ray misses are beyond it.
+      [&] { return std::min(first.hit.distance, std::numeric_limits<Scalar>::max()); },
+      [&](std::uint32_t slot, Scalar) {
+        Ray rest = ray;
+        rest.length = first.hit.distance;
+        const RayHit found = dyop::ray_cast(*data_->slots[slot].obstacle->shape, place(slot), rest);
+        if (found.status == RayStatus::Miss) return;
+        const ObstacleId id = data_->id_of(slot);
+        if (first.obstacle && !(found.distance < first.hit.distance) && *first.obstacle < id)
+          return;
+        first = {found, id};
+      });
+  return first;
 }
 
 ObstacleClearance ObstacleSet::least_distance(const Shape& body, const Motion& X_WB,

@@ -10,6 +10,7 @@
 #include "motion/all_motions.h"
 #include "support/inputs/bodies.h"
 #include "support/inputs/mesh_generators.h"
+#include "support/inputs/random_inputs.h"
 #include "support/message_of.h"
 
 namespace dyop {
@@ -55,6 +56,65 @@ TEST(ObstacleSet, SaysWhoIsHitAndHowMuchIsFree) {
   EXPECT_NEAR(aside.distance.upper, 0.5, 0.005);
   EXPECT_LE(aside.distance.lower, 0.5);
   EXPECT_GE(aside.distance.lower, 0.49);
+}
+
+TEST(ObstacleSet, RaysMeetTheFirstObstacle) {
+  ObstacleSet set = row_of_balls(40);
+  const ObstacleHit first = set.ray_cast({.radius = 0.25});
+  EXPECT_EQ(first.hit.status, RayStatus::Hit);
+  EXPECT_EQ(first.obstacle, set.ids()[0]);
+  EXPECT_NEAR(first.hit.distance, 2.5, 1e-12);
+  ObstacleFilter odd;
+  odd.groups = 2;
+  EXPECT_NEAR(set.ray_cast({}, 0, odd).hit.distance, 3.75, 1e-12);
+  const ObstacleHit back =
+      set.ray_cast({.p_W = Vector3(60, 0, 0), .direction_W = -Vector3::UnitX()});
+  EXPECT_EQ(back.obstacle, set.ids()[39]);
+  const ObstacleHit none = set.ray_cast({.p_W = Vector3(0, 1, 0)});
+  EXPECT_EQ(none.hit.status, RayStatus::Miss);
+  EXPECT_EQ(none.hit.distance, kInfinity);
+  EXPECT_FALSE(none.obstacle.has_value());
+  // One that moves is where it is at the time asked for.
+  const auto ball = std::make_shared<Sphere>(0.25);
+  const ObstacleId moves =
+      set.add({ball, std::make_shared<ConstantTwistMotion>(moving(at(0, 9, 0), {0, -9, 0}))});
+  EXPECT_EQ(set.ray_cast({.p_W = Vector3(-2, 0, 0)}, 1).obstacle, moves);
+  EXPECT_EQ(set.ray_cast({.p_W = Vector3(-2, 0, 0)}, 0).obstacle, set.ids()[0]);
+  EXPECT_NE(message_of<InvalidArgument>([&] { set.ray_cast({}, kInfinity); }).find("t must be"),
+            std::string::npos);
+  EXPECT_NE(message_of<InvalidArgument>([&] { set.ray_cast({.length = -1}); }).find("length"),
+            std::string::npos);
+}
+
+// Against a loop over all of them: boxes, meshes and balls, thin and thick rays.
+TEST(ObstacleSet, RaysAgreeWithALoopOverAll) {
+  std::mt19937_64 random(8);
+  ObstacleSet set;
+  std::vector<std::pair<std::shared_ptr<const Shape>, RigidPose>> all;
+  const std::vector<std::shared_ptr<const Shape>> shapes{
+      std::make_shared<Sphere>(0.4), std::make_shared<TriangleMesh>(torus(0.6, 0.2, 9, 5).mesh()),
+      std::make_shared<TriangleMesh>(box_mesh({0.3, 0.5, 0.2}).mesh())};
+  for (int i = 0; i < 120; ++i) {
+    all.emplace_back(shapes[std::size_t(i % 3)], random_pose(6, random));
+    set.add(all.back().first, all.back().second);
+  }
+  int hits = 0;
+  for (int k = 0; k < 300; ++k) {
+    const Ray ray{.p_W = random_vector(9, random),
+                  .direction_W = k % 4 == 0 ? Vector3::UnitY() : random_direction(random),
+                  .length = k % 5 == 0 ? 6 : kInfinity,
+                  .radius = k % 2 == 0 ? 0 : random_number(0, 0.5, random)};
+    const ObstacleHit found = set.ray_cast(ray);
+    Scalar first = ray.length;
+    for (const auto& [shape, X] : all) {
+      const RayHit hit = ray_cast(*shape, X, ray);
+      if (hit.status != RayStatus::Miss) first = std::min(first, hit.distance);
+    }
+    EXPECT_EQ(found.hit.distance, first);
+    hits += found.obstacle.has_value();
+  }
+  EXPECT_GT(hits, 100);
+  EXPECT_LT(hits, 280);
 }
 
 TEST(ObstacleSet, TellsSolidsFromSurfaces) {
