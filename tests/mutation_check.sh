@@ -30,6 +30,13 @@ mistake turning_speed_not_bounded src/motion/curve/chart_curve.cpp motion '*Cont
   '0.999 * largest_norm({theta_rate.data(), degree_})'
 mistake jump_of_the_twist_forgotten src/motion/sampled_motion.cpp motion '*' \
   'last == first ? 0 : kInfinity' '0'
+mistake ray_step_not_supported src/distance/ray_cast.cpp distance 'RayCast*' \
+  'const Scalar step = free / rate * (1 - 4 * kUnitRoundoff);' 'const Scalar step = 1.01 * free / rate;'
+mistake ray_boxes_not_widened src/distance/ray_cast.cpp distance 'RayCast*' \
+  'slack[k] = kPointBoxNoise * size + reach;' 'slack[k] = kPointBoxNoise * size;'
+mistake corner_not_seen src/distance/distance_derivatives.cpp distance 'DistanceDerivatives*' \
+  'const Scalar error = std::max(derivative - right, left - derivative) / reach;' \
+  'const Scalar error = std::min(derivative - right, left - derivative) / reach / 1e3;'
 mistake hull_vertex_lost src/geometry/hull/quickhull.cpp geometry '*Hull*' \
   'if (p != apex) assign(p, cone_);' 'if (p > apex) assign(p, cone_);'
 mistake leaf_range_one_short src/hierarchy/mesh_hierarchy.cpp hierarchy '*' \

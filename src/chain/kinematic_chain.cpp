@@ -130,6 +130,26 @@ std::vector<RigidPose> KinematicChain::link_poses(const JointVector& q) const {
   return poses;
 }
 
+std::vector<Twist> KinematicChain::link_jacobian(std::size_t link, const JointVector& q) const {
+  DYOP_REQUIRE(link < links_.size(), "the chain has ", links_.size(), " links, no link ", link);
+  const std::vector<RigidPose> poses = link_poses(q);
+  std::vector<Twist> twists(coordinate_count());
+  for (std::size_t up = link; steps_[up]; up = steps_[up]->parent) {
+    const Step& step = *steps_[up];
+    if (step.type == JointType::Fixed) continue;
+    const RigidPose& X_WP = poses[step.parent];
+    const Vector3 axis_W = X_WP.rotation() * step.axis_P;
+    Twist& twist = twists[step.coordinate];
+    if (step.type == JointType::Prismatic) {
+      twist.v_WB = axis_W;
+    } else {
+      const Vector3 p_WJ = X_WP * step.X_PJ.translation();
+      twist = {axis_W.cross(poses[link].translation() - p_WJ), axis_W};
+    }
+  }
+  return twists;
+}
+
 std::size_t KinematicChain::common_ancestor(std::size_t first, std::size_t second) const {
   while (first != second) {
     std::size_t& deeper = depths_[first] >= depths_[second] ? first : second;

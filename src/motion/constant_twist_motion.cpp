@@ -31,6 +31,14 @@ MotionState ConstantTwistMotion::state(Scalar t) const {
   return {ConstantTwistMotion::pose(t), twist_WB_};
 }
 
+Twist ConstantTwistMotion::pose_change(Scalar t, const Twist& initial, const Twist& rate) const {
+  const Scalar tau = t - t0_;
+  const Vector3 theta = tau * twist_WB_.w_WB;
+  return {initial.v_WB + tau * rate.v_WB,
+          rotation_from_vector(theta) * initial.w_WB +
+              motion_internal::angular_velocity(theta, tau * rate.w_WB)};
+}
+
 TwistBound ConstantTwistMotion::twist_bound(const TimeInterval&) const {
   return bound_;
 }

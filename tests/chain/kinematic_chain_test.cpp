@@ -51,6 +51,36 @@ TEST(KinematicChain, PosesAreTheProductsOfHomogeneousMatrices) {
   }
 }
 
+// Against central differences of the oracle's poses.
+TEST(KinematicChain, JacobiansAreTheRatesOfThePoses) {
+  std::mt19937_64 random(4);
+  for (int round = 0; round < 40; ++round) {
+    const KinematicChain chain = random_tree(1, random);
+    JointVector q(chain.coordinate_count());
+    for (Eigen::Index i = 0; i < q.size(); ++i) q[i] = random_number(-2, 2, random);
+    constexpr Scalar kStep = 1e-5;
+    for (std::size_t link = 0; link < chain.links().size(); ++link) {
+      const std::vector<Twist> twists = chain.link_jacobian(link, q);
+      ASSERT_EQ(twists.size(), chain.coordinate_count());
+      for (std::size_t k = 0; k < twists.size(); ++k) {
+        JointVector plus = q;
+        JointVector minus = q;
+        plus[Eigen::Index(k)] += kStep;
+        minus[Eigen::Index(k)] -= kStep;
+        const Eigen::Matrix4d rate =
+            (oracle_link_poses(chain, plus)[link] - oracle_link_poses(chain, minus)[link]) /
+            (2 * kStep);
+        const Matrix3 R = oracle_link_poses(chain, q)[link].topLeftCorner<3, 3>();
+        const Matrix3 turning = rate.topLeftCorner<3, 3>() * R.transpose();
+        const Vector3 w(turning(2, 1), turning(0, 2), turning(1, 0));
+        EXPECT_LT((twists[k].v_WB - rate.topRightCorner<3, 1>()).norm(), 1e-7);
+        EXPECT_LT((twists[k].w_WB - w).norm(), 1e-7);
+      }
+    }
+    EXPECT_THROW(chain.link_jacobian(chain.links().size(), q), InvalidArgument);
+  }
+}
+
 TEST(KinematicChain, NamesWhatIsWrong) {
   const auto message = [](std::vector<Link> links, std::vector<Joint> joints) {
     return message_of<InvalidArgument>(

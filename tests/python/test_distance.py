@@ -163,3 +163,24 @@ def test_many_rays_give_rows(generator, ball_mesh):
         dyop.ray_cast_batch(ball_mesh, HERE, starts[:2], [[1, 0, 0], [0, 0, 0]])
     with pytest.raises(dyop.InvalidArgument, match="directions_W 1"):
         dyop.ray_cast_batch(ball_mesh, HERE, starts[:2], [[1, 0, 0]])
+
+
+def test_derivatives_are_central_differences():
+    a, b = dyop.Box([1, 1, 1]), dyop.Capsule(0.2, 0.5)
+    pose = dyop.RigidPose(quaternion=(0.8, 0.6, 0, 0), position=(0.3, 0.2, 3))
+    found = dyop.distance_derivatives(a, HERE, b, pose)
+    assert found.status == dyop.DerivativeStatus.Proven and found.error < 1e-4
+    step = 1e-6
+    for k in range(3):
+        shift = step * np.eye(3)[k]
+        plus, minus = (
+            dyop.distance(a, HERE, b, dyop.RigidPose(rotation=pose.rotation, position=pose.translation + s)).upper
+            for s in (shift, -shift)
+        )
+        assert found.by_b.translation[k] == pytest.approx((plus - minus) / (2 * step), abs=1e-7)
+    assert found.by_b.along(((1, 0, 0), (0, 0, 0))) == found.by_b.translation[0]
+    assert found.witness.nhat_by_b.translation.shape == (3, 3)
+    flat = dyop.distance_derivatives(a, HERE, a, at(0.1, 0.2, 3))
+    assert flat.status == dyop.DerivativeStatus.Tie and flat.witness is None
+    with pytest.raises(dyop.InvalidArgument, match="tolerance"):
+        dyop.distance_derivatives(a, HERE, b, pose, tolerance=0)

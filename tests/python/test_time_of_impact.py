@@ -149,3 +149,18 @@ def test_wrong_types_and_fields_are_type_errors():
         dyop.ToiOptions(max_node_pairs="many")
     with pytest.raises(AttributeError):
         dyop.ToiResult().status = dyop.ToiStatus.Separated
+
+
+def test_an_impact_has_derivatives():
+    ball = dyop.Sphere(1)
+    rest = dyop.RestMotion()
+    flight = dyop.ConstantTwistMotion(dyop.RigidPose(position=(-5, 0.8, 0)), ((2, 0, 0), (0, 0, 0)))
+    hit = dyop.time_of_impact(ball, rest, ball, flight, (0, 5))
+    found = dyop.impact_derivatives(ball, rest, ball, flight, hit)
+    assert found.status == dyop.DerivativeStatus.Proven
+    assert found.by_b.translation[0] == pytest.approx(-0.5, abs=1e-5)
+    faster = flight.pose_change(hit.t_safe, ((0, 0, 0), (0, 0, 0)), ((1, 0, 0), (0, 0, 0)))
+    assert found.by_b.along(faster) == pytest.approx(-hit.t_safe / 2, abs=1e-5)
+    miss = dyop.time_of_impact(ball, rest, ball, flight, (0, 0.1))
+    with pytest.raises(dyop.InvalidArgument, match="Separated"):
+        dyop.impact_derivatives(ball, rest, ball, flight, miss)

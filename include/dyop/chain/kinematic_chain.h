@@ -14,6 +14,7 @@
 #include "dyop/chain/joint_path.h"
 #include "dyop/core/rigid_pose.h"
 #include "dyop/geometry/shape.h"
+#include "dyop/motion/motion.h"
 
 namespace DYOP_EXPORT dyop {
 
@@ -98,6 +99,12 @@ class KinematicChain {
   /// Poses X_WL of all links, in their order.
   /// @throws InvalidArgument unless q has as many coordinates as the chain, all finite.
   std::vector<RigidPose> link_poses(const JointVector& q) const;
+
+  /// How a link moves with the coordinates: one twist for each, per unit of it, zero for joints
+  /// that are not above the link. With distance_derivatives(): dd/dq_k is the sum over both links
+  /// of PoseGradient::along() of their twist k.
+  /// @throws InvalidArgument as link_poses(), or if there is no such link.
+  std::vector<Twist> link_jacobian(std::size_t link, const JointVector& q) const;
 
   /// Pairs that self-collision checks: both links have shapes, they are not neighbours (joined
   /// directly, or only through links without shapes), and the pair is not ignored.

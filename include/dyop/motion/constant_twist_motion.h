@@ -25,6 +25,12 @@ class ConstantTwistMotion final : public Motion {
   PoseScale pose_scale(const TimeInterval& interval) const override;
   bool is_trusted() const override { return true; }
 
+  /// How the pose at time t changes, as a twist, if X_WB0 and the twist of the motion change:
+  /// each of `initial` and `rate` is a change per unit of some parameter, of X_WB0 (v: of the
+  /// origin, w: a turn about it) and of twist_WB. All in world. For derivatives of distances and
+  /// times of impact.
+  Twist pose_change(Scalar t, const Twist& initial, const Twist& rate) const;
+
   /// As given.
   const RigidPose& X_WB0() const { return X_WB0_; }
   Scalar t0() const { return t0_; }

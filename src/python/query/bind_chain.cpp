@@ -161,6 +161,13 @@ void bind_chain_methods(ChainClass& type) {
           "link_poses", [](const Chain& c, const JointVector& q) { return c.link_poses(q); },
           py::arg("q"), "Poses X_WL of all links at coordinates (K,).")
       .def(
+          "link_jacobian",
+          [](const Chain& c, std::size_t link, const JointVector& q) {
+            return c.link_jacobian(link, q);
+          },
+          py::arg("link"), py::arg("q"),
+          "How a link moves with the coordinates (K,): a twist for each, per unit of it.")
+      .def(
           "are_neighbours",
           [](const Chain& c, std::size_t first, std::size_t second) {
             const std::size_t last = std::max(first, second);

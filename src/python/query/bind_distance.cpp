@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "dyop/core/error.h"
+#include "dyop/distance/distance_derivatives.h"
 #include "dyop/distance/find_contacts.h"
 #include "dyop/distance/gjk.h"
 #include "dyop/distance/penetration.h"
@@ -219,6 +220,62 @@ void bind_ray_cast(py::module_& m) {
       "shape: never behind the true surface, never through an edge.");
 }
 
+void bind_gradients(py::module_& m) {
+  Record<PoseGradient> gradient(m, "PoseGradient", "How a number changes with a body's pose.");
+  gradient
+      .field<&PoseGradient::translation>("translation",
+                                         "numpy.ndarray: (3,) per length of its origin")
+      .field<&PoseGradient::rotation>("rotation", "numpy.ndarray: (3,) per radian about its origin")
+      .finish();
+  gradient.type.def(
+      "along",
+      [](const PoseGradient& g, const TwistArgument& twist) { return g.along(twist.twist); },
+      py::arg("twist"), "The rate of change while the body moves with a twist (v, w).");
+  Record<PoseJacobian>(m, "PoseJacobian", "How a vector changes with a body's pose.")
+      .field<&PoseJacobian::translation>("translation",
+                                         "numpy.ndarray: (3, 3) a column per axis of the world")
+      .field<&PoseJacobian::rotation>("rotation", "numpy.ndarray: (3, 3) per radian")
+      .finish();
+  Record<WitnessJacobians>(m, "WitnessJacobians", "How witness points and normal change.")
+      .field<&WitnessJacobians::p_WCa_by_a>("p_WCa_by_a", "PoseJacobian: by the pose of A")
+      .field<&WitnessJacobians::p_WCa_by_b>("p_WCa_by_b", "PoseJacobian: by the pose of B")
+      .field<&WitnessJacobians::p_WCb_by_a>("p_WCb_by_a", "PoseJacobian: by the pose of A")
+      .field<&WitnessJacobians::p_WCb_by_b>("p_WCb_by_b", "PoseJacobian: by the pose of B")
+      .field<&WitnessJacobians::nhat_by_a>("nhat_by_a", "PoseJacobian: by the pose of A")
+      .field<&WitnessJacobians::nhat_by_b>("nhat_by_b", "PoseJacobian: by the pose of B")
+      .finish();
+}
+
+void bind_derivatives(py::module_& m) {
+  py::enum_<DerivativeStatus>(m, "DerivativeStatus", "Whether derivatives may be used.")
+      .value("NotRun", DerivativeStatus::NotRun)
+      .value("Proven", DerivativeStatus::Proven, "No corner, within the tolerance.")
+      .value("Tie", DerivativeStatus::Tie, "A corner: other features are as near.")
+      .value("Touching", DerivativeStatus::Touching, "Not proven apart: no gradient.")
+      .value("Grazing", DerivativeStatus::Grazing, "Of an impact: the bodies hardly approach.");
+  bind_gradients(m);
+  Record<DistanceDerivatives>(m, "DistanceDerivatives", "Result of distance_derivatives().")
+      .field<&DistanceDerivatives::status>("status", "DerivativeStatus: whether to use them")
+      .field<&DistanceDerivatives::by_a>("by_a", "PoseGradient: of the distance, by the pose of A")
+      .field<&DistanceDerivatives::by_b>("by_b", "PoseGradient: of the distance, by the pose of B")
+      .field<&DistanceDerivatives::error>("error", "float: of one-sided derivatives, proven")
+      .field<&DistanceDerivatives::witness>("witness",
+                                            "Optional[WitnessJacobians]: where features are flat")
+      .field<&DistanceDerivatives::distance>("distance", "DistanceResult: at these poses")
+      .finish();
+  m.def(
+      "distance_derivatives",
+      [](const Shape& a, const PoseArgument& X_WA, const Shape& b, const PoseArgument& X_WB,
+         Scalar tolerance) {
+        const py::gil_scoped_release unlocked;
+        return distance_derivatives(a, X_WA.X, b, X_WB.X, {.tolerance = tolerance});
+      },
+      py::arg("a"), py::arg("X_WA"), py::arg("b"), py::arg("X_WB"),
+      py::arg("tolerance") = DerivativeOptions().tolerance,
+      "The distance of two shapes and its derivatives by both poses, proven within a tolerance or\n"
+      "flagged where features tie.");
+}
+
 }  // namespace
 
 void bind_distance(py::module_& m) {
@@ -228,6 +285,7 @@ void bind_distance(py::module_& m) {
   bind_distance_kernels(m);
   bind_point_distance(m);
   bind_ray_cast(m);
+  bind_derivatives(m);
 }
 
 }  // namespace dyop::python

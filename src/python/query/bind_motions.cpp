@@ -177,6 +177,14 @@ void bind_steady_motions(py::module_& m) {
            "time, in world.")
       .def_property_readonly("X_WB0", &ConstantTwistMotion::X_WB0, "RigidPose: at time t0")
       .def_property_readonly("t0", &ConstantTwistMotion::t0, "float: time")
+      .def(
+          "pose_change",
+          [](const ConstantTwistMotion& self, Scalar t, const TwistArgument& initial,
+             const TwistArgument& rate) { return self.pose_change(t, initial.twist, rate.twist); },
+          py::arg("t"), py::arg("initial"), py::arg("rate"),
+          "How the pose at time t changes, as a twist (v, w), if X_WB0 changes by `initial` and "
+          "the\n"
+          "twist of the motion by `rate`.")
       .def("__reduce__", [](const py::object& self) {
         return py::make_tuple(
             py::type::of(self),

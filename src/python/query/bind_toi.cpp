@@ -5,6 +5,7 @@
 #include "dyop/core/error.h"
 #include "dyop/io/query_record.h"
 #include "dyop/io/result_text.h"
+#include "dyop/toi/impact_derivatives.h"
 #include "dyop/toi/least_distance.h"
 #include "dyop/toi/time_of_impact.h"
 #include "dyop/toi/toi_batch.h"
@@ -189,6 +190,29 @@ void bind_least_distance(py::module_& m) {
       "and the time of nearest approach.");
 }
 
+void bind_impact_derivatives(py::module_& m) {
+  Record<ImpactDerivatives>(m, "ImpactDerivatives", "Result of impact_derivatives().")
+      .field<&ImpactDerivatives::status>("status", "DerivativeStatus: whether to use them")
+      .field<&ImpactDerivatives::by_a>("by_a", "PoseGradient: of the time, by A's pose then")
+      .field<&ImpactDerivatives::by_b>("by_b", "PoseGradient: of the time, by B's pose then")
+      .field<&ImpactDerivatives::closing_speed>("closing_speed", "float: length per time")
+      .field<&ImpactDerivatives::error>("error", "float: of the gradients, relative, proven")
+      .field<&ImpactDerivatives::distance>("distance", "DistanceDerivatives: at the impact")
+      .finish();
+  m.def(
+      "impact_derivatives",
+      [](const Shape& a, const Motion& X_WA, const Shape& b, const Motion& X_WB,
+         const ToiResult& impact, Scalar tolerance, Scalar grazing_fraction) {
+        return impact_derivatives(a, X_WA, b, X_WB, impact, {tolerance, grazing_fraction});
+      },
+      py::arg("a"), py::arg("X_WA"), py::arg("b"), py::arg("X_WB"), py::arg("impact"),
+      py::arg("tolerance") = ImpactDerivativeOptions().tolerance,
+      py::arg("grazing_fraction") = ImpactDerivativeOptions().grazing_fraction,
+      "The derivatives of the time of an impact that time_of_impact() found, by both poses at "
+      "that\n"
+      "time; flagged where features tie or the bodies graze each other.");
+}
+
 }  // namespace
 
 void bind_toi(py::module_& m) {
@@ -196,6 +220,7 @@ void bind_toi(py::module_& m) {
   bind_toi_options(m);
   bind_toi_query(m);
   bind_least_distance(m);
+  bind_impact_derivatives(m);
 }
 
 }  // namespace dyop::python
