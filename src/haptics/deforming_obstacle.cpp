@@ -85,7 +85,7 @@ void DeformingObstacle::hand_over(Scalar duration) {
 }
 
 bool DeformingObstacle::start_tick() {
-  is_next_seen_ = has_next_.load(std::memory_order_acquire);
+  is_next_seen_ = snapshots_taken_ < most_seen_ && has_next_.load(std::memory_order_acquire);
   const std::int64_t seen = snapshots_taken_ + (is_next_seen_ ? 1 : 0);
   const bool is_there = fraction_ >= 1 && !is_next_seen_;
   if (seen > snapshots_seen_ || is_there) lag_ = 0;

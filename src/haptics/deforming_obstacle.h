@@ -4,6 +4,7 @@
 #include <array>
 #include <atomic>
 #include <cstdint>
+#include <limits>
 #include <span>
 
 #include "dyop/geometry/mesh_topology.h"
@@ -46,6 +47,7 @@ class DeformingObstacle final : public Obstacle {
                              const PairMemory& kept) const override;
   std::optional<bool> is_apart_at(const ToolBody& body, const RigidPose& X_WB, WorkClock& clock,
                                   PairMemory& kept) const override;
+  void let_see(std::int64_t snapshots) override { most_seen_ = snapshots; }
   std::int64_t snapshots_seen() const override { return snapshots_seen_; }
   Scalar speed() const override { return shown().largest_displacement() * rate(); }
   Scalar time_left() const override;
@@ -102,6 +104,7 @@ class DeformingObstacle final : public Obstacle {
   std::atomic<bool> has_next_{false};
   Scalar next_duration_ = 0;  // 0: another mesh, at rest
   std::int64_t snapshots_seen_ = 0;
+  std::int64_t most_seen_ = std::numeric_limits<std::int64_t>::max();
   bool is_next_seen_ = false;  // as it was when the tick started
 };
 

@@ -7,17 +7,31 @@
 #include "core/tolerance.h"
 #include "dyop/core/error.h"
 #include "haptics/deforming_obstacle.h"
+#include "haptics/device_filter.h"
 #include "haptics/proxy.h"
+#include "haptics/soft_region.h"
 
 namespace dyop {
 namespace haptics_internal {
 
 struct SessionState {
   SessionState(const HapticScene& scene, const HapticOptions& given)
-      : options(given), proxy(scene, given), coupling(given.coupling), clock(given.max_work) {}
+      : options(given),
+        proxy(scene, given),
+        filter(given, reach_of(proxy.bodies())),
+        coupling(given.coupling),
+        clock(given.max_work) {
+    for (std::size_t k = 0; k < scene.obstacles.size(); ++k) {
+      const ToolObstacle& obstacle = scene.obstacles[k];
+      if (obstacle.role != ObstacleRole::SoftRegion || !(obstacle.soft_stiffness > 0)) continue;
+      soft_regions.push_back(std::make_unique<SoftRegion>(scene, k, given));
+    }
+  }
 
   HapticOptions options;
   Proxy proxy;
+  std::vector<std::unique_ptr<SoftRegion>> soft_regions;
+  DeviceFilter filter;
   VirtualCoupling coupling;
   WorkClock clock;
   HapticTick tick;
@@ -29,6 +43,7 @@ struct SessionState {
 namespace {
 
 using haptics_internal::DeformingObstacle;
+using haptics_internal::DeviceFilter;
 using haptics_internal::FollowReport;
 using haptics_internal::HoldPoint;
 using haptics_internal::Obstacle;
@@ -38,6 +53,9 @@ using haptics_internal::ToolStep;
 
 // Time that a tick may miss by rounding.
 constexpr Scalar kTimeNoise = 0x1p-20;
+
+// A snapshot takes at least this fraction of a period.
+constexpr Scalar kLeastDuration = 1e-6;  // literal: a ratio of times
 
 // With less, the share is used up before a search has come to what is new.
 constexpr int kLeastWork = 10;
@@ -51,6 +69,9 @@ void require_valid(const HapticOptions& options) {
   require_positive("rest_offset", options.rest_offset);
   require_positive("recovery_speed", options.recovery_speed);
   require_positive("clearance_tolerance", options.clearance_tolerance);
+  DYOP_REQUIRE(options.largest_device_speed > 0,
+               "HapticSession: largest_device_speed must be > 0, not ",
+               options.largest_device_speed);
   const auto require_work = [](const char* name, std::int64_t pieces) {
     DYOP_REQUIRE(pieces >= kLeastWork, "HapticSession: ", name, " must be >= ", kLeastWork,
                  ", not ", pieces);
@@ -86,20 +107,6 @@ void require_valid(const HapticScene& scene) {
     DYOP_REQUIRE((obstacle.shape != nullptr) != !obstacle.triangles.empty(),
                  "HapticSession: ", "obstacle ", k, " must have either a shape or triangles");
   }
-}
-
-// A pose that a device may be at; devices send quaternions in single precision.
-std::optional<ToolPose> checked(const DevicePose& device) {
-  const Scalar norm = device.q_WD.norm();
-  const bool is_sound = device.p_WD.allFinite() &&
-                        device.p_WD.cwiseAbs().maxCoeff() <= kLargestCoordinate &&
-                        std::abs(norm - 1) <= kDeviceRotationTolerance;
-  if (!is_sound) return std::nullopt;
-  ToolPose pose{RigidPose(device.q_WD.normalized(), device.p_WD), device.angles};
-  for (const Scalar angle : pose.angles) {
-    if (!std::isfinite(angle)) return std::nullopt;
-  }
-  return pose;
 }
 
 HapticStatus status_of(const FollowReport& report, bool was_cut, bool is_late) {
@@ -150,64 +157,80 @@ void tell_clearances(const SessionState& state, const ToolStep& step, Scalar dt,
   }
 }
 
-// Soft regions push the tool, and so the hand, away from their nearest points.
-void add_soft_forces(const SessionState& state, HapticTick& tick) {
-  for (std::size_t k = 0; k < tick.clearances.size(); ++k) {
-    const Obstacle& obstacle = *state.proxy.obstacles()[k];
-    if (obstacle.role != ObstacleRole::SoftRegion) continue;
-    const ToolClearance& clearance = tick.clearances[k];
-    const Scalar depth = obstacle.margin - clearance.upper;
-    const Vector3 apart = clearance.p_WT - clearance.p_WO;
-    const Scalar length = apart.norm();
-    if (!(depth > 0) || !(length > 0)) continue;
-    const Vector3 force = obstacle.soft_stiffness * depth / length * apart;
-    tick.wrench.force_W += force;
-    tick.wrench.torque_W += (clearance.p_WT - tick.tool.X_WT.translation()).cross(force);
+// What soft regions pull the hand with.
+AddedPull soft_pull(const SessionState& state, const Vector3& p_WD) {
+  AddedPull sum;
+  for (const auto& region : state.soft_regions) {
+    const AddedPull pull = region->pull(state.proxy.pose().X_WT, p_WD);
+    sum.wrench.force_W += pull.wrench.force_W;
+    sum.wrench.torque_W += pull.wrench.torque_W;
+    sum.stored += pull.stored;
+  }
+  return sum;
+}
+
+// The wrench for a device where it is, or where it last was.
+void tell_wrench(SessionState& state, DeviceFilter::Verdict verdict, Scalar dt, HapticTick& tick) {
+  if (verdict == DeviceFilter::Verdict::Moved) state.coupling.rebase();
+  if (verdict == DeviceFilter::Verdict::Invalid || !state.filter.goal()) {
+    state.coupling.release();
+    tick.wrench = {};
+    return;
+  }
+  const RigidPose& X_WD = state.filter.goal()->X_WT;
+  tick.wrench =
+      state.coupling.update(X_WD, tick.tool.X_WT, dt, soft_pull(state, X_WD.translation()));
+  tick.energy_returned = state.coupling.energy_returned();
+}
+
+void tell_tissue(const SessionState& state, Scalar late, HapticTick& tick) {
+  tick.tissue_stopped = late;
+  tick.tissue_lag = 0;
+  const auto& obstacles = state.proxy.obstacles();
+  for (std::size_t k = 0; k < obstacles.size(); ++k) {
+    obstacles[k]->stop(late);
+    tick.tissue_lag = std::max(tick.tissue_lag, obstacles[k]->lag());
+    tick.snapshots[k] = obstacles[k]->snapshots_seen();
+  }
+  for (const auto& region : state.soft_regions) {
+    tick.tissue_lag = std::max(tick.tissue_lag, region->region().lag());
   }
 }
 
 const HapticTick& run_tick(SessionState& state, const DevicePose& device, Scalar dt) {
+  using Verdict = DeviceFilter::Verdict;
   HapticTick& tick = state.tick;
   tick.statistics = {};
-  tick.cutoff.reset();
-  const std::optional<ToolPose> goal = checked(device);
-  const bool is_valid = goal && dt >= 0 && dt < kInfinity;
+  const Verdict verdict = state.filter.judge(device, dt);
   const ToolPose before = state.proxy.pose();
   const Scalar passed = dt >= 0 && dt < kInfinity ? dt : 0;
   // Without a device pose the proxy stays where it is, unless tissue pushes it.
   const FollowReport report =
-      state.proxy.follow(is_valid ? goal : std::nullopt, passed, state.clock, tick.statistics);
-  // A tick that only has to leave clearances to the next has done all that its status tells.
+      state.proxy.follow(verdict == Verdict::Invalid ? std::nullopt : state.filter.goal(), passed,
+                         state.clock, tick.statistics);
+  // A tick that only has to leave soft regions and clearances to the next has done all that its
+  // status tells.
   const bool was_cut = state.clock.cutoff().has_value();
+  for (const auto& region : state.soft_regions) {
+    region->region().let_see(state.proxy.obstacles()[region->obstacle()]->snapshots_seen());
+    region->follow(state.proxy.pose(), passed, state.clock, tick.statistics);
+  }
   state.proxy.measure({state.clock, state.options.clearance_work}, tick.statistics);
   const Scalar late = passed - report.committed;
   const bool is_late = late > kTimeNoise * passed;
   state.time += passed;
-  tick.tissue_stopped = is_late ? late : 0;
-  tick.tissue_lag = 0;
-  for (const auto& obstacle : state.proxy.obstacles()) {
-    obstacle->stop(tick.tissue_stopped);
-    tick.tissue_lag = std::max(tick.tissue_lag, obstacle->lag());
-  }
   tick.tool = state.proxy.pose();
   tick.path = state.proxy.path();
   tick.cutoff = state.clock.cutoff();
   tick.statistics.checkpoints = state.clock.checkpoints();
   tick.statistics.work = state.clock.work();
-  for (std::size_t k = 0; k < tick.snapshots.size(); ++k) {
-    tick.snapshots[k] = state.proxy.obstacles()[k]->snapshots_seen();
-  }
+  tell_tissue(state, is_late ? late : 0, tick);
   tell_contacts(state, tick);
   tell_clearances(state, haptics_internal::step_between(before, tick.tool), passed, tick);
-  if (is_valid) {
-    tick.wrench = state.coupling.update(goal->X_WT, tick.tool.X_WT, dt);
-    tick.energy_returned = state.coupling.energy_returned();
-    add_soft_forces(state, tick);
-  } else {
-    state.coupling.release();
-    tick.wrench = {};
-  }
-  tick.status = is_valid ? status_of(report, was_cut, is_late) : HapticStatus::InvalidInput;
+  tell_wrench(state, verdict, dt, tick);
+  tick.status = verdict == Verdict::Invalid   ? HapticStatus::InvalidInput
+                : verdict == Verdict::Outlier ? HapticStatus::Outlier
+                                              : status_of(report, was_cut, is_late);
   return tick;
 }
 
@@ -217,6 +240,30 @@ DeformingObstacle& deforming(const SessionState& state, std::size_t number) {
   auto* obstacle = dynamic_cast<DeformingObstacle*>(state.proxy.obstacles()[number].get());
   DYOP_REQUIRE(obstacle, "HapticSession: obstacle ", number, " does not deform");
   return *obstacle;
+}
+
+void require_places(const SessionState& state, const char* name,
+                    std::span<const Vector3> vertices) {
+  const Scalar most = haptics_internal::largest_coordinate(state.options);
+  for (std::size_t k = 0; k < vertices.size(); ++k) {
+    DYOP_REQUIRE(vertices[k].cwiseAbs().maxCoeff() <= most, name, ": vertex ", k, " is (",
+                 vertices[k].transpose(), "), its coordinates must be finite and at most ", most);
+  }
+}
+
+// To an obstacle and, of a soft region, the copy of it; first to that, so that what the tick has
+// seen of the obstacle is there of the copy.
+template <typename Give>
+bool give(const SessionState& state, const char* name, std::size_t number,
+          std::span<const Vector3> vertices, const Give& give_to) {
+  DeformingObstacle& tissue = deforming(state, number);
+  require_places(state, name, vertices);
+  if (tissue.has_next()) return false;
+  for (const auto& region : state.soft_regions) {
+    if (region->obstacle() != number) continue;
+    if (!give_to(static_cast<DeformingObstacle&>(region->region()))) return false;
+  }
+  return give_to(tissue);
 }
 
 }  // namespace
@@ -265,7 +312,13 @@ Scalar HapticSession::time() const {
 }
 
 bool HapticSession::is_passive() const {
-  return state_->coupling.is_passive();
+  const CouplingOptions& springs = state_->options.coupling;
+  const bool is_soft = std::all_of(
+      state_->soft_regions.begin(), state_->soft_regions.end(), [&](const auto& region) {
+        return springs.device_damping >
+               least_passive_damping(region->stiffness(), 0, springs.period);
+      });
+  return is_soft && state_->coupling.is_passive();
 }
 
 std::size_t HapticSession::obstacle_count() const {
@@ -274,12 +327,18 @@ std::size_t HapticSession::obstacle_count() const {
 
 bool HapticSession::give_snapshot(std::size_t obstacle, std::span<const Vector3> vertices,
                                   Scalar duration) {
-  return deforming(*state_, obstacle).give(vertices, duration);
+  const Scalar least = kLeastDuration * state_->options.coupling.period;
+  DYOP_REQUIRE(duration >= least && duration < kInfinity,
+               "give_snapshot: duration must be finite and at least a millionth of the period, ",
+               least, ", not ", duration);
+  return give(*state_, "give_snapshot", obstacle, vertices,
+              [&](DeformingObstacle& tissue) { return tissue.give(vertices, duration); });
 }
 
 bool HapticSession::give_mesh(std::size_t obstacle, std::span<const Vector3> vertices,
                               std::span<const TriangleIndices> triangles) {
-  return deforming(*state_, obstacle).give_mesh(vertices, triangles);
+  return give(*state_, "give_mesh", obstacle, vertices,
+              [&](DeformingObstacle& tissue) { return tissue.give_mesh(vertices, triangles); });
 }
 
 std::vector<Vector3> HapticSession::tissue_vertices(std::size_t obstacle) const {

@@ -25,6 +25,8 @@ const char* words_of(HapticStatus status) {
       return "leaving tissue";
     case HapticStatus::InvalidInput:
       return "bad input";
+    case HapticStatus::Outlier:
+      return "outlier ignored";
   }
   throw InternalError("unknown status of a tick");
 }

@@ -144,6 +144,8 @@ class Obstacle {
   /// Takes over the snapshots of other threads; later ones wait for the next tick.
   /// @return As go_on().
   virtual bool start_tick() { return false; }
+  /// From now on start_tick() takes over no more than so many snapshots and meshes in all.
+  virtual void let_see(std::int64_t /*snapshots*/) {}
   /// Snapshots and meshes given before the tick.
   virtual std::int64_t snapshots_seen() const { return 0; }
   /// Time passes in which it does not move, although it should.

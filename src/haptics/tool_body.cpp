@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "haptics/tool_body.h"
 
+#include <algorithm>
+
 #include "dyop/core/error.h"
 #include "dyop/geometry/compound_shape.h"
 #include "dyop/geometry/convex_shape.h"
@@ -88,6 +90,12 @@ std::vector<ToolBody> make_tool_bodies(const HapticScene& scene, bool with_piece
     bodies.back().reach += scene.hinges[hinge].X_TJ.translation().norm();
   }
   return bodies;
+}
+
+Scalar reach_of(std::span<const ToolBody> bodies) {
+  Scalar reach = 0;
+  for (const ToolBody& body : bodies) reach = std::max(reach, body.reach);
+  return reach;
 }
 
 }  // namespace dyop::haptics_internal

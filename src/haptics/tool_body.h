@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "dyop/geometry/triangle_mesh.h"
@@ -30,5 +31,8 @@ struct ToolBody {
 /// @throws InvalidArgument if there is no part, a shape is missing, a hinge does not exist or has
 ///         no parts, or with_pieces is set and a shape has no core surface.
 std::vector<ToolBody> make_tool_bodies(const HapticScene& scene, bool with_pieces);
+
+/// No point of the tool is farther from T's origin.
+Scalar reach_of(std::span<const ToolBody> bodies);
 
 }  // namespace dyop::haptics_internal

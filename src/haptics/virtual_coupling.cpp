@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "dyop/core/error.h"
 
@@ -21,6 +22,14 @@ void require_axes(const char* name, const Vector3& values, bool may_be_zero) {
 // The rotation vector from A to B in world axes.
 Vector3 turn_between(const RigidPose& X_WA, const RigidPose& X_WB) {
   return rotation_vector(X_WB.rotation() * X_WA.rotation().transpose());
+}
+
+// Periods after which a window of time in which the springs' energy is observed ends.
+constexpr Scalar kWindowPeriods = 50;
+
+// What springs hold that are stretched by x along their axes.
+Scalar stored_in(const Vector3& stiffness, const Vector3& x) {
+  return stiffness.dot(x.cwiseAbs2()) / 2;
 }
 
 Vector3 shortened(const Vector3& vector, Scalar longest) {
@@ -74,17 +83,31 @@ void VirtualCoupling::observe(const RigidPose& X_WD) {
                       wrench_.torque_W.dot(turn_between(last_->X_WD, X_WD));
 }
 
+// What is returned comes from the springs, so no more of it needs braking than they held of late. A
+// sample of the device that is far off would otherwise be braked for the rest of the run.
+void VirtualCoupling::forgive(Scalar stored, Scalar dt) {
+  window_time_ += dt;
+  if (window_time_ > kWindowPeriods * options_.period) {
+    stored_before_ = std::exchange(stored_, 0);
+    window_time_ = 0;
+  }
+  stored_ = std::max(stored_, stored);
+  forgiven_ = std::max(forgiven_, energy_returned_ - std::max(stored_, stored_before_));
+}
+
 // Adds the damping that would dissipate the surplus energy within one period if the device keeps
 // its velocity ([Hannaford2002]).
 void VirtualCoupling::brake(Scalar dt, ToolWrench& wrench) const {
   const Scalar motion = (v_WD_.squaredNorm() + w_WD_.squaredNorm()) * dt;
-  if (!options_.bounds_energy || !(energy_returned_ > 0) || !(motion > 0)) return;
-  const Scalar damping = energy_returned_ / motion;
+  const Scalar surplus = energy_returned_ - forgiven_;
+  if (!options_.bounds_energy || !(surplus > 0) || !(motion > 0)) return;
+  const Scalar damping = surplus / motion;
   wrench.force_W -= damping * v_WD_;
   wrench.torque_W -= damping * w_WD_;
 }
 
-ToolWrench VirtualCoupling::update(const RigidPose& X_WD, const RigidPose& X_WP, Scalar dt) {
+ToolWrench VirtualCoupling::update(const RigidPose& X_WD, const RigidPose& X_WP, Scalar dt,
+                                   const AddedPull& added) {
   observe(X_WD);
   if (!last_) {
     v_WD_ = w_WD_ = v_WP_ = w_WP_ = Vector3::Zero();
@@ -96,10 +119,16 @@ ToolWrench VirtualCoupling::update(const RigidPose& X_WD, const RigidPose& X_WP,
   }
   last_ = {X_WD, X_WP};
   const Vector3 stretch = X_WP.translation() - X_WD.translation();
+  const Vector3 turn = turn_between(X_WD, X_WP);
   wrench_.force_W =
       options_.stiffness.cwiseProduct(stretch) + options_.damping.cwiseProduct(v_WP_ - v_WD_);
-  wrench_.torque_W = options_.rotational_stiffness.cwiseProduct(turn_between(X_WD, X_WP)) +
+  wrench_.torque_W = options_.rotational_stiffness.cwiseProduct(turn) +
                      options_.rotational_damping.cwiseProduct(w_WP_ - w_WD_);
+  wrench_.force_W += added.wrench.force_W;
+  wrench_.torque_W += added.wrench.torque_W;
+  forgive(added.stored + stored_in(options_.stiffness, stretch) +
+              stored_in(options_.rotational_stiffness, turn),
+          dt);
   brake(dt, wrench_);
   wrench_.force_W = shortened(wrench_.force_W, options_.largest_force);
   wrench_.torque_W = shortened(wrench_.torque_W, options_.largest_torque);

@@ -32,7 +32,7 @@ struct ToolPart {
 enum class ObstacleRole {
   Tissue,      ///< touched: the tool stays out, with friction, and the hand feels it
   HardRegion,  ///< forbidden: the tool stays at least the margin away, without friction
-  SoftRegion,  ///< a force that grows from the margin inwards pushes back
+  SoftRegion,  ///< a force that grows from the margin inwards, however deep, pushes back
   Monitor,     ///< only the clearance is reported
 };
 
@@ -49,8 +49,11 @@ struct ToolObstacle {
   /// Distance that the tool keeps (Tissue, HardRegion), from which it is pushed back (SoftRegion),
   /// or that counts as a breach (Monitor); length, >= 0.
   Scalar margin = 0;
-  Scalar friction = 0;        ///< Coulomb's coefficient, >= 0; Tissue only
-  Scalar soft_stiffness = 0;  ///< force per length inside the margin, >= 0; SoftRegion only
+  Scalar friction = 0;  ///< Coulomb's coefficient, >= 0; Tissue only
+  /// Force per length inside the margin, towards the side where the tool came from, >= 0;
+  /// SoftRegion only. A tool that starts within the margin is pushed by a force that grows from
+  /// zero, as fast as HapticOptions::recovery_speed.
+  Scalar soft_stiffness = 0;
 };
 
 /// Everything a HapticSession needs. Any consistent units.

@@ -37,6 +37,10 @@ struct HapticOptions {
   /// hundreds, one that slips up to 5,000; only jumps of the device and infeasible contacts reach
   /// the default.
   std::int64_t max_work = 20000;
+  /// The fastest that a hand moves a point of the tool, length per time, > 0. A pose farther away
+  /// from the last one is an outlier (HapticStatus::Outlier) unless the next one confirms it; then
+  /// the tool follows, and the jump counts as no work of the hand. 5 m/s suits hands.
+  Scalar largest_device_speed = kInfinity;
 };
 
 namespace haptics_internal {
@@ -82,7 +86,8 @@ class HapticSession {
   /// snapshot, tissue stands still.
   /// @return False if the obstacle has not yet started on the last snapshot; then nothing happens.
   /// @throws InvalidArgument if the obstacle does not deform, the number of vertices differs, one
-  ///         is not finite, or duration is not > 0.
+  ///         is not finite or has a coordinate beyond 2.7e11 rest offsets, or duration is less
+  ///         than a millionth of CouplingOptions::period.
   bool give_snapshot(std::size_t obstacle, std::span<const Vector3> vertices, Scalar duration);
 
   /// Gives a deforming obstacle another mesh, as after a cut, instead of a next snapshot: with the
@@ -93,7 +98,7 @@ class HapticSession {
   /// they stand. If it is not, the tool leaves it: HapticStatus::Recovering, Overlapping.
   /// @return As give_snapshot().
   /// @throws InvalidArgument if the obstacle does not deform, there is no triangle, an index is out
-  ///         of range, or a vertex is not finite.
+  ///         of range, or a vertex is not finite or beyond the same limit.
   bool give_mesh(std::size_t obstacle, std::span<const Vector3> vertices,
                  std::span<const TriangleIndices> triangles);
 

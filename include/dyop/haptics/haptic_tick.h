@@ -51,6 +51,7 @@ enum class HapticStatus {
   Recovering,    ///< something was nearer than its target at the start and is being left
   Overlapping,   ///< something crosses the tool: that pair is not proven, and is being left
   InvalidInput,  ///< unusable device pose or dt: the proxy stays, no wrench
+  Outlier,       ///< no hand moves that fast: the tool goes on to the last pose, with its wrench
 };
 
 /// A status in plain words.

@@ -27,13 +27,20 @@ struct CouplingOptions {
   Scalar device_damping = 0;
   Scalar device_rotational_damping = 0;
   Scalar period = 1e-3;
-  /// Brake the hand by the energy that was returned beyond what it put in (passivity control).
+  /// Brake the hand by the energy that was returned beyond what it put in (passivity control), as
+  /// far as the springs held that much within the last 100 periods.
   bool bounds_energy = false;
 };
 
 /// The least damping b of a device with which a spring K and damper B, sampled every T and held in
 /// between, are passive whatever holds the device: b > K T / 2 + |B| ([Colgate1997]).
 Scalar least_passive_damping(Scalar stiffness, Scalar damping, Scalar period);
+
+/// What else pulls the hand, as the springs of soft regions.
+struct AddedPull {
+  ToolWrench wrench;  ///< about the device's origin
+  Scalar stored = 0;  ///< energy that its springs hold, >= 0
+};
 
 /// The force on the hand: towards the proxy, which is where the tool really is.
 class VirtualCoupling {
@@ -47,11 +54,17 @@ class VirtualCoupling {
   bool is_passive() const;
 
   /// The wrench for a device at X_WD whose proxy is at X_WP, dt after the last call; assumed to be
-  /// held until the next call. dt = 0 repeats the velocities of the last call.
-  ToolWrench update(const RigidPose& X_WD, const RigidPose& X_WP, Scalar dt);
+  /// held until the next call. dt = 0 repeats the velocities of the last call. What is added counts
+  /// for the limits and the energy like the springs' own.
+  ToolWrench update(const RigidPose& X_WD, const RigidPose& X_WP, Scalar dt,
+                    const AddedPull& added = {});
 
   /// The device's pose is unknown: no wrench; the next call starts without velocities.
   void release();
+
+  /// The device is elsewhere without having been moved there by the hand: until the next call no
+  /// work is done on it, and that one starts without velocities.
+  void rebase() { last_.reset(); }
 
   /// The work done on the hand by all wrenches so far, from the device's displacement while each
   /// was held. At most zero over every closed stroke if the coupling is passive.
@@ -63,6 +76,7 @@ class VirtualCoupling {
     RigidPose X_WP;
   };
   void observe(const RigidPose& X_WD);
+  void forgive(Scalar stored, Scalar dt);
   void brake(Scalar dt, ToolWrench& wrench) const;
 
   CouplingOptions options_;
@@ -73,6 +87,11 @@ class VirtualCoupling {
   Vector3 v_WP_ = Vector3::Zero();
   Vector3 w_WP_ = Vector3::Zero();
   Scalar energy_returned_ = 0;
+  Scalar forgiven_ = 0;  // of it, no longer braked
+  // The most that the springs held in the present window of time and in the one before it.
+  Scalar stored_ = 0;
+  Scalar stored_before_ = 0;
+  Scalar window_time_ = 0;
 };
 
 }  // namespace dyop

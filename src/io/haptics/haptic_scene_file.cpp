@@ -113,6 +113,9 @@ void read_options(const JsonNode& root, HapticRun& run) {
   options.rest_offset = root.at("rest_offset").positive_number();
   options.recovery_speed = root.at("recovery_speed").positive_number();
   if (root.has("max_work")) options.max_work = root.at("max_work").positive_integer();
+  if (root.has("device_speed")) {
+    options.largest_device_speed = root.at("device_speed").positive_number();
+  }
   const JsonNode coupling = root.at("coupling");
   coupling.require_object({"stiffness", "damping", "rotational_stiffness", "rotational_damping",
                            "largest_force", "largest_torque", "device_damping",
@@ -200,7 +203,7 @@ HapticRun parse_haptic_run(const std::filesystem::path& file, const std::string&
   const Json json = io_internal::parse_json(file, text);
   const JsonNode root(file, json);
   root.require_object({"title", "tool", "obstacles", "coupling", "rest_offset", "recovery_speed",
-                       "max_work", "rate", "deadline", "duration", "strokes"});
+                       "max_work", "device_speed", "rate", "deadline", "duration", "strokes"});
   HapticRun run;
   run.text = text;
   if (root.has("title")) run.title = root.at("title").text();

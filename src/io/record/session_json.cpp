@@ -47,7 +47,8 @@ Json options_json(const HapticOptions& options) {
           {"max_contacts", options.max_contacts},
           {"clearance_tolerance", options.clearance_tolerance},
           {"clearance_work", options.clearance_work},
-          {"max_work", options.max_work}};
+          {"max_work", options.max_work},
+          {"largest_device_speed", limit_json(options.largest_device_speed)}};
 }
 
 HapticOptions options_from(const Json& json) {
@@ -72,6 +73,9 @@ HapticOptions options_from(const Json& json) {
   options.clearance_work = json.value("clearance_work", options.clearance_work);
   // Older recordings know no limit.
   options.max_work = json.value("max_work", std::numeric_limits<std::int64_t>::max());
+  if (json.contains("largest_device_speed")) {
+    options.largest_device_speed = limit_from(json.at("largest_device_speed"));
+  }
   return options;
 }
 

@@ -197,7 +197,7 @@ void put_tick(const TickRecord& record, std::vector<std::int64_t>& seen, TickRow
 }
 
 RecordedTick tick_from(const TickRow& row, std::span<const Scalar> margins) {
-  DYOP_REQUIRE(row.status <= std::uint8_t(HapticStatus::InvalidInput), "tick ", row.number,
+  DYOP_REQUIRE(row.status <= std::uint8_t(HapticStatus::Outlier), "tick ", row.number,
                " has the unknown status ", int(row.status));
   RecordedTick tick;
   tick.number = row.number;

@@ -123,7 +123,7 @@ class ToolPageMaker {
     t_ += tick.time_passed();
     swap_tissue();
     add_poses(proxy_, tick.tool);
-    if (tick.status == HapticStatus::InvalidInput) {
+    if (tick.status == HapticStatus::InvalidInput || tick.status == HapticStatus::Outlier) {
       hide_device();
     } else {
       const RigidPose X_WD(tick.device.q_WD.normalized(), tick.device.p_WD);
