@@ -327,7 +327,7 @@ dyop_status dyop_world_remove_joint(dyop_context* context, dyop_world world, dyo
 dyop_status dyop_world_set_motor(dyop_context* context, dyop_world world, dyop_joint joint,
                                  double speed, double strength) {
   return dyop::c::change_world(context, world, [&](dyop::World& changed) {
-    changed.set_motor(dyop::JointId{joint.number - 1}, {speed, strength});
+    changed.set_motor(dyop::JointId{joint.number - 1}, dyop::JointMotor{speed, strength});
   });
 }
 

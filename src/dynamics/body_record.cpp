@@ -69,7 +69,6 @@ void require_valid(const BodyDefinition& body) {
     DYOP_REQUIRE(!body.locked.any(), "body '", name, "': only a dynamic body can have locked axes");
     return;
   }
-  DYOP_REQUIRE(!body.is_sensor, "body '", name, "': a sensor cannot be dynamic");
   require_mass(body);
 }
 

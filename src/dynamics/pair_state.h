@@ -42,6 +42,7 @@ struct PairLengths {
 struct PairState {
   PairKey key;
   PairLengths lengths;
+  Material material;
   Pivot pivot;    // at the World's time
   PairSeed seed;  // from the pivot, then from the last query
   ContactCache contacts;

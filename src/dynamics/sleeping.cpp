@@ -108,9 +108,9 @@ bool World::Impl::is_held(const Island& island, Scalar h) const {
     });
   };
   for (const JointState* joint : island.joints) {
-    if (joint->definition.motor || is_carried(joint->definition.a, joint->definition.b)) {
-      return false;
-    }
+    const JointDefinition& definition = joint->definition;
+    if (definition.motor && definition.motor->speed != 0) return false;
+    if (is_carried(definition.a, definition.b)) return false;
   }
   for (const SpringState* spring : island.springs) {
     if (is_carried(spring->definition.a, spring->definition.b)) return false;
@@ -250,11 +250,9 @@ bool World::Impl::add_static_contacts(const Island& island, Scalar h,
       contact.r_a_W = middle - a.state.X_WM.translation();
       contact.r_b_W = middle - b.state.X_WM.translation();
       contact.nhat_AB_W = point.nhat_AB_W;
-      contact.friction = std::sqrt(a.definition.friction * b.definition.friction);
-      contact.rolling_friction =
-          std::max(a.definition.rolling_friction, b.definition.rolling_friction);
-      contact.torsional_friction =
-          std::max(a.definition.torsional_friction, b.definition.torsional_friction);
+      contact.friction = pair->material.friction;
+      contact.rolling_friction = pair->material.rolling_friction;
+      contact.torsional_friction = pair->material.torsional_friction;
       const Scalar above = point.gap - pair->lengths.rest_gap();
       if (above < -pair->lengths.tolerance()) return false;
       if (above > pair->lengths.rest_offset / 2) contact.target = -above / h;

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <map>
+#include <tuple>
+#include <utility>
 
 #include "core/tolerance.h"
 #include "dynamics/free_flight.h"
@@ -74,12 +76,13 @@ BodyId World::add_body(const BodyDefinition& definition) {
     impl.bodies[slot] = std::move(body);
   }
   ++impl.count;
+  ++impl.revision;
   return id;
 }
 
 void World::remove_body(BodyId id) {
   set_enabled(id, false);
-  std::erase_if(impl_->joints, [&](const auto& joint) {
+  impl_->remove_joints([&](const dynamics_internal::JointState& joint) {
     return joint.definition.a == id || joint.definition.b == id;
   });
   std::erase_if(impl_->springs, [&](const auto& spring) {
@@ -88,12 +91,16 @@ void World::remove_body(BodyId id) {
   impl_->find_links();
   BodyRecord& body = impl_->record(id);
   body.exists = false;
+  ++impl_->revision;
   body.definition.user_data.reset();
   impl_->free_slots.push_back(id.slot);
   std::erase_if(impl_->pair_enabled, [&](const auto& entry) {
     return entry.first.a == id.slot || entry.first.b == id.slot;
   });
   std::erase_if(impl_->pair_target, [&](const auto& entry) {
+    return entry.first.a == id.slot || entry.first.b == id.slot;
+  });
+  std::erase_if(impl_->pair_material, [&](const auto& entry) {
     return entry.first.a == id.slot || entry.first.b == id.slot;
   });
   --impl_->count;
@@ -108,6 +115,8 @@ void World::set_enabled(BodyId id, bool is_enabled) {
     if (pair->key.b == id.slot) impl_->wake(pair->key.a, nullptr);
   }
   impl_->drop_pairs_of(id.slot);
+  std::erase_if(impl_->touching,
+                [&](const PairKey& key) { return key.a == id.slot || key.b == id.slot; });
   body.is_enabled = is_enabled;
   body.is_asleep = false;
   if (body.definition.kind == BodyKind::Kinematic && is_enabled) {
@@ -172,12 +181,7 @@ void World::set_state(BodyId id, const MotionState& state) {
   const bool moves =
       X_WB.translation() != state.X_WB.translation() || X_WB.rotation() != state.X_WB.rotation();
   if (moves) {
-    for (const auto& pair : impl_->pairs) {
-      if (!pair->has_contacts) continue;
-      if (pair->key.a == id.slot) impl_->wake(pair->key.b, nullptr);
-      if (pair->key.b == id.slot) impl_->wake(pair->key.a, nullptr);
-    }
-    impl_->drop_pairs_of(id.slot);
+    impl_->renew_pairs_of(id.slot);
     impl_->placed.push_back(id);
   }
   body.state = central_state(body, state);
@@ -203,11 +207,96 @@ void World::set_material(BodyId id, const Material& material) {
   changed.torsional_friction = material.torsional_friction;
   dynamics_internal::require_material(changed);
   body.definition = std::move(changed);
-  for (const auto& pair : impl_->pairs) {
-    if (!pair->has_contacts || (pair->key.a != id.slot && pair->key.b != id.slot)) continue;
-    impl_->wake(pair->key.a, nullptr);
-    impl_->wake(pair->key.b, nullptr);
+  impl_->renew_materials(id.slot);
+}
+
+void World::set_pair_material(BodyId a, BodyId b, const std::optional<Material>& material) {
+  impl_->record(a);
+  impl_->record(b);
+  require_two(a, b);
+  const PairKey key = dynamics_internal::ordered(a.slot, b.slot);
+  if (material) {
+    BodyDefinition checked;
+    checked.name = impl_->record(a).definition.name + "' with '" + impl_->record(b).definition.name;
+    checked.restitution = material->restitution;
+    checked.friction = material->friction;
+    checked.rolling_friction = material->rolling_friction;
+    checked.torsional_friction = material->torsional_friction;
+    dynamics_internal::require_material(checked);
+    impl_->pair_material[key] = *material;
+  } else {
+    impl_->pair_material.erase(key);
   }
+  impl_->renew_materials(a.slot);
+  ++impl_->rules_version;
+  rouse(a, b);
+}
+
+Material World::pair_material(BodyId a, BodyId b) const {
+  impl_->record(a);
+  impl_->record(b);
+  require_two(a, b);
+  return impl_->material_of(dynamics_internal::ordered(a.slot, b.slot));
+}
+
+// What a body is made of.
+
+void World::set_mass_properties(BodyId id, const MassProperties& mass_properties) {
+  BodyRecord& body = impl_->record(id);
+  DYOP_REQUIRE(body.is_dynamic(), "body '", body.definition.name,
+               "': only a dynamic body has mass properties");
+  BodyDefinition changed = body.definition;
+  changed.mass_properties = mass_properties;
+  impl_->remake(body, std::move(changed));
+}
+
+void World::set_shape(BodyId id, std::shared_ptr<const Shape> shape) {
+  BodyRecord& body = impl_->record(id);
+  BodyDefinition changed = body.definition;
+  changed.shape = std::move(shape);
+  dynamics_internal::require_valid(changed);
+  impl_->renew_pairs_of(id.slot);
+  impl_->placed.push_back(id);
+  impl_->remake(body, std::move(changed));
+}
+
+void World::set_filter(BodyId id, const CollisionFilter& filter) {
+  impl_->record(id).definition.filter = filter;
+  ++impl_->rules_version;
+  impl_->renew_pairs_of(id.slot);
+}
+
+void World::apply_impulse(BodyId id, const Vector3& impulse_W, const Vector3& p_W) {
+  const Vector3 arm_W = p_W - impl_->record(id).state.X_WM.translation();
+  apply_impulse(id, impulse_W);
+  apply_angular_impulse(id, arm_W.cross(impulse_W));
+}
+
+void World::apply_impulse(BodyId id, const Vector3& impulse_W) {
+  BodyRecord& body = impl_->record(id);
+  const auto& name = body.definition.name;
+  DYOP_REQUIRE(body.is_dynamic(), "body '", name, "': only a dynamic body takes an impulse");
+  DYOP_REQUIRE(impulse_W.allFinite(), "body '", name, "': an impulse must be finite, not (",
+               impulse_W.transpose(), ")");
+  wake(id);
+  body.state.v_W += body.linear_mobility() * impulse_W;
+  impl_->restart(body);
+  impl_->note_set(body, nullptr);
+}
+
+void World::apply_angular_impulse(BodyId id, const Vector3& angular_impulse_W) {
+  BodyRecord& body = impl_->record(id);
+  const auto& name = body.definition.name;
+  DYOP_REQUIRE(body.is_dynamic(), "body '", name, "': only a dynamic body takes an impulse");
+  DYOP_REQUIRE(angular_impulse_W.allFinite(), "body '", name,
+               "': an angular impulse must be finite, not (", angular_impulse_W.transpose(), ")");
+  wake(id);
+  for (Eigen::Index k = 0; k < 3; ++k) {
+    const bool is_locked = body.definition.locked.rotation[static_cast<std::size_t>(k)];
+    if (!is_locked) body.state.L_W[k] += angular_impulse_W[k];
+  }
+  impl_->restart(body);
+  impl_->note_set(body, nullptr);
 }
 
 void World::set_gravity(const Vector3& gravity_W) {
@@ -265,6 +354,17 @@ std::vector<World::PairRule> World::pair_rules() const {
     rule.b = impl_->id_at(key.b);
     return rule;
   };
+  const std::vector<BodyId> ids = bodies();
+  const bool has_filters = std::any_of(ids.begin(), ids.end(), [&](BodyId id) {
+    return impl_->record(id).definition.filter != CollisionFilter();
+  });
+  for (std::size_t i = 0; has_filters && i < ids.size(); ++i) {
+    for (std::size_t k = 0; k < i; ++k) {
+      const CollisionFilter& filter = impl_->record(ids[k]).definition.filter;
+      if (filter.accepts(impl_->record(ids[i]).definition.filter)) continue;
+      rule_of({ids[k].slot, ids[i].slot}).is_enabled = false;
+    }
+  }
   for (const auto& [key, is_enabled] : impl_->pair_enabled) rule_of(key).is_enabled = is_enabled;
   for (const auto& [key, target] : impl_->pair_target) rule_of(key).target_distance = target;
   std::vector<PairRule> all;
@@ -384,50 +484,132 @@ AdvanceReport World::advance(Scalar dt, const AdvanceLimits& limits) {
 
 // Joints and springs: what acts between two bodies besides contact.
 
-JointId World::add_joint(const JointDefinition& definition) {
-  dynamics_internal::require_valid(definition);
-  const BodyRecord& a = impl_->record(definition.a);
-  const BodyRecord& b = impl_->record(definition.b);
-  DYOP_REQUIRE(a.is_dynamic() || b.is_dynamic(), "joint '", definition.name,
-               "': one of its bodies must be dynamic");
-  dynamics_internal::JointState joint;
-  joint.id = {impl_->next_joint++};
-  joint.definition = definition;
-  if (definition.kind == JointKind::Distance && !definition.limits) {
-    const Vector3 p_WJa = a.X_WB() * definition.X_AJ.translation();
-    const Vector3 p_WJb = b.X_WB() * definition.X_BJ.translation();
-    const Scalar distance = (p_WJb - p_WJa).norm();
-    joint.definition.limits = JointLimits{distance, distance};
-    dynamics_internal::require_valid(joint.definition);
+namespace {
+
+using dynamics_internal::JointPlace;
+using dynamics_internal::JointState;
+
+// The bodies that the joints of a coupling can move; the second may be none.
+void find_coupled_bodies(World::Impl& impl, JointDefinition& coupling) {
+  std::vector<BodyId> fixed;
+  std::vector<BodyId> movable;
+  for (const JointId id : {coupling.first, coupling.second}) {
+    const JointDefinition& joint = impl.joint_at(id).definition;
+    DYOP_REQUIRE(joint.kind == JointKind::Hinge || joint.kind == JointKind::Slider ||
+                     joint.kind == JointKind::Cylindrical || joint.kind == JointKind::Distance,
+                 "joint '", coupling.name, "': couples a joint that has no coordinate, '",
+                 joint.name, "'");
+    for (const BodyId body : {joint.a, joint.b}) {
+      const bool is_static = impl.record(body).definition.kind == BodyKind::Static;
+      std::vector<BodyId>& list = is_static ? fixed : movable;
+      if (std::find(list.begin(), list.end(), body) == list.end()) list.push_back(body);
+    }
   }
+  DYOP_REQUIRE(movable.size() <= 2, "joint '", coupling.name, "': couples joints of ",
+               movable.size(), " bodies that are not static, and can move two");
+  if (movable.size() < 2 && !fixed.empty()) movable.push_back(fixed.front());
+  coupling.a = movable.front();
+  coupling.b = movable.back();
+}
+
+Twist twist_of(const BodyRecord& body) {
+  if (body.definition.kind == BodyKind::Kinematic) return {body.state.v_W, body.state.L_W};
+  return {body.state.v_W, body.angular_velocity()};
+}
+
+JointPlace place_now(const World::Impl& impl, const JointState& joint) {
+  const BodyRecord& a = impl.record(joint.definition.a);
+  const BodyRecord& b = impl.record(joint.definition.b);
+  return joint_place(joint.definition, a, a.X_WB(), b, b.X_WB(), joint.angle_committed);
+}
+
+JointValues values_now(const World::Impl& impl, const JointState& joint) {
+  return joint_values(joint.definition, place_now(impl, joint),
+                      twist_of(impl.record(joint.definition.a)),
+                      twist_of(impl.record(joint.definition.b)));
+}
+
+// The coordinate that a coupling takes of a joint, and its rate.
+std::pair<Scalar, Scalar> coupled_now(const World::Impl& impl, const JointState& joint,
+                                      bool is_second) {
+  const JointValues values = values_now(impl, joint);
+  const JointKind kind = joint.definition.kind;
+  const bool is_angle = kind == JointKind::Hinge || (kind == JointKind::Cylindrical && !is_second);
+  return is_angle ? std::pair(values.angle, values.angle_rate)
+                  : std::pair(values.position, values.position_rate);
+}
+
+std::pair<Scalar, Scalar> sum_now(World::Impl& impl, const JointDefinition& coupling) {
+  const auto first = coupled_now(impl, impl.joint_at(coupling.first), false);
+  const auto second = coupled_now(impl, impl.joint_at(coupling.second), true);
+  return {first.first + coupling.ratio * second.first,
+          first.second + coupling.ratio * second.second};
+}
+
+}  // namespace
+
+JointId World::add_joint(const JointDefinition& definition) {
+  JointState joint;
+  joint.definition = definition;
+  JointDefinition& made = joint.definition;
+  if (made.kind == JointKind::Coupling) find_coupled_bodies(*impl_, made);
+  dynamics_internal::require_valid(made);
+  DYOP_REQUIRE(impl_->record(made.a).is_dynamic() || impl_->record(made.b).is_dynamic(), "joint '",
+               made.name, "': one of its bodies must be dynamic");
+  joint.id = {impl_->next_joint++};
+  joint.angle_committed = place_now(*impl_, joint).angle;
+  const bool holds_initial = !made.limits;
+  if (holds_initial && made.kind == JointKind::Distance) {
+    made.limits = JointLimits{1, 1};
+    const Scalar distance = values_now(*impl_, joint).position;
+    made.limits = JointLimits{distance, distance};
+  }
+  if (holds_initial && made.kind == JointKind::Coupling) {
+    const Scalar sum = sum_now(*impl_, made).first;
+    made.limits = JointLimits{sum, sum};
+  }
+  dynamics_internal::require_valid(made);
+  const BodyId a = made.a;
+  const BodyId b = made.b;
   impl_->joints.push_back(std::move(joint));
   impl_->find_links();
-  forget_pair(definition.a, definition.b);
+  forget_pair(a, b);
   return impl_->joints.back().id;
 }
 
 void World::remove_joint(JointId id) {
   const JointDefinition definition = impl_->joint_at(id).definition;
-  std::erase_if(impl_->joints, [&](const auto& joint) { return joint.id == id; });
-  impl_->find_links();
+  impl_->remove_joints([&](const JointState& joint) { return joint.id == id; });
   forget_pair(definition.a, definition.b);
 }
 
-void World::set_motor(JointId id, const JointMotor& motor) {
-  dynamics_internal::JointState& joint = impl_->joint_at(id);
-  DYOP_REQUIRE(joint.definition.motor.has_value(), "joint '", joint.definition.name,
-               "': has no motor");
+void World::set_motor(JointId id, const std::optional<JointMotor>& motor) {
+  JointState& joint = impl_->joint_at(id);
   JointDefinition changed = joint.definition;
   changed.motor = motor;
   dynamics_internal::require_valid(changed);
   joint.definition = changed;
+  joint.impulses.clear();
   ++impl_->rules_version;
-  impl_->wake(changed.a.slot, nullptr);
-  impl_->wake(changed.b.slot, nullptr);
+  rouse(changed.a, changed.b);
 }
 
 const JointDefinition& World::joint(JointId id) const {
   return impl_->joint_at(id).definition;
+}
+
+JointValues World::joint_values(JointId id) const {
+  const JointState& joint = impl_->joint_at(id);
+  JointValues values;
+  if (joint.definition.kind == JointKind::Coupling) {
+    std::tie(values.position, values.position_rate) = sum_now(*impl_, joint.definition);
+  } else {
+    values = values_now(*impl_, joint);
+  }
+  values.force_W = joint.force_W;
+  values.torque_W = joint.torque_W;
+  values.drive = joint.drive;
+  return values;
 }
 
 SpringId World::add_spring(const SpringDefinition& definition) {
@@ -472,18 +654,13 @@ Scalar World::spring_energy() const {
   return energy;
 }
 
-// After a change to the rules between two bodies: both wake up.
 void World::forget_pair(BodyId a, BodyId b) {
-  const PairKey key = dynamics_internal::ordered(a.slot, b.slot);
-  std::erase_if(impl_->pairs, [&](const auto& pair) { return pair->key == key; });
-  rouse(a, b);
+  impl_->forget_pair(dynamics_internal::ordered(a.slot, b.slot));
 }
 
 void World::rouse(BodyId a, BodyId b) {
-  for (const BodyId id : {a, b}) {
-    impl_->wake(id.slot, nullptr);
-    impl_->bodies[id.slot].flight = nullptr;
-  }
+  impl_->rouse(a.slot);
+  impl_->rouse(b.slot);
 }
 
 }  // namespace dyop

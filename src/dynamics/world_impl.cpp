@@ -16,6 +16,7 @@
 namespace dyop {
 
 using dynamics_internal::BodyRecord;
+using dynamics_internal::JointState;
 using dynamics_internal::PairKey;
 using dynamics_internal::PairState;
 
@@ -56,6 +57,7 @@ void World::Impl::restart(BodyRecord& body) {
   body.flight = nullptr;
   body.slow_steps = 0;
   body.rest = std::make_shared<RestMotion>(body.X_WB());
+  ++revision;
 }
 
 bool World::Impl::moves_by_itself(const BodyRecord& body, const TimeInterval& interval) const {
@@ -77,14 +79,74 @@ dynamics_internal::PairLengths World::Impl::lengths_of(PairKey key) const {
 }
 
 bool World::Impl::is_pair_enabled(PairKey key) const {
-  for (const dynamics_internal::JointState& joint : joints) {
-    const JointDefinition& definition = joint.definition;
-    const bool is_its_pair =
-        dynamics_internal::ordered(definition.a.slot, definition.b.slot) == key;
-    if (is_its_pair && !definition.bodies_collide) return false;
-  }
+  if (std::binary_search(joined.begin(), joined.end(), key)) return false;
   const auto found = pair_enabled.find(key);
-  return found == pair_enabled.end() || found->second;
+  if (found != pair_enabled.end()) return found->second;
+  return bodies[key.a].definition.filter.accepts(bodies[key.b].definition.filter);
+}
+
+namespace {
+
+Scalar combine(CombineRule rule, Scalar a, Scalar b) {
+  switch (rule) {
+    case CombineRule::GeometricMean:
+      return std::sqrt(a * b);
+    case CombineRule::Mean:
+      return (a + b) / 2;
+    case CombineRule::Product:
+      return a * b;
+    case CombineRule::Minimum:
+      return std::min(a, b);
+    case CombineRule::Maximum:
+      break;
+  }
+  return std::max(a, b);
+}
+
+}  // namespace
+
+Material World::Impl::material_of(PairKey key) const {
+  const auto own = pair_material.find(key);
+  if (own != pair_material.end()) return own->second;
+  const BodyDefinition& a = bodies[key.a].definition;
+  const BodyDefinition& b = bodies[key.b].definition;
+  return {combine(options.combine_restitution, a.restitution, b.restitution),
+          combine(options.combine_friction, a.friction, b.friction),
+          std::max(a.rolling_friction, b.rolling_friction),
+          std::max(a.torsional_friction, b.torsional_friction)};
+}
+
+void World::Impl::renew_materials(std::uint32_t slot) {
+  for (const auto& pair : pairs) {
+    if (pair->key.a != slot && pair->key.b != slot) continue;
+    pair->material = material_of(pair->key);
+    if (!pair->has_contacts) continue;
+    wake(pair->key.a, nullptr);
+    wake(pair->key.b, nullptr);
+  }
+}
+
+void World::Impl::renew_pairs_of(std::uint32_t slot) {
+  wake(slot, nullptr);
+  for (const auto& pair : pairs) {
+    if (!pair->has_contacts) continue;
+    if (pair->key.a == slot) wake(pair->key.b, nullptr);
+    if (pair->key.b == slot) wake(pair->key.a, nullptr);
+  }
+  drop_pairs_of(slot);
+}
+
+void World::Impl::remake(BodyRecord& body, BodyDefinition definition) {
+  const MotionState initial = std::exchange(definition.initial, body.motion_state());
+  dynamics_internal::require_valid(definition);
+  BodyRecord made = dynamics_internal::make_body_record(body.id, definition, time);
+  made.definition.initial = initial;
+  made.is_enabled = body.is_enabled;
+  wake(body.id.slot, nullptr);
+  body = std::move(made);
+  ++revision;
+  note_set(body, nullptr);
+  broad_phase.update(static_cast<std::int32_t>(body.id.slot), AlignedBox());
 }
 
 dynamics_internal::JointState& World::Impl::joint_at(JointId id) {
@@ -104,12 +166,75 @@ dynamics_internal::SpringState& World::Impl::spring_at(SpringId id) {
 void World::Impl::find_links() {
   ++rules_version;
   links.clear();
-  for (const dynamics_internal::JointState& joint : joints) {
-    links.push_back({joint.definition.a.slot, joint.definition.b.slot});
+  joined.clear();
+  for (dynamics_internal::JointState& joint : joints) {
+    const JointDefinition& definition = joint.definition;
+    links.push_back({definition.a.slot, definition.b.slot});
+    if (!definition.bodies_collide) {
+      joined.push_back(dynamics_internal::ordered(definition.a.slot, definition.b.slot));
+    }
+    if (definition.kind != JointKind::Coupling) continue;
+    joint.coupled = {&joint_at(definition.first), &joint_at(definition.second)};
   }
+  std::sort(joined.begin(), joined.end());
   for (const dynamics_internal::SpringState& spring : springs) {
     links.push_back({spring.definition.a.slot, spring.definition.b.slot});
   }
+}
+
+void World::Impl::remove_joints(const std::function<bool(const JointState&)>& is_removed) {
+  std::set<JointId> gone;
+  for (const JointState& joint : joints) {
+    if (is_removed(joint)) gone.insert(joint.id);
+  }
+  std::vector<PairKey> uncoupled;
+  std::erase_if(joints, [&](const JointState& joint) {
+    const JointDefinition& definition = joint.definition;
+    if (gone.contains(joint.id)) return true;
+    const bool has_lost = definition.kind == JointKind::Coupling &&
+                          (gone.contains(definition.first) || gone.contains(definition.second));
+    if (has_lost) {
+      uncoupled.push_back(dynamics_internal::ordered(definition.a.slot, definition.b.slot));
+    }
+    return has_lost;
+  });
+  find_links();
+  for (const PairKey& key : uncoupled) forget_pair(key);
+}
+
+void World::Impl::break_joints(const std::vector<dynamics_internal::Island>& islands,
+                               AdvanceReport& report) {
+  std::vector<JointId> broken;
+  std::vector<PairKey> parted;
+  for (const dynamics_internal::Island& island : islands) {
+    for (const JointState* joint : island.joints) {
+      const JointDefinition& definition = joint->definition;
+      const Scalar force = joint->force_W.norm();
+      const Scalar torque = joint->torque_W.norm();
+      if (!(force > definition.break_force || torque > definition.break_torque)) continue;
+      report.broken_joints.push_back(
+          {joint->id, definition.name, definition.a, definition.b, time, force, torque});
+      broken.push_back(joint->id);
+      parted.push_back(dynamics_internal::ordered(definition.a.slot, definition.b.slot));
+    }
+  }
+  if (broken.empty()) return;
+  remove_joints([&](const JointState& joint) {
+    return std::find(broken.begin(), broken.end(), joint.id) != broken.end();
+  });
+  for (const PairKey& key : parted) forget_pair(key);
+}
+
+// After a change to the rules between two bodies: both wake up.
+void World::Impl::forget_pair(PairKey key) {
+  std::erase_if(pairs, [&](const auto& pair) { return pair->key == key; });
+  rouse(key.a);
+  rouse(key.b);
+}
+
+void World::Impl::rouse(std::uint32_t slot) {
+  wake(slot, nullptr);
+  bodies[slot].flight = nullptr;
 }
 
 void World::Impl::drop_pairs_of(std::uint32_t slot) {
@@ -174,9 +299,12 @@ void World::Impl::commit(const dynamics_internal::Ledger& ledger,
   add_impacts(outcomes, report);
   commit_pairs(ledger, report);
   time = step.interval.end;
+  ++revision;
   ++report.work.steps;
   sense(step, report);
+  tell_contacts(outcomes, report);
   put_to_sleep(islands, outcomes, step.interval.length(), report);
+  break_joints(islands, report);
   if (options.records_motions) report.steps.push_back(std::move(step));
 }
 
@@ -201,6 +329,7 @@ void World::Impl::commit_islands(const std::vector<dynamics_internal::Island>& i
                                  std::vector<dynamics_internal::IslandOutcome>& outcomes,
                                  CommittedStep& step) {
   for (std::size_t i = 0; i < islands.size(); ++i) {
+    for (JointState* joint : islands[i].joints) joint->commit(step.interval.length());
     for (std::size_t k = 0; k < islands[i].bodies.size(); ++k) {
       const std::uint32_t slot = islands[i].bodies[k];
       dynamics_internal::Track& track = outcomes[i].tracks[k];
@@ -248,6 +377,44 @@ void World::Impl::commit_pairs(const dynamics_internal::Ledger& ledger, AdvanceR
       pair->was_too_near = false;
     }
   }
+}
+
+// Which pairs have begun to touch, and which no longer do, at the World's time and in the impacts
+// of the step that led there.
+void World::Impl::tell_contacts(const std::vector<dynamics_internal::IslandOutcome>& outcomes,
+                                AdvanceReport& report) {
+  std::map<PairKey, Scalar> met;  // first times
+  for (const dynamics_internal::IslandOutcome& outcome : outcomes) {
+    for (const ImpactEvent& event : outcome.impacts) {
+      for (const WorldContact& contact : event.contacts) {
+        met.emplace(dynamics_internal::ordered(contact.a.slot, contact.b.slot), event.t);
+      }
+    }
+  }
+  std::vector<PairKey> now;
+  for (const auto& pair : pairs) {
+    if (!pair->has_contacts) continue;
+    const dynamics_internal::PairLengths& lengths = pair->lengths;
+    const bool is_near = pair->shortest_gap() <= lengths.rest_gap() + 0.5 * lengths.rest_offset;
+    if (is_near || std::binary_search(touching.begin(), touching.end(), pair->key)) {
+      now.push_back(pair->key);
+    }
+  }
+  const auto tell = [&](PairKey key, Scalar t, bool is_begin) {
+    if (!bodies[key.a].is_present() || !bodies[key.b].is_present()) return;
+    report.contact_events.push_back({id_at(key.a), id_at(key.b), t, is_begin});
+  };
+  std::map<PairKey, int> changes;  // of all pairs of before, now and between
+  for (const PairKey& key : touching) changes[key] |= 1;
+  for (const PairKey& key : now) changes[key] |= 2;
+  for (const auto& [key, t] : met) changes[key] |= 4;
+  for (const auto& [key, change] : changes) {
+    const bool was = (change & 1) != 0;
+    const bool is = (change & 2) != 0;
+    if (!was) tell(key, (change & 4) != 0 ? met.at(key) : time, true);
+    if (!is) tell(key, time, false);
+  }
+  touching = std::move(now);
 }
 
 AdvanceReport World::Impl::advance(Scalar dt, const AdvanceLimits& limits) {
@@ -378,6 +545,8 @@ struct WorldSnapshot::State {
   std::vector<dynamics_internal::PairState> pairs;
   std::map<dynamics_internal::PairKey, bool> pair_enabled;
   std::map<dynamics_internal::PairKey, Scalar> pair_target;
+  std::map<dynamics_internal::PairKey, Material> pair_material;
+  std::vector<dynamics_internal::PairKey> touching;
   std::deque<dynamics_internal::JointState> joints;
   std::uint64_t next_joint = 0;
   std::deque<dynamics_internal::SpringState> springs;
@@ -399,6 +568,8 @@ WorldSnapshot World::snapshot() {
   for (const auto& pair : impl_->pairs) state->pairs.push_back(*pair);
   state->pair_enabled = impl_->pair_enabled;
   state->pair_target = impl_->pair_target;
+  state->pair_material = impl_->pair_material;
+  state->touching = impl_->touching;
   state->joints = impl_->joints;
   state->next_joint = impl_->next_joint;
   state->springs = impl_->springs;
@@ -426,11 +597,14 @@ void World::restore(const WorldSnapshot& snapshot) {
   }
   impl_->pair_enabled = state.pair_enabled;
   impl_->pair_target = state.pair_target;
+  impl_->pair_material = state.pair_material;
+  impl_->touching = state.touching;
   impl_->joints = state.joints;
   impl_->next_joint = state.next_joint;
   impl_->springs = state.springs;
   impl_->next_spring = state.next_spring;
   impl_->find_links();
+  ++impl_->revision;
   impl_->overlapping_sensors = state.overlapping_sensors;
   impl_->crossed = state.crossed;
   ++impl_->rules_version;

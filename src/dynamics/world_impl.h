@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <map>
 #include <memory>
 #include <set>
@@ -14,6 +15,7 @@
 #include "dynamics/pair_state.h"
 #include "dynamics/step/island.h"
 #include "dynamics/step/ledger.h"
+#include "dynamics/world_query.h"
 #include "dyop/dynamics/world.h"
 
 namespace dyop {
@@ -33,9 +35,22 @@ struct World::Impl {
   // Pairs.
   dynamics_internal::PairLengths lengths_of(dynamics_internal::PairKey key) const;
   bool is_pair_enabled(dynamics_internal::PairKey key) const;
+  Material material_of(dynamics_internal::PairKey key) const;
+  /// Takes the pairs' materials anew, of one body, and wakes those in contact.
+  void renew_materials(std::uint32_t slot);
+  /// Pairs of a body that changes are found anew; what touched it wakes.
+  void renew_pairs_of(std::uint32_t slot);
+  /// With another definition, at the same pose and velocity.
+  void remake(dynamics_internal::BodyRecord& body, BodyDefinition definition);
   dynamics_internal::JointState& joint_at(JointId id);
   dynamics_internal::SpringState& spring_at(SpringId id);
   void find_links();
+  /// Those that `is_removed` accepts, and the couplings of their coordinates, whose bodies wake.
+  void remove_joints(const std::function<bool(const dynamics_internal::JointState&)>& is_removed);
+  /// Those that bore more than they can in the step of length h that was committed.
+  void break_joints(const std::vector<dynamics_internal::Island>& islands, AdvanceReport& report);
+  void forget_pair(dynamics_internal::PairKey key);
+  void rouse(std::uint32_t slot);
   void drop_pairs_of(std::uint32_t slot);
   PairRecord record_of(const dynamics_internal::PairState& pair) const;
 
@@ -57,6 +72,8 @@ struct World::Impl {
                            ContactProblem& problem) const;
   void fall_asleep(dynamics_internal::BodyRecord& body);
 
+  void tell_contacts(const std::vector<dynamics_internal::IslandOutcome>& outcomes,
+                     AdvanceReport& report);
   // Sensors (sensing.cpp).
   void sense(const CommittedStep& step, AdvanceReport& report);
 
@@ -86,16 +103,21 @@ struct World::Impl {
   std::vector<std::unique_ptr<dynamics_internal::PairState>> pairs;  // by key
   std::map<dynamics_internal::PairKey, bool> pair_enabled;
   std::map<dynamics_internal::PairKey, Scalar> pair_target;
+  std::map<dynamics_internal::PairKey, Material> pair_material;
+  std::vector<dynamics_internal::PairKey> touching;  // sorted: told to have begun
   std::deque<dynamics_internal::JointState> joints;  // by id
   std::uint64_t next_joint = 0;
   std::deque<dynamics_internal::SpringState> springs;  // by id
   std::uint64_t next_spring = 0;
   std::uint64_t rules_version = 0;
-  std::vector<VelocityChange> changes_before;     // since the last advance
-  std::vector<BodyId> placed;                     // the same
-  std::vector<dynamics_internal::PairKey> links;  // bodies of joints and springs
+  std::vector<VelocityChange> changes_before;      // since the last advance
+  std::vector<BodyId> placed;                      // the same
+  std::vector<dynamics_internal::PairKey> links;   // bodies of joints and springs
+  std::vector<dynamics_internal::PairKey> joined;  // sorted: pairs that joints do not let collide
   std::set<dynamics_internal::PairKey> overlapping_sensors;
   std::set<dynamics_internal::PairKey> crossed;  // already reported
+  dynamics_internal::BodyObstacles obstacles;    // for queries
+  std::uint64_t revision = 0;                    // of poses, shapes and presence of the bodies
   std::vector<std::unique_ptr<dynamics_internal::StepWorkspace>> workspaces;
   dynamics_internal::StepMemory memory;
 };

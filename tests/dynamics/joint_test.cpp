@@ -272,7 +272,7 @@ TEST(Joint, RefusesWhatCannotBe) {
   definition.b = b;
   EXPECT_NE(message().find("one of its bodies must be dynamic"), std::string::npos);
   definition.motor = JointMotor{1, 1};
-  EXPECT_NE(message().find("only a hinge or a slider can have a motor"), std::string::npos);
+  EXPECT_NE(message().find("can have a motor"), std::string::npos);
   definition.kind = JointKind::Hinge;
   definition.limits = JointLimits{1, -1};
   EXPECT_NE(message().find("in order"), std::string::npos);

@@ -340,7 +340,6 @@ TEST(World, RefusesBadBodiesNamingBodyAndField) {
   EXPECT_TRUE(has(message([](auto& b) { b.friction = -1; }), "friction"));
   EXPECT_TRUE(has(message([](auto& b) { b.kind = BodyKind::Kinematic; }), "needs a motion"));
   EXPECT_TRUE(has(message([](auto& b) { b.initial.twist.v_WB.x() = std::nan(""); }), "velocity"));
-  EXPECT_TRUE(has(message([](auto& b) { b.is_sensor = true; }), "sensor"));
   EXPECT_EQ(world.body_count(), 0U);
 }
 

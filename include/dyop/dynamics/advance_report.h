@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <iosfwd>
 #include <memory>
+#include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -12,6 +13,7 @@
 #include "dyop/distance/distance.h"
 #include "dyop/dynamics/body_id.h"
 #include "dyop/dynamics/integrator.h"
+#include "dyop/dynamics/joint.h"
 #include "dyop/motion/motion.h"
 #include "dyop/toi/toi_result.h"
 
@@ -100,6 +102,26 @@ struct SensorEvent {
   bool is_overlap = false;  ///< begins (true) or ends (false)
 };
 
+/// Two bodies begin to touch or cease to: within half a rest offset of the gap at which they rest;
+/// for the end, beyond where contacts are sought.
+struct ContactEvent {
+  BodyId a;
+  BodyId b;
+  Scalar t = 0;  ///< of an impact, else the end of the step in which it was noticed
+  bool is_begin = false;
+};
+
+/// A joint that bore more than it can over a step and was removed at its end.
+struct BrokenJoint {
+  JointId joint;
+  std::string name;
+  BodyId a;
+  BodyId b;
+  Scalar t = 0;       ///< the end of the step
+  Scalar force = 0;   ///< mean over the step, as JointValues::force_W
+  Scalar torque = 0;  ///< likewise, JointValues::torque_W
+};
+
 enum class AdvanceStatus {
   NotRun,
   Completed,        ///< reached the requested end
@@ -160,6 +182,10 @@ struct AdvanceReport {
   std::vector<BodyId> fell_asleep;
   std::vector<BodyId> woke;
   std::vector<SensorEvent> sensors;
+  /// In order of steps, and within one by slots. A bounce within a step gives both, begin and end.
+  /// Removed and disabled bodies give none.
+  std::vector<ContactEvent> contact_events;
+  std::vector<BrokenJoint> broken_joints;
   /// Pairs that were nearer than their target at the start of a step. They are pushed apart at a
   /// bounded speed, without a certificate until they are far enough apart. Each is listed once.
   std::vector<std::pair<BodyId, BodyId>> too_near;

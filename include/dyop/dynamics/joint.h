@@ -3,6 +3,7 @@
 
 #include <compare>
 #include <cstdint>
+#include <numbers>
 #include <optional>
 #include <string>
 
@@ -19,37 +20,95 @@ struct JointId {
 
 /// What a joint holds of its two frames JA (on A) and JB (on B).
 enum class JointKind {
-  Ball,      ///< origins together
-  Hinge,     ///< origins and z axes together; the bodies turn about z
-  Slider,    ///< axes together, origins on A's z axis; B moves along it
-  Fixed,     ///< origins and axes together
-  Distance,  ///< origins at a distance
+  Ball,         ///< origins together
+  Hinge,        ///< origins and z axes together; the bodies turn about z
+  Slider,       ///< axes together, origins on A's z axis; B moves along it
+  Fixed,        ///< origins and axes together
+  Distance,     ///< origins at a distance, or in a range of distances: a rope
+  Universal,    ///< origins together, x of JA at right angles to y of JB: a cardan joint
+  Cylindrical,  ///< z axes on one line; B turns about it and moves along it
+  Coupling,     ///< a sum of coordinates of two other joints: gears, rack, screw, pulley
 };
 
-/// Range of a Hinge (angle of JB about z of JA, radians, within (-pi, pi)), Slider (position of JB
-/// along z of JA, length) or Distance (length, min > 0).
+/// Range of a Hinge (angle of JB about z of JA, radians, turns counted), Slider or Cylindrical
+/// (position of JB along z of JA, length), Distance (length, min >= 0: {0, L} is a rope of length
+/// L) or Coupling (the sum).
 struct JointLimits {
   Scalar min = 0;
   Scalar max = 0;
 };
 
-/// Drives a Hinge (radians per time, torque) or a Slider (length per time, force).
+/// How far a Ball may turn, radians. With R the rotation of JB in JA, split into a swing, which
+/// takes z of JA to z of JB the shortest way, after a twist about z.
+struct SwingTwistLimits {
+  Scalar swing = std::numbers::pi / 2;  ///< largest angle between the z axes, in (0, pi)
+  Scalar twist_min = -std::numbers::pi;
+  Scalar twist_max = std::numbers::pi;  ///< a range of a whole turn is no limit
+};
+
+/// Drives a Hinge or the angle of a Cylindrical (radians, torque), or a Slider (length, force).
+///
+/// Without gains it gives what it takes to have the speed, at most its strength. With gains it
+/// gives stiffness (position - q) + damping (speed - q'), at most its strength: a position or
+/// speed controller, part of the implicit solve, so that no gain is unstable; motions that the
+/// step does not resolve decay.
 struct JointMotor {
   Scalar speed = 0;
-  Scalar strength = 0;  ///< largest torque or force, > 0
+  Scalar strength = 0;  ///< largest torque or force, > 0; may be infinite with gains
+  std::optional<Scalar> position = {};  ///< with stiffness; of a Hinge any number of turns
+  Scalar stiffness = 0;                 ///< torque per radian or force per length, >= 0
+  Scalar damping = 0;                   ///< torque or force per speed, >= 0
 };
 
 /// Two bodies held together, at least one of them Dynamic; passed to World::add_joint().
 struct JointDefinition {
   std::string name;
   JointKind kind = JointKind::Ball;
-  BodyId a;
+  BodyId a;  ///< of a Coupling found by the World, like b: the bodies that its joints can move
   BodyId b;
   RigidPose X_AJ;                     ///< frame JA in the frame of A
   RigidPose X_BJ;                     ///< frame JB in the frame of B
-  std::optional<JointLimits> limits;  ///< Hinge, Slider; Distance: none holds the initial one
-  std::optional<JointMotor> motor;    ///< Hinge, Slider
+  std::optional<JointLimits> limits;  ///< Distance, Coupling: none holds the initial value
+  std::optional<JointMotor> motor;    ///< Hinge, Slider, Cylindrical
   bool bodies_collide = false;        ///< false: the pair is not examined while joined
+  std::optional<SwingTwistLimits> swing_twist;  ///< Ball
+  /// Dry friction and viscous damping, of what a motor would drive and of a Ball and a Universal
+  /// about each of its axes: torque or force >= 0, and the same per speed >= 0.
+  Scalar friction = 0;
+  Scalar damping = 0;
+  /// The joint breaks at the end of a step over which its mean reaction was larger, > 0: it is
+  /// removed, see AdvanceReport::broken_joints.
+  Scalar break_force = kInfinity;
+  Scalar break_torque = kInfinity;
+  /// Coupling: holds first's coordinate + ratio times second's. A joint's coordinate is its angle
+  /// (Hinge), position (Slider) or distance (Distance); of a Cylindrical the angle as first, the
+  /// position as second. Together the joints have at most two bodies that are not Static.
+  JointId first;
+  JointId second;
+  Scalar ratio = 1;
+};
+
+/// Where a joint is, how it moves and what it bears; see World::joint_values().
+struct JointValues {
+  /// Of JB about z of JA, radians. Hinge, Cylindrical: turns are counted, from within (-pi, pi]
+  /// where the joint was added. Ball: the twist. Universal: about x of JA.
+  Scalar angle = 0;
+  Scalar angle_rate = 0;
+  Scalar second_angle = 0;  ///< Universal: about y of JB, radians
+  Scalar second_rate = 0;
+  Scalar swing = 0;     ///< Ball: between the z axes, radians, in [0, pi]
+  Scalar position = 0;  ///< Slider, Cylindrical: along z of JA; Distance: the distance; length.
+                        ///< Coupling: the sum
+  Scalar position_rate = 0;
+  Scalar separation = 0;  ///< between the places of JA and JB that the joint holds together, length
+  /// What the joint gave to B at the origin of JB, and against it to A at the same place; its mean
+  /// over the last step in which the bodies were awake, with motor, friction and limits; world
+  /// axes. Of a Coupling about the centre of mass of b, on b alone.
+  Vector3 force_W = Vector3::Zero();
+  Vector3 torque_W = Vector3::Zero();
+  /// The part of it that motor, friction and damping gave along the coordinate that the motor
+  /// drives: torque or force.
+  Scalar drive = 0;
 };
 
 }  // namespace dyop

@@ -3,6 +3,7 @@
 
 #include <any>
 #include <array>
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <string>
@@ -43,6 +44,20 @@ struct LockedAxes {
   }
 };
 
+/// Which pairs of bodies are examined. Two bodies of one group collide always (group > 0) or never
+/// (group < 0); others if the category of each is in the mask of the other.
+struct CollisionFilter {
+  std::uint64_t category = 1;              ///< bit set: what the body is
+  std::uint64_t mask = ~std::uint64_t{0};  ///< bit set: what it collides with
+  std::int32_t group = 0;                  ///< 0: none
+
+  friend bool operator==(const CollisionFilter&, const CollisionFilter&) = default;
+  bool accepts(const CollisionFilter& other) const {
+    if (group != 0 && group == other.group) return group > 0;
+    return (category & other.mask) != 0 && (other.category & mask) != 0;
+  }
+};
+
 /// Friction and restitution; see BodyDefinition.
 struct Material {
   Scalar restitution = 0.5;
@@ -63,11 +78,15 @@ struct BodyDefinition {
   std::shared_ptr<const Motion> motion;  ///< Kinematic
   WrenchCallback wrench;                 ///< Dynamic, optional
   LockedAxes locked;                     ///< Dynamic
-  Scalar restitution = 0.5;              ///< coefficient in [0, 1]; a pair uses the smaller
-  Scalar friction = 0.5;          ///< Coulomb coefficient >= 0; a pair uses the geometric mean
+  /// How the coefficients of a pair combine is WorldOptions' to say; World::set_pair_material()
+  /// replaces them.
+  Scalar restitution = 0.5;       ///< coefficient in [0, 1]; usually a pair uses the smaller
+  Scalar friction = 0.5;          ///< Coulomb coefficient >= 0; usually the geometric mean
   Scalar rolling_friction = 0;    ///< length >= 0; a pair uses the larger
   Scalar torsional_friction = 0;  ///< length >= 0; a pair uses the larger
-  /// A sensor exerts and feels no force: World reports when bodies overlap it. Never Dynamic.
+  CollisionFilter filter;
+  /// A sensor exerts and feels no contact force: World reports when bodies overlap it. A dynamic
+  /// one falls through what it meets; a fixed joint carries it along with a body.
   bool is_sensor = false;
   std::any user_data;  ///< kept, never read
 };

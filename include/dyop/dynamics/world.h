@@ -17,6 +17,8 @@
 #include "dyop/dynamics/rigid_body.h"
 #include "dyop/dynamics/spring.h"
 #include "dyop/dynamics/world_options.h"
+#include "dyop/dynamics/world_query.h"
+#include "dyop/toi/time_of_impact.h"
 
 namespace DYOP_EXPORT dyop {
 
@@ -78,6 +80,24 @@ class World {
   void set_wrench(BodyId id, WrenchCallback wrench);
   /// Friction and restitution from now on; wakes what the body touches.
   void set_material(BodyId id, const Material& material);
+  /// A material of one pair, in place of what follows from those of its bodies; none: as before.
+  /// Wakes both.
+  void set_pair_material(BodyId a, BodyId b, const std::optional<Material>& material);
+  /// What a pair has: given for it, or combined.
+  Material pair_material(BodyId a, BodyId b) const;
+  /// For a dynamic body; wakes it. Keeps pose, v of its origin and w: the momentum changes.
+  /// @throws InvalidArgument as add_body().
+  void set_mass_properties(BodyId id, const MassProperties& mass_properties);
+  /// Another shape in the same frame; wakes the body and what it touched. Mass properties stay.
+  /// Pairs that it brings too near are reported.
+  void set_shape(BodyId id, std::shared_ptr<const Shape> shape);
+  /// Which pairs of a body are examined from now on; wakes what it touched.
+  void set_filter(BodyId id, const CollisionFilter& filter);
+  /// Changes a dynamic body's momentum at once, force times time, through the point p_W or its
+  /// centre of mass, and its angular momentum about its centre of mass; wakes it. Locked axes stay.
+  void apply_impulse(BodyId id, const Vector3& impulse_W, const Vector3& p_W);
+  void apply_impulse(BodyId id, const Vector3& impulse_W);
+  void apply_angular_impulse(BodyId id, const Vector3& angular_impulse_W);
   void set_gravity(const Vector3& gravity_W);
   void wake(BodyId id);
 
@@ -85,10 +105,13 @@ class World {
   /// speed.
   /// @throws InvalidArgument naming the joint and what is wrong.
   JointId add_joint(const JointDefinition& definition);
+  /// With it go couplings of its coordinates.
   void remove_joint(JointId id);
-  /// New speed or strength for a joint that has a motor; wakes its bodies.
-  void set_motor(JointId id, const JointMotor& motor);
+  /// A new motor, or none; wakes the joint's bodies.
+  void set_motor(JointId id, const std::optional<JointMotor>& motor);
   const JointDefinition& joint(JointId id) const;
+  /// Angle, position and rates at time(), and what it bore in the last step.
+  JointValues joint_values(JointId id) const;
 
   /// Acts between two bodies from now on.
   /// @throws InvalidArgument naming the spring and what is wrong.
@@ -98,7 +121,8 @@ class World {
   /// Energy stored in all springs now.
   Scalar spring_energy() const;
 
-  /// Pairs are examined unless disabled; pairs of bodies that cannot move never are.
+  /// Pairs are examined as their filters say unless one is enabled or disabled here; joined ones,
+  /// and those of bodies that cannot move, never are.
   void set_pair_enabled(BodyId a, BodyId b, bool is_enabled);
   /// Target distance of one pair; overrides WorldOptions::target_distance.
   void set_target_distance(BodyId a, BodyId b, Scalar target_distance);
@@ -135,6 +159,27 @@ class World {
   std::vector<PairRecord> pairs() const;
   /// Those of them in contact.
   std::vector<PairRecord> contacts() const;
+
+  /// What a ray meets first of the bodies as they stand at time(), in the order of the ray; closed
+  /// meshes count as solids, here and in the other queries. The first query after a step or change
+  /// costs a look at every body.
+  /// @param direction_W Of any length.
+  /// @throws InvalidArgument unless origin, direction and length are finite, the direction not 0
+  ///         and the length > 0.
+  BodyRayHit cast_ray(const Vector3& origin_W, const Vector3& direction_W, Scalar length,
+                      const BodyFilter& filter = {}) const;
+  /// What a shape on a motion meets first of them.
+  /// @throws InvalidArgument as ObstacleSet::first_impact().
+  ShapeHit cast_shape(const Shape& shape, const Motion& motion, const TimeInterval& interval,
+                      const ToiOptions& options = {}, const BodyFilter& filter = {}) const;
+  /// The one nearest to a shape.
+  /// @throws InvalidArgument as ObstacleSet::nearest().
+  NearestBody nearest(const Shape& shape, const RigidPose& X_WS,
+                      const DistanceOptions& options = {}, const BodyFilter& filter = {}) const;
+  /// All at most `max_distance` from a shape: 0 for those that it overlaps or touches.
+  /// @throws InvalidArgument unless the distance is finite and >= 0.
+  BodyOverlaps overlaps(const Shape& shape, const RigidPose& X_WS, Scalar max_distance = 0,
+                        const BodyFilter& filter = {}) const;
 
   /// Total kinetic energy of the dynamic bodies, their momentum, and angular momentum about the
   /// world origin.

@@ -28,6 +28,9 @@ struct ImpactStates {
 };
 using ImpactCallback = std::function<void(const ImpactEvent& event, ImpactStates& states)>;
 
+/// How a coefficient of a pair follows from those of its bodies.
+enum class CombineRule { GeometricMean, Mean, Product, Minimum, Maximum };
+
 /// Lengths are per pair; those not given are fractions of the smaller bounding radius r of the
 /// pair, so that no unit is assumed.
 struct WorldOptions {
@@ -61,9 +64,13 @@ struct WorldOptions {
   /// Largest speed at which bodies that start too near are pushed apart, length per time. Default:
   /// r/20 per step.
   std::optional<Scalar> separation_speed;
+  /// Of the coefficients of friction and of restitution of the two bodies of a pair. Bullet
+  /// multiplies both.
+  CombineRule combine_friction = CombineRule::GeometricMean;
+  CombineRule combine_restitution = CombineRule::Minimum;
   /// Coefficient of friction of a pair at a contact that slides with a velocity (B's point
   /// relative to A's, world axes, length per time): finite, >= 0, deterministic, callable from
-  /// several threads, best continuous. Default: the geometric mean of the bodies' friction.
+  /// several threads, best continuous. Default: that of the pair's material.
   std::function<Scalar(BodyId a, BodyId b, const Vector3& sliding_W)> friction_law;
   ContactSolverOptions solver;  ///< tolerance is ignored: derived from rest offset and step
   std::int64_t max_node_pairs = 50'000'000;  ///< per time-of-impact query

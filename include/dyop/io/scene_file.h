@@ -17,6 +17,13 @@ struct SceneTarget {
   Scalar distance = 0;
 };
 
+/// A pair with a material of its own.
+struct ScenePairMaterial {
+  BodyId a;
+  BodyId b;
+  Material material;
+};
+
 /// A scene file, read and checked: everything a World needs. Format: docs/formats.md.
 struct Scene {
   std::string title;
@@ -28,7 +35,8 @@ struct Scene {
   std::vector<std::string> shape_names;  ///< per body, for display: "mesh bunny.obj", "sphere"
   std::vector<SceneTarget> target_distances;
   std::vector<std::pair<BodyId, BodyId>> disabled_pairs;
-  std::vector<JointDefinition> joints;
+  std::vector<ScenePairMaterial> materials;
+  std::vector<JointDefinition> joints;  ///< JointId::number is the index into this list
   std::vector<SpringDefinition> springs;
   Scalar end_time = 0;  ///< > 0; a scene starts at time 0
   Scalar step = 0;      ///< > 0; length of one World::advance()

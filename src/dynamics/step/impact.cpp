@@ -4,6 +4,7 @@
 
 #include "core/tolerance.h"
 #include "dynamics/step/island.h"
+#include "dynamics/step/link_rows.h"
 #include "dynamics/step/substep_problem.h"
 
 namespace dyop::dynamics_internal {
@@ -116,11 +117,12 @@ ImpactSolve::ImpactSolve(IslandRun& run, bool takes_all) : run_(run), substep_(r
   substep_.take_joints(0);  // motors give no impulse at an instant
   substep_.set_supports(0);
   for (std::size_t i = 0; i < substep_.rows().size(); ++i) {
-    const bool is_equality = substep_.rows()[i].equation.kind == JointEquation::Kind::Equality;
+    const JointEquation::Kind kind = substep_.rows()[i].equation.kind;
     const Scalar left = substep_.rows()[i].equation.value;
-    const bool is_motor = substep_.rows()[i].equation.kind == JointEquation::Kind::Motor;
-    if (!is_motor)
-      substep_.set_row_target(i, is_equality ? 0 : std::min(0.0, -left / run.context().h));
+    if (kind == JointEquation::Kind::Equality) substep_.set_row_target(i, 0);
+    if (kind == JointEquation::Kind::Limit) {
+      substep_.set_row_target(i, std::min(0.0, -left / run.context().h));
+    }
   }
   for (std::size_t i = 0; i < substep_.contacts().size(); ++i) {
     const SubstepContact& entry = substep_.contacts()[i];
@@ -186,6 +188,7 @@ bool ImpactSolve::solve() {
         return !(body.free_v_W.isZero(0) && body.free_w_W.isZero(0));
       });
   const bool is_solved = may_gain ? solve_with(1) : solve_without_gain(before);
+  add_reactions(substep_);
   const std::vector<Vector3> L_W = substep_.angular_momenta(free_L_W_);
   for (std::size_t i = 0; i < run_.members().size(); ++i) {
     run_.members()[i].state.v_W = substep_.problem().bodies[i].v_W;

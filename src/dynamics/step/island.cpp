@@ -11,6 +11,7 @@
 #include "distance/pivot_seed.h"
 #include "dynamics/body_record.h"
 #include "dynamics/step/certify.h"
+#include "dynamics/step/link_rows.h"
 #include "dynamics/step/substep.h"
 #include "dyop/contact/contact_generator.h"
 #include "dyop/contact/contact_point.h"
@@ -279,6 +280,7 @@ IslandRun::IslandRun(const StepContext& context, const Island& island, StepWorks
     members_.push_back(member_of_body(context, body));
   }
   outcome_.tracks.resize(members_.size());
+  for (JointState* joint : island.joints) joint->start_from_committed();
   for (PairState* state : island.pairs) {
     RunPair pair;
     pair.state = state;
@@ -286,8 +288,8 @@ IslandRun::IslandRun(const StepContext& context, const Island& island, StepWorks
     pair.b = &context.body(state->key.b);
     pair.member_a = member_of(island.bodies, state->key.a);
     pair.member_b = member_of(island.bodies, state->key.b);
-    pair.friction = std::sqrt(pair.a->definition.friction * pair.b->definition.friction);
-    pair.restitution = std::min(pair.a->definition.restitution, pair.b->definition.restitution);
+    pair.friction = state->material.friction;
+    pair.restitution = state->material.restitution;
     pair.acceleration = pressing_acceleration(pair.member_a ? &members_[*pair.member_a] : nullptr,
                                               pair.member_b ? &members_[*pair.member_b] : nullptr,
                                               context.gravity_W);
@@ -590,6 +592,7 @@ IslandOutcome IslandRun::run() {
                                      [&](const ContactPoint& point) { return point.gap <= reach; });
     if (!state.has_contacts) state.impulses.clear();
   }
+  follow_joint_angles(*this, {}, 0);  // of what was carried while nothing else moved
   outcome_.reached = now_;
   outcome_.has_run = true;
   for (std::size_t i = 0; i < members_.size(); ++i) {

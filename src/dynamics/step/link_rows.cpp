@@ -8,7 +8,81 @@
 
 namespace dyop::dynamics_internal {
 
-// Joints.
+// Rows of joints and springs.
+
+namespace {
+
+Scalar mobility(const ContactBody& body, const Vector3& j_v, const Vector3& j_w) {
+  return j_v.dot(body.inverse_mass_W * j_v) + j_w.dot(body.inverse_inertia_W * j_w);
+}
+
+// Whether half a step of a spring's or damper's force cannot turn the motion along its row round.
+bool is_resolved(Scalar stiffness, Scalar damping, const JointRow& row,
+                 const SubstepProblem& substep, Scalar tau) {
+  const Scalar weight = mobility(substep.problem().bodies[row.body_a], row.j_av_W, row.j_aw_W) +
+                        mobility(substep.problem().bodies[row.body_b], row.j_bv_W, row.j_bw_W);
+  return (damping + stiffness * tau / 2) * tau / 2 * weight <= 1;
+}
+
+}  // namespace
+
+// Where joints are.
+
+namespace {
+
+/// How far a body turns until the time of interest, a rotation vector; to count turns.
+using Turn =
+    std::function<Vector3(const std::optional<std::size_t>& member, const BodyRecord& body)>;
+
+JointPlace place_of(const IslandRun& run, const JointState& joint, const EndPose& pose,
+                    const Turn& turn) {
+  const BodyRecord& a = run.context().body(joint.definition.a.slot);
+  const BodyRecord& b = run.context().body(joint.definition.b.slot);
+  const auto member_a = run.member_at(a.id);
+  const auto member_b = run.member_at(b.id);
+  const RigidPose X_WA = pose(member_a, a);
+  Scalar expected = joint.angle;
+  if (joint.has_angle()) {
+    const Vector3 z = X_WA.rotation() * joint.definition.X_AJ.rotation().col(2);
+    expected += z.dot(turn(member_b, b) - turn(member_a, a));
+  }
+  return joint_place(joint.definition, a, X_WA, b, pose(member_b, b), expected);
+}
+
+JointPlaces places_of(const IslandRun& run, const JointState& joint, const EndPose& pose,
+                      const Turn& turn) {
+  if (joint.definition.kind != JointKind::Coupling) return {place_of(run, joint, pose, turn), {}};
+  return {place_of(run, *joint.coupled[0], pose, turn),
+          place_of(run, *joint.coupled[1], pose, turn)};
+}
+
+Vector3 prescribed_turn(const BodyRecord& body, Scalar t, Scalar tau) {
+  if (body.definition.kind != BodyKind::Kinematic) return Vector3::Zero();
+  return tau * body.definition.motion->twist(t).w_WB;
+}
+
+}  // namespace
+
+JointPlaces joint_places(const IslandRun& run, const JointState& joint) {
+  return places_of(
+      run, joint, [&](const auto& member, const auto& body) { return run.pose_of(member, body); },
+      [](const auto&, const auto&) { return Vector3(Vector3::Zero()); });
+}
+
+void follow_joint_angles(IslandRun& run, const std::vector<Vector3>& w_W, Scalar tau) {
+  const auto pose = [&](const auto& member, const BodyRecord& body) {
+    return run.pose_of(member, body);
+  };
+  const auto turn = [&](const std::optional<std::size_t>& member, const BodyRecord& body) {
+    if (member) return w_W.empty() ? Vector3(Vector3::Zero()) : Vector3(tau * w_W[*member]);
+    return prescribed_turn(body, run.now(), tau);
+  };
+  for (JointState* joint : run.joints()) {
+    if (joint->has_angle()) joint->angle = place_of(run, *joint, pose, turn).angle;
+  }
+}
+
+// Rows of joints.
 
 namespace {
 
@@ -25,12 +99,42 @@ Scalar recovery_of_substep(const SubstepProblem& substep, const JointState& join
   return kSeparationRadiusFraction * std::min(a.radius, b.radius);
 }
 
+bool is_held(const SubstepRow& entry) {
+  return entry.equation.kind == JointEquation::Kind::Equality ||
+         entry.equation.kind == JointEquation::Kind::Limit;
+}
+
+void add_reaction(const SubstepRow& entry, Scalar impulse) {
+  const JointRow& row = entry.equation.row;
+  JointState& joint = *entry.joint;
+  const Vector3 force = impulse * row.j_bv_W;
+  joint.impulse_W += force;
+  joint.angular_impulse_W += impulse * row.j_bw_W - entry.equation.arm_b_W.cross(force);
+  joint.drive_impulse += entry.equation.scale * impulse;
+}
+
+// With q at the part s of the move, 1/2 or 1: impulse = -tau/2 [k (q + s tau (J v) + s error) +
+// c (J v + error / tau - speed)], solved for J v.
+void set_drive_target(SubstepProblem& substep, std::size_t index, Scalar tau) {
+  SubstepRow& entry = substep.rows()[index];
+  const JointEquation& equation = entry.equation;
+  JointRow& row = substep.problem().rows[index];
+  entry.ahead =
+      is_resolved(equation.stiffness, equation.damping, row, substep, tau) ? Scalar{0.5} : 1;
+  const Scalar weight = equation.stiffness * entry.ahead * tau + equation.damping;
+  row.compliance = 1 / (tau / 2 * weight);
+  row.target = -(equation.stiffness * (equation.value + entry.ahead * entry.error) +
+                 equation.damping * (entry.error / tau - equation.speed)) /
+               weight;
+}
+
 }  // namespace
 
 void set_joint_targets(SubstepProblem& substep, Scalar tau) {
   for (std::size_t i = 0; i < substep.rows().size(); ++i) {
     const SubstepRow& entry = substep.rows()[i];
-    if (entry.equation.kind == JointEquation::Kind::Motor) continue;
+    if (entry.equation.kind == JointEquation::Kind::Drive) set_drive_target(substep, i, tau);
+    if (!is_held(entry)) continue;
     const Scalar most = recovery_of_substep(substep, *entry.joint) / tau;
     const bool is_limit = entry.equation.kind == JointEquation::Kind::Limit;
     // What the turn of the bodies takes from the joint is not bounded: that would tear it open.
@@ -44,25 +148,89 @@ bool update_joint_errors(SubstepProblem& substep, Scalar tau, const EndPose& end
   bool has_changed = false;
   std::vector<JointEquation> ends;
   const JointState* of = nullptr;
+  const auto turn = [&](const std::optional<std::size_t>& member, const BodyRecord& body) {
+    if (member) return Vector3(tau * substep.problem().bodies[*member].w_W);
+    return prescribed_turn(body, substep.run().now(), tau);
+  };
   for (std::size_t i = 0; i < substep.rows().size(); ++i) {
     SubstepRow& entry = substep.rows()[i];
-    if (entry.equation.kind == JointEquation::Kind::Motor) continue;
+    if (!is_held(entry) && !(entry.equation.stiffness > 0)) continue;
     if (entry.joint != of) {
       of = entry.joint;
       const IslandRun& run = substep.run();
       const BodyRecord& a = run.context().body(of->definition.a.slot);
       const BodyRecord& b = run.context().body(of->definition.b.slot);
-      ends = joint_equations(of->definition, a, end_pose(run.member_at(a.id), a), b,
-                             end_pose(run.member_at(b.id), b), std::min(a.radius, b.radius));
+      ends =
+          joint_equations(*of, places_of(run, *of, end_pose, turn), std::min(a.radius, b.radius));
     }
     const Scalar linear = entry.equation.value + tau * substep.row_velocity(i);
     const Scalar error = ends[entry.index].value - linear;
     has_changed =
         has_changed || std::abs(error - entry.error) > kErrorChange * substep.rest_offset();
-    entry.change = std::abs(error - entry.error);
+    entry.change = is_held(entry) ? std::abs(error - entry.error) : 0;
     entry.error = error;
   }
   return has_changed;
+}
+
+void add_drive_ends(SubstepProblem& node, Scalar tau, std::vector<Vector3>& free_L_W,
+                    VelocityChange* change) {
+  for (std::size_t i = 0; i < node.rows().size(); ++i) {
+    const SubstepRow& entry = node.rows()[i];
+    const JointEquation& equation = entry.equation;
+    if (equation.kind != JointEquation::Kind::Drive) continue;
+    JointRow& row = node.problem().rows[i];
+    if (!is_resolved(equation.stiffness, equation.damping, row, node, tau)) {
+      const Scalar weight = equation.damping + equation.stiffness * tau / 2;
+      row.compliance = 1 / (tau / 2 * weight);
+      row.target =
+          (equation.damping * equation.speed - equation.stiffness * equation.value) / weight;
+      continue;
+    }
+    const Scalar impulse = entry.joint->impulses[entry.index];
+    row.lower = 0;
+    row.upper = 0;
+    row.target = 0;
+    const auto kick = [&](std::size_t body, const Vector3& j_v, const Vector3& j_w) {
+      if (body >= free_L_W.size()) return;
+      ContactBody& moved = node.problem().bodies[body];
+      free_L_W[body] += impulse * j_w;
+      moved.free_v_W += moved.inverse_mass_W * (impulse * j_v);
+      moved.free_w_W = moved.inverse_inertia_W * free_L_W[body];
+    };
+    kick(row.body_a, row.j_av_W, row.j_aw_W);
+    kick(row.body_b, row.j_bv_W, row.j_bw_W);
+    add_reaction(entry, impulse);
+    if (change == nullptr || impulse == 0) continue;
+    const JointDefinition& joint = entry.joint->definition;
+    change->links.push_back({LinkImpulse::Kind::Joint, joint.a, joint.b, impulse * row.j_bv_W,
+                             impulse * row.j_aw_W, impulse * row.j_bw_W});
+  }
+}
+
+void cut_drives(const SubstepProblem& substep, Scalar share, std::vector<Vector3>& v_W,
+                std::vector<Vector3>& L_W) {
+  for (std::size_t i = 0; i < substep.rows().size(); ++i) {
+    const SubstepRow& entry = substep.rows()[i];
+    if (entry.equation.kind != JointEquation::Kind::Drive) continue;
+    const JointRow& row = substep.problem().rows[i];
+    const Scalar cut = (share - 1) * row.impulse;
+    const auto take = [&](std::size_t body, const Vector3& j_v, const Vector3& j_w) {
+      if (body >= v_W.size()) return;
+      v_W[body] += substep.problem().bodies[body].inverse_mass_W * (cut * j_v);
+      L_W[body] += cut * j_w;
+    };
+    take(row.body_a, row.j_av_W, row.j_aw_W);
+    take(row.body_b, row.j_bv_W, row.j_bw_W);
+    add_reaction(entry, cut);
+    entry.joint->impulses[entry.index] = share * row.impulse;
+  }
+}
+
+void add_reactions(SubstepProblem& substep) {
+  for (std::size_t i = 0; i < substep.rows().size(); ++i) {
+    add_reaction(substep.rows()[i], substep.problem().rows[i].impulse);
+  }
 }
 
 bool joints_are_guessed(const SubstepProblem& substep, Scalar tau) {
@@ -76,7 +244,7 @@ bool release_joint_recovery(SubstepProblem& substep, Scalar tau, bool bends) {
   bool has_recovery = false;
   for (std::size_t i = 0; i < substep.rows().size(); ++i) {
     const SubstepRow& entry = substep.rows()[i];
-    if (entry.equation.kind == JointEquation::Kind::Motor) continue;
+    if (!is_held(entry)) continue;
     const Scalar wanted = substep.problem().rows[i].target;
     Scalar physical = bends ? -entry.error / tau : 0;
     if (entry.equation.kind == JointEquation::Kind::Limit) {
@@ -137,18 +305,6 @@ JointRow row_along(const Vector3& axis, const Vector3& arm_a, const Vector3& arm
   return row;
 }
 
-Scalar mobility(const ContactBody& body, const Vector3& j_v, const Vector3& j_w) {
-  return j_v.dot(body.inverse_mass_W * j_v) + j_w.dot(body.inverse_inertia_W * j_w);
-}
-
-// Whether half a step of the spring's force cannot turn the motion along its row round.
-bool is_resolved(const SpringDefinition& spring, const JointRow& row, const SubstepProblem& substep,
-                 Scalar tau) {
-  const Scalar weight = mobility(substep.problem().bodies[row.body_a], row.j_av_W, row.j_aw_W) +
-                        mobility(substep.problem().bodies[row.body_b], row.j_bv_W, row.j_bw_W);
-  return (spring.damping + spring.stiffness * tau / 2) * tau / 2 * weight <= 1;
-}
-
 }  // namespace
 
 SpringRows::SpringRows(SubstepProblem& substep, Scalar tau) : substep_(substep), tau_(tau) {
@@ -174,7 +330,8 @@ SpringRows::SpringRows(SubstepProblem& substep, Scalar tau) : substep_(substep),
           entry.axes_W.col(k).dot(spring->half_impulse_W);
     }
     set_rows(entry);
-    if (!is_resolved(spring->definition, substep.problem().rows[entry.first_row], substep, tau)) {
+    if (!is_resolved(spring->definition.stiffness, spring->definition.damping,
+                     substep.problem().rows[entry.first_row], substep, tau)) {
       entry.ahead = 1;
     }
     entries_.push_back(entry);
@@ -300,7 +457,7 @@ void add_spring_ends(SubstepProblem& node, Scalar tau, std::vector<Vector3>& fre
       JointRow row = row_along(axis, arm_a, arm_b);
       row.body_a = body_a;
       row.body_b = body_b;
-      if (is_resolved(definition, row, node, tau)) continue;
+      if (is_resolved(definition.stiffness, definition.damping, row, node, tau)) continue;
       impulse -= axis * axis.dot(impulse);
       const Scalar implicit = definition.damping + definition.stiffness * tau / 2;
       row.compliance = 1 / (tau / 2 * implicit);

@@ -10,18 +10,38 @@
 
 namespace dyop::dynamics_internal {
 
-/// Targets of the joints' rows for a move of length tau: they close the joint's errors, no faster
-/// than bodies that began too near are pushed apart, and undo all that the substep itself would
-/// add.
-void set_joint_targets(SubstepProblem& substep, Scalar tau);
-
-/// Pose of the frame B of a body at the end of the move.
+/// Pose of the frame B of a body at the time of interest.
 using EndPose =
     std::function<RigidPose(const std::optional<std::size_t>& member, const BodyRecord& body)>;
+
+/// The frames of a joint, or of those it couples, at now.
+JointPlaces joint_places(const IslandRun& run, const JointState& joint);
+
+/// Brings the angles of the island's joints to now, given the angular velocities with which its
+/// members have turned for a time tau, by member; none: they have hardly turned.
+void follow_joint_angles(IslandRun& run, const std::vector<Vector3>& w_W, Scalar tau);
+
+/// Targets of the joints' rows for a move of length tau: they close the joint's errors, no faster
+/// than bodies that began too near are pushed apart, and undo all that the substep itself would
+/// add. Drives get half their impulse, of the force at the middle of the move, like springs.
+void set_joint_targets(SubstepProblem& substep, Scalar tau);
 
 /// Compares the joints at the end with their linear prediction. Returns whether it has changed so
 /// much that the solve must be repeated.
 bool update_joint_errors(SubstepProblem& substep, Scalar tau, const EndPose& end_pose);
+
+/// The second half of the drives' impulses at the end of a substep of length tau, as of springs.
+/// @param change Gets the impulses that are not left to rows; may be null.
+void add_drive_ends(SubstepProblem& node, Scalar tau, std::vector<Vector3>& free_L_W,
+                    VelocityChange* change);
+
+/// Had the substep been cut to `share` of its length, a member would have got less from drives:
+/// adds what is to be taken away, and keeps the rest for the end.
+void cut_drives(const SubstepProblem& substep, Scalar share, std::vector<Vector3>& v_W,
+                std::vector<Vector3>& L_W);
+
+/// Adds the impulses of the last solve to what the joints have borne in this step.
+void add_reactions(SubstepProblem& substep);
 
 /// Whether the prediction of a joint's end still changes much: the bodies turn too far in a substep
 /// of length tau to be held, and a shorter one is needed.

@@ -311,6 +311,7 @@ void solve_substep_end(IslandRun& run, Scalar tau, bool may_bounce) {
   });
   node.take_joints(tau / 2);
   add_spring_ends(node, tau, free_L_W, change);
+  add_drive_ends(node, tau, free_L_W, change);
   node.set_supports(0);
   for (std::size_t i = 0; i < node.rows().size(); ++i) {
     const SubstepRow& entry = node.rows()[i];
@@ -327,6 +328,7 @@ void solve_substep_end(IslandRun& run, Scalar tau, bool may_bounce) {
   std::vector<Vector3> moving;  // impulses of the move
   for (const PointContact& row : node.problem().contacts) moving.push_back(row.impulse_W);
   node.solve(tau);
+  add_reactions(node);
   keep_impulses(run, node, moving, tau);
   const std::vector<Vector3> L_W = node.angular_momenta(std::move(free_L_W));
   for (std::size_t i = 0; i < run.members().size(); ++i) {
@@ -618,11 +620,13 @@ void Substep::store_velocities() {
     stored_v_W_.push_back(substep_.problem().bodies[i].v_W);
   }
   stored_L_W_ = substep_.angular_momenta(free_L_W_);
+  add_reactions(substep_);
 }
 
 // Advances to now + tau, tau <= tau_, with the proofs at hand.
 void Substep::commit(Scalar tau) {
   store_velocities();
+  cut_drives(substep_, tau / tau_, stored_v_W_, stored_L_W_);
   const Scalar t_end = run_.now() + tau;
   VelocityChange* change = run_.begin_change(VelocityChangeKind::Move, {run_.now(), t_end});
   for (const RunPair& pair : run_.pairs()) pair.state->residual = residual_;
@@ -647,6 +651,9 @@ void Substep::commit(Scalar tau) {
   run_.end_change(change);
   springs_->keep_impulses(tau / tau_);
   run_.commit_substep(t_end, moves_, proofs_.certificates());
+  std::vector<Vector3> turns_W;
+  for (const BodyMove& move : moves_) turns_W.push_back(move.w_W);
+  follow_joint_angles(run_, turns_W, tau);
 }
 
 AttemptResult Substep::attempt() {

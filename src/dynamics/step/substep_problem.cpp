@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/tolerance.h"
+#include "dynamics/step/link_rows.h"
 #include "dynamics/step/self_stress.h"
 
 namespace dyop::dynamics_internal {
@@ -135,13 +136,10 @@ void SubstepProblem::take_joints(Scalar tau) {
   for (JointState* joint : run_.joints()) {
     const BodyRecord& a = run_.context().body(joint->definition.a.slot);
     const BodyRecord& b = run_.context().body(joint->definition.b.slot);
-    const auto member_a = run_.member_at(a.id);
-    const auto member_b = run_.member_at(b.id);
     const std::size_t body_a = take_body(a);
     const std::size_t body_b = take_body(b);
-    const Scalar radius = std::min(a.radius, b.radius);
-    const std::vector<JointEquation> equations = joint_equations(
-        joint->definition, a, run_.pose_of(member_a, a), b, run_.pose_of(member_b, b), radius);
+    const std::vector<JointEquation> equations =
+        joint_equations(*joint, joint_places(run_, *joint), std::min(a.radius, b.radius));
     joint->impulses.resize(equations.size(), 0);
     for (std::size_t k = 0; k < equations.size(); ++k) {
       JointRow row = equations[k].row;
@@ -149,9 +147,11 @@ void SubstepProblem::take_joints(Scalar tau) {
       row.body_b = body_b;
       row.impulse = joint->impulses[k];
       if (equations[k].kind == JointEquation::Kind::Limit) row.lower = 0;
-      if (equations[k].kind == JointEquation::Kind::Motor) {
-        row.lower *= tau;
-        row.upper *= tau;
+      const bool is_driven = equations[k].kind == JointEquation::Kind::Motor ||
+                             equations[k].kind == JointEquation::Kind::Drive;
+      if (is_driven) {
+        row.lower = tau > 0 ? tau * row.lower : 0;
+        row.upper = tau > 0 ? tau * row.upper : 0;
       }
       problem_.rows.push_back(row);
       rows_.push_back({joint, k, equations[k], 0});
@@ -186,10 +186,8 @@ void SubstepProblem::add(const SubstepContact& contact) {
   row.r_b_W = middle - center_of(row.body_b);
   row.nhat_AB_W = contact.point.nhat_AB_W;
   row.friction = pair.friction;
-  row.rolling_friction =
-      std::max(pair.a->definition.rolling_friction, pair.b->definition.rolling_friction);
-  row.torsional_friction =
-      std::max(pair.a->definition.torsional_friction, pair.b->definition.torsional_friction);
+  row.rolling_friction = pair.state->material.rolling_friction;
+  row.torsional_friction = pair.state->material.torsional_friction;
   row.impulse_W = contact.point.impulse_W;
   problem_.contacts.push_back(row);
   contacts_.push_back(contact);
@@ -413,7 +411,8 @@ void SubstepProblem::add_impulses(VelocityChange& change, Scalar share) const {
   for (std::size_t i = 0; i < problem_.rows.size(); ++i) {
     const JointRow& row = problem_.rows[i];
     const bool is_joint = i < rows_.size();
-    const Scalar impulse = is_joint ? row.impulse : share * row.impulse;
+    const bool is_whole = is_joint && rows_[i].equation.kind != JointEquation::Kind::Drive;
+    const Scalar impulse = is_whole ? row.impulse : share * row.impulse;
     if (impulse == 0) continue;
     change.links.push_back({is_joint ? LinkImpulse::Kind::Joint : LinkImpulse::Kind::Spring,
                             id_of(row.body_a), id_of(row.body_b), impulse * row.j_bv_W,

@@ -17,6 +17,7 @@ struct SubstepRow {
   JointEquation equation;  // at the start
   Scalar error = 0;        // end value minus that of the linear prediction
   Scalar change = 0;       // of the error, at the last prediction
+  Scalar ahead = 0.5;      // of a Drive: part of the move at whose end its force is taken
 };
 
 /// The contact problem of an island at one time: members first, then bodies that cannot be moved.

@@ -203,6 +203,7 @@ void WorldStep::merge_pairs(const std::vector<std::pair<std::int32_t, std::int32
         auto pair = std::make_unique<PairState>();
         pair->key = key;
         pair->lengths = world_.lengths_of(key);
+        pair->material = world_.material_of(key);
         update_pivot(*pair, world_.bodies[key.a], world_.bodies[key.b]);
         merged.push_back(std::move(pair));
       }
@@ -220,6 +221,7 @@ void WorldStep::find_touching() {
     const BodyRecord& b = world_.bodies[pair->key.b];
     if (!a.is_awake() && !b.is_awake()) continue;
     if (!a.is_dynamic() || !b.is_dynamic() || pair->has_contacts) continue;
+    if (!is_examined(pair->key)) continue;
     const PairLengths& lengths = pair->lengths;
     const Scalar reach = lengths.rest_gap() + kContactReachRestOffsets * lengths.rest_offset;
     if (pair->gap_committed > reach) continue;
@@ -351,7 +353,7 @@ bool WorldStep::foresee_hits() {
   for (const auto& pair : world_.pairs) {
     const BodyRecord& a = world_.bodies[pair->key.a];
     const BodyRecord& b = world_.bodies[pair->key.b];
-    if (!a.is_awake() || !b.is_awake()) continue;
+    if (!a.is_awake() || !b.is_awake() || !is_examined(pair->key)) continue;
     if (island_of_[pair->key.a] == island_of_[pair->key.b]) continue;
     pair->start_from_committed();
     const Certificate certificate = certify(*pair, kept_velocity(a), kept_velocity(b), interval,

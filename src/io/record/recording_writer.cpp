@@ -79,6 +79,12 @@ std::string_view word_of(JointKind kind) {
       return "slider";
     case JointKind::Fixed:
       return "fixed";
+    case JointKind::Universal:
+      return "universal";
+    case JointKind::Cylindrical:
+      return "cylindrical";
+    case JointKind::Coupling:
+      return "coupling";
     case JointKind::Distance:
       break;
   }

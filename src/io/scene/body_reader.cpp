@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "io/scene/body_reader.h"
 
+#include <cstdint>
+#include <limits>
+
 #include "io/scene/motion_reader.h"
 
 namespace dyop::io_internal {
@@ -48,6 +51,26 @@ LockedAxes read_locked(const JsonNode& node) {
   return locked;
 }
 
+std::uint64_t read_bits(const JsonNode& node) {
+  if (!node.value().is_number_unsigned()) node.fail_expected("an integer >= 0 below 2^64");
+  return node.value().get<std::uint64_t>();
+}
+
+CollisionFilter read_filter(const JsonNode& node) {
+  node.require_object({"category", "mask", "group"});
+  CollisionFilter filter;
+  if (const auto value = node.find("category")) filter.category = read_bits(*value);
+  if (const auto value = node.find("mask")) filter.mask = read_bits(*value);
+  if (const auto value = node.find("group")) {
+    constexpr std::int64_t kMost = std::numeric_limits<std::int32_t>::max();
+    const bool is_integer = value->value().is_number_integer();
+    const std::int64_t group = is_integer ? value->value().get<std::int64_t>() : kMost + 1;
+    if (group < -kMost || group > kMost) value->fail_expected("an integer between -2^31 and 2^31");
+    filter.group = static_cast<std::int32_t>(group);
+  }
+  return filter;
+}
+
 void read_dynamic(const JsonNode& node, bool is_shell, BodyDefinition& body) {
   forbid(node, "motion", "only a kinematic body can have a motion");
   if (node.has("pose")) body.initial.X_WB = read_pose(node.at("pose"));
@@ -79,7 +102,7 @@ void read_kinematic(const JsonNode& node, const TimeInterval& span, BodyDefiniti
 NamedBody read_body(const JsonNode& node, const TimeInterval& span, ShapeReader& shapes) {
   node.require_object({"name", "kind", "shape", "shell", "pose", "velocity", "density", "mass",
                        "motion", "locked", "restitution", "friction", "rolling_friction",
-                       "torsional_friction", "sensor"});
+                       "torsional_friction", "sensor", "filter"});
   NamedBody result;
   BodyDefinition& body = result.definition;
   body.name = node.at("name").text();
@@ -107,9 +130,7 @@ NamedBody read_body(const JsonNode& node, const TimeInterval& span, ShapeReader&
     body.torsional_friction = torsional->non_negative_number();
   }
   if (node.has("sensor")) body.is_sensor = node.at("sensor").boolean();
-  if (body.is_sensor && body.kind == BodyKind::Dynamic) {
-    node.at("sensor").fail("only a kinematic or static body can be a sensor");
-  }
+  if (node.has("filter")) body.filter = read_filter(node.at("filter"));
   if (const auto restitution = node.find("restitution")) {
     body.restitution = restitution->non_negative_number();
     if (!(body.restitution <= 1)) restitution->fail_expected("a number from 0 to 1");

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "dyop/io/scene_file.h"
 
+#include <cmath>
 #include <limits>
 
 #include "io/file_bytes.h"
@@ -189,14 +190,42 @@ JointLimits read_limits(const JsonNode& node) {
   return {node.at("min").number(), node.at("max").number()};
 }
 
+// Without gains it needs speed and strength.
 JointMotor read_motor(const JsonNode& node) {
-  node.require_object({"speed", "strength"});
-  return {node.at("speed").number(), node.at("strength").positive_number()};
+  node.require_object({"speed", "strength", "position", "stiffness", "damping"});
+  JointMotor motor;
+  const bool has_gains = node.has("stiffness") || node.has("damping");
+  if (!has_gains || node.has("speed")) motor.speed = node.at("speed").number();
+  motor.strength = kInfinity;
+  if (!has_gains || node.has("strength")) motor.strength = node.at("strength").positive_number();
+  if (const auto value = node.find("position")) motor.position = value->number();
+  if (const auto value = node.find("stiffness")) motor.stiffness = value->non_negative_number();
+  if (const auto value = node.find("damping")) motor.damping = value->non_negative_number();
+  if (motor.position.has_value() != (motor.stiffness > 0)) {
+    node.fail("a motor has a position with a stiffness > 0, and not without");
+  }
+  return motor;
+}
+
+SwingTwistLimits read_swing_twist(const JsonNode& node) {
+  node.require_object({"swing", "twist_min", "twist_max"});
+  SwingTwistLimits limits;
+  if (const auto value = node.find("swing")) limits.swing = value->positive_number();
+  if (const auto value = node.find("twist_min")) limits.twist_min = value->number();
+  if (const auto value = node.find("twist_max")) limits.twist_max = value->number();
+  return limits;
+}
+
+// What every joint may have.
+void read_strength(const JsonNode& node, JointDefinition& joint) {
+  if (const auto value = node.find("break_force")) joint.break_force = value->positive_number();
+  if (const auto value = node.find("break_torque")) joint.break_torque = value->positive_number();
 }
 
 // Two points whose distance is kept, each in its body's frame.
 JointDefinition read_distance_joint(const JsonNode& node, const Scene& scene) {
-  node.require_object({"kind", "a", "b", "point_a", "point_b", "limits"});
+  node.require_object(
+      {"name", "kind", "a", "b", "point_a", "point_b", "limits", "break_force", "break_torque"});
   JointDefinition joint;
   joint.kind = JointKind::Distance;
   joint.a = body_named(node.at("a"), scene);
@@ -206,35 +235,120 @@ JointDefinition read_distance_joint(const JsonNode& node, const Scene& scene) {
   return joint;
 }
 
+// x along the first axis, y along the second.
+Quaternion universal_axes(const JsonNode& node, const Vector3& first) {
+  const Vector3 second = node.at("second_axis").vector3();
+  constexpr Scalar kSquare = 1e-6;  // literal: a cosine, as for quaternions
+  if (!(std::abs(first.normalized().dot(second.normalized())) <= kSquare)) {
+    node.at("second_axis").fail_expected("an axis at right angles to the first");
+  }
+  Matrix3 R;
+  R.col(0) = first.normalized();
+  R.col(2) = first.cross(second).normalized();
+  R.col(1) = R.col(2).cross(R.col(0));
+  return Quaternion(R);
+}
+
 // Frames are given where they are at time 0, in the world.
 JointDefinition read_framed_joint(const JsonNode& node, const Scene& scene) {
-  node.require_object({"kind", "a", "b", "point", "axis", "limits", "motor"});
+  node.require_object({"name", "kind", "a", "b", "point", "axis", "second_axis", "limits", "motor",
+                       "swing_twist", "friction", "damping", "break_force", "break_torque"});
   JointDefinition joint;
   joint.kind = node.at("kind").choice<JointKind>({{"ball", JointKind::Ball},
                                                   {"hinge", JointKind::Hinge},
                                                   {"slider", JointKind::Slider},
                                                   {"fixed", JointKind::Fixed},
-                                                  {"distance", JointKind::Distance}});
+                                                  {"distance", JointKind::Distance},
+                                                  {"universal", JointKind::Universal},
+                                                  {"cylindrical", JointKind::Cylindrical},
+                                                  {"coupling", JointKind::Coupling}});
   joint.a = body_named(node.at("a"), scene);
   joint.b = body_named(node.at("b"), scene);
   const Vector3 axis = node.has("axis") ? node.at("axis").vector3() : Vector3(0, 0, 1);
   if (!(axis.norm() > 0)) node.at("axis").fail_expected("an axis that is not zero");
-  const RigidPose X_WJ(Quaternion::FromTwoVectors(Vector3::UnitZ(), axis),
-                       node.at("point").vector3());
+  const Quaternion turn = joint.kind == JointKind::Universal
+                              ? universal_axes(node, axis)
+                              : Quaternion(Quaternion::FromTwoVectors(Vector3::UnitZ(), axis));
+  const RigidPose X_WJ(turn, node.at("point").vector3());
   joint.X_AJ = initial_pose(scene, joint.a).inverse() * X_WJ;
   joint.X_BJ = initial_pose(scene, joint.b).inverse() * X_WJ;
   if (node.has("motor")) joint.motor = read_motor(node.at("motor"));
+  if (node.has("swing_twist")) joint.swing_twist = read_swing_twist(node.at("swing_twist"));
+  if (const auto value = node.find("friction")) joint.friction = value->non_negative_number();
+  if (const auto value = node.find("damping")) joint.damping = value->non_negative_number();
+  return joint;
+}
+
+// Of two earlier joints. A World numbers joints in order.
+JointDefinition read_coupling(const JsonNode& node, const Scene& scene) {
+  node.require_object(
+      {"name", "kind", "first", "second", "ratio", "limits", "break_force", "break_torque"});
+  JointDefinition joint;
+  joint.kind = JointKind::Coupling;
+  const auto joint_named = [&](const JsonNode& value) {
+    const std::string name = value.text();
+    for (std::size_t k = 0; k < scene.joints.size(); ++k) {
+      if (scene.joints[k].name == name) return JointId{k};
+    }
+    value.fail_expected("the name of an earlier joint");
+  };
+  joint.first = joint_named(node.at("first"));
+  joint.second = joint_named(node.at("second"));
+  joint.ratio = node.at("ratio").number();
+  return joint;
+}
+
+JointDefinition read_joint_of_kind(const JsonNode& node, const Scene& scene) {
+  const std::string kind = node.at("kind").text();
+  if (kind == "coupling") return read_coupling(node, scene);
+  JointDefinition joint =
+      kind == "distance" ? read_distance_joint(node, scene) : read_framed_joint(node, scene);
+  if (joint.a == joint.b) node.at("b").fail_expected("another body than a");
   return joint;
 }
 
 JointDefinition read_joint(const JsonNode& node, const Scene& scene) {
-  const bool is_distance = node.at("kind").text() == "distance";
-  JointDefinition joint =
-      is_distance ? read_distance_joint(node, scene) : read_framed_joint(node, scene);
-  if (joint.a == joint.b) node.at("b").fail_expected("another body than a");
+  JointDefinition joint = read_joint_of_kind(node, scene);
+  read_strength(node, joint);
   if (node.has("limits")) joint.limits = read_limits(node.at("limits"));
-  joint.name = node.path();
+  joint.name = node.has("name") ? node.at("name").text() : node.path();
+  for (const JointDefinition& other : scene.joints) {
+    if (node.has("name") && other.name == joint.name) {
+      node.at("name").fail_expected("a name that no other joint has");
+    }
+  }
   return joint;
+}
+
+std::vector<ScenePairMaterial> read_materials(const JsonNode& node, const Scene& scene) {
+  std::vector<ScenePairMaterial> materials;
+  for (const JsonNode& item : node.items()) {
+    item.require_object(
+        {"a", "b", "restitution", "friction", "rolling_friction", "torsional_friction"});
+    ScenePairMaterial pair{body_named(item.at("a"), scene), body_named(item.at("b"), scene), {}};
+    if (pair.a == pair.b) item.at("b").fail_expected("a body other than a");
+    pair.material.restitution = item.at("restitution").non_negative_number();
+    if (!(pair.material.restitution <= 1)) {
+      item.at("restitution").fail_expected("a number from 0 to 1");
+    }
+    pair.material.friction = item.at("friction").non_negative_number();
+    if (const auto value = item.find("rolling_friction")) {
+      pair.material.rolling_friction = value->non_negative_number();
+    }
+    if (const auto value = item.find("torsional_friction")) {
+      pair.material.torsional_friction = value->non_negative_number();
+    }
+    materials.push_back(pair);
+  }
+  return materials;
+}
+
+CombineRule read_rule(const JsonNode& node) {
+  return node.choice<CombineRule>({{"geometric_mean", CombineRule::GeometricMean},
+                                   {"mean", CombineRule::Mean},
+                                   {"product", CombineRule::Product},
+                                   {"minimum", CombineRule::Minimum},
+                                   {"maximum", CombineRule::Maximum}});
 }
 
 int read_int(const JsonNode& node) {
@@ -257,6 +371,10 @@ void read_options(const JsonNode& root, Scene& scene) {
   if (const auto node = root.find("restitution_speed")) {
     options.restitution_speed = node->non_negative_number();
   }
+  if (const auto node = root.find("combine_friction")) options.combine_friction = read_rule(*node);
+  if (const auto node = root.find("combine_restitution")) {
+    options.combine_restitution = read_rule(*node);
+  }
   if (const auto node = root.find("separation_speed")) {
     options.separation_speed = node->positive_number();
   }
@@ -270,8 +388,8 @@ void read_root(const JsonNode& root, const std::vector<std::filesystem::path>& d
                Scene& scene) {
   root.require_object({"title", "notes", "time", "bodies", "forces", "target_distance",
                        "target_distances", "rest_offset", "restitution_speed", "separation_speed",
-                       "sleep_steps", "filters", "joints", "integrator", "policy",
-                       "max_node_pairs"});
+                       "sleep_steps", "filters", "joints", "integrator", "policy", "max_node_pairs",
+                       "materials", "combine_friction", "combine_restitution"});
   if (root.has("title")) scene.title = root.at("title").text();
   if (root.has("notes")) root.at("notes").text();
   read_time(root.at("time"), scene);
@@ -279,6 +397,7 @@ void read_root(const JsonNode& root, const std::vector<std::filesystem::path>& d
   read_bodies(root.at("bodies"), directories, scene);
   if (const auto node = root.find("forces")) read_forces(*node, scene);
   if (const auto node = root.find("target_distances")) read_targets(*node, scene);
+  if (const auto node = root.find("materials")) scene.materials = read_materials(*node, scene);
   for (const JsonNode& item : list_or_empty(root, "joints")) {
     scene.joints.push_back(read_joint(item, scene));
   }
@@ -309,6 +428,9 @@ World make_world(const Scene& scene) {
   for (const auto& [a, b] : scene.disabled_pairs) world.set_pair_enabled(a, b, false);
   for (const SceneTarget& target : scene.target_distances) {
     world.set_target_distance(target.a, target.b, target.distance);
+  }
+  for (const ScenePairMaterial& pair : scene.materials) {
+    world.set_pair_material(pair.a, pair.b, pair.material);
   }
   for (const JointDefinition& joint : scene.joints) world.add_joint(joint);
   for (const SpringDefinition& spring : scene.springs) world.add_spring(spring);

@@ -233,18 +233,79 @@ TEST_F(SceneFile, ReadsLimitsMotorsAndDistances) {
   make_world(scene);
 }
 
+TEST_F(SceneFile, ReadsWhatDrivesResistsAndCouplesJoints) {
+  Json json = valid();
+  json["joints"] = Json::parse(R"([
+    {"name": "axle", "kind": "hinge", "a": "block", "b": "ball", "point": [0, 0, 5],
+     "motor": {"position": 1, "stiffness": 50, "damping": 3}, "friction": 0.5,
+     "break_force": 100, "break_torque": 20},
+    {"kind": "ball", "a": "block", "b": "ball", "point": [0, 0, 5], "damping": 2,
+     "swing_twist": {"swing": 0.5, "twist_min": -1, "twist_max": 2}},
+    {"kind": "universal", "a": "block", "b": "ball", "point": [0, 0, 5], "axis": [0, 3, 0],
+     "second_axis": [0, 0, 2]},
+    {"name": "screw", "kind": "cylindrical", "a": "block", "b": "ball", "point": [0, 0, 5]},
+    {"kind": "coupling", "first": "screw", "second": "axle", "ratio": -3}])");
+  const Scene scene = load(json.dump());
+  ASSERT_EQ(scene.joints.size(), 5u);
+  const JointMotor& motor = *scene.joints[0].motor;
+  EXPECT_EQ(motor.position, 1);
+  EXPECT_EQ(motor.stiffness, 50);
+  EXPECT_EQ(motor.damping, 3);
+  EXPECT_EQ(motor.strength, kInfinity);
+  EXPECT_EQ(scene.joints[0].friction, 0.5);
+  EXPECT_EQ(scene.joints[0].break_force, 100);
+  EXPECT_EQ(scene.joints[0].break_torque, 20);
+  EXPECT_EQ(scene.joints[1].swing_twist->swing, 0.5);
+  EXPECT_EQ(scene.joints[1].swing_twist->twist_max, 2);
+  EXPECT_EQ(scene.joints[1].damping, 2);
+  const Matrix3 R = scene.joints[2].X_AJ.rotation();
+  EXPECT_LT((R.col(0) - Vector3::UnitY()).norm(), 1e-12);
+  EXPECT_LT((R.col(1) - Vector3::UnitZ()).norm(), 1e-12);
+  EXPECT_EQ(scene.joints[4].first, JointId{3});
+  EXPECT_EQ(scene.joints[4].second, JointId{0});
+  EXPECT_EQ(scene.joints[4].ratio, -3);
+  EXPECT_EQ(make_world(scene).joints().size(), 5u);
+  const auto message = [&](std::size_t k, const char* key, const Json& value) {
+    Json changed = json;
+    changed["joints"][k][key] = value;
+    return message_of_text(changed.dump());
+  };
+  EXPECT_NE(message(0, "motor", {{"position", 1}}).find("joints[0].motor.speed"),
+            std::string::npos);
+  EXPECT_NE(message(0, "motor", {{"damping", 1}, {"position", 1}}).find("a motor has a position"),
+            std::string::npos);
+  EXPECT_NE(message(2, "second_axis", {0, 1, 1}).find("right angles"), std::string::npos);
+  EXPECT_NE(message(3, "name", "axle").find("a name that no other joint has"), std::string::npos);
+  EXPECT_NE(message(4, "second", "axel").find("the name of an earlier joint"), std::string::npos);
+}
+
 TEST_F(SceneFile, ReadsMaterialsAndSensors) {
   Json json = valid();
   json["separation_speed"] = 0.25;
   json["bodies"][0]["rolling_friction"] = 0.01;
   json["bodies"][0]["torsional_friction"] = 0.02;
   json["bodies"][1]["sensor"] = true;
+  json["bodies"][1]["filter"] = {{"category", 4}, {"mask", 18446744073709551615U}, {"group", -2}};
+  json["combine_friction"] = "product";
+  json["combine_restitution"] = "maximum";
+  json["materials"] =
+      Json::array({{{"a", "ball"}, {"b", "block"}, {"restitution", 0.25}, {"friction", 0.75}}});
   const Scene scene = load(json.dump());
   EXPECT_EQ(scene.options.separation_speed, 0.25);
   EXPECT_EQ(scene.bodies[0].rolling_friction, 0.01);
   EXPECT_EQ(scene.bodies[0].torsional_friction, 0.02);
   EXPECT_TRUE(scene.bodies[1].is_sensor);
-  EXPECT_NE(message_of("/bodies/0/sensor", true).find("bodies[0].sensor: "), std::string::npos);
+  EXPECT_EQ(scene.bodies[1].filter.category, 4U);
+  EXPECT_EQ(scene.bodies[1].filter.mask, ~std::uint64_t{0});
+  EXPECT_EQ(scene.bodies[1].filter.group, -2);
+  EXPECT_EQ(scene.options.combine_friction, CombineRule::Product);
+  EXPECT_EQ(scene.options.combine_restitution, CombineRule::Maximum);
+  const World world = make_world(scene);
+  EXPECT_EQ(world.pair_material(BodyId(0), BodyId(1)).friction, 0.75);
+  EXPECT_EQ(world.pair_material(BodyId(0), BodyId(1)).restitution, 0.25);
+  EXPECT_NE(message_of("/bodies/0/filter", {{"mask", -1}}).find("bodies[0].filter.mask: "),
+            std::string::npos);
+  EXPECT_NE(message_of("/combine_friction", "sum").find("combine_friction: "), std::string::npos);
 }
 
 TEST_F(SceneFile, ReadsAKinematicBody) {
