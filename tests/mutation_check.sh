@@ -56,9 +56,9 @@ mistake planes_without_the_reach src/distance/near_features.cpp distance 'FindCo
   '(reach + slack) * length' 'slack * length'
 mistake edges_need_both_ends src/distance/near_features.cpp distance 'FindContacts*' \
   '!is_near_[from] && !is_near_[to]' '!is_near_[from] || !is_near_[to]'
-mistake score_that_overflows src/distance/triangle/triangle_facets.h distance 'TriangleDistanceBatch*' \
+mistake score_that_overflows src/distance/triangle/triangle_pair.h distance 'TriangleDistanceBatch*' \
   'LanePair(kSmallestFacetSquare)' 'LanePair(kSmallestSquaredDirection)'
-mistake witness_outside_its_face src/paper/feature_walk.h paper '*LinCanny*' \
+mistake witness_outside_its_face src/paper/lin_canny.cpp paper '*LinCanny*' \
   'return Vector3((r - (u / normal_sq) * along) - (v / normal_sq) * across);' \
   'return Vector3(normal * (normal.dot(r) / normal_sq));'
 mistake normal_swapped src/distance/piece_distance.cpp toi 'TimeOfImpact.*' \

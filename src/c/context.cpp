@@ -6,7 +6,7 @@
 #include <cstring>
 #include <new>
 
-#include "dyop/core/assert_handler.h"
+#include "dyop/core/error.h"
 #include "dyop/dynamics/integrator.h"
 
 namespace dyop::c {

@@ -5,9 +5,9 @@
 #include "c/context.h"
 #include "c/convert.h"
 #include "dyop/chain/certify_chain.h"
-#include "dyop/distance/distance_batch.h"
+#include "dyop/distance/distance.h"
 #include "dyop/distance/point_distance.h"
-#include "dyop/toi/toi_batch.h"
+#include "dyop/toi/time_of_impact.h"
 
 namespace dyop::c {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "core/tolerance.h"
 #include "dyop/core/error.h"
-#include "motion/curve/rotation_rate.h"
+#include "motion/curve/chart_curve.h"
 
 namespace dyop {
 namespace {
@@ -169,11 +169,7 @@ JointVector JointPath::velocity(Scalar t) const {
   return rate;
 }
 
-}  // namespace dyop
-
 // The constructors of JointPath: each is converted to Bezier pieces.
-
-namespace dyop {
 namespace {
 
 using Controls = std::vector<Eigen::MatrixXd>;

@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "chain/chain_frame.h"
-#include "chain/link_bounds.h"
 #include "dyop/core/error.h"
 
 namespace dyop {

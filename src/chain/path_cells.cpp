@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <numeric>
 
-#include "chain/link_bounds.h"
+#include "chain/chain_frame.h"
 
 namespace dyop::chain_internal {
 namespace {

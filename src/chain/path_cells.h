@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "chain/link_bounds.h"
+#include "chain/chain_frame.h"
 #include "dyop/chain/link_motion.h"
 
 namespace dyop::chain_internal {

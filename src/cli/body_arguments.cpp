@@ -3,7 +3,9 @@
 
 #include <charconv>
 #include <cmath>
+#include <cstdlib>
 #include <numbers>
+#include <sstream>
 
 #include "dyop/io/motion_file.h"
 #include "dyop/motion/constant_twist_motion.h"
@@ -153,6 +155,17 @@ std::shared_ptr<const Motion> make_motion(const BodyArguments& body) {
   const Twist twist{vector_or_zero(body.velocity), vector_or_zero(body.spin)};
   return guard_option(body.option("velocity") + ", " + body.option("spin"),
                       [&] { return std::make_shared<ConstantTwistMotion>(X_WB0, twist); });
+}
+
+std::vector<std::filesystem::path> mesh_directories(const std::vector<std::string>& mesh_path) {
+  std::vector<std::filesystem::path> directories(mesh_path.begin(), mesh_path.end());
+  if (const char* variable = std::getenv("DYOP_MESH_PATH")) {
+    std::istringstream list(variable);
+    for (std::string directory; std::getline(list, directory, ':');) {
+      if (!directory.empty()) directories.emplace_back(directory);
+    }
+  }
+  return directories;
 }
 
 }  // namespace dyop::cli

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
@@ -61,6 +62,14 @@ auto guard_option(const std::string& option, Function f) {
   } catch (const InvalidArgument& error) {
     throw InvalidArgument(option + ": " + error.what());
   }
+}
+
+/// The directories of --mesh-path, then those of the environment variable DYOP_MESH_PATH.
+std::vector<std::filesystem::path> mesh_directories(const std::vector<std::string>& mesh_path);
+
+/// The file that a name on the command line stands for: - is standard input.
+inline std::filesystem::path input_file(const std::string& name) {
+  return name == "-" ? "/dev/stdin" : name;
 }
 
 }  // namespace dyop::cli

@@ -3,11 +3,10 @@
 
 #include "cli/body_arguments.h"
 #include "cli/commands.h"
-#include "cli/picture/picture_file.h"
 #include "cli/picture/query_picture.h"
 #include "dyop/distance/distance.h"
 #include "dyop/io/result_text.h"
-#include "io/output_file.h"
+#include "io/file_bytes.h"
 
 namespace dyop::cli {
 namespace {

@@ -4,7 +4,7 @@
 #include <functional>
 #include <string>
 
-#include "dyop/toi/toi_batch.h"
+#include "dyop/toi/time_of_impact.h"
 #include "dyop/toi/toi_result.h"
 
 namespace dyop::cli {

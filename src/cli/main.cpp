@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "cli/commands.h"
-#include "cli/printable_stream.h"
+#include "cli/console.h"
 #include "dyop/core/error.h"
 #include "dyop/dynamics/integrator.h"
 

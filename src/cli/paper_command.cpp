@@ -7,10 +7,8 @@
 #include "dyop/core/error.h"
 #include "dyop/io/file_error.h"
 #include "dyop/paper/published_dyop.h"
-#include "io/output_file.h"
-#include "paper/experiment/construction_drawing.h"
+#include "io/file_bytes.h"
 #include "paper/experiment/paper_figures.h"
-#include "paper/experiment/paper_report.h"
 
 namespace dyop::cli {
 namespace {

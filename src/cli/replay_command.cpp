@@ -2,9 +2,8 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
+#include "cli/body_arguments.h"
 #include "cli/commands.h"
-#include "cli/mesh_path.h"
-#include "cli/picture/picture_file.h"
 #include "cli/picture/query_picture.h"
 #include "dyop/io/query_record.h"
 #include "dyop/io/result_text.h"

@@ -5,7 +5,7 @@
 
 #include "cli/commands.h"
 #include "dyop/core/error.h"
-#include "dyop/io/scene_generator.h"
+#include "dyop/io/scene_file.h"
 
 namespace dyop::cli {
 namespace {

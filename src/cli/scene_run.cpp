@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cli/scene_run.h"
 
-#include "cli/scene_steps.h"
-
 namespace dyop::cli {
 
 void step_through(const Scene& scene, const std::stop_token& stop, World& world,

@@ -5,18 +5,16 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
+#include "cli/body_arguments.h"
 #include "cli/commands.h"
-#include "cli/interrupt.h"
-#include "cli/mesh_path.h"
-#include "cli/progress_bar.h"
+#include "cli/console.h"
 #include "cli/recording/recording_tools.h"
-#include "cli/recording/run_output.h"
 #include "cli/scene_run.h"
 #include "dyop/io/file_error.h"
 #include "dyop/io/result_text.h"
 #include "dyop/io/run_summary.h"
 #include "dyop/io/scene_file.h"
-#include "io/output_file.h"
+#include "io/file_bytes.h"
 
 namespace dyop::cli {
 namespace {

@@ -6,14 +6,13 @@
 
 #include "cli/body_arguments.h"
 #include "cli/commands.h"
+#include "cli/console.h"
 #include "cli/failure_record.h"
-#include "cli/interrupt.h"
-#include "cli/picture/picture_file.h"
 #include "cli/picture/query_picture.h"
 #include "dyop/io/query_record.h"
 #include "dyop/io/result_text.h"
 #include "dyop/toi/time_of_impact.h"
-#include "io/output_file.h"
+#include "io/file_bytes.h"
 
 namespace dyop::cli {
 namespace {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "dyop/core/assert_handler.h"
 #include "dyop/core/error.h"
 
 namespace dyop::core_internal {

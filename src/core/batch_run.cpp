@@ -10,7 +10,6 @@
 #include <limits>
 #include <mutex>
 
-#include "core/run_workers.h"
 #include "dyop/core/error.h"
 
 namespace dyop::core_internal {

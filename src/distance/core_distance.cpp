@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "core/tolerance.h"
-#include "distance/point_triangle.h"
+#include "distance/point_search.h"
 #include "dyop/distance/triangle_distance.h"
 
 // Each closed form proposes the nearest points of two cores and a direction. Neither is trusted:

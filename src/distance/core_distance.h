@@ -2,8 +2,8 @@
 #pragma once
 
 #include "dyop/core/rigid_pose.h"
-#include "dyop/core/triangle.h"
-#include "dyop/distance/nearest_points.h"
+#include "dyop/core/types.h"
+#include "dyop/distance/distance_result.h"
 #include "dyop/geometry/convex_shape.h"
 
 namespace dyop::distance_internal {

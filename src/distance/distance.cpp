@@ -4,15 +4,17 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <ostream>
 
 #include "core/assert.h"
+#include "core/batch_run.h"
 #include "core/tolerance.h"
 #include "distance/core_distance.h"
-#include "distance/distance_check.h"
 #include "distance/distance_traversal.h"
-#include "distance/distance_until.h"
 #include "distance/enclosure.h"
 #include "distance/pivot_seed.h"
+#include "dyop/core/error.h"
+#include "dyop/distance/distance_result.h"
 #include "dyop/distance/penetration.h"
 #include "dyop/geometry/convex_shape.h"
 #include "dyop/geometry/triangle_mesh.h"
@@ -20,6 +22,7 @@
 namespace dyop {
 namespace {
 
+using distance_internal::are_convex;
 using distance_internal::BoxPair;
 using distance_internal::DistanceTraversal;
 using distance_internal::GjkGoal;
@@ -40,10 +43,6 @@ struct ConvexPair {
   const ConvexShape& b;
   const RigidPose& X_WB;
 };
-
-bool are_convex(const Shape& a, const Shape& b) {
-  return a.kind() == ShapeKind::Convex && b.kind() == ShapeKind::Convex;
-}
 
 void finish(const ConvexPair& pair, const NearestPoints& nearest, const DistanceOptions& options,
             DistanceResult& result) {
@@ -258,5 +257,46 @@ DistanceResult seeded_distance(const Shape& a, const RigidPose& X_WA, const Shap
 }
 
 }  // namespace distance_internal
+
+void distance_batch(std::span<const DistanceQuery> queries, std::span<DistanceResult> results,
+                    const BatchOptions& options) {
+  DYOP_REQUIRE(queries.size() == results.size(), "distance: ", queries.size(),
+               " queries, but space for ", results.size(), " results");
+  for (std::size_t i = 0; i < queries.size(); ++i) {
+    DYOP_REQUIRE(queries[i].a && queries[i].b, "query ", i, ": a shape is missing");
+    distance_internal::require_valid_options(queries[i].options, "query ", i);
+  }
+  std::fill(results.begin(), results.end(), DistanceResult());
+  core_internal::run_batch(queries.size(), options, [&](std::size_t index, std::size_t) {
+    const DistanceQuery& query = queries[index];
+    DistanceCache cold;
+    results[index] = distance(*query.a, query.X_WA, *query.b, query.X_WB, query.options,
+                              query.cache ? *query.cache : cold);
+  });
+}
+
+std::string_view name_of(DistanceStatus status) {
+  switch (status) {
+    case DistanceStatus::NotRun:
+      return "NotRun";
+    case DistanceStatus::Separated:
+      return "Separated";
+    case DistanceStatus::Overlapping:
+      return "Overlapping";
+    case DistanceStatus::FartherThanMaxDistance:
+      return "FartherThanMaxDistance";
+    case DistanceStatus::Inconclusive:
+      return "Inconclusive";
+  }
+  return "NotRun";
+}
+
+std::ostream& operator<<(std::ostream& out, DistanceStatus status) {
+  return out << name_of(status);
+}
+
+std::ostream& operator<<(std::ostream& out, const DistanceResult& result) {
+  return out << result.status << ": " << result.lower << " <= distance <= " << result.upper;
+}
 
 }  // namespace dyop

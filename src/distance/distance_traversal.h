@@ -3,16 +3,25 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "core/tolerance.h"
 #include "distance/piece_distance.h"
+#include "dyop/core/error.h"
+#include "dyop/core/export.h"
+#include "dyop/core/interrupt.h"
 #include "dyop/distance/distance.h"
+#include "dyop/distance/ray_cast.h"
 #include "geometry/shape_tree.h"
 #include "hierarchy/box_gaps.h"
 
 namespace dyop::distance_internal {
+
+inline bool are_convex(const Shape& a, const Shape& b) {
+  return a.kind() == ShapeKind::Convex && b.kind() == ShapeKind::Convex;
+}
 
 using BoxPair = DistanceCache::BoxPair;
 using BoxPairStack = std::vector<BoxPair>;
@@ -89,5 +98,27 @@ class DistanceTraversal {
   const BoxGapsKernel box_gaps_;
   BoxPairStack& stack_;
 };
+
+/// @throws InvalidArgument for options out of range; the message starts with the subject.
+template <typename... Subject>
+void require_valid_options(const DistanceOptions& options, const Subject&... subject) {
+  DYOP_REQUIRE(options.max_distance >= 0, subject..., ": max_distance must be >= 0, not ",
+               options.max_distance);
+  DYOP_REQUIRE(options.absolute_tolerance >= 0, subject...,
+               ": absolute_tolerance must be >= 0, not ", options.absolute_tolerance);
+  DYOP_REQUIRE(options.relative_tolerance >= 0 && options.relative_tolerance < 1, subject...,
+               ": relative_tolerance must be in [0, 1), not ", options.relative_tolerance);
+}
+
+/// @throws InvalidArgument, prefixed with the name of the query, for a ray that ray_cast() refuses.
+DYOP_EXPORT void require_valid_ray(const Ray& ray, const char* query);
+
+/// As distance(), unless it is interrupted, which is asked after every few pairs of boxes: then
+/// nothing.
+DYOP_EXPORT std::optional<DistanceResult> distance_until(const Shape& a, const RigidPose& X_WA,
+                                                         const Shape& b, const RigidPose& X_WB,
+                                                         const DistanceOptions& options,
+                                                         DistanceCache& cache,
+                                                         Interrupt& interrupt);
 
 }  // namespace dyop::distance_internal

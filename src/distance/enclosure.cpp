@@ -5,7 +5,7 @@
 
 #include "dyop/core/error.h"
 #include "dyop/geometry/convex_shape.h"
-#include "dyop/geometry/winding_number.h"
+#include "dyop/geometry/triangle_mesh.h"
 #include "geometry/compound_tree.h"
 
 namespace dyop::distance_internal {

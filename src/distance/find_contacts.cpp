@@ -4,20 +4,77 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <tuple>
+#include <unordered_map>
 #include <vector>
 
 #include "core/tolerance.h"
+#include "distance/distance_traversal.h"
 #include "distance/near_features.h"
 #include "distance/piece_distance.h"
-#include "distance/point_grid.h"
-#include "distance/point_triangle.h"
+#include "distance/point_search.h"
 #include "dyop/core/error.h"
+#include "dyop/core/types.h"
 #include "dyop/distance/triangle_distance.h"
 #include "geometry/compound_tree.h"
 #include "geometry/shape_tree.h"
 #include "hierarchy/box_gaps.h"
+
+namespace dyop::distance_internal {
+
+/// Numbered points in cubic cells, for finding points near each other.
+class PointGrid {
+ public:
+  explicit PointGrid(Scalar cell_size)
+      : cell_size_(std::max(cell_size, std::numeric_limits<Scalar>::min())) {}
+
+  void add(const Vector3& p, std::size_t number) { cells_[cell_of(p, 0, 0, 0)].push_back(number); }
+
+  /// Whether a point for which `is_sought(number)` is true lies in the cell of p or a neighbouring
+  /// one. It is called for at least every point within one cell size of p.
+  template <typename Predicate>
+  bool any_near(const Vector3& p, const Predicate& is_sought) const {
+    for (int dx = -1; dx <= 1; ++dx) {
+      for (int dy = -1; dy <= 1; ++dy) {
+        for (int dz = -1; dz <= 1; ++dz) {
+          const auto cell = cells_.find(cell_of(p, dx, dy, dz));
+          if (cell == cells_.end()) continue;
+          if (std::any_of(cell->second.begin(), cell->second.end(), is_sought)) return true;
+        }
+      }
+    }
+    return false;
+  }
+
+ private:
+  using Cell = std::tuple<std::int64_t, std::int64_t, std::int64_t>;
+  struct CellHash {
+    std::size_t operator()(const Cell& cell) const {
+      // Unsigned, because the products may wrap.
+      const auto mix = [](std::int64_t index, std::uint64_t prime) {
+        return static_cast<std::uint64_t>(index) * prime;
+      };
+      const auto [x, y, z] = cell;
+      return static_cast<std::size_t>(mix(x, 73856093) ^ mix(y, 19349663) ^ mix(z, 83492791));
+    }
+  };
+
+  Cell cell_of(const Vector3& p, int dx, int dy, int dz) const {
+    const auto index = [&](Scalar x, int shift) {
+      // literal: beyond 2^52 cells neighbouring cells are the same number; clamp for the cast.
+      return static_cast<std::int64_t>(std::clamp(std::floor(x / cell_size_), -4e15, 4e15)) + shift;
+    };
+    return Cell(index(p.x(), dx), index(p.y(), dy), index(p.z(), dz));
+  }
+
+  Scalar cell_size_;
+  std::unordered_map<Cell, std::vector<std::size_t>, CellHash> cells_;
+};
+
+}  // namespace dyop::distance_internal
 
 namespace dyop {
 namespace {
@@ -330,10 +387,6 @@ void ContactGathering::run() {
   if (contacts.empty()) contacts = std::move(inner_contacts_);
 }
 
-bool are_convex(const Shape& a, const Shape& b) {
-  return a.kind() == ShapeKind::Convex && b.kind() == ShapeKind::Convex;
-}
-
 // How far apart, on either body, witness points of one place may be: in a right triangle with a gap
 // of at most `max_distance` as hypotenuse, the substeps are the least gap and the distance along
 // the surface.
@@ -455,7 +508,7 @@ std::optional<std::vector<Contact>> find_contacts(const Shape& a, const RigidPos
         continue;
       }
       ContactGathering gathering(surface_a, surface_b, X_AB, noise, max_distance, budget);
-      if (!are_convex(part_a.shape, part_b.shape) ||
+      if (!distance_internal::are_convex(part_a.shape, part_b.shape) ||
           !gathering.run_convex(static_cast<const ConvexShape&>(part_a.shape),
                                 static_cast<const ConvexShape&>(part_b.shape))) {
         gathering.run();

@@ -11,7 +11,7 @@
 #include "distance/point_search.h"
 #include "dyop/core/error.h"
 #include "dyop/distance/gjk.h"
-#include "dyop/geometry/winding_number.h"
+#include "dyop/geometry/triangle_mesh.h"
 #include "geometry/compound_tree.h"
 
 namespace dyop {

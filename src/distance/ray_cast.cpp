@@ -10,10 +10,10 @@
 #include "core/batch_run.h"
 #include "core/tolerance.h"
 #include "distance/core_distance.h"
-#include "distance/distance_check.h"
+#include "distance/distance_traversal.h"
 #include "distance/gjk/triangle_core.h"
 #include "distance/piece_distance.h"
-#include "distance/point_triangle.h"
+#include "distance/point_search.h"
 #include "dyop/core/error.h"
 #include "dyop/distance/gjk.h"
 #include "geometry/shape_tree.h"
@@ -27,8 +27,8 @@ using distance_internal::PointTriangleDistance;
 using geometry_internal::LeafPiece;
 using geometry_internal::ShapeTree;
 
-constexpr int kGroupSize = BoxGroup::kWidth;
-using GroupNumbers = std::array<Scalar, kGroupSize>;
+constexpr int kRayGroupSize = BoxGroup::kWidth;
+using GroupNumbers = std::array<Scalar, kRayGroupSize>;
 
 // A ray in the shape's frame, in lengths.
 struct LocalRay {
@@ -54,7 +54,7 @@ BoxTimes box_times(const BoxGroup& boxes, const Vector3& o, const Vector3& d, Sc
   times.entry.fill(0);
   times.exit.fill(kInfinity);
   GroupNumbers x, y, z, slack;
-  for (int i = 0; i < kGroupSize; ++i) {
+  for (int i = 0; i < kRayGroupSize; ++i) {
     const auto k = static_cast<std::size_t>(i);
     x[k] = o.x() - static_cast<Scalar>(boxes.rows[BoxGroup::kCenter][i]);
     y[k] = o.y() - static_cast<Scalar>(boxes.rows[BoxGroup::kCenter + 1][i]);
@@ -67,7 +67,7 @@ BoxTimes box_times(const BoxGroup& boxes, const Vector3& o, const Vector3& d, Sc
   for (int axis = 0; axis < 3; ++axis) {
     const auto* row = boxes.rows + BoxGroup::kAxes + 3 * axis;
     const float* half = boxes.rows[BoxGroup::kHalfExtents + axis];
-    for (int i = 0; i < kGroupSize; ++i) {
+    for (int i = 0; i < kRayGroupSize; ++i) {
       const auto k = static_cast<std::size_t>(i);
       const auto u0 = static_cast<Scalar>(row[0][i]);
       const auto u1 = static_cast<Scalar>(row[1][i]);
@@ -216,7 +216,7 @@ class RaySearch {
   const Vector3 o_;
   Scalar first_;  // nothing that comes later is sought
   std::size_t count_ = 0;
-  std::array<OpenBox, MeshHierarchy::kMaxDepth * kGroupSize + 1> stack_;
+  std::array<OpenBox, MeshHierarchy::kMaxDepth * kRayGroupSize + 1> stack_;
 };
 
 LocalRay local_ray(const Shape& shape, const RigidPose& X_WS, const Ray& ray) {

@@ -8,7 +8,7 @@
 #include "dyop/core/error.h"
 #include "dyop/motion/hermite_motion.h"
 #include "dyop/motion/sequence_motion.h"
-#include "motion/curve/rotation_rate.h"
+#include "motion/curve/chart_curve.h"
 
 namespace dyop::dynamics_internal {
 

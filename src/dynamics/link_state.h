@@ -7,7 +7,6 @@
 #include "dynamics/body_record.h"
 #include "dyop/contact/contact_problem.h"
 #include "dyop/dynamics/joint.h"
-#include "dyop/dynamics/spring.h"
 
 namespace dyop::dynamics_internal {
 

@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "contact/generation/contact_fit.h"
-#include "contact/generation/contact_query.h"
+#include "contact/generation/contact_search.h"
 #include "core/tolerance.h"
 
 namespace dyop::dynamics_internal {

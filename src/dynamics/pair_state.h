@@ -12,9 +12,9 @@
 #include "distance/pivot_seed.h"
 #include "dynamics/body_record.h"
 #include "dynamics/step/separating_directions.h"
-#include "dyop/contact/contact_cache.h"
+#include "dyop/contact/contact_generator.h"
 #include "dyop/core/export.h"
-#include "dyop/dynamics/pair_record.h"
+#include "dyop/dynamics/advance_report.h"
 
 namespace dyop::dynamics_internal {
 

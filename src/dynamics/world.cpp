@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <map>
+#include <ostream>
 #include <tuple>
 #include <utility>
 
@@ -10,6 +11,7 @@
 #include "dynamics/free_flight.h"
 #include "dynamics/world_impl.h"
 #include "dyop/core/error.h"
+#include "dyop/dynamics/advance_report.h"
 #include "dyop/motion/interpolated_motion.h"
 #include "dyop/motion/rest_motion.h"
 #include "dyop/motion/sequence_motion.h"
@@ -661,6 +663,35 @@ void World::forget_pair(BodyId a, BodyId b) {
 void World::rouse(BodyId a, BodyId b) {
   impl_->rouse(a.slot);
   impl_->rouse(b.slot);
+}
+
+std::string_view name_of(AdvanceStatus status) {
+  switch (status) {
+    case AdvanceStatus::NotRun:
+      return "NotRun";
+    case AdvanceStatus::Completed:
+      return "Completed";
+    case AdvanceStatus::StoppedAtImpact:
+      return "StoppedAtImpact";
+    case AdvanceStatus::BudgetExhausted:
+      return "BudgetExhausted";
+    case AdvanceStatus::Blocked:
+      return "Blocked";
+    case AdvanceStatus::Cancelled:
+      return "Cancelled";
+    case AdvanceStatus::NumericalLimit:
+      return "NumericalLimit";
+  }
+  return "NotRun";
+}
+
+std::ostream& operator<<(std::ostream& out, AdvanceStatus status) {
+  return out << name_of(status);
+}
+
+std::ostream& operator<<(std::ostream& out, const AdvanceReport& report) {
+  return out << report.status << ": t = " << report.t << ", " << report.steps.size() << " steps, "
+             << report.impacts.size() << " impacts";
 }
 
 }  // namespace dyop

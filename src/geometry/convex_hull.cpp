@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "geometry/hull/hull_climber.h"
-#include "geometry/hull/point_scan.h"
 #include "geometry/hull/quickhull.h"
 #include "geometry/solid.h"
 

@@ -7,6 +7,7 @@
 #include "core/assert.h"
 #include "dyop/core/export.h"
 #include "dyop/core/rigid_pose.h"
+#include "dyop/geometry/compound_shape.h"
 #include "dyop/geometry/convex_shape.h"
 #include "dyop/geometry/triangle_mesh.h"
 #include "dyop/hierarchy/mesh_hierarchy.h"
@@ -120,6 +121,12 @@ inline bool opens_first(const ShapeTree& tree_a, std::int32_t a, const ShapeTree
   DYOP_ASSERT(!tree_a.is_leaf(a) || !tree_b.is_leaf(b), a, ' ', b);
   if (tree_a.is_leaf(a)) return false;
   return tree_b.is_leaf(b) || tree_a.squared_half_diagonal(a) >= tree_b.squared_half_diagonal(b);
+}
+
+/// A child of a compound, as a mesh or convex shape in the compound's frame; another shape itself.
+inline const Shape& shape_part(const Shape& shape, std::int32_t child) {
+  if (shape.kind() != ShapeKind::Compound) return shape;
+  return static_cast<const CompoundShape&>(shape).tree().part(child).shape();
 }
 
 }  // namespace dyop::geometry_internal

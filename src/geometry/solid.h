@@ -5,7 +5,7 @@
 
 #include "core/tolerance.h"
 #include "dyop/core/error.h"
-#include "dyop/geometry/mass_properties.h"
+#include "dyop/geometry/shape.h"
 
 namespace dyop::geometry_internal {
 

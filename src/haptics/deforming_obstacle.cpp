@@ -2,14 +2,82 @@
 #include "haptics/deforming_obstacle.h"
 
 #include <algorithm>
+#include <optional>
+#include <span>
 
 #include "dyop/core/error.h"
-#include "haptics/surface_cone.h"
+#include "dyop/core/types.h"
+#include "dyop/geometry/mesh_topology.h"
+#include "dyop/geometry/shape.h"
 #include "toi/deforming/chord_gap.h"
-#include "toi/deforming/listed_impact.h"
+#include "toi/deforming/deforming_pair.h"
 #include "toi/impact_band.h"
 
 namespace dyop::haptics_internal {
+
+/// The topology of a mesh whose vertices may move; the caller passes their positions.
+struct SurfaceCone {
+  const MeshTopology& topology;
+  std::span<const TriangleIndices> triangles;
+
+  /// Whether n . t <= sine for all unit directions t in which the surface leaves a point p of a
+  /// feature of a triangle: no neighbouring piece of surface comes nearer along n than p does, as
+  /// far as vertex numbers tell who is a neighbour.
+  /// @param place Called with a vertex number, returns its position.
+  template <typename Place>
+  bool admits(const Feature& feature, std::int32_t triangle, const Vector3& n, Scalar sine,
+              const Place& place) const;
+};
+
+/// Whether a direction between the rays e and f, or one of them, rises along n by more than `sine`.
+bool sector_rises(const Vector3& e, const Vector3& f, const Vector3& n, Scalar sine);
+/// Whether the part of `up` across `along` does.
+bool side_rises(const Vector3& along, const Vector3& up, const Vector3& n, Scalar sine);
+
+template <typename Place>
+bool SurfaceCone::admits(const Feature& feature, std::int32_t triangle, const Vector3& n,
+                         Scalar sine, const Place& place) const {
+  switch (feature.kind) {
+    case FeatureKind::Vertex: {
+      const Vector3 p = place(feature.vertices[0]);
+      for (const std::int32_t corner : topology.corners_of_vertex(feature.vertices[0])) {
+        const TriangleIndices& t = triangles[std::size_t(corner / 3)];
+        const int k = corner % 3;
+        const Vector3 e = place(t[std::size_t(k < 2 ? k + 1 : 0)]) - p;
+        const Vector3 f = place(t[std::size_t(k > 0 ? k - 1 : 2)]) - p;
+        if (sector_rises(e, f, n, sine)) return false;
+      }
+      return true;
+    }
+    case FeatureKind::Edge: {
+      const TriangleIndices& own = triangles[std::size_t(triangle)];
+      for (int k = 0; k < 3; ++k) {
+        const std::int32_t from = own[std::size_t(k)];
+        const std::int32_t to = own[std::size_t(k < 2 ? k + 1 : 0)];
+        const bool is_this = (from == feature.vertices[0] && to == feature.vertices[1]) ||
+                             (from == feature.vertices[1] && to == feature.vertices[0]);
+        const auto edge =
+            is_this ? topology.edge_of_side(3 * triangle + k) : std::optional<std::int32_t>();
+        if (!edge) continue;
+        const Vector3 p = place(from);
+        const Vector3 along = place(to) - p;
+        for (const std::int32_t side : topology.sides_of_edge(*edge)) {
+          const TriangleIndices& t = triangles[std::size_t(side / 3)];
+          const int corner = side % 3;
+          const Vector3 up = place(t[std::size_t(corner > 0 ? corner - 1 : 2)]) - p;
+          if (side_rises(along, up, n, sine)) return false;
+        }
+        return true;
+      }
+      return true;
+    }
+    case FeatureKind::Face:
+    case FeatureKind::Smooth:
+      break;
+  }
+  return true;
+}
+
 namespace {
 
 // How much a neighbouring piece of surface may rise along a contact's normal, as for
@@ -356,6 +424,29 @@ std::optional<bool> DeformingObstacle::is_apart_at(const ToolBody& body, const R
     if (!is_apart || !*is_apart) return is_apart;
   }
   return true;
+}
+
+namespace {
+
+bool rises(const Vector3& ray, const Vector3& n, Scalar sine) {
+  const Scalar along = n.dot(ray);
+  return along > 0 && along * along > sine * sine * ray.squaredNorm();
+}
+
+}  // namespace
+
+// Within the sector the steepest direction is the projection of n on its plane, if that lies there.
+bool sector_rises(const Vector3& e, const Vector3& f, const Vector3& n, Scalar sine) {
+  if (rises(e, n, sine) || rises(f, n, sine)) return true;
+  const Vector3 m = e.cross(f);
+  const bool is_within = e.cross(n).dot(m) > 0 && n.cross(f).dot(m) > 0;
+  return is_within && n.cross(m).squaredNorm() > sine * sine * m.squaredNorm();
+}
+
+bool side_rises(const Vector3& along, const Vector3& up, const Vector3& n, Scalar sine) {
+  const Scalar length_sq = along.squaredNorm();
+  if (!(length_sq > 0)) return rises(up, n, sine);
+  return rises(up - along * (along.dot(up) / length_sq), n, sine);
 }
 
 }  // namespace dyop::haptics_internal

@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "dyop/haptics/haptic_session.h"
-#include "haptics/tool_motion.h"
+#include "haptics/tool_body.h"
 
 namespace dyop::haptics_internal {
 

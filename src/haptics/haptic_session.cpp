@@ -6,6 +6,7 @@
 
 #include "core/tolerance.h"
 #include "dyop/core/error.h"
+#include "dyop/haptics/haptic_tick.h"
 #include "haptics/deforming_obstacle.h"
 #include "haptics/device_filter.h"
 #include "haptics/proxy.h"
@@ -352,6 +353,32 @@ std::vector<Vector3> HapticSession::tissue_vertices(std::size_t obstacle) const 
 
 std::int64_t HapticSession::snapshots_taken(std::size_t obstacle) const {
   return deforming(*state_, obstacle).snapshots_taken();
+}
+
+const char* words_of(HapticStatus status) {
+  switch (status) {
+    case HapticStatus::NotRun:
+      return "not run";
+    case HapticStatus::Free:
+      return "free";
+    case HapticStatus::Held:
+      return "held by contact";
+    case HapticStatus::Blocked:
+      return "behind the device";
+    case HapticStatus::Deadline:
+      return "cut off by a limit";
+    case HapticStatus::Trapped:
+      return "trapped, tissue stopped";
+    case HapticStatus::Recovering:
+      return "leaving a margin";
+    case HapticStatus::Overlapping:
+      return "leaving tissue";
+    case HapticStatus::InvalidInput:
+      return "bad input";
+    case HapticStatus::Outlier:
+      return "outlier ignored";
+  }
+  throw InternalError("unknown status of a tick");
 }
 
 }  // namespace dyop

@@ -7,7 +7,7 @@
 #include "dyop/contact/contact_cascade.h"
 #include "dyop/haptics/virtual_coupling.h"
 #include "haptics/obstacle.h"
-#include "haptics/tool_motion.h"
+#include "haptics/tool_body.h"
 
 namespace dyop::haptics_internal {
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 #include <utility>
 
 #include "core/tolerance.h"
@@ -451,6 +452,372 @@ Proxy::Proof Proxy::prove(const ToolMotion& motion, Scalar duration, WorkClock& 
     if (!(proof.t_safe > 0)) break;
   }
   return proof;
+}
+
+void Escape::start(std::size_t pair, Scalar first_length) {
+  *this = {};
+  pair_ = pair;
+  first_length_ = length_ = first_length;
+}
+
+// The neighbours of the centre cell of a 3 x 3 x 3 cube: all but number 13.
+Vector3 Escape::direction_of(int number) {
+  const int cell = number < kDirections / 2 ? number : number + 1;
+  return Vector3(cell % 3 - 1, cell / 3 % 3 - 1, cell / 9 - 1).normalized();
+}
+
+std::optional<Vector3> Escape::direction() const {
+  if (!pair_ || !is_through() || has_failed()) return std::nullopt;
+  return direction_of(best_);
+}
+
+namespace {
+
+// A distance is measured again when its bounds are farther apart than this fraction of the rest
+// offset and than the options allow.
+constexpr Scalar kVagueShare = 0.25;
+
+// It is then measured to this fraction of what is allowed, so that it lasts a while.
+constexpr Scalar kMeasuredShare = 0.9;
+
+}  // namespace
+
+// Both bounds hold, whatever was found.
+void Proxy::take(const PairDistance& found, ProxyPair& pair) {
+  const Scalar lower = std::max(pair.distance.lower, found.lower);
+  if (found.upper < pair.distance.upper) pair.distance = found;
+  pair.distance.lower = lower;
+}
+
+void Proxy::measure(ProxyPair& pair, const DistanceWish& wish, WorkShare& share,
+                    TickStatistics& work) {
+  ++work.distance_queries;
+  take(obstacles_[pair.obstacle]->measure(bodies_[pair.body], body_pose(pair.body), wish, share,
+                                          pair.kept),
+       pair);
+}
+
+// The clearance is that of the nearest body: others only have to be proven farther away. Relative
+// to the lower bound the upper one may exceed it by the tolerance.
+DistanceWish Proxy::wish_for(std::size_t obstacle) const {
+  Scalar upper = kInfinity;
+  for (std::size_t k = obstacle; k < pairs_.size(); k += obstacles_.size()) {
+    upper = std::min(upper, pairs_[k].distance.upper);
+  }
+  const Scalar free = std::min(upper, std::abs(upper - obstacles_[obstacle]->margin));
+  const Scalar tolerance = options_.clearance_tolerance;
+  const Scalar allowed = (upper < kInfinity ? tolerance / (1 + tolerance) * free : 0) +
+                         kVagueShare * options_.rest_offset;
+  return {upper, allowed, kMeasuredShare * allowed};
+}
+
+// How many times farther than allowed the pair's lower bound is below the clearance's upper one.
+Scalar Proxy::excess(const ProxyPair& pair, const DistanceWish& wish) const {
+  return (wish.farthest - pair.distance.lower) / wish.allowed;
+}
+
+// The pairs first whose bounds are the worst for what is allowed; those that are left when the
+// share is used up are the worst in the next tick.
+void Proxy::measure(WorkShare share, TickStatistics& work) {
+  if (share.clock.cutoff()) return;
+  loose_.clear();
+  for (std::size_t obstacle = 0; obstacle < obstacles_.size(); ++obstacle) {
+    refresh(obstacle);
+    const DistanceWish wish = wish_for(obstacle);
+    for (std::size_t k = obstacle; k < pairs_.size(); k += obstacles_.size()) {
+      const Scalar times = excess(pairs_[k], wish);
+      if (times > 1) loose_.push_back({times, k});
+    }
+  }
+  std::sort(loose_.begin(), loose_.end(), [](const Loose& x, const Loose& y) {
+    return x.excess != y.excess ? x.excess > y.excess : x.pair < y.pair;
+  });
+  for (const Loose& loose : loose_) {
+    if (share.is_over()) return;
+    ProxyPair& pair = pairs_[loose.pair];
+    const DistanceWish wish = wish_for(pair.obstacle);
+    if (excess(pair, wish) > 1) measure(pair, wish, share, work);
+  }
+}
+
+// Re-measure the last nearest points first; often that tightens the bounds enough.
+void Proxy::refresh(std::size_t obstacle) {
+  const DistanceWish wish = wish_for(obstacle);
+  for (std::size_t k = obstacle; k < pairs_.size(); k += obstacles_.size()) {
+    ProxyPair& pair = pairs_[k];
+    if (!(pair.distance.upper <= wish.farthest) || !(excess(pair, wish) > 1)) continue;
+    take(obstacles_[obstacle]->measure_again(bodies_[pair.body], body_pose(pair.body), pair.kept),
+         pair);
+  }
+}
+
+namespace {
+
+// Holds are gathered up to this many rest offsets beyond the rest gap, plus the tool's
+// displacement, up to the limit; the proof finds contacts farther away. At a slower pace the reach
+// beyond the rest gap is less. Otherwise gathering would be cut off every tick and the tool could
+// never leave.
+constexpr Scalar kReach = 1.5;
+constexpr Scalar kMostReach = 20;
+
+// After a slip, cap the prediction slack at this many rest offsets; the proof catches the rest.
+constexpr Scalar kMostSurprise = 2;
+
+// A search for holds may always spend so many pieces of work, and twice as many as the last one
+// did. If they do not suffice, the proof finds the holds that are missing, and the next search is
+// faster for what this one has learnt.
+constexpr std::int64_t kSearchWork = 250;
+
+// Two holds closer than this many rest offsets with nearly the same normal are one.
+constexpr Scalar kSamePlace = 2;
+constexpr Scalar kSameNormal = 0.999;  // cosine of 2.6 degrees
+
+// A hit that a known hold did not prevent is another one, even where their normals are near each
+// other; with the very same normal it asks for more room instead.
+constexpr Scalar kSameHit = 1 - 1e-8;  // literal: cosine of 0.008 degrees
+
+// Radians that the tool or a hinge turns in one motion against holds: these are linear in the turn,
+// and a tick's path has poses only, which do not tell of half turns and more between them.
+constexpr Scalar kMostTurn = 1;
+
+// A motion against holds is at most so many times as long as the last ones of tool, device and
+// tissue together, besides so many rest offsets: a tool that slips gathers speed over some ticks.
+// Its whole way in one would take longer to prove than a tick has.
+constexpr Scalar kMostGrowth = 1.3;
+constexpr Scalar kMostSlip = 2;
+
+// So many holds are kept at the slowest pace: with fewer the proof finds the others, one by one.
+constexpr int kFewestHolds = 8;
+
+// A repeated hit pushes the tool away by this fraction of the rest offset, doubled each time.
+constexpr Scalar kPush = 0.25;
+
+// The curvature of a hold is taken into account if it exceeds this fraction of the rest offset.
+constexpr Scalar kBend = 0.1;
+
+bool is_same_place(const HoldPoint& x, const HoldPoint& y, Scalar apart,
+                   Scalar least_cosine = kSameNormal) {
+  return x.body == y.body && x.obstacle == y.obstacle &&
+         (x.p_WB - y.p_WB).squaredNorm() <= apart * apart &&
+         x.nhat_AB_W.dot(y.nhat_AB_W) >= least_cosine;
+}
+
+bool is_named_before(const HoldPoint& x, const HoldPoint& y) {
+  return std::tie(x.body, x.obstacle, x.key) < std::tie(y.body, y.obstacle, y.key);
+}
+
+}  // namespace
+
+// A search that is cut off would be so again in the next tick, before the tool has moved: the next
+// tick goes on with what is known.
+void Proxy::gather_holds(const ToolStep& wish, const Piece& piece, WorkClock& clock) {
+  if (std::exchange(was_hasty_, false)) return carry_holds();
+  found_.clear();
+  const std::int64_t before = clock.checkpoints();
+  WorkShare share(clock, std::max(kSearchWork, 2 * search_work_));
+  const ToolMotion motion(pose_, wish, piece.duration, hinges_);
+  for (ProxyPair& pair : pairs_) {
+    const Obstacle& obstacle = *obstacles_[pair.obstacle];
+    if (!obstacle.is_hard() || pair.is_overlapping) continue;
+    const Scalar least_reach = obstacle.margin + (1 + pace_ * kReach) * options_.rest_offset;
+    const Scalar most_moved = kMostReach * options_.rest_offset;
+    if (pair.distance.lower > least_reach + most_moved) continue;
+    if (clock.is_over()) return keep_found();
+    const Scalar moved =
+        likely_step(bodies_[pair.body], motion, piece.duration) + obstacle.speed() * piece.duration;
+    const Scalar reach = least_reach + std::min(moved, most_moved);
+    if (pair.distance.lower > reach) continue;
+    const std::size_t first = found_.size();
+    ExpectedApproach approach{.least = least_reach, .reach = reach};
+    expect(pair, piece.duration, approach);
+    obstacle.add_holds(bodies_[pair.body], body_pose(pair.body), approach, share, pair.kept,
+                       memory_, found_);
+    for (std::size_t k = first; k < found_.size(); ++k) {
+      found_[k].body = pair.body;
+      found_[k].obstacle = pair.obstacle;
+    }
+  }
+  if (clock.cutoff()) return keep_found();
+  search_work_ = clock.checkpoints() - before;
+  if (share.is_used_up()) {
+    carry_holds();
+    found_.insert(found_.end(), holds_.begin(), holds_.end());
+  }
+  last_holds_.swap(holds_);
+  thin_holds();
+  warm_start();
+  holds_from_ = pose_;
+  holds_since_ = 0;
+}
+
+// Moves what was found earlier to where it is now: with the body and the tissue.
+void Proxy::carry_holds() {
+  for (HoldPoint& hold : holds_) {
+    const ToolBody& body = bodies_[hold.body];
+    const RigidPose X_WB_from = holds_from_.X_WT * body_in_tool(body, hinges_, holds_from_);
+    hold.p_WB = body_pose(hold.body) * (X_WB_from.inverse() * hold.p_WB);
+    hold.p_WA += holds_since_ * hold.v_WA;
+    hold.curvature = 0;
+    hold.push = 0;
+  }
+  holds_from_ = pose_;
+  holds_since_ = 0;
+  std::erase_if(holds_, [&](const HoldPoint& hold) {
+    const Scalar far = obstacles_[hold.obstacle]->margin + (1 + kReach) * options_.rest_offset;
+    return !(hold.gap() <= far) ||
+           pairs_[hold.body * obstacles_.size() + hold.obstacle].is_overlapping;
+  });
+}
+
+// What holds stands now. Where it was closing in, solves had no end, and their forces grew until
+// friction could hold anything.
+void Proxy::release_holds() {
+  for (HoldPoint& hold : holds_) {
+    hold.v_WA.setZero();
+    hold.impulse_W.setZero();
+  }
+}
+
+// The search was cut off: what it found, besides what was known.
+void Proxy::keep_found() {
+  was_hasty_ = true;
+  carry_holds();
+  for (const HoldPoint& hold : found_) {
+    if (holds_.size() < most_holds()) add_if_new(hold);
+  }
+}
+
+Scalar Proxy::size_of(const ToolBody& body, const ToolStep& step) const {
+  return ToolMotion(pose_, step, 1, hinges_).largest_displacement(body, 1);
+}
+
+// A device far inside what holds the tool pulls it a long way, but it will hardly move farther than
+// the device did, or than last time. Holds farther away are found by the proof.
+Scalar Proxy::likely_step(const ToolBody& body, const ToolMotion& wished, Scalar duration) const {
+  return std::min(wished.largest_displacement(body, duration),
+                  size_of(body, goal_step_) + size_of(body, last_step_));
+}
+
+// The tool is expected to go on as in its last motion, give or take what has changed of late in its
+// own rate and in the device's. Where that is wrong the proof finds the holds that are missing.
+void Proxy::expect(const ProxyPair& pair, Scalar duration, ExpectedApproach& approach) const {
+  const ToolBody& body = bodies_[pair.body];
+  const ToolMotion motion(pose_, scaled(rate_, duration), duration, hinges_);
+  const Twist twist = motion.of(body).twist(0);
+  approach.v_W = duration * twist.v_WB;
+  approach.w_W = duration * twist.w_WB;
+  approach.origin_W = body_pose(pair.body).translation();
+  const Scalar surprise = size_of(body, difference(goal_step_, last_goal_step_)) +
+                          size_of(body, scaled(difference(rate_, rate_before_), duration)) +
+                          obstacles_[pair.obstacle]->speed() * duration;
+  approach.slack = std::min(surprise, kMostSurprise * options_.rest_offset);
+}
+
+// Fewer at a slower pace, since solves take long; leaves space for those that the proof will find.
+std::size_t Proxy::most_holds() const {
+  const int all = 1 + options_.max_contacts - options_.max_attempts;
+  return std::size_t(std::max(std::min(kFewestHolds, all), int(pace_ * all)));
+}
+
+void Proxy::add_if_new(const HoldPoint& hold) {
+  const Scalar apart = kSamePlace * options_.rest_offset;
+  const bool is_known = std::any_of(holds_.begin(), holds_.end(), [&](const HoldPoint& kept) {
+    return is_same_place(kept, hold, apart);
+  });
+  if (!is_known) holds_.push_back(hold);
+}
+
+// The nearest first, one for each point, no more than the solver may have.
+void Proxy::thin_holds() {
+  const auto excess = [&](const HoldPoint& hold) {
+    return hold.gap() - obstacles_[hold.obstacle]->margin;
+  };
+  std::sort(found_.begin(), found_.end(), [&](const HoldPoint& x, const HoldPoint& y) {
+    const Scalar excess_x = excess(x), excess_y = excess(y);
+    if (excess_x != excess_y) return excess_x < excess_y;
+    return is_named_before(x, y);
+  });
+  holds_.clear();
+  for (const HoldPoint& hold : found_) {
+    if (holds_.size() >= most_holds()) break;
+    add_if_new(hold);
+  }
+}
+
+void Proxy::warm_start() {
+  for (HoldPoint& hold : holds_) {
+    const auto same = std::find_if(last_holds_.begin(), last_holds_.end(), [&](const auto& last) {
+      return last.body == hold.body && last.obstacle == hold.obstacle && last.key == hold.key;
+    });
+    if (same != last_holds_.end()) hold.impulse_W = same->impulse_W;
+  }
+}
+
+// How much the gap at the end of what is tried of a step differs from the linear one, because the
+// material points rotate. It grows with the square of the part that is tried, and the solve counts
+// in whole steps: of a step of which little is tried, little of its curvature matters.
+Scalar Proxy::bend_holds(const ToolMotion& motion, const ToolStep& step, Scalar part,
+                         Scalar end_time) {
+  const ToolPose end = motion.at(end_time);
+  Scalar change = 0;
+  for (HoldPoint& hold : holds_) {
+    const ToolBody& body = bodies_[hold.body];
+    const RigidPose X_BW = body_pose(hold.body).inverse();
+    const RigidPose X_WB_end = end.X_WT * body_in_tool(body, hinges_, end);
+    const Vector3 r_W = hold.p_WB - pose_.X_WT.translation();
+    Vector3 linear = step.v_W + step.w_W.cross(r_W);
+    if (body.hinge) {
+      const RigidPose X_WJ = pose_.X_WT * hinges_[*body.hinge].X_TJ;
+      const Vector3 axis = X_WJ.rotation().col(2);
+      linear += step.angles[*body.hinge] * axis.cross(hold.p_WB - X_WJ.translation());
+    }
+    const Vector3 moved = X_WB_end * (X_BW * hold.p_WB) - hold.p_WB;
+    const Scalar curvature = hold.nhat_AB_W.dot(moved / part - linear);
+    change = std::max(change, part * std::abs(curvature - hold.curvature));
+    hold.curvature = curvature;
+  }
+  return change;
+}
+
+ToolStep Proxy::solve(const StepGoal& goal, WorkClock& clock, TickStatistics& work) {
+  constexpr int kMostBends = 2;
+  ToolStep step;
+  for (int k = 0; k <= kMostBends; ++k) {
+    step = solver_.solve(goal, obstacles_, holds_, clock);
+    ++work.solves;
+    if (clock.cutoff()) break;
+    const ToolMotion motion(pose_, step, goal.duration, hinges_);
+    const Scalar horizon = horizon_of(step, goal.duration);
+    const Scalar part = horizon / goal.duration;
+    if (bend_holds(motion, step, part, horizon) <= kBend * options_.rest_offset) break;
+  }
+  return step;
+}
+
+// How much of a step's duration is tried at once.
+Scalar Proxy::horizon_of(const ToolStep& step, Scalar duration) const {
+  if (holds_.empty()) return duration;
+  Scalar turn = step.w_W.norm();
+  for (const Scalar angle : step.angles) turn = std::max(turn, std::abs(angle));
+  Scalar part = std::min(Scalar{1}, kMostTurn / turn);
+  Scalar tissue = 0;
+  for (const auto& obstacle : obstacles_) tissue = std::max(tissue, obstacle->speed() * duration);
+  for (const ToolBody& body : bodies_) {
+    const Scalar last = size_of(body, goal_step_) + size_of(body, last_tick_step_);
+    const Scalar most = pace_ * (kMostGrowth * last + kMostSlip * options_.rest_offset);
+    part = std::min(part, (most + kMostGrowth * tissue) / size_of(body, step));
+  }
+  return part < 1 ? part * duration : duration;
+}
+
+void Proxy::add_hit(const HoldPoint& hit) {
+  const Scalar apart = kSamePlace * options_.rest_offset;
+  for (HoldPoint& hold : holds_) {
+    if (!is_same_place(hold, hit, apart, kSameHit)) continue;
+    hold.push = hold.push > 0 ? 2 * hold.push : kPush * options_.rest_offset;
+    return;
+  }
+  holds_.push_back(hit);
 }
 
 }  // namespace dyop::haptics_internal

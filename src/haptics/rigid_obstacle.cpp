@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
 
-#include "distance/distance_until.h"
+#include "distance/distance_traversal.h"
 #include "dyop/motion/rest_motion.h"
 #include "haptics/obstacle.h"
 

@@ -2,10 +2,13 @@
 #include "haptics/tool_body.h"
 
 #include <algorithm>
+#include <cmath>
 
+#include "core/tolerance.h"
 #include "dyop/core/error.h"
 #include "dyop/geometry/compound_shape.h"
 #include "dyop/geometry/convex_shape.h"
+#include "motion/guarded_state.h"
 
 namespace dyop::haptics_internal {
 namespace {
@@ -96,6 +99,124 @@ Scalar reach_of(std::span<const ToolBody> bodies) {
   Scalar reach = 0;
   for (const ToolBody& body : bodies) reach = std::max(reach, body.reach);
   return reach;
+}
+
+namespace {
+
+RigidPose turned_about_z(Scalar angle) {
+  return RigidPose::from_trusted(rotation_from_vector(angle * Vector3::UnitZ()), Vector3::Zero());
+}
+
+// More than the rounding error of the few operations in a bound.
+Scalar rounded_up(Scalar x) {
+  return x * (1 + 64 * kUnitRoundoff);
+}
+
+Twist per_time(const ToolStep& step, Scalar duration) {
+  return {step.v_W / duration, step.w_W / duration};
+}
+
+}  // namespace
+
+ToolStep step_between(const ToolPose& from, const ToolPose& to) {
+  ToolStep step;
+  step.v_W = to.X_WT.translation() - from.X_WT.translation();
+  step.w_W = rotation_vector(to.X_WT.rotation() * from.X_WT.rotation().transpose());
+  for (std::size_t k = 0; k < kMostHinges; ++k) step.angles[k] = to.angles[k] - from.angles[k];
+  return step;
+}
+
+ToolStep scaled(const ToolStep& step, Scalar factor) {
+  ToolStep result{step.v_W * factor, step.w_W * factor, step.angles};
+  for (Scalar& angle : result.angles) angle *= factor;
+  return result;
+}
+
+ToolStep difference(const ToolStep& step, const ToolStep& other) {
+  ToolStep result{step.v_W - other.v_W, step.w_W - other.w_W, step.angles};
+  for (std::size_t k = 0; k < kMostHinges; ++k) result.angles[k] -= other.angles[k];
+  return result;
+}
+
+// The rounding errors of three rotations can add up to more than a query takes for one.
+RigidPose HingeMotion::pose(Scalar t) const {
+  return without_drift(X_WT_.pose(t) * X_TJ_ * turned_about_z(angle_ + t * rate_));
+}
+
+Twist HingeMotion::twist(Scalar t) const {
+  const MotionState tool = X_WT_.state(t);
+  const Matrix3& R_WT = tool.X_WB.rotation();
+  return {tool.twist.v_WB + tool.twist.w_WB.cross(R_WT * X_TJ_.translation()),
+          tool.twist.w_WB + rate_ * (R_WT * X_TJ_.rotation().col(2))};
+}
+
+TwistBound HingeMotion::twist_bound(const TimeInterval& interval) const {
+  const TwistBound tool = X_WT_.twist_bound(interval);
+  const Scalar lever = rounded_up(X_TJ_.translation().stableNorm());
+  const Scalar turn = std::abs(rate_);
+  return {rounded_up(tool.linear_speed + tool.angular_speed * lever),
+          rounded_up(tool.angular_speed + turn),
+          rounded_up(tool.angular_speed * tool.angular_speed * lever),
+          rounded_up(tool.angular_speed * turn)};
+}
+
+PoseScale HingeMotion::pose_scale(const TimeInterval& interval) const {
+  PoseScale scale = X_WT_.pose_scale(interval);
+  scale.length += X_TJ_.translation().stableNorm();
+  scale.angle += std::abs(angle_) +
+                 std::abs(rate_) * std::max(std::abs(interval.begin), std::abs(interval.end));
+  // Three composed poses.
+  return {3 * scale.length, 3 * scale.angle};
+}
+
+ToolMotion::ToolMotion(const ToolPose& from, const ToolStep& step, Scalar duration,
+                       std::span<const ToolHinge> hinges)
+    : from_(from),
+      rate_(scaled(step, 1 / duration)),
+      places_(hinges),
+      frame_(from.X_WT, per_time(step, duration)) {
+  for (std::size_t k = 0; k < hinges.size(); ++k) {
+    hinges_[k].emplace(frame_, hinges[k].X_TJ, from.angles[k], rate_.angles[k]);
+  }
+}
+
+ToolPose ToolMotion::at(Scalar t) const {
+  ToolPose pose{frame_.pose(t), from_.angles};
+  for (std::size_t k = 0; k < kMostHinges; ++k) pose.angles[k] += t * rate_.angles[k];
+  return pose;
+}
+
+// A point at c from T's origin moves by t v + (R(t) - I) c, |(R - I) c - t w x c| <= |t w|^2 |c| /
+// 2, and that of the hinge adds at most its angle times the distance from its axis. Both are convex
+// in the point, so the corners of the box bound them.
+Scalar ToolMotion::largest_displacement(const ToolBody& body, Scalar t) const {
+  const RigidPose X_TB = body_in_tool(body, places_, from_);
+  const Scalar turn = t * rate_.w_W.norm();
+  const Scalar hinge_turn = body.hinge ? t * std::abs(rate_.angles[*body.hinge]) : 0;
+  Scalar largest = 0;
+  for (int k = 0; k < 8; ++k) {
+    const Vector3 p_B = body.box.corner(static_cast<AlignedBox::CornerType>(k));
+    const Vector3 c_W = from_.X_WT.rotation() * (X_TB * p_B);
+    const Scalar linear = t * (rate_.v_W + rate_.w_W.cross(c_W)).norm();
+    const Scalar radius = std::hypot(p_B.x(), p_B.y());
+    largest = std::max(largest, linear + turn * turn / 2 * c_W.norm() + hinge_turn * radius);
+  }
+  return rounded_up(largest);
+}
+
+// With p = c + r the displacements differ by (R(t) - I) r, at most the angle of R times |r|.
+std::pair<Vector3, Scalar> ToolMotion::shift(const ToolBody& body, Scalar t) const {
+  const Vector3 c_B = body.box.center();
+  const Vector3 shift_W = of(body).pose(t) * c_B - of(body).pose(0) * c_B;
+  const Scalar hinge_rate = body.hinge ? std::abs(rate_.angles[*body.hinge]) : 0;
+  const Scalar turn = t * (rate_.w_W.norm() + hinge_rate);
+  return {shift_W, rounded_up(turn * body.box.diagonal().norm() / 2)};
+}
+
+RigidPose body_in_tool(const ToolBody& body, std::span<const ToolHinge> hinges,
+                       const ToolPose& pose) {
+  if (!body.hinge) return RigidPose();
+  return hinges[*body.hinge].X_TJ * turned_about_z(pose.angles[*body.hinge]);
 }
 
 }  // namespace dyop::haptics_internal

@@ -1,13 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <array>
 #include <memory>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "dyop/geometry/triangle_mesh.h"
 #include "dyop/haptics/haptic_scene.h"
+#include "dyop/haptics/haptic_tick.h"
+#include "dyop/motion/constant_twist_motion.h"
 
 namespace dyop::haptics_internal {
 
@@ -34,5 +38,73 @@ std::vector<ToolBody> make_tool_bodies(const HapticScene& scene, bool with_piece
 
 /// No point of the tool is farther from T's origin.
 Scalar reach_of(std::span<const ToolBody> bodies);
+
+/// A change of the tool's configuration: displacement of T's origin, rotation vector, both in
+/// world, and change of the hinges' angles.
+struct ToolStep {
+  Vector3 v_W = Vector3::Zero();
+  Vector3 w_W = Vector3::Zero();
+  std::array<Scalar, kMostHinges> angles{};
+};
+
+/// From one configuration to another: the step whose ToolMotion ends there.
+ToolStep step_between(const ToolPose& from, const ToolPose& to);
+ToolStep scaled(const ToolStep& step, Scalar factor);
+ToolStep difference(const ToolStep& step, const ToolStep& other);
+
+/// A frame J on a tool that moves with a constant twist, turning about its z axis at a constant
+/// rate: X_WB(t) = X_WT(t) X_TJ Rz(q + t q').
+///
+/// With p = p_TJ and w the tool's rate: |v| <= |v_T| + |w||p|, |w_B| <= |w| + |q'|,
+/// |v'| <= |w|^2 |p|, |w_B'| <= |w||q'|.
+class HingeMotion final : public Motion {
+ public:
+  HingeMotion(const ConstantTwistMotion& X_WT, const RigidPose& X_TJ, Scalar angle, Scalar rate)
+      : X_WT_(X_WT), X_TJ_(X_TJ), angle_(angle), rate_(rate) {}
+
+  RigidPose pose(Scalar t) const override;
+  Twist twist(Scalar t) const override;
+  TwistBound twist_bound(const TimeInterval& interval) const override;
+  PoseScale pose_scale(const TimeInterval& interval) const override;
+
+ private:
+  const ConstantTwistMotion& X_WT_;
+  const RigidPose X_TJ_;
+  const Scalar angle_;
+  const Scalar rate_;
+};
+
+/// The motion of the whole tool over [0, duration]: a step at constant rates. Not to be copied: the
+/// hinges' motions refer to the frame's.
+class ToolMotion {
+ public:
+  ToolMotion(const ToolPose& from, const ToolStep& step, Scalar duration,
+             std::span<const ToolHinge> hinges);
+  ToolMotion(const ToolMotion&) = delete;
+  ToolMotion& operator=(const ToolMotion&) = delete;
+
+  const Motion& of(const ToolBody& body) const {
+    if (body.hinge) return *hinges_[*body.hinge];
+    return frame_;
+  }
+  ToolPose at(Scalar t) const;
+
+  /// Bound of the displacement of every point of a body until t.
+  Scalar largest_displacement(const ToolBody& body, Scalar t) const;
+  /// Displacement of the middle of its box until t, and a bound of how far that of any other point
+  /// of the body differs from it, besides rounding.
+  std::pair<Vector3, Scalar> shift(const ToolBody& body, Scalar t) const;
+
+ private:
+  ToolPose from_;
+  ToolStep rate_;  // per time
+  std::span<const ToolHinge> places_;
+  ConstantTwistMotion frame_;
+  std::array<std::optional<HingeMotion>, kMostHinges> hinges_;
+};
+
+/// X_TB of a body for given angles.
+RigidPose body_in_tool(const ToolBody& body, std::span<const ToolHinge> hinges,
+                       const ToolPose& pose);
 
 }  // namespace dyop::haptics_internal

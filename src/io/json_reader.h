@@ -11,7 +11,9 @@
 #include <string_view>
 #include <vector>
 
+#include "dyop/core/rigid_pose.h"
 #include "dyop/core/types.h"
+#include "dyop/geometry/shape.h"
 #include "dyop/io/file_error.h"
 
 namespace dyop::io_internal {
@@ -93,5 +95,30 @@ auto JsonNode::guard(Function f) const {
     fail(error.what());
   }
 }
+
+// Numbers as strings in hexadecimal floating point, "0x1.8p+1": every bit is kept and visible.
+
+Json hex_json(Scalar value);
+Json hex_json(const Vector3& v);
+/// The rotation as nine numbers, row by row: a quaternion would lose bits.
+Json hex_json(const RigidPose& X);
+
+/// The same value with every floating-point number in it as a string.
+Json with_hex_numbers(const Json& json);
+
+/// The value as a number: such a string, or a plain number. Throws FileError, also if not finite.
+Scalar hex_number(const JsonNode& node);
+Vector3 hex_vector(const JsonNode& node);
+/// Uses the rotation unchanged, if it is one.
+RigidPose hex_pose(const JsonNode& node);
+
+/// A number with nine significant digits, for display.
+DYOP_EXPORT std::string show(Scalar value);
+/// "(x, y, z)" with six significant digits.
+DYOP_EXPORT std::string show(const Vector3& v);
+
+/// Describes where a witness point lies: coordinates, feature, triangle.
+DYOP_EXPORT std::string place_words(const Vector3& p_WC, const Feature& feature,
+                                    const std::optional<std::int32_t>& triangle);
 
 }  // namespace dyop::io_internal

@@ -3,8 +3,8 @@
 
 #include <sstream>
 
+#include "io/json_reader.h"
 #include "io/result_json.h"
-#include "io/words.h"
 
 namespace dyop {
 namespace {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <utility>
 
-#include "motion/curve/rotation_rate.h"
+#include "motion/curve/chart_curve.h"
 #include "motion/guarded_state.h"
 
 namespace dyop {

@@ -2,7 +2,6 @@
 #include "dyop/motion/hermite_motion.h"
 
 #include "motion/curve/chart_curve.h"
-#include "motion/curve/rotation_rate.h"
 
 namespace dyop {
 namespace {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "dyop/motion/interpolated_motion.h"
 
-#include "motion/curve/rotation_rate.h"
+#include "motion/curve/chart_curve.h"
 #include "motion/guarded_state.h"
 
 namespace dyop {

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "dyop/core/error.h"
-#include "motion/curve/rotation_rate.h"
+#include "motion/curve/chart_curve.h"
 
 namespace dyop {
 

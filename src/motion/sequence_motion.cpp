@@ -7,8 +7,8 @@
 
 #include "core/tolerance.h"
 #include "dyop/core/error.h"
-#include "motion/curve/rotation_rate.h"
-#include "motion/curve/speed_tree.h"
+#include "motion/curve/bernstein.h"
+#include "motion/curve/chart_curve.h"
 
 namespace dyop {
 namespace {

@@ -11,8 +11,8 @@
 #include "dyop/distance/distance.h"
 #include "dyop/toi/time_of_impact.h"
 #include "dyop/toi/toi_workspace.h"
-#include "toi/least_distance_check.h"
 #include "toi/rigid/motion_bounds.h"
+#include "toi/toi_check.h"
 
 namespace dyop {
 namespace {

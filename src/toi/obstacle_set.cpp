@@ -9,7 +9,6 @@
 #include "dyop/core/error.h"
 #include "dyop/motion/rest_motion.h"
 #include "toi/obstacles/obstacle_data.h"
-#include "toi/obstacles/obstacle_memory.h"
 #include "toi/obstacles/swept_boxes.h"
 
 namespace dyop {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "dyop/toi/least_distance.h"
 #include "dyop/toi/time_of_impact.h"
 #include "toi/toi_memory.h"
 
@@ -21,5 +22,11 @@ void require_valid_query(const Shape& a, const Motion& X_WA, const Shape& b, con
 
 /// Throws InvalidArgument unless the memory holds an unfinished query about this subject.
 void require_resumable(const ToiMemory& memory, const ToiSubject& subject);
+
+/// Throws InvalidArgument unless all numbers in the options are in range.
+void require_valid_options(const LeastDistanceOptions& options);
+
+/// How far apart the bounds of a result may stay.
+Scalar tolerance_of(const LeastDistanceOptions& options, const LeastDistanceResult& result);
 
 }  // namespace dyop::toi_internal

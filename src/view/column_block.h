@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "dyop/core/types.h"
+#include "dyop/view/page_encoder.h"
 
 namespace dyop::view_internal {
 
@@ -36,5 +37,11 @@ class ColumnBlock {
   nlohmann::json columns_ = nlohmann::json::object();
   std::string data_;
 };
+
+/// Adds columns <name>.t, <name>.weights and <name>.mode0 ... to a block and returns what the page
+/// needs to decode them. Modes are rounded as the vertices of a surface, and in its order.
+nlohmann::json add_deformation(ColumnBlock& block, const std::string& name,
+                               const PageDeformation& deformation,
+                               std::span<const TriangleIndices> triangles);
 
 }  // namespace dyop::view_internal

@@ -4,9 +4,12 @@
 #include <cstdint>
 #include <vector>
 
+#include "dyop/distance/distance.h"
+#include "dyop/dynamics/advance_report.h"
 #include "dyop/motion/constant_twist_motion.h"
 #include "dyop/motion/hermite_motion.h"
 #include "dyop/motion/screw_motion.h"
+#include "dyop/view/page_encoder.h"
 #include "view/column_block.h"
 
 namespace dyop::view_internal {
@@ -88,5 +91,24 @@ class MotionRows {
     std::vector<Vector3> p0, v0, theta0, theta_rate0, p1, v1, theta1, theta_rate1;
   } cubic_;
 };
+
+/// Adds the gap and the contacts of a near pair at the end of a frame.
+void add_pair(const PairRecord& pair, const TimeInterval& frame, PageSpan& span);
+
+/// Computes witness points and tight bounds of a gap by one distance query.
+void add_witness(PageGap& gap, const Shape& a, const RigidPose& X_WA, const Shape& b,
+                 const RigidPose& X_WB, DistanceCache& cache);
+
+/// Puts the witness points, normal and bounds of an impact where the shapes are at these poses, the
+/// committed ones. Where a force acts, the poses of the impact's own query differ from them, and
+/// its points would float beside the bodies. A pair that overlaps here keeps what it has.
+void place_impact(ImpactEvent& event, const Shape& a, const RigidPose& X_WA, const Shape& b,
+                  const RigidPose& X_WB);
+
+/// The mark of an advance that did not reach its end, or null.
+const char* undecided_words(AdvanceStatus status);
+
+/// Why a run whose last advance had this status ended at time t, as a sentence.
+const char* ending_words(AdvanceStatus status, Scalar t, Scalar planned_end);
 
 }  // namespace dyop::view_internal

@@ -9,7 +9,6 @@
 #include "dyop/core/error.h"
 #include "geometry/shape_forms.h"
 #include "view/column_block.h"
-#include "view/deformation_columns.h"
 #include "view/motion_rows.h"
 #include "view/shape_surface.h"
 

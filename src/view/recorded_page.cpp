@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "dyop/view/recorded_page.h"
-
 #include <algorithm>
 #include <future>
 #include <map>
@@ -18,7 +16,7 @@
 #include "dyop/view/page_encoder.h"
 #include "dyop/view/page_file.h"
 #include "geometry/shape_forms.h"
-#include "view/pair_rows.h"
+#include "view/motion_rows.h"
 #ifdef DYOP_HAS_TOOL_PAGE
 #include "dyop/io/haptic_recording_reader.h"
 #include "view/tool/tool_page.h"

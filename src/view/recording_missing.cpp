@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "dyop/core/error.h"
-#include "dyop/view/recorded_page.h"
+#include "dyop/view/page_file.h"
 
 namespace dyop {
 

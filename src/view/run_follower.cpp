@@ -6,7 +6,7 @@
 #include <tuple>
 
 #include "dyop/motion/rest_motion.h"
-#include "view/pair_rows.h"
+#include "view/motion_rows.h"
 
 namespace dyop {
 namespace {

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "dyop/contact/contact_cache.h"
+#include "dyop/contact/contact_generator.h"
 #include "dyop/distance/distance.h"
 #include "dyop/geometry/box.h"
 #include "dyop/geometry/capsule.h"

@@ -21,7 +21,7 @@
 #include "dyop/geometry/triangle_mesh.h"
 #include "dyop/motion/constant_twist_motion.h"
 #include "dyop/motion/rest_motion.h"
-#include "dyop/toi/toi_batch.h"
+#include "dyop/toi/time_of_impact.h"
 
 namespace {
 

@@ -9,10 +9,9 @@
 #include <optional>
 #include <string>
 
+#include "dyop/io/recording_lines.h"
 #include "dyop/io/recording_writer.h"
 #include "dyop/io/scene_file.h"
-#include "dyop/io/scene_generator.h"
-#include "dyop/io/scene_recording.h"
 #include "support/temporary_directory.h"
 
 namespace dyop {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "dyop/motion/constant_twist_motion.h"
-#include "dyop/toi/toi_batch.h"
+#include "dyop/toi/time_of_impact.h"
 #include "support/inputs/models.h"
 #include "support/inputs/random_inputs.h"
 

@@ -10,7 +10,7 @@
 #include <thread>
 
 #include "cli/command.h"
-#include "io/digest.h"
+#include "io/file_bytes.h"
 
 namespace dyop {
 namespace {

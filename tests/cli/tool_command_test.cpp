@@ -11,7 +11,6 @@
 
 #include "cli/command.h"
 #include "dyop/io/haptic_recording_reader.h"
-#include "dyop/io/transform_link.h"
 #include "dyop/io/transform_stream.h"
 #include "support/inputs/haptic_run_texts.h"
 

@@ -5,7 +5,7 @@
 #include <random>
 #include <vector>
 
-#include "contact/generation/contact_query.h"
+#include "contact/generation/contact_search.h"
 #include "dyop/geometry/box.h"
 #include "dyop/geometry/capsule.h"
 #include "dyop/geometry/convex_hull.h"

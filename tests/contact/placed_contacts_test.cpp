@@ -7,7 +7,7 @@
 #include <random>
 #include <vector>
 
-#include "contact/generation/contact_query.h"
+#include "contact/generation/contact_search.h"
 #include "dyop/distance/distance.h"
 #include "dyop/geometry/triangle_mesh.h"
 #include "support/inputs/mesh_generators.h"

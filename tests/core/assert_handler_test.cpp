@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "dyop/core/assert_handler.h"
-
 #include <gtest/gtest.h>
 
 #include <cstdio>
+
+#include "dyop/core/error.h"
 
 #ifndef DYOP_ENABLE_ASSERTS
 #define DYOP_ENABLE_ASSERTS  // on here in every build

@@ -11,7 +11,7 @@
 
 #include "core/simd_bits.h"
 #include "core/simd_pair.h"
-#include "distance/triangle_wide/triangle_block_access.h"
+#include "distance/triangle_wide/triangle_batch.h"
 #include "distance/triangle_wide/triangle_wide.h"
 #include "hierarchy/box_gaps.h"
 #include "toi/rigid/box_steps.h"

@@ -10,7 +10,6 @@
 #include "core/tolerance.h"
 #include "dyop/core/error.h"
 #include "dyop/distance/distance.h"
-#include "dyop/distance/distance_batch.h"
 #include "geometry/all_compounds.h"
 #include "support/inputs/bodies.h"
 #include "support/inputs/random_inputs.h"

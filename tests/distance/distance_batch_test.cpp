@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "dyop/distance/distance_batch.h"
-
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
 #include <array>
 
 #include "dyop/core/error.h"
+#include "dyop/distance/distance.h"
 #include "dyop/geometry/box.h"
 #include "dyop/geometry/sphere.h"
 #include "support/inputs/mesh_generators.h"

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "dyop/distance/nearest_triangle.h"
-
 #include <gtest/gtest.h>
 
 #include "distance/triangle_wide/triangle_batch.h"
 #include "dyop/core/error.h"
+#include "dyop/distance/triangle_distance_batch.h"
 #include "support/inputs/random_inputs.h"
 #include "support/runnable_sets.h"
 #include "support/same_bits.h"

@@ -8,13 +8,13 @@
 #include <numbers>
 
 #include "core/tolerance.h"
-#include "distance/point_triangle.h"
+#include "distance/point_search.h"
 #include "dyop/core/error.h"
 #include "dyop/distance/triangle_distance.h"
 #include "dyop/geometry/box.h"
 #include "dyop/geometry/compound_shape.h"
 #include "dyop/geometry/sphere.h"
-#include "dyop/geometry/winding_number.h"
+#include "dyop/geometry/triangle_mesh.h"
 #include "geometry/all_shapes.h"
 #include "support/inputs/mesh_generators.h"
 #include "support/inputs/random_inputs.h"

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "dyop/distance/warm_triangle_distance.h"
-
 #include <gtest/gtest.h>
 
 #include "core/tolerance.h"
+#include "dyop/distance/triangle_distance.h"
 #include "support/inputs/random_inputs.h"
 #include "support/oracles/triangle_distance_check.h"
 

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "dyop/dynamics/arkode_integrator.h"
-
 #include <gtest/gtest.h>
 
 #include "dynamics/ode_problems.h"
+#include "dyop/dynamics/sundials_integrator.h"
 
 namespace dyop::testing {
 namespace {

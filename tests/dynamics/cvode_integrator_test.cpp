@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "dyop/dynamics/cvode_integrator.h"
-
 #include <gtest/gtest.h>
 
 #include "dynamics/ode_problems.h"
+#include "dyop/dynamics/sundials_integrator.h"
 #include "support/message_of.h"
 
 namespace dyop::testing {

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 
 // Springs and dampers against closed forms.
-#include "dyop/dynamics/spring.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>

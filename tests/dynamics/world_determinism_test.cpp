@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "dyop/dynamics/advance_report.h"
-#include "dyop/dynamics/body_id.h"
+#include "dyop/dynamics/rigid_body.h"
 #include "dyop/dynamics/world.h"
 #include "dyop/dynamics/world_options.h"
 #include "support/inputs/world_scenes.h"

@@ -4,8 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "dyop/dynamics/advance_report.h"
-#include "dyop/dynamics/body_id.h"
-#include "dyop/dynamics/pair_record.h"
+#include "dyop/dynamics/rigid_body.h"
 #include "dyop/dynamics/world_options.h"
 #include "dyop/motion/constant_twist_motion.h"
 #include "support/inputs/world_scenes.h"

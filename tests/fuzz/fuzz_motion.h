@@ -15,7 +15,6 @@
 #include "dyop/motion/sampled_motion.h"
 #include "dyop/motion/screw_motion.h"
 #include "dyop/motion/sequence_motion.h"
-#include "dyop/motion/smooth_sampled_motion.h"
 #include "fuzz/fuzz_input.h"
 
 namespace dyop::fuzz {

@@ -7,7 +7,6 @@
 
 #include "core/tolerance.h"
 #include "dyop/distance/triangle_distance.h"
-#include "dyop/distance/warm_triangle_distance.h"
 #include "dyop/paper/lin_canny.h"
 #include "fuzz/fuzz_input.h"
 #include "support/oracles/triangle_distance_check.h"

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "dyop/geometry/mass_properties.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "dyop/core/error.h"
+#include "dyop/geometry/shape.h"
 
 namespace dyop {
 namespace {

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "dyop/geometry/winding_number.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -8,6 +6,7 @@
 #include <random>
 
 #include "dyop/core/error.h"
+#include "dyop/geometry/triangle_mesh.h"
 #include "support/inputs/mesh_generators.h"
 #include "support/message_of.h"
 

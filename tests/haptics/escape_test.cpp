@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "haptics/escape.h"
-
 #include <gtest/gtest.h>
+
+#include "haptics/proxy.h"
 
 namespace dyop::haptics_internal {
 namespace {

@@ -7,7 +7,6 @@
 #include <stdexcept>
 
 #include "dyop/core/error.h"
-#include "dyop/haptics/latency_histogram.h"
 #include "support/inputs/haptic_scenes.h"
 
 namespace dyop {

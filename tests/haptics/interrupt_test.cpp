@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-#include "distance/distance_until.h"
+#include "distance/distance_traversal.h"
 #include "dyop/contact/contact_cascade.h"
 #include "dyop/contact/contact_generator.h"
 #include "support/inputs/mesh_generators.h"

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "haptics/tool_motion.h"
-
 #include <gtest/gtest.h>
 
 #include <random>
 
 #include "dyop/motion/check_motion.h"
+#include "haptics/tool_body.h"
 #include "motion/guarded_state.h"
 #include "support/inputs/mesh_generators.h"
 #include "support/inputs/random_inputs.h"

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "hierarchy/box_direction.h"
-
 #include <gtest/gtest.h>
 
 #include <random>
 
+#include "hierarchy/box_fit.h"
 #include "support/inputs/random_inputs.h"
 
 namespace dyop::hierarchy_internal {

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "dyop/io/chain_file.h"
-
 #include <gtest/gtest.h>
 
 #include "dyop/io/file_error.h"
+#include "dyop/io/robot_file.h"
 #include "support/temporary_directory.h"
 
 namespace dyop {

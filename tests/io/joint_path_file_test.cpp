@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "dyop/io/joint_path_file.h"
-
 #include <gtest/gtest.h>
 
 #include "dyop/geometry/sphere.h"
 #include "dyop/io/file_error.h"
+#include "dyop/io/robot_file.h"
 #include "support/temporary_directory.h"
 
 namespace dyop {

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "io/output_file.h"
-
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
@@ -9,6 +7,7 @@
 
 #include "dyop/io/file_error.h"
 #include "dyop/io/mesh_file.h"
+#include "io/file_bytes.h"
 #include "support/message_of.h"
 #include "support/temporary_directory.h"
 

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "io/mesh/triangulation.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -9,6 +7,7 @@
 #include <numeric>
 
 #include "dyop/core/error.h"
+#include "io/mesh/mesh_reader.h"
 #include "support/inputs/random_inputs.h"
 
 namespace dyop::io_internal {

@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "dyop/motion/bezier_motion.h"
-#include "dyop/motion/bspline_motion.h"
 #include "dyop/motion/composed_motion.h"
 #include "dyop/motion/constant_twist_motion.h"
 #include "dyop/motion/hermite_motion.h"
@@ -14,7 +13,6 @@
 #include "dyop/motion/sampled_motion.h"
 #include "dyop/motion/screw_motion.h"
 #include "dyop/motion/sequence_motion.h"
-#include "dyop/motion/smooth_sampled_motion.h"
 #include "dyop/motion/user_motion.h"
 #include "motion/motion_maker.h"
 

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "dyop/motion/bspline_motion.h"
-
 #include <gtest/gtest.h>
 
 #include <vector>
 
+#include "dyop/motion/bezier_motion.h"
 #include "motion/motion_test_tools.h"
 
 namespace dyop::testing {

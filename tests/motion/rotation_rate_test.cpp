@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "motion/curve/rotation_rate.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -8,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "motion/curve/chart_curve.h"
 #include "motion/motion_test_tools.h"
 
 namespace dyop::testing {

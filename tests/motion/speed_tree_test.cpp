@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "motion/curve/speed_tree.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
+#include "motion/curve/bernstein.h"
 #include "motion/random_values.h"
 
 namespace dyop::testing {

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "dyop/paper/textbook_gjk.h"
-
 #include <gtest/gtest.h>
 
+#include "dyop/paper/distance_algorithm.h"
 #include "planar_pairs.h"
 
 namespace dyop::testing {

@@ -20,10 +20,10 @@
 #include <vector>
 
 #include "dyop/core/error.h"
+#include "dyop/io/recording_lines.h"
 #include "dyop/io/recording_writer.h"
 #include "dyop/io/run_summary.h"
 #include "dyop/io/scene_file.h"
-#include "dyop/io/scene_recording.h"
 #include "support/oracles/recording_oracle.h"
 #include "support/world_energy.h"
 

@@ -20,7 +20,6 @@
 #include <vector>
 
 #include "dyop/io/scene_file.h"
-#include "dyop/io/scene_generator.h"
 #include "support/temporary_directory.h"
 
 namespace dyop::testing {

@@ -18,7 +18,6 @@
 #include "core/tolerance.h"
 #include "distance/triangle_wide/triangle_batch.h"
 #include "dyop/distance/triangle_distance.h"
-#include "dyop/distance/warm_triangle_distance.h"
 #include "support/inputs/random_inputs.h"
 #include "support/oracles/triangle_oracle.h"
 #include "support/runnable_sets.h"

@@ -8,7 +8,6 @@
 #include "dyop/distance/distance.h"
 #include "dyop/motion/composed_motion.h"
 #include "dyop/toi/time_of_impact.h"
-#include "dyop/toi/toi_batch.h"
 #include "geometry/all_compounds.h"
 #include "motion/all_motions.h"
 #include "support/inputs/bodies.h"

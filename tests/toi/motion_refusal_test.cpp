@@ -15,7 +15,6 @@
 #include "dyop/motion/user_motion.h"
 #include "dyop/toi/deforming_time_of_impact.h"
 #include "dyop/toi/time_of_impact.h"
-#include "dyop/toi/toi_batch.h"
 #include "support/inputs/mesh_generators.h"
 #include "support/message_of.h"
 

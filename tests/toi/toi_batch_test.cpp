@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "dyop/toi/toi_batch.h"
-
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
@@ -12,6 +10,7 @@
 #include "dyop/motion/constant_twist_motion.h"
 #include "dyop/motion/sampled_motion.h"
 #include "dyop/motion/user_motion.h"
+#include "dyop/toi/time_of_impact.h"
 #include "support/inputs/mesh_generators.h"
 #include "support/inputs/random_inputs.h"
 #include "support/message_of.h"

@@ -13,7 +13,7 @@
 #include "dyop/geometry/ellipsoid.h"
 #include "dyop/geometry/rounded_box.h"
 #include "dyop/geometry/sphere.h"
-#include "dyop/io/scene_generator.h"
+#include "dyop/io/scene_file.h"
 #include "dyop/motion/rest_motion.h"
 #include "dyop/view/page_file.h"
 #include "dyop/view/run_follower.h"

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "dyop/view/recorded_page.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -10,7 +10,7 @@
 #include "dyop/io/haptic_recording_writer.h"
 #include "dyop/io/haptic_scene_file.h"
 #include "dyop/view/page_encoder.h"
-#include "dyop/view/recorded_page.h"
+#include "dyop/view/page_file.h"
 #include "support/inputs/haptic_run_texts.h"
 #include "support/message_of.h"
 #include "support/temporary_directory.h"

@@ -77,3 +77,16 @@ std::string compose_message(const Parts&... parts) {
       throw ::dyop::InvalidArgument(::dyop::core_internal::compose_message(__VA_ARGS__)); \
     }                                                                                     \
   } while (false)
+
+namespace DYOP_EXPORT dyop {
+
+/// Called with one line, `<file>:<line>: <condition>: <values>`, when an internal assumption of
+/// dyop fails, in builds that check them: Debug and sanitizers. The process aborts when the handler
+/// returns.
+using AssertHandler = void (*)(const std::string& message);
+
+/// Sets the handler of the process and returns the previous one. Null, the default, prints the
+/// message to standard error. Thread-safe.
+AssertHandler set_assert_handler(AssertHandler handler);
+
+}  // namespace dyop

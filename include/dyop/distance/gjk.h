@@ -2,7 +2,7 @@
 #pragma once
 
 #include "dyop/core/rigid_pose.h"
-#include "dyop/distance/nearest_points.h"
+#include "dyop/distance/distance_result.h"
 #include "dyop/geometry/convex_shape.h"
 
 namespace DYOP_EXPORT dyop {

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "dyop/core/triangle.h"
 #include "dyop/core/types.h"
-#include "dyop/distance/nearest_points.h"
+#include "dyop/distance/distance_result.h"
 
 namespace DYOP_EXPORT dyop {
 
@@ -25,5 +24,14 @@ TriangleDistance triangle_distance(const Triangle& a, const Triangle& b);
 
 /// Allowance for rounding in triangle_distance() for this pair, a length (docs/algorithms/dyop.md).
 Scalar triangle_noise(const Triangle& a, const Triangle& b);
+
+/// Returns triangle_distance(a, b), trying first the features that were nearest at a nearby pose.
+/// Same guarantees; the features affect only speed, and which of two equally near pairs is named.
+///
+/// @param last_a, last_b Features of the last result for this pair; arbitrary if there is none.
+/// Cost: one clamped closest-point problem and its proof; if the proof fails, triangle_distance()
+/// on top.
+TriangleDistance warm_triangle_distance(const Triangle& a, const Triangle& b, const Feature& last_a,
+                                        const Feature& last_b);
 
 }  // namespace dyop

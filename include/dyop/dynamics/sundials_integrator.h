@@ -52,4 +52,27 @@ class SundialsIntegrator : public Integrator {
   std::unique_ptr<Impl> impl_;
 };
 
+/// Explicit Runge-Kutta steps of order 4 with adaptive size: ERKStep of ARKODE ([Reynolds2023]).
+/// For smooth, non-stiff equations; restarts are cheap. Dense output is the cubic Hermite
+/// polynomial through both ends of the step, of the same local order as the error estimate.
+class ArkodeIntegrator final : public SundialsIntegrator {
+ public:
+  /// @throws InvalidArgument if f is empty or an option is out of range.
+  ArkodeIntegrator(OdeFunction f, std::size_t size, const IntegratorOptions& options);
+};
+
+enum class CvodeMethod {
+  Adams,  ///< orders 1 to 12, fixed-point iteration: smooth equations, expensive right-hand sides
+  Bdf,    ///< orders 1 to 5, Newton iteration with a dense Jacobian by differences: stiff equations
+};
+
+/// Linear multistep methods of variable order and step size: CVODE ([Hindmarsh2005]). Each restart
+/// begins with order 1 and small steps. Dense output is the method's own polynomial.
+class CvodeIntegrator final : public SundialsIntegrator {
+ public:
+  /// @throws InvalidArgument if f is empty or an option is out of range.
+  CvodeIntegrator(CvodeMethod method, OdeFunction f, std::size_t size,
+                  const IntegratorOptions& options);
+};
+
 }  // namespace dyop

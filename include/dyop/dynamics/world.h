@@ -13,9 +13,7 @@
 
 #include "dyop/dynamics/advance_report.h"
 #include "dyop/dynamics/joint.h"
-#include "dyop/dynamics/pair_record.h"
 #include "dyop/dynamics/rigid_body.h"
-#include "dyop/dynamics/spring.h"
 #include "dyop/dynamics/world_options.h"
 #include "dyop/dynamics/world_query.h"
 #include "dyop/toi/time_of_impact.h"

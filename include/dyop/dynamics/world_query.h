@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "dyop/distance/distance.h"
-#include "dyop/dynamics/body_id.h"
+#include "dyop/dynamics/rigid_body.h"
 #include "dyop/toi/toi_result.h"
 
 namespace DYOP_EXPORT dyop {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "dyop/core/rigid_pose.h"
-#include "dyop/core/triangle.h"
+#include "dyop/core/types.h"
 #include "dyop/geometry/shape.h"
 
 namespace DYOP_EXPORT dyop {

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "dyop/core/triangle.h"
+#include "dyop/core/types.h"
 
 namespace DYOP_EXPORT dyop {
 

@@ -4,7 +4,6 @@
 #include <cstddef>
 #include <vector>
 
-#include "dyop/core/triangle.h"
 #include "dyop/core/types.h"
 
 namespace DYOP_EXPORT dyop {

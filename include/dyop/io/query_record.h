@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "dyop/toi/toi_batch.h"
+#include "dyop/toi/time_of_impact.h"
 #include "dyop/toi/toi_result.h"
 
 namespace DYOP_EXPORT dyop {

@@ -10,7 +10,6 @@
 
 #include "dyop/core/time_interval.h"
 #include "dyop/dynamics/advance_report.h"
-#include "dyop/dynamics/pair_record.h"
 #include "dyop/dynamics/rigid_body.h"
 
 namespace DYOP_EXPORT dyop {

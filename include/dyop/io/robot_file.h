@@ -2,10 +2,12 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "dyop/chain/kinematic_chain.h"
 #include "dyop/chain/link_pairs.h"
 #include "dyop/chain/robot.h"
 
@@ -39,5 +41,26 @@ Robot load_robot(const std::filesystem::path& urdf, const RobotFileOptions& opti
 /// touches or is proven never to. Pairs that can touch and undecided ones are named in comments.
 /// @throws InvalidArgument if the robot has no such link.
 std::string srdf_text(const Robot& robot, std::span<const LinkPairReport> pairs);
+
+/// Returns the chain of a JSON file, as described in docs/algorithms/chain.md, "Files". Mesh files
+/// are looked for beside it.
+/// @throws FileError naming the file and the key.
+KinematicChain load_chain(const std::filesystem::path& file);
+
+/// What runs through the waypoints of a file.
+enum class PathInterpolation {
+  Linear,  ///< straight lines
+  Cubic,   ///< cubics with the file's velocities; without any, the spline that starts at rest
+  Quintic  ///< quintics with the file's velocities and accelerations, which it must have
+};
+
+/// Returns the path of a robot's free coordinates from a CSV file, a joint-trajectory message as
+/// JSON or YAML (the name ends in .json, .yaml or .yml), or a message that holds one. Joints that
+/// the file does not name rest where `rest` says, one number per free coordinate; without it at
+/// zero, or at their limit nearest to it. Format: docs/robots.md.
+/// @throws FileError naming file, line or key, and value.
+JointPath load_joint_path(const std::filesystem::path& file, const Robot& robot,
+                          PathInterpolation interpolation = PathInterpolation::Linear,
+                          const std::optional<JointVector>& rest = {});
 
 }  // namespace dyop

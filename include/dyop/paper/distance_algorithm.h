@@ -6,7 +6,7 @@
 #include <string_view>
 
 #include "dyop/core/rigid_pose.h"
-#include "dyop/core/triangle.h"
+#include "dyop/core/types.h"
 #include "dyop/geometry/convex_hull.h"
 
 namespace DYOP_EXPORT dyop {
@@ -57,5 +57,39 @@ std::span<const DistanceAlgorithm* const> distance_algorithms();
 /// The algorithm with that name.
 /// @throws InvalidArgument if there is none; the message lists the names.
 const DistanceAlgorithm& distance_algorithm(std::string_view name);
+
+/// A second opinion: distance of two triangles by GJK with the public parts of libccd [Fiser]. An
+/// estimate: nothing is proven. The planar version is the same in space with z = 0.
+///
+/// libccd tells whether shapes overlap and how deeply; it has no public distance call, and FCL
+/// carries a copy of its private code for one. This adapter uses the public interface only:
+/// libccd's support callbacks and its nearest points of a segment and a triangle to the origin, in
+/// the loop that FCL runs after libccd's overlap test. Leaving that test out makes it faster, not
+/// slower. Triangles that intersect give about zero.
+///
+/// Coordinates must be finite; they are not checked here. Bounded, no allocation.
+Scalar libccd_distance(const Triangle& a, const Triangle& b);
+Scalar libccd_distance(const PlanarTriangle& a, const PlanarTriangle& b);
+
+/// Result of textbook_gjk(), in the frame of the arguments. An estimate: nothing is proven.
+template <int dimension>
+struct GjkEstimate {
+  using Point = Eigen::Matrix<Scalar, dimension, 1>;
+
+  Scalar distance = 0;
+  Point p_a = Point::Zero();
+  Point p_b = Point::Zero();
+  bool is_overlapping = false;  ///< the simplex holds the origin, up to rounding
+  int iterations = 0;
+};
+
+/// Distance of two triangles by the algorithm of [GilbertJohnsonKeerthi1988] as textbooks present
+/// it ([vandenBergen2003] chapter 4, with the region tests of [Ericson2005] chapter 5), without a
+/// certificate and without care for slivers: the rival in the experiment of [DyOP]. gjk_distance()
+/// is the one to use.
+///
+/// Coordinates must be finite; they are not checked here. Bounded, no allocation.
+GjkEstimate<2> textbook_gjk(const PlanarTriangle& a, const PlanarTriangle& b);
+GjkEstimate<3> textbook_gjk(const Triangle& a, const Triangle& b);
 
 }  // namespace dyop

@@ -3,7 +3,6 @@
 
 #include <array>
 
-#include "dyop/core/triangle.h"
 #include "dyop/core/types.h"
 #include "dyop/geometry/shape.h"
 

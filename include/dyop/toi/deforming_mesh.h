@@ -5,7 +5,6 @@
 #include <span>
 #include <vector>
 
-#include "dyop/core/triangle.h"
 #include "dyop/core/types.h"
 #include "dyop/geometry/triangle_mesh.h"
 

@@ -9,7 +9,7 @@
 
 #include "dyop/core/rigid_pose.h"
 #include "dyop/core/types.h"
-#include "dyop/distance/witness_pair.h"
+#include "dyop/distance/distance_result.h"
 
 namespace DYOP_EXPORT dyop {
 

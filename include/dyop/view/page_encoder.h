@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "dyop/dynamics/advance_report.h"
-#include "dyop/dynamics/pair_record.h"
 #include "dyop/dynamics/rigid_body.h"
 
 namespace DYOP_EXPORT dyop {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cli/page/page_output.h"
 
-#include "io/output_file.h"
-#include "view/frames/scratch_folder.h"
+#include "io/file_bytes.h"
+#include "view/frames/browser_pipe.h"
 
 namespace dyop::cli {
 namespace {

@@ -8,17 +8,16 @@
 #include <optional>
 
 #include "cli/commands.h"
-#include "cli/interrupt.h"
+#include "cli/console.h"
 #include "cli/page/page_output.h"
 #include "cli/recording/recording_tools.h"
-#include "cli/scene_steps.h"
+#include "cli/scene_run.h"
 #include "dyop/core/error.h"
 #include "dyop/io/scene_file.h"
 #include "dyop/view/live_server.h"
 #include "dyop/view/page_file.h"
-#include "dyop/view/recorded_page.h"
 #include "dyop/view/run_follower.h"
-#include "io/output_file.h"
+#include "io/file_bytes.h"
 
 namespace dyop::cli {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "dyop/toi/toi_batch.h"
+#include "dyop/toi/time_of_impact.h"
 
 namespace dyop::cli {
 

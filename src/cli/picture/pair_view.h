@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "cli/picture/shaded_image.h"
-#include "dyop/distance/witness_pair.h"
+#include "dyop/distance/distance_result.h"
 #include "paper/experiment/svg_canvas.h"
 
 namespace dyop::cli {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <memory>
 
-#include "cli/picture/picture_file.h"
+#include "cli/picture/query_picture.h"
 #include "dyop/io/file_error.h"
 
 namespace dyop::cli {

@@ -6,8 +6,10 @@
 
 #include "cli/picture/gap_plot.h"
 #include "cli/picture/pair_view.h"
+#include "dyop/io/file_error.h"
 #include "dyop/io/result_text.h"
 #include "dyop/toi/time_of_impact.h"
+#include "io/file_bytes.h"
 
 namespace dyop::cli {
 namespace {
@@ -216,6 +218,34 @@ std::string distance_picture(const Shape& a, const RigidPose& X_WA, const Shape&
       canvas, scene, y,
       overlaps ? "A blue, B orange; diamond: a place where they overlap" : "A blue, B orange");
   return canvas.str();
+}
+
+namespace {
+
+std::string page_of(const std::string& svg) {
+  return "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
+         "<meta name=\"viewport\" content=\"width=device-width\">\n<title>dyop</title>\n"
+         "<style>body{margin:0;background:#fff}svg{display:block;margin:auto;max-width:100%;"
+         "height:auto}</style>\n</head>\n<body>\n" +
+         svg + "</body>\n</html>\n";
+}
+
+}  // namespace
+
+void require_picture(const std::filesystem::path& file) {
+  const std::filesystem::path ending = file.extension();
+  if (ending == ".png") {
+    png_of(file, "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"1\" height=\"1\"/>");
+  } else if (ending != ".svg" && ending != ".html") {
+    throw FileError(file, "expected a picture .svg, .png or .html");
+  }
+}
+
+void write_picture(const std::filesystem::path& file, const std::string& svg) {
+  std::string bytes = svg;
+  if (file.extension() == ".png") bytes = png_of(file, svg);
+  if (file.extension() == ".html") bytes = page_of(svg);
+  io_internal::write_whole_file(file, bytes);
 }
 
 }  // namespace dyop::cli

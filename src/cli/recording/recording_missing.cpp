@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cli/recording/recording_tools.h"
-#include "cli/recording/run_output.h"
-#include "cli/tool/tool_output.h"
+#include "cli/tool/tool_summary.h"
 #include "dyop/io/file_error.h"
 
 namespace dyop::cli {

@@ -3,17 +3,16 @@
 #include <iostream>
 #include <map>
 
+#include "cli/body_arguments.h"
 #include "cli/commands.h"
-#include "cli/interrupt.h"
-#include "cli/mesh_path.h"
-#include "cli/progress_bar.h"
+#include "cli/console.h"
 #include "cli/scene_run.h"
-#include "cli/study/shard_file.h"
+#include "cli/study/study_file.h"
 #include "dyop/dynamics/integrator.h"
 #include "dyop/io/file_error.h"
 #include "dyop/io/query_record.h"
 #include "dyop/io/run_summary.h"
-#include "io/output_file.h"
+#include "io/file_bytes.h"
 
 namespace dyop::cli {
 namespace {

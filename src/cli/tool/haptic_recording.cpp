@@ -3,7 +3,6 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
-#include "cli/tool/tool_output.h"
 #include "cli/tool/tool_summary.h"
 #include "dyop/io/haptic_recording_writer.h"
 #include "dyop/io/haptic_replay.h"

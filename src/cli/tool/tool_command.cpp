@@ -5,14 +5,12 @@
 #include <memory>
 
 #include "cli/commands.h"
-#include "cli/interrupt.h"
-#include "cli/printable_stream.h"
+#include "cli/console.h"
 #include "cli/recording/recording_tools.h"
 #include "cli/tool/tool_device.h"
-#include "cli/tool/tool_output.h"
 #include "cli/tool/tool_summary.h"
 #include "dyop/io/haptic_scene_file.h"
-#include "io/output_file.h"
+#include "io/file_bytes.h"
 
 namespace dyop::cli {
 namespace {

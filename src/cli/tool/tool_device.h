@@ -9,7 +9,6 @@
 #include <thread>
 
 #include "dyop/haptics/haptic_runner.h"
-#include "dyop/io/transform_link.h"
 #include "dyop/io/transform_stream.h"
 
 namespace dyop::cli {

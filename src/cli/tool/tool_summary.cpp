@@ -3,7 +3,7 @@
 
 #include <cstdio>
 
-#include "cli/printable_stream.h"
+#include "cli/console.h"
 
 namespace dyop::cli {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "dyop/geometry/convex_shape.h"
 #include "dyop/geometry/triangle_mesh.h"
-#include "geometry/shape_part.h"
+#include "geometry/shape_tree.h"
 
 namespace dyop::contact_internal {
 namespace {

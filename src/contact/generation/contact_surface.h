@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "dyop/contact/contact_point.h"
-#include "dyop/core/triangle.h"
 #include "dyop/core/types.h"
 #include "dyop/geometry/convex_shape.h"
 #include "dyop/geometry/shape.h"

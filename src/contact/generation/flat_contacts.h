@@ -5,9 +5,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "contact/generation/contact_query.h"
+#include "contact/generation/contact_search.h"
 #include "dyop/core/export.h"
-#include "dyop/distance/nearest_points.h"
+#include "dyop/distance/distance_result.h"
 
 namespace dyop::contact_internal {
 

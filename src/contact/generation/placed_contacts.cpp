@@ -5,7 +5,6 @@
 #include <cmath>
 #include <unordered_map>
 
-#include "contact/generation/contact_query.h"
 #include "contact/generation/contact_search.h"
 
 namespace dyop::contact_internal {

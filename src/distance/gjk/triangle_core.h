@@ -5,7 +5,7 @@
 
 #include "core/tolerance.h"
 #include "dyop/core/error.h"
-#include "dyop/core/triangle.h"
+#include "dyop/core/types.h"
 #include "dyop/geometry/convex_shape.h"
 
 namespace dyop::distance_internal {

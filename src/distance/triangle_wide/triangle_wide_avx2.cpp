@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "distance/triangle_wide/triangle_wide_simd.h"
+#include "distance/triangle_wide/triangle_simd.h"
 
 namespace dyop::distance_internal {
 

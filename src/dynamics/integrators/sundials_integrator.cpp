@@ -24,8 +24,6 @@
 #include <utility>
 
 #include "core/tolerance.h"
-#include "dyop/dynamics/arkode_integrator.h"
-#include "dyop/dynamics/cvode_integrator.h"
 #include "dyop/dynamics/integrator.h"
 
 namespace dyop::dynamics_internal {
@@ -585,5 +583,19 @@ std::unique_ptr<SundialsSolver> make_solver(CvodeMethod method, OdeFunction f, s
 CvodeIntegrator::CvodeIntegrator(CvodeMethod method, OdeFunction f, std::size_t size,
                                  const IntegratorOptions& options)
     : SundialsIntegrator(make_solver(method, std::move(f), size, options), size, options) {}
+
+std::unique_ptr<Integrator> make_integrator(IntegratorKind kind, OdeFunction f, std::size_t size,
+                                            const IntegratorOptions& options) {
+  switch (kind) {
+    case IntegratorKind::Arkode:
+      return std::make_unique<ArkodeIntegrator>(std::move(f), size, options);
+    case IntegratorKind::CvodeAdams:
+      return std::make_unique<CvodeIntegrator>(CvodeMethod::Adams, std::move(f), size, options);
+    case IntegratorKind::CvodeBdf:
+      return std::make_unique<CvodeIntegrator>(CvodeMethod::Bdf, std::move(f), size, options);
+  }
+  throw InvalidArgument(
+      core_internal::compose_message("unknown integrator kind ", static_cast<int>(kind)));
+}
 
 }  // namespace dyop

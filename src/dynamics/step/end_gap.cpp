@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "contact/generation/contact_fit.h"
-#include "contact/generation/contact_query.h"
+#include "contact/generation/contact_search.h"
 #include "contact/generation/flat_contacts.h"
 #include "contact/generation/placed_contacts.h"
 #include "core/tolerance.h"
@@ -13,7 +13,7 @@
 #include "dyop/distance/triangle_distance.h"
 #include "dyop/geometry/convex_shape.h"
 #include "dyop/geometry/triangle_mesh.h"
-#include "geometry/shape_part.h"
+#include "geometry/shape_tree.h"
 
 namespace dyop::dynamics_internal {
 

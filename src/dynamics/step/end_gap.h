@@ -7,7 +7,7 @@
 
 #include "dynamics/body_record.h"
 #include "dynamics/pair_state.h"
-#include "dynamics/step/certify.h"
+#include "dynamics/step/ledger.h"
 #include "dyop/contact/contact_generator.h"
 #include "dyop/contact/contact_point.h"
 #include "dyop/core/export.h"

@@ -11,7 +11,6 @@
 
 #include "dynamics/free_flight.h"
 #include "dynamics/link_state.h"
-#include "dynamics/step/certify.h"
 #include "dynamics/step/ledger.h"
 #include "dynamics/step/track.h"
 #include "dyop/contact/contact_cascade.h"

@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "dyop/core/triangle.h"
+#include "dyop/core/types.h"
 
 namespace dyop::geometry_internal {
 

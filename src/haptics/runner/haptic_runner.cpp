@@ -1,13 +1,73 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "dyop/haptics/haptic_runner.h"
 
+#include <algorithm>
 #include <atomic>
+#include <cmath>
+#include <cstddef>
+#include <cstring>
 #include <exception>
+#include <string>
 #include <thread>
+#include <vector>
 
 #include "dyop/core/error.h"
-#include "haptics/runner/real_time.h"
-#include "haptics/runner/record_ring.h"
+
+namespace dyop::haptics_internal {
+
+/// Hands ticks from one thread to another without waiting and, once its slots have grown, without
+/// allocating.
+class RecordRing {
+ public:
+  explicit RecordRing(std::size_t size) : places_(size) {}
+
+  /// For the writer: a slot to fill and then push(), or null if all slots wait to be read.
+  TickRecord* free_place() {
+    const std::size_t next = given_.load(std::memory_order_relaxed);
+    if (next - taken_.load(std::memory_order_acquire) >= places_.size()) return nullptr;
+    return &places_[next % places_.size()];
+  }
+  void push() {
+    given_.store(given_.load(std::memory_order_relaxed) + 1, std::memory_order_release);
+  }
+
+  /// For the reader: the oldest tick, to be read before pop(), or null.
+  const TickRecord* front() const {
+    const std::size_t next = taken_.load(std::memory_order_relaxed);
+    if (next == given_.load(std::memory_order_acquire)) return nullptr;
+    return &places_[next % places_.size()];
+  }
+  void pop() {
+    taken_.store(taken_.load(std::memory_order_relaxed) + 1, std::memory_order_release);
+  }
+
+ private:
+  std::vector<TickRecord> places_;
+  std::atomic<std::size_t> given_{0};
+  std::atomic<std::size_t> taken_{0};
+};
+
+/// Gives the calling thread real-time priority and locks the process's memory, where the system
+/// allows it, until destroyed.
+class RealTime {
+ public:
+  explicit RealTime(bool is_wanted);
+  ~RealTime();
+  RealTime(const RealTime&) = delete;
+  RealTime& operator=(const RealTime&) = delete;
+
+  bool has_priority() const { return has_priority_; }
+  bool has_locked_memory() const { return has_locked_memory_; }
+  /// What was granted, and why not.
+  const std::string& words() const { return words_; }
+
+ private:
+  bool has_priority_ = false;
+  bool has_locked_memory_ = false;
+  std::string words_;
+};
+
+}  // namespace dyop::haptics_internal
 
 namespace dyop {
 namespace {
@@ -174,4 +234,69 @@ RunnerReport run_session(HapticSession& session,
   return report;
 }
 
+void LatencyHistogram::add(std::chrono::nanoseconds latency) {
+  const double doublings = std::log2(std::max(1.0, double(latency.count())));
+  const auto bin = std::size_t(doublings * kBinsPerDoubling);
+  ++bins_[std::min(bin, bins_.size() - 1)];
+  ++count_;
+  worst_ = std::max(worst_, latency);
+}
+
+std::chrono::nanoseconds LatencyHistogram::quantile(double part) const {
+  DYOP_REQUIRE(part >= 0 && part <= 1, "LatencyHistogram: the part must be in [0, 1], not ", part);
+  const double wanted = part * double(count_);
+  std::int64_t sum = 0;
+  for (std::size_t bin = 0; bin < bins_.size(); ++bin) {
+    sum += bins_[bin];
+    if (sum == 0 || double(sum) < wanted) continue;
+    const double upper = std::exp2(double(bin + 1) / kBinsPerDoubling);
+    return std::min(worst_, std::chrono::nanoseconds(std::int64_t(upper)));
+  }
+  return worst_;
+}
+
 }  // namespace dyop
+
+#ifdef __linux__
+#include <pthread.h>
+#include <sched.h>
+#include <sys/mman.h>
+
+#include <cerrno>
+#endif
+
+namespace dyop::haptics_internal {
+
+#ifdef __linux__
+
+RealTime::RealTime(bool is_wanted) {
+  if (!is_wanted) {
+    words_ = "no real-time rights were asked for";
+    return;
+  }
+  sched_param priority{};
+  priority.sched_priority = sched_get_priority_max(SCHED_FIFO) / 2;
+  const int error = pthread_setschedparam(pthread_self(), SCHED_FIFO, &priority);
+  has_priority_ = error == 0;
+  words_ = has_priority_ ? "real-time priority (SCHED_FIFO)"
+                         : std::string("no real-time priority: ") + std::strerror(error);
+  has_locked_memory_ = mlockall(MCL_CURRENT | MCL_FUTURE) == 0;
+  words_ += has_locked_memory_ ? ", memory is locked"
+                               : std::string(", memory is not locked: ") + std::strerror(errno);
+}
+
+RealTime::~RealTime() {
+  if (has_locked_memory_) munlockall();
+  if (!has_priority_) return;
+  const sched_param priority{};
+  pthread_setschedparam(pthread_self(), SCHED_OTHER, &priority);
+}
+
+#else
+
+RealTime::RealTime(bool /*is_wanted*/) : words_("no real-time rights on this system") {}
+RealTime::~RealTime() = default;
+
+#endif
+
+}  // namespace dyop::haptics_internal

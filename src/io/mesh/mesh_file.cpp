@@ -15,7 +15,6 @@
 #include "dyop/io/file_error.h"
 #include "io/file_bytes.h"
 #include "io/mesh/mesh_reader.h"
-#include "io/mesh/triangulation.h"
 
 namespace dyop {
 namespace {

@@ -12,7 +12,7 @@
 #include "dyop/motion/sampled_motion.h"
 #include "dyop/motion/screw_motion.h"
 #include "dyop/motion/sequence_motion.h"
-#include "io/hex_json.h"
+#include "io/json_reader.h"
 
 namespace dyop::io_internal {
 namespace {

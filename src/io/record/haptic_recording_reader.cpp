@@ -6,7 +6,6 @@
 
 #include "dyop/core/error.h"
 #include "io/record/recording_input.h"
-#include "io/record/session_json.h"
 #include "io/record/tick_row.h"
 
 namespace dyop {

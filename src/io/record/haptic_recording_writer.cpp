@@ -6,8 +6,7 @@
 #include <mutex>
 
 #include "dyop/core/error.h"
-#include "io/record/recording_tables.h"
-#include "io/record/session_json.h"
+#include "io/record/recording_rows.h"
 #include "io/record/tick_row.h"
 
 namespace dyop {

@@ -9,7 +9,7 @@
 #include <string_view>
 #include <utility>
 
-#include "io/digest.h"
+#include "io/file_bytes.h"
 
 namespace dyop::io_internal {
 namespace {

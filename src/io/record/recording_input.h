@@ -10,7 +10,7 @@
 #include "dyop/io/file_error.h"
 #include "dyop/io/recorded_run.h"
 #include "io/json_reader.h"
-#include "io/record/recording_tables.h"
+#include "io/record/recording_rows.h"
 
 namespace dyop::io_internal {
 

@@ -1,9 +1,24 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cstddef>
 #include <cstdint>
+#include <iterator>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
 
+#include "dyop/core/rigid_pose.h"
+#include "dyop/core/types.h"
+#include "dyop/dynamics/advance_report.h"
+#include "dyop/geometry/shape.h"
+#include "dyop/geometry/triangle_mesh.h"
+#include "dyop/io/recorded_run.h"
+#include "io/json_reader.h"
 #include "io/record/hdf5_file.h"
 
 /// The rows of the tables of docs/formats.md, as stored in the file.
@@ -201,5 +216,202 @@ struct FrameRow {
 /// For the structs above.
 template <typename Row>
 Hdf5RowType row_type();
+
+// Velocity changes as rows, and back.
+
+/// The rows of one change, without its own.
+struct VelocityChangeRows {
+  std::vector<MomentumRow> momenta;
+  std::vector<ContactImpulseRow> contacts;
+  std::vector<LinkImpulseRow> links;
+  std::vector<WrenchImpulseRow> wrenches;
+};
+
+/// Velocity and angular momentum of a body, as the last change left them.
+struct KnownMomentum {
+  bool is_known = false;
+  Vector3 v_W = Vector3::Zero();
+  Vector3 L_W = Vector3::Zero();
+};
+
+/// @param known By slot; updated.
+/// @param has_wrench By slot.
+VelocityChangeRows rows_of(const VelocityChange& change, std::vector<KnownMomentum>& known,
+                           const std::vector<bool>& has_wrench);
+
+/// Only the impulses of wrenches that have a row are known; the others are zero.
+VelocityChange change_from(const VelocityChangeRow& row, const VelocityChangeRows& rows,
+                           std::vector<KnownMomentum>& known);
+
+// The datasets of a recording as rows of one type.
+
+/// A dataset that is written; rows wait for the end of the frame.
+template <typename Row>
+class OutputRows {
+ public:
+  OutputRows(Hdf5File& file, const char* name, hid_t type, hsize_t columns, hsize_t chunk_rows)
+      : dataset_(file, name, type, columns, chunk_rows) {}
+
+  void add(const Row& row) { waiting_.push_back(row); }
+  template <typename Range>
+  void add_all(const Range& rows) {
+    waiting_.insert(waiting_.end(), std::begin(rows), std::end(rows));
+  }
+  /// Including the rows that wait.
+  std::uint64_t length() const { return dataset_.length() + waiting_.size(); }
+  void flush() {
+    if (waiting_.empty()) return;
+    dataset_.append(waiting_.data(), waiting_.size());
+    dataset_.flush();
+    waiting_.clear();
+  }
+
+ private:
+  Hdf5Dataset dataset_;
+  std::vector<Row> waiting_;
+};
+
+/// A dataset that is read.
+template <typename Row>
+class InputRows {
+ public:
+  InputRows(Hdf5File& file, const char* name, hid_t type, hsize_t columns)
+      : dataset_(Hdf5Dataset::open(file, name, type, columns)) {}
+
+  std::uint64_t length() const { return dataset_.length(); }
+  std::vector<Row> read(std::uint64_t first, std::uint64_t count) const {
+    dataset_.require(first, count);
+    std::vector<Row> rows(count);
+    dataset_.read(first, count, rows.data());
+    return rows;
+  }
+
+ private:
+  Hdf5Dataset dataset_;
+};
+
+/// A long dataset that is read at random: caches the blocks that were read last.
+template <typename Row>
+class BlockCache {
+ public:
+  /// @param known Number of final rows: only whole blocks of them are cached.
+  std::vector<Row> read(const InputRows<Row>& rows, std::uint64_t first, std::uint64_t count,
+                        std::uint64_t known) {
+    std::vector<Row> result;
+    result.reserve(count);
+    for (std::uint64_t next = first; next < first + count;) {
+      const std::uint64_t start = next / kBlockRows * kBlockRows;
+      if (start + kBlockRows > known) {
+        const std::vector<Row> rest = rows.read(next, first + count - next);
+        result.insert(result.end(), rest.begin(), rest.end());
+        return result;
+      }
+      const std::vector<Row>& block = block_at(rows, start);
+      const std::uint64_t end = std::min(first + count, start + kBlockRows);
+      result.insert(result.end(), block.begin() + std::ptrdiff_t(next - start),
+                    block.begin() + std::ptrdiff_t(end - start));
+      next = end;
+    }
+    return result;
+  }
+
+ private:
+  static constexpr std::uint64_t kBlockRows = 1 << 15;
+  static constexpr std::size_t kMostBlocks = 1 << 10;  // 256 MB of doubles
+
+  const std::vector<Row>& block_at(const InputRows<Row>& rows, std::uint64_t start) {
+    const std::size_t number = start / kBlockRows;
+    if (number >= blocks_.size()) blocks_.resize(number + 1);
+    if (blocks_[number].empty()) {
+      if (loaded_.size() >= kMostBlocks) {
+        std::vector<Row>().swap(blocks_[loaded_[oldest_]]);
+        loaded_[oldest_] = number;
+        oldest_ = (oldest_ + 1) % kMostBlocks;
+      } else {
+        loaded_.push_back(number);
+      }
+      blocks_[number] = rows.read(start, kBlockRows);
+    }
+    return blocks_[number];
+  }
+
+  std::vector<std::vector<Row>> blocks_;  // by number; empty: not loaded
+  std::vector<std::size_t> loaded_;       // numbers, a ring once it is full
+  std::size_t oldest_ = 0;
+};
+
+// Shapes as the lines and rows of docs/formats.md, and back with every bit.
+
+/// Rows of /vertices and /triangles.
+struct ShapeRows {
+  std::vector<std::array<double, 3>> vertices;
+  std::vector<std::array<std::int32_t, 3>> triangles;
+};
+
+/// Stores each shape once. Numbers shapes from 0 in the order of their lines.
+class ShapeWriter {
+ public:
+  /// The number of the shape. A new shape is appended to `lines` and `rows`.
+  /// @throws InvalidArgument for a shape of a kind that dyop does not define.
+  std::size_t add(const std::shared_ptr<const Shape>& shape, std::string& lines, ShapeRows& rows);
+
+ private:
+  struct Stored {
+    std::shared_ptr<const Shape> shape;
+    std::uint64_t hash;
+  };
+  std::vector<Stored> stored_;
+  std::uint64_t vertex_count_ = 0;
+  std::uint64_t triangle_count_ = 0;
+};
+
+/// A pose as 12 numbers, the rotation row by row and then the position, and back with every bit.
+Json pose_numbers(const RigidPose& X);
+RigidPose pose_from_numbers(const Json& json);
+
+/// The hash of docs/formats.md.
+std::uint64_t content_hash(const Shape& shape);
+
+/// The shape of a line.
+/// @param earlier Shapes of the lines before it.
+/// @throws FileError, InvalidArgument, or an exception of nlohmann for a line of the wrong form.
+std::shared_ptr<const Shape> shape_from(const Json& line, const ShapeRows& rows,
+                                        std::span<const std::shared_ptr<const Shape>> earlier);
+
+// Impacts, pairs, events and reports as rows, and back.
+
+inline Row3 row_of(const Vector3& v) {
+  return {v.x(), v.y(), v.z()};
+}
+
+inline Vector3 vector_of(const Row3& row) {
+  return {row[0], row[1], row[2]};
+}
+inline Vector3 vector_of(const FloatRow3& row) {
+  return {Scalar(row[0]), Scalar(row[1]), Scalar(row[2])};
+}
+
+std::string_view name_of_kind(BodyKind kind);
+/// Throws InvalidArgument.
+BodyKind kind_of_name(std::string_view name);
+
+/// A report with one of these statuses did not reach its end.
+bool is_undecided(AdvanceStatus status);
+
+/// Does not set the rows of contacts; the caller does.
+ImpactRow impact_row(const ImpactEvent& impact);
+ImpactEvent impact_from(const ImpactRow& row, std::span<const ContactRow> contacts);
+ContactRow contact_row(const WorldContact& contact);
+
+PairRow pair_row(const PairRecord& record);
+PairRecord pair_from(const PairRow& row, std::span<const PairContactRow> contacts);
+PairContactRow pair_contact_row(const PairContact& contact, const Vector3& pivot_W);
+
+EventRow event_row(const RunEvent& event);
+RunEvent event_from(const EventRow& row);
+
+/// Everything in a frame except its start, its energies and the lengths.
+void put_report(const AdvanceReport& report, FrameRow& row);
+RecordedFrame frame_from(const FrameRow& row);
 
 }  // namespace dyop::io_internal

@@ -10,11 +10,8 @@
 #include <utility>
 
 #include "io/json_reader.h"
-#include "io/record/event_rows.h"
-#include "io/record/impulse_rows.h"
 #include "io/record/motion_rows.h"
-#include "io/record/recording_tables.h"
-#include "io/record/shape_rows.h"
+#include "io/record/recording_rows.h"
 
 namespace dyop {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <ostream>
 
-#include "io/words.h"
+#include "io/json_reader.h"
 
 namespace dyop {
 namespace {

@@ -4,11 +4,16 @@
 #include <array>
 #include <cstdint>
 #include <cstring>
+#include <memory>
+#include <span>
+#include <string>
 #include <vector>
 
 #include "dyop/haptics/haptic_runner.h"
+#include "dyop/haptics/haptic_session.h"
 #include "dyop/io/recorded_tick.h"
 #include "io/record/hdf5_file.h"
+#include "io/record/recording_rows.h"
 
 namespace dyop::io_internal {
 
@@ -73,5 +78,28 @@ struct TickRow {
 void put_tick(const TickRecord& record, std::vector<std::int64_t>& seen, TickRow& row);
 /// @param row Before version 3 the time for which tissue was stopped is the sum of all ticks.
 RecordedTick tick_from(const TickRow& row, std::span<const Scalar> margins);
+
+// What a HapticSession is made of, as JSON with every bit, and the shapes it names.
+
+/// Whether an obstacle's mesh deforms.
+inline bool deforms(const ToolObstacle& obstacle) {
+  return obstacle.shape == nullptr;
+}
+
+struct SessionText {
+  std::string json;
+  std::string shapes;  // lines
+  ShapeRows rows;
+};
+SessionText session_text(const HapticScene& scene, const HapticOptions& options,
+                         std::span<const TissueFeed> tissue);
+
+struct StoredSession {
+  HapticScene scene;
+  HapticOptions options;
+  std::vector<SnapshotSource> sources;
+};
+/// @throws InvalidArgument, or an exception of nlohmann, for a text of the wrong form.
+StoredSession session_from(const Json& json, std::span<const std::shared_ptr<const Shape>> shapes);
 
 }  // namespace dyop::io_internal

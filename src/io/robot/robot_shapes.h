@@ -1,12 +1,41 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <filesystem>
+#include <map>
 #include <memory>
+#include <string>
+#include <vector>
 
 #include "dyop/geometry/shape.h"
-#include "io/robot/mesh_finder.h"
+#include "dyop/geometry/triangle_mesh.h"
+#include "io/robot/xml_reader.h"
 
 namespace dyop::io_internal {
+
+/// Finds and loads the meshes that a robot's file names. Each is loaded once per scale.
+class MeshFinder {
+ public:
+  /// @param urdf          The robot's file.
+  /// @param package_paths Folders to search before those of the file.
+  MeshFinder(const std::filesystem::path& urdf, std::vector<std::filesystem::path> package_paths);
+
+  /// The mesh of an element <mesh>.
+  std::shared_ptr<const TriangleMesh> load(const XmlNode& node);
+
+  /// What was found in another place than the file says, one line each.
+  const std::vector<std::string>& notes() const { return notes_; }
+
+ private:
+  std::filesystem::path find(const XmlNode& node);
+  std::filesystem::path find_by_name(const XmlNode& node, const std::filesystem::path& wanted);
+
+  std::filesystem::path folder_;  // of the file
+  std::vector<std::filesystem::path> paths_;
+  std::map<std::string, std::filesystem::path> found_;  // by the name in the file
+  std::map<std::string, std::shared_ptr<const TriangleMesh>> loaded_;
+  std::vector<std::string> notes_;
+};
 
 /// A link's shape, all of its collision shapes as one.
 struct LinkShape {

@@ -3,7 +3,7 @@
 
 #include <numbers>
 
-#include "dyop/motion/bspline_motion.h"
+#include "dyop/motion/bezier_motion.h"
 #include "dyop/motion/composed_motion.h"
 #include "dyop/motion/constant_twist_motion.h"
 #include "dyop/motion/hermite_motion.h"
@@ -12,7 +12,6 @@
 #include "dyop/motion/sampled_motion.h"
 #include "dyop/motion/screw_motion.h"
 #include "dyop/motion/sequence_motion.h"
-#include "dyop/motion/smooth_sampled_motion.h"
 
 namespace dyop::io_internal {
 namespace {

@@ -7,7 +7,7 @@
 #include "dyop/motion/composed_motion.h"
 #include "dyop/motion/constant_twist_motion.h"
 #include "dyop/motion/rest_motion.h"
-#include "io/scene/scene_forces.h"
+#include "io/scene/scene_builder.h"
 #include "io/scene/shape_reader.h"
 
 namespace dyop::io_internal {

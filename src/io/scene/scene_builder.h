@@ -2,12 +2,15 @@
 #pragma once
 
 #include <array>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "dyop/core/rigid_pose.h"
-#include "dyop/io/scene_generator.h"
+#include "dyop/dynamics/rigid_body.h"
+#include "dyop/io/scene_file.h"
 #include "io/json_reader.h"
+#include "io/scene/shape_reader.h"
 
 namespace dyop::io_internal {
 
@@ -69,5 +72,34 @@ GeneratedScene make_chain_net(int n);
 GeneratedScene make_gears(int n);
 GeneratedScene make_cradle(int n);
 GeneratedScene make_bolt(int n);
+
+/// Pulls a point P of a body towards a point A of the world: force -stiffness * (P - A) - damping *
+/// v_P.
+struct SpringForce {
+  Vector3 p_BP = Vector3::Zero();
+  Vector3 p_WA = Vector3::Zero();
+  Scalar stiffness = 0;  ///< force per length
+  Scalar damping = 0;    ///< force per speed
+};
+
+/// All forces on one body except gravity.
+struct BodyForces {
+  Wrench constant;
+  std::vector<SpringForce> springs;
+  Scalar linear_drag = 0;   ///< force per speed of the centre of mass
+  Scalar angular_drag = 0;  ///< torque per angular speed
+};
+
+/// The sum of the forces as a callback. @param p_BoBcm centre of mass in the body's frame.
+WrenchCallback make_wrench(const BodyForces& forces, const Vector3& p_BoBcm);
+
+struct NamedBody {
+  BodyDefinition definition;
+  std::string shape_name;  ///< for display
+};
+
+/// Reads one element of "bodies" of docs/formats.md. A kinematic body's motion must cover
+/// `span`.
+NamedBody read_body(const JsonNode& node, const TimeInterval& span, ShapeReader& shapes);
 
 }  // namespace dyop::io_internal

@@ -5,10 +5,9 @@
 #include <limits>
 
 #include "io/file_bytes.h"
-#include "io/scene/body_reader.h"
 #include "io/scene/motion_reader.h"
 #include "io/scene/rigid_ipc_scene.h"
-#include "io/scene/scene_forces.h"
+#include "io/scene/scene_builder.h"
 
 namespace dyop {
 namespace {

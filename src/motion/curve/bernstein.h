@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <span>
+#include <vector>
 
 #include "dyop/core/types.h"
 
@@ -36,5 +37,23 @@ Scalar largest_norm(BernsteinSpan b);
 
 // The largest norm of a coefficient of x(s) x y(s).
 Scalar largest_cross_product(BernsteinSpan x, BernsteinSpan y);
+
+/// Speed bounds of the pieces of a motion, with the largest over any range of pieces in O(log n).
+class SpeedTree {
+ public:
+  struct Speeds {
+    Scalar linear = 0;   ///< length per time
+    Scalar angular = 0;  ///< radians per time
+  };
+
+  SpeedTree() = default;
+  explicit SpeedTree(const std::vector<Speeds>& pieces);
+
+  /// Over the pieces first to last, inclusive; zero if there are none.
+  Speeds largest(std::size_t first, std::size_t last) const;
+
+ private:
+  std::vector<Speeds> nodes_;  // node i holds the larger of nodes 2i and 2i + 1; the pieces last
+};
 
 }  // namespace dyop::motion_internal

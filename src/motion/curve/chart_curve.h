@@ -1,9 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 
+#include "core/tolerance.h"
+#include "dyop/core/error.h"
+#include "dyop/core/export.h"
+#include "dyop/core/types.h"
 #include "dyop/motion/motion.h"
 
 namespace dyop::motion_internal {
@@ -64,5 +70,62 @@ class ChartCurve {
 
 extern template class ChartCurve<3>;
 extern template class ChartCurve<9>;
+
+// Angular velocity and acceleration of R(t) = R_WC exp(theta(t)), and the rounding of bounds.
+// Proofs: docs/algorithms/motions.md.
+
+// Left Jacobian of SO(3) at theta, applied to theta_rate: the angular velocity in frame C.
+//   w = theta' + (1 - cos f)/f^2 theta x theta' + (f - sin f)/f^3 theta x (theta x theta'),
+// f = |theta|. Any finite arguments; error a few u |theta'|.
+DYOP_EXPORT Vector3 angular_velocity(const Vector3& theta, const Vector3& theta_rate);
+
+// exp([theta]) and the angular velocity of exp([theta(t)]) in frame C, sharing one sine and cosine.
+struct TurningState {
+  Matrix3 R;
+  Vector3 w;
+};
+TurningState turning_state(const Vector3& theta, const Vector3& theta_rate);
+
+// Its R alone, to the bit.
+Matrix3 turning_rotation(const Vector3& theta);
+
+// The theta' whose angular velocity in frame C is w. For |theta| <= pi, where the Jacobian's
+// condition number is at most pi/2.
+DYOP_EXPORT Vector3 rotation_vector_rate(const Vector3& theta, const Vector3& w_C);
+
+// Rounds the computed bound x up by the relative error that a bound may have. NaN becomes infinity.
+inline Scalar round_up(Scalar x) {
+  return x >= 0 ? x * (1 + kMotionNoise) : kInfinity;
+}
+
+// The norm, without underflow of squares, which would make it too small.
+inline Scalar norm_of(const Vector3& x) {
+  const Scalar norm_sq = x.squaredNorm();
+  // literal: the squares of the larger parts are normal numbers.
+  return norm_sq > 0x1p-900 ? std::sqrt(norm_sq) : x.stableNorm();
+}
+
+// Bound on |w'| from bounds on |theta'|, |theta''| and |theta x theta'| over the same times:
+//   |w'| <= |theta''| + |theta'| min(|theta x theta'| / 6, |theta'| / pi) .
+Scalar angular_acceleration_bound(Scalar theta_rate, Scalar theta_acceleration, Scalar theta_turn);
+
+// x y, and zero if either is zero, however large the other: 0 * infinity is not NaN.
+inline Scalar times(Scalar x, Scalar y) {
+  return x == 0 || y == 0 ? 0 : x * y;
+}
+
+// The longest time from t0 to a time of the interval.
+inline Scalar longest_time(Scalar t0, const TimeInterval& interval) {
+  return std::max(std::abs(interval.begin - t0), std::abs(interval.end - t0));
+}
+
+// Scale that covers two pieces of a motion.
+inline PoseScale larger_of(const PoseScale& x, const PoseScale& y) {
+  return {std::max(x.length, y.length), std::max(x.angle, y.angle)};
+}
+
+inline void require_finite(const Vector3& x, const char* what) {
+  DYOP_REQUIRE(x.allFinite(), what, " must be finite, not (", x.transpose(), ")");
+}
 
 }  // namespace dyop::motion_internal

@@ -10,7 +10,6 @@
 
 #include "dyop/core/rigid_pose.h"
 #include "dyop/core/time_interval.h"
-#include "dyop/core/triangle.h"
 #include "dyop/core/types.h"
 #include "dyop/geometry/triangle_mesh.h"
 #include "dyop/motion/motion.h"

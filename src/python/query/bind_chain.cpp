@@ -10,8 +10,6 @@
 #include "dyop/chain/link_motion.h"
 #include "dyop/chain/link_pairs.h"
 #include "dyop/core/error.h"
-#include "dyop/io/chain_file.h"
-#include "dyop/io/joint_path_file.h"
 #include "dyop/io/planning_scene_file.h"
 #include "dyop/io/robot_file.h"
 #include "python/bindings.h"

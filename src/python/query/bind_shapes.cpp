@@ -16,7 +16,6 @@
 #include "dyop/geometry/rounded_box.h"
 #include "dyop/geometry/sphere.h"
 #include "dyop/geometry/triangle_mesh.h"
-#include "dyop/geometry/winding_number.h"
 #include "dyop/io/mesh_file.h"
 #include "python/bindings.h"
 #include "python/glue/record.h"

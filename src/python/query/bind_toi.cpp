@@ -8,7 +8,6 @@
 #include "dyop/toi/impact_derivatives.h"
 #include "dyop/toi/least_distance.h"
 #include "dyop/toi/time_of_impact.h"
-#include "dyop/toi/toi_batch.h"
 #include "python/bindings.h"
 #include "python/glue/calls.h"
 #include "python/glue/errors.h"

@@ -11,7 +11,7 @@
 
 #include "dyop/chain/robot.h"
 #include "dyop/core/error.h"
-#include "dyop/distance/witness_pair.h"
+#include "dyop/distance/distance_result.h"
 #include "dyop/toi/least_distance.h"
 #include "dyop/toi/obstacle_set.h"
 #include "dyop/toi/time_of_impact.h"

@@ -2,7 +2,6 @@
 #include "dyop/contact/contact_generator.h"
 #include "dyop/contact/contact_solver.h"
 #include "dyop/dynamics/advance_report.h"
-#include "dyop/dynamics/pair_record.h"
 #include "python/bindings.h"
 #include "python/glue/record.h"
 

@@ -7,12 +7,11 @@
 
 #include "dyop/io/file_error.h"
 #include "dyop/io/query_record.h"
+#include "dyop/io/recording_lines.h"
 #include "dyop/io/recording_reader.h"
 #include "dyop/io/recording_writer.h"
 #include "dyop/io/run_summary.h"
 #include "dyop/io/scene_file.h"
-#include "dyop/io/scene_generator.h"
-#include "dyop/io/scene_recording.h"
 #include "python/bindings.h"
 #include "python/glue/record.h"
 #include "python/query/queries.h"

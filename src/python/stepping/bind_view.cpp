@@ -8,7 +8,6 @@
 #include "dyop/motion/rest_motion.h"
 #include "dyop/view/page_encoder.h"
 #include "dyop/view/page_file.h"
-#include "dyop/view/recorded_page.h"
 #include "python/bindings.h"
 #include "python/glue/arguments.h"
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "dyop/dynamics/joint.h"
 #include "dyop/dynamics/rigid_body.h"
-#include "dyop/dynamics/spring.h"
 #include "dyop/dynamics/world.h"
 #include "python/bindings.h"
 #include "python/query/queries.h"

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "dyop/core/export.h"
-#include "dyop/core/triangle.h"
+#include "dyop/core/types.h"
 #include "dyop/motion/motion.h"
 #include "toi/deforming/standing_pair.h"
 

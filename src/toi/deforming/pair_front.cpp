@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "core/tolerance.h"
-#include "hierarchy/box_direction.h"
+#include "hierarchy/box_fit.h"
 
 namespace dyop::toi_internal {
 namespace {

@@ -3,18 +3,75 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <vector>
 
 #include "dyop/core/export.h"
+#include "dyop/core/types.h"
+#include "dyop/hierarchy/mesh_hierarchy.h"
 #include "toi/deforming/deforming_traversal.h"
-#include "toi/deforming/expected_approach.h"
-#include "toi/deforming/growing_blocks.h"
 #include "toi/deforming/standing_pair.h"
 
 namespace dyop::toi_internal {
+
+/// Which pairs of a deforming mesh A and a rigid mesh B matter if B is about to move as expected:
+/// every point p of B by v + w x (p - origin), give or take the slack, in which the motion of A is
+/// included. A body that slides along a surface so leaves out nearly all that it only passes.
+struct ExpectedApproach {
+  Scalar least = 0;  ///< a pair matters if it comes as near as this ...
+  Scalar reach = 0;  ///< ... and is at most so far apart now; >= least
+  Scalar slack = 0;
+  Vector3 v_W = Vector3::Zero();
+  Vector3 w_W = Vector3::Zero();
+  Vector3 origin_W = Vector3::Zero();
+
+  /// A gap along n, unit, from A to B, between anything of A and what is in a box of B: if it is
+  /// larger than this, it is more than `least` until the end of the expected motion, or more than
+  /// `reach` now.
+  ///
+  /// The largest of -n.(v + w x r) over the box is at its corners: with m = n x w, which gives
+  /// n.(w x r) = m.r, it is -n.v - m.(c - origin) + sum of h_i |m.e_i|.
+  Scalar needed_gap(const Vector3& n_W, const OrientedBox& box_W) const {
+    const Vector3 m_W = n_W.cross(w_W);
+    const Scalar closing = -n_W.dot(v_W) - m_W.dot(box_W.center - origin_W) +
+                           (box_W.axes.transpose() * m_W).cwiseAbs().dot(box_W.half_extents);
+    return std::min(reach, least + slack + std::max(Scalar{0}, closing));
+  }
+};
+
+/// An array that grows by whole blocks: elements never move, so that growing costs the same however
+/// many there are. Memory is kept until the end.
+template <typename Element>
+class GrowingBlocks {
+ public:
+  std::size_t size() const { return size_; }
+  /// New elements have no value yet.
+  void resize(std::size_t size) {
+    reserve(size);
+    size_ = size;
+  }
+  void reserve(std::size_t size) {
+    while (blocks_.size() * kBlock < size) {
+      blocks_.push_back(std::make_unique_for_overwrite<Element[]>(kBlock));
+    }
+  }
+
+  Element& operator[](std::size_t number) { return blocks_[number / kBlock][number % kBlock]; }
+  const Element& operator[](std::size_t number) const {
+    return blocks_[number / kBlock][number % kBlock];
+  }
+
+ private:
+  static constexpr std::size_t kBlock = 1024;
+
+  std::vector<std::unique_ptr<Element[]>> blocks_;
+  std::size_t size_ = 0;
+};
 
 /// What is known of the distance of a deforming mesh A from a rigid mesh B, kept while both move: a
 /// tree of pairs of their boxes, opened as far as was needed. Every pair of triangles is below
@@ -191,6 +248,127 @@ class DYOP_EXPORT PairFront {
   std::size_t last_search_ = 0;  // of them by find_nearest()
 };
 
-}  // namespace dyop::toi_internal
+// The members of PairFront that are templates.
 
-#include "toi/deforming/pair_front_search.h"
+template <typename IsOver, typename Visit>
+bool PairFront::refine(const StandingPair& sides, Scalar reach, const IsOver& is_over,
+                       const Visit& visit) {
+  Pass<IsOver, Visit> pass{sides, reach, nullptr, is_over, visit};
+  return descend(pass, 0);
+}
+
+template <typename IsOver, typename Visit>
+bool PairFront::refine(const StandingPair& sides, const ExpectedApproach& approach,
+                       const IsOver& is_over, const Visit& visit) {
+  const auto visit_all = [&](const PieceDistance& piece, std::int32_t a, std::int32_t b) {
+    visit(piece, a, b);
+    return approach.reach;
+  };
+  Pass<IsOver, decltype(visit_all)> pass{sides, approach.reach, &approach, is_over, visit_all};
+  return descend(pass, 0);
+}
+
+template <typename IsOver, typename Visit>
+bool PairFront::descend(Pass<IsOver, Visit>& pass, std::int32_t number) {
+  const Node& node = at(number);
+  if (node.key > pass.reach + moved_) return true;
+  if (++visited_ % kVisitsAsked == 0 && pass.is_over()) return false;
+  if (node.count > 0 && node.try_after > moved_) return descend_to_parts(pass, number);
+  const Question question{pass.sides, pass.reach, pass.approach};
+  const Measured* near = measured(number);
+  if (!near && is_still_apart(question, number)) return true;
+  if (pass.is_over()) return false;
+  if (!near) {
+    const Finding finding = examine(question, number);
+    if (finding == Finding::Apart) return true;
+    if (finding == Finding::Opened) return descend_to_parts(pass, number);
+    near = &measured_.back();
+  }
+  pass.reach = pass.visit(near->piece, at(number).a, at(number).b);
+  return true;
+}
+
+template <typename IsOver, typename Visit>
+bool PairFront::descend_between(Scalar near_key, Scalar far_key, const IsOver& is_over,
+                                const Visit& visit, std::int32_t number) const {
+  const Node& node = at(number);
+  if (node.key > far_key) return true;
+  if (node.count == 0) {
+    if (!(node.key > near_key)) return true;
+    if (is_over()) return false;
+    visit(node.a, node.b, node.n_W);
+    return true;
+  }
+  for (std::int32_t part = node.parts; part < node.parts + node.count; ++part) {
+    if (!descend_between(near_key, far_key, is_over, visit, part)) return false;
+  }
+  return true;
+}
+
+// What the parts up to this key are made of comes into the cache meanwhile, all at once: after a
+// snapshot was refitted nothing of it is there.
+inline void PairFront::fetch_parts(std::int32_t first, std::int32_t end, Scalar key) const {
+  for (std::int32_t part = first; part < end; ++part) {
+    const Node& node = at(part);
+    if (node.count > 0 && !(node.key > key)) __builtin_prefetch(&at(node.parts));
+  }
+}
+
+// Opening a part may move all nodes.
+template <typename IsOver, typename Visit>
+bool PairFront::descend_to_parts(Pass<IsOver, Visit>& pass, std::int32_t number) {
+  const std::int32_t first = at(number).parts, end = first + at(number).count;
+  bool is_through = true;
+  Scalar least = kInfinity;
+  fetch_parts(first, end, pass.reach + moved_);
+  for (std::int32_t part = first; part < end; ++part) {
+    if (is_through) is_through = descend(pass, part);
+    least = std::min(least, at(part).key);
+  }
+  at(number).key = least;
+  // Of parts that are all apart, the least bound tells enough.
+  if (is_through && least > pass.reach + moved_ && is_crowded()) close(number);
+  return is_through;
+}
+
+template <typename IsOver>
+bool PairFront::find_nearest(const StandingPair& sides, const NearestGoal& goal,
+                             const IsOver& is_over, BoxPairStack& stack, PieceDistance& best) {
+  best = first_nearest(sides, std::cref(is_over), stack);
+  if (best.lower > 0) nearest_n_W_ = best.nhat_AB;
+  const auto is_reached = [&] {
+    return lower() >= std::min(best.upper, goal.farthest) - goal.allowed;
+  };
+  if (is_reached()) {
+    last_search_ = 0;
+    return true;
+  }
+  // An older search may end with less than is wanted now.
+  return search(sides, goal, is_over, best) && (is_reached() || search(sides, goal, is_over, best));
+}
+
+template <typename IsOver>
+bool PairFront::search(const StandingPair& sides, const NearestGoal& goal, const IsOver& is_over,
+                       PieceDistance& best) {
+  const auto reach = [&] {
+    return std::min(std::min(best.upper, goal.farthest) - goal.tight, sought_ - moved_);
+  };
+  // A distance that is a little too large has all pairs examined that the true one leaves out.
+  const bool was_long = last_search_ > kLongSearch;
+  if (was_long && lower() < reach() && !is_over()) try_promising(sides, best);
+  const std::size_t before = examined_;
+  sought_ = reach() + moved_;
+  const bool is_through = refine(sides, reach(), is_over,
+                                 [&](const PieceDistance& piece, std::int32_t a, std::int32_t b) {
+                                   if (piece.upper < best.upper) {
+                                     best = piece;
+                                     nearest_ = {0, a, b};
+                                   }
+                                   return reach();
+                                 });
+  last_search_ = examined_ - before;
+  if (is_through) sought_ = kInfinity;
+  return is_through;
+}
+
+}  // namespace dyop::toi_internal

@@ -25,4 +25,70 @@ std::optional<bool> StandingPair::is_apart_by(Scalar least, const std::function<
   return traversal.lower > least;
 }
 
+namespace {
+
+// More than the rounding of a node's bound that is made of one of its parts', relative to the size
+// of the numbers.
+constexpr Scalar kPartNoise = 32 * kUnitRoundoff;
+
+// Some unit vector if there is no area.
+Vector3 direction_of(const Vector3& area) {
+  const Scalar length = area.norm();
+  return length > 0 && length < kInfinity ? Vector3(area / length) : Vector3(Vector3::UnitX());
+}
+
+}  // namespace
+
+void MeshSlabs::fit(const DeformingMesh& mesh) {
+  slabs_.resize(mesh.nodes().size());
+  areas_.resize(mesh.nodes().size());
+  // Children come after their parents.
+  for (std::size_t number = slabs_.size(); number-- > 0;) {
+    const DeformingMesh::Node& node = mesh.nodes()[number];
+    if (node.is_leaf) {
+      fit_leaf(mesh, number);
+      continue;
+    }
+    const auto part = static_cast<std::size_t>(node.first);
+    areas_[number] = areas_[part] + areas_[part + 1];
+    Slab slab{direction_of(areas_[number]), {}, {}};
+    add_part(mesh, part, slab);
+    add_part(mesh, part + 1, slab);
+    slabs_[number] = slab;
+  }
+}
+
+void MeshSlabs::fit_leaf(const DeformingMesh& mesh, std::size_t node) {
+  const std::int32_t triangle = mesh.nodes()[node].first;
+  const Triangle begin = mesh.triangle(triangle, 0), end = mesh.triangle(triangle, 1);
+  areas_[node] = (begin[1] - begin[0]).cross(begin[2] - begin[0]);
+  Slab slab{direction_of(areas_[node]), {}, {}};
+  const auto add = [&](const Vector3& p, Range& range) {
+    const Scalar along = slab.normal.dot(p), noise = kPartNoise * p.lpNorm<1>();
+    range.add(along - noise, along + noise);
+  };
+  for (const Vector3& p : begin) add(p, slab.at_begin);
+  for (const Vector3& p : end) add(p, slab.at_end);
+  slabs_[node] = slab;
+}
+
+// With n the new normal, m that of the part: n.x = (n.m) m.x + (n - (n.m) m).x, of which the part's
+// slab bounds the first and its box the second.
+void MeshSlabs::add_part(const DeformingMesh& mesh, std::size_t part, Slab& slab) const {
+  const Slab& from = slabs_[part];
+  const Scalar along = slab.normal.dot(from.normal);
+  const Vector3 across = slab.normal - along * from.normal;
+  const auto add = [&](const AlignedBox& box, const Range& inner, Range& range) {
+    const Vector3 center = (box.min() + box.max()) / 2, half = (box.max() - box.min()) / 2;
+    const Scalar middle = across.dot(center);
+    const Scalar spread =
+        across.cwiseAbs().dot(half) + kPartNoise * (box.min().lpNorm<1>() + box.max().lpNorm<1>());
+    const Scalar x = along * inner.lowest, y = along * inner.highest;
+    range.add(std::min(x, y) + middle - spread, std::max(x, y) + middle + spread);
+  };
+  const DeformingMesh::Node& node = mesh.nodes()[part];
+  add(node.at_begin, from.at_begin, slab.at_begin);
+  add(node.at_end, from.at_end, slab.at_end);
+}
+
 }  // namespace dyop::toi_internal

@@ -4,8 +4,8 @@
 #include "core/tolerance.h"
 #include "dyop/core/error.h"
 #include "dyop/toi/obstacle_set.h"
-#include "toi/interruption.h"
-#include "toi/obstacles/obstacle_memory.h"
+#include "toi/best_first_search.h"
+#include "toi/obstacles/obstacle_data.h"
 #include "toi/obstacles/swept_boxes.h"
 #include "toi/toi_check.h"
 

@@ -4,13 +4,13 @@
 #include <limits>
 
 #include "core/tolerance.h"
-#include "distance/distance_check.h"
+#include "distance/distance_traversal.h"
 #include "distance/enclosure.h"
 #include "dyop/core/error.h"
 #include "dyop/toi/obstacle_set.h"
-#include "toi/least_distance_check.h"
-#include "toi/obstacles/gap_search.h"
+#include "toi/obstacles/obstacle_data.h"
 #include "toi/obstacles/swept_boxes.h"
+#include "toi/toi_check.h"
 
 namespace dyop {
 namespace {

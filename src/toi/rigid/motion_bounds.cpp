@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "motion/curve/rotation_rate.h"
+#include "motion/curve/chart_curve.h"
 
 namespace dyop::toi_internal {
 namespace {

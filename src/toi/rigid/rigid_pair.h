@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "distance/distance_traversal.h"
+#include "dyop/core/export.h"
 #include "dyop/toi/time_of_impact.h"
 #include "toi/impact_band.h"
 #include "toi/radix_queue.h"
@@ -127,5 +128,13 @@ void RigidPair::advance(const QueuedPair& pair, const Push& push) {
                moving_.facing_piece(true, pair.b), moving_.facing_motion(true), &steps);
   push(steps.time[column], steps.is_far != 0);
 }
+
+/// As time_of_impact(), but of the given pairs of boxes only: what is proven holds if all others
+/// are proven apart otherwise.
+/// @param pairs Boxes of the two shapes' trees; their gaps are not used. Must outlive the call.
+DYOP_EXPORT ToiResult time_of_listed_impact(const Shape& a, const Motion& X_WA, const Shape& b,
+                                            const Motion& X_WB, const TimeInterval& interval,
+                                            const ToiOptions& options, ToiWorkspace& workspace,
+                                            std::span<const BoxPair> pairs);
 
 }  // namespace dyop::toi_internal

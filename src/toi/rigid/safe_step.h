@@ -4,7 +4,6 @@
 #include <cmath>
 #include <span>
 
-#include "dyop/core/triangle.h"
 #include "dyop/core/types.h"
 #include "dyop/geometry/convex_shape.h"
 #include "dyop/hierarchy/mesh_hierarchy.h"

@@ -4,13 +4,27 @@
 #include <sys/types.h>
 
 #include <cstdint>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
-#include "view/frames/scratch_folder.h"
-
 namespace dyop::view_internal {
+
+/// A fresh folder for temporary files, removed with everything in it.
+class DYOP_EXPORT ScratchFolder {
+ public:
+  /// Throws FileError if it cannot be created. `use` is part of its name.
+  explicit ScratchFolder(const std::string& use);
+  ~ScratchFolder();
+  ScratchFolder(const ScratchFolder&) = delete;
+  ScratchFolder& operator=(const ScratchFolder&) = delete;
+
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
 
 /// Throws FileError, which names the package, unless the program is on the path.
 void require_program(const std::string& program, const std::string& package);

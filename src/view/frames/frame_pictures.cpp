@@ -13,7 +13,6 @@
 #include "dyop/core/error.h"
 #include "dyop/io/file_error.h"
 #include "view/frames/browser_pipe.h"
-#include "view/frames/scratch_folder.h"
 
 namespace dyop {
 namespace {

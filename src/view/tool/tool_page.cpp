@@ -5,10 +5,10 @@
 #include <cmath>
 #include <utility>
 
+#include "dyop/geometry/triangle_mesh.h"
+#include "dyop/motion/constant_twist_motion.h"
 #include "dyop/motion/rest_motion.h"
-#include "view/tool/thinned_motion.h"
 #include "view/tool/tissue_tracks.h"
-#include "view/tool/tool_bodies.h"
 
 namespace dyop::view_internal {
 namespace {
@@ -245,6 +245,144 @@ class ToolPageMaker {
 
 ToolPage make_tool_page(const std::filesystem::path& recording) {
   return ToolPageMaker(recording).make();
+}
+
+namespace {
+
+const char* color_of(ObstacleRole role) {
+  switch (role) {
+    case ObstacleRole::Tissue:
+      return "#d39a8c";
+    case ObstacleRole::HardRegion:
+      return "#c0392b";
+    case ObstacleRole::SoftRegion:
+      return "#d9a521";
+    case ObstacleRole::Monitor:
+      return "#4fb3bf";
+  }
+  return "";
+}
+
+const char* words_of_role(ObstacleRole role) {
+  switch (role) {
+    case ObstacleRole::Tissue:
+      return "tissue";
+    case ObstacleRole::HardRegion:
+      return "forbidden region";
+    case ObstacleRole::SoftRegion:
+      return "region that pushes back";
+    case ObstacleRole::Monitor:
+      return "region that is watched";
+  }
+  return "";
+}
+
+// An open sheet would hide what is behind it.
+bool is_open(const Shape& shape) {
+  const auto* mesh = dynamic_cast<const TriangleMesh*>(&shape);
+  return mesh != nullptr && !mesh->is_closed();
+}
+
+PageBody obstacle_body(const ToolObstacle& obstacle, std::shared_ptr<const Shape> shape) {
+  PageBody body;
+  body.name = obstacle.name;
+  body.kind = BodyKind::Static;
+  body.shape = std::move(shape);
+  body.shape_name = words_of_role(obstacle.role);
+  body.color = color_of(obstacle.role);
+  body.is_ghost = obstacle.role == ObstacleRole::SoftRegion ||
+                  obstacle.role == ObstacleRole::Monitor || is_open(*body.shape);
+  return body;
+}
+
+constexpr const char* kToolColor = "#8a9bb0";
+constexpr const char* kDeviceColor = "#3b82f6";
+
+}  // namespace
+
+std::vector<PageBody> ToolBodies::bodies() const {
+  std::vector<PageBody> bodies;
+  const auto add_parts = [&](const char* name, BodyKind kind, const char* color, bool is_ghost) {
+    for (std::size_t k = 0; k < part_count(); ++k) {
+      PageBody& body = bodies.emplace_back();
+      body.name = part_count() > 1 ? std::string(name) + ", part " + std::to_string(k + 1) : name;
+      body.kind = kind;
+      body.shape = scene_.tool[k].shape;
+      body.color = color;
+      body.is_ghost = is_ghost;
+    }
+  };
+  add_parts("tool", BodyKind::Dynamic, kToolColor, false);
+  add_parts("device", BodyKind::Kinematic, kDeviceColor, true);
+  for (const ToolObstacle& obstacle : scene_.obstacles) {
+    const auto shape = obstacle.shape != nullptr ? obstacle.shape
+                                                 : std::make_shared<const TriangleMesh>(
+                                                       obstacle.vertices, obstacle.triangles);
+    bodies.push_back(obstacle_body(obstacle, shape));
+  }
+  return bodies;
+}
+
+PageBody ToolBodies::later_mesh(std::size_t number, std::shared_ptr<const Shape> mesh) const {
+  PageBody body = obstacle_body(scene_.obstacles[number], std::move(mesh));
+  body.name += ", cut";
+  return body;
+}
+
+RigidPose ToolBodies::part_pose(std::size_t number, const ToolPose& tool) const {
+  const ToolPart& part = scene_.tool[number];
+  if (!part.hinge) return tool.X_WT * part.X_TP;
+  const RigidPose& X_TJ = scene_.hinges[*part.hinge].X_TJ;
+  const Matrix3 turn = rotation_from_vector(Vector3(0, 0, tool.angles[*part.hinge]));
+  return tool.X_WT * X_TJ * RigidPose(turn, Vector3::Zero()) * X_TJ.inverse() * part.X_TP;
+}
+
+Scalar ToolBodies::reach(std::size_t part) const {
+  return scene_.tool[part].shape->bounding_radius();
+}
+
+namespace {
+
+std::shared_ptr<const ConstantTwistMotion> motion_between(const TimedPose& from,
+                                                          const TimedPose& to) {
+  const Scalar dt = to.t - from.t;
+  const Matrix3 turn = to.X_WB.rotation() * from.X_WB.rotation().transpose();
+  const Twist twist{(to.X_WB.translation() - from.X_WB.translation()) / dt,
+                    rotation_vector(turn) / dt};
+  return std::make_shared<const ConstantTwistMotion>(from.X_WB, twist, from.t);
+}
+
+bool passes(const Motion& motion, std::span<const TimedPose> poses, const ThinningLimits& limits) {
+  for (const TimedPose& pose : poses) {
+    const RigidPose X = motion.pose(pose.t);
+    const Matrix3 turn = X.rotation().transpose() * pose.X_WB.rotation();
+    const Scalar off = (X.translation() - pose.X_WB.translation()).norm() +
+                       limits.reach * rotation_vector(turn).norm();
+    if (!(off <= limits.tolerance)) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+void add_thinned(BodyId body, std::span<const TimedPose> poses, const ThinningLimits& limits,
+                 std::vector<PageSegment>& segments) {
+  // Spans that still must be tried; the next one last. Each is halved at most as often as it can
+  // be.
+  std::vector<std::span<const TimedPose>> waiting{poses};
+  while (!waiting.empty()) {
+    const std::span<const TimedPose> span = waiting.back();
+    waiting.pop_back();
+    if (span.size() < 2 || !(span.front().t < span.back().t)) continue;
+    auto motion = motion_between(span.front(), span.back());
+    if (span.size() == 2 || passes(*motion, span.subspan(1, span.size() - 2), limits)) {
+      segments.push_back({body, {span.front().t, span.back().t}, std::move(motion)});
+      continue;
+    }
+    const std::size_t middle = span.size() / 2;
+    waiting.push_back(span.subspan(middle));
+    waiting.push_back(span.first(middle + 1));
+  }
 }
 
 }  // namespace dyop::view_internal

@@ -19,7 +19,6 @@
 #include <random>
 #include <thread>
 
-#include "dyop/io/transform_link.h"
 #include "dyop/io/transform_stream.h"
 #include "support/inputs/random_inputs.h"
 

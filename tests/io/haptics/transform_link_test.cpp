@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "dyop/io/transform_link.h"
-
 #include <gtest/gtest.h>
 
 #include "dyop/core/error.h"
+#include "dyop/io/transform_stream.h"
 
 namespace dyop {
 namespace {

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "dyop/io/transform_message.h"
-
 #include <gtest/gtest.h>
 
 #include <random>
 
 #include "dyop/core/error.h"
+#include "dyop/io/transform_stream.h"
 #include "support/inputs/random_inputs.h"
 
 namespace dyop {

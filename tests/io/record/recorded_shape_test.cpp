@@ -6,7 +6,7 @@
 #include "dyop/geometry/compound_shape.h"
 #include "dyop/geometry/convex_hull.h"
 #include "dyop/geometry/sphere.h"
-#include "io/record/shape_rows.h"
+#include "io/record/recording_rows.h"
 #include "motion/random_values.h"
 #include "support/inputs/mesh_generators.h"
 #include "support/message_of.h"

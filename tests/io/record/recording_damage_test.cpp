@@ -14,7 +14,7 @@
 #include "dyop/io/file_error.h"
 #include "dyop/io/recording_reader.h"
 #include "dyop/io/recording_writer.h"
-#include "io/digest.h"
+#include "io/file_bytes.h"
 #include "io/record/recorded_world.h"
 #include "support/message_of.h"
 #include "support/temporary_directory.h"

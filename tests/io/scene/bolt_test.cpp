@@ -7,7 +7,6 @@
 #include <numbers>
 
 #include "dyop/io/scene_file.h"
-#include "dyop/io/scene_generator.h"
 #include "support/temporary_directory.h"
 
 namespace dyop {

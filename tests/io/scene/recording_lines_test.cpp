@@ -7,7 +7,6 @@
 #include <sstream>
 
 #include "dyop/io/recording_writer.h"
-#include "dyop/io/scene_recording.h"
 #include "io/scene/small_run.h"
 #include "support/temporary_directory.h"
 

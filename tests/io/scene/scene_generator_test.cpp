@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "dyop/io/scene_generator.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "dyop/core/triangle.h"
+#include "dyop/core/types.h"
 
 namespace dyop::testing {
 

@@ -4,7 +4,7 @@
 #include <deque>
 #include <vector>
 
-#include "dyop/core/triangle.h"
+#include "dyop/core/types.h"
 #include "dyop/haptics/haptic_scene.h"
 
 namespace dyop::testing {

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <random>
 
-#include "dyop/toi/vertex_paths.h"
+#include "dyop/toi/vertex_time_of_impact.h"
 
 namespace dyop::testing {
 

@@ -5,7 +5,7 @@
 #include <random>
 
 #include "dyop/core/rigid_pose.h"
-#include "dyop/core/triangle.h"
+#include "dyop/core/types.h"
 #include "dyop/motion/motion.h"
 
 /// Random inputs that depend only on the generator's seed: the standard library's distributions,

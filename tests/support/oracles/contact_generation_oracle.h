@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "dyop/core/rigid_pose.h"
-#include "dyop/core/triangle.h"
+#include "dyop/core/types.h"
 #include "dyop/geometry/shape.h"
 
 namespace dyop::testing {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "dyop/toi/vertex_paths.h"
+#include "dyop/toi/vertex_time_of_impact.h"
 #include "support/inputs/quad.h"
 
 namespace dyop::testing {

@@ -6,7 +6,7 @@
 #include <type_traits>
 
 #include "core/tolerance.h"
-#include "dyop/toi/toi_batch.h"
+#include "dyop/toi/time_of_impact.h"
 #include "dyop/toi/vertex_time_of_impact.h"
 #include "support/oracles/toi_oracle.h"
 

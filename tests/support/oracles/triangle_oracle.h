@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "dyop/core/triangle.h"
+#include "dyop/core/types.h"
 #include "support/nearest_points.h"
 
 namespace dyop::testing {

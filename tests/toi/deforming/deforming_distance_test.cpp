@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "dyop/toi/deforming_distance.h"
-
 #include <gtest/gtest.h>
 
 #include <random>
@@ -8,6 +6,7 @@
 
 #include "core/tolerance.h"
 #include "dyop/core/error.h"
+#include "dyop/toi/deforming_time_of_impact.h"
 #include "support/inputs/mesh_generators.h"
 #include "support/inputs/random_inputs.h"
 

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "toi/deforming/expected_approach.h"
-
 #include <gtest/gtest.h>
 
 #include <random>
 
 #include "support/inputs/random_inputs.h"
+#include "toi/deforming/pair_front.h"
 
 namespace dyop {
 namespace {

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "toi/deforming/mesh_slabs.h"
-
 #include <gtest/gtest.h>
 
 #include <random>
 
 #include "support/inputs/mesh_generators.h"
 #include "support/inputs/random_inputs.h"
+#include "toi/deforming/standing_pair.h"
 
 namespace dyop {
 namespace {

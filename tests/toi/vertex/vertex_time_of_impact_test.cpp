@@ -10,7 +10,6 @@
 
 #include "core/tolerance.h"
 #include "dyop/core/error.h"
-#include "dyop/toi/vertex_paths.h"
 #include "support/inputs/path_inputs.h"
 #include "support/message_of.h"
 #include "support/oracles/path_oracle.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "io/mesh/triangulation.h"
+#include "io/mesh/mesh_reader.h"
 
 #include "dyop/core/error.h"
 
