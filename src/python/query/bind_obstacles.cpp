@@ -167,26 +167,29 @@ void bind_obstacle_queries(SetClass& type) {
           py::arg("p_W"), py::arg("direction_W"), py::arg("length") = kInfinity,
           py::arg("radius") = 0.0, py::arg("t") = 0.0, py::arg("groups") = ~std::uint32_t{0},
           py::arg("accepts") = py::none(),
-          "The first obstacle that a ray, or a ball on its way along it, meets at time t.")
-      .def(
-          "least_distance",
-          [](SharedObstacleSet& self, const Shape& body, const Motion& X_WB,
-             const IntervalArgument& interval, const PythonLeastDistanceOptions* options,
-             std::uint32_t groups, const py::object& accepts) {
-            LeastDistanceOptions used = options_or_default(options);
-            const ObstacleFilter filter = make_filter(groups, accepts);
-            return self.read([&](const ObstacleSet& set) {
-              ObstacleClearance result;
-              run_interruptible(used.stop, [&](const std::stop_token& stop) {
-                used.stop = stop;
-                result = set.least_distance(body, X_WB, interval.interval, used, filter);
-              });
-              return result;
-            });
-          },
-          py::arg("body"), py::arg("X_WB"), py::arg("interval"), py::arg("options") = py::none(),
-          py::arg("groups") = ~std::uint32_t{0}, py::arg("accepts") = py::none(),
-          "The least distance of the body from any obstacle over an interval (begin, end).");
+          "The first obstacle that a ray, or a ball on its way along it, meets at time t.");
+}
+
+void bind_obstacle_clearance(SetClass& type) {
+  type.def(
+      "least_distance",
+      [](SharedObstacleSet& self, const Shape& body, const Motion& X_WB,
+         const IntervalArgument& interval, const PythonLeastDistanceOptions* options,
+         std::uint32_t groups, const py::object& accepts) {
+        LeastDistanceOptions used = options_or_default(options);
+        const ObstacleFilter filter = make_filter(groups, accepts);
+        return self.read([&](const ObstacleSet& set) {
+          ObstacleClearance result;
+          run_interruptible(used.stop, [&](const std::stop_token& stop) {
+            used.stop = stop;
+            result = set.least_distance(body, X_WB, interval.interval, used, filter);
+          });
+          return result;
+        });
+      },
+      py::arg("body"), py::arg("X_WB"), py::arg("interval"), py::arg("options") = py::none(),
+      py::arg("groups") = ~std::uint32_t{0}, py::arg("accepts") = py::none(),
+      "The least distance of the body from any obstacle over an interval (begin, end).");
 }
 
 }  // namespace
@@ -196,6 +199,7 @@ void bind_obstacles(py::module_& m) {
   SetClass type(m, "ObstacleSet", "Many placed shapes, for queries of one body against all.");
   bind_obstacle_changes(type);
   bind_obstacle_queries(type);
+  bind_obstacle_clearance(type);
 }
 
 }  // namespace dyop::python

@@ -125,7 +125,7 @@ class DerivedConvex final : public ConvexShape, public DerivedInPython {
   static Vector3 axis(int k) { return Scalar(k < 3 ? 1 : -1) * Vector3::Unit(k % 3); }
 };
 
-void bind_convex_shapes(py::module_& m) {
+void bind_convex_shape(py::module_& m) {
   py::class_<ConvexShape, Shape, DerivedConvex, std::shared_ptr<ConvexShape>>(
       m, "ConvexShape",
       "A convex core inflated by a ball of radius rounding_radius(). A class of yours may derive\n"
@@ -158,6 +158,10 @@ void bind_convex_shapes(py::module_& m) {
           },
           py::arg("unit_direction"), "A farthest point (3,) along a unit direction (3,).")
       .def("rounding_radius", &ConvexShape::rounding_radius, "Length, >= 0.");
+}
+
+void bind_convex_shapes(py::module_& m) {
+  bind_convex_shape(m);
   py::class_<Sphere, ConvexShape, std::shared_ptr<Sphere>>(m, "Sphere", "Ball about the origin.")
       .def(py::init<Scalar>(), py::arg("radius"), "Radius > 0, length.")
       .def_property_readonly("radius", &Sphere::radius, "float: length")

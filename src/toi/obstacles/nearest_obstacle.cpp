@@ -67,6 +67,72 @@ void add_work(const DistanceStatistics& work, DistanceStatistics& sum) {
   sum.gjk_iterations += work.gjk_iterations;
 }
 
+// Gathers what least_distance() finds of one obstacle after another.
+class LeastOfAll {
+ public:
+  explicit LeastOfAll(const LeastDistanceOptions& options) : options_(options) {
+    sum_.status = LeastDistanceStatus::FartherThanMaxDistance;
+  }
+
+  // Obstacles farther away need no search; none does after a query that could not decide.
+  Scalar limit() const { return stopped_ ? -1 : std::min(sum_.upper, options_.max_distance); }
+
+  LeastDistanceOptions remaining(bool is_solid) const {
+    LeastDistanceOptions own = options_;
+    own.max_distance = std::min(sum_.upper, options_.max_distance);
+    own.solid_b = is_solid;
+    own.max_node_pairs = std::max<std::int64_t>(1, options_.max_node_pairs - work_.node_pairs);
+    return own;
+  }
+
+  // The bodies' swept boxes are `gap` apart.
+  void add(const LeastDistanceResult& found, Scalar gap, ObstacleId id) {
+    work_.box_tests += found.statistics.box_tests;
+    work_.leaf_tests += found.statistics.leaf_tests;
+    work_.node_pairs += found.statistics.node_pairs;
+    work_.peak_queue = std::max(work_.peak_queue, found.statistics.peak_queue);
+    queries_ += found.distance_queries;
+    allowance_ = std::max(allowance_, found.rounding_allowance);
+    lower_ = std::min(lower_, std::max(gap, found.lower));
+    const bool is_undecided = found.status == LeastDistanceStatus::BudgetExhausted ||
+                              found.status == LeastDistanceStatus::Cancelled;
+    if (is_undecided) stopped_ = found.status;
+    if (found.upper < sum_.upper) {
+      sum_ = found;
+      nearest_ = id;
+    }
+  }
+
+  // All obstacles that were left out are at least `left` away.
+  ObstacleClearance clearance(Scalar left) const {
+    ObstacleClearance best{sum_, nearest_};
+    LeastDistanceResult& sum = best.distance;
+    sum.lower = std::min({lower_, left, sum.upper});
+    sum.statistics = work_;
+    sum.distance_queries = queries_;
+    sum.rounding_allowance = allowance_;
+    if (stopped_) {
+      sum.status = *stopped_;
+    } else if (sum.lower > options_.max_distance || !best.obstacle) {
+      sum.status = LeastDistanceStatus::FartherThanMaxDistance;
+    } else {
+      const bool is_tight = sum.upper - sum.lower <= toi_internal::tolerance_of(options_, sum);
+      sum.status = is_tight ? LeastDistanceStatus::Bounded : LeastDistanceStatus::NumericalLimit;
+    }
+    return best;
+  }
+
+ private:
+  const LeastDistanceOptions& options_;
+  LeastDistanceResult sum_;
+  std::optional<ObstacleId> nearest_;
+  Scalar lower_ = kInfinity;
+  ToiStatistics work_;
+  std::int64_t queries_ = 0;
+  Scalar allowance_ = 0;
+  std::optional<LeastDistanceStatus> stopped_;
+};
+
 }  // namespace
 
 NearestObstacle ObstacleSet::nearest(const Shape& body, const RigidPose& X_WB, Scalar t,
@@ -159,14 +225,7 @@ ObstacleClearance ObstacleSet::least_distance(const Shape& body, const Motion& X
     require_defined(*data_->slots[slot].obstacle->X_WO, interval,
                     "least_distance: the motion of an obstacle");
   }
-  ObstacleClearance best;
-  LeastDistanceResult& sum = best.distance;
-  sum.status = LeastDistanceStatus::FartherThanMaxDistance;
-  Scalar lower = kInfinity;
-  ToiStatistics work;
-  std::int64_t queries = 0;
-  Scalar allowance = 0;
-  std::optional<LeastDistanceStatus> stopped;
+  LeastOfAll least(options);
   const toi_internal::TimeParts parts{interval, interval.length() > 0 ? kClearanceParts : 1};
   const toi_internal::SweptBoxes swept(body, X_WB, parts);
   const Scalar left = toi_internal::visit_by_gap(
@@ -174,49 +233,20 @@ ObstacleClearance ObstacleSet::least_distance(const Shape& body, const Motion& X
       [&](std::uint32_t slot) {
         const Obstacle& other = *data_->slots[slot].obstacle;
         const toi_internal::SweptBoxes boxes(*other.shape, *other.X_WO, parts);
-        Scalar least = kInfinity;
+        Scalar gap = kInfinity;
         for (int i = 0; i < parts.count; ++i) {
-          least = std::min(least, box_gap(swept.part(i), boxes.part(i)));
+          gap = std::min(gap, box_gap(swept.part(i), boxes.part(i)));
         }
-        return least;
+        return gap;
       },
-      [&] { return stopped ? -1 : std::min(sum.upper, options.max_distance); },
+      [&] { return least.limit(); },
       [&](std::uint32_t slot, Scalar gap) {
         const Obstacle& other = *data_->slots[slot].obstacle;
-        LeastDistanceOptions own = options;
-        own.max_distance = std::min(sum.upper, options.max_distance);
-        own.solid_b = other.is_solid;
-        own.max_node_pairs = std::max<std::int64_t>(1, options.max_node_pairs - work.node_pairs);
-        const LeastDistanceResult found =
-            dyop::least_distance(body, X_WB, *other.shape, *other.X_WO, interval, own);
-        work.box_tests += found.statistics.box_tests;
-        work.leaf_tests += found.statistics.leaf_tests;
-        work.node_pairs += found.statistics.node_pairs;
-        work.peak_queue = std::max(work.peak_queue, found.statistics.peak_queue);
-        queries += found.distance_queries;
-        allowance = std::max(allowance, found.rounding_allowance);
-        lower = std::min(lower, std::max(gap, found.lower));
-        const bool is_undecided = found.status == LeastDistanceStatus::BudgetExhausted ||
-                                  found.status == LeastDistanceStatus::Cancelled;
-        if (is_undecided) stopped = found.status;
-        if (found.upper < sum.upper) {
-          sum = found;
-          best.obstacle = data_->id_of(slot);
-        }
+        const LeastDistanceOptions own = least.remaining(other.is_solid);
+        least.add(dyop::least_distance(body, X_WB, *other.shape, *other.X_WO, interval, own), gap,
+                  data_->id_of(slot));
       });
-  sum.lower = std::min({lower, left, sum.upper});
-  sum.statistics = work;
-  sum.distance_queries = queries;
-  sum.rounding_allowance = allowance;
-  if (stopped) {
-    sum.status = *stopped;
-  } else if (sum.lower > options.max_distance || !best.obstacle) {
-    sum.status = LeastDistanceStatus::FartherThanMaxDistance;
-  } else {
-    const bool is_tight = sum.upper - sum.lower <= toi_internal::tolerance_of(options, sum);
-    sum.status = is_tight ? LeastDistanceStatus::Bounded : LeastDistanceStatus::NumericalLimit;
-  }
-  return best;
+  return least.clearance(left);
 }
 
 }  // namespace dyop

@@ -270,8 +270,9 @@ TEST_F(SceneFile, ReadsWhatDrivesResistsAndCouplesJoints) {
     changed["joints"][k][key] = value;
     return message_of_text(changed.dump());
   };
-  EXPECT_NE(message(0, "motor", {{"position", 1}}).find("joints[0].motor.speed"),
-            std::string::npos);
+  EXPECT_NE(message(0, "motor", Json::parse(R"({"position": 1})")).find("joints[0].motor"),
+            std::string::npos)
+      << message(0, "motor", Json::parse(R"({"position": 1})"));
   EXPECT_NE(message(0, "motor", {{"damping", 1}, {"position", 1}}).find("a motor has a position"),
             std::string::npos);
   EXPECT_NE(message(2, "second_axis", {0, 1, 1}).find("right angles"), std::string::npos);
