@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <span>
 
+#include "dyop/core/export.h"
 #include "dyop/core/rigid_pose.h"
 #include "dyop/geometry/convex_shape.h"
 #include "dyop/geometry/triangle_mesh.h"
@@ -15,7 +16,7 @@ namespace dyop::distance_internal {
 
 /// The features of a closed convex surface that may be near another one, in the common frame.
 /// Holds its own memory: to be used on the stack.
-class NearFeatures {
+class DYOP_EXPORT NearFeatures {
  public:
   /// Larger surfaces are left to their trees.
   static constexpr std::size_t kMostTriangles = 256;
@@ -110,7 +111,8 @@ enum class NearSearch : std::uint8_t {
 ///
 /// @param reach At most so far apart, between the cores.
 /// @param noise Allowance for rounding in a distance, length.
-NearSearch find_near_features(const ConvexShape& a, const ConvexShape& b, const RigidPose& X_AB,
-                              Scalar reach, Scalar noise, NearFeatures& of_a, NearFeatures& of_b);
+DYOP_EXPORT NearSearch find_near_features(const ConvexShape& a, const ConvexShape& b,
+                                          const RigidPose& X_AB, Scalar reach, Scalar noise,
+                                          NearFeatures& of_a, NearFeatures& of_b);
 
 }  // namespace dyop::distance_internal
