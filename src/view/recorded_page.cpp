@@ -295,7 +295,7 @@ class RecordedPage {
     return result;
   }
 
-  // What span_ holds of one frame and belongs into a chunk; gaps of the nearest pairs stay there too.
+  // The part of one frame of span_ that goes into a chunk; the page keeps the nearest pairs' gaps.
   PageSpan take_chunk() {
     PageSpan chunk;
     chunk.segments = std::exchange(span_.segments, {});
