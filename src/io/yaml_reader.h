@@ -10,8 +10,7 @@ namespace dyop::io_internal {
 
 /// Parses the YAML that robot software writes, as the same tree of values as JSON: mappings and
 /// sequences as blocks or in brackets, plain and quoted scalars on one line, comments, one
-/// document. Anchors, tags, block scalars and further documents are refused. Not by yaml-cpp: its
-/// version 0.7 does not end on some of the damaged files of our tests.
+/// document. Anchors, tags, block scalars and further documents are refused.
 /// @throws FileError with line and column; for a key that occurs twice, too.
 DYOP_EXPORT Json parse_yaml(const std::filesystem::path& file, const std::string& text);
 
