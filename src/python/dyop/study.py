@@ -5,6 +5,7 @@ The work is spread by Dask (python3-distributed). This module adds what a study 
 disk from which it goes on, streaming, and answers that do not depend on the number of workers.
 """
 
+import contextlib
 import hashlib
 import os
 import pickle
@@ -215,7 +216,8 @@ class _Cluster:
 
     def close(self):
         if self._futures and self._client.status == "running":
-            self._client.cancel(list(self._futures))
+            with contextlib.suppress(OSError, TimeoutError):  # the scheduler may end meanwhile
+                self._client.cancel(list(self._futures))
         self._futures.clear()
 
 
@@ -241,6 +243,8 @@ def _run_on(client, task, chunks, cases, shared, patience):
                 continue
             except CancelledError as error:
                 raise StudyError(f"a task is lost, with all its workers: {error}") from error
+            except (OSError, TimeoutError) as error:  # a case's own would be among the results
+                raise StudyError(f"the scheduler does not give cases {chunk}: {error}") from error
             yield chunk, results
             left -= 1
             future.release()
