@@ -39,7 +39,7 @@ show_one() {
     "$dyop" export "$out/$name.h5" --frames "$out/$name.frames" --from "$time" --to "$time" \
       --width 640 --height 400 --link "$link" > /dev/null
     # 256 colours are enough for a page of the docs.
-    ffmpeg -y -loglevel error -i "$out/$name.frames/frame-00000.png" -frames:v 1 \
+    ffmpeg -nostdin -y -loglevel error -i "$out/$name.frames/frame-00000.png" -frames:v 1 \
       -vf 'split[a][b];[a]palettegen=reserve_transparent=0[p];[b][p]paletteuse=dither=none' "$out/$name.png"
     rm -r "$out/$name.frames"
   fi

@@ -105,6 +105,7 @@ async function checkLarge() {
     check(JSON.stringify(a[name]) === JSON.stringify(b[name]), `${name}: ${JSON.stringify(a[name])?.slice(0, 200)}, ${JSON.stringify(b[name])?.slice(0, 200)}`);
   }
   check(a.ending === 'it reached its planned end', `the run ended because '${a.ending}'`);
+  await checkCoarse(large);
   // While a time is read the picture waits, and playing goes on by itself.
   await large.evaluate(() => window.dyop.player.seek(window.dyop.run.begin));
   await large.keyboard.press('Escape');
@@ -114,6 +115,34 @@ async function checkLarge() {
   });
   await large.waitForFunction('!window.dyop.player.isPlaying', {timeout: 60000});
   check(await large.evaluate(() => window.dyop.player.t === window.dyop.run.end), 'a run in chunks plays to its end');
+}
+
+// A large run is drawn coarsely, with few arrows, while time moves, and finely once it stands still.
+async function checkCoarse(page) {
+  const [coarse, fine] = await page.evaluate(async () => {
+    const {run, player, show, draw} = window.dyop;
+    const {stage, overlays} = player;
+    stage.isFine = false;
+    overlays.mostContacts = {still: 3, moving: 1};
+    await show(run.begin);
+    await show(run.end);
+    const size = ({impulse}) => Math.hypot(...impulse);
+    const all = run.contactsAt(run.end).map(size).sort((a, b) => b - a);
+    const seen = () => ({width: stage.canvas.width, shadows: stage.sun.castShadow, legend: document.getElementById('legend').textContent,
+                         arrows: overlays.normals.list.length, hasStrongest: Math.max(...overlays.drawnContacts.map(size)) === all[0], all: all.length});
+    const first = seen();
+    draw(true);
+    return [first, seen()];
+  });
+  check(coarse.all > 3, `only ${coarse.all} contacts at the end`);
+  check(coarse.arrows === 1 && fine.arrows === 3, `${coarse.arrows} arrows while time moves, ${fine.arrows} at rest`);
+  check(coarse.hasStrongest && fine.hasStrongest, 'the strongest contact is drawn');
+  check(coarse.legend.includes(`the strongest of ${coarse.all}`) && fine.legend.includes(`3 strongest of ${fine.all}`), `the legend says ${fine.legend}`);
+  check(!coarse.shadows && fine.shadows && coarse.width < 0.7 * fine.width, `pictures of ${coarse.width} and ${fine.width} pixels`);
+  // By itself, too.
+  await page.evaluate(() => window.dyop.show(window.dyop.run.begin));
+  await page.waitForFunction((width) => window.dyop.player.stage.canvas.width === width, {timeout: 60000}, fine.width);
+  await page.evaluate(() => (window.dyop.player.stage.isFine = true));
 }
 
 async function checkCompare() {

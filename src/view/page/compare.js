@@ -113,7 +113,7 @@ export class Compare {
     const {rows} = run.impacts;
     const now = [];
     for (let k = run.impacts.at(t); k >= 0 && rows[k].t === t; --k) now.push(rows[k]);
-    this.overlays.update(t, now, undefined);
+    this.overlays.update(t, now, undefined, isStill);
     stage.render(isStill);
     this.largest = largestDifference(player.run, run, this.pairs, t);
     this.words.textContent = !this.largest ? 'no body of the same name'

@@ -74,18 +74,21 @@ export function edgeAttribute({positions, indices}, normals, sharpCosine) {
   return hasAny ? new THREE.BufferAttribute(values, 3, true) : undefined;
 }
 
-// Lets a material draw them.
-export function drawEdges(material) {
+// Lets a material draw them while `isOn.value`.
+export function drawEdges(material, isOn) {
   material.onBeforeCompile = (shader) => {
+    shader.uniforms.drawsEdges = isOn;
     shader.vertexShader = 'attribute vec3 edge;\nvarying vec3 vEdge;\n' + shader.vertexShader.replace(
       '#include <begin_vertex>', '#include <begin_vertex>\nvEdge = edge;');
-    shader.fragmentShader = 'varying vec3 vEdge;\n' + shader.fragmentShader.replace('#include <opaque_fragment>', `
+    shader.fragmentShader = 'varying vec3 vEdge;\nuniform bool drawsEdges;\n' + shader.fragmentShader.replace('#include <opaque_fragment>', `
+      if (drawsEdges) {
       vec3 perPixel = fwidth(vEdge);
       vec3 pixels = vEdge / max(perPixel, vec3(1e-6));
       float height = 1.0 / max(max(perPixel.x, perPixel.y), max(perPixel.z, 1e-6));
       float line = (1.0 - smoothstep(0.5, 1.3, min(min(pixels.x, pixels.y), pixels.z))) * smoothstep(3.0, 12.0, height);
       outgoingLight *= mix(1.0, ${kDark.toFixed(2)}, line);
       diffuseColor.a = max(diffuseColor.a, 0.45 * line);
+      }
       #include <opaque_fragment>`);
   };
 }

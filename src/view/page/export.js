@@ -27,7 +27,7 @@ export function saveChart(title, names, columns) {
 
 // The picture with the title and the time.
 export function pictureOf(player) {
-  player.draw();
+  player.draw(performance.now(), true);
   const {canvas} = player.stage;
   const copy = document.createElement('canvas');
   [copy.width, copy.height] = [canvas.width, canvas.height];

@@ -119,7 +119,7 @@ function hookFor(player, run) {
     state: (number, t) => run.stateInto(run.bodies[number], t, newState()),
     states: (queries) => queries.map(([number, t]) => run.stateInto(run.bodies[number], t, newState())),
     project: (point) => player.stage.project(point),
-    draw: () => player.draw(),
+    draw: (isFinal) => player.draw(performance.now(), isFinal),
     show: (t) => player.show(t),
   };
 }

@@ -30,11 +30,9 @@ export class Lines {
   }
 }
 
-const kAlong = new THREE.Vector3(0, 1, 0);
 const matrix = new THREE.Matrix4();
 const turn = new THREE.Quaternion();
 const place = new THREE.Vector3();
-const along = new THREE.Vector3();
 const scale = new THREE.Vector3();
 
 // Copies of one geometry, as many as are needed.
@@ -74,8 +72,6 @@ function plain(color) {
   return new THREE.MeshBasicMaterial({color, depthTest: false, transparent: true});
 }
 
-const kRod = new THREE.CylinderGeometry(1, 1, 1, 6).translate(0, 0.5, 0);
-const kTip = new THREE.ConeGeometry(1, 1, 8).translate(0, 0.5, 0);
 const kBall = new THREE.SphereGeometry(1, 12, 8);
 
 export class Balls {
@@ -95,39 +91,81 @@ export class Balls {
   }
 }
 
+// Flat strips that face the camera look like rods and cones here, as no light falls on them, and are
+// three triangles. Corners are (place, side): place 0 and 1 are the ends of the rod, 2 and 3 the base and
+// the point of the tip.
+const kRodCorners = [[0, -1], [1, -1], [1, 1], [0, -1], [1, 1], [0, 1]];
+const kTipCorners = [[2, -1], [3, 0], [2, 1]];
+const kArrowShader = `
+  vec3 along = (modelViewMatrix * vec4(way, 0.0)).xyz;
+  float size = length(along);
+  float tip = hasTips ? min(8.0 * thickness, 0.5 * size) : 0.0;
+  float place = position.x < 0.5 ? 0.0 : position.x < 2.5 ? size - tip : size;
+  vec4 mvPosition = modelViewMatrix * vec4(tail, 1.0);
+  mvPosition.xyz += along * (place / size);
+  vec3 across = cross(along, mvPosition.xyz);
+  float slant = length(across);
+  across = slant > 1e-6 * size * length(mvPosition.xyz) ? across / slant : vec3(1.0, 0.0, 0.0);
+  // Seen from its end a rod is a square.
+  vec3 back = normalize(cross(across, mvPosition.xyz));
+  mvPosition.xyz += across * position.y * (position.x > 1.5 ? 0.36 * tip : thickness);
+  if (position.x < 0.5) mvPosition.xyz += back * thickness;
+  gl_Position = projectionMatrix * mvPosition;`;
+
+function arrowMaterial(color, uniforms) {
+  const material = plain(color);
+  material.side = THREE.DoubleSide;
+  material.onBeforeCompile = (shader) => {
+    Object.assign(shader.uniforms, uniforms);
+    shader.vertexShader = 'attribute vec3 tail;\nattribute vec3 way;\nuniform float thickness;\nuniform bool hasTips;\n' +
+      shader.vertexShader.replace('#include <project_vertex>', kArrowShader);
+  };
+  return material;
+}
+
 // Rods with a tip, or without.
 export class Arrows {
   constructor(scene, color, {hasTips = true} = {}) {
-    const material = plain(color);
-    this.rods = new Copies(scene, kRod, material);
-    this.tips = hasTips ? new Copies(scene, kTip, material) : undefined;
+    this.scene = scene;
+    this.uniforms = {thickness: {value: 1}, hasTips: {value: hasTips}};
+    this.material = arrowMaterial(color, this.uniforms);
+    this.corners = new Float32Array((hasTips ? [...kRodCorners, ...kTipCorners] : kRodCorners).flatMap((corner) => [...corner, 0]));
     this.list = [];
+    this.room = 0;
   }
   clear() {
     this.list.length = 0;
   }
   add(from, vector) {
     const length = Math.hypot(...vector);
-    if (length > 0) this.list.push({from, direction: vector.map((x) => x / length), length});
+    if (length > 0) this.list.push({from, vector});
+  }
+  #grow(room) {
+    if (this.mesh) this.scene.remove(this.mesh), this.mesh.geometry.dispose();
+    this.room = room;
+    const geometry = new THREE.InstancedBufferGeometry();
+    geometry.setAttribute('position', new THREE.BufferAttribute(this.corners, 3));
+    for (const name of ['tail', 'way']) geometry.setAttribute(name, new THREE.InstancedBufferAttribute(new Float32Array(3 * room), 3));
+    this.mesh = new THREE.Mesh(geometry, this.material);
+    this.mesh.frustumCulled = false;
+    this.mesh.renderOrder = 2;
+    this.mesh.raycast = () => {};
+    this.scene.add(this.mesh);
   }
   // `thickness` is the radius of the rods, in the world.
   commit(thickness, origin) {
-    const tipOf = (length) => (this.tips ? Math.min(8 * thickness, 0.5 * length) : 0);
-    const point = ({from, direction}) => {
-      place.fromArray(from);
-      turn.setFromUnitVectors(kAlong, along.fromArray(direction));
-    };
-    this.rods.commit(this.list.length, origin, (k) => {
-      const {length} = this.list[k];
-      point(this.list[k]);
-      matrix.compose(place, turn, scale.set(thickness, length - tipOf(length), thickness));
+    const {length} = this.list;
+    if (length > this.room) this.#grow(2 * length);
+    if (!this.mesh) return;
+    this.mesh.visible = length > 0;
+    this.mesh.position.copy(origin);
+    const {tail, way} = this.mesh.geometry.attributes;
+    this.list.forEach(({from, vector}, k) => {
+      tail.setXYZ(k, from[0] - origin.x, from[1] - origin.y, from[2] - origin.z);
+      way.setXYZ(k, ...vector);
     });
-    this.tips?.commit(this.list.length, origin, (k) => {
-      const {length} = this.list[k];
-      const tip = tipOf(length);
-      point(this.list[k]);
-      place.addScaledVector(along, length - tip);
-      matrix.compose(place, turn, scale.set(0.36 * tip, tip, 0.36 * tip));
-    });
+    this.mesh.geometry.instanceCount = length;
+    tail.needsUpdate = way.needsUpdate = true;
+    this.uniforms.thickness.value = thickness;
   }
 }

@@ -9,7 +9,7 @@ import {Rounds} from './rounds.js';
 const kColors = {normal: 0x2f9e44, impulse: 0xd6336c, witness: 0x2563eb, pivot: 0xc2410c};
 const kTrailSamples = 160;
 const kMostTrails = 60;
-const kMostArrows = 4000;
+const kMostContacts = {still: 1500, moving: 300};  // the strongest ones are drawn
 // Of the camera's distance: radius of the rods, of the pivot.
 const kThickness = 1.1e-3;
 const kPivotSize = 5e-3;
@@ -26,6 +26,13 @@ function ordinary(rows) {
   return sizes[Math.floor(0.9 * sizes.length)] ?? 1;
 }
 
+// The contacts with the largest impulses, at most so many.
+function strongest(contacts, most) {
+  if (contacts.length <= most) return contacts;
+  const size = ({impulse: [x, y, z]}) => x * x + y * y + z * z;
+  return contacts.map((contact) => [size(contact), contact]).sort(([a], [b]) => b - a).slice(0, most).map(([, contact]) => contact);
+}
+
 export class Overlays {
   constructor(stage) {
     this.stage = stage;
@@ -40,6 +47,7 @@ export class Overlays {
     this.pivot.frustumCulled = false;
     this.pivot.renderOrder = 3;
     stage.scene.add(this.pivot);
+    this.mostContacts = kMostContacts;
     this.show = {contacts: true, witness: true, joints: true, trails: false};
     const moving = this.run.movers;
     this.links = new Links(stage);
@@ -63,10 +71,11 @@ export class Overlays {
   }
 
   // `impacts` are those to be seen at t.
-  update(t, impacts, chosen) {
+  update(t, impacts, chosen, isStill = true) {
     const {distance, origin} = this.stage;
     for (const layer of [this.normals, this.impulses, this.witness, this.trails]) layer.clear();
-    if (this.show.contacts) this.#contacts(t, impacts, distance);
+    [this.drawnContacts, this.contactCount] = [[], 0];
+    if (this.show.contacts) this.#contacts(t, impacts, distance, isStill ? this.mostContacts.still : this.mostContacts.moving);
     this.#nearest(t, impacts);
     this.rounds.update(this.shown, t);
     this.pivot.scale.setScalar(kPivotSize * distance);
@@ -80,9 +89,11 @@ export class Overlays {
   // Colour, words and sign of each kind of mark that is seen now.
   legend() {
     const css = (color) => `#${color.toString(16).padStart(6, '0')}`;
-    const {links} = this;
+    const {links, contactCount: all, drawnContacts: {length}} = this;
+    const words = length === 1 ? 'the strongest' : `the ${length.toLocaleString('en')} strongest`;
+    const part = length < all ? `, ${words} of ${all.toLocaleString('en')}` : '';
     return [
-      this.normals.list.length > 0 && [css(kColors.normal), 'normal of a contact', 'arrow'],
+      this.normals.list.length > 0 && [css(kColors.normal), `normal of a contact${part}`, 'arrow'],
       this.impulses.list.length > 0 && [css(kColors.impulse), 'impulse', 'arrow'],
       this.witness.points.length > 0 && [css(kColors.witness), 'shortest way between the nearest pair', 'line'],
       this.pivot.visible && [css(kColors.pivot), 'pivot, the middle of that way', 'dot'],
@@ -91,17 +102,18 @@ export class Overlays {
     ].filter(Boolean);
   }
 
-  #contacts(t, impacts, distance) {
+  #contacts(t, impacts, distance, most) {
     const normalLength = Math.min(0.04 * distance, 0.5 * this.bodyRadius);
     const impulseLength = Math.min(0.1 * distance, 1.2 * this.bodyRadius);
-    let left = kMostArrows;
     const draw = (p, normal, impulse, table) => {
-      if (left-- <= 0) return;
       this.normals.add(p, normal.map((x) => normalLength * x));
       this.impulses.add(p, this.#scaled(impulse, table, impulseLength));
     };
     const {run} = this;
-    for (const contact of run.contactsAt(t)) draw(contact.p, contact.normal, contact.impulse, run.contacts);
+    const all = run.contactsAt(t);
+    this.drawnContacts = strongest(all, most);
+    this.contactCount = all.length;
+    for (const contact of this.drawnContacts) draw(contact.p, contact.normal, contact.impulse, run.contacts);
     for (const impact of impacts) {
       for (const hit of impact.hits ?? []) draw(hit.pb, hit.normal, hit.impulse, run.hits);
     }

@@ -241,17 +241,18 @@ export class Player {
     this.draw();
   }
 
-  draw(now = performance.now()) {
+  // `isFinal`: at once as when it has stood still for a while.
+  draw(now = performance.now(), isFinal = false) {
     if (!this.#isRead()) return;
     this.isDirty = false;
     this.paint(this.run, this.stage);
     this.#track();
     this.stage.place(this.t);
     const impacts = this.#impactsNow(now);
-    this.overlays.update(this.t, impacts, this.chosen.body);
+    const isStill = this.#isStill(now) || isFinal;
+    this.overlays.update(this.t, impacts, this.chosen.body, isStill);
     this.measure.update(this.t);
     this.stage.select(this.chosen.body, this.t);
-    const isStill = this.#isStill(now);
     this.stage.render(isStill);
     this.compare?.draw(this.t, isStill, shortNumber);
     this.#showLabel();
@@ -282,10 +283,12 @@ export class Player {
     }, kUntilSaid);
   }
 
-  // A picture that waits for its shadows is drawn again.
+  // The picture of a large run, coarse while time or camera move, is drawn again when they stand still.
   #isStill(now) {
-    const isSame = this.drawnTime === this.t;
-    this.drawnTime = this.t;
+    const {camera, controls} = this.stage;
+    const view = [this.t, ...camera.position.toArray(), ...controls.target.toArray()].join();
+    const isSame = this.drawnView === view;
+    this.drawnView = view;
     if (!isSame) this.stillSince = now;
     if (this.stage.isFine || (isSame && now - this.stillSince >= kStill)) return true;
     clearTimeout(this.waits);

@@ -15,9 +15,13 @@ const kWallColor = {light: 0xd8d0c2, dark: 0x6e675b};
 const kFixed = {light: 0xd9dbe0, dark: 0x838c99};
 const kGiven = {light: 0x7a828e, dark: 0xa7afbb};
 const kManners = ['solid', 'ghost', 'wire'];
-// More are drawn without shadows and smooth edges: without a graphics card, and with one.
+// More are drawn coarsely while time runs or is dragged, and finely once the picture stands still:
+// without a graphics card, and with one.
 const kMostTriangles = {software: 60000, hardware: 2000000};
+const kMostBodies = {software: 150, hardware: 20000};
+const kCoarse = 0.6;  // of the resolution, while the picture moves
 const kMostSightLines = 40;
+const kGolden = (Math.sqrt(5) - 1) / 2;
 const kMostWallTriangles = 5000;
 const kMostWallTests = 300000;  // of a sight line with a triangle, in one picture
 const kWallTimes = 9;   // of the run, at which walls are looked for
@@ -57,6 +61,12 @@ function rendering() {
   return isSoftware ? 'software' : 'hardware';
 }
 
+// At most so many of a list, spread over it without a period, which bodies in rows would share.
+function someOf(list, most) {
+  if (list.length <= most) return list;
+  return Array.from({length: most}, (_, k) => list[Math.floor(((k * kGolden) % 1) * list.length)]);
+}
+
 // A page without controls is a picture, or a frame of a film: it may take its time.
 function isPicture() {
   return new URLSearchParams(location.hash.slice(1)).get('bare') === '1';
@@ -67,17 +77,20 @@ export class Stage {
     this.run = run;
     this.canvas = canvas;
     this.triangles = run.bodies.reduce((sum, {shape}) => sum + run.surfaces[shape].indices.length / 3, 0);
-    this.isFine = this.triangles < kMostTriangles[rendering()] || isPicture();
-    this.renderer = new THREE.WebGLRenderer({canvas, antialias: this.isFine, preserveDrawingBuffer: true});
+    const means = rendering();
+    const isSmooth = this.triangles < kMostTriangles[means] || isPicture();
+    this.isFine = isPicture() || (isSmooth && run.bodies.length < kMostBodies[means]);
+    this.renderer = new THREE.WebGLRenderer({canvas, antialias: isSmooth, preserveDrawingBuffer: true});
     this.scene = new THREE.Scene();
     this.camera = new THREE.PerspectiveCamera(kFieldOfView, 1, 0.01, 1000);
     // 0 solid, 1 ghost, 2 wire, 3 hidden
     this.manner = Uint8Array.from(run.bodies, ({ghost}) => (ghost ? 1 : 0));
     this.colors = run.bodies.map(() => new THREE.Color());
+    this.drawsEdges = {value: true};
     this.size = 1;
     this.origin = new THREE.Vector3();  // of what is drawn, in the world
     this.#addShapes();
-    this.#addLight();
+    this.#addLight(isSmooth);
     this.selection = new THREE.LineSegments(new THREE.EdgesGeometry(new THREE.BoxGeometry(1, 1, 1)),
                                             new THREE.LineBasicMaterial());
     this.selection.visible = false;
@@ -99,7 +112,7 @@ export class Stage {
                                               side: THREE.DoubleSide}),
         wire: new THREE.MeshBasicMaterial({wireframe: true}),
       };
-      if (geometry.attributes.edge) for (const name of ['solid', 'ghost']) drawEdges(materials[name]);
+      if (geometry.attributes.edge) for (const name of ['solid', 'ghost']) drawEdges(materials[name], this.drawsEdges);
       const meshes = kManners.map((manner) => {
         const mesh = new THREE.InstancedMesh(geometry, materials[manner], counts[number]);
         mesh.instanceColor = new THREE.InstancedBufferAttribute(
@@ -116,12 +129,12 @@ export class Stage {
     });
   }
 
-  #addLight() {
+  #addLight(isSmooth) {
     this.scene.add(new THREE.HemisphereLight(0xffffff, 0x9a9a9a, 1.5));
     this.sun = new THREE.DirectionalLight(0xffffff, 1.9);
     this.sun.castShadow = this.renderer.shadowMap.enabled = true;
     this.renderer.shadowMap.autoUpdate = false;
-    this.sun.shadow.mapSize.setScalar(this.isFine ? 2048 : 1024);
+    this.sun.shadow.mapSize.setScalar(isSmooth ? 2048 : 1024);
     this.sun.shadow.radius = 4;
     // A weak light at the camera, so that no side that is seen is black.
     this.lamp = new THREE.DirectionalLight(0xffffff, 0.7);
@@ -182,15 +195,19 @@ export class Stage {
 
   resize() {
     const {clientWidth, clientHeight} = this.canvas;
-    const ratio = Math.min(window.devicePixelRatio || 1, 2);
     if (clientWidth === 0 || clientHeight === 0) return;
-    this.renderer.setPixelRatio(ratio);
+    this.renderer.setPixelRatio(this.#ratio(true));
     this.renderer.setSize(clientWidth, clientHeight, false);
     const aspect = clientWidth / clientHeight;
     const isNew = aspect !== this.camera.aspect;
     this.camera.aspect = aspect;
     this.camera.updateProjectionMatrix();
     if (isNew && this.isFramed) this.frame();
+  }
+
+  // Pixels of the picture per pixel of CSS.
+  #ratio(isStill) {
+    return Math.min(window.devicePixelRatio || 1, 2) * (isStill ? 1 : kCoarse);
   }
 
   // Puts every body where it is at time t.
@@ -290,11 +307,9 @@ export class Stage {
   // how many bodies are hidden in part.
   #inTheWay(walls, place, t) {
     const lines = new Map();
-    const moving = this.run.movers.filter((body) => !body.ghost && this.run.isPresent(body, t));
-    const every = Math.max(1, Math.ceil(moving.length / kMostSightLines));
+    const moving = someOf(this.run.movers.filter((body) => !body.ghost && this.run.isPresent(body, t)), kMostSightLines);
     const cost = walls.reduce((sum, {shape}) => sum + this.run.surfaces[shape].indices.length / 3, 0);
-    const bodies = Math.ceil(moving.length / every);
-    const share = Math.max(1, Math.min(9, Math.floor(kMostWallTests / Math.max(1, cost * bodies))));
+    const share = Math.max(1, Math.min(9, Math.floor(kMostWallTests / Math.max(1, cost * moving.length))));
     let count = 0;
     let all = 0;
     const ray = new THREE.Raycaster();
@@ -308,9 +323,9 @@ export class Stage {
       probe.updateMatrixWorld();
       return probe;
     });
-    for (let k = 0; k < moving.length; k += every) {
-      const {p, q} = this.run.state(moving[k], t);
-      const points = this.#pointsOf(this.shapes[moving[k].shape]);
+    for (const body of moving) {
+      const {p, q} = this.run.state(body, t);
+      const points = this.#pointsOf(this.shapes[body.shape]);
       let isHidden = false;
       for (const own of points.slice(0, share)) {
         point.copy(own).applyQuaternion(turn.fromArray(q));
@@ -358,12 +373,14 @@ export class Stage {
     camera.updateProjectionMatrix();
   }
 
-  // Many triangles without a graphics card: shadows wait until the picture stands still.
+  // Of a large run shadows, edges and full resolution wait until the picture stands still.
   render(isStill = true) {
     const {distance} = this;
-    const hasShadow = (this.isFine || isStill) && distance > kNoShadow * this.size;
+    const hasShadow = isStill && distance > kNoShadow * this.size;
+    if (this.renderer.getPixelRatio() !== this.#ratio(isStill)) this.renderer.setPixelRatio(this.#ratio(isStill));
     this.#lay(this.sun.shadow, Math.min(kShadow, (kShadowReach * distance) / this.size) * this.size);
-    this.sun.shadow.intensity = hasShadow ? 1 : 0;
+    this.sun.castShadow = hasShadow;
+    this.drawsEdges.value = isStill;
     this.renderer.shadowMap.needsUpdate = hasShadow;
     this.ground.update();
     // Near enough for a look at a gap, far enough for the ground. What hides a gap is cut away.
