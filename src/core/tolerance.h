@@ -35,7 +35,7 @@ inline constexpr Scalar kEngineRotationNoise = 96 * kUnitRoundoff;
 inline constexpr Scalar kPoseNoise = 64 * kUnitRoundoff;
 
 /// Rounding in a gap between two moving pieces, relative to the size of the query: 312u for poses
-/// and for support values along turning directions (docs/algorithms/time_of_impact.md, "Rounding").
+/// and for support values along turning directions (toi/rigid/motion_bounds.h).
 /// Smaller: bounds may fail. Used by time_of_impact and, for boxes, by distance.
 inline constexpr Scalar kStepNoise = 512 * kUnitRoundoff;
 
@@ -116,7 +116,7 @@ inline constexpr Scalar kSinglePrecisionBoxNoise = 0x1p-23;
 /// How much the distance of a point to a box of a hierarchy is rounded down, relative to the
 /// distance and to the sum of the half extents: axes in single precision are orthonormal to 2^-23
 /// per entry, which changes coordinates along them by 3 x 2^-23 of the half extents and lengths by
-/// 2^-22 (docs/algorithms/distance.md, "Points"). Used by point_distance and generate_contacts().
+/// 2^-22 (proof in distance/point_search.cpp). Used by point_distance and generate_contacts().
 /// Smaller: the box that holds the nearest triangle may be skipped.
 inline constexpr Scalar kPointBoxNoise = 0x1p-20;
 
@@ -141,8 +141,8 @@ inline constexpr Scalar kDeterminantNoise = 32 * kUnitRoundoff;
 /// below 2^31 with a bit to spare.
 inline constexpr std::size_t kLargestTriangleCount = std::size_t{1} << 27;
 
-/// Rounding of triangle_distance(), as multiples of u; proof in docs/algorithms/dyop.md,
-/// "Rounding". The first times the computed length plus the second times the size of the pair
+/// Rounding of triangle_distance(), as multiples of u; proof in distance/triangle/triangle_pair.h.
+/// The first times the computed length plus the second times the size of the pair
 /// covers the rounding of a slab gap (6.6 and 6.1 u, with the final operation 7.6) and of a
 /// witness's length (6.5 and 5.5 u, with the final operation 7.5). Smaller: nothing is proven;
 /// larger: wider bounds.
@@ -230,7 +230,7 @@ inline constexpr Scalar kContactLoadPreference = 1.5;
 
 /// How much a motion's bounds are rounded up, relative to the largest coefficient they are computed
 /// from. Restricting a cubic, its derivatives and a product of the two to a part of the interval
-/// errs by at most 95u of it (docs/algorithms/motions.md); a rotation matrix that is orthonormal
+/// errs by at most 95u of it (motion/curve/chart_curve.h); a rotation matrix that is orthonormal
 /// only to rounding stretches by 8u. Used by every Motion. Smaller: rounding may undercut a bound.
 inline constexpr Scalar kMotionNoise = 128 * kUnitRoundoff;
 
@@ -280,8 +280,8 @@ inline constexpr Scalar kTextbookGjkConvergence = 1e-12;
 
 /// Rounding of everything computed from the differences of the points of two linearly moving
 /// elements, relative to the largest difference: a slab gap, its interpolation in time, the end of
-/// a safe step, the length of a witness. docs/algorithms/linear_vertex_motion.md, "Rounding", adds
-/// up 24u for steps and 36u for witnesses. Larger: coarser tolerances are needed; smaller: bounds
+/// a safe step, the length of a witness: 24u for steps and 36u for witnesses, added up in
+/// toi/vertex_time_of_impact.cpp. Larger: coarser tolerances are needed; smaller: bounds
 /// may fail. Used by time_of_impact of vertex paths.
 inline constexpr Scalar kPathNoise = 64 * kUnitRoundoff;
 

@@ -106,6 +106,13 @@ enum class NearSearch : std::uint8_t {
 /// the reach of each other's slab along a direction that nearly separates the two, and of the
 /// planes of those faces. Any direction leaves out correctly; a good one leaves out most.
 ///
+/// For a unit direction n let M be the largest n . x over A's core and m the least over B's. A point
+/// of A within reach r of B has n . x >= m - r, so only vertices in that slab, and triangles and
+/// edges with such a corner, can be part of a contact; likewise for B. What lies more than r beyond
+/// the plane of one of the other's faces is left out too, because that plane bounds the other.
+/// Rounding is allowed for by 4 (slab) and 256 (planes) times the noise; faces with a corner sharper
+/// than a sine of 1/1024 bound nothing.
+///
 /// A point above a convex solid is above the plane of the face, or of one face beside the edge or
 /// the corner, that is nearest to it.
 ///

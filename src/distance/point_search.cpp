@@ -19,8 +19,13 @@ struct OpenBox {
 constexpr int kGroupSize = BoxGroup::kWidth;
 
 // Lower bounds on the squared distances of the boxes of a group to a point q, both in units of the
-// scale, before rounding outward: |y| - half extents, with y the coordinates of the point along a
-// box's axes. docs/algorithms/distance.md, "Points".
+// scale, before rounding outward: |y| - h, with y the coordinates of the point along a box's axes, h
+// its half extents.
+//
+// The stored axes A have single precision: AᵀA = I + E with entries of E below 2^-23. For any point
+// c + A x of the box, |x_k| <= h_k, component k of Aᵀ times the difference to the point is y_k - x_k
+// - (E x)_k, so it is at least |y_k| - h_k - 2^-23 (h_1 + h_2 + h_3), and Aᵀ stretches by less than 1
+// + 2^-22. kPointBoxNoise, 2^-20, covers both and all rounding in double.
 std::array<Scalar, kGroupSize> squared_gaps(const BoxGroup& boxes, const Vector3& q) {
   std::array<Scalar, kGroupSize> x, y, z, slack, sum{};
   for (int i = 0; i < kGroupSize; ++i) {

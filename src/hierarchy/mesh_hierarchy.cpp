@@ -56,8 +56,7 @@ OrientedBox BoxGroup::box(int column, Scalar scale) const {
 // Let the box be c + U y, |y_k| <= h_k, and the stored one C + A x with A = U + E, |E_ij| <= 2^-25
 // because entries are at most about one. A point of both has x - y = (A^-1 U - I) y + A^-1 (c - C),
 // where |A^-1 U - I| <= 3 * 2^-25 and |c - C| <= 2^-24 |c|, each up to second order, and up to
-// numbers that underflow.
-// numbers that underflow.
+// numbers that underflow. kSinglePrecisionBoxNoise times |c| + |h| covers both.
 void BoxGroup::set_box(int column, const OrientedBox& box, Scalar scale) {
   DYOP_ASSERT(column >= 0 && column < MeshHierarchy::kWidth, column);
   const Vector3 center = box.center / scale;

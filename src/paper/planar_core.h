@@ -10,7 +10,18 @@
 #include "dyop/paper/planar_distance.h"
 
 // Shared by the planar algorithms: witnesses, and the proof that bounds the distance with them.
-// Rounding is bounded in docs/algorithms/published_dyop.md, "Certified distance in the plane".
+//
+// Rounding. u = 2^-53. D is the width plus the height of the box around both; no two points of the
+// pair are farther apart. A difference of vertices errs by u in each component, a scalar product of
+// two components by 2u |m||x| [JeannerodRump2013], so each side of a slab gap errs by 3u |m| D, the
+// gap by 6u |m| D and its own subtraction; the norm, the division and the final operations add below
+// 8u of the gap. With kTriangleRelativeSlack = 8u of the value and kTriangleSizeSlack = 7u D taken
+// off, `lower` is below the true slab gap. The segment found is r - t e, with r and e single
+// differences: 3u D and u of its length; the norm adds 2u, the final operations 2u: the same two
+// slacks cover `upper`. A direction with |m|^2 < 2^-900 proves nothing, which keeps underflow
+// (2^-1075 per product) far below the slack. A smaller square is replaced by the sum of the
+// components, so that `upper` cannot underflow either. NaN makes D NaN; then nothing is proven.
+// planar_noise() is 64u D: the slacks take 30u, the rest is the rounding of the witness itself.
 namespace dyop::paper_internal {
 
 inline Scalar cross(const Vector2& u, const Vector2& v) {

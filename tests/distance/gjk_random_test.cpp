@@ -147,7 +147,7 @@ TEST(Gjk, BoundsEncloseTheOraclesDistance) {
   EXPECT_LT(separated, count * 0.9);
 }
 
-// The figures of docs/algorithms/gjk.md. DYOP_GJK_PAIRS sets another number of pairs.
+// DYOP_GJK_PAIRS sets another number of pairs.
 TEST(Gjk, BoundsMeetUpToNoise) {
   const char* asked = std::getenv("DYOP_GJK_PAIRS");
   const int count = asked != nullptr ? std::stoi(asked) : 50000;

@@ -181,7 +181,7 @@ TEST(LinCanny, EveryStartLeadsToTheSameDistance) {
   }
 }
 
-// Pairs a family; docs/algorithms/published_dyop.md has the table for more of them.
+// Pairs a family; DYOP_LIN_CANNY_PAIRS sets another number.
 int pairs_wanted(int few) {
   const char* wanted = std::getenv("DYOP_LIN_CANNY_PAIRS");
   return wanted ? std::atoi(wanted) : few;

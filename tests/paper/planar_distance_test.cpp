@@ -95,7 +95,7 @@ TEST(PlanarDistance, TouchingIsCrossingExactly) {
 
 TEST(PlanarDistance, HoldsItsPromisesAtEveryScaleAndFarFromTheOrigin) {
   std::mt19937_64 random(7);
-  const char* wanted = std::getenv("DYOP_PLANAR_PAIRS");  // a family; for the table in the docs
+  const char* wanted = std::getenv("DYOP_PLANAR_PAIRS");  // a family
   const int pairs = wanted ? std::atoi(wanted) : 1200;
   int crossing = 0;
   Scalar widest = 0;

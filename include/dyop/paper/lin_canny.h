@@ -20,7 +20,6 @@
 /// any other candidate: the slab between the features must prove it. If it does not (the shapes
 /// intersect, or rounding stopped the walk), another certified algorithm answers. So the bounds
 /// hold whatever the walk does. Method and measurements: docs/algorithms/published_dyop.md.
-/// walk does. Method and measurements: docs/algorithms/published_dyop.md.
 namespace DYOP_EXPORT dyop {
 
 /// Where a walk starts, and what the last one did. A query of the same pair at a nearby pose then

@@ -10,8 +10,50 @@
 #include "core/tolerance.h"
 #include "dyop/distance/triangle_distance.h"
 
-/// Building blocks of triangle_distance(), private to it. The rounding bounds are proven in
-/// docs/algorithms/dyop.md, section "Rounding", for exactly the order of operations here.
+/// Building blocks of triangle_distance(), private to it. The proof of its rounding bounds, for
+/// exactly the order of operations here (edges a_i, b_j, r = B_0 - A_0, p and q the witness points,
+/// D = q - p, m a direction with the slab gap g(m) = min_j m.B_j - max_i m.A_i):
+///
+/// u = 2^-53, round to nearest, no fused operations. |fl(x.y) - x.y| <= 3u |x||y| for three
+/// components in any order [JeannerodRump2013]. Size in [2^-64, 2^64]. Products underflow by at
+/// most 2^-1075 each, far less than all slacks, because directions with |m|^2 < 2^-900 prove
+/// nothing.
+///
+/// Size. E = |r| + max |a_i| + max |b_j|. The longest edge e of a triangle has e^2 <= 2/3 of the sum
+/// of the squared edges (e <= f + g gives e^2 <= 2 f^2 + 2 g^2), and (x + y + z)^2 <= 3 (x^2 + y^2 +
+/// z^2), so E <= sqrt(3 r.r + 2 sum of squared edges) =: size, computed to 6u relative. Every
+/// |B_j - A_i| <= E.
+///
+/// Lower. For the computed m, taken as exact: g(m) = m.r + min_j m.(B_j - B_0) - max_i m.(A_i - A_0).
+///     five dot products with rounded differences (3u + u each)        4.01 u |m| E
+///     first sum                                                       1.01 u |m| E
+///     second sum                                                      u gap
+///     m.m, square root, reciprocal, product x = gap (1 / |m|)         4.5 u x
+///     the returned normal n is m scaled, rounded:
+///         g(n)/|n| >= g(m)/|m| - u E, and |n| to u                    u x + u E
+///     together, with E <= size (1 + 6u)                               6.6 u x + 6.1 u size
+/// The result is fl(x - (8u x + 7u size)), whose own operations take another u x: below the truth,
+/// and below the slab gap along the returned normal as an exact vector, divided by its exact length.
+/// Negative values and NaN become 0.
+///
+/// Upper. The parameters s, t (or v, w) are computed but then taken as exact; they are in [0, 1],
+/// and v + w <= 1 + u/2. So p and q are points of the triangles, or within u/2 of an edge length of
+/// one. Rounding of D, first order, by norms:
+///     two edges           (d + t b) - s a            u(|d| + 2|b| + 2|a| + |d + t b| + |D|)
+///                                                    <= u(3|D| + 4 E)
+///     vertex and face     (x - v e) - w f            u(3|D| + 4 E) + u/2 E
+///     edge through face   ((d + t b) - v e) - w f    u(4|D| + 5 E) + u/2 E
+///     combination of two witnesses, |D| < size / 8,
+///         at most 3 times c D_1 + (1 - c) D_2        u(2.5|D| + 5.4 E)
+/// With 2.5 u |D| for the length itself: 6.5 u |D| + 5.5 u size. The result is fl(|D| + (8u |D| + 7u
+/// size)), whose own operations take another u |D|.
+///
+/// Scaling is exact except where numbers fall below 2^-1022 and are rounded by at most 2^-1075;
+/// 4 * 2^-1074, in the scale of the result, is subtracted from lower and added to upper. Shared
+/// vertices are checked before scaling, so that merging two of them cannot look like contact.
+///
+/// Noise. The slacks make upper - lower at least 14 u size + 16 u d; the rest of triangle_noise
+/// covers the rounding of s, t and m.
 namespace dyop::distance_internal {
 
 /// Number of the corner (or edge) after k.

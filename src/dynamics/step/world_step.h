@@ -34,7 +34,7 @@ namespace dyop::dynamics_internal {
 ///
 /// To read on: world_step.cpp has the stages; island.h one island, in free flight or by substeps;
 /// substep.cpp solve, move and prove; substep_problem.h what is solved; end_gap.h where contacts
-/// end; link_rows.h joints and springs; impact.cpp the impact law; certify.h one proof, ledger.h
+/// end; link_rows.h joints and springs; impact.cpp the impact law; ledger.h one proof, and
 /// all of them; track.h how bodies move; world_impl.cpp commits, sleeping.cpp puts to sleep.
 class WorldStep {
  public:

@@ -71,8 +71,20 @@ class ChartCurve {
 extern template class ChartCurve<3>;
 extern template class ChartCurve<9>;
 
-// Angular velocity and acceleration of R(t) = R_WC exp(theta(t)), and the rounding of bounds.
-// Proofs: docs/algorithms/motions.md.
+// Angular velocity and acceleration of R(t) = R_WC exp(theta(t)): proofs in
+// docs/algorithms/motions.md.
+//
+// Rounding of bounds. The exact function of a motion is defined by its stored numbers, and a bound
+// must exceed its exact suprema. With M the largest norm of a stored coefficient of a cubic:
+// - one step (1 - s) x + s y errs by 3u M; two steps for the rate, three for theta;
+// - the parameter s errs by 4u, times a derivative of at most 2 (degree) M in s: 16u M and 24u M;
+// - the stored rate coefficients are differences of two stored numbers, relative error 3u;
+// - together at most 40u M for rates and 45u M for theta; theta x theta' adds the two, 4u for a
+//   cross product and 6u for the weighted sum: 95u times the product of the two M;
+// - second derivatives are differences of rates: 75u M / h, M the largest rate.
+// kMotionNoise = 128u is added relative to these M, and once more relative to the result, for norms
+// and the stretch by a base rotation orthonormal to 8u. For degree n all are below n(n - 1)/6 times
+// the allowance for cubics.
 
 // Left Jacobian of SO(3) at theta, applied to theta_rate: the angular velocity in frame C.
 //   w = theta' + (1 - cos f)/f^2 theta x theta' + (f - sin f)/f^3 theta x (theta x theta'),
