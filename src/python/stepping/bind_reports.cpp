@@ -96,6 +96,71 @@ void bind_impacts(py::module_& m) {
       .field<&SensorEvent::t>("t", "float: when it was noticed")
       .field<&SensorEvent::is_overlap>("is_overlap", "bool: begins or ends")
       .finish();
+  Record<ContactEvent>(m, "ContactEvent", "Two bodies begin to touch, or cease to.")
+      .field<&ContactEvent::a>("a", "BodyId: A")
+      .field<&ContactEvent::b>("b", "BodyId: B")
+      .field<&ContactEvent::t>("t", "float: of an impact, else the end of the step")
+      .field<&ContactEvent::is_begin>("is_begin", "bool: begins or ends")
+      .finish();
+  Record<BrokenJoint>(m, "BrokenJoint", "A joint that bore more than it can and was removed.")
+      .field<&BrokenJoint::joint>("joint", "JointId: names it no longer")
+      .field<&BrokenJoint::name>("name", "str: of its definition")
+      .field<&BrokenJoint::a>("a", "BodyId: A")
+      .field<&BrokenJoint::b>("b", "BodyId: B")
+      .field<&BrokenJoint::t>("t", "float: the end of the step")
+      .field<&BrokenJoint::force>("force", "float: mean over the step")
+      .field<&BrokenJoint::torque>("torque", "float: mean over the step")
+      .finish();
+}
+
+void bind_velocity_changes(py::module_& m) {
+  using Kind = VelocityChangeKind;
+  py::enum_<Kind>(m, "VelocityChangeKind", "What changed velocities at an instant.")
+      .value("Move", Kind::Move, "First half of a contact substep.")
+      .value("End", Kind::End, "Its second half.")
+      .value("Impact", Kind::Impact, "One round of the impact law.")
+      .value("Stall", Kind::Stall, "No motion was found: the bodies were stopped.")
+      .value("Sleep", Kind::Sleep, "The bodies fell asleep.")
+      .value("Set", Kind::Set, "The caller, or ImpactPolicy.Callback.");
+  py::enum_<LinkImpulse::Kind>(m, "LinkKind", "What a LinkImpulse is of.")
+      .value("Joint", LinkImpulse::Kind::Joint)
+      .value("Spring", LinkImpulse::Kind::Spring)
+      .value("Rolling", LinkImpulse::Kind::Rolling, "Friction against rolling.");
+  Record<ContactImpulse>(m, "ContactImpulse", "The impulse of one contact.")
+      .field<&ContactImpulse::a>("a", "BodyId: A")
+      .field<&ContactImpulse::b>("b", "BodyId: B")
+      .field<&ContactImpulse::p_W>("p_W", "numpy.ndarray: (3,) where it acts on both")
+      .field<&ContactImpulse::nhat_AB_W>("nhat_AB_W", "numpy.ndarray: (3,) unit")
+      .field<&ContactImpulse::impulse_W>("impulse_W", "numpy.ndarray: (3,) on B")
+      .field<&ContactImpulse::target>("target", "float: normal velocity that was asked for")
+      .field<&ContactImpulse::friction>("friction", "float: nan under WorldOptions.friction_law")
+      .finish();
+  Record<LinkImpulse>(m, "LinkImpulse", "What a joint, spring or rolling friction did.")
+      .field<&LinkImpulse::kind>("kind", "LinkKind: of what")
+      .field<&LinkImpulse::a>("a", "BodyId: A")
+      .field<&LinkImpulse::b>("b", "BodyId: B")
+      .field<&LinkImpulse::impulse_W>("impulse_W", "numpy.ndarray: (3,) on B")
+      .field<&LinkImpulse::angular_a_W>("angular_a_W", "numpy.ndarray: (3,) on A")
+      .field<&LinkImpulse::angular_b_W>("angular_b_W", "numpy.ndarray: (3,) on B")
+      .finish();
+  using Change = MomentumChange;
+  Record<Change>(m, "MomentumChange", "Of one body, about its centre of mass, world axes.")
+      .field<&Change::body>("body", "BodyId: the body")
+      .field<&Change::v_before_W>("v_before_W", "numpy.ndarray: (3,) velocity before")
+      .field<&Change::L_before_W>("L_before_W", "numpy.ndarray: (3,) angular momentum before")
+      .field<&Change::v_W>("v_W", "numpy.ndarray: (3,) velocity after")
+      .field<&Change::L_W>("L_W", "numpy.ndarray: (3,) angular momentum after")
+      .field<&Change::impulse_W>("impulse_W", "numpy.ndarray: (3,) of gravity and its own wrench")
+      .field<&Change::angular_impulse_W>("angular_impulse_W", "numpy.ndarray: (3,) likewise")
+      .finish();
+  Record<VelocityChange>(m, "VelocityChange",
+                         "Bodies whose velocities changed together, and all impulses that did it.")
+      .field<&VelocityChange::kind>("kind", "VelocityChangeKind: why")
+      .field<&VelocityChange::interval>("interval", "TimeInterval: the substep, or one time")
+      .field<&VelocityChange::bodies>("bodies", "list[MomentumChange]: before and after")
+      .field<&VelocityChange::contacts>("contacts", "list[ContactImpulse]: those not zero")
+      .field<&VelocityChange::links>("links", "list[LinkImpulse]: joints, springs, rolling")
+      .finish();
 }
 
 void bind_statistics(py::module_& m) {
@@ -155,6 +220,8 @@ void bind_advance_report(py::module_& m) {
       .field<&Report::fell_asleep>("fell_asleep", "list[BodyId]: in order of time")
       .field<&Report::woke>("woke", "list[BodyId]: in order of time")
       .field<&Report::sensors>("sensors", "list[SensorEvent]: overlaps with sensors")
+      .field<&Report::contact_events>("contact_events", "list[ContactEvent]: in order of steps")
+      .field<&Report::broken_joints>("broken_joints", "list[BrokenJoint]: in order of steps")
       .field<&Report::too_near>("too_near",
                                 "list[Tuple[BodyId, BodyId]]: nearer than their target at first")
       .field<&Report::parted>("parted", "list[Tuple[BodyId, BodyId]]: no longer too near")
@@ -162,6 +229,8 @@ void bind_advance_report(py::module_& m) {
       .field<&Report::crossed>("crossed",
                                "list[Tuple[BodyId, BodyId]]: that no force can move apart")
       .field<&Report::steps>("steps", "list[CommittedStep]: the proven trajectory")
+      .field<&Report::velocity_changes>("velocity_changes",
+                                        "list[VelocityChange]: under WorldOptions.records_impulses")
       .field<&Report::offending_pair>("offending_pair",
                                       "Tuple[BodyId, BodyId]: that stopped it, if any did")
       .field<&Report::integrator>("integrator", "IntegratorStatistics: sums")
@@ -199,6 +268,7 @@ void bind_pair_records(py::module_& m) {
 
 void bind_reports(py::module_& m) {
   bind_impacts(m);
+  bind_velocity_changes(m);
   bind_statistics(m);
   bind_advance_report(m);
   bind_pair_records(m);

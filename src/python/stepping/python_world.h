@@ -4,7 +4,9 @@
 #include <any>
 #include <chrono>
 #include <filesystem>
+#include <functional>
 #include <memory>
+#include <mutex>
 #include <stop_token>
 #include <thread>
 #include <utility>
@@ -29,7 +31,16 @@ class AdvanceWatch {
     interruption_.reset();
     return source_.get_token();
   }
-  /// After each step, without the interpreter's lock.
+  /// After each step, without the interpreter's lock: the user's function, then signals.
+  void step(const std::function<void(Scalar)>& on_step, Scalar t) {
+    if (on_step) {
+      const Between between(is_between_steps_);
+      on_step(t);
+    }
+    check();
+  }
+  /// In the advancing thread: whether the user's on_step runs.
+  bool is_between_steps() const { return is_between_steps_; }
   void check() {
     const auto now = std::chrono::steady_clock::now();
     if (interruption_ || now - last_ < kPatience) return;
@@ -46,8 +57,16 @@ class AdvanceWatch {
   }
 
  private:
+  struct Between {
+    bool& flag;
+    explicit Between(bool& set) : flag(set) { flag = true; }
+    ~Between() { flag = false; }
+    Between(const Between&) = delete;
+    Between& operator=(const Between&) = delete;
+  };
   static constexpr auto kPatience = std::chrono::milliseconds(50);
   std::stop_source source_;
+  bool is_between_steps_ = false;
   std::chrono::steady_clock::time_point last_;
   std::unique_ptr<py::error_already_set> interruption_;
 };
@@ -63,11 +82,9 @@ class PythonWorld {
   template <typename Build>
   static std::unique_ptr<PythonWorld> make_with(WorldOptions options, const Build& build) {
     auto watch = std::make_shared<AdvanceWatch>();
-    options.on_step = [watch, user = options.on_step](Scalar t) {
-      if (user) user(t);
-      watch->check();
-    };
-    return std::unique_ptr<PythonWorld>(new PythonWorld(build(options), watch));
+    const std::function<void(Scalar)> user = options.on_step;
+    options.on_step = [watch, user](Scalar t) { watch->step(user, t); };
+    return std::unique_ptr<PythonWorld>(new PythonWorld(build(options), watch, user));
   }
 
   /// For members that change nothing: also from callbacks in the advancing thread.
@@ -78,7 +95,37 @@ class PythonWorld {
   }
   World& change() {
     DYOP_REQUIRE(!is_advancing_, "the World cannot be changed while it is being advanced");
+    DYOP_REQUIRE(askers_ == 0, "the World cannot be changed while it answers a query");
     return world_;
+  }
+  /// Calls query(world, filter), which may give the lock back: one query at a time, others wait,
+  /// and the World cannot be changed meanwhile. A filter's function may ask as well, and on_step.
+  /// @param filter Null: all bodies.
+  template <typename Query>
+  auto ask(const BodyFilter* filter, const Query& query) {
+    DYOP_REQUIRE(
+        !is_advancing_ || (thread_ == std::this_thread::get_id() && watch_->is_between_steps()),
+        "a World that is being advanced answers queries in on_step only");
+    BodyFilter used = filter != nullptr ? *filter : BodyFilter();
+    if (used.accepts) {
+      used.accepts = [this, accepts = used.accepts](BodyId id) {
+        const Within within(this);
+        return accepts(id);
+      };
+    }
+    const Count count(askers_);
+    std::unique_lock<std::mutex> turn(asking_, std::defer_lock);
+    if (within_answer_of_ != this) {
+      const py::gil_scoped_release unlocked;
+      turn.lock();
+    }
+    return query(static_cast<const World&>(world_), static_cast<const BodyFilter&>(used));
+  }
+  /// With the user's own on_step.
+  WorldOptions options() {
+    WorldOptions options = read().options();
+    options.on_step = on_step_;
+    return options;
   }
   bool is_advancing() const { return is_advancing_; }
   AdvanceReport advance(Scalar dt, AdvanceLimits limits) {
@@ -107,13 +154,33 @@ class PythonWorld {
     Guard& operator=(const Guard&) = delete;
   };
 
-  PythonWorld(World world, std::shared_ptr<AdvanceWatch> watch)
-      : world_(std::move(world)), watch_(std::move(watch)) {}
+  // The World whose query calls a filter in this thread.
+  static inline thread_local const PythonWorld* within_answer_of_ = nullptr;
+  struct Within {
+    const PythonWorld* before;
+    explicit Within(const PythonWorld* world) : before(std::exchange(within_answer_of_, world)) {}
+    ~Within() { within_answer_of_ = before; }
+    Within(const Within&) = delete;
+    Within& operator=(const Within&) = delete;
+  };
+  struct Count {
+    int& number;
+    explicit Count(int& counted) : number(counted) { ++number; }
+    ~Count() { --number; }
+    Count(const Count&) = delete;
+    Count& operator=(const Count&) = delete;
+  };
+
+  PythonWorld(World world, std::shared_ptr<AdvanceWatch> watch, std::function<void(Scalar)> on_step)
+      : world_(std::move(world)), watch_(std::move(watch)), on_step_(std::move(on_step)) {}
 
   World world_;
   std::shared_ptr<AdvanceWatch> watch_;
-  bool is_advancing_ = false;  // both under the lock
+  std::function<void(Scalar)> on_step_;
+  std::mutex asking_;
+  bool is_advancing_ = false;  // like the next two under the lock
   std::thread::id thread_;
+  int askers_ = 0;
 };
 
 /// A Wrench or a pair (force, torque).
