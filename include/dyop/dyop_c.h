@@ -64,7 +64,7 @@ typedef struct dyop_chain {
 typedef struct dyop_snapshot {
   uint32_t index, generation;
 } dyop_snapshot;
-/* Of one obstacle set, or one world. Zero refers to nothing; none is used again. */
+/* Names something in one obstacle set, or one world. Zero names nothing; none is used again. */
 typedef struct dyop_obstacle {
   uint64_t number;
 } dyop_obstacle;
@@ -122,8 +122,8 @@ DYOP_C_API dyop_status dyop_last_error(const dyop_context* context, char* text, 
 DYOP_C_API const char* dyop_status_text(dyop_status status);
 /* major * 10000 + minor * 100 + patch */
 DYOP_C_API uint32_t dyop_version(void);
-/* Of the process: called when an assumption of dyop fails, in builds that check them; then the
- * process aborts. Null prints to standard error. */
+/* Sets what is called, in the whole process, when an assumption of dyop fails in builds that check
+ * them; then the process aborts. Null prints to standard error. */
 DYOP_C_API void dyop_set_assert_handler(void (*handler)(const char* message));
 
 /* --- Shapes ----------------------------------------------------------------------------------- */

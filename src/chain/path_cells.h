@@ -12,7 +12,7 @@ namespace dyop::chain_internal {
 /// between it and the root: computed once per query, which looks them up many times.
 class PathCells {
  public:
-  /// Of `links`, the motions of all links in the world.
+  /// Tabulates `links`, the motions of all links in the world.
   void set(const KinematicChain& chain, const JointPath& path, std::span<const LinkMotion> links);
 
   /// Bounds over a part of the path for a link as seen from one with `turns` moving joints between.
@@ -33,7 +33,7 @@ class PathCells {
   std::vector<Scalar> middles_;       // of cells
   std::vector<MotionState> states_;   // by cell and link
   std::vector<std::size_t> order_;    // links, parents first
-  // Of one cell.
+  // For each cell.
   std::vector<JointPart> parts_;    // by coordinate
   std::vector<ChainFrame> frames_;  // by link
 };

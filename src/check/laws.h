@@ -7,9 +7,9 @@
 
 #include "check/recording.h"
 
-/// Newton's, Coulomb's and the impact law. What is checked is that the recorded impulses explain the
-/// recorded velocities, and obey the laws: residuals are backward errors, the least change of the
-/// data that makes them true. They say nothing about how near a run is to the exact solution.
+/// Newton's, Coulomb's and the impact law. What is checked is that the recorded impulses explain
+/// the recorded velocities, and obey the laws: residuals are backward errors, the least change of
+/// the data that makes them true. They say nothing about how near a run is to the exact solution.
 namespace dyop_check {
 
 /// The largest of many residuals, and where it was.
@@ -44,8 +44,8 @@ struct ContactLaw {
   std::int64_t links = 0;
   std::int64_t stalls = 0;    ///< changes in which bodies were stopped
   std::int64_t settings = 0;  ///< the caller's
-  /// Of a body in one change, |change of momentum - sum of impulses| / sum of |impulse|; about the
-  /// centre of mass the same.
+  /// |change of momentum - sum of impulses| / sum of |impulse| for one body in one change; about
+  /// the centre of mass the same.
   Worst linear;
   Worst angular;
   /// Velocity at the start of a change that is not that at the end of the last one or of the flight
@@ -53,8 +53,8 @@ struct ContactLaw {
   Worst gap;
   /// Impulse outside the friction cone, over the largest impulse of the change.
   Worst cone;
-  /// Of a contact the smaller of |normal velocity after - target| over the largest speed and normal
-  /// impulse over the largest impulse, both of the change.
+  /// For each contact the smaller of |normal velocity after - target| over the largest speed and
+  /// normal impulse over the largest impulse, both of the change.
   Worst complementarity;
   /// Target above restitution times approach, in impacts, over the approach.
   Worst restitution;

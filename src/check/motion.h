@@ -6,7 +6,7 @@
 /// Recorded motions. TRUSTED.
 namespace dyop_check {
 
-/// Of a cubic: time, place and velocity of the centre of mass, rotation vector and its rate.
+/// An end of a cubic: time, place and velocity of the centre of mass, rotation vector and its rate.
 struct CubicNode {
   double t = 0;
   Vec p, v, theta, theta_rate;

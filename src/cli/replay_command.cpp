@@ -100,7 +100,7 @@ ExitCode run_replay(const ReplayArguments& arguments) {
   } else {
     print_text(record, now, differences);
   }
-  // Of a query that fails there is nothing to draw but its start.
+  // A query that fails has nothing to draw but its start.
   if (!arguments.picture_file.empty()) {
     ToiResult drawn = now.result.value_or(ToiResult{});
     if (!now.result) drawn.t_safe = record.query().interval.begin;

@@ -382,7 +382,8 @@ struct FacingEdges {
   Scalar gap = 0;
   Vector3 nhat = Vector3::Zero();  // from the first to the second, in the frame of the first
 
-  // Of the nine the one whose slabs are farthest apart; gap 0: none separates the boxes.
+  // Picks the pair of edges, of nine, whose slabs are farthest apart; gap 0: none separates the
+  // boxes.
   explicit FacingEdges(const BoxesInOne& pair) {
     const Matrix3& R = pair.R;
     const Matrix3 abs_R = R.cwiseAbs();

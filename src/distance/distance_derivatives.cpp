@@ -205,7 +205,7 @@ class Derivation {
   // Bounds the one-sided derivatives along one axis, and compares the witness with its Jacobian.
   void probe(int k, DistanceDerivatives& result) {
     const DistanceResult& here = result.distance;
-    // Of points of A: their speed and their acceleration.
+    // Largest speed and acceleration of points of A.
     const Scalar reach = k < 3 ? 1 : a_.bounding_radius();
     const Scalar bend = k < 3 ? 0 : reach;
     if (!(reach > 0)) return;  // a point does not turn

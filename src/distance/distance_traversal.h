@@ -55,7 +55,7 @@ class DistanceTraversal {
     const BoxPair root{-radii_, ShapeTree::kRoot, ShapeTree::kRoot};
     start({&root, 1});
   }
-  /// Of what is below these pairs only; farther ones go first.
+  /// Searches only what is below these pairs; farther ones go first.
   void start(std::span<const BoxPair> first);
   bool run_portion(std::int64_t max_box_pairs);
 

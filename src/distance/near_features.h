@@ -35,12 +35,13 @@ class DYOP_EXPORT NearFeatures {
 
   /// The heights of all vertices along a unit direction; returns the largest.
   Scalar measure(const Vector3& direction_A);
-  /// Of the last direction: gathers the vertices at least so high, the triangles with such a
+  /// Gathers the vertices at least so high along the last direction, the triangles with such a
   /// corner, and the edges with such an end. Returns false if there are too many.
   bool gather(Scalar least_height);
   /// The planes of the gathered triangles, for leave_out_beyond() of the other surface.
   void find_planes(Scalar reach, Scalar noise);
-  /// Leaves out what is farther than the reach beyond the plane of a gathered triangle of the other.
+  /// Leaves out what is farther than the reach beyond the plane of a gathered triangle of the
+  /// other.
   void leave_out_beyond(const NearFeatures& other);
 
   std::span<const std::int32_t> vertices() const {
@@ -106,12 +107,12 @@ enum class NearSearch : std::uint8_t {
 /// the reach of each other's slab along a direction that nearly separates the two, and of the
 /// planes of those faces. Any direction leaves out correctly; a good one leaves out most.
 ///
-/// For a unit direction n let M be the largest n . x over A's core and m the least over B's. A point
-/// of A within reach r of B has n . x >= m - r, so only vertices in that slab, and triangles and
-/// edges with such a corner, can be part of a contact; likewise for B. What lies more than r beyond
-/// the plane of one of the other's faces is left out too, because that plane bounds the other.
-/// Rounding is allowed for by 4 (slab) and 256 (planes) times the noise; faces with a corner sharper
-/// than a sine of 1/1024 bound nothing.
+/// For a unit direction n let M be the largest n . x over A's core and m the least over B's. A
+/// point of A within reach r of B has n . x >= m - r, so only vertices in that slab, and triangles
+/// and edges with such a corner, can be part of a contact; likewise for B. What lies more than r
+/// beyond the plane of one of the other's faces is left out too, because that plane bounds the
+/// other. Rounding is allowed for by 4 (slab) and 256 (planes) times the noise; faces with a corner
+/// sharper than a sine of 1/1024 bound nothing.
 ///
 /// A point above a convex solid is above the plane of the face, or of one face beside the edge or
 /// the corner, that is nearest to it.

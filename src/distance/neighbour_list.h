@@ -47,7 +47,7 @@ class DYOP_EXPORT NeighbourList {
   void clear() { is_built_ = false; }
   bool is_built() const { return is_built_; }
 
-  /// Of the shapes of build().
+  /// How the shapes of build() stand to each other.
   Placement place(const Shape& a, const RigidPose& X_WA, const Shape& b,
                   const RigidPose& X_WB) const;
   /// Whether A is the moving side, not B.

@@ -18,8 +18,8 @@ struct Pivot {
 /// The box in world that holds a posed shape.
 DYOP_EXPORT AlignedBox posed_box(const Shape& shape, const RigidPose& X_WS);
 
-/// Of two bodies far apart: the middle of the internal box between the facing sides of their boxes,
-/// and the direction between the boxes' middles.
+/// The pivot of two bodies far apart: the middle of the internal box between the facing sides of
+/// their boxes, and the direction between the boxes' middles.
 DYOP_EXPORT Pivot internal_box_pivot(const Shape& a, const RigidPose& X_WA, const Shape& b,
                                      const RigidPose& X_WB);
 

@@ -190,7 +190,7 @@ class RaySearch {
     keep(piece, found, nhat, s);
   }
 
-  // Of equally near pieces the first one in the tree counts.
+  // The first one in the tree counts among equally near pieces.
   void keep(const LeafPiece& piece, const PointGap& found, const Vector3& nhat, Scalar s) {
     if (hit.status == RayStatus::Hit && !(s < first_)) return;
     first_ = s;

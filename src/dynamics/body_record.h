@@ -55,7 +55,7 @@ struct BodyRecord {
 /// @throws InvalidArgument naming body and field.
 void require_valid(const BodyDefinition& definition);
 
-/// Of its restitution and friction alone.
+/// Checks its restitution and friction alone.
 void require_material(const BodyDefinition& definition);
 
 /// The record of a valid definition at time t.

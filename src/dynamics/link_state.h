@@ -15,7 +15,7 @@ struct JointState {
   JointId id;
   JointDefinition definition;
   std::vector<Scalar> impulses;  // one per row: warm start
-  /// Of a joint that turns about one axis: its angle, turns counted, at the World's time, and where
+  /// The angle of a joint that turns about one axis, turns counted: at the World's time, and where
   /// a step in progress is.
   Scalar angle_committed = 0;
   Scalar angle = 0;
@@ -27,7 +27,7 @@ struct JointState {
   Vector3 force_W = Vector3::Zero();
   Vector3 torque_W = Vector3::Zero();
   Scalar drive = 0;
-  /// Of a Coupling; into the World's joints.
+  /// The two joints of a Coupling, in the World's joints.
   std::array<const JointState*, 2> coupled{};
 
   bool has_angle() const {
@@ -51,7 +51,7 @@ struct JointPlace {
 JointPlace joint_place(const JointDefinition& joint, const BodyRecord& a, const RigidPose& X_WA,
                        const BodyRecord& b, const RigidPose& X_WB, Scalar expected_angle);
 
-/// Of a Coupling those of its two joints; of any other joint its own, first.
+/// The places of a Coupling's two joints; for any other joint its own, first.
 using JointPlaces = std::array<JointPlace, 2>;
 
 /// One row of a joint at one pose of its bodies: its error and its Jacobian.
@@ -65,7 +65,7 @@ struct JointEquation {
   Kind kind = Kind::Equality;
   Scalar value = 0;  // length; for a Limit the distance left, >= 0; for a Drive to where it wants
   JointRow row;      // Jacobian and, for a Motor, the speed as target
-  // Of a Drive.
+  // For a Drive.
   Scalar stiffness = 0;
   Scalar damping = 0;
   Scalar speed = 0;

@@ -63,7 +63,7 @@ struct PairState {
   bool was_too_near = false;  // reported so, and not yet as parted
   bool overlaps = false;      // the shapes overlapped at the start: no distance to keep
   std::vector<ContactPoint> overlap_contacts;  // then used in place of `contacts`: estimates
-  // Of the last step.
+  // From the last step.
   ProofKind proof = ProofKind::AtRest;
   std::int64_t advancement_steps = 0;
   Scalar residual = 0;
@@ -83,7 +83,7 @@ struct PairState {
   /// neighbours do not cover that.
   DYOP_EXPORT bool list_near(const Shape& a, const RigidPose& X_WA, const Shape& b,
                              const RigidPose& X_WB, const NearBound& bound);
-  /// Of points(); sought only where they have changed.
+  /// The shortest gap of points(); sought only where they have changed.
   Scalar shortest_gap();
   std::optional<Scalar> known_shortest_gap;  // reset when points() change
   Scalar kept_distance() const { return uncertified_gap.value_or(lengths.target); }

@@ -75,7 +75,7 @@ class DeformingObstacle final : public Obstacle {
   StandingPair standing(Scalar fraction, const CorePiece& piece, const RigidPose& X_WB) const {
     return {shown(), fraction, piece.mesh, X_WB, &meshes_[shown_].slabs};
   }
-  // Of the fraction, per time; 0 at rest.
+  // Rate of the fraction, per time; 0 at rest.
   Scalar rate() const { return is_standing_ ? 0 : rate_; }
   Surface& spare() { return meshes_[1 - shown_]; }
   void hand_over(Scalar duration);
@@ -100,7 +100,7 @@ class DeformingObstacle final : public Obstacle {
   bool is_standing_ = false;
   Scalar lag_ = 0;  // since the newest snapshot was seen, or it got there
   std::int64_t snapshots_taken_ = 0;
-  // Of the mesh that is not shown. Set by give(), cleared by the tick.
+  // Whether the mesh that is not shown is the next one. Set by give(), cleared by the tick.
   std::atomic<bool> has_next_{false};
   Scalar next_duration_ = 0;  // 0: another mesh, at rest
   std::int64_t snapshots_seen_ = 0;

@@ -188,7 +188,7 @@ FollowReport Proxy::follow(const std::optional<ToolPose>& goal, Scalar dt, WorkC
   // As they were left, also where a tick was cut off before it came to the pair.
   report.was_overlapping |= std::any_of(pairs_.begin(), pairs_.end(),
                                         [](const ProxyPair& pair) { return pair.is_overlapping; });
-  // Of the ticks in which tissue does not stand nothing is expected then.
+  // Once stuck, only ticks in which tissue stands set the pace.
   if (stands || stuck_ticks_ < kStuckTicks) {
     take_pace(clock.cutoff().has_value(), work.pieces > 0);
   }

@@ -58,8 +58,8 @@ void SoftRegion::follow(const ToolPose& tool, Scalar dt, WorkClock& clock, TickS
   work.solves += own.solves;
 }
 
-// Of a turn that the region forces on the proxy the torque is that of a spring at the tool's reach,
-// besides what the force itself has at a lever.
+// A turn that the region forces on the proxy gives the torque of a spring at the tool's reach,
+// besides that of the force at its lever.
 AddedPull SoftRegion::pull(const RigidPose& X_WT, const Vector3& p_W) const {
   const RigidPose& X_WP = proxy_.pose().X_WT;
   const Vector3 stretch = X_WP.translation() - X_WT.translation();

@@ -15,8 +15,8 @@ namespace dyop::hierarchy_internal {
 struct SplitNode {
   /// The right child, or -1 - triangle for a leaf.
   std::int32_t right = -1;
-  /// Of k columns of a wide node given to this node, how many go to its left child; 0 if its box is
-  /// a single column. By k.
+  /// By k: how many of k columns of a wide node given to this node go to its left child; 0 if its
+  /// box is a single column.
   std::array<std::int8_t, MeshHierarchy::kWidth + 1> left_columns{};
 
   bool is_leaf() const { return right < 0; }

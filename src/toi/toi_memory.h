@@ -41,7 +41,7 @@ struct ToiMemory {
   RadixQueue queue;
   GjkSeed seed;   // of the last distance of two convex shapes
   GjkSeed start;  // what the next query begins with; used up by it
-  // Of the search for a nearer pair than two pieces in contact; an unfinished one goes on.
+  // State of the search for a nearer pair than two pieces in contact; an unfinished one goes on.
   BoxPairStack box_pairs;
   PieceDistance nearer;
   bool is_seeking_nearer = false;

@@ -268,7 +268,7 @@ const char* undecided_words(AdvanceStatus status) {
     case AdvanceStatus::NumericalLimit:
       return "numerical limit";
     case AdvanceStatus::Blocked:
-      return "blocked by bodies on given motions";
+      return "blocked by bodies on prescribed motions";
     case AdvanceStatus::Cancelled:
       return "cancelled";
     case AdvanceStatus::NotRun:

@@ -18,7 +18,7 @@ namespace dyop::view_internal {
 /// each kind of motion.
 class MotionRows {
  public:
-  /// Of cubics that stand in for other motions, see PageEncoder::kMotionTolerance.
+  /// @param tolerance Of cubics that stand in for other motions, see PageEncoder::kMotionTolerance.
   explicit MotionRows(Scalar tolerance) : tolerance_(tolerance) {}
 
   struct Body {

@@ -17,7 +17,7 @@ const browser = await require('puppeteer-core').launch({
   protocolTimeout: 600000,
   args: [...(os.userInfo().uid === 0 ? ['--no-sandbox'] : []), '--enable-unsafe-swiftshader'],
 });
-// Of the browser and all its children, in seconds.
+// Processor time of the browser and all its children, in seconds.
 function processorTime() {
   const numbers = (process) => {
     try {

@@ -225,7 +225,7 @@ JointPath random_path(PathKind kind, const KinematicChain& arm, std::mt19937_64&
                             std::vector{q(), q(), q(), q(), q()});
 }
 
-// Of random paths, half of which begin free. `path_count` is raised by hand for a soak run.
+// Random paths, half of which begin free. `path_count` is raised by hand for a soak run.
 class ArmPaths : public ::testing::TestWithParam<PathKind> {
  protected:
   ObstacleSet obstacles_;

@@ -41,7 +41,7 @@ struct BallInBowl {
   }
 };
 
-// Of facets of 0.0083 the normal is off by up to half of that over the bowl's radius, and by four
+// With facets of 0.0083 the normal is off by up to half of that over the bowl's radius, and by four
 // thirds of it for the ball's centre; the gap by the sagitta. Fitted, both err at the next order.
 TEST(BallFit, ABallFeelsTheSphereThroughTheVertices) {
   const BallInBowl scene;

@@ -73,7 +73,7 @@ TEST(CompoundDistance, IsTheLeastOfTheChildren) {
               far * size * Vector3(1, 1, 0) + testing::random_vector(1.5 * size, random));
           const DistanceResult d = distance(*shapes[i], X_WA, *b, X_WB);
           const LeastOfChildren least = least_of_children(*shapes[i], X_WA, *b, X_WB);
-          // Of the composed poses that the oracle is given.
+          // Rounding of the composed poses that the oracle is given.
           const Scalar noise = kPoseNoise * size * (far + 10);
           EXPECT_LE(d.lower, least.upper + noise);
           EXPECT_GE(d.upper, least.lower - noise);

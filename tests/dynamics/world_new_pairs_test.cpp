@@ -36,7 +36,7 @@ TEST(WorldNewPairs, OfAnIslandThatIsKeptAreProvenWhileOthersMeet) {
   World world{WorldOptions{}};
   const BodyId thrower = world.add_body(elastic_ball("thrower", {-kTouching, 0, 0}, {30, 0, 0}));
   const BodyId thrown = world.add_body(elastic_ball("thrown", {0, 0, 0}));
-  // Of the same island by its spring; the thrown ball passes it closely, without a hit.
+  // Belongs to the same island by its spring; the thrown ball passes it closely, without a hit.
   const BodyId passed = world.add_body(elastic_ball("passed", {0.45, 0.15, 0}));
   SpringDefinition spring;
   spring.name = "spring";

@@ -81,7 +81,7 @@ class FallingBodies : public ::testing::Test {
   }
   RecordingReader whole_run() { return run(14, true); }
 
-  // Of the recorded poses at a few times, those of one body at one time replaced.
+  // Whether the recorded poses at a few times, with one of one body replaced, show a fault.
   bool has_fault(const RecordingReader& run, BodyId body, std::size_t time, const RigidPose& pose,
                  const std::string& part) const {
     const std::vector<Scalar> times{0, 0.3, 0.7};

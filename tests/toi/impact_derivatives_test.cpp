@@ -37,7 +37,7 @@ TEST(ImpactDerivatives, OfTwoBallsAreTheClosedForm) {
   ASSERT_EQ(found.status, DerivativeStatus::Proven);
   const Scalar slope = y0 / std::sqrt(4 - y0 * y0);
   EXPECT_NEAR(found.closing_speed, 2 * std::sqrt(4 - y0 * y0) / 2, 1e-6);
-  // Of the pose at the impact, and so of the initial one: nothing turns.
+  // By the pose at the impact, and so by the initial one: nothing turns.
   EXPECT_NEAR(found.by_b.translation.x(), -0.5, 1e-6);
   EXPECT_NEAR(found.by_b.translation.y(), slope / 2, 1e-6);
   EXPECT_LE(found.by_b.rotation.norm(), 1e-6);

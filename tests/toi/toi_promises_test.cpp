@@ -72,8 +72,8 @@ const Setting kSettings[] = {
 class ToiPromises : public ::testing::TestWithParam<Setting> {
  protected:
   const Setting& setting() const { return GetParam(); }
-  // Of many pairs of pieces the first one examined need not be the one that crosses, and at such a
-  // speed none of the others is proven apart.
+  // The first pair of pieces examined need not be the one that crosses, and at such a speed none of
+  // the others is proven apart.
   ToiStatus expected_of_meshes() const {
     const bool is_absurd = std::abs(setting().speed) > 1e9;
     return is_absurd ? ToiStatus::NumericalLimit : setting().expected;

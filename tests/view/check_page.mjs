@@ -89,7 +89,7 @@ const settled = (page) =>
   page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
 
 function angle(p, q) {
-  // Of the rotation between two quaternions; their sign means nothing.
+  // Measures the rotation between two quaternions; their sign means nothing.
   const length = (v) => Math.hypot(...v);
   const same = length(p.map((x, k) => x - q[k]));
   const opposite = length(p.map((x, k) => x + q[k]));

@@ -110,7 +110,7 @@ class KinematicChain {
   /// directly, or only through links without shapes), and the pair is not ignored.
   std::span<const LinkPair> self_pairs() const { return self_pairs_; }
 
-  /// As given.
+  /// The names that were given to be ignored.
   std::span<const std::pair<std::string, std::string>> ignored_pairs() const {
     return ignored_pairs_;
   }

@@ -27,13 +27,12 @@ class LinkMotion final : public Motion {
     Scalar sine_to_next = 1;  ///< of the angle to the next axis towards the link, rounded up
   };
 
-  /// In the world.
+  /// The motion of a link in the world.
   /// @throws InvalidArgument if a pointer is null, the chain has no such link, or the path and the
   ///         chain differ in the number of coordinates.
   LinkMotion(std::shared_ptr<const KinematicChain> chain, std::shared_ptr<const JointPath> path,
              std::size_t link);
-  /// In the frame of link `base`, which must be on the path from the root to `link`, or `link`
-  /// itself.
+  /// The same in the frame of link `base`, which is `link` or on the path from the root to it.
   LinkMotion(std::shared_ptr<const KinematicChain> chain, std::shared_ptr<const JointPath> path,
              std::size_t link, std::size_t base);
 

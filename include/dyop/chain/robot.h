@@ -40,7 +40,7 @@ struct Robot {
   std::shared_ptr<const KinematicChain> chain;
   std::vector<Scalar> masses;                 ///< by link; 0 if the file states none
   std::vector<CoordinateCoupling> couplings;  ///< by coordinate of the chain
-  /// By free coordinate: the index of its joint.
+  /// The index of the joint of each free coordinate.
   std::vector<std::size_t> free_joints;
   std::vector<DisabledPair> disabled_pairs;
   std::vector<RobotGroup> groups;

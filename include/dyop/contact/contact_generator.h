@@ -29,7 +29,8 @@ struct ContactMerging {
   Scalar radius = 0;  ///< of the smaller shape; merged contacts are within a part of it
   /// A contact with a larger gap stands for no other, and is thinned out before those with less.
   Scalar active_gap = 0;
-  /// What points at the distance `radius` must move along the normal for a turn that merges.
+  /// A turn merges contacts if it moves points at the distance `radius` by at least this along the
+  /// normal.
   Scalar gap_change = 0;
   /// Contacts in a row, as along a rim, whose smooth curve dips below its chords by at most this
   /// act as one where that curve comes nearest, not at the nearest corner; a ContactCache treats a
@@ -42,7 +43,7 @@ struct ContactReductionOptions {
   std::size_t points_per_cluster = 6;
   /// Two normals belong to one cluster if the cosine of their angle exceeds this, in [-1, 1].
   Scalar same_normal_cosine = 0.97;
-  /// Done before the clusters are thinned out. Default: nothing is merged.
+  /// Merges contacts before the clusters are thinned out. Default: nothing is merged.
   std::optional<ContactMerging> merging = std::nullopt;
 };
 
@@ -68,8 +69,7 @@ struct ContactGeneratorOptions {
   /// The same for a vertex above an edge or another vertex, where the normal tilts with every
   /// sideways shift, in [0, 0.5].
   Scalar border_tolerance = 1e-3;
-  /// Only contacts whose point of A is in this ball; the rest of the surfaces is not searched.
-  /// None: all.
+  /// Limits the search to contacts whose point of A is in this ball; none: no limit.
   std::optional<ContactRegion> region = std::nullopt;
 };
 

@@ -15,7 +15,7 @@ namespace DYOP_EXPORT dyop {
 struct FeatureKey {
   FeatureKind kind = FeatureKind::Smooth;
   std::int32_t piece = 0;
-  /// Of a smooth core: 0, or that of a place on the border of a flat part of its surface.
+  /// For a smooth core 0, or the number of a place on the border of a flat part of its surface.
   std::int32_t number = 0;
 
   friend auto operator<=>(const FeatureKey&, const FeatureKey&) = default;

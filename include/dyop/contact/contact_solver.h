@@ -33,17 +33,17 @@ struct ContactSolverOptions {
   /// halved their residual.
   int patience = 100;
   int cascade_rounds = 2;  ///< passes of ContactCascade over its solvers
-  /// What ContactCascade does about a problem that its rounds did not solve, if it has at most this
-  /// many contacts and rows: steps of friction from zero to its value, then random starts, each
-  /// with a round of its own.
+  /// If the rounds of ContactCascade do not solve a problem of at most this many contacts and rows,
+  /// it raises friction in steps from zero to its value, then tries random starts, each with its
+  /// own round.
   int restart_contacts = 32;
   int friction_steps = 10;
   int scattered_starts = 20;
   /// Whether NewtonSolver follows a drift of redundant contacts to its end: solves more problems,
   /// and takes longer over those that have no solution.
   bool follows_drift = true;
-  /// Asked before every sweep, factorisation and iteration; once it says yes, what was found until
-  /// then is returned. Not owned; null: never.
+  /// Ends a solve between sweeps, factorisations or iterations; the best answer is returned. Not
+  /// owned; null: never.
   Interrupt* interrupt = nullptr;
 };
 

@@ -160,8 +160,8 @@ struct StepStatistics {
   std::int64_t pairs_by_query = 0;
   std::int64_t pairs_at_rest = 0;
   std::int64_t pairs_excused = 0;
-  /// Of the islands, those that met another one and were stepped again with it. Their times,
-  /// queries and solves above the tolerance count; their substeps, rounds and stalls do not.
+  /// Islands that met another one and were stepped again with it. Their times, queries and solves
+  /// above the tolerance count; their substeps, rounds and stalls do not.
   std::int64_t discarded_runs = 0;
 };
 
@@ -184,8 +184,8 @@ struct AdvanceReport {
   std::vector<BodyId> fell_asleep;
   std::vector<BodyId> woke;
   std::vector<SensorEvent> sensors;
-  /// In order of steps, and within one by slots. A bounce within a step gives both, begin and end.
-  /// Removed and disabled bodies give none.
+  /// Ordered by step, then by slots. A bounce within a step gives both, begin and end; removed and
+  /// disabled bodies give none.
   std::vector<ContactEvent> contact_events;
   std::vector<BrokenJoint> broken_joints;
   /// Pairs that were nearer than their target at the start of a step. They are pushed apart at a
@@ -201,7 +201,7 @@ struct AdvanceReport {
   std::vector<CommittedStep> steps;  ///< the proven trajectory, in order
   /// For each body in order of time; filled under WorldOptions::records_impulses.
   std::vector<VelocityChange> velocity_changes;
-  /// For BudgetExhausted, NumericalLimit and Blocked: the pair that stopped it.
+  /// The pair that stopped the advance, for BudgetExhausted, NumericalLimit and Blocked.
   std::pair<BodyId, BodyId> offending_pair;
   IntegratorStatistics integrator;
   ToiStatistics toi;  ///< sums over all queries

@@ -29,7 +29,8 @@ struct IntegratorOptions {
   std::int64_t max_internal_steps = 100'000;  ///< attempts per call of step()
 };
 
-/// Of a World: pieces of free flight without a wrench also count as steps, without evaluations.
+/// What an integrator did. In a World, pieces of free flight without a wrench also count as steps,
+/// without evaluations.
 struct IntegratorStatistics {
   std::int64_t steps = 0;
   std::int64_t rejected_steps = 0;

@@ -91,8 +91,8 @@ struct JointDefinition {
 
 /// Where a joint is, how it moves and what it bears; see World::joint_values().
 struct JointValues {
-  /// Of JB about z of JA, radians. Hinge, Cylindrical: turns are counted, from within (-pi, pi]
-  /// where the joint was added. Ball: the twist. Universal: about x of JA.
+  /// Angle of JB about z of JA, radians. Hinge, Cylindrical: turns are counted, from within (-pi,
+  /// pi] where the joint was added. Ball: the twist. Universal: about x of JA.
   Scalar angle = 0;
   Scalar angle_rate = 0;
   Scalar second_angle = 0;  ///< Universal: about y of JB, radians
@@ -102,12 +102,12 @@ struct JointValues {
                         ///< Coupling: the sum
   Scalar position_rate = 0;
   Scalar separation = 0;  ///< between the places of JA and JB that the joint holds together, length
-  /// What the joint gave to B at the origin of JB, and against it to A at the same place; its mean
-  /// over the last step in which the bodies were awake, with motor, friction and limits; world
-  /// axes. Of a Coupling about the centre of mass of b, on b alone.
+  /// Force and torque of the joint on B at the origin of JB (the opposite acts on A there), motor,
+  /// friction and limits included: the mean over the last step in which the bodies were awake;
+  /// world axes. For a Coupling, those on b about its centre of mass.
   Vector3 force_W = Vector3::Zero();
   Vector3 torque_W = Vector3::Zero();
-  /// The part of it that motor, friction and damping gave along the coordinate that the motor
+  /// The part that motor, friction and damping gave along the coordinate that the motor
   /// drives: torque or force.
   Scalar drive = 0;
 };

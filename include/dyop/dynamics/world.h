@@ -72,21 +72,22 @@ class World {
   /// written): it moves to X_WB until the time t > time(), its origin along a line and turning at a
   /// constant rate, then rests there (the motion ends after 1e9 move times).
   void set_next_pose(BodyId id, const RigidPose& X_WB, Scalar t);
-  /// For a dynamic body; wakes it. The pose may be anywhere: pairs too near are reported.
+  /// Puts a dynamic body elsewhere and wakes it. Pairs that this brings too near are reported.
   void set_state(BodyId id, const MotionState& state);
-  /// For a dynamic body; wakes it. An empty function removes the force.
+  /// Gives a dynamic body a force of its own and wakes it. An empty function removes the force.
   void set_wrench(BodyId id, WrenchCallback wrench);
-  /// Friction and restitution from now on; wakes what the body touches.
+  /// Sets friction and restitution from now on; wakes what the body touches.
   void set_material(BodyId id, const Material& material);
-  /// A material of one pair, in place of what follows from those of its bodies; none: as before.
-  /// Wakes both.
+  /// Sets the material of one pair, in place of the one that follows from its bodies; nullopt
+  /// undoes that. Wakes both.
   void set_pair_material(BodyId a, BodyId b, const std::optional<Material>& material);
-  /// What a pair has: given for it, or combined.
+  /// The material of a pair: the one set for it, or the combined one of its bodies.
   Material pair_material(BodyId a, BodyId b) const;
-  /// For a dynamic body; wakes it. Keeps pose, v of its origin and w: the momentum changes.
+  /// Gives a dynamic body another mass and wakes it. Keeps pose, v of its origin and w: the
+  /// momentum changes.
   /// @throws InvalidArgument as add_body().
   void set_mass_properties(BodyId id, const MassProperties& mass_properties);
-  /// Another shape in the same frame; wakes the body and what it touched. Mass properties stay.
+  /// Gives a body another shape in the same frame; wakes it and what it touched. The mass stays.
   /// Pairs that it brings too near are reported.
   void set_shape(BodyId id, std::shared_ptr<const Shape> shape);
   /// Which pairs of a body are examined from now on; wakes what it touched.
@@ -133,7 +134,7 @@ class World {
     std::optional<Scalar> target_distance;  ///< none: as for all pairs
   };
   std::vector<PairRule> pair_rules() const;
-  /// Those that the World was made with.
+  /// The options that the World was made with.
   const WorldOptions& options() const;
   Vector3 gravity() const;
   std::vector<JointId> joints() const;
@@ -155,26 +156,26 @@ class World {
 
   /// Records of all near pairs after the last step, ordered by slots; see PairRecord.
   std::vector<PairRecord> pairs() const;
-  /// Those of them in contact.
+  /// The pairs() that are in contact.
   std::vector<PairRecord> contacts() const;
 
-  /// What a ray meets first of the bodies as they stand at time(), in the order of the ray; closed
-  /// meshes count as solids, here and in the other queries. The first query after a step or change
-  /// costs a look at every body.
+  /// Returns what a ray meets first among the bodies as they stand at time(). Closed meshes count
+  /// as solids, here and in the other queries. The first query after a step or change costs a look
+  /// at every body.
   /// @param direction_W Of any length.
   /// @throws InvalidArgument unless origin, direction and length are finite, the direction not 0
   ///         and the length > 0.
   BodyRayHit cast_ray(const Vector3& origin_W, const Vector3& direction_W, Scalar length,
                       const BodyFilter& filter = {}) const;
-  /// What a shape on a motion meets first of them.
+  /// Returns what a shape on a motion meets first among them.
   /// @throws InvalidArgument as ObstacleSet::first_impact().
   ShapeHit cast_shape(const Shape& shape, const Motion& motion, const TimeInterval& interval,
                       const ToiOptions& options = {}, const BodyFilter& filter = {}) const;
-  /// The one nearest to a shape.
+  /// Returns the body nearest to a shape.
   /// @throws InvalidArgument as ObstacleSet::nearest().
   NearestBody nearest(const Shape& shape, const RigidPose& X_WS,
                       const DistanceOptions& options = {}, const BodyFilter& filter = {}) const;
-  /// All at most `max_distance` from a shape: 0 for those that it overlaps or touches.
+  /// Returns all bodies at most `max_distance` from a shape; 0: those that it overlaps or touches.
   /// @throws InvalidArgument unless the distance is finite and >= 0.
   BodyOverlaps overlaps(const Shape& shape, const RigidPose& X_WS, Scalar max_distance = 0,
                         const BodyFilter& filter = {}) const;

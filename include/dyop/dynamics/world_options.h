@@ -64,8 +64,8 @@ struct WorldOptions {
   /// Largest speed at which bodies that start too near are pushed apart, length per time. Default:
   /// r/20 per step.
   std::optional<Scalar> separation_speed;
-  /// Of the coefficients of friction and of restitution of the two bodies of a pair. Bullet
-  /// multiplies both.
+  /// How the coefficients of friction and of restitution of a pair follow from those of its two
+  /// bodies. Bullet multiplies both.
   CombineRule combine_friction = CombineRule::GeometricMean;
   CombineRule combine_restitution = CombineRule::Minimum;
   /// Coefficient of friction of a pair at a contact that slides with a velocity (B's point

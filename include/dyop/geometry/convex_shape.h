@@ -73,8 +73,8 @@ class ConvexShape : public Shape {
   /// and to take longer steps towards an impact.
   virtual const TriangleMesh* core_surface() const { return nullptr; }
 
-  /// Of a smooth core: the flat part of its surface that faces a direction, a disc whose normal
-  /// leans from it by at most an angle with this sine, or the straight line of a side that is
+  /// The flat part of a smooth core's surface that faces a direction: a disc whose normal leans
+  /// from it by at most an angle with this sine, or the straight line of a side that is
   /// perpendicular to it up to such an angle. Contacts lie on its border. None for a core with a
   /// core_surface(), and where the surface is curved both ways.
   /// @param sine In [0, 0.5].

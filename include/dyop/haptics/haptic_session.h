@@ -90,12 +90,12 @@ class HapticSession {
   ///         than a millionth of CouplingOptions::period.
   bool give_snapshot(std::size_t obstacle, std::span<const Vector3> vertices, Scalar duration);
 
-  /// Gives a deforming obstacle another mesh, as after a cut, instead of a next snapshot: with the
-  /// tick in which it has reached the last one, its surface is the new mesh, at rest. Snapshots
-  /// given later move the new one. From the same thread as snapshots; the hierarchy is built there.
+  /// Gives a deforming obstacle another mesh, as after a cut, instead of a next snapshot. It takes
+  /// over, at rest, in the tick that reaches the last snapshot; snapshots given later move it. Call
+  /// it from the same thread as give_snapshot(); the hierarchy is built there.
   ///
-  /// What is known of the old mesh is dropped, and the new one is proven apart from the tool where
-  /// they stand. If it is not, the tool leaves it: HapticStatus::Recovering, Overlapping.
+  /// The session forgets the old mesh and proves the new one apart from the tool where both stand.
+  /// If it cannot, the tool leaves it: HapticStatus::Recovering, Overlapping.
   /// @return As give_snapshot().
   /// @throws InvalidArgument if the obstacle does not deform, there is no triangle, an index is out
   ///         of range, or a vertex is not finite or beyond the same limit.

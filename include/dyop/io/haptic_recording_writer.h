@@ -52,7 +52,7 @@ class HapticRecordingWriter {
   /// The same for a run that was ended by an exception with this message.
   void fail(const std::string& error);
 
-  /// Of one tick.
+  /// Size of one tick in the file.
   std::size_t bytes_per_tick() const;
 
  private:

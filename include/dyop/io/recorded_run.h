@@ -14,14 +14,14 @@
 
 namespace DYOP_EXPORT dyop {
 
-/// As in scene files.
+/// The name of a body's kind in scene files.
 std::string_view name_of(BodyKind kind);
 
 /// Data of a run, besides its bodies.
 struct RunHeader {
   std::string title;
   std::string scene;  ///< the scene file's JSON on one line; empty if the run has none
-  /// For the pairs, if the World was given one; none: its default.
+  /// Of all pairs; none: the World's default.
   std::optional<Scalar> target_distance;
   std::optional<Scalar> rest_offset;
   Scalar begin_time = 0;

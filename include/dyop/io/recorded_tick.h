@@ -48,7 +48,7 @@ struct RecordedTick {
   TickStatistics statistics;
   std::uint64_t digest = 0;
 
-  /// What of dt the session went on by: none of a bad one.
+  /// How far the session advanced: dt, or 0 if dt is invalid.
   Scalar time_passed() const { return dt >= 0 && dt < kInfinity ? dt : 0; }
 };
 

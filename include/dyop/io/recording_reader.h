@@ -20,7 +20,7 @@ class RecordingReader {
  public:
   /// @throws FileError if the file is missing, not a recording, of another version, or damaged.
   explicit RecordingReader(const std::filesystem::path& file);
-  /// As it was given.
+  /// The path that was given.
   const std::filesystem::path& file() const;
   ~RecordingReader();
   RecordingReader(RecordingReader&&) noexcept;
@@ -36,7 +36,7 @@ class RecordingReader {
   std::span<const RecordedShape> shapes() const;
   std::span<const RecordedBody> bodies() const;
 
-  /// From the start to the last committed time. Of zero length if nothing was committed yet.
+  /// The time from the start to the last commit; of length zero if nothing was committed yet.
   TimeInterval interval() const;
   /// How the run ended; none if it is still running or was killed.
   const std::optional<RunEnd>& end() const;
@@ -54,8 +54,8 @@ class RecordingReader {
   std::vector<PairRecord> pairs(std::size_t frame) const;
 
   /// All impulses of the run, as AdvanceReport::velocity_changes; none if they were not recorded.
-  /// Of what forces did, only bodies with a wrench of their own have it; for the others it is zero
-  /// here: gravity times half of the interval.
+  /// The impulse of forces is stored only for bodies with a wrench of their own; for the others it
+  /// is gravity times half of the interval, and zero here.
   std::vector<VelocityChange> velocity_changes() const;
 
   /// @throws InvalidArgument if there is no such body.

@@ -41,8 +41,7 @@ class DeformingMesh {
                 std::vector<TriangleIndices> triangles);
 
   /// Gives all vertices new positions, as many as before. Linear in the size; the tree keeps its
-  /// structure, so queries slow down if neighbours drift far apart.
-  /// In place: allocates nothing.
+  /// structure, so queries slow down if neighbours drift far apart. Allocates nothing.
   /// @throws InvalidArgument as above; the mesh is then unchanged.
   void refit(std::span<const Vector3> begin, std::span<const Vector3> end);
 

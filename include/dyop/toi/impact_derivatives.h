@@ -18,12 +18,12 @@ struct ImpactDerivativeOptions {
 /// Result of impact_derivatives().
 struct ImpactDerivatives {
   DerivativeStatus status = DerivativeStatus::NotRun;
-  /// Of the time of impact, if the poses of A (B) at that time change: time per length and per
-  /// radian. A parameter p of the motion that changes the pose then by the twist x per unit of p
-  /// changes the time by by_a.along(x); see ConstantTwistMotion::pose_change().
+  /// Gradient of the time of impact by the pose of A (B) at that time: time per length and per
+  /// radian. If a parameter of the motion changes that pose by the twist x, the time changes by
+  /// by_a.along(x); see ConstantTwistMotion::pose_change().
   PoseGradient by_a;
   PoseGradient by_b;
-  Scalar closing_speed = 0;  ///< at which the gap closes: the by_* are gradients of it over this
+  Scalar closing_speed = 0;  ///< of the gap: by_a and by_b are gradients of the gap over it
   /// Proven: bound on the error of the gradients by the poses of A, relative to closing_speed.
   Scalar error = kInfinity;
   DistanceDerivatives distance;  ///< at the impact

@@ -13,7 +13,7 @@ struct SeparationOptions {
   /// Directions spread over the sphere that are tried first, in [1, 10000]. Twice as many take
   /// twice as long and find a shorter way where shapes are intricate.
   int directions = 48;
-  /// By how much the translation may exceed the shortest one along its direction; length, > 0.
+  /// How much longer the translation may be than the shortest one along its direction; length, > 0.
   /// Default: a millionth of the smaller bounding radius.
   std::optional<Scalar> tolerance = {};
 };

@@ -27,7 +27,7 @@ class LiveServer {
   LiveServer(const LiveServer&) = delete;
   LiveServer& operator=(const LiveServer&) = delete;
 
-  /// To be opened in a browser.
+  /// The address to open in a browser.
   std::string address() const;
 
   /// Adds what happened next. Spans are put together until a page asks for them, so that a page
@@ -38,13 +38,13 @@ class LiveServer {
   /// All that was published, as blocks of a page, the head first.
   std::vector<std::string> blocks();
 
-  /// As if a page had paused the run.
+  /// Pauses the run, as a page can.
   void pause();
   /// Waits while the run is paused, or until `stop` asks to go on. False if the run must end,
   /// because the page or `stop` says so. The page calls the run paused from here on only: it then
   /// has all that was published.
   bool may_go_on(const std::stop_token& stop);
-  /// Asked when the page stops the run: for AdvanceLimits::stop.
+  /// Is stopped when the page stops the run; pass it as AdvanceLimits::stop.
   std::stop_token stop_token() const;
 
  private:

@@ -154,7 +154,7 @@ void append(PageSpan& whole, PageSpan part);
 /// are rounded to 2^-24 of their bounding box, and contacts to single precision, for drawing only.
 class PageEncoder {
  public:
-  /// Of a motion that is stored as cubics: greatest error of position, as part of the sum of the
+  /// Greatest error of a motion that is stored as cubics: of position, relative to the sum of the
   /// body's radius and distance from the origin, and of orientation, in radians.
   static constexpr Scalar kMotionTolerance = 1e-10;  // literal: a tenth of what the page promises
 

@@ -8,7 +8,7 @@
 namespace dyop::cli {
 namespace {
 
-// Of the points of a body, over an interval.
+// Bounds the speed of all points of a body over an interval.
 Scalar speed_bound(const Shape& shape, const Motion& motion, const TimeInterval& interval) {
   const TwistBound bound = motion.twist_bound(interval);
   return bound.linear_speed + bound.angular_speed * shape.bounding_radius();

@@ -23,7 +23,7 @@ constexpr Scalar kPlotHeight = 230;
 constexpr int kSamples = 240;
 constexpr int kMostSteps = 400;
 constexpr int kPathPoints = 200;
-// Of spheres and other smooth shapes.
+// How often the triangles of spheres and other smooth shapes are divided.
 constexpr int kFineness = 5;
 
 std::string time_words(Scalar x) {

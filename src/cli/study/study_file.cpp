@@ -156,7 +156,7 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-// Of a damaged line in a message.
+// How much of a damaged line a message shows.
 constexpr std::size_t kShownLetters = 60;
 
 std::string file_name(const Shard& shard) {

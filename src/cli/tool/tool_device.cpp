@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::string_view kStream = "tcp:";
 
-// Of a tick of 1 ms a quarter.
+// A quarter of a tick of 1 ms.
 constexpr std::chrono::microseconds kReadEvery{250};
 
 // A whole text as a port; nothing if it is none.

@@ -326,7 +326,7 @@ bool Reduction::is_wanted_before(std::size_t x, std::size_t y) const {
   return contacts_[x].key < contacts_[y].key;
 }
 
-// Of two rims side by side, or two ends of a rim, the cluster's nearest contact is on one; on the
+// With two rims side by side, or two ends of a rim, the cluster's nearest contact is on one; on the
 // other the lowest one touches first, not the one that is farthest from the first. It lowers the
 // gap by more than a tenth of a change that counts, and none lower is close to it: on a tilted
 // plane that is no place of its own.

@@ -108,8 +108,8 @@ bool FeaturePairs::admits_crossing(const EdgeSide& a, const EdgeSide& b,
                                  query_.noise);
 }
 
-// Of the normals of all faces beside the two edges, picks the one nearest to the witness that both
-// sides admit.
+// Picks, among the normals of all faces beside the two edges that both sides admit, the one nearest
+// to the witness.
 bool FeaturePairs::take_face_normal(const EdgeSide& a, const EdgeSide& b,
                                     const EdgeCrossing& crossing, FoundContact& contact) const {
   const Vector3 w = contact.p_b - contact.p_a;
@@ -295,7 +295,7 @@ bool SmoothPair::add_flat(std::int32_t leaf_a, std::int32_t leaf_b, const PieceD
   if (smooth.kind == FacingPart::Kind::None) return false;
   const FacingPart other =
       part(!a_is_smooth, other_leaf, smooth.has_area() ? Vector3(-smooth.normal) : Vector3(-n));
-  // Of a side, the line that faces the other's face and not only its nearest point.
+  // For a side take the line that faces the other's face, not the one that faces its nearest point.
   if (!smooth.has_area() && other.has_area()) smooth = part(a_is_smooth, leaf, -other.normal);
   return add_flat_contacts(query_, a_is_smooth ? smooth : other, a_is_smooth ? other : smooth,
                            piece, found);
@@ -511,9 +511,9 @@ class DoubleRemoval {
   std::vector<char>& is_double_;
 };
 
-// Of two at one place: on a finely faceted surface the tolerance reaches over several facets, and
-// only the nearest has the surface's normal there. Two triangles with the same edge may both give
-// it as the foot of a vertex; in whatever order they were visited, the same one counts.
+// Decides between two at one place: on a finely faceted surface the tolerance reaches over several
+// facets, and only the nearest has the surface's normal there. Two triangles with the same edge may
+// both give it as the foot of a vertex; in whatever order they were visited, the same one counts.
 bool DoubleRemoval::is_better(const FoundContact& x, const FoundContact& y) const {
   const Scalar unit = 8 * query_.noise;  // distances that rounding may swap are the same
   const Scalar x_upper = std::floor(x.upper / unit);

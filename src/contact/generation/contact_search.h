@@ -76,9 +76,9 @@ void finish_contacts(const ContactQuery& query, const RigidPose& X_WA,
 /// go through them all costs less than to open boxes around them.
 bool has_small_surface(const ContactQuery& query);
 
-/// Of the query's first pairs, which begin at the convex shape's root, those pairs of triangles
-/// that may be in contact: bounds along the axes of the convex shape, and the sides of the mesh's
-/// triangle, leave out most of the others.
+/// Replaces the query's first pairs, which begin at the convex shape's root, by the pairs of
+/// triangles that may be in contact: bounds along the axes of the convex shape, and the sides of
+/// the mesh's triangle, leave out most of the others.
 /// @pre has_small_surface(query); the mesh's boxes are leaves.
 void split_small_surface(const ContactQuery& query, BoxPairStack& pairs);
 
@@ -92,7 +92,7 @@ struct ContactWorkspace::Impl {
   std::vector<char> is_double;
   distance_internal::BoxPairStack first_pairs;
   distance_internal::BoxPairStack split_pairs;
-  /// Of the shapes of the next calls, neither a compound; null: none.
+  /// Neighbour list of the shapes of the next calls, neither a compound; null: none.
   distance_internal::NeighbourList* neighbours = nullptr;
 };
 

@@ -31,8 +31,8 @@ Vector3 unit_or_zero(const Vector3& v) {
   return length > 0 ? Vector3(v / length) : Vector3::Zero();
 }
 
-// Of the vertices that `visit` calls back with, the one which with `from` makes the line that is
-// most nearly perpendicular to d. None beyond the sine.
+// Finds, among the vertices that `visit` calls back with, the one whose line from `from` is most
+// nearly perpendicular to d. None beyond the sine.
 class LineSearch {
  public:
   LineSearch(const Vector3& from, const Vector3& d, Scalar sine)
@@ -93,7 +93,7 @@ std::vector<Vector3> face_corners(const TriangleMesh& mesh, const Vector3& m, Sc
   return corners;
 }
 
-// Of a convex shape whose core is a polytope, in its own frame.
+// The facing part of a convex shape whose core is a polytope, in its own frame.
 FacingPart polytope_part(const ConvexShape& shape, const Vector3& d, Scalar sine, Scalar noise) {
   const TriangleMesh& mesh = *shape.core_surface();
   FacingPart part;

@@ -105,7 +105,7 @@ bool generate_placed_contacts(
   if (list_neighbours(workspace, search.a, search.X_WA, search.b, search.X_WB, query.reach)) {
     query.first_pairs = workspace.impl().first_pairs;
   }
-  // Of what is found twice at the border between two places either may be the better one.
+  // Either of two finds of one contact, at the border between two places, may be the better one.
   const Scalar slack = 2 * spread_of_doubles(query, farthest);
   const ShapeTree tree_a(*surface_a.mesh);
   PlacesOfBoxes places(search, tree_a, slack);

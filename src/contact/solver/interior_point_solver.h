@@ -51,7 +51,8 @@ class InteriorPointSolver {
   void improve(ContactSystem& system, const ContactSolverOptions& options, ContactReport& report);
 
  private:
-  // Of one contact. Scaled by the coefficient, impulses and velocities are both in the same cone.
+  // State of one contact. Scaled by the coefficient, impulses and velocities are both in the same
+  // cone.
   struct Pair {
     Vector3 scale;              // velocity = scale * u, lambda = scale * impulse, by component
     Vector3 impulse, velocity;  // inside the cone

@@ -350,7 +350,7 @@ class GjkQuery {
     return true;
   }
 
-  // Of the tetrahedron of an overlap, keeps three points.
+  // Keeps at most three points: one of an overlap's tetrahedron is left out.
   static void keep(const Simplex<Scalar>& simplex, GjkSeed& seed) {
     seed.count = std::min(simplex.count, seed.a.size());
     for (std::size_t i = 0; i < seed.count; ++i) {

@@ -67,8 +67,8 @@ std::optional<EndGap> rounded_end_gap(const ContactPoint& point, const Shape& a,
                 between(nearest.p_a + radius_a * n, nearest.p_b - radius_b * n)};
 }
 
-// Of a place on flat parts of curved surfaces. It is where the point on the border is, which is of
-// the side that the normal is not of.
+// The end gap of a place on flat parts of curved surfaces. The place is where the point on the
+// border is; the normal belongs to the other side.
 EndGap flat_end_gap(const ContactPoint& point, const contact_internal::MovedPieces& pieces) {
   const contact_internal::FlatEnd end = contact_internal::flat_end(point, pieces);
   const Scalar gap = end.nhat_AB_W.dot(end.p_WCb - end.p_WCa);

@@ -11,7 +11,8 @@
 namespace dyop::dynamics_internal {
 namespace {
 
-// Of the work that is asked for, 1: a smaller imbalance is none, and a smaller gain no progress.
+// Relative to the work that is asked for, 1: a smaller imbalance counts as balance, a smaller gain
+// as no progress.
 constexpr Scalar kLeastImbalance = 1e-5;  // literal: far above rounding, far below friction's error
 constexpr int kMostColumns = 100;
 // Larger islands would take longer than a step may, and rarely fit into so many columns.

@@ -16,7 +16,7 @@ namespace dyop::dynamics_internal {
 ///     tau^2 / 8 (w_O^2 r_O + 2 w_S V + w_S^2 (l + tau V)),  V = |v_O - v_S| + w_O r_O,
 /// = `bend` + `bend_slope` l. So it is never nearer to the plane by more than that than at an end.
 struct ChordMotion {
-  /// Of the planes of one shape.
+  /// What is known of the planes of one shape.
   struct Side {
     Vector3 center = Vector3::Zero();  ///< of mass, in the shape's frame
     Scalar bend = 0;                   ///< length

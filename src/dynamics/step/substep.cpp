@@ -21,7 +21,7 @@ namespace dyop::dynamics_internal {
 
 namespace {
 
-// Of the time that is proven: so that a little room is left, and rounding does not use it up.
+// Fraction of the proven time that is used, so that rounding does not use up the room that is left.
 constexpr Scalar kUsedRoom = 0.9;
 constexpr Scalar kShorter = 0.25;
 
@@ -45,7 +45,7 @@ void Horizon::shorten(const BlockedSubstep& substep) {
 
 namespace {
 
-/// Of a pair, before and after a substep.
+/// Poses of a pair before and after a substep.
 struct PairPoses {
   RigidPose X_WA, X_WB;
   RigidPose X_WA_end, X_WB_end;

@@ -28,7 +28,7 @@ Scalar speed_bound(const BodyMove& move, const TimeInterval& interval) {
   return bound.linear_speed + bound.angular_speed * move.body->radius_B;
 }
 
-// Of the planes fixed to `own`.
+// How the planes fixed to `own` move.
 ChordMotion::Side chord_side(const BodyMove& own, const BodyMove& other, Scalar tau) {
   const Scalar w_own = own.w_W.norm();
   const Scalar w_other = other.w_W.norm();

@@ -45,7 +45,7 @@ class WorldStep {
   AdvanceStatus run();
 
  private:
-  /// Of the pairs that no island proves.
+  /// Proofs of the pairs that no island proves.
   struct RestProofs {
     std::vector<PairProof> proofs;
     std::vector<PairKey> met;  // not proven: their islands belong together

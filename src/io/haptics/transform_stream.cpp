@@ -245,8 +245,8 @@ constexpr std::size_t kSizeAt = 42;
 constexpr std::size_t kSumAt = 50;
 constexpr std::string_view kType = "TRANSFORM";
 
-// Of headers that we read. From version 2 on a body may start with an extended header, whose first
-// number is its own length, and end with metadata.
+// Newest version of headers that we read. From version 2 on a body may start with an extended
+// header, whose first number is its own length, and end with metadata.
 constexpr std::uint16_t kLastVersion = 3;
 constexpr std::size_t kLeastExtended = 12;
 

@@ -36,7 +36,7 @@ using io_internal::OutputRows;
 using io_internal::SnapshotQueue;
 using io_internal::TickRow;
 
-// Of the session's time.
+// In the session's time.
 constexpr Scalar kFlushPeriod = 0.1;
 constexpr std::int64_t kUsualFlush = 100;  // ticks, if their period is unknown
 

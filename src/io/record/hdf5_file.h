@@ -126,7 +126,7 @@ class Hdf5Dataset {
 
   void append(const void* rows, std::size_t count);
   void flush();
-  /// Of all rows, in blocks of one size; the last may be shorter.
+  /// Digests of all rows, in blocks of one size; the last may be shorter.
   std::vector<BlockDigest> digests_of_all() const;
   std::uint64_t length() const { return length_; }
   /// Throws unless these rows exist.

@@ -24,7 +24,7 @@ struct RecordingReader::Impl {
     Scalar begin;
     std::uint64_t row;  // of /segments
   };
-  // Of a body, with the motion of the segment that was asked for last.
+  // The segments of a body, with the motion of the one that was asked for last.
   struct Path {
     std::vector<Segment> segments;
     std::optional<std::size_t> last;

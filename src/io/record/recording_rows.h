@@ -162,7 +162,7 @@ struct LinkImpulseRow {
   Row3 angular_b;
 };
 
-/// Of a body with a wrench of its own, gravity included.
+/// Impulse on a body with a wrench of its own, gravity included.
 struct WrenchImpulseRow {
   std::uint32_t body;
   std::uint32_t unused;
@@ -170,7 +170,7 @@ struct WrenchImpulseRow {
   Row3 angular;
 };
 
-/// Of a tool's run: a snapshot whose vertices are rows of /snapshot_vertices; or another mesh, of
+/// A snapshot of a tool's run, whose vertices are rows of /snapshot_vertices; or another mesh, of
 /// duration 0, whose triangles are rows of /snapshot_triangles.
 struct SnapshotRow {
   std::uint32_t obstacle;

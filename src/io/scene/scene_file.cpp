@@ -278,7 +278,7 @@ JointDefinition read_framed_joint(const JsonNode& node, const Scene& scene) {
   return joint;
 }
 
-// Of two earlier joints. A World numbers joints in order.
+// A coupling of two earlier joints. A World numbers joints in order.
 JointDefinition read_coupling(const JsonNode& node, const Scene& scene) {
   node.require_object(
       {"name", "kind", "first", "second", "ratio", "limits", "break_force", "break_torque"});

@@ -94,7 +94,7 @@ Doubles numbers_of(py::handle source) {
   return doubles_of(source);
 }
 
-// Of a rotation and a position; nothing if the first is no rotation.
+// The pose of a rotation and a position; nothing if the first is no rotation.
 std::optional<RigidPose> pose_of_rotation(py::handle rotation, const Vector3& p) {
   const Doubles numbers = numbers_of(rotation);
   if (has_shape(numbers, {4})) return pose_of_parts(numbers.data(), p.data());

@@ -133,7 +133,7 @@ void fill_witness(WitnessRow& row, const WitnessPair& pair) {
   row.child_b = pair.child_b.value_or(-1);
 }
 
-// Of a query without a contact.
+// For a query without a contact.
 WitnessPair no_witness() {
   WitnessPair pair;
   pair.lower = pair.upper = kNone;

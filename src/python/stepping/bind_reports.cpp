@@ -167,7 +167,7 @@ void bind_statistics(py::module_& m) {
   using Work = StepStatistics;
   Record<Work>(m, "StepStatistics", "Counts over the steps of an advance.")
       .field<&Work::steps>("steps", "int: of the World")
-      .field<&Work::substeps>("substeps", "int: pieces of islands' steps")
+      .field<&Work::substeps>("substeps", "int: substeps taken, summed over islands")
       .field<&Work::islands>("islands", "int: that were stepped")
       .field<&Work::rounds>("rounds", "int: contact solves with new constraints")
       .field<&Work::stalls>("stalls", "int: substeps in which an island stood still")

@@ -38,7 +38,7 @@ bool has_feature(const Side& side, std::int32_t leaf, const Feature& feature) {
   });
 }
 
-// Of two boxes the larger one is opened.
+// The larger of two boxes is opened.
 bool is_first_opened(const StandingPair& sides, std::int32_t a, std::int32_t b) {
   const auto size = [](const OrientedBox& box) { return box.half_extents.squaredNorm(); };
   return !sides.a.is_leaf(a) &&

@@ -326,7 +326,7 @@ bool PairFront::descend_to_parts(Pass<IsOver, Visit>& pass, std::int32_t number)
     least = std::min(least, at(part).key);
   }
   at(number).key = least;
-  // Of parts that are all apart, the least bound tells enough.
+  // The least bound says enough of parts that are all apart.
   if (is_through && least > pass.reach + moved_ && is_crowded()) close(number);
   return is_through;
 }

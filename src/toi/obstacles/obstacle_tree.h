@@ -30,7 +30,7 @@ class ObstacleTree {
 
   /// Returns the node of the item's leaf, which keeps it until the item is removed.
   std::int32_t insert(const AlignedBox& box, std::uint32_t number);
-  /// Of an item's leaf. Costs O(depth).
+  /// Removes an item's leaf. Costs O(depth).
   void remove(std::int32_t leaf);
 
   std::int32_t root() const { return root_; }  ///< kNone if there are no items

@@ -55,7 +55,7 @@ using view_internal::AnimationKey;
 using view_internal::BodyAnimation;
 using view_internal::Vector4;
 
-// Of spheres and other smooth shapes.
+// How often the triangles of spheres and other smooth shapes are divided.
 constexpr int kFineness = 3;
 
 // Red, green, blue of static bodies, of kinematic ones, and of the others in turn.

@@ -14,7 +14,7 @@ const kOrders = {time: 'in order of time', size: 'largest impulse first', gap: '
 
 const impulseOf = ({hits = []}) => hits.reduce((sum, {impulse}) => Math.max(sum, Math.hypot(...impulse)), 0);
 
-// Of marks of one kind at one time, such as bodies that fall asleep together, one.
+// Merges marks of one kind at one time, such as bodies that fall asleep together.
 function merged(marks) {
   const found = new Map();
   for (const mark of marks) {

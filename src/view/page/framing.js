@@ -38,7 +38,7 @@ function withoutLost(balls, firsts) {
   return [...firsts, ...kept];
 }
 
-// Of moving bodies, from the beginning to time `end`.
+// Balls around moving bodies, from the beginning to time `end`.
 function ballsUntil(run, shapes, moving, end) {
   const times = Math.max(2, Math.min(kTimes, Math.floor(kMostPlaces / Math.max(1, moving.length))));
   const balls = [];

@@ -10,7 +10,7 @@ const kColors = {normal: 0x2f9e44, impulse: 0xd6336c, witness: 0x2563eb, pivot: 
 const kTrailSamples = 160;
 const kMostTrails = 60;
 const kMostContacts = {still: 1500, moving: 300};  // the strongest ones are drawn
-// Of the camera's distance: radius of the rods, of the pivot.
+// Radius of the rods, of the pivot, as fractions of the camera's distance.
 const kThickness = 1.1e-3;
 const kPivotSize = 5e-3;
 

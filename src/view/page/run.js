@@ -43,7 +43,7 @@ function lastRow(rows, key, t) {
   return low > 0 ? rows[low - 1] : undefined;
 }
 
-// Of states that last until the next one, in order of their first appearance.
+// Colours of states that last until the next one, in order of their first appearance.
 const kStateColors = ['#8a94a6', '#2f9e44', '#d97706', '#d6336c', '#7c3aed', '#0e7490', '#a16207', '#4d7c0f'];
 const kTouchFrames = 10;  // without contact, after which a pair touches anew
 const kRest = kKinds.indexOf('rest');
@@ -190,7 +190,7 @@ export class Run {
       state: newState(),
       stateTime: NaN,
     }));
-    // What is looked at: bodies moved by forces, or if there are none those on given motions.
+    // What is looked at: bodies moved by forces, or if there are none those on prescribed motions.
     const ofKind = (kind) => this.bodies.filter((body) => body.kind === kind);
     this.movers = ofKind('dynamic').length > 0 ? ofKind('dynamic') : ofKind('kinematic');
     for (const body of this.movers) body.isMover = true;
@@ -285,7 +285,7 @@ export class Run {
     this.states.push({t, text, number: this.stateNames.indexOf(text)});
   }
 
-  // Of a mark that begins a state; undefined for others.
+  // The colour of a mark that begins a state; undefined for others.
   stateColor({text}) {
     const number = this.stateNames.indexOf(text);
     return number < 0 ? undefined : kStateColors[number % kStateColors.length];

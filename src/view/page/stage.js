@@ -245,7 +245,7 @@ export class Stage {
     }
   }
 
-  // Of two views from opposite sides the first, unless fixed bodies hide much less in the other.
+  // Picks the first of two views from opposite sides, unless fixed bodies hide much less in the other.
   #openView(views) {
     const {begin, end} = this.run;
     const hiding = views.map(([, {position}]) => [0.1, 0.3, 0.5, 0.7, 0.9].reduce((sum, part) => {
@@ -373,7 +373,7 @@ export class Stage {
     camera.updateProjectionMatrix();
   }
 
-  // Of a large run shadows, edges and full resolution wait until the picture stands still.
+  // In a large run shadows, edges and full resolution wait until the picture stands still.
   render(isStill = true) {
     const {distance} = this;
     const hasShadow = isStill && distance > kNoShadow * this.size;
@@ -433,7 +433,7 @@ export class Stage {
     this.controls.update();
   }
 
-  // Of the directions along a gap, one in which nothing stands before the camera, near `direction`.
+  // A direction along a gap, near `direction`, in which nothing stands before the camera.
   #openSide(middle, across, direction, distance) {
     const first = direction.clone().addScaledVector(across, -direction.dot(across));
     if (first.length() < 0.1) first.copy(this.camera.up).cross(across);

@@ -126,7 +126,7 @@ export class Timeline {
     tip.style.bottom = `${innerHeight - box.top + 4}px`;
   }
 
-  // Of times in ascending order: how many fall into each column of the picture.
+  // Counts how many times, in ascending order, fall into each column of the picture.
   #density(times, count, begin, end, width) {
     const columns = new Uint32Array(Math.ceil(width) + 1);
     let most = 0;

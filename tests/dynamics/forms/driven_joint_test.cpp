@@ -200,7 +200,7 @@ Scalar pendulum_period(Scalar angle) {
   return 2 * std::numbers::pi / std::sqrt(kGravity) / a;
 }
 
-// Of a ball held at a distance from a point, let go at an angle from straight below.
+// Period of a ball held at a distance from a point, let go at an angle from straight below.
 Scalar measured_period(Scalar angle, Scalar h) {
   World world(earth_options());
   const BodyId fixed = add_fixed(world);

@@ -50,7 +50,7 @@ TEST(TransformMessage, RefusesWhatIsNone) {
   EXPECT_THROW(pack_transform({"a name of more than twenty bytes", {}}), InvalidArgument);
 }
 
-// Of version 2: an extended header before the matrix, metadata after it.
+// A message of version 2: an extended header before the matrix, metadata after it.
 std::vector<std::uint8_t> extended_message(const TransformMessage& message) {
   const std::vector<std::uint8_t> plain = pack_transform(message);
   std::vector<std::uint8_t> bytes(plain.begin(), plain.begin() + 58);

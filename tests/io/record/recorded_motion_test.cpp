@@ -76,7 +76,7 @@ TEST(RecordedMotion, OfABodyMovesAboutItsCentreOfMass) {
     EXPECT_EQ(encoded.kind, kind);
     EXPECT_EQ(encoded.numbers.size(), io_internal::number_count(kind));
     expect_same(*part.motion, *io_internal::decode(encoded, p_BoBcm), interval);
-    // Of a body whose centre of mass is elsewhere it is a motion like any other.
+    // If the centre of mass is elsewhere it is a motion like any other.
     EXPECT_EQ(io_internal::encode(part, Vector3(1, 2, 3)).kind, SegmentKind::Given);
     EXPECT_EQ(io_internal::encode({interval, center}, p_BoBcm).kind, SegmentKind::Given);
   }
@@ -101,7 +101,7 @@ TEST(RecordedMotion, OfASequenceIsThatOfItsPartsWithinTheStep) {
   EXPECT_EQ(io_internal::parts_of(first, {0.5, 2}).size(), 1u);
 }
 
-// Of each pair of cubics the second is stored in the form given, and read back whole.
+// The second of each pair of cubics is stored in the form given, and read back whole.
 TEST(RecordedMotion, OfACubicIsStoredInItsShortestForm) {
   Random random(11);
   const auto some = [&](std::size_t count) {

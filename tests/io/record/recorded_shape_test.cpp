@@ -97,7 +97,7 @@ TEST(RecordedShape, HasAHashOfItsContent) {
   hashes.push_back(io_internal::content_hash(Box(Vector3(0.1, 1.0 / 3, 7e5 + 1e-9))));
   std::sort(hashes.begin(), hashes.end());
   EXPECT_EQ(std::adjacent_find(hashes.begin(), hashes.end()), hashes.end());
-  // Of "sphere" and the numbers 1, 0, 0, by hand with another program.
+  // The hash of "sphere" and the numbers 1, 0, 0, by hand with another program.
   EXPECT_EQ(io_internal::content_hash(Sphere(1)), 0xb03e484dce51e445u);
 }
 

@@ -78,7 +78,7 @@ class SpanOracle {
 
   const std::vector<ToolHinge> hinges_;
   std::vector<Part> parts_;
-  // Of the current check.
+  // The current check.
   const Part* part_ = nullptr;
   const SpanPart* span_ = nullptr;
   const TissuePath* tissue_ = nullptr;

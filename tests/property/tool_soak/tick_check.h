@@ -56,7 +56,7 @@ class TickCheck {
   const HapticOptions options_;
   SpanOracle oracle_;
   std::vector<TissuePath> tissue_;
-  // Of the current tick.
+  // The current tick.
   std::int64_t number_ = 0;
   const HapticTick* tick_ = nullptr;
   std::vector<Scalar> distance_;  // of each obstacle at the end, at most the cap

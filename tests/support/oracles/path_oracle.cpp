@@ -137,7 +137,7 @@ Quad least_distance(const Paths& paths, int samples) {
   const auto at = [&](int i) { return sampled[static_cast<std::size_t>(i)]; };
   Quad least = std::min(distance_at(paths, Quad(0)), distance_at(paths, Quad(1)));
   for (int i = 0; i <= samples; ++i) {
-    // Of a plateau, the first sample alone.
+    // Only the first sample of a plateau.
     const bool is_least = (i == 0 || at(i) < at(i - 1)) && (i == samples || at(i) <= at(i + 1));
     if (!is_least || least <= 0) continue;
     const int first = std::max(0, i - 1);

@@ -135,7 +135,7 @@ TEST(ObstacleSet, TellsSolidsFromSurfaces) {
   EXPECT_EQ(set.least_distance(body, RestMotion(), kSpan).distance.lower, 0);
 }
 
-// Of several at the same time or distance, the one with the smallest id.
+// The smallest id wins among several at the same time or distance.
 TEST(ObstacleSet, BreaksTiesById) {
   ObstacleSet set;
   const auto ball = std::make_shared<Sphere>(0.5);
