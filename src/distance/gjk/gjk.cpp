@@ -383,6 +383,19 @@ class GjkQuery {
     return transform<Real>(X_AB_, pair.b.point) - pair.a.point.cast<Real>();
   }
 
+  // Errors of the two bounds in multiples of u S, S the scale, first order ([Higham2002], chapters 2
+  // and 3):                                                                     lower  upper
+  //   transforming a point of B by the pose (gamma_4 per coordinate, below 8u in norm)  8   8
+  //   R_AB orthonormal only to rounding (the exact pose has the nearest rotation)       8   8
+  //   direction transformed to B with error below 6u: another point is chosen, at most
+  //       2 R_b times that lower                                                       12
+  //   support functions exact to 8u |n| R each (promise in convex_shape.h)              8
+  //   p_ACb - p_ACa, the scalar product, unit length of n to 5u                         9
+  //   weights and the two combinations                                                      8
+  //   difference, norm                                                                      4
+  //   subtracting r and noise                                                           3   3
+  //   sum                                                                              48  31
+  // 64 leaves slack for the square root and the sums in S.
   // literal: more than all underflow, for shapes as small as the smallest numbers.
   Scalar noise() const { return kPoseNoise * scale_ + 0x1p-1064; }
 
