@@ -3,6 +3,7 @@
 
 #include <ostream>
 
+#include "check/enclosure.h"
 #include "check/json.h"
 #include "check/laws.h"
 #include "check/prover.h"
@@ -33,6 +34,14 @@ void print_findings(std::ostream& out, const Recording& recording, const char* w
     out << "  ... and " << count - std::int64_t(findings.size()) << " more\n";
 }
 
+void print_enclosures(std::ostream& out, const Recording& recording) {
+  for (const Enclosure& found : find_enclosures(recording)) {
+    out << "  inside: " << printable(recording.bodies[found.inner].name)
+        << " begins within the surface of " << printable(recording.bodies[found.outer].name)
+        << " at t = " << found.t << '\n';
+  }
+}
+
 int print_verdict(std::ostream& out, const Recording& recording, const Verdict& verdict) {
   out.precision(10);
   out << "geometry   ";
@@ -50,6 +59,7 @@ int print_verdict(std::ostream& out, const Recording& recording, const Verdict& 
   }
   print_findings(out, recording, "refuted", verdict.refuted, verdict.refuted_count);
   print_findings(out, recording, "undecided", verdict.undecided, verdict.undecided_count);
+  print_enclosures(out, recording);
   if (verdict.uncertified > 0) {
     out << "  not proven for " << recording.uncertified.size()
         << " pairs that the run itself calls uncertified (they began too near, or crossed)\n";

@@ -27,13 +27,6 @@ Vec on_free_axes(const Vec& v, const std::array<bool, 3>& locked) {
   return {locked[0] ? 0 : v.x, locked[1] ? 0 : v.y, locked[2] ? 0 : v.z};
 }
 
-Mat transpose(const Mat& R) {
-  const auto& m = R.m;
-  Mat T;
-  T.m = {m[0], m[3], m[6], m[1], m[4], m[7], m[2], m[5], m[8]};
-  return T;
-}
-
 // The x of A x = b, by Cramer's rule; zero if A is singular.
 Vec solve(const Mat& A, const Vec& b) {
   const auto& m = A.m;
@@ -410,10 +403,9 @@ class ContactChecker {
       ++law_.without_law;
       return;
     }
-    const double usual = std::sqrt(recording_.bodies[row.a].material(change.begin).friction *
-                                   recording_.bodies[row.b].material(change.begin).friction);
-    if (!(std::abs(row.friction - usual) <= kSame * usual))
-      fault(change, row.a, row.b, "its coefficient of friction is not that of the bodies");
+    const double own = recording_.pair_material(row.a, row.b, change.begin).friction;
+    if (!(std::abs(row.friction - own) <= kSame * own))
+      fault(change, row.a, row.b, "its coefficient of friction is not that of the pair");
     const double outside = tangential - row.friction * std::max(normal, 0.0);
     law_.cone.take(outside <= 0 ? 0 : ratio(outside, largest), t, row.a, row.b);
   }
@@ -427,8 +419,7 @@ class ContactChecker {
                                        ratio(dot(row.impulse, row.n), largest)),
                               t, row.a, row.b);
     if (change.kind != Change::Kind::Impact || !(row.target > 0)) return;
-    const double e = std::min(recording_.bodies[row.a].material(change.begin).restitution,
-                              recording_.bodies[row.b].material(change.begin).restitution);
+    const double e = recording_.pair_material(row.a, row.b, change.begin).restitution;
     const double approach = -dot(rate.before, row.n);
     const double more = row.target - e * std::max(approach, 0.0);
     law_.restitution.take(more <= 0 ? 0 : ratio(more, std::abs(approach)), t, row.a, row.b);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "check/direction.h"
 
@@ -239,11 +240,14 @@ class Checker {
   void check_joins(std::uint32_t k) {
     constexpr double kJoin = 1e-9;  // literal: relative to the size of body and coordinates
     const RecordedBody& body = recording_.bodies[k];
-    for (std::size_t s = 1; s < body.segments.size(); ++s) {
-      const Segment& before = body.segments[s - 1];
-      const Segment& after = body.segments[s];
-      if (!before.is_known() || !after.is_known() || body.placed.contains(after.begin)) continue;
-      const Pose X = before.pose(after.begin);
+    const Segment* before = nullptr;
+    if (body.continues) before = recording_.bodies[*body.continues].segment(body.from, true);
+    for (const Segment& after : body.segments) {
+      const Segment* last = std::exchange(before, &after);
+      if (last == nullptr || !last->is_known() || !after.is_known() ||
+          body.placed.contains(after.begin))
+        continue;
+      const Pose X = last->pose(after.begin);
       const Pose Y = after.pose(after.begin);
       double jump = norm(X.p - Y.p);
       for (std::size_t i = 0; i < 9; ++i)
@@ -314,7 +318,7 @@ class Checker {
                         pose_noise(segment, body.shape->size, t0, t1);
     for (const double t : {t0, t1}) {
       const Pose X = segment.pose(t);
-      const Vec center = segment.lever > 0 ? X.p : X * segment.p_cm;
+      const Vec center = X * segment.p_cm;
       sweep.low = {std::min(sweep.low.x, center.x - grow), std::min(sweep.low.y, center.y - grow),
                    std::min(sweep.low.z, center.z - grow)};
       sweep.high = {std::max(sweep.high.x, center.x + grow),

@@ -4,41 +4,17 @@
 #include <algorithm>
 #include <array>
 #include <limits>
+#include <numeric>
 #include <sstream>
 
 #include "check/hdf5_table.h"
 #include "check/json.h"
+#include "check/segments.h"
 
 namespace dyop_check {
 namespace {
 
 constexpr double kDefaultTarget = 1e-4;  // literal: of the smaller bounding radius of a pair
-constexpr std::size_t kNodeNumbers = 13;
-constexpr std::size_t kChartNumbers = 9;
-constexpr double kOrthogonal = 1e-9;  // literal: entries of R^T R - 1
-
-Vec vector_of(const std::vector<double>& x, std::size_t at = 0) {
-  return {x.at(at), x.at(at + 1), x.at(at + 2)};
-}
-
-Mat matrix_of(const std::vector<double>& x, std::size_t at = 0) {
-  Mat R;
-  for (std::size_t i = 0; i < 9; ++i) R.m[i] = x.at(at + i);
-  for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j) {
-      double product = i == j ? -1 : 0;
-      for (int k = 0; k < 3; ++k)
-        product += R.m[std::size_t(3 * k + i)] * R.m[std::size_t(3 * k + j)];
-      if (!(std::abs(product) <= kOrthogonal)) throw BadFile("a rotation is not orthonormal");
-    }
-  }
-  return R;
-}
-
-CubicNode node_of(const std::vector<double>& x, std::size_t at) {
-  return {x.at(at), vector_of(x, at + 1), vector_of(x, at + 4), vector_of(x, at + 7),
-          vector_of(x, at + 10)};
-}
 
 std::vector<Json> lines_of(const std::string& text) {
   std::vector<Json> lines;
@@ -136,33 +112,48 @@ class Shapes {
     const std::size_t first_vertex = index_of(line.at("first_vertex"), vertices_.size() + 1);
     const std::size_t first = index_of(line.at("first_triangle"), triangles_.size() + 1);
     const std::size_t count = index_of(line.at("triangle_count"), triangles_.size() + 1);
+    if (first + count > triangles_.size() / 3) throw BadFile("a triangle is out of range");
+    if (count == 0) throw BadFile("a mesh has no triangles");
     std::vector<Piece> pieces(count);
-    for (std::size_t k = 0; k < count; ++k) {
-      for (std::size_t corner = 0; corner < 3; ++corner) {
-        const std::size_t at = 3 * (first + k) + corner;
-        if (at >= triangles_.size() || triangles_[at] < 0)
-          throw BadFile("a triangle is out of range");
-        pieces[k].points.push_back(vertex(first_vertex + std::size_t(triangles_[at])));
-      }
+    std::vector<std::size_t> same(index_of(line.at("vertex_count"), vertices_.size() + 1));
+    std::iota(same.begin(), same.end(), 0);  // a vertex to another one of its surface
+    const auto root = [&](std::size_t v) {
+      while (same[v] != v) v = same[v] = same[same[v]];
+      return v;
+    };
+    const auto corner = [&](std::size_t k) {
+      const std::int32_t v = triangles_[3 * first + k];
+      if (v < 0 || std::size_t(v) >= same.size()) throw BadFile("a triangle is out of range");
+      return std::size_t(v);
+    };
+    for (std::size_t k = 0; k < 3 * count; ++k) {
+      pieces[k / 3].points.push_back(vertex(first_vertex + corner(k)));
+      same[root(corner(k))] = root(corner(k - k % 3));
     }
-    if (pieces.empty()) throw BadFile("a mesh has no triangles");
+    for (std::size_t k = 0; k < count; ++k) pieces[k].surface = std::int64_t(root(corner(3 * k)));
     return pieces;
   }
 
   std::vector<Piece> children_of(const Json& line, std::size_t shape, int depth) const {
     constexpr int kMostNested = 20;
+    constexpr std::size_t kMostPieces = 50'000'000;
     if (depth > kMostNested) throw BadFile("compounds are nested too deeply");
     std::vector<Piece> all;
+    std::int64_t next_surface = 0;  // those of children are kept apart
     for (const Json& child : line.at("children").list) {
       const std::size_t number = index_of(child.at("shape"), lines_.size());
-      if (number == shape) throw BadFile("a compound contains itself");
+      if (number >= shape) throw BadFile("a compound contains what comes after it");
       const std::vector<double> X = child.at("X_CS").to_numbers(12);
       const Pose pose{matrix_of(X), vector_of(X, 9)};
+      const std::int64_t offset = next_surface;
       for (Piece piece : pieces(number, depth + 1)) {
+        if (piece.surface >= 0) piece.surface += offset;
+        next_surface = std::max(next_surface, piece.surface + 1);
         for (Vec& point : piece.points) point = pose * point;
         piece.X = {pose.R * piece.X.R, pose * piece.X.p};
         all.push_back(std::move(piece));
       }
+      if (all.size() > kMostPieces) throw BadFile("a compound has too many pieces");
     }
     if (all.empty()) throw BadFile("a compound has no children");
     return all;
@@ -171,131 +162,6 @@ class Shapes {
   std::vector<Json> lines_;
   std::vector<double> vertices_;
   std::vector<std::int32_t> triangles_;
-};
-
-// Rows of /segments, whose cubics may go on where the body's last one ended.
-class SegmentReader {
- public:
-  SegmentReader(std::vector<double> numbers, std::string given, std::size_t bodies)
-      : numbers_(std::move(numbers)), given_(std::move(given)), previous_(bodies) {}
-
-  Segment read(std::uint32_t kind, std::uint64_t first, std::size_t body, double begin,
-               const Vec& p_cm) {
-    Segment g;
-    g.begin = begin;
-    g.p_cm = p_cm;
-    switch (kind) {
-      case 0:
-        break;
-      case 1: {
-        const std::vector<double> x = take(first, 12);
-        g.kind = Segment::Kind::Rest;
-        g.R = matrix_of(x);
-        g.p = vector_of(x, 9);
-        break;
-      }
-      case 2: {
-        const std::vector<double> x = take(first, 19);
-        g.kind = Segment::Kind::Twist;
-        g.R = matrix_of(x);
-        g.p = vector_of(x, 9);
-        g.v = vector_of(x, 12);
-        g.w = vector_of(x, 15);
-        g.t0 = x[18];
-        break;
-      }
-      case 4:
-        read_given(g, take(first, 2), p_cm);
-        break;
-      case 5:
-        set_frame_of_body(g, p_cm);
-        set_cubic(g, body, take(first, kChartNumbers + 2 * kNodeNumbers));
-        break;
-      default:
-        set_cubic(g, body, whole_cubic(kind, first, body));
-    }
-    return g;
-  }
-
- private:
-  std::vector<double> take(std::uint64_t first, std::size_t count) const {
-    if (first > numbers_.size() || count > numbers_.size() - first)
-      throw BadFile("a segment's numbers are out of range");
-    std::vector<double> x(numbers_.begin() + std::ptrdiff_t(first),
-                          numbers_.begin() + std::ptrdiff_t(first + count));
-    for (const double value : x) {
-      if (!std::isfinite(value)) throw BadFile("a segment's number is not finite");
-    }
-    return x;
-  }
-
-  // The motion is that of the body's own frame, not of its centre of mass.
-  static void set_frame_of_body(Segment& g, const Vec& p_cm) {
-    g.p_cm = {};
-    g.lever = norm(p_cm);
-  }
-
-  // The forms 3 and 6 to 9 of docs/formats.md as chart, start and end.
-  std::vector<double> whole_cubic(std::uint32_t kind, std::uint64_t first, std::size_t body) const {
-    if (kind == 3) return take(first, kChartNumbers + 2 * kNodeNumbers);
-    if (kind < 6 || kind > 9) throw BadFile("the kind of a segment is unknown");
-    const bool has_chart = kind == 6;
-    const std::size_t start_count = kind == 7 ? kNodeNumbers : kind == 9 ? 0 : 6;
-    const std::size_t chart_count = has_chart ? kChartNumbers : 1;
-    const std::vector<double> x = take(first, chart_count + start_count + kNodeNumbers);
-    std::vector<double> whole(x.begin(), x.begin() + std::ptrdiff_t(chart_count));
-    if (!has_chart) {
-      if (!(x[0] >= 0 && x[0] < double(numbers_.size()))) throw BadFile("a chart is out of range");
-      whole = take(std::uint64_t(x[0]), kChartNumbers);
-    }
-    const std::vector<double>& before = previous_[body];
-    if (start_count < kNodeNumbers) {
-      if (before.empty()) throw BadFile("a segment continues none");
-      whole.insert(whole.end(), before.begin(),
-                   before.begin() + std::ptrdiff_t(kNodeNumbers - start_count));
-    }
-    whole.insert(whole.end(), x.begin() + std::ptrdiff_t(chart_count), x.end());
-    return whole;
-  }
-
-  void set_cubic(Segment& g, std::size_t body, const std::vector<double>& x) {
-    g.kind = Segment::Kind::Cubic;
-    g.R = matrix_of(x);
-    g.first = node_of(x, kChartNumbers);
-    g.last = node_of(x, kChartNumbers + kNodeNumbers);
-    if (!(g.last.t > g.first.t)) throw BadFile("a cubic has no length");
-    previous_[body].assign(x.end() - std::ptrdiff_t(kNodeNumbers), x.end());
-  }
-
-  // Prescribed motions of other kinds are not supported: pairs with them stay undecided.
-  void read_given(Segment& g, const std::vector<double>& place, const Vec& p_cm) const {
-    const auto at = std::size_t(place[0]);
-    const auto size = std::size_t(place[1]);
-    if (at > given_.size() || size > given_.size() - at) throw BadFile("a motion is out of range");
-    const Json motion = parse_json(std::string_view(given_).substr(at, size));
-    const std::string& kind = motion.at("kind").text;
-    const auto set_pose = [&](const Json& X) {
-      g.R = matrix_of(X.at("rotation").to_numbers(9));
-      g.p = vector_of(X.at("position").to_numbers(3));
-    };
-    set_frame_of_body(g, p_cm);
-    if (kind == "rest") {
-      g.kind = Segment::Kind::Rest;
-      set_pose(motion.at("X_WB"));
-    } else if (kind == "constant_twist") {
-      g.kind = Segment::Kind::Twist;
-      set_pose(motion.at("X_WB0"));
-      g.v = vector_of(motion.at("v_WB").to_numbers(3));
-      g.w = vector_of(motion.at("w_WB").to_numbers(3));
-      g.t0 = motion.at("t0").to_number();
-    } else {
-      g.kind = Segment::Kind::Unsupported;
-    }
-  }
-
-  std::vector<double> numbers_;
-  std::string given_;
-  std::vector<std::vector<double>> previous_;  // the last 13 numbers of a body's last cubic
 };
 
 Pair ordered(std::uint32_t a, std::uint32_t b) {
@@ -340,6 +206,17 @@ void read_scene(const Json& scene, Recording& recording, Rules& rules) {
   }
 }
 
+Combine combine_from(const Json& word) {
+  const std::map<std::string, Combine> rules{{"geometric_mean", Combine::GeometricMean},
+                                             {"mean", Combine::Mean},
+                                             {"product", Combine::Product},
+                                             {"minimum", Combine::Minimum},
+                                             {"maximum", Combine::Maximum}};
+  const auto found = rules.find(word.text);
+  if (found == rules.end()) throw BadFile("the rule '" + word.text + "' is unknown");
+  return found->second;
+}
+
 // A line of /rules.
 Rules rules_from(const Json& line) {
   constexpr double kMostSlots = 1e7;
@@ -356,7 +233,13 @@ Rules rules_from(const Json& line) {
     if (!rule.at("is_enabled").boolean) rules.untested.insert(pair_of(rule));
     const Json& own = rule.at("target_distance");
     if (own.kind != Json::Kind::Null) rules.target_distances[pair_of(rule)] = own.to_number();
+    const Json* material = rule.find("material");
+    if (material != nullptr && material->kind == Json::Kind::Object)
+      rules.materials[pair_of(rule)] = {material->at("friction").to_number(),
+                                        material->at("restitution").to_number()};
   }
+  if (const Json* word = line.find("combine_friction")) rules.friction = combine_from(*word);
+  if (const Json* word = line.find("combine_restitution")) rules.restitution = combine_from(*word);
   for (const Json& joint : line.at("joints").list) {
     if (!joint.at("bodies_collide").boolean) rules.untested.insert(pair_of(joint));
   }
@@ -437,21 +320,34 @@ Material material_from(const Json& line) {
           line.at("friction").to_number(), has_wrench != nullptr && has_wrench->boolean};
 }
 
+bool has_mass_of(const RecordedBody& body, const Json& line) {
+  const Vec center = vector_of(line.at("p_BoBcm").to_numbers(3));
+  RecordedBody other;
+  other.is_dynamic = body.is_dynamic;
+  read_laws_of_body(line, other);
+  return norm(center - body.center_of_mass) == 0 && other.mass == body.mass &&
+         other.inertia.m == body.inertia.m;
+}
+
 void read_bodies(const Hdf5Reader& file, const Counts& counts, bool has_laws, Recording& recording,
                  Slots& slots) {
   const Shapes shapes(lines_of(file.bytes("shapes", counts.of("shape_bytes"))),
                       file.numbers("vertices", counts.of("vertex_count")),
                       file.indices("triangles", counts.of("triangle_count")));
   std::map<std::pair<std::size_t, std::array<double, 3>>, std::shared_ptr<const Body>> built;
+  std::map<std::size_t, double> shape_lines;  // of the last line of each slot
   for (const Json& line : lines_of(file.bytes("bodies", counts.of("body_bytes")))) {
     constexpr std::size_t kMostBodies = 10'000'000;
     const std::size_t slot = index_of(line.at("slot"), kMostBodies);
+    RecordedBody body;
     if (has_laws && !line.at("is_new").boolean) {
       if (slots.last(slot) == nullptr) throw BadFile("a body is missing");
-      slots.last(slot)->materials.push_back(material_from(line));
-      continue;
+      if (line.at("shape").number == shape_lines[slot] && has_mass_of(*slots.last(slot), line)) {
+        slots.last(slot)->materials.push_back(material_from(line));
+        continue;
+      }
+      body.continues = std::uint32_t(slots.last(slot) - recording.bodies.data());
     }
-    RecordedBody body;
     body.slot = std::uint32_t(slot);
     body.from = line.at("from").to_number();
     body.name = line.at("name").text;
@@ -460,6 +356,7 @@ void read_bodies(const Hdf5Reader& file, const Counts& counts, bool has_laws, Re
     const Vec p_cm = vector_of(line.at("p_BoBcm").to_numbers(3));
     body.center_of_mass = p_cm;
     const std::size_t shape = index_of(line.at("shape"), shapes.count());
+    shape_lines[slot] = double(shape);
     auto& tree = built[{shape, {p_cm.x, p_cm.y, p_cm.z}}];
     if (!tree) {
       auto fresh = std::make_shared<Body>();
@@ -502,14 +399,19 @@ void read_segments(const Hdf5Reader& file, const Counts& counts, const Slots& sl
   const auto kind = file.integers("segments", "kind", count);
   SegmentReader reader(file.numbers("numbers", counts.of("number_count")),
                        file.bytes("given", counts.of("given_bytes")), recording.bodies.size());
+  std::vector<double> last(recording.bodies.size(), -std::numeric_limits<double>::infinity());
   for (std::size_t k = 0; k < begin.size(); ++k) {
     const std::uint32_t number = slots.at(slot[k], begin[k]);
     RecordedBody& body = recording.bodies[number];
-    if (!std::isfinite(begin[k]) ||
-        (!body.segments.empty() && begin[k] < body.segments.back().begin))
+    if (!std::isfinite(begin[k]) || begin[k] < last[number])
       throw BadFile("the segments of a body are not in order of time");
-    body.segments.push_back(
-        reader.read(std::uint32_t(kind[k]), first[k], number, begin[k], body.center_of_mass));
+    // What a prescribed motion would have done later than this row.
+    while (!body.segments.empty() && body.segments.back().begin > begin[k])
+      body.segments.pop_back();
+    last[number] = begin[k];
+    for (const Segment& segment :
+         reader.read(std::uint32_t(kind[k]), first[k], number, begin[k], body.center_of_mass))
+      body.segments.push_back(segment);
   }
   end_replaced(recording);
 }
@@ -537,29 +439,34 @@ void read_events(const Hdf5Reader& file, const Counts& counts, const Slots& slot
   const auto a = file.integers("events", "a", count);
   const auto b = file.integers("events", "b", count);
   const std::vector<double> t = file.reals("events", "t", count);
+  std::map<std::uint64_t, std::set<double>> afresh;  // by slot: put elsewhere, or another body
+  for (const RecordedBody& body : recording.bodies) {
+    if (!body.continues) afresh[body.slot].insert(body.from);
+  }
   for (std::size_t k = 0; k < kind.size(); ++k) {
-    if (kind[k] == kPlaced) recording.bodies[slots.at(a[k], t[k])].placed.insert(t[k]);
+    if (kind[k] != kPlaced) continue;
+    recording.bodies[slots.at(a[k], t[k])].placed.insert(t[k]);
+    afresh[a[k]].insert(t[k]);
   }
   for (std::size_t k = 0; k < kind.size(); ++k) {
     if (kind[k] != kTooNear && kind[k] != kCrossed && kind[k] != kParted) continue;
-    const std::uint32_t x = slots.at(a[k], t[k]);
-    const std::uint32_t y = slots.at(b[k], t[k]);
-    auto& spans = recording.uncertified[ordered(x, y)];
+    auto& spans = recording.uncertified[ordered(recording.bodies[slots.at(a[k], t[k])].slot,
+                                                recording.bodies[slots.at(b[k], t[k])].slot)];
     if (kind[k] == kParted) {
       if (!spans.empty()) spans.back().second = std::min(spans.back().second, t[k]);
       continue;
     }
     // What the caller puts elsewhere is looked at afresh.
     double until = std::numeric_limits<double>::infinity();
-    for (const std::uint32_t body : {x, y}) {
-      const auto placed = recording.bodies[body].placed.upper_bound(t[k]);
-      if (placed != recording.bodies[body].placed.end()) until = std::min(until, *placed);
+    for (const std::uint64_t slot : {a[k], b[k]}) {
+      const auto next = afresh[slot].upper_bound(t[k]);
+      if (next != afresh[slot].end()) until = std::min(until, *next);
     }
     spans.emplace_back(t[k], until);
   }
 }
 
-Vec vector_of(const std::array<double, 3>& x) {
+Vec from_row(const std::array<double, 3>& x) {
   return {x[0], x[1], x[2]};
 }
 
@@ -617,7 +524,7 @@ class ChangeReader {
     const auto L = file_.vectors(table, "L", count);
     std::vector<MomentumRow> rows(body.size());
     for (std::size_t k = 0; k < rows.size(); ++k)
-      rows[k] = {std::uint32_t(body[k]), is_before[k] != 0, vector_of(v[k]), vector_of(L[k])};
+      rows[k] = {std::uint32_t(body[k]), is_before[k] != 0, from_row(v[k]), from_row(L[k])};
     deal_out(each("momentum_count"), rows, changes_, &Change::momenta);
     for (Change& change : changes_) {
       for (MomentumRow& row : change.momenta) row.body = slots_.at(row.body, change.begin);
@@ -636,8 +543,8 @@ class ChangeReader {
     const std::vector<double> friction = file_.reals(table, "friction", count);
     std::vector<ContactRow> rows(a.size());
     for (std::size_t k = 0; k < rows.size(); ++k) {
-      rows[k] = {std::uint32_t(a[k]),   std::uint32_t(b[k]), vector_of(p[k]), vector_of(normal[k]),
-                 vector_of(impulse[k]), target[k],           friction[k]};
+      rows[k] = {std::uint32_t(a[k]),  std::uint32_t(b[k]), from_row(p[k]), from_row(normal[k]),
+                 from_row(impulse[k]), target[k],           friction[k]};
     }
     deal_out(each("contact_count"), rows, changes_, &Change::contacts);
     for (Change& change : changes_) name_pairs(change.contacts, change.begin);
@@ -653,8 +560,8 @@ class ChangeReader {
     const auto angular_b = file_.vectors(table, "angular_b", count);
     std::vector<LinkRow> rows(a.size());
     for (std::size_t k = 0; k < rows.size(); ++k) {
-      rows[k] = {std::uint32_t(a[k]), std::uint32_t(b[k]), vector_of(impulse[k]),
-                 vector_of(angular_a[k]), vector_of(angular_b[k])};
+      rows[k] = {std::uint32_t(a[k]), std::uint32_t(b[k]), from_row(impulse[k]),
+                 from_row(angular_a[k]), from_row(angular_b[k])};
     }
     deal_out(each("link_count"), rows, changes_, &Change::links);
     for (Change& change : changes_) name_pairs(change.links, change.begin);
@@ -668,7 +575,7 @@ class ChangeReader {
     const auto angular = file_.vectors(table, "angular", count);
     std::vector<WrenchRow> rows(body.size());
     for (std::size_t k = 0; k < rows.size(); ++k)
-      rows[k] = {std::uint32_t(body[k]), vector_of(impulse[k]), vector_of(angular[k])};
+      rows[k] = {std::uint32_t(body[k]), from_row(impulse[k]), from_row(angular[k])};
     deal_out(each("wrench_count"), rows, changes_, &Change::wrenches);
     for (Change& change : changes_) {
       for (WrenchRow& row : change.wrenches) row.body = slots_.at(row.body, change.begin);
@@ -712,6 +619,22 @@ void read_rules(const Hdf5Reader& file, const Counts& counts, Recording& recordi
 
 }  // namespace
 
+double combine(Combine rule, double a, double b) {
+  switch (rule) {
+    case Combine::GeometricMean:
+      return std::sqrt(a * b);
+    case Combine::Mean:
+      return (a + b) / 2;
+    case Combine::Product:
+      return a * b;
+    case Combine::Minimum:
+      return std::min(a, b);
+    case Combine::Maximum:
+      break;
+  }
+  return std::max(a, b);
+}
+
 const Material& RecordedBody::material(double t) const {
   std::size_t k = materials.size() - 1;
   while (k > 0 && materials[k].from > t) --k;
@@ -744,12 +667,22 @@ bool Recording::is_tested(std::uint32_t a, std::uint32_t b, const Rules& at) con
   const RecordedBody& x = bodies[a];
   const RecordedBody& y = bodies[b];
   if (!x.is_dynamic && !y.is_dynamic) return false;
-  if (x.is_sensor || y.is_sensor) return false;
+  if (x.is_sensor || y.is_sensor || x.slot == y.slot) return false;
   return !at.untested.contains(ordered(x.slot, y.slot));
 }
 
+PairMaterial Recording::pair_material(std::uint32_t a, std::uint32_t b, double t) const {
+  const Rules& now = rules_at(t);
+  const auto own = now.materials.find(ordered(bodies[a].slot, bodies[b].slot));
+  if (own != now.materials.end()) return own->second;
+  const Material& x = bodies[a].material(t);
+  const Material& y = bodies[b].material(t);
+  return {combine(now.friction, x.friction, y.friction),
+          combine(now.restitution, x.restitution, y.restitution)};
+}
+
 bool Recording::is_uncertified(std::uint32_t a, std::uint32_t b, double t) const {
-  const auto found = uncertified.find(ordered(a, b));
+  const auto found = uncertified.find(ordered(bodies[a].slot, bodies[b].slot));
   if (found == uncertified.end()) return false;
   return std::any_of(found->second.begin(), found->second.end(),
                      [&](const auto& span) { return span.first <= t && t < span.second; });

@@ -27,10 +27,23 @@ struct Material {
   bool has_wrench = false;
 };
 
+/// How a coefficient of a pair follows from those of its bodies.
+enum class Combine { GeometricMean, Mean, Product, Minimum, Maximum };
+
+double combine(Combine rule, double a, double b);
+
+/// Friction and restitution of one pair.
+struct PairMaterial {
+  double friction = 0;
+  double restitution = 0;
+};
+
+/// A body with one shape and mass: with others it is another one here, that continues it.
 struct RecordedBody {
   std::string name;
   std::uint32_t slot = 0;  ///< number in the file; after its end another body may have it
   double from = 0;         ///< time from which it exists
+  std::optional<std::uint32_t> continues;  ///< the same body with what it was before
   bool is_dynamic = false;
   bool is_sensor = false;
   std::shared_ptr<const Body> shape;
@@ -56,6 +69,9 @@ struct Rules {
   std::optional<double> target_distance;
   Vec gravity;
   std::map<Pair, double> target_distances;
+  std::map<Pair, PairMaterial> materials;
+  Combine friction = Combine::GeometricMean;
+  Combine restitution = Combine::Minimum;
   std::set<Pair> untested;  ///< filters, joints
 };
 
@@ -110,14 +126,15 @@ struct Recording {
   bool is_complete = false;  ///< the run has ended in order
   bool has_rules = false;    ///< without them, and without a scene, all pairs count
   std::vector<Rules> rules;  ///< in order of time, at least one
-  /// Times from which, to which, the run itself calls a pair uncertified: it began too near, or
-  /// crossed.
+  /// Times from which, to which, the run itself calls a pair of slots uncertified: it began too
+  /// near, or crossed.
   std::map<Pair, std::vector<std::pair<double, double>>> uncertified;
   std::vector<Change> changes;  ///< for each body in order of time; empty: not recorded
 
   const Rules& rules_at(double t) const;
   double target(std::uint32_t a, std::uint32_t b, const Rules& at) const;
   bool is_tested(std::uint32_t a, std::uint32_t b, const Rules& at) const;
+  PairMaterial pair_material(std::uint32_t a, std::uint32_t b, double t) const;
   bool is_uncertified(std::uint32_t a, std::uint32_t b, double t) const;
 };
 

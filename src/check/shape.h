@@ -18,6 +18,8 @@ struct Piece {
   double radius = 0;        ///< around the rest
   Vec size;                 ///< Cylinder, Cone: x radius, z half length; Ellipsoid: semi-axes
   Pose X;                   ///< of a round shape in the body's frame
+  /// Triangles of one mesh that hang together have one number; -1: a solid.
+  std::int64_t surface = -1;
 
   /// The point of the piece without its radius that is farthest along d.
   Vec core_support(const Vec& d) const;

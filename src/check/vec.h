@@ -52,6 +52,12 @@ inline Vec transposed(const Mat& R, const Vec& v) {
   return {m[0] * v.x + m[3] * v.y + m[6] * v.z, m[1] * v.x + m[4] * v.y + m[7] * v.z,
           m[2] * v.x + m[5] * v.y + m[8] * v.z};
 }
+inline Mat transpose(const Mat& R) {
+  const auto& m = R.m;
+  Mat T;
+  T.m = {m[0], m[3], m[6], m[1], m[4], m[7], m[2], m[5], m[8]};
+  return T;
+}
 inline Mat operator*(const Mat& A, const Mat& B) {
   Mat C;
   for (int i = 0; i < 3; ++i) {

@@ -369,6 +369,7 @@ std::vector<World::PairRule> World::pair_rules() const {
   }
   for (const auto& [key, is_enabled] : impl_->pair_enabled) rule_of(key).is_enabled = is_enabled;
   for (const auto& [key, target] : impl_->pair_target) rule_of(key).target_distance = target;
+  for (const auto& [key, material] : impl_->pair_material) rule_of(key).material = material;
   std::vector<PairRule> all;
   for (const auto& [key, rule] : rules) all.push_back(rule);
   return all;

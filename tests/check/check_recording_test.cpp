@@ -15,10 +15,19 @@
 #include "dyop/geometry/cylinder.h"
 #include "dyop/geometry/sphere.h"
 #include "dyop/io/recording_lines.h"
+#include "dyop/io/recording_reader.h"
 #include "dyop/io/recording_writer.h"
 #include "dyop/io/scene_file.h"
+#include "dyop/motion/bezier_motion.h"
+#include "dyop/motion/composed_motion.h"
+#include "dyop/motion/constant_twist_motion.h"
 #include "dyop/motion/hermite_motion.h"
+#include "dyop/motion/interpolated_motion.h"
 #include "dyop/motion/rest_motion.h"
+#include "dyop/motion/sampled_motion.h"
+#include "dyop/motion/screw_motion.h"
+#include "dyop/motion/sequence_motion.h"
+#include "support/inputs/mesh_generators.h"
 #include "support/inputs/world_scenes.h"
 #include "support/temporary_directory.h"
 
@@ -111,8 +120,7 @@ TEST_F(CheckRecording, ProvesRunsOfWorlds) {
 }
 
 // A box that slides, a ball that bounces and a spinning rod that falls beside them.
-World sliding_world() {
-  WorldOptions options = testing::earth_options();
+World sliding_world(WorldOptions options = testing::earth_options()) {
   options.records_impulses = true;
   World world(options);
   world.add_body(testing::floor_body(0.5, 0.3));
@@ -230,6 +238,66 @@ TEST_F(CheckRecording, KnowsTheRulesOfAWorld) {
   EXPECT_EQ(answer.text.find("no rules"), std::string::npos) << answer.text;
 }
 
+// Coefficients that follow other rules, or are given for a pair.
+TEST_F(CheckRecording, KnowsHowMaterialsCombine) {
+  for (const CombineRule rule : {CombineRule::Mean, CombineRule::Product, CombineRule::Minimum,
+                                 CombineRule::Maximum, CombineRule::GeometricMean}) {
+    for (const bool is_forged : {false, true}) {
+      WorldOptions options = testing::earth_options();
+      options.combine_friction = rule;
+      options.combine_restitution = rule;
+      World world = sliding_world(options);
+      const std::vector<BodyId> ids = world.bodies();
+      RecordingWriter writer(file(), {});
+      for (int k = 0; k < 40; ++k) {
+        if (k == 20) world.set_pair_material(ids[1], ids[0], Material{0.9, 0.05, 0, 0});
+        AdvanceReport report = world.advance(1.0 / 64);
+        for (VelocityChange& change : report.velocity_changes) {
+          for (auto& contact : change.contacts) contact.friction *= is_forged ? 1 + 1e-6 : 1;
+        }
+        writer.write(report, world);
+      }
+      writer.finish();
+      const Answer answer = check(file());
+      EXPECT_EQ(answer.code, is_forged ? kRefuted : kProven) << answer.text << answer.error;
+    }
+  }
+}
+
+// A body that becomes heavier, off centre and larger while it slides, and one that is tumbling.
+TEST_F(CheckRecording, FollowsBodiesWhoseMassAndShapeChange) {
+  World world = sliding_world();
+  const std::vector<BodyId> ids = world.bodies();
+  std::vector<RigidPose> poses;
+  const auto step = [&](RecordingWriter& writer, int count) {
+    for (int k = 0; k < count; ++k) {
+      writer.write(world.advance(1.0 / 64), world);
+      poses.push_back(world.state(ids[3]).X_WB);
+    }
+  };
+  {
+    RecordingWriter writer(file(), {});
+    step(writer, 10);
+    const auto larger = std::make_shared<Box>(Vector3(0.6, 0.6, 0.5));
+    world.set_shape(ids[1], larger);
+    world.set_mass_properties(ids[1], with_mass(larger->compute_mass_properties(1), 7));
+    MassProperties heavy = world.body(ids[3]).mass_properties;
+    heavy.p_BoBcm = Vector3(0, 0.02, 0.2);
+    heavy.mass *= 3;
+    world.set_mass_properties(ids[3], heavy);
+    step(writer, 30);
+    writer.finish();
+  }
+  const Answer answer = check(file());
+  EXPECT_EQ(answer.code, kProven) << answer.text << answer.error;
+  EXPECT_NE(answer.text.find("contact    holds"), std::string::npos) << answer.text;
+  const RecordingReader reader(file());
+  for (std::size_t k = 0; k < poses.size(); ++k) {
+    const RigidPose read = reader.pose(ids[3], reader.frames()[k].interval.end);
+    EXPECT_LT((read.translation() - poses[k].translation()).norm(), 1e-12) << k;
+  }
+}
+
 // Two boxes that begin too near are told, and again when they are far enough apart: from then on
 // they must keep their distance.
 TEST_F(CheckRecording, HoldsPairsToTheirDistanceOnceTheyHaveParted) {
@@ -276,6 +344,64 @@ TEST_F(CheckRecording, RefutesADipWithinAStep) {
     EXPECT_EQ(check(file(), 0).code, kProven);  // but nothing touched
     record(mover, plate, {swing(touching - 1e-6, turn)});
     EXPECT_EQ(check(file(), 0).code, kRefuted);
+  }
+}
+
+// A ball beside a rod that follows each kind of prescribed motion, far from the origin too, and
+// that would touch it otherwise.
+TEST_F(CheckRecording, KnowsPrescribedMotions) {
+  const RigidPose X(rotation_from_vector(Vector3(0.3, -0.2, 0.9)), Vector3(5, 0.1, 0.2));
+  const RigidPose Y(rotation_from_vector(Vector3(1.2, 0.4, 0.5)), Vector3(5.2, 0.4, 0.1));
+  const TimeInterval second{0, 1};
+  const auto screw =
+      std::make_shared<ScrewMotion>(X, ScrewMotion::Screw{{5, 0, -1}, {0.1, 0, 1}, 2, 0.1});
+  const auto straight = std::make_shared<InterpolatedMotion>(second, X, Y);
+  const auto twist = std::make_shared<ConstantTwistMotion>(X, Twist{{0.1, 0, 0}, {0, 2, 0.3}}, 0);
+  const auto curve = std::make_shared<BezierMotion>(
+      second, X.rotation(),
+      std::vector<ControlPoint>{
+          {X.translation(), {}}, {{5, 0.3, 0}, {1, 0, 0}}, {{5.1, 0, 0}, {}}});
+  const auto log = std::make_shared<SampledMotion>(
+      std::vector<SampledMotion::Sample>{{-1, X}, {0.3, Y}, {0.6, X}, {2, Y}});
+  const auto parts = std::make_shared<SequenceMotion>(std::vector<SequenceMotion::Part>{
+      {{0, 0.5}, std::make_shared<InterpolatedMotion>(TimeInterval{0, 0.5}, X, Y)},
+      {{0.5, 1}, std::make_shared<RestMotion>(Y)}});
+  const auto offset = std::make_shared<RestMotion>(
+      RigidPose(rotation_from_vector(Vector3(0, 1, 0.5)), Vector3(0.1, 0, 0.2)));
+  std::vector<std::shared_ptr<const Motion>> motions{screw, straight, twist, curve, log, parts};
+  for (std::size_t k = 0; k < 6; ++k) {
+    motions.push_back(std::make_shared<ComposedMotion>(motions[k], offset));
+    motions.push_back(std::make_shared<ComposedMotion>(offset, motions[k]));
+  }
+  const auto rod = std::make_shared<Capsule>(0.1, 0.4);
+  for (const auto& motion : motions) {
+    // The ball's middle is 0.7 from a point of the rod's axis, all along; or 0.45 in one place.
+    for (const bool is_near : {false, true}) {
+      CommittedStep step;
+      step.interval = second;
+      step.motions = {motion, std::make_shared<RestMotion>(RigidPose(Vector3(100, 0, 0)))};
+      if (is_near) {
+        const RigidPose at = motion->pose(0.7);
+        step.motions[1] =
+            std::make_shared<RestMotion>(RigidPose(Vector3(at * Vector3(0.25, 0, 0.4))));
+      }
+      record(rod, std::make_shared<Sphere>(0.15 - (is_near ? 0.001 : 0)), {step});
+      const Answer answer = check(file());
+      EXPECT_EQ(answer.code, is_near ? kRefuted : kProven) << answer.text << answer.error;
+    }
+  }
+}
+
+// A ball within a hollow box of triangles keeps its distance; that it is inside is told.
+TEST_F(CheckRecording, TellsWhatBeginsInsideAMesh) {
+  const auto shell = std::make_shared<TriangleMesh>(testing::box_mesh(Vector3(2, 2, 4)).mesh());
+  for (const Scalar height : {0.0, 10.0}) {
+    record(std::make_shared<Sphere>(0.5), shell, {swing(height, 1)});
+    const Answer answer = check(file());
+    EXPECT_EQ(answer.code, kProven) << answer.text << answer.error;
+    const bool is_told =
+        answer.text.find("mover begins within the surface of rester") != std::string::npos;
+    EXPECT_EQ(is_told, height == 0) << answer.text;
   }
 }
 

@@ -95,6 +95,8 @@ struct Material {
   Scalar friction = 0.5;
   Scalar rolling_friction = 0;
   Scalar torsional_friction = 0;
+
+  friend bool operator==(const Material&, const Material&) = default;
 };
 
 /// Everything that defines a body; passed to World::add_body().

@@ -126,12 +126,14 @@ class World {
   /// Target distance of one pair; overrides WorldOptions::target_distance.
   void set_target_distance(BodyId a, BodyId b, Scalar target_distance);
 
-  /// A pair that set_pair_enabled() or set_target_distance() named.
+  /// A pair that set_pair_enabled(), set_target_distance() or set_pair_material() named, or that a
+  /// filter leaves out.
   struct PairRule {
     BodyId a;
     BodyId b;
     bool is_enabled = true;
     std::optional<Scalar> target_distance;  ///< none: as for all pairs
+    std::optional<Material> material;       ///< none: combined
   };
   std::vector<PairRule> pair_rules() const;
   /// The options that the World was made with.
@@ -139,7 +141,7 @@ class World {
   Vector3 gravity() const;
   std::vector<JointId> joints() const;
   std::vector<SpringId> springs() const;
-  /// Grows with every change of gravity, joints, springs, disabled pairs and target distances.
+  /// Grows with every change of gravity, joints, springs and what pair_rules() tells.
   std::uint64_t rules_version() const;
 
   Scalar time() const;

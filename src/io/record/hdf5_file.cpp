@@ -2,6 +2,7 @@
 #include "io/record/hdf5_file.h"
 
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -124,6 +125,41 @@ FileLock& FileLock::operator=(FileLock&& other) noexcept {
   return *this;
 }
 
+PartName::PartName(const std::filesystem::path& file) {
+  std::error_code error;
+  file_ = std::filesystem::is_symlink(file, error) ? std::filesystem::canonical(file, error) : file;
+  if (error || !std::filesystem::is_regular_file(file_, error)) return;
+  constexpr int kMostNames = 100;  // others may be left by killed processes
+  for (int k = 0; k < kMostNames; ++k) {
+    std::filesystem::path part = file_;
+    part += ".part-" + std::to_string(::getpid()) + "-" + std::to_string(k);
+    const int descriptor = ::open(part.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    if (descriptor < 0 && errno == EEXIST) continue;
+    if (descriptor < 0) return;  // a folder in which only existing files may be written
+    struct stat old {};
+    if (::stat(file_.c_str(), &old) == 0) ::fchmod(descriptor, old.st_mode & 07777);
+    ::close(descriptor);
+    path_ = std::move(part);
+    return;
+  }
+}
+
+PartName::~PartName() {
+  if (!path_.empty()) ::unlink(path_.c_str());
+}
+
+PartName& PartName::operator=(PartName&& other) noexcept {
+  std::swap(file_, other.file_);
+  std::swap(path_, other.path_);
+  return *this;
+}
+
+bool PartName::take_place() {
+  if (::rename(path_.c_str(), file_.c_str()) != 0) return false;
+  path_.clear();
+  return true;
+}
+
 Hdf5File::Hdf5File(std::filesystem::path path, hid_t file)
     : path_(std::move(path)), file_(file, &H5Fclose) {}
 
@@ -140,10 +176,21 @@ Hdf5File Hdf5File::create(const std::filesystem::path& file) {
   }
   const Hdf5Handle access(H5Pcreate(H5P_FILE_ACCESS), &H5Pclose);
   H5Pset_libver_bounds(access.get(), H5F_LIBVER_V110, H5F_LIBVER_V110);
-  Hdf5File result(file, H5Fcreate(file.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access.get()));
-  if (result.get() < 0) result.fail("could not be written");
+  Hdf5File result(file, -1);
   result.lock_ = std::move(lock);
+  result.part_ = PartName(file);
+  const std::filesystem::path& place = result.part_.path().empty() ? file : result.part_.path();
+  result.file_ =
+      Hdf5Handle(H5Fcreate(place.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access.get()), &H5Fclose);
+  if (result.get() < 0) result.fail("could not be written");
   return result;
+}
+
+// The file has its name from here on, and keeps other writers away under it.
+void Hdf5File::publish() {
+  if (part_.path().empty()) return;
+  part_lock_ = FileLock(part_.path());
+  if (!part_.take_place()) fail("could not be written");
 }
 
 Hdf5File Hdf5File::open(const std::filesystem::path& file) {
@@ -215,6 +262,7 @@ void Hdf5File::share_with_readers() {
   { const Hdf5Dataset digests(*this, kDigests, digest_row().get(), 1, kDigestRows); }
   written_ = recorded;
   if (H5Fstart_swmr_write(get()) < 0) fail("cannot be shared with readers");
+  publish();
 }
 
 void Hdf5File::write_attribute(const char* name, const std::string& text) {
@@ -270,7 +318,9 @@ void Hdf5File::close() {
   write_digests();
   const bool is_written = H5Fflush(get(), H5F_SCOPE_GLOBAL) >= 0;
   if (!is_written) fail("could not be written completely");
+  publish();
   file_.reset();
+  part_lock_ = FileLock();
   lock_ = FileLock();
 }
 

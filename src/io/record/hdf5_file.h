@@ -76,6 +76,25 @@ class FileLock {
   int descriptor_ = -1;
 };
 
+/// A new file beside another one, whose place it takes once readers may see it: HDF5 locks a file
+/// that is opened, so a reader in the moment of its creation would make its writer fail.
+class PartName {
+ public:
+  PartName() = default;
+  /// Has no path if no file can be made beside this one, or if it is none.
+  explicit PartName(const std::filesystem::path& file);
+  ~PartName();
+  PartName(PartName&& other) noexcept { *this = std::move(other); }
+  PartName& operator=(PartName&& other) noexcept;
+
+  const std::filesystem::path& path() const { return path_; }
+  bool take_place();
+
+ private:
+  std::filesystem::path file_;  // behind links
+  std::filesystem::path path_;  // empty: nothing to remove
+};
+
 /// The digest of some rows of a dataset. close() writes those of all rows; a file whose writer was
 /// killed, or still writes, has none.
 struct BlockDigest {
@@ -108,11 +127,14 @@ class Hdf5File {
  private:
   Hdf5File(std::filesystem::path path, hid_t file);
   friend class Hdf5Dataset;
+  void publish();
   void write_digests();
   void read_digests();
 
   std::filesystem::path path_;
-  FileLock lock_;
+  FileLock lock_;  // of the file that it replaces
+  FileLock part_lock_;
+  PartName part_;
   Hdf5Handle file_;
   std::vector<std::string> written_;  // names of datasets
   std::vector<BlockDigest> digests_;  // of a file that is read, by dataset and row

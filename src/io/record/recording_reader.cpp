@@ -27,6 +27,7 @@ struct RecordingReader::Impl {
   // The segments of a body, with the motion of the one that was asked for last.
   struct Path {
     std::vector<Segment> segments;
+    std::vector<std::pair<Scalar, Vector3>> centers;  // p_BoBcm from a time on
     std::optional<std::size_t> last;
     std::shared_ptr<const Motion> last_motion;
   };
@@ -51,6 +52,7 @@ struct RecordingReader::Impl {
   void read_impacts(const io_internal::FrameRow& before);
   void read_end();
   TimeInterval interval() const;
+  static Vector3 center_at(const Path& path, Scalar t);
   Path& path(BodyId body);
   std::size_t segment_at(BodyId body, Scalar t);
   std::vector<Scalar> numbers_at(std::uint64_t first, std::size_t count);
@@ -145,8 +147,9 @@ void RecordingReader::Impl::read_bodies(const io_internal::FrameRow& last) {
     body.mass = line.at("mass").get<Scalar>();
     const auto center = line.at("p_BoBcm").get<std::array<Scalar, 3>>();
     body.p_BoBcm = Vector3(center[0], center[1], center[2]);
+    paths.resize(bodies.size());
+    paths[slot].centers.emplace_back(line.value("from", header.begin_time), body.p_BoBcm);
   }
-  paths.resize(bodies.size());
 }
 
 void RecordingReader::Impl::read_segments(const io_internal::FrameRow& last) {
@@ -187,6 +190,12 @@ void RecordingReader::Impl::read_end() {
 
 TimeInterval RecordingReader::Impl::interval() const {
   return {header.begin_time, frames.empty() ? header.begin_time : frames.back().interval.end};
+}
+
+Vector3 RecordingReader::Impl::center_at(const Path& path, Scalar t) {
+  std::size_t k = path.centers.size() - 1;
+  while (k > 0 && path.centers[k].first > t) --k;
+  return path.centers[k].second;
 }
 
 RecordingReader::Impl::Path& RecordingReader::Impl::path(BodyId body) {
@@ -270,7 +279,7 @@ MotionSegment RecordingReader::Impl::segment(BodyId body, std::size_t index) {
                      is_last ? interval().end : of_body.segments[index + 1].begin};
   io_internal::EncodedMotion motion_numbers = encoded(of_body, index);
   result.kind = motion_numbers.kind;
-  result.motion = io_internal::decode(motion_numbers, bodies[body.slot].p_BoBcm);
+  result.motion = io_internal::decode(motion_numbers, center_at(of_body, result.interval.begin));
   result.numbers = std::move(motion_numbers.numbers);
   result.given = std::move(motion_numbers.given);
   return result;
@@ -280,7 +289,8 @@ const Motion& RecordingReader::Impl::motion(BodyId body, Scalar t) {
   const std::size_t index = segment_at(body, t);
   Path& of_body = path(body);
   if (of_body.last != index) {
-    of_body.last_motion = io_internal::decode(encoded(of_body, index), bodies[body.slot].p_BoBcm);
+    of_body.last_motion = io_internal::decode(encoded(of_body, index),
+                                              center_at(of_body, of_body.segments[index].begin));
     of_body.last = index;
   }
   DYOP_REQUIRE(of_body.last_motion != nullptr, "body ", body, " is absent at the time ", t);

@@ -66,6 +66,30 @@ Json frame_json(const RigidPose& X) {
   return {{"R", list_of(X.rotation())}, {"p", list_of(X.translation())}};
 }
 
+Json material_json(const std::optional<Material>& material) {
+  if (!material) return nullptr;
+  return {{"restitution", material->restitution},
+          {"friction", material->friction},
+          {"rolling_friction", material->rolling_friction},
+          {"torsional_friction", material->torsional_friction}};
+}
+
+std::string_view word_of(CombineRule rule) {
+  switch (rule) {
+    case CombineRule::GeometricMean:
+      return "geometric_mean";
+    case CombineRule::Mean:
+      return "mean";
+    case CombineRule::Product:
+      return "product";
+    case CombineRule::Minimum:
+      return "minimum";
+    case CombineRule::Maximum:
+      break;
+  }
+  return "maximum";
+}
+
 std::string_view word_of(JointKind kind) {
   switch (kind) {
     case JointKind::Ball:
@@ -112,11 +136,41 @@ Json body_json(const BodyId& id, const BodyDefinition& definition, std::size_t s
   return line;
 }
 
+// Strengths that are infinite become null.
+Json joint_json(const JointId& id, const JointDefinition& joint) {
+  Json line{{"number", id.number},
+            {"kind", word_of(joint.kind)},
+            {"a", joint.a.slot},
+            {"b", joint.b.slot},
+            {"X_AJ", frame_json(joint.X_AJ)},
+            {"X_BJ", frame_json(joint.X_BJ)},
+            {"bodies_collide", joint.bodies_collide},
+            {"friction", joint.friction},
+            {"damping", joint.damping},
+            {"break_force", joint.break_force},
+            {"break_torque", joint.break_torque}};
+  if (joint.limits) line["limits"] = {joint.limits->min, joint.limits->max};
+  if (const auto& motor = joint.motor) {
+    line["motor"] = {motor->speed, motor->strength, optional_json(motor->position),
+                     motor->stiffness, motor->damping};
+  }
+  if (const auto& range = joint.swing_twist)
+    line["swing_twist"] = {range->swing, range->twist_min, range->twist_max};
+  if (joint.kind == JointKind::Coupling) {
+    line["first"] = joint.first.number;
+    line["second"] = joint.second.number;
+    line["ratio"] = joint.ratio;
+  }
+  return line;
+}
+
 // Everything between bodies that holds from a time on (docs/formats.md, "/rules").
 Json rules_json(const World& world, Scalar from) {
   Json json{{"from", from},
             {"target_distance", optional_json(world.options().target_distance)},
             {"gravity", list_of(world.gravity())},
+            {"combine_friction", word_of(world.options().combine_friction)},
+            {"combine_restitution", word_of(world.options().combine_restitution)},
             {"pairs", Json::array()},
             {"joints", Json::array()},
             {"springs", Json::array()}};
@@ -124,21 +178,11 @@ Json rules_json(const World& world, Scalar from) {
     json["pairs"].push_back({{"a", rule.a.slot},
                              {"b", rule.b.slot},
                              {"is_enabled", rule.is_enabled},
-                             {"target_distance", optional_json(rule.target_distance)}});
+                             {"target_distance", optional_json(rule.target_distance)},
+                             {"material", material_json(rule.material)}});
   }
-  for (const JointId& id : world.joints()) {
-    const JointDefinition& joint = world.joint(id);
-    Json line{{"number", id.number},
-              {"kind", word_of(joint.kind)},
-              {"a", joint.a.slot},
-              {"b", joint.b.slot},
-              {"X_AJ", frame_json(joint.X_AJ)},
-              {"X_BJ", frame_json(joint.X_BJ)},
-              {"bodies_collide", joint.bodies_collide}};
-    if (joint.limits) line["limits"] = {joint.limits->min, joint.limits->max};
-    if (joint.motor) line["motor"] = {joint.motor->speed, joint.motor->strength};
-    json["joints"].push_back(std::move(line));
-  }
+  for (const JointId& id : world.joints())
+    json["joints"].push_back(joint_json(id, world.joint(id)));
   for (const SpringId& id : world.springs()) {
     const SpringDefinition& spring = world.spring(id);
     json["springs"].push_back({{"number", id.number},
@@ -242,13 +286,17 @@ struct RecordingWriter::Output {
 
 struct RecordingWriter::Impl {
   // What may change while a body is there.
-  struct MaterialAndWrench {
-    Scalar restitution = 0;
-    Scalar friction = 0;
-    Scalar rolling_friction = 0;
-    Scalar torsional_friction = 0;
+  struct Changeable {
+    Material material;
     bool has_wrench = false;
-    friend bool operator==(const MaterialAndWrench&, const MaterialAndWrench&) = default;
+    std::shared_ptr<const Shape> shape;
+    MassProperties mass_properties;
+
+    bool has_form_of(const Changeable& other) const {
+      return shape == other.shape && mass_properties.mass == other.mass_properties.mass &&
+             mass_properties.p_BoBcm == other.mass_properties.p_BoBcm &&
+             mass_properties.I_BBcm == other.mass_properties.I_BBcm;
+    }
   };
   // The last data written for a body.
   struct Body {
@@ -260,7 +308,7 @@ struct RecordingWriter::Impl {
     std::vector<Scalar> chart;      // R_WC of the last cubic; empty if there was none
     std::uint64_t chart_place = 0;  // in /numbers
     std::size_t shape = 0;
-    MaterialAndWrench last_written;
+    Changeable last_written;
   };
 
   Impl(const std::filesystem::path& path, const RunHeader& header,
@@ -276,6 +324,7 @@ struct RecordingWriter::Impl {
   }
 
   void put_body(const BodyId& id, const BodyDefinition& definition);
+  std::size_t put_shape(const std::shared_ptr<const Shape>& shape);
   void put_step(const CommittedStep& step);
   void put_motion(std::uint32_t slot, const MotionPart& part);
   void put_segment(std::uint32_t slot, Scalar begin, EncodedMotion encoded);
@@ -305,31 +354,42 @@ struct RecordingWriter::Impl {
   bool has_ended = false;
 };
 
-// A body's line is written again when what it says changes.
+// Returns its line.
+std::size_t RecordingWriter::Impl::put_shape(const std::shared_ptr<const Shape>& shape) {
+  io_internal::ShapeRows rows;
+  std::string lines;
+  const std::size_t line = shapes.add(shape, lines, rows);
+  output.shapes.add_all(lines);
+  output.vertices.add_all(rows.vertices);
+  output.triangles.add_all(rows.triangles);
+  return line;
+}
+
+// A body's line is written again when what it says changes. With another shape or other mass
+// properties its motions begin anew, too: they are about its centre of mass.
 void RecordingWriter::Impl::put_body(const BodyId& id, const BodyDefinition& definition) {
   if (id.slot >= bodies.size()) bodies.resize(id.slot + 1);
   Body& body = bodies[id.slot];
   const bool is_new = body.id != id;
-  const MaterialAndWrench now{definition.restitution, definition.friction,
-                              definition.rolling_friction, definition.torsional_friction,
-                              bool(definition.wrench)};
-  if (!is_new && body.last_written == now) return;
-  if (is_new) {
-    io_internal::ShapeRows rows;
-    std::string lines;
-    const std::size_t shape = shapes.add(definition.shape, lines, rows);
-    output.shapes.add_all(lines);
-    output.vertices.add_all(rows.vertices);
-    output.triangles.add_all(rows.triangles);
+  Changeable now{{definition.restitution, definition.friction, definition.rolling_friction,
+                  definition.torsional_friction},
+                 bool(definition.wrench),
+                 definition.shape,
+                 definition.mass_properties};
+  const bool has_same_form = !is_new && body.last_written.has_form_of(now);
+  const Changeable& last = body.last_written;
+  if (has_same_form && last.material == now.material && last.has_wrench == now.has_wrench) return;
+  if (!has_same_form) {
+    const std::size_t shape = put_shape(definition.shape);
     body = Body{};
     body.id = id;
     body.shape = shape;
     if (definition.kind == BodyKind::Dynamic) body.p_BoBcm = definition.mass_properties.p_BoBcm;
-    if (id.slot < momenta.size()) momenta[id.slot] = {};
   }
-  body.last_written = now;
+  if (is_new && id.slot < momenta.size()) momenta[id.slot] = {};
   has_wrench.resize(std::max(has_wrench.size(), std::size_t(id.slot) + 1));
   has_wrench[id.slot] = now.has_wrench;
+  body.last_written = std::move(now);
   Json line = body_json(id, definition, body.shape, time);
   line["is_new"] = is_new;
   output.bodies.add_all(line.dump() + '\n');

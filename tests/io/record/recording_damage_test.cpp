@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <signal.h>
+#include <sys/file.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -123,6 +125,18 @@ TEST(RecordingDamage, AFileHasOneWriter) {
     EXPECT_NO_THROW(RecordingReader{file});
   }
   EXPECT_NO_THROW((RecordingWriter{file, testing::busy_header()}));
+}
+
+// HDF5 holds a shared lock for a moment whenever a reader opens a file.
+TEST(RecordingDamage, AReaderThatIsOpeningTheFileDoesNotStopItsWriter) {
+  const TemporaryDirectory directory;
+  const fs::path file = directory.write("run.h5", "");
+  const int reader = ::open(file.c_str(), O_RDONLY | O_CLOEXEC);
+  ASSERT_GE(reader, 0);
+  ASSERT_EQ(::flock(reader, LOCK_SH), 0);
+  testing::record_busy_run(file);
+  ::close(reader);
+  EXPECT_GT(RecordingReader(file).frames().size(), 0U);
 }
 
 }  // namespace

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "check/enclosure.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+namespace dyop_check {
+namespace {
+
+constexpr double kPi = 3.141592653589793;
+constexpr double kInside = 0.5;  // turns; a closed surface has whole ones
+
+// One point of each connected part of a body.
+std::vector<Vec> points_of(const Body& body) {
+  std::vector<Vec> points;
+  std::set<std::int64_t> known;
+  for (const Piece& piece : body.pieces) {
+    if (piece.surface >= 0 && !known.insert(piece.surface).second) continue;
+    points.push_back(piece.core_support({1, 0, 0}));
+  }
+  return points;
+}
+
+// How often the triangles of a body's meshes go around a point: solid angles, by the formula of
+// van Oosterom and Strackee.
+double turns_around(const Body& body, const Vec& p) {
+  double angle = 0;
+  for (const Piece& piece : body.pieces) {
+    if (piece.surface < 0) continue;
+    const Vec a = piece.points[0] - p;
+    const Vec b = piece.points[1] - p;
+    const Vec c = piece.points[2] - p;
+    const double la = norm(a);
+    const double lb = norm(b);
+    const double lc = norm(c);
+    angle += 2 * std::atan2(dot(a, cross(b, c)),
+                            la * lb * lc + dot(a, b) * lc + dot(b, c) * la + dot(c, a) * lb);
+  }
+  return angle / (4 * kPi);
+}
+
+bool is_in_box(const Node& box, const Vec& p) {
+  const Vec d = p - box.center;
+  return std::abs(d.x) <= box.half.x && std::abs(d.y) <= box.half.y && std::abs(d.z) <= box.half.z;
+}
+
+bool encloses(const RecordedBody& outer, const RecordedBody& inner, double t) {
+  const Segment* of_outer = outer.segment(t);
+  const Segment* of_inner = inner.segment(t);
+  if (of_outer == nullptr || of_inner == nullptr) return false;
+  const Pose X = of_outer->pose(t);
+  const Pose Y = of_inner->pose(t);
+  for (const Vec& point : points_of(*inner.shape)) {
+    const Vec p = transposed(X.R, Y * point - X.p);
+    if (is_in_box(outer.shape->nodes[0], p) && std::abs(turns_around(*outer.shape, p)) > kInside)
+      return true;
+  }
+  return false;
+}
+
+// When a body appears or is put elsewhere.
+std::set<double> beginnings(const RecordedBody& body, double begin) {
+  std::set<double> times = body.placed;
+  times.insert(std::max(begin, body.from));
+  return times;
+}
+
+}  // namespace
+
+std::vector<Enclosure> find_enclosures(const Recording& recording) {
+  std::vector<Enclosure> found;
+  const auto count = std::uint32_t(recording.bodies.size());
+  for (std::uint32_t outer = 0; outer < count; ++outer) {
+    const RecordedBody& mesh = recording.bodies[outer];
+    const auto& pieces = mesh.shape->pieces;
+    if (std::all_of(pieces.begin(), pieces.end(), [](const Piece& p) { return p.surface < 0; }))
+      continue;
+    for (std::uint32_t inner = 0; inner < count; ++inner) {
+      std::set<double> times = beginnings(recording.bodies[inner], recording.begin);
+      times.merge(beginnings(mesh, recording.begin));
+      for (const double t : times) {
+        if (!recording.is_tested(outer, inner, recording.rules_at(t)) ||
+            !encloses(mesh, recording.bodies[inner], t))
+          continue;
+        found.push_back({inner, outer, t});
+        break;
+      }
+    }
+  }
+  return found;
+}
+
+}  // namespace dyop_check
