@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <optional>
 #include <span>
+#include <utility>
 
+#include "core/assert.h"
 #include "dyop/core/error.h"
 #include "dyop/core/types.h"
 #include "dyop/geometry/mesh_topology.h"
@@ -125,48 +127,113 @@ DeformingObstacle::DeformingObstacle(const std::vector<Vector3>& vertices,
 bool DeformingObstacle::give(std::span<const Vector3> vertices, Scalar duration) {
   DYOP_REQUIRE(duration > 0 && duration < kInfinity,
                "give_snapshot: duration must be finite and > 0, not ", duration);
-  if (has_next_.load(std::memory_order_acquire)) return false;
+  if (has_next()) return false;
   // The tick changes the shown mesh only while there is a next one.
-  const Surface& last = meshes_[shown_];
+  refit_spare(1, vertices);
+  hand_over(duration, 1);
+  return true;
+}
+
+// The spare mesh sets out where the shown one is at a fraction of its motion.
+void DeformingObstacle::refit_spare(Scalar from, std::span<const Vector3> vertices) {
+  const Surface& last = surface();
   DYOP_REQUIRE(vertices.size() == last.mesh.end().size(), "give_snapshot: the mesh has ",
                last.mesh.end().size(), " vertices, not ", vertices.size());
   if (spare().version != last.version) spare() = last;
-  spare().mesh.refit(last.mesh.end(), vertices);
+  if (from < 1) {
+    places_.resize(vertices.size());
+    for (std::size_t k = 0; k < places_.size(); ++k) {
+      places_[k] = vertex_at({last, from, 0}, std::int32_t(k));
+    }
+  }
+  spare().mesh.refit(from < 1 ? std::span<const Vector3>(places_) : last.mesh.end(), vertices);
   spare().slabs.fit(spare().mesh);
-  hand_over(duration);
-  return true;
+}
+
+// If the fraction was read, and the turn announced, between two ticks, the next tick knows of it
+// before tissue moves. Otherwise a tick may come past it first: then tissue stands where adopted_
+// says until the second attempt is through.
+bool DeformingObstacle::retarget(std::span<const Vector3> vertices, Scalar duration, Scalar lead) {
+  DYOP_REQUIRE(duration > 0 && duration < kInfinity,
+               "retarget: duration must be finite and > 0, not ", duration);
+  DYOP_REQUIRE(lead >= 0 && lead < kInfinity, "retarget: lead must be finite and >= 0, not ", lead);
+  if (has_next()) {
+    Next offered = Next::Offered;
+    const bool is_mesh = !(next_duration_ > 0);
+    if (is_mesh || !next_.compare_exchange_strong(offered, Next::None)) return false;
+  }
+  const std::int64_t ticks = ticks_.load();
+  const Scalar rate = surface().duration > 0 ? 1 / surface().duration : 0;
+  Scalar from = std::min(Scalar{1}, fraction_told_.load() + lead * rate);
+  turn_at_.store(from);
+  turns_asked_.fetch_add(1);
+  const bool is_between_ticks = ticks % 2 == 0 && ticks_.load() == ticks;
+  refit_spare(from, vertices);
+  bool is_sure = is_between_ticks;
+  if (!is_sure && turns_seen_.load() == turns_asked_.load()) {
+    const Scalar adopted = adopted_.load();
+    if (adopted != from) refit_spare(adopted, vertices);
+    from = adopted;
+    turn_at_.store(from);
+    is_sure = true;
+  }
+  if (is_sure) {
+    hand_over(duration, from);
+  } else {
+    turn_at_.store(1);
+  }
+  return is_sure;
 }
 
 bool DeformingObstacle::give_mesh(std::span<const Vector3> vertices,
                                   std::span<const TriangleIndices> triangles) {
-  if (has_next_.load(std::memory_order_acquire)) return false;
+  if (has_next()) return false;
   const std::vector<Vector3> places(vertices.begin(), vertices.end());
   DeformingMesh mesh(places, places, {triangles.begin(), triangles.end()});
-  spare() = Surface(std::move(mesh), meshes_[shown_].version + 1);
-  hand_over(0);
+  spare() = Surface(std::move(mesh), surface().version + 1);
+  hand_over(0, 1);
   return true;
 }
 
-void DeformingObstacle::hand_over(Scalar duration) {
+void DeformingObstacle::hand_over(Scalar duration, Scalar from) {
+  spare().snapshot = surface().snapshot + 1;
+  spare().duration = duration;
   next_duration_ = duration;
-  has_next_.store(true, std::memory_order_release);
+  next_from_ = from;
+  ++next_given_;
+  next_.store(Next::Offered, std::memory_order_release);
 }
 
 bool DeformingObstacle::start_tick() {
-  is_next_seen_ = snapshots_taken_ < most_seen_ && has_next_.load(std::memory_order_acquire);
-  const std::int64_t seen = snapshots_taken_ + (is_next_seen_ ? 1 : 0);
+  ticks_.fetch_add(1);
+  Next offered = Next::Offered;
+  is_next_seen_ =
+      snapshots_taken_ < most_seen_ && next_.compare_exchange_strong(offered, Next::InUse);
+  const std::int64_t turns = turns_asked_.load();
+  end_fraction_ = std::max(fraction_, turn_at_.load());
+  adopted_.store(end_fraction_);
+  turns_seen_.store(turns);
+  if (fraction_ < end_fraction_ && surface().duration > 0) rate_ = 1 / surface().duration;
+  const bool is_newer = is_next_seen_ && std::exchange(newest_seen_, next_given_) != next_given_;
   const bool is_there = fraction_ >= 1 && !is_next_seen_;
-  if (seen > snapshots_seen_ || is_there) lag_ = 0;
-  snapshots_seen_ = seen;
+  if (is_newer || is_there) lag_ = 0;
+  snapshots_seen_ = std::max(snapshots_seen_, snapshots_taken_ + (is_next_seen_ ? 1 : 0));
   return time_left() == kInfinity && go_on();
 }
 
+void DeformingObstacle::end_tick() {
+  Next used = Next::InUse;
+  next_.compare_exchange_strong(used, Next::Offered);
+  fraction_told_.store(fraction_);
+  ticks_.fetch_add(1);
+}
+
 Scalar DeformingObstacle::time_left() const {
-  return rate() > 0 ? (1 - fraction_) / rate() : kInfinity;
+  return rate() > 0 ? (end_fraction_ - fraction_) / rate() : kInfinity;
 }
 
 Scalar DeformingObstacle::fraction_after(Scalar dt) const {
-  return dt >= time_left() ? 1 : std::min(Scalar{1}, fraction_ + dt * rate());
+  return dt >= time_left() ? end_fraction_ : std::min(end_fraction_, fraction_ + dt * rate());
 }
 
 void DeformingObstacle::pass(Scalar dt) {
@@ -174,34 +241,45 @@ void DeformingObstacle::pass(Scalar dt) {
 }
 
 bool DeformingObstacle::go_on() {
-  if (fraction_ < 1) return false;
+  if (fraction_ < end_fraction_) return false;
   rate_ = 0;
   if (!is_next_seen_) return false;
+  DYOP_ASSERT(fraction_ == next_from_, fraction_, ' ', next_from_);
   is_next_seen_ = false;
   shown_ = 1 - shown_;
   const bool is_other_mesh = !(next_duration_ > 0);
-  if (!is_other_mesh) {
-    fraction_ = 0;
-    rate_ = 1 / next_duration_;
-  }
+  fraction_ = is_other_mesh ? 1 : 0;
+  end_fraction_ = 1;
+  turn_at_.store(1);
+  fraction_told_.store(fraction_);
+  if (!is_other_mesh) rate_ = 1 / next_duration_;
   ++snapshots_taken_;
-  has_next_.store(false, std::memory_order_release);
+  next_.store(Next::None, std::memory_order_release);
   return is_other_mesh;
 }
 
-Vector3 DeformingObstacle::place(std::int32_t vertex) const {
-  const Vector3& begin = shown().begin()[std::size_t(vertex)];
-  const Vector3& end = shown().end()[std::size_t(vertex)];
-  return fraction_ >= 1 ? end : Vector3(begin + fraction_ * (end - begin));
+Vector3 DeformingObstacle::vertex_at(const Place& place, std::int32_t vertex) {
+  const Vector3& begin = place.surface.mesh.begin()[std::size_t(vertex)];
+  const Vector3& end = place.surface.mesh.end()[std::size_t(vertex)];
+  return place.fraction >= 1 ? end : Vector3(begin + place.fraction * (end - begin));
 }
 
-Vector3 DeformingObstacle::velocity_at(std::int32_t triangle, const Vector3& p_W, Scalar s) const {
-  const std::array<Scalar, 3> weights = weights_at(shown().triangle(triangle, s), p_W);
-  const TriangleIndices& t = shown().triangles()[std::size_t(triangle)];
+Vector3 DeformingObstacle::place(std::int32_t vertex) const {
+  return vertex_at(place_now(), vertex);
+}
+
+SurfacePoint DeformingObstacle::surface_at(const Place& place, std::int32_t triangle,
+                                           const Vector3& p_W) {
+  return {triangle, weights_at(place.surface.mesh.triangle(triangle, place.fraction), p_W)};
+}
+
+Vector3 DeformingObstacle::velocity_of(const Place& place, const SurfacePoint& point) {
+  const DeformingMesh& mesh = place.surface.mesh;
+  const TriangleIndices& t = mesh.triangles()[std::size_t(point.triangle)];
   Vector3 sum = Vector3::Zero();
   for (std::size_t k = 0; k < 3; ++k) {
     const auto vertex = std::size_t(t[k]);
-    sum += weights[k] * rate() * (shown().end()[vertex] - shown().begin()[vertex]);
+    sum += point.weights[k] * place.rate * (mesh.end()[vertex] - mesh.begin()[vertex]);
   }
   return sum;
 }
@@ -303,21 +381,23 @@ void DeformingObstacle::ask(const CorePiece& piece, const BodyMotion& motion,
   if (!impact.has_hit) return;
   const ImpactContact& contact = *result.contact;
   const Vector3 p_WB = contact.p_WCb - piece.radius * contact.nhat_AB_W;
-  impact.hit.v_WA =
-      velocity_at(contact.triangle_a.value_or(0), contact.p_WCa, fraction_after(impact.t_safe));
+  const Place then{surface(), fraction_after(impact.t_safe), rate()};
+  impact.hit.surface = surface_at(then, contact.triangle_a.value_or(0), contact.p_WCa);
+  impact.hit.v_WA = velocity_of(then, *impact.hit.surface);
   impact.hit.p_WA = contact.p_WCa - impact.t_safe * impact.hit.v_WA;
   impact.hit.p_WB = motion.X_WB.pose(0) * (result.X_WB.inverse() * p_WB);
   impact.hit.nhat_AB_W = contact.nhat_AB_W;
 }
 
-bool DeformingObstacle::is_minimum(const CorePiece& piece, const RigidPose& X_WB,
-                                   const PieceDistance& pair, std::int32_t triangle_a,
-                                   std::int32_t triangle_b) const {
-  const Scalar sine = sine_for(pair);
-  const SurfaceCone own{meshes_[shown_].topology, shown().triangles()};
+bool DeformingObstacle::is_minimum(const Place& place, const CorePiece& piece,
+                                   const RigidPose& X_WB, const PieceDistance& pair,
+                                   std::int32_t triangle_a, std::int32_t triangle_b,
+                                   Scalar least_sine) {
+  const Scalar sine = std::max(sine_for(pair), least_sine);
+  const SurfaceCone own{place.surface.topology, place.surface.mesh.triangles()};
   const Vector3& n_W = pair.nhat_AB;
   if (!own.admits(pair.feature_a, triangle_a, n_W, sine,
-                  [&](std::int32_t vertex) { return place(vertex); })) {
+                  [&](std::int32_t vertex) { return vertex_at(place, vertex); })) {
     return false;
   }
   const SurfaceCone other{piece.mesh.topology(), piece.mesh.triangles()};
@@ -327,40 +407,72 @@ bool DeformingObstacle::is_minimum(const CorePiece& piece, const RigidPose& X_WB
   });
 }
 
+// Appends the local minima of the gap between the surface and a piece of a body.
+template <typename IsOver>
+bool DeformingObstacle::find_minima(const Place& place, const CorePiece& piece, std::int32_t number,
+                                    const RigidPose& X_WB, const ExpectedApproach& approach,
+                                    Scalar least_sine, const IsOver& is_over, PairFront& front,
+                                    std::vector<HoldPoint>& holds) {
+  const StandingPair sides = standing(place, piece, X_WB);
+  ExpectedApproach of_core = approach;
+  of_core.least += piece.radius;
+  of_core.reach += piece.radius;
+  PieceDistance last;
+  return front.refine(
+      sides, of_core, is_over, [&](const PieceDistance& pair, std::int32_t a, std::int32_t b) {
+        const std::int32_t triangle_a = sides.a.triangle(a), triangle_b = sides.b.triangle(b);
+        // Triangles around the same vertices or edges have the same nearest points.
+        const bool is_same = pair.nhat_AB == last.nhat_AB && pair.p_a == last.p_a &&
+                             pair.feature_a == last.feature_a && pair.feature_b == last.feature_b;
+        last = pair;
+        if (is_same || !(pair.lower > 0) ||
+            !is_minimum(place, piece, X_WB, pair, triangle_a, triangle_b, least_sine)) {
+          return;
+        }
+        HoldPoint hold;
+        hold.p_WA = pair.p_a;
+        hold.p_WB = pair.p_b - piece.radius * pair.nhat_AB;
+        hold.nhat_AB_W = pair.nhat_AB;
+        hold.surface = surface_at(place, triangle_a, pair.p_a);
+        hold.v_WA = velocity_of(place, *hold.surface);
+        hold.key = {key_of(pair.feature_a, triangle_a, 0),
+                    key_of(pair.feature_b, triangle_b, number)};
+        holds.push_back(hold);
+      });
+}
+
 void DeformingObstacle::add_holds(const ToolBody& body, const RigidPose& X_WB,
                                   const ExpectedApproach& approach, WorkShare& share,
                                   PairMemory& kept, QueryMemory& /*memory*/,
                                   std::vector<HoldPoint>& holds) const {
   kept.resize(body.pieces.size());
+  const auto is_over = [&] { return share.is_over_small(); };
   for (std::size_t k = 0; k < kept.size(); ++k) {
-    const CorePiece& piece = body.pieces[k];
-    const StandingPair sides = standing(fraction_, piece, X_WB);
-    ExpectedApproach of_core = approach;
-    of_core.least += piece.radius;
-    of_core.reach += piece.radius;
-    PieceDistance last;
-    const auto visit = [&](const PieceDistance& pair, std::int32_t a, std::int32_t b) {
-      const std::int32_t triangle_a = sides.a.triangle(a), triangle_b = sides.b.triangle(b);
-      // Triangles around the same vertices or edges have the same nearest points.
-      const bool is_same = pair.nhat_AB == last.nhat_AB && pair.p_a == last.p_a &&
-                           pair.feature_a == last.feature_a && pair.feature_b == last.feature_b;
-      last = pair;
-      if (is_same || !(pair.lower > 0) || !is_minimum(piece, X_WB, pair, triangle_a, triangle_b)) {
-        return;
-      }
-      HoldPoint hold;
-      hold.p_WA = pair.p_a;
-      hold.p_WB = pair.p_b - piece.radius * pair.nhat_AB;
-      hold.nhat_AB_W = pair.nhat_AB;
-      hold.v_WA = velocity_at(triangle_a, pair.p_a, fraction_);
-      hold.key = {key_of(pair.feature_a, triangle_a, 0),
-                  key_of(pair.feature_b, triangle_b, std::int32_t(k))};
-      holds.push_back(hold);
-    };
-    if (!kept[k].front.refine(
-            sides, of_core, [&] { return share.is_over_small(); }, visit))
+    if (!find_minima(place_now(), body.pieces[k], std::int32_t(k), X_WB, approach, 0, is_over,
+                     kept[k].front, holds)) {
       return;
+    }
   }
+}
+
+bool DeformingObstacle::find_holds(const ObstacleProgress& where, const ToolBody& body,
+                                   const RigidPose& X_WB, const ContactSearch& search,
+                                   PairMemory& kept, std::vector<HoldPoint>& holds) const {
+  const auto surface = std::find_if(meshes_.begin(), meshes_.end(), [&](const Surface& mesh) {
+    return mesh.snapshot == where.snapshot;
+  });
+  if (surface == meshes_.end()) return false;
+  const Scalar rate =
+      surface->duration > 0 && where.fraction < 1 ? 1 / surface->duration : Scalar{0};
+  kept.resize(body.pieces.size());
+  for (std::size_t k = 0; k < kept.size(); ++k) {
+    kept[k].restart();
+    find_minima(
+        {*surface, where.fraction, rate}, body.pieces[k], std::int32_t(k), X_WB,
+        {.least = search.reach, .reach = search.reach}, search.rise, [] { return false; },
+        kept[k].front, holds);
+  }
+  return true;
 }
 
 namespace {

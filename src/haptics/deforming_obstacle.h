@@ -6,8 +6,10 @@
 #include <cstdint>
 #include <limits>
 #include <span>
+#include <vector>
 
 #include "dyop/geometry/mesh_topology.h"
+#include "dyop/haptics/haptic_session.h"
 #include "dyop/toi/deforming_mesh.h"
 #include "haptics/obstacle.h"
 
@@ -18,6 +20,10 @@ namespace dyop::haptics_internal {
 /// Two meshes alternate. One is shown; the other is free for give(), which refits or replaces it in
 /// the caller's thread, or holds the next motion. A single flag hands it over, so neither side ever
 /// waits, and the tick never frees a mesh.
+///
+/// retarget() ends the shown motion at a fraction of it (turn_at_), from which the next one sets
+/// out. Each tick reads that fraction when it starts. If it has come farther by then, tissue stands
+/// where it is and the tick tells where that is (adopted_).
 class DeformingObstacle final : public Obstacle {
  public:
   DeformingObstacle(const std::vector<Vector3>& vertices,
@@ -27,14 +33,20 @@ class DeformingObstacle final : public Obstacle {
   bool give(std::span<const Vector3> vertices, Scalar duration);
   /// See HapticSession::give_mesh(). From the same thread.
   bool give_mesh(std::span<const Vector3> vertices, std::span<const TriangleIndices> triangles);
+  /// See HapticSession::retarget(). From the same thread.
+  bool retarget(std::span<const Vector3> vertices, Scalar duration, Scalar lead);
+  /// See HapticSession::find_contacts(). From the same thread; `kept` is memory for that.
+  bool find_holds(const ObstacleProgress& where, const ToolBody& body, const RigidPose& X_WB,
+                  const ContactSearch& search, PairMemory& kept,
+                  std::vector<HoldPoint>& holds) const;
 
   /// The current position of the mesh: shown().triangle(i, fraction()).
-  const DeformingMesh& shown() const { return meshes_[shown_].mesh; }
+  const DeformingMesh& shown() const { return surface().mesh; }
   Scalar fraction() const { return fraction_; }
   /// Position of a vertex.
   Vector3 place(std::int32_t vertex) const;
   std::int64_t snapshots_taken() const { return snapshots_taken_; }
-  bool has_next() const { return has_next_.load(std::memory_order_acquire); }
+  bool has_next() const { return next_.load(std::memory_order_acquire) != Next::None; }
 
   PairImpact first_impact(const BodyMotion& motion, const ToiOptions& options, WorkClock& clock,
                           PairMemory& kept, QueryMemory& memory) const override;
@@ -49,12 +61,14 @@ class DeformingObstacle final : public Obstacle {
                                   PairMemory& kept) const override;
   void let_see(std::int64_t snapshots) override { most_seen_ = snapshots; }
   std::int64_t snapshots_seen() const override { return snapshots_seen_; }
+  ObstacleProgress progress() const override { return {snapshots_taken_, fraction_}; }
   Scalar speed() const override { return shown().largest_displacement() * rate(); }
   Scalar time_left() const override;
   void stop(Scalar dt) override { lag_ += dt; }
   void stand(bool is_standing) override { is_standing_ = is_standing; }
   Scalar lag() const override { return fraction_ < 1 || is_next_seen_ ? lag_ : 0; }
   bool start_tick() override;
+  void end_tick() override;
   void pass(Scalar dt) override;
   bool go_on() override;
 
@@ -69,19 +83,43 @@ class DeformingObstacle final : public Obstacle {
     DeformingMesh mesh;
     MeshTopology topology;
     MeshSlabs slabs;
-    std::int64_t version;  // counts the meshes given
+    std::int64_t version;       // counts the meshes given
+    std::int64_t snapshot = 0;  // its number, or that of the mesh
+    Scalar duration = 0;        // of its motion
   };
+  // A surface at a fraction of its motion.
+  struct Place {
+    const Surface& surface;
+    Scalar fraction;
+    Scalar rate;  // of the fraction, per time
+  };
+  // What the giver hands over: it may take back what is only offered.
+  enum class Next { None, Offered, InUse };
 
+  const Surface& surface() const { return meshes_[shown_.load(std::memory_order_relaxed)]; }
+  Place place_now() const { return {surface(), fraction_, rate()}; }
+  static StandingPair standing(const Place& place, const CorePiece& piece, const RigidPose& X_WB) {
+    return {place.surface.mesh, place.fraction, piece.mesh, X_WB, &place.surface.slabs};
+  }
   StandingPair standing(Scalar fraction, const CorePiece& piece, const RigidPose& X_WB) const {
-    return {shown(), fraction, piece.mesh, X_WB, &meshes_[shown_].slabs};
+    return standing({surface(), fraction, rate()}, piece, X_WB);
   }
   // Rate of the fraction, per time; 0 at rest.
   Scalar rate() const { return is_standing_ ? 0 : rate_; }
-  Surface& spare() { return meshes_[1 - shown_]; }
-  void hand_over(Scalar duration);
-  Vector3 velocity_at(std::int32_t triangle, const Vector3& p_W, Scalar s) const;
-  bool is_minimum(const CorePiece& piece, const RigidPose& X_WB, const PieceDistance& pair,
-                  std::int32_t triangle_a, std::int32_t triangle_b) const;
+  Surface& spare() { return meshes_[1 - shown_.load(std::memory_order_relaxed)]; }
+  void refit_spare(Scalar from, std::span<const Vector3> vertices);
+  void hand_over(Scalar duration, Scalar from);
+  static Vector3 vertex_at(const Place& place, std::int32_t vertex);
+  static SurfacePoint surface_at(const Place& place, std::int32_t triangle, const Vector3& p_W);
+  static Vector3 velocity_of(const Place& place, const SurfacePoint& point);
+  static bool is_minimum(const Place& place, const CorePiece& piece, const RigidPose& X_WB,
+                         const PieceDistance& pair, std::int32_t triangle_a,
+                         std::int32_t triangle_b, Scalar least_sine);
+  template <typename IsOver>
+  static bool find_minima(const Place& place, const CorePiece& piece, std::int32_t number,
+                          const RigidPose& X_WB, const ExpectedApproach& approach,
+                          Scalar least_sine, const IsOver& is_over, PairFront& front,
+                          std::vector<HoldPoint>& holds);
   struct Approach {
     Scalar near;  // what a motion must keep
     Scalar far;   // at the start, plus the displacement: surely apart
@@ -94,15 +132,28 @@ class DeformingObstacle final : public Obstacle {
   Scalar fraction_after(Scalar dt) const;
 
   std::array<Surface, 2> meshes_;
-  std::size_t shown_ = 0;
+  std::atomic<std::size_t> shown_{0};
   Scalar fraction_ = 1;
-  Scalar rate_ = 0;  // unless it stands
+  Scalar end_fraction_ = 1;  // where the motion ends
+  Scalar rate_ = 0;          // unless it stands
   bool is_standing_ = false;
   Scalar lag_ = 0;  // since the newest snapshot was seen, or it got there
   std::int64_t snapshots_taken_ = 0;
-  // Whether the mesh that is not shown is the next one. Set by give(), cleared by the tick.
-  std::atomic<bool> has_next_{false};
-  Scalar next_duration_ = 0;  // 0: another mesh, at rest
+  // Whether the mesh that is not shown is the next one. Offered by give(), cleared by the tick.
+  std::atomic<Next> next_{Next::None};
+  Scalar next_duration_ = 0;      // 0: another mesh, at rest
+  Scalar next_from_ = 1;          // where the shown motion ends for it
+  std::int64_t next_given_ = 0;   // counts what was handed over
+  std::int64_t newest_seen_ = 0;  // the last of them that a tick has seen
+  // Between retarget() and the ticks: the end of the shown motion that is asked for, with a number
+  // that counts such requests, and what the last tick has made of it.
+  std::atomic<Scalar> turn_at_{1};
+  std::atomic<std::int64_t> turns_asked_{0};
+  std::atomic<std::int64_t> turns_seen_{0};
+  std::atomic<Scalar> adopted_{1};
+  std::atomic<Scalar> fraction_told_{1};  // at the end of the last tick
+  std::atomic<std::int64_t> ticks_{0};    // twice their number; odd during a tick
+  std::vector<Vector3> places_;           // memory of retarget()
   std::int64_t snapshots_seen_ = 0;
   std::int64_t most_seen_ = std::numeric_limits<std::int64_t>::max();
   bool is_next_seen_ = false;  // as it was when the tick started

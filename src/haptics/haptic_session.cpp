@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include "core/tolerance.h"
 #include "dyop/core/error.h"
@@ -37,6 +38,9 @@ struct SessionState {
   WorkClock clock;
   HapticTick tick;
   Scalar time = 0;
+  // Memory of find_contacts().
+  haptics_internal::PairMemory search_memory;
+  std::vector<HoldPoint> found;
 };
 
 }  // namespace haptics_internal
@@ -54,6 +58,9 @@ using haptics_internal::ToolStep;
 
 // Time that a tick may miss by rounding.
 constexpr Scalar kTimeNoise = 0x1p-20;
+
+// A contact sticks if its force is farther inside the friction cone than this fraction of it.
+constexpr Scalar kConeEdge = 1e-3;
 
 // A snapshot takes at least this fraction of a period.
 constexpr Scalar kLeastDuration = 1e-6;  // literal: a ratio of times
@@ -119,13 +126,41 @@ HapticStatus status_of(const FollowReport& report, bool was_cut, bool is_late) {
   return report.is_held ? HapticStatus::Held : HapticStatus::Blocked;
 }
 
+ContactState state_of(const Vector3& force_W, const Vector3& nhat_W, Scalar friction) {
+  if (force_W.isZero(0)) return ContactState::Open;
+  const Scalar pressure = nhat_W.dot(force_W);
+  const Scalar across = (force_W - pressure * nhat_W).norm();
+  return across < (1 - kConeEdge) * friction * pressure ? ContactState::Stick : ContactState::Slip;
+}
+
+// Without its force.
+ToolContactPoint point_of(const HoldPoint& hold,
+                          std::span<const haptics_internal::ToolBody> bodies) {
+  ToolContactPoint contact;
+  contact.obstacle = hold.obstacle;
+  contact.part = hold.body;
+  contact.p_W = hold.p_WB;
+  contact.nhat_W = hold.nhat_AB_W;
+  contact.gap = hold.gap();
+  contact.hinge = bodies[hold.body].hinge;
+  contact.p_WO = hold.p_WA;
+  contact.v_WO = hold.v_WA;
+  contact.surface = hold.surface;
+  return contact;
+}
+
 void tell_contacts(const SessionState& state, HapticTick& tick) {
   tick.contacts.clear();
-  for (const HoldPoint& hold : state.proxy.holds()) {
-    if (hold.impulse_W.isZero(0)) continue;
-    tick.contacts.push_back(
-        {hold.obstacle, hold.body, hold.p_WB, hold.nhat_AB_W, hold.gap(), hold.impulse_W});
+  tick.candidates.clear();
+  const haptics_internal::Proxy& proxy = state.proxy;
+  for (const HoldPoint& hold : proxy.holds()) {
+    ToolContactPoint contact = point_of(hold, proxy.bodies());
+    contact.force_W = proxy.force_W(hold);
+    contact.state =
+        state_of(contact.force_W, hold.nhat_AB_W, proxy.obstacles()[hold.obstacle]->friction);
+    (contact.state == ContactState::Open ? tick.candidates : tick.contacts).push_back(contact);
   }
+  tick.impulses = proxy.impulses();
 }
 
 // A bound of the speed of all points of a body if the tool keeps the motion of this tick.
@@ -192,46 +227,80 @@ void tell_tissue(const SessionState& state, Scalar late, HapticTick& tick) {
     obstacles[k]->stop(late);
     tick.tissue_lag = std::max(tick.tissue_lag, obstacles[k]->lag());
     tick.snapshots[k] = obstacles[k]->snapshots_seen();
+    tick.progress[k] = obstacles[k]->progress();
   }
   for (const auto& region : state.soft_regions) {
     tick.tissue_lag = std::max(tick.tissue_lag, region->region().lag());
   }
 }
 
-const HapticTick& run_tick(SessionState& state, const DevicePose& device, Scalar dt) {
-  using Verdict = DeviceFilter::Verdict;
-  HapticTick& tick = state.tick;
-  tick.statistics = {};
-  const Verdict verdict = state.filter.judge(device, dt);
-  const ToolPose before = state.proxy.pose();
-  const Scalar passed = dt >= 0 && dt < kInfinity ? dt : 0;
-  // Without a device pose the proxy stays where it is, unless tissue pushes it.
-  const FollowReport report =
-      state.proxy.follow(verdict == Verdict::Invalid ? std::nullopt : state.filter.goal(), passed,
-                         state.clock, tick.statistics);
-  // A tick that only has to leave soft regions and clearances to the next has done all that its
-  // status tells.
-  const bool was_cut = state.clock.cutoff().has_value();
+// What came of a tick, before it is told.
+struct Outcome {
+  DeviceFilter::Verdict verdict;
+  Scalar dt;  // that passed
+  FollowReport report;
+  bool was_cut = false;
+  ToolStep step;    // of the tool
+  Scalar late = 0;  // time in which tissue stood
+};
+
+// Each region's own proxy goes where the tool is now.
+void follow_in_soft_regions(SessionState& state, Scalar dt) {
   for (const auto& region : state.soft_regions) {
     region->region().let_see(state.proxy.obstacles()[region->obstacle()]->snapshots_seen());
-    region->follow(state.proxy.pose(), passed, state.clock, tick.statistics);
+    region->follow(state.proxy.pose(), dt, state.clock, state.tick.statistics);
   }
-  state.proxy.measure({state.clock, state.options.clearance_work}, tick.statistics);
-  const Scalar late = passed - report.committed;
-  const bool is_late = late > kTimeNoise * passed;
-  state.time += passed;
+}
+
+// The stages of a tick up to the clearances. Without a device pose the proxy stays where it is,
+// unless tissue pushes it. A tick that only has to leave soft regions and clearances to the next
+// has done all that its status tells.
+Outcome run_stages(SessionState& state, const DevicePose& device, Scalar dt) {
+  using Verdict = DeviceFilter::Verdict;
+  TickStatistics& work = state.tick.statistics;
+  const ToolPose before = state.proxy.pose();
+  Outcome outcome{state.filter.judge(device, dt), dt >= 0 && dt < kInfinity ? dt : 0, {}, {}, {}};
+  const std::optional<ToolPose> goal =
+      outcome.verdict == Verdict::Invalid ? std::nullopt : state.filter.goal();
+  outcome.report = state.proxy.follow(goal, outcome.dt, state.clock, work);
+  outcome.was_cut = state.clock.cutoff().has_value();
+  follow_in_soft_regions(state, outcome.dt);
+  state.proxy.measure({state.clock, state.options.clearance_work}, work);
+  outcome.step = haptics_internal::step_between(before, state.proxy.pose());
+  const Scalar late = outcome.dt - outcome.report.committed;
+  if (late > kTimeNoise * outcome.dt) outcome.late = late;
+  return outcome;
+}
+
+HapticStatus status_of(const Outcome& outcome) {
+  switch (outcome.verdict) {
+    case DeviceFilter::Verdict::Invalid:
+      return HapticStatus::InvalidInput;
+    case DeviceFilter::Verdict::Outlier:
+      return HapticStatus::Outlier;
+    case DeviceFilter::Verdict::Usable:
+    case DeviceFilter::Verdict::Moved:
+      break;
+  }
+  return status_of(outcome.report, outcome.was_cut, outcome.late > 0);
+}
+
+const HapticTick& run_tick(SessionState& state, const DevicePose& device, Scalar dt) {
+  HapticTick& tick = state.tick;
+  tick.statistics = {};
+  const Outcome outcome = run_stages(state, device, dt);
+  state.time += outcome.dt;
+  tick.time = state.time;
   tick.tool = state.proxy.pose();
   tick.path = state.proxy.path();
   tick.cutoff = state.clock.cutoff();
   tick.statistics.checkpoints = state.clock.checkpoints();
   tick.statistics.work = state.clock.work();
-  tell_tissue(state, is_late ? late : 0, tick);
+  tell_tissue(state, outcome.late, tick);
   tell_contacts(state, tick);
-  tell_clearances(state, haptics_internal::step_between(before, tick.tool), passed, tick);
-  tell_wrench(state, verdict, dt, tick);
-  tick.status = verdict == Verdict::Invalid   ? HapticStatus::InvalidInput
-                : verdict == Verdict::Outlier ? HapticStatus::Outlier
-                                              : status_of(report, was_cut, is_late);
+  tell_clearances(state, outcome.step, outcome.dt, tick);
+  tell_wrench(state, outcome.verdict, dt, tick);
+  tick.status = status_of(outcome);
   return tick;
 }
 
@@ -252,6 +321,29 @@ void require_places(const SessionState& state, const char* name,
   }
 }
 
+void require_duration(const SessionState& state, const char* name, Scalar duration) {
+  const Scalar least = kLeastDuration * state.options.coupling.period;
+  DYOP_REQUIRE(duration >= least && duration < kInfinity, name,
+               ": duration must be finite and at least a millionth of the period, ", least,
+               ", not ", duration);
+}
+
+void require_valid(const ContactSearch& search, const ObstacleProgress& progress) {
+  DYOP_REQUIRE(search.reach > 0 && search.reach < kInfinity,
+               "find_contacts: reach must be finite and > 0, not ", search.reach);
+  DYOP_REQUIRE(search.rise >= 0 && search.rise <= 1, "find_contacts: rise must be in [0, 1], not ",
+               search.rise);
+  DYOP_REQUIRE(search.spread >= 0, "find_contacts: spread must be >= 0, not ", search.spread);
+  DYOP_REQUIRE(progress.fraction >= 0 && progress.fraction <= 1,
+               "find_contacts: fraction must be in [0, 1], not ", progress.fraction);
+}
+
+bool is_crowded(const HoldPoint& hold, Scalar spread, std::span<const ToolContactPoint> contacts) {
+  return std::any_of(contacts.begin(), contacts.end(), [&](const ToolContactPoint& contact) {
+    return contact.part == hold.body && (contact.p_W - hold.p_WB).norm() < spread;
+  });
+}
+
 // To an obstacle and, of a soft region, the copy of it; first to that, so that what the tick has
 // seen of the obstacle is there of the copy.
 template <typename Give>
@@ -269,6 +361,57 @@ bool give(const SessionState& state, const char* name, std::size_t number,
 
 }  // namespace
 
+Eigen::MatrixXd tool_jacobian(std::span<const ToolHinge> hinges, const ToolPose& tool,
+                              const ToolPoint& point) {
+  const auto cross = [](const Vector3& r) {
+    Matrix3 m;
+    m << 0, -r.z(), r.y(), r.z(), 0, -r.x(), -r.y(), r.x(), 0;
+    return m;
+  };
+  Eigen::MatrixXd J = Eigen::MatrixXd::Zero(3, 6 + Eigen::Index(hinges.size()));
+  J.leftCols<3>().setIdentity();
+  J.middleCols<3>(3) = -cross(point.p_W - tool.X_WT.translation());
+  if (!point.hinge) return J;
+  DYOP_REQUIRE(*point.hinge < hinges.size(), "tool_jacobian: the point names hinge ", *point.hinge,
+               " of ", hinges.size());
+  const RigidPose X_WJ = tool.X_WT * hinges[*point.hinge].X_TJ;
+  J.col(6 + Eigen::Index(*point.hinge)) =
+      X_WJ.rotation().col(2).cross(point.p_W - X_WJ.translation());
+  return J;
+}
+
+Eigen::VectorXd tool_displacement(std::size_t hinges, const ToolPose& from, const ToolPose& to) {
+  DYOP_REQUIRE(hinges <= kMostHinges, "tool_displacement: a tool has at most ", kMostHinges,
+               " hinges, not ", hinges);
+  const ToolStep step = haptics_internal::step_between(from, to);
+  Eigen::VectorXd x(6 + Eigen::Index(hinges));
+  x.head<3>() = step.v_W;
+  x.segment<3>(3) = step.w_W;
+  for (std::size_t k = 0; k < hinges; ++k) x[6 + Eigen::Index(k)] = step.angles[k];
+  return x;
+}
+
+Eigen::VectorXd coupling_compliance(const CouplingOptions& coupling,
+                                    std::span<const ToolHinge> hinges) {
+  Eigen::VectorXd compliance(6 + Eigen::Index(hinges.size()));
+  compliance.head<3>() = coupling.stiffness.cwiseInverse();
+  compliance.segment<3>(3) = coupling.rotational_stiffness.cwiseInverse();
+  for (std::size_t k = 0; k < hinges.size(); ++k) {
+    compliance[6 + Eigen::Index(k)] = 1 / hinges[k].stiffness;
+  }
+  return compliance;
+}
+
+Eigen::MatrixXd coupling_compliance(const CouplingOptions& coupling,
+                                    std::span<const ToolHinge> hinges, const ToolPose& tool,
+                                    std::span<const ToolPoint> points) {
+  Eigen::MatrixXd J(3 * Eigen::Index(points.size()), 6 + Eigen::Index(hinges.size()));
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    J.middleRows<3>(3 * Eigen::Index(k)) = tool_jacobian(hinges, tool, points[k]);
+  }
+  return J * coupling_compliance(coupling, hinges).asDiagonal() * J.transpose();
+}
+
 HapticSession::HapticSession(const HapticScene& scene, const HapticOptions& options) {
   require_valid(options);
   require_valid(scene);
@@ -279,7 +422,9 @@ HapticSession::HapticSession(const HapticScene& scene, const HapticOptions& opti
   state_->tick.tool = state_->proxy.pose();
   state_->tick.clearances.resize(scene.obstacles.size());
   state_->tick.snapshots.resize(scene.obstacles.size());
+  state_->tick.progress.resize(scene.obstacles.size());
   state_->tick.contacts.reserve(std::size_t(options.max_contacts));
+  state_->tick.candidates.reserve(std::size_t(options.max_contacts));
 }
 
 HapticSession::~HapticSession() = default;
@@ -328,10 +473,7 @@ std::size_t HapticSession::obstacle_count() const {
 
 bool HapticSession::give_snapshot(std::size_t obstacle, std::span<const Vector3> vertices,
                                   Scalar duration) {
-  const Scalar least = kLeastDuration * state_->options.coupling.period;
-  DYOP_REQUIRE(duration >= least && duration < kInfinity,
-               "give_snapshot: duration must be finite and at least a millionth of the period, ",
-               least, ", not ", duration);
+  require_duration(*state_, "give_snapshot", duration);
   return give(*state_, "give_snapshot", obstacle, vertices,
               [&](DeformingObstacle& tissue) { return tissue.give(vertices, duration); });
 }
@@ -340,6 +482,48 @@ bool HapticSession::give_mesh(std::size_t obstacle, std::span<const Vector3> ver
                               std::span<const TriangleIndices> triangles) {
   return give(*state_, "give_mesh", obstacle, vertices,
               [&](DeformingObstacle& tissue) { return tissue.give_mesh(vertices, triangles); });
+}
+
+bool HapticSession::retarget(std::size_t obstacle, std::span<const Vector3> vertices,
+                             Scalar duration, Scalar lead) {
+  require_duration(*state_, "retarget", duration);
+  DeformingObstacle& tissue = deforming(*state_, obstacle);
+  require_places(*state_, "retarget", vertices);
+  for (const auto& region : state_->soft_regions) {
+    DYOP_REQUIRE(region->obstacle() != obstacle, "retarget: obstacle ", obstacle,
+                 " is a soft region; give it snapshots");
+  }
+  return tissue.retarget(vertices, duration, lead);
+}
+
+bool HapticSession::find_contacts(std::size_t obstacle, const ObstacleProgress& progress,
+                                  const ToolPose& tool, const ContactSearch& search,
+                                  std::vector<ToolContactPoint>& contacts) {
+  const DeformingObstacle& tissue = deforming(*state_, obstacle);
+  require_valid(search, progress);
+  const auto bodies = state_->proxy.bodies();
+  std::vector<HoldPoint>& found = state_->found;
+  found.clear();
+  for (std::size_t body = 0; body < bodies.size(); ++body) {
+    const RigidPose X_WB =
+        tool.X_WT * haptics_internal::body_in_tool(bodies[body], state_->proxy.hinges(), tool);
+    const std::size_t first = found.size();
+    if (!tissue.find_holds(progress, bodies[body], X_WB, search, state_->search_memory, found)) {
+      return false;
+    }
+    for (std::size_t k = first; k < found.size(); ++k) {
+      found[k].body = body;
+      found[k].obstacle = obstacle;
+    }
+  }
+  std::sort(found.begin(), found.end(), [](const HoldPoint& x, const HoldPoint& y) {
+    return std::tuple(x.gap(), x.body, x.key) < std::tuple(y.gap(), y.body, y.key);
+  });
+  contacts.clear();
+  for (const HoldPoint& hold : found) {
+    if (!is_crowded(hold, search.spread, contacts)) contacts.push_back(point_of(hold, bodies));
+  }
+  return true;
 }
 
 std::vector<Vector3> HapticSession::tissue_vertices(std::size_t obstacle) const {

@@ -2,12 +2,15 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "dyop/contact/contact_generator.h"
 #include "dyop/contact/contact_point.h"
 #include "dyop/distance/distance.h"
 #include "dyop/haptics/haptic_scene.h"
+#include "dyop/haptics/haptic_session.h"
+#include "dyop/haptics/haptic_tick.h"
 #include "dyop/toi/time_of_impact.h"
 #include "haptics/tool_body.h"
 #include "haptics/work_clock.h"
@@ -22,7 +25,8 @@ struct HoldPoint {
   Vector3 p_WA = Vector3::Zero();
   Vector3 p_WB = Vector3::Zero();
   Vector3 nhat_AB_W = Vector3::UnitX();
-  Vector3 v_WA = Vector3::Zero();  ///< velocity of A's material point
+  Vector3 v_WA = Vector3::Zero();            ///< velocity of A's material point
+  std::optional<SurfacePoint> surface = {};  ///< p_WA on A's mesh, if A deforms
   ContactKey key;
   Vector3 impulse_W = Vector3::Zero();  ///< of the last solve, on B
   Scalar curvature = 0;                 ///< true gap at the end of the motion minus the linear one
@@ -144,10 +148,13 @@ class Obstacle {
   /// Takes over the snapshots of other threads; later ones wait for the next tick.
   /// @return As go_on().
   virtual bool start_tick() { return false; }
+  /// Other threads may take back what was not started on.
+  virtual void end_tick() {}
   /// From now on start_tick() takes over no more than so many snapshots and meshes in all.
   virtual void let_see(std::int64_t /*snapshots*/) {}
   /// Snapshots and meshes given before the tick.
   virtual std::int64_t snapshots_seen() const { return 0; }
+  virtual ObstacleProgress progress() const { return {}; }
   /// Time passes in which it does not move, although it should.
   virtual void stop(Scalar /*dt*/) {}
   /// How much later it reaches the newest snapshot seen, since it was stopped.
@@ -163,5 +170,19 @@ class Obstacle {
 };
 
 std::unique_ptr<Obstacle> make_rigid_obstacle(const ToolObstacle& obstacle);
+
+/// The tool and what is around it, as they are now.
+struct LoopScene {
+  LoopScene(const HapticScene& scene, const HapticOptions& given);
+
+  RigidPose body_pose(const ToolPose& tool, std::size_t body) const {
+    return tool.X_WT * body_in_tool(bodies[body], hinges, tool);
+  }
+
+  HapticOptions options;
+  std::vector<ToolHinge> hinges;
+  std::vector<ToolBody> bodies;
+  std::vector<std::unique_ptr<Obstacle>> obstacles;
+};
 
 }  // namespace dyop::haptics_internal

@@ -9,8 +9,10 @@
 
 #include "dyop/core/types.h"
 #include "dyop/haptics/haptic_session.h"
+#include "haptics/active_contacts.h"
 #include "haptics/hold_solver.h"
 #include "haptics/obstacle.h"
+#include "haptics/pair_proofs.h"
 #include "haptics/tool_body.h"
 #include "haptics/work_clock.h"
 
@@ -69,21 +71,6 @@ void Escape::try_next(const IsApart& is_apart) {
   length_ = first_length_;
 }
 
-/// What is proven about a body and an obstacle at their current poses.
-struct ProxyPair {
-  std::size_t body = 0;
-  std::size_t obstacle = 0;
-  PairDistance distance;  ///< bounds hold; points are those of the last measurement
-  Scalar target = 0;      ///< what the next motion keeps: the margin, or less if it is nearer
-  Scalar tolerance = 0;
-  /// What the motions tried since the last commit have been proven to keep, up to their safe times.
-  Scalar proven = kInfinity;
-  bool is_overlapping = false;  ///< not proven apart: left out of the proof
-  Scalar eased_from = 0;        ///< while nearer than what is kept: the largest distance since then
-  int level = 0;                ///< how much of its slack it has used up: see Proxy::set_band()
-  PairMemory kept;
-};
-
 /// How far the proxy followed the device in one tick.
 struct FollowReport {
   Scalar committed = 0;  ///< time
@@ -94,117 +81,104 @@ struct FollowReport {
 };
 
 /// The tool's proxy among the obstacles: makes only proven motions.
+///
+/// follow() divides a tick where an obstacle takes its next snapshot. In each part move() goes
+/// through the stages, each of which takes what the one before it returns:
+///
+///   plan()                   the step that leads to the device
+///   ActiveContacts::gather   where obstacles hold the tool
+///   ActiveContacts::solve    the step nearest to the planned one that they admit       <--+
+///   PairProofs::prove        how far it is free; a hit is another active contact       ---+
+///   commit()                 tool, obstacles and distances go on to where that is proven
+///
+/// Then stay() lets tissue go on as far as that is proven while the tool waits, and
+/// PairProofs::measure() tightens the clearances.
 class Proxy {
  public:
   Proxy(const HapticScene& scene, const HapticOptions& options);
+  Proxy(const Proxy&) = delete;
+  Proxy& operator=(const Proxy&) = delete;
 
-  const ToolPose& pose() const { return pose_; }
+  const ToolPose& pose() const { return course_.pose; }
   /// The motions of the last follow().
   const std::vector<ToolWaypoint>& path() const { return path_; }
-  std::span<const HoldPoint> holds() const { return holds_; }
-  std::span<const ProxyPair> pairs() const { return pairs_; }
-  std::span<const std::unique_ptr<Obstacle>> obstacles() const { return obstacles_; }
-  std::span<const ToolBody> bodies() const { return bodies_; }
-  RigidPose body_pose(std::size_t body) const {
-    return pose_.X_WT * body_in_tool(bodies_[body], hinges_, pose_);
-  }
+  std::span<const HoldPoint> holds() const { return contacts_.holds(); }
+  /// The force of a hold on the tool in the last solve, as if that had been for the whole way to
+  /// the goal.
+  Vector3 force_W(const HoldPoint& hold) const { return hold.impulse_W / goal_part_; }
+  /// Of the holds over the last follow(), in its unit of time.
+  const std::vector<ToolImpulse>& impulses() const { return impulses_; }
+  std::span<const ProxyPair> pairs() const { return proofs_.pairs(); }
+  std::span<const std::unique_ptr<Obstacle>> obstacles() const { return scene_.obstacles; }
+  std::span<const ToolBody> bodies() const { return scene_.bodies; }
+  std::span<const ToolHinge> hinges() const { return scene_.hinges; }
 
   /// Moves towards the goal while time dt passes, within the clock's budget. Without a goal it
   /// stays where it is, as long as tissue lets it.
   FollowReport follow(const std::optional<ToolPose>& goal, Scalar dt, WorkClock& clock,
                       TickStatistics& work);
   /// Measures again the clearances whose bounds have become loose, as far as the share lasts.
-  void measure(WorkShare share, TickStatistics& work);
+  void measure(WorkShare share, TickStatistics& work) {
+    proofs_.measure(course_.pose, share, work);
+  }
 
  private:
-  /// A motion and how far it is proven.
-  struct Proof {
-    Scalar t_safe = 0;
-    bool is_undecided = false;  // the budget ended
-    bool has_hit = false;
-    HoldPoint hit;
+  /// What a tick is about, and how far it has come.
+  struct Following {
+    ToolPose goal;
+    bool is_pulled;  ///< or the goal is where the tool is, for want of another
+    Scalar dt;
+    WorkClock& clock;
+    TickStatistics& work;
+    FollowReport report = {};
+    bool is_short = false;  ///< the last motion ends before its step does
+
+    bool has_time() const;
   };
+  /// A part of a tick.
   struct Piece {
     Scalar duration;
-    Scalar remaining;  // of the tick
+    Scalar remaining;  ///< of the tick
     bool is_standing = false;
   };
+  struct Plan {
+    ToolStep wish;
+    Scalar part;  ///< of the way to the goal
+  };
+  struct Motion {
+    ToolStep step;
+    Scalar t_safe = 0;
+  };
 
-  Scalar move(const ToolPose& goal, const Piece& piece, WorkClock& clock, TickStatistics& work,
-              FollowReport& report);
-  Scalar stay(Scalar duration, WorkClock& clock, TickStatistics& work, FollowReport& report);
-  void move_among_standing(const ToolPose& goal, Scalar duration, WorkClock& clock,
-                           TickStatistics& work, FollowReport& report);
+  void start(const Following& tick);
+  void finish(bool was_standing, Following& tick);
+  Piece next_piece(const Following& tick);
+  Scalar move(const ToolPose& goal, const Piece& piece, Following& tick);
+  Plan plan(const ToolPose& goal, const Piece& piece) const;
+  Motion find_motion(const StepGoal& goal, Following& tick);
+  Scalar stay(Scalar duration, Following& tick);
+  void wait(Following& tick);
+  void move_in_rounds(Following& tick);
+  void move_among_standing(Following& tick);
   void look_for_escape(WorkClock& clock, TickStatistics& work);
-  void gather_holds(const ToolStep& wish, const Piece& piece, WorkClock& clock);
-  Scalar likely_step(const ToolBody& body, const ToolMotion& wished, Scalar duration) const;
-  Scalar size_of(const ToolBody& body, const ToolStep& step) const;
-  Scalar horizon_of(const ToolStep& step, Scalar duration) const;
-  void expect(const ProxyPair& pair, Scalar duration, ExpectedApproach& approach) const;
-  void carry_holds();
-  void release_holds();
-  void keep_found();
-  void add_if_new(const HoldPoint& hold);
-  std::size_t most_holds() const;
-  void thin_holds();
-  void warm_start();
-  Scalar bend_holds(const ToolMotion& motion, const ToolStep& step, Scalar part, Scalar end_time);
-  ToolStep solve(const StepGoal& goal, WorkClock& clock, TickStatistics& work);
-  void add_hit(const HoldPoint& hit);
-  Proof prove(const ToolMotion& motion, Scalar duration, WorkClock& clock, TickStatistics& work,
-              FollowReport& report);
-  PairImpact ask(ProxyPair& pair, const BodyMotion& motion, WorkClock& clock, TickStatistics& work);
-  void set_band(ProxyPair& pair) const;
-  bool has_band_below(ProxyPair& pair, Scalar distance) const;
-  void choose_band(ProxyPair& pair, Scalar noise) const;
-  PairImpact ask_again(ProxyPair& pair, const BodyMotion& motion, Scalar noise, WorkClock& clock,
-                       TickStatistics& work);
-  void measure(ProxyPair& pair, const DistanceWish& wish, WorkShare& share, TickStatistics& work);
+  Proof prove(const ToolMotion& motion, Scalar duration, Following& tick);
   void commit(const ToolMotion& motion, Scalar t);
+  void add_impulses(Scalar time);
   void forget(std::size_t obstacle);
-  Scalar piece_time(Scalar remaining) const;
   bool is_at(const ToolPose& goal) const;
-  DistanceWish wish_for(std::size_t obstacle) const;
-  Scalar excess(const ProxyPair& pair, const DistanceWish& wish) const;
-  static void take(const PairDistance& found, ProxyPair& pair);
-  void refresh(std::size_t obstacle);
   void take_pace(bool was_cut, bool has_moved);
 
-  const HapticOptions options_;
-  const Scalar tolerance_;  // of impacts
-  std::vector<ToolHinge> hinges_;
-  std::vector<std::unique_ptr<Obstacle>> obstacles_;
-  std::vector<ToolBody> bodies_;
-  std::vector<ProxyPair> pairs_;
-  /// A pair whose bounds are farther apart than allowed: how many times.
-  struct Loose {
-    Scalar excess;
-    std::size_t pair;
-  };
-  std::vector<Loose> loose_;
-  Scalar pace_ = 1;  // part of the way to the device that is tried
-  HoldSolver solver_;
-  QueryMemory memory_;
+  LoopScene scene_;
+  PairProofs proofs_;
+  ActiveContacts contacts_;
   Escape escape_;
-  ToolPose pose_;
-  ToolStep last_step_;       // of the last motion
-  ToolStep last_tick_step_;  // of all motions of the last tick
-  int stuck_ticks_ = 0;      // in a row, in which nothing moved
-  bool is_short_ = false;    // the last motion ends before its step does
-  ToolStep rate_;            // the last motion's, per time
-  ToolStep rate_before_;     // of the motion before it
-  ToolStep goal_step_;       // of the device, since the last tick
-  ToolStep last_goal_step_;  // in the tick before
+  Course course_;
   std::optional<ToolPose> last_goal_;
-  std::vector<ToolWaypoint> path_;
-  std::vector<HoldPoint> holds_;
-  ToolPose holds_from_;           // where they were found
-  Scalar holds_since_ = 0;        // time since then
-  bool was_hasty_ = false;        // the last search for holds was cut off
-  std::int64_t search_work_ = 0;  // pieces of the last search for holds
+  int stuck_ticks_ = 0;  // in a row, in which nothing moved
   bool was_escape_cut_ = false;
-  std::vector<HoldPoint> last_holds_;
-  std::vector<HoldPoint> found_;
+  Scalar goal_part_ = 1;  // of the way to the goal that the last solve was for
+  std::vector<ToolWaypoint> path_;
+  std::vector<ToolImpulse> impulses_;
 };
 
 }  // namespace dyop::haptics_internal

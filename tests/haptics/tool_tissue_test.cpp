@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <cmath>
 #include <thread>
 
@@ -63,6 +64,130 @@ TEST(ToolTissue, ASwapInTheMiddleOfATickIsKeptToTheTime) {
   EXPECT_NEAR(session.tissue_vertices(0)[0].z(), 1 - 0.1, 1e-9);
   EXPECT_EQ(session.last().path.size(), 3u);
   EXPECT_EQ(session.last().status, HapticStatus::Free);
+}
+
+Scalar height_of(const HapticSession& session) {
+  return session.tissue_vertices(0)[0].z();
+}
+
+TEST(ToolTissue, RetargetedItSetsOutFromWhereItIs) {
+  const auto sheet = testing::sheet(20, 4);
+  for (const int lead : {0, 3}) {
+    HapticScene scene = ball_tool(2, {0, 0, 20});
+    scene.obstacles.push_back(deforming_tissue(sheet));
+    HapticSession session(scene, haptic_options());
+    const auto pass = [&](int ticks) {
+      for (int k = 0; k < ticks; ++k) session.update(device_at({0, 0, 20}), kMillisecond);
+    };
+    session.give_snapshot(0, lifted(sheet.vertices, 1), 0.02);
+    pass(5);
+    // Never reached, as another one takes its place.
+    EXPECT_TRUE(session.give_snapshot(0, lifted(sheet.vertices, 9), 0.02));
+    EXPECT_TRUE(session.retarget(0, lifted(sheet.vertices, -1), 0.01, lead * kMillisecond));
+    pass(lead);
+    const Scalar turned = 0.25 + 0.05 * lead;
+    EXPECT_NEAR(height_of(session), turned, 1e-9);
+    for (int k = 1; k <= 15; ++k) {
+      pass(1);
+      EXPECT_NEAR(height_of(session), turned - (turned + 1) * std::min(1.0, 0.1 * k), 1e-9) << k;
+    }
+    EXPECT_EQ(session.snapshots_taken(0), 2);
+    EXPECT_EQ(session.last().progress[0].snapshot, 2);
+    // At rest it is like any snapshot.
+    EXPECT_TRUE(session.retarget(0, lifted(sheet.vertices, 2), 0.01));
+    pass(5);
+    EXPECT_NEAR(height_of(session), 0.5, 1e-9);
+  }
+}
+
+TEST(ToolTissue, ACutIsNotTakenBack) {
+  const auto sheet = testing::sheet(20, 4);
+  HapticScene scene = ball_tool(2, {0, 0, 20});
+  scene.obstacles.push_back(deforming_tissue(sheet));
+  HapticSession session(scene, haptic_options());
+  EXPECT_TRUE(session.give_mesh(0, sheet.vertices, sheet.triangles));
+  EXPECT_FALSE(session.retarget(0, sheet.vertices, 0.01));
+  session.update(device_at({0, 0, 20}), kMillisecond);
+  EXPECT_TRUE(session.retarget(0, sheet.vertices, 0.01));
+  EXPECT_THROW(session.retarget(0, sheet.vertices, 0), InvalidArgument);
+  EXPECT_THROW(session.retarget(0, sheet.vertices, 0.01, -1), InvalidArgument);
+  EXPECT_THROW(session.retarget(1, sheet.vertices, 0.01), InvalidArgument);
+}
+
+// Tissue that the tool has stopped is sent back before it has come to its end.
+TEST(ToolTissue, RetargetFreesTissueThatWasStopped) {
+  const auto sheet = testing::sheet(30, 4);
+  const auto upper = sheet.moved(Matrix3::Identity(), {0, 0, 5});
+  HapticScene scene = ball_tool(2, {0.3, 0.2, 2.5});
+  scene.obstacles.push_back(deforming_tissue(sheet));
+  scene.obstacles.push_back(deforming_tissue(upper));
+  HapticSession session(scene, haptic_options());
+  session.give_snapshot(0, lifted(sheet.vertices, 2), 0.05);
+  session.give_snapshot(1, lifted(upper.vertices, -2), 0.05);
+  for (int k = 0; k < 100; ++k) session.update(device_at({0.3, 0.2, 2.5}), kMillisecond);
+  ASSERT_LT(session.last().progress[0].fraction, 1);
+  const Scalar stopped = height_of(session);
+  EXPECT_TRUE(session.retarget(0, sheet.vertices, 0.02));
+  EXPECT_TRUE(session.retarget(1, upper.vertices, 0.02));
+  session.update(device_at({0.3, 0.2, 2.5}), kMillisecond);
+  EXPECT_NEAR(height_of(session), stopped * 0.95, 1e-9);
+  for (int k = 0; k < 20; ++k) session.update(device_at({0.3, 0.2, 2.5}), kMillisecond);
+  EXPECT_EQ(height_of(session), 0);
+}
+
+// Another thread turns tissue round as often as it can, with and without a lead: it never jumps.
+TEST(ToolTissue, RetargetedFromAnotherThreadItNeverJumps) {
+  constexpr Scalar kHighest = 1, kPeriod = 0.01;
+  const auto sheet = testing::sheet(20, 4);
+  HapticScene scene = ball_tool(2, {0, 0, 20});
+  scene.obstacles.push_back(deforming_tissue(sheet));
+  HapticSession session(scene, haptic_options());
+  std::atomic<bool> is_done{false};
+  std::thread giver([&] {
+    for (int k = 0; k < 400; ++k) {
+      const Scalar height = k % 2 == 0 ? kHighest : -kHighest;
+      session.retarget(0, lifted(sheet.vertices, height), kPeriod, k % 3 * kMillisecond);
+    }
+    is_done = true;
+  });
+  Scalar last = 0;
+  while (!is_done) {
+    session.update(device_at({0, 0, 20}), kMillisecond);
+    const Scalar now = height_of(session);
+    EXPECT_LE(std::abs(now - last), 2 * kHighest / kPeriod * kMillisecond * (1 + 1e-9));
+    last = now;
+  }
+  giver.join();
+  for (int k = 0; k < 50; ++k) session.update(device_at({0, 0, 20}), kMillisecond);
+  EXPECT_EQ(session.last().progress[0].fraction, 1);
+  EXPECT_TRUE(session.retarget(0, lifted(sheet.vertices, 0.5), kPeriod));
+  for (int k = 0; k < 10; ++k) session.update(device_at({0, 0, 20}), kMillisecond);
+  EXPECT_NEAR(height_of(session), 0.5, 1e-9);
+}
+
+// A sheet that is turned round in the middle of its motions, under a tool that presses on it.
+TEST(ToolTissue, RetargetedTissueNeverPassesTheTool) {
+  const auto sheet = testing::sheet(30, 8);
+  HapticScene scene = ball_tool(2, {0.3, 0.2, 4});
+  scene.obstacles.push_back(deforming_tissue(sheet, 0.2));
+  HapticSession session(scene, haptic_options());
+  const auto& tool = static_cast<const TriangleMesh&>(*scene.tool[0].shape);
+  for (int k = 0; k < 300; ++k) {
+    if (k % 7 == 0) {
+      const Scalar height = k % 2 == 0 ? 2.5 : -1.5;
+      ASSERT_TRUE(session.retarget(0, lifted(sheet.vertices, height), 0.02, k % 3 * kMillisecond));
+    }
+    testing::TissueSpan tissue{session.tissue_vertices(0), {}};
+    const HapticTick& tick = session.update(device_at({0.3, 0.2, 1.5}), kMillisecond);
+    tissue.end = session.tissue_vertices(0);
+    // Where it turns within the tick its path has a corner.
+    if (tick.path.size() > 2) continue;
+    const testing::ToolSpan span{tick.path[0].tool.X_WT, tick.path[1].tool.X_WT};
+    const auto least = testing::sample_distance(tool, span, sheet.triangles, tissue, 0.0005, 0.001);
+    EXPECT_GT(least.proven, 0) << k;
+    EXPECT_GT(least.least, 0.0015) << k;
+  }
+  EXPECT_EQ(session.last().status, HapticStatus::Held);
 }
 
 // The device rests; a breathing sheet comes up under the tool, and takes it along.

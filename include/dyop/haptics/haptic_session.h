@@ -13,6 +13,34 @@
 
 namespace DYOP_EXPORT dyop {
 
+/// A point of the tool, fixed to the tool frame or turned by a hinge.
+struct ToolPoint {
+  Vector3 p_W = Vector3::Zero();
+  std::optional<std::size_t> hinge = {};
+};
+
+/// How a point moves with the coordinates of the tool: its velocity is J times the velocity of T's
+/// origin, the angular velocity (both in world) and the rates of the hinges. 3 x (6 + hinges).
+/// @throws InvalidArgument if there is no such hinge.
+Eigen::MatrixXd tool_jacobian(std::span<const ToolHinge> hinges, const ToolPose& tool,
+                              const ToolPoint& point);
+
+/// From one pose to another in these coordinates: displacement of T's origin, rotation vector and
+/// changes of the hinges' angles, 6 + hinges numbers.
+/// @throws InvalidArgument if there are more than kMostHinges.
+Eigen::VectorXd tool_displacement(std::size_t hinges, const ToolPose& from, const ToolPose& to);
+
+/// The compliance of the springs between device and tool along these coordinates: the diagonal of
+/// K^-1, 6 + hinges numbers.
+Eigen::VectorXd coupling_compliance(const CouplingOptions& coupling,
+                                    std::span<const ToolHinge> hinges);
+/// The same at points of the tool: forces f on n points, three numbers each, displace them by C f
+/// while the device stands. C = J K^-1 J^T, 3n x 3n.
+/// @throws InvalidArgument if there is no such hinge.
+Eigen::MatrixXd coupling_compliance(const CouplingOptions& coupling,
+                                    std::span<const ToolHinge> hinges, const ToolPose& tool,
+                                    std::span<const ToolPoint> points);
+
 struct HapticOptions {
   CouplingOptions coupling;
   /// A resting contact keeps the obstacle's margin plus the rest offset; the motion is proven never
@@ -41,6 +69,16 @@ struct HapticOptions {
   /// from the last one is an outlier (HapticStatus::Outlier) unless the next one confirms it; then
   /// the tool follows, and the jump counts as no work of the hand. 5 m/s suits hands.
   Scalar largest_device_speed = kInfinity;
+};
+
+/// Which contacts HapticSession::find_contacts() looks for.
+struct ContactSearch {
+  Scalar reach = 0;  ///< largest gap, finite, > 0
+  /// How much a neighbouring piece of surface may rise towards the tool beside a contact, as the
+  /// sine of its slope, in [0, 1]. 0 finds the local minima of the gap, a larger one more of a
+  /// surface that follows the tool's.
+  Scalar rise = 0;
+  Scalar spread = 0;  ///< contacts of a part are at least so far apart, >= 0; the nearest count
 };
 
 namespace haptics_internal {
@@ -101,6 +139,27 @@ class HapticSession {
   ///         of range, or a vertex is not finite or beyond the same limit.
   bool give_mesh(std::size_t obstacle, std::span<const Vector3> vertices,
                  std::span<const TriangleIndices> triangles);
+
+  /// As give_snapshot(), but the obstacle sets out from where it is, not from the end of its last
+  /// motion: that goes on for `lead`, then the vertices are the goal. In place of a snapshot that
+  /// was given before and not yet started on. From the same thread; a lead that is shorter than
+  /// this call, some 5 ms for 50,000 triangles, lets tissue stand until it is through.
+  /// @return False if a tick is just about to start on an earlier snapshot, a cut waits, or no tick
+  ///         has taken notice yet: then nothing has changed, and the call may be repeated.
+  /// @throws InvalidArgument as give_snapshot(), if lead is not finite and >= 0, or for a
+  ///         SoftRegion.
+  bool retarget(std::size_t obstacle, std::span<const Vector3> vertices, Scalar duration,
+                Scalar lead = 0);
+
+  /// Finds the contacts that the tool would have in a pose with a deforming obstacle where a tick
+  /// has told it to be: with places, velocities and gaps, without forces (ContactState::Open). Of
+  /// parts that cross the obstacle it finds none where they cross. From the thread that gives
+  /// snapshots; uses the boxes that give_snapshot() has fitted.
+  /// @param contacts Replaced, the nearest first.
+  /// @return False if the mesh of that progress is no longer there, as newer ones were given.
+  /// @throws InvalidArgument if the obstacle does not deform or an option is out of its range.
+  bool find_contacts(std::size_t obstacle, const ObstacleProgress& progress, const ToolPose& tool,
+                     const ContactSearch& search, std::vector<ToolContactPoint>& contacts);
 
   /// Current vertices of a deforming obstacle.
   /// @throws InvalidArgument if the obstacle does not deform.

@@ -57,7 +57,20 @@ enum class HapticStatus {
 /// A status in plain words.
 const char* words_of(HapticStatus status);
 
-/// A place where the proxy is held back.
+/// A point of a deforming obstacle's mesh.
+struct SurfacePoint {
+  std::int32_t triangle = 0;
+  /// Barycentric coordinates: the shares of the triangle's corners in the point, which sum to one.
+  std::array<Scalar, 3> weights{1, 0, 0};
+};
+
+enum class ContactState {
+  Open,   ///< a candidate: near, but without force
+  Stick,  ///< the force is inside the friction cone
+  Slip,   ///< the force is on the friction cone, or there is no friction
+};
+
+/// A place where the proxy is held back, or may soon be.
 struct ToolContactPoint {
   std::size_t obstacle = 0;
   std::size_t part = 0;           ///< body of the tool: 0 for all fixed parts, then one per hinge
@@ -65,6 +78,26 @@ struct ToolContactPoint {
   Vector3 nhat_W = Vector3::UnitX();  ///< unit, from the obstacle to the tool
   Scalar gap = 0;                     ///< at the start of the last motion
   Vector3 force_W = Vector3::Zero();  ///< on the tool
+  ContactState state = ContactState::Open;
+  std::optional<std::size_t> hinge = {};     ///< that turns the part
+  Vector3 p_WO = Vector3::Zero();            ///< on the obstacle
+  Vector3 v_WO = Vector3::Zero();            ///< velocity of the obstacle's material point there
+  std::optional<SurfacePoint> surface = {};  ///< the same point; none: the obstacle is rigid
+};
+
+/// What an obstacle did to the tool at one place in one motion of a tick.
+struct ToolImpulse {
+  std::size_t obstacle = 0;
+  Vector3 p_WO = Vector3::Zero();            ///< on the obstacle
+  std::optional<SurfacePoint> surface = {};  ///< the same point; none: the obstacle is rigid
+  /// On the tool, force times time; the obstacle takes the opposite.
+  Vector3 impulse_W = Vector3::Zero();
+};
+
+/// Where an obstacle is between its snapshots.
+struct ObstacleProgress {
+  std::int64_t snapshot = 0;  ///< number of the snapshot or mesh it moves to or has reached
+  Scalar fraction = 1;        ///< of the way there from where it set out, 0 to 1
 };
 
 /// Certified distance of the tool from one obstacle at the end of the tick: lower <= d <= upper.
@@ -104,17 +137,23 @@ struct HapticTick {
   ToolPose tool;
   std::vector<ToolWaypoint> path;  ///< the committed motions: the start, then the end of each
   ToolWrench wrench;               ///< on the hand
-  std::vector<ToolContactPoint> contacts;  ///< that held the proxy in its last motion
-  std::vector<ToolClearance> clearances;   ///< one for each obstacle
-  Scalar energy_returned = 0;              ///< see VirtualCoupling
-  Scalar tissue_stopped = 0;               ///< time of this tick during which tissue was stopped
+  std::vector<ToolContactPoint> contacts;    ///< that held the proxy in its last motion
+  std::vector<ToolContactPoint> candidates;  ///< that were near it then and had no force
+  /// Of all contacts over the whole tick. Where the tool follows the device without running behind,
+  /// they sum to what the springs pulled with, times dt; dampers do not count.
+  std::vector<ToolImpulse> impulses;
+  std::vector<ToolClearance> clearances;  ///< one for each obstacle
+  Scalar energy_returned = 0;             ///< see VirtualCoupling
+  Scalar tissue_stopped = 0;              ///< time of this tick during which tissue was stopped
   /// Delay behind the newest snapshot caused by stops since it arrived; maximum over obstacles, 0
   /// once reached.
   Scalar tissue_lag = 0;
   /// Per obstacle: total of snapshots and meshes given before the tick.
   std::vector<std::int64_t> snapshots;
-  std::optional<TickCutoff> cutoff;     ///< if the tick was cut off
-  std::chrono::nanoseconds latency{0};  ///< of this call
+  std::vector<ObstacleProgress> progress;  ///< per obstacle, at the end of the tick
+  Scalar time = 0;                         ///< at the end of the tick: HapticSession::time()
+  std::optional<TickCutoff> cutoff;        ///< if the tick was cut off
+  std::chrono::nanoseconds latency{0};     ///< of this call
   TickStatistics statistics;
 };
 

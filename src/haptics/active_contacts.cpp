@@ -1,0 +1,304 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "haptics/active_contacts.h"
+
+#include <algorithm>
+#include <cmath>
+#include <tuple>
+#include <utility>
+
+namespace dyop::haptics_internal {
+namespace {
+
+// Holds are gathered up to this many rest offsets beyond the rest gap, plus the tool's
+// displacement, up to the limit; the proof finds contacts farther away. At a slower pace the reach
+// beyond the rest gap is less. Otherwise gathering would be cut off every tick and the tool could
+// never leave.
+constexpr Scalar kReach = 1.5;
+constexpr Scalar kMostReach = 20;
+
+// After a slip, cap the prediction slack at this many rest offsets; the proof catches the rest.
+constexpr Scalar kMostSurprise = 2;
+
+// A search for holds may always spend so many pieces of work, and twice as many as the last one
+// did. If they do not suffice, the proof finds the holds that are missing, and the next search is
+// faster for what this one has learnt.
+constexpr std::int64_t kSearchWork = 250;
+
+// So many holds need no further memory before they are thinned out.
+constexpr std::size_t kReservedHolds = 1024;
+
+// Two holds closer than this many rest offsets with nearly the same normal are one.
+constexpr Scalar kSamePlace = 2;
+constexpr Scalar kSameNormal = 0.999;  // cosine of 2.6 degrees
+
+// A hit that a known hold did not prevent is another one, even where their normals are near each
+// other; with the very same normal it asks for more room instead.
+constexpr Scalar kSameHit = 1 - 1e-8;  // literal: cosine of 0.008 degrees
+
+// Radians that the tool or a hinge turns in one motion against holds: these are linear in the turn,
+// and a tick's path has poses only, which do not tell of half turns and more between them.
+constexpr Scalar kMostTurn = 1;
+
+// A motion against holds is at most so many times as long as the last ones of tool, device and
+// tissue together, besides so many rest offsets: a tool that slips gathers speed over some ticks.
+// Its whole way in one would take longer to prove than a tick has.
+constexpr Scalar kMostGrowth = 1.3;
+constexpr Scalar kMostSlip = 2;
+
+// So many holds are kept at the slowest pace: with fewer the proof finds the others, one by one.
+constexpr int kFewestHolds = 8;
+
+// A repeated hit pushes the tool away by this fraction of the rest offset, doubled each time.
+constexpr Scalar kPush = 0.25;
+
+// The curvature of a hold is taken into account if it exceeds this fraction of the rest offset.
+constexpr Scalar kBend = 0.1;
+
+bool is_same_place(const HoldPoint& x, const HoldPoint& y, Scalar apart,
+                   Scalar least_cosine = kSameNormal) {
+  return x.body == y.body && x.obstacle == y.obstacle &&
+         (x.p_WB - y.p_WB).squaredNorm() <= apart * apart &&
+         x.nhat_AB_W.dot(y.nhat_AB_W) >= least_cosine;
+}
+
+bool is_named_before(const HoldPoint& x, const HoldPoint& y) {
+  return std::tie(x.body, x.obstacle, x.key) < std::tie(y.body, y.obstacle, y.key);
+}
+
+}  // namespace
+
+ActiveContacts::ActiveContacts(const LoopScene& scene)
+    : scene_(scene),
+      solver_(scene.options.coupling, scene.hinges, scene.bodies,
+              std::size_t(scene.options.max_contacts)) {
+  found_.reserve(kReservedHolds);
+}
+
+void ActiveContacts::forget(std::size_t obstacle) {
+  std::erase_if(holds_, [&](const HoldPoint& hold) { return hold.obstacle == obstacle; });
+}
+
+// A search that is cut off would be so again in the next tick, before the tool has moved: the next
+// tick goes on with what is known.
+void ActiveContacts::gather(const Course& course, const ToolStep& wish, Scalar duration,
+                            PairProofs& proofs, WorkClock& clock) {
+  if (std::exchange(was_hasty_, false)) return carry(course, proofs.pairs());
+  found_.clear();
+  const std::int64_t before = clock.checkpoints();
+  WorkShare share(clock, std::max(kSearchWork, 2 * search_work_));
+  const ToolMotion motion(course.pose, wish, duration, scene_.hinges);
+  for (ProxyPair& pair : proofs.pairs()) {
+    const Obstacle& obstacle = *scene_.obstacles[pair.obstacle];
+    if (!obstacle.is_hard() || pair.is_overlapping) continue;
+    const Scalar least_reach =
+        obstacle.margin + (1 + course.pace * kReach) * scene_.options.rest_offset;
+    const Scalar most_moved = kMostReach * scene_.options.rest_offset;
+    if (pair.distance.lower > least_reach + most_moved) continue;
+    if (clock.is_over()) return keep_found(course, proofs.pairs());
+    const Scalar moved = likely_step(course, scene_.bodies[pair.body], motion, duration) +
+                         obstacle.speed() * duration;
+    const Scalar reach = least_reach + std::min(moved, most_moved);
+    if (pair.distance.lower > reach) continue;
+    const std::size_t first = found_.size();
+    ExpectedApproach approach{.least = least_reach, .reach = reach};
+    expect(course, pair, duration, approach);
+    obstacle.add_holds(scene_.bodies[pair.body], scene_.body_pose(course.pose, pair.body), approach,
+                       share, pair.kept, proofs.memory(), found_);
+    for (std::size_t k = first; k < found_.size(); ++k) {
+      found_[k].body = pair.body;
+      found_[k].obstacle = pair.obstacle;
+    }
+  }
+  if (clock.cutoff()) return keep_found(course, proofs.pairs());
+  search_work_ = clock.checkpoints() - before;
+  if (share.is_used_up()) {
+    carry(course, proofs.pairs());
+    found_.insert(found_.end(), holds_.begin(), holds_.end());
+  }
+  last_holds_.swap(holds_);
+  thin(course);
+  warm_start();
+  holds_from_ = course.pose;
+  holds_since_ = 0;
+}
+
+// Moves what was found earlier to where it is now: with the body and the tissue.
+void ActiveContacts::carry(const Course& course, std::span<const ProxyPair> pairs) {
+  for (HoldPoint& hold : holds_) {
+    const RigidPose X_WB_from = scene_.body_pose(holds_from_, hold.body);
+    hold.p_WB = scene_.body_pose(course.pose, hold.body) * (X_WB_from.inverse() * hold.p_WB);
+    hold.p_WA += holds_since_ * hold.v_WA;
+    hold.curvature = 0;
+    hold.push = 0;
+  }
+  holds_from_ = course.pose;
+  holds_since_ = 0;
+  std::erase_if(holds_, [&](const HoldPoint& hold) {
+    const Scalar far =
+        scene_.obstacles[hold.obstacle]->margin + (1 + kReach) * scene_.options.rest_offset;
+    return !(hold.gap() <= far) ||
+           pairs[hold.body * scene_.obstacles.size() + hold.obstacle].is_overlapping;
+  });
+}
+
+// What holds stands now. Where it was closing in, solves had no end, and their forces grew until
+// friction could hold anything.
+void ActiveContacts::release() {
+  for (HoldPoint& hold : holds_) {
+    hold.v_WA.setZero();
+    hold.impulse_W.setZero();
+  }
+}
+
+// The search was cut off: what it found, besides what was known.
+void ActiveContacts::keep_found(const Course& course, std::span<const ProxyPair> pairs) {
+  was_hasty_ = true;
+  carry(course, pairs);
+  for (const HoldPoint& hold : found_) {
+    if (holds_.size() < most_holds(course)) add_if_new(hold);
+  }
+}
+
+Scalar ActiveContacts::size_of(const Course& course, const ToolBody& body,
+                               const ToolStep& step) const {
+  return ToolMotion(course.pose, step, 1, scene_.hinges).largest_displacement(body, 1);
+}
+
+// A device far inside what holds the tool pulls it a long way, but it will hardly move farther than
+// the device did, or than last time. Holds farther away are found by the proof.
+Scalar ActiveContacts::likely_step(const Course& course, const ToolBody& body,
+                                   const ToolMotion& wished, Scalar duration) const {
+  return std::min(
+      wished.largest_displacement(body, duration),
+      size_of(course, body, course.goal_step) + size_of(course, body, course.last_step));
+}
+
+// The tool is expected to go on as in its last motion, give or take what has changed of late in its
+// own rate and in the device's. Where that is wrong the proof finds the holds that are missing.
+void ActiveContacts::expect(const Course& course, const ProxyPair& pair, Scalar duration,
+                            ExpectedApproach& approach) const {
+  const ToolBody& body = scene_.bodies[pair.body];
+  const ToolMotion motion(course.pose, scaled(course.rate, duration), duration, scene_.hinges);
+  const Twist twist = motion.of(body).twist(0);
+  approach.v_W = duration * twist.v_WB;
+  approach.w_W = duration * twist.w_WB;
+  approach.origin_W = scene_.body_pose(course.pose, pair.body).translation();
+  const Scalar surprise =
+      size_of(course, body, difference(course.goal_step, course.last_goal_step)) +
+      size_of(course, body, scaled(difference(course.rate, course.rate_before), duration)) +
+      scene_.obstacles[pair.obstacle]->speed() * duration;
+  approach.slack = std::min(surprise, kMostSurprise * scene_.options.rest_offset);
+}
+
+// Fewer at a slower pace, since solves take long; leaves space for those that the proof will find.
+std::size_t ActiveContacts::most_holds(const Course& course) const {
+  const int all = 1 + scene_.options.max_contacts - scene_.options.max_attempts;
+  return std::size_t(std::max(std::min(kFewestHolds, all), int(course.pace * all)));
+}
+
+void ActiveContacts::add_if_new(const HoldPoint& hold) {
+  const Scalar apart = kSamePlace * scene_.options.rest_offset;
+  const bool is_known = std::any_of(holds_.begin(), holds_.end(), [&](const HoldPoint& kept) {
+    return is_same_place(kept, hold, apart);
+  });
+  if (!is_known) holds_.push_back(hold);
+}
+
+// The nearest first, one for each point, no more than the solver may have.
+void ActiveContacts::thin(const Course& course) {
+  const auto excess = [&](const HoldPoint& hold) {
+    return hold.gap() - scene_.obstacles[hold.obstacle]->margin;
+  };
+  std::sort(found_.begin(), found_.end(), [&](const HoldPoint& x, const HoldPoint& y) {
+    const Scalar excess_x = excess(x), excess_y = excess(y);
+    if (excess_x != excess_y) return excess_x < excess_y;
+    return is_named_before(x, y);
+  });
+  holds_.clear();
+  for (const HoldPoint& hold : found_) {
+    if (holds_.size() >= most_holds(course)) break;
+    add_if_new(hold);
+  }
+}
+
+void ActiveContacts::warm_start() {
+  for (HoldPoint& hold : holds_) {
+    const auto same = std::find_if(last_holds_.begin(), last_holds_.end(), [&](const auto& last) {
+      return last.body == hold.body && last.obstacle == hold.obstacle && last.key == hold.key;
+    });
+    if (same != last_holds_.end()) hold.impulse_W = same->impulse_W;
+  }
+}
+
+// How much the gap at the end of what is tried of a step differs from the linear one, because the
+// material points rotate. It grows with the square of the part that is tried, and the solve counts
+// in whole steps: of a step of which little is tried, little of its curvature matters.
+Scalar ActiveContacts::bend(const ToolPose& from, const ToolMotion& motion, const ToolStep& step,
+                            Scalar part, Scalar end_time) {
+  const ToolPose end = motion.at(end_time);
+  Scalar change = 0;
+  for (HoldPoint& hold : holds_) {
+    const ToolBody& body = scene_.bodies[hold.body];
+    const RigidPose X_BW = scene_.body_pose(from, hold.body).inverse();
+    const RigidPose X_WB_end = scene_.body_pose(end, hold.body);
+    const Vector3 r_W = hold.p_WB - from.X_WT.translation();
+    Vector3 linear = step.v_W + step.w_W.cross(r_W);
+    if (body.hinge) {
+      const RigidPose X_WJ = from.X_WT * scene_.hinges[*body.hinge].X_TJ;
+      const Vector3 axis = X_WJ.rotation().col(2);
+      linear += step.angles[*body.hinge] * axis.cross(hold.p_WB - X_WJ.translation());
+    }
+    const Vector3 moved = X_WB_end * (X_BW * hold.p_WB) - hold.p_WB;
+    const Scalar curvature = hold.nhat_AB_W.dot(moved / part - linear);
+    change = std::max(change, part * std::abs(curvature - hold.curvature));
+    hold.curvature = curvature;
+  }
+  return change;
+}
+
+ToolStep ActiveContacts::solve(const Course& course, const StepGoal& goal, WorkClock& clock,
+                               TickStatistics& work) {
+  constexpr int kMostBends = 2;
+  ToolStep step;
+  for (int k = 0; k <= kMostBends; ++k) {
+    step = solver_.solve(goal, scene_.obstacles, holds_, clock);
+    ++work.solves;
+    if (clock.cutoff()) break;
+    const ToolMotion motion(course.pose, step, goal.duration, scene_.hinges);
+    const Scalar horizon = horizon_of(course, step, goal.duration);
+    const Scalar part = horizon / goal.duration;
+    if (bend(course.pose, motion, step, part, horizon) <= kBend * scene_.options.rest_offset) break;
+  }
+  return step;
+}
+
+// How much of a step's duration is tried at once.
+Scalar ActiveContacts::horizon_of(const Course& course, const ToolStep& step,
+                                  Scalar duration) const {
+  if (holds_.empty()) return duration;
+  Scalar turn = step.w_W.norm();
+  for (const Scalar angle : step.angles) turn = std::max(turn, std::abs(angle));
+  Scalar part = std::min(Scalar{1}, kMostTurn / turn);
+  Scalar tissue = 0;
+  for (const auto& obstacle : scene_.obstacles)
+    tissue = std::max(tissue, obstacle->speed() * duration);
+  for (const ToolBody& body : scene_.bodies) {
+    const Scalar last =
+        size_of(course, body, course.goal_step) + size_of(course, body, course.last_tick_step);
+    const Scalar most = course.pace * (kMostGrowth * last + kMostSlip * scene_.options.rest_offset);
+    part = std::min(part, (most + kMostGrowth * tissue) / size_of(course, body, step));
+  }
+  return part < 1 ? part * duration : duration;
+}
+
+void ActiveContacts::add_hit(const HoldPoint& hit) {
+  const Scalar apart = kSamePlace * scene_.options.rest_offset;
+  for (HoldPoint& hold : holds_) {
+    if (!is_same_place(hold, hit, apart, kSameHit)) continue;
+    hold.push = hold.push > 0 ? 2 * hold.push : kPush * scene_.options.rest_offset;
+    return;
+  }
+  holds_.push_back(hit);
+}
+
+}  // namespace dyop::haptics_internal

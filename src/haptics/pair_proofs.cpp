@@ -1,0 +1,295 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "haptics/pair_proofs.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "core/tolerance.h"
+
+namespace dyop::haptics_internal {
+namespace {
+
+// Tolerance of impacts as a fraction of the rest offset; the rest of it is for the difference
+// between a step and its linear approximation.
+constexpr Scalar kToleranceShare = 0.3;
+
+// The first level of a pair keeps this fraction of the tolerance more than the last; see
+// set_band().
+constexpr Scalar kRaisedShare = 0x1p-3;
+constexpr int kMostLevels = 40;
+
+// A band must end so many times the noise of a motion below a pair's distance.
+constexpr Scalar kBandNoises = 4;
+
+// Node pairs that a query may hold for one time interval without growing its memory.
+constexpr std::size_t kQueuedPairs = 512;
+
+// So many pairs to ask about need no further memory.
+constexpr std::size_t kReservedPairs = 4096;
+
+// A distance is measured again when its bounds are farther apart than this fraction of the rest
+// offset and than the options allow.
+constexpr Scalar kVagueShare = 0.25;
+
+// It is then measured to this fraction of what is allowed, so that it lasts a while.
+constexpr Scalar kMeasuredShare = 0.9;
+
+}  // namespace
+
+PairProofs::PairProofs(const LoopScene& scene)
+    : scene_(scene), tolerance_(kToleranceShare * scene.options.rest_offset) {
+  memory_.workspace.reserve(kQueuedPairs);
+  memory_.pairs.reserve(kReservedPairs);
+  for (std::size_t body = 0; body < scene.bodies.size(); ++body) {
+    for (std::size_t obstacle = 0; obstacle < scene.obstacles.size(); ++obstacle) {
+      ProxyPair& pair = pairs_.emplace_back();
+      pair.body = body;
+      pair.obstacle = obstacle;
+      const Obstacle& other = *scene.obstacles[obstacle];
+      if (other.is_hard()) other.prepare(scene.bodies[body], memory_);
+    }
+  }
+  loose_.reserve(pairs_.size());
+}
+
+void PairProofs::start_motion() {
+  for (ProxyPair& pair : pairs_) pair.proven = kInfinity;
+}
+
+// The obstacle is another mesh now.
+void PairProofs::forget(std::size_t obstacle) {
+  for (ProxyPair& pair : pairs_) {
+    if (pair.obstacle != obstacle) continue;
+    pair.distance = {};
+    pair.is_overlapping = false;
+    pair.eased_from = 0;
+    pair.level = 0;
+    for (PieceMemory& kept : pair.kept) kept.restart();
+  }
+}
+
+PairImpact PairProofs::ask(ProxyPair& pair, const BodyMotion& motion, WorkClock& clock,
+                           TickStatistics& work) {
+  ToiOptions options;
+  options.target_distance = pair.target;
+  options.distance_tolerance = pair.tolerance;
+  const Obstacle& obstacle = *scene_.obstacles[pair.obstacle];
+  PairImpact impact = obstacle.first_impact(motion, options, clock, pair.kept, memory_);
+  work.impact_queries += impact.queries;
+  work.node_pairs += impact.node_pairs;
+  return impact;
+}
+
+// What a motion keeps, and the band above it in which impacts are found (toi/impact_band.h). A pair
+// that slides loses an eighth of its slack in a motion, until rounding ends it. So each level keeps
+// more than the promise, by half as much as the one before: a pair that has used up a level still
+// has slack on the next, and none of them breaks the promise.
+void PairProofs::set_band(ProxyPair& pair) const {
+  const Scalar margin = scene_.obstacles[pair.obstacle]->margin;
+  const Scalar part = std::ldexp(Scalar{1}, -pair.level);
+  if (pair.eased_from > 0) {
+    const Scalar above = pair.eased_from > margin ? pair.eased_from - margin : kInfinity;
+    pair.tolerance = std::min({tolerance_, pair.eased_from / 4, above}) * (1 - part / 2);
+    pair.target = pair.eased_from - pair.tolerance;
+  } else {
+    const Scalar raised = part * kRaisedShare * tolerance_;
+    pair.target = margin + raised;
+    pair.tolerance = tolerance_ - raised;
+  }
+}
+
+// Sets the lowest level that keeps less than the distance.
+bool PairProofs::has_band_below(ProxyPair& pair, Scalar distance) const {
+  for (pair.level = 0; pair.level < kMostLevels; ++pair.level) {
+    set_band(pair);
+    if (pair.target + kGuaranteedFraction * pair.tolerance < distance) return true;
+  }
+  return false;
+}
+
+// A pair that is nearer than what is kept must come no nearer: not in a motion, and not little by
+// little in many. The largest distance since it was first found there stays the measure, however
+// loose later bounds are.
+void PairProofs::choose_band(ProxyPair& pair, Scalar noise) const {
+  const Scalar lower = pair.distance.lower;
+  const Scalar eased_from = std::exchange(pair.eased_from, 0);
+  pair.is_overlapping = !(lower > 0);
+  if (pair.is_overlapping || has_band_below(pair, lower - kBandNoises * noise)) return;
+  pair.eased_from = std::max(eased_from, lower);
+  pair.is_overlapping = !has_band_below(pair, lower - kBandNoises * noise);
+}
+
+// Where the query found the pair below its band, or it is being left: in a band for where it is.
+PairImpact PairProofs::ask_again(const ToolPose& from, ProxyPair& pair, const BodyMotion& motion,
+                                 Scalar noise, WorkClock& clock, TickStatistics& work) {
+  PairImpact impact;
+  WorkShare all(clock);
+  measure(from, pair, {}, all, work);
+  if (clock.cutoff()) return impact;
+  choose_band(pair, noise);
+  while (!pair.is_overlapping) {
+    impact = ask(pair, motion, clock, work);
+    // Too near for rounding to decide.
+    const bool is_vague = impact.status == ToiStatus::InitiallyWithinTarget ||
+                          (impact.status == ToiStatus::NumericalLimit && !(impact.t_safe > 0));
+    if (!is_vague || clock.cutoff()) break;
+    pair.is_overlapping = ++pair.level >= kMostLevels;
+    set_band(pair);
+  }
+  return impact;
+}
+
+// Every pair of a body and a hard obstacle is proven apart by a bound of how far both can move, by
+// a query, or because neither moves; or it crosses and is reported.
+Proof PairProofs::prove(const ToolPose& from, const ToolMotion& motion, Scalar duration,
+                        WorkClock& clock, TickStatistics& work) {
+  Proof proof;
+  proof.t_safe = duration;
+  for (ProxyPair& pair : pairs_) {
+    const Obstacle& obstacle = *scene_.obstacles[pair.obstacle];
+    if (!obstacle.is_hard()) continue;
+    const ToolBody& body = scene_.bodies[pair.body];
+    const Scalar moved = motion.largest_displacement(body, proof.t_safe) +
+                         obstacle.speed() * proof.t_safe * (1 + 8 * kUnitRoundoff);
+    const Scalar noise =
+        kStepNoise * (from.X_WT.translation().norm() + moved + body.shape->bounding_radius());
+    if ((moved == 0 && pair.distance.lower > obstacle.margin) ||
+        pair.distance.lower - moved - noise > obstacle.margin + tolerance_) {
+      pair.eased_from = 0;
+      pair.level = 0;
+      pair.is_overlapping = false;
+      continue;
+    }
+    const BodyMotion asked{body, motion.of(body), proof.t_safe, moved + noise};
+    PairImpact impact;
+    impact.status = ToiStatus::InitiallyWithinTarget;
+    if (!(pair.eased_from > 0)) {
+      set_band(pair);
+      impact = ask(pair, asked, clock, work);
+    }
+    if (impact.status == ToiStatus::InitiallyWithinTarget) {
+      impact = ask_again(from, pair, asked, noise, clock, work);
+      if (clock.cutoff() && impact.status == ToiStatus::NotRun) {
+        Proof cut_off;
+        cut_off.was_recovering = true;
+        cut_off.was_overlapping = proof.was_overlapping;
+        return cut_off;
+      }
+      proof.was_recovering |= pair.eased_from > 0 || pair.is_overlapping;
+      if (pair.is_overlapping) {
+        proof.was_overlapping = true;
+        pair.eased_from = 0;
+        pair.level = 0;
+        pair.proven = 0;
+        continue;
+      }
+    }
+    // A query that was cut off before it looked says nothing about what was found earlier.
+    if (impact.t_safe > 0 || impact.status == ToiStatus::Impact) pair.is_overlapping = false;
+    // See ToiStatus.
+    const Scalar kept = pair.target + pair.tolerance / 4 - 2 * noise;
+    if (impact.t_safe > 0) pair.proven = std::min(pair.proven, kept);
+    if (impact.status == ToiStatus::Separated) continue;
+    proof.t_safe = impact.t_safe;
+    proof.is_undecided = impact.status != ToiStatus::Impact;
+    proof.has_hit = impact.has_hit;
+    proof.hit = impact.hit;
+    proof.hit.body = pair.body;
+    proof.hit.obstacle = pair.obstacle;
+    if (!(proof.t_safe > 0)) break;
+  }
+  return proof;
+}
+
+// Both bounds hold, whatever was found.
+void PairProofs::take(const PairDistance& found, ProxyPair& pair) {
+  const Scalar lower = std::max(pair.distance.lower, found.lower);
+  if (found.upper < pair.distance.upper) pair.distance = found;
+  pair.distance.lower = lower;
+}
+
+void PairProofs::measure(const ToolPose& pose, ProxyPair& pair, const DistanceWish& wish,
+                         WorkShare& share, TickStatistics& work) {
+  ++work.distance_queries;
+  take(scene_.obstacles[pair.obstacle]->measure(
+           scene_.bodies[pair.body], scene_.body_pose(pose, pair.body), wish, share, pair.kept),
+       pair);
+}
+
+// The clearance is that of the nearest body: others only have to be proven farther away. Relative
+// to the lower bound the upper one may exceed it by the tolerance.
+DistanceWish PairProofs::wish_for(std::size_t obstacle) const {
+  Scalar upper = kInfinity;
+  for (std::size_t k = obstacle; k < pairs_.size(); k += scene_.obstacles.size()) {
+    upper = std::min(upper, pairs_[k].distance.upper);
+  }
+  const Scalar free = std::min(upper, std::abs(upper - scene_.obstacles[obstacle]->margin));
+  const Scalar tolerance = scene_.options.clearance_tolerance;
+  const Scalar allowed = (upper < kInfinity ? tolerance / (1 + tolerance) * free : 0) +
+                         kVagueShare * scene_.options.rest_offset;
+  return {upper, allowed, kMeasuredShare * allowed};
+}
+
+// How many times farther than allowed the pair's lower bound is below the clearance's upper one.
+Scalar PairProofs::excess(const ProxyPair& pair, const DistanceWish& wish) {
+  return (wish.farthest - pair.distance.lower) / wish.allowed;
+}
+
+// The pairs first whose bounds are the worst for what is allowed; those that are left when the
+// share is used up are the worst in the next tick.
+void PairProofs::measure(const ToolPose& pose, WorkShare share, TickStatistics& work) {
+  if (share.clock.cutoff()) return;
+  loose_.clear();
+  for (std::size_t obstacle = 0; obstacle < scene_.obstacles.size(); ++obstacle) {
+    refresh(pose, obstacle);
+    const DistanceWish wish = wish_for(obstacle);
+    for (std::size_t k = obstacle; k < pairs_.size(); k += scene_.obstacles.size()) {
+      const Scalar times = excess(pairs_[k], wish);
+      if (times > 1) loose_.push_back({times, k});
+    }
+  }
+  std::sort(loose_.begin(), loose_.end(), [](const Loose& x, const Loose& y) {
+    return x.excess != y.excess ? x.excess > y.excess : x.pair < y.pair;
+  });
+  for (const Loose& loose : loose_) {
+    if (share.is_over()) return;
+    ProxyPair& pair = pairs_[loose.pair];
+    const DistanceWish wish = wish_for(pair.obstacle);
+    if (excess(pair, wish) > 1) measure(pose, pair, wish, share, work);
+  }
+}
+
+// Re-measure the last nearest points first; often that tightens the bounds enough.
+void PairProofs::refresh(const ToolPose& pose, std::size_t obstacle) {
+  const DistanceWish wish = wish_for(obstacle);
+  for (std::size_t k = obstacle; k < pairs_.size(); k += scene_.obstacles.size()) {
+    ProxyPair& pair = pairs_[k];
+    if (!(pair.distance.upper <= wish.farthest) || !(excess(pair, wish) > 1)) continue;
+    take(scene_.obstacles[obstacle]->measure_again(scene_.bodies[pair.body],
+                                                   scene_.body_pose(pose, pair.body), pair.kept),
+         pair);
+  }
+}
+
+// Distances are those measured before, minus the displacement since; or what the proof says, if
+// that is more.
+void PairProofs::commit(const ToolPose& from, const ToolMotion& motion, Scalar t) {
+  for (ProxyPair& pair : pairs_) {
+    const ToolBody& body = scene_.bodies[pair.body];
+    const Scalar of_tissue = t * scene_.obstacles[pair.obstacle]->speed() * (1 + 8 * kUnitRoundoff);
+    const Scalar moved = motion.largest_displacement(body, t) + of_tissue;
+    const Scalar size = from.X_WT.translation().norm() + moved + body.shape->bounding_radius();
+    const Scalar vaguer = moved > 0 ? moved + kStepNoise * size : 0;
+    const Scalar proven = pair.proven < kInfinity ? pair.proven : 0;
+    pair.distance.lower = std::max({Scalar{0}, pair.distance.lower - vaguer, proven});
+    pair.distance.upper += vaguer;
+    if (!(vaguer > 0)) continue;
+    const auto [shift_W, turned] = motion.shift(body, t);
+    const PairFront::Displacement displacement{vaguer, shift_W,
+                                               turned + of_tissue + (vaguer - moved)};
+    for (PieceMemory& kept : pair.kept) kept.front.move(displacement);
+  }
+}
+
+}  // namespace dyop::haptics_internal

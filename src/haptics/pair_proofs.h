@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "haptics/obstacle.h"
+
+namespace dyop::haptics_internal {
+
+/// What is proven about a body and an obstacle at their current poses.
+struct ProxyPair {
+  std::size_t body = 0;
+  std::size_t obstacle = 0;
+  PairDistance distance;  ///< bounds hold; points are those of the last measurement
+  Scalar target = 0;      ///< what the next motion keeps: the margin, or less if it is nearer
+  Scalar tolerance = 0;
+  /// What the motions tried since the last commit have been proven to keep, up to their safe times.
+  Scalar proven = kInfinity;
+  bool is_overlapping = false;  ///< not proven apart: left out of the proof
+  Scalar eased_from = 0;        ///< while nearer than what is kept: the largest distance since then
+  int level = 0;  ///< how much of its slack it has used up: see PairProofs::set_band()
+  PairMemory kept;
+};
+
+/// A motion and how far it is proven.
+struct Proof {
+  Scalar t_safe = 0;
+  bool is_undecided = false;  ///< the budget ended
+  bool has_hit = false;
+  HoldPoint hit;
+  bool was_recovering = false;   ///< a pair was nearer than its target
+  bool was_overlapping = false;  ///< a pair crosses, and is left out
+};
+
+/// The proofs that the tool's bodies and the hard obstacles stay apart, and the clearances: for each
+/// pair of a body and an obstacle bounds of their distance, kept from motion to motion.
+class PairProofs {
+ public:
+  explicit PairProofs(const LoopScene& scene);
+
+  std::vector<ProxyPair>& pairs() { return pairs_; }
+  const std::vector<ProxyPair>& pairs() const { return pairs_; }
+  QueryMemory& memory() { return memory_; }
+
+  /// Nothing is proven of the next motion.
+  void start_motion();
+  /// How far a motion from a pose is free. What several attempts prove of one motion is kept until
+  /// it is committed.
+  Proof prove(const ToolPose& from, const ToolMotion& motion, Scalar duration, WorkClock& clock,
+              TickStatistics& work);
+  /// The motion has been made until t; obstacles move after this call.
+  void commit(const ToolPose& from, const ToolMotion& motion, Scalar t);
+  /// The obstacle is another mesh now.
+  void forget(std::size_t obstacle);
+  /// Measures again the clearances whose bounds have become loose, as far as the share lasts.
+  void measure(const ToolPose& pose, WorkShare share, TickStatistics& work);
+
+ private:
+  /// A pair whose bounds are farther apart than allowed: how many times.
+  struct Loose {
+    Scalar excess;
+    std::size_t pair;
+  };
+
+  PairImpact ask(ProxyPair& pair, const BodyMotion& motion, WorkClock& clock, TickStatistics& work);
+  PairImpact ask_again(const ToolPose& from, ProxyPair& pair, const BodyMotion& motion,
+                       Scalar noise, WorkClock& clock, TickStatistics& work);
+  void set_band(ProxyPair& pair) const;
+  bool has_band_below(ProxyPair& pair, Scalar distance) const;
+  void choose_band(ProxyPair& pair, Scalar noise) const;
+  void measure(const ToolPose& pose, ProxyPair& pair, const DistanceWish& wish, WorkShare& share,
+               TickStatistics& work);
+  DistanceWish wish_for(std::size_t obstacle) const;
+  static Scalar excess(const ProxyPair& pair, const DistanceWish& wish);
+  static void take(const PairDistance& found, ProxyPair& pair);
+  void refresh(const ToolPose& pose, std::size_t obstacle);
+
+  const LoopScene& scene_;
+  const Scalar tolerance_;  // of impacts
+  std::vector<ProxyPair> pairs_;
+  std::vector<Loose> loose_;
+  QueryMemory memory_;
+};
+
+}  // namespace dyop::haptics_internal
