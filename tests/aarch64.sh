@@ -18,7 +18,11 @@ build=build/aarch64
 mkdir -p $build
 sources=(tests/core/simd_hash.cpp)
 for kernel in hierarchy/box_gaps toi/rigid/box_steps distance/triangle_wide/triangle_wide; do
-  sources+=("src/${kernel}_baseline.cpp" "src/$kernel.cpp")
+  simd=$build/$(basename "$kernel")_simd.cpp
+  # Under one name, whatever it is compiled for.
+  printf '#include "core/simd.h"\n#undef DYOP_KERNEL\n#define DYOP_KERNEL(name) name##_baseline\n#include "%s_simd.h"\n' \
+    "$kernel" >"$simd"
+  sources+=("$simd" "src/$kernel.cpp")
 done
 
 # hash NAME RUNNER COMPILER OPTION...
@@ -26,7 +30,8 @@ hash() {
   local name=$1 runner=$2 compiler=$3
   shift 3
   "$compiler" -std=c++20 -O2 -ffp-contract=off -Wall -Wextra -Isrc -Iinclude \
-    -isystem /usr/include/eigen3 -DEIGEN_DONT_VECTORIZE "$@" "${sources[@]}" -static -o "$build/$name"
+    -isystem /usr/include/eigen3 -DEIGEN_DONT_VECTORIZE -ffunction-sections -Wl,--gc-sections \
+    "$@" "${sources[@]}" -static -o "$build/$name"
   $runner "$build/$name" >"$build/$name.txt"
 }
 

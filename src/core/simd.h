@@ -15,14 +15,18 @@
 #if defined(__AVX512F__)
 #include <immintrin.h>
 #define DYOP_LANES lanes_avx512
+#define DYOP_KERNEL(name) name##_avx512
 #elif defined(__AVX2__)
 #include <immintrin.h>
 #define DYOP_LANES lanes_avx2
+#define DYOP_KERNEL(name) name##_avx2
 #elif defined(__SSE2__)
 #include <emmintrin.h>
 #define DYOP_LANES lanes_baseline
+#define DYOP_KERNEL(name) name##_baseline
 #else
 #define DYOP_LANES lanes_portable
+#define DYOP_KERNEL(name) name##_baseline
 #endif
 
 #define DYOP_INLINE inline __attribute__((always_inline))

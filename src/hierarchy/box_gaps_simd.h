@@ -2,7 +2,7 @@
 #include "hierarchy/box_axis.h"
 #include "hierarchy/box_gaps.h"
 
-// The kernel of box_gaps.h for the instruction set that the including file is compiled for.
+// The kernel of box_gaps.h for the instruction set that this file is compiled for.
 namespace dyop::hierarchy_internal {
 inline namespace DYOP_LANES {
 
@@ -37,4 +37,8 @@ static void box_gaps_lanes(const GroupRows& rows, int count, const FacingBox& ot
 }
 
 }  // namespace DYOP_LANES
+
+extern const BoxGapsKernel DYOP_KERNEL(box_gaps);
+const BoxGapsKernel DYOP_KERNEL(box_gaps) = box_gaps_lanes;
+
 }  // namespace dyop::hierarchy_internal

@@ -58,11 +58,15 @@ endif()
 
 set(prefix ${WORK_DIR}/prefix)
 if(KIND STREQUAL "shared")
-  # Without optimisation, which would take three times as long: what counts here is what is linked.
+  # From the objects of this build, which are position-independent and hide the same symbols: what
+  # counts here is what is linked and installed.
+  file(STRINGS ${BINARY_DIR}/CMakeCache.txt unity REGEX "^CMAKE_UNITY_BUILD:")
+  string(REGEX REPLACE ".*=" "" unity "${unity}")
+  set(ENV{DYOP_REUSED_BUILD} ${BINARY_DIR})
   run(${configure} -S ${SOURCE_DIR} -B ${WORK_DIR}/dyop -DBUILD_SHARED_LIBS=ON -DDYOP_BUILD_TESTS=OFF
-      -DCMAKE_BUILD_TYPE=Debug -DCMAKE_CXX_FLAGS_DEBUG=-O0 -DDYOP_BUILD_EXAMPLES=OFF
-      "-DCMAKE_CXX_FLAGS=--param=ggc-min-expand=400 --param=ggc-min-heapsize=1000000"
-      -DCMAKE_UNITY_BUILD=ON -DDYOP_BUILD_PYTHON=OFF -DCMAKE_INSTALL_PREFIX=${prefix})
+      -DCMAKE_BUILD_TYPE=Release -DCMAKE_UNITY_BUILD=${unity} -DDYOP_BUILD_EXAMPLES=OFF
+      -DCMAKE_CXX_COMPILER_LAUNCHER=${CMAKE_CURRENT_LIST_DIR}/reuse_object.sh
+      -DDYOP_BUILD_PYTHON=OFF -DCMAKE_INSTALL_PREFIX=${prefix})
   run(${CMAKE_COMMAND} --build ${WORK_DIR}/dyop)
   run(${CMAKE_COMMAND} --install ${WORK_DIR}/dyop)
   run(${prefix}/bin/dyop --version)

@@ -20,6 +20,9 @@ namespace {
 
 using namespace dyop;
 using namespace dyop::core_internal;
+using namespace dyop::hierarchy_internal;
+using namespace dyop::distance_internal;
+using namespace dyop::toi_internal;
 
 /// FNV-1a over the bits of numbers. The sign and payload of NaN belong to the processor.
 struct Hash {

@@ -3,7 +3,7 @@
 #include "toi/readvance_ratio.h"
 #include "toi/rigid/box_steps.h"
 
-// The kernels of box_steps.h for the instruction set that the including file is compiled for. The
+// The kernels of box_steps.h for the instruction set that this file is compiled for. The
 // mathematics is that of safe_step() along a fixed direction, derived in
 // docs/algorithms/time_of_impact.md.
 namespace dyop::toi_internal {
@@ -323,4 +323,8 @@ static void box_steps_one(const GroupRows& rows, int first, int, const FacingPie
 }
 
 }  // namespace DYOP_LANES
+
+extern const BoxStepsKernels DYOP_KERNEL(box_steps);
+const BoxStepsKernels DYOP_KERNEL(box_steps){box_steps_group, box_steps_one};
+
 }  // namespace dyop::toi_internal

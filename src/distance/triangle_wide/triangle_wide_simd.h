@@ -738,7 +738,7 @@ DYOP_INLINE void touch(Mask lanes, const SharedLanes& shared, const Lanes* norma
   answer.decided = answer.decided | lanes;
 }
 
-// The kernels of triangle_wide.h for the instruction set that the including file is compiled for.
+// The kernels of triangle_wide.h for the instruction set that this file is compiled for.
 // The stages are those of triangle_distance(), in the same order.
 
 /// First candidates of pairs that are not far.
@@ -890,4 +890,9 @@ static unsigned triangles_within(const TriangleBlock& block, const TriangleSlab&
 }
 
 }  // namespace DYOP_LANES
+
+extern const TriangleWideKernels DYOP_KERNEL(triangle_wide);
+const TriangleWideKernels DYOP_KERNEL(triangle_wide){decide_triangles<false>,
+                                                     decide_triangles<true>, triangles_within};
+
 }  // namespace dyop::distance_internal

@@ -1,9 +1,0 @@
-// SPDX-License-Identifier: BSD-3-Clause
-#include "toi/rigid/box_steps_simd.h"
-
-namespace dyop::toi_internal {
-
-extern const BoxStepsKernels box_steps_avx512;
-const BoxStepsKernels box_steps_avx512{box_steps_group, box_steps_one};
-
-}  // namespace dyop::toi_internal
