@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 
 // Distance and impact of meshes by trees of different bounding volumes: same queries, same split,
-// same search, one triangle a leaf, so that only the volumes differ. docs/algorithms/hierarchy.md
+// same search, one triangle a leaf, so that only the volumes differ. docs/algorithms/distance.md
 // has the result.
 //   bounding_volume_comparison [MODEL...]
 // Each model is put against itself; without one, those of kModels. Prints a table of mean values a
