@@ -50,6 +50,8 @@ mistake stored_box_not_rounded_up src/hierarchy/mesh_hierarchy.cpp hierarchy '*'
   'float_above(half_extents[i] + noise)' 'float_above(half_extents[i] - noise)'
 mistake lower_bound_rounded_up src/distance/triangle/triangle_pair.h distance 'TriangleDistance*' \
   'middle + low_negated(slack)' 'middle + slack'
+mistake height_rounded_up src/distance/core_distance.cpp distance 'HalfSpace*' \
+  'result.lower = std::max(Scalar(0), height - noise);' 'result.lower = std::max(Scalar(0), height + noise);'
 mistake slab_too_thin src/distance/near_features.cpp distance 'FindContacts*' \
   'const Scalar thickness = reach + 4 * noise;' 'const Scalar thickness = reach / 2;'
 mistake planes_without_the_reach src/distance/near_features.cpp distance 'FindContacts*' \

@@ -33,6 +33,7 @@
 #include "dyop/geometry/convex_shape.h"
 #include "dyop/geometry/cylinder.h"
 #include "dyop/geometry/ellipsoid.h"
+#include "dyop/geometry/half_space.h"
 #include "dyop/geometry/mesh_topology.h"
 #include "dyop/geometry/rounded_box.h"
 #include "dyop/geometry/shape.h"

@@ -144,6 +144,9 @@ DYOP_C_API dyop_status dyop_ellipsoid_create(dyop_context* context, const double
 /* All points within a radius of a box. */
 DYOP_C_API dyop_status dyop_rounded_box_create(dyop_context* context, const double half_extents[3],
                                                double radius, dyop_shape* shape);
+/* All points p with normal . p <= offset; its bodies are static or kinematic. */
+DYOP_C_API dyop_status dyop_half_space_create(dyop_context* context, const double normal[3],
+                                              double offset, dyop_shape* shape);
 DYOP_C_API dyop_status dyop_hull_create(dyop_context* context, const double* points,
                                         size_t point_count, dyop_shape* shape);
 /* Rows of three: coordinates, and vertex numbers. */

@@ -8,6 +8,7 @@
 #include "dyop/geometry/convex_hull.h"
 #include "dyop/geometry/cylinder.h"
 #include "dyop/geometry/ellipsoid.h"
+#include "dyop/geometry/half_space.h"
 #include "dyop/geometry/rounded_box.h"
 #include "dyop/geometry/sphere.h"
 #include "dyop/geometry/triangle_mesh.h"
@@ -75,6 +76,15 @@ dyop_status dyop_rounded_box_create(dyop_context* context, const double half_ext
     require_given(half_extents, "half_extents");
     context->add<RoundedBox>(context->shapes, shape,
                              Vector3(half_extents[0], half_extents[1], half_extents[2]), radius);
+  });
+}
+
+dyop_status dyop_half_space_create(dyop_context* context, const double normal[3], double offset,
+                                   dyop_shape* shape) {
+  return guard(context, [&] {
+    require_given(normal, "normal");
+    context->add<HalfSpace>(context->shapes, shape, Vector3(normal[0], normal[1], normal[2]),
+                            offset);
   });
 }
 

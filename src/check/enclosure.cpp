@@ -11,9 +11,10 @@ namespace {
 constexpr double kPi = 3.141592653589793;
 constexpr double kInside = 0.5;  // turns; a closed surface has whole ones
 
-// One point of each connected part of a body.
+// One point of each connected part of a body. A half-space is inside of nothing.
 std::vector<Vec> points_of(const Body& body) {
   std::vector<Vec> points;
+  if (body.half_space()) return points;
   std::set<std::int64_t> known;
   for (const Piece& piece : body.pieces) {
     if (piece.surface >= 0 && !known.insert(piece.surface).second) continue;

@@ -107,8 +107,18 @@ class PairProver {
     return {lowest - target_ - noise_, h * h / 8 * sum};
   }
 
+  // Of a half-space and a convex piece the gap along the normal is their distance.
+  Nearest along(const Node& x, const Node& y, const Pose& X, const Pose& Y, const Vec& n) const {
+    const double distance = std::max(0.0, gap(x, y, X, Y, n));
+    return {(distance > 0 ? distance : 1) * n, distance};
+  }
+
   Nearest search(const Node& x, const Node& y, const Pose& X, const Pose& Y,
                  const Vec& guess) const {
+    if (const Piece* plane = a_.body->half_space()) return along(x, y, X, Y, X.R * plane->normal);
+    if (const Piece* plane = b_.body->half_space()) {
+      return along(x, y, X, Y, -1.0 * (Y.R * plane->normal));
+    }
     return nearest_direction(
         [&](const Vec& d) {
           return support_point(*b_.body, y, Y, d) - support_point(*a_.body, x, X, -1.0 * d);
@@ -358,7 +368,10 @@ class Checker {
     const double target = options_.scale * recording_.target(a, b, *rules_);
     Finding finding{a, b, begin, end, 0, target};
     if (p.kind == Kind::Unsupported || q.kind == Kind::Unsupported) return note_undecided(finding);
-    const double noise = pose_noise(p, A.size, begin, end) + pose_noise(q, B.size, begin, end);
+    // The direction of a half-space is turned twice.
+    const double turns = A.half_space() || B.half_space() ? 2 : 1;
+    const double noise =
+        turns * (pose_noise(p, A.size, begin, end) + pose_noise(q, B.size, begin, end));
     PairProver prover({&A, &p}, {&B, &q}, target, noise, options_.most_node_pairs);
     Vec& hint = hints_.try_emplace({a, b}, Vec{1, 0, 0}).first->second;
     const Answer answer = prover.prove(begin, end, hint);

@@ -84,6 +84,13 @@ class Shapes {
       radius_and_length(Piece::Kind::Cylinder);
     } else if (kind == "cone") {
       radius_and_length(Piece::Kind::Cone);
+    } else if (kind == "half_space") {
+      piece.kind = Piece::Kind::HalfSpace;
+      const Vec normal = vector_of(line.at("normal").to_numbers(3));
+      const double length = norm(normal);
+      if (!(length > 0) || !std::isfinite(length)) throw BadFile("a half-space has no normal");
+      piece.normal = (1 / length) * normal;
+      piece.offset = line.at("offset").to_number();
     } else if (kind == "ellipsoid") {
       piece.kind = Piece::Kind::Ellipsoid;
       piece.size = vector_of(line.at("semi_axes").to_numbers(3));
@@ -149,6 +156,7 @@ class Shapes {
       for (Piece piece : pieces(number, depth + 1)) {
         if (piece.surface >= 0) piece.surface += offset;
         next_surface = std::max(next_surface, piece.surface + 1);
+        if (piece.kind == Piece::Kind::HalfSpace) throw BadFile("a compound holds a half-space");
         for (Vec& point : piece.points) point = pose * point;
         piece.X = {pose.R * piece.X.R, pose * piece.X.p};
         all.push_back(std::move(piece));
@@ -287,6 +295,7 @@ class Slots {
 
 // The bounding radius of docs/formats.md: about the frame's origin.
 double bounding_radius(const Body& body) {
+  if (body.half_space()) return body.reach;
   double radius = 0;
   for (const Piece& piece : body.pieces) {
     if (piece.kind == Piece::Kind::Points) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "check/shape.h"
 
+#include <cmath>
 #include <limits>
 #include <numeric>
 
@@ -28,6 +29,7 @@ Vec round_support(const Piece& piece, const Vec& d) {
       return {s.x * scaled.x / k, s.y * scaled.y / k, s.z * scaled.z / k};
     }
     case Piece::Kind::Points:
+    case Piece::Kind::HalfSpace:
       break;
   }
   return {};
@@ -136,7 +138,26 @@ Vec Piece::core_support(const Vec& d) const {
   return *best;
 }
 
+// Infinite but along the normal, up to the rounding of a direction that was turned twice.
+double Piece::half_space_support(const Vec& d) const {
+  constexpr double kTurned = 4e-15;  // literal: relative
+  const double length = norm(d);
+  if (norm(d - length * normal) <= kTurned * length) return offset * length;
+  return std::numeric_limits<double>::infinity();
+}
+
 void Body::build(const Vec& center_of_mass) {
+  if (half_space()) {
+    // No turn is small beside its reach, and no other body is out of it.
+    constexpr double kEverywhere = 1e300;  // literal: times zero is zero
+    reach = kEverywhere;
+    size = std::abs(half_space()->offset);
+    Node node;
+    node.reach = kEverywhere;
+    node.piece = 0;
+    nodes.assign(1, node);
+    return;
+  }
   TreeBuilder(*this, center_of_mass).build();
   const Node& top = nodes.front();
   size = kUp * norm({std::abs(top.center.x) + top.half.x, std::abs(top.center.y) + top.half.y,

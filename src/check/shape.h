@@ -12,19 +12,26 @@ namespace dyop_check {
 /// A convex piece in the frame of its body: its points, or a round shape at a pose, and a radius
 /// around it.
 struct Piece {
-  enum class Kind { Points, Cylinder, Cone, Ellipsoid };
+  enum class Kind { Points, Cylinder, Cone, Ellipsoid, HalfSpace };
   Kind kind = Kind::Points;
   std::vector<Vec> points;  ///< Points
   double radius = 0;        ///< around the rest
   Vec size;                 ///< Cylinder, Cone: x radius, z half length; Ellipsoid: semi-axes
   Pose X;                   ///< of a round shape in the body's frame
+  Vec normal;               ///< HalfSpace: unit, outwards; its body has no other piece
+  double offset = 0;        ///< HalfSpace: height of its plane along the normal
   /// Triangles of one mesh that hang together have one number; -1: a solid.
   std::int64_t surface = -1;
 
   /// The point of the piece without its radius that is farthest along d.
   Vec core_support(const Vec& d) const;
   /// The largest d.x over the piece.
-  double support(const Vec& d) const { return dot(core_support(d), d) + radius * norm(d); }
+  double support(const Vec& d) const {
+    if (kind == Kind::HalfSpace) return half_space_support(d);
+    return dot(core_support(d), d) + radius * norm(d);
+  }
+
+  double half_space_support(const Vec& d) const;
 };
 
 struct Node {
@@ -45,6 +52,11 @@ struct Body {
   std::vector<Node> nodes;
   double size = 0;   ///< largest distance of a point from the frame's origin
   double reach = 0;  ///< the same from the centre of mass
+
+  /// The half-space that the body is, or null.
+  const Piece* half_space() const {
+    return pieces.front().kind == Piece::Kind::HalfSpace ? &pieces.front() : nullptr;
+  }
 
   /// @param center_of_mass Of which the reaches are taken.
   void build(const Vec& center_of_mass);

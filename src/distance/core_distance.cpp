@@ -9,6 +9,7 @@
 #include "core/tolerance.h"
 #include "distance/point_search.h"
 #include "dyop/distance/triangle_distance.h"
+#include "dyop/geometry/half_space.h"
 
 // Each closed form proposes the nearest points of two cores and a direction. Neither is trusted:
 // the upper bound is the length between the points, which lie on the cores, and the lower bound is
@@ -494,12 +495,14 @@ bool no_form(const PlacedCore&, const PlacedCore&, CorePoints&) {
   return false;
 }
 
-// By the kinds of A (rows) and B: General, Point, Segment, Box.
+// By the kinds of A (rows) and B: General, Point, Segment, Box. Of half-spaces gjk_distance() knows
+// the closed form against every convex shape.
 constexpr std::array<std::array<Form, kCoreKinds>, kCoreKinds> kForms{{
-    {no_form, no_form, no_form, no_form},
-    {no_form, point_point, point_segment, point_box},
-    {no_form, turned<point_segment>, segment_segment, segment_box},
-    {no_form, turned<point_box>, turned<segment_box>, box_box},
+    {no_form, no_form, no_form, no_form, no_form},
+    {no_form, point_point, point_segment, point_box, no_form},
+    {no_form, turned<point_segment>, segment_segment, segment_box, no_form},
+    {no_form, turned<point_box>, turned<segment_box>, box_box, no_form},
+    {no_form, no_form, no_form, no_form, no_form},
 }};
 
 PlacedCore placed(const SimpleCore& core, const Matrix3& R, const Vector3& origin) {
@@ -546,6 +549,57 @@ bool core_distance(const SimpleCore& a, const SimpleCore& b, const CorePlaces& p
   if (!(points.length - points.gap <= noise || points.length - radii <= noise / 2)) return false;
   add_radii(points, a.rounding_radius, b.rounding_radius, noise, result);
   return true;
+}
+
+namespace {
+
+// The half-space normal . p <= offset against a shape S at a pose, all in one frame.
+HalfSpaceGap gap_above(const Vector3& normal, Scalar offset, const ConvexShape& shape,
+                       const RigidPose& X_FS) {
+  const Vector3 down_S = -(X_FS.rotation().transpose() * normal);
+  const SupportPoint support = shape.core_support(down_S);
+  HalfSpaceGap gap;
+  gap.normal = normal;
+  gap.lowest = X_FS * support.point - shape.rounding_radius() * normal;
+  if (support.vertex) gap.feature = {FeatureKind::Vertex, {*support.vertex}};
+  gap.height = normal.dot(gap.lowest) - offset;
+  const HalfSpace* other = as_half_space(shape);
+  const Scalar size = other ? std::abs(other->offset()) : shape.bounding_radius();
+  // literal: more than all underflow, for shapes as small as the smallest numbers.
+  gap.noise = kPoseNoise * (X_FS.translation().norm() + size + std::abs(offset)) + 0x1p-1064;
+  return gap;
+}
+
+}  // namespace
+
+std::optional<HalfSpaceGap> half_space_gap(const ConvexShape& a, const ConvexShape& b,
+                                           const RigidPose& X_AB) {
+  if (const HalfSpace* plane = as_half_space(a)) {
+    return gap_above(plane->normal(), plane->offset(), b, X_AB);
+  }
+  const HalfSpace* plane = as_half_space(b);
+  if (!plane) return std::nullopt;
+  const Vector3 normal = X_AB.rotation() * plane->normal();
+  const Scalar along = normal.dot(X_AB.translation());
+  HalfSpaceGap gap = gap_above(normal, plane->offset() + along, a, RigidPose());
+  gap.noise += kPoseNoise * (X_AB.translation().norm() + std::abs(plane->offset()));
+  gap.is_of_b = true;
+  return gap;
+}
+
+NearestPoints HalfSpaceGap::nearest() const {
+  NearestPoints result;
+  if (!std::isfinite(height)) return result;
+  result.lower = std::max(Scalar(0), height - noise);
+  result.upper = std::max(Scalar(0), height) + noise;
+  result.is_overlapping = height <= noise;
+  result.nhat_AB = is_of_b ? Vector3(-normal) : normal;
+  // Of shapes that overlap a point in both.
+  const Vector3 foot = lowest - std::max(Scalar(0), height) * normal;
+  result.p_a = is_of_b ? lowest : foot;
+  result.p_b = is_of_b ? foot : lowest;
+  (is_of_b ? result.feature_a : result.feature_b) = feature;
+  return result;
 }
 
 namespace {

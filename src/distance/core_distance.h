@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <optional>
+
 #include "dyop/core/rigid_pose.h"
 #include "dyop/core/types.h"
 #include "dyop/distance/distance_result.h"
@@ -33,5 +35,22 @@ bool core_distance(const SimpleCore& a, const SimpleCore& b, const CorePlaces& p
 /// vertex numbers. Bounds allow for all rounding but that of the pose.
 bool triangle_core_distance(const Triangle& a, const SimpleCore& b, const RigidPose& X_AB,
                             NearestPoints& result);
+
+/// A half-space and another convex shape, in frame A.
+struct HalfSpaceGap {
+  Vector3 normal = Vector3::UnitX();  ///< of the plane: unit, out of the half-space
+  Vector3 lowest = Vector3::Zero();   ///< the other shape's point that is lowest above the plane
+  Feature feature;                    ///< of that point
+  Scalar height = 0;                  ///< of that point: negative inside
+  Scalar noise = 0;                   ///< of the height
+  bool is_of_b = false;               ///< the half-space
+
+  /// As gjk_distance() gives them.
+  NearestPoints nearest() const;
+};
+
+/// Nothing unless one of the shapes is a half-space.
+std::optional<HalfSpaceGap> half_space_gap(const ConvexShape& a, const ConvexShape& b,
+                                           const RigidPose& X_AB);
 
 }  // namespace dyop::distance_internal

@@ -27,6 +27,7 @@ using distance_internal::BoxPair;
 using distance_internal::DistanceTraversal;
 using distance_internal::GjkGoal;
 using distance_internal::GjkSeed;
+using geometry_internal::extent_beside;
 using geometry_internal::ShapeTree;
 
 // --- two convex shapes --------------------------------------------------------------------------
@@ -153,9 +154,10 @@ DistanceResult query(const Shape& a, const RigidPose& X_WA, const Shape& b, cons
   distance_internal::require_valid_options(options, "distance");
   const distance_internal::Solids solids{options.solid_a, options.solid_b};
   distance_internal::require_closed("distance", a, b, solids);
-  const ShapeTree tree_a(a);
-  const ShapeTree tree_b(b);
   const RigidPose X_AB = X_WA.inverse() * X_WB;
+  const Scalar apart = X_AB.translation().norm();
+  const ShapeTree tree_a(a, extent_beside(a, b, apart));
+  const ShapeTree tree_b(b, extent_beside(b, a, apart));
   const Scalar noise = distance_internal::pose_noise(a, X_WA, b, X_WB);
   cache.stack.clear();
   DistanceTraversal traversal(tree_a, tree_b, X_AB, noise, options.max_distance, cache.stack);

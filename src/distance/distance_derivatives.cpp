@@ -13,6 +13,7 @@
 #include "dyop/geometry/compound_shape.h"
 #include "dyop/geometry/convex_shape.h"
 #include "dyop/geometry/triangle_mesh.h"
+#include "geometry/shape_tree.h"
 
 namespace dyop {
 namespace {
@@ -202,16 +203,21 @@ class Derivation {
     return result;
   }
 
+  // Of a half-space what matters; twice as far, for the poses that are tried.
+  Scalar radius_a() const { return geometry_internal::radius_beside(a_, b_, apart()); }
+  Scalar radius_b() const { return geometry_internal::radius_beside(b_, a_, apart()); }
+  Scalar apart() const { return 2 * (X_WB_.translation() - X_WA_.translation()).norm(); }
+
   // Bounds the one-sided derivatives along one axis, and compares the witness with its Jacobian.
   void probe(int k, DistanceDerivatives& result) {
     const DistanceResult& here = result.distance;
     // Largest speed and acceleration of points of A.
-    const Scalar reach = k < 3 ? 1 : a_.bounding_radius();
+    const Scalar reach = k < 3 ? 1 : radius_a();
     const Scalar bend = k < 3 ? 0 : reach;
     if (!(reach > 0)) return;  // a point does not turn
     const Scalar noise = here.upper - here.lower +
                          kPoseNoise * (X_WA_.translation().norm() + X_WB_.translation().norm() +
-                                       a_.bounding_radius() + b_.bounding_radius());
+                                       radius_a() + radius_b());
     // No pair of points comes nearer than half of the distance within the step.
     const auto curvature_within = [&](Scalar step) {
       return reach * reach / (here.lower - reach * step) + bend;

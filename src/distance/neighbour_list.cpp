@@ -46,10 +46,11 @@ void NeighbourList::measure(const ShapeTree& a, const ShapeTree& b, Entry& entry
 
 bool NeighbourList::build(const Shape& a, const RigidPose& X_WA, const Shape& b,
                           const RigidPose& X_WB, const Vector3& pivot_W, const NearBound& bound) {
-  const ShapeTree tree_a(a);
-  const ShapeTree tree_b(b);
-  noise_ = pose_noise(a, X_WA, b, X_WB);
   X_AB_ = X_WA.inverse() * X_WB;
+  const Scalar apart = X_AB_.translation().norm();
+  const ShapeTree tree_a(a, extent_beside(a, b, apart));
+  const ShapeTree tree_b(b, extent_beside(b, a, apart));
+  noise_ = pose_noise(a, X_WA, b, X_WB);
   moves_a_ = a.kind() == ShapeKind::TriangleMesh;
   X_FM_ = moves_a_ ? X_AB_.inverse() : X_AB_;
   pivot_F_ = (moves_a_ ? X_WB : X_WA).inverse() * pivot_W;
@@ -100,8 +101,9 @@ bool NeighbourList::covers(const Placement& placement, const NearBound& bound) c
 void NeighbourList::collect(const Shape& a, const Shape& b, const Placement& placement,
                             const NearBound& bound, BoxPairStack& pairs) {
   pairs.clear();
-  const ShapeTree tree_a(a);
-  const ShapeTree tree_b(b);
+  const Scalar apart = X_AB_.translation().norm();
+  const ShapeTree tree_a(a, extent_beside(a, b, apart));
+  const ShapeTree tree_b(b, extent_beside(b, a, apart));
   const Matrix3 transposed = placement.turn.transpose();
   const Scalar most_gap = bound.reach + bound.slope * placement.way + placement.noise;
   const Scalar slope = bound.slope * (1 + placement.turning);

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "core/tolerance.h"
+#include "distance/core_distance.h"
 #include "dyop/distance/gjk.h"
 #include "dyop/geometry/triangle_mesh.h"
 
@@ -180,6 +181,11 @@ std::optional<Penetration> find_penetration(const ConvexShape& a, const RigidPos
   const GjkResult gjk = gjk_distance(a, b, X_AB);
   if (!gjk.is_overlapping) return std::nullopt;
 
+  if (const auto gap = distance_internal::half_space_gap(a, b, X_AB)) {
+    const Vector3 nhat_AB = gap->is_of_b ? Vector3(-gap->normal) : gap->normal;
+    return Penetration{std::max(Scalar(0), gap->noise - gap->height), X_WA.rotation() * nhat_AB,
+                       X_WA * gap->lowest};
+  }
   DepthSearch search(a, b, X_AB);
   search.try_direction(gjk.nhat_AB);
   const Scalar radii = a.rounding_radius() + b.rounding_radius();

@@ -60,6 +60,8 @@ PieceDistance convex_and_triangle(const ConvexShape& a, const Triangle& b, const
 
 // Points of a compound were transformed by one more pose.
 Scalar posed_size(const Shape& shape) {
+  // What matters is where the other shape is.
+  if (const HalfSpace* half_space = as_half_space(shape)) return std::abs(half_space->offset());
   return (shape.kind() == ShapeKind::Compound ? 2 : 1) * shape.bounding_radius();
 }
 

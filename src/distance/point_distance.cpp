@@ -11,6 +11,7 @@
 #include "distance/point_search.h"
 #include "dyop/core/error.h"
 #include "dyop/distance/gjk.h"
+#include "dyop/geometry/half_space.h"
 #include "dyop/geometry/triangle_mesh.h"
 #include "geometry/compound_tree.h"
 
@@ -39,7 +40,7 @@ void require_signable(const Shape& shape, const PointDistanceOptions& options) {
                    "point_distance: is_signed is set, but the mesh is not closed");
       return;
     case ShapeKind::Convex:
-      DYOP_REQUIRE(static_cast<const ConvexShape&>(shape).core_surface(),
+      DYOP_REQUIRE(as_half_space(shape) || static_cast<const ConvexShape&>(shape).core_surface(),
                    "point_distance: is_signed is set, but the shape has no core_surface()");
       return;
     case ShapeKind::Compound:
@@ -97,7 +98,24 @@ PointDistance from_smooth_core(const ConvexShape& shape, const PointQuery& query
   return result;
 }
 
+PointDistance from_half_space(const HalfSpace& shape, const PointQuery& query) {
+  const Scalar height = shape.height(query.p_S);
+  PointDistance result;
+  result.lower = height - query.noise;
+  result.upper = height + query.noise;
+  result.p_WC = query.p_S - height * shape.normal();
+  result.nhat_W = shape.normal();
+  if (query.options.is_signed || height > 0) return result;
+  result.lower = 0;
+  result.upper = std::max(Scalar(0), result.upper);
+  result.p_WC = query.p_S;
+  return result;
+}
+
 PointDistance from_convex(const ConvexShape& shape, const PointQuery& query) {
+  if (const HalfSpace* half_space = as_half_space(shape)) {
+    return from_half_space(*half_space, query);
+  }
   const TriangleMesh* core = shape.core_surface();
   if (!core) return from_smooth_core(shape, query);
   const Scalar radius = shape.rounding_radius();
@@ -141,8 +159,9 @@ PointDistance from_compound(const CompoundShape& compound, const PointQuery& que
 PointDistance answer_point(const Shape& shape, const RigidPose& X_WS, const Vector3& p_W,
                            const PointDistanceOptions& options) {
   const Vector3 p_S = X_WS.inverse() * p_W;
-  const Scalar noise =
-      kPoseNoise * (X_WS.translation().norm() + p_W.norm() + shape.bounding_radius());
+  const HalfSpace* half_space = as_half_space(shape);
+  const Scalar size = half_space ? std::abs(half_space->offset()) : shape.bounding_radius();
+  const Scalar noise = kPoseNoise * (X_WS.translation().norm() + p_W.norm() + size);
   const PointQuery query{p_S, options, noise};
   PointDistance result;
   switch (shape.kind()) {

@@ -36,7 +36,8 @@ struct LocalRay {
   Vector3 direction;  // unit
   Scalar end;         // nothing can be touched beyond
   Scalar radius;
-  Scalar noise;  // how far a point of the ray is off by rounding
+  Scalar noise;   // how far a point of the ray is off by rounding
+  Scalar extent;  // how far from the frame's origin the shape matters
 
   Vector3 at(Scalar s) const { return origin + s * direction; }
 };
@@ -219,13 +220,25 @@ class RaySearch {
   std::array<OpenBox, MeshHierarchy::kMaxDepth * kRayGroupSize + 1> stack_;
 };
 
+// How far from its frame's origin the shape can matter for a ray in that frame: of a half-space, up
+// to where the ray meets it.
+Scalar size_for_ray(const Shape& shape, const Vector3& origin, const Vector3& direction,
+                    Scalar length) {
+  const HalfSpace* half_space = as_half_space(shape);
+  if (!half_space) return shape.bounding_radius();
+  // literal: the rounding of a scalar product of two unit vectors.
+  const Scalar rate = 16 * kUnitRoundoff - half_space->normal().dot(direction);
+  const Scalar way = rate > 0 ? std::max(Scalar(0), half_space->height(origin)) / rate : 0;
+  return origin.norm() + std::min(way, length);
+}
+
 LocalRay local_ray(const Shape& shape, const RigidPose& X_WS, const Ray& ray) {
   LocalRay local;
   local.origin = X_WS.inverse() * ray.p_W;
   local.direction = X_WS.rotation().transpose() * ray.direction_W.stableNormalized();
   local.radius = ray.radius;
-  const Scalar size =
-      X_WS.translation().norm() + ray.p_W.norm() + shape.bounding_radius() + ray.radius;
+  local.extent = size_for_ray(shape, local.origin, local.direction, ray.length);
+  const Scalar size = X_WS.translation().norm() + ray.p_W.norm() + local.extent + ray.radius;
   // Once for the origin and once for the direction, over at most this size.
   local.noise = 2 * kPoseNoise * size;
   local.end = std::min(ray.length, 2 * size);
@@ -234,7 +247,7 @@ LocalRay local_ray(const Shape& shape, const RigidPose& X_WS, const Ray& ray) {
 
 RayHit cast(const Shape& shape, const RigidPose& X_WS, const Ray& ray) {
   const LocalRay local = local_ray(shape, X_WS, ray);
-  const ShapeTree tree(shape);
+  const ShapeTree tree(shape, local.extent + local.radius);
   RaySearch search(tree, local, tree.rows(0).scale);
   search.run();
   RayHit hit = search.hit;

@@ -8,6 +8,7 @@
 
 #include "dyop/core/error.h"
 #include "dyop/dynamics/integrator.h"
+#include "dyop/geometry/half_space.h"
 #include "dyop/motion/composed_motion.h"
 #include "dyop/motion/rest_motion.h"
 
@@ -69,6 +70,8 @@ void require_valid(const BodyDefinition& body) {
     DYOP_REQUIRE(!body.locked.any(), "body '", name, "': only a dynamic body can have locked axes");
     return;
   }
+  DYOP_REQUIRE(!as_half_space(*body.shape), "body '", name,
+               "': a half-space must be static or kinematic, not dynamic");
   require_mass(body);
 }
 

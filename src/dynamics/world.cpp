@@ -139,7 +139,10 @@ void World::set_motion(BodyId id, std::shared_ptr<const Motion> motion) {
                "': its motion is not defined at t = ", impl_->time);
   const MotionState state = motion->state(impl_->time);
   const RigidPose X_WB = body.X_WB();
-  const Scalar radius = body.definition.shape->bounding_radius();
+  // A half-space reaches everywhere: it must not jump at all.
+  const HalfSpace* half_space = as_half_space(*body.definition.shape);
+  const Scalar radius = half_space ? std::abs(half_space->offset()) * kStepNoise
+                                   : body.definition.shape->bounding_radius();
   const Scalar jump = (state.X_WB.translation() - X_WB.translation()).norm() +
                       radius * (state.X_WB.rotation() - X_WB.rotation()).norm();
   constexpr Scalar kLargestJump = 1e-3;  // of the radius, as documented

@@ -36,6 +36,23 @@ bool is_same(const RigidPose& x, const RigidPose& y) {
   return x.translation() == y.translation() && x.rotation() == y.rotation();
 }
 
+// The default tolerance of a point and a body is a part of the body's size, which a half-space has
+// not: that of the smallest other body, or of the ray. None without half-spaces.
+std::optional<Scalar> tolerance_beside_half_spaces(const std::deque<BodyRecord>& bodies,
+                                                   Scalar length) {
+  bool has_half_space = false;
+  Scalar size = length;
+  for (const BodyRecord& body : bodies) {
+    if (!body.is_present()) continue;
+    if (as_half_space(*body.definition.shape)) {
+      has_half_space = true;
+    } else if (body.radius_B > 0) {
+      size = std::min(size, body.radius_B);
+    }
+  }
+  return has_half_space ? std::optional(kDefaultRelativeTolerance * size) : std::nullopt;
+}
+
 }  // namespace
 
 void BodyObstacles::update(const std::deque<BodyRecord>& bodies, std::uint64_t revision) {
@@ -97,6 +114,8 @@ BodyRayHit World::cast_ray(const Vector3& origin_W, const Vector3& direction_W, 
   const ConstantTwistMotion ray(RigidPose(origin_W), {along, Vector3::Zero()});
   ToiOptions options;
   options.max_node_pairs = impl_->options.max_node_pairs;
+  options.distance_tolerance =
+      dynamics_internal::tolerance_beside_half_spaces(impl_->bodies, length);
   const ShapeHit met = cast_shape(kPoint, ray, {0, length}, options, filter);
   BodyRayHit hit;
   hit.status = met.toi.status;

@@ -8,6 +8,7 @@
 #include "core/float_bounds.h"
 #include "core/tolerance.h"
 #include "dyop/core/error.h"
+#include "dyop/geometry/half_space.h"
 #include "geometry/compound_tree.h"
 #include "geometry/solid.h"
 
@@ -20,6 +21,8 @@ std::vector<CompoundChild> flattened(const std::vector<CompoundChild>& children)
   for (std::size_t i = 0; i < children.size(); ++i) {
     const CompoundChild& child = children[i];
     DYOP_REQUIRE(child.shape != nullptr, "child ", i, " of a compound has no shape");
+    DYOP_REQUIRE(!as_half_space(*child.shape), "child ", i,
+                 " of a compound is a half-space, which has no bounds: give it a body of its own");
     if (child.shape->kind() != ShapeKind::Compound) {
       result.push_back(child);
       continue;

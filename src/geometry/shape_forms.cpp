@@ -10,6 +10,7 @@
 #include "dyop/geometry/cone.h"
 #include "dyop/geometry/cylinder.h"
 #include "dyop/geometry/ellipsoid.h"
+#include "dyop/geometry/half_space.h"
 #include "dyop/geometry/rounded_box.h"
 #include "dyop/geometry/sphere.h"
 
@@ -48,6 +49,11 @@ Values values_of(const Ellipsoid& ellipsoid) {
 Values values_of(const RoundedBox& box) {
   const Vector3 half_extents = box.half_extents();
   return {half_extents.x(), half_extents.y(), half_extents.z(), box.radius()};
+}
+
+Values values_of(const HalfSpace& half_space) {
+  const Vector3& normal = half_space.normal();
+  return {normal.x(), normal.y(), normal.z(), half_space.offset()};
 }
 
 // A form whose numbers are those of values_of(const Type&).
@@ -89,6 +95,10 @@ std::span<const ShapeForm> shape_forms() {
                        [](std::span<const Scalar> x) -> Made {
                          return std::make_shared<RoundedBox>(Vector3(x[0], x[1], x[2]), x[3]);
                        }),
+      form<HalfSpace>("half_space", {{"normal", 3}, {"offset"}},
+                      [](std::span<const Scalar> x) -> Made {
+                        return std::make_shared<HalfSpace>(Vector3(x[0], x[1], x[2]), x[3]);
+                      }),
   };
   return forms;
 }

@@ -8,7 +8,7 @@
 
 namespace dyop::geometry_internal {
 
-ShapeTree::ShapeTree(const Shape& shape) {
+ShapeTree::ShapeTree(const Shape& shape, Scalar extent) {
   switch (shape.kind()) {
     case ShapeKind::TriangleMesh:
       mesh_ = static_cast<const TriangleMesh*>(&shape);
@@ -17,6 +17,11 @@ ShapeTree::ShapeTree(const Shape& shape) {
       scale_ = mesh_->hierarchy().scale();
       return;
     case ShapeKind::Convex:
+      if (const HalfSpace* half_space = as_half_space(shape)) {
+        half_space_.emplace(half_space->within(extent));
+        set_half_space();
+        return;
+      }
       convex_ = static_cast<const ConvexShape*>(&shape);
       set_convex();
       return;
@@ -48,6 +53,24 @@ void ShapeTree::set_convex() {
       8 * kUnitRoundoff * bounds.min().cwiseAbs().cwiseMax(bounds.max().cwiseAbs()).sum();
   box.half_extents = (bounds.sizes() / 2).array() - rounding_;
   box.half_extents = box.half_extents.cwiseMax(0).array() + noise;
+  set_one_box(box);
+}
+
+// Upright on the plane, so that it ends there.
+void ShapeTree::set_half_space() {
+  convex_ = &*half_space_;
+  const Scalar radius = half_space_->bounding_radius();
+  const Scalar offset = half_space_->offset();
+  OrientedBox box;
+  box.axes.col(2) = half_space_->normal();
+  box.axes.col(0) = half_space_->normal().unitOrthogonal();
+  box.axes.col(1) = box.axes.col(2).cross(box.axes.col(0));
+  box.center = half_space_->core_center();
+  box.half_extents = Vector3(radius, radius, (radius + offset) / 2).array() + kBoxNoise * radius;
+  set_one_box(box);
+}
+
+void ShapeTree::set_one_box(const OrientedBox& box) {
   scale_ = MeshHierarchy::scale_of(box);
   convex_node_ = {};  // the wide kernels read all columns
   convex_node_.boxes.set_box(0, box, scale_);

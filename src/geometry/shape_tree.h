@@ -9,6 +9,7 @@
 #include "dyop/core/rigid_pose.h"
 #include "dyop/geometry/compound_shape.h"
 #include "dyop/geometry/convex_shape.h"
+#include "dyop/geometry/half_space.h"
 #include "dyop/geometry/triangle_mesh.h"
 #include "dyop/hierarchy/mesh_hierarchy.h"
 #include "geometry/compound_tree.h"
@@ -39,7 +40,8 @@ struct LeafPiece {
 /// the distance of what they hold.
 class DYOP_EXPORT ShapeTree {
  public:
-  explicit ShapeTree(const Shape& shape);
+  /// @param extent Of a half-space: only its part within this distance of the origin matters.
+  explicit ShapeTree(const Shape& shape, Scalar extent = kInfinity);
   ShapeTree(const ShapeTree&) = delete;
   ShapeTree& operator=(const ShapeTree&) = delete;
 
@@ -98,11 +100,14 @@ class DYOP_EXPORT ShapeTree {
   const ConvexShape* convex() const { return convex_; }
 
  private:
+  void set_half_space();
   void set_convex();
+  void set_one_box(const OrientedBox& box);
   LeafPiece compound_piece(std::int32_t leaf) const;
 
   const TriangleMesh* mesh_ = nullptr;
   const ConvexShape* convex_ = nullptr;
+  std::optional<HalfSpace> half_space_;  // its part that matters
   const CompoundTree* compound_ = nullptr;
   const MeshHierarchy::Node* nodes_ = nullptr;
   std::int32_t node_count_ = 1;
@@ -110,6 +115,20 @@ class DYOP_EXPORT ShapeTree {
   Scalar scale_ = 1;
   Scalar rounding_ = 0;
 };
+
+/// Within which distance of its frame's origin a shape must be known for a query against another
+/// one whose frame's origin is at most `apart` from it: see HalfSpace::within().
+inline Scalar extent_beside(const Shape& shape, const Shape& other, Scalar apart) {
+  if (!as_half_space(shape)) return kInfinity;
+  return apart + (as_half_space(other) ? apart : other.bounding_radius());
+}
+
+/// Shape::bounding_radius(), of a half-space that of its part that matters beside another shape.
+inline Scalar radius_beside(const Shape& shape, const Shape& other, Scalar apart) {
+  const HalfSpace* half_space = as_half_space(shape);
+  return half_space ? half_space->within(extent_beside(shape, other, apart)).bounding_radius()
+                    : shape.bounding_radius();
+}
 
 /// A box in the frame S of another shape. X_SO is the pose of the box's shape.
 DYOP_EXPORT FacingBox facing_box(const OrientedBox& box, const RigidPose& X_SO);

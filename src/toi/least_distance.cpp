@@ -75,8 +75,8 @@ LeastDistanceSearch::LeastDistanceSearch(const Shape& a, const Motion& X_WA, con
       X_WB_(X_WB),
       interval_(interval),
       options_(options),
-      radius_a_(a.bounding_radius()),
-      radius_b_(b.bounding_radius()),
+      radius_a_(toi_internal::radius_in(a, X_WA, b, X_WB, interval)),
+      radius_b_(toi_internal::radius_in(b, X_WB, a, X_WA, interval)),
       proven_until_(interval.begin) {
   result_.rounding_allowance =
       kStepNoise *

@@ -11,7 +11,8 @@ namespace dyop {
 
 Scalar default_distance_tolerance(Scalar radius_a, Scalar radius_b) {
   const auto [smaller, larger] = std::minmax(radius_a, radius_b);
-  const Scalar size = smaller > 0 ? smaller : larger;
+  // A half-space has no size either.
+  const Scalar size = smaller > 0 ? smaller : larger < kLargestCoordinate ? larger : 0;
   DYOP_REQUIRE(size > 0, "time_of_impact: distance_tolerance is required for shapes without size");
   return kDefaultRelativeTolerance * size;
 }

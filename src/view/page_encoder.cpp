@@ -230,12 +230,12 @@ Json links_json(const std::string& scene_file) {
   return links;
 }
 
-Json body_json(const PageBody& body, std::size_t shape) {
+Json body_json(const PageBody& body, std::size_t shape, Scalar plate) {
   Json json{{"name", body.name},
             {"kind", word_of(body.kind)},
             {"shape", shape},
             {"shape_name", body.shape_name},
-            {"radius", body.shape->bounding_radius()}};
+            {"radius", view_internal::drawn_radius(*body.shape, plate)}};
   if (!body.color.empty()) json["color"] = body.color;
   if (body.is_ghost) json["ghost"] = true;
   if (body.mass_properties) {
@@ -346,17 +346,21 @@ std::string PageEncoder::head() const {
     header["check"] = {{"proven", scene_.verdict->is_proven}, {"words", scene_.verdict->words}};
   }
   const int fineness = scene_.bodies.size() < kManyBodies ? kFine : kCoarse;
+  std::vector<const Shape*> shapes;
+  for (const PageBody& body : scene_.bodies) shapes.push_back(body.shape.get());
+  const Scalar plate = view_internal::plate_beside(shapes);
   std::map<const Shape*, std::size_t> numbers;
   for (const PageBody& body : scene_.bodies) {
     const auto [entry, is_new] = numbers.try_emplace(body.shape.get(), numbers.size());
     if (is_new) {
-      header["shapes"].push_back(add_surface(block, "shape" + std::to_string(entry->second),
-                                             view_internal::surface_of(*body.shape, fineness)));
+      header["shapes"].push_back(
+          add_surface(block, "shape" + std::to_string(entry->second),
+                      view_internal::surface_of(*body.shape, fineness, plate)));
       if (Json form = form_json(*body.shape); !form.empty()) {
         header["shapes"].back()["form"] = std::move(form);
       }
     }
-    header["bodies"].push_back(body_json(body, entry->second));
+    header["bodies"].push_back(body_json(body, entry->second, plate));
   }
   header["charts"] = charts_json(scene_.charts);
   header["deformations"] = Json::array();

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "view/shape_surface.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
@@ -10,6 +11,7 @@
 #include "dyop/core/error.h"
 #include "dyop/geometry/compound_shape.h"
 #include "dyop/geometry/convex_shape.h"
+#include "dyop/geometry/half_space.h"
 
 namespace dyop::view_internal {
 namespace {
@@ -60,10 +62,17 @@ ShapeSurface surface_of_convex(const ConvexShape& shape, int fineness) {
   return surface;
 }
 
+ShapeSurface plate_of(const HalfSpace& half_space, Scalar plate) {
+  const Vector3 x = plate * half_space.normal().unitOrthogonal();
+  const Vector3 y = half_space.normal().cross(x);
+  const Vector3 middle = half_space.offset() * half_space.normal();
+  return {{middle - x - y, middle + x - y, middle + x + y, middle - x + y}, {{0, 1, 2}, {0, 2, 3}}};
+}
+
 ShapeSurface surface_of_compound(const CompoundShape& compound, int fineness) {
   ShapeSurface all;
   for (const CompoundChild& child : compound.children()) {
-    const ShapeSurface part = surface_of(*child.shape, fineness);
+    const ShapeSurface part = surface_of(*child.shape, fineness, 0);
     const auto first = std::int32_t(all.vertices.size());
     for (const Vector3& p : part.vertices) all.vertices.push_back(child.X_CS * p);
     for (const TriangleIndices& t : part.triangles) {
@@ -106,7 +115,23 @@ AlignedBox add_levels(ColumnBlock& block, const std::string& name,
 
 }  // namespace
 
-ShapeSurface surface_of(const Shape& shape, int fineness) {
+Scalar plate_beside(std::span<const Shape* const> shapes) {
+  constexpr Scalar kRadii = 50;
+  Scalar largest = 0;
+  for (const Shape* shape : shapes) {
+    if (!as_half_space(*shape)) largest = std::max(largest, shape->bounding_radius());
+  }
+  return largest > 0 ? kRadii * largest : 1;
+}
+
+Scalar drawn_radius(const Shape& shape, Scalar plate) {
+  const HalfSpace* half_space = as_half_space(shape);
+  // The diagonal of half a square.
+  return half_space ? 1.5 * plate + std::abs(half_space->offset()) : shape.bounding_radius();
+}
+
+ShapeSurface surface_of(const Shape& shape, int fineness, Scalar plate) {
+  if (const HalfSpace* half_space = as_half_space(shape)) return plate_of(*half_space, plate);
   switch (shape.kind()) {
     case ShapeKind::TriangleMesh:
       return surface_of_mesh(static_cast<const TriangleMesh&>(shape));

@@ -18,8 +18,15 @@ struct ShapeSurface {
 };
 
 /// The triangles of a mesh or polytope; for a smooth convex shape 8 * 4^fineness triangles between
-/// support points; for a compound those of its children.
-DYOP_EXPORT ShapeSurface surface_of(const Shape& shape, int fineness);
+/// support points; for a compound those of its children; for a half-space a square plate.
+/// @param plate Half the side of the plate.
+DYOP_EXPORT ShapeSurface surface_of(const Shape& shape, int fineness, Scalar plate);
+
+/// Half the side of the plate as which a half-space is drawn beside these shapes.
+DYOP_EXPORT Scalar plate_beside(std::span<const Shape* const> shapes);
+
+/// Shape::bounding_radius(), of a half-space that of its plate.
+DYOP_EXPORT Scalar drawn_radius(const Shape& shape, Scalar plate);
 
 /// The vertices that triangles use, in the order of their first use: the order of the page.
 std::vector<std::int32_t> vertices_in_order(std::span<const TriangleIndices> triangles,

@@ -288,6 +288,22 @@ static int check_calls_from_callbacks(dyop_context* context) {
   return 0;
 }
 
+static int check_more_shapes(dyop_context* context) {
+  const double up[3] = {0, 0, 2};
+  dyop_distance_query pair = {sizeof(dyop_distance_query), 0, {0, 0}, {0, 0}, DYOP_POSE_IDENTITY,
+                              DYOP_POSE_IDENTITY};
+  dyop_distance_result gap = {sizeof(dyop_distance_result)};
+  CHECK(dyop_half_space_create(context, up, 1, &pair.a) == DYOP_OK);
+  CHECK(dyop_half_space_create(context, NULL, 1, &pair.a) == DYOP_INVALID_ARGUMENT);
+  CHECK(dyop_sphere_create(context, 0.5, &pair.b) == DYOP_OK);
+  pair.pose_b.position[0] = 1e4;
+  pair.pose_b.position[2] = 4;
+  CHECK(dyop_compute_distance(context, &pair, NULL, &gap) == DYOP_OK);
+  CHECK(gap.witness.lower <= 2.5 && 2.5 <= gap.witness.upper);
+  CHECK(fabs(gap.witness.upper - 2.5) < 1e-9);
+  return 0;
+}
+
 static int check_near_things(dyop_context* context) {
   dyop_shape shapes[4], box;
   const double axes[3] = {1, 2, 3}, half[3] = {1, 1, 1};
@@ -520,6 +536,7 @@ int main(void) {
   if (!failed) failed = check_world(context);
   if (!failed) failed = check_calls_from_callbacks(context);
   if (!failed) failed = check_near_things(context);
+  if (!failed) failed = check_more_shapes(context);
   if (!failed) failed = check_obstacles(context);
   if (!failed) failed = check_chain(context);
   if (!failed) failed = check_joints_and_snapshots(context);

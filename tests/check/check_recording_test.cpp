@@ -13,6 +13,7 @@
 #include "dyop/geometry/box.h"
 #include "dyop/geometry/capsule.h"
 #include "dyop/geometry/cylinder.h"
+#include "dyop/geometry/half_space.h"
 #include "dyop/geometry/sphere.h"
 #include "dyop/io/recording_lines.h"
 #include "dyop/io/recording_reader.h"
@@ -117,6 +118,23 @@ TEST_F(CheckRecording, ProvesRunsOfWorlds) {
     EXPECT_NE(answer.text.find("flight     holds"), std::string::npos) << kind << answer.text;
     EXPECT_NE(answer.text.find("contact    holds"), std::string::npos) << kind << answer.text;
   }
+}
+
+// A ball that swings down to a half-space, as the mover or as the rester.
+TEST_F(CheckRecording, KnowsHalfSpaces) {
+  const auto ball = std::make_shared<Sphere>(1);
+  const auto floor = std::make_shared<HalfSpace>(Vector3(0, 0, 2), 3);
+  record(ball, floor, {swing(4.011, 1)});
+  EXPECT_EQ(check(file()).code, kProven) << check(file()).text << check(file()).error;
+  record(ball, floor, {swing(4.009, 1)});
+  EXPECT_EQ(check(file()).code, kRefuted);
+  record(ball, floor, {swing(-40, 1)});
+  EXPECT_EQ(check(file()).code, kRefuted);
+  const auto ceiling = std::make_shared<HalfSpace>(Vector3(0, 0, -1), 0);  // z >= 0, in its frame
+  record(ceiling, ball, {swing(1.011, 0)});
+  EXPECT_EQ(check(file()).code, kProven) << check(file()).text << check(file()).error;
+  record(ceiling, ball, {swing(1.009, 0)});
+  EXPECT_EQ(check(file()).code, kRefuted);
 }
 
 // A box that slides, a ball that bounces and a spinning rod that falls beside them.

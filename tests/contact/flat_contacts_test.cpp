@@ -11,15 +11,18 @@
 
 #include "dyop/contact/contact_generator.h"
 #include "dyop/distance/distance.h"
+#include "dyop/distance/find_contacts.h"
 #include "dyop/geometry/box.h"
 #include "dyop/geometry/capsule.h"
 #include "dyop/geometry/cone.h"
 #include "dyop/geometry/convex_hull.h"
 #include "dyop/geometry/cylinder.h"
+#include "dyop/geometry/half_space.h"
 #include "dyop/geometry/rounded_box.h"
 #include "dyop/geometry/sphere.h"
 #include "dyop/geometry/triangle_mesh.h"
 #include "support/inputs/mesh_generators.h"
+#include "support/inputs/random_inputs.h"
 
 namespace dyop {
 namespace {
@@ -168,6 +171,63 @@ TEST(FlatContactsOfCylinders, AreTheEndsOfTheLineThatTheyShare) {
   for (const ContactPoint& c : contacts) {
     EXPECT_TRUE(c.nhat_AB_W.isApprox(Vector3(0.6, 0.8, 0), 1e-4));
     EXPECT_TRUE(std::abs(c.p_WCa.z() - 1) < 1e-9 || std::abs(c.p_WCa.z() - 2) < 1e-9);
+  }
+}
+
+// --- on a half-space ----------------------------------------------------------------------------
+
+// Of a shape 0.01 above the floor z = 0, in both orders.
+void expect_contacts_on_floor(const Shape& shape, const RigidPose& X_WB, std::size_t count) {
+  const HalfSpace floor;
+  const RigidPose X_WA;
+  for (const bool is_first : {true, false}) {
+    const std::vector<ContactPoint> found = is_first
+                                                ? generate_contacts(floor, X_WA, shape, X_WB, 0.05)
+                                                : generate_contacts(shape, X_WB, floor, X_WA, 0.05);
+    EXPECT_EQ(found.size(), count);
+    for (const ContactPoint& contact : found) {
+      EXPECT_NEAR(contact.gap, 0.01, 1e-12);
+      EXPECT_EQ(contact.normal_is_of_b, !is_first);
+      EXPECT_NEAR(contact.nhat_AB_W.z(), is_first ? 1 : -1, 1e-14);
+      EXPECT_NEAR(is_first ? contact.p_WCa.z() : contact.p_WCb.z(), 0, 1e-12);
+    }
+  }
+}
+
+TEST(HalfSpaceContacts, AreTheCornersOfWhatLiesOnIt) {
+  const RigidPose upright(Vector3(100, -70, 0.51));
+  const RigidPose lying(rotation_from_vector(Vector3(std::numbers::pi / 2, 0, 0)),
+                        upright.translation());
+  expect_contacts_on_floor(Box(Vector3(0.5, 0.4, 0.5)), upright, 4);
+  expect_contacts_on_floor(RoundedBox(Vector3(0.4, 0.3, 0.4), 0.1), upright, 4);
+  expect_contacts_on_floor(box_mesh(Vector3(0.5, 0.4, 0.5)).mesh(), upright, 4);
+  expect_contacts_on_floor(Sphere(0.5), upright, 1);
+  expect_contacts_on_floor(Capsule(0.5, 1), lying, 2);
+  expect_contacts_on_floor(Cylinder(0.5, 1), lying, 2);
+  expect_contacts_on_floor(Cylinder(1, 0.5), upright, 6);
+}
+
+TEST(HalfSpaceContacts, OfAMeshOnATiltedPlaneAreItsLowVertices) {
+  const TriangleMesh mesh = gear(9, 0.8, 1, 0.3).mesh();
+  std::mt19937_64 random(6);
+  for (int k = 0; k < 30; ++k) {
+    const HalfSpace plane(random_direction(random), random_number(-1, 1, random));
+    const Matrix3 R = random_rotation(random).toRotationMatrix();
+    const Vector3 p = random_vector(50, random);
+    Scalar least = kInfinity;
+    for (const Vector3& v : mesh.vertices()) least = std::min(least, plane.height(R * v + p));
+    const RigidPose X_WB(R, p + (0.01 - least) * plane.normal());
+    const std::vector<ContactPoint> found = generate_contacts(plane, RigidPose(), mesh, X_WB, 0.02);
+    ASSERT_FALSE(found.empty());
+    Scalar nearest = kInfinity;
+    for (const ContactPoint& contact : found) {
+      nearest = std::min(nearest, contact.gap);
+      EXPECT_NEAR(plane.height(contact.p_WCb), contact.gap, 1e-12);
+    }
+    EXPECT_NEAR(nearest, 0.01, 1e-12);
+    const std::vector<Contact> near = find_contacts(plane, RigidPose(), mesh, X_WB, 0.02);
+    ASSERT_FALSE(near.empty());
+    EXPECT_NEAR(near.front().upper, 0.01, 1e-11);
   }
 }
 

@@ -5,17 +5,22 @@
 #include <limits>
 #include <memory>
 #include <numbers>
+#include <random>
 #include <vector>
 
+#include "core/tolerance.h"
 #include "dyop/core/error.h"
 #include "dyop/geometry/capsule.h"
+#include "dyop/geometry/compound_shape.h"
 #include "dyop/geometry/cone.h"
 #include "dyop/geometry/convex_hull.h"
 #include "dyop/geometry/cylinder.h"
 #include "dyop/geometry/ellipsoid.h"
+#include "dyop/geometry/half_space.h"
 #include "dyop/geometry/rounded_box.h"
 #include "dyop/geometry/sphere.h"
 #include "geometry/all_shapes.h"
+#include "support/inputs/random_inputs.h"
 
 namespace dyop {
 namespace {
@@ -135,6 +140,46 @@ TEST(CurvedShapes, RefuseBadSizes) {
   EXPECT_THROW(Ellipsoid(Vector3(1, 0, 1)), InvalidArgument);
   EXPECT_THROW(RoundedBox(Vector3(1, 1, 1), 0), InvalidArgument);
   EXPECT_THROW(RoundedBox(Vector3(1, -1, 1), 1), InvalidArgument);
+}
+
+TEST(HalfSpace, HasANormalOfLengthOneAndAnOffset) {
+  const HalfSpace plane(Vector3(0, 0, 5), 2);
+  EXPECT_EQ(plane.normal(), Vector3::UnitZ());
+  EXPECT_EQ(plane.offset(), 2);
+  EXPECT_EQ(plane.height(Vector3(7, 8, 3)), 1);
+  EXPECT_EQ(plane.bounding_box().max().z(), 2);
+  EXPECT_GE(plane.bounding_box().max().x(), 1e59);
+  EXPECT_THROW(HalfSpace(Vector3::Zero()), InvalidArgument);
+  EXPECT_THROW(HalfSpace(Vector3(0, std::nan(""), 1)), InvalidArgument);
+  EXPECT_THROW(HalfSpace(Vector3::UnitX(), kInfinity), InvalidArgument);
+  EXPECT_THROW(HalfSpace(Vector3::UnitX(), std::nan("")), InvalidArgument);
+  EXPECT_THROW(plane.compute_mass_properties(1), InvalidArgument);
+  EXPECT_THROW(CompoundShape({{std::make_shared<HalfSpace>(), RigidPose()}}), InvalidArgument);
+}
+
+TEST(HalfSpace, ItsPartWithinARadiusIsInItsBoundsAndNotBeatenByAnyOfItsPoints) {
+  std::mt19937_64 random(1);
+  for (int k = 0; k < 300; ++k) {
+    const Scalar size = testing::random_magnitude(-4, 4, random);
+    const Scalar offset = testing::random_number(-size, size, random);
+    const HalfSpace part = HalfSpace(testing::random_direction(random), offset).within(size);
+    const Scalar radius = part.bounding_radius();
+    ASSERT_GE(radius, size);
+    const Scalar noise = 8 * kUnitRoundoff * radius;
+    for (int i = 0; i < 20; ++i) {
+      const Vector3 d = i == 0 ? part.normal() : testing::random_direction(random);
+      const Vector3 p = part.core_support(d).point;
+      EXPECT_NEAR(part.core_reach(d), d.dot(p), noise);
+      EXPECT_LE(part.height(p), noise);
+      EXPECT_LE(p.norm(), radius + noise);
+      EXPECT_TRUE(part.bounding_box().contains(p));
+      const Vector3 q = radius * std::cbrt(testing::random_number(0, 1, random)) *
+                        testing::random_direction(random);
+      if (part.height(q) <= 0) EXPECT_LE(d.dot(q), part.core_reach(d) + noise);
+    }
+    EXPECT_NEAR(part.core_reach(part.normal()), offset, noise / 4);
+    EXPECT_TRUE(std::isnan(part.core_reach(Vector3(1, std::nan(""), 1))));
+  }
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
+import pickle
 from types import SimpleNamespace
 
 import numpy as np
@@ -69,6 +70,22 @@ def test_compound_names_its_children(ball_mesh):
     assert result.child_a == 1 and result.child_b is None
     with pytest.raises(dyop.InvalidArgument):
         dyop.CompoundShape([])
+
+
+def test_half_space_has_no_end():
+    floor = dyop.HalfSpace((0, 0, 3), 1)
+    np.testing.assert_array_equal(floor.normal, [0, 0, 1])
+    assert floor.offset == 1 and repr(floor) == "HalfSpace([0.0, 0.0, 1.0], 1.0)"
+    copied = pickle.loads(pickle.dumps(floor))
+    ball, place = dyop.Sphere(0.5), dyop.RigidPose(position=(1e5, -1e5, 4))
+    result = dyop.distance(copied, dyop.RigidPose(), ball, place)
+    assert result.lower <= 2.5 <= result.upper and result.upper - result.lower < 1e-8
+    falling = dyop.ConstantTwistMotion(place, dyop.Twist(v_WB=(3, 0, -1)))
+    impact = dyop.time_of_impact(dyop.HalfSpace(), dyop.RestMotion(), ball, falling, (0, 10))
+    assert impact.status == dyop.ToiStatus.Impact
+    assert impact.t_safe == pytest.approx(3.5, abs=1e-5)
+    with pytest.raises(dyop.InvalidArgument, match="normal"):
+        dyop.HalfSpace((0, 0, 0))
 
 
 @pytest.mark.parametrize(

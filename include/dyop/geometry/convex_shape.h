@@ -18,9 +18,9 @@ struct SupportPoint {
 };
 
 /// Cores for which distances have closed forms. General: any other; only its support function is
-/// known.
-enum class CoreKind : std::uint8_t { General, Point, Segment, Box };
-inline constexpr std::size_t kCoreKinds = 4;
+/// known. HalfSpace: of the class HalfSpace only.
+enum class CoreKind : std::uint8_t { General, Point, Segment, Box, HalfSpace };
+inline constexpr std::size_t kCoreKinds = 5;
 
 /// The core of a ConvexShape in numbers, in the shape's frame. Vertices are numbered as by
 /// ConvexShape::core_support(): a point is vertex 0, a segment goes from vertex 0 to vertex 1, and

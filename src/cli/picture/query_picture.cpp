@@ -94,10 +94,12 @@ std::vector<Vector3> path_of(const Motion& motion, const TimeInterval& interval)
 
 PairScene scene_of(const Shape& a, const RigidPose& X_WA, const Shape& b, const RigidPose& X_WB) {
   PairScene scene;
-  scene.a = view_internal::surface_of(a, kFineness);
-  scene.b = view_internal::surface_of(b, kFineness);
-  scene.radius_a = a.bounding_radius();
-  scene.radius_b = b.bounding_radius();
+  const std::array<const Shape*, 2> shapes{&a, &b};
+  const Scalar plate = view_internal::plate_beside(shapes) / 10;
+  scene.a = view_internal::surface_of(a, kFineness, plate);
+  scene.b = view_internal::surface_of(b, kFineness, plate);
+  scene.radius_a = view_internal::drawn_radius(a, plate);
+  scene.radius_b = view_internal::drawn_radius(b, plate);
   scene.X_WA = X_WA;
   scene.X_WB = X_WB;
   return scene;

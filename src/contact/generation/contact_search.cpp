@@ -254,7 +254,10 @@ bool admits_smooth(const ContactQuery& query, const ContactSurface& mesh, std::i
 class SmoothPair {
  public:
   SmoothPair(const ContactQuery& query, const Shape& a, const Shape& b)
-      : query_(query), a_(a), b_(b), tree_a_(a), tree_b_(b) {}
+      : query_(query),
+        is_of_b_(as_half_space(b) || (query.b.is_mesh && !as_half_space(a))),
+        tree_a_(a, extent_beside(a, b, query.X_AB.translation().norm())),
+        tree_b_(b, extent_beside(b, a, query.X_AB.translation().norm())) {}
 
   const ShapeTree& tree_a() const { return tree_a_; }
   const ShapeTree& tree_b() const { return tree_b_; }
@@ -267,8 +270,7 @@ class SmoothPair {
   bool admits(std::int32_t leaf_a, std::int32_t leaf_b, FoundContact& contact) const;
 
   const ContactQuery& query_;
-  const Shape& a_;
-  const Shape& b_;
+  const bool is_of_b_;  // the normal of nearest points
   ShapeTree tree_a_;
   ShapeTree tree_b_;
 };
@@ -281,7 +283,14 @@ FacingPart SmoothPair::part(bool of_a, std::int32_t leaf, const Vector3& n) cons
   if (surface.is_mesh) {
     return facing_part(surface, (of_a ? tree_a_ : tree_b_).triangle(leaf), X_AS, n, sine);
   }
-  return facing_part(static_cast<const ConvexShape&>(of_a ? a_ : b_), X_AS, n, sine, query_.noise);
+  const ConvexShape& convex = *(of_a ? tree_a_ : tree_b_).convex();
+  FacingPart part = facing_part(convex, X_AS, n, sine, query_.noise);
+  // A half-space has no middle but below the other shape.
+  if (as_half_space(convex) && part.kind == FacingPart::Kind::Disc) {
+    const Vector3 p = of_a ? query_.X_AB.translation() : Vector3::Zero();
+    part.center = p - part.normal * part.normal.dot(p - part.center);
+  }
+  return part;
 }
 
 // Returns whether the nearest points need no contact of their own.
@@ -331,7 +340,7 @@ void SmoothPair::add(std::int32_t leaf_a, std::int32_t leaf_b,
     contact.normal = piece.nhat_AB;
     contact.lower = piece.lower;
     contact.upper = piece.upper;
-    contact.normal_is_of_b = query_.b.is_mesh;
+    contact.normal_is_of_b = is_of_b_;
     found.push_back(contact);
   }
   std::size_t kept = first;

@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "core/tolerance.h"
+#include "distance/core_distance.h"
 #include "distance/gjk/warm_gjk.h"
 #include "dyop/core/types.h"
 
@@ -527,13 +528,14 @@ GjkResult GjkQuery::result(const Simplex<Real>& simplex) const {
 
 GjkResult gjk_distance(const ConvexShape& a, const ConvexShape& b, const RigidPose& X_AB) {
   GjkSeed seed;
-  return GjkQuery(a, b, X_AB, GjkGoal{}).run(seed);
+  return distance_internal::gjk_distance(a, b, X_AB, GjkGoal{}, seed);
 }
 
 namespace distance_internal {
 
 GjkResult gjk_distance(const ConvexShape& a, const ConvexShape& b, const RigidPose& X_AB,
                        const GjkGoal& goal, GjkSeed& seed) {
+  if (const auto gap = half_space_gap(a, b, X_AB)) return {gap->nearest(), 0};
   return GjkQuery(a, b, X_AB, goal).run(seed);
 }
 

@@ -25,8 +25,9 @@ inline Scalar rounding_radius(const Shape& shape) {
   return static_cast<const ConvexShape&>(shape).rounding_radius();
 }
 
+// A half-space is flat, wherever it is touched.
 bool is_smooth_core(const Shape& shape) {
-  return shape.kind() == ShapeKind::Convex &&
+  return !as_half_space(shape) && shape.kind() == ShapeKind::Convex &&
          static_cast<const ConvexShape&>(shape).core_surface() == nullptr;
 }
 

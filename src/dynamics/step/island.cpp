@@ -74,6 +74,8 @@ Vector3 direction_of_faces(const Shape& a, const RigidPose& X_WA, const Shape& b
 }
 
 Vector3 direction_of(const Shape& a, const RigidPose& X_WA, const Shape& b, const RigidPose& X_WB) {
+  if (const HalfSpace* plane = as_half_space(a)) return X_WA.rotation() * plane->normal();
+  if (const HalfSpace* plane = as_half_space(b)) return -(X_WB.rotation() * plane->normal());
   if (a.kind() == ShapeKind::Convex && b.kind() == ShapeKind::Convex) {
     const auto found = find_penetration(static_cast<const ConvexShape&>(a), X_WA,
                                         static_cast<const ConvexShape&>(b), X_WB);
@@ -89,8 +91,8 @@ Vector3 direction_of(const Shape& a, const RigidPose& X_WA, const Shape& b, cons
 // How far B has to go along the direction to be free, coming from far outside.
 std::optional<Scalar> way_out(const Shape& a, const RigidPose& X_WA, const Shape& b,
                               const RigidPose& X_WB, const Vector3& nhat_AB_W, Scalar gap) {
-  const Scalar far = (X_WB.translation() - X_WA.translation()).norm() + a.bounding_radius() +
-                     b.bounding_radius() + 2 * gap;
+  const Scalar apart = (X_WB.translation() - X_WA.translation()).norm();
+  const Scalar far = apart + radius_beside(a, b, apart) + radius_beside(b, a, apart) + 2 * gap;
   const RigidPose start(X_WB.rotation(), X_WB.translation() + far * nhat_AB_W);
   const ConstantTwistMotion approach(start, Twist{-nhat_AB_W, Vector3::Zero()});
   ToiOptions options;

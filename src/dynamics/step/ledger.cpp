@@ -161,7 +161,12 @@ std::optional<AdvanceStatus> QueryLimits::exceeded() const {
 }
 
 Scalar pair_noise(const BodyMove& a, const BodyMove& b) {
-  return kStepNoise * (a.center.norm() + b.center.norm() + a.body->radius + b.body->radius);
+  // Of a half-space what matters is where the other body is.
+  const auto radius = [](const BodyMove& move) {
+    const HalfSpace* half_space = as_half_space(*move.body->definition.shape);
+    return half_space ? std::abs(half_space->offset()) : move.body->radius;
+  };
+  return kStepNoise * (a.center.norm() + b.center.norm() + radius(a) + radius(b));
 }
 
 std::optional<AdvanceStatus> failure_of(ToiStatus status) {

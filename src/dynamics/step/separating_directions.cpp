@@ -42,8 +42,11 @@ Scalar least_gap(const LeafPiece& fixed, const LeafPiece& other, const Vector3& 
 
 void SeparatingDirections::keep_unproven(const Shape& a, const Shape& b, const ChordMotion& motion,
                                          Scalar least, Scalar noise, BoxPairStack& pairs) {
-  const ShapeTree tree_a(a);
-  const ShapeTree tree_b(b);
+  // In between the shapes are farther apart by less than a gap that proves them apart.
+  const Scalar apart =
+      2 * std::max(motion.X_AB_begin.translation().norm(), motion.X_AB_end.translation().norm());
+  const ShapeTree tree_a(a, 2 * geometry_internal::extent_beside(a, b, apart));
+  const ShapeTree tree_b(b, 2 * geometry_internal::extent_beside(b, a, apart));
   const RigidPose X_BA_begin = motion.X_AB_begin.inverse();
   const RigidPose X_BA_end = motion.X_AB_end.inverse();
   // NaN proves nothing.
@@ -59,8 +62,11 @@ void SeparatingDirections::keep_unproven(const Shape& a, const Shape& b, const C
   const auto find_slab = [&](Direction& direction) {
     const PieceDistance piece =
         piece_distance(tree_a, direction.a, tree_b, direction.b, motion.X_AB_middle, noise);
-    const bool has_face_a = piece.feature_a.kind == FeatureKind::Face;
-    const bool has_face_b = piece.feature_b.kind == FeatureKind::Face;
+    const auto has_face = [](const Shape& shape, const Feature& feature) {
+      return feature.kind == FeatureKind::Face || as_half_space(shape);
+    };
+    const bool has_face_a = has_face(a, piece.feature_a);
+    const bool has_face_b = has_face(b, piece.feature_b);
     direction.is_of_b = has_face_a == has_face_b ? motion.b.bend < motion.a.bend : has_face_b;
     const Vector3 normal = piece.nhat_AB.normalized();
     direction.normal =

@@ -143,6 +143,36 @@ AlignedBox WorldStep::predicted_box(const BodyRecord& body) {
   return box_around(body, body.X_WB(), 1.25 * travel);
 }
 
+// Half of what the larger of two bodies needs; a pair's lengths are those of its smaller body.
+Scalar WorldStep::reach_of(Scalar radius) const {
+  const Scalar target = world_.options.target_distance.value_or(kTargetRadiusFraction * radius);
+  const Scalar rest_offset = world_.options.rest_offset.value_or(
+      kRestOffsetTargets * (target > 0 ? target : kTargetRadiusFraction * radius));
+  return target + (1 + kContactReachRestOffsets) * rest_offset;
+}
+
+// Everything, unless the plane is across an axis of the world: then the pair's lengths are those of
+// the other body, whichever it is.
+AlignedBox WorldStep::box_around(const HalfSpace& half_space, const RigidPose& X_WB,
+                                 Scalar travel) const {
+  AlignedBox box(Vector3::Constant(-kLargestCoordinate), Vector3::Constant(kLargestCoordinate));
+  Scalar largest = 0;
+  Scalar own_target = 0;
+  for (const BodyRecord& body : world_.bodies) {
+    if (!as_half_space(*body.definition.shape)) largest = std::max(largest, body.radius_B);
+    own_target = std::max(own_target, own_targets_[body.id.slot]);
+  }
+  const Vector3 normal_W = X_WB.rotation() * half_space.normal();
+  const Scalar height = half_space.offset() + normal_W.dot(X_WB.translation());
+  // literal: generous for rounding, costs nothing
+  const Scalar grow = travel + reach_of(largest) + own_target + 1e-9 * (std::abs(height) + largest);
+  for (int k = 0; k < 3; ++k) {
+    if (normal_W == Vector3::Unit(k)) box.max()[k] = height + grow;
+    if (normal_W == -Vector3::Unit(k)) box.min()[k] = -height - grow;
+  }
+  return box;
+}
+
 // A box that holds the body at every time of the step: its box at the middle, grown by the largest
 // distance any point can move in half of it and by half the distance at which pairs matter.
 AlignedBox WorldStep::box_of(const BodyRecord& body, const BodyMove& move) const {
@@ -161,15 +191,13 @@ AlignedBox WorldStep::box_of(const BodyRecord& body, const BodyMove& move,
 // The box of a body at a pose, grown by `way` and by half the distance at which pairs matter.
 AlignedBox WorldStep::box_around(const BodyRecord& body, const RigidPose& X_WB,
                                  Scalar travel) const {
+  if (const HalfSpace* half_space = as_half_space(*body.definition.shape)) {
+    return box_around(*half_space, X_WB, travel);
+  }
   const Vector3 half = X_WB.rotation().cwiseAbs() * (body.box_B.sizes() / 2);
   const Vector3 center = X_WB * Vector3(body.box_B.center());
-  // Half of what the larger of two bodies needs; a pair's lengths are those of its smaller body.
   const Scalar radius = body.radius_B;
-  const Scalar target = world_.options.target_distance.value_or(kTargetRadiusFraction * radius);
-  const Scalar rest_offset = world_.options.rest_offset.value_or(
-      kRestOffsetTargets * (target > 0 ? target : kTargetRadiusFraction * radius));
-  const Scalar reach =
-      target + (1 + kContactReachRestOffsets) * rest_offset + own_targets_[body.id.slot];
+  const Scalar reach = reach_of(radius) + own_targets_[body.id.slot];
   // literal: generous for rounding, costs nothing
   const Scalar noise = 1e-9 * (center.cwiseAbs().maxCoeff() + radius);
   const Vector3 grow = half.array() + (travel + reach + noise);

@@ -13,6 +13,7 @@
 #include "dyop/geometry/convex_hull.h"
 #include "dyop/geometry/cylinder.h"
 #include "dyop/geometry/ellipsoid.h"
+#include "dyop/geometry/half_space.h"
 #include "dyop/geometry/rounded_box.h"
 #include "dyop/geometry/sphere.h"
 #include "dyop/geometry/triangle_mesh.h"
@@ -257,6 +258,25 @@ void bind_curved(py::module_& m) {
             return std::make_shared<RoundedBox>(vector_of(state[0], "half_extents"),
                                                 state[1].cast<Scalar>());
           }));
+  py::class_<HalfSpace, ConvexShape, std::shared_ptr<HalfSpace>>(
+      m, "HalfSpace",
+      "All points p with normal . p <= offset: a floor or a wall without an end. A solid. In a "
+      "World static or kinematic.")
+      .def(py::init<const Vector3&, Scalar>(), py::arg("normal") = Vector3(0, 0, 1),
+           py::arg("offset") = 0.0, "normal (3,) outwards, of any length > 0; offset: length.")
+      .def_property_readonly("normal", &HalfSpace::normal, "numpy.ndarray: (3,) unit")
+      .def_property_readonly("offset", &HalfSpace::offset, "float: length")
+      .def("__repr__",
+           [](const HalfSpace& h) {
+             const py::object list = array_of(h.normal()).attr("tolist")();
+             return "HalfSpace(" + std::string(py::str(list)) + ", " +
+                    std::string(py::repr(py::cast(h.offset()))) + ")";
+           })
+      .def(py::pickle([](const HalfSpace& h) { return py::make_tuple(h.normal(), h.offset()); },
+                      [](const py::tuple& state) {
+                        return std::make_shared<HalfSpace>(vector_of(state[0], "normal"),
+                                                           state[1].cast<Scalar>());
+                      }));
 }
 
 void bind_hull(py::module_& m) {

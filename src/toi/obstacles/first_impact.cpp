@@ -46,10 +46,13 @@ Rank rank_of(ToiStatus status) {
 
 // At least the default tolerance of the body with any obstacle.
 Scalar largest_default_tolerance(const toi_internal::ObstacleSetData& data, const Shape& body) {
-  if (body.bounding_radius() > 0) return kDefaultRelativeTolerance * body.bounding_radius();
+  if (!as_half_space(body) && body.bounding_radius() > 0) {
+    return kDefaultRelativeTolerance * body.bounding_radius();
+  }
   Scalar largest = 0;
   for (const auto& slot : data.slots) {
-    if (slot.obstacle) largest = std::max(largest, slot.obstacle->shape->bounding_radius());
+    if (!slot.obstacle || as_half_space(*slot.obstacle->shape)) continue;
+    largest = std::max(largest, slot.obstacle->shape->bounding_radius());
   }
   return kDefaultRelativeTolerance * largest;
 }

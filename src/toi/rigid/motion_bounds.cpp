@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "geometry/shape_tree.h"
 #include "motion/curve/chart_curve.h"
 
 namespace dyop::toi_internal {
@@ -25,6 +26,26 @@ Scalar largest_coordinate(const Motion& motion, const TwistBound& bound, Scalar 
                       times(bound.linear_speed, interval.length()) +
                       times(bound.linear_speed + times(bound.angular_speed, radius), latest);
   return size >= 0 ? size : kInfinity;  // NaN
+}
+
+// A body is never farther from where it begins than its speed allows.
+Scalar extent_in(const Shape& shape, const Motion& X_WS, const Shape& other, const Motion& X_WO,
+                 const TimeInterval& interval) {
+  if (!as_half_space(shape)) return kInfinity;
+  const Vector3 begin =
+      X_WO.pose(interval.begin).translation() - X_WS.pose(interval.begin).translation();
+  const Scalar speed =
+      X_WS.twist_bound(interval).linear_speed + X_WO.twist_bound(interval).linear_speed;
+  // literal: more than the rounding of the bound
+  const Scalar apart = (begin.norm() + times(speed, interval.length())) * (1 + 1e-9);
+  return geometry_internal::extent_beside(shape, other, apart);
+}
+
+Scalar radius_in(const Shape& shape, const Motion& X_WS, const Shape& other, const Motion& X_WO,
+                 const TimeInterval& interval) {
+  const HalfSpace* half_space = as_half_space(shape);
+  if (!half_space) return shape.bounding_radius();
+  return half_space->within(extent_in(shape, X_WS, other, X_WO, interval)).bounding_radius();
 }
 
 MotionBounds::MotionBounds(const Motion& motion, const TimeInterval& interval, BoundLookups lookups)

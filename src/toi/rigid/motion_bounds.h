@@ -3,6 +3,7 @@
 
 #include <array>
 
+#include "dyop/geometry/shape.h"
 #include "dyop/motion/motion.h"
 
 namespace dyop::toi_internal {
@@ -29,6 +30,15 @@ namespace dyop::toi_internal {
 /// t + s is rounded to u max|t|, and points move by their speed times that.
 Scalar largest_coordinate(const Motion& motion, const TwistBound& bound, Scalar radius,
                           const TimeInterval& interval);
+
+/// Within which distance of its frame's origin a half-space matters in a query against another
+/// shape over an interval: see extent_beside(). Infinite for other shapes.
+Scalar extent_in(const Shape& shape, const Motion& X_WS, const Shape& other, const Motion& X_WO,
+                 const TimeInterval& interval);
+
+/// Shape::bounding_radius(), of a half-space that of the part that matters.
+Scalar radius_in(const Shape& shape, const Motion& X_WS, const Shape& other, const Motion& X_WO,
+                 const TimeInterval& interval);
 
 /// How often MotionBounds::over() will be called: pieces pay off after about 16 calls.
 enum class BoundLookups { Few, Many };

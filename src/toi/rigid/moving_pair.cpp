@@ -68,8 +68,8 @@ void copy(const Vector3& from, double* to) {
 MovingPair::MovingPair(const Shape& a, const Motion& X_WA, const Shape& b, const Motion& X_WB,
                        const TimeInterval& interval, Scalar floor)
     : interval_(interval),
-      a_(a, X_WA, interval, lookups_of(a, b), kMotionOfA),
-      b_(b, X_WB, interval, lookups_of(a, b), kMotionOfB),
+      a_(a, X_WA, interval, extent_in(a, X_WA, b, X_WB, interval), lookups_of(a, b), kMotionOfA),
+      b_(b, X_WB, interval, extent_in(b, X_WB, a, X_WA, interval), lookups_of(a, b), kMotionOfB),
       floor_(floor) {
   const TwistBound& bound_a = a_.bounds.whole();
   const TwistBound& bound_b = b_.bounds.whole();
@@ -199,6 +199,12 @@ bool MovingPair::is_closing(const PieceDistance& piece) const {
 TurningNormal MovingPair::normal_with_features(const PieceDistance& piece, const LeafPiece& piece_a,
                                                const LeafPiece& piece_b) const {
   const Vector3 n_W = now_.a.R_WB * piece.nhat_AB;
+  for (const bool is_of_a : {true, false}) {
+    const ConvexShape* convex = (is_of_a ? piece_a : piece_b).convex;
+    if (!convex || !as_half_space(*convex)) continue;
+    const Vector3& w_W = (is_of_a ? now_.a : now_.b).w_WB;
+    return {n_W, w_W - n_W * n_W.dot(w_W)};
+  }
   const FeatureEdges edges_a(piece_a, piece.feature_a, now_.a.R_WB);
   const FeatureEdges edges_b(piece_b, piece.feature_b, now_.b.R_WB);
   return {n_W, turn_with_edges(n_W, edges_a.span(), now_.a.w_WB, edges_b.span(), now_.b.w_WB)};

@@ -17,12 +17,13 @@ inline constexpr const char* kMotionOfB = "time_of_impact: the motion of B";
 
 /// One of the two bodies of a query: its shape and its motion.
 struct MovingShape {
+  /// @param extent As for ShapeTree.
   MovingShape(const Shape& the_shape, const Motion& the_motion, const TimeInterval& interval,
-              BoundLookups lookups, const char* the_name)
+              Scalar extent, BoundLookups lookups, const char* the_name)
       : name(the_name),
         shape(the_shape),
-        tree(the_shape),
-        radius(the_shape.bounding_radius()),
+        tree(the_shape, extent),
+        radius((tree.convex() ? *tree.convex() : the_shape).bounding_radius()),
         motion(the_motion),
         is_trusted(the_motion.is_trusted()),
         bounds(the_motion, interval, lookups) {}

@@ -12,6 +12,7 @@
 #include <sstream>
 #include <vector>
 
+#include "dyop/geometry/half_space.h"
 #include "dyop/io/file_error.h"
 #include "dyop/io/recording_reader.h"
 #include "io/file_bytes.h"
@@ -130,8 +131,11 @@ void append(std::vector<float>& numbers, const Vector& v) {
 // Meshes of glTF: one for each shape and colour; colours of a shape share its data.
 class MeshMaker {
  public:
-  MeshMaker(ModelWriter& writer, const RecordingReader& reader)
-      : writer_(writer), reader_(reader) {}
+  MeshMaker(ModelWriter& writer, const RecordingReader& reader) : writer_(writer), reader_(reader) {
+    std::vector<const Shape*> shapes;
+    for (const auto& recorded : reader.shapes()) shapes.push_back(recorded.shape.get());
+    plate_ = view_internal::plate_beside(shapes);
+  }
 
   int mesh(std::size_t shape, const Colour& colour) {
     const auto [entry, is_new] = meshes_.try_emplace({shape, colour}, 0);
@@ -154,7 +158,7 @@ class MeshMaker {
   // Accessors of vertices and of triangles.
   std::pair<int, int> add_surface(std::size_t shape) {
     const view_internal::ShapeSurface surface =
-        view_internal::surface_of(*reader_.shapes()[shape].shape, kFineness);
+        view_internal::surface_of(*reader_.shapes()[shape].shape, kFineness, plate_);
     std::vector<float> vertices;
     for (const Vector3& v : surface.vertices) append(vertices, v);
     std::vector<std::uint32_t> indices;
@@ -180,6 +184,7 @@ class MeshMaker {
 
   ModelWriter& writer_;
   const RecordingReader& reader_;
+  Scalar plate_ = 1;  // half the side of what shows a half-space
   std::map<std::pair<std::size_t, Colour>, int> meshes_;
   std::map<std::size_t, std::pair<int, int>> surfaces_;
   std::map<Colour, int> materials_;
@@ -253,6 +258,7 @@ Scalar tolerance_of(const RecordingReader& reader, const GltfOptions& options) {
   Scalar radius = kInfinity;
   for (const RecordedBody& body : reader.bodies()) {
     if (body.kind == BodyKind::Static) continue;
+    if (as_half_space(*reader.shapes()[body.shape].shape)) continue;
     radius = std::min(radius, reader.shapes()[body.shape].shape->bounding_radius());
   }
   return options.tolerance * radius;
