@@ -149,7 +149,7 @@ TEST(HalfSpace, HasANormalOfLengthOneAndAnOffset) {
   EXPECT_EQ(plane.height(Vector3(7, 8, 3)), 1);
   EXPECT_EQ(plane.bounding_box().max().z(), 2);
   EXPECT_GE(plane.bounding_box().max().x(), 1e59);
-  EXPECT_THROW(HalfSpace(Vector3::Zero()), InvalidArgument);
+  EXPECT_THROW(HalfSpace(Vector3(0, 0, 0)), InvalidArgument);
   EXPECT_THROW(HalfSpace(Vector3(0, std::nan(""), 1)), InvalidArgument);
   EXPECT_THROW(HalfSpace(Vector3::UnitX(), kInfinity), InvalidArgument);
   EXPECT_THROW(HalfSpace(Vector3::UnitX(), std::nan("")), InvalidArgument);
