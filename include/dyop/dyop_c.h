@@ -95,6 +95,22 @@ typedef struct dyop_wrench {
 typedef struct dyop_interval {
   double begin, end;
 } dyop_interval;
+typedef struct dyop_mass_properties {
+  double mass;       /* > 0 */
+  double center[3];  /* of mass, in the body's frame */
+  double inertia[9]; /* about it, rows, in the body's axes */
+} dyop_mass_properties;
+/* Two bodies of one group collide always (> 0) or never (< 0); others if the category of each, a
+ * bit set, has a bit of the other's mask. */
+typedef struct dyop_collision_filter {
+  uint64_t category, mask;
+  int32_t group; /* 0: none */
+  int32_t reserved;
+} dyop_collision_filter;
+typedef struct dyop_material {
+  double restitution, friction;
+  double rolling_friction, torsional_friction; /* lengths */
+} dyop_material;
 
 /* --- Context ---------------------------------------------------------------------------------- */
 
@@ -160,6 +176,9 @@ DYOP_C_API dyop_status dyop_mesh_refit(dyop_context* context, dyop_shape mesh,
 DYOP_C_API dyop_status dyop_compound_create(dyop_context* context, const dyop_shape* children,
                                             const dyop_pose* poses, size_t child_count,
                                             dyop_shape* shape);
+/* Of a closed shape with a density: mass per volume. */
+DYOP_C_API dyop_status dyop_shape_mass_properties(dyop_context* context, dyop_shape shape,
+                                                  double density, dyop_mass_properties* properties);
 DYOP_C_API dyop_status dyop_shape_destroy(dyop_context* context, dyop_shape shape);
 
 /* --- Motions ---------------------------------------------------------------------------------- */
@@ -431,6 +450,15 @@ typedef enum dyop_impact_policy {
   DYOP_IMPACT_IMPULSE = 1
 } dyop_impact_policy;
 
+/* How a coefficient of a pair follows from those of its bodies. */
+typedef enum dyop_combine_rule {
+  DYOP_COMBINE_GEOMETRIC_MEAN = 0,
+  DYOP_COMBINE_MEAN = 1,
+  DYOP_COMBINE_PRODUCT = 2,
+  DYOP_COMBINE_MINIMUM = 3,
+  DYOP_COMBINE_MAXIMUM = 4
+} dyop_combine_rule;
+
 typedef enum dyop_advance_status {
   DYOP_ADVANCE_NOT_RUN = 0,
   DYOP_ADVANCE_COMPLETED = 1,
@@ -451,6 +479,12 @@ typedef struct dyop_world_options {
   int32_t reserved;
   void* user;
   void (*on_step)(void* user, double t); /* after each committed step; must not change the world */
+  int32_t combine_friction, combine_restitution; /* dyop_combine_rule */
+  double rest_offset;       /* bodies rest so far above the target; 0: the default, 4 targets */
+  double restitution_speed; /* slower approaches do not bounce; negative: the default */
+  double sleep_speed;       /* slower bodies may fall asleep; negative: the default */
+  int32_t sleep_steps;      /* after so many slow steps; 0: never */
+  int32_t reserved_too;
 } dyop_world_options;
 
 /* Force and torque on a body, in world. */
@@ -466,7 +500,11 @@ typedef struct dyop_body_definition {
   dyop_motion motion; /* kinematic */
   double restitution, friction;
   void* user;
-  dyop_wrench_callback wrench; /* dynamic, may be null */
+  dyop_wrench_callback wrench;                 /* dynamic, may be null */
+  double rolling_friction, torsional_friction; /* lengths */
+  dyop_collision_filter filter;
+  int32_t is_sensor; /* 1: feels and gives no contact force */
+  int32_t reserved;
 } dyop_body_definition;
 
 typedef struct dyop_advance_report {
@@ -549,21 +587,52 @@ typedef enum dyop_joint_kind {
   DYOP_JOINT_HINGE = 1,
   DYOP_JOINT_SLIDER = 2,
   DYOP_JOINT_FIXED = 3,
-  DYOP_JOINT_DISTANCE = 4
+  DYOP_JOINT_DISTANCE = 4, /* with limits {0, L}: a rope */
+  DYOP_JOINT_UNIVERSAL = 5,
+  DYOP_JOINT_CYLINDRICAL = 6,
+  DYOP_JOINT_COUPLING = 7 /* of two joints: gears, rack, screw, pulley */
 } dyop_joint_kind;
+
+/* Drives a hinge, a slider or a cylindrical joint's angle. Without gains it gives what it takes to
+ * have the speed; with gains stiffness (position - q) + damping (speed - q'). */
+typedef struct dyop_joint_motor {
+  double speed;
+  double strength;  /* largest torque or force, > 0; may be infinite with gains */
+  double position;  /* counts if there is a stiffness */
+  double stiffness; /* torque per radian or force per length, >= 0 */
+  double damping;   /* torque or force per speed, >= 0 */
+} dyop_joint_motor;
 
 typedef struct dyop_joint_definition {
   uint32_t size;
-  int32_t kind; /* dyop_joint_kind */
-  dyop_body a, b;
+  int32_t kind;                  /* dyop_joint_kind */
+  dyop_body a, b;                /* not of a coupling */
   dyop_pose pose_a, pose_b;      /* of the joint's frame in each body's */
   int32_t has_limits, has_motor; /* 1 if set below */
-  double limit_min, limit_max;   /* hinge: radians; slider, distance: length */
-  double motor_speed;            /* hinge: radians per time; slider: length per time */
-  double motor_strength;         /* largest torque or force, > 0 */
-  int32_t bodies_collide;        /* 0: the pair is not examined while joined */
-  int32_t reserved;
+  double limit_min, limit_max;   /* radians or length; of a coupling the sum */
+  dyop_joint_motor motor;
+  int32_t bodies_collide;  /* 0: the pair is not examined while joined */
+  int32_t has_swing_twist; /* ball: 1 if set below; radians */
+  double swing, twist_min, twist_max;
+  double friction, damping;         /* of what a motor would drive; torque or force, per speed */
+  double break_force, break_torque; /* above it breaks; infinite: never */
+  dyop_joint first, second;         /* coupling: first's coordinate + ratio times second's */
+  double ratio;
 } dyop_joint_definition;
+
+/* Where a joint is, how it moves and what it bears: force and torque on b, about the joint's frame
+ * there, world axes, their mean over the last step. */
+typedef struct dyop_joint_values {
+  uint32_t size;
+  int32_t reserved;
+  double angle, angle_rate;         /* about z of the frame on a; turns are counted */
+  double second_angle, second_rate; /* universal: about y of the frame on b */
+  double swing;                     /* ball: between the z axes */
+  double position, position_rate;   /* along z; the distance; the sum of a coupling */
+  double separation;                /* of the places that are held together, length */
+  double force[3], torque[3];
+  double drive; /* the part that motor, friction and damping gave */
+} dyop_joint_values;
 
 typedef struct dyop_spring_definition {
   uint32_t size;
@@ -579,8 +648,11 @@ DYOP_C_API dyop_status dyop_world_add_joint(dyop_context* context, dyop_world wo
                                             dyop_joint* joint);
 DYOP_C_API dyop_status dyop_world_remove_joint(dyop_context* context, dyop_world world,
                                                dyop_joint joint);
+/* Null: none. */
 DYOP_C_API dyop_status dyop_world_set_motor(dyop_context* context, dyop_world world,
-                                            dyop_joint joint, double speed, double strength);
+                                            dyop_joint joint, const dyop_joint_motor* motor);
+DYOP_C_API dyop_status dyop_world_joint_values(dyop_context* context, dyop_world world,
+                                               dyop_joint joint, dyop_joint_values* values);
 DYOP_C_API dyop_status dyop_world_add_spring(dyop_context* context, dyop_world world,
                                              const dyop_spring_definition* definition,
                                              dyop_spring* spring);
@@ -593,26 +665,129 @@ DYOP_C_API dyop_status dyop_world_restore(dyop_context* context, dyop_world worl
                                           dyop_snapshot snapshot);
 DYOP_C_API dyop_status dyop_snapshot_destroy(dyop_context* context, dyop_snapshot snapshot);
 
+/* Changes a dynamic body's momentum at once, through a point in world; null: its center of mass. */
+DYOP_C_API dyop_status dyop_world_apply_impulse(dyop_context* context, dyop_world world,
+                                                dyop_body body, const double impulse[3],
+                                                const double point[3]);
+DYOP_C_API dyop_status dyop_world_apply_angular_impulse(dyop_context* context, dyop_world world,
+                                                        dyop_body body,
+                                                        const double angular_impulse[3]);
+/* Pose and twist stay: the momentum changes. */
+DYOP_C_API dyop_status dyop_world_set_mass_properties(dyop_context* context, dyop_world world,
+                                                      dyop_body body,
+                                                      const dyop_mass_properties* properties);
+/* In the same frame; mass properties stay. */
+DYOP_C_API dyop_status dyop_world_set_shape(dyop_context* context, dyop_world world, dyop_body body,
+                                            dyop_shape shape);
+DYOP_C_API dyop_status dyop_world_set_filter(dyop_context* context, dyop_world world,
+                                             dyop_body body, const dyop_collision_filter* filter);
+/* Of one pair; null: again what follows from its bodies. */
+DYOP_C_API dyop_status dyop_world_set_pair_material(dyop_context* context, dyop_world world,
+                                                    dyop_body a, dyop_body b,
+                                                    const dyop_material* material);
+DYOP_C_API dyop_status dyop_world_pair_material(dyop_context* context, dyop_world world,
+                                                dyop_body a, dyop_body b, dyop_material* material);
+
+/* Two bodies begin to touch or cease to; a body begins or ceases to overlap a sensor, a. */
+typedef struct dyop_touch_event {
+  uint32_t size;
+  int32_t is_begin;
+  dyop_body a, b;
+  double t;
+} dyop_touch_event;
+
+typedef struct dyop_broken_joint {
+  uint32_t size;
+  uint32_t reserved;
+  dyop_joint joint; /* that is no more */
+  dyop_body a, b;
+  double t;
+  double force, torque; /* mean over the step */
+} dyop_broken_joint;
+
+/* Of the last advance; `capacity` and `count` as for dyop_world_impacts. */
+DYOP_C_API dyop_status dyop_world_contact_events(dyop_context* context, dyop_world world,
+                                                 dyop_touch_event* events, size_t capacity,
+                                                 size_t* count);
+DYOP_C_API dyop_status dyop_world_sensor_events(dyop_context* context, dyop_world world,
+                                                dyop_touch_event* events, size_t capacity,
+                                                size_t* count);
+DYOP_C_API dyop_status dyop_world_broken_joints(dyop_context* context, dyop_world world,
+                                                dyop_broken_joint* joints, size_t capacity,
+                                                size_t* count);
+
+/* Which bodies a query considers: enabled ones whose category has a bit of `mask` and whose mask
+ * has one of `category`. */
+typedef struct dyop_body_filter {
+  uint32_t size;
+  int32_t includes_sensors;
+  uint64_t mask, category;
+  void* user;
+  /* Null: all. Leaves bodies out for which it gives 0; may read the world, not change it. */
+  int (*accepts)(void* user, dyop_body body);
+} dyop_body_filter;
+
+typedef struct dyop_body_ray_hit {
+  uint32_t size;
+  int32_t status;   /* dyop_toi_status: impact, separated; others: undecided beyond `distance` */
+  dyop_body body;   /* zero: none */
+  double distance;  /* proven free up to here */
+  double point[3];  /* impact: on the body, in world */
+  double normal[3]; /* impact: against the ray, unit */
+  int32_t triangle; /* -1: not a mesh */
+  int32_t reserved;
+} dyop_body_ray_hit;
+
+/* Of the bodies as they stand, also in on_step. Closed meshes count as solids. A null filter is
+ * none; `body` is zero if there is none. */
+DYOP_C_API dyop_status dyop_world_cast_ray(dyop_context* context, dyop_world world,
+                                           const double origin[3], const double direction[3],
+                                           double length, const dyop_body_filter* filter,
+                                           dyop_body_ray_hit* hit);
+/* What a shape on a motion meets first. */
+DYOP_C_API dyop_status dyop_world_cast_shape(dyop_context* context, dyop_world world,
+                                             dyop_shape shape, dyop_motion motion,
+                                             dyop_interval interval,
+                                             const dyop_toi_options* options,
+                                             const dyop_body_filter* filter,
+                                             dyop_toi_result* result, dyop_body* body);
+DYOP_C_API dyop_status dyop_world_nearest(dyop_context* context, dyop_world world, dyop_shape shape,
+                                          const dyop_pose* pose,
+                                          const dyop_distance_options* options,
+                                          const dyop_body_filter* filter,
+                                          dyop_distance_result* result, dyop_body* body);
+/* All at most `max_distance` away, 0 for those that it touches: the first `proven` of them are; of
+ * the others rounding does not tell. */
+DYOP_C_API dyop_status dyop_world_overlaps(dyop_context* context, dyop_world world,
+                                           dyop_shape shape, const dyop_pose* pose,
+                                           double max_distance, const dyop_body_filter* filter,
+                                           dyop_body* bodies, size_t capacity, size_t* count,
+                                           size_t* proven);
+
 /* --- Defaults --------------------------------------------------------------------------------- */
 
 /* clang-format off */
 #define DYOP_POSE_IDENTITY {{0, 0, 0}, {1, 0, 0, 0}}
 #define DYOP_BODY_DEFINITION_INIT \
   {sizeof(dyop_body_definition), DYOP_DYNAMIC, {0, 0}, {DYOP_POSE_IDENTITY, {{0, 0, 0}, {0, \
-   0, 0}}}, 1000, {0, 0}, 0.5, 0.5, NULL, NULL}
+   0, 0}}}, 1000, {0, 0}, 0.5, 0.5, NULL, NULL, 0, 0, {1, 0xFFFFFFFFFFFFFFFFu, 0, 0}, 0, 0}
 #define DYOP_CONTEXT_OPTIONS_INIT {sizeof(dyop_context_options), 0, NULL, NULL, NULL, NULL}
 #define DYOP_MOTION_FUNCTIONS_INIT {sizeof(dyop_motion_functions), 0, NULL, NULL, NULL, {0, 0}}
 #define DYOP_DISTANCE_OPTIONS_INIT {sizeof(dyop_distance_options), 0, 0, {0, 0}, HUGE_VAL, 0, 0}
 #define DYOP_TOI_OPTIONS_INIT {sizeof(dyop_toi_options), 0, 0, {0, 0}, 0, 0, 10000000}
 #define DYOP_BATCH_OPTIONS_INIT {sizeof(dyop_batch_options), 0, NULL, NULL}
 #define DYOP_WORLD_OPTIONS_INIT \
-  {sizeof(dyop_world_options), DYOP_IMPACT_IMPULSE, {0, 0, 0}, 0, -1, 0, 0, NULL, NULL}
+  {sizeof(dyop_world_options), DYOP_IMPACT_IMPULSE, {0, 0, 0}, 0, -1, 0, 0, NULL, NULL, \
+   DYOP_COMBINE_GEOMETRIC_MEAN, DYOP_COMBINE_MINIMUM, 0, -1, -1, 50, 0}
 #define DYOP_CHAIN_LINK_INIT {sizeof(dyop_chain_link), 0xFFFFFFFFu, {0, 0}, 0, 0}
 #define DYOP_CHAIN_JOINT_INIT \
   {sizeof(dyop_chain_joint), DYOP_CHAIN_REVOLUTE, 0, 0, DYOP_POSE_IDENTITY, {0, 0, 1}}
 #define DYOP_JOINT_DEFINITION_INIT \
   {sizeof(dyop_joint_definition), DYOP_JOINT_BALL, {0, 0}, {0, 0}, DYOP_POSE_IDENTITY, \
-   DYOP_POSE_IDENTITY, 0, 0, 0, 0, 0, 0, 0, 0}
+   DYOP_POSE_IDENTITY, 0, 0, 0, 0, {0, 0, 0, 0, 0}, 0, 0, 1.5707963267948966, \
+   -3.1415926535897931, 3.1415926535897931, 0, 0, HUGE_VAL, HUGE_VAL, {0}, {0}, 1}
+#define DYOP_BODY_FILTER_INIT \
+  {sizeof(dyop_body_filter), 0, 0xFFFFFFFFFFFFFFFFu, 0xFFFFFFFFFFFFFFFFu, NULL, NULL}
 #define DYOP_SPRING_DEFINITION_INIT \
   {sizeof(dyop_spring_definition), 0, {0, 0}, {0, 0}, {0, 0, 0}, {0, 0, 0}, -1, 0, 0}
 /* clang-format on */
@@ -628,6 +803,7 @@ DYOP_C_API dyop_status dyop_world_options_init(dyop_world_options* value, uint32
 DYOP_C_API dyop_status dyop_body_definition_init(dyop_body_definition* value, uint32_t size);
 DYOP_C_API dyop_status dyop_joint_definition_init(dyop_joint_definition* value, uint32_t size);
 DYOP_C_API dyop_status dyop_spring_definition_init(dyop_spring_definition* value, uint32_t size);
+DYOP_C_API dyop_status dyop_body_filter_init(dyop_body_filter* value, uint32_t size);
 DYOP_C_API dyop_status dyop_chain_link_init(dyop_chain_link* value, uint32_t size);
 DYOP_C_API dyop_status dyop_chain_joint_init(dyop_chain_joint* value, uint32_t size);
 

@@ -73,9 +73,21 @@ struct RunningCall {
 
 }  // namespace
 
+WorldObject::WorldObject(WorldOptions options)
+    : world_([&] {
+        options.on_step = [this, on_step = options.on_step](Scalar t) {
+          if (!on_step) return;
+          is_between_steps_ = true;
+          on_step(t);
+          is_between_steps_ = false;
+        };
+        return World(options);
+      }()) {}
+
 World& WorldObject::to_change() {
   const std::lock_guard lock(mutex_);
   DYOP_REQUIRE(!is_advancing_, "a world cannot be changed while it is advanced");
+  DYOP_REQUIRE(queries_ == 0, "a world cannot be changed while it answers a query");
   return world_;
 }
 
@@ -86,15 +98,34 @@ const World& WorldObject::to_read() const {
   return world_;
 }
 
-const std::vector<ImpactEvent>& WorldObject::impacts() const {
+const AdvanceEvents& WorldObject::events() const {
   to_read();
-  return impacts_;
+  return events_;
+}
+
+void WorldObject::ask(const std::function<void(const World&)>& query) const {
+  {
+    const std::lock_guard lock(mutex_);
+    DYOP_REQUIRE(!is_advancing_ || (thread_ == std::this_thread::get_id() && is_between_steps_),
+                 "a world that is advanced answers queries in on_step only");
+    ++queries_;
+  }
+  struct Ended {
+    const WorldObject& object;
+    ~Ended() {
+      const std::lock_guard lock(object.mutex_);
+      --object.queries_;
+    }
+  } const ended{*this};
+  const std::lock_guard turn(asking_);
+  query(world_);
 }
 
 AdvanceReport WorldObject::advance(Scalar dt, const AdvanceLimits& limits) {
   {
     const std::lock_guard lock(mutex_);
     DYOP_REQUIRE(!is_advancing_, "a world cannot be advanced while it is advanced");
+    DYOP_REQUIRE(queries_ == 0, "a world cannot be advanced while it answers a query");
     is_advancing_ = true;
     thread_ = std::this_thread::get_id();
   }
@@ -105,9 +136,10 @@ AdvanceReport WorldObject::advance(Scalar dt, const AdvanceLimits& limits) {
       object.is_advancing_ = false;
     }
   } const ended{*this};
-  impacts_.clear();
+  events_ = {};
   AdvanceReport report = world_.advance(dt, limits);
-  impacts_ = std::move(report.impacts);
+  events_ = {std::move(report.impacts), std::move(report.contact_events), std::move(report.sensors),
+             std::move(report.broken_joints)};
   return report;
 }
 
@@ -288,6 +320,10 @@ dyop_status dyop_joint_definition_init(dyop_joint_definition* value, uint32_t si
 
 dyop_status dyop_spring_definition_init(dyop_spring_definition* value, uint32_t size) {
   return dyop::c::write_defaults<dyop_spring_definition>(DYOP_SPRING_DEFINITION_INIT, value, size);
+}
+
+dyop_status dyop_body_filter_init(dyop_body_filter* value, uint32_t size) {
+  return dyop::c::write_defaults<dyop_body_filter>(DYOP_BODY_FILTER_INIT, value, size);
 }
 
 dyop_status dyop_chain_link_init(dyop_chain_link* value, uint32_t size) {

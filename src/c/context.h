@@ -42,23 +42,38 @@ class HookMemory final : public std::pmr::memory_resource {
   dyop_context_options hooks_;
 };
 
+/// What a world's last advance told, but for its motions.
+struct AdvanceEvents {
+  std::vector<ImpactEvent> impacts;
+  std::vector<ContactEvent> contacts;
+  std::vector<SensorEvent> sensors;
+  std::vector<BrokenJoint> broken_joints;
+};
+
 /// A world, and what its last advance reported. While it advances, its callbacks may read it, in
 /// the thread that advances it; nothing may change it.
 class WorldObject {
  public:
-  explicit WorldObject(const WorldOptions& options) : world_(options) {}
+  explicit WorldObject(WorldOptions options);
 
   /// @throws InvalidArgument while the world is advanced, but for reading by the advancing thread.
   World& to_change();
   const World& to_read() const;
-  const std::vector<ImpactEvent>& impacts() const;
+  const AdvanceEvents& events() const;
   AdvanceReport advance(Scalar dt, const AdvanceLimits& limits = {});
+  /// Calls query(world), one at a time: queries keep what they find out about the bodies. A
+  /// filter of one may ask as well, and on_step.
+  /// @throws InvalidArgument in other callbacks of an advance.
+  void ask(const std::function<void(const World&)>& query) const;
 
  private:
   World world_;
-  std::vector<ImpactEvent> impacts_;
+  AdvanceEvents events_;
+  mutable std::recursive_mutex asking_;
   mutable std::mutex mutex_;
-  bool is_advancing_ = false;  // both under the mutex
+  mutable int queries_ = 0;  // like what follows under the mutex
+  bool is_advancing_ = false;
+  bool is_between_steps_ = false;
   std::thread::id thread_;
 };
 

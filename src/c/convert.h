@@ -3,10 +3,14 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <limits>
 
+#include "c/sized_struct.h"
+#include "dyop/distance/distance.h"
 #include "dyop/dynamics/rigid_body.h"
 #include "dyop/dyop_c.h"
 #include "dyop/motion/motion.h"
+#include "dyop/toi/time_of_impact.h"
 #include "dyop/toi/toi_result.h"
 
 // Converts values between C and C++.
@@ -43,6 +47,19 @@ inline dyop_state to_c(const MotionState& state) {
   return result;
 }
 
+inline dyop_mass_properties to_c(const MassProperties& properties) {
+  dyop_mass_properties result{properties.mass, {}, {}};
+  write_vector(properties.p_BoBcm, result.center);
+  for (int k = 0; k < 9; ++k) result.inertia[k] = properties.I_BBcm(k / 3, k % 3);
+  return result;
+}
+
+inline MassProperties mass_properties_from(const dyop_mass_properties& properties) {
+  MassProperties result{properties.mass, vector_from(properties.center), {}};
+  for (int k = 0; k < 9; ++k) result.I_BBcm(k / 3, k % 3) = properties.inertia[k];
+  return result;
+}
+
 inline TimeInterval interval_from(const dyop_interval& interval) {
   return {interval.begin, interval.end};
 }
@@ -59,6 +76,51 @@ inline dyop_witness to_c(const WitnessPair& pair) {
   witness.child_a = pair.child_a.value_or(-1);
   witness.child_b = pair.child_b.value_or(-1);
   return witness;
+}
+
+inline DistanceOptions distance_options_from(const dyop_distance_options* given) {
+  const auto c = read_struct<dyop_distance_options>(given, DYOP_DISTANCE_OPTIONS_INIT,
+                                                    "dyop_distance_options");
+  DistanceOptions options;
+  options.max_distance = c.max_distance;
+  options.absolute_tolerance = c.absolute_tolerance;
+  options.relative_tolerance = c.relative_tolerance;
+  options.solid_a = c.solid_a != 0;
+  options.solid_b = c.solid_b != 0;
+  return options;
+}
+
+inline ToiOptions toi_options_from(const dyop_toi_options* given) {
+  const auto c = read_struct<dyop_toi_options>(given, DYOP_TOI_OPTIONS_INIT, "dyop_toi_options");
+  ToiOptions options;
+  options.target_distance = c.target_distance;
+  if (c.distance_tolerance != 0) options.distance_tolerance = c.distance_tolerance;
+  options.max_node_pairs = c.max_node_pairs;
+  options.solid_a = c.solid_a != 0;
+  options.solid_b = c.solid_b != 0;
+  return options;
+}
+
+inline dyop_distance_result distance_result(const DistanceResult& found) {
+  return {sizeof(dyop_distance_result), int(found.status),
+          to_c(static_cast<const WitnessPair&>(found))};
+}
+
+inline dyop_toi_result toi_result(const ToiResult& found) {
+  dyop_toi_result result{};
+  result.status = int(found.status);
+  result.t_safe = found.t_safe;
+  result.t_hit = found.t_hit.value_or(std::numeric_limits<double>::quiet_NaN());
+  result.rounding_allowance = found.rounding_allowance;
+  result.pose_a = to_c(found.X_WA);
+  result.pose_b = to_c(found.X_WB);
+  if (found.contact) {
+    result.has_contact = 1;
+    result.closing_speed = found.contact->closing_speed;
+    result.witness = to_c(static_cast<const WitnessPair&>(*found.contact));
+  }
+  result.node_pairs = found.statistics.node_pairs;
+  return result;
 }
 
 // Numbers of obstacles, joints and springs start at 1, so that zero refers to none.

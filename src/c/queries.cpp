@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <limits>
 #include <stop_token>
 
 #include "c/context.h"
@@ -20,29 +19,6 @@ static_assert(int(ToiStatus::NumericalLimit) == DYOP_TOI_NUMERICAL_LIMIT);
 static_assert(int(ToiStatus::InitiallyWithinTarget) == DYOP_TOI_INITIALLY_WITHIN_TARGET);
 static_assert(int(ToiStatus::Impact) == DYOP_TOI_IMPACT);
 
-DistanceOptions options_from(const dyop_distance_options* given) {
-  const auto c = read_struct<dyop_distance_options>(given, DYOP_DISTANCE_OPTIONS_INIT,
-                                                    "dyop_distance_options");
-  DistanceOptions options;
-  options.max_distance = c.max_distance;
-  options.absolute_tolerance = c.absolute_tolerance;
-  options.relative_tolerance = c.relative_tolerance;
-  options.solid_a = c.solid_a != 0;
-  options.solid_b = c.solid_b != 0;
-  return options;
-}
-
-ToiOptions options_from(const dyop_toi_options* given) {
-  const auto c = read_struct<dyop_toi_options>(given, DYOP_TOI_OPTIONS_INIT, "dyop_toi_options");
-  ToiOptions options;
-  options.target_distance = c.target_distance;
-  if (c.distance_tolerance != 0) options.distance_tolerance = c.distance_tolerance;
-  options.max_node_pairs = c.max_node_pairs;
-  options.solid_a = c.solid_a != 0;
-  options.solid_b = c.solid_b != 0;
-  return options;
-}
-
 BatchOptions options_from(const dyop_batch_options* given, std::stop_source& stop) {
   const auto c =
       read_struct<dyop_batch_options>(given, DYOP_BATCH_OPTIONS_INIT, "dyop_batch_options");
@@ -55,28 +31,6 @@ BatchOptions options_from(const dyop_batch_options* given, std::stop_source& sto
     };
   }
   return options;
-}
-
-dyop_distance_result distance_result(const DistanceResult& found) {
-  return {sizeof(dyop_distance_result), int(found.status),
-          to_c(static_cast<const WitnessPair&>(found))};
-}
-
-dyop_toi_result toi_result(const ToiResult& found) {
-  dyop_toi_result result{};
-  result.status = int(found.status);
-  result.t_safe = found.t_safe;
-  result.t_hit = found.t_hit.value_or(std::numeric_limits<double>::quiet_NaN());
-  result.rounding_allowance = found.rounding_allowance;
-  result.pose_a = to_c(found.X_WA);
-  result.pose_b = to_c(found.X_WB);
-  if (found.contact) {
-    result.has_contact = 1;
-    result.closing_speed = found.contact->closing_speed;
-    result.witness = to_c(static_cast<const WitnessPair&>(*found.contact));
-  }
-  result.node_pairs = found.statistics.node_pairs;
-  return result;
 }
 
 // Queries, and the shapes and motions kept alive while they run.
@@ -238,15 +192,15 @@ dyop_status dyop_compute_distance(dyop_context* context, const dyop_distance_que
                                   const dyop_distance_options* options,
                                   dyop_distance_result* result) {
   return guard(context, [&] {
-    dyop::c::run_distances(*context, query, 1, dyop::c::options_from(options), dyop::c::alone(),
-                           result);
+    dyop::c::run_distances(*context, query, 1, dyop::c::distance_options_from(options),
+                           dyop::c::alone(), result);
   });
 }
 
 dyop_status dyop_time_of_impact(dyop_context* context, const dyop_toi_query* query,
                                 const dyop_toi_options* options, dyop_toi_result* result) {
   return guard(context, [&] {
-    dyop::c::run_impacts(*context, query, 1, dyop::c::options_from(options), dyop::c::alone(),
+    dyop::c::run_impacts(*context, query, 1, dyop::c::toi_options_from(options), dyop::c::alone(),
                          result);
   });
 }
@@ -255,7 +209,7 @@ dyop_status dyop_time_of_impact_within(dyop_context* context, const dyop_toi_que
                                        const dyop_toi_options* options, double seconds,
                                        dyop_toi_result* result) {
   return guard(context, [&] {
-    dyop::ToiOptions limited = dyop::c::options_from(options);
+    dyop::ToiOptions limited = dyop::c::toi_options_from(options);
     limited.deadline = dyop::c::deadline_after(seconds);
     dyop::c::run_impacts(*context, query, 1, limited, dyop::c::alone(), result);
   });
@@ -297,7 +251,7 @@ dyop_status dyop_distance_batch(dyop_context* context, const dyop_distance_query
                                 const dyop_batch_options* batch, dyop_distance_result* results) {
   return guard(context, [&] {
     std::stop_source stop;
-    dyop::c::run_distances(*context, queries, count, dyop::c::options_from(options),
+    dyop::c::run_distances(*context, queries, count, dyop::c::distance_options_from(options),
                            dyop::c::options_from(batch, stop), results);
   });
 }
@@ -307,7 +261,7 @@ dyop_status dyop_time_of_impact_batch(dyop_context* context, const dyop_toi_quer
                                       const dyop_batch_options* batch, dyop_toi_result* results) {
   return guard(context, [&] {
     std::stop_source stop;
-    dyop::c::run_impacts(*context, queries, count, dyop::c::options_from(options),
+    dyop::c::run_impacts(*context, queries, count, dyop::c::toi_options_from(options),
                          dyop::c::options_from(batch, stop), results);
   });
 }
@@ -365,8 +319,9 @@ dyop_status dyop_first_impact(dyop_context* context, dyop_obstacle_set set, dyop
     dyop::ObstacleFilter filter;
     filter.groups = groups;
     const std::shared_lock lock(object->mutex);
-    const dyop::ObstacleImpact found = object->set.first_impact(
-        *shape, *path, dyop::c::interval_from(interval), dyop::c::options_from(options), filter);
+    const dyop::ObstacleImpact found =
+        object->set.first_impact(*shape, *path, dyop::c::interval_from(interval),
+                                 dyop::c::toi_options_from(options), filter);
     out.write(0, dyop::c::toi_result(found.toi));
     *obstacle = dyop::c::handle_of(found.obstacle);
   });
@@ -386,7 +341,7 @@ dyop_status dyop_nearest_obstacle(dyop_context* context, dyop_obstacle_set set, 
     const std::shared_lock lock(object->mutex);
     const dyop::NearestObstacle found =
         object->set.nearest(*shape, dyop::c::pose_from(*require_given(pose, "pose")), t,
-                            dyop::c::options_from(options), filter);
+                            dyop::c::distance_options_from(options), filter);
     out.write(0, dyop::c::distance_result(found.distance));
     *obstacle = dyop::c::handle_of(found.obstacle);
   });
@@ -431,7 +386,7 @@ dyop_status dyop_certify(dyop_context* context, dyop_chain chain, int32_t kind, 
     const dyop::JointPath path =
         dyop::c::path_from(kind, times, waypoints, waypoint_count, coordinate_count);
     dyop::ChainOptions chain_options;
-    chain_options.toi = dyop::c::options_from(options);
+    chain_options.toi = dyop::c::toi_options_from(options);
     const std::shared_lock lock(around->mutex);
     out.write(0, dyop::c::chain_result(dyop::certify(*links, path, around->set, chain_options)));
   });

@@ -127,6 +127,14 @@ dyop_status dyop_compound_create(dyop_context* context, const dyop_shape* childr
   });
 }
 
+dyop_status dyop_shape_mass_properties(dyop_context* context, dyop_shape shape, double density,
+                                       dyop_mass_properties* properties) {
+  return guard(context, [&] {
+    *dyop::c::require_given(properties, "properties") =
+        dyop::c::to_c(context->shape(shape)->compute_mass_properties(density));
+  });
+}
+
 dyop_status dyop_shape_destroy(dyop_context* context, dyop_shape shape) {
   return guard(context, [&] { context->remove(context->shapes, shape, "the shape"); });
 }

@@ -7,6 +7,7 @@
 #include <cstring>
 
 #include "dyop/core/error.h"
+#include "dyop/dyop_c.h"
 
 // Structs that start with the size known to the caller, which may differ from ours if the header is
 // older or newer.
@@ -22,6 +23,10 @@ class Unsupported : public Error {
 /// here.
 template <typename Struct>
 inline constexpr std::uint32_t kFirstSize = sizeof(Struct);
+template <>
+inline constexpr std::uint32_t kFirstSize<dyop_world_options> = 72;
+template <>
+inline constexpr std::uint32_t kFirstSize<dyop_body_definition> = 168;
 
 /// Throws InvalidArgument for a size that no release had: a struct that was not initialised.
 template <typename Struct>

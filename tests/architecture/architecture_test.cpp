@@ -332,7 +332,7 @@ TEST(Examples, AreShortAndNumberedAndSayWhatTheyPrint) {
 
 TEST(Packages, TheBuildAsksForListedOnesOnly) {
   const std::string list = read_text(kRoot / ".ci/install.sh");
-  const std::regex find("dyop_find\\(\\w+ ([a-z0-9.+-]+)");
+  const std::regex find("dyop_find\\([\\w-]+ ([a-z0-9.+-]+)");
   std::set<fs::path> asking;
   for (const fs::path& file : build_files()) {
     const std::string text = read_text(file);
@@ -395,6 +395,43 @@ TEST(Headers, ShowTheirNamespaceInASharedLibrary) {
       EXPECT_NE(line, "namespace dyop {") << file << ": write `namespace DYOP_EXPORT dyop {`";
     }
   }
+}
+
+// Members without an initial value of structs that users fill in, which would warn at
+// `WorldOptions{.gravity_W = g}`.
+std::vector<std::string> members_without_defaults(const std::vector<std::string>& lines) {
+  const std::regex begins(
+      "struct (\\w*(Options|Definition|Limits|Filter|Motor|Query)|Obstacle|Link|Joint)( : .*)? "
+      "\\{");
+  const std::regex member("  (?!using |friend |static |enum |struct )[\\w:][^=()]*;.*");
+  const std::regex arguments("<[^;]*>");  // of templates, which may have parentheses
+  std::vector<std::string> found;
+  bool is_inside = false;
+  for (const std::string& line : lines) {
+    if (std::regex_match(line, begins)) is_inside = true;
+    if (line.starts_with("};")) is_inside = false;
+    const std::string code = std::regex_replace(line.substr(0, line.find("//")), arguments, "");
+    if (is_inside && std::regex_match(code, member)) found.push_back(line);
+  }
+  return found;
+}
+
+TEST(Headers, GiveEveryMemberOfOptionsAnInitialValue) {
+  for (const fs::path& file : code_files({"include"})) {
+    for (const std::string& line : members_without_defaults(read_lines(file))) {
+      ADD_FAILURE() << file << ": write ` = {}` in" << line;
+    }
+  }
+  const std::vector<std::string> lines{"struct AOptions {",
+                                       "  int a = 0;",
+                                       "  Pose b;  ///< x = 1",
+                                       "  std::function<void(int)> c;",
+                                       "  bool d() const;",
+                                       "};",
+                                       "struct Other {",
+                                       "  int a;",
+                                       "};"};
+  EXPECT_EQ(members_without_defaults(lines), (std::vector<std::string>{lines[2], lines[3]}));
 }
 
 // Lines of code without indentation; no blank lines, comments or includes.

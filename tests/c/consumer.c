@@ -453,8 +453,8 @@ static int check_joints_and_snapshots(dyop_context* context) {
   hinge.b = arm;
   hinge.pose_b.position[0] = -1;
   hinge.has_motor = 1;
-  hinge.motor_speed = 1;
-  hinge.motor_strength = 1e6;
+  hinge.motor.speed = 1;
+  hinge.motor.strength = 1e6;
   CHECK(dyop_world_add_joint(context, world, &hinge, &joint) == DYOP_OK && joint.number > 0);
   CHECK(dyop_world_snapshot(context, world, &snapshot) == DYOP_OK);
   CHECK(dyop_world_advance_within(context, world, 1, 600, &report) == DYOP_OK);
@@ -468,9 +468,10 @@ static int check_joints_and_snapshots(dyop_context* context) {
   CHECK(memcmp(&first, &again, sizeof(first)) == 0);
   CHECK(dyop_snapshot_destroy(context, snapshot) == DYOP_OK);
   CHECK(dyop_world_restore(context, world, snapshot) == DYOP_STALE_HANDLE);
-  CHECK(dyop_world_set_motor(context, world, joint, -1, 1e6) == DYOP_OK);
+  CHECK(dyop_world_set_motor(context, world, joint, NULL) == DYOP_OK);
   CHECK(dyop_world_remove_joint(context, world, joint) == DYOP_OK);
-  CHECK(dyop_world_remove_joint(context, world, joint) != DYOP_OK);
+  CHECK(dyop_world_remove_joint(context, world, joint) == DYOP_STALE_HANDLE);
+  CHECK(dyop_world_set_motor(context, world, joint, NULL) == DYOP_STALE_HANDLE);
   pull.a = post;
   pull.b = arm;
   pull.rest_length = 1;
@@ -489,6 +490,193 @@ static int check_joints_and_snapshots(dyop_context* context) {
   CHECK(dyop_world_set_body_enabled(context, world, arm, 0) == DYOP_OK);
   CHECK(dyop_world_set_next_pose(context, world, arm, &first.pose, 9) == DYOP_INVALID_ARGUMENT);
   CHECK(dyop_world_advance_within(context, world, 1, 0, &report) == DYOP_INVALID_ARGUMENT);
+  CHECK(dyop_world_destroy(context, world) == DYOP_OK);
+  return 0;
+}
+
+/* A wheel that a motor with gains turns to 0.5, and one that follows over gears of 1 to 2. */
+static int check_mechanisms(dyop_context* context) {
+  dyop_world_options options = DYOP_WORLD_OPTIONS_INIT;
+  dyop_body_definition definition = DYOP_BODY_DEFINITION_INIT;
+  dyop_joint_definition hinge = DYOP_JOINT_DEFINITION_INIT, gear, clamp, cone;
+  dyop_advance_report report = {sizeof(dyop_advance_report)};
+  dyop_joint_values values = {sizeof(dyop_joint_values)};
+  dyop_broken_joint broken = {sizeof(dyop_broken_joint)};
+  dyop_mass_properties properties;
+  dyop_joint_motor push = {0, 0, 2, 0, 0};
+  dyop_world world;
+  dyop_body post, wheels[2], board;
+  dyop_joint joints[4];
+  const double half[3] = {0.3, 0.2, 0.1};
+  size_t count = 9;
+  int i;
+  options.max_step = 0.01;
+  CHECK(dyop_world_create(context, &options, &world) == DYOP_OK);
+  CHECK(dyop_sphere_create(context, 0.05, &definition.shape) == DYOP_OK);
+  definition.kind = DYOP_STATIC;
+  CHECK(dyop_world_add_body(context, world, &definition, &post) == DYOP_OK);
+  definition.kind = DYOP_DYNAMIC;
+  CHECK(dyop_box_create(context, half, &definition.shape) == DYOP_OK);
+  CHECK(dyop_shape_mass_properties(context, definition.shape, 1000, &properties) == DYOP_OK);
+  CHECK(fabs(properties.mass - 48) < 1e-9 && fabs(properties.inertia[8] - 48 * 0.13 / 3) < 1e-9);
+  hinge.kind = DYOP_JOINT_HINGE;
+  hinge.a = post;
+  hinge.has_motor = 1;
+  hinge.motor.position = 0.5;
+  hinge.motor.stiffness = 100;
+  hinge.motor.damping = 40;
+  hinge.motor.strength = HUGE_VAL;
+  for (i = 0; i < 2; ++i) {
+    definition.initial.pose.position[0] = hinge.pose_a.position[0] = 2 * i;
+    CHECK(dyop_world_add_body(context, world, &definition, &wheels[i]) == DYOP_OK);
+    hinge.b = wheels[i];
+    CHECK(dyop_world_add_joint(context, world, &hinge, &joints[i]) == DYOP_OK);
+    hinge.has_motor = 0;
+  }
+  CHECK(dyop_joint_definition_init(&gear, sizeof(gear)) == DYOP_OK);
+  gear.kind = DYOP_JOINT_COUPLING;
+  gear.first = joints[0];
+  gear.second = joints[1];
+  gear.ratio = -2;
+  CHECK(dyop_world_add_joint(context, world, &gear, &joints[2]) == DYOP_OK);
+  CHECK(dyop_world_advance(context, world, 10, &report) == DYOP_OK);
+  CHECK(dyop_world_joint_values(context, world, joints[0], &values) == DYOP_OK);
+  CHECK(fabs(values.angle - 0.5) < 1e-3 && fabs(values.angle_rate) < 1e-3);
+  CHECK(dyop_world_joint_values(context, world, joints[1], &values) == DYOP_OK);
+  CHECK(fabs(values.angle - 0.25) < 1e-3 && values.separation < 1e-6);
+  CHECK(dyop_world_joint_values(context, world, joints[2], &values) == DYOP_OK);
+  CHECK(fabs(values.position) < 1e-5);
+  CHECK(dyop_world_set_motor(context, world, joints[0], &push) == DYOP_INVALID_ARGUMENT);
+  gear.second.number = 77;
+  CHECK(dyop_world_add_joint(context, world, &gear, &joints[3]) == DYOP_STALE_HANDLE);
+  CHECK(dyop_joint_definition_init(&cone, sizeof(cone)) == DYOP_OK);
+  cone.a = post;
+  cone.b = wheels[0];
+  cone.has_swing_twist = 1;
+  cone.swing = -1;
+  CHECK(dyop_world_add_joint(context, world, &cone, &joints[3]) == DYOP_INVALID_ARGUMENT);
+
+  /* A board at the end of a clamp that bears less than its weight. */
+  definition.initial.pose.position[0] = 5;
+  CHECK(dyop_world_add_body(context, world, &definition, &board) == DYOP_OK);
+  CHECK(dyop_joint_definition_init(&clamp, sizeof(clamp)) == DYOP_OK);
+  clamp.kind = DYOP_JOINT_FIXED;
+  clamp.a = post;
+  clamp.b = board;
+  clamp.pose_a.position[0] = 5;
+  clamp.break_force = 470;
+  CHECK(dyop_world_add_joint(context, world, &clamp, &joints[3]) == DYOP_OK);
+  CHECK(dyop_world_advance(context, world, 0.1, &report) == DYOP_OK);
+  CHECK(dyop_world_broken_joints(context, world, NULL, 0, &count) == DYOP_OK && count == 0);
+  options.gravity[2] = -10;
+  CHECK(dyop_world_set_gravity(context, world, options.gravity) == DYOP_OK);
+  CHECK(dyop_world_advance(context, world, 0.1, &report) == DYOP_OK);
+  CHECK(dyop_world_broken_joints(context, world, &broken, 1, &count) == DYOP_OK && count == 1);
+  CHECK(broken.joint.number == joints[3].number && fabs(broken.force - 480) < 5);
+  CHECK(dyop_world_joint_values(context, world, joints[3], &values) == DYOP_STALE_HANDLE);
+  CHECK(dyop_world_destroy(context, world) == DYOP_OK);
+  return 0;
+}
+
+static int is_not_in(void* user, dyop_body body) {
+  const dyop_body* other = (const dyop_body*)user;
+  return body.index != other->index || body.generation != other->generation;
+}
+
+/* Three balls in a row along x, seen from the origin, and a ball that falls past a sensor. */
+static int check_world_queries(dyop_context* context) {
+  dyop_world_options options = DYOP_WORLD_OPTIONS_INIT;
+  dyop_body_definition definition = DYOP_BODY_DEFINITION_INIT;
+  dyop_body_filter filter = DYOP_BODY_FILTER_INIT;
+  dyop_body_ray_hit hit = {sizeof(dyop_body_ray_hit)};
+  dyop_toi_result cast = {sizeof(dyop_toi_result)};
+  dyop_distance_result gap = {sizeof(dyop_distance_result)};
+  dyop_advance_report report = {sizeof(dyop_advance_report)};
+  dyop_touch_event events[2] = {{sizeof(dyop_touch_event)}};
+  dyop_collision_filter bits = {2, 0, 0, 0};
+  dyop_material material = {0.1, 0.2, 0, 0}, found;
+  dyop_mass_properties properties;
+  dyop_state start = {{{-3, 0, 0}, {1, 0, 0, 0}}, {{1, 0, 0}, {0, 0, 0}}};
+  dyop_state state;
+  dyop_shape small;
+  dyop_motion motion;
+  dyop_world world;
+  dyop_body balls[3], one, list[3];
+  size_t count, proven;
+  const double origin[3] = {0, 0, 0}, along[3] = {2, 0, 0}, aside[3] = {0, 1, 0};
+  const double impulse[3] = {0, 48, 0}, up[3] = {3, 0, 1}, zero[3] = {0, 0, 0};
+  const dyop_interval interval = {0, 10};
+  int i;
+  options.combine_friction = DYOP_COMBINE_PRODUCT;
+  options.max_step = 0.01;
+  CHECK(dyop_world_create(context, &options, &world) == DYOP_OK);
+  CHECK(dyop_sphere_create(context, 0.5, &definition.shape) == DYOP_OK);
+  CHECK(dyop_sphere_create(context, 0.1, &small) == DYOP_OK);
+  for (i = 0; i < 3; ++i) {
+    definition.initial.pose.position[0] = 3 + 3 * i;
+    definition.filter.category = (uint64_t)1 << i;
+    CHECK(dyop_world_add_body(context, world, &definition, &balls[i]) == DYOP_OK);
+  }
+  CHECK(dyop_world_cast_ray(context, world, origin, along, 20, NULL, &hit) == DYOP_OK);
+  CHECK(hit.status == DYOP_TOI_IMPACT && hit.body.index == balls[0].index);
+  CHECK(fabs(hit.distance - 2.5) < 1e-5 && fabs(hit.normal[0] + 1) < 1e-9 && hit.triangle == -1);
+  filter.mask = 6;
+  CHECK(dyop_world_cast_ray(context, world, origin, along, 20, &filter, &hit) == DYOP_OK);
+  CHECK(hit.body.index == balls[1].index && fabs(hit.point[0] - 5.5) < 1e-5);
+  filter.accepts = is_not_in;
+  filter.user = &balls[1];
+  CHECK(dyop_world_cast_ray(context, world, origin, along, 20, &filter, &hit) == DYOP_OK);
+  CHECK(hit.body.index == balls[2].index);
+  CHECK(dyop_world_cast_ray(context, world, origin, aside, 20, NULL, &hit) == DYOP_OK);
+  CHECK(hit.status == DYOP_TOI_SEPARATED && hit.body.generation == 0 && hit.distance == 20);
+  CHECK(dyop_world_cast_ray(context, world, origin, zero, 20, NULL, &hit) == DYOP_INVALID_ARGUMENT);
+  CHECK(dyop_constant_twist_create(context, &start, 0, &motion) == DYOP_OK);
+  CHECK(dyop_world_cast_shape(context, world, small, motion, interval, NULL, NULL, &cast, &one) ==
+        DYOP_OK);
+  CHECK(cast.status == DYOP_TOI_IMPACT && fabs(cast.t_safe - 5.4) < 1e-5);
+  CHECK(one.index == balls[0].index);
+  CHECK(dyop_world_nearest(context, world, small, &start.pose, NULL, NULL, &gap, &one) == DYOP_OK);
+  CHECK(one.index == balls[0].index && fabs(gap.witness.upper - 5.4) < 1e-9);
+  CHECK(dyop_world_overlaps(context, world, small, &start.pose, 8.5, NULL, list, 1, &count,
+                            &proven) == DYOP_OK);
+  CHECK(count == 2 && proven == 2 && list[0].index == balls[0].index);
+
+  /* Impulses, masses and shapes: 48 through a mass of 96; an arm of 1 turns it. */
+  CHECK(dyop_shape_mass_properties(context, definition.shape, 1, &properties) == DYOP_OK);
+  properties.mass = 96;
+  CHECK(dyop_world_set_mass_properties(context, world, balls[0], &properties) == DYOP_OK);
+  CHECK(dyop_world_apply_impulse(context, world, balls[0], impulse, NULL) == DYOP_OK);
+  CHECK(dyop_world_states(context, world, &balls[0], 1, &state) == DYOP_OK);
+  CHECK(fabs(state.twist.v[1] - 0.5) < 1e-12 && state.twist.w[0] == 0);
+  CHECK(dyop_world_apply_impulse(context, world, balls[0], impulse, up) == DYOP_OK);
+  CHECK(dyop_world_states(context, world, &balls[0], 1, &state) == DYOP_OK);
+  CHECK(fabs(state.twist.v[1] - 1) < 1e-12 && state.twist.w[0] < 0);
+  CHECK(dyop_world_apply_angular_impulse(context, world, balls[0], along) == DYOP_OK);
+  CHECK(dyop_world_set_shape(context, world, balls[0], small) == DYOP_OK);
+  CHECK(dyop_world_set_filter(context, world, balls[0], &bits) == DYOP_OK);
+  CHECK(dyop_world_pair_material(context, world, balls[0], balls[1], &found) == DYOP_OK);
+  CHECK(fabs(found.friction - 0.25) < 1e-12 && found.restitution == 0.5);
+  CHECK(dyop_world_set_pair_material(context, world, balls[0], balls[1], &material) == DYOP_OK);
+  CHECK(dyop_world_pair_material(context, world, balls[1], balls[0], &found) == DYOP_OK);
+  CHECK(found.friction == 0.2 && found.restitution == 0.1);
+  CHECK(dyop_world_set_pair_material(context, world, balls[0], balls[1], NULL) == DYOP_OK);
+
+  /* A sensor that flies through the second ball, and a ball that meets the third. */
+  definition.filter.category = 1;
+  definition.is_sensor = 1;
+  definition.initial.pose.position[0] = 6;
+  definition.initial.pose.position[1] = -2;
+  definition.initial.twist.v[1] = 2;
+  CHECK(dyop_world_add_body(context, world, &definition, &one) == DYOP_OK);
+  definition.is_sensor = 0;
+  definition.initial.pose.position[0] = 9;
+  CHECK(dyop_world_add_body(context, world, &definition, &one) == DYOP_OK);
+  CHECK(dyop_world_advance(context, world, 0.9, &report) == DYOP_OK);
+  CHECK(dyop_world_sensor_events(context, world, events, 2, &count) == DYOP_OK);
+  CHECK(count == 1 && events[0].is_begin == 1 && fabs(events[0].t - 0.5) < 0.02);
+  CHECK(events[0].b.index == balls[1].index);
+  CHECK(dyop_world_contact_events(context, world, events, 2, &count) == DYOP_OK);
+  CHECK(count >= 1 && events[0].is_begin == 1 && fabs(events[0].t - 0.5) < 0.02);
   CHECK(dyop_world_destroy(context, world) == DYOP_OK);
   return 0;
 }
@@ -540,6 +728,8 @@ int main(void) {
   if (!failed) failed = check_obstacles(context);
   if (!failed) failed = check_chain(context);
   if (!failed) failed = check_joints_and_snapshots(context);
+  if (!failed) failed = check_mechanisms(context);
+  if (!failed) failed = check_world_queries(context);
   if (!failed) failed = check_refusals(context);
   if (failed) return 1;
   CHECK(allocated > 0);

@@ -22,9 +22,9 @@ struct ChainOptions {
   /// As for time_of_impact(), for each pair of bodies; solid_a and solid_b must be false:
   /// Link::is_solid and Obstacle::is_solid replace them. Budget, deadline and stop are those of the
   /// whole call.
-  ToiOptions toi;
+  ToiOptions toi = {};
   /// Which of the obstacles that share a group with a link (Link::groups) to consider.
-  ObstacleFilter obstacles;
+  ObstacleFilter obstacles = {};
   /// Check KinematicChain::self_pairs() too.
   bool with_self_collision = true;
 };

@@ -20,9 +20,8 @@ namespace DYOP_EXPORT dyop {
 
 /// A rigid part of a chain. Several shapes make one CompoundShape.
 struct Link {
-  std::string name;
-  std::shared_ptr<const Shape> shape =
-      nullptr;            ///< in the link's frame L; none: the link hits nothing
+  std::string name = {};
+  std::shared_ptr<const Shape> shape = {};  ///< in the link's frame L; none: the link hits nothing
   bool is_solid = false;  ///< treat a closed mesh as a solid, as ToiOptions::solid_a
   /// Obstacles that share none of these groups with the link are ignored for it, such as the floor
   /// under a base.
@@ -36,10 +35,10 @@ enum class JointType { Fixed, Revolute, Prismatic };
 ///     X_PC = X_PJ shifted by q axis_J   (Prismatic)
 ///     X_PC = X_PJ                       (Fixed)
 struct Joint {
-  std::string name;
+  std::string name = {};
   JointType type = JointType::Revolute;
-  std::string parent;
-  std::string child;
+  std::string parent = {};
+  std::string child = {};
   RigidPose X_PJ = RigidPose();
   Vector3 axis_J = Vector3::UnitZ();  ///< any nonzero length; unused for a fixed joint
   Scalar lower = -kInfinity;          ///< smallest and largest coordinate; see is_within_limits()

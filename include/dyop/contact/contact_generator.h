@@ -120,8 +120,8 @@ std::vector<ContactPoint> generate_contacts(const Shape& a, const RigidPose& X_W
                                             const ContactGeneratorOptions& options = {});
 
 struct ContactCacheOptions {
-  ContactGeneratorOptions generator;
-  ContactReductionOptions reduction;
+  ContactGeneratorOptions generator = {};
+  ContactReductionOptions reduction = {};
   /// Contacts are reused until some point near them has moved farther than this relative to the
   /// other shape; length, >= 0. A fifth of the rest offset works well.
   Scalar max_drift = 0;

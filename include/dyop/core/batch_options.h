@@ -15,11 +15,11 @@ struct BatchOptions {
   int thread_count = 0;
   /// Cooperative cancellation: no further query is started, and running ones stop as soon as they
   /// can.
-  std::stop_token stop;
+  std::stop_token stop = {};
   /// Called after each query with the number of queries done and the total number. Calls never
   /// overlap and `done` rises by one from call to call, but they come from any of the threads. An
   /// exception thrown here ends the batch and reaches the caller.
-  std::function<void(std::size_t done, std::size_t total)> progress;
+  std::function<void(std::size_t done, std::size_t total)> progress = {};
 };
 
 }  // namespace dyop

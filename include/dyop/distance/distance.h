@@ -97,10 +97,10 @@ std::vector<Contact> find_contacts(const Shape& a, const RigidPose& X_WA, const 
 /// shared by any number of queries, and must not change until the batch returns.
 struct DistanceQuery {
   const Shape* a = nullptr;
-  RigidPose X_WA;
+  RigidPose X_WA = {};
   const Shape* b = nullptr;
-  RigidPose X_WB;
-  DistanceOptions options;
+  RigidPose X_WB = {};
+  DistanceOptions options = {};
   /// Warm start read and updated by the query, as for distance(); null for none. No two queries of
   /// a batch may share one.
   DistanceCache* cache = nullptr;

@@ -63,16 +63,16 @@ struct JointMotor {
 
 /// Two bodies held together, at least one of them Dynamic; passed to World::add_joint().
 struct JointDefinition {
-  std::string name;
+  std::string name = {};
   JointKind kind = JointKind::Ball;
-  BodyId a;  ///< of a Coupling found by the World, like b: the bodies that its joints can move
-  BodyId b;
-  RigidPose X_AJ;                     ///< frame JA in the frame of A
-  RigidPose X_BJ;                     ///< frame JB in the frame of B
-  std::optional<JointLimits> limits;  ///< Distance, Coupling: none holds the initial value
-  std::optional<JointMotor> motor;    ///< Hinge, Slider, Cylindrical
-  bool bodies_collide = false;        ///< false: the pair is not examined while joined
-  std::optional<SwingTwistLimits> swing_twist;  ///< Ball
+  BodyId a = {};  ///< of a Coupling found by the World, like b: the bodies that its joints can move
+  BodyId b = {};
+  RigidPose X_AJ = {};                     ///< frame JA in the frame of A
+  RigidPose X_BJ = {};                     ///< frame JB in the frame of B
+  std::optional<JointLimits> limits = {};  ///< Distance, Coupling: none holds the initial value
+  std::optional<JointMotor> motor = {};    ///< Hinge, Slider, Cylindrical
+  bool bodies_collide = false;             ///< false: the pair is not examined while joined
+  std::optional<SwingTwistLimits> swing_twist = {};  ///< Ball
   /// Dry friction and viscous damping, of what a motor would drive and of a Ball and a Universal
   /// about each of its axes: torque or force >= 0, and the same per speed >= 0.
   Scalar friction = 0;
@@ -84,8 +84,8 @@ struct JointDefinition {
   /// Coupling: holds first's coordinate + ratio times second's. A joint's coordinate is its angle
   /// (Hinge), position (Slider) or distance (Distance); of a Cylindrical the angle as first, the
   /// position as second. Together the joints have at most two bodies that are not Static.
-  JointId first;
-  JointId second;
+  JointId first = {};
+  JointId second = {};
   Scalar ratio = 1;
 };
 
@@ -128,14 +128,14 @@ struct SpringId {
 /// conserved. Motions that the step does not resolve, w h > 2 or overdamped within it, decay; no
 /// stiffness is unstable.
 struct SpringDefinition {
-  std::string name;
-  BodyId a;
-  BodyId b;
-  Vector3 p_AP = Vector3::Zero();     ///< in the frame of A
-  Vector3 p_BQ = Vector3::Zero();     ///< in the frame of B
-  std::optional<Scalar> rest_length;  ///< length >= 0; none: the current distance
-  Scalar stiffness = 0;               ///< force per length, >= 0
-  Scalar damping = 0;                 ///< force per speed, >= 0; not both zero
+  std::string name = {};
+  BodyId a = {};
+  BodyId b = {};
+  Vector3 p_AP = Vector3::Zero();          ///< in the frame of A
+  Vector3 p_BQ = Vector3::Zero();          ///< in the frame of B
+  std::optional<Scalar> rest_length = {};  ///< length >= 0; none: the current distance
+  Scalar stiffness = 0;                    ///< force per length, >= 0
+  Scalar damping = 0;                      ///< force per speed, >= 0; not both zero
 };
 
 }  // namespace dyop

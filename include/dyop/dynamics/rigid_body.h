@@ -101,27 +101,27 @@ struct Material {
 
 /// Everything that defines a body; passed to World::add_body().
 struct BodyDefinition {
-  std::string name;
+  std::string name = {};
   BodyKind kind = BodyKind::Dynamic;
-  std::shared_ptr<const Shape> shape;
+  std::shared_ptr<const Shape> shape = {};
   /// Dynamic and Static (which ignores the twist): pose of the shape's frame B, twist of its
   /// origin.
-  MotionState initial;
-  MassProperties mass_properties;        ///< Dynamic
-  std::shared_ptr<const Motion> motion;  ///< Kinematic
-  WrenchCallback wrench;                 ///< Dynamic, optional
-  LockedAxes locked;                     ///< Dynamic
+  MotionState initial = {};
+  MassProperties mass_properties = {};        ///< Dynamic
+  std::shared_ptr<const Motion> motion = {};  ///< Kinematic
+  WrenchCallback wrench = {};                 ///< Dynamic, optional
+  LockedAxes locked = {};                     ///< Dynamic
   /// How the coefficients of a pair combine is WorldOptions' to say; World::set_pair_material()
   /// replaces them.
   Scalar restitution = 0.5;       ///< coefficient in [0, 1]; usually a pair uses the smaller
   Scalar friction = 0.5;          ///< Coulomb coefficient >= 0; usually the geometric mean
   Scalar rolling_friction = 0;    ///< length >= 0; a pair uses the larger
   Scalar torsional_friction = 0;  ///< length >= 0; a pair uses the larger
-  CollisionFilter filter;
+  CollisionFilter filter = {};
   /// A sensor exerts and feels no contact force: World reports when bodies overlap it. A dynamic
   /// one falls through what it meets; a fixed joint carries it along with a body.
   bool is_sensor = false;
-  std::any user_data;  ///< kept, never read
+  std::any user_data = {};  ///< kept, never read
 };
 
 }  // namespace dyop

@@ -32,11 +32,11 @@ class WorldSnapshot {
 
 /// When advance() must return early.
 struct AdvanceLimits {
-  std::stop_token stop;
+  std::stop_token stop = {};
   /// Checked between the parts of a step and within its queries; a contact solve that has started
   /// is finished. An interrupted step is shortened to the time proven so far, which may be zero: a
   /// step that never fits needs a later deadline or a smaller WorldOptions::max_step.
-  std::optional<std::chrono::steady_clock::time_point> deadline;
+  std::optional<std::chrono::steady_clock::time_point> deadline = {};
   std::int64_t max_steps = std::numeric_limits<std::int64_t>::max();  ///< committed steps, > 0
 };
 

@@ -39,31 +39,31 @@ struct WorldOptions {
   /// along a parabola and turn by the Taylor series of their equations, to the same relative
   /// tolerance.
   IntegratorKind integrator = IntegratorKind::Arkode;
-  IntegratorOptions integrator_options;
+  IntegratorOptions integrator_options = {};
   /// Longest step h, time: advance() divides longer spans into equal parts. Default: one step.
   /// Contact is solved once per step; free flight is adaptive within it.
-  std::optional<Scalar> max_step;
+  std::optional<Scalar> max_step = {};
   /// d*, the distance that is proven to be kept, length >= 0. Default: 1e-4 r. See
   /// World::set_target_distance.
-  std::optional<Scalar> target_distance;
+  std::optional<Scalar> target_distance = {};
   /// s, how far above d* bodies come to rest, length > 0. Default: 4 d*, or 4e-4 r if d* is 0.
-  std::optional<Scalar> rest_offset;
+  std::optional<Scalar> rest_offset = {};
   ImpactPolicy policy = ImpactPolicy::Impulse;
-  ImpactCallback on_impact;  ///< for ImpactPolicy::Callback
+  ImpactCallback on_impact = {};  ///< for ImpactPolicy::Callback
   /// Slower approaches do not bounce, length per time. Default, for each pair: 2 h times the
   /// acceleration of gravity, or the relative one by gravity and wrenches if that is larger; at
   /// least the tolerance of a contact solve. Whatever is given, bounces end that are lower than a
   /// landing is exact, and between bodies in contact those slower than what forces do in a step.
-  std::optional<Scalar> restitution_speed;
+  std::optional<Scalar> restitution_speed = {};
   /// A body that moves slower than this may fall asleep, length per time. Default: a hundredth of
   /// the rest offset per step; steps shorter than the time to fall that far are pooled.
-  std::optional<Scalar> sleep_speed;
+  std::optional<Scalar> sleep_speed = {};
   /// An island falls asleep after this many slow steps, and at once if it is slow and impulses at
   /// its contacts are found that balance gravity within the friction cones. 0: never.
   int sleep_steps = 50;
   /// Largest speed at which bodies that start too near are pushed apart, length per time. Default:
   /// r/20 per step.
-  std::optional<Scalar> separation_speed;
+  std::optional<Scalar> separation_speed = {};
   /// How the coefficients of friction and of restitution of a pair follow from those of its two
   /// bodies. Bullet multiplies both.
   CombineRule combine_friction = CombineRule::GeometricMean;
@@ -71,14 +71,14 @@ struct WorldOptions {
   /// Coefficient of friction of a pair at a contact that slides with a velocity (B's point
   /// relative to A's, world axes, length per time): finite, >= 0, deterministic, callable from
   /// several threads, best continuous. Default: that of the pair's material.
-  std::function<Scalar(BodyId a, BodyId b, const Vector3& sliding_W)> friction_law;
-  ContactSolverOptions solver;  ///< tolerance is ignored: derived from rest offset and step
+  std::function<Scalar(BodyId a, BodyId b, const Vector3& sliding_W)> friction_law = {};
+  ContactSolverOptions solver = {};  ///< tolerance is ignored: derived from rest offset and step
   std::int64_t max_node_pairs = 50'000'000;  ///< per time-of-impact query
   bool records_motions = true;               ///< fills AdvanceReport::steps
   bool records_impulses = false;             ///< fills AdvanceReport::velocity_changes
   bool measures_time = false;                ///< fills AdvanceReport::times; reads the clock
   /// Called after each committed step; must not change the World.
-  std::function<void(Scalar t)> on_step;
+  std::function<void(Scalar t)> on_step = {};
   int thread_count = 0;  ///< 0: one per core; never changes the result
 };
 

@@ -19,7 +19,7 @@ struct BodyFilter {
   std::uint64_t category = ~std::uint64_t{0};
   bool includes_sensors = false;
   /// Called at most once per body and query, in no fixed order; empty: all.
-  std::function<bool(BodyId)> accepts;
+  std::function<bool(BodyId)> accepts = {};
 };
 
 /// What a ray meets first. Result of World::cast_ray().

@@ -70,7 +70,7 @@ struct RunnerOptions {
   Scalar period = 1e-3;    ///< of a tick, seconds
   std::int64_t ticks = 0;  ///< to run
   /// Longest duration of a tick; none: no limit.
-  std::optional<std::chrono::nanoseconds> deadline;
+  std::optional<std::chrono::nanoseconds> deadline = {};
   /// Wait for the clock, with tissue and log in threads of their own; otherwise one tick after the
   /// other, with snapshots given as soon as they are due: the same bits in every run without a
   /// deadline.

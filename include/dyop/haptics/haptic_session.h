@@ -42,7 +42,7 @@ Eigen::MatrixXd coupling_compliance(const CouplingOptions& coupling,
                                     std::span<const ToolPoint> points);
 
 struct HapticOptions {
-  CouplingOptions coupling;
+  CouplingOptions coupling = {};
   /// A resting contact keeps the obstacle's margin plus the rest offset; the motion is proven never
   /// to come within the margin plus a small fraction of the rest offset. Length, > 0. A smaller one
   /// leaves a thinner gap and costs more rounds on curved surfaces. A hundredth of the tool's

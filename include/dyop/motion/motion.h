@@ -31,8 +31,8 @@ struct PoseScale {
 
 /// Pose and velocity of a body at one time.
 struct MotionState {
-  RigidPose X_WB;
-  Twist twist;
+  RigidPose X_WB = {};
+  Twist twist = {};
 };
 
 /// A pose as a function of time, with rigorous bounds on how its twist changes. This is all that

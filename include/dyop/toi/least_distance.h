@@ -39,8 +39,8 @@ struct LeastDistanceOptions {
   /// Largest number of node pairs of the proof, as in ToiOptions.
   std::int64_t max_node_pairs = 10'000'000;
   /// Time at which to stop the proof. The search before it, some 30 distance queries, always runs.
-  std::optional<std::chrono::steady_clock::time_point> deadline;
-  std::stop_token stop;
+  std::optional<std::chrono::steady_clock::time_point> deadline = {};
+  std::stop_token stop = {};
 };
 
 /// Result of least_distance(). With d(t) the distance at time t:

@@ -25,17 +25,17 @@ enum class ObstacleId : std::uint64_t {};
 
 /// A shape in the world, at rest or on a motion.
 struct Obstacle {
-  std::shared_ptr<const Shape> shape;
-  std::shared_ptr<const Motion> X_WO;  ///< RestMotion for one at rest
-  std::uint32_t groups = 1;            ///< bit set; queries select by it
-  bool is_solid = false;               ///< treat a closed mesh as a solid, as ToiOptions::solid_b
+  std::shared_ptr<const Shape> shape = {};
+  std::shared_ptr<const Motion> X_WO = {};  ///< RestMotion for one at rest
+  std::uint32_t groups = 1;                 ///< bit set; queries select by it
+  bool is_solid = false;  ///< treat a closed mesh as a solid, as ToiOptions::solid_b
 };
 
 /// Which obstacles a query considers: those that share a group with it and that `accepts` accepts.
 struct ObstacleFilter {
   std::uint32_t groups = ~std::uint32_t{0};
   /// Called at most once per obstacle and query, in no fixed order; empty: all.
-  std::function<bool(ObstacleId)> accepts;
+  std::function<bool(ObstacleId)> accepts = {};
 };
 
 /// Result of ObstacleSet::first_impact(). What `toi` states about the distance of two shapes holds

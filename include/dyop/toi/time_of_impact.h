@@ -86,8 +86,8 @@ struct ToiQuery {
   const Motion* X_WA = nullptr;
   const Shape* b = nullptr;
   const Motion* X_WB = nullptr;
-  TimeInterval interval;
-  ToiOptions options;  ///< its own stop token ends this query only
+  TimeInterval interval = {};
+  ToiOptions options = {};  ///< its own stop token ends this query only
 };
 
 /// Answers many time-of-impact queries on several threads: results[i] is bit for bit what

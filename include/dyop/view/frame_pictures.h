@@ -15,10 +15,10 @@ struct FrameOptions {
   int height = 720;
   Scalar frames_per_second = 30;    ///< > 0, of the film
   Scalar time_per_second = 1;       ///< > 0, of the run that passes in a second of the film
-  std::optional<Scalar> from;       ///< of the run; none: its start
-  std::optional<Scalar> to;         ///< none: its end
-  std::string browser;              ///< Chromium; empty: `chromium` on the path
-  std::string link;                 ///< of the page, without #: camera, theme; docs/player.md
+  std::optional<Scalar> from = {};  ///< of the run; none: its start
+  std::optional<Scalar> to = {};    ///< none: its end
+  std::string browser = {};         ///< Chromium; empty: `chromium` on the path
+  std::string link = {};            ///< of the page, without #: camera, theme; docs/player.md
   std::int64_t most_frames = 3600;  ///< more are refused
 };
 
