@@ -8,7 +8,7 @@ set -euo pipefail
 packages() {
   case "$1" in
     build) echo g++ cmake ninja-build pkg-config libeigen3-dev libccd-dev libsundials-dev libtbb-dev \
-                libassimp-dev nlohmann-json3-dev libcli11-dev zlib1g-dev libtinyxml2-dev \
+                libassimp-dev nlohmann-json3-dev libcli11-dev zlib1g-dev libtinyxml2-dev libyaml-cpp-dev \
                 libompl-dev libhdf5-dev libtinygltf-dev librsvg2-dev libcpp-httplib-dev libssl-dev ;;
     python) echo pybind11-dev python3-dev python3-numpy ;;
     run)   echo glmark2-data ;;

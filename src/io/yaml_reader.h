@@ -8,9 +8,8 @@
 
 namespace dyop::io_internal {
 
-/// Parses the YAML that robot software writes, as the same tree of values as JSON: mappings and
-/// sequences as blocks or in brackets, plain and quoted scalars on one line, comments, one
-/// document. Anchors, tags, block scalars and further documents are refused.
+/// Parses one document of YAML by yaml-cpp, as the same tree of values as JSON. Anchors, aliases,
+/// tags, keys that are no text, further documents and nesting deeper than JSON is read are refused.
 /// @throws FileError with line and column; for a key that occurs twice, too.
 DYOP_EXPORT Json parse_yaml(const std::filesystem::path& file, const std::string& text);
 

@@ -33,6 +33,7 @@ class DyopConan(ConanFile):
         if self.options.io:
             self.requires("nlohmann_json/3.11.3")
             self.requires("tinyxml2/10.0.0")
+            self.requires("yaml-cpp/0.8.0")
             self.requires("zlib/[>=1.2.11 <2]")
 
     def generate(self):

@@ -23,6 +23,7 @@ class Dyop(CMakePackage):
     depends_on("sundials@6.4:6", when="+dynamics")
     depends_on("nlohmann-json", when="+io")
     depends_on("tinyxml2", when="+io")
+    depends_on("yaml-cpp", when="+io")
     depends_on("assimp", when="+io")
     depends_on("zlib-api", when="+io")
     depends_on("hdf5", when="+hdf5")
