@@ -1,4 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
+import pickle
+
 import numpy as np
 import pytest
 
@@ -184,3 +186,92 @@ def test_derivatives_are_central_differences():
     assert flat.status == dyop.DerivativeStatus.Tie and flat.witness is None
     with pytest.raises(dyop.InvalidArgument, match="tolerance"):
         dyop.distance_derivatives(a, HERE, b, pose, tolerance=0)
+
+
+def all_distances(a, X_WA, b, X_WB):
+    """Of every triangle of a from every one of b."""
+    corners = [
+        [X.rotation @ mesh.vertices[row].T + X.translation[:, None] for row in mesh.triangles]
+        for mesh, X in ((a, X_WA), (b, X_WB))
+    ]
+    return {
+        (i, j): dyop.triangle_distance(one.T, other.T)
+        for i, one in enumerate(corners[0])
+        for j, other in enumerate(corners[1])
+    }
+
+
+@pytest.mark.parametrize("scale", [1e-4, 1.0, 1e4])
+@pytest.mark.parametrize("far", [0.0, 1e3])
+def test_near_triangles_are_those_of_all_pairs(generator, scale, far):
+    vertices, triangles = uv_sphere(5, 6)
+    mesh = dyop.TriangleMesh(scale * vertices, triangles)
+    for reach in (0.0, 0.3):
+        q = random_quaternions(generator, 1)[0]
+        place = scale * (np.array([1.7, 0.3, -0.2]) + far)
+        X_WA = dyop.RigidPose(position=(scale * far,) * 3)
+        X_WB = dyop.RigidPose(quaternion=q, position=place)
+        found = dyop.near_triangles(mesh, X_WA, mesh, X_WB, reach * scale)
+        listed = [(int(row["a"]), int(row["b"])) for row in found.pairs]
+        assert found.is_complete and listed == sorted(set(listed)) and listed
+        distances = all_distances(mesh, X_WA, mesh, X_WB)
+        noise = 1e-9 * scale * (1 + far)
+        for pair, gap in distances.items():
+            if gap.upper <= reach * scale - noise:
+                assert pair in set(listed)
+            if gap.lower > reach * scale + noise:
+                assert pair not in set(listed)
+        for row in found.pairs:
+            gap = distances[int(row["a"]), int(row["b"])]
+            assert row["lower"] <= gap.upper + noise and gap.lower <= row["upper"] + noise
+
+
+def test_near_triangles_end_at_a_limit_and_pickle(ball_mesh):
+    pose = dyop.RigidPose(position=(1, 0, 0))
+    everything = dyop.near_triangles(ball_mesh, np.eye(4), ball_mesh, pose, 10.0)
+    count = len(ball_mesh.triangles) ** 2
+    assert everything.is_complete and len(everything.pairs) == count > 10_000
+    assert everything.pairs.dtype == dyop.near_triangles_row
+    few = dyop.near_triangles(ball_mesh, np.eye(4), ball_mesh, pose, 10.0, max_pairs=7)
+    assert not few.is_complete and len(few.pairs) <= 7
+    copied = pickle.loads(pickle.dumps(everything))
+    assert copied.pairs.tobytes() == everything.pairs.tobytes() and copied.is_complete
+    assert len(repr(everything)) < 2000
+    with pytest.raises(dyop.InvalidArgument, match="-1"):
+        dyop.near_triangles(ball_mesh, np.eye(4), ball_mesh, pose, -1.0)
+    with pytest.raises(TypeError, match="'a' must be TriangleMesh"):
+        dyop.near_triangles(dyop.Sphere(1), np.eye(4), ball_mesh, pose, 1.0)
+
+
+def test_a_mesh_meets_itself_where_it_was_folded(ball_mesh):
+    assert len(dyop.near_own_triangles(ball_mesh, 0.0).pairs) == 0
+    vertices = np.array(ball_mesh.vertices)
+    vertices[0] = (0, 0, -2)  # the pole, pushed through the other one
+    folded = dyop.TriangleMesh(vertices, ball_mesh.triangles)
+    found = dyop.near_own_triangles(folded, 0.0)
+    assert found.is_complete and len(found.pairs) > 0
+    for row in found.pairs:
+        one, other = (folded.triangles[row[side]] for side in "ab")
+        assert row["a"] < row["b"] and not set(one) & set(other)
+        assert dyop.triangle_distance(vertices[one], vertices[other]).lower == 0
+
+
+@pytest.mark.parametrize("scale", [1e-3, 1.0, 1e3])
+def test_a_separating_translation_is_proven(ball_mesh, scale):
+    ball = dyop.Sphere(scale)
+    aside = dyop.RigidPose(position=(1.2 * scale, 0.5 * scale, 0))
+    way = dyop.separating_translation(ball, np.eye(4), ball, aside)
+    assert way.depth == pytest.approx((2 - 1.3) * scale, rel=1e-3)
+    mesh = dyop.TriangleMesh(scale * np.array(ball_mesh.vertices), ball_mesh.triangles)
+    options = dyop.SeparationOptions(directions=24, tolerance=1e-3 * scale)
+    way = dyop.separating_translation(mesh, np.eye(4), mesh, aside, options)
+    moved = dyop.RigidPose(position=aside.translation + way.depth * way.nhat_AB_W)
+    solid = dyop.DistanceOptions(solid_a=True, solid_b=True)
+    there = dyop.distance(mesh, np.eye(4), mesh, moved, solid)
+    assert there.status == dyop.DistanceStatus.Separated and there.upper < 3e-3 * scale
+    beyond = dyop.RigidPose(position=(3 * scale, 0, 0))
+    assert dyop.separating_translation(mesh, np.eye(4), mesh, beyond) is None
+    with pytest.raises(dyop.InvalidArgument, match="0"):
+        dyop.separating_translation(
+            mesh, np.eye(4), mesh, aside, dyop.SeparationOptions(directions=0)
+        )

@@ -3,11 +3,13 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <utility>
 
 #include "dyop/core/error.h"
 #include "dyop/distance/distance_derivatives.h"
 #include "dyop/distance/find_contacts.h"
 #include "dyop/distance/gjk.h"
+#include "dyop/distance/near_triangles.h"
 #include "dyop/distance/penetration.h"
 #include "dyop/distance/point_distance.h"
 #include "dyop/distance/ray_cast.h"
@@ -51,7 +53,7 @@ void bind_distance_results(py::module_& m) {
       .value("Overlapping", DistanceStatus::Overlapping, "They touch or intersect.")
       .value("FartherThanMaxDistance", DistanceStatus::FartherThanMaxDistance, "Stopped early.")
       .value("Inconclusive", DistanceStatus::Inconclusive, "Neither was proven.");
-  Record<Penetration>(m, "Penetration", "How two overlapping convex shapes must move apart.")
+  Record<Penetration>(m, "Penetration", "How two overlapping shapes can move apart.")
       .field<&Penetration::depth>("depth", "float: length, > 0")
       .field<&Penetration::nhat_AB_W>("nhat_AB_W",
                                       "numpy.ndarray: (3,) moving B by depth along it separates")
@@ -128,6 +130,76 @@ void bind_shape_queries(py::module_& m) {
          const PoseArgument& X_WB) { return find_penetration(a, X_WA.X, b, X_WB.X); },
       py::arg("a"), py::arg("X_WA"), py::arg("b"), py::arg("X_WB"),
       "Depth and direction of two overlapping convex shapes; an estimate. None if no overlap.");
+}
+
+// Few pairs in the calling thread; many once more, while Ctrl-C is served.
+template <typename Search>
+NearTriangleList near_pairs(const std::optional<std::size_t>& max_pairs, const Search& search) {
+  constexpr std::size_t kFew = 10'000;  // some ten milliseconds
+  TrianglePairLimits limits;
+  if (max_pairs) limits.max_pairs = *max_pairs;
+  const std::size_t wanted = std::exchange(limits.max_pairs, std::min(limits.max_pairs, kFew));
+  NearTriangleList list;
+  {
+    const py::gil_scoped_release unlocked;
+    list = search(limits);
+  }
+  if (list.is_complete || wanted <= kFew) return list;
+  limits.max_pairs = wanted;
+  run_interruptible({}, [&](const std::stop_token& stop) {
+    limits.stop = stop;
+    list = search(limits);
+  });
+  return list;
+}
+
+// The pairs as a structured array.
+Field pairs_field() {
+  return {"pairs",
+          [](const void* r, py::handle) {
+            const auto& pairs = static_cast<const NearTriangleList*>(r)->pairs;
+            return py::object(py::array_t<NearTriangles>(py::ssize_t(pairs.size()), pairs.data()));
+          },
+          [](void* r, py::handle value) {
+            const auto array = value.cast<py::array_t<NearTriangles, py::array::c_style>>();
+            static_cast<NearTriangleList*>(r)->pairs.assign(array.data(),
+                                                            array.data() + array.size());
+          }};
+}
+
+void bind_near_triangles(py::module_& m) {
+  static_assert(sizeof(NearTriangles) == 24);  // no padding, which would be garbage
+  PYBIND11_NUMPY_DTYPE(NearTriangles, a, b, lower, upper);
+  m.attr("near_triangles_row") = py::dtype::of<NearTriangles>();
+  Record<NearTriangleList>(m, "NearTriangleList", "Result of near_triangles().")
+      .custom(pairs_field(),
+              "numpy.ndarray: rows near_triangles_row: a, b, lower, upper; by a, then b", false)
+      .field<&NearTriangleList::is_complete>("is_complete", "bool: max_pairs was enough")
+      .finish();
+  m.def(
+      "near_triangles",
+      [](const TriangleMesh& a, const PoseArgument& X_WA, const TriangleMesh& b,
+         const PoseArgument& X_WB, Scalar max_distance,
+         const std::optional<std::size_t>& max_pairs) {
+        return near_pairs(max_pairs, [&](const TrianglePairLimits& limits) {
+          return near_triangles(a, X_WA.X, b, X_WB.X, max_distance, limits);
+        });
+      },
+      py::arg("a"), py::arg("X_WA"), py::arg("b"), py::arg("X_WB"), py::arg("max_distance"),
+      py::kw_only(), py::arg("max_pairs") = py::none(),
+      "Every pair of triangles of two meshes at most max_distance (length) apart; 0: all that "
+      "touch\n"
+      "or cross. A pair is left out only if it is proven farther apart.");
+  m.def(
+      "near_own_triangles",
+      [](const TriangleMesh& mesh, Scalar max_distance,
+         const std::optional<std::size_t>& max_pairs) {
+        return near_pairs(max_pairs, [&](const TrianglePairLimits& limits) {
+          return near_own_triangles(mesh, max_distance, limits);
+        });
+      },
+      py::arg("mesh"), py::arg("max_distance"), py::kw_only(), py::arg("max_pairs") = py::none(),
+      "The same for a mesh against itself: pairs a < b that have no vertex in common.");
 }
 
 void bind_distance_kernels(py::module_& m) {
@@ -282,6 +354,7 @@ void bind_distance(py::module_& m) {
   bind_distance_results(m);
   bind_distance_options(m);
   bind_shape_queries(m);
+  bind_near_triangles(m);
   bind_distance_kernels(m);
   bind_point_distance(m);
   bind_ray_cast(m);

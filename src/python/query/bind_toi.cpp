@@ -7,6 +7,7 @@
 #include "dyop/io/result_text.h"
 #include "dyop/toi/impact_derivatives.h"
 #include "dyop/toi/least_distance.h"
+#include "dyop/toi/separating_translation.h"
 #include "dyop/toi/time_of_impact.h"
 #include "python/bindings.h"
 #include "python/glue/calls.h"
@@ -212,6 +213,26 @@ void bind_impact_derivatives(py::module_& m) {
       "time; flagged where features tie or the bodies graze each other.");
 }
 
+void bind_separation(py::module_& m) {
+  Record<SeparationOptions>(m, "SeparationOptions", "Options of separating_translation().")
+      .option<&SeparationOptions::directions>("directions", "int: tried first, in [1, 10000]")
+      .option<&SeparationOptions::tolerance>("tolerance",
+                                             "Optional[float]: of the depth, length > 0")
+      .finish();
+  m.def(
+      "separating_translation",
+      [](const Shape& a, const PoseArgument& X_WA, const Shape& b, const PoseArgument& X_WB,
+         const SeparationOptions* options) {
+        const SeparationOptions used = options != nullptr ? *options : SeparationOptions();
+        const py::gil_scoped_release unlocked;
+        return separating_translation(a, X_WA.X, b, X_WB.X, used);
+      },
+      py::arg("a"), py::arg("X_WA"), py::arg("b"), py::arg("X_WB"), py::arg("options") = py::none(),
+      "How far and along which direction B can be moved so that two overlapping shapes of any "
+      "kind\n"
+      "come apart, proven; None if they do not overlap. Closed meshes are solids.");
+}
+
 }  // namespace
 
 void bind_toi(py::module_& m) {
@@ -220,6 +241,7 @@ void bind_toi(py::module_& m) {
   bind_toi_query(m);
   bind_least_distance(m);
   bind_impact_derivatives(m);
+  bind_separation(m);
 }
 
 }  // namespace dyop::python
