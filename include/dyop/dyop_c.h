@@ -160,6 +160,18 @@ DYOP_C_API dyop_status dyop_ellipsoid_create(dyop_context* context, const double
 /* All points within a radius of a box. */
 DYOP_C_API dyop_status dyop_rounded_box_create(dyop_context* context, const double half_extents[3],
                                                double radius, dyop_shape* shape);
+/* All points within an edge radius of a cylinder about the z axis. */
+DYOP_C_API dyop_status dyop_rounded_cylinder_create(dyop_context* context, double radius,
+                                                    double half_length, double edge_radius,
+                                                    dyop_shape* shape);
+/* Convex hull of a ball about z = -half_length and one about z = half_length. */
+DYOP_C_API dyop_status dyop_tapered_capsule_create(dyop_context* context, double bottom_radius,
+                                                   double top_radius, double half_length,
+                                                   dyop_shape* shape);
+/* All points within a radius of the convex hull of points, rows of three. */
+DYOP_C_API dyop_status dyop_rounded_hull_create(dyop_context* context, const double* points,
+                                                size_t point_count, double radius,
+                                                dyop_shape* shape);
 /* All points p with normal . p <= offset; its bodies are static or kinematic. */
 DYOP_C_API dyop_status dyop_half_space_create(dyop_context* context, const double normal[3],
                                               double offset, dyop_shape* shape);

@@ -10,7 +10,9 @@
 #include "dyop/geometry/ellipsoid.h"
 #include "dyop/geometry/half_space.h"
 #include "dyop/geometry/rounded_box.h"
+#include "dyop/geometry/rounded_cylinder.h"
 #include "dyop/geometry/sphere.h"
+#include "dyop/geometry/tapered_capsule.h"
 #include "dyop/geometry/triangle_mesh.h"
 
 namespace {
@@ -76,6 +78,27 @@ dyop_status dyop_rounded_box_create(dyop_context* context, const double half_ext
     require_given(half_extents, "half_extents");
     context->add<RoundedBox>(context->shapes, shape,
                              Vector3(half_extents[0], half_extents[1], half_extents[2]), radius);
+  });
+}
+
+dyop_status dyop_rounded_cylinder_create(dyop_context* context, double radius, double half_length,
+                                         double edge_radius, dyop_shape* shape) {
+  return guard(context, [&] {
+    context->add<RoundedCylinder>(context->shapes, shape, radius, half_length, edge_radius);
+  });
+}
+
+dyop_status dyop_tapered_capsule_create(dyop_context* context, double bottom_radius,
+                                        double top_radius, double half_length, dyop_shape* shape) {
+  return guard(context, [&] {
+    context->add<TaperedCapsule>(context->shapes, shape, bottom_radius, top_radius, half_length);
+  });
+}
+
+dyop_status dyop_rounded_hull_create(dyop_context* context, const double* points,
+                                     size_t point_count, double radius, dyop_shape* shape) {
+  return guard(context, [&] {
+    context->add<ConvexHull>(context->shapes, shape, points_from(points, point_count), radius);
   });
 }
 

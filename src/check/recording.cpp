@@ -51,6 +51,7 @@ class Shapes {
     Piece piece;
     if (kind == "hull") {
       piece.points = points_of(line);
+      if (line.find("radius")) piece.radius = line.at("radius").to_number();
     } else {
       set_simple(piece, kind, line);
     }
@@ -84,6 +85,13 @@ class Shapes {
       radius_and_length(Piece::Kind::Cylinder);
     } else if (kind == "cone") {
       radius_and_length(Piece::Kind::Cone);
+    } else if (kind == "rounded_cylinder") {
+      radius_and_length(Piece::Kind::Cylinder);
+      piece.radius = line.at("edge_radius").to_number();
+    } else if (kind == "tapered_capsule") {
+      piece.kind = Piece::Kind::TaperedCapsule;
+      piece.size = {line.at("bottom_radius").to_number(), line.at("top_radius").to_number(),
+                    line.at("half_length").to_number()};
     } else if (kind == "half_space") {
       piece.kind = Piece::Kind::HalfSpace;
       const Vec normal = vector_of(line.at("normal").to_numbers(3));
@@ -301,9 +309,12 @@ double bounding_radius(const Body& body) {
     if (piece.kind == Piece::Kind::Points) {
       for (const Vec& point : piece.points) radius = std::max(radius, norm(point) + piece.radius);
     } else {
-      const double longest = std::max({piece.size.x, piece.size.y, piece.size.z});
-      const double reach =
-          piece.kind == Piece::Kind::Ellipsoid ? longest : std::hypot(piece.size.x, piece.size.z);
+      double reach = std::hypot(piece.size.x, piece.size.z);
+      if (piece.kind == Piece::Kind::Ellipsoid) {
+        reach = std::max({piece.size.x, piece.size.y, piece.size.z});
+      } else if (piece.kind == Piece::Kind::TaperedCapsule) {
+        reach = piece.size.z + std::max(piece.size.x, piece.size.y);
+      }
       radius = std::max(radius, norm(piece.X.p) + reach + piece.radius);
     }
   }

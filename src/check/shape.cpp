@@ -28,6 +28,12 @@ Vec round_support(const Piece& piece, const Vec& d) {
       if (!(k > 0)) return {};
       return {s.x * scaled.x / k, s.y * scaled.y / k, s.z * scaled.z / k};
     }
+    case Piece::Kind::TaperedCapsule: {
+      const double length = norm(d);
+      if (!(length > 0)) return {};
+      const bool is_top = s.z * d.z + s.y * length > s.x * length - s.z * d.z;
+      return Vec{0, 0, is_top ? s.z : -s.z} + ((is_top ? s.y : s.x) / length) * d;
+    }
     case Piece::Kind::Points:
     case Piece::Kind::HalfSpace:
       break;

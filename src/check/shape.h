@@ -12,11 +12,12 @@ namespace dyop_check {
 /// A convex piece in the frame of its body: its points, or a round shape at a pose, and a radius
 /// around it.
 struct Piece {
-  enum class Kind { Points, Cylinder, Cone, Ellipsoid, HalfSpace };
+  enum class Kind { Points, Cylinder, Cone, Ellipsoid, TaperedCapsule, HalfSpace };
   Kind kind = Kind::Points;
   std::vector<Vec> points;  ///< Points
   double radius = 0;        ///< around the rest
-  Vec size;                 ///< Cylinder, Cone: x radius, z half length; Ellipsoid: semi-axes
+  Vec size;                 ///< Cylinder, Cone: x radius, z half length; Ellipsoid: semi-axes;
+                            ///< TaperedCapsule: bottom and top radius, half length
   Pose X;                   ///< of a round shape in the body's frame
   Vec normal;               ///< HalfSpace: unit, outwards; its body has no other piece
   double offset = 0;        ///< HalfSpace: height of its plane along the normal

@@ -12,7 +12,9 @@
 #include "dyop/geometry/ellipsoid.h"
 #include "dyop/geometry/half_space.h"
 #include "dyop/geometry/rounded_box.h"
+#include "dyop/geometry/rounded_cylinder.h"
 #include "dyop/geometry/sphere.h"
+#include "dyop/geometry/tapered_capsule.h"
 
 namespace dyop::geometry_internal {
 namespace {
@@ -49,6 +51,14 @@ Values values_of(const Ellipsoid& ellipsoid) {
 Values values_of(const RoundedBox& box) {
   const Vector3 half_extents = box.half_extents();
   return {half_extents.x(), half_extents.y(), half_extents.z(), box.radius()};
+}
+
+Values values_of(const RoundedCylinder& cylinder) {
+  return {cylinder.radius(), cylinder.half_length(), cylinder.edge_radius()};
+}
+
+Values values_of(const TaperedCapsule& capsule) {
+  return {capsule.bottom_radius(), capsule.top_radius(), capsule.half_length()};
 }
 
 Values values_of(const HalfSpace& half_space) {
@@ -95,6 +105,14 @@ std::span<const ShapeForm> shape_forms() {
                        [](std::span<const Scalar> x) -> Made {
                          return std::make_shared<RoundedBox>(Vector3(x[0], x[1], x[2]), x[3]);
                        }),
+      form<RoundedCylinder>("rounded_cylinder", {{"radius"}, {"half_length"}, {"edge_radius"}},
+                            [](std::span<const Scalar> x) -> Made {
+                              return std::make_shared<RoundedCylinder>(x[0], x[1], x[2]);
+                            }),
+      form<TaperedCapsule>("tapered_capsule", {{"bottom_radius"}, {"top_radius"}, {"half_length"}},
+                           [](std::span<const Scalar> x) -> Made {
+                             return std::make_shared<TaperedCapsule>(x[0], x[1], x[2]);
+                           }),
       form<HalfSpace>("half_space", {{"normal", 3}, {"offset"}},
                       [](std::span<const Scalar> x) -> Made {
                         return std::make_shared<HalfSpace>(Vector3(x[0], x[1], x[2]), x[3]);

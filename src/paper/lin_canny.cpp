@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "core/tolerance.h"
+#include "dyop/core/error.h"
 
 // The walk of lin_canny_distance() in space, for any two bodies with these members:
 //   vertex(number)               a Vector3 in the frame of the walk
@@ -613,6 +614,7 @@ std::vector<Side> collect_sides(const ConvexHull& hull) {
 }  // namespace
 
 HullFeatures::HullFeatures(ConvexHull hull) : hull_(std::move(hull)) {
+  DYOP_REQUIRE(hull_.rounding_radius() == 0, "HullFeatures: the hull must not be rounded");
   edges_of_face_.assign(hull_.core_surface()->triangles().size(), {-1, -1, -1});
   const bool has_faces = hull_.dimension() >= 2;
   for (const Side& side : collect_sides(hull_)) {

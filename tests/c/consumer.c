@@ -289,7 +289,9 @@ static int check_calls_from_callbacks(dyop_context* context) {
 }
 
 static int check_more_shapes(dyop_context* context) {
-  const double up[3] = {0, 0, 2};
+  const double up[3] = {0, 0, 2}, points[6] = {0, 0, 0, 0, 0, 2};
+  dyop_shape shapes[3];
+  int i;
   dyop_distance_query pair = {sizeof(dyop_distance_query), 0, {0, 0}, {0, 0}, DYOP_POSE_IDENTITY,
                               DYOP_POSE_IDENTITY};
   dyop_distance_result gap = {sizeof(dyop_distance_result)};
@@ -301,6 +303,17 @@ static int check_more_shapes(dyop_context* context) {
   CHECK(dyop_compute_distance(context, &pair, NULL, &gap) == DYOP_OK);
   CHECK(gap.witness.lower <= 2.5 && 2.5 <= gap.witness.upper);
   CHECK(fabs(gap.witness.upper - 2.5) < 1e-9);
+  /* All reach up to z = 3. */
+  pair.pose_b.position[0] = 0;
+  pair.pose_b.position[2] = 5;
+  CHECK(dyop_tapered_capsule_create(context, 0.5, 1, 2, &shapes[0]) == DYOP_OK);
+  CHECK(dyop_rounded_cylinder_create(context, 0.5, 2, 1, &shapes[1]) == DYOP_OK);
+  CHECK(dyop_rounded_hull_create(context, points, 2, 1, &shapes[2]) == DYOP_OK);
+  for (i = 0; i < 3; ++i) {
+    pair.a = shapes[i];
+    CHECK(dyop_compute_distance(context, &pair, NULL, &gap) == DYOP_OK);
+    CHECK(fabs(gap.witness.lower - 1.5) < 1e-6 && fabs(gap.witness.upper - 1.5) < 1e-6);
+  }
   return 0;
 }
 

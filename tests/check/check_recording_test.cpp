@@ -12,9 +12,12 @@
 #include "check/check.h"
 #include "dyop/geometry/box.h"
 #include "dyop/geometry/capsule.h"
+#include "dyop/geometry/convex_hull.h"
 #include "dyop/geometry/cylinder.h"
 #include "dyop/geometry/half_space.h"
+#include "dyop/geometry/rounded_cylinder.h"
 #include "dyop/geometry/sphere.h"
+#include "dyop/geometry/tapered_capsule.h"
 #include "dyop/io/recording_lines.h"
 #include "dyop/io/recording_reader.h"
 #include "dyop/io/recording_writer.h"
@@ -135,6 +138,21 @@ TEST_F(CheckRecording, KnowsHalfSpaces) {
   EXPECT_EQ(check(file()).code, kProven) << check(file()).text << check(file()).error;
   record(ceiling, ball, {swing(1.009, 0)});
   EXPECT_EQ(check(file()).code, kRefuted);
+}
+
+// Whose lowest points are one below their origins.
+TEST_F(CheckRecording, KnowsRoundedAndTaperedShapes) {
+  const auto floor = std::make_shared<HalfSpace>();
+  const std::vector<Vector3> points{Vector3(1, 0, -0.5), Vector3(-1, 0, -0.5), Vector3(0, 1, -0.5)};
+  const std::vector<std::shared_ptr<const Shape>> movers{
+      std::make_shared<ConvexHull>(points, 0.5), std::make_shared<RoundedCylinder>(1, 0.8, 0.2),
+      std::make_shared<TaperedCapsule>(0.6, 0.3, 0.4)};
+  for (const auto& mover : movers) {
+    record(mover, floor, {swing(1.011, 1)});
+    EXPECT_EQ(check(file()).code, kProven) << check(file()).text << check(file()).error;
+    record(mover, floor, {swing(1.009, 1)});
+    EXPECT_EQ(check(file()).code, kRefuted);
+  }
 }
 
 // A box that slides, a ball that bounces and a spinning rod that falls beside them.

@@ -19,6 +19,7 @@
 #include "dyop/geometry/cylinder.h"
 #include "dyop/geometry/half_space.h"
 #include "dyop/geometry/rounded_box.h"
+#include "dyop/geometry/rounded_cylinder.h"
 #include "dyop/geometry/sphere.h"
 #include "dyop/geometry/triangle_mesh.h"
 #include "support/inputs/mesh_generators.h"
@@ -58,6 +59,7 @@ std::vector<Facing> facing_shapes(Scalar size) {
   const auto box = std::make_shared<Box>(size * Vector3(0.6, 0.5, 0.3));
   const auto rounded = std::make_shared<RoundedBox>(size * Vector3(0.5, 0.4, 0.2), 0.1 * size);
   const auto capsule = std::make_shared<Capsule>(0.2 * size, 0.6 * size);
+  const auto round = std::make_shared<RoundedCylinder>(0.5 * size, 0.4 * size, 0.1 * size);
   const MeshArrays grid = plate_grid(2 * size, 2 * size, 5, 7);
   const auto mesh = std::make_shared<TriangleMesh>(grid.vertices, grid.triangles);
   const MeshArrays gear_mesh = gear(7, 0.6, 0.8, 0.3);
@@ -68,7 +70,9 @@ std::vector<Facing> facing_shapes(Scalar size) {
           {cylinder, box},         {hull, cone},           {cylinder, cone},
           {disc, rounded},         {mesh, cylinder},       {mesh, cone},
           {cylinder, mesh},        {box, cylinder, lying}, {disc, cylinder, lying},
-          {mesh, cylinder, lying}, {disc, capsule, lying}};
+          {mesh, cylinder, lying}, {disc, capsule, lying}, {box, round},
+          {disc, round},           {mesh, round},          {box, round, lying},
+          {cylinder, round, lying}};
 }
 
 class FlatContacts : public ::testing::TestWithParam<Scalar> {

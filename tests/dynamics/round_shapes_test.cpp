@@ -10,6 +10,8 @@
 #include "dyop/geometry/capsule.h"
 #include "dyop/geometry/cone.h"
 #include "dyop/geometry/cylinder.h"
+#include "dyop/geometry/rounded_cylinder.h"
+#include "dyop/geometry/tapered_capsule.h"
 #include "dyop/geometry/triangle_mesh.h"
 #include "support/inputs/mesh_generators.h"
 #include "support/inputs/world_scenes.h"
@@ -140,6 +142,22 @@ TEST(RoundShapes, ConeLiesAndSleeps) {
   const auto shape = std::make_shared<Cone>(r, h);
   // The origin is half way up the axis, h from the tip.
   expect_rest(leaning(0), {box_ground(0.8), resting(shape, R, h * std::sin(side))});
+}
+
+TEST(RoundShapes, RoundedCylinderStandsLiesAndSleeps) {
+  const auto shape = std::make_shared<RoundedCylinder>(0.25, 0.4, 0.1);
+  for (const BodyDefinition& ground : {box_ground(0.8), mesh_ground(0.8, 7)}) {
+    expect_rest(leaning(0), {ground, resting(shape, kUpright, 0.5)});
+    expect_rest(leaning(0), {ground, resting(shape, kLying, 0.35)});
+  }
+}
+
+// The side leans, so that both balls reach down equally far.
+TEST(RoundShapes, TaperedCapsuleLiesAndSleeps) {
+  const auto shape = std::make_shared<TaperedCapsule>(0.4, 0.2, 0.5);
+  const Scalar lean = std::asin(0.2);
+  const Matrix3 R = rotation_from_vector(Vector3(0, std::numbers::pi / 2 + lean, 0));
+  expect_rest(leaning(0), {box_ground(0.8), resting(shape, R, 0.3)});
 }
 
 TEST(RoundShapes, CylindersStandOnCylinders) {

@@ -14,7 +14,9 @@
 #include "dyop/geometry/cylinder.h"
 #include "dyop/geometry/ellipsoid.h"
 #include "dyop/geometry/rounded_box.h"
+#include "dyop/geometry/rounded_cylinder.h"
 #include "dyop/geometry/sphere.h"
+#include "dyop/geometry/tapered_capsule.h"
 #include "support/inputs/mesh_generators.h"
 
 namespace dyop::testing {
@@ -51,6 +53,16 @@ inline std::vector<ShapeMaker> all_shapes() {
       {"disc", [](Scalar size) { return make_shape<Cylinder>(size, 0.01 * size); }},
       {"cone", [](Scalar size) { return make_shape<Cone>(0.5 * size, 0.8 * size); }},
       {"ellipsoid", [](Scalar size) { return make_shape<Ellipsoid>(size * Vector3(1, 0.8, 0.6)); }},
+      {"rounded_cylinder",
+       [](Scalar size) { return make_shape<RoundedCylinder>(0.4 * size, 0.5 * size, 0.2 * size); }},
+      {"tapered_capsule",
+       [](Scalar size) { return make_shape<TaperedCapsule>(0.5 * size, 0.2 * size, 0.6 * size); }},
+      {"rounded_hull",
+       [](Scalar size) {
+         return make_shape<ConvexHull>(
+             point_cloud(40, 3).moved(Matrix3::Identity(), Vector3::Zero(), 0.7 * size).vertices,
+             0.2 * size);
+       }},
       {"hull_of_cloud", hull(point_cloud(200, 7))},
       {"hull_of_ball", hull(icosphere(3))},
       {"hull_of_gear", hull(gear(12, 0.8, 1, 0.2))},

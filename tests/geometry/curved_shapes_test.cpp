@@ -18,7 +18,9 @@
 #include "dyop/geometry/ellipsoid.h"
 #include "dyop/geometry/half_space.h"
 #include "dyop/geometry/rounded_box.h"
+#include "dyop/geometry/rounded_cylinder.h"
 #include "dyop/geometry/sphere.h"
+#include "dyop/geometry/tapered_capsule.h"
 #include "geometry/all_shapes.h"
 #include "support/inputs/random_inputs.h"
 
@@ -47,6 +49,8 @@ TEST(CurvedShapes, HaveTheMassOfTheHullOfTheirPoints) {
   expect_mass_of_hull(Cone(0.5, 0.8));
   expect_mass_of_hull(Ellipsoid(Vector3(1, 0.7, 0.4)));
   expect_mass_of_hull(RoundedBox(Vector3(0.5, 0.3, 0.2), 0.3));
+  expect_mass_of_hull(RoundedCylinder(0.4, 0.5, 0.3));
+  expect_mass_of_hull(TaperedCapsule(0.5, 0.2, 0.6));
 }
 
 TEST(Cylinder, HasTheMomentsOfTheTextbook) {
@@ -180,6 +184,90 @@ TEST(HalfSpace, ItsPartWithinARadiusIsInItsBoundsAndNotBeatenByAnyOfItsPoints) {
     EXPECT_NEAR(part.core_reach(part.normal()), offset, noise / 4);
     EXPECT_TRUE(std::isnan(part.core_reach(Vector3(1, std::nan(""), 1))));
   }
+}
+
+void expect_same_mass(const MassProperties& x, const MassProperties& y, Scalar size) {
+  EXPECT_NEAR(x.mass / y.mass, 1, 1e-11);
+  EXPECT_LE((x.p_BoBcm - y.p_BoBcm).norm(), 1e-11 * size);
+  EXPECT_LE((x.I_BBcm - y.I_BBcm).norm(), 1e-10 * y.I_BBcm.norm());
+}
+
+// The corners of a box, turned and far away, with one point inside and one in a face.
+TEST(ConvexHull, RoundedHasTheMassOfARoundedBox) {
+  const Vector3 half(0.5, 0.3, 0.2);
+  for (const Scalar size : {1e-4, 1.0, 1e4}) {
+    for (const Scalar radius : {1e-3, 0.2, 5.0}) {
+      const RigidPose X(rotation_from_vector(Vector3(0.3, -1, 0.7)), size * Vector3(3, -2, 5));
+      std::vector<Vector3> points{X * Vector3(0, 0, 0), X * (size * Vector3(0.5, 0, 0))};
+      for (const Vector3& v : testing::box_mesh(size * half).vertices) points.push_back(X * v);
+      const ConvexHull hull(points, size * radius);
+      MassProperties expected = RoundedBox(size * half, size * radius).compute_mass_properties(2.5);
+      expected.p_BoBcm = X * expected.p_BoBcm;
+      expected.I_BBcm = X.rotation() * expected.I_BBcm * X.rotation().transpose();
+      expect_same_mass(hull.compute_mass_properties(2.5), expected, size * (10 + radius));
+    }
+  }
+}
+
+TEST(ConvexHull, RoundedSegmentsAndPointsAreCapsulesAndBalls) {
+  const Vector3 from(1, 2, 3);
+  const Vector3 along(0, 0, 2);
+  const Capsule capsule(0.5, 1);
+  MassProperties expected = capsule.compute_mass_properties(3);
+  expected.p_BoBcm = from + along / 2;
+  expect_same_mass(
+      ConvexHull({from, from + along / 3, from + along}, 0.5).compute_mass_properties(3), expected,
+      1);
+  MassProperties ball = Sphere(0.5).compute_mass_properties(3);
+  ball.p_BoBcm = from;
+  expect_same_mass(ConvexHull({from, from}, 0.5).compute_mass_properties(3), ball, 1);
+  const ConvexHull polygon({Vector3(0, 0, 0), Vector3(1, 0, 0), Vector3(0, 1, 0)}, 0.5);
+  EXPECT_THROW(polygon.compute_mass_properties(1), InvalidArgument);
+  EXPECT_THROW(ConvexHull({from}, -1), InvalidArgument);
+  EXPECT_THROW(ConvexHull({from}, std::nan("")), InvalidArgument);
+}
+
+TEST(TaperedCapsule, OfEqualRadiiIsACapsule) {
+  for (const Scalar size : {1e-4, 1.0, 1e4}) {
+    expect_same_mass(TaperedCapsule(0.3 * size, 0.3 * size, size).compute_mass_properties(2),
+                     Capsule(0.3 * size, size).compute_mass_properties(2), size);
+    const TaperedCapsule one(0.5 * size, 0.2 * size, 0.6 * size);
+    MassProperties turned =
+        TaperedCapsule(0.2 * size, 0.5 * size, 0.6 * size).compute_mass_properties(2);
+    turned.p_BoBcm = -turned.p_BoBcm;
+    expect_same_mass(one.compute_mass_properties(2), turned, size);
+  }
+  EXPECT_THROW(TaperedCapsule(3, 1, 1), InvalidArgument);
+  EXPECT_THROW(TaperedCapsule(1, 0, 2), InvalidArgument);
+  EXPECT_THROW(TaperedCapsule(1, 1, std::nan("")), InvalidArgument);
+}
+
+// Both balls are equally far along the normal of the side, which is perpendicular to its line.
+TEST(TaperedCapsule, HasALineOnItsSide) {
+  const TaperedCapsule shape(0.5, 0.2, 0.6);
+  const Scalar lean = 0.3 / 1.2;
+  const Vector3 normal(std::sqrt(1 - lean * lean), 0, lean);
+  const FlatPart part = shape.flat_part(normal, 1e-6);
+  ASSERT_EQ(part.kind, FlatPart::Kind::Segment);
+  EXPECT_NEAR(part.axis.dot(normal), 0, 1e-15);
+  for (const Scalar t : {-1.0, 0.0, 1.0}) {
+    EXPECT_NEAR(normal.dot(part.center + t * part.axis), normal.dot(shape.support(normal)), 1e-15);
+  }
+  EXPECT_EQ(shape.flat_part(Vector3::UnitX(), 1e-6).kind, FlatPart::Kind::None);
+  EXPECT_EQ(shape.flat_part(-Vector3::UnitZ(), 0.1).kind, FlatPart::Kind::None);
+}
+
+TEST(RoundedCylinder, IsACapsuleOrACylinderAtItsLimits) {
+  const MassProperties thin = RoundedCylinder(1e-9, 2, 0.5).compute_mass_properties(3);
+  const MassProperties capsule = Capsule(0.5, 2).compute_mass_properties(3);
+  EXPECT_NEAR(thin.mass / capsule.mass, 1, 1e-7);
+  EXPECT_LE((thin.I_BBcm - capsule.I_BBcm).norm(), 1e-7 * capsule.I_BBcm.norm());
+  const MassProperties sharp = RoundedCylinder(0.5, 2, 1e-9).compute_mass_properties(3);
+  const MassProperties cylinder = Cylinder(0.5, 2).compute_mass_properties(3);
+  EXPECT_NEAR(sharp.mass / cylinder.mass, 1, 1e-7);
+  EXPECT_LE((sharp.I_BBcm - cylinder.I_BBcm).norm(), 1e-7 * cylinder.I_BBcm.norm());
+  EXPECT_THROW(RoundedCylinder(1, 1, 0), InvalidArgument);
+  EXPECT_THROW(RoundedCylinder(1, -1, 1), InvalidArgument);
 }
 
 }  // namespace

@@ -72,6 +72,22 @@ def test_compound_names_its_children(ball_mesh):
         dyop.CompoundShape([])
 
 
+def test_rounded_and_tapered_shapes_reach_their_radius_beyond():
+    box = dyop.ConvexHull([(x, y, z) for x in (-1, 1) for y in (-2, 2) for z in (-3, 3)], 0.5)
+    assert box.rounding_radius() == 0.5
+    alike = dyop.RoundedBox([1, 2, 3], 0.5).compute_mass_properties(2)
+    assert box.compute_mass_properties(2).mass == pytest.approx(alike.mass, rel=1e-12)
+    disc = dyop.RoundedCylinder(radius=1, half_length=2, edge_radius=0.5)
+    cone = dyop.TaperedCapsule(bottom_radius=1.5, top_radius=0.5, half_length=2)
+    assert repr(disc) == "RoundedCylinder(1.0, 2.0, 0.5)"
+    for shape, reach in ((box, 3.5), (disc, 2.5), (cone, 2.5)):
+        copied = pickle.loads(pickle.dumps(shape))
+        assert type(copied) is type(shape)
+        np.testing.assert_allclose(copied.support((0, 0, 1))[2], reach, rtol=1e-14)
+    with pytest.raises(dyop.InvalidArgument, match="holds the other"):
+        dyop.TaperedCapsule(3, 1, 1)
+
+
 def test_half_space_has_no_end():
     floor = dyop.HalfSpace((0, 0, 3), 1)
     np.testing.assert_array_equal(floor.normal, [0, 0, 1])

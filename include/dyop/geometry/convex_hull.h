@@ -16,8 +16,8 @@ class PointScan;
 struct HullSurface;
 }  // namespace geometry_internal
 
-/// Convex hull of points. A flat set gives a polygon, a collinear one a segment, coincident points
-/// a point.
+/// Convex hull of points, or all points within a radius of it. A flat set gives a polygon, a
+/// collinear one a segment, coincident points a point.
 ///
 /// Computed by quickhull [Barber1996] on exact orientation predicates [Shewchuk1997]: every point
 /// left out lies exactly in the hull of vertices(), and flat or nearly flat input is handled
@@ -25,9 +25,11 @@ struct HullSurface;
 class ConvexHull final : public ConvexShape {
  public:
   /// @param points At least one, in any order; duplicates and inner points are dropped.
-  /// @throws InvalidArgument if there is no point, or a coordinate is not finite or beyond
-  ///         kLargestCoordinate; the message names the row and value.
-  explicit ConvexHull(std::vector<Vector3> points);
+  /// @param radius How far the shape reaches beyond the hull, >= 0 and at most kLargestCoordinate.
+  /// @throws InvalidArgument if there is no point, a coordinate is not finite or beyond
+  ///         kLargestCoordinate, or the radius is out of range; the message names the value, and the
+  ///         row.
+  explicit ConvexHull(std::vector<Vector3> points, Scalar radius = 0);
 
   /// The corners, in the order of the input; all vertex numbers refer to this list.
   std::span<const Vector3> vertices() const { return surface_.vertices(); }
@@ -39,16 +41,22 @@ class ConvexHull final : public ConvexShape {
   /// if rounding leaves its end in doubt.
   SupportPoint core_support(const Vector3& direction) const override;
   Scalar core_reach(const Vector3& direction) const override;
+  Scalar rounding_radius() const override { return radius_; }
   Vector3 core_center() const override { return center_; }
   const TriangleMesh* core_surface() const override { return &surface_; }
-  AlignedBox bounding_box() const override { return surface_.bounding_box(); }
-  Scalar bounding_radius() const override { return surface_.bounding_radius(); }
+  AlignedBox bounding_box() const override;
+  Scalar bounding_radius() const override;
+  /// Of a rounded hull by the closed form of its parts: prisms over faces, parts of cylinders along
+  /// edges and of balls at vertices.
+  /// @throws InvalidArgument also for a flat hull without a radius, and a rounded polygon.
   MassProperties compute_mass_properties(Scalar density) const override;
 
  private:
-  ConvexHull(const std::vector<Vector3>& points, geometry_internal::HullSurface&& hull);
+  ConvexHull(const std::vector<Vector3>& points, geometry_internal::HullSurface&& hull,
+             Scalar radius);
 
   int dimension_;
+  Scalar radius_;
   TriangleMesh surface_;
   Vector3 center_;
   std::shared_ptr<const geometry_internal::PointScan> scan_;

@@ -131,13 +131,16 @@ FacingPart smooth_part(const ConvexShape& shape, const Vector3& d, Scalar sine) 
   if (flat.kind == FlatPart::Kind::Disc) {
     part.kind = FacingPart::Kind::Disc;
     part.normal = flat.axis;
-    part.center = flat.center;
+    part.center = flat.center + shape.rounding_radius() * flat.axis;
     part.across = flat.axis.unitOrthogonal();
     part.radius = flat.radius;
   } else if (flat.kind == FlatPart::Kind::Segment) {
     part.kind = FacingPart::Kind::Line;
     part.is_side = true;
-    part.corners = {flat.center - flat.axis, flat.center + flat.axis};
+    const Vector3 along = flat.axis.normalized();
+    const Vector3 center =
+        flat.center + shape.rounding_radius() * unit_or_zero(d - along * along.dot(d));
+    part.corners = {center - flat.axis, center + flat.axis};
   }
   return part;
 }
@@ -422,14 +425,15 @@ FlatPart side_of(const Shape& shape, const RigidPose& X_W, const Vector3& direct
 // is taken at its centre.
 Vector3 moved_point(const Shape& shape, const Vector3& p_S, const Matrix3& R_WS,
                     const Vector3& from_W, const RigidPose& X_WS_end, const Vector3& to_W) {
-  const FlatPart side = side_of(shape, X_WS_end, to_W);
-  if (side.kind == FlatPart::Kind::Segment) {
-    const Scalar along = side.axis.dot(p_S - side.center) / side.axis.squaredNorm();
-    return X_WS_end * (side.center + std::clamp(along, Scalar{-1}, Scalar{1}) * side.axis);
-  }
   const Scalar radius = shape.kind() == ShapeKind::Convex
                             ? static_cast<const ConvexShape&>(shape).rounding_radius()
                             : Scalar{0};
+  const FlatPart side = side_of(shape, X_WS_end, to_W);
+  if (side.kind == FlatPart::Kind::Segment) {
+    const Scalar along = side.axis.dot(p_S - side.center) / side.axis.squaredNorm();
+    return X_WS_end * (side.center + std::clamp(along, Scalar{-1}, Scalar{1}) * side.axis) +
+           radius * to_W;
+  }
   return X_WS_end * (p_S - radius * (R_WS.transpose() * from_W)) + radius * to_W;
 }
 

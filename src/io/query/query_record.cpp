@@ -313,8 +313,9 @@ std::shared_ptr<const Shape> recorded_mesh(const JsonNode& node) {
 }
 
 std::shared_ptr<const Shape> recorded_hull(const JsonNode& node) {
-  node.require_object({"kind", "points"});
-  return std::make_shared<ConvexHull>(points_from(node.at("points")));
+  node.require_object({"kind", "points", "radius"});
+  const Scalar radius = node.has("radius") ? hex_number(node.at("radius")) : 0;
+  return std::make_shared<ConvexHull>(points_from(node.at("points")), radius);
 }
 
 Json form_json(const FormedShape& shape) {
@@ -355,7 +356,11 @@ Json record_shape(const Shape& shape) {
                          return json;
                        },
                        [](const ConvexHull& hull) {
-                         return Json{{"kind", "hull"}, {"points", points_json(hull.vertices())}};
+                         Json json{{"kind", "hull"}, {"points", points_json(hull.vertices())}};
+                         if (hull.rounding_radius() > 0) {
+                           json["radius"] = hex_json(hull.rounding_radius());
+                         }
+                         return json;
                        },
                        [](const CompoundShape&) -> Json {
                          throw InvalidArgument("a compound cannot be recorded in a query");

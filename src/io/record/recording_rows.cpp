@@ -421,6 +421,8 @@ std::string content_of(const Shape& shape) {
                                [&](const ConvexHull& hull) {
                                  bytes = "hull";
                                  put_mesh(bytes, hull.vertices(), {});
+                                 const Scalar radius = hull.rounding_radius();
+                                 if (radius > 0) put(bytes, Vector3(radius, 0, 0));
                                },
                                [&](const CompoundShape& compound) {
                                  bytes = "compound";
@@ -531,7 +533,10 @@ std::size_t ShapeWriter::add(const std::shared_ptr<const Shape>& shape, std::str
       *shape,
       ShapeSink{
           [&](const TriangleMesh& mesh) { put_surface("mesh", mesh); },
-          [&](const ConvexHull& hull) { put_surface("hull", *hull.core_surface()); },
+          [&](const ConvexHull& hull) {
+            put_surface("hull", *hull.core_surface());
+            if (hull.rounding_radius() > 0) line["radius"] = hull.rounding_radius();
+          },
           [&](const CompoundShape& compound) {
             line["kind"] = "compound";
             line["children"] = Json::array();
@@ -550,7 +555,9 @@ std::shared_ptr<const Shape> shape_from(const Json& line, const ShapeRows& rows,
                                         std::span<const std::shared_ptr<const Shape>> earlier) {
   const auto kind = line.at("kind").get<std::string>();
   if (kind == "mesh") return mesh_from(line, rows);
-  if (kind == "hull") return std::make_shared<ConvexHull>(vertices_of(line, rows));
+  if (kind == "hull") {
+    return std::make_shared<ConvexHull>(vertices_of(line, rows), line.value("radius", 0.0));
+  }
   if (const auto* form = geometry_internal::find_shape_form(kind)) return form_from(*form, line);
   DYOP_REQUIRE(kind == "compound", "unknown kind of shape ", kind);
   std::vector<CompoundChild> children;

@@ -66,7 +66,7 @@ ShapeReader::NamedShape ShapeReader::read_mesh(const JsonNode& node, bool is_she
 }
 
 ShapeReader::NamedShape ShapeReader::read_hull(const JsonNode& node) {
-  node.require_object({"points", "mesh", "scale", "center"});
+  node.require_object({"points", "mesh", "scale", "center", "radius"});
   if (node.has("points") == node.has("mesh")) node.fail("expected either points or mesh");
   std::vector<Vector3> points;
   if (node.has("points")) {
@@ -78,7 +78,10 @@ ShapeReader::NamedShape ShapeReader::read_hull(const JsonNode& node) {
     const TriangleMesh mesh = read_placed_mesh(node, /*is_shell=*/false);
     points.assign(mesh.vertices().begin(), mesh.vertices().end());
   }
-  return {std::make_shared<ConvexHull>(std::move(points)), "convex hull"};
+  const Scalar radius = node.has("radius") ? node.at("radius").positive_number() : 0;
+  return node.guard([&]() -> NamedShape {
+    return {std::make_shared<ConvexHull>(std::move(points), radius), "convex hull"};
+  });
 }
 
 TriangleMesh ShapeReader::read_placed_mesh(const JsonNode& node, bool is_shell) {

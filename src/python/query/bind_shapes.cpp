@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
+#include <array>
 #include <memory>
 #include <optional>
 #include <string>
@@ -15,7 +16,9 @@
 #include "dyop/geometry/ellipsoid.h"
 #include "dyop/geometry/half_space.h"
 #include "dyop/geometry/rounded_box.h"
+#include "dyop/geometry/rounded_cylinder.h"
 #include "dyop/geometry/sphere.h"
+#include "dyop/geometry/tapered_capsule.h"
 #include "dyop/geometry/triangle_mesh.h"
 #include "dyop/io/mesh_file.h"
 #include "python/bindings.h"
@@ -222,6 +225,30 @@ void bind_round(py::module_& m, const char* name, const char* doc) {
           }));
 }
 
+// Shapes of three lengths.
+template <typename Round>
+void bind_three(py::module_& m, const char* name, const char* doc,
+                const std::array<const char*, 3>& names,
+                const std::array<Scalar (Round::*)() const, 3>& lengths) {
+  const auto numbers = [lengths](const Round& shape) {
+    return py::make_tuple((shape.*lengths[0])(), (shape.*lengths[1])(), (shape.*lengths[2])());
+  };
+  py::class_<Round, ConvexShape, std::shared_ptr<Round>>(m, name, doc)
+      .def(py::init<Scalar, Scalar, Scalar>(), py::arg(names[0]), py::arg(names[1]),
+           py::arg(names[2]), "Lengths > 0.")
+      .def_property_readonly(names[0], lengths[0], "float: length")
+      .def_property_readonly(names[1], lengths[1], "float: length")
+      .def_property_readonly(names[2], lengths[2], "float: length")
+      .def("__repr__",
+           [name = std::string(name), numbers](const Round& shape) {
+             return name + std::string(py::repr(numbers(shape)));
+           })
+      .def(py::pickle(numbers, [](const py::tuple& state) {
+        return std::make_shared<Round>(state[0].cast<Scalar>(), state[1].cast<Scalar>(),
+                                       state[2].cast<Scalar>());
+      }));
+}
+
 void bind_curved(py::module_& m) {
   bind_round<Cylinder>(m, "Cylinder", "Solid cylinder about the z axis, centred at the origin.");
   bind_round<Cone>(m, "Cone",
@@ -258,6 +285,15 @@ void bind_curved(py::module_& m) {
             return std::make_shared<RoundedBox>(vector_of(state[0], "half_extents"),
                                                 state[1].cast<Scalar>());
           }));
+  bind_three<RoundedCylinder>(
+      m, "RoundedCylinder", "All points within an edge radius of a cylinder about the z axis.",
+      {"radius", "half_length", "edge_radius"},
+      {&RoundedCylinder::radius, &RoundedCylinder::half_length, &RoundedCylinder::edge_radius});
+  bind_three<TaperedCapsule>(
+      m, "TaperedCapsule",
+      "Convex hull of a ball about z = -half_length and one about z = half_length.",
+      {"bottom_radius", "top_radius", "half_length"},
+      {&TaperedCapsule::bottom_radius, &TaperedCapsule::top_radius, &TaperedCapsule::half_length});
   py::class_<HalfSpace, ConvexShape, std::shared_ptr<HalfSpace>>(
       m, "HalfSpace",
       "All points p with normal . p <= offset: a floor or a wall without an end. A solid. In a "
@@ -282,12 +318,13 @@ void bind_curved(py::module_& m) {
 void bind_hull(py::module_& m) {
   py::class_<ConvexHull, ConvexShape, std::shared_ptr<ConvexHull>>(
       m, "ConvexHull", "Convex hull of points, found on exact predicates.")
-      .def(py::init([](py::handle points, const py::object& copy) {
-             return std::make_shared<ConvexHull>(points_of(points, "points", copy_rule_of(copy)));
+      .def(py::init([](py::handle points, Scalar radius, const py::object& copy) {
+             return std::make_shared<ConvexHull>(points_of(points, "points", copy_rule_of(copy)),
+                                                 radius);
            }),
-           py::arg("points"), py::kw_only(), py::arg("copy") = py::none(),
-           "Points (N, 3), N >= 1, in any order. copy=False: InvalidArgument if they had to be\n"
-           "brought into another layout first.")
+           py::arg("points"), py::arg("radius") = 0.0, py::kw_only(), py::arg("copy") = py::none(),
+           "Points (N, 3), N >= 1, in any order; all points within a radius >= 0 of their hull.\n"
+           "copy=False: InvalidArgument if they had to be brought into another layout first.")
       .def_property_readonly(
           "vertices",
           [](const py::object& self) {
@@ -302,7 +339,8 @@ void bind_hull(py::module_& m) {
              return "ConvexHull(" + std::to_string(h.vertices().size()) + " corners)";
            })
       .def("__reduce__", [](const py::object& self) {
-        return py::make_tuple(py::type::of(self), py::make_tuple(self.attr("vertices")));
+        return py::make_tuple(py::type::of(self), py::make_tuple(self.attr("vertices"),
+                                                                 self.attr("rounding_radius")()));
       });
 }
 

@@ -386,11 +386,11 @@ TEST_F(SceneFile, NamesKeysThatAreUnknownMissingOrMisplaced) {
   EXPECT_EQ(
       message_of("/bodies/0/shape/box", Json::object()),
       ": bodies[0].shape: expected exactly one of mesh, hull, sphere, box, capsule, cylinder, "
-      "cone, ellipsoid, rounded_box, half_space, found 2");
+      "cone, ellipsoid, rounded_box, rounded_cylinder, tapered_capsule, half_space, found 2");
   EXPECT_EQ(
       message_of("/bodies/0/shape", Json::object()),
       ": bodies[0].shape: expected exactly one of mesh, hull, sphere, box, capsule, cylinder, "
-      "cone, ellipsoid, rounded_box, half_space, found 0");
+      "cone, ellipsoid, rounded_box, rounded_cylinder, tapered_capsule, half_space, found 0");
 }
 
 TEST_F(SceneFile, NamesReferencesToBodiesThatAreWrong) {
