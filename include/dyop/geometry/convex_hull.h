@@ -27,8 +27,7 @@ class ConvexHull final : public ConvexShape {
   /// @param points At least one, in any order; duplicates and inner points are dropped.
   /// @param radius How far the shape reaches beyond the hull, >= 0 and at most kLargestCoordinate.
   /// @throws InvalidArgument if there is no point, a coordinate is not finite or beyond
-  ///         kLargestCoordinate, or the radius is out of range; the message names the value, and the
-  ///         row.
+  ///         kLargestCoordinate, or the radius is out of range; the message names row and value.
   explicit ConvexHull(std::vector<Vector3> points, Scalar radius = 0);
 
   /// The corners, in the order of the input; all vertex numbers refer to this list.
