@@ -88,7 +88,7 @@ Velocity Segment::velocity(double t) const {
 Acceleration acceleration(const Segment& segment, double begin, double end) {
   if (segment.kind == Segment::Kind::Twist) {
     const double turn = kUp * dot(segment.w, segment.w);
-    return {kUp * turn * segment.lever, turn};
+    return {kUp * turn * segment.lever, turn, kUp * norm(segment.w)};
   }
   if (segment.kind != Segment::Kind::Cubic) return {};
   const Cubic p0 = place_at(segment, begin);
@@ -110,7 +110,7 @@ Acceleration acceleration(const Segment& segment, double begin, double end) {
                             (h * h);
   const double w = rate + turn_noise * h;
   const double turn = kUp * (larger(q0.second, q1.second) + w * w * (1 + 1 / kPi)) + turn_noise;
-  return {kUp * (larger(p0.second, p1.second) + turn * segment.lever) + place_noise, turn};
+  return {kUp * (larger(p0.second, p1.second) + turn * segment.lever) + place_noise, turn, kUp * w};
 }
 
 // Times are exact, so only differences of them and what is computed with these are rounded.

@@ -30,6 +30,7 @@ struct Segment {
   Vec v, w;          ///< Twist
   double t0 = 0;     ///< Twist
   CubicNode first, last;
+  double skew = 0;  ///< by how much R^T R is not 1
 
   bool is_known() const { return kind != Kind::Absent && kind != Kind::Unsupported; }
   /// The pose of the body's frame.
@@ -38,10 +39,12 @@ struct Segment {
 };
 
 /// How a body accelerates over an interval: a point at a distance r from the centre of mass by at
-/// most `center` + r * `turn`.
+/// most `center` + r * `turn`; the latter is at least |w'| + |w|^2, with w the angular velocity, of
+/// at most `speed`.
 struct Acceleration {
   double center = 0;
   double turn = 0;
+  double speed = 0;
 };
 
 Acceleration acceleration(const Segment& segment, double begin, double end);

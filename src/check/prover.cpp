@@ -6,201 +6,20 @@
 #include <limits>
 #include <utility>
 
-#include "check/direction.h"
+#include "check/kernel.h"
 
-// TRUSTED, except for the choice of directions and of what is split.
-//
-// The kernel. Take a node of A and one of B, an interval [t0, t1] of length h throughout which both
-// bodies follow one segment each, and any unit vector n. The height n.x(t) of a point that
-// accelerates by at most a stays above the chord between its heights at t0 and t1 less h^2 a / 8.
-// So if, at both ends, the lowest point of B is higher along n than the highest point of A by more
-// than the distance plus h^2 / 8 times the sum of the largest accelerations of both nodes, then no
-// two points of the nodes come nearer than the distance at any time between.
+// TRUSTED.
 
 namespace dyop_check {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr std::size_t kMostFindings = 100;
-constexpr int kMostHalvings = 48;
+constexpr int kFreshStart = 16;  // proofs after which a pair starts again at the roots
 
-// A body over an interval in which it follows one segment.
-struct Side {
-  const Body* body = nullptr;
-  const Segment* segment = nullptr;
-};
-
-// Both poses and accelerations of two sides over an interval.
-struct Window {
-  double begin = 0;
-  double end = 0;
-  Pose a0, a1, b0, b1;
-  Acceleration a, b;
-};
-
-// The largest d.x over a node that is posed by X.
-double support(const Body& body, const Node& node, const Pose& X, const Vec& d) {
-  const Vec in = transposed(X.R, d);
-  const double offset = dot(d, X.p);
-  if (node.is_leaf()) return offset + body.pieces[std::size_t(node.piece)].support(in);
-  return offset + dot(in, node.center) + std::abs(in.x) * node.half.x +
-         std::abs(in.y) * node.half.y + std::abs(in.z) * node.half.z;
-}
-
-// The same point, for the untrusted search.
-Vec support_point(const Body& body, const Node& node, const Pose& X, const Vec& d) {
-  const Vec in = transposed(X.R, d);
-  if (node.is_leaf()) {
-    const Piece& piece = body.pieces[std::size_t(node.piece)];
-    return X * (piece.core_support(in) +
-                (piece.radius / std::max(norm(in), std::numeric_limits<double>::min())) * in);
-  }
-  return X * (node.center + Vec{std::copysign(node.half.x, in.x), std::copysign(node.half.y, in.y),
-                                std::copysign(node.half.z, in.z)});
-}
-
-enum class Answer { Proven, Refuted, Undecided };
-
-// One pair of bodies over an interval.
-class PairProver {
- public:
-  PairProver(const Side& a, const Side& b, double target, double noise, std::int64_t budget)
-      : a_(a), b_(b), target_(target), noise_(noise), budget_(budget) {}
-
-  Answer prove(double begin, double end, Vec guess) {
-    last_direction_ = guess;
-    return prove(window(begin, end), 0, 0, guess, 0);
-  }
-
-  std::int64_t node_pairs() const { return node_pairs_; }
-  double refuted_at() const { return refuted_at_; }
-  double refuted_distance() const { return refuted_distance_; }
-  const Vec& last_direction() const { return last_direction_; }
-
- private:
-  Window window(double begin, double end) const {
-    Window w;
-    w.begin = begin;
-    w.end = end;
-    w.a0 = a_.segment->pose(begin);
-    w.a1 = a_.segment->pose(end);
-    w.b0 = b_.segment->pose(begin);
-    w.b1 = b_.segment->pose(end);
-    w.a = acceleration(*a_.segment, begin, end);
-    w.b = acceleration(*b_.segment, begin, end);
-    return w;
-  }
-
-  // The gap of two nodes along the unit vector n, at the poses given.
-  double gap(const Node& x, const Node& y, const Pose& X, const Pose& Y, const Vec& n) const {
-    return -support(*b_.body, y, Y, -1.0 * n) - support(*a_.body, x, X, n);
-  }
-
-  struct Slack {
-    double ends = 0;  // the smaller gap at an end, above the target
-    double sag = 0;   // that the motion in between may take from it
-  };
-  Slack slack(const Window& w, const Node& x, const Node& y, const Vec& n) const {
-    const double h = w.end - w.begin;
-    const double sum = w.a.center + w.a.turn * x.reach + w.b.center + w.b.turn * y.reach;
-    const double lowest = std::min(gap(x, y, w.a0, w.b0, n), gap(x, y, w.a1, w.b1, n));
-    return {lowest - target_ - noise_, h * h / 8 * sum};
-  }
-
-  // Of a half-space and a convex piece the gap along the normal is their distance.
-  Nearest along(const Node& x, const Node& y, const Pose& X, const Pose& Y, const Vec& n) const {
-    const double distance = std::max(0.0, gap(x, y, X, Y, n));
-    return {(distance > 0 ? distance : 1) * n, distance};
-  }
-
-  Nearest search(const Node& x, const Node& y, const Pose& X, const Pose& Y,
-                 const Vec& guess) const {
-    if (const Piece* plane = a_.body->half_space()) return along(x, y, X, Y, X.R * plane->normal);
-    if (const Piece* plane = b_.body->half_space()) {
-      return along(x, y, X, Y, -1.0 * (Y.R * plane->normal));
-    }
-    return nearest_direction(
-        [&](const Vec& d) {
-          return support_point(*b_.body, y, Y, d) - support_point(*a_.body, x, X, -1.0 * d);
-        },
-        guess);
-  }
-
-  // Is the pair nearer than its target at a time? Then the distance of two of its points shows it.
-  bool refute(const Node& x, const Node& y, double t, const Pose& X, const Pose& Y,
-              const Vec& guess) {
-    const Nearest nearest = search(x, y, X, Y, guess);
-    const bool they_meet = !(nearest.distance > 0);
-    if (!they_meet && !(nearest.distance + noise_ < target_)) return false;
-    refuted_at_ = t;
-    refuted_distance_ = nearest.distance;
-    return true;
-  }
-
-  Answer prove(const Window& w, std::size_t i, std::size_t j, Vec n, int halvings) {
-    if (++node_pairs_ > budget_) return Answer::Undecided;
-    const Node& x = a_.body->nodes[i];
-    const Node& y = b_.body->nodes[j];
-    Slack best = slack(w, x, y, n);
-    if (best.ends > best.sag) return Answer::Proven;
-    const double middle = w.begin + (w.end - w.begin) / 2;
-    const Pose X = a_.segment->pose(middle);
-    const Pose Y = b_.segment->pose(middle);
-    const Nearest nearest = search(x, y, X, Y, n);
-    if (nearest.distance > 0) {
-      const Vec found = (1 / nearest.distance) * nearest.direction;
-      const Slack other = slack(w, x, y, found);
-      if (other.ends - other.sag > best.ends - best.sag || !(best.ends > 0)) {
-        best = other;
-        n = found;
-      }
-      if (best.ends > best.sag) {
-        last_direction_ = n;
-        return Answer::Proven;
-      }
-    }
-    // Only the motion in between is in the way: halve the time. Else open the larger node.
-    const bool are_leaves = x.is_leaf() && y.is_leaf();
-    if (best.ends > 0 || are_leaves) {
-      if (are_leaves && (refute(x, y, w.begin, w.a0, w.b0, n) || refute(x, y, middle, X, Y, n) ||
-                         refute(x, y, w.end, w.a1, w.b1, n))) {
-        return Answer::Refuted;
-      }
-      return halve(w, middle, i, j, n, halvings);
-    }
-    return open(w, i, j, n, halvings);
-  }
-
-  Answer halve(const Window& w, double middle, std::size_t i, std::size_t j, const Vec& n,
-               int halvings) {
-    if (halvings >= kMostHalvings || !(w.begin < middle && middle < w.end))
-      return Answer::Undecided;
-    const Answer first = prove(window(w.begin, middle), i, j, n, halvings + 1);
-    if (first != Answer::Proven) return first;
-    return prove(window(middle, w.end), i, j, n, halvings + 1);
-  }
-
-  Answer open(const Window& w, std::size_t i, std::size_t j, const Vec& n, int halvings) {
-    const Node& x = a_.body->nodes[i];
-    const Node& y = b_.body->nodes[j];
-    const bool opens_a = !x.is_leaf() && (y.is_leaf() || norm(x.half) >= norm(y.half));
-    for (std::size_t child = 0; child < 2; ++child) {
-      const Answer answer = opens_a ? prove(w, std::size_t(x.left) + child, j, n, halvings)
-                                    : prove(w, i, std::size_t(y.left) + child, n, halvings);
-      if (answer != Answer::Proven) return answer;
-    }
-    return Answer::Proven;
-  }
-
-  Side a_;
-  Side b_;
-  double target_;
-  double noise_;
-  std::int64_t budget_;
-  std::int64_t node_pairs_ = 0;
-  double refuted_at_ = 0;
-  double refuted_distance_ = 0;
-  Vec last_direction_;
+// A cut through the pairs of nodes of two trees, and for how many proofs it has served.
+struct Front {
+  std::vector<NodePair> pairs{NodePair{}};
+  int proofs = 0;
 };
 
 // Where a body is within a step: the box of a ball about its centre of mass.
@@ -368,14 +187,11 @@ class Checker {
     const double target = options_.scale * recording_.target(a, b, *rules_);
     Finding finding{a, b, begin, end, 0, target};
     if (p.kind == Kind::Unsupported || q.kind == Kind::Unsupported) return note_undecided(finding);
-    // The direction of a half-space is turned twice.
-    const double turns = A.half_space() || B.half_space() ? 2 : 1;
-    const double noise =
-        turns * (pose_noise(p, A.size, begin, end) + pose_noise(q, B.size, begin, end));
-    PairProver prover({&A, &p}, {&B, &q}, target, noise, options_.most_node_pairs);
-    Vec& hint = hints_.try_emplace({a, b}, Vec{1, 0, 0}).first->second;
-    const Answer answer = prover.prove(begin, end, hint);
-    hint = prover.last_direction();
+    PairProver prover({&A, &p}, {&B, &q}, target, options_.most_node_pairs);
+    Front& front = fronts_[{a, b}];
+    if (front.proofs++ % kFreshStart == 0) front.pairs = {{0, 0, front.pairs.front().direction}};
+    const Answer answer = prover.prove(begin, end, front.pairs);
+    if (answer != Answer::Proven) front.proofs = 0;
     verdict_.node_pairs += prover.node_pairs();
     if (answer == Answer::Proven) {
       ++verdict_.intervals;
@@ -404,7 +220,7 @@ class Checker {
   const Rules* rules_ = nullptr;
   double largest_target_ = 0;
   std::map<Pair, std::pair<const Segment*, const Segment*>> resting_;  // proven already
-  std::map<Pair, Vec> hints_;  // the direction that served last
+  std::map<Pair, Front> fronts_;                                       // of near pairs
 };
 
 }  // namespace

@@ -14,6 +14,14 @@ constexpr int kMostNested = 50;       // motions within motions
 
 using Kind = Segment::Kind;
 
+// How far R^T R is from 1; NaN if R is not finite.
+double skew_of(const Mat& R) {
+  const Mat product = transpose(R) * R;
+  double sum = 0;
+  for (std::size_t i = 0; i < 9; ++i) sum += std::abs(product.m[i] - (i % 4 == 0 ? 1 : 0));
+  return sum;
+}
+
 CubicNode node_of(const std::vector<double>& x, std::size_t at) {
   return {x.at(at), vector_of(x, at + 1), vector_of(x, at + 4), vector_of(x, at + 7),
           vector_of(x, at + 10)};
@@ -229,17 +237,16 @@ Vec vector_of(const std::vector<double>& x, std::size_t at) {
 Mat matrix_of(const std::vector<double>& x, std::size_t at) {
   Mat R;
   for (std::size_t i = 0; i < 9; ++i) R.m[i] = x.at(at + i);
-  const Mat product = transpose(R) * R;
-  for (std::size_t i = 0; i < 9; ++i) {
-    if (!(std::abs(product.m[i] - (i % 4 == 0 ? 1 : 0)) <= kOrthogonal))
-      throw BadFile("a rotation is not orthonormal");
-  }
+  if (!(skew_of(R) <= kOrthogonal)) throw BadFile("a rotation is not orthonormal");
   return R;
 }
 
 std::vector<Segment> prescribed(const Json& motion, double begin, const Vec& center_of_mass) {
   std::vector<Segment> parts = Prescribed::from(Prescribed(center_of_mass).read(motion), begin);
-  for (Segment& g : parts) g.lever = norm(g.p_cm - center_of_mass);
+  for (Segment& g : parts) {
+    g.lever = norm(g.p_cm - center_of_mass);
+    g.skew = skew_of(g.R);
+  }
   return parts;
 }
 
@@ -277,6 +284,7 @@ std::vector<Segment> SegmentReader::read(std::uint32_t kind, std::uint64_t first
     default:
       set_cubic(g, body, whole_cubic(kind, first, body));
   }
+  g.skew = skew_of(g.R);
   return {g};
 }
 

@@ -111,6 +111,7 @@ class TreeBuilder {
     const Vec b = node.center - box.low;
     node.half = kUp * Vec{std::max(a.x, b.x), std::max(a.y, b.y), std::max(a.z, b.z)};
     const Vec off = node.center - com_;
+    node.arm = kUp * norm(off);
     node.reach = kUp * norm({std::abs(off.x) + node.half.x, std::abs(off.y) + node.half.y,
                              std::abs(off.z) + node.half.z});
   }
@@ -160,6 +161,7 @@ void Body::build(const Vec& center_of_mass) {
     size = std::abs(half_space()->offset);
     Node node;
     node.reach = kEverywhere;
+    node.arm = kUp * norm(center_of_mass);
     node.piece = 0;
     nodes.assign(1, node);
     return;

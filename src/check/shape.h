@@ -41,6 +41,7 @@ struct Node {
   /// Largest distance from the body's centre of mass of a point below whose height counts: of a
   /// leaf the points of its core, as a radius adds the same height at all times; else of its box.
   double reach = 0;
+  double arm = 0;           ///< distance of `center` from the centre of mass
   std::int32_t left = -1;   ///< the right child is left + 1
   std::int32_t piece = -1;  ///< of a leaf
 

@@ -4,12 +4,15 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 /// Vectors and rotations of the checker. TRUSTED: a proof depends on this file.
 namespace dyop_check {
 
 /// More than the rounding of the few operations that make a bound.
 inline constexpr double kUp = 1 + 1e-12;  // literal: unitless
+
+inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 struct Vec {
   double x = 0;

@@ -7,7 +7,7 @@
 
 namespace dyop::io_internal {
 
-PolygonMesh read_with_assimp(const std::filesystem::path& file, UpAxis) {
+PolygonMesh read_with_assimp(const std::filesystem::path& file, std::string_view, UpAxis) {
   throw FileError(file,
                   "this format needs assimp, which this build of dyop lacks "
                   "(CMake option DYOP_WITH_ASSIMP); supported without it: .obj, .off, .ply, .stl");

@@ -5,13 +5,50 @@
 
 #include <algorithm>
 #include <assimp/Importer.hpp>
+#include <cstdint>
 #include <string>
+#include <string_view>
 
 #include "dyop/io/file_error.h"
 #include "io/mesh/mesh_reader.h"
 
 namespace dyop::io_internal {
 namespace {
+
+// assimp takes memory for whatever length a block of a binary glTF file claims.
+void check_blocks(const std::filesystem::path& file, std::string_view bytes) {
+  constexpr std::size_t kHead = 12;
+  constexpr std::size_t kBlockHead = 8;
+  for (std::size_t at = kHead; at + kBlockHead <= bytes.size();) {
+    std::uint32_t length = 0;
+    for (std::size_t k = 4; k-- > 0;)
+      length = length << 8 | static_cast<unsigned char>(bytes[at + k]);
+    if (length > bytes.size() - at - kBlockHead) {
+      throw FileError(file, compose_message("a block of ", length, " bytes at byte ", at,
+                                            " is longer than the file"));
+    }
+    at += kBlockHead + length;
+  }
+}
+
+// assimp 5.2 never gets past what is no number in COLLADA's lists of indices.
+void check_index_lists(const std::filesystem::path& file, std::string_view text) {
+  for (const std::string_view name : {"<p>", "<h>", "<v>", "<vcount>"}) {
+    for (std::size_t at = text.find(name); at != text.npos; at = text.find(name, at)) {
+      at += name.size();
+      const std::size_t end = text.find('<', at);
+      const std::size_t other = text.find_first_not_of("0123456789+- \t\r\n", at);
+      if (other == end) continue;
+      throw FileError(file, compose_message("byte ", other, ": expected an index in ", name,
+                                            ", found '", text.substr(other, 1), "'"));
+    }
+  }
+}
+
+void check_before_assimp(const std::filesystem::path& file, std::string_view bytes) {
+  if (bytes.starts_with("glTF")) check_blocks(file, bytes);
+  if (bytes.find("<COLLADA") != bytes.npos) check_index_lists(file, bytes);
+}
 
 // assimp does not check indices.
 void check_face(const std::filesystem::path& file, const aiMesh& mesh, unsigned number) {
@@ -72,7 +109,8 @@ std::string problem_of(std::string reason) {
 
 }  // namespace
 
-PolygonMesh read_with_assimp(const std::filesystem::path& file, UpAxis up) {
+PolygonMesh read_with_assimp(const std::filesystem::path& file, std::string_view bytes, UpAxis up) {
+  check_before_assimp(file, bytes);
   Assimp::Importer importer;
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, up == UpAxis::AsWritten);
   const aiScene* scene = importer.ReadFile(file.string(), aiProcess_ValidateDataStructure);

@@ -84,7 +84,7 @@ PolygonMesh read_polygons(const std::filesystem::path& file, const MeshFileLimit
   const std::string bytes = is_gzip ? io_internal::read_gzip_bytes(file, limits.most_unpacked_bytes)
                                     : io_internal::read_bytes(file);
   if (bytes.empty()) throw FileError(file, "the file is empty");
-  return is_ours ? format->read(file, bytes) : io_internal::read_with_assimp(file, up);
+  return is_ours ? format->read(file, bytes) : io_internal::read_with_assimp(file, bytes, up);
 }
 
 TriangleMesh join_and_triangulate(PolygonMesh polygons) {

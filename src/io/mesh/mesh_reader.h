@@ -52,8 +52,10 @@ enum class UpAxis { Y, AsWritten };
 
 /// Reads a file of another format with assimp, in single precision; may open further files that
 /// this one names.
+/// @param bytes All of the file.
 /// @throws FileError if assimp cannot read the file, or this library was built without it.
-PolygonMesh read_with_assimp(const std::filesystem::path& file, UpAxis up = UpAxis::Y);
+PolygonMesh read_with_assimp(const std::filesystem::path& file, std::string_view bytes,
+                             UpAxis up = UpAxis::Y);
 
 /// As load_mesh(), but a COLLADA file keeps its axes, as robot descriptions expect.
 TriangleMesh load_mesh_as_written(const std::filesystem::path& file);

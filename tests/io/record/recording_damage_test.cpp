@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <sys/file.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -62,10 +63,13 @@ std::uint64_t content_of(const fs::path& file) {
 
 enum class Outcome { SameContent, Error, OtherContent, Crash, Hang };
 
-// Reads the file in a process of its own, which may take two seconds.
+// Reads the file in a process of its own, which may take two seconds of processor time; only one that
+// sleeps is waited for longer.
 Outcome read_in_child(const fs::path& file, std::uint64_t expected) {
   const pid_t child = fork();
   if (child == 0) {
+    const rlimit two_seconds{2, 3};
+    ::setrlimit(RLIMIT_CPU, &two_seconds);
     try {
       _exit(content_of(file) == expected ? 0 : 2);
     } catch (const Error&) {
@@ -75,7 +79,7 @@ Outcome read_in_child(const fs::path& file, std::uint64_t expected) {
     }
   }
   int status = 0;
-  const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(2);
+  const auto deadline = std::chrono::steady_clock::now() + std::chrono::minutes(2);
   while (waitpid(child, &status, WNOHANG) == 0) {
     if (std::chrono::steady_clock::now() > deadline) {
       kill(child, SIGKILL);
@@ -84,6 +88,7 @@ Outcome read_in_child(const fs::path& file, std::uint64_t expected) {
     }
     std::this_thread::sleep_for(std::chrono::microseconds(300));
   }
+  if (WIFSIGNALED(status) && WTERMSIG(status) == SIGXCPU) return Outcome::Hang;
   if (!WIFEXITED(status) || WEXITSTATUS(status) > 2) return Outcome::Crash;
   constexpr std::array kOutcomes{Outcome::SameContent, Outcome::Error, Outcome::OtherContent};
   return kOutcomes[std::size_t(WEXITSTATUS(status))];
@@ -125,6 +130,37 @@ TEST(RecordingDamage, AFileHasOneWriter) {
     EXPECT_NO_THROW(RecordingReader{file});
   }
   EXPECT_NO_THROW((RecordingWriter{file, testing::busy_header()}));
+}
+
+// As on a full disk, in a process of its own: HDF5 keeps what it could not write until it ends.
+TEST(RecordingDamage, ARunWithoutSpaceFailsAndDoesNotLookWhole) {
+  const TemporaryDirectory directory;
+  const fs::path file = directory.path() / "run.h5";
+  for (const rlim_t bytes : {1'000, 30'000, 100'000, 300'000}) {
+    const pid_t child = fork();
+    if (child == 0) {
+      ::signal(SIGXFSZ, SIG_IGN);
+      const rlimit small{bytes, bytes};
+      ::setrlimit(RLIMIT_FSIZE, &small);
+      try {
+        testing::record_busy_run(file);
+      } catch (const FileError&) {
+        _exit(1);
+      } catch (...) {
+        _exit(2);
+      }
+      _exit(0);
+    }
+    int status = 0;
+    waitpid(child, &status, 0);
+    EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 1) << bytes << ": " << status;
+    try {
+      EXPECT_FALSE(RecordingReader(file).end().has_value()) << bytes;
+    } catch (const FileError&) {
+    }
+    for (const auto& entry : fs::directory_iterator(directory.path()))
+      EXPECT_EQ(entry.path(), file) << bytes;
+  }
 }
 
 // HDF5 holds a shared lock for a moment whenever a reader opens a file.

@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "check/direction.h"
+#include "check/motion.h"
+#include "check/shape.h"
+
+/// Proofs that two bodies keep a distance over an interval of time. TRUSTED, except for the choice
+/// of directions and of what is split.
+///
+/// The kernel. Take a node of A and one of B, an interval [t0, t1] of length h throughout which both
+/// bodies follow one segment each, and any unit vector n. The height n.x(t) of a point that
+/// accelerates by at most a stays above the chord between its heights at t0 and t1 less h^2 a / 8.
+/// So if, at both ends, the lowest point of B is higher along n than the highest point of A by more
+/// than the distance plus h^2 / 8 times the sum of the largest accelerations of both nodes, then no
+/// two points of the nodes come nearer than the distance at any time between.
+///
+/// The same holds if n is fixed in one of the bodies: then the heights of its own points above a
+/// point of it do not change, and what accelerates is the other body as seen from there. Bodies
+/// that roll, slide or rest on each other's faces need it.
+namespace dyop_check {
+
+/// A body over an interval in which it follows one segment.
+struct Side {
+  const Body* body = nullptr;
+  const Segment* segment = nullptr;
+};
+
+enum class Frame { World, A, B };
+
+/// A unit vector from A to B, fixed in a frame.
+struct Direction {
+  Vec n{1, 0, 0};
+  Frame frame = Frame::World;
+};
+
+/// Nodes of both trees, and the direction that served them last.
+struct NodePair {
+  std::int32_t a = 0;
+  std::int32_t b = 0;
+  Direction direction;
+};
+
+enum class Answer { Proven, Refuted, Undecided };
+
+/// One pair of bodies over an interval.
+class PairProver {
+ public:
+  PairProver(const Side& a, const Side& b, double target, std::int64_t budget);
+
+  /// @param front Pairs of nodes that together cover both trees, as an earlier proof left them; the
+  ///              pair of roots is one. Becomes those of this proof, if it succeeds.
+  Answer prove(double begin, double end, std::vector<NodePair>& front);
+
+  std::int64_t node_pairs() const { return node_pairs_; }
+  double refuted_at() const { return refuted_at_; }
+  double refuted_distance() const { return refuted_distance_; }
+
+ private:
+  struct Window;
+  struct Slack;
+  Window window(double begin, double end) const;
+  double gap(const Node& x, const Node& y, const Pose& X, const Pose& Y, const Vec& n) const;
+  Slack slack(const Window& w, const Node& x, const Node& y, const Direction& direction) const;
+  Slack turning_slack(const Window& w, const Node& x, const Node& y, const Direction& d) const;
+  bool improve(const Window& w, const Node& x, const Node& y, const Vec& found, Slack& best,
+               Direction& direction) const;
+  Nearest search(const Node& x, const Node& y, const Pose& X, const Pose& Y,
+                 const Vec& guess) const;
+  bool refute(const Node& x, const Node& y, double t, const Pose& X, const Pose& Y, const Vec& n);
+  Answer prove(const Window& w, NodePair pair, int halvings, std::vector<NodePair>* front);
+  Answer halve(const Window& w, double middle, const NodePair& pair, int halvings);
+  Answer open(const Window& w, const NodePair& pair, int halvings, std::vector<NodePair>* front);
+
+  Side a_;
+  Side b_;
+  double target_;
+  double noise_ = 0;
+  std::int64_t budget_;
+  std::int64_t node_pairs_ = 0;
+  double refuted_at_ = 0;
+  double refuted_distance_ = 0;
+};
+
+}  // namespace dyop_check
