@@ -135,6 +135,13 @@ Matrix3 BodyRecord::angular_mobility(const Matrix3& R_WB) const {
   return mobility;
 }
 
+Vector3 BodyRecord::angular_velocity(const Matrix3& R_WB, const Vector3& L_W) const {
+  const auto& locked = definition.locked.rotation;
+  if (locked[0] || locked[1] || locked[2]) return angular_mobility(R_WB) * L_W;
+  const Vector3 L_B = R_WB.transpose() * L_W;
+  return R_WB * (inverse_inertia_B * L_B);
+}
+
 Scalar BodyRecord::kinetic_energy() const {
   if (!is_dynamic()) return 0;
   return (state.v_W.squaredNorm() / inverse_mass + angular_velocity().dot(state.L_W)) / 2;

@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <random>
 
+#include "dyop/contact/gauss_seidel_solver.h"
 #include "dyop/core/error.h"
 #include "support/inputs/contact_scenes.h"
 #include "support/oracles/contact_oracle.h"
@@ -46,6 +47,25 @@ TEST(ContactCascade, HoldsStacksArchesAndPiles) {
     const ContactReport second = cascade.solve(scene.problem, options);
     EXPECT_EQ(second.status, ContactStatus::Converged);
     EXPECT_EQ(second.newton_iterations + second.sweeps + second.admm_iterations, 0);
+  }
+}
+
+// Gauss-Seidel ends with the first sweep that is exact enough: one less is not.
+TEST(GaussSeidel, SweepsNoLongerThanItsToleranceAsks) {
+  for (const Scalar tolerance : {1e-2, 1e-3, 1e-4}) {
+    const ContactProblem problem = pile_scene(4, 4);
+    ContactSolverOptions options;
+    options.tolerance = tolerance;
+    options.sweep_limit = 1000;
+    GaussSeidelSolver solver;
+    ContactProblem solved = problem;
+    const ContactReport report = solver.solve(solved, options);
+    EXPECT_EQ(report.status, ContactStatus::Converged) << report.residual;
+    EXPECT_EQ(broken_contact_law(solved, 1.001 * tolerance), "");
+    ASSERT_GT(report.sweeps, 1);
+    options.sweep_limit = report.sweeps - 1;
+    ContactProblem unsolved = problem;
+    EXPECT_EQ(solver.solve(unsolved, options).status, ContactStatus::NotConverged) << tolerance;
   }
 }
 

@@ -49,7 +49,7 @@ WorldOptions with_gravity(const Vector3& gravity_W) {
   return options;
 }
 
-void advance_for(World& world, Scalar time) {
+void run_for(World& world, Scalar time) {
   for (int k = 0; k < static_cast<int>(std::lround(time / 0.01)); ++k) {
     ASSERT_EQ(world.advance(0.01).status, AdvanceStatus::Completed);
   }
@@ -73,7 +73,7 @@ TEST(HalfSpaceGround, BearsBodiesOfEveryKindAnywhereOnIt) {
     };
     std::vector<RigidPose> starts;
     for (const BodyId id : ids) starts.push_back(world.state(id).X_WB);
-    advance_for(world, 2);
+    run_for(world, 2);
     for (std::size_t k = 0; k < ids.size(); ++k) {
       const RigidPose end = world.state(ids[k]).X_WB;
       EXPECT_TRUE(world.is_asleep(ids[k])) << k;
@@ -93,7 +93,7 @@ TEST(HalfSpaceGround, ABlockSlidesAsCoulombSays) {
     world.add_body(ground(plane, friction));
     const BodyId id = world.add_body(resting(box, *plane, 0.1, Vector3::Zero(), friction));
     const Vector3 start = world.state(id).X_WB.translation();
-    advance_for(world, 1);
+    run_for(world, 1);
     const Scalar pull = std::max(0.0, std::sin(angle) - friction * std::cos(angle));
     const Scalar way = (world.state(id).X_WB.translation() - start).norm();
     EXPECT_NEAR(way, kGravity * pull / 2, 0.02 * kGravity * pull + 1e-5);
@@ -132,7 +132,7 @@ TEST(HalfSpaceGround, MayMoveByItself) {
       resting(std::make_shared<Box>(Vector3(0.3, 0.3, 0.3)), *plane, 0.3, Vector3::Zero(), 0.5);
   box.initial.twist.v_WB = Vector3(0, 0, 0.5);
   const BodyId id = world.add_body(box);
-  advance_for(world, 1);
+  run_for(world, 1);
   const Scalar height = world.state(id).X_WB.translation().z();
   EXPECT_GT(height, 0.8);
   EXPECT_NEAR(height, 0.8, 1e-3);

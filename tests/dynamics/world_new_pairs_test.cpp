@@ -4,6 +4,9 @@
 // motion than was expected of it.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <random>
+
 #include "support/inputs/world_scenes.h"
 
 namespace dyop {
@@ -111,6 +114,42 @@ TEST(WorldNewPairs, OfALargeIslandAreForeseenWhereSomethingPassesIt) {
     EXPECT_EQ(report.status, AdvanceStatus::Completed);
     EXPECT_EQ(report.work.islands, speed > 0 ? 1 : 2);
   }
+}
+
+// Balls that are poured between walls: once most of them touch, the island that they form is
+// hardly ever stepped in vain, and nothing is left unsolved.
+TEST(WorldNewPairs, OfACrowdThatIsPouredAreForeseen) {
+  WorldOptions options = earth_options();
+  options.sleep_steps = 0;
+  World world(options);
+  world.add_body(floor_body(0.5));
+  for (const Scalar sign : {-1.0, 1.0}) world.add_body(wall_at(0.46 * sign));
+  std::minstd_rand random(3);
+  for (int i = 0; i < 64; ++i) {
+    const Scalar jitter = 0.02 * Scalar(random()) / Scalar(std::minstd_rand::max());
+    const Vector3 place(i % 4, i / 4 % 4, i / 16);
+    BodyDefinition ball =
+        elastic_ball("ball", 0.22 * place + Vector3(jitter - 0.33, -jitter, 0.12));
+    ball.restitution = 0;
+    ball.friction = 0.5;
+    world.add_body(ball);
+  }
+  StepStatistics work;
+  for (int k = 0; k < 50; ++k) {
+    const AdvanceReport report = world.advance(kArrivalStep);
+    ASSERT_EQ(report.status, AdvanceStatus::Completed);
+    work.contacts = std::max(work.contacts, report.work.contacts);
+    work.unconverged += report.work.unconverged;
+    work.stalls += report.work.stalls;
+    if (report.work.contacts <= 60) continue;
+    work.discarded_runs += report.work.discarded_runs;
+    work.rounds += report.work.rounds;
+  }
+  EXPECT_GT(work.contacts, 60);
+  EXPECT_LE(work.discarded_runs, 2);
+  EXPECT_LE(work.rounds, 2);
+  EXPECT_EQ(work.unconverged, 0);
+  EXPECT_EQ(work.stalls, 0);
 }
 
 }  // namespace

@@ -35,11 +35,9 @@ bool has_met(const RunPair& pair) {
 
 bool is_triggered(const IslandRun& run, const RunPair& pair, const ContactPoint& point) {
   if (!is_met(pair, point)) return false;
-  const Scalar speed = normal_velocity(run, pair, point);
-  if (pair.hit) {
-    return speed < -run.restitution_speed(pair);
-  }
-  return point.gap <= pair.state->lengths.rest_gap() && bounces(run, pair, speed);
+  if (pair.hit) return normal_velocity(run, pair, point) < -run.restitution_speed(pair);
+  return pair.restitution > 0 && point.gap <= pair.state->lengths.rest_gap() &&
+         bounces(run, pair, normal_velocity(run, pair, point));
 }
 
 std::optional<std::int32_t> child_of(const BodyRecord& body, const FeatureKey& key) {

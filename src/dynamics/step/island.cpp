@@ -16,6 +16,7 @@
 #include "dyop/contact/contact_generator.h"
 #include "dyop/contact/contact_point.h"
 #include "dyop/distance/penetration.h"
+#include "dyop/geometry/sphere.h"
 #include "dyop/geometry/triangle_mesh.h"
 #include "dyop/motion/constant_twist_motion.h"
 #include "dyop/motion/rest_motion.h"
@@ -276,11 +277,16 @@ Scalar pressing_acceleration(const IslandRun::Member* a, const IslandRun::Member
 
 IslandRun::IslandRun(const StepContext& context, const Island& island, StepWorkspace& workspace)
     : context_(context), island_(island), workspace_(workspace), now_(context.t) {
+  acceleration_ = context.gravity_W.norm();
+  members_.reserve(island.bodies.size());
   for (const std::uint32_t slot : island.bodies) {
-    const BodyRecord& body = context.body(slot);
-    members_.push_back(member_of_body(context, body));
+    members_.push_back(member_of_body(context, context.body(slot)));
+    const Member& member = members_.back();
+    acceleration_ =
+        std::max(acceleration_, member.acceleration_W.norm() + member.turning_acceleration);
   }
   outcome_.tracks.resize(members_.size());
+  pairs_.reserve(island.pairs.size());
   for (JointState* joint : island.joints) joint->start_from_committed();
   for (PairState* state : island.pairs) {
     RunPair pair;
@@ -297,14 +303,6 @@ IslandRun::IslandRun(const StepContext& context, const Island& island, StepWorks
     state->start_from_committed();
     pairs_.push_back(std::move(pair));
   }
-}
-
-Scalar IslandRun::acceleration() const {
-  Scalar largest = context_.gravity_W.norm();
-  for (const Member& member : members_) {
-    largest = std::max(largest, member.acceleration_W.norm() + member.turning_acceleration);
-  }
-  return largest;
 }
 
 std::optional<std::size_t> IslandRun::member_at(BodyId id) const {
@@ -335,7 +333,7 @@ Twist IslandRun::central_twist(const std::optional<std::size_t>& member,
                                const BodyRecord& body) const {
   if (member) {
     const CentralState& state = members_[*member].state;
-    return {state.v_W, body.angular_mobility(state.X_WM.rotation()) * state.L_W};
+    return {state.v_W, body.angular_velocity(state.X_WM.rotation(), state.L_W)};
   }
   if (body.definition.kind == BodyKind::Kinematic)
     return body.definition.motion->twist(prescribed_at_);
@@ -617,6 +615,10 @@ namespace {
 constexpr Scalar kApproaches = 2;
 // A reach in use may be so many times what is needed.
 constexpr Scalar kMostReach = 4;
+// How far contacts of spheres are sought at most in an island of many bodies, over the radius. One
+// that is not needed costs next to nothing, and a hit costs a round. Of hulls, other features have
+// come nearer by then.
+constexpr Scalar kSphereReachRadiusFraction = 0.1;
 
 // The reach in use if it serves, else the one asked for: changing the reach costs a regeneration.
 Scalar steady_reach(Scalar in_use, Scalar base, Scalar travel, Scalar most) {
@@ -640,6 +642,20 @@ Scalar IslandRun::expected_approach(const RunPair& pair, Scalar travel) const {
   return kApproaches * context_.h * closing + travel * travel / state.lengths.radius;
 }
 
+// How far the contacts of a pair are sought at most.
+Scalar IslandRun::most_reach(const RunPair& pair) const {
+  const auto is_sphere = [](const BodyRecord& body) {
+    return dynamic_cast<const Sphere*>(body.definition.shape.get()) != nullptr;
+  };
+  const auto is_convex = [](const BodyRecord& body) {
+    return body.definition.shape->kind() == ShapeKind::Convex;
+  };
+  const bool reaches_far = members_.size() > kCrowdBodies && is_convex(*pair.a) &&
+                           is_convex(*pair.b) && (is_sphere(*pair.a) || is_sphere(*pair.b));
+  return pair.state->lengths.radius *
+         (reaches_far ? kSphereReachRadiusFraction : kContactReachRadiusFraction);
+}
+
 void IslandRun::find_contacts() {
   const PartTimer timing = timer(&StepTimes::contacts);
   const Scalar h = context_.h;
@@ -656,9 +672,8 @@ void IslandRun::find_contacts() {
     const Twist twist_b = central_twist(pair.member_b, *pair.b);
     const Scalar travel =
         travel_of(twist_a, pair.member_a, *pair.a) + travel_of(twist_b, pair.member_b, *pair.b);
-    const Scalar reach =
-        steady_reach(state.reach, base, std::min(travel, expected_approach(pair, travel)),
-                     kContactReachRadiusFraction * lengths.radius);
+    const Scalar reach = steady_reach(
+        state.reach, base, std::min(travel, expected_approach(pair, travel)), most_reach(pair));
     pair.is_near = false;
     if (state.gap_lower > reach) continue;
     const RigidPose X_WA = pose_of(pair.member_a, *pair.a);

@@ -109,6 +109,9 @@ struct StepContext {
   const BodyRecord& body(std::uint32_t slot) const { return (*bodies)[slot]; }
 };
 
+/// More bodies without joints that move fast are a crowd: see SubstepProblem::is_crowd().
+inline constexpr std::size_t kCrowdBodies = 20;
+
 /// A contact of a substep, with what the scheme needs besides the solver's part.
 struct SubstepContact {
   std::size_t pair = 0;              // into IslandRun::pairs()
@@ -174,7 +177,7 @@ class IslandRun {
   const std::vector<SpringState*>& springs() const { return island_.springs; }
   std::optional<std::size_t> member_at(BodyId id) const;
   /// The largest that gravity and wrenches give to a point of a member.
-  Scalar acceleration() const;
+  Scalar acceleration() const { return acceleration_; }
   Scalar now() const { return now_; }
   Scalar remaining() const { return context_.t_end - now_; }
 
@@ -219,6 +222,7 @@ class IslandRun {
  private:
   bool push_apart(RunPair& pair, const RigidPose& X_WA, const RigidPose& X_WB);
   Scalar expected_approach(const RunPair& pair, Scalar travel) const;
+  Scalar most_reach(const RunPair& pair) const;
   bool try_flight();
   Certificate prove_flight(RunPair& pair, const std::vector<BodyMove>& moves,
                            const TimeInterval& interval);
@@ -236,6 +240,7 @@ class IslandRun {
   std::vector<RunPair> pairs_;
   IslandOutcome outcome_;
   Scalar now_ = 0;
+  Scalar acceleration_ = 0;
   Scalar prescribed_at_ = 0;  // time at which twists of prescribed motions are taken
   int impact_count_ = 0;
   int infeasible_count_ = 0;

@@ -193,6 +193,20 @@ void add(ToiStatistics& sum, const ToiStatistics& part) {
   sum.peak_queue = std::max(sum.peak_queue, part.peak_queue);
 }
 
+namespace {
+
+// With enough to spare that a query can start where the bound ends.
+Scalar floor_of(const PairState& pair, const BodyMove& a, const BodyMove& b, Scalar kept) {
+  return std::max(kept, pair.kept_distance()) + pair.lengths.tolerance() / 2 + pair_noise(a, b);
+}
+
+std::optional<PairProof> proof_by_bound(const PairState& pair, const BodyMove& a, const BodyMove& b,
+                                        const TimeInterval& interval, Scalar kept, Scalar closing) {
+  return PairProof::by_bound(pair, interval, pair.gap_lower, closing, floor_of(pair, a, b, kept));
+}
+
+}  // namespace
+
 Certificate certify(PairState& pair, const BodyMove& a, const BodyMove& b,
                     const TimeInterval& interval, Scalar kept, const QueryLimits& limits,
                     ToiWorkspace& workspace) {
@@ -202,6 +216,11 @@ Certificate certify(PairState& pair, const BodyMove& a, const BodyMove& b,
     return certificate;
   }
   certificate.closing = closing_bound(a, b, interval);
+  // Most pairs need no pose.
+  if (!pair.uncertified_gap && !pair.overlaps) {
+    certificate.proof = proof_by_bound(pair, a, b, interval, kept, certificate.closing);
+    if (certificate.proof) return certificate;
+  }
   const RigidPose X_WA = a.motion->pose(interval.begin);
   const RigidPose X_WB = b.motion->pose(interval.begin);
   const Scalar tolerance = pair.lengths.tolerance();
@@ -210,15 +229,14 @@ Certificate certify(PairState& pair, const BodyMove& a, const BodyMove& b,
     certificate.proof = PairProof::excused(pair.key, interval);
     return certificate;
   }
-  // It may just have become an ordinary pair; hold it to the ordinary distance.
-  kept = std::max(kept, pair.kept_distance());
-  // With enough to spare that a query can start where the bound ends.
-  const Scalar floor = kept + tolerance / 2 + pair_noise(a, b);
   const auto by_bound = [&] {
-    return PairProof::by_bound(pair, interval, pair.gap_lower, certificate.closing, floor);
+    return proof_by_bound(pair, a, b, interval, kept, certificate.closing);
   };
   certificate.proof = by_bound();
   if (certificate.proof) return certificate;
+  // It may just have become an ordinary pair; hold it to the ordinary distance.
+  kept = std::max(kept, pair.kept_distance());
+  const Scalar floor = floor_of(pair, a, b, kept);
   // Skip measuring when a known contact already rules out a proof by bound.
   const bool is_near = pair.gap_lower >= 0 && pair.shortest_gap() - certificate.closing <= floor;
   if (!is_near) {

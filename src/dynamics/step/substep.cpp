@@ -274,7 +274,9 @@ void keep_impulses(IslandRun& run, const SubstepProblem& node, const std::vector
     PairState& state = *run.pairs()[entry.pair].state;
     const Vector3& impulse = node.problem().contacts[i].impulse_W;
     state.impulses[*entry.index] = moving[i] + impulse;
-    state.points()[*entry.index].impulse_W = kept * impulse;
+    // What a crowd suffers in one half of a step only is a blow, and no part of the next.
+    const bool is_blow = node.is_crowd() && impulse.norm() > moving[i].norm();
+    state.points()[*entry.index].impulse_W = kept * (is_blow ? moving[i] : impulse);
   }
 }
 
@@ -307,7 +309,8 @@ void solve_substep_end(IslandRun& run, Scalar tau, bool may_bounce) {
   }
   node.take_contacts([&](const IslandRun::RunPair& pair, const ContactPoint& point) {
     if (pair.hit) return false;  // left to the impact law
-    return !(may_bounce && bounces(run, pair, normal_velocity(run, pair, point)));
+    if (!may_bounce || !(pair.restitution > 0)) return true;
+    return !bounces(run, pair, normal_velocity(run, pair, point));
   });
   node.take_joints(tau / 2);
   add_spring_ends(node, tau, free_L_W, change);
@@ -452,8 +455,10 @@ Substep::Substep(IslandRun& run, Scalar tau, bool may_bounce, bool lands)
   }
   substep_.take_contacts([&](const RunPair& pair, const ContactPoint& point) {
     // Contacts about to bounce are left to the impact law.
-    return !(may_bounce_ && bounces(run_, pair, normal_velocity(run_, pair, point)));
+    if (!may_bounce_ || !(pair.restitution > 0)) return true;
+    return !bounces(run_, pair, normal_velocity(run_, pair, point));
   });
+  poses_.reserve(run.pairs().size());
   for (const RunPair& pair : run.pairs()) {
     const RigidPose X_WA = run.pose_of(pair.member_a, *pair.a);
     const RigidPose X_WB = run.pose_of(pair.member_b, *pair.b);

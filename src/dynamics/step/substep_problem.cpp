@@ -30,14 +30,17 @@ constexpr int kLargePatience = 30;
 constexpr Scalar kCoarseTravel = 20;
 constexpr std::size_t kCoarseContactsPerBody = 3;
 constexpr Scalar kCoarseTolerance = 0.3;
-// So many bodies without joints that move by so many rest offsets per step are a crowd that falls
-// or is thrown, not a structure: a thousandth of its speed is exact enough, up to what a gap may
-// lose in a substep, and sweeps find that sooner than factorisations. Found by measurement on
+// More than kCrowdBodies without joints that move by so many rest offsets per step are a crowd that
+// falls or is thrown, not a structure: a thousandth of its speed is exact enough, up to what a gap
+// may lose in a substep, and sweeps find that sooner than factorisations. Found by measurement on
 // poured spheres.
-constexpr std::size_t kCrowdBodies = 20;
 constexpr Scalar kCrowdTravel = 100;
 constexpr Scalar kCrowdSpeedTolerance = 1e-3;
 constexpr int kCrowdSweeps = 150;
+// Also a large island in which something moves by so many rest offsets per step is solved by so many
+// sweeps first. Found by measurement on what poured spheres and boxes do until they lie.
+constexpr Scalar kMovingTravel = 10;
+constexpr int kMovingSweeps = 100;
 // Radians. Past this, the end-gap correction feeds back on itself and diverges.
 constexpr Scalar kMostContactTurn = 1;
 // An island moves if its fastest body's way in a substep is this part of the rest offset or more,
@@ -280,6 +283,11 @@ bool SubstepProblem::is_large() const {
   return contacts_.size() > kLargeContacts && run_.members().size() > kContactFewBodies;
 }
 
+bool SubstepProblem::is_large_and_moves() const {
+  return is_large() && !is_coarse() &&
+         start_speed_ * run_.context().h > kMovingTravel * rest_offset_;
+}
+
 bool SubstepProblem::turns_too_far(Scalar tau) const {
   for (std::size_t i = 0; i < run_.members().size(); ++i) {
     const ContactBody& body = problem_.bodies[i];
@@ -305,6 +313,19 @@ Scalar SubstepProblem::impact_tolerance(Scalar tau) const {
   }
   constexpr Scalar kLeast = 1e-10;  // literal: of the rest offset per step
   return std::max(kImpactSpeedNoise * fastest, kLeast * rest_offset_ / tau);
+}
+
+// Sweeps alone first, if asked for: what they do not solve, factorisations may.
+ContactReport SubstepProblem::solve_with(const ContactSolverOptions& options, bool sweeps_first) {
+  ContactCascade& solver = run_.workspace().solver;
+  if (!sweeps_first || options.newton_limit == 0) return solver.solve(problem_, options);
+  ContactSolverOptions sweeps = options;
+  sweeps.newton_limit = 0;
+  sweeps.admm_limit = 0;
+  sweeps.cascade_rounds = 1;
+  sweeps.restart_contacts = 0;
+  const ContactReport report = solver.solve(problem_, sweeps);
+  return report.status == ContactStatus::Converged ? report : solver.solve(problem_, options);
 }
 
 ContactReport SubstepProblem::solve(Scalar tau, bool is_impact) {
@@ -345,7 +366,10 @@ ContactReport SubstepProblem::solve(Scalar tau, bool is_impact) {
   LimitInterrupt interrupt(run_.context().limits);
   if (!options.interrupt) options.interrupt = &interrupt;
   const PartTimer timing = run_.timer(&StepTimes::solve);
-  const ContactReport report = run_.workspace().solver.solve(problem_, options);
+  const bool sweeps_first = !is_impact && (is_crowd() || is_large_and_moves());
+  if (sweeps_first) options.sweep_limit = std::max(options.sweep_limit, kMovingSweeps);
+  slack_ = sweeps_first ? options.tolerance * tau : 0;
+  const ContactReport report = solve_with(options, sweeps_first);
   work.residual = std::max(work.residual, report.residual);
   if (report.status != ContactStatus::Converged) ++work.unconverged;
   return report;
@@ -544,15 +568,16 @@ bool SubstepProblem::take_end(std::size_t contact, const EndGap& end, Scalar tau
   const Scalar change = std::abs(error - entry.error);
   entry.error = error;
   const Scalar slip = end.p_W ? tau * stick_midway(contact, *end.p_W, tau) : 0;
-  const Scalar most_change = end.is_smooth ? kSmoothErrorChange : kErrorChange;
+  const Scalar fraction = end.is_smooth ? kSmoothErrorChange : kErrorChange;
+  const Scalar most_change = std::max(fraction * lengths.rest_offset, slack_);
   const PointContact& row = problem_.contacts[contact];
   const ContactBody& a = problem_.bodies[row.body_a];
   const ContactBody& b = problem_.bodies[row.body_b];
   ends_.resize(contacts_.size());
-  ends_[contact] = {a.v_W, a.w_W, b.v_W, b.w_W, kKnownEnd * most_change * lengths.rest_offset};
+  ends_[contact] = {a.v_W, a.w_W, b.v_W, b.w_W, kKnownEnd * most_change};
   const bool carries = !problem_.contacts[contact].impulse_W.isZero(0);
   if (!carries && end.gap >= lengths.rest_gap() + lengths.rest_offset) return false;
-  return change > most_change * lengths.rest_offset || slip > kStickingChange * lengths.rest_offset;
+  return change > most_change || slip > std::max(kStickingChange * lengths.rest_offset, slack_);
 }
 
 Scalar SubstepProblem::least_velocity(std::size_t contact, Scalar tau) const {

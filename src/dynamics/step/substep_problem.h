@@ -123,6 +123,8 @@ class SubstepProblem {
   /// Whether so many bodies with so many contacts move so fast that they are solved coarsely, in
   /// short substeps. What hits add during a substep does not change it.
   bool is_coarse() const;
+  /// Whether so many bodies without joints move so fast that they are not a structure.
+  bool is_crowd() const;
   /// Whether loads that the contacts do not determine are solved so coarsely that they drift: in an
   /// island that moves by more than what is at rest in a substep of length tau. Not told of a large
   /// one, where the loads of the last solve are worth more.
@@ -150,13 +152,14 @@ class SubstepProblem {
   void add_from_below(std::vector<Place> places);
   SubstepContact* known_at(std::size_t pair, const ContactPoint& point, Scalar tau);
   bool is_large() const;
-  bool is_crowd() const;
+  bool is_large_and_moves() const;
   bool may_sleep() const;
   // Returns by how much the velocity that counts as sticking changes.
   Scalar stick_midway(std::size_t contact, const Vector3& p_W_end, Scalar tau);
   Scalar recovery_cap(std::size_t contact, Scalar tau) const;  // largest target above zero
   Scalar target_of_substep(std::size_t contact, Scalar tau, bool recovers) const;
   Scalar tolerance(Scalar tau) const;
+  ContactReport solve_with(const ContactSolverOptions& options, bool sweeps_first);
   Scalar impact_tolerance(Scalar tau) const;
 
   struct TakenEnd {  // when the end of a contact was taken
@@ -176,6 +179,7 @@ class SubstepProblem {
   std::size_t first_contacts_ = 0;                               // without those from hits
   Scalar rest_offset_ = kInfinity;
   Scalar start_speed_ = 0;  // of the fastest member, turning included
+  Scalar slack_ = 0;        // of ends: a smaller change is within what the last solve left; length
 };
 
 }  // namespace dyop::dynamics_internal

@@ -18,9 +18,10 @@ namespace {
 // Limit on merging rounds in one step; each adds at least one pair to an island.
 constexpr int kMostMerges = 1000;
 // Also merge with bodies passing within this fraction of the pair's radius / relative travel, since
-// contacts change velocities. Found by measurement: two and a half times as much changes nothing.
-constexpr Scalar kForecastRadiusFraction = 0.02;
-constexpr Scalar kForecastTravelFraction = 0.1;
+// contacts change velocities. Found by measurement on poured spheres and hulls: with a quarter of
+// it, an island of a thousand runs twice in most steps.
+constexpr Scalar kForecastRadiusFraction = 0.1;
+constexpr Scalar kForecastTravelFraction = 0.4;
 
 // Sets of bodies that belong together.
 class BodySets {
