@@ -32,7 +32,8 @@ class RigidObstacle final : public Obstacle {
 
 // Meshes find out which of their features can touch anything when contacts are first asked for.
 void RigidObstacle::prepare(const ToolBody& body, QueryMemory& memory) const {
-  const Vector3 away(4 * (shape_->bounding_radius() + body.shape->bounding_radius()), 0, 0);
+  const Scalar radius = geometry_internal::radius_beside(*shape_, *body.shape, 0);
+  const Vector3 away(4 * (radius + body.shape->bounding_radius()), 0, 0);
   generate_contacts(*shape_, X_WA_, *body.shape, RigidPose(Vector3(X_WA_.translation() + away)), 0,
                     {}, memory.contact_workspace, memory.contacts);
 }

@@ -136,7 +136,9 @@ TEST(HalfSpace, DistanceHasBothBoundsAroundTheHeightOfTheLowestPoint) {
             EXPECT_NEAR((found.p_WCb - found.p_WCa).norm(), exact, noise);
           }
           // A sheet or a mesh that is all below meets the solid nevertheless.
-          if (exact < -noise) EXPECT_EQ(found.status, DistanceStatus::Overlapping);
+          if (exact < -noise) {
+            EXPECT_EQ(found.status, DistanceStatus::Overlapping);
+          }
         }
       }
     }

@@ -179,7 +179,9 @@ TEST(HalfSpace, ItsPartWithinARadiusIsInItsBoundsAndNotBeatenByAnyOfItsPoints) {
       EXPECT_TRUE(part.bounding_box().contains(p));
       const Vector3 q = radius * std::cbrt(testing::random_number(0, 1, random)) *
                         testing::random_direction(random);
-      if (part.height(q) <= 0) EXPECT_LE(d.dot(q), part.core_reach(d) + noise);
+      if (part.height(q) <= 0) {
+        EXPECT_LE(d.dot(q), part.core_reach(d) + noise);
+      }
     }
     EXPECT_NEAR(part.core_reach(part.normal()), offset, noise / 4);
     EXPECT_TRUE(std::isnan(part.core_reach(Vector3(1, std::nan(""), 1))));
