@@ -112,11 +112,18 @@ TEST_F(DamagedFiles, OfMeshesThatAssimpReadsAreRefusedOrRead) {
   expect_harmless_mesh("m.dae", kDae);
 }
 
-// assimp goes on for ever, or takes gigabytes.
+// assimp goes on for ever, reads beyond its arrays, or takes gigabytes.
 TEST_F(DamagedFiles, ThatAssimpCannotBearAreRefused) {
-  std::string collada = kDae;
-  collada.replace(collada.find("<p>0 2"), 6, "<p>0 x");
-  EXPECT_THROW(load_mesh(directory_.write("m.dae", collada)), FileError);
+  for (const auto& [good, bad] : std::vector<std::pair<const char*, const char*>>{
+           {"<p>0 2", "<p>0 x"},
+           {"count=\"12\"", "count=\"-1\""},
+           {"count=\"12\"", "count=\"9\""},
+           {"stride=\"3\"", "stride=\"4\""},
+           {"offset=\"0\"", "offset=\"4294967295\""}}) {
+    std::string collada = kDae;
+    collada.replace(collada.find(good), std::string_view(good).size(), bad);
+    EXPECT_THROW(load_mesh(directory_.write("m.dae", collada)), FileError) << bad;
+  }
   std::string binary = glb();
   binary[15] = char(0x70);
   EXPECT_THROW(load_mesh(directory_.write("m.glb", binary)), FileError);
