@@ -82,6 +82,7 @@ list(TRANSFORM dyop_ompl_cflags PREPEND "-isystem ")
 dyop_install_component(ompl NEEDS chain PC_PUBLIC -lompl PC_CFLAGS ${dyop_ompl_cflags})
 dyop_install_component(contact NEEDS dyop)
 dyop_install_component(haptics NEEDS contact)
+dyop_install_component(tissue NEEDS haptics)
 dyop_install_component(dynamics NEEDS contact PACKAGES SUNDIALS
                        PC_LIBRARIES -lsundials_arkode -lsundials_cvode -lsundials_nvecserial)
 dyop_install_component(io NEEDS chain PACKAGES ${dyop_io_packages} PC_PACKAGES ${dyop_io_pc_packages})

@@ -63,6 +63,7 @@ libdyop_ompl validator for OMPL
 libdyop_contact contact solvers
 libdyop_dynamics stepping
 libdyop_haptics haptic tools
+libdyop_tissue soft tissue
 libdyop_io mesh and robot files
 libdyop_scene_io scene files
 libdyop_recording recordings

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <span>
 #include <stop_token>
@@ -44,6 +45,31 @@ struct TissueMesh {
   std::vector<TriangleIndices> triangles;
 };
 
+/// What a model of tissue is told when a snapshot is wanted of it.
+struct TissueNews {
+  std::int64_t number = 1;    ///< of the snapshot, counted from 1
+  DevicePose device;          ///< of the last tick
+  HapticTick tick;            ///< the last one; NotRun before the first
+  ObstacleProgress progress;  ///< of the obstacle, then
+  /// Where the tool of that tick touches the obstacle or soon may, without forces.
+  std::vector<ToolContactPoint> contacts;
+  /// What the obstacle did to the tool in the ticks since the model was last told, force times the
+  /// time in which the obstacle moved.
+  Vector3 impulse_W = Vector3::Zero();
+};
+
+/// A model of tissue that answers the tool: SoftTissueModel, or one of your own.
+class TissueModel {
+ public:
+  virtual ~TissueModel() = default;
+
+  /// Which contacts it wants to be told of.
+  virtual ContactSearch search() const = 0;
+  /// Writes the snapshot that the obstacle shall reach one period after the one before, which the
+  /// vertices hold. Called as soon as the session has set out for the one before.
+  virtual void step(const TissueNews& news, std::span<Vector3> vertices) = 0;
+};
+
 /// Shapes of a deforming obstacle, one after the other.
 struct TissueFeed {
   std::size_t obstacle = 0;
@@ -56,6 +82,10 @@ struct TissueFeed {
   /// If not empty, called first: a mesh that takes the place of snapshot `number`, or nothing. See
   /// HapticSession::give_mesh().
   std::function<std::optional<TissueMesh>(std::int64_t number)> cut = {};
+  /// In place of `shape` and `cut`: a model that is told of the tool.
+  std::shared_ptr<TissueModel> model = {};
+  /// If not empty, called with each of the model's snapshots before it is given: to record it.
+  std::function<void(std::span<const Vector3> vertices)> given = {};
 };
 
 /// One tick with its inputs, as a log wants it.

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstring>
 #include <exception>
+#include <mutex>
 #include <string>
 #include <thread>
 #include <vector>
@@ -80,24 +81,96 @@ constexpr std::size_t kWaitingTicks = 2048;
 // How often the threads beside the loop look for work.
 constexpr std::chrono::microseconds kIdle{500};
 
+// Carries the news of ticks to a model in another thread. The loop never waits: while the model
+// reads, news are kept for the next tick.
+class NewsBox {
+ public:
+  // For the loop, after each tick.
+  void post(std::size_t obstacle, const TickRecord& record, const HapticTick& tick, Scalar period) {
+    const ObstacleProgress& now = tick.progress[obstacle];
+    const Scalar moved = now.fraction - before_.fraction + Scalar(now.snapshot - before_.snapshot);
+    before_ = now;
+    if (record.dt > 0) {
+      for (const ToolImpulse& impulse : tick.impulses) {
+        if (impulse.obstacle == obstacle) {
+          waiting_ +=
+              std::clamp(moved * period / record.dt, Scalar{0}, Scalar{1}) * impulse.impulse_W;
+        }
+      }
+    }
+    const std::unique_lock lock(mutex_, std::try_to_lock);
+    if (!lock) return;
+    news_.device = record.device;
+    news_.tick = tick;
+    news_.impulse_W += waiting_;
+    waiting_.setZero();
+  }
+
+  // For the model.
+  void take(TissueNews& news) {
+    const std::lock_guard lock(mutex_);
+    news.device = news_.device;
+    news.tick = news_.tick;
+    news.impulse_W = news_.impulse_W;
+    news_.impulse_W.setZero();
+  }
+
+ private:
+  std::mutex mutex_;
+  TissueNews news_;
+  ObstacleProgress before_;
+  Vector3 waiting_ = Vector3::Zero();
+};
+
 // A feed and the snapshot or mesh it has prepared.
 class Feeder {
  public:
   Feeder(HapticSession& session, const TissueFeed& feed)
-      : session_(session), feed_(feed), vertices_(session.tissue_vertices(feed.obstacle)) {
-    prepare();
+      : session_(session),
+        feed_(feed),
+        vertices_(session.tissue_vertices(feed.obstacle)),
+        box_(std::make_unique<NewsBox>()) {
+    if (!feed.model) prepare();
   }
 
   void offer() {
+    if (feed_.model && !ask()) return;
     const std::size_t obstacle = feed_.obstacle;
     const bool is_taken = mesh_ ? session_.give_mesh(obstacle, mesh_->vertices, mesh_->triangles)
                                 : session_.give_snapshot(obstacle, vertices_, feed_.period);
     if (!is_taken) return;
     ++number_;
-    prepare();
+    if (feed_.model) {
+      is_ready_ = false;
+    } else {
+      prepare();
+    }
+  }
+
+  // For the loop.
+  void tell(const TickRecord& record, const HapticTick& tick) {
+    if (feed_.model) box_->post(feed_.obstacle, record, tick, feed_.period);
   }
 
  private:
+  // Whether the model's snapshot is ready to be given.
+  bool ask() {
+    if (is_ready_) return true;
+    if (session_.snapshots_taken(feed_.obstacle) + 1 < number_) return false;
+    box_->take(news_);
+    news_.number = number_;
+    news_.contacts.clear();
+    if (news_.tick.status != HapticStatus::NotRun) {
+      news_.progress = news_.tick.progress[feed_.obstacle];
+      session_.find_contacts(feed_.obstacle, news_.progress, news_.tick.tool, feed_.model->search(),
+                             news_.contacts);
+    }
+    feed_.model->step(news_, vertices_);
+    if (feed_.given) feed_.given(vertices_);
+    is_ready_ = true;
+    return true;
+  }
+
   void prepare() {
     mesh_ = feed_.cut ? feed_.cut(number_) : std::nullopt;
     if (mesh_) {
@@ -112,6 +185,9 @@ class Feeder {
   std::vector<Vector3> vertices_;
   std::optional<TissueMesh> mesh_;
   std::int64_t number_ = 1;
+  bool is_ready_ = false;
+  TissueNews news_;
+  std::unique_ptr<NewsBox> box_;  // two threads
 };
 
 // A thread that works until stopped, and keeps the exception that its work throws.
@@ -147,6 +223,7 @@ class Worker {
 
 struct Loop {
   HapticSession& session;
+  std::vector<Feeder>& feeders;
   const std::function<DevicePose(std::int64_t)>& device;
   const RunnerOptions& options;
   RunnerReport& report;
@@ -160,14 +237,15 @@ struct Loop {
     session.update(record.device, record.dt, deadline);
     report.latency.add(session.last().latency);
     ++report.ticks;
+    for (Feeder& feeder : feeders) feeder.tell(record, session.last());
   }
 };
 
-void run_unpaced(const Loop& loop, std::vector<Feeder>& feeders,
-                 const std::function<void(const TickRecord&)>& sink, const std::stop_token& stop) {
+void run_unpaced(const Loop& loop, const std::function<void(const TickRecord&)>& sink,
+                 const std::stop_token& stop) {
   TickRecord record;
   for (std::int64_t k = 0; k < loop.options.ticks && !stop.stop_requested(); ++k) {
-    for (Feeder& feeder : feeders) feeder.offer();
+    for (Feeder& feeder : loop.feeders) feeder.offer();
     loop.tick(k, record);
     if (!sink) continue;
     record.tick = loop.session.last();
@@ -175,11 +253,11 @@ void run_unpaced(const Loop& loop, std::vector<Feeder>& feeders,
   }
 }
 
-void run_paced(const Loop& loop, std::vector<Feeder>& feeders,
-               const std::function<void(const TickRecord&)>& sink, const std::stop_token& stop) {
+void run_paced(const Loop& loop, const std::function<void(const TickRecord&)>& sink,
+               const std::stop_token& stop) {
   haptics_internal::RecordRing ring(kWaitingTicks);
   Worker tissue([&] {
-    for (Feeder& feeder : feeders) feeder.offer();
+    for (Feeder& feeder : loop.feeders) feeder.offer();
   });
   Worker logger([&] {
     for (; const TickRecord* record = ring.front(); ring.pop()) {
@@ -224,12 +302,12 @@ RunnerReport run_session(HapticSession& session,
   std::vector<Feeder> feeders;
   for (const TissueFeed& feed : tissue) feeders.emplace_back(session, feed);
   RunnerReport report;
-  const Loop loop{session, device, options, report};
+  const Loop loop{session, feeders, device, options, report};
   if (options.is_paced) {
-    run_paced(loop, feeders, sink, stop);
+    run_paced(loop, sink, stop);
   } else {
     report.rights = "not paced by the clock";
-    run_unpaced(loop, feeders, sink, stop);
+    run_unpaced(loop, sink, stop);
   }
   return report;
 }

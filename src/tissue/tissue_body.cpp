@@ -1,0 +1,491 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "tissue/tissue_body.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+
+#include "core/batch_run.h"
+#include "dyop/core/error.h"
+
+namespace dyop::tissue_internal {
+namespace {
+
+// Turns below this change no force beyond rounding.
+constexpr Scalar kTurnNoise = 1e-12;  // literal: radians; Newton's method ends some 1e-16 beside it
+constexpr int kMostTurns = 40;
+constexpr Scalar kTame = 1e6;  // condition that single precision bears
+// Part of the elastic energy that counts in a solve's scale: an error of the shape a tenth of the
+// tolerance.
+constexpr Scalar kStrainShare = 0.01;
+// Part of the work of forces that a shortened step may exceed.
+constexpr Scalar kForgiven = 0.5;
+constexpr Scalar kStray = 0.5;  // and of the elastic energy
+// Halvings of a step that would create energy; then the tissue stands.
+constexpr int kMostShortenings = 6;
+
+Vector3 axial(const Matrix3& m) {
+  return {m(2, 1) - m(1, 2), m(0, 2) - m(2, 0), m(1, 0) - m(0, 1)};
+}
+
+Scalar dot(const NodeVectors& a, const NodeVectors& b) {
+  return a.cwiseProduct(b).sum();
+}
+
+}  // namespace
+
+// With M = F R^T, a turn by w changes trace(R^T F), whose maximum is wanted, by w . axial(M) - w .
+// (trace(M) I - sym M) w / 2.
+Quaternion nearest_rotation(const Matrix3& f, Quaternion start) {
+  for (int k = 0; k < kMostTurns; ++k) {
+    const Matrix3 m = f * start.toRotationMatrix().transpose();
+    const Vector3 slope = axial(m);
+    const Matrix3 curvature = m.trace() * Matrix3::Identity() - (m + m.transpose()) / 2;
+    const Scalar scale = m.norm();
+    if (!(scale > 0)) return start;
+    Vector3 turn = slope / (std::abs(m.trace()) + scale);
+    const Eigen::LLT<Matrix3> factor(curvature);
+    if (factor.info() == Eigen::Success) turn = factor.solve(slope);
+    const Scalar angle = turn.norm();
+    if (!(angle < kInfinity)) return start;
+    if (angle < kTurnNoise) return start;
+    const Scalar bounded = std::min(angle, Scalar{1});
+    start = (Quaternion(Eigen::AngleAxisd(bounded, turn / angle)) * start).normalized();
+  }
+  return start;
+}
+
+TissueBody::TissueBody(const TriangleMesh& surface_W, const SoftTissueOptions& options)
+    : options_(options), surface_(surface_W), lattice_(surface_W, options) {
+  const std::size_t count = lattice_.nodes().size();
+  std::int32_t next = 0;
+  for (const Vector3& p : lattice_.nodes()) {
+    const bool is_fixed = std::any_of(options_.fixed.begin(), options_.fixed.end(),
+                                      [&](const AlignedBox& box) { return box.contains(p); });
+    free_number_.push_back(is_fixed ? -1 : next++);
+  }
+  free_count_ = next;
+  is_held_nowhere_ = std::size_t(next) == count;
+  rest_.resize(3, Eigen::Index(count));
+  for (std::size_t n = 0; n < count; ++n) rest_.col(Eigen::Index(n)) = lattice_.nodes()[n];
+  x_ = rest_;
+  v_ = NodeVectors::Zero(3, x_.cols());
+  last_impulses_ = v_;
+  turns_.assign(lattice_.cubes().size(), Quaternion::Identity());
+  rotations_.assign(turns_.size(), Matrix3::Identity());
+  node_rotations_.assign(count, Matrix3::Identity());
+  vertices_.resize(surface_.vertices().size());
+  factorise();
+  find_forces();
+  place_vertices();
+}
+
+// Whether single precision suffices for a preconditioner: the condition is at most about that of
+// the stiffest node against the inertia of the lightest.
+bool TissueBody::is_tame(const BlockRows& rows) const {
+  Scalar stiffest = 0, lightest = kInfinity;
+  for (std::size_t n = 0; n < rows.size(); ++n) {
+    stiffest = std::max(stiffest, rows[n].at(std::int32_t(n)).trace());
+  }
+  for (std::size_t n = 0; n < free_number_.size(); ++n) {
+    if (is_free(std::int32_t(n))) lightest = std::min(lightest, lattice_.masses()[n]);
+  }
+  return stiffest < kTame * lightest;
+}
+
+// A of the body at rest.
+void TissueBody::factorise() {
+  const Scalar period = options_.period;
+  const TissueMaterial& material = options_.material;
+  std::vector<Cell> cells;
+  BlockRows rows;
+  for (std::size_t n = 0; n < free_number_.size(); ++n) {
+    if (free_number_[n] < 0) continue;
+    const Scalar mass = (1 + material.drag * period) * lattice_.masses()[n];
+    rows.push_back({{free_number_[n], mass * Matrix3::Identity()}});
+    cells.push_back(lattice_.cells()[n]);
+  }
+  const Scalar scale = period * (period + material.viscosity);
+  for (std::size_t k = 0; k < lattice_.cubes().size(); ++k) {
+    const Corners& corners = lattice_.cubes()[k];
+    const Matrix24& stiffness = lattice_.element(k).stiffness;
+    for (std::size_t i = 0; i < 8; ++i) {
+      const std::int32_t row = free_number_[std::size_t(corners[i])];
+      if (row < 0) continue;
+      for (std::size_t j = 0; j < 8; ++j) {
+        const std::int32_t column = free_number_[std::size_t(corners[j])];
+        if (column < 0) continue;
+        const auto [block, is_new] = rows[std::size_t(row)].try_emplace(column, Matrix3::Zero());
+        block->second += scale * stiffness.block<3, 3>(3 * Eigen::Index(i), 3 * Eigen::Index(j));
+      }
+    }
+  }
+  factor_ = NestedCholesky(cells, rows, is_tame(rows));
+}
+
+Vector24 TissueBody::corner_values(std::size_t cube, const NodeVectors& field) const {
+  Vector24 values;
+  const Corners& corners = lattice_.cubes()[cube];
+  const Matrix3 back = rotations_[cube].transpose();
+  for (std::size_t c = 0; c < 8; ++c) {
+    values.segment<3>(3 * Eigen::Index(c)) = back * field.col(corners[c]);
+  }
+  return values;
+}
+
+// The corners' displacements in the cube's own frame: R^T x - X, about a corner, so that no
+// precision is lost far from the origin.
+Vector24 TissueBody::strained(std::size_t cube) const {
+  Vector24 values;
+  const Corners& corners = lattice_.cubes()[cube];
+  const Matrix3 back = rotations_[cube].transpose();
+  for (std::size_t c = 0; c < 8; ++c) {
+    values.segment<3>(3 * Eigen::Index(c)) = back * (x_.col(corners[c]) - x_.col(corners[0])) -
+                                             (rest_.col(corners[c]) - rest_.col(corners[0]));
+  }
+  return values;
+}
+
+void TissueBody::find_rotations() {
+  std::vector<Eigen::Vector4d> sums(node_rotations_.size(), Eigen::Vector4d::Zero());
+  for (std::size_t k = 0; k < turns_.size(); ++k) {
+    const Corners& corners = lattice_.cubes()[k];
+    const CubeElement& element = lattice_.element(k);
+    Matrix3 f = Matrix3::Zero();
+    for (std::size_t c = 1; c < 8; ++c) {
+      f += (x_.col(corners[c]) - x_.col(corners[0])) *
+           element.gradients.col(Eigen::Index(c)).transpose();
+    }
+    turns_[k] = nearest_rotation(f, turns_[k]);
+    rotations_[k] = turns_[k].toRotationMatrix();
+    for (const std::int32_t node : corners) {
+      Eigen::Vector4d& sum = sums[std::size_t(node)];
+      const Eigen::Vector4d& turn = turns_[k].coeffs();
+      sum += sum.dot(turn) < 0 ? Eigen::Vector4d(-turn) : turn;
+    }
+  }
+  for (std::size_t n = 0; n < sums.size(); ++n) {
+    node_rotations_[n] = Quaternion(sums[n]).normalized().toRotationMatrix();
+  }
+}
+
+void TissueBody::find_forces() {
+  forces_.setZero(3, x_.cols());
+  elastic_energy_ = 0;
+  for (std::size_t k = 0; k < turns_.size(); ++k) {
+    const Vector24 displacement = strained(k);
+    const Vector24 force = lattice_.element(k).stiffness * displacement;
+    elastic_energy_ += displacement.dot(force) / 2;
+    const Corners& corners = lattice_.cubes()[k];
+    for (std::size_t c = 0; c < 8; ++c) {
+      forces_.col(corners[c]) -= rotations_[k] * force.segment<3>(3 * Eigen::Index(c));
+    }
+  }
+}
+
+NodeVectors TissueBody::begin_step() const {
+  NodeVectors rhs(3, x_.cols());
+  for (Eigen::Index n = 0; n < rhs.cols(); ++n) {
+    const Scalar mass = lattice_.masses()[std::size_t(n)];
+    rhs.col(n) = mass * v_.col(n) + options_.period * (forces_.col(n) + mass * options_.gravity_W);
+  }
+  return rhs;
+}
+
+NodeVectors TissueBody::apply(const NodeVectors& v) const {
+  NodeVectors sum = NodeVectors::Zero(3, v.cols());
+  for (std::size_t k = 0; k < turns_.size(); ++k) {
+    const Vector24 force = lattice_.element(k).stiffness * corner_values(k, v);
+    const Corners& corners = lattice_.cubes()[k];
+    for (std::size_t c = 0; c < 8; ++c) {
+      sum.col(corners[c]) += rotations_[k] * force.segment<3>(3 * Eigen::Index(c));
+    }
+  }
+  const TissueMaterial& material = options_.material;
+  const Scalar scale = options_.period * (options_.period + material.viscosity);
+  const Scalar inertia = 1 + material.drag * options_.period;
+  for (Eigen::Index n = 0; n < v.cols(); ++n) {
+    if (!is_free(std::int32_t(n))) {
+      sum.col(n).setZero();
+    } else {
+      sum.col(n) = scale * sum.col(n) + inertia * lattice_.masses()[std::size_t(n)] * v.col(n);
+    }
+  }
+  return sum;
+}
+
+NodeVectors TissueBody::precondition(const NodeVectors& rhs) const {
+  NodeVectors answer = NodeVectors::Zero(3, rhs.cols());
+  Eigen::VectorXd turned(3 * free_count_);
+  for (Eigen::Index n = 0; n < rhs.cols(); ++n) {
+    const std::int32_t number = free_number_[std::size_t(n)];
+    if (number < 0) continue;
+    turned.segment<3>(3 * Eigen::Index(number)) =
+        node_rotations_[std::size_t(n)].transpose() * rhs.col(n);
+  }
+  factor_.solve_one(turned);
+  for (Eigen::Index n = 0; n < rhs.cols(); ++n) {
+    const std::int32_t number = free_number_[std::size_t(n)];
+    if (number < 0) continue;
+    answer.col(n) = node_rotations_[std::size_t(n)] * turned.segment<3>(3 * Eigen::Index(number));
+  }
+  return answer;
+}
+
+// Conjugate gradients. With z = P r, r . z is about the square of the error's energy norm.
+int TissueBody::solve(const NodeVectors& rhs, NodeVectors& v, int most) const {
+  const NodeVectors applied = apply(v);
+  NodeVectors rest = rhs - applied;
+  for (Eigen::Index n = 0; n < rest.cols(); ++n) {
+    if (!is_free(std::int32_t(n))) rest.col(n).setZero();
+  }
+  NodeVectors z = precondition(rest);
+  Scalar error = dot(rest, z);
+  // What is nearly at rest needs to be no more exact than its strain.
+  const Scalar scale = dot(v, applied) + error + kStrainShare * elastic_energy_;
+  const Scalar enough = options_.tolerance * options_.tolerance * scale;
+  NodeVectors direction = z;
+  int iteration = 0;
+  while (iteration < most && error > enough) {
+    const NodeVectors change = apply(direction);
+    const Scalar step = error / dot(direction, change);
+    v += step * direction;
+    rest -= step * change;
+    ++iteration;
+    z = precondition(rest);
+    const Scalar next = dot(rest, z);
+    direction = z + next / error * direction;
+    error = next;
+  }
+  keep_momentum(rest, v);
+  return iteration;
+}
+
+// Of a body that is held nowhere the elastic forces sum to zero, so the residual's sum is the
+// momentum that v lacks. A common velocity strains nothing and settles it.
+void TissueBody::keep_momentum(const NodeVectors& rest, NodeVectors& v) const {
+  if (!is_held_nowhere_) return;
+  Scalar mass = 0;
+  for (const Scalar m : lattice_.masses()) mass += m;
+  const Scalar inertia = 1 + options_.material.drag * options_.period;
+  v.colwise() += rest.rowwise().sum() / (inertia * mass);
+}
+
+Scalar TissueBody::kinetic_energy(const NodeVectors& v) const {
+  Scalar twice = 0;
+  for (Eigen::Index n = 0; n < v.cols(); ++n) {
+    if (is_free(std::int32_t(n)))
+      twice += lattice_.masses()[std::size_t(n)] * v.col(n).squaredNorm();
+  }
+  return twice / 2;
+}
+
+Scalar TissueBody::work_of_weight(const NodeVectors& change) const {
+  Scalar work = 0;
+  for (Eigen::Index n = 0; n < change.cols(); ++n) {
+    work += lattice_.masses()[std::size_t(n)] * options_.gravity_W.dot(change.col(n));
+  }
+  return work;
+}
+
+// An implicit step dissipates as long as the rotations stay; finding them anew may give energy to
+// what is stretched and turns, about strain times (turn)^2. Without forces from outside, what is too
+// much is taken from the velocities relative to the mean one, or, if they have too little, the step
+// is shortened. Under forces half of the step keeps contacts from swinging; what is still beyond a
+// part of their work and of the elastic energy is wrong, and the step is shortened further.
+void TissueBody::finish_step(NodeVectors v, const NodeVectors& impulses) {
+  const NodeVectors start = x_;
+  const Scalar elastic = elastic_energy_, kinetic = kinetic_energy(v_);
+  const bool is_free_body = impulses.isZero(0);
+  for (int part = 0; part <= kMostShortenings; ++part) {
+    if (part == kMostShortenings && is_free_body) v.setZero();
+    x_ = start + options_.period * v;
+    find_rotations();
+    find_forces();
+    const Scalar pushed = dot(impulses, v);
+    const Scalar work = work_of_weight(x_ - start) + pushed;
+    const Scalar excess = elastic_energy_ + kinetic_energy(v) - elastic - kinetic - work;
+    const bool may_err = !is_free_body && part > 0;
+    if (!(excess > (may_err ? kForgiven * std::abs(pushed) + kStray * elastic : 0))) break;
+    const NodeVectors mean = mean_velocity(v);
+    const Scalar spare = kinetic_energy(v - mean);
+    if (is_free_body && spare > excess) {
+      v = mean + std::sqrt(1 - excess / spare) * (v - mean);
+      break;
+    }
+    v /= 2;
+  }
+  v_ = v;
+  last_impulses_ = impulses;
+  place_vertices();
+}
+
+// None if the body is held somewhere.
+NodeVectors TissueBody::mean_velocity(const NodeVectors& v) const {
+  NodeVectors mean = NodeVectors::Zero(3, v.cols());
+  if (!is_held_nowhere_) return mean;
+  Vector3 momentum = Vector3::Zero();
+  Scalar mass = 0;
+  for (Eigen::Index n = 0; n < v.cols(); ++n) {
+    momentum += lattice_.masses()[std::size_t(n)] * v.col(n);
+    mass += lattice_.masses()[std::size_t(n)];
+  }
+  mean.colwise() = Vector3(momentum / mass);
+  return mean;
+}
+
+void TissueBody::place_vertices() {
+  for (std::size_t k = 0; k < vertices_.size(); ++k) {
+    const Embedding& embedding = lattice_.embeddings()[k];
+    Vector3 p = Vector3::Zero();
+    for (std::size_t c = 0; c < 8; ++c) p += embedding.weights[c] * x_.col(embedding.nodes[c]);
+    vertices_[k] = p;
+  }
+}
+
+CarriedPoint TissueBody::carried_point(std::int32_t triangle, const Vector3& weights) const {
+  DYOP_REQUIRE(triangle >= 0 && std::size_t(triangle) < triangles().size(), "SoftTissue: triangle ",
+               triangle, " of ", triangles().size());
+  DYOP_REQUIRE(weights.allFinite(), "SoftTissue: a point's weights must be finite, not ", weights);
+  CarriedPoint point;
+  for (int corner = 0; corner < 3; ++corner) {
+    const std::int32_t vertex = triangles()[std::size_t(triangle)][std::size_t(corner)];
+    const Embedding& embedding = lattice_.embeddings()[std::size_t(vertex)];
+    for (std::size_t c = 0; c < 8; ++c) {
+      const Scalar weight = weights[corner] * embedding.weights[c];
+      const auto found = std::find(point.nodes.begin(), point.nodes.end(), embedding.nodes[c]);
+      if (found == point.nodes.end()) {
+        point.nodes.push_back(embedding.nodes[c]);
+        point.weights.push_back(weight);
+      } else {
+        point.weights[std::size_t(found - point.nodes.begin())] += weight;
+      }
+    }
+  }
+  return point;
+}
+
+Vector3 TissueBody::sum_of(const CarriedPoint& point, const NodeVectors& field) {
+  Vector3 sum = Vector3::Zero();
+  for (std::size_t k = 0; k < point.nodes.size(); ++k) {
+    sum += point.weights[k] * field.col(point.nodes[k]);
+  }
+  return sum;
+}
+
+void TissueBody::add_impulse(const CarriedPoint& point, const Vector3& impulse_W,
+                             NodeVectors& sum) {
+  for (std::size_t k = 0; k < point.nodes.size(); ++k) {
+    sum.col(point.nodes[k]) += point.weights[k] * impulse_W;
+  }
+}
+
+NodeVectors TissueBody::impulses_of(std::span<const SurfaceForce> forces) const {
+  NodeVectors sum = NodeVectors::Zero(3, x_.cols());
+  for (const SurfaceForce& force : forces) {
+    DYOP_REQUIRE(force.force_W.allFinite(), "SoftTissue: a force must be finite, not ",
+                 force.force_W);
+    add_impulse(carried_point(force.triangle, force.weights), options_.period * force.force_W, sum);
+  }
+  return sum;
+}
+
+void TissueBody::prepare_response() {
+  if (!surface_number_.empty()) return;
+  surface_number_.assign(free_number_.size(), -1);
+  std::vector<Eigen::Index> rows;  // of the factor
+  for (const Embedding& embedding : lattice_.embeddings()) {
+    for (const std::int32_t node : embedding.nodes) {
+      Eigen::Index& number = surface_number_[std::size_t(node)];
+      if (number >= 0 || !is_free(node)) continue;
+      number = Eigen::Index(rows.size());
+      rows.push_back(3 * Eigen::Index(free_number_[std::size_t(node)]));
+    }
+  }
+  const auto count = Eigen::Index(rows.size());
+  response_.resize(3 * count, 3 * count);
+  constexpr Eigen::Index kTogether = 16;  // nodes: enough for products of matrices
+  const auto portion = [&](std::size_t index, std::size_t) {
+    const Eigen::Index first = Eigen::Index(index) * kTogether;
+    const Eigen::Index taken = std::min(kTogether, count - first);
+    Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(3 * free_count_, 3 * taken);
+    for (Eigen::Index k = 0; k < taken; ++k) {
+      columns.block<3, 3>(rows[std::size_t(first + k)], 3 * k).setIdentity();
+    }
+    factor_.solve(columns);
+    for (Eigen::Index n = 0; n < count; ++n) {
+      response_.block(3 * n, 3 * first, 3, 3 * taken) =
+          columns.middleRows<3>(rows[std::size_t(n)]).cast<float>();
+    }
+  };
+  run_batch(std::size_t((count + kTogether - 1) / kTogether), {}, portion);
+}
+
+Eigen::MatrixXd TissueBody::response(std::span<const CarriedPoint* const> points) const {
+  std::vector<std::int32_t> nodes;  // that move, each once
+  for (const CarriedPoint* point : points) {
+    std::copy_if(point->nodes.begin(), point->nodes.end(), std::back_inserter(nodes),
+                 [&](std::int32_t node) { return is_free(node); });
+  }
+  std::sort(nodes.begin(), nodes.end());
+  nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+  // The nodes' answers to impulses at the points, then those of the points.
+  const auto count = Eigen::Index(nodes.size()), size = Eigen::Index(points.size());
+  Eigen::MatrixXd weights = Eigen::MatrixXd::Zero(count, size);
+  for (Eigen::Index j = 0; j < size; ++j) {
+    const CarriedPoint& point = *points[std::size_t(j)];
+    for (std::size_t k = 0; k < point.nodes.size(); ++k) {
+      const auto found = std::lower_bound(nodes.begin(), nodes.end(), point.nodes[k]);
+      if (is_free(point.nodes[k])) weights(found - nodes.begin(), j) = point.weights[k];
+    }
+  }
+  Eigen::MatrixXd answers = Eigen::MatrixXd::Zero(3 * size, 3 * size);
+  for (Eigen::Index m = 0; m < count; ++m) {
+    Eigen::MatrixXd of_node = Eigen::MatrixXd::Zero(3 * size, 3);
+    for (Eigen::Index n = 0; n < count; ++n) {
+      const Matrix3 turned = turned_response(nodes[std::size_t(n)], nodes[std::size_t(m)]);
+      for (Eigen::Index i = 0; i < size; ++i) {
+        if (weights(n, i) != 0) of_node.middleRows<3>(3 * i) += weights(n, i) * turned;
+      }
+    }
+    for (Eigen::Index j = 0; j < size; ++j) {
+      if (weights(m, j) != 0) answers.middleCols<3>(3 * j) += weights(m, j) * of_node;
+    }
+  }
+  return (answers + answers.transpose()) / 2;
+}
+
+Matrix3 TissueBody::turned_response(std::int32_t n, std::int32_t m) const {
+  const Eigen::Index row = 3 * surface_number_[std::size_t(n)];
+  const Eigen::Index column = 3 * surface_number_[std::size_t(m)];
+  return node_rotations_[std::size_t(n)] * response_.block<3, 3>(row, column).cast<Scalar>() *
+         node_rotations_[std::size_t(m)].transpose();
+}
+
+void TissueBody::move(const RigidPose& X) {
+  for (Eigen::Index n = 0; n < x_.cols(); ++n) {
+    x_.col(n) = X * Vector3(x_.col(n));
+    v_.col(n) = X.rotation() * v_.col(n);
+  }
+  find_rotations();
+  find_forces();
+  place_vertices();
+}
+
+TissueBalance TissueBody::balance() const {
+  TissueBalance balance;
+  balance.kinetic_energy = kinetic_energy(v_);
+  for (Eigen::Index n = 0; n < x_.cols(); ++n) {
+    if (!is_free(std::int32_t(n))) continue;
+    const Scalar mass = lattice_.masses()[std::size_t(n)];
+    balance.mass += mass;
+    balance.potential_energy -= mass * options_.gravity_W.dot(x_.col(n));
+    balance.momentum_W += mass * v_.col(n);
+    balance.angular_momentum_W += mass * x_.col(n).cross(v_.col(n));
+  }
+  balance.elastic_energy = elastic_energy_;
+  return balance;
+}
+
+}  // namespace dyop::tissue_internal

@@ -1,0 +1,247 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "dyop/tissue/soft_tissue_model.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "dyop/core/error.h"
+#include "support/inputs/haptic_scenes.h"
+#include "support/inputs/tissue_bars.h"
+
+namespace dyop {
+namespace {
+
+constexpr Scalar kPeriod = 0.02;
+constexpr Scalar kFriction = 0.4;
+constexpr Scalar kBall = 5;
+
+// A ball of 5 mm over a slab of 32 x 32 x 16 mm that stands on its lowest cubes of 4 mm; liver.
+struct PressedSlab {
+  explicit PressedSlab(Scalar stiffness)
+      : arrays(testing::divided_box({32, 32, 16}, {16, 16, 8}, RigidPose(Vector3(-16, -16, -16)))),
+        scene(testing::ball_tool(kBall, {0.3, 0.2, kBall + 2})),
+        options(testing::haptic_options()) {
+    scene.obstacles.push_back(testing::deforming_tissue(arrays, kFriction));
+    options.coupling.stiffness.setConstant(stiffness);
+    options.coupling.rotational_stiffness.setConstant(2000 * stiffness);
+    SoftTissueOptions tissue;
+    tissue.material = {5e-3, 0.45, 1.05e-9, 2, 0.05};
+    tissue.cube_edge = 4;
+    tissue.period = kPeriod;
+    tissue.fixed.emplace_back(Vector3(-20, -20, -20), Vector3(20, 20, -15.9));
+    model = std::make_shared<SoftTissueModel>(
+        SoftTissue(arrays.mesh(), tissue),
+        ModelledObstacle{options.coupling, {}, options.rest_offset, kFriction});
+  }
+
+  // What a run felt.
+  struct Felt {
+    Scalar largest = 0;
+    Scalar last = 0;
+    Scalar jitter = 0;  // over the last 200 ticks
+    Scalar stopped = 0;
+    Scalar deepest = 0;
+    Vector3 impulse = Vector3::Zero();
+    Vector3 tool = Vector3::Zero();
+    int unproven = 0;
+  };
+
+  Felt run(std::int64_t ticks, const std::function<Vector3(Scalar)>& device) {
+    HapticSession session(scene, options);
+    TissueFeed feed;
+    feed.period = kPeriod;
+    feed.model = model;
+    RunnerOptions runner;
+    runner.is_paced = false;
+    runner.ticks = ticks;
+    Felt felt;
+    Scalar low = kInfinity, high = 0;
+    run_session(
+        session, [&](std::int64_t k) { return testing::device_at(device(1e-3 * Scalar(k))); },
+        {feed},
+        [&](const TickRecord& record) {
+          see(record.tick, felt);
+          if (record.number < ticks - 200) return;
+          low = std::min(low, felt.last);
+          high = std::max(high, felt.last);
+        },
+        runner);
+    felt.jitter = high - low;
+    return felt;
+  }
+
+  static void see(const HapticTick& tick, Felt& felt) {
+    felt.last = tick.wrench.force_W.norm();
+    felt.largest = std::max(felt.largest, felt.last);
+    felt.stopped += tick.tissue_stopped;
+    felt.tool = tick.tool.X_WT.translation();
+    felt.deepest = std::min(felt.deepest, tick.tool.X_WT.translation().z() - kBall);
+    felt.unproven += tick.status == HapticStatus::Overlapping;
+    for (const ToolImpulse& impulse : tick.impulses) felt.impulse += impulse.impulse_W;
+    for (const ToolClearance& clearance : tick.clearances) EXPECT_GT(clearance.lower, 0);
+  }
+
+  testing::MeshArrays arrays;
+  HapticScene scene;
+  HapticOptions options;
+  std::shared_ptr<SoftTissueModel> model;
+};
+
+Vector3 pressed(Scalar t, Scalar depth) {
+  return {0.3, 0.2, kBall + 2 - (depth + 2) * std::min(Scalar{1}, t / 0.4)};
+}
+
+TEST(SoftTissueModel, YieldsToTheToolAndComesToRest) {
+  for (const Scalar stiffness : {1.0, 20.0}) {
+    PressedSlab slab(stiffness);
+    const auto felt = slab.run(1500, [](Scalar t) { return pressed(t, 4); });
+    EXPECT_LT(felt.deepest, -2.5);
+    EXPECT_GT(felt.last, 0.05);
+    EXPECT_LE(felt.jitter, 0.01 * felt.last) << stiffness;
+    EXPECT_LE(felt.stopped, 0.04);
+    EXPECT_EQ(felt.unproven, 0);
+  }
+}
+
+// Over the whole run, what the tissue took is what the tool felt.
+TEST(SoftTissueModel, TakesWhatItGives) {
+  PressedSlab slab(1);
+  const auto felt = slab.run(1500, [](Scalar t) { return pressed(t, 4); });
+  const Vector3 given = slab.model->given_impulse_W() + slab.model->owed_impulse_W();
+  EXPECT_LE((slab.model->given_impulse_W() - felt.impulse).norm(), 0.02 * felt.impulse.norm());
+  EXPECT_LE(slab.model->owed_impulse_W().norm(), 0.01 * given.norm());
+}
+
+TEST(SoftTissueModel, IsDraggedAlongThenSlips) {
+  PressedSlab slab(1);
+  const auto felt = slab.run(1600, [](Scalar t) {
+    Vector3 p = pressed(t, 3);
+    if (t > 0.6) p.x() += 8 * std::min(Scalar{1}, t - 0.6);
+    return p;
+  });
+  EXPECT_EQ(felt.unproven, 0);
+  Scalar dragged = 0;
+  for (std::size_t k = 0; k < slab.arrays.vertices.size(); ++k) {
+    dragged =
+        std::max(dragged, slab.model->tissue().vertices()[k].x() - slab.arrays.vertices[k].x());
+  }
+  EXPECT_GT(dragged, 0.2);
+  EXPECT_GT(felt.tool.x(), dragged + 2);
+  EXPECT_LT(felt.largest, 1.5);
+}
+
+TEST(SoftTissueModel, LetsGo) {
+  PressedSlab slab(5);
+  const auto felt = slab.run(
+      1200, [](Scalar t) { return t < 0.6 ? pressed(t, 4) : Vector3(0.3, 0.2, kBall + 4); });
+  EXPECT_EQ(felt.last, 0);
+  Scalar away = 0;
+  const auto now = slab.model->tissue().vertices();
+  for (std::size_t k = 0; k < now.size(); ++k) {
+    away = std::max(away, (now[k] - slab.arrays.vertices[k]).norm());
+  }
+  EXPECT_LT(away, 0.3);
+}
+
+// A model that takes three periods to answer: the tissue stands in between, and nothing swings up.
+TEST(SoftTissueModel, SurvivesLateSnapshots) {
+  PressedSlab slab(20);
+  HapticSession session(slab.scene, slab.options);
+  PressedSlab::Felt felt;
+  TissueNews news;
+  std::vector<Vector3> vertices = slab.arrays.vertices;
+  std::int64_t given = 0;
+  Scalar late_force = 0;
+  for (int k = 0; k < 1500; ++k) {
+    if (k % 67 == 0 && session.snapshots_taken(0) == given) {
+      news.number = ++given;
+      news.contacts.clear();
+      if (k > 0) {
+        news.tick = session.last();
+        news.progress = news.tick.progress[0];
+        session.find_contacts(0, news.progress, news.tick.tool, slab.model->search(),
+                              news.contacts);
+      }
+      slab.model->step(news, vertices);
+      news.impulse_W.setZero();
+      ASSERT_TRUE(session.give_snapshot(0, vertices, kPeriod));
+    }
+    news.device = testing::device_at(pressed(1e-3 * k, 3));
+    const HapticTick& tick = session.update(news.device, testing::kMillisecond);
+    if (k % 67 < 20) {
+      for (const ToolImpulse& impulse : tick.impulses) news.impulse_W += impulse.impulse_W;
+    }
+    PressedSlab::see(tick, felt);
+    if (k > 1300) late_force = std::max(late_force, felt.last);
+  }
+  EXPECT_EQ(felt.unproven, 0);
+  EXPECT_LT(late_force, 3);
+  EXPECT_GT(late_force, 0.05);
+}
+
+TEST(SoftTissueModel, TakesNoOtherMesh) {
+  PressedSlab slab(1);
+  std::vector<Vector3> few(3);
+  EXPECT_THROW(slab.model->step({}, few), InvalidArgument);
+}
+
+// A model of one's own: a sheet that gives way under the last force.
+class Cushion final : public TissueModel {
+ public:
+  ContactSearch search() const override { return {1, 0, 1}; }
+  void step(const TissueNews& news, std::span<Vector3> vertices) override {
+    EXPECT_EQ(news.number, ++calls);
+    for (const ToolContactPoint& contact : news.contacts) {
+      EXPECT_EQ(contact.obstacle, 0u);
+      EXPECT_TRUE(contact.surface);
+      ++contacts;
+    }
+    impulse += news.impulse_W;
+    for (Vector3& p : vertices) p.z() = -0.5 * impulse.z();
+  }
+  int calls = 0;
+  int contacts = 0;
+  Vector3 impulse = Vector3::Zero();
+};
+
+TEST(TissueModel, IsToldOfContactsAndImpulses) {
+  const auto sheet = testing::sheet(40, 8);
+  HapticScene scene = testing::ball_tool(2, {0.3, 0.2, 3});
+  scene.obstacles.push_back(testing::deforming_tissue(sheet, 0));
+  HapticSession session(scene, testing::haptic_options());
+  const auto cushion = std::make_shared<Cushion>();
+  TissueFeed feed;
+  feed.period = 0.01;
+  feed.model = cushion;
+  int recorded = 0;
+  feed.given = [&](std::span<const Vector3> vertices) {
+    EXPECT_EQ(vertices.size(), sheet.vertices.size());
+    ++recorded;
+  };
+  RunnerOptions runner;
+  runner.is_paced = false;
+  runner.ticks = 300;
+  Vector3 felt = Vector3::Zero();
+  run_session(
+      session,
+      [](std::int64_t k) {
+        return testing::device_at({0.3, 0.2, 3 - 0.01 * Scalar(k)});
+      },
+      {feed},
+      [&](const TickRecord& record) {
+        for (const ToolImpulse& impulse : record.tick.impulses) felt += impulse.impulse_W;
+      },
+      runner);
+  EXPECT_NEAR(cushion->calls, 30, 1);
+  EXPECT_EQ(recorded, cushion->calls);
+  EXPECT_GT(cushion->contacts, 5);
+  EXPECT_GT(felt.z(), 0);
+  // All but the ticks of the last period.
+  EXPECT_GT(cushion->impulse.z(), 0.8 * felt.z());
+  EXPECT_LE(cushion->impulse.z(), felt.z() * (1 + 1e-9));
+}
+
+}  // namespace
+}  // namespace dyop
