@@ -17,6 +17,10 @@ class Hdf5ToolOutput final : public ToolOutput {
                 run.tissue) {}
 
   void add(const TickRecord& record) override { writer_.add(record); }
+  void add_snapshot(std::size_t obstacle, std::span<const Vector3> vertices,
+                    Scalar duration) override {
+    writer_.add_snapshot(obstacle, vertices, duration);
+  }
   void finish(const RunnerReport& report) override { writer_.finish(report); }
   void fail(const std::string& error) override { writer_.fail(error); }
   std::size_t bytes_per_tick() const override { return writer_.bytes_per_tick(); }

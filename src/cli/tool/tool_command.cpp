@@ -112,6 +112,19 @@ ToolLinks open_links(const ToolArguments& arguments, const HapticRun& run) {
   return links;
 }
 
+// With what models answer written into the recording.
+std::vector<TissueFeed> recorded_feeds(const HapticRun& run, ToolOutput* output) {
+  std::vector<TissueFeed> feeds = run.tissue;
+  for (TissueFeed& feed : feeds) {
+    if (!feed.model || output == nullptr) continue;
+    feed.given = [output, obstacle = feed.obstacle,
+                  period = feed.period](std::span<const Vector3> vertices) {
+      output->add_snapshot(obstacle, vertices, period);
+    };
+  }
+  return feeds;
+}
+
 // Records the run, also one that an exception ends.
 RunnerReport run_recorded(HapticSession& session, const HapticRun& run, Report& report,
                           const ToolLinks& links, const std::stop_token& stop) {
@@ -120,7 +133,7 @@ RunnerReport run_recorded(HapticSession& session, const HapticRun& run, Report& 
     const RunnerReport timing = run_session(
         session,
         [&](std::int64_t tick) { return links.device ? links.device->pose() : run.device(tick); },
-        run.tissue,
+        recorded_feeds(run, output),
         [&](const TickRecord& record) {
           report.add(record);
           if (links.device) links.device->answer(record.tick);

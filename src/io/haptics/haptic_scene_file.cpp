@@ -10,6 +10,7 @@
 #include "dyop/haptics/haptic_runner.h"
 #include "dyop/io/anatomy.h"
 #include "dyop/io/mesh_file.h"
+#include "dyop/tissue/soft_tissue_model.h"
 #include "io/file_bytes.h"
 #include "io/json_reader.h"
 
@@ -98,7 +99,10 @@ void read_tool(const JsonNode& node, HapticScene& scene) {
 
 ToolObstacle read_obstacle(const JsonNode& node) {
   node.require_object({"name", "role", "margin", "friction", "stiffness", "mesh", "liver", "vessel",
-                       "wall", "position", "rotation", "breathing"});
+                       "wall", "position", "rotation", "breathing", "elastic"});
+  if (node.has("breathing") && node.has("elastic")) {
+    node.fail("expected breathing or elastic, not both");
+  }
   ToolObstacle obstacle;
   obstacle.name = node.at("name").text();
   obstacle.role = node.at("role").choice<ObstacleRole>({{"tissue", ObstacleRole::Tissue},
@@ -111,7 +115,7 @@ ToolObstacle read_obstacle(const JsonNode& node) {
   AnatomyMesh mesh = read_mesh(node);
   const RigidPose X_WO = read_pose(node);
   for (Vector3& p : mesh.vertices) p = X_WO * p;
-  if (node.has("breathing")) {
+  if (node.has("breathing") || node.has("elastic")) {
     obstacle.vertices = std::move(mesh.vertices);
     obstacle.triangles = std::move(mesh.triangles);
   } else {
@@ -121,6 +125,36 @@ ToolObstacle read_obstacle(const JsonNode& node) {
     });
   }
   return obstacle;
+}
+
+// The key `elastic`: an obstacle of soft tissue that answers the tool.
+TissueFeed read_elastic(const JsonNode& node, const HapticRun& run) {
+  node.require_object({"youngs_modulus", "poissons_ratio", "density", "drag", "viscosity", "cube",
+                       "rate", "gravity", "fixed"});
+  SoftTissueOptions options;
+  options.material.youngs_modulus = node.at("youngs_modulus").positive_number();
+  options.material.poissons_ratio = node.at("poissons_ratio").number();
+  options.material.density = node.at("density").positive_number();
+  options.material.drag = number_or(node, "drag", 0);
+  options.material.viscosity = number_or(node, "viscosity", 0);
+  options.cube_edge = node.at("cube").positive_number();
+  options.period = 1 / node.at("rate").positive_number();
+  if (node.has("gravity")) options.gravity_W = node.at("gravity").vector3();
+  for (const JsonNode& item : node.at("fixed").items()) {
+    item.require_object({"min", "max"});
+    options.fixed.emplace_back(item.at("min").vector3(), item.at("max").vector3());
+  }
+  const ToolObstacle& obstacle = run.scene.obstacles.back();
+  ModelledObstacle modelled{run.options.coupling, run.scene.hinges,
+                            obstacle.margin + run.options.rest_offset, obstacle.friction};
+  TissueFeed feed;
+  feed.obstacle = run.scene.obstacles.size() - 1;
+  feed.period = options.period;
+  feed.model = node.guard([&] {
+    return std::make_shared<SoftTissueModel>(
+        SoftTissue(TriangleMesh(obstacle.vertices, obstacle.triangles), options), modelled);
+  });
+  return feed;
 }
 
 void read_options(const JsonNode& root, HapticRun& run) {
@@ -226,6 +260,7 @@ HapticRun parse_haptic_run(const std::filesystem::path& file, const std::string&
   read_tool(root.at("tool"), run.scene);
   for (const JsonNode& item : root.at("obstacles").items()) {
     run.scene.obstacles.push_back(read_obstacle(item));
+    if (item.has("elastic")) run.tissue.push_back(read_elastic(item.at("elastic"), run));
     if (!item.has("breathing")) continue;
     const ToolObstacle& obstacle = run.scene.obstacles.back();
     run.tissue.push_back(io_internal::read_breathing(item.at("breathing"),

@@ -97,6 +97,33 @@ TEST(HapticReplay, HandsMeshesOverAgain) {
   }
 }
 
+// What a model answered is part of the file: the replay needs no model.
+TEST(HapticReplay, GivesBackWhatTissueAnswered) {
+  const testing::TemporaryDirectory directory;
+  const fs::path file = directory.path() / "run.h5";
+  HapticRun run = parse_haptic_run("scene.json", testing::elastic_haptic_scene());
+  run.runner.ticks = 400;
+  run.runner.is_paced = false;
+  HapticSession session(run.scene, run.options);
+  HapticRecordingWriter writer(file, {run.title, run.text, run.runner.period, ""}, run.scene,
+                               run.options, run.tissue);
+  run.tissue[0].given = [&](std::span<const Vector3> vertices) {
+    writer.add_snapshot(0, vertices, run.tissue[0].period);
+  };
+  Scalar largest_force = 0;
+  writer.finish(run_session(
+      session, [&](std::int64_t tick) { return run.device(tick); }, run.tissue,
+      [&](const TickRecord& record) {
+        largest_force = std::max(largest_force, record.tick.wrench.force_W.norm());
+        writer.add(record);
+      },
+      run.runner));
+  EXPECT_GT(largest_force, 0.1);
+  const HapticReplay replay = replay_haptic_recording(file);
+  EXPECT_EQ(replay.ticks, 400);
+  EXPECT_EQ(replay.differing, 0) << "first " << replay.first_difference.value_or(-1);
+}
+
 // The scene's formula is part of the file, and stands for the snapshots.
 TEST(HapticReplay, NeedsNoVerticesOfTissueThatBreathesByAFormula) {
   const testing::TemporaryDirectory directory;

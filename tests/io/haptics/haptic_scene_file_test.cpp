@@ -93,6 +93,35 @@ TEST(HapticSceneFile, SaysWhatIsWrongWithACut) {
   expect(R"({"t": 1, "position": [0, 0, 0], "radius": 9, "depth": 1})", "depth");
 }
 
+TEST(HapticSceneFile, ReadsTissueThatAnswers) {
+  const HapticRun run = parse_haptic_run("s.json", testing::elastic_haptic_scene());
+  ASSERT_EQ(run.tissue.size(), 1u);
+  EXPECT_EQ(run.tissue[0].period, 0.02);
+  ASSERT_TRUE(run.tissue[0].model);
+  EXPECT_TRUE(run.tissue[0].formula.empty());
+  std::vector<Vector3> vertices = run.scene.obstacles[0].vertices;
+  const std::vector<Vector3> before = vertices;
+  run.tissue[0].model->step({}, vertices);  // nothing pulls at it
+  for (std::size_t k = 0; k < before.size(); ++k) {
+    EXPECT_LE((vertices[k] - before[k]).norm(), 1e-9);
+  }
+}
+
+TEST(HapticSceneFile, SaysWhatIsWrongWithElasticTissue) {
+  const auto expect = [](const std::string& from, const std::string& to, const std::string& words) {
+    const std::string message = testing::message_of<FileError>([&] {
+      parse_haptic_run("s.json", testing::replaced(testing::elastic_haptic_scene(), from, to));
+    });
+    EXPECT_NE(message.find(words), std::string::npos) << message;
+  };
+  expect("0.45", "0.5", "poissons_ratio must be between -1 and 0.5, not 0.5");
+  expect("0.005", "-1", "youngs_modulus");
+  expect("\"cube\": 20", "\"cube\": 0.01", "cube_edge 0.01");
+  expect("\"cube\"", "\"cell\"", "cell");
+  expect("\"elastic\"", "\"breathing\": {}, \"elastic\"", "not both");
+  expect("\"liver\": {\"triangles\": 1000}", "\"wall\": {\"triangles\": 1000}", "closed");
+}
+
 TEST(HapticSceneFile, TheSceneOfTheExampleIsValid) {
   const HapticRun run = load_haptic_run(DYOP_SURGERY_SCENE);
   std::size_t triangles = 0;

@@ -52,4 +52,13 @@ inline std::string cut_haptic_scene(const std::string& further = {}) {
                   top + (further.empty() ? "" : ", ") + further + "]}");
 }
 
+/// The scene with a liver that answers the tool.
+inline std::string elastic_haptic_scene() {
+  return replaced(kSmallHapticScene,
+                  R"("breathing": {"frequency": 1, "amplitude": [2, 0, 6], "rate": 50})",
+                  R"("elastic": {"youngs_modulus": 0.005, "poissons_ratio": 0.45,
+                     "density": 1.05e-9, "viscosity": 0.05, "cube": 20, "rate": 50,
+                     "fixed": [{"min": [-99, -99, -99], "max": [99, 99, -20]}]})");
+}
+
 }  // namespace dyop::testing
