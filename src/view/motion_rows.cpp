@@ -29,6 +29,22 @@ const Motion* central_motion(const Motion& motion, const Vector3& p_BoBcm) {
 
 constexpr int kMostHalvings = 40;
 
+// The rotation of a rotation vector, and back: as page/motion.js computes them.
+Quaternion quaternion_of(const Vector3& turn) {
+  const Scalar angle = turn.norm();
+  const Scalar factor = angle > 1e-4  // literal: below, the series has all digits
+                            ? std::sin(angle / 2) / angle
+                            : 0.5 - angle * angle / 48;
+  return {std::cos(angle / 2), factor * turn.x(), factor * turn.y(), factor * turn.z()};
+}
+
+Vector3 turn_of(const Quaternion& q) {
+  const Scalar sine = q.vec().norm();
+  const Scalar sign = q.w() < 0 ? -1 : 1;
+  if (!(sine > 0)) return Vector3::Zero();
+  return sign * 2 * std::atan2(sine, sign * q.w()) / sine * q.vec();
+}
+
 }  // namespace
 
 void MotionRows::Spans::add(const Body& the_body, const TimeInterval& interval, bool central) {
@@ -50,6 +66,10 @@ void MotionRows::Poses::add(const RigidPose& X) {
   position.push_back(X.translation());
   vector.push_back(q.vec());
   scalar.push_back(q.w());
+}
+
+Quaternion MotionRows::Poses::quaternion(std::size_t row) const {
+  return {scalar[row], vector[row].x(), vector[row].y(), vector[row].z()};
 }
 
 void MotionRows::Poses::add_to(ColumnBlock& block, const std::string& kind) const {
@@ -188,6 +208,16 @@ void MotionRows::add_cubic(const Body& body, const TimeInterval& interval,
   cubic_.theta_rate1.push_back(motion.end().theta_rate);
 }
 
+void MotionRows::add_screws_to(ColumnBlock& block) const {
+  screw_.spans.add_to(block, "screw");
+  screw_.poses.add_to(block, "screw");
+  block.add("screw.t0", std::span(screw_.t0));
+  block.add("screw.turn_rate", std::span(screw_.turn_rate));
+  block.add("screw.slide_rate", std::span(screw_.slide_rate));
+  block.add("screw.point", std::span(screw_.p_WA));
+  block.add("screw.axis", std::span(screw_.axis_W));
+}
+
 void MotionRows::add_to(ColumnBlock& block) const {
   absent_.add_to(block, "absent");
   rest_.spans.add_to(block, "rest");
@@ -197,13 +227,7 @@ void MotionRows::add_to(ColumnBlock& block) const {
   block.add("twist.t0", std::span(twist_.t0));
   block.add("twist.v", std::span(twist_.v_W));
   block.add("twist.w", std::span(twist_.w_W));
-  screw_.spans.add_to(block, "screw");
-  screw_.poses.add_to(block, "screw");
-  block.add("screw.t0", std::span(screw_.t0));
-  block.add("screw.turn_rate", std::span(screw_.turn_rate));
-  block.add("screw.slide_rate", std::span(screw_.slide_rate));
-  block.add("screw.point", std::span(screw_.p_WA));
-  block.add("screw.axis", std::span(screw_.axis_W));
+  add_screws_to(block);
   cubic_.spans.add_to(block, "cubic");
   cubic_.charts.add_to(block, "cubic");
   block.add("cubic.domain_begin", std::span(cubic_.domain_begin));
@@ -216,6 +240,181 @@ void MotionRows::add_to(ColumnBlock& block) const {
   block.add("cubic.v1", std::span(cubic_.v1));
   block.add("cubic.theta1", std::span(cubic_.theta1));
   block.add("cubic.theta_rate1", std::span(cubic_.theta_rate1));
+}
+
+// What the columns of a chunk hold of one body after another, and where the page will have the
+// body after the last segment: in page/chunk.js the same formulas lead to the same place.
+struct MotionRows::Rounded {
+  explicit Rounded(const Rounding& steps) : rounding(steps) {}
+
+  const Rounding& rounding;
+  Body body = {};
+  bool is_central = false;
+  Vector3 p = Vector3::Zero();
+  Quaternion q = Quaternion::Identity();
+  Vector3 v = Vector3::Zero();
+  Vector3 w = Vector3::Zero();
+  std::vector<std::uint32_t> count, begin, end;
+  std::vector<std::uint8_t> kind;
+  RoundedVectors places, turns, velocities, spins;
+  // Of cubics only.
+  RoundedVectors angles, next_velocities, next_rates, next_places, next_angles;
+
+  void start(const Body& next) {
+    body = next;
+    is_central = false;
+    p = v = w = Vector3::Zero();
+    q = Quaternion::Identity();
+  }
+
+  // The point that moves is now the centre of mass, or the origin.
+  void set_central(bool central) {
+    if (central != is_central) p += (central ? 1.0 : -1.0) * (q * body.p_BoBcm);
+    is_central = central;
+  }
+
+  // Of angular velocities, where that of velocities is `step`.
+  Scalar spin_step(Scalar step) const { return step / rounding.place * rounding.turn(body.radius); }
+
+  void pose(const Vector3& place, const Quaternion& orientation) {
+    p = places.add(place, p, rounding.place);
+    const Vector3 turn = turn_of(q.conjugate() * orientation);
+    q = q * quaternion_of(turns.add(turn, Vector3(Vector3::Zero()), rounding.turn(body.radius)));
+  }
+};
+
+std::vector<MotionRows::Entry> MotionRows::entries() const {
+  std::vector<Entry> list;
+  for (const Kind kind : {Kind::Rest, Kind::Twist, Kind::Cubic}) {
+    const Spans& spans = spans_of(kind);
+    for (std::size_t row = 0; row < spans.body.size(); ++row) {
+      list.push_back({spans.body[row], spans.begin[row], kind, row});
+    }
+  }
+  std::ranges::stable_sort(list, {},
+                           [](const Entry& entry) { return std::pair(entry.body, entry.begin); });
+  return list;
+}
+
+const MotionRows::Spans& MotionRows::spans_of(Kind kind) const {
+  return kind == Kind::Rest ? rest_.spans : kind == Kind::Twist ? twist_.spans : cubic_.spans;
+}
+
+void MotionRows::round_rest(std::size_t row, Rounded& to) const {
+  to.pose(rest_.poses.position[row], rest_.poses.quaternion(row));
+  to.v = to.w = Vector3::Zero();
+}
+
+void MotionRows::round_twist(std::size_t row, Rounded& to) const {
+  const Scalar begin = twist_.spans.begin[row];
+  const Scalar since = begin - twist_.t0[row];
+  const Scalar h = twist_.spans.end[row] - begin;
+  const Vector3& v = twist_.v_W[row];
+  const Vector3& w = twist_.w_W[row];
+  to.pose(twist_.poses.position[row] + since * v,
+          quaternion_of(since * w) * twist_.poses.quaternion(row));
+  const Scalar step = to.rounding.velocity_over(h);
+  to.v = to.velocities.add(v, to.v, step);
+  to.w = to.spins.add(w, to.w, to.spin_step(step));
+  to.p += h * to.v;
+  to.q = quaternion_of(h * to.w) * to.q;
+}
+
+// The ends of the cubic over its own interval, which may be a part of its domain.
+HermiteNode MotionRows::cubic_at(std::size_t row, Scalar t) const {
+  const TimeInterval domain{cubic_.domain_begin[row], cubic_.domain_end[row]};
+  const HermiteNode first{cubic_.p0[row], cubic_.v0[row], cubic_.theta0[row],
+                          cubic_.theta_rate0[row]};
+  const HermiteNode last{cubic_.p1[row], cubic_.v1[row], cubic_.theta1[row],
+                         cubic_.theta_rate1[row]};
+  if (t <= domain.begin) return first;
+  if (t >= domain.end) return last;
+  const Scalar h = domain.length();
+  const Scalar s = (t - domain.begin) / h;
+  const Scalar r = 1 - s;
+  const auto value = [&](const Vector3& a, const Vector3& va, const Vector3& b,
+                         const Vector3& vb) -> Vector3 {
+    return a + s * s * (3 - 2 * s) * (b - a) + h * s * r * (r * va - s * vb);
+  };
+  const auto rate = [&](const Vector3& a, const Vector3& va, const Vector3& b,
+                        const Vector3& vb) -> Vector3 {
+    return 6 * s * r / h * (b - a) + r * (1 - 3 * s) * va + s * (3 * s - 2) * vb;
+  };
+  return {value(first.p_WB, first.v_WB, last.p_WB, last.v_WB),
+          rate(first.p_WB, first.v_WB, last.p_WB, last.v_WB),
+          value(first.theta, first.theta_rate, last.theta, last.theta_rate),
+          rate(first.theta, first.theta_rate, last.theta, last.theta_rate)};
+}
+
+void MotionRows::round_cubic(std::size_t row, Rounded& to) const {
+  const Scalar h = cubic_.spans.end[row] - cubic_.spans.begin[row];
+  const HermiteNode first = cubic_at(row, cubic_.spans.begin[row]);
+  const HermiteNode last = cubic_at(row, cubic_.spans.end[row]);
+  const Scalar turn = to.rounding.turn(to.body.radius);
+  const Scalar velocity = to.rounding.velocity_over(h);
+  const Scalar spin = to.spin_step(velocity);
+  to.pose(first.p_WB, cubic_.charts.quaternion(row) * quaternion_of(first.theta));
+  const Vector3 angle = to.angles.add(first.theta, Vector3(Vector3::Zero()), turn);
+  const Quaternion chart = to.q * quaternion_of(-angle);
+  const Vector3 v0 = to.velocities.add(first.v_WB, to.v, velocity);
+  const Vector3 rate0 = to.spins.add(first.theta_rate, chart.conjugate() * to.w, spin);
+  const Vector3 v1 = to.next_velocities.add(last.v_WB, v0, velocity);
+  const Vector3 rate1 = to.next_rates.add(last.theta_rate, rate0, spin);
+  to.p = to.next_places.add(last.p_WB, to.p + h / 2 * (v0 + v1), to.rounding.place);
+  to.v = v1;
+  const Vector3 next = to.next_angles.add(last.theta, angle + h / 2 * (rate0 + rate1), turn);
+  to.q = chart * quaternion_of(next);
+  to.w = chart * rate1;  // nearly: the next segment is expected to go on with it
+}
+
+void MotionRows::add_times_to(TimeTable& times) const {
+  for (const Kind kind : {Kind::Rest, Kind::Twist, Kind::Cubic}) {
+    for (const double t : spans_of(kind).begin) times.add(t);
+    for (const double t : spans_of(kind).end) times.add(t);
+  }
+}
+
+void MotionRows::add_rounded_to(ColumnBlock& block, const Rounding& rounding,
+                                std::span<const Body> bodies, const TimeTable& times) const {
+  Rounded to(rounding);
+  to.count.assign(bodies.size(), 0);
+  const Entry* last = nullptr;
+  std::uint32_t end = 0;
+  const std::vector<Entry> list = entries();
+  for (const Entry& entry : list) {
+    if (last == nullptr || last->body != entry.body) {
+      to.start(bodies[entry.body]);
+      end = 0;
+    }
+    last = &entry;
+    const Spans& spans = spans_of(entry.kind);
+    const bool is_central = spans.is_central[entry.row] != 0;
+    ++to.count[entry.body];
+    to.kind.push_back(std::uint8_t(int(entry.kind) | (is_central ? 8 : 0)));
+    const std::uint32_t begin = times.at(spans.begin[entry.row]);
+    to.begin.push_back(begin - end);  // wraps, and so does the page
+    end = times.at(spans.end[entry.row]);
+    to.end.push_back(end - begin);
+    to.set_central(is_central);
+    if (entry.kind == Kind::Rest) round_rest(entry.row, to);
+    if (entry.kind == Kind::Twist) round_twist(entry.row, to);
+    if (entry.kind == Kind::Cubic) round_cubic(entry.row, to);
+  }
+  block.add("segment.count", std::span(to.count));
+  block.add("segment.kind", std::span(to.kind));
+  block.add("segment.begin", std::span(to.begin));
+  block.add("segment.end", std::span(to.end));
+  to.places.add_to(block, "segment.p");
+  to.turns.add_to(block, "segment.turn");
+  to.velocities.add_to(block, "segment.v");
+  to.spins.add_to(block, "segment.w");
+  to.angles.add_to(block, "segment.angle");
+  to.next_velocities.add_to(block, "segment.next_v");
+  to.next_rates.add_to(block, "segment.next_rate");
+  to.next_places.add_to(block, "segment.next_p");
+  to.next_angles.add_to(block, "segment.next_angle");
+  absent_.add_to(block, "absent");
+  add_screws_to(block);
 }
 
 void add_pair(const PairRecord& pair, const TimeInterval& frame, PageSpan& span) {
@@ -239,7 +438,7 @@ void add_pair(const PairRecord& pair, const TimeInterval& frame, PageSpan& span)
   for (const PairContact& contact : pair.contacts) {
     const ContactPoint& point = contact.point;
     span.contacts.push_back({frame, pair.a, pair.b, is_resting, (point.p_WCa + point.p_WCb) / 2,
-                             point.nhat_AB_W, contact.impulse_W, point.gap});
+                             point.nhat_AB_W, contact.impulse_W});
   }
 }
 

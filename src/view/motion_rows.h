@@ -11,6 +11,7 @@
 #include "dyop/motion/screw_motion.h"
 #include "dyop/view/page_encoder.h"
 #include "view/column_block.h"
+#include "view/rounded_rows.h"
 
 namespace dyop::view_internal {
 
@@ -30,6 +31,11 @@ class MotionRows {
   /// A null motion: the body is absent.
   void add(const Body& body, const TimeInterval& interval, const Motion* motion);
   void add_to(ColumnBlock& block) const;
+  /// For a chunk: rests, twists and cubics rounded, each as its difference from where the segment
+  /// before it left the body; the others as they are. `bodies` are all of the scene, by number.
+  void add_rounded_to(ColumnBlock& block, const Rounding& rounding, std::span<const Body> bodies,
+                      const TimeTable& times) const;
+  void add_times_to(TimeTable& times) const;
 
  private:
   // What all kinds have. `is_central`: the motion is that of the centre of mass, in the axes of B.
@@ -46,6 +52,7 @@ class MotionRows {
     std::vector<Vector3> vector;  // of the quaternion
     std::vector<double> scalar;
     void add(const RigidPose& X);
+    Quaternion quaternion(std::size_t row) const;
     void add_to(ColumnBlock& block, const std::string& kind) const;
   };
 
@@ -65,6 +72,22 @@ class MotionRows {
                  bool is_central);
 
   void add_motion(const Body& body, const TimeInterval& interval, const Motion& motion);
+  void add_screws_to(ColumnBlock& block) const;
+
+  enum class Kind : std::uint8_t { Rest = 0, Twist = 1, Cubic = 3 };  // as the page numbers them
+  struct Entry {
+    std::uint32_t body;
+    double begin;
+    Kind kind;
+    std::size_t row;
+  };
+  struct Rounded;
+  std::vector<Entry> entries() const;
+  const Spans& spans_of(Kind kind) const;
+  void round_rest(std::size_t row, Rounded& to) const;
+  void round_twist(std::size_t row, Rounded& to) const;
+  void round_cubic(std::size_t row, Rounded& to) const;
+  HermiteNode cubic_at(std::size_t row, Scalar t) const;
 
   Scalar tolerance_;
   Spans absent_;

@@ -16,6 +16,7 @@ namespace dyop {
 namespace {
 
 using view_internal::ColumnBlock;
+using view_internal::MotionRows;
 using Json = nlohmann::json;
 
 // With more bodies than this, round ones are drawn with fewer triangles.
@@ -61,12 +62,6 @@ class RowColumns {
     block_.add(name_ + "." + column, std::span<const Vector3>(values));
   }
   // In single precision: for what is drawn, not computed with.
-  template <typename Get>
-  void rough_numbers(const char* column, Get get) {
-    std::vector<float> values;
-    for (const auto& row : rows_) values.push_back(float(get(row)));
-    block_.add(name_ + "." + column, std::span<const float>(values));
-  }
   template <typename Get>
   void rough_vectors(const char* column, Get get) {
     std::vector<float> values;
@@ -189,7 +184,6 @@ void add_contacts(ColumnBlock& block, const std::vector<PageContact>& contacts) 
   rows.rough_vectors("p", [](const PageContact& c) { return c.p_WC; });
   rows.rough_vectors("normal", [](const PageContact& c) { return c.nhat_AB_W; });
   rows.rough_vectors("impulse", [](const PageContact& c) { return c.impulse_W; });
-  rows.rough_numbers("gap", [](const PageContact& c) { return c.gap; });
 }
 
 void add_touches(ColumnBlock& block, const std::vector<PageTouch>& touches) {
@@ -290,17 +284,20 @@ const TriangleMesh& deforming_mesh(const PageScene& scene, const PageDeformation
   return *mesh;
 }
 
-void add_motions(ColumnBlock& block, const PageScene& scene, const PageSpan& span) {
-  view_internal::MotionRows motions(PageEncoder::kMotionTolerance);
+MotionRows::Body motion_body(const PageScene& scene, std::size_t number) {
+  const PageBody& body = scene.bodies[number];
+  const Vector3 center =
+      body.mass_properties ? body.mass_properties->p_BoBcm : Vector3(Vector3::Zero());
+  return {std::uint32_t(number), center, body.shape->bounding_radius()};
+}
+
+MotionRows motions_of(const PageScene& scene, const PageSpan& span) {
+  MotionRows motions(PageEncoder::kMotionTolerance);
   for (const PageSegment& segment : span.segments) {
     DYOP_REQUIRE(segment.body.slot < scene.bodies.size(), "the page has no body ", segment.body);
-    const PageBody& body = scene.bodies[segment.body.slot];
-    const Vector3 center =
-        body.mass_properties ? body.mass_properties->p_BoBcm : Vector3(Vector3::Zero());
-    motions.add({segment.body.slot, center, body.shape->bounding_radius()}, segment.interval,
-                segment.motion.get());
+    motions.add(motion_body(scene, segment.body.slot), segment.interval, segment.motion.get());
   }
-  motions.add_to(block);
+  return motions;
 }
 
 }  // namespace
@@ -374,18 +371,36 @@ std::string PageEncoder::head() const {
 
 std::string PageEncoder::chunk(const TimeInterval& time, const PageSpan& span) const {
   ColumnBlock block;
-  add_motions(block, scene_, span);
-  add_gaps(block, span.gaps);
-  add_contacts(block, span.contacts);
+  std::vector<MotionRows::Body> bodies;
+  for (std::size_t k = 0; k < scene_.bodies.size(); ++k) bodies.push_back(motion_body(scene_, k));
+  const MotionRows motions = motions_of(scene_, span);
+  view_internal::TimeTable times;
+  motions.add_times_to(times);
+  for (const PageGap& gap : span.gaps) times.add(gap.t);
+  for (const PageContact& contact : span.contacts) {
+    times.add(contact.interval.begin);
+    times.add(contact.interval.end);
+  }
+  times.sort();
+  times.add_to(block);
+  const auto rounding = view_internal::Rounding::of(scene_, time, span);
+  motions.add_rounded_to(block, rounding, bodies, times);
+  view_internal::add_rounded_gaps(block, span.gaps, rounding, times);
+  view_internal::add_rounded_contacts(block, span.contacts, rounding, times);
   std::string bytes(1 + 2 * sizeof(double), 'D');
   std::memcpy(&bytes[1], &time.begin, sizeof(double));
   std::memcpy(&bytes[1 + sizeof(double)], &time.end, sizeof(double));
-  return bytes + block.bytes({{"block", "chunk"}});
+  const Json steps{{"place", rounding.place},
+                   {"velocity", rounding.velocity},
+                   {"contact", rounding.contact},
+                   {"impulse", rounding.impulse},
+                   {"direction", view_internal::Rounding::kDirection}};
+  return bytes + block.bytes({{"block", "chunk"}, {"steps", steps}});
 }
 
 std::string PageEncoder::span(const PageSpan& span) const {
   ColumnBlock block;
-  add_motions(block, scene_, span);
+  motions_of(scene_, span).add_to(block);
   add_touches(block, span.touches);
   add_steps(block, span);
   add_impacts(block, span.impacts);

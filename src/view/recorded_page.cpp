@@ -298,6 +298,7 @@ class RecordedPage {
   // The part of one frame of span_ that goes into a chunk; the page keeps the nearest pairs' gaps.
   PageSpan take_chunk() {
     PageSpan chunk;
+    chunk.frames = span_.frames;
     chunk.segments = std::exchange(span_.segments, {});
     chunk.contacts = std::exchange(span_.contacts, {});
     chunk.gaps = span_.gaps;
@@ -363,8 +364,8 @@ class RecordedPage {
   void choose_pairs(const RecordedPageOptions& options) {
     std::map<PairName, Scalar> least;
     for (std::size_t k = 0; k < reader_.frames().size(); ++k) {
-      for (const PairRecord& pair : reader_.pairs(k)) {
-        rows_ += pair.contacts.size();
+      for (const NearPair& pair : reader_.near_pairs(k)) {
+        rows_ += std::size_t(pair.contacts);
         const auto [entry, is_new] = least.try_emplace({pair.a.slot, pair.b.slot}, pair.gap_lower);
         if (!is_new) entry->second = std::min(entry->second, pair.gap_lower);
       }

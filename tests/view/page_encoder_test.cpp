@@ -5,7 +5,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
 #include <random>
+#include <sstream>
 
 #include "dyop/core/error.h"
 #include "dyop/geometry/box.h"
@@ -13,10 +17,13 @@
 #include "dyop/geometry/compound_shape.h"
 #include "dyop/geometry/sphere.h"
 #include "dyop/motion/bezier_motion.h"
+#include "dyop/motion/composed_motion.h"
 #include "dyop/motion/constant_twist_motion.h"
 #include "dyop/motion/hermite_motion.h"
 #include "dyop/motion/rest_motion.h"
+#include "dyop/motion/screw_motion.h"
 #include "dyop/motion/sequence_motion.h"
+#include "support/temporary_directory.h"
 #include "view/page_block.h"
 
 namespace dyop {
@@ -196,6 +203,199 @@ TEST(PageEncoder, RefusesBodiesWithoutShapeAndUnknownBodies) {
   PageSpan span;
   span.segments = {{BodyId(1), {0, 1}, std::make_shared<RestMotion>()}};
   EXPECT_THROW(encoder.span(span), InvalidArgument);
+}
+
+// A chunk of random motions of every kind, some of which go on where the one before ended.
+class RandomChunk {
+ public:
+  // Lengths are of this scale, and bodies this far from the origin.
+  RandomChunk(unsigned seed, Scalar scale, Scalar far_off)
+      : random_(seed), scale_(scale), place_(far_off * any_vector()) {
+    for (std::size_t k = 0; k < kBodies; ++k) {
+      const auto shape = std::make_shared<Sphere>(scale * (1 + Scalar(k)));
+      PageBody& body = scene.bodies.emplace_back();
+      body = {"body " + std::to_string(k), BodyKind::Dynamic, shape, "", {}};
+      body.mass_properties = MassProperties{1, 0.4 * scale * any_vector(), Matrix3::Identity()};
+      add_motions(k);
+    }
+    for (int k = 0; k < kFrames; ++k) span.frames.push_back({{time(k), time(k + 1)}, {}, 0, 0});
+    add_pairs();
+  }
+
+  static constexpr std::size_t kBodies = 6;
+  static constexpr int kFrames = 40;
+  TimeInterval interval() const { return {time(0), time(kFrames)}; }
+
+  // The library's poses at random times, and every gap and contact.
+  nlohmann::json facts() {
+    nlohmann::json facts = pair_facts_;
+    facts["begin"] = interval().begin;
+    for (int k = 0; k < 3000; ++k) {
+      const auto body = std::size_t(uniform(0, kBodies));
+      const Scalar t = uniform(interval().begin, interval().end);
+      const auto segment = std::ranges::find_if(span.segments, [&](const PageSegment& one) {
+        return one.body.slot == body && one.interval.begin <= t && t < one.interval.end;
+      });
+      nlohmann::json json{{"body", body}, {"t", t}};
+      if (segment->motion) {
+        const MotionState state = segment->motion->state(t);
+        const Quaternion q = state.X_WB.quaternion();
+        json["p"] = numbers(state.X_WB.translation());
+        json["q"] = {q.x(), q.y(), q.z(), q.w()};
+        json["v"] = numbers(state.twist.v_WB);
+      }
+      facts["poses"].push_back(std::move(json));
+    }
+    return facts;
+  }
+
+  PageScene scene;
+  PageSpan span;
+
+ private:
+  static nlohmann::json numbers(const Vector3& v) { return {v.x(), v.y(), v.z()}; }
+  Scalar time(int k) const { return 3 + 0.01 * k; }
+  Scalar uniform(Scalar low, Scalar high) {
+    return std::uniform_real_distribution<Scalar>(low, high)(random_);
+  }
+  Vector3 any_vector() { return {uniform(-1, 1), uniform(-1, 1), uniform(-1, 1)}; }
+
+  MotionState any_state() {
+    return {RigidPose(rotation_from_vector(2 * any_vector()), place_ + scale_ * any_vector()),
+            {5 * scale_ * any_vector(), 9 * any_vector()}};
+  }
+
+  std::shared_ptr<const Motion> any_motion(const TimeInterval& t, const MotionState& at) {
+    const int kind = int(uniform(0, 6));
+    if (kind == 0) return std::make_shared<RestMotion>(at.X_WB);
+    if (kind == 1) return std::make_shared<ConstantTwistMotion>(at.X_WB, at.twist, t.begin);
+    if (kind == 2) {
+      return std::make_shared<ScrewMotion>(
+          at.X_WB, ScrewMotion::Screw{place_, Vector3(0.6, 0, 0.8), 3, scale_}, t.begin);
+    }
+    if (kind == 3) return nullptr;
+    // Of a longer cubic a part, or all.
+    const TimeInterval domain = kind == 4 ? t : TimeInterval{t.begin - 0.005, t.end + 0.01};
+    MotionState next = any_state();
+    next.X_WB = RigidPose(at.X_WB.rotation() * rotation_from_vector(0.3 * any_vector()),
+                          next.X_WB.translation());
+    return std::make_shared<HermiteMotion>(domain, at, next);
+  }
+
+  void add_motions(std::size_t body) {
+    MotionState at = any_state();
+    const Vector3 center = scene.bodies[body].mass_properties->p_BoBcm;
+    for (int k = 0; k < kFrames; ++k) {
+      // Segments of many lengths, down to a millionth of a frame.
+      const Scalar cut = k % 5 == 0 ? time(k) + 1e-8 : time(k + 1);
+      for (const TimeInterval& t : {TimeInterval{time(k), cut}, TimeInterval{cut, time(k + 1)}}) {
+        if (!(t.begin < t.end)) continue;
+        std::shared_ptr<const Motion> motion = any_motion(t, at);
+        if (motion && uniform(0, 1) < 0.5) {  // about the centre of mass
+          motion = std::make_shared<ComposedMotion>(
+              motion, std::make_shared<RestMotion>(RigidPose(Matrix3::Identity(), -center)));
+        }
+        span.segments.push_back({BodyId(body), t, motion});
+        at = motion && uniform(0, 1) < 0.7 ? motion->state(t.end) : any_state();
+      }
+    }
+  }
+
+  void add_pairs() {
+    for (int k = 0; k < kFrames; ++k) {
+      const TimeInterval frame{time(k), time(k + 1)};
+      for (std::uint32_t a = 0; a + 1 < kBodies; ++a) {
+        if (uniform(0, 1) < 0.3) continue;
+        add_gap(frame, BodyId(a), BodyId(a + 1));
+        const int count = int(uniform(0, 5));
+        for (int number = 0; number < count; ++number) {
+          add_contact(frame, BodyId(a), BodyId(a + 1), number);
+        }
+      }
+    }
+  }
+
+  void add_gap(const TimeInterval& frame, BodyId a, BodyId b) {
+    PageGap gap;
+    gap.t = frame.end;
+    gap.a = a;
+    gap.b = b;
+    gap.lower = scale_ * std::pow(10, uniform(-9, 0));
+    const bool is_known = uniform(0, 1) < 0.8;
+    if (is_known) gap.upper = gap.lower * uniform(1, 1.5);
+    gap.is_resting = uniform(0, 1) < 0.5;
+    gap.proof = gap.is_resting ? ProofKind::AtRest : ProofKind::ByBound;
+    const Vector3 from = place_ + scale_ * any_vector();
+    gap.witness_W = {from, from + (is_known ? gap.upper : 0) * any_vector().normalized()};
+    gap.pivot_W = from + 0.1 * scale_ * any_vector();
+    span.gaps.push_back(gap);
+    pair_facts_["gaps"].push_back({{"t", gap.t},
+                                   {"a", a.slot},
+                                   {"b", b.slot},
+                                   {"lower", gap.lower},
+                                   {"upper", gap.upper},
+                                   {"resting", gap.is_resting},
+                                   {"proof", 1 + int(*gap.proof)},
+                                   {"pa", numbers(from)},
+                                   {"pb", numbers(gap.witness_W->second)},
+                                   {"pivot", numbers(*gap.pivot_W)}});
+  }
+
+  void add_contact(const TimeInterval& frame, BodyId a, BodyId b, int number) {
+    PageContact contact;
+    contact.interval = frame;
+    contact.a = a;
+    contact.b = b;
+    contact.is_resting = uniform(0, 1) < 0.5;
+    contact.p_WC = place_ + scale_ * any_vector();
+    contact.nhat_AB_W = any_vector().normalized();
+    contact.impulse_W = std::pow(10, uniform(-6, 3)) * any_vector();
+    span.contacts.push_back(contact);
+    pair_facts_["contacts"].push_back({{"begin", frame.begin},
+                                       {"end", frame.end},
+                                       {"a", a.slot},
+                                       {"b", b.slot},
+                                       {"number", number},
+                                       {"resting", contact.is_resting},
+                                       {"p", numbers(contact.p_WC)},
+                                       {"normal", numbers(contact.nhat_AB_W)},
+                                       {"impulse", numbers(contact.impulse_W)}});
+  }
+
+  std::mt19937 random_;
+  Scalar scale_;
+  Vector3 place_;
+  nlohmann::json pair_facts_;
+};
+
+TEST(PageEncoder, ChunksAreRoundedByNoMoreThanTheySay) {
+  if (std::string(DYOP_NODE).empty() || !std::filesystem::exists(DYOP_NODE)) {
+    GTEST_SKIP() << "runs with node: bash .ci/install.sh page";
+  }
+  const testing::TemporaryDirectory directory;
+  unsigned seed = 7;
+  using Case = std::pair<Scalar, Scalar>;  // scale, distance from the origin
+  for (const auto& [scale, far_off] : {Case{1e-4, 0}, Case{1, 1e7}, Case{1e4, 1e7}}) {
+    RandomChunk run(seed++, scale, far_off);
+    const PageEncoder encoder(run.scene);
+    nlohmann::json facts = run.facts();
+    const std::string chunk = encoder.chunk(run.interval(), run.span);
+    const nlohmann::json steps = PageBlock(chunk.substr(17)).header().at("steps");
+    facts.update(steps);
+    EXPECT_LE(steps.at("place").get<Scalar>(), scale * 0x1p-26);
+    const auto head_file = directory.write("head", encoder.head());
+    const auto chunk_file = directory.write("chunk", chunk);
+    const auto facts_file = directory.write("facts.json", facts.dump());
+    const auto log = directory.path() / "log";
+    const std::string command = std::string("'" DYOP_NODE "' '" DYOP_PAGE_CHECKS
+                                            "/check_chunk.mjs' '" DYOP_PAGE_SOURCES "' '") +
+                                head_file.string() + "' '" + chunk_file.string() + "' '" +
+                                facts_file.string() + "' > '" + log.string() + "' 2>&1";
+    const int status = std::system(command.c_str());
+    std::ostringstream words;
+    words << std::ifstream(log).rdbuf();
+    EXPECT_EQ(status, 0) << "scale " << scale << ", " << far_off << " away\n" << words.str();
+  }
 }
 
 }  // namespace

@@ -11,6 +11,14 @@
 
 namespace DYOP_EXPORT dyop {
 
+/// A pair of RecordingReader::pairs() in short.
+struct NearPair {
+  BodyId a;
+  BodyId b;
+  Scalar gap_lower = 0;  ///< proven
+  std::int64_t contacts = 0;
+};
+
 /// A recorded run, read from a file of docs/formats.md, even while another process writes it or
 /// after that process was killed. Bodies, steps, frames and events are read when the file is
 /// opened; segments and pairs on demand, a block at a time.
@@ -52,6 +60,9 @@ class RecordingReader {
   /// single precision relative to the pivot.
   /// @throws InvalidArgument if there is no such frame.
   std::vector<PairRecord> pairs(std::size_t frame) const;
+  /// The same pairs without the rest; faster.
+  /// @throws InvalidArgument if there is no such frame.
+  std::vector<NearPair> near_pairs(std::size_t frame) const;
 
   /// All impulses of the run, as AdvanceReport::velocity_changes; none if they were not recorded.
   /// The impulse of forces is stored only for bodies with a wrench of their own; for the others it

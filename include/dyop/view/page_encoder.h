@@ -102,7 +102,6 @@ struct PageContact {
   Vector3 p_WC = Vector3::Zero();
   Vector3 nhat_AB_W = Vector3::UnitX();
   Vector3 impulse_W = Vector3::Zero();  ///< on B
-  Scalar gap = 0;
 };
 
 /// A pair comes into contact without an impact of its own.
@@ -152,6 +151,7 @@ void append(PageSpan& whole, PageSpan part);
 /// screws, or cubics (HermiteMotion), or made of these by SequenceMotion or ComposedMotion about
 /// the centre of mass. Any other motion becomes cubics that follow it to kMotionTolerance. Shapes
 /// are rounded to 2^-24 of their bounding box, and contacts to single precision, for drawing only.
+/// Chunks are rounded more, see chunk().
 class PageEncoder {
  public:
   /// Greatest error of a motion that is stored as cubics: of position, relative to the sum of the
@@ -167,7 +167,10 @@ class PageEncoder {
   std::string span(const PageSpan& span) const;
   /// The segments, gaps and contacts of one stretch of time, which the page reads when that time is
   /// looked at, for runs too large to be held whole. It must say where every body is from its
-  /// begin on, and what rests; the page's spans then hold only outlines.
+  /// begin on, and what rests; the page's spans then hold only outlines. `span.frames` say how long
+  /// a frame is. Rests, twists and cubics are rounded there: no point of a body is farther from its
+  /// place than 4 x 2^-26 of the bounding radius of the smallest body that moves; contacts are
+  /// rounded to 2^-18 of it, bounds of gaps outwards to 11 bits.
   std::string chunk(const TimeInterval& time, const PageSpan& span) const;
 
  private:

@@ -62,7 +62,9 @@ struct RecordingReader::Impl {
   io_internal::EncodedMotion encoded(const Path& of_body, std::size_t index);
   MotionSegment segment(BodyId body, std::size_t index);
   const Motion& motion(BodyId body, Scalar t);
+  std::vector<io_internal::PairRow> pair_rows(std::size_t frame);
   std::vector<PairRecord> pairs(std::size_t frame);
+  std::vector<NearPair> near_pairs(std::size_t frame);
   std::vector<VelocityChange> velocity_changes();
 
   std::filesystem::path file;
@@ -297,17 +299,47 @@ const Motion& RecordingReader::Impl::motion(BodyId body, Scalar t) {
   return *of_body.last_motion;
 }
 
-std::vector<PairRecord> RecordingReader::Impl::pairs(std::size_t frame) {
+std::vector<io_internal::PairRow> RecordingReader::Impl::pair_rows(std::size_t frame) {
   DYOP_REQUIRE(frame < frames.size(), "the recording has ", frames.size(), " frames, there is no ",
                frame);
   const std::uint64_t first = frame == 0 ? 0 : frame_rows[frame - 1].pair_count;
+  return in().pairs.read(first, frame_rows[frame].pair_count - first);
+}
+
+std::vector<PairRecord> RecordingReader::Impl::pairs(std::size_t frame) {
+  const std::vector<io_internal::PairRow> rows = pair_rows(frame);
   std::vector<PairRecord> records;
-  for (const io_internal::PairRow& row :
-       in().pairs.read(first, frame_rows[frame].pair_count - first)) {
-    records.push_back(
-        io_internal::pair_from(row, in().pair_contacts.read(row.first_contact, row.contact_count)));
+  records.reserve(rows.size());
+  for (const io_internal::PairRow& row : rows) {
+    in().pair_contacts.require(row.first_contact, row.contact_count);
+  }
+  // Contacts stand one after another, pair by pair: one read serves many pairs.
+  std::vector<io_internal::PairContactRow> held;
+  std::uint64_t held_from = 0;
+  std::uint64_t held_until = 0;
+  for (std::size_t k = 0; k < rows.size(); ++k) {
+    const std::uint64_t first = rows[k].first_contact;
+    if (first < held_from || first > held_until || rows[k].contact_count > held_until - first) {
+      held_from = held_until = first;
+      for (std::size_t j = k; j < rows.size() && rows[j].first_contact == held_until; ++j) {
+        held_until += rows[j].contact_count;
+      }
+      held = in().pair_contacts.read(held_from, held_until - held_from);
+    }
+    records.push_back(io_internal::pair_from(
+        rows[k], std::span(held).subspan(first - held_from, rows[k].contact_count)));
   }
   return records;
+}
+
+std::vector<NearPair> RecordingReader::Impl::near_pairs(std::size_t frame) {
+  std::vector<NearPair> found;
+  for (const io_internal::PairRow& row : pair_rows(frame)) {
+    const PairRecord record = io_internal::pair_from(row, {});
+    found.push_back(
+        {record.a, record.b, record.gap_lower, static_cast<std::int64_t>(row.contact_count)});
+  }
+  return found;
 }
 
 std::vector<VelocityChange> RecordingReader::Impl::velocity_changes() {
@@ -380,6 +412,10 @@ std::span<const RunEvent> RecordingReader::events() const {
 
 std::vector<PairRecord> RecordingReader::pairs(std::size_t frame) const {
   return impl_->pairs(frame);
+}
+
+std::vector<NearPair> RecordingReader::near_pairs(std::size_t frame) const {
+  return impl_->guard([&] { return impl_->near_pairs(frame); });
 }
 
 std::vector<VelocityChange> RecordingReader::velocity_changes() const {

@@ -279,6 +279,8 @@ class InputRows {
       : dataset_(Hdf5Dataset::open(file, name, type, columns)) {}
 
   std::uint64_t length() const { return dataset_.length(); }
+  /// Throws unless these rows exist.
+  void require(std::uint64_t first, std::uint64_t count) const { dataset_.require(first, count); }
   std::vector<Row> read(std::uint64_t first, std::uint64_t count) const {
     dataset_.require(first, count);
     std::vector<Row> rows(count);

@@ -29,17 +29,18 @@ export function turned(q, v) {
   return [0, 1, 2].map((k) => v[k] + q[3] * half[k] + more[k]);
 }
 
-function times(a, b, out) {
+export function times(a, b, out) {
   const [ax, ay, az, aw] = a;
   const [bx, by, bz, bw] = b;
   out[0] = aw * bx + ax * bw + ay * bz - az * by;
   out[1] = aw * by - ax * bz + ay * bw + az * bx;
   out[2] = aw * bz + ax * by - ay * bx + az * bw;
   out[3] = aw * bw - ax * bx - ay * by - az * bz;
+  return out;
 }
 
 // The quaternion of a rotation vector.
-function exponential(x, y, z) {
+export function exponential(x, y, z) {
   const angle = Math.hypot(x, y, z);
   const factor = angle > 1e-4 ? Math.sin(angle / 2) / angle : 0.5 - (angle * angle) / 48;
   return [x * factor, y * factor, z * factor, Math.cos(angle / 2)];

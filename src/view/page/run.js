@@ -2,6 +2,7 @@
 // A run: its bodies, their motions, and what happened when. Blocks are appended in order of time.
 import {evaluate, kKinds, newState, turned} from './motion.js';
 import {readSurface} from './blocks.js';
+import {columnsOfChunk} from './chunk.js';
 import {readDeformation} from './deformation.js';
 
 // A list of numbers that grows.
@@ -350,7 +351,7 @@ export class Run {
     if (!chunk) return undefined;
     chunk.reading ??= chunk.read().then((block) => {
       const store = new Store(this.bodies.length);
-      store.append(block.columns);
+      store.append(columnsOfChunk(block, this.bodies));
       return (chunk.store = store);
     });
     return chunk.reading;

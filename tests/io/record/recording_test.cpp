@@ -151,6 +151,13 @@ TEST_F(Recording, KeepsPairsAndEnergyOfEveryFrame) {
   for (std::size_t frame = 0; frame < pairs.size(); ++frame) {
     EXPECT_EQ(reader.frames()[frame].kinetic_energy, energies[frame]);
     const std::vector<PairRecord> read = reader.pairs(frame);
+    const std::vector<NearPair> near = reader.near_pairs(frame);
+    ASSERT_EQ(near.size(), read.size());
+    for (std::size_t k = 0; k < near.size(); ++k) {
+      EXPECT_TRUE(near[k].a == read[k].a && near[k].b == read[k].b);
+      EXPECT_EQ(near[k].gap_lower, read[k].gap_lower);
+      EXPECT_EQ(std::size_t(near[k].contacts), read[k].contacts.size());
+    }
     auto next = read.begin();
     for (const PairRecord& pair : pairs[frame]) {
       const bool is_there = next != read.end() && next->a == pair.a && next->b == pair.b;
@@ -280,6 +287,7 @@ TEST_F(Recording, StatesWhatItDoesNotHave) {
   const RecordingReader reader(file());
   EXPECT_TRUE(reader.pairs(0).empty());
   EXPECT_THROW(reader.pairs(kBusyFrames), InvalidArgument);
+  EXPECT_THROW(reader.near_pairs(kBusyFrames), InvalidArgument);
   EXPECT_THROW(reader.pose(BodyId(0), -0.1), InvalidArgument);
   EXPECT_THROW(reader.pose(BodyId(0), 2.1), InvalidArgument);
   EXPECT_THROW(reader.pose(BodyId(8), 1), InvalidArgument);
