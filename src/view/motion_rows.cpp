@@ -28,6 +28,7 @@ const Motion* central_motion(const Motion& motion, const Vector3& p_BoBcm) {
 }
 
 constexpr int kMostHalvings = 40;
+constexpr Scalar kTightGap = 2;  // upper bound over lower one, beyond which a gap is not measured
 
 // The rotation of a rotation vector, and back: as page/motion.js computes them.
 Quaternion quaternion_of(const Vector3& turn) {
@@ -244,11 +245,11 @@ void MotionRows::add_to(ColumnBlock& block) const {
 
 // What the columns of a chunk hold of one body after another, and where the page will have the
 // body after the last segment: in page/chunk.js the same formulas lead to the same place.
-struct MotionRows::Rounded {
-  explicit Rounded(const Rounding& steps) : rounding(steps) {}
+struct RoundedMotions {
+  explicit RoundedMotions(const Rounding& steps) : rounding(steps) {}
 
   const Rounding& rounding;
-  Body body = {};
+  MotionRows::Body body = {};
   bool is_central = false;
   Vector3 p = Vector3::Zero();
   Quaternion q = Quaternion::Identity();
@@ -260,7 +261,7 @@ struct MotionRows::Rounded {
   // Of cubics only.
   RoundedVectors angles, next_velocities, next_rates, next_places, next_angles;
 
-  void start(const Body& next) {
+  void start(const MotionRows::Body& next) {
     body = next;
     is_central = false;
     p = v = w = Vector3::Zero();
@@ -300,12 +301,12 @@ const MotionRows::Spans& MotionRows::spans_of(Kind kind) const {
   return kind == Kind::Rest ? rest_.spans : kind == Kind::Twist ? twist_.spans : cubic_.spans;
 }
 
-void MotionRows::round_rest(std::size_t row, Rounded& to) const {
+void MotionRows::round_rest(std::size_t row, RoundedMotions& to) const {
   to.pose(rest_.poses.position[row], rest_.poses.quaternion(row));
   to.v = to.w = Vector3::Zero();
 }
 
-void MotionRows::round_twist(std::size_t row, Rounded& to) const {
+void MotionRows::round_twist(std::size_t row, RoundedMotions& to) const {
   const Scalar begin = twist_.spans.begin[row];
   const Scalar since = begin - twist_.t0[row];
   const Scalar h = twist_.spans.end[row] - begin;
@@ -346,7 +347,7 @@ HermiteNode MotionRows::cubic_at(std::size_t row, Scalar t) const {
           rate(first.theta, first.theta_rate, last.theta, last.theta_rate)};
 }
 
-void MotionRows::round_cubic(std::size_t row, Rounded& to) const {
+void MotionRows::round_cubic(std::size_t row, RoundedMotions& to) const {
   const Scalar h = cubic_.spans.end[row] - cubic_.spans.begin[row];
   const HermiteNode first = cubic_at(row, cubic_.spans.begin[row]);
   const HermiteNode last = cubic_at(row, cubic_.spans.end[row]);
@@ -376,7 +377,7 @@ void MotionRows::add_times_to(TimeTable& times) const {
 
 void MotionRows::add_rounded_to(ColumnBlock& block, const Rounding& rounding,
                                 std::span<const Body> bodies, const TimeTable& times) const {
-  Rounded to(rounding);
+  RoundedMotions to(rounding);
   to.count.assign(bodies.size(), 0);
   const Entry* last = nullptr;
   std::uint32_t end = 0;
@@ -433,6 +434,8 @@ void add_pair(const PairRecord& pair, const TimeInterval& frame, PageSpan& span)
       pair.contacts, {}, [](const PairContact& contact) { return contact.point.gap; });
   if (nearest != pair.contacts.end()) {
     gap.witness_W = {nearest->point.p_WCa, nearest->point.p_WCb};
+  } else if (!(gap.upper <= kTightGap * gap.lower)) {
+    gap.upper = kInfinity;  // a bound, but no measure of the gap
   }
   span.gaps.push_back(gap);
   for (const PairContact& contact : pair.contacts) {

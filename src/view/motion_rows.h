@@ -15,6 +15,8 @@
 
 namespace dyop::view_internal {
 
+struct RoundedMotions;
+
 /// Motions of bodies over time intervals as columns of their parameters, one set of columns for
 /// each kind of motion.
 class MotionRows {
@@ -81,12 +83,11 @@ class MotionRows {
     Kind kind;
     std::size_t row;
   };
-  struct Rounded;
   std::vector<Entry> entries() const;
   const Spans& spans_of(Kind kind) const;
-  void round_rest(std::size_t row, Rounded& to) const;
-  void round_twist(std::size_t row, Rounded& to) const;
-  void round_cubic(std::size_t row, Rounded& to) const;
+  void round_rest(std::size_t row, RoundedMotions& to) const;
+  void round_twist(std::size_t row, RoundedMotions& to) const;
+  void round_cubic(std::size_t row, RoundedMotions& to) const;
   HermiteNode cubic_at(std::size_t row, Scalar t) const;
 
   Scalar tolerance_;

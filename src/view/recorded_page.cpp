@@ -310,6 +310,7 @@ class RecordedPage {
       if (size > 0) impulses_.push_back(float(size));
     }
     last_gaps_ = chunk.gaps;
+    last_contacts_ = chunk.contacts;
     for (const PageGap& gap : chunk.gaps) {
       const PairName name{gap.a.slot, gap.b.slot};
       resting_.erase(name);
@@ -322,7 +323,7 @@ class RecordedPage {
     return chunk;
   }
 
-  // A chunk begins with where bodies are, what rests, and the gaps at its begin.
+  // A chunk begins with where bodies are, what rests, and the gaps and contacts at its begin.
   void carry_over() {
     for (std::size_t slot = 0; slot < cursors_.size(); ++slot) {
       const Cursor& cursor = cursors_[slot];
@@ -335,6 +336,9 @@ class RecordedPage {
     }
     for (const PageGap& gap : last_gaps_) {
       if (!gap.is_resting) chunk_.gaps.push_back(gap);
+    }
+    for (const PageContact& contact : last_contacts_) {
+      if (!resting_.contains({contact.a.slot, contact.b.slot})) chunk_.contacts.push_back(contact);
     }
     std::ranges::stable_sort(chunk_.gaps, {}, [](const PageGap& gap) { return gap.t; });
     std::ranges::stable_sort(chunk_.contacts, {},
@@ -501,6 +505,7 @@ class RecordedPage {
   TouchFinder touches_;
   std::map<PairName, Resting> resting_;
   std::vector<PageGap> last_gaps_;
+  std::vector<PageContact> last_contacts_;
   std::vector<float> impulses_;  // of all contacts
   PageSpan chunk_;
   std::vector<Cursor> cursors_;

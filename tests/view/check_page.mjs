@@ -413,6 +413,34 @@ async function checkBodies(page) {
   });
 }
 
+// The plane between the nearest pair stands across their shortest way; the proofs of a step are counted.
+async function checkProofs(page) {
+  await page.click('[data-tab=data]');
+  await page.keyboard.press('v');
+  const found = await page.evaluate(() => {
+    const {player, run} = window.dyop;
+    player.overlays.show.witness = true;
+    player.choose({});
+    const measured = run.gaps.rows.find(({pa, upper}) => Number.isFinite(pa[0]) && Number.isFinite(upper));
+    player.seek(measured.t);
+    player.draw();
+    const {plane, shown} = player.overlays;
+    const way = shown.pb.map((x, k) => x - shown.pa[k]);
+    const normal = plane.position.clone().set(0, 0, 1).applyQuaternion(plane.quaternion).toArray();
+    const along = normal.reduce((sum, x, k) => sum + x * way[k], 0) / Math.hypot(...way);
+    const place = plane.position.toArray().map((x, k) => x - (shown.pa[k] + shown.pb[k]) / 2);
+    const heading = [...document.querySelectorAll('#tab-data h2')].find((node) => node.textContent.startsWith('Proofs of'));
+    const counts = heading ? [...heading.nextElementSibling.querySelectorAll('th')] : [];
+    return {visible: plane.visible, along, off: Math.hypot(...place) / Math.hypot(...plane.position.toArray(), 1),
+            proofs: run.gapsAt(player.t).filter(({proof}) => proof > 0).length,
+            said: counts.reduce((sum, node) => sum + Number(node.textContent), 0)};
+  });
+  check(found.visible && Math.abs(found.along - 1) < 1e-6 && found.off < 1e-9, `the plane: ${JSON.stringify(found)}`);
+  check(found.said === found.proofs, `${found.said} proofs are listed, not ${found.proofs}`);
+  await page.keyboard.press('v');
+  check(await page.evaluate(() => !window.dyop.player.overlays.show.plane), 'the plane is hidden again');
+}
+
 // Two points that are clicked; a cut; charts of one's own; files.
 async function checkTools(page) {
   await page.click('[data-tab=view]');
@@ -544,7 +572,7 @@ try {
   check(seen > 0, 'no body was seen');
   console.log(`${seen} bodies are seen where they are`);
   await page.evaluate(() => {
-    window.dyop.player.overlays.show = {contacts: true, witness: true, joints: true, trails: false};
+    window.dyop.player.overlays.show = {contacts: true, witness: true, joints: true, trails: false, plane: false};
   });
   await checkJoints(page);
   await checkPlay(page);
@@ -553,6 +581,7 @@ try {
   await checkOrientation(page);
   await checkWalls(page);
   await checkBodies(page);
+  await checkProofs(page);
   await checkTools(page);
   await checkAccess();
 

@@ -415,7 +415,7 @@ std::vector<PairRecord> RecordingReader::pairs(std::size_t frame) const {
 }
 
 std::vector<NearPair> RecordingReader::near_pairs(std::size_t frame) const {
-  return impl_->guard([&] { return impl_->near_pairs(frame); });
+  return impl_->near_pairs(frame);
 }
 
 std::vector<VelocityChange> RecordingReader::velocity_changes() const {

@@ -45,6 +45,7 @@ function actionsOf(player) {
     contacts: {keys: ['c'], words: 'Contacts, normals (green) and impulses (pink)', act: () => toggle('contacts')},
     witness: {keys: ['w'], words: 'Witness segment (blue) and pivot of the nearest pair', act: () => toggle('witness')},
     joints: {keys: ['j'], words: 'Joints (purple), springs (teal), axes of locked bodies', act: () => toggle('joints')},
+    plane: {keys: ['v'], words: 'Plane between the nearest pair', act: () => toggle('plane')},
     trails: {keys: ['t'], words: 'Trails', act: () => toggle('trails')},
     wireframe: {keys: ['x'], words: 'Wireframe, of the chosen body or of all', act: () => player.setView('wireframe')},
     ghost: {keys: ['g'], words: 'Ghosts: what is not chosen is see-through', act: () => player.setView('ghost')},
@@ -183,10 +184,12 @@ function addButtons(player, actions) {
     button('loop', '↻', () => player.loops));
   // The panel itself has a button that closes it.
   const panel = button('panel', 'Panel');
+  panel.id = 'open-panel';
   player.changed.add(() => (panel.hidden = !document.getElementById('panel').hidden));
   document.getElementById('tools').append(
     button('contacts', 'Contacts', () => player.overlays.show.contacts),
     button('witness', 'Nearest', () => player.overlays.show.witness),
+    button('plane', 'Plane', () => player.overlays.show.plane),
     ...(Object.keys(player.run.links).length > 0
       ? [button('joints', 'Joints', () => player.overlays.show.joints)] : []),
     button('trails', 'Trails', () => player.overlays.show.trails),

@@ -7,7 +7,7 @@ const kTimes = 24;
 const kMostPlaces = 6000;
 const kLost = 0.08;     // part of the places, at either end of an axis, that need not be seen
 const kAfterMeeting = 0.1;  // of the run's time
-const kFarOff = 1.5;
+const kFarOff = 2.2;
 const kMargin = 1.06;
 const kToolbar = 0.93;  // part of the height that the title and the buttons leave free
 

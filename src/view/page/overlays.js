@@ -6,7 +6,8 @@ import {Links} from './links.js';
 import {Arrows, Lines} from './marks.js';
 import {Rounds} from './rounds.js';
 
-const kColors = {normal: 0x2f9e44, impulse: 0xd6336c, witness: 0x2563eb, pivot: 0xc2410c};
+const kColors = {normal: 0x2f9e44, impulse: 0xd6336c, witness: 0x2563eb, pivot: 0xc2410c, plane: 0x7c3aed};
+const kPlaneSize = {ofBody: 1.3, ofView: 0.35};  // half a side: of the smaller body's radius, of the camera's distance
 const kTrailSamples = 160;
 const kMostTrails = 60;
 const kMostContacts = {still: 1500, moving: 300};  // the strongest ones are drawn
@@ -48,12 +49,36 @@ export class Overlays {
     this.pivot.renderOrder = 3;
     stage.scene.add(this.pivot);
     this.mostContacts = kMostContacts;
-    this.show = {contacts: true, witness: true, joints: true, trails: false};
+    this.#addPlane();
+    this.show = {contacts: true, witness: true, joints: true, trails: false, plane: false};
     const moving = this.run.movers;
     this.links = new Links(stage);
     this.rounds = new Rounds(stage);
     this.bodyRadius = median(moving.map((body) => body.radius)) ?? Infinity;
     this.ordinary = new Map();
+  }
+
+  // Two translucent sides and a border.
+  #addPlane() {
+    const sheet = new THREE.PlaneGeometry(2, 2);
+    this.plane = new THREE.Mesh(sheet, new THREE.MeshBasicMaterial({
+      color: kColors.plane, transparent: true, opacity: 0.28, side: THREE.DoubleSide, depthWrite: false}));
+    this.plane.add(new THREE.LineSegments(new THREE.EdgesGeometry(sheet), new THREE.LineBasicMaterial({color: kColors.plane})));
+    this.plane.visible = false;
+    this.plane.raycast = () => {};
+    this.stage.scene.add(this.plane);
+  }
+
+  // Across the shortest way of the pair that is shown, in its middle.
+  #layPlane(distance) {
+    const {pa, pb, a, b} = this.shown ?? {};
+    const way = new THREE.Vector3(...(pb ?? [NaN])).sub(new THREE.Vector3(...(pa ?? [NaN])));
+    this.plane.visible = this.show.plane && way.length() > 0;
+    if (!this.plane.visible) return;
+    this.plane.position.set(...pa).addScaledVector(way, 0.5);
+    this.plane.quaternion.setFromUnitVectors(new THREE.Vector3(0, 0, 1), way.normalize());
+    const radius = Math.min(...[a, b].map((number) => this.run.bodies[number].radius));
+    this.plane.scale.setScalar(Math.min(kPlaneSize.ofBody * radius, kPlaneSize.ofView * distance));
   }
 
   // An impulse as an arrow; one of ordinary size among its like is `length` long.
@@ -78,6 +103,7 @@ export class Overlays {
     if (this.show.contacts) this.#contacts(t, impacts, distance, isStill ? this.mostContacts.still : this.mostContacts.moving);
     this.#nearest(t, impacts);
     this.rounds.update(this.shown, t);
+    this.#layPlane(distance);
     this.pivot.scale.setScalar(kPivotSize * distance);
     if (this.show.trails) this.#trails(t, chosen);
     this.links.update(t, this.show.joints, kThickness * distance, origin);
@@ -97,6 +123,7 @@ export class Overlays {
       this.impulses.list.length > 0 && [css(kColors.impulse), 'impulse', 'arrow'],
       this.witness.points.length > 0 && [css(kColors.witness), 'shortest way between the nearest pair', 'line'],
       this.pivot.visible && [css(kColors.pivot), 'pivot, the middle of that way', 'dot'],
+      this.plane.visible && [css(kColors.plane), 'plane between the nearest pair'],
       ...links.legend(css),
       this.trails.points.length > 0 && ['#888888', 'path', 'line'],
     ].filter(Boolean);
@@ -124,7 +151,7 @@ export class Overlays {
     const gap = this.run.nearestGap(t);
     this.shown = undefined;
     this.pivot.visible = false;
-    if (!this.show.witness) return;
+    if (!this.show.witness && !this.show.plane) return;
     if (impact) {
       this.shown = {pa: impact.pa, pb: impact.pb, a: impact.a, b: impact.b, lower: impact.lower,
                     upper: impact.upper, pivot: impact.pa.map((x, k) => (x + impact.pb[k]) / 2)};
@@ -133,12 +160,14 @@ export class Overlays {
     } else {
       return;
     }
-    const {pa, pb, pivot} = this.shown;
-    if (Number.isFinite(pa[0])) this.witness.segment(pa, pb);
-    if (Number.isFinite(pivot[0])) {
-      this.pivot.visible = true;
-      this.pivot.position.set(...pivot);
-    }
+    // The pivot of a pair with several contacts may be that of another one.
+    const {pa, pb} = this.shown;
+    if (!Number.isFinite(pa[0])) return;
+    this.shown = {...this.shown, pivot: pa.map((x, k) => (x + pb[k]) / 2)};
+    if (!this.show.witness) return;
+    this.witness.segment(pa, pb);
+    this.pivot.visible = true;
+    this.pivot.position.set(...this.shown.pivot);
   }
 
   // The paths of centres of mass up to t: of the chosen body, or of all.

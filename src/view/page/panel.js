@@ -29,6 +29,7 @@ function rows(list) {
 }
 
 const kMostNeighbours = 6;
+const kMostProofs = 12;
 const kKindWords = {dynamic: 'moved by forces', kinematic: 'on a given motion', static: 'fixed'};
 
 // How the distance of a pair over the last step was proven, as ProofKind + 1.
@@ -144,6 +145,22 @@ export class Panel {
     ];
   }
 
+  // By what the pairs that were near were proven apart over the step that ends at t or contains it.
+  #proofs(t) {
+    const gaps = this.run.gapsAt(t).filter(({proof}) => proof > 0);
+    if (gaps.length === 0) return [];
+    const counts = kProofWords.map((_, proof) => gaps.filter((gap) => gap.proof === proof).length);
+    const size = ({lower, upper}) => (Number.isFinite(upper) ? upper : lower);
+    const nearest = gaps.sort((x, y) => size(x) - size(y)).slice(0, kMostProofs);
+    return [
+      element('h2', {}, `Proofs of ${gaps.length.toLocaleString('en')} near ${gaps.length === 1 ? 'pair' : 'pairs'}`),
+      rows(kProofWords.map((words, proof) => counts[proof] > 0 && [counts[proof].toLocaleString('en'), words])),
+      element('h2', {}, nearest.length < gaps.length ? `The ${nearest.length} nearest are apart by at least` : 'They are apart by at least'),
+      rows(nearest.map(({a, b, lower, proof}) =>
+        [digits(lower, 4), `${this.name(a)} – ${this.name(b)}: ${kProofWords[proof]}`])),
+    ];
+  }
+
   // How the run ended, once it is shown, and what was proven of its file.
   #ending(t) {
     const {ending, check, ownEnd} = this.run;
@@ -164,7 +181,9 @@ export class Panel {
         ['Proven', `at least ${number(shown.lower)}`],
         kProofWords[shown.proof] && ['Proven by', kProofWords[shown.proof]],
         Number.isFinite(shown.pivot?.[0]) && ['Pivot', vector(shown.pivot)],
-      ]) : element('p', {class: 'dim'}, 'No pair is near.'),
+      ]) : element('p', {class: 'dim'}, t < this.run.frames.rows[0]?.end
+        ? 'Not known before the first step has ended.' : 'No pair is near.'),
+      ...this.#proofs(t),
     ];
   }
 

@@ -365,12 +365,12 @@ export class Player {
   #showLabel() {
     const {shown} = this.overlays;
     const place = shown && Number.isFinite(shown.pivot?.[0]) && this.stage.project(shown.pivot);
-    this.label.hidden = !place?.visible;
+    const {clientWidth, clientHeight} = this.stage.canvas;
+    this.label.hidden = !place?.visible || place.x < 0 || place.x > clientWidth || place.y < 0 || place.y > clientHeight;
     if (this.label.hidden) return;
     this.label.textContent = Number.isFinite(shown.upper)
       ? `gap ${shortNumber(shown.upper)}, proven ${shortNumber(shown.lower)}`
       : `gap at least ${shortNumber(shown.lower)}`;
-    const {clientWidth} = this.stage.canvas;
     const left = Math.max(4, Math.min(place.x + 12, clientWidth - this.label.offsetWidth - 8));
     this.label.style.left = `${left}px`;
     this.label.style.top = `${Math.max(28, place.y - 12 - this.label.offsetHeight)}px`;

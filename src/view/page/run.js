@@ -33,7 +33,19 @@ export function lastAtMost(values, length, x) {
   return low - 1;
 }
 
+// The contacts of a pair that are known at t: where a frame ends and the next one begins, those of the
+// one that ends, which are where bodies are.
+function groupAt(groups, t) {
+  const place = lastPlace(groups, 'begin', t);
+  return place > 0 && groups[place].begin === t && groups[place - 1].end === t ? groups[place - 1] : groups[place];
+}
+
 function lastRow(rows, key, t) {
+  return rows[lastPlace(rows, key, t)];
+}
+
+// The place of the last row with key <= t, or -1.
+function lastPlace(rows, key, t) {
   let low = 0;
   let high = rows.length;
   while (low < high) {
@@ -41,7 +53,7 @@ function lastRow(rows, key, t) {
     if (rows[middle][key] <= t) low = middle + 1;
     else high = middle;
   }
-  return low > 0 ? rows[low - 1] : undefined;
+  return low - 1;
 }
 
 // Colours of states that last until the next one, in order of their first appearance.
@@ -432,7 +444,7 @@ export class Run {
   contactsAt(t) {
     const found = [];
     for (const pair of this.#storeAt(t).pairs.values()) {
-      const group = lastRow(pair.contacts, 'begin', t);
+      const group = groupAt(pair.contacts, t);
       if (!group) continue;
       if (group.end >= t || (group.rows[0].resting && this.#rested(pair, group.end, t))) {
         found.push(...group.rows);
